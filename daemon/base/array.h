@@ -1,0 +1,30 @@
+/* array: growing arrays of plain values, as a struct of the caller's own: struct { T *at; size_t count, capacity; }.
+ *
+ * Capacity doubles and never shrinks, so that a steady tick allocates nothing. Running out of memory ends the process
+ * with a message: the limits at the boundary (config) keep outside input from getting there. */
+#ifndef COLLIDED_BASE_ARRAY_H
+#define COLLIDED_BASE_ARRAY_H
+
+#include <stddef.h>
+
+/* malloc, calloc and realloc that never return NULL; overflow of count * size is checked. */
+void *base_alloc(size_t count, size_t size);
+void *base_zalloc(size_t count, size_t size);
+void *base_realloc(void *old, size_t count, size_t size);
+char *base_strdup(const char *text);
+
+/* The grown buffer with room for at least `need` values; *capacity follows. */
+void *array_grow(void *at, size_t *capacity, size_t need, size_t size);
+
+#define ARRAY(type)                                                                                                    \
+    struct {                                                                                                           \
+        type *at;                                                                                                      \
+        size_t count, capacity;                                                                                        \
+    }
+
+#define array_reserve(a, need)                                                                                         \
+    ((a)->at = (need) > (a)->capacity ? array_grow((a)->at, &(a)->capacity, (need), sizeof *(a)->at) : (a)->at)
+#define array_push(a, value) (array_reserve((a), (a)->count + 1), (a)->at[(a)->count++] = (value))
+#define array_free(a) (free((a)->at), (a)->at = NULL, (a)->count = (a)->capacity = 0)
+
+#endif

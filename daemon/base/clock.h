@@ -1,0 +1,10 @@
+/* clock: nanoseconds. Stamps of poses are wall-clock (they cross processes and hosts); intervals are monotonic. */
+#ifndef COLLIDED_BASE_CLOCK_H
+#define COLLIDED_BASE_CLOCK_H
+
+#include <stdint.h>
+
+int64_t clock_wall_ns(void);      /* CLOCK_REALTIME */
+int64_t clock_monotonic_ns(void); /* CLOCK_MONOTONIC */
+
+#endif

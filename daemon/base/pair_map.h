@@ -1,0 +1,31 @@
+/* pair_map: from a 64-bit key (not 0) to a 32-bit value, by open addressing with backward-shift deletion: no
+ * tombstones, so that it does not slow down over a long life. Iteration order is nobody's business: none is offered. */
+#ifndef COLLIDED_BASE_PAIR_MAP_H
+#define COLLIDED_BASE_PAIR_MAP_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+enum { PAIR_MAP_NONE = UINT32_MAX };
+
+typedef struct pair_map {
+    uint64_t *keys; /* 0 = empty */
+    uint32_t *values;
+    size_t capacity; /* a power of two, at most 3/4 full */
+    size_t count;
+} pair_map;
+
+/* The key of an unordered pair of ids; never 0 for different ids. */
+static inline uint64_t pair_key(uint32_t a, uint32_t b)
+{
+    return a < b ? (uint64_t)a << 32 | b : (uint64_t)b << 32 | a;
+}
+
+void pair_map_init(pair_map *m);
+void pair_map_free(pair_map *m);
+uint32_t pair_map_get(const pair_map *m, uint64_t key);          /* PAIR_MAP_NONE if absent */
+bool pair_map_put(pair_map *m, uint64_t key, uint32_t value);    /* true if the key is new; replaces otherwise */
+uint32_t pair_map_remove(pair_map *m, uint64_t key);             /* the value it had, or PAIR_MAP_NONE */
+
+#endif

@@ -1,0 +1,44 @@
+/* shape: what a body is made of. A core (point, segment, box, ...) rounded by a radius: the set of all points within
+ * `radius` of the core. All lengths in metres (or any one unit), in the shape's own frame, axis of revolution = z.
+ *
+ * A shape is plain data. It borrows its hull, which is immutable and outlives it. */
+#ifndef COLLIDED_GEOM_SHAPE_H
+#define COLLIDED_GEOM_SHAPE_H
+
+#include "vec.h"
+
+#include <stddef.h>
+#include <stdint.h>
+
+typedef enum shape_type { /* the order is part of the canonical order of a pair: append only */
+    SHAPE_SPHERE,    /* core: the origin; radius = the sphere's */
+    SHAPE_CAPSULE,   /* core: segment from (0,0,-half.z) to (0,0,+half.z); radius = the capsule's */
+    SHAPE_BOX,       /* core: |x| <= half.x, |y| <= half.y, |z| <= half.z */
+    SHAPE_CYLINDER,  /* core: x^2+y^2 <= half.x^2, |z| <= half.z (half.y = half.x) */
+    SHAPE_CONE,      /* core: apex (0,0,+half.z), base disc of radius half.x at z = -half.z (half.y = half.x) */
+    SHAPE_ELLIPSOID, /* core: semi-axes half.x, half.y, half.z */
+    SHAPE_HALFSPACE, /* core: z <= 0, outward normal +z */
+    SHAPE_HULL,      /* core: convex hull of hull->x[], y[], z[] */
+    SHAPE_TYPE_COUNT
+} shape_type;
+
+typedef struct hull hull; /* hull.h */
+
+typedef struct shape {
+    shape_type type;
+    double radius; /* rounding; >= 0 */
+    vec3 half;
+    const hull *hull; /* SHAPE_HULL only */
+} shape;
+
+const char *shape_type_name(shape_type type); /* "sphere", ... */
+
+/* What is wrong with it (a static text: "size is negative", ...), or NULL. Zero sizes are allowed (a box may be flat,
+ * a sphere a point); NaN, infinities, negatives and sizes beyond SHAPE_SIZE_MAX are not. */
+const char *shape_check(const shape *s);
+#define SHAPE_SIZE_MAX 1e150 /* squares of sizes must stay finite */
+
+/* Distance from the frame's origin to the farthest point, rounded up; INFINITY for half-spaces. */
+double shape_reach(const shape *s);
+
+#endif

@@ -1,0 +1,107 @@
+/* narrow: what two shapes are to each other, with proof.
+ *
+ * Pure functions of (shapes, relative pose, request, cache, scratch): nothing is allocated, logged, timed or kept.
+ * Any number of threads, each with its own scratch. Signed distance: positive = gap; negative = minus the least
+ * translation that separates (depth); 0 = touching. Everything is in A's frame. */
+#ifndef COLLIDED_NARROW_NARROW_H
+#define COLLIDED_NARROW_NARROW_H
+
+#include "geom/hull.h"
+#include "geom/shape.h"
+
+typedef enum narrow_fact {
+    NARROW_VERDICT = 1,  /* are they closer than `threshold`? stop as soon as the interval says */
+    NARROW_DISTANCE = 2, /* hi - lo <= tolerance (gap or depth), or lo > range */
+    NARROW_MANIFOLD = 4  /* contact points when hi <= threshold */
+} narrow_fact;
+
+typedef enum narrow_engine {
+    NARROW_ENGINE_AUTO, /* closed forms, then GJK with duality gap, then EPA */
+    NARROW_ENGINE_GJK,  /* the general path only, for every pair */
+    NARROW_ENGINE_CCD,  /* libccd GJK proposes, our certificate decides; ours takes over where it fails (counted) */
+    NARROW_ENGINE_MPR   /* libccd MPR for overlap proposes, as above */
+} narrow_engine;
+
+typedef struct narrow_request {
+    unsigned facts;       /* of narrow_fact */
+    double tolerance;     /* m, asked width of [lo, hi]; 0 = as narrow as floating point gives */
+    double range;         /* m; beyond it a lower bound is enough. INFINITY = always measure */
+    double threshold;     /* m; for NARROW_VERDICT and NARROW_MANIFOLD */
+    narrow_engine engine;
+} narrow_request;
+
+enum { MANIFOLD_POINTS_MAX = 4 };
+
+typedef struct manifold_point {
+    vec3 point;       /* midway between the surfaces, in A's frame */
+    double distance;  /* m, signed, along the axis; negative = depth there */
+    uint32_t feature; /* stable id: of A in the high half, of B in the low half */
+} manifold_point;
+
+typedef struct manifold {
+    uint32_t count;
+    manifold_point points[MANIFOLD_POINTS_MAX];
+} manifold;
+
+typedef enum narrow_status {
+    NARROW_CERTAIN,   /* the interval is as narrow as asked, or decides what was asked */
+    NARROW_WIDE,      /* it contains the truth but is wider than asked: arithmetic or iterations ended */
+} narrow_status;
+
+typedef enum narrow_method { /* who settled it: counted and shown */
+    NARROW_BY_CLOSED_FORM,
+    NARROW_BY_GJK,
+    NARROW_BY_EPA,
+    NARROW_BY_SAT,
+    NARROW_BY_CCD,
+    NARROW_BY_MPR,
+    NARROW_METHOD_COUNT
+} narrow_method;
+
+typedef struct narrow_result {
+    double lo, hi;         /* m; lo <= signed distance <= hi, rounding of input poses included */
+    vec3 axis;             /* unit, from A towards B. It proves lo: min over B of axis.x - max over A of axis.x >= lo.
+                              Moving B along it by -lo (and rounding) separates */
+    vec3 point_a, point_b; /* on the surfaces (radius included). Separated: |point_b - point_a| proves hi. Overlapping:
+                              the deepest points along axis */
+    manifold manifold;     /* with NARROW_MANIFOLD */
+    narrow_status status;
+    narrow_method method;
+    uint32_t iterations;
+    uint32_t peer_failures; /* libccd's, when it was the engine */
+} narrow_result;
+
+/* What a pair remembers. It may prove separation again; it never enters an answer. Zeroed = empty. */
+typedef struct narrow_cache {
+    vec3 axis;       /* in A's frame, unit; zero = none */
+    pose b_in_a;     /* where `lower` was certified */
+    double lower;    /* certified lower bound then */
+    uint32_t hint_a, hint_b; /* support vertices to start from */
+} narrow_cache;
+
+typedef struct narrow_scratch narrow_scratch; /* the caller's memory, one a thread; opaque, of narrow_scratch_size() */
+size_t narrow_scratch_size(void);             /* bytes, to be aligned to 64 */
+
+/* A and B must be in canonical order (narrow_ordered); B's pose in A's frame from pose_relative. Always answers. */
+void narrow_query(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
+    narrow_cache *cache, narrow_scratch *scratch, narrow_result *result);
+
+/* The canonical order of a pair: by type, then by the sizes, then by `tie` (for example the shapes' ids). */
+bool narrow_ordered(const shape *a, uint64_t tie_a, const shape *b, uint64_t tie_b);
+
+/* As narrow_query for shapes at world poses in any order: orders them, asks, and turns the answer back, so that
+ * (A, B) and (B, A) agree bit for bit. The answer is in the frame of world axes with its origin at pose_a.p. */
+void narrow_query_world(const shape *a, pose pose_a, const shape *b, pose pose_b, const narrow_request *request,
+    narrow_scratch *scratch, narrow_result *result);
+
+/* The certified separation along one axis (unit, in A's frame, from A towards B): one support query a shape. */
+double narrow_separation(const shape *a, const shape *b, const pose *b_in_a, vec3 axis, uint32_t *hint_a,
+    uint32_t *hint_b);
+
+/* How far any point of B can have moved relative to A between two relative poses, rounded up:
+ * |dp| + 2 |q_v| reach_b, with q_v the vector part of the rotation between them. INFINITY if reach_b is. */
+double narrow_motion_bound(const pose *before, const pose *now, double reach_b);
+
+const char *narrow_method_name(narrow_method method);
+
+#endif
