@@ -7,11 +7,11 @@
 #include <stdint.h>
 
 typedef struct id_pool {
-    uint64_t *words;    /* bit set = taken */
+    uint64_t *words; /* bit set = taken */
     size_t word_count;
-    size_t first_word;  /* no free id in a word before this one */
+    size_t first_word; /* no free id in a word before this one */
     uint32_t taken;
-    uint32_t end;       /* one past the greatest id ever taken */
+    uint32_t end; /* one past the greatest id ever taken */
 } id_pool;
 
 void id_pool_init(id_pool *p);

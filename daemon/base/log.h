@@ -17,7 +17,8 @@ typedef struct log_site {
     _Atomic uint32_t muted;
 } log_site;
 
-/* Lines above `most` are not printed. `journal` adds the "<N>" prefixes of sd-daemon(3). Not thread-safe: call first. */
+/* Lines above `most` are not printed. `journal` adds the "<N>" prefixes of sd-daemon(3). Not thread-safe: call first.
+ */
 void log_setup(log_level most, int journal);
 
 void log_write(log_site *site, log_level level, const char *format, ...) __attribute__((format(printf, 3, 4)));

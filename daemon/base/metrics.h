@@ -19,8 +19,17 @@ metric *metrics_add(metrics *m, const char *name, const char *help); /* pointer 
 size_t metrics_count(const metrics *m);
 const metric *metrics_at(const metrics *m, size_t index);
 
-static inline void metric_count(metric *m, uint64_t by) { __atomic_fetch_add((uint64_t *)&m->value, by, __ATOMIC_RELAXED); }
-static inline void metric_set(metric *m, uint64_t to) { __atomic_store_n((uint64_t *)&m->value, to, __ATOMIC_RELAXED); }
-static inline uint64_t metric_get(const metric *m) { return __atomic_load_n((const uint64_t *)&m->value, __ATOMIC_RELAXED); }
+static inline void metric_count(metric *m, uint64_t by)
+{
+    __atomic_fetch_add((uint64_t *)&m->value, by, __ATOMIC_RELAXED);
+}
+static inline void metric_set(metric *m, uint64_t to)
+{
+    __atomic_store_n((uint64_t *)&m->value, to, __ATOMIC_RELAXED);
+}
+static inline uint64_t metric_get(const metric *m)
+{
+    return __atomic_load_n((const uint64_t *)&m->value, __ATOMIC_RELAXED);
+}
 
 #endif

@@ -24,8 +24,8 @@ static inline uint64_t pair_key(uint32_t a, uint32_t b)
 
 void pair_map_init(pair_map *m);
 void pair_map_free(pair_map *m);
-uint32_t pair_map_get(const pair_map *m, uint64_t key);          /* PAIR_MAP_NONE if absent */
-bool pair_map_put(pair_map *m, uint64_t key, uint32_t value);    /* true if the key is new; replaces otherwise */
-uint32_t pair_map_remove(pair_map *m, uint64_t key);             /* the value it had, or PAIR_MAP_NONE */
+uint32_t pair_map_get(const pair_map *m, uint64_t key);       /* PAIR_MAP_NONE if absent */
+bool pair_map_put(pair_map *m, uint64_t key, uint32_t value); /* true if the key is new; replaces otherwise */
+uint32_t pair_map_remove(pair_map *m, uint64_t key);          /* the value it had, or PAIR_MAP_NONE */
 
 #endif

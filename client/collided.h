@@ -1,0 +1,296 @@
+/* collided: the client library of the collision daemon collided(8).
+ *
+ * A client publishes bodies and their poses, and is told what touches, what is near, and how sure that is. The same
+ * program works over Cyclone DDS and LCM: the URI decides.
+ *
+ *     collided_def def = collided_def_default();
+ *     def.name = "press";
+ *     collided *c = collided_connect("dds://0", &def);
+ *     collided_body_def box = collided_body_def_default();
+ *     box.name = "part";
+ *     box.shapes = (collided_shape[]){collided_box(0.1, 0.1, 0.05)};
+ *     box.shape_count = 1;
+ *     collided_body part = collided_create_body(c, &box);
+ *     ...
+ *     collided_close(c);
+ *
+ * Units: metres, seconds where a name ends in _s, nanoseconds where it ends in _ns. Frames are right-handed; quaternions
+ * are (w, x, y, z). Threads: a client is used by one thread at a time; callbacks run inside collided_poll (and the
+ * functions that say that they wait) on the calling thread. A thread of the library keeps the lease alive as long as
+ * the process lives. Ownership: definitions and what they point to are copied; what callbacks receive is valid during
+ * the call. Errors: functions return a collided_status, or a handle whose id is COLLIDED_NONE; collided_error tells the
+ * rest. After a restart of the daemon the library announces everything again by itself.
+ *
+ * Not safety-rated: do not let a human's safety depend on it alone. */
+#ifndef COLLIDED_H
+#define COLLIDED_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct collided collided;
+
+enum { COLLIDED_NONE = -1 };
+
+typedef struct collided_body { int32_t id; } collided_body;         /* of this client; ids are not used again */
+typedef struct collided_interest { int32_t id; } collided_interest;
+typedef struct collided_geometry { int64_t hash; } collided_geometry; /* 0 = none */
+
+typedef enum collided_status {
+    COLLIDED_OK = 0,
+    COLLIDED_BAD_ARGUMENT,
+    COLLIDED_UNKNOWN_ID,
+    COLLIDED_REJECTED,       /* the daemon refused it */
+    COLLIDED_TIMEOUT,
+    COLLIDED_NO_DAEMON,      /* none is heard */
+    COLLIDED_TRANSPORT,      /* the transport failed */
+    COLLIDED_UNSUPPORTED
+} collided_status;
+
+const char *collided_status_text(collided_status status);
+const char *collided_version(void);
+
+/* ---- connection ---- */
+
+typedef enum collided_on_loss { COLLIDED_REMOVE, COLLIDED_HOLD, COLLIDED_KEEP } collided_on_loss;
+
+typedef struct collided_def {
+    const char *name;          /* for people; default: the program's name */
+    int64_t id;                /* 0 = random. A fixed id lets a later process go on with the same bodies */
+    double lease_s;            /* lost after so long without a sign of life; default 2 */
+    collided_on_loss on_loss;  /* default COLLIDED_REMOVE */
+    double connect_timeout_s;  /* how long collided_connect waits for a daemon; default 5; 0 = do not wait */
+    const char *interface;     /* network interface; NULL = loopback only */
+} collided_def;
+collided_def collided_def_default(void);
+
+/* "dds://DOMAIN" (0 to 230) or "lcm://udpm://ADDRESS:PORT?ttl=0" ("lcm://" alone = LCM's default, ttl 0). NULL on
+ * failure; the reason is then in collided_connect_error() of this thread. */
+collided *collided_connect(const char *uri, const collided_def *def);
+const char *collided_connect_error(void);
+
+/* Leaves in order: the bodies are removed at once, unless on_loss is KEEP. */
+void collided_close(collided *c);
+
+const char *collided_error(const collided *c); /* the last failure, one line; "" = none */
+int64_t collided_client_id(const collided *c);
+
+/* Waits for whatever comes for at most timeout_s (0 = only what is there), and runs the callbacks. COLLIDED_OK also
+ * when nothing came; COLLIDED_NO_DAEMON when no daemon has been heard for three seconds. */
+collided_status collided_poll(collided *c, double timeout_s);
+
+/* Sends what is buffered now. collided_poll and collided_sync do so too. */
+void collided_flush(collided *c);
+
+/* Waits until the daemon has applied, or refused, all that was created, changed or removed. COLLIDED_REJECTED if it
+ * refused any since the last call (collided_error tells the first). */
+collided_status collided_sync(collided *c, double timeout_s);
+
+typedef struct collided_rejection {
+    const char *message; /* "Body", ... */
+    int32_t object;      /* body or interest, COLLIDED_NONE */
+    const char *reason;  /* "name_taken", ... */
+    const char *text;
+} collided_rejection;
+typedef void collided_rejected(void *context, const collided_rejection *why);
+void collided_on_rejected(collided *c, collided_rejected *callback, void *context);
+
+/* ---- geometry and shapes ---- */
+
+typedef struct collided_pose {
+    double position[3];
+    double orientation[4]; /* w, x, y, z */
+} collided_pose;
+collided_pose collided_pose_identity(void);
+
+typedef enum collided_shape_type {
+    COLLIDED_SPHERE, COLLIDED_CAPSULE, COLLIDED_BOX, COLLIDED_CYLINDER, COLLIDED_CONE, COLLIDED_ELLIPSOID,
+    COLLIDED_HALFSPACE, COLLIDED_HULL
+} collided_shape_type;
+
+typedef struct collided_shape {
+    collided_shape_type type;
+    double half[3];            /* half extents, axis of revolution z: see the makers below */
+    double radius;             /* rounding: all points within it of the rest count as the shape's */
+    collided_pose pose;        /* in the body's frame */
+    collided_geometry geometry;
+} collided_shape;
+
+/* Full sizes in, as people measure; the pose is the identity and can be set afterwards. */
+collided_shape collided_sphere(double radius);
+collided_shape collided_capsule(double radius, double length);   /* length of the cylindrical part, along z */
+collided_shape collided_box(double x, double y, double z);       /* full side lengths */
+collided_shape collided_cylinder(double radius, double height);  /* along z, centred */
+collided_shape collided_cone(double radius, double height);      /* base at -height/2, apex at +height/2 */
+collided_shape collided_ellipsoid(double x, double y, double z); /* semi-axes */
+collided_shape collided_halfspace(void);                         /* all points with z <= 0 */
+collided_shape collided_hull(collided_geometry points);
+
+/* The convex hull of `count` points (x, y, z each); the daemon builds it. The same points give the same geometry. */
+collided_geometry collided_create_hull(collided *c, const double *points, size_t count);
+
+/* ---- bodies ---- */
+
+typedef enum collided_motion { COLLIDED_MOVING, COLLIDED_FIXED } collided_motion;
+
+typedef struct collided_rule { /* ordered; the first that matches the other body decides */
+    const char *pattern; /* name pattern with '*' and '?', or "group:NAME" */
+    bool allow;          /* true: touching is allowed, the pair is not looked at */
+    const char *reason;  /* told by collided_query_explain */
+} collided_rule;
+
+typedef struct collided_body_def {
+    const char *name;      /* unique in the world */
+    const char *group;     /* default "" */
+    collided_motion motion;
+    uint64_t category, mask; /* a pair is checked when each one's mask has a bit of the other's; default 1 and all */
+    double deadline_s;     /* a pose older than this is stale: its pairs are unknown, never free. 0 = never */
+    collided_pose pose;
+    int64_t stamp_ns;      /* of the pose; 0 = now */
+    const collided_shape *shapes;
+    size_t shape_count;
+    const collided_rule *rules;
+    size_t rule_count;
+} collided_body_def;
+collided_body_def collided_body_def_default(void);
+
+collided_body collided_create_body(collided *c, const collided_body_def *def);
+/* As if created anew under the same id: shapes, filter, everything but the contacts' ids of what did not change. */
+collided_status collided_change_body(collided *c, collided_body body, const collided_body_def *def);
+collided_status collided_remove_body(collided *c, collided_body body);
+
+/* Poses of `count` bodies as plain arrays: positions 3 each, orientations 4 each; linear (m/s) and angular (rad/s)
+ * 3 each or NULL. stamp_ns: when they were true (0 = now); step: of a simulator, or 0. Sent by the next flush or poll. */
+collided_status collided_publish(collided *c, size_t count, const collided_body *bodies, const double *positions,
+    const double *orientations, const double *linear, const double *angular, int64_t stamp_ns, int64_t step);
+collided_status collided_move(collided *c, collided_body body, collided_pose pose); /* one body, now */
+
+/* ---- interests and events ---- */
+
+typedef enum collided_fact { COLLIDED_TOUCH = 1, COLLIDED_DISTANCE = 2, COLLIDED_MANIFOLD = 4 } collided_fact;
+
+typedef enum collided_event_kind { /* numbers as on the wire */
+    COLLIDED_BEGIN = 1, COLLIDED_UPDATE, COLLIDED_END, COLLIDED_NEAR, COLLIDED_FAR, COLLIDED_UNKNOWN, COLLIDED_KNOWN
+} collided_event_kind;
+
+typedef struct collided_contact_point {
+    double point[3];  /* world */
+    double distance;  /* m, signed */
+    int32_t feature;  /* stable id */
+} collided_contact_point;
+
+typedef struct collided_event {
+    collided_event_kind kind;
+    const char *cause;     /* "motion", "removed", "owner_lost", "filter", "shape", "interest", "shutdown", "stale",
+                              "snapshot" */
+    int64_t contact;       /* stable id from begin to end */
+    const char *name_a, *name_b;
+    int32_t shape_a, shape_b;
+    double lo, hi;         /* m: lo <= signed distance <= hi, certified; negative = depth */
+    double axis[3];        /* unit, from A to B: proves lo */
+    double point_a[3], point_b[3]; /* world: prove hi */
+    double age_a_s, age_b_s; /* age of the poses used; -1 = fixed or not stamped */
+    const collided_contact_point *points;
+    size_t point_count;
+} collided_event;
+
+typedef struct collided_batch { /* all events of one tick on one stream */
+    collided_interest interest; /* id COLLIDED_NONE for a stream of another client's */
+    const char *stream;
+    int64_t epoch, batch, tick, stamp_ns, latest_pose_ns, step;
+    bool snapshot;          /* the whole current state: forget what you knew */
+    bool closing;
+    int64_t lost;           /* batches that were lost before this one; a snapshot follows by itself */
+    const collided_event *events;
+    size_t event_count;
+} collided_batch;
+
+typedef void collided_events(void *context, const collided_batch *batch);
+
+typedef struct collided_interest_def {
+    unsigned facts;          /* of collided_fact; default COLLIDED_TOUCH */
+    const char *select_a;    /* pairs of a body that matches this and another that matches that; default "*", "*" */
+    const char *select_b;
+    const char *stream;      /* name of the stream; NULL = one of its own */
+    double threshold_m;      /* a contact is a pair at or below it; default 0 */
+    double range_m;          /* COLLIDED_DISTANCE: report pairs nearer than this */
+    double tolerance_m;      /* width of the intervals; default 1e-6 */
+    double rate_hz;          /* updates at most so often; 0 = each tick */
+    collided_events *callback;
+    void *context;
+} collided_interest_def;
+collided_interest_def collided_interest_def_default(void);
+
+collided_interest collided_subscribe(collided *c, const collided_interest_def *def);
+collided_status collided_unsubscribe(collided *c, collided_interest interest);
+
+/* ---- queries: they wait for the answer, and run callbacks meanwhile ---- */
+
+typedef struct collided_hit {
+    const char *name_a, *name_b;
+    double lo, hi;
+    double axis[3], point_a[3], point_b[3];
+    double orientation[4];  /* collided_query_bodies */
+    double age_s;           /* -1 = not stamped */
+    bool stale;             /* unknown: past the deadline */
+} collided_hit;
+
+typedef struct collided_result { /* freed by collided_result_free */
+    collided_hit *hits;
+    size_t count;
+    char *text;             /* explain: lines for people */
+    bool truncated;
+    int64_t epoch, tick;
+} collided_result;
+void collided_result_free(collided_result *result);
+
+collided_status collided_query_ray(collided *c, const double origin[3], const double direction[3], double length_m,
+    double timeout_s, collided_result *out);
+collided_status collided_query_distance(collided *c, const char *name_a, const char *name_b, double tolerance_m,
+    double timeout_s, collided_result *out);
+collided_status collided_query_box(collided *c, const collided_pose *pose, const double half[3], double timeout_s,
+    collided_result *out);
+collided_status collided_query_explain(collided *c, const char *name_a, const char *name_b, double timeout_s,
+    collided_result *out);
+collided_status collided_query_bodies(collided *c, const char *pattern, double timeout_s, collided_result *out);
+
+/* ---- the daemon's state ---- */
+
+typedef struct collided_counter {
+    const char *name;
+    int64_t value;
+} collided_counter;
+
+typedef struct collided_daemon_status { /* valid until the next call that takes the client */
+    int64_t epoch, tick, stamp_ns, started_ns;
+    const char *health;     /* "starting", "ready", "degraded", "stopping" */
+    const char *daemon, *release, *links, *limits;
+    const collided_counter *counters;
+    size_t counter_count;
+} collided_daemon_status;
+collided_status collided_get_status(collided *c, double timeout_s, collided_daemon_status *out);
+
+/* ---- proof ---- */
+
+/* Re-checks a certificate from the two shapes (whose body poses are pose_a, pose_b) and the claim alone, by support
+ * points along the axis and by the witness points: is it true that lo <= signed distance, and that it is <= hi when the
+ * points are apart? `hull_a`, `hull_b`: the points of hulls (count triples), NULL otherwise. Pure; any thread.
+ * COLLIDED_OK, or COLLIDED_REJECTED if the certificate does not prove its claim. */
+typedef struct collided_certificate {
+    double lo, hi;
+    double axis[3], point_a[3], point_b[3]; /* world */
+} collided_certificate;
+collided_status collided_verify(const collided_shape *a, const collided_pose *pose_a, const double *hull_a,
+    size_t hull_a_count, const collided_shape *b, const collided_pose *pose_b, const double *hull_b,
+    size_t hull_b_count, const collided_certificate *claim);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

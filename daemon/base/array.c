@@ -1,0 +1,62 @@
+/* array: the memory behind every growing array. Any thread. None of these functions returns NULL or a buffer too small:
+ * where memory ends, the process ends with a message. */
+#include "array.h"
+
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { FIRST_CAPACITY = 8 }; /* values; the first growth, so that small arrays do not grow eight times */
+
+/* Not through the log, which could itself be out of memory and may be muted. */
+static _Noreturn void out_of_memory(size_t count, size_t size)
+{
+    fprintf(stderr, "out of memory: no room for %zu values of %zu bytes\n", count, size);
+    abort();
+}
+
+/* malloc(0) may return NULL, which callers would have to tell from failure. */
+static size_t checked_bytes(size_t count, size_t size)
+{
+    size_t bytes;
+    if (__builtin_mul_overflow(count, size, &bytes)) out_of_memory(count, size);
+    return bytes ? bytes : 1;
+}
+
+void *base_alloc(size_t count, size_t size)
+{
+    void *p = malloc(checked_bytes(count, size));
+    if (!p) out_of_memory(count, size);
+    return p;
+}
+
+void *base_zalloc(size_t count, size_t size)
+{
+    void *p = calloc(1, checked_bytes(count, size));
+    if (!p) out_of_memory(count, size);
+    return p;
+}
+
+void *base_realloc(void *old, size_t count, size_t size)
+{
+    void *p = realloc(old, checked_bytes(count, size));
+    if (!p) out_of_memory(count, size);
+    return p;
+}
+
+char *base_strdup(const char *text)
+{
+    size_t size = strlen(text) + 1;
+    return memcpy(base_alloc(size, 1), text, size);
+}
+
+void *array_grow(void *at, size_t *capacity, size_t need, size_t size)
+{
+    if (need <= *capacity) return at;
+    size_t grown = *capacity > SIZE_MAX / 2 ? need : *capacity * 2;
+    if (grown < FIRST_CAPACITY) grown = FIRST_CAPACITY;
+    if (grown < need) grown = need;
+    *capacity = grown;
+    return base_realloc(at, grown, size);
+}

@@ -1,0 +1,70 @@
+/* link: a transport. Checked messages in, messages out; it never sees the world.
+ *
+ * All functions of a link are called by the tick thread alone. A link may have threads of its own (a DDS listener, a
+ * reader of the gateway's pipe): they only queue, and wake the tick thread through the eventfd `wake_fd`, with one
+ * write when something arrives at a link that had nothing. Incoming messages are decoded and checked (wire_check)
+ * before the sink sees them; what is refused goes to sink->refused, and is counted. Nothing here blocks. */
+#ifndef COLLIDED_LINK_LINK_H
+#define COLLIDED_LINK_LINK_H
+
+#include "base/metrics.h"
+#include "wire/wire.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+
+typedef struct link link;
+
+/* What a link calls while it is in link_receive (on the tick thread). */
+typedef struct link_sink {
+    void *context;
+    /* A checked message. It, and what it borrows, is valid during the call only. */
+    void (*message)(void *context, link *from, const wire_message *m);
+    /* A message that was refused. `partial` holds what could be told of it: kind, client and sequence (0 = unknown). */
+    void (*refused)(void *context, link *from, wire_kind kind, int64_t client, int64_t sequence,
+        const wire_refusal *why);
+    /* The transport itself noticed that a client has gone (DDS liveliness). A lease by heartbeat (LCM) is the service's
+     * business: see link_ops.has_liveliness. */
+    void (*client_lost)(void *context, link *from, int64_t client);
+    /* A reader has come to that stream: it wants the whole current state first. */
+    void (*stream_reader)(void *context, link *from, const char *stream);
+} link_sink;
+
+typedef struct link_options {
+    int wake_fd;            /* eventfd of the tick thread */
+    metrics *counters;      /* where it registers "dds_samples_in", "lcm_gateway_restarts", ... */
+    const char *address;    /* what follows the scheme: see each link's header */
+    const char *interface;  /* network interface or address; "" = loopback only */
+    const char *program;    /* LCM: path of collided-lcm; "" = beside this executable */
+} link_options;
+
+typedef struct link_ops {
+    const char *scheme;      /* "dds", "lcm", "memory", "replay" */
+    bool has_liveliness;     /* it reports lost clients itself */
+    bool acknowledges;       /* its clients repeat messages until acknowledged */
+    /* 0, or -1 with a line in `why` that says what failed and what to do. */
+    int (*open)(link *l, const link_options *options, char *why, size_t why_size);
+    /* Takes everything that has come. The number of messages handed over. */
+    size_t (*receive)(link *l, const link_sink *sink);
+    /* Sends, or queues until flush. A message that cannot be sent is counted, by cause, and never blocks. */
+    void (*publish)(link *l, const wire_message *m);
+    void (*flush)(link *l); /* once a tick */
+    /* A stream begins or ends to exist; publish of an EventBatch goes to the stream of that name. */
+    void (*stream_open)(link *l, const char *stream);
+    void (*stream_close)(link *l, const char *stream);
+    /* One line for people: what it listens on, and who can reach it. */
+    void (*describe)(link *l, char *text, size_t size);
+    void (*close)(link *l);
+} link_ops;
+
+struct link { /* the head of each link's own struct */
+    const link_ops *ops;
+    link_options options;
+};
+
+/* The link for a URI, opened: "dds://DOMAIN", "lcm://udpm://239.255.76.67:7667?ttl=0" (or "lcm://udpm..."),
+ * "memory://NAME". NULL with the reason in `why`. */
+link *link_open(const char *uri, const link_options *options, char *why, size_t why_size);
+void link_close(link *l); /* flushes, then frees */
+
+#endif

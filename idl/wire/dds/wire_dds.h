@@ -1,0 +1,21 @@
+/* wire_dds: messages to and from the types that idlc generates. Only the layout of samples is known here, no DDS calls
+ * are made; the library wire_dds (not wire) carries it, so that nobody else links the generated code. */
+#ifndef COLLIDED_WIRE_DDS_H
+#define COLLIDED_WIRE_DDS_H
+
+#include "wire/wire.h"
+
+struct dds_topic_descriptor;
+
+const struct dds_topic_descriptor *wire_dds_descriptor(wire_kind kind);
+size_t wire_dds_sample_size(wire_kind kind);
+
+/* A message that borrows from the sample: valid as long as the sample is. The sequences of plain numbers are not copied.
+ * Checked by wire_check. */
+wire_reason wire_dds_decode(wire_kind kind, const void *sample, wire_message *out, wire_refusal *refusal);
+
+/* A sample that borrows from the message: to be written at once, never freed by dds_sample_free. `sample` has
+ * wire_dds_sample_size bytes. */
+void wire_dds_encode(const wire_message *m, void *sample);
+
+#endif
