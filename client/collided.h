@@ -259,6 +259,10 @@ collided_status collided_query_explain(collided *c, const char *name_a, const ch
     collided_result *out);
 collided_status collided_query_bodies(collided *c, const char *pattern, double timeout_s, collided_result *out);
 
+/* Starts a recording on the daemon, in its record_dir, under a plain name without '/'; NULL or "" ends it. The answer's
+ * text tells the path. */
+collided_status collided_record(collided *c, const char *name, double timeout_s, collided_result *out);
+
 /* ---- the daemon's state ---- */
 
 typedef struct collided_counter {

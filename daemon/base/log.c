@@ -6,6 +6,7 @@
 
 #include <errno.h>
 #include <stdarg.h>
+#include <stdatomic.h>
 #include <stdbool.h>
 #include <stdio.h>
 #include <string.h>
@@ -76,15 +77,13 @@ static bool site_admits(log_site *site, uint32_t *turn, uint32_t *muted)
 {
     int64_t now = clock_monotonic_ns() / 1000000000 + 1; /* never 0, the second of a new site */
     int64_t second = site->second;
-    if (second != now &&
-        __atomic_compare_exchange_n((int64_t *)&site->second, &second, now, false, __ATOMIC_RELAXED, __ATOMIC_RELAXED))
-        site->printed = 0;
+    if (second != now && atomic_compare_exchange_strong(&site->second, &second, now)) site->printed = 0;
     *turn = site->printed++;
     if (*turn >= LOG_BURST) {
         site->muted++;
         return false;
     }
-    *muted = __atomic_exchange_n((uint32_t *)&site->muted, 0, __ATOMIC_RELAXED);
+    *muted = atomic_exchange(&site->muted, 0);
     return true;
 }
 

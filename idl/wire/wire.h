@@ -202,7 +202,8 @@ enum {
     WIRE_QUERY_EXPLAIN = 4,  /* name_a, name_b: why is this pair checked, or not, and what is known of it */
     WIRE_QUERY_NEAREST = 5,  /* origin, most: nearest bodies to a point, within length */
     WIRE_QUERY_CAST = 6,     /* a shape swept along direction */
-    WIRE_QUERY_BODIES = 7    /* name_a as a pattern: list of bodies with their poses */
+    WIRE_QUERY_BODIES = 7,   /* name_a as a pattern: list of bodies with their poses */
+    WIRE_QUERY_RECORD = 8    /* name_a: start a recording of that name in the daemon's record_dir; "" = end it */
 };
 
 typedef struct wire_query {

@@ -1,0 +1,66 @@
+/* Names, checks and the reach of shapes. Pure; any thread. shape_check is the boundary: what it lets pass, all other
+ * code of the engine takes without looking again. */
+#include "shape.h"
+
+#include "hull.h"
+#include "round.h"
+
+const char *shape_type_name(shape_type type)
+{
+    static const char *const names[SHAPE_TYPE_COUNT] = {
+        [SHAPE_SPHERE] = "sphere",
+        [SHAPE_CAPSULE] = "capsule",
+        [SHAPE_BOX] = "box",
+        [SHAPE_CYLINDER] = "cylinder",
+        [SHAPE_CONE] = "cone",
+        [SHAPE_ELLIPSOID] = "ellipsoid",
+        [SHAPE_HALFSPACE] = "halfspace",
+        [SHAPE_HULL] = "hull",
+    };
+    return (unsigned)type < SHAPE_TYPE_COUNT ? names[type] : "unknown";
+}
+
+static const char *size_fault(double size)
+{
+    if (!isfinite(size)) return "size is not a finite number";
+    if (size < 0) return "size is negative";
+    if (size > SHAPE_SIZE_MAX) return "size is beyond the limit";
+    return NULL;
+}
+
+const char *shape_check(const shape *s)
+{
+    if ((unsigned)s->type >= SHAPE_TYPE_COUNT) return "type of shape is unknown";
+    const double sizes[] = {s->radius, s->half.x, s->half.y, s->half.z};
+    for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
+        const char *fault = size_fault(sizes[i]);
+        if (fault) return fault;
+    }
+    bool round = s->type == SHAPE_CYLINDER || s->type == SHAPE_CONE;
+    if (round && s->half.y != s->half.x) return "a cylinder's or cone's two radii differ";
+    if (s->type == SHAPE_HULL && !s->hull) return "hull is missing";
+    return NULL;
+}
+
+static double core_reach(const shape *s)
+{
+    switch (s->type) {
+    case SHAPE_CAPSULE:
+        return s->half.z;
+    case SHAPE_BOX:
+        return length_up(s->half);
+    case SHAPE_CYLINDER:
+    case SHAPE_CONE:
+        return length_up(vec(s->half.x, 0, s->half.z));
+    case SHAPE_ELLIPSOID:
+        return vec_max_abs(s->half);
+    case SHAPE_HALFSPACE:
+        return INFINITY;
+    case SHAPE_HULL:
+        return s->hull->reach;
+    default:
+        return 0;
+    }
+}
+
+double shape_reach(const shape *s) { return add_up(core_reach(s), s->radius); }

@@ -1,0 +1,125 @@
+/* Support points of the cores, and their heights rounded up. Pure; any thread; no branch depends on a hint, so that a
+ * warm query and a cold one agree bit for bit. */
+#include "support.h"
+
+#include "hull.h"
+#include "round.h"
+
+enum { LANES = 8 }; /* hull.h pads its arrays to this */
+
+/* |(x, y, z)| without overflow or underflow of the squares; errs by less than 5 u. */
+static double length_of(double x, double y, double z)
+{
+    double most = fmax(fabs(x), fmax(fabs(y), fabs(z)));
+    if (!(most > 0)) return 0;
+    return most * vec_norm(vec(x / most, y / most, z / most));
+}
+
+/* The point of the disc of radius r about the z axis at height z; its centre when the direction has no radial part. */
+static vec3 disc_support(double r, double z, vec3 d)
+{
+    vec3 radial = vec_unit(vec(d.x, d.y, 0));
+    return vec(r * radial.x, r * radial.y, z);
+}
+
+/* The apex is the support point where the direction is steeper than the normal of the side, (2 h, r). */
+static bool cone_apex_wins(const shape *s, vec3 d) { return 2 * s->half.z * d.z >= s->half.x * length_of(d.x, d.y, 0); }
+
+/* The least index among the vertices with the greatest computed dot product. Eight columns run side by side (the
+ * compiler makes vectors of them); each keeps its own first maximum. Padding repeats the last vertex, so it never wins
+ * a tie. */
+static uint32_t hull_support(const hull *h, vec3 d)
+{
+    double best[LANES];
+    uint64_t where[LANES];
+    for (int k = 0; k < LANES; k++) {
+        best[k] = -INFINITY;
+        where[k] = 0;
+    }
+    for (uint64_t i = 0; i < h->padded_count; i += LANES) {
+        for (int k = 0; k < LANES; k++) {
+            double height = h->x[i + k] * d.x + h->y[i + k] * d.y + h->z[i + k] * d.z;
+            bool higher = height > best[k];
+            best[k] = higher ? height : best[k];
+            where[k] = higher ? i : where[k];
+        }
+    }
+    int top = 0;
+    for (int k = 1; k < LANES; k++) {
+        bool tie = best[k] == best[top] && where[k] + k < where[top] + top;
+        if (best[k] > best[top] || tie) top = k;
+    }
+    return (uint32_t)where[top] + top;
+}
+
+static vec3 ellipsoid_support(vec3 half, vec3 d)
+{
+    vec3 w = vec_unit(vec(half.x * d.x, half.y * d.y, half.z * d.z));
+    return vec(half.x * w.x, half.y * w.y, half.z * w.z);
+}
+
+vec3 support_core(const shape *s, vec3 d, uint32_t *hint)
+{
+    double z = d.z >= 0 ? s->half.z : -s->half.z;
+    switch (s->type) {
+    case SHAPE_CAPSULE:
+        return vec(0, 0, z);
+    case SHAPE_BOX:
+        return vec(d.x >= 0 ? s->half.x : -s->half.x, d.y >= 0 ? s->half.y : -s->half.y, z);
+    case SHAPE_CYLINDER:
+        return disc_support(s->half.x, z, d);
+    case SHAPE_CONE:
+        return cone_apex_wins(s, d) ? vec(0, 0, s->half.z) : disc_support(s->half.x, -s->half.z, d);
+    case SHAPE_ELLIPSOID:
+        return ellipsoid_support(s->half, d);
+    case SHAPE_HULL: {
+        uint32_t vertex = hull_support(s->hull, d);
+        if (hint) *hint = vertex;
+        return hull_vertex(s->hull, vertex);
+    }
+    default:
+        return VEC_ZERO;
+    }
+}
+
+/* `height` was computed from terms that add up to `terms` in absolute value, each by at most 8 rounded operations; so it
+ * errs by less than 10 u terms, and the sum below by another u. */
+static double height_up(double height, double terms)
+{
+    return terms > 0 ? height + (16 * ROUND_U * terms + DBL_TRUE_MIN) : height;
+}
+
+static double hull_height_up(const hull *h, vec3 d, uint32_t *hint)
+{
+    uint32_t vertex = hull_support(h, d);
+    if (hint) *hint = vertex;
+    /* The true highest vertex may be another one, but no higher than this one by more than both their errors. */
+    return height_up(vec_dot(d, hull_vertex(h, vertex)), h->max_abs * (fabs(d.x) + fabs(d.y) + fabs(d.z)));
+}
+
+double support_height_up(const shape *s, vec3 d, uint32_t *hint)
+{
+    double along = s->half.z * fabs(d.z), radial, height;
+    switch (s->type) {
+    case SHAPE_CAPSULE:
+        return height_up(along, along);
+    case SHAPE_BOX:
+        height = s->half.x * fabs(d.x) + s->half.y * fabs(d.y) + along;
+        return height_up(height, height);
+    case SHAPE_CYLINDER:
+        height = s->half.x * length_of(d.x, d.y, 0) + along;
+        return height_up(height, height);
+    case SHAPE_CONE:
+        radial = s->half.x * length_of(d.x, d.y, 0);
+        return height_up(fmax(s->half.z * d.z, radial - s->half.z * d.z), radial + along);
+    case SHAPE_ELLIPSOID:
+        height = length_of(s->half.x * d.x, s->half.y * d.y, s->half.z * d.z);
+        return height_up(height, height);
+    case SHAPE_HALFSPACE:
+        return d.x == 0 && d.y == 0 && d.z >= 0 ? 0 : INFINITY;
+    case SHAPE_HULL:
+        return hull_height_up(s->hull, d, hint);
+    default:
+        return 0;
+    }
+}

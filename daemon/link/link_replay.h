@@ -1,0 +1,17 @@
+/* link_replay: a recorded command log as a link: the same commands, tick by tick, through the same sink.
+ *
+ * "replay:///path/to/file.lcmlog". link_receive hands over the commands of exactly one recorded tick; link_replay_tick
+ * then tells that tick's number, clock and hash, so that the service runs it as it ran live. What it publishes goes
+ * nowhere. */
+#ifndef COLLIDED_LINK_REPLAY_H
+#define COLLIDED_LINK_REPLAY_H
+
+#include "link.h"
+#include "wire/wire_log.h"
+
+extern const link_ops link_replay_ops;
+
+/* After link_receive: true and the tick that ended, or false: the log has ended (or is damaged: then `why` is not ""). */
+bool link_replay_tick(link *l, wire_log_tick *out, char *why, size_t why_size);
+
+#endif

@@ -1,0 +1,154 @@
+/* Pair maps against a plain table indexed by both ids, and over a long life. */
+#include "base/pair_map.h"
+#include "cmocka_c.h"
+#include "prng.h"
+
+enum { IDS = 60 };
+
+typedef struct table { /* the oracle: value by (a, b), a < b */
+    uint32_t value[IDS][IDS];
+    size_t count;
+} table;
+
+static void table_clear(table *t)
+{
+    t->count = 0;
+    for (int a = 0; a < IDS; a++)
+        for (int b = 0; b < IDS; b++) t->value[a][b] = PAIR_MAP_NONE;
+}
+
+static void random_ids(prng *random, uint32_t *a, uint32_t *b)
+{
+    *a = prng_below(random, IDS);
+    do *b = prng_below(random, IDS);
+    while (*b == *a);
+}
+
+static uint32_t *cell_of(table *t, uint32_t a, uint32_t b)
+{
+    return a < b ? &t->value[a][b] : &t->value[b][a];
+}
+
+static void check_one_operation(pair_map *m, table *t, prng *random, bool growing)
+{
+    uint32_t a, b;
+    random_ids(random, &a, &b);
+    uint32_t *cell = cell_of(t, a, b);
+    assert_int_equal(pair_map_get(m, pair_key(a, b)), *cell);
+    if (prng_below(random, 100) < (growing ? 70u : 30u)) {
+        uint32_t value = prng_below(random, 1000000);
+        assert_int_equal(pair_map_put(m, pair_key(b, a), value), *cell == PAIR_MAP_NONE);
+        t->count += *cell == PAIR_MAP_NONE;
+        *cell = value;
+    } else {
+        assert_int_equal(pair_map_remove(m, pair_key(a, b)), *cell);
+        t->count -= *cell != PAIR_MAP_NONE;
+        *cell = PAIR_MAP_NONE;
+    }
+    assert_int_equal(m->count, t->count);
+}
+
+static void every_answer_equals_a_plain_table(void **state)
+{
+    (void)state;
+    static table t;
+    table_clear(&t);
+    pair_map m;
+    pair_map_init(&m);
+    prng random = {3};
+    for (int i = 0; i < 200000; i++) check_one_operation(&m, &t, &random, i / 10000 % 2 == 0);
+    for (uint32_t a = 0; a < IDS; a++)
+        for (uint32_t b = a + 1; b < IDS; b++) assert_int_equal(pair_map_get(&m, pair_key(a, b)), t.value[a][b]);
+    pair_map_free(&m);
+}
+
+static size_t occupied_slots(const pair_map *m)
+{
+    size_t n = 0;
+    for (size_t i = 0; i < m->capacity; i++) n += m->keys[i] != 0;
+    return n;
+}
+
+/* The sum over all runs of occupied slots of length squared: proportional to the cost of a missing look-up. */
+static double cost_of_a_miss(const pair_map *m)
+{
+    double sum = 0;
+    size_t run = 0;
+    for (size_t i = 0; i < m->capacity; i++) {
+        run = m->keys[i] ? run + 1 : 0;
+        sum += (double)run;
+    }
+    return sum / (double)m->capacity;
+}
+
+/* With tombstones, occupied slots would grow beyond the count, and the runs with them. */
+static void a_long_life_leaves_nothing_behind(void **state)
+{
+    (void)state;
+    enum { LIVE = 3000, CHURN = 300000 };
+    static uint64_t live[LIVE];
+    pair_map m;
+    pair_map_init(&m);
+    prng random = {4};
+    for (uint32_t i = 0; i < LIVE; i++) pair_map_put(&m, live[i] = pair_key(i, i + 1), i);
+    size_t capacity = m.capacity;
+    for (uint32_t i = 0; i < CHURN; i++) {
+        uint32_t which = prng_below(&random, LIVE);
+        assert_int_equal(pair_map_remove(&m, live[which]), which);
+        live[which] = pair_key(LIVE + i, LIVE + i + 1 + prng_below(&random, 10)); /* new ids: never seen before */
+        assert_true(pair_map_put(&m, live[which], which));
+    }
+    assert_int_equal(m.capacity, capacity);
+    assert_int_equal(m.count, LIVE);
+    assert_int_equal(occupied_slots(&m), LIVE);
+    /* Linear probing at load 3/4 expects (1 + 1 / (1 - 3/4)^2) / 2 = 8.5 probes a miss (Knuth, vol. 3, 6.4). */
+    assert_true(cost_of_a_miss(&m) < 10);
+    pair_map_free(&m);
+}
+
+/* Lattices of ids (a grid of bodies, each with its right and its lower neighbour) must not pile up either. */
+static void neighbours_on_a_grid_spread_evenly(void **state)
+{
+    (void)state;
+    enum { SIDE = 128 };
+    pair_map m;
+    pair_map_init(&m);
+    for (uint32_t i = 0; i + SIDE < SIDE * SIDE; i++) {
+        pair_map_put(&m, pair_key(i, i + 1), i);
+        if (i % 2 == 0) pair_map_put(&m, pair_key(i, i + SIDE), i);
+    }
+    assert_true(4 * m.count <= 3 * m.capacity);
+    assert_true(cost_of_a_miss(&m) < 10);
+    pair_map_free(&m);
+}
+
+static void a_key_does_not_depend_on_the_order(void **state)
+{
+    (void)state;
+    assert_true(pair_key(1, 2) == pair_key(2, 1));
+    assert_true(pair_key(0, 1) != 0);
+    assert_true(pair_key(0, 2) != pair_key(1, 2));
+    assert_true(pair_key(UINT32_MAX, 0) == UINT32_MAX);
+}
+
+static void an_empty_map_has_nothing(void **state)
+{
+    (void)state;
+    pair_map m;
+    pair_map_init(&m);
+    assert_int_equal(pair_map_get(&m, 5), PAIR_MAP_NONE);
+    assert_int_equal(pair_map_remove(&m, 5), PAIR_MAP_NONE);
+    pair_map_free(&m);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(every_answer_equals_a_plain_table),
+        cmocka_unit_test(a_long_life_leaves_nothing_behind),
+        cmocka_unit_test(neighbours_on_a_grid_spread_evenly),
+        cmocka_unit_test(a_key_does_not_depend_on_the_order),
+        cmocka_unit_test(an_empty_map_has_nothing),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
