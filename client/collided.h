@@ -61,7 +61,8 @@ typedef enum collided_on_loss { COLLIDED_REMOVE, COLLIDED_HOLD, COLLIDED_KEEP } 
 
 typedef struct collided_def {
     const char *name;          /* for people; default: the program's name */
-    int64_t id;                /* 0 = random. A fixed id lets a later process go on with the same bodies */
+    int64_t id;                /* 0 = random. A fixed id lets a later process go on with the same bodies: sequence
+                                  numbers start from the wall clock in microseconds, so that they keep growing */
     double lease_s;            /* lost after so long without a sign of life; default 2 */
     collided_on_loss on_loss;  /* default COLLIDED_REMOVE */
     double connect_timeout_s;  /* how long collided_connect waits for a daemon; default 5; 0 = do not wait */
@@ -145,6 +146,8 @@ typedef struct collided_rule { /* ordered; the first that matches the other body
 } collided_rule;
 
 typedef struct collided_body_def {
+    int32_t id;            /* >= 0: this number, so that a later process under the same client id can go on with the body;
+                              COLLIDED_NONE (default): the next free one */
     const char *name;      /* unique in the world */
     const char *group;     /* default "" */
     collided_motion motion;
@@ -163,6 +166,9 @@ collided_body collided_create_body(collided *c, const collided_body_def *def);
 /* As if created anew under the same id: shapes, filter, everything but the contacts' ids of what did not change. */
 collided_status collided_change_body(collided *c, collided_body body, const collided_body_def *def);
 collided_status collided_remove_body(collided *c, collided_body body);
+/* Takes over a body that an earlier process of the same client id created (collided_body_def.id), so that it can be
+ * moved or removed. It is not announced again; whether it exists is found out by the daemon. */
+collided_body collided_adopt_body(collided *c, int32_t id);
 
 /* Poses of `count` bodies as plain arrays: positions 3 each, orientations 4 each; linear (m/s) and angular (rad/s)
  * 3 each or NULL. stamp_ns: when they were true (0 = now); step: of a simulator, or 0. Sent by the next flush or poll. */
