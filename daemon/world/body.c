@@ -1,0 +1,355 @@
+/* body: bodies and their shapes: put, move, remove, freshness, and their boxes in the broad phase. Tick thread. */
+#include "filter.h"
+#include "state.h"
+
+#include "geom/bounds.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- names ---- */
+
+static uint64_t name_hash(const char *name)
+{
+    uint64_t h = 14695981039346656037u;
+    for (; *name; name++) h = (h ^ (unsigned char)*name) * 1099511628211u;
+    return h ? h : 1;
+}
+
+/* The key under which a name is stored, or the first free one after it. */
+static uint64_t name_key(const world *w, const char *name, uint32_t *id)
+{
+    uint64_t key = name_hash(name);
+    for (;; key = key + 1 ? key + 1 : 1) {
+        *id = pair_map_get(&w->names, key);
+        if (*id == PAIR_MAP_NONE || strcmp(w->bodies.at[*id].name, name) == 0) return key;
+    }
+}
+
+uint32_t world_find_body(const world *w, const char *name)
+{
+    uint32_t id;
+    name_key(w, name, &id);
+    return id == PAIR_MAP_NONE ? WORLD_NONE : id;
+}
+
+static void name_add(world *w, uint32_t body)
+{
+    uint32_t taken;
+    uint64_t key = name_key(w, w->bodies.at[body].name, &taken);
+    pair_map_put(&w->names, key, body);
+}
+
+/* Names that were probed on behind this one move up, so that no probe meets a hole. */
+static void name_drop(world *w, const char *name)
+{
+    uint32_t id;
+    uint64_t key = name_key(w, name, &id);
+    pair_map_remove(&w->names, key);
+    for (key = key + 1 ? key + 1 : 1;; key = key + 1 ? key + 1 : 1) {
+        id = pair_map_remove(&w->names, key);
+        if (id == PAIR_MAP_NONE) return;
+        name_add(w, id);
+    }
+}
+
+static bool is_body(const world *w, uint32_t id)
+{
+    return id < w->bodies.count && w->bodies.at[id].used && !w->bodies.at[id].ghost;
+}
+
+const char *world_body_name(const world *w, uint32_t id) { return is_body(w, id) ? w->bodies.at[id].name : NULL; }
+pose world_body_pose(const world *w, uint32_t id) { return is_body(w, id) ? w->bodies.at[id].pose : POSE_IDENTITY; }
+
+/* ---- shapes ---- */
+
+static bool same_shape(const solid *s, const world_shape *def)
+{
+    const shape *a = &s->shape, *b = &def->shape;
+    return a->type == b->type && a->radius == b->radius && memcmp(&a->half, &b->half, sizeof a->half) == 0 &&
+           a->hull == b->hull && memcmp(&s->local, &def->local, sizeof s->local) == 0;
+}
+
+static bool same_shapes(const world *w, const body *b, const world_body *def)
+{
+    if (b->shape_count != def->shape_count) return false;
+    for (size_t i = 0; i < b->shape_count; i++)
+        if (!same_shape(&w->solids.at[b->shapes[i]], &def->shapes[i])) return false;
+    return true;
+}
+
+static void drop_shapes(world *w, body *b)
+{
+    for (size_t i = 0; i < b->shape_count; i++) {
+        w->solids.at[b->shapes[i]].ghost = true;
+        array_push(&w->ghost_solids, b->shapes[i]);
+        broad_remove(w->broad, b->shapes[i]);
+    }
+    free(b->shapes);
+    b->shapes = NULL;
+    b->shape_count = 0;
+}
+
+static void add_shapes(world *w, uint32_t id, const world_body *def)
+{
+    body *b = &w->bodies.at[id];
+    b->shapes = base_alloc(def->shape_count ? def->shape_count : 1, sizeof *b->shapes);
+    b->shape_count = def->shape_count;
+    for (size_t i = 0; i < def->shape_count; i++) {
+        uint32_t s = id_pool_take(&w->solid_ids);
+        array_reserve(&w->solids, s + 1);
+        if (s >= w->solids.count) w->solids.count = s + 1;
+        w->solids.at[s] = (solid){.shape = def->shapes[i].shape, .local = def->shapes[i].local,
+            .world = pose_mul(b->pose, def->shapes[i].local), .reach = shape_reach(&def->shapes[i].shape), .body = id,
+            .index = (int32_t)i, .used = true};
+        b->shapes[i] = s;
+    }
+}
+
+/* ---- put, move, remove ---- */
+
+static void free_rules(body *b)
+{
+    for (size_t i = 0; i < b->rule_count; i++) {
+        free((char *)b->rules[i].pattern);
+        free((char *)b->rules[i].reason);
+    }
+    free(b->rules);
+    b->rules = NULL;
+    b->rule_count = 0;
+}
+
+static void copy_rules(body *b, const world_body *def)
+{
+    free_rules(b);
+    b->rules = base_alloc(def->rule_count ? def->rule_count : 1, sizeof *b->rules);
+    for (size_t i = 0; i < def->rule_count; i++)
+        b->rules[i] = (filter_rule){base_strdup(def->rules[i].pattern), def->rules[i].allow,
+            base_strdup(def->rules[i].reason ? def->rules[i].reason : "")};
+    b->rule_count = def->rule_count;
+}
+
+void body_mark_dirty(world *w, uint32_t id, bool refilter)
+{
+    body *b = &w->bodies.at[id];
+    b->refilter |= refilter;
+    w->changed = true;
+    if (b->dirty) return;
+    b->dirty = true;
+    array_push(&w->dirty, id);
+}
+
+static uint32_t new_body(world *w)
+{
+    uint32_t id = id_pool_take(&w->body_ids);
+    array_reserve(&w->bodies, id + 1);
+    if (id >= w->bodies.count) w->bodies.count = id + 1;
+    w->bodies.at[id] = (body){.used = true};
+    w->bodies.at[id].match_a = base_zalloc(w->words, sizeof(uint64_t));
+    w->bodies.at[id].match_b = base_zalloc(w->words, sizeof(uint64_t));
+    w->figures.bodies++;
+    return id;
+}
+
+static void set_pose(body *b, pose to, int64_t stamp_ns)
+{
+    b->pose = (pose){to.p, quat_unit(to.q)};
+    b->stamp_ns = stamp_ns;
+    b->held = false;
+}
+
+/* Contacts under the old name end, as if the shapes had changed. */
+static bool set_name(world *w, uint32_t id, const char *name)
+{
+    body *b = &w->bodies.at[id];
+    if (b->name && strcmp(b->name, name) == 0) return false;
+    if (b->name) {
+        name_drop(w, b->name);
+        array_push(&w->ghost_names, b->name);
+    }
+    b->name = base_strdup(name);
+    name_add(w, id);
+    return true;
+}
+
+world_status world_put_body(world *w, uint32_t *id, const world_body *def)
+{
+    uint32_t named = world_find_body(w, def->name);
+    bool is_new = *id == WORLD_NONE;
+    if (!is_new && !is_body(w, *id)) return WORLD_UNKNOWN_ID;
+    if (named != WORLD_NONE && named != *id) return WORLD_NAME_TAKEN;
+    if (is_new) *id = new_body(w);
+
+    body *b = &w->bodies.at[*id];
+    bool renamed = set_name(w, *id, def->name);
+    free(b->group);
+    b->group = base_strdup(def->group ? def->group : "");
+    b->fixed = def->fixed;
+    b->category = def->category;
+    b->mask = def->mask;
+    b->deadline_ns = def->deadline_ns;
+    set_pose(b, def->pose, def->stamp_ns);
+    copy_rules(b, def);
+    if (is_new || renamed || !same_shapes(w, b, def)) {
+        w->figures.shapes += def->shape_count - b->shape_count;
+        drop_shapes(w, b);
+        add_shapes(w, *id, def);
+    }
+    interest_match_body(w, *id);
+    body_mark_dirty(w, *id, true);
+    return WORLD_OK;
+}
+
+world_status world_move_body(world *w, uint32_t id, pose to, int64_t stamp_ns, const vec3 *linear, const vec3 *angular)
+{
+    if (!is_body(w, id)) return WORLD_UNKNOWN_ID;
+    body *b = &w->bodies.at[id];
+    vec3 from = b->pose.p;
+    set_pose(b, to, stamp_ns);
+    b->step = vec_norm(vec_sub(b->pose.p, from));
+    (void)linear; /* the step of the last pose already widens the fat box; sweeps (CCD) will read the velocities */
+    (void)angular;
+    w->figures.moves++;
+    body_mark_dirty(w, id, false);
+    return WORLD_OK;
+}
+
+world_status world_hold_body(world *w, uint32_t id)
+{
+    if (!is_body(w, id)) return WORLD_UNKNOWN_ID;
+    w->bodies.at[id].held = true;
+    w->next_expiry_ns = INT64_MIN;
+    w->changed = true;
+    return WORLD_OK;
+}
+
+world_status world_remove_body(world *w, uint32_t id, uint8_t cause)
+{
+    if (!is_body(w, id)) return WORLD_UNKNOWN_ID;
+    body *b = &w->bodies.at[id];
+    name_drop(w, b->name);
+    w->figures.shapes -= b->shape_count;
+    w->figures.bodies--;
+    drop_shapes(w, b);
+    b->ghost = true;
+    b->ghost_cause = cause;
+    w->changed = true;
+    array_push(&w->ghosts, id);
+    return WORLD_OK;
+}
+
+/* ---- parts of the tick ---- */
+
+static void free_body(world *w, uint32_t id)
+{
+    body *b = &w->bodies.at[id];
+    free(b->name);
+    free(b->group);
+    free(b->match_a);
+    free(b->match_b);
+    free(b->shapes);
+    free_rules(b);
+    *b = (body){.used = false};
+}
+
+/* Events of the last tick point to names: what was removed before it goes only now. */
+void body_reap(world *w)
+{
+    for (size_t i = 0; i < w->reap.count; i++) {
+        free_body(w, w->reap.at[i]);
+        id_pool_give(&w->body_ids, w->reap.at[i]);
+    }
+    for (size_t i = 0; i < w->reap_solids.count; i++) {
+        w->solids.at[w->reap_solids.at[i]].used = false;
+        id_pool_give(&w->solid_ids, w->reap_solids.at[i]);
+    }
+    for (size_t i = 0; i < w->reap_names.count; i++) free(w->reap_names.at[i]);
+    w->reap.count = w->reap_solids.count = w->reap_names.count = 0;
+    for (size_t i = 0; i < w->ghost_names.count; i++) array_push(&w->reap_names, w->ghost_names.at[i]);
+    for (size_t i = 0; i < w->ghosts.count; i++) array_push(&w->reap, w->ghosts.at[i]);
+    for (size_t i = 0; i < w->ghost_solids.count; i++) array_push(&w->reap_solids, w->ghost_solids.at[i]);
+    w->ghosts.count = w->ghost_solids.count = w->ghost_names.count = 0;
+}
+
+/* A tenth of the shape, and as much as it moves in two ticks: slow things hold tight boxes, fast ones do not leave
+ * theirs at every tick. */
+double body_margin(const world *w, const body *b, const solid *s)
+{
+    double reach = isfinite(s->reach) ? s->reach : 0;
+    return w->options.margin * reach + 2 * b->step;
+}
+
+static int compare_u32(const void *a, const void *b)
+{
+    uint32_t x = *(const uint32_t *)a, y = *(const uint32_t *)b;
+    return (x > y) - (x < y);
+}
+
+static void set_expiry(world *w, body *b)
+{
+    int64_t since = b->stamp_ns ? b->stamp_ns : w->now_ns;
+    b->expiry_ns = b->deadline_ns ? since + b->deadline_ns : INT64_MAX;
+    if (b->expiry_ns < w->next_expiry_ns) w->next_expiry_ns = b->expiry_ns;
+}
+
+void body_settle_dirty(world *w)
+{
+    qsort(w->dirty.at, w->dirty.count, sizeof *w->dirty.at, compare_u32);
+    for (size_t i = 0; i < w->dirty.count; i++) {
+        body *b = &w->bodies.at[w->dirty.at[i]];
+        b->dirty = false;
+        if (b->ghost || !b->used) continue;
+        b->moved = true;
+        set_expiry(w, b);
+        for (size_t k = 0; k < b->shape_count; k++) {
+            solid *s = &w->solids.at[b->shapes[k]];
+            s->world = pose_mul(b->pose, s->local);
+            aabb box = shape_bounds(&s->shape, s->world);
+            broad_put(w->broad, &(broad_move){b->shapes[k], b->fixed, aabb_grow(box, b->widen), body_margin(w, b, s)});
+            if (b->refilter) broad_refilter(w->broad, b->shapes[k]);
+        }
+        b->refilter = false;
+    }
+}
+
+/* Looks at all bodies, but only when the earliest deadline that can have passed has passed. */
+void body_find_stale(world *w)
+{
+    w->stale_now.count = w->fresh_now.count = 0;
+    for (size_t i = 0; i < w->dirty.count; i++) {
+        body *b = &w->bodies.at[w->dirty.at[i]];
+        if (!b->used || b->ghost || !b->stale || b->held || b->expiry_ns <= w->now_ns) continue;
+        b->stale = false;
+        w->figures.stale_bodies--;
+        array_push(&w->fresh_now, w->dirty.at[i]);
+    }
+    if (w->now_ns < w->next_expiry_ns) return;
+    w->next_expiry_ns = INT64_MAX;
+    for (uint32_t id = 0; id < w->bodies.count; id++) {
+        body *b = &w->bodies.at[id];
+        if (!b->used || b->ghost || b->stale) continue;
+        if (b->held || b->expiry_ns <= w->now_ns) {
+            b->stale = true;
+            w->figures.stale_bodies++;
+            array_push(&w->stale_now, id);
+        } else if (b->expiry_ns < w->next_expiry_ns) {
+            w->next_expiry_ns = b->expiry_ns;
+        }
+    }
+}
+
+int64_t body_age_ns(const world *w, const body *b)
+{
+    return b->fixed || !b->stamp_ns ? -1 : w->now_ns - b->stamp_ns;
+}
+
+/* B's pose in A's frame, from the difference of the bodies' positions: exact where the bodies are near each other,
+ * however far they are from the origin. */
+pose solid_relative(const world *w, const solid *a, const solid *b)
+{
+    pose bodies = pose_relative(w->bodies.at[a->body].pose, w->bodies.at[b->body].pose);
+    pose b_in_body_a = pose_mul(bodies, b->local);
+    pose relative = pose_relative(a->local, b_in_body_a);
+    relative.q = quat_unit(relative.q);
+    return relative;
+}

@@ -1,0 +1,427 @@
+/* events: what the outcomes of a tick mean to each interest: begin, update, end, near, far, unknown, known. Tick thread.
+ *
+ * Pairs are walked in the order of their solids' ids and interests by theirs, so ids and order of events follow from
+ * the commands. A contact id has exactly one begin and one end: it is taken in `transit` and given up there, or in
+ * `end_watch` when the pair or the interest goes. */
+#include "state.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- emission ---- */
+
+static uint64_t mix(uint64_t h, const void *data, size_t size)
+{
+    const unsigned char *byte = data;
+    for (size_t i = 0; i < size; i++) h = (h ^ byte[i]) * 1099511628211u;
+    return h;
+}
+
+static uint64_t hash_event(uint64_t h, uint32_t interest, const world_event *e)
+{
+    h = mix(h, &interest, sizeof interest);
+    h = mix(h, &e->kind, sizeof e->kind);
+    h = mix(h, &e->cause, sizeof e->cause);
+    h = mix(h, &e->contact, sizeof e->contact);
+    h = mix(h, e->name_a, strlen(e->name_a));
+    h = mix(h, e->name_b, strlen(e->name_b));
+    const double numbers[] = {e->lo, e->hi, e->axis.x, e->axis.y, e->axis.z, e->point_a.x, e->point_a.y, e->point_a.z,
+        e->point_b.x, e->point_b.y, e->point_b.z, (double)e->age_a_ns, (double)e->age_b_ns};
+    h = mix(h, numbers, sizeof numbers);
+    for (uint32_t i = 0; i < e->manifold.count; i++) {
+        const manifold_point *p = &e->manifold.points[i];
+        const double point[] = {p->point.x, p->point.y, p->point.z, p->distance, (double)p->feature};
+        h = mix(h, point, sizeof point);
+    }
+    return h;
+}
+
+/* What is told again in a snapshot does not count for the hash: who asks for one, and when, is no command. */
+static void emit(world *w, uint32_t id, const world_event *e, uint8_t kind, uint8_t cause, int64_t contact)
+{
+    interest *i = &w->interests.at[id];
+    array_push(&i->events, *e);
+    world_event *mine = &i->events.at[i->events.count - 1];
+    mine->kind = kind;
+    mine->cause = cause;
+    mine->contact = contact;
+    if (kind == EVENT_UNKNOWN) {
+        mine->lo = -INFINITY;
+        mine->hi = INFINITY;
+    }
+    if (cause == CAUSE_SNAPSHOT) return;
+    w->hash = hash_event(w->hash, id, mine);
+    w->figures.events++;
+}
+
+static vec3 to_world(const solid *s, vec3 point_in_s) { return pose_point(s->world, point_in_s); }
+
+static void turn_round(world_event *e)
+{
+    world_event was = *e;
+    e->name_a = was.name_b;
+    e->name_b = was.name_a;
+    e->shape_a = was.shape_b;
+    e->shape_b = was.shape_a;
+    e->axis = vec_neg(was.axis);
+    e->point_a = was.point_b;
+    e->point_b = was.point_a;
+    e->age_a_ns = was.age_b_ns;
+    e->age_b_ns = was.age_a_ns;
+    for (uint32_t i = 0; i < e->manifold.count; i++)
+        e->manifold.points[i].feature = was.manifold.points[i].feature << 16 | was.manifold.points[i].feature >> 16;
+}
+
+/* Is this pair A and B to the interest only the other way round? */
+static bool is_turned(const body *a, const body *b, uint32_t id)
+{
+    uint64_t mask = (uint64_t)1 << (id & 63);
+    size_t word = id >> 6;
+    return !(a->match_a[word] & mask && b->match_b[word] & mask);
+}
+
+static void fill(const world *w, const pair *p, const narrow_result *r, uint32_t interest, world_event *e)
+{
+    const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
+    const body *x = &w->bodies.at[a->body], *y = &w->bodies.at[b->body];
+    *e = (world_event){.name_a = x->name, .name_b = y->name, .shape_a = a->index, .shape_b = b->index, .lo = r->lo,
+        .hi = r->hi, .axis = quat_rotate(a->world.q, r->axis), .point_a = to_world(a, r->point_a),
+        .point_b = to_world(a, r->point_b), .age_a_ns = body_age_ns(w, x), .age_b_ns = body_age_ns(w, y),
+        .manifold = r->manifold};
+    for (uint32_t i = 0; i < e->manifold.count; i++)
+        e->manifold.points[i].point = to_world(a, e->manifold.points[i].point);
+    if (is_turned(x, y, interest)) turn_round(e);
+}
+
+/* ---- watches ---- */
+
+static uint32_t find_watch(const world *w, const pair *p, uint32_t interest)
+{
+    uint32_t id = p->first_watch;
+    while (id != WORLD_NONE && w->watches.at[id].interest < interest) id = w->watches.at[id].pair_next;
+    return id != WORLD_NONE && w->watches.at[id].interest == interest ? id : WORLD_NONE;
+}
+
+static uint32_t add_watch(world *w, uint32_t pair_id, uint32_t interest_id)
+{
+    uint32_t id = id_pool_take(&w->watch_ids);
+    array_reserve(&w->watches, id + 1);
+    if (id >= w->watches.count) w->watches.count = id + 1;
+    watch *v = &w->watches.at[id];
+    interest *i = &w->interests.at[interest_id];
+    *v = (watch){.used = true, .pair = pair_id, .interest = interest_id, .interest_next = i->first_watch,
+        .interest_prev = WORLD_NONE};
+    if (i->first_watch != WORLD_NONE) w->watches.at[i->first_watch].interest_prev = id;
+    i->first_watch = id;
+
+    uint32_t *link = &w->pairs.at[pair_id].first_watch;
+    while (*link != WORLD_NONE && w->watches.at[*link].interest < interest_id) link = &w->watches.at[*link].pair_next;
+    v->pair_next = *link;
+    *link = id;
+    return id;
+}
+
+static void drop_watch(world *w, uint32_t id)
+{
+    watch *v = &w->watches.at[id];
+    uint32_t *link = &w->pairs.at[v->pair].first_watch;
+    while (*link != id) link = &w->watches.at[*link].pair_next;
+    *link = v->pair_next;
+    if (v->interest_prev != WORLD_NONE)
+        w->watches.at[v->interest_prev].interest_next = v->interest_next;
+    else
+        w->interests.at[v->interest].first_watch = v->interest_next;
+    if (v->interest_next != WORLD_NONE) w->watches.at[v->interest_next].interest_prev = v->interest_prev;
+    v->used = false;
+    id_pool_give(&w->watch_ids, id);
+}
+
+static void end_watch(world *w, uint32_t id, uint8_t cause)
+{
+    watch *v = &w->watches.at[id];
+    if (v->touch_id) {
+        emit(w, v->interest, &v->last, EVENT_END, cause, v->touch_id);
+        w->figures.contacts--;
+    }
+    if (v->near_id) emit(w, v->interest, &v->last, EVENT_FAR, cause, v->near_id);
+    drop_watch(w, id);
+}
+
+void events_pair_ended(world *w, uint32_t pair_id, uint8_t cause)
+{
+    while (w->pairs.at[pair_id].first_watch != WORLD_NONE) end_watch(w, w->pairs.at[pair_id].first_watch, cause);
+}
+
+/* ---- what an outcome means ---- */
+
+static bool may_update(const world *w, const interest *i) { return !i->period_ns || w->now_ns >= i->next_update_ns; }
+
+static void update(world *w, uint32_t id, uint8_t kind, int64_t contact)
+{
+    watch *v = &w->watches.at[id];
+    interest *i = &w->interests.at[v->interest];
+    if (may_update(w, i)) {
+        v->dirty = false;
+        emit(w, v->interest, &v->last, kind, CAUSE_MOTION, contact);
+    } else if (!v->dirty) {
+        v->dirty = true;
+        array_push(&i->held, id);
+    }
+}
+
+static void transit_touch(world *w, uint32_t id, bool touches)
+{
+    watch *v = &w->watches.at[id];
+    if (touches && !v->touch_id) {
+        v->touch_id = ++w->serial;
+        w->figures.contacts++;
+        emit(w, v->interest, &v->last, EVENT_BEGIN, CAUSE_MOTION, v->touch_id);
+    } else if (touches) {
+        update(w, id, EVENT_UPDATE, v->touch_id);
+    } else if (v->touch_id) {
+        emit(w, v->interest, &v->last, EVENT_END, CAUSE_MOTION, v->touch_id);
+        v->touch_id = 0;
+        w->figures.contacts--;
+        if (v->near_id) emit(w, v->interest, &v->last, EVENT_NEAR, CAUSE_MOTION, v->near_id);
+    } else if (v->near_id) {
+        update(w, id, EVENT_NEAR, v->near_id);
+    }
+}
+
+static void transit(world *w, uint32_t id, bool touches, bool near)
+{
+    watch *v = &w->watches.at[id];
+    if (v->unknown) {
+        v->unknown = false;
+        emit(w, v->interest, &v->last, EVENT_KNOWN, CAUSE_MOTION, v->touch_id ? v->touch_id : v->near_id);
+    }
+    if (!near && v->near_id) {
+        int64_t was = v->near_id;
+        v->near_id = 0;
+        transit_touch(w, id, touches);
+        emit(w, v->interest, &v->last, EVENT_FAR, CAUSE_MOTION, was);
+    } else if (near && !v->near_id) {
+        bool touched = v->touch_id != 0;
+        if (touched || touches) transit_touch(w, id, touches);
+        v->near_id = ++w->serial;
+        if (!touches) emit(w, v->interest, &v->last, EVENT_NEAR, CAUSE_MOTION, v->near_id);
+    } else {
+        transit_touch(w, id, touches);
+    }
+    if (!v->touch_id && !v->near_id) drop_watch(w, id);
+}
+
+static void tell(world *w, uint32_t pair_id, const narrow_result *r, uint32_t interest_id)
+{
+    const pair *p = &w->pairs.at[pair_id];
+    const interest *i = &w->interests.at[interest_id];
+    bool touches = i->facts & (WORLD_TOUCH | WORLD_MANIFOLD) && r->lo <= i->threshold;
+    bool near = i->facts & WORLD_DISTANCE && r->lo <= i->range;
+    uint32_t id = find_watch(w, p, interest_id);
+    if (id == WORLD_NONE && !touches && !near) return;
+    if (id == WORLD_NONE) id = add_watch(w, pair_id, interest_id);
+    world_event *last = &w->watches.at[id].last;
+    fill(w, p, r, interest_id, last);
+    if (!(i->facts & WORLD_MANIFOLD) || !touches) last->manifold.count = 0;
+    transit(w, id, touches, near);
+}
+
+void events_of_active(world *w)
+{
+    for (size_t k = 0; k < w->active_pairs.count; k++) {
+        if (w->outcomes.at[k].result == WORLD_NONE) continue;
+        uint32_t id = w->active_pairs.at[k];
+        const solid *a = &w->solids.at[w->pairs.at[id].a], *b = &w->solids.at[w->pairs.at[id].b];
+        for (size_t word = 0; word < w->words; word++) {
+            uint64_t bits = interest_word(w, &w->bodies.at[a->body], &w->bodies.at[b->body], word);
+            for (; bits; bits &= bits - 1)
+                tell(w, id, &w->results.at[w->outcomes.at[k].result], (uint32_t)(word * 64) + (uint32_t)__builtin_ctzll(bits));
+        }
+    }
+}
+
+/* ---- stale bodies ---- */
+
+static void emit_whole_body(world *w, uint32_t body_id, uint32_t interest, uint8_t kind, uint8_t cause)
+{
+    const body *b = &w->bodies.at[body_id];
+    world_event e = {.name_a = b->name, .name_b = "*", .shape_a = -1, .shape_b = -1, .lo = -INFINITY, .hi = INFINITY,
+        .age_a_ns = body_age_ns(w, b), .age_b_ns = -1};
+    emit(w, interest, &e, kind, cause, 0);
+}
+
+static void tell_whole_body(world *w, uint32_t body_id, uint8_t kind, uint8_t cause)
+{
+    const body *b = &w->bodies.at[body_id];
+    for (size_t word = 0; word < w->words; word++)
+        for (uint64_t bits = b->match_a[word] | b->match_b[word]; bits; bits &= bits - 1)
+            emit_whole_body(w, body_id, (uint32_t)(word * 64) + (uint32_t)__builtin_ctzll(bits), kind, cause);
+}
+
+typedef struct pair_list {
+    const world *w;
+    uint32_t proxy;
+    ARRAY(uint32_t) pairs;
+} pair_list;
+
+static void list_pair(void *context, uint32_t other)
+{
+    pair_list *l = context;
+    uint32_t id = pair_find(l->w, l->proxy, other);
+    if (l->w->pairs.at[id].first_watch != WORLD_NONE) array_push(&l->pairs, id);
+}
+
+static int compare_u32(const void *a, const void *b)
+{
+    uint32_t x = *(const uint32_t *)a, y = *(const uint32_t *)b;
+    return (x > y) - (x < y);
+}
+
+static void tell_watches_unknown(world *w, uint32_t solid_id)
+{
+    pair_list list = {.w = w, .proxy = solid_id};
+    broad_each_pair_of(w->broad, solid_id, list_pair, &list);
+    if (list.pairs.count) qsort(list.pairs.at, list.pairs.count, sizeof *list.pairs.at, compare_u32);
+    for (size_t i = 0; i < list.pairs.count; i++) {
+        for (uint32_t id = w->pairs.at[list.pairs.at[i]].first_watch; id != WORLD_NONE; id = w->watches.at[id].pair_next) {
+            watch *v = &w->watches.at[id];
+            if (v->unknown) continue;
+            v->unknown = true;
+            emit(w, v->interest, &v->last, EVENT_UNKNOWN, CAUSE_STALE, v->touch_id ? v->touch_id : v->near_id);
+        }
+    }
+    array_free(&list.pairs);
+}
+
+void events_unknown(world *w)
+{
+    for (size_t i = 0; i < w->stale_now.count; i++) {
+        const body *b = &w->bodies.at[w->stale_now.at[i]];
+        tell_whole_body(w, w->stale_now.at[i], EVENT_UNKNOWN, CAUSE_STALE);
+        for (size_t k = 0; k < b->shape_count; k++) tell_watches_unknown(w, b->shapes[k]);
+    }
+}
+
+void events_known(world *w)
+{
+    for (size_t i = 0; i < w->fresh_now.count; i++) tell_whole_body(w, w->fresh_now.at[i], EVENT_KNOWN, CAUSE_MOTION);
+}
+
+/* ---- updates that the rate held back, snapshots, closing ---- */
+
+static void refresh_ages(const world *w, watch *v)
+{
+    const pair *p = &w->pairs.at[v->pair];
+    const body *a = &w->bodies.at[w->solids.at[p->a].body], *b = &w->bodies.at[w->solids.at[p->b].body];
+    bool turned = strcmp(v->last.name_a, a->name) != 0;
+    v->last.age_a_ns = body_age_ns(w, turned ? b : a);
+    v->last.age_b_ns = body_age_ns(w, turned ? a : b);
+}
+
+static void release_held(world *w, uint32_t interest_id)
+{
+    interest *i = &w->interests.at[interest_id];
+    for (size_t k = 0; k < i->held.count; k++) {
+        watch *v = &w->watches.at[i->held.at[k]];
+        if (!v->used || v->interest != interest_id || !v->dirty) continue;
+        v->dirty = false;
+        if (v->unknown) continue;
+        refresh_ages(w, v);
+        if (v->touch_id)
+            emit(w, interest_id, &v->last, EVENT_UPDATE, CAUSE_MOTION, v->touch_id);
+        else
+            emit(w, interest_id, &v->last, EVENT_NEAR, CAUSE_MOTION, v->near_id);
+    }
+    i->held.count = 0;
+}
+
+void events_held_back(world *w)
+{
+    for (uint32_t id = 0; id < w->interests.count; id++) {
+        interest *i = &w->interests.at[id];
+        if (!i->used || !i->period_ns || !may_update(w, i)) continue;
+        release_held(w, id);
+        if (i->events.count) i->next_update_ns = w->now_ns + i->period_ns;
+    }
+}
+
+static int compare_events(const void *a, const void *b)
+{
+    const world_event *x = a, *y = b;
+    return (x->contact > y->contact) - (x->contact < y->contact);
+}
+
+/* Ends stay, so that nobody who was in step misses one; then everything that is, as if it began now. */
+static void snapshot(world *w, uint32_t id)
+{
+    interest *i = &w->interests.at[id];
+    size_t kept = 0;
+    for (size_t k = 0; k < i->events.count; k++)
+        if (i->events.at[k].kind == EVENT_END || i->events.at[k].kind == EVENT_FAR) i->events.at[kept++] = i->events.at[k];
+    i->events.count = kept;
+    for (uint32_t v = i->first_watch; v != WORLD_NONE; v = w->watches.at[v].interest_next) {
+        watch *at = &w->watches.at[v];
+        refresh_ages(w, at);
+        if (at->touch_id)
+            emit(w, id, &at->last, EVENT_BEGIN, CAUSE_SNAPSHOT, at->touch_id);
+        else
+            emit(w, id, &at->last, EVENT_NEAR, CAUSE_SNAPSHOT, at->near_id);
+    }
+    i = &w->interests.at[id];
+    if (i->events.count > kept)
+        qsort(i->events.at + kept, i->events.count - kept, sizeof *i->events.at, compare_events);
+    for (uint32_t v = i->first_watch; v != WORLD_NONE; v = w->watches.at[v].interest_next) {
+        const watch *at = &w->watches.at[v];
+        if (at->unknown) emit(w, id, &at->last, EVENT_UNKNOWN, CAUSE_SNAPSHOT, at->touch_id ? at->touch_id : at->near_id);
+    }
+    if (!w->figures.stale_bodies) return;
+    uint64_t mask = (uint64_t)1 << (id & 63);
+    for (uint32_t b = 0; b < w->bodies.count; b++) {
+        const body *at = &w->bodies.at[b];
+        if (at->used && !at->ghost && at->stale && (at->match_a[id >> 6] | at->match_b[id >> 6]) & mask)
+            emit_whole_body(w, b, id, EVENT_UNKNOWN, CAUSE_SNAPSHOT);
+    }
+}
+
+void events_snapshots(world *w)
+{
+    for (uint32_t id = 0; id < w->interests.count; id++)
+        if (w->interests.at[id].used && w->interests.at[id].snapshot && !w->interests.at[id].closing) snapshot(w, id);
+}
+
+typedef struct told {
+    int64_t id;
+    uint32_t watch;
+} told;
+
+static int compare_told(const void *a, const void *b)
+{
+    int64_t x = ((const told *)a)->id, y = ((const told *)b)->id;
+    return (x > y) - (x < y);
+}
+
+/* Ends all that the interest was told, in the order of contact ids. */
+void events_close(world *w, uint32_t id, uint8_t cause)
+{
+    ARRAY(told) order = {0};
+    for (uint32_t v = w->interests.at[id].first_watch; v != WORLD_NONE; v = w->watches.at[v].interest_next) {
+        const watch *at = &w->watches.at[v];
+        array_push(&order, ((told){at->touch_id ? at->touch_id : at->near_id, v}));
+    }
+    if (order.count) qsort(order.at, order.count, sizeof *order.at, compare_told);
+    for (size_t i = 0; i < order.count; i++) end_watch(w, order.at[i].watch, cause);
+    array_free(&order);
+}
+
+void events_collect(world *w, world_batches *out)
+{
+    w->batches.count = 0;
+    for (uint32_t id = 0; id < w->interests.count; id++) {
+        interest *i = &w->interests.at[id];
+        if (!i->used || !(i->events.count || i->snapshot || i->closing)) continue;
+        array_push(&w->batches, ((world_batch){.interest = id, .snapshot = i->snapshot && !i->closing,
+                                    .closing = i->closing, .events = i->events.at, .count = i->events.count}));
+        i->snapshot = false;
+    }
+    *out = (world_batches){.at = w->batches.at, .count = w->batches.count, .hash = w->hash};
+}

@@ -1,0 +1,13 @@
+/* filter: which bodies are looked at against each other. Pure. */
+#ifndef COLLIDED_WORLD_FILTER_H
+#define COLLIDED_WORLD_FILTER_H
+
+#include "world.h"
+
+/* '*' = any run of characters, '?' = any one. "group:PATTERN" is held against the group instead of the name. */
+bool filter_matches(const char *pattern, const char *name, const char *group);
+
+/* The first rule that matches the other body, or NULL. */
+const filter_rule *filter_first(const filter_rule *rules, size_t count, const char *name, const char *group);
+
+#endif

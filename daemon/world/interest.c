@@ -1,0 +1,179 @@
+/* interest: who wants to know what of which pairs, as bits on the bodies. Tick thread. */
+#include "filter.h"
+#include "state.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static void set_bit(uint64_t *words, uint32_t bit, bool on)
+{
+    uint64_t mask = (uint64_t)1 << (bit & 63);
+    words[bit >> 6] = on ? words[bit >> 6] | mask : words[bit >> 6] & ~mask;
+}
+
+static bool get_bit(const uint64_t *words, uint32_t bit) { return words[bit >> 6] >> (bit & 63) & 1; }
+
+/* The boxes of both bodies of a pair are widened by half of what is asked of it, so that together they never miss it. */
+static double half_range(const interest *i)
+{
+    double most = 0;
+    if (i->facts & WORLD_DISTANCE) most = fmax(most, i->range);
+    if (i->facts & (WORLD_TOUCH | WORLD_MANIFOLD)) most = fmax(most, i->threshold);
+    return 0.5 * (most + i->tolerance);
+}
+
+static void widen_body(world *w, body *b)
+{
+    b->widen = 0;
+    for (uint32_t i = 0; i < w->interests.count; i++) {
+        if (!w->interests.at[i].used || !(get_bit(b->match_a, i) || get_bit(b->match_b, i))) continue;
+        b->widen = fmax(b->widen, half_range(&w->interests.at[i]));
+    }
+}
+
+static bool match_one(const world *w, body *b, uint32_t id)
+{
+    const interest *i = &w->interests.at[id];
+    bool on = i->used && !i->closing;
+    bool a = on && filter_matches(i->select_a, b->name, b->group);
+    bool c = on && filter_matches(i->select_b, b->name, b->group);
+    bool concerned = a || c || get_bit(b->match_a, id) || get_bit(b->match_b, id);
+    set_bit(b->match_a, id, a);
+    set_bit(b->match_b, id, c);
+    return concerned;
+}
+
+void interest_match_body(world *w, uint32_t id)
+{
+    body *b = &w->bodies.at[id];
+    for (uint32_t i = 0; i < w->interests.count; i++) match_one(w, b, i);
+    widen_body(w, b);
+}
+
+/* Interests of this word in which the two bodies are a pair, one as A and the other as B. */
+uint64_t interest_word(const world *w, const body *a, const body *b, size_t word)
+{
+    (void)w;
+    return (a->match_a[word] & b->match_b[word]) | (a->match_b[word] & b->match_a[word]);
+}
+
+bool interest_wants(const world *w, const body *a, const body *b)
+{
+    for (size_t word = 0; word < w->words; word++)
+        if (interest_word(w, a, b, word)) return true;
+    return false;
+}
+
+static uint64_t *wider(uint64_t *words, size_t old, size_t count)
+{
+    uint64_t *bits = base_zalloc(count, sizeof *bits);
+    memcpy(bits, words, old * sizeof *bits);
+    free(words);
+    return bits;
+}
+
+bool interest_grow(world *w, size_t interests)
+{
+    size_t need = (interests + 63) / 64;
+    if (need <= w->words) return false;
+    for (size_t i = 0; i < w->bodies.count; i++) {
+        body *b = &w->bodies.at[i];
+        if (!b->used) continue;
+        b->match_a = wider(b->match_a, w->words, need);
+        b->match_b = wider(b->match_b, w->words, need);
+    }
+    w->words = need;
+    return true;
+}
+
+static bool same_interest(const interest *i, const world_interest *def)
+{
+    return i->facts == def->facts && i->threshold == def->threshold && i->range == def->range &&
+           i->tolerance == def->tolerance && i->period_ns == def->period_ns &&
+           strcmp(i->select_a, def->select_a) == 0 && strcmp(i->select_b, def->select_b) == 0;
+}
+
+static uint32_t new_interest(world *w)
+{
+    uint32_t id = id_pool_take(&w->interest_ids);
+    array_reserve(&w->interests, id + 1);
+    while (w->interests.count <= id) w->interests.at[w->interests.count++] = (interest){.used = false};
+    interest_grow(w, w->interests.count);
+    interest *i = &w->interests.at[id];
+    *i = (interest){.used = true, .first_watch = WORLD_NONE};
+    i->select_a = base_strdup("");
+    i->select_b = base_strdup("");
+    w->figures.interests++;
+    return id;
+}
+
+world_status world_put_interest(world *w, uint32_t *id, const world_interest *def)
+{
+    bool is_new = *id == WORLD_NONE;
+    if (is_new)
+        *id = new_interest(w);
+    else if (*id >= w->interests.count || !w->interests.at[*id].used || w->interests.at[*id].closing)
+        return WORLD_UNKNOWN_ID;
+    interest *i = &w->interests.at[*id];
+    i->snapshot = true;
+    w->changed = true;
+    if (!is_new && same_interest(i, def)) return WORLD_OK;
+    free(i->select_a);
+    free(i->select_b);
+    i->select_a = base_strdup(def->select_a);
+    i->select_b = base_strdup(def->select_b);
+    i->facts = def->facts;
+    i->threshold = def->threshold;
+    i->range = def->range;
+    i->tolerance = def->tolerance;
+    i->period_ns = def->period_ns;
+    i->changed = true;
+    return WORLD_OK;
+}
+
+world_status world_remove_interest(world *w, uint32_t id)
+{
+    if (id >= w->interests.count || !w->interests.at[id].used || w->interests.at[id].closing) return WORLD_UNKNOWN_ID;
+    w->interests.at[id].closing = w->interests.at[id].changed = true;
+    w->changed = true;
+    return WORLD_OK;
+}
+
+void world_want_snapshot(world *w, uint32_t id)
+{
+    if (id >= w->interests.count || !w->interests.at[id].used) return;
+    w->interests.at[id].snapshot = true;
+    w->changed = true;
+}
+
+/* What was told under the old terms ends; every body that either terms concern is looked at again. */
+void interest_settle_changes(world *w)
+{
+    for (uint32_t id = 0; id < w->interests.count; id++) {
+        interest *i = &w->interests.at[id];
+        if (!i->used || !i->changed) continue;
+        i->changed = false;
+        events_close(w, id, CAUSE_INTEREST);
+        for (uint32_t k = 0; k < w->bodies.count; k++) {
+            body *b = &w->bodies.at[k];
+            if (!b->used || b->ghost || !match_one(w, b, id)) continue;
+            widen_body(w, b);
+            body_mark_dirty(w, k, true);
+        }
+    }
+}
+
+void interest_finish(world *w)
+{
+    for (uint32_t id = 0; id < w->interests.count; id++) {
+        interest *i = &w->interests.at[id];
+        if (!i->used || !i->closing) continue;
+        free(i->select_a);
+        free(i->select_b);
+        array_free(&i->held);
+        array_free(&i->events);
+        *i = (interest){.used = false};
+        id_pool_give(&w->interest_ids, id);
+        w->figures.interests--;
+    }
+}

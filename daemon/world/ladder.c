@@ -1,0 +1,141 @@
+/* ladder: decides the active pairs, cheapest proof first, in parallel. Each pair reads the world, and writes its own
+ * cache and its own outcome only; so the result does not depend on who computes it.
+ *
+ * The cheap rungs may only say "beyond all that anybody asked, proven, and by more than the width of any answer": then
+ * a full query would say so too, and no event depends on which one it was. A pair of which somebody has been told
+ * something is always asked in full, and from nothing: the cache never enters an answer. */
+#include "state.h"
+
+#include <stdlib.h>
+
+/* No answer is wider than this share of the pair's size (narrow.h): the cheap rungs keep that distance. */
+static const double WIDEST_ANSWER = 1e-6;
+
+enum { PAIRS_A_CHUNK = 32 };
+
+demand ladder_demand(const world *w, const body *a, const body *b)
+{
+    demand d = {.request = {.tolerance = INFINITY, .range = 0, .threshold = -INFINITY, .engine = w->options.engine},
+        .limit = -INFINITY};
+    bool verdicts_differ = false;
+    for (size_t word = 0; word < w->words; word++) {
+        for (uint64_t bits = interest_word(w, a, b, word); bits; bits &= bits - 1) {
+            const interest *i = &w->interests.at[word * 64 + (size_t)__builtin_ctzll(bits)];
+            d.request.tolerance = fmin(d.request.tolerance, i->tolerance);
+            if (i->facts & WORLD_DISTANCE) {
+                d.request.facts |= NARROW_DISTANCE;
+                d.request.range = fmax(d.request.range, i->range);
+                d.limit = fmax(d.limit, i->range);
+            }
+            if (i->facts & (WORLD_TOUCH | WORLD_MANIFOLD)) {
+                verdicts_differ |= isfinite(d.request.threshold) && d.request.threshold != i->threshold;
+                d.request.threshold = fmax(d.request.threshold, i->threshold);
+                d.limit = fmax(d.limit, i->threshold);
+            }
+            if (i->facts & WORLD_MANIFOLD) d.request.facts |= NARROW_MANIFOLD | NARROW_DISTANCE;
+        }
+    }
+    if (verdicts_differ) d.request.facts |= NARROW_DISTANCE;
+    if (!(d.request.facts & NARROW_DISTANCE)) d.request.facts |= NARROW_VERDICT;
+    if (!isfinite(d.request.threshold)) d.request.threshold = 0;
+    d.request.range = fmax(d.request.range, d.request.threshold);
+    return d;
+}
+
+static double pair_size(const solid *a, const solid *b)
+{
+    return (isfinite(a->reach) ? a->reach : 0) + (isfinite(b->reach) ? b->reach : 0);
+}
+
+/* Rungs 2 and 3: settled without, or with one support query a shape. */
+static bool settle_cheaply(const world *w, pair *p, const pose *b_in_a, double limit, outcome *out)
+{
+    const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
+    narrow_cache *c = &p->cache;
+    if (!w->options.caches || p->first_watch != WORLD_NONE || (c->axis.x == 0 && c->axis.y == 0 && c->axis.z == 0))
+        return false;
+    if (c->lower - narrow_motion_bound(&c->b_in_a, b_in_a, b->reach) > limit) {
+        out->rung = RUNG_MOTION_BOUND;
+        return true;
+    }
+    double lower = narrow_separation(&a->shape, &b->shape, b_in_a, c->axis, &c->hint_a, &c->hint_b);
+    if (lower <= limit) return false;
+    c->lower = lower;
+    c->b_in_a = *b_in_a;
+    out->rung = RUNG_CACHED_AXIS;
+    return true;
+}
+
+static void decide_cheaply(void *context, size_t begin, size_t end, unsigned worker)
+{
+    (void)worker;
+    world *w = context;
+    for (size_t k = begin; k < end; k++) {
+        pair *p = &w->pairs.at[w->active_pairs.at[k]];
+        const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
+        const body *x = &w->bodies.at[a->body], *y = &w->bodies.at[b->body];
+        outcome *out = &w->outcomes.at[k];
+        *out = (outcome){.result = WORLD_NONE};
+        if (x->stale || y->stale) {
+            out->rung = RUNG_UNKNOWN;
+            continue;
+        }
+        demand d = ladder_demand(w, x, y);
+        pose b_in_a = solid_relative(w, a, b);
+        double slack = d.request.tolerance + WIDEST_ANSWER * pair_size(a, b);
+        out->settled = settle_cheaply(w, p, &b_in_a, d.limit + slack, out);
+    }
+}
+
+static const uint8_t RUNG_OF_METHOD[NARROW_METHOD_COUNT] = {
+    [NARROW_BY_CLOSED_FORM] = RUNG_CLOSED_FORM,
+    [NARROW_BY_GJK] = RUNG_GJK,
+    [NARROW_BY_EPA] = RUNG_EPA,
+    [NARROW_BY_SAT] = RUNG_SAT,
+    [NARROW_BY_CCD] = RUNG_CCD,
+    [NARROW_BY_MPR] = RUNG_MPR,
+};
+
+static void decide_fully(void *context, size_t begin, size_t end, unsigned worker)
+{
+    world *w = context;
+    for (size_t k = begin; k < end; k++) {
+        outcome *out = &w->outcomes.at[w->open.at[k]];
+        pair *p = &w->pairs.at[w->active_pairs.at[w->open.at[k]]];
+        const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
+        demand d = ladder_demand(w, &w->bodies.at[a->body], &w->bodies.at[b->body]);
+        pose b_in_a = solid_relative(w, a, b);
+        narrow_cache cold = {.lower = 0};
+        narrow_result *r = &w->results.at[k];
+        narrow_query(&a->shape, &b->shape, &b_in_a, &d.request, &cold, w->scratch[worker], r);
+        p->cache = (narrow_cache){.axis = r->axis, .b_in_a = b_in_a, .lower = r->lo, .hint_a = p->cache.hint_a,
+            .hint_b = p->cache.hint_b};
+        out->rung = RUNG_OF_METHOD[r->method];
+        out->result = (uint32_t)k;
+    }
+}
+
+static void count_outcomes(world *w)
+{
+    w->figures.pair_ticks += w->active_pairs.count;
+    w->figures.narrow_queries += w->open.count;
+    for (size_t i = 0; i < w->active_pairs.count; i++) w->figures.rungs[w->outcomes.at[i].rung]++;
+    for (size_t i = 0; i < w->open.count; i++) {
+        const narrow_result *r = &w->results.at[i];
+        w->figures.manifolds += r->manifold.count > 0;
+        w->figures.wide += r->status == NARROW_WIDE;
+        w->figures.peer_failures += r->peer_failures;
+    }
+}
+
+void ladder_decide(world *w)
+{
+    array_reserve(&w->outcomes, w->active_pairs.count);
+    workers_run(w->workers, w->active_pairs.count, PAIRS_A_CHUNK, decide_cheaply, w);
+    w->open.count = 0;
+    for (size_t i = 0; i < w->active_pairs.count; i++)
+        if (!w->outcomes.at[i].settled && w->outcomes.at[i].rung != RUNG_UNKNOWN) array_push(&w->open, (uint32_t)i);
+    array_reserve(&w->results, w->open.count);
+    workers_run(w->workers, w->open.count, PAIRS_A_CHUNK, decide_fully, w);
+    count_outcomes(w);
+}

@@ -1,0 +1,132 @@
+/* pair: which pairs exist, and which ones a tick has to decide again: only those of bodies that changed. Tick thread. */
+#include "filter.h"
+#include "state.h"
+
+#include <stdlib.h>
+
+/* Why two bodies are not looked at: *rule if a rule said so, *why always. */
+bool pair_filtered(const body *a, const body *b, const filter_rule **rule, const char **why)
+{
+    const filter_rule *ra = filter_first(a->rules, a->rule_count, b->name, b->group);
+    const filter_rule *rb = filter_first(b->rules, b->rule_count, a->name, a->group);
+    bool insists = (ra && !ra->allow) || (rb && !rb->allow);
+    *rule = ra && (!rb || ra->allow == !insists) ? ra : rb;
+    if (a == b) {
+        *why = "both are the same body";
+    } else if (a->fixed && b->fixed) {
+        *why = "both are fixed";
+    } else if (*rule && !insists) {
+        *why = "a rule allows them to touch";
+    } else if (!insists && !((a->mask & b->category) && (b->mask & a->category))) {
+        *why = "their masks exclude each other";
+    } else {
+        *why = insists ? "a rule asks for it" : "nothing excludes it";
+        return false;
+    }
+    return true;
+}
+
+bool pair_accept(void *context, uint32_t a, uint32_t b)
+{
+    const world *w = context;
+    const body *x = &w->bodies.at[w->solids.at[a].body], *y = &w->bodies.at[w->solids.at[b].body];
+    const filter_rule *rule;
+    const char *why;
+    return x != y && interest_wants(w, x, y) && !pair_filtered(x, y, &rule, &why);
+}
+
+uint32_t pair_find(const world *w, uint32_t a, uint32_t b) { return pair_map_get(&w->pair_of, pair_key(a, b)); }
+
+static void begin(world *w, uint32_t a, uint32_t b)
+{
+    uint32_t id = id_pool_take(&w->pair_ids);
+    array_reserve(&w->pairs, id + 1);
+    if (id >= w->pairs.count) w->pairs.count = id + 1;
+    bool in_order = narrow_ordered(&w->solids.at[a].shape, a, &w->solids.at[b].shape, b);
+    w->pairs.at[id] =
+        (pair){.a = in_order ? a : b, .b = in_order ? b : a, .first_watch = WORLD_NONE, .used = true};
+    pair_map_put(&w->pair_of, pair_key(a, b), id);
+    w->figures.pairs++;
+}
+
+static uint8_t cause_of_end(const world *w, const pair *p)
+{
+    const solid *sa = &w->solids.at[p->a], *sb = &w->solids.at[p->b];
+    const body *a = &w->bodies.at[sa->body], *b = &w->bodies.at[sb->body];
+    const filter_rule *rule;
+    const char *why;
+    if (a->ghost) return a->ghost_cause;
+    if (b->ghost) return b->ghost_cause;
+    if (sa->ghost || sb->ghost) return CAUSE_SHAPE;
+    if (pair_filtered(a, b, &rule, &why)) return CAUSE_FILTER;
+    return interest_wants(w, a, b) ? CAUSE_MOTION : CAUSE_INTEREST;
+}
+
+static void end(world *w, uint32_t a, uint32_t b)
+{
+    uint32_t id = pair_map_remove(&w->pair_of, pair_key(a, b));
+    pair *p = &w->pairs.at[id];
+    events_pair_ended(w, id, cause_of_end(w, p));
+    p->used = false;
+    id_pool_give(&w->pair_ids, id);
+    w->figures.pairs--;
+}
+
+void pair_apply_changes(world *w, const broad_changes *changes)
+{
+    for (size_t i = 0; i < changes->ended_count; i++) end(w, changes->ended[i].a, changes->ended[i].b);
+    for (size_t i = 0; i < changes->began_count; i++) begin(w, changes->began[i].a, changes->began[i].b);
+}
+
+/* ---- the active list ---- */
+
+typedef struct collector {
+    world *w;
+    uint32_t proxy;
+} collector;
+
+static void activate(void *context, uint32_t other)
+{
+    collector *c = context;
+    uint32_t id = pair_find(c->w, c->proxy, other);
+    pair *p = &c->w->pairs.at[id];
+    uint32_t tick = (uint32_t)c->w->figures.ticks;
+    if (p->active_tick == tick) return;
+    p->active_tick = tick;
+    array_push(&c->w->active_pairs, id);
+}
+
+static void activate_body(world *w, const body *b)
+{
+    for (size_t i = 0; i < b->shape_count; i++) {
+        collector c = {w, b->shapes[i]};
+        broad_each_pair_of(w->broad, b->shapes[i], activate, &c);
+    }
+}
+
+static int compare_u64(const void *a, const void *b)
+{
+    uint64_t x = *(const uint64_t *)a, y = *(const uint64_t *)b;
+    return (x > y) - (x < y);
+}
+
+/* The pairs of what moved or was refiltered, in the order of their solids' ids. New pairs are among them: a pair begins
+ * only when one of its bodies was put again. */
+void pair_collect_active(world *w)
+{
+    w->active_pairs.count = 0;
+    for (size_t i = 0; i < w->dirty.count; i++) {
+        const body *b = &w->bodies.at[w->dirty.at[i]];
+        if (b->used && !b->ghost) activate_body(w, b);
+    }
+    for (size_t i = 0; i < w->fresh_now.count; i++) activate_body(w, &w->bodies.at[w->fresh_now.at[i]]);
+
+    w->active.count = 0;
+    array_reserve(&w->active, w->active_pairs.count);
+    for (size_t i = 0; i < w->active_pairs.count; i++) {
+        const pair *p = &w->pairs.at[w->active_pairs.at[i]];
+        w->active.at[w->active.count++] = pair_key(p->a, p->b);
+    }
+    qsort(w->active.at, w->active.count, sizeof *w->active.at, compare_u64);
+    for (size_t i = 0; i < w->active.count; i++) w->active_pairs.at[i] = pair_map_get(&w->pair_of, w->active.at[i]);
+}

@@ -1,0 +1,251 @@
+/* query: answers about the world as the last tick left it. Nothing is changed and no cache is used; called by the tick
+ * thread between ticks. */
+#include "filter.h"
+#include "state.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+static bool alive(const world *w, uint32_t id) { return id < w->bodies.count && w->bodies.at[id].used && !w->bodies.at[id].ghost; }
+
+static int64_t older(int64_t a, int64_t b) { return a > b ? a : b; }
+
+static void world_of_result(const solid *origin, const narrow_result *r, world_hit *hit)
+{
+    hit->lo = r->lo;
+    hit->hi = r->hi;
+    hit->axis = r->axis;
+    hit->point_a = vec_add(r->point_a, origin->world.p);
+    hit->point_b = vec_add(r->point_b, origin->world.p);
+}
+
+/* ---- distance ---- */
+
+static narrow_result between(const world *w, const solid *a, const solid *b, double tolerance)
+{
+    narrow_request request = {.facts = NARROW_DISTANCE, .tolerance = tolerance, .range = INFINITY,
+        .engine = w->options.engine};
+    narrow_result r;
+    narrow_query_world(&a->shape, a->world, &b->shape, b->world, &request, w->scratch[0], &r);
+    return r;
+}
+
+void world_query_distance(const world *w, uint32_t a, uint32_t b, double tolerance, int64_t now_ns, world_hits *out)
+{
+    if (!alive(w, a) || !alive(w, b)) return;
+    const body *x = &w->bodies.at[a], *y = &w->bodies.at[b];
+    world_hit best = {.body_a = a, .body_b = b, .lo = INFINITY, .hi = INFINITY};
+    double least_lo = INFINITY;
+    for (size_t i = 0; i < x->shape_count; i++) {
+        for (size_t k = 0; k < y->shape_count; k++) {
+            const solid *s = &w->solids.at[x->shapes[i]];
+            narrow_result r = between(w, s, &w->solids.at[y->shapes[k]], tolerance);
+            least_lo = fmin(least_lo, r.lo);
+            if (r.hi < best.hi || (r.hi == best.hi && r.lo < best.lo)) world_of_result(s, &r, &best);
+        }
+    }
+    best.lo = fmin(best.lo, least_lo);
+    best.age_ns = older(x->fixed || !x->stamp_ns ? -1 : now_ns - x->stamp_ns, y->fixed || !y->stamp_ns ? -1 : now_ns - y->stamp_ns);
+    best.stale = x->stale || y->stale;
+    array_push(out, best);
+}
+
+/* ---- ray ---- */
+
+enum { RAY_STEPS_MAX = 256 };
+
+typedef struct ray {
+    const world *w;
+    vec3 from, direction; /* unit */
+    double tolerance;
+    double length;        /* nothing beyond is of interest: shrinks with each hit */
+    int64_t now_ns;
+    world_hit best;
+    bool found;
+} ray;
+
+/* Advances along the ray by the certified distance of its tip: the plane through the nearest point that separates the
+ * tip from the shape separates all that lies before the plane, so the ray is free up to where it meets that plane, and
+ * for good if it never does. Ends within `tolerance` of the surface. (Van den Bergen, "Ray casting against general
+ * convex objects", 2004, with certified bounds.) */
+static bool ray_shape(const ray *r, const solid *s, world_hit *hit)
+{
+    const shape tip = {.type = SHAPE_SPHERE};
+    narrow_request request = {.facts = NARROW_DISTANCE, .tolerance = 0.25 * r->tolerance, .range = INFINITY};
+    narrow_result n;
+    double t = 0;
+    for (int step = 0; step < RAY_STEPS_MAX; step++) {
+        pose at = {vec_madd(r->from, t, r->direction), {1, 0, 0, 0}};
+        narrow_query_world(&tip, at, &s->shape, s->world, &request, r->w->scratch[0], &n);
+        if (n.lo <= r->tolerance) {
+            *hit = (world_hit){.lo = t, .hi = t + fmax(n.hi, 0), .axis = vec_neg(n.axis), .point_a = at.p, .point_b = at.p};
+            return true;
+        }
+        double towards = vec_dot(n.axis, r->direction);
+        if (towards <= 0) return false;
+        t += n.lo / towards;
+        if (t > r->length) return false;
+    }
+    *hit = (world_hit){.lo = t, .hi = INFINITY, .axis = vec_neg(n.axis), .point_a = vec_madd(r->from, t, r->direction)};
+    hit->point_b = hit->point_a;
+    return true;
+}
+
+static bool ray_visit(void *context, uint32_t proxy)
+{
+    ray *r = context;
+    const solid *s = &r->w->solids.at[proxy];
+    const body *b = &r->w->bodies.at[s->body];
+    world_hit hit;
+    if (b->ghost || !ray_shape(r, s, &hit)) return true;
+    if (r->found && !(hit.lo < r->best.lo || (hit.lo == r->best.lo && s->body < r->best.body_a))) return true;
+    r->found = true;
+    r->best = hit;
+    r->best.body_a = s->body;
+    r->best.body_b = WORLD_NONE;
+    r->best.age_ns = b->fixed || !b->stamp_ns ? -1 : r->now_ns - b->stamp_ns;
+    r->best.stale = b->stale;
+    r->length = fmin(r->length, hit.lo + r->tolerance);
+    return true;
+}
+
+void world_query_ray(const world *w, vec3 origin, vec3 direction, double length, double tolerance, int64_t now_ns,
+    world_hits *out)
+{
+    ray r = {.w = w, .from = origin, .direction = vec_unit(direction), .length = length,
+        .tolerance = tolerance > 0 ? tolerance : 1e-9, .now_ns = now_ns};
+    broad_query_ray(w->broad, origin, r.direction, length, ray_visit, &r);
+    if (r.found) array_push(out, r.best);
+}
+
+/* ---- box ---- */
+
+typedef struct box_search {
+    const world *w;
+    shape box;
+    pose at;
+    int64_t now_ns;
+    world_hits *out;
+} box_search;
+
+static bool box_visit(void *context, uint32_t proxy)
+{
+    box_search *q = context;
+    const solid *s = &q->w->solids.at[proxy];
+    const body *b = &q->w->bodies.at[s->body];
+    if (b->ghost) return true;
+    narrow_request request = {.facts = NARROW_DISTANCE, .range = 0, .tolerance = 1e-9};
+    narrow_result r;
+    narrow_query_world(&q->box, q->at, &s->shape, s->world, &request, q->w->scratch[0], &r);
+    if (r.lo > 0) return true;
+    world_hit hit = {.body_a = s->body, .body_b = WORLD_NONE, .lo = r.lo, .hi = r.hi, .axis = r.axis,
+        .point_a = vec_add(r.point_a, q->at.p), .point_b = vec_add(r.point_b, q->at.p),
+        .age_ns = b->fixed || !b->stamp_ns ? -1 : q->now_ns - b->stamp_ns, .stale = b->stale};
+    array_push(q->out, hit);
+    return true;
+}
+
+static int compare_hits(const void *a, const void *b)
+{
+    const world_hit *x = a, *y = b;
+    if (x->body_a != y->body_a) return x->body_a < y->body_a ? -1 : 1;
+    return (x->lo > y->lo) - (x->lo < y->lo);
+}
+
+/* Of several shapes of one body the deepest stays. */
+static void one_a_body(world_hits *hits, size_t first)
+{
+    size_t kept = first;
+    for (size_t i = first; i < hits->count; i++)
+        if (kept == first || hits->at[i].body_a != hits->at[kept - 1].body_a) hits->at[kept++] = hits->at[i];
+    hits->count = kept;
+}
+
+void world_query_box(const world *w, pose at, vec3 half, int64_t now_ns, world_hits *out)
+{
+    size_t first = out->count;
+    box_search q = {.w = w, .box = {.type = SHAPE_BOX, .half = half}, .at = {at.p, quat_unit(at.q)}, .now_ns = now_ns,
+        .out = out};
+    broad_query_box(w->broad, shape_bounds(&q.box, q.at), box_visit, &q);
+    if (out->count > first) qsort(out->at + first, out->count - first, sizeof *out->at, compare_hits);
+    one_a_body(out, first);
+}
+
+void world_query_bodies(const world *w, const char *pattern, int64_t now_ns, world_hits *out)
+{
+    for (uint32_t id = 0; id < w->bodies.count; id++) {
+        const body *b = &w->bodies.at[id];
+        if (!alive(w, id) || !filter_matches(pattern, b->name, b->group)) continue;
+        array_push(out, ((world_hit){.body_a = id, .body_b = WORLD_NONE, .point_a = b->pose.p, .stale = b->stale,
+                            .age_ns = b->fixed || !b->stamp_ns ? -1 : now_ns - b->stamp_ns}));
+    }
+}
+
+/* ---- explain ---- */
+
+typedef struct lines {
+    char *text;
+    size_t size;
+    int length;
+} lines;
+
+static void line(lines *l, const char *format, ...) __attribute__((format(printf, 2, 3)));
+static void line(lines *l, const char *format, ...)
+{
+    va_list args;
+    va_start(args, format);
+    size_t used = (size_t)l->length < l->size ? (size_t)l->length : l->size;
+    l->length += vsnprintf(l->text + used, l->size - used, format, args);
+    va_end(args);
+}
+
+static void explain_interests(const world *w, const body *x, const body *y, lines *l)
+{
+    for (uint32_t id = 0; id < w->interests.count; id++) {
+        const interest *i = &w->interests.at[id];
+        if (!i->used || !(interest_word(w, x, y, id >> 6) >> (id & 63) & 1)) continue;
+        line(l, "wanted by interest %u: \"%s\" against \"%s\",%s%s%s tolerance %g m\n", id, i->select_a, i->select_b,
+            i->facts & WORLD_TOUCH ? " touch," : "", i->facts & WORLD_MANIFOLD ? " manifold," : "",
+            i->facts & WORLD_DISTANCE ? " distance," : "", i->tolerance);
+    }
+    if (!interest_wants(w, x, y)) line(l, "nobody is interested in it: it is not looked at\n");
+}
+
+static void explain_shapes(const world *w, const body *x, const body *y, lines *l)
+{
+    for (size_t i = 0; i < x->shape_count; i++) {
+        for (size_t k = 0; k < y->shape_count; k++) {
+            const solid *a = &w->solids.at[x->shapes[i]], *b = &w->solids.at[y->shapes[k]];
+            narrow_result r = between(w, a, b, 1e-9);
+            bool paired = pair_find(w, x->shapes[i], y->shapes[k]) != PAIR_MAP_NONE;
+            line(l, "shape %zu (%s) and shape %zu (%s): signed distance in [%.9g, %.9g] m by %s; fat boxes %s\n", i,
+                shape_type_name(a->shape.type), k, shape_type_name(b->shape.type), r.lo, r.hi,
+                narrow_method_name(r.method), paired ? "meet" : "are apart, or the pair is not looked at");
+        }
+    }
+}
+
+int world_explain(const world *w, uint32_t a, uint32_t b, int64_t now_ns, char *text, size_t size)
+{
+    lines l = {text, size, 0};
+    if (!alive(w, a) || !alive(w, b)) return 0;
+    const body *x = &w->bodies.at[a], *y = &w->bodies.at[b];
+    const filter_rule *rule;
+    const char *why;
+    bool filtered = pair_filtered(x, y, &rule, &why);
+    line(&l, "%s and %s: %s, %s\n", x->name, y->name, filtered ? "not checked" : "checked", why);
+    if (rule)
+        line(&l, "decided by the rule \"%s\": %s%s%s\n", rule->pattern, rule->allow ? "allow" : "check",
+            *rule->reason ? ", reason: " : "", rule->reason);
+    explain_interests(w, x, y, &l);
+    for (int i = 0; i < 2; i++) {
+        const body *one = i ? y : x;
+        if (one->stale)
+            line(&l, "%s is unknown: its pose is %s\n", one->name, one->held ? "held, its owner is lost" : "past its deadline");
+        else if (!one->fixed && one->stamp_ns)
+            line(&l, "%s: pose is %.3f s old\n", one->name, (double)(now_ns - one->stamp_ns) * 1e-9);
+    }
+    explain_shapes(w, x, y, &l);
+    return l.length;
+}

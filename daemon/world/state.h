@@ -1,0 +1,159 @@
+/* state: the world's own structures, shared by the files of this folder only.
+ *
+ * Bodies, shapes, interests, pairs and watches lie in arrays under dense ids. A pair exists while the fat boxes of two
+ * shapes meet and somebody is interested; a watch exists while an interest has been told something of a pair that is
+ * not over. A removed body stays as a ghost until the next tick has told its ends and the one after has begun. */
+#ifndef COLLIDED_WORLD_STATE_H
+#define COLLIDED_WORLD_STATE_H
+
+#include "base/array.h"
+#include "base/id_pool.h"
+#include "base/pair_map.h"
+#include "base/workers.h"
+#include "broad/broad.h"
+#include "world.h"
+
+typedef struct body {
+    char *name, *group;
+    bool used, fixed, ghost;
+    bool dirty;      /* in world.dirty: its boxes are put again in the next tick */
+    bool refilter;   /* so are its filters */
+    bool moved;      /* this tick: its pairs are decided again */
+    bool held, stale, was_stale;
+    uint8_t ghost_cause;
+    uint64_t category, mask;
+    int64_t deadline_ns, stamp_ns, expiry_ns; /* INT64_MAX: never stale */
+    pose pose;
+    double step;     /* m, how far any of its points moved with the last pose: the fat box grows by it */
+    double widen;    /* m, half of the farthest range that an interest wants of it */
+    uint32_t *shapes;
+    size_t shape_count;
+    filter_rule *rules;
+    size_t rule_count;
+    uint64_t *match_a, *match_b; /* interests whose select_a, select_b it matches: world.words words each */
+} body;
+
+typedef struct solid { /* a shape of a body: the broad phase's proxy under the same id */
+    shape shape;
+    pose local, world;
+    double reach;    /* of the shape about its own origin */
+    uint32_t body;
+    int32_t index;   /* in the body */
+    bool used, ghost;
+} solid;
+
+typedef struct watch {
+    uint32_t pair, interest;
+    uint32_t pair_next;                 /* of the same pair, by rising interest */
+    uint32_t interest_next, interest_prev;
+    int64_t touch_id, near_id;          /* 0 = not */
+    bool used, unknown, dirty;          /* dirty: an update that the rate held back */
+    world_event last;
+} watch;
+
+typedef struct pair {
+    uint32_t a, b; /* solids, in canonical order */
+    uint32_t first_watch;
+    uint32_t active_tick; /* low bits of the tick in which it was last put on the active list */
+    bool used;
+    narrow_cache cache;
+} pair;
+
+typedef struct interest {
+    char *select_a, *select_b;
+    unsigned facts;
+    double threshold, range, tolerance;
+    int64_t period_ns, next_update_ns;
+    bool used, closing, snapshot, changed;
+    uint32_t first_watch;
+    ARRAY(uint32_t) held; /* watches with an update held back by the rate */
+    ARRAY(world_event) events;
+} interest;
+
+typedef struct outcome { /* of one active pair in one tick */
+    uint8_t rung;
+    bool settled;           /* beyond everything that anybody asked, proven; no result */
+    uint32_t result;        /* index into world.results otherwise */
+} outcome;
+
+struct world {
+    world_options options;
+    workers *workers;
+    void *scratch[WORKERS_MAX];
+    broad *broad;
+
+    ARRAY(body) bodies;
+    ARRAY(solid) solids;
+    ARRAY(interest) interests;
+    ARRAY(pair) pairs;
+    ARRAY(watch) watches;
+    id_pool body_ids, solid_ids, interest_ids, pair_ids, watch_ids;
+    pair_map pair_of;      /* key of two solids -> pair */
+    pair_map names;        /* hash of a name -> body; colliding hashes are probed on with the next key */
+    size_t words;          /* of 64 interests */
+
+    ARRAY(uint32_t) dirty;     /* bodies to be put into the broad phase */
+    ARRAY(uint32_t) ghosts;    /* removed since the last tick */
+    ARRAY(uint32_t) reap;      /* removed before it: ids free at the next */
+    ARRAY(uint32_t) ghost_solids, reap_solids;
+    ARRAY(char *) ghost_names, reap_names; /* of bodies that were renamed: their last events point to them */
+    ARRAY(uint32_t) stale_now; /* bodies that became stale in this tick */
+    ARRAY(uint32_t) fresh_now; /* and those that are known again */
+    ARRAY(uint64_t) active;    /* keys of the pairs to be decided, sorted ... */
+    ARRAY(uint32_t) active_pairs; /* ... and their pairs, in that order */
+    ARRAY(outcome) outcomes;
+    ARRAY(uint32_t) open;      /* active pairs that need the narrow phase */
+    ARRAY(narrow_result) results;
+    ARRAY(world_batch) batches;
+
+    int64_t now_ns;
+    int64_t next_expiry_ns;
+    int64_t serial;        /* of contacts */
+    bool changed;
+    uint64_t hash;
+    world_figures figures;
+};
+
+/* body.c */
+void body_settle_dirty(world *w);              /* new boxes and filters into the broad phase */
+void body_reap(world *w);
+void body_find_stale(world *w);
+int64_t body_age_ns(const world *w, const body *b);
+void body_mark_dirty(world *w, uint32_t id, bool refilter);
+double body_margin(const world *w, const body *b, const solid *s);
+pose solid_relative(const world *w, const solid *a, const solid *b);
+
+/* interest.c */
+void interest_match_body(world *w, uint32_t body);
+bool interest_wants(const world *w, const body *a, const body *b);
+uint64_t interest_word(const world *w, const body *a, const body *b, size_t word);
+bool interest_grow(world *w, size_t interests);
+void interest_settle_changes(world *w);
+void interest_finish(world *w); /* closed ones are gone */
+
+/* pair.c */
+bool pair_accept(void *context, uint32_t a, uint32_t b);
+bool pair_filtered(const body *a, const body *b, const filter_rule **rule, const char **why);
+void pair_apply_changes(world *w, const broad_changes *changes);
+void pair_collect_active(world *w);
+uint32_t pair_find(const world *w, uint32_t solid_a, uint32_t solid_b);
+
+/* ladder.c */
+typedef struct demand { /* what all interests in a pair ask together */
+    narrow_request request;
+    double limit; /* m: beyond it nobody is told anything */
+} demand;
+demand ladder_demand(const world *w, const body *a, const body *b);
+void ladder_decide(world *w);
+
+/* events.c */
+void events_pair_ended(world *w, uint32_t pair, uint8_t cause);
+void events_of_active(world *w);
+void events_unknown(world *w);
+void events_known(world *w);
+void events_held_back(world *w);
+void events_snapshots(world *w);
+void events_close(world *w, uint32_t interest, uint8_t cause);
+void events_collect(world *w, world_batches *out);
+
+#endif

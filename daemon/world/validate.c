@@ -1,0 +1,52 @@
+/* validate: the world's invariants, walked in full. For tests. */
+#include "state.h"
+
+static const char *check_watch(const world *w, uint32_t id)
+{
+    const watch *v = &w->watches.at[id];
+    if (!v->used) return "a dead watch is linked";
+    if (!v->touch_id && !v->near_id) return "a watch with nothing to watch";
+    if (!w->pairs.at[v->pair].used) return "a watch of a dead pair";
+    if (!w->interests.at[v->interest].used) return "a watch of a dead interest";
+    return NULL;
+}
+
+static const char *check_pairs(const world *w, size_t *watches, size_t *contacts)
+{
+    size_t pairs = 0;
+    for (uint32_t p = 0; p < w->pairs.count; p++) {
+        const pair *at = &w->pairs.at[p];
+        if (!at->used) continue;
+        pairs++;
+        if (pair_find(w, at->a, at->b) != p) return "a pair is not in the map";
+        uint32_t last = 0;
+        for (uint32_t v = at->first_watch; v != WORLD_NONE; v = w->watches.at[v].pair_next) {
+            const char *fault = check_watch(w, v);
+            if (fault) return fault;
+            if (v != at->first_watch && w->watches.at[v].interest <= last) return "watches of a pair out of order";
+            last = w->watches.at[v].interest;
+            ++*watches;
+            *contacts += w->watches.at[v].touch_id != 0;
+        }
+    }
+    if (pairs != w->figures.pairs) return "pairs miscounted";
+    if (pairs != broad_pair_count(w->broad)) return "pairs differ from the broad phase's";
+    return NULL;
+}
+
+const char *world_validate(const world *w)
+{
+    size_t of_pairs = 0, of_interests = 0, contacts = 0;
+    const char *fault = check_pairs(w, &of_pairs, &contacts);
+    if (fault) return fault;
+    for (uint32_t i = 0; i < w->interests.count; i++) {
+        if (!w->interests.at[i].used) continue;
+        for (uint32_t v = w->interests.at[i].first_watch; v != WORLD_NONE; v = w->watches.at[v].interest_next) {
+            if (w->watches.at[v].interest != i) return "a watch in another interest's list";
+            of_interests++;
+        }
+    }
+    if (of_pairs != of_interests) return "watches of pairs and of interests differ";
+    if (contacts != w->figures.contacts) return "contacts miscounted";
+    return broad_validate(w->broad);
+}

@@ -1,0 +1,175 @@
+/* world: its life, and the tick as the sequence of its phases. Tick thread. */
+#include "state.h"
+
+#include <stdlib.h>
+
+world_options world_options_default(void)
+{
+    return (world_options){.workers = 1, .engine = NARROW_ENGINE_AUTO, .caches = true, .margin = 0.1};
+}
+
+world *world_create(const world_options *options)
+{
+    world *w = base_zalloc(1, sizeof *w);
+    w->options = *options;
+    w->workers = workers_create(options->workers);
+    size_t bytes = (narrow_scratch_size() + 63) / 64 * 64;
+    for (unsigned i = 0; i < workers_count(w->workers); i++) {
+        w->scratch[i] = aligned_alloc(64, bytes);
+        if (!w->scratch[i]) abort();
+    }
+    w->broad = broad_create(pair_accept, w);
+    id_pool_init(&w->body_ids);
+    id_pool_init(&w->solid_ids);
+    id_pool_init(&w->interest_ids);
+    id_pool_init(&w->pair_ids);
+    id_pool_init(&w->watch_ids);
+    pair_map_init(&w->pair_of);
+    pair_map_init(&w->names);
+    w->words = 1;
+    w->next_expiry_ns = INT64_MAX;
+    w->hash = 14695981039346656037u;
+    return w;
+}
+
+static void free_bodies(world *w)
+{
+    for (size_t i = 0; i < w->bodies.count; i++) {
+        body *b = &w->bodies.at[i];
+        for (size_t k = 0; k < b->rule_count; k++) {
+            free((char *)b->rules[k].pattern);
+            free((char *)b->rules[k].reason);
+        }
+        free(b->rules);
+        free(b->name);
+        free(b->group);
+        free(b->shapes);
+        free(b->match_a);
+        free(b->match_b);
+    }
+    array_free(&w->bodies);
+}
+
+static void free_interests(world *w)
+{
+    for (size_t i = 0; i < w->interests.count; i++) {
+        interest *x = &w->interests.at[i];
+        free(x->select_a);
+        free(x->select_b);
+        array_free(&x->held);
+        array_free(&x->events);
+    }
+    array_free(&w->interests);
+}
+
+void world_destroy(world *w)
+{
+    if (!w) return;
+    for (unsigned i = 0; i < workers_count(w->workers); i++) free(w->scratch[i]);
+    workers_destroy(w->workers);
+    broad_destroy(w->broad);
+    free_bodies(w);
+    free_interests(w);
+    id_pool_free(&w->body_ids);
+    id_pool_free(&w->solid_ids);
+    id_pool_free(&w->interest_ids);
+    id_pool_free(&w->pair_ids);
+    id_pool_free(&w->watch_ids);
+    pair_map_free(&w->pair_of);
+    pair_map_free(&w->names);
+    array_free(&w->solids);
+    array_free(&w->pairs);
+    array_free(&w->watches);
+    array_free(&w->dirty);
+    array_free(&w->ghosts);
+    array_free(&w->reap);
+    array_free(&w->ghost_solids);
+    array_free(&w->reap_solids);
+    for (size_t i = 0; i < w->ghost_names.count; i++) free(w->ghost_names.at[i]);
+    for (size_t i = 0; i < w->reap_names.count; i++) free(w->reap_names.at[i]);
+    array_free(&w->ghost_names);
+    array_free(&w->reap_names);
+    array_free(&w->stale_now);
+    array_free(&w->fresh_now);
+    array_free(&w->active);
+    array_free(&w->active_pairs);
+    array_free(&w->outcomes);
+    array_free(&w->open);
+    array_free(&w->results);
+    array_free(&w->batches);
+    free(w);
+}
+
+static void begin_tick(world *w, int64_t now_ns)
+{
+    w->now_ns = now_ns;
+    w->figures.ticks++;
+    interest_finish(w);
+    for (size_t i = 0; i < w->interests.count; i++) w->interests.at[i].events.count = 0;
+    body_reap(w);
+}
+
+static void end_tick(world *w)
+{
+    for (size_t i = 0; i < w->dirty.count; i++) w->bodies.at[w->dirty.at[i]].moved = false;
+    w->dirty.count = 0;
+    w->changed = false;
+}
+
+void world_tick(world *w, int64_t now_ns, world_batches *out)
+{
+    broad_changes changes;
+    begin_tick(w, now_ns);
+
+    /* what was commanded */
+    interest_settle_changes(w);
+    body_settle_dirty(w);
+    body_find_stale(w);
+
+    /* which pairs it concerns */
+    broad_update(w->broad, &changes);
+    pair_apply_changes(w, &changes);
+    pair_collect_active(w);
+
+    /* what they are to each other */
+    ladder_decide(w);
+
+    /* who is told */
+    events_unknown(w);
+    events_known(w);
+    events_of_active(w);
+    events_held_back(w);
+    events_snapshots(w);
+    events_collect(w, out);
+    end_tick(w);
+}
+
+int64_t world_next_due_ns(const world *w)
+{
+    int64_t due = w->next_expiry_ns;
+    for (size_t i = 0; i < w->interests.count; i++) {
+        const interest *x = &w->interests.at[i];
+        if (x->used && x->held.count && x->next_update_ns < due) due = x->next_update_ns;
+    }
+    return due;
+}
+
+bool world_changed(const world *w) { return w->changed; }
+
+world_figures world_get_figures(const world *w) { return w->figures; }
+
+const char *world_rung_name(world_rung rung)
+{
+    static const char *const NAMES[RUNG_COUNT] = {
+        [RUNG_UNKNOWN] = "unknown",
+        [RUNG_MOTION_BOUND] = "motion_bound",
+        [RUNG_CACHED_AXIS] = "cached_axis",
+        [RUNG_CLOSED_FORM] = "closed_form",
+        [RUNG_GJK] = "gjk",
+        [RUNG_EPA] = "epa",
+        [RUNG_SAT] = "sat",
+        [RUNG_CCD] = "ccd",
+        [RUNG_MPR] = "mpr",
+    };
+    return rung < RUNG_COUNT ? NAMES[rung] : "?";
+}

@@ -1,0 +1,185 @@
+/* world: bodies, pairs, interests, the tick. Commands in, events out; no network, no clock, no threads but the pool's.
+ *
+ * Between two ticks the owner puts, moves and removes bodies and interests; world_tick then finds the pairs that this
+ * can have changed, decides each by the cheapest proof, and says what began, persists or ended, in an order that
+ * depends on the commands alone: not on the number of workers, not on caches, not on the order in which poses came.
+ * One thread calls; queries run between ticks. All ids are dense, the least free one first.
+ *
+ * The sketch of DESIGN.md passes an array of commands to world_tick; they are calls here, because a batch of 10,000
+ * poses would otherwise be copied once more, and because a refusal is then told where it arises. */
+#ifndef COLLIDED_WORLD_WORLD_H
+#define COLLIDED_WORLD_WORLD_H
+
+#include "narrow/narrow.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+typedef struct world world;
+
+enum { WORLD_NONE = UINT32_MAX };
+
+typedef struct world_options {
+    unsigned workers;      /* threads of the narrow phase, the caller's included */
+    narrow_engine engine;
+    bool caches;           /* off: every pair is decided from nothing; the events are the same (a test) */
+    double margin;         /* fat boxes grow by this share of the shape's reach, and by its last step */
+} world_options;
+world_options world_options_default(void);
+
+world *world_create(const world_options *options);
+void world_destroy(world *w);
+
+typedef enum world_status { WORLD_OK, WORLD_NAME_TAKEN, WORLD_UNKNOWN_ID } world_status;
+
+/* ---- bodies ---- */
+
+typedef struct world_shape {
+    shape shape;  /* checked by shape_check; its hull outlives the body by one tick */
+    pose local;   /* in the body's frame */
+} world_shape;
+
+typedef struct filter_rule {
+    const char *pattern; /* the other body's name ('*', '?'), or "group:" and its group */
+    bool allow;          /* true: touching is allowed, the pair is not looked at */
+    const char *reason;
+} filter_rule;
+
+typedef struct world_body { /* copied, but for hulls */
+    const char *name;       /* unique */
+    const char *group;      /* "" = none */
+    bool fixed;             /* not checked against other fixed bodies */
+    uint64_t category, mask;
+    int64_t deadline_ns;    /* 0 = never stale */
+    int64_t stamp_ns;       /* of the pose; 0 = unknown */
+    pose pose;
+    const world_shape *shapes;
+    size_t shape_count;
+    const filter_rule *rules;
+    size_t rule_count;
+} world_body;
+
+/* A new body (*id == WORLD_NONE, and is set), or the new definition of an old one: shapes that stayed the same keep
+ * their contacts. */
+world_status world_put_body(world *w, uint32_t *id, const world_body *def);
+/* The newest pose; velocities (m/s, rad/s) may be NULL. Only a stamp makes it fresh again after its deadline. */
+world_status world_move_body(world *w, uint32_t id, pose to, int64_t stamp_ns, const vec3 *linear, const vec3 *angular);
+/* Its contacts end with this cause in the next tick; its id is free after it. */
+world_status world_remove_body(world *w, uint32_t id, uint8_t cause);
+/* Stale at once and until the next pose, whatever its deadline: its owner is lost. */
+world_status world_hold_body(world *w, uint32_t id);
+
+uint32_t world_find_body(const world *w, const char *name); /* WORLD_NONE */
+const char *world_body_name(const world *w, uint32_t id);   /* NULL if unknown */
+pose world_body_pose(const world *w, uint32_t id);
+
+/* ---- interests ---- */
+
+typedef enum world_fact { WORLD_TOUCH = 1, WORLD_DISTANCE = 2, WORLD_MANIFOLD = 4 } world_fact;
+
+typedef struct world_interest {
+    unsigned facts;
+    const char *select_a, *select_b; /* as filter_rule.pattern; copied */
+    double threshold;   /* m; contact = lower bound of the signed distance at or below it: never missed */
+    double range;       /* m; with WORLD_DISTANCE */
+    double tolerance;   /* m */
+    int64_t period_ns;  /* updates at most so often; 0 = each tick */
+} world_interest;
+
+/* Its next batch is a snapshot. */
+world_status world_put_interest(world *w, uint32_t *id, const world_interest *def);
+world_status world_remove_interest(world *w, uint32_t id); /* ends its contacts in the next tick, in a closing batch */
+void world_want_snapshot(world *w, uint32_t id);
+
+/* ---- the tick ---- */
+
+typedef enum event_kind { /* numbers as on the wire */
+    EVENT_BEGIN = 1, EVENT_UPDATE, EVENT_END, EVENT_NEAR, EVENT_FAR, EVENT_UNKNOWN, EVENT_KNOWN
+} event_kind;
+
+typedef enum event_cause { /* numbers as on the wire */
+    CAUSE_MOTION, CAUSE_REMOVED, CAUSE_OWNER_LOST, CAUSE_FILTER, CAUSE_SHAPE, CAUSE_INTEREST, CAUSE_SHUTDOWN,
+    CAUSE_STALE, CAUSE_SNAPSHOT
+} event_cause;
+
+typedef struct world_event {
+    uint8_t kind, cause;
+    int32_t shape_a, shape_b;   /* index in the body; -1: the whole body */
+    int64_t contact;            /* id: of the contact, or of the nearness; 0: a whole body is unknown */
+    const char *name_a, *name_b; /* "*" for any other body */
+    double lo, hi;
+    vec3 axis, point_a, point_b; /* world frame */
+    int64_t age_a_ns, age_b_ns;  /* -1 = fixed or not stamped */
+    manifold manifold;           /* points in the world frame */
+} world_event;
+
+typedef struct world_batch { /* the events of one interest in one tick */
+    uint32_t interest;
+    bool snapshot; /* the whole current state */
+    bool closing;  /* the interest is gone */
+    const world_event *events;
+    size_t count;
+} world_batch;
+
+typedef struct world_batches { /* in the order of interest ids; valid until the next call that changes the world */
+    const world_batch *at;
+    size_t count;
+    uint64_t hash; /* of all events since the world was created: equal for equal commands */
+} world_batches;
+
+void world_tick(world *w, int64_t now_ns, world_batches *out);
+
+/* When the next tick is due although nothing came: a deadline, or an update that the rate held back. INT64_MAX: never. */
+int64_t world_next_due_ns(const world *w);
+bool world_changed(const world *w); /* something was put, moved or removed since the last tick */
+
+/* ---- queries ---- */
+
+typedef struct world_hit {
+    uint32_t body_a, body_b; /* WORLD_NONE where there is only one */
+    double lo, hi;
+    vec3 axis, point_a, point_b;
+    int64_t age_ns;
+    bool stale;
+} world_hit;
+
+typedef struct world_hits { /* the caller's; freed with free(at) */
+    world_hit *at;
+    size_t count, capacity;
+} world_hits;
+
+/* The least signed distance of the shapes of two bodies, within `tolerance`. */
+void world_query_distance(const world *w, uint32_t a, uint32_t b, double tolerance, int64_t now_ns, world_hits *out);
+/* The first body that the ray meets within `length` (may be INFINITY); lo and hi bracket the length of the free part. */
+void world_query_ray(const world *w, vec3 origin, vec3 direction, double length, double tolerance, int64_t now_ns,
+    world_hits *out);
+/* Every body that overlaps a box, in the order of ids. */
+void world_query_box(const world *w, pose at, vec3 half, int64_t now_ns, world_hits *out);
+/* Every body whose name matches, in the order of ids: point_a = position. */
+void world_query_bodies(const world *w, const char *pattern, int64_t now_ns, world_hits *out);
+/* Why is this pair looked at, or not, and what is known of it: lines for people. Returns what snprintf would. */
+int world_explain(const world *w, uint32_t a, uint32_t b, int64_t now_ns, char *text, size_t size);
+
+/* ---- figures ---- */
+
+typedef enum world_rung { /* who settled a pair: counted, cumulative */
+    RUNG_UNKNOWN, RUNG_MOTION_BOUND, RUNG_CACHED_AXIS, RUNG_CLOSED_FORM, RUNG_GJK, RUNG_EPA, RUNG_SAT, RUNG_CCD,
+    RUNG_MPR, RUNG_COUNT
+} world_rung;
+const char *world_rung_name(world_rung rung);
+
+typedef struct world_figures {
+    size_t bodies, shapes, interests, pairs, contacts, stale_bodies; /* now */
+    uint64_t ticks, moves, pair_ticks;      /* cumulative */
+    uint64_t rungs[RUNG_COUNT];
+    uint64_t narrow_queries;                /* full ones */
+    uint64_t manifolds, wide, peer_failures;
+    uint64_t events;
+} world_figures;
+world_figures world_get_figures(const world *w);
+
+/* For tests: the first broken invariant, or NULL. */
+const char *world_validate(const world *w);
+
+#endif
