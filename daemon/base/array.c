@@ -45,6 +45,15 @@ void *base_realloc(void *old, size_t count, size_t size)
     return p;
 }
 
+void *base_alloc_aligned(size_t alignment, size_t count, size_t size)
+{
+    size_t bytes = checked_bytes(count, size);
+    if (bytes > SIZE_MAX - alignment) out_of_memory(count, size);
+    void *p = aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);
+    if (!p) out_of_memory(count, size);
+    return p;
+}
+
 char *base_strdup(const char *text)
 {
     size_t size = strlen(text) + 1;

@@ -1,9 +1,10 @@
 /* broad: boxes in; pairs that began and pairs that ended out, in canonical order.
  *
- * A proxy is the box of one shape under the caller's id. Its stored box is fat; a proxy is looked at only when its
- * tight box leaves the fat one. Two trees: moving and static (static proxies do not pair with each other). A pair of
- * proxies stays from the tick their fat boxes meet until they part. Half-infinite boxes are kept in a list beside the
- * trees. Not thread-safe; queries may run in several threads between updates. Never drops a pair. */
+ * A proxy is the box of one shape under the caller's id. Its stored box is fat, in floats rounded outward; a proxy is
+ * looked at only when its tight box leaves the fat one (or has become so small that the fat one is more than twice too
+ * large). Two trees: moving and static (static proxies do not pair with each other). A pair of proxies stays from the
+ * update in which their fat boxes meet until the one in which they part. Boxes without end are kept in a list beside
+ * the trees. Not thread-safe; queries may run in several threads between updates. Never drops a pair. */
 #ifndef COLLIDED_BROAD_BROAD_H
 #define COLLIDED_BROAD_BROAD_H
 
@@ -12,40 +13,47 @@
 typedef struct broad broad;
 
 typedef struct broad_move {
-    uint32_t proxy;  /* the caller's id, dense and small */
-    bool fixed;      /* goes to the static tree */
-    aabb box;        /* tight, world frame, widened already by whatever range interests need */
-    double margin;   /* m, by which to fatten when it is (re)inserted; >= 0 */
+    uint32_t proxy; /* the caller's id, dense and small */
+    bool fixed;     /* goes to the static tree */
+    aabb box;       /* tight, world frame, widened already by whatever range interests need */
+    double margin;  /* m, by which to fatten when it is (re)inserted; >= 0 */
 } broad_move;
 
 typedef struct broad_pair {
     uint32_t a, b; /* a < b */
 } broad_pair;
 
-typedef struct broad_changes { /* owned by the broad phase, valid until its next update; each sorted by (a, b) */
+/* Owned by the broad phase, valid until its next update; each sorted by (a, b). `ended` is to be applied first: a proxy
+ * that was removed and put again between two updates is a new thing, whose pairs end and, if they meet, begin. No other
+ * pair is in both. The order in which proxies were put does not matter. */
+typedef struct broad_changes {
     const broad_pair *began, *ended;
     size_t began_count, ended_count;
 } broad_changes;
 
-/* Pairs that it refuses never begin. Called from broad_update, any number of times. */
+/* Pairs that it refuses never begin. Called from broad_update with a < b, any number of times; what it says may change
+ * for a pair only together with a broad_refilter of one of the two. */
 typedef bool broad_filter(void *context, uint32_t a, uint32_t b);
 
 broad *broad_create(broad_filter *filter, void *context);
 void broad_destroy(broad *b);
 
-/* Queue changes; broad_update carries them out. A proxy put twice keeps the last. A removed proxy's pairs end. */
+/* Queue changes; broad_update carries them out. A proxy put twice keeps the last. A removed proxy's pairs end. Removing
+ * or refiltering a proxy that is not there does nothing. A box must have lo <= hi, and may be infinite. */
 void broad_put(broad *b, const broad_move *move);
 void broad_remove(broad *b, uint32_t proxy);
-void broad_refilter(broad *b, uint32_t proxy); /* its filter or range changed: look at all its pairs again */
+void broad_refilter(broad *b, uint32_t proxy); /* its filter changed: ask again about all its pairs */
 
 void broad_update(broad *b, broad_changes *changes);
 
+/* As of the last update. */
 size_t broad_proxy_count(const broad *b);
 size_t broad_pair_count(const broad *b);
+/* The order is nobody's business, but the same after the same changes. */
 void broad_each_pair_of(const broad *b, uint32_t proxy, void (*visit)(void *context, uint32_t other), void *context);
 
-/* Each proxy whose fat box meets `box` / whose fat box the segment from..from+length*direction meets; in no
- * particular order. Returning false stops. */
+/* Each proxy whose fat box meets `box` / whose fat box the segment from..from+length*direction meets; in an
+ * order that is nobody's business, but the same after the same changes. Returning false stops. */
 typedef bool broad_visit(void *context, uint32_t proxy);
 void broad_query_box(const broad *b, aabb box, broad_visit *visit, void *context);
 void broad_query_ray(const broad *b, vec3 from, vec3 direction, double length, broad_visit *visit, void *context);

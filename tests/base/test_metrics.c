@@ -9,7 +9,7 @@ static void addresses_stay_while_the_table_grows(void **state)
 {
     (void)state;
     enum { METRICS = 100 };
-    static char name[METRICS][16];
+    static char name[METRICS][32];
     static metric *at[METRICS];
     metrics *m = metrics_create();
     for (int i = 0; i < METRICS; i++) {

@@ -1,0 +1,11 @@
+/* sort: 64-bit keys into ascending order, in memory of the caller's (qsort of glibc allocates). Any thread. */
+#ifndef COLLIDED_BASE_SORT_H
+#define COLLIDED_BASE_SORT_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+/* `scratch` has room for `count` keys. Linear in `count`; keys already in order cost one look at each. */
+void sort_keys(uint64_t *keys, uint64_t *scratch, size_t count);
+
+#endif

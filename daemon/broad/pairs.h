@@ -1,0 +1,53 @@
+/* pairs: the persistent pairs, reached by key and by proxy.
+ *
+ * Each pair hangs in two lists, one for each of its proxies, so that a proxy's pairs are found and ended without
+ * looking at any other. A link is (pair << 1 | side): the place of one proxy in one pair. Not thread-safe. */
+#ifndef COLLIDED_BROAD_PAIRS_H
+#define COLLIDED_BROAD_PAIRS_H
+
+#include "base/array.h"
+#include "base/pair_map.h"
+
+#define PAIRS_NO_LINK UINT32_MAX
+
+typedef struct pair_record {
+    uint32_t proxy[2];
+    uint32_t next[2], prev[2]; /* links; next[0] chains the freed records */
+} pair_record;
+
+typedef struct pairs {
+    pair_map by_key; /* to the index of the record */
+    ARRAY(pair_record) records;
+    ARRAY(uint32_t) first; /* by proxy: its first link */
+    uint32_t free_record;
+} pairs;
+
+void pairs_init(pairs *p);
+void pairs_free(pairs *p);
+static inline size_t pairs_count(const pairs *p)
+{
+    return p->by_key.count;
+}
+
+bool pairs_have(const pairs *p, uint32_t a, uint32_t b);
+void pairs_begin(pairs *p, uint32_t a, uint32_t b); /* which must not be a pair already */
+void pairs_end(pairs *p, uint32_t link);
+
+/* The links of a proxy, newest first. Take the next one before ending a pair. */
+static inline uint32_t pairs_first(const pairs *p, uint32_t proxy)
+{
+    return proxy < p->first.count ? p->first.at[proxy] : PAIRS_NO_LINK;
+}
+static inline uint32_t pairs_next(const pairs *p, uint32_t link)
+{
+    return p->records.at[link >> 1].next[link & 1];
+}
+static inline uint32_t pairs_other(const pairs *p, uint32_t link)
+{
+    return p->records.at[link >> 1].proxy[~link & 1];
+}
+
+/* For tests: the first broken invariant, or NULL. */
+const char *pairs_validate(const pairs *p);
+
+#endif

@@ -1,0 +1,71 @@
+/* broad_world: what the tests of the broad phase share: random numbers, boxes, and the pairs as an application of the
+ * published changes would know them. */
+#ifndef COLLIDED_TESTS_BROAD_BROAD_WORLD_H
+#define COLLIDED_TESTS_BROAD_BROAD_WORLD_H
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "broad/broad.h"
+#include "broad/broad_peek.h"
+
+#include <cmocka.h>
+
+typedef struct prng { /* splitmix64 (Steele, Lea and Flood 2014) */
+    uint64_t state;
+} prng;
+
+static inline uint64_t prng_next(prng *r)
+{
+    uint64_t z = (r->state += UINT64_C(0x9e3779b97f4a7c15));
+    z = (z ^ z >> 30) * UINT64_C(0xbf58476d1ce4e5b9);
+    z = (z ^ z >> 27) * UINT64_C(0x94d049bb133111eb);
+    return z ^ z >> 31;
+}
+static inline uint32_t prng_below(prng *r, uint32_t bound)
+{
+    return (uint32_t)(prng_next(r) % bound);
+}
+static inline double prng_between(prng *r, double lo, double hi)
+{
+    return lo + (hi - lo) * ((double)(prng_next(r) >> 11) * 0x1p-53);
+}
+
+static inline vec3 random_vec(prng *r, double reach)
+{
+    double x = prng_between(r, -reach, reach), y = prng_between(r, -reach, reach);
+    return vec(x, y, prng_between(r, -reach, reach));
+}
+
+static inline aabb box_at(vec3 center, vec3 half)
+{
+    return (aabb){vec_sub(center, half), vec_add(center, half)};
+}
+static inline aabb cube_at(double x, double y, double z, double half)
+{
+    return box_at(vec(x, y, z), vec(half, half, half));
+}
+
+static inline bool accept_all(void *context, uint32_t a, uint32_t b)
+{
+    (void)context, (void)a, (void)b;
+    return true;
+}
+
+static inline bool pair_less(broad_pair p, broad_pair q)
+{
+    return p.a < q.a || (p.a == q.a && p.b < q.b);
+}
+
+static inline void assert_sorted(const broad_pair *pairs, size_t count)
+{
+    for (size_t i = 0; i < count; i++) {
+        assert_true(pairs[i].a < pairs[i].b);
+        assert_true(i == 0 || pair_less(pairs[i - 1], pairs[i]));
+    }
+}
+
+#endif
