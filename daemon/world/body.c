@@ -60,6 +60,7 @@ static bool is_body(const world *w, uint32_t id)
 
 const char *world_body_name(const world *w, uint32_t id) { return is_body(w, id) ? w->bodies.at[id].name : NULL; }
 pose world_body_pose(const world *w, uint32_t id) { return is_body(w, id) ? w->bodies.at[id].pose : POSE_IDENTITY; }
+int64_t world_body_stamp_ns(const world *w, uint32_t id) { return is_body(w, id) ? w->bodies.at[id].stamp_ns : 0; }
 
 /* ---- shapes ---- */
 

@@ -131,10 +131,11 @@ world_status world_put_interest(world *w, uint32_t *id, const world_interest *de
     return WORLD_OK;
 }
 
-world_status world_remove_interest(world *w, uint32_t id)
+world_status world_remove_interest(world *w, uint32_t id, uint8_t cause)
 {
     if (id >= w->interests.count || !w->interests.at[id].used || w->interests.at[id].closing) return WORLD_UNKNOWN_ID;
     w->interests.at[id].closing = w->interests.at[id].changed = true;
+    w->interests.at[id].closing_cause = cause;
     w->changed = true;
     return WORLD_OK;
 }
@@ -153,7 +154,7 @@ void interest_settle_changes(world *w)
         interest *i = &w->interests.at[id];
         if (!i->used || !i->changed) continue;
         i->changed = false;
-        events_close(w, id, CAUSE_INTEREST);
+        events_close(w, id, i->closing ? i->closing_cause : (uint8_t)CAUSE_INTEREST);
         for (uint32_t k = 0; k < w->bodies.count; k++) {
             body *b = &w->bodies.at[k];
             if (!b->used || b->ghost || !match_one(w, b, id)) continue;
@@ -163,11 +164,12 @@ void interest_settle_changes(world *w)
     }
 }
 
+/* Those whose closing batch the last tick has told. */
 void interest_finish(world *w)
 {
     for (uint32_t id = 0; id < w->interests.count; id++) {
         interest *i = &w->interests.at[id];
-        if (!i->used || !i->closing) continue;
+        if (!i->used || !i->closing || i->changed) continue;
         free(i->select_a);
         free(i->select_b);
         array_free(&i->held);

@@ -77,7 +77,7 @@ static void decide_cheaply(void *context, size_t begin, size_t end, unsigned wor
         outcome *out = &w->outcomes.at[k];
         *out = (outcome){.result = WORLD_NONE};
         if (x->stale || y->stale) {
-            out->rung = RUNG_UNKNOWN;
+            *out = (outcome){.rung = RUNG_UNKNOWN, .settled = true, .result = WORLD_NONE};
             continue;
         }
         demand d = ladder_demand(w, x, y);
@@ -134,7 +134,7 @@ void ladder_decide(world *w)
     workers_run(w->workers, w->active_pairs.count, PAIRS_A_CHUNK, decide_cheaply, w);
     w->open.count = 0;
     for (size_t i = 0; i < w->active_pairs.count; i++)
-        if (!w->outcomes.at[i].settled && w->outcomes.at[i].rung != RUNG_UNKNOWN) array_push(&w->open, (uint32_t)i);
+        if (!w->outcomes.at[i].settled) array_push(&w->open, (uint32_t)i);
     array_reserve(&w->results, w->open.count);
     workers_run(w->workers, w->open.count, PAIRS_A_CHUNK, decide_fully, w);
     count_outcomes(w);

@@ -65,6 +65,7 @@ typedef struct interest {
     double threshold, range, tolerance;
     int64_t period_ns, next_update_ns;
     bool used, closing, snapshot, changed;
+    uint8_t closing_cause;
     uint32_t first_watch;
     ARRAY(uint32_t) held; /* watches with an update held back by the rate */
     ARRAY(world_event) events;
@@ -72,7 +73,7 @@ typedef struct interest {
 
 typedef struct outcome { /* of one active pair in one tick */
     uint8_t rung;
-    bool settled;           /* beyond everything that anybody asked, proven; no result */
+    bool settled;           /* no result: proven to be beyond everything that anybody asked, or unknown */
     uint32_t result;        /* index into world.results otherwise */
 } outcome;
 

@@ -73,6 +73,7 @@ world_status world_hold_body(world *w, uint32_t id);
 uint32_t world_find_body(const world *w, const char *name); /* WORLD_NONE */
 const char *world_body_name(const world *w, uint32_t id);   /* NULL if unknown */
 pose world_body_pose(const world *w, uint32_t id);
+int64_t world_body_stamp_ns(const world *w, uint32_t id);
 
 /* ---- interests ---- */
 
@@ -89,7 +90,8 @@ typedef struct world_interest {
 
 /* Its next batch is a snapshot. */
 world_status world_put_interest(world *w, uint32_t *id, const world_interest *def);
-world_status world_remove_interest(world *w, uint32_t id); /* ends its contacts in the next tick, in a closing batch */
+/* Ends its contacts in the next tick with this cause, in a closing batch. */
+world_status world_remove_interest(world *w, uint32_t id, uint8_t cause);
 void world_want_snapshot(world *w, uint32_t id);
 
 /* ---- the tick ---- */

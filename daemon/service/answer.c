@@ -1,0 +1,170 @@
+/* answer: queries of clients, answered from the world as the last tick left it. A query that comes twice is answered
+ * twice. Tick thread. */
+#include "service.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef struct reply {
+    service *s;
+    struct link *to;
+    wire_answer answer;
+    char text[WIRE_TEXT_MAX + 1];
+} reply;
+
+static void send(reply *r)
+{
+    r->answer.text = r->text;
+    metric_count(r->s->count.answers, 1);
+    r->to->ops->publish(r->to, &(wire_message){.kind = WIRE_ANSWER, .answer = r->answer});
+}
+
+static void fail(reply *r, uint8_t status, const char *format, ...) __attribute__((format(printf, 3, 4)));
+static void fail(reply *r, uint8_t status, const char *format, ...)
+{
+    va_list args;
+    va_start(args, format);
+    vsnprintf(r->text, sizeof r->text, format, args);
+    va_end(args);
+    r->answer.status = status;
+    send(r);
+}
+
+/* ---- hits as arrays ---- */
+
+static void put(double *at, vec3 v)
+{
+    at[0] = v.x;
+    at[1] = v.y;
+    at[2] = v.z;
+}
+
+static const char *name_of(const service *s, uint32_t body)
+{
+    const char *name = body == WORLD_NONE ? NULL : world_body_name(s->world, body);
+    return name ? name : "";
+}
+
+static void send_hits(reply *r, const world_hits *hits, uint32_t n, bool with_orientations)
+{
+    wire_answer *a = &r->answer;
+    const char **names = base_alloc(2 * (size_t)n + 1, sizeof *names);
+    double *numbers = base_alloc(15 * (size_t)n + 1, sizeof *numbers);
+    double *lo = numbers, *hi = lo + n, *axes = hi + n, *pa = axes + 3 * n, *pb = pa + 3 * n, *q = pb + 3 * n;
+    int64_t *ages = base_alloc((size_t)n + 1, sizeof *ages);
+    uint8_t *stale = base_alloc((size_t)n + 1, 1);
+    for (uint32_t i = 0; i < n; i++) {
+        const world_hit *h = &hits->at[i];
+        names[i] = name_of(r->s, h->body_a);
+        names[n + i] = name_of(r->s, h->body_b);
+        lo[i] = h->stale ? -INFINITY : h->lo; /* a stale pose proves nothing */
+        hi[i] = h->stale ? INFINITY : h->hi;
+        put(axes + 3 * (size_t)i, h->axis);
+        put(pa + 3 * (size_t)i, h->point_a);
+        put(pb + 3 * (size_t)i, h->point_b);
+        if (with_orientations) {
+            quat o = world_body_pose(r->s->world, h->body_a).q;
+            memcpy(q + 4 * (size_t)i, &o, sizeof o);
+        }
+        ages[i] = h->age_ns;
+        stale[i] = h->stale;
+    }
+    a->names_a = (wire_strings){n, names};
+    a->names_b = (wire_strings){n, names + n};
+    a->lo = (wire_f64s){n, lo};
+    a->hi = (wire_f64s){n, hi};
+    a->axes = (wire_f64s){3 * n, axes};
+    a->points_a = (wire_f64s){3 * n, pa};
+    a->points_b = (wire_f64s){3 * n, pb};
+    a->orientations = (wire_f64s){with_orientations ? 4 * n : 0, q};
+    a->ages_ns = (wire_i64s){n, ages};
+    a->stale = (wire_u8s){n, stale};
+    send(r);
+    free(names);
+    free(numbers);
+    free(ages);
+    free(stale);
+}
+
+static void answer_hits(reply *r, world_hits *hits, const wire_query *q)
+{
+    uint32_t most = q->most > 0 && q->most < WIRE_ANSWERS_MAX ? (uint32_t)q->most : WIRE_ANSWERS_MAX;
+    uint32_t n = hits->count < most ? (uint32_t)hits->count : most;
+    if (n < hits->count) {
+        r->answer.status = WIRE_ANSWER_TRUNCATED;
+        snprintf(r->text, sizeof r->text, "%zu hits, %u of them told", hits->count, n);
+    }
+    send_hits(r, hits, n, q->kind == WIRE_QUERY_BODIES);
+    array_free(hits);
+}
+
+/* ---- kinds ---- */
+
+static vec3 vec_of(wire_f64s numbers) { return numbers.count == 3 ? vec(numbers.at[0], numbers.at[1], numbers.at[2]) : VEC_ZERO; }
+
+static pose pose_of(const wire_query *q)
+{
+    pose at = {vec_of(q->origin), {1, 0, 0, 0}};
+    if (q->orientation.count == 4) memcpy(&at.q, q->orientation.at, sizeof at.q);
+    return at;
+}
+
+static bool two_bodies(reply *r, const wire_query *q, uint32_t *a, uint32_t *b)
+{
+    *a = world_find_body(r->s->world, q->name_a);
+    *b = world_find_body(r->s->world, q->name_b);
+    if (*a != WORLD_NONE && *b != WORLD_NONE) return true;
+    fail(r, WIRE_ANSWER_UNKNOWN_NAME, "no body is named \"%.200s\"", *a == WORLD_NONE ? q->name_a : q->name_b);
+    return false;
+}
+
+static void record(reply *r, const wire_query *q)
+{
+    service *s = r->s;
+    char path[2 * CONFIG_TEXT_MAX], why[256];
+    if (!*q->name_a) {
+        record_stop(s);
+        snprintf(r->text, sizeof r->text, "recording ended");
+        send(r);
+    } else if (!*s->config.record_dir) {
+        fail(r, WIRE_ANSWER_UNSUPPORTED, "the daemon was started without record_dir: it does not let clients record");
+    } else if (strchr(q->name_a, '/') || q->name_a[0] == '.') {
+        fail(r, WIRE_ANSWER_UNSUPPORTED, "a recording needs a plain name, without '/' and not starting with '.'");
+    } else {
+        snprintf(path, sizeof path, "%s/%s.lcmlog", s->config.record_dir, q->name_a);
+        if (record_start(s, path, why, sizeof why) != 0)
+            fail(r, WIRE_ANSWER_UNSUPPORTED, "%s", why);
+        else
+            fail(r, WIRE_ANSWER_OK, "%s", path);
+    }
+}
+
+void answer_query(service *s, struct link *from, const wire_query *q)
+{
+    static reply r; /* the tick thread's: 4 kB of text */
+    world_hits hits = {0};
+    uint32_t a, b;
+    r = (reply){.s = s, .to = from, .answer = {.version = WIRE_VERSION, .client = q->client, .sequence = q->sequence,
+                                        .epoch = s->epoch, .tick = s->tick, .kind = q->kind}};
+    switch (q->kind) {
+    case WIRE_QUERY_DISTANCE:
+        if (!two_bodies(&r, q, &a, &b)) return;
+        world_query_distance(s->world, a, b, q->tolerance_m, s->now_ns, &hits);
+        break;
+    case WIRE_QUERY_RAY:
+        world_query_ray(s->world, vec_of(q->origin), vec_of(q->direction), q->length_m, q->tolerance_m, s->now_ns, &hits);
+        break;
+    case WIRE_QUERY_BOX: world_query_box(s->world, pose_of(q), vec_of(q->half), s->now_ns, &hits); break;
+    case WIRE_QUERY_BODIES: world_query_bodies(s->world, q->name_a, s->now_ns, &hits); break;
+    case WIRE_QUERY_EXPLAIN:
+        if (!two_bodies(&r, q, &a, &b)) return;
+        world_explain(s->world, a, b, s->now_ns, r.text, sizeof r.text);
+        send(&r);
+        return;
+    case WIRE_QUERY_RECORD: record(&r, q); return;
+    default: fail(&r, WIRE_ANSWER_UNSUPPORTED, "this kind of query is not supported by this release"); return;
+    }
+    answer_hits(&r, &hits, q);
+}

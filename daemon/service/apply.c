@@ -1,0 +1,290 @@
+/* apply: commands of clients to the world; what cannot be done is refused with its reason, counted, and changes nothing
+ * else. Messages have been checked by the link (wire_check): here is only what needs the world. Tick thread. */
+#include "service.h"
+
+#include "base/log.h"
+
+#include <inttypes.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+void apply_reject(service *s, struct link *to, wire_kind kind, int64_t client, int64_t sequence, int32_t object,
+    const wire_refusal *why)
+{
+    metric_count(s->count.rejects[why->reason], 1);
+    log_warning("refused %s %" PRId64 " of client %016" PRIx64 ": %s: %s", wire_kind_name(kind), sequence,
+        (uint64_t)client, wire_reason_name(why->reason), why->text);
+    wire_message m = {.kind = WIRE_REJECT, .reject = {WIRE_VERSION, client, sequence, s->epoch, (uint8_t)kind, object,
+                                               (uint8_t)why->reason, why->text}};
+    to->ops->publish(to, &m);
+}
+
+static void refuse(wire_refusal *why, wire_reason reason, const char *format, ...) __attribute__((format(printf, 3, 4)));
+static void refuse(wire_refusal *why, wire_reason reason, const char *format, ...)
+{
+    va_list args;
+    va_start(args, format);
+    why->reason = reason;
+    vsnprintf(why->text, sizeof why->text, format, args);
+    va_end(args);
+}
+
+/* Is the limit reached? Then it is named, here and in status. */
+bool apply_limit(service *s, size_t now, long most, const char *option, wire_refusal *why)
+{
+    if (now < (size_t)most) return false;
+    refuse(why, WIRE_LIMIT, "%s = %ld is reached", option, most);
+    if (!strstr(s->limits, option)) {
+        size_t used = strlen(s->limits);
+        snprintf(s->limits + used, sizeof s->limits - used, "%s%s", used ? " " : "", option);
+    }
+    return true;
+}
+
+/* ---- poses ---- */
+
+static pose pose_at(const wire_pose_batch *m, uint32_t i)
+{
+    const double *p = m->positions.at + 3 * (size_t)i, *q = m->orientations.at + 4 * (size_t)i;
+    return (pose){{p[0], p[1], p[2]}, {q[0], q[1], q[2], q[3]}};
+}
+
+static const vec3 *vec_at(wire_f64s numbers, uint32_t i, vec3 *out)
+{
+    if (!numbers.count) return NULL;
+    const double *v = numbers.at + 3 * (size_t)i;
+    *out = vec(v[0], v[1], v[2]);
+    return out;
+}
+
+static bool knows_all(session *c, const wire_pose_batch *m)
+{
+    for (uint32_t i = 0; i < m->bodies.count; i++) {
+        const owned_body *b = session_body(c, m->bodies.at[i]);
+        if (!b) return false;
+    }
+    return true;
+}
+
+/* The newest sequence wins. A batch with a body that is not known yet waits for the commands of this tick, once. */
+void apply_poses(service *s, struct link *from, const wire_pose_batch *m, bool may_wait)
+{
+    session *c = session_find(s, m->client);
+    if (may_wait && (!c || !knows_all(c, m))) {
+        inbox_put(s, from, &(wire_message){.kind = WIRE_POSE_BATCH, .pose_batch = *m});
+        return;
+    }
+    if (c) c->heard_ns = s->monotonic_ns;
+    if (m->stamp_ns > s->latest_pose_ns) s->latest_pose_ns = m->stamp_ns;
+    if (m->step > s->latest_step) s->latest_step = m->step;
+    uint32_t unknown = 0;
+    int32_t first_unknown = -1;
+    vec3 linear, angular;
+    for (uint32_t i = 0; i < m->bodies.count; i++) {
+        owned_body *b = c ? session_body(c, m->bodies.at[i]) : NULL;
+        if (!b || b->world_id == WORLD_NONE) {
+            if (!unknown++) first_unknown = m->bodies.at[i];
+        } else if (m->sequence <= b->pose_sequence) {
+            metric_count(s->count.late_poses, 1);
+        } else {
+            b->pose_sequence = m->sequence;
+            world_move_body(s->world, b->world_id, pose_at(m, i), m->stamp_ns, vec_at(m->linear, i, &linear),
+                vec_at(m->angular, i, &angular));
+        }
+    }
+    if (!unknown) return;
+    wire_refusal why;
+    refuse(&why, WIRE_UNKNOWN_BODY, "%u of %u bodies are not announced, the first is %d", unknown, m->bodies.count,
+        first_unknown);
+    apply_reject(s, from, WIRE_POSE_BATCH, m->client, m->sequence, first_unknown, &why);
+}
+
+/* ---- bodies ---- */
+
+static bool gather_shapes(service *s, const wire_body *m, wire_refusal *why)
+{
+    s->shapes.count = 0;
+    for (uint32_t i = 0; i < m->shape_types.count; i++) {
+        const double *size = m->shape_sizes.at + 3 * (size_t)i, *at = m->shape_poses.at + 7 * (size_t)i;
+        world_shape shape = {.shape = {.type = (shape_type)m->shape_types.at[i], .radius = m->shape_radii.at[i],
+                                 .half = vec(size[0], size[1], size[2])},
+            .local = {vec(at[0], at[1], at[2]), quat_unit((quat){at[3], at[4], at[5], at[6]})}};
+        if (shape.shape.type == SHAPE_HULL) {
+            shape.shape.hull = geometry_hull(s, m->shape_geometries.at[i]);
+            if (!shape.shape.hull) {
+                refuse(why, WIRE_UNKNOWN_GEOMETRY, "shape_geometries[%u]: %016" PRIx64 " has not come", i,
+                    (uint64_t)m->shape_geometries.at[i]);
+                return false;
+            }
+        }
+        array_push(&s->shapes, shape);
+    }
+    return true;
+}
+
+static void gather_rules(service *s, const wire_body *m)
+{
+    s->rules.count = 0;
+    for (uint32_t i = 0; i < m->rule_patterns.count; i++)
+        array_push(&s->rules, ((filter_rule){m->rule_patterns.at[i], m->rule_actions.at[i] == WIRE_RULE_ALLOW,
+                                  m->rule_reasons.at[i]}));
+}
+
+static void hold_geometries(service *s, owned_body *b, const wire_body *m)
+{
+    for (uint32_t i = 0; i < m->shape_types.count; i++)
+        if (m->shape_types.at[i] == WIRE_SHAPE_HULL) geometry_hold(s, m->shape_geometries.at[i]);
+    for (size_t i = 0; i < b->geometries.count; i++) geometry_release(s, b->geometries.at[i]);
+    b->geometries.count = 0;
+    for (uint32_t i = 0; i < m->shape_types.count; i++)
+        if (m->shape_types.at[i] == WIRE_SHAPE_HULL) array_push(&b->geometries, m->shape_geometries.at[i]);
+}
+
+static bool room_for(service *s, const owned_body *b, const wire_body *m, wire_refusal *why)
+{
+    world_figures now = world_get_figures(s->world);
+    if ((!b || b->world_id == WORLD_NONE) && apply_limit(s, now.bodies, s->config.max_bodies, "max_bodies", why))
+        return false;
+    return !apply_limit(s, now.shapes + m->shape_types.count - 1, s->config.max_shapes, "max_shapes", why);
+}
+
+static wire_reason put_body(service *s, session *c, const wire_body *m, wire_refusal *why)
+{
+    owned_body *b = session_body(c, m->body);
+    if (!room_for(s, b, m, why) || !gather_shapes(s, m, why)) return why->reason;
+    gather_rules(s, m);
+    const double *at = m->pose.at;
+    uint32_t id = b ? b->world_id : WORLD_NONE;
+    pose told = {vec(at[0], at[1], at[2]), {at[3], at[4], at[5], at[6]}};
+    bool newer_pose = b && id != WORLD_NONE && b->pose_sequence > m->sequence;
+    world_body def = {.name = m->name, .group = m->group, .fixed = m->motion == WIRE_MOTION_FIXED,
+        .category = (uint64_t)m->category, .mask = (uint64_t)m->mask, .deadline_ns = m->deadline_ns,
+        .stamp_ns = newer_pose ? world_body_stamp_ns(s->world, id) : m->stamp_ns, .pose = newer_pose ? world_body_pose(s->world, id) : told,
+        .shapes = s->shapes.at, .shape_count = s->shapes.count, .rules = s->rules.at, .rule_count = s->rules.count};
+    if (world_put_body(s->world, &id, &def) == WORLD_NAME_TAKEN) {
+        refuse(why, WIRE_NAME_TAKEN, "name: \"%.100s\" is the name of another body", m->name);
+        return why->reason;
+    }
+    if (!b) b = session_add_body(c, m->body);
+    b->world_id = id;
+    b->sequence = m->sequence;
+    if (!newer_pose) b->pose_sequence = m->sequence;
+    hold_geometries(s, b, m);
+    return WIRE_OK;
+}
+
+static wire_reason remove_body(service *s, session *c, const wire_body *m)
+{
+    owned_body *b = session_body(c, m->body);
+    if (!b) b = session_add_body(c, m->body); /* so that a late copy of its Body does not bring it back */
+    if (b->world_id != WORLD_NONE) world_remove_body(s->world, b->world_id, CAUSE_REMOVED);
+    for (size_t i = 0; i < b->geometries.count; i++) geometry_release(s, b->geometries.at[i]);
+    b->geometries.count = 0;
+    b->world_id = WORLD_NONE;
+    b->sequence = m->sequence;
+    return WIRE_OK;
+}
+
+static wire_reason apply_body(service *s, session *c, const wire_body *m, wire_refusal *why)
+{
+    const owned_body *b = session_body(c, m->body);
+    if (b && m->sequence <= b->sequence) {
+        metric_count(s->count.duplicates, 1);
+        return WIRE_OK;
+    }
+    return m->removed ? remove_body(s, c, m) : put_body(s, c, m, why);
+}
+
+/* ---- interests ---- */
+
+static wire_reason put_interest(service *s, session *c, const wire_interest *m, wire_refusal *why)
+{
+    owned_interest *i = session_interest(c, m->interest);
+    bool is_new = !i || !i->live;
+    if (m->facts & ~(WIRE_FACT_TOUCH | WIRE_FACT_DISTANCE | WIRE_FACT_MANIFOLD)) {
+        refuse(why, WIRE_UNSUPPORTED, "facts: impacts are not supported by this release");
+        return why->reason;
+    }
+    if (is_new && apply_limit(s, world_get_figures(s->world).interests, s->config.max_interests, "max_interests", why))
+        return why->reason;
+    world_interest def = {.facts = (unsigned)m->facts, .select_a = m->select_a, .select_b = m->select_b,
+        .threshold = m->threshold_m, .range = m->range_m, .tolerance = m->tolerance_m,
+        .period_ns = m->rate_hz > 0 ? (int64_t)(1e9 / m->rate_hz) : 0};
+    uint32_t id = is_new ? WORLD_NONE : i->world_id;
+    world_put_interest(s->world, &id, &def);
+    if (stream_open(s, c, m, id, why) != WIRE_OK) {
+        if (is_new) world_remove_interest(s->world, id, CAUSE_INTEREST);
+        return why->reason;
+    }
+    if (!i) {
+        array_push(&c->interests, (owned_interest){.number = m->interest});
+        i = &c->interests.at[c->interests.count - 1];
+    }
+    *i = (owned_interest){m->interest, id, m->sequence, true};
+    return WIRE_OK;
+}
+
+static wire_reason apply_interest(service *s, session *c, const wire_interest *m, wire_refusal *why)
+{
+    owned_interest *i = session_interest(c, m->interest);
+    if (i && m->sequence <= i->sequence) {
+        metric_count(s->count.duplicates, 1);
+        return WIRE_OK;
+    }
+    if (!m->removed) return put_interest(s, c, m, why);
+    if (i && i->live) {
+        world_remove_interest(s->world, i->world_id, CAUSE_INTEREST);
+        i->live = false;
+        i->sequence = m->sequence;
+    }
+    return WIRE_OK;
+}
+
+/* ---- clients ---- */
+
+static void apply_client(service *s, session *c, const wire_client *m)
+{
+    if (m->sequence < c->sequence) return;
+    bool is_new = !c->announced;
+    c->sequence = m->sequence;
+    c->announced = true;
+    c->lost = false;
+    if (m->removed) {
+        session_leave(s, c);
+        return;
+    }
+    c->lease_ns = m->lease_ns;
+    c->on_loss = m->on_loss;
+    if (strcmp(c->name, m->name) != 0) {
+        free(c->name);
+        c->name = base_strdup(m->name);
+    }
+    if (is_new) log_info("client %016" PRIx64 " \"%s\" is here, by %s", (uint64_t)c->client, c->name, c->link->ops->scheme);
+}
+
+void apply_command(service *s, struct link *from, const wire_message *m)
+{
+    int64_t client, sequence;
+    int32_t object;
+    wire_refusal why = {WIRE_OK, ""};
+    wire_origin(m, &client, &sequence, &object);
+    session *c = session_get(s, client, from);
+    if (!c) {
+        apply_limit(s, s->sessions.count, s->config.max_clients, "max_clients", &why);
+        apply_reject(s, from, m->kind, client, sequence, object, &why);
+        return;
+    }
+    bool leaves = m->kind == WIRE_CLIENT && m->client.removed;
+    switch (m->kind) {
+    case WIRE_CLIENT: apply_client(s, c, &m->client); break;
+    case WIRE_GEOMETRY: geometry_put(s, &m->geometry, &why); break;
+    case WIRE_BODY: apply_body(s, c, &m->body, &why); break;
+    case WIRE_INTEREST: apply_interest(s, c, &m->interest, &why); break;
+    case WIRE_VERTEX_BATCH: refuse(&why, WIRE_UNSUPPORTED, "bodies are rigid in this release"); break;
+    default: refuse(&why, WIRE_UNSUPPORTED, "%s is not for the daemon", wire_kind_name(m->kind)); break;
+    }
+    if (why.reason != WIRE_OK) apply_reject(s, from, m->kind, client, sequence, object, &why);
+    if (!leaves) session_ack(c, sequence);
+}

@@ -1,0 +1,55 @@
+/* config: what can be set, as one table: parser, defaults, ranges and --help all come from it.
+ *
+ * A file has lines "key = value"; '#' begins a comment. The command line has --key value, --key=value, and --key alone
+ * for yes. Later settings win: first the file that --config names, then the command line. */
+#ifndef COLLIDED_SERVICE_CONFIG_H
+#define COLLIDED_SERVICE_CONFIG_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+enum { CONFIG_TEXT_MAX = 1024 };
+
+typedef struct config {
+    char name[64];
+    char links[CONFIG_TEXT_MAX];
+    char interface[64];
+    char gateway[CONFIG_TEXT_MAX];
+    char record[CONFIG_TEXT_MAX];
+    char record_dir[CONFIG_TEXT_MAX];
+    char replay[CONFIG_TEXT_MAX];
+    char log[16];
+    char engine[16];
+    long workers;
+    bool caches, json, journal;
+    double margin, rate, status_period, lease;
+    long max_clients, max_bodies, max_shapes, max_interests, max_geometries;
+} config;
+
+typedef enum config_type { CONFIG_TEXT, CONFIG_CHOICE, CONFIG_WHOLE, CONFIG_NUMBER, CONFIG_YES } config_type;
+
+typedef struct config_option {
+    const char *key;
+    config_type type;
+    size_t offset, size;      /* of the field in config */
+    double least, most;       /* of numbers */
+    const char *choices;      /* "a|b|c" */
+    const char *value;        /* default, as text */
+    const char *unit, *help;
+} config_option;
+
+const config_option *config_options(size_t *count);
+
+void config_default(config *c);
+
+/* 0, or -1 with one line in `why`: file, line, key, and what is allowed. */
+int config_set(config *c, const char *key, const char *value, char *why, size_t why_size);
+int config_read(config *c, const char *path, char *why, size_t why_size);
+/* The same for text in memory; `path` is only for messages. */
+int config_parse(config *c, const char *text, size_t size, const char *path, char *why, size_t why_size);
+/* Reads --config first, wherever it stands. 1: --help or --version was asked for, and *asked is set to it. */
+int config_arguments(config *c, int argc, char **argv, const char **asked, char *why, size_t why_size);
+
+void config_help(void); /* to standard output */
+
+#endif

@@ -1,0 +1,145 @@
+/* geometry: hulls by the hash of their content. A hull is built when its last piece has come; it goes when no body holds
+ * it and its sender is gone or took it back. Tick thread. */
+#include "service.h"
+
+#include "geom/hull.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static geometry *find(const service *s, int64_t hash)
+{
+    uint32_t index = pair_map_get(&s->geometry_of, (uint64_t)hash);
+    return index == PAIR_MAP_NONE ? NULL : &s->geometries.at[index];
+}
+
+static wire_reason refuse(wire_refusal *why, wire_reason reason, const char *text)
+{
+    why->reason = reason;
+    snprintf(why->text, sizeof why->text, "%s", text);
+    return reason;
+}
+
+static geometry *add(service *s, const wire_geometry *m)
+{
+    size_t index = 0;
+    while (index < s->geometries.count && s->geometries.at[index].used) index++;
+    if (index == s->geometries.count) array_push(&s->geometries, (geometry){.used = false});
+    geometry *g = &s->geometries.at[index];
+    *g = (geometry){.used = true, .announced = true, .hash = m->hash, .client = m->client, .kind = m->kind,
+        .pieces = m->pieces, .vertex_numbers = (size_t)m->vertex_numbers};
+    g->vertices = base_zalloc(g->vertex_numbers ? g->vertex_numbers : 1, sizeof *g->vertices);
+    g->has = base_zalloc((size_t)m->pieces, 1);
+    pair_map_put(&s->geometry_of, (uint64_t)m->hash, (uint32_t)index);
+    return g;
+}
+
+static void drop(service *s, geometry *g)
+{
+    pair_map_remove(&s->geometry_of, (uint64_t)g->hash);
+    free(g->vertices);
+    free(g->has);
+    hull_destroy(g->hull);
+    *g = (geometry){.used = false};
+}
+
+static void end_assembly(geometry *g)
+{
+    free(g->vertices);
+    free(g->has);
+    g->vertices = NULL;
+    g->has = NULL;
+}
+
+static wire_reason build(service *s, geometry *g, wire_refusal *why)
+{
+    wire_f64s vertices = {(uint32_t)g->vertex_numbers, g->vertices};
+    if (wire_geometry_hash(g->kind, vertices, (wire_i32s){0, NULL}) != g->hash) {
+        drop(s, g);
+        return refuse(why, WIRE_BAD_HASH, "hash: the content has another one");
+    }
+    hull_status status = hull_build(g->vertices, g->vertex_numbers / 3, 0, &g->hull);
+    if (status != HULL_OK) {
+        drop(s, g);
+        snprintf(why->text, sizeof why->text, "vertices: %s", hull_status_text(status));
+        return why->reason = status == HULL_FLAT ? WIRE_FLAT_HULL : status == HULL_TOO_MANY ? WIRE_TOO_LARGE : WIRE_BAD_SIZE;
+    }
+    end_assembly(g);
+    return WIRE_OK;
+}
+
+/* Pieces may come in any order and more than once. */
+static wire_reason put_piece(service *s, geometry *g, const wire_geometry *m, wire_refusal *why)
+{
+    size_t first = (size_t)m->piece * WIRE_PIECE_MAX;
+    if (m->kind != g->kind || m->pieces != g->pieces || (size_t)m->vertex_numbers != g->vertex_numbers)
+        return refuse(why, WIRE_MALFORMED, "pieces: they do not belong to one geometry");
+    if (first + m->vertices.count > g->vertex_numbers)
+        return refuse(why, WIRE_MALFORMED, "vertices: more numbers than vertex_numbers");
+    if (m->vertices.count) memcpy(g->vertices + first, m->vertices.at, m->vertices.count * sizeof *g->vertices);
+    g->come += !g->has[m->piece];
+    g->has[m->piece] = 1;
+    return g->come == g->pieces ? build(s, g, why) : WIRE_OK;
+}
+
+wire_reason geometry_put(service *s, const wire_geometry *m, wire_refusal *why)
+{
+    geometry *g = find(s, m->hash);
+    if (m->removed) {
+        if (g) g->announced = false;
+        return WIRE_OK;
+    }
+    if (m->kind != WIRE_GEOMETRY_HULL)
+        return refuse(why, WIRE_UNSUPPORTED, "kind: only hulls are supported by this release");
+    if (g && g->hull) {
+        g->announced = true;
+        g->client = m->client;
+        return WIRE_OK;
+    }
+    if (!g && apply_limit(s, s->geometry_of.count, s->config.max_geometries, "max_geometries", why)) return why->reason;
+    if (!g) g = add(s, m);
+    return put_piece(s, g, m, why);
+}
+
+const hull *geometry_hull(const service *s, int64_t hash)
+{
+    const geometry *g = find(s, hash);
+    return g ? g->hull : NULL;
+}
+
+void geometry_hold(service *s, int64_t hash)
+{
+    geometry *g = find(s, hash);
+    if (g) g->users++;
+}
+
+void geometry_release(service *s, int64_t hash)
+{
+    geometry *g = find(s, hash);
+    if (g && g->users) g->users--;
+}
+
+void geometry_forget(service *s, int64_t client)
+{
+    for (size_t i = 0; i < s->geometries.count; i++)
+        if (s->geometries.at[i].used && s->geometries.at[i].client == client) s->geometries.at[i].announced = false;
+}
+
+/* The world may look at a removed body's hull until the tick after its removal is over: so this runs after a tick, in
+ * which ends have been told. */
+void geometry_sweep(service *s)
+{
+    for (size_t i = 0; i < s->geometries.count; i++) {
+        geometry *g = &s->geometries.at[i];
+        if (g->used && !g->users && !g->announced) drop(s, g);
+    }
+}
+
+void geometry_free_all(service *s)
+{
+    for (size_t i = 0; i < s->geometries.count; i++)
+        if (s->geometries.at[i].used) drop(s, &s->geometries.at[i]);
+    array_free(&s->geometries);
+    pair_map_free(&s->geometry_of);
+}

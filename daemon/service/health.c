@@ -1,0 +1,99 @@
+/* health: the counters of this process, and the Status that carries them. Tick thread. */
+#include "service.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#ifndef COLLIDED_RELEASE
+#error "the build defines COLLIDED_RELEASE"
+#endif
+
+void health_register(service *s)
+{
+    static char in[WIRE_KIND_COUNT][48], refused[WIRE_REASON_COUNT][48];
+    metrics *m = s->metrics;
+    for (int k = WIRE_NOTHING + 1; k < WIRE_KIND_COUNT; k++) {
+        snprintf(in[k], sizeof in[k], "in_%s", wire_kind_name((wire_kind)k));
+        s->count.messages_in[k] = metrics_add(m, in[k], "messages of this kind that came and were well-formed");
+    }
+    for (int r = WIRE_OK; r < WIRE_REASON_COUNT; r++) {
+        snprintf(refused[r], sizeof refused[r], "reject_%s", wire_reason_name((wire_reason)r));
+        s->count.rejects[r] = metrics_add(m, refused[r], "messages refused for this reason");
+    }
+    s->count.clients_lost = metrics_add(m, "clients_lost", "clients whose lease ran out");
+    s->count.duplicates = metrics_add(m, "duplicates", "copies of messages that had been applied");
+    s->count.late_poses = metrics_add(m, "late_poses", "poses older than one already applied");
+    s->count.batches_out = metrics_add(m, "batches_out", "event batches published");
+    s->count.events_out = metrics_add(m, "events_out", "events published");
+    s->count.answers = metrics_add(m, "answers", "queries answered");
+    s->count.acks = metrics_add(m, "acks", "messages acknowledged");
+    s->count.record_failures = metrics_add(m, "record_failures", "records that the disk refused");
+    s->count.busy_ns = metrics_add(m, "busy_ns", "nanoseconds spent in ticks");
+    s->count.tick_ns = metrics_add(m, "last_tick_ns", "nanoseconds of the last tick");
+}
+
+typedef struct sheet {
+    const char *names[WIRE_COUNTERS_MAX];
+    int64_t values[WIRE_COUNTERS_MAX];
+    uint32_t count;
+} sheet;
+
+static void add(sheet *t, const char *name, uint64_t value)
+{
+    if (t->count == WIRE_COUNTERS_MAX) return; /* far more than there are: the registry is made at start */
+    t->names[t->count] = name;
+    t->values[t->count++] = (int64_t)value;
+}
+
+static void add_world(const service *s, sheet *t)
+{
+    static char rungs[RUNG_COUNT][48];
+    world_figures f = world_get_figures(s->world);
+    add(t, "clients", s->sessions.count);
+    add(t, "bodies", f.bodies);
+    add(t, "shapes", f.shapes);
+    add(t, "stale_bodies", f.stale_bodies);
+    add(t, "interests", f.interests);
+    add(t, "pairs", f.pairs);
+    add(t, "contacts", f.contacts);
+    add(t, "geometries", s->geometry_of.count);
+    add(t, "ticks", f.ticks);
+    add(t, "moves", f.moves);
+    add(t, "events", f.events);
+    add(t, "narrow_queries", f.narrow_queries);
+    add(t, "manifolds", f.manifolds);
+    add(t, "wide_answers", f.wide);
+    add(t, "ccd_failures", f.peer_failures);
+    for (int r = 0; r < RUNG_COUNT; r++) {
+        snprintf(rungs[r], sizeof rungs[r], "pairs_by_%s", world_rung_name((world_rung)r));
+        add(t, rungs[r], f.rungs[r]);
+    }
+}
+
+static void describe_links(const service *s, char *text, size_t size)
+{
+    size_t used = 0;
+    text[0] = '\0';
+    for (size_t i = 0; i < s->link_count && used < size; i++) {
+        char one[512] = "";
+        s->links[i]->ops->describe(s->links[i], one, sizeof one);
+        used += (size_t)snprintf(text + used, size - used, "%s%s", i ? "; " : "", one);
+    }
+}
+
+void health_publish(service *s)
+{
+    static sheet t; /* the tick thread's */
+    char links[WIRE_TEXT_MAX];
+    describe_links(s, links, sizeof links);
+    t.count = 0;
+    add_world(s, &t);
+    for (size_t i = 0; i < metrics_count(s->metrics); i++)
+        add(&t, metrics_at(s->metrics, i)->name, metric_get(metrics_at(s->metrics, i)));
+    wire_message m = {.kind = WIRE_STATUS,
+        .status = {.version = WIRE_VERSION, .epoch = s->epoch, .health = s->health, .daemon = s->daemon_name,
+            .release = COLLIDED_RELEASE, .links = links, .limits = s->limits, .stamp_ns = s->now_ns,
+            .started_ns = s->started_ns, .tick = s->tick, .counter_names = {t.count, t.names},
+            .counter_values = {t.count, t.values}}};
+    for (size_t i = 0; i < s->link_count; i++) s->links[i]->ops->publish(s->links[i], &m);
+}

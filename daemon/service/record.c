@@ -1,0 +1,61 @@
+/* record: every command and the end of every tick, to a file in LCM's log format. A recording that begins in the middle
+ * starts with what is announced now as if it came anew. When the disk refuses, the recording ends, is counted, and the
+ * world goes on. Tick thread. */
+#include "service.h"
+
+#include "base/log.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <string.h>
+
+static void check(service *s, int result)
+{
+    if (result == 0) return;
+    log_error("recording to %s ends: %s", s->recording_path, strerror(errno));
+    metric_count(s->count.record_failures, 1);
+    wire_log_close(s->recording);
+    s->recording = NULL;
+}
+
+int record_start(service *s, const char *path, char *why, size_t why_size)
+{
+    if (s->recording) {
+        snprintf(why, why_size, "already recording to %s", s->recording_path);
+        return -1;
+    }
+    s->recording = wire_log_create(path, why, why_size);
+    if (!s->recording) return -1;
+    snprintf(s->recording_path, sizeof s->recording_path, "%s", path);
+    log_notice("recording to %s", path);
+    return 0;
+}
+
+void record_message(service *s, const wire_message *m)
+{
+    if (s->recording) check(s, wire_log_message(s->recording, s->now_ns / 1000, m));
+}
+
+void record_tick(service *s)
+{
+    wire_log_tick t = {s->tick, s->now_ns, s->monotonic_ns, (int64_t)s->events_hash};
+    if (s->recording) check(s, wire_log_tick_end(s->recording, s->now_ns / 1000, &t));
+}
+
+void record_lost(service *s, int64_t client)
+{
+    if (s->recording) check(s, wire_log_lost(s->recording, s->now_ns / 1000, client));
+}
+
+void record_stop(service *s)
+{
+    if (!s->recording) return;
+    wire_log_writer *w = s->recording;
+    s->recording = NULL;
+    if (wire_log_close(w) != 0) {
+        log_error("recording to %s is not whole: %s", s->recording_path, strerror(errno));
+        metric_count(s->count.record_failures, 1);
+    } else {
+        log_notice("recording to %s ended", s->recording_path);
+    }
+}

@@ -1,0 +1,12 @@
+/* replay: a recording instead of live links: the same ticks with the same clock, each held against the hash that was
+ * recorded. */
+#ifndef COLLIDED_SERVICE_REPLAY_H
+#define COLLIDED_SERVICE_REPLAY_H
+
+#include "service.h"
+
+/* Prints ticks, events and hash (a JSON object with config.json), and the first tick that differs. The exit status:
+ * 0, EX_SOFTWARE if a hash differs, EX_DATAERR if the file is damaged. */
+int replay_run(service *s, const link_sink *sink);
+
+#endif

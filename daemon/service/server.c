@@ -1,0 +1,278 @@
+/* server: sets up the links and the world, and runs the loop: wait, take, apply, tick, publish. The tick thread is the
+ * one that calls server_run. */
+#include "server.h"
+
+#include "base/clock.h"
+#include "base/log.h"
+#include "replay.h"
+#include "service.h"
+
+#include <errno.h>
+#include <inttypes.h>
+#include <poll.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/eventfd.h>
+#include <sysexits.h>
+#include <unistd.h>
+
+struct server {
+    service s;
+    _Atomic bool stop;
+    int64_t next_status_ns, next_tick_ns; /* monotonic */
+};
+
+/* ---- what the links call ---- */
+
+static void on_message(void *context, struct link *from, const wire_message *m)
+{
+    service *s = context;
+    metric_count(s->count.messages_in[m->kind], 1);
+    if (m->kind != WIRE_QUERY) record_message(s, m);
+    if (m->kind == WIRE_POSE_BATCH)
+        apply_poses(s, from, &m->pose_batch, true);
+    else
+        inbox_put(s, from, m);
+}
+
+static void on_refused(void *context, struct link *from, wire_kind kind, int64_t client, int64_t sequence,
+    const wire_refusal *why)
+{
+    apply_reject(context, from, kind, client, sequence, -1, why);
+}
+
+static void on_client_lost(void *context, struct link *from, int64_t client)
+{
+    service *s = context;
+    session *c = session_find(s, client);
+    if (c && (c->link == from || s->replaying)) session_lost(s, c, "its liveliness ended");
+}
+
+static void on_stream_reader(void *context, struct link *from, const char *stream) { stream_reader(context, from, stream); }
+
+static link_sink sink_of(service *s)
+{
+    return (link_sink){s, on_message, on_refused, on_client_lost, on_stream_reader};
+}
+
+/* ---- set-up ---- */
+
+static unsigned worker_count(const config *c)
+{
+    long cores = sysconf(_SC_NPROCESSORS_ONLN);
+    return c->workers ? (unsigned)c->workers : (unsigned)(cores < 1 ? 1 : cores > 8 ? 8 : cores);
+}
+
+static narrow_engine engine_of(const char *name)
+{
+    return !strcmp(name, "gjk") ? NARROW_ENGINE_GJK
+           : !strcmp(name, "ccd") ? NARROW_ENGINE_CCD
+           : !strcmp(name, "mpr") ? NARROW_ENGINE_MPR
+                                  : NARROW_ENGINE_AUTO;
+}
+
+static int open_link(service *s, const char *uri, char *why, size_t why_size)
+{
+    link_options options = {.wake_fd = s->wake_fd, .counters = s->metrics, .interface = s->config.interface,
+        .program = s->config.gateway};
+    if (s->link_count == LINKS_MAX) {
+        snprintf(why, why_size, "links: more than %d", LINKS_MAX);
+        return -1;
+    }
+    struct link *l = link_open(uri, &options, why, why_size);
+    if (!l) return -1;
+    s->links[s->link_count++] = l;
+    char text[512];
+    l->ops->describe(l, text, sizeof text);
+    log_notice("%s", text);
+    return 0;
+}
+
+static int open_links(service *s, char *why, size_t why_size)
+{
+    char list[CONFIG_TEXT_MAX + 16], *rest = NULL;
+    if (s->replaying)
+        snprintf(list, sizeof list, "replay://%s", s->config.replay);
+    else
+        snprintf(list, sizeof list, "%s", s->config.links);
+    for (char *uri = strtok_r(list, " ,", &rest); uri; uri = strtok_r(NULL, " ,", &rest))
+        if (open_link(s, uri, why, why_size) != 0) return -1;
+    if (s->link_count) return 0;
+    snprintf(why, why_size, "links: none; allowed are dds://DOMAIN and lcm://...");
+    return -1;
+}
+
+static void set_names(service *s)
+{
+    char host[64] = "?";
+    gethostname(host, sizeof host - 1);
+    if (*s->config.name)
+        snprintf(s->daemon_name, sizeof s->daemon_name, "%s", s->config.name);
+    else
+        snprintf(s->daemon_name, sizeof s->daemon_name, "%s:%d", host, (int)getpid());
+    s->started_ns = s->now_ns = clock_wall_ns();
+    s->monotonic_ns = clock_monotonic_ns();
+    s->epoch = s->started_ns; /* later daemons have later epochs */
+}
+
+server *server_create(const config *c, char *why, size_t why_size)
+{
+    server *v = base_zalloc(1, sizeof *v);
+    service *s = &v->s;
+    s->config = *c;
+    s->replaying = *c->replay != '\0';
+    s->wake_fd = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
+    s->metrics = metrics_create();
+    s->inbox.memory = wire_memory_create();
+    pair_map_init(&s->session_of);
+    pair_map_init(&s->geometry_of);
+    health_register(s);
+    set_names(s);
+    world_options options = world_options_default();
+    options.workers = worker_count(c);
+    options.engine = engine_of(c->engine);
+    options.caches = c->caches;
+    options.margin = c->margin;
+    s->world = world_create(&options);
+    if ((*c->record && record_start(s, c->record, why, why_size) != 0) || open_links(s, why, why_size) != 0) {
+        server_destroy(v);
+        return NULL;
+    }
+    return v;
+}
+
+void server_destroy(server *v)
+{
+    if (!v) return;
+    service *s = &v->s;
+    stream_free_all(s);
+    for (size_t i = 0; i < s->link_count; i++) link_close(s->links[i]);
+    record_stop(s);
+    session_free_all(s);
+    world_destroy(s->world);
+    geometry_free_all(s);
+    wire_memory_destroy(s->inbox.memory);
+    array_free(&s->inbox.letters);
+    array_free(&s->inbox.bytes);
+    array_free(&s->shapes);
+    array_free(&s->rules);
+    metrics_destroy(s->metrics);
+    close(s->wake_fd);
+    free(v);
+}
+
+/* ---- the loop ---- */
+
+/* Queries wait in the inbox like commands, and are answered after the tick. */
+static void tick(service *s)
+{
+    world_batches batches;
+    int64_t began = clock_monotonic_ns();
+    s->tick++;
+    inbox_apply(s);
+    world_tick(s->world, s->now_ns, &batches);
+    s->events_hash = batches.hash;
+    stream_publish(s, &batches);
+    session_send_acks(s);
+    inbox_answer(s);
+    record_tick(s);
+    geometry_sweep(s);
+    s->latest_pose_ns = s->latest_step = 0;
+    for (size_t i = 0; i < s->link_count; i++) s->links[i]->ops->flush(s->links[i]);
+    int64_t took = clock_monotonic_ns() - began;
+    metric_count(s->count.busy_ns, (uint64_t)took);
+    metric_set(s->count.tick_ns, (uint64_t)took);
+}
+
+static bool due(const server *v)
+{
+    const service *s = &v->s;
+    if (s->config.rate > 0) return s->monotonic_ns >= v->next_tick_ns;
+    return world_changed(s->world) || s->inbox.letters.count || s->now_ns >= world_next_due_ns(s->world);
+}
+
+static int64_t earlier(int64_t a, int64_t b) { return a < b ? a : b; }
+
+static int wait_ms(const server *v)
+{
+    const service *s = &v->s;
+    int64_t now = clock_monotonic_ns(), next = earlier(v->next_status_ns, session_next_lease_ns(s));
+    if (s->config.rate > 0)
+        next = earlier(next, v->next_tick_ns);
+    else if (world_next_due_ns(s->world) != INT64_MAX)
+        next = earlier(next, now + world_next_due_ns(s->world) - clock_wall_ns());
+    int64_t ms = (next - now + 999999) / 1000000;
+    return ms < 0 ? 0 : ms > 1000 ? 1000 : (int)ms;
+}
+
+static void wait_for_work(server *v)
+{
+    struct pollfd wake = {.fd = v->s.wake_fd, .events = POLLIN};
+    uint64_t count;
+    if (poll(&wake, 1, wait_ms(v)) > 0 && read(v->s.wake_fd, &count, sizeof count) < 0 && errno != EAGAIN)
+        log_error("wake-up: %s", strerror(errno));
+}
+
+static void set_clock(server *v)
+{
+    v->s.now_ns = clock_wall_ns();
+    v->s.monotonic_ns = clock_monotonic_ns();
+}
+
+static void publish_status(server *v, uint8_t health)
+{
+    service *s = &v->s;
+    s->health = health;
+    health_publish(s);
+    for (size_t i = 0; i < s->link_count; i++) s->links[i]->ops->flush(s->links[i]);
+    v->next_status_ns = s->monotonic_ns + (int64_t)(s->config.status_period * 1e9);
+}
+
+static void one_round(server *v, const link_sink *sink)
+{
+    service *s = &v->s;
+    set_clock(v);
+    session_check_leases(s);
+    for (size_t i = 0; i < s->link_count; i++) s->links[i]->ops->receive(s->links[i], sink);
+    set_clock(v);
+    if (due(v)) {
+        if (s->config.rate > 0) v->next_tick_ns = s->monotonic_ns + (int64_t)(1e9 / s->config.rate);
+        tick(s);
+    }
+    if (s->monotonic_ns >= v->next_status_ns)
+        publish_status(v, *s->limits ? WIRE_HEALTH_DEGRADED : WIRE_HEALTH_READY);
+}
+
+/* Every contact ends, every stream closes, and everybody is told why. No command asks for it, so a recording ends before. */
+static void end_in_order(server *v)
+{
+    service *s = &v->s;
+    set_clock(v);
+    record_stop(s);
+    publish_status(v, WIRE_HEALTH_STOPPING);
+    for (uint32_t i = 0; i < s->streams.count; i++)
+        if (s->streams.at[i].live) world_remove_interest(s->world, i, CAUSE_SHUTDOWN);
+    tick(s);
+}
+
+int server_run(server *v)
+{
+    link_sink sink = sink_of(&v->s);
+    if (v->s.replaying) return replay_run(&v->s, &sink);
+    log_notice("%s is ready, %u worker(s), epoch %" PRId64, v->s.daemon_name, worker_count(&v->s.config), v->s.epoch);
+    publish_status(v, WIRE_HEALTH_READY);
+    while (!v->stop) {
+        one_round(v, &sink);
+        wait_for_work(v);
+    }
+    end_in_order(v);
+    return EX_OK;
+}
+
+void server_stop(server *v)
+{
+    uint64_t one = 1;
+    v->stop = true;
+    if (write(v->s.wake_fd, &one, sizeof one) < 0) log_error("wake-up: %s", strerror(errno));
+}

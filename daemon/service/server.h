@@ -1,0 +1,20 @@
+/* server: the life of the daemon between its start and its end: links, world, the loop. */
+#ifndef COLLIDED_SERVICE_SERVER_H
+#define COLLIDED_SERVICE_SERVER_H
+
+#include "config.h"
+
+typedef struct server server;
+
+/* NULL with one line in `why`, and nothing half-started. All signals must be blocked already (signals.h). */
+server *server_create(const config *c, char *why, size_t why_size);
+
+/* Runs until server_stop, or until a replay has ended. The exit status of the process. */
+int server_run(server *s);
+
+/* From any thread: end in order. */
+void server_stop(server *s);
+
+void server_destroy(server *s);
+
+#endif

@@ -1,0 +1,189 @@
+/* service: the parts that stand between the links and the world, and what they share. Tick thread only.
+ *
+ *   inbox    commands of a tick, in canonical order          session  clients, and what is theirs
+ *   apply    commands to the world, refusals                 geometry hulls by content hash
+ *   stream   the world's events to the links                 answer   queries
+ *   health   status and counters                             record   recordings
+ *   server   the loop */
+#ifndef COLLIDED_SERVICE_SERVICE_H
+#define COLLIDED_SERVICE_SERVICE_H
+
+#include "base/array.h"
+#include "base/metrics.h"
+#include "base/pair_map.h"
+#include "config.h"
+#include "link/link.h"
+#include "wire/wire_lcm.h"
+#include "wire/wire_log.h"
+#include "world/world.h"
+
+enum { LINKS_MAX = 8 };
+
+/* ---- sessions ---- */
+
+typedef struct owned_body {
+    int32_t number;        /* the client's */
+    uint32_t world_id;     /* WORLD_NONE: removed; the entry stays, so that a late copy does not bring it back */
+    int64_t sequence;      /* of the newest Body */
+    int64_t pose_sequence; /* of the newest pose */
+    ARRAY(int64_t) geometries;
+} owned_body;
+
+typedef struct owned_interest {
+    int32_t number;
+    uint32_t world_id;
+    int64_t sequence;
+    bool live;
+} owned_interest;
+
+typedef struct session {
+    int64_t client;
+    char *name;
+    struct link *link;            /* by which it came; answers go there */
+    int64_t sequence;      /* of the newest Client */
+    int64_t lease_ns, heard_ns; /* monotonic */
+    uint8_t on_loss;
+    bool announced;        /* its Client has come */
+    bool lost;
+    pair_map body_of;      /* number + 1 -> index */
+    ARRAY(owned_body) bodies;
+    ARRAY(owned_interest) interests;
+    ARRAY(int64_t) acks;   /* to be sent after this tick */
+} session;
+
+/* ---- streams ---- */
+
+typedef struct stream {
+    bool live, closing;
+    char *name;
+    int64_t client;
+    int32_t interest;
+    struct link *link;
+    int64_t batch; /* of the last batch sent */
+} stream;
+
+/* ---- geometries ---- */
+
+typedef struct geometry {
+    int64_t hash;
+    int64_t client;        /* who is sending it */
+    uint8_t kind;
+    int32_t pieces, come;  /* come: pieces that have arrived */
+    size_t vertex_numbers;
+    double *vertices;      /* while it is coming */
+    uint8_t *has;          /* a flag a piece */
+    hull *hull;            /* when whole */
+    uint32_t users;        /* bodies that hold it */
+    bool used, announced;  /* announced: its sender still wants it */
+} geometry;
+
+/* ---- inbox ---- */
+
+typedef struct letter {
+    int64_t client, sequence;
+    struct link *link;
+    wire_kind kind;
+    size_t offset, size; /* of its bytes in inbox.bytes */
+} letter;
+
+typedef struct inbox {
+    ARRAY(letter) letters;
+    ARRAY(uint8_t) bytes;
+    wire_memory *memory;
+} inbox;
+
+/* ---- all of it ---- */
+
+typedef struct counters { /* metrics that the service itself counts */
+    metric *messages_in[WIRE_KIND_COUNT];
+    metric *rejects[WIRE_REASON_COUNT];
+    metric *clients_lost, *duplicates, *ticks_empty, *batches_out, *events_out, *late_poses;
+    metric *record_failures, *answers, *acks, *tick_ns, *busy_ns;
+} counters;
+
+typedef struct service {
+    config config;
+    char daemon_name[128];
+    metrics *metrics;
+    counters count;
+    world *world;
+    struct link *links[LINKS_MAX];
+    size_t link_count;
+    int wake_fd;
+    int64_t epoch, tick, started_ns;
+    int64_t now_ns, monotonic_ns; /* of this tick */
+    int64_t latest_pose_ns, latest_step; /* of this tick */
+    uint64_t events_hash;
+    bool replaying, stopping;
+    uint8_t health;
+
+    ARRAY(session *) sessions;
+    pair_map session_of; /* client -> index */
+    ARRAY(stream) streams; /* by the world's interest id */
+    ARRAY(geometry) geometries;
+    pair_map geometry_of; /* hash -> index */
+    inbox inbox;
+    ARRAY(world_shape) shapes;   /* scratch of apply */
+    ARRAY(filter_rule) rules;
+    wire_log_writer *recording;
+    char recording_path[CONFIG_TEXT_MAX];
+    char limits[512];            /* named limits that were reached */
+} service;
+
+/* session.c */
+session *session_find(service *s, int64_t client);
+session *session_get(service *s, int64_t client, struct link *from); /* NULL: too many clients */
+owned_body *session_body(session *c, int32_t number);
+owned_body *session_add_body(session *c, int32_t number);
+owned_interest *session_interest(session *c, int32_t number);
+void session_lost(service *s, session *c, const char *how);
+void session_leave(service *s, session *c);
+void session_check_leases(service *s);
+int64_t session_next_lease_ns(const service *s); /* monotonic; INT64_MAX: none */
+void session_ack(session *c, int64_t sequence);
+void session_send_acks(service *s);
+void session_free_all(service *s);
+
+/* geometry.c */
+wire_reason geometry_put(service *s, const wire_geometry *m, wire_refusal *why);
+const hull *geometry_hull(const service *s, int64_t hash);
+void geometry_hold(service *s, int64_t hash);
+void geometry_release(service *s, int64_t hash);
+void geometry_forget(service *s, int64_t client); /* what it announced and no body uses may go */
+void geometry_sweep(service *s);                  /* frees what nobody wants; after a tick */
+void geometry_free_all(service *s);
+
+/* inbox.c */
+void inbox_put(service *s, struct link *from, const wire_message *m);
+void inbox_apply(service *s);
+void inbox_answer(service *s); /* the queries among them; after the tick */
+
+/* apply.c */
+void apply_poses(service *s, struct link *from, const wire_pose_batch *m, bool may_wait);
+void apply_command(service *s, struct link *from, const wire_message *m);
+void apply_reject(service *s, struct link *to, wire_kind kind, int64_t client, int64_t sequence, int32_t object,
+    const wire_refusal *why);
+bool apply_limit(service *s, size_t now, long most, const char *option, wire_refusal *why);
+
+/* stream.c */
+wire_reason stream_open(service *s, session *c, const wire_interest *m, uint32_t world_id, wire_refusal *why);
+void stream_close(service *s, uint32_t world_id);
+void stream_reader(service *s, struct link *from, const char *name);
+void stream_publish(service *s, const world_batches *batches);
+void stream_free_all(service *s);
+
+/* answer.c */
+void answer_query(service *s, struct link *from, const wire_query *q);
+
+/* health.c */
+void health_register(service *s);
+void health_publish(service *s);
+
+/* record.c */
+int record_start(service *s, const char *path, char *why, size_t why_size);
+void record_message(service *s, const wire_message *m);
+void record_tick(service *s);
+void record_lost(service *s, int64_t client);
+void record_stop(service *s);
+
+#endif

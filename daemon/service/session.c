@@ -1,0 +1,208 @@
+/* session: clients, what is theirs, and what becomes of it when they are lost. Tick thread. */
+#include "service.h"
+
+#include "base/log.h"
+
+#include <inttypes.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { REMOVED_KEPT = 4096 }; /* removed bodies that a session remembers, against late copies of their Body */
+
+session *session_find(service *s, int64_t client)
+{
+    uint32_t index = pair_map_get(&s->session_of, (uint64_t)client);
+    return index == PAIR_MAP_NONE ? NULL : s->sessions.at[index];
+}
+
+/* A client is known from its first message on, whichever this is: topics have no order among each other. Its Client
+ * message fills in name, lease and wishes. */
+session *session_get(service *s, int64_t client, struct link *from)
+{
+    session *c = session_find(s, client);
+    if (!c && s->sessions.count >= (size_t)s->config.max_clients) return NULL;
+    if (!c) {
+        c = base_zalloc(1, sizeof *c);
+        c->client = client;
+        c->name = base_strdup("");
+        c->lease_ns = (int64_t)(s->config.lease * 1e9);
+        pair_map_init(&c->body_of);
+        pair_map_put(&s->session_of, (uint64_t)client, (uint32_t)s->sessions.count);
+        array_push(&s->sessions, c);
+    }
+    c->link = from;
+    c->heard_ns = s->monotonic_ns;
+    return c;
+}
+
+owned_body *session_body(session *c, int32_t number)
+{
+    uint32_t index = pair_map_get(&c->body_of, (uint64_t)number + 1);
+    return index == PAIR_MAP_NONE ? NULL : &c->bodies.at[index];
+}
+
+/* Removed bodies make room for new ones once there are many. */
+static void forget_removed(session *c)
+{
+    size_t kept = 0, removed = 0;
+    for (size_t i = 0; i < c->bodies.count; i++) removed += c->bodies.at[i].world_id == WORLD_NONE;
+    if (removed < REMOVED_KEPT) return;
+    pair_map_free(&c->body_of);
+    pair_map_init(&c->body_of);
+    for (size_t i = 0; i < c->bodies.count; i++) {
+        owned_body *b = &c->bodies.at[i];
+        if (b->world_id == WORLD_NONE) {
+            array_free(&b->geometries);
+            continue;
+        }
+        pair_map_put(&c->body_of, (uint64_t)b->number + 1, (uint32_t)kept);
+        c->bodies.at[kept++] = *b;
+    }
+    c->bodies.count = kept;
+}
+
+owned_body *session_add_body(session *c, int32_t number)
+{
+    if (c->bodies.count % REMOVED_KEPT == REMOVED_KEPT - 1) forget_removed(c);
+    pair_map_put(&c->body_of, (uint64_t)number + 1, (uint32_t)c->bodies.count);
+    array_push(&c->bodies, ((owned_body){.number = number, .world_id = WORLD_NONE}));
+    return &c->bodies.at[c->bodies.count - 1];
+}
+
+owned_interest *session_interest(session *c, int32_t number)
+{
+    for (size_t i = 0; i < c->interests.count; i++)
+        if (c->interests.at[i].number == number) return &c->interests.at[i];
+    return NULL;
+}
+
+/* ---- the end of a session ---- */
+
+static void end_bodies(service *s, session *c, uint8_t cause)
+{
+    for (size_t i = 0; i < c->bodies.count; i++) {
+        owned_body *b = &c->bodies.at[i];
+        if (b->world_id == WORLD_NONE) continue;
+        world_remove_body(s->world, b->world_id, cause);
+        for (size_t k = 0; k < b->geometries.count; k++) geometry_release(s, b->geometries.at[k]);
+        b->geometries.count = 0;
+        b->world_id = WORLD_NONE;
+    }
+}
+
+static void end_interests(service *s, session *c, uint8_t cause)
+{
+    for (size_t i = 0; i < c->interests.count; i++)
+        if (c->interests.at[i].live) world_remove_interest(s->world, c->interests.at[i].world_id, cause);
+    c->interests.count = 0;
+}
+
+static void free_session(session *c)
+{
+    for (size_t i = 0; i < c->bodies.count; i++) array_free(&c->bodies.at[i].geometries);
+    array_free(&c->bodies);
+    array_free(&c->interests);
+    array_free(&c->acks);
+    pair_map_free(&c->body_of);
+    free(c->name);
+    free(c);
+}
+
+static void forget(service *s, session *c)
+{
+    uint32_t index = pair_map_remove(&s->session_of, (uint64_t)c->client);
+    session *last = s->sessions.at[--s->sessions.count];
+    if (last != c) {
+        s->sessions.at[index] = last;
+        pair_map_put(&s->session_of, (uint64_t)last->client, index);
+    }
+    geometry_forget(s, c->client);
+    free_session(c);
+}
+
+/* Its interests end with it; its bodies are removed, held or kept, as it said. */
+void session_lost(service *s, session *c, const char *how)
+{
+    if (c->lost) return;
+    log_notice("client %016" PRIx64 " \"%s\" is lost (%s): its %zu bodies are %s", (uint64_t)c->client, c->name, how,
+        c->bodies.count, c->on_loss == WIRE_LOST_REMOVE ? "removed" : c->on_loss == WIRE_LOST_HOLD ? "held" : "kept");
+    metric_count(s->count.clients_lost, 1);
+    record_lost(s, c->client);
+    end_interests(s, c, CAUSE_OWNER_LOST);
+    if (c->on_loss == WIRE_LOST_REMOVE) {
+        end_bodies(s, c, CAUSE_OWNER_LOST);
+        forget(s, c);
+        return;
+    }
+    c->lost = true;
+    if (c->on_loss == WIRE_LOST_HOLD)
+        for (size_t i = 0; i < c->bodies.count; i++)
+            if (c->bodies.at[i].world_id != WORLD_NONE) world_hold_body(s->world, c->bodies.at[i].world_id);
+}
+
+static bool has_bodies(const session *c)
+{
+    for (size_t i = 0; i < c->bodies.count; i++)
+        if (c->bodies.at[i].world_id != WORLD_NONE) return true;
+    return false;
+}
+
+/* It left in order: nothing is held, but KEEP keeps. */
+void session_leave(service *s, session *c)
+{
+    log_info("client %016" PRIx64 " \"%s\" left", (uint64_t)c->client, c->name);
+    end_interests(s, c, CAUSE_INTEREST);
+    if (c->on_loss == WIRE_LOST_KEEP && has_bodies(c)) {
+        c->lost = true;
+        return;
+    }
+    end_bodies(s, c, CAUSE_REMOVED);
+    forget(s, c);
+}
+
+/* ---- leases ---- */
+
+/* The transport itself watches those that have announced themselves where it can; the others have to be heard. */
+static bool by_heartbeat(const session *c) { return !c->lost && !(c->announced && c->link->ops->has_liveliness); }
+
+void session_check_leases(service *s)
+{
+    for (size_t i = s->sessions.count; i-- > 0;) {
+        session *c = s->sessions.at[i];
+        if (by_heartbeat(c) && s->monotonic_ns - c->heard_ns > c->lease_ns) session_lost(s, c, "its lease ran out");
+    }
+}
+
+int64_t session_next_lease_ns(const service *s)
+{
+    int64_t next = INT64_MAX;
+    for (size_t i = 0; i < s->sessions.count; i++) {
+        const session *c = s->sessions.at[i];
+        if (by_heartbeat(c) && c->heard_ns + c->lease_ns < next) next = c->heard_ns + c->lease_ns;
+    }
+    return next;
+}
+
+/* ---- acknowledgements ---- */
+
+void session_ack(session *c, int64_t sequence) { array_push(&c->acks, sequence); }
+
+void session_send_acks(service *s)
+{
+    for (size_t i = 0; i < s->sessions.count; i++) {
+        session *c = s->sessions.at[i];
+        if (!c->acks.count) continue;
+        wire_message m = {.kind = WIRE_ACK, .ack = {WIRE_VERSION, c->client, s->epoch,
+                                                .sequences = {(uint32_t)c->acks.count, c->acks.at}}};
+        c->link->ops->publish(c->link, &m);
+        metric_count(s->count.acks, c->acks.count);
+        c->acks.count = 0;
+    }
+}
+
+void session_free_all(service *s)
+{
+    for (size_t i = 0; i < s->sessions.count; i++) free_session(s->sessions.at[i]);
+    array_free(&s->sessions);
+    pair_map_free(&s->session_of);
+}

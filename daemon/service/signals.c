@@ -1,0 +1,56 @@
+/* signals: one thread in sigwait. */
+#include "signals.h"
+
+#include "base/log.h"
+
+#include <pthread.h>
+#include <signal.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <unistd.h>
+
+static struct {
+    void (*stop)(void *context);
+    void *context;
+} watcher;
+
+static void ending_signals(sigset_t *set)
+{
+    sigemptyset(set);
+    sigaddset(set, SIGTERM);
+    sigaddset(set, SIGINT);
+}
+
+void signals_block(void)
+{
+    sigset_t set;
+    ending_signals(&set);
+    sigaddset(&set, SIGPIPE); /* a closed pipe is an error of write, not the end */
+    sigaddset(&set, SIGHUP);
+    pthread_sigmask(SIG_BLOCK, &set, NULL);
+}
+
+static void *wait_for_signals(void *unused)
+{
+    (void)unused;
+    sigset_t set;
+    int number;
+    ending_signals(&set);
+    if (sigwait(&set, &number) != 0) return NULL;
+    log_notice("signal %d: ending in order; a second one ends at once", number);
+    watcher.stop(watcher.context);
+    if (sigwait(&set, &number) == 0) _exit(128 + number);
+    return NULL;
+}
+
+void signals_watch(void (*stop)(void *context), void *context)
+{
+    pthread_t thread;
+    watcher.stop = stop;
+    watcher.context = context;
+    if (pthread_create(&thread, NULL, wait_for_signals, NULL) != 0) {
+        log_error("no thread for signals: out of resources");
+        exit(71); /* EX_OSERR */
+    }
+    pthread_detach(thread);
+}

@@ -1,0 +1,168 @@
+/* stream: the world's batches as numbered EventBatch messages, each on the stream of its interest. Tick thread. */
+#include "service.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { EVENTS_A_PART = 256 }; /* a part stays well below 64 kB */
+
+static stream *find_name(service *s, const char *name)
+{
+    for (size_t i = 0; i < s->streams.count; i++)
+        if (s->streams.at[i].live && strcmp(s->streams.at[i].name, name) == 0) return &s->streams.at[i];
+    return NULL;
+}
+
+static void open_at(service *s, session *c, const wire_interest *m, uint32_t world_id, const char *name)
+{
+    array_reserve(&s->streams, (size_t)world_id + 1);
+    while (s->streams.count <= world_id) s->streams.at[s->streams.count++] = (stream){.live = false};
+    s->streams.at[world_id] = (stream){.live = true, .name = base_strdup(name), .client = c->client,
+        .interest = m->interest, .link = c->link};
+    c->link->ops->stream_open(c->link, name);
+}
+
+wire_reason stream_open(service *s, session *c, const wire_interest *m, uint32_t world_id, wire_refusal *why)
+{
+    char name[WIRE_NAME_MAX + 1];
+    if (*m->stream)
+        snprintf(name, sizeof name, "%s", m->stream);
+    else
+        snprintf(name, sizeof name, "%016" PRIx64 ".%d", (uint64_t)c->client, m->interest);
+    stream *taken = find_name(s, name);
+    bool own = taken && (size_t)(taken - s->streams.at) == world_id;
+    if (taken && !own) {
+        why->reason = WIRE_NAME_TAKEN;
+        snprintf(why->text, sizeof why->text, "stream: \"%.100s\" is the stream of another interest", name);
+        return why->reason;
+    }
+    if (own && taken->link == c->link) return WIRE_OK;
+    if (world_id < s->streams.count && s->streams.at[world_id].live) stream_close(s, world_id);
+    open_at(s, c, m, world_id, name);
+    return WIRE_OK;
+}
+
+void stream_close(service *s, uint32_t world_id)
+{
+    stream *at = &s->streams.at[world_id];
+    if (!at->live) return;
+    at->link->ops->stream_close(at->link, at->name);
+    free(at->name);
+    *at = (stream){.live = false};
+}
+
+void stream_reader(service *s, struct link *from, const char *name)
+{
+    const stream *at = find_name(s, name);
+    if (at && at->link == from) world_want_snapshot(s->world, (uint32_t)(at - s->streams.at));
+}
+
+/* ---- one part of one batch ---- */
+
+typedef struct part {
+    uint8_t kinds[EVENTS_A_PART], causes[EVENTS_A_PART], manifold_counts[EVENTS_A_PART];
+    int64_t contacts[EVENTS_A_PART], ages_a[EVENTS_A_PART], ages_b[EVENTS_A_PART];
+    const char *names_a[EVENTS_A_PART], *names_b[EVENTS_A_PART];
+    int32_t shapes_a[EVENTS_A_PART], shapes_b[EVENTS_A_PART];
+    double lo[EVENTS_A_PART], hi[EVENTS_A_PART];
+    double axes[3 * EVENTS_A_PART], points_a[3 * EVENTS_A_PART], points_b[3 * EVENTS_A_PART];
+    double manifold_points[3 * MANIFOLD_POINTS_MAX * EVENTS_A_PART];
+    double manifold_distances[MANIFOLD_POINTS_MAX * EVENTS_A_PART];
+    int32_t manifold_features[MANIFOLD_POINTS_MAX * EVENTS_A_PART];
+} part;
+
+static void put_vec(double *at, vec3 v)
+{
+    at[0] = v.x;
+    at[1] = v.y;
+    at[2] = v.z;
+}
+
+static uint32_t put_manifold(part *p, uint32_t points, const manifold *m)
+{
+    for (uint32_t i = 0; i < m->count; i++, points++) {
+        put_vec(p->manifold_points + 3 * (size_t)points, m->points[i].point);
+        p->manifold_distances[points] = m->points[i].distance;
+        p->manifold_features[points] = (int32_t)m->points[i].feature;
+    }
+    return points;
+}
+
+static void fill(part *p, const world_event *events, uint32_t n, wire_event_batch *m)
+{
+    uint32_t points = 0;
+    for (uint32_t i = 0; i < n; i++) {
+        const world_event *e = &events[i];
+        p->kinds[i] = e->kind;
+        p->causes[i] = e->cause;
+        p->contacts[i] = e->contact;
+        p->names_a[i] = e->name_a;
+        p->names_b[i] = e->name_b;
+        p->shapes_a[i] = e->shape_a;
+        p->shapes_b[i] = e->shape_b;
+        p->lo[i] = e->lo;
+        p->hi[i] = e->hi;
+        p->ages_a[i] = e->age_a_ns;
+        p->ages_b[i] = e->age_b_ns;
+        put_vec(p->axes + 3 * (size_t)i, e->axis);
+        put_vec(p->points_a + 3 * (size_t)i, e->point_a);
+        put_vec(p->points_b + 3 * (size_t)i, e->point_b);
+        p->manifold_counts[i] = (uint8_t)e->manifold.count;
+        points = put_manifold(p, points, &e->manifold);
+    }
+    m->kinds = (wire_u8s){n, p->kinds};
+    m->causes = (wire_u8s){n, p->causes};
+    m->contacts = (wire_i64s){n, p->contacts};
+    m->names_a = (wire_strings){n, p->names_a};
+    m->names_b = (wire_strings){n, p->names_b};
+    m->shapes_a = (wire_i32s){n, p->shapes_a};
+    m->shapes_b = (wire_i32s){n, p->shapes_b};
+    m->lo = (wire_f64s){n, p->lo};
+    m->hi = (wire_f64s){n, p->hi};
+    m->axes = (wire_f64s){3 * n, p->axes};
+    m->points_a = (wire_f64s){3 * n, p->points_a};
+    m->points_b = (wire_f64s){3 * n, p->points_b};
+    m->ages_a_ns = (wire_i64s){n, p->ages_a};
+    m->ages_b_ns = (wire_i64s){n, p->ages_b};
+    m->manifold_counts = (wire_u8s){n, p->manifold_counts};
+    m->manifold_points = (wire_f64s){3 * points, p->manifold_points};
+    m->manifold_distances = (wire_f64s){points, p->manifold_distances};
+    m->manifold_features = (wire_i32s){points, p->manifold_features};
+}
+
+static void publish(service *s, stream *to, const world_batch *b)
+{
+    static part scratch; /* the tick thread's */
+    int32_t parts = b->count ? (int32_t)((b->count + EVENTS_A_PART - 1) / EVENTS_A_PART) : 1;
+    for (int32_t i = 0; i < parts; i++) {
+        size_t first = (size_t)i * EVENTS_A_PART;
+        size_t n = b->count - first < EVENTS_A_PART ? b->count - first : EVENTS_A_PART;
+        wire_message m = {.kind = WIRE_EVENT_BATCH,
+            .event_batch = {.version = WIRE_VERSION, .client = to->client, .interest = to->interest,
+                .epoch = s->epoch, .batch = ++to->batch, .tick = s->tick, .stamp_ns = s->now_ns,
+                .latest_pose_ns = s->latest_pose_ns, .step = s->latest_step, .snapshot = b->snapshot,
+                .closing = b->closing, .part = i, .parts = parts, .stream = to->name}};
+        fill(&scratch, b->events + first, (uint32_t)n, &m.event_batch);
+        to->link->ops->publish(to->link, &m);
+    }
+    metric_count(s->count.batches_out, (uint64_t)parts);
+    metric_count(s->count.events_out, b->count);
+}
+
+void stream_publish(service *s, const world_batches *batches)
+{
+    for (size_t i = 0; i < batches->count; i++) {
+        const world_batch *b = &batches->at[i];
+        if (b->interest >= s->streams.count || !s->streams.at[b->interest].live) continue;
+        publish(s, &s->streams.at[b->interest], b);
+        if (b->closing) stream_close(s, b->interest);
+    }
+}
+
+void stream_free_all(service *s)
+{
+    for (uint32_t i = 0; i < s->streams.count; i++) stream_close(s, i);
+    array_free(&s->streams);
+}
