@@ -1,7 +1,7 @@
 /* events: what the outcomes of a tick mean to each interest: begin, update, end, near, far, unknown, known. Tick thread.
  *
  * Pairs are walked in the order of their solids' ids and interests by theirs, so ids and order of events follow from
- * the commands. A contact id has exactly one begin and one end: it is taken in `transit` and given up there, or in
+ * the commands. A contact id has exactly one begin and one end: it is taken in `begin_or_end_touch` and given up there, or in
  * `end_watch` when the pair or the interest goes. */
 #include "state.h"
 
@@ -169,44 +169,41 @@ static void update(world *w, uint32_t id, uint8_t kind, int64_t contact)
     }
 }
 
-static void transit_touch(world *w, uint32_t id, bool touches)
+static void begin_or_end_touch(world *w, watch *v, bool touches)
 {
-    watch *v = &w->watches.at[id];
     if (touches && !v->touch_id) {
         v->touch_id = ++w->serial;
         w->figures.contacts++;
         emit(w, v->interest, &v->last, EVENT_BEGIN, CAUSE_MOTION, v->touch_id);
-    } else if (touches) {
-        update(w, id, EVENT_UPDATE, v->touch_id);
-    } else if (v->touch_id) {
+    } else if (!touches && v->touch_id) {
         emit(w, v->interest, &v->last, EVENT_END, CAUSE_MOTION, v->touch_id);
         v->touch_id = 0;
         w->figures.contacts--;
-        if (v->near_id) emit(w, v->interest, &v->last, EVENT_NEAR, CAUSE_MOTION, v->near_id);
-    } else if (v->near_id) {
-        update(w, id, EVENT_NEAR, v->near_id);
     }
 }
 
+/* A pair in contact is near as well: both episodes have an id, a begin and an end of their own; while it lasts, the
+ * contact alone is updated. */
 static void transit(world *w, uint32_t id, bool touches, bool near)
 {
     watch *v = &w->watches.at[id];
+    bool touched = v->touch_id, was_near = v->near_id;
     if (v->unknown) {
         v->unknown = false;
         emit(w, v->interest, &v->last, EVENT_KNOWN, CAUSE_MOTION, v->touch_id ? v->touch_id : v->near_id);
     }
-    if (!near && v->near_id) {
-        int64_t was = v->near_id;
-        v->near_id = 0;
-        transit_touch(w, id, touches);
-        emit(w, v->interest, &v->last, EVENT_FAR, CAUSE_MOTION, was);
-    } else if (near && !v->near_id) {
-        bool touched = v->touch_id != 0;
-        if (touched || touches) transit_touch(w, id, touches);
+    if (near && !was_near) {
         v->near_id = ++w->serial;
-        if (!touches) emit(w, v->interest, &v->last, EVENT_NEAR, CAUSE_MOTION, v->near_id);
-    } else {
-        transit_touch(w, id, touches);
+        emit(w, v->interest, &v->last, EVENT_NEAR, CAUSE_MOTION, v->near_id);
+    }
+    begin_or_end_touch(w, v, touches);
+    if (touched && touches)
+        update(w, id, EVENT_UPDATE, v->touch_id);
+    else if (near && was_near && !touches)
+        update(w, id, EVENT_NEAR, v->near_id);
+    if (!near && was_near) {
+        emit(w, v->interest, &v->last, EVENT_FAR, CAUSE_MOTION, v->near_id);
+        v->near_id = 0;
     }
     if (!v->touch_id && !v->near_id) drop_watch(w, id);
 }
@@ -362,10 +359,8 @@ static void snapshot(world *w, uint32_t id)
     for (uint32_t v = i->first_watch; v != WORLD_NONE; v = w->watches.at[v].interest_next) {
         watch *at = &w->watches.at[v];
         refresh_ages(w, at);
-        if (at->touch_id)
-            emit(w, id, &at->last, EVENT_BEGIN, CAUSE_SNAPSHOT, at->touch_id);
-        else
-            emit(w, id, &at->last, EVENT_NEAR, CAUSE_SNAPSHOT, at->near_id);
+        if (at->touch_id) emit(w, id, &at->last, EVENT_BEGIN, CAUSE_SNAPSHOT, at->touch_id);
+        if (at->near_id) emit(w, id, &at->last, EVENT_NEAR, CAUSE_SNAPSHOT, at->near_id);
     }
     i = &w->interests.at[id];
     if (i->events.count > kept)

@@ -282,11 +282,11 @@ static void a_snapshot_tells_all_that_is(void **state)
     scene_interest(w, &all);
     const world_batch *b = scene_tick(w, 1);
     assert_true(b->snapshot);
-    assert_int_equal(b->count, 9 + 8); /* neighbours touch, next ones are near */
+    assert_int_equal(b->count, 9 + 17); /* neighbours touch, they and the next ones are near */
     world_want_snapshot(w, 0);
     b = scene_tick(w, 2);
     assert_true(b->snapshot);
-    assert_int_equal(b->count, 17);
+    assert_int_equal(b->count, 26);
     int64_t last = 0;
     for (size_t i = 0; i < b->count; i++) {
         assert_int_equal(b->events[i].cause, CAUSE_SNAPSHOT);

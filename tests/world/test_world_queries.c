@@ -1,0 +1,112 @@
+/* Queries against closed forms. */
+#include "scene.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+static uint32_t add(world *w, const char *name, shape s, vec3 at, const filter_rule *rule)
+{
+    world_shape one = {.shape = s, .local = POSE_IDENTITY};
+    world_body def = {.name = name, .group = "", .category = 1, .mask = 1, .pose = {at, {1, 0, 0, 0}}, .shapes = &one,
+        .shape_count = 1, .rules = rule, .rule_count = rule != NULL, .stamp_ns = SECOND};
+    uint32_t id = WORLD_NONE;
+    assert_int_equal(world_put_body(w, &id, &def), WORLD_OK);
+    return id;
+}
+
+static const shape BALL = {.type = SHAPE_SPHERE, .radius = 1};
+static const shape CUBE = {.type = SHAPE_BOX, .half = {1, 1, 1}};
+
+static void distance_brackets_the_truth_at_any_distance_from_the_origin(void **state)
+{
+    (void)state;
+    for (double far = 0; far <= 1e12; far = far ? far * 1000 : 1) {
+        world *w = scene_world(1, true);
+        uint32_t a = add(w, "a", BALL, vec(far, 0, 0), NULL), b = add(w, "b", CUBE, vec(far, 4, 0), NULL);
+        scene_tick(w, 2LL * SECOND);
+        world_hits hits = {0};
+        world_query_distance(w, a, b, 1e-9, 3LL * SECOND, &hits);
+        assert_int_equal(hits.count, 1);
+        assert_true(hits.at[0].lo <= 2 && 2 <= hits.at[0].hi && hits.at[0].hi - hits.at[0].lo <= 1e-9);
+        assert_true(hits.at[0].axis.y > 0.999999);
+        assert_int_equal(hits.at[0].age_ns, 2LL * SECOND);
+        free(hits.at);
+        world_destroy(w);
+    }
+}
+
+static void a_ray_hits_the_first_body_only(void **state)
+{
+    (void)state;
+    world *w = scene_world(1, true);
+    add(w, "far", BALL, vec(10, 0, 0), NULL);
+    uint32_t near = add(w, "near", CUBE, vec(5, 0.3, 0.2), NULL);
+    add(w, "aside", BALL, vec(3, 2.5, 0), NULL);
+    scene_tick(w, 2LL * SECOND);
+    world_hits hits = {0};
+    world_query_ray(w, VEC_ZERO, vec(2, 0, 0), INFINITY, 1e-6, SECOND, &hits);
+    assert_int_equal(hits.count, 1);
+    assert_int_equal(hits.at[0].body_a, near);
+    assert_true(hits.at[0].lo <= 4 && 4 <= hits.at[0].hi + 1e-6 && hits.at[0].lo > 4 - 1e-5);
+    assert_true(hits.at[0].axis.x < -0.999);
+    hits.count = 0;
+    world_query_ray(w, VEC_ZERO, vec(1, 0, 0), 3.5, 1e-6, SECOND, &hits); /* ends before it */
+    assert_int_equal(hits.count, 0);
+    world_query_ray(w, VEC_ZERO, vec(-1, 0, 0), INFINITY, 1e-6, SECOND, &hits);
+    assert_int_equal(hits.count, 0);
+    world_query_ray(w, vec(0, 1.25, 0), vec(1, 0, 0), INFINITY, 1e-6, SECOND, &hits); /* inside the cube's shadow */
+    assert_int_equal(hits.count, 1);
+    free(hits.at);
+    world_destroy(w);
+}
+
+static void a_box_finds_what_overlaps_it(void **state)
+{
+    (void)state;
+    world *w = scene_world(1, true);
+    uint32_t in = add(w, "in", BALL, vec(2, 0, 0), NULL);
+    add(w, "corner", BALL, vec(1.8, 1.8, 1.8), NULL); /* its box overlaps, it does not: sqrt(3) 0.8 > 1 */
+    scene_tick(w, 2LL * SECOND);
+    world_hits hits = {0};
+    world_query_box(w, POSE_IDENTITY, vec(1.1, 1, 1), SECOND, &hits);
+    assert_int_equal(hits.count, 1);
+    assert_int_equal(hits.at[0].body_a, in);
+    free(hits.at);
+    world_destroy(w);
+}
+
+static void explain_names_the_rule_and_its_reason(void **state)
+{
+    (void)state;
+    char text[2048];
+    world *w = scene_world(1, true);
+    filter_rule rule = {"link*", true, "Adjacent"};
+    uint32_t a = add(w, "link1", BALL, VEC_ZERO, NULL), b = add(w, "base", BALL, vec(1, 0, 0), &rule);
+    uint32_t c = add(w, "box", CUBE, vec(1, 0, 0), NULL);
+    world_interest all = scene_all(WORLD_TOUCH, 0);
+    scene_interest(w, &all);
+    const world_batch *batch = scene_tick(w, 2LL * SECOND);
+    assert_int_equal(batch->count, 2); /* box with both, not link1 with base */
+    assert_true(world_explain(w, a, b, SECOND, text, sizeof text) > 0);
+    assert_non_null(strstr(text, "not checked"));
+    assert_non_null(strstr(text, "link*"));
+    assert_non_null(strstr(text, "Adjacent"));
+    assert_true(world_explain(w, a, c, SECOND, text, sizeof text) > 0);
+    assert_non_null(strstr(text, "wanted by interest 0"));
+    int whole = world_explain(w, a, c, SECOND, NULL, 0);
+    char tiny[8];
+    assert_int_equal(world_explain(w, a, c, SECOND, tiny, sizeof tiny), whole); /* cut, and never beyond */
+    assert_int_equal(strlen(tiny), sizeof tiny - 1);
+    world_destroy(w);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(distance_brackets_the_truth_at_any_distance_from_the_origin),
+        cmocka_unit_test(a_ray_hits_the_first_body_only),
+        cmocka_unit_test(a_box_finds_what_overlaps_it),
+        cmocka_unit_test(explain_names_the_rule_and_its_reason),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,229 @@
+/* A world under random commands: each id begins once and ends once; contacts equal those of all pairs asked one by one;
+ * the same events for any number of workers, with caches and without. */
+#include "scene.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+enum { BODIES = 40, INTERESTS = 4, IDS_MAX = 1 << 16 };
+
+static uint64_t next(uint64_t *state) /* splitmix64 */
+{
+    uint64_t z = (*state += UINT64_C(0x9e3779b97f4a7c15));
+    z = (z ^ z >> 30) * UINT64_C(0xbf58476d1ce4e5b9);
+    z = (z ^ z >> 27) * UINT64_C(0x94d049bb133111eb);
+    return z ^ z >> 31;
+}
+
+static double uniform(uint64_t *state, double lo, double hi) { return lo + (hi - lo) * (double)(next(state) >> 11) * 0x1p-53; }
+
+typedef struct mirror { /* what a subscriber knows from events alone */
+    uint8_t begun[IDS_MAX], ended[IDS_MAX];
+    size_t open;
+} mirror;
+
+typedef struct run {
+    world *w;
+    uint64_t random;
+    uint32_t ids[BODIES];
+    bool alive[BODIES];
+    pose at[BODIES];
+    shape shapes[BODIES];
+    uint32_t interests[INTERESTS];
+    bool wanted[INTERESTS];
+    mirror *mirror;
+} run;
+
+static const world_interest TERMS[INTERESTS] = {
+    {.facts = WORLD_TOUCH, .select_a = "*", .select_b = "*", .tolerance = 1e-6},
+    {.facts = WORLD_TOUCH | WORLD_MANIFOLD, .select_a = "b1*", .select_b = "*", .threshold = 0.05, .tolerance = 1e-6},
+    {.facts = WORLD_DISTANCE, .select_a = "group:even", .select_b = "group:odd", .range = 0.5, .tolerance = 1e-4},
+    {.facts = WORLD_TOUCH | WORLD_DISTANCE, .select_a = "*", .select_b = "b3*", .range = 0.3, .tolerance = 1e-9, .period_ns = 5},
+};
+
+static shape random_shape(uint64_t *r)
+{
+    static const shape_type TYPES[] = {SHAPE_SPHERE, SHAPE_CAPSULE, SHAPE_BOX, SHAPE_CYLINDER};
+    shape s = {.type = TYPES[next(r) % 4], .radius = 0};
+    if (s.type == SHAPE_SPHERE || s.type == SHAPE_CAPSULE) s.radius = uniform(r, 0.1, 0.5);
+    if (s.type == SHAPE_CAPSULE) s.half.z = uniform(r, 0.1, 0.5);
+    if (s.type == SHAPE_BOX) s.half = vec(uniform(r, 0.1, 0.5), uniform(r, 0.1, 0.5), uniform(r, 0.1, 0.5));
+    if (s.type == SHAPE_CYLINDER) {
+        s.half.x = s.half.y = uniform(r, 0.1, 0.5);
+        s.half.z = uniform(r, 0.1, 0.5);
+    }
+    return s;
+}
+
+static void put(run *r, int i)
+{
+    char name[8];
+    snprintf(name, sizeof name, "b%d", i);
+    world_shape one = {.shape = r->shapes[i], .local = POSE_IDENTITY};
+    filter_rule glued = {"b7", true, "glued"};
+    world_body def = {.name = name, .group = i % 2 ? "odd" : "even", .category = 1, .mask = UINT64_MAX,
+        .fixed = i % 10 == 0, .pose = r->at[i], .shapes = &one, .shape_count = 1, .rules = &glued,
+        .rule_count = i % 7 == 0};
+    if (!r->alive[i]) r->ids[i] = WORLD_NONE;
+    assert_int_equal(world_put_body(r->w, &r->ids[i], &def), WORLD_OK);
+    r->alive[i] = true;
+}
+
+static void random_pose(run *r, int i, double step)
+{
+    vec3 by = vec(uniform(&r->random, -step, step), uniform(&r->random, -step, step), uniform(&r->random, -step, step));
+    r->at[i].p = vec_max(vec_min(vec_add(r->at[i].p, by), vec(1.5, 1.5, 1.5)), vec(-1.5, -1.5, -1.5));
+    quat q = r->at[i].q;
+    q.x += uniform(&r->random, -step, step);
+    q.y += uniform(&r->random, -step, step);
+    r->at[i].q = quat_unit(q);
+}
+
+static void random_command(run *r)
+{
+    int i = (int)(next(&r->random) % BODIES);
+    switch (next(&r->random) % 64) {
+    case 0:
+        if (r->alive[i]) world_remove_body(r->w, r->ids[i], CAUSE_REMOVED);
+        r->alive[i] = false;
+        return;
+    case 1:
+        r->shapes[i] = random_shape(&r->random);
+        put(r, i);
+        return;
+    case 2: {
+        int k = i % INTERESTS;
+        if (r->wanted[k])
+            world_remove_interest(r->w, r->interests[k], CAUSE_INTEREST);
+        else
+            r->interests[k] = scene_interest(r->w, &TERMS[k]);
+        r->wanted[k] = !r->wanted[k];
+        return;
+    }
+    case 3: random_pose(r, i, 3); break; /* teleport */
+    default: random_pose(r, i, 0.02); break;
+    }
+    if (r->alive[i])
+        world_move_body(r->w, r->ids[i], r->at[i], 0, NULL, NULL);
+    else
+        put(r, i);
+}
+
+static void learn(mirror *m, const world_batch *b)
+{
+    for (size_t i = 0; i < b->count; i++) {
+        const world_event *e = &b->events[i];
+        assert_in_range(e->contact, 1, IDS_MAX - 1);
+        bool first = !m->begun[e->contact];
+        bool ends = e->kind == EVENT_END || e->kind == EVENT_FAR;
+        assert_false(m->ended[e->contact]); /* nothing comes after the end */
+        if (e->kind == EVENT_BEGIN && e->cause != CAUSE_SNAPSHOT) assert_true(first);
+        if (e->kind == EVENT_UPDATE || ends) assert_false(first);
+        m->open += first;
+        m->begun[e->contact] = 1;
+        m->ended[e->contact] = ends;
+        m->open -= ends;
+        assert_true(e->lo <= e->hi);
+    }
+}
+
+/* Is the pair in contact for the interest, asked alone? -1: too close to the threshold to tell. */
+static int touches(const run *r, int i, int k, const world_interest *t)
+{
+    double limit = t->facts & WORLD_DISTANCE ? t->range : t->threshold;
+    void *scratch = aligned_alloc(64, (narrow_scratch_size() + 63) / 64 * 64);
+    narrow_request ask = {.facts = NARROW_DISTANCE, .tolerance = 1e-9, .range = INFINITY};
+    narrow_result n;
+    narrow_query_world(&r->shapes[i], r->at[i], &r->shapes[k], r->at[k], &ask, scratch, &n);
+    free(scratch);
+    if (fabs(n.lo - limit) < t->tolerance + 1e-6) return -1;
+    return n.lo <= limit;
+}
+
+static void open_contacts_equal_those_of_all_pairs(run *r)
+{
+    static world_batches all;
+    for (int t = 0; t < 2; t++) {
+        static const int WHICH[2] = {0, 2};
+        int id = WHICH[t];
+        if (!r->wanted[id]) continue;
+        world_want_snapshot(r->w, r->interests[id]);
+        world_tick(r->w, 1, &all);
+        size_t told = 0, least = 0, most = 0;
+        for (size_t b = 0; b < all.count; b++)
+            if (all.at[b].interest == r->interests[id])
+                for (size_t e = 0; e < all.at[b].count; e++) told += all.at[b].events[e].cause == CAUSE_SNAPSHOT;
+        for (int i = 0; i < BODIES; i++) {
+            for (int k = 0; k < i; k++) {
+                bool glued = (i % 7 == 0 && k == 7) || (k % 7 == 0 && i == 7);
+                if (!r->alive[i] || !r->alive[k] || glued || (i % 10 == 0 && k % 10 == 0)) continue;
+                if (id == 2 && i % 2 == k % 2) continue;
+                int answer = touches(r, i, k, &TERMS[id]);
+                least += answer == 1;
+                most += answer != 0;
+            }
+        }
+        assert_in_range(told, least, most);
+    }
+}
+
+static uint64_t play(unsigned workers, bool caches, int ticks, bool check)
+{
+    run r = {.w = scene_world(workers, caches), .random = 12345, .mirror = calloc(1, sizeof(mirror))};
+    world_batches b = {0};
+    for (int i = 0; i < BODIES; i++) {
+        r.at[i] = POSE_IDENTITY;
+        random_pose(&r, i, 1.5);
+        r.shapes[i] = random_shape(&r.random);
+        put(&r, i);
+    }
+    for (int t = 1; t <= ticks; t++) {
+        for (int c = 0; c < 5; c++) random_command(&r);
+        world_tick(r.w, t, &b);
+        for (size_t i = 0; i < b.count; i++) learn(r.mirror, &b.at[i]);
+        if (check && t % 200 == 0) {
+            assert_null(world_validate(r.w));
+            open_contacts_equal_those_of_all_pairs(&r);
+        }
+    }
+    for (int k = 0; k < INTERESTS; k++)
+        if (r.wanted[k]) world_remove_interest(r.w, r.interests[k], CAUSE_SHUTDOWN);
+    world_tick(r.w, ticks + 1, &b);
+    for (size_t i = 0; i < b.count; i++) learn(r.mirror, &b.at[i]);
+    assert_int_equal(r.mirror->open, 0); /* each begin had its end */
+    assert_int_equal(world_get_figures(r.w).contacts, 0);
+    assert_true(world_get_figures(r.w).events > (uint64_t)ticks / 4);
+    world_destroy(r.w);
+    free(r.mirror);
+    return b.hash;
+}
+
+static void each_id_begins_once_and_ends_once(void **state)
+{
+    (void)state;
+    play(1, true, 3000, true);
+}
+
+static void the_events_do_not_depend_on_the_number_of_workers(void **state)
+{
+    (void)state;
+    uint64_t one = play(1, true, 1000, false);
+    for (unsigned workers = 2; workers <= 8; workers *= 2) assert_true(play(workers, true, 1000, false) == one);
+}
+
+static void the_events_do_not_depend_on_the_caches(void **state)
+{
+    (void)state;
+    assert_true(play(1, true, 2000, false) == play(1, false, 2000, false));
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(each_id_begins_once_and_ends_once),
+        cmocka_unit_test(the_events_do_not_depend_on_the_number_of_workers),
+        cmocka_unit_test(the_events_do_not_depend_on_the_caches),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
