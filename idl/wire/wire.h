@@ -27,6 +27,9 @@ enum {
     WIRE_ANSWERS_MAX = 4096,      /* hits in one answer */
     WIRE_COUNTERS_MAX = 1024
 };
+#define WIRE_POSITION_MAX 1e12 /* m, each coordinate */
+#define WIRE_SPEED_MAX 1e9     /* m/s and rad/s, each component */
+#define WIRE_SIZE_MAX 1e9      /* m, a half extent or a radius; beyond is WIRE_BAD_SIZE */
 
 /* Arrays of plain numbers. `count` counts numbers: three a point, four a quaternion. */
 typedef struct wire_u8s {
@@ -186,7 +189,8 @@ typedef struct wire_interest {
     int32_t interest;     /* the client's own number for it, >= 0 */
     uint8_t removed;
     int32_t facts;        /* WIRE_FACT_* */
-    const char *stream;   /* its name; "" = "<client as 16 hex digits>.<interest>" */
+    const char *stream;   /* its name; "" = "<client as 16 hex digits>.<interest>". Letters, digits and . _ - : /
+                             only, since it names a DDS partition and an LCM channel */
     const char *select_a; /* pairs of one body that matches this ... */
     const char *select_b; /* ... and another that matches this: name patterns ('*', '?') or group:NAME */
     double threshold_m;   /* touch: a contact is a pair whose signed distance is at most this; usually 0 */
@@ -329,7 +333,7 @@ typedef enum wire_reason {
     WIRE_BAD_NUMBER,       /* NaN or infinity */
     WIRE_BAD_ROTATION,     /* a quaternion whose norm is not near 1 */
     WIRE_BAD_SIZE,         /* negative, zero where there must be a solid, or absurd */
-    WIRE_BAD_NAME,         /* empty, too long, or with control characters */
+    WIRE_BAD_NAME,         /* empty, with control characters, or with what a stream's name may not have */
     WIRE_TOO_LARGE,        /* beyond a limit */
     WIRE_FLAT_HULL,
     WIRE_BAD_HASH,         /* the content does not have that hash */

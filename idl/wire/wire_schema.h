@@ -5,6 +5,8 @@
 
 #include "wire.h"
 
+#include <stdbool.h>
+
 typedef enum wire_type {
     WIRE_U8,      /* octet, byte */
     WIRE_I32,     /* long, int32_t */
@@ -23,6 +25,7 @@ typedef struct wire_field {
     wire_type type;
     uint16_t offset;  /* in the plain struct */
     uint32_t limit;   /* most numbers, strings, or bytes of a string */
+    bool infinite;    /* infinities have a meaning here; NaN never has */
 } wire_field;
 
 typedef struct wire_schema {
@@ -33,5 +36,11 @@ typedef struct wire_schema {
 } wire_schema;
 
 const wire_schema *wire_schema_of(wire_kind kind); /* NULL for WIRE_NOTHING and unknown kinds */
+
+/* A field of a plain struct, by its type. */
+static inline const void *wire_field_at(const wire_message *m, const wire_field *f)
+{
+    return (const char *)&m->version + f->offset;
+}
 
 #endif

@@ -1,0 +1,97 @@
+/* wire_dds: samples of idlc's structs to and from plain messages, field by field, led by the schema and one table of
+ * offsets a message. Pure; any thread. Sequences of numbers and strings are borrowed, never copied: idlc's buffers of
+ * strings are `char **`, ours `const char *const *`, the same bytes. */
+#include "wire_dds.h"
+
+#include "wire/wire_fields.h"
+#include "wire/wire_schema.h"
+
+#include "collided.h"
+
+#include <string.h>
+
+#define OFFSET(S, field, type, most, rule) offsetof(S, field),
+#define OFFSETS_OF(kind, member, name)                                                                                 \
+    static const size_t member##_offsets[] = {WIRE_FIELDS_##member(OFFSET, collided_##name)};
+
+WIRE_MESSAGES(OFFSETS_OF)
+
+#define LAYOUT_OF(kind, member, name) [kind] = {&collided_##name##_desc, sizeof(collided_##name), member##_offsets},
+
+static const struct {
+    const dds_topic_descriptor_t *descriptor;
+    size_t size;
+    const size_t *offsets; /* of the schema's fields in the sample */
+} layouts[WIRE_KIND_COUNT] = {WIRE_MESSAGES(LAYOUT_OF)};
+
+const struct dds_topic_descriptor *wire_dds_descriptor(wire_kind kind)
+{
+    return wire_schema_of(kind) ? layouts[kind].descriptor : NULL;
+}
+
+size_t wire_dds_sample_size(wire_kind kind)
+{
+    return wire_schema_of(kind) ? layouts[kind].size : 0;
+}
+
+/* Arrays begin with count and pointer, alike for every type. */
+typedef struct any_array {
+    uint32_t count;
+    const void *at;
+} any_array;
+
+static size_t number_bytes(wire_type type)
+{
+    if (type == WIRE_U8) return 1;
+    return type == WIRE_I32 ? 4 : 8;
+}
+
+static void decode_field(wire_type type, const void *from, void *to)
+{
+    if (type < WIRE_STRING) {
+        memcpy(to, from, number_bytes(type));
+    } else if (type == WIRE_STRING) {
+        const char *text;
+        memcpy(&text, from, sizeof text);
+        if (!text) text = "";
+        memcpy(to, &text, sizeof text);
+    } else {
+        const dds_sequence_t *sequence = from;
+        any_array a = {sequence->_length, sequence->_buffer};
+        memcpy(to, &a, sizeof a);
+    }
+}
+
+static void encode_field(wire_type type, const void *from, void *to)
+{
+    if (type < WIRE_STRING) {
+        memcpy(to, from, number_bytes(type));
+    } else if (type == WIRE_STRING) {
+        decode_field(type, from, to);
+    } else {
+        any_array a;
+        memcpy(&a, from, sizeof a);
+        dds_sequence_t sequence = {._maximum = a.count, ._length = a.count, ._buffer = (uint8_t *)a.at};
+        memcpy(to, &sequence, sizeof sequence);
+    }
+}
+
+wire_reason wire_dds_decode(wire_kind kind, const void *sample, wire_message *out, wire_refusal *refusal)
+{
+    const wire_schema *s = wire_schema_of(kind);
+    memset(out, 0, sizeof *out);
+    out->kind = kind;
+    for (uint32_t i = 0; s && i < s->field_count; i++)
+        decode_field(s->fields[i].type, (const char *)sample + layouts[kind].offsets[i],
+            (char *)&out->version + s->fields[i].offset);
+    return wire_check(out, refusal);
+}
+
+void wire_dds_encode(const wire_message *m, void *sample)
+{
+    const wire_schema *s = wire_schema_of(m->kind);
+    if (!s) return;
+    memset(sample, 0, layouts[m->kind].size);
+    for (uint32_t i = 0; i < s->field_count; i++)
+        encode_field(s->fields[i].type, wire_field_at(m, &s->fields[i]), (char *)sample + layouts[m->kind].offsets[i]);
+}

@@ -1,0 +1,52 @@
+/* wire_dds_qos: how each message travels over DDS: topic, quality of service, partition and configuration of the
+ * domain, in one place, because the daemon and the client library must agree on it to the letter. Any thread. */
+#ifndef COLLIDED_WIRE_DDS_QOS_H
+#define COLLIDED_WIRE_DDS_QOS_H
+
+#include "wire/wire.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+
+struct dds_qos; /* dds_qos_t */
+
+/* All kinds are reliable: a best-effort writer would not match, and it has no need, since no writer here ever blocks
+ * (keep-last). What a full history overwrites is seen by the receiver: batches of events and messages of a client are
+ * numbered, and the daemon counts each take that found its history full. */
+typedef struct wire_dds_profile {
+    bool late_joiners;    /* transient-local and keyed: who comes late is told the present state; otherwise volatile */
+    bool by_partition;    /* each stream is a partition of its own */
+    int32_t writer_depth; /* samples kept, per instance where there is a key */
+    int32_t reader_depth;
+} wire_dds_profile;
+
+typedef enum wire_dds_side { WIRE_DDS_WRITER, WIRE_DDS_READER } wire_dds_side;
+
+const wire_dds_profile *wire_dds_profile_of(wire_kind kind); /* NULL for WIRE_NOTHING and unknown kinds */
+
+enum { WIRE_DDS_TOPIC_MAX = 32 };
+void wire_dds_topic(wire_kind kind, char name[WIRE_DDS_TOPIC_MAX]); /* "collided_Body" */
+
+/* The quality of service of a topic's writer or reader, to be freed by dds_delete_qos. `stream` names the partition of
+ * an EventBatch, otherwise NULL. `lease_ns` > 0: automatic liveliness with that lease, for the client's writer of
+ * Client; readers ask for none, so that any lease matches.
+ *
+ * Writers do not dispose what they leave behind: an instance without writers (its client was lost) and a disposed one
+ * (it was taken back, by dds_writedispose with removed = 1) are different news. */
+struct dds_qos *wire_dds_qos(wire_kind kind, wire_dds_side side, const char *stream, int64_t lease_ns);
+
+/* A stream's partition: its name, with the bytes that DDS takes as wildcards or separators written as %XX, so that no
+ * stream can match another. */
+enum { WIRE_DDS_PARTITION_MAX = 3 * WIRE_NAME_MAX + 16 };
+void wire_dds_partition(const char *stream, char partition[WIRE_DDS_PARTITION_MAX]);
+
+/* The configuration for dds_create_domain. `interface`: name or address of a network interface; NULL or "" = loopback
+ * only, without multicast: unicast discovery on 127.0.0.1, for up to 120 processes a domain. `batch`: small samples
+ * wait for dds_write_flush (for a process whose only writers are the daemon's). What the user's CYCLONEDDS_URI says is
+ * appended, and wins. False if it does not fit into `size`; 4096 bytes hold all but an outlandish CYCLONEDDS_URI.
+ *
+ * When the process has this domain already, dds_create_domain fails with DDS_RETCODE_PRECONDITION_NOT_MET: its
+ * configuration then stands, and the participant can be created all the same. */
+bool wire_dds_config(char *out, size_t size, const char *interface, bool batch);
+
+#endif

@@ -1,0 +1,269 @@
+/* wire_log: recordings, written and read front to back. One thread a writer or reader. What holds always: a length read
+ * from a file is held against what is left of the file before memory is taken for it. */
+#include "wire_log.h"
+
+#include <errno.h>
+#include <inttypes.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define SYNC_WORD UINT32_C(0xEDA1DA01)
+#define CHANNEL_PREFIX "collided."
+#define TICK_CHANNEL CHANNEL_PREFIX "tick"
+#define LOST_CHANNEL CHANNEL_PREFIX "lost"
+
+enum { HEADER_BYTES = 28, TICK_BYTES = 32, LOST_BYTES = 8 };
+
+static void store_be(uint8_t *at, uint64_t v, int bytes)
+{
+    for (int i = bytes - 1; i >= 0; i--, v >>= 8) at[i] = (uint8_t)v;
+}
+
+static uint64_t load_be(const uint8_t *at, int bytes)
+{
+    uint64_t v = 0;
+    for (int i = 0; i < bytes; i++) v = v << 8 | at[i];
+    return v;
+}
+
+__attribute__((format(printf, 3, 4))) static void say(char *why, size_t why_size, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(why, why_size, format, arguments);
+    va_end(arguments);
+}
+
+/* Room for `size` bytes in a buffer that only grows; false when memory ends. */
+static bool reserve(uint8_t **buffer, size_t *capacity, size_t size)
+{
+    if (size <= *capacity) return true;
+    uint8_t *grown = realloc(*buffer, size);
+    if (!grown) return false;
+    *buffer = grown;
+    *capacity = size;
+    return true;
+}
+
+/* ---- writing ---- */
+
+struct wire_log_writer {
+    FILE *file;
+    int64_t events;
+    int error; /* errno of the first failure; all that follows is refused */
+    uint8_t *buffer;
+    size_t capacity;
+};
+
+wire_log_writer *wire_log_create(const char *path, char *why, size_t why_size)
+{
+    wire_log_writer *w = calloc(1, sizeof *w);
+    if (w) w->file = fopen(path, "wbx");
+    if (w && w->file) return w;
+    say(why, why_size, "%s: %s", path, w ? strerror(errno) : "out of memory");
+    free(w);
+    return NULL;
+}
+
+static int fail(wire_log_writer *w, int error)
+{
+    if (!w->error) w->error = error ? error : EIO;
+    errno = w->error;
+    return -1;
+}
+
+static int write_record(wire_log_writer *w, int64_t timestamp_us, const char *channel, const uint8_t *data, size_t size)
+{
+    if (w->error) return fail(w, w->error);
+    if (size > INT32_MAX) return fail(w, EFBIG);
+    uint8_t header[HEADER_BYTES];
+    size_t channel_size = strlen(channel);
+    store_be(header, SYNC_WORD, 4);
+    store_be(header + 4, (uint64_t)w->events, 8);
+    store_be(header + 12, (uint64_t)timestamp_us, 8);
+    store_be(header + 20, channel_size, 4);
+    store_be(header + 24, size, 4);
+    bool written = fwrite(header, sizeof header, 1, w->file) == 1 && fwrite(channel, channel_size, 1, w->file) == 1 &&
+                   (size == 0 || fwrite(data, size, 1, w->file) == 1);
+    if (!written) return fail(w, errno);
+    w->events++;
+    return 0;
+}
+
+int wire_log_message(wire_log_writer *w, int64_t timestamp_us, const wire_message *m)
+{
+    char channel[WIRE_CHANNEL_MAX];
+    size_t size = wire_lcm_size(m);
+    if (size == 0) return fail(w, EINVAL);
+    if (!reserve(&w->buffer, &w->capacity, size)) return fail(w, ENOMEM);
+    wire_lcm_encode(m, w->buffer, size);
+    wire_lcm_channel(m, channel);
+    return write_record(w, timestamp_us, channel, w->buffer, size);
+}
+
+int wire_log_tick_end(wire_log_writer *w, int64_t timestamp_us, const wire_log_tick *tick)
+{
+    uint8_t data[TICK_BYTES];
+    store_be(data, (uint64_t)tick->tick, 8);
+    store_be(data + 8, (uint64_t)tick->now_ns, 8);
+    store_be(data + 16, (uint64_t)tick->monotonic_ns, 8);
+    store_be(data + 24, (uint64_t)tick->events_hash, 8);
+    return write_record(w, timestamp_us, TICK_CHANNEL, data, sizeof data);
+}
+
+int wire_log_lost(wire_log_writer *w, int64_t timestamp_us, int64_t client)
+{
+    uint8_t data[LOST_BYTES];
+    store_be(data, (uint64_t)client, 8);
+    return write_record(w, timestamp_us, LOST_CHANNEL, data, sizeof data);
+}
+
+int wire_log_close(wire_log_writer *w)
+{
+    if (!w) return 0;
+    if (fclose(w->file) != 0) fail(w, errno);
+    int error = w->error;
+    free(w->buffer);
+    free(w);
+    errno = error;
+    return error ? -1 : 0;
+}
+
+/* ---- reading ---- */
+
+struct wire_log_reader {
+    FILE *file;
+    uint64_t offset, size; /* bytes */
+    wire_memory *memory;
+    uint8_t *buffer; /* channel and data of a record */
+    size_t capacity;
+};
+
+typedef struct record {
+    uint64_t offset; /* of its header in the file */
+    int64_t timestamp_us;
+    uint32_t channel_size, data_size;
+    const uint8_t *channel, *data;
+} record;
+
+static bool find_size(wire_log_reader *r)
+{
+    long end = fseek(r->file, 0, SEEK_END) == 0 ? ftell(r->file) : -1;
+    if (end < 0 || fseek(r->file, 0, SEEK_SET) != 0) return false;
+    r->size = (uint64_t)end;
+    return true;
+}
+
+wire_log_reader *wire_log_open(const char *path, char *why, size_t why_size)
+{
+    wire_log_reader *r = calloc(1, sizeof *r);
+    if (r) r->memory = wire_memory_create();
+    if (!r || !r->memory) {
+        say(why, why_size, "%s: out of memory", path);
+        free(r);
+        return NULL;
+    }
+    r->file = fopen(path, "rb");
+    if (r->file && find_size(r)) return r;
+    say(why, why_size, "%s: %s", path, strerror(errno));
+    wire_log_end(r);
+    return NULL;
+}
+
+void wire_log_end(wire_log_reader *r)
+{
+    if (!r) return;
+    if (r->file) fclose(r->file);
+    wire_memory_destroy(r->memory);
+    free(r->buffer);
+    free(r);
+}
+
+/* NULL, or what is wrong with the record that begins here. */
+static const char *read_header(wire_log_reader *r, record *out)
+{
+    uint8_t header[HEADER_BYTES];
+    out->offset = r->offset;
+    if (r->size - r->offset < sizeof header) return "the record's head is cut off";
+    if (fread(header, sizeof header, 1, r->file) != 1) return "the file cannot be read";
+    if (load_be(header, 4) != SYNC_WORD) return "no sync word";
+    out->timestamp_us = (int64_t)load_be(header + 12, 8);
+    out->channel_size = (uint32_t)load_be(header + 20, 4);
+    out->data_size = (uint32_t)load_be(header + 24, 4);
+    r->offset += sizeof header;
+    if ((uint64_t)out->channel_size + out->data_size > r->size - r->offset) return "the record is longer than the file";
+    return NULL;
+}
+
+static const char *read_body(wire_log_reader *r, record *out)
+{
+    size_t size = (size_t)out->channel_size + out->data_size;
+    if (!reserve(&r->buffer, &r->capacity, size)) return "no memory for the record";
+    if (size && fread(r->buffer, size, 1, r->file) != 1) return "the file cannot be read";
+    r->offset += size;
+    out->channel = r->buffer;
+    out->data = r->buffer + out->channel_size;
+    return NULL;
+}
+
+static bool on_channel(const record *in, const char *channel)
+{
+    return in->channel_size == strlen(channel) && memcmp(in->channel, channel, in->channel_size) == 0;
+}
+
+static bool is_ours(const record *in)
+{
+    size_t length = strlen(CHANNEL_PREFIX);
+    return in->channel_size > length && memcmp(in->channel, CHANNEL_PREFIX, length) == 0;
+}
+
+static const char *decode_tick(const record *in, wire_log_entry *out)
+{
+    if (in->data_size != TICK_BYTES) return "a tick has 32 bytes";
+    out->kind = WIRE_LOG_TICK;
+    out->tick.tick = (int64_t)load_be(in->data, 8);
+    out->tick.now_ns = (int64_t)load_be(in->data + 8, 8);
+    out->tick.monotonic_ns = (int64_t)load_be(in->data + 16, 8);
+    out->tick.events_hash = (int64_t)load_be(in->data + 24, 8);
+    return NULL;
+}
+
+static const char *decode_lost(const record *in, wire_log_entry *out)
+{
+    if (in->data_size != LOST_BYTES) return "a lost client has 8 bytes";
+    out->kind = WIRE_LOG_LOST;
+    out->lost_client = (int64_t)load_be(in->data, 8);
+    return NULL;
+}
+
+static const char *decode_record(wire_log_reader *r, const record *in, wire_log_entry *out, wire_refusal *refusal)
+{
+    memset(out, 0, sizeof *out);
+    out->timestamp_us = in->timestamp_us;
+    if (on_channel(in, TICK_CHANNEL)) return decode_tick(in, out);
+    if (on_channel(in, LOST_CHANNEL)) return decode_lost(in, out);
+    wire_memory_reset(r->memory);
+    if (wire_lcm_decode(in->data, in->data_size, r->memory, &out->message, refusal) == WIRE_OK) return NULL;
+    return refusal->text;
+}
+
+int wire_log_next(wire_log_reader *r, wire_log_entry *out, uint64_t *skipped, char *why, size_t why_size)
+{
+    while (r->offset < r->size) {
+        record in = {0};
+        wire_refusal refusal;
+        const char *wrong = read_header(r, &in);
+        if (!wrong) wrong = read_body(r, &in);
+        bool ours = !wrong && is_ours(&in);
+        if (ours) wrong = decode_record(r, &in, out, &refusal);
+        if (wrong) {
+            say(why, why_size, "damaged at byte %" PRIu64 ": %s", in.offset, wrong);
+            return -1;
+        }
+        if (ours) return 1;
+        if (skipped) (*skipped)++;
+    }
+    return 0;
+}
