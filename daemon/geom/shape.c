@@ -63,4 +63,7 @@ static double core_reach(const shape *s)
     }
 }
 
-double shape_reach(const shape *s) { return add_up(core_reach(s), s->radius); }
+double shape_reach(const shape *s)
+{
+    return add_up(core_reach(s), s->radius);
+}

@@ -1,11 +1,9 @@
-/* Support points of the cores, and their heights rounded up. Pure; any thread; no branch depends on a hint, so that a
- * warm query and a cold one agree bit for bit. */
+/* Support points of the cores, and their heights rounded up. Pure; any thread; a hint changes the time of a query,
+ * never its answer. */
 #include "support.h"
 
-#include "hull.h"
+#include "hull_support.h"
 #include "round.h"
-
-enum { LANES = 8 }; /* hull.h pads its arrays to this */
 
 /* |(x, y, z)| without overflow or underflow of the squares; errs by less than 5 u. */
 static double length_of(double x, double y, double z)
@@ -23,33 +21,16 @@ static vec3 disc_support(double r, double z, vec3 d)
 }
 
 /* The apex is the support point where the direction is steeper than the normal of the side, (2 h, r). */
-static bool cone_apex_wins(const shape *s, vec3 d) { return 2 * s->half.z * d.z >= s->half.x * length_of(d.x, d.y, 0); }
-
-/* The least index among the vertices with the greatest computed dot product. Eight columns run side by side (the
- * compiler makes vectors of them); each keeps its own first maximum. Padding repeats the last vertex, so it never wins
- * a tie. */
-static uint32_t hull_support(const hull *h, vec3 d)
+static bool cone_apex_wins(const shape *s, vec3 d)
 {
-    double best[LANES];
-    uint64_t where[LANES];
-    for (int k = 0; k < LANES; k++) {
-        best[k] = -INFINITY;
-        where[k] = 0;
-    }
-    for (uint64_t i = 0; i < h->padded_count; i += LANES) {
-        for (int k = 0; k < LANES; k++) {
-            double height = h->x[i + k] * d.x + h->y[i + k] * d.y + h->z[i + k] * d.z;
-            bool higher = height > best[k];
-            best[k] = higher ? height : best[k];
-            where[k] = higher ? i : where[k];
-        }
-    }
-    int top = 0;
-    for (int k = 1; k < LANES; k++) {
-        bool tie = best[k] == best[top] && where[k] + k < where[top] + top;
-        if (best[k] > best[top] || tie) top = k;
-    }
-    return (uint32_t)where[top] + top;
+    return 2 * s->half.z * d.z >= s->half.x * length_of(d.x, d.y, 0);
+}
+
+static uint32_t hull_top(const hull *h, vec3 d, uint32_t *hint)
+{
+    uint32_t vertex = hull_support(h, d, hint ? *hint : HULL_NO_START);
+    if (hint) *hint = vertex;
+    return vertex;
 }
 
 static vec3 ellipsoid_support(vec3 half, vec3 d)
@@ -72,18 +53,15 @@ vec3 support_core(const shape *s, vec3 d, uint32_t *hint)
         return cone_apex_wins(s, d) ? vec(0, 0, s->half.z) : disc_support(s->half.x, -s->half.z, d);
     case SHAPE_ELLIPSOID:
         return ellipsoid_support(s->half, d);
-    case SHAPE_HULL: {
-        uint32_t vertex = hull_support(s->hull, d);
-        if (hint) *hint = vertex;
-        return hull_vertex(s->hull, vertex);
-    }
+    case SHAPE_HULL:
+        return hull_vertex(s->hull, hull_top(s->hull, d, hint));
     default:
         return VEC_ZERO;
     }
 }
 
-/* `height` was computed from terms that add up to `terms` in absolute value, each by at most 8 rounded operations; so it
- * errs by less than 10 u terms, and the sum below by another u. */
+/* `height` was computed from terms that add up to `terms` in absolute value, each by at most 8 rounded operations; so
+ * it errs by less than 10 u terms, and the sum below by another u. */
 static double height_up(double height, double terms)
 {
     return terms > 0 ? height + (16 * ROUND_U * terms + DBL_TRUE_MIN) : height;
@@ -91,8 +69,7 @@ static double height_up(double height, double terms)
 
 static double hull_height_up(const hull *h, vec3 d, uint32_t *hint)
 {
-    uint32_t vertex = hull_support(h, d);
-    if (hint) *hint = vertex;
+    uint32_t vertex = hull_top(h, d, hint);
     /* The true highest vertex may be another one, but no higher than this one by more than both their errors. */
     return height_up(vec_dot(d, hull_vertex(h, vertex)), h->max_abs * (fabs(d.x) + fabs(d.y) + fabs(d.z)));
 }

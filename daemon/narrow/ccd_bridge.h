@@ -8,11 +8,11 @@
 #include "narrow.h"
 
 typedef struct ccd_proposal {
-    bool answered;   /* false: out of iterations or of memory */
-    bool overlap;    /* its verdict, unverified */
-    vec3 axis;       /* unit, in A's frame, from A towards B: the last support direction of a miss (a separating axis in
-                        31,868 of 31,868 measured cases), or the penetration direction; zero if none */
-    double depth;    /* of its penetration answer; unverified */
+    bool answered; /* false: out of iterations or of memory */
+    bool overlap;  /* its verdict, unverified */
+    vec3 axis;     /* unit, in A's frame, from A towards B: the last support direction of a miss (a separating axis in
+                      31,868 of 31,868 measured cases), or the penetration direction; zero if none */
+    double depth;  /* of its penetration answer; unverified */
 } ccd_proposal;
 
 /* Shapes without a bounded support (half-space) are the caller's business: never passed in. `seed` = first direction to

@@ -1,7 +1,9 @@
 /* manifold: up to four contact points of a pair whose axis and depth are already known.
  *
- * The features of both shapes that face each other along the axis (face, edge, vertex, rim) are clipped against each
- * other. Depends on the shapes, the pose and the axis alone: no history. */
+ * The features of both shapes that face each other along the axis (face, cap, side line, edge) are clipped against each
+ * other. Depends on the shapes, the pose and the axis alone: no history. Discs are clipped as octagons
+ * (geom/feature.h); where such a rim passes above the true deepest point, that point joins. Curved spots, crossing
+ * edges and corners give one point, and so do flat hulls, which have no faces. */
 #ifndef COLLIDED_NARROW_MANIFOLD_H
 #define COLLIDED_NARROW_MANIFOLD_H
 
@@ -9,7 +11,9 @@
 
 /* `axis` is unit, in A's frame, from A towards B; `point_a`, `point_b` are the deepest (or nearest) points of the
  * answer, used when the features meet in one point only. Points farther apart than `threshold` along the axis are left
- * out; of more than four the deepest and the widest spread are kept. Everything in A's frame. */
+ * out, but there is always at least one point; of more than four the deepest and the widest spread are kept, in the
+ * order of their features. Ids stay while the pose moves by less than 1e-6 of the smaller feature. Everything in A's
+ * frame. */
 void manifold_build(const shape *a, const shape *b, const transform *b_in_a, vec3 axis, vec3 point_a, vec3 point_b,
     double threshold, manifold *out);
 

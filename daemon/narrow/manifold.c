@@ -1,0 +1,402 @@
+/* Contact manifolds by clipping. Pure; any thread; no history.
+ *
+ * All work is done in the contact's frame: x and y across the axis, h along it, the origin at the witness on A. Seen
+ * along the axis, the contact is where the two features overlap: one is clipped by the other in the plane, and at each
+ * corner of the overlap the distance is the difference of the two heights, minus the radii. */
+#include "manifold.h"
+
+#include "geom/feature.h"
+
+#include <string.h>
+
+enum {
+    CORNERS_MAX =
+        2 * FEATURE_CORNERS_MAX + 2, /* a convex outline gains one corner at most by each side that clips it */
+    NOT_FOUND = -1
+};
+
+/* A face counts as lying across the axis up to this sine. The axis of a face contact is the face's normal to rounding;
+ * the rest is room for almost parallel faces whose least depth is found between two edges. */
+static const double FACE_SINE = 0.01;
+
+/* Of the smaller feature's span: corners that lie on a side to within this stay corners, so that flush edges (equal
+ * boxes stacked) do not flicker with the last digits of the pose; and the witness is added where a sampled rim misses
+ * the deepest point by more. */
+static const double FLUSH_RATIO = 1e-6;
+
+typedef struct contact_frame {
+    vec3 origin, x, y, axis;
+} contact_frame;
+
+typedef struct spot {
+    double x, y, h;
+} spot;
+
+typedef struct outline {
+    uint32_t count;
+    bool unbounded;
+    spot at[FEATURE_CORNERS_MAX];
+    const uint32_t *corner_id;
+    uint32_t face_id;
+    double slope_x, slope_y; /* of a polygon's plane: h = at[0].h + slope_x (x - at[0].x) + slope_y (y - at[0].y) */
+    double facing;           /* |cosine| between its normal and the axis; 0 for segments */
+    double area;             /* twice, signed: positive when it runs counter-clockwise in x, y */
+    double span;
+} outline;
+
+/* A corner of the overlap, on its way through the clipping. */
+typedef struct corner {
+    spot at;           /* h: of the incident feature */
+    uint16_t ref, inc; /* what it is made of on either feature */
+    bool side_is_ref;  /* the side that leaves this corner: along the reference, or along the incident feature? */
+    uint32_t side;
+} corner;
+
+typedef struct candidate {
+    manifold_point point;
+    double x, y;
+} candidate;
+
+typedef struct candidates {
+    uint32_t count;
+    double slack; /* m; what is nearer to each other than this is one point */
+    candidate at[CORNERS_MAX + 1];
+} candidates;
+
+/* What a contact point is made of on one shape: the kind, and the low bits of its index (which for all but the largest
+ * hulls is all of it). */
+enum { CODE_VERTEX = 0x0000, CODE_EDGE = 0x4000, CODE_FACE = 0x8000, CODE_WITNESS = 0xc000, CODE_INDEX = 0x3fff };
+static uint16_t code(unsigned kind, uint32_t index)
+{
+    return (uint16_t)(kind | (index & CODE_INDEX));
+}
+
+static contact_frame frame_of(vec3 axis, vec3 origin)
+{
+    vec3 least = fabs(axis.x) <= fabs(axis.y) && fabs(axis.x) <= fabs(axis.z) ? vec(1, 0, 0)
+                 : fabs(axis.y) <= fabs(axis.z)                               ? vec(0, 1, 0)
+                                                                              : vec(0, 0, 1);
+    vec3 x = vec_unit(vec_cross(least, axis));
+    return (contact_frame){origin, x, vec_cross(axis, x), axis};
+}
+
+static spot to_spot(const contact_frame *f, vec3 p)
+{
+    vec3 d = vec_sub(p, f->origin);
+    return (spot){vec_dot(d, f->x), vec_dot(d, f->y), vec_dot(d, f->axis)};
+}
+
+static vec3 from_spot(const contact_frame *f, spot s)
+{
+    return vec_madd(vec_madd(vec_madd(f->origin, s.x, f->x), s.y, f->y), s.h, f->axis);
+}
+
+/* Twice the signed area of the triangle a, b, p; positive when p is to the left of the line from a to b. */
+static double turn(spot a, spot b, spot p)
+{
+    return (b.x - a.x) * (p.y - a.y) - (b.y - a.y) * (p.x - a.x);
+}
+
+static double flat_length(spot a, spot b)
+{
+    return sqrt((b.x - a.x) * (b.x - a.x) + (b.y - a.y) * (b.y - a.y));
+}
+
+static spot between(spot a, spot b, double t)
+{
+    return (spot){a.x + t * (b.x - a.x), a.y + t * (b.y - a.y), a.h + t * (b.h - a.h)};
+}
+
+static void outline_of(const feature *f, const transform *to_a, const contact_frame *frame, outline *out)
+{
+    vec3 normal = mat_mul(to_a->r, f->normal);
+    double nh = vec_dot(normal, frame->axis);
+    *out = (outline){.count = f->count, .unbounded = f->unbounded, .corner_id = f->corner_id, .face_id = f->face_id};
+    for (uint32_t i = 0; i < f->count; i++) {
+        out->at[i] = to_spot(frame, transform_point(to_a, f->corner[i]));
+        out->span = fmax(out->span, flat_length(out->at[0], out->at[i]));
+        if (i > 1) out->area += turn(out->at[0], out->at[i - 1], out->at[i]);
+    }
+    if (f->unbounded) {
+        out->at[0] = to_spot(frame, to_a->t);
+        out->span = INFINITY;
+    }
+    out->facing = f->count == 2 ? 0 : fabs(nh);
+    if (nh == 0) return;
+    out->slope_x = -vec_dot(normal, frame->x) / nh;
+    out->slope_y = -vec_dot(normal, frame->y) / nh;
+}
+
+static double plane_height(const outline *o, spot p)
+{
+    return o->at[0].h + o->slope_x * (p.x - o->at[0].x) + o->slope_y * (p.y - o->at[0].y);
+}
+
+/* Can the other feature be clipped by it? It lies across the axis, and is no sliver. */
+static bool is_reference(const outline *o)
+{
+    bool across = o->facing * o->facing >= 1 - FACE_SINE * FACE_SINE;
+    return across && (o->unbounded || fabs(o->area) > FLUSH_RATIO * o->span * o->span);
+}
+
+/* Where the working polygon crosses side j of the reference. */
+static corner crossing(
+    const outline *ref, const outline *inc, uint32_t j, const corner *from, const corner *to, double t)
+{
+    corner c = {.at = between(from->at, to->at, t)};
+    if (from->side_is_ref) {
+        uint32_t i = from->side;
+        c.ref = code(CODE_VERTEX, ref->corner_id[j == (i + 1) % ref->count ? j : i]);
+        c.inc = code(CODE_FACE, inc->face_id);
+    } else {
+        c.ref = code(CODE_EDGE, ref->corner_id[j]);
+        c.inc = code(CODE_EDGE, inc->corner_id[from->side]);
+    }
+    return c;
+}
+
+/* One step of Sutherland and Hodgman: what of `in` lies on the inner side of the reference's side j. Corners within
+ * `slack` of the line are on it: kept, and cut nothing. */
+static uint32_t clip_by_side(
+    const outline *ref, const outline *inc, uint32_t j, double slack, const corner *in, uint32_t count, corner *out)
+{
+    spot a = ref->at[j], b = ref->at[(j + 1) % ref->count];
+    double length = flat_length(a, b), sign = ref->area > 0 ? 1 : -1;
+    uint32_t made = 0;
+    if (length <= slack) {
+        memcpy(out, in, count * sizeof *in);
+        return count;
+    }
+    for (uint32_t i = 0; i < count && made + 2 <= CORNERS_MAX; i++) {
+        const corner *from = &in[i], *to = &in[(i + 1) % count];
+        double here = sign * turn(a, b, from->at) / length, there = sign * turn(a, b, to->at) / length;
+        if (here >= -slack) {
+            out[made] = *from;
+            if (here <= slack && there < -slack) {
+                out[made].side_is_ref = true;
+                out[made].side = j;
+            }
+            made++;
+        }
+        if ((here > slack && there < -slack) || (here < -slack && there > slack)) {
+            corner c = crossing(ref, inc, j, from, to, here / (here - there));
+            c.side_is_ref = here > slack || from->side_is_ref;
+            c.side = here > slack ? j : from->side;
+            out[made++] = c;
+        }
+    }
+    return made;
+}
+
+/* The incident outline as far as it lies over the reference. A convex outline crosses a line twice at most, so each
+ * side adds one corner at most. */
+static uint32_t clip_polygon(const outline *ref, const outline *inc, double slack, corner *out)
+{
+    corner other[CORNERS_MAX];
+    uint32_t count = inc->count, sides = ref->unbounded ? 0 : ref->count;
+    for (uint32_t i = 0; i < count; i++)
+        out[i] = (corner){inc->at[i], code(CODE_FACE, ref->face_id), code(CODE_VERTEX, inc->corner_id[i]), false, i};
+    for (uint32_t j = 0; j < sides && count > 0; j++) {
+        memcpy(other, out, count * sizeof *out);
+        count = clip_by_side(ref, inc, j, slack, other, count, out);
+    }
+    return count;
+}
+
+/* The same for a segment: its two ends move inward from side to side (Cyrus and Beck). */
+static uint32_t clip_segment(const outline *ref, const outline *inc, double slack, corner *out)
+{
+    double sign = ref->area > 0 ? 1 : -1, begin = 0, end = 1;
+    uint32_t sides = ref->unbounded ? 0 : ref->count;
+    for (uint32_t i = 0; i < 2; i++)
+        out[i] = (corner){.ref = code(CODE_FACE, ref->face_id), .inc = code(CODE_VERTEX, inc->corner_id[i])};
+    for (uint32_t j = 0; j < sides; j++) {
+        spot a = ref->at[j], b = ref->at[(j + 1) % ref->count];
+        double length = flat_length(a, b);
+        if (length <= slack) continue;
+        double first = sign * turn(a, b, inc->at[0]) / length, second = sign * turn(a, b, inc->at[1]) / length;
+        if (first >= -slack && second >= -slack) continue;
+        if (first < -slack && second < -slack) return 0;
+        double t = fmin(fmax(first / (first - second), 0), 1);
+        bool at_begin = first < second;
+        if (at_begin ? t <= begin : t >= end) continue;
+        *(at_begin ? &begin : &end) = t;
+        out[at_begin ? 0 : 1].ref = code(CODE_EDGE, ref->corner_id[j]);
+        out[at_begin ? 0 : 1].inc = code(CODE_FACE, inc->face_id);
+    }
+    if (begin > end) return 0;
+    out[0].at = between(inc->at[0], inc->at[1], begin);
+    out[1].at = between(inc->at[0], inc->at[1], end);
+    return 2;
+}
+
+typedef struct contact {
+    contact_frame frame;
+    double radius_a, radius_b, threshold;
+} contact;
+
+static void add_candidate(
+    const contact *c, spot on_a, double height_b, uint16_t code_a, uint16_t code_b, candidates *out)
+{
+    double top_a = on_a.h + c->radius_a, bottom_b = height_b - c->radius_b;
+    candidate *to = &out->at[out->count];
+    for (uint32_t i = 0; i < out->count; i++)
+        if (fmax(fabs(out->at[i].x - on_a.x), fabs(out->at[i].y - on_a.y)) <= out->slack) return;
+    to->x = on_a.x;
+    to->y = on_a.y;
+    to->point.distance = bottom_b - top_a;
+    to->point.point = from_spot(&c->frame, (spot){on_a.x, on_a.y, 0.5 * (top_a + bottom_b)});
+    to->point.feature = (uint32_t)code_a << 16 | code_b;
+    if (to->point.distance <= c->threshold) out->count++;
+}
+
+/* Face against face or segment: what of `inc` lies over `ref`. */
+static void add_overlap(const contact *c, const outline *ref, const outline *inc, bool ref_is_a, candidates *out)
+{
+    corner corners[CORNERS_MAX];
+    out->slack = FLUSH_RATIO * fmin(ref->span, inc->span);
+    uint32_t count =
+        inc->count == 2 ? clip_segment(ref, inc, out->slack, corners) : clip_polygon(ref, inc, out->slack, corners);
+    for (uint32_t i = 0; i < count; i++) {
+        const corner *k = &corners[i];
+        spot on_ref = {k->at.x, k->at.y, plane_height(ref, k->at)};
+        if (ref_is_a)
+            add_candidate(c, on_ref, k->at.h, k->ref, k->inc, out);
+        else
+            add_candidate(c, k->at, on_ref.h, k->inc, k->ref, out);
+    }
+}
+
+/* Two almost parallel segments: the ends of their common stretch, measured along A's. */
+static void add_stretch(const contact *c, const outline *a, const outline *b, candidates *out)
+{
+    double length = flat_length(a->at[0], a->at[1]), length_b = flat_length(b->at[0], b->at[1]);
+    double ux = (a->at[1].x - a->at[0].x) / length, uy = (a->at[1].y - a->at[0].y) / length;
+    double bx = b->at[1].x - b->at[0].x, by = b->at[1].y - b->at[0].y;
+    if (!(fabs(ux * by - uy * bx) <= FACE_SINE * length_b) || !(length > 0)) return;
+    double along = ux * bx + uy * by, start = ux * (b->at[0].x - a->at[0].x) + uy * (b->at[0].y - a->at[0].y);
+    uint32_t low = along > 0 ? 0 : 1;
+    double b_low = fmin(start, start + along), b_high = fmax(start, start + along);
+    double begin = fmax(0, b_low), end = fmin(length, b_high);
+    out->slack = FLUSH_RATIO * fmin(length, length_b);
+    if (!(end - begin > out->slack)) return;
+    for (uint32_t k = 0; k < 2; k++) {
+        double at = k ? end : begin;
+        bool by_a = k ? length <= b_high : b_low <= 0;
+        spot on_a = between(a->at[0], a->at[1], at / length), on_b = between(b->at[0], b->at[1], (at - start) / along);
+        uint16_t code_a = by_a ? code(CODE_VERTEX, a->corner_id[k]) : code(CODE_FACE, a->face_id);
+        uint16_t code_b = by_a ? code(CODE_FACE, b->face_id) : code(CODE_VERTEX, b->corner_id[k ? 1 - low : low]);
+        add_candidate(c, on_a, on_b.h, code_a, code_b, out);
+    }
+}
+
+typedef double score_function(const candidate *chosen, const candidate *c);
+static double score_deepest(const candidate *chosen, const candidate *c)
+{
+    (void)chosen;
+    return -c->point.distance;
+}
+static double score_farthest(const candidate *chosen, const candidate *c)
+{
+    double dx = c->x - chosen[0].x, dy = c->y - chosen[0].y;
+    return dx * dx + dy * dy;
+}
+static double score_left(const candidate *chosen, const candidate *c)
+{
+    return (chosen[1].x - chosen[0].x) * (c->y - chosen[0].y) - (chosen[1].y - chosen[0].y) * (c->x - chosen[0].x);
+}
+static double score_right(const candidate *chosen, const candidate *c)
+{
+    return -score_left(chosen, c);
+}
+
+/* Moves the candidate with the best positive score (any score for the first) behind the chosen ones. */
+static uint32_t choose(candidates *all, uint32_t chosen, score_function *score)
+{
+    int best = NOT_FOUND;
+    double best_score = chosen ? 0 : -INFINITY;
+    for (uint32_t i = chosen; i < all->count; i++) {
+        double s = score(all->at, &all->at[i]);
+        bool tie = best != NOT_FOUND && s == best_score && all->at[i].point.feature < all->at[best].point.feature;
+        if (s > best_score || tie) {
+            best = (int)i;
+            best_score = s;
+        }
+    }
+    if (best == NOT_FOUND) return chosen;
+    candidate swap = all->at[best];
+    all->at[best] = all->at[chosen];
+    all->at[chosen] = swap;
+    return chosen + 1;
+}
+
+/* The deepest, the one farthest from it, and the farthest from their line on either side. */
+static void reduce(candidates *all)
+{
+    if (all->count <= MANIFOLD_POINTS_MAX) return;
+    uint32_t chosen = choose(all, 0, score_deepest);
+    chosen = choose(all, chosen, score_farthest);
+    if (chosen == 2) chosen = choose(all, chosen, score_left);
+    if (chosen >= 2) chosen = choose(all, chosen, score_right);
+    all->count = chosen;
+}
+
+/* In the order of their ids, so that neighbours in time are neighbours in the arrays. */
+static void write_points(const candidates *all, manifold *out)
+{
+    out->count = all->count;
+    for (uint32_t i = 0; i < all->count; i++) {
+        uint32_t place = i;
+        for (; place > 0 && out->points[place - 1].feature > all->at[i].point.feature; place--)
+            out->points[place] = out->points[place - 1];
+        out->points[place] = all->at[i].point;
+    }
+}
+
+/* The witness stands in where the features gave nothing, and joins them where a sampled rim or a tilted face passes
+ * above it. Its surfaces include the radii already. */
+static void add_witness(const contact *c, vec3 point_a, vec3 point_b, candidates *all)
+{
+    double distance = vec_dot(vec_sub(point_b, point_a), c->frame.axis), least = INFINITY;
+    for (uint32_t i = 0; i < all->count; i++) least = fmin(least, all->at[i].point.distance);
+    if (all->count > 0 && least <= distance + all->slack) return;
+    candidate *to = &all->at[all->count++];
+    vec3 middle = vec_scale(vec_add(point_a, point_b), 0.5);
+    spot at = to_spot(&c->frame, middle);
+    *to = (candidate){{middle, distance, (uint32_t)CODE_WITNESS << 16 | CODE_WITNESS}, at.x, at.y};
+}
+
+static void find_candidates(const shape *a, const shape *b, const transform *b_in_a, const contact *c, candidates *all)
+{
+    const transform identity = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 0, 0}};
+    vec3 down_in_b = mat_tmul(b_in_a->r, vec_neg(c->frame.axis));
+    feature feature_a, feature_b;
+    outline on_a, on_b;
+    feature_facing(a, c->frame.axis, &feature_a);
+    feature_facing(b, down_in_b, &feature_b);
+    outline_of(&feature_a, &identity, &c->frame, &on_a);
+    outline_of(&feature_b, b_in_a, &c->frame, &on_b);
+    bool a_can = is_reference(&on_a) && feature_b.count > 0, b_can = is_reference(&on_b) && feature_a.count > 0;
+    if (a_can && (!b_can || on_a.facing >= on_b.facing)) {
+        add_overlap(c, &on_a, &on_b, true, all);
+    } else if (b_can) {
+        add_overlap(c, &on_b, &on_a, false, all);
+    } else if (feature_edge(a, c->frame.axis, FACE_SINE, &feature_a) &&
+               feature_edge(b, down_in_b, FACE_SINE, &feature_b)) {
+        outline_of(&feature_a, &identity, &c->frame, &on_a);
+        outline_of(&feature_b, b_in_a, &c->frame, &on_b);
+        add_stretch(c, &on_a, &on_b, all);
+    }
+}
+
+void manifold_build(const shape *a, const shape *b, const transform *b_in_a, vec3 axis, vec3 point_a, vec3 point_b,
+    double threshold, manifold *out)
+{
+    contact c = {frame_of(axis, point_a), a->radius, b->radius, threshold};
+    candidates all = {.count = 0};
+    find_candidates(a, b, b_in_a, &c, &all);
+    add_witness(&c, point_a, point_b, &all);
+    reduce(&all);
+    memset(out, 0, sizeof *out);
+    write_points(&all, out);
+}

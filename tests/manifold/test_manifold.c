@@ -1,0 +1,369 @@
+/* Properties of contact manifolds. Axis and witnesses are given by construction (a face of A along +z, B's lowest
+ * support point above or below it), so the oracle is the geometry of the case and not another narrow phase. */
+#include "geom/support.h"
+#include "narrow/manifold.h"
+#include "random_shapes.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+
+#include <cmocka.h>
+
+static const double PI = 3.14159265358979323846;
+static const vec3 UP = {0, 0, 1};
+
+static quat turned(vec3 about, double angle)
+{
+    vec3 v = vec_scale(about, sin(angle / 2));
+    return (quat){cos(angle / 2), v.x, v.y, v.z};
+}
+
+static shape box_of(double x, double y, double z)
+{
+    return (shape){.type = SHAPE_BOX, .half = {x, y, z}};
+}
+static shape capsule_of(double r, double h)
+{
+    return (shape){.type = SHAPE_CAPSULE, .radius = r, .half = {0, 0, h}};
+}
+static shape cylinder_of(double r, double h)
+{
+    return (shape){.type = SHAPE_CYLINDER, .half = {r, r, h}};
+}
+
+/* The manifold of B over the top of A (at height `top`, facing +z): the witness is B's lowest point. */
+static double build_above(const shape *a, double top, const shape *b, pose at, double threshold, manifold *out)
+{
+    transform t = pose_transform(at);
+    vec3 low = transform_point(&t, support_core(b, mat_tmul(t.r, vec_neg(UP)), NULL));
+    low.z -= b->radius;
+    vec3 on_a = vec(low.x, low.y, top);
+    manifold_build(a, b, &t, UP, on_a, low, threshold, out);
+    return low.z - top;
+}
+
+static bool has_point(const manifold *m, vec3 p, double slack)
+{
+    for (uint32_t i = 0; i < m->count; i++)
+        if (vec_norm(vec_sub(m->points[i].point, p)) <= slack) return true;
+    return false;
+}
+
+static double deepest(const manifold *m)
+{
+    double least = INFINITY;
+    for (uint32_t i = 0; i < m->count; i++) least = fmin(least, m->points[i].distance);
+    return least;
+}
+
+static void a_box_on_a_box_touches_at_the_four_corners_of_the_smaller_face(void **state)
+{
+    (void)state;
+    shape a = box_of(2, 3, 1), b = box_of(0.5, 0.25, 0.5);
+    manifold m;
+    build_above(&a, 1, &b, (pose){{0.1, 0.2, 1.49}, {1, 0, 0, 0}}, 0, &m);
+    assert_int_equal(m.count, 4);
+    for (int i = 0; i < 4; i++) {
+        assert_true(has_point(&m, vec(0.1 + (i & 1 ? 0.5 : -0.5), 0.2 + (i & 2 ? 0.25 : -0.25), 0.995), 1e-15));
+        assert_true(fabs(m.points[i].distance + 0.01) < 1e-15);
+    }
+}
+
+static void a_box_overhanging_is_clipped_by_the_edge_below(void **state)
+{
+    (void)state;
+    shape a = box_of(1, 1, 1), b = box_of(1, 0.5, 1);
+    manifold m;
+    build_above(&a, 1, &b, (pose){{0.75, 0, 2}, {1, 0, 0, 0}}, 0.1, &m);
+    assert_int_equal(m.count, 4);
+    const double x[] = {-0.25, 1};
+    for (int i = 0; i < 4; i++) assert_true(has_point(&m, vec(x[i & 1], i & 2 ? 0.5 : -0.5, 1), 1e-15));
+}
+
+static void a_box_turned_by_an_eighth_keeps_four_of_the_eight_corners_of_the_octagon(void **state)
+{
+    (void)state;
+    shape a = box_of(1, 1, 1), b = a;
+    manifold m;
+    build_above(&a, 1, &b, (pose){{0, 0, 2.1}, turned(UP, PI / 4)}, 0.2, &m);
+    assert_int_equal(m.count, 4);
+    for (uint32_t i = 0; i < 4; i++) {
+        vec3 p = m.points[i].point; /* corners of the octagon: (1, sqrt 2 - 1) and its mirror images */
+        assert_true(fabs(fmax(fabs(p.x), fabs(p.y)) - 1) < 1e-12);
+        assert_true(fabs(fmin(fabs(p.x), fabs(p.y)) - (sqrt(2) - 1)) < 1e-12);
+        assert_true(fabs(m.points[i].distance - 0.1) < 1e-12);
+    }
+}
+
+static void crossing_edges_touch_in_one_point(void **state)
+{
+    (void)state;
+    shape a = box_of(1, 1, 1), b = a;
+    transform b_in_a = pose_transform((pose){{0, 0, 2 * sqrt(2)}, {1, 0, 0, 0}});
+    mat3 r = quat_matrix(turned(vec(1, 0, 0), PI / 4)), s = quat_matrix(turned(vec(0, 1, 0), PI / 4));
+    /* A lies on its edge along x, B on its edge along y; told in A's frame. */
+    vec3 axis = mat_tmul(r, UP);
+    b_in_a.r = (mat3){mat_tmul(r, s.x), mat_tmul(r, s.y), mat_tmul(r, s.z)};
+    b_in_a.t = mat_tmul(r, b_in_a.t);
+    vec3 touch = mat_tmul(r, vec(0, 0, sqrt(2)));
+    manifold m;
+    manifold_build(&a, &b, &b_in_a, axis, touch, touch, 0.5, &m);
+    assert_int_equal(m.count, 1);
+    assert_true(has_point(&m, touch, 1e-12));
+    assert_true(m.points[0].distance == 0);
+}
+
+static void parallel_edges_touch_along_their_common_stretch(void **state)
+{
+    (void)state;
+    shape a = box_of(1, 1, 1), b = capsule_of(0.5, 3);
+    quat tilt = turned(vec(1, 0, 0), PI / 4); /* an edge of A along x is on top */
+    vec3 axis = quat_rotate(quat_conj(tilt), UP), touch = vec_scale(axis, sqrt(2));
+    quat along_x = turned(vec(0, 1, 0), PI / 2);
+    transform t = {quat_matrix(along_x), vec_scale(axis, sqrt(2) + 0.5)};
+    manifold m;
+    manifold_build(&a, &b, &t, axis, touch, touch, 0.01, &m);
+    assert_int_equal(m.count, 2);
+    assert_true(has_point(&m, vec_add(touch, vec(1, 0, 0)), 1e-12));
+    assert_true(has_point(&m, vec_add(touch, vec(-1, 0, 0)), 1e-12));
+}
+
+static void a_capsule_lying_on_a_box_touches_in_two_points(void **state)
+{
+    (void)state;
+    shape a = box_of(2, 2, 1), b = capsule_of(0.25, 0.75);
+    manifold m;
+    build_above(&a, 1, &b, (pose){{0, 0, 1.24}, turned(vec(0, 1, 0), PI / 2)}, 0, &m);
+    assert_int_equal(m.count, 2);
+    assert_true(has_point(&m, vec(0.75, 0, 0.995), 1e-12));
+    assert_true(has_point(&m, vec(-0.75, 0, 0.995), 1e-12));
+    assert_true(fabs(deepest(&m) + 0.01) < 1e-12);
+    build_above(&a, 1, &b, (pose){{2, 0, 1.24}, turned(vec(0, 1, 0), PI / 2)}, 0, &m);
+    assert_int_equal(m.count, 2);
+    assert_true(has_point(&m, vec(2, 0, 0.995), 1e-12)); /* cut off at the edge */
+}
+
+static void a_cylinder_standing_on_a_box_touches_in_four_points_of_its_disc(void **state)
+{
+    (void)state;
+    shape a = box_of(2, 2, 1), b = cylinder_of(0.5, 1);
+    manifold m;
+    for (int i = 0; i < 10; i++) {
+        build_above(&a, 1, &b, (pose){{1.8, 0.3, 2}, turned(UP, 0.1 * i)}, 0.01, &m);
+        assert_int_equal(m.count, 4);
+        for (uint32_t k = 0; k < 4; k++) {
+            vec3 p = m.points[k].point;
+            assert_true(hypot(p.x - 1.8, p.y - 0.3) <= 0.5 + 1e-12);
+            assert_true(p.x <= 2 + 1e-12);
+            assert_true(fabs(m.points[k].distance) < 1e-12);
+        }
+    }
+}
+
+static void a_cylinder_lying_on_a_box_touches_in_two_points(void **state)
+{
+    (void)state;
+    shape a = box_of(2, 2, 1), b = cylinder_of(0.5, 0.8);
+    manifold m;
+    build_above(&a, 1, &b, (pose){{0, 0, 1.5}, turned(vec(1, 0, 0), PI / 2)}, 0.01, &m);
+    assert_int_equal(m.count, 2);
+    assert_true(has_point(&m, vec(0, 0.8, 1), 1e-12));
+    assert_true(has_point(&m, vec(0, -0.8, 1), 1e-12));
+}
+
+static void a_tilted_cylinder_touches_at_the_lowest_point_of_its_rim(void **state)
+{
+    (void)state;
+    shape a = box_of(2, 2, 1), b = cylinder_of(0.5, 1);
+    uint64_t seed = 31;
+    for (int i = 0; i < 200; i++) {
+        quat tilt = quat_mul(turned(UP, random_in(&seed, 0, 6)), turned(vec(1, 0, 0), random_in(&seed, 0.02, 0.6)));
+        manifold m;
+        double distance =
+            build_above(&a, 1, &b, (pose){{0, 0, 2.1}, quat_mul(tilt, turned(UP, random_in(&seed, 0, 6)))}, 1, &m);
+        assert_true(m.count >= 2 && m.count <= 4);
+        assert_true(fabs(deepest(&m) - distance) < 1e-6);
+    }
+}
+
+static void a_sphere_touches_in_one_point(void **state)
+{
+    (void)state;
+    shape a = {.type = SHAPE_SPHERE, .radius = 0.5}, b = box_of(1, 1, 1);
+    transform t = pose_transform((pose){{0, 0, 1.5}, {1, 0, 0, 0}});
+    manifold m;
+    manifold_build(&a, &b, &t, UP, vec(0, 0, 0.5), vec(0, 0, 0.5), 0.01, &m);
+    assert_int_equal(m.count, 1);
+    assert_true(has_point(&m, vec(0, 0, 0.5), 0));
+}
+
+static void a_box_on_a_halfspace_touches_in_four_points(void **state)
+{
+    (void)state;
+    shape a = box_of(0.5, 0.6, 0.7), b = {.type = SHAPE_HALFSPACE, .radius = 0.1};
+    quat upside_down = turned(vec(1, 0, 0), PI); /* the canonical order has the box first: the floor is its B, below */
+    transform t = pose_transform((pose){{0, 0, 0.75}, upside_down});
+    manifold m;
+    manifold_build(&a, &b, &t, UP, vec(0, 0, 0.7), vec(0, 0, 0.65), 0, &m);
+    assert_int_equal(m.count, 4);
+    for (int i = 0; i < 4; i++) {
+        assert_true(has_point(&m, vec(i & 1 ? 0.5 : -0.5, i & 2 ? 0.6 : -0.6, 0.675), 1e-12));
+        assert_true(fabs(m.points[i].distance + 0.05) < 1e-12);
+    }
+    shape lying = capsule_of(0.3, 1), hull_floor = {.type = SHAPE_HALFSPACE};
+    quat along_x = turned(vec(0, 1, 0), PI / 2);
+    build_above(&hull_floor, 0, &lying, (pose){{5, 6, 0.3}, along_x}, 0.01, &m);
+    assert_int_equal(m.count, 2);
+    assert_true(has_point(&m, vec(6, 6, 0), 1e-12) && has_point(&m, vec(4, 6, 0), 1e-12));
+}
+
+static void rounding_moves_the_surfaces_and_not_the_points(void **state)
+{
+    (void)state;
+    shape a = box_of(1, 1, 1), b = box_of(0.5, 0.5, 0.5);
+    a.radius = 0.125;
+    b.radius = 0.25;
+    manifold m;
+    build_above(&a, 1.125, &b, (pose){{0, 0, 1.875 - 0.0625}, {1, 0, 0, 0}}, 0, &m);
+    assert_int_equal(m.count, 4);
+    for (int i = 0; i < 4; i++) {
+        assert_true(has_point(&m, vec(i & 1 ? 0.5 : -0.5, i & 2 ? 0.5 : -0.5, 1.125 - 0.03125), 1e-12));
+        assert_true(m.points[i].distance == -0.0625);
+    }
+}
+
+/* B at any attitude, its lowest point over the inside of A's face: the deepest of the points is that one, and each
+ * point lies between the two features. */
+static void points_lie_within_both_features_and_reach_the_witness(void **state)
+{
+    (void)state;
+    uint64_t seed = 32;
+    int several = 0;
+    for (int i = 0; i < 3000; i++) {
+        double size = i % 3 == 0 ? 1e-4 : 1;
+        hull *h = i % 2 ? random_hull(&seed, 12, size, true) : NULL;
+        shape a = box_of(3 * size, 3 * size, size),
+              b = h ? (shape){.type = SHAPE_HULL, .hull = h} : box_of(0.5 * size, 0.4 * size, 0.3 * size);
+        if (i % 5 == 0) b.radius = 0.1 * size;
+        pose at = random_pose(&seed, size);
+        if (i % 4 == 0) at.q = quat_unit((quat){1, random_in(&seed, -1e-3, 1e-3), random_in(&seed, -1e-3, 1e-3), 0});
+        at.p.z = 2 * size;
+        double threshold = 2 * size;
+        manifold m;
+        double distance = build_above(&a, size, &b, at, threshold, &m);
+        assert_true(m.count >= 1);
+        assert_true(fabs(deepest(&m) - distance) <= 1e-12 * size);
+        several += m.count > 2;
+        for (uint32_t k = 0; k < m.count; k++) {
+            const manifold_point *p = &m.points[k];
+            vec3 on_b = vec_madd(p->point, 0.5 * p->distance + b.radius, UP); /* back to B's core: inside of it */
+            vec3 local = quat_rotate(quat_conj(at.q), vec_sub(on_b, at.p));
+            if (h)
+                for (uint32_t f = 0; f < h->face_count; f++)
+                    assert_true(vec_dot(h->faces[f].normal, local) <= h->faces[f].offset + 2e-6 * size);
+            else
+                assert_true(fabs(local.x) <= (0.5 + 2e-6) * size && fabs(local.y) <= (0.4 + 2e-6) * size &&
+                            fabs(local.z) <= (0.3 + 2e-6) * size);
+            assert_true(fmax(fabs(p->point.x), fabs(p->point.y)) <= (3 + 1e-5) * size);
+            assert_true(fabs(p->point.z - 0.5 * p->distance - size) <= 1e-12 * size);
+            assert_true(p->distance <= threshold);
+            for (uint32_t j = 0; j < k; j++) assert_true(m.points[j].feature < p->feature);
+        }
+        hull_destroy(h);
+    }
+    assert_true(several > 1000);
+}
+
+static void assert_same_ids(const manifold *a, const manifold *b)
+{
+    assert_int_equal(a->count, b->count);
+    for (uint32_t i = 0; i < a->count; i++) assert_int_equal(a->points[i].feature, b->points[i].feature);
+}
+
+/* Attitudes without ties among more than four corners, among them flush edges (the last case: equal boxes stacked). */
+static void ids_stay_under_tiny_motion(void **state)
+{
+    (void)state;
+    uint64_t seed = 33;
+    shape a = box_of(1, 1, 1);
+    const shape upper[] = {box_of(0.5, 0.4, 0.3), capsule_of(0.2, 0.6), cylinder_of(0.4, 0.4), box_of(1, 1, 1)};
+    const pose at[] = {{{0.9, 0.1, 1.3}, turned(UP, 0)}, {{0.1, 0.2, 1.2}, turned(vec(0, 1, 0), PI / 2)},
+        {{0.1, 0.2, 1.4}, turned(vec(0, 1, 0), PI / 2)}, {{0, 0, 2}, {1, 0, 0, 0}}};
+    for (int c = 0; c < 4; c++) {
+        manifold still, moved;
+        build_above(&a, 1, &upper[c], at[c], 0.01, &still);
+        for (int i = 0; i < 200; i++) {
+            vec3 spin = random_vec(&seed, 1e-7);
+            pose near = {vec_add(at[c].p, random_vec(&seed, 1e-7)),
+                quat_unit(quat_mul((quat){1, spin.x, spin.y, spin.z}, at[c].q))};
+            build_above(&a, 1, &upper[c], near, 0.01, &moved);
+            assert_same_ids(&still, &moved);
+        }
+    }
+}
+
+static void faces_of_many_corners_are_sampled_and_keep_their_depth(void **state)
+{
+    (void)state;
+    vec3 points[400];
+    for (int i = 0; i < 200; i++) {
+        double angle = 2 * PI * i / 200;
+        points[2 * i] = vec(cos(angle), sin(angle), 0);
+        points[2 * i + 1] = vec(cos(angle), sin(angle), 1);
+    }
+    hull *h = NULL;
+    assert_int_equal(hull_build(&points->x, 400, 0, &h), HULL_OK);
+    shape a = box_of(4, 4, 1), b = {.type = SHAPE_HULL, .hull = h};
+    manifold m;
+    double distance = build_above(&a, 1, &b, (pose){{0, 0, 0.999}, {1, 0, 0, 0}}, 0, &m);
+    assert_int_equal(m.count, 4);
+    assert_true(fabs(deepest(&m) - distance) < 1e-12);
+    shape both = {.type = SHAPE_HULL, .hull = h};
+    build_above(&both, 1, &b, (pose){{0.5, 0, 1}, turned(UP, 0.013)}, 0.01, &m);
+    assert_int_equal(m.count, 4);
+    hull_destroy(h);
+}
+
+static void degenerate_shapes_still_give_a_point(void **state)
+{
+    (void)state;
+    const shape thin[] = {box_of(0, 0, 0), box_of(1, 0, 0), box_of(1, 1, 0), box_of(0, 0, 1), capsule_of(0, 0),
+        cylinder_of(0, 0), cylinder_of(0, 1), cylinder_of(1, 0), {.type = SHAPE_CONE}, {.type = SHAPE_ELLIPSOID},
+        {.type = SHAPE_SPHERE}};
+    uint64_t seed = 34;
+    manifold m;
+    for (size_t i = 0; i < sizeof thin / sizeof *thin; i++)
+        for (size_t j = 0; j < sizeof thin / sizeof *thin; j++)
+            for (int k = 0; k < 20; k++) {
+                transform t = pose_transform(k ? random_pose(&seed, 1) : POSE_IDENTITY);
+                vec3 axis = k % 3 ? random_unit(&seed) : UP;
+                manifold_build(&thin[i], &thin[j], &t, axis, VEC_ZERO, VEC_ZERO, 1, &m);
+                assert_true(m.count >= 1 && m.count <= 4);
+                for (uint32_t p = 0; p < m.count; p++) assert_true(vec_finite(m.points[p].point));
+            }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_box_on_a_box_touches_at_the_four_corners_of_the_smaller_face),
+        cmocka_unit_test(a_box_overhanging_is_clipped_by_the_edge_below),
+        cmocka_unit_test(a_box_turned_by_an_eighth_keeps_four_of_the_eight_corners_of_the_octagon),
+        cmocka_unit_test(crossing_edges_touch_in_one_point),
+        cmocka_unit_test(parallel_edges_touch_along_their_common_stretch),
+        cmocka_unit_test(a_capsule_lying_on_a_box_touches_in_two_points),
+        cmocka_unit_test(a_cylinder_standing_on_a_box_touches_in_four_points_of_its_disc),
+        cmocka_unit_test(a_cylinder_lying_on_a_box_touches_in_two_points),
+        cmocka_unit_test(a_tilted_cylinder_touches_at_the_lowest_point_of_its_rim),
+        cmocka_unit_test(a_sphere_touches_in_one_point),
+        cmocka_unit_test(a_box_on_a_halfspace_touches_in_four_points),
+        cmocka_unit_test(rounding_moves_the_surfaces_and_not_the_points),
+        cmocka_unit_test(points_lie_within_both_features_and_reach_the_witness),
+        cmocka_unit_test(ids_stay_under_tiny_motion),
+        cmocka_unit_test(faces_of_many_corners_are_sampled_and_keep_their_depth),
+        cmocka_unit_test(degenerate_shapes_still_give_a_point),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
