@@ -14,12 +14,13 @@
  *     ...
  *     collided_close(c);
  *
- * Units: metres, seconds where a name ends in _s, nanoseconds where it ends in _ns. Frames are right-handed; quaternions
- * are (w, x, y, z). Threads: a client is used by one thread at a time; callbacks run inside collided_poll (and the
- * functions that say that they wait) on the calling thread. A thread of the library keeps the lease alive as long as
- * the process lives. Ownership: definitions and what they point to are copied; what callbacks receive is valid during
- * the call. Errors: functions return a collided_status, or a handle whose id is COLLIDED_NONE; collided_error tells the
- * rest. After a restart of the daemon the library announces everything again by itself.
+ * Units: metres, seconds where a name ends in _s, nanoseconds where it ends in _ns. Frames are right-handed;
+ * quaternions are (w, x, y, z). Threads: a client is used by one thread at a time; callbacks run inside collided_poll
+ * (and the functions that say that they wait) on the calling thread, and must not call functions that wait, which
+ * then refuse. A thread of the library keeps the lease alive as long as the process lives. Ownership: definitions and
+ * what they point to are copied; what callbacks receive is valid during the call. Errors: functions return a
+ * collided_status, or a handle whose id is COLLIDED_NONE; collided_error tells the rest. After a restart of the daemon
+ * the library announces everything again by itself.
  *
  * Not safety-rated: do not let a human's safety depend on it alone. */
 #ifndef COLLIDED_H
@@ -37,18 +38,24 @@ typedef struct collided collided;
 
 enum { COLLIDED_NONE = -1 };
 
-typedef struct collided_body { int32_t id; } collided_body;         /* of this client; ids are not used again */
-typedef struct collided_interest { int32_t id; } collided_interest;
-typedef struct collided_geometry { int64_t hash; } collided_geometry; /* 0 = none */
+typedef struct collided_body {
+    int32_t id;
+} collided_body; /* of this client; ids are not used again */
+typedef struct collided_interest {
+    int32_t id;
+} collided_interest;
+typedef struct collided_geometry {
+    int64_t hash;
+} collided_geometry; /* 0 = none */
 
 typedef enum collided_status {
     COLLIDED_OK = 0,
     COLLIDED_BAD_ARGUMENT,
     COLLIDED_UNKNOWN_ID,
-    COLLIDED_REJECTED,       /* the daemon refused it */
+    COLLIDED_REJECTED, /* the daemon refused it */
     COLLIDED_TIMEOUT,
-    COLLIDED_NO_DAEMON,      /* none is heard */
-    COLLIDED_TRANSPORT,      /* the transport failed */
+    COLLIDED_NO_DAEMON, /* none is heard */
+    COLLIDED_TRANSPORT, /* the transport failed */
     COLLIDED_UNSUPPORTED
 } collided_status;
 
@@ -60,18 +67,19 @@ const char *collided_version(void);
 typedef enum collided_on_loss { COLLIDED_REMOVE, COLLIDED_HOLD, COLLIDED_KEEP } collided_on_loss;
 
 typedef struct collided_def {
-    const char *name;          /* for people; default: the program's name */
-    int64_t id;                /* 0 = random. A fixed id lets a later process go on with the same bodies: sequence
-                                  numbers start from the wall clock in microseconds, so that they keep growing */
-    double lease_s;            /* lost after so long without a sign of life; default 2 */
-    collided_on_loss on_loss;  /* default COLLIDED_REMOVE */
-    double connect_timeout_s;  /* how long collided_connect waits for a daemon; default 5; 0 = do not wait */
-    const char *interface;     /* network interface; NULL = loopback only */
+    const char *name;         /* for people; default: the program's name */
+    int64_t id;               /* 0 = random. A fixed id lets a later process go on with the same bodies: sequence
+                                 numbers start from the wall clock in microseconds, so that they keep growing */
+    double lease_s;           /* lost after so long without a sign of life; default 2 */
+    collided_on_loss on_loss; /* default COLLIDED_REMOVE */
+    double connect_timeout_s; /* how long collided_connect waits for a daemon; default 5; 0 = do not wait */
+    const char *interface;    /* network interface; NULL = loopback only */
 } collided_def;
 collided_def collided_def_default(void);
 
-/* "dds://DOMAIN" (0 to 230) or "lcm://udpm://ADDRESS:PORT?ttl=0" ("lcm://" alone = LCM's default, ttl 0). NULL on
- * failure; the reason is then in collided_connect_error() of this thread. */
+/* "dds://DOMAIN" (0 to 230) or "lcm://udpm://ADDRESS:PORT?ttl=0" ("lcm://" alone = LCM's default, ttl 0). LCM is for
+ * networks on which every host is trusted: it has no security, and liblcm 1.3.1, which receives here, can be ended by
+ * one crafted datagram. NULL on failure; the reason is then in collided_connect_error() of this thread. */
 collided *collided_connect(const char *uri, const collided_def *def);
 const char *collided_connect_error(void);
 
@@ -110,15 +118,21 @@ typedef struct collided_pose {
 collided_pose collided_pose_identity(void);
 
 typedef enum collided_shape_type {
-    COLLIDED_SPHERE, COLLIDED_CAPSULE, COLLIDED_BOX, COLLIDED_CYLINDER, COLLIDED_CONE, COLLIDED_ELLIPSOID,
-    COLLIDED_HALFSPACE, COLLIDED_HULL
+    COLLIDED_SPHERE,
+    COLLIDED_CAPSULE,
+    COLLIDED_BOX,
+    COLLIDED_CYLINDER,
+    COLLIDED_CONE,
+    COLLIDED_ELLIPSOID,
+    COLLIDED_HALFSPACE,
+    COLLIDED_HULL
 } collided_shape_type;
 
 typedef struct collided_shape {
     collided_shape_type type;
-    double half[3];            /* half extents, axis of revolution z: see the makers below */
-    double radius;             /* rounding: all points within it of the rest count as the shape's */
-    collided_pose pose;        /* in the body's frame */
+    double half[3];     /* half extents, axis of revolution z: see the makers below */
+    double radius;      /* rounding: all points within it of the rest count as the shape's */
+    collided_pose pose; /* in the body's frame */
     collided_geometry geometry;
 } collided_shape;
 
@@ -140,21 +154,21 @@ collided_geometry collided_create_hull(collided *c, const double *points, size_t
 typedef enum collided_motion { COLLIDED_MOVING, COLLIDED_FIXED } collided_motion;
 
 typedef struct collided_rule { /* ordered; the first that matches the other body decides */
-    const char *pattern; /* name pattern with '*' and '?', or "group:NAME" */
-    bool allow;          /* true: touching is allowed, the pair is not looked at */
-    const char *reason;  /* told by collided_query_explain */
+    const char *pattern;       /* name pattern with '*' and '?', or "group:NAME" */
+    bool allow;                /* true: touching is allowed, the pair is not looked at */
+    const char *reason;        /* told by collided_query_explain */
 } collided_rule;
 
 typedef struct collided_body_def {
-    int32_t id;            /* >= 0: this number, so that a later process under the same client id can go on with the body;
-                              COLLIDED_NONE (default): the next free one */
-    const char *name;      /* unique in the world */
-    const char *group;     /* default "" */
+    int32_t id;        /* >= 0: this number, so that a later process under the same client id can go on with the body;
+                          COLLIDED_NONE (default): the next free one */
+    const char *name;  /* unique in the world */
+    const char *group; /* default "" */
     collided_motion motion;
     uint64_t category, mask; /* a pair is checked when each one's mask has a bit of the other's; default 1 and all */
-    double deadline_s;     /* a pose older than this is stale: its pairs are unknown, never free. 0 = never */
+    double deadline_s;       /* a pose older than this is stale: its pairs are unknown, never free. 0 = never */
     collided_pose pose;
-    int64_t stamp_ns;      /* of the pose; 0 = now */
+    int64_t stamp_ns; /* of the pose; 0 = now */
     const collided_shape *shapes;
     size_t shape_count;
     const collided_rule *rules;
@@ -171,7 +185,8 @@ collided_status collided_remove_body(collided *c, collided_body body);
 collided_body collided_adopt_body(collided *c, int32_t id);
 
 /* Poses of `count` bodies as plain arrays: positions 3 each, orientations 4 each; linear (m/s) and angular (rad/s)
- * 3 each or NULL. stamp_ns: when they were true (0 = now); step: of a simulator, or 0. Sent by the next flush or poll. */
+ * 3 each or NULL. stamp_ns: when they were true (0 = now); step: of a simulator, or 0. Sent by the next flush or poll.
+ */
 collided_status collided_publish(collided *c, size_t count, const collided_body *bodies, const double *positions,
     const double *orientations, const double *linear, const double *angular, int64_t stamp_ns, int64_t step);
 collided_status collided_move(collided *c, collided_body body, collided_pose pose); /* one body, now */
@@ -181,37 +196,45 @@ collided_status collided_move(collided *c, collided_body body, collided_pose pos
 typedef enum collided_fact { COLLIDED_TOUCH = 1, COLLIDED_DISTANCE = 2, COLLIDED_MANIFOLD = 4 } collided_fact;
 
 typedef enum collided_event_kind { /* numbers as on the wire */
-    COLLIDED_BEGIN = 1, COLLIDED_UPDATE, COLLIDED_END, COLLIDED_NEAR, COLLIDED_FAR, COLLIDED_UNKNOWN, COLLIDED_KNOWN
+    COLLIDED_BEGIN = 1,
+    COLLIDED_UPDATE,
+    COLLIDED_END,
+    COLLIDED_NEAR,
+    COLLIDED_FAR,
+    COLLIDED_UNKNOWN,
+    COLLIDED_KNOWN
 } collided_event_kind;
 
 typedef struct collided_contact_point {
-    double point[3];  /* world */
-    double distance;  /* m, signed */
-    int32_t feature;  /* stable id */
+    double point[3]; /* world */
+    double distance; /* m, signed */
+    int32_t feature; /* stable id */
 } collided_contact_point;
 
 typedef struct collided_event {
     collided_event_kind kind;
-    const char *cause;     /* "motion", "removed", "owner_lost", "filter", "shape", "interest", "shutdown", "stale",
-                              "snapshot" */
-    int64_t contact;       /* stable id from begin to end */
+    const char *cause; /* "motion", "removed", "owner_lost", "filter", "shape", "interest", "shutdown", "stale",
+                          "snapshot" */
+    int64_t contact;   /* stable id from begin to end */
     const char *name_a, *name_b;
     int32_t shape_a, shape_b;
-    double lo, hi;         /* m: lo <= signed distance <= hi, certified; negative = depth */
-    double axis[3];        /* unit, from A to B: proves lo */
+    double lo, hi;                 /* m: lo <= signed distance <= hi, certified; negative = depth */
+    double axis[3];                /* unit, from A to B: proves lo */
     double point_a[3], point_b[3]; /* world: prove hi */
-    double age_a_s, age_b_s; /* age of the poses used; -1 = fixed or not stamped */
+    double age_a_s, age_b_s;       /* age of the poses used; -1 = fixed or not stamped */
     const collided_contact_point *points;
     size_t point_count;
 } collided_event;
 
 typedef struct collided_batch { /* all events of one tick on one stream */
-    collided_interest interest; /* id COLLIDED_NONE for a stream of another client's */
+    collided_interest interest; /* whose stream it is; what another client's interest publishes under the same stream
+                                   name is not delivered */
     const char *stream;
     int64_t epoch, batch, tick, stamp_ns, latest_pose_ns, step;
-    bool snapshot;          /* the whole current state: forget what you knew */
+    bool snapshot; /* the whole current state: forget what you knew */
     bool closing;
-    int64_t lost;           /* batches that were lost before this one; a snapshot follows by itself */
+    int64_t lost; /* batches that were lost before this one, which is then a snapshot: after a loss nothing is delivered
+                     until the library has asked for one and got it */
     const collided_event *events;
     size_t event_count;
 } collided_batch;
@@ -219,14 +242,14 @@ typedef struct collided_batch { /* all events of one tick on one stream */
 typedef void collided_events(void *context, const collided_batch *batch);
 
 typedef struct collided_interest_def {
-    unsigned facts;          /* of collided_fact; default COLLIDED_TOUCH */
-    const char *select_a;    /* pairs of a body that matches this and another that matches that; default "*", "*" */
+    unsigned facts;       /* of collided_fact; default COLLIDED_TOUCH */
+    const char *select_a; /* pairs of a body that matches this and another that matches that; default "*", "*" */
     const char *select_b;
-    const char *stream;      /* name of the stream; NULL = one of its own */
-    double threshold_m;      /* a contact is a pair at or below it; default 0 */
-    double range_m;          /* COLLIDED_DISTANCE: report pairs nearer than this */
-    double tolerance_m;      /* width of the intervals; default 1e-6 */
-    double rate_hz;          /* updates at most so often; 0 = each tick */
+    const char *stream; /* name of the stream; NULL = one of its own */
+    double threshold_m; /* a contact is a pair at or below it; default 0 */
+    double range_m;     /* COLLIDED_DISTANCE: report pairs nearer than this */
+    double tolerance_m; /* width of the intervals; default 1e-6 */
+    double rate_hz;     /* updates at most so often; 0 = each tick */
     collided_events *callback;
     void *context;
 } collided_interest_def;
@@ -241,15 +264,15 @@ typedef struct collided_hit {
     const char *name_a, *name_b;
     double lo, hi;
     double axis[3], point_a[3], point_b[3];
-    double orientation[4];  /* collided_query_bodies */
-    double age_s;           /* -1 = not stamped */
-    bool stale;             /* unknown: past the deadline */
+    double orientation[4]; /* collided_query_bodies */
+    double age_s;          /* -1 = not stamped */
+    bool stale;            /* unknown: past the deadline */
 } collided_hit;
 
 typedef struct collided_result { /* freed by collided_result_free */
     collided_hit *hits;
     size_t count;
-    char *text;             /* explain: lines for people */
+    char *text; /* explain: lines for people */
     bool truncated;
     int64_t epoch, tick;
 } collided_result;
@@ -257,12 +280,12 @@ void collided_result_free(collided_result *result);
 
 collided_status collided_query_ray(collided *c, const double origin[3], const double direction[3], double length_m,
     double timeout_s, collided_result *out);
-collided_status collided_query_distance(collided *c, const char *name_a, const char *name_b, double tolerance_m,
-    double timeout_s, collided_result *out);
-collided_status collided_query_box(collided *c, const collided_pose *pose, const double half[3], double timeout_s,
-    collided_result *out);
-collided_status collided_query_explain(collided *c, const char *name_a, const char *name_b, double timeout_s,
-    collided_result *out);
+collided_status collided_query_distance(
+    collided *c, const char *name_a, const char *name_b, double tolerance_m, double timeout_s, collided_result *out);
+collided_status collided_query_box(
+    collided *c, const collided_pose *pose, const double half[3], double timeout_s, collided_result *out);
+collided_status collided_query_explain(
+    collided *c, const char *name_a, const char *name_b, double timeout_s, collided_result *out);
 collided_status collided_query_bodies(collided *c, const char *pattern, double timeout_s, collided_result *out);
 
 /* Starts a recording on the daemon, in its record_dir, under a plain name without '/'; NULL or "" ends it. The answer's
@@ -278,9 +301,9 @@ typedef struct collided_counter {
 
 typedef struct collided_daemon_status { /* valid until the next call that takes the client */
     int64_t epoch, tick, stamp_ns, started_ns;
-    const char *health;     /* "starting", "ready", "degraded", "stopping" */
+    const char *health; /* "starting", "ready", "degraded", "stopping" */
     const char *daemon, *release, *links, *limits;
-    const collided_counter *counters;
+    const collided_counter *counters; /* the daemon's, then this client's own ("client_repeats", ...) */
     size_t counter_count;
 } collided_daemon_status;
 collided_status collided_get_status(collided *c, double timeout_s, collided_daemon_status *out);
@@ -290,7 +313,10 @@ collided_status collided_get_status(collided *c, double timeout_s, collided_daem
 /* Re-checks a certificate from the two shapes (whose body poses are pose_a, pose_b) and the claim alone, by support
  * points along the axis and by the witness points: is it true that lo <= signed distance, and that it is <= hi when the
  * points are apart? `hull_a`, `hull_b`: the points of hulls (count triples), NULL otherwise. Pure; any thread.
- * COLLIDED_OK, or COLLIDED_REJECTED if the certificate does not prove its claim. */
+ * COLLIDED_OK; COLLIDED_REJECTED if the certificate does not prove its claim; COLLIDED_BAD_ARGUMENT if a shape, pose or
+ * hull is not usable. Rounding is allowed for by 64 * 2^-53 times the sizes of the shapes and the distance of the
+ * bodies (for the points: and their coordinates), so a claim that is wrong by 1e-9 of these is refused. That the shapes
+ * overlap by as much as a negative hi says is not proven by points; what contradicts it is refused. */
 typedef struct collided_certificate {
     double lo, hi;
     double axis[3], point_a[3], point_b[3]; /* world */

@@ -90,7 +90,8 @@ static int set_yes(config *c, const config_option *o, const char *value, char *w
 
 static bool is_choice(const char *choices, const char *value)
 {
-    size_t length = strlen(value);
+    size_t length = strcspn(value, "|");
+    if (value[length]) return false;
     for (const char *at = choices; length && at; at = strchr(at, '|')) {
         at += *at == '|';
         if (strncmp(at, value, length) == 0 && (at[length] == '|' || !at[length])) return true;

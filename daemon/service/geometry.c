@@ -44,14 +44,6 @@ static void drop(service *s, geometry *g)
     *g = (geometry){.used = false};
 }
 
-static void end_assembly(geometry *g)
-{
-    free(g->vertices);
-    free(g->has);
-    g->vertices = NULL;
-    g->has = NULL;
-}
-
 static wire_reason build(service *s, geometry *g, wire_refusal *why)
 {
     wire_f64s vertices = {(uint32_t)g->vertex_numbers, g->vertices};
@@ -65,7 +57,8 @@ static wire_reason build(service *s, geometry *g, wire_refusal *why)
         snprintf(why->text, sizeof why->text, "vertices: %s", hull_status_text(status));
         return why->reason = status == HULL_FLAT ? WIRE_FLAT_HULL : status == HULL_TOO_MANY ? WIRE_TOO_LARGE : WIRE_BAD_SIZE;
     }
-    end_assembly(g);
+    free(g->has);
+    g->has = NULL;
     return WIRE_OK;
 }
 

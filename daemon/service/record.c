@@ -28,6 +28,7 @@ int record_start(service *s, const char *path, char *why, size_t why_size)
     if (!s->recording) return -1;
     snprintf(s->recording_path, sizeof s->recording_path, "%s", path);
     log_notice("recording to %s", path);
+    record_state(s);
     return 0;
 }
 

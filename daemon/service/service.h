@@ -70,8 +70,8 @@ typedef struct geometry {
     uint8_t kind;
     int32_t pieces, come;  /* come: pieces that have arrived */
     size_t vertex_numbers;
-    double *vertices;      /* while it is coming */
-    uint8_t *has;          /* a flag a piece */
+    double *vertices;      /* as they came: a recording tells them again */
+    uint8_t *has;          /* a flag a piece, while it is coming */
     hull *hull;            /* when whole */
     uint32_t users;        /* bodies that hold it */
     bool used, announced;  /* announced: its sender still wants it */
@@ -179,7 +179,8 @@ void answer_query(service *s, struct link *from, const wire_query *q);
 void health_register(service *s);
 void health_publish(service *s);
 
-/* record.c */
+/* record.c, record_state.c */
+void record_state(service *s); /* all that is announced now, as if it came anew */
 int record_start(service *s, const char *path, char *why, size_t why_size);
 void record_message(service *s, const wire_message *m);
 void record_tick(service *s);

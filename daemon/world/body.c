@@ -62,6 +62,20 @@ const char *world_body_name(const world *w, uint32_t id) { return is_body(w, id)
 pose world_body_pose(const world *w, uint32_t id) { return is_body(w, id) ? w->bodies.at[id].pose : POSE_IDENTITY; }
 int64_t world_body_stamp_ns(const world *w, uint32_t id) { return is_body(w, id) ? w->bodies.at[id].stamp_ns : 0; }
 
+world_status world_get_body(const world *w, uint32_t id, world_body *out, world_shape *shapes)
+{
+    if (!is_body(w, id)) return WORLD_UNKNOWN_ID;
+    const body *b = &w->bodies.at[id];
+    *out = (world_body){.name = b->name, .group = b->group, .fixed = b->fixed, .category = b->category, .mask = b->mask,
+        .deadline_ns = b->deadline_ns, .stamp_ns = b->stamp_ns, .pose = b->pose, .shapes = shapes,
+        .shape_count = b->shape_count, .rules = b->rules, .rule_count = b->rule_count};
+    for (size_t i = 0; shapes && i < b->shape_count; i++) {
+        const solid *s = &w->solids.at[b->shapes[i]];
+        shapes[i] = (world_shape){s->shape, s->local};
+    }
+    return WORLD_OK;
+}
+
 /* ---- shapes ---- */
 
 static bool same_shape(const solid *s, const world_shape *def)

@@ -131,6 +131,15 @@ world_status world_put_interest(world *w, uint32_t *id, const world_interest *de
     return WORLD_OK;
 }
 
+world_status world_get_interest(const world *w, uint32_t id, world_interest *out)
+{
+    if (id >= w->interests.count || !w->interests.at[id].used || w->interests.at[id].closing) return WORLD_UNKNOWN_ID;
+    const interest *i = &w->interests.at[id];
+    *out = (world_interest){.facts = i->facts, .select_a = i->select_a, .select_b = i->select_b,
+        .threshold = i->threshold, .range = i->range, .tolerance = i->tolerance, .period_ns = i->period_ns};
+    return WORLD_OK;
+}
+
 world_status world_remove_interest(world *w, uint32_t id, uint8_t cause)
 {
     if (id >= w->interests.count || !w->interests.at[id].used || w->interests.at[id].closing) return WORLD_UNKNOWN_ID;

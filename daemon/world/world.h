@@ -74,6 +74,9 @@ uint32_t world_find_body(const world *w, const char *name); /* WORLD_NONE */
 const char *world_body_name(const world *w, uint32_t id);   /* NULL if unknown */
 pose world_body_pose(const world *w, uint32_t id);
 int64_t world_body_stamp_ns(const world *w, uint32_t id);
+/* The definition as it is now, with the newest pose; `shapes` has room for shape_count of them (0: ask with NULL). Texts
+ * and rules are the world's own, until the next call that changes it. */
+world_status world_get_body(const world *w, uint32_t id, world_body *out, world_shape *shapes);
 
 /* ---- interests ---- */
 
@@ -93,6 +96,7 @@ world_status world_put_interest(world *w, uint32_t *id, const world_interest *de
 /* Ends its contacts in the next tick with this cause, in a closing batch. */
 world_status world_remove_interest(world *w, uint32_t id, uint8_t cause);
 void world_want_snapshot(world *w, uint32_t id);
+world_status world_get_interest(const world *w, uint32_t id, world_interest *out); /* texts are the world's own */
 
 /* ---- the tick ---- */
 

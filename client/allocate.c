@@ -1,0 +1,32 @@
+/* allocate: calloc and realloc that end the process with a reason instead of returning NULL. */
+#include "allocate.h"
+
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+static void *must(void *p, size_t count, size_t size)
+{
+    if (p) return p;
+    (void)fprintf(stderr, "collided: out of memory for %zu times %zu bytes\n", count, size);
+    abort();
+}
+
+void *allocate(size_t count, size_t size)
+{
+    return must(calloc(count ? count : 1, size), count, size);
+}
+
+void *reallocate(void *old, size_t count, size_t size)
+{
+    return must(reallocarray(old, count ? count : 1, size), count, size);
+}
+
+void *reserve(void *at, size_t *capacity, size_t count, size_t size)
+{
+    if (count <= *capacity) return at;
+    size_t room = *capacity ? *capacity : 16;
+    while (room < count) room = room > SIZE_MAX / 2 ? count : 2 * room;
+    *capacity = room;
+    return reallocate(at, room, size);
+}

@@ -1,0 +1,234 @@
+/* announce: sending, repeating and settling announcements. Runs on both threads, always under the client's mutex. An
+ * announcement is in the record exactly as long as its message is not NULL. */
+#include "announce.h"
+
+#include "message.h"
+#include "session.h"
+#include "wire/wire_lcm.h"
+
+#include <stdlib.h>
+
+static bool is_removal(const wire_message *m)
+{
+    return (m->kind == WIRE_BODY && m->body.removed) || (m->kind == WIRE_INTEREST && m->interest.removed) ||
+           (m->kind == WIRE_CLIENT && m->client.removed) || (m->kind == WIRE_GEOMETRY && m->geometry.removed);
+}
+
+static void link_last(collided *c, announcement *a)
+{
+    a->next = NULL;
+    a->previous = c->last;
+    if (c->last)
+        c->last->next = a;
+    else
+        c->first = a;
+    c->last = a;
+}
+
+static void unlink_one(collided *c, announcement *a)
+{
+    if (a->previous)
+        a->previous->next = a->next;
+    else
+        c->first = a->next;
+    if (a->next)
+        a->next->previous = a->previous;
+    else
+        c->last = a->previous;
+}
+
+static void set_state(collided *c, announcement *a, announce_state state)
+{
+    if (a->state == ANNOUNCE_PENDING) c->pending--;
+    if (state == ANNOUNCE_PENDING) c->pending++;
+    a->state = state;
+    if (!c->pending) session_wake_caller(c);
+}
+
+static int64_t repeat_after_ns(unsigned tries)
+{
+    int64_t ms = ANNOUNCE_FIRST_REPEAT_MS;
+    while (tries-- > 1 && ms < ANNOUNCE_LAST_REPEAT_MS) ms *= 2;
+    return (ms < ANNOUNCE_LAST_REPEAT_MS ? ms : ANNOUNCE_LAST_REPEAT_MS) * NS_PER_MS;
+}
+
+static void take_sequence(collided *c, announcement *a)
+{
+    table_drop(&c->by_sequence, message_sequence(a->message));
+    message_set_sequence(a->message, ++c->sequence);
+    table_put(&c->by_sequence, c->sequence, a);
+    if (a->message->kind == WIRE_BODY && !a->message->body.removed) body_refresh((body_record *)a);
+    a->renew = false;
+}
+
+/* A transport that keeps what was sent needs no repetition. */
+static void send_now(collided *c, announcement *a, int64_t now_ns)
+{
+    if (a->renew) take_sequence(c, a);
+    bool kept = session_send(c, a->message) == 0 && !c->link->ops->repeats;
+    a->tries++;
+    a->due_ns = kept ? INT64_MAX : now_ns + repeat_after_ns(a->tries);
+}
+
+void announce(collided *c, announcement *a, wire_message *message)
+{
+    if (a->message) {
+        table_drop(&c->by_sequence, message_sequence(a->message));
+        free(a->message);
+    } else {
+        link_last(c, a);
+        a->state = ANNOUNCE_ACKED;
+    }
+    a->message = message;
+    message_set_sequence(message, ++c->sequence);
+    table_put(&c->by_sequence, c->sequence, a);
+    a->renew = false;
+    a->tries = 0;
+    set_state(c, a, ANNOUNCE_PENDING);
+    send_now(c, a, session_monotonic_ns());
+    if (c->link->ops->repeats) session_wake_keeper(c);
+}
+
+static void make_due(collided *c, announcement *a, bool renew, int64_t due_ns)
+{
+    a->renew = a->renew || renew;
+    a->due_ns = due_ns;
+    if (a->state != ANNOUNCE_PENDING) a->tries = 0;
+    set_state(c, a, ANNOUNCE_PENDING);
+    session_wake_keeper(c);
+}
+
+void announce_again(collided *c, announcement *a)
+{
+    int64_t now = session_monotonic_ns();
+    a->renewed_ns = now;
+    c->counters.announced_again++;
+    make_due(c, a, true, now);
+}
+
+void announce_all_again(collided *c)
+{
+    c->all_again_ns = session_monotonic_ns();
+    for (announcement *a = c->first; a; a = a->next) announce_again(c, a);
+}
+
+void announce_drop(collided *c, announcement *a)
+{
+    if (!a->message) return;
+    table_drop(&c->by_sequence, message_sequence(a->message));
+    unlink_one(c, a);
+    if (a->state == ANNOUNCE_PENDING) set_state(c, a, ANNOUNCE_ACKED);
+    free(a->message);
+    a->message = NULL;
+}
+
+/* The object is gone on both sides: its record ends. */
+static void settle_removal(collided *c, announcement *a)
+{
+    wire_kind kind = a->message->kind;
+    if (c->link->ops->forget) c->link->ops->forget(c->link, a->message);
+    if (kind == WIRE_CLIENT) {
+        set_state(c, a, ANNOUNCE_ACKED);
+        return;
+    }
+    announce_drop(c, a);
+    if (kind == WIRE_BODY) {
+        table_drop(&c->bodies, ((body_record *)a)->id);
+        free(a);
+    } else if (kind == WIRE_INTEREST) {
+        ((interest_record *)a)->forgotten = true;
+    }
+}
+
+void announce_to_new_daemon(collided *c)
+{
+    bool repeats = c->link->ops->repeats;
+    int64_t now = session_monotonic_ns();
+    for (announcement *a = c->first, *next; a; a = next) {
+        next = a->next;
+        if (is_removal(a->message) && a != &c->client)
+            settle_removal(c, a);
+        else if (repeats)
+            make_due(c, a, true, now);
+        else if (!a->renew)
+            make_due(c, a, false, INT64_MAX); /* the transport hands it to the new daemon */
+    }
+}
+
+int64_t announce_tend(collided *c, int64_t now_ns)
+{
+    int64_t next = INT64_MAX;
+    size_t burst = 0;
+    for (announcement *a = c->pending ? c->first : NULL; a; a = a->next) {
+        if (a->state != ANNOUNCE_PENDING) continue;
+        if (a->due_ns <= now_ns && burst < ANNOUNCE_BURST_BYTES) {
+            burst += wire_lcm_size(a->message);
+            if (!a->renew) c->counters.repeats++;
+            send_now(c, a, now_ns);
+        }
+        if (a->due_ns < next) next = a->due_ns;
+    }
+    /* What the burst left over is due already: its turn comes in a moment. */
+    return next <= now_ns ? now_ns + NS_PER_MS : next;
+}
+
+announcement *announce_find(const collided *c, int64_t sequence)
+{
+    return table_get(&c->by_sequence, sequence);
+}
+
+void announce_acked(collided *c, int64_t sequence)
+{
+    announcement *a = announce_find(c, sequence);
+    if (!a || a->state != ANNOUNCE_PENDING || a->renew) return; /* of an older word on the same object, or known */
+    if (is_removal(a->message)) {
+        settle_removal(c, a);
+        return;
+    }
+    set_state(c, a, ANNOUNCE_ACKED);
+    if (a->message->kind == WIRE_BODY) body_acked(c, (body_record *)a);
+}
+
+static bool may_renew(const announcement *a)
+{
+    return session_monotonic_ns() - a->renewed_ns >= NS_PER_S;
+}
+
+/* A network has no order between topics: what depends on something that has not come yet is announced again, later. */
+static bool is_matter_of_order(const announcement *a, wire_reason reason)
+{
+    return (reason == WIRE_UNKNOWN_CLIENT || reason == WIRE_UNKNOWN_GEOMETRY) && a->tries < ANNOUNCE_ORDER_TRIES;
+}
+
+/* A refused message that is no announcement. The daemon may have lost us while we stood still: it is told again who we
+ * are and what we own, at most once a second. True if the caller need not hear of it. */
+static bool repair(collided *c, const wire_reject *why)
+{
+    if (why->reason == WIRE_UNKNOWN_CLIENT) {
+        if (session_monotonic_ns() - c->all_again_ns >= NS_PER_S) announce_all_again(c);
+        return true;
+    }
+    if (why->reason != WIRE_UNKNOWN_BODY) return false;
+    body_record *body = table_get(&c->bodies, why->object);
+    if (!body || !body->announced.message) return false;
+    if (body->announced.state == ANNOUNCE_ACKED && may_renew(&body->announced)) announce_again(c, &body->announced);
+    return true;
+}
+
+void announce_rejected(collided *c, const wire_reject *why)
+{
+    announcement *a = announce_find(c, why->sequence);
+    if (!a) {
+        if (!repair(c, why)) session_keep_rejection(c, why);
+        return;
+    }
+    if (is_matter_of_order(a, (wire_reason)why->reason)) {
+        if (c->client.state == ANNOUNCE_ACKED && why->reason == WIRE_UNKNOWN_CLIENT && may_renew(&c->client))
+            announce_again(c, &c->client);
+        make_due(c, a, true, session_monotonic_ns() + repeat_after_ns(a->tries));
+        return;
+    }
+    set_state(c, a, ANNOUNCE_REFUSED);
+    session_keep_rejection(c, why);
+    if (is_removal(a->message)) settle_removal(c, a); /* what the daemon does not know needs no removal */
+}

@@ -1,0 +1,42 @@
+/* announce: the record of everything that this client has announced (itself, geometries, bodies, interests), in the
+ * order of its creation, until the daemon has acknowledged its removal. All functions: with the client's mutex held. */
+#ifndef COLLIDED_CLIENT_ANNOUNCE_H
+#define COLLIDED_CLIENT_ANNOUNCE_H
+
+#include "collided.h"
+#include "wire/wire.h"
+
+typedef enum announce_state { ANNOUNCE_PENDING, ANNOUNCE_ACKED, ANNOUNCE_REFUSED } announce_state;
+
+typedef struct announcement {
+    wire_message *message; /* owned; NULL: known to the daemon, but never announced by this process */
+    announce_state state;
+    bool renew;         /* the next sending is a new announcement: new sequence, newest pose */
+    unsigned tries;     /* sendings since it became pending */
+    int64_t due_ns;     /* pending: when it is sent (again), by the monotonic clock */
+    int64_t renewed_ns; /* when it was last announced anew after an answer that asked for it */
+    struct announcement *next, *previous;
+} announcement; /* the first member of each record; all zero = empty */
+
+enum {
+    ANNOUNCE_FIRST_REPEAT_MS = 50,  /* doubled with each repetition ... */
+    ANNOUNCE_LAST_REPEAT_MS = 1000, /* ... up to this */
+    ANNOUNCE_BURST_BYTES = 1 << 18, /* repeated at once at most: a sixteenth of the receivers' buffers */
+    ANNOUNCE_ORDER_TRIES = 20       /* answers "unknown client" or "unknown geometry" taken as a matter of order */
+};
+
+/* Announces `message` (ownership passes) as the newest word on the record, and sends it. */
+void announce(collided *c, announcement *a, wire_message *message);
+void announce_again(collided *c, announcement *a); /* with a new sequence, at once */
+void announce_all_again(collided *c);              /* by the library's thread, with new sequences */
+void announce_to_new_daemon(collided *c);          /* a new epoch: nothing of ours is acknowledged any more */
+void announce_drop(collided *c, announcement *a);  /* out of the record; frees its message, not the record */
+
+/* Sends what is due and returns when the next is (INT64_MAX = nothing is waiting). */
+int64_t announce_tend(collided *c, int64_t now_ns);
+
+announcement *announce_find(const collided *c, int64_t sequence);
+void announce_acked(collided *c, int64_t sequence);
+void announce_rejected(collided *c, const wire_reject *why);
+
+#endif

@@ -1,0 +1,122 @@
+/* connect: the URI's scheme chooses the transport. The caller's thread; the last failure is kept a thread. */
+#include "session.h"
+
+#include <stdio.h>
+#include <string.h>
+
+static const transport_ops *const transports[] = {&transport_dds_ops, &transport_lcm_ops};
+enum { TRANSPORTS = sizeof transports / sizeof transports[0] };
+
+static _Thread_local char connect_error[SESSION_ERROR_MAX];
+
+const char *collided_connect_error(void)
+{
+    return connect_error;
+}
+
+static const transport_ops *transport_of(const char *uri, const char **address)
+{
+    for (size_t i = 0; i < TRANSPORTS; i++) {
+        size_t length = strlen(transports[i]->scheme);
+        if (strncmp(uri, transports[i]->scheme, length) != 0 || strncmp(uri + length, "://", 3) != 0) continue;
+        *address = uri + length + 3;
+        return transports[i];
+    }
+    return NULL;
+}
+
+static void tell_schemes(const char *uri)
+{
+    size_t at = (size_t)snprintf(connect_error, sizeof connect_error, "'%.200s' begins with none of", uri);
+    for (size_t i = 0; i < TRANSPORTS; i++)
+        at += (size_t)snprintf(connect_error + at, sizeof connect_error - at, " %s://", transports[i]->scheme);
+}
+
+static bool is_def(const collided_def *def)
+{
+    const double longest_s = 86400.0;
+    bool lease = def->lease_s >= 0.01 && def->lease_s <= longest_s;
+    bool timeout = def->connect_timeout_s >= 0.0 && def->connect_timeout_s <= longest_s;
+    bool loss = (unsigned)def->on_loss <= COLLIDED_KEEP;
+    if (lease && timeout && loss) return true;
+    (void)snprintf(connect_error, sizeof connect_error, "%s",
+        !lease     ? "lease_s is not from 0.01 to 86400"
+        : !timeout ? "connect_timeout_s is not from 0 to 86400"
+                   : "on_loss is not a collided_on_loss");
+    return false;
+}
+
+collided *collided_connect(const char *uri, const collided_def *def)
+{
+    const collided_def defaults = collided_def_default();
+    const char *address = NULL;
+    connect_error[0] = '\0';
+    if (!def) def = &defaults;
+    if (!uri) uri = "";
+    const transport_ops *ops = transport_of(uri, &address);
+    if (!ops) tell_schemes(uri);
+    if (!ops || !is_def(def)) return NULL;
+    char why[SESSION_ERROR_MAX] = "";
+    collided *c = session_open(ops, address, def, why, sizeof why);
+    if (!c) (void)snprintf(connect_error, sizeof connect_error, "%.150s: %.480s", uri, why);
+    return c;
+}
+
+const char *collided_error(const collided *c)
+{
+    return c->error;
+}
+int64_t collided_client_id(const collided *c)
+{
+    return c->id;
+}
+
+void collided_on_rejected(collided *c, collided_rejected *callback, void *context)
+{
+    c->on_rejected = callback;
+    c->on_rejected_context = context;
+}
+
+void collided_flush(collided *c)
+{
+    pthread_mutex_lock(&c->lock);
+    c->link->ops->flush(c->link);
+    pthread_mutex_unlock(&c->lock);
+}
+
+static bool has_delivered(const collided *c)
+{
+    return c->delivered > 0;
+}
+
+collided_status collided_poll(collided *c, double timeout_s)
+{
+    if (session_from_callback(c)) return COLLIDED_BAD_ARGUMENT;
+    collided_flush(c);
+    c->delivered = 0;
+    (void)session_wait(c, session_monotonic_ns() + session_seconds(timeout_s), has_delivered);
+    if (!session_unheard(c)) return COLLIDED_OK;
+    return session_fail(c, COLLIDED_NO_DAEMON, "no daemon has been heard for 3 s");
+}
+
+static bool is_settled(const collided *c)
+{
+    return c->pending == 0;
+}
+
+collided_status collided_sync(collided *c, double timeout_s)
+{
+    if (session_from_callback(c)) return COLLIDED_BAD_ARGUMENT;
+    collided_flush(c);
+    bool settled = session_wait(c, session_monotonic_ns() + session_seconds(timeout_s), is_settled);
+    if (!settled && session_unheard(c)) return session_fail(c, COLLIDED_NO_DAEMON, "no daemon has been heard for 3 s");
+    pthread_mutex_lock(&c->lock);
+    bool refused = c->refused;
+    size_t pending = c->pending;
+    if (refused) (void)session_fail(c, COLLIDED_REJECTED, "%s", c->first_refusal);
+    c->refused = false;
+    pthread_mutex_unlock(&c->lock);
+    if (refused) return COLLIDED_REJECTED;
+    if (settled) return COLLIDED_OK;
+    return session_fail(c, COLLIDED_TIMEOUT, "%zu announcements are not acknowledged after %g s", pending, timeout_s);
+}

@@ -1,0 +1,87 @@
+/* defaults: definitions as they are meant to be used, the makers of shapes, and names for people. Pure; any thread. */
+#include "collided.h"
+
+const char *collided_version(void)
+{
+    return COLLIDED_VERSION_TEXT;
+}
+
+const char *collided_status_text(collided_status status)
+{
+    static const char *const texts[] = {[COLLIDED_OK] = "ok",
+        [COLLIDED_BAD_ARGUMENT] = "bad argument",
+        [COLLIDED_UNKNOWN_ID] = "unknown id",
+        [COLLIDED_REJECTED] = "rejected by the daemon",
+        [COLLIDED_TIMEOUT] = "timeout",
+        [COLLIDED_NO_DAEMON] = "no daemon is heard",
+        [COLLIDED_TRANSPORT] = "the transport failed",
+        [COLLIDED_UNSUPPORTED] = "unsupported"};
+    return (size_t)status < sizeof texts / sizeof texts[0] ? texts[status] : "unknown status";
+}
+
+collided_def collided_def_default(void)
+{
+    return (collided_def){.lease_s = 2.0, .on_loss = COLLIDED_REMOVE, .connect_timeout_s = 5.0};
+}
+
+collided_pose collided_pose_identity(void)
+{
+    return (collided_pose){.position = {0.0, 0.0, 0.0}, .orientation = {1.0, 0.0, 0.0, 0.0}};
+}
+
+collided_body_def collided_body_def_default(void)
+{
+    return (collided_body_def){.id = COLLIDED_NONE,
+        .name = "",
+        .group = "",
+        .motion = COLLIDED_MOVING,
+        .category = 1,
+        .mask = UINT64_MAX,
+        .pose = collided_pose_identity()};
+}
+
+collided_interest_def collided_interest_def_default(void)
+{
+    return (collided_interest_def){.facts = COLLIDED_TOUCH, .select_a = "*", .select_b = "*", .tolerance_m = 1e-6};
+}
+
+static collided_shape shape(collided_shape_type type, double x, double y, double z, double radius)
+{
+    return (collided_shape){.type = type, .half = {x, y, z}, .radius = radius, .pose = collided_pose_identity()};
+}
+
+collided_shape collided_sphere(double radius)
+{
+    return shape(COLLIDED_SPHERE, 0, 0, 0, radius);
+}
+collided_shape collided_capsule(double radius, double length)
+{
+    return shape(COLLIDED_CAPSULE, 0, 0, length / 2, radius);
+}
+collided_shape collided_box(double x, double y, double z)
+{
+    return shape(COLLIDED_BOX, x / 2, y / 2, z / 2, 0);
+}
+collided_shape collided_cylinder(double radius, double height)
+{
+    return shape(COLLIDED_CYLINDER, radius, radius, height / 2, 0);
+}
+collided_shape collided_cone(double radius, double height)
+{
+    return shape(COLLIDED_CONE, radius, radius, height / 2, 0);
+}
+collided_shape collided_ellipsoid(double x, double y, double z)
+{
+    return shape(COLLIDED_ELLIPSOID, x, y, z, 0);
+}
+collided_shape collided_halfspace(void)
+{
+    return shape(COLLIDED_HALFSPACE, 0, 0, 0, 0);
+}
+
+collided_shape collided_hull(collided_geometry points)
+{
+    collided_shape hull = shape(COLLIDED_HULL, 0, 0, 0, 0);
+    hull.geometry = points;
+    return hull;
+}

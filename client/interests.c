@@ -1,0 +1,130 @@
+/* interests: subscribing and unsubscribing. The stream's reader is there before the interest is announced, so that its
+ * first batch finds it. The caller's thread. */
+#include "allocate.h"
+#include "message.h"
+#include "session.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { FIRST_RESYNC_S = 2 };
+
+static wire_message interest_message(
+    const collided *c, int32_t id, const char *stream, const collided_interest_def *def)
+{
+    return (wire_message){.kind = WIRE_INTEREST,
+        .interest = {.version = WIRE_VERSION,
+            .client = c->id,
+            .sequence = c->sequence + 1,
+            .interest = id,
+            .facts = (int32_t)def->facts,
+            .stream = stream,
+            .select_a = def->select_a ? def->select_a : "*",
+            .select_b = def->select_b ? def->select_b : "*",
+            .threshold_m = def->threshold_m,
+            .range_m = def->range_m,
+            .tolerance_m = def->tolerance_m,
+            .rate_hz = def->rate_hz}};
+}
+
+static interest_record *add_record(collided *c, const char *stream, const collided_interest_def *def)
+{
+    interest_record *i = allocate(1, sizeof *i);
+    *i = (interest_record){.id = c->next_interest++,
+        .stream = strdup(stream),
+        .callback = def->callback,
+        .context = def->context,
+        .waiting = true,
+        .resync_wait_ns = FIRST_RESYNC_S * NS_PER_S,
+        .resync_ns = session_monotonic_ns() + FIRST_RESYNC_S * NS_PER_S,
+        .next = c->interests};
+    c->interests = i;
+    return i;
+}
+
+collided_interest collided_subscribe(collided *c, const collided_interest_def *def)
+{
+    const collided_interest none = {COLLIDED_NONE};
+    char own[WIRE_NAME_MAX + 1];
+    (void)snprintf(own, sizeof own, "%016llx.%d", (unsigned long long)c->id, c->next_interest);
+    const char *stream = def->stream ? def->stream : own;
+    pthread_mutex_lock(&c->lock);
+    wire_message m = interest_message(c, c->next_interest, stream, def);
+    wire_refusal why;
+    bool fits = wire_check(&m, &why) == WIRE_OK && def->callback;
+    pthread_mutex_unlock(&c->lock);
+    if (!fits) {
+        (void)session_fail(c, COLLIDED_BAD_ARGUMENT, "interest: %s", def->callback ? why.text : "callback is needed");
+        return none;
+    }
+    if (c->link->ops->stream_open(c->link, stream)) {
+        (void)session_fail(c, COLLIDED_TRANSPORT, "cannot read the stream '%s'", stream);
+        return none;
+    }
+    interest_record *i = add_record(c, stream, def);
+    pthread_mutex_lock(&c->lock);
+    announce(c, &i->announced, message_copy(&m));
+    pthread_mutex_unlock(&c->lock);
+    return (collided_interest){i->id};
+}
+
+collided_status collided_unsubscribe(collided *c, collided_interest interest)
+{
+    interest_record *i = c->interests;
+    while (i && (i->id != interest.id || i->removed)) i = i->next;
+    if (!i) return session_fail(c, COLLIDED_UNKNOWN_ID, "there is no interest %d", interest.id);
+    const wire_message m = {.kind = WIRE_INTEREST,
+        .interest = {.version = WIRE_VERSION,
+            .client = c->id,
+            .interest = i->id,
+            .removed = 1,
+            .stream = "",
+            .select_a = "",
+            .select_b = ""}};
+    i->removed = true;
+    pthread_mutex_lock(&c->lock);
+    announce(c, &i->announced, message_copy(&m));
+    pthread_mutex_unlock(&c->lock);
+    return COLLIDED_OK;
+}
+
+static void free_record(interest_record *i)
+{
+    stream_drop_parts(i);
+    free(i->parts);
+    free(i->stream);
+    free(i);
+}
+
+/* Outside of callbacks, since one may unsubscribe the very stream that it is called for. */
+void interests_sweep(collided *c)
+{
+    for (interest_record **at = &c->interests; *at;) {
+        interest_record *i = *at;
+        if (i->removed && i->stream) {
+            c->link->ops->stream_close(c->link, i->stream);
+            free(i->stream);
+            i->stream = NULL;
+        }
+        pthread_mutex_lock(&c->lock);
+        bool forgotten = i->forgotten;
+        pthread_mutex_unlock(&c->lock);
+        if (forgotten) {
+            *at = i->next;
+            free_record(i);
+        } else {
+            at = &i->next;
+        }
+    }
+}
+
+void interests_free(collided *c)
+{
+    for (interest_record *i = c->interests, *next; i; i = next) {
+        next = i->next;
+        announce_drop(c, &i->announced);
+        free_record(i);
+    }
+    c->interests = NULL;
+}

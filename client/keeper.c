@@ -1,0 +1,96 @@
+/* keeper: the library's own thread. It receives acks, rejects and status, repeats what is due and sends heartbeats. It
+ * holds the client's mutex except while it sleeps, and runs no callback. */
+#include "message.h"
+#include "session.h"
+
+#include <poll.h>
+#include <stdlib.h>
+#include <time.h>
+#include <unistd.h>
+
+static void take_ack(collided *c, const wire_ack *ack)
+{
+    if (ack->client != c->id || !session_hear(c, ack->epoch)) return;
+    for (uint32_t i = 0; i < ack->sequences.count; i++) announce_acked(c, ack->sequences.at[i]);
+}
+
+static void take_reject(collided *c, const wire_message *m)
+{
+    const wire_reject *why = &m->reject;
+    if (why->client != c->id || !session_hear(c, why->epoch)) return;
+    if (why->kind != WIRE_QUERY) {
+        announce_rejected(c, why);
+        return;
+    }
+    if (why->reason == WIRE_UNKNOWN_CLIENT) announce_rejected(c, why); /* we are announced again */
+    if (why->sequence != c->query || c->query_reject) return;          /* of a query that is no longer waited for */
+    c->query_reject = message_copy(m);
+    session_wake_caller(c);
+}
+
+static void keeper_message(void *context, const wire_message *m)
+{
+    collided *c = context;
+    if (m->kind == WIRE_ACK) take_ack(c, &m->ack);
+    if (m->kind == WIRE_REJECT) take_reject(c, m);
+    if (m->kind != WIRE_STATUS || !session_hear(c, m->status.epoch)) return;
+    free(c->status);
+    c->status = message_copy(m);
+    session_wake_caller(c);
+}
+
+static void keeper_refused(void *context, const wire_refusal *why)
+{
+    (void)why;
+    ((collided *)context)->counters.malformed++;
+}
+
+/* The same words under a new sequence: a sign of life, not an announcement that waits for an answer. */
+static int64_t heartbeat(collided *c, int64_t now_ns)
+{
+    if (!c->link->ops->repeats || c->client.message->client.removed) return INT64_MAX;
+    if (now_ns < c->heartbeat_ns) return c->heartbeat_ns;
+    c->heartbeat_ns = now_ns + c->lease_ns / 3;
+    if (c->client.state == ANNOUNCE_ACKED) {
+        wire_message m = *c->client.message;
+        m.client.sequence = ++c->sequence;
+        (void)session_send(c, &m);
+    }
+    return c->heartbeat_ns;
+}
+
+/* Sleeps at most a third of the lease, so that a longer absence shows that the process stood still (SIGSTOP, swap):
+ * the daemon has lost us meanwhile, and wants to be told everything again. */
+static void sleep_until(collided *c, int64_t now_ns, int64_t when_ns)
+{
+    int64_t longest = c->lease_ns / 3;
+    int64_t left = when_ns - now_ns < longest ? when_ns - now_ns : longest;
+    if (left < 0) left = 0;
+    struct timespec timeout = {.tv_sec = left / NS_PER_S, .tv_nsec = left % NS_PER_S};
+    struct pollfd fds[] = {{c->link->ops->fd(c->link, TRANSPORT_CONTROL), POLLIN, 0}, {c->keeper_wake, POLLIN, 0}};
+    (void)ppoll(fds, 2, &timeout, NULL);
+    uint64_t count;
+    if (fds[1].revents & POLLIN && read(c->keeper_wake, &count, sizeof count) < 0) fds[1].revents = 0;
+}
+
+void *keeper_run(void *client)
+{
+    collided *c = client;
+    const transport_sink sink = {.context = c, .message = keeper_message, .refused = keeper_refused};
+    pthread_mutex_lock(&c->lock);
+    while (!c->stopping) {
+        c->link->ops->receive(c->link, TRANSPORT_CONTROL, &sink);
+        int64_t now = session_monotonic_ns();
+        int64_t repeat = announce_tend(c, now), beat = heartbeat(c, now);
+        c->link->ops->flush(c->link);
+        pthread_mutex_unlock(&c->lock);
+        sleep_until(c, now, repeat < beat ? repeat : beat);
+        pthread_mutex_lock(&c->lock);
+        if (session_monotonic_ns() - now > c->lease_ns) {
+            c->counters.stalls++;
+            announce_all_again(c);
+        }
+    }
+    pthread_mutex_unlock(&c->lock);
+    return NULL;
+}

@@ -1,0 +1,133 @@
+/* poses: publishing them. A pose is volatile and a network has no order between topics, so what belongs to a body that
+ * the daemon has not acknowledged is kept, newest wins, and goes out with the acknowledgement. The arrays are handed to
+ * the transport as they are: nothing is copied or allocated here in the steady state. */
+#include "session.h"
+
+#include <assert.h>
+#include <string.h>
+
+typedef struct poses {
+    size_t count;
+    const collided_body *bodies;
+    const double *positions, *orientations, *linear, *angular;
+    int64_t stamp_ns, step;
+} poses;
+
+static_assert(sizeof(collided_body) == sizeof(int32_t), "an array of bodies is sent as an array of their numbers");
+
+/* The batch of the poses from `first` on. */
+static wire_message batch_of(const collided *c, const poses *p, size_t first, size_t count)
+{
+    uint32_t n = (uint32_t)count;
+    wire_f64s none = {0, NULL};
+    return (wire_message){.kind = WIRE_POSE_BATCH,
+        .pose_batch = {.version = WIRE_VERSION,
+            .client = c->id,
+            .sequence = c->sequence + 1,
+            .stamp_ns = p->stamp_ns,
+            .step = p->step,
+            .bodies = {n, &p->bodies[first].id},
+            .positions = {3 * n, p->positions + 3 * first},
+            .orientations = {4 * n, p->orientations + 4 * first},
+            .linear = p->linear ? (wire_f64s){3 * n, p->linear + 3 * first} : none,
+            .angular = p->angular ? (wire_f64s){3 * n, p->angular + 3 * first} : none}};
+}
+
+static size_t chunk(const collided *c, const poses *p, size_t first)
+{
+    size_t left = p->count - first, most = c->link->ops->poses_max;
+    return left < most ? left : most;
+}
+
+static collided_status check_bodies(collided *c, const poses *p)
+{
+    for (size_t i = 0; i < p->count; i++) {
+        const body_record *body = table_get(&c->bodies, p->bodies[i].id);
+        if (!body || body->removed)
+            return session_fail(c, COLLIDED_UNKNOWN_ID, "bodies[%zu]: there is no body %d", i, p->bodies[i].id);
+        if (body->announced.state == ANNOUNCE_REFUSED)
+            return session_fail(c, COLLIDED_REJECTED, "bodies[%zu]: the daemon refused body %d", i, p->bodies[i].id);
+    }
+    return COLLIDED_OK;
+}
+
+static collided_status check_numbers(collided *c, const poses *p)
+{
+    for (size_t first = 0, n; first < p->count; first += n) {
+        n = chunk(c, p, first);
+        wire_message m = batch_of(c, p, first, n);
+        wire_refusal why;
+        if (wire_check(&m, &why) == WIRE_OK) continue;
+        return session_fail(c, COLLIDED_BAD_ARGUMENT, "poses from %zu on: %s", first, why.text);
+    }
+    return COLLIDED_OK;
+}
+
+/* The newest pose is remembered for announcements to come. True if it can be sent now. */
+static bool remember(collided *c, const poses *p, size_t i)
+{
+    body_record *body = table_get(&c->bodies, p->bodies[i].id);
+    if (p->stamp_ns >= body->stamp_ns) {
+        memcpy(body->pose, p->positions + 3 * i, 3 * sizeof(double));
+        memcpy(body->pose + 3, p->orientations + 4 * i, 4 * sizeof(double));
+        if (p->linear) memcpy(body->velocity, p->linear + 3 * i, 3 * sizeof(double));
+        if (p->angular) memcpy(body->velocity + 3, p->angular + 3 * i, 3 * sizeof(double));
+        body->has_linear = p->linear != NULL;
+        body->has_angular = p->angular != NULL;
+        body->stamp_ns = p->stamp_ns;
+        body->step = p->step;
+    }
+    return body->announced.state == ANNOUNCE_ACKED;
+}
+
+static int send_run(collided *c, const poses *p, size_t first, size_t count)
+{
+    if (!count) return 0;
+    wire_message m = batch_of(c, p, first, count);
+    c->sequence++;
+    return session_send(c, &m);
+}
+
+/* Runs of bodies that the daemon knows go out as they lie in the caller's arrays; in the steady state that is one. */
+static collided_status send_known(collided *c, const poses *p)
+{
+    int failed = 0;
+    size_t first = 0;
+    for (size_t i = 0; i < p->count; i++) {
+        bool known = remember(c, p, i);
+        if (known && i - first < c->link->ops->poses_max) continue;
+        failed |= send_run(c, p, first, i - first);
+        first = known ? i : i + 1;
+    }
+    failed |= send_run(c, p, first, p->count - first);
+    return failed ? session_fail(c, COLLIDED_TRANSPORT, "the transport did not take the poses") : COLLIDED_OK;
+}
+
+collided_status collided_publish(collided *c, size_t count, const collided_body *bodies, const double *positions,
+    const double *orientations, const double *linear, const double *angular, int64_t stamp_ns, int64_t step)
+{
+    if (count && (!bodies || !positions || !orientations))
+        return session_fail(c, COLLIDED_BAD_ARGUMENT, "bodies, positions and orientations are needed");
+    const poses p = {
+        count, bodies, positions, orientations, linear, angular, stamp_ns ? stamp_ns : session_now_ns(), step};
+    pthread_mutex_lock(&c->lock);
+    collided_status status = check_bodies(c, &p);
+    if (status == COLLIDED_OK) status = check_numbers(c, &p);
+    if (status == COLLIDED_OK) status = send_known(c, &p);
+    pthread_mutex_unlock(&c->lock);
+    return status;
+}
+
+collided_status collided_move(collided *c, collided_body body, collided_pose pose)
+{
+    return collided_publish(c, 1, &body, pose.position, pose.orientation, NULL, NULL, 0, 0);
+}
+
+void body_acked(collided *c, body_record *body)
+{
+    if (body->stamp_ns == 0 || body->stamp_ns < body->announced.message->body.stamp_ns) return;
+    const collided_body id = {body->id};
+    const poses p = {1, &id, body->pose, body->pose + 3, body->has_linear ? body->velocity : NULL,
+        body->has_angular ? body->velocity + 3 : NULL, body->stamp_ns, body->step};
+    (void)send_run(c, &p, 0, 1); /* a failure is counted there */
+}

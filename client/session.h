@@ -1,0 +1,154 @@
+/* session: the client's state, and the two threads that share it.
+ *
+ * The caller's thread runs every function of collided.h and all callbacks; it alone receives event batches and answers.
+ * The keeper, a thread of the library, receives acks, rejects and status, repeats what nobody acknowledged, and sends
+ * heartbeats, so that a client that only sleeps keeps its lease and outlives a restart of the daemon. What both touch
+ * is under `lock`, which no callback ever runs under. */
+#ifndef COLLIDED_CLIENT_SESSION_H
+#define COLLIDED_CLIENT_SESSION_H
+
+#include "announce.h"
+#include "collided.h"
+#include "table.h"
+#include "transport.h"
+
+#include <pthread.h>
+
+#define NS_PER_S INT64_C(1000000000)
+#define NS_PER_MS INT64_C(1000000)
+#define SESSION_SILENCE_NS (3 * NS_PER_S) /* a daemon that says nothing for so long is not heard; it speaks at 1 Hz */
+
+enum { SESSION_REJECTIONS_MAX = 256, SESSION_ERROR_MAX = 640 };
+
+typedef struct body_record {
+    announcement announced;
+    int32_t id;
+    bool removed;
+    double pose[7];     /* newest published */
+    double velocity[6]; /* linear, angular */
+    bool has_linear, has_angular;
+    int64_t stamp_ns; /* of `pose`; 0 = none since it was announced */
+    int64_t step;
+} body_record;
+
+typedef struct geometry_record {
+    announcement *pieces; /* owned array */
+    int32_t piece_count;
+    int64_t hash;
+    struct geometry_record *next;
+} geometry_record;
+
+/* The keeper announces and repeats; the rest belongs to the caller's thread. */
+typedef struct interest_record {
+    announcement announced;
+    int32_t id;
+    bool removed;   /* by the caller: no more callbacks */
+    bool forgotten; /* under lock: its removal is settled, the record can be freed */
+    char *stream;
+    collided_events *callback;
+    void *context;
+    int64_t epoch; /* of the last batch, 0 = none yet */
+    int64_t next_batch;
+    bool waiting; /* nothing is delivered until a snapshot comes */
+    int64_t lost;
+    int64_t resync_ns; /* waiting: when the snapshot is asked for again */
+    int64_t resync_wait_ns;
+    wire_message **parts; /* copies, of the batch that is being put together */
+    size_t part_count, part_capacity;
+    struct interest_record *next;
+} interest_record;
+
+typedef struct session_counters { /* under lock; shown beside the daemon's own in collided_get_status */
+    int64_t repeats, announced_again, foreign, malformed, rejections_dropped, batches_lost, stalls, send_failures;
+} session_counters;
+
+struct collided {
+    /* constant after opening */
+    transport *link;
+    int64_t id;
+    int64_t lease_ns;
+    collided_on_loss on_loss;
+    int keeper_wake, caller_wake; /* eventfds */
+    pthread_t keeper;
+
+    /* under lock */
+    pthread_mutex_t lock;
+    bool stopping;
+    int64_t sequence; /* the last one used */
+    announcement client;
+    announcement *first, *last; /* the record */
+    size_t pending;
+    table by_sequence; /* to announcement */
+    table bodies;      /* id to body_record */
+    geometry_record *geometries;
+    int64_t epoch, heard_ns; /* the daemon's; 0 = never heard */
+    int64_t heartbeat_ns;    /* when the next one is due */
+    int64_t all_again_ns;    /* when everything was last announced again */
+    wire_message *status;
+    wire_message *rejections[SESSION_REJECTIONS_MAX]; /* for the callback */
+    size_t rejection_count;
+    int64_t rejections_overflowed; /* not kept since the last delivery */
+    bool refused;                  /* since the last sync */
+    char first_refusal[SESSION_ERROR_MAX];
+    int64_t query, query_epoch; /* sequence that the caller waits for, 0 = none; the epoch it was sent in */
+    wire_message *query_reject;
+    session_counters counters;
+
+    /* the caller's thread */
+    interest_record *interests;
+    int32_t next_body, next_interest;
+    bool in_callback;
+    size_t delivered; /* callbacks run */
+    wire_message *answer;
+    collided_rejected *on_rejected;
+    void *on_rejected_context;
+    wire_message *status_shown;
+    collided_counter *status_counters;
+    collided_event *events; /* the batch being delivered */
+    size_t event_capacity;
+    collided_contact_point *points;
+    size_t point_capacity;
+    char error[SESSION_ERROR_MAX];
+};
+
+/* Opens a client over the transport and starts the keeper; waits for the daemon as `def` says. NULL with the reason. */
+collided *session_open(
+    const transport_ops *ops, const char *address, const collided_def *def, char *why, size_t why_size);
+
+int64_t session_monotonic_ns(void);
+int64_t session_now_ns(void);            /* the wall clock, for stamps */
+int64_t session_seconds(double seconds); /* to nanoseconds; clamped to what adds up without wrapping */
+
+/* The error is kept for collided_error and the status is handed through. The caller's thread. */
+collided_status session_fail(collided *c, collided_status status, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+collided_status session_from_callback(collided *c); /* COLLIDED_OK unless a callback is running */
+
+/* With the lock held. */
+int session_send(collided *c, const wire_message *m); /* counts what the transport refuses */
+bool session_hear(collided *c, int64_t epoch);        /* a sign of the daemon; false: of another one than ours */
+void session_wake_keeper(collided *c);
+void session_wake_caller(collided *c);
+void session_keep_rejection(collided *c, const wire_reject *why);
+
+/* The caller's thread, without the lock: receives and runs callbacks until `done` (called with the lock held) or the
+ * deadline. True if done. */
+bool session_wait(collided *c, int64_t deadline_ns, bool (*done)(const collided *c));
+bool session_known(const collided *c); /* with the lock held: the daemon has heard and answered who we are */
+bool session_unheard(collided *c);     /* no daemon has been heard for SESSION_SILENCE_NS */
+
+void *keeper_run(void *client); /* the keeper's thread */
+
+/* bodies.c and poses.c: with the lock held. */
+void body_refresh(body_record *body);            /* the announcement takes the newest pose */
+void body_acked(collided *c, body_record *body); /* sends the pose that was kept until now */
+void bodies_remove_all(collided *c);
+
+/* interests.c and stream.c: the caller's thread, without the lock. */
+void stream_receive(collided *c, const wire_message *m);
+void stream_drop_parts(interest_record *interest);
+int64_t stream_tend(collided *c, int64_t now_ns); /* asks again for snapshots that do not come; when next */
+void interests_sweep(collided *c);                /* frees what was unsubscribed */
+void interests_free(collided *c);
+
+#endif

@@ -1,0 +1,200 @@
+/* stream: batches of events in, callbacks out. The batches of a stream are numbered: after a gap nothing is delivered
+ * until the daemon, asked by announcing the interest again, has sent a snapshot; that one tells how many were lost. So
+ * what a callback has been told is always a state that the world was in. The caller's thread, without the lock. */
+#include "allocate.h"
+#include "message.h"
+#include "session.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { LONGEST_RESYNC_S = 16 };
+
+static const char *cause_name(uint8_t cause)
+{
+    static const char *const names[] = {[WIRE_CAUSE_MOTION] = "motion",
+        [WIRE_CAUSE_REMOVED] = "removed",
+        [WIRE_CAUSE_OWNER_LOST] = "owner_lost",
+        [WIRE_CAUSE_FILTER] = "filter",
+        [WIRE_CAUSE_SHAPE] = "shape",
+        [WIRE_CAUSE_INTEREST] = "interest",
+        [WIRE_CAUSE_SHUTDOWN] = "shutdown",
+        [WIRE_CAUSE_STALE] = "stale",
+        [WIRE_CAUSE_SNAPSHOT] = "snapshot"};
+    return cause < sizeof names / sizeof names[0] ? names[cause] : "unknown";
+}
+
+void stream_drop_parts(interest_record *i)
+{
+    while (i->part_count) free(i->parts[--i->part_count]);
+}
+
+static double age_s(int64_t age_ns)
+{
+    return age_ns < 0 ? -1.0 : (double)age_ns * 1e-9;
+}
+
+static void fill_event(collided_event *e, const wire_event_batch *b, uint32_t i)
+{
+    *e = (collided_event){.kind = (collided_event_kind)b->kinds.at[i],
+        .cause = cause_name(b->causes.at[i]),
+        .contact = b->contacts.at[i],
+        .name_a = b->names_a.at[i],
+        .name_b = b->names_b.at[i],
+        .shape_a = b->shapes_a.at[i],
+        .shape_b = b->shapes_b.at[i],
+        .lo = b->lo.at[i],
+        .hi = b->hi.at[i],
+        .age_a_s = age_s(b->ages_a_ns.at[i]),
+        .age_b_s = age_s(b->ages_b_ns.at[i]),
+        .point_count = b->manifold_counts.at[i]};
+    memcpy(e->axis, b->axes.at + 3 * (size_t)i, sizeof e->axis);
+    memcpy(e->point_a, b->points_a.at + 3 * (size_t)i, sizeof e->point_a);
+    memcpy(e->point_b, b->points_b.at + 3 * (size_t)i, sizeof e->point_b);
+}
+
+static void fill_point(collided_contact_point *p, const wire_event_batch *b, uint32_t i)
+{
+    memcpy(p->point, b->manifold_points.at + 3 * (size_t)i, sizeof p->point);
+    p->distance = b->manifold_distances.at[i];
+    p->feature = b->manifold_features.at[i];
+}
+
+/* The parts' events, one after the other, into the client's arrays; what they name stays in the parts. */
+static size_t gather(collided *c, const wire_message *const *parts, size_t part_count)
+{
+    size_t events = 0, points = 0;
+    for (size_t k = 0; k < part_count; k++) {
+        events += parts[k]->event_batch.kinds.count;
+        points += parts[k]->event_batch.manifold_distances.count;
+    }
+    c->events = reserve(c->events, &c->event_capacity, events, sizeof *c->events);
+    c->points = reserve(c->points, &c->point_capacity, points, sizeof *c->points);
+    collided_event *e = c->events;
+    collided_contact_point *p = c->points;
+    for (size_t k = 0; k < part_count; k++) {
+        const wire_event_batch *b = &parts[k]->event_batch;
+        uint32_t used = 0;
+        for (uint32_t i = 0; i < b->kinds.count; i++, e++) {
+            fill_event(e, b, i);
+            e->points = p;
+            for (size_t n = 0; n < e->point_count; n++) fill_point(p++, b, used++);
+        }
+    }
+    return events;
+}
+
+static void deliver(collided *c, interest_record *i, const wire_message *const *parts, size_t part_count)
+{
+    const wire_event_batch *b = &parts[part_count - 1]->event_batch;
+    size_t count = gather(c, parts, part_count);
+    const collided_batch batch = {.interest = {i->id},
+        .stream = b->stream,
+        .epoch = b->epoch,
+        .batch = b->batch,
+        .tick = b->tick,
+        .stamp_ns = b->stamp_ns,
+        .latest_pose_ns = b->latest_pose_ns,
+        .step = b->step,
+        .snapshot = b->snapshot,
+        .closing = b->closing,
+        .lost = i->lost,
+        .event_count = count,
+        .events = c->events};
+    i->lost = 0;
+    c->in_callback = true;
+    i->callback(i->context, &batch);
+    c->in_callback = false;
+    c->delivered++;
+}
+
+static void count_lost(collided *c, interest_record *i, int64_t batches)
+{
+    i->lost += batches;
+    pthread_mutex_lock(&c->lock);
+    c->counters.batches_lost += batches;
+    pthread_mutex_unlock(&c->lock);
+}
+
+/* Announcing the interest again makes the daemon send a snapshot. Not while it is pending: then one comes by itself. */
+static void ask_for_snapshot(collided *c, interest_record *i, int64_t now_ns)
+{
+    pthread_mutex_lock(&c->lock);
+    bool asked = i->announced.state == ANNOUNCE_ACKED;
+    if (asked) announce_again(c, &i->announced);
+    pthread_mutex_unlock(&c->lock);
+    i->resync_ns = now_ns + i->resync_wait_ns;
+    if (asked && i->resync_wait_ns < LONGEST_RESYNC_S * NS_PER_S) i->resync_wait_ns *= 2;
+}
+
+int64_t stream_tend(collided *c, int64_t now_ns)
+{
+    int64_t next = INT64_MAX;
+    for (interest_record *i = c->interests; i; i = i->next) {
+        if (!i->waiting || i->removed) continue;
+        if (now_ns >= i->resync_ns) ask_for_snapshot(c, i, now_ns);
+        if (i->resync_ns < next) next = i->resync_ns;
+    }
+    return next;
+}
+
+static interest_record *addressee(collided *c, const wire_event_batch *b)
+{
+    if (b->client != c->id) return NULL; /* another client publishes a stream of the same name */
+    pthread_mutex_lock(&c->lock);
+    bool ours = session_hear(c, b->epoch);
+    pthread_mutex_unlock(&c->lock);
+    interest_record *i = ours ? c->interests : NULL;
+    while (i && (i->id != b->interest || i->removed)) i = i->next;
+    return i;
+}
+
+static void wait_for_snapshot(interest_record *i)
+{
+    stream_drop_parts(i);
+    i->waiting = true;
+    i->resync_wait_ns = NS_PER_S;
+}
+
+/* True if the batch continues what was told, or begins anew. */
+static bool in_order(collided *c, interest_record *i, const wire_event_batch *b)
+{
+    if (b->epoch != i->epoch) {
+        wait_for_snapshot(i);
+        i->resync_ns = session_monotonic_ns() + i->resync_wait_ns;
+        i->epoch = b->epoch;
+    }
+    if (b->snapshot && b->part == 0) {
+        if (!i->waiting && b->batch > i->next_batch) count_lost(c, i, b->batch - i->next_batch);
+        stream_drop_parts(i);
+        i->waiting = false;
+        return true;
+    }
+    if (!i->waiting && b->batch == i->next_batch) return true;
+    if (!i->waiting && b->batch < i->next_batch) return false; /* told already */
+    if (i->waiting) {
+        count_lost(c, i, 1);
+        return false;
+    }
+    count_lost(c, i, b->batch - i->next_batch + 1 + (int64_t)i->part_count);
+    wait_for_snapshot(i);
+    ask_for_snapshot(c, i, session_monotonic_ns());
+    return false;
+}
+
+void stream_receive(collided *c, const wire_message *m)
+{
+    const wire_event_batch *b = &m->event_batch;
+    interest_record *i = addressee(c, b);
+    if (!i || !in_order(c, i, b)) return;
+    i->next_batch = b->batch + 1;
+    if (b->parts <= 1) {
+        deliver(c, i, &m, 1);
+        return;
+    }
+    i->parts = reserve(i->parts, &i->part_capacity, i->part_count + 1, sizeof(wire_message *));
+    i->parts[i->part_count++] = message_copy(m);
+    if (b->part + 1 < b->parts) return;
+    deliver(c, i, (const wire_message *const *)i->parts, i->part_count);
+    stream_drop_parts(i);
+}

@@ -1,0 +1,57 @@
+/* transport: how messages travel between this client and a daemon. One table of functions a transport, chosen by the
+ * URI's scheme. send, flush and drain are called with the client's mutex held. Receiving has two roles, each with its
+ * own readers and file descriptor, so that the library's thread and the caller's never wait for each other: control
+ * (acks, rejects, status; the library's thread) and streams (event batches, answers; the caller's thread). */
+#ifndef COLLIDED_CLIENT_TRANSPORT_H
+#define COLLIDED_CLIENT_TRANSPORT_H
+
+#include "wire/wire.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+
+typedef struct transport transport;
+
+typedef enum transport_role { TRANSPORT_CONTROL, TRANSPORT_STREAMS, TRANSPORT_ROLES } transport_role;
+
+typedef struct transport_options {
+    const char *address;   /* what follows "scheme://" */
+    const char *interface; /* network interface; "" = loopback only */
+    int64_t client;
+    int64_t lease_ns;
+} transport_options;
+
+typedef struct transport_sink {
+    void *context;
+    void (*message)(void *context, const wire_message *m);   /* checked; valid during the call */
+    void (*refused)(void *context, const wire_refusal *why); /* something came that is not a message of ours */
+} transport_sink;
+
+typedef struct transport_ops {
+    const char *scheme;
+    bool repeats;       /* nothing keeps what was sent: heartbeats, and repetition until acknowledged */
+    uint32_t poses_max; /* poses a message that travel well */
+    /* NULL, with a line in `why` that says what failed and what to do. */
+    transport *(*open)(const transport_options *options, char *why, size_t why_size);
+    int (*send)(transport *t, const wire_message *m); /* 0, or -1 when the transport refused */
+    void (*flush)(transport *t);
+    /* Waits at most so long until the receivers have what was sent, where a transport can know. */
+    void (*drain)(transport *t, int64_t timeout_ns);
+    /* The daemon is matched in both directions: a query will be heard, and so will its answer. */
+    bool (*ready)(transport *t);
+    int (*fd)(transport *t, transport_role role); /* readable when there is something to receive */
+    void (*receive)(transport *t, transport_role role, const transport_sink *sink); /* all that has come; no waiting */
+    /* Begins and ends to read a stream; by the thread of the role TRANSPORT_STREAMS, outside of receive. */
+    int (*stream_open)(transport *t, const char *stream);
+    void (*stream_close)(transport *t, const char *stream);
+    void (*forget)(transport *t, const wire_message *removed); /* a removal that was acknowledged */
+    void (*close)(transport *t);
+} transport_ops;
+
+struct transport { /* the head of each transport's own struct */
+    const transport_ops *ops;
+};
+
+extern const transport_ops transport_dds_ops, transport_lcm_ops;
+
+#endif

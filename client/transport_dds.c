@@ -1,0 +1,426 @@
+/* transport_dds: Cyclone DDS. Writers keep the newest announcement of each object for whoever comes later, and the
+ * client's liveliness is its lease, so nothing is repeated. Listeners run on threads of Cyclone's; they only wake the
+ * two threads of the session through a descriptor each. */
+#include "allocate.h"
+#include "transport.h"
+#include "wire_dds/wire_dds.h"
+#include "wire_dds/wire_dds_qos.h"
+
+#include <dds/dds.h>
+#include <errno.h>
+#include <pthread.h>
+#include <stdatomic.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+enum {
+    DDS_DOMAIN_LAST = 230,
+    DDS_TAKE = 64 /* always the same: Cyclone writes as many loans as the most ever asked */
+};
+enum { DDS_PEERS = 16 /* daemons that are matched at one time */ };
+
+typedef struct dds_inbox {
+    dds_entity_t reader;
+    wire_kind kind;
+    transport_role role;
+    dds_entity_t subscriber; /* of a stream: its partition; otherwise 0 */
+    char *stream;            /* owned; otherwise NULL */
+} dds_inbox;
+
+typedef struct transport_dds {
+    transport head;
+    dds_domainid_t domain;
+    dds_entity_t participant;
+    dds_entity_t topics[WIRE_KIND_COUNT];
+    dds_entity_t writers[WIRE_KIND_COUNT];
+    dds_inbox control[3]; /* Ack, Reject, Status */
+    dds_inbox *streams;   /* Answer, then one a stream */
+    size_t stream_count, stream_capacity;
+    int fds[TRANSPORT_ROLES];
+    atomic_bool rematched; /* a listener saw a match: `matched` must be found anew */
+    atomic_bool matched;
+    void *sample; /* room for any kind; written under the client's mutex */
+} transport_dds;
+
+static const wire_kind outgoing[] = {WIRE_CLIENT, WIRE_GEOMETRY, WIRE_BODY, WIRE_POSE_BATCH, WIRE_INTEREST, WIRE_QUERY};
+enum { OUTGOING = sizeof outgoing / sizeof outgoing[0] };
+
+/* ---- the domain, shared by the clients of a process ---- */
+
+static pthread_mutex_t domains_lock = PTHREAD_MUTEX_INITIALIZER;
+static struct dds_shared_domain {
+    dds_entity_t entity;
+    unsigned users;
+} domains[DDS_DOMAIN_LAST + 1];
+
+/* When the program has made this domain itself, its configuration stands, and it is not ours to delete. */
+static bool domain_use(dds_domainid_t id, const char *interface, char *why, size_t why_size)
+{
+    char config[4096];
+    if (!wire_dds_config(config, sizeof config, interface, false)) {
+        (void)snprintf(why, why_size,
+            "dds: '%s' is not the name or address of an interface, or CYCLONEDDS_URI is too long", interface);
+        return false;
+    }
+    dds_return_t result = DDS_RETCODE_OK;
+    pthread_mutex_lock(&domains_lock);
+    if (domains[id].entity <= 0) result = domains[id].entity = dds_create_domain(id, config);
+    if (result >= 0 || result == DDS_RETCODE_PRECONDITION_NOT_MET) domains[id].users++;
+    pthread_mutex_unlock(&domains_lock);
+    if (result >= 0 || result == DDS_RETCODE_PRECONDITION_NOT_MET) return true;
+    (void)snprintf(why, why_size, "dds: cannot open domain %u: %s", (unsigned)id, dds_strretcode(-result));
+    return false;
+}
+
+static void domain_leave(dds_domainid_t id)
+{
+    pthread_mutex_lock(&domains_lock);
+    bool last = --domains[id].users == 0 && domains[id].entity > 0;
+    if (last && dds_lookup_participant(id, NULL, 0) == 0) {
+        (void)dds_delete(domains[id].entity);
+        domains[id].entity = 0;
+    }
+    pthread_mutex_unlock(&domains_lock);
+}
+
+/* ---- waking ---- */
+
+static void wake(transport_dds *t, transport_role role)
+{
+    uint64_t one = 1;
+    ssize_t written = write(t->fds[role], &one, sizeof one);
+    (void)written; /* it fails only when the counter is full: the reader is awake */
+}
+
+static void on_control(dds_entity_t reader, void *context)
+{
+    (void)reader;
+    wake(context, TRANSPORT_CONTROL);
+}
+
+static void on_stream(dds_entity_t reader, void *context)
+{
+    (void)reader;
+    wake(context, TRANSPORT_STREAMS);
+}
+
+static void on_match(transport_dds *t)
+{
+    atomic_store(&t->rematched, true);
+    wake(t, TRANSPORT_CONTROL);
+    wake(t, TRANSPORT_STREAMS);
+}
+
+static void on_reader_matched(dds_entity_t e, const dds_subscription_matched_status_t status, void *context)
+{
+    (void)e;
+    (void)status;
+    on_match(context);
+}
+
+static void on_writer_matched(dds_entity_t e, const dds_publication_matched_status_t status, void *context)
+{
+    (void)e;
+    (void)status;
+    on_match(context);
+}
+
+/* ---- who is matched ---- */
+
+typedef struct dds_peers {
+    int count;
+    dds_guid_t participants[DDS_PEERS];
+} dds_peers;
+
+static void add_peer(dds_peers *peers, dds_builtintopic_endpoint_t *endpoint)
+{
+    if (!endpoint) return;
+    peers->participants[peers->count++] = endpoint->participant_key;
+    dds_builtintopic_free_endpoint(endpoint);
+}
+
+static dds_peers peers_of_reader(dds_entity_t reader)
+{
+    dds_instance_handle_t handles[DDS_PEERS];
+    dds_return_t n = dds_get_matched_publications(reader, handles, DDS_PEERS);
+    dds_peers peers = {0};
+    for (int i = 0; i < n && i < DDS_PEERS; i++) add_peer(&peers, dds_get_matched_publication_data(reader, handles[i]));
+    return peers;
+}
+
+static dds_peers peers_of_writer(dds_entity_t writer)
+{
+    dds_instance_handle_t handles[DDS_PEERS];
+    dds_return_t n = dds_get_matched_subscriptions(writer, handles, DDS_PEERS);
+    dds_peers peers = {0};
+    for (int i = 0; i < n && i < DDS_PEERS; i++)
+        add_peer(&peers, dds_get_matched_subscription_data(writer, handles[i]));
+    return peers;
+}
+
+static bool all_among(const dds_peers *some, const dds_peers peers)
+{
+    for (int i = 0; i < some->count; i++) {
+        bool found = false;
+        for (int k = 0; k < peers.count; k++)
+            found = found || memcmp(&some->participants[i], &peers.participants[k], sizeof(dds_guid_t)) == 0;
+        if (!found) return false;
+    }
+    return true;
+}
+
+/* Whoever acknowledges must also hear poses and queries and be heard answering and refusing. Discovery matches one
+ * endpoint at a time, so acks are left in their reader until this holds: what they release (poses) is volatile. */
+static bool dds_ready(transport *base)
+{
+    transport_dds *t = (transport_dds *)base;
+    if (!atomic_exchange(&t->rematched, false)) return atomic_load(&t->matched);
+    dds_peers acking = peers_of_reader(t->control[0].reader);
+    bool matched = acking.count > 0 && all_among(&acking, peers_of_writer(t->writers[WIRE_POSE_BATCH])) &&
+                   all_among(&acking, peers_of_writer(t->writers[WIRE_QUERY])) &&
+                   all_among(&acking, peers_of_reader(t->control[1].reader)) &&
+                   all_among(&acking, peers_of_reader(t->streams[0].reader));
+    atomic_store(&t->matched, matched);
+    return matched;
+}
+
+/* ---- opening and closing ---- */
+
+static bool open_topic(transport_dds *t, wire_kind kind)
+{
+    char name[WIRE_DDS_TOPIC_MAX];
+    wire_dds_topic(kind, name);
+    t->topics[kind] = dds_create_topic(t->participant, wire_dds_descriptor(kind), name, NULL, NULL);
+    return t->topics[kind] > 0;
+}
+
+/* Poses wait for the flush; all else goes out with its write. The switch is Cyclone's and applies to the writers that
+ * are created while it is on. */
+static bool open_writer(transport_dds *t, wire_kind kind, int64_t lease_ns)
+{
+    if (!open_topic(t, kind)) return false;
+    dds_qos_t *qos = wire_dds_qos(kind, WIRE_DDS_WRITER, NULL, kind == WIRE_CLIENT ? lease_ns : 0);
+    dds_listener_t *listener = dds_create_listener(t);
+    dds_lset_publication_matched(listener, on_writer_matched);
+    if (kind == WIRE_POSE_BATCH) dds_write_set_batch(true);
+    t->writers[kind] = dds_create_writer(t->participant, t->topics[kind], qos, listener);
+    if (kind == WIRE_POSE_BATCH) dds_write_set_batch(false);
+    dds_delete_listener(listener);
+    dds_delete_qos(qos);
+    return t->writers[kind] > 0;
+}
+
+static bool open_inbox(transport_dds *t, dds_inbox *inbox, wire_kind kind, transport_role role, const char *stream)
+{
+    *inbox = (dds_inbox){.kind = kind, .role = role};
+    if (t->topics[kind] <= 0 && !open_topic(t, kind)) return false;
+    dds_qos_t *qos = wire_dds_qos(kind, WIRE_DDS_READER, stream, 0);
+    dds_listener_t *listener = dds_create_listener(t);
+    dds_lset_data_available(listener, role == TRANSPORT_CONTROL ? on_control : on_stream);
+    dds_lset_subscription_matched(listener, on_reader_matched);
+    if (stream) inbox->subscriber = dds_create_subscriber(t->participant, qos, NULL);
+    inbox->reader = dds_create_reader(stream ? inbox->subscriber : t->participant, t->topics[kind], qos, listener);
+    dds_delete_listener(listener);
+    dds_delete_qos(qos);
+    if (inbox->reader <= 0) return false;
+    inbox->stream = stream ? strdup(stream) : NULL;
+    return true;
+}
+
+static bool add_stream(transport_dds *t, wire_kind kind, const char *stream)
+{
+    dds_inbox inbox;
+    if (!open_inbox(t, &inbox, kind, TRANSPORT_STREAMS, stream)) {
+        if (inbox.subscriber > 0) (void)dds_delete(inbox.subscriber);
+        return false;
+    }
+    t->streams = reserve(t->streams, &t->stream_capacity, t->stream_count + 1, sizeof *t->streams);
+    t->streams[t->stream_count++] = inbox;
+    return true;
+}
+
+static bool open_entities(transport_dds *t, const transport_options *options)
+{
+    t->participant = dds_create_participant(t->domain, NULL, NULL);
+    if (t->participant <= 0) return false;
+    bool opened = open_inbox(t, &t->control[0], WIRE_ACK, TRANSPORT_CONTROL, NULL) &&
+                  open_inbox(t, &t->control[1], WIRE_REJECT, TRANSPORT_CONTROL, NULL) &&
+                  open_inbox(t, &t->control[2], WIRE_STATUS, TRANSPORT_CONTROL, NULL) &&
+                  add_stream(t, WIRE_ANSWER, NULL);
+    for (size_t i = 0; opened && i < OUTGOING; i++) opened = open_writer(t, outgoing[i], options->lease_ns);
+    return opened && open_topic(t, WIRE_EVENT_BATCH);
+}
+
+static void *room_for_any_sample(void)
+{
+    size_t most = 0;
+    for (size_t i = 0; i < OUTGOING; i++)
+        if (wire_dds_sample_size(outgoing[i]) > most) most = wire_dds_sample_size(outgoing[i]);
+    return allocate(1, most);
+}
+
+static void dds_close_transport(transport *base)
+{
+    transport_dds *t = (transport_dds *)base;
+    if (t->participant > 0) (void)dds_delete(t->participant);
+    domain_leave(t->domain);
+    for (size_t i = 0; i < t->stream_count; i++) free(t->streams[i].stream);
+    for (int role = 0; role < TRANSPORT_ROLES; role++)
+        if (t->fds[role] >= 0) close(t->fds[role]);
+    free(t->streams);
+    free(t->sample);
+    free(t);
+}
+
+static transport *dds_open_transport(const transport_options *options, char *why, size_t why_size)
+{
+    char *end;
+    errno = 0;
+    unsigned long domain = strtoul(options->address, &end, 10);
+    if (*end || end == options->address || errno || options->address[0] == '-' || domain > DDS_DOMAIN_LAST) {
+        (void)snprintf(why, why_size, "dds: '%s' is not a domain from 0 to %d", options->address, DDS_DOMAIN_LAST);
+        return NULL;
+    }
+    if (!domain_use((dds_domainid_t)domain, options->interface, why, why_size)) return NULL;
+    transport_dds *t = allocate(1, sizeof *t);
+    t->head.ops = &transport_dds_ops;
+    t->domain = (dds_domainid_t)domain;
+    t->sample = room_for_any_sample();
+    atomic_init(&t->rematched, true);
+    for (int role = 0; role < TRANSPORT_ROLES; role++) t->fds[role] = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
+    if (t->fds[TRANSPORT_CONTROL] >= 0 && t->fds[TRANSPORT_STREAMS] >= 0 && open_entities(t, options)) return &t->head;
+    (void)snprintf(why, why_size, "dds: cannot create the entities of domain %lu%s%s", domain,
+        options->interface[0] ? " on interface " : "", options->interface);
+    dds_close_transport(&t->head);
+    return NULL;
+}
+
+/* ---- sending ---- */
+
+static bool is_removed(const wire_message *m)
+{
+    switch (m->kind) {
+    case WIRE_CLIENT:
+        return m->client.removed;
+    case WIRE_GEOMETRY:
+        return m->geometry.removed;
+    case WIRE_BODY:
+        return m->body.removed;
+    case WIRE_INTEREST:
+        return m->interest.removed;
+    default:
+        return false;
+    }
+}
+
+static int dds_send(transport *base, const wire_message *m)
+{
+    transport_dds *t = (transport_dds *)base;
+    wire_dds_encode(m, t->sample);
+    dds_entity_t writer = t->writers[m->kind];
+    return is_removed(m) ? dds_writedispose(writer, t->sample) : dds_write(writer, t->sample);
+}
+
+static void dds_forget(transport *base, const wire_message *removed)
+{
+    transport_dds *t = (transport_dds *)base;
+    wire_dds_encode(removed, t->sample);
+    (void)dds_unregister_instance(t->writers[removed->kind], t->sample);
+}
+
+static void dds_flush(transport *base)
+{
+    dds_write_flush(((transport_dds *)base)->writers[WIRE_POSE_BATCH]);
+}
+
+static void dds_drain(transport *base, int64_t timeout_ns)
+{
+    dds_flush(base);
+    if (timeout_ns > 0) (void)dds_wait_for_acks(((transport_dds *)base)->writers[WIRE_POSE_BATCH], timeout_ns);
+}
+
+/* ---- receiving ---- */
+
+static int dds_fd(transport *base, transport_role role)
+{
+    return ((transport_dds *)base)->fds[role];
+}
+
+static void hand_over(const dds_inbox *inbox, const void *sample, const transport_sink *sink)
+{
+    wire_message m;
+    wire_refusal why;
+    if (wire_dds_decode(inbox->kind, sample, &m, &why) == WIRE_OK)
+        sink->message(sink->context, &m);
+    else
+        sink->refused(sink->context, &why);
+}
+
+static void take_all(const dds_inbox *inbox, const transport_sink *sink)
+{
+    dds_return_t n;
+    do {
+        void *samples[DDS_TAKE] = {NULL};
+        dds_sample_info_t infos[DDS_TAKE];
+        n = dds_take(inbox->reader, samples, infos, DDS_TAKE, DDS_TAKE);
+        for (int i = 0; i < n; i++)
+            if (infos[i].valid_data) hand_over(inbox, samples[i], sink);
+        if (n > 0) (void)dds_return_loan(inbox->reader, samples, n);
+    } while (n == DDS_TAKE);
+}
+
+static void dds_receive(transport *base, transport_role role, const transport_sink *sink)
+{
+    transport_dds *t = (transport_dds *)base;
+    uint64_t count;
+    if (read(t->fds[role], &count, sizeof count) < 0) count = 0; /* nothing new; looking costs little */
+    if (role == TRANSPORT_STREAMS) {
+        /* A callback may open a stream and move the array: read it anew each time. */
+        for (size_t i = 0; i < t->stream_count; i++) {
+            dds_inbox inbox = t->streams[i];
+            take_all(&inbox, sink);
+        }
+        return;
+    }
+    if (dds_ready(base)) take_all(&t->control[0], sink);
+    take_all(&t->control[1], sink);
+    take_all(&t->control[2], sink);
+}
+
+static int dds_stream_open(transport *base, const char *stream)
+{
+    return add_stream((transport_dds *)base, WIRE_EVENT_BATCH, stream) ? 0 : -1;
+}
+
+static void dds_stream_close(transport *base, const char *stream)
+{
+    transport_dds *t = (transport_dds *)base;
+    for (size_t i = 0; i < t->stream_count; i++) {
+        dds_inbox *inbox = &t->streams[i];
+        if (!inbox->stream || strcmp(inbox->stream, stream) != 0) continue;
+        (void)dds_delete(inbox->subscriber);
+        free(inbox->stream);
+        *inbox = t->streams[--t->stream_count];
+        return;
+    }
+}
+
+const transport_ops transport_dds_ops = {
+    .scheme = "dds",
+    .repeats = false,
+    .poses_max = WIRE_POSES_MAX,
+    .open = dds_open_transport,
+    .send = dds_send,
+    .flush = dds_flush,
+    .drain = dds_drain,
+    .ready = dds_ready,
+    .fd = dds_fd,
+    .receive = dds_receive,
+    .stream_open = dds_stream_open,
+    .stream_close = dds_stream_close,
+    .forget = dds_forget,
+    .close = dds_close_transport,
+};

@@ -1,0 +1,60 @@
+/* verify_shape: what a proof needs to know of a shape, in extended precision and by formulas of its own: how far it
+ * reaches along a direction, and how far a point is from it. Nothing here is shared with the daemon, so that a mistake
+ * there is not repeated here. Pure; any thread. */
+#ifndef COLLIDED_CLIENT_VERIFY_SHAPE_H
+#define COLLIDED_CLIENT_VERIFY_SHAPE_H
+
+#include "collided.h"
+
+typedef long double real;
+
+typedef struct vec {
+    real x, y, z;
+} vec;
+
+static inline vec vec_of(const double v[3])
+{
+    return (vec){v[0], v[1], v[2]};
+}
+static inline vec add(vec a, vec b)
+{
+    return (vec){a.x + b.x, a.y + b.y, a.z + b.z};
+}
+static inline vec sub(vec a, vec b)
+{
+    return (vec){a.x - b.x, a.y - b.y, a.z - b.z};
+}
+static inline vec scale(real s, vec a)
+{
+    return (vec){s * a.x, s * a.y, s * a.z};
+}
+static inline real dot(vec a, vec b)
+{
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+static inline vec cross(vec a, vec b)
+{
+    return (vec){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+real length(vec a);
+
+/* A shape where it stands. */
+typedef struct placed {
+    const collided_shape *shape;
+    const double *points; /* of a hull */
+    size_t point_count;
+    vec columns[3]; /* the shape's axes in the world */
+    vec origin;     /* of the shape relative to its body's position, in world directions */
+    vec body;       /* position of the body */
+} placed;
+
+/* False if the shape, its poses or its points are not usable: not finite, no rotation, negative sizes, no points. */
+bool placed_make(placed *p, const collided_shape *shape, const collided_pose *body, const double *points, size_t count);
+
+real placed_reach(const placed *p);          /* of its points from the body's position; a half-space: of its origin */
+real placed_support(const placed *p, vec n); /* greatest n . x of its points, relative to the body's position; for a
+                                                half-space n is taken to be its normal */
+real placed_distance(const placed *p, vec world); /* of a point from the shape; 0 inside. An upper bound */
+vec placed_normal(const placed *p);               /* of a half-space, outward, world */
+
+#endif

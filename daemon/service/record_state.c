@@ -1,0 +1,109 @@
+/* record_state: the world as messages: what clients have announced and not taken back, with the newest poses. A recording
+ * that begins in the middle begins with it. Tick thread. */
+#include "service.h"
+
+#include <stdlib.h>
+
+static void tell_geometry(service *s, const geometry *g)
+{
+    for (int32_t piece = 0; piece < g->pieces; piece++) {
+        size_t first = (size_t)piece * WIRE_PIECE_MAX, left = g->vertex_numbers - first;
+        wire_message m = {.kind = WIRE_GEOMETRY,
+            .geometry = {.version = WIRE_VERSION, .client = g->client, .sequence = 1, .kind = g->kind, .hash = g->hash,
+                .vertex_numbers = (int32_t)g->vertex_numbers, .piece = piece, .pieces = g->pieces,
+                .vertices = {(uint32_t)(left < WIRE_PIECE_MAX ? left : WIRE_PIECE_MAX), g->vertices + first}}};
+        record_message(s, &m);
+    }
+}
+
+static void put_pose(double at[7], pose p)
+{
+    const double numbers[7] = {p.p.x, p.p.y, p.p.z, p.q.w, p.q.x, p.q.y, p.q.z};
+    for (int i = 0; i < 7; i++) at[i] = numbers[i];
+}
+
+typedef struct columns { /* of the shapes and rules of one body */
+    uint8_t types[WIRE_SHAPES_MAX], actions[WIRE_RULES_MAX];
+    double sizes[3 * WIRE_SHAPES_MAX], radii[WIRE_SHAPES_MAX], poses[7 * WIRE_SHAPES_MAX], pose[7];
+    int64_t geometries[WIRE_SHAPES_MAX];
+    const char *patterns[WIRE_RULES_MAX], *reasons[WIRE_RULES_MAX];
+    world_shape shapes[WIRE_SHAPES_MAX];
+} columns;
+
+static void fill_shapes(columns *c, const world_body *def, const owned_body *b, wire_body *m)
+{
+    uint32_t n = (uint32_t)def->shape_count;
+    size_t hulls = 0;
+    for (uint32_t i = 0; i < n; i++) {
+        const shape *s = &c->shapes[i].shape;
+        c->types[i] = (uint8_t)s->type;
+        c->sizes[3 * i] = s->half.x;
+        c->sizes[3 * i + 1] = s->half.y;
+        c->sizes[3 * i + 2] = s->half.z;
+        c->radii[i] = s->radius;
+        put_pose(c->poses + 7 * (size_t)i, c->shapes[i].local);
+        c->geometries[i] = s->type == SHAPE_HULL ? b->geometries.at[hulls++] : 0;
+    }
+    m->shape_types = (wire_u8s){n, c->types};
+    m->shape_sizes = (wire_f64s){3 * n, c->sizes};
+    m->shape_radii = (wire_f64s){n, c->radii};
+    m->shape_poses = (wire_f64s){7 * n, c->poses};
+    m->shape_geometries = (wire_i64s){n, c->geometries};
+}
+
+static void fill_rules(columns *c, const world_body *def, wire_body *m)
+{
+    uint32_t n = (uint32_t)def->rule_count;
+    for (uint32_t i = 0; i < n; i++) {
+        c->patterns[i] = def->rules[i].pattern;
+        c->actions[i] = def->rules[i].allow ? WIRE_RULE_ALLOW : WIRE_RULE_CHECK;
+        c->reasons[i] = def->rules[i].reason;
+    }
+    m->rule_patterns = (wire_strings){n, c->patterns};
+    m->rule_actions = (wire_u8s){n, c->actions};
+    m->rule_reasons = (wire_strings){n, c->reasons};
+}
+
+static void tell_body(service *s, const session *c, const owned_body *b, columns *scratch)
+{
+    world_body def;
+    if (b->world_id == WORLD_NONE || world_get_body(s->world, b->world_id, &def, scratch->shapes) != WORLD_OK) return;
+    put_pose(scratch->pose, def.pose);
+    wire_message m = {.kind = WIRE_BODY,
+        .body = {.version = WIRE_VERSION, .client = c->client, .sequence = b->sequence, .body = b->number,
+            .motion = def.fixed ? WIRE_MOTION_FIXED : WIRE_MOTION_MOVING, .name = def.name, .group = def.group,
+            .category = (int64_t)def.category, .mask = (int64_t)def.mask, .deadline_ns = def.deadline_ns,
+            .stamp_ns = def.stamp_ns, .pose = {7, scratch->pose}}};
+    fill_shapes(scratch, &def, b, &m.body);
+    fill_rules(scratch, &def, &m.body);
+    record_message(s, &m);
+}
+
+static void tell_interest(service *s, const session *c, const owned_interest *i)
+{
+    world_interest def;
+    if (!i->live || world_get_interest(s->world, i->world_id, &def) != WORLD_OK) return;
+    wire_message m = {.kind = WIRE_INTEREST,
+        .interest = {.version = WIRE_VERSION, .client = c->client, .sequence = i->sequence, .interest = i->number,
+            .facts = (int32_t)def.facts, .stream = s->streams.at[i->world_id].name, .select_a = def.select_a,
+            .select_b = def.select_b, .threshold_m = def.threshold, .range_m = def.range, .tolerance_m = def.tolerance,
+            .rate_hz = def.period_ns ? 1e9 / (double)def.period_ns : 0}};
+    record_message(s, &m);
+}
+
+void record_state(service *s)
+{
+    columns *scratch = base_alloc(1, sizeof *scratch);
+    for (size_t i = 0; i < s->geometries.count; i++)
+        if (s->geometries.at[i].used && s->geometries.at[i].hull) tell_geometry(s, &s->geometries.at[i]);
+    for (size_t i = 0; i < s->sessions.count; i++) {
+        const session *c = s->sessions.at[i];
+        wire_message m = {.kind = WIRE_CLIENT,
+            .client = {.version = WIRE_VERSION, .client = c->client, .sequence = c->sequence ? c->sequence : 1,
+                .on_loss = c->on_loss, .lease_ns = c->lease_ns, .name = c->name}};
+        record_message(s, &m);
+        for (size_t k = 0; k < c->bodies.count; k++) tell_body(s, c, &c->bodies.at[k], scratch);
+        for (size_t k = 0; k < c->interests.count; k++) tell_interest(s, c, &c->interests.at[k]);
+    }
+    free(scratch);
+}

@@ -1,0 +1,309 @@
+/* What is announced arrives: repetition, acknowledgement, restarts of the daemon, refusals, leaving in order. */
+#include "cmocka_c.h"
+#include "fake.h"
+
+#include <stdio.h>
+#include <string.h>
+
+static collided_body make(collided *c, const char *name)
+{
+    const collided_shape ball = collided_sphere(0.1);
+    collided_body_def def = collided_body_def_default();
+    def.name = name;
+    def.shapes = &ball;
+    def.shape_count = 1;
+    collided_body body = collided_create_body(c, &def);
+    assert_int_not_equal(body.id, COLLIDED_NONE);
+    return body;
+}
+
+static void connecting_without_a_daemon_fails_and_says_so(void **state)
+{
+    (void)state;
+    fake_begin((fake_options){.deaf = true});
+    collided_def def = collided_def_default();
+    def.connect_timeout_s = 0.1;
+    char why[256] = "";
+    assert_null(fake_try(&def, why, sizeof why));
+    assert_non_null(strstr(why, "no daemon"));
+    def.connect_timeout_s = 0.0;
+    collided *c = fake_try(&def, why, sizeof why);
+    assert_non_null(c);
+    collided_close(c);
+}
+
+static void unacknowledged_announcements_are_repeated_with_growing_pauses(void **state)
+{
+    (void)state;
+    fake_begin((fake_options){.repeats = true, .ignored = WIRE_BODY, .epoch = 1});
+    collided *c = fake_connect();
+    make(c, "part");
+    const wire_message *first = fake_message(WIRE_BODY, 0), *third = fake_message(WIRE_BODY, 2);
+    assert_true(first->body.sequence == third->body.sequence);
+    fake_pause(400); /* 0, 50, 150, 350, 750 ms */
+    assert_in_range(fake_sent(WIRE_BODY), 3, 6);
+    assert_int_equal(collided_sync(c, 0.0), COLLIDED_TIMEOUT);
+    fake_ack(first);
+    assert_int_equal(collided_sync(c, 1.0), COLLIDED_OK);
+    size_t sent = fake_sent(WIRE_BODY);
+    fake_pause(1200);
+    assert_int_equal(fake_sent(WIRE_BODY), sent);
+    fake_set((fake_options){.repeats = true, .epoch = 1});
+    collided_close(c);
+}
+
+static void a_transport_that_keeps_announcements_needs_no_repetition(void **state)
+{
+    (void)state;
+    fake_begin((fake_options){.ignored = WIRE_BODY, .epoch = 1});
+    collided *c = fake_connect();
+    make(c, "part");
+    fake_pause(300);
+    assert_int_equal(fake_sent(WIRE_BODY), 1);
+    fake_set((fake_options){.epoch = 1});
+    collided_close(c);
+}
+
+static void heartbeats_come_three_times_a_lease(void **state)
+{
+    (void)state;
+    fake_begin((fake_options){.repeats = true, .epoch = 1});
+    collided *c = fake_connect();
+    fake_pause(1100); /* the lease is 0.6 s */
+    assert_in_range(fake_sent(WIRE_CLIENT), 4, 9);
+    assert_true(fake_message(WIRE_CLIENT, 2)->client.sequence > fake_message(WIRE_CLIENT, 1)->client.sequence);
+    collided_close(c);
+}
+
+static collided_pose at(double x)
+{
+    collided_pose pose = collided_pose_identity();
+    pose.position[0] = x;
+    return pose;
+}
+
+static void a_restarted_daemon_is_told_everything_again_in_order(void **state)
+{
+    (void)state;
+    fake_begin((fake_options){.repeats = true, .epoch = 1});
+    collided *c = fake_connect();
+    collided_body a = make(c, "a"), b = make(c, "b");
+    assert_int_equal(collided_sync(c, 1.0), COLLIDED_OK);
+    assert_int_equal(collided_move(c, a, at(3.0)), COLLIDED_OK);
+    collided_remove_body(c, b);
+    assert_int_equal(collided_sync(c, 1.0), COLLIDED_OK);
+    size_t clients = fake_sent(WIRE_CLIENT);
+    fake_set((fake_options){.repeats = true, .epoch = 2});
+    fake_status(2);
+    const wire_message *body = fake_message(WIRE_BODY, 3), *client = fake_message(WIRE_CLIENT, clients);
+    assert_string_equal(body->body.name, "a");
+    assert_true(body->body.pose.at[0] == 3.0); /* the newest pose */
+    assert_true(body->body.sequence > fake_message(WIRE_POSE_BATCH, 0)->pose_batch.sequence);
+    assert_true(fake_position(client) < fake_position(body));
+    assert_int_equal(collided_sync(c, 1.0), COLLIDED_OK);
+    assert_int_equal(fake_sent(WIRE_BODY), 4); /* a, b, b removed, a again: what is gone stays gone */
+    collided_close(c);
+}
+
+static void a_transport_that_keeps_sends_only_the_newer_pose_to_a_new_daemon(void **state)
+{
+    (void)state;
+    fake_begin((fake_options){.epoch = 1});
+    collided *c = fake_connect();
+    collided_body a = make(c, "a");
+    assert_int_equal(collided_sync(c, 1.0), COLLIDED_OK);
+    assert_int_equal(collided_move(c, a, at(3.0)), COLLIDED_OK);
+    fake_set((fake_options){.epoch = 2});
+    fake_ack(fake_message(WIRE_BODY, 0)); /* the new daemon found it in the transport */
+    const wire_message *pose = fake_message(WIRE_POSE_BATCH, 1);
+    assert_true(pose->pose_batch.positions.at[0] == 3.0);
+    assert_int_equal(fake_sent(WIRE_BODY), 1);
+    collided_close(c);
+}
+
+static void an_older_daemon_is_not_followed_while_ours_speaks(void **state)
+{
+    (void)state;
+    fake_begin((fake_options){.repeats = true, .epoch = 5});
+    collided *c = fake_connect();
+    make(c, "a");
+    assert_int_equal(collided_sync(c, 1.0), COLLIDED_OK);
+    fake_status(4);
+    fake_pause(50);
+    assert_int_equal(fake_sent(WIRE_BODY), 1);
+    fake_status(5);
+    collided_daemon_status status;
+    assert_int_equal(collided_get_status(c, 1.0, &status), COLLIDED_OK);
+    assert_int_equal(status.epoch, 5);
+    assert_string_equal(status.health, "ready");
+    int64_t foreign = 0;
+    for (size_t i = 0; i < status.counter_count; i++)
+        if (!strcmp(status.counters[i].name, "client_foreign_messages")) foreign = status.counters[i].value;
+    assert_int_equal(foreign, 1);
+    collided_close(c);
+}
+
+typedef struct told {
+    int count;
+    int32_t object;
+    char reason[32], text[64];
+} told;
+
+static void note(void *context, const collided_rejection *why)
+{
+    told *t = context;
+    t->count++;
+    t->object = why->object;
+    (void)snprintf(t->reason, sizeof t->reason, "%s", why->reason);
+    (void)snprintf(t->text, sizeof t->text, "%s", why->text);
+}
+
+static void refusals_are_told_and_end_the_wait(void **state)
+{
+    (void)state;
+    told t = {0};
+    fake_begin((fake_options){.repeats = true, .ignored = WIRE_BODY, .epoch = 1});
+    collided *c = fake_connect();
+    collided_on_rejected(c, note, &t);
+    collided_body body = make(c, "part");
+    fake_reject(fake_message(WIRE_BODY, 0), WIRE_NAME_TAKEN, "by another");
+    assert_int_equal(collided_sync(c, 1.0), COLLIDED_REJECTED);
+    assert_non_null(strstr(collided_error(c), "name_taken"));
+    assert_int_equal(t.count, 1);
+    assert_int_equal(t.object, body.id);
+    assert_string_equal(t.reason, "name_taken");
+    assert_string_equal(t.text, "by another");
+    assert_int_equal(collided_sync(c, 1.0), COLLIDED_OK); /* told once */
+    assert_int_equal(collided_move(c, body, at(1.0)), COLLIDED_REJECTED);
+    fake_set((fake_options){.repeats = true, .epoch = 1});
+    collided_close(c);
+}
+
+static void too_many_refusals_are_counted(void **state)
+{
+    (void)state;
+    told t = {0};
+    fake_begin((fake_options){.epoch = 1});
+    collided *c = fake_connect();
+    collided_on_rejected(c, note, &t);
+    const wire_message pose = {.kind = WIRE_POSE_BATCH, .pose_batch = {.version = 1, .client = collided_client_id(c)}};
+    for (int i = 0; i < SESSION_REJECTIONS_MAX + 10; i++) fake_reject(&pose, WIRE_BAD_NUMBER, "x");
+    fake_status(1);
+    fake_pause(200);
+    assert_int_equal(collided_poll(c, 0.0), COLLIDED_OK);
+    assert_int_equal(t.count, SESSION_REJECTIONS_MAX + 1);
+    assert_non_null(strstr(t.text, "10 further"));
+    collided_close(c);
+}
+
+static void a_daemon_that_lost_us_is_told_again(void **state)
+{
+    (void)state;
+    told t = {0};
+    fake_begin((fake_options){.epoch = 1});
+    collided *c = fake_connect();
+    collided_on_rejected(c, note, &t);
+    collided_body body = make(c, "part");
+    assert_int_equal(collided_sync(c, 1.0), COLLIDED_OK);
+    assert_int_equal(collided_move(c, body, at(1.0)), COLLIDED_OK);
+    fake_reject(fake_message(WIRE_POSE_BATCH, 0), WIRE_UNKNOWN_CLIENT, "");
+    const wire_message *again = fake_message(WIRE_BODY, 1);
+    assert_true(again->body.sequence > fake_message(WIRE_POSE_BATCH, 0)->pose_batch.sequence);
+    assert_true(again->body.pose.at[0] == 1.0);
+    assert_int_equal(fake_sent(WIRE_CLIENT), 2);
+    assert_int_equal(collided_sync(c, 1.0), COLLIDED_OK);
+    assert_int_equal(t.count, 0);
+    collided_close(c);
+}
+
+static void what_came_before_what_it_needs_is_announced_again(void **state)
+{
+    (void)state;
+    fake_begin((fake_options){.ignored = WIRE_BODY, .epoch = 1});
+    collided *c = fake_connect();
+    make(c, "part");
+    fake_reject(fake_message(WIRE_BODY, 0), WIRE_UNKNOWN_GEOMETRY, "not yet");
+    fake_set((fake_options){.epoch = 1});
+    const wire_message *again = fake_message(WIRE_BODY, 1);
+    assert_true(again->body.sequence > fake_message(WIRE_BODY, 0)->body.sequence);
+    assert_int_equal(collided_sync(c, 1.0), COLLIDED_OK);
+    collided_close(c);
+}
+
+static void leaving_removes_bodies_before_the_client(void **state)
+{
+    (void)state;
+    fake_begin((fake_options){.repeats = true, .epoch = 1});
+    collided *c = fake_connect();
+    make(c, "a");
+    make(c, "b");
+    assert_int_equal(collided_sync(c, 1.0), COLLIDED_OK);
+    collided_close(c);
+    const wire_message *a = fake_message(WIRE_BODY, 2), *b = fake_message(WIRE_BODY, 3);
+    const wire_message *client = fake_message(WIRE_CLIENT, fake_sent(WIRE_CLIENT) - 1);
+    assert_true(a->body.removed && a->body.body == 0 && b->body.removed && b->body.body == 1);
+    assert_true(client->client.removed && fake_position(client) > fake_position(b));
+}
+
+static void leaving_keeps_what_was_to_be_kept(void **state)
+{
+    (void)state;
+    fake_begin((fake_options){.epoch = 1});
+    collided_def def = collided_def_default();
+    def.on_loss = COLLIDED_KEEP;
+    def.id = 77;
+    char why[256];
+    collided *c = fake_try(&def, why, sizeof why);
+    make(c, "a");
+    assert_int_equal(collided_adopt_body(c, 9).id, 9);
+    assert_int_equal(collided_move(c, (collided_body){9}, at(1.0)), COLLIDED_OK);
+    collided_close(c);
+    assert_int_equal(fake_sent(WIRE_BODY), 1);
+    assert_int_equal(fake_sent(WIRE_POSE_BATCH), 1);
+    assert_int_equal(fake_message(WIRE_POSE_BATCH, 0)->pose_batch.client, 77);
+}
+
+static void hulls_are_announced_once_and_in_pieces(void **state)
+{
+    (void)state;
+    enum { POINTS = 30000 };
+    static double points[3 * POINTS];
+    for (size_t i = 0; i < 3 * POINTS; i++) points[i] = (double)(i * 7919 % 10007);
+    fake_begin((fake_options){.repeats = true, .epoch = 1});
+    collided *c = fake_connect();
+    collided_geometry hull = collided_create_hull(c, points, POINTS);
+    assert_int_not_equal(hull.hash, 0);
+    assert_int_equal(collided_create_hull(c, points, POINTS).hash, hull.hash);
+    assert_int_equal(collided_sync(c, 1.0), COLLIDED_OK);
+    assert_int_equal(fake_sent(WIRE_GEOMETRY), 2);
+    const wire_geometry *second = &fake_message(WIRE_GEOMETRY, 1)->geometry;
+    assert_int_equal(second->vertices.count, 3 * POINTS - WIRE_PIECE_MAX);
+    assert_true(second->vertices.at[0] == points[WIRE_PIECE_MAX]);
+    points[5] = 0.0 / 0.0;
+    assert_int_equal(collided_create_hull(c, points, POINTS).hash, 0);
+    assert_int_equal(collided_create_hull(c, points, 3).hash, 0);
+    collided_close(c);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(connecting_without_a_daemon_fails_and_says_so),
+        cmocka_unit_test(unacknowledged_announcements_are_repeated_with_growing_pauses),
+        cmocka_unit_test(a_transport_that_keeps_announcements_needs_no_repetition),
+        cmocka_unit_test(heartbeats_come_three_times_a_lease),
+        cmocka_unit_test(a_restarted_daemon_is_told_everything_again_in_order),
+        cmocka_unit_test(a_transport_that_keeps_sends_only_the_newer_pose_to_a_new_daemon),
+        cmocka_unit_test(an_older_daemon_is_not_followed_while_ours_speaks),
+        cmocka_unit_test(refusals_are_told_and_end_the_wait),
+        cmocka_unit_test(too_many_refusals_are_counted),
+        cmocka_unit_test(a_daemon_that_lost_us_is_told_again),
+        cmocka_unit_test(what_came_before_what_it_needs_is_announced_again),
+        cmocka_unit_test(leaving_removes_bodies_before_the_client),
+        cmocka_unit_test(leaving_keeps_what_was_to_be_kept),
+        cmocka_unit_test(hulls_are_announced_once_and_in_pieces),
+    };
+    int failed = cmocka_run_group_tests(tests, NULL, NULL);
+    fake_begin((fake_options){0});
+    return failed;
+}

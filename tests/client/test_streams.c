@@ -1,0 +1,263 @@
+/* Streams: what a callback is told is always a state that the world was in. */
+#include "cmocka_c.h"
+#include "fake.h"
+
+#include <stdio.h>
+#include <string.h>
+
+typedef struct heard {
+    int batches;
+    int64_t batch, lost, epoch;
+    bool snapshot, closing;
+    size_t events;
+    char name_a[2][32];
+    collided_event last;
+    collided_contact_point point;
+    collided *client;
+    collided_interest interest;
+    collided_status in_callback;
+} heard;
+
+static void note(void *context, const collided_batch *b)
+{
+    heard *h = context;
+    h->batches++;
+    h->batch = b->batch;
+    h->lost = b->lost;
+    h->epoch = b->epoch;
+    h->snapshot = b->snapshot;
+    h->closing = b->closing;
+    h->events = b->event_count;
+    for (size_t i = 0; i < b->event_count && i < 2; i++)
+        (void)snprintf(h->name_a[i], sizeof h->name_a[i], "%s", b->events[i].name_a);
+    if (b->event_count) h->last = b->events[b->event_count - 1];
+    if (b->event_count && h->last.point_count) h->point = h->last.points[0];
+}
+
+static void unsubscribe(void *context, const collided_batch *b)
+{
+    heard *h = context;
+    note(context, b);
+    h->in_callback = collided_poll(h->client, 1.0);
+    assert_int_equal(collided_unsubscribe(h->client, h->interest), COLLIDED_OK);
+}
+
+static collided_interest subscribe(collided *c, heard *h, collided_events *callback)
+{
+    collided_interest_def def = collided_interest_def_default();
+    def.callback = callback;
+    def.context = h;
+    collided_interest interest = collided_subscribe(c, &def);
+    assert_int_not_equal(interest.id, COLLIDED_NONE);
+    assert_int_equal(collided_sync(c, 1.0), COLLIDED_OK);
+    return interest;
+}
+
+typedef struct batch_options {
+    int64_t epoch, batch;
+    bool snapshot;
+    int32_t part, parts;
+    const char *name;
+} batch_options;
+
+/* One event a batch. */
+static void give(collided *c, batch_options o)
+{
+    const uint8_t kind[] = {WIRE_EVENT_BEGIN}, cause[] = {WIRE_CAUSE_SNAPSHOT}, points[] = {1};
+    const int64_t contact[] = {11}, age_a[] = {2000000}, age_b[] = {-1};
+    const int32_t shape[] = {3}, feature[] = {5};
+    const double lo[] = {-0.25}, hi[] = {-0.125}, axis[] = {0, 0, 1}, point[] = {1, 2, 3};
+    const char *a[] = {o.name ? o.name : "a"}, *b[] = {"b"};
+    const wire_message m = {.kind = WIRE_EVENT_BATCH,
+        .event_batch = {.version = WIRE_VERSION,
+            .client = collided_client_id(c),
+            .epoch = o.epoch ? o.epoch : 1,
+            .batch = o.batch,
+            .tick = 100 + o.batch,
+            .snapshot = o.snapshot,
+            .part = o.part,
+            .parts = o.parts ? o.parts : 1,
+            .stream = "s",
+            .kinds = {1, kind},
+            .causes = {1, cause},
+            .contacts = {1, contact},
+            .names_a = {1, a},
+            .names_b = {1, b},
+            .shapes_a = {1, shape},
+            .shapes_b = {1, shape},
+            .lo = {1, lo},
+            .hi = {1, hi},
+            .axes = {3, axis},
+            .points_a = {3, point},
+            .points_b = {3, point},
+            .ages_a_ns = {1, age_a},
+            .ages_b_ns = {1, age_b},
+            .manifold_counts = {1, points},
+            .manifold_points = {3, point},
+            .manifold_distances = {1, lo},
+            .manifold_features = {1, feature}}};
+    fake_give(&m);
+}
+
+static void events_arrive_as_they_were_sent(void **state)
+{
+    (void)state;
+    heard h = {0};
+    fake_begin((fake_options){.epoch = 1});
+    collided *c = fake_connect();
+    subscribe(c, &h, note);
+    char own[40];
+    (void)snprintf(own, sizeof own, "%016llx.0", (unsigned long long)collided_client_id(c));
+    assert_string_equal(fake_message(WIRE_INTEREST, 0)->interest.stream, own);
+    give(c, (batch_options){.batch = 1, .snapshot = true});
+    assert_int_equal(collided_poll(c, 1.0), COLLIDED_OK);
+    assert_int_equal(h.batches, 1);
+    assert_true(h.snapshot && h.batch == 1 && h.lost == 0 && h.events == 1);
+    const collided_event *e = &h.last;
+    assert_true(e->kind == COLLIDED_BEGIN && e->contact == 11 && e->shape_b == 3 && e->lo == -0.25 && e->hi == -0.125);
+    assert_string_equal(e->cause, "snapshot");
+    assert_true(e->age_a_s == 0.002 && e->age_b_s == -1.0 && e->axis[2] == 1.0 && e->point_a[1] == 2.0);
+    assert_true(e->point_count == 1 && h.point.point[2] == 3.0 && h.point.distance == -0.25 && h.point.feature == 5);
+    collided_close(c);
+}
+
+static void after_a_gap_nothing_is_told_until_a_snapshot_comes(void **state)
+{
+    (void)state;
+    heard h = {0};
+    fake_begin((fake_options){.epoch = 1});
+    collided *c = fake_connect();
+    subscribe(c, &h, note);
+    give(c, (batch_options){.batch = 1, .snapshot = true});
+    give(c, (batch_options){.batch = 2});
+    give(c, (batch_options){.batch = 4});
+    (void)collided_poll(c, 0.0);
+    assert_true(h.batches == 2 && h.batch == 2);
+    const wire_interest *again = &fake_message(WIRE_INTEREST, 1)->interest;
+    assert_true(again->sequence > fake_message(WIRE_INTEREST, 0)->interest.sequence && again->interest == 0);
+    give(c, (batch_options){.batch = 5});
+    (void)collided_poll(c, 0.0);
+    assert_int_equal(h.batches, 2);
+    give(c, (batch_options){.batch = 6, .snapshot = true});
+    (void)collided_poll(c, 1.0);
+    assert_true(h.batches == 3 && h.snapshot && h.lost == 3); /* 3, 4 and 5 */
+    give(c, (batch_options){.batch = 7});
+    (void)collided_poll(c, 1.0);
+    assert_true(h.batches == 4 && h.lost == 0 && !h.snapshot);
+    give(c, (batch_options){.batch = 7}); /* a duplicate */
+    (void)collided_poll(c, 0.0);
+    assert_int_equal(h.batches, 4);
+    collided_close(c);
+}
+
+static void a_first_batch_that_is_no_snapshot_is_not_told(void **state)
+{
+    (void)state;
+    heard h = {0};
+    fake_begin((fake_options){.epoch = 1});
+    collided *c = fake_connect();
+    subscribe(c, &h, note);
+    give(c, (batch_options){.batch = 2});
+    (void)collided_poll(c, 0.0);
+    assert_int_equal(h.batches, 0);
+    double waited_s = 0; /* no snapshot comes: it is asked for again after two seconds at most */
+    for (; fake_sent(WIRE_INTEREST) < 2 && waited_s < 4; waited_s += 0.1) (void)collided_poll(c, 0.1);
+    assert_int_equal(fake_sent(WIRE_INTEREST), 2);
+    give(c, (batch_options){.batch = 3, .snapshot = true});
+    (void)collided_poll(c, 1.0);
+    assert_true(h.batches == 1 && h.lost == 1);
+    collided_close(c);
+}
+
+static void parts_are_one_batch(void **state)
+{
+    (void)state;
+    heard h = {0};
+    fake_begin((fake_options){.epoch = 1});
+    collided *c = fake_connect();
+    subscribe(c, &h, note);
+    give(c, (batch_options){.batch = 1, .snapshot = true, .part = 0, .parts = 2, .name = "first"});
+    (void)collided_poll(c, 0.0);
+    assert_int_equal(h.batches, 0);
+    give(c, (batch_options){.batch = 2, .snapshot = true, .part = 1, .parts = 2, .name = "second"});
+    (void)collided_poll(c, 1.0);
+    assert_true(h.batches == 1 && h.events == 2 && h.snapshot && h.batch == 2);
+    assert_string_equal(h.name_a[0], "first");
+    assert_string_equal(h.name_a[1], "second");
+    give(c, (batch_options){.batch = 3, .part = 0, .parts = 3});
+    give(c, (batch_options){.batch = 5, .part = 2, .parts = 3}); /* the middle is lost: so is the whole */
+    (void)collided_poll(c, 0.0);
+    assert_int_equal(h.batches, 1);
+    give(c, (batch_options){.batch = 6, .snapshot = true});
+    (void)collided_poll(c, 1.0);
+    assert_true(h.batches == 2 && h.lost == 3);
+    collided_close(c);
+}
+
+static void a_new_epoch_begins_with_a_snapshot(void **state)
+{
+    (void)state;
+    heard h = {0};
+    fake_begin((fake_options){.epoch = 1});
+    collided *c = fake_connect();
+    subscribe(c, &h, note);
+    give(c, (batch_options){.batch = 1, .snapshot = true});
+    fake_set((fake_options){.epoch = 2});
+    give(c, (batch_options){.epoch = 2, .batch = 1, .snapshot = true});
+    give(c, (batch_options){.epoch = 1, .batch = 2}); /* late news of the old daemon */
+    (void)collided_poll(c, 0.0);
+    assert_true(h.batches == 2 && h.epoch == 2 && h.lost == 0);
+    give(c, (batch_options){.epoch = 2, .batch = 2});
+    (void)collided_poll(c, 1.0);
+    assert_true(h.batches == 3 && h.lost == 0);
+    collided_close(c);
+}
+
+static void a_callback_may_unsubscribe_but_not_wait(void **state)
+{
+    (void)state;
+    heard h = {0};
+    fake_begin((fake_options){.epoch = 1});
+    collided *c = h.client = fake_connect();
+    h.interest = subscribe(c, &h, unsubscribe);
+    give(c, (batch_options){.batch = 1, .snapshot = true});
+    give(c, (batch_options){.batch = 2});
+    (void)collided_poll(c, 1.0);
+    assert_int_equal(h.batches, 1);
+    assert_int_equal(h.in_callback, COLLIDED_BAD_ARGUMENT);
+    assert_true(fake_message(WIRE_INTEREST, 1)->interest.removed);
+    assert_int_equal(collided_sync(c, 1.0), COLLIDED_OK);
+    assert_int_equal(collided_unsubscribe(c, h.interest), COLLIDED_UNKNOWN_ID);
+    collided_close(c);
+}
+
+static void bad_interests_are_refused(void **state)
+{
+    (void)state;
+    fake_begin((fake_options){.epoch = 1});
+    collided *c = fake_connect();
+    collided_interest_def def = collided_interest_def_default();
+    assert_int_equal(collided_subscribe(c, &def).id, COLLIDED_NONE);
+    assert_non_null(strstr(collided_error(c), "callback"));
+    def.callback = note;
+    def.tolerance_m = 0.0 / 0.0;
+    assert_int_equal(collided_subscribe(c, &def).id, COLLIDED_NONE);
+    assert_int_equal(fake_sent(WIRE_INTEREST), 0);
+    collided_close(c);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(events_arrive_as_they_were_sent),
+        cmocka_unit_test(after_a_gap_nothing_is_told_until_a_snapshot_comes),
+        cmocka_unit_test(a_first_batch_that_is_no_snapshot_is_not_told),
+        cmocka_unit_test(parts_are_one_batch),
+        cmocka_unit_test(a_new_epoch_begins_with_a_snapshot),
+        cmocka_unit_test(a_callback_may_unsubscribe_but_not_wait),
+        cmocka_unit_test(bad_interests_are_refused),
+    };
+    int failed = cmocka_run_group_tests(tests, NULL, NULL);
+    fake_begin((fake_options){0});
+    return failed;
+}

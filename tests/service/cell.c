@@ -1,0 +1,131 @@
+#include "cell.h"
+
+#include "base/log.h"
+#include "service/server.h"
+
+#include <pthread.h>
+#include <stdlib.h>
+#include <time.h>
+
+struct cell {
+    server *server;
+    pthread_t thread;
+    int status;
+};
+
+static void *run(void *context)
+{
+    cell *c = context;
+    c->status = server_run(c->server);
+    return NULL;
+}
+
+config cell_config(void)
+{
+    config c;
+    config_default(&c);
+    c.workers = 1;
+    c.status_period = 0.05;
+    strcpy(c.links, "memory://cell");
+    return c;
+}
+
+cell *cell_start(const config *options)
+{
+    char why[512] = "";
+    cell *c = calloc(1, sizeof *c);
+    log_setup(LOG_ERROR, 0);
+    c->server = server_create(options, why, sizeof why);
+    if (!c->server) fail_msg("%s", why);
+    assert_int_equal(pthread_create(&c->thread, NULL, run, c), 0);
+    return c;
+}
+
+int cell_stop(cell *c)
+{
+    server_stop(c->server);
+    pthread_join(c->thread, NULL);
+    int status = c->status;
+    server_destroy(c->server);
+    free(c);
+    return status;
+}
+
+memory_end *cell_client(const cell *c)
+{
+    (void)c;
+    memory_end *e = memory_connect("cell");
+    assert_non_null(e);
+    return e;
+}
+
+static bool next(memory_end *e, wire_memory *memory, wire_kind kind, int ms, wire_message *out)
+{
+    for (int waited = 0; waited <= ms;) {
+        wire_memory_reset(memory);
+        if (!memory_receive(e, memory, out)) {
+            nanosleep(&(struct timespec){0, 1000000}, NULL);
+            waited++;
+        } else if (out->kind == kind) {
+            return true;
+        }
+    }
+    return false;
+}
+
+wire_message cell_await(memory_end *e, wire_memory *memory, wire_kind kind)
+{
+    wire_message m;
+    if (!next(e, memory, kind, 5000, &m)) fail_msg("no %s within 5 s", wire_kind_name(kind));
+    return m;
+}
+
+bool cell_hears(memory_end *e, wire_memory *memory, wire_kind kind, int ms)
+{
+    wire_message m;
+    return next(e, memory, kind, ms, &m);
+}
+
+void cell_hello(memory_end *e, int64_t client, int64_t sequence, double lease_s, uint8_t on_loss)
+{
+    wire_message m = {.kind = WIRE_CLIENT, .client = {.version = WIRE_VERSION, .client = client, .sequence = sequence,
+                                               .on_loss = on_loss, .lease_ns = (int64_t)(lease_s * 1e9), .name = "test"}};
+    memory_send(e, &m);
+}
+
+void cell_sphere(memory_end *e, int64_t client, int64_t sequence, int32_t body, const char *name, double x)
+{
+    const double pose[7] = {x, 0, 0, 1, 0, 0, 0}, local[7] = {0, 0, 0, 1, 0, 0, 0}, size[3] = {0}, radius[1] = {1};
+    const uint8_t type[1] = {WIRE_SHAPE_SPHERE};
+    const int64_t none[1] = {0};
+    wire_message m = {.kind = WIRE_BODY,
+        .body = {.version = WIRE_VERSION, .client = client, .sequence = sequence, .body = body, .name = name, .group = "",
+            .category = 1, .mask = -1, .pose = {7, pose}, .shape_types = {1, type}, .shape_sizes = {3, size},
+            .shape_radii = {1, radius}, .shape_poses = {7, local}, .shape_geometries = {1, none}}};
+    memory_send(e, &m);
+}
+
+void cell_pose(memory_end *e, int64_t client, int64_t sequence, int32_t body, double x)
+{
+    const double position[3] = {x, 0, 0}, orientation[4] = {1, 0, 0, 0};
+    wire_message m = {.kind = WIRE_POSE_BATCH,
+        .pose_batch = {.version = WIRE_VERSION, .client = client, .sequence = sequence, .bodies = {1, &body},
+            .positions = {3, position}, .orientations = {4, orientation}}};
+    memory_send(e, &m);
+}
+
+void cell_touches(memory_end *e, int64_t client, int64_t sequence, int32_t interest)
+{
+    wire_message m = {.kind = WIRE_INTEREST,
+        .interest = {.version = WIRE_VERSION, .client = client, .sequence = sequence, .interest = interest,
+            .facts = WIRE_FACT_TOUCH, .stream = "", .select_a = "*", .select_b = "*", .tolerance_m = 1e-9}};
+    memory_send(e, &m);
+}
+
+int64_t cell_counter(const wire_status *s, const char *name)
+{
+    for (uint32_t i = 0; i < s->counter_names.count; i++)
+        if (strcmp(s->counter_names.at[i], name) == 0) return s->counter_values.at[i];
+    fail_msg("status has no counter \"%s\"", name);
+    return -1;
+}

@@ -1,0 +1,33 @@
+/* cell: a daemon in this process and clients of it over the memory link, for the tests of this folder. */
+#ifndef COLLIDED_TESTS_SERVICE_CELL_H
+#define COLLIDED_TESTS_SERVICE_CELL_H
+
+#include "link/link_memory.h"
+#include "service/config.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+typedef struct cell cell;
+
+cell *cell_start(const config *c);       /* links = memory://cell are set here */
+config cell_config(void);                /* one worker, quick status */
+int cell_stop(cell *c);                  /* in order; the exit status */
+memory_end *cell_client(const cell *c);
+
+/* Waits, at most 5 s, for a message of that kind; what comes before it is dropped. Fails the test if none comes. */
+wire_message cell_await(memory_end *e, wire_memory *memory, wire_kind kind);
+bool cell_hears(memory_end *e, wire_memory *memory, wire_kind kind, int ms); /* is one heard within that time? */
+
+void cell_hello(memory_end *e, int64_t client, int64_t sequence, double lease_s, uint8_t on_loss);
+void cell_sphere(memory_end *e, int64_t client, int64_t sequence, int32_t body, const char *name, double x);
+void cell_pose(memory_end *e, int64_t client, int64_t sequence, int32_t body, double x);
+void cell_touches(memory_end *e, int64_t client, int64_t sequence, int32_t interest);
+int64_t cell_counter(const wire_status *s, const char *name); /* fails the test if there is none */
+
+#endif
