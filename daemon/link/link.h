@@ -13,48 +13,50 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-typedef struct link link;
+struct link; /* no typedef: unistd.h has a function of that name */
 
 /* What a link calls while it is in link_receive (on the tick thread). */
 typedef struct link_sink {
     void *context;
     /* A checked message. It, and what it borrows, is valid during the call only. */
-    void (*message)(void *context, link *from, const wire_message *m);
+    void (*message)(void *context, struct link *from, const wire_message *m);
     /* A message that was refused. `partial` holds what could be told of it: kind, client and sequence (0 = unknown). */
-    void (*refused)(void *context, link *from, wire_kind kind, int64_t client, int64_t sequence,
-        const wire_refusal *why);
+    void (*refused)(
+        void *context, struct link *from, wire_kind kind, int64_t client, int64_t sequence, const wire_refusal *why);
     /* The transport itself noticed that a client has gone (DDS liveliness). A lease by heartbeat (LCM) is the service's
      * business: see link_ops.has_liveliness. */
-    void (*client_lost)(void *context, link *from, int64_t client);
-    /* A reader has come to that stream: it wants the whole current state first. */
-    void (*stream_reader)(void *context, link *from, const char *stream);
+    void (*client_lost)(void *context, struct link *from, int64_t client);
+    /* A reader has come to that stream: it wants the whole current state first. A link that cannot see readers (LCM,
+     * memory) takes a stream's opening for the coming of its first. */
+    void (*stream_reader)(void *context, struct link *from, const char *stream);
 } link_sink;
 
 typedef struct link_options {
-    int wake_fd;            /* eventfd of the tick thread */
-    metrics *counters;      /* where it registers "dds_samples_in", "lcm_gateway_restarts", ... */
-    const char *address;    /* what follows the scheme: see each link's header */
-    const char *interface;  /* network interface or address; "" = loopback only */
-    const char *program;    /* LCM: path of collided-lcm; "" = beside this executable */
+    int wake_fd;           /* eventfd of the tick thread */
+    metrics *counters;     /* where it registers "dds_messages_in", "lcm_gateway_restarts", ... */
+    const char *address;   /* what follows the scheme; link_open sets it */
+    const char *interface; /* network interface or address; "" = loopback only */
+    const char *program;   /* LCM: path of collided-lcm; "" = beside this executable */
 } link_options;
 
 typedef struct link_ops {
-    const char *scheme;      /* "dds", "lcm", "memory", "replay" */
-    bool has_liveliness;     /* it reports lost clients itself */
-    bool acknowledges;       /* its clients repeat messages until acknowledged */
-    /* 0, or -1 with a line in `why` that says what failed and what to do. */
-    int (*open)(link *l, const link_options *options, char *why, size_t why_size);
+    const char *scheme;  /* "dds", "lcm", "memory", "replay" */
+    size_t size;         /* bytes of the link's own struct, which begins with a link; it starts out as zeros */
+    bool has_liveliness; /* it reports lost clients itself */
+    bool acknowledges;   /* its clients repeat messages until acknowledged */
+    /* 0, or -1 with a line in `why` that says what failed and what to do; nothing is then left to close. */
+    int (*open)(struct link *l, const link_options *options, char *why, size_t why_size);
     /* Takes everything that has come. The number of messages handed over. */
-    size_t (*receive)(link *l, const link_sink *sink);
+    size_t (*receive)(struct link *l, const link_sink *sink);
     /* Sends, or queues until flush. A message that cannot be sent is counted, by cause, and never blocks. */
-    void (*publish)(link *l, const wire_message *m);
-    void (*flush)(link *l); /* once a tick */
+    void (*publish)(struct link *l, const wire_message *m);
+    void (*flush)(struct link *l); /* once a tick */
     /* A stream begins or ends to exist; publish of an EventBatch goes to the stream of that name. */
-    void (*stream_open)(link *l, const char *stream);
-    void (*stream_close)(link *l, const char *stream);
+    void (*stream_open)(struct link *l, const char *stream);
+    void (*stream_close)(struct link *l, const char *stream);
     /* One line for people: what it listens on, and who can reach it. */
-    void (*describe)(link *l, char *text, size_t size);
-    void (*close)(link *l);
+    void (*describe)(struct link *l, char *text, size_t size);
+    void (*close)(struct link *l);
 } link_ops;
 
 struct link { /* the head of each link's own struct */
@@ -62,9 +64,12 @@ struct link { /* the head of each link's own struct */
     link_options options;
 };
 
-/* The link for a URI, opened: "dds://DOMAIN", "lcm://udpm://239.255.76.67:7667?ttl=0" (or "lcm://udpm..."),
- * "memory://NAME". NULL with the reason in `why`. */
-link *link_open(const char *uri, const link_options *options, char *why, size_t why_size);
-void link_close(link *l); /* flushes, then frees */
+/* The link for a URI, opened; what `options` points to is copied. NULL with the reason in `why`.
+ *   dds://DOMAIN                              DOMAIN 0 to 230; "dds://" = 0
+ *   lcm://udpm://239.255.76.67:7667?ttl=0     by the process collided-lcm; "lcm://" = LCM's default, ttl 0
+ *   memory://NAME                             in this process: link_memory.h
+ *   replay:///path/to/file.lcmlog             a recorded command log: link_replay.h */
+struct link *link_open(const char *uri, const link_options *options, char *why, size_t why_size);
+void link_close(struct link *l); /* flushes, then frees */
 
 #endif

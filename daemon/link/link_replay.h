@@ -11,7 +11,8 @@
 
 extern const link_ops link_replay_ops;
 
-/* After link_receive: true and the tick that ended, or false: the log has ended (or is damaged: then `why` is not ""). */
-bool link_replay_tick(link *l, wire_log_tick *out, char *why, size_t why_size);
+/* After link_receive: true and the tick that ended, or false: the log has ended (or is damaged: then `why` is not "").
+ */
+bool link_replay_tick(struct link *l, wire_log_tick *out, char *why, size_t why_size);
 
 #endif

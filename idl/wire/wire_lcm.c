@@ -97,11 +97,17 @@ static uint8_t *put_u64(uint8_t *at, uint64_t v)
     return at + 8;
 }
 
+/* A text that is missing is written as an empty one, as over DDS. */
+static const char *present(const char *text)
+{
+    return text ? text : "";
+}
+
 static uint8_t *put_string(uint8_t *at, const char *text)
 {
-    size_t length = strlen(text) + 1;
+    size_t length = strlen(present(text)) + 1;
     at = put_u32(at, (uint32_t)length);
-    memcpy(at, text, length);
+    memcpy(at, present(text), length);
     return at + length;
 }
 
@@ -155,12 +161,12 @@ static uint8_t *put_field(uint8_t *at, wire_type type, const void *value)
 static size_t size_of_field(wire_type type, const void *value)
 {
     span s;
-    if (type == WIRE_STRING) return 4 + strlen(*(const char *const *)value) + 1;
+    if (type == WIRE_STRING) return 4 + strlen(present(*(const char *const *)value)) + 1;
     if (type < WIRE_U8S) return WIDTH[type];
     memcpy(&s, value, sizeof s);
     size_t size = 4 + (size_t)s.count * WIDTH[type];
     for (uint32_t i = 0; type == WIRE_STRINGS && i < s.count; i++)
-        size += 4 + strlen(((const char *const *)s.at)[i]) + 1;
+        size += 4 + strlen(present(((const char *const *)s.at)[i])) + 1;
     return size;
 }
 

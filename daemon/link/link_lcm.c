@@ -1,0 +1,435 @@
+/* link_lcm: the daemon's side of the pipe to collided-lcm.
+ *
+ * Two threads. The tick thread publishes into `outgoing` and takes `incoming`; the watcher starts the gateway, moves
+ * bytes and starts it again. `lock` guards both queues and the pipe's descriptor. Both queues are bounded: what does
+ * not fit is dropped and counted, poses first. */
+#include "link_lcm.h"
+
+#include "base/array.h"
+#include "base/clock.h"
+#include "base/log.h"
+#include "gateway_process.h"
+#include "incoming.h"
+#include "opened.h"
+#include "pipe/pipe.h"
+#include "wake.h"
+
+#include <errno.h>
+#include <poll.h>
+#include <pthread.h>
+#include <signal.h>
+#include <stdatomic.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/eventfd.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+
+enum {
+    QUEUE_BYTES = 32 << 20,      /* waiting for the tick: half a second of the fastest loopback */
+    QUEUE_POSE_BYTES = 24 << 20, /* of those, open to poses and vertices: the newest of them are worth the least */
+    OUT_BYTES = 8 << 20,         /* waiting for the gateway */
+    RETRY_FIRST_MS = 50,         /* the first restart is immediate; the pause doubles ... */
+    RETRY_MOST_MS = 800,         /* ... up to this: back within a second */
+    RETRY_NETWORK_MS = 5000,     /* somebody has to change the network first */
+    STEADY_MS = 5000,            /* having run for so long, a gateway has not died at start */
+    LAST_WORDS_MS = 500          /* closing: for what is still to be published */
+};
+static const char default_url[] = "udpm://239.255.76.67:7667";
+
+typedef struct link_lcm {
+    struct link head;
+    char program[GATEWAY_PATH_MAX];
+    char url[512];
+    wire_memory *memory;
+    opened streams;
+    pipe_buffer taken; /* the tick thread's: frames swapped out of `incoming` */
+
+    pthread_t watcher;
+    int poke_fd; /* wakes the watcher: there is something to send, or it is to end */
+    atomic_bool closing;
+    atomic_int pid;
+
+    pthread_mutex_t lock;
+    pipe_buffer incoming, outgoing;
+    int pipe;   /* -1 = no gateway */
+    bool ready; /* it has said that LCM runs */
+
+    metric *messages_in, *refused, *queue_full, *queue_full_poses, *messages_out, *out_dropped, *restarts, *bad_frames;
+} link_lcm;
+
+static link_lcm *self_of(struct link *l)
+{
+    return (link_lcm *)l;
+}
+
+int link_lcm_gateway_pid(const struct link *l)
+{
+    return atomic_load(&((link_lcm *)l)->pid);
+}
+
+/* ---- the watcher: what comes ---- */
+
+static bool is_pose(const pipe_frame *f)
+{
+    wire_kind kind = wire_lcm_kind(f->data, f->size);
+    return kind == WIRE_POSE_BATCH || kind == WIRE_VERTEX_BATCH;
+}
+
+/* Queues a frame for the tick, or counts it as dropped. */
+static void enqueue(link_lcm *l, const pipe_frame *f)
+{
+    if (f->kind == PIPE_READY) {
+        l->ready = true;
+        return;
+    }
+    size_t used = pipe_used(&l->incoming) + pipe_frame_size(f->channel_length, f->size);
+    if (is_pose(f) && used > QUEUE_POSE_BYTES)
+        metric_count(l->queue_full_poses, 1);
+    else if (used > QUEUE_BYTES)
+        metric_count(l->queue_full, 1);
+    else
+        pipe_put_frame(&l->incoming, f);
+}
+
+/* False: the gateway has gone, or does not speak in frames. */
+static bool receive_frames(link_lcm *l, pipe_buffer *raw)
+{
+    if (pipe_read(raw, l->pipe) < 0) return false;
+    pipe_frame f;
+    int got;
+    pthread_mutex_lock(&l->lock);
+    bool was_empty = pipe_used(&l->incoming) == 0;
+    while ((got = pipe_take(raw, &f)) == 1) enqueue(l, &f);
+    bool first = was_empty && pipe_used(&l->incoming) > 0;
+    pthread_mutex_unlock(&l->lock);
+    if (first) wake(l->head.options.wake_fd);
+    if (got < 0) metric_count(l->bad_frames, 1);
+    return got == 0;
+}
+
+/* ---- the watcher: life of the gateway ---- */
+
+/* `rest`: there is more, when the pipe takes more. */
+static bool send_frames(link_lcm *l, bool *rest)
+{
+    pthread_mutex_lock(&l->lock);
+    bool alive = !l->ready || pipe_send(&l->outgoing, l->pipe);
+    *rest = l->ready && pipe_used(&l->outgoing) > 0;
+    pthread_mutex_unlock(&l->lock);
+    return alive;
+}
+
+static void clear_poke(const link_lcm *l)
+{
+    uint64_t count;
+    ssize_t n = read(l->poke_fd, &count, sizeof count);
+    (void)n; /* EAGAIN: nobody poked */
+}
+
+/* Moves bytes until the gateway has gone, or the link closes. */
+static void serve(link_lcm *l)
+{
+    pipe_buffer raw = {0};
+    bool rest = false;
+    struct pollfd p[] = {{.fd = l->pipe}, {.fd = l->poke_fd, .events = POLLIN}};
+    while (!atomic_load(&l->closing)) {
+        p[0].events = (short)(POLLIN | (rest ? POLLOUT : 0));
+        if (poll(p, 2, -1) < 0) continue;
+        if (p[1].revents) clear_poke(l);
+        if (p[0].revents & ~POLLOUT && !receive_frames(l, &raw)) break;
+        if (!send_frames(l, &rest)) break;
+    }
+    pipe_free(&raw);
+}
+
+static bool start(link_lcm *l)
+{
+    pid_t pid;
+    int fd = gateway_start(l->program, l->url, l->head.options.interface, &pid);
+    if (fd < 0) {
+        log_error("%s: the LCM gateway does not start: %s", l->program, strerror(errno));
+        return false;
+    }
+    pthread_mutex_lock(&l->lock);
+    l->pipe = fd;
+    pipe_resend(&l->outgoing);
+    pthread_mutex_unlock(&l->lock);
+    atomic_store(&l->pid, pid);
+    return true;
+}
+
+/* In order: what waits is sent as far as time allows, then the pipe's end tells the gateway to end. */
+static void last_words(link_lcm *l)
+{
+    int64_t until = clock_monotonic_ns() + LAST_WORDS_MS * INT64_C(1000000);
+    bool rest = true;
+    struct pollfd p = {.fd = l->pipe, .events = POLLOUT};
+    while (send_frames(l, &rest) && rest && clock_monotonic_ns() < until) poll(&p, 1, LAST_WORDS_MS / 10);
+    shutdown(l->pipe, SHUT_WR);
+}
+
+/* How many messages the gateway was to publish, and never will. */
+static void discard_outgoing(link_lcm *l)
+{
+    pipe_frame f;
+    uint64_t count = 0;
+    pthread_mutex_lock(&l->lock);
+    pipe_resend(&l->outgoing);
+    while (pipe_take(&l->outgoing, &f) == 1) count++;
+    pthread_mutex_unlock(&l->lock);
+    metric_count(l->out_dropped, count);
+}
+
+/* Its end, known for some other reason than the closing of the link. The least pause before the next start. */
+static int mourn(link_lcm *l, int status, const char *how)
+{
+    log_error("collided-lcm has ended: %s", how);
+    if (!WIFEXITED(status) || WEXITSTATUS(status) != PIPE_EXIT_NETWORK) return 0;
+    discard_outgoing(l); /* there may be no network for long, and old events are worse than a gap */
+    return RETRY_NETWORK_MS;
+}
+
+/* The least pause before the next start. */
+static int end(link_lcm *l)
+{
+    char how[128];
+    bool closing = atomic_load(&l->closing);
+    pid_t pid = atomic_exchange(&l->pid, 0);
+    if (closing) last_words(l);
+    int status = gateway_end(pid, closing ? LAST_WORDS_MS : 0, how, sizeof how);
+    pthread_mutex_lock(&l->lock);
+    close(l->pipe);
+    l->pipe = -1;
+    l->ready = false;
+    pthread_mutex_unlock(&l->lock);
+    return closing ? 0 : mourn(l, status, how);
+}
+
+/* The pause before the next start: none for one that had run for a while. */
+static int next_pause(int pause_ms, int64_t ran_ns)
+{
+    if (ran_ns >= STEADY_MS * INT64_C(1000000)) return 0;
+    if (pause_ms == 0) return RETRY_FIRST_MS;
+    return pause_ms * 2 < RETRY_MOST_MS ? pause_ms * 2 : RETRY_MOST_MS;
+}
+
+static void pause_for(link_lcm *l, int pause_ms)
+{
+    struct pollfd p = {.fd = l->poke_fd, .events = POLLIN};
+    int64_t until = clock_monotonic_ns() + pause_ms * INT64_C(1000000);
+    int64_t left;
+    while (!atomic_load(&l->closing) && (left = until - clock_monotonic_ns()) > 0) {
+        poll(&p, 1, (int)(left / 1000000) + 1);
+        clear_poke(l);
+    }
+}
+
+static void *watch(void *context)
+{
+    link_lcm *l = context;
+    int pause_ms = -1; /* the first death costs no pause, however early it comes */
+    while (!atomic_load(&l->closing)) {
+        int64_t began = clock_monotonic_ns();
+        int least_ms = 0;
+        if (start(l)) {
+            serve(l);
+            least_ms = end(l);
+        }
+        if (atomic_load(&l->closing)) break;
+        pause_ms = pause_ms < 0 ? 0 : next_pause(pause_ms, clock_monotonic_ns() - began);
+        pause_for(l, pause_ms > least_ms ? pause_ms : least_ms);
+        metric_count(l->restarts, 1);
+    }
+    return NULL;
+}
+
+/* ---- the tick thread ---- */
+
+/* The URL for liblcm: its default if there is none, with a large buffer and ttl 0 unless told otherwise. */
+static bool complete_url(const char *address, char *url, size_t size)
+{
+    const char *base = address[0] ? address : default_url;
+    int n = snprintf(url, size, "%s%s%s%s", base, strchr(base, '?') ? "" : "?",
+        strstr(base, "recv_buf_size=") ? "" : "&recv_buf_size=4194304", strstr(base, "ttl=") ? "" : "&ttl=0");
+    if (n < 0 || (size_t)n >= size) return false;
+    char *odd = strstr(url, "?&");
+    if (odd) memmove(odd + 1, odd + 2, strlen(odd + 2) + 1);
+    return true;
+}
+
+static bool leaves_machine(const char *url)
+{
+    const char *ttl = strstr(url, "ttl=");
+    return ttl && strtol(ttl + 4, NULL, 10) != 0;
+}
+
+static bool check_address(link_lcm *l, char *why, size_t why_size)
+{
+    const link_options *o = &l->head.options;
+    bool fits = complete_url(o->address, l->url, sizeof l->url);
+    if (!fits || strncmp(l->url, "udpm://", 7) != 0)
+        snprintf(why, why_size, "lcm://%s: expected lcm://udpm://ADDRESS:PORT?ttl=0", o->address);
+    else if (leaves_machine(l->url) && !o->interface[0])
+        snprintf(why, why_size, "lcm://%s: a ttl above 0 leaves this machine: set the interface too", o->address);
+    else
+        return gateway_program(o->program, l->program, why, why_size);
+    return false;
+}
+
+static void register_counters(link_lcm *l, metrics *m)
+{
+    l->messages_in = metrics_add(m, "lcm_messages_in", "messages of clients taken from LCM");
+    l->refused = metrics_add(m, "lcm_refused", "messages from LCM that were refused: malformed or out of range");
+    l->queue_full = metrics_add(m, "lcm_queue_full", "messages from LCM dropped because the tick did not take them");
+    l->queue_full_poses = metrics_add(m, "lcm_queue_full_poses", "the same, poses and vertices: these go first");
+    l->messages_out = metrics_add(m, "lcm_messages_out", "messages handed to the LCM gateway");
+    l->out_dropped = metrics_add(m, "lcm_out_dropped", "messages dropped because the LCM gateway did not take them");
+    l->restarts = metrics_add(m, "lcm_gateway_restarts", "times that collided-lcm was started again");
+    l->bad_frames = metrics_add(m, "lcm_bad_frames", "gateways ended because they did not speak in frames");
+}
+
+static void release(link_lcm *l)
+{
+    close(l->poke_fd);
+    pthread_mutex_destroy(&l->lock);
+    wire_memory_destroy(l->memory);
+    opened_free(&l->streams);
+    pipe_free(&l->taken);
+    pipe_free(&l->incoming);
+    pipe_free(&l->outgoing);
+}
+
+/* The watcher handles no signals: they are the main thread's. */
+static int start_watcher(link_lcm *l)
+{
+    sigset_t all, before;
+    sigfillset(&all);
+    pthread_sigmask(SIG_SETMASK, &all, &before);
+    int error = pthread_create(&l->watcher, NULL, watch, l);
+    pthread_sigmask(SIG_SETMASK, &before, NULL);
+    return error;
+}
+
+static int lcm_open(struct link *head, const link_options *options, char *why, size_t why_size)
+{
+    link_lcm *l = self_of(head);
+    if (!check_address(l, why, why_size)) return -1;
+    register_counters(l, options->counters);
+    l->pipe = -1;
+    l->memory = wire_memory_create();
+    pthread_mutex_init(&l->lock, NULL);
+    l->poke_fd = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
+    int error = l->poke_fd < 0 ? errno : start_watcher(l);
+    if (error == 0) return 0;
+    snprintf(why, why_size, "lcm: the thread that watches the gateway does not start: %s", strerror(error));
+    release(l);
+    return -1;
+}
+
+/* One frame of the gateway, to the sink. True if it was a message. */
+static bool hand_over(link_lcm *l, const link_sink *sink, const pipe_frame *f)
+{
+    if (f->kind == PIPE_MESSAGE) return incoming_bytes(&l->head, sink, l->memory, f->data, f->size);
+    pipe_refusal r = {.reason = WIRE_MALFORMED, .text = "a refusal of the gateway that cannot be read"};
+    if (!pipe_get_refusal(f, &r)) metric_count(l->bad_frames, 1);
+    wire_refusal why = {.reason = (wire_reason)r.reason};
+    memcpy(why.text, r.text, sizeof why.text);
+    sink->refused(sink->context, &l->head, (wire_kind)r.kind, r.client, r.sequence, &why);
+    return false;
+}
+
+static size_t lcm_receive(struct link *head, const link_sink *sink)
+{
+    link_lcm *l = self_of(head);
+    opened_report(&l->streams, head, sink);
+    pthread_mutex_lock(&l->lock);
+    pipe_buffer swapped = l->incoming;
+    l->incoming = l->taken;
+    l->taken = swapped;
+    pthread_mutex_unlock(&l->lock);
+    size_t messages = 0, refused = 0;
+    pipe_frame f;
+    while (pipe_take(&l->taken, &f) == 1) {
+        if (hand_over(l, sink, &f))
+            messages++;
+        else
+            refused++;
+    }
+    metric_count(l->messages_in, messages);
+    metric_count(l->refused, refused);
+    return messages;
+}
+
+static void lcm_publish(struct link *head, const wire_message *m)
+{
+    link_lcm *l = self_of(head);
+    char channel[WIRE_CHANNEL_MAX];
+    wire_lcm_channel(m, channel);
+    size_t size = wire_lcm_size(m), frame = pipe_frame_size(strlen(channel), size);
+    pthread_mutex_lock(&l->lock);
+    bool fits = size <= PIPE_DATA_MAX && pipe_used(&l->outgoing) + frame <= OUT_BYTES;
+    if (fits) wire_lcm_encode(m, pipe_put(&l->outgoing, PIPE_MESSAGE, channel, size), size);
+    pthread_mutex_unlock(&l->lock);
+    metric_count(fits ? l->messages_out : l->out_dropped, 1);
+}
+
+/* Sends what the pipe takes; the watcher sends the rest when it can. */
+static void lcm_flush(struct link *head)
+{
+    link_lcm *l = self_of(head);
+    pthread_mutex_lock(&l->lock);
+    if (l->ready) pipe_send(&l->outgoing, l->pipe); /* a gateway that has gone is the watcher's business */
+    bool rest = l->ready && pipe_used(&l->outgoing) > 0;
+    pthread_mutex_unlock(&l->lock);
+    if (rest) wake(l->poke_fd);
+}
+
+static void lcm_stream_open(struct link *head, const char *stream)
+{
+    opened_add(&self_of(head)->streams, stream);
+    wake(head->options.wake_fd);
+}
+
+static void lcm_stream_close(struct link *head, const char *stream)
+{
+    (void)head; /* a channel of LCM leaves nothing behind */
+    (void)stream;
+}
+
+static void lcm_describe(struct link *head, char *text, size_t size)
+{
+    link_lcm *l = self_of(head);
+    const char *interface = head->options.interface;
+    pthread_mutex_lock(&l->lock);
+    bool ready = l->ready;
+    pthread_mutex_unlock(&l->lock);
+    snprintf(text, size, "LCM %s on %s: %s%s", l->url, interface[0] ? interface : "lo",
+        interface[0] ? "anyone on that network, unauthenticated" : "programs on this machine, of any user",
+        ready ? "" : "; the gateway is not running");
+}
+
+static void lcm_close(struct link *head)
+{
+    link_lcm *l = self_of(head);
+    atomic_store(&l->closing, true);
+    wake(l->poke_fd);
+    pthread_join(l->watcher, NULL);
+    release(l);
+}
+
+const link_ops link_lcm_ops = {
+    .scheme = "lcm",
+    .size = sizeof(link_lcm),
+    .has_liveliness = false,
+    .acknowledges = true,
+    .open = lcm_open,
+    .receive = lcm_receive,
+    .publish = lcm_publish,
+    .flush = lcm_flush,
+    .stream_open = lcm_stream_open,
+    .stream_close = lcm_stream_close,
+    .describe = lcm_describe,
+    .close = lcm_close,
+};

@@ -1,0 +1,235 @@
+/* link_memory: a hub in this process, between the daemon's end and any number of clients' ends. Messages wait, encoded,
+ * in bounded queues: one towards the daemon, one for each client's end, which gets everything that is published.
+ *
+ * Any thread may use an end of its own. One lock guards all hubs; nobody sleeps under it. */
+#include "link_memory.h"
+
+#include "base/array.h"
+#include "incoming.h"
+#include "opened.h"
+#include "pipe/pipe.h"
+#include "wake.h"
+
+#include <pthread.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { QUEUE_BYTES = 32 << 20 }; /* beyond, messages are dropped and counted */
+
+typedef struct link_memory {
+    struct link head;
+    pipe_buffer incoming; /* under the lock */
+    pipe_buffer taken;
+    ARRAY(memory_end *) ends; /* under the lock */
+    opened streams;
+    wire_memory *memory;
+    metric *messages_in, *refused, *queue_full, *messages_out, *out_dropped;
+} link_memory;
+
+struct memory_end {
+    link_memory *hub; /* NULL: closed meanwhile */
+    pipe_buffer queue;
+};
+
+static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
+static ARRAY(link_memory *) hubs;
+
+static link_memory *self_of(struct link *l)
+{
+    return (link_memory *)l;
+}
+
+static link_memory *hub_named(const char *name)
+{
+    for (size_t i = 0; i < hubs.count; i++)
+        if (strcmp(hubs.at[i]->head.options.address, name) == 0) return hubs.at[i];
+    return NULL;
+}
+
+/* ---- the clients' ends ---- */
+
+memory_end *memory_connect(const char *name)
+{
+    memory_end *e = NULL;
+    pthread_mutex_lock(&lock);
+    link_memory *hub = hub_named(name);
+    if (hub) {
+        e = base_zalloc(1, sizeof *e);
+        e->hub = hub;
+        array_push(&hub->ends, e);
+    }
+    pthread_mutex_unlock(&lock);
+    return e;
+}
+
+static void forget_end(link_memory *hub, const memory_end *e)
+{
+    size_t i = 0;
+    while (hub->ends.at[i] != e) i++;
+    hub->ends.at[i] = hub->ends.at[--hub->ends.count];
+}
+
+void memory_disconnect(memory_end *e)
+{
+    if (!e) return;
+    pthread_mutex_lock(&lock);
+    if (e->hub) forget_end(e->hub, e);
+    pthread_mutex_unlock(&lock);
+    pipe_free(&e->queue);
+    free(e);
+}
+
+void memory_send_bytes(memory_end *e, const void *data, size_t size)
+{
+    pthread_mutex_lock(&lock);
+    link_memory *hub = e->hub;
+    if (hub) {
+        bool first = pipe_used(&hub->incoming) == 0;
+        bool fits = size <= PIPE_DATA_MAX && pipe_used(&hub->incoming) + pipe_frame_size(0, size) <= QUEUE_BYTES;
+        if (!fits) metric_count(hub->queue_full, 1);
+        if (fits)
+            pipe_put_frame(
+                &hub->incoming, &(pipe_frame){.kind = PIPE_MESSAGE, .channel = "", .data = data, .size = size});
+        if (fits && first) wake(hub->head.options.wake_fd);
+    }
+    pthread_mutex_unlock(&lock);
+}
+
+void memory_send(memory_end *e, const wire_message *m)
+{
+    size_t size = wire_lcm_size(m);
+    uint8_t *data = base_alloc(size, 1);
+    wire_lcm_encode(m, data, size);
+    memory_send_bytes(e, data, size);
+    free(data);
+}
+
+bool memory_receive(memory_end *e, wire_memory *memory, wire_message *out)
+{
+    bool got = false;
+    pipe_frame f;
+    wire_refusal why;
+    pthread_mutex_lock(&lock);
+    while (!got && pipe_take(&e->queue, &f) == 1) {
+        wire_memory_reset(memory);
+        void *copy = wire_memory_take(memory, f.size); /* what is decoded may borrow from its bytes */
+        memcpy(copy, f.data, f.size);
+        got = wire_lcm_decode(copy, f.size, memory, out, &why) == WIRE_OK;
+    }
+    pthread_mutex_unlock(&lock);
+    return got;
+}
+
+/* ---- the daemon's end ---- */
+
+static int memory_open(struct link *head, const link_options *options, char *why, size_t why_size)
+{
+    link_memory *l = self_of(head);
+    pthread_mutex_lock(&lock);
+    bool taken = hub_named(options->address) != NULL;
+    if (!taken) array_push(&hubs, l);
+    pthread_mutex_unlock(&lock);
+    if (taken) {
+        snprintf(why, why_size, "memory://%s: is open already in this process", options->address);
+        return -1;
+    }
+    metrics *m = options->counters;
+    l->memory = wire_memory_create();
+    l->messages_in = metrics_add(m, "memory_messages_in", "messages of clients in this process");
+    l->refused = metrics_add(m, "memory_refused", "messages in this process that were refused");
+    l->queue_full = metrics_add(m, "memory_queue_full", "messages dropped because the tick did not take them");
+    l->messages_out = metrics_add(m, "memory_messages_out", "messages published to this process");
+    l->out_dropped = metrics_add(m, "memory_out_dropped", "messages dropped because a client did not take them");
+    return 0;
+}
+
+static size_t memory_take_all(struct link *head, const link_sink *sink)
+{
+    link_memory *l = self_of(head);
+    opened_report(&l->streams, head, sink);
+    pthread_mutex_lock(&lock);
+    pipe_buffer swapped = l->incoming;
+    l->incoming = l->taken;
+    l->taken = swapped;
+    pthread_mutex_unlock(&lock);
+    size_t messages = 0, refused = 0;
+    pipe_frame f;
+    while (pipe_take(&l->taken, &f) == 1) {
+        if (incoming_bytes(head, sink, l->memory, f.data, f.size))
+            messages++;
+        else
+            refused++;
+    }
+    metric_count(l->messages_in, messages);
+    metric_count(l->refused, refused);
+    return messages;
+}
+
+static void memory_publish(struct link *head, const wire_message *m)
+{
+    link_memory *l = self_of(head);
+    size_t size = wire_lcm_size(m);
+    pthread_mutex_lock(&lock);
+    for (size_t i = 0; i < l->ends.count; i++) {
+        pipe_buffer *q = &l->ends.at[i]->queue;
+        bool fits = size <= PIPE_DATA_MAX && pipe_used(q) + pipe_frame_size(0, size) <= QUEUE_BYTES;
+        if (fits) wire_lcm_encode(m, pipe_put(q, PIPE_MESSAGE, "", size), size);
+        metric_count(fits ? l->messages_out : l->out_dropped, 1);
+    }
+    pthread_mutex_unlock(&lock);
+}
+
+static void memory_flush(struct link *head)
+{
+    (void)head; /* publish has put it into the queues */
+}
+
+static void memory_stream_open(struct link *head, const char *stream)
+{
+    opened_add(&self_of(head)->streams, stream);
+    wake(head->options.wake_fd);
+}
+
+static void memory_stream_close(struct link *head, const char *stream)
+{
+    (void)head; /* nothing is kept for a stream */
+    (void)stream;
+}
+
+static void memory_describe(struct link *head, char *text, size_t size)
+{
+    snprintf(text, size, "memory %s: this process", head->options.address);
+}
+
+static void memory_close(struct link *head)
+{
+    link_memory *l = self_of(head);
+    pthread_mutex_lock(&lock);
+    size_t i = 0;
+    while (hubs.at[i] != l) i++;
+    hubs.at[i] = hubs.at[--hubs.count];
+    if (hubs.count == 0) array_free(&hubs);
+    for (i = 0; i < l->ends.count; i++) l->ends.at[i]->hub = NULL;
+    pthread_mutex_unlock(&lock);
+    array_free(&l->ends);
+    pipe_free(&l->incoming);
+    pipe_free(&l->taken);
+    opened_free(&l->streams);
+    wire_memory_destroy(l->memory);
+}
+
+const link_ops link_memory_ops = {
+    .scheme = "memory",
+    .size = sizeof(link_memory),
+    .has_liveliness = false,
+    .acknowledges = true,
+    .open = memory_open,
+    .receive = memory_take_all,
+    .publish = memory_publish,
+    .flush = memory_flush,
+    .stream_open = memory_stream_open,
+    .stream_close = memory_stream_close,
+    .describe = memory_describe,
+    .close = memory_close,
+};

@@ -1,0 +1,123 @@
+/* link_replay: reads a recording tick by tick. One thread, the tick thread; whatever the daemon publishes meanwhile is
+ * its own result, which link_replay_tick's hash is compared with, and goes nowhere. */
+#include "link_replay.h"
+
+#include "wake.h"
+
+#include <stdio.h>
+#include <string.h>
+
+typedef enum replay_state { REPLAY_BETWEEN, REPLAY_TICK_READ, REPLAY_ENDED } replay_state;
+
+typedef struct link_replay {
+    struct link head;
+    wire_log_reader *reader;
+    replay_state state;
+    wire_log_tick tick;
+    char why[256]; /* what is wrong with the log; "" = nothing */
+    metric *messages_in, *skipped, *unfinished;
+} link_replay;
+
+static link_replay *self_of(struct link *l)
+{
+    return (link_replay *)l;
+}
+
+static int replay_open(struct link *head, const link_options *options, char *why, size_t why_size)
+{
+    link_replay *l = self_of(head);
+    l->reader = wire_log_open(options->address, why, why_size);
+    if (!l->reader) return -1;
+    l->messages_in = metrics_add(options->counters, "replay_messages_in", "messages taken from the recording");
+    l->skipped = metrics_add(options->counters, "replay_skipped", "records on channels that are not ours");
+    l->unfinished =
+        metrics_add(options->counters, "replay_unfinished", "messages after the recording's last whole tick");
+    wake(options->wake_fd);
+    return 0;
+}
+
+static void hand_over(link_replay *l, const link_sink *sink, const wire_log_entry *e)
+{
+    if (e->kind == WIRE_LOG_MESSAGE)
+        sink->message(sink->context, &l->head, &e->message);
+    else
+        sink->client_lost(sink->context, &l->head, e->lost_client);
+}
+
+/* Up to the end of the tick, or of the log. */
+static size_t replay_receive(struct link *head, const link_sink *sink)
+{
+    link_replay *l = self_of(head);
+    size_t messages = 0;
+    wire_log_entry e;
+    while (l->state == REPLAY_BETWEEN) {
+        uint64_t skipped = 0;
+        int got = wire_log_next(l->reader, &e, &skipped, l->why, sizeof l->why);
+        metric_count(l->skipped, skipped);
+        if (got != 1) {
+            l->state = REPLAY_ENDED;
+            metric_count(l->unfinished, messages);
+        } else if (e.kind == WIRE_LOG_TICK) {
+            l->tick = e.tick;
+            l->state = REPLAY_TICK_READ;
+        } else {
+            hand_over(l, sink, &e);
+            messages += e.kind == WIRE_LOG_MESSAGE;
+        }
+    }
+    metric_count(l->messages_in, messages);
+    return messages;
+}
+
+bool link_replay_tick(struct link *head, wire_log_tick *out, char *why, size_t why_size)
+{
+    link_replay *l = self_of(head);
+    snprintf(why, why_size, "%s", l->why);
+    if (l->state != REPLAY_TICK_READ) return false;
+    *out = l->tick;
+    l->state = REPLAY_BETWEEN;
+    wake(head->options.wake_fd); /* the next tick is there already */
+    return true;
+}
+
+static void replay_publish(struct link *head, const wire_message *m)
+{
+    (void)head;
+    (void)m;
+}
+
+static void replay_flush(struct link *head)
+{
+    (void)head;
+}
+
+static void replay_stream(struct link *head, const char *stream)
+{
+    (void)head;
+    (void)stream;
+}
+
+static void replay_describe(struct link *head, char *text, size_t size)
+{
+    snprintf(text, size, "replay of %s: nobody is listened to", head->options.address);
+}
+
+static void replay_close(struct link *head)
+{
+    wire_log_end(self_of(head)->reader);
+}
+
+const link_ops link_replay_ops = {
+    .scheme = "replay",
+    .size = sizeof(link_replay),
+    .has_liveliness = true, /* lost clients are in the recording */
+    .acknowledges = false,
+    .open = replay_open,
+    .receive = replay_receive,
+    .publish = replay_publish,
+    .flush = replay_flush,
+    .stream_open = replay_stream,
+    .stream_close = replay_stream,
+    .describe = replay_describe,
+    .close = replay_close,
+};

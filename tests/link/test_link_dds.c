@@ -1,0 +1,339 @@
+/* The DDS link against raw Cyclone clients in processes of their own, in a network namespace without multicast. */
+#include "harness.h"
+
+#include "dds_client.h"
+#include "wire/dds/wire_dds_qos.h"
+
+#include <poll.h>
+#include <signal.h>
+#include <spawn.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+static bool isolated;
+
+/* ---- client processes ---- */
+
+typedef struct client {
+    pid_t pid;
+    int out; /* what it says */
+} client;
+
+static client client_start(const char *role, const char *argument)
+{
+    int ends[2];
+    client c;
+    posix_spawn_file_actions_t files;
+    char *const arguments[] = {"dds_client", "client", (char *)role, (char *)argument, NULL};
+    assert_int_equal(pipe(ends), 0);
+    posix_spawn_file_actions_init(&files);
+    posix_spawn_file_actions_adddup2(&files, ends[1], STDOUT_FILENO);
+    posix_spawn_file_actions_addclose(&files, ends[0]);
+    posix_spawn_file_actions_addclose(&files, ends[1]);
+    assert_int_equal(posix_spawn(&c.pid, "/proc/self/exe", &files, NULL, arguments, environ), 0);
+    posix_spawn_file_actions_destroy(&files);
+    close(ends[1]);
+    c.out = ends[0];
+    return c;
+}
+
+static void client_kill(client *c)
+{
+    kill(c->pid, SIGKILL);
+    waitpid(c->pid, NULL, 0);
+    close(c->out);
+}
+
+/* The client's next line, while the link keeps receiving. */
+static void client_says(client *c, rig *r, double seconds, char line[NAME_BYTES])
+{
+    int64_t end = clock_monotonic_ns() + (int64_t)(seconds * 1e9);
+    size_t n = 0;
+    struct pollfd p = {.fd = c->out, .events = POLLIN};
+    while (n < NAME_BYTES - 1 && (n == 0 || line[n - 1] != '\n')) {
+        rig_receive(r);
+        if (poll(&p, 1, 20) == 1 && read(c->out, line + n, 1) == 1) n++;
+        if (clock_monotonic_ns() > end) fail_msg("the client says nothing within %g s", seconds);
+    }
+    line[n - 1] = '\0';
+}
+
+static void assert_says(client *c, rig *r, double seconds, const char *expected)
+{
+    char line[NAME_BYTES];
+    client_says(c, r, seconds, line);
+    assert_string_equal(line, expected);
+}
+
+static bool client_is_silent(client *c, int ms)
+{
+    struct pollfd p = {.fd = c->out, .events = POLLIN};
+    return poll(&p, 1, ms) == 0;
+}
+
+static void dds_open(rig *r)
+{
+    if (!isolated) skip();
+    rig_open(r, "dds://0", NULL);
+}
+
+/* ---- the tests ---- */
+
+static void each_kind_passes_both_ways_unchanged(void **state)
+{
+    (void)state;
+    rig r;
+    dds_open(&r);
+    r.link->ops->stream_open(r.link, "cell");
+    client c = client_start("talk", NULL);
+    assert_says(&c, &r, 10, "sent");
+    RIG_UNTIL(&r, 5, r.heard.messages[WIRE_QUERY] == 1 && r.heard.messages[WIRE_INTEREST] == 1);
+    for (wire_kind k = WIRE_CLIENT; k <= WIRE_QUERY; k++) assert_int_equal(r.heard.messages[k], 1);
+    assert_int_equal(r.heard.differing, 0);
+    assert_int_equal(r.heard.refused, 0);
+    for (wire_kind k = WIRE_ANSWER; k < WIRE_KIND_COUNT; k++) {
+        char expected[NAME_BYTES];
+        wire_message m = sample_message(k);
+        rig_publish(&r, &m);
+        snprintf(expected, sizeof expected, "%s same", wire_kind_name(k));
+        assert_says(&c, &r, 5, expected);
+    }
+    client_kill(&c);
+    rig_close(&r);
+}
+
+static void a_stream_tells_of_each_reader_that_comes(void **state)
+{
+    (void)state;
+    rig r;
+    dds_open(&r);
+    r.link->ops->stream_open(r.link, "arm");
+    client first = client_start("listen", "arm");
+    RIG_UNTIL(&r, 10, r.heard.readers == 1);
+    assert_string_equal(r.heard.reader, "arm");
+    client second = client_start("listen", "arm");
+    RIG_UNTIL(&r, 10, r.heard.readers == 2);
+    client_kill(&first);
+    rig_receive(&r);
+    assert_int_equal(r.heard.readers, 2); /* one that goes is no news */
+    client_kill(&second);
+    rig_close(&r);
+}
+
+static void assert_partition(const char *stream, const char *expected)
+{
+    char partition[WIRE_DDS_PARTITION_MAX];
+    wire_dds_partition(stream, partition);
+    assert_string_equal(partition, expected);
+}
+
+static void no_name_of_a_stream_is_a_wildcard_of_dds(void **state)
+{
+    (void)state;
+    char longest[WIRE_NAME_MAX + 1];
+    char partition[WIRE_DDS_PARTITION_MAX];
+    assert_partition("arm.1", "stream:arm.1");
+    assert_partition("a*m?,[b]%", "stream:a%2Am%3F%2C%5Bb%5D%25");
+    memset(longest, '*', WIRE_NAME_MAX);
+    longest[WIRE_NAME_MAX] = '\0';
+    wire_dds_partition(longest, partition);
+    assert_int_equal(strlen(partition), strlen("stream:") + 3 * WIRE_NAME_MAX);
+}
+
+static void streams_do_not_hear_each_other(void **state)
+{
+    (void)state;
+    static const char *const names[3] = {"arm", "arm.1", "a:rm"};
+    rig r;
+    dds_open(&r);
+    client c[3];
+    char expected[NAME_BYTES];
+    for (int i = 0; i < 3; i++) r.link->ops->stream_open(r.link, names[i]);
+    for (int i = 0; i < 3; i++) c[i] = client_start("listen", names[i]);
+    for (int i = 0; i < 3; i++) assert_says(&c[i], &r, 10, "matched");
+    RIG_UNTIL(&r, 10, r.heard.readers == 3);
+    for (int i = 0; i < 3; i++) {
+        wire_message m = sample_events(names[i], 100 + i);
+        rig_publish(&r, &m);
+    }
+    for (int i = 0; i < 3; i++) {
+        snprintf(expected, sizeof expected, "%s batch %d", names[i], 100 + i);
+        assert_says(&c[i], &r, 5, expected);
+    }
+    for (int i = 0; i < 3; i++) assert_true(client_is_silent(&c[i], 100));
+    r.link->ops->stream_close(r.link, "arm.1");
+    wire_message gone = sample_events("arm.1", 1);
+    rig_publish(&r, &gone);
+    assert_int_equal(rig_counter(&r, "dds_no_stream"), 1);
+    for (int i = 0; i < 3; i++) client_kill(&c[i]);
+    rig_close(&r);
+}
+
+static void the_end_of_a_stream_arrives_though_it_is_closed_at_once(void **state)
+{
+    (void)state;
+    rig r;
+    dds_open(&r);
+    r.link->ops->stream_open(r.link, "arm");
+    client c = client_start("listen", "arm");
+    assert_says(&c, &r, 10, "matched");
+    RIG_UNTIL(&r, 10, r.heard.readers == 1);
+    for (int64_t batch = 1; batch <= 20; batch++) {
+        wire_message m = sample_events("arm", batch);
+        r.link->ops->publish(r.link, &m);
+    }
+    r.link->ops->stream_close(r.link, "arm");
+    for (int batch = 1; batch <= 20; batch++) {
+        char expected[NAME_BYTES];
+        snprintf(expected, sizeof expected, "arm batch %d", batch);
+        assert_says(&c, &r, 5, expected);
+    }
+    client_kill(&c);
+    rig_close(&r);
+}
+
+/* Nothing is said of time; what arrives is in order, and the last is among it. */
+static void large_batches_arrive_in_order(void **state)
+{
+    (void)state;
+    rig r;
+    dds_open(&r);
+    client c = client_start("flood", NULL);
+    RIG_UNTIL(&r, 20, r.heard.last_sequence == FLOOD_BATCHES);
+    assert_int_equal(r.heard.disordered, 0);
+    assert_int_equal(r.heard.refused, 0);
+    assert_true(r.heard.messages[WIRE_POSE_BATCH] > FLOOD_BATCHES / 2);
+    client_kill(&c);
+    rig_close(&r);
+}
+
+static void a_killed_client_is_lost_within_its_lease_and_its_bodies_are_not_removed(void **state)
+{
+    (void)state;
+    rig r;
+    dds_open(&r);
+    client c = client_start("live", NULL);
+    assert_says(&c, &r, 10, "sent");
+    RIG_UNTIL(&r, 5, r.heard.messages[WIRE_BODY] == 1 && r.heard.messages[WIRE_CLIENT] == 1);
+    int64_t quiet = clock_monotonic_ns() + 2 * CLIENT_LEASE_MS * INT64_C(1000000);
+    while (!rig_wait(&r, quiet)) rig_receive(&r);
+    assert_int_equal(r.heard.lost, 0); /* it lives, and need not say so */
+
+    client_kill(&c);
+    RIG_UNTIL(&r, CLIENT_LEASE_MS / 1000.0 + 0.5, r.heard.lost > 0);
+    assert_int_equal(r.heard.lost_client, CLIENT_ID);
+    quiet = clock_monotonic_ns() + INT64_C(300000000);
+    while (!rig_wait(&r, quiet)) rig_receive(&r);
+    assert_int_equal(r.heard.lost, 1);
+    assert_int_equal(r.heard.removed, 0);
+
+    client again = client_start("live", NULL);
+    RIG_UNTIL(&r, 10, r.heard.messages[WIRE_CLIENT] == 2 && r.heard.messages[WIRE_BODY] == 2);
+    assert_int_equal(r.heard.differing, 0);
+    client_kill(&again);
+    rig_close(&r);
+}
+
+static void assert_removed_once(const char *role)
+{
+    rig r;
+    dds_open(&r);
+    client c = client_start(role, NULL);
+    RIG_UNTIL(&r, 10, r.heard.removed == 1);
+    client_kill(&c);
+    RIG_UNTIL(&r, 2, r.heard.lost == 1);
+    assert_int_equal(r.heard.removed, 1);
+    assert_int_equal(r.heard.refused, 0);
+    rig_close(&r);
+}
+
+static void a_body_taken_back_is_removed_once(void **state)
+{
+    (void)state;
+    assert_removed_once("remove");
+}
+
+static void a_body_disposed_by_its_key_is_removed_once(void **state)
+{
+    (void)state;
+    assert_removed_once("dispose");
+}
+
+static void bad_numbers_are_refused_with_the_sender(void **state)
+{
+    (void)state;
+    rig r;
+    dds_open(&r);
+    client c = client_start("bad", NULL);
+    RIG_UNTIL(&r, 10, r.heard.refused == 1);
+    assert_int_equal(r.heard.refused_kind, WIRE_POSE_BATCH);
+    assert_int_equal(r.heard.why.reason, WIRE_BAD_NUMBER);
+    assert_int_equal(r.heard.refused_client, CLIENT_ID);
+    assert_int_equal(r.heard.refused_sequence, 12);
+    assert_int_equal(rig_counter(&r, "dds_refused"), 1);
+    client_kill(&c);
+    rig_close(&r);
+}
+
+static void late_joiners_get_the_status(void **state)
+{
+    (void)state;
+    rig r;
+    dds_open(&r);
+    wire_message m = sample_message(WIRE_STATUS);
+    rig_publish(&r, &m);
+    r.link->ops->stream_open(r.link, "cell");
+    client c = client_start("talk", NULL);
+    char line[NAME_BYTES];
+    client_says(&c, &r, 10, line);
+    assert_string_equal(line, "sent");
+    assert_says(&c, &r, 5, "Status same");
+    client_kill(&c);
+    rig_close(&r);
+}
+
+static void an_address_that_cannot_be_is_refused_with_the_reason(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *uri, *interface, *why;
+    } cases[] = {
+        {"dds://231", "", "from 0 to 230"},
+        {"dds://zero", "", "from 0 to 230"},
+        {"dds://1", "\"/><evil/>", "no name or address"},
+        {"dds://1", "nosuch0", "interface"},
+    };
+    if (!isolated) skip();
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        char why[512] = "";
+        metrics *counters = metrics_create();
+        link_options options = {.wake_fd = -1, .counters = counters, .interface = cases[i].interface};
+        assert_null(link_open(cases[i].uri, &options, why, sizeof why));
+        assert_non_null(strstr(why, cases[i].why));
+        metrics_destroy(counters);
+    }
+}
+
+int main(int argc, char **argv)
+{
+    if (argc > 2) return dds_client(argc, argv);
+    isolated = netns_enter();
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(each_kind_passes_both_ways_unchanged),
+        cmocka_unit_test(a_stream_tells_of_each_reader_that_comes),
+        cmocka_unit_test(no_name_of_a_stream_is_a_wildcard_of_dds),
+        cmocka_unit_test(streams_do_not_hear_each_other),
+        cmocka_unit_test(the_end_of_a_stream_arrives_though_it_is_closed_at_once),
+        cmocka_unit_test(large_batches_arrive_in_order),
+        cmocka_unit_test(a_killed_client_is_lost_within_its_lease_and_its_bodies_are_not_removed),
+        cmocka_unit_test(a_body_taken_back_is_removed_once),
+        cmocka_unit_test(a_body_disposed_by_its_key_is_removed_once),
+        cmocka_unit_test(bad_numbers_are_refused_with_the_sender),
+        cmocka_unit_test(late_joiners_get_the_status),
+        cmocka_unit_test(an_address_that_cannot_be_is_refused_with_the_reason),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
