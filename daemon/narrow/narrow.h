@@ -24,7 +24,8 @@ typedef enum narrow_engine {
 
 typedef struct narrow_request {
     unsigned facts;       /* of narrow_fact */
-    double tolerance;     /* m, asked width of [lo, hi]; 0 = as narrow as floating point gives */
+    double tolerance;     /* m, asked width of [lo, hi]; 0 = as narrow as floating point gives. Beside a verdict the
+                             interval is refined until it also decides, or rounding does not let it */
     double range;         /* m; beyond it a lower bound is enough. INFINITY = always measure */
     double threshold;     /* m; for NARROW_VERDICT and NARROW_MANIFOLD */
     narrow_engine engine;
@@ -59,7 +60,9 @@ typedef enum narrow_method { /* who settled it: counted and shown */
 } narrow_method;
 
 typedef struct narrow_result {
-    double lo, hi;         /* m; lo <= signed distance <= hi, rounding of input poses included */
+    double lo, hi;         /* m; lo <= signed distance <= hi, rounding of input poses included: 16 ulp (u = 2^-53) of
+                              the reaches plus the distance, on both sides. Touching shapes give lo < 0 < hi. Two
+                              half-spaces that no translation separates: both -INFINITY */
     vec3 axis;             /* unit, from A towards B. It proves lo: min over B of axis.x - max over A of axis.x >= lo.
                               Moving B along it by -lo (and rounding) separates */
     vec3 point_a, point_b; /* on the surfaces (radius included). Separated: |point_b - point_a| proves hi. Overlapping:
@@ -71,7 +74,8 @@ typedef struct narrow_result {
     uint32_t peer_failures; /* libccd's, when it was the engine */
 } narrow_result;
 
-/* What a pair remembers. It may prove separation again; it never enters an answer. Zeroed = empty. */
+/* What a pair remembers, for narrow_separation and narrow_motion_bound to prove separation again. narrow_query writes
+ * it and never reads it, so it cannot enter an answer; the hints are narrow_separation's. Zeroed = empty. */
 typedef struct narrow_cache {
     vec3 axis;       /* in A's frame, unit; zero = none */
     pose b_in_a;     /* where `lower` was certified */
@@ -94,7 +98,8 @@ bool narrow_ordered(const shape *a, uint64_t tie_a, const shape *b, uint64_t tie
 void narrow_query_world(const shape *a, pose pose_a, const shape *b, pose pose_b, const narrow_request *request,
     narrow_scratch *scratch, narrow_result *result);
 
-/* The certified separation along one axis (unit, in A's frame, from A towards B): one support query a shape. */
+/* The certified separation along one axis (unit, in A's frame, from A towards B): one support query a shape. A lower
+ * bound of the signed distance for any axis. With a half-space the axis is its normal, whatever is passed. */
 double narrow_separation(const shape *a, const shape *b, const pose *b_in_a, vec3 axis, uint32_t *hint_a,
     uint32_t *hint_b);
 

@@ -1,7 +1,7 @@
-/* pair: normalisation of two shapes to unit size, their support points, and the bound of the rounding in them.
+/* unit_pair: normalisation of two shapes to unit size, their support points, and the bound of the rounding in them.
  *
  * Pure; any thread. The scale is a power of two, so every bit of an answer but the exponent is independent of it. */
-#include "pair.h"
+#include "unit_pair.h"
 
 #include "geom/support.h"
 
@@ -9,13 +9,19 @@
  * quaternions, and the matrix made of it), a support point by 4 u, difference, product and sum by 3 u. */
 #define ERROR_ULPS 16
 
-static double finite_or_zero(double x) { return isfinite(x) ? x : 0; }
+/* Keeps the scale and its inverse finite and normal. */
+enum { EXPONENT_MAX = 1000 };
 
-static shape shape_scaled(const shape *s, int exponent)
+static double finite_or_zero(double x)
+{
+    return isfinite(x) ? x : 0;
+}
+
+static shape shape_scaled(const shape *s, double scale)
 {
     shape out = *s;
-    out.radius = ldexp(s->radius, exponent);
-    out.half = vec(ldexp(s->half.x, exponent), ldexp(s->half.y, exponent), ldexp(s->half.z, exponent));
+    out.radius = s->radius * scale;
+    out.half = vec_scale(s->half, scale);
     return out;
 }
 
@@ -30,56 +36,52 @@ static void reduce(shape *s)
     if (s->type == SHAPE_CAPSULE && s->half.z == 0) s->type = SHAPE_SPHERE;
 }
 
-void pair_init(pair *p, const shape *a, const shape *b, const pose *b_in_a)
+void unit_pair_init(unit_pair *p, const shape *a, const shape *b, const pose *b_in_a)
 {
     double reach_a = finite_or_zero(shape_reach(a)), reach_b = finite_or_zero(shape_reach(b));
     double largest = fmax(fmax(reach_a, reach_b), vec_max_abs(b_in_a->p));
     int exponent = 0;
     if (largest > 0) (void)frexp(largest, &exponent);
-    vec3 t = b_in_a->p;
-    p->exponent = exponent;
-    p->hull_scale = ldexp(1, -exponent);
-    p->a = shape_scaled(a, -exponent);
-    p->b = shape_scaled(b, -exponent);
+    exponent = exponent < -EXPONENT_MAX ? -EXPONENT_MAX : exponent > EXPONENT_MAX ? EXPONENT_MAX : exponent;
+    p->unit = ldexp(1, exponent);
+    p->scale = ldexp(1, -exponent);
+    p->a = shape_scaled(a, p->scale);
+    p->b = shape_scaled(b, p->scale);
     reduce(&p->a);
     reduce(&p->b);
     p->b_in_a.r = quat_matrix(b_in_a->q);
-    p->b_in_a.t = vec(ldexp(t.x, -exponent), ldexp(t.y, -exponent), ldexp(t.z, -exponent));
+    p->b_in_a.t = vec_scale(b_in_a->p, p->scale);
     p->radius = p->a.radius + p->b.radius;
-    p->size = ldexp(reach_a, -exponent) + ldexp(reach_b, -exponent) + vec_norm(p->b_in_a.t);
+    p->size = reach_a * p->scale + reach_b * p->scale + vec_norm(p->b_in_a.t);
     p->error = ERROR_ULPS * UNIT_ROUNDOFF * p->size;
 }
 
-static vec3 support(const pair *p, const shape *s, vec3 direction, uint32_t *hint)
+static vec3 support(const unit_pair *p, const shape *s, vec3 direction, uint32_t *hint)
 {
     vec3 x = support_core(s, direction, hint);
-    return s->type == SHAPE_HULL ? vec_scale(x, p->hull_scale) : x;
+    return s->type == SHAPE_HULL ? vec_scale(x, p->scale) : x;
 }
 
-vec3 pair_support_a(const pair *p, vec3 direction, uint32_t *hint) { return support(p, &p->a, direction, hint); }
+vec3 unit_pair_support_a(const unit_pair *p, vec3 direction, uint32_t *hint)
+{
+    return support(p, &p->a, direction, hint);
+}
 
-vec3 pair_support_b(const pair *p, vec3 direction, uint32_t *hint)
+vec3 unit_pair_support_b(const unit_pair *p, vec3 direction, uint32_t *hint)
 {
     return transform_point(&p->b_in_a, support(p, &p->b, mat_tmul(p->b_in_a.r, direction), hint));
 }
 
-minkowski pair_nearest_along(const pair *p, vec3 axis)
+minkowski unit_pair_nearest_along(const unit_pair *p, vec3 axis)
 {
     minkowski m;
-    m.a = pair_support_a(p, axis, NULL);
-    m.b = pair_support_b(p, vec_neg(axis), NULL);
+    m.a = unit_pair_support_a(p, axis, NULL);
+    m.b = unit_pair_support_b(p, vec_neg(axis), NULL);
     m.w = vec_sub(m.b, m.a);
     return m;
 }
 
-vec3 pair_hull_vertex_a(const pair *p, uint32_t i) { return vec_scale(hull_vertex(p->a.hull, i), p->hull_scale); }
-
-vec3 pair_hull_vertex_b(const pair *p, uint32_t i)
-{
-    return transform_point(&p->b_in_a, vec_scale(hull_vertex(p->b.hull, i), p->hull_scale));
-}
-
-vec3 unit_orthogonal(vec3 v)
+vec3 vec_unit_orthogonal(vec3 v)
 {
     double x = fabs(v.x), y = fabs(v.y), z = fabs(v.z);
     vec3 least = x <= y && x <= z ? vec(1, 0, 0) : y <= z ? vec(0, 1, 0) : vec(0, 0, 1);

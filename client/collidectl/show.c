@@ -1,0 +1,24 @@
+/* show: the digits are as many as the interval's width deserves, and at least three after the point. */
+#include "show.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stdio.h>
+
+void show_interval(double lo_m, double hi_m, char *out, size_t size)
+{
+    bool metres = !(fmax(fabs(lo_m), fabs(hi_m)) < 1);
+    double scale = metres ? 1 : 1000, width = scale * (hi_m - lo_m);
+    int digits = width > 0 && isfinite(width) ? (int)fmin(12, fmax(3, 1 - floor(log10(width)))) : 6;
+    snprintf(out, size, "[%.*f, %.*f] %s", digits, scale * lo_m, digits, scale * hi_m, metres ? "m" : "mm");
+}
+
+void show_age(double age_s, char *out, size_t size)
+{
+    if (age_s < 0)
+        snprintf(out, size, "-");
+    else if (age_s < 1)
+        snprintf(out, size, "%.0f ms", 1000 * age_s);
+    else
+        snprintf(out, size, "%.1f s", age_s);
+}

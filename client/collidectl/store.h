@@ -1,0 +1,56 @@
+/* store: what earlier runs of collidectl created under one --as: body numbers by name, and where robots came from, so
+ * that a later run can go on with them.
+ *
+ * One text file, $XDG_STATE_HOME/collidectl/AS (else ~/.local/state/...), replaced as a whole by store_save; one run at
+ * a time holds it. It is a memory, not the truth: whether a body still exists is known to the daemon alone. */
+#ifndef COLLIDED_COLLIDECTL_STORE_H
+#define COLLIDED_COLLIDECTL_STORE_H
+
+#include "ctl.h"
+#include "loaders/robot.h"
+
+#include <stdint.h>
+
+typedef struct store_body {
+    const char *name;
+    int32_t id;
+} store_body;
+
+typedef struct store_robot {
+    const char *name;                 /* prefix + the URDF's name */
+    const char *urdf, *srdf, *prefix; /* whole paths; "" = none */
+    load_package packages[PACKAGES_MAX];
+    size_t package_count;
+    collided_pose base;
+    const char **joints; /* names and last values of all joints */
+    double *values;
+    size_t joint_count;
+} store_robot;
+
+typedef struct store {
+    pool *pool;
+    char *path;
+    int lock; /* file descriptor; -1 = none */
+    int32_t next_id;
+    store_body *bodies;
+    size_t body_count, body_room;
+    store_robot *robots;
+    size_t robot_count, robot_room;
+} store;
+
+/* Reads the file, if there is one, and locks it. 0, or an exit status after saying why not. */
+int store_open(store *s, ctl *c);
+int store_save(store *s);
+void store_close(store *s);
+
+int32_t store_find(const store *s, const char *name);                  /* -1 = none */
+int32_t store_id_for(const store *s, const char *name, int32_t *next); /* known, or *next, which then grows */
+void store_put(store *s, const char *name, int32_t id);
+void store_drop(store *s, const char *name);
+store_robot *store_find_robot(const store *s, const char *name); /* NULL = none */
+/* The URDF at `source` as a robot, replacing one of the same name; paths are made whole. */
+void store_put_robot(store *s, const robot *r, collided_pose base, const double *values);
+/* The joint values of `r`, which was loaded from what `to` says. */
+void store_set_values(store *s, store_robot *to, const robot *r, const double *values);
+
+#endif

@@ -1,0 +1,98 @@
+/* verb_joints: forward kinematics of a robot that an earlier run loaded; all its links move in one message. */
+#include "loaders/robot.h"
+#include "loaders/text.h"
+#include "store.h"
+#include "verbs.h"
+
+#include <string.h>
+#include <sysexits.h>
+
+static bool recall(ctl *c, const store_robot *from, const robot_source *source, robot *out, double **values)
+{
+    if (!robot_load(out, &c->pool, source, &c->report)) return false;
+    *values = pool_alloc(&c->pool, (size_t)out->model.joint_count, sizeof **values);
+    robot_default_values(out, *values);
+    for (size_t i = 0; i < from->joint_count; i++) {
+        int joint = urdf_find_joint(&out->model, from->joints[i]);
+        if (joint >= 0) (*values)[joint] = from->values[i];
+    }
+    return true;
+}
+
+static bool change(ctl *c, const robot *r, double *values)
+{
+    if (c->options.state && !robot_state(r, c->options.state, values, &c->report)) return false;
+    for (int i = 1; i < c->argument_count; i++)
+        if (!robot_set_list(r, c->arguments[i], values, &c->report)) return false;
+    return true;
+}
+
+static int publish(ctl *c, const store *s, const robot *r, const store_robot *of, const double *values)
+{
+    size_t count = robot_body_count(r), n = 0;
+    collided_body *bodies = pool_alloc(&c->pool, count, sizeof *bodies);
+    collided_pose *poses = pool_alloc(&c->pool, count, sizeof *poses);
+    double *positions = pool_alloc(&c->pool, count, 3 * sizeof *positions);
+    double *orientations = pool_alloc(&c->pool, count, 4 * sizeof *orientations);
+    robot_body_poses(r, of->base, values, poses);
+    for (int i = 0; i < r->model.link_count; i++) {
+        if (r->model.links[i].shape_count == 0) continue;
+        const char *name = robot_body_name(r, i, &c->pool);
+        int32_t id = store_find(s, name);
+        if (id < 0) return ctl_fail(EX_DATAERR, "joints: the link '%s' was removed: load the robot again", name);
+        memcpy(positions + 3 * n, poses[n].position, sizeof poses[n].position);
+        memcpy(orientations + 4 * n, poses[n].orientation, sizeof poses[n].orientation);
+        bodies[n++] = collided_adopt_body(c->client, id);
+    }
+    collided_status status = collided_publish(c->client, n, bodies, positions, orientations, NULL, NULL, 0, 0);
+    collided_flush(c->client);
+    return ctl_check(c, status, "joints");
+}
+
+/* Poses are not acknowledged: an answer to a question behind them tells that they have arrived, and any refusal came
+ * before it. */
+static int confirm(ctl *c, const robot *r)
+{
+    int link = 0;
+    while (link + 1 < r->model.link_count && r->model.links[link].shape_count == 0) link++;
+    const char *name = robot_body_name(r, link, &c->pool);
+    collided_result result = {0};
+    int status = ctl_check(c, collided_query_bodies(c->client, name, c->options.timeout_s, &result), "joints");
+    if (!status && c->rejected[0])
+        status = ctl_fail(EX_DATAERR, "joints: the daemon refused: %s", c->rejected);
+    else if (!status && result.count == 0)
+        status = ctl_fail(EX_DATAERR, "joints: the daemon has no body '%s' (was it restarted?): load it again", name);
+    collided_result_free(&result);
+    return status;
+}
+
+static int set_joints(ctl *c, store *s)
+{
+    store_robot *of = store_find_robot(s, c->arguments[0]);
+    if (!of)
+        return ctl_fail(EX_DATAERR, "joints: no robot '%s' was loaded as '%s': load its URDF first", c->arguments[0],
+            c->options.as);
+    robot_source source = {of->urdf, *of->srdf ? of->srdf : NULL, of->prefix, of->packages, of->package_count};
+    robot r;
+    double *values;
+    if (!recall(c, of, &source, &r, &values) || !change(c, &r, values)) return ctl_fail_loading(c);
+    int status = ctl_connect_owner(c);
+    if (!status) status = publish(c, s, &r, of, values);
+    if (!status) status = confirm(c, &r);
+    if (status) return status;
+    store_set_values(s, of, &r, values);
+    return store_save(s);
+}
+
+int verb_joints(ctl *c)
+{
+    if (c->argument_count < 2 && !c->options.state)
+        return ctl_fail(EX_USAGE, "joints: say which: collidectl joints ROBOT NAME=VALUE... or --state NAME");
+    store s;
+    int status = store_open(&s, c);
+    if (status) return status;
+    status = set_joints(c, &s);
+    ctl_disconnect(c);
+    store_close(&s);
+    return status;
+}

@@ -1,0 +1,76 @@
+/* verb_status: the daemon's health, limits and counters. Serves as a health check by its exit status. */
+#include "json.h"
+#include "verbs.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+#include <sysexits.h>
+#include <time.h>
+
+static void print_json(const collided_daemon_status *s)
+{
+    json j = {.out = stdout};
+    json_open(&j, NULL, '{');
+    json_text(&j, "health", s->health);
+    json_text(&j, "daemon", s->daemon);
+    json_text(&j, "release", s->release);
+    json_text(&j, "links", s->links);
+    json_text(&j, "limits", s->limits);
+    json_integer(&j, "epoch", s->epoch);
+    json_integer(&j, "tick", s->tick);
+    json_integer(&j, "stamp_ns", s->stamp_ns);
+    json_integer(&j, "started_ns", s->started_ns);
+    json_open(&j, "counters", '{');
+    for (size_t i = 0; i < s->counter_count; i++) json_integer(&j, s->counters[i].name, s->counters[i].value);
+    json_close(&j, '}');
+    json_close(&j, '}');
+    json_end_line(&j);
+}
+
+static void print_table(const collided_daemon_status *s)
+{
+    printf("%-10s %s\n", "health", s->health);
+    printf("%-10s %s, release %s\n", "daemon", s->daemon, s->release);
+    printf("%-10s %s\n", "links", s->links);
+    printf("%-10s %s\n", "limits", *s->limits ? s->limits : "none reached");
+    printf("%-10s %" PRId64 ", tick %" PRId64 "\n", "epoch", s->epoch, s->tick);
+    printf("%-10s %.1f s\n", "up", 1e-9 * (double)(s->stamp_ns - s->started_ns));
+    int width = 0;
+    for (size_t i = 0; i < s->counter_count; i++) width = (int)fmax(width, (double)strlen(s->counters[i].name));
+    if (s->counter_count) puts("counters");
+    for (size_t i = 0; i < s->counter_count; i++)
+        printf("  %-*s %12" PRId64 "\n", width, s->counters[i].name, s->counters[i].value);
+}
+
+static bool is_ready(const collided_daemon_status *s)
+{
+    return strcmp(s->health, "ready") == 0;
+}
+
+static int ask(ctl *c, collided_daemon_status *s)
+{
+    time_t end = time(NULL) + (time_t)ceil(c->options.wait_s);
+    for (;;) {
+        int status = ctl_check(c, collided_get_status(c->client, c->options.timeout_s, s), "status");
+        if (status || is_ready(s) || time(NULL) >= end) return status;
+        nanosleep(&(struct timespec){0, 100000000}, NULL);
+    }
+}
+
+int verb_status(ctl *c)
+{
+    if (c->options.wait_s > c->options.timeout_s) c->options.timeout_s = c->options.wait_s;
+    int status = ctl_connect_guest(c);
+    collided_daemon_status s = {0};
+    if (!status) status = ask(c, &s);
+    if (status) return status;
+    if (c->options.json)
+        print_json(&s);
+    else
+        print_table(&s);
+    return is_ready(&s)
+               ? EX_OK
+               : ctl_fail(EX_TEMPFAIL, "the daemon is %s, not ready%s%s", s.health, *s.limits ? ": " : "", s.limits);
+}

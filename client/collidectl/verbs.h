@@ -1,0 +1,19 @@
+/* verbs: one function and one file a verb. Each returns an exit status of sysexits.h, after saying what went wrong. */
+#ifndef COLLIDED_COLLIDECTL_VERBS_H
+#define COLLIDED_COLLIDECTL_VERBS_H
+
+#include "ctl.h"
+
+int verb_status(ctl *c);
+int verb_load(ctl *c);
+int verb_remove(ctl *c);
+int verb_move(ctl *c);
+int verb_joints(ctl *c);
+int verb_watch(ctl *c);
+int verb_query(ctl *c);
+int verb_record(ctl *c);
+int verb_replay(ctl *c);
+int verb_version(ctl *c);
+int verb_help(ctl *c);
+
+#endif

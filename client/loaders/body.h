@@ -1,0 +1,42 @@
+/* body: what loaders make of files: bodies with shapes, not yet known to any daemon. Plain data in the pool that it was
+ * loaded into. */
+#ifndef COLLIDED_LOADERS_BODY_H
+#define COLLIDED_LOADERS_BODY_H
+
+#include "collided.h"
+#include "mesh.h"
+
+enum { LOAD_SHAPES_MAX = 256 /* WIRE_SHAPES_MAX */, LOAD_RULES_MAX = 1024 /* WIRE_RULES_MAX */ };
+
+/* One shape. A hull's points come with it, or from a mesh file. */
+typedef struct load_shape {
+    collided_shape shape; /* its geometry is set when it is announced */
+    const char *mesh;     /* path of the file; NULL = none */
+    double scale[3];
+    mesh_points points;
+} load_shape;
+
+typedef struct load_body {
+    const char *name;
+    const char *group; /* "" = none */
+    collided_motion motion;
+    collided_pose pose; /* world */
+    load_shape *shapes;
+    size_t shape_count;
+    collided_rule *rules;
+    size_t rule_count;
+} load_body;
+
+typedef struct load_bodies {
+    load_body *at;
+    size_t count;
+} load_bodies;
+
+/* Reads the mesh files of a body's shapes. A file that was given before is read again: files are small. */
+bool load_body_meshes(pool *p, load_body *body, load_report *r);
+
+/* Tells the daemon: the hulls, then the body, under the number `id` (-1 = the next free one). The body's id is
+ * COLLIDED_NONE on failure; collided_error tells why. */
+collided_body load_body_announce(collided *c, const load_body *body, int32_t id);
+
+#endif

@@ -1,0 +1,30 @@
+/* body_announce: hands a loaded body to the client library. The only file of the loaders that calls it. */
+#include "body.h"
+
+static void fill(const load_body *body, collided_body_def *def)
+{
+    def->name = body->name;
+    def->group = body->group;
+    def->motion = body->motion;
+    def->pose = body->pose;
+    def->shape_count = body->shape_count;
+    def->rules = body->rules;
+    def->rule_count = body->rule_count;
+}
+
+collided_body load_body_announce(collided *c, const load_body *body, int32_t id)
+{
+    collided_shape shapes[LOAD_SHAPES_MAX];
+    for (size_t i = 0; i < body->shape_count; i++) {
+        const load_shape *from = &body->shapes[i];
+        shapes[i] = from->shape;
+        if (from->shape.type != COLLIDED_HULL) continue;
+        shapes[i].geometry = collided_create_hull(c, from->points.at, from->points.count);
+        if (shapes[i].geometry.hash == 0) return (collided_body){COLLIDED_NONE};
+    }
+    collided_body_def def = collided_body_def_default();
+    fill(body, &def);
+    def.id = id;
+    def.shapes = shapes;
+    return collided_create_body(c, &def);
+}

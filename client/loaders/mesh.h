@@ -1,0 +1,26 @@
+/* mesh: the points of a mesh file (STL, OBJ, COLLADA, PLY and whatever else assimp reads), for its convex hull. All
+ * meshes of the file, under the transforms of its nodes, then scaled. One thread a pool. */
+#ifndef COLLIDED_LOADERS_MESH_H
+#define COLLIDED_LOADERS_MESH_H
+
+#include "pool.h"
+#include "report.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+
+enum {
+    MESH_FILE_MAX = 64 << 20, /* bytes */
+    MESH_VERTICES_MAX = 1 << 22,
+    MESH_POINTS_MAX = 65535 /* different points: as many as the daemon takes in a hull */
+};
+
+typedef struct mesh_points {
+    const double *at; /* x, y, z each; no two alike; sorted, so that the same points always give the same geometry */
+    size_t count;
+} mesh_points;
+
+/* Reads only that one file: parts that it refers to are not looked for. */
+bool mesh_load(pool *p, const char *path, const double scale[3], mesh_points *out, load_report *r);
+
+#endif

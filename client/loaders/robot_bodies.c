@@ -1,0 +1,98 @@
+/* robot_bodies: links to bodies, disabled pairs to rules. The result depends on the files alone. One thread a pool. */
+#include "robot.h"
+#include "text.h"
+
+#include <string.h>
+
+const char *robot_body_name(const robot *b, int link, pool *p)
+{
+    return pool_format(p, "%s%s", b->source.prefix ? b->source.prefix : "", b->model.links[link].name);
+}
+
+static bool add_rule(const robot *b, load_body *body, int other, const char *reason, pool *p, load_report *r)
+{
+    if (b->model.links[other].shape_count == 0) return true; /* it has no body */
+    if (body->rule_count == LOAD_RULES_MAX)
+        return load_fail(
+            r, "%s: link '%s' has more than %d disabled pairs", b->source.srdf, body->name, LOAD_RULES_MAX);
+    body->rules[body->rule_count++] = (collided_rule){robot_body_name(b, other, p), true, reason};
+    return true;
+}
+
+/* Each pair stands at both of its bodies: either may be changed or removed on its own. */
+static bool rules_of_srdf(const robot *b, int link, load_body *body, pool *p, load_report *r)
+{
+    for (int i = 0; i < b->semantics.disabled_count; i++) {
+        const srdf_disabled *d = &b->semantics.disabled[i];
+        if (d->link1 != link && d->link2 != link) continue;
+        int other = d->link1 == link ? d->link2 : d->link1;
+        if (!add_rule(b, body, other, pool_format(p, "SRDF: %s", d->reason), p, r)) return false;
+    }
+    return true;
+}
+
+/* For each link the next one above it that has a body; -1 = none. */
+static int *bodies_above(const urdf *u, pool *p)
+{
+    int *above = pool_alloc(p, (size_t)u->link_count, sizeof *above);
+    above[u->root] = -1;
+    for (int i = 0; i < u->joint_count; i++) {
+        const urdf_joint *j = &u->joints[u->order[i]];
+        above[j->child] = u->links[j->parent].shape_count > 0 ? j->parent : above[j->parent];
+    }
+    return above;
+}
+
+static bool rules_of_joints(const robot *b, int link, const int *above, load_body *body, pool *p, load_report *r)
+{
+    for (int i = 0; i < b->model.link_count; i++)
+        if ((above[i] == link || above[link] == i) && !add_rule(b, body, i, "adjacent in the URDF", p, r)) return false;
+    return true;
+}
+
+static bool find_meshes(const robot *b, const urdf_link *link, load_body *body, pool *p, load_report *r)
+{
+    const char *folder = text_folder(p, b->source.urdf);
+    const char *where = pool_format(p, "%s:%d", b->model.file, link->line);
+    for (size_t i = 0; i < body->shape_count; i++) {
+        load_shape *s = &body->shapes[i];
+        if (!s->mesh) continue;
+        s->mesh = package_resolve(p, s->mesh, folder, b->source.packages, b->source.package_count, where, r);
+        if (!s->mesh) return false;
+    }
+    return true;
+}
+
+static bool make_body(const robot *b, int index, const int *above, load_body *out, pool *p, load_report *r)
+{
+    const urdf_link *link = &b->model.links[index];
+    out->name = robot_body_name(b, index, p);
+    const char *fault = text_name_fault(out->name);
+    if (fault) return load_fail(r, "the name '%s' %s: choose another --prefix", out->name, fault);
+    out->group = b->model.name;
+    out->shape_count = link->shape_count;
+    out->shapes = pool_alloc(p, link->shape_count, sizeof *out->shapes);
+    memcpy(out->shapes, link->shapes, link->shape_count * sizeof *out->shapes);
+    size_t most = (size_t)(b->source.srdf ? b->semantics.disabled_count : b->model.link_count);
+    out->rules = pool_alloc(p, most < LOAD_RULES_MAX ? most : LOAD_RULES_MAX, sizeof *out->rules);
+    bool ruled = b->source.srdf ? rules_of_srdf(b, index, out, p, r) : rules_of_joints(b, index, above, out, p, r);
+    return ruled && find_meshes(b, link, out, p, r) && load_body_meshes(p, out, r);
+}
+
+bool robot_bodies(const robot *b, collided_pose base, const double *values, collided_motion motion, pool *p,
+    load_bodies *out, load_report *r)
+{
+    size_t count = robot_body_count(b);
+    *out = (load_bodies){pool_alloc(p, count, sizeof *out->at), 0};
+    collided_pose *poses = pool_alloc(p, count, sizeof *poses);
+    robot_body_poses(b, base, values, poses);
+    const int *above = bodies_above(&b->model, p);
+    for (int i = 0; i < b->model.link_count; i++) {
+        if (b->model.links[i].shape_count == 0) continue;
+        load_body *body = &out->at[out->count];
+        if (!make_body(b, i, above, body, p, r)) return false;
+        body->pose = poses[out->count++];
+        body->motion = motion;
+    }
+    return true;
+}

@@ -1,0 +1,53 @@
+/* scene: a YAML file with bodies and robots.
+ *
+ *     bodies:
+ *       - name: table
+ *         group: furniture          # optional
+ *         motion: fixed             # or moving, the default
+ *         pose: {position: [0.5, 0, 0.2], rpy: [0, 0, 1.57]}   # or orientation: [w, x, y, z]; default: the origin
+ *         shapes:
+ *           - {type: box, size: [0.8, 1.2, 0.05]}              # full sides, m
+ *         rules:                    # ordered; the first that matches the other body decides
+ *           - {pattern: "part*", allow: true, reason: parts lie on the table}
+ *     robots:
+ *       - urdf: arm.urdf            # paths are relative to the scene
+ *         srdf: arm.srdf
+ *         prefix: left_
+ *         state: ready
+ *         joints: [{name: j1, value: 0.3}]
+ *         pose: {position: [0, 0, 0]}
+ *         motion: moving
+ *         packages: [{name: arm_description, path: ../arm_description}]
+ *
+ * Shapes: sphere (radius), capsule (radius, length of its cylinder), box (size), cylinder (radius, height), cone
+ * (radius, height), ellipsoid (semi_axes), halfspace (z <= 0), hull (points: [[x, y, z], ...] or mesh: FILE, with
+ * scale); each with `pose` and `rounding` (m). Unknown keys, keys that do not belong to the type, aliases and numbers
+ * that are not finite are refused. */
+#ifndef COLLIDED_LOADERS_SCENE_H
+#define COLLIDED_LOADERS_SCENE_H
+
+#include "body.h"
+#include "robot.h"
+
+typedef struct scene_robot {
+    robot_source source;
+    const char *state;   /* NULL = none */
+    const char **joints; /* names, and their values */
+    double *values;
+    size_t joint_count;
+    collided_pose pose;
+    collided_motion motion;
+} scene_robot;
+
+typedef struct scene {
+    load_bodies bodies;
+    scene_robot *robots;
+    size_t robot_count;
+} scene;
+
+enum { SCENE_SIZE_MAX = 16 << 20 /* bytes */ };
+
+/* `file` is for messages, and the folder that paths are relative to. Mesh files are not read yet: load_body_meshes. */
+bool scene_parse(scene *out, pool *p, const char *data, size_t size, const char *file, load_report *r);
+
+#endif

@@ -1,0 +1,161 @@
+/* scene_schema: the keys of a scene as a table for libcyaml. Its log is where it says what is wrong and in which line:
+ * both are taken from there. Aliases are refused: they would let a small file stand for an endless one. */
+#include "scene_schema.h"
+
+#include "collided.h"
+
+#include <cyaml/cyaml.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { BODIES_MAX = 16384, POINTS_MAX = 65535, SHAPES_MAX = 256, RULES_MAX = 1024, SMALL_MAX = 4096 };
+
+#define OPTIONAL (CYAML_FLAG_POINTER | CYAML_FLAG_OPTIONAL)
+#define TEXT(key, type, member) CYAML_FIELD_STRING_PTR(key, CYAML_FLAG_POINTER, type, member, 0, SMALL_MAX)
+#define OPTIONAL_TEXT(key, type, member) CYAML_FIELD_STRING_PTR(key, OPTIONAL, type, member, 0, SMALL_MAX)
+#define NUMBERS(key, type, member, count) CYAML_FIELD_SEQUENCE_FIXED(key, OPTIONAL, type, member, &number, count)
+#define LIST(key, type, member, entry, most) CYAML_FIELD_SEQUENCE(key, OPTIONAL, type, member, entry, 0, most)
+
+static const cyaml_schema_value_t number = {CYAML_VALUE_FLOAT(CYAML_FLAG_DEFAULT, double)};
+
+static const cyaml_strval_t types[] = {
+    {"sphere", COLLIDED_SPHERE},
+    {"capsule", COLLIDED_CAPSULE},
+    {"box", COLLIDED_BOX},
+    {"cylinder", COLLIDED_CYLINDER},
+    {"cone", COLLIDED_CONE},
+    {"ellipsoid", COLLIDED_ELLIPSOID},
+    {"halfspace", COLLIDED_HALFSPACE},
+    {"hull", COLLIDED_HULL},
+};
+static const cyaml_strval_t motions[] = {{"moving", COLLIDED_MOVING}, {"fixed", COLLIDED_FIXED}};
+
+static const cyaml_schema_field_t pose_fields[] = {
+    NUMBERS("position", yaml_pose, position, 3),
+    NUMBERS("rpy", yaml_pose, rpy, 3),
+    NUMBERS("orientation", yaml_pose, orientation, 4),
+    CYAML_FIELD_END,
+};
+
+static const cyaml_schema_value_t point = {CYAML_VALUE_SEQUENCE_FIXED(CYAML_FLAG_DEFAULT, double, &number, 3)};
+static const cyaml_schema_field_t shape_fields[] = {
+    CYAML_FIELD_ENUM("type", CYAML_FLAG_STRICT, yaml_shape, type, types, CYAML_ARRAY_LEN(types)),
+    NUMBERS("size", yaml_shape, size, 3),
+    NUMBERS("semi_axes", yaml_shape, semi_axes, 3),
+    CYAML_FIELD_FLOAT_PTR("radius", OPTIONAL, yaml_shape, radius),
+    CYAML_FIELD_FLOAT_PTR("length", OPTIONAL, yaml_shape, length),
+    CYAML_FIELD_FLOAT_PTR("height", OPTIONAL, yaml_shape, height),
+    CYAML_FIELD_FLOAT_PTR("rounding", OPTIONAL, yaml_shape, rounding),
+    NUMBERS("scale", yaml_shape, scale, 3),
+    LIST("points", yaml_shape, points, &point, POINTS_MAX),
+    OPTIONAL_TEXT("mesh", yaml_shape, mesh),
+    CYAML_FIELD_MAPPING_PTR("pose", OPTIONAL, yaml_shape, pose, pose_fields),
+    CYAML_FIELD_END,
+};
+static const cyaml_schema_value_t shape = {CYAML_VALUE_MAPPING(CYAML_FLAG_DEFAULT, yaml_shape, shape_fields)};
+
+static const cyaml_schema_field_t rule_fields[] = {
+    TEXT("pattern", yaml_rule, pattern),
+    CYAML_FIELD_BOOL("allow", CYAML_FLAG_STRICT, yaml_rule, allow),
+    OPTIONAL_TEXT("reason", yaml_rule, reason),
+    CYAML_FIELD_END,
+};
+static const cyaml_schema_value_t rule = {CYAML_VALUE_MAPPING(CYAML_FLAG_DEFAULT, yaml_rule, rule_fields)};
+
+static const cyaml_schema_field_t body_fields[] = {
+    TEXT("name", yaml_body, name),
+    OPTIONAL_TEXT("group", yaml_body, group),
+    CYAML_FIELD_ENUM("motion", CYAML_FLAG_OPTIONAL | CYAML_FLAG_STRICT, yaml_body, motion, motions, 2),
+    CYAML_FIELD_MAPPING_PTR("pose", OPTIONAL, yaml_body, pose, pose_fields),
+    CYAML_FIELD_SEQUENCE("shapes", CYAML_FLAG_POINTER, yaml_body, shapes, &shape, 1, SHAPES_MAX),
+    LIST("rules", yaml_body, rules, &rule, RULES_MAX),
+    CYAML_FIELD_END,
+};
+static const cyaml_schema_value_t body = {CYAML_VALUE_MAPPING(CYAML_FLAG_DEFAULT, yaml_body, body_fields)};
+
+static const cyaml_schema_field_t package_fields[] = {
+    TEXT("name", yaml_package, name),
+    TEXT("path", yaml_package, path),
+    CYAML_FIELD_END,
+};
+static const cyaml_schema_value_t package = {CYAML_VALUE_MAPPING(CYAML_FLAG_DEFAULT, yaml_package, package_fields)};
+
+static const cyaml_schema_field_t joint_fields[] = {
+    TEXT("name", yaml_joint, name),
+    CYAML_FIELD_FLOAT("value", CYAML_FLAG_DEFAULT, yaml_joint, value),
+    CYAML_FIELD_END,
+};
+static const cyaml_schema_value_t joint = {CYAML_VALUE_MAPPING(CYAML_FLAG_DEFAULT, yaml_joint, joint_fields)};
+
+static const cyaml_schema_field_t robot_fields[] = {
+    TEXT("urdf", yaml_robot, urdf),
+    OPTIONAL_TEXT("srdf", yaml_robot, srdf),
+    OPTIONAL_TEXT("prefix", yaml_robot, prefix),
+    OPTIONAL_TEXT("state", yaml_robot, state),
+    CYAML_FIELD_ENUM("motion", CYAML_FLAG_OPTIONAL | CYAML_FLAG_STRICT, yaml_robot, motion, motions, 2),
+    CYAML_FIELD_MAPPING_PTR("pose", OPTIONAL, yaml_robot, pose, pose_fields),
+    LIST("packages", yaml_robot, packages, &package, SMALL_MAX),
+    LIST("joints", yaml_robot, joints, &joint, SMALL_MAX),
+    CYAML_FIELD_END,
+};
+static const cyaml_schema_value_t robot = {CYAML_VALUE_MAPPING(CYAML_FLAG_DEFAULT, yaml_robot, robot_fields)};
+
+static const cyaml_schema_field_t scene_fields[] = {
+    LIST("bodies", yaml_scene, bodies, &body, BODIES_MAX),
+    LIST("robots", yaml_scene, robots, &robot, SMALL_MAX),
+    CYAML_FIELD_END,
+};
+static const cyaml_schema_value_t top = {CYAML_VALUE_MAPPING(CYAML_FLAG_POINTER, yaml_scene, scene_fields)};
+
+/* libcyaml logs first what is wrong, then the way to it, innermost first, each with "(line: L, column: C)". */
+typedef struct complaint {
+    char what[256];
+    int line; /* 0 = not told */
+} complaint;
+
+static void listen(cyaml_log_t level, void *context, const char *format, va_list arguments)
+{
+    static const char prefix[] = "Load: ";
+    complaint *c = context;
+    char text[512];
+    (void)level;
+    vsnprintf(text, sizeof text, format, arguments);
+    text[strcspn(text, "\n")] = '\0';
+    const char *line = strstr(text, "line: ");
+    if (line && c->line == 0) c->line = (int)strtol(line + strlen("line: "), NULL, 10);
+    const char *what = strncmp(text, prefix, sizeof prefix - 1) == 0 ? text + sizeof prefix - 1 : text;
+    bool of_the_way = *what == ' ' || strncmp(what, "Backtrace", 9) == 0;
+    if (!c->what[0] && !of_the_way) snprintf(c->what, sizeof c->what, "%.255s", what);
+}
+
+static cyaml_config_t config_with(complaint *c)
+{
+    return (cyaml_config_t){.log_fn = c ? listen : NULL,
+        .log_ctx = c,
+        .mem_fn = cyaml_mem,
+        .log_level = CYAML_LOG_ERROR,
+        .flags = CYAML_CFG_NO_ALIAS};
+}
+
+yaml_scene *yaml_scene_read(const char *data, size_t size, const char *file, load_report *r)
+{
+    complaint c = {0};
+    cyaml_config_t config = config_with(&c);
+    yaml_scene *scene = NULL;
+    cyaml_err_t status = cyaml_load_data((const uint8_t *)data, size, &config, &top, (cyaml_data_t **)&scene, NULL);
+    if (status == CYAML_OK && scene) return scene;
+    const char *what = c.what[0] ? c.what : status == CYAML_OK ? "the file is empty" : cyaml_strerror(status);
+    if (c.line > 0)
+        load_fail(r, "%s:%d: %s", file, c.line, what);
+    else
+        load_fail(r, "%s: %s", file, what);
+    return NULL;
+}
+
+void yaml_scene_free(yaml_scene *scene)
+{
+    cyaml_config_t config = config_with(NULL);
+    cyaml_free(&config, &top, scene, 0);
+}

@@ -1,0 +1,49 @@
+/* certificate: proofs that need no search: separation along one axis, and how far a pair can have moved. Pure; any
+ * thread. */
+#include "closed.h"
+#include "order.h"
+
+static double plane_separation(const unit_pair *p)
+{
+    span s;
+    if (p->a.type != SHAPE_HALFSPACE)
+        closed_any_halfspace(p, NULL, &s);
+    else if (p->b.type != SHAPE_HALFSPACE)
+        closed_halfspace_any(p, NULL, &s);
+    else
+        closed_halfspace_halfspace(p, NULL, &s);
+    return s.lo;
+}
+
+double narrow_separation(
+    const shape *a, const shape *b, const pose *b_in_a, vec3 axis, uint32_t *hint_a, uint32_t *hint_b)
+{
+    unit_pair p;
+    unit_pair_init(&p, a, b, b_in_a);
+    double separation;
+    if (p.a.type == SHAPE_HALFSPACE || p.b.type == SHAPE_HALFSPACE)
+        separation = plane_separation(&p);
+    else
+        separation = vec_dot(
+            axis, vec_sub(unit_pair_support_b(&p, vec_neg(axis), hint_b), unit_pair_support_a(&p, axis, hint_a)));
+    return (separation - p.radius - p.error) * p.unit;
+}
+
+static double length(vec3 v)
+{
+    double most = vec_max_abs(v);
+    return most > 0 ? most * vec_norm(vec(v.x / most, v.y / most, v.z / most)) : 0;
+}
+
+/* The rounding of both poses (9 u each, see unit_pair.c) and of the sums here. */
+#define MOTION_ULPS 32
+
+double narrow_motion_bound(const pose *before, const pose *now, double reach_b)
+{
+    if (isinf(reach_b)) return INFINITY;
+    if (order_poses(*before, *now) == 0) return 0;
+    quat turn = quat_mul(quat_conj(before->q), now->q);
+    double moved = length(vec_sub(now->p, before->p)) + 2 * length(vec(turn.x, turn.y, turn.z)) * reach_b;
+    double scale = length(before->p) + length(now->p) + reach_b;
+    return moved + MOTION_ULPS * UNIT_ROUNDOFF * (moved + scale);
+}

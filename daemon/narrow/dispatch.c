@@ -1,0 +1,74 @@
+/* dispatch: the table of closed forms, and the general method behind it. Pure; any thread. */
+#include "dispatch.h"
+
+#include "gjk.h"
+#include "sat.h"
+
+#define GENERAL NULL
+#define SPH_SPH closed_sphere_sphere
+#define SPH_CAP closed_sphere_capsule
+#define SPH_BOX closed_sphere_box
+#define SPH_REV closed_sphere_revolved
+#define CAP_CAP closed_capsule_capsule
+#define ANY_HAL closed_any_halfspace
+#define HAL_ANY closed_halfspace_any
+#define HAL_HAL closed_halfspace_halfspace
+#define ORDERED NULL /* pairs come in canonical order; one that got here by reduction takes the general method */
+
+/* clang-format off */
+static closed_form *const TABLE[SHAPE_TYPE_COUNT][SHAPE_TYPE_COUNT] = {
+    /*               sphere   capsule  box      cylinder cone     ellipsd  halfspc  hull */
+    /* sphere    */ {SPH_SPH, SPH_CAP, SPH_BOX, SPH_REV, SPH_REV, GENERAL, ANY_HAL, GENERAL},
+    /* capsule   */ {ORDERED, CAP_CAP, GENERAL, GENERAL, GENERAL, GENERAL, ANY_HAL, GENERAL},
+    /* box       */ {ORDERED, ORDERED, GENERAL, GENERAL, GENERAL, GENERAL, ANY_HAL, GENERAL},
+    /* cylinder  */ {ORDERED, ORDERED, ORDERED, GENERAL, GENERAL, GENERAL, ANY_HAL, GENERAL},
+    /* cone      */ {ORDERED, ORDERED, ORDERED, ORDERED, GENERAL, GENERAL, ANY_HAL, GENERAL},
+    /* ellipsoid */ {ORDERED, ORDERED, ORDERED, ORDERED, ORDERED, GENERAL, ANY_HAL, GENERAL},
+    /* halfspace */ {ORDERED, ORDERED, ORDERED, ORDERED, ORDERED, ORDERED, HAL_HAL, HAL_ANY},
+    /* hull      */ {ORDERED, ORDERED, ORDERED, ORDERED, ORDERED, ORDERED, ORDERED, GENERAL},
+};
+/* clang-format on */
+
+closed_form *dispatch_closed_form(shape_type a, shape_type b)
+{
+    return TABLE[a][b];
+}
+
+/* Moved apart by the depth the cores touch: where they do, there are the deepest points. */
+static void witness_of_depth(const unit_pair *p, span *s)
+{
+    unit_pair apart = *p;
+    vec3 shift = vec_scale(s->axis, -s->lo);
+    apart.b_in_a.t = vec_add(p->b_in_a.t, shift);
+    narrow_goal exactly = {.far = INFINITY, .near = -INFINITY, .above = INFINITY, .below = INFINITY};
+    gjk_result touch;
+    gjk_distance(&apart, &exactly, s->axis, &touch);
+    s->point_a = touch.span.point_a;
+    s->point_b = vec_sub(touch.span.point_b, shift);
+    s->iterations += touch.span.iterations;
+}
+
+static void depth_by_axes(const unit_pair *p, const gjk_result *start, span *out)
+{
+    out->iterations = start->span.iterations;
+    sat_depth(p, out);
+    witness_of_depth(p, out);
+    /* axes that all overlap leave no gap; where one does not, GJK's point bounds it from above */
+    if (out->lo >= 0) out->hi = fmax(out->lo, start->span.hi);
+}
+
+void dispatch_general(
+    const unit_pair *p, const narrow_goal *goal, bool only_general, vec3 seed, epa_scratch *scratch, span *out)
+{
+    gjk_result start;
+    gjk_distance(p, goal, seed, &start);
+    *out = start.span;
+    if (start.state == GJK_APART || out->hi <= goal->near) return;
+    if (!only_general && sat_is_quick(p)) {
+        depth_by_axes(p, &start, out);
+        return;
+    }
+    epa_depth(p, goal, &start, scratch, out);
+    bool closed = out->hi - out->lo <= p->error || narrow_goal_reached(goal, out->lo, out->hi);
+    if (!only_general && !closed && sat_applies(p)) depth_by_axes(p, &start, out);
+}

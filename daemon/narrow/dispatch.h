@@ -1,0 +1,17 @@
+/* dispatch: which method answers for which two types. Pure; any thread. */
+#ifndef COLLIDED_NARROW_DISPATCH_H
+#define COLLIDED_NARROW_DISPATCH_H
+
+#include "closed.h"
+#include "epa.h"
+
+/* The formula for two types (in canonical order), or NULL: the general method. */
+closed_form *dispatch_closed_form(shape_type a, shape_type b);
+
+/* The general method: GJK; for the depth of boxes (and points and segments) their separating axes, of all else the
+ * expanding polytope, and where that ends wide the separating axes of hulls. With `only_general` never separating axes.
+ * `seed`: see gjk_distance. */
+void dispatch_general(
+    const unit_pair *p, const narrow_goal *goal, bool only_general, vec3 seed, epa_scratch *scratch, span *out);
+
+#endif

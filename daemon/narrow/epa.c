@@ -1,0 +1,290 @@
+/* epa: expanding polytope, from the simplex on which GJK ended to the bracketed depth. Pure but for its scratch.
+ *
+ * The surface is closed and oriented at all times: an expansion first finds what the new point sees (a flood over the
+ * neighbours), checks that its horizon is one simple loop, and only then replaces it by a cone. What cannot be expanded
+ * ends the search with the bracket that it has. */
+#include "epa.h"
+
+enum { NONE = UINT16_MAX };
+
+typedef struct expansion {
+    const unit_pair *p;
+    epa_scratch *e;
+    span *best;
+    double eps; /* a point that is no farther out than this is on the facet */
+} expansion;
+
+static vec3 vertex_at(const epa_scratch *e, uint16_t i)
+{
+    return e->vertex[i].w;
+}
+
+/* The support point along the unit direction `n` (from the origin outward); its height is an upper bound of the depth.
+ * `facet`, if any, gives the witnesses. */
+static minkowski probe(expansion *x, vec3 n, const epa_facet *facet)
+{
+    minkowski m = unit_pair_nearest_along(x->p, vec_neg(n));
+    double height = vec_dot(n, m.w);
+    x->best->iterations++;
+    if (-height > x->best->lo) {
+        x->best->lo = -height;
+        x->best->axis = vec_neg(n);
+        if (facet) {
+            simplex s = {.count = 3};
+            for (int i = 0; i < 3; i++) {
+                s.v[i] = x->e->vertex[facet->vertex[i]];
+                s.weight[i] = facet->weight[i];
+            }
+            simplex_witness(&s, &x->best->point_a, &x->best->point_b);
+        }
+    }
+    return m;
+}
+
+static void measure(epa_scratch *e, epa_facet *f)
+{
+    vec3 p0 = vertex_at(e, f->vertex[0]), p1 = vertex_at(e, f->vertex[1]), p2 = vertex_at(e, f->vertex[2]);
+    f->normal = vec_unit(triangle_normal(p0, p1, p2));
+    f->distance = triangle_nearest(p0, p1, p2, f->weight, &f->axis);
+    f->final = false;
+}
+
+static uint16_t add_facet(epa_scratch *e, uint16_t v0, uint16_t v1, uint16_t v2)
+{
+    uint16_t index = e->free_count ? e->free[--e->free_count] : (uint16_t)e->facet_count++;
+    epa_facet *f = &e->facet[index];
+    *f = (epa_facet){.vertex = {v0, v1, v2}, .neighbour = {NONE, NONE, NONE}, .live = true};
+    measure(e, f);
+    return index;
+}
+
+static int edge_of(const epa_facet *f, uint16_t v0, uint16_t v1)
+{
+    for (int i = 0; i < 3; i++)
+        if (f->vertex[i] == v0 && f->vertex[(i + 1) % 3] == v1) return i;
+    return -1;
+}
+
+/* Sets the neighbours of the first facets, which are few. */
+static void link_all(epa_scratch *e)
+{
+    for (uint32_t i = 0; i < e->facet_count; i++)
+        for (int k = 0; k < 3; k++)
+            for (uint32_t j = 0; j < e->facet_count; j++) {
+                epa_facet *f = &e->facet[i];
+                if (edge_of(&e->facet[j], f->vertex[(k + 1) % 3], f->vertex[k]) >= 0) f->neighbour[k] = (uint16_t)j;
+            }
+}
+
+static bool sees(const expansion *x, const epa_facet *f, vec3 w)
+{
+    return vec_dot(f->normal, vec_sub(w, vertex_at(x->e, f->vertex[0]))) > x->eps;
+}
+
+/* Marks what `w` sees, starting at `seed`, by this round's number; their indices go to e->visible. */
+static uint32_t flood(const expansion *x, uint16_t seed, vec3 w)
+{
+    epa_scratch *e = x->e;
+    uint32_t count = 0;
+    e->round++;
+    e->facet[seed].visit = e->round;
+    e->visible[count++] = seed;
+    for (uint32_t next = 0; next < count; next++)
+        for (int k = 0; k < 3; k++) {
+            uint16_t j = e->facet[e->visible[next]].neighbour[k];
+            if (e->facet[j].visit == e->round || !sees(x, &e->facet[j], w)) continue;
+            e->facet[j].visit = e->round;
+            e->visible[count++] = j;
+        }
+    return count;
+}
+
+static bool on_horizon(const epa_scratch *e, const epa_facet *f, int edge)
+{
+    return e->facet[f->neighbour[edge]].visit != e->round;
+}
+
+/* The number of edges of the horizon; 0 when it is not one simple loop through distinct vertices. */
+static uint32_t horizon_length(epa_scratch *e, uint32_t visible_count)
+{
+    uint32_t length = 0, start = NONE;
+    for (uint32_t i = 0; i < visible_count; i++) {
+        const epa_facet *f = &e->facet[e->visible[i]];
+        for (int k = 0; k < 3; k++) {
+            if (!on_horizon(e, f, k)) continue;
+            uint16_t v = f->vertex[k];
+            if (e->horizon_round[v] == e->round) return 0;
+            e->horizon_round[v] = e->round;
+            e->horizon[v] = f->vertex[(k + 1) % 3];
+            start = v;
+            length++;
+        }
+    }
+    uint32_t walked = 0, v = start;
+    do {
+        if (v == NONE || e->horizon_round[v] != e->round) return 0;
+        v = e->horizon[v];
+        walked++;
+    } while (v != start && walked <= length);
+    return walked == length ? length : 0;
+}
+
+/* Replaces what `m` sees by the cone from it over the horizon. False: out of memory, or the horizon is not a loop. */
+static bool expand(expansion *x, uint16_t seed, const minkowski *m)
+{
+    epa_scratch *e = x->e;
+    uint32_t visible_count = flood(x, seed, m->w), length = horizon_length(e, visible_count);
+    if (length == 0 || e->vertex_count == EPA_VERTICES_MAX) return false;
+    if (e->facet_count - e->free_count + length > EPA_FACETS_MAX) return false;
+    uint16_t apex = (uint16_t)e->vertex_count++, first = NONE;
+    e->vertex[apex] = *m;
+    for (uint32_t i = 0; i < visible_count; i++) {
+        for (int k = 0; k < 3; k++) {
+            const epa_facet *f = &e->facet[e->visible[i]];
+            if (!on_horizon(e, f, k)) continue;
+            uint16_t v0 = f->vertex[k], v1 = f->vertex[(k + 1) % 3], outer = f->neighbour[k];
+            uint16_t added = add_facet(e, v0, v1, apex);
+            e->facet[added].neighbour[0] = outer;
+            e->facet[outer].neighbour[edge_of(&e->facet[outer], v1, v0)] = added;
+            e->horizon[v0] = added;
+            first = v0;
+        }
+    }
+    uint16_t v = first;
+    do { /* each new facet's second edge (v1, apex) meets the third edge (apex, v1) of the next */
+        epa_facet *f = &e->facet[e->horizon[v]];
+        uint16_t next = f->vertex[1];
+        f->neighbour[1] = e->horizon[next];
+        e->facet[e->horizon[next]].neighbour[2] = e->horizon[v];
+        v = next;
+    } while (v != first);
+    for (uint32_t i = 0; i < visible_count; i++) {
+        e->facet[e->visible[i]].live = false;
+        e->free[e->free_count++] = e->visible[i];
+    }
+    return true;
+}
+
+/* The point of B - A farthest from what there is so far, among those in `count` directions; false when none is farther
+ * out than rounding, or when a direction already proves that there is no depth. */
+static bool add_farthest(expansion *x, const vec3 *directions, int count, vec3 origin, vec3 along)
+{
+    epa_scratch *e = x->e;
+    minkowski far = {VEC_ZERO, VEC_ZERO, VEC_ZERO};
+    double most = 0;
+    for (int i = 0; i < count; i++) {
+        minkowski m = probe(x, directions[i], NULL);
+        vec3 r = vec_sub(m.w, origin);
+        double away = vec_norm(vec_madd(r, -vec_dot(r, along), along));
+        if (away > most) most = away, far = m;
+    }
+    e->vertex[e->vertex_count++] = far;
+    return most > x->eps && x->best->lo < -x->eps;
+}
+
+/* From one point (at the origin, within rounding) to two, from two to three. */
+static bool grow_to_triangle(expansion *x)
+{
+    epa_scratch *e = x->e;
+    if (e->vertex_count == 1) {
+        const vec3 six[6] = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
+        if (!add_farthest(x, six, 6, vertex_at(e, 0), VEC_ZERO)) return false;
+    }
+    if (e->vertex_count == 2) {
+        vec3 along = vec_unit(vec_sub(vertex_at(e, 1), vertex_at(e, 0))), u = vec_unit_orthogonal(along);
+        vec3 v = vec_cross(along, u), four[4] = {u, vec_neg(u), v, vec_neg(v)};
+        if (!add_farthest(x, four, 4, vertex_at(e, 0), along)) return false;
+    }
+    return true;
+}
+
+/* Both sides of a triangle through the origin; without room on one of them there is no depth. */
+static bool start_bipyramid(expansion *x)
+{
+    epa_scratch *e = x->e;
+    vec3 p0 = vertex_at(e, 0), n = vec_unit(triangle_normal(p0, vertex_at(e, 1), vertex_at(e, 2)));
+    if (!(vec_norm2(n) > 0)) return false;
+    minkowski above = probe(x, n, NULL), below = probe(x, vec_neg(n), NULL);
+    if (vec_dot(n, vec_sub(above.w, p0)) <= x->eps || vec_dot(n, vec_sub(p0, below.w)) <= x->eps) return false;
+    e->vertex[3] = above;
+    e->vertex[4] = below;
+    e->vertex_count = 5;
+    for (uint16_t i = 0; i < 3; i++) {
+        uint16_t next = (i + 1) % 3;
+        add_facet(e, i, next, 3);
+        add_facet(e, next, i, 4);
+    }
+    return true;
+}
+
+static void start_tetrahedron(epa_scratch *e)
+{
+    vec3 p0 = vertex_at(e, 0), n = vec_cross(vec_sub(vertex_at(e, 1), p0), vec_sub(vertex_at(e, 2), p0));
+    uint16_t a = 0, b = 1; /* so that 2 and 3 see the facet a, b, . counter-clockwise from outside */
+    if (vec_dot(n, vec_sub(vertex_at(e, 3), p0)) > 0) a = 1, b = 0;
+    add_facet(e, a, b, 2);
+    add_facet(e, b, a, 3);
+    add_facet(e, b, 3, 2);
+    add_facet(e, 3, a, 2);
+}
+
+/* A closed surface of points of B - A around the origin; false when it is flat there: no depth beyond rounding. */
+static bool start_surface(expansion *x, const simplex *s)
+{
+    epa_scratch *e = x->e;
+    e->vertex_count = e->facet_count = e->free_count = e->round = 0;
+    for (int i = 0; i < s->count; i++) e->vertex[e->vertex_count++] = s->v[i];
+    if (s->count == 4)
+        start_tetrahedron(e);
+    else if (!grow_to_triangle(x) || !start_bipyramid(x))
+        return false;
+    for (int i = 0; i < EPA_VERTICES_MAX; i++) e->horizon_round[i] = 0;
+    link_all(e);
+    return true;
+}
+
+/* The nearest facet of those that can still be expanded; *least is the least distance of all. */
+static uint16_t nearest_facet(const epa_scratch *e, double *least)
+{
+    uint16_t nearest = NONE;
+    double open = INFINITY;
+    *least = INFINITY;
+    for (uint32_t i = 0; i < e->facet_count; i++) {
+        const epa_facet *f = &e->facet[i];
+        if (!f->live) continue;
+        *least = fmin(*least, f->distance);
+        if (!f->final && f->distance < open) open = f->distance, nearest = (uint16_t)i;
+    }
+    return open <= *least + 4 * UNIT_ROUNDOFF ? nearest : NONE;
+}
+
+/* Tries the facet's normal, then the direction of its nearest point (the better one for a sliver). */
+static void refine(expansion *x, uint16_t index)
+{
+    const epa_facet f = x->e->facet[index];
+    const vec3 directions[2] = {f.normal, f.axis};
+    for (int i = 0; i < 2; i++) {
+        if (!(vec_norm2(directions[i]) > 0)) continue;
+        minkowski m = probe(x, directions[i], &f);
+        if (sees(x, &f, m.w) && expand(x, index, &m)) return;
+    }
+    x->e->facet[index].final = true;
+}
+
+void epa_depth(const unit_pair *p, const narrow_goal *goal, const gjk_result *start, epa_scratch *scratch, span *out)
+{
+    *out = start->span;
+    out->method = NARROW_BY_EPA;
+    expansion x = {.p = p, .e = scratch, .best = out, .eps = 4 * UNIT_ROUNDOFF * p->size};
+    if (!start_surface(&x, &start->simplex)) return;
+    /* a bound once proved stays proved; when rounding has begun to fold the surface there is nothing more to gain */
+    double least = 0, proved = 0;
+    for (;;) {
+        uint16_t f = nearest_facet(scratch, &least);
+        if (least < proved - x.eps) break;
+        proved = fmax(proved, least);
+        if (-out->lo - proved <= p->error || narrow_goal_reached(goal, out->lo, -proved) || f == NONE) break;
+        refine(&x, f);
+    }
+    out->hi = fmax(out->lo, fmin(out->hi, -proved));
+}

@@ -1,0 +1,51 @@
+/* order: the canonical order of two shapes, so that a pair is always computed the same way round. Pure; any thread. */
+#include "order.h"
+
+static int compare(double x, double y)
+{
+    return (x > y) - (x < y);
+}
+
+static int compare_array(const double *x, const double *y, uint32_t count)
+{
+    int c = 0;
+    for (uint32_t i = 0; i < count && c == 0; i++) c = compare(x[i], y[i]);
+    return c;
+}
+
+static int compare_hull(const hull *a, const hull *b)
+{
+    if (a == b) return 0;
+    if (a->vertex_count != b->vertex_count) return a->vertex_count < b->vertex_count ? -1 : 1;
+    int c = compare_array(a->x, b->x, a->vertex_count);
+    if (c == 0) c = compare_array(a->y, b->y, a->vertex_count);
+    return c ? c : compare_array(a->z, b->z, a->vertex_count);
+}
+
+static int compare_vec(vec3 a, vec3 b)
+{
+    int c = compare(a.x, b.x);
+    if (c == 0) c = compare(a.y, b.y);
+    return c ? c : compare(a.z, b.z);
+}
+
+int order_shapes(const shape *a, const shape *b)
+{
+    if (a->type != b->type) return a->type < b->type ? -1 : 1;
+    int c = compare_vec(a->half, b->half);
+    if (c == 0) c = compare(a->radius, b->radius);
+    return c || a->type != SHAPE_HULL ? c : compare_hull(a->hull, b->hull);
+}
+
+int order_poses(pose a, pose b)
+{
+    int c = compare_vec(a.p, b.p);
+    if (c == 0) c = compare(a.q.w, b.q.w);
+    return c ? c : compare_vec(vec(a.q.x, a.q.y, a.q.z), vec(b.q.x, b.q.y, b.q.z));
+}
+
+bool narrow_ordered(const shape *a, uint64_t tie_a, const shape *b, uint64_t tie_b)
+{
+    int c = order_shapes(a, b);
+    return c ? c < 0 : tie_a <= tie_b;
+}

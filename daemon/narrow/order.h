@@ -1,0 +1,13 @@
+/* order: three-way comparisons behind the canonical order of a pair. */
+#ifndef COLLIDED_NARROW_ORDER_H
+#define COLLIDED_NARROW_ORDER_H
+
+#include "narrow.h"
+
+/* By type, sizes, radius, and the vertices of hulls; 0 when equal. */
+int order_shapes(const shape *a, const shape *b);
+
+/* By position, then orientation: unchanged when both are shifted by a representable vector. */
+int order_poses(pose a, pose b);
+
+#endif

@@ -1,0 +1,38 @@
+/* simplex: the point of the hull of up to four points that is nearest to the origin.
+ *
+ * Brute force over the sub-simplices that hold the newest point (the others were searched before it came): no case
+ * analysis that rounding could lead astray, and the least of the valid candidates wins. Directions come from the
+ * features (normal by a cross product, orthogonal to the edge), not from the nearest point, so that they stay accurate
+ * when that point is close to the origin. Pure; any thread. */
+#ifndef COLLIDED_NARROW_SIMPLEX_H
+#define COLLIDED_NARROW_SIMPLEX_H
+
+#include "unit_pair.h"
+
+typedef struct simplex {
+    minkowski v[4];
+    double weight[4]; /* of the nearest point: >= 0, sum 1 */
+    int count;
+} simplex;
+
+typedef struct nearest_feature {
+    vec3 point;  /* nearest to the origin: the weighted sum */
+    double norm; /* |point| */
+    vec3 axis;   /* unit, from the origin towards the feature that it lies on */
+    bool inside; /* the origin is inside four points: point and axis are zero */
+} nearest_feature;
+
+/* Reduces *s to the feature on which the nearest point lies. s->v[count - 1] is the newest. */
+nearest_feature simplex_reduce(simplex *s);
+
+/* Not unit; counter-clockwise. The cross product of the two shortest edges: the longest carries the most rounding. */
+vec3 triangle_normal(vec3 a, vec3 b, vec3 c);
+
+/* The nearest point of a triangle alone; weight[3] gets its coordinates, *axis the unit direction of the feature it
+ * lies on (the triangle's own normal, p0 -> p1 -> p2 counter-clockwise, when inside it). Its distance. */
+double triangle_nearest(vec3 p0, vec3 p1, vec3 p2, double weight[3], vec3 *axis);
+
+/* The two witness points that belong to the weights. */
+void simplex_witness(const simplex *s, vec3 *point_a, vec3 *point_b);
+
+#endif

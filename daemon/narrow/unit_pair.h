@@ -1,0 +1,64 @@
+/* unit_pair: two shapes brought to unit size by a power of two, and the three words in which every method answers.
+ *
+ * Inside narrow/ all methods work on cores (radii left out) in A's frame, in units in which the pair is about 1 large:
+ * so no square overflows or underflows, and scaling the input by 2^k changes no bit but the exponent. Pure; any thread.
+ */
+#ifndef COLLIDED_NARROW_UNIT_PAIR_H
+#define COLLIDED_NARROW_UNIT_PAIR_H
+
+#include "narrow.h"
+
+#define UNIT_ROUNDOFF 0x1p-53
+
+typedef struct unit_pair {
+    shape a, b;       /* scaled; the vertices of a hull are scaled when they are read */
+    transform b_in_a; /* scaled */
+    double unit;      /* power of two: real length = length here * unit */
+    double scale;     /* 1 / unit */
+    double radius;    /* of a plus of b */
+    double size;      /* bounds every |coordinate| that enters: reach of A + reach of B + |position| */
+    double error;     /* of any separation along a unit axis: pose, support point, product and sum */
+} unit_pair;
+
+/* What ends a search. Lengths between cores. */
+typedef struct narrow_goal {
+    double tolerance; /* width that is narrow enough, before `error` is added on both sides */
+    double finest;    /* width below which rounding decides: always enough */
+    double far;       /* a lower bound above it is enough */
+    double near;      /* an upper bound at or below it is enough; -INFINITY when a measure is asked for */
+    double above;     /* the verdict: an interval that is narrow enough must also be above `above`, ... */
+    double below;     /* ... or at or below `below`; INFINITY when no verdict is asked for */
+} narrow_goal;
+
+static inline bool narrow_goal_reached(const narrow_goal *g, double lo, double hi)
+{
+    bool decided = lo > g->above || hi <= g->below;
+    return hi - lo <= (decided ? g->tolerance : g->finest) || lo > g->far || hi <= g->near;
+}
+
+/* The answer about two cores. `lo` and `hi` are as computed: `unit_pair.error` is not yet in them. */
+typedef struct span {
+    double lo, hi;
+    vec3 axis, point_a, point_b;
+    narrow_method method;
+    uint32_t iterations;
+} span;
+
+/* A point of the Minkowski difference B - A, and the two points it is made of. */
+typedef struct minkowski {
+    vec3 w, a, b;
+} minkowski;
+
+void unit_pair_init(unit_pair *p, const shape *a, const shape *b, const pose *b_in_a);
+
+/* The cores' points with the greatest dot(direction, x); B's in A's frame. Never for half-spaces. */
+vec3 unit_pair_support_a(const unit_pair *p, vec3 direction, uint32_t *hint);
+vec3 unit_pair_support_b(const unit_pair *p, vec3 direction, uint32_t *hint);
+
+/* The point of B - A with the least dot(axis, w): the separation along a unit axis is dot(axis, w). */
+minkowski unit_pair_nearest_along(const unit_pair *p, vec3 axis);
+
+/* Some unit vector orthogonal to `v`, chosen by its least component. */
+vec3 vec_unit_orthogonal(vec3 v);
+
+#endif

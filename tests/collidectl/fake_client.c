@@ -1,0 +1,238 @@
+/* fake_client: the client library as collidectl sees it, without any daemon: it tells on standard error what it was
+ * asked, and answers from a few constants. FAKE_HEALTH is the daemon's health; FAKE_REFUSES names a body that it
+ * refuses; with FAKE_INTERRUPTS the user presses Ctrl-C at the first poll. */
+#include "collided.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+struct collided {
+    int32_t next;
+    bool refused;
+    collided_rejected *rejected;
+    void *context;
+};
+static struct collided the_client;
+
+static const char *setting(const char *name)
+{
+    const char *value = getenv(name);
+    return value ? value : "";
+}
+
+const char *collided_status_text(collided_status status)
+{
+    return status == COLLIDED_OK ? "ok" : "failed";
+}
+const char *collided_version(void)
+{
+    return "fake";
+}
+collided_def collided_def_default(void)
+{
+    return (collided_def){.lease_s = 2};
+}
+const char *collided_connect_error(void)
+{
+    return "";
+}
+const char *collided_error(const collided *c)
+{
+    return c->refused ? "refused" : "";
+}
+
+collided *collided_connect(const char *uri, const collided_def *def)
+{
+    static const char *const losses[] = {"remove", "hold", "keep"};
+    fprintf(stderr, "connect %s as %s, id %" PRId64 ", %s\n", uri, def->name, def->id, losses[def->on_loss]);
+    return &the_client;
+}
+
+void collided_close(collided *c)
+{
+    (void)c;
+    fputs("close\n", stderr);
+}
+
+collided_status collided_poll(collided *c, double timeout_s)
+{
+    (void)c, (void)timeout_s;
+    if (*setting("FAKE_INTERRUPTS")) raise(SIGINT);
+    return COLLIDED_OK;
+}
+void collided_flush(collided *c)
+{
+    (void)c;
+}
+
+collided_status collided_sync(collided *c, double timeout_s)
+{
+    (void)timeout_s;
+    return c->refused ? COLLIDED_REJECTED : COLLIDED_OK;
+}
+
+void collided_on_rejected(collided *c, collided_rejected *callback, void *context)
+{
+    c->rejected = callback;
+    c->context = context;
+}
+
+collided_geometry collided_create_hull(collided *c, const double *points, size_t count)
+{
+    (void)c, (void)points;
+    return (collided_geometry){(int64_t)count};
+}
+
+collided_body_def collided_body_def_default(void)
+{
+    return (collided_body_def){.id = COLLIDED_NONE};
+}
+
+collided_body collided_create_body(collided *c, const collided_body_def *def)
+{
+    collided_body body = {def->id >= 0 ? def->id : c->next++};
+    fprintf(stderr, "create %d %s\n", (int)body.id, def->name);
+    if (strcmp(def->name, setting("FAKE_REFUSES")) == 0) {
+        c->refused = true;
+        c->rejected(c->context, &(collided_rejection){"Body", body.id, "name_taken", "it is another client's"});
+    }
+    return body;
+}
+
+collided_body collided_adopt_body(collided *c, int32_t id)
+{
+    (void)c;
+    return (collided_body){id};
+}
+
+collided_status collided_remove_body(collided *c, collided_body body)
+{
+    (void)c;
+    fprintf(stderr, "remove %d\n", (int)body.id);
+    return COLLIDED_OK;
+}
+
+collided_status collided_move(collided *c, collided_body body, collided_pose pose)
+{
+    return collided_publish(c, 1, &body, pose.position, pose.orientation, NULL, NULL, 0, 0);
+}
+
+collided_status collided_publish(collided *c, size_t count, const collided_body *bodies, const double *positions,
+    const double *orientations, const double *linear, const double *angular, int64_t stamp_ns, int64_t step)
+{
+    (void)c, (void)linear, (void)angular, (void)stamp_ns, (void)step;
+    fprintf(stderr, "publish %zu\n", count);
+    for (size_t i = 0; i < count; i++)
+        fprintf(stderr, "pose %d %.3f %.3f %.3f %.3f\n", (int)bodies[i].id, positions[3 * i], positions[3 * i + 1],
+            positions[3 * i + 2], orientations[4 * i]);
+    return COLLIDED_OK;
+}
+
+collided_interest_def collided_interest_def_default(void)
+{
+    return (collided_interest_def){0};
+}
+
+collided_interest collided_subscribe(collided *c, const collided_interest_def *def)
+{
+    (void)c;
+    static const collided_contact_point point = {{1, 2, 3}, -0.001, 7};
+    const collided_event events[] = {
+        {.kind = COLLIDED_BEGIN,
+            .cause = "snapshot",
+            .contact = 3,
+            .name_a = "a \"quoted\"\\",
+            .name_b = "\xc3\xa4",
+            .lo = -0.001,
+            .hi = -0.001,
+            .axis = {0, 0, 1},
+            .age_a_s = 0.25,
+            .age_b_s = -1,
+            .points = &point,
+            .point_count = 1},
+        {.kind = COLLIDED_UNKNOWN, .cause = "stale", .name_a = "c", .name_b = "d", .lo = -INFINITY, .hi = INFINITY},
+    };
+    collided_batch batch = {
+        .stream = "s", .epoch = 1, .batch = 1, .lost = 2, .snapshot = true, .events = events, .event_count = 2};
+    fprintf(stderr, "subscribe %u %s %s range %g rate %g\n", def->facts, def->select_a, def->select_b, def->range_m,
+        def->rate_hz);
+    def->callback(def->context, &batch);
+    return (collided_interest){0};
+}
+
+/* ---- answers ---- */
+
+static collided_status answer(collided_result *out, const char *asked)
+{
+    static collided_hit hit = {
+        .name_a = "a", .name_b = "b", .lo = 0.022134891, .hi = 0.0221348911, .age_s = -1, .orientation = {1, 0, 0, 0}};
+    fprintf(stderr, "query %s\n", asked);
+    *out = (collided_result){.hits = &hit, .count = 1};
+    return COLLIDED_OK;
+}
+
+void collided_result_free(collided_result *result)
+{
+    *result = (collided_result){0};
+}
+
+collided_status collided_query_ray(collided *c, const double origin[3], const double direction[3], double length_m,
+    double timeout_s, collided_result *out)
+{
+    (void)c, (void)origin, (void)direction, (void)length_m, (void)timeout_s;
+    return answer(out, "ray");
+}
+
+collided_status collided_query_distance(
+    collided *c, const char *name_a, const char *name_b, double tolerance_m, double timeout_s, collided_result *out)
+{
+    (void)c, (void)name_a, (void)name_b, (void)tolerance_m, (void)timeout_s;
+    return answer(out, "distance");
+}
+
+collided_status collided_query_box(
+    collided *c, const collided_pose *pose, const double half[3], double timeout_s, collided_result *out)
+{
+    (void)c, (void)pose, (void)half, (void)timeout_s;
+    return answer(out, "box");
+}
+
+collided_status collided_query_explain(
+    collided *c, const char *name_a, const char *name_b, double timeout_s, collided_result *out)
+{
+    (void)c, (void)name_a, (void)name_b, (void)timeout_s;
+    return answer(out, "explain");
+}
+
+collided_status collided_query_bodies(collided *c, const char *pattern, double timeout_s, collided_result *out)
+{
+    (void)c, (void)timeout_s;
+    return answer(out, pattern);
+}
+
+collided_status collided_record(collided *c, const char *name, double timeout_s, collided_result *out)
+{
+    (void)c, (void)timeout_s;
+    fprintf(stderr, "record %s\n", name ? name : "(end)");
+    *out = (collided_result){.text = (char *)"/var/lib/collided/session"};
+    return COLLIDED_OK;
+}
+
+collided_status collided_get_status(collided *c, double timeout_s, collided_daemon_status *out)
+{
+    (void)c, (void)timeout_s;
+    static const collided_counter counters[] = {{"bodies", 3}, {"narrow_queries", 123456}};
+    *out = (collided_daemon_status){.epoch = 5,
+        .health = setting("FAKE_HEALTH"),
+        .daemon = "host:1",
+        .release = "0.1",
+        .links = "dds://0 on lo",
+        .limits = "",
+        .counters = counters,
+        .counter_count = 2};
+    return COLLIDED_OK;
+}

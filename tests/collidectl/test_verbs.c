@@ -1,0 +1,167 @@
+/* What the verbs ask of the client library, over several runs under one name. */
+#include "run.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <sysexits.h>
+
+static run r;
+
+static void ask(const char *arguments)
+{
+    run_program(COLLIDECTL_FAKED, arguments, &r);
+    if (r.status != EX_OK) fail_msg("'%s': status %d: %s", arguments, r.status, r.err);
+}
+
+static void says(const char *words)
+{
+    if (!strstr(r.err, words)) fail_msg("'%s' lacks: %s", r.err, words);
+}
+
+static void prints(const char *words)
+{
+    if (!strstr(r.out, words)) fail_msg("'%s' lacks: %s", r.out, words);
+}
+
+static void a_later_run_goes_on_with_the_same_bodies(void **state)
+{
+    (void)state;
+    ask("load " DATA "/arm.urdf --srdf " DATA "/arm.srdf --pose 0,0,5");
+    says(", keep\n");
+    says("create 0 base\n");
+    says("create 1 boom\n");
+    prints("2 bodies, 1 robots");
+    ask("load " DATA "/scene.yaml");
+    says("create 2 table top\n");
+    says("create 3 left_base\n");
+    ask("load " DATA "/arm.urdf"); /* again: the same numbers */
+    says("create 0 base\n");
+    says("create 1 boom\n");
+    ask("load " DATA "/arm.urdf --srdf " DATA "/arm.srdf --pose 0,0,5");
+    ask("joints arm lift=0.5");
+    says("publish 2\npose 0 0.000 0.000 5.000 1.000\npose 1 0.000 0.000 6.500 1.000\n");
+    ask("joints arm --state high");
+    says("pose 1 0.000 0.000 6.750 1.000\n");
+    ask("joints left_arm lift=0");
+    says("pose 4 1.000 0.000 1.000 1.000\n");
+    ask("move left_base -1,2,3,0,1,0,0");
+    says("pose 3 -1.000 2.000 3.000 0.000\n");
+}
+
+static void removed_bodies_are_forgotten_and_numbers_not_used_again(void **state)
+{
+    (void)state;
+    ask("load " DATA "/arm.urdf");
+    ask("remove b?se");
+    says("remove 0\n");
+    prints("base\n");
+    expect_failure(COLLIDECTL_FAKED, "move nobody 0,0,0", EX_DATAERR, "was not loaded");
+    run_program(COLLIDECTL_FAKED, "joints arm lift=0", &r);
+    assert_int_equal(r.status, EX_DATAERR);
+    says("the link 'base' was removed");
+    ask("load " DATA "/arm.urdf");
+    says("create 2 base\n");
+    says("create 1 boom\n");
+}
+
+static void names_keep_their_bodies_apart(void **state)
+{
+    (void)state;
+    ask("--as one load " DATA "/arm.urdf");
+    const char *id = strstr(r.err, "id ");
+    char first[32] = "";
+    assert_non_null(id);
+    strncat(first, id, strcspn(id, ","));
+    ask("--as one move boom 0,0,0");
+    says(first);
+    run_program(COLLIDECTL_FAKED, "--as two move boom 0,0,0", &r);
+    assert_int_equal(r.status, EX_DATAERR);
+}
+
+static void refused_bodies_are_not_remembered(void **state)
+{
+    (void)state;
+    setenv("FAKE_REFUSES", "boom", 1);
+    run_program(COLLIDECTL_FAKED, "load " DATA "/arm.urdf", &r);
+    unsetenv("FAKE_REFUSES");
+    assert_int_equal(r.status, EX_DATAERR);
+    says("the daemon refused: Body 1: name_taken: it is another client's");
+    run_program(COLLIDECTL_FAKED, "move base 0,0,0", &r);
+    assert_int_equal(r.status, EX_DATAERR);
+}
+
+static void with_stay_bodies_live_as_long_as_the_process(void **state)
+{
+    (void)state;
+    setenv("FAKE_INTERRUPTS", "1", 1);
+    ask("load --stay " DATA "/arm.urdf");
+    unsetenv("FAKE_INTERRUPTS");
+    says(", id 0, remove\n");
+    says("create 0 base\n");
+    says("close\n");
+    expect_failure(COLLIDECTL_FAKED, "move base 0,0,0", EX_DATAERR, "was not loaded");
+}
+
+static void status_is_a_health_check(void **state)
+{
+    (void)state;
+    setenv("FAKE_HEALTH", "ready", 1);
+    ask("status");
+    says(", id 0, remove\n");
+    prints("narrow_queries       123456\n");
+    ask("status --json");
+    prints("\"health\":\"ready\"");
+    prints("\"counters\":{\"bodies\":3,\"narrow_queries\":123456}}\n");
+    setenv("FAKE_HEALTH", "degraded", 1);
+    run_program(COLLIDECTL_FAKED, "status", &r);
+    assert_int_equal(r.status, EX_TEMPFAIL);
+    says("the daemon is degraded, not ready");
+}
+
+static void watch_prints_an_object_a_line(void **state)
+{
+    (void)state;
+    ask("watch --json --seconds 0.01 --facts touch,distance --range 0.5 --a x* --b group:y --rate 10");
+    says("subscribe 3 x* group:y range 0.5 rate 10\n");
+    prints("{\"event\":\"lost\",\"stream\":\"s\"");
+    prints("\"a\":\"a \\\"quoted\\\"\\\\\",\"b\":\"\xc3\xa4\"");
+    prints("\"points\":[{\"point\":[1,2,3],\"distance\":-0.001,\"feature\":7}]}\n");
+    prints("\"lo\":null,\"hi\":null");
+    int lines = 0;
+    for (const char *c = r.out; *c; c++) lines += *c == '\n';
+    assert_int_equal(lines, 4); /* lost, snapshot, begin, unknown */
+    ask("watch --seconds 0.01");
+    prints("begin    a \"quoted\"\\");
+    prints("[-1.000000, -1.000000] mm  age 250 ms");
+}
+
+static void queries_and_recordings_are_asked_for(void **state)
+{
+    (void)state;
+    ask("query distance a b");
+    prints("[22.13489100, 22.13489110] mm  age -\n");
+    ask("query ray 0,0,0 0,0,-1 --json");
+    prints("{\"query\":\"ray\",");
+    ask("query bodies p*");
+    says("query p*\n");
+    ask("record session --seconds 0.01");
+    says("record session\nrecord (end)\n");
+    prints("recording: /var/lib/collided/session\n");
+}
+
+#define WITH_STATE(test) cmocka_unit_test_setup_teardown(test, run_make_state, run_remove_state)
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        WITH_STATE(a_later_run_goes_on_with_the_same_bodies),
+        WITH_STATE(removed_bodies_are_forgotten_and_numbers_not_used_again),
+        WITH_STATE(names_keep_their_bodies_apart),
+        WITH_STATE(refused_bodies_are_not_remembered),
+        WITH_STATE(with_stay_bodies_live_as_long_as_the_process),
+        WITH_STATE(status_is_a_health_check),
+        WITH_STATE(watch_prints_an_object_a_line),
+        WITH_STATE(queries_and_recordings_are_asked_for),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
