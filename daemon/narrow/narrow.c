@@ -86,7 +86,7 @@ void narrow_query(const shape *a, const shape *b, const pose *b_in_a, const narr
     finish(&p, &s, result);
     if (ccd_peer_agreed(&peer, request, result)) result->method = peer.method;
     result->status = status_of(&p, &g, request, &s);
-    if ((request->facts & NARROW_MANIFOLD) && result->hi <= request->threshold) {
+    if ((request->facts & NARROW_MANIFOLD) && result->lo <= request->threshold) {
         transform t = pose_transform(*b_in_a);
         manifold_build(a, b, &t, result->axis, result->point_a, result->point_b, request->threshold, &result->manifold);
     }

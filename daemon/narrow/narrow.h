@@ -12,7 +12,7 @@
 typedef enum narrow_fact {
     NARROW_VERDICT = 1,  /* are they closer than `threshold`? stop as soon as the interval says */
     NARROW_DISTANCE = 2, /* hi - lo <= tolerance (gap or depth), or lo > range */
-    NARROW_MANIFOLD = 4  /* contact points when hi <= threshold */
+    NARROW_MANIFOLD = 4  /* contact points unless lo > threshold (shapes are closed: touching is contact) */
 } narrow_fact;
 
 typedef enum narrow_engine {

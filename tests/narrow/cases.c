@@ -1,0 +1,104 @@
+/* cases: random shapes and pairs. */
+#include "cases.h"
+
+#include <stdlib.h>
+
+static hull *hulls[CASE_HULLS];
+
+uint64_t random_bits(random_state *r)
+{
+    uint64_t z = r->x += 0x9e3779b97f4a7c15u;
+    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
+    z = (z ^ z >> 27) * 0x94d049bb133111ebu;
+    return z ^ z >> 31;
+}
+
+double random_unit(random_state *r)
+{
+    return (double)(random_bits(r) >> 11) * 0x1p-53;
+}
+double random_in(random_state *r, double lo, double hi)
+{
+    return lo + (hi - lo) * random_unit(r);
+}
+
+vec3 random_direction(random_state *r)
+{
+    for (;;) {
+        vec3 v = vec(random_in(r, -1, 1), random_in(r, -1, 1), random_in(r, -1, 1));
+        double n = vec_norm2(v);
+        if (n > 0.01 && n < 1) return vec_unit(v);
+    }
+}
+
+quat random_rotation(random_state *r)
+{
+    for (;;) {
+        quat q = {random_in(r, -1, 1), random_in(r, -1, 1), random_in(r, -1, 1), random_in(r, -1, 1)};
+        double n = quat_norm2(q);
+        if (n > 0.01 && n < 1) return quat_unit(q);
+    }
+}
+
+void cases_create(void)
+{
+    random_state r = {7};
+    for (int i = 0; i < CASE_HULLS; i++) {
+        double points[3 * 40];
+        size_t count = 4 + (size_t)(36 * i / (CASE_HULLS - 1));
+        for (size_t k = 0; k < count; k++) {
+            vec3 v = vec_scale(random_direction(&r), i % 2 ? 1 : random_in(&r, 0.3, 1.2));
+            points[3 * k] = v.x, points[3 * k + 1] = v.y, points[3 * k + 2] = i % 4 == 3 ? 0.05 * v.z : v.z;
+        }
+        if (hull_build(points, count, 0, &hulls[i]) != HULL_OK) abort();
+    }
+}
+
+void cases_destroy(void)
+{
+    for (int i = 0; i < CASE_HULLS; i++) hull_destroy(hulls[i]);
+}
+
+const hull *case_hull(unsigned i)
+{
+    return hulls[i % CASE_HULLS];
+}
+
+shape random_shape(random_state *r, shape_type type)
+{
+    shape s = {.type = type};
+    bool thin = random_unit(r) < 0.15, rounded = random_unit(r) < 0.3;
+    if (type != SHAPE_SPHERE && type != SHAPE_HALFSPACE && type != SHAPE_HULL)
+        s.half =
+            vec(random_in(r, 0.1, 1.5), random_in(r, 0.1, 1.5), random_in(r, thin ? 0.001 : 0.1, thin ? 0.01 : 1.5));
+    if (type == SHAPE_CYLINDER || type == SHAPE_CONE) s.half.y = s.half.x;
+    if (type == SHAPE_CAPSULE) s.half.x = s.half.y = 0;
+    if (type == SHAPE_SPHERE || type == SHAPE_CAPSULE || rounded) s.radius = random_in(r, 0.05, 0.6);
+    if (type == SHAPE_HULL) s.hull = case_hull((unsigned)random_bits(r));
+    return s;
+}
+
+void random_poses(random_state *r, const shape *a, const shape *b, enum regime where, pose *pose_a, pose *pose_b)
+{
+    static const double RANGE[REGIME_COUNT][2] = {{1.1, 2}, {0.6, 1.1}, {0.3, 0.7}, {0, 0.3}};
+    double reach_a = shape_reach(a), reach_b = shape_reach(b);
+    double reach = (isfinite(reach_a) ? reach_a : 0) + (isfinite(reach_b) ? reach_b : 0);
+    double away = reach * random_in(r, RANGE[where][0], RANGE[where][1]);
+    pose_a->q = random_rotation(r);
+    pose_b->q = random_rotation(r);
+    pose_a->p = vec(random_in(r, -5, 5), random_in(r, -5, 5), random_in(r, -5, 5));
+    pose_b->p = vec_madd(pose_a->p, away, random_direction(r));
+}
+
+narrow_scratch *case_scratch(void)
+{
+    static narrow_scratch *scratch;
+    if (!scratch) scratch = aligned_alloc(64, narrow_scratch_size());
+    if (!scratch) abort();
+    return scratch;
+}
+
+narrow_request measure_exactly(void)
+{
+    return (narrow_request){.facts = NARROW_DISTANCE, .tolerance = 0, .range = INFINITY};
+}
