@@ -264,7 +264,7 @@ static void apply_client(service *s, session *c, const wire_client *m)
     if (is_new) log_info("client %016" PRIx64 " \"%s\" is here, by %s", (uint64_t)c->client, c->name, c->link->ops->scheme);
 }
 
-void apply_command(service *s, struct link *from, const wire_message *m)
+bool apply_command(service *s, struct link *from, const wire_message *m, bool may_wait)
 {
     int64_t client, sequence;
     int32_t object;
@@ -274,7 +274,7 @@ void apply_command(service *s, struct link *from, const wire_message *m)
     if (!c) {
         apply_limit(s, s->sessions.count, s->config.max_clients, "max_clients", &why);
         apply_reject(s, from, m->kind, client, sequence, object, &why);
-        return;
+        return true;
     }
     bool leaves = m->kind == WIRE_CLIENT && m->client.removed;
     switch (m->kind) {
@@ -285,6 +285,8 @@ void apply_command(service *s, struct link *from, const wire_message *m)
     case WIRE_VERTEX_BATCH: refuse(&why, WIRE_UNSUPPORTED, "bodies are rigid in this release"); break;
     default: refuse(&why, WIRE_UNSUPPORTED, "%s is not for the daemon", wire_kind_name(m->kind)); break;
     }
+    if (why.reason == WIRE_UNKNOWN_GEOMETRY && may_wait) return false;
     if (why.reason != WIRE_OK) apply_reject(s, from, m->kind, client, sequence, object, &why);
     if (!leaves) session_ack(c, sequence);
+    return true;
 }

@@ -3,11 +3,12 @@
 #include "service.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 void inbox_put(service *s, struct link *from, const wire_message *m)
 {
     int32_t object;
-    letter l = {.link = from, .kind = m->kind, .offset = s->inbox.bytes.count, .size = wire_lcm_size(m)};
+    letter l = {.link = from, .kind = m->kind, .offset = s->inbox.bytes.count, .size = wire_lcm_size(m), .since_ns = 0};
     wire_origin(m, &l.client, &l.sequence, &object);
     array_reserve(&s->inbox.bytes, l.offset + l.size);
     s->inbox.bytes.count += wire_lcm_encode(m, s->inbox.bytes.at + l.offset, l.size);
@@ -31,28 +32,68 @@ static bool open_letter(service *s, const letter *l, wire_message *m)
     return false;
 }
 
-/* Commands first; poses that came before their bodies after them. Queries stay until the tick is over. */
+/* One command: true if it is done with. A letter without a time came in this tick. */
+static bool apply_letter(service *s, letter *l)
+{
+    wire_message m;
+    if (!open_letter(s, l, &m)) return true;
+    if (!l->since_ns) l->since_ns = s->now_ns;
+    return apply_command(s, l->link, &m, s->now_ns - l->since_ns < HULL_WAIT_NS);
+}
+
+/* Commands first; poses that came before their bodies after them. Queries stay until the tick is over, commands that
+ * wait for a hull until it comes or their time is up. */
 void inbox_apply(service *s)
 {
     inbox *in = &s->inbox;
     wire_message m;
     if (in->letters.count) qsort(in->letters.at, in->letters.count, sizeof *in->letters.at, compare);
     for (size_t i = 0; i < in->letters.count; i++) {
-        const letter *l = &in->letters.at[i];
-        if (l->kind != WIRE_POSE_BATCH && l->kind != WIRE_QUERY && open_letter(s, l, &m)) apply_command(s, l->link, &m);
+        letter *l = &in->letters.at[i];
+        if (l->kind != WIRE_POSE_BATCH && l->kind != WIRE_QUERY && apply_letter(s, l)) l->kind = WIRE_NOTHING;
     }
     for (size_t i = 0; i < in->letters.count; i++) {
-        const letter *l = &in->letters.at[i];
-        if (l->kind == WIRE_POSE_BATCH && open_letter(s, l, &m)) apply_poses(s, l->link, &m.pose_batch, false);
+        letter *l = &in->letters.at[i];
+        if (l->kind != WIRE_POSE_BATCH) continue;
+        if (open_letter(s, l, &m)) apply_poses(s, l->link, &m.pose_batch, false);
+        l->kind = WIRE_NOTHING;
     }
+}
+
+static void keep_waiting(inbox *in)
+{
+    ARRAY(uint8_t) bytes = {0};
+    size_t kept = 0;
+    for (size_t i = 0; i < in->letters.count; i++) {
+        letter l = in->letters.at[i];
+        if (l.kind == WIRE_NOTHING) continue;
+        array_reserve(&bytes, bytes.count + l.size);
+        memcpy(bytes.at + bytes.count, in->bytes.at + l.offset, l.size);
+        l.offset = bytes.count;
+        bytes.count += l.size;
+        in->letters.at[kept++] = l;
+    }
+    in->letters.count = in->waiting = kept;
+    memcpy(in->bytes.at, bytes.at, bytes.count);
+    in->bytes.count = bytes.count;
+    array_free(&bytes);
 }
 
 void inbox_answer(service *s)
 {
     inbox *in = &s->inbox;
     wire_message m;
-    for (size_t i = 0; i < in->letters.count; i++)
-        if (in->letters.at[i].kind == WIRE_QUERY && open_letter(s, &in->letters.at[i], &m))
-            answer_query(s, in->letters.at[i].link, &m.query);
-    in->letters.count = in->bytes.count = 0;
+    bool some_wait = false;
+    for (size_t i = 0; i < in->letters.count; i++) {
+        letter *l = &in->letters.at[i];
+        if (l->kind == WIRE_QUERY) {
+            if (open_letter(s, l, &m)) answer_query(s, l->link, &m.query);
+            l->kind = WIRE_NOTHING;
+        }
+        some_wait |= l->kind != WIRE_NOTHING;
+    }
+    if (some_wait)
+        keep_waiting(in);
+    else
+        in->letters.count = in->bytes.count = in->waiting = 0;
 }

@@ -185,11 +185,20 @@ static void tick(service *s)
     metric_set(s->count.tick_ns, (uint64_t)took);
 }
 
+/* A command that waits for a hull is refused in a tick of its own, if there is no other. */
+static bool waited_long(const service *s)
+{
+    for (size_t i = 0; i < s->inbox.waiting; i++)
+        if (s->now_ns - s->inbox.letters.at[i].since_ns >= HULL_WAIT_NS) return true;
+    return false;
+}
+
 static bool due(const server *v)
 {
     const service *s = &v->s;
     if (s->config.rate > 0) return s->monotonic_ns >= v->next_tick_ns;
-    return world_changed(s->world) || s->inbox.letters.count || s->now_ns >= world_next_due_ns(s->world);
+    return world_changed(s->world) || s->inbox.letters.count > s->inbox.waiting || waited_long(s) ||
+           s->now_ns >= world_next_due_ns(s->world);
 }
 
 static int64_t earlier(int64_t a, int64_t b) { return a < b ? a : b; }

@@ -54,7 +54,8 @@ typedef struct session {
 /* ---- streams ---- */
 
 typedef struct stream {
-    bool live, closing;
+    bool live;
+    bool read;     /* a reader has come: before, there is nobody to tell */
     char *name;
     int64_t client;
     int32_t interest;
@@ -81,14 +82,19 @@ typedef struct geometry {
 
 typedef struct letter {
     int64_t client, sequence;
+    int64_t since_ns;    /* the tick in which it came; a Body waits for its hulls for HULL_WAIT_NS */
     struct link *link;
     wire_kind kind;
     size_t offset, size; /* of its bytes in inbox.bytes */
 } letter;
 
+/* Topics have no order among each other: a Body may come before the Geometry that it names. */
+#define HULL_WAIT_NS ((int64_t)1000000000)
+
 typedef struct inbox {
     ARRAY(letter) letters;
     ARRAY(uint8_t) bytes;
+    size_t waiting; /* letters, the first ones, that have been looked at and wait */
     wire_memory *memory;
 } inbox;
 
@@ -160,7 +166,8 @@ void inbox_answer(service *s); /* the queries among them; after the tick */
 
 /* apply.c */
 void apply_poses(service *s, struct link *from, const wire_pose_batch *m, bool may_wait);
-void apply_command(service *s, struct link *from, const wire_message *m);
+/* False: it names a hull that has not come; nothing was done, and it may be tried again. */
+bool apply_command(service *s, struct link *from, const wire_message *m, bool may_wait);
 void apply_reject(service *s, struct link *to, wire_kind kind, int64_t client, int64_t sequence, int32_t object,
     const wire_refusal *why);
 bool apply_limit(service *s, size_t now, long most, const char *option, wire_refusal *why);

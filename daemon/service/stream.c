@@ -55,8 +55,10 @@ void stream_close(service *s, uint32_t world_id)
 
 void stream_reader(service *s, struct link *from, const char *name)
 {
-    const stream *at = find_name(s, name);
-    if (at && at->link == from) world_want_snapshot(s->world, (uint32_t)(at - s->streams.at));
+    stream *at = find_name(s, name);
+    if (!at || at->link != from) return;
+    at->read = true;
+    world_want_snapshot(s->world, (uint32_t)(at - s->streams.at));
 }
 
 /* ---- one part of one batch ---- */
@@ -151,12 +153,13 @@ static void publish(service *s, stream *to, const world_batch *b)
     metric_count(s->count.events_out, b->count);
 }
 
+/* Before its first reader has come, a stream says nothing: its first batch is the whole state, for that reader. */
 void stream_publish(service *s, const world_batches *batches)
 {
     for (size_t i = 0; i < batches->count; i++) {
         const world_batch *b = &batches->at[i];
         if (b->interest >= s->streams.count || !s->streams.at[b->interest].live) continue;
-        publish(s, &s->streams.at[b->interest], b);
+        if (s->streams.at[b->interest].read) publish(s, &s->streams.at[b->interest], b);
         if (b->closing) stream_close(s, b->interest);
     }
 }
