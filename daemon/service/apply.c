@@ -244,17 +244,13 @@ static wire_reason apply_interest(service *s, session *c, const wire_interest *m
 
 /* ---- clients ---- */
 
-static void apply_client(service *s, session *c, const wire_client *m)
+static void apply_client(session *c, const wire_client *m)
 {
     if (m->sequence < c->sequence) return;
     bool is_new = !c->announced;
     c->sequence = m->sequence;
     c->announced = true;
     c->lost = false;
-    if (m->removed) {
-        session_leave(s, c);
-        return;
-    }
     c->lease_ns = m->lease_ns;
     c->on_loss = m->on_loss;
     if (strcmp(c->name, m->name) != 0) {
@@ -264,21 +260,37 @@ static void apply_client(service *s, session *c, const wire_client *m)
     if (is_new) log_info("client %016" PRIx64 " \"%s\" is here, by %s", (uint64_t)c->client, c->name, c->link->ops->scheme);
 }
 
+/* Answered at once, because there is no session any more; a copy of it makes none. */
+static void apply_leave(service *s, struct link *from, const wire_client *m)
+{
+    session *c = session_find(s, m->client);
+    if (c && m->sequence >= c->sequence) {
+        c->sequence = m->sequence;
+        session_leave(s, c);
+    }
+    wire_message ack = {.kind = WIRE_ACK,
+        .ack = {WIRE_VERSION, m->client, s->epoch, .sequences = {1, &m->sequence}}};
+    from->ops->publish(from, &ack);
+}
+
 bool apply_command(service *s, struct link *from, const wire_message *m, bool may_wait)
 {
     int64_t client, sequence;
     int32_t object;
     wire_refusal why = {WIRE_OK, ""};
     wire_origin(m, &client, &sequence, &object);
+    if (m->kind == WIRE_CLIENT && m->client.removed) {
+        apply_leave(s, from, &m->client);
+        return true;
+    }
     session *c = session_get(s, client, from);
     if (!c) {
         apply_limit(s, s->sessions.count, s->config.max_clients, "max_clients", &why);
         apply_reject(s, from, m->kind, client, sequence, object, &why);
         return true;
     }
-    bool leaves = m->kind == WIRE_CLIENT && m->client.removed;
     switch (m->kind) {
-    case WIRE_CLIENT: apply_client(s, c, &m->client); break;
+    case WIRE_CLIENT: apply_client(c, &m->client); break;
     case WIRE_GEOMETRY: geometry_put(s, &m->geometry, &why); break;
     case WIRE_BODY: apply_body(s, c, &m->body, &why); break;
     case WIRE_INTEREST: apply_interest(s, c, &m->interest, &why); break;
@@ -287,6 +299,6 @@ bool apply_command(service *s, struct link *from, const wire_message *m, bool ma
     }
     if (why.reason == WIRE_UNKNOWN_GEOMETRY && may_wait) return false;
     if (why.reason != WIRE_OK) apply_reject(s, from, m->kind, client, sequence, object, &why);
-    if (!leaves) session_ack(c, sequence);
+    session_ack(c, sequence);
     return true;
 }

@@ -150,6 +150,7 @@ static bool has_bodies(const session *c)
 /* It left in order: nothing is held, but KEEP keeps. */
 void session_leave(service *s, session *c)
 {
+    if (c->lost) return;
     log_info("client %016" PRIx64 " \"%s\" left", (uint64_t)c->client, c->name);
     end_interests(s, c, CAUSE_INTEREST);
     if (c->on_loss == WIRE_LOST_KEEP && has_bodies(c)) {
