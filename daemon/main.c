@@ -17,7 +17,10 @@ static log_level level_of(const char *name)
     return LOG_NOTICE;
 }
 
-static void stop(void *context) { server_stop(context); }
+static void stop(void *context)
+{
+    server_stop(context);
+}
 
 int main(int argc, char **argv)
 {

@@ -16,7 +16,10 @@ static inline aabb aabb_grow(aabb b, double by)
 {
     return (aabb){{b.lo.x - by, b.lo.y - by, b.lo.z - by}, {b.hi.x + by, b.hi.y + by, b.hi.z + by}};
 }
-static inline aabb aabb_union(aabb a, aabb b) { return (aabb){vec_min(a.lo, b.lo), vec_max(a.hi, b.hi)}; }
+static inline aabb aabb_union(aabb a, aabb b)
+{
+    return (aabb){vec_min(a.lo, b.lo), vec_max(a.hi, b.hi)};
+}
 static inline bool aabb_overlap(aabb a, aabb b)
 {
     return a.lo.x <= b.hi.x && b.lo.x <= a.hi.x && a.lo.y <= b.hi.y && b.lo.y <= a.hi.y && a.lo.z <= b.hi.z &&

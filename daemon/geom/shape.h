@@ -11,14 +11,14 @@
 #include <stdint.h>
 
 typedef enum shape_type { /* the order is part of the canonical order of a pair: append only */
-    SHAPE_SPHERE,    /* core: the origin; radius = the sphere's */
-    SHAPE_CAPSULE,   /* core: segment from (0,0,-half.z) to (0,0,+half.z); radius = the capsule's */
-    SHAPE_BOX,       /* core: |x| <= half.x, |y| <= half.y, |z| <= half.z */
-    SHAPE_CYLINDER,  /* core: x^2+y^2 <= half.x^2, |z| <= half.z (half.y = half.x) */
-    SHAPE_CONE,      /* core: apex (0,0,+half.z), base disc of radius half.x at z = -half.z (half.y = half.x) */
-    SHAPE_ELLIPSOID, /* core: semi-axes half.x, half.y, half.z */
-    SHAPE_HALFSPACE, /* core: z <= 0, outward normal +z */
-    SHAPE_HULL,      /* core: convex hull of hull->x[], y[], z[] */
+    SHAPE_SPHERE,         /* core: the origin; radius = the sphere's */
+    SHAPE_CAPSULE,        /* core: segment from (0,0,-half.z) to (0,0,+half.z); radius = the capsule's */
+    SHAPE_BOX,            /* core: |x| <= half.x, |y| <= half.y, |z| <= half.z */
+    SHAPE_CYLINDER,       /* core: x^2+y^2 <= half.x^2, |z| <= half.z (half.y = half.x) */
+    SHAPE_CONE,           /* core: apex (0,0,+half.z), base disc of radius half.x at z = -half.z (half.y = half.x) */
+    SHAPE_ELLIPSOID,      /* core: semi-axes half.x, half.y, half.z */
+    SHAPE_HALFSPACE,      /* core: z <= 0, outward normal +z */
+    SHAPE_HULL,           /* core: convex hull of hull->x[], y[], z[] */
     SHAPE_TYPE_COUNT
 } shape_type;
 

@@ -34,23 +34,62 @@ typedef struct transform { /* a pose, made ready for many points */
 static const vec3 VEC_ZERO = {0, 0, 0};
 static const pose POSE_IDENTITY = {{0, 0, 0}, {1, 0, 0, 0}};
 
-static inline vec3 vec(double x, double y, double z) { return (vec3){x, y, z}; }
-static inline vec3 vec_add(vec3 a, vec3 b) { return (vec3){a.x + b.x, a.y + b.y, a.z + b.z}; }
-static inline vec3 vec_sub(vec3 a, vec3 b) { return (vec3){a.x - b.x, a.y - b.y, a.z - b.z}; }
-static inline vec3 vec_neg(vec3 a) { return (vec3){-a.x, -a.y, -a.z}; }
-static inline vec3 vec_scale(vec3 a, double s) { return (vec3){a.x * s, a.y * s, a.z * s}; }
-static inline vec3 vec_madd(vec3 a, double s, vec3 b) { return (vec3){a.x + s * b.x, a.y + s * b.y, a.z + s * b.z}; }
-static inline double vec_dot(vec3 a, vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+static inline vec3 vec(double x, double y, double z)
+{
+    return (vec3){x, y, z};
+}
+static inline vec3 vec_add(vec3 a, vec3 b)
+{
+    return (vec3){a.x + b.x, a.y + b.y, a.z + b.z};
+}
+static inline vec3 vec_sub(vec3 a, vec3 b)
+{
+    return (vec3){a.x - b.x, a.y - b.y, a.z - b.z};
+}
+static inline vec3 vec_neg(vec3 a)
+{
+    return (vec3){-a.x, -a.y, -a.z};
+}
+static inline vec3 vec_scale(vec3 a, double s)
+{
+    return (vec3){a.x * s, a.y * s, a.z * s};
+}
+static inline vec3 vec_madd(vec3 a, double s, vec3 b)
+{
+    return (vec3){a.x + s * b.x, a.y + s * b.y, a.z + s * b.z};
+}
+static inline double vec_dot(vec3 a, vec3 b)
+{
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
 static inline vec3 vec_cross(vec3 a, vec3 b)
 {
     return (vec3){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
-static inline double vec_norm2(vec3 a) { return vec_dot(a, a); }
-static inline double vec_norm(vec3 a) { return sqrt(vec_dot(a, a)); }
-static inline double vec_max_abs(vec3 a) { return fmax(fabs(a.x), fmax(fabs(a.y), fabs(a.z))); }
-static inline bool vec_finite(vec3 a) { return isfinite(a.x) && isfinite(a.y) && isfinite(a.z); }
-static inline vec3 vec_min(vec3 a, vec3 b) { return (vec3){fmin(a.x, b.x), fmin(a.y, b.y), fmin(a.z, b.z)}; }
-static inline vec3 vec_max(vec3 a, vec3 b) { return (vec3){fmax(a.x, b.x), fmax(a.y, b.y), fmax(a.z, b.z)}; }
+static inline double vec_norm2(vec3 a)
+{
+    return vec_dot(a, a);
+}
+static inline double vec_norm(vec3 a)
+{
+    return sqrt(vec_dot(a, a));
+}
+static inline double vec_max_abs(vec3 a)
+{
+    return fmax(fabs(a.x), fmax(fabs(a.y), fabs(a.z)));
+}
+static inline bool vec_finite(vec3 a)
+{
+    return isfinite(a.x) && isfinite(a.y) && isfinite(a.z);
+}
+static inline vec3 vec_min(vec3 a, vec3 b)
+{
+    return (vec3){fmin(a.x, b.x), fmin(a.y, b.y), fmin(a.z, b.z)};
+}
+static inline vec3 vec_max(vec3 a, vec3 b)
+{
+    return (vec3){fmax(a.x, b.x), fmax(a.y, b.y), fmax(a.z, b.z)};
+}
 
 /* a / |a|, for |a| anywhere between the least and the greatest double; the zero vector stays zero. */
 static inline vec3 vec_unit(vec3 a)
@@ -66,8 +105,14 @@ static inline quat quat_mul(quat a, quat b)
     return (quat){a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z, a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y,
         a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x, a.w * b.z + a.x * b.y - a.y * b.x + a.z * b.w};
 }
-static inline quat quat_conj(quat a) { return (quat){a.w, -a.x, -a.y, -a.z}; }
-static inline double quat_norm2(quat a) { return a.w * a.w + a.x * a.x + a.y * a.y + a.z * a.z; }
+static inline quat quat_conj(quat a)
+{
+    return (quat){a.w, -a.x, -a.y, -a.z};
+}
+static inline double quat_norm2(quat a)
+{
+    return a.w * a.w + a.x * a.x + a.y * a.y + a.z * a.z;
+}
 static inline quat quat_unit(quat a)
 {
     double s = 1 / sqrt(quat_norm2(a));
@@ -88,14 +133,32 @@ static inline vec3 mat_mul(mat3 m, vec3 v) /* m v */
     return (vec3){m.x.x * v.x + m.y.x * v.y + m.z.x * v.z, m.x.y * v.x + m.y.y * v.y + m.z.y * v.z,
         m.x.z * v.x + m.y.z * v.y + m.z.z * v.z};
 }
-static inline vec3 mat_tmul(mat3 m, vec3 v) { return (vec3){vec_dot(m.x, v), vec_dot(m.y, v), vec_dot(m.z, v)}; } /* m^T v */
+static inline vec3 mat_tmul(mat3 m, vec3 v)
+{
+    return (vec3){vec_dot(m.x, v), vec_dot(m.y, v), vec_dot(m.z, v)};
+} /* m^T v */
 
-static inline vec3 quat_rotate(quat q, vec3 v) { return mat_mul(quat_matrix(q), v); }
+static inline vec3 quat_rotate(quat q, vec3 v)
+{
+    return mat_mul(quat_matrix(q), v);
+}
 
-static inline transform pose_transform(pose p) { return (transform){quat_matrix(p.q), p.p}; }
-static inline vec3 transform_point(const transform *t, vec3 v) { return vec_add(mat_mul(t->r, v), t->t); }
-static inline vec3 pose_point(pose p, vec3 v) { return vec_add(quat_rotate(p.q, v), p.p); }
-static inline pose pose_mul(pose a, pose b) { return (pose){pose_point(a, b.p), quat_mul(a.q, b.q)}; } /* first b, then a */
+static inline transform pose_transform(pose p)
+{
+    return (transform){quat_matrix(p.q), p.p};
+}
+static inline vec3 transform_point(const transform *t, vec3 v)
+{
+    return vec_add(mat_mul(t->r, v), t->t);
+}
+static inline vec3 pose_point(pose p, vec3 v)
+{
+    return vec_add(quat_rotate(p.q, v), p.p);
+}
+static inline pose pose_mul(pose a, pose b)
+{
+    return (pose){pose_point(a, b.p), quat_mul(a.q, b.q)};
+} /* first b, then a */
 
 /* B's pose in A's frame. The difference of the positions is taken first, so precision follows the size of the pair. */
 static inline pose pose_relative(pose a, pose b)

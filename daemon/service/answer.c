@@ -102,7 +102,10 @@ static void answer_hits(reply *r, world_hits *hits, const wire_query *q)
 
 /* ---- kinds ---- */
 
-static vec3 vec_of(wire_f64s numbers) { return numbers.count == 3 ? vec(numbers.at[0], numbers.at[1], numbers.at[2]) : VEC_ZERO; }
+static vec3 vec_of(wire_f64s numbers)
+{
+    return numbers.count == 3 ? vec(numbers.at[0], numbers.at[1], numbers.at[2]) : VEC_ZERO;
+}
 
 static pose pose_of(const wire_query *q)
 {
@@ -146,25 +149,40 @@ void answer_query(service *s, struct link *from, const wire_query *q)
     static reply r; /* the tick thread's: 4 kB of text */
     world_hits hits = {0};
     uint32_t a, b;
-    r = (reply){.s = s, .to = from, .answer = {.version = WIRE_VERSION, .client = q->client, .sequence = q->sequence,
-                                        .epoch = s->epoch, .tick = s->tick, .kind = q->kind}};
+    r = (reply){.s = s,
+        .to = from,
+        .answer = {.version = WIRE_VERSION,
+            .client = q->client,
+            .sequence = q->sequence,
+            .epoch = s->epoch,
+            .tick = s->tick,
+            .kind = q->kind}};
     switch (q->kind) {
     case WIRE_QUERY_DISTANCE:
         if (!two_bodies(&r, q, &a, &b)) return;
         world_query_distance(s->world, a, b, q->tolerance_m, s->now_ns, &hits);
         break;
     case WIRE_QUERY_RAY:
-        world_query_ray(s->world, vec_of(q->origin), vec_of(q->direction), q->length_m, q->tolerance_m, s->now_ns, &hits);
+        world_query_ray(
+            s->world, vec_of(q->origin), vec_of(q->direction), q->length_m, q->tolerance_m, s->now_ns, &hits);
         break;
-    case WIRE_QUERY_BOX: world_query_box(s->world, pose_of(q), vec_of(q->half), s->now_ns, &hits); break;
-    case WIRE_QUERY_BODIES: world_query_bodies(s->world, q->name_a, s->now_ns, &hits); break;
+    case WIRE_QUERY_BOX:
+        world_query_box(s->world, pose_of(q), vec_of(q->half), s->now_ns, &hits);
+        break;
+    case WIRE_QUERY_BODIES:
+        world_query_bodies(s->world, q->name_a, s->now_ns, &hits);
+        break;
     case WIRE_QUERY_EXPLAIN:
         if (!two_bodies(&r, q, &a, &b)) return;
         world_explain(s->world, a, b, s->now_ns, r.text, sizeof r.text);
         send(&r);
         return;
-    case WIRE_QUERY_RECORD: record(&r, q); return;
-    default: fail(&r, WIRE_ANSWER_UNSUPPORTED, "this kind of query is not supported by this release"); return;
+    case WIRE_QUERY_RECORD:
+        record(&r, q);
+        return;
+    default:
+        fail(&r, WIRE_ANSWER_UNSUPPORTED, "this kind of query is not supported by this release");
+        return;
     }
     answer_hits(&r, &hits, q);
 }

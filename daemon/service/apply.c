@@ -16,12 +16,13 @@ void apply_reject(service *s, struct link *to, wire_kind kind, int64_t client, i
     metric_count(s->count.rejects[why->reason], 1);
     log_warning("refused %s %" PRId64 " of client %016" PRIx64 ": %s: %s", wire_kind_name(kind), sequence,
         (uint64_t)client, wire_reason_name(why->reason), why->text);
-    wire_message m = {.kind = WIRE_REJECT, .reject = {WIRE_VERSION, client, sequence, s->epoch, (uint8_t)kind, object,
-                                               (uint8_t)why->reason, why->text}};
+    wire_message m = {.kind = WIRE_REJECT,
+        .reject = {WIRE_VERSION, client, sequence, s->epoch, (uint8_t)kind, object, (uint8_t)why->reason, why->text}};
     to->ops->publish(to, &m);
 }
 
-static void refuse(wire_refusal *why, wire_reason reason, const char *format, ...) __attribute__((format(printf, 3, 4)));
+static void refuse(wire_refusal *why, wire_reason reason, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
 static void refuse(wire_refusal *why, wire_reason reason, const char *format, ...)
 {
     va_list args;
@@ -108,7 +109,8 @@ static bool gather_shapes(service *s, const wire_body *m, wire_refusal *why)
     s->shapes.count = 0;
     for (uint32_t i = 0; i < m->shape_types.count; i++) {
         const double *size = m->shape_sizes.at + 3 * (size_t)i, *at = m->shape_poses.at + 7 * (size_t)i;
-        world_shape shape = {.shape = {.type = (shape_type)m->shape_types.at[i], .radius = m->shape_radii.at[i],
+        world_shape shape = {.shape = {.type = (shape_type)m->shape_types.at[i],
+                                 .radius = m->shape_radii.at[i],
                                  .half = vec(size[0], size[1], size[2])},
             .local = {vec(at[0], at[1], at[2]), quat_unit((quat){at[3], at[4], at[5], at[6]})}};
         if (shape.shape.type == SHAPE_HULL) {
@@ -128,8 +130,8 @@ static void gather_rules(service *s, const wire_body *m)
 {
     s->rules.count = 0;
     for (uint32_t i = 0; i < m->rule_patterns.count; i++)
-        array_push(&s->rules, ((filter_rule){m->rule_patterns.at[i], m->rule_actions.at[i] == WIRE_RULE_ALLOW,
-                                  m->rule_reasons.at[i]}));
+        array_push(&s->rules,
+            ((filter_rule){m->rule_patterns.at[i], m->rule_actions.at[i] == WIRE_RULE_ALLOW, m->rule_reasons.at[i]}));
 }
 
 static void hold_geometries(service *s, owned_body *b, const wire_body *m)
@@ -159,10 +161,18 @@ static wire_reason put_body(service *s, session *c, const wire_body *m, wire_ref
     uint32_t id = b ? b->world_id : WORLD_NONE;
     pose told = {vec(at[0], at[1], at[2]), {at[3], at[4], at[5], at[6]}};
     bool newer_pose = b && id != WORLD_NONE && b->pose_sequence > m->sequence;
-    world_body def = {.name = m->name, .group = m->group, .fixed = m->motion == WIRE_MOTION_FIXED,
-        .category = (uint64_t)m->category, .mask = (uint64_t)m->mask, .deadline_ns = m->deadline_ns,
-        .stamp_ns = newer_pose ? world_body_stamp_ns(s->world, id) : m->stamp_ns, .pose = newer_pose ? world_body_pose(s->world, id) : told,
-        .shapes = s->shapes.at, .shape_count = s->shapes.count, .rules = s->rules.at, .rule_count = s->rules.count};
+    world_body def = {.name = m->name,
+        .group = m->group,
+        .fixed = m->motion == WIRE_MOTION_FIXED,
+        .category = (uint64_t)m->category,
+        .mask = (uint64_t)m->mask,
+        .deadline_ns = m->deadline_ns,
+        .stamp_ns = newer_pose ? world_body_stamp_ns(s->world, id) : m->stamp_ns,
+        .pose = newer_pose ? world_body_pose(s->world, id) : told,
+        .shapes = s->shapes.at,
+        .shape_count = s->shapes.count,
+        .rules = s->rules.at,
+        .rule_count = s->rules.count};
     if (world_put_body(s->world, &id, &def) == WORLD_NAME_TAKEN) {
         refuse(why, WIRE_NAME_TAKEN, "name: \"%.100s\" is the name of another body", m->name);
         return why->reason;
@@ -209,8 +219,12 @@ static wire_reason put_interest(service *s, session *c, const wire_interest *m, 
     }
     if (is_new && apply_limit(s, world_get_figures(s->world).interests, s->config.max_interests, "max_interests", why))
         return why->reason;
-    world_interest def = {.facts = (unsigned)m->facts, .select_a = m->select_a, .select_b = m->select_b,
-        .threshold = m->threshold_m, .range = m->range_m, .tolerance = m->tolerance_m,
+    world_interest def = {.facts = (unsigned)m->facts,
+        .select_a = m->select_a,
+        .select_b = m->select_b,
+        .threshold = m->threshold_m,
+        .range = m->range_m,
+        .tolerance = m->tolerance_m,
         .period_ns = m->rate_hz > 0 ? (int64_t)(1e9 / m->rate_hz) : 0};
     uint32_t id = is_new ? WORLD_NONE : i->world_id;
     world_put_interest(s->world, &id, &def);
@@ -257,7 +271,8 @@ static void apply_client(session *c, const wire_client *m)
         free(c->name);
         c->name = base_strdup(m->name);
     }
-    if (is_new) log_info("client %016" PRIx64 " \"%s\" is here, by %s", (uint64_t)c->client, c->name, c->link->ops->scheme);
+    if (is_new)
+        log_info("client %016" PRIx64 " \"%s\" is here, by %s", (uint64_t)c->client, c->name, c->link->ops->scheme);
 }
 
 /* Answered at once, because there is no session any more; a copy of it makes none. */
@@ -268,8 +283,7 @@ static void apply_leave(service *s, struct link *from, const wire_client *m)
         c->sequence = m->sequence;
         session_leave(s, c);
     }
-    wire_message ack = {.kind = WIRE_ACK,
-        .ack = {WIRE_VERSION, m->client, s->epoch, .sequences = {1, &m->sequence}}};
+    wire_message ack = {.kind = WIRE_ACK, .ack = {WIRE_VERSION, m->client, s->epoch, .sequences = {1, &m->sequence}}};
     from->ops->publish(from, &ack);
 }
 
@@ -290,12 +304,24 @@ bool apply_command(service *s, struct link *from, const wire_message *m, bool ma
         return true;
     }
     switch (m->kind) {
-    case WIRE_CLIENT: apply_client(c, &m->client); break;
-    case WIRE_GEOMETRY: geometry_put(s, &m->geometry, &why); break;
-    case WIRE_BODY: apply_body(s, c, &m->body, &why); break;
-    case WIRE_INTEREST: apply_interest(s, c, &m->interest, &why); break;
-    case WIRE_VERTEX_BATCH: refuse(&why, WIRE_UNSUPPORTED, "bodies are rigid in this release"); break;
-    default: refuse(&why, WIRE_UNSUPPORTED, "%s is not for the daemon", wire_kind_name(m->kind)); break;
+    case WIRE_CLIENT:
+        apply_client(c, &m->client);
+        break;
+    case WIRE_GEOMETRY:
+        geometry_put(s, &m->geometry, &why);
+        break;
+    case WIRE_BODY:
+        apply_body(s, c, &m->body, &why);
+        break;
+    case WIRE_INTEREST:
+        apply_interest(s, c, &m->interest, &why);
+        break;
+    case WIRE_VERTEX_BATCH:
+        refuse(&why, WIRE_UNSUPPORTED, "bodies are rigid in this release");
+        break;
+    default:
+        refuse(&why, WIRE_UNSUPPORTED, "%s is not for the daemon", wire_kind_name(m->kind));
+        break;
     }
     if (why.reason == WIRE_UNKNOWN_GEOMETRY && may_wait) return false;
     if (why.reason != WIRE_OK) apply_reject(s, from, m->kind, client, sequence, object, &why);

@@ -31,10 +31,10 @@ typedef enum config_type { CONFIG_TEXT, CONFIG_CHOICE, CONFIG_WHOLE, CONFIG_NUMB
 typedef struct config_option {
     const char *key;
     config_type type;
-    size_t offset, size;      /* of the field in config */
-    double least, most;       /* of numbers */
-    const char *choices;      /* "a|b|c" */
-    const char *value;        /* default, as text */
+    size_t offset, size; /* of the field in config */
+    double least, most;  /* of numbers */
+    const char *choices; /* "a|b|c" */
+    const char *value;   /* default, as text */
     const char *unit, *help;
 } config_option;
 

@@ -1,5 +1,5 @@
-/* geometry: hulls by the hash of their content. A hull is built when its last piece has come; it goes when no body holds
- * it and its sender is gone or took it back. Tick thread. */
+/* geometry: hulls by the hash of their content. A hull is built when its last piece has come; it goes when no body
+ * holds it and its sender is gone or took it back. Tick thread. */
 #include "service.h"
 
 #include "geom/hull.h"
@@ -27,8 +27,13 @@ static geometry *add(service *s, const wire_geometry *m)
     while (index < s->geometries.count && s->geometries.at[index].used) index++;
     if (index == s->geometries.count) array_push(&s->geometries, (geometry){.used = false});
     geometry *g = &s->geometries.at[index];
-    *g = (geometry){.used = true, .announced = true, .hash = m->hash, .client = m->client, .kind = m->kind,
-        .pieces = m->pieces, .vertex_numbers = (size_t)m->vertex_numbers};
+    *g = (geometry){.used = true,
+        .announced = true,
+        .hash = m->hash,
+        .client = m->client,
+        .kind = m->kind,
+        .pieces = m->pieces,
+        .vertex_numbers = (size_t)m->vertex_numbers};
     g->vertices = base_zalloc(g->vertex_numbers ? g->vertex_numbers : 1, sizeof *g->vertices);
     g->has = base_zalloc((size_t)m->pieces, 1);
     pair_map_put(&s->geometry_of, (uint64_t)m->hash, (uint32_t)index);
@@ -55,7 +60,9 @@ static wire_reason build(service *s, geometry *g, wire_refusal *why)
     if (status != HULL_OK) {
         drop(s, g);
         snprintf(why->text, sizeof why->text, "vertices: %s", hull_status_text(status));
-        return why->reason = status == HULL_FLAT ? WIRE_FLAT_HULL : status == HULL_TOO_MANY ? WIRE_TOO_LARGE : WIRE_BAD_SIZE;
+        return why->reason = status == HULL_FLAT       ? WIRE_FLAT_HULL
+                             : status == HULL_TOO_MANY ? WIRE_TOO_LARGE
+                                                       : WIRE_BAD_SIZE;
     }
     free(g->has);
     g->has = NULL;

@@ -91,9 +91,17 @@ void health_publish(service *s)
     for (size_t i = 0; i < metrics_count(s->metrics); i++)
         add(&t, metrics_at(s->metrics, i)->name, metric_get(metrics_at(s->metrics, i)));
     wire_message m = {.kind = WIRE_STATUS,
-        .status = {.version = WIRE_VERSION, .epoch = s->epoch, .health = s->health, .daemon = s->daemon_name,
-            .release = COLLIDED_RELEASE, .links = links, .limits = s->limits, .stamp_ns = s->now_ns,
-            .started_ns = s->started_ns, .tick = s->tick, .counter_names = {t.count, t.names},
+        .status = {.version = WIRE_VERSION,
+            .epoch = s->epoch,
+            .health = s->health,
+            .daemon = s->daemon_name,
+            .release = COLLIDED_RELEASE,
+            .links = links,
+            .limits = s->limits,
+            .stamp_ns = s->now_ns,
+            .started_ns = s->started_ns,
+            .tick = s->tick,
+            .counter_names = {t.count, t.names},
             .counter_values = {t.count, t.values}}};
     for (size_t i = 0; i < s->link_count; i++) s->links[i]->ops->publish(s->links[i], &m);
 }

@@ -1,5 +1,5 @@
-/* record_state: the world as messages: what clients have announced and not taken back, with the newest poses. A recording
- * that begins in the middle begins with it. Tick thread. */
+/* record_state: the world as messages: what clients have announced and not taken back, with the newest poses. A
+ * recording that begins in the middle begins with it. Tick thread. */
 #include "service.h"
 
 #include <stdlib.h>
@@ -9,8 +9,14 @@ static void tell_geometry(service *s, const geometry *g)
     for (int32_t piece = 0; piece < g->pieces; piece++) {
         size_t first = (size_t)piece * WIRE_PIECE_MAX, left = g->vertex_numbers - first;
         wire_message m = {.kind = WIRE_GEOMETRY,
-            .geometry = {.version = WIRE_VERSION, .client = g->client, .sequence = 1, .kind = g->kind, .hash = g->hash,
-                .vertex_numbers = (int32_t)g->vertex_numbers, .piece = piece, .pieces = g->pieces,
+            .geometry = {.version = WIRE_VERSION,
+                .client = g->client,
+                .sequence = 1,
+                .kind = g->kind,
+                .hash = g->hash,
+                .vertex_numbers = (int32_t)g->vertex_numbers,
+                .piece = piece,
+                .pieces = g->pieces,
                 .vertices = {(uint32_t)(left < WIRE_PIECE_MAX ? left : WIRE_PIECE_MAX), g->vertices + first}}};
         record_message(s, &m);
     }
@@ -70,10 +76,18 @@ static void tell_body(service *s, const session *c, const owned_body *b, columns
     if (b->world_id == WORLD_NONE || world_get_body(s->world, b->world_id, &def, scratch->shapes) != WORLD_OK) return;
     put_pose(scratch->pose, def.pose);
     wire_message m = {.kind = WIRE_BODY,
-        .body = {.version = WIRE_VERSION, .client = c->client, .sequence = b->sequence, .body = b->number,
-            .motion = def.fixed ? WIRE_MOTION_FIXED : WIRE_MOTION_MOVING, .name = def.name, .group = def.group,
-            .category = (int64_t)def.category, .mask = (int64_t)def.mask, .deadline_ns = def.deadline_ns,
-            .stamp_ns = def.stamp_ns, .pose = {7, scratch->pose}}};
+        .body = {.version = WIRE_VERSION,
+            .client = c->client,
+            .sequence = b->sequence,
+            .body = b->number,
+            .motion = def.fixed ? WIRE_MOTION_FIXED : WIRE_MOTION_MOVING,
+            .name = def.name,
+            .group = def.group,
+            .category = (int64_t)def.category,
+            .mask = (int64_t)def.mask,
+            .deadline_ns = def.deadline_ns,
+            .stamp_ns = def.stamp_ns,
+            .pose = {7, scratch->pose}}};
     fill_shapes(scratch, &def, b, &m.body);
     fill_rules(scratch, &def, &m.body);
     record_message(s, &m);
@@ -84,9 +98,17 @@ static void tell_interest(service *s, const session *c, const owned_interest *i)
     world_interest def;
     if (!i->live || world_get_interest(s->world, i->world_id, &def) != WORLD_OK) return;
     wire_message m = {.kind = WIRE_INTEREST,
-        .interest = {.version = WIRE_VERSION, .client = c->client, .sequence = i->sequence, .interest = i->number,
-            .facts = (int32_t)def.facts, .stream = s->streams.at[i->world_id].name, .select_a = def.select_a,
-            .select_b = def.select_b, .threshold_m = def.threshold, .range_m = def.range, .tolerance_m = def.tolerance,
+        .interest = {.version = WIRE_VERSION,
+            .client = c->client,
+            .sequence = i->sequence,
+            .interest = i->number,
+            .facts = (int32_t)def.facts,
+            .stream = s->streams.at[i->world_id].name,
+            .select_a = def.select_a,
+            .select_b = def.select_b,
+            .threshold_m = def.threshold,
+            .range_m = def.range,
+            .tolerance_m = def.tolerance,
             .rate_hz = def.period_ns ? 1e9 / (double)def.period_ns : 0}};
     record_message(s, &m);
 }
@@ -99,8 +121,12 @@ void record_state(service *s)
     for (size_t i = 0; i < s->sessions.count; i++) {
         const session *c = s->sessions.at[i];
         wire_message m = {.kind = WIRE_CLIENT,
-            .client = {.version = WIRE_VERSION, .client = c->client, .sequence = c->sequence ? c->sequence : 1,
-                .on_loss = c->on_loss, .lease_ns = c->lease_ns, .name = c->name}};
+            .client = {.version = WIRE_VERSION,
+                .client = c->client,
+                .sequence = c->sequence ? c->sequence : 1,
+                .on_loss = c->on_loss,
+                .lease_ns = c->lease_ns,
+                .name = c->name}};
         record_message(s, &m);
         for (size_t k = 0; k < c->bodies.count; k++) tell_body(s, c, &c->bodies.at[k], scratch);
         for (size_t k = 0; k < c->interests.count; k++) tell_interest(s, c, &c->interests.at[k]);

@@ -42,8 +42,8 @@ static void report(const service *s, const progress *p)
     }
     printf("replayed %" PRId64 " ticks, %" PRIu64 " events, hash %016" PRIx64 "\n", p->ticks, f.events, s->events_hash);
     if (p->first_different)
-        printf("DIFFERS from the recording from tick %" PRId64 " on: recorded hash %016" PRIx64 "\n", p->first_different,
-            p->recorded_hash);
+        printf("DIFFERS from the recording from tick %" PRId64 " on: recorded hash %016" PRIx64 "\n",
+            p->first_different, p->recorded_hash);
     else
         printf("equal to the recording, tick by tick\n");
 }

@@ -36,8 +36,8 @@ static void on_message(void *context, struct link *from, const wire_message *m)
         inbox_put(s, from, m);
 }
 
-static void on_refused(void *context, struct link *from, wire_kind kind, int64_t client, int64_t sequence,
-    const wire_refusal *why)
+static void on_refused(
+    void *context, struct link *from, wire_kind kind, int64_t client, int64_t sequence, const wire_refusal *why)
 {
     apply_reject(context, from, kind, client, sequence, -1, why);
 }
@@ -49,7 +49,10 @@ static void on_client_lost(void *context, struct link *from, int64_t client)
     if (c && (c->link == from || s->replaying)) session_lost(s, c, "its liveliness ended");
 }
 
-static void on_stream_reader(void *context, struct link *from, const char *stream) { stream_reader(context, from, stream); }
+static void on_stream_reader(void *context, struct link *from, const char *stream)
+{
+    stream_reader(context, from, stream);
+}
 
 static link_sink sink_of(service *s)
 {
@@ -66,7 +69,7 @@ static unsigned worker_count(const config *c)
 
 static narrow_engine engine_of(const char *name)
 {
-    return !strcmp(name, "gjk") ? NARROW_ENGINE_GJK
+    return !strcmp(name, "gjk")   ? NARROW_ENGINE_GJK
            : !strcmp(name, "ccd") ? NARROW_ENGINE_CCD
            : !strcmp(name, "mpr") ? NARROW_ENGINE_MPR
                                   : NARROW_ENGINE_AUTO;
@@ -74,8 +77,8 @@ static narrow_engine engine_of(const char *name)
 
 static int open_link(service *s, const char *uri, char *why, size_t why_size)
 {
-    link_options options = {.wake_fd = s->wake_fd, .counters = s->metrics, .interface = s->config.interface,
-        .program = s->config.gateway};
+    link_options options = {
+        .wake_fd = s->wake_fd, .counters = s->metrics, .interface = s->config.interface, .program = s->config.gateway};
     if (s->link_count == LINKS_MAX) {
         snprintf(why, why_size, "links: more than %d", LINKS_MAX);
         return -1;
@@ -201,7 +204,10 @@ static bool due(const server *v)
            s->now_ns >= world_next_due_ns(s->world);
 }
 
-static int64_t earlier(int64_t a, int64_t b) { return a < b ? a : b; }
+static int64_t earlier(int64_t a, int64_t b)
+{
+    return a < b ? a : b;
+}
 
 static int wait_ms(const server *v)
 {
@@ -249,11 +255,11 @@ static void one_round(server *v, const link_sink *sink)
         if (s->config.rate > 0) v->next_tick_ns = s->monotonic_ns + (int64_t)(1e9 / s->config.rate);
         tick(s);
     }
-    if (s->monotonic_ns >= v->next_status_ns)
-        publish_status(v, *s->limits ? WIRE_HEALTH_DEGRADED : WIRE_HEALTH_READY);
+    if (s->monotonic_ns >= v->next_status_ns) publish_status(v, *s->limits ? WIRE_HEALTH_DEGRADED : WIRE_HEALTH_READY);
 }
 
-/* Every contact ends, every stream closes, and everybody is told why. No command asks for it, so a recording ends before. */
+/* Every contact ends, every stream closes, and everybody is told why. No command asks for it, so a recording ends
+ * before. */
 static void end_in_order(server *v)
 {
     service *s = &v->s;

@@ -39,23 +39,23 @@ typedef struct owned_interest {
 typedef struct session {
     int64_t client;
     char *name;
-    struct link *link;            /* by which it came; answers go there */
-    int64_t sequence;      /* of the newest Client */
+    struct link *link;          /* by which it came; answers go there */
+    int64_t sequence;           /* of the newest Client */
     int64_t lease_ns, heard_ns; /* monotonic */
     uint8_t on_loss;
-    bool announced;        /* its Client has come */
+    bool announced; /* its Client has come */
     bool lost;
-    pair_map body_of;      /* number + 1 -> index */
+    pair_map body_of; /* number + 1 -> index */
     ARRAY(owned_body) bodies;
     ARRAY(owned_interest) interests;
-    ARRAY(int64_t) acks;   /* to be sent after this tick */
+    ARRAY(int64_t) acks; /* to be sent after this tick */
 } session;
 
 /* ---- streams ---- */
 
 typedef struct stream {
     bool live;
-    bool read;     /* a reader has come: before, there is nobody to tell */
+    bool read; /* a reader has come: before, there is nobody to tell */
     char *name;
     int64_t client;
     int32_t interest;
@@ -67,22 +67,22 @@ typedef struct stream {
 
 typedef struct geometry {
     int64_t hash;
-    int64_t client;        /* who is sending it */
+    int64_t client; /* who is sending it */
     uint8_t kind;
-    int32_t pieces, come;  /* come: pieces that have arrived */
+    int32_t pieces, come; /* come: pieces that have arrived */
     size_t vertex_numbers;
-    double *vertices;      /* as they came: a recording tells them again */
-    uint8_t *has;          /* a flag a piece, while it is coming */
-    hull *hull;            /* when whole */
-    uint32_t users;        /* bodies that hold it */
-    bool used, announced;  /* announced: its sender still wants it */
+    double *vertices;     /* as they came: a recording tells them again */
+    uint8_t *has;         /* a flag a piece, while it is coming */
+    hull *hull;           /* when whole */
+    uint32_t users;       /* bodies that hold it */
+    bool used, announced; /* announced: its sender still wants it */
 } geometry;
 
 /* ---- inbox ---- */
 
 typedef struct letter {
     int64_t client, sequence;
-    int64_t since_ns;    /* the tick in which it came; a Body waits for its hulls for HULL_WAIT_NS */
+    int64_t since_ns; /* the tick in which it came; a Body waits for its hulls for HULL_WAIT_NS */
     struct link *link;
     wire_kind kind;
     size_t offset, size; /* of its bytes in inbox.bytes */
@@ -117,23 +117,23 @@ typedef struct service {
     size_t link_count;
     int wake_fd;
     int64_t epoch, tick, started_ns;
-    int64_t now_ns, monotonic_ns; /* of this tick */
+    int64_t now_ns, monotonic_ns;        /* of this tick */
     int64_t latest_pose_ns, latest_step; /* of this tick */
     uint64_t events_hash;
     bool replaying, stopping;
     uint8_t health;
 
     ARRAY(session *) sessions;
-    pair_map session_of; /* client -> index */
+    pair_map session_of;   /* client -> index */
     ARRAY(stream) streams; /* by the world's interest id */
     ARRAY(geometry) geometries;
     pair_map geometry_of; /* hash -> index */
     inbox inbox;
-    ARRAY(world_shape) shapes;   /* scratch of apply */
+    ARRAY(world_shape) shapes; /* scratch of apply */
     ARRAY(filter_rule) rules;
     wire_log_writer *recording;
     char recording_path[CONFIG_TEXT_MAX];
-    char limits[512];            /* named limits that were reached */
+    char limits[512]; /* named limits that were reached */
 } service;
 
 /* session.c */

@@ -125,7 +125,10 @@ void session_lost(service *s, session *c, const char *how)
 {
     if (c->lost) return;
     log_notice("client %016" PRIx64 " \"%s\" is lost (%s): its %zu bodies are %s", (uint64_t)c->client, c->name, how,
-        c->bodies.count, c->on_loss == WIRE_LOST_REMOVE ? "removed" : c->on_loss == WIRE_LOST_HOLD ? "held" : "kept");
+        c->bodies.count,
+        c->on_loss == WIRE_LOST_REMOVE ? "removed"
+        : c->on_loss == WIRE_LOST_HOLD ? "held"
+                                       : "kept");
     metric_count(s->count.clients_lost, 1);
     record_lost(s, c->client);
     end_interests(s, c, CAUSE_OWNER_LOST);
@@ -164,7 +167,10 @@ void session_leave(service *s, session *c)
 /* ---- leases ---- */
 
 /* The transport itself watches those that have announced themselves where it can; the others have to be heard. */
-static bool by_heartbeat(const session *c) { return !c->lost && !(c->announced && c->link->ops->has_liveliness); }
+static bool by_heartbeat(const session *c)
+{
+    return !c->lost && !(c->announced && c->link->ops->has_liveliness);
+}
 
 void session_check_leases(service *s)
 {
@@ -186,15 +192,18 @@ int64_t session_next_lease_ns(const service *s)
 
 /* ---- acknowledgements ---- */
 
-void session_ack(session *c, int64_t sequence) { array_push(&c->acks, sequence); }
+void session_ack(session *c, int64_t sequence)
+{
+    array_push(&c->acks, sequence);
+}
 
 void session_send_acks(service *s)
 {
     for (size_t i = 0; i < s->sessions.count; i++) {
         session *c = s->sessions.at[i];
         if (!c->acks.count) continue;
-        wire_message m = {.kind = WIRE_ACK, .ack = {WIRE_VERSION, c->client, s->epoch,
-                                                .sequences = {(uint32_t)c->acks.count, c->acks.at}}};
+        wire_message m = {.kind = WIRE_ACK,
+            .ack = {WIRE_VERSION, c->client, s->epoch, .sequences = {(uint32_t)c->acks.count, c->acks.at}}};
         c->link->ops->publish(c->link, &m);
         metric_count(s->count.acks, c->acks.count);
         c->acks.count = 0;

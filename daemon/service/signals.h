@@ -1,5 +1,5 @@
-/* signals: blocked in every thread, and waited for by one. The first SIGTERM or SIGINT asks for an orderly end, a second
- * one ends the process at once. */
+/* signals: blocked in every thread, and waited for by one. The first SIGTERM or SIGINT asks for an orderly end, a
+ * second one ends the process at once. */
 #ifndef COLLIDED_SERVICE_SIGNALS_H
 #define COLLIDED_SERVICE_SIGNALS_H
 

@@ -19,8 +19,8 @@ static void open_at(service *s, session *c, const wire_interest *m, uint32_t wor
 {
     array_reserve(&s->streams, (size_t)world_id + 1);
     while (s->streams.count <= world_id) s->streams.at[s->streams.count++] = (stream){.live = false};
-    s->streams.at[world_id] = (stream){.live = true, .name = base_strdup(name), .client = c->client,
-        .interest = m->interest, .link = c->link};
+    s->streams.at[world_id] = (stream){
+        .live = true, .name = base_strdup(name), .client = c->client, .interest = m->interest, .link = c->link};
     c->link->ops->stream_open(c->link, name);
 }
 
@@ -142,10 +142,20 @@ static void publish(service *s, stream *to, const world_batch *b)
         size_t first = (size_t)i * EVENTS_A_PART;
         size_t n = b->count - first < EVENTS_A_PART ? b->count - first : EVENTS_A_PART;
         wire_message m = {.kind = WIRE_EVENT_BATCH,
-            .event_batch = {.version = WIRE_VERSION, .client = to->client, .interest = to->interest,
-                .epoch = s->epoch, .batch = ++to->batch, .tick = s->tick, .stamp_ns = s->now_ns,
-                .latest_pose_ns = s->latest_pose_ns, .step = s->latest_step, .snapshot = b->snapshot,
-                .closing = b->closing, .part = i, .parts = parts, .stream = to->name}};
+            .event_batch = {.version = WIRE_VERSION,
+                .client = to->client,
+                .interest = to->interest,
+                .epoch = s->epoch,
+                .batch = ++to->batch,
+                .tick = s->tick,
+                .stamp_ns = s->now_ns,
+                .latest_pose_ns = s->latest_pose_ns,
+                .step = s->latest_step,
+                .snapshot = b->snapshot,
+                .closing = b->closing,
+                .part = i,
+                .parts = parts,
+                .stream = to->name}};
         fill(&scratch, b->events + first, (uint32_t)n, &m.event_batch);
         to->link->ops->publish(to->link, &m);
     }

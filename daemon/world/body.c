@@ -58,17 +58,35 @@ static bool is_body(const world *w, uint32_t id)
     return id < w->bodies.count && w->bodies.at[id].used && !w->bodies.at[id].ghost;
 }
 
-const char *world_body_name(const world *w, uint32_t id) { return is_body(w, id) ? w->bodies.at[id].name : NULL; }
-pose world_body_pose(const world *w, uint32_t id) { return is_body(w, id) ? w->bodies.at[id].pose : POSE_IDENTITY; }
-int64_t world_body_stamp_ns(const world *w, uint32_t id) { return is_body(w, id) ? w->bodies.at[id].stamp_ns : 0; }
+const char *world_body_name(const world *w, uint32_t id)
+{
+    return is_body(w, id) ? w->bodies.at[id].name : NULL;
+}
+pose world_body_pose(const world *w, uint32_t id)
+{
+    return is_body(w, id) ? w->bodies.at[id].pose : POSE_IDENTITY;
+}
+int64_t world_body_stamp_ns(const world *w, uint32_t id)
+{
+    return is_body(w, id) ? w->bodies.at[id].stamp_ns : 0;
+}
 
 world_status world_get_body(const world *w, uint32_t id, world_body *out, world_shape *shapes)
 {
     if (!is_body(w, id)) return WORLD_UNKNOWN_ID;
     const body *b = &w->bodies.at[id];
-    *out = (world_body){.name = b->name, .group = b->group, .fixed = b->fixed, .category = b->category, .mask = b->mask,
-        .deadline_ns = b->deadline_ns, .stamp_ns = b->stamp_ns, .pose = b->pose, .shapes = shapes,
-        .shape_count = b->shape_count, .rules = b->rules, .rule_count = b->rule_count};
+    *out = (world_body){.name = b->name,
+        .group = b->group,
+        .fixed = b->fixed,
+        .category = b->category,
+        .mask = b->mask,
+        .deadline_ns = b->deadline_ns,
+        .stamp_ns = b->stamp_ns,
+        .pose = b->pose,
+        .shapes = shapes,
+        .shape_count = b->shape_count,
+        .rules = b->rules,
+        .rule_count = b->rule_count};
     for (size_t i = 0; shapes && i < b->shape_count; i++) {
         const solid *s = &w->solids.at[b->shapes[i]];
         shapes[i] = (world_shape){s->shape, s->local};
@@ -114,9 +132,13 @@ static void add_shapes(world *w, uint32_t id, const world_body *def)
         uint32_t s = id_pool_take(&w->solid_ids);
         array_reserve(&w->solids, s + 1);
         if (s >= w->solids.count) w->solids.count = s + 1;
-        w->solids.at[s] = (solid){.shape = def->shapes[i].shape, .local = def->shapes[i].local,
-            .world = pose_mul(b->pose, def->shapes[i].local), .reach = shape_reach(&def->shapes[i].shape), .body = id,
-            .index = (int32_t)i, .used = true};
+        w->solids.at[s] = (solid){.shape = def->shapes[i].shape,
+            .local = def->shapes[i].local,
+            .world = pose_mul(b->pose, def->shapes[i].local),
+            .reach = shape_reach(&def->shapes[i].shape),
+            .body = id,
+            .index = (int32_t)i,
+            .used = true};
         b->shapes[i] = s;
     }
 }

@@ -1,8 +1,9 @@
-/* events: what the outcomes of a tick mean to each interest: begin, update, end, near, far, unknown, known. Tick thread.
+/* events: what the outcomes of a tick mean to each interest: begin, update, end, near, far, unknown, known. Tick
+ * thread.
  *
  * Pairs are walked in the order of their solids' ids and interests by theirs, so ids and order of events follow from
- * the commands. A contact id has exactly one begin and one end: it is taken in `begin_or_end_touch` and given up there, or in
- * `end_watch` when the pair or the interest goes. */
+ * the commands. A contact id has exactly one begin and one end: it is taken in `begin_or_end_touch` and given up there,
+ * or in `end_watch` when the pair or the interest goes. */
 #include "state.h"
 
 #include <stdlib.h>
@@ -54,7 +55,10 @@ static void emit(world *w, uint32_t id, const world_event *e, uint8_t kind, uint
     w->figures.events++;
 }
 
-static vec3 to_world(const solid *s, vec3 point_in_s) { return pose_point(s->world, point_in_s); }
+static vec3 to_world(const solid *s, vec3 point_in_s)
+{
+    return pose_point(s->world, point_in_s);
+}
 
 static void turn_round(world_event *e)
 {
@@ -84,9 +88,17 @@ static void fill(const world *w, const pair *p, const narrow_result *r, uint32_t
 {
     const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
     const body *x = &w->bodies.at[a->body], *y = &w->bodies.at[b->body];
-    *e = (world_event){.name_a = x->name, .name_b = y->name, .shape_a = a->index, .shape_b = b->index, .lo = r->lo,
-        .hi = r->hi, .axis = quat_rotate(a->world.q, r->axis), .point_a = to_world(a, r->point_a),
-        .point_b = to_world(a, r->point_b), .age_a_ns = body_age_ns(w, x), .age_b_ns = body_age_ns(w, y),
+    *e = (world_event){.name_a = x->name,
+        .name_b = y->name,
+        .shape_a = a->index,
+        .shape_b = b->index,
+        .lo = r->lo,
+        .hi = r->hi,
+        .axis = quat_rotate(a->world.q, r->axis),
+        .point_a = to_world(a, r->point_a),
+        .point_b = to_world(a, r->point_b),
+        .age_a_ns = body_age_ns(w, x),
+        .age_b_ns = body_age_ns(w, y),
         .manifold = r->manifold};
     for (uint32_t i = 0; i < e->manifold.count; i++)
         e->manifold.points[i].point = to_world(a, e->manifold.points[i].point);
@@ -109,7 +121,10 @@ static uint32_t add_watch(world *w, uint32_t pair_id, uint32_t interest_id)
     if (id >= w->watches.count) w->watches.count = id + 1;
     watch *v = &w->watches.at[id];
     interest *i = &w->interests.at[interest_id];
-    *v = (watch){.used = true, .pair = pair_id, .interest = interest_id, .interest_next = i->first_watch,
+    *v = (watch){.used = true,
+        .pair = pair_id,
+        .interest = interest_id,
+        .interest_next = i->first_watch,
         .interest_prev = WORLD_NONE};
     if (i->first_watch != WORLD_NONE) w->watches.at[i->first_watch].interest_prev = id;
     i->first_watch = id;
@@ -154,7 +169,10 @@ void events_pair_ended(world *w, uint32_t pair_id, uint8_t cause)
 
 /* ---- what an outcome means ---- */
 
-static bool may_update(const world *w, const interest *i) { return !i->period_ns || w->now_ns >= i->next_update_ns; }
+static bool may_update(const world *w, const interest *i)
+{
+    return !i->period_ns || w->now_ns >= i->next_update_ns;
+}
 
 static void update(world *w, uint32_t id, uint8_t kind, int64_t contact)
 {
@@ -232,7 +250,8 @@ void events_of_active(world *w)
         for (size_t word = 0; word < w->words; word++) {
             uint64_t bits = interest_word(w, &w->bodies.at[a->body], &w->bodies.at[b->body], word);
             for (; bits; bits &= bits - 1)
-                tell(w, id, &w->results.at[w->outcomes.at[k].result], (uint32_t)(word * 64) + (uint32_t)__builtin_ctzll(bits));
+                tell(w, id, &w->results.at[w->outcomes.at[k].result],
+                    (uint32_t)(word * 64) + (uint32_t)__builtin_ctzll(bits));
         }
     }
 }
@@ -242,8 +261,14 @@ void events_of_active(world *w)
 static void emit_whole_body(world *w, uint32_t body_id, uint32_t interest, uint8_t kind, uint8_t cause)
 {
     const body *b = &w->bodies.at[body_id];
-    world_event e = {.name_a = b->name, .name_b = "*", .shape_a = -1, .shape_b = -1, .lo = -INFINITY, .hi = INFINITY,
-        .age_a_ns = body_age_ns(w, b), .age_b_ns = -1};
+    world_event e = {.name_a = b->name,
+        .name_b = "*",
+        .shape_a = -1,
+        .shape_b = -1,
+        .lo = -INFINITY,
+        .hi = INFINITY,
+        .age_a_ns = body_age_ns(w, b),
+        .age_b_ns = -1};
     emit(w, interest, &e, kind, cause, 0);
 }
 
@@ -280,7 +305,8 @@ static void tell_watches_unknown(world *w, uint32_t solid_id)
     broad_each_pair_of(w->broad, solid_id, list_pair, &list);
     if (list.pairs.count) qsort(list.pairs.at, list.pairs.count, sizeof *list.pairs.at, compare_u32);
     for (size_t i = 0; i < list.pairs.count; i++) {
-        for (uint32_t id = w->pairs.at[list.pairs.at[i]].first_watch; id != WORLD_NONE; id = w->watches.at[id].pair_next) {
+        for (uint32_t id = w->pairs.at[list.pairs.at[i]].first_watch; id != WORLD_NONE;
+             id = w->watches.at[id].pair_next) {
             watch *v = &w->watches.at[id];
             if (v->unknown) continue;
             v->unknown = true;
@@ -354,7 +380,8 @@ static void snapshot(world *w, uint32_t id)
     interest *i = &w->interests.at[id];
     size_t kept = 0;
     for (size_t k = 0; k < i->events.count; k++)
-        if (i->events.at[k].kind == EVENT_END || i->events.at[k].kind == EVENT_FAR) i->events.at[kept++] = i->events.at[k];
+        if (i->events.at[k].kind == EVENT_END || i->events.at[k].kind == EVENT_FAR)
+            i->events.at[kept++] = i->events.at[k];
     i->events.count = kept;
     for (uint32_t v = i->first_watch; v != WORLD_NONE; v = w->watches.at[v].interest_next) {
         watch *at = &w->watches.at[v];
@@ -367,7 +394,8 @@ static void snapshot(world *w, uint32_t id)
         qsort(i->events.at + kept, i->events.count - kept, sizeof *i->events.at, compare_events);
     for (uint32_t v = i->first_watch; v != WORLD_NONE; v = w->watches.at[v].interest_next) {
         const watch *at = &w->watches.at[v];
-        if (at->unknown) emit(w, id, &at->last, EVENT_UNKNOWN, CAUSE_SNAPSHOT, at->touch_id ? at->touch_id : at->near_id);
+        if (at->unknown)
+            emit(w, id, &at->last, EVENT_UNKNOWN, CAUSE_SNAPSHOT, at->touch_id ? at->touch_id : at->near_id);
     }
     if (!w->figures.stale_bodies) return;
     uint64_t mask = (uint64_t)1 << (id & 63);
@@ -414,8 +442,11 @@ void events_collect(world *w, world_batches *out)
     for (uint32_t id = 0; id < w->interests.count; id++) {
         interest *i = &w->interests.at[id];
         if (!i->used || !(i->events.count || i->snapshot || i->closing)) continue;
-        array_push(&w->batches, ((world_batch){.interest = id, .snapshot = i->snapshot && !i->closing,
-                                    .closing = i->closing, .events = i->events.at, .count = i->events.count}));
+        array_push(&w->batches, ((world_batch){.interest = id,
+                                    .snapshot = i->snapshot && !i->closing,
+                                    .closing = i->closing,
+                                    .events = i->events.at,
+                                    .count = i->events.count}));
         i->snapshot = false;
     }
     *out = (world_batches){.at = w->batches.at, .count = w->batches.count, .hash = w->hash};

@@ -11,9 +11,13 @@ static void set_bit(uint64_t *words, uint32_t bit, bool on)
     words[bit >> 6] = on ? words[bit >> 6] | mask : words[bit >> 6] & ~mask;
 }
 
-static bool get_bit(const uint64_t *words, uint32_t bit) { return words[bit >> 6] >> (bit & 63) & 1; }
+static bool get_bit(const uint64_t *words, uint32_t bit)
+{
+    return words[bit >> 6] >> (bit & 63) & 1;
+}
 
-/* The boxes of both bodies of a pair are widened by half of what is asked of it, so that together they never miss it. */
+/* The boxes of both bodies of a pair are widened by half of what is asked of it, so that together they never miss it.
+ */
 static double half_range(const interest *i)
 {
     double most = 0;
@@ -135,8 +139,13 @@ world_status world_get_interest(const world *w, uint32_t id, world_interest *out
 {
     if (id >= w->interests.count || !w->interests.at[id].used || w->interests.at[id].closing) return WORLD_UNKNOWN_ID;
     const interest *i = &w->interests.at[id];
-    *out = (world_interest){.facts = i->facts, .select_a = i->select_a, .select_b = i->select_b,
-        .threshold = i->threshold, .range = i->range, .tolerance = i->tolerance, .period_ns = i->period_ns};
+    *out = (world_interest){.facts = i->facts,
+        .select_a = i->select_a,
+        .select_b = i->select_b,
+        .threshold = i->threshold,
+        .range = i->range,
+        .tolerance = i->tolerance,
+        .period_ns = i->period_ns};
     return WORLD_OK;
 }
 

@@ -108,8 +108,8 @@ static void decide_fully(void *context, size_t begin, size_t end, unsigned worke
         narrow_cache cold = {.lower = 0};
         narrow_result *r = &w->results.at[k];
         narrow_query(&a->shape, &b->shape, &b_in_a, &d.request, &cold, w->scratch[worker], r);
-        p->cache = (narrow_cache){.axis = r->axis, .b_in_a = b_in_a, .lower = r->lo, .hint_a = p->cache.hint_a,
-            .hint_b = p->cache.hint_b};
+        p->cache = (narrow_cache){
+            .axis = r->axis, .b_in_a = b_in_a, .lower = r->lo, .hint_a = p->cache.hint_a, .hint_b = p->cache.hint_b};
         out->rung = RUNG_OF_METHOD[r->method];
         out->result = (uint32_t)k;
     }

@@ -1,4 +1,5 @@
-/* pair: which pairs exist, and which ones a tick has to decide again: only those of bodies that changed. Tick thread. */
+/* pair: which pairs exist, and which ones a tick has to decide again: only those of bodies that changed. Tick thread.
+ */
 #include "filter.h"
 #include "state.h"
 
@@ -35,7 +36,10 @@ bool pair_accept(void *context, uint32_t a, uint32_t b)
     return x != y && interest_wants(w, x, y) && !pair_filtered(x, y, &rule, &why);
 }
 
-uint32_t pair_find(const world *w, uint32_t a, uint32_t b) { return pair_map_get(&w->pair_of, pair_key(a, b)); }
+uint32_t pair_find(const world *w, uint32_t a, uint32_t b)
+{
+    return pair_map_get(&w->pair_of, pair_key(a, b));
+}
 
 static void begin(world *w, uint32_t a, uint32_t b)
 {
@@ -43,8 +47,7 @@ static void begin(world *w, uint32_t a, uint32_t b)
     array_reserve(&w->pairs, id + 1);
     if (id >= w->pairs.count) w->pairs.count = id + 1;
     bool in_order = narrow_ordered(&w->solids.at[a].shape, a, &w->solids.at[b].shape, b);
-    w->pairs.at[id] =
-        (pair){.a = in_order ? a : b, .b = in_order ? b : a, .first_watch = WORLD_NONE, .used = true};
+    w->pairs.at[id] = (pair){.a = in_order ? a : b, .b = in_order ? b : a, .first_watch = WORLD_NONE, .used = true};
     pair_map_put(&w->pair_of, pair_key(a, b), id);
     w->figures.pairs++;
 }

@@ -7,9 +7,15 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-static bool alive(const world *w, uint32_t id) { return id < w->bodies.count && w->bodies.at[id].used && !w->bodies.at[id].ghost; }
+static bool alive(const world *w, uint32_t id)
+{
+    return id < w->bodies.count && w->bodies.at[id].used && !w->bodies.at[id].ghost;
+}
 
-static int64_t older(int64_t a, int64_t b) { return a > b ? a : b; }
+static int64_t older(int64_t a, int64_t b)
+{
+    return a > b ? a : b;
+}
 
 static void world_of_result(const solid *origin, const narrow_result *r, world_hit *hit)
 {
@@ -24,8 +30,8 @@ static void world_of_result(const solid *origin, const narrow_result *r, world_h
 
 static narrow_result between(const world *w, const solid *a, const solid *b, double tolerance)
 {
-    narrow_request request = {.facts = NARROW_DISTANCE, .tolerance = tolerance, .range = INFINITY,
-        .engine = w->options.engine};
+    narrow_request request = {
+        .facts = NARROW_DISTANCE, .tolerance = tolerance, .range = INFINITY, .engine = w->options.engine};
     narrow_result r;
     narrow_query_world(&a->shape, a->world, &b->shape, b->world, &request, w->scratch[0], &r);
     return r;
@@ -46,7 +52,8 @@ void world_query_distance(const world *w, uint32_t a, uint32_t b, double toleran
         }
     }
     best.lo = fmin(best.lo, least_lo);
-    best.age_ns = older(x->fixed || !x->stamp_ns ? -1 : now_ns - x->stamp_ns, y->fixed || !y->stamp_ns ? -1 : now_ns - y->stamp_ns);
+    best.age_ns = older(
+        x->fixed || !x->stamp_ns ? -1 : now_ns - x->stamp_ns, y->fixed || !y->stamp_ns ? -1 : now_ns - y->stamp_ns);
     best.stale = x->stale || y->stale;
     array_push(out, best);
 }
@@ -59,7 +66,7 @@ typedef struct ray {
     const world *w;
     vec3 from, direction; /* unit */
     double tolerance;
-    double length;        /* nothing beyond is of interest: shrinks with each hit */
+    double length; /* nothing beyond is of interest: shrinks with each hit */
     int64_t now_ns;
     world_hit best;
     bool found;
@@ -79,7 +86,8 @@ static bool ray_shape(const ray *r, const solid *s, world_hit *hit)
         pose at = {vec_madd(r->from, t, r->direction), {1, 0, 0, 0}};
         narrow_query_world(&tip, at, &s->shape, s->world, &request, r->w->scratch[0], &n);
         if (n.lo <= r->tolerance) {
-            *hit = (world_hit){.lo = t, .hi = t + fmax(n.hi, 0), .axis = vec_neg(n.axis), .point_a = at.p, .point_b = at.p};
+            *hit = (world_hit){
+                .lo = t, .hi = t + fmax(n.hi, 0), .axis = vec_neg(n.axis), .point_a = at.p, .point_b = at.p};
             return true;
         }
         double towards = vec_dot(n.axis, r->direction);
@@ -110,11 +118,15 @@ static bool ray_visit(void *context, uint32_t proxy)
     return true;
 }
 
-void world_query_ray(const world *w, vec3 origin, vec3 direction, double length, double tolerance, int64_t now_ns,
-    world_hits *out)
+void world_query_ray(
+    const world *w, vec3 origin, vec3 direction, double length, double tolerance, int64_t now_ns, world_hits *out)
 {
-    ray r = {.w = w, .from = origin, .direction = vec_unit(direction), .length = length,
-        .tolerance = tolerance > 0 ? tolerance : 1e-9, .now_ns = now_ns};
+    ray r = {.w = w,
+        .from = origin,
+        .direction = vec_unit(direction),
+        .length = length,
+        .tolerance = tolerance > 0 ? tolerance : 1e-9,
+        .now_ns = now_ns};
     broad_query_ray(w->broad, origin, r.direction, length, ray_visit, &r);
     if (r.found) array_push(out, r.best);
 }
@@ -139,9 +151,15 @@ static bool box_visit(void *context, uint32_t proxy)
     narrow_result r;
     narrow_query_world(&q->box, q->at, &s->shape, s->world, &request, q->w->scratch[0], &r);
     if (r.lo > 0) return true;
-    world_hit hit = {.body_a = s->body, .body_b = WORLD_NONE, .lo = r.lo, .hi = r.hi, .axis = r.axis,
-        .point_a = vec_add(r.point_a, q->at.p), .point_b = vec_add(r.point_b, q->at.p),
-        .age_ns = b->fixed || !b->stamp_ns ? -1 : q->now_ns - b->stamp_ns, .stale = b->stale};
+    world_hit hit = {.body_a = s->body,
+        .body_b = WORLD_NONE,
+        .lo = r.lo,
+        .hi = r.hi,
+        .axis = r.axis,
+        .point_a = vec_add(r.point_a, q->at.p),
+        .point_b = vec_add(r.point_b, q->at.p),
+        .age_ns = b->fixed || !b->stamp_ns ? -1 : q->now_ns - b->stamp_ns,
+        .stale = b->stale};
     array_push(q->out, hit);
     return true;
 }
@@ -165,8 +183,8 @@ static void one_a_body(world_hits *hits, size_t first)
 void world_query_box(const world *w, pose at, vec3 half, int64_t now_ns, world_hits *out)
 {
     size_t first = out->count;
-    box_search q = {.w = w, .box = {.type = SHAPE_BOX, .half = half}, .at = {at.p, quat_unit(at.q)}, .now_ns = now_ns,
-        .out = out};
+    box_search q = {
+        .w = w, .box = {.type = SHAPE_BOX, .half = half}, .at = {at.p, quat_unit(at.q)}, .now_ns = now_ns, .out = out};
     broad_query_box(w->broad, shape_bounds(&q.box, q.at), box_visit, &q);
     if (out->count > first) qsort(out->at + first, out->count - first, sizeof *out->at, compare_hits);
     one_a_body(out, first);
@@ -177,7 +195,10 @@ void world_query_bodies(const world *w, const char *pattern, int64_t now_ns, wor
     for (uint32_t id = 0; id < w->bodies.count; id++) {
         const body *b = &w->bodies.at[id];
         if (!alive(w, id) || !filter_matches(pattern, b->name, b->group)) continue;
-        array_push(out, ((world_hit){.body_a = id, .body_b = WORLD_NONE, .point_a = b->pose.p, .stale = b->stale,
+        array_push(out, ((world_hit){.body_a = id,
+                            .body_b = WORLD_NONE,
+                            .point_a = b->pose.p,
+                            .stale = b->stale,
                             .age_ns = b->fixed || !b->stamp_ns ? -1 : now_ns - b->stamp_ns}));
     }
 }
@@ -242,7 +263,8 @@ int world_explain(const world *w, uint32_t a, uint32_t b, int64_t now_ns, char *
     for (int i = 0; i < 2; i++) {
         const body *one = i ? y : x;
         if (one->stale)
-            line(&l, "%s is unknown: its pose is %s\n", one->name, one->held ? "held, its owner is lost" : "past its deadline");
+            line(&l, "%s is unknown: its pose is %s\n", one->name,
+                one->held ? "held, its owner is lost" : "past its deadline");
         else if (!one->fixed && one->stamp_ns)
             line(&l, "%s: pose is %.3f s old\n", one->name, (double)(now_ns - one->stamp_ns) * 1e-9);
     }

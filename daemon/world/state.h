@@ -16,16 +16,16 @@
 typedef struct body {
     char *name, *group;
     bool used, fixed, ghost;
-    bool dirty;      /* in world.dirty: its boxes are put again in the next tick */
-    bool refilter;   /* so are its filters */
-    bool moved;      /* this tick: its pairs are decided again */
+    bool dirty;    /* in world.dirty: its boxes are put again in the next tick */
+    bool refilter; /* so are its filters */
+    bool moved;    /* this tick: its pairs are decided again */
     bool held, stale, was_stale;
     uint8_t ghost_cause;
     uint64_t category, mask;
     int64_t deadline_ns, stamp_ns, expiry_ns; /* INT64_MAX: never stale */
     pose pose;
-    double step;     /* m, how far any of its points moved with the last pose: the fat box grows by it */
-    double widen;    /* m, half of the farthest range that an interest wants of it */
+    double step;  /* m, how far any of its points moved with the last pose: the fat box grows by it */
+    double widen; /* m, half of the farthest range that an interest wants of it */
     uint32_t *shapes;
     size_t shape_count;
     filter_rule *rules;
@@ -36,18 +36,18 @@ typedef struct body {
 typedef struct solid { /* a shape of a body: the broad phase's proxy under the same id */
     shape shape;
     pose local, world;
-    double reach;    /* of the shape about its own origin */
+    double reach; /* of the shape about its own origin */
     uint32_t body;
-    int32_t index;   /* in the body */
+    int32_t index; /* in the body */
     bool used, ghost;
 } solid;
 
 typedef struct watch {
     uint32_t pair, interest;
-    uint32_t pair_next;                 /* of the same pair, by rising interest */
+    uint32_t pair_next; /* of the same pair, by rising interest */
     uint32_t interest_next, interest_prev;
-    int64_t touch_id, near_id;          /* 0 = not */
-    bool used, unknown, dirty;          /* dirty: an update that the rate held back */
+    int64_t touch_id, near_id; /* 0 = not */
+    bool used, unknown, dirty; /* dirty: an update that the rate held back */
     world_event last;
 } watch;
 
@@ -73,8 +73,8 @@ typedef struct interest {
 
 typedef struct outcome { /* of one active pair in one tick */
     uint8_t rung;
-    bool settled;           /* no result: proven to be beyond everything that anybody asked, or unknown */
-    uint32_t result;        /* index into world.results otherwise */
+    bool settled;    /* no result: proven to be beyond everything that anybody asked, or unknown */
+    uint32_t result; /* index into world.results otherwise */
 } outcome;
 
 struct world {
@@ -89,34 +89,34 @@ struct world {
     ARRAY(pair) pairs;
     ARRAY(watch) watches;
     id_pool body_ids, solid_ids, interest_ids, pair_ids, watch_ids;
-    pair_map pair_of;      /* key of two solids -> pair */
-    pair_map names;        /* hash of a name -> body; colliding hashes are probed on with the next key */
-    size_t words;          /* of 64 interests */
+    pair_map pair_of; /* key of two solids -> pair */
+    pair_map names;   /* hash of a name -> body; colliding hashes are probed on with the next key */
+    size_t words;     /* of 64 interests */
 
-    ARRAY(uint32_t) dirty;     /* bodies to be put into the broad phase */
-    ARRAY(uint32_t) ghosts;    /* removed since the last tick */
-    ARRAY(uint32_t) reap;      /* removed before it: ids free at the next */
+    ARRAY(uint32_t) dirty;  /* bodies to be put into the broad phase */
+    ARRAY(uint32_t) ghosts; /* removed since the last tick */
+    ARRAY(uint32_t) reap;   /* removed before it: ids free at the next */
     ARRAY(uint32_t) ghost_solids, reap_solids;
     ARRAY(char *) ghost_names, reap_names; /* of bodies that were renamed: their last events point to them */
-    ARRAY(uint32_t) stale_now; /* bodies that became stale in this tick */
-    ARRAY(uint32_t) fresh_now; /* and those that are known again */
-    ARRAY(uint64_t) active;    /* keys of the pairs to be decided, sorted ... */
-    ARRAY(uint32_t) active_pairs; /* ... and their pairs, in that order */
+    ARRAY(uint32_t) stale_now;             /* bodies that became stale in this tick */
+    ARRAY(uint32_t) fresh_now;             /* and those that are known again */
+    ARRAY(uint64_t) active;                /* keys of the pairs to be decided, sorted ... */
+    ARRAY(uint32_t) active_pairs;          /* ... and their pairs, in that order */
     ARRAY(outcome) outcomes;
-    ARRAY(uint32_t) open;      /* active pairs that need the narrow phase */
+    ARRAY(uint32_t) open; /* active pairs that need the narrow phase */
     ARRAY(narrow_result) results;
     ARRAY(world_batch) batches;
 
     int64_t now_ns;
     int64_t next_expiry_ns;
-    int64_t serial;        /* of contacts */
+    int64_t serial; /* of contacts */
     bool changed;
     uint64_t hash;
     world_figures figures;
 };
 
 /* body.c */
-void body_settle_dirty(world *w);              /* new boxes and filters into the broad phase */
+void body_settle_dirty(world *w); /* new boxes and filters into the broad phase */
 void body_reap(world *w);
 void body_find_stale(world *w);
 int64_t body_age_ns(const world *w, const body *b);

@@ -154,9 +154,15 @@ int64_t world_next_due_ns(const world *w)
     return due;
 }
 
-bool world_changed(const world *w) { return w->changed; }
+bool world_changed(const world *w)
+{
+    return w->changed;
+}
 
-world_figures world_get_figures(const world *w) { return w->figures; }
+world_figures world_get_figures(const world *w)
+{
+    return w->figures;
+}
 
 const char *world_rung_name(world_rung rung)
 {

@@ -21,10 +21,10 @@ typedef struct world world;
 enum { WORLD_NONE = UINT32_MAX };
 
 typedef struct world_options {
-    unsigned workers;      /* threads of the narrow phase, the caller's included */
+    unsigned workers; /* threads of the narrow phase, the caller's included */
     narrow_engine engine;
-    bool caches;           /* off: every pair is decided from nothing; the events are the same (a test) */
-    double margin;         /* fat boxes grow by this share of the shape's reach, and by its last step */
+    bool caches;   /* off: every pair is decided from nothing; the events are the same (a test) */
+    double margin; /* fat boxes grow by this share of the shape's reach, and by its last step */
 } world_options;
 world_options world_options_default(void);
 
@@ -36,8 +36,8 @@ typedef enum world_status { WORLD_OK, WORLD_NAME_TAKEN, WORLD_UNKNOWN_ID } world
 /* ---- bodies ---- */
 
 typedef struct world_shape {
-    shape shape;  /* checked by shape_check; its hull outlives the body by one tick */
-    pose local;   /* in the body's frame */
+    shape shape; /* checked by shape_check; its hull outlives the body by one tick */
+    pose local;  /* in the body's frame */
 } world_shape;
 
 typedef struct filter_rule {
@@ -51,8 +51,8 @@ typedef struct world_body { /* copied, but for hulls */
     const char *group;      /* "" = none */
     bool fixed;             /* not checked against other fixed bodies */
     uint64_t category, mask;
-    int64_t deadline_ns;    /* 0 = never stale */
-    int64_t stamp_ns;       /* of the pose; 0 = unknown */
+    int64_t deadline_ns; /* 0 = never stale */
+    int64_t stamp_ns;    /* of the pose; 0 = unknown */
     pose pose;
     const world_shape *shapes;
     size_t shape_count;
@@ -74,8 +74,8 @@ uint32_t world_find_body(const world *w, const char *name); /* WORLD_NONE */
 const char *world_body_name(const world *w, uint32_t id);   /* NULL if unknown */
 pose world_body_pose(const world *w, uint32_t id);
 int64_t world_body_stamp_ns(const world *w, uint32_t id);
-/* The definition as it is now, with the newest pose; `shapes` has room for shape_count of them (0: ask with NULL). Texts
- * and rules are the world's own, until the next call that changes it. */
+/* The definition as it is now, with the newest pose; `shapes` has room for shape_count of them (0: ask with NULL).
+ * Texts and rules are the world's own, until the next call that changes it. */
 world_status world_get_body(const world *w, uint32_t id, world_body *out, world_shape *shapes);
 
 /* ---- interests ---- */
@@ -85,10 +85,10 @@ typedef enum world_fact { WORLD_TOUCH = 1, WORLD_DISTANCE = 2, WORLD_MANIFOLD = 
 typedef struct world_interest {
     unsigned facts;
     const char *select_a, *select_b; /* as filter_rule.pattern; copied */
-    double threshold;   /* m; contact = lower bound of the signed distance at or below it: never missed */
-    double range;       /* m; with WORLD_DISTANCE */
-    double tolerance;   /* m */
-    int64_t period_ns;  /* updates at most so often; 0 = each tick */
+    double threshold;                /* m; contact = lower bound of the signed distance at or below it: never missed */
+    double range;                    /* m; with WORLD_DISTANCE */
+    double tolerance;                /* m */
+    int64_t period_ns;               /* updates at most so often; 0 = each tick */
 } world_interest;
 
 /* Its next batch is a snapshot. */
@@ -101,18 +101,31 @@ world_status world_get_interest(const world *w, uint32_t id, world_interest *out
 /* ---- the tick ---- */
 
 typedef enum event_kind { /* numbers as on the wire */
-    EVENT_BEGIN = 1, EVENT_UPDATE, EVENT_END, EVENT_NEAR, EVENT_FAR, EVENT_UNKNOWN, EVENT_KNOWN
+    EVENT_BEGIN = 1,
+    EVENT_UPDATE,
+    EVENT_END,
+    EVENT_NEAR,
+    EVENT_FAR,
+    EVENT_UNKNOWN,
+    EVENT_KNOWN
 } event_kind;
 
 typedef enum event_cause { /* numbers as on the wire */
-    CAUSE_MOTION, CAUSE_REMOVED, CAUSE_OWNER_LOST, CAUSE_FILTER, CAUSE_SHAPE, CAUSE_INTEREST, CAUSE_SHUTDOWN,
-    CAUSE_STALE, CAUSE_SNAPSHOT
+    CAUSE_MOTION,
+    CAUSE_REMOVED,
+    CAUSE_OWNER_LOST,
+    CAUSE_FILTER,
+    CAUSE_SHAPE,
+    CAUSE_INTEREST,
+    CAUSE_SHUTDOWN,
+    CAUSE_STALE,
+    CAUSE_SNAPSHOT
 } event_cause;
 
 typedef struct world_event {
     uint8_t kind, cause;
-    int32_t shape_a, shape_b;   /* index in the body; -1: the whole body */
-    int64_t contact;            /* id: of the contact, or of the nearness; 0: a whole body is unknown */
+    int32_t shape_a, shape_b;    /* index in the body; -1: the whole body */
+    int64_t contact;             /* id: of the contact, or of the nearness; 0: a whole body is unknown */
     const char *name_a, *name_b; /* "*" for any other body */
     double lo, hi;
     vec3 axis, point_a, point_b; /* world frame */
@@ -136,7 +149,8 @@ typedef struct world_batches { /* in the order of interest ids; valid until the 
 
 void world_tick(world *w, int64_t now_ns, world_batches *out);
 
-/* When the next tick is due although nothing came: a deadline, or an update that the rate held back. INT64_MAX: never. */
+/* When the next tick is due although nothing came: a deadline, or an update that the rate held back. INT64_MAX: never.
+ */
 int64_t world_next_due_ns(const world *w);
 bool world_changed(const world *w); /* something was put, moved or removed since the last tick */
 
@@ -157,9 +171,10 @@ typedef struct world_hits { /* the caller's; freed with free(at) */
 
 /* The least signed distance of the shapes of two bodies, within `tolerance`. */
 void world_query_distance(const world *w, uint32_t a, uint32_t b, double tolerance, int64_t now_ns, world_hits *out);
-/* The first body that the ray meets within `length` (may be INFINITY); lo and hi bracket the length of the free part. */
-void world_query_ray(const world *w, vec3 origin, vec3 direction, double length, double tolerance, int64_t now_ns,
-    world_hits *out);
+/* The first body that the ray meets within `length` (may be INFINITY); lo and hi bracket the length of the free part.
+ */
+void world_query_ray(
+    const world *w, vec3 origin, vec3 direction, double length, double tolerance, int64_t now_ns, world_hits *out);
 /* Every body that overlaps a box, in the order of ids. */
 void world_query_box(const world *w, pose at, vec3 half, int64_t now_ns, world_hits *out);
 /* Every body whose name matches, in the order of ids: point_a = position. */
@@ -170,16 +185,24 @@ int world_explain(const world *w, uint32_t a, uint32_t b, int64_t now_ns, char *
 /* ---- figures ---- */
 
 typedef enum world_rung { /* who settled a pair: counted, cumulative */
-    RUNG_UNKNOWN, RUNG_MOTION_BOUND, RUNG_CACHED_AXIS, RUNG_CLOSED_FORM, RUNG_GJK, RUNG_EPA, RUNG_SAT, RUNG_CCD,
-    RUNG_MPR, RUNG_COUNT
+    RUNG_UNKNOWN,
+    RUNG_MOTION_BOUND,
+    RUNG_CACHED_AXIS,
+    RUNG_CLOSED_FORM,
+    RUNG_GJK,
+    RUNG_EPA,
+    RUNG_SAT,
+    RUNG_CCD,
+    RUNG_MPR,
+    RUNG_COUNT
 } world_rung;
 const char *world_rung_name(world_rung rung);
 
 typedef struct world_figures {
     size_t bodies, shapes, interests, pairs, contacts, stale_bodies; /* now */
-    uint64_t ticks, moves, pair_ticks;      /* cumulative */
+    uint64_t ticks, moves, pair_ticks;                               /* cumulative */
     uint64_t rungs[RUNG_COUNT];
-    uint64_t narrow_queries;                /* full ones */
+    uint64_t narrow_queries; /* full ones */
     uint64_t manifolds, wide, peer_failures;
     uint64_t events;
 } world_figures;

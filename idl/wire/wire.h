@@ -16,15 +16,15 @@ enum { WIRE_VERSION = 1 }; /* the first field of each message; others are refuse
 
 /* Limits: what is beyond is refused with WIRE_TOO_LARGE. */
 enum {
-    WIRE_NAME_MAX = 127,          /* bytes of a name, a group, a pattern or a stream */
-    WIRE_TEXT_MAX = 4095,         /* bytes of a reason, an explanation */
-    WIRE_SHAPES_MAX = 256,        /* shapes a body */
-    WIRE_RULES_MAX = 1024,        /* filter rules a body */
-    WIRE_POSES_MAX = 65536,       /* poses a batch */
-    WIRE_PIECE_MAX = 65536,       /* numbers in one piece of a geometry */
-    WIRE_GEOMETRY_MAX = 1 << 24,  /* numbers in a whole geometry */
-    WIRE_EVENTS_MAX = 65536,      /* events a batch */
-    WIRE_ANSWERS_MAX = 4096,      /* hits in one answer */
+    WIRE_NAME_MAX = 127,         /* bytes of a name, a group, a pattern or a stream */
+    WIRE_TEXT_MAX = 4095,        /* bytes of a reason, an explanation */
+    WIRE_SHAPES_MAX = 256,       /* shapes a body */
+    WIRE_RULES_MAX = 1024,       /* filter rules a body */
+    WIRE_POSES_MAX = 65536,      /* poses a batch */
+    WIRE_PIECE_MAX = 65536,      /* numbers in one piece of a geometry */
+    WIRE_GEOMETRY_MAX = 1 << 24, /* numbers in a whole geometry */
+    WIRE_EVENTS_MAX = 65536,     /* events a batch */
+    WIRE_ANSWERS_MAX = 4096,     /* hits in one answer */
     WIRE_COUNTERS_MAX = 1024
 };
 #define WIRE_POSITION_MAX 1e12 /* m, each coordinate */
@@ -84,11 +84,11 @@ typedef struct wire_client {
     int32_t version;
     int64_t client;
     int64_t sequence;
-    uint8_t removed;   /* 1: I leave, in order */
-    uint8_t on_loss;   /* what becomes of my bodies when I am lost: WIRE_LOST_REMOVE; _HOLD (they stay, and count as
-                          stale at once, until I am back); _KEEP (they stay as they are) */
-    int64_t lease_ns;  /* without a sign of life for this long, I am lost */
-    const char *name;  /* for people */
+    uint8_t removed;  /* 1: I leave, in order */
+    uint8_t on_loss;  /* what becomes of my bodies when I am lost: WIRE_LOST_REMOVE; _HOLD (they stay, and count as
+                         stale at once, until I am back); _KEEP (they stay as they are) */
+    int64_t lease_ns; /* without a sign of life for this long, I am lost */
+    const char *name; /* for people */
 } wire_client;
 
 enum { WIRE_GEOMETRY_HULL = 1, WIRE_GEOMETRY_MESH = 2, WIRE_GEOMETRY_HEIGHT_FIELD = 3 };
@@ -100,40 +100,43 @@ typedef struct wire_geometry {
     int64_t client;
     int64_t sequence;
     uint8_t removed;
-    uint8_t kind;            /* WIRE_GEOMETRY_* */
+    uint8_t kind; /* WIRE_GEOMETRY_* */
     int64_t hash;
-    int32_t vertex_numbers;  /* of the whole: numbers in all vertices (three a vertex) */
-    int32_t index_numbers;   /* of the whole: three a triangle; 0 for hulls; for a height field: 2 (columns, rows) */
-    int32_t piece;           /* this piece, from 0: the numbers from piece * WIRE_PIECE_MAX on, vertices first, then */
-    int32_t pieces;          /* indices. In so many pieces */
-    wire_f64s vertices;      /* m */
+    int32_t vertex_numbers; /* of the whole: numbers in all vertices (three a vertex) */
+    int32_t index_numbers;  /* of the whole: three a triangle; 0 for hulls; for a height field: 2 (columns, rows) */
+    int32_t piece;          /* this piece, from 0: the numbers from piece * WIRE_PIECE_MAX on, vertices first, then */
+    int32_t pieces;         /* indices. In so many pieces */
+    wire_f64s vertices;     /* m */
     wire_i32s indices;
 } wire_geometry;
 
 enum { WIRE_MOTION_MOVING = 0, WIRE_MOTION_FIXED = 1 };
 enum { WIRE_CCD_OFF = 0, WIRE_CCD_LINEAR = 1, WIRE_CCD_FULL = 2 };
-enum { WIRE_RULE_ALLOW = 0, WIRE_RULE_CHECK = 1 }; /* touching is allowed, so the pair is not looked at; it is checked */
+enum {
+    WIRE_RULE_ALLOW = 0,
+    WIRE_RULE_CHECK = 1
+}; /* touching is allowed, so the pair is not looked at; it is checked */
 
 /* Body: a rigid thing with one or more shapes, under a name that is unique in the world. */
 typedef struct wire_body {
     int32_t version;
     int64_t client;
     int64_t sequence;
-    int32_t body;             /* the client's own number for it, >= 0 */
+    int32_t body; /* the client's own number for it, >= 0 */
     uint8_t removed;
-    uint8_t motion;           /* WIRE_MOTION_*: fixed bodies are not checked against each other */
-    uint8_t ccd;              /* WIRE_CCD_* */
+    uint8_t motion; /* WIRE_MOTION_*: fixed bodies are not checked against each other */
+    uint8_t ccd;    /* WIRE_CCD_* */
     const char *name;
-    const char *group;        /* "" = none; interests and rules select by it ("group:NAME") */
-    int64_t category;         /* bits of what it is; a pair is checked when each one's mask has a bit of the other's */
-    int64_t mask;             /* bits of what it meets */
-    int64_t deadline_ns;      /* a pose older than this is stale: its pairs are unknown. 0 = never */
-    int64_t stamp_ns;         /* of `pose` */
-    wire_f64s pose;           /* 7 numbers: position, quaternion */
-    wire_u8s shape_types;     /* a shape each, as WIRE_SHAPE_* */
-    wire_f64s shape_sizes;    /* 3 a shape; see WIRE_SHAPE_* */
-    wire_f64s shape_radii;    /* 1 a shape: rounding; a sphere's or capsule's radius */
-    wire_f64s shape_poses;    /* 7 a shape, in the body's frame */
+    const char *group;     /* "" = none; interests and rules select by it ("group:NAME") */
+    int64_t category;      /* bits of what it is; a pair is checked when each one's mask has a bit of the other's */
+    int64_t mask;          /* bits of what it meets */
+    int64_t deadline_ns;   /* a pose older than this is stale: its pairs are unknown. 0 = never */
+    int64_t stamp_ns;      /* of `pose` */
+    wire_f64s pose;        /* 7 numbers: position, quaternion */
+    wire_u8s shape_types;  /* a shape each, as WIRE_SHAPE_* */
+    wire_f64s shape_sizes; /* 3 a shape; see WIRE_SHAPE_* */
+    wire_f64s shape_radii; /* 1 a shape: rounding; a sphere's or capsule's radius */
+    wire_f64s shape_poses; /* 7 a shape, in the body's frame */
     wire_i64s shape_geometries; /* 1 a shape: hash, 0 if it has none */
     wire_strings rule_patterns; /* ordered filter rules against other bodies: name patterns ('*', '?') or group:NAME; */
     wire_u8s rule_actions;      /* the first one that matches decides; WIRE_RULE_* */
@@ -157,13 +160,13 @@ typedef struct wire_pose_batch {
     int32_t version;
     int64_t client;
     int64_t sequence;
-    int64_t stamp_ns;      /* when these poses were true */
-    int64_t step;          /* the simulator's step, or 0 */
-    wire_i32s bodies;      /* n of the client's body numbers */
-    wire_f64s positions;   /* 3 n, m */
+    int64_t stamp_ns;       /* when these poses were true */
+    int64_t step;           /* the simulator's step, or 0 */
+    wire_i32s bodies;       /* n of the client's body numbers */
+    wire_f64s positions;    /* 3 n, m */
     wire_f64s orientations; /* 4 n */
-    wire_f64s linear;      /* 0 or 3 n, m/s, world frame */
-    wire_f64s angular;     /* 0 or 3 n, rad/s, world frame */
+    wire_f64s linear;       /* 0 or 3 n, m/s, world frame */
+    wire_f64s angular;      /* 0 or 3 n, rad/s, world frame */
 } wire_pose_batch;
 
 /* VertexBatch: new vertices of a deformable body. */
@@ -186,7 +189,7 @@ typedef struct wire_interest {
     int32_t version;
     int64_t client;
     int64_t sequence;
-    int32_t interest;     /* the client's own number for it, >= 0 */
+    int32_t interest; /* the client's own number for it, >= 0 */
     uint8_t removed;
     int32_t facts;        /* WIRE_FACT_* */
     const char *stream;   /* its name; "" = "<client as 16 hex digits>.<interest>". Letters, digits and . _ - : /
@@ -214,7 +217,7 @@ typedef struct wire_query {
     int32_t version;
     int64_t client;
     int64_t sequence;
-    uint8_t kind;          /* WIRE_QUERY_* */
+    uint8_t kind; /* WIRE_QUERY_* */
     const char *name_a;
     const char *name_b;
     wire_f64s origin;      /* 0 or 3 numbers, m, world */
@@ -223,7 +226,7 @@ typedef struct wire_query {
     wire_f64s direction;   /* 0 or 3; need not be unit */
     double length_m;       /* INFINITY is allowed */
     double tolerance_m;
-    int32_t most;          /* hits wanted at most; 0 = WIRE_ANSWERS_MAX */
+    int32_t most; /* hits wanted at most; 0 = WIRE_ANSWERS_MAX */
 } wire_query;
 
 enum { WIRE_ANSWER_OK = 0, WIRE_ANSWER_UNKNOWN_NAME = 1, WIRE_ANSWER_UNSUPPORTED = 2, WIRE_ANSWER_TRUNCATED = 3 };
@@ -231,79 +234,79 @@ enum { WIRE_ANSWER_OK = 0, WIRE_ANSWER_UNKNOWN_NAME = 1, WIRE_ANSWER_UNSUPPORTED
 /* Answer: arrays with one entry a hit. */
 typedef struct wire_answer {
     int32_t version;
-    int64_t client;     /* for whom */
-    int64_t sequence;   /* of the query */
+    int64_t client;   /* for whom */
+    int64_t sequence; /* of the query */
     int64_t epoch;
     int64_t tick;
-    uint8_t kind;       /* of the query */
-    uint8_t status;     /* WIRE_ANSWER_* */
-    const char *text;   /* explain: lines for people; otherwise what went wrong, or "" */
-    wire_strings names_a; /* the body (ray, box, nearest, bodies), or A */
-    wire_strings names_b; /* B, or empty strings */
-    wire_f64s lo;       /* signed distance (ray: along the ray), certified lower ... */
-    wire_f64s hi;       /* ... and upper bound */
-    wire_f64s axes;     /* 3 a hit: unit, from A to B, world; ray: the surface's normal */
-    wire_f64s points_a; /* 3 a hit, world; bodies: position */
-    wire_f64s points_b; /* 3 a hit, world */
+    uint8_t kind;           /* of the query */
+    uint8_t status;         /* WIRE_ANSWER_* */
+    const char *text;       /* explain: lines for people; otherwise what went wrong, or "" */
+    wire_strings names_a;   /* the body (ray, box, nearest, bodies), or A */
+    wire_strings names_b;   /* B, or empty strings */
+    wire_f64s lo;           /* signed distance (ray: along the ray), certified lower ... */
+    wire_f64s hi;           /* ... and upper bound */
+    wire_f64s axes;         /* 3 a hit: unit, from A to B, world; ray: the surface's normal */
+    wire_f64s points_a;     /* 3 a hit, world; bodies: position */
+    wire_f64s points_b;     /* 3 a hit, world */
     wire_f64s orientations; /* bodies: 4 a hit; otherwise empty */
-    wire_i64s ages_ns;  /* 1 a hit: age of the older pose that it rests on, -1 = not stamped */
-    wire_u8s stale;     /* 1 a hit: 1 = past the deadline, unknown */
+    wire_i64s ages_ns;      /* 1 a hit: age of the older pose that it rests on, -1 = not stamped */
+    wire_u8s stale;         /* 1 a hit: 1 = past the deadline, unknown */
 } wire_answer;
 
 enum {
-    WIRE_EVENT_BEGIN = 1,  /* a contact began */
-    WIRE_EVENT_UPDATE = 2, /* it persists */
-    WIRE_EVENT_END = 3,    /* it ended; `causes` says by what */
-    WIRE_EVENT_NEAR = 4,   /* not in contact, nearer than the interest's range: distance */
-    WIRE_EVENT_FAR = 5,    /* no longer within range */
+    WIRE_EVENT_BEGIN = 1,   /* a contact began */
+    WIRE_EVENT_UPDATE = 2,  /* it persists */
+    WIRE_EVENT_END = 3,     /* it ended; `causes` says by what */
+    WIRE_EVENT_NEAR = 4,    /* not in contact, nearer than the interest's range: distance */
+    WIRE_EVENT_FAR = 5,     /* no longer within range */
     WIRE_EVENT_UNKNOWN = 6, /* a pose is past its deadline: nothing can be said of this pair, it is not free */
     WIRE_EVENT_KNOWN = 7    /* and can be said again; its state follows */
 };
 
 enum { /* why an event: what ended a contact, or made a pair unknown */
     WIRE_CAUSE_MOTION = 0,
-    WIRE_CAUSE_REMOVED = 1,  /* the body was removed */
+    WIRE_CAUSE_REMOVED = 1, /* the body was removed */
     WIRE_CAUSE_OWNER_LOST = 2,
     WIRE_CAUSE_FILTER = 3,
     WIRE_CAUSE_SHAPE = 4,    /* the body's shapes changed */
     WIRE_CAUSE_INTEREST = 5, /* the interest was changed or removed */
     WIRE_CAUSE_SHUTDOWN = 6,
     WIRE_CAUSE_STALE = 7,
-    WIRE_CAUSE_SNAPSHOT = 8  /* it began before; told again as part of the current state */
+    WIRE_CAUSE_SNAPSHOT = 8 /* it began before; told again as part of the current state */
 };
 
 /* EventBatch: what happened on one stream in one tick. Arrays with one entry an event. */
 typedef struct wire_event_batch {
     int32_t version;
-    int64_t client;      /* of the interest */
+    int64_t client; /* of the interest */
     int32_t interest;
-    int64_t epoch;       /* changes when the daemon restarts */
-    int64_t batch;       /* number of the batch on this stream, from 1, without gaps */
+    int64_t epoch; /* changes when the daemon restarts */
+    int64_t batch; /* number of the batch on this stream, from 1, without gaps */
     int64_t tick;
-    int64_t stamp_ns;    /* when the tick ran */
+    int64_t stamp_ns;       /* when the tick ran */
     int64_t latest_pose_ns; /* the newest pose stamp that this tick applied, 0 = none */
-    int64_t step;        /* the newest simulation step */
-    uint8_t snapshot;    /* 1: the whole current state; forget what you knew. Sent first, and after a loss */
-    uint8_t closing;     /* 1: the stream ends with this batch */
-    int32_t part;        /* a large batch comes in parts, 0 .. parts - 1, each with a number of its own */
+    int64_t step;           /* the newest simulation step */
+    uint8_t snapshot;       /* 1: the whole current state; forget what you knew. Sent first, and after a loss */
+    uint8_t closing;        /* 1: the stream ends with this batch */
+    int32_t part;           /* a large batch comes in parts, 0 .. parts - 1, each with a number of its own */
     int32_t parts;
     const char *stream;
-    wire_u8s kinds;      /* WIRE_EVENT_* */
-    wire_u8s causes;     /* WIRE_CAUSE_* */
-    wire_i64s contacts;  /* the id: of a contact, or of the pair when it is only near */
+    wire_u8s kinds;     /* WIRE_EVENT_* */
+    wire_u8s causes;    /* WIRE_CAUSE_* */
+    wire_i64s contacts; /* the id: of a contact, or of the pair when it is only near */
     wire_strings names_a;
     wire_strings names_b;
-    wire_i32s shapes_a;  /* index of the shape in its body */
+    wire_i32s shapes_a; /* index of the shape in its body */
     wire_i32s shapes_b;
-    wire_f64s lo;        /* m, signed distance: certified interval. Unknown: -infinity .. infinity */
+    wire_f64s lo; /* m, signed distance: certified interval. Unknown: -infinity .. infinity */
     wire_f64s hi;
     wire_f64s axes;      /* 3 an event: unit, from A to B, world */
     wire_f64s points_a;  /* 3 an event, world */
     wire_f64s points_b;  /* 3 an event, world */
     wire_i64s ages_a_ns; /* age of A's pose at stamp_ns; -1 = fixed or not stamped */
     wire_i64s ages_b_ns;
-    wire_u8s manifold_counts;   /* points of each event, 0 to 4 */
-    wire_f64s manifold_points;  /* 3 a point, world */
+    wire_u8s manifold_counts;     /* points of each event, 0 to 4 */
+    wire_f64s manifold_points;    /* 3 a point, world */
     wire_f64s manifold_distances; /* 1 a point */
     wire_i32s manifold_features;  /* 1 a point */
 } wire_event_batch;
@@ -314,11 +317,11 @@ enum { WIRE_HEALTH_STARTING = 0, WIRE_HEALTH_READY = 1, WIRE_HEALTH_DEGRADED = 2
 typedef struct wire_status {
     int32_t version;
     int64_t epoch;
-    uint8_t health;          /* WIRE_HEALTH_* */
-    const char *daemon;      /* its name: host:pid */
-    const char *release;     /* of the software */
-    const char *links;       /* what it listens on and who can reach it, for people */
-    const char *limits;      /* limits reached, for people; "" = none */
+    uint8_t health;      /* WIRE_HEALTH_* */
+    const char *daemon;  /* its name: host:pid */
+    const char *release; /* of the software */
+    const char *links;   /* what it listens on and who can reach it, for people */
+    const char *limits;  /* limits reached, for people; "" = none */
     int64_t stamp_ns;
     int64_t started_ns;
     int64_t tick;
@@ -329,33 +332,33 @@ typedef struct wire_status {
 typedef enum wire_reason {
     WIRE_OK,
     WIRE_WRONG_VERSION,
-    WIRE_MALFORMED,        /* lengths that do not fit each other, unknown enumerators, text that is not UTF-8 */
-    WIRE_BAD_NUMBER,       /* NaN or infinity */
-    WIRE_BAD_ROTATION,     /* a quaternion whose norm is not near 1 */
-    WIRE_BAD_SIZE,         /* negative, zero where there must be a solid, or absurd */
-    WIRE_BAD_NAME,         /* empty, with control characters, or with what a stream's name may not have */
-    WIRE_TOO_LARGE,        /* beyond a limit */
+    WIRE_MALFORMED,    /* lengths that do not fit each other, unknown enumerators, text that is not UTF-8 */
+    WIRE_BAD_NUMBER,   /* NaN or infinity */
+    WIRE_BAD_ROTATION, /* a quaternion whose norm is not near 1 */
+    WIRE_BAD_SIZE,     /* negative, zero where there must be a solid, or absurd */
+    WIRE_BAD_NAME,     /* empty, with control characters, or with what a stream's name may not have */
+    WIRE_TOO_LARGE,    /* beyond a limit */
     WIRE_FLAT_HULL,
-    WIRE_BAD_HASH,         /* the content does not have that hash */
+    WIRE_BAD_HASH, /* the content does not have that hash */
     WIRE_UNKNOWN_CLIENT,
     WIRE_UNKNOWN_BODY,
     WIRE_UNKNOWN_GEOMETRY,
-    WIRE_NAME_TAKEN,       /* by another body or client */
+    WIRE_NAME_TAKEN, /* by another body or client */
     WIRE_NOT_YOURS,
     WIRE_UNSUPPORTED,
-    WIRE_LIMIT,            /* a limit of this daemon's configuration; the text names it */
+    WIRE_LIMIT, /* a limit of this daemon's configuration; the text names it */
     WIRE_REASON_COUNT
 } wire_reason;
 
 /* Reject: which message was refused, and why. */
 typedef struct wire_reject {
     int32_t version;
-    int64_t client;     /* for whom; 0 if it cannot be told */
-    int64_t sequence;   /* of the message, 0 if it cannot be told */
+    int64_t client;   /* for whom; 0 if it cannot be told */
+    int64_t sequence; /* of the message, 0 if it cannot be told */
     int64_t epoch;
-    uint8_t kind;       /* wire_kind of the message */
-    int32_t object;     /* body or interest, -1 = none */
-    uint8_t reason;     /* wire_reason */
+    uint8_t kind;   /* wire_kind of the message */
+    int32_t object; /* body or interest, -1 = none */
+    uint8_t reason; /* wire_reason */
     const char *text;
 } wire_reject;
 

@@ -22,9 +22,10 @@ size_t wire_lcm_size(const wire_message *m);
 size_t wire_lcm_encode(const wire_message *m, void *out, size_t capacity);
 
 /* Decodes and checks (wire_check). Any bytes are safe: every count is held against what is left of the buffer and the
- * field's limit before anything is taken. Arrays live in `memory`. What is refused leaves in `out` its kind and the fields
- * before the fault, so that wire_origin can tell whose it was. */
-wire_reason wire_lcm_decode(const void *data, size_t size, wire_memory *memory, wire_message *out, wire_refusal *refusal);
+ * field's limit before anything is taken. Arrays live in `memory`. What is refused leaves in `out` its kind and the
+ * fields before the fault, so that wire_origin can tell whose it was. */
+wire_reason wire_lcm_decode(
+    const void *data, size_t size, wire_memory *memory, wire_message *out, wire_refusal *refusal);
 
 /* The channel a message travels on: "collided.in.PoseBatch", "collided.out.Status",
  * "collided.out.EventBatch.<stream>", "collided.out.Answer.<client as 16 hex digits>". At most WIRE_CHANNEL_MAX - 1

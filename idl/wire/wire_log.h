@@ -1,9 +1,10 @@
 /* wire_log: recordings, in LCM's event log format, so that lcm-logplayer and its kin can read them.
  *
- * One record an event: sync word 0xEDA1DA01, event number (i64), timestamp in microseconds (i64), channel length and data
- * length (i32), all big-endian, then channel and data. Messages are stored under their LCM channels in their LCM
+ * One record an event: sync word 0xEDA1DA01, event number (i64), timestamp in microseconds (i64), channel length and
+ * data length (i32), all big-endian, then channel and data. Messages are stored under their LCM channels in their LCM
  * encoding. Beside them stand records of our own: "collided.tick" ends the commands of a tick, "collided.lost" is a
- * client whose lease ran out. Reading is bounds-checked: a damaged file gives an error with its offset, never a crash. */
+ * client whose lease ran out. Reading is bounds-checked: a damaged file gives an error with its offset, never a crash.
+ */
 #ifndef COLLIDED_WIRE_LOG_H
 #define COLLIDED_WIRE_LOG_H
 
@@ -16,15 +17,15 @@ typedef enum wire_log_entry_kind { WIRE_LOG_MESSAGE, WIRE_LOG_TICK, WIRE_LOG_LOS
 
 typedef struct wire_log_tick {
     int64_t tick;
-    int64_t now_ns;        /* the wall clock that the tick was given */
+    int64_t now_ns; /* the wall clock that the tick was given */
     int64_t monotonic_ns;
-    int64_t events_hash;   /* running hash of all events so far */
+    int64_t events_hash; /* running hash of all events so far */
 } wire_log_tick;
 
 typedef struct wire_log_entry {
     wire_log_entry_kind kind;
     int64_t timestamp_us;
-    wire_message message;  /* WIRE_LOG_MESSAGE; borrows from the reader until its next call */
+    wire_message message; /* WIRE_LOG_MESSAGE; borrows from the reader until its next call */
     wire_log_tick tick;
     int64_t lost_client;
 } wire_log_entry;
@@ -39,8 +40,8 @@ int wire_log_close(wire_log_writer *w); /* -1 if not all could be written */
 
 typedef struct wire_log_reader wire_log_reader;
 wire_log_reader *wire_log_open(const char *path, char *why, size_t why_size);
-/* 1: an entry; 0: the end; -1: damaged, with the offset and what is wrong in `why`. Unknown channels are passed over and
- * counted in *skipped (may be NULL). */
+/* 1: an entry; 0: the end; -1: damaged, with the offset and what is wrong in `why`. Unknown channels are passed over
+ * and counted in *skipped (may be NULL). */
 int wire_log_next(wire_log_reader *r, wire_log_entry *out, uint64_t *skipped, char *why, size_t why_size);
 void wire_log_end(wire_log_reader *r);
 

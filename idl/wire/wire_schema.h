@@ -8,12 +8,12 @@
 #include <stdbool.h>
 
 typedef enum wire_type {
-    WIRE_U8,      /* octet, byte */
-    WIRE_I32,     /* long, int32_t */
-    WIRE_I64,     /* long long, int64_t */
-    WIRE_F64,     /* double */
+    WIRE_U8,  /* octet, byte */
+    WIRE_I32, /* long, int32_t */
+    WIRE_I64, /* long long, int64_t */
+    WIRE_F64, /* double */
     WIRE_STRING,
-    WIRE_U8S,     /* sequence<octet>; in LCM preceded by int32_t NAME_n, as are all arrays */
+    WIRE_U8S, /* sequence<octet>; in LCM preceded by int32_t NAME_n, as are all arrays */
     WIRE_I32S,
     WIRE_I64S,
     WIRE_F64S,
@@ -23,14 +23,14 @@ typedef enum wire_type {
 typedef struct wire_field {
     const char *name;
     wire_type type;
-    uint16_t offset;  /* in the plain struct */
-    uint32_t limit;   /* most numbers, strings, or bytes of a string */
-    bool infinite;    /* infinities have a meaning here; NaN never has */
+    uint16_t offset; /* in the plain struct */
+    uint32_t limit;  /* most numbers, strings, or bytes of a string */
+    bool infinite;   /* infinities have a meaning here; NaN never has */
 } wire_field;
 
 typedef struct wire_schema {
-    const char *name;    /* "PoseBatch"; the IDL struct is collided::PoseBatch, the LCM type collided.PoseBatch */
-    size_t size;         /* of the plain struct */
+    const char *name; /* "PoseBatch"; the IDL struct is collided::PoseBatch, the LCM type collided.PoseBatch */
+    size_t size;      /* of the plain struct */
     uint32_t field_count;
     const wire_field *fields;
 } wire_schema;

@@ -88,8 +88,13 @@ bool cell_hears(memory_end *e, wire_memory *memory, wire_kind kind, int ms)
 
 void cell_hello(memory_end *e, int64_t client, int64_t sequence, double lease_s, uint8_t on_loss)
 {
-    wire_message m = {.kind = WIRE_CLIENT, .client = {.version = WIRE_VERSION, .client = client, .sequence = sequence,
-                                               .on_loss = on_loss, .lease_ns = (int64_t)(lease_s * 1e9), .name = "test"}};
+    wire_message m = {.kind = WIRE_CLIENT,
+        .client = {.version = WIRE_VERSION,
+            .client = client,
+            .sequence = sequence,
+            .on_loss = on_loss,
+            .lease_ns = (int64_t)(lease_s * 1e9),
+            .name = "test"}};
     memory_send(e, &m);
 }
 
@@ -99,9 +104,20 @@ void cell_sphere(memory_end *e, int64_t client, int64_t sequence, int32_t body, 
     const uint8_t type[1] = {WIRE_SHAPE_SPHERE};
     const int64_t none[1] = {0};
     wire_message m = {.kind = WIRE_BODY,
-        .body = {.version = WIRE_VERSION, .client = client, .sequence = sequence, .body = body, .name = name, .group = "",
-            .category = 1, .mask = -1, .pose = {7, pose}, .shape_types = {1, type}, .shape_sizes = {3, size},
-            .shape_radii = {1, radius}, .shape_poses = {7, local}, .shape_geometries = {1, none}}};
+        .body = {.version = WIRE_VERSION,
+            .client = client,
+            .sequence = sequence,
+            .body = body,
+            .name = name,
+            .group = "",
+            .category = 1,
+            .mask = -1,
+            .pose = {7, pose},
+            .shape_types = {1, type},
+            .shape_sizes = {3, size},
+            .shape_radii = {1, radius},
+            .shape_poses = {7, local},
+            .shape_geometries = {1, none}}};
     memory_send(e, &m);
 }
 
@@ -109,16 +125,27 @@ void cell_pose(memory_end *e, int64_t client, int64_t sequence, int32_t body, do
 {
     const double position[3] = {x, 0, 0}, orientation[4] = {1, 0, 0, 0};
     wire_message m = {.kind = WIRE_POSE_BATCH,
-        .pose_batch = {.version = WIRE_VERSION, .client = client, .sequence = sequence, .bodies = {1, &body},
-            .positions = {3, position}, .orientations = {4, orientation}}};
+        .pose_batch = {.version = WIRE_VERSION,
+            .client = client,
+            .sequence = sequence,
+            .bodies = {1, &body},
+            .positions = {3, position},
+            .orientations = {4, orientation}}};
     memory_send(e, &m);
 }
 
 void cell_touches(memory_end *e, int64_t client, int64_t sequence, int32_t interest)
 {
     wire_message m = {.kind = WIRE_INTEREST,
-        .interest = {.version = WIRE_VERSION, .client = client, .sequence = sequence, .interest = interest,
-            .facts = WIRE_FACT_TOUCH, .stream = "", .select_a = "*", .select_b = "*", .tolerance_m = 1e-9}};
+        .interest = {.version = WIRE_VERSION,
+            .client = client,
+            .sequence = sequence,
+            .interest = interest,
+            .facts = WIRE_FACT_TOUCH,
+            .stream = "",
+            .select_a = "*",
+            .select_b = "*",
+            .tolerance_m = 1e-9}};
     memory_send(e, &m);
 }
 

@@ -15,9 +15,9 @@
 
 typedef struct cell cell;
 
-cell *cell_start(const config *c);       /* links = memory://cell are set here */
-config cell_config(void);                /* one worker, quick status */
-int cell_stop(cell *c);                  /* in order; the exit status */
+cell *cell_start(const config *c); /* links = memory://cell are set here */
+config cell_config(void);          /* one worker, quick status */
+int cell_stop(cell *c);            /* in order; the exit status */
 memory_end *cell_client(const cell *c);
 
 /* Waits, at most 5 s, for a message of that kind; what comes before it is dropped. Fails the test if none comes. */

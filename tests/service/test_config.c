@@ -14,7 +14,10 @@
 
 static char why[2048];
 
-static int parse(config *c, const char *text) { return config_parse(c, text, strlen(text), "test.conf", why, sizeof why); }
+static int parse(config *c, const char *text)
+{
+    return config_parse(c, text, strlen(text), "test.conf", why, sizeof why);
+}
 
 static void defaults_are_within_their_ranges(void **state)
 {
@@ -114,8 +117,8 @@ static void the_command_line_wins_over_the_file(void **state)
 static void bad_arguments_are_refused(void **state)
 {
     (void)state;
-    char *cases[][3] = {{"collided", "rate", NULL}, {"collided", "--rate", NULL}, {"collided", "--config=/nonexistent", NULL},
-        {"collided", "--unknown=1", NULL}};
+    char *cases[][3] = {{"collided", "rate", NULL}, {"collided", "--rate", NULL},
+        {"collided", "--config=/nonexistent", NULL}, {"collided", "--unknown=1", NULL}};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         config c;
         const char *asked = NULL;

@@ -151,8 +151,13 @@ static void bad_input_is_refused_by_name_and_disturbs_nothing(void **state)
     const int32_t body = 0;
     cell_sphere(r->alice, ALICE, 2, 0, "a", 0);
     await_ack(r, r->alice, ALICE, 2);
-    wire_message m = {.kind = WIRE_POSE_BATCH, .pose_batch = {.version = WIRE_VERSION, .client = ALICE, .sequence = 3,
-        .bodies = {1, &body}, .positions = {3, nan_at}, .orientations = {4, turn}}};
+    wire_message m = {.kind = WIRE_POSE_BATCH,
+        .pose_batch = {.version = WIRE_VERSION,
+            .client = ALICE,
+            .sequence = 3,
+            .bodies = {1, &body},
+            .positions = {3, nan_at},
+            .orientations = {4, turn}}};
     memory_send(r->alice, &m);
     expect_reject(r, r->alice, WIRE_BAD_NUMBER, WIRE_POSE_BATCH, "positions[1]");
     m.pose_batch.positions.at = at;
@@ -172,9 +177,15 @@ static void bad_input_is_refused_by_name_and_disturbs_nothing(void **state)
 
 static void send_hull(memory_end *e, int64_t sequence, const double *points, uint32_t numbers, int64_t hash)
 {
-    wire_message m = {.kind = WIRE_GEOMETRY, .geometry = {.version = WIRE_VERSION, .client = ALICE, .sequence = sequence,
-        .kind = WIRE_GEOMETRY_HULL, .hash = hash, .vertex_numbers = (int32_t)numbers, .pieces = 1,
-        .vertices = {numbers, points}}};
+    wire_message m = {.kind = WIRE_GEOMETRY,
+        .geometry = {.version = WIRE_VERSION,
+            .client = ALICE,
+            .sequence = sequence,
+            .kind = WIRE_GEOMETRY_HULL,
+            .hash = hash,
+            .vertex_numbers = (int32_t)numbers,
+            .pieces = 1,
+            .vertices = {numbers, points}}};
     memory_send(e, &m);
 }
 
@@ -251,8 +262,9 @@ static void copies_are_acknowledged_and_change_nothing(void **state)
     room *r = *state;
     cell_sphere(r->alice, ALICE, 2, 0, "a", 0);
     await_ack(r, r->alice, ALICE, 2);
-    wire_message gone = {.kind = WIRE_BODY, .body = {.version = WIRE_VERSION, .client = ALICE, .sequence = 3, .body = 0,
-        .removed = 1, .name = "", .group = ""}};
+    wire_message gone = {.kind = WIRE_BODY,
+        .body = {
+            .version = WIRE_VERSION, .client = ALICE, .sequence = 3, .body = 0, .removed = 1, .name = "", .group = ""}};
     memory_send(r->alice, &gone);
     await_ack(r, r->alice, ALICE, 3);
     cell_sphere(r->alice, ALICE, 2, 0, "a", 0); /* a late copy does not bring it back */
@@ -267,8 +279,14 @@ static void queries_are_answered(void **state)
     cell_sphere(r->alice, ALICE, 2, 0, "a", 0);
     cell_sphere(r->alice, ALICE, 3, 1, "b", 5);
     await_ack(r, r->alice, ALICE, 3);
-    wire_message q = {.kind = WIRE_QUERY, .query = {.version = WIRE_VERSION, .client = ALICE, .sequence = 4,
-        .kind = WIRE_QUERY_DISTANCE, .name_a = "a", .name_b = "b", .tolerance_m = 1e-9}};
+    wire_message q = {.kind = WIRE_QUERY,
+        .query = {.version = WIRE_VERSION,
+            .client = ALICE,
+            .sequence = 4,
+            .kind = WIRE_QUERY_DISTANCE,
+            .name_a = "a",
+            .name_b = "b",
+            .tolerance_m = 1e-9}};
     memory_send(r->alice, &q);
     wire_answer a = cell_await(r->alice, r->memory, WIRE_ANSWER).answer;
     assert_int_equal(a.sequence, 4);
@@ -293,7 +311,8 @@ static void nobody_interested_means_no_narrow_phase_and_status_shows_it(void **s
     cell_sphere(r->alice, ALICE, 3, 1, "b", 1);
     await_ack(r, r->alice, ALICE, 3);
     for (int i = 0; i < 50; i++) cell_pose(r->alice, ALICE, 4 + i, 0, 0.01 * i);
-    while (status_counter(r, r->alice, "moves") < 50) {}
+    while (status_counter(r, r->alice, "moves") < 50) {
+    }
     assert_int_equal(status_counter(r, r->alice, "narrow_queries"), 0);
     assert_int_equal(status_counter(r, r->alice, "pairs"), 0);
 }
@@ -327,7 +346,7 @@ static void limits_are_named(void **state)
     r.alice = cell_client(r.cell);
     cell_hello(r.alice, ALICE, 1, 60, WIRE_LOST_REMOVE);
     for (int i = 0; i < 3; i++) {
-        char name[8];
+        char name[16];
         snprintf(name, sizeof name, "b%d", i);
         cell_sphere(r.alice, ALICE, 2 + i, i, name, 5 * i);
     }

@@ -29,16 +29,26 @@ static void play_session(cell *daemon, bool record_from_the_middle)
     cell_touches(e, ALICE, ++sequence, 0);
     for (int step = 0; step < STEPS; step++) {
         if (record_from_the_middle && step == STEPS / 2) {
-            wire_message q = {.kind = WIRE_QUERY, .query = {.version = WIRE_VERSION, .client = ALICE,
-                .sequence = ++sequence, .kind = WIRE_QUERY_RECORD, .name_a = "middle", .name_b = ""}};
+            wire_message q = {.kind = WIRE_QUERY,
+                .query = {.version = WIRE_VERSION,
+                    .client = ALICE,
+                    .sequence = ++sequence,
+                    .kind = WIRE_QUERY_RECORD,
+                    .name_a = "middle",
+                    .name_b = ""}};
             memory_send(e, &q);
             assert_int_equal(cell_await(e, memory, WIRE_ANSWER).answer.status, WIRE_ANSWER_OK);
         }
         for (int i = 0; i < BODIES; i++) cell_pose(e, ALICE, ++sequence, i, 2.5 * i + sin(0.1 * step + i));
         usleep(500); /* so that there are many ticks */
     }
-    wire_message q = {.kind = WIRE_QUERY, .query = {.version = WIRE_VERSION, .client = ALICE, .sequence = ++sequence,
-        .kind = WIRE_QUERY_BODIES, .name_a = "*", .name_b = ""}};
+    wire_message q = {.kind = WIRE_QUERY,
+        .query = {.version = WIRE_VERSION,
+            .client = ALICE,
+            .sequence = ++sequence,
+            .kind = WIRE_QUERY_BODIES,
+            .name_a = "*",
+            .name_b = ""}};
     memory_send(e, &q);
     cell_await(e, memory, WIRE_ANSWER); /* all before it has been applied */
     memory_disconnect(e);

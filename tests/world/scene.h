@@ -17,8 +17,13 @@ enum { SECOND = 1000000000 };
 static inline uint32_t scene_sphere(world *w, const char *name, double x, double radius)
 {
     world_shape ball = {.shape = {.type = SHAPE_SPHERE, .radius = radius}, .local = POSE_IDENTITY};
-    world_body def = {.name = name, .group = "", .category = 1, .mask = UINT64_MAX, .pose = POSE_IDENTITY,
-        .shapes = &ball, .shape_count = 1};
+    world_body def = {.name = name,
+        .group = "",
+        .category = 1,
+        .mask = UINT64_MAX,
+        .pose = POSE_IDENTITY,
+        .shapes = &ball,
+        .shape_count = 1};
     uint32_t id = WORLD_NONE;
     def.pose.p.x = x;
     assert_int_equal(world_put_body(w, &id, &def), WORLD_OK);

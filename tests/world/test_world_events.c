@@ -63,20 +63,48 @@ static void touching_exactly_counts_as_contact(void **state)
     world_destroy(w);
 }
 
-static void teleport(void *w, uint32_t a) { scene_move(w, a, 1e6, 0); }
-static void removal(void *w, uint32_t a) { world_remove_body(w, a, CAUSE_REMOVED); }
-static void loss(void *w, uint32_t a) { world_remove_body(w, a, CAUSE_OWNER_LOST); }
+static void teleport(void *w, uint32_t a)
+{
+    scene_move(w, a, 1e6, 0);
+}
+static void removal(void *w, uint32_t a)
+{
+    world_remove_body(w, a, CAUSE_REMOVED);
+}
+static void loss(void *w, uint32_t a)
+{
+    world_remove_body(w, a, CAUSE_OWNER_LOST);
+}
 static void redefine(world *w, uint32_t a, const char *name, double radius, uint64_t mask, const filter_rule *rule)
 {
     world_shape ball = {.shape = {.type = SHAPE_SPHERE, .radius = radius}, .local = POSE_IDENTITY};
-    world_body def = {.name = name, .group = "", .category = 1, .mask = mask, .pose = {{1.5, 0, 0}, {1, 0, 0, 0}},
-        .shapes = &ball, .shape_count = 1, .rules = rule, .rule_count = rule != NULL};
+    world_body def = {.name = name,
+        .group = "",
+        .category = 1,
+        .mask = mask,
+        .pose = {{1.5, 0, 0}, {1, 0, 0, 0}},
+        .shapes = &ball,
+        .shape_count = 1,
+        .rules = rule,
+        .rule_count = rule != NULL};
     assert_int_equal(world_put_body(w, &a, &def), WORLD_OK);
 }
-static void masking(void *w, uint32_t a) { redefine(w, a, "a", 1, 0, NULL); }
-static void allowing(void *w, uint32_t a) { redefine(w, a, "a", 1, 1, &(filter_rule){"b", true, "they are glued"}); }
-static void resizing(void *w, uint32_t a) { redefine(w, a, "a", 0.1, 1, NULL); }
-static void renaming(void *w, uint32_t a) { redefine(w, a, "c", 0.1, 1, NULL); }
+static void masking(void *w, uint32_t a)
+{
+    redefine(w, a, "a", 1, 0, NULL);
+}
+static void allowing(void *w, uint32_t a)
+{
+    redefine(w, a, "a", 1, 1, &(filter_rule){"b", true, "they are glued"});
+}
+static void resizing(void *w, uint32_t a)
+{
+    redefine(w, a, "a", 0.1, 1, NULL);
+}
+static void renaming(void *w, uint32_t a)
+{
+    redefine(w, a, "c", 0.1, 1, NULL);
+}
 static void unsubscribing(void *w, uint32_t a)
 {
     (void)a;
@@ -175,8 +203,15 @@ static void nobody_interested_means_no_narrow_phase(void **state)
 static uint32_t timed_sphere(world *w, const char *name, double x, int64_t deadline_ns, int64_t stamp_ns)
 {
     world_shape ball = {.shape = {.type = SHAPE_SPHERE, .radius = 1}, .local = POSE_IDENTITY};
-    world_body def = {.name = name, .group = "", .category = 1, .mask = 1, .pose = {{x, 0, 0}, {1, 0, 0, 0}},
-        .shapes = &ball, .shape_count = 1, .deadline_ns = deadline_ns, .stamp_ns = stamp_ns};
+    world_body def = {.name = name,
+        .group = "",
+        .category = 1,
+        .mask = 1,
+        .pose = {{x, 0, 0}, {1, 0, 0, 0}},
+        .shapes = &ball,
+        .shape_count = 1,
+        .deadline_ns = deadline_ns,
+        .stamp_ns = stamp_ns};
     uint32_t id = WORLD_NONE;
     assert_int_equal(world_put_body(w, &id, &def), WORLD_OK);
     return id;
@@ -274,7 +309,7 @@ static void a_snapshot_tells_all_that_is(void **state)
     (void)state;
     world *w = scene_world(1, true);
     for (int i = 0; i < 10; i++) {
-        char name[8];
+        char name[16];
         snprintf(name, sizeof name, "s%d", i);
         scene_sphere(w, name, 1.5 * i, 1);
     }

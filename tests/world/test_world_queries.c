@@ -7,8 +7,16 @@
 static uint32_t add(world *w, const char *name, shape s, vec3 at, const filter_rule *rule)
 {
     world_shape one = {.shape = s, .local = POSE_IDENTITY};
-    world_body def = {.name = name, .group = "", .category = 1, .mask = 1, .pose = {at, {1, 0, 0, 0}}, .shapes = &one,
-        .shape_count = 1, .rules = rule, .rule_count = rule != NULL, .stamp_ns = SECOND};
+    world_body def = {.name = name,
+        .group = "",
+        .category = 1,
+        .mask = 1,
+        .pose = {at, {1, 0, 0, 0}},
+        .shapes = &one,
+        .shape_count = 1,
+        .rules = rule,
+        .rule_count = rule != NULL,
+        .stamp_ns = SECOND};
     uint32_t id = WORLD_NONE;
     assert_int_equal(world_put_body(w, &id, &def), WORLD_OK);
     return id;

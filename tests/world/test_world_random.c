@@ -16,7 +16,10 @@ static uint64_t next(uint64_t *state) /* splitmix64 */
     return z ^ z >> 31;
 }
 
-static double uniform(uint64_t *state, double lo, double hi) { return lo + (hi - lo) * (double)(next(state) >> 11) * 0x1p-53; }
+static double uniform(uint64_t *state, double lo, double hi)
+{
+    return lo + (hi - lo) * (double)(next(state) >> 11) * 0x1p-53;
+}
 
 typedef struct mirror { /* what a subscriber knows from events alone */
     uint8_t begun[IDS_MAX], ended[IDS_MAX];
@@ -39,7 +42,12 @@ static const world_interest TERMS[INTERESTS] = {
     {.facts = WORLD_TOUCH, .select_a = "*", .select_b = "*", .tolerance = 1e-6},
     {.facts = WORLD_TOUCH | WORLD_MANIFOLD, .select_a = "b1*", .select_b = "*", .threshold = 0.05, .tolerance = 1e-6},
     {.facts = WORLD_DISTANCE, .select_a = "group:even", .select_b = "group:odd", .range = 0.5, .tolerance = 1e-4},
-    {.facts = WORLD_TOUCH | WORLD_DISTANCE, .select_a = "*", .select_b = "b3*", .range = 0.3, .tolerance = 1e-9, .period_ns = 5},
+    {.facts = WORLD_TOUCH | WORLD_DISTANCE,
+        .select_a = "*",
+        .select_b = "b3*",
+        .range = 0.3,
+        .tolerance = 1e-9,
+        .period_ns = 5},
 };
 
 static shape random_shape(uint64_t *r)
@@ -58,12 +66,19 @@ static shape random_shape(uint64_t *r)
 
 static void put(run *r, int i)
 {
-    char name[8];
+    char name[16];
     snprintf(name, sizeof name, "b%d", i);
     world_shape one = {.shape = r->shapes[i], .local = POSE_IDENTITY};
     filter_rule glued = {"b7", true, "glued"};
-    world_body def = {.name = name, .group = i % 2 ? "odd" : "even", .category = 1, .mask = UINT64_MAX,
-        .fixed = i % 10 == 0, .pose = r->at[i], .shapes = &one, .shape_count = 1, .rules = &glued,
+    world_body def = {.name = name,
+        .group = i % 2 ? "odd" : "even",
+        .category = 1,
+        .mask = UINT64_MAX,
+        .fixed = i % 10 == 0,
+        .pose = r->at[i],
+        .shapes = &one,
+        .shape_count = 1,
+        .rules = &glued,
         .rule_count = i % 7 == 0};
     if (!r->alive[i]) r->ids[i] = WORLD_NONE;
     assert_int_equal(world_put_body(r->w, &r->ids[i], &def), WORLD_OK);
@@ -101,8 +116,12 @@ static void random_command(run *r)
         r->wanted[k] = !r->wanted[k];
         return;
     }
-    case 3: random_pose(r, i, 3); break; /* teleport */
-    default: random_pose(r, i, 0.02); break;
+    case 3:
+        random_pose(r, i, 3);
+        break; /* teleport */
+    default:
+        random_pose(r, i, 0.02);
+        break;
     }
     if (r->alive[i])
         world_move_body(r->w, r->ids[i], r->at[i], 0, NULL, NULL);
