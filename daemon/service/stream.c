@@ -169,7 +169,8 @@ void stream_publish(service *s, const world_batches *batches)
     for (size_t i = 0; i < batches->count; i++) {
         const world_batch *b = &batches->at[i];
         if (b->interest >= s->streams.count || !s->streams.at[b->interest].live) continue;
-        if (s->streams.at[b->interest].read) publish(s, &s->streams.at[b->interest], b);
+        stream *to = &s->streams.at[b->interest];
+        if (to->read && (to->batch || b->snapshot)) publish(s, to, b);
         if (b->closing) stream_close(s, b->interest);
     }
 }

@@ -2,6 +2,7 @@
 #include "filter.h"
 #include "state.h"
 
+#include "base/sort.h"
 #include "geom/bounds.h"
 
 #include <stdlib.h>
@@ -316,12 +317,6 @@ double body_margin(const world *w, const body *b, const solid *s)
     return w->options.margin * reach + 2 * b->step;
 }
 
-static int compare_u32(const void *a, const void *b)
-{
-    uint32_t x = *(const uint32_t *)a, y = *(const uint32_t *)b;
-    return (x > y) - (x < y);
-}
-
 static void set_expiry(world *w, body *b)
 {
     int64_t since = b->stamp_ns ? b->stamp_ns : w->now_ns;
@@ -331,7 +326,8 @@ static void set_expiry(world *w, body *b)
 
 void body_settle_dirty(world *w)
 {
-    qsort(w->dirty.at, w->dirty.count, sizeof *w->dirty.at, compare_u32);
+    array_reserve(&w->sort_scratch, w->dirty.count);
+    sort_keys(w->dirty.at, w->sort_scratch.at, w->dirty.count);
     for (size_t i = 0; i < w->dirty.count; i++) {
         body *b = &w->bodies.at[w->dirty.at[i]];
         b->dirty = false;
@@ -358,7 +354,7 @@ void body_find_stale(world *w)
         if (!b->used || b->ghost || !b->stale || b->held || b->expiry_ns <= w->now_ns) continue;
         b->stale = false;
         w->figures.stale_bodies--;
-        array_push(&w->fresh_now, w->dirty.at[i]);
+        array_push(&w->fresh_now, (uint32_t)w->dirty.at[i]);
     }
     if (w->now_ns < w->next_expiry_ns) return;
     w->next_expiry_ns = INT64_MAX;

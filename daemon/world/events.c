@@ -374,15 +374,12 @@ static int compare_events(const void *a, const void *b)
     return (x->contact > y->contact) - (x->contact < y->contact);
 }
 
-/* Ends stay, so that nobody who was in step misses one; then everything that is, as if it began now. */
+/* Everything that is, as if it began now, in a batch of its own behind the events of this tick: who was in step needs
+ * those, who was not needs only this. */
 static void snapshot(world *w, uint32_t id)
 {
     interest *i = &w->interests.at[id];
-    size_t kept = 0;
-    for (size_t k = 0; k < i->events.count; k++)
-        if (i->events.at[k].kind == EVENT_END || i->events.at[k].kind == EVENT_FAR)
-            i->events.at[kept++] = i->events.at[k];
-    i->events.count = kept;
+    size_t kept = i->snapshot_first = i->events.count;
     for (uint32_t v = i->first_watch; v != WORLD_NONE; v = w->watches.at[v].interest_next) {
         watch *at = &w->watches.at[v];
         refresh_ages(w, at);
@@ -442,11 +439,15 @@ void events_collect(world *w, world_batches *out)
     for (uint32_t id = 0; id < w->interests.count; id++) {
         interest *i = &w->interests.at[id];
         if (!i->used || !(i->events.count || i->snapshot || i->closing)) continue;
-        array_push(&w->batches, ((world_batch){.interest = id,
-                                    .snapshot = i->snapshot && !i->closing,
-                                    .closing = i->closing,
-                                    .events = i->events.at,
-                                    .count = i->events.count}));
+        bool told = i->snapshot && !i->closing;
+        size_t news = told ? i->snapshot_first : i->events.count;
+        if (news || i->closing)
+            array_push(&w->batches,
+                ((world_batch){.interest = id, .closing = i->closing, .events = i->events.at, .count = news}));
+        if (told)
+            array_push(&w->batches,
+                ((world_batch){
+                    .interest = id, .snapshot = true, .events = i->events.at + news, .count = i->events.count - news}));
         i->snapshot = false;
     }
     *out = (world_batches){.at = w->batches.at, .count = w->batches.count, .hash = w->hash};

@@ -3,6 +3,8 @@
 #include "filter.h"
 #include "state.h"
 
+#include "base/sort.h"
+
 #include <stdlib.h>
 
 /* Why two bodies are not looked at: *rule if a rule said so, *why always. */
@@ -107,12 +109,6 @@ static void activate_body(world *w, const body *b)
     }
 }
 
-static int compare_u64(const void *a, const void *b)
-{
-    uint64_t x = *(const uint64_t *)a, y = *(const uint64_t *)b;
-    return (x > y) - (x < y);
-}
-
 /* The pairs of what moved or was refiltered, in the order of their solids' ids. New pairs are among them: a pair begins
  * only when one of its bodies was put again. */
 void pair_collect_active(world *w)
@@ -130,6 +126,7 @@ void pair_collect_active(world *w)
         const pair *p = &w->pairs.at[w->active_pairs.at[i]];
         w->active.at[w->active.count++] = pair_key(p->a, p->b);
     }
-    qsort(w->active.at, w->active.count, sizeof *w->active.at, compare_u64);
+    array_reserve(&w->sort_scratch, w->active.count);
+    sort_keys(w->active.at, w->sort_scratch.at, w->active.count);
     for (size_t i = 0; i < w->active.count; i++) w->active_pairs.at[i] = pair_map_get(&w->pair_of, w->active.at[i]);
 }

@@ -66,6 +66,7 @@ typedef struct interest {
     int64_t period_ns, next_update_ns;
     bool used, closing, snapshot, changed;
     uint8_t closing_cause;
+    size_t snapshot_first; /* of events: where this tick's snapshot begins */
     uint32_t first_watch;
     ARRAY(uint32_t) held; /* watches with an update held back by the rate */
     ARRAY(world_event) events;
@@ -93,7 +94,8 @@ struct world {
     pair_map names;   /* hash of a name -> body; colliding hashes are probed on with the next key */
     size_t words;     /* of 64 interests */
 
-    ARRAY(uint32_t) dirty;  /* bodies to be put into the broad phase */
+    ARRAY(uint64_t) dirty; /* ids of bodies to be put into the broad phase; u64 because sort_keys sorts these */
+    ARRAY(uint64_t) sort_scratch;
     ARRAY(uint32_t) ghosts; /* removed since the last tick */
     ARRAY(uint32_t) reap;   /* removed before it: ids free at the next */
     ARRAY(uint32_t) ghost_solids, reap_solids;

@@ -133,7 +133,7 @@ typedef struct world_event {
     manifold manifold;           /* points in the world frame */
 } world_event;
 
-typedef struct world_batch { /* the events of one interest in one tick */
+typedef struct world_batch { /* the events of one interest in one tick; a snapshot is a batch of its own, behind them */
     uint32_t interest;
     bool snapshot; /* the whole current state */
     bool closing;  /* the interest is gone */

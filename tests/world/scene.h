@@ -56,14 +56,14 @@ static inline world *scene_world(unsigned workers, bool caches)
     return world_create(&o);
 }
 
-/* The one batch of a tick; NULL if there is none. */
+/* The last batch of a tick, which is the snapshot if there is one; NULL if there is none. */
 static inline const world_batch *scene_tick(world *w, int64_t now_ns)
 {
     static world_batches batches;
     world_tick(w, now_ns, &batches);
     const char *fault = world_validate(w);
     if (fault) fail_msg("%s", fault);
-    return batches.count ? &batches.at[0] : NULL;
+    return batches.count ? &batches.at[batches.count - 1] : NULL;
 }
 
 #endif
