@@ -15,6 +15,20 @@ enum { ALICE = 11, BODIES = 20, STEPS = 200 };
 
 static char folder[] = "/tmp/collided-record-XXXXXX";
 
+/* Waits until all that was sent has been applied. */
+static void settle(memory_end *e, wire_memory *memory, int64_t *sequence)
+{
+    wire_message q = {.kind = WIRE_QUERY,
+        .query = {.version = WIRE_VERSION,
+            .client = ALICE,
+            .sequence = ++*sequence,
+            .kind = WIRE_QUERY_BODIES,
+            .name_a = "*",
+            .name_b = ""}};
+    memory_send(e, &q);
+    cell_await(e, memory, WIRE_ANSWER);
+}
+
 static void play_session(cell *daemon, bool record_from_the_middle)
 {
     memory_end *e = cell_client(daemon);
@@ -40,17 +54,9 @@ static void play_session(cell *daemon, bool record_from_the_middle)
             assert_int_equal(cell_await(e, memory, WIRE_ANSWER).answer.status, WIRE_ANSWER_OK);
         }
         for (int i = 0; i < BODIES; i++) cell_pose(e, ALICE, ++sequence, i, 2.5 * i + sin(0.1 * step + i));
-        usleep(500); /* so that there are many ticks */
+        if (step % 10 == 0) settle(e, memory, &sequence); /* so that there are many ticks */
     }
-    wire_message q = {.kind = WIRE_QUERY,
-        .query = {.version = WIRE_VERSION,
-            .client = ALICE,
-            .sequence = ++sequence,
-            .kind = WIRE_QUERY_BODIES,
-            .name_a = "*",
-            .name_b = ""}};
-    memory_send(e, &q);
-    cell_await(e, memory, WIRE_ANSWER); /* all before it has been applied */
+    settle(e, memory, &sequence);
     memory_disconnect(e);
     wire_memory_destroy(memory);
 }
