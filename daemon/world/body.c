@@ -271,6 +271,7 @@ world_status world_remove_body(world *w, uint32_t id, uint8_t cause)
     drop_shapes(w, b);
     b->ghost = true;
     b->ghost_cause = cause;
+    w->figures.stale_bodies -= b->stale;
     w->changed = true;
     array_push(&w->ghosts, id);
     return WORLD_OK;

@@ -17,7 +17,6 @@ demand ladder_demand(const world *w, const body *a, const body *b)
 {
     demand d = {.request = {.tolerance = INFINITY, .range = 0, .threshold = -INFINITY, .engine = w->options.engine},
         .limit = -INFINITY};
-    bool verdicts_differ = false;
     for (size_t word = 0; word < w->words; word++) {
         for (uint64_t bits = interest_word(w, a, b, word); bits; bits &= bits - 1) {
             const interest *i = &w->interests.at[word * 64 + (size_t)__builtin_ctzll(bits)];
@@ -28,15 +27,13 @@ demand ladder_demand(const world *w, const body *a, const body *b)
                 d.limit = fmax(d.limit, i->range);
             }
             if (i->facts & (WORLD_TOUCH | WORLD_MANIFOLD)) {
-                verdicts_differ |= isfinite(d.request.threshold) && d.request.threshold != i->threshold;
+                d.request.facts |= NARROW_VERDICT;
                 d.request.threshold = fmax(d.request.threshold, i->threshold);
                 d.limit = fmax(d.limit, i->threshold);
             }
-            if (i->facts & WORLD_MANIFOLD) d.request.facts |= NARROW_MANIFOLD | NARROW_DISTANCE;
+            if (i->facts & WORLD_MANIFOLD) d.request.facts |= NARROW_MANIFOLD;
         }
     }
-    if (verdicts_differ) d.request.facts |= NARROW_DISTANCE;
-    if (!(d.request.facts & NARROW_DISTANCE)) d.request.facts |= NARROW_VERDICT;
     if (!isfinite(d.request.threshold)) d.request.threshold = 0;
     d.request.range = fmax(d.request.range, d.request.threshold);
     return d;
@@ -96,6 +93,30 @@ static const uint8_t RUNG_OF_METHOD[NARROW_METHOD_COUNT] = {
     [NARROW_BY_MPR] = RUNG_MPR,
 };
 
+/* A pair of which nobody has been told anything, and nobody asked the distance, needs only the verdict as long as it is
+ * apart. Whatever is told has an interval as narrow as was asked; the verdict is decided alike in both. */
+static uint32_t ask(const world *w, const pair *p, const demand *d, void *scratch, narrow_result *r)
+{
+    const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
+    pose b_in_a = solid_relative(w, a, b);
+    narrow_request request = d->request;
+    narrow_cache cold = {.lower = 0};
+    bool told = p->first_watch != WORLD_NONE;
+    uint32_t asked = 0;
+    if (!told && !(request.facts & NARROW_DISTANCE)) {
+        request.facts = NARROW_VERDICT;
+        narrow_query(&a->shape, &b->shape, &b_in_a, &request, &cold, scratch, r);
+        if (r->lo > request.threshold) return 1;
+        request.facts = d->request.facts;
+        told = true;
+        asked = 1;
+    }
+    request.facts |= NARROW_DISTANCE;
+    if (told) request.range = INFINITY;
+    narrow_query(&a->shape, &b->shape, &b_in_a, &request, &cold, scratch, r);
+    return asked + 1;
+}
+
 static void decide_fully(void *context, size_t begin, size_t end, unsigned worker)
 {
     world *w = context;
@@ -104,12 +125,11 @@ static void decide_fully(void *context, size_t begin, size_t end, unsigned worke
         pair *p = &w->pairs.at[w->active_pairs.at[w->open.at[k]]];
         const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
         demand d = ladder_demand(w, &w->bodies.at[a->body], &w->bodies.at[b->body]);
-        pose b_in_a = solid_relative(w, a, b);
-        narrow_cache cold = {.lower = 0};
         narrow_result *r = &w->results.at[k];
-        narrow_query(&a->shape, &b->shape, &b_in_a, &d.request, &cold, w->scratch[worker], r);
-        p->cache = (narrow_cache){
-            .axis = r->axis, .b_in_a = b_in_a, .lower = r->lo, .hint_a = p->cache.hint_a, .hint_b = p->cache.hint_b};
+        out->asked = (uint8_t)ask(w, p, &d, w->scratch[worker], r);
+        p->cache.axis = r->axis;
+        p->cache.b_in_a = solid_relative(w, a, b);
+        p->cache.lower = r->lo;
         out->rung = RUNG_OF_METHOD[r->method];
         out->result = (uint32_t)k;
     }
@@ -118,8 +138,10 @@ static void decide_fully(void *context, size_t begin, size_t end, unsigned worke
 static void count_outcomes(world *w)
 {
     w->figures.pair_ticks += w->active_pairs.count;
-    w->figures.narrow_queries += w->open.count;
-    for (size_t i = 0; i < w->active_pairs.count; i++) w->figures.rungs[w->outcomes.at[i].rung]++;
+    for (size_t i = 0; i < w->active_pairs.count; i++) {
+        w->figures.rungs[w->outcomes.at[i].rung]++;
+        w->figures.narrow_queries += w->outcomes.at[i].asked;
+    }
     for (size_t i = 0; i < w->open.count; i++) {
         const narrow_result *r = &w->results.at[i];
         w->figures.manifolds += r->manifold.count > 0;

@@ -74,6 +74,7 @@ typedef struct interest {
 
 typedef struct outcome { /* of one active pair in one tick */
     uint8_t rung;
+    uint8_t asked;   /* narrow queries */
     bool settled;    /* no result: proven to be beyond everything that anybody asked, or unknown */
     uint32_t result; /* index into world.results otherwise */
 } outcome;

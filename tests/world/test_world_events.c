@@ -260,6 +260,41 @@ static void past_its_deadline_a_body_is_unknown_not_free(void **state)
     world_destroy(w);
 }
 
+static void a_stale_body_that_is_removed_is_unknown_no_more(void **state)
+{
+    (void)state;
+    world *w = scene_world(1, true);
+    uint32_t a = timed_sphere(w, "a", 0, SECOND, SECOND);
+    world_interest all = scene_all(WORLD_TOUCH, 0);
+    scene_interest(w, &all);
+    scene_tick(w, SECOND);
+    assert_int_equal(scene_tick(w, 3LL * SECOND)->events[0].kind, EVENT_UNKNOWN);
+    world_remove_body(w, a, CAUSE_REMOVED);
+    const world_batch *b = scene_tick(w, 3LL * SECOND);
+    assert_int_equal(b->count, 1);
+    assert_int_equal(b->events[0].kind, EVENT_KNOWN);
+    assert_int_equal(b->events[0].cause, CAUSE_REMOVED);
+    assert_int_equal(world_get_figures(w).stale_bodies, 0);
+    world_destroy(w);
+}
+
+static void what_is_told_is_as_narrow_as_was_asked(void **state)
+{
+    (void)state;
+    world *w = scene_world(1, true);
+    uint32_t a = scene_sphere(w, "a", 1.5, 1);
+    scene_sphere(w, "b", 3, 1);
+    world_interest all = scene_all(WORLD_TOUCH, 0);
+    scene_interest(w, &all);
+    const world_batch *b = scene_tick(w, 1);
+    assert_true(b->events[0].hi - b->events[0].lo <= 1e-9);
+    scene_move(w, a, 0.95, 0);
+    b = scene_tick(w, 2);
+    assert_int_equal(b->events[0].kind, EVENT_END);
+    assert_true(b->events[0].hi - b->events[0].lo <= 1e-9);
+    world_destroy(w);
+}
+
 static void a_held_body_is_stale_at_once_and_until_its_next_pose(void **state)
 {
     (void)state;
@@ -356,6 +391,8 @@ int main(void)
         cmocka_unit_test(selectors_decide_who_is_a),
         cmocka_unit_test(nobody_interested_means_no_narrow_phase),
         cmocka_unit_test(past_its_deadline_a_body_is_unknown_not_free),
+        cmocka_unit_test(a_stale_body_that_is_removed_is_unknown_no_more),
+        cmocka_unit_test(what_is_told_is_as_narrow_as_was_asked),
         cmocka_unit_test(a_held_body_is_stale_at_once_and_until_its_next_pose),
         cmocka_unit_test(a_rate_holds_updates_back_but_loses_none_of_their_ends),
         cmocka_unit_test(a_snapshot_tells_all_that_is),

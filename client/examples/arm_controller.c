@@ -1,0 +1,317 @@
+/* arm_controller: moves a six-axis arm from place to place, publishes where its links are, and listens to how near the
+ * vehicle comes. When the vehicle may be nearer than the protective distance, or nobody knows where it is, the arm
+ * brakes, holds, and goes on afterwards. It grips its workpiece once the daemon says that the tool touches it.
+ * One thread, 100 Hz; callbacks run inside example_poll_until.
+ *
+ * Not safety-rated: in a real cell this comes on top of certified protective devices. */
+#include "example.h"
+#include "loaders/rigid.h"
+#include "loaders/robot.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sysexits.h>
+
+static const double PERIOD_S = 0.01;
+static const double RANGE_M = 0.6;       /* the vehicle is listened to from here on */
+static const double PROTECTIVE_M = 0.35; /* the arm stops when the vehicle may be nearer than this */
+static const double RESUME_M = 0.4;      /* and goes on when it is certainly farther than this */
+static const double BRAKING_S = 0.1;     /* from full speed to standstill, and back */
+
+static const double TABLE_TOP_M = 0.75, TOOL_M = 0.12;
+static const double WORKPIECE_M = 0.05;        /* its height */
+static const double GRIP_GAP_M = 0.0005;       /* between tool and gripped workpiece, as in the SRDF's states */
+static const double TOUCH_THRESHOLD_M = 0.001; /* so that gripping and lying count as touching */
+
+/* ---- what is known of the vehicle ---- */
+
+enum { NAME_BYTES = 128 };
+typedef struct sighting { /* one pair of shapes that is near, or of which nothing is known */
+    int64_t contact;      /* 0: not one pair, but all of the body a */
+    char a[NAME_BYTES], b[NAME_BYTES];
+    double lo, hi, age_s;
+} sighting;
+
+typedef struct senses {
+    sighting *at;
+    size_t count, capacity;
+    int touching;  /* contacts of the tool with parts */
+    bool informed; /* the first snapshot came: until then nothing near does not mean that nothing is near */
+} senses;
+
+static sighting *find(const senses *s, const collided_event *e)
+{
+    for (size_t i = 0; i < s->count; i++)
+        if (s->at[i].contact == e->contact && (e->contact != 0 || strcmp(s->at[i].a, e->name_a) == 0)) return &s->at[i];
+    return NULL;
+}
+
+static sighting *add(senses *s)
+{
+    if (s->count == s->capacity) {
+        s->capacity = s->capacity ? 2 * s->capacity : 32;
+        s->at = realloc(s->at, s->capacity * sizeof *s->at);
+        if (!s->at) abort(); /* blind, it must not go on */
+    }
+    return &s->at[s->count++];
+}
+
+static void remember(senses *s, const collided_event *e)
+{
+    sighting *one = find(s, e);
+    if (!one) one = add(s);
+    *one = (sighting){.contact = e->contact, .lo = e->lo, .hi = e->hi, .age_s = fmax(e->age_a_s, e->age_b_s)};
+    (void)snprintf(one->a, sizeof one->a, "%s", e->name_a);
+    (void)snprintf(one->b, sizeof one->b, "%s", e->name_b);
+}
+
+static void forget(senses *s, const collided_event *e)
+{
+    sighting *one = find(s, e);
+    if (one) *one = s->at[--s->count];
+}
+
+/* An unknown pair comes with lo = -infinity, so it needs no rule of its own: it is nearer than any distance. */
+static void on_distances(void *context, const collided_batch *batch)
+{
+    senses *s = context;
+    if (batch->snapshot) s->count = 0; /* the whole state follows */
+    s->informed = true;
+    for (size_t i = 0; i < batch->event_count; i++) {
+        const collided_event *e = &batch->events[i];
+        if (e->kind == COLLIDED_FAR || (e->kind == COLLIDED_KNOWN && e->contact == 0))
+            forget(s, e);
+        else
+            remember(s, e);
+    }
+}
+
+static void on_touches(void *context, const collided_batch *batch)
+{
+    senses *s = context;
+    if (batch->snapshot) s->touching = 0;
+    for (size_t i = 0; i < batch->event_count; i++)
+        s->touching += (batch->events[i].kind == COLLIDED_BEGIN) - (batch->events[i].kind == COLLIDED_END);
+}
+
+static const sighting *nearest(const senses *s)
+{
+    const sighting *best = NULL;
+    for (size_t i = 0; i < s->count; i++)
+        if (!best || s->at[i].lo < best->lo) best = &s->at[i];
+    return best;
+}
+
+/* ---- the arm ---- */
+
+enum { LINKS = 8, JOINTS = 7, BODIES = LINKS + 1, TOOL = LINKS - 1, WORKPIECE = LINKS }; /* of arm.urdf */
+
+typedef enum action { GO_ON, GRIP, RELEASE } action;
+typedef struct step {
+    const char *state; /* of the SRDF */
+    double seconds;
+    action then;
+} step;
+
+/* From A to B and back again, for ever. */
+static const step PROGRAM[] = {
+    {"at_a", 0.5, GRIP},
+    {"above_a", 0.5, GO_ON},
+    {"above_b", 1.2, GO_ON},
+    {"at_b", 0.5, RELEASE},
+    {"above_b", 0.5, GO_ON},
+    {"at_b", 0.5, GRIP},
+    {"above_b", 0.5, GO_ON},
+    {"above_a", 1.2, GO_ON},
+    {"at_a", 0.5, RELEASE},
+    {"above_a", 0.5, GO_ON},
+};
+enum { STEPS = sizeof PROGRAM / sizeof *PROGRAM };
+
+typedef struct arm {
+    const example *e;
+    robot robot;
+    collided_pose base;
+    collided_body bodies[BODIES];
+    collided_pose poses[BODIES];                     /* world */
+    double from[JOINTS], to[JOINTS], values[JOINTS]; /* rad */
+    int step;
+    double progress; /* of the step, 0 to 1 */
+    double speed;    /* share of full speed, 0 to 1 */
+    bool stopped, carries;
+    unsigned long stops, grips;
+} arm;
+
+/* The workpiece is where the tool holds it, or where it was left. */
+static void place(arm *a)
+{
+    const collided_pose in_tool = {{0, 0, TOOL_M + GRIP_GAP_M + WORKPIECE_M / 2}, {1, 0, 0, 0}};
+    robot_body_poses(&a->robot, a->base, a->values, a->poses);
+    if (a->carries) a->poses[WORKPIECE] = rigid_product(a->poses[TOOL], in_tool);
+}
+
+static void aim(arm *a)
+{
+    load_report r = {.error = ""};
+    memcpy(a->from, a->values, sizeof a->from);
+    memcpy(a->to, a->values, sizeof a->to);
+    a->progress = 0;
+    if (!robot_state(&a->robot, PROGRAM[a->step].state, a->to, &r)) abort(); /* load() has tried them all */
+}
+
+static void finish_step(arm *a)
+{
+    action then = PROGRAM[a->step].then;
+    if (then != GO_ON) a->carries = then == GRIP;
+    a->grips += then == GRIP;
+    if (then == GRIP) example_note(a->e, "the tool feels the workpiece: gripped");
+    a->step = (a->step + 1) % STEPS;
+    aim(a);
+}
+
+static double toward(double from, double to, double most)
+{
+    return from + fmin(fmax(to - from, -most), most);
+}
+
+/* Speed is a factor on the program's time: braking keeps the arm on its path. The quintic has neither velocity nor
+ * acceleration at either end of a step. */
+static void advance(arm *a, bool touching, double dt)
+{
+    a->speed = toward(a->speed, a->stopped ? 0 : 1, dt / BRAKING_S);
+    a->progress = fmin(1, a->progress + a->speed * dt / PROGRAM[a->step].seconds);
+    double p = a->progress, s = p * p * p * (10 + p * (6 * p - 15));
+    for (int i = 0; i < JOINTS; i++) a->values[i] = a->from[i] + s * (a->to[i] - a->from[i]);
+    place(a);
+    if (p < 1 || a->stopped) return;
+    if (PROGRAM[a->step].then != GRIP || touching) finish_step(a); /* what it does not feel it waits for */
+}
+
+/* ---- the decision ---- */
+
+/* On the certified lower bound: the vehicle may be as near as that, and is no nearer. */
+static void decide(arm *a, const sighting *s, bool informed)
+{
+    const sighting nothing = {.a = "group:arm", .b = "group:vehicle", .lo = -INFINITY, .hi = INFINITY, .age_s = -1};
+    if (!informed) s = &nothing;
+    if (!a->stopped && s && s->lo < PROTECTIVE_M) {
+        a->stopped = true;
+        a->stops++;
+        example_line(a->e, "stop", s->a, s->b, s->lo, s->hi, s->age_s);
+    } else if (a->stopped && (!s || s->lo > RESUME_M)) {
+        a->stopped = false;
+        example_note(a->e, "the way is free: the arm goes on");
+    }
+}
+
+/* ---- connecting ---- */
+
+static bool try_states(arm *a, load_report *r)
+{
+    if (a->robot.model.joint_count != JOINTS || robot_body_count(&a->robot) != LINKS)
+        return load_fail(r, "this program is written for an arm of %d joints and %d links", JOINTS, LINKS);
+    for (int i = 0; i < STEPS; i++)
+        if (!robot_state(&a->robot, PROGRAM[i].state, a->values, r)) return false;
+    return true;
+}
+
+static bool load(arm *a, pool *p, load_bodies *links, load_report *r)
+{
+    const robot_source source = {.urdf = EXAMPLES "/arm.urdf", .srdf = EXAMPLES "/arm.srdf"};
+    a->base = (collided_pose){{0, 0, TABLE_TOP_M}, {1, 0, 0, 0}};
+    if (!robot_load(&a->robot, p, &source, r) || !try_states(a, r)) return false;
+    bool good = robot_state(&a->robot, "at_a", a->values, r);
+    a->stopped = true; /* until it is told that the way is free */
+    a->carries = true;
+    place(a); /* puts the workpiece where it will be gripped */
+    a->carries = false;
+    good = good && robot_state(&a->robot, "above_a", a->values, r);
+    place(a);
+    aim(a);
+    return good && robot_bodies(&a->robot, a->base, a->values, COLLIDED_MOVING, p, links, r);
+}
+
+static void create_bodies(arm *a, collided *c, const load_bodies *links)
+{
+    for (size_t i = 0; i < LINKS; i++) a->bodies[i] = load_body_announce(c, &links->at[i], COLLIDED_NONE);
+    const collided_shape box = collided_box(0.06, 0.06, WORKPIECE_M);
+    collided_body_def workpiece = collided_body_def_default();
+    workpiece.name = "workpiece";
+    workpiece.group = "part";
+    workpiece.pose = a->poses[WORKPIECE];
+    workpiece.shapes = &box;
+    workpiece.shape_count = 1;
+    a->bodies[WORKPIECE] = collided_create_body(c, &workpiece);
+}
+
+static void subscribe(collided *c, senses *s)
+{
+    collided_interest_def distances = collided_interest_def_default();
+    distances.facts = COLLIDED_DISTANCE;
+    distances.select_a = "group:arm";
+    distances.select_b = "group:vehicle";
+    distances.range_m = RANGE_M;
+    distances.tolerance_m = 1e-3; /* no finer than the decision needs: cheaper */
+    distances.callback = on_distances;
+    distances.context = s;
+    collided_subscribe(c, &distances);
+
+    collided_interest_def touches = collided_interest_def_default();
+    touches.select_a = "tool_link";
+    touches.select_b = "group:part";
+    touches.threshold_m = TOUCH_THRESHOLD_M;
+    touches.callback = on_touches;
+    touches.context = s;
+    collided_subscribe(c, &touches);
+}
+
+/* ---- the process ---- */
+
+static collided_status publish(const arm *a, collided *c)
+{
+    double positions[3 * BODIES], orientations[4 * BODIES];
+    for (size_t i = 0; i < BODIES; i++) {
+        memcpy(positions + 3 * i, a->poses[i].position, sizeof a->poses[i].position);
+        memcpy(orientations + 4 * i, a->poses[i].orientation, sizeof a->poses[i].orientation);
+    }
+    return collided_publish(c, BODIES, a->bodies, positions, orientations, NULL, NULL, 0, 0);
+}
+
+static bool run(arm *a, collided *c, const senses *s)
+{
+    bool good = true;
+    collided_status status = COLLIDED_OK;
+    for (int64_t next_ns = example_now_ns(); good && example_running(a->e);) {
+        decide(a, nearest(s), s->informed && status != COLLIDED_NO_DAEMON);
+        advance(a, s->touching > 0, PERIOD_S);
+        good = example_ok(c, publish(a, c), "arm_controller: publishing");
+        next_ns += (int64_t)(PERIOD_S * 1e9);
+        status = example_poll_until(c, next_ns);
+    }
+    return good;
+}
+
+int main(int argc, char **argv)
+{
+    const example e = example_start(argc, argv);
+    arm a = {.e = &e};
+    senses s = {.count = 0};
+    pool memory = {0};
+    load_bodies links;
+    load_report report = {.error = ""};
+    if (!load(&a, &memory, &links, &report)) return fprintf(stderr, "arm_controller: %s\n", report.error), EX_DATAERR;
+    collided *c = example_connect(&e, NULL);
+    if (!c) return EX_UNAVAILABLE;
+
+    create_bodies(&a, c, &links);
+    subscribe(c, &s);
+    bool good = example_ok(c, collided_sync(c, 5), "arm_controller: creating the arm") && run(&a, c, &s);
+
+    example_note(&e, "the arm gripped %lu times and stopped %lu times", a.grips, a.stops);
+    collided_close(c);
+    free(s.at);
+    pool_free(&memory);
+    return good ? EX_OK : EX_SOFTWARE;
+}
