@@ -35,7 +35,7 @@ build() {
     shift
     log=$(mktemp)
     say "building $preset"
-    if ! { cmake -S "$root" -B "$root/build/$preset" --preset "$preset" "$@" && cmake --build "$root/build/$preset"; } \
+    if ! { cmake -S "$root" -B "$root/build/$preset" --preset "$preset" "$@" && cmake --build --preset "$preset"; } \
         >"$log" 2>&1; then
         tail -n 60 "$log" >&2
         rm -f "$log"

@@ -4,6 +4,7 @@
 #include "wire_lcm.h"
 
 #include "wire_schema.h"
+#include "wire_text.h"
 
 #include <inttypes.h>
 #include <stdbool.h>
@@ -200,8 +201,7 @@ typedef struct reader {
 
 static bool fail(reader *r, wire_reason reason, const char *what)
 {
-    r->refusal->reason = reason;
-    snprintf(r->refusal->text, sizeof r->refusal->text, "%s: %s", r->field->name, what);
+    wire_refuse(r->refusal, reason, "%s: %s", r->field->name, what);
     return false;
 }
 
@@ -316,36 +316,25 @@ wire_reason wire_lcm_decode(
     *refusal = (wire_refusal){.reason = WIRE_OK};
     *out = (wire_message){.kind = wire_lcm_kind(data, size)};
     const wire_schema *s = wire_schema_of(out->kind);
-    if (!s) {
-        snprintf(refusal->text, sizeof refusal->text, "no type of this version has its fingerprint");
-        return refusal->reason = size < 8 ? WIRE_MALFORMED : WIRE_WRONG_VERSION;
-    }
+    if (size < 8) return wire_refuse(refusal, WIRE_MALFORMED, "%zu bytes: a message has at least 8", size);
+    if (!s) return wire_refuse(refusal, WIRE_WRONG_VERSION, "no type of this version has its fingerprint");
     reader r = {(const uint8_t *)data + 8, (const uint8_t *)data + size, memory, NULL, refusal};
     for (uint32_t i = 0; i < s->field_count; i++) {
         r.field = &s->fields[i];
         if (!get_field(&r, (char *)&out->version + r.field->offset)) return refusal->reason;
     }
-    if (left(&r)) {
-        snprintf(refusal->text, sizeof refusal->text, "%zu bytes too many", left(&r));
-        return refusal->reason = WIRE_MALFORMED;
-    }
+    if (left(&r)) return wire_refuse(refusal, WIRE_MALFORMED, "%zu bytes too many", left(&r));
     return wire_check(out, refusal);
 }
 
 /* ---- channels ---- */
 
-static uint64_t hash_name(const char *name)
-{
-    uint64_t h = UINT64_C(14695981039346656037);
-    for (; *name; name++) h = (h ^ (unsigned char)*name) * UINT64_C(1099511628211);
-    return h;
-}
-
 void wire_lcm_stream_channel(const char *stream, char channel[WIRE_CHANNEL_MAX])
 {
     int length = snprintf(channel, WIRE_CHANNEL_MAX, "collided.out.EventBatch.%s", stream);
     if (length >= WIRE_CHANNEL_MAX)
-        snprintf(channel, WIRE_CHANNEL_MAX, "collided.out.EventBatch.#%016" PRIx64, hash_name(stream));
+        snprintf(channel, WIRE_CHANNEL_MAX, "collided.out.EventBatch.#%016" PRIx64,
+            wire_fnv1a(WIRE_FNV1A_START, stream, strlen(stream)));
 }
 
 void wire_lcm_channel(const wire_message *m, char channel[WIRE_CHANNEL_MAX])

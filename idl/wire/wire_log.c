@@ -137,7 +137,7 @@ struct wire_log_reader {
     FILE *file;
     uint64_t offset, size; /* bytes */
     wire_memory *memory;
-    uint8_t *buffer; /* channel and data of a record */
+    uint8_t *buffer; /* channel and data of a record; never NULL once one was read */
     size_t capacity;
 };
 
@@ -200,7 +200,7 @@ static const char *read_header(wire_log_reader *r, record *out)
 static const char *read_body(wire_log_reader *r, record *out)
 {
     size_t size = (size_t)out->channel_size + out->data_size;
-    if (!reserve(&r->buffer, &r->capacity, size)) return "no memory for the record";
+    if (!reserve(&r->buffer, &r->capacity, size + 1)) return "no memory for the record";
     if (size && fread(r->buffer, size, 1, r->file) != 1) return "the file cannot be read";
     r->offset += size;
     out->channel = r->buffer;

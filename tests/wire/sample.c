@@ -15,18 +15,36 @@ uint64_t sample_next(sampler *s)
     return z ^ z >> 31;
 }
 
-uint32_t sample_below(sampler *s, uint32_t bound) { return (uint32_t)(sample_next(s) % bound); }
+uint32_t sample_below(sampler *s, uint32_t bound)
+{
+    return (uint32_t)(sample_next(s) % bound);
+}
 
-static int64_t positive(sampler *s) { return (int64_t)(sample_next(s) >> 1 >> sample_below(s, 62)) + 1; }
+static int64_t positive(sampler *s)
+{
+    return (int64_t)(sample_next(s) >> 1 >> sample_below(s, 62)) + 1;
+}
 
-static bool coin(sampler *s) { return sample_below(s, 2); }
+static bool coin(sampler *s)
+{
+    return sample_below(s, 2);
+}
 
-static double unit(sampler *s) { return (double)(sample_next(s) >> 11) * 0x1p-53; }
+static double unit(sampler *s)
+{
+    return (double)(sample_next(s) >> 11) * 0x1p-53;
+}
 
 /* In (0, most], its magnitude anywhere from 1e-9 m up. */
-static double size(sampler *s, double most) { return fmin(most, 1e-9 * pow(most * 1e9, 1 - unit(s))); }
+static double size(sampler *s, double most)
+{
+    return fmin(most, 1e-9 * pow(most * 1e9, 1 - unit(s)));
+}
 
-static double number(sampler *s, double most) { return coin(s) ? size(s, most) : -size(s, most); }
+static double number(sampler *s, double most)
+{
+    return coin(s) ? size(s, most) : -size(s, most);
+}
 
 /* ---- arrays ---- */
 
@@ -169,9 +187,9 @@ static wire_body body(sampler *s, uint32_t most)
 static wire_pose_batch pose_batch(sampler *s, uint32_t most)
 {
     uint32_t n = sample_below(s, most + 1);
-    return (wire_pose_batch){WIRE_VERSION, positive(s), positive(s), positive(s), positive(s),
-        i32s(s, n, INT32_MAX), f64s(s, 3 * n, WIRE_POSITION_MAX), turns(s, n),
-        f64s(s, coin(s) ? 3 * n : 0, WIRE_SPEED_MAX), f64s(s, coin(s) ? 3 * n : 0, WIRE_SPEED_MAX)};
+    return (wire_pose_batch){WIRE_VERSION, positive(s), positive(s), positive(s), positive(s), i32s(s, n, INT32_MAX),
+        f64s(s, 3 * n, WIRE_POSITION_MAX), turns(s, n), f64s(s, coin(s) ? 3 * n : 0, WIRE_SPEED_MAX),
+        f64s(s, coin(s) ? 3 * n : 0, WIRE_SPEED_MAX)};
 }
 
 static wire_vertex_batch vertex_batch(sampler *s, uint32_t most)
@@ -193,9 +211,8 @@ static wire_query query(sampler *s)
 {
     static const double half[] = {0.1, 0, WIRE_SIZE_MAX};
     return (wire_query){WIRE_VERSION, positive(s), positive(s), (uint8_t)(1 + sample_below(s, WIRE_QUERY_RECORD)),
-        name(s), name(s), f64s(s, 3, WIRE_POSITION_MAX), turns(s, coin(s)),
-        .half = {3, half}, .direction = f64s(s, 3, 1e290),
-        .length_m = coin(s) ? INFINITY : size(s, 1e290), .tolerance_m = size(s, 1),
+        name(s), name(s), f64s(s, 3, WIRE_POSITION_MAX), turns(s, coin(s)), .half = {3, half},
+        .direction = f64s(s, 3, 1e290), .length_m = coin(s) ? INFINITY : size(s, 1e290), .tolerance_m = size(s, 1),
         .most = (int32_t)sample_below(s, WIRE_ANSWERS_MAX + 1)};
 }
 
@@ -218,8 +235,7 @@ static wire_answer answer(sampler *s, uint32_t most)
     wire_answer a = {WIRE_VERSION, positive(s), positive(s), positive(s), positive(s),
         (uint8_t)(1 + sample_below(s, WIRE_QUERY_RECORD)), (uint8_t)sample_below(s, 4), text(s, WIRE_TEXT_MAX),
         names(s, n), names(s, m), .axes = f64s(s, 3 * n, 1), .points_a = f64s(s, 3 * n, 1e12),
-        .points_b = f64s(s, 3 * m, 1e12), .orientations = turns(s, m), .ages_ns = i64s(s, n),
-        .stale = u8s(s, n, 0, 1)};
+        .points_b = f64s(s, 3 * m, 1e12), .orientations = turns(s, m), .ages_ns = i64s(s, n), .stale = u8s(s, n, 0, 1)};
     intervals(s, n, &a.lo, &a.hi);
     return a;
 }
@@ -253,15 +269,14 @@ static wire_status status(sampler *s, uint32_t most)
 {
     uint32_t n = sample_below(s, most + 1);
     return (wire_status){WIRE_VERSION, positive(s), (uint8_t)sample_below(s, 4), text(s, 64), text(s, 64),
-        text(s, WIRE_TEXT_MAX), text(s, WIRE_TEXT_MAX), positive(s), positive(s), positive(s), names(s, n),
-        i64s(s, n)};
+        text(s, WIRE_TEXT_MAX), text(s, WIRE_TEXT_MAX), positive(s), positive(s), positive(s), names(s, n), i64s(s, n)};
 }
 
 static wire_reject reject(sampler *s)
 {
-    return (wire_reject){WIRE_VERSION, positive(s), positive(s), positive(s),
-        (uint8_t)sample_below(s, WIRE_KIND_COUNT), (int32_t)sample_below(s, INT32_MAX) - 1,
-        (uint8_t)(1 + sample_below(s, WIRE_REASON_COUNT - 1)), text(s, WIRE_TEXT_MAX)};
+    return (wire_reject){WIRE_VERSION, positive(s), positive(s), positive(s), (uint8_t)sample_below(s, WIRE_KIND_COUNT),
+        (int32_t)sample_below(s, INT32_MAX) - 1, (uint8_t)(1 + sample_below(s, WIRE_REASON_COUNT - 1)),
+        text(s, WIRE_TEXT_MAX)};
 }
 
 static wire_ack ack(sampler *s, uint32_t most)
@@ -272,20 +287,33 @@ static wire_ack ack(sampler *s, uint32_t most)
 wire_message sample_message(sampler *s, wire_kind kind, uint32_t most)
 {
     switch (kind) {
-    case WIRE_CLIENT: return (wire_message){kind, .client = client(s)};
-    case WIRE_GEOMETRY: return (wire_message){kind, .geometry = geometry(s, most)};
-    case WIRE_BODY: return (wire_message){kind, .body = body(s, most)};
-    case WIRE_POSE_BATCH: return (wire_message){kind, .pose_batch = pose_batch(s, most)};
-    case WIRE_VERTEX_BATCH: return (wire_message){kind, .vertex_batch = vertex_batch(s, most)};
-    case WIRE_INTEREST: return (wire_message){kind, .interest = interest(s)};
-    case WIRE_QUERY: return (wire_message){kind, .query = query(s)};
-    case WIRE_ANSWER: return (wire_message){kind, .answer = answer(s, most)};
-    case WIRE_EVENT_BATCH: return (wire_message){kind, .event_batch = event_batch(s, most)};
-    case WIRE_STATUS: return (wire_message){kind, .status = status(s, most)};
-    case WIRE_REJECT: return (wire_message){kind, .reject = reject(s)};
-    case WIRE_ACK: return (wire_message){kind, .ack = ack(s, most)};
+    case WIRE_CLIENT:
+        return (wire_message){kind, .client = client(s)};
+    case WIRE_GEOMETRY:
+        return (wire_message){kind, .geometry = geometry(s, most)};
+    case WIRE_BODY:
+        return (wire_message){kind, .body = body(s, most)};
+    case WIRE_POSE_BATCH:
+        return (wire_message){kind, .pose_batch = pose_batch(s, most)};
+    case WIRE_VERTEX_BATCH:
+        return (wire_message){kind, .vertex_batch = vertex_batch(s, most)};
+    case WIRE_INTEREST:
+        return (wire_message){kind, .interest = interest(s)};
+    case WIRE_QUERY:
+        return (wire_message){kind, .query = query(s)};
+    case WIRE_ANSWER:
+        return (wire_message){kind, .answer = answer(s, most)};
+    case WIRE_EVENT_BATCH:
+        return (wire_message){kind, .event_batch = event_batch(s, most)};
+    case WIRE_STATUS:
+        return (wire_message){kind, .status = status(s, most)};
+    case WIRE_REJECT:
+        return (wire_message){kind, .reject = reject(s)};
+    case WIRE_ACK:
+        return (wire_message){kind, .ack = ack(s, most)};
     case WIRE_NOTHING:
-    case WIRE_KIND_COUNT: break;
+    case WIRE_KIND_COUNT:
+        break;
     }
     return (wire_message){.kind = WIRE_NOTHING};
 }
@@ -306,8 +334,15 @@ static bool same_texts(any_array a, any_array b)
 
 static bool same_field(wire_type type, const void *a, const void *b)
 {
-    static const size_t bytes[] = {[WIRE_U8] = 1, [WIRE_I32] = 4, [WIRE_I64] = 8, [WIRE_F64] = 8, [WIRE_U8S] = 1,
-        [WIRE_I32S] = 4, [WIRE_I64S] = 8, [WIRE_F64S] = 8, [WIRE_STRINGS] = 0};
+    static const size_t bytes[] = {[WIRE_U8] = 1,
+        [WIRE_I32] = 4,
+        [WIRE_I64] = 8,
+        [WIRE_F64] = 8,
+        [WIRE_U8S] = 1,
+        [WIRE_I32S] = 4,
+        [WIRE_I64S] = 8,
+        [WIRE_F64S] = 8,
+        [WIRE_STRINGS] = 0};
     if (type < WIRE_STRING) return memcmp(a, b, bytes[type]) == 0;
     if (type == WIRE_STRING) return strcmp(*(const char *const *)a, *(const char *const *)b) == 0;
     any_array one, other;

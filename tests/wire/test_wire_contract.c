@@ -68,6 +68,11 @@ static void expect(scanner *s, const char *token)
 
 /* ---- structs of either language ---- */
 
+static void keep_name(char out[TOKEN_MAX], const char *token)
+{
+    snprintf(out, TOKEN_MAX, "%s", token);
+}
+
 typedef struct parsed_field {
     char name[TOKEN_MAX];
     wire_type type;
@@ -80,7 +85,10 @@ typedef struct parsed {
     uint32_t count;
 } parsed;
 
-static wire_type array_of(wire_type single) { return WIRE_U8S + (single - WIRE_U8); }
+static wire_type array_of(wire_type single)
+{
+    return WIRE_U8S + (single - WIRE_U8);
+}
 
 static wire_type idl_type(scanner *s)
 {
@@ -103,7 +111,7 @@ static parsed_field idl_field(scanner *s)
     if (f.key) expect(s, "key");
     f.type = idl_type(s);
     const char *name = next(s);
-    strcpy(f.name, *name == '_' ? name + 1 : name); /* IDL's way to write a name that is one of its own words */
+    keep_name(f.name, *name == '_' ? name + 1 : name); /* IDL's way to write a name that is one of its own words */
     expect(s, ";");
     return f;
 }
@@ -122,13 +130,13 @@ static wire_type lcm_type(scanner *s)
 static parsed_field lcm_field(scanner *s)
 {
     parsed_field f = {.type = lcm_type(s)};
-    strcpy(f.name, next(s));
+    keep_name(f.name, next(s));
     expect(s, ";");
     size_t length = strlen(f.name);
     if (length < 3 || strcmp(f.name + length - 2, "_n") != 0) return f;
     assert_int_equal(f.type, WIRE_I32);
     char count[TOKEN_MAX];
-    strcpy(count, f.name);
+    keep_name(count, f.name);
     f.name[length - 2] = '\0';
     f.type = array_of(lcm_type(s));
     expect(s, f.name);
@@ -143,7 +151,7 @@ static parsed parse_struct(scanner *s, parsed_field (*field)(scanner *))
 {
     parsed p = {.count = 0};
     expect(s, "struct");
-    strcpy(p.name, next(s));
+    keep_name(p.name, next(s));
     expect(s, "{");
     while (!accept(s, "}")) {
         assert_true(p.count < FIELDS_MAX);
@@ -168,8 +176,11 @@ static void expect_as_in_schema(const parsed *p, wire_kind kind)
 /* The keys tell DDS which samples are of one object: its client and its number (a status: the daemon's epoch). */
 static void expect_keys(const parsed *p, wire_kind kind)
 {
-    static const char *const second[WIRE_KIND_COUNT] = {[WIRE_CLIENT] = "client", [WIRE_GEOMETRY] = "hash piece",
-        [WIRE_BODY] = "body", [WIRE_INTEREST] = "interest", [WIRE_STATUS] = "epoch"};
+    static const char *const second[WIRE_KIND_COUNT] = {[WIRE_CLIENT] = "client",
+        [WIRE_GEOMETRY] = "hash piece",
+        [WIRE_BODY] = "body",
+        [WIRE_INTEREST] = "interest",
+        [WIRE_STATUS] = "epoch"};
     for (uint32_t i = 0; i < p->count; i++) {
         const char *name = p->fields[i].name;
         bool of_object = second[kind] && (strcmp(name, "client") == 0 || strstr(second[kind], name) != NULL);
@@ -230,7 +241,10 @@ static const struct {
     [WIRE_STRINGS] = {sizeof(wire_strings), _Alignof(wire_strings)},
 };
 
-static size_t aligned(size_t offset, size_t alignment) { return (offset + alignment - 1) / alignment * alignment; }
+static size_t aligned(size_t offset, size_t alignment)
+{
+    return (offset + alignment - 1) / alignment * alignment;
+}
 
 /* Each field begins where the one before ends, but for alignment: a member that the schema lacks would leave a gap.
  * (One that fits into the padding would not; its absence from IDL and LCM would not be seen either.) */

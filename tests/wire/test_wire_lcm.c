@@ -6,6 +6,7 @@
 
 #include <setjmp.h>
 #include <stdarg.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -84,8 +85,8 @@ typedef union foreign { /* any of lcm-gen's structs */
 /* lcm-gen's struct as a plain message that borrows from it. */
 static wire_message as_plain(wire_kind kind, const foreign *from)
 {
-    static const size_t bytes[] = {[WIRE_U8] = 1, [WIRE_I32] = 4, [WIRE_I64] = 8, [WIRE_F64] = 8,
-        [WIRE_STRING] = sizeof(char *)};
+    static const size_t bytes[] = {
+        [WIRE_U8] = 1, [WIRE_I32] = 4, [WIRE_I64] = 8, [WIRE_F64] = 8, [WIRE_STRING] = sizeof(char *)};
     wire_message out = {.kind = kind};
     const wire_schema *s = wire_schema_of(kind);
     for (uint32_t i = 0; i < s->field_count; i++) {
@@ -211,6 +212,39 @@ static void a_long_stream_has_the_channel_of_its_hash(void **state)
     assert_string_not_equal(channel, other);
 }
 
+/* The hexdump of idl/README.md, as bytes. */
+static size_t read_example(uint8_t *out, size_t capacity)
+{
+    char line[512];
+    size_t size = 0;
+    FILE *f = fopen(IDL_FOLDER "/README.md", "r");
+    assert_non_null(f);
+    while (fgets(line, sizeof line, f)) {
+        unsigned offset, byte;
+        int at, step;
+        if (sscanf(line, "%8x %n", &offset, &at) != 1 || strncmp(line + 8, "  ", 2) != 0) continue;
+        assert_int_equal(offset, size);
+        for (; sscanf(line + at, "%2x %n", &byte, &step) == 1; at += step) {
+            assert_true(size < capacity);
+            out[size++] = (uint8_t)byte;
+        }
+    }
+    fclose(f);
+    return size;
+}
+
+static void the_example_of_the_protocol_page_is_real(void **state)
+{
+    (void)state;
+    uint8_t told[256], real[256];
+    wire_message m = {WIRE_POSE_BATCH,
+        .pose_batch = {WIRE_VERSION, 0xc0111ded, 42, INT64_C(1700000000000000000), .bodies = {1, (const int32_t[]){3}},
+            .positions = {3, (const double[]){0.5, 0, 1.25}}, .orientations = {4, (const double[]){1, 0, 0, 0}}}};
+    size_t size = wire_lcm_encode(&m, real, sizeof real);
+    assert_int_equal(read_example(told, sizeof told), size);
+    assert_memory_equal(told, real, size);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -220,6 +254,7 @@ int main(void)
         cmocka_unit_test(missing_texts_are_empty_ones),
         cmocka_unit_test(channels_are_named_by_kind_stream_and_client),
         cmocka_unit_test(a_long_stream_has_the_channel_of_its_hash),
+        cmocka_unit_test(the_example_of_the_protocol_page_is_real),
     };
     return cmocka_run_group_tests_name("wire_lcm", tests, NULL, NULL);
 }

@@ -10,8 +10,8 @@ struct dds_topic_descriptor;
 const struct dds_topic_descriptor *wire_dds_descriptor(wire_kind kind);
 size_t wire_dds_sample_size(wire_kind kind);
 
-/* A message that borrows from the sample: valid as long as the sample is. The sequences of plain numbers are not copied.
- * Checked by wire_check. */
+/* A message that borrows from the sample: valid as long as the sample is. The sequences of plain numbers are not
+ * copied. Checked by wire_check. */
 wire_reason wire_dds_decode(wire_kind kind, const void *sample, wire_message *out, wire_refusal *refusal);
 
 /* A sample that borrows from the message: to be written at once, never freed by dds_sample_free. `sample` has

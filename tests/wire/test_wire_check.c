@@ -1,0 +1,251 @@
+/* Every rule of wire_check with a case on each side of it: what is refused tells its reason, its field and what is
+ * allowed. Rules of single fields and of bodies; test_wire_check_more.c has those of the daemon's messages, and limits.
+ */
+#include "plain.h"
+
+#include <math.h>
+#include <string.h>
+
+static void the_plain_messages_are_legal(void **state)
+{
+    (void)state;
+    for (int kind = WIRE_NOTHING + 1; kind < WIRE_KIND_COUNT; kind++) ACCEPTED((wire_kind)kind, (void)m);
+    REFUSED(WIRE_NOTHING, (void)m, WIRE_MALFORMED, "no such kind");
+    REFUSED(WIRE_CLIENT, m.kind = WIRE_KIND_COUNT, WIRE_MALFORMED, "no such kind");
+}
+
+static void another_version_is_refused(void **state)
+{
+    (void)state;
+    for (int kind = WIRE_NOTHING + 1; kind < WIRE_KIND_COUNT; kind++) {
+        REFUSED((wire_kind)kind, m.version = WIRE_VERSION + 1, WIRE_WRONG_VERSION, "version is 2: it must be 1");
+        REFUSED((wire_kind)kind, m.version = 0, WIRE_WRONG_VERSION, "version is 0");
+    }
+}
+
+static void clients_have_a_number_and_count_their_messages(void **state)
+{
+    (void)state;
+    static const wire_kind from_clients[] = {
+        WIRE_CLIENT, WIRE_GEOMETRY, WIRE_BODY, WIRE_POSE_BATCH, WIRE_VERTEX_BATCH, WIRE_INTEREST, WIRE_QUERY};
+    for (size_t i = 0; i < sizeof from_clients / sizeof *from_clients; i++) {
+        wire_kind kind = from_clients[i];
+        ACCEPTED(kind, m.client.client = -1);
+        REFUSED(kind, m.client.client = 0, WIRE_UNKNOWN_CLIENT, "client is 0");
+        ACCEPTED(kind, m.client.sequence = INT64_MAX);
+        REFUSED(kind, m.client.sequence = 0, WIRE_MALFORMED, "sequence is 0: 1 to");
+        REFUSED(kind, m.client.sequence = -1, WIRE_MALFORMED, "sequence is -1");
+    }
+}
+
+static void client_rules(void **state)
+{
+    (void)state;
+    ACCEPTED(WIRE_CLIENT, m.client.on_loss = WIRE_LOST_KEEP);
+    REFUSED(WIRE_CLIENT, m.client.on_loss = 3, WIRE_MALFORMED, "on_loss is 3: 0 to 2");
+    REFUSED(WIRE_CLIENT, m.client.lease_ns = 0, WIRE_MALFORMED, "lease_ns is 0: 1 to");
+    REFUSED(WIRE_CLIENT, m.client.removed = 2, WIRE_MALFORMED, "removed is 2: 0 to 1");
+    ACCEPTED(WIRE_CLIENT, m.client.name = "");
+    ACCEPTED(WIRE_CLIENT, m.client.name = plain_text(WIRE_NAME_MAX));
+    REFUSED(WIRE_CLIENT, m.client.name = plain_text(WIRE_NAME_MAX + 1), WIRE_TOO_LARGE, "the allowed 127 bytes");
+    REFUSED(WIRE_CLIENT, m.client.name = "a\nb", WIRE_BAD_NAME, "control characters");
+    ACCEPTED(WIRE_CLIENT, (m.client.removed = 1, m.client.lease_ns = 0));
+}
+
+/* Overlong forms, surrogates, beyond Unicode, cut in the middle: each is a way past somebody's filter. */
+static void texts_are_utf8(void **state)
+{
+    (void)state;
+    static const char *const good[] = {"\x7e", "\xc2\xa0", "\xdf\xbf", "\xe0\xa0\x80", "\xed\x9f\xbf", "\xee\x80\x80",
+        "\xf0\x90\x80\x80", "\xf4\x8f\xbf\xbf"};
+    static const char *const bad[] = {"\x80", "\xbf", "\xc0\x80", "\xc1\xbf", "\xc2", "\xc2\x20", "\xe0\x9f\xbf",
+        "\xe2\x82", "\xed\xa0\x80", "\xef\xbf\x20", "\xf0\x8f\xbf\xbf", "\xf0\x90\x80", "\xf4\x90\x80\x80", "\xf5\x80",
+        "\xff"};
+    for (size_t i = 0; i < sizeof good / sizeof *good; i++) ACCEPTED(WIRE_BODY, m.body.name = good[i]);
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++)
+        REFUSED(WIRE_BODY, m.body.name = bad[i], WIRE_MALFORMED, "is not UTF-8");
+    REFUSED(WIRE_BODY, plain.texts[1] = "\xff", WIRE_MALFORMED, "rule_patterns (text 1) is not UTF-8");
+    REFUSED(WIRE_BODY, m.body.name = "a\x7f", WIRE_BAD_NAME, "control");
+    REFUSED(WIRE_BODY, m.body.name = "\xc2\x85", WIRE_BAD_NAME, "control");
+}
+
+static void geometry_rules(void **state)
+{
+    (void)state;
+    REFUSED(WIRE_GEOMETRY, m.geometry.hash = 0, WIRE_BAD_HASH, "hash is 0");
+    REFUSED(WIRE_GEOMETRY, m.geometry.hash++, WIRE_BAD_HASH, "does not have the hash");
+    REFUSED(WIRE_GEOMETRY, plain.vertices[4] = 1e-300, WIRE_BAD_HASH, "does not have the hash");
+    REFUSED(WIRE_GEOMETRY, m.geometry.kind = 0, WIRE_MALFORMED, "kind is 0: 1 to 3");
+    REFUSED(WIRE_GEOMETRY, m.geometry.kind = 4, WIRE_MALFORMED, "kind is 4");
+    REFUSED(WIRE_GEOMETRY, m.geometry.removed = 2, WIRE_MALFORMED, "removed");
+    ACCEPTED(WIRE_GEOMETRY, (m.geometry.removed = 1, m.geometry.kind = 0));
+    REFUSED(WIRE_GEOMETRY, m.geometry.pieces = 2, WIRE_MALFORMED, "pieces is 2: 1 to 1");
+    REFUSED(WIRE_GEOMETRY, m.geometry.piece = 1, WIRE_MALFORMED, "piece is 1: 0 to 0");
+    REFUSED(WIRE_GEOMETRY, m.geometry.piece = -1, WIRE_MALFORMED, "piece is -1");
+    REFUSED(WIRE_GEOMETRY, m.geometry.vertices.count = 9, WIRE_MALFORMED, "vertices has 9");
+    REFUSED(WIRE_GEOMETRY, m.geometry.indices.count = 5, WIRE_MALFORMED, "indices has 5");
+    REFUSED(WIRE_GEOMETRY, m.geometry.vertex_numbers = -3, WIRE_MALFORMED, "vertex_numbers is -3");
+    REFUSED(WIRE_GEOMETRY, m.geometry.index_numbers = -3, WIRE_MALFORMED, "index_numbers is -3");
+    REFUSED(WIRE_GEOMETRY, m.geometry.vertex_numbers = 11, WIRE_MALFORMED, "three numbers");
+    REFUSED(WIRE_GEOMETRY, m.geometry.index_numbers = 0, WIRE_MALFORMED, "at least one triangle");
+    REFUSED(WIRE_GEOMETRY, plain.indices[1] = 4, WIRE_MALFORMED, "indices[1] is 4: 0 to 3");
+    REFUSED(WIRE_GEOMETRY, plain.indices[2] = -1, WIRE_MALFORMED, "indices[2] is -1");
+    REFUSED(WIRE_GEOMETRY, plain.vertices[0] = 2e9, WIRE_TOO_LARGE, "vertices[0] is 2e+09");
+    REFUSED(WIRE_GEOMETRY, plain.vertices[0] = NAN, WIRE_BAD_NUMBER, "vertices[0] is not a number");
+}
+
+/* A hull or height field of the plain mesh's vertices. */
+static wire_message solid(uint8_t kind, int32_t vertex_numbers, int32_t index_numbers)
+{
+    wire_message m = plain_message(WIRE_GEOMETRY);
+    wire_geometry *g = &m.geometry;
+    plain.indices[0] = plain.indices[1] = 2;
+    g->kind = kind;
+    g->vertex_numbers = vertex_numbers;
+    g->index_numbers = index_numbers;
+    g->vertices.count = (uint32_t)vertex_numbers;
+    g->indices.count = (uint32_t)index_numbers;
+    g->hash = wire_geometry_hash(g->kind, g->vertices, g->indices);
+    return m;
+}
+
+static void geometry_kinds_have_their_numbers(void **state)
+{
+    (void)state;
+    ACCEPTED(WIRE_GEOMETRY, m = solid(WIRE_GEOMETRY_HULL, 12, 0));
+    REFUSED(WIRE_GEOMETRY, m = solid(WIRE_GEOMETRY_HULL, 9, 0), WIRE_FLAT_HULL, "at least 4 points");
+    REFUSED(WIRE_GEOMETRY, m = solid(WIRE_GEOMETRY_HULL, 12, 3), WIRE_MALFORMED, "no indices");
+    REFUSED(WIRE_GEOMETRY, m = solid(WIRE_GEOMETRY_HULL, 10, 0), WIRE_MALFORMED, "three numbers");
+    ACCEPTED(WIRE_GEOMETRY, m = solid(WIRE_GEOMETRY_MESH, 9, 3));
+    REFUSED(WIRE_GEOMETRY, m = solid(WIRE_GEOMETRY_MESH, 6, 3), WIRE_MALFORMED, "at least one triangle");
+    ACCEPTED(WIRE_GEOMETRY, m = solid(WIRE_GEOMETRY_HEIGHT_FIELD, 4, 2));
+    REFUSED(WIRE_GEOMETRY, m = solid(WIRE_GEOMETRY_HEIGHT_FIELD, 3, 2), WIRE_MALFORMED, "height field");
+    REFUSED(WIRE_GEOMETRY, m = solid(WIRE_GEOMETRY_HEIGHT_FIELD, 4, 3), WIRE_MALFORMED, "columns, rows");
+}
+
+static void body_rules(void **state)
+{
+    (void)state;
+    ACCEPTED(WIRE_BODY, m.body.body = INT32_MAX);
+    REFUSED(WIRE_BODY, m.body.body = -1, WIRE_MALFORMED, "body is -1");
+    ACCEPTED(WIRE_BODY, (m.body.removed = 1, m.body.name = "", m.body.shape_types.count = 0));
+    REFUSED(WIRE_BODY, m.body.removed = 2, WIRE_MALFORMED, "removed");
+    ACCEPTED(WIRE_BODY, m.body.motion = WIRE_MOTION_FIXED);
+    REFUSED(WIRE_BODY, m.body.motion = 2, WIRE_MALFORMED, "motion is 2: 0 to 1");
+    ACCEPTED(WIRE_BODY, m.body.ccd = WIRE_CCD_FULL);
+    REFUSED(WIRE_BODY, m.body.ccd = 3, WIRE_MALFORMED, "ccd is 3: 0 to 2");
+    REFUSED(WIRE_BODY, m.body.name = "", WIRE_BAD_NAME, "name is empty");
+    REFUSED(WIRE_BODY, m.body.name = NULL, WIRE_BAD_NAME, "name is empty");
+    REFUSED(WIRE_BODY, m.body.group = "a\tb", WIRE_BAD_NAME, "group must not have control");
+    REFUSED(WIRE_BODY, m.body.deadline_ns = -1, WIRE_MALFORMED, "deadline_ns is -1");
+    REFUSED(WIRE_BODY, m.body.stamp_ns = -1, WIRE_MALFORMED, "stamp_ns is -1");
+    REFUSED(WIRE_BODY, m.body.pose.count = 6, WIRE_MALFORMED, "pose has 6");
+    REFUSED(WIRE_BODY, m.body.shape_types.count = 0, WIRE_MALFORMED, "shape_types is empty");
+    REFUSED(WIRE_BODY, plain.types[1] = 8, WIRE_MALFORMED, "shape_types[1] is 8: 0 to 7");
+    REFUSED(WIRE_BODY, m.body.shape_sizes.count = 3, WIRE_MALFORMED, "shape_sizes has 3");
+    REFUSED(WIRE_BODY, m.body.shape_radii.count = 1, WIRE_MALFORMED, "shape_radii has 1");
+    REFUSED(WIRE_BODY, m.body.shape_poses.count = 7, WIRE_MALFORMED, "shape_poses has 7");
+    REFUSED(WIRE_BODY, m.body.shape_geometries.count = 0, WIRE_MALFORMED, "shape_geometries has 0");
+}
+
+static void body_filter_rules(void **state)
+{
+    (void)state;
+    ACCEPTED(WIRE_BODY, plain.actions[1] = WIRE_RULE_CHECK);
+    REFUSED(WIRE_BODY, plain.actions[1] = 2, WIRE_MALFORMED, "rule_actions[1] is 2: 0 to 1");
+    REFUSED(WIRE_BODY, m.body.rule_actions.count = 1, WIRE_MALFORMED, "rule_actions has 1");
+    REFUSED(WIRE_BODY, m.body.rule_reasons.count = 1, WIRE_MALFORMED, "rule_reasons has 1");
+    ACCEPTED(WIRE_BODY, plain.texts[0] = "group:g");
+    REFUSED(WIRE_BODY, plain.texts[0] = "group:", WIRE_BAD_NAME, "without the group's name");
+    REFUSED(WIRE_BODY, plain.texts[0] = "", WIRE_BAD_NAME, "a rule's pattern is empty");
+    ACCEPTED(WIRE_BODY, plain.texts[0] = plain_text(WIRE_NAME_MAX));
+    REFUSED(WIRE_BODY, plain.texts[0] = plain_text(WIRE_NAME_MAX + 1), WIRE_TOO_LARGE, "a rule's pattern");
+}
+
+static void poses_are_finite_near_and_turned(void **state)
+{
+    (void)state;
+    ACCEPTED(WIRE_BODY, plain.pose[2] = -WIRE_POSITION_MAX);
+    REFUSED(WIRE_BODY, plain.pose[2] = nextafter(-WIRE_POSITION_MAX, -INFINITY), WIRE_TOO_LARGE, "pose[2] is");
+    REFUSED(WIRE_BODY, plain.pose[0] = NAN, WIRE_BAD_NUMBER, "pose[0] is not a number");
+    REFUSED(WIRE_BODY, plain.pose[6] = INFINITY, WIRE_BAD_NUMBER, "pose[6] is infinite");
+    REFUSED(WIRE_BODY, plain.pose[3] = 0, WIRE_BAD_ROTATION, "pose[3..6] has the norm 0: 0.5 to 2");
+    ACCEPTED(WIRE_BODY, plain.pose[3] = 0.5);
+    REFUSED(WIRE_BODY, plain.pose[3] = 0.499, WIRE_BAD_ROTATION, "pose[3..6]");
+    ACCEPTED(WIRE_BODY, plain.pose[3] = -2);
+    REFUSED(WIRE_BODY, plain.pose[3] = 2.001, WIRE_BAD_ROTATION, "pose[3..6]");
+    REFUSED(WIRE_BODY, plain.pose[3] = 1e200, WIRE_BAD_ROTATION, "pose[3..6]");
+    REFUSED(WIRE_BODY, plain.shape_poses[11] = 0, WIRE_BAD_ROTATION, "shape_poses[10..13]");
+    REFUSED(WIRE_BODY, plain.shape_poses[7] = 1e13, WIRE_TOO_LARGE, "shape_poses[7]");
+}
+
+/* The first shape becomes one of this type with these sizes. */
+static void set_shape(uint8_t type, double x, double y, double z, double radius)
+{
+    plain.types[0] = type;
+    memcpy(plain.sizes, (double[]){x, y, z}, 3 * sizeof(double));
+    plain.radii[0] = radius;
+    plain.geometries[0] = type == WIRE_SHAPE_HULL;
+}
+#define SHAPE(...) set_shape(__VA_ARGS__)
+#define SHAPE_OK(...) ACCEPTED(WIRE_BODY, SHAPE(__VA_ARGS__))
+#define SHAPE_BAD(words, ...) REFUSED(WIRE_BODY, SHAPE(__VA_ARGS__), WIRE_BAD_SIZE, words)
+
+static void round_shapes_have_their_sizes(void **state)
+{
+    (void)state;
+    SHAPE_OK(WIRE_SHAPE_SPHERE, 0, 0, 0, WIRE_SIZE_MAX);
+    SHAPE_BAD("above 0 and at most 1e+09", WIRE_SHAPE_SPHERE, 0, 0, 0, 0);
+    SHAPE_BAD("shape_radii[0] is -1", WIRE_SHAPE_SPHERE, 0, 0, 0, -1);
+    SHAPE_BAD("shape_radii[0] is 2e+09", WIRE_SHAPE_SPHERE, 0, 0, 0, 2e9);
+    SHAPE_BAD("of a sphere it must be 0", WIRE_SHAPE_SPHERE, 0, 1, 0, 1);
+    SHAPE_OK(WIRE_SHAPE_CAPSULE, 0, 0, 0, 1);
+    SHAPE_OK(WIRE_SHAPE_CAPSULE, 0, 0, 1, 1);
+    SHAPE_BAD("of a capsule it must be 0", WIRE_SHAPE_CAPSULE, 1, 0, 1, 1);
+    SHAPE_BAD("shape_sizes[2] is -1 m", WIRE_SHAPE_CAPSULE, 0, 0, -1, 1);
+    SHAPE_BAD("above 0", WIRE_SHAPE_CAPSULE, 0, 0, 1, 0);
+    SHAPE_OK(WIRE_SHAPE_CYLINDER, 1, 1, 2, 0);
+    SHAPE_BAD("a cylinder is round", WIRE_SHAPE_CYLINDER, 1, 2, 2, 0);
+    SHAPE_OK(WIRE_SHAPE_CONE, 1, 1, 2, 0.1);
+    SHAPE_BAD("a cone is round", WIRE_SHAPE_CONE, 1, 2, 2, 0);
+    SHAPE_BAD("must be solid", WIRE_SHAPE_CONE, 0, 0, 2, 0);
+    SHAPE_OK(WIRE_SHAPE_ELLIPSOID, 1, 2, 3, 0);
+    SHAPE_BAD("must be solid", WIRE_SHAPE_ELLIPSOID, 1, 0, 3, 0);
+}
+
+static void flat_shapes_have_their_sizes(void **state)
+{
+    (void)state;
+    SHAPE_OK(WIRE_SHAPE_BOX, 1e-300, 2, WIRE_SIZE_MAX, 0);
+    SHAPE_BAD("shape_sizes[1] is 0: a box that is not rounded", WIRE_SHAPE_BOX, 1, 0, 1, 0);
+    SHAPE_OK(WIRE_SHAPE_BOX, 1, 0, 1, 0.01);
+    SHAPE_BAD("shape_sizes[0] is -1 m", WIRE_SHAPE_BOX, -1, 1, 1, 0);
+    SHAPE_BAD("0 to 1e+09 is allowed", WIRE_SHAPE_BOX, 1, 1, nextafter(WIRE_SIZE_MAX, INFINITY), 0);
+    REFUSED(WIRE_BODY, SHAPE(WIRE_SHAPE_BOX, 1, 1, NAN, 0), WIRE_BAD_NUMBER, "shape_sizes[2] is not a number");
+    SHAPE_OK(WIRE_SHAPE_HALFSPACE, 0, 0, 0, 0);
+    SHAPE_BAD("of a half-space it must be 0", WIRE_SHAPE_HALFSPACE, 1, 0, 0, 0);
+    SHAPE_OK(WIRE_SHAPE_HULL, 0, 0, 0, 0.1);
+    SHAPE_BAD("of a hull it must be 0", WIRE_SHAPE_HULL, 1, 0, 0, 0);
+    REFUSED(WIRE_BODY, (SHAPE(WIRE_SHAPE_HULL, 0, 0, 0, 0), plain.geometries[0] = 0), WIRE_MALFORMED,
+        "shape_geometries[0]: a hull needs one");
+    REFUSED(WIRE_BODY, plain.geometries[0] = 5, WIRE_MALFORMED, "shape_geometries[0]: a box has none");
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(the_plain_messages_are_legal),
+        cmocka_unit_test(another_version_is_refused),
+        cmocka_unit_test(clients_have_a_number_and_count_their_messages),
+        cmocka_unit_test(client_rules),
+        cmocka_unit_test(texts_are_utf8),
+        cmocka_unit_test(geometry_rules),
+        cmocka_unit_test(geometry_kinds_have_their_numbers),
+        cmocka_unit_test(body_rules),
+        cmocka_unit_test(body_filter_rules),
+        cmocka_unit_test(poses_are_finite_near_and_turned),
+        cmocka_unit_test(round_shapes_have_their_sizes),
+        cmocka_unit_test(flat_shapes_have_their_sizes),
+    };
+    return cmocka_run_group_tests_name("wire_check", tests, NULL, NULL);
+}
