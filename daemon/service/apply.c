@@ -37,6 +37,7 @@ bool apply_limit(service *s, size_t now, long most, const char *option, wire_ref
 {
     if (now < (size_t)most) return false;
     refuse(why, WIRE_LIMIT, "%s = %ld is reached", option, most);
+    s->limit_ns = s->monotonic_ns;
     if (!strstr(s->limits, option)) {
         size_t used = strlen(s->limits);
         snprintf(s->limits + used, sizeof s->limits - used, "%s%s", used ? " " : "", option);

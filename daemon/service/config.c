@@ -107,7 +107,7 @@ static int set_text(config *c, const config_option *o, const char *value, char *
         snprintf(allowed, sizeof allowed, "at most %zu characters", o->size - 1);
         return refuse(why, why_size, o, value, allowed);
     }
-    strcpy((char *)c + o->offset, value);
+    memcpy((char *)c + o->offset, value, strlen(value) + 1);
     return 0;
 }
 

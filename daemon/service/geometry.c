@@ -88,6 +88,7 @@ wire_reason geometry_put(service *s, const wire_geometry *m, wire_refusal *why)
     geometry *g = find(s, m->hash);
     if (m->removed) {
         if (g) g->announced = false;
+        s->geometries_loose = true;
         return WIRE_OK;
     }
     if (m->kind != WIRE_GEOMETRY_HULL)
@@ -118,10 +119,12 @@ void geometry_release(service *s, int64_t hash)
 {
     geometry *g = find(s, hash);
     if (g && g->users) g->users--;
+    s->geometries_loose = true;
 }
 
 void geometry_forget(service *s, int64_t client)
 {
+    s->geometries_loose = true;
     for (size_t i = 0; i < s->geometries.count; i++)
         if (s->geometries.at[i].used && s->geometries.at[i].client == client) s->geometries.at[i].announced = false;
 }
@@ -130,6 +133,8 @@ void geometry_forget(service *s, int64_t client)
  * which ends have been told. */
 void geometry_sweep(service *s)
 {
+    if (!s->geometries_loose) return;
+    s->geometries_loose = false;
     for (size_t i = 0; i < s->geometries.count; i++) {
         geometry *g = &s->geometries.at[i];
         if (g->used && !g->users && !g->announced) drop(s, g);

@@ -86,6 +86,7 @@ void health_publish(service *s)
     static sheet t; /* the tick thread's */
     char links[WIRE_TEXT_MAX];
     describe_links(s, links, sizeof links);
+    if (s->monotonic_ns - s->limit_ns > LIMITS_TOLD_NS) s->limits[0] = '\0';
     t.count = 0;
     add_world(s, &t);
     for (size_t i = 0; i < metrics_count(s->metrics); i++)

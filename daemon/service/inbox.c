@@ -74,7 +74,7 @@ static void keep_waiting(inbox *in)
         in->letters.at[kept++] = l;
     }
     in->letters.count = in->waiting = kept;
-    memcpy(in->bytes.at, bytes.at, bytes.count);
+    if (bytes.count) memcpy(in->bytes.at, bytes.at, bytes.count);
     in->bytes.count = bytes.count;
     array_free(&bytes);
 }

@@ -98,6 +98,9 @@ typedef struct inbox {
     wire_memory *memory;
 } inbox;
 
+/* A limit that was reached is told in Status for so long. */
+#define LIMITS_TOLD_NS ((int64_t)60000000000)
+
 /* ---- all of it ---- */
 
 typedef struct counters { /* metrics that the service itself counts */
@@ -133,7 +136,9 @@ typedef struct service {
     ARRAY(filter_rule) rules;
     wire_log_writer *recording;
     char recording_path[CONFIG_TEXT_MAX];
-    char limits[512]; /* named limits that were reached */
+    char limits[512];      /* named limits that were reached in the last LIMITS_TOLD_NS */
+    int64_t limit_ns;      /* when the last of them was, monotonic */
+    bool geometries_loose; /* some may have nobody who wants them any more */
 } service;
 
 /* session.c */

@@ -97,11 +97,21 @@ world_status world_get_body(const world *w, uint32_t id, world_body *out, world_
 
 /* ---- shapes ---- */
 
+static bool same_vec(vec3 a, vec3 b)
+{
+    return a.x == b.x && a.y == b.y && a.z == b.z;
+}
+
+static bool same_pose(pose a, pose b)
+{
+    return same_vec(a.p, b.p) && a.q.w == b.q.w && a.q.x == b.q.x && a.q.y == b.q.y && a.q.z == b.q.z;
+}
+
 static bool same_shape(const solid *s, const world_shape *def)
 {
     const shape *a = &s->shape, *b = &def->shape;
-    return a->type == b->type && a->radius == b->radius && memcmp(&a->half, &b->half, sizeof a->half) == 0 &&
-           a->hull == b->hull && memcmp(&s->local, &def->local, sizeof s->local) == 0;
+    return a->type == b->type && a->radius == b->radius && same_vec(a->half, b->half) && a->hull == b->hull &&
+           same_pose(s->local, def->local);
 }
 
 static bool same_shapes(const world *w, const body *b, const world_body *def)
