@@ -38,7 +38,7 @@ aabb shape_bounds(const shape *s, pose at)
     mat3 r = quat_matrix(at.q);
     const vec3 rows[3] = {{r.x.x, r.y.x, r.z.x}, {r.x.y, r.y.y, r.z.y}, {r.x.z, r.y.z, r.z.z}};
     const double centre[3] = {at.p.x, at.p.y, at.p.z};
-    double margin = add_up(s->radius, rotation_slack(at.q, shape_reach(s)));
+    double margin = add_up(add_up(s->radius, shape_excess(s)), rotation_slack(at.q, shape_reach(s)));
     double lo[3], hi[3];
     for (int k = 0; k < 3; k++) {
         hi[k] = add_up(centre[k], add_up(support_height_up(s, rows[k], NULL), margin));

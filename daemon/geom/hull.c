@@ -378,6 +378,59 @@ static hull *build_solid(const double *points, uint32_t count, const cloud *c, c
     return NULL;
 }
 
+/* Of the polytope's coordinates: what its faces' planes may be off by rounding. A point outside by no more is on it. */
+#define ON_PLANE (4 * ROUND_U)
+
+static const hull_face *most_violated(const hull *h, vec3 p, double *by)
+{
+    const hull_face *worst = NULL;
+    *by = ON_PLANE * h->max_abs;
+    for (uint32_t f = 0; f < h->face_count; f++) {
+        double above = vec_dot(h->faces[f].normal, p) - h->faces[f].offset;
+        if (above > *by) *by = above, worst = &h->faces[f];
+    }
+    return worst;
+}
+
+static double nearest_vertex_distance(const hull *h, vec3 p)
+{
+    double least = INFINITY;
+    for (uint32_t i = 0; i < h->vertex_count; i++) least = fmin(least, length_up(vec_sub(hull_vertex(h, i), p)));
+    return least;
+}
+
+enum { PROJECTIONS_MAX = 32 };
+
+/* How far a point is from the polytope at most: the length of a path that leads inside, from violated plane to violated
+ * plane, or else to the nearest vertex. */
+static double outside_at_most(const hull *h, vec3 p)
+{
+    double path = 0, by;
+    vec3 at = p;
+    for (int i = 0; i < PROJECTIONS_MAX; i++) {
+        const hull_face *f = most_violated(h, at, &by);
+        if (!f) return path > 0 ? path + ON_PLANE * h->max_abs : 0;
+        at = vec_madd(at, -by, f->normal);
+        path += by;
+    }
+    return nearest_vertex_distance(h, p);
+}
+
+/* Beyond it each point is not looked at alone: the bound that is_sound holds for the faces is taken for all. */
+#define EXCESS_TESTS_MAX 0x1p28
+
+static void find_excess(hull *h, const double *points, const cloud *c)
+{
+    uint32_t dropped = c->count - h->vertex_count;
+    if (dropped == 0) return;
+    if ((double)c->count * h->face_count > EXCESS_TESTS_MAX)
+        h->excess = HULL_PLANE_RATIO * c->size;
+    else
+        for (uint32_t i = 0; i < c->count; i++)
+            h->excess = fmax(h->excess, outside_at_most(h, input_point(points, c->source[i])));
+    h->reach = add_up(h->reach, h->excess);
+}
+
 /* The first attempt that gives a sound polytope is taken. Plainly, qhull merges what rounding cannot tell apart.
  * Needles and plates want whitening. Points that are coplanar only to some noise leave facets without a usable normal:
  * then merging (C-n: facets convex to less than n) goes a little wider, to at most HULL_PLANE_RATIO. At last the points
@@ -397,6 +450,7 @@ static hull *try_solid(const double *points, uint32_t count, const cloud *c)
         h = build_solid(points, count, c, &loops);
         hull_loops_free(&loops);
     }
+    if (h) find_excess(h, points, c);
     free(white);
     return h;
 }

@@ -47,7 +47,8 @@ typedef struct hull {
     uint32_t node_count; /* 0 in a small hull, which is scanned */
     hull_node *nodes;
     uint32_t *node_vertices;
-    double reach;   /* max |v|, rounded up */
+    double reach;   /* max |v|, rounded up, `excess` included */
+    double excess;  /* every input point is within this of the polytope; 0 when none is outside beyond rounding */
     double max_abs; /* max |coordinate| */
     int dimension;  /* 3; 2, 1 or 0 when flat, a line or a point (only with HULL_ALLOW_FLAT) */
 } hull;
@@ -66,8 +67,8 @@ enum { HULL_ALLOW_FLAT = 1 }; /* flat input becomes a hull without faces: distan
 /* `points`: count triples x, y, z. On HULL_OK *out is owned by the caller, who frees it by hull_destroy. The vertices
  * are in the order of the input; any order of the same points gives the same polytope. Left out are points that are
  * inside, that equal an earlier one, or that are outside by no more than rounding: 1e-13 of the extent, or
- * HULL_PLANE_RATIO where the input is coplanar only to some noise. A flat hull keeps every distinct point. Flat means
- * thinner than 2^-40 of its length. */
+ * HULL_PLANE_RATIO where the input is coplanar only to some noise: hull.excess says by how much. A flat hull keeps
+ * every distinct point. Flat means thinner than 2^-40 of its length. */
 hull_status hull_build(const double *points, size_t count, unsigned flags, hull **out);
 void hull_destroy(hull *h);
 const char *hull_status_text(hull_status status);

@@ -20,22 +20,22 @@ const char *shape_type_name(shape_type type)
     return (unsigned)type < SHAPE_TYPE_COUNT ? names[type] : "unknown";
 }
 
-static const char *size_fault(double size)
+static const char *size_fault(double size, double limit)
 {
     if (!isfinite(size)) return "size is not a finite number";
     if (size < 0) return "size is negative";
-    if (size > SHAPE_SIZE_MAX) return "size is beyond the limit";
+    if (size > limit) return "size is beyond the limit";
     return NULL;
 }
 
 const char *shape_check(const shape *s)
 {
     if ((unsigned)s->type >= SHAPE_TYPE_COUNT) return "type of shape is unknown";
-    const double sizes[] = {s->radius, s->half.x, s->half.y, s->half.z};
-    for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
-        const char *fault = size_fault(sizes[i]);
-        if (fault) return fault;
-    }
+    const char *fault = size_fault(s->radius, s->type == SHAPE_SPHERE ? SPHERE_RADIUS_MAX : SHAPE_SIZE_MAX);
+    if (!fault) fault = size_fault(s->half.x, SHAPE_SIZE_MAX);
+    if (!fault) fault = size_fault(s->half.y, SHAPE_SIZE_MAX);
+    if (!fault) fault = size_fault(s->half.z, SHAPE_SIZE_MAX);
+    if (fault) return fault;
     bool round = s->type == SHAPE_CYLINDER || s->type == SHAPE_CONE;
     if (round && s->half.y != s->half.x) return "a cylinder's or cone's two radii differ";
     if (s->type == SHAPE_HULL && !s->hull) return "hull is missing";
@@ -61,6 +61,11 @@ static double core_reach(const shape *s)
     default:
         return 0;
     }
+}
+
+double shape_excess(const shape *s)
+{
+    return s->type == SHAPE_HULL ? s->hull->excess : 0;
 }
 
 double shape_reach(const shape *s)

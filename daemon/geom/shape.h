@@ -34,9 +34,14 @@ typedef struct shape {
 const char *shape_type_name(shape_type type); /* "sphere", ... */
 
 /* What is wrong with it (a static text: "size is negative", ...), or NULL. Zero sizes are allowed (a box may be flat,
- * a sphere a point); NaN, infinities, negatives and sizes beyond SHAPE_SIZE_MAX are not. */
+ * a sphere a point); NaN, infinities, negatives and sizes beyond SHAPE_SIZE_MAX (of a
+ * sphere: a radius beyond SPHERE_RADIUS_MAX) are not. */
 const char *shape_check(const shape *s);
-#define SHAPE_SIZE_MAX 1e150 /* squares of sizes must stay finite */
+#define SHAPE_SIZE_MAX 1e150    /* squares of sizes must stay finite */
+#define SPHERE_RADIUS_MAX 1e160 /* the radius of a sphere is never squared */
+
+/* By how much points that a hull was made of may be outside of it; 0 for all else. */
+double shape_excess(const shape *s);
 
 /* Distance from the frame's origin to the farthest point, rounded up; INFINITY for half-spaces. */
 double shape_reach(const shape *s);

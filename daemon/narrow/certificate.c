@@ -26,7 +26,7 @@ double narrow_separation(
     else
         separation = vec_dot(
             axis, vec_sub(unit_pair_support_b(&p, vec_neg(axis), hint_b), unit_pair_support_a(&p, axis, hint_a)));
-    return (separation - p.radius - p.error) * p.unit;
+    return (separation - p.radius - p.error - p.excess) * p.unit;
 }
 
 static double length(vec3 v)

@@ -1,8 +1,10 @@
 /* dispatch: the table of closed forms, and the general method behind it. Pure; any thread. */
 #include "dispatch.h"
 
+#include "coaxial.h"
 #include "gjk.h"
 #include "sat.h"
+#include "witness.h"
 
 #define GENERAL NULL
 #define SPH_SPH closed_sphere_sphere
@@ -34,25 +36,11 @@ closed_form *dispatch_closed_form(shape_type a, shape_type b)
     return TABLE[a][b];
 }
 
-/* Moved apart by the depth the cores touch: where they do, there are the deepest points. */
-static void witness_of_depth(const unit_pair *p, span *s)
-{
-    unit_pair apart = *p;
-    vec3 shift = vec_scale(s->axis, -s->lo);
-    apart.b_in_a.t = vec_add(p->b_in_a.t, shift);
-    narrow_goal exactly = {.far = INFINITY, .near = -INFINITY, .above = INFINITY, .below = INFINITY};
-    gjk_result touch;
-    gjk_distance(&apart, &exactly, s->axis, &touch);
-    s->point_a = touch.span.point_a;
-    s->point_b = vec_sub(touch.span.point_b, shift);
-    s->iterations += touch.span.iterations;
-}
-
 static void depth_by_axes(const unit_pair *p, const gjk_result *start, span *out)
 {
     out->iterations = start->span.iterations;
     sat_depth(p, out);
-    witness_of_depth(p, out);
+    witness_apart(p, out);
     /* axes that all overlap leave no gap; where one does not, GJK's point bounds it from above */
     if (out->lo >= 0) out->hi = fmax(out->lo, start->span.hi);
 }
@@ -66,9 +54,12 @@ void dispatch_general(
     if (start.state == GJK_APART || out->hi <= goal->near) return;
     if (!only_general && sat_is_quick(p)) {
         depth_by_axes(p, &start, out);
+        if (out->lo < 0) witness_deepest(p, out);
         return;
     }
     epa_depth(p, goal, &start, scratch, out);
     bool closed = out->hi - out->lo <= p->error || narrow_goal_reached(goal, out->lo, out->hi);
     if (!only_general && !closed && sat_applies(p)) depth_by_axes(p, &start, out);
+    if (!closed) coaxial_depth(p, out);
+    if (out->lo < 0) witness_deepest(p, out);
 }

@@ -170,7 +170,7 @@ static bool expand(expansion *x, uint16_t seed, const minkowski *m)
 static bool add_farthest(expansion *x, const vec3 *directions, int count, vec3 origin, vec3 along)
 {
     epa_scratch *e = x->e;
-    minkowski far = {VEC_ZERO, VEC_ZERO, VEC_ZERO};
+    minkowski far = {.w = VEC_ZERO};
     double most = 0;
     for (int i = 0; i < count; i++) {
         minkowski m = probe(x, directions[i], NULL);

@@ -5,6 +5,7 @@
 
 #include "ccd_peer.h"
 #include "dispatch.h"
+#include "exact.h"
 #include "manifold.h"
 #include "order.h"
 
@@ -21,16 +22,20 @@ size_t narrow_scratch_size(void)
  */
 #define FINEST 1e-12
 
+/* Bounds that are apart by more than this many errors of doubles are kept apart by the search, not by rounding. */
+#define ROUNDING_WIDTHS 4
+
 static narrow_goal goal_of(const unit_pair *p, const narrow_request *r)
 {
     bool decide = r->facts == 0 || (r->facts & (NARROW_VERDICT | NARROW_MANIFOLD));
     bool measure = r->facts & (NARROW_DISTANCE | NARROW_MANIFOLD);
-    double above = r->threshold * p->scale + p->radius + p->error, below = above - 2 * p->error;
-    double finest = 2 * UNIT_ROUNDOFF * p->size, range = r->range * p->scale + p->radius + p->error;
+    double margin = p->radius + p->error, threshold = r->threshold * p->scale;
+    double above = threshold + margin + p->excess, below = threshold + margin - 2 * p->error;
+    double finest = 2 * UNIT_ROUNDOFF * p->size, range = r->range * p->scale + margin + p->excess;
     double far = decide ? above : -INFINITY;
     if (r->facts & NARROW_DISTANCE) far = fmax(far, range);
     return (narrow_goal){
-        .tolerance = fmax(r->tolerance * p->scale - 2 * p->error, finest),
+        .tolerance = fmax(r->tolerance * p->scale - 2 * p->error - p->excess, finest),
         .finest = finest,
         .far = far,
         .near = measure ? -INFINITY : below,
@@ -48,9 +53,9 @@ static void finish(const unit_pair *p, const span *s, narrow_result *out)
         vec3 line = vec_unit(vec_sub(s->point_b, s->point_a));
         if (vec_norm2(line) > 0) towards = line;
     }
-    out->lo = (s->lo - p->radius - p->error) * p->unit;
+    out->lo = (s->lo - p->radius - p->error - p->excess) * p->unit;
     out->hi = (s->hi - p->radius + p->error) * p->unit;
-    out->axis = s->axis;
+    out->axis = vec_unit(s->axis);
     out->point_a = vec_scale(vec_madd(s->point_a, p->a.radius, towards), p->unit);
     out->point_b = vec_scale(vec_madd(s->point_b, -p->b.radius, towards), p->unit);
     out->method = s->method;
@@ -60,7 +65,7 @@ static void finish(const unit_pair *p, const span *s, narrow_result *out)
 static narrow_status status_of(const unit_pair *p, const narrow_goal *g, const narrow_request *r, const span *s)
 {
     double asked = r->tolerance > 0 ? r->tolerance * p->scale : FINEST * p->size;
-    bool narrow = s->lo == s->hi || s->hi - s->lo + 2 * p->error <= asked;
+    bool narrow = s->lo == s->hi || s->hi - s->lo + 2 * p->error + p->excess <= asked;
     return narrow || s->lo > g->far || s->hi <= g->near ? NARROW_CERTAIN : NARROW_WIDE;
 }
 
@@ -73,22 +78,65 @@ static void measure(const unit_pair *p, const narrow_goal *g, narrow_engine engi
     dispatch_general(p, g, only_general, VEC_ZERO, &scratch->epa, s);
 }
 
+/* The answer of the search in doubles, in A's frame. */
+static void search(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
+    narrow_scratch *scratch, unit_pair *p, narrow_result *result)
+{
+    span s;
+    unit_pair_init(p, a, b, b_in_a);
+    narrow_goal g = goal_of(p, request);
+    ccd_peer_opinion peer = ccd_peer_ask(p, a, b, b_in_a, request->engine, &g, &s);
+    if (!peer.settled) measure(p, &g, request->engine, scratch, &s);
+    *result = (narrow_result){.peer_failures = ccd_peer_failures(&peer, p, &s)};
+    finish(p, &s, result);
+    if (ccd_peer_agreed(&peer, request, result)) result->method = peer.method;
+    result->status = status_of(p, &g, request, &s);
+    if ((request->facts & NARROW_MANIFOLD) && result->lo <= request->threshold) {
+        transform t = pose_transform(*b_in_a);
+        manifold_build(a, b, &t, result->axis, result->point_a, result->point_b, request->threshold, &result->manifold);
+    }
+}
+
+static double asked_width(const unit_pair *p, const narrow_request *r)
+{
+    return r->tolerance > 0 ? r->tolerance : FINEST * p->size * p->unit;
+}
+
+static bool decided(const narrow_request *r, const narrow_result *result)
+{
+    return result->lo > r->threshold || result->hi <= r->threshold;
+}
+
+/* Is it the rounding of doubles that keeps the bounds from what was asked? With tolerance 0 each bit counts. */
+static bool wants_refining(const unit_pair *p, const narrow_request *r, const narrow_result *result)
+{
+    bool asks_verdict = r->facts == 0 || (r->facts & (NARROW_VERDICT | NARROW_MANIFOLD));
+    bool too_wide =
+        (r->facts & NARROW_DISTANCE) && result->lo <= r->range && !(result->hi - result->lo <= r->tolerance);
+    bool undecided = asks_verdict && !decided(r, result);
+    bool by_rounding = r->tolerance == 0 || result->hi - result->lo <= ROUNDING_WIDTHS * p->error * p->unit;
+    return (too_wide || undecided) && by_rounding && exact_applies(p);
+}
+
+/* After the bounds have been narrowed. */
+static void settle(const unit_pair *p, const narrow_request *r, narrow_result *result)
+{
+    bool narrow = result->hi - result->lo <= asked_width(p, r);
+    bool verdict_only = !(r->facts & NARROW_DISTANCE);
+    if (narrow || (verdict_only && decided(r, result))) result->status = NARROW_CERTAIN;
+    if (result->lo > r->threshold) result->manifold.count = 0;
+    if (result->lo > 0) exact_draw_together(p, result);
+}
+
 void narrow_query(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
     narrow_cache *cache, narrow_scratch *scratch, narrow_result *result)
 {
     unit_pair p;
-    span s;
-    unit_pair_init(&p, a, b, b_in_a);
-    narrow_goal g = goal_of(&p, request);
-    ccd_peer_opinion peer = ccd_peer_ask(&p, a, b, b_in_a, request->engine, &g, &s);
-    if (!peer.settled) measure(&p, &g, request->engine, scratch, &s);
-    *result = (narrow_result){.peer_failures = ccd_peer_failures(&peer, &p, &s)};
-    finish(&p, &s, result);
-    if (ccd_peer_agreed(&peer, request, result)) result->method = peer.method;
-    result->status = status_of(&p, &g, request, &s);
-    if ((request->facts & NARROW_MANIFOLD) && result->lo <= request->threshold) {
-        transform t = pose_transform(*b_in_a);
-        manifold_build(a, b, &t, result->axis, result->point_a, result->point_b, request->threshold, &result->manifold);
+    search(a, b, b_in_a, request, scratch, &p, result);
+    if (wants_refining(&p, request, result)) {
+        exact_pair e = exact_pair_of(&p, a, POSE_IDENTITY, b, *b_in_a);
+        exact_narrow(&e, result);
+        settle(&p, request, result);
     }
     if (cache) {
         cache->axis = result->axis;
@@ -97,15 +145,23 @@ void narrow_query(const shape *a, const shape *b, const pose *b_in_a, const narr
     }
 }
 
-/* A's frame to world axes, origin moved by `shift`. */
-static void turn(narrow_result *r, quat q, vec3 shift)
+/* A's frame to world axes. */
+static void turn(narrow_result *r, quat q)
 {
     mat3 m = quat_matrix(q);
-    r->axis = mat_mul(m, r->axis);
-    r->point_a = vec_add(mat_mul(m, r->point_a), shift);
-    r->point_b = vec_add(mat_mul(m, r->point_b), shift);
+    r->axis = vec_unit(mat_mul(m, r->axis));
+    r->point_a = mat_mul(m, r->point_a);
+    r->point_b = mat_mul(m, r->point_b);
     for (uint32_t i = 0; i < r->manifold.count; i++)
-        r->manifold.points[i].point = vec_add(mat_mul(m, r->manifold.points[i].point), shift);
+        r->manifold.points[i].point = mat_mul(m, r->manifold.points[i].point);
+}
+
+static void move_origin(narrow_result *r, vec3 shift)
+{
+    r->point_a = vec_add(r->point_a, shift);
+    r->point_b = vec_add(r->point_b, shift);
+    for (uint32_t i = 0; i < r->manifold.count; i++)
+        r->manifold.points[i].point = vec_add(r->manifold.points[i].point, shift);
 }
 
 static void swap_roles(narrow_result *r)
@@ -127,8 +183,17 @@ void narrow_query_world(const shape *a, pose pose_a, const shape *b, pose pose_b
     bool swapped = order > 0 || (order == 0 && order_poses(pose_a, pose_b) > 0);
     pose first = swapped ? pose_b : pose_a, second = swapped ? pose_a : pose_b;
     pose relative = pose_relative(first, second);
-    narrow_query(swapped ? b : a, swapped ? a : b, &relative, request, NULL, scratch, result);
-    turn(result, first.q, vec_sub(first.p, pose_a.p));
+    const shape *shape_1 = swapped ? b : a, *shape_2 = swapped ? a : b;
+    unit_pair p;
+    search(shape_1, shape_2, &relative, request, scratch, &p, result);
+    turn(result, first.q);
+    bool refine = wants_refining(&p, request, result);
+    if (refine) {
+        exact_pair e = exact_pair_of(&p, shape_1, first, shape_2, second);
+        exact_narrow(&e, result);
+    }
+    move_origin(result, vec_sub(first.p, pose_a.p));
+    if (refine) settle(&p, request, result);
     if (swapped) swap_roles(result);
 }
 

@@ -23,11 +23,11 @@ typedef enum narrow_engine {
 } narrow_engine;
 
 typedef struct narrow_request {
-    unsigned facts;       /* of narrow_fact */
-    double tolerance;     /* m, asked width of [lo, hi]; 0 = as narrow as floating point gives. Beside a verdict the
-                             interval is refined until it also decides, or rounding does not let it */
-    double range;         /* m; beyond it a lower bound is enough. INFINITY = always measure */
-    double threshold;     /* m; for NARROW_VERDICT and NARROW_MANIFOLD */
+    unsigned facts;   /* of narrow_fact */
+    double tolerance; /* m, asked width of [lo, hi]; 0 = as narrow as floating point gives. Beside a verdict the
+                         interval is refined until it also decides, or rounding does not let it */
+    double range;     /* m; beyond it a lower bound is enough. INFINITY = always measure */
+    double threshold; /* m; for NARROW_VERDICT and NARROW_MANIFOLD */
     narrow_engine engine;
 } narrow_request;
 
@@ -45,8 +45,8 @@ typedef struct manifold {
 } manifold;
 
 typedef enum narrow_status {
-    NARROW_CERTAIN,   /* the interval is as narrow as asked, or decides what was asked */
-    NARROW_WIDE,      /* it contains the truth but is wider than asked: arithmetic or iterations ended */
+    NARROW_CERTAIN, /* the interval is as narrow as asked, or decides what was asked */
+    NARROW_WIDE,    /* it contains the truth but is wider than asked: arithmetic or iterations ended */
 } narrow_status;
 
 typedef enum narrow_method { /* who settled it: counted and shown */
@@ -60,9 +60,11 @@ typedef enum narrow_method { /* who settled it: counted and shown */
 } narrow_method;
 
 typedef struct narrow_result {
-    double lo, hi;         /* m; lo <= signed distance <= hi, rounding of input poses included: 16 ulp (u = 2^-53) of
-                              the reaches plus the distance, on both sides. Touching shapes give lo < 0 < hi. Two
-                              half-spaces that no translation separates: both -INFINITY */
+    double lo, hi;         /* m; lo <= signed distance <= hi, of the shapes at the poses given, each quaternion divided
+                              by its norm; of hulls, of all the points they were made of. By doubles: 16 ulp (u = 2^-53)
+                              of the reaches plus the distance on both sides; where that is too wide for the request,
+                              `refined`. Touching shapes give lo <= 0 <= hi. Two half-spaces that no translation
+                              separates: both -INFINITY */
     vec3 axis;             /* unit, from A towards B. It proves lo: min over B of axis.x - max over A of axis.x >= lo.
                               Moving B along it by -lo (and rounding) separates */
     vec3 point_a, point_b; /* on the surfaces (radius included). Separated: |point_b - point_a| proves hi. Overlapping:
@@ -72,14 +74,15 @@ typedef struct narrow_result {
     narrow_method method;
     uint32_t iterations;
     uint32_t peer_failures; /* libccd's, when it was the engine */
+    bool refined;           /* the bounds were computed again in double-double, because doubles did not suffice */
 } narrow_result;
 
 /* What a pair remembers, for narrow_separation and narrow_motion_bound to prove separation again. narrow_query writes
  * it and never reads it, so it cannot enter an answer; the hints are narrow_separation's. Zeroed = empty. */
 typedef struct narrow_cache {
-    vec3 axis;       /* in A's frame, unit; zero = none */
-    pose b_in_a;     /* where `lower` was certified */
-    double lower;    /* certified lower bound then */
+    vec3 axis;               /* in A's frame, unit; zero = none */
+    pose b_in_a;             /* where `lower` was certified */
+    double lower;            /* certified lower bound then */
     uint32_t hint_a, hint_b; /* support vertices to start from */
 } narrow_cache;
 
@@ -100,8 +103,8 @@ void narrow_query_world(const shape *a, pose pose_a, const shape *b, pose pose_b
 
 /* The certified separation along one axis (unit, in A's frame, from A towards B): one support query a shape. A lower
  * bound of the signed distance for any axis. With a half-space the axis is its normal, whatever is passed. */
-double narrow_separation(const shape *a, const shape *b, const pose *b_in_a, vec3 axis, uint32_t *hint_a,
-    uint32_t *hint_b);
+double narrow_separation(
+    const shape *a, const shape *b, const pose *b_in_a, vec3 axis, uint32_t *hint_a, uint32_t *hint_b);
 
 /* How far any point of B can have moved relative to A between two relative poses, rounded up:
  * |dp| + 2 |q_v| reach_b, with q_v the vector part of the rotation between them. INFINITY if reach_b is. */

@@ -54,6 +54,7 @@ void unit_pair_init(unit_pair *p, const shape *a, const shape *b, const pose *b_
     p->radius = p->a.radius + p->b.radius;
     p->size = reach_a * p->scale + reach_b * p->scale + vec_norm(p->b_in_a.t);
     p->error = ERROR_ULPS * UNIT_ROUNDOFF * p->size;
+    p->excess = (shape_excess(a) + shape_excess(b)) * p->scale;
 }
 
 static vec3 support(const unit_pair *p, const shape *s, vec3 direction, uint32_t *hint)
@@ -76,7 +77,8 @@ minkowski unit_pair_nearest_along(const unit_pair *p, vec3 axis)
 {
     minkowski m;
     m.a = unit_pair_support_a(p, axis, NULL);
-    m.b = unit_pair_support_b(p, vec_neg(axis), NULL);
+    m.b_local = support(p, &p->b, mat_tmul(p->b_in_a.r, vec_neg(axis)), NULL);
+    m.b = transform_point(&p->b_in_a, m.b_local);
     m.w = vec_sub(m.b, m.a);
     return m;
 }

@@ -18,6 +18,7 @@ typedef struct unit_pair {
     double radius;    /* of a plus of b */
     double size;      /* bounds every |coordinate| that enters: reach of A + reach of B + |position| */
     double error;     /* of any separation along a unit axis: pose, support point, product and sum */
+    double excess;    /* by which points that hulls were made of may be outside of them: only lower bounds need it */
 } unit_pair;
 
 /* What ends a search. Lengths between cores. */
@@ -47,6 +48,7 @@ typedef struct span {
 /* A point of the Minkowski difference B - A, and the two points it is made of. */
 typedef struct minkowski {
     vec3 w, a, b;
+    vec3 b_local; /* b in B's frame: unlike b not rounded */
 } minkowski;
 
 void unit_pair_init(unit_pair *p, const shape *a, const shape *b, const pose *b_in_a);

@@ -218,6 +218,11 @@ static void bad_shapes_are_refused(void **state)
         }
     shape at_limit = {
         .type = SHAPE_BOX, .radius = SHAPE_SIZE_MAX, .half = {SHAPE_SIZE_MAX, SHAPE_SIZE_MAX, SHAPE_SIZE_MAX}};
+    const shape ball = {.type = SHAPE_SPHERE, .radius = SPHERE_RADIUS_MAX};
+    const shape larger = {.type = SHAPE_SPHERE, .radius = 1.01 * SPHERE_RADIUS_MAX};
+    assert_null(shape_check(&ball));
+    assert_true(isfinite(shape_reach(&ball)));
+    assert_non_null(shape_check(&larger));
     assert_null(shape_check(&at_limit));
     assert_true(isfinite(shape_reach(&at_limit)));
     shape oval = {.type = SHAPE_CYLINDER, .half = {1, 2, 1}}, no_hull = {.type = SHAPE_HULL},

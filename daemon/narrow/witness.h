@@ -1,0 +1,14 @@
+/* witness: the points that an answer names when two cores overlap: the deepest along the axis. Pure; any thread. */
+#ifndef COLLIDED_NARROW_WITNESS_H
+#define COLLIDED_NARROW_WITNESS_H
+
+#include "unit_pair.h"
+
+/* Where the cores touch once B is moved apart along s->axis by the depth: points that face each other. */
+void witness_apart(const unit_pair *p, span *s);
+
+/* Keeps s->point_a and s->point_b if they lie on the support planes of their cores along s->axis; else takes
+ * witness_apart's, or where even those fall short, a support point of each. */
+void witness_deepest(const unit_pair *p, span *s);
+
+#endif

@@ -1,0 +1,121 @@
+/* The last bits: pairs that rounding of doubles leaves undecided are decided in double-double, against the oracle in
+ * 113 bits; what doubles settle does not pay for it. */
+#include "cases.h"
+#include "oracle.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+
+#include <cmocka.h>
+
+static narrow_result asked(const shape *a, pose pa, const shape *b, pose pb, double tolerance)
+{
+    narrow_request request = measure_exactly();
+    narrow_result r;
+    request.tolerance = tolerance;
+    narrow_query_world(a, pa, b, pb, &request, case_scratch(), &r);
+    return r;
+}
+
+static double ulp(double x)
+{
+    return nextafter(fabs(x), INFINITY) - fabs(x);
+}
+
+/* Without a turn, every number that enters is exact: so must the answer be, whatever the ratio of the sizes: to 4
+ * ulp of itself, beside 94 bits of the size. */
+static void unturned_pairs_are_exact_to_the_last_bits(void **state)
+{
+    (void)state;
+    static const shape ball = {.type = SHAPE_SPHERE, .radius = 1}, planet = {.type = SHAPE_SPHERE, .radius = 1e9};
+    static const shape box = {.type = SHAPE_BOX, .half = {.5, .5, .5}};
+    static const shape ground = {.type = SHAPE_BOX, .half = {1e9, 1e9, 1e9}};
+    static const shape rod = {.type = SHAPE_CYLINDER, .half = {1e6, 1e6, 1e9}};
+    static const struct {
+        const shape *a, *b;
+        vec3 at;
+        double expected;
+    } cases[] = {
+        {&ball, &ball, {2.0000000000000004, 0, 0}, 0x1p-51},
+        {&planet, &ball, {1000000001 + 0x1p-20, 0, 0}, 0x1p-20},
+        {&ground, &box, {0, 0, 1e9 + .5 - 0x1p-20}, -0x1p-20},
+        {&ground, &box, {0, 0, 1e9 + .5 + 0x1p-20}, 0x1p-20},
+        {&ball, &ground, {0, 0, 1e9 + 1 + 0x1p-20}, 0x1p-20},
+        {&rod, &ball, {1e6 + 1 + 0x1p-20, 0, 0}, 0x1p-20},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        pose o = POSE_IDENTITY, at = {cases[i].at, {1, 0, 0, 0}};
+        narrow_result r = asked(cases[i].a, o, cases[i].b, at, 0);
+        double expected = cases[i].expected;
+        assert_true(r.refined);
+        assert_true(r.lo <= expected && expected <= r.hi);
+        double size = shape_reach(cases[i].a) + shape_reach(cases[i].b) + vec_norm(at.p);
+        if (!(r.hi - r.lo <= 4 * ulp(expected) + 0x1p-94 * size)) fail_msg("case %zu: [%.17g, %.17g]", i, r.lo, r.hi);
+    }
+}
+
+/* At any turn the axis that is returned still proves lo, and no direction separates by more than hi. */
+static void turned_pairs_are_proved_without_slack(void **state)
+{
+    (void)state;
+    static const shape_type kinds[] = {SHAPE_SPHERE, SHAPE_CAPSULE, SHAPE_BOX, SHAPE_HULL, SHAPE_CONE};
+    double widest = 0;
+    for (uint64_t seed = 1; seed <= 600; seed++) {
+        random_state random = {seed};
+        size_t i = seed % 4, k = seed / 4 % (i == 0 ? 5 : 4);
+        shape a = random_shape(&random, kinds[i]), b = random_shape(&random, kinds[k]);
+        pose pa, pb;
+        random_poses(&random, &a, &b, (enum regime)(seed % REGIME_COUNT), &pa, &pb);
+        narrow_result r = asked(&a, pa, &b, pb, 0);
+        placed oa = oracle_place(&a, pa, pa.p), ob = oracle_place(&b, pb, pa.p);
+        real s = oracle_separation(&oa, &ob, real3_of(r.axis));
+        if (!r.refined || s < r.lo || !(r.lo <= r.hi)) fail_msg("seed %llu", (unsigned long long)seed);
+        double size = shape_reach(&a) + shape_reach(&b) + vec_norm(vec_sub(pb.p, pa.p));
+        bool hulls_overlap = (kinds[i] == SHAPE_HULL || kinds[k] == SHAPE_HULL) && r.hi < 0;
+        if (!hulls_overlap) widest = fmax(widest, (r.hi - r.lo) / size);
+    }
+    if (!(widest <= 4e-15)) fail_msg("width %g of the size", widest);
+}
+
+/* A micrometre is not worth double-double; touching, for a verdict, is. */
+static void only_what_doubles_cannot_settle_is_refined(void **state)
+{
+    (void)state;
+    static const shape box = {.type = SHAPE_BOX, .half = {.5, .5, .5}};
+    const pose o = POSE_IDENTITY, near = {{1.001, 0, 0}, {1, 0, 0, 0}}, touching = {{1, 0, 0}, {1, 0, 0, 0}};
+    const narrow_request verdict = {.facts = NARROW_VERDICT, .range = INFINITY};
+    narrow_result r = asked(&box, o, &box, near, 1e-6);
+    assert_false(r.refined);
+    assert_true(asked(&box, o, &box, near, 1e-18).refined);
+    narrow_query(&box, &box, &near, &verdict, NULL, case_scratch(), &r);
+    assert_false(r.refined);
+    narrow_query(&box, &box, &touching, &verdict, NULL, case_scratch(), &r);
+    assert_true(r.refined);
+    assert_true(r.lo <= 0 && 0 <= r.hi && r.hi - r.lo <= 0x1p-52);
+}
+
+static int create(void **state)
+{
+    (void)state;
+    cases_create();
+    return 0;
+}
+
+static int destroy(void **state)
+{
+    (void)state;
+    cases_destroy();
+    return 0;
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(unturned_pairs_are_exact_to_the_last_bits),
+        cmocka_unit_test(turned_pairs_are_proved_without_slack),
+        cmocka_unit_test(only_what_doubles_cannot_settle_is_refined),
+    };
+    return cmocka_run_group_tests(tests, create, destroy);
+}
