@@ -24,6 +24,8 @@ static inline double add_up(double a, double b)
 static inline double length_up(vec3 a)
 {
     double most = vec_max_abs(a);
+    if (most > 0x1p-400 && most < 0x1p400)
+        return vec_norm(a) * (1 + 8 * ROUND_U); /* in range as it is: the same bits */
     int exponent;
     frexp(most, &exponent);
     vec3 scaled = {ldexp(a.x, -exponent), ldexp(a.y, -exponent), ldexp(a.z, -exponent)};

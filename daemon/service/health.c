@@ -63,6 +63,7 @@ static void add_world(const service *s, sheet *t)
     add(t, "narrow_queries", f.narrow_queries);
     add(t, "manifolds", f.manifolds);
     add(t, "wide_answers", f.wide);
+    add(t, "refined_answers", f.refined);
     add(t, "ccd_failures", f.peer_failures);
     for (int r = 0; r < RUNG_COUNT; r++) {
         snprintf(rungs[r], sizeof rungs[r], "pairs_by_%s", world_rung_name((world_rung)r));

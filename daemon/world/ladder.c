@@ -146,6 +146,7 @@ static void count_outcomes(world *w)
         const narrow_result *r = &w->results.at[i];
         w->figures.manifolds += r->manifold.count > 0;
         w->figures.wide += r->status == NARROW_WIDE;
+        w->figures.refined += r->refined;
         w->figures.peer_failures += r->peer_failures;
     }
 }

@@ -203,7 +203,8 @@ typedef struct world_figures {
     uint64_t ticks, moves, pair_ticks;                               /* cumulative */
     uint64_t rungs[RUNG_COUNT];
     uint64_t narrow_queries; /* full ones */
-    uint64_t manifolds, wide, peer_failures;
+    uint64_t manifolds, wide, refined,
+        peer_failures; /* answers: with points, wider than asked, decided beyond doubles */
     uint64_t events;
 } world_figures;
 world_figures world_get_figures(const world *w);
