@@ -45,9 +45,11 @@ static void set_state(collided *c, announcement *a, announce_state state)
     if (!c->pending) session_wake_caller(c);
 }
 
-static int64_t repeat_after_ns(unsigned tries)
+/* A transport that keeps what was sent brings it to whoever comes, but the answer may be lost: the daemon discovers our
+ * writers and our readers independently, and answers nobody when it hears us before it knows who listens. */
+static int64_t repeat_after_ns(const collided *c, unsigned tries)
 {
-    int64_t ms = ANNOUNCE_FIRST_REPEAT_MS;
+    int64_t ms = c->link->ops->repeats ? ANNOUNCE_FIRST_REPEAT_MS : ANNOUNCE_FIRST_DOUBT_MS;
     while (tries-- > 1 && ms < ANNOUNCE_LAST_REPEAT_MS) ms *= 2;
     return (ms < ANNOUNCE_LAST_REPEAT_MS ? ms : ANNOUNCE_LAST_REPEAT_MS) * NS_PER_MS;
 }
@@ -61,13 +63,12 @@ static void take_sequence(collided *c, announcement *a)
     a->renew = false;
 }
 
-/* A transport that keeps what was sent needs no repetition. */
 static void send_now(collided *c, announcement *a, int64_t now_ns)
 {
     if (a->renew) take_sequence(c, a);
-    bool kept = session_send(c, a->message) == 0 && !c->link->ops->repeats;
+    (void)session_send(c, a->message); /* counts its failures; the repetition mends them */
     a->tries++;
-    a->due_ns = kept ? INT64_MAX : now_ns + repeat_after_ns(a->tries);
+    a->due_ns = now_ns + repeat_after_ns(c, a->tries);
 }
 
 void announce(collided *c, announcement *a, wire_message *message)
@@ -86,7 +87,8 @@ void announce(collided *c, announcement *a, wire_message *message)
     a->tries = 0;
     set_state(c, a, ANNOUNCE_PENDING);
     send_now(c, a, session_monotonic_ns());
-    if (c->link->ops->repeats) session_wake_keeper(c);
+    /* The keeper sleeps until the first of those that wait is due; where repetition is rare, that will do for all. */
+    if (c->link->ops->repeats || c->pending == 1) session_wake_keeper(c);
 }
 
 static void make_due(collided *c, announcement *a, bool renew, int64_t due_ns)
@@ -151,7 +153,7 @@ void announce_to_new_daemon(collided *c)
         else if (repeats)
             make_due(c, a, true, now);
         else if (!a->renew)
-            make_due(c, a, false, INT64_MAX); /* the transport hands it to the new daemon */
+            make_due(c, a, false, now + repeat_after_ns(c, 0)); /* the transport hands it to the new daemon */
     }
 }
 
@@ -225,7 +227,7 @@ void announce_rejected(collided *c, const wire_reject *why)
     if (is_matter_of_order(a, (wire_reason)why->reason)) {
         if (c->client.state == ANNOUNCE_ACKED && why->reason == WIRE_UNKNOWN_CLIENT && may_renew(&c->client))
             announce_again(c, &c->client);
-        make_due(c, a, true, session_monotonic_ns() + repeat_after_ns(a->tries));
+        make_due(c, a, true, session_monotonic_ns() + repeat_after_ns(c, a->tries));
         return;
     }
     set_state(c, a, ANNOUNCE_REFUSED);

@@ -20,6 +20,7 @@ typedef struct announcement {
 
 enum {
     ANNOUNCE_FIRST_REPEAT_MS = 50,  /* doubled with each repetition ... */
+    ANNOUNCE_FIRST_DOUBT_MS = 100,  /* the same where the transport keeps what was sent: only an answer can be lost */
     ANNOUNCE_LAST_REPEAT_MS = 1000, /* ... up to this */
     ANNOUNCE_BURST_BYTES = 1 << 18, /* repeated at once at most: a sixteenth of the receivers' buffers */
     ANNOUNCE_ORDER_TRIES = 20       /* answers "unknown client" or "unknown geometry" taken as a matter of order */

@@ -29,7 +29,7 @@ typedef struct transport_sink {
 
 typedef struct transport_ops {
     const char *scheme;
-    bool repeats;       /* nothing keeps what was sent: heartbeats, and repetition until acknowledged */
+    bool repeats;       /* nothing keeps what was sent: heartbeats, early repetition, all anew for a new daemon */
     uint32_t poses_max; /* poses a message that travel well */
     /* NULL, with a line in `why` that says what failed and what to do. */
     transport *(*open)(const transport_options *options, char *why, size_t why_size);

@@ -1,6 +1,6 @@
 /* transport_dds: Cyclone DDS. Writers keep the newest announcement of each object for whoever comes later, and the
- * client's liveliness is its lease, so nothing is repeated. Listeners run on threads of Cyclone's; they only wake the
- * two threads of the session through a descriptor each. */
+ * client's liveliness is its lease, so there are no heartbeats, and repetition is for lost answers alone. Listeners run
+ * on threads of Cyclone's; they only wake the two threads of the session through a descriptor each. */
 #include "allocate.h"
 #include "transport.h"
 #include "wire_dds/wire_dds.h"
@@ -242,14 +242,16 @@ static bool add_stream(transport_dds *t, wire_kind kind, const char *stream)
     return true;
 }
 
+/* Discovery tells of readers in the order of their creation. That of acks comes last: by the time that an ack reaches
+ * us, its sender also knows who reads its answers and refusals, which are volatile as well. */
 static bool open_entities(transport_dds *t, const transport_options *options)
 {
     t->participant = dds_create_participant(t->domain, NULL, NULL);
     if (t->participant <= 0) return false;
-    bool opened = open_inbox(t, &t->control[0], WIRE_ACK, TRANSPORT_CONTROL, NULL) &&
+    bool opened = add_stream(t, WIRE_ANSWER, NULL) &&
                   open_inbox(t, &t->control[1], WIRE_REJECT, TRANSPORT_CONTROL, NULL) &&
                   open_inbox(t, &t->control[2], WIRE_STATUS, TRANSPORT_CONTROL, NULL) &&
-                  add_stream(t, WIRE_ANSWER, NULL);
+                  open_inbox(t, &t->control[0], WIRE_ACK, TRANSPORT_CONTROL, NULL);
     for (size_t i = 0; opened && i < OUTGOING; i++) opened = open_writer(t, outgoing[i], options->lease_ns);
     return opened && open_topic(t, WIRE_EVENT_BATCH);
 }

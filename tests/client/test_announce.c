@@ -52,14 +52,21 @@ static void unacknowledged_announcements_are_repeated_with_growing_pauses(void *
     collided_close(c);
 }
 
-static void a_transport_that_keeps_announcements_needs_no_repetition(void **state)
+static void a_transport_that_keeps_announcements_repeats_what_is_not_answered(void **state)
 {
     (void)state;
     fake_begin((fake_options){.ignored = WIRE_BODY, .epoch = 1});
     collided *c = fake_connect();
     make(c, "part");
-    fake_pause(300);
-    assert_int_equal(fake_sent(WIRE_BODY), 1);
+    fake_pause(550); /* 0, 100, 300, 700 ms */
+    assert_in_range(fake_sent(WIRE_BODY), 2, 4);
+    const wire_message *first = fake_message(WIRE_BODY, 0), *second = fake_message(WIRE_BODY, 1);
+    assert_true(first->body.sequence == second->body.sequence);
+    fake_ack(first);
+    assert_int_equal(collided_sync(c, 1.0), COLLIDED_OK);
+    size_t sent = fake_sent(WIRE_BODY);
+    fake_pause(1200);
+    assert_int_equal(fake_sent(WIRE_BODY), sent);
     fake_set((fake_options){.epoch = 1});
     collided_close(c);
 }
@@ -290,7 +297,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(connecting_without_a_daemon_fails_and_says_so),
         cmocka_unit_test(unacknowledged_announcements_are_repeated_with_growing_pauses),
-        cmocka_unit_test(a_transport_that_keeps_announcements_needs_no_repetition),
+        cmocka_unit_test(a_transport_that_keeps_announcements_repeats_what_is_not_answered),
         cmocka_unit_test(heartbeats_come_three_times_a_lease),
         cmocka_unit_test(a_restarted_daemon_is_told_everything_again_in_order),
         cmocka_unit_test(a_transport_that_keeps_sends_only_the_newer_pose_to_a_new_daemon),
