@@ -5,6 +5,7 @@
 #include "base/log.h"
 
 #include <inttypes.h>
+#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -70,11 +71,12 @@ static bool knows_all(session *c, const wire_pose_batch *m)
     return true;
 }
 
-/* The newest sequence wins. A batch with a body that is not known yet waits for the commands of this tick, once. */
+/* The newest sequence wins. A batch waits for the commands of this tick, once, if some of its client are among them or
+ * it has a body that is not known yet. */
 void apply_poses(service *s, struct link *from, const wire_pose_batch *m, bool may_wait)
 {
     session *c = session_find(s, m->client);
-    if (may_wait && (!c || !knows_all(c, m))) {
+    if (may_wait && (!c || c->letters_tick == s->tick || !knows_all(c, m))) {
         inbox_put(s, from, &(wire_message){.kind = WIRE_POSE_BATCH, .pose_batch = *m});
         return;
     }
@@ -150,7 +152,10 @@ static bool room_for(service *s, const owned_body *b, const wire_body *m, wire_r
     world_figures now = world_get_figures(s->world);
     if ((!b || b->world_id == WORLD_NONE) && apply_limit(s, now.bodies, s->config.max_bodies, "max_bodies", why))
         return false;
-    return !apply_limit(s, now.shapes + m->shape_types.count - 1, s->config.max_shapes, "max_shapes", why);
+    world_body old = {.shape_count = 0}; /* what it replaces makes room */
+    if (b && b->world_id != WORLD_NONE) world_get_body(s->world, b->world_id, &old, NULL);
+    size_t others = now.shapes - old.shape_count;
+    return !apply_limit(s, others + m->shape_types.count - 1, s->config.max_shapes, "max_shapes", why);
 }
 
 static wire_reason put_body(service *s, session *c, const wire_body *m, wire_refusal *why)
@@ -210,6 +215,8 @@ static wire_reason apply_body(service *s, session *c, const wire_body *m, wire_r
 
 /* ---- interests ---- */
 
+static const double LONGEST_PERIOD_NS = 1e18; /* 30 years: a rate of next to nothing must still fit 64 bits */
+
 static wire_reason put_interest(service *s, session *c, const wire_interest *m, wire_refusal *why)
 {
     owned_interest *i = session_interest(c, m->interest);
@@ -226,17 +233,12 @@ static wire_reason put_interest(service *s, session *c, const wire_interest *m, 
         .threshold = m->threshold_m,
         .range = m->range_m,
         .tolerance = m->tolerance_m,
-        .period_ns = m->rate_hz > 0 ? (int64_t)(1e9 / m->rate_hz) : 0};
+        .period_ns = m->rate_hz > 0 ? llround(fmin(1e9 / m->rate_hz, LONGEST_PERIOD_NS)) : 0};
     uint32_t id = is_new ? WORLD_NONE : i->world_id;
+    if (stream_taken(s, c, m, id, why)) return why->reason; /* before anything has changed */
     world_put_interest(s->world, &id, &def);
-    if (stream_open(s, c, m, id, why) != WIRE_OK) {
-        if (is_new) world_remove_interest(s->world, id, CAUSE_INTEREST);
-        return why->reason;
-    }
-    if (!i) {
-        array_push(&c->interests, (owned_interest){.number = m->interest});
-        i = &c->interests.at[c->interests.count - 1];
-    }
+    stream_open(s, c, m, id);
+    if (!i) i = session_add_interest(c, m->interest);
     *i = (owned_interest){m->interest, id, m->sequence, true};
     return WIRE_OK;
 }
@@ -250,7 +252,7 @@ static wire_reason apply_interest(service *s, session *c, const wire_interest *m
     }
     if (!m->removed) return put_interest(s, c, m, why);
     if (i && i->live) {
-        world_remove_interest(s->world, i->world_id, CAUSE_INTEREST);
+        stream_end(s, i->world_id, CAUSE_INTEREST);
         i->live = false;
         i->sequence = m->sequence;
     }

@@ -28,9 +28,7 @@ static geometry *add(service *s, const wire_geometry *m)
     if (index == s->geometries.count) array_push(&s->geometries, (geometry){.used = false});
     geometry *g = &s->geometries.at[index];
     *g = (geometry){.used = true,
-        .announced = true,
         .hash = m->hash,
-        .client = m->client,
         .kind = m->kind,
         .pieces = m->pieces,
         .vertex_numbers = (size_t)m->vertex_numbers};
@@ -46,6 +44,7 @@ static void drop(service *s, geometry *g)
     free(g->vertices);
     free(g->has);
     hull_destroy(g->hull);
+    array_free(&g->announcers);
     *g = (geometry){.used = false};
 }
 
@@ -66,6 +65,7 @@ static wire_reason build(service *s, geometry *g, wire_refusal *why)
     }
     free(g->has);
     g->has = NULL;
+    s->hull_came = true;
     return WIRE_OK;
 }
 
@@ -83,24 +83,47 @@ static wire_reason put_piece(service *s, geometry *g, const wire_geometry *m, wi
     return g->come == g->pieces ? build(s, g, why) : WIRE_OK;
 }
 
+/* ---- who announces it: several clients may send the same hull ---- */
+
+static void announce(geometry *g, int64_t client)
+{
+    for (size_t i = 0; i < g->announcers.count; i++)
+        if (g->announcers.at[i] == client) return;
+    array_push(&g->announcers, client);
+}
+
+static void retract(service *s, geometry *g, int64_t client)
+{
+    for (size_t i = 0; i < g->announcers.count; i++) {
+        if (g->announcers.at[i] != client) continue;
+        g->announcers.at[i] = g->announcers.at[--g->announcers.count];
+        s->geometries_loose = true;
+        return;
+    }
+}
+
+/* So large a hull is refused at its first piece, before memory is set aside for it. */
+static wire_reason check_size(const wire_geometry *m, wire_refusal *why)
+{
+    if (m->vertex_numbers <= 3 * HULL_VERTICES_MAX) return WIRE_OK;
+    snprintf(why->text, sizeof why->text, "vertex_numbers: a hull has at most %d points", HULL_VERTICES_MAX);
+    return why->reason = WIRE_TOO_LARGE;
+}
+
 wire_reason geometry_put(service *s, const wire_geometry *m, wire_refusal *why)
 {
     geometry *g = find(s, m->hash);
     if (m->removed) {
-        if (g) g->announced = false;
-        s->geometries_loose = true;
+        if (g) retract(s, g, m->client);
         return WIRE_OK;
     }
     if (m->kind != WIRE_GEOMETRY_HULL)
         return refuse(why, WIRE_UNSUPPORTED, "kind: only hulls are supported by this release");
-    if (g && g->hull) {
-        g->announced = true;
-        g->client = m->client;
-        return WIRE_OK;
-    }
+    if (check_size(m, why) != WIRE_OK) return why->reason;
     if (!g && apply_limit(s, s->geometry_of.count, s->config.max_geometries, "max_geometries", why)) return why->reason;
     if (!g) g = add(s, m);
-    return put_piece(s, g, m, why);
+    announce(g, m->client);
+    return g->hull ? WIRE_OK : put_piece(s, g, m, why);
 }
 
 const hull *geometry_hull(const service *s, int64_t hash)
@@ -124,9 +147,8 @@ void geometry_release(service *s, int64_t hash)
 
 void geometry_forget(service *s, int64_t client)
 {
-    s->geometries_loose = true;
     for (size_t i = 0; i < s->geometries.count; i++)
-        if (s->geometries.at[i].used && s->geometries.at[i].client == client) s->geometries.at[i].announced = false;
+        if (s->geometries.at[i].used) retract(s, &s->geometries.at[i], client);
 }
 
 /* The world may look at a removed body's hull until the tick after its removal is over: so this runs after a tick, in
@@ -137,7 +159,7 @@ void geometry_sweep(service *s)
     s->geometries_loose = false;
     for (size_t i = 0; i < s->geometries.count; i++) {
         geometry *g = &s->geometries.at[i];
-        if (g->used && !g->users && !g->announced) drop(s, g);
+        if (g->used && !g->users && !g->announcers.count) drop(s, g);
     }
 }
 

@@ -13,6 +13,22 @@ void inbox_put(service *s, struct link *from, const wire_message *m)
     array_reserve(&s->inbox.bytes, l.offset + l.size);
     s->inbox.bytes.count += wire_lcm_encode(m, s->inbox.bytes.at + l.offset, l.size);
     array_push(&s->inbox.letters, l);
+    session *c = session_find(s, l.client);
+    if (c && m->kind != WIRE_QUERY && m->kind != WIRE_POSE_BATCH) c->letters_tick = s->tick;
+}
+
+/* The loss of a client comes behind what it said before, live as in a replay. */
+void inbox_put_lost(service *s, struct link *from, int64_t client)
+{
+    record_lost(s, client);
+    letter l = {.link = from, .kind = WIRE_CLIENT, .client = client, .offset = s->inbox.bytes.count};
+    for (size_t i = 0; i < s->inbox.letters.count; i++) {
+        const letter *other = &s->inbox.letters.at[i];
+        if (other->client == client && other->sequence > l.sequence) l.sequence = other->sequence;
+    }
+    array_reserve(&s->inbox.bytes, l.offset + 1);
+    s->inbox.bytes.at[s->inbox.bytes.count++] = 0; /* so that its offset is its own */
+    array_push(&s->inbox.letters, l);
 }
 
 static int compare(const void *a, const void *b)
@@ -36,13 +52,21 @@ static bool open_letter(service *s, const letter *l, wire_message *m)
 static bool apply_letter(service *s, letter *l)
 {
     wire_message m;
+    if (!l->size) {
+        session *c = session_find(s, l->client);
+        if (c && c->link == l->link)
+            session_lost(s, c, c->link->ops->has_liveliness ? "its liveliness ended" : "its lease ran out");
+        return true;
+    }
+    bool time_is_up = l->since_ns && s->now_ns - l->since_ns >= HULL_WAIT_NS;
+    if (l->since_ns && !s->hull_came && !time_is_up) return false; /* nothing has changed for it */
     if (!open_letter(s, l, &m)) return true;
     if (!l->since_ns) l->since_ns = s->now_ns;
-    return apply_command(s, l->link, &m, s->now_ns - l->since_ns < HULL_WAIT_NS);
+    return apply_command(s, l->link, &m, !time_is_up);
 }
 
-/* Commands first; poses that came before their bodies after them. Queries stay until the tick is over, commands that
- * wait for a hull until it comes or their time is up. */
+/* Hulls first, then the other commands, then poses that came with them or before their bodies. Queries stay until the
+ * tick is over, commands that wait for a hull until it comes or their time is up. */
 void inbox_apply(service *s)
 {
     inbox *in = &s->inbox;
@@ -50,7 +74,12 @@ void inbox_apply(service *s)
     if (in->letters.count) qsort(in->letters.at, in->letters.count, sizeof *in->letters.at, compare);
     for (size_t i = 0; i < in->letters.count; i++) {
         letter *l = &in->letters.at[i];
-        if (l->kind != WIRE_POSE_BATCH && l->kind != WIRE_QUERY && apply_letter(s, l)) l->kind = WIRE_NOTHING;
+        if (l->kind == WIRE_GEOMETRY && apply_letter(s, l)) l->kind = WIRE_NOTHING;
+    }
+    for (size_t i = 0; i < in->letters.count; i++) {
+        letter *l = &in->letters.at[i];
+        if (l->kind != WIRE_NOTHING && l->kind != WIRE_POSE_BATCH && l->kind != WIRE_QUERY && apply_letter(s, l))
+            l->kind = WIRE_NOTHING;
     }
     for (size_t i = 0; i < in->letters.count; i++) {
         letter *l = &in->letters.at[i];
@@ -58,6 +87,7 @@ void inbox_apply(service *s)
         if (open_letter(s, l, &m)) apply_poses(s, l->link, &m.pose_batch, false);
         l->kind = WIRE_NOTHING;
     }
+    s->hull_came = false;
 }
 
 static void keep_waiting(inbox *in)

@@ -29,7 +29,9 @@ int record_start(service *s, const char *path, char *why, size_t why_size)
     snprintf(s->recording_path, sizeof s->recording_path, "%s", path);
     log_notice("recording to %s", path);
     record_state(s);
-    return 0;
+    if (s->recording) return 0;
+    snprintf(why, why_size, "%s: the disk refuses it", path);
+    return -1;
 }
 
 void record_message(service *s, const wire_message *m)

@@ -4,13 +4,15 @@
 
 #include <stdlib.h>
 
-static void tell_geometry(service *s, const geometry *g)
+/* `client`: whose it is when none announces it any more, but a body holds it. */
+static void tell_geometry(service *s, const geometry *g, int64_t client)
 {
     for (int32_t piece = 0; piece < g->pieces; piece++) {
+        if (!g->hull && !g->has[piece]) continue; /* the recording will see it come */
         size_t first = (size_t)piece * WIRE_PIECE_MAX, left = g->vertex_numbers - first;
         wire_message m = {.kind = WIRE_GEOMETRY,
             .geometry = {.version = WIRE_VERSION,
-                .client = g->client,
+                .client = g->announcers.count ? g->announcers.at[0] : client,
                 .sequence = 1,
                 .kind = g->kind,
                 .hash = g->hash,
@@ -117,7 +119,8 @@ void record_state(service *s)
 {
     columns *scratch = base_alloc(1, sizeof *scratch);
     for (size_t i = 0; i < s->geometries.count; i++)
-        if (s->geometries.at[i].used && s->geometries.at[i].hull) tell_geometry(s, &s->geometries.at[i]);
+        if (s->geometries.at[i].used)
+            tell_geometry(s, &s->geometries.at[i], s->sessions.count ? s->sessions.at[0]->client : 1);
     for (size_t i = 0; i < s->sessions.count; i++) {
         const session *c = s->sessions.at[i];
         wire_message m = {.kind = WIRE_CLIENT,
@@ -130,6 +133,7 @@ void record_state(service *s)
         record_message(s, &m);
         for (size_t k = 0; k < c->bodies.count; k++) tell_body(s, c, &c->bodies.at[k], scratch);
         for (size_t k = 0; k < c->interests.count; k++) tell_interest(s, c, &c->interests.at[k]);
+        if (c->lost) record_lost(s, c->client);
     }
     free(scratch);
 }

@@ -21,6 +21,7 @@ static void run_tick(service *s, const wire_log_tick *t, progress *p)
     inbox_apply(s);
     world_tick(s->world, s->now_ns, &batches);
     s->events_hash = batches.hash;
+    stream_publish(s, &batches); /* to nobody; but names of streams that end are free again, as they were live */
     inbox_answer(s);
     session_send_acks(s);
     geometry_sweep(s);

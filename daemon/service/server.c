@@ -29,6 +29,7 @@ static void on_message(void *context, struct link *from, const wire_message *m)
 {
     service *s = context;
     metric_count(s->count.messages_in[m->kind], 1);
+    session_heard(s, m);
     if (m->kind != WIRE_QUERY) record_message(s, m);
     if (m->kind == WIRE_POSE_BATCH)
         apply_poses(s, from, &m->pose_batch, true);
@@ -45,8 +46,7 @@ static void on_refused(
 static void on_client_lost(void *context, struct link *from, int64_t client)
 {
     service *s = context;
-    session *c = session_find(s, client);
-    if (c && (c->link == from || s->replaying)) session_lost(s, c, "its liveliness ended");
+    inbox_put_lost(s, from, client);
 }
 
 static void on_stream_reader(void *context, struct link *from, const char *stream)
@@ -191,6 +191,7 @@ static void tick(service *s)
 /* A command that waits for a hull is refused in a tick of its own, if there is no other. */
 static bool waited_long(const service *s)
 {
+    if (s->inbox.waiting && s->hull_came) return true;
     for (size_t i = 0; i < s->inbox.waiting; i++)
         if (s->now_ns - s->inbox.letters.at[i].since_ns >= HULL_WAIT_NS) return true;
     return false;
@@ -248,8 +249,8 @@ static void one_round(server *v, const link_sink *sink)
 {
     service *s = &v->s;
     set_clock(v);
-    session_check_leases(s);
     for (size_t i = 0; i < s->link_count; i++) s->links[i]->ops->receive(s->links[i], sink);
+    session_check_leases(s); /* after what has come: if this process stood still, its clients did not */
     set_clock(v);
     if (due(v)) {
         if (s->config.rate > 0) v->next_tick_ns = s->monotonic_ns + (int64_t)(1e9 / s->config.rate);
@@ -264,10 +265,11 @@ static void end_in_order(server *v)
 {
     service *s = &v->s;
     set_clock(v);
+    if (s->inbox.letters.count) tick(s); /* what came with the signal */
     record_stop(s);
     publish_status(v, WIRE_HEALTH_STOPPING);
     for (uint32_t i = 0; i < s->streams.count; i++)
-        if (s->streams.at[i].live) world_remove_interest(s->world, i, CAUSE_SHUTDOWN);
+        if (s->streams.at[i].live) stream_end(s, i, CAUSE_SHUTDOWN);
     tick(s);
 }
 

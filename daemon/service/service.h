@@ -42,6 +42,7 @@ typedef struct session {
     struct link *link;          /* by which it came; answers go there */
     int64_t sequence;           /* of the newest Client */
     int64_t lease_ns, heard_ns; /* monotonic */
+    int64_t letters_tick;       /* the tick before which the newest of its commands came */
     uint8_t on_loss;
     bool announced; /* its Client has come */
     bool lost;
@@ -55,7 +56,8 @@ typedef struct session {
 
 typedef struct stream {
     bool live;
-    bool read; /* a reader has come: before, there is nobody to tell */
+    bool read;   /* a reader has come: before, there is nobody to tell */
+    bool ending; /* its interest is gone, its last batch is not told yet: another may have its name */
     char *name;
     int64_t client;
     int32_t interest;
@@ -67,15 +69,15 @@ typedef struct stream {
 
 typedef struct geometry {
     int64_t hash;
-    int64_t client; /* who is sending it */
+    ARRAY(int64_t) announcers; /* clients that announce it and have not taken it back */
     uint8_t kind;
     int32_t pieces, come; /* come: pieces that have arrived */
     size_t vertex_numbers;
-    double *vertices;     /* as they came: a recording tells them again */
-    uint8_t *has;         /* a flag a piece, while it is coming */
-    hull *hull;           /* when whole */
-    uint32_t users;       /* bodies that hold it */
-    bool used, announced; /* announced: its sender still wants it */
+    double *vertices; /* as they came: a recording tells them again */
+    uint8_t *has;     /* a flag a piece, while it is coming */
+    hull *hull;       /* when whole */
+    uint32_t users;   /* bodies that hold it */
+    bool used;
 } geometry;
 
 /* ---- inbox ---- */
@@ -85,7 +87,7 @@ typedef struct letter {
     int64_t since_ns; /* the tick in which it came; a Body waits for its hulls for HULL_WAIT_NS */
     struct link *link;
     wire_kind kind;
-    size_t offset, size; /* of its bytes in inbox.bytes */
+    size_t offset, size; /* of its bytes in inbox.bytes; 0 bytes: the client is lost */
 } letter;
 
 /* Topics have no order among each other: a Body may come before the Geometry that it names. */
@@ -138,6 +140,7 @@ typedef struct service {
     char recording_path[CONFIG_TEXT_MAX];
     char limits[512];      /* named limits that were reached in the last LIMITS_TOLD_NS */
     int64_t limit_ns;      /* when the last of them was, monotonic */
+    bool hull_came;        /* since waiting commands were last tried */
     bool geometries_loose; /* some may have nobody who wants them any more */
 } service;
 
@@ -147,6 +150,8 @@ session *session_get(service *s, int64_t client, struct link *from); /* NULL: to
 owned_body *session_body(session *c, int32_t number);
 owned_body *session_add_body(session *c, int32_t number);
 owned_interest *session_interest(session *c, int32_t number);
+owned_interest *session_add_interest(session *c, int32_t number);
+void session_heard(service *s, const wire_message *m); /* a sign of life, before it is applied */
 void session_lost(service *s, session *c, const char *how);
 void session_leave(service *s, session *c);
 void session_check_leases(service *s);
@@ -166,6 +171,7 @@ void geometry_free_all(service *s);
 
 /* inbox.c */
 void inbox_put(service *s, struct link *from, const wire_message *m);
+void inbox_put_lost(service *s, struct link *from, int64_t client);
 void inbox_apply(service *s);
 void inbox_answer(service *s); /* the queries among them; after the tick */
 
@@ -178,7 +184,9 @@ void apply_reject(service *s, struct link *to, wire_kind kind, int64_t client, i
 bool apply_limit(service *s, size_t now, long most, const char *option, wire_refusal *why);
 
 /* stream.c */
-wire_reason stream_open(service *s, session *c, const wire_interest *m, uint32_t world_id, wire_refusal *why);
+bool stream_taken(service *s, const session *c, const wire_interest *m, uint32_t world_id, wire_refusal *why);
+void stream_open(service *s, session *c, const wire_interest *m, uint32_t world_id);
+void stream_end(service *s, uint32_t world_id, uint8_t cause); /* and the interest with it, in the next tick */
 void stream_close(service *s, uint32_t world_id);
 void stream_reader(service *s, struct link *from, const char *name);
 void stream_publish(service *s, const world_batches *batches);

@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { REMOVED_KEPT = 4096 }; /* removed bodies that a session remembers, against late copies of their Body */
+enum { REMOVED_KEPT = 4096 }; /* removed bodies (interests) that a session remembers, against late copies */
 
 session *session_find(service *s, int64_t client)
 {
@@ -26,6 +26,7 @@ session *session_get(service *s, int64_t client, struct link *from)
         c->client = client;
         c->name = base_strdup("");
         c->lease_ns = (int64_t)(s->config.lease * 1e9);
+        c->letters_tick = -1;
         pair_map_init(&c->body_of);
         pair_map_put(&s->session_of, (uint64_t)client, (uint32_t)s->sessions.count);
         array_push(&s->sessions, c);
@@ -33,6 +34,15 @@ session *session_get(service *s, int64_t client, struct link *from)
     c->link = from;
     c->heard_ns = s->monotonic_ns;
     return c;
+}
+
+void session_heard(service *s, const wire_message *m)
+{
+    int64_t client, sequence;
+    int32_t object;
+    wire_origin(m, &client, &sequence, &object);
+    session *c = session_find(s, client);
+    if (c) c->heard_ns = s->monotonic_ns;
 }
 
 owned_body *session_body(session *c, int32_t number)
@@ -69,6 +79,19 @@ owned_body *session_add_body(session *c, int32_t number)
     return &c->bodies.at[c->bodies.count - 1];
 }
 
+/* As with bodies: removed ones are remembered for a while only. */
+owned_interest *session_add_interest(session *c, int32_t number)
+{
+    size_t kept = 0;
+    if (c->interests.count % REMOVED_KEPT == REMOVED_KEPT - 1) {
+        for (size_t i = 0; i < c->interests.count; i++)
+            if (c->interests.at[i].live) c->interests.at[kept++] = c->interests.at[i];
+        c->interests.count = kept;
+    }
+    array_push(&c->interests, (owned_interest){.number = number});
+    return &c->interests.at[c->interests.count - 1];
+}
+
 owned_interest *session_interest(session *c, int32_t number)
 {
     for (size_t i = 0; i < c->interests.count; i++)
@@ -93,7 +116,7 @@ static void end_bodies(service *s, session *c, uint8_t cause)
 static void end_interests(service *s, session *c, uint8_t cause)
 {
     for (size_t i = 0; i < c->interests.count; i++)
-        if (c->interests.at[i].live) world_remove_interest(s->world, c->interests.at[i].world_id, cause);
+        if (c->interests.at[i].live) stream_end(s, c->interests.at[i].world_id, cause);
     c->interests.count = 0;
 }
 
@@ -120,6 +143,21 @@ static void forget(service *s, session *c)
     free_session(c);
 }
 
+static bool has_bodies(const session *c)
+{
+    for (size_t i = 0; i < c->bodies.count; i++)
+        if (c->bodies.at[i].world_id != WORLD_NONE) return true;
+    return false;
+}
+
+/* Should it live after all (this process stood still, a network was down), it announces everything again. */
+static void tell_lost(service *s, session *c, const char *how)
+{
+    wire_message m = {.kind = WIRE_REJECT,
+        .reject = {WIRE_VERSION, c->client, 0, s->epoch, WIRE_CLIENT, -1, WIRE_UNKNOWN_CLIENT, how}};
+    c->link->ops->publish(c->link, &m);
+}
+
 /* Its interests end with it; its bodies are removed, held or kept, as it said. */
 void session_lost(service *s, session *c, const char *how)
 {
@@ -130,9 +168,9 @@ void session_lost(service *s, session *c, const char *how)
         : c->on_loss == WIRE_LOST_HOLD ? "held"
                                        : "kept");
     metric_count(s->count.clients_lost, 1);
-    record_lost(s, c->client);
+    tell_lost(s, c, how);
     end_interests(s, c, CAUSE_OWNER_LOST);
-    if (c->on_loss == WIRE_LOST_REMOVE) {
+    if (c->on_loss == WIRE_LOST_REMOVE || !has_bodies(c)) {
         end_bodies(s, c, CAUSE_OWNER_LOST);
         forget(s, c);
         return;
@@ -141,13 +179,6 @@ void session_lost(service *s, session *c, const char *how)
     if (c->on_loss == WIRE_LOST_HOLD)
         for (size_t i = 0; i < c->bodies.count; i++)
             if (c->bodies.at[i].world_id != WORLD_NONE) world_hold_body(s->world, c->bodies.at[i].world_id);
-}
-
-static bool has_bodies(const session *c)
-{
-    for (size_t i = 0; i < c->bodies.count; i++)
-        if (c->bodies.at[i].world_id != WORLD_NONE) return true;
-    return false;
 }
 
 /* It left in order: nothing is held, but KEEP keeps. */
@@ -176,7 +207,9 @@ void session_check_leases(service *s)
 {
     for (size_t i = s->sessions.count; i-- > 0;) {
         session *c = s->sessions.at[i];
-        if (by_heartbeat(c) && s->monotonic_ns - c->heard_ns > c->lease_ns) session_lost(s, c, "its lease ran out");
+        if (!by_heartbeat(c) || s->monotonic_ns - c->heard_ns <= c->lease_ns) continue;
+        inbox_put_lost(s, c->link, c->client);
+        c->heard_ns = s->monotonic_ns; /* once, although it may wait for the next tick */
     }
 }
 
@@ -185,7 +218,8 @@ int64_t session_next_lease_ns(const service *s)
     int64_t next = INT64_MAX;
     for (size_t i = 0; i < s->sessions.count; i++) {
         const session *c = s->sessions.at[i];
-        if (by_heartbeat(c) && c->heard_ns + c->lease_ns < next) next = c->heard_ns + c->lease_ns;
+        int64_t end;
+        if (by_heartbeat(c) && !__builtin_add_overflow(c->heard_ns, c->lease_ns, &end) && end < next) next = end;
     }
     return next;
 }
@@ -197,14 +231,20 @@ void session_ack(session *c, int64_t sequence)
     array_push(&c->acks, sequence);
 }
 
+static void send_acks(service *s, session *c, size_t first, size_t count)
+{
+    wire_message m = {.kind = WIRE_ACK,
+        .ack = {WIRE_VERSION, c->client, s->epoch, .sequences = {(uint32_t)count, c->acks.at + first}}};
+    c->link->ops->publish(c->link, &m);
+}
+
 void session_send_acks(service *s)
 {
     for (size_t i = 0; i < s->sessions.count; i++) {
         session *c = s->sessions.at[i];
         if (!c->acks.count) continue;
-        wire_message m = {.kind = WIRE_ACK,
-            .ack = {WIRE_VERSION, c->client, s->epoch, .sequences = {(uint32_t)c->acks.count, c->acks.at}}};
-        c->link->ops->publish(c->link, &m);
+        for (size_t first = 0; first < c->acks.count; first += WIRE_POSES_MAX)
+            send_acks(s, c, first, c->acks.count - first < WIRE_POSES_MAX ? c->acks.count - first : WIRE_POSES_MAX);
         metric_count(s->count.acks, c->acks.count);
         c->acks.count = 0;
     }

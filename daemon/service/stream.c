@@ -6,51 +6,79 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { EVENTS_A_PART = 256 }; /* a part stays well below 64 kB */
+enum { EVENTS_A_PART = 128 }; /* a part stays below 64 kB, but for the longest names */
 
+/* Of those that do not end with this tick. */
 static stream *find_name(service *s, const char *name)
 {
     for (size_t i = 0; i < s->streams.count; i++)
-        if (s->streams.at[i].live && strcmp(s->streams.at[i].name, name) == 0) return &s->streams.at[i];
+        if (s->streams.at[i].live && !s->streams.at[i].ending && strcmp(s->streams.at[i].name, name) == 0)
+            return &s->streams.at[i];
     return NULL;
 }
 
 static void open_at(service *s, session *c, const wire_interest *m, uint32_t world_id, const char *name)
 {
+    bool read = false; /* the readers of one that ends with this tick are its readers: a link tells of a reader once */
+    for (size_t i = 0; i < s->streams.count; i++) {
+        const stream *old = &s->streams.at[i];
+        read |= old->live && old->ending && old->read && old->link == c->link && strcmp(old->name, name) == 0;
+    }
     array_reserve(&s->streams, (size_t)world_id + 1);
     while (s->streams.count <= world_id) s->streams.at[s->streams.count++] = (stream){.live = false};
-    s->streams.at[world_id] = (stream){
-        .live = true, .name = base_strdup(name), .client = c->client, .interest = m->interest, .link = c->link};
+    s->streams.at[world_id] = (stream){.live = true,
+        .read = read,
+        .name = base_strdup(name),
+        .client = c->client,
+        .interest = m->interest,
+        .link = c->link};
     c->link->ops->stream_open(c->link, name);
 }
 
-wire_reason stream_open(service *s, session *c, const wire_interest *m, uint32_t world_id, wire_refusal *why)
+static void name_of(const session *c, const wire_interest *m, char name[WIRE_NAME_MAX + 1])
 {
-    char name[WIRE_NAME_MAX + 1];
     if (*m->stream)
-        snprintf(name, sizeof name, "%s", m->stream);
+        snprintf(name, WIRE_NAME_MAX + 1, "%s", m->stream);
     else
-        snprintf(name, sizeof name, "%016" PRIx64 ".%d", (uint64_t)c->client, m->interest);
-    stream *taken = find_name(s, name);
-    bool own = taken && (size_t)(taken - s->streams.at) == world_id;
-    if (taken && !own) {
-        why->reason = WIRE_NAME_TAKEN;
-        snprintf(why->text, sizeof why->text, "stream: \"%.100s\" is the stream of another interest", name);
-        return why->reason;
-    }
-    if (own && taken->link == c->link) return WIRE_OK;
-    if (world_id < s->streams.count && s->streams.at[world_id].live) stream_close(s, world_id);
-    open_at(s, c, m, world_id, name);
-    return WIRE_OK;
+        snprintf(name, WIRE_NAME_MAX + 1, "%016" PRIx64 ".%d", (uint64_t)c->client, m->interest);
 }
 
+bool stream_taken(service *s, const session *c, const wire_interest *m, uint32_t world_id, wire_refusal *why)
+{
+    char name[WIRE_NAME_MAX + 1];
+    name_of(c, m, name);
+    const stream *taken = find_name(s, name);
+    if (!taken || (size_t)(taken - s->streams.at) == world_id) return false;
+    why->reason = WIRE_NAME_TAKEN;
+    snprintf(why->text, sizeof why->text, "stream: \"%.100s\" is the stream of another interest", name);
+    return true;
+}
+
+void stream_open(service *s, session *c, const wire_interest *m, uint32_t world_id)
+{
+    char name[WIRE_NAME_MAX + 1];
+    name_of(c, m, name);
+    stream *old = world_id < s->streams.count && s->streams.at[world_id].live ? &s->streams.at[world_id] : NULL;
+    if (old && old->link == c->link && strcmp(old->name, name) == 0) return;
+    if (old) stream_close(s, world_id);
+    open_at(s, c, m, world_id, name);
+}
+
+void stream_end(service *s, uint32_t world_id, uint8_t cause)
+{
+    world_remove_interest(s->world, world_id, cause);
+    s->streams.at[world_id].ending = true;
+}
+
+/* The link's stream ends with the last that has its name. */
 void stream_close(service *s, uint32_t world_id)
 {
-    stream *at = &s->streams.at[world_id];
-    if (!at->live) return;
-    at->link->ops->stream_close(at->link, at->name);
-    free(at->name);
-    *at = (stream){.live = false};
+    stream at = s->streams.at[world_id];
+    if (!at.live) return;
+    s->streams.at[world_id] = (stream){.live = false};
+    const stream *heir = find_name(s, at.name);
+    if (!heir || heir->link != at.link) at.link->ops->stream_close(at.link, at.name);
+    free(at.name);
 }
 
 void stream_reader(service *s, struct link *from, const char *name)

@@ -204,20 +204,14 @@ static void set_pose(body *b, pose to, int64_t stamp_ns)
     b->pose = (pose){to.p, quat_unit(to.q)};
     b->stamp_ns = stamp_ns;
     b->held = false;
+    b->posed = true;
 }
 
-/* Contacts under the old name end, as if the shapes had changed. */
-static bool set_name(world *w, uint32_t id, const char *name)
+/* Under another name it is another body: what was told under the old one ends. So it is for a stale one that changes
+ * its group: who was told that it is unknown may not hear of it any more. */
+static bool is_another(const body *b, const world_body *def)
 {
-    body *b = &w->bodies.at[id];
-    if (b->name && strcmp(b->name, name) == 0) return false;
-    if (b->name) {
-        name_drop(w, b->name);
-        array_push(&w->ghost_names, b->name);
-    }
-    b->name = base_strdup(name);
-    name_add(w, id);
-    return true;
+    return strcmp(b->name, def->name) != 0 || (b->stale && strcmp(b->group, def->group ? def->group : "") != 0);
 }
 
 world_status world_put_body(world *w, uint32_t *id, const world_body *def)
@@ -226,10 +220,17 @@ world_status world_put_body(world *w, uint32_t *id, const world_body *def)
     bool is_new = *id == WORLD_NONE;
     if (!is_new && !is_body(w, *id)) return WORLD_UNKNOWN_ID;
     if (named != WORLD_NONE && named != *id) return WORLD_NAME_TAKEN;
+    if (!is_new && is_another(&w->bodies.at[*id], def)) {
+        world_remove_body(w, *id, CAUSE_SHAPE);
+        is_new = true;
+    }
     if (is_new) *id = new_body(w);
 
     body *b = &w->bodies.at[*id];
-    bool renamed = set_name(w, *id, def->name);
+    if (is_new) {
+        b->name = base_strdup(def->name);
+        name_add(w, *id);
+    }
     free(b->group);
     b->group = base_strdup(def->group ? def->group : "");
     b->fixed = def->fixed;
@@ -238,7 +239,7 @@ world_status world_put_body(world *w, uint32_t *id, const world_body *def)
     b->deadline_ns = def->deadline_ns;
     set_pose(b, def->pose, def->stamp_ns);
     copy_rules(b, def);
-    if (is_new || renamed || !same_shapes(w, b, def)) {
+    if (is_new || !same_shapes(w, b, def)) {
         w->figures.shapes += def->shape_count - b->shape_count;
         drop_shapes(w, b);
         add_shapes(w, *id, def);
@@ -312,12 +313,10 @@ void body_reap(world *w)
         w->solids.at[w->reap_solids.at[i]].used = false;
         id_pool_give(&w->solid_ids, w->reap_solids.at[i]);
     }
-    for (size_t i = 0; i < w->reap_names.count; i++) free(w->reap_names.at[i]);
-    w->reap.count = w->reap_solids.count = w->reap_names.count = 0;
-    for (size_t i = 0; i < w->ghost_names.count; i++) array_push(&w->reap_names, w->ghost_names.at[i]);
+    w->reap.count = w->reap_solids.count = 0;
     for (size_t i = 0; i < w->ghosts.count; i++) array_push(&w->reap, w->ghosts.at[i]);
     for (size_t i = 0; i < w->ghost_solids.count; i++) array_push(&w->reap_solids, w->ghost_solids.at[i]);
-    w->ghosts.count = w->ghost_solids.count = w->ghost_names.count = 0;
+    w->ghosts.count = w->ghost_solids.count = 0;
 }
 
 /* A tenth of the shape, and as much as it moves in two ticks: slow things hold tight boxes, fast ones do not leave
@@ -330,8 +329,8 @@ double body_margin(const world *w, const body *b, const solid *s)
 
 static void set_expiry(world *w, body *b)
 {
-    int64_t since = b->stamp_ns ? b->stamp_ns : w->now_ns;
-    b->expiry_ns = b->deadline_ns ? since + b->deadline_ns : INT64_MAX;
+    int64_t since = b->stamp_ns && b->stamp_ns < w->now_ns ? b->stamp_ns : w->now_ns; /* clocks of hosts may differ */
+    if (!b->deadline_ns || __builtin_add_overflow(since, b->deadline_ns, &b->expiry_ns)) b->expiry_ns = INT64_MAX;
     if (b->expiry_ns < w->next_expiry_ns) w->next_expiry_ns = b->expiry_ns;
 }
 
@@ -343,8 +342,8 @@ void body_settle_dirty(world *w)
         body *b = &w->bodies.at[w->dirty.at[i]];
         b->dirty = false;
         if (b->ghost || !b->used) continue;
-        b->moved = true;
-        set_expiry(w, b);
+        if (b->posed) set_expiry(w, b);
+        b->posed = false;
         for (size_t k = 0; k < b->shape_count; k++) {
             solid *s = &w->solids.at[b->shapes[k]];
             s->world = pose_mul(b->pose, s->local);
@@ -382,9 +381,16 @@ void body_find_stale(world *w)
     }
 }
 
+/* -1 = fixed or not stamped; a stamp of the future, from a host whose clock is ahead, counts as of now. */
+int64_t body_age_at(const body *b, int64_t now_ns)
+{
+    if (b->fixed || !b->stamp_ns) return -1;
+    return now_ns > b->stamp_ns ? now_ns - b->stamp_ns : 0;
+}
+
 int64_t body_age_ns(const world *w, const body *b)
 {
-    return b->fixed || !b->stamp_ns ? -1 : w->now_ns - b->stamp_ns;
+    return body_age_at(b, w->now_ns);
 }
 
 /* B's pose in A's frame, from the difference of the bodies' positions: exact where the bodies are near each other,

@@ -151,9 +151,11 @@ static void drop_watch(world *w, uint32_t id)
     id_pool_give(&w->watch_ids, id);
 }
 
+/* Boxes of an unknown body that part prove nothing of its motion. */
 static void end_watch(world *w, uint32_t id, uint8_t cause)
 {
     watch *v = &w->watches.at[id];
+    if (v->unknown && cause == CAUSE_MOTION) cause = CAUSE_STALE;
     if (v->touch_id) {
         emit(w, v->interest, &v->last, EVENT_END, cause, v->touch_id);
         w->figures.contacts--;
@@ -337,13 +339,13 @@ void events_known(world *w)
 
 /* ---- updates that the rate held back, snapshots, closing ---- */
 
-static void refresh_ages(const world *w, watch *v)
+static void refresh_ages(const world *w, const watch *v, world_event *e)
 {
     const pair *p = &w->pairs.at[v->pair];
     const body *a = &w->bodies.at[w->solids.at[p->a].body], *b = &w->bodies.at[w->solids.at[p->b].body];
     bool turned = strcmp(v->last.name_a, a->name) != 0;
-    v->last.age_a_ns = body_age_ns(w, turned ? b : a);
-    v->last.age_b_ns = body_age_ns(w, turned ? a : b);
+    e->age_a_ns = body_age_ns(w, turned ? b : a);
+    e->age_b_ns = body_age_ns(w, turned ? a : b);
 }
 
 static void release_held(world *w, uint32_t interest_id)
@@ -354,7 +356,7 @@ static void release_held(world *w, uint32_t interest_id)
         if (!v->used || v->interest != interest_id || !v->dirty) continue;
         v->dirty = false;
         if (v->unknown) continue;
-        refresh_ages(w, v);
+        refresh_ages(w, v, &v->last);
         if (v->touch_id)
             emit(w, interest_id, &v->last, EVENT_UPDATE, CAUSE_MOTION, v->touch_id);
         else
@@ -386,10 +388,11 @@ static void snapshot(world *w, uint32_t id)
     interest *i = &w->interests.at[id];
     size_t kept = i->snapshot_first = i->events.count;
     for (uint32_t v = i->first_watch; v != WORLD_NONE; v = w->watches.at[v].interest_next) {
-        watch *at = &w->watches.at[v];
-        refresh_ages(w, at);
-        if (at->touch_id) emit(w, id, &at->last, EVENT_BEGIN, CAUSE_SNAPSHOT, at->touch_id);
-        if (at->near_id) emit(w, id, &at->last, EVENT_NEAR, CAUSE_SNAPSHOT, at->near_id);
+        const watch *at = &w->watches.at[v];
+        world_event now = at->last; /* a copy: what later events tell may not depend on who asked for a snapshot */
+        refresh_ages(w, at, &now);
+        if (at->touch_id) emit(w, id, &now, EVENT_BEGIN, CAUSE_SNAPSHOT, at->touch_id);
+        if (at->near_id) emit(w, id, &now, EVENT_NEAR, CAUSE_SNAPSHOT, at->near_id);
     }
     i = &w->interests.at[id];
     if (i->events.count > kept)
@@ -435,6 +438,7 @@ void events_close(world *w, uint32_t id, uint8_t cause)
     }
     if (order.count) qsort(order.at, order.count, sizeof *order.at, compare_told);
     for (size_t i = 0; i < order.count; i++) end_watch(w, order.at[i].watch, cause);
+    w->interests.at[id].held.count = 0; /* of watches that are gone: nothing is due for them */
     array_free(&order);
 }
 

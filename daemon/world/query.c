@@ -52,8 +52,7 @@ void world_query_distance(const world *w, uint32_t a, uint32_t b, double toleran
         }
     }
     best.lo = fmin(best.lo, least_lo);
-    best.age_ns = older(
-        x->fixed || !x->stamp_ns ? -1 : now_ns - x->stamp_ns, y->fixed || !y->stamp_ns ? -1 : now_ns - y->stamp_ns);
+    best.age_ns = older(body_age_at(x, now_ns), body_age_at(y, now_ns));
     best.stale = x->stale || y->stale;
     array_push(out, best);
 }
@@ -112,7 +111,7 @@ static bool ray_visit(void *context, uint32_t proxy)
     r->best = hit;
     r->best.body_a = s->body;
     r->best.body_b = WORLD_NONE;
-    r->best.age_ns = b->fixed || !b->stamp_ns ? -1 : r->now_ns - b->stamp_ns;
+    r->best.age_ns = body_age_at(b, r->now_ns);
     r->best.stale = b->stale;
     r->length = fmin(r->length, hit.lo + r->tolerance);
     return true;
@@ -158,7 +157,7 @@ static bool box_visit(void *context, uint32_t proxy)
         .axis = r.axis,
         .point_a = vec_add(r.point_a, q->at.p),
         .point_b = vec_add(r.point_b, q->at.p),
-        .age_ns = b->fixed || !b->stamp_ns ? -1 : q->now_ns - b->stamp_ns,
+        .age_ns = body_age_at(b, q->now_ns),
         .stale = b->stale};
     array_push(q->out, hit);
     return true;
@@ -199,7 +198,7 @@ void world_query_bodies(const world *w, const char *pattern, int64_t now_ns, wor
                             .body_b = WORLD_NONE,
                             .point_a = b->pose.p,
                             .stale = b->stale,
-                            .age_ns = b->fixed || !b->stamp_ns ? -1 : now_ns - b->stamp_ns}));
+                            .age_ns = body_age_at(b, now_ns)}));
     }
 }
 

@@ -18,8 +18,8 @@ typedef struct body {
     bool used, fixed, ghost;
     bool dirty;    /* in world.dirty: its boxes are put again in the next tick */
     bool refilter; /* so are its filters */
-    bool moved;    /* this tick: its pairs are decided again */
-    bool held, stale, was_stale;
+    bool posed;    /* a pose has come since the last tick: its deadline counts from it */
+    bool held, stale;
     uint8_t ghost_cause;
     uint64_t category, mask;
     int64_t deadline_ns, stamp_ns, expiry_ns; /* INT64_MAX: never stale */
@@ -100,11 +100,10 @@ struct world {
     ARRAY(uint32_t) ghosts; /* removed since the last tick */
     ARRAY(uint32_t) reap;   /* removed before it: ids free at the next */
     ARRAY(uint32_t) ghost_solids, reap_solids;
-    ARRAY(char *) ghost_names, reap_names; /* of bodies that were renamed: their last events point to them */
-    ARRAY(uint32_t) stale_now;             /* bodies that became stale in this tick */
-    ARRAY(uint32_t) fresh_now;             /* and those that are known again */
-    ARRAY(uint64_t) active;                /* keys of the pairs to be decided, sorted ... */
-    ARRAY(uint32_t) active_pairs;          /* ... and their pairs, in that order */
+    ARRAY(uint32_t) stale_now;    /* bodies that became stale in this tick */
+    ARRAY(uint32_t) fresh_now;    /* and those that are known again */
+    ARRAY(uint64_t) active;       /* keys of the pairs to be decided, sorted ... */
+    ARRAY(uint32_t) active_pairs; /* ... and their pairs, in that order */
     ARRAY(outcome) outcomes;
     ARRAY(uint32_t) open; /* active pairs that need the narrow phase */
     ARRAY(narrow_result) results;
@@ -122,7 +121,8 @@ struct world {
 void body_settle_dirty(world *w); /* new boxes and filters into the broad phase */
 void body_reap(world *w);
 void body_find_stale(world *w);
-int64_t body_age_ns(const world *w, const body *b);
+int64_t body_age_ns(const world *w, const body *b); /* in this tick */
+int64_t body_age_at(const body *b, int64_t now_ns);
 void body_mark_dirty(world *w, uint32_t id, bool refilter);
 double body_margin(const world *w, const body *b, const solid *s);
 pose solid_relative(const world *w, const solid *a, const solid *b);

@@ -86,10 +86,6 @@ void world_destroy(world *w)
     array_free(&w->reap);
     array_free(&w->ghost_solids);
     array_free(&w->reap_solids);
-    for (size_t i = 0; i < w->ghost_names.count; i++) free(w->ghost_names.at[i]);
-    for (size_t i = 0; i < w->reap_names.count; i++) free(w->reap_names.at[i]);
-    array_free(&w->ghost_names);
-    array_free(&w->reap_names);
     array_free(&w->stale_now);
     array_free(&w->fresh_now);
     array_free(&w->active);
@@ -112,7 +108,6 @@ static void begin_tick(world *w, int64_t now_ns)
 
 static void end_tick(world *w)
 {
-    for (size_t i = 0; i < w->dirty.count; i++) w->bodies.at[w->dirty.at[i]].moved = false;
     w->dirty.count = 0;
     w->changed = false;
 }
@@ -136,8 +131,8 @@ void world_tick(world *w, int64_t now_ns, world_batches *out)
     ladder_decide(w);
 
     /* who is told */
+    events_known(w); /* first: a name that is free again may be unknown under its next bearer */
     events_unknown(w);
-    events_known(w);
     events_of_active(w);
     events_held_back(w);
     events_snapshots(w);

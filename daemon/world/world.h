@@ -60,8 +60,8 @@ typedef struct world_body { /* copied, but for hulls */
     size_t rule_count;
 } world_body;
 
-/* A new body (*id == WORLD_NONE, and is set), or the new definition of an old one: shapes that stayed the same keep
- * their contacts. */
+/* A new body (*id == WORLD_NONE), or the new definition of an old one: shapes that stayed the same keep their contacts.
+ * Under a new name it is a new body, and *id another one. */
 world_status world_put_body(world *w, uint32_t *id, const world_body *def);
 /* The newest pose; velocities (m/s, rad/s) may be NULL. Only a stamp makes it fresh again after its deadline. */
 world_status world_move_body(world *w, uint32_t id, pose to, int64_t stamp_ns, const vec3 *linear, const vec3 *angular);
