@@ -304,6 +304,98 @@ static void queries_are_answered(void **state)
     assert_int_equal(a.status, WIRE_ANSWER_UNSUPPORTED);
 }
 
+static void a_hull_that_two_announce_stays_when_one_leaves(void **state)
+{
+    room *r = *state;
+    const double corners[12] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
+    int64_t hash = wire_geometry_hash(WIRE_GEOMETRY_HULL, (wire_f64s){12, corners}, (wire_i32s){0, NULL});
+    send_hull(r->alice, 2, corners, 12, hash);
+    wire_message m = {.kind = WIRE_GEOMETRY,
+        .geometry = {.version = WIRE_VERSION,
+            .client = BOB,
+            .sequence = 2,
+            .kind = WIRE_GEOMETRY_HULL,
+            .hash = hash,
+            .vertex_numbers = 12,
+            .pieces = 1,
+            .vertices = {12, corners}}};
+    memory_send(r->bob, &m);
+    await_ack(r, r->bob, BOB, 2);
+    m.geometry.removed = 1;
+    m.geometry.sequence = 3;
+    memory_send(r->bob, &m);
+    await_ack(r, r->bob, BOB, 3);
+    assert_int_equal(status_counter(r, r->alice, "geometries"), 1);
+    m.geometry.client = ALICE;
+    m.geometry.sequence = 4;
+    memory_send(r->alice, &m);
+    await_ack(r, r->alice, ALICE, 4);
+    assert_int_equal(status_counter(r, r->alice, "geometries"), 0);
+}
+
+static void a_stream_name_is_free_as_soon_as_its_interest_is_taken_back(void **state)
+{
+    room *r = *state;
+    cell_sphere(r->alice, ALICE, 2, 0, "a", 0);
+    cell_sphere(r->alice, ALICE, 3, 1, "b", 1);
+    wire_message m = {.kind = WIRE_INTEREST,
+        .interest = {.version = WIRE_VERSION,
+            .client = ALICE,
+            .sequence = 4,
+            .facts = WIRE_FACT_TOUCH,
+            .stream = "cell",
+            .select_a = "*",
+            .select_b = "*"}};
+    memory_send(r->alice, &m);
+    await_event(r, r->alice, WIRE_EVENT_BEGIN);
+    m.interest.removed = 1;
+    m.interest.sequence = 5;
+    memory_send(r->alice, &m);
+    m.interest.removed = 0;
+    m.interest.sequence = 6;
+    m.interest.interest = 1;
+    memory_send(r->alice, &m);
+    wire_event_batch b = await_event(r, r->alice, WIRE_EVENT_BEGIN);
+    assert_int_equal(b.interest, 1);
+    assert_true(b.snapshot);
+}
+
+static void what_one_client_says_is_applied_in_its_order(void **state)
+{
+    room *r = *state;
+    cell_sphere(r->alice, ALICE, 2, 0, "a", 0);
+    await_ack(r, r->alice, ALICE, 2);
+    wire_message gone = {.kind = WIRE_BODY,
+        .body = {
+            .version = WIRE_VERSION, .client = ALICE, .sequence = 3, .body = 0, .removed = 1, .name = "", .group = ""}};
+    memory_send(r->alice, &gone);
+    cell_sphere(r->alice, ALICE, 4, 0, "a", 1);
+    cell_pose(r->alice, ALICE, 5, 0, 5); /* most often in one receive with the two before it */
+    await_ack(r, r->alice, ALICE, 4);
+    wire_message q = {.kind = WIRE_QUERY,
+        .query = {.version = WIRE_VERSION,
+            .client = ALICE,
+            .sequence = 6,
+            .kind = WIRE_QUERY_BODIES,
+            .name_a = "a",
+            .name_b = ""}};
+    memory_send(r->alice, &q);
+    wire_answer a = cell_await(r->alice, r->memory, WIRE_ANSWER).answer;
+    assert_int_equal(a.names_a.count, 1);
+    assert_true(a.points_a.at[0] == 5);
+}
+
+static void a_lost_client_that_kept_nothing_is_forgotten(void **state)
+{
+    room *r = *state;
+    memory_end *carol = cell_client(r->cell);
+    cell_hello(carol, 33, 1, 0.1, WIRE_LOST_KEEP);
+    while (status_counter(r, r->bob, "clients_lost") < 1) {
+    }
+    assert_int_equal(status_counter(r, r->bob, "clients"), 2);
+    memory_disconnect(carol);
+}
+
 static void nobody_interested_means_no_narrow_phase_and_status_shows_it(void **state)
 {
     room *r = *state;
@@ -380,6 +472,10 @@ int main(void)
         IN_A_ROOM(a_subscriber_that_asks_again_gets_the_whole_state),
         IN_A_ROOM(copies_are_acknowledged_and_change_nothing),
         IN_A_ROOM(queries_are_answered),
+        IN_A_ROOM(a_hull_that_two_announce_stays_when_one_leaves),
+        IN_A_ROOM(a_stream_name_is_free_as_soon_as_its_interest_is_taken_back),
+        IN_A_ROOM(what_one_client_says_is_applied_in_its_order),
+        IN_A_ROOM(a_lost_client_that_kept_nothing_is_forgotten),
         IN_A_ROOM(nobody_interested_means_no_narrow_phase_and_status_shows_it),
         cmocka_unit_test(an_end_in_order_ends_contacts_and_closes_streams),
         cmocka_unit_test(limits_are_named),

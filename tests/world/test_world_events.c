@@ -295,6 +295,47 @@ static void what_is_told_is_as_narrow_as_was_asked(void **state)
     world_destroy(w);
 }
 
+static void only_a_pose_makes_a_stale_body_fresh(void **state)
+{
+    (void)state;
+    world *w = scene_world(1, true);
+    timed_sphere(w, "a", 0, SECOND, 0); /* not stamped: its deadline counts from when it came */
+    world_interest all = scene_all(WORLD_TOUCH, 0);
+    uint32_t id = scene_interest(w, &all);
+    scene_tick(w, SECOND);
+    assert_int_equal(scene_tick(w, 3LL * SECOND)->events[0].kind, EVENT_UNKNOWN);
+    all.threshold = 0.5;
+    assert_int_equal(world_put_interest(w, &id, &all), WORLD_OK);
+    const world_batch *b = scene_tick(w, 3LL * SECOND + 1);
+    for (size_t i = 0; i < b->count; i++) assert_int_not_equal(b->events[i].kind, EVENT_KNOWN);
+    assert_int_equal(world_get_figures(w).stale_bodies, 1);
+    world_destroy(w);
+}
+
+static void a_stamp_of_the_future_grows_stale_in_time(void **state)
+{
+    (void)state;
+    world *w = scene_world(1, true);
+    timed_sphere(w, "a", 0, SECOND, 1000LL * SECOND); /* its host's clock is ahead */
+    world_interest all = scene_all(WORLD_TOUCH, 0);
+    scene_interest(w, &all);
+    scene_tick(w, SECOND);
+    assert_int_equal(world_get_figures(w).stale_bodies, 0);
+    scene_tick(w, 2LL * SECOND);
+    assert_int_equal(world_get_figures(w).stale_bodies, 1);
+    world_destroy(w);
+}
+
+static void a_deadline_of_ages_is_no_deadline(void **state)
+{
+    (void)state;
+    world *w = scene_world(1, true);
+    timed_sphere(w, "a", 0, INT64_MAX, SECOND);
+    scene_tick(w, 2LL * SECOND);
+    assert_int_equal(world_get_figures(w).stale_bodies, 0);
+    world_destroy(w);
+}
+
 static void a_held_body_is_stale_at_once_and_until_its_next_pose(void **state)
 {
     (void)state;
@@ -393,6 +434,9 @@ int main(void)
         cmocka_unit_test(past_its_deadline_a_body_is_unknown_not_free),
         cmocka_unit_test(a_stale_body_that_is_removed_is_unknown_no_more),
         cmocka_unit_test(what_is_told_is_as_narrow_as_was_asked),
+        cmocka_unit_test(only_a_pose_makes_a_stale_body_fresh),
+        cmocka_unit_test(a_stamp_of_the_future_grows_stale_in_time),
+        cmocka_unit_test(a_deadline_of_ages_is_no_deadline),
         cmocka_unit_test(a_held_body_is_stale_at_once_and_until_its_next_pose),
         cmocka_unit_test(a_rate_holds_updates_back_but_loses_none_of_their_ends),
         cmocka_unit_test(a_snapshot_tells_all_that_is),
