@@ -2,6 +2,7 @@
 # shellcheck shell=bash
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+cd "$root" # cmake looks for its presets here
 
 say() { printf '%s\n' "$*" >&2; }
 die() { say "$*"; exit 1; }
@@ -12,6 +13,20 @@ packages_build=(cmake ninja-build gcc g++ libc6-dev pkg-config cyclonedds-dev cy
 # What the tests and benchmarks need beside it.
 packages_test=(libcmocka-dev libjson-c-dev libgmp-dev libmpfr-dev clang-14 libclang-rt-14-dev clang-tidy-14
     clang-format-14 procps)
+
+# quietly WHAT COMMAND...: the command's output is shown only if it fails.
+quietly() {
+    local what=$1 log
+    shift
+    log=$(mktemp)
+    say "$what"
+    if ! "$@" >"$log" 2>&1; then
+        tail -n 60 "$log" >&2
+        rm -f "$log"
+        die "failed: $what"
+    fi
+    rm -f "$log"
+}
 
 # install_packages NAME...: only what is missing, so that a second run is quick.
 install_packages() {
@@ -24,22 +39,13 @@ install_packages() {
         command -v sudo >/dev/null || die "missing packages: ${missing[*]}; run once as root, or install sudo"
         as_root=(sudo)
     fi
-    say "installing: ${missing[*]}"
-    "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get update -qq >&2
-    "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${missing[@]}" >&2
+    # shellcheck disable=SC2016
+    quietly "installing ${missing[*]}" "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive sh -c \
+        'apt-get -qq update && apt-get -qq -o DPkg::Lock::Timeout=120 install -y --no-install-recommends "$@"' sh "${missing[@]}"
 }
 
-# build PRESET [cmake options...]: into build/PRESET; quiet unless it fails.
+# build PRESET [cmake options...]: into build/PRESET.
 build() {
-    local preset=$1 log
-    shift
-    log=$(mktemp)
-    say "building $preset"
-    if ! { cmake -S "$root" -B "$root/build/$preset" --preset "$preset" "$@" && cmake --build --preset "$preset"; } \
-        >"$log" 2>&1; then
-        tail -n 60 "$log" >&2
-        rm -f "$log"
-        die "building $preset failed"
-    fi
-    rm -f "$log"
+    quietly "configuring $1" cmake -S . -B "build/$1" --preset "$1" -DBUILD_TESTING=ON "${@:2}"
+    quietly "building $1" cmake --build --preset "$1"
 }
