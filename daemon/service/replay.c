@@ -14,18 +14,10 @@ typedef struct progress {
 
 static void run_tick(service *s, const wire_log_tick *t, progress *p)
 {
-    world_batches batches;
     s->tick = t->tick;
     s->now_ns = t->now_ns;
     s->monotonic_ns = t->monotonic_ns;
-    inbox_apply(s);
-    world_tick(s->world, s->now_ns, &batches);
-    s->events_hash = batches.hash;
-    stream_publish(s, &batches); /* to nobody; but names of streams that end are free again, as they were live */
-    inbox_answer(s);
-    session_send_acks(s);
-    geometry_sweep(s);
-    s->latest_pose_ns = s->latest_step = 0;
+    service_tick(s); /* what it publishes goes to nobody */
     p->ticks++;
     p->recorded_hash = (uint64_t)t->events_hash;
     if (p->recorded_hash != s->events_hash && !p->first_different) p->first_different = t->tick;

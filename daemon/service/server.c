@@ -167,22 +167,11 @@ void server_destroy(server *v)
 
 /* ---- the loop ---- */
 
-/* Queries wait in the inbox like commands, and are answered after the tick. */
 static void tick(service *s)
 {
-    world_batches batches;
     int64_t began = clock_monotonic_ns();
     s->tick++;
-    inbox_apply(s);
-    world_tick(s->world, s->now_ns, &batches);
-    s->events_hash = batches.hash;
-    stream_publish(s, &batches);
-    session_send_acks(s);
-    inbox_answer(s);
-    record_tick(s);
-    geometry_sweep(s);
-    s->latest_pose_ns = s->latest_step = 0;
-    for (size_t i = 0; i < s->link_count; i++) s->links[i]->ops->flush(s->links[i]);
+    service_tick(s);
     int64_t took = clock_monotonic_ns() - began;
     metric_count(s->count.busy_ns, (uint64_t)took);
     metric_set(s->count.tick_ns, (uint64_t)took);

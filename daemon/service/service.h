@@ -4,7 +4,7 @@
  *   apply    commands to the world, refusals                 geometry hulls by content hash
  *   stream   the world's events to the links                 answer   queries
  *   health   status and counters                             record   recordings
- *   server   the loop */
+ *   tick     one tick, live or replayed                  server   the loop */
 #ifndef COLLIDED_SERVICE_SERVICE_H
 #define COLLIDED_SERVICE_SERVICE_H
 
@@ -194,6 +194,9 @@ void stream_free_all(service *s);
 
 /* answer.c */
 void answer_query(service *s, struct link *from, const wire_query *q);
+
+/* tick.c */
+void service_tick(service *s); /* of number s->tick, at s->now_ns */
 
 /* health.c */
 void health_register(service *s);
