@@ -127,7 +127,9 @@ static void record(reply *r, const wire_query *q)
 {
     service *s = r->s;
     char path[2 * CONFIG_TEXT_MAX], why[256];
-    if (!*q->name_a) {
+    if (!*q->name_a && !s->recording) {
+        fail(r, WIRE_ANSWER_UNSUPPORTED, "nothing is being recorded: it was not begun, or the disk refused it");
+    } else if (!*q->name_a) {
         record_stop(s);
         snprintf(r->text, sizeof r->text, "recording ended");
         send(r);

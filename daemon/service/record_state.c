@@ -115,6 +115,21 @@ static void tell_interest(service *s, const session *c, const owned_interest *i)
     record_message(s, &m);
 }
 
+/* Bodies that wait for their hulls. */
+static void tell_waiting(service *s)
+{
+    wire_memory *memory = wire_memory_create();
+    for (size_t i = 0; i < s->inbox.letters.count; i++) {
+        const letter *l = &s->inbox.letters.at[i];
+        wire_message m;
+        wire_refusal why;
+        if (l->kind != WIRE_BODY) continue;
+        wire_memory_reset(memory);
+        if (wire_lcm_decode(s->inbox.bytes.at + l->offset, l->size, memory, &m, &why) == WIRE_OK) record_message(s, &m);
+    }
+    wire_memory_destroy(memory);
+}
+
 void record_state(service *s)
 {
     columns *scratch = base_alloc(1, sizeof *scratch);
@@ -135,5 +150,6 @@ void record_state(service *s)
         for (size_t k = 0; k < c->interests.count; k++) tell_interest(s, c, &c->interests.at[k]);
         if (c->lost) record_lost(s, c->client);
     }
+    tell_waiting(s);
     free(scratch);
 }

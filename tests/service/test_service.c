@@ -298,6 +298,11 @@ static void queries_are_answered(void **state)
     assert_int_equal(a.status, WIRE_ANSWER_UNKNOWN_NAME);
     assert_non_null(strstr(a.text, "nobody"));
     q.query.kind = WIRE_QUERY_RECORD;
+    q.query.name_a = "";
+    memory_send(r->alice, &q);
+    a = cell_await(r->alice, r->memory, WIRE_ANSWER).answer;
+    assert_int_equal(a.status, WIRE_ANSWER_UNSUPPORTED);
+    assert_non_null(strstr(a.text, "nothing is being recorded"));
     q.query.name_a = "../../etc/passwd";
     memory_send(r->alice, &q);
     a = cell_await(r->alice, r->memory, WIRE_ANSWER).answer;
