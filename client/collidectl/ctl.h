@@ -25,7 +25,7 @@ typedef struct ctl_options { /* options.c tells what they mean */
     collided_pose pose;
     const char *select_a, *select_b;
     unsigned facts;
-    double range_m, tolerance_m, rate_hz, length_m;
+    double deadline_s, range_m, tolerance_m, rate_hz, length_m;
     double workers;
 } ctl_options;
 

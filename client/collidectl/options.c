@@ -37,6 +37,8 @@ static const option table[] = {
     {"--state", "NAME", TEXT, AT(state), 0, 0, "load joints", "joint values from the SRDF"},
     {"--joints", "NAME=V,...", TEXT, AT(joints), 0, 0, "load", "joint values, rad or m, after --state"},
     {"--fixed", NULL, FLAG, AT(fixed), 0, 0, "load", "fixed: not checked against other fixed bodies"},
+    {"--deadline", "S", NUMBER, AT(deadline_s), 0, 86400, "load",
+        "poses older than this count as unknown, for a robot that is moved all the time; default 0 = never"},
     {"--stay", NULL, FLAG, AT(stay), 0, 0, "load", "stay until SIGINT; the bodies are this process's, and go with it"},
     {"--a", "PATTERN", TEXT, AT(select_a), 0, 0, "watch", "one body of each pair: name with * and ?, or group:NAME"},
     {"--b", "PATTERN", TEXT, AT(select_b), 0, 0, "watch", "the other one"},

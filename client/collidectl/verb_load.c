@@ -104,7 +104,8 @@ static int announce(loading *l)
     int32_t next = l->store.next_id;
     for (size_t k = 0; k < l->set_count; k++)
         for (size_t i = 0; i < l->sets[k].count; i++) {
-            const load_body *body = &l->sets[k].at[i];
+            load_body *body = &l->sets[k].at[i];
+            body->deadline_s = l->c->options.deadline_s;
             int32_t id = l->c->options.stay ? COLLIDED_NONE : store_id_for(&l->store, body->name, &next);
             if (load_body_announce(l->c->client, body, id).id != COLLIDED_NONE) continue;
             return ctl_fail(EX_DATAERR, "load: body '%s': %s", body->name, collided_error(l->c->client));

@@ -15,6 +15,7 @@
 #include <sysexits.h>
 
 static const double PERIOD_S = 0.01;
+static const double DEADLINE_S = 0.2;    /* twenty poses missing: where the arm is, is then unknown */
 static const double RANGE_M = 0.6;       /* the vehicle is listened to from here on */
 static const double PROTECTIVE_M = 0.35; /* the arm stops when the vehicle may be nearer than this */
 static const double RESUME_M = 0.4;      /* and goes on when it is certainly farther than this */
@@ -235,7 +236,10 @@ static bool load(arm *a, pool *p, load_bodies *links, load_report *r)
 
 static void create_bodies(arm *a, collided *c, const load_bodies *links)
 {
-    for (size_t i = 0; i < LINKS; i++) a->bodies[i] = load_body_announce(c, &links->at[i], COLLIDED_NONE);
+    for (size_t i = 0; i < LINKS; i++) {
+        links->at[i].deadline_s = DEADLINE_S; /* should this process hang, its links are unknown, not where they were */
+        a->bodies[i] = load_body_announce(c, &links->at[i], COLLIDED_NONE);
+    }
     const collided_shape box = collided_box(0.06, 0.06, WORKPIECE_M);
     collided_body_def workpiece = collided_body_def_default();
     workpiece.name = "workpiece";

@@ -21,6 +21,7 @@ typedef struct load_body {
     const char *group; /* "" = none */
     collided_motion motion;
     collided_pose pose; /* world */
+    double deadline_s;  /* a pose older than this is stale; 0 = never, which is what files say */
     load_shape *shapes;
     size_t shape_count;
     collided_rule *rules;

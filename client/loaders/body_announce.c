@@ -7,6 +7,7 @@ static void fill(const load_body *body, collided_body_def *def)
     def->group = body->group;
     def->motion = body->motion;
     def->pose = body->pose;
+    def->deadline_s = body->deadline_s;
     def->shape_count = body->shape_count;
     def->rules = body->rules;
     def->rule_count = body->rule_count;

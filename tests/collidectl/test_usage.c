@@ -63,7 +63,7 @@ static void help_lists_the_options_of_each_verb(void **state)
         const char *verb, *options;
     } cases[] = {
         {"status", "--json --wait"},
-        {"load", "--srdf --package --prefix --pose --state --joints --fixed --stay"},
+        {"load", "--srdf --package --prefix --pose --state --joints --fixed --deadline --stay"},
         {"remove", ""},
         {"move", ""},
         {"joints", "--state"},
