@@ -125,14 +125,6 @@ void store_put(store *s, const char *name, int32_t id)
     if (id >= s->next_id) s->next_id = id + 1;
 }
 
-void store_drop(store *s, const char *name)
-{
-    size_t i = place_of(s, name);
-    if (i == s->body_count) return;
-    memmove(s->bodies + i, s->bodies + i + 1, (s->body_count - i - 1) * sizeof *s->bodies);
-    s->body_count--;
-}
-
 /* ---- robots ---- */
 
 store_robot *store_find_robot(const store *s, const char *name)

@@ -46,7 +46,6 @@ void store_close(store *s);
 int32_t store_find(const store *s, const char *name);                  /* -1 = none */
 int32_t store_id_for(const store *s, const char *name, int32_t *next); /* known, or *next, which then grows */
 void store_put(store *s, const char *name, int32_t id);
-void store_drop(store *s, const char *name);
 store_robot *store_find_robot(const store *s, const char *name); /* NULL = none */
 /* The URDF at `source` as a robot, replacing one of the same name; paths are made whole. */
 void store_put_robot(store *s, const robot *r, collided_pose base, const double *values);

@@ -250,7 +250,7 @@ void events_of_active(world *w)
         uint32_t id = w->active_pairs.at[k];
         const solid *a = &w->solids.at[w->pairs.at[id].a], *b = &w->solids.at[w->pairs.at[id].b];
         for (size_t word = 0; word < w->words; word++) {
-            uint64_t bits = interest_word(w, &w->bodies.at[a->body], &w->bodies.at[b->body], word);
+            uint64_t bits = interest_word(&w->bodies.at[a->body], &w->bodies.at[b->body], word);
             for (; bits; bits &= bits - 1)
                 tell(w, id, &w->results.at[w->outcomes.at[k].result],
                     (uint32_t)(word * 64) + (uint32_t)__builtin_ctzll(bits));

@@ -55,16 +55,15 @@ void interest_match_body(world *w, uint32_t id)
 }
 
 /* Interests of this word in which the two bodies are a pair, one as A and the other as B. */
-uint64_t interest_word(const world *w, const body *a, const body *b, size_t word)
+uint64_t interest_word(const body *a, const body *b, size_t word)
 {
-    (void)w;
     return (a->match_a[word] & b->match_b[word]) | (a->match_b[word] & b->match_a[word]);
 }
 
 bool interest_wants(const world *w, const body *a, const body *b)
 {
     for (size_t word = 0; word < w->words; word++)
-        if (interest_word(w, a, b, word)) return true;
+        if (interest_word(a, b, word)) return true;
     return false;
 }
 
@@ -76,10 +75,10 @@ static uint64_t *wider(uint64_t *words, size_t old, size_t count)
     return bits;
 }
 
-bool interest_grow(world *w, size_t interests)
+static void grow(world *w, size_t interests)
 {
     size_t need = (interests + 63) / 64;
-    if (need <= w->words) return false;
+    if (need <= w->words) return;
     for (size_t i = 0; i < w->bodies.count; i++) {
         body *b = &w->bodies.at[i];
         if (!b->used) continue;
@@ -87,7 +86,6 @@ bool interest_grow(world *w, size_t interests)
         b->match_b = wider(b->match_b, w->words, need);
     }
     w->words = need;
-    return true;
 }
 
 static bool same_interest(const interest *i, const world_interest *def)
@@ -102,7 +100,7 @@ static uint32_t new_interest(world *w)
     uint32_t id = id_pool_take(&w->interest_ids);
     array_reserve(&w->interests, id + 1);
     while (w->interests.count <= id) w->interests.at[w->interests.count++] = (interest){.used = false};
-    interest_grow(w, w->interests.count);
+    grow(w, w->interests.count);
     interest *i = &w->interests.at[id];
     *i = (interest){.used = true, .first_watch = WORLD_NONE};
     i->select_a = base_strdup("");

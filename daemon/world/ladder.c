@@ -18,7 +18,7 @@ demand ladder_demand(const world *w, const body *a, const body *b)
     demand d = {.request = {.tolerance = INFINITY, .range = 0, .threshold = -INFINITY, .engine = w->options.engine},
         .limit = -INFINITY};
     for (size_t word = 0; word < w->words; word++) {
-        for (uint64_t bits = interest_word(w, a, b, word); bits; bits &= bits - 1) {
+        for (uint64_t bits = interest_word(a, b, word); bits; bits &= bits - 1) {
             const interest *i = &w->interests.at[word * 64 + (size_t)__builtin_ctzll(bits)];
             d.request.tolerance = fmin(d.request.tolerance, i->tolerance);
             if (i->facts & WORLD_DISTANCE) {

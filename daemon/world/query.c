@@ -224,7 +224,7 @@ static void explain_interests(const world *w, const body *x, const body *y, line
 {
     for (uint32_t id = 0; id < w->interests.count; id++) {
         const interest *i = &w->interests.at[id];
-        if (!i->used || !(interest_word(w, x, y, id >> 6) >> (id & 63) & 1)) continue;
+        if (!i->used || !(interest_word(x, y, id >> 6) >> (id & 63) & 1)) continue;
         line(l, "wanted by interest %u: \"%s\" against \"%s\",%s%s%s tolerance %g m\n", id, i->select_a, i->select_b,
             i->facts & WORLD_TOUCH ? " touch," : "", i->facts & WORLD_MANIFOLD ? " manifold," : "",
             i->facts & WORLD_DISTANCE ? " distance," : "", i->tolerance);

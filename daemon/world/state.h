@@ -130,8 +130,7 @@ pose solid_relative(const world *w, const solid *a, const solid *b);
 /* interest.c */
 void interest_match_body(world *w, uint32_t body);
 bool interest_wants(const world *w, const body *a, const body *b);
-uint64_t interest_word(const world *w, const body *a, const body *b, size_t word);
-bool interest_grow(world *w, size_t interests);
+uint64_t interest_word(const body *a, const body *b, size_t word);
 void interest_settle_changes(world *w);
 void interest_finish(world *w); /* closed ones are gone */
 
