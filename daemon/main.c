@@ -3,6 +3,7 @@
 #include "service/config.h"
 #include "service/server.h"
 #include "service/signals.h"
+#include "service/start.h"
 #include "wire/wire.h"
 
 #include <stdio.h>
@@ -22,34 +23,41 @@ static void stop(void *context)
     server_stop(context);
 }
 
+static int fail(int status, const char *why)
+{
+    fprintf(stderr, "collided: %s\n", why);
+    return status;
+}
+
+static int answer(const char *asked)
+{
+    if (strcmp(asked, "help") == 0)
+        config_help();
+    else
+        printf("collided %s, wire version %d\n", COLLIDED_RELEASE, WIRE_VERSION);
+    return EX_OK;
+}
+
 int main(int argc, char **argv)
 {
     config c;
     const char *asked = NULL;
-    char why[2048];
+    char why[2048], no_lcm[2048];
 
     config_default(&c);
-    if (config_arguments(&c, argc, argv, &asked, why, sizeof why) < 0) {
-        fprintf(stderr, "collided: %s\n", why);
-        return EX_CONFIG;
-    }
-    if (asked && strcmp(asked, "help") == 0) {
-        config_help();
-        return EX_OK;
-    }
-    if (asked) {
-        printf("collided %s, wire version %d\n", COLLIDED_RELEASE, WIRE_VERSION);
-        return EX_OK;
-    }
+    int status = config_arguments(&c, argc, argv, &asked, why, sizeof why);
+    if (status < 0) return fail(-status, why);
+    if (asked) return answer(asked);
+    bool all_links = start_choose_links(&c, no_lcm, sizeof no_lcm);
+    status = start_check(&c, why, sizeof why);
+    if (status != EX_OK) return fail(status, why);
     log_setup(level_of(c.log), c.journal);
+    if (!all_links) log_notice("links = auto: without LCM: %s", no_lcm);
     signals_block();
     server *s = server_create(&c, why, sizeof why);
-    if (!s) {
-        fprintf(stderr, "collided: %s\n", why);
-        return EX_UNAVAILABLE;
-    }
+    if (!s) return fail(EX_UNAVAILABLE, why);
     signals_watch(stop, s);
-    int status = server_run(s);
+    status = server_run(s);
     server_destroy(s);
     return status;
 }

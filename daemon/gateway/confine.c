@@ -1,9 +1,9 @@
 /* confine: limits that the kernel holds the gateway to. One thread; called while the process starts. */
 #include "confine.h"
 
-#include <arpa/inet.h>
-#include <ifaddrs.h>
-#include <linux/rtnetlink.h>
+#include "pipe/route.h"
+
+#include <errno.h>
 #include <net/if.h>
 #include <netinet/in.h>
 #include <signal.h>
@@ -18,99 +18,30 @@
 enum { DESCRIPTORS_MAX = 64 };
 static const rlim_t growth_bytes = 1 << 30; /* liblcm queues whole messages without a limit in bytes */
 
-static bool group_of(const char *url, struct sockaddr_in *group)
-{
-    char address[64];
-    unsigned port;
-    *group = (struct sockaddr_in){.sin_family = AF_INET};
-    if (sscanf(url, "udpm://%63[0-9.]:%u", address, &port) != 2 || port > 65535) return false;
-    group->sin_port = htons((uint16_t)port);
-    return inet_pton(AF_INET, address, &group->sin_addr) == 1;
-}
-
-/* Asks the kernel (rtnetlink) by which interface datagrams to that address leave. A connected socket's own address
- * would not tell: for multicast over loopback it stays 0.0.0.0. */
-static bool ask_route(int fd, struct in_addr to, uint8_t *reply, size_t size, ssize_t *length)
-{
-    struct {
-        struct nlmsghdr head;
-        struct rtmsg route;
-        struct rtattr attribute;
-        struct in_addr to;
-    } question = {
-        .head = {.nlmsg_len = sizeof question, .nlmsg_type = RTM_GETROUTE, .nlmsg_flags = NLM_F_REQUEST},
-        .route = {.rtm_family = AF_INET, .rtm_dst_len = 32},
-        .attribute = {.rta_len = RTA_LENGTH(sizeof to), .rta_type = RTA_DST},
-        .to = to,
-    };
-    if (send(fd, &question, sizeof question, 0) != (ssize_t)sizeof question) return false;
-    *length = recv(fd, reply, size, 0);
-    return *length > 0;
-}
-
-static void outgoing_interface(struct in_addr to, char name[IF_NAMESIZE])
-{
-    _Alignas(struct nlmsghdr) uint8_t reply[4096];
-    ssize_t length = 0;
-    int fd = socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC, NETLINK_ROUTE);
-    bool asked = fd >= 0 && ask_route(fd, to, reply, sizeof reply, &length);
-    if (fd >= 0) close(fd);
-    const struct nlmsghdr *head = (const struct nlmsghdr *)reply;
-    if (!asked || !NLMSG_OK(head, (size_t)length) || head->nlmsg_type != RTM_NEWROUTE) return;
-    struct rtattr *a = RTM_RTA(NLMSG_DATA(head));
-    for (size_t left = RTM_PAYLOAD(head); RTA_OK(a, left); a = RTA_NEXT(a, left)) {
-        int index;
-        if (a->rta_type != RTA_OIF) continue;
-        memcpy(&index, RTA_DATA(a), sizeof index);
-        if_indextoname((unsigned)index, name);
-    }
-}
-
-/* The interface that has this address. */
-static bool interface_with(struct in_addr address, char name[IF_NAMESIZE])
-{
-    struct ifaddrs *all;
-    if (getifaddrs(&all) != 0) return false;
-    bool found = false;
-    for (struct ifaddrs *i = all; i && !found; i = i->ifa_next) {
-        if (!i->ifa_addr || i->ifa_addr->sa_family != AF_INET) continue;
-        struct sockaddr_in its;
-        memcpy(&its, i->ifa_addr, sizeof its);
-        found = its.sin_addr.s_addr == address.s_addr;
-        if (found) snprintf(name, IF_NAMESIZE, "%s", i->ifa_name);
-    }
-    freeifaddrs(all);
-    return found;
-}
-
-/* The name of an interface given by name or address; "" = loopback. */
-static bool interface_name(const char *interface, char name[IF_NAMESIZE])
-{
-    struct in_addr address;
-    if (inet_pton(AF_INET, interface, &address) == 1) return interface_with(address, name);
-    snprintf(name, IF_NAMESIZE, "%s", interface[0] ? interface : "lo");
-    return if_nametoindex(name) != 0;
-}
-
 bool confine_route_is(const char *url, const char *interface)
 {
-    struct sockaddr_in group;
-    char wanted[IF_NAMESIZE] = "", found[IF_NAMESIZE] = "none";
-    if (!group_of(url, &group)) {
-        fprintf(stderr, "collided-lcm: %s: expected udpm://ADDRESS:PORT\n", url);
-        return false;
-    }
-    if (!interface_name(interface, wanted)) {
-        fprintf(stderr, "collided-lcm: %s: no such network interface\n", interface);
-        return false;
-    }
-    outgoing_interface(group.sin_addr, found);
-    if (strcmp(found, wanted) == 0) return true;
-    fprintf(stderr,
-        "collided-lcm: multicast to %s leads to interface %s, not to %s; do: ip link set %s multicast on; "
-        "ip route add 224.0.0.0/4 dev %s\n",
-        inet_ntoa(group.sin_addr), found, wanted, wanted, wanted);
+    char why[512];
+    if (route_leads_to(url, interface, why, sizeof why)) return true;
+    fprintf(stderr, "collided-lcm: %s\n", why);
     return false;
+}
+
+/* liblcm shares its port, as all programs of LCM do, and would only say "bind: Address already in use". */
+bool confine_port_is_free(const char *url)
+{
+    struct sockaddr_in group;
+    int fd = route_group(url, &group) ? socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0) : -1, yes = 1;
+    if (fd < 0) return true; /* liblcm meets the same, and says so */
+    group.sin_addr.s_addr = htonl(INADDR_ANY);
+    bool free = setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes) != 0 ||
+                bind(fd, (const struct sockaddr *)&group, sizeof group) == 0 || errno != EADDRINUSE;
+    close(fd);
+    if (!free)
+        fprintf(stderr,
+            "collided-lcm: UDP port %u is taken by a program that does not share it: end that program "
+            "(ss -ulnp 'sport = :%u' names it), or use another port on all sides\n",
+            ntohs(group.sin_port), ntohs(group.sin_port));
+    return free;
 }
 
 static bool is_datagram_socket(int fd)
@@ -124,7 +55,7 @@ static bool is_datagram_socket(int fd)
 bool confine_sockets(const char *interface)
 {
     char name[IF_NAMESIZE];
-    if (!interface_name(interface, name)) return false;
+    if (!route_interface(interface, name)) return false;
     for (int fd = 0; fd < DESCRIPTORS_MAX; fd++) {
         if (!is_datagram_socket(fd)) continue;
         if (setsockopt(fd, SOL_SOCKET, SO_BINDTODEVICE, name, (socklen_t)strlen(name)) != 0) {

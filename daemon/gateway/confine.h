@@ -8,6 +8,9 @@
  * standard error says what to do. */
 bool confine_route_is(const char *url, const char *interface);
 
+/* False, with a line, if another program holds the port of the group and does not share it. */
+bool confine_port_is_free(const char *url);
+
 /* Binds all of this process's datagram sockets to the interface, so that what comes in by another one is not seen.
  * liblcm has no such option, and listens on all addresses. */
 bool confine_sockets(const char *interface);

@@ -83,7 +83,7 @@ static void serve(gateway *g)
 
 static bool start_lcm(gateway *g, const char *url, const char *interface)
 {
-    if (!confine_route_is(url, interface)) return false;
+    if (!confine_route_is(url, interface) || !confine_port_is_free(url)) return false;
     g->lcm = lcm_create(url);
     if (!g->lcm) return false;
     lcm_subscription_t *s = lcm_subscribe(g->lcm, "collided\\.in\\..*", on_message, g);

@@ -13,8 +13,8 @@ enum { GATEWAY_PATH_MAX = 4096 };
 bool gateway_program(const char *program, char path[GATEWAY_PATH_MAX], char *why, size_t why_size);
 
 /* Starts it with one end of a socket pair on PIPE_FD and no other descriptor than the standard ones. The other end, or
- * -1 with errno. */
-int gateway_start(const char *path, const char *url, const char *interface, pid_t *pid);
+ * -1 with errno. *errors: where its standard error comes out; reading it never waits. */
+int gateway_start(const char *path, const char *url, const char *interface, pid_t *pid, int *errors);
 
 /* Waits `patience_ms` for its end, then kills it. Its wait status, with one line for people in `how`. */
 int gateway_end(pid_t pid, int patience_ms, char *how, size_t how_size);

@@ -10,6 +10,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sysexits.h>
 
 static const link_ops *const transports[] = {&link_dds_ops, &link_lcm_ops, &link_memory_ops, &link_replay_ops};
 enum { TRANSPORT_COUNT = sizeof transports / sizeof transports[0] };
@@ -44,12 +45,33 @@ static void link_free(struct link *l)
     free(l);
 }
 
+static int unknown(const char *uri, char *why, size_t why_size)
+{
+    snprintf(why, why_size, "%s: unknown transport; known are dds://, lcm://, memory:// and replay://", uri);
+    return EX_CONFIG;
+}
+
+int link_check(const char *uri, const link_options *options, char key[LINK_KEY_MAX], char *why, size_t why_size)
+{
+    link_options o = *options;
+    const link_ops *ops = transport_of(uri, &o.address);
+    if (!ops) return unknown(uri, why, why_size);
+    return ops->check(&o, key, why, why_size);
+}
+
+bool link_announces(const char *uri)
+{
+    const char *address;
+    const link_ops *ops = transport_of(uri, &address);
+    return ops && ops->announces;
+}
+
 struct link *link_open(const char *uri, const link_options *options, char *why, size_t why_size)
 {
     const char *address;
     const link_ops *ops = transport_of(uri, &address);
     if (!ops) {
-        snprintf(why, why_size, "%s: unknown transport; known are dds://, lcm://, memory:// and replay://", uri);
+        unknown(uri, why, why_size);
         return NULL;
     }
     struct link *l = base_zalloc(1, ops->size);

@@ -37,13 +37,20 @@ typedef struct link_options {
     const char *address;   /* what follows the scheme; link_open sets it */
     const char *interface; /* network interface or address; "" = loopback only */
     const char *program;   /* LCM: path of collided-lcm; "" = beside this executable */
+    bool must_start;       /* LCM: a gateway that does not start at all is an error; otherwise it is tried again */
 } link_options;
+
+/* Two links with the same key would be one: they would hear everything twice. */
+enum { LINK_KEY_MAX = 128 };
 
 typedef struct link_ops {
     const char *scheme;  /* "dds", "lcm", "memory", "replay" */
     size_t size;         /* bytes of the link's own struct, which begins with a link; it starts out as zeros */
     bool has_liveliness; /* it reports lost clients itself */
     bool acknowledges;   /* its clients repeat messages until acknowledged */
+    bool announces;      /* others notice when it is opened: of several links, it is opened last */
+    /* What can be told of an address without opening it: see link_check. */
+    int (*check)(const link_options *options, char key[LINK_KEY_MAX], char *why, size_t why_size);
     /* 0, or -1 with a line in `why` that says what failed and what to do; nothing is then left to close. */
     int (*open)(struct link *l, const link_options *options, char *why, size_t why_size);
     /* Takes everything that has come. The number of messages handed over. */
@@ -63,6 +70,11 @@ struct link { /* the head of each link's own struct */
     const link_ops *ops;
     link_options options;
 };
+
+/* EX_OK and the link's key, or another status of sysexits.h with one line in `why`. Nothing is opened; `wake_fd` and
+ * `counters` are not used. */
+int link_check(const char *uri, const link_options *options, char key[LINK_KEY_MAX], char *why, size_t why_size);
+bool link_announces(const char *uri); /* see link_ops.announces */
 
 /* The link for a URI, opened; what `options` points to is copied. NULL with the reason in `why`.
  *   dds://DOMAIN                              DOMAIN 0 to 230; "dds://" = 0

@@ -9,6 +9,7 @@
 #include "base/array.h"
 #include "base/clock.h"
 #include "base/log.h"
+#include "interface.h"
 #include "wake.h"
 #include "wire/dds/wire_dds.h"
 #include "wire/dds/wire_dds_qos.h"
@@ -18,6 +19,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sysexits.h>
 
 enum {
     TAKE_MAX = 64,      /* samples a take. One constant: a loan writes as many pointers as the largest ever asked for */
@@ -94,13 +96,20 @@ static void on_matched(dds_entity_t entity, const dds_publication_matched_status
     if (status.current_count_change > 0) notice(s->owner, &s->matched);
 }
 
+/* While a domain is joined, the first complaint is kept: it says why it could not be. */
+typedef struct complaint {
+    char text[256];
+} complaint;
+
 /* Forged packets make Cyclone write 100 MB of log a minute; ours has a limit for each site. */
 static void on_log(void *context, const dds_log_data_t *line)
 {
-    (void)context;
+    complaint *first = context; /* NULL: joined */
     int length = (int)line->size;
     if (length > 0 && line->message[length - 1] == '\n') length--;
-    if (line->priority & (DDS_LC_FATAL | DDS_LC_ERROR))
+    if (first && line->priority & (DDS_LC_FATAL | DDS_LC_ERROR)) {
+        if (!*first->text) snprintf(first->text, sizeof first->text, "%.*s", length, line->message);
+    } else if (line->priority & (DDS_LC_FATAL | DDS_LC_ERROR))
         log_error("DDS: %.*s", length, line->message);
     else if (line->priority & DDS_LC_WARNING)
         log_warning("DDS: %.*s", length, line->message);
@@ -149,15 +158,18 @@ static bool open_topics(link_dds *l)
 }
 
 /* Domain and participant: 0, or DDS's error. */
-static dds_return_t join(link_dds *l, dds_domainid_t domain, const char *config)
+static dds_return_t join(link_dds *l, dds_domainid_t domain, const char *config, complaint *first)
 {
-    dds_set_log_sink(on_log, NULL);
-    dds_set_trace_sink(on_log, NULL);
+    dds_set_log_sink(on_log, first);
+    dds_set_trace_sink(on_log, first);
     dds_entity_t made = dds_create_domain(domain, config);
     if (made < 0 && made != DDS_RETCODE_PRECONDITION_NOT_MET) return made;
     if (made > 0) l->domain = made;
     l->participant = dds_create_participant(domain, NULL, NULL);
-    return l->participant < 0 ? l->participant : DDS_RETCODE_OK;
+    if (l->participant < 0) return l->participant;
+    dds_set_log_sink(on_log, NULL);
+    dds_set_trace_sink(on_log, NULL);
+    return DDS_RETCODE_OK;
 }
 
 static void leave(link_dds *l)
@@ -194,27 +206,53 @@ static void register_counters(link_dds *l, metrics *m)
     l->no_stream = metrics_add(m, "dds_no_stream", "event batches for a stream that is not open");
 }
 
+static int dds_link_check(const link_options *options, char key[LINK_KEY_MAX], char *why, size_t why_size)
+{
+    dds_domainid_t domain;
+    char config[CONFIG_BYTES];
+    if (!parse_domain(options->address, &domain))
+        snprintf(
+            why, why_size, "dds://%.60s: expected a domain from 0 to %d, as in dds://0", options->address, DOMAIN_MAX);
+    else if (!wire_dds_config(config, sizeof config, options->interface, true))
+        snprintf(why, why_size,
+            "interface = \"%.60s\" is no name or address, or CYCLONEDDS_URI is too long: let it name a file: "
+            "file:///path",
+            options->interface);
+    else if (!interface_is_there(options->interface, why, why_size))
+        return EX_NOHOST;
+    else
+        return snprintf(key, LINK_KEY_MAX, "dds %u", domain) > 0 ? EX_OK : EX_SOFTWARE;
+    return EX_CONFIG;
+}
+
+/* Cyclone's own words, and what to do about those that are met in practice. */
+static void say_why(const char *address, const complaint *first, dds_return_t joined, char *why, size_t why_size)
+{
+    const char *said = *first->text ? first->text : joined < 0 ? dds_strretcode(joined) : "no readers and writers";
+    const char *mend = "check the interface and CYCLONEDDS_URI";
+    if (strstr(said, "participant index"))
+        mend = "its UDP ports are all taken: end processes that use the domain (ss -ulp lists them), or use another "
+               "one: links = dds://1";
+    else if (strstr(said, "available interface") || strstr(said, "multicast-capable"))
+        mend = "is it up? do: ip link set lo up (or the interface that was asked for)";
+    snprintf(why, why_size, "dds://%s: DDS does not start: %s: %s", address, said, mend);
+}
+
 static int dds_link_open(struct link *head, const link_options *options, char *why, size_t why_size)
 {
     link_dds *l = self_of(head);
-    dds_domainid_t domain;
-    char config[CONFIG_BYTES];
-    if (!parse_domain(options->address, &domain)) {
-        snprintf(why, why_size, "dds://%s: expected a domain from 0 to %d", options->address, DOMAIN_MAX);
-        return -1;
-    }
-    if (!wire_dds_config(config, sizeof config, options->interface, true)) {
-        snprintf(why, why_size, "dds://%s: interface \"%s\" is no name or address, or CYCLONEDDS_URI is too long",
-            options->address, options->interface);
-        return -1;
-    }
+    dds_domainid_t domain = 0;
+    char config[CONFIG_BYTES], key[LINK_KEY_MAX];
+    complaint first = {""};
+    if (dds_link_check(options, key, why, why_size) != EX_OK) return -1;
+    parse_domain(options->address, &domain);
+    wire_dds_config(config, sizeof config, options->interface, true);
     register_counters(l, options->counters);
     l->sample = base_zalloc(1, largest_sample());
-    dds_return_t joined = join(l, domain, config);
+    dds_return_t joined = join(l, domain, config, &first);
     if (joined == DDS_RETCODE_OK && open_topics(l)) return 0;
-    snprintf(why, why_size, "dds://%s: DDS does not start (%s): see the lines above, the interface and CYCLONEDDS_URI",
-        options->address, joined == DDS_RETCODE_OK ? "no readers and writers" : dds_strretcode(joined));
     leave(l);
+    say_why(options->address, &first, joined, why, why_size);
     free(l->sample);
     return -1;
 }
@@ -480,6 +518,8 @@ const link_ops link_dds_ops = {
     .size = sizeof(link_dds),
     .has_liveliness = true,
     .acknowledges = false,
+    .announces = true,
+    .check = dds_link_check,
     .open = dds_link_open,
     .receive = dds_link_receive,
     .publish = dds_link_publish,

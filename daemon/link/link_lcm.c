@@ -9,12 +9,17 @@
 #include "base/clock.h"
 #include "base/log.h"
 #include "gateway_process.h"
+#include "gateway_words.h"
 #include "incoming.h"
+#include "interface.h"
 #include "opened.h"
 #include "pipe/pipe.h"
+#include "pipe/route.h"
 #include "wake.h"
 
+#include <arpa/inet.h>
 #include <errno.h>
+#include <netinet/in.h>
 #include <poll.h>
 #include <pthread.h>
 #include <signal.h>
@@ -25,8 +30,10 @@
 #include <sys/eventfd.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
+#include <sysexits.h>
 
 enum {
+    URL_MAX = 512,
     QUEUE_BYTES = 32 << 20,      /* waiting for the tick: half a second of the fastest loopback */
     QUEUE_POSE_BYTES = 24 << 20, /* of those, open to poses and vertices: the newest of them are worth the least */
     OUT_BYTES = 8 << 20,         /* waiting for the gateway */
@@ -34,6 +41,7 @@ enum {
     RETRY_MOST_MS = 800,         /* ... up to this: back within a second */
     RETRY_NETWORK_MS = 5000,     /* somebody has to change the network first */
     STEADY_MS = 5000,            /* having run for so long, a gateway has not died at start */
+    START_MS = 10000,            /* a gateway that has not said in that time that LCM runs does not start */
     LAST_WORDS_MS = 500          /* closing: for what is still to be published */
 };
 static const char default_url[] = "udpm://239.255.76.67:7667";
@@ -41,7 +49,7 @@ static const char default_url[] = "udpm://239.255.76.67:7667";
 typedef struct link_lcm {
     struct link head;
     char program[GATEWAY_PATH_MAX];
-    char url[512];
+    char url[URL_MAX];
     wire_memory *memory;
     opened streams;
     pipe_buffer taken; /* the tick thread's: frames swapped out of `incoming` */
@@ -51,10 +59,15 @@ typedef struct link_lcm {
     atomic_bool closing;
     atomic_int pid;
 
+    gateway_words words; /* the watcher's: what the gateway writes to standard error */
+
     pthread_mutex_t lock;
+    pthread_cond_t settled; /* the first gateway is ready, or `failure` says why it is not */
+    char failure[512];
     pipe_buffer incoming, outgoing;
-    int pipe;   /* -1 = no gateway */
-    bool ready; /* it has said that LCM runs */
+    int pipe;      /* -1 = no gateway */
+    bool ready;    /* it has said that LCM runs */
+    bool starting; /* the watcher's: this is the first gateway, and it must start */
 
     metric *messages_in, *refused, *queue_full, *queue_full_poses, *messages_out, *out_dropped, *restarts, *bad_frames;
 } link_lcm;
@@ -82,6 +95,8 @@ static void enqueue(link_lcm *l, const pipe_frame *f)
 {
     if (f->kind == PIPE_READY) {
         l->ready = true;
+        gateway_words_tell(&l->words);
+        pthread_cond_signal(&l->settled);
         return;
     }
     size_t used = pipe_used(&l->incoming) + pipe_frame_size(f->channel_length, f->size);
@@ -133,25 +148,41 @@ static void serve(link_lcm *l)
 {
     pipe_buffer raw = {0};
     bool rest = false;
-    struct pollfd p[] = {{.fd = l->pipe}, {.fd = l->poke_fd, .events = POLLIN}};
+    struct pollfd p[] = {{.fd = l->pipe}, {.fd = l->poke_fd, .events = POLLIN}, {.fd = l->words.fd, .events = POLLIN}};
     while (!atomic_load(&l->closing)) {
         p[0].events = (short)(POLLIN | (rest ? POLLOUT : 0));
-        if (poll(p, 2, -1) < 0) continue;
+        if (poll(p, 3, -1) < 0) continue;
         if (p[1].revents) clear_poke(l);
+        if (p[2].revents && !gateway_words_read(&l->words)) p[2].fd = -1;
         if (p[0].revents & ~POLLOUT && !receive_frames(l, &raw)) break;
         if (!send_frames(l, &rest)) break;
     }
     pipe_free(&raw);
 }
 
+/* The first gateway does not start: whoever opens the link waits for that, and says so. */
+static void give_up(link_lcm *l, const char *how, const char *mend)
+{
+    pthread_mutex_lock(&l->lock);
+    snprintf(l->failure, sizeof l->failure, "%s%s", how, mend);
+    pthread_cond_signal(&l->settled);
+    pthread_mutex_unlock(&l->lock);
+}
+
 static bool start(link_lcm *l)
 {
     pid_t pid;
-    int fd = gateway_start(l->program, l->url, l->head.options.interface, &pid);
+    int errors = -1, fd = gateway_start(l->program, l->url, l->head.options.interface, &pid, &errors);
     if (fd < 0) {
-        log_error("%s: the LCM gateway does not start: %s", l->program, strerror(errno));
+        char how[320];
+        snprintf(how, sizeof how, "%.200s: the LCM gateway does not start: %s", l->program, strerror(errno));
+        if (l->starting)
+            give_up(l, how, ": do: apt-get install --reinstall collided, or set gateway");
+        else
+            log_error("%s", how);
         return false;
     }
+    gateway_words_begin(&l->words, errors, l->starting);
     pthread_mutex_lock(&l->lock);
     l->pipe = fd;
     pipe_resend(&l->outgoing);
@@ -191,6 +222,18 @@ static int mourn(link_lcm *l, int status, const char *how)
     return RETRY_NETWORK_MS;
 }
 
+/* 127 is the dynamic loader's word for a library that is missing. */
+static void mourn_first(link_lcm *l, int status, const char *how)
+{
+    bool library = WIFEXITED(status) && WEXITSTATUS(status) == 127;
+    char without_words[400];
+    snprintf(without_words, sizeof without_words, "%.200s: the LCM gateway has ended at once: %s", l->program, how);
+    give_up(l, *l->words.first ? l->words.first : without_words,
+        library           ? ": do: apt-get install --reinstall liblcm1"
+        : *l->words.first ? ""
+                          : ": do: apt-get install --reinstall collided, or set gateway");
+}
+
 /* The least pause before the next start. */
 static int end(link_lcm *l)
 {
@@ -199,12 +242,15 @@ static int end(link_lcm *l)
     pid_t pid = atomic_exchange(&l->pid, 0);
     if (closing) last_words(l);
     int status = gateway_end(pid, closing ? LAST_WORDS_MS : 0, how, sizeof how);
+    gateway_words_end(&l->words);
     pthread_mutex_lock(&l->lock);
+    bool failed = l->starting && !l->ready;
     close(l->pipe);
     l->pipe = -1;
     l->ready = false;
     pthread_mutex_unlock(&l->lock);
-    return closing ? 0 : mourn(l, status, how);
+    if (failed && !closing) mourn_first(l, status, how);
+    return closing || failed ? 0 : mourn(l, status, how);
 }
 
 /* The pause before the next start: none for one that had run for a while. */
@@ -237,7 +283,8 @@ static void *watch(void *context)
             serve(l);
             least_ms = end(l);
         }
-        if (atomic_load(&l->closing)) break;
+        if (atomic_load(&l->closing) || *l->failure) break;
+        l->starting = false;
         pause_ms = pause_ms < 0 ? 0 : next_pause(pause_ms, clock_monotonic_ns() - began);
         pause_for(l, pause_ms > least_ms ? pause_ms : least_ms);
         metric_count(l->restarts, 1);
@@ -265,17 +312,42 @@ static bool leaves_machine(const char *url)
     return ttl && strtol(ttl + 4, NULL, 10) != 0;
 }
 
-static bool check_address(link_lcm *l, char *why, size_t why_size)
+/* ADDRESS:PORT of a multicast group; what follows a '?' is liblcm's. */
+static bool parse_group(const char *url, char group[16], unsigned *port)
 {
-    const link_options *o = &l->head.options;
-    bool fits = complete_url(o->address, l->url, sizeof l->url);
-    if (!fits || strncmp(l->url, "udpm://", 7) != 0)
-        snprintf(why, why_size, "lcm://%s: expected lcm://udpm://ADDRESS:PORT?ttl=0", o->address);
-    else if (leaves_machine(l->url) && !o->interface[0])
-        snprintf(why, why_size, "lcm://%s: a ttl above 0 leaves this machine: set the interface too", o->address);
+    struct in_addr address;
+    int end = 0;
+    return sscanf(url, "udpm://%15[0-9.]:%5u%n", group, port, &end) == 2 && (!url[end] || url[end] == '?') &&
+           *port > 0 && *port <= UINT16_MAX && inet_pton(AF_INET, group, &address) == 1 &&
+           IN_MULTICAST(ntohl(address.s_addr));
+}
+
+/* What lcm_open needs to know, too: the whole URL and the gateway's path. */
+static int check_address(const link_options *o, char url[URL_MAX], char program[GATEWAY_PATH_MAX],
+    char key[LINK_KEY_MAX], char *why, size_t why_size)
+{
+    char group[16];
+    unsigned port;
+    if (!complete_url(o->address, url, URL_MAX) || !parse_group(url, group, &port))
+        snprintf(why, why_size,
+            "lcm://%.80s: expected lcm://udpm://ADDRESS:PORT, as in lcm://udpm://239.255.76.67:7667", o->address);
+    else if (leaves_machine(url) && !o->interface[0])
+        snprintf(why, why_size, "lcm://%.80s: a ttl above 0 leaves this machine: set the interface too", o->address);
+    else if (!interface_is_there(o->interface, why, why_size))
+        return EX_NOHOST;
+    else if (!gateway_program(o->program, program, why, why_size))
+        return EX_OSFILE;
     else
-        return gateway_program(o->program, l->program, why, why_size);
-    return false;
+        return snprintf(key, LINK_KEY_MAX, "lcm %s:%u", group, port) > 0 ? EX_OK : EX_SOFTWARE;
+    return EX_CONFIG;
+}
+
+static int lcm_check(const link_options *options, char key[LINK_KEY_MAX], char *why, size_t why_size)
+{
+    char url[URL_MAX], program[GATEWAY_PATH_MAX];
+    int status = check_address(options, url, program, key, why, why_size);
+    if (status == EX_OK && !route_leads_to(url, options->interface, why, why_size)) return EX_UNAVAILABLE;
+    return status;
 }
 
 static void register_counters(link_lcm *l, metrics *m)
@@ -293,6 +365,7 @@ static void register_counters(link_lcm *l, metrics *m)
 static void release(link_lcm *l)
 {
     close(l->poke_fd);
+    pthread_cond_destroy(&l->settled);
     pthread_mutex_destroy(&l->lock);
     wire_memory_destroy(l->memory);
     opened_free(&l->streams);
@@ -312,19 +385,56 @@ static int start_watcher(link_lcm *l)
     return error;
 }
 
+/* False: the first gateway has not started, and `why` tells of it. */
+static bool await_first(link_lcm *l, char *why, size_t why_size)
+{
+    struct timespec until;
+    clock_gettime(CLOCK_MONOTONIC, &until);
+    until.tv_sec += START_MS / 1000;
+    pthread_mutex_lock(&l->lock);
+    int error = 0;
+    while (!l->ready && !*l->failure && error == 0)
+        error = pthread_cond_clockwait(&l->settled, &l->lock, CLOCK_MONOTONIC, &until);
+    if (!l->ready && !*l->failure)
+        snprintf(why, why_size, "lcm://%s: %.200s does not answer: is it collided-lcm of this release?",
+            l->head.options.address, l->program);
+    else if (!l->ready)
+        snprintf(why, why_size, "lcm://%s: %s", l->head.options.address, l->failure);
+    bool ready = l->ready;
+    pthread_mutex_unlock(&l->lock);
+    return ready;
+}
+
+static void lcm_close(struct link *head)
+{
+    link_lcm *l = self_of(head);
+    atomic_store(&l->closing, true);
+    wake(l->poke_fd);
+    pthread_join(l->watcher, NULL);
+    release(l);
+}
+
 static int lcm_open(struct link *head, const link_options *options, char *why, size_t why_size)
 {
     link_lcm *l = self_of(head);
-    if (!check_address(l, why, why_size)) return -1;
+    char key[LINK_KEY_MAX];
+    if (check_address(options, l->url, l->program, key, why, why_size) != EX_OK) return -1;
     register_counters(l, options->counters);
     l->pipe = -1;
+    l->words.fd = -1;
+    l->starting = options->must_start;
     l->memory = wire_memory_create();
     pthread_mutex_init(&l->lock, NULL);
+    pthread_cond_init(&l->settled, NULL);
     l->poke_fd = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
     int error = l->poke_fd < 0 ? errno : start_watcher(l);
-    if (error == 0) return 0;
-    snprintf(why, why_size, "lcm: the thread that watches the gateway does not start: %s", strerror(error));
-    release(l);
+    if (error) {
+        snprintf(why, why_size, "lcm: the thread that watches the gateway does not start: %s", strerror(error));
+        release(l);
+        return -1;
+    }
+    if (!options->must_start || await_first(l, why, why_size)) return 0;
+    lcm_close(head);
     return -1;
 }
 
@@ -410,20 +520,12 @@ static void lcm_describe(struct link *head, char *text, size_t size)
         ready ? "" : "; the gateway is not running");
 }
 
-static void lcm_close(struct link *head)
-{
-    link_lcm *l = self_of(head);
-    atomic_store(&l->closing, true);
-    wake(l->poke_fd);
-    pthread_join(l->watcher, NULL);
-    release(l);
-}
-
 const link_ops link_lcm_ops = {
     .scheme = "lcm",
     .size = sizeof(link_lcm),
     .has_liveliness = false,
     .acknowledges = true,
+    .check = lcm_check,
     .open = lcm_open,
     .receive = lcm_receive,
     .publish = lcm_publish,

@@ -14,6 +14,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sysexits.h>
 
 enum { QUEUE_BYTES = 32 << 20 }; /* beyond, messages are dropped and counted */
 
@@ -123,6 +124,14 @@ bool memory_receive(memory_end *e, wire_memory *memory, wire_message *out)
 
 /* ---- the daemon's end ---- */
 
+/* The address is the key. */
+static int memory_check(const link_options *options, char key[LINK_KEY_MAX], char *why, size_t why_size)
+{
+    if (snprintf(key, LINK_KEY_MAX, "memory %s", options->address) < LINK_KEY_MAX) return EX_OK;
+    snprintf(why, why_size, "memory://%.60s...: the name is too long", options->address);
+    return EX_CONFIG;
+}
+
 static int memory_open(struct link *head, const link_options *options, char *why, size_t why_size)
 {
     link_memory *l = self_of(head);
@@ -224,6 +233,7 @@ const link_ops link_memory_ops = {
     .size = sizeof(link_memory),
     .has_liveliness = false,
     .acknowledges = true,
+    .check = memory_check,
     .open = memory_open,
     .receive = memory_take_all,
     .publish = memory_publish,

@@ -6,6 +6,7 @@
 
 #include <stdio.h>
 #include <string.h>
+#include <sysexits.h>
 
 typedef enum replay_state { REPLAY_BETWEEN, REPLAY_TICK_READ, REPLAY_ENDED } replay_state;
 
@@ -21,6 +22,14 @@ typedef struct link_replay {
 static link_replay *self_of(struct link *l)
 {
     return (link_replay *)l;
+}
+
+/* The address is the key. */
+static int replay_check(const link_options *options, char key[LINK_KEY_MAX], char *why, size_t why_size)
+{
+    if (snprintf(key, LINK_KEY_MAX, "replay %s", options->address) < LINK_KEY_MAX) return EX_OK;
+    snprintf(why, why_size, "replay://%.60s...: the name is too long", options->address);
+    return EX_CONFIG;
 }
 
 static int replay_open(struct link *head, const link_options *options, char *why, size_t why_size)
@@ -112,6 +121,7 @@ const link_ops link_replay_ops = {
     .size = sizeof(link_replay),
     .has_liveliness = true, /* lost clients are in the recording */
     .acknowledges = false,
+    .check = replay_check,
     .open = replay_open,
     .receive = replay_receive,
     .publish = replay_publish,

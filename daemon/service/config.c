@@ -6,45 +6,78 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sysexits.h>
 
 #define FIELD(name) offsetof(config, name), sizeof(((config *)0)->name)
 
 static const config_option OPTIONS[] = {
-    {"links", CONFIG_TEXT, FIELD(links), 0, 0, NULL, "dds://0 lcm://", "",
-        "transports to listen on, by spaces: dds://DOMAIN, lcm://[udpm://GROUP:PORT?ttl=N]"},
+    {"links", CONFIG_TEXT, FIELD(links), 0, 0, NULL, "auto", "",
+        "transports to listen on, by spaces: dds://DOMAIN, lcm://[udpm://GROUP:PORT?ttl=N]; or auto",
+        "auto is dds://0, and lcm:// where this machine can carry it (multicast on loopback, or on the interface); "
+        "what is left out is told at the start. DDS is for clients that need delivery to be reliable, LCM for those "
+        "that speak it already; both may "
+        "be open at once, and more than one domain of DDS. memory:// is for tests. Out of the box everything "
+        "stays on this machine."},
     {"interface", CONFIG_TEXT, FIELD(interface), 0, 0, NULL, "", "",
-        "network interface to open the links to; empty: this machine only"},
-    {"name", CONFIG_TEXT, FIELD(name), 0, 0, NULL, "", "", "name of this daemon in status; empty: host:pid"},
-    {"gateway", CONFIG_TEXT, FIELD(gateway), 0, 0, NULL, "", "",
-        "path of collided-lcm; empty: beside this program, else by PATH"},
+        "network interface to open the links to; empty: this machine only",
+        "A name (eth0) or an address of this machine. With one, DDS uses multicast on that network and LCM "
+        "may have a ttl above 0: anybody there can then reach the daemon, unless DDS security is set up by "
+        "CYCLONEDDS_URI."},
+    {"name", CONFIG_TEXT, FIELD(name), 0, 0, NULL, "", "", "name of this daemon in status; empty: host:pid",
+        "Shown by collidectl status; it has no other meaning."},
+    {"gateway", CONFIG_TEXT, FIELD(gateway), 0, 0, NULL, "", "", "path of collided-lcm; empty: beside this program",
+        "LCM is spoken by a process of its own, because a crafted datagram can end a program that uses "
+        "liblcm. It is started, watched and started again by the daemon."},
     {"workers", CONFIG_WHOLE, FIELD(workers), 0, 64, NULL, "0", "threads",
-        "threads of the narrow phase; 0: one a core, at most 8"},
+        "threads of the narrow phase; 0: one a core, at most 8",
+        "The events are the same for any number. More than there are cores gain nothing."},
     {"engine", CONFIG_CHOICE, FIELD(engine), 0, 0, "auto|gjk|ccd|mpr", "auto", "",
         "narrow phase: auto (closed forms, GJK, exact depth), gjk (general path only), ccd and mpr (libccd proposes, "
-        "our certificate decides)"},
+        "our certificate decides)",
+        "For experiments and comparisons; every answer is certified whichever is chosen."},
     {"caches", CONFIG_YES, FIELD(caches), 0, 0, NULL, "yes", "",
-        "let cached axes and motion bounds skip separated pairs; the events are the same without"},
-    {"margin", CONFIG_NUMBER, FIELD(margin), 0, 10, NULL, "0.1", "of a shape's reach",
-        "by how much boxes are fattened"},
+        "let cached axes and motion bounds skip separated pairs; the events are the same without",
+        "Switch it off to compare, or to find out whether a cache is at fault."},
+    {"margin", CONFIG_NUMBER, FIELD(margin), 0, 10, NULL, "0.1", "of a shape's reach", "by how much boxes are fattened",
+        "A larger margin means that boxes move less often in the trees, and that more pairs are looked at. It "
+        "never changes an answer."},
     {"rate", CONFIG_NUMBER, FIELD(rate), 0, 100000, NULL, "0", "Hz",
-        "ticks a second; 0: a tick whenever something came"},
-    {"status_period", CONFIG_NUMBER, FIELD(status_period), 0.05, 60, NULL, "1", "s", "how often Status is published"},
+        "ticks a second; 0: a tick whenever something came",
+        "By default a tick runs as soon as something has come, and none when nothing has. A fixed rate is for "
+        "systems that want the load to be even."},
+    {"status_period", CONFIG_NUMBER, FIELD(status_period), 0.05, 60, NULL, "1", "s", "how often Status is published",
+        "Status carries health, limits that were reached and all counters; collidectl status shows it."},
     {"lease", CONFIG_NUMBER, FIELD(lease), 0.05, 3600, NULL, "2", "s",
-        "lease of a client that has not announced its own yet"},
-    {"max_clients", CONFIG_WHOLE, FIELD(max_clients), 1, 100000, NULL, "1000", "clients", "clients at once"},
-    {"max_bodies", CONFIG_WHOLE, FIELD(max_bodies), 1, 10000000, NULL, "1000000", "bodies", "bodies in the world"},
-    {"max_shapes", CONFIG_WHOLE, FIELD(max_shapes), 1, 40000000, NULL, "2000000", "shapes", "shapes in the world"},
-    {"max_interests", CONFIG_WHOLE, FIELD(max_interests), 1, 4096, NULL, "512", "interests", "interests at once"},
+        "lease of a client that has not announced its own yet",
+        "A client that is silent for so long is lost; what becomes of its bodies is its own choice. Clients "
+        "usually announce a lease of their own."},
+    {"max_clients", CONFIG_WHOLE, FIELD(max_clients), 1, 100000, NULL, "1000", "clients", "clients at once",
+        "What exceeds a limit is refused, answered with the reason, counted, and shown in Status, whose "
+        "health is then degraded."},
+    {"max_bodies", CONFIG_WHOLE, FIELD(max_bodies), 1, 10000000, NULL, "1000000", "bodies", "bodies in the world",
+        "Counts all clients together."},
+    {"max_shapes", CONFIG_WHOLE, FIELD(max_shapes), 1, 40000000, NULL, "2000000", "shapes", "shapes in the world",
+        "Counts all bodies together."},
+    {"max_interests", CONFIG_WHOLE, FIELD(max_interests), 1, 4096, NULL, "512", "interests", "interests at once",
+        "Counts all clients together. Who matches an interest is kept as a bit a body, so each costs memory."},
     {"max_geometries", CONFIG_WHOLE, FIELD(max_geometries), 1, 1000000, NULL, "10000", "geometries",
-        "hulls in the store"},
-    {"record", CONFIG_TEXT, FIELD(record), 0, 0, NULL, "", "", "record all commands to this file (LCM's log format)"},
+        "hulls in the store", "A hull is stored once however many bodies use it, and is forgotten when nobody does."},
+    {"record", CONFIG_TEXT, FIELD(record), 0, 0, NULL, "", "", "record all commands to this file (LCM's log format)",
+        "Must not exist yet. Written from the start on; collided --replay runs it again and compares every "
+        "tick."},
     {"record_dir", CONFIG_TEXT, FIELD(record_dir), 0, 0, NULL, "", "",
-        "folder in which clients may start recordings; empty: they may not"},
+        "folder in which clients may start recordings; empty: they may not",
+        "collidectl record NAME then writes NAME into that folder. The systemd unit may write below "
+        "/var/lib/collided only."},
     {"replay", CONFIG_TEXT, FIELD(replay), 0, 0, NULL, "", "",
-        "run a recording instead of live links, compare its hashes, and end"},
-    {"json", CONFIG_YES, FIELD(json), 0, 0, NULL, "no", "", "print the result of a replay as a JSON object"},
-    {"log", CONFIG_CHOICE, FIELD(log), 0, 0, "error|warning|notice|info|debug", "notice", "", "least level to log"},
-    {"journal", CONFIG_YES, FIELD(journal), 0, 0, NULL, "no", "", "mark log lines with their level for the journal"},
+        "run a recording instead of live links, compare its hashes, and end",
+        "No link is opened. The exit status is 0 if every tick is equal to the recording."},
+    {"json", CONFIG_YES, FIELD(json), 0, 0, NULL, "no", "", "print the result of a replay as a JSON object",
+        "Only of use with replay."},
+    {"log", CONFIG_CHOICE, FIELD(log), 0, 0, "error|warning|notice|info|debug", "notice", "", "least level to log",
+        "Lines go to standard error. A flood of like lines is cut to ten a second, and counted."},
+    {"journal", CONFIG_YES, FIELD(journal), 0, 0, NULL, "no", "", "mark log lines with their level for the journal",
+        "Set by the systemd unit; of no use in a terminal."},
 };
 enum { OPTION_COUNT = sizeof OPTIONS / sizeof *OPTIONS };
 
@@ -187,20 +220,20 @@ int config_read(config *c, const char *path, char *why, size_t why_size)
     enum { FILE_MAX = 1 << 20 };
     FILE *file = fopen(path, "rb");
     char *text = file ? malloc(FILE_MAX + 1) : NULL;
-    if (!text) {
-        snprintf(why, why_size, "%s: %s", path, strerror(errno));
-        if (file) fclose(file);
-        return -1;
+    size_t size = text ? fread(text, 1, FILE_MAX + 1, file) : 0;
+    int error = text && !ferror(file) ? 0 : errno, status = EX_OK;
+    if (error) {
+        snprintf(why, why_size, "%s: %s: name a readable file with --config, or leave it out", path, strerror(error));
+        status = EX_NOINPUT;
+    } else if (size > FILE_MAX) {
+        snprintf(why, why_size, "%s: larger than %d bytes: it cannot be a configuration", path, FILE_MAX);
+        status = EX_CONFIG;
+    } else if (config_parse(c, text, size, path, why, why_size) != 0) {
+        status = EX_CONFIG;
     }
-    size_t size = fread(text, 1, FILE_MAX + 1, file);
-    int failed = ferror(file) || size > FILE_MAX;
-    fclose(file);
-    if (failed)
-        snprintf(why, why_size, "%s: cannot be read, or larger than %d bytes", path, FILE_MAX);
-    else
-        failed = config_parse(c, text, size, path, why, why_size) != 0;
+    if (file) fclose(file);
     free(text);
-    return failed ? -1 : 0;
+    return -status;
 }
 
 /* ---- the command line ---- */
@@ -245,7 +278,7 @@ int config_arguments(config *c, int argc, char **argv, const char **asked, char 
     const char *value;
     for (int pass = 0; pass < 2; pass++) {
         for (int at = 1; at < argc;) {
-            if (split_argument(argc, argv, &at, key, &value, why, why_size) != 0) return -1;
+            if (split_argument(argc, argv, &at, key, &value, why, why_size) != 0) return -EX_USAGE;
             bool is_file = strcmp(key, "config") == 0;
             if (!strcmp(key, "help") || !strcmp(key, "version")) {
                 *asked = key[0] == 'h' ? "help" : "version";
@@ -253,10 +286,33 @@ int config_arguments(config *c, int argc, char **argv, const char **asked, char 
             }
             if (is_file != (pass == 0)) continue;
             int failed = is_file ? config_read(c, value, why, why_size) : config_set(c, key, value, why, why_size);
-            if (failed) return -1;
+            if (failed) return is_file ? failed : -EX_USAGE;
         }
     }
     return 0;
+}
+
+/* ---- help ---- */
+
+static const config_exit EXITS[] = {
+    {EX_OK, "EX_OK", "ended in order, by SIGTERM or SIGINT, or a replay that is equal to its recording"},
+    {EX_USAGE, "EX_USAGE", "unknown option, or a value out of its range, on the command line"},
+    {EX_DATAERR, "EX_DATAERR", "the recording to replay is damaged, or no recording"},
+    {EX_NOINPUT, "EX_NOINPUT", "the configuration file or the recording to replay cannot be read"},
+    {EX_NOHOST, "EX_NOHOST", "the network interface is not on this machine"},
+    {EX_UNAVAILABLE, "EX_UNAVAILABLE", "DDS or LCM does not start: no route, no interface, a port is taken"},
+    {EX_SOFTWARE, "EX_SOFTWARE", "a replay differs from its recording"},
+    {EX_OSERR, "EX_OSERR", "a limit of the system is too small"},
+    {EX_OSFILE, "EX_OSFILE", "a library or the LCM gateway is missing"},
+    {EX_CANTCREAT, "EX_CANTCREAT", "the recording or its folder is not there, not to be written, or exists already"},
+    {EX_NOPERM, "EX_NOPERM", "this user may not write the recording"},
+    {EX_CONFIG, "EX_CONFIG", "the configuration file is broken, or the links are"},
+};
+
+const config_exit *config_exits(size_t *count)
+{
+    *count = sizeof EXITS / sizeof *EXITS;
+    return EXITS;
 }
 
 void config_help(void)
@@ -277,4 +333,7 @@ void config_help(void)
     }
     printf("  --%-15s %s\n  --%-15s %s\n  --%-15s %s\n", "config FILE", "read this file first", "help", "this text",
         "version", "the release and the version of the wire");
+    printf("\nExit status, by sysexits.h:\n");
+    for (size_t i = 0; i < sizeof EXITS / sizeof *EXITS; i++) printf("  %4d  %s\n", EXITS[i].status, EXITS[i].meaning);
+    printf("\nSee also: man collided, man collided.conf\n");
 }

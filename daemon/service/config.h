@@ -31,11 +31,12 @@ typedef enum config_type { CONFIG_TEXT, CONFIG_CHOICE, CONFIG_WHOLE, CONFIG_NUMB
 typedef struct config_option {
     const char *key;
     config_type type;
-    size_t offset, size; /* of the field in config */
-    double least, most;  /* of numbers */
-    const char *choices; /* "a|b|c" */
-    const char *value;   /* default, as text */
-    const char *unit, *help;
+    size_t offset, size;     /* of the field in config */
+    double least, most;      /* of numbers */
+    const char *choices;     /* "a|b|c" */
+    const char *value;       /* default, as text */
+    const char *unit, *help; /* help: a phrase of at most two lines, for --help */
+    const char *details;     /* what else a stranger needs to know, whole sentences, for the manual; "" = nothing */
 } config_option;
 
 const config_option *config_options(size_t *count);
@@ -44,11 +45,21 @@ void config_default(config *c);
 
 /* 0, or -1 with one line in `why`: file, line, key, and what is allowed. */
 int config_set(config *c, const char *key, const char *value, char *why, size_t why_size);
-int config_read(config *c, const char *path, char *why, size_t why_size);
 /* The same for text in memory; `path` is only for messages. */
 int config_parse(config *c, const char *text, size_t size, const char *path, char *why, size_t why_size);
-/* Reads --config first, wherever it stands. 1: --help or --version was asked for, and *asked is set to it. */
+/* 0, or the exit status, negated, with one line in `why`: -EX_NOINPUT (no such file), -EX_CONFIG (what it says). */
+int config_read(config *c, const char *path, char *why, size_t why_size);
+/* The same, or -EX_USAGE. Reads --config first, wherever it stands. 1: --help or --version was asked for, and *asked is
+ * set to it. */
 int config_arguments(config *c, int argc, char **argv, const char **asked, char *why, size_t why_size);
+
+/* How the daemon ends: by sysexits.h. */
+typedef struct config_exit {
+    int status;
+    const char *name, *meaning;
+} config_exit;
+
+const config_exit *config_exits(size_t *count);
 
 void config_help(void); /* to standard output */
 

@@ -52,9 +52,10 @@ int replay_run(service *s, const link_sink *sink)
         if (!link_replay_tick(from, &t, why, sizeof why)) break;
         run_tick(s, &t, &p);
     }
-    report(s, &p);
+    if (p.ticks || !*why) report(s, &p);
     if (*why) {
-        fprintf(stderr, "%s\n", why);
+        fprintf(stderr, "collided: %s: %s: %s\n", s->config.replay, why,
+            p.ticks ? "what came before it was replayed" : "name a recording of collided");
         return EX_DATAERR;
     }
     return p.first_different ? EX_SOFTWARE : EX_OK;

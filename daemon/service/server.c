@@ -4,6 +4,7 @@
 
 #include "base/clock.h"
 #include "base/log.h"
+#include "notify.h"
 #include "replay.h"
 #include "service.h"
 
@@ -21,6 +22,7 @@ struct server {
     service s;
     _Atomic bool stop;
     int64_t next_status_ns, next_tick_ns; /* monotonic */
+    notify manager;
 };
 
 /* ---- what the links call ---- */
@@ -77,8 +79,11 @@ static narrow_engine engine_of(const char *name)
 
 static int open_link(service *s, const char *uri, char *why, size_t why_size)
 {
-    link_options options = {
-        .wake_fd = s->wake_fd, .counters = s->metrics, .interface = s->config.interface, .program = s->config.gateway};
+    link_options options = {.wake_fd = s->wake_fd,
+        .counters = s->metrics,
+        .interface = s->config.interface,
+        .program = s->config.gateway,
+        .must_start = true};
     if (s->link_count == LINKS_MAX) {
         snprintf(why, why_size, "links: more than %d", LINKS_MAX);
         return -1;
@@ -86,24 +91,33 @@ static int open_link(service *s, const char *uri, char *why, size_t why_size)
     struct link *l = link_open(uri, &options, why, why_size);
     if (!l) return -1;
     s->links[s->link_count++] = l;
-    char text[512];
-    l->ops->describe(l, text, sizeof text);
-    log_notice("%s", text);
     return 0;
 }
 
+/* First those of whose opening nobody hears: if one fails, nothing has been announced. */
 static int open_links(service *s, char *why, size_t why_size)
 {
-    char list[CONFIG_TEXT_MAX + 16], *rest = NULL;
-    if (s->replaying)
-        snprintf(list, sizeof list, "replay://%s", s->config.replay);
-    else
-        snprintf(list, sizeof list, "%s", s->config.links);
-    for (char *uri = strtok_r(list, " ,", &rest); uri; uri = strtok_r(NULL, " ,", &rest))
-        if (open_link(s, uri, why, why_size) != 0) return -1;
+    for (int announced = 0; announced < 2; announced++) {
+        char list[CONFIG_TEXT_MAX + 16], *rest = NULL;
+        if (s->replaying)
+            snprintf(list, sizeof list, "replay://%s", s->config.replay);
+        else
+            snprintf(list, sizeof list, "%s", s->config.links);
+        for (char *uri = strtok_r(list, " ,", &rest); uri; uri = strtok_r(NULL, " ,", &rest))
+            if (link_announces(uri) == announced && open_link(s, uri, why, why_size) != 0) return -1;
+    }
     if (s->link_count) return 0;
     snprintf(why, why_size, "links: none; allowed are dds://DOMAIN and lcm://...");
     return -1;
+}
+
+static void tell_links(const service *s)
+{
+    for (size_t i = 0; i < s->link_count; i++) {
+        char text[512];
+        s->links[i]->ops->describe(s->links[i], text, sizeof text);
+        log_notice("%s", text);
+    }
 }
 
 static void set_names(service *s)
@@ -138,7 +152,8 @@ server *server_create(const config *c, char *why, size_t why_size)
     options.caches = c->caches;
     options.margin = c->margin;
     s->world = world_create(&options);
-    if ((*c->record && record_start(s, c->record, why, why_size) != 0) || open_links(s, why, why_size) != 0) {
+    /* The recording comes last: what fails before leaves no file. Nothing is taken from the links yet. */
+    if (open_links(s, why, why_size) != 0 || (*c->record && record_start(s, c->record, why, why_size) != 0)) {
         server_destroy(v);
         return NULL;
     }
@@ -207,6 +222,7 @@ static int wait_ms(const server *v)
         next = earlier(next, v->next_tick_ns);
     else if (world_next_due_ns(s->world) != INT64_MAX)
         next = earlier(next, now + world_next_due_ns(s->world) - clock_wall_ns());
+    next = earlier(next, v->manager.next_ns);
     int64_t ms = (next - now + 999999) / 1000000;
     return ms < 0 ? 0 : ms > 1000 ? 1000 : (int)ms;
 }
@@ -234,18 +250,30 @@ static void publish_status(server *v, uint8_t health)
     v->next_status_ns = s->monotonic_ns + (int64_t)(s->config.status_period * 1e9);
 }
 
+/* To the service manager, when it changes. */
+static void tell_health(const service *s)
+{
+    char state[sizeof s->limits + 32];
+    snprintf(state, sizeof state, *s->limits ? "degraded: limits reached: %s" : "ready", s->limits);
+    notify_state(state);
+}
+
 static void one_round(server *v, const link_sink *sink)
 {
     service *s = &v->s;
     set_clock(v);
     for (size_t i = 0; i < s->link_count; i++) s->links[i]->ops->receive(s->links[i], sink);
+    notify_alive(&v->manager, s->monotonic_ns);
     session_check_leases(s); /* after what has come: if this process stood still, its clients did not */
     set_clock(v);
     if (due(v)) {
         if (s->config.rate > 0) v->next_tick_ns = s->monotonic_ns + (int64_t)(1e9 / s->config.rate);
         tick(s);
     }
-    if (s->monotonic_ns >= v->next_status_ns) publish_status(v, *s->limits ? WIRE_HEALTH_DEGRADED : WIRE_HEALTH_READY);
+    if (s->monotonic_ns < v->next_status_ns) return;
+    uint8_t before = s->health;
+    publish_status(v, *s->limits ? WIRE_HEALTH_DEGRADED : WIRE_HEALTH_READY);
+    if (s->health != before) tell_health(s);
 }
 
 /* Every contact ends, every stream closes, and everybody is told why. No command asks for it, so a recording ends
@@ -254,6 +282,7 @@ static void end_in_order(server *v)
 {
     service *s = &v->s;
     set_clock(v);
+    notify_stopping();
     if (s->inbox.letters.count) tick(s); /* what came with the signal */
     record_stop(s);
     publish_status(v, WIRE_HEALTH_STOPPING);
@@ -262,12 +291,24 @@ static void end_in_order(server *v)
     tick(s);
 }
 
+static void begin(server *v)
+{
+    service *s = &v->s;
+    char state[256];
+    tell_links(s);
+    snprintf(state, sizeof state, "%s is ready, %u worker(s), epoch %" PRId64, s->daemon_name, worker_count(&s->config),
+        s->epoch);
+    log_notice("%s", state);
+    publish_status(v, WIRE_HEALTH_READY);
+    v->manager = notify_start();
+    notify_ready(state);
+}
+
 int server_run(server *v)
 {
     link_sink sink = sink_of(&v->s);
     if (v->s.replaying) return replay_run(&v->s, &sink);
-    log_notice("%s is ready, %u worker(s), epoch %" PRId64, v->s.daemon_name, worker_count(&v->s.config), v->s.epoch);
-    publish_status(v, WIRE_HEALTH_READY);
+    begin(v);
     while (!v->stop) {
         one_round(v, &sink);
         wait_for_work(v);

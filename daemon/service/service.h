@@ -46,6 +46,7 @@ typedef struct session {
     uint8_t on_loss;
     bool announced; /* its Client has come */
     bool lost;
+    bool left;        /* in order: what it keeps is meant to stay */
     pair_map body_of; /* number + 1 -> index */
     ARRAY(owned_body) bodies;
     ARRAY(owned_interest) interests;
@@ -158,6 +159,7 @@ void session_check_leases(service *s);
 int64_t session_next_lease_ns(const service *s); /* monotonic; INT64_MAX: none */
 void session_ack(session *c, int64_t sequence);
 void session_send_acks(service *s);
+size_t session_bodies(const session *c); /* in the world */
 void session_free_all(service *s);
 
 /* geometry.c */

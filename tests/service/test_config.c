@@ -24,7 +24,7 @@ static void defaults_are_within_their_ranges(void **state)
     (void)state;
     config c;
     config_default(&c);
-    assert_string_equal(c.links, "dds://0 lcm://");
+    assert_string_equal(c.links, "auto");
     assert_true(c.caches);
     assert_int_equal(c.max_clients, 1000);
 }
@@ -123,7 +123,7 @@ static void bad_arguments_are_refused(void **state)
         config c;
         const char *asked = NULL;
         config_default(&c);
-        assert_int_equal(config_arguments(&c, 2, cases[i], &asked, why, sizeof why), -1);
+        assert_true(config_arguments(&c, 2, cases[i], &asked, why, sizeof why) < 0);
         assert_true(*why && !strchr(why, '\n'));
     }
 }

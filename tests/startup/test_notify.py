@@ -1,0 +1,97 @@
+"""A service manager is told when the daemon is ready, that its ticks go on, and that it ends; nothing while it hangs."""
+
+import os
+import signal
+import socket
+import subprocess
+import tempfile
+import time
+
+from rig import DAEMON, check, finish, isolate
+
+WATCHDOG_S = 1.0
+SLACK_S = 0.15  # of a machine that has other work
+
+isolate()
+folder = tempfile.mkdtemp()
+path = os.path.join(folder, "notify")
+manager = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+manager.bind(path)
+
+
+def hear(seconds):
+    """What was told in that time: (when, text)."""
+    heard, end = [], time.monotonic() + seconds
+    while time.monotonic() < end:
+        manager.settimeout(max(end - time.monotonic(), 0.001))
+        try:
+            text = manager.recv(4096).decode()
+            heard.append((time.monotonic(), text))
+        except TimeoutError:
+            break
+    return heard
+
+
+def start(watchdog):
+    environment = dict(os.environ, NOTIFY_SOCKET=path)
+    if watchdog:
+        environment["WATCHDOG_USEC"] = str(int(watchdog * 1e6))
+    return subprocess.Popen([DAEMON, "--links", "dds://0 lcm://", "--status-period", "60"], env=environment,
+                            stderr=subprocess.PIPE, text=True)
+
+
+def first():
+    manager.settimeout(20)
+    return manager.recv(4096).decode()
+
+
+def ready(daemon):
+    said = first()
+    check(said.startswith("READY=1\nSTATUS=") and "is ready" in said, f"ready: {said!r}")
+    lines = []
+    while not lines or "is ready" not in lines[-1]:  # the same moment as in the log
+        lines.append(daemon.stderr.readline())
+        check(lines[-1], f"the log says that it is ready: {lines}")
+
+
+def end(daemon):
+    daemon.send_signal(signal.SIGTERM)
+    said = [text for _, text in hear(2)]
+    daemon.communicate()
+    check(daemon.returncode == 0, f"it ends in order: {daemon.returncode}")
+    check(any(text.startswith("STOPPING=1") for text in said), f"it says that it ends: {said}")
+
+
+def signs_of_life_come_twice_in_the_time_even_if_idle():
+    daemon = start(WATCHDOG_S)
+    ready(daemon)
+    signs = [when for when, text in hear(3) if text == "WATCHDOG=1"]
+    gaps = [b - a for a, b in zip(signs, signs[1:])]
+    check(len(signs) >= 6 and max(gaps) <= WATCHDOG_S / 2 + SLACK_S, f"signs of life: {gaps}")
+    check(min(gaps) > WATCHDOG_S / 10, f"no more of them than needed: {gaps}")
+    daemon.send_signal(signal.SIGSTOP)
+    hear(0.1)
+    check(not hear(1.5 * WATCHDOG_S), "a daemon that hangs says nothing")
+    daemon.send_signal(signal.SIGCONT)
+    check(any(text == "WATCHDOG=1" for _, text in hear(1)), "it goes on")
+    end(daemon)
+
+
+def without_a_watchdog_there_is_no_sign():
+    daemon = start(None)
+    ready(daemon)
+    check(not hear(1), "nobody has asked")
+    end(daemon)
+
+
+def a_daemon_that_does_not_start_is_never_ready():
+    environment = dict(os.environ, NOTIFY_SOCKET=path)
+    done = subprocess.run([DAEMON, "--links", "dds://0 lcm://", "--gateway", "/bin/false"], env=environment,
+                          stderr=subprocess.DEVNULL, check=False)
+    check(done.returncode == 69 and not hear(0.1), "nothing was told")
+
+
+signs_of_life_come_twice_in_the_time_even_if_idle()
+without_a_watchdog_there_is_no_sign()
+a_daemon_that_does_not_start_is_never_ready()
+finish()
