@@ -34,20 +34,23 @@
 extern "C" {
 #endif
 
+/* A client: its connection, and what it has created. Made by collided_connect, freed by collided_close. */
 typedef struct collided collided;
 
+/* The id of no body, no interest and no object. */
 enum { COLLIDED_NONE = -1 };
 
 typedef struct collided_body {
     int32_t id;
-} collided_body; /* of this client; ids are not used again */
+} collided_body; /* a body of this client; ids are not used again */
 typedef struct collided_interest {
     int32_t id;
-} collided_interest;
+} collided_interest; /* a subscription of this client */
 typedef struct collided_geometry {
     int64_t hash;
-} collided_geometry; /* 0 = none */
+} collided_geometry; /* points of a hull, by the hash of their content; 0 = none */
 
+/* What a function came to; collided_error tells the rest. */
 typedef enum collided_status {
     COLLIDED_OK = 0,
     COLLIDED_BAD_ARGUMENT,
@@ -59,13 +62,18 @@ typedef enum collided_status {
     COLLIDED_UNSUPPORTED
 } collided_status;
 
+/* The status in words, for people. A constant string; any thread. */
 const char *collided_status_text(collided_status status);
+/* The release of this library, as "1.2.3". A constant string; any thread. */
 const char *collided_version(void);
 
 /* ---- connection ---- */
 
+/* What becomes of the bodies when their client is lost: they are removed, stay but are unknown until the
+ * client is back, or stay as they are, even after collided_close. */
 typedef enum collided_on_loss { COLLIDED_REMOVE, COLLIDED_HOLD, COLLIDED_KEEP } collided_on_loss;
 
+/* How to connect; begin with collided_def_default. */
 typedef struct collided_def {
     const char *name;         /* for people; default: the program's name */
     int64_t id;               /* 0 = random. A fixed id lets a later process go on with the same bodies: sequence
@@ -75,48 +83,59 @@ typedef struct collided_def {
     double connect_timeout_s; /* how long collided_connect waits for a daemon; default 5; 0 = do not wait */
     const char *interface;    /* network interface; NULL = loopback only */
 } collided_def;
+/* The defaults that the members of collided_def name. Any thread. */
 collided_def collided_def_default(void);
 
-/* "dds://DOMAIN" (0 to 230) or "lcm://udpm://ADDRESS:PORT?ttl=0" ("lcm://" alone = LCM's default, ttl 0). LCM is for
- * networks on which every host is trusted: it has no security, and liblcm 1.3.1, which receives here, can be ended by
- * one crafted datagram. NULL on failure; the reason is then in collided_connect_error() of this thread. */
+/* Connects, and waits for a daemon as def says (NULL: the defaults). uri: "dds://DOMAIN" (0 to 230) or
+ * "lcm://udpm://ADDRESS:PORT?ttl=0" ("lcm://" alone = LCM's default, ttl 0). LCM is for networks on which every host is
+ * trusted: it has no security, and liblcm 1.3.1, which receives here, can be ended by one crafted datagram. NULL on
+ * failure; the reason is then in collided_connect_error() of this thread. */
 collided *collided_connect(const char *uri, const collided_def *def);
+/* Why the last collided_connect of this thread failed, in one line; valid until its next one. "" = it did not. */
 const char *collided_connect_error(void);
 
-/* Leaves in order: the bodies are removed at once, unless on_loss is KEEP. */
+/* Leaves in order: the bodies are removed at once, unless on_loss is KEEP. Frees the client. */
 void collided_close(collided *c);
 
-const char *collided_error(const collided *c); /* the last failure, one line; "" = none */
+/* The last failure of this client, in one line; "" = none. Valid until the next call that takes the client. */
+const char *collided_error(const collided *c);
+/* The id under which the daemon knows this client: that of its definition, or the random one. */
 int64_t collided_client_id(const collided *c);
 
-/* Waits for whatever comes for at most timeout_s (0 = only what is there), and runs the callbacks. COLLIDED_OK also
+/* Runs the callbacks. Waits for whatever comes for at most timeout_s (0 = only what is there). COLLIDED_OK also
  * when nothing came; COLLIDED_NO_DAEMON when no daemon has been heard for three seconds. */
 collided_status collided_poll(collided *c, double timeout_s);
 
 /* Sends what is buffered now. collided_poll and collided_sync do so too. */
 void collided_flush(collided *c);
 
-/* Waits until the daemon has applied, or refused, all that was created, changed or removed. COLLIDED_REJECTED if it
- * refused any since the last call (collided_error tells the first). */
+/* Waits until the daemon has applied, or refused, all changes. These are what was created, changed or removed.
+ * COLLIDED_REJECTED if it refused any since the last call (collided_error tells the first). */
 collided_status collided_sync(collided *c, double timeout_s);
 
+/* What the daemon refused, and why. Valid during the callback. */
 typedef struct collided_rejection {
     const char *message; /* "Body", ... */
     int32_t object;      /* body or interest, COLLIDED_NONE */
     const char *reason;  /* "name_taken", ... */
     const char *text;
 } collided_rejection;
+/* Called for each refusal, inside collided_poll and functions that wait. */
 typedef void collided_rejected(void *context, const collided_rejection *why);
+/* Sets the callback for refusals, in place of the one before; NULL = none. `context` is handed to it. */
 void collided_on_rejected(collided *c, collided_rejected *callback, void *context);
 
 /* ---- geometry and shapes ---- */
 
+/* Where a frame is in another: metres, and a unit quaternion. */
 typedef struct collided_pose {
     double position[3];
     double orientation[4]; /* w, x, y, z */
 } collided_pose;
+/* At the origin, not turned. Any thread. */
 collided_pose collided_pose_identity(void);
 
+/* Kinds of shapes; each has a maker below. */
 typedef enum collided_shape_type {
     COLLIDED_SPHERE,
     COLLIDED_CAPSULE,
@@ -128,6 +147,7 @@ typedef enum collided_shape_type {
     COLLIDED_HULL
 } collided_shape_type;
 
+/* A convex shape, made by one of the makers below. */
 typedef struct collided_shape {
     collided_shape_type type;
     double half[3];     /* half extents, axis of revolution z: see the makers below */
@@ -136,21 +156,23 @@ typedef struct collided_shape {
     collided_geometry geometry;
 } collided_shape;
 
-/* Full sizes in, as people measure; the pose is the identity and can be set afterwards. */
-collided_shape collided_sphere(double radius);
+/* Full sizes in, in metres, as people measure; the pose is the identity and can be set afterwards. Any thread. */
+collided_shape collided_sphere(double radius);                   /* centred */
 collided_shape collided_capsule(double radius, double length);   /* length of the cylindrical part, along z */
 collided_shape collided_box(double x, double y, double z);       /* full side lengths */
 collided_shape collided_cylinder(double radius, double height);  /* along z, centred */
 collided_shape collided_cone(double radius, double height);      /* base at -height/2, apex at +height/2 */
 collided_shape collided_ellipsoid(double x, double y, double z); /* semi-axes */
 collided_shape collided_halfspace(void);                         /* all points with z <= 0 */
-collided_shape collided_hull(collided_geometry points);
+collided_shape collided_hull(collided_geometry points);          /* of collided_create_hull */
 
-/* The convex hull of `count` points (x, y, z each); the daemon builds it. The same points give the same geometry. */
+/* Makes a convex hull of points. There are `count` of them (x, y, z each); the daemon builds it. The same points give
+ * the same geometry. The points, in metres, are copied. Hash 0 on failure. */
 collided_geometry collided_create_hull(collided *c, const double *points, size_t count);
 
 /* ---- bodies ---- */
 
+/* Bodies that are fixed are not checked against each other. */
 typedef enum collided_motion { COLLIDED_MOVING, COLLIDED_FIXED } collided_motion;
 
 typedef struct collided_rule { /* ordered; the first that matches the other body decides */
@@ -159,6 +181,7 @@ typedef struct collided_rule { /* ordered; the first that matches the other body
     const char *reason;        /* told by collided_query_explain */
 } collided_rule;
 
+/* A body; begin with collided_body_def_default. Shapes, rules and names are copied. */
 typedef struct collided_body_def {
     int32_t id;        /* >= 0: this number, so that a later process under the same client id can go on with the body;
                           COLLIDED_NONE (default): the next free one */
@@ -174,25 +197,33 @@ typedef struct collided_body_def {
     const collided_rule *rules;
     size_t rule_count;
 } collided_body_def;
+/* No name and no shapes, which must be set; everything else as the members of collided_body_def say. Any thread. */
 collided_body_def collided_body_def_default(void);
 
+/* Announces a body. It does not wait: whether the daemon took it is told by collided_sync, or to the callback of
+ * collided_on_rejected. COLLIDED_NONE if the definition is wrong. */
 collided_body collided_create_body(collided *c, const collided_body_def *def);
-/* As if created anew under the same id: shapes, filter, everything but the contacts' ids of what did not change. */
+/* Changes a body. As if created anew under the same id: shapes, filter, everything but the contacts' ids of what did
+ * not change. */
 collided_status collided_change_body(collided *c, collided_body body, const collided_body_def *def);
+/* Removes a body; its contacts end with the cause "removed". Does not wait. */
 collided_status collided_remove_body(collided *c, collided_body body);
-/* Takes over a body that an earlier process of the same client id created (collided_body_def.id), so that it can be
- * moved or removed. It is not announced again; whether it exists is found out by the daemon. */
+/* Takes over a body of an earlier process. One of the same client id created it (collided_body_def.id), so that it can
+ * be moved or removed. It is not announced again; whether it exists is found out by the daemon. */
 collided_body collided_adopt_body(collided *c, int32_t id);
 
-/* Poses of `count` bodies as plain arrays: positions 3 each, orientations 4 each; linear (m/s) and angular (rad/s)
- * 3 each or NULL. stamp_ns: when they were true (0 = now); step: of a simulator, or 0. Sent by the next flush or poll.
+/* Publishes the poses of many bodies. Plain arrays for `count` bodies: positions 3 each, orientations 4 each; linear
+ * (m/s) and angular (rad/s) 3 each or NULL. stamp_ns: when they were true (0 = now); step: of a simulator, or 0. Sent
+ * by the next flush or poll.
  */
 collided_status collided_publish(collided *c, size_t count, const collided_body *bodies, const double *positions,
     const double *orientations, const double *linear, const double *angular, int64_t stamp_ns, int64_t step);
-collided_status collided_move(collided *c, collided_body body, collided_pose pose); /* one body, now */
+/* The pose of one body, in the world, true now; sent by the next flush or poll. */
+collided_status collided_move(collided *c, collided_body body, collided_pose pose);
 
 /* ---- interests and events ---- */
 
+/* What is asked about a pair; bits of collided_interest_def.facts. */
 typedef enum collided_fact { COLLIDED_TOUCH = 1, COLLIDED_DISTANCE = 2, COLLIDED_MANIFOLD = 4 } collided_fact;
 
 typedef enum collided_event_kind { /* numbers as on the wire */
@@ -205,12 +236,14 @@ typedef enum collided_event_kind { /* numbers as on the wire */
     COLLIDED_KNOWN
 } collided_event_kind;
 
+/* One of up to four points of a manifold. */
 typedef struct collided_contact_point {
     double point[3]; /* world */
     double distance; /* m, signed */
     int32_t feature; /* stable id */
 } collided_contact_point;
 
+/* What happened to a pair, with its proof. */
 typedef struct collided_event {
     collided_event_kind kind;
     const char *cause; /* "motion", "removed", "owner_lost", "filter", "shape", "interest", "shutdown", "stale",
@@ -239,8 +272,10 @@ typedef struct collided_batch { /* all events of one tick on one stream */
     size_t event_count;
 } collided_batch;
 
+/* Receives the batches of a subscription, in order, inside collided_poll and functions that wait. */
 typedef void collided_events(void *context, const collided_batch *batch);
 
+/* What is to be told; begin with collided_interest_def_default. Names and patterns are copied. */
 typedef struct collided_interest_def {
     unsigned facts;       /* of collided_fact; default COLLIDED_TOUCH */
     const char *select_a; /* pairs of a body that matches this and another that matches that; default "*", "*" */
@@ -253,13 +288,18 @@ typedef struct collided_interest_def {
     collided_events *callback;
     void *context;
 } collided_interest_def;
+/* The defaults that the members of collided_interest_def name; no callback. Any thread. */
 collided_interest_def collided_interest_def_default(void);
 
+/* Asks to be told. The first batch is a snapshot of the current state. Does not wait. COLLIDED_NONE if the definition
+ * is wrong. */
 collided_interest collided_subscribe(collided *c, const collided_interest_def *def);
+/* Ends a subscription: its callback is not called again. */
 collided_status collided_unsubscribe(collided *c, collided_interest interest);
 
 /* ---- queries: they wait for the answer, and run callbacks meanwhile ---- */
 
+/* One body, or one pair, of an answer. */
 typedef struct collided_hit {
     const char *name_a, *name_b;
     double lo, hi;
@@ -276,29 +316,38 @@ typedef struct collided_result { /* freed by collided_result_free */
     bool truncated;
     int64_t epoch, tick;
 } collided_result;
+/* Frees what a query put into a result, not the result itself. A result of zeros may be freed. Any thread. */
 void collided_result_free(collided_result *result);
 
+/* Asks for the first body along a ray. It goes from `origin` (m, world), at most length_m long. No hit: count 0. */
 collided_status collided_query_ray(collided *c, const double origin[3], const double direction[3], double length_m,
     double timeout_s, collided_result *out);
+/* The certified distance of two bodies now, as an interval at most tolerance_m wide. */
 collided_status collided_query_distance(
     collided *c, const char *name_a, const char *name_b, double tolerance_m, double timeout_s, collided_result *out);
+/* The bodies that overlap a box, given by its pose in the world and its half sides (m). */
 collided_status collided_query_box(
     collided *c, const collided_pose *pose, const double half[3], double timeout_s, collided_result *out);
+/* Why two bodies are checked against each other, or not: out->text names the rule that decided. */
 collided_status collided_query_explain(
     collided *c, const char *name_a, const char *name_b, double timeout_s, collided_result *out);
+/* The bodies whose names match a pattern with '*' and '?': name_a, the pose in the world (point_a, orientation), age.
+ */
 collided_status collided_query_bodies(collided *c, const char *pattern, double timeout_s, collided_result *out);
 
-/* Starts a recording on the daemon, in its record_dir, under a plain name without '/'; NULL or "" ends it. The answer's
- * text tells the path. */
+/* Starts or ends a recording on the daemon. It is in its record_dir, under a plain name without '/'; NULL or "" ends
+ * it. The answer's text tells the path. */
 collided_status collided_record(collided *c, const char *name, double timeout_s, collided_result *out);
 
 /* ---- the daemon's state ---- */
 
+/* A number that only grows, by name. */
 typedef struct collided_counter {
     const char *name;
     int64_t value;
 } collided_counter;
 
+/* How the daemon is. */
 typedef struct collided_daemon_status { /* valid until the next call that takes the client */
     int64_t epoch, tick, stamp_ns, started_ns;
     const char *health; /* "starting", "ready", "degraded", "stopping" */
@@ -306,21 +355,24 @@ typedef struct collided_daemon_status { /* valid until the next call that takes 
     const collided_counter *counters; /* the daemon's, then this client's own ("client_repeats", ...) */
     size_t counter_count;
 } collided_daemon_status;
+/* The last Status of the daemon; waits for one for at most timeout_s. COLLIDED_NO_DAEMON if none is heard. */
 collided_status collided_get_status(collided *c, double timeout_s, collided_daemon_status *out);
 
 /* ---- proof ---- */
 
-/* Re-checks a certificate from the two shapes (whose body poses are pose_a, pose_b) and the claim alone, by support
- * points along the axis and by the witness points: is it true that lo <= signed distance, and that it is <= hi when the
- * points are apart? `hull_a`, `hull_b`: the points of hulls (count triples), NULL otherwise. Pure; any thread.
- * COLLIDED_OK; COLLIDED_REJECTED if the certificate does not prove its claim; COLLIDED_BAD_ARGUMENT if a shape, pose or
- * hull is not usable. Rounding is allowed for by 64 * 2^-53 times the sizes of the shapes and the distance of the
- * bodies (for the points: and their coordinates), so a claim that is wrong by 1e-9 of these is refused. That the shapes
- * overlap by as much as a negative hi says is not proven by points; what contradicts it is refused. */
+/* A claim about the signed distance of two shapes, and what proves it. */
 typedef struct collided_certificate {
     double lo, hi;
     double axis[3], point_a[3], point_b[3]; /* world */
 } collided_certificate;
+
+/* Re-checks a certificate. Needs the two shapes (whose body poses are pose_a, pose_b) and the claim alone, and uses
+ * support points along the axis and the witness points: is it true that lo <= signed distance, and that it is <= hi
+ * when the points are apart? `hull_a`, `hull_b`: the points of hulls (count triples), NULL otherwise. Pure; any thread.
+ * COLLIDED_OK; COLLIDED_REJECTED if the certificate does not prove its claim; COLLIDED_BAD_ARGUMENT if a shape, pose or
+ * hull is not usable. Rounding is allowed for by 64 * 2^-53 times the sizes of the shapes and the distance of the
+ * bodies (for the points: and their coordinates), so a claim that is wrong by 1e-9 of these is refused. That the shapes
+ * overlap by as much as a negative hi says is not proven by points; what contradicts it is refused. */
 collided_status collided_verify(const collided_shape *a, const collided_pose *pose_a, const double *hull_a,
     size_t hull_a_count, const collided_shape *b, const collided_pose *pose_b, const double *hull_b,
     size_t hull_b_count, const collided_certificate *claim);

@@ -9,25 +9,16 @@
 #include <string.h>
 #include <sysexits.h>
 
-typedef enum option_kind { FLAG, TEXT, NUMBER, COUNT, POSE, FACTS, PACKAGE } option_kind;
-
-typedef struct option {
-    const char *name, *value;
-    option_kind kind;
-    size_t offset; /* in ctl_options */
-    double least, most;
-    const char *verbs; /* divided by spaces */
-    const char *help;
-} option;
-
 #define AT(member) offsetof(ctl_options, member)
 
 static const option table[] = {
     {"--connect", "URI", TEXT, AT(connect), 0, 0, "", "dds://DOMAIN or lcm://...; default: $COLLIDED_URI, or dds://0"},
     {"--as", "NAME", TEXT, AT(as), 0, 0, "", "whose bodies these are, over several runs; default collidectl"},
     {"--timeout", "S", NUMBER, AT(timeout_s), 0.01, 3600, "", "how long to wait for the daemon; default 5"},
+    {"--interface", "NAME", TEXT, AT(interface), 0, 0, "",
+        "network interface of the daemon, by name or address; default: this machine only"},
     {"--help", NULL, FLAG, AT(help), 0, 0, "", "this text, or that of the verb"},
-    {"--json", NULL, FLAG, AT(json), 0, 0, "status watch query replay",
+    {"--json", NULL, FLAG, AT(json), 0, 0, "status watch query replay doctor",
         "JSON, one object a line; numbers that are not finite are null"},
     {"--wait", "S", NUMBER, AT(wait_s), 0, 86400, "status", "wait so long until it is ready; default 0"},
     {"--srdf", "FILE", TEXT, AT(srdf), 0, 0, "load", "states and disabled pairs of the URDF's robot"},
@@ -48,11 +39,22 @@ static const option table[] = {
     {"--rate", "HZ", NUMBER, AT(rate_hz), 0, 100000, "watch", "updates at most so often; default 0 = each tick"},
     {"--seconds", "N", NUMBER, AT(seconds), 0.001, 1e9, "watch record", "end after so long; default: at SIGINT"},
     {"--length", "M", NUMBER, AT(length_m), 0, 1e9, "query", "of the ray; default 1000"},
+    {"--peer", "ADDRESS", TEXT, AT(peer), 0, 0, "doctor", "another host that should be heard: is it, and if not, why"},
+    {"--list", NULL, FLAG, AT(list), 0, 0, "doctor", "list the checks and run none"},
+    {"--system-root", "DIR", TEXT, AT(system_root), 0, 0, "doctor", "read DIR/proc instead of /proc, for tests"},
     {"--workers", "N", COUNT, AT(workers), 1, 256, "replay", "threads of the narrow phase"},
 };
 enum { OPTIONS = sizeof table / sizeof *table };
 
-static bool takes(const option *o, const ctl_verb *verb)
+const char *const options_facts[] = {"touch", "distance", "manifold", NULL};
+
+const option *options_table(int *count)
+{
+    *count = OPTIONS;
+    return table;
+}
+
+bool options_takes(const option *o, const ctl_verb *verb)
 {
     if (!*o->verbs) return true;
     size_t length = verb ? strlen(verb->name) : 0;
@@ -94,14 +96,13 @@ static int take_number(ctl_options *to, const option *o, const char *text)
 
 static int take_facts(ctl_options *to, const char *text)
 {
-    static const char *const names[] = {"touch", "distance", "manifold"};
     static const unsigned bits[] = {COLLIDED_TOUCH, COLLIDED_DISTANCE, COLLIDED_MANIFOLD};
     to->facts = 0;
     for (const char *word = text; *word; word += strcspn(word, ","), word += *word == ',') {
         size_t length = strcspn(word, ",");
         unsigned bit = 0;
-        for (int i = 0; i < 3; i++)
-            if (strlen(names[i]) == length && strncmp(word, names[i], length) == 0) bit = bits[i];
+        for (int i = 0; options_facts[i]; i++)
+            if (strlen(options_facts[i]) == length && strncmp(word, options_facts[i], length) == 0) bit = bits[i];
         if (!bit) return ctl_fail(EX_USAGE, "--facts '%s': must be some of touch,distance,manifold", text);
         to->facts |= bit;
     }
@@ -162,7 +163,8 @@ static int take_option(ctl *c, int argc, char **argv, int *at, const ctl_verb *v
     const char *value = word[length] ? word + length + 1 : NULL;
     const char *of = verb ? verb->name : "";
     if (!o) return ctl_fail(EX_USAGE, "unknown option '%s': see 'collidectl help %s'", word, of);
-    if (!takes(o, verb)) return ctl_fail(EX_USAGE, "%s is not an option of '%s', but of: %s", o->name, of, o->verbs);
+    if (!options_takes(o, verb))
+        return ctl_fail(EX_USAGE, "%s is not an option of '%s', but of: %s", o->name, of, o->verbs);
     if (o->kind == FLAG && value) return ctl_fail(EX_USAGE, "%s takes no value", o->name);
     if (o->kind != FLAG && !value) {
         if (*at + 1 >= argc) return ctl_fail(EX_USAGE, "%s needs a value: %s %s", o->name, o->name, o->value);
@@ -228,7 +230,7 @@ static void print_options(FILE *out, const ctl_verb *verb, bool common)
 {
     for (int i = 0; i < OPTIONS; i++) {
         const option *o = &table[i];
-        if (common != !*o->verbs || !takes(o, verb)) continue;
+        if (common != !*o->verbs || !options_takes(o, verb)) continue;
         char left[64];
         snprintf(left, sizeof left, "%s %s", o->name, o->value ? o->value : "");
         fprintf(out, "  %-24s %s\n", left, o->help);
@@ -248,7 +250,8 @@ void options_help(FILE *out, const ctl_verb *verb)
     for (const ctl_verb *v = ctl_verbs; v->name; v++) fprintf(out, "  %-9s %s\n", v->name, v->summary);
     fputs("\nOptions of every verb:\n", out);
     print_options(out, NULL, true);
-    fputs("\n'collidectl help VERB' tells more. Exit statuses are those of sysexits.h: 0 done, 64 wrong usage, 65 "
+    fputs("\n'collidectl help VERB' tells more, and so does 'man collidectl'. Exit statuses are those of sysexits.h: 0 "
+          "done, 64 wrong usage, 65 "
           "refused\n"
           "data, 66 no such file, 69 no daemon, 75 not ready or no answer in time.\n",
         out);

@@ -6,6 +6,22 @@
 
 #include <stdio.h>
 
+typedef enum option_kind { FLAG, TEXT, NUMBER, COUNT, POSE, FACTS, PACKAGE } option_kind;
+
+typedef struct option {
+    const char *name, *value;
+    option_kind kind;
+    size_t offset; /* in ctl_options */
+    double least, most;
+    const char *verbs; /* divided by spaces */
+    const char *help;
+} option;
+
+/* The table, for help, manual and completion. */
+const option *options_table(int *count);
+bool options_takes(const option *o, const ctl_verb *verb); /* verb NULL: no verb was given */
+extern const char *const options_facts[];                  /* the words of --facts; NULL ends them */
+
 /* Takes the options out of argv. 0 and the verb (NULL if none was given), or EX_USAGE after saying what is wrong. */
 int options_parse(ctl *c, int argc, char **argv, const ctl_verb **verb);
 
