@@ -8,11 +8,13 @@
 #include "loaders/rigid.h"
 #include "loaders/robot.h"
 
+#include <limits.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sysexits.h>
+#include <unistd.h>
 
 static const double PERIOD_S = 0.01;
 static const double DEADLINE_S = 0.2;    /* twenty poses missing: where the arm is, is then unknown */
@@ -218,9 +220,18 @@ static bool try_states(arm *a, load_report *r)
     return true;
 }
 
+/* The path of a file that lies beside this program. */
+static const char *beside(pool *p, const char *name)
+{
+    char self[PATH_MAX];
+    ssize_t length = readlink("/proc/self/exe", self, sizeof self - 1);
+    while (length > 0 && self[length - 1] != '/') length--;
+    return pool_format(p, "%.*s%s", (int)(length > 0 ? length : 0), self, name);
+}
+
 static bool load(arm *a, pool *p, load_bodies *links, load_report *r)
 {
-    const robot_source source = {.urdf = EXAMPLES "/arm.urdf", .srdf = EXAMPLES "/arm.srdf"};
+    const robot_source source = {.urdf = beside(p, "arm.urdf"), .srdf = beside(p, "arm.srdf")};
     a->base = (collided_pose){{0, 0, TABLE_TOP_M}, {1, 0, 0, 0}};
     if (!robot_load(&a->robot, p, &source, r) || !try_states(a, r)) return false;
     bool good = robot_state(&a->robot, "at_a", a->values, r);

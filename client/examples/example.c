@@ -34,8 +34,8 @@ int64_t example_now_ns(void)
 static void usage(const char *program)
 {
     fprintf(stderr,
-        "usage: %s [--connect dds://DOMAIN|lcm://...] [--seconds N] [--json]\n"
-        "Without --connect: dds://0. Without --seconds: until Ctrl-C.\n",
+        "usage: %s [--connect dds://DOMAIN|lcm://...] [--interface NAME] [--seconds N] [--json]\n"
+        "Without --connect: dds://0. Without --interface: this machine only. Without --seconds: until Ctrl-C.\n",
         program);
     exit(EX_USAGE);
 }
@@ -53,6 +53,8 @@ example example_start(int argc, char **argv)
         double seconds = value ? strtod(value, &rest) : 0;
         if (value && strcmp(argv[i], "--connect") == 0)
             e.connect = value;
+        else if (value && strcmp(argv[i], "--interface") == 0)
+            e.interface = value;
         else if (value && strcmp(argv[i], "--seconds") == 0 && !*rest && seconds > 0 && seconds < 1e6)
             e.end_ns = example_now_ns() + (int64_t)(seconds * 1e9);
         else
@@ -76,7 +78,9 @@ static void on_rejected(void *context, const collided_rejection *why)
 
 collided *example_connect(const example *e, const collided_def *def)
 {
-    collided *c = collided_connect(e->connect, def);
+    collided_def own = def ? *def : collided_def_default();
+    if (e->interface) own.interface = e->interface;
+    collided *c = collided_connect(e->connect, &own);
     if (c)
         collided_on_rejected(c, on_rejected, (void *)e);
     else

@@ -7,13 +7,15 @@
 
 typedef struct example {
     const char *program;
-    const char *connect; /* URI of the daemon */
-    const char *link;    /* "dds" or "lcm" */
-    bool json;           /* print one object a line */
-    int64_t end_ns;      /* of example_now_ns; INT64_MAX = until a signal */
+    const char *connect;   /* URI of the daemon */
+    const char *interface; /* as in collided_def */
+    const char *link;      /* "dds" or "lcm" */
+    bool json;             /* print one object a line */
+    int64_t end_ns;        /* of example_now_ns; INT64_MAX = until a signal */
 } example;
 
-/* Reads [--connect URI] [--seconds N] [--json], and catches SIGINT and SIGTERM. Wrong options end the program. */
+/* Reads [--connect URI] [--interface NAME] [--seconds N] [--json], and catches SIGINT and SIGTERM. Wrong options end
+ * the program. */
 example example_start(int argc, char **argv);
 
 /* A client whose rejections are printed to stderr; `def` as in collided_connect. NULL, and a message that tells what to
@@ -36,6 +38,12 @@ void example_line(
 
 /* For people only: nothing with --json. */
 __attribute__((format(printf, 2, 3))) void example_note(const example *e, const char *format, ...);
+
+/* What the cell's bodies but the arm are made of, for who creates them and for who draws them: writes the shapes of the
+ * named body, returns how many; 0 = not one of these. The wedge is a hull of EXAMPLE_WEDGE; its geometry is left 0. */
+enum { EXAMPLE_SHAPES = 5, EXAMPLE_WEDGE_POINTS = 6 };
+extern const double EXAMPLE_WEDGE[3 * EXAMPLE_WEDGE_POINTS];
+size_t example_shapes(const char *body, collided_shape shapes[EXAMPLE_SHAPES]);
 
 /* For lines of other kinds: a string in quotes, escaped; a number, null if it is not finite. */
 void example_json_text(const char *text);

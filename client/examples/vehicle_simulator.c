@@ -34,83 +34,67 @@ static collided_pose at(double x, double y, double z)
     return (collided_pose){{x, y, z}, {1, 0, 0, 0}};
 }
 
-static collided_shape placed(collided_shape shape, double x, double y, double z)
-{
-    shape.pose = at(x, y, z);
-    return shape;
-}
-
 static void create_table(collided *c)
 {
-    const double length = 1.2, width = 0.85, thickness = 0.05, leg = TABLE_TOP - thickness;
-    const double leg_x = length / 2 - 0.05, leg_y = width / 2 - 0.05, leg_z = -thickness - leg / 2;
-    const collided_shape shapes[] = {
-        placed(collided_box(length, width, thickness), 0, 0, -thickness / 2),
-        placed(collided_cylinder(0.03, leg), -leg_x, -leg_y, leg_z),
-        placed(collided_cylinder(0.03, leg), -leg_x, leg_y, leg_z),
-        placed(collided_cylinder(0.03, leg), leg_x, -leg_y, leg_z),
-        placed(collided_cylinder(0.03, leg), leg_x, leg_y, leg_z),
-    };
+    collided_shape shapes[EXAMPLE_SHAPES];
+    const size_t count = example_shapes("table", shapes);
     const collided_rule bolted = {"base_link", true, "the arm is bolted to the table"};
     collided_body_def def = collided_body_def_default();
     def.name = "table";
     def.motion = COLLIDED_FIXED;
     def.pose = at(0.3, -0.175, TABLE_TOP);
     def.shapes = shapes;
-    def.shape_count = sizeof shapes / sizeof *shapes;
+    def.shape_count = count;
     def.rules = &bolted;
     def.rule_count = 1;
     collided_create_body(c, &def);
 }
 
-static void create_part(collided *c, const char *name, collided_shape shape, double x, double y, double height)
+static void create_part(collided *c, const char *name, collided_geometry hull, double x, double y, double height)
 {
+    collided_shape shape[EXAMPLE_SHAPES];
+    const size_t count = example_shapes(name, shape);
+    shape[0].geometry = hull;
     collided_body_def def = collided_body_def_default();
     def.name = name;
     def.group = "part";
     def.motion = COLLIDED_FIXED;
     def.pose = at(x, y, TABLE_TOP + height / 2);
-    def.shapes = &shape;
-    def.shape_count = 1;
+    def.shapes = shape;
+    def.shape_count = count;
     collided_create_body(c, &def);
 }
 
 /* A bolt, a crate and a wedge: the last is a convex hull of six points. */
 static void create_parts(collided *c)
 {
-    static const double wedge[] = {-0.05, -0.04, -0.02, 0.05, -0.04, -0.02, -0.05, 0.04, -0.02, 0.05, 0.04, -0.02,
-        -0.05, -0.04, 0.02, -0.05, 0.04, 0.02};
-    create_part(c, "bolt", collided_cylinder(0.03, 0.08), 0.60, -0.45, 0.08);
-    create_part(c, "crate", collided_box(0.2, 0.15, 0.1), 0.70, -0.20, 0.1);
-    create_part(c, "wedge", collided_hull(collided_create_hull(c, wedge, 6)), 0.05, -0.45, 0.04);
+    const collided_geometry none = {0}, wedge = collided_create_hull(c, EXAMPLE_WEDGE, EXAMPLE_WEDGE_POINTS);
+    create_part(c, "bolt", none, 0.60, -0.45, 0.08);
+    create_part(c, "crate", none, 0.70, -0.20, 0.1);
+    create_part(c, "wedge", wedge, 0.05, -0.45, 0.04);
 }
 
-static collided_body create_moving(collided *c, const char *name, const char *group, collided_pose pose,
-    const collided_shape *shapes, size_t shape_count)
+static collided_body create_moving(collided *c, const char *name, const char *group, collided_pose pose)
 {
+    collided_shape shapes[EXAMPLE_SHAPES];
+    const size_t count = example_shapes(name, shapes);
     collided_body_def def = collided_body_def_default();
     def.name = name;
     def.group = group;
     def.deadline_s = DEADLINE_S;
     def.pose = pose;
     def.shapes = shapes;
-    def.shape_count = shape_count;
+    def.shape_count = count;
     return collided_create_body(c, &def);
 }
 
 static void create_all(collided *c, const simulation *s, collided_body moving[MOVING_BODIES])
 {
-    const collided_shape vehicle[] = {
-        placed(collided_box(VEHICLE_LENGTH, 0.5, 0.25), 0, 0, 0.175),    /* the chassis */
-        placed(collided_box(VEHICLE_LENGTH - 0.1, 0.4, 0.7), 0, 0, 0.7), /* the shelf that it carries */
-        placed(collided_capsule(0.03, 0.2), 0, 0, 1.15),                 /* the mast of its scanner */
-    };
-    const collided_shape parcel = collided_box(PARCEL_LENGTH, 0.3, 0.2);
     create_table(c);
     create_parts(c);
-    moving[VEHICLE] = create_moving(c, "vehicle", "vehicle", at(s->vehicle_x, LANE_Y, 0), vehicle, 3);
-    moving[PARCEL_WEST] = create_moving(c, "parcel_west", "part", at(s->parcel_x[0], LANE_Y, 0.15), &parcel, 1);
-    moving[PARCEL_EAST] = create_moving(c, "parcel_east", "part", at(s->parcel_x[1], LANE_Y, 0.15), &parcel, 1);
+    moving[VEHICLE] = create_moving(c, "vehicle", "vehicle", at(s->vehicle_x, LANE_Y, 0));
+    moving[PARCEL_WEST] = create_moving(c, "parcel_west", "part", at(s->parcel_x[0], LANE_Y, 0.15));
+    moving[PARCEL_EAST] = create_moving(c, "parcel_east", "part", at(s->parcel_x[1], LANE_Y, 0.15));
 }
 
 /* ---- the motion ---- */

@@ -1,0 +1,50 @@
+# install.cmake: what is installed where, and the three packages that cpack makes of it: collided (the daemon, the command
+# line and the demo), libcollided0 and libcollided-dev. Included last: it names targets of all folders.
+# Programs lie together in lib/collided, as in the build folder's bin: each finds what belongs to it beside itself. Links
+# in bin lead to those that people call.
+include(GNUInstallDirs)
+include(CMakePackageConfigHelpers)
+set(debian ${CMAKE_CURRENT_LIST_DIR})
+set(prepared ${PROJECT_BINARY_DIR}/debian)
+set(manual ${PROJECT_BINARY_DIR}/manual) # made by the target of that name
+set(doc ${CMAKE_INSTALL_DATAROOTDIR}/doc)
+set(programs lib/collided)
+
+# ---- collided ----
+
+install(TARGETS collided collided-lcm collidectl arm_controller vehicle_simulator cell_watcher
+  RUNTIME DESTINATION ${programs} COMPONENT collided)
+install(FILES ${PROJECT_SOURCE_DIR}/client/examples/arm.urdf ${PROJECT_SOURCE_DIR}/client/examples/arm.srdf
+  DESTINATION ${programs} COMPONENT collided)
+install(PROGRAMS ${PROJECT_SOURCE_DIR}/client/examples/collided-demo DESTINATION ${programs} COMPONENT collided)
+file(MAKE_DIRECTORY ${prepared}/bin)
+foreach(name collided collidectl collided-demo)
+  file(CREATE_LINK ../${programs}/${name} ${prepared}/bin/${name} SYMBOLIC)
+  install(FILES ${prepared}/bin/${name} DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT collided)
+endforeach()
+
+# ---- libcollided0, libcollided-dev ----
+
+# No static library: it would need the wire's and the DDS half's, which are internal.
+install(TARGETS collided_client_shared
+  LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT libcollided0 NAMELINK_COMPONENT libcollided-dev)
+install(FILES ${PROJECT_SOURCE_DIR}/client/collided.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT libcollided-dev)
+
+configure_file(${debian}/collided.pc.in ${prepared}/collided.pc @ONLY)
+install(FILES ${prepared}/collided.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT libcollided-dev)
+
+set(config ${CMAKE_INSTALL_LIBDIR}/cmake/collided)
+configure_package_config_file(${debian}/collidedConfig.cmake.in ${prepared}/collidedConfig.cmake
+  INSTALL_DESTINATION ${config} PATH_VARS CMAKE_INSTALL_LIBDIR CMAKE_INSTALL_INCLUDEDIR)
+write_basic_package_version_file(${prepared}/collidedConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${prepared}/collidedConfig.cmake ${prepared}/collidedConfigVersion.cmake
+  DESTINATION ${config} COMPONENT libcollided-dev)
+
+# The examples that need nothing but the library; the arm's controller needs the loaders, which are internal.
+foreach(file hello.c example.c example.h example_shapes.c vehicle_simulator.c cell_watcher.c)
+  install(FILES ${PROJECT_SOURCE_DIR}/client/examples/${file}
+    DESTINATION ${doc}/libcollided-dev/examples COMPONENT libcollided-dev)
+endforeach()
+
+include(${debian}/manual.cmake)
+include(${debian}/packages.cmake)

@@ -1,0 +1,67 @@
+# packages.cmake: the three packages, for `cpack -G DEB` in a build with CMAKE_INSTALL_PREFIX=/usr; script/package does all
+# of it. Dependencies are what dpkg-shlibdeps finds in the programs. Included by install.cmake.
+set(COLLIDED_MAINTAINER "the collided authors <authors@collided.invalid>" CACHE STRING
+  "Maintainer of the packages: set it to who answers for those that you publish")
+file(STRINGS ${debian}/changelog newest LIMIT_COUNT 1)
+if(NOT newest MATCHES "^collided \\(${PROJECT_VERSION}\\) ")
+  message(FATAL_ERROR "script/debian/changelog begins with '${newest}', the project's version is ${PROJECT_VERSION}")
+endif()
+
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_NAME collided)
+set(CPACK_PACKAGE_VERSION ${PROJECT_VERSION})
+set(CPACK_PACKAGE_CONTACT ${COLLIDED_MAINTAINER})
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_STRIP_FILES ON) # no packages with debug information: whoever debugs, builds
+set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS
+  OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
+set(CPACK_COMPONENTS_ALL collided libcollided0 libcollided-dev)
+set(CPACK_COMPONENTS_GROUPING IGNORE)
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_PRIORITY optional)
+set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+set(CPACK_DEBIAN_COMPRESSION_TYPE xz)
+set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON) # of libcollided.so.0, for packages that are built with it
+set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS_POLICY ">=")
+
+foreach(name ${CPACK_COMPONENTS_ALL})
+  string(TOUPPER ${name} upper)
+  set(CPACK_DEBIAN_${upper}_PACKAGE_NAME ${name})
+  install(FILES ${debian}/copyright DESTINATION ${doc}/${name} COMPONENT ${name})
+  install_compressed(${debian}/changelog ${doc}/${name} ${name})
+endforeach()
+
+set(CPACK_DEBIAN_COLLIDED_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_COLLIDED_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_COLLIDED_PACKAGE_RECOMMENDS iproute2) # routes of multicast: collided-demo --link lcm, collidectl doctor
+set(CPACK_DEBIAN_COLLIDED_PACKAGE_CONTROL_EXTRA
+  ${debian}/postinst ${debian}/prerm ${debian}/postrm ${debian}/conffiles)
+set(CPACK_DEBIAN_COLLIDED_DESCRIPTION "collision daemon for robots and simulators
+collided keeps one persistent 3D world. Robot controllers, simulators in
+several processes and dashboards publish the poses of their bodies over
+Cyclone DDS or LCM, and are told what touches, what is near, and how sure
+that is: every distance is an interval that carries its proof.
+
+This package has the daemon, its command line collidectl, and collided-demo,
+which shows a robot cell at work. It is not safety-rated.")
+
+set(CPACK_DEBIAN_LIBCOLLIDED0_PACKAGE_SECTION libs)
+set(CPACK_DEBIAN_LIBCOLLIDED0_PACKAGE_SHLIBDEPS ON)
+# A trigger refreshes the linker's cache. cpack's own way, scripts that call ldconfig, is no longer Debian's: it leaves them
+# out when others are named, and others that do not exist are left out, too.
+set(CPACK_DEBIAN_LIBCOLLIDED0_PACKAGE_CONTROL_EXTRA ${debian}/triggers ${debian}/none/postinst ${debian}/none/postrm)
+set(CPACK_DEBIAN_LIBCOLLIDED0_DESCRIPTION "client library of the collision daemon collided
+Programs publish bodies and their poses to the daemon collided(8), over
+Cyclone DDS or LCM, and receive events and distances, each with its proof.")
+
+set(CPACK_DEBIAN_LIBCOLLIDED-DEV_PACKAGE_SECTION libdevel)
+set(CPACK_DEBIAN_LIBCOLLIDED-DEV_PACKAGE_DEPENDS "libcollided0 (= ${PROJECT_VERSION})")
+set(CPACK_DEBIAN_LIBCOLLIDED-DEV_DESCRIPTION "client library of the collision daemon collided (development)
+Programs publish bodies and their poses to the daemon collided(8), over
+Cyclone DDS or LCM, and receive events and distances, each with its proof.
+
+This package has the header, files for pkg-config and CMake, the manual and
+examples.")
+
+include(CPack)
