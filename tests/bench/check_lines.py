@@ -1,24 +1,38 @@
 """Runs a benchmark with --json and checks that each line is an object with the keys that it promises. The numbers
-themselves are the machine's business, so only their kind is looked at."""
+themselves are the machine's business, so only their kind is looked at; but nobody may be silent, or miss a pair."""
 import json
 import subprocess
 import sys
 
 KEYS = {
     "service": ["bodies", "hz", "core_share", "us_p50", "us_p99", "raw_us_p50", "raw_us_p99", "ticks", "events"],
+    "broad": ["n", "moving", "us_per_step", "us_mean", "us_p99", "ns_per_moved", "ticks", "bytes_per_body", "pairs",
+              "extra", "missed"],
 }
+
+
+def broken(name, row):
+    """What a line says that cannot be; None = it is well."""
+    if row.get("bench") != name:
+        return f'"bench" is not "{name}"'
+    wrong = [key for key in KEYS[name] if not isinstance(row.get(key), (int, float)) or row[key] < 0]
+    if wrong:
+        return f"missing or no number: {', '.join(wrong)}"
+    if name == "service" and not row["events"]:
+        return "no events came"
+    if name == "broad" and (not row.get("contender") or "ratio_to_best_peer" not in row):
+        return "no contender, or no ratio"
+    if name == "broad" and (row["missed"] or not row["pairs"]):
+        return "pairs were missed, or none found"
+    return None
+
 
 name, command = sys.argv[1], sys.argv[2:]
 lines = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True).stdout.splitlines()
 if not lines:
     sys.exit("no line was printed")
 for line in lines:
-    row = json.loads(line)
-    if row.get("bench") != name:
-        sys.exit(f'"bench" is not "{name}": {line}')
-    wrong = [key for key in KEYS[name] if not isinstance(row.get(key), (int, float)) or row[key] < 0]
-    if wrong:
-        sys.exit(f"missing or no number: {', '.join(wrong)}: {line}")
-    if not row["events"]:
-        sys.exit(f"no events came: {line}")
+    fault = broken(name, json.loads(line))
+    if fault:
+        sys.exit(f"{fault}: {line}")
 print(f"{len(lines)} lines")
