@@ -1,6 +1,7 @@
 /* ctl: connecting, failing and waiting, the same way for all verbs. One thread; the signal handler only sets a flag. */
 #include "ctl.h"
 
+#include <limits.h>
 #include <math.h>
 #include <signal.h>
 #include <stdarg.h>
@@ -9,6 +10,7 @@
 #include <string.h>
 #include <sysexits.h>
 #include <time.h>
+#include <unistd.h>
 
 static volatile sig_atomic_t interrupted;
 
@@ -38,7 +40,7 @@ static void on_rejected(void *context, const collided_rejection *why)
             c->rejected, sizeof c->rejected, "%s %d: %s: %s", why->message, (int)why->object, why->reason, why->text);
 }
 
-static int connect_as(ctl *c, int64_t id, collided_on_loss on_loss)
+int ctl_connect_as(ctl *c, int64_t id, collided_on_loss on_loss)
 {
     const char *uri = c->options.connect;
     if (strncmp(uri, "dds://", 6) != 0 && strncmp(uri, "lcm://", 6) != 0)
@@ -47,6 +49,7 @@ static int connect_as(ctl *c, int64_t id, collided_on_loss on_loss)
     def.name = c->options.as;
     def.id = id;
     def.on_loss = on_loss;
+    def.interface = c->options.interface;
     def.connect_timeout_s = c->options.timeout_s;
     c->client = collided_connect(uri, &def);
     if (!c->client)
@@ -68,17 +71,29 @@ static int64_t id_of(const char *name)
 
 int ctl_connect_guest(ctl *c)
 {
-    return connect_as(c, 0, COLLIDED_REMOVE);
+    return ctl_connect_as(c, 0, COLLIDED_REMOVE);
 }
 int ctl_connect_owner(ctl *c)
 {
-    return connect_as(c, id_of(c->options.as), COLLIDED_KEEP);
+    return ctl_connect_as(c, id_of(c->options.as), COLLIDED_KEEP);
 }
 
 void ctl_disconnect(ctl *c)
 {
     if (c->client) collided_close(c->client);
     c->client = NULL;
+}
+
+const char *ctl_find_daemon(ctl *c)
+{
+    char self[PATH_MAX];
+    ssize_t length = readlink("/proc/self/exe", self, sizeof self - 1);
+    if (length <= 0) return "collided";
+    self[length] = '\0';
+    char *slash = strrchr(self, '/');
+    if (!slash) return "collided";
+    const char *beside = pool_format(&c->pool, "%.*s/collided", (int)(slash - self), self);
+    return access(beside, X_OK) == 0 ? beside : "collided";
 }
 
 int ctl_check(ctl *c, collided_status status, const char *what)

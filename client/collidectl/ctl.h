@@ -27,6 +27,8 @@ typedef struct ctl_options { /* options.c tells what they mean */
     unsigned facts;
     double deadline_s, range_m, tolerance_m, rate_hz, length_m;
     double workers;
+    const char *interface, *peer, *system_root; /* NULL = none */
+    bool list;
 } ctl_options;
 
 typedef struct ctl {
@@ -60,7 +62,11 @@ int ctl_fail_loading(ctl *c); /* what the loaders' report says */
  * stay. */
 int ctl_connect_guest(ctl *c);
 int ctl_connect_owner(ctl *c);
+int ctl_connect_as(ctl *c, int64_t id, collided_on_loss on_loss);
 void ctl_disconnect(ctl *c);
+
+/* "collided" in the folder that this program lies in; "collided" alone (PATH) if it is not there. */
+const char *ctl_find_daemon(ctl *c);
 
 /* Says what a status of the client library means here; 0 for COLLIDED_OK. */
 int ctl_check(ctl *c, collided_status status, const char *what);

@@ -26,6 +26,24 @@ const ctl_verb ctl_verbs[] = {
         "The daemon chooses the folder.\n"},
     {"replay", "FILE", 1, 1, verb_replay, "Runs a recording through a daemon of its own, without network",
         "Runs 'collided --replay', found beside collidectl or in PATH.\n"},
+    {"doctor", "", 0, 0, verb_doctor, "Finds out what is wrong, and names the command that mends it",
+        "One line a check: ok, problem or cannot tell, and what was seen; under a problem, the command\n"
+        "that mends it, to be run as root where it is the system's. 'ssh HOST COMMAND' is for that host;\n"
+        "what follows a '#' is for you. With --json: objects with check, verdict, seen and mend. It\n"
+        "changes nothing itself. Exit status: 0 no problem, 69 at least one.\n"
+        "\n"
+        "Of this host: interface (up, with an address), multicast (of loopback, for LCM), route\n"
+        "(224.0.0.0/4, for LCM), buffers (net.core.rmem_max), participants (of the 120 that a DDS domain\n"
+        "has room for on loopback). Of who can be heard: wire (daemons of another version), silence (DDS\n"
+        "participants without endpoints: a firewall), peer (is the host of --peer down, does nobody\n"
+        "listen there, or is it dropped), interfaces and domain (a daemon, but elsewhere). Of the daemon:\n"
+        "daemon (is there one), single (or two of equal strength), release, health (limits), gateway (of\n"
+        "LCM), clock (its offset from ours, by query round trips as in NTP; a problem beyond 10 ms), lost\n"
+        "(clients whose bodies stayed), stale (bodies past their deadline), losses (what is being refused\n"
+        "or dropped).\n"},
+    {"forget", "CLIENT", 1, 1, verb_forget, "Removes the bodies that a lost client left",
+        "CLIENT: its number, 16 hex digits, as doctor and status (lost_client_...) tell it. A client that\n"
+        "lives is not touched.\n"},
     {"version", "", 0, 0, verb_version, "The version of collidectl", ""},
     {"help", "[VERB]", 0, 1, verb_help, "This text, or that of a verb", ""},
     {0},

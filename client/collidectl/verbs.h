@@ -13,6 +13,8 @@ int verb_watch(ctl *c);
 int verb_query(ctl *c);
 int verb_record(ctl *c);
 int verb_replay(ctl *c);
+int verb_doctor(ctl *c);
+int verb_forget(ctl *c);
 int verb_version(ctl *c);
 int verb_help(ctl *c);
 

@@ -158,6 +158,7 @@ void answer_query(service *s, struct link *from, const wire_query *q)
             .sequence = q->sequence,
             .epoch = s->epoch,
             .tick = s->tick,
+            .stamp_ns = s->now_ns,
             .kind = q->kind}};
     switch (q->kind) {
     case WIRE_QUERY_DISTANCE:

@@ -267,7 +267,7 @@ static void apply_client(session *c, const wire_client *m)
     bool is_new = !c->announced;
     c->sequence = m->sequence;
     c->announced = true;
-    c->lost = false;
+    c->lost = c->left = false;
     c->lease_ns = m->lease_ns;
     c->on_loss = m->on_loss;
     if (strcmp(c->name, m->name) != 0) {

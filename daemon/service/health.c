@@ -1,6 +1,7 @@
 /* health: the counters of this process, and the Status that carries them. Tick thread. */
 #include "service.h"
 
+#include <inttypes.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -71,6 +72,25 @@ static void add_world(const service *s, sheet *t)
     }
 }
 
+/* Whose lease ran out and whose bodies stay. Those who left in order are not missed. */
+static void add_lost(const service *s, sheet *t)
+{
+    enum { NAMED_MAX = 64 };
+    static char names[NAMED_MAX][32];
+    size_t clients = 0, bodies = 0;
+    for (size_t i = 0; i < s->sessions.count; i++) {
+        const session *c = s->sessions.at[i];
+        size_t left = c->lost && !c->left ? session_bodies(c) : 0;
+        if (!left) continue;
+        bodies += left;
+        if (clients++ >= NAMED_MAX) continue; /* counted, and told in the log */
+        snprintf(names[clients - 1], sizeof names[0], "lost_client_%016" PRIx64, (uint64_t)c->client);
+        add(t, names[clients - 1], left);
+    }
+    add(t, "lost_clients", clients);
+    add(t, "lost_bodies", bodies);
+}
+
 static void describe_links(const service *s, char *text, size_t size)
 {
     size_t used = 0;
@@ -90,6 +110,7 @@ void health_publish(service *s)
     if (s->monotonic_ns - s->limit_ns > LIMITS_TOLD_NS) s->limits[0] = '\0';
     t.count = 0;
     add_world(s, &t);
+    add_lost(s, &t);
     for (size_t i = 0; i < metrics_count(s->metrics); i++)
         add(&t, metrics_at(s->metrics, i)->name, metric_get(metrics_at(s->metrics, i)));
     wire_message m = {.kind = WIRE_STATUS,

@@ -143,11 +143,11 @@ static void forget(service *s, session *c)
     free_session(c);
 }
 
-static bool has_bodies(const session *c)
+size_t session_bodies(const session *c)
 {
-    for (size_t i = 0; i < c->bodies.count; i++)
-        if (c->bodies.at[i].world_id != WORLD_NONE) return true;
-    return false;
+    size_t bodies = 0;
+    for (size_t i = 0; i < c->bodies.count; i++) bodies += c->bodies.at[i].world_id != WORLD_NONE;
+    return bodies;
 }
 
 /* Should it live after all (this process stood still, a network was down), it announces everything again. */
@@ -170,7 +170,7 @@ void session_lost(service *s, session *c, const char *how)
     metric_count(s->count.clients_lost, 1);
     tell_lost(s, c, how);
     end_interests(s, c, CAUSE_OWNER_LOST);
-    if (c->on_loss == WIRE_LOST_REMOVE || !has_bodies(c)) {
+    if (c->on_loss == WIRE_LOST_REMOVE || !session_bodies(c)) {
         end_bodies(s, c, CAUSE_OWNER_LOST);
         forget(s, c);
         return;
@@ -187,8 +187,8 @@ void session_leave(service *s, session *c)
     if (c->lost) return;
     log_info("client %016" PRIx64 " \"%s\" left", (uint64_t)c->client, c->name);
     end_interests(s, c, CAUSE_INTEREST);
-    if (c->on_loss == WIRE_LOST_KEEP && has_bodies(c)) {
-        c->lost = true;
+    if (c->on_loss == WIRE_LOST_KEEP && session_bodies(c)) {
+        c->lost = c->left = true;
         return;
     }
     end_bodies(s, c, CAUSE_REMOVED);

@@ -238,6 +238,7 @@ typedef struct wire_answer {
     int64_t sequence; /* of the query */
     int64_t epoch;
     int64_t tick;
+    int64_t stamp_ns;       /* when that tick ran; ages count from here */
     uint8_t kind;           /* of the query */
     uint8_t status;         /* WIRE_ANSWER_* */
     const char *text;       /* explain: lines for people; otherwise what went wrong, or "" */

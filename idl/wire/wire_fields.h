@@ -111,6 +111,7 @@
     F(S, sequence, I64, 0, FINITE)                                                                                     \
     F(S, epoch, I64, 0, FINITE)                                                                                        \
     F(S, tick, I64, 0, FINITE)                                                                                         \
+    F(S, stamp_ns, I64, 0, FINITE)                                                                                     \
     F(S, kind, U8, 0, FINITE)                                                                                          \
     F(S, status, U8, 0, FINITE)                                                                                        \
     F(S, text, STRING, WIRE_TEXT_MAX, FINITE)                                                                          \

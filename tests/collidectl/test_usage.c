@@ -50,6 +50,11 @@ static void wrong_usage_is_told_in_one_line(void **state)
         {"record ../x", "without '/'"},
         {"replay", "too few arguments"},
         {"replay x --workers 1.5", "whole number from 1 to 256"},
+        {"doctor now", "too many arguments"},
+        {"doctor --connect dds://x", "--connect 'dds://x': must be dds://DOMAIN"},
+        {"doctor --connect lcm://nowhere", "must be dds://DOMAIN"},
+        {"forget", "too few arguments"},
+        {"forget press", "16 hex digits"},
         {"help dance", "unknown verb 'dance'"},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
@@ -71,6 +76,8 @@ static void help_lists_the_options_of_each_verb(void **state)
         {"query", "--json --tolerance --length"},
         {"record", "--seconds"},
         {"replay", "--workers --json"},
+        {"doctor", "--json --peer --list --system-root"},
+        {"forget", ""},
         {"version", ""},
         {"help", ""},
     };

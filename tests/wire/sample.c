@@ -232,7 +232,7 @@ static void intervals(sampler *s, uint32_t n, wire_f64s *lo, wire_f64s *hi)
 static wire_answer answer(sampler *s, uint32_t most)
 {
     uint32_t n = sample_below(s, most + 1), m = coin(s) ? n : 0;
-    wire_answer a = {WIRE_VERSION, positive(s), positive(s), positive(s), positive(s),
+    wire_answer a = {WIRE_VERSION, positive(s), positive(s), positive(s), positive(s), positive(s),
         (uint8_t)(1 + sample_below(s, WIRE_QUERY_RECORD)), (uint8_t)sample_below(s, 4), text(s, WIRE_TEXT_MAX),
         names(s, n), names(s, m), .axes = f64s(s, 3 * n, 1), .points_a = f64s(s, 3 * n, 1e12),
         .points_b = f64s(s, 3 * m, 1e12), .orientations = turns(s, m), .ages_ns = i64s(s, n), .stale = u8s(s, n, 0, 1)};
