@@ -1,0 +1,46 @@
+"""README keeps its word: its first client compiles as it stands there, runs over DDS and over LCM, and is told of a
+contact; and every file and every script that README names exists."""
+
+import os
+import re
+import subprocess
+import sys
+import tempfile
+
+ROOT, BIN, LIBRARY, COMPILER = sys.argv[1:5]
+LCM = "lcm://udpm://239.255.76.67:7667"
+
+if "README_IN_NAMESPACE" not in os.environ:
+    setup = 'ip link set lo up && ip link set lo multicast on && ip route add 224.0.0.0/4 dev lo && exec "$@"'
+    for mode in ("-n", "-Urn"):
+        if subprocess.run(["unshare", mode, "true"], check=False, stderr=subprocess.DEVNULL).returncode == 0:
+            os.environ["README_IN_NAMESPACE"] = "1"
+            os.execvp("unshare", ["unshare", mode, "sh", "-c", setup, "sh", sys.executable, *sys.argv])
+    print("skipped: a network namespace is not permitted here")
+    sys.exit(77)
+
+with open(os.path.join(ROOT, "README.md"), encoding="utf-8") as f:
+    readme = f.read()
+
+for target in re.findall(r"\]\(([^)#:]+)\)", readme) + re.findall(r"\b(script/[a-z]+)\b", readme):
+    assert os.path.exists(os.path.join(ROOT, target)), f"README names {target}, which does not exist"
+
+code = re.search(r"^```c\n(.*?)^```", readme, re.M | re.S).group(1)
+lines = [line for line in code.splitlines() if line.strip()]
+assert len(lines) <= 30, f"README promises 30 lines of C, these are {len(lines)}"
+
+with tempfile.TemporaryDirectory() as work:
+    source, client = os.path.join(work, "client.c"), os.path.join(work, "client")
+    with open(source, "w", encoding="utf-8") as f:
+        f.write(code)
+    subprocess.run([COMPILER, "-std=c17", "-Wall", "-Wextra", "-Werror", source, "-o", client,
+                    "-I", os.path.join(ROOT, "client"), LIBRARY, f"-Wl,-rpath,{os.path.dirname(LIBRARY)}", "-lm"], check=True)
+    daemon = subprocess.Popen([os.path.join(BIN, "collided"), "--links", f"dds://0 {LCM}"])
+    try:
+        for uri in ("dds://0", LCM):
+            said = subprocess.run([client, uri], capture_output=True, text=True, timeout=60, check=True).stdout
+            assert "ball and block: contact begins" in said or "block and ball: contact begins" in said, f"{uri}: {said!r}"
+    finally:
+        daemon.terminate()
+        assert daemon.wait(10) == 0
+print("1 passed, 0 failed")
