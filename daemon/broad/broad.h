@@ -16,7 +16,8 @@ typedef struct broad_move {
     uint32_t proxy; /* the caller's id, dense and small */
     bool fixed;     /* goes to the static tree */
     aabb box;       /* tight, world frame, widened already by whatever range interests need */
-    double margin;  /* m, by which to fatten when it is (re)inserted; >= 0 */
+    double margin;  /* m, by which to fatten on all sides when it is given a new fat box; >= 0 */
+    vec3 motion;    /* m, how far it is expected to move until the next put: the new fat box reaches ahead */
 } broad_move;
 
 typedef struct broad_pair {
@@ -57,6 +58,15 @@ void broad_each_pair_of(const broad *b, uint32_t proxy, void (*visit)(void *cont
 typedef bool broad_visit(void *context, uint32_t proxy);
 void broad_query_box(const broad *b, aabb box, broad_visit *visit, void *context);
 void broad_query_ray(const broad *b, vec3 from, vec3 direction, double length, broad_visit *visit, void *context);
+/* Each proxy whose fat box meets `box` somewhere on its way along length*direction: for shape casts. */
+void broad_query_cast(
+    const broad *b, aabb box, vec3 direction, double length, broad_visit *visit, void *context);
+
+/* Each proxy whose fat box is at most `reach` (m) from `box`, nearest fat box first. The visit is told that distance,
+ * a lower bound for what is inside, and returns how far to look from now on: for the k nearest, the distance of the
+ * k-th best so far; for all within a distance, always that; to stop, a negative number. */
+typedef double broad_near_visit(void *context, uint32_t proxy, double distance);
+void broad_query_nearest(const broad *b, aabb box, double reach, broad_near_visit *visit, void *context);
 
 /* For tests: the first broken invariant, or NULL. */
 const char *broad_validate(const broad *b);

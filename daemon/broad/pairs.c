@@ -1,5 +1,5 @@
-/* pairs: records in an array with a free list, a map to find them by key, and doubly linked lists through them. One
- * thread. The map and the lists always hold the same pairs. */
+/* pairs: records in an array with a free list, and doubly linked lists through them. One thread. Each record that is
+ * not free hangs in the lists of both of its proxies, and no two records have the same proxies. */
 #include "pairs.h"
 
 #include <assert.h>
@@ -10,20 +10,13 @@ enum { MOST_RECORDS = UINT32_MAX / 2 }; /* so that a link fits 32 bits and is ne
 void pairs_init(pairs *p)
 {
     *p = (pairs){.free_record = PAIRS_NO_LINK};
-    pair_map_init(&p->by_key);
 }
 
 void pairs_free(pairs *p)
 {
-    pair_map_free(&p->by_key);
     array_free(&p->records);
     array_free(&p->first);
     pairs_init(p);
-}
-
-bool pairs_have(const pairs *p, uint32_t a, uint32_t b)
-{
-    return pair_map_get(&p->by_key, pair_key(a, b)) != PAIR_MAP_NONE;
 }
 
 static uint32_t take_record(pairs *p)
@@ -65,9 +58,7 @@ static void take_out(pairs *p, uint32_t index, unsigned side)
 void pairs_begin(pairs *p, uint32_t a, uint32_t b)
 {
     uint32_t index = take_record(p);
-    bool is_new = pair_map_put(&p->by_key, pair_key(a, b), index);
-    assert(is_new);
-    (void)is_new;
+    p->count++;
     p->records.at[index].proxy[0] = a;
     p->records.at[index].proxy[1] = b;
     hang_in(p, index, 0);
@@ -80,21 +71,24 @@ void pairs_end(pairs *p, uint32_t link)
     take_out(p, index, 0);
     take_out(p, index, 1);
     pair_record *r = &p->records.at[index];
-    pair_map_remove(&p->by_key, pair_key(r->proxy[0], r->proxy[1]));
     r->next[0] = p->free_record;
     p->free_record = index;
+    p->count--;
 }
 
-/* The links of a proxy, counted; SIZE_MAX if the list is broken. */
-static size_t count_links(const pairs *p, uint32_t proxy)
+/* The links of a proxy, counted; SIZE_MAX if the list is broken. `met_by` tells the last proxy whose list each one was
+ * seen in. */
+static size_t count_links(const pairs *p, uint32_t proxy, uint32_t *met_by)
 {
     size_t count = 0;
     uint32_t prev = PAIRS_NO_LINK;
     for (uint32_t link = pairs_first(p, proxy); link != PAIRS_NO_LINK; link = pairs_next(p, link)) {
         const pair_record *r = &p->records.at[link >> 1];
+        uint32_t other = pairs_other(p, link);
         if (r->proxy[link & 1] != proxy || r->prev[link & 1] != prev) return SIZE_MAX;
-        if (pair_map_get(&p->by_key, pair_key(r->proxy[0], r->proxy[1])) != link >> 1) return SIZE_MAX;
-        if (++count > p->records.count) return SIZE_MAX;
+        if (other >= p->first.count || met_by[other] == proxy) return SIZE_MAX;
+        met_by[other] = proxy;
+        count++;
         prev = link;
     }
     return count;
@@ -103,15 +97,18 @@ static size_t count_links(const pairs *p, uint32_t proxy)
 const char *pairs_validate(const pairs *p)
 {
     size_t links = 0;
-    for (uint32_t proxy = 0; proxy < p->first.count; proxy++) {
-        size_t count = count_links(p, proxy);
-        if (count == SIZE_MAX) return "the pair list of a proxy is broken";
-        links += count;
+    uint32_t *met_by = base_alloc(p->first.count, sizeof *met_by);
+    for (size_t i = 0; i < p->first.count; i++) met_by[i] = UINT32_MAX;
+    for (uint32_t proxy = 0; proxy < p->first.count && links != SIZE_MAX; proxy++) {
+        size_t count = count_links(p, proxy, met_by);
+        links = count == SIZE_MAX ? count : links + count;
     }
-    if (links != 2 * pairs_count(p)) return "pairs of the map are missing from the lists";
+    free(met_by);
+    if (links == SIZE_MAX) return "the pair list of a proxy is broken";
+    if (links != 2 * p->count) return "the count of pairs differs from the lists";
     size_t freed = 0;
     for (uint32_t i = p->free_record; i != PAIRS_NO_LINK && freed <= p->records.count; i = p->records.at[i].next[0])
         freed++;
-    if (freed + pairs_count(p) != p->records.count) return "pair records were lost";
+    if (freed + p->count != p->records.count) return "pair records were lost";
     return NULL;
 }

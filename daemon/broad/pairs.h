@@ -1,12 +1,14 @@
-/* pairs: the persistent pairs, reached by key and by proxy.
+/* pairs: the persistent pairs, reached by proxy.
  *
  * Each pair hangs in two lists, one for each of its proxies, so that a proxy's pairs are found and ended without
- * looking at any other. A link is (pair << 1 | side): the place of one proxy in one pair. Not thread-safe. */
+ * looking at any other. A link is (pair << 1 | side): the place of one proxy in one pair. There is no way to ask
+ * whether two proxies are a pair: the broad phase knows it from their boxes (settle.c). Not thread-safe. */
 #ifndef COLLIDED_BROAD_PAIRS_H
 #define COLLIDED_BROAD_PAIRS_H
 
 #include "base/array.h"
-#include "base/pair_map.h"
+
+#include <stdint.h>
 
 #define PAIRS_NO_LINK UINT32_MAX
 
@@ -16,20 +18,15 @@ typedef struct pair_record {
 } pair_record;
 
 typedef struct pairs {
-    pair_map by_key; /* to the index of the record */
     ARRAY(pair_record) records;
     ARRAY(uint32_t) first; /* by proxy: its first link */
     uint32_t free_record;
+    size_t count;
 } pairs;
 
 void pairs_init(pairs *p);
 void pairs_free(pairs *p);
-static inline size_t pairs_count(const pairs *p)
-{
-    return p->by_key.count;
-}
 
-bool pairs_have(const pairs *p, uint32_t a, uint32_t b);
 void pairs_begin(pairs *p, uint32_t a, uint32_t b); /* which must not be a pair already */
 void pairs_end(pairs *p, uint32_t link);
 

@@ -10,6 +10,7 @@
 enum {
     CACHE_LINE = 64, /* bytes: a pair of siblings */
     FIRST_CAPACITY = 64,
+    WORTH_BUILDING = 64, /* leaves */
 };
 
 _Static_assert(sizeof(tree_node) == 32, "two siblings fill a cache line");
@@ -19,18 +20,27 @@ void tree_init(tree *t)
     *t = (tree){.end = 2, .free_pair = TREE_NONE};
 }
 
+void tree_give_buffers_back(tree *t)
+{
+    array_free(&t->search);
+    array_free(&t->announced);
+    array_free(&t->spans);
+}
+
 void tree_free(tree *t)
 {
     free(t->nodes);
     array_free(&t->leaf_of);
-    array_free(&t->search);
+    tree_give_buffers_back(t);
     tree_init(t);
 }
 
-static void grow_nodes(tree *t)
+void tree_reserve(tree *t, size_t need)
 {
+    if (need <= t->capacity) return;
     size_t capacity = t->capacity ? t->capacity * 2 : FIRST_CAPACITY;
-    assert(capacity < TREE_LEAF);
+    while (capacity < need) capacity *= 2;
+    assert(capacity <= TREE_NODES_MOST);
     tree_node *nodes = base_alloc_aligned(CACHE_LINE, capacity, sizeof *nodes);
     if (t->nodes) memcpy(nodes, t->nodes, t->end * sizeof *nodes);
     free(t->nodes);
@@ -45,7 +55,7 @@ static uint32_t take_pair(tree *t)
         t->free_pair = t->nodes[pair].down;
         return pair;
     }
-    if (t->end + 2 > t->capacity) grow_nodes(t);
+    tree_reserve(t, (size_t)t->end + 2);
     uint32_t pair = t->end;
     t->end += 2;
     return pair;
@@ -183,16 +193,28 @@ static uint32_t best_sibling(tree *t, uint32_t proxy, const fbox *box)
 
 static void note_proxy(tree *t, uint32_t proxy)
 {
-    assert(proxy < TREE_LEAF);
+    assert(proxy < TREE_NODES_MOST);
     array_reserve(&t->leaf_of, (size_t)proxy + 1);
     while (t->leaf_of.count <= proxy) t->leaf_of.at[t->leaf_of.count++] = TREE_NONE;
+}
+
+/* Up to where nothing changes any more. */
+static void fit_upward(tree *t, uint32_t i)
+{
+    for (; i != TREE_NONE; i = t->nodes[i].parent) {
+        uint32_t down = t->nodes[i].down;
+        fbox box = fbox_union(&t->nodes[down].box, &t->nodes[down + 1].box);
+        if (fbox_equal(&box, &t->nodes[i].box)) return;
+        t->nodes[i].box = box;
+        rotate(t, i);
+    }
 }
 
 void tree_insert(tree *t, uint32_t proxy, const fbox *box)
 {
     note_proxy(t, proxy);
     assert(t->leaf_of.at[proxy] == TREE_NONE);
-    if (!t->nodes) grow_nodes(t);
+    tree_reserve(t, 2);
     if (t->leaf_count++ == 0) {
         t->nodes[TREE_ROOT].parent = TREE_NONE;
         set_content(t, TREE_ROOT, box, TREE_LEAF | proxy);
@@ -206,20 +228,7 @@ void tree_insert(tree *t, uint32_t proxy, const fbox *box)
     set_content(t, pair + 1, box, TREE_LEAF | proxy);
     t->nodes[place].down = pair;
     relink_below(t, place);
-    for (uint32_t i = place; i != TREE_NONE; i = t->nodes[i].parent) {
-        t->nodes[i].box = fbox_union(&t->nodes[i].box, box);
-        rotate(t, i);
-    }
-}
-
-static void shrink_upward(tree *t, uint32_t i)
-{
-    for (; i != TREE_NONE; i = t->nodes[i].parent) {
-        uint32_t down = t->nodes[i].down;
-        fbox box = fbox_union(&t->nodes[down].box, &t->nodes[down + 1].box);
-        if (fbox_equal(&box, &t->nodes[i].box)) return;
-        t->nodes[i].box = box;
-    }
+    fit_upward(t, place);
 }
 
 void tree_remove(tree *t, uint32_t proxy)
@@ -234,5 +243,41 @@ void tree_remove(tree *t, uint32_t proxy)
     uint32_t parent = sibling.parent;
     set_content(t, parent, &sibling.box, sibling.down);
     give_pair(t, leaf & ~UINT32_C(1));
-    shrink_upward(t, t->nodes[parent].parent);
+    fit_upward(t, t->nodes[parent].parent);
+}
+
+void tree_announce(tree *t, uint32_t proxy, const fbox *box)
+{
+    note_proxy(t, proxy);
+    array_push(&t->announced, ((tree_leaf){*box, proxy}));
+}
+
+static void build_anew(tree *t)
+{
+    array_reserve(&t->announced, t->announced.count + t->leaf_count);
+    for (uint32_t proxy = 0, left = t->leaf_count; left > 0; proxy++) {
+        uint32_t leaf = t->leaf_of.at[proxy];
+        if (leaf == TREE_NONE) continue;
+        array_push(&t->announced, ((tree_leaf){t->nodes[leaf].box, proxy}));
+        left--;
+    }
+    tree_build(t, t->announced.at, t->announced.count);
+}
+
+void tree_settle(tree *t)
+{
+    if (t->announced.count > WORTH_BUILDING && t->announced.count > t->leaf_count / 4) {
+        build_anew(t);
+    } else {
+        for (size_t i = 0; i < t->announced.count; i++)
+            tree_insert(t, t->announced.at[i].proxy, &t->announced.at[i].box);
+    }
+    t->announced.count = 0;
+}
+
+void tree_move(tree *t, uint32_t proxy, const fbox *box)
+{
+    uint32_t leaf = t->leaf_of.at[proxy];
+    t->nodes[leaf].box = *box;
+    fit_upward(t, t->nodes[leaf].parent);
 }

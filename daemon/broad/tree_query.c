@@ -2,6 +2,8 @@
  * has yet to enter on a stack of its own, which moves to the heap where a tree is deeper than any healthy one. */
 #include "tree.h"
 
+#include "simd.h"
+
 #include <stdlib.h>
 #include <string.h>
 
@@ -44,44 +46,53 @@ static inline void stack_push(node_stack *s, uint32_t node)
  * their sum. It is applied outward only, so a segment that meets a box is never said to miss it. */
 static const double RAY_SLACK = 0x1p-49;
 
-/* Slabs. For a larger box no computed near end is later and no far end earlier, since rounding is monotonic: a node
+/* Slabs, widened by the moving box (Minkowski sum). For a larger box no computed near end is later and no far end earlier, since rounding is monotonic: a node
  * that misses has no leaf that meets. */
 bool tree_ray_meets(const tree_ray *ray, const fbox *box)
 {
     double near = 0, far = ray->length;
     for (int k = 0; k < 3; k++) {
-        double lo = box->lo[k], hi = box->hi[k], d = ray->direction[k];
+        double ahead = box->lo[k] - ray->hi[k], behind = box->hi[k] - ray->lo[k], d = ray->direction[k];
         if (d == 0) {
-            if (ray->from[k] < lo || ray->from[k] > hi) return false;
+            if (ahead > 0 || behind < 0) return false;
             continue;
         }
-        double enter = ((d > 0 ? lo : hi) - ray->from[k]) / d;
-        double leave = ((d > 0 ? hi : lo) - ray->from[k]) / d;
+        double enter = (d > 0 ? ahead : behind) / d, leave = (d > 0 ? behind : ahead) / d;
         if (enter > near) near = enter;
         if (leave < far) far = leave;
     }
     return near <= far + far * RAY_SLACK;
 }
 
-typedef bool node_test(const void *query, const fbox *box);
+typedef bool node_test(const void *query, const tree_node *n);
 
-static bool box_meets(const void *query, const fbox *box)
+/* The fourth number read from either corner is another field of the node. */
+static simd_box node_box(const tree_node *n)
 {
-    return fbox_overlap(query, box);
+    return simd_load_box(n->box.lo, n->box.hi);
 }
-static bool ray_meets(const void *query, const fbox *box)
+static simd_box query_box(const fbox *box)
 {
-    return tree_ray_meets(query, box);
+    tree_node n = {.box = *box};
+    return node_box(&n);
 }
 
-/* Inlined into its two callers, where `meets` is a constant. */
+static bool box_meets(const void *query, const tree_node *n)
+{
+    return simd_overlap(*(const simd_box *)query, node_box(n));
+}
+static bool ray_meets(const void *query, const tree_node *n)
+{
+    return tree_ray_meets(query, &n->box);
+}
+
+/* Everything below a node that meets the query. Inlined into its callers, where `meets` is a constant. */
 static inline __attribute__((always_inline)) bool walk(
-    const tree *t, const void *query, node_test *meets, tree_visit *visit, void *context)
+    const tree *t, uint32_t from, const void *query, node_test *meets, tree_visit *visit, void *context)
 {
-    if (t->leaf_count == 0 || !meets(query, &t->nodes[TREE_ROOT].box)) return true;
     node_stack stack;
     stack_init(&stack);
-    stack_push(&stack, TREE_ROOT);
+    stack_push(&stack, from);
     bool goes_on = true;
     while (goes_on && stack.count > 0) { /* what is on the stack meets the query */
         uint32_t down = t->nodes[stack.at[--stack.count]].down;
@@ -89,8 +100,11 @@ static inline __attribute__((always_inline)) bool walk(
             goes_on = visit(context, down & ~TREE_LEAF);
             continue;
         }
-        if (meets(query, &t->nodes[down + 1].box)) stack_push(&stack, down + 1);
-        if (meets(query, &t->nodes[down].box)) stack_push(&stack, down);
+        if (stack.count + 2 > stack.capacity) stack_grow(&stack);
+        stack.at[stack.count] = down + 1;
+        stack.count += meets(query, &t->nodes[down + 1]);
+        stack.at[stack.count] = down;
+        stack.count += meets(query, &t->nodes[down]);
     }
     stack_free(&stack);
     return goes_on;
@@ -98,10 +112,25 @@ static inline __attribute__((always_inline)) bool walk(
 
 bool tree_query_box(const tree *t, const fbox *query, tree_visit *visit, void *context)
 {
-    return walk(t, query, box_meets, visit, context);
+    if (t->leaf_count == 0 || !fbox_overlap(query, &t->nodes[TREE_ROOT].box)) return true;
+    simd_box box = query_box(query);
+    return walk(t, TREE_ROOT, &box, box_meets, visit, context);
+}
+
+bool tree_query_around(const tree *t, uint32_t proxy, tree_visit *visit, void *context)
+{
+    const tree_node *n = t->nodes;
+    uint32_t i = t->leaf_of.at[proxy];
+    simd_box query = node_box(&n[i]);
+    for (; n[i].parent != TREE_NONE; i = n[i].parent) {
+        if (!box_meets(&query, &n[i ^ 1])) continue;
+        if (!walk(t, i ^ 1, &query, box_meets, visit, context)) return false;
+    }
+    return true;
 }
 
 bool tree_query_ray(const tree *t, const tree_ray *ray, tree_visit *visit, void *context)
 {
-    return walk(t, ray, ray_meets, visit, context);
+    if (t->leaf_count == 0 || !tree_ray_meets(ray, &t->nodes[TREE_ROOT].box)) return true;
+    return walk(t, TREE_ROOT, ray, ray_meets, visit, context);
 }

@@ -255,8 +255,9 @@ world_status world_move_body(world *w, uint32_t id, pose to, int64_t stamp_ns, c
     body *b = &w->bodies.at[id];
     vec3 from = b->pose.p;
     set_pose(b, to, stamp_ns);
-    b->step = vec_norm(vec_sub(b->pose.p, from));
-    (void)linear; /* the step of the last pose already widens the fat box; sweeps (CCD) will read the velocities */
+    b->step = vec_sub(b->pose.p, from);
+    (void)
+        linear; /* the step of the last pose already carries the fat box ahead; sweeps (CCD) will read the velocities */
     (void)angular;
     w->figures.moves++;
     body_mark_dirty(w, id, false);
@@ -319,12 +320,11 @@ void body_reap(world *w)
     w->ghosts.count = w->ghost_solids.count = 0;
 }
 
-/* A tenth of the shape, and as much as it moves in two ticks: slow things hold tight boxes, fast ones do not leave
- * theirs at every tick. */
-double body_margin(const world *w, const body *b, const solid *s)
+/* A tenth of the shape; what it moves, the broad phase adds ahead of it. */
+double body_margin(const world *w, const solid *s)
 {
     double reach = isfinite(s->reach) ? s->reach : 0;
-    return w->options.margin * reach + 2 * b->step;
+    return w->options.margin * reach;
 }
 
 static void set_expiry(world *w, body *b)
@@ -348,7 +348,11 @@ void body_settle_dirty(world *w)
             solid *s = &w->solids.at[b->shapes[k]];
             s->world = pose_mul(b->pose, s->local);
             aabb box = shape_bounds(&s->shape, s->world);
-            broad_put(w->broad, &(broad_move){b->shapes[k], b->fixed, aabb_grow(box, b->widen), body_margin(w, b, s)});
+            broad_put(w->broad, &(broad_move){.proxy = b->shapes[k],
+                                    .fixed = b->fixed,
+                                    .box = aabb_grow(box, b->widen),
+                                    .margin = body_margin(w, s),
+                                    .motion = b->step});
             if (b->refilter) broad_refilter(w->broad, b->shapes[k]);
         }
         b->refilter = false;

@@ -24,7 +24,7 @@ typedef struct body {
     uint64_t category, mask;
     int64_t deadline_ns, stamp_ns, expiry_ns; /* INT64_MAX: never stale */
     pose pose;
-    double step;  /* m, how far any of its points moved with the last pose: the fat box grows by it */
+    vec3 step;    /* m, how far it moved with the last pose: the fat box reaches ahead by it */
     double widen; /* m, half of the farthest range that an interest wants of it */
     uint32_t *shapes;
     size_t shape_count;
@@ -124,7 +124,7 @@ void body_find_stale(world *w);
 int64_t body_age_ns(const world *w, const body *b); /* in this tick */
 int64_t body_age_at(const body *b, int64_t now_ns);
 void body_mark_dirty(world *w, uint32_t id, bool refilter);
-double body_margin(const world *w, const body *b, const solid *s);
+double body_margin(const world *w, const solid *s);
 pose solid_relative(const world *w, const solid *a, const solid *b);
 
 /* interest.c */

@@ -24,7 +24,7 @@ typedef struct world_options {
     unsigned workers; /* threads of the narrow phase, the caller's included */
     narrow_engine engine;
     bool caches;   /* off: every pair is decided from nothing; the events are the same (a test) */
-    double margin; /* fat boxes grow by this share of the shape's reach, and by its last step */
+    double margin; /* fat boxes grow by this share of the shape's reach, and reach ahead of its motion */
 } world_options;
 world_options world_options_default(void);
 

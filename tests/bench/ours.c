@@ -1,15 +1,9 @@
-/* ours: daemon/broad as a contender, used as the world uses it: the same margin, and a change list at each tick. */
+/* ours: daemon/broad as a contender, used as the world uses it: body_margin() of its default options, the step of each
+ * body, and a change list at each tick. */
 #include "broad/broad.h"
 #include "broad_peer.h"
 
-#include <math.h>
 #include <stdlib.h>
-
-/* body_margin() with the world's default options: a tenth of the shape, and two ticks of motion. */
-static double margin_of(const peer_body *b)
-{
-    return 0.1 * b->reach + 2 * sqrt(b->step[0] * b->step[0] + b->step[1] * b->step[1] + b->step[2] * b->step[2]);
-}
 
 static size_t step(void *world, const uint32_t *ids, const peer_body *bodies, size_t count)
 {
@@ -17,7 +11,8 @@ static size_t step(void *world, const uint32_t *ids, const peer_body *bodies, si
     for (size_t i = 0; i < count; i++) {
         const peer_body *b = &bodies[i];
         aabb box = {{b->lo[0], b->lo[1], b->lo[2]}, {b->hi[0], b->hi[1], b->hi[2]}};
-        broad_put(world, &(broad_move){.proxy = ids[i], .box = box, .margin = margin_of(b)});
+        vec3 motion = {b->step[0], b->step[1], b->step[2]};
+        broad_put(world, &(broad_move){.proxy = ids[i], .box = box, .margin = 0.1 * b->reach, .motion = motion});
     }
     broad_update(world, &changes);
     return broad_pair_count(world);

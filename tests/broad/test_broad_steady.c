@@ -36,7 +36,7 @@ void *__wrap_aligned_alloc(size_t alignment, size_t size)
     return __real_aligned_alloc(alignment, size);
 }
 
-enum { BODIES = 800, ROUND = 60, WARM_UP = 5 };
+enum { BODIES = 800, ROUND = 60, WARM_UP = 12 };
 
 /* Each body goes round a square of its own. */
 static vec3 place_at(uint32_t body, int tick)

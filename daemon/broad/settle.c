@@ -1,0 +1,107 @@
+/* settle: which pairs end and begin when proxies have new boxes or filters. Tick thread, inside broad_update.
+ *
+ * Nobody asks a table whether two proxies are a pair. Two that met before, and whose filters did not change, are what
+ * they were: a pair, or refused. Two that did not meet before are no pair. Only around a proxy that was refiltered the
+ * existing pairs matter: they are marked before the search. */
+#include "state.h"
+
+static void end_pair(broad *b, uint32_t id, uint32_t link)
+{
+    uint32_t other = pairs_other(&b->pairs, link);
+    array_push(&b->ended, pair_key(id, other));
+    pairs_end(&b->pairs, link);
+}
+
+void broad_end_all_pairs(broad *b, uint32_t id)
+{
+    for (uint32_t link; (link = pairs_first(&b->pairs, id)) != PAIRS_NO_LINK;) end_pair(b, id, link);
+}
+
+static bool accepts(const broad *b, uint32_t x, uint32_t y)
+{
+    return x < y ? b->filter(b->filter_context, x, y) : b->filter(b->filter_context, y, x);
+}
+
+static void end_parted_pairs(broad *b, const change *c)
+{
+    const proxy *p = &b->proxies.at[c->proxy];
+    for (uint32_t next, link = pairs_first(&b->pairs, c->proxy); link != PAIRS_NO_LINK; link = next) {
+        next = pairs_next(&b->pairs, link);
+        uint32_t other = pairs_other(&b->pairs, link);
+        const proxy *q = &b->proxies.at[other];
+        bool stays = may_pair(&p->fat, p->fixed, &q->fat, q->fixed) && (!c->refilter || accepts(b, c->proxy, other));
+        if (!stays) end_pair(b, c->proxy, link);
+    }
+}
+
+/* ---- marks: the partners of a proxy that was refiltered ---- */
+
+static void mark_partners(broad *b, uint32_t id)
+{
+    array_reserve(&b->marks, b->proxies.count);
+    while (b->marks.count < b->proxies.count) b->marks.at[b->marks.count++] = 0;
+    if (++b->mark == 0) { /* all numbers were used */
+        for (size_t i = 0; i < b->marks.count; i++) b->marks.at[i] = 0;
+        b->mark = 1;
+    }
+    for (uint32_t link = pairs_first(&b->pairs, id); link != PAIRS_NO_LINK; link = pairs_next(&b->pairs, link))
+        b->marks.at[pairs_other(&b->pairs, link)] = b->mark;
+}
+
+/* ---- meetings ---- */
+
+typedef struct meeting {
+    broad *b;
+    const change *c;
+} meeting;
+
+/* Of two proxies that both are looked at in this update, one asks: the refiltered one, else the one of lower id. */
+static bool other_asks(const change *c, const change *d)
+{
+    if (c->refilter != d->refilter) return d->refilter;
+    return d->proxy < c->proxy;
+}
+
+static bool met_before(const change *c, const proxy *q, const change *d)
+{
+    if (!c->was) return false;
+    if (!d) return may_pair(&c->old, c->was_fixed, &q->fat, q->fixed);
+    return d->was && may_pair(&c->old, c->was_fixed, &d->old, d->was_fixed);
+}
+
+static bool meet(void *context, uint32_t other)
+{
+    const meeting *m = context;
+    broad *b = m->b;
+    const change *c = m->c;
+    const proxy *q = &b->proxies.at[other];
+    const change *d = q->pending == NOTHING_PENDING ? NULL : &b->pending.at[q->pending];
+    if (other == c->proxy || (d && (d->put || d->refilter) && other_asks(c, d))) return true;
+    bool known = c->refilter ? b->marks.at[other] == b->mark : met_before(c, q, d);
+    if (known || !accepts(b, c->proxy, other)) return true;
+    pairs_begin(&b->pairs, c->proxy, other);
+    array_push(&b->began, pair_key(c->proxy, other));
+    return true;
+}
+
+static void begin_new_pairs(broad *b, const change *c)
+{
+    const proxy *p = &b->proxies.at[c->proxy];
+    meeting m = {b, c};
+    if (c->refilter) mark_partners(b, c->proxy);
+    if (p->place == IN_TREE && !p->fixed)
+        tree_query_around(&b->moving, c->proxy, meet, &m);
+    else
+        tree_query_box(&b->moving, &p->fat, meet, &m);
+    if (!p->fixed) tree_query_box(&b->fixed, &p->fat, meet, &m);
+    for (size_t i = 0; i < b->unbounded.count; i++) {
+        const proxy *q = &b->proxies.at[b->unbounded.at[i]];
+        if (may_pair(&p->fat, p->fixed, &q->fat, q->fixed)) meet(&m, b->unbounded.at[i]);
+    }
+}
+
+void broad_settle(broad *b)
+{
+    for (size_t i = 0; i < b->unsettled.count; i++) end_parted_pairs(b, &b->pending.at[b->unsettled.at[i]]);
+    for (size_t i = 0; i < b->unsettled.count; i++) begin_new_pairs(b, &b->pending.at[b->unsettled.at[i]]);
+}

@@ -1,0 +1,65 @@
+/* state: what the files of the broad phase share; nobody else includes it. */
+#ifndef COLLIDED_BROAD_STATE_H
+#define COLLIDED_BROAD_STATE_H
+
+#include "base/array.h"
+#include "base/pair_map.h"
+#include "broad.h"
+#include "fbox.h"
+#include "pairs.h"
+#include "tree.h"
+
+#define NOTHING_PENDING UINT32_MAX
+
+typedef enum place { NOWHERE, IN_TREE, UNBOUNDED } place;
+
+/* 32 bytes: two in a cache line. */
+typedef struct proxy {
+    fbox fat;
+    uint32_t pending; /* index into `pending`, or NOTHING_PENDING */
+    uint8_t place;
+    bool fixed;
+    uint8_t moves; /* in place, since it was put where its leaf is best */
+} proxy;
+
+/* What was asked for one proxy since the last update: first removed, then put. */
+typedef struct change {
+    uint32_t proxy;
+    bool removed, put, refilter;
+    bool fixed; /* of what was put */
+    bool was;   /* the proxy stood before, with... */
+    bool was_fixed;
+    fbox fat; /* of what was put */
+    fbox old; /* ...this box */
+} change;
+
+typedef ARRAY(uint64_t) key_array;
+
+struct broad {
+    broad_filter *filter;
+    void *filter_context;
+
+    ARRAY(proxy) proxies; /* by the caller's id */
+    size_t proxy_count;   /* those that are somewhere */
+    tree moving, fixed;
+    ARRAY(uint32_t) unbounded, listed; /* proxies beside the trees; by proxy, its place among them */
+    ARRAY(uint32_t) marks;             /* by proxy: the last refilter that found it a partner */
+    uint32_t mark;
+    pairs pairs;
+
+    ARRAY(change) pending;
+    key_array order;           /* position << 32 | index into `pending` */
+    ARRAY(uint32_t) unsettled; /* indices into `pending`: whose pairs have to be looked at */
+    key_array began, ended, scratch;
+};
+
+/* Ends the pairs of the proxies in `unsettled` that parted, begins those that met. */
+void broad_settle(broad *b);
+void broad_end_all_pairs(broad *b, uint32_t id);
+
+static inline bool may_pair(const fbox *p, bool p_fixed, const fbox *q, bool q_fixed)
+{
+    return !(p_fixed && q_fixed) && fbox_overlap(p, q);
+}
+
+#endif
