@@ -157,6 +157,10 @@ typedef struct collided_rule { /* ordered; the first that matches the other body
     const char *pattern;       /* name pattern with '*' and '?', or "group:NAME" */
     bool allow;                /* true: touching is allowed, the pair is not looked at */
     const char *reason;        /* told by collided_query_explain */
+    /* For the pairs that it checks; where the rules of both bodies say something, the larger number counts. */
+    double
+        padding_m;   /* added to each interest's threshold: they touch from this distance on (negative: only so deep) */
+    double margin_m; /* >= 0, added to each interest's range: their distances are told from farther away */
 } collided_rule;
 
 typedef struct collided_body_def {
@@ -166,6 +170,8 @@ typedef struct collided_body_def {
     const char *group; /* default "" */
     collided_motion motion;
     uint64_t category, mask; /* a pair is checked when each one's mask has a bit of the other's; default 1 and all */
+    bool one_way;            /* a hit box: its mask alone decides, whatever those of the bodies that it meets say; in
+                                events it is A, where the interest leaves the choice. Of two such, either one's mask */
     double deadline_s;       /* a pose older than this is stale: its pairs are unknown, never free. 0 = never */
     collided_pose pose;
     int64_t stamp_ns; /* of the pose; 0 = now */

@@ -51,7 +51,7 @@ static void create_table(collided *c)
         placed(collided_cylinder(0.03, leg), leg_x, -leg_y, leg_z),
         placed(collided_cylinder(0.03, leg), leg_x, leg_y, leg_z),
     };
-    const collided_rule bolted = {"base_link", true, "the arm is bolted to the table"};
+    const collided_rule bolted = {.pattern = "base_link", .allow = true, .reason = "the arm is bolted to the table"};
     collided_body_def def = collided_body_def_default();
     def.name = "table";
     def.motion = COLLIDED_FIXED;

@@ -81,6 +81,7 @@ world_status world_get_body(const world *w, uint32_t id, world_body *out, world_
         .fixed = b->fixed,
         .category = b->category,
         .mask = b->mask,
+        .one_way = b->one_way,
         .deadline_ns = b->deadline_ns,
         .stamp_ns = b->stamp_ns,
         .pose = b->pose,
@@ -167,14 +168,45 @@ static void free_rules(body *b)
     b->rule_count = 0;
 }
 
+static bool same_rule(const filter_rule *a, const filter_rule *b)
+{
+    return a->allow == b->allow && a->padding == b->padding && a->margin == b->margin &&
+           strcmp(a->pattern, b->pattern) == 0;
+}
+
+static bool same_filter(const body *b, const world_body *def)
+{
+    bool same = b->category == def->category && b->mask == def->mask && b->one_way == def->one_way &&
+                strcmp(b->group, def->group ? def->group : "") == 0 && b->rule_count == def->rule_count;
+    for (size_t i = 0; same && i < b->rule_count; i++) same = same_rule(&b->rules[i], &def->rules[i]);
+    return same;
+}
+
+/* The farthest that a rule moves a threshold or a range out: the broad phase honours it. */
+static void measure_rules(body *b)
+{
+    b->ruled = false;
+    b->rule_reach = 0;
+    for (size_t i = 0; i < b->rule_count; i++) {
+        const filter_rule *r = &b->rules[i];
+        if (r->allow) continue;
+        b->ruled |= r->padding != 0 || r->margin != 0;
+        b->rule_reach = fmax(b->rule_reach, fmax(r->padding, r->margin));
+    }
+}
+
 static void copy_rules(body *b, const world_body *def)
 {
     free_rules(b);
     b->rules = base_alloc(def->rule_count ? def->rule_count : 1, sizeof *b->rules);
     for (size_t i = 0; i < def->rule_count; i++)
-        b->rules[i] = (filter_rule){base_strdup(def->rules[i].pattern), def->rules[i].allow,
-            base_strdup(def->rules[i].reason ? def->rules[i].reason : "")};
+        b->rules[i] = (filter_rule){.pattern = base_strdup(def->rules[i].pattern),
+            .allow = def->rules[i].allow,
+            .reason = base_strdup(def->rules[i].reason ? def->rules[i].reason : ""),
+            .padding = def->rules[i].padding,
+            .margin = def->rules[i].margin};
     b->rule_count = def->rule_count;
+    measure_rules(b);
 }
 
 void body_mark_dirty(world *w, uint32_t id, bool refilter)
@@ -230,12 +262,15 @@ world_status world_put_body(world *w, uint32_t *id, const world_body *def)
     if (is_new) {
         b->name = base_strdup(def->name);
         name_add(w, *id);
+    } else if (!same_filter(b, def)) {
+        b->ruled_tick = w->figures.ticks + 1;
     }
     free(b->group);
     b->group = base_strdup(def->group ? def->group : "");
     b->fixed = def->fixed;
     b->category = def->category;
     b->mask = def->mask;
+    b->one_way = def->one_way;
     b->deadline_ns = def->deadline_ns;
     set_pose(b, def->pose, def->stamp_ns);
     copy_rules(b, def);

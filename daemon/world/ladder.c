@@ -15,6 +15,7 @@ enum { PAIRS_A_CHUNK = 32 };
 
 demand ladder_demand(const world *w, const body *a, const body *b)
 {
+    pair_terms terms = pair_terms_of_paired(a, b);
     demand d = {.request = {.tolerance = INFINITY, .range = 0, .threshold = -INFINITY, .engine = w->options.engine},
         .limit = -INFINITY};
     for (size_t word = 0; word < w->words; word++) {
@@ -23,13 +24,13 @@ demand ladder_demand(const world *w, const body *a, const body *b)
             d.request.tolerance = fmin(d.request.tolerance, i->tolerance);
             if (i->facts & WORLD_DISTANCE) {
                 d.request.facts |= NARROW_DISTANCE;
-                d.request.range = fmax(d.request.range, i->range);
-                d.limit = fmax(d.limit, i->range);
+                d.request.range = fmax(d.request.range, i->range + terms.margin);
+                d.limit = fmax(d.limit, i->range + terms.margin);
             }
             if (i->facts & (WORLD_TOUCH | WORLD_MANIFOLD)) {
                 d.request.facts |= NARROW_VERDICT;
-                d.request.threshold = fmax(d.request.threshold, i->threshold);
-                d.limit = fmax(d.limit, i->threshold);
+                d.request.threshold = fmax(d.request.threshold, i->threshold + terms.padding);
+                d.limit = fmax(d.limit, i->threshold + terms.padding);
             }
             if (i->facts & WORLD_MANIFOLD) d.request.facts |= NARROW_MANIFOLD;
         }

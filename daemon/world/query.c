@@ -251,13 +251,16 @@ int world_explain(const world *w, uint32_t a, uint32_t b, int64_t now_ns, char *
     lines l = {text, size, 0};
     if (!alive(w, a) || !alive(w, b)) return 0;
     const body *x = &w->bodies.at[a], *y = &w->bodies.at[b];
-    const filter_rule *rule;
-    const char *why;
-    bool filtered = pair_filtered(x, y, &rule, &why);
-    line(&l, "%s and %s: %s, %s\n", x->name, y->name, filtered ? "not checked" : "checked", why);
-    if (rule)
-        line(&l, "decided by the rule \"%s\": %s%s%s\n", rule->pattern, rule->allow ? "allow" : "check",
-            *rule->reason ? ", reason: " : "", rule->reason);
+    pair_terms terms = pair_get_terms(x, y);
+    line(&l, "%s and %s: %s, %s\n", x->name, y->name, terms.checked ? "checked" : "not checked", terms.why);
+    if (terms.rule)
+        line(&l, "decided by the rule \"%s\": %s%s%s\n", terms.rule->pattern, terms.rule->allow ? "allow" : "check",
+            *terms.rule->reason ? ", reason: " : "", terms.rule->reason);
+    if (terms.checked && terms.looks)
+        line(&l, "one way: %s looks at %s\n", terms.looks > 0 ? x->name : y->name, terms.looks > 0 ? y->name : x->name);
+    if (terms.padding != 0 || terms.margin != 0)
+        line(&l, "rules add %g m to the threshold and %g m to the range of every interest\n", terms.padding,
+            terms.margin);
     explain_interests(w, x, y, &l);
     for (int i = 0; i < 2; i++) {
         const body *one = i ? y : x;

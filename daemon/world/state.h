@@ -22,10 +22,14 @@ typedef struct body {
     bool held, stale;
     uint8_t ghost_cause;
     uint64_t category, mask;
+    bool one_way;
+    bool ruled;                               /* a rule of it adds to the thresholds or ranges of its pairs ... */
+    double rule_reach;                        /* m, ... at most so much */
+    uint64_t ruled_tick;                      /* the tick that its filter last changed for */
     int64_t deadline_ns, stamp_ns, expiry_ns; /* INT64_MAX: never stale */
     pose pose;
     double step;  /* m, how far any of its points moved with the last pose: the fat box grows by it */
-    double widen; /* m, half of the farthest range that an interest wants of it */
+    double widen; /* m, half of the farthest range that an interest wants of it, and all of its rules' reach */
     uint32_t *shapes;
     size_t shape_count;
     filter_rule *rules;
@@ -136,7 +140,16 @@ void interest_finish(world *w); /* closed ones are gone */
 
 /* pair.c */
 bool pair_accept(void *context, uint32_t a, uint32_t b);
-bool pair_filtered(const body *a, const body *b, const filter_rule **rule, const char **why);
+typedef struct pair_terms { /* what the filters say of two bodies */
+    bool checked;
+    int looks;               /* 1: A looks at B alone, -1: B at A, 0: both (one-way bodies) */
+    double padding, margin;  /* m, added to threshold and range of every interest */
+    const filter_rule *rule; /* that decided, or NULL */
+    const char *why;
+} pair_terms;
+pair_terms pair_get_terms(const body *a, const body *b);
+/* The same for two that are a pair, without `rule` and `why`, and without looking at rules where they add nothing. */
+pair_terms pair_terms_of_paired(const body *a, const body *b);
 void pair_apply_changes(world *w, const broad_changes *changes);
 void pair_collect_active(world *w);
 uint32_t pair_find(const world *w, uint32_t solid_a, uint32_t solid_b);

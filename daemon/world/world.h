@@ -44,6 +44,9 @@ typedef struct filter_rule {
     const char *pattern; /* the other body's name ('*', '?'), or "group:" and its group */
     bool allow;          /* true: touching is allowed, the pair is not looked at */
     const char *reason;
+    /* For the pairs that it checks; where rules of both bodies say something, the larger number counts. */
+    double padding; /* m, added to an interest's threshold; may be negative */
+    double margin;  /* m, >= 0, added to an interest's range */
 } filter_rule;
 
 typedef struct world_body { /* copied, but for hulls */
@@ -51,6 +54,7 @@ typedef struct world_body { /* copied, but for hulls */
     const char *group;      /* "" = none */
     bool fixed;             /* not checked against other fixed bodies */
     uint64_t category, mask;
+    bool one_way;        /* its mask alone decides, whatever the masks of those that it meets say (a hit box) */
     int64_t deadline_ns; /* 0 = never stale */
     int64_t stamp_ns;    /* of the pose; 0 = unknown */
     pose pose;

@@ -130,6 +130,7 @@ typedef struct wire_body {
     const char *group;     /* "" = none; interests and rules select by it ("group:NAME") */
     int64_t category;      /* bits of what it is; a pair is checked when each one's mask has a bit of the other's */
     int64_t mask;          /* bits of what it meets */
+    uint8_t one_way;       /* 1: its own mask alone decides about pairs with bodies that are not one-way */
     int64_t deadline_ns;   /* a pose older than this is stale: its pairs are unknown. 0 = never */
     int64_t stamp_ns;      /* of `pose` */
     wire_f64s pose;        /* 7 numbers: position, quaternion */
@@ -141,6 +142,8 @@ typedef struct wire_body {
     wire_strings rule_patterns; /* ordered filter rules against other bodies: name patterns ('*', '?') or group:NAME; */
     wire_u8s rule_actions;      /* the first one that matches decides; WIRE_RULE_* */
     wire_strings rule_reasons;  /* told by explain */
+    wire_f64s rule_paddings;    /* 1 a rule, m: added to the touch thresholds of the pairs that it checks */
+    wire_f64s rule_margins;     /* 1 a rule, m, >= 0: added to the ranges of their distances */
 } wire_body;
 
 /* Sizes: half extents, axis of revolution z. */

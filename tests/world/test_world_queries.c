@@ -88,7 +88,7 @@ static void explain_names_the_rule_and_its_reason(void **state)
     (void)state;
     char text[2048];
     world *w = scene_world(1, true);
-    filter_rule rule = {"link*", true, "Adjacent"};
+    filter_rule rule = {.pattern = "link*", .allow = true, .reason = "Adjacent"};
     uint32_t a = add(w, "link1", BALL, VEC_ZERO, NULL), b = add(w, "base", BALL, vec(1, 0, 0), &rule);
     uint32_t c = add(w, "box", CUBE, vec(1, 0, 0), NULL);
     world_interest all = scene_all(WORLD_TOUCH, 0);
