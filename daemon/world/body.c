@@ -224,7 +224,7 @@ static uint32_t new_body(world *w)
     uint32_t id = id_pool_take(&w->body_ids);
     array_reserve(&w->bodies, id + 1);
     if (id >= w->bodies.count) w->bodies.count = id + 1;
-    w->bodies.at[id] = (body){.used = true};
+    w->bodies.at[id] = (body){.used = true, .serial = ++w->body_serial, .expiry_ns = INT64_MAX};
     w->bodies.at[id].match_a = base_zalloc(w->words, sizeof(uint64_t));
     w->bodies.at[id].match_b = base_zalloc(w->words, sizeof(uint64_t));
     w->figures.bodies++;
@@ -302,7 +302,7 @@ world_status world_hold_body(world *w, uint32_t id)
 {
     if (!is_body(w, id)) return WORLD_UNKNOWN_ID;
     w->bodies.at[id].held = true;
-    w->next_expiry_ns = INT64_MIN;
+    array_push(&w->held_now, id);
     w->changed = true;
     return WORLD_OK;
 }
@@ -362,13 +362,6 @@ double body_margin(const world *w, const body *b, const solid *s)
     return w->options.margin * reach + 2 * b->step;
 }
 
-static void set_expiry(world *w, body *b)
-{
-    int64_t since = b->stamp_ns && b->stamp_ns < w->now_ns ? b->stamp_ns : w->now_ns; /* clocks of hosts may differ */
-    if (!b->deadline_ns || __builtin_add_overflow(since, b->deadline_ns, &b->expiry_ns)) b->expiry_ns = INT64_MAX;
-    if (b->expiry_ns < w->next_expiry_ns) w->next_expiry_ns = b->expiry_ns;
-}
-
 void body_settle_dirty(world *w)
 {
     array_reserve(&w->sort_scratch, w->dirty.count);
@@ -377,7 +370,7 @@ void body_settle_dirty(world *w)
         body *b = &w->bodies.at[w->dirty.at[i]];
         b->dirty = false;
         if (b->ghost || !b->used) continue;
-        if (b->posed) set_expiry(w, b);
+        if (b->posed) expiry_set(w, (uint32_t)w->dirty.at[i]);
         b->posed = false;
         for (size_t k = 0; k < b->shape_count; k++) {
             solid *s = &w->solids.at[b->shapes[k]];
@@ -387,32 +380,6 @@ void body_settle_dirty(world *w)
             if (b->refilter) broad_refilter(w->broad, b->shapes[k]);
         }
         b->refilter = false;
-    }
-}
-
-/* Looks at all bodies, but only when the earliest deadline that can have passed has passed. */
-void body_find_stale(world *w)
-{
-    w->stale_now.count = w->fresh_now.count = 0;
-    for (size_t i = 0; i < w->dirty.count; i++) {
-        body *b = &w->bodies.at[w->dirty.at[i]];
-        if (!b->used || b->ghost || !b->stale || b->held || b->expiry_ns <= w->now_ns) continue;
-        b->stale = false;
-        w->figures.stale_bodies--;
-        array_push(&w->fresh_now, (uint32_t)w->dirty.at[i]);
-    }
-    if (w->now_ns < w->next_expiry_ns) return;
-    w->next_expiry_ns = INT64_MAX;
-    for (uint32_t id = 0; id < w->bodies.count; id++) {
-        body *b = &w->bodies.at[id];
-        if (!b->used || b->ghost || b->stale) continue;
-        if (b->held || b->expiry_ns <= w->now_ns) {
-            b->stale = true;
-            w->figures.stale_bodies++;
-            array_push(&w->stale_now, id);
-        } else if (b->expiry_ns < w->next_expiry_ns) {
-            w->next_expiry_ns = b->expiry_ns;
-        }
     }
 }
 

@@ -27,6 +27,8 @@ typedef struct body {
     double rule_reach;                        /* m, ... at most so much */
     uint64_t ruled_tick;                      /* the tick that its filter last changed for */
     int64_t deadline_ns, stamp_ns, expiry_ns; /* INT64_MAX: never stale */
+    uint32_t serial;                          /* of its entry among the expiries: an older one is void */
+    bool expiry_queued;                       /* it has one */
     pose pose;
     double step;  /* m, how far any of its points moved with the last pose: the fat box grows by it */
     double widen; /* m, half of the farthest range that an interest wants of it, and all of its rules' reach */
@@ -76,6 +78,11 @@ typedef struct interest {
     ARRAY(world_event) events;
 } interest;
 
+typedef struct expiry { /* when a body may become stale, unless a pose comes */
+    int64_t time_ns;
+    uint32_t body, serial;
+} expiry;
+
 typedef struct outcome { /* of one active pair in one tick */
     uint8_t rung;
     uint8_t asked;   /* narrow queries */
@@ -104,6 +111,8 @@ struct world {
     ARRAY(uint32_t) ghosts; /* removed since the last tick */
     ARRAY(uint32_t) reap;   /* removed before it: ids free at the next */
     ARRAY(uint32_t) ghost_solids, reap_solids;
+    ARRAY(expiry) expiries;       /* a heap, see expiry.c */
+    ARRAY(uint32_t) held_now;     /* bodies held since the last tick */
     ARRAY(uint32_t) stale_now;    /* bodies that became stale in this tick */
     ARRAY(uint32_t) fresh_now;    /* and those that are known again */
     ARRAY(uint64_t) active;       /* keys of the pairs to be decided, sorted ... */
@@ -114,8 +123,8 @@ struct world {
     ARRAY(world_batch) batches;
 
     int64_t now_ns;
-    int64_t next_expiry_ns;
     int64_t serial; /* of contacts */
+    uint32_t body_serial;
     bool changed;
     uint64_t hash;
     world_figures figures;
@@ -124,12 +133,16 @@ struct world {
 /* body.c */
 void body_settle_dirty(world *w); /* new boxes and filters into the broad phase */
 void body_reap(world *w);
-void body_find_stale(world *w);
 int64_t body_age_ns(const world *w, const body *b); /* in this tick */
 int64_t body_age_at(const body *b, int64_t now_ns);
 void body_mark_dirty(world *w, uint32_t id, bool refilter);
 double body_margin(const world *w, const body *b, const solid *s);
 pose solid_relative(const world *w, const solid *a, const solid *b);
+
+/* expiry.c */
+void expiry_set(world *w, uint32_t body); /* a pose has come: its deadline counts anew */
+void expiry_find(world *w);               /* fills stale_now and fresh_now, in the order of ids */
+int64_t expiry_next_ns(const world *w);   /* not later than the next one; INT64_MAX: none */
 
 /* interest.c */
 void interest_match_body(world *w, uint32_t body);
