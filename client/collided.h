@@ -290,6 +290,14 @@ collided_status collided_query_distance(
     collided *c, const char *name_a, const char *name_b, double tolerance_m, double timeout_s, collided_result *out);
 collided_status collided_query_box(
     collided *c, const collided_pose *pose, const double half[3], double timeout_s, collided_result *out);
+/* The first body that a box (half extents; zero = a point) meets when it moves from `pose` along `direction`, which
+ * need not be unit: lo and hi of the hit bracket the free length, m. */
+collided_status collided_query_cast(collided *c, const collided_pose *pose, const double half[3],
+    const double direction[3], double length_m, double timeout_s, collided_result *out);
+/* The `most` nearest bodies (0 = all) within `within_m` (may be INFINITY), by rising lower bound: of the body `name`,
+ * or with NULL of a box (half extents; zero = a point) at `pose`. Touching ones have a negative distance. */
+collided_status collided_query_nearest(collided *c, const char *name, const collided_pose *pose, const double half[3],
+    double within_m, int32_t most, double timeout_s, collided_result *out);
 collided_status collided_query_explain(
     collided *c, const char *name_a, const char *name_b, double timeout_s, collided_result *out);
 collided_status collided_query_bodies(collided *c, const char *pattern, double timeout_s, collided_result *out);

@@ -47,7 +47,8 @@ static const option table[] = {
     {"--tolerance", "M", NUMBER, AT(tolerance_m), 0, 1, "watch query", "width of the intervals; default 1e-6"},
     {"--rate", "HZ", NUMBER, AT(rate_hz), 0, 100000, "watch", "updates at most so often; default 0 = each tick"},
     {"--seconds", "N", NUMBER, AT(seconds), 0.001, 1e9, "watch record", "end after so long; default: at SIGINT"},
-    {"--length", "M", NUMBER, AT(length_m), 0, 1e9, "query", "of the ray; default 1000"},
+    {"--length", "M", NUMBER, AT(length_m), 0, 1e9, "query",
+        "of the ray or the cast, or how far to look for the nearest; default 1000"},
     {"--workers", "N", COUNT, AT(workers), 1, 256, "replay", "threads of the narrow phase"},
 };
 enum { OPTIONS = sizeof table / sizeof *table };

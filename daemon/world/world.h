@@ -168,7 +168,7 @@ typedef struct world_hit {
     bool stale;
 } world_hit;
 
-typedef struct world_hits { /* the caller's; freed with free(at) */
+typedef struct world_hits { /* the caller's, empty; freed with free(at) */
     world_hit *at;
     size_t count, capacity;
 } world_hits;
@@ -179,6 +179,17 @@ void world_query_distance(const world *w, uint32_t a, uint32_t b, double toleran
  */
 void world_query_ray(
     const world *w, vec3 origin, vec3 direction, double length, double tolerance, int64_t now_ns, world_hits *out);
+/* The first body that a box meets on its way along `direction`; lo and hi bracket the length of the free part. */
+void world_query_cast(const world *w, pose at, vec3 half, vec3 direction, double length, double tolerance,
+    int64_t now_ns, world_hits *out);
+/* The `most` nearest bodies within `range` (may be INFINITY) of a box, or of a body, by rising lower bound; touching
+ * ones are below 0. Bounds are certified within `tolerance`, so that two nearer to each other than it may change
+ * places.
+ */
+void world_query_nearest(
+    const world *w, pose at, vec3 half, double range, size_t most, double tolerance, int64_t now_ns, world_hits *out);
+void world_query_nearest_to(
+    const world *w, uint32_t body, double range, size_t most, double tolerance, int64_t now_ns, world_hits *out);
 /* Every body that overlaps a box, in the order of ids. */
 void world_query_box(const world *w, pose at, vec3 half, int64_t now_ns, world_hits *out);
 /* Every body whose name matches, in the order of ids: point_a = position. */

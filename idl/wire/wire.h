@@ -210,10 +210,10 @@ enum {
     WIRE_QUERY_DISTANCE = 2, /* name_a, name_b: signed distance of two bodies */
     WIRE_QUERY_BOX = 3,      /* origin, orientation, half: which bodies overlap that box */
     WIRE_QUERY_EXPLAIN = 4,  /* name_a, name_b: why is this pair checked, or not, and what is known of it */
-    WIRE_QUERY_NEAREST = 5,  /* origin, most: nearest bodies to a point, within length */
-    WIRE_QUERY_CAST = 6,     /* a shape swept along direction */
-    WIRE_QUERY_BODIES = 7,   /* name_a as a pattern: list of bodies with their poses */
-    WIRE_QUERY_RECORD = 8    /* name_a: start a recording of that name in the daemon's record_dir; "" = end it */
+    WIRE_QUERY_NEAREST = 5, /* name_a, or origin, orientation, half: the nearest bodies within length, at most `most` */
+    WIRE_QUERY_CAST = 6,    /* origin, orientation, half, direction, length: first hit of a box that moves along it */
+    WIRE_QUERY_BODIES = 7,  /* name_a as a pattern: list of bodies with their poses */
+    WIRE_QUERY_RECORD = 8   /* name_a: start a recording of that name in the daemon's record_dir; "" = end it */
 };
 
 typedef struct wire_query {

@@ -407,8 +407,8 @@ static wire_reason check_direction(wire_f64s d, wire_refusal *why)
 /* Which of the arrays a kind of query needs. */
 static wire_reason check_query_needs(const wire_query *m, wire_refusal *why)
 {
-    bool origin = m->kind == WIRE_QUERY_RAY || m->kind == WIRE_QUERY_BOX || m->kind == WIRE_QUERY_NEAREST ||
-                  m->kind == WIRE_QUERY_CAST;
+    bool origin = m->kind == WIRE_QUERY_RAY || m->kind == WIRE_QUERY_BOX || m->kind == WIRE_QUERY_CAST ||
+                  (m->kind == WIRE_QUERY_NEAREST && !*m->name_a);
     bool direction = m->kind == WIRE_QUERY_RAY || m->kind == WIRE_QUERY_CAST;
     bool pair = m->kind == WIRE_QUERY_DISTANCE || m->kind == WIRE_QUERY_EXPLAIN;
     if (origin) TRY(check_count("origin", m->origin.count, 3, 1, why));
