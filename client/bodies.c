@@ -21,7 +21,7 @@ static void put_pose(double out[7], const collided_pose *pose)
 /* A definition as the wire's arrays. The message borrows from it. */
 typedef struct body_arrays {
     double pose[7];
-    double *sizes, *radii, *poses; /* one block, at sizes */
+    double *sizes, *radii, *poses, *paddings, *margins; /* one block, at sizes */
     int64_t *geometries;
     uint8_t *types, *actions;
     const char **patterns, **reasons;
@@ -30,7 +30,7 @@ typedef struct body_arrays {
 static body_arrays make_arrays(const collided_body_def *def)
 {
     size_t n = def->shape_count, r = def->rule_count;
-    body_arrays a = {.sizes = allocate(11 * n, sizeof *a.sizes),
+    body_arrays a = {.sizes = allocate(11 * n + 2 * r, sizeof *a.sizes),
         .geometries = allocate(n, sizeof *a.geometries),
         .types = allocate(n, 1),
         .actions = allocate(r, 1),
@@ -38,6 +38,8 @@ static body_arrays make_arrays(const collided_body_def *def)
         .reasons = allocate(r, sizeof *a.reasons)};
     a.radii = a.sizes + 3 * n;
     a.poses = a.radii + n;
+    a.paddings = a.poses + 7 * n;
+    a.margins = a.paddings + r;
     put_pose(a.pose, &def->pose);
     for (size_t i = 0; i < n; i++) {
         const collided_shape *s = &def->shapes[i];
@@ -51,6 +53,8 @@ static body_arrays make_arrays(const collided_body_def *def)
         a.actions[i] = def->rules[i].allow ? WIRE_RULE_ALLOW : WIRE_RULE_CHECK;
         a.patterns[i] = text(def->rules[i].pattern);
         a.reasons[i] = text(def->rules[i].reason);
+        a.paddings[i] = def->rules[i].padding_m;
+        a.margins[i] = def->rules[i].margin_m;
     }
     return a;
 }
@@ -78,6 +82,7 @@ static wire_message body_message(const collided *c, int32_t id, const collided_b
             .group = text(def->group),
             .category = (int64_t)def->category,
             .mask = (int64_t)def->mask,
+            .one_way = def->one_way,
             .deadline_ns = session_seconds(def->deadline_s),
             .stamp_ns = def->stamp_ns ? def->stamp_ns : session_now_ns(),
             .pose = {7, a->pose},
@@ -88,7 +93,9 @@ static wire_message body_message(const collided *c, int32_t id, const collided_b
             .shape_geometries = {n, a->geometries},
             .rule_patterns = {r, a->patterns},
             .rule_actions = {r, a->actions},
-            .rule_reasons = {r, a->reasons}}};
+            .rule_reasons = {r, a->reasons},
+            .rule_paddings = {r, a->paddings},
+            .rule_margins = {r, a->margins}}};
 }
 
 /* A number that does not fit the wire's field would arrive as another one: these are told apart here. */

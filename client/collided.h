@@ -179,6 +179,9 @@ typedef struct collided_rule { /* ordered; the first that matches the other body
     const char *pattern;       /* name pattern with '*' and '?', or "group:NAME" */
     bool allow;                /* true: touching is allowed, the pair is not looked at */
     const char *reason;        /* told by collided_query_explain */
+    /* For the pairs that it checks; where the rules of both bodies say something, the larger number counts. */
+    double padding_m; /* added to each interest's threshold: they touch from here on (negative: only so deep) */
+    double margin_m;  /* >= 0, added to each interest's range: their distances are told from farther away */
 } collided_rule;
 
 /* A body; begin with collided_body_def_default. Shapes, rules and names are copied. */
@@ -189,6 +192,8 @@ typedef struct collided_body_def {
     const char *group; /* default "" */
     collided_motion motion;
     uint64_t category, mask; /* a pair is checked when each one's mask has a bit of the other's; default 1 and all */
+    bool one_way;            /* a hit box: its mask alone decides, whatever those of the bodies that it meets say; in
+                                events it is A, where the interest leaves the choice. Of two such, either one's mask */
     double deadline_s;       /* a pose older than this is stale: its pairs are unknown, never free. 0 = never */
     collided_pose pose;
     int64_t stamp_ns; /* of the pose; 0 = now */
@@ -328,6 +333,14 @@ collided_status collided_query_distance(
 /* The bodies that overlap a box, given by its pose in the world and its half sides (m). */
 collided_status collided_query_box(
     collided *c, const collided_pose *pose, const double half[3], double timeout_s, collided_result *out);
+/* The first body that a box (half extents; zero = a point) meets when it moves from `pose` along `direction`, which
+ * need not be unit: lo and hi of the hit bracket the free length, m. */
+collided_status collided_query_cast(collided *c, const collided_pose *pose, const double half[3],
+    const double direction[3], double length_m, double timeout_s, collided_result *out);
+/* The `most` nearest bodies (0 = all) within `within_m` (may be INFINITY), by rising lower bound: of the body `name`,
+ * or with NULL of a box (half extents; zero = a point) at `pose`. Touching ones have a negative distance. */
+collided_status collided_query_nearest(collided *c, const char *name, const collided_pose *pose, const double half[3],
+    double within_m, int32_t most, double timeout_s, collided_result *out);
 /* Why two bodies are checked against each other, or not: out->text names the rule that decided. */
 collided_status collided_query_explain(
     collided *c, const char *name_a, const char *name_b, double timeout_s, collided_result *out);

@@ -171,6 +171,30 @@ collided_status collided_query_box(
     return ask(c, q, timeout_s, out);
 }
 
+collided_status collided_query_cast(collided *c, const collided_pose *pose, const double half[3],
+    const double direction[3], double length_m, double timeout_s, collided_result *out)
+{
+    wire_query q = {.kind = WIRE_QUERY_CAST,
+        .origin = {3, pose->position},
+        .orientation = {4, pose->orientation},
+        .half = {3, half},
+        .direction = {3, direction},
+        .length_m = length_m};
+    return ask(c, q, timeout_s, out);
+}
+
+collided_status collided_query_nearest(collided *c, const char *name, const collided_pose *pose, const double half[3],
+    double within_m, int32_t most, double timeout_s, collided_result *out)
+{
+    wire_query q = {.kind = WIRE_QUERY_NEAREST, .name_a = name, .length_m = within_m, .most = most};
+    if (!name) {
+        q.origin = (wire_f64s){3, pose->position};
+        q.orientation = (wire_f64s){4, pose->orientation};
+        q.half = (wire_f64s){3, half};
+    }
+    return ask(c, q, timeout_s, out);
+}
+
 collided_status collided_query_explain(
     collided *c, const char *name_a, const char *name_b, double timeout_s, collided_result *out)
 {

@@ -4,6 +4,9 @@
 #include "show.h"
 #include "verbs.h"
 
+#include "loaders/text.h"
+
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 #include <sysexits.h>
@@ -46,17 +49,58 @@ static int ask_distance(ctl *c, char **a, collided_result *out)
         "query distance");
 }
 
+/* A box: its pose and its full sides. */
+static int take_box(const char *kind, char **a, collided_pose *pose, double half[3])
+{
+    double size[3];
+    if (!options_pose(a[0], pose)) return ctl_fail(EX_USAGE, "query %s: '%s': must be X,Y,Z[,W,X,Y,Z]", kind, a[0]);
+    if (!options_vector(a[1], size) || size[0] < 0 || size[1] < 0 || size[2] < 0)
+        return ctl_fail(EX_USAGE, "query %s: '%s': must be SX,SY,SZ, not negative", kind, a[1]);
+    for (int i = 0; i < 3; i++) half[i] = size[i] / 2;
+    return 0;
+}
+
 static int ask_box(ctl *c, char **a, collided_result *out)
 {
     collided_pose pose;
-    double size[3];
-    if (!options_pose(a[0], &pose)) return ctl_fail(EX_USAGE, "query box: '%s': must be X,Y,Z[,W,X,Y,Z]", a[0]);
-    if (!options_vector(a[1], size) || size[0] < 0 || size[1] < 0 || size[2] < 0)
-        return ctl_fail(EX_USAGE, "query box: '%s': must be SX,SY,SZ, not negative", a[1]);
+    double half[3];
+    int status = take_box("box", a, &pose, half);
+    if (!status) status = connected(c);
+    if (status) return status;
+    return ctl_check(c, collided_query_box(c->client, &pose, half, c->options.timeout_s, out), "query box");
+}
+
+static int ask_cast(ctl *c, char **a, collided_result *out)
+{
+    collided_pose pose;
+    double half[3], direction[3];
+    int status = take_box("cast", a, &pose, half);
+    if (status) return status;
+    if (!options_vector(a[2], direction)) return ctl_fail(EX_USAGE, "query cast: '%s': must be DX,DY,DZ", a[2]);
+    if (direction[0] == 0 && direction[1] == 0 && direction[2] == 0)
+        return ctl_fail(EX_USAGE, "query cast: the direction is zero");
+    status = connected(c);
+    if (status) return status;
+    return ctl_check(c,
+        collided_query_cast(c->client, &pose, half, direction, c->options.length_m, c->options.timeout_s, out),
+        "query cast");
+}
+
+/* A point, or else a body's name; and how many are wanted. */
+static int ask_nearest(ctl *c, char **a, collided_result *out)
+{
+    collided_pose pose;
+    double most = 1;
+    const double point[3] = {0, 0, 0};
+    bool at_point = options_pose(a[0], &pose);
+    if (a[1] && !(text_number(a[1], &most) && most >= 1 && most <= 4096 && most == floor(most)))
+        return ctl_fail(EX_USAGE, "query nearest: '%s': must be a whole number from 1 to 4096", a[1]);
     int status = connected(c);
     if (status) return status;
-    double half[3] = {size[0] / 2, size[1] / 2, size[2] / 2};
-    return ctl_check(c, collided_query_box(c->client, &pose, half, c->options.timeout_s, out), "query box");
+    return ctl_check(c,
+        collided_query_nearest(c->client, at_point ? NULL : a[0], &pose, point, c->options.length_m, (int32_t)most,
+            c->options.timeout_s, out),
+        "query nearest");
 }
 
 static int ask_explain(ctl *c, char **a, collided_result *out)
@@ -136,6 +180,8 @@ static const query_kind query_kinds[] = {
     {"ray", 2, 2, "X,Y,Z DX,DY,DZ", ask_ray, print_distance},
     {"distance", 2, 2, "A B", ask_distance, print_distance},
     {"box", 2, 2, "X,Y,Z[,W,X,Y,Z] SX,SY,SZ", ask_box, print_body},
+    {"cast", 3, 3, "X,Y,Z[,W,X,Y,Z] SX,SY,SZ DX,DY,DZ", ask_cast, print_distance},
+    {"nearest", 1, 2, "BODY|X,Y,Z [COUNT]", ask_nearest, print_distance},
     {"explain", 2, 2, "A B", ask_explain, NULL},
     {"bodies", 0, 1, "[PATTERN]", ask_bodies, print_body},
 };
@@ -145,7 +191,9 @@ int verb_query(ctl *c)
     const query_kind *kind = NULL;
     for (size_t i = 0; i < sizeof query_kinds / sizeof *query_kinds; i++)
         if (strcmp(query_kinds[i].name, c->arguments[0]) == 0) kind = &query_kinds[i];
-    if (!kind) return ctl_fail(EX_USAGE, "query: '%s' is none of ray, distance, box, explain, bodies", c->arguments[0]);
+    if (!kind)
+        return ctl_fail(
+            EX_USAGE, "query: '%s' is none of ray, distance, box, cast, nearest, explain, bodies", c->arguments[0]);
     int count = c->argument_count - 1;
     if (count < kind->least || count > kind->most)
         return ctl_fail(EX_USAGE, "query: use it as: collidectl query %s %s", kind->name, kind->arguments);

@@ -15,11 +15,15 @@ const ctl_verb ctl_verbs[] = {
     {"joints", "ROBOT [NAME=VALUE...]", 1, INT_MAX, verb_joints, "Moves the joints of a loaded robot",
         "rad or m. Joints that are not named keep their values. All links move in one message.\n"},
     {"watch", "", 0, 0, verb_watch, "Prints contacts and distances as they happen", ""},
-    {"query", "KIND ...", 1, 3, verb_query, "Asks once",
+    {"query", "KIND ...", 1, 4, verb_query, "Asks once",
         "  query ray X,Y,Z DX,DY,DZ       the first body along a ray\n"
         "  query distance A B             certified distance of two bodies\n"
         "  query box X,Y,Z[,W,X,Y,Z] SX,SY,SZ\n"
         "                                 which bodies overlap that box (full sides)\n"
+        "  query cast X,Y,Z[,W,X,Y,Z] SX,SY,SZ DX,DY,DZ\n"
+        "                                 the first body that this box meets on its way\n"
+        "  query nearest BODY|X,Y,Z [COUNT]\n"
+        "                                 the nearest bodies, within --length\n"
         "  query explain A B              why is this pair checked, or not\n"
         "  query bodies [PATTERN]         bodies and their poses\n"},
     {"record", "NAME", 1, 1, verb_record, "Records, on the daemon, all that it is told",

@@ -38,7 +38,7 @@ static void create_table(collided *c)
 {
     collided_shape shapes[EXAMPLE_SHAPES];
     const size_t count = example_shapes("table", shapes);
-    const collided_rule bolted = {"base_link", true, "the arm is bolted to the table"};
+    const collided_rule bolted = {.pattern = "base_link", .allow = true, .reason = "the arm is bolted to the table"};
     collided_body_def def = collided_body_def_default();
     def.name = "table";
     def.motion = COLLIDED_FIXED;

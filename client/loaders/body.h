@@ -20,6 +20,8 @@ typedef struct load_body {
     const char *name;
     const char *group; /* "" = none */
     collided_motion motion;
+    uint64_t category, mask; /* as in collided_body_def, with one_way */
+    bool one_way;
     collided_pose pose; /* world */
     double deadline_s;  /* a pose older than this is stale; 0 = never, which is what files say */
     load_shape *shapes;

@@ -6,6 +6,9 @@ static void fill(const load_body *body, collided_body_def *def)
     def->name = body->name;
     def->group = body->group;
     def->motion = body->motion;
+    def->category = body->category;
+    def->mask = body->mask;
+    def->one_way = body->one_way;
     def->pose = body->pose;
     def->deadline_s = body->deadline_s;
     def->shape_count = body->shape_count;

@@ -15,7 +15,8 @@ static bool add_rule(const robot *b, load_body *body, int other, const char *rea
     if (body->rule_count == LOAD_RULES_MAX)
         return load_fail(
             r, "%s: link '%s' has more than %d disabled pairs", b->source.srdf, body->name, LOAD_RULES_MAX);
-    body->rules[body->rule_count++] = (collided_rule){robot_body_name(b, other, p), true, reason};
+    body->rules[body->rule_count++] =
+        (collided_rule){.pattern = robot_body_name(b, other, p), .allow = true, .reason = reason};
     return true;
 }
 
@@ -93,6 +94,8 @@ bool robot_bodies(const robot *b, collided_pose base, const double *values, coll
         if (!make_body(b, i, above, body, p, r)) return false;
         body->pose = poses[out->count++];
         body->motion = motion;
+        body->category = 1;
+        body->mask = UINT64_MAX;
     }
     return true;
 }

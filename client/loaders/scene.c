@@ -167,9 +167,15 @@ static bool take_rules(const reader *in, const yaml_body *from, load_body *out)
     out->rules = pool_alloc(in->pool, from->rules_count, sizeof *out->rules);
     for (; out->rule_count < from->rules_count; out->rule_count++) {
         const yaml_rule *rule = &from->rules[out->rule_count];
+        double padding = rule->padding ? *rule->padding : 0, margin = rule->margin ? *rule->margin : 0;
         if (!*rule->pattern) return load_fail(in->report, "%s: a rule's pattern is empty", in->where);
-        out->rules[out->rule_count] = (collided_rule){
-            pool_copy(in->pool, rule->pattern), rule->allow, pool_copy(in->pool, rule->reason ? rule->reason : "")};
+        if (!isfinite(padding) || !(margin >= 0 && isfinite(margin)))
+            return load_fail(in->report, "%s: a rule's padding must be finite, its margin at least 0", in->where);
+        out->rules[out->rule_count] = (collided_rule){.pattern = pool_copy(in->pool, rule->pattern),
+            .allow = rule->allow,
+            .reason = pool_copy(in->pool, rule->reason ? rule->reason : ""),
+            .padding_m = padding,
+            .margin_m = margin};
     }
     return true;
 }
@@ -179,6 +185,9 @@ static bool take_body(reader *in, const yaml_body *from, load_body *out)
     snprintf(in->where, sizeof in->where, "%s: body '%.127s'", in->file, from->name);
     out->motion = (collided_motion)from->motion;
     out->group = "";
+    out->category = from->category ? *from->category : 1;
+    out->mask = from->mask ? *from->mask : UINT64_MAX;
+    out->one_way = from->one_way;
     if (!take_name(in, "name", from->name, &out->name) || !take_pose(in, from->pose, &out->pose) ||
         !take_rules(in, from, out))
         return false;

@@ -4,11 +4,15 @@
  *       - name: table
  *         group: furniture          # optional
  *         motion: fixed             # or moving, the default
+ *         category: 2               # bits, as in collided_body_def; with mask and one_way
+ *         mask: 5
+ *         one_way: true
  *         pose: {position: [0.5, 0, 0.2], rpy: [0, 0, 1.57]}   # or orientation: [w, x, y, z]; default: the origin
  *         shapes:
  *           - {type: box, size: [0.8, 1.2, 0.05]}              # full sides, m
  *         rules:                    # ordered; the first that matches the other body decides
  *           - {pattern: "part*", allow: true, reason: parts lie on the table}
+ *           - {pattern: "group:human", allow: false, padding: 0.05, margin: 0.5}   # m, see collided_rule
  *     robots:
  *       - urdf: arm.urdf            # paths are relative to the scene
  *         srdf: arm.srdf

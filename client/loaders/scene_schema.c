@@ -60,6 +60,8 @@ static const cyaml_schema_field_t rule_fields[] = {
     TEXT("pattern", yaml_rule, pattern),
     CYAML_FIELD_BOOL("allow", CYAML_FLAG_STRICT, yaml_rule, allow),
     OPTIONAL_TEXT("reason", yaml_rule, reason),
+    CYAML_FIELD_FLOAT_PTR("padding", OPTIONAL, yaml_rule, padding),
+    CYAML_FIELD_FLOAT_PTR("margin", OPTIONAL, yaml_rule, margin),
     CYAML_FIELD_END,
 };
 static const cyaml_schema_value_t rule = {CYAML_VALUE_MAPPING(CYAML_FLAG_DEFAULT, yaml_rule, rule_fields)};
@@ -68,6 +70,9 @@ static const cyaml_schema_field_t body_fields[] = {
     TEXT("name", yaml_body, name),
     OPTIONAL_TEXT("group", yaml_body, group),
     CYAML_FIELD_ENUM("motion", CYAML_FLAG_OPTIONAL | CYAML_FLAG_STRICT, yaml_body, motion, motions, 2),
+    CYAML_FIELD_UINT_PTR("category", OPTIONAL, yaml_body, category),
+    CYAML_FIELD_UINT_PTR("mask", OPTIONAL, yaml_body, mask),
+    CYAML_FIELD_BOOL("one_way", CYAML_FLAG_OPTIONAL | CYAML_FLAG_STRICT, yaml_body, one_way),
     CYAML_FIELD_MAPPING_PTR("pose", OPTIONAL, yaml_body, pose, pose_fields),
     CYAML_FIELD_SEQUENCE("shapes", CYAML_FLAG_POINTER, yaml_body, shapes, &shape, 1, SHAPES_MAX),
     LIST("rules", yaml_body, rules, &rule, RULES_MAX),

@@ -7,6 +7,7 @@
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 
 typedef struct yaml_pose {
     double *position;    /* 3 */
@@ -33,11 +34,14 @@ typedef struct yaml_shape {
 typedef struct yaml_rule {
     char *pattern, *reason;
     bool allow;
+    double *padding, *margin;
 } yaml_rule;
 
 typedef struct yaml_body {
     char *name, *group;
     int motion; /* collided_motion */
+    uint64_t *category, *mask;
+    bool one_way;
     yaml_pose *pose;
     yaml_shape *shapes;
     unsigned shapes_count;

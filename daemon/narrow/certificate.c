@@ -29,6 +29,19 @@ double narrow_separation(
     return (separation - p.radius - p.error - p.excess) * p.unit;
 }
 
+/* From the point of the box of half extents `half` that is nearest to `p`, to `p`. */
+static vec3 outside(vec3 half, vec3 p)
+{
+    return vec_sub(p, vec_max(vec_min(p, half), vec_neg(half)));
+}
+
+vec3 narrow_guess_axis(const shape *a, const shape *b, const pose *b_in_a)
+{
+    vec3 a_in_b = quat_rotate(quat_conj(b_in_a->q), vec_neg(b_in_a->p));
+    vec3 from_a = outside(a->half, b_in_a->p), from_b = vec_neg(quat_rotate(b_in_a->q, outside(b->half, a_in_b)));
+    return vec_unit(vec_norm2(from_a) > vec_norm2(from_b) ? from_a : from_b);
+}
+
 static double length(vec3 v)
 {
     double most = vec_max_abs(v);

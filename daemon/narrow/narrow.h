@@ -106,6 +106,11 @@ void narrow_query_world(const shape *a, pose pose_a, const shape *b, pose pose_b
 double narrow_separation(
     const shape *a, const shape *b, const pose *b_in_a, vec3 axis, uint32_t *hint_a, uint32_t *hint_b);
 
+/* An axis along which they are likely to be apart, from their frames and half extents alone: the line from the point of
+ * A's extents nearest to B's origin, or the same seen from B, whichever is longer. Unit, in A's frame; zero = no idea.
+ */
+vec3 narrow_guess_axis(const shape *a, const shape *b, const pose *b_in_a);
+
 /* How far any point of B can have moved relative to A between two relative poses, rounded up:
  * |dp| + 2 |q_v| reach_b, with q_v the vector part of the rotation between them. INFINITY if reach_b is. */
 double narrow_motion_bound(const pose *before, const pose *now, double reach_b);

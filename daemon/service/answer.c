@@ -123,6 +123,23 @@ static bool two_bodies(reply *r, const wire_query *q, uint32_t *a, uint32_t *b)
     return false;
 }
 
+/* Near the body that name_a names, or near a box. With no number asked for, one too many tells that there are more. */
+static bool nearest(reply *r, const wire_query *q, world_hits *hits)
+{
+    service *s = r->s;
+    size_t most = q->most > 0 ? (size_t)q->most : WIRE_ANSWERS_MAX + 1;
+    if (!*q->name_a) {
+        world_query_nearest(s->world, pose_of(q), vec_of(q->half), q->length_m, most, q->tolerance_m, s->now_ns, hits);
+        return true;
+    }
+    uint32_t body = world_find_body(s->world, q->name_a);
+    if (body != WORLD_NONE)
+        world_query_nearest_to(s->world, body, q->length_m, most, q->tolerance_m, s->now_ns, hits);
+    else
+        fail(r, WIRE_ANSWER_UNKNOWN_NAME, "no body is named \"%.200s\"", q->name_a);
+    return body != WORLD_NONE;
+}
+
 static void record(reply *r, const wire_query *q)
 {
     service *s = r->s;
@@ -168,6 +185,13 @@ void answer_query(service *s, struct link *from, const wire_query *q)
     case WIRE_QUERY_RAY:
         world_query_ray(
             s->world, vec_of(q->origin), vec_of(q->direction), q->length_m, q->tolerance_m, s->now_ns, &hits);
+        break;
+    case WIRE_QUERY_CAST:
+        world_query_cast(
+            s->world, pose_of(q), vec_of(q->half), vec_of(q->direction), q->length_m, q->tolerance_m, s->now_ns, &hits);
+        break;
+    case WIRE_QUERY_NEAREST:
+        if (!nearest(&r, q, &hits)) return;
         break;
     case WIRE_QUERY_BOX:
         world_query_box(s->world, pose_of(q), vec_of(q->half), s->now_ns, &hits);

@@ -133,8 +133,11 @@ static void gather_rules(service *s, const wire_body *m)
 {
     s->rules.count = 0;
     for (uint32_t i = 0; i < m->rule_patterns.count; i++)
-        array_push(&s->rules,
-            ((filter_rule){m->rule_patterns.at[i], m->rule_actions.at[i] == WIRE_RULE_ALLOW, m->rule_reasons.at[i]}));
+        array_push(&s->rules, ((filter_rule){.pattern = m->rule_patterns.at[i],
+                                  .allow = m->rule_actions.at[i] == WIRE_RULE_ALLOW,
+                                  .reason = m->rule_reasons.at[i],
+                                  .padding = m->rule_paddings.at[i],
+                                  .margin = m->rule_margins.at[i]}));
 }
 
 static void hold_geometries(service *s, owned_body *b, const wire_body *m)
@@ -172,6 +175,7 @@ static wire_reason put_body(service *s, session *c, const wire_body *m, wire_ref
         .fixed = m->motion == WIRE_MOTION_FIXED,
         .category = (uint64_t)m->category,
         .mask = (uint64_t)m->mask,
+        .one_way = m->one_way,
         .deadline_ns = m->deadline_ns,
         .stamp_ns = newer_pose ? world_body_stamp_ns(s->world, id) : m->stamp_ns,
         .pose = newer_pose ? world_body_pose(s->world, id) : told,

@@ -33,6 +33,7 @@ static void put_pose(double at[7], pose p)
 typedef struct columns { /* of the shapes and rules of one body */
     uint8_t types[WIRE_SHAPES_MAX], actions[WIRE_RULES_MAX];
     double sizes[3 * WIRE_SHAPES_MAX], radii[WIRE_SHAPES_MAX], poses[7 * WIRE_SHAPES_MAX], pose[7];
+    double paddings[WIRE_RULES_MAX], margins[WIRE_RULES_MAX];
     int64_t geometries[WIRE_SHAPES_MAX];
     const char *patterns[WIRE_RULES_MAX], *reasons[WIRE_RULES_MAX];
     world_shape shapes[WIRE_SHAPES_MAX];
@@ -66,10 +67,14 @@ static void fill_rules(columns *c, const world_body *def, wire_body *m)
         c->patterns[i] = def->rules[i].pattern;
         c->actions[i] = def->rules[i].allow ? WIRE_RULE_ALLOW : WIRE_RULE_CHECK;
         c->reasons[i] = def->rules[i].reason;
+        c->paddings[i] = def->rules[i].padding;
+        c->margins[i] = def->rules[i].margin;
     }
     m->rule_patterns = (wire_strings){n, c->patterns};
     m->rule_actions = (wire_u8s){n, c->actions};
     m->rule_reasons = (wire_strings){n, c->reasons};
+    m->rule_paddings = (wire_f64s){n, c->paddings};
+    m->rule_margins = (wire_f64s){n, c->margins};
 }
 
 static void tell_body(service *s, const session *c, const owned_body *b, columns *scratch)
@@ -87,6 +92,7 @@ static void tell_body(service *s, const session *c, const owned_body *b, columns
             .group = def.group,
             .category = (int64_t)def.category,
             .mask = (int64_t)def.mask,
+            .one_way = def.one_way,
             .deadline_ns = def.deadline_ns,
             .stamp_ns = def.stamp_ns,
             .pose = {7, scratch->pose}}};

@@ -81,6 +81,7 @@ world_status world_get_body(const world *w, uint32_t id, world_body *out, world_
         .fixed = b->fixed,
         .category = b->category,
         .mask = b->mask,
+        .one_way = b->one_way,
         .deadline_ns = b->deadline_ns,
         .stamp_ns = b->stamp_ns,
         .pose = b->pose,
@@ -167,14 +168,45 @@ static void free_rules(body *b)
     b->rule_count = 0;
 }
 
+static bool same_rule(const filter_rule *a, const filter_rule *b)
+{
+    return a->allow == b->allow && a->padding == b->padding && a->margin == b->margin &&
+           strcmp(a->pattern, b->pattern) == 0;
+}
+
+static bool same_filter(const body *b, const world_body *def)
+{
+    bool same = b->category == def->category && b->mask == def->mask && b->one_way == def->one_way &&
+                strcmp(b->group, def->group ? def->group : "") == 0 && b->rule_count == def->rule_count;
+    for (size_t i = 0; same && i < b->rule_count; i++) same = same_rule(&b->rules[i], &def->rules[i]);
+    return same;
+}
+
+/* The farthest that a rule moves a threshold or a range out: the broad phase honours it. */
+static void measure_rules(body *b)
+{
+    b->ruled = false;
+    b->rule_reach = 0;
+    for (size_t i = 0; i < b->rule_count; i++) {
+        const filter_rule *r = &b->rules[i];
+        if (r->allow) continue;
+        b->ruled |= r->padding != 0 || r->margin != 0;
+        b->rule_reach = fmax(b->rule_reach, fmax(r->padding, r->margin));
+    }
+}
+
 static void copy_rules(body *b, const world_body *def)
 {
     free_rules(b);
     b->rules = base_alloc(def->rule_count ? def->rule_count : 1, sizeof *b->rules);
     for (size_t i = 0; i < def->rule_count; i++)
-        b->rules[i] = (filter_rule){base_strdup(def->rules[i].pattern), def->rules[i].allow,
-            base_strdup(def->rules[i].reason ? def->rules[i].reason : "")};
+        b->rules[i] = (filter_rule){.pattern = base_strdup(def->rules[i].pattern),
+            .allow = def->rules[i].allow,
+            .reason = base_strdup(def->rules[i].reason ? def->rules[i].reason : ""),
+            .padding = def->rules[i].padding,
+            .margin = def->rules[i].margin};
     b->rule_count = def->rule_count;
+    measure_rules(b);
 }
 
 void body_mark_dirty(world *w, uint32_t id, bool refilter)
@@ -192,7 +224,7 @@ static uint32_t new_body(world *w)
     uint32_t id = id_pool_take(&w->body_ids);
     array_reserve(&w->bodies, id + 1);
     if (id >= w->bodies.count) w->bodies.count = id + 1;
-    w->bodies.at[id] = (body){.used = true};
+    w->bodies.at[id] = (body){.used = true, .serial = ++w->body_serial, .expiry_ns = INT64_MAX};
     w->bodies.at[id].match_a = base_zalloc(w->words, sizeof(uint64_t));
     w->bodies.at[id].match_b = base_zalloc(w->words, sizeof(uint64_t));
     w->figures.bodies++;
@@ -230,12 +262,15 @@ world_status world_put_body(world *w, uint32_t *id, const world_body *def)
     if (is_new) {
         b->name = base_strdup(def->name);
         name_add(w, *id);
+    } else if (!same_filter(b, def)) {
+        b->ruled_tick = w->figures.ticks + 1;
     }
     free(b->group);
     b->group = base_strdup(def->group ? def->group : "");
     b->fixed = def->fixed;
     b->category = def->category;
     b->mask = def->mask;
+    b->one_way = def->one_way;
     b->deadline_ns = def->deadline_ns;
     set_pose(b, def->pose, def->stamp_ns);
     copy_rules(b, def);
@@ -268,7 +303,7 @@ world_status world_hold_body(world *w, uint32_t id)
 {
     if (!is_body(w, id)) return WORLD_UNKNOWN_ID;
     w->bodies.at[id].held = true;
-    w->next_expiry_ns = INT64_MIN;
+    array_push(&w->held_now, id);
     w->changed = true;
     return WORLD_OK;
 }
@@ -327,13 +362,6 @@ double body_margin(const world *w, const solid *s)
     return w->options.margin * reach;
 }
 
-static void set_expiry(world *w, body *b)
-{
-    int64_t since = b->stamp_ns && b->stamp_ns < w->now_ns ? b->stamp_ns : w->now_ns; /* clocks of hosts may differ */
-    if (!b->deadline_ns || __builtin_add_overflow(since, b->deadline_ns, &b->expiry_ns)) b->expiry_ns = INT64_MAX;
-    if (b->expiry_ns < w->next_expiry_ns) w->next_expiry_ns = b->expiry_ns;
-}
-
 void body_settle_dirty(world *w)
 {
     array_reserve(&w->sort_scratch, w->dirty.count);
@@ -342,7 +370,7 @@ void body_settle_dirty(world *w)
         body *b = &w->bodies.at[w->dirty.at[i]];
         b->dirty = false;
         if (b->ghost || !b->used) continue;
-        if (b->posed) set_expiry(w, b);
+        if (b->posed) expiry_set(w, (uint32_t)w->dirty.at[i]);
         b->posed = false;
         for (size_t k = 0; k < b->shape_count; k++) {
             solid *s = &w->solids.at[b->shapes[k]];
@@ -356,32 +384,6 @@ void body_settle_dirty(world *w)
             if (b->refilter) broad_refilter(w->broad, b->shapes[k]);
         }
         b->refilter = false;
-    }
-}
-
-/* Looks at all bodies, but only when the earliest deadline that can have passed has passed. */
-void body_find_stale(world *w)
-{
-    w->stale_now.count = w->fresh_now.count = 0;
-    for (size_t i = 0; i < w->dirty.count; i++) {
-        body *b = &w->bodies.at[w->dirty.at[i]];
-        if (!b->used || b->ghost || !b->stale || b->held || b->expiry_ns <= w->now_ns) continue;
-        b->stale = false;
-        w->figures.stale_bodies--;
-        array_push(&w->fresh_now, (uint32_t)w->dirty.at[i]);
-    }
-    if (w->now_ns < w->next_expiry_ns) return;
-    w->next_expiry_ns = INT64_MAX;
-    for (uint32_t id = 0; id < w->bodies.count; id++) {
-        body *b = &w->bodies.at[id];
-        if (!b->used || b->ghost || b->stale) continue;
-        if (b->held || b->expiry_ns <= w->now_ns) {
-            b->stale = true;
-            w->figures.stale_bodies++;
-            array_push(&w->stale_now, id);
-        } else if (b->expiry_ns < w->next_expiry_ns) {
-            w->next_expiry_ns = b->expiry_ns;
-        }
     }
 }
 

@@ -76,15 +76,17 @@ static void turn_round(world_event *e)
         e->manifold.points[i].feature = was.manifold.points[i].feature << 16 | was.manifold.points[i].feature >> 16;
 }
 
-/* Is this pair A and B to the interest only the other way round? */
-static bool is_turned(const body *a, const body *b, uint32_t id)
+/* Is this pair A and B to the interest the other way round? Where it may be both, A is the one that looks. */
+static bool is_turned(const body *a, const body *b, uint32_t id, int looks)
 {
     uint64_t mask = (uint64_t)1 << (id & 63);
     size_t word = id >> 6;
-    return !(a->match_a[word] & mask && b->match_b[word] & mask);
+    bool straight = a->match_a[word] & mask && b->match_b[word] & mask;
+    bool turned = b->match_a[word] & mask && a->match_b[word] & mask;
+    return straight && turned ? looks < 0 : turned;
 }
 
-static void fill(const world *w, const pair *p, const narrow_result *r, uint32_t interest, world_event *e)
+static void fill(const world *w, const pair *p, const narrow_result *r, uint32_t interest, int looks, world_event *e)
 {
     const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
     const body *x = &w->bodies.at[a->body], *y = &w->bodies.at[b->body];
@@ -102,7 +104,7 @@ static void fill(const world *w, const pair *p, const narrow_result *r, uint32_t
         .manifold = r->manifold};
     for (uint32_t i = 0; i < e->manifold.count; i++)
         e->manifold.points[i].point = to_world(a, e->manifold.points[i].point);
-    if (is_turned(x, y, interest)) turn_round(e);
+    if (is_turned(x, y, interest, looks)) turn_round(e);
 }
 
 /* ---- watches ---- */
@@ -189,14 +191,14 @@ static void update(world *w, uint32_t id, uint8_t kind, int64_t contact)
     }
 }
 
-static void begin_or_end_touch(world *w, watch *v, bool touches)
+static void begin_or_end_touch(world *w, watch *v, bool touches, uint8_t cause)
 {
     if (touches && !v->touch_id) {
         v->touch_id = ++w->serial;
         w->figures.contacts++;
-        emit(w, v->interest, &v->last, EVENT_BEGIN, CAUSE_MOTION, v->touch_id);
+        emit(w, v->interest, &v->last, EVENT_BEGIN, cause, v->touch_id);
     } else if (!touches && v->touch_id) {
-        emit(w, v->interest, &v->last, EVENT_END, CAUSE_MOTION, v->touch_id);
+        emit(w, v->interest, &v->last, EVENT_END, cause, v->touch_id);
         v->touch_id = 0;
         w->figures.contacts--;
     }
@@ -204,7 +206,7 @@ static void begin_or_end_touch(world *w, watch *v, bool touches)
 
 /* A pair in contact is near as well: both episodes have an id, a begin and an end of their own; while it lasts, the
  * contact alone is updated. */
-static void transit(world *w, uint32_t id, bool touches, bool near)
+static void transit(world *w, uint32_t id, bool touches, bool near, uint8_t cause)
 {
     watch *v = &w->watches.at[id];
     bool touched = v->touch_id, was_near = v->near_id;
@@ -214,33 +216,44 @@ static void transit(world *w, uint32_t id, bool touches, bool near)
     }
     if (near && !was_near) {
         v->near_id = ++w->serial;
-        emit(w, v->interest, &v->last, EVENT_NEAR, CAUSE_MOTION, v->near_id);
+        emit(w, v->interest, &v->last, EVENT_NEAR, cause, v->near_id);
     }
-    begin_or_end_touch(w, v, touches);
+    begin_or_end_touch(w, v, touches, cause);
     if (touched && touches)
         update(w, id, EVENT_UPDATE, v->touch_id);
     else if (near && was_near && !touches)
         update(w, id, EVENT_NEAR, v->near_id);
     if (!near && was_near) {
-        emit(w, v->interest, &v->last, EVENT_FAR, CAUSE_MOTION, v->near_id);
+        emit(w, v->interest, &v->last, EVENT_FAR, cause, v->near_id);
         v->near_id = 0;
     }
     if (!v->touch_id && !v->near_id) drop_watch(w, id);
 }
 
-static void tell(world *w, uint32_t pair_id, const narrow_result *r, uint32_t interest_id)
+typedef struct terms { /* under which a pair is judged in this tick */
+    pair_terms distances;
+    uint8_t cause; /* of what begins or ends */
+} terms;
+
+static terms terms_of(const world *w, const body *a, const body *b)
+{
+    bool ruled = a->ruled_tick == w->figures.ticks || b->ruled_tick == w->figures.ticks;
+    return (terms){pair_terms_of_paired(a, b), ruled ? CAUSE_FILTER : CAUSE_MOTION};
+}
+
+static void tell(world *w, uint32_t pair_id, const narrow_result *r, uint32_t interest_id, const terms *t)
 {
     const pair *p = &w->pairs.at[pair_id];
     const interest *i = &w->interests.at[interest_id];
-    bool touches = i->facts & (WORLD_TOUCH | WORLD_MANIFOLD) && r->lo <= i->threshold;
-    bool near = i->facts & WORLD_DISTANCE && r->lo <= i->range;
+    bool touches = i->facts & (WORLD_TOUCH | WORLD_MANIFOLD) && r->lo <= i->threshold + t->distances.padding;
+    bool near = i->facts & WORLD_DISTANCE && r->lo <= i->range + t->distances.margin;
     uint32_t id = find_watch(w, p, interest_id);
     if (id == WORLD_NONE && !touches && !near) return;
     if (id == WORLD_NONE) id = add_watch(w, pair_id, interest_id);
     world_event *last = &w->watches.at[id].last;
-    fill(w, p, r, interest_id, last);
+    fill(w, p, r, interest_id, t->distances.looks, last);
     if (!(i->facts & WORLD_MANIFOLD) || !touches) last->manifold.count = 0;
-    transit(w, id, touches, near);
+    transit(w, id, touches, near, t->cause);
 }
 
 void events_of_active(world *w)
@@ -248,13 +261,13 @@ void events_of_active(world *w)
     for (size_t k = 0; k < w->active_pairs.count; k++) {
         if (w->outcomes.at[k].result == WORLD_NONE) continue;
         uint32_t id = w->active_pairs.at[k];
-        const solid *a = &w->solids.at[w->pairs.at[id].a], *b = &w->solids.at[w->pairs.at[id].b];
-        for (size_t word = 0; word < w->words; word++) {
-            uint64_t bits = interest_word(&w->bodies.at[a->body], &w->bodies.at[b->body], word);
-            for (; bits; bits &= bits - 1)
+        const pair *p = &w->pairs.at[id];
+        const body *a = &w->bodies.at[w->solids.at[p->a].body], *b = &w->bodies.at[w->solids.at[p->b].body];
+        terms t = terms_of(w, a, b);
+        for (size_t word = 0; word < w->words; word++)
+            for (uint64_t bits = interest_word(a, b, word); bits; bits &= bits - 1)
                 tell(w, id, &w->results.at[w->outcomes.at[k].result],
-                    (uint32_t)(word * 64) + (uint32_t)__builtin_ctzll(bits));
-        }
+                    (uint32_t)(word * 64) + (uint32_t)__builtin_ctzll(bits), &t);
     }
 }
 

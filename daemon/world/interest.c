@@ -16,8 +16,8 @@ static bool get_bit(const uint64_t *words, uint32_t bit)
     return words[bit >> 6] >> (bit & 63) & 1;
 }
 
-/* The boxes of both bodies of a pair are widened by half of what is asked of it, so that together they never miss it.
- */
+/* The boxes of both bodies of a pair are widened by half of what is asked of it, so that together they never miss it;
+ * what a rule adds is carried by the body whose rule it is, alone. */
 static double half_range(const interest *i)
 {
     double most = 0;
@@ -31,7 +31,7 @@ static void widen_body(world *w, body *b)
     b->widen = 0;
     for (uint32_t i = 0; i < w->interests.count; i++) {
         if (!w->interests.at[i].used || !(get_bit(b->match_a, i) || get_bit(b->match_b, i))) continue;
-        b->widen = fmax(b->widen, half_range(&w->interests.at[i]));
+        b->widen = fmax(b->widen, half_range(&w->interests.at[i]) + b->rule_reach);
     }
 }
 

@@ -15,6 +15,7 @@ enum { PAIRS_A_CHUNK = 32 };
 
 demand ladder_demand(const world *w, const body *a, const body *b)
 {
+    pair_terms terms = pair_terms_of_paired(a, b);
     demand d = {.request = {.tolerance = INFINITY, .range = 0, .threshold = -INFINITY, .engine = w->options.engine},
         .limit = -INFINITY};
     for (size_t word = 0; word < w->words; word++) {
@@ -23,13 +24,13 @@ demand ladder_demand(const world *w, const body *a, const body *b)
             d.request.tolerance = fmin(d.request.tolerance, i->tolerance);
             if (i->facts & WORLD_DISTANCE) {
                 d.request.facts |= NARROW_DISTANCE;
-                d.request.range = fmax(d.request.range, i->range);
-                d.limit = fmax(d.limit, i->range);
+                d.request.range = fmax(d.request.range, i->range + terms.margin);
+                d.limit = fmax(d.limit, i->range + terms.margin);
             }
             if (i->facts & (WORLD_TOUCH | WORLD_MANIFOLD)) {
                 d.request.facts |= NARROW_VERDICT;
-                d.request.threshold = fmax(d.request.threshold, i->threshold);
-                d.limit = fmax(d.limit, i->threshold);
+                d.request.threshold = fmax(d.request.threshold, i->threshold + terms.padding);
+                d.limit = fmax(d.limit, i->threshold + terms.padding);
             }
             if (i->facts & WORLD_MANIFOLD) d.request.facts |= NARROW_MANIFOLD;
         }
@@ -44,23 +45,35 @@ static double pair_size(const solid *a, const solid *b)
     return (isfinite(a->reach) ? a->reach : 0) + (isfinite(b->reach) ? b->reach : 0);
 }
 
-/* Rungs 2 and 3: settled without, or with one support query a shape. */
+static bool is_axis(vec3 v)
+{
+    return v.x != 0 || v.y != 0 || v.z != 0;
+}
+
+/* Rung 3: one support query a shape. */
+static bool settle_along(const solid *a, const solid *b, narrow_cache *c, vec3 axis, const pose *b_in_a, double limit)
+{
+    double lower = narrow_separation(&a->shape, &b->shape, b_in_a, axis, &c->hint_a, &c->hint_b);
+    if (!(lower > limit)) return false;
+    c->axis = axis;
+    c->lower = lower;
+    c->b_in_a = *b_in_a;
+    return true;
+}
+
+/* Rungs 2 and 3: settled without looking at the shapes, or along the cached axis. A new pair begins with a guess in its
+ * cache, and where the pair has turned away from its axis, the guess is tried before the narrow phase is asked. */
 static bool settle_cheaply(const world *w, pair *p, const pose *b_in_a, double limit, outcome *out)
 {
     const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
     narrow_cache *c = &p->cache;
-    if (!w->options.caches || p->first_watch != WORLD_NONE || (c->axis.x == 0 && c->axis.y == 0 && c->axis.z == 0))
-        return false;
-    if (c->lower - narrow_motion_bound(&c->b_in_a, b_in_a, b->reach) > limit) {
-        out->rung = RUNG_MOTION_BOUND;
-        return true;
-    }
-    double lower = narrow_separation(&a->shape, &b->shape, b_in_a, c->axis, &c->hint_a, &c->hint_b);
-    if (lower <= limit) return false;
-    c->lower = lower;
-    c->b_in_a = *b_in_a;
+    if (!w->options.caches || p->first_watch != WORLD_NONE) return false;
+    out->rung = RUNG_MOTION_BOUND;
+    if (is_axis(c->axis) && c->lower - narrow_motion_bound(&c->b_in_a, b_in_a, b->reach) > limit) return true;
     out->rung = RUNG_CACHED_AXIS;
-    return true;
+    if (is_axis(c->axis) && settle_along(a, b, c, c->axis, b_in_a, limit)) return true;
+    vec3 guess = narrow_guess_axis(&a->shape, &b->shape, b_in_a);
+    return is_axis(guess) && settle_along(a, b, c, guess, b_in_a, limit);
 }
 
 static void decide_cheaply(void *context, size_t begin, size_t end, unsigned worker)

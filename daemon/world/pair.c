@@ -7,35 +7,66 @@
 
 #include <stdlib.h>
 
-/* Why two bodies are not looked at: *rule if a rule said so, *why always. */
-bool pair_filtered(const body *a, const body *b, const filter_rule **rule, const char **why)
+static bool checks(const filter_rule *rule)
+{
+    return rule && !rule->allow;
+}
+
+/* Of the rules that check; the larger number is the safer one. */
+static void add_distances(pair_terms *t, const filter_rule *ra, const filter_rule *rb)
+{
+    const filter_rule *one = checks(ra) ? ra : checks(rb) ? rb : NULL, *other = checks(rb) ? rb : one;
+    if (!one) return;
+    t->padding = fmax(one->padding, other->padding);
+    t->margin = fmax(one->margin, other->margin);
+}
+
+/* Two-way bodies must each look at the other; a one-way body decides alone, and of two of them either one. */
+static bool masks_meet(const body *a, const body *b, int *looks)
+{
+    bool a_looks = a->mask & b->category, b_looks = b->mask & a->category;
+    *looks = 0;
+    if (!a->one_way && !b->one_way) return a_looks && b_looks;
+    a_looks &= a->one_way;
+    b_looks &= b->one_way;
+    *looks = a_looks - b_looks;
+    return a_looks || b_looks;
+}
+
+pair_terms pair_get_terms(const body *a, const body *b)
 {
     const filter_rule *ra = filter_first(a->rules, a->rule_count, b->name, b->group);
     const filter_rule *rb = filter_first(b->rules, b->rule_count, a->name, a->group);
-    bool insists = (ra && !ra->allow) || (rb && !rb->allow);
-    *rule = ra && (!rb || ra->allow == !insists) ? ra : rb;
+    bool insists = checks(ra) || checks(rb);
+    pair_terms t = {.rule = ra && (!rb || ra->allow == !insists) ? ra : rb};
+    bool meet = masks_meet(a, b, &t.looks);
     if (a == b) {
-        *why = "both are the same body";
+        t.why = "both are the same body";
     } else if (a->fixed && b->fixed) {
-        *why = "both are fixed";
-    } else if (*rule && !insists) {
-        *why = "a rule allows them to touch";
-    } else if (!insists && !((a->mask & b->category) && (b->mask & a->category))) {
-        *why = "their masks exclude each other";
+        t.why = "both are fixed";
+    } else if (t.rule && !insists) {
+        t.why = "a rule allows them to touch";
+    } else if (!insists && !meet) {
+        t.why = "their masks exclude each other";
     } else {
-        *why = insists ? "a rule asks for it" : "nothing excludes it";
-        return false;
+        t.checked = true;
+        t.why = insists ? "a rule asks for it" : "nothing excludes it";
+        add_distances(&t, ra, rb);
     }
-    return true;
+    return t;
+}
+
+pair_terms pair_terms_of_paired(const body *a, const body *b)
+{
+    if (a->ruled || b->ruled || a->one_way || b->one_way) return pair_get_terms(a, b);
+    return (pair_terms){.checked = true};
 }
 
 bool pair_accept(void *context, uint32_t a, uint32_t b)
 {
     const world *w = context;
     const body *x = &w->bodies.at[w->solids.at[a].body], *y = &w->bodies.at[w->solids.at[b].body];
-    const filter_rule *rule;
-    const char *why;
-    return x != y && interest_wants(w, x, y) && !pair_filtered(x, y, &rule, &why);
+    return x != y && interest_wants(w, x, y) && pair_get_terms(x, y).checked;
 }
 
 uint32_t pair_find(const world *w, uint32_t a, uint32_t b)
@@ -58,12 +89,10 @@ static uint8_t cause_of_end(const world *w, const pair *p)
 {
     const solid *sa = &w->solids.at[p->a], *sb = &w->solids.at[p->b];
     const body *a = &w->bodies.at[sa->body], *b = &w->bodies.at[sb->body];
-    const filter_rule *rule;
-    const char *why;
     if (a->ghost) return a->ghost_cause;
     if (b->ghost) return b->ghost_cause;
     if (sa->ghost || sb->ghost) return CAUSE_SHAPE;
-    if (pair_filtered(a, b, &rule, &why)) return CAUSE_FILTER;
+    if (!pair_get_terms(a, b).checked) return CAUSE_FILTER;
     return interest_wants(w, a, b) ? CAUSE_MOTION : CAUSE_INTEREST;
 }
 

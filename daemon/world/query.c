@@ -1,5 +1,5 @@
-/* query: answers about the world as the last tick left it. Nothing is changed and no cache is used; called by the tick
- * thread between ticks. */
+/* query: answers about bodies by name: distance, poses, why a pair is looked at. As the last tick left the world.
+ * Nothing is changed and no cache is used; called by the tick thread between ticks. */
 #include "filter.h"
 #include "state.h"
 
@@ -57,137 +57,7 @@ void world_query_distance(const world *w, uint32_t a, uint32_t b, double toleran
     array_push(out, best);
 }
 
-/* ---- ray ---- */
-
-enum { RAY_STEPS_MAX = 256 };
-
-typedef struct ray {
-    const world *w;
-    vec3 from, direction; /* unit */
-    double tolerance;
-    double length; /* nothing beyond is of interest: shrinks with each hit */
-    int64_t now_ns;
-    world_hit best;
-    bool found;
-} ray;
-
-/* Advances along the ray by the certified distance of its tip: the plane through the nearest point that separates the
- * tip from the shape separates all that lies before the plane, so the ray is free up to where it meets that plane, and
- * for good if it never does. Ends within `tolerance` of the surface. (Van den Bergen, "Ray casting against general
- * convex objects", 2004, with certified bounds.) */
-static bool ray_shape(const ray *r, const solid *s, world_hit *hit)
-{
-    const shape tip = {.type = SHAPE_SPHERE};
-    narrow_request request = {.facts = NARROW_DISTANCE, .tolerance = 0.25 * r->tolerance, .range = INFINITY};
-    narrow_result n;
-    double t = 0;
-    for (int step = 0; step < RAY_STEPS_MAX; step++) {
-        pose at = {vec_madd(r->from, t, r->direction), {1, 0, 0, 0}};
-        narrow_query_world(&tip, at, &s->shape, s->world, &request, r->w->scratch[0], &n);
-        if (n.lo <= r->tolerance) {
-            *hit = (world_hit){
-                .lo = t, .hi = t + fmax(n.hi, 0), .axis = vec_neg(n.axis), .point_a = at.p, .point_b = at.p};
-            return true;
-        }
-        double towards = vec_dot(n.axis, r->direction);
-        if (towards <= 0) return false;
-        t += n.lo / towards;
-        if (t > r->length) return false;
-    }
-    *hit = (world_hit){.lo = t, .hi = INFINITY, .axis = vec_neg(n.axis), .point_a = vec_madd(r->from, t, r->direction)};
-    hit->point_b = hit->point_a;
-    return true;
-}
-
-static bool ray_visit(void *context, uint32_t proxy)
-{
-    ray *r = context;
-    const solid *s = &r->w->solids.at[proxy];
-    const body *b = &r->w->bodies.at[s->body];
-    world_hit hit;
-    if (b->ghost || !ray_shape(r, s, &hit)) return true;
-    if (r->found && !(hit.lo < r->best.lo || (hit.lo == r->best.lo && s->body < r->best.body_a))) return true;
-    r->found = true;
-    r->best = hit;
-    r->best.body_a = s->body;
-    r->best.body_b = WORLD_NONE;
-    r->best.age_ns = body_age_at(b, r->now_ns);
-    r->best.stale = b->stale;
-    r->length = fmin(r->length, hit.lo + r->tolerance);
-    return true;
-}
-
-void world_query_ray(
-    const world *w, vec3 origin, vec3 direction, double length, double tolerance, int64_t now_ns, world_hits *out)
-{
-    ray r = {.w = w,
-        .from = origin,
-        .direction = vec_unit(direction),
-        .length = length,
-        .tolerance = tolerance > 0 ? tolerance : 1e-9,
-        .now_ns = now_ns};
-    broad_query_ray(w->broad, origin, r.direction, length, ray_visit, &r);
-    if (r.found) array_push(out, r.best);
-}
-
-/* ---- box ---- */
-
-typedef struct box_search {
-    const world *w;
-    shape box;
-    pose at;
-    int64_t now_ns;
-    world_hits *out;
-} box_search;
-
-static bool box_visit(void *context, uint32_t proxy)
-{
-    box_search *q = context;
-    const solid *s = &q->w->solids.at[proxy];
-    const body *b = &q->w->bodies.at[s->body];
-    if (b->ghost) return true;
-    narrow_request request = {.facts = NARROW_DISTANCE, .range = 0, .tolerance = 1e-9};
-    narrow_result r;
-    narrow_query_world(&q->box, q->at, &s->shape, s->world, &request, q->w->scratch[0], &r);
-    if (r.lo > 0) return true;
-    world_hit hit = {.body_a = s->body,
-        .body_b = WORLD_NONE,
-        .lo = r.lo,
-        .hi = r.hi,
-        .axis = r.axis,
-        .point_a = vec_add(r.point_a, q->at.p),
-        .point_b = vec_add(r.point_b, q->at.p),
-        .age_ns = body_age_at(b, q->now_ns),
-        .stale = b->stale};
-    array_push(q->out, hit);
-    return true;
-}
-
-static int compare_hits(const void *a, const void *b)
-{
-    const world_hit *x = a, *y = b;
-    if (x->body_a != y->body_a) return x->body_a < y->body_a ? -1 : 1;
-    return (x->lo > y->lo) - (x->lo < y->lo);
-}
-
-/* Of several shapes of one body the deepest stays. */
-static void one_a_body(world_hits *hits, size_t first)
-{
-    size_t kept = first;
-    for (size_t i = first; i < hits->count; i++)
-        if (kept == first || hits->at[i].body_a != hits->at[kept - 1].body_a) hits->at[kept++] = hits->at[i];
-    hits->count = kept;
-}
-
-void world_query_box(const world *w, pose at, vec3 half, int64_t now_ns, world_hits *out)
-{
-    size_t first = out->count;
-    box_search q = {
-        .w = w, .box = {.type = SHAPE_BOX, .half = half}, .at = {at.p, quat_unit(at.q)}, .now_ns = now_ns, .out = out};
-    broad_query_box(w->broad, shape_bounds(&q.box, q.at), box_visit, &q);
-    if (out->count > first) qsort(out->at + first, out->count - first, sizeof *out->at, compare_hits);
-    one_a_body(out, first);
-}
+/* ---- bodies ---- */
 
 void world_query_bodies(const world *w, const char *pattern, int64_t now_ns, world_hits *out)
 {
@@ -251,13 +121,16 @@ int world_explain(const world *w, uint32_t a, uint32_t b, int64_t now_ns, char *
     lines l = {text, size, 0};
     if (!alive(w, a) || !alive(w, b)) return 0;
     const body *x = &w->bodies.at[a], *y = &w->bodies.at[b];
-    const filter_rule *rule;
-    const char *why;
-    bool filtered = pair_filtered(x, y, &rule, &why);
-    line(&l, "%s and %s: %s, %s\n", x->name, y->name, filtered ? "not checked" : "checked", why);
-    if (rule)
-        line(&l, "decided by the rule \"%s\": %s%s%s\n", rule->pattern, rule->allow ? "allow" : "check",
-            *rule->reason ? ", reason: " : "", rule->reason);
+    pair_terms terms = pair_get_terms(x, y);
+    line(&l, "%s and %s: %s, %s\n", x->name, y->name, terms.checked ? "checked" : "not checked", terms.why);
+    if (terms.rule)
+        line(&l, "decided by the rule \"%s\": %s%s%s\n", terms.rule->pattern, terms.rule->allow ? "allow" : "check",
+            *terms.rule->reason ? ", reason: " : "", terms.rule->reason);
+    if (terms.checked && terms.looks)
+        line(&l, "one way: %s looks at %s\n", terms.looks > 0 ? x->name : y->name, terms.looks > 0 ? y->name : x->name);
+    if (terms.padding != 0 || terms.margin != 0)
+        line(&l, "rules add %g m to the threshold and %g m to the range of every interest\n", terms.padding,
+            terms.margin);
     explain_interests(w, x, y, &l);
     for (int i = 0; i < 2; i++) {
         const body *one = i ? y : x;

@@ -22,10 +22,16 @@ typedef struct body {
     bool held, stale;
     uint8_t ghost_cause;
     uint64_t category, mask;
+    bool one_way;
+    bool ruled;                               /* a rule of it adds to the thresholds or ranges of its pairs ... */
+    double rule_reach;                        /* m, ... at most so much */
+    uint64_t ruled_tick;                      /* the tick that its filter last changed for */
     int64_t deadline_ns, stamp_ns, expiry_ns; /* INT64_MAX: never stale */
+    uint32_t serial;                          /* of its entry among the expiries: an older one is void */
+    bool expiry_queued;                       /* it has one */
     pose pose;
     vec3 step;    /* m, how far it moved with the last pose: the fat box reaches ahead by it */
-    double widen; /* m, half of the farthest range that an interest wants of it */
+    double widen; /* m, half of the farthest range that an interest wants of it, and all of its rules' reach */
     uint32_t *shapes;
     size_t shape_count;
     filter_rule *rules;
@@ -72,6 +78,11 @@ typedef struct interest {
     ARRAY(world_event) events;
 } interest;
 
+typedef struct expiry { /* when a body may become stale, unless a pose comes */
+    int64_t time_ns;
+    uint32_t body, serial;
+} expiry;
+
 typedef struct outcome { /* of one active pair in one tick */
     uint8_t rung;
     uint8_t asked;   /* narrow queries */
@@ -100,6 +111,8 @@ struct world {
     ARRAY(uint32_t) ghosts; /* removed since the last tick */
     ARRAY(uint32_t) reap;   /* removed before it: ids free at the next */
     ARRAY(uint32_t) ghost_solids, reap_solids;
+    ARRAY(expiry) expiries;       /* a heap, see expiry.c */
+    ARRAY(uint32_t) held_now;     /* bodies held since the last tick */
     ARRAY(uint32_t) stale_now;    /* bodies that became stale in this tick */
     ARRAY(uint32_t) fresh_now;    /* and those that are known again */
     ARRAY(uint64_t) active;       /* keys of the pairs to be decided, sorted ... */
@@ -110,8 +123,8 @@ struct world {
     ARRAY(world_batch) batches;
 
     int64_t now_ns;
-    int64_t next_expiry_ns;
     int64_t serial; /* of contacts */
+    uint32_t body_serial;
     bool changed;
     uint64_t hash;
     world_figures figures;
@@ -120,12 +133,16 @@ struct world {
 /* body.c */
 void body_settle_dirty(world *w); /* new boxes and filters into the broad phase */
 void body_reap(world *w);
-void body_find_stale(world *w);
 int64_t body_age_ns(const world *w, const body *b); /* in this tick */
 int64_t body_age_at(const body *b, int64_t now_ns);
 void body_mark_dirty(world *w, uint32_t id, bool refilter);
 double body_margin(const world *w, const solid *s);
 pose solid_relative(const world *w, const solid *a, const solid *b);
+
+/* expiry.c */
+void expiry_set(world *w, uint32_t body); /* a pose has come: its deadline counts anew */
+void expiry_find(world *w);               /* fills stale_now and fresh_now, in the order of ids */
+int64_t expiry_next_ns(const world *w);   /* not later than the next one; INT64_MAX: none */
 
 /* interest.c */
 void interest_match_body(world *w, uint32_t body);
@@ -136,7 +153,16 @@ void interest_finish(world *w); /* closed ones are gone */
 
 /* pair.c */
 bool pair_accept(void *context, uint32_t a, uint32_t b);
-bool pair_filtered(const body *a, const body *b, const filter_rule **rule, const char **why);
+typedef struct pair_terms { /* what the filters say of two bodies */
+    bool checked;
+    int looks;               /* 1: A looks at B alone, -1: B at A, 0: both (one-way bodies) */
+    double padding, margin;  /* m, added to threshold and range of every interest */
+    const filter_rule *rule; /* that decided, or NULL */
+    const char *why;
+} pair_terms;
+pair_terms pair_get_terms(const body *a, const body *b);
+/* The same for two that are a pair, without `rule` and `why`, and without looking at rules where they add nothing. */
+pair_terms pair_terms_of_paired(const body *a, const body *b);
 void pair_apply_changes(world *w, const broad_changes *changes);
 void pair_collect_active(world *w);
 uint32_t pair_find(const world *w, uint32_t solid_a, uint32_t solid_b);

@@ -27,7 +27,6 @@ world *world_create(const world_options *options)
     pair_map_init(&w->pair_of);
     pair_map_init(&w->names);
     w->words = 1;
-    w->next_expiry_ns = INT64_MAX;
     w->hash = 14695981039346656037u;
     return w;
 }
@@ -86,6 +85,8 @@ void world_destroy(world *w)
     array_free(&w->reap);
     array_free(&w->ghost_solids);
     array_free(&w->reap_solids);
+    array_free(&w->expiries);
+    array_free(&w->held_now);
     array_free(&w->stale_now);
     array_free(&w->fresh_now);
     array_free(&w->active);
@@ -120,7 +121,7 @@ void world_tick(world *w, int64_t now_ns, world_batches *out)
     /* what was commanded */
     interest_settle_changes(w);
     body_settle_dirty(w);
-    body_find_stale(w);
+    expiry_find(w);
 
     /* which pairs it concerns */
     broad_update(w->broad, &changes);
@@ -142,7 +143,7 @@ void world_tick(world *w, int64_t now_ns, world_batches *out)
 
 int64_t world_next_due_ns(const world *w)
 {
-    int64_t due = w->next_expiry_ns;
+    int64_t due = expiry_next_ns(w);
     for (size_t i = 0; i < w->interests.count; i++) {
         const interest *x = &w->interests.at[i];
         if (x->used && x->held.count && x->next_update_ns < due) due = x->next_update_ns;

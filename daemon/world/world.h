@@ -44,6 +44,9 @@ typedef struct filter_rule {
     const char *pattern; /* the other body's name ('*', '?'), or "group:" and its group */
     bool allow;          /* true: touching is allowed, the pair is not looked at */
     const char *reason;
+    /* For the pairs that it checks; where rules of both bodies say something, the larger number counts. */
+    double padding; /* m, added to an interest's threshold; may be negative */
+    double margin;  /* m, >= 0, added to an interest's range */
 } filter_rule;
 
 typedef struct world_body { /* copied, but for hulls */
@@ -51,6 +54,7 @@ typedef struct world_body { /* copied, but for hulls */
     const char *group;      /* "" = none */
     bool fixed;             /* not checked against other fixed bodies */
     uint64_t category, mask;
+    bool one_way;        /* its mask alone decides, whatever the masks of those that it meets say (a hit box) */
     int64_t deadline_ns; /* 0 = never stale */
     int64_t stamp_ns;    /* of the pose; 0 = unknown */
     pose pose;
@@ -164,7 +168,7 @@ typedef struct world_hit {
     bool stale;
 } world_hit;
 
-typedef struct world_hits { /* the caller's; freed with free(at) */
+typedef struct world_hits { /* the caller's, empty; freed with free(at) */
     world_hit *at;
     size_t count, capacity;
 } world_hits;
@@ -175,6 +179,17 @@ void world_query_distance(const world *w, uint32_t a, uint32_t b, double toleran
  */
 void world_query_ray(
     const world *w, vec3 origin, vec3 direction, double length, double tolerance, int64_t now_ns, world_hits *out);
+/* The first body that a box meets on its way along `direction`; lo and hi bracket the length of the free part. */
+void world_query_cast(const world *w, pose at, vec3 half, vec3 direction, double length, double tolerance,
+    int64_t now_ns, world_hits *out);
+/* The `most` nearest bodies within `range` (may be INFINITY) of a box, or of a body, by rising lower bound; touching
+ * ones are below 0. Bounds are certified within `tolerance`, so that two nearer to each other than it may change
+ * places.
+ */
+void world_query_nearest(
+    const world *w, pose at, vec3 half, double range, size_t most, double tolerance, int64_t now_ns, world_hits *out);
+void world_query_nearest_to(
+    const world *w, uint32_t body, double range, size_t most, double tolerance, int64_t now_ns, world_hits *out);
 /* Every body that overlaps a box, in the order of ids. */
 void world_query_box(const world *w, pose at, vec3 half, int64_t now_ns, world_hits *out);
 /* Every body whose name matches, in the order of ids: point_a = position. */

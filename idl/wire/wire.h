@@ -130,6 +130,7 @@ typedef struct wire_body {
     const char *group;     /* "" = none; interests and rules select by it ("group:NAME") */
     int64_t category;      /* bits of what it is; a pair is checked when each one's mask has a bit of the other's */
     int64_t mask;          /* bits of what it meets */
+    uint8_t one_way;       /* 1: its own mask alone decides about pairs with bodies that are not one-way */
     int64_t deadline_ns;   /* a pose older than this is stale: its pairs are unknown. 0 = never */
     int64_t stamp_ns;      /* of `pose` */
     wire_f64s pose;        /* 7 numbers: position, quaternion */
@@ -141,6 +142,8 @@ typedef struct wire_body {
     wire_strings rule_patterns; /* ordered filter rules against other bodies: name patterns ('*', '?') or group:NAME; */
     wire_u8s rule_actions;      /* the first one that matches decides; WIRE_RULE_* */
     wire_strings rule_reasons;  /* told by explain */
+    wire_f64s rule_paddings;    /* 1 a rule, m: added to the touch thresholds of the pairs that it checks */
+    wire_f64s rule_margins;     /* 1 a rule, m, >= 0: added to the ranges of their distances */
 } wire_body;
 
 /* Sizes: half extents, axis of revolution z. */
@@ -207,10 +210,10 @@ enum {
     WIRE_QUERY_DISTANCE = 2, /* name_a, name_b: signed distance of two bodies */
     WIRE_QUERY_BOX = 3,      /* origin, orientation, half: which bodies overlap that box */
     WIRE_QUERY_EXPLAIN = 4,  /* name_a, name_b: why is this pair checked, or not, and what is known of it */
-    WIRE_QUERY_NEAREST = 5,  /* origin, most: nearest bodies to a point, within length */
-    WIRE_QUERY_CAST = 6,     /* a shape swept along direction */
-    WIRE_QUERY_BODIES = 7,   /* name_a as a pattern: list of bodies with their poses */
-    WIRE_QUERY_RECORD = 8    /* name_a: start a recording of that name in the daemon's record_dir; "" = end it */
+    WIRE_QUERY_NEAREST = 5, /* name_a, or origin, orientation, half: the nearest bodies within length, at most `most` */
+    WIRE_QUERY_CAST = 6,    /* origin, orientation, half, direction, length: first hit of a box that moves along it */
+    WIRE_QUERY_BODIES = 7,  /* name_a as a pattern: list of bodies with their poses */
+    WIRE_QUERY_RECORD = 8   /* name_a: start a recording of that name in the daemon's record_dir; "" = end it */
 };
 
 typedef struct wire_query {

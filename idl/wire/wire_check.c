@@ -322,7 +322,12 @@ static wire_reason check_rules(const wire_body *m, wire_refusal *why)
     uint32_t n = m->rule_patterns.count;
     TRY(check_count("rule_actions", m->rule_actions.count, 1, n, why));
     TRY(check_count("rule_reasons", m->rule_reasons.count, 1, n, why));
+    TRY(check_count("rule_paddings", m->rule_paddings.count, 1, n, why));
+    TRY(check_count("rule_margins", m->rule_margins.count, 1, n, why));
     TRY(check_all_between("rule_actions", m->rule_actions, WIRE_RULE_ALLOW, WIRE_RULE_CHECK, why));
+    TRY(check_magnitudes("rule_paddings", m->rule_paddings, WIRE_SIZE_MAX, why));
+    TRY(check_magnitudes("rule_margins", m->rule_margins, WIRE_SIZE_MAX, why));
+    for (uint32_t i = 0; i < n; i++) TRY(check_at_least("a rule's margin", m->rule_margins.at[i], 0, why));
     for (uint32_t i = 0; i < n; i++) TRY(check_pattern("a rule's pattern", m->rule_patterns.at[i], why));
     return WIRE_OK;
 }
@@ -335,6 +340,7 @@ static wire_reason check_body(const wire_body *m, wire_refusal *why)
     if (m->removed) return WIRE_OK;
     TRY(check_between("motion", m->motion, WIRE_MOTION_MOVING, WIRE_MOTION_FIXED, why));
     TRY(check_between("ccd", m->ccd, WIRE_CCD_OFF, WIRE_CCD_FULL, why));
+    TRY(check_between("one_way", m->one_way, 0, 1, why));
     TRY(check_name("name", m->name, why));
     TRY(check_label("group", m->group, why));
     TRY(check_between("deadline_ns", m->deadline_ns, 0, INT64_MAX, why));
@@ -401,8 +407,8 @@ static wire_reason check_direction(wire_f64s d, wire_refusal *why)
 /* Which of the arrays a kind of query needs. */
 static wire_reason check_query_needs(const wire_query *m, wire_refusal *why)
 {
-    bool origin = m->kind == WIRE_QUERY_RAY || m->kind == WIRE_QUERY_BOX || m->kind == WIRE_QUERY_NEAREST ||
-                  m->kind == WIRE_QUERY_CAST;
+    bool origin = m->kind == WIRE_QUERY_RAY || m->kind == WIRE_QUERY_BOX || m->kind == WIRE_QUERY_CAST ||
+                  (m->kind == WIRE_QUERY_NEAREST && !*m->name_a);
     bool direction = m->kind == WIRE_QUERY_RAY || m->kind == WIRE_QUERY_CAST;
     bool pair = m->kind == WIRE_QUERY_DISTANCE || m->kind == WIRE_QUERY_EXPLAIN;
     if (origin) TRY(check_count("origin", m->origin.count, 3, 1, why));

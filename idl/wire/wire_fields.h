@@ -40,6 +40,7 @@
     F(S, group, STRING, WIRE_NAME_MAX, FINITE)                                                                         \
     F(S, category, I64, 0, FINITE)                                                                                     \
     F(S, mask, I64, 0, FINITE)                                                                                         \
+    F(S, one_way, U8, 0, FINITE)                                                                                       \
     F(S, deadline_ns, I64, 0, FINITE)                                                                                  \
     F(S, stamp_ns, I64, 0, FINITE)                                                                                     \
     F(S, pose, F64S, 7, FINITE)                                                                                        \
@@ -50,7 +51,9 @@
     F(S, shape_geometries, I64S, WIRE_SHAPES_MAX, FINITE)                                                              \
     F(S, rule_patterns, STRINGS, WIRE_RULES_MAX, FINITE)                                                               \
     F(S, rule_actions, U8S, WIRE_RULES_MAX, FINITE)                                                                    \
-    F(S, rule_reasons, STRINGS, WIRE_RULES_MAX, FINITE)
+    F(S, rule_reasons, STRINGS, WIRE_RULES_MAX, FINITE)                                                                \
+    F(S, rule_paddings, F64S, WIRE_RULES_MAX, FINITE)                                                                  \
+    F(S, rule_margins, F64S, WIRE_RULES_MAX, FINITE)
 
 #define WIRE_FIELDS_pose_batch(F, S)                                                                                   \
     F(S, version, I32, 0, FINITE)                                                                                      \

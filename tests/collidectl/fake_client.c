@@ -201,6 +201,20 @@ collided_status collided_query_box(
     return answer(out, "box");
 }
 
+collided_status collided_query_cast(collided *c, const collided_pose *pose, const double half[3],
+    const double direction[3], double length_m, double timeout_s, collided_result *out)
+{
+    (void)c, (void)pose, (void)half, (void)direction, (void)length_m, (void)timeout_s;
+    return answer(out, "cast");
+}
+
+collided_status collided_query_nearest(collided *c, const char *name, const collided_pose *pose, const double half[3],
+    double within_m, int32_t most, double timeout_s, collided_result *out)
+{
+    (void)c, (void)name, (void)pose, (void)half, (void)within_m, (void)most, (void)timeout_s;
+    return answer(out, "nearest");
+}
+
 collided_status collided_query_explain(
     collided *c, const char *name_a, const char *name_b, double timeout_s, collided_result *out)
 {

@@ -15,6 +15,7 @@ enum { POSES_MOST = 1000 };
 static wire_message body_message(void)
 {
     static const double pose[7] = {1, 2, 3, 1, 0, 0, 0}, size[3] = {0.1, 0.2, 0.3}, radius[1] = {0.01};
+    static const double padding[1] = {-0.01}, margin[1] = {0.5};
     static const double shape_pose[7] = {0, 0, 0.5, 1, 0, 0, 0};
     static const uint8_t type[1] = {WIRE_SHAPE_BOX}, action[1] = {WIRE_RULE_ALLOW};
     static const int64_t geometry[1] = {0};
@@ -28,6 +29,7 @@ static wire_message body_message(void)
             .group = "parts",
             .category = 1,
             .mask = -1,
+            .one_way = 1,
             .deadline_ns = 1000000,
             .stamp_ns = 17,
             .pose = {7, pose},
@@ -38,7 +40,9 @@ static wire_message body_message(void)
             .shape_geometries = {1, geometry},
             .rule_patterns = {1, pattern},
             .rule_actions = {1, action},
-            .rule_reasons = {1, reason}}};
+            .rule_reasons = {1, reason},
+            .rule_paddings = {1, padding},
+            .rule_margins = {1, margin}}};
 }
 
 static wire_message geometry_message(void)

@@ -35,6 +35,10 @@ static void bodies_are_read_as_they_are_written(void **state)
     assert_true(table->rules[0].allow && !table->rules[1].allow);
     assert_string_equal(table->rules[0].reason, "parts lie on the table");
     assert_string_equal(table->rules[1].reason, "");
+    assert_true(table->rules[1].padding_m == 0.05 && table->rules[1].margin_m == 0.5);
+    assert_true(table->rules[0].padding_m == 0 && table->rules[0].margin_m == 0);
+    assert_true(table->category == 4 && table->mask == UINT64_MAX - 1 && table->one_way);
+    assert_true(part->category == 1 && part->mask == UINT64_MAX && !part->one_way);
     assert_int_equal(part->motion, COLLIDED_MOVING);
     assert_string_equal(part->group, "");
     fixture_end(&f);

@@ -292,6 +292,27 @@ static void queries_are_answered(void **state)
     assert_int_equal(a.sequence, 4);
     assert_int_equal(a.names_a.count, 1);
     assert_true(a.lo.at[0] <= 3 && 3 <= a.hi.at[0]);
+    q.query.kind = WIRE_QUERY_NEAREST;
+    q.query.length_m = INFINITY;
+    q.query.most = 5;
+    memory_send(r->alice, &q);
+    a = cell_await(r->alice, r->memory, WIRE_ANSWER).answer;
+    assert_int_equal(a.status, WIRE_ANSWER_OK);
+    assert_int_equal(a.names_a.count, 1); /* b, and not a itself */
+    assert_string_equal(a.names_a.at[0], "b");
+    assert_true(a.lo.at[0] <= 3 && 3 <= a.hi.at[0]);
+    static const double from[3] = {-10, 0, 0}, half[3] = {0.5, 0.5, 0.5}, along[3] = {1, 0, 0};
+    q.query.kind = WIRE_QUERY_CAST;
+    q.query.origin = (wire_f64s){3, from};
+    q.query.half = (wire_f64s){3, half};
+    q.query.direction = (wire_f64s){3, along};
+    q.query.tolerance_m = 1e-6;
+    memory_send(r->alice, &q);
+    a = cell_await(r->alice, r->memory, WIRE_ANSWER).answer;
+    assert_int_equal(a.names_a.count, 1);
+    assert_string_equal(a.names_a.at[0], "a");
+    assert_true(a.lo.at[0] <= 8.5 && 8.5 <= a.hi.at[0] && a.hi.at[0] - a.lo.at[0] < 1e-4);
+    q.query.kind = WIRE_QUERY_DISTANCE;
     q.query.name_b = "nobody";
     memory_send(r->alice, &q);
     a = cell_await(r->alice, r->memory, WIRE_ANSWER).answer;

@@ -17,6 +17,7 @@ typedef struct plain_arrays {
     uint8_t types[2], actions[2], kinds[2], causes[2], counts[2], stale[2];
     int32_t bodies[2], shapes[2], features[3], indices[6];
     int64_t geometries[2], contacts[2], ages[2];
+    double paddings[2], margins[2];
     const char *texts[2];
 } plain_arrays;
 extern plain_arrays plain;

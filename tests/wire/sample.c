@@ -55,6 +55,13 @@ static wire_f64s f64s(sampler *s, uint32_t count, double most)
     return (wire_f64s){count, at};
 }
 
+static wire_f64s margins(sampler *s, uint32_t count)
+{
+    double *at = wire_memory_take(s->memory, count * sizeof *at);
+    for (uint32_t i = 0; i < count; i++) at[i] = fabs(number(s, WIRE_SIZE_MAX));
+    return (wire_f64s){count, at};
+}
+
 static void turn(sampler *s, double q[4])
 {
     double norm = 0;
@@ -181,7 +188,8 @@ static wire_body body(sampler *s, uint32_t most)
         .deadline_ns = positive(s), .stamp_ns = positive(s), .pose = poses(s, 1), .shape_types = types,
         .shape_sizes = {3 * shapes, sizes}, .shape_radii = {shapes, radii}, .shape_poses = poses(s, shapes),
         .shape_geometries = {shapes, hashes}, .rule_patterns = names(s, rules), .rule_actions = u8s(s, rules, 0, 1),
-        .rule_reasons = names(s, rules)};
+        .rule_reasons = names(s, rules), .one_way = (uint8_t)sample_below(s, 2),
+        .rule_paddings = f64s(s, rules, WIRE_SIZE_MAX), .rule_margins = margins(s, rules)};
 }
 
 static wire_pose_batch pose_batch(sampler *s, uint32_t most)

@@ -134,6 +134,8 @@ static void body_rules(void **state)
     REFUSED(WIRE_BODY, m.body.motion = 2, WIRE_MALFORMED, "motion is 2: 0 to 1");
     ACCEPTED(WIRE_BODY, m.body.ccd = WIRE_CCD_FULL);
     REFUSED(WIRE_BODY, m.body.ccd = 3, WIRE_MALFORMED, "ccd is 3: 0 to 2");
+    ACCEPTED(WIRE_BODY, m.body.one_way = 1);
+    REFUSED(WIRE_BODY, m.body.one_way = 2, WIRE_MALFORMED, "one_way is 2: 0 to 1");
     REFUSED(WIRE_BODY, m.body.name = "", WIRE_BAD_NAME, "name is empty");
     REFUSED(WIRE_BODY, m.body.name = NULL, WIRE_BAD_NAME, "name is empty");
     REFUSED(WIRE_BODY, m.body.group = "a\tb", WIRE_BAD_NAME, "group must not have control");
@@ -155,6 +157,13 @@ static void body_filter_rules(void **state)
     REFUSED(WIRE_BODY, plain.actions[1] = 2, WIRE_MALFORMED, "rule_actions[1] is 2: 0 to 1");
     REFUSED(WIRE_BODY, m.body.rule_actions.count = 1, WIRE_MALFORMED, "rule_actions has 1");
     REFUSED(WIRE_BODY, m.body.rule_reasons.count = 1, WIRE_MALFORMED, "rule_reasons has 1");
+    REFUSED(WIRE_BODY, m.body.rule_paddings.count = 1, WIRE_MALFORMED, "rule_paddings has 1");
+    REFUSED(WIRE_BODY, m.body.rule_margins.count = 0, WIRE_MALFORMED, "rule_margins has 0");
+    ACCEPTED(WIRE_BODY, plain.paddings[1] = -WIRE_SIZE_MAX);
+    REFUSED(WIRE_BODY, plain.paddings[1] = 2 * WIRE_SIZE_MAX, WIRE_TOO_LARGE, "rule_paddings");
+    REFUSED(WIRE_BODY, plain.paddings[1] = NAN, WIRE_BAD_NUMBER, "rule_paddings");
+    ACCEPTED(WIRE_BODY, plain.margins[1] = WIRE_SIZE_MAX);
+    REFUSED(WIRE_BODY, plain.margins[1] = -0.001, WIRE_BAD_NUMBER, "a rule's margin is -0.001: at least 0");
     ACCEPTED(WIRE_BODY, plain.texts[0] = "group:g");
     REFUSED(WIRE_BODY, plain.texts[0] = "group:", WIRE_BAD_NAME, "without the group's name");
     REFUSED(WIRE_BODY, plain.texts[0] = "", WIRE_BAD_NAME, "a rule's pattern is empty");

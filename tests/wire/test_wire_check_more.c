@@ -106,7 +106,9 @@ static void query_kinds_have_what_they_need(void **state)
     static const uint8_t along[] = {WIRE_QUERY_RAY, WIRE_QUERY_CAST};
     static const uint8_t of_two[] = {WIRE_QUERY_DISTANCE, WIRE_QUERY_EXPLAIN};
     for (size_t i = 0; i < 4; i++)
-        REFUSED(WIRE_QUERY, (m.query.kind = at_a_place[i], m.query.origin.count = 0), WIRE_MALFORMED, "origin has 0");
+        REFUSED(WIRE_QUERY, (m.query.kind = at_a_place[i], m.query.name_a = "", m.query.origin.count = 0),
+            WIRE_MALFORMED, "origin has 0");
+    ACCEPTED(WIRE_QUERY, (m.query.kind = WIRE_QUERY_NEAREST, m.query.origin.count = 0)); /* near the body name_a */
     for (size_t i = 0; i < 2; i++) {
         REFUSED(WIRE_QUERY, (m.query.kind = along[i], m.query.direction.count = 0), WIRE_MALFORMED, "direction has 0");
         REFUSED(WIRE_QUERY, (m.query.kind = of_two[i], m.query.name_a = ""), WIRE_BAD_NAME, "name_a is empty");

@@ -37,7 +37,8 @@ static void a_pattern_of_many_stars_ends_soon(void **state)
 static void the_first_rule_that_matches_decides(void **state)
 {
     (void)state;
-    const filter_rule rules[] = {{"panda_link5", false, "watch it"}, {"panda_*", true, "adjacent"}};
+    const filter_rule rules[] = {
+        {.pattern = "panda_link5", .reason = "watch it"}, {.pattern = "panda_*", .allow = true}};
     assert_ptr_equal(filter_first(rules, 2, "panda_link5", ""), &rules[0]);
     assert_ptr_equal(filter_first(rules, 2, "panda_link6", ""), &rules[1]);
     assert_null(filter_first(rules, 2, "table", ""));

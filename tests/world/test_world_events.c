@@ -95,7 +95,7 @@ static void masking(void *w, uint32_t a)
 }
 static void allowing(void *w, uint32_t a)
 {
-    redefine(w, a, "a", 1, 1, &(filter_rule){"b", true, "they are glued"});
+    redefine(w, a, "a", 1, 1, &(filter_rule){.pattern = "b", .allow = true, .reason = "they are glued"});
 }
 static void resizing(void *w, uint32_t a)
 {

@@ -2,6 +2,7 @@
 #include "scene.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 
 static uint32_t add(world *w, const char *name, shape s, vec3 at, const filter_rule *rule)
@@ -83,12 +84,91 @@ static void a_box_finds_what_overlaps_it(void **state)
     world_destroy(w);
 }
 
+static void a_box_is_cast_to_the_first_body_on_its_way(void **state)
+{
+    (void)state;
+    world *w = scene_world(1, true);
+    uint32_t wall = add(w, "wall", CUBE, vec(5, 0, 0), NULL);
+    add(w, "behind", BALL, vec(9, 0, 0), NULL);
+    uint32_t aside = add(w, "aside", BALL, vec(3, 2, 0), NULL); /* a ray misses it by 1, the box of half 1.5 meets it */
+    scene_tick(w, 2LL * SECOND);
+    world_hits hits = {0};
+    world_query_cast(w, POSE_IDENTITY, vec(0.5, 0.5, 0.5), vec(3, 0, 0), INFINITY, 1e-6, SECOND, &hits);
+    assert_int_equal(hits.count, 1);
+    assert_int_equal(hits.at[0].body_a, wall);
+    assert_true(hits.at[0].lo <= 3.5 && 3.5 <= hits.at[0].hi && hits.at[0].hi - hits.at[0].lo < 1e-4);
+    assert_true(hits.at[0].axis.x < -0.999);
+    hits.count = 0;
+    world_query_cast(w, POSE_IDENTITY, vec(0.5, 1.5, 0.5), vec(1, 0, 0), INFINITY, 1e-6, SECOND, &hits);
+    assert_int_equal(hits.at[0].body_a, aside);
+    double free_length = 3 - 0.5 - sqrt(1 - 0.25); /* the ball's side at y = 1.5 */
+    assert_true(hits.at[0].lo <= free_length && free_length <= hits.at[0].hi && hits.at[0].lo > free_length - 1e-4);
+    hits.count = 0;
+    world_query_cast(w, POSE_IDENTITY, vec(0.5, 0.5, 0.5), vec(1, 0, 0), 3.4, 1e-6, SECOND, &hits); /* ends before */
+    world_query_cast(w, POSE_IDENTITY, vec(0.5, 0.5, 0.5), vec(-1, 0, 0), INFINITY, 1e-6, SECOND, &hits);
+    assert_int_equal(hits.count, 0);
+    world_query_cast(w, POSE_IDENTITY, VEC_ZERO, vec(0, 1, 0), 1e6, 1e-6, SECOND, &hits); /* a point, into nothing */
+    assert_int_equal(hits.count, 0);
+    free(hits.at);
+    world_destroy(w);
+}
+
+enum { SCATTERED = 300 };
+
+static void nearest_bodies_equal_those_of_all_pairs(void **state)
+{
+    (void)state;
+    world *w = scene_world(1, true);
+    uint64_t random = 3;
+    vec3 at[SCATTERED];
+    for (int i = 0; i < SCATTERED; i++) {
+        char name[16];
+        snprintf(name, sizeof name, "b%d", i);
+        for (int k = 0; k < 3; k++) {
+            random = random * UINT64_C(6364136223846793005) + 1442695040888963407u;
+            (&at[i].x)[k] = (double)(random >> 40) * 0x1p-24 * 200 - 100;
+        }
+        add(w, name, BALL, at[i], NULL);
+    }
+    scene_tick(w, 2LL * SECOND);
+    static const size_t MOST[] = {1, 2, 17, SCATTERED, 1000};
+    static const double RANGE[] = {0, 5, 60, INFINITY};
+    for (size_t m = 0; m < sizeof MOST / sizeof *MOST; m++) {
+        for (size_t r = 0; r < sizeof RANGE / sizeof *RANGE; r++) {
+            world_hits point = {0}, body = {0};
+            world_query_nearest(w, (pose){at[7], {1, 0, 0, 0}}, VEC_ZERO, RANGE[r], MOST[m], 1e-9, SECOND, &point);
+            world_query_nearest_to(w, 7, RANGE[r], MOST[m], 1e-9, SECOND, &body);
+            size_t within_point = 0, within_body = 0;
+            for (int i = 0; i < SCATTERED; i++) {
+                double centres = vec_norm(vec_sub(at[i], at[7]));
+                within_point += centres - 1 <= RANGE[r];
+                within_body += i != 7 && centres - 2 <= RANGE[r];
+            }
+            assert_int_equal(point.count, within_point < MOST[m] ? within_point : MOST[m]);
+            assert_int_equal(body.count, within_body < MOST[m] ? within_body : MOST[m]);
+            assert_int_equal(point.at[0].body_a, 7); /* the point is inside it */
+            for (size_t i = 0; i < body.count; i++) {
+                double truth = vec_norm(vec_sub(at[body.at[i].body_a], at[7])) - 2;
+                assert_true(body.at[i].lo <= truth + 1e-12 && truth - 1e-12 <= body.at[i].hi);
+                assert_true(i == 0 || body.at[i - 1].lo <= body.at[i].lo);
+                size_t nearer = 0;
+                for (int k = 0; k < SCATTERED; k++)
+                    nearer += k != 7 && vec_norm(vec_sub(at[k], at[7])) - 2 < truth - 1e-8;
+                assert_true(nearer <= i);
+            }
+            free(point.at);
+            free(body.at);
+        }
+    }
+    world_destroy(w);
+}
+
 static void explain_names_the_rule_and_its_reason(void **state)
 {
     (void)state;
     char text[2048];
     world *w = scene_world(1, true);
-    filter_rule rule = {"link*", true, "Adjacent"};
+    filter_rule rule = {.pattern = "link*", .allow = true, .reason = "Adjacent"};
     uint32_t a = add(w, "link1", BALL, VEC_ZERO, NULL), b = add(w, "base", BALL, vec(1, 0, 0), &rule);
     uint32_t c = add(w, "box", CUBE, vec(1, 0, 0), NULL);
     world_interest all = scene_all(WORLD_TOUCH, 0);
@@ -114,6 +194,8 @@ int main(void)
         cmocka_unit_test(distance_brackets_the_truth_at_any_distance_from_the_origin),
         cmocka_unit_test(a_ray_hits_the_first_body_only),
         cmocka_unit_test(a_box_finds_what_overlaps_it),
+        cmocka_unit_test(a_box_is_cast_to_the_first_body_on_its_way),
+        cmocka_unit_test(nearest_bodies_equal_those_of_all_pairs),
         cmocka_unit_test(explain_names_the_rule_and_its_reason),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

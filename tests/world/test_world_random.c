@@ -7,6 +7,7 @@
 #include <stdlib.h>
 
 enum { BODIES = 40, INTERESTS = 4, IDS_MAX = 1 << 16 };
+static const double PADDING = 0.2, MARGIN = 0.3; /* m, of one of the rules */
 
 static uint64_t next(uint64_t *state) /* splitmix64 */
 {
@@ -70,7 +71,8 @@ static void put(run *r, int i)
     char name[16];
     snprintf(name, sizeof name, "b%d", i);
     world_shape one = {.shape = r->shapes[i], .local = POSE_IDENTITY};
-    filter_rule glued = {"b7", true, "glued"};
+    filter_rule glued = {.pattern = "b7", .allow = true},
+                padded = {.pattern = "b1*", .padding = PADDING, .margin = MARGIN};
     world_body def = {.name = name,
         .group = i % 2 ? "odd" : "even",
         .category = 1,
@@ -79,8 +81,9 @@ static void put(run *r, int i)
         .pose = r->at[i],
         .shapes = &one,
         .shape_count = 1,
-        .rules = &glued,
-        .rule_count = i % 7 == 0};
+        .one_way = i % 13 == 0,
+        .rules = i % 7 ? &padded : &glued,
+        .rule_count = i % 7 == 0 || i % 5 == 0};
     if (!r->alive[i]) r->ids[i] = WORLD_NONE;
     assert_int_equal(world_put_body(r->w, &r->ids[i], &def), WORLD_OK);
     r->alive[i] = true;
@@ -156,10 +159,20 @@ static void learn(mirror *m, const world_batch *b)
     }
 }
 
+/* Has body i the rule `padded` against k? */
+static bool pads(int i, int k)
+{
+    char name[16];
+    snprintf(name, sizeof name, "%d", k);
+    return i % 7 && i % 5 == 0 && name[0] == '1';
+}
+
 /* Is the pair in contact for the interest, asked alone? -1: too close to the threshold to tell. */
 static int touches(const run *r, int i, int k, const world_interest *t)
 {
-    double limit = t->facts & WORLD_DISTANCE ? t->range : t->threshold;
+    bool distance = t->facts & WORLD_DISTANCE;
+    double limit = distance ? t->range : t->threshold;
+    if (pads(i, k) || pads(k, i)) limit += distance ? MARGIN : PADDING;
     void *scratch = aligned_alloc(64, (narrow_scratch_size() + 63) / 64 * 64);
     narrow_request ask = {.facts = NARROW_DISTANCE, .tolerance = 1e-9, .range = INFINITY};
     narrow_result n;

@@ -1,0 +1,119 @@
+/* expiry: which bodies have become unknown, and which are known again. Tick thread.
+ *
+ * Deadlines stand in a binary heap, by time. A pose moves its body's deadline without touching the heap: an entry that
+ * comes up too early is put back at the time that holds now. So a tick looks at the bodies that moved and at entries
+ * that came up, never at all bodies, and an entry comes up at most once a deadline. */
+#include "state.h"
+
+#include <stdlib.h>
+
+/* ---- the heap: the earliest entry first ---- */
+
+static void put_entry(world *w, expiry e)
+{
+    array_push(&w->expiries, e);
+    expiry *at = w->expiries.at;
+    size_t i = w->expiries.count - 1;
+    for (; i > 0 && at[(i - 1) / 2].time_ns > e.time_ns; i = (i - 1) / 2) at[i] = at[(i - 1) / 2];
+    at[i] = e;
+}
+
+static expiry take_entry(world *w)
+{
+    expiry *at = w->expiries.at, first = at[0], last = at[--w->expiries.count];
+    size_t count = w->expiries.count, i = 0;
+    for (size_t child = 1; child < count; child = 2 * i + 1) {
+        if (child + 1 < count && at[child + 1].time_ns < at[child].time_ns) child++;
+        if (at[child].time_ns >= last.time_ns) break;
+        at[i] = at[child];
+        i = child;
+    }
+    if (count) at[i] = last;
+    return first;
+}
+
+/* ---- bodies ---- */
+
+static void queue(world *w, uint32_t id)
+{
+    body *b = &w->bodies.at[id];
+    if (b->expiry_queued || b->expiry_ns == INT64_MAX) return;
+    b->expiry_queued = true;
+    put_entry(w, (expiry){b->expiry_ns, id, b->serial});
+}
+
+void expiry_set(world *w, uint32_t id)
+{
+    body *b = &w->bodies.at[id];
+    int64_t since = b->stamp_ns && b->stamp_ns < w->now_ns ? b->stamp_ns : w->now_ns; /* clocks of hosts may differ */
+    int64_t before = b->expiry_ns;
+    if (!b->deadline_ns || __builtin_add_overflow(since, b->deadline_ns, &b->expiry_ns)) b->expiry_ns = INT64_MAX;
+    if (b->expiry_queued && b->expiry_ns < before) { /* a shorter deadline: the old entry would come too late */
+        b->serial = ++w->body_serial;
+        b->expiry_queued = false;
+    }
+    queue(w, id);
+}
+
+static void make_stale(world *w, uint32_t id)
+{
+    w->bodies.at[id].stale = true;
+    w->figures.stale_bodies++;
+    array_push(&w->stale_now, id);
+}
+
+static void make_fresh_what_moved(world *w)
+{
+    for (size_t i = 0; i < w->dirty.count; i++) {
+        body *b = &w->bodies.at[w->dirty.at[i]];
+        if (!b->used || b->ghost || !b->stale || b->held || b->expiry_ns <= w->now_ns) continue;
+        b->stale = false;
+        w->figures.stale_bodies--;
+        array_push(&w->fresh_now, (uint32_t)w->dirty.at[i]);
+    }
+}
+
+static void make_stale_what_is_held(world *w)
+{
+    for (size_t i = 0; i < w->held_now.count; i++) {
+        const body *b = &w->bodies.at[w->held_now.at[i]];
+        if (b->used && !b->ghost && b->held && !b->stale) make_stale(w, w->held_now.at[i]);
+    }
+    w->held_now.count = 0;
+}
+
+static void make_stale_what_is_due(world *w)
+{
+    while (w->expiries.count && w->expiries.at[0].time_ns <= w->now_ns) {
+        expiry e = take_entry(w);
+        body *b = &w->bodies.at[e.body];
+        if (!b->used || b->ghost || b->serial != e.serial) continue; /* of a body that is gone, or of an old deadline */
+        b->expiry_queued = false;
+        if (b->stale) continue; /* held; its next pose queues it again */
+        if (b->expiry_ns <= w->now_ns)
+            make_stale(w, e.body);
+        else
+            queue(w, e.body);
+    }
+}
+
+static int compare_ids(const void *a, const void *b)
+{
+    uint32_t x = *(const uint32_t *)a, y = *(const uint32_t *)b;
+    return (x > y) - (x < y);
+}
+
+void expiry_find(world *w)
+{
+    w->stale_now.count = w->fresh_now.count = 0;
+    make_fresh_what_moved(w);
+    make_stale_what_is_held(w);
+    make_stale_what_is_due(w);
+    if (w->stale_now.count) qsort(w->stale_now.at, w->stale_now.count, sizeof *w->stale_now.at, compare_ids);
+}
+
+int64_t expiry_next_ns(const world *w)
+{
+    if (w->held_now.count) return INT64_MIN;
+    return w->expiries.count ? w->expiries.at[0].time_ns : INT64_MAX;
+}
