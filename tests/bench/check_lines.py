@@ -6,6 +6,7 @@ import sys
 
 KEYS = {
     "service": ["bodies", "hz", "core_share", "us_p50", "us_p99", "raw_us_p50", "raw_us_p99", "ticks", "events"],
+    "world": ["us_per_tick", "us_p99"],
     "broad": ["n", "moving", "us_per_step", "us_mean", "us_p99", "ns_per_moved", "ticks", "bytes_per_body", "pairs",
               "extra", "missed"],
 }
@@ -20,6 +21,8 @@ def broken(name, row):
         return f"missing or no number: {', '.join(wrong)}"
     if name == "service" and not row["events"]:
         return "no events came"
+    if name == "world" and (not row.get("scene") or row.get("same_events") is False):
+        return "no scene, or other events without the caches"
     if name == "broad" and (not row.get("contender") or "ratio_to_best_peer" not in row):
         return "no contender, or no ratio"
     if name == "broad" and (row["missed"] or not row["pairs"]):

@@ -1,0 +1,166 @@
+/* bench_world: what a tick of the world costs. First temporal coherence: which rung of the ladder settles how many
+ * pairs of a robot cell and of a crowd, and what the caches save. Then one body that moves in worlds of ever more
+ * bodies: the cost follows what changed. One thread, one worker. */
+#include "bench.h"
+
+#include "world/coherence.h"
+#include "world/world.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+static world *create_world(bool caches)
+{
+    world_options o = world_options_default();
+    o.caches = caches;
+    world *w = world_create(&o);
+    world_interest touches = {.facts = WORLD_TOUCH, .select_a = "*", .select_b = "*", .tolerance = 1e-6};
+    uint32_t id = WORLD_NONE;
+    world_put_interest(w, &id, &touches);
+    return w;
+}
+
+/* ---- coherence ---- */
+
+typedef struct player { /* one scene, with or without the caches */
+    const coherence_scene *scene;
+    world *w;
+    uint32_t ids[COHERENCE_BODIES_MAX];
+    bench_samples ticks;
+    uint64_t touching, hash;
+} player;
+
+static const double SECONDS = 10, SECONDS_FULL = 100; /* of simulated time */
+
+static void player_begin(player *p, const coherence_scene *scene, bool caches, size_t ticks)
+{
+    *p = (player){.scene = scene, .w = create_world(caches)};
+    if (!bench_samples_init(&p->ticks, ticks)) abort();
+    scene->create(p->w, p->ids);
+}
+
+static void player_tick(player *p, int tick)
+{
+    world_batches out;
+    p->scene->move(p->w, p->ids, tick * p->scene->step_s);
+    int64_t start = bench_now_ns();
+    world_tick(p->w, tick, &out);
+    bench_samples_add(&p->ticks, bench_now_ns() - start);
+    for (size_t i = 0; i < out.count; i++)
+        for (size_t k = 0; k < out.at[i].count; k++)
+            p->touching += out.at[i].events[k].kind == EVENT_BEGIN || out.at[i].events[k].kind == EVENT_UPDATE;
+    p->hash = out.hash;
+}
+
+static void player_end(player *p)
+{
+    world_destroy(p->w);
+    bench_samples_free(&p->ticks);
+}
+
+static void tell_coherence(const coherence_scene *scene, player *cached, player *cold, bool json)
+{
+    world_figures f = world_get_figures(cached->w);
+    double separated = (double)(f.pair_ticks - cached->touching);
+    double motion = (double)f.rungs[RUNG_MOTION_BOUND] / separated,
+           axis = (double)f.rungs[RUNG_CACHED_AXIS] / separated;
+    double us = bench_percentile_us(&cached->ticks, 0.5), us_cold = bench_percentile_us(&cold->ticks, 0.5);
+    double p99 = bench_percentile_us(&cached->ticks, 0.99), p99_cold = bench_percentile_us(&cold->ticks, 0.99);
+    if (json)
+        printf("{\"bench\":\"world\",\"scene\":\"%s\",\"pair_ticks\":%llu,\"separated\":%.0f,\"motion_bound\":%.5f,"
+               "\"cached_axis\":%.5f,\"us_per_tick\":%.3f,\"us_p99\":%.3f,\"us_without_caches\":%.3f,"
+               "\"us_p99_without_caches\":%.3f,\"same_events\":%s}\n",
+            scene->name, (unsigned long long)f.pair_ticks, separated, motion, axis, us, p99, us_cold, p99_cold,
+            cached->hash == cold->hash ? "true" : "false");
+    else
+        printf("%-12s %10.0f %11.2f %% %11.2f %% %9.2f %% %10.1f %10.1f %12.1f %12.1f  %s\n", scene->name, separated,
+            100 * motion, 100 * axis, 100 * (1 - motion - axis), us, p99, us_cold, p99_cold,
+            cached->hash == cold->hash ? "equal" : "DIFFERENT");
+}
+
+static void measure_coherence(bool json, double seconds)
+{
+    if (!json)
+        printf("%-12s %10s %13s %13s %11s %10s %10s %12s %12s  %s\n", "scene", "separated", "motion bound",
+            "cached axis", "asked", "us a tick", "p99", "no caches", "p99", "events");
+    for (int i = 0; i < COHERENCE_SCENES; i++) {
+        player cached, cold;
+        int ticks = (int)(seconds / coherence_scenes[i].step_s);
+        player_begin(&cached, &coherence_scenes[i], true, (size_t)ticks);
+        player_begin(&cold, &coherence_scenes[i], false, (size_t)ticks);
+        for (int t = 1; t <= ticks; t++) { /* interleaved, in turns first */
+            player_tick(t % 2 ? &cached : &cold, t);
+            player_tick(t % 2 ? &cold : &cached, t);
+        }
+        tell_coherence(&coherence_scenes[i], &cached, &cold, json);
+        player_end(&cached);
+        player_end(&cold);
+    }
+}
+
+/* ---- one body moves ---- */
+
+enum { ONE_TICKS = 4000 };
+
+static uint32_t put_ball(world *w, size_t number, vec3 at)
+{
+    char name[24];
+    snprintf(name, sizeof name, "b%zu", number);
+    world_shape ball = {.shape = {.type = SHAPE_SPHERE, .radius = 0.4}, .local = POSE_IDENTITY};
+    world_body def = {.name = name,
+        .group = "",
+        .category = 1,
+        .mask = 1,
+        .pose = {at, {1, 0, 0, 0}},
+        .shapes = &ball,
+        .shape_count = 1};
+    uint32_t id = WORLD_NONE;
+    world_put_body(w, &id, &def);
+    return id;
+}
+
+/* A grid of balls, 1 m apart. One of them walks through it, 5 cm a tick, and meets one ball after the other. */
+static void measure_one(bool json, size_t bodies)
+{
+    world *w = create_world(true);
+    world_batches out;
+    size_t side = (size_t)ceil(cbrt((double)bodies));
+    for (size_t i = 1; i < bodies; i++)
+        put_ball(w, i, vec((double)(i % side), (double)(i / side % side), (double)(i / side / side)));
+    uint32_t walker = put_ball(w, 0, VEC_ZERO);
+    world_tick(w, 1, &out);
+    bench_samples ticks;
+    if (!bench_samples_init(&ticks, ONE_TICKS)) abort();
+    double length = (double)side - 1;
+    for (int t = 0; t < ONE_TICKS; t++) {
+        double x = fabs(fmod(0.05 * t, 2 * length) - length), y = 0.5 * length;
+        int64_t start = bench_now_ns();
+        world_move_body(w, walker, (pose){vec(x, y, y), {1, 0, 0, 0}}, 0, NULL, NULL);
+        world_tick(w, t + 2, &out);
+        bench_samples_add(&ticks, bench_now_ns() - start);
+    }
+    double us = bench_percentile_us(&ticks, 0.5), p99 = bench_percentile_us(&ticks, 0.99);
+    if (json)
+        printf(
+            "{\"bench\":\"world\",\"scene\":\"one body moves\",\"bodies\":%zu,\"us_per_tick\":%.3f,\"us_p99\":%.3f}\n",
+            bodies, us, p99);
+    else
+        printf("%-12zu %10.2f %10.2f\n", bodies, us, p99);
+    bench_samples_free(&ticks);
+    world_destroy(w);
+}
+
+int main(int argc, char **argv)
+{
+    bench_options o;
+    if (!bench_parse(argc, argv, SECONDS, SECONDS_FULL, &o)) return 64;
+    measure_coherence(o.json, o.seconds);
+    if (!o.json) printf("\none body moves\n%-12s %10s %10s\n", "bodies", "us a tick", "p99");
+    for (size_t bodies = 1000; bodies <= 1000000; bodies *= 10) {
+        if (o.bodies && (size_t)o.bodies != bodies) continue;
+        fprintf(stderr, "a world of %zu bodies\n", bodies);
+        measure_one(o.json, bodies);
+    }
+    return 0;
+}
