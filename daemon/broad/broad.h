@@ -1,10 +1,11 @@
 /* broad: boxes in; pairs that began and pairs that ended out, in canonical order.
  *
- * A proxy is the box of one shape under the caller's id. Its stored box is fat, in floats rounded outward; a proxy is
- * looked at only when its tight box leaves the fat one (or has become so small that the fat one is more than twice too
- * large). Two trees: moving and static (static proxies do not pair with each other). A pair of proxies stays from the
- * update in which their fat boxes meet until the one in which they part. Boxes without end are kept in a list beside
- * the trees. Not thread-safe; queries may run in several threads between updates. Never drops a pair. */
+ * A proxy is the box of one shape under the caller's id. Its stored box is fat: widened by a margin, reaching ahead of
+ * its motion, in floats rounded outward. As long as the tight box stays inside, a put is a comparison and nothing else;
+ * an update costs what left its fat box (or has become so small that the fat one is more than twice too large), not
+ * what there is. Two trees: moving and static (static proxies do not pair with each other). A pair of proxies stays
+ * from the update in which their fat boxes meet until the one in which they part. Boxes without end are kept in a list
+ * beside the trees. Not thread-safe; queries may run in several threads between updates. Never drops a pair. */
 #ifndef COLLIDED_BROAD_BROAD_H
 #define COLLIDED_BROAD_BROAD_H
 
@@ -59,8 +60,7 @@ typedef bool broad_visit(void *context, uint32_t proxy);
 void broad_query_box(const broad *b, aabb box, broad_visit *visit, void *context);
 void broad_query_ray(const broad *b, vec3 from, vec3 direction, double length, broad_visit *visit, void *context);
 /* Each proxy whose fat box meets `box` somewhere on its way along length*direction: for shape casts. */
-void broad_query_cast(
-    const broad *b, aabb box, vec3 direction, double length, broad_visit *visit, void *context);
+void broad_query_cast(const broad *b, aabb box, vec3 direction, double length, broad_visit *visit, void *context);
 
 /* Each proxy whose fat box is at most `reach` (m) from `box`, nearest fat box first. The visit is told that distance,
  * a lower bound for what is inside, and returns how far to look from now on: for the k nearest, the distance of the

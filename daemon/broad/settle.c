@@ -1,8 +1,8 @@
 /* settle: which pairs end and begin when proxies have new boxes or filters. Tick thread, inside broad_update.
  *
- * Nobody asks a table whether two proxies are a pair. Two that met before, and whose filters did not change, are what
- * they were: a pair, or refused. Two that did not meet before are no pair. Only around a proxy that was refiltered the
- * existing pairs matter: they are marked before the search. */
+ * Nobody asks a table whether two proxies are a pair. Two whose boxes met before (and not both were fixed), and whose
+ * filters did not change, are what they were: a pair, or refused. Two that did not meet before are no pair. Only around
+ * a proxy that was refiltered the existing pairs matter: they are marked before the search. */
 #include "state.h"
 
 static void end_pair(broad *b, uint32_t id, uint32_t link)

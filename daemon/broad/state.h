@@ -13,7 +13,6 @@
 
 typedef enum place { NOWHERE, IN_TREE, UNBOUNDED } place;
 
-/* 32 bytes: two in a cache line. */
 typedef struct proxy {
     fbox fat;
     uint32_t pending; /* index into `pending`, or NOTHING_PENDING */
@@ -21,6 +20,7 @@ typedef struct proxy {
     bool fixed;
     uint8_t moves; /* in place, since it was put where its leaf is best */
 } proxy;
+_Static_assert(sizeof(proxy) == 32, "two proxies fill a cache line");
 
 /* What was asked for one proxy since the last update: first removed, then put. */
 typedef struct change {

@@ -7,9 +7,9 @@
  * memory; leaf_of follows them. The root is node 0, node 1 is not used. Not thread-safe; queries may run in several
  * threads while nobody changes the tree. No recursion: no bound on the height is assumed.
  *
- * Why two children and not four or eight. Measured (Xeon, Sapphire Rapids, one core; a world of N boxes, a fourteenth of
- * them queried and moved a round; the wide trees collapsed from the same binary one, so with the least loss of quality,
- * 4-wide with SSE, 8-wide with AVX; ns each):
+ * Why two children and not four or eight. Measured (Xeon, Sapphire Rapids, one core; a world of N boxes, a fourteenth
+ * of them queried and moved a round; the wide trees collapsed from the same binary one, so with the least loss of
+ * quality, 4-wide with SSE, 8-wide with AVX; ns each):
  *
  *   N           query around a leaf     box of a leaf changed, boxes above follow     bytes a leaf
  *               2-wide  4-wide  8-wide  2-wide, rotating    4-wide    8-wide          2     4     8
@@ -31,8 +31,8 @@
 
 enum { TREE_ROOT = 0 };
 #define TREE_NONE UINT32_MAX
-#define TREE_NODES_MOST (UINT32_C(1) << 30)
-#define TREE_LEAF (UINT32_C(1) << 31) /* in `down`: what follows is a proxy */
+#define TREE_NODES_MOST (UINT32_C(1) << 30) /* so that places in two trees sort in 32 bits (broad.c) */
+#define TREE_LEAF (UINT32_C(1) << 31)       /* in `down`: what follows is a proxy */
 
 typedef struct tree_node {
     fbox box;
@@ -51,7 +51,7 @@ typedef struct tree_span { /* of leaves, which become the tree below a node */
     uint32_t first, end, node;
 } tree_span;
 
-typedef struct tree_leaf {
+typedef struct tree_leaf { /* yet without a node */
     fbox box;
     uint32_t proxy;
 } tree_leaf;

@@ -46,8 +46,8 @@ static inline void stack_push(node_stack *s, uint32_t node)
  * their sum. It is applied outward only, so a segment that meets a box is never said to miss it. */
 static const double RAY_SLACK = 0x1p-49;
 
-/* Slabs, widened by the moving box (Minkowski sum). For a larger box no computed near end is later and no far end earlier, since rounding is monotonic: a node
- * that misses has no leaf that meets. */
+/* Slabs, widened by the moving box (Minkowski sum). For a larger box no computed near end is later and no far end
+ * earlier, since rounding is monotonic: a node that misses has no leaf that meets. */
 bool tree_ray_meets(const tree_ray *ray, const fbox *box)
 {
     double near = 0, far = ray->length;

@@ -69,6 +69,11 @@ static vec3 random_direction(prng *r)
     return d;
 }
 
+static tree_ray ray_of(vec3 from, vec3 d, double length)
+{
+    return (tree_ray){{from.x, from.y, from.z}, {from.x, from.y, from.z}, {d.x, d.y, d.z}, length};
+}
+
 static void ray_queries_equal_brute_force(void **state)
 {
     (void)state;
@@ -82,13 +87,98 @@ static void ray_queries_equal_brute_force(void **state)
         memset(s.visits, 0, sizeof s.visits);
         s.left = -1;
         broad_query_ray(s.broad, from, d, length, note, &s);
-        tree_ray ray = {{from.x, from.y, from.z}, {d.x, d.y, d.z}, length};
+        tree_ray ray = ray_of(from, d, length);
         for (uint32_t p = 0; p < ALL; p++) {
             assert_int_equal(s.visits[p], tree_ray_meets(&ray, &s.stored[p].fat));
             met += s.visits[p];
         }
     }
     assert_true(met > 2000);
+    broad_destroy(s.broad);
+}
+
+/* Oracle: the box at a hundred places of its way. What it meets there must be visited; what is visited, it must nearly
+ * meet between two of them. */
+static void a_cast_finds_what_the_moving_box_meets(void **state)
+{
+    (void)state;
+    enum { CASTS = 300, PLACES = 100 };
+    static scene s;
+    prng r = {6};
+    size_t met = 0, unmet = 0;
+    build(&s, &r, 100);
+    for (int i = 0; i < CASTS; i++) {
+        vec3 at = vec_add(vec(s.center, s.center, s.center), random_vec(&r, 14)), d = random_direction(&r);
+        aabb box = box_at(at, vec(prng_between(&r, 0, 1), prng_between(&r, 0, 1), prng_between(&r, 0, 1)));
+        double length = prng_between(&r, 0, 20), between = length / PLACES * vec_norm(d);
+        memset(s.visits, 0, sizeof s.visits);
+        s.left = -1;
+        broad_query_cast(s.broad, box, d, length, note, &s);
+        for (uint32_t p = 0; p < ALL; p++) {
+            bool meets = false, nearly = false;
+            aabb fat = fbox_aabb(&s.stored[p].fat);
+            for (int k = 0; k <= PLACES; k++) {
+                vec3 step = vec_scale(d, length * k / PLACES);
+                aabb moved = {vec_add(box.lo, step), vec_add(box.hi, step)};
+                meets |= aabb_overlap(aabb_grow(moved, -1e-9), fat);
+                nearly |= aabb_overlap(aabb_grow(moved, between), fat);
+            }
+            if (meets) assert_int_equal(s.visits[p], 1);
+            if (!nearly) assert_int_equal(s.visits[p], 0);
+            met += meets;
+            unmet += !nearly;
+        }
+    }
+    assert_true(met > CASTS && unmet > CASTS);
+    broad_destroy(s.broad);
+}
+
+/* ---- nearest ---- */
+
+typedef struct nearest {
+    const scene *s;
+    aabb from;
+    double last, reach;
+    size_t visits, most;
+    unsigned char seen[ALL];
+} nearest;
+
+static double distance_between(aabb a, aabb b)
+{
+    double x = fmax(0, fmax(a.lo.x - b.hi.x, b.lo.x - a.hi.x)), y = fmax(0, fmax(a.lo.y - b.hi.y, b.lo.y - a.hi.y));
+    double z = fmax(0, fmax(a.lo.z - b.hi.z, b.lo.z - a.hi.z));
+    return vec_norm(vec(x, y, z));
+}
+
+static double near_visit(void *context, uint32_t proxy, double distance)
+{
+    nearest *n = context;
+    double exact = distance_between(n->from, fbox_aabb(&n->s->stored[proxy].fat));
+    assert_true(distance <= exact && distance >= exact * (1 - 1e-12));
+    assert_true(distance >= n->last && distance <= n->reach);
+    assert_int_equal(n->seen[proxy]++, 0);
+    n->last = distance;
+    return ++n->visits == n->most ? -1 : n->reach;
+}
+
+static void nearest_come_first_and_none_is_left_out(void **state)
+{
+    (void)state;
+    static scene s;
+    prng r = {7};
+    build(&s, &r, 0);
+    for (int i = 0; i < 1000; i++) {
+        nearest n = {.s = &s, .reach = i % 5 ? prng_between(&r, 0, 10) : INFINITY};
+        n.most = i % 3 ? SIZE_MAX : 1 + prng_below(&r, 20);
+        n.from = box_at(random_vec(&r, 12), i % 2 ? VEC_ZERO : vec(0.3, 0.5, 0.1));
+        broad_query_nearest(s.broad, n.from, n.reach, near_visit, &n);
+        bool cut = n.visits == n.most;
+        for (uint32_t p = 0; p < ALL; p++) {
+            double exact = distance_between(n.from, fbox_aabb(&s.stored[p].fat));
+            if (exact <= n.reach && (!cut || exact < n.last)) assert_int_equal(n.seen[p], 1);
+        }
+        assert_true(n.visits > 0 || n.reach < 10);
+    }
     broad_destroy(s.broad);
 }
 
@@ -139,7 +229,7 @@ static void the_ray_test_agrees_with_separating_axes(void **state)
         fbox box = fbox_outward(box_at(random_vec(&r, 0.5), half));
         vec3 from = random_vec(&r, 1), d = random_direction(&r);
         double length = prng_between(&r, 0, 4), apart = separation(from, vec_madd(from, length, d), &box);
-        tree_ray ray = {{from.x, from.y, from.z}, {d.x, d.y, d.z}, length};
+        tree_ray ray = ray_of(from, d, length);
         bool meets = tree_ray_meets(&ray, &box);
         if (apart < -1e-12) assert_true(meets);
         if (apart > 1e-12) assert_false(meets);
@@ -158,11 +248,11 @@ static void a_ray_that_grazes_an_edge_is_not_lost(void **state)
     const fbox box = fbox_outward((aabb){{1, 0, -1}, {2, 1, 1}});
     int grazes = 0;
     for (int i = 0; i < 100000; i++) {
-        tree_ray ray = {{prng_between(&r, -1, 0), 0, 0}, {prng_between(&r, 0.5, 1), prng_between(&r, 0.5, 1), 0}, 100};
-        double at = (1 - ray.from[0]) / ray.direction[0];
-        ray.from[1] = (1 - ray.direction[1] * at) * (1 + ((int)prng_below(&r, 9) - 4) * 0x1p-53);
-        long double enter = (1.0L - ray.from[0]) / ray.direction[0], leave = (1.0L - ray.from[1]) / ray.direction[1];
+        vec3 from = vec(prng_between(&r, -1, 0), 0, 0), d = vec(prng_between(&r, 0.5, 1), prng_between(&r, 0.5, 1), 0);
+        from.y = (1 - d.y * ((1 - from.x) / d.x)) * (1 + ((int)prng_below(&r, 9) - 4) * 0x1p-53);
+        long double enter = (1.0L - from.x) / d.x, leave = (1.0L - from.y) / d.y;
         if (enter > leave - 0x1p-60L) continue;
+        tree_ray ray = ray_of(from, d, 100);
         assert_true(tree_ray_meets(&ray, &box));
         grazes++;
     }
@@ -174,6 +264,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(box_queries_equal_brute_force),
         cmocka_unit_test(ray_queries_equal_brute_force),
+        cmocka_unit_test(a_cast_finds_what_the_moving_box_meets),
+        cmocka_unit_test(nearest_come_first_and_none_is_left_out),
         cmocka_unit_test(a_visit_that_says_stop_is_the_last),
         cmocka_unit_test(the_ray_test_agrees_with_separating_axes),
         cmocka_unit_test(a_ray_that_grazes_an_edge_is_not_lost),

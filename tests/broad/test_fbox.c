@@ -1,4 +1,5 @@
 /* Float boxes: outward, inward, and exact at any distance. */
+#include "broad/simd.h"
 #include "broad_world.h"
 
 #include <float.h>
@@ -78,6 +79,34 @@ static void the_outward_box_contains_the_box(void **state)
     }
 }
 
+static bool simd_says(const fbox *a, const fbox *b)
+{
+    struct {
+        fbox box;
+        float beyond; /* read, and ignored */
+    } p = {*a, NAN}, q = {*b, -INFINITY};
+    return simd_overlap(simd_load_box(p.box.lo, p.box.hi), simd_load_box(q.box.lo, q.box.hi));
+}
+
+static void four_comparisons_at_once_say_what_six_say(void **state)
+{
+    (void)state;
+    prng r = {4};
+    int met = 0;
+    for (int i = 0; i < 100000; i++) {
+        fbox a = fbox_outward(random_box(&r, 0, 1)), b = fbox_outward(random_box(&r, 0, 1));
+        int axis = (int)prng_below(&r, 3);
+        uint32_t kind = prng_below(&r, 8);
+        if (kind == 0) a.lo[axis] = -INFINITY;
+        if (kind == 1) a.hi[axis] = b.lo[axis]; /* they touch */
+        if (kind == 2) a.hi[axis] = nextafterf(b.lo[axis], -INFINITY);
+        assert_int_equal(simd_says(&a, &b), fbox_overlap(&a, &b));
+        assert_int_equal(simd_says(&b, &a), fbox_overlap(&b, &a));
+        met += fbox_overlap(&a, &b);
+    }
+    assert_in_range(met, 20000, 80000);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -86,6 +115,7 @@ int main(void)
         cmocka_unit_test(beyond_the_greatest_float_it_is_still_outward),
         cmocka_unit_test(the_inward_box_meets_the_same_float_boxes),
         cmocka_unit_test(the_outward_box_contains_the_box),
+        cmocka_unit_test(four_comparisons_at_once_say_what_six_say),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -35,6 +35,20 @@ static void check_query(model *m, const fbox *query)
         assert_int_equal(m->visits[i], m->present[i] && fbox_overlap(query, &m->box[i]));
 }
 
+/* A few, so that they are inserted; or so many that the tree is built anew. */
+static void announce_some(model *m, prng *r)
+{
+    uint32_t most = prng_below(r, 10) ? 3 : PROXIES;
+    for (uint32_t i = 0; i < PROXIES && most > 0; i++) {
+        if (m->present[i]) continue;
+        m->box[i] = random_fbox(r);
+        tree_announce(&m->tree, i, &m->box[i]);
+        m->present[i] = true;
+        most--;
+    }
+    tree_settle(&m->tree);
+}
+
 static void random_changes_keep_the_invariants_and_the_answers(void **state)
 {
     (void)state;
@@ -42,14 +56,19 @@ static void random_changes_keep_the_invariants_and_the_answers(void **state)
     tree_init(&m.tree);
     prng r = {1};
     for (int i = 0; i < 20000; i++) {
-        uint32_t proxy = prng_below(&r, PROXIES);
-        if (m.present[proxy]) {
+        uint32_t proxy = prng_below(&r, PROXIES), what = prng_below(&r, 4);
+        if (!m.present[proxy] || what > 0) m.box[proxy] = random_fbox(&r);
+        if (m.present[proxy] && what == 0) {
             tree_remove(&m.tree, proxy);
-        } else {
-            m.box[proxy] = random_fbox(&r);
+            m.present[proxy] = false;
+        } else if (m.present[proxy]) {
+            tree_move(&m.tree, proxy, &m.box[proxy]);
+        } else if (what == 1) {
             tree_insert(&m.tree, proxy, &m.box[proxy]);
+            m.present[proxy] = true;
+        } else {
+            announce_some(&m, &r);
         }
-        m.present[proxy] = !m.present[proxy];
         if (i % 10) continue;
         const char *broken = tree_validate(&m.tree);
         if (broken) fail_msg("operation %d: %s", i, broken);
@@ -157,6 +176,52 @@ static void a_walk_through_a_very_deep_tree_is_complete(void **state)
     tree_free(&t);
 }
 
+/* ---- quality: the sum of the areas of all inner nodes, which is what a query costs ---- */
+
+static double sum_of_areas(const tree *t)
+{
+    ARRAY(uint32_t) ahead = {0};
+    double sum = 0;
+    array_push(&ahead, (uint32_t)TREE_ROOT);
+    while (ahead.count > 0) {
+        const tree_node *n = &t->nodes[ahead.at[--ahead.count]];
+        if (tree_is_leaf(n)) continue;
+        sum += fbox_area(&n->box);
+        array_push(&ahead, n->down);
+        array_push(&ahead, n->down + 1);
+    }
+    array_free(&ahead);
+    return sum;
+}
+
+static double area_when_built(const fbox *boxes, uint32_t count)
+{
+    tree t;
+    tree_init(&t);
+    for (uint32_t i = 0; i < count; i++) tree_announce(&t, i, &boxes[i]);
+    tree_settle(&t);
+    assert_null(tree_validate(&t));
+    double area = sum_of_areas(&t);
+    tree_free(&t);
+    return area;
+}
+
+static void a_built_tree_is_as_good_as_one_of_insertions(void **state)
+{
+    (void)state;
+    static fbox boxes[MANY];
+    prng r = {2};
+    tree t;
+    tree_init(&t);
+    for (uint32_t i = 0; i < MANY; i++) {
+        boxes[i] = fbox_outward(box_at(random_vec(&r, 20), vec(0.5, 0.5, 0.5)));
+        tree_insert(&t, i, &boxes[i]);
+    }
+    assert_true(area_when_built(boxes, MANY) < 1.2 * sum_of_areas(&t));
+    assert_true(sum_of_areas(&t) < 1.2 * area_when_built(boxes, MANY));
+    tree_free(&t);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -164,6 +229,7 @@ int main(void)
         cmocka_unit_test(coincident_boxes_do_not_make_a_list),
         cmocka_unit_test(boxes_in_a_row_do_not_make_a_list),
         cmocka_unit_test(nested_boxes_are_all_found),
+        cmocka_unit_test(a_built_tree_is_as_good_as_one_of_insertions),
         cmocka_unit_test(a_walk_through_a_very_deep_tree_is_complete),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
