@@ -138,7 +138,7 @@ static void print_race(void *context, const race_row *r)
 static race_limits limits_for(const options *o, size_t count)
 {
     bool large = count >= LARGE;
-    race_limits limits = {.build_s = 25, .step_s = large ? 4 : 1, .cell_s = large ? 8 : 3, .only = o->only};
+    race_limits limits = {.build_s = 25, .step_s = large ? 4 : 1, .cell_s = large ? 6 : 2.5, .only = o->only};
     if (o->full) limits = (race_limits){.build_s = 60, .step_s = 60, .cell_s = 5 * limits.cell_s, .only = o->only};
     if (o->seconds > 0) limits.cell_s = o->seconds;
     return limits;

@@ -15,6 +15,8 @@ enum {
     BLOCK_MOVES = 65536, /* a block has so many moves if it can: most of its ticks find warm caches */
     BLOCK_TICKS_MOST = 64,
     BLOCKS_LEAST = 3,
+    TICKS_LEAST = 16, /* as long as our fat boxes last: no wave of bodies that leave theirs falls between */
+    WAVE_TICKS = 24,  /* until ours leave at different times */
     SETTLE_TICKS = 3,
     TICKS_MOST = 200000,
     WATCH_ALL = 10000, /* bodies: up to here the truth is whole */
@@ -31,10 +33,11 @@ typedef struct lane {
     bool ours, stale;
     void *world; /* NULL = left out */
     char left_out[96];
-    double build_s;
+    double build_s, all_s; /* one build; by forecast, one step of all */
     ptrdiff_t bytes;
 
     /* of the present cell */
+    char sits_out[96];   /* why it does not take part */
     bool resting;        /* had its warm-up, which is all that there was time for */
     bench_samples times; /* of ticks */
     double median, mean; /* us */
@@ -127,6 +130,12 @@ static trial forecast(const peer *p, size_t count)
     return (trial){extrapolate(small.build_s, large.build_s, times), extrapolate(small.step_s, large.step_s, times)};
 }
 
+static void tell_slow(char text[96], const char *what, double takes_s)
+{
+    snprintf(text, 96, "%s takes about %.0f s%s", what, takes_s,
+        takes_s > MINUTE_S ? ", more than a minute" : "; --full waits for it");
+}
+
 static bool is_admitted(race *r, lane *l)
 {
     size_t count = r->scene.count;
@@ -136,11 +145,8 @@ static bool is_admitted(race *r, lane *l)
     }
     if (l->ours || count < FORECAST_FROM) return true;
     trial t = forecast(l->peer, count);
-    bool builds = t.build_s <= r->limits->build_s, steps = t.step_s <= r->limits->step_s;
-    double takes = builds ? t.step_s : t.build_s;
-    if (!builds || !steps)
-        snprintf(l->left_out, sizeof l->left_out, "%s takes about %.0f s%s", builds ? "a step" : "a build", takes,
-            takes > MINUTE_S ? ", more than a minute" : "; --full waits for it");
+    l->all_s = t.step_s;
+    if (t.build_s > r->limits->build_s) tell_slow(l->left_out, "a build", t.build_s);
     return !l->left_out[0];
 }
 
@@ -175,9 +181,14 @@ static void build_lanes(race *r)
 
 /* ---- one cell ---- */
 
+static bool takes_part(const lane *l)
+{
+    return l->world && !l->sits_out[0];
+}
+
 static bool runs(const lane *l)
 {
-    return l->world && !l->resting;
+    return takes_part(l) && !l->resting;
 }
 
 static void next_block(race *r)
@@ -206,7 +217,7 @@ static void rebuild_stale(race *r)
     scene_state(&r->scene, bodies);
     for (size_t i = 0; i < r->lane_count; i++) {
         lane *l = &r->lanes[i];
-        if (!l->world || !l->stale) continue;
+        if (!takes_part(l) || !l->stale) continue;
         l->peer->destroy(l->world);
         build_lane(r, l, bodies);
     }
@@ -226,7 +237,7 @@ static double best_peer(const race *r, bool of_means)
     double best = INFINITY;
     for (size_t i = 0; i < r->lane_count; i++) {
         const lane *l = &r->lanes[i];
-        if (l->world && !l->ours && !l->missed) best = fmin(best, of_means ? l->mean : l->median);
+        if (takes_part(l) && !l->ours && !l->missed) best = fmin(best, of_means ? l->mean : l->median);
     }
     return best;
 }
@@ -242,6 +253,20 @@ static void give_up_slow(race *r)
     }
 }
 
+/* Ours alone, until its bodies leave their fat boxes at different times, as they do in a world that has been running;
+ * in the first ticks after all began to move, they leave in waves. The others then join anew. */
+static void let_waves_pass(race *r)
+{
+    for (int t = 0; t < WAVE_TICKS; t++) {
+        scene_advance(&r->scene, r->movers, r->mover_count, r->block);
+        for (size_t i = 0; i < r->lane_count; i++) {
+            lane *l = &r->lanes[i];
+            if (l->ours) l->peer->step(l->world, r->movers, r->block, r->mover_count);
+            l->stale |= !l->ours;
+        }
+    }
+}
+
 /* Until every lane is at home with who moves and who rests (Bullet's tree hands bodies from one set to another for two
  * ticks). Memory is looked at here only: what a world grows to hold, it holds after its first ticks. */
 static void settle(race *r)
@@ -250,7 +275,7 @@ static void settle(race *r)
         scene_advance(&r->scene, r->movers, r->mover_count, r->block);
         for (size_t i = 0; i < r->lane_count; i++) {
             lane *l = &r->lanes[i];
-            if (!l->world) continue;
+            if (!takes_part(l)) continue;
             size_t before = race_allocated();
             l->peer->step(l->world, r->movers, r->block, r->mover_count);
             l->bytes += (ptrdiff_t)(race_allocated() - before);
@@ -264,7 +289,7 @@ static void warm_up(race *r)
     next_block(r);
     for (size_t i = 0; i < r->lane_count; i++) {
         lane *l = &r->lanes[i];
-        if (!l->world) continue;
+        if (!takes_part(l)) continue;
         bool whole = run_block(r, l, l->ours ? INFINITY : r->limits->cell_s);
         l->resting = l->stale = !whole;
         summarise(l);
@@ -301,7 +326,8 @@ static void forget_warm_up(race *r)
 static void measure(race *r)
 {
     int64_t start = bench_now_ns();
-    for (size_t blocks = 0, ticks = 0; blocks < BLOCKS_LEAST || seconds_since(start) < r->limits->cell_s; blocks++) {
+    for (size_t blocks = 0, ticks = 0;
+         blocks < BLOCKS_LEAST || ticks < TICKS_LEAST || seconds_since(start) < r->limits->cell_s; blocks++) {
         ticks += r->block_ticks;
         if (ticks > TICKS_MOST) break;
         next_block(r);
@@ -312,7 +338,7 @@ static void measure(race *r)
         r->rotation++;
     }
     for (size_t i = 0; i < r->lane_count; i++)
-        if (r->lanes[i].world) summarise(&r->lanes[i]);
+        if (takes_part(&r->lanes[i])) summarise(&r->lanes[i]);
 }
 
 static void report_lane(const race *r, lane *l)
@@ -325,8 +351,8 @@ static void report_lane(const race *r, lane *l)
         .neighbours = 2 * (double)r->true_pairs / (double)r->scene.count,
         .ratio = NAN,
         .ratio_of_means = NAN};
-    memcpy(row.left_out, l->left_out, sizeof row.left_out);
-    if (l->world) {
+    memcpy(row.left_out, l->world ? l->sits_out : l->left_out, sizeof row.left_out);
+    if (takes_part(l)) {
         double best = best_peer(r, false), best_mean = best_peer(r, true);
         row.ticks = l->times.count;
         row.us_median = l->median;
@@ -352,8 +378,12 @@ static void begin_cell(race *r, double percent)
     r->block = allocate(r->block_ticks * r->mover_count, sizeof *r->block);
     for (size_t i = 0; i < r->lane_count; i++) {
         lane *l = &r->lanes[i];
+        double step_s = l->all_s * percent / 100; /* of those who move: what it takes at least */
         l->resting = false;
         l->missed = 0;
+        l->sits_out[0] = '\0';
+        if (step_s > r->limits->step_s) tell_slow(l->sits_out, "a step", step_s);
+        l->stale |= l->sits_out[0] != '\0';
         if (!bench_samples_init(&l->times, TICKS_MOST + BLOCK_TICKS_MOST)) abort();
     }
 }
@@ -369,6 +399,7 @@ static void run_cell(race *r, double percent)
 {
     fprintf(stderr, "  %g %% moving\n", percent);
     begin_cell(r, percent);
+    let_waves_pass(r);
     rebuild_stale(r);
     settle(r);
     check(r); /* everybody, while everybody is up to date */

@@ -6,7 +6,7 @@
 #include "broad_scene.h"
 
 typedef struct race_limits {
-    double build_s, step_s; /* a peer that needs longer for one build, or one step, is left out */
+    double build_s, step_s; /* a peer that needs longer for one build is left out; for one step, of that cell */
     double cell_s;          /* each cell is measured for so long, but for no fewer than three blocks */
     const char *only;       /* race only this peer, and ours; NULL = all */
 } race_limits;
