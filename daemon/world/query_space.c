@@ -136,14 +136,6 @@ void world_query_ray(
     for (size_t i = 0; i < out->count; i++) out->at[i].point_b = out->at[i].point_a; /* the ray's own tip */
 }
 
-/* What the box sweeps over; without an end it is all that lies ahead. */
-static aabb swept(aabb box, vec3 direction, double length)
-{
-    double ahead = fmin(length, 1e15); /* m, farther than any position that is accepted */
-    vec3 by = vec_scale(direction, ahead);
-    return (aabb){vec_min(box.lo, vec_add(box.lo, by)), vec_max(box.hi, vec_add(box.hi, by))};
-}
-
 void world_query_cast(const world *w, pose at, vec3 half, vec3 direction, double length, double tolerance,
     int64_t now_ns, world_hits *out)
 {
@@ -155,7 +147,7 @@ void world_query_cast(const world *w, pose at, vec3 half, vec3 direction, double
         .length = length,
         .now_ns = now_ns,
         .out = out};
-    broad_query_box(w->broad, swept(shape_bounds(&box, q.probe.at), q.direction, length), cast_visit, &q);
+    broad_query_cast(w->broad, shape_bounds(&box, q.probe.at), q.direction, length, cast_visit, &q);
 }
 
 /* ---- where it is, and near it ---- */
@@ -167,41 +159,24 @@ static int by_body(const void *a, const void *b)
     return (x->lo > y->lo) - (x->lo < y->lo);
 }
 
-static int by_distance(const void *a, const void *b)
-{
-    const world_hit *x = a, *y = b;
-    if (x->lo != y->lo) return x->lo < y->lo ? -1 : 1;
-    return (x->body_a > y->body_a) - (x->body_a < y->body_a);
-}
-
-static void sort(world_hits *hits, int (*compare)(const void *, const void *))
-{
-    if (hits->count) qsort(hits->at, hits->count, sizeof *hits->at, compare);
-}
-
 /* Of several shapes of one body the nearest, or deepest, stays; in the order of ids. */
 static void one_a_body(world_hits *hits)
 {
     size_t kept = 0;
-    sort(hits, by_body);
+    if (hits->count) qsort(hits->at, hits->count, sizeof *hits->at, by_body);
     for (size_t i = 0; i < hits->count; i++)
         if (kept == 0 || hits->at[i].body_a != hits->at[kept - 1].body_a) hits->at[kept++] = hits->at[i];
     hits->count = kept;
 }
 
-static bool near_visit(void *context, uint32_t proxy)
+static bool overlap_visit(void *context, uint32_t proxy)
 {
     search *q = context;
     const solid *s = &q->w->solids.at[proxy];
     if (!concerns(q, s)) return true;
-    narrow_result r = ask(q, q->probe.at, s, q->length);
-    if (r.lo <= q->length) array_push(q->out, hit_of(q, s, &r, q->probe.at));
+    narrow_result r = ask(q, q->probe.at, s, 0);
+    if (r.lo <= 0) array_push(q->out, hit_of(q, s, &r, q->probe.at));
     return true;
-}
-
-static void collect_within(search *q)
-{
-    broad_query_box(q->w->broad, aabb_grow(shape_bounds(q->probe.shape, q->probe.at), q->length), near_visit, q);
 }
 
 void world_query_box(const world *w, pose at, vec3 half, int64_t now_ns, world_hits *out)
@@ -212,58 +187,80 @@ void world_query_box(const world *w, pose at, vec3 half, int64_t now_ns, world_h
         .tolerance = FINEST,
         .now_ns = now_ns,
         .out = out};
-    collect_within(&q);
+    broad_query_box(w->broad, shape_bounds(&box, q.probe.at), overlap_visit, &q);
     one_a_body(out);
 }
 
-/* All bodies within `range` of the probes. */
-static void collect_near(search *q, const probe *probes, size_t count, double range)
+/* ---- the nearest ---- */
+
+typedef struct nearest {
+    search search;
+    size_t most;
+    double range;
+} nearest;
+
+static bool comes_before(const world_hit *x, const world_hit *y)
 {
-    q->out->count = 0;
-    q->length = range;
-    for (size_t i = 0; i < count; i++) {
-        q->probe = probes[i];
-        collect_within(q);
-    }
-    one_a_body(q->out);
+    return x->lo < y->lo || (x->lo == y->lo && x->body_a < y->body_a);
 }
 
-/* Looks ever farther out until as many are found as were asked for: all that is nearer has then been seen. */
-static void nearest(search *q, const probe *probes, size_t count, double range, size_t most)
+/* Into the hits, which stand by rising distance, one a body. */
+static void insert(world_hits *hits, const world_hit *hit, size_t most)
 {
-    static const double FARTHER = 4, EVERYWHERE = 1e16; /* m, beyond all positions */
-    double near = 0.5;                                  /* m */
-    for (size_t i = 0; i < count; i++) near = fmax(near, vec_max_abs(probes[i].shape->half));
-    while (near < range && near < EVERYWHERE) {
-        collect_near(q, probes, count, near);
-        if (q->out->count >= most) break;
-        near *= FARTHER;
-    }
-    if (!(near < range && near < EVERYWHERE)) collect_near(q, probes, count, fmin(range, EVERYWHERE));
-    sort(q->out, by_distance);
-    if (q->out->count > most) q->out->count = most;
+    size_t at = 0;
+    while (at < hits->count && hits->at[at].body_a != hit->body_a) at++;
+    if (at < hits->count && !comes_before(hit, &hits->at[at])) return; /* another shape of it is nearer */
+    if (at == hits->count) array_push(hits, *hit);
+    for (; at > 0 && comes_before(hit, &hits->at[at - 1]); at--) hits->at[at] = hits->at[at - 1];
+    hits->at[at] = *hit;
+    if (hits->count > most) hits->count = most;
+}
+
+/* How far to look: whoever has a lower bound below that of the last one is at most a tolerance farther away than it. So
+ * the answer does not depend on the order of the visits. */
+static double reach_of(const nearest *n)
+{
+    const world_hits *hits = n->search.out;
+    if (hits->count < n->most) return n->range;
+    return fmin(n->range, fmax(hits->at[n->most - 1].lo, 0) + n->search.tolerance);
+}
+
+static double near_visit(void *context, uint32_t proxy, double distance)
+{
+    nearest *n = context;
+    search *q = &n->search;
+    const solid *s = &q->w->solids.at[proxy];
+    (void)distance;
+    if (!concerns(q, s)) return reach_of(n);
+    narrow_result r = ask(q, q->probe.at, s, reach_of(n));
+    world_hit hit = hit_of(q, s, &r, q->probe.at);
+    if (r.lo <= reach_of(n)) insert(q->out, &hit, n->most);
+    return reach_of(n);
+}
+
+static void look_around(nearest *n, const probe *p)
+{
+    n->search.probe = *p;
+    broad_query_nearest(n->search.w->broad, shape_bounds(p->shape, p->at), reach_of(n), near_visit, n);
 }
 
 void world_query_nearest(
     const world *w, pose at, vec3 half, double range, size_t most, double tolerance, int64_t now_ns, world_hits *out)
 {
     const shape box = box_or_point(half);
-    probe one = {&box, {at.p, quat_unit(at.q)}, WORLD_NONE};
-    search q = {.w = w, .tolerance = tolerance > 0 ? tolerance : FINEST, .now_ns = now_ns, .out = out};
-    nearest(&q, &one, 1, range, most);
+    const probe one = {&box, {at.p, quat_unit(at.q)}, WORLD_NONE};
+    nearest n = {{.w = w, .tolerance = tolerance > 0 ? tolerance : FINEST, .now_ns = now_ns, .out = out}, most, range};
+    if (most) look_around(&n, &one);
 }
 
 void world_query_nearest_to(
     const world *w, uint32_t id, double range, size_t most, double tolerance, int64_t now_ns, world_hits *out)
 {
-    if (!world_body_name(w, id)) return;
+    nearest n = {{.w = w, .tolerance = tolerance > 0 ? tolerance : FINEST, .now_ns = now_ns, .out = out}, most, range};
+    if (!most || !world_body_name(w, id)) return;
     const body *b = &w->bodies.at[id];
-    probe *probes = base_alloc(b->shape_count + 1, sizeof *probes);
     for (size_t i = 0; i < b->shape_count; i++) {
         const solid *s = &w->solids.at[b->shapes[i]];
-        probes[i] = (probe){&s->shape, s->world, id};
+        look_around(&n, &(probe){&s->shape, s->world, id});
     }
-    search q = {.w = w, .tolerance = tolerance > 0 ? tolerance : FINEST, .now_ns = now_ns, .out = out};
-    nearest(&q, probes, b->shape_count, range, most);
-    free(probes);
 }
