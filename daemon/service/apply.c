@@ -71,6 +71,15 @@ static bool knows_all(session *c, const wire_pose_batch *m)
     return true;
 }
 
+/* A simulator that begins anew counts from the start, so that a later tick's step may be lower. Kept beyond the tick: a
+ * snapshot tells the step that the world is at, whether a pose came just then or not. */
+static void note_step(service *s, int64_t step)
+{
+    if (!step || (s->step_tick == s->tick && step < s->latest_step)) return;
+    s->latest_step = step;
+    s->step_tick = s->tick;
+}
+
 /* The newest sequence wins. A batch waits for the commands of this tick, once, if some of its client are among them or
  * it has a body that is not known yet. */
 void apply_poses(service *s, struct link *from, const wire_pose_batch *m, bool may_wait)
@@ -82,7 +91,7 @@ void apply_poses(service *s, struct link *from, const wire_pose_batch *m, bool m
     }
     if (c) c->heard_ns = s->monotonic_ns;
     if (m->stamp_ns > s->latest_pose_ns) s->latest_pose_ns = m->stamp_ns;
-    if (m->step > s->latest_step) s->latest_step = m->step;
+    note_step(s, m->step);
     uint32_t unknown = 0;
     int32_t first_unknown = -1;
     vec3 linear, angular;
@@ -116,13 +125,10 @@ static bool gather_shapes(service *s, const wire_body *m, wire_refusal *why)
                                  .radius = m->shape_radii.at[i],
                                  .half = vec(size[0], size[1], size[2])},
             .local = {vec(at[0], at[1], at[2]), quat_unit((quat){at[3], at[4], at[5], at[6]})}};
-        if (shape.shape.type == SHAPE_HULL) {
-            shape.shape.hull = geometry_hull(s, m->shape_geometries.at[i]);
-            if (!shape.shape.hull) {
-                refuse(why, WIRE_UNKNOWN_GEOMETRY, "shape_geometries[%u]: %016" PRIx64 " has not come", i,
-                    (uint64_t)m->shape_geometries.at[i]);
-                return false;
-            }
+        if (m->shape_geometries.at[i] != 0 && !geometry_lend(s, m->shape_geometries.at[i], &shape.shape)) {
+            refuse(why, WIRE_UNKNOWN_GEOMETRY, "shape_geometries[%u]: %s %016" PRIx64 " has not come", i,
+                shape_type_name(shape.shape.type), (uint64_t)m->shape_geometries.at[i]);
+            return false;
         }
         array_push(&s->shapes, shape);
     }
@@ -143,11 +149,11 @@ static void gather_rules(service *s, const wire_body *m)
 static void hold_geometries(service *s, owned_body *b, const wire_body *m)
 {
     for (uint32_t i = 0; i < m->shape_types.count; i++)
-        if (m->shape_types.at[i] == WIRE_SHAPE_HULL) geometry_hold(s, m->shape_geometries.at[i]);
+        if (m->shape_geometries.at[i] != 0) geometry_hold(s, m->shape_geometries.at[i]);
     for (size_t i = 0; i < b->geometries.count; i++) geometry_release(s, b->geometries.at[i]);
     b->geometries.count = 0;
     for (uint32_t i = 0; i < m->shape_types.count; i++)
-        if (m->shape_types.at[i] == WIRE_SHAPE_HULL) array_push(&b->geometries, m->shape_geometries.at[i]);
+        if (m->shape_geometries.at[i] != 0) array_push(&b->geometries, m->shape_geometries.at[i]);
 }
 
 static bool room_for(service *s, const owned_body *b, const wire_body *m, wire_refusal *why)

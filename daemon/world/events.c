@@ -467,9 +467,10 @@ void events_collect(world *w, world_batches *out)
             array_push(&w->batches,
                 ((world_batch){.interest = id, .closing = i->closing, .events = i->events.at, .count = news}));
         if (told)
-            array_push(&w->batches,
-                ((world_batch){
-                    .interest = id, .snapshot = true, .events = i->events.at + news, .count = i->events.count - news}));
+            array_push(&w->batches, ((world_batch){.interest = id,
+                                        .snapshot = true,
+                                        .events = i->events.at ? i->events.at + news : NULL,
+                                        .count = i->events.count - news}));
         i->snapshot = false;
     }
     *out = (world_batches){.at = w->batches.at, .count = w->batches.count, .hash = w->hash};
