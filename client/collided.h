@@ -48,7 +48,7 @@ typedef struct collided_interest {
 } collided_interest; /* a subscription of this client */
 typedef struct collided_geometry {
     int64_t hash;
-} collided_geometry; /* points of a hull, by the hash of their content; 0 = none */
+} collided_geometry; /* a hull's points or a mesh's triangles, by the hash of their content; 0 = none */
 
 /* What a function came to; collided_error tells the rest. */
 typedef enum collided_status {
@@ -94,7 +94,9 @@ collided *collided_connect(const char *uri, const collided_def *def);
 /* Why the last collided_connect of this thread failed, in one line; valid until its next one. "" = it did not. */
 const char *collided_connect_error(void);
 
-/* Leaves in order: the bodies are removed at once, unless on_loss is KEEP. Frees the client. */
+/* Leaves in order, and frees the client. The bodies are removed at once, unless on_loss is KEEP. Where a firewall drops
+ * what this machine sends to itself, DDS cannot be ended: it is left behind after two seconds, and collided_connect
+ * refuses that domain from then on. */
 void collided_close(collided *c);
 
 /* The last failure of this client, in one line; "" = none. Valid until the next call that takes the client. */
@@ -132,7 +134,7 @@ typedef struct collided_pose {
     double position[3];
     double orientation[4]; /* w, x, y, z */
 } collided_pose;
-/* At the origin, not turned. Any thread. */
+/* The pose at the origin, not turned. Any thread. */
 collided_pose collided_pose_identity(void);
 
 /* Kinds of shapes; each has a maker below. */
@@ -144,10 +146,11 @@ typedef enum collided_shape_type {
     COLLIDED_CONE,
     COLLIDED_ELLIPSOID,
     COLLIDED_HALFSPACE,
-    COLLIDED_HULL
+    COLLIDED_HULL,
+    COLLIDED_MESH
 } collided_shape_type;
 
-/* A convex shape, made by one of the makers below. */
+/* A shape, made by one of the makers below: convex, or a mesh. */
 typedef struct collided_shape {
     collided_shape_type type;
     double half[3];     /* half extents, axis of revolution z: see the makers below */
@@ -156,19 +159,30 @@ typedef struct collided_shape {
     collided_geometry geometry;
 } collided_shape;
 
-/* Full sizes in, in metres, as people measure; the pose is the identity and can be set afterwards. Any thread. */
-collided_shape collided_sphere(double radius);                   /* centred */
-collided_shape collided_capsule(double radius, double length);   /* length of the cylindrical part, along z */
-collided_shape collided_box(double x, double y, double z);       /* full side lengths */
-collided_shape collided_cylinder(double radius, double height);  /* along z, centred */
-collided_shape collided_cone(double radius, double height);      /* base at -height/2, apex at +height/2 */
-collided_shape collided_ellipsoid(double x, double y, double z); /* semi-axes */
-collided_shape collided_halfspace(void);                         /* all points with z <= 0 */
-collided_shape collided_hull(collided_geometry points);          /* of collided_create_hull */
+/* Sizes are full ones, in metres, as people measure, but for radii and semi-axes. Centred at the origin of the shape's
+ * pose, which is the identity and can be set afterwards. Any thread. */
+collided_shape collided_sphere(double radius);                   /* a sphere */
+collided_shape collided_capsule(double radius, double length);   /* a capsule along z; length between its two centres */
+collided_shape collided_box(double x, double y, double z);       /* a box, by its full side lengths */
+collided_shape collided_cylinder(double radius, double height);  /* a cylinder along z */
+collided_shape collided_cone(double radius, double height);      /* a cone: base at z = -height/2, apex at +height/2 */
+collided_shape collided_ellipsoid(double x, double y, double z); /* an ellipsoid, by its semi-axes */
+collided_shape collided_halfspace(void);                         /* a half-space: all points with z <= 0 */
+collided_shape collided_hull(collided_geometry points);          /* a convex hull, made by collided_create_hull */
+collided_shape collided_mesh(collided_geometry triangles);       /* a triangle mesh, made by collided_create_mesh */
 
 /* Makes a convex hull of points. There are `count` of them (x, y, z each); the daemon builds it. The same points give
  * the same geometry. The points, in metres, are copied. Hash 0 on failure. */
 collided_geometry collided_create_hull(collided *c, const double *points, size_t count);
+
+/* Makes a triangle mesh. There are `count` points (x, y, z each, in metres) and `triangle_count` triangles, three
+ * indices of points each, counter-clockwise seen from outside. When every edge is walked once in either direction the
+ * mesh is a solid, and what is inside of it touches it; otherwise it is a surface. The daemon mends what it can
+ * (triangles turned the wrong way, without area, or given twice; points given twice), and says in its log and in the
+ * answer of `collidectl explain` what the mesh is. The same triangles give the same geometry. Copied. Hash 0 on failure.
+ */
+collided_geometry collided_create_mesh(
+    collided *c, const double *points, size_t count, const int32_t *triangles, size_t triangle_count);
 
 /* ---- bodies ---- */
 
@@ -202,7 +216,7 @@ typedef struct collided_body_def {
     const collided_rule *rules;
     size_t rule_count;
 } collided_body_def;
-/* No name and no shapes, which must be set; everything else as the members of collided_body_def say. Any thread. */
+/* The defaults that the members of collided_body_def name; name and shapes must be set. Any thread. */
 collided_body_def collided_body_def_default(void);
 
 /* Announces a body. It does not wait: whether the daemon took it is told by collided_sync, or to the callback of
@@ -223,7 +237,7 @@ collided_body collided_adopt_body(collided *c, int32_t id);
  */
 collided_status collided_publish(collided *c, size_t count, const collided_body *bodies, const double *positions,
     const double *orientations, const double *linear, const double *angular, int64_t stamp_ns, int64_t step);
-/* The pose of one body, in the world, true now; sent by the next flush or poll. */
+/* Publishes the pose of one body, in the world, true now; sent by the next flush or poll. */
 collided_status collided_move(collided *c, collided_body body, collided_pose pose);
 
 /* ---- interests and events ---- */
@@ -327,25 +341,27 @@ void collided_result_free(collided_result *result);
 /* Asks for the first body along a ray. It goes from `origin` (m, world), at most length_m long. No hit: count 0. */
 collided_status collided_query_ray(collided *c, const double origin[3], const double direction[3], double length_m,
     double timeout_s, collided_result *out);
-/* The certified distance of two bodies now, as an interval at most tolerance_m wide. */
+/* Asks for the certified distance of two bodies now, as an interval at most tolerance_m wide. */
 collided_status collided_query_distance(
     collided *c, const char *name_a, const char *name_b, double tolerance_m, double timeout_s, collided_result *out);
-/* The bodies that overlap a box, given by its pose in the world and its half sides (m). */
+/* Asks for the bodies that overlap a box, given by its pose in the world and its half sides (m). */
 collided_status collided_query_box(
     collided *c, const collided_pose *pose, const double half[3], double timeout_s, collided_result *out);
-/* The first body that a box (half extents; zero = a point) meets when it moves from `pose` along `direction`, which
- * need not be unit: lo and hi of the hit bracket the free length, m. */
+/* Asks for the first body that a box meets on its way. It has these half extents (zero = a point) and moves from `pose`
+ * along `direction`, which need not be unit, by at most length_m: lo and hi of the hit bracket the free length, m. No
+ * hit: count 0. */
 collided_status collided_query_cast(collided *c, const collided_pose *pose, const double half[3],
     const double direction[3], double length_m, double timeout_s, collided_result *out);
-/* The `most` nearest bodies (0 = all) within `within_m` (may be INFINITY), by rising lower bound: of the body `name`,
- * or with NULL of a box (half extents; zero = a point) at `pose`. Touching ones have a negative distance. */
+/* Asks for the nearest bodies, by rising lower bound. They are the `most` (0 = all) within `within_m` (may be INFINITY)
+ * of the body `name`, or with NULL of a box (half extents; zero = a point) at `pose`. Touching ones have a negative
+ * distance. */
 collided_status collided_query_nearest(collided *c, const char *name, const collided_pose *pose, const double half[3],
     double within_m, int32_t most, double timeout_s, collided_result *out);
-/* Why two bodies are checked against each other, or not: out->text names the rule that decided. */
+/* Asks why two bodies are checked against each other, or not: out->text names the rule that decided. */
 collided_status collided_query_explain(
     collided *c, const char *name_a, const char *name_b, double timeout_s, collided_result *out);
-/* The bodies whose names match a pattern with '*' and '?': name_a, the pose in the world (point_a, orientation), age.
- */
+/* Asks for the bodies whose names match a pattern with '*' and '?'. Of each: name_a, its pose in the world (point_a,
+ * orientation) and its age. */
 collided_status collided_query_bodies(collided *c, const char *pattern, double timeout_s, collided_result *out);
 
 /* Starts or ends a recording on the daemon. It is in its record_dir, under a plain name without '/'; NULL or "" ends
@@ -383,7 +399,7 @@ typedef struct collided_certificate {
  * support points along the axis and the witness points: is it true that lo <= signed distance, and that it is <= hi
  * when the points are apart? `hull_a`, `hull_b`: the points of hulls (count triples), NULL otherwise. Pure; any thread.
  * COLLIDED_OK; COLLIDED_REJECTED if the certificate does not prove its claim; COLLIDED_BAD_ARGUMENT if a shape, pose or
- * hull is not usable. Rounding is allowed for by 64 * 2^-53 times the sizes of the shapes and the distance of the
+ * hull is not usable, or a shape is a mesh: no axis proves the distance of what is not convex. Rounding is allowed for by 64 * 2^-53 times the sizes of the shapes and the distance of the
  * bodies (for the points: and their coordinates), so a claim that is wrong by 1e-9 of these is refused. That the shapes
  * overlap by as much as a negative hi says is not proven by points; what contradicts it is refused. */
 collided_status collided_verify(const collided_shape *a, const collided_pose *pose_a, const double *hull_a,

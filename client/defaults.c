@@ -85,3 +85,10 @@ collided_shape collided_hull(collided_geometry points)
     hull.geometry = points;
     return hull;
 }
+
+collided_shape collided_mesh(collided_geometry triangles)
+{
+    collided_shape mesh = shape(COLLIDED_MESH, 0, 0, 0, 0);
+    mesh.geometry = triangles;
+    return mesh;
+}

@@ -1,7 +1,15 @@
-/* geometry: hulls under the hash of their points, announced once, in pieces. The caller's thread. */
+/* geometry: hulls and meshes under the hash of their content, announced once, in pieces. The caller's thread. */
 #include "allocate.h"
 #include "message.h"
 #include "session.h"
+
+typedef struct content {
+    uint8_t kind;
+    wire_f64s points;
+    wire_i32s indices;
+    int64_t hash;
+    int32_t pieces;
+} content;
 
 static geometry_record *known(const collided *c, int64_t hash)
 {
@@ -10,56 +18,93 @@ static geometry_record *known(const collided *c, int64_t hash)
     return g;
 }
 
-static wire_message piece_of(const collided *c, wire_f64s points, int64_t hash, int32_t piece, int32_t pieces)
+static content content_of(uint8_t kind, wire_f64s points, wire_i32s indices)
 {
-    uint32_t from = (uint32_t)piece * WIRE_PIECE_MAX, left = points.count - from;
+    uint64_t numbers = (uint64_t)points.count + indices.count;
+    return (content){kind, points, indices, wire_geometry_hash(kind, points, indices),
+        (int32_t)((numbers + WIRE_PIECE_MAX - 1) / WIRE_PIECE_MAX)};
+}
+
+/* How many of `count` numbers, which begin at `begin` of the whole, are within [from, end). */
+static uint32_t share(uint32_t begin, uint32_t count, uint32_t from, uint32_t end, uint32_t *first)
+{
+    uint32_t lo = from > begin ? from - begin : 0, hi = end > begin ? end - begin : 0;
+    *first = lo < count ? lo : count;
+    return (hi < count ? hi : count) - *first;
+}
+
+/* Vertices first, then indices. */
+static wire_message piece_of(const collided *c, const content *g, int32_t piece)
+{
+    uint32_t from = (uint32_t)piece * WIRE_PIECE_MAX, end = from + WIRE_PIECE_MAX, vertex, index;
+    uint32_t vertices = share(0, g->points.count, from, end, &vertex);
+    uint32_t indices = share(g->points.count, g->indices.count, from, end, &index);
     return (wire_message){.kind = WIRE_GEOMETRY,
         .geometry = {.version = WIRE_VERSION,
             .client = c->id,
             .sequence = c->sequence + 1,
-            .kind = WIRE_GEOMETRY_HULL,
-            .hash = hash,
-            .vertex_numbers = (int32_t)points.count,
+            .kind = g->kind,
+            .hash = g->hash,
+            .vertex_numbers = (int32_t)g->points.count,
+            .index_numbers = (int32_t)g->indices.count,
             .piece = piece,
-            .pieces = pieces,
-            .vertices = {left < WIRE_PIECE_MAX ? left : WIRE_PIECE_MAX, points.at + from}}};
+            .pieces = g->pieces,
+            .vertices = {vertices, vertices ? g->points.at + vertex : NULL},
+            .indices = {indices, indices ? g->indices.at + index : NULL}}};
 }
 
-static void announce_geometry(collided *c, wire_f64s points, int64_t hash, int32_t pieces)
+static void announce_geometry(collided *c, const content *from)
 {
     geometry_record *g = allocate(1, sizeof *g);
-    *g = (geometry_record){.pieces = allocate((size_t)pieces, sizeof *g->pieces),
-        .piece_count = pieces,
-        .hash = hash,
+    *g = (geometry_record){.pieces = allocate((size_t)from->pieces, sizeof *g->pieces),
+        .piece_count = from->pieces,
+        .hash = from->hash,
         .next = c->geometries};
     c->geometries = g;
-    for (int32_t i = 0; i < pieces; i++) {
-        wire_message m = piece_of(c, points, hash, i, pieces);
+    for (int32_t i = 0; i < from->pieces; i++) {
+        wire_message m = piece_of(c, from, i);
         announce(c, &g->pieces[i], message_copy(&m));
     }
 }
 
+static collided_geometry create(collided *c, const content *g, const char *what)
+{
+    wire_refusal why = {.reason = WIRE_OK};
+    pthread_mutex_lock(&c->lock);
+    bool is_new = !known(c, g->hash);
+    for (int32_t i = 0; is_new && i < g->pieces && why.reason == WIRE_OK; i++) {
+        wire_message m = piece_of(c, g, i);
+        why.reason = wire_check(&m, &why);
+    }
+    if (is_new && why.reason == WIRE_OK) announce_geometry(c, g);
+    pthread_mutex_unlock(&c->lock);
+    if (why.reason == WIRE_OK) return (collided_geometry){g->hash};
+    (void)session_fail(c, COLLIDED_BAD_ARGUMENT, "%s: %s", what, why.text);
+    return (collided_geometry){0};
+}
+
 collided_geometry collided_create_hull(collided *c, const double *points, size_t count)
 {
-    const collided_geometry none = {0};
     if (!points || count < 4 || count > WIRE_GEOMETRY_MAX / 3) {
         (void)session_fail(
             c, COLLIDED_BAD_ARGUMENT, "a hull has 4 to %d points, not %zu", WIRE_GEOMETRY_MAX / 3, count);
-        return none;
+        return (collided_geometry){0};
     }
-    wire_f64s numbers = {(uint32_t)(3 * count), points};
-    int64_t hash = wire_geometry_hash(WIRE_GEOMETRY_HULL, numbers, (wire_i32s){0});
-    int32_t pieces = (int32_t)((numbers.count + WIRE_PIECE_MAX - 1) / WIRE_PIECE_MAX);
-    wire_refusal why = {.reason = WIRE_OK};
-    pthread_mutex_lock(&c->lock);
-    bool is_new = !known(c, hash);
-    for (int32_t i = 0; is_new && i < pieces && why.reason == WIRE_OK; i++) {
-        wire_message m = piece_of(c, numbers, hash, i, pieces);
-        why.reason = wire_check(&m, &why);
+    content g = content_of(WIRE_GEOMETRY_HULL, (wire_f64s){(uint32_t)(3 * count), points}, (wire_i32s){0});
+    return create(c, &g, "hull");
+}
+
+collided_geometry collided_create_mesh(
+    collided *c, const double *points, size_t count, const int32_t *triangles, size_t triangle_count)
+{
+    const size_t most = WIRE_GEOMETRY_MAX / 3; /* of points and triangles together */
+    if (!points || !triangles || count < 3 || triangle_count < 1 || count > most || triangle_count > most - count) {
+        (void)session_fail(c, COLLIDED_BAD_ARGUMENT,
+            "a mesh has at least 3 points and a triangle, and at most %zu of both together, not %zu and %zu", most,
+            count, triangle_count);
+        return (collided_geometry){0};
     }
-    if (is_new && why.reason == WIRE_OK) announce_geometry(c, numbers, hash, pieces);
-    pthread_mutex_unlock(&c->lock);
-    if (why.reason == WIRE_OK) return (collided_geometry){hash};
-    (void)session_fail(c, COLLIDED_BAD_ARGUMENT, "hull: %s", why.text);
-    return none;
+    content g = content_of(WIRE_GEOMETRY_MESH, (wire_f64s){(uint32_t)(3 * count), points},
+        (wire_i32s){(uint32_t)(3 * triangle_count), triangles});
+    return create(c, &g, "mesh");
 }

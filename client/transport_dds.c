@@ -4,6 +4,7 @@
 #include "allocate.h"
 #include "transport.h"
 #include "wire_dds/wire_dds.h"
+#include "wire_dds/wire_dds_leave.h"
 #include "wire_dds/wire_dds_qos.h"
 
 #include <dds/dds.h>
@@ -54,6 +55,7 @@ static pthread_mutex_t domains_lock = PTHREAD_MUTEX_INITIALIZER;
 static struct dds_shared_domain {
     dds_entity_t entity;
     unsigned users;
+    bool left_behind; /* Cyclone could not end it: whoever opened it again would wait for ever */
 } domains[DDS_DOMAIN_LAST + 1];
 
 /* When the program has made this domain itself, its configuration stands, and it is not ours to delete. */
@@ -67,11 +69,16 @@ static bool domain_use(dds_domainid_t id, const char *interface, char *why, size
     }
     dds_return_t result = DDS_RETCODE_OK;
     pthread_mutex_lock(&domains_lock);
-    if (domains[id].entity <= 0) result = domains[id].entity = dds_create_domain(id, config);
+    bool left_behind = domains[id].left_behind;
+    if (left_behind)
+        result = DDS_RETCODE_ERROR;
+    else if (domains[id].entity <= 0)
+        result = domains[id].entity = dds_create_domain(id, config);
     if (result >= 0 || result == DDS_RETCODE_PRECONDITION_NOT_MET) domains[id].users++;
     pthread_mutex_unlock(&domains_lock);
     if (result >= 0 || result == DDS_RETCODE_PRECONDITION_NOT_MET) return true;
-    (void)snprintf(why, why_size, "dds: cannot open domain %u: %s", (unsigned)id, dds_strretcode(-result));
+    (void)snprintf(why, why_size, "dds: cannot open domain %u: %s", (unsigned)id,
+        left_behind ? WIRE_DDS_LEFT_BEHIND : dds_strretcode(-result));
     return false;
 }
 
@@ -80,7 +87,7 @@ static void domain_leave(dds_domainid_t id)
     pthread_mutex_lock(&domains_lock);
     bool last = --domains[id].users == 0 && domains[id].entity > 0;
     if (last && dds_lookup_participant(id, NULL, 0) == 0) {
-        (void)dds_delete(domains[id].entity);
+        domains[id].left_behind = !wire_dds_leave(domains[id].entity);
         domains[id].entity = 0;
     }
     pthread_mutex_unlock(&domains_lock);

@@ -43,11 +43,31 @@ static const option table[] = {
     {"--peer", "ADDRESS", TEXT, AT(peer), 0, 0, "doctor", "another host that should be heard: is it, and if not, why"},
     {"--list", NULL, FLAG, AT(list), 0, 0, "doctor", "list the checks and run none"},
     {"--system-root", "DIR", TEXT, AT(system_root), 0, 0, "doctor", "read DIR/proc instead of /proc, for tests"},
-    {"--workers", "N", COUNT, AT(workers), 1, 256, "replay", "threads of the narrow phase"},
+    {"--workers", "N", COUNT, AT(workers), 1, 64, "replay", "threads of the narrow phase"},
 };
 enum { OPTIONS = sizeof table / sizeof *table };
 
 const char *const options_facts[] = {"touch", "distance", "manifold", NULL};
+
+static const option_exit exits[] = {
+    {EX_OK, "done"},
+    {EX_USAGE, "wrong usage"},
+    {EX_DATAERR, "refused data: a damaged file, or what the daemon did not take"},
+    {EX_NOINPUT, "no such file"},
+    {EX_UNAVAILABLE, "no daemon is heard, or doctor found a problem"},
+    {EX_SOFTWARE, "a replay differs from its recording; replay ends as collided does, with its other statuses, too"},
+    {EX_OSFILE, "a library is missing"},
+    {EX_CANTCREAT, "a file cannot be created"},
+    {EX_IOERR, "output cannot be written"},
+    {EX_TEMPFAIL, "not ready, or no answer in time"},
+    {EX_CONFIG, "neither XDG_STATE_HOME nor HOME says where the names of bodies are kept"},
+};
+
+const option_exit *options_exits(int *count)
+{
+    *count = sizeof exits / sizeof *exits;
+    return exits;
+}
 
 const option *options_table(int *count)
 {
@@ -251,9 +271,8 @@ void options_help(FILE *out, const ctl_verb *verb)
     for (const ctl_verb *v = ctl_verbs; v->name; v++) fprintf(out, "  %-9s %s\n", v->name, v->summary);
     fputs("\nOptions of every verb:\n", out);
     print_options(out, NULL, true);
-    fputs("\n'collidectl help VERB' tells more, and so does 'man collidectl'. Exit statuses are those of sysexits.h: 0 "
-          "done, 64 wrong usage, 65 "
-          "refused\n"
-          "data, 66 no such file, 69 no daemon, 75 not ready or no answer in time.\n",
-        out);
+    fputs("\nExit status, by sysexits.h:\n", out);
+    for (size_t i = 0; i < sizeof exits / sizeof *exits; i++)
+        fprintf(out, "  %4d  %s\n", exits[i].status, exits[i].meaning);
+    fputs("\n'collidectl help VERB' tells more, and so does 'man collidectl'.\n", out);
 }

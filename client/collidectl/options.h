@@ -22,6 +22,13 @@ const option *options_table(int *count);
 bool options_takes(const option *o, const ctl_verb *verb); /* verb NULL: no verb was given */
 extern const char *const options_facts[];                  /* the words of --facts; NULL ends them */
 
+typedef struct option_exit {
+    int status; /* of sysexits.h */
+    const char *meaning;
+} option_exit;
+
+const option_exit *options_exits(int *count);
+
 /* Takes the options out of argv. 0 and the verb (NULL if none was given), or EX_USAGE after saying what is wrong. */
 int options_parse(ctl *c, int argc, char **argv, const ctl_verb **verb);
 

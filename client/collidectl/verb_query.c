@@ -179,17 +179,24 @@ static void print_text(const query_kind *kind, const collided_result *r)
 static const query_kind query_kinds[] = {
     {"ray", 2, 2, "X,Y,Z DX,DY,DZ", ask_ray, print_distance},
     {"distance", 2, 2, "A B", ask_distance, print_distance},
-    {"box", 2, 2, "X,Y,Z[,W,X,Y,Z] SX,SY,SZ", ask_box, print_body},
+    {"box", 2, 2, "X,Y,Z[,W,X,Y,Z] SX,SY,SZ", ask_box, print_distance},
     {"cast", 3, 3, "X,Y,Z[,W,X,Y,Z] SX,SY,SZ DX,DY,DZ", ask_cast, print_distance},
     {"nearest", 1, 2, "BODY|X,Y,Z [COUNT]", ask_nearest, print_distance},
     {"explain", 2, 2, "A B", ask_explain, NULL},
     {"bodies", 0, 1, "[PATTERN]", ask_bodies, print_body},
 };
 
+enum { QUERY_KINDS = sizeof query_kinds / sizeof *query_kinds };
+
+const char *verb_query_kind(size_t i)
+{
+    return i < QUERY_KINDS ? query_kinds[i].name : NULL;
+}
+
 int verb_query(ctl *c)
 {
     const query_kind *kind = NULL;
-    for (size_t i = 0; i < sizeof query_kinds / sizeof *query_kinds; i++)
+    for (size_t i = 0; i < QUERY_KINDS; i++)
         if (strcmp(query_kinds[i].name, c->arguments[0]) == 0) kind = &query_kinds[i];
     if (!kind)
         return ctl_fail(

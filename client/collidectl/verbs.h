@@ -11,6 +11,7 @@ int verb_move(ctl *c);
 int verb_joints(ctl *c);
 int verb_watch(ctl *c);
 int verb_query(ctl *c);
+const char *verb_query_kind(size_t i); /* what can be asked, for the completion; NULL ends them */
 int verb_record(ctl *c);
 int verb_replay(ctl *c);
 int verb_doctor(ctl *c);

@@ -17,14 +17,11 @@
 #include <unistd.h>
 
 static const double PERIOD_S = 0.01;
-static const double DEADLINE_S = 0.2;    /* twenty poses missing: where the arm is, is then unknown */
-static const double RANGE_M = 0.6;       /* the vehicle is listened to from here on */
-static const double PROTECTIVE_M = 0.35; /* the arm stops when the vehicle may be nearer than this */
-static const double RESUME_M = 0.4;      /* and goes on when it is certainly farther than this */
-static const double BRAKING_S = 0.1;     /* from full speed to standstill, and back */
+static const double DEADLINE_S = 0.2; /* twenty poses missing: where the arm is, is then unknown */
+static const double RANGE_M = 0.6;    /* the vehicle is listened to from here on */
+static const double BRAKING_S = 0.1;  /* from full speed to standstill, and back */
 
 static const double TABLE_TOP_M = 0.75, TOOL_M = 0.12;
-static const double WORKPIECE_M = 0.05;        /* its height */
 static const double GRIP_GAP_M = 0.0005;       /* between tool and gripped workpiece, as in the SRDF's states */
 static const double TOUCH_THRESHOLD_M = 0.001; /* so that gripping and lying count as touching */
 
@@ -150,7 +147,7 @@ typedef struct arm {
 /* The workpiece is where the tool holds it, or where it was left. */
 static void place(arm *a)
 {
-    const collided_pose in_tool = {{0, 0, TOOL_M + GRIP_GAP_M + WORKPIECE_M / 2}, {1, 0, 0, 0}};
+    const collided_pose in_tool = {{0, 0, TOOL_M + GRIP_GAP_M + EXAMPLE_WORKPIECE_M / 2}, {1, 0, 0, 0}};
     robot_body_poses(&a->robot, a->base, a->values, a->poses);
     if (a->carries) a->poses[WORKPIECE] = rigid_product(a->poses[TOOL], in_tool);
 }
@@ -199,11 +196,11 @@ static void decide(arm *a, const sighting *s, bool informed)
 {
     const sighting nothing = {.a = "group:arm", .b = "group:vehicle", .lo = -INFINITY, .hi = INFINITY, .age_s = -1};
     if (!informed) s = &nothing;
-    if (!a->stopped && s && s->lo < PROTECTIVE_M) {
+    if (!a->stopped && s && s->lo < EXAMPLE_PROTECTIVE_M) {
         a->stopped = true;
         a->stops++;
         example_line(a->e, "stop", s->a, s->b, s->lo, s->hi, s->age_s);
-    } else if (a->stopped && (!s || s->lo > RESUME_M)) {
+    } else if (a->stopped && (!s || s->lo > EXAMPLE_RESUME_M)) {
         a->stopped = false;
         example_note(a->e, "the way is free: the arm goes on");
     }
@@ -251,13 +248,13 @@ static void create_bodies(arm *a, collided *c, const load_bodies *links)
         links->at[i].deadline_s = DEADLINE_S; /* should this process hang, its links are unknown, not where they were */
         a->bodies[i] = load_body_announce(c, &links->at[i], COLLIDED_NONE);
     }
-    const collided_shape box = collided_box(0.06, 0.06, WORKPIECE_M);
+    collided_shape shapes[EXAMPLE_SHAPES];
     collided_body_def workpiece = collided_body_def_default();
     workpiece.name = "workpiece";
     workpiece.group = "part";
     workpiece.pose = a->poses[WORKPIECE];
-    workpiece.shapes = &box;
-    workpiece.shape_count = 1;
+    workpiece.shapes = shapes;
+    workpiece.shape_count = example_shapes(workpiece.name, shapes);
     a->bodies[WORKPIECE] = collided_create_body(c, &workpiece);
 }
 

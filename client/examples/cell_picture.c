@@ -19,8 +19,7 @@
 #include <sysexits.h>
 #include <unistd.h>
 
-static const double RANGE_M = 3;                         /* the whole lane */
-static const double PROTECTIVE_M = 0.35, RESUME_M = 0.4; /* of arm_controller.c: what its stops go by */
+static const double RANGE_M = 3; /* the whole lane */
 static const double THRESHOLD_M = 0.001, TOLERANCE_M = 1e-5;
 static const double ANSWER_S = 2;
 
@@ -87,9 +86,9 @@ static void remember(sightings *s, const collided_event *e)
 /* The stops, as the arm decides them: on the lower bound. That it stands at the start is no event. */
 static void note_stop(artist *a, double lo)
 {
-    if (!a->stopped && lo < PROTECTIVE_M && a->picture.gap_count > 1) mark(a, PICTURE_STOP);
-    if (a->stopped && lo > RESUME_M) mark(a, PICTURE_GO);
-    a->stopped = lo < PROTECTIVE_M || (a->stopped && lo <= RESUME_M);
+    if (!a->stopped && lo < EXAMPLE_PROTECTIVE_M && a->picture.gap_count > 1) mark(a, PICTURE_STOP);
+    if (a->stopped && lo > EXAMPLE_RESUME_M) mark(a, PICTURE_GO);
+    a->stopped = lo < EXAMPLE_PROTECTIVE_M || (a->stopped && lo <= EXAMPLE_RESUME_M);
 }
 
 /* Unknown pairs have no distance: the curve has a gap there. */
@@ -175,7 +174,11 @@ static void add_solid(picture *p, const collided_pose *body, collided_shape shap
 /* Above the highest of the body's shapes from `first` on. */
 static void add_label(picture *p, const char *name, size_t first)
 {
-    if (first == p->solid_count || p->label_count == PICTURE_LABELS) return;
+    if (first == p->solid_count) return;
+    if (p->label_count == PICTURE_LABELS) {
+        fprintf(stderr, "cell_picture: more than %d bodies: %s is drawn without its name\n", PICTURE_LABELS, name);
+        return;
+    }
     picture_label *l = &p->labels[p->label_count++];
     (void)snprintf(l->name, sizeof l->name, "%s", name);
     l->at[2] = -INFINITY;
@@ -232,6 +235,8 @@ static bool portray(artist *a, collided *c, const load_bodies *links)
     (void)example_poll_until(c, example_now_ns() + 50000000); /* so that the tick's own distances have come too */
     for (size_t i = 0; i < a->contacts.count && i < PICTURE_CONTACTS; i++)
         memcpy(p->contacts[p->contact_count++], a->contacts.at[i].gap.point_a, sizeof p->contacts[0]);
+    if (p->contact_count < a->contacts.count)
+        fprintf(stderr, "cell_picture: %zu contacts: only %zu are drawn\n", a->contacts.count, p->contact_count);
     bool good = choose_gap(p, bodies.tick);
     collided_result_free(&bodies);
     return good;
@@ -295,6 +300,18 @@ static bool load_links(pool *memory, load_bodies *links, load_report *r)
     return robot_bodies(&arm, collided_pose_identity(), values, COLLIDED_MOVING, memory, links, r);
 }
 
+/* Connects, watches and leaves. */
+static int paint(artist *a, const example *e, pool *memory, double after_s, double at_m)
+{
+    load_bodies links;
+    load_report report = {.error = ""};
+    if (!load_links(memory, &links, &report)) return fprintf(stderr, "cell_picture: %s\n", report.error), EX_DATAERR;
+    collided *c = example_connect(e, NULL);
+    bool painted = c && watch(a, c, e, &links, after_s, at_m);
+    if (c) collided_close(c);
+    return painted ? EX_OK : EX_UNAVAILABLE;
+}
+
 static int write_picture(const picture *p, const char *path)
 {
     FILE *out = fopen(path, "w");
@@ -311,16 +328,11 @@ int main(int argc, char **argv)
     double after_s = number(take(&argc, argv, "--after", "1"));
     example e = example_start(argc, argv);
     if (e.end_ns == INT64_MAX) e.end_ns = example_now_ns() + 12000000000; /* several crossings */
-    static artist a = {.picture = {.protective_m = 0}};
-    a.picture.protective_m = PROTECTIVE_M;
+    static artist a;
+    a.picture.protective_m = EXAMPLE_PROTECTIVE_M;
     pool memory = {0};
-    load_bodies links;
-    load_report report = {.error = ""};
-    if (!load_links(&memory, &links, &report)) return fprintf(stderr, "cell_picture: %s\n", report.error), EX_DATAERR;
-    collided *c = example_connect(&e, NULL);
-    if (!c) return EX_UNAVAILABLE;
-    int status = watch(&a, c, &e, &links, after_s, at_m) ? write_picture(&a.picture, path) : EX_UNAVAILABLE;
-    collided_close(c);
+    int status = paint(&a, &e, &memory, after_s, at_m);
+    if (status == EX_OK) status = write_picture(&a.picture, path);
     free(a.pairs.at), free(a.contacts.at), free(a.picture.gaps), free(a.picture.marks);
     pool_free(&memory);
     return status;

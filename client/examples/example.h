@@ -39,6 +39,12 @@ void example_line(
 /* For people only: nothing with --json. */
 __attribute__((format(printf, 2, 3))) void example_note(const example *e, const char *format, ...);
 
+/* The arm stops when the vehicle may be nearer than the first, and goes on when it is certainly farther than the
+ * second.
+ */
+extern const double EXAMPLE_PROTECTIVE_M, EXAMPLE_RESUME_M;
+extern const double EXAMPLE_WORKPIECE_M; /* its height */
+
 /* What the cell's bodies but the arm are made of, for who creates them and for who draws them: writes the shapes of the
  * named body, returns how many; 0 = not one of these. The wedge is a hull of EXAMPLE_WEDGE; its geometry is left 0. */
 enum { EXAMPLE_SHAPES = 5, EXAMPLE_WEDGE_POINTS = 6 };

@@ -1,7 +1,11 @@
-/* example_shapes: what the bodies of the cell are made of, the arm's apart (arm.urdf). In metres; plain functions. */
+/* example_shapes: what the bodies of the cell are made of, the arm's apart (arm.urdf), and how near they may come. In
+ * metres; plain functions. */
 #include "example.h"
 
 #include <string.h>
+
+const double EXAMPLE_PROTECTIVE_M = 0.35, EXAMPLE_RESUME_M = 0.4;
+const double EXAMPLE_WORKPIECE_M = 0.05;
 
 const double EXAMPLE_WEDGE[3 * EXAMPLE_WEDGE_POINTS] = {-0.05, -0.04, -0.02, 0.05, -0.04, -0.02, -0.05, 0.04, -0.02,
     0.05, 0.04, -0.02, -0.05, -0.04, 0.02, -0.05, 0.04, 0.02};
@@ -40,7 +44,7 @@ size_t example_shapes(const char *body, collided_shape shapes[EXAMPLE_SHAPES])
         const char *name;
         collided_shape shape;
     } parts[] = {
-        {"workpiece", collided_box(0.06, 0.06, 0.05)},
+        {"workpiece", collided_box(0.06, 0.06, EXAMPLE_WORKPIECE_M)},
         {"bolt", collided_cylinder(0.03, 0.08)},
         {"crate", collided_box(0.2, 0.15, 0.1)},
         {"wedge", collided_hull((collided_geometry){0})},

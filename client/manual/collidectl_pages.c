@@ -2,6 +2,7 @@
  * completion. Run by the build: collidectl_pages TEMPLATE OUTPUT. Linked with the objects of collidectl but its main.
  */
 #include "collidectl/options.h"
+#include "collidectl/verbs.h"
 #include "roff/roff.h"
 #include "roff/template.h"
 
@@ -59,6 +60,16 @@ static void write_verbs(FILE *out)
     }
 }
 
+static void write_exits(FILE *out)
+{
+    int count;
+    const option_exit *e = options_exits(&count);
+    for (const option_exit *end = e + count; e < end; e++) {
+        fprintf(out, ".TP\n.B %d\n", e->status);
+        roff_sentence(out, e->meaning);
+    }
+}
+
 /* ---- completion ---- */
 
 static void write_verb_words(FILE *out)
@@ -88,6 +99,13 @@ static void write_facts(FILE *out)
     fputs("\" -- \"$2\" ;;\n", out);
 }
 
+static void write_queries(FILE *out)
+{
+    fputs("    query) compgen -W \"", out);
+    for (size_t i = 0; verb_query_kind(i); i++) fprintf(out, " %s", verb_query_kind(i));
+    fputs("\" -- \"$2\" ;;\n", out);
+}
+
 static void write_files(FILE *out)
 {
     int count;
@@ -109,8 +127,8 @@ static void write_flags(FILE *out)
 int main(int argc, char **argv)
 {
     static const template_section sections[] = {{"options", write_options}, {"verbs", write_verbs},
-        {"verb_words", write_verb_words}, {"option_words", write_option_words}, {"facts", write_facts},
-        {"files", write_files}, {"flags", write_flags}, {0}};
+        {"exits", write_exits}, {"verb_words", write_verb_words}, {"option_words", write_option_words},
+        {"facts", write_facts}, {"queries", write_queries}, {"files", write_files}, {"flags", write_flags}, {0}};
     if (argc == 3) return template_write(argv[1], argv[2], sections) ? EXIT_FAILURE : EXIT_SUCCESS;
     fputs("usage: collidectl_pages TEMPLATE OUTPUT\n", stderr);
     return EXIT_FAILURE;

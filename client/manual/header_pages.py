@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 HEADER = "collided.h"
+BRIEF_MOST = 100
 COMMENT = re.compile(r"/\*(.*?)\*/", re.S)
 # A comment before, the declaration up to the ';' outside of braces, and a comment behind it on the same line.
 DECLARATION = re.compile(
@@ -120,10 +121,12 @@ def sentence(text):
 
 
 def brief(declaration):
-    """What stands in the line NAME."""
-    first = re.split(r"(?<=[a-z0-9\")])[.:;](?:\s|$)", " ".join(f"{declaration.comment}".split()))[0]
-    first = first if len(first) <= 90 else first[:90].rsplit(" ", 1)[0]
-    return first.rstrip(".,")
+    """What stands in the line NAME: the comment up to its first '.', ':' or ';' outside of parentheses, whole."""
+    text = " ".join(declaration.comment.split())
+    first = re.match(r"(?:\([^)]*\)|[^.:;(]|[.:;](?!\s|$))*", text)[0]
+    if not first or len(first) > BRIEF_MOST:
+        sys.exit(f"{HEADER}: {declaration.name}: its comment must begin with a sentence of at most {BRIEF_MOST} letters")
+    return first if first[1:2].isupper() else first[0].lower() + first[1:]
 
 
 def heading(title, release):

@@ -12,6 +12,7 @@
 #include "interface.h"
 #include "wake.h"
 #include "wire/dds/wire_dds.h"
+#include "wire/dds/wire_dds_leave.h"
 #include "wire/dds/wire_dds_qos.h"
 
 #include <dds/dds.h>
@@ -175,7 +176,7 @@ static dds_return_t join(link_dds *l, dds_domainid_t domain, const char *config,
 static void leave(link_dds *l)
 {
     if (l->participant > 0) dds_delete(l->participant);
-    if (l->domain > 0) dds_delete(l->domain);
+    if (!wire_dds_leave(l->domain)) log_warning("%s", WIRE_DDS_LEFT_BEHIND);
     dds_set_log_sink(NULL, NULL);
     dds_set_trace_sink(NULL, NULL);
 }

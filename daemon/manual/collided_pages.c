@@ -82,6 +82,7 @@ static void write_keys(FILE *out)
         roff_italic(out, o->type == CONFIG_YES ? "yes|no" : value_name(o));
         putc('\n', out);
         roff_sentence(out, o->help);
+        if (*o->details) roff_sentence(out, o->details);
         write_value(out, o);
     }
 }
@@ -117,10 +118,11 @@ static void write_defaults(FILE *out)
     size_t count;
     const config_option *o = config_options(&count);
     for (const config_option *end = o + count; o < end; o++) {
-        char text[256];
-        describe_value(o, text, sizeof text);
+        char text[256] = "Value: ";
+        describe_value(o, text + strlen(text), sizeof text - strlen(text));
         putc('\n', out);
         write_comment(out, o->help);
+        if (*o->details) write_comment(out, o->details);
         write_comment(out, text);
         fprintf(out, "#%s =%s%s\n", o->key, *o->value ? " " : "", o->value);
     }

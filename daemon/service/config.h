@@ -20,6 +20,7 @@ typedef struct config {
     char replay[CONFIG_TEXT_MAX];
     char log[16];
     char engine[16];
+    char broad[16];
     long workers;
     bool caches, json, journal;
     double margin, rate, status_period, lease;

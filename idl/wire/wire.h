@@ -155,7 +155,8 @@ enum {
     WIRE_SHAPE_CONE = 4,      /* base r, base r, half height; apex at +z */
     WIRE_SHAPE_ELLIPSOID = 5, /* semi-axes */
     WIRE_SHAPE_HALFSPACE = 6, /* 0 0 0; solid below z = 0 */
-    WIRE_SHAPE_HULL = 7       /* 0 0 0; geometry */
+    WIRE_SHAPE_HULL = 7,      /* 0 0 0; geometry */
+    WIRE_SHAPE_MESH = 8       /* 0 0 0; geometry */
 };
 
 /* PoseBatch: new poses of many bodies of one client. */

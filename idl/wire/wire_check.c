@@ -274,6 +274,7 @@ static const size_rule size_rules[] = {
     [WIRE_SHAPE_ELLIPSOID] = {"ellipsoid", .used = {true, true, true}},
     [WIRE_SHAPE_HALFSPACE] = {"half-space", .zero = true},
     [WIRE_SHAPE_HULL] = {"hull", .geometry = true},
+    [WIRE_SHAPE_MESH] = {"mesh", .geometry = true},
 };
 
 static wire_reason check_shape_size(
@@ -308,7 +309,7 @@ static wire_reason check_shapes(const wire_body *m, wire_refusal *why)
 {
     uint32_t n = m->shape_types.count;
     if (n == 0) FAIL(WIRE_MALFORMED, "shape_types is empty: 1 to %d shapes are allowed", WIRE_SHAPES_MAX);
-    TRY(check_all_between("shape_types", m->shape_types, WIRE_SHAPE_SPHERE, WIRE_SHAPE_HULL, why));
+    TRY(check_all_between("shape_types", m->shape_types, WIRE_SHAPE_SPHERE, WIRE_SHAPE_MESH, why));
     TRY(check_count("shape_sizes", m->shape_sizes.count, 3, n, why));
     TRY(check_count("shape_radii", m->shape_radii.count, 1, n, why));
     TRY(check_count("shape_poses", m->shape_poses.count, 7, n, why));

@@ -54,7 +54,7 @@ static void wrong_usage_is_told_in_one_line(void **state)
         {"record", "too few arguments"},
         {"record ../x", "without '/'"},
         {"replay", "too few arguments"},
-        {"replay x --workers 1.5", "whole number from 1 to 256"},
+        {"replay x --workers 1.5", "whole number from 1 to 64"},
         {"doctor now", "too many arguments"},
         {"doctor --connect dds://x", "--connect 'dds://x': must be dds://DOMAIN"},
         {"doctor --connect lcm://nowhere", "must be dds://DOMAIN"},

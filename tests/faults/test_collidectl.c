@@ -72,6 +72,8 @@ static void a_robot_is_loaded_moved_asked_about_and_removed(void **state)
     says("Adjacent");
     ctl(0, "query box 2,0,0.5 0.1,0.1,0.1 --json");
     says("\"hook\"");
+    ctl(0, "query box 2,0,0.5 0.1,0.1,0.1"); /* how deep, not a pose that no answer has */
+    says("] mm");
     ctl(0, "query ray 5,0,0.5 -1,0,0 --json");
     says("\"hook\"");
     assert_true(number("lo") <= 2.9 && number("hi") >= 2.9);

@@ -2,16 +2,15 @@
  * which tell of participants and endpoints also when these do not match. */
 #include "ear.h"
 #include "wire_dds/wire_dds.h"
+#include "wire_dds/wire_dds_leave.h"
 #include "wire_dds/wire_dds_qos.h"
 
 #include <dds/dds.h>
-#include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
-enum { TAKE = 32, SEEN_MAX = 512, WRITERS_MAX = 32, CLOSE_S = 2 };
+enum { TAKE = 32, SEEN_MAX = 512, WRITERS_MAX = 32 };
 #define MATCH_S 0.2 /* discovery tells of a writer, then matches it */
 
 typedef struct seen_participant {
@@ -219,29 +218,15 @@ static bool join(ear_dds *e, const ear_options *o, char *why, size_t why_size)
     return false;
 }
 
-static void *delete_all(void *context)
-{
-    ear_dds *e = context;
-    if (e->participant > 0) dds_delete(e->participant);
-    if (e->domain > 0) dds_delete(e->domain);
-    free(e->sample);
-    free(e);
-    return NULL;
-}
-
-/* Cyclone 0.10.2 ends its receiving threads by a datagram to itself, and waits for them. Behind a firewall that drops
- * it, it would wait for ever, and finding that firewall is why we are here: then it is left behind, for the end of the
- * process. */
+/* Finding the firewall behind which DDS does not end is why we are here: then it is left behind. */
 static bool dds_ear_close(ear *head)
 {
-    pthread_t closing;
-    struct timespec end;
-    if (pthread_create(&closing, NULL, delete_all, head) != 0) return false;
-    clock_gettime(CLOCK_REALTIME, &end);
-    end.tv_sec += CLOSE_S;
-    if (pthread_timedjoin_np(closing, NULL, &end) == 0) return true;
-    pthread_detach(closing);
-    return false;
+    ear_dds *e = (ear_dds *)head;
+    if (e->participant > 0) dds_delete(e->participant);
+    bool left = wire_dds_leave(e->domain);
+    free(e->sample);
+    free(e);
+    return left;
 }
 
 static const ear_ops dds_ear_ops = {
