@@ -23,15 +23,13 @@ static const double TOO_FAT = 2;
  * 0.98 and 1.13 pairs a body, each of which the narrow phase has to settle. */
 static const double LOOK_AHEAD = 16, LOOK_AHEAD_MOST = 0.5;
 
-/* Then a leaf seeks a better place in its tree. Measured, with 0, 4, 8 and 1000: 72, 49, 69 and 162 ns a body: a tree
- * that only gives way goes bad, one that is always searched costs more than it saves. */
-enum { MOVES_IN_PLACE = 4 };
-
-broad *broad_create(broad_filter *filter, void *context)
+broad *broad_create(broad_kind kind, broad_filter *filter, void *context)
 {
     broad *b = base_zalloc(1, sizeof *b);
     b->filter = filter;
     b->filter_context = context;
+    b->kind = kind;
+    b->index = broad_first_index(kind);
     tree_init(&b->moving);
     tree_init(&b->fixed);
     pairs_init(&b->pairs);
@@ -41,8 +39,7 @@ broad *broad_create(broad_filter *filter, void *context)
 void broad_destroy(broad *b)
 {
     if (!b) return;
-    tree_free(&b->moving);
-    tree_free(&b->fixed);
+    b->index->free(b);
     pairs_free(&b->pairs);
     array_free(&b->proxies);
     array_free(&b->unbounded);
@@ -51,6 +48,7 @@ void broad_destroy(broad *b)
     array_free(&b->pending);
     array_free(&b->order);
     array_free(&b->unsettled);
+    array_free(&b->met);
     array_free(&b->began);
     array_free(&b->ended);
     array_free(&b->scratch);
@@ -104,7 +102,7 @@ static place place_for(const fbox *box)
 {
     for (int k = 0; k < 3; k++)
         if (box->lo[k] < -TREE_REACH || box->hi[k] > TREE_REACH) return UNBOUNDED;
-    return IN_TREE;
+    return INDEXED;
 }
 
 /* The common case of a body that moves a little: nothing is to be done. */
@@ -166,11 +164,6 @@ void broad_refilter(broad *b, uint32_t id)
 
 /* ---- where a proxy is kept ---- */
 
-static tree *tree_of(broad *b, bool fixed)
-{
-    return fixed ? &b->fixed : &b->moving;
-}
-
 static void list_beside(broad *b, uint32_t id)
 {
     array_reserve(&b->listed, (size_t)id + 1);
@@ -189,7 +182,7 @@ static void take_from_list(broad *b, uint32_t id)
 static void take_proxy_out(broad *b, uint32_t id)
 {
     proxy *p = &b->proxies.at[id];
-    if (p->place == IN_TREE) tree_remove(tree_of(b, p->fixed), id);
+    if (p->place == INDEXED) b->index->remove(b, id);
     if (p->place == UNBOUNDED) take_from_list(b, id);
     b->proxy_count -= p->place != NOWHERE;
     p->place = NOWHERE;
@@ -198,29 +191,25 @@ static void take_proxy_out(broad *b, uint32_t id)
 static void put_proxy_in(broad *b, const change *c)
 {
     proxy *p = &b->proxies.at[c->proxy];
-    p->fat = c->fat;
-    p->fixed = c->fixed;
-    p->moves = 0;
     p->place = (uint8_t)place_for(&c->fat);
     b->proxy_count++;
-    if (p->place == IN_TREE)
-        tree_announce(tree_of(b, p->fixed), c->proxy, &c->fat);
+    if (p->place == INDEXED)
+        b->index->put(b, c);
     else
         list_beside(b, c->proxy);
 }
 
-static void replace(broad *b, const change *c)
+static void replace(broad *b, change *c)
 {
     proxy *p = &b->proxies.at[c->proxy];
-    bool in_place = p->place == IN_TREE && p->fixed == c->fixed && place_for(&c->fat) == IN_TREE &&
-                    p->moves++ < MOVES_IN_PLACE && fbox_overlap(&p->fat, &c->fat);
-    if (in_place) {
-        p->fat = c->fat;
-        tree_move(tree_of(b, p->fixed), c->proxy, &c->fat);
+    if (p->place == INDEXED && place_for(&c->fat) == INDEXED) {
+        b->index->move(b, c);
     } else {
         take_proxy_out(b, c->proxy);
         put_proxy_in(b, c);
     }
+    p->fat = c->fat;
+    p->fixed = c->fixed;
 }
 
 /* ---- the update ---- */
@@ -235,8 +224,8 @@ static void sort_in_scratch(broad *b, key_array *keys)
 static uint64_t position(const broad *b, uint32_t id)
 {
     const proxy *p = &b->proxies.at[id];
-    if (p->place != IN_TREE) return UINT64_C(1) << 31 | id;
-    return p->fixed ? UINT64_C(1) << 30 | b->fixed.leaf_of.at[id] : b->moving.leaf_of.at[id];
+    if (p->place != INDEXED) return UINT64_C(1) << 31 | id;
+    return (uint64_t)p->fixed << 30 | b->index->position(b, id);
 }
 
 /* By position, which depends only on what is there, so that the order of the calls does not matter; and what is near
@@ -271,6 +260,7 @@ static void apply_box(broad *b, uint32_t index)
         broad_end_all_pairs(b, c->proxy);
         take_proxy_out(b, c->proxy);
     }
+    c->asks = true;
     c->was = p->place != NOWHERE;
     c->was_fixed = p->fixed;
     c->old = p->fat;
@@ -296,18 +286,18 @@ static void give_buffers_back(broad *b)
     array_free(&b->order);
     array_free(&b->unsettled);
     array_free(&b->scratch);
-    tree_give_buffers_back(&b->moving);
-    tree_give_buffers_back(&b->fixed);
+    array_free(&b->met);
+    b->index->give_buffers_back(b);
 }
 
 void broad_update(broad *b, broad_changes *changes)
 {
     size_t count_before = b->proxy_count;
-    b->began.count = b->ended.count = b->unsettled.count = 0;
+    b->began.count = b->ended.count = b->unsettled.count = b->met.count = 0;
+    broad_choose_index(b);
     order_pending(b);
     for (size_t i = 0; i < b->order.count; i++) apply_box(b, (uint32_t)b->order.at[i]);
-    tree_settle(&b->moving);
-    tree_settle(&b->fixed);
+    b->index->settle(b);
     order_unsettled(b);
     broad_settle(b);
     for (size_t i = 0; i < b->pending.count; i++) b->proxies.at[b->pending.at[i].proxy].pending = NOTHING_PENDING;
@@ -333,15 +323,13 @@ size_t broad_pair_count(const broad *b)
 static const char *validate_place(const broad *b, uint32_t id)
 {
     const proxy *p = &b->proxies.at[id];
-    const tree *t = p->fixed ? &b->fixed : &b->moving;
     switch ((place)p->place) {
     case NOWHERE:
         return pairs_first(&b->pairs, id) == PAIRS_NO_LINK ? NULL : "a proxy that is gone has pairs";
     case UNBOUNDED:
         return b->unbounded.at[b->listed.at[id]] == id ? NULL : "a listed proxy is lost";
-    case IN_TREE:
-        if (id >= t->leaf_of.count || t->leaf_of.at[id] == TREE_NONE) return "a proxy is missing from its tree";
-        return fbox_equal(tree_box(t, id), &p->fat) ? NULL : "a leaf differs from the proxy's box";
+    case INDEXED:
+        return NULL; /* the index knows */
     }
     return "a proxy is at no known place";
 }
@@ -360,11 +348,10 @@ static const char *validate_proxy(const broad *b, uint32_t id)
 
 const char *broad_validate(const broad *b)
 {
-    const char *broken = tree_validate(&b->moving);
-    if (!broken) broken = tree_validate(&b->fixed);
+    size_t indexed = 0;
+    const char *broken = b->index->validate(b, &indexed);
     if (!broken) broken = pairs_validate(&b->pairs);
     for (uint32_t id = 0; !broken && id < b->proxies.count; id++) broken = validate_proxy(b, id);
     if (broken) return broken;
-    size_t kept = b->moving.leaf_count + b->fixed.leaf_count + b->unbounded.count;
-    return kept == b->proxy_count ? NULL : "the count of proxies is wrong";
+    return indexed + b->unbounded.count == b->proxy_count ? NULL : "the count of proxies is wrong";
 }

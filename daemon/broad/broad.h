@@ -3,9 +3,9 @@
  * A proxy is the box of one shape under the caller's id. Its stored box is fat: widened by a margin, reaching ahead of
  * its motion, in floats rounded outward. As long as the tight box stays inside, a put is a comparison and nothing else;
  * an update costs what left its fat box (or has become so small that the fat one is more than twice too large), not
- * what there is. Two trees: moving and static (static proxies do not pair with each other). A pair of proxies stays
- * from the update in which their fat boxes meet until the one in which they part. Boxes without end are kept in a list
- * beside the trees. Not thread-safe; queries may run in several threads between updates. Never drops a pair. */
+ * what there is. Fixed proxies do not pair with each other. A pair of proxies stays from the update in which their fat
+ * boxes meet until the one in which they part. Boxes without end are kept in a list beside. Not thread-safe; queries
+ * may run in several threads between updates. Never drops a pair. */
 #ifndef COLLIDED_BROAD_BROAD_H
 #define COLLIDED_BROAD_BROAD_H
 
@@ -15,7 +15,7 @@ typedef struct broad broad;
 
 typedef struct broad_move {
     uint32_t proxy; /* the caller's id, dense and small */
-    bool fixed;     /* goes to the static tree */
+    bool fixed;     /* does not pair with what is fixed, too */
     aabb box;       /* tight, world frame, widened already by whatever range interests need */
     double margin;  /* m, by which to fatten on all sides when it is given a new fat box; >= 0 */
     vec3 motion;    /* m, how far it is expected to move until the next put: the new fat box reaches ahead */
@@ -37,7 +37,18 @@ typedef struct broad_changes {
  * for a pair only together with a broad_refilter of one of the two. */
 typedef bool broad_filter(void *context, uint32_t a, uint32_t b);
 
-broad *broad_create(broad_filter *filter, void *context);
+/* How what meets is found. Pairs and changes are the same whichever is chosen, and what queries visit, but for its
+ * order. */
+typedef enum broad_kind {
+    BROAD_AUTO,   /* what measured best for so many proxies (choose.c); changes in broad_update */
+    BROAD_TREE,   /* two trees: moving and fixed */
+    BROAD_SWEEP3, /* sweep and prune on three axes */
+    BROAD_SWEEP1, /* sweep and prune on the axis of the largest variance */
+} broad_kind;
+
+const char *broad_kind_name(broad_kind kind); /* "auto", "tree", "sweep3", "sweep1" */
+
+broad *broad_create(broad_kind kind, broad_filter *filter, void *context);
 void broad_destroy(broad *b);
 
 /* Queue changes; broad_update carries them out. A proxy put twice keeps the last. A removed proxy's pairs end. Removing
@@ -48,7 +59,10 @@ void broad_refilter(broad *b, uint32_t proxy); /* its filter changed: ask again 
 
 void broad_update(broad *b, broad_changes *changes);
 
-/* As of the last update. */
+/* As of the last update. The index that stands: never BROAD_AUTO. And in words, with the reason, at most 95 characters:
+ * "tree (auto: 700 proxies; sweep3 for 128 and fewer)". */
+broad_kind broad_index_kind(const broad *b);
+void broad_tell_index(const broad *b, char text[96]);
 size_t broad_proxy_count(const broad *b);
 size_t broad_pair_count(const broad *b);
 /* The order is nobody's business, but the same after the same changes. */

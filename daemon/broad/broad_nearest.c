@@ -3,22 +3,11 @@
  * Any number of threads, between updates. */
 #include "broad.h"
 
+#include "near.h"
 #include "state.h"
 
 #include <math.h>
 #include <stdlib.h>
-
-typedef struct candidate {
-    double distance;  /* m; what lies below is no nearer */
-    const tree *tree; /* of the node; NULL for a proxy */
-    uint32_t at;      /* node or proxy */
-} candidate;
-
-typedef struct search {
-    ARRAY(candidate) heap; /* children of i: 2i + 1, 2i + 2 */
-    aabb from;
-    double reach;
-} search;
 
 static double gap(double lo, double hi, double from_lo, double from_hi)
 {
@@ -26,7 +15,7 @@ static double gap(double lo, double hi, double from_lo, double from_hi)
 }
 
 /* Six roundings, of at most 2^-53 each: the slack makes the computed distance a lower bound. */
-static double distance_to(const search *s, const fbox *b)
+static double distance_to(const near_search *s, const fbox *b)
 {
     double x = gap(b->lo[0], b->hi[0], s->from.lo.x, s->from.hi.x);
     double y = gap(b->lo[1], b->hi[1], s->from.lo.y, s->from.hi.y);
@@ -35,15 +24,15 @@ static double distance_to(const search *s, const fbox *b)
 }
 
 /* Proxies before nodes at the same distance: fewer nodes are opened. */
-static bool before(const candidate *a, const candidate *b)
+static bool before(const near_candidate *a, const near_candidate *b)
 {
     if (a->distance != b->distance) return a->distance < b->distance;
     return !a->tree && b->tree;
 }
 
-static void push(search *s, const tree *t, uint32_t at, const fbox *box)
+static void push(near_search *s, const tree *t, uint32_t at, const fbox *box)
 {
-    candidate c = {distance_to(s, box), t, at};
+    near_candidate c = {distance_to(s, box), t, at};
     if (!(c.distance <= s->reach)) return;
     array_push(&s->heap, c);
     size_t i = s->heap.count - 1;
@@ -51,9 +40,9 @@ static void push(search *s, const tree *t, uint32_t at, const fbox *box)
     s->heap.at[i] = c;
 }
 
-static candidate pop(search *s)
+static near_candidate pop(near_search *s)
 {
-    candidate top = s->heap.at[0], c = s->heap.at[--s->heap.count];
+    near_candidate top = s->heap.at[0], c = s->heap.at[--s->heap.count];
     size_t i = 0, count = s->heap.count;
     for (size_t child; (child = 2 * i + 1) < count; i = child) {
         if (child + 1 < count && before(&s->heap.at[child + 1], &s->heap.at[child])) child++;
@@ -64,7 +53,7 @@ static candidate pop(search *s)
     return top;
 }
 
-static void open_node(search *s, const tree *t, uint32_t node)
+static void open_node(near_search *s, const tree *t, uint32_t node)
 {
     uint32_t down = t->nodes[node].down;
     for (uint32_t i = down; i < down + 2; i++) {
@@ -73,24 +62,28 @@ static void open_node(search *s, const tree *t, uint32_t node)
     }
 }
 
-static void push_root(search *s, const tree *t)
+void near_push_tree(near_search *s, const tree *t)
 {
     if (t->leaf_count == 0) return;
     const tree_node *root = &t->nodes[TREE_ROOT];
     push(s, tree_is_leaf(root) ? NULL : t, tree_is_leaf(root) ? root->down & ~TREE_LEAF : TREE_ROOT, &root->box);
 }
 
+void near_push_proxy(near_search *s, uint32_t proxy, const fbox *box)
+{
+    push(s, NULL, proxy, box);
+}
+
 void broad_query_nearest(const broad *b, aabb box, double reach, broad_near_visit *visit, void *context)
 {
-    search s = {.from = box, .reach = reach};
-    push_root(&s, &b->moving);
-    push_root(&s, &b->fixed);
+    near_search s = {.from = box, .reach = reach};
+    b->index->query_nearest(b, &s);
     for (size_t i = 0; i < b->unbounded.count; i++) {
         uint32_t id = b->unbounded.at[i];
-        push(&s, NULL, id, &b->proxies.at[id].fat);
+        near_push_proxy(&s, id, &b->proxies.at[id].fat);
     }
     while (s.heap.count > 0) {
-        candidate c = pop(&s);
+        near_candidate c = pop(&s);
         if (!(c.distance <= s.reach)) break;
         if (c.tree)
             open_node(&s, c.tree, c.at);

@@ -8,7 +8,7 @@
 typedef struct broad_stored {
     fbox fat;
     bool fixed;
-    bool unbounded; /* in the list beside the trees */
+    bool unbounded; /* in the list beside the index */
 } broad_stored;
 
 /* False if the proxy is not there. */

@@ -13,8 +13,7 @@ void broad_each_pair_of(const broad *b, uint32_t id, void (*visit)(void *context
 void broad_query_box(const broad *b, aabb box, broad_visit *visit, void *context)
 {
     fbox query = fbox_inward(box);
-    if (!tree_query_box(&b->moving, &query, visit, context)) return;
-    if (!tree_query_box(&b->fixed, &query, visit, context)) return;
+    if (!b->index->query_box(b, &query, visit, context)) return;
     for (size_t i = 0; i < b->unbounded.count; i++) {
         uint32_t id = b->unbounded.at[i];
         if (fbox_overlap(&query, &b->proxies.at[id].fat) && !visit(context, id)) return;
@@ -25,8 +24,7 @@ void broad_query_cast(const broad *b, aabb box, vec3 direction, double length, b
 {
     tree_ray ray = {{box.lo.x, box.lo.y, box.lo.z}, {box.hi.x, box.hi.y, box.hi.z},
         {direction.x, direction.y, direction.z}, length};
-    if (!tree_query_ray(&b->moving, &ray, visit, context)) return;
-    if (!tree_query_ray(&b->fixed, &ray, visit, context)) return;
+    if (!b->index->query_ray(b, &ray, visit, context)) return;
     for (size_t i = 0; i < b->unbounded.count; i++) {
         uint32_t id = b->unbounded.at[i];
         if (tree_ray_meets(&ray, &b->proxies.at[id].fat) && !visit(context, id)) return;

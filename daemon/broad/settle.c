@@ -50,16 +50,24 @@ static void mark_partners(broad *b, uint32_t id)
 
 /* ---- meetings ---- */
 
+static void begin_pair(broad *b, uint32_t x, uint32_t y)
+{
+    if (!accepts(b, x, y)) return;
+    pairs_begin(&b->pairs, x, y);
+    array_push(&b->began, pair_key(x, y));
+}
+
 typedef struct meeting {
     broad *b;
     const change *c;
 } meeting;
 
-/* Of two proxies that both are looked at in this update, one asks: the refiltered one, else the one of lower id. */
+/* Of two proxies of which both could ask, one does: the refiltered one, else the one of lower id. */
 static bool other_asks(const change *c, const change *d)
 {
+    if (!d->asks || !(d->put || d->refilter)) return false;
     if (c->refilter != d->refilter) return d->refilter;
-    return d->proxy < c->proxy;
+    return !c->asks || d->proxy < c->proxy;
 }
 
 static bool met_before(const change *c, const proxy *q, const change *d)
@@ -76,11 +84,10 @@ static bool meet(void *context, uint32_t other)
     const change *c = m->c;
     const proxy *q = &b->proxies.at[other];
     const change *d = q->pending == NOTHING_PENDING ? NULL : &b->pending.at[q->pending];
-    if (other == c->proxy || (d && (d->put || d->refilter) && other_asks(c, d))) return true;
+    bool both_fixed = q->fixed && b->proxies.at[c->proxy].fixed;
+    if (other == c->proxy || both_fixed || (d && other_asks(c, d))) return true;
     bool known = c->refilter ? b->marks.at[other] == b->mark : met_before(c, q, d);
-    if (known || !accepts(b, c->proxy, other)) return true;
-    pairs_begin(&b->pairs, c->proxy, other);
-    array_push(&b->began, pair_key(c->proxy, other));
+    if (!known) begin_pair(b, c->proxy, other);
     return true;
 }
 
@@ -89,11 +96,7 @@ static void begin_new_pairs(broad *b, const change *c)
     const proxy *p = &b->proxies.at[c->proxy];
     meeting m = {b, c};
     if (c->refilter) mark_partners(b, c->proxy);
-    if (p->place == IN_TREE && !p->fixed)
-        tree_query_around(&b->moving, c->proxy, meet, &m);
-    else
-        tree_query_box(&b->moving, &p->fat, meet, &m);
-    if (!p->fixed) tree_query_box(&b->fixed, &p->fat, meet, &m);
+    if (c->asks) b->index->around(b, c->proxy, meet, &m);
     for (size_t i = 0; i < b->unbounded.count; i++) {
         const proxy *q = &b->proxies.at[b->unbounded.at[i]];
         if (may_pair(&p->fat, p->fixed, &q->fat, q->fixed)) meet(&m, b->unbounded.at[i]);
@@ -104,4 +107,5 @@ void broad_settle(broad *b)
 {
     for (size_t i = 0; i < b->unsettled.count; i++) end_parted_pairs(b, &b->pending.at[b->unsettled.at[i]]);
     for (size_t i = 0; i < b->unsettled.count; i++) begin_new_pairs(b, &b->pending.at[b->unsettled.at[i]]);
+    for (size_t i = 0; i < b->met.count; i++) begin_pair(b, (uint32_t)(b->met.at[i] >> 32), (uint32_t)b->met.at[i]);
 }

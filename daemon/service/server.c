@@ -77,6 +77,13 @@ static narrow_engine engine_of(const char *name)
                                   : NARROW_ENGINE_AUTO;
 }
 
+static broad_kind broad_of(const char *name)
+{
+    broad_kind kind = BROAD_SWEEP1;
+    while (kind != BROAD_AUTO && strcmp(name, broad_kind_name(kind)) != 0) kind--;
+    return kind;
+}
+
 static int open_link(service *s, const char *uri, char *why, size_t why_size)
 {
     link_options options = {.wake_fd = s->wake_fd,
@@ -149,6 +156,7 @@ server *server_create(const config *c, char *why, size_t why_size)
     world_options options = world_options_default();
     options.workers = worker_count(c);
     options.engine = engine_of(c->engine);
+    options.broad = broad_of(c->broad);
     options.caches = c->caches;
     options.margin = c->margin;
     s->world = world_create(&options);
@@ -296,6 +304,7 @@ static void begin(server *v)
     service *s = &v->s;
     char state[256];
     tell_links(s);
+    service_tell_broad(s);
     snprintf(state, sizeof state, "%s is ready, %u worker(s), epoch %" PRId64, s->daemon_name, worker_count(&s->config),
         s->epoch);
     log_notice("%s", state);

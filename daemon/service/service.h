@@ -1,7 +1,7 @@
 /* service: the parts that stand between the links and the world, and what they share. Tick thread only.
  *
  *   inbox    commands of a tick, in canonical order          session  clients, and what is theirs
- *   apply    commands to the world, refusals                 geometry hulls by content hash
+ *   apply    commands to the world, refusals                 geometry hulls, meshes by content hash
  *   stream   the world's events to the links                 answer   queries
  *   health   status and counters                             record   recordings
  *   tick     one tick, live or replayed                  server   the loop */
@@ -73,11 +73,13 @@ typedef struct geometry {
     ARRAY(int64_t) announcers; /* clients that announce it and have not taken it back */
     uint8_t kind;
     int32_t pieces, come; /* come: pieces that have arrived */
-    size_t vertex_numbers;
-    double *vertices; /* as they came: a recording tells them again */
-    uint8_t *has;     /* a flag a piece, while it is coming */
-    hull *hull;       /* when whole */
-    uint32_t users;   /* bodies that hold it */
+    size_t vertex_numbers, index_numbers;
+    double *vertices; /* as they came, with the indices: a recording tells them again */
+    int32_t *indices;
+    uint8_t *has;   /* a flag a piece, while it is coming */
+    hull *hull;     /* when whole: this one ... */
+    mesh *mesh;     /* ... or this one, by its kind */
+    uint32_t users; /* bodies that hold it */
     bool used;
 } geometry;
 
@@ -123,10 +125,12 @@ typedef struct service {
     size_t link_count;
     int wake_fd;
     int64_t epoch, tick, started_ns;
-    int64_t now_ns, monotonic_ns;        /* of this tick */
-    int64_t latest_pose_ns, latest_step; /* of this tick */
+    int64_t now_ns, monotonic_ns;   /* of this tick */
+    int64_t latest_pose_ns;         /* the newest stamp of all poses */
+    int64_t latest_step, step_tick; /* the highest step of the last tick that had one, and that tick */
     uint64_t events_hash;
     bool replaying, stopping;
+    broad_kind told_broad; /* what the log says last; BROAD_AUTO: nothing yet */
     uint8_t health;
 
     ARRAY(session *) sessions;
@@ -163,8 +167,13 @@ size_t session_bodies(const session *c); /* in the world */
 void session_free_all(service *s);
 
 /* geometry.c */
+typedef struct geometry_share { /* what one piece holds of the whole: vertices first, then indices */
+    size_t first_vertex, vertices, first_index, indices;
+} geometry_share;
+geometry_share geometry_share_of(const geometry *g, int32_t piece);
 wire_reason geometry_put(service *s, const wire_geometry *m, wire_refusal *why);
-const hull *geometry_hull(const service *s, int64_t hash);
+/* The hull or mesh of a shape of that type; false: it has not come, or is of another kind. */
+bool geometry_lend(const service *s, int64_t hash, shape *to);
 void geometry_hold(service *s, int64_t hash);
 void geometry_release(service *s, int64_t hash);
 void geometry_forget(service *s, int64_t client); /* what it announced and no body uses may go */
@@ -198,7 +207,8 @@ void stream_free_all(service *s);
 void answer_query(service *s, struct link *from, const wire_query *q);
 
 /* tick.c */
-void service_tick(service *s); /* of number s->tick, at s->now_ns */
+void service_tick(service *s);       /* of number s->tick, at s->now_ns */
+void service_tell_broad(service *s); /* logs the broad phase that stands, if the log says another one */
 
 /* health.c */
 void health_register(service *s);

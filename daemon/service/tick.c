@@ -1,5 +1,16 @@
 /* tick: one tick of the service: the same for live links and for a replay. Tick thread. */
+#include "base/log.h"
 #include "service.h"
+
+/* Rare: where auto changes its mind, it does so with hysteresis. */
+void service_tell_broad(service *s)
+{
+    char text[96];
+    if (world_broad_kind(s->world) == s->told_broad) return;
+    s->told_broad = world_broad_kind(s->world);
+    world_tell_broad(s->world, text);
+    log_notice("broad phase: %s", text);
+}
 
 /* Queries wait in the inbox like commands, and are answered from the world as the tick leaves it. */
 void service_tick(service *s)
@@ -7,12 +18,12 @@ void service_tick(service *s)
     world_batches batches;
     inbox_apply(s);
     world_tick(s->world, s->now_ns, &batches);
+    service_tell_broad(s);
     s->events_hash = batches.hash;
     stream_publish(s, &batches);
     session_send_acks(s);
     inbox_answer(s);
     record_tick(s);
     geometry_sweep(s);
-    s->latest_pose_ns = s->latest_step = 0;
     for (size_t i = 0; i < s->link_count; i++) s->links[i]->ops->flush(s->links[i]);
 }

@@ -5,7 +5,8 @@
 
 world_options world_options_default(void)
 {
-    return (world_options){.workers = 1, .engine = NARROW_ENGINE_AUTO, .caches = true, .margin = 0.1};
+    return (world_options){
+        .workers = 1, .engine = NARROW_ENGINE_AUTO, .broad = BROAD_AUTO, .caches = true, .margin = 0.1};
 }
 
 world *world_create(const world_options *options)
@@ -18,7 +19,7 @@ world *world_create(const world_options *options)
         w->scratch[i] = aligned_alloc(64, bytes);
         if (!w->scratch[i]) abort();
     }
-    w->broad = broad_create(pair_accept, w);
+    w->broad = broad_create(options->broad, pair_accept, w);
     id_pool_init(&w->body_ids);
     id_pool_init(&w->solid_ids);
     id_pool_init(&w->interest_ids);
@@ -29,6 +30,16 @@ world *world_create(const world_options *options)
     w->words = 1;
     w->hash = 14695981039346656037u;
     return w;
+}
+
+broad_kind world_broad_kind(const world *w)
+{
+    return broad_index_kind(w->broad);
+}
+
+void world_tell_broad(const world *w, char text[96])
+{
+    broad_tell_index(w->broad, text);
 }
 
 static void free_bodies(world *w)

@@ -10,6 +10,7 @@
 #ifndef COLLIDED_WORLD_WORLD_H
 #define COLLIDED_WORLD_WORLD_H
 
+#include "broad/broad.h"
 #include "narrow/narrow.h"
 
 #include <stdbool.h>
@@ -23,13 +24,18 @@ enum { WORLD_NONE = UINT32_MAX };
 typedef struct world_options {
     unsigned workers; /* threads of the narrow phase, the caller's included */
     narrow_engine engine;
-    bool caches;   /* off: every pair is decided from nothing; the events are the same (a test) */
-    double margin; /* fat boxes grow by this share of the shape's reach, and reach ahead of its motion */
+    broad_kind broad; /* how boxes that meet are found; the events are the same */
+    bool caches;      /* off: every pair is decided from nothing; the events are the same (a test) */
+    double margin;    /* fat boxes grow by this share of the shape's reach, and reach ahead of its motion */
 } world_options;
 world_options world_options_default(void);
 
 world *world_create(const world_options *options);
 void world_destroy(world *w);
+
+/* Which way of finding them stands since the last tick, never BROAD_AUTO; and in words, with the reason. */
+broad_kind world_broad_kind(const world *w);
+void world_tell_broad(const world *w, char text[96]);
 
 typedef enum world_status { WORLD_OK, WORLD_NAME_TAKEN, WORLD_UNKNOWN_ID } world_status;
 

@@ -21,7 +21,7 @@ typedef void peer_visit(void *context, uint32_t a, uint32_t b);
 
 typedef struct peer {
     const char *name;
-    size_t most; /* bodies that it can hold; 0 = any number */
+    size_t most; /* bodies that it can hold, or is raced with; 0 = any number */
     /* With all pairs found; `side`: centres are in 0..side on each axis, m. */
     void *(*create)(const peer_body *bodies, size_t count, double side);
     void (*destroy)(void *world);
@@ -34,7 +34,8 @@ typedef struct peer {
 /* Ours come first; which others are there is CMake's choice (contenders_all.c, contenders_ours.c). */
 extern const peer *const broad_contenders[];
 extern const size_t broad_contender_count, broad_ours_count;
-extern const peer peer_ours;       /* as the world uses it */
+extern const peer peer_ours;                                          /* as the world uses it */
+extern const peer peer_ours_tree, peer_ours_sweep3, peer_ours_sweep1; /* as it can be configured */
 extern const peer peer_ours_empty; /* refuses every pair: what the bodies alone cost */
 extern const peer peer_bullet_dbvt, peer_bullet_sweep16, peer_bullet_sweep32;
 extern const peer peer_fcl_update, peer_fcl_refit;

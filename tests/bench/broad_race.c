@@ -140,7 +140,8 @@ static bool is_admitted(race *r, lane *l)
 {
     size_t count = r->scene.count;
     if (l->peer->most && count > l->peer->most) {
-        snprintf(l->left_out, sizeof l->left_out, "holds at most %zu bodies", l->peer->most);
+        snprintf(l->left_out, sizeof l->left_out, "%s %zu bodies",
+            l->ours ? "a sweep: raced only with at most" : "holds at most", l->peer->most);
         return false;
     }
     if (l->ours || count < FORECAST_FROM) return true;
@@ -261,7 +262,7 @@ static void let_waves_pass(race *r)
         scene_advance(&r->scene, r->movers, r->mover_count, r->block);
         for (size_t i = 0; i < r->lane_count; i++) {
             lane *l = &r->lanes[i];
-            if (l->ours) l->peer->step(l->world, r->movers, r->block, r->mover_count);
+            if (l->ours && l->world) l->peer->step(l->world, r->movers, r->block, r->mover_count);
             l->stale |= !l->ours;
         }
     }

@@ -18,12 +18,12 @@ static size_t step(void *world, const uint32_t *ids, const peer_body *bodies, si
     return broad_pair_count(world);
 }
 
-static void *create_with(broad_filter *filter, const peer_body *bodies, size_t count)
+static void *create_with(broad_kind kind, broad_filter *filter, const peer_body *bodies, size_t count)
 {
     uint32_t *ids = malloc(count * sizeof *ids);
     if (!ids) abort();
     for (size_t i = 0; i < count; i++) ids[i] = (uint32_t)i;
-    broad *b = broad_create(filter, NULL);
+    broad *b = broad_create(kind, filter, NULL);
     step(b, ids, bodies, count);
     free(ids);
     return b;
@@ -44,13 +44,31 @@ static bool refuse(void *context, uint32_t a, uint32_t b)
 static void *create(const peer_body *bodies, size_t count, double side)
 {
     (void)side;
-    return create_with(accept, bodies, count);
+    return create_with(BROAD_AUTO, accept, bodies, count);
+}
+
+static void *create_tree(const peer_body *bodies, size_t count, double side)
+{
+    (void)side;
+    return create_with(BROAD_TREE, accept, bodies, count);
+}
+
+static void *create_sweep3(const peer_body *bodies, size_t count, double side)
+{
+    (void)side;
+    return create_with(BROAD_SWEEP3, accept, bodies, count);
+}
+
+static void *create_sweep1(const peer_body *bodies, size_t count, double side)
+{
+    (void)side;
+    return create_with(BROAD_SWEEP1, accept, bodies, count);
 }
 
 static void *create_empty(const peer_body *bodies, size_t count, double side)
 {
     (void)side;
-    return create_with(refuse, bodies, count);
+    return create_with(BROAD_AUTO, refuse, bodies, count);
 }
 
 static void destroy(void *world)
@@ -77,6 +95,23 @@ static void pairs(void *world, peer_visit *visit, void *context)
     for (; v.self < count; v.self++) broad_each_pair_of(world, v.self, visit_once, &v);
 }
 
+/* Building such a world takes a sweep 0.1 s; one ten times as large, 10 s. */
+enum { SWEEP_MOST = 10000 };
+
 const peer peer_ours = {.name = "collided", .create = create, .destroy = destroy, .step = step, .pairs = pairs};
+const peer peer_ours_tree = {
+    .name = "collided_tree", .create = create_tree, .destroy = destroy, .step = step, .pairs = pairs};
+const peer peer_ours_sweep3 = {.name = "collided_sweep3",
+    .most = SWEEP_MOST,
+    .create = create_sweep3,
+    .destroy = destroy,
+    .step = step,
+    .pairs = pairs};
+const peer peer_ours_sweep1 = {.name = "collided_sweep1",
+    .most = SWEEP_MOST,
+    .create = create_sweep1,
+    .destroy = destroy,
+    .step = step,
+    .pairs = pairs};
 const peer peer_ours_empty = {
     .name = "collided, no pairs", .create = create_empty, .destroy = destroy, .step = step, .pairs = pairs};

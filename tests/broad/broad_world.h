@@ -55,6 +55,24 @@ static inline bool accept_all(void *context, uint32_t a, uint32_t b)
     return true;
 }
 
+/* Every test that runs by run_with_each_index makes its broad phases with this index. */
+static broad_kind tested_kind;
+
+static inline broad *make_broad(broad_filter *filter, void *context)
+{
+    return broad_create(tested_kind, filter, context);
+}
+
+#define run_with_each_index(tests) run_tests_with_each_index(tests, sizeof(tests) / sizeof *(tests))
+
+static inline int run_tests_with_each_index(const struct CMUnitTest *tests, size_t count)
+{
+    int failed = 0;
+    for (tested_kind = BROAD_AUTO; tested_kind <= BROAD_SWEEP1; tested_kind++)
+        failed += _cmocka_run_group_tests(broad_kind_name(tested_kind), tests, count, NULL, NULL);
+    return failed;
+}
+
 static inline bool pair_less(broad_pair p, broad_pair q)
 {
     return p.a < q.a || (p.a == q.a && p.b < q.b);

@@ -26,7 +26,7 @@ static void coincident_boxes_give_all_pairs(void **state)
 {
     (void)state;
     enum { BOXES = 200, PAIRS = BOXES * (BOXES - 1) / 2 };
-    broad *b = broad_create(accept_all, NULL);
+    broad *b = make_broad(accept_all, NULL);
     for (uint32_t i = 0; i < BOXES; i++) put_box(b, i, false, cube_at(0, 0, 0, 0.5), 0.05);
     broad_changes c = update(b);
     assert_changes(c, PAIRS, 0);
@@ -45,7 +45,7 @@ static void coincident_boxes_give_all_pairs(void **state)
 static void a_box_that_stays_in_its_fat_box_changes_nothing(void **state)
 {
     (void)state;
-    broad *b = broad_create(accept_all, NULL);
+    broad *b = make_broad(accept_all, NULL);
     put_box(b, 0, false, cube_at(0, 0, 0, 0.5), 0.1);
     put_box(b, 1, false, cube_at(1.15, 0, 0, 0.5), 0.1);
     assert_changes(update(b), 1, 0);
@@ -63,7 +63,7 @@ static void a_box_that_stays_in_its_fat_box_changes_nothing(void **state)
 static void a_stored_box_is_the_tight_one_and_its_margin(void **state)
 {
     (void)state;
-    broad *b = broad_create(accept_all, NULL);
+    broad *b = make_broad(accept_all, NULL);
     put_box(b, 0, false, cube_at(10, 20, 30, 2), 0.25);
     update(b);
     broad_stored s;
@@ -76,7 +76,7 @@ static void a_stored_box_is_the_tight_one_and_its_margin(void **state)
 static void a_box_that_shrank_is_fattened_anew(void **state)
 {
     (void)state;
-    broad *b = broad_create(accept_all, NULL);
+    broad *b = make_broad(accept_all, NULL);
     put_box(b, 0, false, cube_at(0, 0, 0, 10), 0.1); /* swept, or widened by a far-reaching interest */
     put_box(b, 1, false, cube_at(5, 0, 0, 0.5), 0.1);
     assert_changes(update(b), 1, 0);
@@ -88,7 +88,7 @@ static void a_box_that_shrank_is_fattened_anew(void **state)
 static void fixed_boxes_do_not_pair_with_each_other(void **state)
 {
     (void)state;
-    broad *b = broad_create(accept_all, NULL);
+    broad *b = make_broad(accept_all, NULL);
     put_box(b, 0, true, cube_at(0, 0, 0, 1), 0);
     put_box(b, 1, true, cube_at(0, 0, 0, 1), 0);
     put_box(b, 2, false, cube_at(0, 0, 0, 1), 0);
@@ -109,7 +109,7 @@ static aabb floor_below(double z)
 static void a_half_space_pairs_with_what_reaches_into_its_box(void **state)
 {
     (void)state;
-    broad *b = broad_create(accept_all, NULL);
+    broad *b = make_broad(accept_all, NULL);
     put_box(b, 0, true, floor_below(0), 0);
     put_box(b, 1, true, floor_below(-1), 0);
     put_box(b, 2, false, cube_at(1e9, -1e9, 0.5, 1), 0);
@@ -132,7 +132,7 @@ static void a_half_space_pairs_with_what_reaches_into_its_box(void **state)
 static void a_whole_space_pairs_with_everything_that_moves(void **state)
 {
     (void)state;
-    broad *b = broad_create(accept_all, NULL);
+    broad *b = make_broad(accept_all, NULL);
     put_box(b, 9, true, floor_below(INFINITY), 1);
     put_box(b, 2, false, floor_below(INFINITY), 1);
     put_box(b, 3, false, cube_at(1e12, 0, 0, 1), 1);
@@ -145,7 +145,7 @@ static void far_away_no_overlap_is_lost(void **state)
 {
     (void)state;
     const double far = 1e12;
-    broad *b = broad_create(accept_all, NULL);
+    broad *b = make_broad(accept_all, NULL);
     put_box(b, 0, false, cube_at(far, -far, far, 0.5), 0.01);
     put_box(b, 1, false, cube_at(far + 0.9, -far, far, 0.5), 0.01);
     put_box(b, 2, false, cube_at(far + 1e6, -far, far, 0.5), 0.01);
@@ -159,7 +159,7 @@ static void far_away_no_overlap_is_lost(void **state)
 static void a_proxy_removed_and_put_again_ends_and_begins(void **state)
 {
     (void)state;
-    broad *b = broad_create(accept_all, NULL);
+    broad *b = make_broad(accept_all, NULL);
     put_box(b, 0, false, cube_at(0, 0, 0, 1), 0);
     put_box(b, 1, false, cube_at(1, 0, 0, 1), 0);
     assert_changes(update(b), 1, 0);
@@ -177,7 +177,7 @@ static void a_proxy_removed_and_put_again_ends_and_begins(void **state)
 static void what_never_came_to_an_update_never_was(void **state)
 {
     (void)state;
-    broad *b = broad_create(accept_all, NULL);
+    broad *b = make_broad(accept_all, NULL);
     put_box(b, 0, false, cube_at(0, 0, 0, 1), 0);
     put_box(b, 1, false, cube_at(0, 0, 0, 1), 0);
     broad_remove(b, 1);
@@ -198,7 +198,7 @@ static void a_refilter_begins_and_ends_pairs_of_resting_boxes(void **state)
 {
     (void)state;
     bool on = false;
-    broad *b = broad_create(switched_on, &on);
+    broad *b = make_broad(switched_on, &on);
     put_box(b, 0, false, cube_at(0, 0, 0, 1), 0);
     put_box(b, 1, true, cube_at(0, 0, 0, 1), 0);
     assert_changes(update(b), 0, 0);
@@ -265,7 +265,7 @@ static void the_order_of_the_calls_does_not_matter(void **state)
     static broad_move moves[CROWD];
     uint32_t order[CROWD];
     prng r = {1};
-    broad *one = broad_create(accept_all, NULL), *two = broad_create(accept_all, NULL);
+    broad *one = make_broad(accept_all, NULL), *two = make_broad(accept_all, NULL);
     for (uint32_t i = 0; i < CROWD; i++) order[i] = i;
     for (int tick = 0; tick < 50; tick++) {
         for (uint32_t i = 0; i < CROWD; i++)
@@ -301,5 +301,5 @@ int main(void)
         cmocka_unit_test(a_refilter_begins_and_ends_pairs_of_resting_boxes),
         cmocka_unit_test(the_order_of_the_calls_does_not_matter),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return run_with_each_index(tests);
 }

@@ -75,7 +75,7 @@ static void after_ten_thousand_ticks_the_tree_is_nearly_as_good_as_fresh(void **
     static body bodies[BODIES];
     const double side = 1.3 * cbrt(BODIES);
     prng r = {1};
-    broad *b = broad_create(accept_all, NULL);
+    broad *b = broad_create(BROAD_TREE, accept_all, NULL);
     for (uint32_t i = 0; i < BODIES; i++) bodies[i] = random_body(&r, side);
     for (int tick = 0; tick < TICKS; tick++) {
         broad_changes changes;
@@ -105,7 +105,7 @@ static size_t most_nodes_changed(uint32_t count)
 {
     const double side = 1.3 * cbrt(count);
     prng r = {count};
-    broad *b = broad_create(accept_all, NULL);
+    broad *b = broad_create(BROAD_TREE, accept_all, NULL);
     body one = {0};
     for (uint32_t i = 0; i < count; i++) {
         one = random_body(&r, side);

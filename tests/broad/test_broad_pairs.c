@@ -192,7 +192,7 @@ static void run(uint64_t seed, double center, double scale, int operations)
     m.random.state = seed;
     m.center = center;
     m.scale = scale;
-    m.broad = broad_create(share_a_group, &m);
+    m.broad = make_broad(share_a_group, &m);
     for (int done = 0, update = 0; done < operations; update++) {
         memset(m.removed, 0, sizeof m.removed);
         for (uint32_t batch = 1 + prng_below(&m.random, 30); batch > 0; batch--, done++) change_one(&m);
@@ -238,5 +238,5 @@ int main(void)
         cmocka_unit_test(pairs_equal_brute_force_for_tiny_bodies),
         cmocka_unit_test(pairs_equal_brute_force_far_from_the_origin),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return run_with_each_index(tests);
 }

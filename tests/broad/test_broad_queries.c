@@ -23,7 +23,7 @@ static bool note(void *context, uint32_t proxy)
 
 static void build(scene *s, prng *r, double center)
 {
-    s->broad = broad_create(accept_all, NULL);
+    s->broad = make_broad(accept_all, NULL);
     s->center = center;
     vec3 offset = vec(center, center, center);
     for (uint32_t i = 0; i < PROXIES; i++) {
@@ -270,5 +270,5 @@ int main(void)
         cmocka_unit_test(the_ray_test_agrees_with_separating_axes),
         cmocka_unit_test(a_ray_that_grazes_an_edge_is_not_lost),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return run_with_each_index(tests);
 }

@@ -72,7 +72,7 @@ static void a_steady_update_allocates_nothing(void **state)
 {
     (void)state;
     allocations = 0;
-    broad *b = broad_create(accept_all, NULL);
+    broad *b = make_broad(accept_all, NULL);
     for (int i = 0; i < WARM_UP; i++) go_round(b);
     assert_true(allocations > 0); /* the count works */
     allocations = 0;
@@ -87,5 +87,5 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_steady_update_allocates_nothing),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return run_with_each_index(tests);
 }

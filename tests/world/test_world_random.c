@@ -273,6 +273,20 @@ static void the_events_do_not_depend_on_the_caches(void **state)
     assert_true(play(1, true, 2000, false) == play(1, false, 2000, false));
 }
 
+/* With few bodies auto is a sweep; it changes in test_world_broad.c. */
+static void the_events_do_not_depend_on_the_broad_phase(void **state)
+{
+    (void)state;
+    world_options options = world_options_default();
+    options.broad = BROAD_TREE;
+    uint64_t tree = play_with(&options, 2000, false).hash;
+    static const broad_kind OTHERS[] = {BROAD_AUTO, BROAD_SWEEP3, BROAD_SWEEP1};
+    for (size_t i = 0; i < sizeof OTHERS / sizeof *OTHERS; i++) {
+        options.broad = OTHERS[i];
+        assert_true(play_with(&options, 2000, false).hash == tree);
+    }
+}
+
 /* The engines may give other intervals within the tolerance; who touches whom, and when, is the same. */
 static void every_engine_tells_the_same_story(void **state)
 {
@@ -292,6 +306,7 @@ int main(void)
         cmocka_unit_test(each_id_begins_once_and_ends_once),
         cmocka_unit_test(the_events_do_not_depend_on_the_number_of_workers),
         cmocka_unit_test(the_events_do_not_depend_on_the_caches),
+        cmocka_unit_test(the_events_do_not_depend_on_the_broad_phase),
         cmocka_unit_test(every_engine_tells_the_same_story),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
