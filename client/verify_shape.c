@@ -112,6 +112,8 @@ static real core_support(const placed *p, vec d)
         return 0;
     case COLLIDED_HULL:
         return hull_support(p, d);
+    case COLLIDED_MESH: /* placed_make takes none */
+        break;
     }
     return INFINITY;
 }
@@ -282,6 +284,8 @@ real placed_distance(const placed *p, vec world)
         break;
     case COLLIDED_HULL:
         core = hull_distance(p, q);
+        break;
+    case COLLIDED_MESH:
         break;
     }
     return larger(core - p->shape->radius, 0);

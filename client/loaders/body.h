@@ -8,12 +8,13 @@
 
 enum { LOAD_SHAPES_MAX = 256 /* WIRE_SHAPES_MAX */, LOAD_RULES_MAX = 1024 /* WIRE_RULES_MAX */ };
 
-/* One shape. A hull's points come with it, or from a mesh file. */
+/* One shape. A hull's points come with it, or from a mesh file; a mesh's triangles from a file. */
 typedef struct load_shape {
     collided_shape shape; /* its geometry is set when it is announced */
     const char *mesh;     /* path of the file; NULL = none */
     double scale[3];
     mesh_points points;
+    mesh_triangles triangles; /* of a mesh */
 } load_shape;
 
 typedef struct load_body {
@@ -38,8 +39,8 @@ typedef struct load_bodies {
 /* Reads the mesh files of a body's shapes. A file that was given before is read again: files are small. */
 bool load_body_meshes(pool *p, load_body *body, load_report *r);
 
-/* Tells the daemon: the hulls, then the body, under the number `id` (-1 = the next free one). The body's id is
- * COLLIDED_NONE on failure; collided_error tells why. */
+/* Tells the daemon: the hulls and meshes, then the body, under the number `id` (-1 = the next free one). The body's id
+ * is COLLIDED_NONE on failure; collided_error tells why. */
 collided_body load_body_announce(collided *c, const load_body *body, int32_t id);
 
 #endif

@@ -16,15 +16,24 @@ static void fill(const load_body *body, collided_body_def *def)
     def->rule_count = body->rule_count;
 }
 
+static bool create_geometry(collided *c, const load_shape *from, collided_shape *to)
+{
+    const mesh_triangles *t = &from->triangles;
+    if (to->type == COLLIDED_HULL)
+        to->geometry = collided_create_hull(c, from->points.at, from->points.count);
+    else if (to->type == COLLIDED_MESH)
+        to->geometry = collided_create_mesh(c, t->points, t->point_count, t->corners, t->count);
+    else
+        return true;
+    return to->geometry.hash != 0;
+}
+
 collided_body load_body_announce(collided *c, const load_body *body, int32_t id)
 {
     collided_shape shapes[LOAD_SHAPES_MAX];
     for (size_t i = 0; i < body->shape_count; i++) {
-        const load_shape *from = &body->shapes[i];
-        shapes[i] = from->shape;
-        if (from->shape.type != COLLIDED_HULL) continue;
-        shapes[i].geometry = collided_create_hull(c, from->points.at, from->points.count);
-        if (shapes[i].geometry.hash == 0) return (collided_body){COLLIDED_NONE};
+        shapes[i] = body->shapes[i].shape;
+        if (!create_geometry(c, &body->shapes[i], &shapes[i])) return (collided_body){COLLIDED_NONE};
     }
     collided_body_def def = collided_body_def_default();
     fill(body, &def);

@@ -1,10 +1,11 @@
-/* mesh: reads a mesh file into memory, lets assimp decode it, and gathers the different vertices. One thread; the
- * result does not depend on the order in which the file names its vertices. */
+/* mesh: reads a mesh file into memory, lets assimp decode it, and gathers the different vertices, or the triangles. One
+ * thread; the points of a hull do not depend on the order in which the file names its vertices. */
 #include "mesh.h"
 
 #include "text.h"
 
 #include <assimp/cimport.h>
+#include <assimp/postprocess.h>
 #include <assimp/scene.h>
 #include <math.h>
 #include <stdlib.h>
@@ -18,6 +19,9 @@ typedef struct gathering {
     const double *scale;
     double *points;
     size_t count; /* points written; while counting: vertices met */
+    bool wants_triangles;
+    int32_t *corners;
+    size_t corner_count; /* likewise */
     load_report *report;
 } gathering;
 
@@ -44,14 +48,32 @@ static bool add_vertex(gathering *g, const struct aiMatrix4x4 *m, const struct a
     return true;
 }
 
+static bool count_mesh(gathering *g, const struct aiMesh *mesh)
+{
+    g->count += mesh->mNumVertices;
+    for (unsigned i = 0; i < mesh->mNumFaces; i++) g->corner_count += mesh->mFaces[i].mNumIndices == 3 ? 3 : 0;
+    if (g->count > MESH_VERTICES_MAX)
+        return load_fail(g->report, "%s: has more than %d vertices", g->path, MESH_VERTICES_MAX);
+    if (g->wants_triangles && 3 * g->count + g->corner_count > MESH_NUMBERS_MAX)
+        return load_fail(g->report, "%s: has more than %d numbers: simplify the mesh", g->path, MESH_NUMBERS_MAX);
+    return true;
+}
+
+/* Points and lines are no triangles. */
+static void add_triangles(gathering *g, const struct aiMesh *mesh)
+{
+    for (unsigned i = 0; i < mesh->mNumFaces; i++) {
+        const struct aiFace *face = &mesh->mFaces[i];
+        for (unsigned k = 0; face->mNumIndices == 3 && k < 3; k++)
+            g->corners[g->corner_count++] = (int32_t)(g->count + face->mIndices[k]);
+    }
+}
+
 static bool add_mesh(gathering *g, const struct aiMatrix4x4 *m, unsigned index)
 {
     const struct aiMesh *mesh = g->scene->mMeshes[index];
-    if (!g->points) { /* the first pass counts */
-        g->count += mesh->mNumVertices;
-        if (g->count <= MESH_VERTICES_MAX) return true;
-        return load_fail(g->report, "%s: has more than %d vertices", g->path, MESH_VERTICES_MAX);
-    }
+    if (!g->points) return count_mesh(g, mesh); /* the first pass counts */
+    if (g->wants_triangles) add_triangles(g, mesh);
     for (unsigned i = 0; i < mesh->mNumVertices; i++)
         if (!add_vertex(g, m, &mesh->mVertices[i])) return false;
     return true;
@@ -87,13 +109,19 @@ static size_t sort_and_unite(double *points, size_t count)
     return kept;
 }
 
-static bool gather(pool *p, gathering *g, mesh_points *out)
+static bool gather(pool *p, gathering *g)
 {
     if (!walk(g, g->scene->mRootNode, &identity, 0)) return false;
     if (g->count == 0) return load_fail(g->report, "%s: has no vertices", g->path);
+    if (g->wants_triangles && g->corner_count == 0) return load_fail(g->report, "%s: has no triangles", g->path);
     g->points = pool_alloc(p, g->count, 3 * sizeof *g->points);
-    g->count = 0;
-    if (!walk(g, g->scene->mRootNode, &identity, 0)) return false;
+    if (g->wants_triangles) g->corners = pool_alloc(p, g->corner_count, sizeof *g->corners);
+    g->count = g->corner_count = 0;
+    return walk(g, g->scene->mRootNode, &identity, 0);
+}
+
+static bool thin_out(gathering *g, mesh_points *out)
+{
     out->at = g->points;
     out->count = sort_and_unite(g->points, g->count);
     if (out->count <= MESH_POINTS_MAX) return true;
@@ -108,23 +136,43 @@ static const char *format_of(const char *path)
     return dot ? dot + 1 : "";
 }
 
-static bool decode(pool *p, const char *path, const char *data, size_t size, gathering *g, mesh_points *out)
+static bool decode(pool *p, const char *path, const char *data, size_t size, gathering *g)
 {
     if (size == 0) return load_fail(g->report, "%s: cannot be read as a mesh: the file is empty", path);
-    g->scene = aiImportFileFromMemory(data, (unsigned)size, 0, format_of(path));
+    unsigned steps = g->wants_triangles ? aiProcess_Triangulate : 0;
+    g->scene = aiImportFileFromMemory(data, (unsigned)size, steps, format_of(path));
     if (!g->scene) return load_fail(g->report, "%s: cannot be read as a mesh: %s", path, aiGetErrorString());
-    bool ok = g->scene->mRootNode ? gather(p, g, out) : load_fail(g->report, "%s: has no meshes", path);
+    bool ok = g->scene->mRootNode ? gather(p, g) : load_fail(g->report, "%s: has no meshes", path);
     aiReleaseImport(g->scene);
+    return ok;
+}
+
+static bool load(pool *p, gathering *g)
+{
+    pool file = {0};
+    size_t size;
+    const char *data = text_read_file(&file, g->path, MESH_FILE_MAX, &size, g->report);
+    bool ok = data && decode(p, g->path, data, size, g);
+    pool_free(&file);
     return ok;
 }
 
 bool mesh_load(pool *p, const char *path, const double scale[3], mesh_points *out, load_report *r)
 {
-    pool file = {0};
-    size_t size;
-    const char *data = text_read_file(&file, path, MESH_FILE_MAX, &size, r);
     gathering g = {.path = path, .scale = scale, .report = r};
-    bool ok = data && decode(p, path, data, size, &g, out);
-    pool_free(&file);
-    return ok;
+    return load(p, &g) && thin_out(&g, out);
+}
+
+/* A scale that mirrors turns the triangles inside out: they are turned back. */
+bool mesh_load_triangles(pool *p, const char *path, const double scale[3], mesh_triangles *out, load_report *r)
+{
+    gathering g = {.path = path, .scale = scale, .report = r, .wants_triangles = true};
+    if (!load(p, &g)) return false;
+    for (size_t i = 0; scale[0] * scale[1] * scale[2] < 0 && i < g.corner_count; i += 3) {
+        int32_t second = g.corners[i + 1];
+        g.corners[i + 1] = g.corners[i + 2];
+        g.corners[i + 2] = second;
+    }
+    *out = (mesh_triangles){g.points, g.count, g.corners, g.corner_count / 3};
+    return true;
 }

@@ -79,8 +79,9 @@ static unsigned keys_wanted(const yaml_shape *s)
         [COLLIDED_ELLIPSOID] = SEMI_AXES,
         [COLLIDED_HALFSPACE] = 0,
         [COLLIDED_HULL] = POINTS,
+        [COLLIDED_MESH] = MESH,
     };
-    if (s->type == COLLIDED_HULL && s->mesh) return MESH | (s->scale ? SCALE : 0);
+    if (s->mesh && (s->type == COLLIDED_HULL || s->type == COLLIDED_MESH)) return MESH | (s->scale ? SCALE : 0);
     return wanted[s->type];
 }
 
@@ -139,6 +140,7 @@ static void fill_sizes(const yaml_shape *s, collided_shape *out)
         break;
     case COLLIDED_HALFSPACE:
     case COLLIDED_HULL:
+    case COLLIDED_MESH:
         break;
     }
     if (s->rounding) out->radius += *s->rounding;

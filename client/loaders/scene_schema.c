@@ -29,6 +29,7 @@ static const cyaml_strval_t types[] = {
     {"ellipsoid", COLLIDED_ELLIPSOID},
     {"halfspace", COLLIDED_HALFSPACE},
     {"hull", COLLIDED_HULL},
+    {"mesh", COLLIDED_MESH},
 };
 static const cyaml_strval_t motions[] = {{"moving", COLLIDED_MOVING}, {"fixed", COLLIDED_FIXED}};
 

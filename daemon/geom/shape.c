@@ -16,6 +16,7 @@ const char *shape_type_name(shape_type type)
         [SHAPE_ELLIPSOID] = "ellipsoid",
         [SHAPE_HALFSPACE] = "halfspace",
         [SHAPE_HULL] = "hull",
+        [SHAPE_MESH] = "mesh",
     };
     return (unsigned)type < SHAPE_TYPE_COUNT ? names[type] : "unknown";
 }
@@ -39,6 +40,7 @@ const char *shape_check(const shape *s)
     bool round = s->type == SHAPE_CYLINDER || s->type == SHAPE_CONE;
     if (round && s->half.y != s->half.x) return "a cylinder's or cone's two radii differ";
     if (s->type == SHAPE_HULL && !s->hull) return "hull is missing";
+    if (s->type == SHAPE_MESH && (!s->hull || !s->mesh)) return "mesh is missing";
     return NULL;
 }
 
@@ -57,6 +59,7 @@ static double core_reach(const shape *s)
     case SHAPE_HALFSPACE:
         return INFINITY;
     case SHAPE_HULL:
+    case SHAPE_MESH:
         return s->hull->reach;
     default:
         return 0;
@@ -65,7 +68,7 @@ static double core_reach(const shape *s)
 
 double shape_excess(const shape *s)
 {
-    return s->type == SHAPE_HULL ? s->hull->excess : 0;
+    return s->type == SHAPE_HULL || s->type == SHAPE_MESH ? s->hull->excess : 0;
 }
 
 double shape_reach(const shape *s)

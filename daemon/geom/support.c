@@ -54,6 +54,7 @@ vec3 support_core(const shape *s, vec3 d, uint32_t *hint)
     case SHAPE_ELLIPSOID:
         return ellipsoid_support(s->half, d);
     case SHAPE_HULL:
+    case SHAPE_MESH:
         return hull_vertex(s->hull, hull_top(s->hull, d, hint));
     default:
         return VEC_ZERO;
@@ -95,6 +96,7 @@ double support_height_up(const shape *s, vec3 d, uint32_t *hint)
     case SHAPE_HALFSPACE:
         return d.x == 0 && d.y == 0 && d.z >= 0 ? 0 : INFINITY;
     case SHAPE_HULL:
+    case SHAPE_MESH:
         return hull_height_up(s->hull, d, hint);
     default:
         return 0;

@@ -2,6 +2,7 @@
  * thread. */
 #include "closed.h"
 #include "order.h"
+#include "scalar.h"
 
 static double plane_separation(const unit_pair *p)
 {

@@ -1,6 +1,8 @@
 /* closed: formulas for points, segments, boxes, bodies of revolution and half-spaces. Pure; any thread. */
 #include "closed.h"
 
+#include "scalar.h"
+
 /* The same number proves both bounds. */
 static bool exact(span *out, double distance, vec3 axis, vec3 point_a, vec3 point_b)
 {
@@ -23,7 +25,7 @@ static vec3 orthogonal_part(vec3 v, vec3 u)
 
 static vec3 unit_or(vec3 v, vec3 otherwise)
 {
-    vec3 n = vec_unit(v);
+    vec3 n = direction_of(v);
     return vec_norm2(n) > 0 ? n : otherwise;
 }
 
@@ -38,7 +40,7 @@ bool closed_sphere_capsule(const unit_pair *p, const narrow_goal *goal, span *ou
 {
     (void)goal;
     vec3 u = p->b_in_a.r.z, t = p->b_in_a.t;
-    double h = p->b.half.z, s = fmin(fmax(-vec_dot(t, u), -h), h);
+    double h = p->b.half.z, s = clamp_to(-vec_dot(t, u), h);
     vec3 v = vec_madd(t, s, u), n = fabs(s) < h ? orthogonal_part(v, u) : v;
     return exact(out, vec_norm(v), unit_or(n, vec_unit_orthogonal(u)), VEC_ZERO, v);
 }
@@ -48,11 +50,6 @@ typedef struct segments {
     vec3 a, b, t;
     double ha, hb;
 } segments;
-
-static double clamp(double x, double h)
-{
-    return fmin(fmax(x, -h), h);
-}
 
 /* Keeps the nearer of *out and the two points at (s_a, s_b); `axis` is theirs, up to its sign and length. */
 static void keep_nearer(const segments *g, double s_a, double s_b, span *out)
@@ -74,22 +71,40 @@ static void keep_nearer(const segments *g, double s_a, double s_b, span *out)
     out->point_b = point_b;
 }
 
+/* The nearest points of the two lines, the one on B moved into its segment, and the point of A's that is nearest to
+ * that: right, but where rounding blurs the angle between the two. */
+static void nearest_on_lines(const segments *g, double ab, double at, double bt, double sine2, span *out)
+{
+    double s_a = sine2 > 0 ? clamp_to((at - ab * bt) / sine2, g->ha) : 0, s_b = s_a * ab - bt;
+    if (fabs(s_b) > g->hb) {
+        s_b = clamp_to(s_b, g->hb);
+        s_a = clamp_to(at + s_b * ab, g->ha);
+    }
+    keep_nearer(g, s_a, s_b, out);
+    out->iterations = 1;
+}
+
 /* The four ends against the other segment, and the two lines against each other: the least is the distance. */
+static void nearest_of_ends(const segments *g, double ab, double at, double bt, span *out)
+{
+    for (int i = -1; i <= 1; i += 2) {
+        keep_nearer(g, i * g->ha, clamp_to(i * g->ha * ab - bt, g->hb), out);
+        keep_nearer(g, clamp_to(at + i * g->hb * ab, g->ha), i * g->hb, out);
+    }
+}
+
 bool closed_capsule_capsule(const unit_pair *p, const narrow_goal *goal, span *out)
 {
     segments g = {vec(0, 0, 1), p->b_in_a.r.z, p->b_in_a.t, p->a.half.z, p->b.half.z};
     double ab = g.b.z, at = g.t.z, bt = vec_dot(g.b, g.t), sine2 = g.b.x * g.b.x + g.b.y * g.b.y;
-    *out = (span){.lo = -INFINITY, .hi = INFINITY, .method = NARROW_BY_CLOSED_FORM, .iterations = 1};
-    for (int i = -1; i <= 1; i += 2) {
-        keep_nearer(&g, i * g.ha, clamp(i * g.ha * ab - bt, g.hb), out);
-        keep_nearer(&g, clamp(at + i * g.hb * ab, g.ha), i * g.hb, out);
-    }
-    if (sine2 > 0) {
-        double s_a = clamp((at - ab * bt) / sine2, g.ha), s_b = clamp(s_a * ab - bt, g.hb);
-        keep_nearer(&g, s_a, s_b, out);
-    }
+    out->hi = INFINITY;
+    out->method = NARROW_BY_CLOSED_FORM;
+    nearest_on_lines(&g, ab, at, bt, sine2, out);
     out->lo = vec_dot(out->axis, unit_pair_nearest_along(p, out->axis).w);
-    return out->hi - out->lo <= fmax(goal->tolerance, p->error);
+    if (out->hi - out->lo <= 0.25 * p->error) return true;
+    nearest_of_ends(&g, ab, at, bt, out);
+    out->lo = vec_dot(out->axis, unit_pair_nearest_along(p, out->axis).w);
+    return out->hi - out->lo <= max_of(goal->tolerance, p->error);
 }
 
 static double *component(vec3 *v, int i)
@@ -112,9 +127,9 @@ bool closed_sphere_box(const unit_pair *p, const narrow_goal *goal, span *out)
     (void)goal;
     const transform *box = &p->b_in_a;
     vec3 h = p->b.half, c = vec_neg(mat_tmul(box->r, box->t)); /* the point, in the box's frame */
-    vec3 q = vec(clamp(c.x, h.x), clamp(c.y, h.y), clamp(c.z, h.z)), v = vec_sub(q, c);
+    vec3 q = vec(clamp_to(c.x, h.x), clamp_to(c.y, h.y), clamp_to(c.z, h.z)), v = vec_sub(q, c);
     double distance = vec_norm(v);
-    vec3 axis = vec_unit(v);
+    vec3 axis = direction_of(v);
     if (!(distance > 0)) {
         int i = nearest_face(c, h, &distance);
         double side = *component(&c, i) >= 0 ? 1 : -1;
@@ -150,7 +165,7 @@ static double profile_distance(const profile *f, double r, double z, double *nr,
         if (!(length > 0)) continue;
         double height = (dz * er - dr * ez) / length; /* along the outward normal (-ez, er) */
         if (height > inside) inside = height, *nr = -ez / length, *nz = er / length;
-        double s = fmin(fmax((dr * er + dz * ez) / ee, 0), 1), vr = dr - s * er, vz = dz - s * ez;
+        double s = min_of(max_of((dr * er + dz * ez) / ee, 0), 1), vr = dr - s * er, vz = dz - s * ez;
         double norm = s > 0 && s < 1 ? fabs(height) : sqrt(vr * vr + vz * vz);
         if (norm < outside) {
             outside = norm;

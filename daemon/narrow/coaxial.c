@@ -2,6 +2,8 @@
  * plane: the least overlap along the normals of either outline. Pure; any thread. */
 #include "coaxial.h"
 
+#include "scalar.h"
+
 /* Farther from one axis than this part of the size, the pair is not coaxial. */
 #define COAXIAL_ULPS 64
 
@@ -23,8 +25,8 @@ static outline outline_of(const shape *s, double side, double at)
 static double separation(const outline *a, const outline *b, double nr, double nz)
 {
     double top_a = -INFINITY, foot_b = INFINITY;
-    for (int i = 0; i < a->corners; i++) top_a = fmax(top_a, nr * a->r[i] + nz * a->z[i]);
-    for (int i = 0; i < b->corners; i++) foot_b = fmin(foot_b, nz * b->z[i] - nr * b->r[i]);
+    for (int i = 0; i < a->corners; i++) top_a = max_of(top_a, nr * a->r[i] + nz * a->z[i]);
+    for (int i = 0; i < b->corners; i++) foot_b = min_of(foot_b, nz * b->z[i] - nr * b->r[i]);
     return foot_b - top_a;
 }
 
@@ -55,5 +57,5 @@ void coaxial_depth(const unit_pair *p, span *s)
         s->lo = proved;
         s->axis = axis;
     }
-    s->hi = fmax(s->lo, fmin(s->hi, best + off)); /* moved onto the axis by `off`, B is where `best` is the truth */
+    s->hi = max_of(s->lo, min_of(s->hi, best + off)); /* moved onto the axis by `off`, B is where `best` is the truth */
 }

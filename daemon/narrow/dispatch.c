@@ -1,9 +1,11 @@
 /* dispatch: the table of closed forms, and the general method behind it. Pure; any thread. */
 #include "dispatch.h"
 
+#include "box_pair.h"
 #include "coaxial.h"
 #include "gjk.h"
 #include "sat.h"
+#include "scalar.h"
 #include "witness.h"
 
 #define GENERAL NULL
@@ -12,17 +14,18 @@
 #define SPH_BOX closed_sphere_box
 #define SPH_REV closed_sphere_revolved
 #define CAP_CAP closed_capsule_capsule
+#define BOX_BOX closed_box_box
 #define ANY_HAL closed_any_halfspace
 #define HAL_ANY closed_halfspace_any
 #define HAL_HAL closed_halfspace_halfspace
 #define ORDERED NULL /* pairs come in canonical order; one that got here by reduction takes the general method */
 
 /* clang-format off */
-static closed_form *const TABLE[SHAPE_TYPE_COUNT][SHAPE_TYPE_COUNT] = {
+static closed_form *const TABLE[SHAPE_CONVEX_COUNT][SHAPE_CONVEX_COUNT] = {
     /*               sphere   capsule  box      cylinder cone     ellipsd  halfspc  hull */
     /* sphere    */ {SPH_SPH, SPH_CAP, SPH_BOX, SPH_REV, SPH_REV, GENERAL, ANY_HAL, GENERAL},
-    /* capsule   */ {ORDERED, CAP_CAP, GENERAL, GENERAL, GENERAL, GENERAL, ANY_HAL, GENERAL},
-    /* box       */ {ORDERED, ORDERED, GENERAL, GENERAL, GENERAL, GENERAL, ANY_HAL, GENERAL},
+    /* capsule   */ {ORDERED, CAP_CAP, BOX_BOX, GENERAL, GENERAL, GENERAL, ANY_HAL, GENERAL},
+    /* box       */ {ORDERED, ORDERED, BOX_BOX, GENERAL, GENERAL, GENERAL, ANY_HAL, GENERAL},
     /* cylinder  */ {ORDERED, ORDERED, ORDERED, GENERAL, GENERAL, GENERAL, ANY_HAL, GENERAL},
     /* cone      */ {ORDERED, ORDERED, ORDERED, ORDERED, GENERAL, GENERAL, ANY_HAL, GENERAL},
     /* ellipsoid */ {ORDERED, ORDERED, ORDERED, ORDERED, ORDERED, GENERAL, ANY_HAL, GENERAL},
@@ -39,10 +42,14 @@ closed_form *dispatch_closed_form(shape_type a, shape_type b)
 static void depth_by_axes(const unit_pair *p, const gjk_result *start, span *out)
 {
     out->iterations = start->span.iterations;
-    sat_depth(p, out);
-    witness_apart(p, out);
+    if (sat_is_quick(p)) {
+        box_pair_axes(p, out);
+    } else {
+        sat_depth(p, out);
+        witness_apart(p, out);
+    }
     /* axes that all overlap leave no gap; where one does not, GJK's point bounds it from above */
-    if (out->lo >= 0) out->hi = fmax(out->lo, start->span.hi);
+    if (out->lo >= 0) out->hi = max_of(out->lo, start->span.hi);
 }
 
 void dispatch_general(

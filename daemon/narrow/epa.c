@@ -5,13 +5,23 @@
  * ends the search with the bracket that it has. */
 #include "epa.h"
 
+#include "scalar.h"
+
 enum { NONE = UINT16_MAX };
+
+/* A triangle with a greater sine (squared) has a normal that is sure to 1e-10, so that its plane less the slack, in
+ * units in which the pair is about 1 large, is never farther from the origin than it. */
+#define SURE_SINE2 1e-8
+#define PLANE_SLACK 1e-9
 
 typedef struct expansion {
     const unit_pair *p;
     epa_scratch *e;
     span *best;
-    double eps; /* a point that is no farther out than this is on the facet */
+    double eps;       /* a point that is no farther out than this is on the facet */
+    epa_facet winner; /* whose nearest point gives the witnesses of best->lo; */
+    support_hints hints;
+    bool won; /* false: they are those that the search began with */
 } expansion;
 
 static vec3 vertex_at(const epa_scratch *e, uint16_t i)
@@ -23,38 +33,66 @@ static vec3 vertex_at(const epa_scratch *e, uint16_t i)
  * `facet`, if any, gives the witnesses. */
 static minkowski probe(expansion *x, vec3 n, const epa_facet *facet)
 {
-    minkowski m = unit_pair_nearest_along(x->p, vec_neg(n));
+    minkowski m = unit_pair_nearest_from(x->p, vec_neg(n), &x->hints);
     double height = vec_dot(n, m.w);
     x->best->iterations++;
     if (-height > x->best->lo) {
         x->best->lo = -height;
         x->best->axis = vec_neg(n);
-        if (facet) {
-            simplex s = {.count = 3};
-            for (int i = 0; i < 3; i++) {
-                s.v[i] = x->e->vertex[facet->vertex[i]];
-                s.weight[i] = facet->weight[i];
-            }
-            simplex_witness(&s, &x->best->point_a, &x->best->point_b);
-        }
+        if (facet) x->winner = *facet;
+        x->won = x->won || facet;
     }
     return m;
+}
+
+static void write_witnesses(const expansion *x)
+{
+    simplex s = {.count = 3};
+    if (!x->won) return;
+    for (int i = 0; i < 3; i++) {
+        s.v[i] = x->e->vertex[x->winner.vertex[i]];
+        s.weight[i] = x->winner.weight[i];
+    }
+    simplex_witness(&s, &x->best->point_a, &x->best->point_b);
 }
 
 static void measure(epa_scratch *e, epa_facet *f)
 {
     vec3 p0 = vertex_at(e, f->vertex[0]), p1 = vertex_at(e, f->vertex[1]), p2 = vertex_at(e, f->vertex[2]);
-    f->normal = vec_unit(triangle_normal(p0, p1, p2));
-    f->distance = triangle_nearest(p0, p1, p2, f->weight, &f->axis);
-    f->final = false;
+    f->measured = true;
+    e->distance[f - e->facet] = triangle_nearest(p0, p1, p2, f->weight, &f->normal, &f->axis);
+}
+
+/* Most facets are never the nearest: the distance of their plane, which is less than theirs, is enough for those. */
+static void estimate(epa_scratch *e, epa_facet *f)
+{
+    vec3 p0 = vertex_at(e, f->vertex[0]), p1 = vertex_at(e, f->vertex[1]), p2 = vertex_at(e, f->vertex[2]);
+    vec3 n = triangle_normal(p0, p1, p2);
+    double norm2 = vec_norm2(n), edges2 = vec_norm2(vec_sub(p1, p0)) * vec_norm2(vec_sub(p2, p1));
+    if (!(norm2 > SURE_SINE2 * edges2)) {
+        measure(e, f);
+        return;
+    }
+    f->measured = false;
+    f->normal = vec_scale(n, 1 / sqrt(norm2));
+    e->distance[f - e->facet] = vec_dot(f->normal, p0) - PLANE_SLACK;
+}
+
+static uint16_t append_facet(epa_scratch *e)
+{
+    for (uint32_t k = 1; k < EPA_LANES; k++) e->distance[e->facet_count + k] = INFINITY;
+    return (uint16_t)e->facet_count++;
 }
 
 static uint16_t add_facet(epa_scratch *e, uint16_t v0, uint16_t v1, uint16_t v2)
 {
-    uint16_t index = e->free_count ? e->free[--e->free_count] : (uint16_t)e->facet_count++;
+    uint16_t index = e->free_count ? e->free[--e->free_count] : append_facet(e);
     epa_facet *f = &e->facet[index];
-    *f = (epa_facet){.vertex = {v0, v1, v2}, .neighbour = {NONE, NONE, NONE}, .live = true};
-    measure(e, f);
+    f->vertex[0] = v0, f->vertex[1] = v1, f->vertex[2] = v2;
+    f->neighbour[0] = f->neighbour[1] = f->neighbour[2] = NONE;
+    f->visit = 0;
+    f->final = false;
+    estimate(e, f);
     return index;
 }
 
@@ -65,15 +103,11 @@ static int edge_of(const epa_facet *f, uint16_t v0, uint16_t v1)
     return -1;
 }
 
-/* Sets the neighbours of the first facets, which are few. */
-static void link_all(epa_scratch *e)
+static void set_neighbours(epa_scratch *e, uint16_t facet, int n0, int n1, int n2)
 {
-    for (uint32_t i = 0; i < e->facet_count; i++)
-        for (int k = 0; k < 3; k++)
-            for (uint32_t j = 0; j < e->facet_count; j++) {
-                epa_facet *f = &e->facet[i];
-                if (edge_of(&e->facet[j], f->vertex[(k + 1) % 3], f->vertex[k]) >= 0) f->neighbour[k] = (uint16_t)j;
-            }
+    e->facet[facet].neighbour[0] = (uint16_t)n0;
+    e->facet[facet].neighbour[1] = (uint16_t)n1;
+    e->facet[facet].neighbour[2] = (uint16_t)n2;
 }
 
 static bool sees(const expansion *x, const epa_facet *f, vec3 w)
@@ -138,6 +172,7 @@ static bool expand(expansion *x, uint16_t seed, const minkowski *m)
     if (e->facet_count - e->free_count + length > EPA_FACETS_MAX) return false;
     uint16_t apex = (uint16_t)e->vertex_count++, first = NONE;
     e->vertex[apex] = *m;
+    e->horizon_round[apex] = 0;
     for (uint32_t i = 0; i < visible_count; i++) {
         for (int k = 0; k < 3; k++) {
             const epa_facet *f = &e->facet[e->visible[i]];
@@ -159,7 +194,7 @@ static bool expand(expansion *x, uint16_t seed, const minkowski *m)
         v = next;
     } while (v != first);
     for (uint32_t i = 0; i < visible_count; i++) {
-        e->facet[e->visible[i]].live = false;
+        e->distance[e->visible[i]] = INFINITY;
         e->free[e->free_count++] = e->visible[i];
     }
     return true;
@@ -191,7 +226,7 @@ static bool grow_to_triangle(expansion *x)
         if (!add_farthest(x, six, 6, vertex_at(e, 0), VEC_ZERO)) return false;
     }
     if (e->vertex_count == 2) {
-        vec3 along = vec_unit(vec_sub(vertex_at(e, 1), vertex_at(e, 0))), u = vec_unit_orthogonal(along);
+        vec3 along = direction_of(vec_sub(vertex_at(e, 1), vertex_at(e, 0))), u = vec_unit_orthogonal(along);
         vec3 v = vec_cross(along, u), four[4] = {u, vec_neg(u), v, vec_neg(v)};
         if (!add_farthest(x, four, 4, vertex_at(e, 0), along)) return false;
     }
@@ -202,7 +237,7 @@ static bool grow_to_triangle(expansion *x)
 static bool start_bipyramid(expansion *x)
 {
     epa_scratch *e = x->e;
-    vec3 p0 = vertex_at(e, 0), n = vec_unit(triangle_normal(p0, vertex_at(e, 1), vertex_at(e, 2)));
+    vec3 p0 = vertex_at(e, 0), n = direction_of(triangle_normal(p0, vertex_at(e, 1), vertex_at(e, 2)));
     if (!(vec_norm2(n) > 0)) return false;
     minkowski above = probe(x, n, NULL), below = probe(x, vec_neg(n), NULL);
     if (vec_dot(n, vec_sub(above.w, p0)) <= x->eps || vec_dot(n, vec_sub(p0, below.w)) <= x->eps) return false;
@@ -213,6 +248,11 @@ static bool start_bipyramid(expansion *x)
         uint16_t next = (i + 1) % 3;
         add_facet(e, i, next, 3);
         add_facet(e, next, i, 4);
+    }
+    for (uint16_t i = 0; i < 3; i++) {
+        int next = 2 * ((i + 1) % 3), last = 2 * ((i + 2) % 3);
+        set_neighbours(e, 2 * i, 2 * i + 1, next, last);
+        set_neighbours(e, 2 * i + 1, 2 * i, last + 1, next + 1);
     }
     return true;
 }
@@ -226,6 +266,10 @@ static void start_tetrahedron(epa_scratch *e)
     add_facet(e, b, a, 3);
     add_facet(e, b, 3, 2);
     add_facet(e, 3, a, 2);
+    set_neighbours(e, 0, 1, 2, 3);
+    set_neighbours(e, 1, 0, 3, 2);
+    set_neighbours(e, 2, 1, 3, 0);
+    set_neighbours(e, 3, 1, 0, 2);
 }
 
 /* A closed surface of points of B - A around the origin; false when it is flat there: no depth beyond rounding. */
@@ -238,24 +282,37 @@ static bool start_surface(expansion *x, const simplex *s)
         start_tetrahedron(e);
     else if (!grow_to_triangle(x) || !start_bipyramid(x))
         return false;
-    for (int i = 0; i < EPA_VERTICES_MAX; i++) e->horizon_round[i] = 0;
-    link_all(e);
+    for (uint32_t i = 0; i < e->vertex_count; i++) e->horizon_round[i] = 0;
     return true;
 }
 
-/* The nearest facet of those that can still be expanded; *least is the least distance of all. */
-static uint16_t nearest_facet(const epa_scratch *e, double *least)
+/* By four columns side by side, which the compiler makes vectors of. */
+static double least_distance(const epa_scratch *e)
 {
-    uint16_t nearest = NONE;
-    double open = INFINITY;
-    *least = INFINITY;
-    for (uint32_t i = 0; i < e->facet_count; i++) {
-        const epa_facet *f = &e->facet[i];
-        if (!f->live) continue;
-        *least = fmin(*least, f->distance);
-        if (!f->final && f->distance < open) open = f->distance, nearest = (uint16_t)i;
+    double least[EPA_LANES] = {INFINITY, INFINITY, INFINITY, INFINITY};
+    for (uint32_t i = 0; i < e->facet_count; i += EPA_LANES)
+        for (int k = 0; k < EPA_LANES; k++) least[k] = min_of(e->distance[i + k], least[k]);
+    return min_of(min_of(least[0], least[1]), min_of(least[2], least[3]));
+}
+
+/* The nearest facet of those that can still be expanded; *least is the least distance of all. */
+static uint16_t nearest_of(const epa_scratch *e, double *least)
+{
+    *least = least_distance(e);
+    double limit = *least + 4 * UNIT_ROUNDOFF;
+    for (uint32_t i = 0; i < e->facet_count; i++)
+        if (e->distance[i] <= limit && !e->facet[i].final) return (uint16_t)i;
+    return NONE;
+}
+
+/* What was only estimated is measured when it comes to be the nearest; so *least is a distance that was measured. */
+static uint16_t nearest_facet(epa_scratch *e, double *least)
+{
+    for (;;) {
+        uint16_t nearest = nearest_of(e, least);
+        if (nearest == NONE || e->facet[nearest].measured) return nearest;
+        measure(e, &e->facet[nearest]);
     }
-    return open <= *least + 4 * UNIT_ROUNDOFF ? nearest : NONE;
 }
 
 /* Tries the facet's normal, then the direction of its nearest point (the better one for a sliver). */
@@ -275,16 +332,23 @@ void epa_depth(const unit_pair *p, const narrow_goal *goal, const gjk_result *st
 {
     *out = start->span;
     out->method = NARROW_BY_EPA;
-    expansion x = {.p = p, .e = scratch, .best = out, .eps = 4 * UNIT_ROUNDOFF * p->size};
+    expansion x;
+    x.p = p;
+    x.e = scratch;
+    x.best = out;
+    x.eps = 4 * UNIT_ROUNDOFF * p->size;
+    x.won = false;
+    x.hints = NO_HINTS;
     if (!start_surface(&x, &start->simplex)) return;
     /* a bound once proved stays proved; when rounding has begun to fold the surface there is nothing more to gain */
     double least = 0, proved = 0;
     for (;;) {
         uint16_t f = nearest_facet(scratch, &least);
         if (least < proved - x.eps) break;
-        proved = fmax(proved, least);
+        proved = max_of(proved, least);
         if (-out->lo - proved <= p->error || narrow_goal_reached(goal, out->lo, -proved) || f == NONE) break;
         refine(&x, f);
     }
-    out->hi = fmax(out->lo, fmin(out->hi, -proved));
+    out->hi = max_of(out->lo, min_of(out->hi, -proved));
+    write_witnesses(&x);
 }

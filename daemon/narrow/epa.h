@@ -9,18 +9,17 @@
 
 #include "gjk.h"
 
-enum { EPA_VERTICES_MAX = 1024, EPA_FACETS_MAX = 2 * EPA_VERTICES_MAX };
+enum { EPA_VERTICES_MAX = 1024, EPA_FACETS_MAX = 2 * EPA_VERTICES_MAX, EPA_LANES = 4 };
 
 typedef struct epa_facet {
     uint16_t vertex[3];    /* counter-clockwise seen from outside */
     uint16_t neighbour[3]; /* neighbour[i] shares the edge vertex[i], vertex[i + 1] */
     uint32_t visit;        /* the round in which it was last found visible */
-    bool live;
-    bool final;       /* a support point along its normal is no farther out */
-    vec3 normal;      /* unit, outward */
-    vec3 axis;        /* unit, from the origin to its nearest point; the normal when that is inside it */
-    double distance;  /* of the triangle from the origin */
-    double weight[3]; /* of that nearest point */
+    bool measured;         /* distance, axis and weight are those of its nearest point, not only of its plane */
+    bool final;            /* a support point along its normal is no farther out */
+    vec3 normal;           /* unit, outward */
+    vec3 axis;             /* unit, from the origin to its nearest point; the normal when that is inside it */
+    double weight[3];      /* of that nearest point */
 } epa_facet;
 
 typedef struct epa_scratch {
@@ -30,6 +29,8 @@ typedef struct epa_scratch {
     uint16_t horizon[EPA_VERTICES_MAX]; /* by its first vertex: the new facet on that edge of the horizon */
     uint16_t visible[EPA_FACETS_MAX];
     uint32_t horizon_round[EPA_VERTICES_MAX];
+    /* of the triangle from the origin; INFINITY where no facet lives, and for EPA_LANES - 1 places behind the last */
+    double distance[EPA_FACETS_MAX + EPA_LANES];
     uint32_t vertex_count, facet_count, free_count, round;
 } epa_scratch;
 

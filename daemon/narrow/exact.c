@@ -4,6 +4,7 @@
 
 #include "exact_core.h"
 #include "gjk.h"
+#include "scalar.h"
 
 /* Of the pair's size: sums of at most a hundred terms, each rounded to 2^-100. */
 #define EXACT_ERROR 0x1p-96
@@ -224,14 +225,14 @@ enum { DRAWS = 8 };
 
 void exact_draw_together(const unit_pair *p, narrow_result *r)
 {
-    double hi = r->hi * p->scale;
+    double hi = r->hi * p->scale, least = UNIT_ROUNDOFF * vec_greatest(r->point_b) * p->scale; /* that moves it */
     for (int i = 0; i < DRAWS; i++) {
         vec3 gap = vec_sub(r->point_b, r->point_a);
         dd3 between = {dd_two_sum(r->point_b.x, -r->point_a.x), dd_two_sum(r->point_b.y, -r->point_a.y),
             dd_two_sum(r->point_b.z, -r->point_a.z)};
         double far = dd_up(dd3_norm(dd3_scale(between, dd_of(p->scale))));
         if (far <= hi) return;
-        r->point_b = vec_madd(r->point_b, -ldexp(far - hi, i) / far, gap);
+        r->point_b = vec_madd(r->point_b, -ldexp(max_of(far - hi, least), i) / far, gap);
     }
     r->point_b = r->point_a;
 }

@@ -4,6 +4,8 @@
  * points of B - A is an upper bound. The bracket of the best of both is kept apart from the search, which may stall. */
 #include "gjk.h"
 
+#include "scalar.h"
+
 enum { ITERATIONS_MAX = 128 };
 
 static bool known(const simplex *s, vec3 w)
@@ -22,7 +24,7 @@ static void raise_lower(span *best, double separation, vec3 axis)
 
 static vec3 first_axis(const unit_pair *p, vec3 seed)
 {
-    vec3 axis = vec_norm2(seed) > 0 ? seed : vec_unit(p->b_in_a.t);
+    vec3 axis = vec_norm2(seed) > 0 ? seed : direction_of(p->b_in_a.t);
     return vec_norm2(axis) > 0 ? axis : vec(1, 0, 0);
 }
 
@@ -40,13 +42,14 @@ static void lower_upper(span *best, double norm, const simplex *s)
     simplex_witness(s, &best->point_a, &best->point_b);
 }
 
-/* One step: the newest point joins, the simplex shrinks to its nearest feature. False when the search is over. */
-static bool advance(const unit_pair *p, gjk_result *out, const minkowski *m, vec3 *axis)
+/* One step: the newest point, at s->v[s->count], joins; the simplex shrinks to its nearest feature. False when the
+ * search is over. */
+static bool advance(const unit_pair *p, gjk_result *out, support_hints *hints, vec3 *axis)
 {
     simplex *s = &out->simplex;
     span *best = &out->span;
     double touch = 8 * UNIT_ROUNDOFF * p->size;
-    s->v[s->count++] = *m;
+    s->count++;
     nearest_feature n = simplex_reduce(s);
     if (n.inside) {
         out->state = GJK_INSIDE;
@@ -57,20 +60,32 @@ static bool advance(const unit_pair *p, gjk_result *out, const minkowski *m, vec
     if (n.norm < best->hi) lower_upper(best, n.norm, s);
     *axis = n.axis;
     if (best->hi > touch && decreased) return true;
-    raise_lower(best, vec_dot(n.axis, unit_pair_nearest_along(p, n.axis).w), n.axis);
+    raise_lower(best, vec_dot(n.axis, unit_pair_nearest_from(p, n.axis, hints).w), n.axis);
     return false;
+}
+
+static void start(gjk_result *out)
+{
+    out->state = GJK_TOUCH;
+    out->span.lo = -INFINITY;
+    out->span.hi = INFINITY;
+    out->span.method = NARROW_BY_GJK;
+    out->simplex.count = 0;
 }
 
 void gjk_distance(const unit_pair *p, const narrow_goal *goal, vec3 seed, gjk_result *out)
 {
     span *best = &out->span;
+    support_hints hints = NO_HINTS;
     vec3 axis = first_axis(p, seed);
-    *out = (gjk_result){.state = GJK_TOUCH, .span = {.lo = -INFINITY, .hi = INFINITY, .method = NARROW_BY_GJK}};
+    start(out);
     for (best->iterations = 1; best->iterations <= ITERATIONS_MAX; best->iterations++) {
-        minkowski m = unit_pair_nearest_along(p, axis);
-        raise_lower(best, vec_dot(axis, m.w), axis);
-        if (best->iterations == 1) first_upper(best, &m);
-        if (narrow_goal_reached(goal, best->lo, best->hi) || known(&out->simplex, m.w) || !advance(p, out, &m, &axis))
+        minkowski *m = &out->simplex.v[out->simplex.count];
+        *m = unit_pair_nearest_from(p, axis, &hints);
+        raise_lower(best, vec_dot(axis, m->w), axis);
+        if (best->iterations == 1) first_upper(best, m);
+        if (narrow_goal_reached(goal, best->lo, best->hi) || known(&out->simplex, m->w) ||
+            !advance(p, out, &hints, &axis))
             break;
     }
     if (out->state == GJK_TOUCH && (best->lo > 0 || narrow_goal_reached(goal, best->lo, best->hi)))

@@ -111,7 +111,11 @@ static void outline_of(const feature *f, const transform *to_a, const contact_fr
 {
     vec3 normal = mat_mul(to_a->r, f->normal);
     double nh = vec_dot(normal, frame->axis);
-    *out = (outline){.count = f->count, .unbounded = f->unbounded, .corner_id = f->corner_id, .face_id = f->face_id};
+    out->count = f->count;
+    out->unbounded = f->unbounded;
+    out->corner_id = f->corner_id;
+    out->face_id = f->face_id;
+    out->slope_x = out->slope_y = out->area = out->span = 0;
     for (uint32_t i = 0; i < f->count; i++) {
         out->at[i] = to_spot(frame, transform_point(to_a, f->corner[i]));
         out->span = fmax(out->span, flat_length(out->at[0], out->at[i]));
@@ -393,7 +397,9 @@ void manifold_build(const shape *a, const shape *b, const transform *b_in_a, vec
     double threshold, manifold *out)
 {
     contact c = {frame_of(axis, point_a), a->radius, b->radius, threshold};
-    candidates all = {.count = 0};
+    candidates all; /* far larger than what is used of it: not cleared */
+    all.count = 0;
+    all.slack = 0;
     find_candidates(a, b, b_in_a, &c, &all);
     add_witness(&c, point_a, point_b, &all);
     reduce(&all);

@@ -7,7 +7,10 @@
 #include "dispatch.h"
 #include "exact.h"
 #include "manifold.h"
+#include "mesh_pair.h"
 #include "order.h"
+#include "scalar.h"
+#include "spheres.h"
 
 struct narrow_scratch {
     epa_scratch epa;
@@ -33,9 +36,9 @@ static narrow_goal goal_of(const unit_pair *p, const narrow_request *r)
     double above = threshold + margin + p->excess, below = threshold + margin - 2 * p->error;
     double finest = 2 * UNIT_ROUNDOFF * p->size, range = r->range * p->scale + margin + p->excess;
     double far = decide ? above : -INFINITY;
-    if (r->facts & NARROW_DISTANCE) far = fmax(far, range);
+    if (r->facts & NARROW_DISTANCE) far = max_of(far, range);
     return (narrow_goal){
-        .tolerance = fmax(r->tolerance * p->scale - 2 * p->error - p->excess, finest),
+        .tolerance = max_of(r->tolerance * p->scale - 2 * p->error - p->excess, finest),
         .finest = finest,
         .far = far,
         .near = measure ? -INFINITY : below,
@@ -49,17 +52,20 @@ static narrow_goal goal_of(const unit_pair *p, const narrow_request *r)
 static void finish(const unit_pair *p, const span *s, narrow_result *out)
 {
     vec3 towards = s->axis;
-    if (s->hi > p->radius) {
-        vec3 line = vec_unit(vec_sub(s->point_b, s->point_a));
+    if (s->hi > p->radius && p->radius > 0) {
+        vec3 line = direction_of(vec_sub(s->point_b, s->point_a));
         if (vec_norm2(line) > 0) towards = line;
     }
     out->lo = (s->lo - p->radius - p->error - p->excess) * p->unit;
     out->hi = (s->hi - p->radius + p->error) * p->unit;
-    out->axis = vec_unit(s->axis);
+    out->axis = direction_again(s->axis);
     out->point_a = vec_scale(vec_madd(s->point_a, p->a.radius, towards), p->unit);
     out->point_b = vec_scale(vec_madd(s->point_b, -p->b.radius, towards), p->unit);
     out->method = s->method;
     out->iterations = s->iterations;
+    out->manifold.count = 0;
+    out->peer_failures = 0;
+    out->refined = false;
 }
 
 static narrow_status status_of(const unit_pair *p, const narrow_goal *g, const narrow_request *r, const span *s)
@@ -75,7 +81,33 @@ static void measure(const unit_pair *p, const narrow_goal *g, narrow_engine engi
     bool only_general = engine == NARROW_ENGINE_GJK && !plane;
     closed_form *formula = only_general ? NULL : dispatch_closed_form(p->a.type, p->b.type);
     if (formula && formula(p, g, s)) return;
-    dispatch_general(p, g, only_general, VEC_ZERO, &scratch->epa, s);
+    dispatch_general(p, g, only_general, formula ? s->axis : VEC_ZERO, &scratch->epa, s);
+}
+
+/* What answers for the pair in doubles: libccd if it was asked to and its word holds, or the methods of the types. */
+static void answer(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
+    narrow_scratch *scratch, const unit_pair *p, const narrow_goal *g, span *s, narrow_result *result)
+{
+    if (mesh_pair_applies(a, b)) {
+        mesh_pair_measure(p, a, b, g, &scratch->epa, s);
+        finish(p, s, result);
+        return;
+    }
+    ccd_peer_opinion peer = ccd_peer_ask(p, a, b, b_in_a, request->engine, g, s);
+    if (!peer.settled) measure(p, g, request->engine, scratch, s);
+    finish(p, s, result);
+    result->peer_failures = ccd_peer_failures(&peer, p, s);
+    if (ccd_peer_agreed(&peer, request, result)) result->method = peer.method;
+}
+
+static void build_manifold(
+    const unit_pair *p, const shape *a, const shape *b, const pose *b_in_a, double threshold, narrow_result *result)
+{
+    transform t = pose_transform(*b_in_a);
+    if (mesh_pair_applies(a, b))
+        mesh_pair_manifold(p, a, b, b_in_a, result, threshold, &result->manifold);
+    else
+        manifold_build(a, b, &t, result->axis, result->point_a, result->point_b, threshold, &result->manifold);
 }
 
 /* The answer of the search in doubles, in A's frame. */
@@ -83,18 +115,15 @@ static void search(const shape *a, const shape *b, const pose *b_in_a, const nar
     narrow_scratch *scratch, unit_pair *p, narrow_result *result)
 {
     span s;
+    shape hull = *b; /* what a half-space sees of a mesh */
+    if (b->type == SHAPE_MESH && !mesh_pair_applies(a, b)) hull.type = SHAPE_HULL, b = &hull;
     unit_pair_init(p, a, b, b_in_a);
+    if (mesh_pair_applies(a, b)) mesh_pair_prepare(p, a);
     narrow_goal g = goal_of(p, request);
-    ccd_peer_opinion peer = ccd_peer_ask(p, a, b, b_in_a, request->engine, &g, &s);
-    if (!peer.settled) measure(p, &g, request->engine, scratch, &s);
-    *result = (narrow_result){.peer_failures = ccd_peer_failures(&peer, p, &s)};
-    finish(p, &s, result);
-    if (ccd_peer_agreed(&peer, request, result)) result->method = peer.method;
+    answer(a, b, b_in_a, request, scratch, p, &g, &s, result);
     result->status = status_of(p, &g, request, &s);
-    if ((request->facts & NARROW_MANIFOLD) && result->lo <= request->threshold) {
-        transform t = pose_transform(*b_in_a);
-        manifold_build(a, b, &t, result->axis, result->point_a, result->point_b, request->threshold, &result->manifold);
-    }
+    if ((request->facts & NARROW_MANIFOLD) && result->lo <= request->threshold)
+        build_manifold(p, a, b, b_in_a, request->threshold, result);
 }
 
 static double asked_width(const unit_pair *p, const narrow_request *r)
@@ -131,12 +160,14 @@ static void settle(const unit_pair *p, const narrow_request *r, narrow_result *r
 void narrow_query(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
     narrow_cache *cache, narrow_scratch *scratch, narrow_result *result)
 {
-    unit_pair p;
-    search(a, b, b_in_a, request, scratch, &p, result);
-    if (wants_refining(&p, request, result)) {
-        exact_pair e = exact_pair_of(&p, a, POSE_IDENTITY, b, *b_in_a);
-        exact_narrow(&e, result);
-        settle(&p, request, result);
+    if (!spheres_answer(a, b, b_in_a, request, result)) {
+        unit_pair p;
+        search(a, b, b_in_a, request, scratch, &p, result);
+        if (wants_refining(&p, request, result)) {
+            exact_pair e = exact_pair_of(&p, a, POSE_IDENTITY, b, *b_in_a);
+            exact_narrow(&e, result);
+            settle(&p, request, result);
+        }
     }
     if (cache) {
         cache->axis = result->axis;

@@ -1,6 +1,10 @@
 /* order: the canonical order of two shapes, so that a pair is always computed the same way round. Pure; any thread. */
 #include "order.h"
 
+#include "geom/mesh.h"
+
+#include <string.h>
+
 static int compare(double x, double y)
 {
     return (x > y) - (x < y);
@@ -22,6 +26,15 @@ static int compare_hull(const hull *a, const hull *b)
     return c ? c : compare_array(a->z, b->z, a->vertex_count);
 }
 
+static int compare_mesh(const mesh *a, const mesh *b)
+{
+    if (a == b) return 0;
+    if (a->triangle_count != b->triangle_count) return a->triangle_count < b->triangle_count ? -1 : 1;
+    if (a->vertex_count != b->vertex_count) return a->vertex_count < b->vertex_count ? -1 : 1;
+    int c = compare_array(&a->vertices->x, &b->vertices->x, 3 * a->vertex_count);
+    return c ? c : memcmp(a->triangles, b->triangles, a->triangle_count * sizeof *a->triangles);
+}
+
 static int compare_vec(vec3 a, vec3 b)
 {
     int c = compare(a.x, b.x);
@@ -34,7 +47,9 @@ int order_shapes(const shape *a, const shape *b)
     if (a->type != b->type) return a->type < b->type ? -1 : 1;
     int c = compare_vec(a->half, b->half);
     if (c == 0) c = compare(a->radius, b->radius);
-    return c || a->type != SHAPE_HULL ? c : compare_hull(a->hull, b->hull);
+    if (c || !a->hull) return c;
+    c = compare_hull(a->hull, b->hull);
+    return c || a->type != SHAPE_MESH ? c : compare_mesh(a->mesh, b->mesh);
 }
 
 int order_poses(pose a, pose b)

@@ -2,6 +2,8 @@
  */
 #include "sat.h"
 
+#include "scalar.h"
+
 /* Beyond it all pairs of edges take too long for what they may gain over the expanding polytope. */
 #define EDGE_PAIRS_MAX (1u << 20)
 
@@ -38,7 +40,7 @@ static void try_axis(const unit_pair *p, vec3 axis, span *best)
 
 static void try_both_ways(const unit_pair *p, vec3 direction, span *best)
 {
-    vec3 axis = vec_unit(direction);
+    vec3 axis = direction_of(direction);
     if (!(vec_norm2(axis) > 0)) return;
     try_axis(p, axis, best);
     try_axis(p, vec_neg(axis), best);
@@ -60,13 +62,7 @@ static void faces(const unit_pair *p, const shape *s, const mat3 *frame, double 
         return;
     }
     for (uint32_t i = 0; i < s->hull->face_count; i++)
-        try_axis(p, vec_unit(mat_mul(*frame, vec_scale(s->hull->faces[i].normal, outward))), best);
-}
-
-static void box_edges(const unit_pair *p, span *best)
-{
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++) try_both_ways(p, vec_cross(column(&IDENTITY, i), column(&p->b_in_a.r, j)), best);
+        try_axis(p, direction_of(mat_mul(*frame, vec_scale(s->hull->faces[i].normal, outward))), best);
 }
 
 /* An edge of a hull in A's frame: a point on it, its direction, the outward normals of its two faces. */
@@ -115,7 +111,7 @@ static void box_hull_edges(
         for (int k = 0; k < 3; k++) {
             vec3 u = column(box, k);
             if (!opposite(vec_dot(e.n0, u), vec_dot(e.n1, u))) continue;
-            try_outward(p, vec_unit(vec_cross(e.direction, u)), middle, outward, best);
+            try_outward(p, direction_of(vec_cross(e.direction, u)), middle, outward, best);
         }
     }
 }
@@ -132,7 +128,7 @@ static bool circles_cross(const arc *a, const arc *b)
 /* The cross product of two edges is a facet's normal when it lies on A's arc and, turned round, on B's. */
 static void try_edges(const unit_pair *p, const arc *a, const arc *b, span *best)
 {
-    vec3 axis = vec_unit(vec_cross(a->direction, b->direction));
+    vec3 axis = direction_of(vec_cross(a->direction, b->direction));
     vec3 middle_a = vec_add(a->n0, a->n1), middle_b = vec_add(b->n0, b->n1);
     if (!(vec_norm2(axis) > 0)) return;
     if (vec_dot(axis, middle_a) < 0) axis = vec_neg(axis);
@@ -163,9 +159,7 @@ void sat_depth(const unit_pair *p, span *out)
     out->method = NARROW_BY_SAT;
     faces(p, &p->a, &IDENTITY, 1, out);
     faces(p, &p->b, &p->b_in_a.r, -1, out);
-    if (box_a && box_b)
-        box_edges(p, out);
-    else if (box_a)
+    if (box_a)
         box_hull_edges(p, p->b.hull, &p->b_in_a, &IDENTITY, -1, out);
     else if (box_b)
         box_hull_edges(p, p->a.hull, &SAME, &p->b_in_a.r, 1, out);

@@ -1,4 +1,4 @@
-/* sat: the depth of two overlapping polytopes, exactly: least overlap over all candidate axes.
+/* sat: the depth of two overlapping polytopes, one a hull, exactly: least overlap over all candidate axes.
  *
  * The facets of B - A have the normals of A's faces, of B's faces, or the cross product of an edge of each, so the
  * least overlap over those is the depth. Points, segments and boxes count as boxes with three axes of their own; hulls
@@ -16,7 +16,8 @@ bool sat_applies(const unit_pair *p);
 /* True when there are at most fifteen axes: two boxes, or what counts as one. */
 bool sat_is_quick(const unit_pair *p);
 
-/* out->lo = the greatest separation (negative: minus the depth), out->axis its axis. Fills lo, hi, axis, iterations. */
+/* For a hull and another. out->lo = the greatest separation (negative: minus the depth), out->axis its axis. Fills lo,
+ * hi, axis, iterations. */
 void sat_depth(const unit_pair *p, span *out);
 
 #endif

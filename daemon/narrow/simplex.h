@@ -26,11 +26,17 @@ typedef struct nearest_feature {
 nearest_feature simplex_reduce(simplex *s);
 
 /* Not unit; counter-clockwise. The cross product of the two shortest edges: the longest carries the most rounding. */
-vec3 triangle_normal(vec3 a, vec3 b, vec3 c);
+static inline vec3 triangle_normal(vec3 a, vec3 b, vec3 c)
+{
+    vec3 ab = vec_sub(b, a), bc = vec_sub(c, b), ca = vec_sub(a, c);
+    double l_ab = vec_norm2(ab), l_bc = vec_norm2(bc), l_ca = vec_norm2(ca);
+    if (l_ab >= l_bc && l_ab >= l_ca) return vec_cross(bc, ca);
+    return l_bc >= l_ca ? vec_cross(ca, ab) : vec_cross(ab, bc);
+}
 
-/* The nearest point of a triangle alone; weight[3] gets its coordinates, *axis the unit direction of the feature it
- * lies on (the triangle's own normal, p0 -> p1 -> p2 counter-clockwise, when inside it). Its distance. */
-double triangle_nearest(vec3 p0, vec3 p1, vec3 p2, double weight[3], vec3 *axis);
+/* The nearest point of a triangle alone; weight[3] gets its coordinates, *normal the triangle's own (unit; p0, p1, p2
+ * counter-clockwise), *axis the unit direction of the feature it lies on (the normal when inside it). Its distance. */
+double triangle_nearest(vec3 p0, vec3 p1, vec3 p2, double weight[3], vec3 *normal, vec3 *axis);
 
 /* The two witness points that belong to the weights. */
 void simplex_witness(const simplex *s, vec3 *point_a, vec3 *point_b);

@@ -3,7 +3,7 @@
  * Pure; any thread. The scale is a power of two, so every bit of an answer but the exponent is independent of it. */
 #include "unit_pair.h"
 
-#include "geom/support.h"
+#include "core.h"
 
 /* A separation is dot(n, b - a): the pose may be off by 9 u of position and rotation (product of two rounded unit
  * quaternions, and the matrix made of it), a support point by 4 u, difference, product and sum by 3 u. */
@@ -36,56 +36,79 @@ static void reduce(shape *s)
     if (s->type == SHAPE_CAPSULE && s->half.z == 0) s->type = SHAPE_SPHERE;
 }
 
+/* A ball that is no larger than the tightest curve of a convex surface rolls all along its inside, and the body is the
+ * sum of that ball and of what is left (Blaschke, "Kreis und Kugel", 1916). So an ellipsoid is a smaller core with a
+ * radius, and is apart from what it touches for as long as its core is. The factor keeps rounding out of it. */
+static double shave(shape *s, const shape *other)
+{
+    if (s->type != SHAPE_ELLIPSOID || other->type > SHAPE_HULL) return 0; /* meshes ask for the core itself */
+    double least = min_of(min_of(s->half.x, s->half.y), s->half.z), most = vec_greatest(s->half);
+    double ball = most > 0 ? 0.99 * least * (least / most) : 0;
+    s->radius += ball;
+    return ball;
+}
+
+void unit_of(double largest, double *unit, double *scale)
+{
+    int exponent = largest > 0 ? exponent_above(largest) : 0;
+    exponent = exponent < -EXPONENT_MAX ? -EXPONENT_MAX : exponent > EXPONENT_MAX ? EXPONENT_MAX : exponent;
+    *unit = power_of_two(exponent);
+    *scale = power_of_two(-exponent);
+}
+
+double unit_error(double size)
+{
+    return ERROR_ULPS * UNIT_ROUNDOFF * size;
+}
+
 void unit_pair_init(unit_pair *p, const shape *a, const shape *b, const pose *b_in_a)
 {
     double reach_a = finite_or_zero(shape_reach(a)), reach_b = finite_or_zero(shape_reach(b));
-    double largest = fmax(fmax(reach_a, reach_b), vec_max_abs(b_in_a->p));
-    int exponent = 0;
-    if (largest > 0) (void)frexp(largest, &exponent);
-    exponent = exponent < -EXPONENT_MAX ? -EXPONENT_MAX : exponent > EXPONENT_MAX ? EXPONENT_MAX : exponent;
-    p->unit = ldexp(1, exponent);
-    p->scale = ldexp(1, -exponent);
+    unit_of(max_of(max_of(reach_a, reach_b), vec_greatest(b_in_a->p)), &p->unit, &p->scale);
     p->a = shape_scaled(a, p->scale);
     p->b = shape_scaled(b, p->scale);
     reduce(&p->a);
     reduce(&p->b);
+    p->shaved_a = shave(&p->a, &p->b);
+    p->shaved_b = shave(&p->b, &p->a);
     p->b_in_a.r = quat_matrix(b_in_a->q);
     p->b_in_a.t = vec_scale(b_in_a->p, p->scale);
     p->radius = p->a.radius + p->b.radius;
     p->size = reach_a * p->scale + reach_b * p->scale + vec_norm(p->b_in_a.t);
-    p->error = ERROR_ULPS * UNIT_ROUNDOFF * p->size;
+    p->error = unit_error(p->size);
     p->excess = (shape_excess(a) + shape_excess(b)) * p->scale;
-}
-
-static vec3 support(const unit_pair *p, const shape *s, vec3 direction, uint32_t *hint)
-{
-    vec3 x = support_core(s, direction, hint);
-    return s->type == SHAPE_HULL ? vec_scale(x, p->scale) : x;
 }
 
 vec3 unit_pair_support_a(const unit_pair *p, vec3 direction, uint32_t *hint)
 {
-    return support(p, &p->a, direction, hint);
+    return core_shaved(&p->a, p->scale, p->shaved_a, direction, hint);
 }
 
 vec3 unit_pair_support_b(const unit_pair *p, vec3 direction, uint32_t *hint)
 {
-    return transform_point(&p->b_in_a, support(p, &p->b, mat_tmul(p->b_in_a.r, direction), hint));
+    return transform_point(
+        &p->b_in_a, core_shaved(&p->b, p->scale, p->shaved_b, mat_tmul(p->b_in_a.r, direction), hint));
+}
+
+minkowski unit_pair_nearest_from(const unit_pair *p, vec3 axis, support_hints *hints)
+{
+    minkowski m;
+    m.a = core_shaved(&p->a, p->scale, p->shaved_a, axis, &hints->a);
+    m.b_local = core_shaved(&p->b, p->scale, p->shaved_b, mat_tmul(p->b_in_a.r, vec_neg(axis)), &hints->b);
+    m.b = transform_point(&p->b_in_a, m.b_local);
+    m.w = vec_sub(m.b, m.a);
+    return m;
 }
 
 minkowski unit_pair_nearest_along(const unit_pair *p, vec3 axis)
 {
-    minkowski m;
-    m.a = unit_pair_support_a(p, axis, NULL);
-    m.b_local = support(p, &p->b, mat_tmul(p->b_in_a.r, vec_neg(axis)), NULL);
-    m.b = transform_point(&p->b_in_a, m.b_local);
-    m.w = vec_sub(m.b, m.a);
-    return m;
+    support_hints hints = NO_HINTS;
+    return unit_pair_nearest_from(p, axis, &hints);
 }
 
 vec3 vec_unit_orthogonal(vec3 v)
 {
     double x = fabs(v.x), y = fabs(v.y), z = fabs(v.z);
     vec3 least = x <= y && x <= z ? vec(1, 0, 0) : y <= z ? vec(0, 1, 0) : vec(0, 0, 1);
-    return vec_unit(vec_cross(v, least));
+    return direction_of(vec_cross(v, least));
 }

@@ -16,9 +16,11 @@ typedef struct unit_pair {
     double unit;      /* power of two: real length = length here * unit */
     double scale;     /* 1 / unit */
     double radius;    /* of a plus of b */
-    double size;      /* bounds every |coordinate| that enters: reach of A + reach of B + |position| */
-    double error;     /* of any separation along a unit axis: pose, support point, product and sum */
-    double excess;    /* by which points that hulls were made of may be outside of them: only lower bounds need it */
+    double shaved_a;  /* by which the core of an ellipsoid is smaller than its half axes say; in a.radius, too */
+    double shaved_b;
+    double size;   /* bounds every |coordinate| that enters: reach of A + reach of B + |position| */
+    double error;  /* of any separation along a unit axis: pose, support point, product and sum */
+    double excess; /* by which points that hulls were made of may be outside of them: only lower bounds need it */
 } unit_pair;
 
 /* What ends a search. Lengths between cores. */
@@ -51,14 +53,28 @@ typedef struct minkowski {
     vec3 b_local; /* b in B's frame: unlike b not rounded */
 } minkowski;
 
+/* The least power of two above the largest number of a pair (1 when all are zero), and its inverse. */
+void unit_of(double largest, double *unit, double *scale);
+
+/* unit_pair.error of a pair of that size. */
+double unit_error(double size);
+
 void unit_pair_init(unit_pair *p, const shape *a, const shape *b, const pose *b_in_a);
 
 /* The cores' points with the greatest dot(direction, x); B's in A's frame. Never for half-spaces. */
 vec3 unit_pair_support_a(const unit_pair *p, vec3 direction, uint32_t *hint);
 vec3 unit_pair_support_b(const unit_pair *p, vec3 direction, uint32_t *hint);
 
+/* The vertices of hulls at which the last support points were: the next are looked for from there. They change the time
+ * of a search, never its answer. */
+typedef struct support_hints {
+    uint32_t a, b;
+} support_hints;
+static const support_hints NO_HINTS = {UINT32_MAX, UINT32_MAX};
+
 /* The point of B - A with the least dot(axis, w): the separation along a unit axis is dot(axis, w). */
-minkowski unit_pair_nearest_along(const unit_pair *p, vec3 axis);
+minkowski unit_pair_nearest_from(const unit_pair *p, vec3 axis, support_hints *hints);
+minkowski unit_pair_nearest_along(const unit_pair *p, vec3 axis); /* without hints */
 
 /* Some unit vector orthogonal to `v`, chosen by its least component. */
 vec3 vec_unit_orthogonal(vec3 v);

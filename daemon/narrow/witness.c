@@ -3,13 +3,15 @@
 #include "witness.h"
 
 #include "gjk.h"
+#include "scalar.h"
 
 void witness_apart(const unit_pair *p, span *s)
 {
     unit_pair apart = *p;
     vec3 shift = vec_scale(s->axis, -s->lo);
     apart.b_in_a.t = vec_add(p->b_in_a.t, shift);
-    narrow_goal exactly = {.far = INFINITY, .near = -INFINITY, .above = INFINITY, .below = INFINITY};
+    double closely = 0.25 * (s->hi - s->lo);
+    narrow_goal exactly = {closely, closely, INFINITY, -INFINITY, INFINITY, INFINITY};
     gjk_result touch;
     gjk_distance(&apart, &exactly, s->axis, &touch);
     s->point_a = touch.span.point_a;
@@ -20,7 +22,7 @@ void witness_apart(const unit_pair *p, span *s)
 /* How far the two points together fall short of the support planes, of which `top` holds a point each. */
 static double shortfall(const span *s, const minkowski *top)
 {
-    return fmax(vec_dot(s->axis, vec_sub(top->a, s->point_a)), vec_dot(s->axis, vec_sub(s->point_b, top->b)));
+    return max_of(vec_dot(s->axis, vec_sub(top->a, s->point_a)), vec_dot(s->axis, vec_sub(s->point_b, top->b)));
 }
 
 void witness_deepest(const unit_pair *p, span *s)

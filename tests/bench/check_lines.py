@@ -9,6 +9,7 @@ KEYS = {
     "world": ["us_per_tick", "us_p99"],
     "broad": ["n", "moving", "us_per_step", "us_mean", "us_p99", "ns_per_moved", "ticks", "bytes_per_body", "pairs",
               "extra", "missed"],
+    "narrow": ["coherent", "ns_median", "ns_p99", "wrong", "failed", "missed_truth", "items", "samples"],
 }
 
 
@@ -27,6 +28,11 @@ def broken(name, row):
         return "no contender, or no ratio"
     if name == "broad" and (row["missed"] or not row["pairs"]):
         return "pairs were missed, or none found"
+    if name == "narrow" and ("error_max" not in row or not all(row.get(key) for key in ("pair", "regime", "contender"))):
+        return "no pair, regime, contender or error"
+    if name == "narrow" and row["contender"].startswith("collided") and (
+            row["wrong"] or row["failed"] or row["missed_truth"]):
+        return "ours is wrong"
     return None
 
 

@@ -48,8 +48,8 @@ static void print_pair(const trial *t, const char *fault)
 /* All pairs of types in turn, none of two half-spaces. */
 static void types_of(size_t i, shape_type *a, shape_type *b)
 {
-    *a = (shape_type)(i % SHAPE_TYPE_COUNT);
-    *b = (shape_type)(i / SHAPE_TYPE_COUNT % SHAPE_TYPE_COUNT);
+    *a = (shape_type)(i % SHAPE_CONVEX_COUNT);
+    *b = (shape_type)(i / SHAPE_CONVEX_COUNT % SHAPE_CONVEX_COUNT);
     if (*b == SHAPE_HALFSPACE) *b = SHAPE_BOX;
 }
 

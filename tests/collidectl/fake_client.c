@@ -87,6 +87,13 @@ collided_geometry collided_create_hull(collided *c, const double *points, size_t
     return (collided_geometry){(int64_t)count};
 }
 
+collided_geometry collided_create_mesh(
+    collided *c, const double *points, size_t count, const int32_t *triangles, size_t triangle_count)
+{
+    (void)c, (void)points, (void)triangles;
+    return (collided_geometry){(int64_t)(count + triangle_count)};
+}
+
 collided_body_def collided_body_def_default(void)
 {
     return (collided_body_def){.id = COLLIDED_NONE};

@@ -29,8 +29,8 @@ typedef void relation(const sample *s, const narrow_result *r);
 
 static void for_all_types(relation *holds)
 {
-    for (int ta = 0; ta < SHAPE_TYPE_COUNT; ta++)
-        for (int tb = 0; tb < SHAPE_TYPE_COUNT; tb++)
+    for (int ta = 0; ta < SHAPE_CONVEX_COUNT; ta++)
+        for (int tb = 0; tb < SHAPE_CONVEX_COUNT; tb++)
             for (int i = 0; i < PAIRS_EACH; i++) {
                 sample s = sample_of(ta, tb, i);
                 narrow_request request = measure_exactly();
@@ -198,8 +198,8 @@ static void moving_by_the_depth_just_separates(void **state)
 static void order_is_total(void **state)
 {
     (void)state;
-    for (int ta = 0; ta < SHAPE_TYPE_COUNT; ta++)
-        for (int tb = 0; tb < SHAPE_TYPE_COUNT; tb++) {
+    for (int ta = 0; ta < SHAPE_CONVEX_COUNT; ta++)
+        for (int tb = 0; tb < SHAPE_CONVEX_COUNT; tb++) {
             sample s = sample_of(ta, tb, 1);
             assert_true(narrow_ordered(&s.a, 1, &s.b, 2) != narrow_ordered(&s.b, 2, &s.a, 1));
             assert_true(narrow_ordered(&s.a, 1, &s.a, 2) && !narrow_ordered(&s.a, 2, &s.a, 1));

@@ -171,7 +171,7 @@ static void shape(sampler *s, uint8_t type, double sizes[3], double *radius, int
     if (spun) sizes[1] = sizes[0];
     if (type == WIRE_SHAPE_CAPSULE) sizes[2] = size(s, WIRE_SIZE_MAX);
     *radius = type <= WIRE_SHAPE_CAPSULE || coin(s) ? size(s, WIRE_SIZE_MAX) : 0;
-    *geometry_hash = type == WIRE_SHAPE_HULL ? positive(s) : 0;
+    *geometry_hash = type >= WIRE_SHAPE_HULL ? positive(s) : 0;
 }
 
 static wire_body body(sampler *s, uint32_t most)
@@ -180,7 +180,7 @@ static wire_body body(sampler *s, uint32_t most)
     double *sizes = wire_memory_take(s->memory, 3 * (size_t)shapes * sizeof *sizes);
     double *radii = wire_memory_take(s->memory, shapes * sizeof *radii);
     int64_t *hashes = wire_memory_take(s->memory, shapes * sizeof *hashes);
-    wire_u8s types = u8s(s, shapes, WIRE_SHAPE_SPHERE, WIRE_SHAPE_HULL);
+    wire_u8s types = u8s(s, shapes, WIRE_SHAPE_SPHERE, WIRE_SHAPE_MESH);
     for (uint32_t i = 0; i < shapes; i++) shape(s, types.at[i], sizes + 3 * (size_t)i, radii + i, hashes + i);
     return (wire_body){WIRE_VERSION, positive(s), positive(s), (int32_t)sample_below(s, INT32_MAX),
         .motion = (uint8_t)sample_below(s, 2), .ccd = (uint8_t)sample_below(s, 3), .name = name(s),

@@ -143,7 +143,7 @@ static void body_rules(void **state)
     REFUSED(WIRE_BODY, m.body.stamp_ns = -1, WIRE_MALFORMED, "stamp_ns is -1");
     REFUSED(WIRE_BODY, m.body.pose.count = 6, WIRE_MALFORMED, "pose has 6");
     REFUSED(WIRE_BODY, m.body.shape_types.count = 0, WIRE_MALFORMED, "shape_types is empty");
-    REFUSED(WIRE_BODY, plain.types[1] = 8, WIRE_MALFORMED, "shape_types[1] is 8: 0 to 7");
+    REFUSED(WIRE_BODY, plain.types[1] = 9, WIRE_MALFORMED, "shape_types[1] is 9: 0 to 8");
     REFUSED(WIRE_BODY, m.body.shape_sizes.count = 3, WIRE_MALFORMED, "shape_sizes has 3");
     REFUSED(WIRE_BODY, m.body.shape_radii.count = 1, WIRE_MALFORMED, "shape_radii has 1");
     REFUSED(WIRE_BODY, m.body.shape_poses.count = 7, WIRE_MALFORMED, "shape_poses has 7");
@@ -194,7 +194,7 @@ static void set_shape(uint8_t type, double x, double y, double z, double radius)
     plain.types[0] = type;
     memcpy(plain.sizes, (double[]){x, y, z}, 3 * sizeof(double));
     plain.radii[0] = radius;
-    plain.geometries[0] = type == WIRE_SHAPE_HULL;
+    plain.geometries[0] = type >= WIRE_SHAPE_HULL;
 }
 #define SHAPE(...) set_shape(__VA_ARGS__)
 #define SHAPE_OK(...) ACCEPTED(WIRE_BODY, SHAPE(__VA_ARGS__))
@@ -235,6 +235,8 @@ static void flat_shapes_have_their_sizes(void **state)
     SHAPE_BAD("of a half-space it must be 0", WIRE_SHAPE_HALFSPACE, 1, 0, 0, 0);
     SHAPE_OK(WIRE_SHAPE_HULL, 0, 0, 0, 0.1);
     SHAPE_BAD("of a hull it must be 0", WIRE_SHAPE_HULL, 1, 0, 0, 0);
+    SHAPE_OK(WIRE_SHAPE_MESH, 0, 0, 0, 0.1);
+    SHAPE_BAD("of a mesh it must be 0", WIRE_SHAPE_MESH, 0, 0, 1, 0);
     REFUSED(WIRE_BODY, (SHAPE(WIRE_SHAPE_HULL, 0, 0, 0, 0), plain.geometries[0] = 0), WIRE_MALFORMED,
         "shape_geometries[0]: a hull needs one");
     REFUSED(WIRE_BODY, plain.geometries[0] = 5, WIRE_MALFORMED, "shape_geometries[0]: a box has none");

@@ -1,0 +1,304 @@
+/* Building meshes: weld the vertices, leave out what has no area, look at the edges, build the hierarchy and the hull.
+ * Any thread. Every step sorts by content and index, so the same input gives the same mesh. */
+#include "mesh.h"
+
+#include "base/array.h"
+#include "mesh_steps.h"
+#include "round.h"
+#include "shape.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+const char *mesh_status_text(mesh_status status)
+{
+    switch (status) {
+    case MESH_OK:
+        return "ok";
+    case MESH_NO_TRIANGLES:
+        return "mesh has no triangle with an area";
+    case MESH_TOO_MANY:
+        return "mesh has too many triangles";
+    case MESH_BAD_INDEX:
+        return "mesh has a triangle with a vertex that does not exist";
+    case MESH_NOT_FINITE:
+        return "mesh has a coordinate that is not finite or beyond the limit";
+    case MESH_WIDE_HULL:
+        return "the convex hull of the mesh could not be built: it may have too many corners";
+    }
+    return "unknown";
+}
+
+static mesh_status check_input(const double *points, size_t count, const int32_t *corners, size_t triangles)
+{
+    if (triangles == 0 || count == 0) return MESH_NO_TRIANGLES;
+    if (triangles > MESH_TRIANGLES_MAX || count > 3 * (size_t)MESH_TRIANGLES_MAX) return MESH_TOO_MANY;
+    for (size_t i = 0; i < 3 * count; i++)
+        if (!(fabs(points[i]) <= SHAPE_SIZE_MAX)) return MESH_NOT_FINITE;
+    for (size_t i = 0; i < 3 * triangles; i++)
+        if (corners[i] < 0 || (size_t)corners[i] >= count) return MESH_BAD_INDEX;
+    return MESH_OK;
+}
+
+/* ---- vertices ---- */
+
+static vec3 input_point(const double *points, size_t i)
+{
+    return vec(points[3 * i] + 0.0, points[3 * i + 1] + 0.0, points[3 * i + 2] + 0.0); /* -0 becomes 0 */
+}
+
+static int compare_points(const void *left, const void *right, void *points)
+{
+    uint32_t i = *(const uint32_t *)left, j = *(const uint32_t *)right;
+    vec3 a = input_point(points, i), b = input_point(points, j);
+    if (a.x != b.x) return a.x < b.x ? -1 : 1;
+    if (a.y != b.y) return a.y < b.y ? -1 : 1;
+    if (a.z != b.z) return a.z < b.z ? -1 : 1;
+    return (i > j) - (i < j);
+}
+
+static bool same_point(vec3 a, vec3 b)
+{
+    return a.x == b.x && a.y == b.y && a.z == b.z;
+}
+
+/* first[i]: the first input point that equals point i. */
+static uint32_t *first_of_equals(const double *points, uint32_t count)
+{
+    uint32_t *order = base_alloc(count, sizeof *order), *first = base_alloc(count, sizeof *first);
+    for (uint32_t i = 0; i < count; i++) order[i] = i;
+    qsort_r(order, count, sizeof *order, compare_points, (void *)points);
+    for (uint32_t i = 0; i < count; i++) {
+        bool again = i && same_point(input_point(points, order[i]), input_point(points, order[i - 1]));
+        first[order[i]] = again ? first[order[i - 1]] : order[i];
+    }
+    free(order);
+    return first;
+}
+
+/* ---- triangles ---- */
+
+/* Its height is within the rounding of its longest side: it covers no more than its sides do. */
+static bool has_no_area(vec3 a, vec3 b, vec3 c)
+{
+    vec3 sides[3] = {vec_sub(b, a), vec_sub(c, b), vec_sub(a, c)};
+    double most = fmax(vec_max_abs(sides[0]), fmax(vec_max_abs(sides[1]), vec_max_abs(sides[2])));
+    if (!(most > 0)) return true;
+    vec3 u = vec(sides[0].x / most, sides[0].y / most, sides[0].z / most);
+    vec3 v = vec(sides[2].x / most, sides[2].y / most, sides[2].z / most);
+    return vec_norm(vec_cross(u, v)) <= 8 * ROUND_U;
+}
+
+/* The same three corners in the same sense begin with the same corner when the least comes first. */
+static mesh_triangle least_first(mesh_triangle t)
+{
+    while (t.v[0] > t.v[1] || t.v[0] > t.v[2]) {
+        uint32_t v = t.v[0];
+        t.v[0] = t.v[1];
+        t.v[1] = t.v[2];
+        t.v[2] = v;
+    }
+    return t;
+}
+
+static int compare_triangles(const void *left, const void *right)
+{
+    const mesh_triangle *a = left, *b = right;
+    for (int k = 0; k < 3; k++)
+        if (a->v[k] != b->v[k]) return a->v[k] < b->v[k] ? -1 : 1;
+    return (a->source > b->source) - (a->source < b->source);
+}
+
+static int compare_sources(const void *left, const void *right)
+{
+    const mesh_triangle *a = left, *b = right;
+    return (a->source > b->source) - (a->source < b->source);
+}
+
+/* Triangles with two equal corners go at once: their sides cancel, so nothing opens. */
+static void take_triangles(mesh *m, const int32_t *corners, uint32_t count, const uint32_t *first)
+{
+    m->triangles = base_alloc(count, sizeof *m->triangles);
+    for (uint32_t i = 0; i < count; i++) {
+        mesh_triangle t = {.source = i};
+        for (int k = 0; k < 3; k++) t.v[k] = first[corners[3 * i + (uint32_t)k]];
+        bool folded = t.v[0] == t.v[1] || t.v[1] == t.v[2] || t.v[2] == t.v[0];
+        m->found.zero_area += folded;
+        if (!folded) m->triangles[m->triangle_count++] = least_first(t);
+    }
+}
+
+static void drop_repeated(mesh *m)
+{
+    uint32_t kept = 0;
+    qsort(m->triangles, m->triangle_count, sizeof *m->triangles, compare_triangles);
+    for (uint32_t i = 0; i < m->triangle_count; i++) {
+        const mesh_triangle *t = &m->triangles[i], *last = kept ? &m->triangles[kept - 1] : NULL;
+        bool again = last && last->v[0] == t->v[0] && last->v[1] == t->v[1] && last->v[2] == t->v[2];
+        m->found.repeated += again;
+        if (!again) m->triangles[kept++] = *t;
+    }
+    m->triangle_count = kept;
+    qsort(m->triangles, kept, sizeof *m->triangles, compare_sources);
+}
+
+/* After the edges have been looked at: a triangle whose corners lie on one line closes a gap between edges, but adds no
+ * point of its own. */
+static void drop_flat(mesh *m)
+{
+    uint32_t kept = 0;
+    for (uint32_t i = 0; i < m->triangle_count; i++) {
+        bool flat = has_no_area(mesh_corner(m, i, 0), mesh_corner(m, i, 1), mesh_corner(m, i, 2));
+        m->found.zero_area += flat;
+        if (!flat) m->triangles[kept++] = m->triangles[i];
+    }
+    m->triangle_count = kept;
+}
+
+/* Numbers the vertices that triangles use, in the order of the input. */
+static void take_vertices(mesh *m, const double *points, uint32_t count)
+{
+    uint32_t *place = base_alloc(count, sizeof *place), used = 0;
+    memset(place, 0xff, count * sizeof *place);
+    for (uint32_t i = 0; i < m->triangle_count; i++)
+        for (int k = 0; k < 3; k++) place[m->triangles[i].v[k]] = 0;
+    for (uint32_t i = 0; i < count; i++)
+        if (place[i] == 0) place[i] = used++;
+    m->vertices = base_alloc(used + 1, sizeof *m->vertices);
+    for (uint32_t i = 0; i < count; i++)
+        if (place[i] != UINT32_MAX) m->vertices[place[i]] = input_point(points, i);
+    for (uint32_t i = 0; i < m->triangle_count; i++)
+        for (int k = 0; k < 3; k++) m->triangles[i].v[k] = place[m->triangles[i].v[k]];
+    m->vertex_count = used;
+    m->found.welded = count - used;
+    free(place);
+}
+
+/* ---- hull ---- */
+
+static uint32_t corners_of_hull(const hull *h, double *to)
+{
+    for (uint32_t i = 0; i < h->vertex_count; i++) {
+        vec3 v = hull_vertex(h, i);
+        to[3 * i] = v.x;
+        to[3 * i + 1] = v.y;
+        to[3 * i + 2] = v.z;
+    }
+    return h->vertex_count;
+}
+
+/* One round of a hull of more points than hull_build takes: the corners of the hulls of its parts. */
+static uint32_t thin_out(double *points, uint32_t count, double *excess)
+{
+    uint32_t kept = 0;
+    double most = 0;
+    for (uint32_t at = 0; at < count; at += HULL_VERTICES_MAX) {
+        uint32_t part = count - at < HULL_VERTICES_MAX ? count - at : HULL_VERTICES_MAX;
+        hull *h = NULL;
+        if (hull_build(points + 3 * (size_t)at, part, HULL_ALLOW_FLAT, &h) != HULL_OK) return count;
+        most = fmax(most, h->excess);
+        kept += corners_of_hull(h, points + 3 * (size_t)kept); /* never ahead of what is still to be read */
+        hull_destroy(h);
+    }
+    *excess = add_up(*excess, most);
+    return kept;
+}
+
+static bool build_hull(mesh *m)
+{
+    uint32_t count = m->vertex_count, before = UINT32_MAX;
+    double *points = base_alloc(3 * (size_t)count, sizeof *points), excess = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        points[3 * i] = m->vertices[i].x;
+        points[3 * i + 1] = m->vertices[i].y;
+        points[3 * i + 2] = m->vertices[i].z;
+    }
+    while (count > HULL_VERTICES_MAX && count < before) {
+        before = count;
+        count = thin_out(points, count, &excess);
+    }
+    bool built = hull_build(points, count, HULL_ALLOW_FLAT, &m->hull) == HULL_OK;
+    if (built) {
+        m->hull->excess = add_up(m->hull->excess, excess);
+        m->hull->reach = add_up(m->hull->reach, excess);
+    }
+    free(points);
+    return built;
+}
+
+static void measure(mesh *m)
+{
+    int exponent;
+    for (uint32_t i = 0; i < m->vertex_count; i++) m->max_abs = fmax(m->max_abs, vec_max_abs(m->vertices[i]));
+    (void)frexp(m->max_abs, &exponent);
+    m->unit = ldexp(1, exponent);
+}
+
+mesh_status mesh_build(const double *points, size_t count, const int32_t *corners, size_t triangles, mesh **out)
+{
+    *out = NULL;
+    mesh_status status = check_input(points, count, corners, triangles);
+    if (status != MESH_OK) return status;
+    mesh *m = base_zalloc(1, sizeof *m);
+    uint32_t *first = first_of_equals(points, (uint32_t)count);
+    take_triangles(m, corners, (uint32_t)triangles, first);
+    free(first);
+    drop_repeated(m);
+    take_vertices(m, points, (uint32_t)count);
+    measure(m);
+    mesh_orient(m);
+    drop_flat(m);
+    if (m->triangle_count == 0)
+        status = MESH_NO_TRIANGLES;
+    else if (!build_hull(m))
+        status = MESH_WIDE_HULL;
+    if (status == MESH_OK)
+        mesh_tree_build(m);
+    else
+        mesh_destroy(m);
+    if (status == MESH_OK) *out = m;
+    return status;
+}
+
+void mesh_destroy(mesh *m)
+{
+    if (!m) return;
+    hull_destroy(m->hull);
+    free(m->vertices);
+    free(m->triangles);
+    free(m->nodes);
+    free(m);
+}
+
+/* ---- words ---- */
+
+typedef struct sentence {
+    char *text;
+    size_t size;
+    int length;
+} sentence;
+
+static void say(sentence *s, const char *before, uint32_t count, const char *one, const char *many)
+{
+    if (!count) return;
+    size_t used = (size_t)s->length < s->size ? (size_t)s->length : s->size;
+    s->length += snprintf(s->text + used, s->size - used, "%s%u %s", before, count, count == 1 ? one : many);
+}
+
+int mesh_describe(const mesh *m, char *text, size_t size)
+{
+    const mesh_findings *f = &m->found;
+    sentence s = {text, size, snprintf(text, size, m->solid ? "a solid" : "a surface, without an inside")};
+    say(&s, ": ", f->open_edges, "edge is open", "edges are open");
+    say(&s, ", ", f->torn_edges, "edge has its two triangles turned against each other",
+        "edges have their two triangles turned against each other");
+    say(&s, ", ", f->shared_edges, "edge has more than two triangles", "edges have more than two triangles");
+    say(&s, "; turned to agree with their neighbours: ", f->turned, "triangle", "triangles");
+    say(&s, "; normals pointed inward and were turned: ", f->inside_out ? m->triangle_count : 0, "triangle",
+        "triangles");
+    say(&s, "; left out: ", f->zero_area, "triangle without area", "triangles without area");
+    say(&s, "; left out: ", f->repeated, "repeated triangle", "repeated triangles");
+    say(&s, "; left out: ", f->welded, "vertex that is repeated or unused", "vertices that are repeated or unused");
+    return s.length;
+}

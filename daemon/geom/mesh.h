@@ -1,0 +1,89 @@
+/* mesh: triangles made ready for queries: welded vertices, a hierarchy of boxes, and whether there is an inside.
+ *
+ * Built once, immutable afterwards, shared by any number of shapes and threads. Coordinates are the input's own, bit
+ * for bit. A mesh is a solid when each of its edges is walked as often in one direction as in the other: then each
+ * point off the surface has a winding number, and those where it is not 0 are the inside. Any other mesh is a surface.
+ */
+#ifndef COLLIDED_GEOM_MESH_H
+#define COLLIDED_GEOM_MESH_H
+
+#include "hull.h"
+
+enum {
+    MESH_TRIANGLES_MAX = 1 << 22, /* so that the hierarchy is at most MESH_DEPTH_MAX nodes deep: see mesh_tree.c */
+    MESH_DEPTH_MAX = 12,
+    MESH_WIDTH = 4,   /* children of a node: as many floats as a vector register of any processor has */
+    MESH_LEAF_MAX = 4 /* triangles */
+};
+
+typedef struct mesh_triangle {
+    uint32_t v[3];
+    uint32_t source; /* which triangle of the input it was */
+} mesh_triangle;
+
+/* Up to four boxes, coordinate by coordinate, in units of mesh.unit, rounded outward. Empty places come last. */
+typedef struct mesh_node {
+    float lo[3][MESH_WIDTH], hi[3][MESH_WIDTH];
+    uint32_t first[MESH_WIDTH]; /* of a leaf: its first triangle; otherwise the index of a node */
+    uint8_t count[MESH_WIDTH];  /* of a leaf: triangles; 0: not a leaf */
+    uint8_t used;               /* children, 1 to MESH_WIDTH */
+} mesh_node;
+
+/* What was done to the input, and why a mesh is no solid: counts, 0 = nothing of the kind. */
+typedef struct mesh_findings {
+    uint32_t welded;       /* vertices that equal an earlier one, or that no triangle uses: left out */
+    uint32_t zero_area;    /* triangles without area: left out */
+    uint32_t repeated;     /* triangles that equal an earlier one: left out */
+    uint32_t turned;       /* triangles whose orientation was turned to agree with their neighbours */
+    bool inside_out;       /* all were turned, because their normals pointed inward */
+    uint32_t open_edges;   /* edges of one triangle only */
+    uint32_t shared_edges; /* edges of more than two triangles */
+    uint32_t torn_edges;   /* edges whose two triangles are oriented against each other, beyond repair */
+} mesh_findings;
+
+typedef struct mesh {
+    uint32_t vertex_count, triangle_count, node_count;
+    uint32_t depth; /* nodes from the root to the deepest, both counted */
+    vec3 *vertices;
+    mesh_triangle *triangles; /* in the order of the leaves */
+    mesh_node *nodes;         /* the root first */
+    double unit;              /* a power of two, m: the boxes' unit, so that floats hold any mesh */
+    bool solid;
+    mesh_findings found;
+    hull *hull;     /* convex hull of all vertices; flat when the mesh is */
+    double max_abs; /* max |coordinate| */
+} mesh;
+
+typedef enum mesh_status {
+    MESH_OK,
+    MESH_NO_TRIANGLES, /* none, or none that has an area */
+    MESH_TOO_MANY,     /* more than MESH_TRIANGLES_MAX triangles */
+    MESH_BAD_INDEX,    /* a triangle names a vertex that does not exist */
+    MESH_NOT_FINITE,   /* NaN, infinity, or beyond SHAPE_SIZE_MAX */
+    MESH_WIDE_HULL     /* its convex hull has more than HULL_VERTICES_MAX corners, or could not be built */
+} mesh_status;
+
+/* `points`: count triples x, y, z; `corners`: three indices a triangle, counter-clockwise seen from outside. On MESH_OK
+ * *out is owned by the caller, who frees it by mesh_destroy. The same input gives the same mesh. */
+mesh_status mesh_build(const double *points, size_t count, const int32_t *corners, size_t triangle_count, mesh **out);
+void mesh_destroy(mesh *m);
+const char *mesh_status_text(mesh_status status);
+
+/* What mesh.found says, as one line for people: "a solid", "a surface, because 3 edges are open; 2 triangles without
+ * area were left out". Returns what snprintf would. */
+int mesh_describe(const mesh *m, char *text, size_t size);
+
+static inline vec3 mesh_corner(const mesh *m, uint32_t triangle, int corner)
+{
+    return m->vertices[m->triangles[triangle].v[corner]];
+}
+
+/* Is a point that is not on the surface inside of a solid? Decided exactly: the winding number by a ray along +z. Pure;
+ * any thread. */
+bool mesh_inside(const mesh *m, vec3 point);
+
+/* Whole-structure check for tests: each triangle in exactly one leaf, boxes around all below them, depth. The first
+ * fault found, or NULL. */
+const char *mesh_validate(const mesh *m);
+
+#endif

@@ -1,0 +1,18 @@
+/* box_pair: two boxes (or points and segments, which are boxes with zero sides) by their fifteen axes.
+ *
+ * B - A is a zonotope: its facets have the normals of A's faces, of B's faces, or cross products of an edge of each, so
+ * the greatest separation over those fifteen is minus the depth when the boxes overlap, and a lower bound of the
+ * distance when they do not. No axis is favoured: the greatest wins, ties go to the first. Pure; any thread. */
+#ifndef COLLIDED_NARROW_BOX_PAIR_H
+#define COLLIDED_NARROW_BOX_PAIR_H
+
+#include "closed.h"
+
+/* The closed form. False for boxes that are apart and nearest at corners, or at a corner and an edge: then out->axis is
+ * the axis that separates them most of the fifteen. */
+closed_form closed_box_box;
+
+/* Fills lo, hi, axis, method and iterations; hi is an upper bound only when it is negative. */
+void box_pair_axes(const unit_pair *p, span *out);
+
+#endif

@@ -1,0 +1,209 @@
+/* The depth of an overlap with a mesh, from both sides. Pure; any thread. */
+#include "mesh_depth.h"
+
+#include "dispatch.h"
+#include "gjk.h"
+#include "scalar.h"
+
+enum { ROUNDS_MAX = 12, BACK_ROUNDS = 3 };
+
+/* Axes that are nearly across the direction of travel say little about how far it must go. */
+static const double LEAST_SLOPE = 0.05;
+
+typedef struct deepest_search {
+    const narrow_goal *goal;
+    epa_scratch *scratch;
+    double depth; /* of the deepest pair of parts so far */
+    span part;
+    bool found;
+} deepest_search;
+
+static vec3 normal_b(const mesh_walk *w)
+{
+    const vec3 *p = w->spot_b->corner;
+    return direction_of(vec_cross(vec_sub(p[1], p[0]), vec_sub(p[2], p[0])));
+}
+
+/* How far the part of B must go along `axis` to leave that of A. */
+static double overlap_along(const mesh_walk *w, vec3 axis)
+{
+    return mesh_walk_top_a(w, axis) - mesh_walk_foot_b(w, axis);
+}
+
+/* Only parts that may be deeper than the deepest so far are measured. */
+static bool deeper(mesh_walk *w, void *context)
+{
+    deepest_search *q = context;
+    gjk_result start;
+    span s;
+    vec3 n = normal_b(w);
+    if (min_of(overlap_along(w, n), overlap_along(w, vec_neg(n))) <= q->depth) return true;
+    narrow_goal goal = *q->goal;
+    goal.far = 0;
+    goal.near = -INFINITY;
+    gjk_distance(&w->part, &goal, VEC_ZERO, &start);
+    if (start.state == GJK_APART) return true;
+    s = start.span;
+    epa_depth(&w->part, &goal, &start, q->scratch, &s);
+    if (-s.hi > q->depth || !q->found) {
+        q->depth = max_of(q->depth, -s.hi);
+        q->part = s;
+        if (!(vec_norm2(s.axis) > 0)) q->part.axis = n;
+        q->found = true;
+    }
+    return -q->depth > q->goal->near;
+}
+
+unit_pair mesh_depth_hulls(const unit_pair *whole)
+{
+    unit_pair hulls = *whole;
+    if (hulls.a.type == SHAPE_MESH) hulls.a.type = SHAPE_HULL;
+    if (hulls.b.type == SHAPE_MESH) hulls.b.type = SHAPE_HULL;
+    return hulls;
+}
+
+/* ---- a translation that separates ---- */
+
+typedef struct travel {
+    const unit_pair *whole;
+    mesh_walk *w;
+    vec3 direction; /* unit, of B */
+    double gone;
+    double clear; /* distance of the cores at which the shapes are apart */
+    double need;  /* of the parts that still overlap: how much farther the farthest must go */
+} travel;
+
+static vec3 position_at(const travel *t, double gone)
+{
+    return vec_madd(t->whole->b_in_a.t, gone, t->direction);
+}
+
+static bool count_need(mesh_walk *w, void *context)
+{
+    travel *t = context;
+    double straight = overlap_along(w, t->direction) + t->clear;
+    vec3 n = normal_b(w);
+    double slope = vec_dot(n, t->direction);
+    if (slope < 0) n = vec_neg(n), slope = -slope;
+    if (slope > LEAST_SLOPE) straight = min_of(straight, (overlap_along(w, n) + t->clear) / slope);
+    t->need = max_of(t->need, straight);
+    return true;
+}
+
+static double width_along(const unit_pair *p, const shape *s, const mat3 *r, vec3 direction)
+{
+    unit_pair alone = {.a = *s, .scale = p->scale};
+    vec3 d = r ? mat_tmul(*r, direction) : direction;
+    return vec_dot(d, vec_sub(unit_pair_support_a(&alone, d, NULL), unit_pair_support_a(&alone, vec_neg(d), NULL)));
+}
+
+/* What is held must go to the surface, and then its own width. */
+static double way_out(const travel *t, const mesh_gap *gap)
+{
+    unit_pair hulls = mesh_depth_hulls(t->whole);
+    bool a_is_held = gap->relation == MESH_HOLDS_A;
+    return gap->nearest.hi + t->clear +
+           (a_is_held ? width_along(&hulls, &hulls.a, NULL, t->direction)
+                      : width_along(&hulls, &hulls.b, &hulls.b_in_a.r, t->direction));
+}
+
+/* Is it proven that the shapes are apart there? *spare: by how much more than needed. */
+static bool is_clear(travel *t, double gone, mesh_gap *gap, double *spare)
+{
+    const narrow_goal measure = {.tolerance = 1e-9 * t->whole->size,
+        .finest = 1e-12 * t->whole->size,
+        .far = INFINITY,
+        .near = -INFINITY,
+        .above = -INFINITY,
+        .below = INFINITY};
+    mesh_walk_move(t->w, position_at(t, gone));
+    mesh_gap_find(t->w, &measure, gap);
+    *spare = gap->nearest.lo - t->clear;
+    return gap->relation == MESH_APART && *spare >= 0;
+}
+
+/* The distance that B must go along the direction, INFINITY if none was found. Going back by what is to spare cannot
+ * make them meet again. */
+static double go(travel *t, double start)
+{
+    mesh_gap gap;
+    double spare;
+    t->gone = start;
+    for (int round = 0; round < ROUNDS_MAX; round++) {
+        if (is_clear(t, t->gone, &gap, &spare)) {
+            for (int back = 0; back < BACK_ROUNDS; back++) {
+                t->gone -= spare;
+                if (spare <= t->whole->error || !is_clear(t, t->gone, &gap, &spare)) break;
+            }
+            return max_of(t->gone, 0);
+        }
+        t->need = 0;
+        mesh_walk_move(t->w, position_at(t, t->gone));
+        t->w->within = t->clear;
+        mesh_walk_run(t->w, count_need, t);
+        if (gap.relation == MESH_HOLDS_A || gap.relation == MESH_HOLDS_B) t->need = max_of(t->need, way_out(t, &gap));
+        t->gone += max_of(t->need, 0) + 2 * t->whole->error;
+    }
+    return INFINITY;
+}
+
+/* ---- both sides ---- */
+
+void mesh_depth_rough(const unit_pair *whole, span *out)
+{
+    unit_pair hulls = mesh_depth_hulls(whole);
+    double lo = vec_dot(out->axis, unit_pair_nearest_along(&hulls, out->axis).w);
+    out->lo = min_of(lo - shape_excess(&hulls.b) * whole->scale, out->hi);
+}
+
+/* Out through the nearest point of the surface, or apart along the axis of the deepest parts. */
+static void lower_bound(
+    const unit_pair *whole, mesh_walk *w, const narrow_goal *goal, const mesh_gap *gap, epa_scratch *scratch, span *out)
+{
+    bool held = gap->relation == MESH_HOLDS_A || gap->relation == MESH_HOLDS_B;
+    travel t = {.whole = whole, .w = w, .clear = whole->radius + 2 * whole->error + whole->excess};
+    t.direction = held ? vec_neg(gap->nearest.axis) : out->axis;
+    double by_travel = go(&t, held ? way_out(&t, gap) : 0);
+    out->lo = whole->radius + whole->excess - by_travel;
+    out->axis = t.direction;
+    if (narrow_goal_reached(goal, out->lo, out->hi)) return;
+    unit_pair hulls = mesh_depth_hulls(whole);
+    narrow_goal measure = *goal;
+    measure.far = INFINITY;
+    measure.near = -INFINITY;
+    span s;
+    dispatch_general(&hulls, &measure, false, VEC_ZERO, scratch, &s);
+    s.lo -= shape_excess(&hulls.b) * whole->scale;
+    if (s.lo <= out->lo) return;
+    out->lo = s.lo;
+    out->axis = s.axis;
+}
+
+void mesh_depth_find(
+    const unit_pair *whole, mesh_walk *w, const narrow_goal *goal, const mesh_gap *gap, epa_scratch *scratch, span *out)
+{
+    *out = gap->nearest;
+    out->method = NARROW_BY_EPA;
+    if (gap->relation == MESH_CROSSING) {
+        deepest_search q = {.goal = goal, .scratch = scratch, .depth = 0};
+        mesh_walk_move(w, whole->b_in_a.t);
+        w->within = whole->error;
+        mesh_walk_run(w, deeper, &q);
+        if (q.found) {
+            out->hi = min_of(out->hi, -q.depth);
+            out->axis = q.part.axis;
+            out->point_a = q.part.point_a;
+            out->point_b = q.part.point_b;
+        }
+    } else if (gap->relation != MESH_APART) {
+        out->hi = -gap->nearest.lo;
+        out->axis = vec_neg(out->axis);
+    }
+    uint32_t iterations = out->iterations;
+    if (out->hi <= goal->near)
+        mesh_depth_rough(whole, out);
+    else
+        lower_bound(whole, w, goal, gap, scratch, out);
+    out->iterations = iterations + w->visits;
+    out->lo = min_of(out->lo, out->hi);
+}

@@ -1,0 +1,25 @@
+/* mesh_gap: the distance of two surfaces, one or both a mesh, and whether one lies inside of the other. Pure; any
+ * thread. */
+#ifndef COLLIDED_NARROW_MESH_GAP_H
+#define COLLIDED_NARROW_MESH_GAP_H
+
+#include "mesh_walk.h"
+
+typedef enum mesh_relation {
+    MESH_APART,    /* the cores have no point in common */
+    MESH_CROSSING, /* a surface passes through the other core, or is so near that rounding decides, or nearer than
+                      narrow_goal.near: then lo is -INFINITY */
+    MESH_HOLDS_A,  /* A's core is inside of B, which is a solid, and crosses no triangle */
+    MESH_HOLDS_B   /* the other way round */
+} mesh_relation;
+
+typedef struct mesh_gap {
+    span nearest; /* of the surfaces: lo <= distance <= hi, the axis from A to B, the nearest points */
+    uint32_t triangle_a, triangle_b;
+    mesh_relation relation;
+} mesh_gap;
+
+/* Where the walk stands. Every triangle counts: what was not looked at was proven to be no nearer. */
+void mesh_gap_find(mesh_walk *w, const narrow_goal *goal, mesh_gap *out);
+
+#endif

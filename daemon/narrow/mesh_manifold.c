@@ -1,0 +1,176 @@
+/* mesh_manifold: up to four contact points over all triangles. Pure; any thread.
+ *
+ * Each triangle that may touch is clipped against the other shape's feature along the one axis of the answer: so no
+ * triangle brings a normal of its own, and inner edges leave no mark. The points are chosen as manifold.c does (the
+ * deepest, the one farthest from it, the farthest from their line on either side), by one walk for each, so that none
+ * need be stored and there is no cap on how many there are. */
+#include "manifold.h"
+#include "mesh_pair.h"
+#include "mesh_walk.h"
+#include "scalar.h"
+
+#include <string.h>
+
+/* Points nearer to each other than this share of the pair's size are one: neighbours meet at an edge. */
+static const double SAME_POINT = 1e-9;
+
+/* A triangle of a solid whose outward normal points away from the other shape by more than this is its far side. */
+static const double FAR_SIDE = 1e-6;
+
+/* Puts manifold_build's own witness so far off that it comes only where there is no other point. */
+static const double NO_WITNESS = 0x1p500;
+
+enum { CODE_KIND = 0xc000, CODE_VERTEX = 0x0000, CODE_EDGE = 0x4000, CODE_FACE = 0x8000, CODE_WITNESS = 0xc000 };
+enum { CODE_INDEX = 0x3fff };
+static const uint32_t WITNESS_ID = (uint32_t)CODE_WITNESS << 16 | CODE_WITNESS;
+
+/* A triangle with two faces, three edges and their neighbours, as manifold_build looks for them. */
+typedef struct thin_hull {
+    hull hull;
+    hull_face faces[2];
+    uint32_t loops[6], first[4], neighbours[6];
+} thin_hull;
+
+typedef struct point_search {
+    const shape *a, *b; /* in metres */
+    const transform *b_in_a;
+    const narrow_result *answer;
+    double threshold;
+    manifold chosen;
+    int walk; /* 0: the deepest; 1: the farthest from it; 2, 3: the farthest from their line, to its left and right */
+    bool found;
+    double best;
+    manifold_point point; /* the best of this walk */
+    vec3 u, v;            /* across the axis */
+} point_search;
+
+static void thin_init(thin_hull *t, const triangle_part *from, shape *s)
+{
+    static const uint32_t LOOPS[6] = {0, 1, 2, 0, 2, 1}, FIRST[4] = {0, 2, 4, 6}, NEIGHBOURS[6] = {1, 2, 0, 2, 0, 1};
+    vec3 p[3];
+    for (int k = 0; k < 3; k++) p[k] = vec(from->x[k], from->y[k], from->z[k]);
+    vec3 n = vec_unit(vec_cross(vec_unit(vec_sub(p[1], p[0])), vec_unit(vec_sub(p[2], p[0]))));
+    memcpy(t->loops, LOOPS, sizeof LOOPS);
+    memcpy(t->first, FIRST, sizeof FIRST);
+    memcpy(t->neighbours, NEIGHBOURS, sizeof NEIGHBOURS);
+    t->faces[0] = (hull_face){n, vec_dot(n, p[0]), 0, 3};
+    t->faces[1] = (hull_face){vec_neg(n), -vec_dot(n, p[0]), 3, 3};
+    t->hull = from->hull;
+    t->hull.face_count = 2;
+    t->hull.faces = t->faces;
+    t->hull.face_vertices = t->loops;
+    t->hull.neighbour_first = t->first;
+    t->hull.neighbours = t->neighbours;
+    *s = (shape){.type = SHAPE_HULL, .radius = s->radius, .hull = &t->hull};
+}
+
+/* From the triangle's own numbering to the mesh's: vertices and edges by the vertex, faces by the triangle of the
+ * input; the low bits, which for all but the largest meshes is all of it. */
+static uint32_t code_in_mesh(const mesh *m, uint32_t triangle, uint32_t code)
+{
+    uint32_t kind = code & CODE_KIND, index = code & CODE_INDEX;
+    if (kind == CODE_WITNESS) return code;
+    uint32_t id = kind == CODE_FACE ? m->triangles[triangle].source : m->triangles[triangle].v[index % 3];
+    return kind | (id & CODE_INDEX);
+}
+
+static bool same_point(const point_search *q, const manifold_point *p)
+{
+    double slack = SAME_POINT * (shape_reach(q->a) + shape_reach(q->b));
+    for (uint32_t i = 0; i < q->chosen.count; i++) {
+        vec3 d = vec_sub(p->point, q->chosen.points[i].point);
+        if (max_of(fabs(vec_dot(d, q->u)), fabs(vec_dot(d, q->v))) <= slack) return true;
+    }
+    return false;
+}
+
+/* As in manifold.c. */
+static double score_of(const point_search *q, const manifold_point *p)
+{
+    const manifold_point *c = q->chosen.points;
+    if (q->walk == 0) return -p->distance;
+    double dx = vec_dot(vec_sub(p->point, c[0].point), q->u), dy = vec_dot(vec_sub(p->point, c[0].point), q->v);
+    if (q->walk == 1) return dx * dx + dy * dy;
+    double ex = vec_dot(vec_sub(c[1].point, c[0].point), q->u), ey = vec_dot(vec_sub(c[1].point, c[0].point), q->v);
+    double left = ex * dy - ey * dx;
+    return q->walk == 2 ? left : -left;
+}
+
+static void consider(point_search *q, const manifold_point *p)
+{
+    if (same_point(q, p)) return;
+    double score = score_of(q, p);
+    if (q->walk > 0 && !(score > 0)) return;
+    if (q->found && (score < q->best || (score == q->best && p->feature >= q->point.feature))) return;
+    q->found = true;
+    q->best = score;
+    q->point = *p;
+}
+
+/* Is it a side of a solid that faces away from the other shape? */
+static bool is_far_side(const mesh *m, const hull_face *front, vec3 towards_other)
+{
+    return m->solid && vec_dot(front->normal, towards_other) < -FAR_SIDE;
+}
+
+static bool clip(mesh_walk *w, void *context)
+{
+    point_search *q = context;
+    thin_hull thin_a, thin_b;
+    shape a = *q->a, b = *q->b;
+    vec3 axis = q->answer->axis;
+    manifold points;
+    thin_init(&thin_b, &w->flat_b, &b);
+    if (is_far_side(w->mb, &thin_b.faces[0], mat_tmul(q->b_in_a->r, vec_neg(axis)))) return true;
+    if (w->ma) {
+        thin_init(&thin_a, &w->flat_a, &a);
+        if (is_far_side(w->ma, &thin_a.faces[0], axis)) return true;
+    }
+    vec3 point = q->answer->point_a;
+    manifold_build(&a, &b, q->b_in_a, axis, point, vec_madd(point, NO_WITNESS, axis), q->threshold, &points);
+    for (uint32_t i = 0; i < points.count; i++) {
+        manifold_point *p = &points.points[i];
+        uint32_t code_a = p->feature >> 16, code_b = code_in_mesh(w->mb, w->triangle_b, p->feature & 0xffff);
+        if (p->feature == WITNESS_ID) continue;
+        if (w->ma) code_a = code_in_mesh(w->ma, w->triangle_a, code_a);
+        p->feature = code_a << 16 | code_b;
+        consider(q, p);
+    }
+    return true;
+}
+
+static void write_sorted(const manifold *from, manifold *out)
+{
+    memset(out, 0, sizeof *out);
+    for (uint32_t i = 0; i < from->count; i++) {
+        uint32_t place = out->count++;
+        for (; place > 0 && out->points[place - 1].feature > from->points[i].feature; place--)
+            out->points[place] = out->points[place - 1];
+        out->points[place] = from->points[i];
+    }
+}
+
+void mesh_pair_manifold(const unit_pair *p, const shape *a, const shape *b, const pose *b_in_a,
+    const narrow_result *answer, double threshold, manifold *out)
+{
+    mesh_walk w;
+    transform t = pose_transform(*b_in_a);
+    point_search q = {.a = a, .b = b, .b_in_a = &t, .answer = answer, .threshold = threshold};
+    q.u = vec_unit_orthogonal(answer->axis);
+    q.v = vec_cross(answer->axis, q.u);
+    mesh_walk_init(&w, p, a, b);
+    for (q.walk = 0; q.walk < MANIFOLD_POINTS_MAX; q.walk++) {
+        q.found = false;
+        mesh_walk_move(&w, p->b_in_a.t);
+        w.within = max_of(threshold * p->scale + p->radius, 0) + 2 * p->error;
+        mesh_walk_run(&w, clip, &q);
+        if (q.found) q.chosen.points[q.chosen.count++] = q.point;
+        if (!q.found && q.walk < 2) break;
+    }
+    if (q.chosen.count == 0) {
+        vec3 middle = vec_scale(vec_add(answer->point_a, answer->point_b), 0.5);
+        double distance = vec_dot(vec_sub(answer->point_b, answer->point_a), answer->axis);
+        q.chosen.points[q.chosen.count++] = (manifold_point){middle, distance, WITNESS_ID};
+    }
+    write_sorted(&q.chosen, out);
+}

@@ -1,0 +1,20 @@
+/* mesh_pair: what narrow.c asks of pairs with a mesh. Pure; any thread. */
+#ifndef COLLIDED_NARROW_MESH_PAIR_H
+#define COLLIDED_NARROW_MESH_PAIR_H
+
+#include "epa.h"
+
+/* Is one a mesh, and the other no half-space? A half-space meets a mesh as it meets its convex hull. */
+bool mesh_pair_applies(const shape *a, const shape *b);
+
+/* The allowance for rounding and for hulls that fits pairs with a mesh. Before the goal is made of it. */
+void mesh_pair_prepare(unit_pair *p, const shape *a);
+
+void mesh_pair_measure(
+    const unit_pair *p, const shape *a, const shape *b, const narrow_goal *goal, epa_scratch *scratch, span *out);
+
+/* As manifold_build, over all triangles. */
+void mesh_pair_manifold(const unit_pair *p, const shape *a, const shape *b, const pose *b_in_a,
+    const narrow_result *answer, double threshold, manifold *out);
+
+#endif

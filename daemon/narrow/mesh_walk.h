@@ -1,0 +1,59 @@
+/* mesh_walk: all pairs of parts of two shapes that may be near each other, one of them or both a mesh.
+ *
+ * The parts of a mesh are its triangles, a convex core is its own only part. The hierarchies are walked together, the
+ * nearest boxes first; what is proven to be farther apart than `within` is left out, by the distance of boxes or along
+ * the axis that the visitor has found last. The stack is on the stack: its depth follows from MESH_DEPTH_MAX. Pure; any
+ * thread. */
+#ifndef COLLIDED_NARROW_MESH_WALK_H
+#define COLLIDED_NARROW_MESH_WALK_H
+
+#include "geom/mesh.h"
+#include "unit_pair.h"
+
+enum { MESH_NO_TRIANGLE = UINT32_MAX, TRIANGLE_PADDED = 8 };
+
+/* A triangle in the clothes of a flat hull, for all that takes support points. */
+typedef struct triangle_part {
+    hull hull;
+    double x[TRIANGLE_PADDED], y[TRIANGLE_PADDED], z[TRIANGLE_PADDED];
+} triangle_part;
+
+/* A triangle, or all of a convex A, in A's frame and units of the pair. */
+typedef struct mesh_spot {
+    vec3 corner[3]; /* of a triangle */
+    vec3 lo, hi;    /* a box around it */
+} mesh_spot;
+
+typedef struct mesh_walk {
+    unit_pair part;                   /* the pair; while a visitor runs, with the two parts in place of the shapes */
+    shape whole_a, whole_b;           /* what part.a and part.b were */
+    const mesh *ma, *mb;              /* ma NULL: A is convex; B is a mesh always */
+    double size_a, size_b;            /* the unit of either one's boxes, in units of the pair */
+    double within;                    /* pairs of parts that are farther apart are left out; a visitor may lower it */
+    vec3 axis;                        /* unit, from A to B: one that separates what is nearest; zero = none yet */
+    uint32_t triangle_a, triangle_b;  /* the parts that are visited; triangle_a MESH_NO_TRIANGLE: all of A */
+    const mesh_spot *spot_a, *spot_b; /* where they are */
+    uint32_t visits;
+    triangle_part flat_a, flat_b;
+    float box_lo[3], box_hi[3]; /* of a convex A in B's frame and B's unit, rounded outward */
+    mesh_spot whole;            /* of a convex A */
+    double height_a;            /* of a convex A along the axis */
+} mesh_walk;
+
+/* `p`: the whole pair; `a`, `b`: the shapes it was made of. Infinite `within`. */
+void mesh_walk_init(mesh_walk *w, const unit_pair *p, const shape *a, const shape *b);
+
+/* As if B were elsewhere: the translation is in units of the pair. */
+void mesh_walk_move(mesh_walk *w, vec3 position);
+
+/* A new axis to leave pairs out by. */
+void mesh_walk_aim(mesh_walk *w, vec3 axis);
+
+typedef bool mesh_visit(mesh_walk *w, void *context); /* false: enough */
+void mesh_walk_run(mesh_walk *w, mesh_visit *visit, void *context);
+
+/* The greatest and least heights of the visited parts along a direction, in A's frame. */
+double mesh_walk_top_a(const mesh_walk *w, vec3 direction);
+double mesh_walk_foot_b(const mesh_walk *w, vec3 direction);
+
+#endif

@@ -1,0 +1,252 @@
+/* narrow_scene: random bodies, and where they are put. Ours measures where they touch; the truth comes later, from
+ * elsewhere (narrow_truth.h). */
+#include "narrow_scene.h"
+
+#include "narrow/narrow.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { FRAMES = 16 }; /* of a track */
+
+const narrow_pair narrow_pairs[] = {
+    {"sphere-sphere", KIND_SPHERE, KIND_SPHERE, 0, false},
+    {"capsule-capsule", KIND_CAPSULE, KIND_CAPSULE, 0, false},
+    {"box-box", KIND_BOX, KIND_BOX, 0, false},
+    {"cylinder-cylinder", KIND_CYLINDER, KIND_CYLINDER, 0, true},
+    {"cone-box", KIND_BOX, KIND_CONE, 0, true},
+    {"ellipsoid-ellipsoid", KIND_ELLIPSOID, KIND_ELLIPSOID, 0, true},
+    {"hull16-hull16", KIND_HULL, KIND_HULL, 16, false},
+    {"hull64-hull64", KIND_HULL, KIND_HULL, 64, false},
+    {"hull256-hull256", KIND_HULL, KIND_HULL, 256, false},
+    {"sphere-box", KIND_SPHERE, KIND_BOX, 0, false},
+    {"capsule-box", KIND_CAPSULE, KIND_BOX, 0, false},
+    {"cylinder-box", KIND_BOX, KIND_CYLINDER, 0, true},
+    {"hull64-box", KIND_BOX, KIND_HULL, 64, false},
+};
+const size_t narrow_pair_count = sizeof narrow_pairs / sizeof *narrow_pairs;
+const char *const narrow_regime_names[REGIME_COUNT] = {"separated", "shallow", "deep"};
+
+/* ---- chance: splitmix64 ---- */
+
+typedef struct chance {
+    uint64_t x;
+} chance;
+
+static double uniform(chance *c, double lo, double hi)
+{
+    uint64_t z = c->x += 0x9e3779b97f4a7c15u;
+    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
+    z = (z ^ z >> 27) * 0x94d049bb133111ebu;
+    return lo + (hi - lo) * (double)((z ^ z >> 31) >> 11) * 0x1p-53;
+}
+
+static vec3 direction(chance *c)
+{
+    for (;;) {
+        vec3 v = vec(uniform(c, -1, 1), uniform(c, -1, 1), uniform(c, -1, 1));
+        double n = vec_norm2(v);
+        if (n > 0.01 && n < 1) return vec_unit(v);
+    }
+}
+
+static quat rotation(chance *c)
+{
+    for (;;) {
+        quat q = {uniform(c, -1, 1), uniform(c, -1, 1), uniform(c, -1, 1), uniform(c, -1, 1)};
+        double n = quat_norm2(q);
+        if (n > 0.01 && n < 1) return quat_unit(q);
+    }
+}
+
+static quat turn(vec3 axis, double angle)
+{
+    double s = sin(angle / 2);
+    return (quat){cos(angle / 2), s * axis.x, s * axis.y, s * axis.z};
+}
+
+/* ---- bodies ---- */
+
+static void *allocate(size_t count, size_t size)
+{
+    void *p = calloc(count, size);
+    if (!p) abort();
+    return p;
+}
+
+static narrow_polytope *copy_hull(const hull *h)
+{
+    narrow_polytope *p = allocate(1, sizeof *p);
+    *p = (narrow_polytope){.vertex_count = h->vertex_count, .face_count = h->face_count, .built = h};
+    p->vertices = allocate(3 * p->vertex_count, sizeof *p->vertices);
+    p->planes = allocate(4 * p->face_count, sizeof *p->planes);
+    p->face_first = allocate(p->face_count + 1, sizeof *p->face_first);
+    for (uint32_t i = 0; i < h->vertex_count; i++) {
+        vec3 v = hull_vertex(h, i);
+        p->vertices[3 * i] = v.x, p->vertices[3 * i + 1] = v.y, p->vertices[3 * i + 2] = v.z;
+    }
+    for (uint32_t i = 0; i < h->face_count; i++) {
+        const hull_face *f = &h->faces[i];
+        double plane[4] = {f->normal.x, f->normal.y, f->normal.z, f->offset};
+        memcpy(&p->planes[4 * i], plane, sizeof plane);
+        p->face_first[i + 1] = p->face_first[i] + f->count;
+    }
+    p->face_vertices = allocate(p->face_first[p->face_count], sizeof *p->face_vertices);
+    for (uint32_t i = 0; i < h->face_count; i++)
+        memcpy(&p->face_vertices[p->face_first[i]], &h->face_vertices[h->faces[i].first],
+            h->faces[i].count * sizeof(uint32_t));
+    return p;
+}
+
+static const narrow_polytope *random_polytope(chance *c, size_t points, const double half[3])
+{
+    double *at = allocate(3 * points, sizeof *at);
+    for (size_t i = 0; i < points; i++) {
+        vec3 v = direction(c);
+        at[3 * i] = half[0] * v.x, at[3 * i + 1] = half[1] * v.y, at[3 * i + 2] = half[2] * v.z;
+    }
+    hull *h;
+    if (hull_build(at, points, 0, &h) != HULL_OK) abort();
+    free(at);
+    return copy_hull(h);
+}
+
+static narrow_body random_body(chance *c, narrow_kind kind, size_t points)
+{
+    narrow_body b = {.kind = kind};
+    for (int i = 0; i < 3; i++) b.half[i] = uniform(c, 0.3, 1);
+    if (kind == KIND_SPHERE || kind == KIND_CAPSULE) b.radius = uniform(c, 0.3, 1);
+    if (kind == KIND_SPHERE) b.half[2] = 0;
+    if (kind == KIND_SPHERE || kind == KIND_CAPSULE) b.half[0] = b.half[1] = 0;
+    if (kind == KIND_CYLINDER || kind == KIND_CONE) b.half[1] = b.half[0];
+    if (kind == KIND_HULL) b.polytope = random_polytope(c, points, b.half);
+    return b;
+}
+
+shape narrow_scene_shape(const narrow_body *b)
+{
+    static const shape_type TYPES[KIND_COUNT] = {
+        SHAPE_SPHERE, SHAPE_CAPSULE, SHAPE_BOX, SHAPE_CYLINDER, SHAPE_CONE, SHAPE_ELLIPSOID, SHAPE_HULL};
+    shape s = {.type = TYPES[b->kind], .radius = b->radius};
+    if (b->kind == KIND_HULL)
+        s.hull = b->polytope->built;
+    else
+        s.half = vec(b->half[0], b->half[1], b->half[2]);
+    return s;
+}
+
+pose narrow_scene_pose(const narrow_place *at)
+{
+    return (pose){{at->p[0], at->p[1], at->p[2]}, {at->q[0], at->q[1], at->q[2], at->q[3]}};
+}
+
+static narrow_place place_of(pose p)
+{
+    return (narrow_place){{p.p.x, p.p.y, p.p.z}, {p.q.w, p.q.x, p.q.y, p.q.z}};
+}
+
+/* ---- places ---- */
+
+/* How B lies to A: its orientation, the direction of its centre, and the amount by which the regime is entered. */
+typedef struct lie {
+    quat q;
+    vec3 towards;
+    double amount;
+} lie;
+
+static double signed_distance(const shape *a, pose at_a, const shape *b, pose at_b)
+{
+    static narrow_scratch *scratch;
+    if (!scratch) scratch = aligned_alloc(64, narrow_scratch_size());
+    if (!scratch) abort();
+    narrow_request r = {.facts = NARROW_DISTANCE, .tolerance = 1e-9, .range = INFINITY};
+    narrow_result out;
+    narrow_query_world(a, at_a, b, at_b, &r, scratch, &out);
+    return 0.5 * (out.lo + out.hi);
+}
+
+/* How far B's centre is along the direction when they touch. */
+static double touching_at(const shape *a, const shape *b, const lie *l)
+{
+    double lo = 0, hi = 1.01 * (shape_reach(a) + shape_reach(b));
+    for (int i = 0; i < 40; i++) {
+        double mid = 0.5 * (lo + hi);
+        pose at = {vec_scale(l->towards, mid), l->q};
+        if (signed_distance(a, POSE_IDENTITY, b, at) > 0)
+            hi = mid;
+        else
+            lo = mid;
+    }
+    return hi;
+}
+
+static pose lying(const shape *a, const shape *b, const lie *l, narrow_regime regime)
+{
+    double touch = touching_at(a, b, l), mean = 0.5 * (shape_reach(a) + shape_reach(b)), away = touch;
+    if (regime == REGIME_SEPARATED) away = touch + l->amount * mean;
+    if (regime == REGIME_SHALLOW) away = touch - l->amount * mean;
+    if (regime == REGIME_DEEP) away = touch * l->amount;
+    return (pose){vec_scale(l->towards, away), l->q};
+}
+
+static lie random_lie(chance *c, narrow_regime regime)
+{
+    static const double AMOUNTS[REGIME_COUNT][2] = {{0.05, 0.5}, {0.001, 0.02}, {0.1, 0.6}};
+    return (lie){rotation(c), direction(c), uniform(c, AMOUNTS[regime][0], AMOUNTS[regime][1])};
+}
+
+static pose random_pose(chance *c)
+{
+    return (pose){{uniform(c, -1, 1), uniform(c, -1, 1), uniform(c, -1, 1)}, rotation(c)};
+}
+
+/* One track, or one item when `frames` is 1. */
+static void fill_track(chance *c, const narrow_body *pair, narrow_regime regime, narrow_item *items, size_t frames)
+{
+    shape a = narrow_scene_shape(&pair[0]), b = narrow_scene_shape(&pair[1]);
+    pose at_a = random_pose(c);
+    lie l = random_lie(c, regime);
+    quat spin = turn(direction(c), 0.01), swing = turn(direction(c), 0.005);
+    for (size_t i = 0; i < frames; i++) {
+        pose at_b = pose_mul(at_a, lying(&a, &b, &l, regime));
+        at_b.q = quat_unit(at_b.q);
+        items[i] = (narrow_item){&pair[0], &pair[1], place_of(at_a), place_of(at_b), i == 0};
+        l.q = quat_unit(quat_mul(spin, l.q));
+        l.towards = vec_unit(quat_rotate(swing, l.towards));
+    }
+}
+
+narrow_scene narrow_scene_create(const narrow_pair *pair, narrow_regime regime, bool coherent, size_t count)
+{
+    chance c = {0x5eed + 16 * (uint64_t)(pair - narrow_pairs) + 4 * (uint64_t)regime + coherent};
+    size_t frames = coherent ? FRAMES : 1, tracks = count / frames;
+    narrow_scene s = {.row = {pair->a, pair->b, regime, coherent, pair->curved ? 1e-6 : 1e-9}};
+    s.count = tracks * frames;
+    s.body_count = 2 * tracks;
+    s.items = allocate(s.count, sizeof *s.items);
+    s.bodies = allocate(s.body_count, sizeof *s.bodies);
+    for (size_t t = 0; t < tracks; t++) {
+        s.bodies[2 * t] = random_body(&c, pair->a, pair->hull_points);
+        s.bodies[2 * t + 1] = random_body(&c, pair->b, pair->hull_points);
+        fill_track(&c, &s.bodies[2 * t], regime, &s.items[t * frames], frames);
+    }
+    return s;
+}
+
+static void destroy_polytope(narrow_polytope *p)
+{
+    hull_destroy((hull *)(uintptr_t)p->built);
+    free(p->vertices);
+    free(p->planes);
+    free(p->face_first);
+    free(p->face_vertices);
+    free(p);
+}
+
+void narrow_scene_destroy(narrow_scene *s)
+{
+    for (size_t i = 0; i < s->body_count; i++)
+        if (s->bodies[i].polytope) destroy_polytope((narrow_polytope *)(uintptr_t)s->bodies[i].polytope);
+    free(s->items);
+    free(s->bodies);
+}

@@ -1,0 +1,202 @@
+/* Building meshes: what is a solid and what a surface, what is mended and what is said about it. */
+#include "solids.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+static void check_mesh(const soup *s, bool solid, const char *says)
+{
+    mesh *m = soup_mesh(s);
+    char text[512];
+    mesh_describe(m, text, sizeof text);
+    const char *fault = mesh_validate(m);
+    if (fault) fail_msg("%s", fault);
+    if (m->solid != solid || !strstr(text, says)) fail_msg("\"%s\" does not say \"%s\"", text, says);
+    mesh_destroy(m);
+}
+
+static void closed_meshes_are_solids(void **state)
+{
+    (void)state;
+    soup all[] = {soup_icosphere(1, 3), soup_box(1, 2, 3, 4), soup_torus(2, 0.5, 24, 12), soup_trough()};
+    for (size_t i = 0; i < sizeof all / sizeof *all; i++) {
+        check_mesh(&all[i], true, "a solid");
+        soup_free(&all[i]);
+    }
+}
+
+static void a_hole_makes_a_surface_and_its_edges_are_counted(void **state)
+{
+    (void)state;
+    soup s = soup_icosphere(1, 2), plane = soup_plane(1, 3);
+    soup_drop(&s, 17);
+    check_mesh(&s, false, "without an inside: 3 edges are open");
+    check_mesh(&plane, false, "12 edges are open");
+    soup_free(&s);
+    soup_free(&plane);
+}
+
+static void triangles_turned_the_wrong_way_are_turned_back(void **state)
+{
+    (void)state;
+    soup s = soup_icosphere(1, 2);
+    soup_turn(&s, 5);
+    soup_turn(&s, 100);
+    check_mesh(&s, true, "turned to agree with their neighbours: 2 triangles");
+    for (size_t t = 0; t < s.triangle_count; t++) soup_turn(&s, t);
+    check_mesh(&s, true, "turned to agree with their neighbours: 318 triangles");
+    soup_free(&s);
+}
+
+static void a_mesh_that_is_inside_out_is_turned(void **state)
+{
+    (void)state;
+    soup s = soup_box(1, 1, 1, 2);
+    for (size_t t = 0; t < s.triangle_count; t++) soup_turn(&s, t);
+    check_mesh(&s, true, "normals pointed inward and were turned: 48 triangles");
+    mesh *m = soup_mesh(&s);
+    assert_true(mesh_inside(m, vec(0.1, 0.2, 0.3)));
+    mesh_destroy(m);
+    soup_free(&s);
+}
+
+static void what_has_no_area_or_comes_twice_is_left_out(void **state)
+{
+    (void)state;
+    soup s = soup_box(1, 1, 1, 1);
+    int32_t *end = s.corners + 3 * s.triangle_count;
+    const int32_t more[9] = {
+        0, 0, 1, s.corners[0], s.corners[1], s.corners[2], s.corners[1], s.corners[2], s.corners[0]};
+    memcpy(end, more, sizeof more);
+    s.triangle_count += 3;
+    check_mesh(&s, true, "left out: 1 triangle without area; left out: 2 repeated triangles");
+    soup_free(&s);
+}
+
+/* A square cut at the middle of one side on one half only, and the sliver that closes the cut. */
+static void a_sliver_of_no_area_still_closes_a_seam(void **state)
+{
+    (void)state;
+    static const double POINTS[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0.5, 0, 0};
+    static const int32_t CLOSED[] = {0, 2, 1, 0, 3, 2, 1, 2, 3, 0, 4, 3, 4, 1, 3, 0, 1, 4};
+    mesh *m;
+    assert_int_equal(mesh_build(POINTS, 5, CLOSED, 6, &m), MESH_OK);
+    assert_true(m->solid);
+    assert_int_equal(m->triangle_count, 5);
+    assert_int_equal(m->found.zero_area, 1);
+    mesh_destroy(m);
+    assert_int_equal(mesh_build(POINTS, 5, CLOSED, 5, &m), MESH_OK);
+    assert_false(m->solid);
+    mesh_destroy(m);
+}
+
+static void edges_of_four_triangles_are_said_and_a_cycle_stays_a_solid(void **state)
+{
+    (void)state;
+    soup s = soup_box(1, 1, 1, 1), other = soup_box(1, 1, 1, 1);
+    soup_add(&s, &other, vec(2, 2, 0)); /* they share one edge */
+    check_mesh(&s, true, "a solid, 1 edge has more than two triangles");
+    soup_free(&s);
+    soup_free(&other);
+}
+
+static void a_fin_or_a_moebius_band_is_a_surface(void **state)
+{
+    (void)state;
+    soup s = soup_box(1, 1, 1, 1);
+    s.corners[3 * s.triangle_count] = 0;
+    s.corners[3 * s.triangle_count + 1] = 1;
+    double *fin = s.points + 3 * s.point_count++;
+    fin[0] = fin[1] = fin[2] = 5;
+    s.corners[3 * s.triangle_count + 2] = (int32_t)s.point_count - 1;
+    s.triangle_count++;
+    check_mesh(&s, false, "more than two triangles");
+    soup_free(&s);
+    enum { ROUND = 12 };
+    double points[6 * ROUND];
+    int32_t corners[6 * ROUND];
+    for (int i = 0; i < ROUND; i++) {
+        double a = 2 * M_PI * i / ROUND, h = a / 2;
+        for (int side = 0; side < 2; side++) {
+            double r = 2 + (side ? 0.5 : -0.5) * cos(h), z = (side ? 0.5 : -0.5) * sin(h);
+            double *p = points + 6 * i + 3 * side;
+            p[0] = r * cos(a), p[1] = r * sin(a), p[2] = z;
+        }
+        int j = (i + 1) % ROUND, twist = j == 0;
+        int32_t quad[4] = {2 * i, 2 * j + twist, 2 * j + 1 - twist, 2 * i + 1};
+        const int32_t two[6] = {quad[0], quad[1], quad[2], quad[0], quad[2], quad[3]};
+        memcpy(corners + 6 * i, two, sizeof two);
+    }
+    mesh *m;
+    assert_int_equal(mesh_build(points, 2 * ROUND, corners, 2 * ROUND, &m), MESH_OK);
+    assert_false(m->solid);
+    assert_true(m->found.torn_edges > 0);
+    mesh_destroy(m);
+}
+
+static void bad_input_is_refused_by_name(void **state)
+{
+    (void)state;
+    double points[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+    int32_t corners[3] = {0, 1, 2}, outside[3] = {0, 1, 3}, negative[3] = {0, -1, 2}, flat[3] = {0, 1, 1};
+    mesh *m;
+    assert_int_equal(mesh_build(points, 3, corners, 0, &m), MESH_NO_TRIANGLES);
+    assert_int_equal(mesh_build(points, 3, outside, 1, &m), MESH_BAD_INDEX);
+    assert_int_equal(mesh_build(points, 3, negative, 1, &m), MESH_BAD_INDEX);
+    assert_int_equal(mesh_build(points, 3, flat, 1, &m), MESH_NO_TRIANGLES);
+    points[4] = NAN;
+    assert_int_equal(mesh_build(points, 3, corners, 1, &m), MESH_NOT_FINITE);
+    points[4] = 1e200;
+    assert_int_equal(mesh_build(points, 3, corners, 1, &m), MESH_NOT_FINITE);
+    assert_null(m);
+}
+
+static void the_same_input_gives_the_same_mesh(void **state)
+{
+    (void)state;
+    soup s = soup_torus(2, 0.7, 30, 20);
+    mesh *a = soup_mesh(&s), *b = soup_mesh(&s);
+    assert_int_equal(a->node_count, b->node_count);
+    assert_memory_equal(a->nodes, b->nodes, a->node_count * sizeof *a->nodes);
+    assert_memory_equal(a->triangles, b->triangles, a->triangle_count * sizeof *a->triangles);
+    mesh_destroy(a);
+    mesh_destroy(b);
+    soup_free(&s);
+}
+
+static void any_number_of_triangles_makes_a_sound_tree(void **state)
+{
+    (void)state;
+    soup s = soup_torus(2, 0.7, 12, 10);
+    for (size_t n = 1; n <= s.triangle_count; n++) {
+        mesh *m;
+        assert_int_equal(mesh_build(s.points, s.point_count, s.corners, n, &m), MESH_OK);
+        const char *fault = mesh_validate(m);
+        if (fault) fail_msg("%zu triangles: %s", n, fault);
+        mesh_destroy(m);
+    }
+    soup_free(&s);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(closed_meshes_are_solids),
+        cmocka_unit_test(a_hole_makes_a_surface_and_its_edges_are_counted),
+        cmocka_unit_test(triangles_turned_the_wrong_way_are_turned_back),
+        cmocka_unit_test(a_mesh_that_is_inside_out_is_turned),
+        cmocka_unit_test(what_has_no_area_or_comes_twice_is_left_out),
+        cmocka_unit_test(a_sliver_of_no_area_still_closes_a_seam),
+        cmocka_unit_test(edges_of_four_triangles_are_said_and_a_cycle_stays_a_solid),
+        cmocka_unit_test(a_fin_or_a_moebius_band_is_a_surface),
+        cmocka_unit_test(bad_input_is_refused_by_name),
+        cmocka_unit_test(the_same_input_gives_the_same_mesh),
+        cmocka_unit_test(any_number_of_triangles_makes_a_sound_tree),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
