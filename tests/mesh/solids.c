@@ -199,10 +199,17 @@ double dice_between(dice *d, double lo, double hi)
     return lo + (hi - lo) * (double)(dice_bits(d) >> 11) * 0x1p-53;
 }
 
+vec3 dice_vec(dice *d, double lo, double hi)
+{
+    double x = dice_between(d, lo, hi), y = dice_between(d, lo, hi), z = dice_between(d, lo, hi);
+    return vec(x, y, z);
+}
+
 quat dice_quat(dice *d)
 {
     for (;;) {
-        quat q = {dice_between(d, -1, 1), dice_between(d, -1, 1), dice_between(d, -1, 1), dice_between(d, -1, 1)};
+        vec3 v = dice_vec(d, -1, 1);
+        quat q = {dice_between(d, -1, 1), v.x, v.y, v.z};
         if (quat_norm2(q) > 0.01 && quat_norm2(q) < 1) return quat_unit(q);
     }
 }

@@ -34,6 +34,7 @@ typedef struct dice {
     uint64_t state;
 } dice;
 double dice_between(dice *d, double lo, double hi);
+vec3 dice_vec(dice *d, double lo, double hi); /* each coordinate */
 quat dice_quat(dice *d);
 
 #endif

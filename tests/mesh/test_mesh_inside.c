@@ -17,7 +17,7 @@ static void random_points_agree_with_the_sum_of_solid_angles(void **state)
         mesh *m = soup_mesh(&all[i]);
         int inside = 0;
         for (int k = 0; k < 3000; k++) {
-            vec3 p = {dice_between(&d, -1.2, 1.2), dice_between(&d, -1.2, 1.2), dice_between(&d, -1.2, 1.2)};
+            vec3 p = dice_vec(&d, -1.2, 1.2);
             bool truth = brute_winding(&all[i], p) != 0;
             inside += truth;
             if (mesh_inside(m, p) != truth) fail_msg("solid %zu, point %g %g %g", i, p.x, p.y, p.z);
