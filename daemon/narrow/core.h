@@ -33,15 +33,17 @@ enum { SCAN_MAX = 512, SCAN_LANES = 4 };
  * greatest by columns side by side, then the first that has it. */
 static inline uint32_t core_scan(const hull *h, vec3 d)
 {
-    double height[SCAN_MAX], most[SCAN_LANES] = {-INFINITY, -INFINITY, -INFINITY, -INFINITY};
-    for (uint32_t i = 0; i < h->padded_count; i += SCAN_LANES)
-        for (uint32_t k = 0; k < SCAN_LANES; k++) {
-            height[i + k] = h->x[i + k] * d.x + h->y[i + k] * d.y + h->z[i + k] * d.z;
-            most[k] = max_of(height[i + k], most[k]);
-        }
-    double top = max_of(max_of(most[0], most[1]), max_of(most[2], most[3]));
+    const double *restrict x = h->x, *restrict y = h->y, *restrict z = h->z;
+    double height[SCAN_MAX], m0 = -INFINITY, m1 = -INFINITY, m2 = -INFINITY, m3 = -INFINITY;
+    uint32_t count = h->padded_count;
+    for (uint32_t i = 0; i < count; i++) height[i] = x[i] * d.x + y[i] * d.y + z[i] * d.z;
+    for (uint32_t i = 0; i < count; i += SCAN_LANES) {
+        m0 = max_of(height[i], m0), m1 = max_of(height[i + 1], m1);
+        m2 = max_of(height[i + 2], m2), m3 = max_of(height[i + 3], m3);
+    }
+    double top = max_of(max_of(m0, m1), max_of(m2, m3));
     for (uint32_t i = 0; i < h->vertex_count; i++)
-        if (height[i] == top) return i;
+        if (height[i] >= top) return i;
     return 0; /* only for a direction that is not a number */
 }
 

@@ -315,13 +315,18 @@ static uint16_t nearest_facet(epa_scratch *e, double *least)
     }
 }
 
+static bool same(vec3 a, vec3 b)
+{
+    return a.x == b.x && a.y == b.y && a.z == b.z;
+}
+
 /* Tries the facet's normal, then the direction of its nearest point (the better one for a sliver). */
 static void refine(expansion *x, uint16_t index)
 {
     const epa_facet f = x->e->facet[index];
     const vec3 directions[2] = {f.normal, f.axis};
     for (int i = 0; i < 2; i++) {
-        if (!(vec_norm2(directions[i]) > 0)) continue;
+        if (!(vec_norm2(directions[i]) > 0) || (i == 1 && same(directions[0], directions[1]))) continue;
         minkowski m = probe(x, directions[i], &f);
         if (sees(x, &f, m.w) && expand(x, index, &m)) return;
     }

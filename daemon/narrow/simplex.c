@@ -202,9 +202,11 @@ double triangle_nearest(vec3 p0, vec3 p1, vec3 p2, double weight[3], vec3 *norma
 
 void simplex_witness(const simplex *s, vec3 *point_a, vec3 *point_b)
 {
-    *point_a = *point_b = VEC_ZERO;
-    for (int i = 0; i < s->count; i++) {
-        *point_a = vec_madd(*point_a, s->weight[i], s->v[i].a);
-        *point_b = vec_madd(*point_b, s->weight[i], s->v[i].b);
+    vec3 a = vec_scale(s->v[0].a, s->weight[0]), b = vec_scale(s->v[0].b, s->weight[0]);
+    for (int i = 1; i < s->count; i++) {
+        a = vec_madd(a, s->weight[i], s->v[i].a);
+        b = vec_madd(b, s->weight[i], s->v[i].b);
     }
+    *point_a = a;
+    *point_b = b;
 }

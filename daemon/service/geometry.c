@@ -1,9 +1,11 @@
-/* geometry: hulls by the hash of their content. A hull is built when its last piece has come; it goes when no body
- * holds it and its sender is gone or took it back. Tick thread. */
+/* geometry: hulls and meshes by the hash of their content. One is built when its last piece has come; it goes when no
+ * body holds it and its sender is gone or took it back. Tick thread. */
 #include "service.h"
 
-#include "geom/hull.h"
+#include "base/log.h"
+#include "geom/mesh.h"
 
+#include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -12,6 +14,11 @@ static geometry *find(const service *s, int64_t hash)
 {
     uint32_t index = pair_map_get(&s->geometry_of, (uint64_t)hash);
     return index == PAIR_MAP_NONE ? NULL : &s->geometries.at[index];
+}
+
+static bool is_whole(const geometry *g)
+{
+    return g->hull || g->mesh;
 }
 
 static wire_reason refuse(wire_refusal *why, wire_reason reason, const char *text)
@@ -31,8 +38,10 @@ static geometry *add(service *s, const wire_geometry *m)
         .hash = m->hash,
         .kind = m->kind,
         .pieces = m->pieces,
-        .vertex_numbers = (size_t)m->vertex_numbers};
+        .vertex_numbers = (size_t)m->vertex_numbers,
+        .index_numbers = (size_t)m->index_numbers};
     g->vertices = base_zalloc(g->vertex_numbers ? g->vertex_numbers : 1, sizeof *g->vertices);
+    g->indices = base_zalloc(g->index_numbers ? g->index_numbers : 1, sizeof *g->indices);
     g->has = base_zalloc((size_t)m->pieces, 1);
     pair_map_put(&s->geometry_of, (uint64_t)m->hash, (uint32_t)index);
     return g;
@@ -42,26 +51,58 @@ static void drop(service *s, geometry *g)
 {
     pair_map_remove(&s->geometry_of, (uint64_t)g->hash);
     free(g->vertices);
+    free(g->indices);
     free(g->has);
     hull_destroy(g->hull);
+    mesh_destroy(g->mesh);
     array_free(&g->announcers);
     *g = (geometry){.used = false};
+}
+
+static wire_reason build_hull(geometry *g, wire_refusal *why)
+{
+    hull_status status = hull_build(g->vertices, g->vertex_numbers / 3, 0, &g->hull);
+    if (status == HULL_OK) return WIRE_OK;
+    snprintf(why->text, sizeof why->text, "vertices: %s", hull_status_text(status));
+    return why->reason = status == HULL_FLAT       ? WIRE_FLAT_HULL
+                         : status == HULL_TOO_MANY ? WIRE_TOO_LARGE
+                                                   : WIRE_BAD_SIZE;
+}
+
+/* What was mended is worth a warning, and so is a surface where a solid may have been meant. */
+static void tell_findings(const geometry *g)
+{
+    char text[512];
+    const mesh_findings *f = &g->mesh->found;
+    mesh_describe(g->mesh, text, sizeof text);
+    if (!g->mesh->solid || f->zero_area || f->repeated || f->turned || f->inside_out || f->shared_edges)
+        log_warning("mesh %016" PRIx64 " is %s", (uint64_t)g->hash, text);
+    else
+        log_info("mesh %016" PRIx64 " is %s", (uint64_t)g->hash, text);
+}
+
+static wire_reason build_mesh(geometry *g, wire_refusal *why)
+{
+    mesh_status status = mesh_build(g->vertices, g->vertex_numbers / 3, g->indices, g->index_numbers / 3, &g->mesh);
+    if (status == MESH_OK) {
+        tell_findings(g);
+        return WIRE_OK;
+    }
+    bool large = status == MESH_TOO_MANY || status == MESH_WIDE_HULL;
+    snprintf(why->text, sizeof why->text, "vertices, indices: %s", mesh_status_text(status));
+    return why->reason = large ? WIRE_TOO_LARGE : WIRE_BAD_SIZE;
 }
 
 static wire_reason build(service *s, geometry *g, wire_refusal *why)
 {
     wire_f64s vertices = {(uint32_t)g->vertex_numbers, g->vertices};
-    if (wire_geometry_hash(g->kind, vertices, (wire_i32s){0, NULL}) != g->hash) {
+    if (wire_geometry_hash(g->kind, vertices, (wire_i32s){(uint32_t)g->index_numbers, g->indices}) != g->hash) {
         drop(s, g);
         return refuse(why, WIRE_BAD_HASH, "hash: the content has another one");
     }
-    hull_status status = hull_build(g->vertices, g->vertex_numbers / 3, 0, &g->hull);
-    if (status != HULL_OK) {
+    if ((g->kind == WIRE_GEOMETRY_MESH ? build_mesh(g, why) : build_hull(g, why)) != WIRE_OK) {
         drop(s, g);
-        snprintf(why->text, sizeof why->text, "vertices: %s", hull_status_text(status));
-        return why->reason = status == HULL_FLAT       ? WIRE_FLAT_HULL
-                             : status == HULL_TOO_MANY ? WIRE_TOO_LARGE
-                                                       : WIRE_BAD_SIZE;
+        return why->reason;
     }
     free(g->has);
     g->has = NULL;
@@ -69,15 +110,27 @@ static wire_reason build(service *s, geometry *g, wire_refusal *why)
     return WIRE_OK;
 }
 
+geometry_share geometry_share_of(const geometry *g, int32_t piece)
+{
+    size_t first = (size_t)piece * WIRE_PIECE_MAX, whole = g->vertex_numbers + g->index_numbers;
+    size_t end = whole - first < WIRE_PIECE_MAX ? whole : first + WIRE_PIECE_MAX, v = g->vertex_numbers;
+    geometry_share share = {.first_vertex = first < v ? first : v, .first_index = first < v ? 0 : first - v};
+    share.vertices = (end < v ? end : v) - share.first_vertex;
+    share.indices = end - first - share.vertices;
+    return share;
+}
+
 /* Pieces may come in any order and more than once. */
 static wire_reason put_piece(service *s, geometry *g, const wire_geometry *m, wire_refusal *why)
 {
-    size_t first = (size_t)m->piece * WIRE_PIECE_MAX;
-    if (m->kind != g->kind || m->pieces != g->pieces || (size_t)m->vertex_numbers != g->vertex_numbers)
+    if (m->kind != g->kind || m->pieces != g->pieces || (size_t)m->vertex_numbers != g->vertex_numbers ||
+        (size_t)m->index_numbers != g->index_numbers)
         return refuse(why, WIRE_MALFORMED, "pieces: they do not belong to one geometry");
-    if (first + m->vertices.count > g->vertex_numbers)
-        return refuse(why, WIRE_MALFORMED, "vertices: more numbers than vertex_numbers");
-    if (m->vertices.count) memcpy(g->vertices + first, m->vertices.at, m->vertices.count * sizeof *g->vertices);
+    geometry_share share = geometry_share_of(g, m->piece);
+    if (m->vertices.count != share.vertices || m->indices.count != share.indices)
+        return refuse(why, WIRE_MALFORMED, "pieces: one does not hold its share of the whole");
+    if (share.vertices) memcpy(g->vertices + share.first_vertex, m->vertices.at, share.vertices * sizeof *g->vertices);
+    if (share.indices) memcpy(g->indices + share.first_index, m->indices.at, share.indices * sizeof *g->indices);
     g->come += !g->has[m->piece];
     g->has[m->piece] = 1;
     return g->come == g->pieces ? build(s, g, why) : WIRE_OK;
@@ -102,11 +155,15 @@ static void retract(service *s, geometry *g, int64_t client)
     }
 }
 
-/* So large a hull is refused at its first piece, before memory is set aside for it. */
+/* So large a hull or mesh is refused at its first piece, before memory is set aside for it. */
 static wire_reason check_size(const wire_geometry *m, wire_refusal *why)
 {
-    if (m->vertex_numbers <= 3 * HULL_VERTICES_MAX) return WIRE_OK;
-    snprintf(why->text, sizeof why->text, "vertex_numbers: a hull has at most %d points", HULL_VERTICES_MAX);
+    bool mesh = m->kind == WIRE_GEOMETRY_MESH;
+    if (mesh ? m->index_numbers <= 3 * MESH_TRIANGLES_MAX : m->vertex_numbers <= 3 * HULL_VERTICES_MAX) return WIRE_OK;
+    if (mesh)
+        snprintf(why->text, sizeof why->text, "index_numbers: a mesh has at most %d triangles", MESH_TRIANGLES_MAX);
+    else
+        snprintf(why->text, sizeof why->text, "vertex_numbers: a hull has at most %d points", HULL_VERTICES_MAX);
     return why->reason = WIRE_TOO_LARGE;
 }
 
@@ -117,19 +174,22 @@ wire_reason geometry_put(service *s, const wire_geometry *m, wire_refusal *why)
         if (g) retract(s, g, m->client);
         return WIRE_OK;
     }
-    if (m->kind != WIRE_GEOMETRY_HULL)
-        return refuse(why, WIRE_UNSUPPORTED, "kind: only hulls are supported by this release");
+    if (m->kind == WIRE_GEOMETRY_HEIGHT_FIELD)
+        return refuse(why, WIRE_UNSUPPORTED, "kind: height fields are not supported by this release; send a mesh");
     if (check_size(m, why) != WIRE_OK) return why->reason;
     if (!g && apply_limit(s, s->geometry_of.count, s->config.max_geometries, "max_geometries", why)) return why->reason;
     if (!g) g = add(s, m);
     announce(g, m->client);
-    return g->hull ? WIRE_OK : put_piece(s, g, m, why);
+    return is_whole(g) ? WIRE_OK : put_piece(s, g, m, why);
 }
 
-const hull *geometry_hull(const service *s, int64_t hash)
+bool geometry_lend(const service *s, int64_t hash, shape *to)
 {
     const geometry *g = find(s, hash);
-    return g ? g->hull : NULL;
+    if (!g || !is_whole(g) || (to->type == SHAPE_MESH) != (g->mesh != NULL)) return false;
+    to->mesh = g->mesh;
+    to->hull = g->mesh ? g->mesh->hull : g->hull;
+    return true;
 }
 
 void geometry_hold(service *s, int64_t hash)

@@ -8,8 +8,8 @@
 static void tell_geometry(service *s, const geometry *g, int64_t client)
 {
     for (int32_t piece = 0; piece < g->pieces; piece++) {
-        if (!g->hull && !g->has[piece]) continue; /* the recording will see it come */
-        size_t first = (size_t)piece * WIRE_PIECE_MAX, left = g->vertex_numbers - first;
+        if (g->has && !g->has[piece]) continue; /* the recording will see it come */
+        geometry_share share = geometry_share_of(g, piece);
         wire_message m = {.kind = WIRE_GEOMETRY,
             .geometry = {.version = WIRE_VERSION,
                 .client = g->announcers.count ? g->announcers.at[0] : client,
@@ -17,9 +17,11 @@ static void tell_geometry(service *s, const geometry *g, int64_t client)
                 .kind = g->kind,
                 .hash = g->hash,
                 .vertex_numbers = (int32_t)g->vertex_numbers,
+                .index_numbers = (int32_t)g->index_numbers,
                 .piece = piece,
                 .pieces = g->pieces,
-                .vertices = {(uint32_t)(left < WIRE_PIECE_MAX ? left : WIRE_PIECE_MAX), g->vertices + first}}};
+                .vertices = {(uint32_t)share.vertices, g->vertices + share.first_vertex},
+                .indices = {(uint32_t)share.indices, g->indices + share.first_index}}};
         record_message(s, &m);
     }
 }
@@ -42,7 +44,7 @@ typedef struct columns { /* of the shapes and rules of one body */
 static void fill_shapes(columns *c, const world_body *def, const owned_body *b, wire_body *m)
 {
     uint32_t n = (uint32_t)def->shape_count;
-    size_t hulls = 0;
+    size_t lent = 0;
     for (uint32_t i = 0; i < n; i++) {
         const shape *s = &c->shapes[i].shape;
         c->types[i] = (uint8_t)s->type;
@@ -51,7 +53,7 @@ static void fill_shapes(columns *c, const world_body *def, const owned_body *b, 
         c->sizes[3 * i + 2] = s->half.z;
         c->radii[i] = s->radius;
         put_pose(c->poses + 7 * (size_t)i, c->shapes[i].local);
-        c->geometries[i] = s->type == SHAPE_HULL ? b->geometries.at[hulls++] : 0;
+        c->geometries[i] = s->type == SHAPE_HULL || s->type == SHAPE_MESH ? b->geometries.at[lent++] : 0;
     }
     m->shape_types = (wire_u8s){n, c->types};
     m->shape_sizes = (wire_f64s){3 * n, c->sizes};

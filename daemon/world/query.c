@@ -1,6 +1,7 @@
 /* query: answers about bodies by name: distance, poses, why a pair is looked at. As the last tick left the world.
  * Nothing is changed and no cache is used; called by the tick thread between ticks. */
 #include "filter.h"
+#include "geom/mesh.h"
 #include "state.h"
 
 #include <stdarg.h>
@@ -102,6 +103,12 @@ static void explain_interests(const world *w, const body *x, const body *y, line
     if (!interest_wants(w, x, y)) line(l, "nobody is interested in it: it is not looked at\n");
 }
 
+static const char *kind_of(const shape *s)
+{
+    if (s->type != SHAPE_MESH) return shape_type_name(s->type);
+    return s->mesh->solid ? "mesh, a solid" : "mesh, a surface without an inside";
+}
+
 static void explain_shapes(const world *w, const body *x, const body *y, lines *l)
 {
     for (size_t i = 0; i < x->shape_count; i++) {
@@ -110,8 +117,8 @@ static void explain_shapes(const world *w, const body *x, const body *y, lines *
             narrow_result r = between(w, a, b, 1e-9);
             bool paired = pair_find(w, x->shapes[i], y->shapes[k]) != PAIR_MAP_NONE;
             line(l, "shape %zu (%s) and shape %zu (%s): signed distance in [%.9g, %.9g] m by %s; fat boxes %s\n", i,
-                shape_type_name(a->shape.type), k, shape_type_name(b->shape.type), r.lo, r.hi,
-                narrow_method_name(r.method), paired ? "meet" : "are apart, or the pair is not looked at");
+                kind_of(&a->shape), k, kind_of(&b->shape), r.lo, r.hi, narrow_method_name(r.method),
+                paired ? "meet" : "are apart, or the pair is not looked at");
         }
     }
 }

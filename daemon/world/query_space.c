@@ -59,11 +59,18 @@ static world_hit hit_of(const search *q, const solid *s, const narrow_result *r,
 
 /* ---- along a line ---- */
 
-enum { CAST_STEPS_MAX = 256, TOUCH_STEPS_MAX = 40 };
+/* A mesh is passed in steps of the distance to it, so that a long way close to it takes many. */
+enum { CAST_STEPS_MAX = 256, CAST_STEPS_MESH_MAX = 4096, TOUCH_STEPS_MAX = 40 };
 
 static pose along(const search *q, double t)
 {
     return (pose){vec_madd(q->probe.at.p, t, q->direction), q->probe.at.q};
+}
+
+/* Of a mesh no plane separates more than what is nearest. */
+static bool is_convex(const solid *s)
+{
+    return s->shape.type < SHAPE_CONVEX_COUNT;
 }
 
 /* By what length does it touch for certain? Steps on from `t`, ever farther; infinite if it only grazes. */
@@ -73,7 +80,7 @@ static double touches_by(const search *q, const solid *s, double t, double gap)
     for (int i = 0; i < TOUCH_STEPS_MAX && t <= q->length; i++) {
         narrow_result n = ask(q, along(q, t), s, INFINITY);
         if (n.hi <= 0) return t;
-        if (vec_dot(n.axis, q->direction) <= 0) return INFINITY; /* it goes away again */
+        if (is_convex(s) && vec_dot(n.axis, q->direction) <= 0) return INFINITY; /* it goes away again */
         t += step;
         step *= 2;
     }
@@ -81,15 +88,16 @@ static double touches_by(const search *q, const solid *s, double t, double gap)
 }
 
 /* Advances by the certified distance: the plane that separates the probe from the shape still does when the probe has
- * moved on, up to where it meets that plane, and for good if it never does. Ends within the tolerance of the surface:
- * it is free up to lo, and touches by hi. (Van den Bergen, "Ray casting against general convex objects", 2004, with
- * certified bounds.) */
+ * moved on, up to where it meets that plane, and for good if it never does; beside a mesh, the distance itself. Ends
+ * within the tolerance of the surface: it is free up to lo, and touches by hi. (Van den Bergen, "Ray casting against
+ * general convex objects", 2004, with certified bounds.) */
 static bool cast_shape(const search *q, const solid *s, world_hit *hit)
 {
     search fine = *q;
     fine.tolerance = 0.25 * q->tolerance;
     double t = 0;
-    for (int step = 0; step < CAST_STEPS_MAX; step++) {
+    int steps = is_convex(s) ? CAST_STEPS_MAX : CAST_STEPS_MESH_MAX;
+    for (int step = 0; step < steps; step++) {
         narrow_result n = ask(&fine, along(q, t), s, INFINITY);
         double towards = vec_dot(n.axis, q->direction);
         *hit = hit_of(q, s, &n, along(q, t));
@@ -100,8 +108,8 @@ static bool cast_shape(const search *q, const solid *s, world_hit *hit)
             hit->hi = touches_by(&fine, s, t, fmax(n.hi, 0));
             return true;
         }
-        if (towards <= 0) return false;
-        t += n.lo / towards;
+        if (is_convex(s) && towards <= 0) return false;
+        t += is_convex(s) ? n.lo / towards : n.lo;
         if (t > q->length) return false;
     }
     return true;

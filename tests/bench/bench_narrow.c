@@ -2,8 +2,9 @@
  * shallow and in deep contact, cold and coherent (narrow_scene.h), judged by the truth in 113 bits (narrow_truth.h).
  * One thread. Tables, or one JSON object a line, on stdout; progress on stderr.
  *
- * ratio = median / median of the best peer that is right in that row: no wrong verdict, no failure, all measured, and
- * no error beyond 1e-9 of the pair's size (1e-6 of curved pairs). goal: what the ratio is to be at most. */
+ * ratio = median / median of the best peer that is right in that regime, cold and coherent: no wrong verdict, no
+ * failure, all measured, and no error beyond 1e-9 of the pair's size (1e-6 of curved pairs). goal: what the ratio is to
+ * be at most. */
 #include "bench.h"
 #include "narrow_race.h"
 
@@ -13,11 +14,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { ITEMS = 128, ITEMS_FULL = 512, ITEMS_MOST = 100000 };
+enum { ITEMS = 128, ITEMS_FULL = 512, ITEMS_MESH = 32, ITEMS_MOST = 100000 };
 static const double SECONDS = 0.6, SECONDS_FULL = 4;
 
 typedef struct options {
-    bool json, full;
+    bool json, full, mesh;
     const char *only, *pair, *regime;
     unsigned long items; /* 0 = the default */
     double seconds;      /* a row; 0 = the default */
@@ -26,13 +27,14 @@ typedef struct options {
 static bool usage(const char *program)
 {
     fprintf(stderr,
-        "usage: %s [--json] [--full] [--only PEER] [--pair PAIR] [--regime separated|shallow|deep] [--items 48..%d] "
+        "usage: %s [--json] [--full] [--mesh] [--only PEER] [--pair PAIR] [--regime separated|shallow|deep] [--items "
+        "48..%d] "
         "[--seconds A_ROW]\npairs:",
         program, ITEMS_MOST);
     for (size_t i = 0; i < narrow_pair_count; i++) fprintf(stderr, " %s", narrow_pairs[i].name);
     fprintf(stderr, "\npeers:");
     for (size_t i = 0; i < narrow_contender_count; i++) fprintf(stderr, " %s", narrow_contenders[i]->name);
-    fprintf(stderr, "\n");
+    fprintf(stderr, "\n--mesh: the pairs with meshes instead (slower truths); --full: more configurations, longer\n");
     return false;
 }
 
@@ -68,13 +70,14 @@ static bool are_right(const options *o)
 static bool parse(int argc, char **argv, options *o)
 {
     static const struct option known[] = {{"json", no_argument, NULL, 'j'}, {"full", no_argument, NULL, 'f'},
-        {"only", required_argument, NULL, 'o'}, {"pair", required_argument, NULL, 'p'},
-        {"regime", required_argument, NULL, 'r'}, {"items", required_argument, NULL, 'i'},
-        {"seconds", required_argument, NULL, 's'}, {NULL, 0, NULL, 0}};
+        {"mesh", no_argument, NULL, 'm'}, {"only", required_argument, NULL, 'o'},
+        {"pair", required_argument, NULL, 'p'}, {"regime", required_argument, NULL, 'r'},
+        {"items", required_argument, NULL, 'i'}, {"seconds", required_argument, NULL, 's'}, {NULL, 0, NULL, 0}};
     *o = (options){0};
     for (int c; (c = getopt_long(argc, argv, "", known, NULL)) != -1;) {
         if (c == 'j') o->json = true;
         if (c == 'f') o->full = true;
+        if (c == 'm') o->mesh = true;
         if (c == 'o') o->only = optarg;
         if (c == 'p') o->pair = optarg;
         if (c == 'r') o->regime = optarg;
@@ -177,26 +180,37 @@ static void print_behind(const printer *p)
     }
 }
 
+static bool is_wanted(const options *o, const narrow_pair *pair, narrow_regime regime)
+{
+    bool mesh = pair->b == KIND_MESH;
+    if (o->pair ? strcmp(o->pair, pair->name) != 0 : mesh != o->mesh) return false;
+    if (mesh && regime != REGIME_SEPARATED) return false;
+    return !o->regime || strcmp(o->regime, narrow_regime_names[regime]) == 0;
+}
+
+static narrow_limits limits_for(const options *o, const narrow_pair *pair)
+{
+    narrow_limits limits = {.items = o->full                ? ITEMS_FULL
+                                     : pair->b == KIND_MESH ? ITEMS_MESH
+                                                            : ITEMS,
+        .seconds = o->full ? SECONDS_FULL : SECONDS,
+        .only = o->only};
+    if (o->items) limits.items = o->items;
+    if (o->seconds > 0) limits.seconds = o->seconds;
+    return limits;
+}
+
 int main(int argc, char **argv)
 {
     options o;
     if (!parse(argc, argv, &o)) return 64; /* EX_USAGE */
     printer p = {.json = o.json};
-    narrow_limits limits = {.items = o.items  ? o.items
-                                     : o.full ? ITEMS_FULL
-                                              : ITEMS,
-        .seconds = o.seconds > 0 ? o.seconds
-                   : o.full      ? SECONDS_FULL
-                                 : SECONDS,
-        .only = o.only};
     if (!o.json) print_settings();
     for (size_t i = 0; i < narrow_pair_count; i++) {
-        if (o.pair && strcmp(o.pair, narrow_pairs[i].name) != 0) continue;
-        for (int k = 0; k < 2 * REGIME_COUNT; k++) {
-            narrow_regime regime = (narrow_regime)(k / 2);
-            if (o.regime && strcmp(o.regime, narrow_regime_names[regime]) != 0) continue;
-            narrow_race_run(&narrow_pairs[i], regime, k % 2 == 1, &limits, print_figures, &p);
-        }
+        narrow_limits limits = limits_for(&o, &narrow_pairs[i]);
+        for (int k = 0; k < REGIME_COUNT; k++)
+            if (is_wanted(&o, &narrow_pairs[i], (narrow_regime)k))
+                narrow_race_run(&narrow_pairs[i], (narrow_regime)k, &limits, print_figures, &p);
     }
     if (!o.json) print_behind(&p);
     if (p.truths_missed) fprintf(stderr, "failed: %zu of our intervals do not hold the truth\n", p.truths_missed);

@@ -199,9 +199,9 @@ void query_box(void *context, size_t first, size_t count, narrow_answer *out)
     }
 }
 
-bool takes_all(const narrow_row *)
+bool takes_convex(const narrow_row *row)
 {
-    return true;
+    return row->a != KIND_MESH && row->b != KIND_MESH;
 }
 
 bool takes_boxes(const narrow_row *row)
@@ -212,10 +212,10 @@ bool takes_boxes(const narrow_row *row)
 } // namespace
 
 const narrow_peer narrow_bullet_pair = {"bullet_pair",
-    "btGjkPairDetector with btGjkEpaPenetrationDepthSolver, double, margin 0; coherent: last axis", false, takes_all,
+    "btGjkPairDetector with btGjkEpaPenetrationDepthSolver, double, margin 0; coherent: last axis", false, takes_convex,
     create, query_pair, destroy};
 const narrow_peer narrow_bullet_epa = {"bullet_epa",
-    "btGjkEpaSolver2 Distance or Penetration, double, margin 0; coherent: last normal as guess", false, takes_all,
+    "btGjkEpaSolver2 Distance or Penetration, double, margin 0; coherent: last normal as guess", false, takes_convex,
     create, query_epa, destroy};
 const narrow_peer narrow_bullet_box = {
     "bullet_boxbox", "btBoxBoxDetector, double", false, takes_boxes, create, query_box, destroy};

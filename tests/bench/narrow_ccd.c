@@ -160,10 +160,9 @@ static void query_mpr(void *self, size_t first, size_t count, narrow_answer *out
     for (size_t i = 0; i < count; i++) ask(s, &s->items[first + i], ccdMPRPenetration, ccdMPRIntersect, &out[i]);
 }
 
-static bool takes_all(const narrow_row *row)
+static bool takes_convex(const narrow_row *row)
 {
-    (void)row;
-    return true;
+    return row->a != KIND_MESH && row->b != KIND_MESH;
 }
 
 static bool takes_contact(const narrow_row *row)
@@ -174,10 +173,10 @@ static bool takes_contact(const narrow_row *row)
 const narrow_peer narrow_ccd_gjk = {"ccd_gjk",
     "ccdGJKPenetration, epa_tolerance 1e-4 (default); separated: "
     "ccdGJKIntersect, the last direction first",
-    false, takes_all, create, query_gjk, destroy};
+    false, takes_convex, create, query_gjk, destroy};
 const narrow_peer narrow_ccd_gjk_fine = {
     "ccd_gjk_fine", "ccdGJKPenetration, epa_tolerance 1e-10", false, takes_contact, create_fine, query_gjk, destroy};
 const narrow_peer narrow_ccd_mpr = {"ccd_mpr",
     "ccdMPRPenetration, mpr_tolerance 1e-4 (default); separated: "
     "ccdMPRIntersect, the last direction first",
-    false, takes_all, create, query_mpr, destroy};
+    false, takes_convex, create, query_mpr, destroy};

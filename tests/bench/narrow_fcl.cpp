@@ -9,6 +9,7 @@
 #include <csetjmp>
 #include <cstdio>
 #include <cstdlib>
+#include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/geometry/shape/box.h>
 #include <fcl/geometry/shape/capsule.h>
 #include <fcl/geometry/shape/cone.h>
@@ -41,6 +42,23 @@ std::shared_ptr<geometry> hull_of(const narrow_polytope &p)
     return std::make_shared<fcl::Convex<double>>(vertices, int(p.face_count), faces);
 }
 
+std::shared_ptr<geometry> mesh_of(const narrow_polytope &p)
+{
+    std::vector<fcl::Vector3<double>> vertices;
+    std::vector<fcl::Triangle> triangles;
+    for (size_t i = 0; i < p.vertex_count; i++)
+        vertices.emplace_back(p.vertices[3 * i], p.vertices[3 * i + 1], p.vertices[3 * i + 2]);
+    for (size_t f = 0; f < p.face_count; f++) {
+        const uint32_t *v = &p.face_vertices[p.face_first[f]];
+        triangles.emplace_back(v[0], v[1], v[2]);
+    }
+    auto m = std::make_shared<fcl::BVHModel<fcl::OBBRSS<double>>>();
+    m->beginModel();
+    m->addSubModel(vertices, triangles);
+    m->endModel();
+    return m;
+}
+
 std::shared_ptr<geometry> shape_of(const narrow_body &b)
 {
     const double *h = b.half;
@@ -57,6 +75,8 @@ std::shared_ptr<geometry> shape_of(const narrow_body &b)
         return std::make_shared<fcl::Cone<double>>(h[0], 2 * h[2]);
     case KIND_ELLIPSOID:
         return std::make_shared<fcl::Ellipsoid<double>>(h[0], h[1], h[2]);
+    case KIND_MESH:
+        return mesh_of(*b.polytope);
     default:
         return hull_of(*b.polytope);
     }

@@ -30,6 +30,8 @@ static const goal_row GOALS[] = {
     {"hull64-hull64", REGIME_SHALLOW, REGIME_DEEP, {3796, 2324}, {2000, 500}},
     {"hull256-hull256", REGIME_SEPARATED, REGIME_SEPARATED, {4507, 1142}, {2000, 200}},
     {"hull256-hull256", REGIME_SHALLOW, REGIME_DEEP, {9074, 3175}, {5000, 1000}},
+    {"mesh-box", REGIME_SEPARATED, REGIME_SEPARATED, {301000, 165000}, {30000, 5000}},
+    {"mesh-mesh", REGIME_SEPARATED, REGIME_SEPARATED, {338000, 234000}, {50000, 10000}},
 };
 
 double narrow_goal_ratio(const char *pair, narrow_regime regime, bool coherent)

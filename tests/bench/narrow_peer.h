@@ -22,22 +22,23 @@ typedef enum narrow_kind { /* axis of revolution = z */
     KIND_CONE,     /* apex at +half[2], base of radius half[0] at -half[2] */
     KIND_ELLIPSOID,
     KIND_HULL,
+    KIND_MESH, /* a solid */
     KIND_COUNT
 } narrow_kind;
 
 typedef struct narrow_polytope {
     size_t vertex_count, face_count;
     double *vertices;        /* x, y, z */
-    double *planes;          /* unit normal x, y, z, offset */
+    double *planes;          /* of a hull: unit normal x, y, z, offset */
     uint32_t *face_first;    /* face_count + 1 entries into face_vertices */
     uint32_t *face_vertices; /* counter-clockwise seen from outside */
-    const void *built;       /* struct hull, of which all this is a copy */
+    const void *built;       /* struct hull or struct mesh, of which all this is a copy */
 } narrow_polytope;
 
 typedef struct narrow_body {
     narrow_kind kind;
     double half[3], radius;
-    const narrow_polytope *polytope; /* KIND_HULL */
+    const narrow_polytope *polytope; /* KIND_HULL, KIND_MESH */
 } narrow_body;
 
 typedef struct narrow_place {

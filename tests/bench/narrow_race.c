@@ -3,7 +3,7 @@
 
 #include "bench.h"
 #include "narrow_goals.h"
-#include "narrow_truth.h"
+#include "narrow_truth_mesh.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -162,10 +162,19 @@ static double best_peer(const race *r)
     return best;
 }
 
+/* Cold and coherent rows of a regime are one method's: a peer that is right in one of them by luck is not. */
+static void agree(race *r, race *other)
+{
+    for (size_t i = 0; i < r->lane_count; i++)
+        for (size_t k = 0; k < other->lane_count; k++) {
+            narrow_figures *f = &r->lanes[i].figures, *g = &other->lanes[k].figures;
+            if (r->lanes[i].peer == other->lanes[k].peer) f->right = g->right = f->right && g->right;
+        }
+}
+
 static void report_all(race *r, narrow_report *report, void *context)
 {
     const narrow_row *row = &r->scene.row;
-    for (size_t i = 0; i < r->lane_count; i++) judge(r, &r->lanes[i]);
     double best = best_peer(r), goal = narrow_goal_ratio(r->pair->name, row->regime, row->coherent);
     for (size_t i = 0; i < r->lane_count; i++) {
         lane *l = &r->lanes[i];
@@ -194,21 +203,38 @@ static void close_race(race *r)
     narrow_scene_destroy(&r->scene);
 }
 
-void narrow_race_run(const narrow_pair *pair, narrow_regime regime, bool coherent, const narrow_limits *limits,
-    narrow_report *report, void *context)
+static narrow_truth truth_of(const narrow_item *item)
 {
-    race r = {.pair = pair, .chance = 1};
+    return item->b->kind == KIND_MESH ? narrow_truth_of_meshes(item) : narrow_truth_of(item);
+}
+
+static void run(race *r, const narrow_pair *pair, narrow_regime regime, bool coherent, const narrow_limits *limits)
+{
+    *r = (race){.pair = pair, .chance = 1};
     int64_t start = bench_now_ns();
-    r.scene = narrow_scene_create(pair, regime, coherent, limits->items);
-    r.block_count = r.scene.count / NARROW_BLOCK;
-    r.order = allocate(r.block_count, sizeof *r.order);
-    for (size_t i = 0; i < r.block_count; i++) r.order[i] = i;
-    r.truths = allocate(r.scene.count, sizeof *r.truths);
-    for (size_t i = 0; i < r.scene.count; i++) r.truths[i] = narrow_truth_of(&r.scene.items[i]);
+    r->scene = narrow_scene_create(pair, regime, coherent, limits->items);
+    r->block_count = r->scene.count / NARROW_BLOCK;
+    r->order = allocate(r->block_count, sizeof *r->order);
+    for (size_t i = 0; i < r->block_count; i++) r->order[i] = i;
+    r->scene.count = r->block_count * NARROW_BLOCK; /* whole blocks */
+    r->truths = allocate(r->scene.count, sizeof *r->truths);
+    for (size_t i = 0; i < r->scene.count; i++) r->truths[i] = truth_of(&r->scene.items[i]);
     fprintf(stderr, "%s, %s, %s: %zu truths in %.2f s\n", pair->name, narrow_regime_names[regime],
-        coherent ? "coherent" : "cold", r.scene.count, 1e-9 * (double)(bench_now_ns() - start));
-    enter_all(&r, limits->only);
-    run_rounds(&r, limits->seconds);
-    report_all(&r, report, context);
-    close_race(&r);
+        coherent ? "coherent" : "cold", r->scene.count, 1e-9 * (double)(bench_now_ns() - start));
+    enter_all(r, limits->only);
+    run_rounds(r, limits->seconds);
+    for (size_t i = 0; i < r->lane_count; i++) judge(r, &r->lanes[i]);
+}
+
+void narrow_race_run(
+    const narrow_pair *pair, narrow_regime regime, const narrow_limits *limits, narrow_report *report, void *context)
+{
+    race cold, coherent;
+    run(&cold, pair, regime, false, limits);
+    run(&coherent, pair, regime, true, limits);
+    agree(&cold, &coherent);
+    report_all(&cold, report, context);
+    report_all(&coherent, report, context);
+    close_race(&cold);
+    close_race(&coherent);
 }

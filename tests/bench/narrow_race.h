@@ -27,14 +27,15 @@ typedef struct narrow_figures {
     double error_median, error_p99, error_max;
     size_t measured, wrong, failed;
     size_t missed_truth; /* intervals that do not hold the truth */
-    bool right;          /* nothing wrong or failed, all measured, and to what the issue calls right */
+    bool right;          /* nothing wrong or failed, all measured, and as well as is called right; cold and coherent */
     double ratio;        /* to the best right peer of the row; NAN = there is none */
     double goal_ratio;   /* NAN = none is set */
 } narrow_figures;
 
 typedef void narrow_report(void *context, const narrow_figures *figures);
 
-void narrow_race_run(const narrow_pair *pair, narrow_regime regime, bool coherent, const narrow_limits *limits,
-    narrow_report *report, void *context);
+/* The cold row and the coherent one. */
+void narrow_race_run(
+    const narrow_pair *pair, narrow_regime regime, const narrow_limits *limits, narrow_report *report, void *context);
 
 #endif

@@ -2,12 +2,13 @@
  * elsewhere (narrow_truth.h). */
 #include "narrow_scene.h"
 
+#include "geom/mesh.h"
 #include "narrow/narrow.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-enum { FRAMES = 16 }; /* of a track */
+enum { FRAMES = 16 /* of a track */, MESH_RINGS = 50, MESH_SECTORS = 50 };
 
 const narrow_pair narrow_pairs[] = {
     {"sphere-sphere", KIND_SPHERE, KIND_SPHERE, 0, false},
@@ -23,6 +24,8 @@ const narrow_pair narrow_pairs[] = {
     {"capsule-box", KIND_CAPSULE, KIND_BOX, 0, false},
     {"cylinder-box", KIND_BOX, KIND_CYLINDER, 0, true},
     {"hull64-box", KIND_BOX, KIND_HULL, 64, false},
+    {"mesh-box", KIND_BOX, KIND_MESH, 0, false},
+    {"mesh-mesh", KIND_MESH, KIND_MESH, 0, false},
 };
 const size_t narrow_pair_count = sizeof narrow_pairs / sizeof *narrow_pairs;
 const char *const narrow_regime_names[REGIME_COUNT] = {"separated", "shallow", "deep"};
@@ -111,6 +114,55 @@ static const narrow_polytope *random_polytope(chance *c, size_t points, const do
     return copy_hull(h);
 }
 
+/* Rings of points between two poles; the radius waves along both angles. */
+static void bumpy_points(double *at, const double half[3])
+{
+    for (int ring = 0; ring <= MESH_RINGS + 1; ring++)
+        for (int k = 0; k < (ring % (MESH_RINGS + 1) ? MESH_SECTORS : 1); k++) {
+            double theta = M_PI * ring / (MESH_RINGS + 1), phi = 2 * M_PI * k / MESH_SECTORS;
+            double r = 1 + 0.2 * sin(4 * theta) * sin(3 * phi);
+            *at++ = half[0] * r * sin(theta) * cos(phi);
+            *at++ = half[1] * r * sin(theta) * sin(phi);
+            *at++ = half[2] * r * cos(theta);
+        }
+}
+
+/* Counter-clockwise seen from outside: two a quad, one at a pole. */
+static size_t bumpy_corners(int32_t *corners)
+{
+    int32_t *at = corners, last = 1 + MESH_RINGS * MESH_SECTORS;
+    for (int ring = 0; ring <= MESH_RINGS; ring++)
+        for (int k = 0; k < MESH_SECTORS; k++) {
+            int next = (k + 1) % MESH_SECTORS, above = 1 + (ring - 1) * MESH_SECTORS, below = above + MESH_SECTORS;
+            int32_t a = ring ? above + k : 0, b = ring ? above + next : 0;
+            int32_t c = ring < MESH_RINGS ? below + k : last, d = ring < MESH_RINGS ? below + next : last;
+            if (ring < MESH_RINGS) *at++ = a, *at++ = c, *at++ = d;
+            if (ring) *at++ = a, *at++ = ring < MESH_RINGS ? d : c, *at++ = b;
+        }
+    return (size_t)(at - corners) / 3;
+}
+
+static const narrow_polytope *bumpy_mesh(const double half[3])
+{
+    static double points[3 * (MESH_RINGS * MESH_SECTORS + 2)];
+    static int32_t corners[6 * (MESH_RINGS + 1) * MESH_SECTORS];
+    narrow_polytope *p = allocate(1, sizeof *p);
+    mesh *m;
+    bumpy_points(points, half);
+    size_t count = bumpy_corners(corners);
+    if (mesh_build(points, MESH_RINGS * MESH_SECTORS + 2, corners, count, &m) != MESH_OK || !m->solid) abort();
+    *p = (narrow_polytope){.vertex_count = m->vertex_count, .face_count = m->triangle_count, .built = m};
+    p->vertices = allocate(3 * p->vertex_count, sizeof *p->vertices);
+    p->face_first = allocate(p->face_count + 1, sizeof *p->face_first);
+    p->face_vertices = allocate(3 * p->face_count, sizeof *p->face_vertices);
+    for (uint32_t i = 0; i < m->vertex_count; i++) memcpy(&p->vertices[3 * i], &m->vertices[i], 3 * sizeof(double));
+    for (uint32_t i = 0; i < m->triangle_count; i++) {
+        p->face_first[i + 1] = 3 * i + 3;
+        memcpy(&p->face_vertices[3 * i], m->triangles[i].v, sizeof m->triangles[i].v);
+    }
+    return p;
+}
+
 static narrow_body random_body(chance *c, narrow_kind kind, size_t points)
 {
     narrow_body b = {.kind = kind};
@@ -120,16 +172,19 @@ static narrow_body random_body(chance *c, narrow_kind kind, size_t points)
     if (kind == KIND_SPHERE || kind == KIND_CAPSULE) b.half[0] = b.half[1] = 0;
     if (kind == KIND_CYLINDER || kind == KIND_CONE) b.half[1] = b.half[0];
     if (kind == KIND_HULL) b.polytope = random_polytope(c, points, b.half);
+    if (kind == KIND_MESH) b.polytope = bumpy_mesh(b.half);
     return b;
 }
 
 shape narrow_scene_shape(const narrow_body *b)
 {
     static const shape_type TYPES[KIND_COUNT] = {
-        SHAPE_SPHERE, SHAPE_CAPSULE, SHAPE_BOX, SHAPE_CYLINDER, SHAPE_CONE, SHAPE_ELLIPSOID, SHAPE_HULL};
+        SHAPE_SPHERE, SHAPE_CAPSULE, SHAPE_BOX, SHAPE_CYLINDER, SHAPE_CONE, SHAPE_ELLIPSOID, SHAPE_HULL, SHAPE_MESH};
     shape s = {.type = TYPES[b->kind], .radius = b->radius};
     if (b->kind == KIND_HULL)
         s.hull = b->polytope->built;
+    else if (b->kind == KIND_MESH)
+        s.mesh = b->polytope->built, s.hull = s.mesh->hull;
     else
         s.half = vec(b->half[0], b->half[1], b->half[2]);
     return s;
@@ -154,15 +209,15 @@ typedef struct lie {
     double amount;
 } lie;
 
-static double signed_distance(const shape *a, pose at_a, const shape *b, pose at_b)
+static bool are_apart(const shape *a, pose at_a, const shape *b, pose at_b)
 {
     static narrow_scratch *scratch;
     if (!scratch) scratch = aligned_alloc(64, narrow_scratch_size());
     if (!scratch) abort();
-    narrow_request r = {.facts = NARROW_DISTANCE, .tolerance = 1e-9, .range = INFINITY};
+    narrow_request r = {.facts = NARROW_VERDICT, .tolerance = 1e-9, .range = INFINITY};
     narrow_result out;
     narrow_query_world(a, at_a, b, at_b, &r, scratch, &out);
-    return 0.5 * (out.lo + out.hi);
+    return out.lo > 0;
 }
 
 /* How far B's centre is along the direction when they touch. */
@@ -172,7 +227,7 @@ static double touching_at(const shape *a, const shape *b, const lie *l)
     for (int i = 0; i < 40; i++) {
         double mid = 0.5 * (lo + hi);
         pose at = {vec_scale(l->towards, mid), l->q};
-        if (signed_distance(a, POSE_IDENTITY, b, at) > 0)
+        if (are_apart(a, POSE_IDENTITY, b, at))
             hi = mid;
         else
             lo = mid;
@@ -233,9 +288,12 @@ narrow_scene narrow_scene_create(const narrow_pair *pair, narrow_regime regime, 
     return s;
 }
 
-static void destroy_polytope(narrow_polytope *p)
+static void destroy_polytope(narrow_kind kind, narrow_polytope *p)
 {
-    hull_destroy((hull *)(uintptr_t)p->built);
+    if (kind == KIND_HULL)
+        hull_destroy((hull *)(uintptr_t)p->built);
+    else
+        mesh_destroy((mesh *)(uintptr_t)p->built);
     free(p->vertices);
     free(p->planes);
     free(p->face_first);
@@ -246,7 +304,8 @@ static void destroy_polytope(narrow_polytope *p)
 void narrow_scene_destroy(narrow_scene *s)
 {
     for (size_t i = 0; i < s->body_count; i++)
-        if (s->bodies[i].polytope) destroy_polytope((narrow_polytope *)(uintptr_t)s->bodies[i].polytope);
+        if (s->bodies[i].polytope)
+            destroy_polytope(s->bodies[i].kind, (narrow_polytope *)(uintptr_t)s->bodies[i].polytope);
     free(s->items);
     free(s->bodies);
 }
