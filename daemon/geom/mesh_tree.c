@@ -85,6 +85,29 @@ static void set_box(const builder *b, mesh_node *n, int child, range r)
     }
 }
 
+static vec3 unit_corner(const builder *b, uint32_t item, int k)
+{
+    return vec_scale(b->m->vertices[b->items[item].triangle.v[k]], 1 / b->m->unit);
+}
+
+/* Any direction makes a true plane; the mean normal, weighted by area, makes a low one. */
+static void set_plane(const builder *b, mesh_node *n, int child, range r)
+{
+    vec3 sum = VEC_ZERO;
+    for (uint32_t i = r.first; i < r.first + r.count; i++) {
+        vec3 p = unit_corner(b, i, 0);
+        sum = vec_add(sum, vec_cross(vec_sub(unit_corner(b, i, 1), p), vec_sub(unit_corner(b, i, 2), p)));
+    }
+    sum = vec_unit(sum);
+    const float normal[3] = {(float)sum.x, (float)sum.y, (float)sum.z};
+    const vec3 exact = {normal[0], normal[1], normal[2]}; /* the plane is that of what is stored */
+    double top = -INFINITY;
+    for (uint32_t i = r.first; i < r.first + r.count; i++)
+        for (int k = 0; k < 3; k++) top = fmax(top, vec_dot(exact, unit_corner(b, i, k)));
+    for (int k = 0; k < 3; k++) n->normal[k][child] = normal[k];
+    n->top[child] = up(top + 8 * ROUND_U);
+}
+
 /* Up to four parts of a range; a part of MESH_LEAF_MAX is not cut. */
 static uint8_t cut(builder *b, range r, range parts[MESH_WIDTH])
 {
@@ -120,6 +143,7 @@ static uint32_t build_node(builder *b, range r, uint32_t depth)
     for (int i = 0; i < used; i++) {
         bool leaf = parts[i].count <= MESH_LEAF_MAX;
         set_box(b, &m->nodes[index], i, parts[i]);
+        set_plane(b, &m->nodes[index], i, parts[i]);
         m->nodes[index].count[i] = leaf ? (uint8_t)parts[i].count : 0;
         m->nodes[index].first[i] = leaf ? parts[i].first : build_node(b, parts[i], depth + 1);
     }
@@ -157,7 +181,9 @@ static bool box_holds(const mesh *m, const mesh_node *n, int child, vec3 v)
     const double at[3] = {v.x / m->unit, v.y / m->unit, v.z / m->unit};
     for (int k = 0; k < 3; k++)
         if (!((double)n->lo[k][child] <= at[k] && at[k] <= (double)n->hi[k][child])) return false;
-    return true;
+    double height = 0;
+    for (int k = 0; k < 3; k++) height += (double)n->normal[k][child] * at[k];
+    return height <= (double)n->top[child];
 }
 
 /* Triangles below the node in *seen; each must be within the boxes above it. */

@@ -110,6 +110,22 @@ static vec3 direction(const box_pair *x, int index)
     return vec_dot(across, take(x->t)) < 0 ? vec_neg(across) : across;
 }
 
+static vec3 corner(const double half[3], vec3 d)
+{
+    return vec(copysign(half[0], d.x), copysign(half[1], d.y), copysign(half[2], d.z));
+}
+
+/* unit_pair_nearest_along, for boxes. */
+static minkowski corners_along(const box_pair *x, vec3 axis)
+{
+    minkowski m;
+    m.a = corner(x->a, axis);
+    m.b_local = corner(x->b, mat_tmul(x->p->b_in_a.r, vec_neg(axis)));
+    m.b = transform_point(&x->p->b_in_a, m.b_local);
+    m.w = vec_sub(m.b, m.a);
+    return m;
+}
+
 /* A corner of the one box and the point of the other box that is nearest to it. */
 static void face_points(const box_pair *x, const minkowski *top, int index, span *out)
 {
@@ -146,7 +162,7 @@ static void edge_points(const box_pair *x, const minkowski *top, int index, span
 static void measure(const box_pair *x, box_axis best, span *out)
 {
     out->axis = direction(x, best.index);
-    minkowski top = unit_pair_nearest_along(x->p, out->axis);
+    minkowski top = corners_along(x, out->axis);
     out->lo = vec_dot(out->axis, top.w);
     out->hi = max_of(out->lo, best.separation);
     if (best.index < EDGES)
@@ -189,7 +205,7 @@ static bool corners_meet(const box_pair *x, const narrow_goal *goal, span *out)
     out->lo = -INFINITY;
     out->hi = INFINITY;
     for (int i = 0; i < ROUNDS; i++) {
-        minkowski top = unit_pair_nearest_along(p, axis);
+        minkowski top = corners_along(x, axis);
         double separation = vec_dot(axis, top.w);
         if (separation > out->lo) out->lo = separation, out->axis = axis;
         vec3 on_a = clamped(top.b, x->a), local = mat_tmul(p->b_in_a.r, vec_sub(top.a, p->b_in_a.t));

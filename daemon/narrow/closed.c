@@ -29,6 +29,13 @@ static vec3 unit_or(vec3 v, vec3 otherwise)
     return vec_norm2(n) > 0 ? n : otherwise;
 }
 
+/* Where v is zero, some direction orthogonal to u. */
+static vec3 unit_or_across(vec3 v, vec3 u)
+{
+    vec3 n = direction_of(v);
+    return vec_norm2(n) > 0 ? n : vec_unit_orthogonal(u);
+}
+
 bool closed_sphere_sphere(const unit_pair *p, const narrow_goal *goal, span *out)
 {
     (void)goal;
@@ -42,7 +49,7 @@ bool closed_sphere_capsule(const unit_pair *p, const narrow_goal *goal, span *ou
     vec3 u = p->b_in_a.r.z, t = p->b_in_a.t;
     double h = p->b.half.z, s = clamp_to(-vec_dot(t, u), h);
     vec3 v = vec_madd(t, s, u), n = fabs(s) < h ? orthogonal_part(v, u) : v;
-    return exact(out, vec_norm(v), unit_or(n, vec_unit_orthogonal(u)), VEC_ZERO, v);
+    return exact(out, vec_norm(v), unit_or_across(n, u), VEC_ZERO, v);
 }
 
 /* Two segments: p_a(s) = s a, p_b(s) = t + s b, with unit a, b and |s| <= h. */
@@ -66,9 +73,15 @@ static void keep_nearer(const segments *g, double s_a, double s_b, span *out)
     else if (inner_b)
         n = orthogonal_part(v, g->b);
     out->hi = norm;
-    out->axis = unit_or(n, vec_unit_orthogonal(g->a));
+    out->axis = unit_or_across(n, g->a);
     out->point_a = point_a;
     out->point_b = point_b;
+}
+
+/* Of the two segments along a unit axis from A towards B: by their ends. */
+static double separation(const segments *g, vec3 axis)
+{
+    return vec_dot(axis, g->t) - fabs(vec_dot(axis, g->a)) * g->ha - fabs(vec_dot(axis, g->b)) * g->hb;
 }
 
 /* The nearest points of the two lines, the one on B moved into its segment, and the point of A's that is nearest to
@@ -100,10 +113,10 @@ bool closed_capsule_capsule(const unit_pair *p, const narrow_goal *goal, span *o
     out->hi = INFINITY;
     out->method = NARROW_BY_CLOSED_FORM;
     nearest_on_lines(&g, ab, at, bt, sine2, out);
-    out->lo = vec_dot(out->axis, unit_pair_nearest_along(p, out->axis).w);
+    out->lo = separation(&g, out->axis);
     if (out->hi - out->lo <= 0.25 * p->error) return true;
     nearest_of_ends(&g, ab, at, bt, out);
-    out->lo = vec_dot(out->axis, unit_pair_nearest_along(p, out->axis).w);
+    out->lo = separation(&g, out->axis);
     return out->hi - out->lo <= max_of(goal->tolerance, p->error);
 }
 

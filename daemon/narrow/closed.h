@@ -1,5 +1,6 @@
-/* closed: distances that have a formula. Each fills the span of two cores; false when rounding left the two bounds
- * farther apart than the goal allows (nearly parallel segments), and the general method takes over. Pure; any thread.
+/* closed: distances that have a formula. Each fills the span of two cores; false when the two bounds were left
+ * farther apart than the goal allows (by rounding, or at corners of boxes), and the general method takes over from
+ * out->axis. Pure; any thread.
  */
 #ifndef COLLIDED_NARROW_CLOSED_H
 #define COLLIDED_NARROW_CLOSED_H

@@ -6,6 +6,7 @@
 #include "manifold.h"
 
 #include "geom/feature.h"
+#include "scalar.h"
 
 #include <string.h>
 
@@ -116,9 +117,10 @@ static void outline_of(const feature *f, const transform *to_a, const contact_fr
     out->corner_id = f->corner_id;
     out->face_id = f->face_id;
     out->slope_x = out->slope_y = out->area = out->span = 0;
+    out->at[0] = out->at[1] = (spot){0, 0, 0};
     for (uint32_t i = 0; i < f->count; i++) {
         out->at[i] = to_spot(frame, transform_point(to_a, f->corner[i]));
-        out->span = fmax(out->span, flat_length(out->at[0], out->at[i]));
+        out->span = max_of(out->span, flat_length(out->at[0], out->at[i]));
         if (i > 1) out->area += turn(out->at[0], out->at[i - 1], out->at[i]);
     }
     if (f->unbounded) {
@@ -171,9 +173,11 @@ static uint32_t clip_by_side(
         memcpy(out, in, count * sizeof *in);
         return count;
     }
-    for (uint32_t i = 0; i < count && made + 2 <= CORNERS_MAX; i++) {
-        const corner *from = &in[i], *to = &in[(i + 1) % count];
-        double here = sign * turn(a, b, from->at) / length, there = sign * turn(a, b, to->at) / length;
+    double first = count > 0 ? sign * turn(a, b, in[0].at) / length : 0, here = first, there;
+    for (uint32_t i = 0; i < count && made + 2 <= CORNERS_MAX; i++, here = there) {
+        bool last = i + 1 == count;
+        const corner *from = &in[i], *to = &in[last ? 0 : i + 1];
+        there = last ? first : sign * turn(a, b, to->at) / length;
         if (here >= -slack) {
             out[made] = *from;
             if (here <= slack && there < -slack) {
@@ -221,7 +225,7 @@ static uint32_t clip_segment(const outline *ref, const outline *inc, double slac
         double first = sign * turn(a, b, inc->at[0]) / length, second = sign * turn(a, b, inc->at[1]) / length;
         if (first >= -slack && second >= -slack) continue;
         if (first < -slack && second < -slack) return 0;
-        double t = fmin(fmax(first / (first - second), 0), 1);
+        double t = min_of(max_of(first / (first - second), 0), 1);
         bool at_begin = first < second;
         if (at_begin ? t <= begin : t >= end) continue;
         *(at_begin ? &begin : &end) = t;
@@ -245,7 +249,7 @@ static void add_candidate(
     double top_a = on_a.h + c->radius_a, bottom_b = height_b - c->radius_b;
     candidate *to = &out->at[out->count];
     for (uint32_t i = 0; i < out->count; i++)
-        if (fmax(fabs(out->at[i].x - on_a.x), fabs(out->at[i].y - on_a.y)) <= out->slack) return;
+        if (max_of(fabs(out->at[i].x - on_a.x), fabs(out->at[i].y - on_a.y)) <= out->slack) return;
     to->x = on_a.x;
     to->y = on_a.y;
     to->point.distance = bottom_b - top_a;
@@ -258,7 +262,7 @@ static void add_candidate(
 static void add_overlap(const contact *c, const outline *ref, const outline *inc, bool ref_is_a, candidates *out)
 {
     corner corners[CORNERS_MAX];
-    out->slack = FLUSH_RATIO * fmin(ref->span, inc->span);
+    out->slack = FLUSH_RATIO * min_of(ref->span, inc->span);
     uint32_t count =
         inc->count == 2 ? clip_segment(ref, inc, out->slack, corners) : clip_polygon(ref, inc, out->slack, corners);
     for (uint32_t i = 0; i < count; i++) {
@@ -280,9 +284,9 @@ static void add_stretch(const contact *c, const outline *a, const outline *b, ca
     if (!(fabs(ux * by - uy * bx) <= FACE_SINE * length_b) || !(length > 0)) return;
     double along = ux * bx + uy * by, start = ux * (b->at[0].x - a->at[0].x) + uy * (b->at[0].y - a->at[0].y);
     uint32_t low = along > 0 ? 0 : 1;
-    double b_low = fmin(start, start + along), b_high = fmax(start, start + along);
-    double begin = fmax(0, b_low), end = fmin(length, b_high);
-    out->slack = FLUSH_RATIO * fmin(length, length_b);
+    double b_low = min_of(start, start + along), b_high = max_of(start, start + along);
+    double begin = max_of(0, b_low), end = min_of(length, b_high);
+    out->slack = FLUSH_RATIO * min_of(length, length_b);
     if (!(end - begin > out->slack)) return;
     for (uint32_t k = 0; k < 2; k++) {
         double at = k ? end : begin;
@@ -362,7 +366,7 @@ static void write_points(const candidates *all, manifold *out)
 static void add_witness(const contact *c, vec3 point_a, vec3 point_b, candidates *all)
 {
     double distance = vec_dot(vec_sub(point_b, point_a), c->frame.axis), least = INFINITY;
-    for (uint32_t i = 0; i < all->count; i++) least = fmin(least, all->at[i].point.distance);
+    for (uint32_t i = 0; i < all->count; i++) least = min_of(least, all->at[i].point.distance);
     if (all->count > 0 && least <= distance + all->slack) return;
     candidate *to = &all->at[all->count++];
     vec3 middle = vec_scale(vec_add(point_a, point_b), 0.5);

@@ -7,6 +7,9 @@
 
 enum { ROUNDS_MAX = 12, BACK_ROUNDS = 3 };
 
+/* The bound by the hulls is worth knowing to this part of the bracket that there is without it. */
+static const double HULL_SHARE = 0.01;
+
 /* Axes that are nearly across the direction of travel say little about how far it must go. */
 static const double LEAST_SLOPE = 0.05;
 
@@ -60,6 +63,36 @@ unit_pair mesh_depth_hulls(const unit_pair *whole)
     if (hulls.a.type == SHAPE_MESH) hulls.a.type = SHAPE_HULL;
     if (hulls.b.type == SHAPE_MESH) hulls.b.type = SHAPE_HULL;
     return hulls;
+}
+
+/* Of the ball about the centre of a convex core that fits into it. */
+static double inner_radius(const shape *s)
+{
+    switch (s->type) {
+    case SHAPE_BOX:
+    case SHAPE_CYLINDER:
+    case SHAPE_ELLIPSOID:
+        return min_of(s->half.x, min_of(s->half.y, s->half.z));
+    default:
+        return 0;
+    }
+}
+
+/* A ball of B about the centre of A, and one of A: while they meet, so do the shapes. 0 if the centre is not inside. */
+static double depth_of_centre(const unit_pair *whole, const narrow_goal *goal)
+{
+    const shape centre = {.type = SHAPE_SPHERE};
+    unit_pair p = *whole;
+    narrow_goal measure = *goal;
+    mesh_walk w;
+    mesh_gap gap;
+    if (whole->a.type == SHAPE_MESH || whole->a.type == SHAPE_HULL || !whole->b.mesh->solid) return 0;
+    p.a = centre;
+    measure.far = INFINITY;
+    measure.near = -INFINITY;
+    mesh_walk_init(&w, &p, &centre, &whole->b);
+    mesh_gap_find(&w, &measure, &gap);
+    return gap.relation == MESH_HOLDS_A ? gap.nearest.lo + inner_radius(&whole->a) : 0;
 }
 
 /* ---- a translation that separates ---- */
@@ -170,7 +203,8 @@ static void lower_bound(
     unit_pair hulls = mesh_depth_hulls(whole);
     narrow_goal measure = *goal;
     measure.far = INFINITY;
-    measure.near = -INFINITY;
+    measure.near = measure.above = -INFINITY; /* the measure is all that counts */
+    measure.tolerance = max_of(goal->tolerance, HULL_SHARE * min_of(out->hi - out->lo, whole->size));
     span s;
     dispatch_general(&hulls, &measure, false, VEC_ZERO, scratch, &s);
     s.lo -= shape_excess(&hulls.b) * whole->scale;
@@ -199,6 +233,8 @@ void mesh_depth_find(
         out->hi = -gap->nearest.lo;
         out->axis = vec_neg(out->axis);
     }
+    double centre = out->hi > goal->near ? depth_of_centre(whole, goal) : 0;
+    if (centre > 0) out->hi = min_of(out->hi, -centre);
     uint32_t iterations = out->iterations;
     if (out->hi <= goal->near)
         mesh_depth_rough(whole, out);

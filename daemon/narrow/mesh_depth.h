@@ -1,9 +1,10 @@
 /* mesh_depth: how deep a mesh overlaps, bracketed. Pure; any thread.
  *
  * At least so deep: each part of either shape overlaps the other by no more than the whole does, so the deepest pair of
- * parts is a lower bound of the depth; inside of a solid, so is the way to its surface. At most so deep: a translation
- * after which the surfaces are proven to be apart, found along the direction of the deepest pair; or that which
- * separates the convex hulls. The two meet where the contact is with one side, and may be far apart in a crevice. */
+ * parts is a lower bound of the depth; inside of a solid, so is the way to its surface, and a ball that fits in beside
+ * it. At most so deep: a translation after which the surfaces are proven to be apart, found along the direction of the
+ * deepest pair; or that which separates the convex hulls. The two meet where the contact is with one side, and may be
+ * far apart in a crevice. */
 #ifndef COLLIDED_NARROW_MESH_DEPTH_H
 #define COLLIDED_NARROW_MESH_DEPTH_H
 

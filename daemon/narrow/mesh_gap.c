@@ -68,7 +68,7 @@ static void aim_by_hulls(mesh_walk *w)
         .above = -INFINITY,
         .below = INFINITY};
     gjk_result r;
-    w->axis = VEC_ZERO;
+    mesh_walk_aim(w, VEC_ZERO);
     if (!w->ma) return;
     unit_pair hulls = w->part;
     hulls.a = w->whole_a;

@@ -9,8 +9,9 @@
 
 #include <float.h>
 
-/* A squared distance is off by less than 8 u_float of itself, a height by less than 8 u_float of the box's unit. */
-#define FLOAT_SLACK 0x1p-20
+/* A squared distance is off by less than 8 u_float of itself; a height by less than 100 u_float of the boxes' unit: its
+ * terms are at most 2 and there are less than 20. */
+#define FLOAT_SLACK 0x1p-17
 /* Boxes of meshes lie within 1 of the origin; what is farther away than this counts as being just so far. */
 #define FLOAT_FAR 0x1p40
 
@@ -91,7 +92,7 @@ void mesh_walk_init(mesh_walk *w, const unit_pair *p, const shape *a, const shap
     w->mb = b->mesh;
     w->size_a = w->ma ? w->ma->unit * p->scale : 0;
     w->size_b = w->mb->unit * p->scale;
-    w->visits = 0;
+    w->visits = w->aims = 0;
     if (w->ma)
         wear(&w->flat_a, &w->part.a);
     else
@@ -105,6 +106,8 @@ void mesh_walk_move(mesh_walk *w, vec3 position)
     w->part.b_in_a.t = position;
     w->within = INFINITY;
     w->axis = VEC_ZERO;
+    w->whole.level = 0;
+    w->aims++;
     w->triangle_a = w->triangle_b = MESH_NO_TRIANGLE;
     if (!w->ma) box_whole(w);
 }
@@ -112,7 +115,8 @@ void mesh_walk_move(mesh_walk *w, vec3 position)
 void mesh_walk_aim(mesh_walk *w, vec3 axis)
 {
     w->axis = axis;
-    if (!w->ma) w->height_a = vec_dot(axis, core_support(&w->whole_a, w->part.scale, axis, NULL));
+    w->aims++;
+    if (!w->ma) w->whole.level = extent_of(w, axis);
 }
 
 double mesh_walk_top_a(const mesh_walk *w, vec3 d)
@@ -158,6 +162,17 @@ static double reach_along(middle_box b, vec3 d) /* of the box beyond its centre 
     return fabs(d.x) * b.half.x + fabs(d.y) * b.half.y + fabs(d.z) * b.half.z;
 }
 
+/* The greatest height of what is in a box of a mesh along `d`, in the mesh's frame: see mesh_heights. */
+static double top_of(const mesh *m, box_ref r, middle_box b, double size, vec3 d)
+{
+    const mesh_node *n = &m->nodes[r.node];
+    vec3 normal = {n->normal[0][r.child], n->normal[1][r.child], n->normal[2][r.child]};
+    double share = vec_dot(d, normal), by_box = vec_dot(d, b.centre) + reach_along(b, d);
+    if (!(share > 0)) return by_box;
+    vec3 rest = vec_madd(d, -share, normal);
+    return min_of(by_box, share * size * (double)n->top[r.child] + vec_dot(rest, b.centre) + reach_along(b, rest));
+}
+
 static void to_floats(middle_box b, double error, double unit, float lo[3], float hi[3])
 {
     const double c[3] = {b.centre.x, b.centre.y, b.centre.z}, h[3] = {b.half.x, b.half.y, b.half.z};
@@ -195,13 +210,13 @@ static void bounds_below_b(const mesh_walk *w, box_ref a, const mesh_node *n, do
     vec3 d = mat_tmul(t->r, w->axis);
     double level = INFINITY, error = w->part.error;
     if (a.node == WHOLE) {
-        if (has_axis(w)) level = w->height_a - vec_dot(w->axis, t->t);
+        if (has_axis(w)) level = w->whole.level - vec_dot(w->axis, t->t);
         bounds_of(n, w->box_lo, w->box_hi, d, level, w->size_b, error, out);
         return;
     }
     float lo[3], hi[3];
     middle_box box = box_of(w->ma, a, w->size_a);
-    if (has_axis(w)) level = vec_dot(w->axis, box.centre) + reach_along(box, w->axis) - vec_dot(w->axis, t->t);
+    if (has_axis(w)) level = top_of(w->ma, a, box, w->size_a, w->axis) - vec_dot(w->axis, t->t);
     vec3 rx = {t->r.x.x, t->r.y.x, t->r.z.x}, ry = {t->r.x.y, t->r.y.y, t->r.z.y}, rz = {t->r.x.z, t->r.y.z, t->r.z.z};
     middle_box there = {mat_tmul(t->r, vec_sub(box.centre, t->t)), abs_mul(rx, ry, rz, box.half)};
     to_floats(there, error, w->size_b, lo, hi);
@@ -215,7 +230,8 @@ static void bounds_below_a(const mesh_walk *w, const mesh_node *n, box_ref b, do
     float lo[3], hi[3];
     middle_box box = box_of(w->mb, b, w->size_b);
     middle_box here = {transform_point(t, box.centre), abs_mul(t->r.x, t->r.y, t->r.z, box.half)};
-    if (has_axis(w)) level = -(vec_dot(w->axis, here.centre) - reach_along(box, mat_tmul(t->r, w->axis)));
+    if (has_axis(w))
+        level = top_of(w->mb, b, box, w->size_b, mat_tmul(t->r, vec_neg(w->axis))) - vec_dot(w->axis, t->t);
     to_floats(here, error, w->size_a, lo, hi);
     bounds_of(n, lo, hi, vec_neg(w->axis), level, w->size_a, error, out);
 }
@@ -287,10 +303,7 @@ static bool is_far(const mesh_walk *w)
     const mesh_spot *a = w->spot_a, *b = w->spot_b;
     double x = outside(a->lo.x, a->hi.x, b->lo.x, b->hi.x), y = outside(a->lo.y, a->hi.y, b->lo.y, b->hi.y),
            z = outside(a->lo.z, a->hi.z, b->lo.z, b->hi.z), within = w->within + 2 * w->part.error;
-    if (x * x + y * y + z * z > within * within) return true;
-    if (!has_axis(w)) return false;
-    double top = w->ma ? mesh_walk_top_a(w, w->axis) : w->height_a;
-    return mesh_walk_foot_b(w, w->axis) - top > within;
+    return x * x + y * y + z * z > within * within || b->level - a->level > within;
 }
 
 static uint32_t spots_of(const mesh *m, box_ref r, double scale, const transform *to_a, mesh_spot *out)
@@ -306,6 +319,34 @@ static uint32_t spots_of(const mesh *m, box_ref r, double scale, const transform
     return n->count[r.child];
 }
 
+typedef struct leaf_pair {
+    mesh_spot a[MESH_LEAF_MAX], b[MESH_LEAF_MAX];
+    uint32_t count_a, count_b, aims; /* aims: of the axis that the levels are for */
+} leaf_pair;
+
+static double level_of(const mesh_spot *s, vec3 axis, double sign)
+{
+    double level = -INFINITY;
+    for (int k = 0; k < 3; k++) level = max_of(level, sign * vec_dot(axis, s->corner[k]));
+    return sign * level;
+}
+
+/* Is there a triangle of B that is not beyond all of A along the axis? Without an axis all levels are 0. */
+static bool set_levels(const mesh_walk *w, leaf_pair *l)
+{
+    double top = w->ma ? -INFINITY : w->whole.level, foot = INFINITY;
+    for (uint32_t k = 0; w->ma && k < l->count_a; k++) {
+        l->a[k].level = level_of(&l->a[k], w->axis, 1);
+        top = max_of(top, l->a[k].level);
+    }
+    for (uint32_t i = 0; i < l->count_b; i++) {
+        l->b[i].level = level_of(&l->b[i], w->axis, -1);
+        foot = min_of(foot, l->b[i].level);
+    }
+    l->aims = w->aims;
+    return !(foot - top > w->within + 2 * w->part.error);
+}
+
 static bool visit_pair(mesh_walk *w, mesh_visit *visit, void *context)
 {
     if (is_far(w)) return true;
@@ -317,16 +358,18 @@ static bool visit_pair(mesh_walk *w, mesh_visit *visit, void *context)
 
 static bool visit_leaves(mesh_walk *w, const entry *e, mesh_visit *visit, void *context)
 {
-    mesh_spot on_a[MESH_LEAF_MAX], on_b[MESH_LEAF_MAX];
-    uint32_t count_b = spots_of(w->mb, e->b, w->part.scale, &w->part.b_in_a, on_b);
-    uint32_t count_a = w->ma ? spots_of(w->ma, e->a, w->part.scale, NULL, on_a) : 1;
-    for (uint32_t i = 0; i < count_b; i++) {
-        w->spot_b = &on_b[i];
+    leaf_pair l;
+    l.count_b = spots_of(w->mb, e->b, w->part.scale, &w->part.b_in_a, l.b);
+    l.count_a = w->ma ? spots_of(w->ma, e->a, w->part.scale, NULL, l.a) : 1;
+    if (!set_levels(w, &l)) return true;
+    for (uint32_t i = 0; i < l.count_b; i++) {
+        w->spot_b = &l.b[i];
         w->triangle_b = w->mb->nodes[e->b.node].first[e->b.child] + i;
-        for (uint32_t k = 0; k < count_a; k++) {
-            w->spot_a = w->ma ? &on_a[k] : &w->whole;
+        for (uint32_t k = 0; k < l.count_a; k++) {
+            w->spot_a = w->ma ? &l.a[k] : &w->whole;
             if (w->ma) w->triangle_a = w->ma->nodes[e->a.node].first[e->a.child] + k;
             if (!visit_pair(w, visit, context)) return false;
+            if (l.aims != w->aims) (void)set_levels(w, &l);
         }
     }
     return true;

@@ -22,6 +22,7 @@ typedef struct triangle_part {
 typedef struct mesh_spot {
     vec3 corner[3]; /* of a triangle */
     vec3 lo, hi;    /* a box around it */
+    double level;   /* along the axis: of A the greatest, of B the least */
 } mesh_spot;
 
 typedef struct mesh_walk {
@@ -33,11 +34,10 @@ typedef struct mesh_walk {
     vec3 axis;                        /* unit, from A to B: one that separates what is nearest; zero = none yet */
     uint32_t triangle_a, triangle_b;  /* the parts that are visited; triangle_a MESH_NO_TRIANGLE: all of A */
     const mesh_spot *spot_a, *spot_b; /* where they are */
-    uint32_t visits;
+    uint32_t visits, aims;            /* aims: counts the axes */
     triangle_part flat_a, flat_b;
     float box_lo[3], box_hi[3]; /* of a convex A in B's frame and B's unit, rounded outward */
     mesh_spot whole;            /* of a convex A */
-    double height_a;            /* of a convex A along the axis */
 } mesh_walk;
 
 /* `p`: the whole pair; `a`, `b`: the shapes it was made of. Infinite `within`. */

@@ -40,7 +40,7 @@ typedef struct manifold_point {
 } manifold_point;
 
 typedef struct manifold {
-    uint32_t count;
+    uint32_t count; /* what is beyond it in points is not written */
     manifold_point points[MANIFOLD_POINTS_MAX];
 } manifold;
 

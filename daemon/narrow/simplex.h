@@ -1,7 +1,8 @@
 /* simplex: the point of the hull of up to four points that is nearest to the origin.
  *
- * Brute force over the sub-simplices that hold the newest point (the others were searched before it came): no case
- * analysis that rounding could lead astray, and the least of the valid candidates wins. Directions come from the
+ * A search of the sub-simplices that hold the newest point (the others were searched before it came); the least of the
+ * valid candidates wins. Faces that surely cannot hold it are passed over, and one that surely does ends the search;
+ * what rounding could blur (flat tetrahedra, slivers) is compared in full. Directions come from the
  * features (normal by a cross product, orthogonal to the edge), not from the nearest point, so that they stay accurate
  * when that point is close to the origin. Pure; any thread. */
 #ifndef COLLIDED_NARROW_SIMPLEX_H

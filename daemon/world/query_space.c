@@ -87,6 +87,14 @@ static double touches_by(const search *q, const solid *s, double t, double gap)
     return INFINITY;
 }
 
+/* Is all of the shape behind the probe? */
+static bool has_passed(const search *q, const solid *s, double t)
+{
+    pose at = along(q, t), there = pose_relative(at, s->world);
+    vec3 back = quat_rotate(quat_conj(at.q), vec_neg(q->direction));
+    return narrow_separation(q->probe.shape, &s->shape, &there, back, NULL, NULL) > 0;
+}
+
 /* Advances by the certified distance: the plane that separates the probe from the shape still does when the probe has
  * moved on, up to where it meets that plane, and for good if it never does; beside a mesh, the distance itself. Ends
  * within the tolerance of the surface: it is free up to lo, and touches by hi. (Van den Bergen, "Ray casting against
@@ -108,7 +116,7 @@ static bool cast_shape(const search *q, const solid *s, world_hit *hit)
             hit->hi = touches_by(&fine, s, t, fmax(n.hi, 0));
             return true;
         }
-        if (is_convex(s) && towards <= 0) return false;
+        if (is_convex(s) ? towards <= 0 : has_passed(q, s, t)) return false;
         t += is_convex(s) ? n.lo / towards : n.lo;
         if (t > q->length) return false;
     }

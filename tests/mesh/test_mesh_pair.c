@@ -186,11 +186,12 @@ static void the_axis_separates_what_is_moved_along_it(void **state)
         pose at = {somewhere(&d, 1), dice_quat(&d)};
         narrow_result r = ask(&a, &b, at, 1e-6);
         assert_true(fabs(vec_norm(r.axis) - 1) < 1e-12);
-        if (r.hi > 0) continue;
-        pose moved = {vec_madd(at.p, -r.lo + 1e-12, r.axis), at.q};
-        quad left = brute_distance(&box, s, &moved);
-        if (!(left > 0)) fail_msg("still together after %g along (%g %g %g)", -r.lo, r.axis.x, r.axis.y, r.axis.z);
-        assert_int_equal(brute_winding(s, quat_rotate(quat_conj(moved.q), vec_neg(moved.p))), 0);
+        if (r.hi <= 0) {
+            pose moved = {vec_madd(at.p, -r.lo + 1e-12, r.axis), at.q};
+            quad left = brute_distance(&box, s, &moved);
+            if (!(left > 0)) fail_msg("still together after %g along (%g %g %g)", -r.lo, r.axis.x, r.axis.y, r.axis.z);
+            assert_int_equal(brute_winding(s, quat_rotate(quat_conj(moved.q), vec_neg(moved.p))), 0);
+        }
         mesh_destroy(m);
         soup_free(&box);
     }

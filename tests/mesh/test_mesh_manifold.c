@@ -1,0 +1,128 @@
+/* Contact points over triangles: where a box on a flat face has them, whatever the face is cut into, and with one axis.
+ */
+#include "brute.h"
+#include "narrow/narrow.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include <cmocka.h>
+
+static narrow_scratch *scratch;
+
+static int make_scratch(void **state)
+{
+    (void)state;
+    scratch = aligned_alloc(64, narrow_scratch_size());
+    return scratch ? 0 : 1;
+}
+
+static int free_scratch(void **state)
+{
+    (void)state;
+    free(scratch);
+    return 0;
+}
+
+static narrow_result ask(const shape *a, const shape *b, pose b_in_a)
+{
+    const narrow_request request = {
+        .facts = NARROW_DISTANCE | NARROW_MANIFOLD, .tolerance = 1e-9, .range = INFINITY, .threshold = 0.01};
+    narrow_result r;
+    narrow_query(a, b, &b_in_a, &request, NULL, scratch, &r);
+    return r;
+}
+
+/* The box's lower corners, each once, at this depth. */
+static void expect_corners(const narrow_result *r, const shape *box, double distance)
+{
+    if (r->manifold.count != 4) fail_msg("%u points", r->manifold.count);
+    for (int sx = -1; sx <= 1; sx += 2)
+        for (int sy = -1; sy <= 1; sy += 2) {
+            int here = 0;
+            for (uint32_t i = 0; i < 4; i++) {
+                const manifold_point *p = &r->manifold.points[i];
+                here += fabs(p->point.x - sx * box->half.x) < 1e-9 && fabs(p->point.y - sy * box->half.y) < 1e-9;
+                assert_true(fabs(p->distance - distance) < 1e-9);
+            }
+            assert_int_equal(here, 1);
+        }
+    if (!(fabs(r->axis.z + 1) < 1e-9)) fail_msg("axis %g %g %g", r->axis.x, r->axis.y, r->axis.z);
+}
+
+static void a_box_on_a_cut_face_has_its_four_corners(void **state)
+{
+    (void)state;
+    dice d = {5};
+    shape box = {.type = SHAPE_BOX, .half = {0.4, 0.3, 0.2}};
+    for (int solid = 0; solid < 2; solid++) {
+        soup s = solid ? soup_box(3, 3, 1, 7) : soup_plane(3, 7);
+        mesh *m = soup_mesh(&s);
+        shape ground = mesh_shape(m, 0);
+        for (int k = 0; k < 200; k++) {
+            double depth = k % 2 ? 0.003 : -0.004, top = solid ? 1 : 0;
+            vec3 at = {dice_between(&d, -2, 2), dice_between(&d, -2, 2), top + 0.2 - depth};
+            narrow_result r = ask(&box, &ground, (pose){vec_neg(at), {1, 0, 0, 0}});
+            expect_corners(&r, &box, -depth);
+            assert_true(r.lo <= -depth + 1e-12 && -depth <= r.hi + 1e-12 && r.hi - r.lo < 1e-9);
+        }
+        mesh_destroy(m);
+        soup_free(&s);
+    }
+}
+
+/* Over every inner edge on the way: same axis, same depth. */
+static void what_slides_over_inner_edges_does_not_feel_them(void **state)
+{
+    (void)state;
+    soup s = soup_box(3, 3, 1, 9);
+    mesh *m = soup_mesh(&s);
+    shape ground = mesh_shape(m, 0), movers[] = {{.type = SHAPE_SPHERE, .radius = 0.2},
+                                         {.type = SHAPE_CAPSULE, .radius = 0.2, .half = {0, 0, 0.3}},
+                                         {.type = SHAPE_BOX, .half = {0.1, 0.1, 0.2}}};
+    for (int i = 0; i < 3; i++) {
+        double lowest = i == 1 ? 0.5 : 0.2;
+        for (int k = 0; k <= 400; k++) {
+            vec3 at = {-2 + 0.01 * k, 0.003 * k - 0.6, 1 + lowest - 0.002};
+            narrow_result r = ask(&movers[i], &ground, (pose){vec_neg(at), {1, 0, 0, 0}});
+            if (!(fabs(r.axis.z + 1) < 1e-9)) fail_msg("%d at %d: axis %g %g %g", i, k, r.axis.x, r.axis.y, r.axis.z);
+            assert_true(r.lo <= -0.002 + 1e-12 && r.hi >= -0.002 - 1e-12 && r.hi - r.lo < 1e-9);
+            assert_int_equal(r.manifold.count, i == 2 ? 4 : 1);
+        }
+    }
+    mesh_destroy(m);
+    soup_free(&s);
+}
+
+static void ids_stay_while_the_pose_hardly_moves(void **state)
+{
+    (void)state;
+    dice d = {6};
+    soup s = soup_box(3, 3, 1, 4);
+    mesh *m = soup_mesh(&s);
+    shape ground = mesh_shape(m, 0), box = {.type = SHAPE_BOX, .half = {0.4, 0.3, 0.2}};
+    vec3 at = {0.123, -0.456, 1.199};
+    narrow_result first = ask(&box, &ground, (pose){vec_neg(at), {1, 0, 0, 0}});
+    for (int k = 0; k < 100; k++) {
+        quat tilt = quat_unit((quat){1, dice_between(&d, -1e-9, 1e-9), dice_between(&d, -1e-9, 1e-9), 0});
+        vec3 near = vec_add(at, vec_scale(dice_vec(&d, -1, 1), 1e-9));
+        narrow_result r = ask(&box, &ground, (pose){vec_neg(near), tilt});
+        assert_int_equal(r.manifold.count, first.manifold.count);
+        for (uint32_t i = 0; i < r.manifold.count; i++)
+            assert_int_equal(r.manifold.points[i].feature, first.manifold.points[i].feature);
+    }
+    mesh_destroy(m);
+    soup_free(&s);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_box_on_a_cut_face_has_its_four_corners),
+        cmocka_unit_test(what_slides_over_inner_edges_does_not_feel_them),
+        cmocka_unit_test(ids_stay_while_the_pose_hardly_moves),
+    };
+    return cmocka_run_group_tests(tests, make_scratch, free_scratch);
+}

@@ -1,0 +1,119 @@
+/* Short roads against long ones: the answer for two spheres is that of the general road to the bit; boxes set on a
+ * grid, where faces, edges and corners meet in every tie, are right and name points of both; ellipsoids, of which a
+ * ball is shaved off, are certified as whole ones at any depth. */
+#include "cases.h"
+#include "oracle.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+
+#include <cmocka.h>
+
+static double pick(random_state *r, const double *from, unsigned count)
+{
+    return from[random_bits(r) % count];
+}
+
+/* A manifold, which the short road does not make, asks for the general road; the threshold leaves its list empty. */
+static void two_spheres_are_answered_alike_on_both_roads(void **state)
+{
+    (void)state;
+    for (uint64_t seed = 1; seed <= 20000; seed++) {
+        random_state r = {seed};
+        shape a = {.type = SHAPE_SPHERE, .radius = ldexp(random_unit(&r), (int)(seed % 40) - 20)};
+        shape b = {.type = SHAPE_SPHERE, .radius = ldexp(1 + random_unit(&r), (int)(seed % 17) - 8)};
+        vec3 at = vec_scale(random_direction(&r), (a.radius + b.radius) * random_in(&r, 0, 2));
+        if (!narrow_ordered(&a, 0, &b, 1)) continue;
+        const pose b_in_a = {at, random_rotation(&r)};
+        narrow_request request = {.facts = NARROW_DISTANCE, .tolerance = 1e-6, .range = INFINITY, .threshold = -1e9};
+        narrow_result quick, general;
+        narrow_query(&a, &b, &b_in_a, &request, NULL, case_scratch(), &quick);
+        request.facts |= NARROW_MANIFOLD;
+        narrow_query(&a, &b, &b_in_a, &request, NULL, case_scratch(), &general);
+        assert_memory_equal(&quick.lo, &general.lo, offsetof(narrow_result, manifold));
+        assert_true(quick.method == general.method && quick.status == general.status);
+        assert_true(quick.iterations == general.iterations && quick.refined == general.refined);
+        assert_int_equal(quick.manifold.count, 0);
+    }
+}
+
+/* The separation of two boxes of one frame: per axis, then the longest way round a corner. */
+static double aligned_distance(vec3 a, vec3 b, vec3 at)
+{
+    vec3 gap = vec(fabs(at.x) - a.x - b.x, fabs(at.y) - a.y - b.y, fabs(at.z) - a.z - b.z);
+    double most = fmax(gap.x, fmax(gap.y, gap.z));
+    return most <= 0 ? most : vec_norm(vec_max(gap, VEC_ZERO));
+}
+
+static void boxes_on_a_grid_are_right_in_every_tie(void **state)
+{
+    (void)state;
+    static const double SIDES[] = {0, 0.25, 0.5, 1, 2}, STEPS[] = {-3, -1.5, -1, -0.75, -0.5, 0, 0.5, 0.75, 1, 1.5, 3};
+    static const quat TURNS[] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}};
+    for (uint64_t seed = 1; seed <= 4000; seed++) {
+        random_state r = {seed};
+        shape a = {.type = SHAPE_BOX, .half = {pick(&r, SIDES, 5), pick(&r, SIDES, 5), pick(&r, SIDES, 5)}};
+        shape b = {.type = SHAPE_BOX, .half = {pick(&r, SIDES, 5), pick(&r, SIDES, 5), pick(&r, SIDES, 5)}};
+        vec3 at = vec(pick(&r, STEPS, 11), pick(&r, STEPS, 11), pick(&r, STEPS, 11));
+        pose pa = POSE_IDENTITY, pb = {at, TURNS[seed % 4]};
+        narrow_request request = {.facts = NARROW_DISTANCE, .tolerance = 1e-9, .range = INFINITY};
+        narrow_result x;
+        narrow_query_world(&a, pa, &b, pb, &request, case_scratch(), &x);
+        double truth = aligned_distance(a.half, b.half, at), size = shape_reach(&a) + shape_reach(&b) + vec_norm(at);
+        if (!(x.lo <= truth && truth <= x.hi && x.hi - x.lo <= 1e-14 * size))
+            fail_msg("seed %llu: %.17g outside [%.17g, %.17g]", (unsigned long long)seed, truth, x.lo, x.hi);
+        placed oa = oracle_place(&a, pa, pa.p), ob = oracle_place(&b, pb, pa.p);
+        assert_true(oracle_outside(&oa, x.point_a) <= 1e-14 * size && oracle_outside(&ob, x.point_b) <= 1e-14 * size);
+        vec3 line = vec_sub(x.point_b, x.point_a);
+        if (truth < 0) assert_true(fabs(vec_dot(line, x.axis) - truth) <= 1e-13 * size);
+    }
+}
+
+/* The oracle knows nothing of shaving: the axis proves lo of the whole ellipsoids, no direction separates by more than
+ * hi, and the points are of the whole ones. */
+static void shaved_ellipsoids_measure_as_whole_ones(void **state)
+{
+    (void)state;
+    for (uint64_t seed = 1; seed <= 600; seed++) {
+        random_state r = {seed};
+        shape a = random_shape(&r, SHAPE_ELLIPSOID), b = random_shape(&r, seed % 2 ? SHAPE_ELLIPSOID : SHAPE_BOX);
+        pose pa, pb;
+        random_poses(&r, &a, &b, (enum regime)(seed % REGIME_COUNT), &pa, &pb);
+        narrow_request request = {.facts = NARROW_DISTANCE, .tolerance = 1e-7, .range = INFINITY};
+        narrow_result x;
+        narrow_query_world(&a, pa, &b, pb, &request, case_scratch(), &x);
+        placed oa = oracle_place(&a, pa, pa.p), ob = oracle_place(&b, pb, pa.p);
+        double size = shape_reach(&a) + shape_reach(&b) + vec_norm(vec_sub(pb.p, pa.p));
+        assert_int_equal(x.status, NARROW_CERTAIN);
+        assert_true((double)oracle_separation(&oa, &ob, real3_of(x.axis)) >= x.lo);
+        if (seed % 10 == 0) assert_true((double)oracle_search(&oa, &ob) <= x.hi);
+        assert_true(oracle_outside(&oa, x.point_a) <= 1e-13 * size && oracle_outside(&ob, x.point_b) <= 1e-13 * size);
+        if (x.lo > 0) assert_true(vec_norm(vec_sub(x.point_b, x.point_a)) <= x.hi * (1 + 1e-15));
+    }
+}
+
+static int create(void **state)
+{
+    (void)state;
+    cases_create();
+    return 0;
+}
+
+static int destroy(void **state)
+{
+    (void)state;
+    cases_destroy();
+    return 0;
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(two_spheres_are_answered_alike_on_both_roads),
+        cmocka_unit_test(boxes_on_a_grid_are_right_in_every_tie),
+        cmocka_unit_test(shaved_ellipsoids_measure_as_whole_ones),
+    };
+    return cmocka_run_group_tests(tests, create, destroy);
+}
