@@ -33,6 +33,14 @@ static double overlap_along(const mesh_walk *w, vec3 axis)
     return mesh_walk_top_a(w, axis) - mesh_walk_foot_b(w, axis);
 }
 
+/* No pair of parts is deeper than it overlaps along the axes of A's frame and across the triangle. */
+static double deepest_possible(const mesh_walk *w, vec3 n)
+{
+    vec3 up = vec_sub(w->spot_a->hi, w->spot_b->lo), down = vec_sub(w->spot_b->hi, w->spot_a->lo);
+    double along = min_of(min_of(min_of(up.x, up.y), up.z), min_of(min_of(down.x, down.y), down.z));
+    return min_of(along, min_of(overlap_along(w, n), overlap_along(w, vec_neg(n))));
+}
+
 /* Only parts that may be deeper than the deepest so far are measured. */
 static bool deeper(mesh_walk *w, void *context)
 {
@@ -40,7 +48,7 @@ static bool deeper(mesh_walk *w, void *context)
     gjk_result start;
     span s;
     vec3 n = normal_b(w);
-    if (min_of(overlap_along(w, n), overlap_along(w, vec_neg(n))) <= q->depth) return true;
+    if (deepest_possible(w, n) <= q->depth) return true;
     narrow_goal goal = *q->goal;
     goal.far = 0;
     goal.near = -INFINITY;

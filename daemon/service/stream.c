@@ -184,7 +184,7 @@ static void publish(service *s, stream *to, const world_batch *b)
                 .part = i,
                 .parts = parts,
                 .stream = to->name}};
-        fill(&scratch, b->events + first, (uint32_t)n, &m.event_batch);
+        fill(&scratch, n ? b->events + first : NULL, (uint32_t)n, &m.event_batch);
         to->link->ops->publish(to->link, &m);
     }
     metric_count(s->count.batches_out, (uint64_t)parts);
