@@ -3,10 +3,10 @@
  * --seconds. Shows how poses and distances are brought to the same tick. One thread; callbacks run inside
  * collided_poll.
  *
- * client/examples/cell.svg and cell.png come from it, in a network namespace (or on a machine) where only the demo
+ * client/examples/cell.svg comes from it, in a network namespace (or on a machine) where only the demo
  * runs:
  *     ./collided --links dds://0 & ./vehicle_simulator & ./arm_controller & sleep 1
- *     ./cell_picture --seconds 12 --after 4 --at 330 --out cell.svg && rsvg-convert -w 2400 cell.svg -o cell.png */
+ *     ./cell_picture --seconds 12 --after 4 --at 330 --out cell.svg */
 #include "cell_picture.h"
 #include "example.h"
 #include "loaders/rigid.h"
