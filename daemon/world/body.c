@@ -291,8 +291,7 @@ world_status world_move_body(world *w, uint32_t id, pose to, int64_t stamp_ns, c
     vec3 from = b->pose.p;
     set_pose(b, to, stamp_ns);
     b->step = vec_sub(b->pose.p, from);
-    (void)
-        linear; /* the step of the last pose already carries the fat box ahead; sweeps (CCD) will read the velocities */
+    (void)linear; /* the last step carries the fat box ahead; only swept pairs will need the velocities */
     (void)angular;
     w->figures.moves++;
     body_mark_dirty(w, id, false);
