@@ -66,12 +66,29 @@ static double share(double part_of, double whole)
     return whole > 0 ? clamp_to(part_of / whole - 0.5, 0.5) + 0.5 : 0;
 }
 
+/* A triangle without area, as good as: the nearest of its edges. */
+static void nearest_of_edges(const vec3 w[3], nearest *out)
+{
+    double least = INFINITY;
+    for (int i = 0; i < 3; i++) {
+        vec3 from = w[i], e = vec_sub(w[(i + 1) % 3], from);
+        double x = share(-vec_dot(from, e), vec_norm2(e)), distance2 = vec_norm2(vec_madd(from, x, e));
+        if (!(distance2 < least)) continue;
+        least = distance2;
+        *out = (nearest){.part = x > 0 && x < 1 ? PART_EDGE : PART_CORNER, .index = x < 1 ? i : (i + 1) % 3};
+        out->along = i == 0 ? x : i == 1 ? 1 - x : 0;
+        out->across = i == 0 ? 0 : i == 1 ? x : 1 - x;
+    }
+}
+
 /* The regions of a triangle, as in Ericson, Real-Time Collision Detection, 5.1.5. */
 static void nearest_in_triangle(const vec3 w[3], nearest *out)
 {
     vec3 e1 = vec_sub(w[1], w[0]), e2 = vec_sub(w[2], w[0]);
     double d1 = -vec_dot(e1, w[0]), d2 = -vec_dot(e2, w[0]), d3 = -vec_dot(e1, w[1]), d4 = -vec_dot(e2, w[1]);
     double d5 = -vec_dot(e1, w[2]), d6 = -vec_dot(e2, w[2]);
+    double a = d1 - d3, b = d2 - d4, c = d2 - d6; /* e1 . e1, e1 . e2, e2 . e2 */
+    if (!(a * c - b * b > 0x1p-40 * (a * c))) return nearest_of_edges(w, out);
     double va = d3 * d6 - d5 * d4, vb = d5 * d2 - d1 * d6, vc = d1 * d4 - d3 * d2;
     *out = (nearest){.part = PART_CORNER, .index = 0};
     if (d1 <= 0 && d2 <= 0) return;
