@@ -25,7 +25,7 @@
 /* n . (x x y), |n| = 1: coordinates of the cross product off by 24 u, by sqrt(3), and 11 u of operations: 53 u. */
 #define AREA_BOUND 0x1p-46
 enum { CREEP_MAX = 1 };   /* steps from within twice POINT_BOUND of contact; each gains less than the one before */
-#define GREATEST 0x1p1000 /* coordinates beyond are not looked at */
+#define GREATEST 0x1p1000 /* differences beyond are not looked at */
 
 typedef struct moving { /* the polygon of differences, scaled to at most 1 */
     vec3 start[4], end[4];
@@ -134,7 +134,7 @@ static nearest nearest_at(const moving *m, double t)
 {
     nearest n;
     vec3 w[4];
-    for (int i = 0; i < m->corners; i++) w[i] = corner_at(m, i, t);
+    for (int i = 0; i < m->corners; i++) w[i] = t > 0 ? corner_at(m, i, t) : m->start[i];
     if (m->corners == 3)
         nearest_in_triangle(w, &n);
     else
@@ -332,12 +332,22 @@ static double in_metres(const moving *m, double x)
     return x * power_of_two(half) * power_of_two(m->exponent - half) + DBL_TRUE_MIN;
 }
 
+/* Comparisons with what is no number are false, so it has separated nowhere, and t is still 0. */
+static bool is_number(const moving *m)
+{
+    bool number = true;
+    for (int i = 0; i < m->corners; i++) number = number && vec_finite(m->start[i]) && vec_finite(m->end[i]);
+    return number;
+}
+
 static void tell_hit(const moving *m, double t, const nearest *n, elementary_result *out)
 {
     double gap = distance_bound(n) - m->separation, until;
     out->status = ELEMENTARY_HIT;
     out->t_lo = out->t_hi = t;
-    if (t <= 0 && (coincident(m, m->start) || gap <= 0)) {
+    if (!is_number(m)) {
+        out->proof = ELEMENTARY_UNDECIDED, out->gap = INFINITY;
+    } else if (t <= 0 && (coincident(m, m->start) || gap <= 0)) {
         out->proof = ELEMENTARY_CERTAIN, out->gap = 0;
     } else if (prove(m, t, &until)) {
         out->proof = ELEMENTARY_CERTAIN, out->gap = 0, out->t_hi = until;
@@ -384,10 +394,8 @@ static bool before(const vec3 *start, const vec3 *end, int a, int b) /* by coord
 
 static void order(const vec3 *start, const vec3 *end, int *a, int *b)
 {
-    int x = *a, y = *b;
-    bool swap = before(start, end, y, x);
-    *a = swap ? y : x;
-    *b = swap ? x : y;
+    int change = (*a ^ *b) & -(int)before(start, end, *b, *a); /* no branch: which way it goes is anybody's guess */
+    *a ^= change, *b ^= change;
 }
 
 static void scale(moving *m, double by)
@@ -405,42 +413,33 @@ static vec3 most_of(vec3 a, vec3 b)
     return vec(max_of(a.x, fabs(b.x)), max_of(a.y, fabs(b.y)), max_of(a.z, fabs(b.z)));
 }
 
-static void normalise(moving *m, double separation)
+static void answer(moving *m, double separation, elementary_result *out)
 {
     m->separation = separation;
     m->most = VEC_ZERO;
     for (int i = 0; i < m->corners; i++) m->most = most_of(most_of(m->most, m->start[i]), m->end[i]);
     m->exponent = 0;
     double most = vec_greatest(m->most);
-    if (!(most > 0)) return; /* all coincide */
-    if (most < 0x1p-600) {   /* so that what follows is a normal power of two */
+    if (!(separation >= 0 && most <= GREATEST)) {
+        *out = (elementary_result){.status = ELEMENTARY_HIT, .proof = ELEMENTARY_UNDECIDED, .gap = INFINITY};
+        return;
+    }
+    if (most < 0x1p-600) { /* so that what follows is a normal power of two */
         scale(m, 0x1p600);
         m->exponent = -600;
     }
-    int exponent = exponent_above(vec_greatest(m->most));
-    scale(m, power_of_two(-exponent));
-    m->exponent += exponent;
+    if (most > 0) { /* else all coincide */
+        int exponent = exponent_above(vec_greatest(m->most));
+        scale(m, power_of_two(-exponent));
+        m->exponent += exponent;
+    }
+    march(m, out);
 }
-
-static bool acceptable(const vec3 start[4], const vec3 end[4], double separation)
-{
-    bool good = separation >= 0;
-    for (int i = 0; i < 4; i++) /* false for what is no number */
-        good = good && vec_greatest(start[i]) <= GREATEST && vec_greatest(end[i]) <= GREATEST && vec_finite(start[i]) &&
-               vec_finite(end[i]);
-    return good;
-}
-
-static const elementary_result REFUSED = {.status = ELEMENTARY_HIT, .proof = ELEMENTARY_UNDECIDED, .gap = INFINITY};
 
 void elementary_vertex_face(const vec3 start[4], const vec3 end[4], double separation, elementary_result *out)
 {
     moving m = {.corners = 3};
     int at[3] = {1, 2, 3};
-    if (!acceptable(start, end, separation)) {
-        *out = REFUSED;
-        return;
-    }
     order(start, end, &at[0], &at[1]);
     order(start, end, &at[1], &at[2]);
     order(start, end, &at[0], &at[1]);
@@ -448,8 +447,7 @@ void elementary_vertex_face(const vec3 start[4], const vec3 end[4], double separ
         m.start[i] = vec_sub(start[at[i]], start[0]);
         m.end[i] = vec_sub(end[at[i]], end[0]);
     }
-    normalise(&m, separation);
-    march(&m, out);
+    answer(&m, separation, out);
 }
 
 void elementary_edge_edge(const vec3 start[4], const vec3 end[4], double separation, elementary_result *out)
@@ -457,10 +455,6 @@ void elementary_edge_edge(const vec3 start[4], const vec3 end[4], double separat
     static const int AROUND[4][2] = {{0, 0}, {0, 1}, {1, 1}, {1, 0}}; /* end of a, end of b */
     moving m = {.corners = 4};
     int a[2] = {0, 1}, b[2] = {2, 3};
-    if (!acceptable(start, end, separation)) {
-        *out = REFUSED;
-        return;
-    }
     order(start, end, &a[0], &a[1]);
     order(start, end, &b[0], &b[1]);
     bool swap = before(start, end, b[0], a[0]) || (!before(start, end, a[0], b[0]) && before(start, end, b[1], a[1]));
@@ -469,6 +463,5 @@ void elementary_edge_edge(const vec3 start[4], const vec3 end[4], double separat
         m.start[i] = vec_sub(start[to], start[from]);
         m.end[i] = vec_sub(end[to], end[from]);
     }
-    normalise(&m, separation);
-    march(&m, out);
+    answer(&m, separation, out);
 }

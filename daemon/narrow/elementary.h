@@ -6,7 +6,7 @@
  * tell it from a contact; which of both, and how near, is said. Pure functions: no memory, no state, any thread. All
  * points are in one frame, m, and taken as the exact numbers that they are. The answer is the same, bit for bit, in
  * whichever order the corners of the face, the ends of an edge and the two edges are given; and scaling all lengths by
- * a power of two scales `gap` alone (coordinates within 2^-900 .. 2^1000).
+ * a power of two scales `gap` alone (extents from 2^-900 to 2^1000 m).
  *
  * Method: the vertex meets the face, or the edges meet, when the origin lies in the polygon of their differences: three
  * or four corners, each moving along a line. See elementary.c. */
@@ -23,7 +23,7 @@ typedef enum elementary_status {
 typedef enum elementary_proof {
     ELEMENTARY_CERTAIN,   /* free: always. Hit: the separation is reached within [t_lo, t_hi] */
     ELEMENTARY_WITHIN,    /* at t_hi they are as near as rounding can tell: gap <= ELEMENTARY_NEAR of the extent */
-    ELEMENTARY_UNDECIDED, /* given up, or not for finite coordinates up to 2^1000: gap says how near they are at t_hi */
+    ELEMENTARY_UNDECIDED, /* given up, or no numbers, or an extent above 2^1000 m: gap says how near they are at t_hi */
 } elementary_proof;
 
 /* The extent is the greatest difference of coordinates, vertex to face or edge to edge, at t = 0 and t = 1. */
