@@ -27,7 +27,7 @@
 enum { CREEP_MAX = 1 };   /* steps from within twice POINT_BOUND of contact; each gains less than the one before */
 #define GREATEST 0x1p1000 /* differences beyond are not looked at */
 
-typedef struct moving { /* the polygon of differences, scaled to at most 1 */
+typedef struct moving { /* the polygon of differences, scaled to at most 1; not cleared: only its corners are set */
     vec3 start[4], end[4];
     int corners; /* 3, or 4 of a parallelogram, in cyclic order */
     vec3 most;   /* greatest |coordinate| on each axis */
@@ -367,12 +367,13 @@ static void march(const moving *m, elementary_result *out)
     *out = (elementary_result){.status = ELEMENTARY_FREE, .proof = ELEMENTARY_CERTAIN, .t_lo = 1, .t_hi = 1};
     for (;; out->steps++) {
         nearest n = nearest_at(m, t);
+        vec3 axis = axis_at(m, &n, t);
+        double next = reach(m, axis, t);
+        if (next >= 1) return;
         bool touching = !(distance_bound(&n) - m->separation > 2 * POINT_BOUND);
         creeping += touching;
         if (out->steps == ELEMENTARY_STEPS_MAX || creeping > CREEP_MAX) return tell_hit(m, t, &n, out);
-        vec3 axis = axis_at(m, &n, t);
-        double next = reach(m, axis, t);
-        if (next < 1 && !touching) next = max_of(next, reach_turning(m, &n, axis, t));
+        if (!touching) next = max_of(next, reach_turning(m, &n, axis, t));
         if (next <= t && !touching) next = reach_otherwise(m, &n, t);
         if (next >= 1) return;
         if (!(next > t)) return tell_hit(m, t, &n, out);
@@ -438,7 +439,7 @@ static void answer(moving *m, double separation, elementary_result *out)
 
 void elementary_vertex_face(const vec3 start[4], const vec3 end[4], double separation, elementary_result *out)
 {
-    moving m = {.corners = 3};
+    moving m;
     int at[3] = {1, 2, 3};
     order(start, end, &at[0], &at[1]);
     order(start, end, &at[1], &at[2]);
@@ -447,13 +448,14 @@ void elementary_vertex_face(const vec3 start[4], const vec3 end[4], double separ
         m.start[i] = vec_sub(start[at[i]], start[0]);
         m.end[i] = vec_sub(end[at[i]], end[0]);
     }
+    m.corners = 3;
     answer(&m, separation, out);
 }
 
 void elementary_edge_edge(const vec3 start[4], const vec3 end[4], double separation, elementary_result *out)
 {
     static const int AROUND[4][2] = {{0, 0}, {0, 1}, {1, 1}, {1, 0}}; /* end of a, end of b */
-    moving m = {.corners = 4};
+    moving m;
     int a[2] = {0, 1}, b[2] = {2, 3};
     order(start, end, &a[0], &a[1]);
     order(start, end, &b[0], &b[1]);
@@ -463,5 +465,6 @@ void elementary_edge_edge(const vec3 start[4], const vec3 end[4], double separat
         m.start[i] = vec_sub(start[to], start[from]);
         m.end[i] = vec_sub(end[to], end[from]);
     }
+    m.corners = 4;
     answer(&m, separation, out);
 }

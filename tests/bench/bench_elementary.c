@@ -1,7 +1,8 @@
 /* bench_elementary: the elementary tests of continuous collision beside a plain floating-point cubic, without and with
  * the usual tolerance. Each set against exact arithmetic: contacts missed, hits that are none, times later than the
  * truth. Contenders are interleaved; a query's time is the median over the passes, less that of an empty reading of the
- * clock; the table gives median and 99th percentile over the queries. One thread. */
+ * clock; the table gives median and 99th percentile over the queries. --bodies N: at most N queries a set. One thread.
+ */
 #include "bench.h"
 
 #include "elementary/elementary_sets.h"
@@ -143,11 +144,12 @@ static void made(elementary_class c, elementary_kind kind, const bench_options *
     static elementary_case cases[QUERIES];
     char scene[64];
     (void)snprintf(scene, sizeof scene, "%s, %s", elementary_class_name(c), kind ? "edge-edge" : "vertex-face");
-    for (uint64_t i = 0; i < QUERIES; i++) {
+    size_t count = o->bodies && o->bodies < QUERIES ? (size_t)o->bodies : QUERIES;
+    for (uint64_t i = 0; i < count; i++) {
         cases[i].query = elementary_make(c, 2 * (9000000 + i) + (kind == ELEMENTARY_EE));
         cases[i].truth = elementary_oracle(&cases[i].query);
     }
-    tell(scene, cases, QUERIES, o);
+    tell(scene, cases, count, o);
 }
 
 static void shared(const char *name, const bench_options *o)
