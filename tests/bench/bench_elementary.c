@@ -1,8 +1,7 @@
 /* bench_elementary: the elementary tests of continuous collision beside a plain floating-point cubic, without and with
  * the usual tolerance. Each set against exact arithmetic: contacts missed, hits that are none, times later than the
  * truth. Contenders are interleaved; a query's time is the median over the passes, less that of an empty reading of the
- * clock; the table gives median and 99th percentile over the queries. --bodies N: at most N queries a set. One thread.
- */
+ * clock; the table gives median and 99th percentile over the queries. --bodies N: at most N a set. One thread. */
 #include "bench.h"
 
 #include "elementary/elementary_sets.h"
