@@ -10,6 +10,7 @@ KEYS = {
     "broad": ["n", "moving", "us_per_step", "us_mean", "us_p99", "ns_per_moved", "ticks", "bytes_per_body", "pairs",
               "extra", "missed"],
     "narrow": ["coherent", "ns_median", "ns_p99", "wrong", "failed", "missed_truth", "items", "samples"],
+    "elementary": ["queries", "contacts", "ns_median", "ns_p99", "misses", "false_hits", "late", "late_max"],
 }
 
 
@@ -33,6 +34,10 @@ def broken(name, row):
     if name == "narrow" and row["contender"].startswith("collided") and (
             row["wrong"] or row["failed"] or row["missed_truth"]):
         return "ours is wrong"
+    if name == "elementary" and not (row.get("scene") and row.get("contender") and row["queries"]):
+        return "no scene, contender or queries"
+    if name == "elementary" and row["contender"] == "collided" and (row["misses"] or row["late"]):
+        return "ours missed a contact, or was late"
     return None
 
 
