@@ -1,0 +1,250 @@
+/* toi: marches along the motion of two convex shapes from one proof to the next. Pure; any thread. */
+#include "toi.h"
+
+#include "course.h"
+#include "scalar.h"
+#include "toi_parts.h"
+#include "unit_pair.h"
+
+enum {
+    STEPS_MAX = 512, /* distances of one search: beyond it TOI_UNDECIDED */
+    GRAZES_MAX = 48, /* of these, inside of the tolerance: beyond it TOI_NEAR */
+    PROOFS_MAX = 24, /* verdicts behind a place that is within the tolerance */
+    SHRINKS_MAX = 3  /* tries of a step before the one that needs no proof */
+};
+
+typedef struct march {
+    const course *c;
+    const toi_request *request;
+    narrow_scratch *scratch;
+    double target; /* m: the threshold, and above it what rounding may take away */
+    toi_result *out;
+    double time;
+    course_place at;    /* that time */
+    narrow_result near; /* then, in A's frame */
+    vec3 axis;          /* near.axis in the world's axes */
+    double rate;        /* m/s: how fast the gap at the nearest points grows along the axis */
+} march;
+
+/* ---- one look ---- */
+
+static vec3 in_frame(const march *m, vec3 point_in_a)
+{
+    return vec_add(m->at.arm, mat_mul(m->at.world_of_a, point_in_a));
+}
+
+static void look(march *m, double time, double tolerance)
+{
+    narrow_request r = {
+        .facts = NARROW_DISTANCE, .tolerance = tolerance, .range = INFINITY, .threshold = m->request->threshold};
+    m->time = time;
+    m->at = course_at(m->c, time);
+    narrow_query(m->c->a, m->c->b, &m->at.b_in_a, &r, NULL, m->scratch, &m->near);
+    m->out->queries++;
+    m->axis = direction_again(mat_mul(m->at.world_of_a, m->near.axis));
+    vec3 velocity = m->c->body_b.linear;
+    if (!m->c->straight)
+        velocity = course_velocity(m->c, time, in_frame(m, m->near.point_a), in_frame(m, m->near.point_b));
+    m->rate = vec_dot(m->axis, velocity);
+}
+
+/* What is left of the gap beyond the target, proven. */
+static double spare(const march *m)
+{
+    return m->near.lo - m->target;
+}
+
+static bool touches(march *m, double time)
+{
+    course_place at = course_at(m->c, time);
+    narrow_request r = {
+        .facts = NARROW_VERDICT, .tolerance = m->request->tolerance, .threshold = m->request->threshold};
+    narrow_result n;
+    narrow_query(m->c->a, m->c->b, &at.b_in_a, &r, NULL, m->scratch, &n);
+    m->out->queries++;
+    return n.hi <= m->request->threshold;
+}
+
+/* ---- steps ---- */
+
+static bool free_along(const course *c, double from, double to, double target, vec3 axis)
+{
+    course_place first = course_at(c, from), last = course_at(c, to);
+    double floor = target + course_dip(c, to - from);
+    return course_separation(c, &first, axis) > floor && course_separation(c, &last, axis) > floor;
+}
+
+/* Of what is not convex the axis proves nothing but the distance: no point can have come farther than that. The hulls
+ * may part for good, though. */
+static double guarded_step(const march *m)
+{
+    double left = m->request->span - m->time;
+    bool parted = free_along(m->c, m->time, m->request->span, m->target, m->axis);
+    m->out->steps++;
+    return parted ? left : min_of(spare(m) * (1 - 16 * UNIT_ROUNDOFF) / m->c->speed, left);
+}
+
+/* Straight: until the plane that separates them closes; for good if it does not. */
+static double straight_step(const march *m)
+{
+    double gone = spare(m) * (1 - 16 * UNIT_ROUNDOFF);
+    return m->rate < 0 ? gone / (-m->rate * (1 + 16 * UNIT_ROUNDOFF)) : INFINITY;
+}
+
+/* By Newton's method, to where the gap, bent down by a share of the bend, is used up but for what is aimed at. */
+static double hoped_step(const march *m, double aim)
+{
+    double gap = max_of(spare(m) - aim, 0.5 * spare(m)), bend = 0.375 * m->c->bend;
+    double root = sqrt(m->rate * m->rate + 4 * bend * gap);
+    double slope = root - m->rate; /* >= 0 */
+    return slope > 0 ? 2 * gap / slope : INFINITY;
+}
+
+/* The longest step, of those tried, that the chord proves free. */
+static double turning_step(const march *m, double left)
+{
+    double aim = spare(m) > m->request->tolerance ? 0.5 * m->request->tolerance : 0;
+    double step = min_of(hoped_step(m, aim), left), sure = spare(m) * (1 - 16 * UNIT_ROUNDOFF) / m->c->speed;
+    for (int k = 0; k < SHRINKS_MAX && step > sure; k++) {
+        double dip = course_dip(m->c, step), here = spare(m) - dip;
+        course_place end = course_at(m->c, m->time + step);
+        double there = here > 0 ? course_separation(m->c, &end, m->axis) - m->target - dip : here;
+        m->out->steps++;
+        if (here > 0 && there > 0) return step;
+        double kept = spare(m) / (spare(m) - min_of(there, here));
+        step *= min_of(max_of(0.9 * kept, 0.125), 0.75);
+    }
+    return min_of(sure, left);
+}
+
+static double next_step(const march *m)
+{
+    double left = m->request->span - m->time;
+    bool convex = m->c->b->type < SHAPE_CONVEX_COUNT || m->c->a->type == SHAPE_HALFSPACE;
+    if (!convex) return guarded_step(m);
+    return m->c->straight ? straight_step(m) : turning_step(m, left);
+}
+
+/* ---- the end ---- */
+
+static void tell(const march *m, toi_status status, double hi)
+{
+    toi_result *out = m->out;
+    out->status = status;
+    out->lo = m->time;
+    out->hi = hi;
+    out->gap_lo = m->near.lo;
+    out->gap_hi = m->near.hi;
+    out->axis = m->axis;
+    out->point_a = in_frame(m, m->near.point_a);
+    out->point_b = in_frame(m, m->near.point_b);
+    out->closing = -m->rate;
+}
+
+/* Within the tolerance at m->time: goes on, ever farther, until contact is proven. False: it goes away again. */
+static bool prove_contact(march *m)
+{
+    double span = m->request->span, threshold = m->request->threshold;
+    if (m->near.hi <= threshold || (m->near.lo <= threshold && touches(m, m->time))) {
+        tell(m, TOI_HIT, m->time);
+        return true;
+    }
+    double gap = max_of(m->near.hi - threshold, 0.125 * m->request->tolerance);
+    double step = gap / max_of(-m->rate, 0x1p-10 * m->c->speed);
+    for (int k = 0; k < PROOFS_MAX; k++) {
+        double time = min_of(m->time + step, span);
+        if (touches(m, time)) {
+            tell(m, TOI_HIT, time);
+            return true;
+        }
+        if (time >= span || m->rate * step > m->request->tolerance) return false;
+        step *= k < 4 ? 1.5 : 4;
+    }
+    return false;
+}
+
+/* From `from` on. */
+static void march_convex(march *m, double from)
+{
+    double span = m->request->span, tolerance = m->request->tolerance, coarse = INFINITY, time = from;
+    int grazes = 0;
+    for (int k = 0; k < STEPS_MAX; k++) {
+        m->out->steps++;
+        look(m, time, max_of(0.25 * tolerance, 0.05 * coarse));
+        if (spare(m) <= tolerance && m->near.hi - m->near.lo > 0.25 * tolerance) look(m, time, 0.25 * tolerance);
+        if (spare(m) <= tolerance) {
+            if (prove_contact(m)) return;
+            if (spare(m) <= 0.5 * tolerance) look(m, time, 0);
+            if (spare(m) <= 0 || ++grazes > GRAZES_MAX) {
+                tell(m, TOI_NEAR, INFINITY);
+                return;
+            }
+        }
+        double step = next_step(m);
+        if (step >= span - time) return; /* out->status is TOI_FREE */
+        if (!(time + step > time)) break;
+        coarse = spare(m);
+        time += step;
+    }
+    tell(m, TOI_UNDECIDED, INFINITY);
+}
+
+/* ---- two shapes ---- */
+
+static const double WHOLE_TURNS = 1; /* rad: from here on what it sweeps is looked at first */
+
+/* A time up to which what they sweep is apart; INFINITY: always. */
+static double free_while_spun(const march *m)
+{
+    shape spun[2];
+    course spinning;
+    if (!course_spin(m->c, spun, &spinning)) return 0;
+    toi_result r = {.status = TOI_FREE, .lo = INFINITY};
+    march spin = {.c = &spinning, .request = m->request, .scratch = m->scratch, .out = &r};
+    spin.target = m->request->threshold + spinning.slack;
+    march_convex(&spin, 0);
+    m->out->queries += r.queries;
+    m->out->steps += r.steps;
+    return r.status == TOI_FREE ? INFINITY : r.lo;
+}
+
+void toi_convex(const course *c, const toi_request *request, vec3 guess, narrow_scratch *scratch, toi_result *out)
+{
+    march m = {.c = c, .request = request, .scratch = scratch, .out = out};
+    m.target = request->threshold + c->slack;
+    if (vec_greatest(guess) > 0 && free_along(c, 0, request->span, m.target + 2 * request->tolerance, guess)) return;
+    double turned = (vec_norm(c->body_a.angular) + vec_norm(c->body_b.angular)) * request->span;
+    double from = turned > WHOLE_TURNS ? free_while_spun(&m) : 0;
+    if (from < request->span) march_convex(&m, from);
+}
+
+/* Along the line between what is nearest of their extents, at the beginning; a hull's extents are not known. */
+static vec3 guess_axis(const course *c)
+{
+    course_place at = course_at(c, 0);
+    return mat_mul(at.world_of_a, narrow_guess_axis(c->a, c->b, &at.b_in_a));
+}
+
+void toi_find(const toi_mover *a, const toi_mover *b, const toi_request *request, vec3 guess, narrow_scratch *scratch,
+    toi_result *out)
+{
+    *out = (toi_result){.status = TOI_FREE, .lo = INFINITY, .hi = INFINITY};
+    course c;
+    if (!course_init(&c, a, b, request->span)) {
+        *out = (toi_result){.status = TOI_UNDECIDED, .hi = INFINITY, .gap_lo = -INFINITY, .gap_hi = INFINITY};
+        return;
+    }
+    if (vec_greatest(guess) == 0) guess = guess_axis(&c);
+    toi_convex(&c, request, guess, scratch, out);
+    if (out->status == TOI_FREE) return;
+    out->body_a = motion_pose(&a->motion, out->lo);
+    out->body_b = motion_pose(&b->motion, out->lo);
+    out->point_a = vec_add(out->point_a, out->body_a.p);
+    out->point_b = vec_add(out->point_b, out->body_a.p);
+}
+
+const char *toi_status_name(toi_status status)
+{
+    static const char *const NAMES[] = {"free", "hit", "near", "undecided"};
+    return (unsigned)status < sizeof NAMES / sizeof *NAMES ? NAMES[status] : "unknown";
+}
