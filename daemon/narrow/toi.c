@@ -48,10 +48,22 @@ static void look(march *m, double time, double tolerance)
     m->rate = vec_dot(m->axis, velocity);
 }
 
-/* What is left of the gap beyond the target, proven. */
+/* m: the least gap that counts as apart at a time. */
+static double floor_at(const march *m, double time)
+{
+    return m->target + 0.5 * m->request->wander * time * time * (1 + 4 * UNIT_ROUNDOFF);
+}
+
+/* What is left of the gap beyond that, proven. */
 static double spare(const march *m)
 {
-    return m->near.lo - m->target;
+    return m->near.lo - floor_at(m, m->time);
+}
+
+/* m/s: how fast it grows. */
+static double spare_rate(const march *m)
+{
+    return m->rate - m->request->wander * m->time;
 }
 
 static bool touches(march *m, double time)
@@ -67,48 +79,60 @@ static bool touches(march *m, double time)
 
 /* ---- steps ---- */
 
-static bool free_along(const course *c, double from, double to, double target, vec3 axis)
+/* Gaps along a direction stay above their chord less the dip, and the floor rises along a parabola, which is below its
+ * own chord: so what holds at both ends holds between. */
+static bool free_along(const march *m, double from, double to, vec3 axis, double more)
 {
-    course_place first = course_at(c, from), last = course_at(c, to);
-    double floor = target + course_dip(c, to - from);
-    return course_separation(c, &first, axis) > floor && course_separation(c, &last, axis) > floor;
+    course_place first = course_at(m->c, from), last = course_at(m->c, to);
+    double dip = course_dip(m->c, to - from) + more;
+    return course_separation(m->c, &first, axis) > floor_at(m, from) + dip &&
+           course_separation(m->c, &last, axis) > floor_at(m, to) + dip;
 }
 
-/* Of what is not convex the axis proves nothing but the distance: no point can have come farther than that. The hulls
- * may part for good, though. */
+/* The step after which `gap` is used up, when it grows at `rate` and its growth falls by `bend`. */
+static double step_until_used(double gap, double rate, double bend)
+{
+    double slope = sqrt(rate * rate + 2 * bend * gap) - rate; /* >= 0 */
+    return slope > 0 ? 2 * gap / slope : INFINITY;
+}
+
+static double proven_spare(const march *m)
+{
+    return spare(m) * (1 - 64 * UNIT_ROUNDOFF);
+}
+
+/* Without any direction: no two points approach faster than the course's speed. */
+static double sure_step(const march *m)
+{
+    return step_until_used(proven_spare(m), -(m->c->speed + m->request->wander * m->time), m->request->wander);
+}
+
+/* Of what is not convex the axis proves nothing but the distance. The hulls may part for good, though. */
 static double guarded_step(const march *m)
 {
     double left = m->request->span - m->time;
-    bool parted = free_along(m->c, m->time, m->request->span, m->target, m->axis);
     m->out->steps++;
-    return parted ? left : min_of(spare(m) * (1 - 16 * UNIT_ROUNDOFF) / m->c->speed, left);
+    return free_along(m, m->time, m->request->span, m->axis, 0) ? left : min_of(sure_step(m), left);
 }
 
 /* Straight: until the plane that separates them closes; for good if it does not. */
 static double straight_step(const march *m)
 {
-    double gone = spare(m) * (1 - 16 * UNIT_ROUNDOFF);
-    return m->rate < 0 ? gone / (-m->rate * (1 + 16 * UNIT_ROUNDOFF)) : INFINITY;
+    double rounding = 16 * UNIT_ROUNDOFF * (m->c->speed + m->request->wander * m->time);
+    return step_until_used(proven_spare(m), spare_rate(m) - rounding, m->request->wander);
 }
 
-/* By Newton's method, to where the gap, bent down by a share of the bend, is used up but for what is aimed at. */
-static double hoped_step(const march *m, double aim)
-{
-    double gap = max_of(spare(m) - aim, 0.5 * spare(m)), bend = 0.375 * m->c->bend;
-    double root = sqrt(m->rate * m->rate + 4 * bend * gap);
-    double slope = root - m->rate; /* >= 0 */
-    return slope > 0 ? 2 * gap / slope : INFINITY;
-}
-
-/* The longest step, of those tried, that the chord proves free. */
+/* The longest step, of those tried, that the chord proves free: the first by Newton's method, to where the gap, bent
+ * down by a share of the bend, is used up but for half of the tolerance. */
 static double turning_step(const march *m, double left)
 {
     double aim = spare(m) > m->request->tolerance ? 0.5 * m->request->tolerance : 0;
-    double step = min_of(hoped_step(m, aim), left), sure = spare(m) * (1 - 16 * UNIT_ROUNDOFF) / m->c->speed;
+    double gap = max_of(spare(m) - aim, 0.5 * spare(m)), bend = 0.75 * m->c->bend + m->request->wander;
+    double step = min_of(step_until_used(gap, spare_rate(m), bend), left), sure = sure_step(m);
     for (int k = 0; k < SHRINKS_MAX && step > sure; k++) {
-        double dip = course_dip(m->c, step), here = spare(m) - dip;
         course_place end = course_at(m->c, m->time + step);
-        double there = here > 0 ? course_separation(m->c, &end, m->axis) - m->target - dip : here;
+        double dip = course_dip(m->c, step), here = spare(m) - dip;
+        double there = here > 0 ? course_separation(m->c, &end, m->axis) - floor_at(m, m->time + step) - dip : here;
         m->out->steps++;
         if (here > 0 && there > 0) return step;
         double kept = spare(m) / (spare(m) - min_of(there, here));
@@ -145,6 +169,7 @@ static void tell(const march *m, toi_status status, double hi)
 static bool prove_contact(march *m)
 {
     double span = m->request->span, threshold = m->request->threshold;
+    if (m->request->wander > 0) return false;
     if (m->near.hi <= threshold || (m->near.lo <= threshold && touches(m, m->time))) {
         tell(m, TOI_HIT, m->time);
         return true;
@@ -175,7 +200,7 @@ static void march_convex(march *m, double from)
         if (spare(m) <= tolerance) {
             if (prove_contact(m)) return;
             if (spare(m) <= 0.5 * tolerance) look(m, time, 0);
-            if (spare(m) <= 0 || ++grazes > GRAZES_MAX) {
+            if (spare(m) <= 0 || m->request->wander > 0 || ++grazes > GRAZES_MAX) {
                 tell(m, TOI_NEAR, INFINITY);
                 return;
             }
@@ -212,7 +237,7 @@ void toi_convex(const course *c, const toi_request *request, vec3 guess, narrow_
 {
     march m = {.c = c, .request = request, .scratch = scratch, .out = out};
     m.target = request->threshold + c->slack;
-    if (vec_greatest(guess) > 0 && free_along(c, 0, request->span, m.target + 2 * request->tolerance, guess)) return;
+    if (vec_greatest(guess) > 0 && free_along(&m, 0, request->span, guess, 2 * request->tolerance)) return;
     double turned = (vec_norm(c->body_a.angular) + vec_norm(c->body_b.angular)) * request->span;
     double from = turned > WHOLE_TURNS ? free_while_spun(&m) : 0;
     if (from < request->span) march_convex(&m, from);

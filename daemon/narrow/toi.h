@@ -27,6 +27,8 @@ typedef struct toi_request {
     double threshold; /* m: contact is a signed distance at or below it */
     double tolerance; /* m, > 0: nearer than threshold + tolerance is told as a near miss, where neither contact nor its
                          absence is proven with fewer steps than are worth it */
+    double wander;    /* m/s^2, >= 0: by how much all points may accelerate besides: what is free then is free for every
+                         motion that leaves this one by no more than wander t^2 / 2; contact is then never proven */
 } toi_request;
 
 typedef enum toi_status {
