@@ -27,7 +27,7 @@ static uint64_t hash_event(uint64_t h, uint32_t interest, const world_event *e)
     h = mix(h, e->name_a, strlen(e->name_a));
     h = mix(h, e->name_b, strlen(e->name_b));
     const double numbers[] = {e->lo, e->hi, e->axis.x, e->axis.y, e->axis.z, e->point_a.x, e->point_a.y, e->point_a.z,
-        e->point_b.x, e->point_b.y, e->point_b.z, (double)e->age_a_ns, (double)e->age_b_ns};
+        e->point_b.x, e->point_b.y, e->point_b.z, (double)e->age_a_ns, (double)e->age_b_ns, e->closing};
     h = mix(h, numbers, sizeof numbers);
     for (uint32_t i = 0; i < e->manifold.count; i++) {
         const manifold_point *p = &e->manifold.points[i];
@@ -35,7 +35,7 @@ static uint64_t hash_event(uint64_t h, uint32_t interest, const world_event *e)
         h = mix(h, point, sizeof point);
     }
     if (e->kind == EVENT_IMPACT || e->kind == EVENT_FORETOLD) {
-        const double times[] = {e->impact.lo, e->impact.hi, e->impact.closing, (double)e->impact.start_ns};
+        const double times[] = {e->impact.lo, e->impact.hi, (double)e->impact.start_ns};
         h = mix(h, times, sizeof times);
     }
     return h;
@@ -92,6 +92,12 @@ static bool is_turned(const body *a, const body *b, uint32_t id, int looks)
     return straight && turned ? looks < 0 : turned;
 }
 
+static vec3 velocity_at(const body *b, vec3 point)
+{
+    if (b->fixed || !b->speed) return VEC_ZERO;
+    return vec_add(b->linear, vec_cross(b->angular, vec_sub(point, b->pose.p)));
+}
+
 static void fill(const world *w, const pair *p, const narrow_result *r, uint32_t interest, int looks, world_event *e)
 {
     const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
@@ -110,6 +116,7 @@ static void fill(const world *w, const pair *p, const narrow_result *r, uint32_t
         .manifold = r->manifold};
     for (uint32_t i = 0; i < e->manifold.count; i++)
         e->manifold.points[i].point = to_world(a, e->manifold.points[i].point);
+    e->closing = vec_dot(e->axis, vec_sub(velocity_at(x, e->point_a), velocity_at(y, e->point_b)));
     if (is_turned(x, y, interest, looks)) turn_round(e);
 }
 
@@ -307,7 +314,8 @@ static void fill_sweep(const world *w, const sweep *s, world_event *e)
         .point_b = r->point_b,
         .age_a_ns = body_age_ns(w, x),
         .age_b_ns = body_age_ns(w, y),
-        .impact = {r->lo, r->hi, s->start_ns, r->body_a, r->body_b, r->closing, s->estimated}};
+        .impact = {r->lo, r->hi, s->start_ns, r->body_a, r->body_b, s->estimated},
+        .closing = r->closing};
     if (is_turned(x, y, s->interest, pair_terms_of_paired(x, y).looks)) turn_round(e);
 }
 

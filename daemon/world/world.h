@@ -162,7 +162,6 @@ typedef struct world_impact { /* of EVENT_IMPACT and EVENT_FORETOLD */
     double lo, hi;       /* s since start_ns: apart before lo, proven; touching at hi, proven; INFINITY: not proven */
     int64_t start_ns;    /* IMPACT: of the pose from which the newer of the two came; FORETOLD: of the newest pose */
     pose pose_a, pose_b; /* of the bodies, at lo */
-    double closing;      /* m/s, at lo, of the nearest points along the axis; positive = they approach */
     bool estimated;      /* FORETOLD: a velocity was, from two poses */
 } world_impact;
 
@@ -174,8 +173,10 @@ typedef struct world_event {
     double lo, hi;
     vec3 axis, point_a, point_b; /* world frame */
     int64_t age_a_ns, age_b_ns;  /* -1 = fixed or not stamped */
-    manifold manifold;           /* points in the world frame */
-    world_impact impact;         /* IMPACT, FORETOLD: lo, hi, axis and points are those at impact.lo */
+    double closing;      /* m/s, of the two points along the axis, from the bodies' velocities as far as they are
+                            known; positive = they approach; of impacts, at impact.lo */
+    manifold manifold;   /* points in the world frame */
+    world_impact impact; /* IMPACT, FORETOLD: lo, hi, axis and points are those at impact.lo */
 } world_event;
 
 typedef struct world_batch { /* the events of one interest in one tick; a snapshot is a batch of its own, behind them */
@@ -222,6 +223,11 @@ void world_query_ray(
     const world *w, vec3 origin, vec3 direction, double length, double tolerance, int64_t now_ns, world_hits *out);
 /* The first body that a box meets on its way along `direction`; lo and hi bracket the length of the free part. */
 void world_query_cast(const world *w, pose at, vec3 half, vec3 direction, double length, double tolerance,
+    int64_t now_ns, world_hits *out);
+/* The first body that a body would meet if it moved and turned so (m/s, rad/s, world axes) from where it is for `span`
+ * seconds, while all others stand: lo and hi bracket the time, s; hi is infinite where contact is not proven. Those
+ * that it touches already count, and those that it may touch do not. |angular| span <= MOTION_ANGLE_MAX. */
+void world_query_sweep(const world *w, uint32_t body, vec3 linear, vec3 angular, double span, double tolerance,
     int64_t now_ns, world_hits *out);
 /* The `most` nearest bodies within `range` (may be INFINITY) of a box, or of a body, by rising lower bound; touching
  * ones are below 0. Bounds are certified within `tolerance`, so that two nearer to each other than it may change
