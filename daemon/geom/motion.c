@@ -90,20 +90,22 @@ motion motion_between(pose from, pose to, double span)
     return m;
 }
 
-quat motion_turn(vec3 angular, double time)
+motion_spin motion_spin_of(vec3 angular)
 {
-    double speed = length_up(angular);
-    if (speed == 0 || time == 0) return (quat){1, 0, 0, 0};
-    wave half = wave_of(0.5 * speed * time);
-    vec3 v = vec_scale(vec_unit(angular), half.sine);
-    return (quat){half.cosine, v.x, v.y, v.z};
+    return (motion_spin){vec_unit(angular), length_up(angular)};
+}
+
+quat motion_spun(motion_spin spin, quat start, double time)
+{
+    if (spin.speed == 0 || time == 0) return start;
+    wave half = wave_of(0.5 * spin.speed * time);
+    vec3 v = vec_scale(spin.axis, half.sine);
+    return quat_unit(quat_mul((quat){half.cosine, v.x, v.y, v.z}, start));
 }
 
 pose motion_pose(const motion *m, double time)
 {
-    pose p = {vec_madd(m->start.p, time, m->linear), m->start.q};
-    if (vec_max_abs(m->angular) > 0) p.q = quat_unit(quat_mul(motion_turn(m->angular, time), m->start.q));
-    return p;
+    return (pose){vec_madd(m->start.p, time, m->linear), motion_spun(motion_spin_of(m->angular), m->start.q, time)};
 }
 
 /* Position: one product, one sum. Turning: the speed and the angle's product by 16 u of the angle, sine and cosine, two

@@ -25,8 +25,13 @@ motion motion_between(pose from, pose to, double span);
  * within `reach` of its origin. |angular| * time <= MOTION_ANGLE_MAX. */
 pose motion_pose(const motion *m, double time);
 
-/* The rotation by angular * time alone, about the origin. */
-quat motion_turn(vec3 angular, double time);
+/* A constant turning, made ready for many times. */
+typedef struct motion_spin {
+    vec3 axis;    /* unit, or zero */
+    double speed; /* rad/s */
+} motion_spin;
+motion_spin motion_spin_of(vec3 angular);
+quat motion_spun(motion_spin spin, quat start, double time); /* `start`, turned for so long */
 
 /* m; rounding of motion_pose for times up to `time` and points up to `reach` from the body's origin. */
 double motion_error(const motion *m, double time, double reach);

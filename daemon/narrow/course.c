@@ -49,10 +49,12 @@ static void bound(course *c, double span)
         bound_plane(c, b, c->local_b, &c->body_b, a, c->local_a, &c->body_a, span);
     else {
         double wa = turning(&c->body_a), wb = turning(&c->body_b);
-        double ra = wa > 0 ? radius_of(a, c->local_a, &c->body_a) : 0;
-        double rb = wb > 0 ? radius_of(b, c->local_b, &c->body_b) : 0;
-        c->bend = wa * wa * ra + wb * wb * rb;
-        c->speed = vec_norm(c->body_b.linear) + wa * ra + wb * rb;
+        c->radius_a = wa > 0 ? radius_of(a, c->local_a, &c->body_a) : 0;
+        c->radius_b = wb > 0 ? radius_of(b, c->local_b, &c->body_b) : 0;
+        c->reach_a = reach_of(a, c->local_a);
+        c->reach_b = reach_of(b, c->local_b);
+        c->bend = wa * wa * c->radius_a + wb * wb * c->radius_b;
+        c->speed = vec_norm(c->body_b.linear) + wa * c->radius_a + wb * c->radius_b;
     }
     c->bend *= 1 + 64 * UNIT_ROUNDOFF;
     c->speed *= 1 + 64 * UNIT_ROUNDOFF;
@@ -76,7 +78,9 @@ bool course_init(course *c, const toi_mover *a, const toi_mover *b, double span)
     c->body_a = (motion){{VEC_ZERO, a->motion.start.q}, VEC_ZERO, a->motion.angular};
     c->body_b = (motion){{vec_sub(b->motion.start.p, a->motion.start.p), b->motion.start.q},
         vec_sub(b->motion.linear, a->motion.linear), b->motion.angular};
-    c->straight = vec_greatest(c->body_a.angular) == 0 && vec_greatest(c->body_b.angular) == 0;
+    c->spin_a = motion_spin_of(c->body_a.angular);
+    c->spin_b = motion_spin_of(c->body_b.angular);
+    c->straight = c->spin_a.speed == 0 && c->spin_b.speed == 0;
     bool planes = a->shape->type == SHAPE_HALFSPACE && b->shape->type == SHAPE_HALFSPACE;
     if (planes && !c->straight) return false;
     bound(c, span);
@@ -95,8 +99,10 @@ bool course_init(course *c, const toi_mover *a, const toi_mover *b, double span)
 course_place course_at(const course *c, double time)
 {
     if (c->straight) return (course_place){{vec_madd(c->start.p, time, c->rate), c->start.q}, c->world_of_a, c->arm};
-    pose shape_a = pose_mul(motion_pose(&c->body_a, time), c->local_a);
-    pose relative = pose_relative(shape_a, pose_mul(motion_pose(&c->body_b, time), c->local_b));
+    pose body_a = {VEC_ZERO, motion_spun(c->spin_a, c->body_a.start.q, time)};
+    pose body_b = {
+        vec_madd(c->body_b.start.p, time, c->body_b.linear), motion_spun(c->spin_b, c->body_b.start.q, time)};
+    pose shape_a = pose_mul(body_a, c->local_a), relative = pose_relative(shape_a, pose_mul(body_b, c->local_b));
     relative.q = quat_unit(relative.q);
     return (course_place){relative, quat_matrix(quat_unit(shape_a.q)), shape_a.p};
 }
@@ -105,6 +111,32 @@ double course_separation(const course *c, const course_place *at, vec3 direction
 {
     vec3 axis = direction_again(mat_tmul(at->world_of_a, direction));
     return narrow_separation(c->a, c->b, &at->b_in_a, axis, NULL, NULL);
+}
+
+/* In a frame that turns at w about its body's origin, a point x of the other one has the acceleration
+ * |x'' - 2 w x x' - w x (x' ...)| <= |x''| + 2 w |x'| + w^2 |x|. */
+static double bend_with(const motion *frame, const motion *other, double other_radius, double far, double line)
+{
+    double w = turning(frame), v = turning(other);
+    double bend = w * w * far + 2 * w * (line + v * other_radius) + v * v * other_radius;
+    return bend * (1 + 64 * UNIT_ROUNDOFF);
+}
+
+double course_bend(const course *c, course_frame frame, double from, double to)
+{
+    if (frame == COURSE_STILL) return c->bend;
+    double line = vec_norm(c->body_b.linear), time = 0.5 * (from + to);
+    double apart = vec_norm(vec_madd(c->body_b.start.p, time, c->body_b.linear)) + line * 0.5 * (to - from);
+    return frame == COURSE_WITH_A ? bend_with(&c->body_a, &c->body_b, c->radius_b, apart + c->reach_b, line)
+                                  : bend_with(&c->body_b, &c->body_a, c->radius_a, apart + c->reach_a, line);
+}
+
+vec3 course_carry(course_frame frame, const course_place *from, vec3 axis_in_a, const course_place *to)
+{
+    if (frame == COURSE_WITH_A) return axis_in_a;
+    if (frame == COURSE_STILL) return direction_again(mat_tmul(to->world_of_a, mat_mul(from->world_of_a, axis_in_a)));
+    mat3 was = quat_matrix(from->b_in_a.q), is = quat_matrix(to->b_in_a.q);
+    return direction_again(mat_mul(is, mat_tmul(was, axis_in_a)));
 }
 
 vec3 course_velocity(const course *c, double time, vec3 point_a, vec3 point_b)

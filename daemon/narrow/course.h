@@ -13,15 +13,18 @@ typedef struct course {
     pose local_a, local_b;
     motion body_a, body_b; /* in the frame: A's body turns in place */
     double span;           /* s */
-    bool straight;         /* neither turns */
-    pose start;            /* straight: B's shape in A's at time 0, ... */
-    vec3 rate;             /* ... and how fast its position changes, in A's frame, m/s */
-    mat3 world_of_a;       /* straight: course_place, always the same */
+    motion_spin spin_a, spin_b;
+    bool straight;   /* neither turns */
+    pose start;      /* straight: B's shape in A's at time 0, ... */
+    vec3 rate;       /* ... and how fast its position changes, in A's frame, m/s */
+    mat3 world_of_a; /* straight: course_place, always the same */
     vec3 arm;
-    double bend;  /* m/s^2: over a time h no gap along a direction dips below its chord by more than
-                     bend h^2 / 8 */
-    double speed; /* m/s: no two points approach each other faster */
-    double slack; /* m: rounding of all poses up to the end of the span */
+    double bend;               /* m/s^2: over a time h no gap along a direction dips below its chord by more than
+                                  bend h^2 / 8 */
+    double speed;              /* m/s: no two points approach each other faster */
+    double radius_a, radius_b; /* m: of the cores about the axes that they turn about */
+    double reach_a, reach_b;   /* m: of the shapes from the origins of their bodies */
+    double slack;              /* m: rounding of all poses up to the end of the span */
 } course;
 
 /* False if no bound exists: a half-space that turns against another. */
@@ -42,11 +45,21 @@ double course_separation(const course *c, const course_place *at, vec3 direction
  * to the frame's origin) at a time. */
 vec3 course_velocity(const course *c, double time, vec3 point_a, vec3 point_b);
 
-/* How far a gap can dip between two times. */
+/* How far a gap along a direction that stands still can dip between two times. */
 static inline double course_dip(const course *c, double step)
 {
     return c->bend * step * step / 8 * (1 + 0x1p-48);
 }
+
+/* A direction may also turn with one of the two: where it is the normal of a face of that one, the gap along it closes
+ * as the nearest points approach, while along a direction that stands still the face's corners rise besides. */
+typedef enum course_frame { COURSE_STILL, COURSE_WITH_A, COURSE_WITH_B, COURSE_FRAMES } course_frame;
+
+/* The bend of gaps along a direction in that frame, from `from` to `to`. */
+double course_bend(const course *c, course_frame frame, double from, double to);
+
+/* An axis of A's frame at one time as it is in A's frame at another, when it belongs to a frame. */
+vec3 course_carry(course_frame frame, const course_place *from, vec3 axis_in_a, const course_place *to);
 
 /* Both shapes as what they sweep when they turn for ever: a cylinder about the axis of turning. Their course is
  * straight, and while it is free, so is the turning one. `spun`: two shapes, the caller's. False: there is none. */

@@ -20,6 +20,7 @@ typedef struct march {
     double target; /* m: the threshold, and above it what rounding may take away */
     toi_result *out;
     double time;
+    bool rough;         /* within the tolerance is near enough: no proof of contact is looked for */
     course_place at;    /* that time */
     narrow_result near; /* then, in A's frame */
     vec3 axis;          /* near.axis in the world's axes */
@@ -122,21 +123,35 @@ static double straight_step(const march *m)
     return step_until_used(proven_spare(m), spare_rate(m) - rounding, m->request->wander);
 }
 
-/* The longest step, of those tried, that the chord proves free: the first by Newton's method, to where the gap, bent
- * down by a share of the bend, is used up but for half of the tolerance. */
+/* What the gap certainly keeps at the end of a step and on the way there, in the best of the frames. */
+static double spare_after(const march *m, double step)
+{
+    double best = -INFINITY, end = m->time + step;
+    course_place to = course_at(m->c, end);
+    bool plane = m->c->a->type == SHAPE_HALFSPACE || m->c->b->type == SHAPE_HALFSPACE; /* its normal is its own */
+    unit_pair p;
+    unit_pair_init(&p, m->c->a, m->c->b, &to.b_in_a);
+    for (int frame = COURSE_STILL; frame < (plane ? COURSE_WITH_A : COURSE_FRAMES); frame++) {
+        double dip = course_bend(m->c, (course_frame)frame, m->time, end) * step * step / 8 * (1 + 0x1p-48);
+        vec3 axis = course_carry((course_frame)frame, &m->at, m->near.axis, &to);
+        double gap = unit_pair_separation(&p, axis, NULL, NULL) - floor_at(m, end);
+        best = max_of(best, min_of(gap, spare(m)) - dip);
+        if (best > 0) break;
+    }
+    return best;
+}
+
+/* The longest step, of those tried, that the chord proves free: the first by Newton's method, to where the gap is used
+ * up but for what is aimed at; then by the secant, which of a gap that closes ever faster never takes too much. */
 static double turning_step(const march *m, double left)
 {
-    double aim = spare(m) > m->request->tolerance ? 0.5 * m->request->tolerance : 0;
-    double gap = max_of(spare(m) - aim, 0.5 * spare(m)), bend = 0.75 * m->c->bend + m->request->wander;
-    double step = min_of(step_until_used(gap, spare_rate(m), bend), left), sure = sure_step(m);
+    double gap = spare(m), aim = gap > m->request->tolerance ? 0.5 * m->request->tolerance : 0.25 * gap;
+    double step = min_of(step_until_used(gap - aim, spare_rate(m), m->request->wander), left), sure = sure_step(m);
     for (int k = 0; k < SHRINKS_MAX && step > sure; k++) {
-        course_place end = course_at(m->c, m->time + step);
-        double dip = course_dip(m->c, step), here = spare(m) - dip;
-        double there = here > 0 ? course_separation(m->c, &end, m->axis) - floor_at(m, m->time + step) - dip : here;
+        double after = spare_after(m, step);
         m->out->steps++;
-        if (here > 0 && there > 0) return step;
-        double kept = spare(m) / (spare(m) - min_of(there, here));
-        step *= min_of(max_of(0.9 * kept, 0.125), 0.75);
+        if (after > 0) return step;
+        step *= min_of(max_of((gap - aim) / (gap - after), 0.125), 0.99);
     }
     return min_of(sure, left);
 }
@@ -169,12 +184,12 @@ static void tell(const march *m, toi_status status, double hi)
 static bool prove_contact(march *m)
 {
     double span = m->request->span, threshold = m->request->threshold;
-    if (m->request->wander > 0) return false;
     if (m->near.hi <= threshold || (m->near.lo <= threshold && touches(m, m->time))) {
         tell(m, TOI_HIT, m->time);
         return true;
     }
-    double gap = max_of(m->near.hi - threshold, 0.125 * m->request->tolerance);
+    double gap = max_of(m->near.hi - threshold, 0) + 0.25 * m->request->tolerance; /* where it just touches, doubles
+                                                                                      cannot tell */
     double step = gap / max_of(-m->rate, 0x1p-10 * m->c->speed);
     for (int k = 0; k < PROOFS_MAX; k++) {
         double time = min_of(m->time + step, span);
@@ -198,9 +213,9 @@ static void march_convex(march *m, double from)
         look(m, time, max_of(0.25 * tolerance, 0.05 * coarse));
         if (spare(m) <= tolerance && m->near.hi - m->near.lo > 0.25 * tolerance) look(m, time, 0.25 * tolerance);
         if (spare(m) <= tolerance) {
-            if (prove_contact(m)) return;
+            if (!m->rough && prove_contact(m)) return;
             if (spare(m) <= 0.5 * tolerance) look(m, time, 0);
-            if (spare(m) <= 0 || m->request->wander > 0 || ++grazes > GRAZES_MAX) {
+            if (spare(m) <= 0 || m->rough || ++grazes > GRAZES_MAX) {
                 tell(m, TOI_NEAR, INFINITY);
                 return;
             }
@@ -216,7 +231,8 @@ static void march_convex(march *m, double from)
 
 /* ---- two shapes ---- */
 
-static const double WHOLE_TURNS = 1; /* rad: from here on what it sweeps is looked at first */
+static const double WHOLE_TURNS = 6; /* rad: from here on what it sweeps is looked at first, ... */
+static const double ROUGHLY = 0.01;  /* ... to within so much of its reach */
 
 /* A time up to which what they sweep is apart; INFINITY: always. */
 static double free_while_spun(const march *m)
@@ -224,8 +240,10 @@ static double free_while_spun(const march *m)
     shape spun[2];
     course spinning;
     if (!course_spin(m->c, spun, &spinning)) return 0;
+    toi_request request = *m->request;
+    request.tolerance = max_of(request.tolerance, ROUGHLY * (spinning.reach_a + spinning.reach_b));
     toi_result r = {.status = TOI_FREE, .lo = INFINITY};
-    march spin = {.c = &spinning, .request = m->request, .scratch = m->scratch, .out = &r};
+    march spin = {.c = &spinning, .request = &request, .scratch = m->scratch, .out = &r, .rough = true};
     spin.target = m->request->threshold + spinning.slack;
     march_convex(&spin, 0);
     m->out->queries += r.queries;
@@ -235,7 +253,7 @@ static double free_while_spun(const march *m)
 
 void toi_convex(const course *c, const toi_request *request, vec3 guess, narrow_scratch *scratch, toi_result *out)
 {
-    march m = {.c = c, .request = request, .scratch = scratch, .out = out};
+    march m = {.c = c, .request = request, .scratch = scratch, .out = out, .rough = request->wander > 0};
     m.target = request->threshold + c->slack;
     if (vec_greatest(guess) > 0 && free_along(&m, 0, request->span, guess, 2 * request->tolerance)) return;
     double turned = (vec_norm(c->body_a.angular) + vec_norm(c->body_b.angular)) * request->span;
