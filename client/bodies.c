@@ -82,6 +82,9 @@ static wire_message body_message(const collided *c, int32_t id, const collided_b
             .group = text(def->group),
             .category = (int64_t)def->category,
             .mask = (int64_t)def->mask,
+            .ccd = (uint8_t)def->ccd,
+            .acceleration_m_s2 = def->acceleration_m_s2,
+            .angular_acceleration_rad_s2 = def->angular_acceleration_rad_s2,
             .one_way = def->one_way,
             .deadline_ns = session_seconds(def->deadline_s),
             .stamp_ns = def->stamp_ns ? def->stamp_ns : session_now_ns(),
@@ -104,6 +107,7 @@ static const char *unfit(const collided_body_def *def)
     if (def->shape_count > WIRE_SHAPES_MAX || (def->shape_count && !def->shapes)) return "shapes";
     if (def->rule_count > WIRE_RULES_MAX || (def->rule_count && !def->rules)) return "rules";
     if ((unsigned)def->motion > COLLIDED_FIXED) return "motion";
+    if ((unsigned)def->ccd > COLLIDED_CCD_FULL) return "ccd";
     if (!(def->deadline_s >= 0.0) || def->deadline_s > 1e9) return "deadline_s";
     for (size_t i = 0; i < def->shape_count; i++)
         if ((unsigned)def->shapes[i].type > COLLIDED_MESH) return "shapes' type";

@@ -190,6 +190,14 @@ collided_geometry collided_create_mesh(
 /* Bodies that are fixed are not checked against each other. */
 typedef enum collided_motion { COLLIDED_MOVING, COLLIDED_FIXED } collided_motion;
 
+/* Is the way of a body between two poses looked at, for those who subscribe to impacts? Of a pair, one that is not OFF
+ * is enough. */
+typedef enum collided_ccd {
+    COLLIDED_CCD_OFF,
+    COLLIDED_CCD_LINEAR, /* its path, in the orientation that it has at the end */
+    COLLIDED_CCD_FULL    /* its path and its turning; where angular velocities are published, whole turns, too */
+} collided_ccd;
+
 typedef struct collided_rule { /* ordered; the first that matches the other body decides */
     const char *pattern;       /* name pattern with '*' and '?', or "group:NAME" */
     bool allow;                /* true: touching is allowed, the pair is not looked at */
@@ -206,10 +214,14 @@ typedef struct collided_body_def {
     const char *name;  /* unique in the world */
     const char *group; /* default "" */
     collided_motion motion;
-    uint64_t category, mask; /* a pair is checked when each one's mask has a bit of the other's; default 1 and all */
-    bool one_way;            /* a hit box: its mask alone decides, whatever those of the bodies that it meets say; in
-                                events it is A, where the interest leaves the choice. Of two such, either one's mask */
-    double deadline_s;       /* a pose older than this is stale: its pairs are unknown, never free. 0 = never */
+    uint64_t category, mask;  /* a pair is checked when each one's mask has a bit of the other's; default 1 and all */
+    bool one_way;             /* a hit box: its mask alone decides, whatever those of the bodies that it meets say; in
+                                 events it is A, where the interest leaves the choice. Of two such, either one's mask */
+    collided_ccd ccd;         /* default COLLIDED_CCD_OFF */
+    double acceleration_m_s2; /* >= 0: what is foretold of it holds for all motions that accelerate by at most so
+                                 much, ... */
+    double angular_acceleration_rad_s2; /* ... and so much; default 0: it moves on as it does */
+    double deadline_s; /* a pose older than this is stale: its pairs are unknown, never free. 0 = never */
     collided_pose pose;
     int64_t stamp_ns; /* of the pose; 0 = now */
     const collided_shape *shapes;
@@ -238,13 +250,24 @@ collided_body collided_adopt_body(collided *c, int32_t id);
  */
 collided_status collided_publish(collided *c, size_t count, const collided_body *bodies, const double *positions,
     const double *orientations, const double *linear, const double *angular, int64_t stamp_ns, int64_t step);
+/* Publishes poses of bodies that did not move there. They are there from now on, without a way that could be swept:
+ * their contacts end with the cause "teleport". As collided_publish, but the stamp may also go back in time. */
+collided_status collided_teleport(collided *c, size_t count, const collided_body *bodies, const double *positions,
+    const double *orientations, const double *linear, const double *angular, int64_t stamp_ns, int64_t step);
 /* Publishes the pose of one body, in the world, true now; sent by the next flush or poll. */
 collided_status collided_move(collided *c, collided_body body, collided_pose pose);
 
 /* ---- interests and events ---- */
 
 /* What is asked about a pair; bits of collided_interest_def.facts. */
-typedef enum collided_fact { COLLIDED_TOUCH = 1, COLLIDED_DISTANCE = 2, COLLIDED_MANIFOLD = 4 } collided_fact;
+typedef enum collided_fact {
+    COLLIDED_TOUCH = 1,
+    COLLIDED_DISTANCE = 2,
+    COLLIDED_MANIFOLD = 4,
+    COLLIDED_IMPACT = 8,   /* what met on its way from one tick to the next: of bodies that say so (collided_ccd) */
+    COLLIDED_FORETELL = 16 /* what will meet within horizon_s, from velocities: published ones, or else those between
+                              the last two stamped poses */
+} collided_fact;
 
 typedef enum collided_event_kind { /* numbers as on the wire */
     COLLIDED_BEGIN = 1,
@@ -253,8 +276,21 @@ typedef enum collided_event_kind { /* numbers as on the wire */
     COLLIDED_NEAR,
     COLLIDED_FAR,
     COLLIDED_UNKNOWN,
-    COLLIDED_KNOWN
+    COLLIDED_KNOWN,
+    COLLIDED_EVENT_IMPACT,   /* they met on their way; one event, without an end */
+    COLLIDED_EVENT_FORETOLD, /* they will meet; told again as long as they will */
+    COLLIDED_EVENT_AVERTED   /* no more */
 } collided_event_kind;
+
+/* When two bodies meet. Proven in seconds after `start_ns`: they are apart before `lo_s`, and touch at `hi_s`. hi_s is
+ * INFINITY where contact is not proven: they come nearer than the tolerance, or the search ended there; take it for a
+ * contact. */
+typedef struct collided_impact {
+    double lo_s, hi_s;
+    int64_t start_ns; /* impact: stamp of the pose that the way began with; foretold: of the newest pose of the two */
+    collided_pose pose_a, pose_b; /* of the bodies, at lo_s, world */
+    bool estimated;               /* foretold: a velocity was estimated from two poses */
+} collided_impact;
 
 /* One of up to four points of a manifold. */
 typedef struct collided_contact_point {
@@ -267,7 +303,7 @@ typedef struct collided_contact_point {
 typedef struct collided_event {
     collided_event_kind kind;
     const char *cause; /* "motion", "removed", "owner_lost", "filter", "shape", "interest", "shutdown", "stale",
-                          "snapshot" */
+                          "snapshot", "teleport" */
     int64_t contact;   /* stable id from begin to end */
     const char *name_a, *name_b;
     int32_t shape_a, shape_b;
@@ -275,8 +311,11 @@ typedef struct collided_event {
     double axis[3];                /* unit, from A to B: proves lo */
     double point_a[3], point_b[3]; /* world: prove hi */
     double age_a_s, age_b_s;       /* age of the poses used; -1 = fixed or not stamped */
+    double closing_m_s;            /* at which the two points approach along the axis, as far as velocities are known */
     const collided_contact_point *points;
     size_t point_count;
+    const collided_impact *impact; /* of impacts and what is foretold: lo, hi, axis and points are those at
+                                      impact->lo_s; otherwise NULL */
 } collided_event;
 
 typedef struct collided_batch { /* all events of one tick on one stream */
@@ -304,6 +343,7 @@ typedef struct collided_interest_def {
     double threshold_m; /* a contact is a pair at or below it; default 0 */
     double range_m;     /* COLLIDED_DISTANCE: report pairs nearer than this */
     double tolerance_m; /* width of the intervals; default 1e-6 */
+    double horizon_s;   /* COLLIDED_FORETELL: how far ahead, from the newest pose of a pair on; > 0, at most a day */
     double rate_hz;     /* updates at most so often; 0 = each tick */
     collided_events *callback;
     void *context;
@@ -353,6 +393,11 @@ collided_status collided_query_box(
  * hit: count 0. */
 collided_status collided_query_cast(collided *c, const collided_pose *pose, const double half[3],
     const double direction[3], double length_m, double timeout_s, collided_result *out);
+/* Asks what a body would meet first. It would move and turn at these velocities (m/s, rad/s, world; NULL = 0) from
+ * where it is, for span_s seconds, while all others stand: lo and hi of the hit bracket the time, s; hi is INFINITY
+ * where contact is not proven. No hit: count 0, proven. */
+collided_status collided_query_sweep(collided *c, const char *name, const double linear[3], const double angular[3],
+    double span_s, double tolerance_m, double timeout_s, collided_result *out);
 /* Asks for the nearest bodies, by rising lower bound. They are the `most` (0 = all) within `within_m` (may be INFINITY)
  * of the body `name`, or with NULL of a box (half extents; zero = a point) at `pose`. Touching ones have a negative
  * distance. */

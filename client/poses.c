@@ -11,6 +11,7 @@ typedef struct poses {
     const collided_body *bodies;
     const double *positions, *orientations, *linear, *angular;
     int64_t stamp_ns, step;
+    bool teleport;
 } poses;
 
 static_assert(sizeof(collided_body) == sizeof(int32_t), "an array of bodies is sent as an array of their numbers");
@@ -19,6 +20,7 @@ static_assert(sizeof(collided_body) == sizeof(int32_t), "an array of bodies is s
 static wire_message batch_of(const collided *c, const poses *p, size_t first, size_t count)
 {
     uint32_t n = (uint32_t)count;
+    static const uint8_t ALL[WIRE_POSES_MAX] = {[0 ... WIRE_POSES_MAX - 1] = 1};
     wire_f64s none = {0, NULL};
     return (wire_message){.kind = WIRE_POSE_BATCH,
         .pose_batch = {.version = WIRE_VERSION,
@@ -30,7 +32,8 @@ static wire_message batch_of(const collided *c, const poses *p, size_t first, si
             .positions = {3 * n, p->positions + 3 * first},
             .orientations = {4 * n, p->orientations + 4 * first},
             .linear = p->linear ? (wire_f64s){3 * n, p->linear + 3 * first} : none,
-            .angular = p->angular ? (wire_f64s){3 * n, p->angular + 3 * first} : none}};
+            .angular = p->angular ? (wire_f64s){3 * n, p->angular + 3 * first} : none,
+            .teleports = p->teleport ? (wire_u8s){n, ALL} : (wire_u8s){0, NULL}}};
 }
 
 static size_t chunk(const collided *c, const poses *p, size_t first)
@@ -67,7 +70,7 @@ static collided_status check_numbers(collided *c, const poses *p)
 static bool remember(collided *c, const poses *p, size_t i)
 {
     body_record *body = table_get(&c->bodies, p->bodies[i].id);
-    if (p->stamp_ns >= body->stamp_ns) {
+    if (p->stamp_ns >= body->stamp_ns || p->teleport) {
         memcpy(body->pose, p->positions + 3 * i, 3 * sizeof(double));
         memcpy(body->pose + 3, p->orientations + 4 * i, 4 * sizeof(double));
         if (p->linear) memcpy(body->velocity, p->linear + 3 * i, 3 * sizeof(double));
@@ -103,19 +106,31 @@ static collided_status send_known(collided *c, const poses *p)
     return failed ? session_fail(c, COLLIDED_TRANSPORT, "the transport did not take the poses") : COLLIDED_OK;
 }
 
-collided_status collided_publish(collided *c, size_t count, const collided_body *bodies, const double *positions,
-    const double *orientations, const double *linear, const double *angular, int64_t stamp_ns, int64_t step)
+static collided_status publish(collided *c, poses p)
 {
-    if (count && (!bodies || !positions || !orientations))
+    if (p.count && (!p.bodies || !p.positions || !p.orientations))
         return session_fail(c, COLLIDED_BAD_ARGUMENT, "bodies, positions and orientations are needed");
-    const poses p = {
-        count, bodies, positions, orientations, linear, angular, stamp_ns ? stamp_ns : session_now_ns(), step};
+    if (!p.stamp_ns) p.stamp_ns = session_now_ns();
     pthread_mutex_lock(&c->lock);
     collided_status status = check_bodies(c, &p);
     if (status == COLLIDED_OK) status = check_numbers(c, &p);
     if (status == COLLIDED_OK) status = send_known(c, &p);
     pthread_mutex_unlock(&c->lock);
     return status;
+}
+
+collided_status collided_publish(collided *c, size_t count, const collided_body *bodies, const double *positions,
+    const double *orientations, const double *linear, const double *angular, int64_t stamp_ns, int64_t step)
+{
+    return publish(
+        c, (poses){count, bodies, positions, orientations, linear, angular, stamp_ns, step, .teleport = false});
+}
+
+collided_status collided_teleport(collided *c, size_t count, const collided_body *bodies, const double *positions,
+    const double *orientations, const double *linear, const double *angular, int64_t stamp_ns, int64_t step)
+{
+    return publish(
+        c, (poses){count, bodies, positions, orientations, linear, angular, stamp_ns, step, .teleport = true});
 }
 
 collided_status collided_move(collided *c, collided_body body, collided_pose pose)
@@ -128,6 +143,6 @@ void body_acked(collided *c, body_record *body)
     if (body->stamp_ns == 0 || body->stamp_ns < body->announced.message->body.stamp_ns) return;
     const collided_body id = {body->id};
     const poses p = {1, &id, body->pose, body->pose + 3, body->has_linear ? body->velocity : NULL,
-        body->has_angular ? body->velocity + 3 : NULL, body->stamp_ns, body->step};
+        body->has_angular ? body->velocity + 3 : NULL, body->stamp_ns, body->step, .teleport = false};
     (void)send_run(c, &p, 0, 1); /* a failure is counted there */
 }

@@ -183,6 +183,15 @@ collided_status collided_query_cast(collided *c, const collided_pose *pose, cons
     return ask(c, q, timeout_s, out);
 }
 
+collided_status collided_query_sweep(collided *c, const char *name, const double linear[3], const double angular[3],
+    double span_s, double tolerance_m, double timeout_s, collided_result *out)
+{
+    wire_query q = {.kind = WIRE_QUERY_SWEEP, .name_a = name, .tolerance_m = tolerance_m, .span_s = span_s};
+    if (linear) q.linear = (wire_f64s){3, linear};
+    if (angular) q.angular = (wire_f64s){3, angular};
+    return ask(c, q, timeout_s, out);
+}
+
 collided_status collided_query_nearest(collided *c, const char *name, const collided_pose *pose, const double half[3],
     double within_m, int32_t most, double timeout_s, collided_result *out)
 {

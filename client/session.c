@@ -254,6 +254,7 @@ static void free_client(collided *c)
     free(c->status_counters);
     free(c->events);
     free(c->points);
+    free(c->impacts);
     if (c->keeper_wake >= 0) close(c->keeper_wake);
     if (c->caller_wake >= 0) close(c->caller_wake);
     pthread_mutex_destroy(&c->lock);

@@ -108,6 +108,8 @@ struct collided {
     size_t event_capacity;
     collided_contact_point *points;
     size_t point_capacity;
+    collided_impact *impacts;
+    size_t impact_capacity;
     char error[SESSION_ERROR_MAX];
 };
 

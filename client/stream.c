@@ -20,7 +20,8 @@ static const char *cause_name(uint8_t cause)
         [WIRE_CAUSE_INTEREST] = "interest",
         [WIRE_CAUSE_SHUTDOWN] = "shutdown",
         [WIRE_CAUSE_STALE] = "stale",
-        [WIRE_CAUSE_SNAPSHOT] = "snapshot"};
+        [WIRE_CAUSE_SNAPSHOT] = "snapshot",
+        [WIRE_CAUSE_TELEPORT] = "teleport"};
     return cause < sizeof names / sizeof names[0] ? names[cause] : "unknown";
 }
 
@@ -47,6 +48,7 @@ static void fill_event(collided_event *e, const wire_event_batch *b, uint32_t i)
         .hi = b->hi.at[i],
         .age_a_s = age_s(b->ages_a_ns.at[i]),
         .age_b_s = age_s(b->ages_b_ns.at[i]),
+        .closing_m_s = b->closings.at[i],
         .point_count = b->manifold_counts.at[i]};
     memcpy(e->axis, b->axes.at + 3 * (size_t)i, sizeof e->axis);
     memcpy(e->point_a, b->points_a.at + 3 * (size_t)i, sizeof e->point_a);
@@ -60,25 +62,52 @@ static void fill_point(collided_contact_point *p, const wire_event_batch *b, uin
     p->feature = b->manifold_features.at[i];
 }
 
+static bool has_impact(const collided_event *e)
+{
+    return e->kind == COLLIDED_EVENT_IMPACT || e->kind == COLLIDED_EVENT_FORETOLD;
+}
+
+static void fill_pose(collided_pose *p, const double numbers[7])
+{
+    memcpy(p->position, numbers, sizeof p->position);
+    memcpy(p->orientation, numbers + 3, sizeof p->orientation);
+}
+
+static void fill_impact(collided_impact *x, const wire_event_batch *b, uint32_t i)
+{
+    *x = (collided_impact){.lo_s = b->impact_times.at[2 * (size_t)i],
+        .hi_s = b->impact_times.at[2 * (size_t)i + 1],
+        .start_ns = b->impact_starts_ns.at[i],
+        .estimated = b->impact_estimated.at[i] != 0};
+    fill_pose(&x->pose_a, b->impact_poses.at + 14 * (size_t)i);
+    fill_pose(&x->pose_b, b->impact_poses.at + 14 * (size_t)i + 7);
+}
+
 /* The parts' events, one after the other, into the client's arrays; what they name stays in the parts. */
 static size_t gather(collided *c, const wire_message *const *parts, size_t part_count)
 {
-    size_t events = 0, points = 0;
+    size_t events = 0, points = 0, impacts = 0;
     for (size_t k = 0; k < part_count; k++) {
         events += parts[k]->event_batch.kinds.count;
         points += parts[k]->event_batch.manifold_distances.count;
+        impacts += parts[k]->event_batch.impact_starts_ns.count;
     }
     c->events = reserve(c->events, &c->event_capacity, events, sizeof *c->events);
     c->points = reserve(c->points, &c->point_capacity, points, sizeof *c->points);
+    c->impacts = reserve(c->impacts, &c->impact_capacity, impacts, sizeof *c->impacts);
+    collided_impact *x = c->impacts;
     collided_event *e = c->events;
     collided_contact_point *p = c->points;
     for (size_t k = 0; k < part_count; k++) {
         const wire_event_batch *b = &parts[k]->event_batch;
-        uint32_t used = 0;
+        uint32_t used = 0, met = 0;
         for (uint32_t i = 0; i < b->kinds.count; i++, e++) {
             fill_event(e, b, i);
             e->points = p;
             for (size_t n = 0; n < e->point_count; n++) fill_point(p++, b, used++);
+            if (!has_impact(e)) continue;
+            e->impact = x;
+            fill_impact(x++, b, met++);
         }
     }
     return events;

@@ -16,18 +16,23 @@ static double plane_separation(const unit_pair *p)
     return s.lo;
 }
 
+double unit_pair_separation(const unit_pair *p, vec3 axis, uint32_t *hint_a, uint32_t *hint_b)
+{
+    double separation;
+    if (p->a.type == SHAPE_HALFSPACE || p->b.type == SHAPE_HALFSPACE)
+        separation = plane_separation(p);
+    else
+        separation =
+            vec_dot(axis, vec_sub(unit_pair_support_b(p, vec_neg(axis), hint_b), unit_pair_support_a(p, axis, hint_a)));
+    return (separation - p->radius - p->error - p->excess) * p->unit;
+}
+
 double narrow_separation(
     const shape *a, const shape *b, const pose *b_in_a, vec3 axis, uint32_t *hint_a, uint32_t *hint_b)
 {
     unit_pair p;
     unit_pair_init(&p, a, b, b_in_a);
-    double separation;
-    if (p.a.type == SHAPE_HALFSPACE || p.b.type == SHAPE_HALFSPACE)
-        separation = plane_separation(&p);
-    else
-        separation = vec_dot(
-            axis, vec_sub(unit_pair_support_b(&p, vec_neg(axis), hint_b), unit_pair_support_a(&p, axis, hint_a)));
-    return (separation - p.radius - p.error - p.excess) * p.unit;
+    return unit_pair_separation(&p, axis, hint_a, hint_b);
 }
 
 /* From the point of the box of half extents `half` that is nearest to `p`, to `p`. */

@@ -76,6 +76,9 @@ static const support_hints NO_HINTS = {UINT32_MAX, UINT32_MAX};
 minkowski unit_pair_nearest_from(const unit_pair *p, vec3 axis, support_hints *hints);
 minkowski unit_pair_nearest_along(const unit_pair *p, vec3 axis); /* without hints */
 
+/* narrow_separation, for a pair that is made ready already. */
+double unit_pair_separation(const unit_pair *p, vec3 axis, uint32_t *hint_a, uint32_t *hint_b);
+
 /* Some unit vector orthogonal to `v`, chosen by its least component. */
 vec3 vec_unit_orthogonal(vec3 v);
 

@@ -140,6 +140,21 @@ static bool nearest(reply *r, const wire_query *q, world_hits *hits)
     return body != WORLD_NONE;
 }
 
+static bool sweep_body(reply *r, const wire_query *q, world_hits *hits)
+{
+    service *s = r->s;
+    uint32_t body = world_find_body(s->world, q->name_a);
+    bool sane = vec_norm(vec_of(q->angular)) * q->span_s <= MOTION_ANGLE_MAX;
+    if (body == WORLD_NONE)
+        fail(r, WIRE_ANSWER_UNKNOWN_NAME, "no body is named \"%.200s\"", q->name_a);
+    else if (!sane)
+        fail(r, WIRE_ANSWER_UNSUPPORTED, "angular, span_s: it would turn by more than %g rad", MOTION_ANGLE_MAX);
+    else
+        world_query_sweep(
+            s->world, body, vec_of(q->linear), vec_of(q->angular), q->span_s, q->tolerance_m, s->now_ns, hits);
+    return body != WORLD_NONE && sane;
+}
+
 static void record(reply *r, const wire_query *q)
 {
     service *s = r->s;
@@ -192,6 +207,9 @@ void answer_query(service *s, struct link *from, const wire_query *q)
         break;
     case WIRE_QUERY_NEAREST:
         if (!nearest(&r, q, &hits)) return;
+        break;
+    case WIRE_QUERY_SWEEP:
+        if (!sweep_body(&r, q, &hits)) return;
         break;
     case WIRE_QUERY_BOX:
         world_query_box(s->world, pose_of(q), vec_of(q->half), s->now_ns, &hits);

@@ -82,6 +82,27 @@ static void note_step(service *s, int64_t step)
 
 /* The newest sequence wins. A batch waits for the commands of this tick, once, if some of its client are among them or
  * it has a body that is not known yet. */
+static bool teleports(const wire_pose_batch *m, uint32_t i)
+{
+    return m->teleports.count && m->teleports.at[i];
+}
+
+/* A way back in time is none. */
+static bool is_older(const service *s, const owned_body *b, const wire_pose_batch *m, uint32_t i)
+{
+    return m->stamp_ns && !teleports(m, i) && m->stamp_ns < world_body_stamp_ns(s->world, b->world_id);
+}
+
+static void move(service *s, uint32_t id, const wire_pose_batch *m, uint32_t i)
+{
+    vec3 linear, angular;
+    const vec3 *v = vec_at(m->linear, i, &linear), *spin = vec_at(m->angular, i, &angular);
+    if (teleports(m, i))
+        world_teleport_body(s->world, id, pose_at(m, i), m->stamp_ns, v, spin);
+    else
+        world_move_body(s->world, id, pose_at(m, i), m->stamp_ns, v, spin);
+}
+
 void apply_poses(service *s, struct link *from, const wire_pose_batch *m, bool may_wait)
 {
     session *c = session_find(s, m->client);
@@ -92,26 +113,33 @@ void apply_poses(service *s, struct link *from, const wire_pose_batch *m, bool m
     if (c) c->heard_ns = s->monotonic_ns;
     if (m->stamp_ns > s->latest_pose_ns) s->latest_pose_ns = m->stamp_ns;
     note_step(s, m->step);
-    uint32_t unknown = 0;
-    int32_t first_unknown = -1;
-    vec3 linear, angular;
+    uint32_t unknown = 0, older = 0;
+    int32_t first_unknown = -1, first_older = -1;
     for (uint32_t i = 0; i < m->bodies.count; i++) {
         owned_body *b = c ? session_body(c, m->bodies.at[i]) : NULL;
         if (!b || b->world_id == WORLD_NONE) {
             if (!unknown++) first_unknown = m->bodies.at[i];
         } else if (m->sequence <= b->pose_sequence) {
             metric_count(s->count.late_poses, 1);
+        } else if (is_older(s, b, m, i)) {
+            if (!older++) first_older = m->bodies.at[i];
         } else {
             b->pose_sequence = m->sequence;
-            world_move_body(s->world, b->world_id, pose_at(m, i), m->stamp_ns, vec_at(m->linear, i, &linear),
-                vec_at(m->angular, i, &angular));
+            move(s, b->world_id, m, i);
         }
     }
-    if (!unknown) return;
     wire_refusal why;
-    refuse(&why, WIRE_UNKNOWN_BODY, "%u of %u bodies are not announced, the first is %d", unknown, m->bodies.count,
-        first_unknown);
-    apply_reject(s, from, WIRE_POSE_BATCH, m->client, m->sequence, first_unknown, &why);
+    if (unknown) {
+        refuse(&why, WIRE_UNKNOWN_BODY, "%u of %u bodies are not announced, the first is %d", unknown, m->bodies.count,
+            first_unknown);
+        apply_reject(s, from, WIRE_POSE_BATCH, m->client, m->sequence, first_unknown, &why);
+    }
+    if (older) {
+        refuse(&why, WIRE_OLD_POSE,
+            "stamp_ns: %u of %u bodies have a newer pose already, the first is %d; a teleport may go back in time",
+            older, m->bodies.count, first_older);
+        apply_reject(s, from, WIRE_POSE_BATCH, m->client, m->sequence, first_older, &why);
+    }
 }
 
 /* ---- bodies ---- */
@@ -182,6 +210,9 @@ static wire_reason put_body(service *s, session *c, const wire_body *m, wire_ref
         .category = (uint64_t)m->category,
         .mask = (uint64_t)m->mask,
         .one_way = m->one_way,
+        .ccd = (world_ccd)m->ccd,
+        .acceleration = m->acceleration_m_s2,
+        .angular_acceleration = m->angular_acceleration_rad_s2,
         .deadline_ns = m->deadline_ns,
         .stamp_ns = newer_pose ? world_body_stamp_ns(s->world, id) : m->stamp_ns,
         .pose = newer_pose ? world_body_pose(s->world, id) : told,
@@ -231,10 +262,6 @@ static wire_reason put_interest(service *s, session *c, const wire_interest *m, 
 {
     owned_interest *i = session_interest(c, m->interest);
     bool is_new = !i || !i->live;
-    if (m->facts & ~(WIRE_FACT_TOUCH | WIRE_FACT_DISTANCE | WIRE_FACT_MANIFOLD)) {
-        refuse(why, WIRE_UNSUPPORTED, "facts: impacts are not supported by this release");
-        return why->reason;
-    }
     if (is_new && apply_limit(s, world_get_figures(s->world).interests, s->config.max_interests, "max_interests", why))
         return why->reason;
     world_interest def = {.facts = (unsigned)m->facts,
@@ -243,6 +270,7 @@ static wire_reason put_interest(service *s, session *c, const wire_interest *m, 
         .threshold = m->threshold_m,
         .range = m->range_m,
         .tolerance = m->tolerance_m,
+        .horizon = m->horizon_s,
         .period_ns = m->rate_hz > 0 ? llround(fmin(1e9 / m->rate_hz, LONGEST_PERIOD_NS)) : 0};
     uint32_t id = is_new ? WORLD_NONE : i->world_id;
     if (stream_taken(s, c, m, id, why)) return why->reason; /* before anything has changed */

@@ -66,6 +66,11 @@ static void add_world(const service *s, sheet *t)
     add(t, "wide_answers", f.wide);
     add(t, "refined_answers", f.refined);
     add(t, "ccd_failures", f.peer_failures);
+    add(t, "sweeps", f.sweeps);
+    add(t, "sweep_queries", f.sweep_queries);
+    add(t, "impacts", f.impacts);
+    add(t, "foretold", f.foretold);
+    add(t, "undecided_sweeps", f.undecided);
     for (int r = 0; r < RUNG_COUNT; r++) {
         snprintf(rungs[r], sizeof rungs[r], "pairs_by_%s", world_rung_name((world_rung)r));
         add(t, rungs[r], f.rungs[r]);

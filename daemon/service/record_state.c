@@ -95,6 +95,9 @@ static void tell_body(service *s, const session *c, const owned_body *b, columns
             .category = (int64_t)def.category,
             .mask = (int64_t)def.mask,
             .one_way = def.one_way,
+            .ccd = (uint8_t)def.ccd,
+            .acceleration_m_s2 = def.acceleration,
+            .angular_acceleration_rad_s2 = def.angular_acceleration,
             .deadline_ns = def.deadline_ns,
             .stamp_ns = def.stamp_ns,
             .pose = {7, scratch->pose}}};
@@ -119,6 +122,7 @@ static void tell_interest(service *s, const session *c, const owned_interest *i)
             .threshold_m = def.threshold,
             .range_m = def.range,
             .tolerance_m = def.tolerance,
+            .horizon_s = def.horizon,
             .rate_hz = def.period_ns ? 1e9 / (double)def.period_ns : 0}};
     record_message(s, &m);
 }

@@ -101,6 +101,9 @@ typedef struct part {
     double manifold_points[3 * MANIFOLD_POINTS_MAX * EVENTS_A_PART];
     double manifold_distances[MANIFOLD_POINTS_MAX * EVENTS_A_PART];
     int32_t manifold_features[MANIFOLD_POINTS_MAX * EVENTS_A_PART];
+    double closings[EVENTS_A_PART], impact_times[2 * EVENTS_A_PART], impact_poses[14 * EVENTS_A_PART];
+    int64_t impact_starts[EVENTS_A_PART];
+    uint8_t impact_estimated[EVENTS_A_PART];
 } part;
 
 static void put_vec(double *at, vec3 v)
@@ -120,9 +123,27 @@ static uint32_t put_manifold(part *p, uint32_t points, const manifold *m)
     return points;
 }
 
+static void put_pose(double *at, pose p)
+{
+    const double numbers[7] = {p.p.x, p.p.y, p.p.z, p.q.w, p.q.x, p.q.y, p.q.z};
+    memcpy(at, numbers, sizeof numbers);
+}
+
+static uint32_t put_impact(part *p, uint32_t impacts, const world_event *e)
+{
+    if (e->kind != EVENT_IMPACT && e->kind != EVENT_FORETOLD) return impacts;
+    p->impact_times[2 * (size_t)impacts] = e->impact.lo;
+    p->impact_times[2 * (size_t)impacts + 1] = e->impact.hi;
+    p->impact_starts[impacts] = e->impact.start_ns;
+    put_pose(p->impact_poses + 14 * (size_t)impacts, e->impact.pose_a);
+    put_pose(p->impact_poses + 14 * (size_t)impacts + 7, e->impact.pose_b);
+    p->impact_estimated[impacts] = e->impact.estimated;
+    return impacts + 1;
+}
+
 static void fill(part *p, const world_event *events, uint32_t n, wire_event_batch *m)
 {
-    uint32_t points = 0;
+    uint32_t points = 0, impacts = 0;
     for (uint32_t i = 0; i < n; i++) {
         const world_event *e = &events[i];
         p->kinds[i] = e->kind;
@@ -141,6 +162,8 @@ static void fill(part *p, const world_event *events, uint32_t n, wire_event_batc
         put_vec(p->points_b + 3 * (size_t)i, e->point_b);
         p->manifold_counts[i] = (uint8_t)e->manifold.count;
         points = put_manifold(p, points, &e->manifold);
+        p->closings[i] = e->closing;
+        impacts = put_impact(p, impacts, e);
     }
     m->kinds = (wire_u8s){n, p->kinds};
     m->causes = (wire_u8s){n, p->causes};
@@ -160,6 +183,11 @@ static void fill(part *p, const world_event *events, uint32_t n, wire_event_batc
     m->manifold_points = (wire_f64s){3 * points, p->manifold_points};
     m->manifold_distances = (wire_f64s){points, p->manifold_distances};
     m->manifold_features = (wire_i32s){points, p->manifold_features};
+    m->closings = (wire_f64s){n, p->closings};
+    m->impact_times = (wire_f64s){2 * impacts, p->impact_times};
+    m->impact_starts_ns = (wire_i64s){impacts, p->impact_starts};
+    m->impact_poses = (wire_f64s){14 * impacts, p->impact_poses};
+    m->impact_estimated = (wire_u8s){impacts, p->impact_estimated};
 }
 
 static void publish(service *s, stream *to, const world_batch *b)

@@ -82,6 +82,9 @@ world_status world_get_body(const world *w, uint32_t id, world_body *out, world_
         .category = b->category,
         .mask = b->mask,
         .one_way = b->one_way,
+        .ccd = b->ccd,
+        .acceleration = b->acceleration,
+        .angular_acceleration = b->angular_acceleration,
         .deadline_ns = b->deadline_ns,
         .stamp_ns = b->stamp_ns,
         .pose = b->pose,
@@ -271,8 +274,15 @@ world_status world_put_body(world *w, uint32_t *id, const world_body *def)
     b->category = def->category;
     b->mask = def->mask;
     b->one_way = def->one_way;
+    b->ccd = def->ccd;
+    b->acceleration = def->acceleration;
+    b->angular_acceleration = def->angular_acceleration;
     b->deadline_ns = def->deadline_ns;
     set_pose(b, def->pose, def->stamp_ns);
+    b->speed = SPEED_NONE; /* a definition has no velocities, and no way to where it is */
+    b->moved = false;
+    b->before = b->pose;
+    b->before_ns = b->stamp_ns;
     copy_rules(b, def);
     if (is_new || !same_shapes(w, b, def)) {
         w->figures.shapes += def->shape_count - b->shape_count;
@@ -284,6 +294,23 @@ world_status world_put_body(world *w, uint32_t *id, const world_body *def)
     return WORLD_OK;
 }
 
+/* Given, or estimated from the way since the last tick's pose where both are stamped. */
+static void set_speed(body *b, const vec3 *linear, const vec3 *angular)
+{
+    int64_t passed_ns = b->stamp_ns - b->before_ns;
+    b->speed = SPEED_NONE;
+    b->linear = linear ? *linear : VEC_ZERO;
+    b->angular = angular ? *angular : VEC_ZERO;
+    if (linear || angular) {
+        b->speed = SPEED_GIVEN;
+    } else if (b->moved && b->stamp_ns && b->before_ns && passed_ns > 0) {
+        motion way = motion_between(b->before, b->pose, 1e-9 * (double)passed_ns);
+        b->speed = SPEED_ESTIMATED;
+        b->linear = way.linear;
+        b->angular = way.angular;
+    }
+}
+
 world_status world_move_body(world *w, uint32_t id, pose to, int64_t stamp_ns, const vec3 *linear, const vec3 *angular)
 {
     if (!is_body(w, id)) return WORLD_UNKNOWN_ID;
@@ -291,11 +318,36 @@ world_status world_move_body(world *w, uint32_t id, pose to, int64_t stamp_ns, c
     vec3 from = b->pose.p;
     set_pose(b, to, stamp_ns);
     b->step = vec_sub(b->pose.p, from);
-    (void)linear; /* the last step carries the fat box ahead; only swept pairs will need the velocities */
-    (void)angular;
+    b->moved = true;
+    set_speed(b, linear, angular);
     w->figures.moves++;
     body_mark_dirty(w, id, false);
     return WORLD_OK;
+}
+
+world_status world_teleport_body(
+    world *w, uint32_t id, pose to, int64_t stamp_ns, const vec3 *linear, const vec3 *angular)
+{
+    world_status status = world_move_body(w, id, to, stamp_ns, linear, angular);
+    if (status != WORLD_OK) return status;
+    body *b = &w->bodies.at[id];
+    b->before = b->pose;
+    b->before_ns = b->stamp_ns;
+    b->moved = false;
+    b->step = VEC_ZERO;
+    if (b->speed == SPEED_ESTIMATED) b->speed = SPEED_NONE;
+    if (!b->teleported) array_push(&w->teleported, id);
+    b->teleported = true;
+    return WORLD_OK;
+}
+
+void body_arrive(world *w, uint32_t id)
+{
+    body *b = &w->bodies.at[id];
+    b->before = b->pose;
+    b->before_ns = b->stamp_ns;
+    b->moved = false;
+    b->teleported = false;
 }
 
 world_status world_hold_body(world *w, uint32_t id)
@@ -374,7 +426,7 @@ void body_settle_dirty(world *w)
         for (size_t k = 0; k < b->shape_count; k++) {
             solid *s = &w->solids.at[b->shapes[k]];
             s->world = pose_mul(b->pose, s->local);
-            aabb box = shape_bounds(&s->shape, s->world);
+            aabb box = body_swept_bounds(w, b, s, shape_bounds(&s->shape, s->world));
             broad_put(w->broad, &(broad_move){.proxy = b->shapes[k],
                                     .fixed = b->fixed,
                                     .box = aabb_grow(box, b->widen),

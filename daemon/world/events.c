@@ -27,12 +27,16 @@ static uint64_t hash_event(uint64_t h, uint32_t interest, const world_event *e)
     h = mix(h, e->name_a, strlen(e->name_a));
     h = mix(h, e->name_b, strlen(e->name_b));
     const double numbers[] = {e->lo, e->hi, e->axis.x, e->axis.y, e->axis.z, e->point_a.x, e->point_a.y, e->point_a.z,
-        e->point_b.x, e->point_b.y, e->point_b.z, (double)e->age_a_ns, (double)e->age_b_ns};
+        e->point_b.x, e->point_b.y, e->point_b.z, (double)e->age_a_ns, (double)e->age_b_ns, e->closing};
     h = mix(h, numbers, sizeof numbers);
     for (uint32_t i = 0; i < e->manifold.count; i++) {
         const manifold_point *p = &e->manifold.points[i];
         const double point[] = {p->point.x, p->point.y, p->point.z, p->distance, (double)p->feature};
         h = mix(h, point, sizeof point);
+    }
+    if (e->kind == EVENT_IMPACT || e->kind == EVENT_FORETOLD) {
+        const double times[] = {e->impact.lo, e->impact.hi, (double)e->impact.start_ns};
+        h = mix(h, times, sizeof times);
     }
     return h;
 }
@@ -72,6 +76,8 @@ static void turn_round(world_event *e)
     e->point_b = was.point_a;
     e->age_a_ns = was.age_b_ns;
     e->age_b_ns = was.age_a_ns;
+    e->impact.pose_a = was.impact.pose_b;
+    e->impact.pose_b = was.impact.pose_a;
     for (uint32_t i = 0; i < e->manifold.count; i++)
         e->manifold.points[i].feature = was.manifold.points[i].feature << 16 | was.manifold.points[i].feature >> 16;
 }
@@ -84,6 +90,12 @@ static bool is_turned(const body *a, const body *b, uint32_t id, int looks)
     bool straight = a->match_a[word] & mask && b->match_b[word] & mask;
     bool turned = b->match_a[word] & mask && a->match_b[word] & mask;
     return straight && turned ? looks < 0 : turned;
+}
+
+static vec3 velocity_at(const body *b, vec3 point)
+{
+    if (b->fixed || !b->speed) return VEC_ZERO;
+    return vec_add(b->linear, vec_cross(b->angular, vec_sub(point, b->pose.p)));
 }
 
 static void fill(const world *w, const pair *p, const narrow_result *r, uint32_t interest, int looks, world_event *e)
@@ -104,10 +116,21 @@ static void fill(const world *w, const pair *p, const narrow_result *r, uint32_t
         .manifold = r->manifold};
     for (uint32_t i = 0; i < e->manifold.count; i++)
         e->manifold.points[i].point = to_world(a, e->manifold.points[i].point);
+    e->closing = vec_dot(e->axis, vec_sub(velocity_at(x, e->point_a), velocity_at(y, e->point_b)));
     if (is_turned(x, y, interest, looks)) turn_round(e);
 }
 
 /* ---- watches ---- */
+
+static int64_t watch_id(const watch *v)
+{
+    return v->touch_id ? v->touch_id : v->near_id ? v->near_id : v->foretold_id;
+}
+
+static const world_event *watch_last(const watch *v)
+{
+    return v->touch_id || v->near_id ? &v->last : &v->foretold;
+}
 
 static uint32_t find_watch(const world *w, const pair *p, uint32_t interest)
 {
@@ -163,6 +186,7 @@ static void end_watch(world *w, uint32_t id, uint8_t cause)
         w->figures.contacts--;
     }
     if (v->near_id) emit(w, v->interest, &v->last, EVENT_FAR, cause, v->near_id);
+    if (v->foretold_id) emit(w, v->interest, &v->foretold, EVENT_AVERTED, cause, v->foretold_id);
     drop_watch(w, id);
 }
 
@@ -212,7 +236,7 @@ static void transit(world *w, uint32_t id, bool touches, bool near, uint8_t caus
     bool touched = v->touch_id, was_near = v->near_id;
     if (v->unknown) {
         v->unknown = false;
-        emit(w, v->interest, &v->last, EVENT_KNOWN, CAUSE_MOTION, v->touch_id ? v->touch_id : v->near_id);
+        emit(w, v->interest, watch_last(v), EVENT_KNOWN, CAUSE_MOTION, watch_id(v));
     }
     if (near && !was_near) {
         v->near_id = ++w->serial;
@@ -227,7 +251,7 @@ static void transit(world *w, uint32_t id, bool touches, bool near, uint8_t caus
         emit(w, v->interest, &v->last, EVENT_FAR, cause, v->near_id);
         v->near_id = 0;
     }
-    if (!v->touch_id && !v->near_id) drop_watch(w, id);
+    if (!watch_id(v)) drop_watch(w, id);
 }
 
 typedef struct terms { /* under which a pair is judged in this tick */
@@ -268,6 +292,89 @@ void events_of_active(world *w)
             for (uint64_t bits = interest_word(a, b, word); bits; bits &= bits - 1)
                 tell(w, id, &w->results.at[w->outcomes.at[k].result],
                     (uint32_t)(word * 64) + (uint32_t)__builtin_ctzll(bits), &t);
+    }
+}
+
+/* ---- impacts, and what is foretold ---- */
+
+static void fill_sweep(const world *w, const sweep *s, world_event *e)
+{
+    const pair *p = &w->pairs.at[w->active_pairs.at[s->active]];
+    const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
+    const body *x = &w->bodies.at[a->body], *y = &w->bodies.at[b->body];
+    const toi_result *r = &s->result;
+    *e = (world_event){.name_a = x->name,
+        .name_b = y->name,
+        .shape_a = a->index,
+        .shape_b = b->index,
+        .lo = r->gap_lo,
+        .hi = r->gap_hi,
+        .axis = r->axis,
+        .point_a = r->point_a,
+        .point_b = r->point_b,
+        .age_a_ns = body_age_ns(w, x),
+        .age_b_ns = body_age_ns(w, y),
+        .impact = {r->lo, r->hi, s->start_ns, r->body_a, r->body_b, s->estimated},
+        .closing = r->closing};
+    if (is_turned(x, y, s->interest, pair_terms_of_paired(x, y).looks)) turn_round(e);
+}
+
+/* Where it began in contact, that has been told. */
+static void tell_impact(world *w, const sweep *s)
+{
+    if (s->result.status == TOI_FREE || (s->result.status == TOI_HIT && s->result.hi == 0)) return;
+    world_event e;
+    fill_sweep(w, s, &e);
+    emit(w, s->interest, &e, EVENT_IMPACT, CAUSE_MOTION, ++w->serial);
+    w->figures.impacts++;
+}
+
+static void tell_averted(world *w, uint32_t id)
+{
+    watch *v = &w->watches.at[id];
+    if (!v->foretold_id) return;
+    emit(w, v->interest, &v->foretold, EVENT_AVERTED, CAUSE_MOTION, v->foretold_id);
+    v->foretold_id = 0;
+    v->foretold_dirty = false;
+    if (!watch_id(v)) drop_watch(w, id);
+}
+
+static void tell_foretold(world *w, const sweep *s)
+{
+    uint32_t pair_id = w->active_pairs.at[s->active], id = find_watch(w, &w->pairs.at[pair_id], s->interest);
+    if (s->result.status == TOI_FREE) {
+        if (id != WORLD_NONE) tell_averted(w, id);
+        return;
+    }
+    if (id == WORLD_NONE) id = add_watch(w, pair_id, s->interest);
+    watch *v = &w->watches.at[id];
+    interest *i = &w->interests.at[s->interest];
+    fill_sweep(w, s, &v->foretold);
+    if (v->unknown) {
+        v->unknown = false;
+        emit(w, s->interest, &v->foretold, EVENT_KNOWN, CAUSE_MOTION, watch_id(v));
+    }
+    bool is_new = !v->foretold_id;
+    if (is_new) {
+        v->foretold_id = ++w->serial;
+        w->figures.foretold++;
+    }
+    if (is_new || may_update(w, i)) {
+        v->foretold_dirty = false;
+        emit(w, s->interest, &v->foretold, EVENT_FORETOLD, CAUSE_MOTION, v->foretold_id);
+    } else if (!v->foretold_dirty) {
+        v->foretold_dirty = true;
+        array_push(&i->held, id);
+    }
+}
+
+void events_of_sweeps(world *w)
+{
+    for (size_t k = 0; k < w->sweeps.count; k++) {
+        if (w->sweeps.at[k].foretells)
+            tell_foretold(w, &w->sweeps.at[k]);
+        else
+            tell_impact(w, &w->sweeps.at[k]);
     }
 }
 
@@ -325,10 +432,28 @@ static void tell_watches_unknown(world *w, uint32_t solid_id)
             watch *v = &w->watches.at[id];
             if (v->unknown) continue;
             v->unknown = true;
-            emit(w, v->interest, &v->last, EVENT_UNKNOWN, CAUSE_STALE, v->touch_id ? v->touch_id : v->near_id);
+            emit(w, v->interest, watch_last(v), EVENT_UNKNOWN, CAUSE_STALE, watch_id(v));
         }
     }
     array_free(&list.pairs);
+}
+
+/* What they were to each other ends where they were. */
+void events_teleported(world *w)
+{
+    if (w->teleported.count) qsort(w->teleported.at, w->teleported.count, sizeof *w->teleported.at, compare_u32);
+    for (size_t i = 0; i < w->teleported.count; i++) {
+        const body *b = &w->bodies.at[w->teleported.at[i]];
+        if (!b->used || b->ghost || !b->teleported) continue;
+        for (size_t k = 0; k < b->shape_count; k++) {
+            pair_list list = {.w = w, .proxy = b->shapes[k]};
+            broad_each_pair_of(w->broad, b->shapes[k], list_pair, &list);
+            if (list.pairs.count) qsort(list.pairs.at, list.pairs.count, sizeof *list.pairs.at, compare_u32);
+            for (size_t n = 0; n < list.pairs.count; n++) events_pair_ended(w, list.pairs.at[n], CAUSE_TELEPORT);
+            array_free(&list.pairs);
+        }
+    }
+    w->teleported.count = 0;
 }
 
 void events_unknown(world *w)
@@ -356,7 +481,7 @@ static void refresh_ages(const world *w, const watch *v, world_event *e)
 {
     const pair *p = &w->pairs.at[v->pair];
     const body *a = &w->bodies.at[w->solids.at[p->a].body], *b = &w->bodies.at[w->solids.at[p->b].body];
-    bool turned = strcmp(v->last.name_a, a->name) != 0;
+    bool turned = strcmp(e->name_a, a->name) != 0;
     e->age_a_ns = body_age_ns(w, turned ? b : a);
     e->age_b_ns = body_age_ns(w, turned ? a : b);
 }
@@ -366,9 +491,12 @@ static void release_held(world *w, uint32_t interest_id)
     interest *i = &w->interests.at[interest_id];
     for (size_t k = 0; k < i->held.count; k++) {
         watch *v = &w->watches.at[i->held.at[k]];
-        if (!v->used || v->interest != interest_id || !v->dirty) continue;
-        v->dirty = false;
+        if (!v->used || v->interest != interest_id || !(v->dirty || v->foretold_dirty)) continue;
+        bool dirty = v->dirty, foretold = v->foretold_dirty;
+        v->dirty = v->foretold_dirty = false;
         if (v->unknown) continue;
+        if (foretold) emit(w, interest_id, &v->foretold, EVENT_FORETOLD, CAUSE_MOTION, v->foretold_id);
+        if (!dirty) continue;
         refresh_ages(w, v, &v->last);
         if (v->touch_id)
             emit(w, interest_id, &v->last, EVENT_UPDATE, CAUSE_MOTION, v->touch_id);
@@ -402,18 +530,19 @@ static void snapshot(world *w, uint32_t id)
     size_t kept = i->snapshot_first = i->events.count;
     for (uint32_t v = i->first_watch; v != WORLD_NONE; v = w->watches.at[v].interest_next) {
         const watch *at = &w->watches.at[v];
-        world_event now = at->last; /* a copy: what later events tell may not depend on who asked for a snapshot */
+        world_event now =
+            *watch_last(at); /* a copy: what later events tell may not depend on who asked for a snapshot */
         refresh_ages(w, at, &now);
         if (at->touch_id) emit(w, id, &now, EVENT_BEGIN, CAUSE_SNAPSHOT, at->touch_id);
         if (at->near_id) emit(w, id, &now, EVENT_NEAR, CAUSE_SNAPSHOT, at->near_id);
+        if (at->foretold_id) emit(w, id, &at->foretold, EVENT_FORETOLD, CAUSE_SNAPSHOT, at->foretold_id);
     }
     i = &w->interests.at[id];
     if (i->events.count > kept)
         qsort(i->events.at + kept, i->events.count - kept, sizeof *i->events.at, compare_events);
     for (uint32_t v = i->first_watch; v != WORLD_NONE; v = w->watches.at[v].interest_next) {
         const watch *at = &w->watches.at[v];
-        if (at->unknown)
-            emit(w, id, &at->last, EVENT_UNKNOWN, CAUSE_SNAPSHOT, at->touch_id ? at->touch_id : at->near_id);
+        if (at->unknown) emit(w, id, watch_last(at), EVENT_UNKNOWN, CAUSE_SNAPSHOT, watch_id(at));
     }
     if (!w->figures.stale_bodies) return;
     uint64_t mask = (uint64_t)1 << (id & 63);
@@ -447,7 +576,7 @@ void events_close(world *w, uint32_t id, uint8_t cause)
     ARRAY(told) order = {0};
     for (uint32_t v = w->interests.at[id].first_watch; v != WORLD_NONE; v = w->watches.at[v].interest_next) {
         const watch *at = &w->watches.at[v];
-        array_push(&order, ((told){at->touch_id ? at->touch_id : at->near_id, v}));
+        array_push(&order, ((told){watch_id(at), v}));
     }
     if (order.count) qsort(order.at, order.count, sizeof *order.at, compare_told);
     for (size_t i = 0; i < order.count; i++) end_watch(w, order.at[i].watch, cause);

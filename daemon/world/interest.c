@@ -22,16 +22,20 @@ static double half_range(const interest *i)
 {
     double most = 0;
     if (i->facts & WORLD_DISTANCE) most = fmax(most, i->range);
-    if (i->facts & (WORLD_TOUCH | WORLD_MANIFOLD)) most = fmax(most, i->threshold);
+    if (i->facts & (WORLD_TOUCH | WORLD_MANIFOLD | WORLD_IMPACT | WORLD_FORETELL)) most = fmax(most, i->threshold);
     return 0.5 * (most + i->tolerance);
 }
 
 static void widen_body(world *w, body *b)
 {
-    b->widen = 0;
+    b->widen = b->horizon = 0;
+    b->impacts = false;
     for (uint32_t i = 0; i < w->interests.count; i++) {
-        if (!w->interests.at[i].used || !(get_bit(b->match_a, i) || get_bit(b->match_b, i))) continue;
-        b->widen = fmax(b->widen, half_range(&w->interests.at[i]) + b->rule_reach);
+        const interest *x = &w->interests.at[i];
+        if (!x->used || !(get_bit(b->match_a, i) || get_bit(b->match_b, i))) continue;
+        b->widen = fmax(b->widen, half_range(x) + b->rule_reach);
+        b->impacts |= (x->facts & WORLD_IMPACT) != 0;
+        if (x->facts & WORLD_FORETELL) b->horizon = fmax(b->horizon, x->horizon);
     }
 }
 
@@ -91,7 +95,7 @@ static void grow(world *w, size_t interests)
 static bool same_interest(const interest *i, const world_interest *def)
 {
     return i->facts == def->facts && i->threshold == def->threshold && i->range == def->range &&
-           i->tolerance == def->tolerance && i->period_ns == def->period_ns &&
+           i->tolerance == def->tolerance && i->horizon == def->horizon && i->period_ns == def->period_ns &&
            strcmp(i->select_a, def->select_a) == 0 && strcmp(i->select_b, def->select_b) == 0;
 }
 
@@ -128,6 +132,7 @@ world_status world_put_interest(world *w, uint32_t *id, const world_interest *de
     i->threshold = def->threshold;
     i->range = def->range;
     i->tolerance = def->tolerance;
+    i->horizon = def->horizon;
     i->period_ns = def->period_ns;
     i->changed = true;
     return WORLD_OK;
@@ -143,6 +148,7 @@ world_status world_get_interest(const world *w, uint32_t id, world_interest *out
         .threshold = i->threshold,
         .range = i->range,
         .tolerance = i->tolerance,
+        .horizon = i->horizon,
         .period_ns = i->period_ns};
     return WORLD_OK;
 }
@@ -166,6 +172,11 @@ void world_want_snapshot(world *w, uint32_t id)
 /* What was told under the old terms ends; every body that either terms concern is looked at again. */
 void interest_settle_changes(world *w)
 {
+    w->sweepers = 0;
+    for (size_t id = 0; id < w->interests.count; id++) {
+        const interest *i = &w->interests.at[id];
+        w->sweepers += i->used && !i->closing && (i->facts & (WORLD_IMPACT | WORLD_FORETELL));
+    }
     for (uint32_t id = 0; id < w->interests.count; id++) {
         interest *i = &w->interests.at[id];
         if (!i->used || !i->changed) continue;

@@ -67,7 +67,7 @@ static bool settle_cheaply(const world *w, pair *p, const pose *b_in_a, double l
 {
     const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
     narrow_cache *c = &p->cache;
-    if (!w->options.caches || p->first_watch != WORLD_NONE) return false;
+    if (!w->options.caches || pair_is_told(w, p)) return false;
     out->rung = RUNG_MOTION_BOUND;
     if (is_axis(c->axis) && c->lower - narrow_motion_bound(&c->b_in_a, b_in_a, b->reach) > limit) return true;
     out->rung = RUNG_CACHED_AXIS;
@@ -91,6 +91,10 @@ static void decide_cheaply(void *context, size_t begin, size_t end, unsigned wor
             continue;
         }
         demand d = ladder_demand(w, x, y);
+        if (!(d.limit > -INFINITY)) {
+            *out = (outcome){.rung = RUNG_UNASKED, .settled = true, .result = WORLD_NONE};
+            continue;
+        }
         pose b_in_a = solid_relative(w, a, b);
         double slack = d.request.tolerance + WIDEST_ANSWER * pair_size(a, b);
         out->settled = settle_cheaply(w, p, &b_in_a, d.limit + slack, out);
@@ -114,7 +118,7 @@ static uint32_t ask(const world *w, const pair *p, const demand *d, void *scratc
     pose b_in_a = solid_relative(w, a, b);
     narrow_request request = d->request;
     narrow_cache cold = {.lower = 0};
-    bool told = p->first_watch != WORLD_NONE;
+    bool told = pair_is_told(w, p);
     uint32_t asked = 0;
     if (!told && !(request.facts & NARROW_DISTANCE)) {
         request.facts = NARROW_VERDICT;

@@ -69,6 +69,20 @@ bool pair_accept(void *context, uint32_t a, uint32_t b)
     return x != y && interest_wants(w, x, y) && pair_get_terms(x, y).checked;
 }
 
+bool pair_is_told(const world *w, const pair *p)
+{
+    for (uint32_t id = p->first_watch; id != WORLD_NONE; id = w->watches.at[id].pair_next)
+        if (w->watches.at[id].touch_id || w->watches.at[id].near_id) return true;
+    return false;
+}
+
+bool pair_is_foretold(const world *w, const pair *p)
+{
+    for (uint32_t id = p->first_watch; id != WORLD_NONE; id = w->watches.at[id].pair_next)
+        if (w->watches.at[id].foretold_id) return true;
+    return false;
+}
+
 uint32_t pair_find(const world *w, uint32_t a, uint32_t b)
 {
     return pair_map_get(&w->pair_of, pair_key(a, b));
@@ -93,7 +107,8 @@ static uint8_t cause_of_end(const world *w, const pair *p)
     if (b->ghost) return b->ghost_cause;
     if (sa->ghost || sb->ghost) return CAUSE_SHAPE;
     if (!pair_get_terms(a, b).checked) return CAUSE_FILTER;
-    return interest_wants(w, a, b) ? CAUSE_MOTION : CAUSE_INTEREST;
+    if (!interest_wants(w, a, b)) return CAUSE_INTEREST;
+    return a->teleported || b->teleported ? CAUSE_TELEPORT : CAUSE_MOTION;
 }
 
 static void end(world *w, uint32_t a, uint32_t b)

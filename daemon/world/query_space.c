@@ -166,6 +166,62 @@ void world_query_cast(const world *w, pose at, vec3 half, vec3 direction, double
     broad_query_cast(w->broad, shape_bounds(&box, q.probe.at), q.direction, length, cast_visit, &q);
 }
 
+/* ---- along a motion ---- */
+
+typedef struct moving {
+    search q; /* q.length: s, nothing after it is of interest */
+    const solid *of;
+    motion motion;
+} moving;
+
+static bool sweep_visit(void *context, uint32_t proxy)
+{
+    moving *m = context;
+    const world *w = m->q.w;
+    const solid *s = &w->solids.at[proxy], *x = m->of;
+    const body *a = &w->bodies.at[x->body], *b = &w->bodies.at[s->body];
+    if (!concerns(&m->q, s) || !pair_get_terms(a, b).checked) return true;
+    toi_mover mover = {&x->shape, x->local, m->motion}, still = {&s->shape, s->local, {.start = b->pose}};
+    toi_request request = {.span = m->q.length, .tolerance = m->q.tolerance};
+    toi_result t;
+    bool in_order = narrow_ordered(&x->shape, m->of - w->solids.at, &s->shape, proxy);
+    toi_find(in_order ? &mover : &still, in_order ? &still : &mover, &request, VEC_ZERO, w->scratch[0], &t);
+    world_hit *best = m->q.out->count ? &m->q.out->at[0] : NULL;
+    if (t.status == TOI_FREE || (best && best->lo <= t.lo && !(best->lo == t.lo && s->body < best->body_a)))
+        return true;
+    world_hit hit = {.body_a = s->body,
+        .body_b = WORLD_NONE,
+        .lo = t.lo,
+        .hi = t.hi,
+        .axis = in_order ? t.axis : vec_neg(t.axis),
+        .point_a = in_order ? t.point_a : t.point_b,
+        .point_b = in_order ? t.point_b : t.point_a,
+        .age_ns = body_age_at(b, m->q.now_ns),
+        .stale = b->stale};
+    m->q.out->count = 0;
+    array_push(m->q.out, hit);
+    m->q.length = fmin(m->q.length, fmax(t.lo * (1 + 1e-12), 1e-300));
+    return true;
+}
+
+void world_query_sweep(const world *w, uint32_t id, vec3 linear, vec3 angular, double span, double tolerance,
+    int64_t now_ns, world_hits *out)
+{
+    const body *b = &w->bodies.at[id];
+    moving m = {.q = {.w = w,
+                    .probe.body = id,
+                    .tolerance = tolerance > 0 ? tolerance : FINEST,
+                    .length = span,
+                    .now_ns = now_ns,
+                    .out = out},
+        .motion = {b->pose, linear, angular}};
+    for (size_t k = 0; k < b->shape_count; k++) {
+        m.of = &w->solids.at[b->shapes[k]];
+        aabb box = motion_bounds(&m.motion, &m.of->shape, m.of->local, m.q.length);
+        broad_query_box(w->broad, aabb_grow(box, m.q.tolerance), sweep_visit, &m);
+    }
+}
+
 /* ---- where it is, and near it ---- */
 
 static int by_body(const void *a, const void *b)

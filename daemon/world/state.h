@@ -30,8 +30,18 @@ typedef struct body {
     uint32_t serial;                          /* of its entry among the expiries: an older one is void */
     bool expiry_queued;                       /* it has one */
     pose pose;
-    vec3 step;    /* m, how far it moved with the last pose: the fat box reaches ahead by it */
-    double widen; /* m, half of the farthest range that an interest wants of it, and all of its rules' reach */
+    pose before;       /* at the last tick, ... */
+    int64_t before_ns; /* ... its stamp */
+    bool moved;        /* between the two, on a way that may be swept */
+    bool teleported;   /* since the last tick */
+    world_ccd ccd;
+    enum { SPEED_NONE, SPEED_ESTIMATED, SPEED_GIVEN } speed;
+    vec3 linear, angular; /* m/s, rad/s: as of `speed` */
+    double acceleration, angular_acceleration;
+    bool impacts;   /* an interest wants its impacts: its box holds its way */
+    double horizon; /* s: the farthest that an interest wants foretold of it: its box holds all that it may do */
+    vec3 step;      /* m, how far it moved with the last pose: the fat box reaches ahead by it */
+    double widen;   /* m, half of the farthest range that an interest wants of it, and all of its rules' reach */
     uint32_t *shapes;
     size_t shape_count;
     filter_rule *rules;
@@ -52,9 +62,10 @@ typedef struct watch {
     uint32_t pair, interest;
     uint32_t pair_next; /* of the same pair, by rising interest */
     uint32_t interest_next, interest_prev;
-    int64_t touch_id, near_id; /* 0 = not */
-    bool used, unknown, dirty; /* dirty: an update that the rate held back */
-    world_event last;
+    int64_t touch_id, near_id, foretold_id;    /* 0 = not */
+    bool used, unknown, dirty, foretold_dirty; /* dirty: an update that the rate held back */
+    world_event last;                          /* of contact and nearness */
+    world_event foretold;                      /* the last one that was foretold */
 } watch;
 
 typedef struct pair {
@@ -68,7 +79,7 @@ typedef struct pair {
 typedef struct interest {
     char *select_a, *select_b;
     unsigned facts;
-    double threshold, range, tolerance;
+    double threshold, range, tolerance, horizon;
     int64_t period_ns, next_update_ns;
     bool used, closing, snapshot, changed;
     uint8_t closing_cause;
@@ -89,6 +100,16 @@ typedef struct outcome { /* of one active pair in one tick */
     bool settled;    /* no result: proven to be beyond everything that anybody asked, or unknown */
     uint32_t result; /* index into world.results otherwise */
 } outcome;
+
+typedef struct sweep { /* a search for a time of impact: one pair, one interest */
+    uint32_t active;   /* index into active_pairs */
+    uint32_t interest;
+    bool foretells;
+    bool again; /* asks what the one before it asks */
+    bool estimated;
+    int64_t start_ns;
+    toi_result result;
+} sweep;
 
 struct world {
     world_options options;
@@ -120,6 +141,10 @@ struct world {
     ARRAY(outcome) outcomes;
     ARRAY(uint32_t) open; /* active pairs that need the narrow phase */
     ARRAY(narrow_result) results;
+    ARRAY(sweep) sweeps;        /* in the order of active_pairs, then of interests */
+    size_t sweepers;            /* interests that want impacts, or something foretold */
+    ARRAY(uint32_t) teleported; /* bodies, since the last tick */
+    int64_t last_tick_ns;
     ARRAY(world_batch) batches;
 
     int64_t now_ns;
@@ -131,7 +156,8 @@ struct world {
 };
 
 /* body.c */
-void body_settle_dirty(world *w); /* new boxes and filters into the broad phase */
+void body_settle_dirty(world *w);        /* new boxes and filters into the broad phase */
+void body_arrive(world *w, uint32_t id); /* where it is, it was at the last tick */
 void body_reap(world *w);
 int64_t body_age_ns(const world *w, const body *b); /* in this tick */
 int64_t body_age_at(const body *b, int64_t now_ns);
@@ -175,7 +201,20 @@ typedef struct demand { /* what all interests in a pair ask together */
 demand ladder_demand(const world *w, const body *a, const body *b);
 void ladder_decide(world *w);
 
+/* Has anybody been told how it stands? Then it is decided in full. */
+bool pair_is_told(const world *w, const pair *p);
+bool pair_is_foretold(const world *w, const pair *p);
+
+/* impact.c */
+double body_span(const world *w, const body *b); /* s, of its way since the last tick; 0: it did not move */
+motion body_way(const body *b, double span, bool turns);
+motion body_course(const body *b); /* from its pose on */
+aabb body_swept_bounds(const world *w, const body *b, const solid *s, aabb box);
+void impact_decide(world *w);
+
 /* events.c */
+void events_of_sweeps(world *w);
+void events_teleported(world *w);
 void events_pair_ended(world *w, uint32_t pair, uint8_t cause);
 void events_of_active(world *w);
 void events_unknown(world *w);

@@ -5,7 +5,7 @@ static const char *check_watch(const world *w, uint32_t id)
 {
     const watch *v = &w->watches.at[id];
     if (!v->used) return "a dead watch is linked";
-    if (!v->touch_id && !v->near_id) return "a watch with nothing to watch";
+    if (!v->touch_id && !v->near_id && !v->foretold_id) return "a watch with nothing to watch";
     if (!w->pairs.at[v->pair].used) return "a watch of a dead pair";
     if (!w->interests.at[v->interest].used) return "a watch of a dead interest";
     return NULL;

@@ -105,6 +105,8 @@ void world_destroy(world *w)
     array_free(&w->outcomes);
     array_free(&w->open);
     array_free(&w->results);
+    array_free(&w->sweeps);
+    array_free(&w->teleported);
     array_free(&w->batches);
     free(w);
 }
@@ -118,8 +120,11 @@ static void begin_tick(world *w, int64_t now_ns)
     body_reap(w);
 }
 
+/* What was put or moved stands where it is from here on. */
 static void end_tick(world *w)
 {
+    for (size_t i = 0; i < w->dirty.count; i++) body_arrive(w, (uint32_t)w->dirty.at[i]);
+    w->last_tick_ns = w->now_ns;
     w->dirty.count = 0;
     w->changed = false;
 }
@@ -139,12 +144,15 @@ void world_tick(world *w, int64_t now_ns, world_batches *out)
     pair_apply_changes(w, &changes);
     pair_collect_active(w);
 
-    /* what they are to each other */
+    /* what they are to each other, were on their way, and will be */
     ladder_decide(w);
+    impact_decide(w);
 
     /* who is told */
     events_known(w); /* first: a name that is free again may be unknown under its next bearer */
     events_unknown(w);
+    events_teleported(w);
+    events_of_sweeps(w);
     events_of_active(w);
     events_held_back(w);
     events_snapshots(w);
@@ -175,6 +183,7 @@ world_figures world_get_figures(const world *w)
 const char *world_rung_name(world_rung rung)
 {
     static const char *const NAMES[RUNG_COUNT] = {
+        [RUNG_UNASKED] = "unasked",
         [RUNG_UNKNOWN] = "unknown",
         [RUNG_MOTION_BOUND] = "motion_bound",
         [RUNG_CACHED_AXIS] = "cached_axis",

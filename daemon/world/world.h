@@ -11,7 +11,7 @@
 #define COLLIDED_WORLD_WORLD_H
 
 #include "broad/broad.h"
-#include "narrow/narrow.h"
+#include "narrow/toi.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -55,14 +55,25 @@ typedef struct filter_rule {
     double margin;  /* m, >= 0, added to an interest's range */
 } filter_rule;
 
+/* Is the way between two poses looked at, for interests in impacts? Of a pair one that is not OFF is enough. */
+typedef enum world_ccd { /* numbers as on the wire */
+    WORLD_CCD_OFF,
+    WORLD_CCD_LINEAR, /* its path, in the orientation that it has at the end */
+    WORLD_CCD_FULL    /* its path and its turning */
+} world_ccd;
+
 typedef struct world_body { /* copied, but for hulls */
     const char *name;       /* unique */
     const char *group;      /* "" = none */
     bool fixed;             /* not checked against other fixed bodies */
     uint64_t category, mask;
-    bool one_way;        /* its mask alone decides, whatever the masks of those that it meets say (a hit box) */
-    int64_t deadline_ns; /* 0 = never stale */
-    int64_t stamp_ns;    /* of the pose; 0 = unknown */
+    bool one_way; /* its mask alone decides, whatever the masks of those that it meets say (a hit box) */
+    world_ccd ccd;
+    double acceleration;         /* m/s^2, >= 0: what is foretold of it holds for all motions that accelerate by at most
+                                    so much, ... */
+    double angular_acceleration; /* rad/s^2, >= 0: ... and so much */
+    int64_t deadline_ns;         /* 0 = never stale */
+    int64_t stamp_ns;            /* of the pose; 0 = unknown */
     pose pose;
     const world_shape *shapes;
     size_t shape_count;
@@ -73,8 +84,12 @@ typedef struct world_body { /* copied, but for hulls */
 /* A new body (*id == WORLD_NONE), or the new definition of an old one: shapes that stayed the same keep their contacts.
  * Under a new name it is a new body, and *id another one. */
 world_status world_put_body(world *w, uint32_t *id, const world_body *def);
-/* The newest pose; velocities (m/s, rad/s) may be NULL. Only a stamp makes it fresh again after its deadline. */
+/* The newest pose; velocities (m/s, rad/s; then what it does from here on is known) may be NULL (then it is estimated
+ * from the last two stamped poses). Only a stamp makes it fresh again after its deadline. */
 world_status world_move_body(world *w, uint32_t id, pose to, int64_t stamp_ns, const vec3 *linear, const vec3 *angular);
+/* It is elsewhere, without a way there: its contacts end, and those that it has there begin. */
+world_status world_teleport_body(
+    world *w, uint32_t id, pose to, int64_t stamp_ns, const vec3 *linear, const vec3 *angular);
 /* Its contacts end with this cause in the next tick; its id is free after it. */
 world_status world_remove_body(world *w, uint32_t id, uint8_t cause);
 /* Stale at once and until the next pose, whatever its deadline: its owner is lost. */
@@ -90,7 +105,13 @@ world_status world_get_body(const world *w, uint32_t id, world_body *out, world_
 
 /* ---- interests ---- */
 
-typedef enum world_fact { WORLD_TOUCH = 1, WORLD_DISTANCE = 2, WORLD_MANIFOLD = 4 } world_fact;
+typedef enum world_fact {
+    WORLD_TOUCH = 1,
+    WORLD_DISTANCE = 2,
+    WORLD_MANIFOLD = 4,
+    WORLD_IMPACT = 8,   /* contacts on the way from one tick to the next, of bodies that choose so (world_ccd) */
+    WORLD_FORETELL = 16 /* contacts to come within the horizon, from velocities */
+} world_fact;
 
 typedef struct world_interest {
     unsigned facts;
@@ -98,6 +119,7 @@ typedef struct world_interest {
     double threshold;                /* m; contact = lower bound of the signed distance at or below it: never missed */
     double range;                    /* m; with WORLD_DISTANCE */
     double tolerance;                /* m */
+    double horizon;                  /* s, with WORLD_FORETELL: from the newest pose of a pair on */
     int64_t period_ns;               /* updates at most so often; 0 = each tick */
 } world_interest;
 
@@ -117,7 +139,10 @@ typedef enum event_kind { /* numbers as on the wire */
     EVENT_NEAR,
     EVENT_FAR,
     EVENT_UNKNOWN,
-    EVENT_KNOWN
+    EVENT_KNOWN,
+    EVENT_IMPACT,   /* they met on their way since the last tick */
+    EVENT_FORETOLD, /* they will meet; told again as long as they will */
+    EVENT_AVERTED   /* no more */
 } event_kind;
 
 typedef enum event_cause { /* numbers as on the wire */
@@ -129,8 +154,16 @@ typedef enum event_cause { /* numbers as on the wire */
     CAUSE_INTEREST,
     CAUSE_SHUTDOWN,
     CAUSE_STALE,
-    CAUSE_SNAPSHOT
+    CAUSE_SNAPSHOT,
+    CAUSE_TELEPORT
 } event_cause;
+
+typedef struct world_impact { /* of EVENT_IMPACT and EVENT_FORETOLD */
+    double lo, hi;       /* s since start_ns: apart before lo, proven; touching at hi, proven; INFINITY: not proven */
+    int64_t start_ns;    /* IMPACT: of the pose from which the newer of the two came; FORETOLD: of the newest pose */
+    pose pose_a, pose_b; /* of the bodies, at lo */
+    bool estimated;      /* FORETOLD: a velocity was, from two poses */
+} world_impact;
 
 typedef struct world_event {
     uint8_t kind, cause;
@@ -140,7 +173,10 @@ typedef struct world_event {
     double lo, hi;
     vec3 axis, point_a, point_b; /* world frame */
     int64_t age_a_ns, age_b_ns;  /* -1 = fixed or not stamped */
-    manifold manifold;           /* points in the world frame */
+    double closing;      /* m/s, of the two points along the axis, from the bodies' velocities as far as they are
+                            known; positive = they approach; of impacts, at impact.lo */
+    manifold manifold;   /* points in the world frame */
+    world_impact impact; /* IMPACT, FORETOLD: lo, hi, axis and points are those at impact.lo */
 } world_event;
 
 typedef struct world_batch { /* the events of one interest in one tick; a snapshot is a batch of its own, behind them */
@@ -188,6 +224,11 @@ void world_query_ray(
 /* The first body that a box meets on its way along `direction`; lo and hi bracket the length of the free part. */
 void world_query_cast(const world *w, pose at, vec3 half, vec3 direction, double length, double tolerance,
     int64_t now_ns, world_hits *out);
+/* The first body that a body would meet if it moved and turned so (m/s, rad/s, world axes) from where it is for `span`
+ * seconds, while all others stand: lo and hi bracket the time, s; hi is infinite where contact is not proven. Those
+ * that it touches already count, and those that it may touch do not. |angular| span <= MOTION_ANGLE_MAX. */
+void world_query_sweep(const world *w, uint32_t body, vec3 linear, vec3 angular, double span, double tolerance,
+    int64_t now_ns, world_hits *out);
 /* The `most` nearest bodies within `range` (may be INFINITY) of a box, or of a body, by rising lower bound; touching
  * ones are below 0. Bounds are certified within `tolerance`, so that two nearer to each other than it may change
  * places.
@@ -206,6 +247,7 @@ int world_explain(const world *w, uint32_t a, uint32_t b, int64_t now_ns, char *
 /* ---- figures ---- */
 
 typedef enum world_rung { /* who settled a pair: counted, cumulative */
+    RUNG_UNASKED,         /* nobody wants to know how it stands now */
     RUNG_UNKNOWN,
     RUNG_MOTION_BOUND,
     RUNG_CACHED_AXIS,
@@ -225,7 +267,9 @@ typedef struct world_figures {
     uint64_t rungs[RUNG_COUNT];
     uint64_t narrow_queries; /* full ones */
     uint64_t manifolds, wide, refined,
-        peer_failures; /* answers: with points, wider than asked, decided beyond doubles */
+        peer_failures;                     /* answers: with points, wider than asked, decided beyond doubles */
+    uint64_t sweeps, sweep_queries;        /* searches for a time of impact, and the distances and verdicts in them */
+    uint64_t impacts, foretold, undecided; /* found; of all searches, those whose steps ended */
     uint64_t events;
 } world_figures;
 world_figures world_get_figures(const world *w);

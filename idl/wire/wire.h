@@ -28,7 +28,9 @@ enum {
     WIRE_COUNTERS_MAX = 1024
 };
 #define WIRE_POSITION_MAX 1e12 /* m, each coordinate */
-#define WIRE_SPEED_MAX 1e9     /* m/s and rad/s, each component */
+#define WIRE_SPEED_MAX 1e9     /* m/s, each component; m/s^2, rad/s^2 */
+#define WIRE_SPIN_MAX 1e5      /* rad/s, each component: a bit more than any machine turns */
+#define WIRE_SPAN_MAX 86400.0  /* s: horizons and sweeps */
 #define WIRE_SIZE_MAX 1e9      /* m, a half extent or a radius; beyond is WIRE_BAD_SIZE */
 
 /* Arrays of plain numbers. `count` counts numbers: three a point, four a quaternion. */
@@ -124,8 +126,10 @@ typedef struct wire_body {
     int64_t sequence;
     int32_t body; /* the client's own number for it, >= 0 */
     uint8_t removed;
-    uint8_t motion; /* WIRE_MOTION_*: fixed bodies are not checked against each other */
-    uint8_t ccd;    /* WIRE_CCD_* */
+    uint8_t motion;           /* WIRE_MOTION_*: fixed bodies are not checked against each other */
+    uint8_t ccd;              /* WIRE_CCD_*: is its way between two poses looked at, for interests in impacts */
+    double acceleration_m_s2; /* >= 0: what is foretold holds for all motions that accelerate by at most so much ... */
+    double angular_acceleration_rad_s2; /* ... and so much */
     const char *name;
     const char *group;     /* "" = none; interests and rules select by it ("group:NAME") */
     int64_t category;      /* bits of what it is; a pair is checked when each one's mask has a bit of the other's */
@@ -171,6 +175,7 @@ typedef struct wire_pose_batch {
     wire_f64s orientations; /* 4 n */
     wire_f64s linear;       /* 0 or 3 n, m/s, world frame */
     wire_f64s angular;      /* 0 or 3 n, rad/s, world frame */
+    wire_u8s teleports;     /* 0 or n: 1 = it did not move there, it is there: no way is swept */
 } wire_pose_batch;
 
 /* VertexBatch: new vertices of a deformable body. */
@@ -186,7 +191,13 @@ typedef struct wire_vertex_batch {
     wire_f64s vertices;
 } wire_vertex_batch;
 
-enum { WIRE_FACT_TOUCH = 1, WIRE_FACT_DISTANCE = 2, WIRE_FACT_MANIFOLD = 4, WIRE_FACT_IMPACT = 8 };
+enum {
+    WIRE_FACT_TOUCH = 1,
+    WIRE_FACT_DISTANCE = 2,
+    WIRE_FACT_MANIFOLD = 4,
+    WIRE_FACT_IMPACT = 8,
+    WIRE_FACT_FORETELL = 16
+};
 
 /* Interest: what a subscriber wants to know, and the stream on which it wants to be told. */
 typedef struct wire_interest {
@@ -203,6 +214,7 @@ typedef struct wire_interest {
     double threshold_m;   /* touch: a contact is a pair whose signed distance is at most this; usually 0 */
     double range_m;       /* distance: report pairs nearer than this */
     double tolerance_m;   /* asked width of the intervals; 0 = as narrow as arithmetic gives */
+    double horizon_s;     /* foretell: contacts up to so long after the newest pose of a pair; > 0 */
     double rate_hz;       /* updates at most so often; 0 = every tick. Begins and ends are always sent at once */
 } wire_interest;
 
@@ -214,7 +226,8 @@ enum {
     WIRE_QUERY_NEAREST = 5, /* name_a, or origin, orientation, half: the nearest bodies within length, at most `most` */
     WIRE_QUERY_CAST = 6,    /* origin, orientation, half, direction, length: first hit of a box that moves along it */
     WIRE_QUERY_BODIES = 7,  /* name_a as a pattern: list of bodies with their poses */
-    WIRE_QUERY_RECORD = 8   /* name_a: start a recording of that name in the daemon's record_dir; "" = end it */
+    WIRE_QUERY_RECORD = 8,  /* name_a: start a recording of that name in the daemon's record_dir; "" = end it */
+    WIRE_QUERY_SWEEP = 9    /* name_a, linear, angular, span_s: what that body would meet first, if it moved so */
 };
 
 typedef struct wire_query {
@@ -230,7 +243,10 @@ typedef struct wire_query {
     wire_f64s direction;   /* 0 or 3; need not be unit */
     double length_m;       /* INFINITY is allowed */
     double tolerance_m;
-    int32_t most; /* hits wanted at most; 0 = WIRE_ANSWERS_MAX */
+    int32_t most;      /* hits wanted at most; 0 = WIRE_ANSWERS_MAX */
+    wire_f64s linear;  /* 0 or 3, m/s, world */
+    wire_f64s angular; /* 0 or 3, rad/s, world */
+    double span_s;     /* > 0 for a sweep */
 } wire_query;
 
 enum { WIRE_ANSWER_OK = 0, WIRE_ANSWER_UNKNOWN_NAME = 1, WIRE_ANSWER_UNSUPPORTED = 2, WIRE_ANSWER_TRUNCATED = 3 };
@@ -259,13 +275,16 @@ typedef struct wire_answer {
 } wire_answer;
 
 enum {
-    WIRE_EVENT_BEGIN = 1,   /* a contact began */
-    WIRE_EVENT_UPDATE = 2,  /* it persists */
-    WIRE_EVENT_END = 3,     /* it ended; `causes` says by what */
-    WIRE_EVENT_NEAR = 4,    /* not in contact, nearer than the interest's range: distance */
-    WIRE_EVENT_FAR = 5,     /* no longer within range */
-    WIRE_EVENT_UNKNOWN = 6, /* a pose is past its deadline: nothing can be said of this pair, it is not free */
-    WIRE_EVENT_KNOWN = 7    /* and can be said again; its state follows */
+    WIRE_EVENT_BEGIN = 1,    /* a contact began */
+    WIRE_EVENT_UPDATE = 2,   /* it persists */
+    WIRE_EVENT_END = 3,      /* it ended; `causes` says by what */
+    WIRE_EVENT_NEAR = 4,     /* not in contact, nearer than the interest's range: distance */
+    WIRE_EVENT_FAR = 5,      /* no longer within range */
+    WIRE_EVENT_UNKNOWN = 6,  /* a pose is past its deadline: nothing can be said of this pair, it is not free */
+    WIRE_EVENT_KNOWN = 7,    /* and can be said again; its state follows */
+    WIRE_EVENT_IMPACT = 8,   /* they met on their way from one tick to the next */
+    WIRE_EVENT_FORETOLD = 9, /* they will meet within the horizon; told again as long as they will */
+    WIRE_EVENT_AVERTED = 10  /* no more */
 };
 
 enum { /* why an event: what ended a contact, or made a pair unknown */
@@ -277,7 +296,8 @@ enum { /* why an event: what ended a contact, or made a pair unknown */
     WIRE_CAUSE_INTEREST = 5, /* the interest was changed or removed */
     WIRE_CAUSE_SHUTDOWN = 6,
     WIRE_CAUSE_STALE = 7,
-    WIRE_CAUSE_SNAPSHOT = 8 /* it began before; told again as part of the current state */
+    WIRE_CAUSE_SNAPSHOT = 8, /* it began before; told again as part of the current state */
+    WIRE_CAUSE_TELEPORT = 9  /* a body is elsewhere, without a way there */
 };
 
 /* EventBatch: what happened on one stream in one tick. Arrays with one entry an event. */
@@ -310,10 +330,17 @@ typedef struct wire_event_batch {
     wire_f64s points_b;  /* 3 an event, world */
     wire_i64s ages_a_ns; /* age of A's pose at stamp_ns; -1 = fixed or not stamped */
     wire_i64s ages_b_ns;
-    wire_u8s manifold_counts;     /* points of each event, 0 to 4 */
+    wire_f64s closings;       /* m/s along the axis, from velocities as far as they are known; positive = approaching */
+    wire_u8s manifold_counts; /* points of each event, 0 to 4 */
     wire_f64s manifold_points;    /* 3 a point, world */
     wire_f64s manifold_distances; /* 1 a point */
     wire_i32s manifold_features;  /* 1 a point */
+    wire_f64s impact_times;       /* 2 an impact (IMPACT, FORETOLD): s after its start; apart before the first, touching
+                                     at the second, both proven; the second may be infinite: not proven */
+    wire_i64s impact_starts_ns;   /* 1 an impact: IMPACT: stamp of the pose the longer way began with; FORETOLD: of the
+                                     newest pose */
+    wire_f64s impact_poses;       /* 14 an impact: A's and B's bodies at the first of the two times */
+    wire_u8s impact_estimated;    /* 1 an impact: 1 = a velocity was estimated from two poses */
 } wire_event_batch;
 
 enum { WIRE_HEALTH_STARTING = 0, WIRE_HEALTH_READY = 1, WIRE_HEALTH_DEGRADED = 2, WIRE_HEALTH_STOPPING = 3 };
@@ -351,7 +378,8 @@ typedef enum wire_reason {
     WIRE_NAME_TAKEN, /* by another body or client */
     WIRE_NOT_YOURS,
     WIRE_UNSUPPORTED,
-    WIRE_LIMIT, /* a limit of this daemon's configuration; the text names it */
+    WIRE_LIMIT,    /* a limit of this daemon's configuration; the text names it */
+    WIRE_OLD_POSE, /* its stamp is older than that of the pose before */
     WIRE_REASON_COUNT
 } wire_reason;
 

@@ -333,6 +333,12 @@ static wire_reason check_rules(const wire_body *m, wire_refusal *why)
     return WIRE_OK;
 }
 
+static wire_reason check_rate(const char *name, double rate, wire_refusal *why)
+{
+    TRY(check_at_least(name, rate, 0, why));
+    return check_magnitudes(name, (wire_f64s){1, &rate}, WIRE_SPEED_MAX, why);
+}
+
 static wire_reason check_body(const wire_body *m, wire_refusal *why)
 {
     TRY(check_sender(m->client, m->sequence, why));
@@ -341,6 +347,8 @@ static wire_reason check_body(const wire_body *m, wire_refusal *why)
     if (m->removed) return WIRE_OK;
     TRY(check_between("motion", m->motion, WIRE_MOTION_MOVING, WIRE_MOTION_FIXED, why));
     TRY(check_between("ccd", m->ccd, WIRE_CCD_OFF, WIRE_CCD_FULL, why));
+    TRY(check_rate("acceleration_m_s2", m->acceleration_m_s2, why));
+    TRY(check_rate("angular_acceleration_rad_s2", m->angular_acceleration_rad_s2, why));
     TRY(check_between("one_way", m->one_way, 0, 1, why));
     TRY(check_name("name", m->name, why));
     TRY(check_label("group", m->group, why));
@@ -367,7 +375,9 @@ static wire_reason check_pose_batch(const wire_pose_batch *m, wire_refusal *why)
     }
     TRY(check_magnitudes("positions", m->positions, WIRE_POSITION_MAX, why));
     TRY(check_magnitudes("linear", m->linear, WIRE_SPEED_MAX, why));
-    return check_magnitudes("angular", m->angular, WIRE_SPEED_MAX, why);
+    TRY(check_magnitudes("angular", m->angular, WIRE_SPIN_MAX, why));
+    TRY(check_optional("teleports", m->teleports.count, 1, n, why));
+    return check_all_between("teleports", m->teleports, 0, 1, why);
 }
 
 static wire_reason check_vertex_batch(const wire_vertex_batch *m, wire_refusal *why)
@@ -381,9 +391,19 @@ static wire_reason check_vertex_batch(const wire_vertex_batch *m, wire_refusal *
     return check_magnitudes("vertices", m->vertices, WIRE_SIZE_MAX, why);
 }
 
+static wire_reason check_horizon(const wire_interest *m, wire_refusal *why)
+{
+    bool foretells = m->facts & WIRE_FACT_FORETELL;
+    TRY(check_at_least("horizon_s", m->horizon_s, 0, why));
+    if (m->horizon_s > WIRE_SPAN_MAX || (foretells && m->horizon_s == 0))
+        FAIL(WIRE_BAD_SIZE, "horizon_s is %g s: %s 0 and at most %g is allowed", m->horizon_s,
+            foretells ? "above" : "at least", WIRE_SPAN_MAX);
+    return WIRE_OK;
+}
+
 static wire_reason check_interest(const wire_interest *m, wire_refusal *why)
 {
-    int32_t known = WIRE_FACT_TOUCH | WIRE_FACT_DISTANCE | WIRE_FACT_MANIFOLD | WIRE_FACT_IMPACT;
+    int32_t known = WIRE_FACT_TOUCH | WIRE_FACT_DISTANCE | WIRE_FACT_MANIFOLD | WIRE_FACT_IMPACT | WIRE_FACT_FORETELL;
     TRY(check_sender(m->client, m->sequence, why));
     TRY(check_between("interest", m->interest, 0, INT32_MAX, why));
     TRY(check_between("removed", m->removed, 0, 1, why));
@@ -396,6 +416,7 @@ static wire_reason check_interest(const wire_interest *m, wire_refusal *why)
     TRY(check_magnitudes("range_m", (wire_f64s){1, &m->range_m}, WIRE_SIZE_MAX, why));
     TRY(check_at_least("range_m", m->range_m, 0, why));
     TRY(check_at_least("tolerance_m", m->tolerance_m, 0, why));
+    TRY(check_horizon(m, why));
     return check_at_least("rate_hz", m->rate_hz, 0, why);
 }
 
@@ -412,6 +433,7 @@ static wire_reason check_query_needs(const wire_query *m, wire_refusal *why)
                   (m->kind == WIRE_QUERY_NEAREST && !*m->name_a);
     bool direction = m->kind == WIRE_QUERY_RAY || m->kind == WIRE_QUERY_CAST;
     bool pair = m->kind == WIRE_QUERY_DISTANCE || m->kind == WIRE_QUERY_EXPLAIN;
+    if (m->kind == WIRE_QUERY_SWEEP) TRY(check_name("name_a", m->name_a, why));
     if (origin) TRY(check_count("origin", m->origin.count, 3, 1, why));
     if (direction) TRY(check_count("direction", m->direction.count, 3, 1, why));
     if (m->kind == WIRE_QUERY_BOX) TRY(check_count("half", m->half.count, 3, 1, why));
@@ -421,10 +443,24 @@ static wire_reason check_query_needs(const wire_query *m, wire_refusal *why)
     return WIRE_OK;
 }
 
+static wire_reason check_sweep(const wire_query *m, wire_refusal *why)
+{
+    TRY(check_optional("linear", m->linear.count, 3, 1, why));
+    TRY(check_optional("angular", m->angular.count, 3, 1, why));
+    TRY(check_magnitudes("linear", m->linear, WIRE_SPEED_MAX, why));
+    TRY(check_magnitudes("angular", m->angular, WIRE_SPIN_MAX, why));
+    TRY(check_at_least("span_s", m->span_s, 0, why));
+    bool sweeps = m->kind == WIRE_QUERY_SWEEP;
+    if (m->span_s > WIRE_SPAN_MAX || (sweeps && m->span_s == 0))
+        FAIL(WIRE_BAD_SIZE, "span_s is %g s: %s 0 and at most %g is allowed", m->span_s, sweeps ? "above" : "at least",
+            WIRE_SPAN_MAX);
+    return WIRE_OK;
+}
+
 static wire_reason check_query(const wire_query *m, wire_refusal *why)
 {
     TRY(check_sender(m->client, m->sequence, why));
-    TRY(check_between("kind", m->kind, WIRE_QUERY_RAY, WIRE_QUERY_RECORD, why));
+    TRY(check_between("kind", m->kind, WIRE_QUERY_RAY, WIRE_QUERY_SWEEP, why));
     TRY(check_label("name_a", m->name_a, why));
     TRY(check_label("name_b", m->name_b, why));
     TRY(check_optional("origin", m->origin.count, 3, 1, why));
@@ -440,6 +476,7 @@ static wire_reason check_query(const wire_query *m, wire_refusal *why)
     TRY(check_direction(m->direction, why));
     TRY(check_at_least("length_m", m->length_m, 0, why));
     TRY(check_at_least("tolerance_m", m->tolerance_m, 0, why));
+    TRY(check_sweep(m, why));
     return check_between("most", m->most, 0, WIRE_ANSWERS_MAX, why);
 }
 
@@ -453,7 +490,7 @@ static wire_reason check_intervals(wire_f64s lo, wire_f64s hi, wire_refusal *why
 static wire_reason check_answer(const wire_answer *m, wire_refusal *why)
 {
     uint32_t n = m->names_a.count;
-    TRY(check_between("kind", m->kind, WIRE_QUERY_RAY, WIRE_QUERY_RECORD, why));
+    TRY(check_between("kind", m->kind, WIRE_QUERY_RAY, WIRE_QUERY_SWEEP, why));
     TRY(check_between("status", m->status, WIRE_ANSWER_OK, WIRE_ANSWER_TRUNCATED, why));
     TRY(check_optional("names_b", m->names_b.count, 1, n, why));
     TRY(check_optional("lo", m->lo.count, 1, n, why));
@@ -484,6 +521,7 @@ static wire_reason check_event_counts(const wire_event_batch *m, wire_refusal *w
     TRY(check_count("points_b", m->points_b.count, 3, n, why));
     TRY(check_count("ages_a_ns", m->ages_a_ns.count, 1, n, why));
     TRY(check_count("ages_b_ns", m->ages_b_ns.count, 1, n, why));
+    TRY(check_count("closings", m->closings.count, 1, n, why));
     return check_count("manifold_counts", m->manifold_counts.count, 1, n, why);
 }
 
@@ -497,6 +535,19 @@ static wire_reason check_manifolds(const wire_event_batch *m, wire_refusal *why)
     return check_count("manifold_features", m->manifold_features.count, 1, points, why);
 }
 
+static wire_reason check_impacts(const wire_event_batch *m, wire_refusal *why)
+{
+    uint32_t n = 0;
+    for (uint32_t i = 0; i < m->kinds.count; i++)
+        n += m->kinds.at[i] == WIRE_EVENT_IMPACT || m->kinds.at[i] == WIRE_EVENT_FORETOLD;
+    TRY(check_count("impact_times", m->impact_times.count, 2, n, why));
+    TRY(check_count("impact_starts_ns", m->impact_starts_ns.count, 1, n, why));
+    TRY(check_count("impact_poses", m->impact_poses.count, 14, n, why));
+    TRY(check_count("impact_estimated", m->impact_estimated.count, 1, n, why));
+    TRY(check_all_between("impact_estimated", m->impact_estimated, 0, 1, why));
+    return check_poses("impact_poses", m->impact_poses, why);
+}
+
 static wire_reason check_event_batch(const wire_event_batch *m, wire_refusal *why)
 {
     TRY(check_between("batch", m->batch, 1, INT64_MAX, why));
@@ -507,9 +558,10 @@ static wire_reason check_event_batch(const wire_event_batch *m, wire_refusal *wh
     TRY(check_name("stream", m->stream, why));
     TRY(check_stream(m->stream, why));
     TRY(check_event_counts(m, why));
-    TRY(check_all_between("kinds", m->kinds, WIRE_EVENT_BEGIN, WIRE_EVENT_KNOWN, why));
-    TRY(check_all_between("causes", m->causes, WIRE_CAUSE_MOTION, WIRE_CAUSE_SNAPSHOT, why));
+    TRY(check_all_between("kinds", m->kinds, WIRE_EVENT_BEGIN, WIRE_EVENT_AVERTED, why));
+    TRY(check_all_between("causes", m->causes, WIRE_CAUSE_MOTION, WIRE_CAUSE_TELEPORT, why));
     TRY(check_intervals(m->lo, m->hi, why));
+    TRY(check_impacts(m, why));
     return check_manifolds(m, why);
 }
 

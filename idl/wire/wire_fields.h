@@ -36,6 +36,8 @@
     F(S, removed, U8, 0, FINITE)                                                                                       \
     F(S, motion, U8, 0, FINITE)                                                                                        \
     F(S, ccd, U8, 0, FINITE)                                                                                           \
+    F(S, acceleration_m_s2, F64, 0, FINITE)                                                                            \
+    F(S, angular_acceleration_rad_s2, F64, 0, FINITE)                                                                  \
     F(S, name, STRING, WIRE_NAME_MAX, FINITE)                                                                          \
     F(S, group, STRING, WIRE_NAME_MAX, FINITE)                                                                         \
     F(S, category, I64, 0, FINITE)                                                                                     \
@@ -65,7 +67,8 @@
     F(S, positions, F64S, 3 * WIRE_POSES_MAX, FINITE)                                                                  \
     F(S, orientations, F64S, 4 * WIRE_POSES_MAX, FINITE)                                                               \
     F(S, linear, F64S, 3 * WIRE_POSES_MAX, FINITE)                                                                     \
-    F(S, angular, F64S, 3 * WIRE_POSES_MAX, FINITE)
+    F(S, angular, F64S, 3 * WIRE_POSES_MAX, FINITE)                                                                    \
+    F(S, teleports, U8S, WIRE_POSES_MAX, FINITE)
 
 #define WIRE_FIELDS_vertex_batch(F, S)                                                                                 \
     F(S, version, I32, 0, FINITE)                                                                                      \
@@ -91,6 +94,7 @@
     F(S, threshold_m, F64, 0, FINITE)                                                                                  \
     F(S, range_m, F64, 0, FINITE)                                                                                      \
     F(S, tolerance_m, F64, 0, FINITE)                                                                                  \
+    F(S, horizon_s, F64, 0, FINITE)                                                                                    \
     F(S, rate_hz, F64, 0, FINITE)
 
 #define WIRE_FIELDS_query(F, S)                                                                                        \
@@ -106,7 +110,10 @@
     F(S, direction, F64S, 3, FINITE)                                                                                   \
     F(S, length_m, F64, 0, INFINITE)                                                                                   \
     F(S, tolerance_m, F64, 0, FINITE)                                                                                  \
-    F(S, most, I32, 0, FINITE)
+    F(S, most, I32, 0, FINITE)                                                                                         \
+    F(S, linear, F64S, 3, FINITE)                                                                                      \
+    F(S, angular, F64S, 3, FINITE)                                                                                     \
+    F(S, span_s, F64, 0, FINITE)
 
 #define WIRE_FIELDS_answer(F, S)                                                                                       \
     F(S, version, I32, 0, FINITE)                                                                                      \
@@ -158,10 +165,15 @@
     F(S, points_b, F64S, 3 * WIRE_EVENTS_MAX, FINITE)                                                                  \
     F(S, ages_a_ns, I64S, WIRE_EVENTS_MAX, FINITE)                                                                     \
     F(S, ages_b_ns, I64S, WIRE_EVENTS_MAX, FINITE)                                                                     \
+    F(S, closings, F64S, WIRE_EVENTS_MAX, FINITE)                                                                      \
     F(S, manifold_counts, U8S, WIRE_EVENTS_MAX, FINITE)                                                                \
     F(S, manifold_points, F64S, 12 * WIRE_EVENTS_MAX, FINITE)                                                          \
     F(S, manifold_distances, F64S, 4 * WIRE_EVENTS_MAX, FINITE)                                                        \
-    F(S, manifold_features, I32S, 4 * WIRE_EVENTS_MAX, FINITE)
+    F(S, manifold_features, I32S, 4 * WIRE_EVENTS_MAX, FINITE)                                                         \
+    F(S, impact_times, F64S, 2 * WIRE_EVENTS_MAX, INFINITE)                                                            \
+    F(S, impact_starts_ns, I64S, WIRE_EVENTS_MAX, FINITE)                                                              \
+    F(S, impact_poses, F64S, 14 * WIRE_EVENTS_MAX, FINITE)                                                             \
+    F(S, impact_estimated, U8S, WIRE_EVENTS_MAX, FINITE)
 
 #define WIRE_FIELDS_status(F, S)                                                                                       \
     F(S, version, I32, 0, FINITE)                                                                                      \

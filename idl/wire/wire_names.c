@@ -29,6 +29,7 @@ const char *wire_reason_name(wire_reason reason)
         [WIRE_NOT_YOURS] = "not_yours",
         [WIRE_UNSUPPORTED] = "unsupported",
         [WIRE_LIMIT] = "limit",
+        [WIRE_OLD_POSE] = "old_pose",
     };
     return reason < WIRE_REASON_COUNT ? NAMES[reason] : "?";
 }

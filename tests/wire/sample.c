@@ -183,13 +183,14 @@ static wire_body body(sampler *s, uint32_t most)
     wire_u8s types = u8s(s, shapes, WIRE_SHAPE_SPHERE, WIRE_SHAPE_MESH);
     for (uint32_t i = 0; i < shapes; i++) shape(s, types.at[i], sizes + 3 * (size_t)i, radii + i, hashes + i);
     return (wire_body){WIRE_VERSION, positive(s), positive(s), (int32_t)sample_below(s, INT32_MAX),
-        .motion = (uint8_t)sample_below(s, 2), .ccd = (uint8_t)sample_below(s, 3), .name = name(s),
-        .group = text(s, WIRE_NAME_MAX), .category = (int64_t)sample_next(s), .mask = (int64_t)sample_next(s),
-        .deadline_ns = positive(s), .stamp_ns = positive(s), .pose = poses(s, 1), .shape_types = types,
-        .shape_sizes = {3 * shapes, sizes}, .shape_radii = {shapes, radii}, .shape_poses = poses(s, shapes),
-        .shape_geometries = {shapes, hashes}, .rule_patterns = names(s, rules), .rule_actions = u8s(s, rules, 0, 1),
-        .rule_reasons = names(s, rules), .one_way = (uint8_t)sample_below(s, 2),
-        .rule_paddings = f64s(s, rules, WIRE_SIZE_MAX), .rule_margins = margins(s, rules)};
+        .motion = (uint8_t)sample_below(s, 2), .ccd = (uint8_t)sample_below(s, 3), .acceleration_m_s2 = size(s, 100),
+        .angular_acceleration_rad_s2 = size(s, 100), .name = name(s), .group = text(s, WIRE_NAME_MAX),
+        .category = (int64_t)sample_next(s), .mask = (int64_t)sample_next(s), .deadline_ns = positive(s),
+        .stamp_ns = positive(s), .pose = poses(s, 1), .shape_types = types, .shape_sizes = {3 * shapes, sizes},
+        .shape_radii = {shapes, radii}, .shape_poses = poses(s, shapes), .shape_geometries = {shapes, hashes},
+        .rule_patterns = names(s, rules), .rule_actions = u8s(s, rules, 0, 1), .rule_reasons = names(s, rules),
+        .one_way = (uint8_t)sample_below(s, 2), .rule_paddings = f64s(s, rules, WIRE_SIZE_MAX),
+        .rule_margins = margins(s, rules)};
 }
 
 static wire_pose_batch pose_batch(sampler *s, uint32_t most)
@@ -197,7 +198,7 @@ static wire_pose_batch pose_batch(sampler *s, uint32_t most)
     uint32_t n = sample_below(s, most + 1);
     return (wire_pose_batch){WIRE_VERSION, positive(s), positive(s), positive(s), positive(s), i32s(s, n, INT32_MAX),
         f64s(s, 3 * n, WIRE_POSITION_MAX), turns(s, n), f64s(s, coin(s) ? 3 * n : 0, WIRE_SPEED_MAX),
-        f64s(s, coin(s) ? 3 * n : 0, WIRE_SPEED_MAX)};
+        f64s(s, coin(s) ? 3 * n : 0, WIRE_SPIN_MAX), u8s(s, coin(s) ? n : 0, 0, 1)};
 }
 
 static wire_vertex_batch vertex_batch(sampler *s, uint32_t most)
@@ -210,18 +211,19 @@ static wire_vertex_batch vertex_batch(sampler *s, uint32_t most)
 static wire_interest interest(sampler *s)
 {
     return (wire_interest){WIRE_VERSION, positive(s), positive(s), (int32_t)sample_below(s, INT32_MAX),
-        .facts = 1 + (int32_t)sample_below(s, 15), .stream = coin(s) ? stream(s) : "", .select_a = name(s),
+        .facts = 1 + (int32_t)sample_below(s, 31), .stream = coin(s) ? stream(s) : "", .select_a = name(s),
         .select_b = "group:arms", .threshold_m = number(s, WIRE_SIZE_MAX), .range_m = size(s, WIRE_SIZE_MAX),
-        .tolerance_m = size(s, 1), .rate_hz = coin(s) ? 0 : size(s, 1000)};
+        .tolerance_m = size(s, 1), .horizon_s = size(s, WIRE_SPAN_MAX), .rate_hz = coin(s) ? 0 : size(s, 1000)};
 }
 
 static wire_query query(sampler *s)
 {
     static const double half[] = {0.1, 0, WIRE_SIZE_MAX};
-    return (wire_query){WIRE_VERSION, positive(s), positive(s), (uint8_t)(1 + sample_below(s, WIRE_QUERY_RECORD)),
+    return (wire_query){WIRE_VERSION, positive(s), positive(s), (uint8_t)(1 + sample_below(s, WIRE_QUERY_SWEEP)),
         name(s), name(s), f64s(s, 3, WIRE_POSITION_MAX), turns(s, coin(s)), .half = {3, half},
         .direction = f64s(s, 3, 1e290), .length_m = coin(s) ? INFINITY : size(s, 1e290), .tolerance_m = size(s, 1),
-        .most = (int32_t)sample_below(s, WIRE_ANSWERS_MAX + 1)};
+        .most = (int32_t)sample_below(s, WIRE_ANSWERS_MAX + 1), .linear = f64s(s, coin(s) ? 3 : 0, WIRE_SPEED_MAX),
+        .angular = f64s(s, coin(s) ? 3 : 0, WIRE_SPIN_MAX), .span_s = size(s, WIRE_SPAN_MAX)};
 }
 
 /* Certified intervals, some of them without bound. */
@@ -241,7 +243,7 @@ static wire_answer answer(sampler *s, uint32_t most)
 {
     uint32_t n = sample_below(s, most + 1), m = coin(s) ? n : 0;
     wire_answer a = {WIRE_VERSION, positive(s), positive(s), positive(s), positive(s), positive(s),
-        (uint8_t)(1 + sample_below(s, WIRE_QUERY_RECORD)), (uint8_t)sample_below(s, 4), text(s, WIRE_TEXT_MAX),
+        (uint8_t)(1 + sample_below(s, WIRE_QUERY_SWEEP)), (uint8_t)sample_below(s, 4), text(s, WIRE_TEXT_MAX),
         names(s, n), names(s, m), .axes = f64s(s, 3 * n, 1), .points_a = f64s(s, 3 * n, 1e12),
         .points_b = f64s(s, 3 * m, 1e12), .orientations = turns(s, m), .ages_ns = i64s(s, n), .stale = u8s(s, n, 0, 1)};
     intervals(s, n, &a.lo, &a.hi);
@@ -258,18 +260,32 @@ static void manifolds(sampler *s, wire_event_batch *m)
     m->manifold_features = i32s(s, points, INT32_MAX);
 }
 
+static void impacts(sampler *s, wire_event_batch *m)
+{
+    uint32_t n = 0;
+    for (uint32_t i = 0; i < m->kinds.count; i++)
+        n += m->kinds.at[i] == WIRE_EVENT_IMPACT || m->kinds.at[i] == WIRE_EVENT_FORETOLD;
+    m->impact_times = f64s(s, 2 * n, 1e3);
+    for (uint32_t i = 1; i < 2 * n; i += 2)
+        if (coin(s)) ((double *)m->impact_times.at)[i] = INFINITY;
+    m->impact_starts_ns = i64s(s, n);
+    m->impact_poses = poses(s, 2 * n);
+    m->impact_estimated = u8s(s, n, 0, 1);
+}
+
 static wire_event_batch event_batch(sampler *s, uint32_t most)
 {
     uint32_t n = sample_below(s, most + 1);
     wire_event_batch m = {WIRE_VERSION, positive(s), (int32_t)sample_below(s, INT32_MAX), positive(s), positive(s),
         positive(s), positive(s), positive(s), positive(s), .snapshot = coin(s), .closing = coin(s),
-        .part = (int32_t)sample_below(s, 3), .parts = 3, .stream = stream(s), .kinds = u8s(s, n, 1, 7),
-        .causes = u8s(s, n, 0, 8), .contacts = i64s(s, n), .names_a = names(s, n), .names_b = names(s, n),
+        .part = (int32_t)sample_below(s, 3), .parts = 3, .stream = stream(s), .kinds = u8s(s, n, 1, 10),
+        .causes = u8s(s, n, 0, 9), .contacts = i64s(s, n), .names_a = names(s, n), .names_b = names(s, n),
         .shapes_a = i32s(s, n, WIRE_SHAPES_MAX), .shapes_b = i32s(s, n, WIRE_SHAPES_MAX), .axes = f64s(s, 3 * n, 1),
         .points_a = f64s(s, 3 * n, 1e12), .points_b = f64s(s, 3 * n, 1e12), .ages_a_ns = i64s(s, n),
-        .ages_b_ns = i64s(s, n)};
+        .ages_b_ns = i64s(s, n), .closings = f64s(s, n, 100)};
     intervals(s, n, &m.lo, &m.hi);
     manifolds(s, &m);
+    impacts(s, &m);
     return m;
 }
 

@@ -26,7 +26,10 @@ static void pose_batch_rules(void **state)
     REFUSED(WIRE_POSE_BATCH, plain.positions[5] = 1.1e12, WIRE_TOO_LARGE, "positions[5] is 1.1e+12: at most 1e+12");
     ACCEPTED(WIRE_POSE_BATCH, plain.linear[0] = -WIRE_SPEED_MAX);
     REFUSED(WIRE_POSE_BATCH, plain.linear[0] = 2e9, WIRE_TOO_LARGE, "linear[0]");
-    ACCEPTED(WIRE_POSE_BATCH, plain.angular[0] = WIRE_SPEED_MAX);
+    ACCEPTED(WIRE_POSE_BATCH, plain.angular[0] = WIRE_SPIN_MAX);
+    REFUSED(WIRE_POSE_BATCH, plain.angular[0] = 2 * WIRE_SPIN_MAX, WIRE_TOO_LARGE, "angular[0] is 200000");
+    ACCEPTED(WIRE_POSE_BATCH, m.pose_batch.teleports = ((wire_u8s){2, plain.actions}));
+    REFUSED(WIRE_POSE_BATCH, m.pose_batch.teleports = ((wire_u8s){1, plain.counts}), WIRE_MALFORMED, "teleports has 1");
     REFUSED(WIRE_POSE_BATCH, plain.angular[0] = -2e9, WIRE_TOO_LARGE, "angular[0]");
     REFUSED(WIRE_POSE_BATCH, plain.angular[1] = -INFINITY, WIRE_BAD_NUMBER, "angular[1] is infinite");
 }
@@ -50,8 +53,12 @@ static void interest_rules(void **state)
     (void)state;
     REFUSED(WIRE_INTEREST, m.interest.interest = -1, WIRE_MALFORMED, "interest is -1");
     ACCEPTED(WIRE_INTEREST, m.interest.facts = 15);
-    REFUSED(WIRE_INTEREST, m.interest.facts = 0, WIRE_MALFORMED, "facts is 0: 1 to 15");
-    REFUSED(WIRE_INTEREST, m.interest.facts = 16, WIRE_MALFORMED, "facts is 16");
+    ACCEPTED(WIRE_INTEREST, (m.interest.facts = 31, m.interest.horizon_s = 2));
+    REFUSED(WIRE_INTEREST, m.interest.facts = 16, WIRE_BAD_SIZE, "horizon_s is 0 s: above 0");
+    REFUSED(WIRE_INTEREST, m.interest.horizon_s = 1e6, WIRE_BAD_SIZE, "horizon_s is 1e+06 s");
+    REFUSED(WIRE_INTEREST, m.interest.horizon_s = -1, WIRE_BAD_NUMBER, "horizon_s is -1");
+    REFUSED(WIRE_INTEREST, m.interest.facts = 0, WIRE_MALFORMED, "facts is 0: 1 to 31");
+    REFUSED(WIRE_INTEREST, m.interest.facts = 32, WIRE_MALFORMED, "facts is 32");
     ACCEPTED(WIRE_INTEREST, m.interest.stream = "a.b_c-d:e/f9Z");
     REFUSED(WIRE_INTEREST, m.interest.stream = "a*", WIRE_BAD_NAME, "letters, digits and . _ - : /");
     REFUSED(WIRE_INTEREST, m.interest.stream = "a b", WIRE_BAD_NAME, "stream");
@@ -74,8 +81,11 @@ static void interest_rules(void **state)
 static void query_rules(void **state)
 {
     (void)state;
-    REFUSED(WIRE_QUERY, m.query.kind = 0, WIRE_MALFORMED, "kind is 0: 1 to 8");
-    REFUSED(WIRE_QUERY, m.query.kind = 9, WIRE_MALFORMED, "kind is 9");
+    REFUSED(WIRE_QUERY, m.query.kind = 0, WIRE_MALFORMED, "kind is 0: 1 to 9");
+    REFUSED(WIRE_QUERY, m.query.kind = 10, WIRE_MALFORMED, "kind is 10");
+    REFUSED(WIRE_QUERY, m.query.kind = WIRE_QUERY_SWEEP, WIRE_BAD_SIZE, "span_s is 0 s: above 0");
+    ACCEPTED(WIRE_QUERY, (m.query.kind = WIRE_QUERY_SWEEP, m.query.span_s = 1));
+    REFUSED(WIRE_QUERY, m.query.linear = ((wire_f64s){2, plain.linear}), WIRE_MALFORMED, "linear has 2");
     REFUSED(WIRE_QUERY, m.query.name_a = "\x01", WIRE_BAD_NAME, "name_a");
     REFUSED(WIRE_QUERY, m.query.name_b = "\x01", WIRE_BAD_NAME, "name_b");
     REFUSED(WIRE_QUERY, m.query.origin.count = 2, WIRE_MALFORMED, "origin has 2");
@@ -125,7 +135,7 @@ static void answer_rules(void **state)
 {
     (void)state;
     ACCEPTED(WIRE_ANSWER, m.answer.names_b.count = m.answer.lo.count = m.answer.hi.count = 0);
-    REFUSED(WIRE_ANSWER, m.answer.kind = 9, WIRE_MALFORMED, "kind is 9");
+    REFUSED(WIRE_ANSWER, m.answer.kind = 10, WIRE_MALFORMED, "kind is 10");
     ACCEPTED(WIRE_ANSWER, m.answer.status = WIRE_ANSWER_TRUNCATED);
     REFUSED(WIRE_ANSWER, m.answer.status = 4, WIRE_MALFORMED, "status is 4: 0 to 3");
     REFUSED(WIRE_ANSWER, m.answer.names_b.count = 1, WIRE_MALFORMED, "names_b has 1");
@@ -157,10 +167,12 @@ static void event_batch_rules(void **state)
     REFUSED(WIRE_EVENT_BATCH, m.event_batch.stream = "", WIRE_BAD_NAME, "stream is empty");
     REFUSED(WIRE_EVENT_BATCH, m.event_batch.stream = "?", WIRE_BAD_NAME, "letters, digits");
     ACCEPTED(WIRE_EVENT_BATCH, plain.kinds[0] = WIRE_EVENT_KNOWN);
-    REFUSED(WIRE_EVENT_BATCH, plain.kinds[0] = 0, WIRE_MALFORMED, "kinds[0] is 0: 1 to 7");
-    REFUSED(WIRE_EVENT_BATCH, plain.kinds[1] = 8, WIRE_MALFORMED, "kinds[1] is 8");
-    ACCEPTED(WIRE_EVENT_BATCH, plain.causes[1] = WIRE_CAUSE_SNAPSHOT);
-    REFUSED(WIRE_EVENT_BATCH, plain.causes[1] = 9, WIRE_MALFORMED, "causes[1] is 9: 0 to 8");
+    ACCEPTED(WIRE_EVENT_BATCH, plain.kinds[0] = WIRE_EVENT_AVERTED);
+    REFUSED(WIRE_EVENT_BATCH, plain.kinds[0] = WIRE_EVENT_IMPACT, WIRE_MALFORMED, "impact_times has 0");
+    REFUSED(WIRE_EVENT_BATCH, plain.kinds[0] = 0, WIRE_MALFORMED, "kinds[0] is 0: 1 to 10");
+    REFUSED(WIRE_EVENT_BATCH, plain.kinds[1] = 11, WIRE_MALFORMED, "kinds[1] is 11");
+    ACCEPTED(WIRE_EVENT_BATCH, plain.causes[1] = WIRE_CAUSE_TELEPORT);
+    REFUSED(WIRE_EVENT_BATCH, plain.causes[1] = 10, WIRE_MALFORMED, "causes[1] is 10: 0 to 9");
     REFUSED(WIRE_EVENT_BATCH, plain.lo[0] = 0, WIRE_BAD_NUMBER, "lo[0] is 0, above hi -0.1");
     ACCEPTED(WIRE_EVENT_BATCH, (plain.lo[0] = -INFINITY, plain.hi[0] = INFINITY));
     REFUSED(WIRE_EVENT_BATCH, plain.axes[0] = INFINITY, WIRE_BAD_NUMBER, "axes[0] is infinite");
@@ -175,7 +187,7 @@ static void event_arrays_are_of_one_length(void **state)
 {
     (void)state;
     static const char *const arrays[] = {"causes", "contacts", "names_a", "names_b", "shapes_a", "shapes_b", "lo", "hi",
-        "axes", "points_a", "points_b", "ages_a_ns", "ages_b_ns", "manifold_counts"};
+        "axes", "points_a", "points_b", "ages_a_ns", "ages_b_ns", "closings", "manifold_counts"};
     const wire_schema *s = wire_schema_of(WIRE_EVENT_BATCH);
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
         for (uint32_t i = 0; i < s->field_count; i++) {
@@ -197,7 +209,7 @@ static void rules_of_the_daemon_s_other_messages(void **state)
     REFUSED(WIRE_REJECT, m.reject.kind = WIRE_KIND_COUNT, WIRE_MALFORMED, "kind is 13");
     REFUSED(WIRE_REJECT, m.reject.object = -2, WIRE_MALFORMED, "object is -2");
     REFUSED(WIRE_REJECT, m.reject.reason = WIRE_OK, WIRE_MALFORMED, "reason is 0");
-    REFUSED(WIRE_REJECT, m.reject.reason = WIRE_REASON_COUNT, WIRE_MALFORMED, "reason is 17");
+    REFUSED(WIRE_REJECT, m.reject.reason = WIRE_REASON_COUNT, WIRE_MALFORMED, "reason is 18");
     REFUSED(WIRE_ACK, m.ack.client = 0, WIRE_UNKNOWN_CLIENT, "client is 0");
     ACCEPTED(WIRE_ACK, m.ack.sequences.count = 0);
 }

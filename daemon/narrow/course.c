@@ -1,0 +1,186 @@
+/* course: relative poses along a motion, and the bounds that belong to them. Pure; any thread. */
+#include "course.h"
+
+#include "scalar.h"
+#include "unit_pair.h"
+
+/* The poses that are composed here: two products of quaternions and two rotated points a shape. */
+#define POSE_ULPS 48
+
+static double turning(const motion *m)
+{
+    return vec_norm(m->angular) * (1 + 8 * UNIT_ROUNDOFF);
+}
+
+static double reach_of(const shape *s, pose local)
+{
+    return (vec_norm(local.p) + shape_reach(s) + shape_excess(s)) * (1 + 8 * UNIT_ROUNDOFF);
+}
+
+/* Of the core about the axis through its body's origin. */
+static double radius_of(const shape *s, pose local, const motion *m)
+{
+    vec3 axis = quat_rotate(quat_conj(m->start.q), direction_of(m->angular));
+    return motion_radius(s, local, axis) + shape_excess(s);
+}
+
+/* A plane that turns: the height of a point x over it is n.(x - p), whose second derivative is at most
+ * w^2 |x - p| + 2 w |x' - p'| + |x'' - p''|. */
+static void bound_plane(course *c, const shape *plane, pose plane_local, const motion *plane_body, const shape *other,
+    pose other_local, const motion *other_body, double span)
+{
+    (void)plane;
+    double w = turning(plane_body), v = turning(other_body),
+           line = vec_norm(vec_sub(other_body->linear, plane_body->linear));
+    double arm = vec_norm(plane_local.p), reach = reach_of(other, other_local);
+    double apart = vec_norm(vec_sub(other_body->start.p, plane_body->start.p)) + line * span + arm + reach;
+    double other_radius = v > 0 ? radius_of(other, other_local, other_body) : 0;
+    double approach = line + w * arm + v * other_radius;
+    c->bend = w * w * apart + 2 * w * approach + w * w * arm + v * v * other_radius;
+    c->speed = approach + w * apart;
+}
+
+static void bound(course *c, double span)
+{
+    const shape *a = c->a, *b = c->b;
+    if (a->type == SHAPE_HALFSPACE)
+        bound_plane(c, a, c->local_a, &c->body_a, b, c->local_b, &c->body_b, span);
+    else if (b->type == SHAPE_HALFSPACE)
+        bound_plane(c, b, c->local_b, &c->body_b, a, c->local_a, &c->body_a, span);
+    else {
+        double wa = turning(&c->body_a), wb = turning(&c->body_b);
+        c->radius_a = wa > 0 ? radius_of(a, c->local_a, &c->body_a) : 0;
+        c->radius_b = wb > 0 ? radius_of(b, c->local_b, &c->body_b) : 0;
+        c->reach_a = reach_of(a, c->local_a);
+        c->reach_b = reach_of(b, c->local_b);
+        c->bend = wa * wa * c->radius_a + wb * wb * c->radius_b;
+        c->speed = vec_norm(c->body_b.linear) + wa * c->radius_a + wb * c->radius_b;
+    }
+    c->bend *= 1 + 64 * UNIT_ROUNDOFF;
+    c->speed *= 1 + 64 * UNIT_ROUNDOFF;
+}
+
+static double slack_of(const course *c, const motion *a, const motion *b, double span)
+{
+    double ra = reach_of(c->a, c->local_a), rb = reach_of(c->b, c->local_b);
+    if (isinf(ra)) ra = vec_norm(c->local_a.p);
+    if (isinf(rb)) rb = vec_norm(c->local_b.p);
+    double far = vec_norm(c->body_b.start.p) + span * (vec_norm(a->linear) + vec_norm(b->linear));
+    bool plane = c->a->type == SHAPE_HALFSPACE || c->b->type == SHAPE_HALFSPACE;
+    double turned = plane ? ra + rb + far : 0; /* where a plane's normal is off, all heights over it are */
+    return motion_error(&c->body_a, span, ra + turned) + motion_error(&c->body_b, span, rb + turned) +
+           POSE_ULPS * UNIT_ROUNDOFF * (ra + rb + far);
+}
+
+bool course_init(course *c, const toi_mover *a, const toi_mover *b, double span)
+{
+    *c = (course){.a = a->shape, .b = b->shape, .local_a = a->local, .local_b = b->local, .span = span};
+    c->body_a = (motion){{VEC_ZERO, a->motion.start.q}, VEC_ZERO, a->motion.angular};
+    c->body_b = (motion){{vec_sub(b->motion.start.p, a->motion.start.p), b->motion.start.q},
+        vec_sub(b->motion.linear, a->motion.linear), b->motion.angular};
+    c->spin_a = motion_spin_of(c->body_a.angular);
+    c->spin_b = motion_spin_of(c->body_b.angular);
+    c->straight = c->spin_a.speed == 0 && c->spin_b.speed == 0;
+    bool planes = a->shape->type == SHAPE_HALFSPACE && b->shape->type == SHAPE_HALFSPACE;
+    if (planes && !c->straight) return false;
+    bound(c, span);
+    c->slack = slack_of(c, &a->motion, &b->motion, span);
+    if (c->straight) {
+        pose shape_a = pose_mul(c->body_a.start, c->local_a), shape_b = pose_mul(c->body_b.start, c->local_b);
+        c->world_of_a = quat_matrix(quat_unit(shape_a.q));
+        c->arm = shape_a.p;
+        c->start = pose_relative(shape_a, shape_b);
+        c->start.q = quat_unit(c->start.q);
+        c->rate = mat_tmul(c->world_of_a, c->body_b.linear);
+    }
+    return true;
+}
+
+course_place course_at(const course *c, double time)
+{
+    if (c->straight) return (course_place){{vec_madd(c->start.p, time, c->rate), c->start.q}, c->world_of_a, c->arm};
+    pose body_a = {VEC_ZERO, motion_spun(c->spin_a, c->body_a.start.q, time)};
+    pose body_b = {
+        vec_madd(c->body_b.start.p, time, c->body_b.linear), motion_spun(c->spin_b, c->body_b.start.q, time)};
+    pose shape_a = pose_mul(body_a, c->local_a), relative = pose_relative(shape_a, pose_mul(body_b, c->local_b));
+    relative.q = quat_unit(relative.q);
+    return (course_place){relative, quat_matrix(quat_unit(shape_a.q)), shape_a.p};
+}
+
+double course_separation(const course *c, const course_place *at, vec3 direction)
+{
+    vec3 axis = direction_again(mat_tmul(at->world_of_a, direction));
+    return narrow_separation(c->a, c->b, &at->b_in_a, axis, NULL, NULL);
+}
+
+/* In a frame that turns at w about its body's origin, a point x of the other one has the acceleration
+ * |x'' - 2 w x x' - w x (x' ...)| <= |x''| + 2 w |x'| + w^2 |x|. */
+static double bend_with(const motion *frame, const motion *other, double other_radius, double far, double line)
+{
+    double w = turning(frame), v = turning(other);
+    double bend = w * w * far + 2 * w * (line + v * other_radius) + v * v * other_radius;
+    return bend * (1 + 64 * UNIT_ROUNDOFF);
+}
+
+double course_bend(const course *c, course_frame frame, double from, double to)
+{
+    if (frame == COURSE_STILL) return c->bend;
+    double line = vec_norm(c->body_b.linear), time = 0.5 * (from + to);
+    double apart = vec_norm(vec_madd(c->body_b.start.p, time, c->body_b.linear)) + line * 0.5 * (to - from);
+    return frame == COURSE_WITH_A ? bend_with(&c->body_a, &c->body_b, c->radius_b, apart + c->reach_b, line)
+                                  : bend_with(&c->body_b, &c->body_a, c->radius_a, apart + c->reach_a, line);
+}
+
+vec3 course_carry(course_frame frame, const course_place *from, vec3 axis_in_a, const course_place *to)
+{
+    if (frame == COURSE_WITH_A) return axis_in_a;
+    if (frame == COURSE_STILL) return direction_again(mat_tmul(to->world_of_a, mat_mul(from->world_of_a, axis_in_a)));
+    mat3 was = quat_matrix(from->b_in_a.q), is = quat_matrix(to->b_in_a.q);
+    return direction_again(mat_mul(is, mat_tmul(was, axis_in_a)));
+}
+
+vec3 course_velocity(const course *c, double time, vec3 point_a, vec3 point_b)
+{
+    vec3 origin_b = vec_madd(c->body_b.start.p, time, c->body_b.linear);
+    vec3 turn_b = vec_cross(c->body_b.angular, vec_sub(point_b, origin_b));
+    vec3 turn_a = vec_cross(c->body_a.angular, point_a);
+    return vec_sub(vec_add(c->body_b.linear, turn_b), turn_a);
+}
+
+/* ---- spun ---- */
+
+/* The least rotation that takes +z to a unit vector. */
+static quat quat_to(vec3 axis)
+{
+    vec3 half = direction_of(vec(axis.x, axis.y, axis.z + 1));
+    if (vec_norm2(half) == 0) return (quat){0, 1, 0, 0};
+    return quat_unit((quat){half.z, -half.y, half.x, 0});
+}
+
+static bool spin(const shape *s, pose local, const motion *m, shape *spun, toi_mover *out)
+{
+    *out = (toi_mover){.shape = spun, .local = local, .motion = {m->start, m->linear, VEC_ZERO}};
+    *spun = *s;
+    if (vec_greatest(m->angular) == 0) return true;
+    if (s->type == SHAPE_HALFSPACE) return false;
+    vec3 axis = direction_of(m->angular), axis_in_body = quat_rotate(quat_conj(m->start.q), axis);
+    vec3 in_shape = quat_rotate(quat_conj(local.q), axis_in_body);
+    vec3 h = s->half;
+    bool sized = s->type <= SHAPE_ELLIPSOID;
+    double along = sized ? fabs(in_shape.x) * h.x + fabs(in_shape.y) * h.y + fabs(in_shape.z) * h.z : shape_reach(s);
+    double off = fabs(vec_dot(local.p, axis_in_body));
+    double slack = 64 * UNIT_ROUNDOFF * reach_of(s, local);
+    double radius = motion_radius(s, local, axis_in_body) + shape_excess(s) + slack;
+    *spun = (shape){
+        .type = SHAPE_CYLINDER, .radius = s->radius, .half = {radius, radius, along + off + shape_excess(s) + slack}};
+    out->local = (pose){VEC_ZERO, quat_mul(quat_conj(m->start.q), quat_to(axis))};
+    return true;
+}
+
+bool course_spin(const course *c, shape spun[2], course *out)
+{
+    toi_mover a, b;
+    if (c->a->type == SHAPE_HALFSPACE) return false; /* the cylinder would have to go first */
+    return spin(c->a, c->local_a, &c->body_a, &spun[0], &a) && spin(c->b, c->local_b, &c->body_b, &spun[1], &b) &&
+           course_init(out, &a, &b, c->span);
+}

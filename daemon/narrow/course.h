@@ -1,0 +1,68 @@
+/* course: the motion of two shapes relative to each other, made ready: their relative pose at a time, how apart they
+ * are along a direction, and how far any gap can dip between two times. Pure; any thread.
+ *
+ * The frame has the world's axes and moves with the origin of A's body, so that precision follows the size of the pair
+ * and of what it moves relative to each other. */
+#ifndef COLLIDED_NARROW_COURSE_H
+#define COLLIDED_NARROW_COURSE_H
+
+#include "toi.h"
+
+typedef struct course {
+    const shape *a, *b;
+    pose local_a, local_b;
+    motion body_a, body_b; /* in the frame: A's body turns in place */
+    double span;           /* s */
+    motion_spin spin_a, spin_b;
+    bool straight;   /* neither turns */
+    pose start;      /* straight: B's shape in A's at time 0, ... */
+    vec3 rate;       /* ... and how fast its position changes, in A's frame, m/s */
+    mat3 world_of_a; /* straight: course_place, always the same */
+    vec3 arm;
+    double bend;               /* m/s^2: over a time h no gap along a direction dips below its chord by more than
+                                  bend h^2 / 8 */
+    double speed;              /* m/s: no two points approach each other faster */
+    double radius_a, radius_b; /* m: of the cores about the axes that they turn about */
+    double reach_a, reach_b;   /* m: of the shapes from the origins of their bodies */
+    double slack;              /* m: rounding of all poses up to the end of the span */
+} course;
+
+/* False if no bound exists: a half-space that turns against another. */
+bool course_init(course *c, const toi_mover *a, const toi_mover *b, double span);
+
+typedef struct course_place { /* where the two are at a time */
+    pose b_in_a;              /* the shapes */
+    mat3 world_of_a;          /* the axes of A's shape in the world's */
+    vec3 arm;                 /* from the frame's origin to that of A's shape, world axes */
+} course_place;
+
+course_place course_at(const course *c, double time);
+
+/* How far they are apart along a world direction (with a half-space along its normal): certified. */
+double course_separation(const course *c, const course_place *at, vec3 direction);
+
+/* m/s, in the world's axes: how fast a point of B at `point_b` moves relative to one of A at `point_a` (both relative
+ * to the frame's origin) at a time. */
+vec3 course_velocity(const course *c, double time, vec3 point_a, vec3 point_b);
+
+/* How far a gap along a direction that stands still can dip between two times. */
+static inline double course_dip(const course *c, double step)
+{
+    return c->bend * step * step / 8 * (1 + 0x1p-48);
+}
+
+/* A direction may also turn with one of the two: where it is the normal of a face of that one, the gap along it closes
+ * as the nearest points approach, while along a direction that stands still the face's corners rise besides. */
+typedef enum course_frame { COURSE_STILL, COURSE_WITH_A, COURSE_WITH_B, COURSE_FRAMES } course_frame;
+
+/* The bend of gaps along a direction in that frame, from `from` to `to`. */
+double course_bend(const course *c, course_frame frame, double from, double to);
+
+/* An axis of A's frame at one time as it is in A's frame at another, when it belongs to a frame. */
+vec3 course_carry(course_frame frame, const course_place *from, vec3 axis_in_a, const course_place *to);
+
+/* Both shapes as what they sweep when they turn for ever: a cylinder about the axis of turning. Their course is
+ * straight, and while it is free, so is the turning one. `spun`: two shapes, the caller's. False: there is none. */
+bool course_spin(const course *c, shape spun[2], course *out);
+
+#endif

@@ -1,0 +1,293 @@
+/* toi: marches along the motion of two convex shapes from one proof to the next. Pure; any thread. */
+#include "toi.h"
+
+#include "course.h"
+#include "scalar.h"
+#include "toi_parts.h"
+#include "unit_pair.h"
+
+enum {
+    STEPS_MAX = 512, /* distances of one search: beyond it TOI_UNDECIDED */
+    GRAZES_MAX = 48, /* of these, inside of the tolerance: beyond it TOI_NEAR */
+    PROOFS_MAX = 24, /* verdicts behind a place that is within the tolerance */
+    SHRINKS_MAX = 3  /* tries of a step before the one that needs no proof */
+};
+
+typedef struct march {
+    const course *c;
+    const toi_request *request;
+    narrow_scratch *scratch;
+    double target; /* m: the threshold, and above it what rounding may take away */
+    toi_result *out;
+    double time;
+    bool rough;         /* within the tolerance is near enough: no proof of contact is looked for */
+    course_place at;    /* that time */
+    narrow_result near; /* then, in A's frame */
+    vec3 axis;          /* near.axis in the world's axes */
+    double rate;        /* m/s: how fast the gap at the nearest points grows along the axis */
+} march;
+
+/* ---- one look ---- */
+
+static vec3 in_frame(const march *m, vec3 point_in_a)
+{
+    return vec_add(m->at.arm, mat_mul(m->at.world_of_a, point_in_a));
+}
+
+static void look(march *m, double time, double tolerance)
+{
+    narrow_request r = {
+        .facts = NARROW_DISTANCE, .tolerance = tolerance, .range = INFINITY, .threshold = m->request->threshold};
+    m->time = time;
+    m->at = course_at(m->c, time);
+    narrow_query(m->c->a, m->c->b, &m->at.b_in_a, &r, NULL, m->scratch, &m->near);
+    m->out->queries++;
+    m->axis = direction_again(mat_mul(m->at.world_of_a, m->near.axis));
+    vec3 velocity = m->c->body_b.linear;
+    if (!m->c->straight)
+        velocity = course_velocity(m->c, time, in_frame(m, m->near.point_a), in_frame(m, m->near.point_b));
+    m->rate = vec_dot(m->axis, velocity);
+}
+
+/* m: the least gap that counts as apart at a time. */
+static double floor_at(const march *m, double time)
+{
+    return m->target + 0.5 * m->request->wander * time * time * (1 + 4 * UNIT_ROUNDOFF);
+}
+
+/* What is left of the gap beyond that, proven. */
+static double spare(const march *m)
+{
+    return m->near.lo - floor_at(m, m->time);
+}
+
+/* m/s: how fast it grows. */
+static double spare_rate(const march *m)
+{
+    return m->rate - m->request->wander * m->time;
+}
+
+static bool touches(march *m, double time)
+{
+    course_place at = course_at(m->c, time);
+    narrow_request r = {
+        .facts = NARROW_VERDICT, .tolerance = m->request->tolerance, .threshold = m->request->threshold};
+    narrow_result n;
+    narrow_query(m->c->a, m->c->b, &at.b_in_a, &r, NULL, m->scratch, &n);
+    m->out->queries++;
+    return n.hi <= m->request->threshold;
+}
+
+/* ---- steps ---- */
+
+/* Gaps along a direction stay above their chord less the dip, and the floor rises along a parabola, which is below its
+ * own chord: so what holds at both ends holds between. */
+static bool free_along(const march *m, double from, double to, vec3 axis, double more)
+{
+    course_place first = course_at(m->c, from), last = course_at(m->c, to);
+    double dip = course_dip(m->c, to - from) + more;
+    return course_separation(m->c, &first, axis) > floor_at(m, from) + dip &&
+           course_separation(m->c, &last, axis) > floor_at(m, to) + dip;
+}
+
+/* The step after which `gap` is used up, when it grows at `rate` and its growth falls by `bend`. */
+static double step_until_used(double gap, double rate, double bend)
+{
+    double slope = sqrt(rate * rate + 2 * bend * gap) - rate; /* >= 0 */
+    return slope > 0 ? 2 * gap / slope : INFINITY;
+}
+
+static double proven_spare(const march *m)
+{
+    return spare(m) * (1 - 64 * UNIT_ROUNDOFF);
+}
+
+/* Without any direction: no two points approach faster than the course's speed. */
+static double sure_step(const march *m)
+{
+    return step_until_used(proven_spare(m), -(m->c->speed + m->request->wander * m->time), m->request->wander);
+}
+
+/* Of what is not convex the axis proves nothing but the distance. The hulls may part for good, though. */
+static double guarded_step(const march *m)
+{
+    double left = m->request->span - m->time;
+    m->out->steps++;
+    return free_along(m, m->time, m->request->span, m->axis, 0) ? left : min_of(sure_step(m), left);
+}
+
+/* Straight: until the plane that separates them closes; for good if it does not. */
+static double straight_step(const march *m)
+{
+    double rounding = 16 * UNIT_ROUNDOFF * (m->c->speed + m->request->wander * m->time);
+    return step_until_used(proven_spare(m), spare_rate(m) - rounding, m->request->wander);
+}
+
+/* What the gap certainly keeps at the end of a step and on the way there, in the best of the frames. */
+static double spare_after(const march *m, double step)
+{
+    double best = -INFINITY, end = m->time + step;
+    course_place to = course_at(m->c, end);
+    bool plane = m->c->a->type == SHAPE_HALFSPACE || m->c->b->type == SHAPE_HALFSPACE; /* its normal is its own */
+    unit_pair p;
+    unit_pair_init(&p, m->c->a, m->c->b, &to.b_in_a);
+    for (int frame = COURSE_STILL; frame < (plane ? COURSE_WITH_A : COURSE_FRAMES); frame++) {
+        double dip = course_bend(m->c, (course_frame)frame, m->time, end) * step * step / 8 * (1 + 0x1p-48);
+        vec3 axis = course_carry((course_frame)frame, &m->at, m->near.axis, &to);
+        double gap = unit_pair_separation(&p, axis, NULL, NULL) - floor_at(m, end);
+        best = max_of(best, min_of(gap, spare(m)) - dip);
+        if (best > 0) break;
+    }
+    return best;
+}
+
+/* The longest step, of those tried, that the chord proves free: the first by Newton's method, to where the gap is used
+ * up but for what is aimed at; then by the secant, which of a gap that closes ever faster never takes too much. */
+static double turning_step(const march *m, double left)
+{
+    double gap = spare(m), aim = gap > m->request->tolerance ? 0.5 * m->request->tolerance : 0.25 * gap;
+    double step = min_of(step_until_used(gap - aim, spare_rate(m), m->request->wander), left), sure = sure_step(m);
+    for (int k = 0; k < SHRINKS_MAX && step > sure; k++) {
+        double after = spare_after(m, step);
+        m->out->steps++;
+        if (after > 0) return step;
+        step *= min_of(max_of((gap - aim) / (gap - after), 0.125), 0.99);
+    }
+    return min_of(sure, left);
+}
+
+static double next_step(const march *m)
+{
+    double left = m->request->span - m->time;
+    bool convex = m->c->b->type < SHAPE_CONVEX_COUNT || m->c->a->type == SHAPE_HALFSPACE;
+    if (!convex) return guarded_step(m);
+    return m->c->straight ? straight_step(m) : turning_step(m, left);
+}
+
+/* ---- the end ---- */
+
+static void tell(const march *m, toi_status status, double hi)
+{
+    toi_result *out = m->out;
+    out->status = status;
+    out->lo = m->time;
+    out->hi = hi;
+    out->gap_lo = m->near.lo;
+    out->gap_hi = m->near.hi;
+    out->axis = m->axis;
+    out->point_a = in_frame(m, m->near.point_a);
+    out->point_b = in_frame(m, m->near.point_b);
+    out->closing = -m->rate;
+}
+
+/* Within the tolerance at m->time: goes on, ever farther, until contact is proven. False: it goes away again. */
+static bool prove_contact(march *m)
+{
+    double span = m->request->span, threshold = m->request->threshold;
+    if (m->near.hi <= threshold || (m->near.lo <= threshold && touches(m, m->time))) {
+        tell(m, TOI_HIT, m->time);
+        return true;
+    }
+    double gap = max_of(m->near.hi - threshold, 0) + 0.25 * m->request->tolerance; /* where it just touches, doubles
+                                                                                      cannot tell */
+    double step = gap / max_of(-m->rate, 0x1p-10 * m->c->speed);
+    for (int k = 0; k < PROOFS_MAX; k++) {
+        double time = min_of(m->time + step, span);
+        if (touches(m, time)) {
+            tell(m, TOI_HIT, time);
+            return true;
+        }
+        if (time >= span || m->rate * step > m->request->tolerance) return false;
+        step *= k < 4 ? 1.5 : 4;
+    }
+    return false;
+}
+
+/* From `from` on. */
+static void march_convex(march *m, double from)
+{
+    double span = m->request->span, tolerance = m->request->tolerance, coarse = INFINITY, time = from;
+    int grazes = 0;
+    for (int k = 0; k < STEPS_MAX; k++) {
+        m->out->steps++;
+        look(m, time, max_of(0.25 * tolerance, 0.05 * coarse));
+        if (spare(m) <= tolerance && m->near.hi - m->near.lo > 0.25 * tolerance) look(m, time, 0.25 * tolerance);
+        if (spare(m) <= tolerance) {
+            if (!m->rough && prove_contact(m)) return;
+            if (spare(m) <= 0.5 * tolerance) look(m, time, 0);
+            if (spare(m) <= 0 || m->rough || ++grazes > GRAZES_MAX) {
+                tell(m, TOI_NEAR, INFINITY);
+                return;
+            }
+        }
+        double step = next_step(m);
+        if (step >= span - time) return; /* out->status is TOI_FREE */
+        if (!(time + step > time)) break;
+        coarse = spare(m);
+        time += step;
+    }
+    tell(m, TOI_UNDECIDED, INFINITY);
+}
+
+/* ---- two shapes ---- */
+
+static const double WHOLE_TURNS = 6; /* rad: from here on what it sweeps is looked at first, ... */
+static const double ROUGHLY = 0.01;  /* ... to within so much of its reach */
+
+/* A time up to which what they sweep is apart; INFINITY: always. */
+static double free_while_spun(const march *m)
+{
+    shape spun[2];
+    course spinning;
+    if (!course_spin(m->c, spun, &spinning)) return 0;
+    toi_request request = *m->request;
+    request.tolerance = max_of(request.tolerance, ROUGHLY * (spinning.reach_a + spinning.reach_b));
+    toi_result r = {.status = TOI_FREE, .lo = INFINITY};
+    march spin = {.c = &spinning, .request = &request, .scratch = m->scratch, .out = &r, .rough = true};
+    spin.target = m->request->threshold + spinning.slack;
+    march_convex(&spin, 0);
+    m->out->queries += r.queries;
+    m->out->steps += r.steps;
+    return r.status == TOI_FREE ? INFINITY : r.lo;
+}
+
+void toi_convex(const course *c, const toi_request *request, vec3 guess, narrow_scratch *scratch, toi_result *out)
+{
+    march m = {.c = c, .request = request, .scratch = scratch, .out = out, .rough = request->wander > 0};
+    m.target = request->threshold + c->slack;
+    if (vec_greatest(guess) > 0 && free_along(&m, 0, request->span, guess, 2 * request->tolerance)) return;
+    double turned = (vec_norm(c->body_a.angular) + vec_norm(c->body_b.angular)) * request->span;
+    double from = turned > WHOLE_TURNS ? free_while_spun(&m) : 0;
+    if (from < request->span) march_convex(&m, from);
+}
+
+/* Along the line between what is nearest of their extents, at the beginning; a hull's extents are not known. */
+static vec3 guess_axis(const course *c)
+{
+    course_place at = course_at(c, 0);
+    return mat_mul(at.world_of_a, narrow_guess_axis(c->a, c->b, &at.b_in_a));
+}
+
+void toi_find(const toi_mover *a, const toi_mover *b, const toi_request *request, vec3 guess, narrow_scratch *scratch,
+    toi_result *out)
+{
+    *out = (toi_result){.status = TOI_FREE, .lo = INFINITY, .hi = INFINITY};
+    course c;
+    if (!course_init(&c, a, b, request->span)) {
+        *out = (toi_result){.status = TOI_UNDECIDED, .hi = INFINITY, .gap_lo = -INFINITY, .gap_hi = INFINITY};
+        return;
+    }
+    if (vec_greatest(guess) == 0) guess = guess_axis(&c);
+    toi_convex(&c, request, guess, scratch, out);
+    if (out->status == TOI_FREE) return;
+    out->body_a = motion_pose(&a->motion, out->lo);
+    out->body_b = motion_pose(&b->motion, out->lo);
+    out->point_a = vec_add(out->point_a, out->body_a.p);
+    out->point_b = vec_add(out->point_b, out->body_a.p);
+}
+
+const char *toi_status_name(toi_status status)
+{
+    static const char *const NAMES[] = {"free", "hit", "near", "undecided"};
+    return (unsigned)status < sizeof NAMES / sizeof *NAMES ? NAMES[status] : "unknown";
+}

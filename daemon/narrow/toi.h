@@ -1,0 +1,61 @@
+/* toi: the time of impact of two moving and turning shapes, bracketed: they are proven to be apart before `lo`, and to
+ * touch at `hi`. Pure, as narrow.h; any thread, each with its own scratch.
+ *
+ * The chord certificate: over a time h a point of a body that turns at w about an axis rho away leaves its chord by at
+ * most w^2 rho h^2 / 8. So a direction along which two convex shapes are apart by more than the sum of that, both at
+ * the beginning and at the end, proves that they do not meet between. The search proposes directions and steps (by
+ * certified distances and Newton's method); what it proposes only decides how many steps it takes. It misses no contact
+ * and reports none late, for whatever the steps are. (Conservative advancement: Mirtich, 1996; Zhang, Lee and Kim,
+ * 2006; the chord in place of the speed bound is METHODS.md's.)
+ *
+ * Meshes and compounds are walked: boxes of their hierarchy, then parts, each a convex shape that moves with the body.
+ */
+#ifndef COLLIDED_NARROW_TOI_H
+#define COLLIDED_NARROW_TOI_H
+
+#include "geom/motion.h"
+#include "narrow.h"
+
+typedef struct toi_mover { /* a shape of a body that moves */
+    const shape *shape;
+    pose local;    /* of the shape in its body */
+    motion motion; /* of the body, from time 0 on */
+} toi_mover;
+
+typedef struct toi_request {
+    double span;      /* s, > 0: from 0 to here */
+    double threshold; /* m: contact is a signed distance at or below it */
+    double tolerance; /* m, > 0: nearer than threshold + tolerance is told as a near miss, where neither contact nor its
+                         absence is proven with fewer steps than are worth it */
+    double wander;    /* m/s^2, >= 0: by how much all points may accelerate besides: what is free then is free for every
+                         motion that leaves this one by no more than wander t^2 / 2; contact is then never proven */
+} toi_request;
+
+typedef enum toi_status {
+    TOI_FREE, /* proven: no contact from 0 to span */
+    TOI_HIT,  /* proven: apart before lo, touching at hi */
+    TOI_NEAR, /* apart before lo, within the tolerance of contact at lo; whether it comes to contact is not proven */
+    TOI_UNDECIDED /* apart before lo; the steps ended there. To be taken for a hit */
+} toi_status;
+
+typedef struct toi_result {
+    toi_status status;
+    double lo, hi;         /* s; FREE: both INFINITY. NEAR, UNDECIDED: hi is INFINITY */
+    double gap_lo, gap_hi; /* m: the signed distance at lo, certified */
+    vec3 axis;             /* at lo: unit, world axes, from A to B */
+    vec3 point_a, point_b; /* at lo: nearest points, world */
+    pose body_a, body_b;   /* at lo */
+    double closing;        /* m/s at lo, along the axis, of the nearest points; positive = they approach */
+    uint32_t queries;      /* distances and verdicts that were asked */
+    uint32_t steps;
+} toi_result;
+
+/* A and B must be in canonical order (narrow_ordered). `guess`: a world direction that may prove it free (a cached
+ * axis), or zero. It is believed where it keeps them apart by more than twice the tolerance, so that it changes the
+ * time and not the answer. */
+void toi_find(const toi_mover *a, const toi_mover *b, const toi_request *request, vec3 guess, narrow_scratch *scratch,
+    toi_result *out);
+
+const char *toi_status_name(toi_status status);
+
+#endif

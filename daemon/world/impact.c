@@ -1,0 +1,210 @@
+/* impact: what pairs did on their way from one tick to the next, and what they will do: searches for a time of impact,
+ * one a pair and interest that asks for it, in parallel. Each reads the world and writes its own result only. */
+#include "state.h"
+
+#include <stdlib.h>
+
+enum { SWEEPS_A_CHUNK = 4 };
+
+/* No search is finer than this share of the pair's size. */
+static const double FINEST_SEARCH = 1e-10;
+
+/* ---- motions ---- */
+
+static double seconds(int64_t ns)
+{
+    return 1e-9 * (double)ns;
+}
+
+/* By the stamps, or where there are none, by the ticks. */
+double body_span(const world *w, const body *b)
+{
+    if (!b->moved) return 0;
+    int64_t by_stamps = b->stamp_ns - b->before_ns, by_ticks = w->now_ns - w->last_tick_ns;
+    bool stamped = b->stamp_ns && b->before_ns && by_stamps > 0;
+    return stamped ? seconds(by_stamps) : by_ticks > 0 ? seconds(by_ticks) : 1;
+}
+
+/* Two poses hide whole turns: a given angular velocity tells how many. */
+static vec3 with_whole_turns(vec3 angular, vec3 given, double span)
+{
+    static const double TURN = 6.283185307179586;
+    vec3 axis = vec_unit(vec_norm2(angular) * span * span > 1e-12 ? angular : given);
+    double turns = (vec_dot(given, axis) - vec_dot(angular, axis)) * span / TURN;
+    return vec_madd(angular, TURN * floor(turns + 0.5) / span, axis);
+}
+
+motion body_way(const body *b, double span, bool turns)
+{
+    if (!b->moved) return (motion){b->pose, VEC_ZERO, VEC_ZERO};
+    motion m = motion_between(b->before, b->pose, span);
+    if (!turns) return (motion){{b->before.p, b->pose.q}, m.linear, VEC_ZERO};
+    if (b->speed == SPEED_GIVEN) m.angular = with_whole_turns(m.angular, b->angular, span);
+    return m;
+}
+
+motion body_course(const body *b)
+{
+    return (motion){b->pose, b->speed ? b->linear : VEC_ZERO, b->speed ? b->angular : VEC_ZERO};
+}
+
+/* One that has no mode of its own, but meets one that has, moves as it does. */
+static bool way_turns(const body *b)
+{
+    return b->ccd != WORLD_CCD_LINEAR;
+}
+
+aabb body_swept_bounds(const world *w, const body *b, const solid *s, aabb box)
+{
+    double span = body_span(w, b);
+    if (b->impacts && span > 0) {
+        motion way = body_way(b, span, way_turns(b));
+        box = aabb_union(box, motion_bounds(&way, &s->shape, s->local, span));
+    }
+    if (b->horizon > 0 && !b->fixed && isfinite(s->reach)) {
+        motion course = body_course(b);
+        double reach = s->reach + vec_norm(s->local.p), h = b->horizon;
+        double wander = 0.5 * (b->acceleration + b->angular_acceleration * reach) * h * h;
+        box = aabb_union(box, aabb_grow(motion_bounds(&course, &s->shape, s->local, h), wander * (1 + 0x1p-40)));
+    }
+    return box;
+}
+
+/* ---- which searches ---- */
+
+static bool wants_way(const body *a, const body *b)
+{
+    return (a->moved || b->moved) && (a->ccd != WORLD_CCD_OFF || b->ccd != WORLD_CCD_OFF);
+}
+
+static bool may_do_something(const body *b)
+{
+    return !b->fixed && (b->speed != SPEED_NONE || b->acceleration > 0 || b->angular_acceleration > 0);
+}
+
+static void add(world *w, uint32_t active, uint32_t id, bool foretells)
+{
+    sweep s = {.active = active, .interest = id, .foretells = foretells};
+    const sweep *last = w->sweeps.count ? &w->sweeps.at[w->sweeps.count - 1] : NULL;
+    if (last && last->active == active && last->foretells == foretells) {
+        const interest *i = &w->interests.at[id], *j = &w->interests.at[last->interest];
+        s.again =
+            i->threshold == j->threshold && i->tolerance == j->tolerance && (!foretells || i->horizon == j->horizon);
+    }
+    array_push(&w->sweeps, s);
+}
+
+static void add_of_pair(world *w, uint32_t active, unsigned fact)
+{
+    const pair *p = &w->pairs.at[w->active_pairs.at[active]];
+    const body *a = &w->bodies.at[w->solids.at[p->a].body], *b = &w->bodies.at[w->solids.at[p->b].body];
+    for (size_t word = 0; word < w->words; word++)
+        for (uint64_t bits = interest_word(a, b, word); bits; bits &= bits - 1) {
+            uint32_t id = (uint32_t)(word * 64) + (uint32_t)__builtin_ctzll(bits);
+            if (w->interests.at[id].facts & fact) add(w, active, id, fact == WORLD_FORETELL);
+        }
+}
+
+static void collect(world *w)
+{
+    w->sweeps.count = 0;
+    if (!w->sweepers) return;
+    for (size_t k = 0; k < w->active_pairs.count; k++) {
+        const pair *p = &w->pairs.at[w->active_pairs.at[k]];
+        const body *a = &w->bodies.at[w->solids.at[p->a].body], *b = &w->bodies.at[w->solids.at[p->b].body];
+        if (a->stale || b->stale) continue;
+        if (a->impacts && b->impacts && wants_way(a, b)) add_of_pair(w, (uint32_t)k, WORLD_IMPACT);
+        if (a->horizon > 0 && b->horizon > 0 && (may_do_something(a) || may_do_something(b) || pair_is_foretold(w, p)))
+            add_of_pair(w, (uint32_t)k, WORLD_FORETELL);
+    }
+}
+
+/* ---- the searches ---- */
+
+static double wander_of(const body *b, const solid *s)
+{
+    double reach = isfinite(s->reach) ? s->reach + vec_norm(s->local.p) : 0;
+    return b->fixed ? 0 : b->acceleration + b->angular_acceleration * reach;
+}
+
+static int64_t newest(const body *a, const body *b)
+{
+    return a->stamp_ns > b->stamp_ns ? a->stamp_ns : b->stamp_ns;
+}
+
+/* Both ways take as long as the longer one, so that they are where they are at the same share of it. */
+static double set_ways(const world *w, sweep *s, const body *a, const body *b, toi_mover *ma, toi_mover *mb)
+{
+    double span_a = body_span(w, a), span_b = body_span(w, b), span = fmax(span_a, span_b);
+    const body *longer = span_a >= span_b ? a : b;
+    ma->motion = body_way(a, span, way_turns(a));
+    mb->motion = body_way(b, span, way_turns(b));
+    s->start_ns = (longer->stamp_ns ? longer->stamp_ns : w->now_ns) - (int64_t)(1e9 * span + 0.5);
+    return span;
+}
+
+static double set_courses(const world *w, sweep *s, const body *a, const body *b, toi_mover *ma, toi_mover *mb)
+{
+    int64_t stamp_ns = newest(a, b);
+    ma->motion = body_course(a);
+    mb->motion = body_course(b);
+    s->start_ns = stamp_ns ? stamp_ns : w->now_ns;
+    s->estimated = a->speed == SPEED_ESTIMATED || b->speed == SPEED_ESTIMATED;
+    return w->interests.at[s->interest].horizon;
+}
+
+static bool can_turn(const motion *m, double span)
+{
+    return vec_norm(m->angular) * span <= MOTION_ANGLE_MAX;
+}
+
+/* The axis that the ladder has kept: of B's shape in A's, to world directions. */
+static vec3 kept_axis(const world *w, const pair *p)
+{
+    if (!w->options.caches || !(p->cache.axis.x != 0 || p->cache.axis.y != 0 || p->cache.axis.z != 0)) return VEC_ZERO;
+    return vec_unit(quat_rotate(w->solids.at[p->a].world.q, p->cache.axis));
+}
+
+static void search(const world *w, sweep *s, void *scratch)
+{
+    const pair *p = &w->pairs.at[w->active_pairs.at[s->active]];
+    const solid *x = &w->solids.at[p->a], *y = &w->solids.at[p->b];
+    const body *a = &w->bodies.at[x->body], *b = &w->bodies.at[y->body];
+    const interest *i = &w->interests.at[s->interest];
+    toi_mover ma = {&x->shape, x->local, {.start = a->pose}}, mb = {&y->shape, y->local, {.start = b->pose}};
+    double span = s->foretells ? set_courses(w, s, a, b, &ma, &mb) : set_ways(w, s, a, b, &ma, &mb);
+    double size = (isfinite(x->reach) ? x->reach : 0) + (isfinite(y->reach) ? y->reach : 0);
+    toi_request request = {.span = span,
+        .threshold = i->threshold + pair_terms_of_paired(a, b).padding,
+        .tolerance = fmax(fmax(i->tolerance, FINEST_SEARCH * size), 1e-300),
+        .wander = s->foretells ? wander_of(a, x) + wander_of(b, y) : 0};
+    if (can_turn(&ma.motion, span) && can_turn(&mb.motion, span))
+        toi_find(&ma, &mb, &request, kept_axis(w, p), scratch, &s->result);
+    else /* service refuses such speeds; a horizon may make too many turns of them yet */
+        s->result = (toi_result){.status = TOI_UNDECIDED, .hi = INFINITY, .body_a = a->pose, .body_b = b->pose};
+}
+
+static void search_all(void *context, size_t begin, size_t end, unsigned worker)
+{
+    world *w = context;
+    for (size_t k = begin; k < end; k++)
+        if (!w->sweeps.at[k].again) search(w, &w->sweeps.at[k], w->scratch[worker]);
+}
+
+void impact_decide(world *w)
+{
+    collect(w);
+    workers_run(w->workers, w->sweeps.count, SWEEPS_A_CHUNK, search_all, w);
+    for (size_t k = 0; k < w->sweeps.count; k++) {
+        sweep *s = &w->sweeps.at[k];
+        if (s->again) {
+            s->result = s[-1].result;
+            s->start_ns = s[-1].start_ns;
+            s->estimated = s[-1].estimated;
+            continue;
+        }
+        w->figures.sweeps++;
+        w->figures.sweep_queries += s->result.queries;
+        w->figures.undecided += s->result.status == TOI_UNDECIDED;
+    }
+}
