@@ -77,7 +77,7 @@ static contact_frame frame_of(vec3 axis, vec3 origin)
     vec3 least = fabs(axis.x) <= fabs(axis.y) && fabs(axis.x) <= fabs(axis.z) ? vec(1, 0, 0)
                  : fabs(axis.y) <= fabs(axis.z)                               ? vec(0, 1, 0)
                                                                               : vec(0, 0, 1);
-    vec3 x = vec_unit(vec_cross(least, axis));
+    vec3 x = direction_of(vec_cross(least, axis));
     return (contact_frame){origin, x, vec_cross(axis, x), axis};
 }
 
@@ -98,9 +98,14 @@ static double turn(spot a, spot b, spot p)
     return (b.x - a.x) * (p.y - a.y) - (b.y - a.y) * (p.x - a.x);
 }
 
+static double flat_length2(spot a, spot b)
+{
+    return (b.x - a.x) * (b.x - a.x) + (b.y - a.y) * (b.y - a.y);
+}
+
 static double flat_length(spot a, spot b)
 {
-    return sqrt((b.x - a.x) * (b.x - a.x) + (b.y - a.y) * (b.y - a.y));
+    return sqrt(flat_length2(a, b));
 }
 
 static spot between(spot a, spot b, double t)
@@ -116,13 +121,15 @@ static void outline_of(const feature *f, const transform *to_a, const contact_fr
     out->unbounded = f->unbounded;
     out->corner_id = f->corner_id;
     out->face_id = f->face_id;
-    out->slope_x = out->slope_y = out->area = out->span = 0;
+    out->slope_x = out->slope_y = out->area = 0;
+    double span2 = 0;
     out->at[0] = out->at[1] = (spot){0, 0, 0};
     for (uint32_t i = 0; i < f->count; i++) {
         out->at[i] = to_spot(frame, transform_point(to_a, f->corner[i]));
-        out->span = max_of(out->span, flat_length(out->at[0], out->at[i]));
+        span2 = max_of(span2, flat_length2(out->at[0], out->at[i]));
         if (i > 1) out->area += turn(out->at[0], out->at[i - 1], out->at[i]);
     }
+    out->span = sqrt(span2);
     if (f->unbounded) {
         out->at[0] = to_spot(frame, to_a->t);
         out->span = INFINITY;
@@ -161,23 +168,31 @@ static corner crossing(
     return c;
 }
 
-/* One step of Sutherland and Hodgman: what of `in` lies on the inner side of the reference's side j. Corners within
- * `slack` of the line are on it: kept, and cut nothing. */
-static uint32_t clip_by_side(
-    const outline *ref, const outline *inc, uint32_t j, double slack, const corner *in, uint32_t count, corner *out)
+/* How far each corner is on the inner side of the reference's side j. True if one is outside by more than `slack`. */
+static bool measure_side(
+    const outline *ref, uint32_t j, double slack, const corner *in, uint32_t count, double height[CORNERS_MAX])
 {
-    spot a = ref->at[j], b = ref->at[(j + 1) % ref->count];
+    spot a = ref->at[j], b = ref->at[j + 1 == ref->count ? 0 : j + 1];
     double length = flat_length(a, b), sign = ref->area > 0 ? 1 : -1;
-    uint32_t made = 0;
-    if (length <= slack) {
-        memcpy(out, in, count * sizeof *in);
-        return count;
+    bool cuts = false;
+    if (length <= slack) return false;
+    for (uint32_t i = 0; i < count; i++) {
+        height[i] = sign * turn(a, b, in[i].at) / length;
+        cuts |= height[i] < -slack;
     }
-    double first = count > 0 ? sign * turn(a, b, in[0].at) / length : 0, here = first, there;
-    for (uint32_t i = 0; i < count && made + 2 <= CORNERS_MAX; i++, here = there) {
-        bool last = i + 1 == count;
-        const corner *from = &in[i], *to = &in[last ? 0 : i + 1];
-        there = last ? first : sign * turn(a, b, to->at) / length;
+    return cuts;
+}
+
+/* One step of Sutherland and Hodgman: what of `in` lies on the inner side of the reference's side j, by the heights of
+ * its corners. Corners within `slack` of the line are on it: kept, and cut nothing. */
+static uint32_t clip_by_side(const outline *ref, const outline *inc, uint32_t j, double slack, const corner *in,
+    const double *height, uint32_t count, corner *out)
+{
+    uint32_t made = 0;
+    for (uint32_t i = 0; i < count && made + 2 <= CORNERS_MAX; i++) {
+        uint32_t next = i + 1 == count ? 0 : i + 1;
+        const corner *from = &in[i], *to = &in[next];
+        double here = height[i], there = height[next];
         if (here >= -slack) {
             out[made] = *from;
             if (here <= slack && there < -slack) {
@@ -196,19 +211,25 @@ static uint32_t clip_by_side(
     return made;
 }
 
-/* The incident outline as far as it lies over the reference. A convex outline crosses a line twice at most, so each
- * side adds one corner at most. */
-static uint32_t clip_polygon(const outline *ref, const outline *inc, double slack, corner *out)
+/* The incident outline as far as it lies over the reference, in one of the two buffers. A convex outline crosses a line
+ * twice at most, so each side adds one corner at most; a side that cuts nothing changes nothing. */
+static const corner *clip_polygon(
+    const outline *ref, const outline *inc, double slack, corner buffers[2][CORNERS_MAX], uint32_t *count)
 {
-    corner other[CORNERS_MAX];
-    uint32_t count = inc->count, sides = ref->unbounded ? 0 : ref->count;
-    for (uint32_t i = 0; i < count; i++)
-        out[i] = (corner){inc->at[i], code(CODE_FACE, ref->face_id), code(CODE_VERTEX, inc->corner_id[i]), false, i};
-    for (uint32_t j = 0; j < sides && count > 0; j++) {
-        memcpy(other, out, count * sizeof *out);
-        count = clip_by_side(ref, inc, j, slack, other, count, out);
+    corner *in = buffers[0], *out = buffers[1];
+    uint32_t sides = ref->unbounded ? 0 : ref->count;
+    double height[CORNERS_MAX];
+    *count = inc->count;
+    for (uint32_t i = 0; i < inc->count; i++)
+        in[i] = (corner){inc->at[i], code(CODE_FACE, ref->face_id), code(CODE_VERTEX, inc->corner_id[i]), false, i};
+    for (uint32_t j = 0; j<sides && * count> 0; j++) {
+        if (!measure_side(ref, j, slack, in, *count, height)) continue;
+        *count = clip_by_side(ref, inc, j, slack, in, height, *count, out);
+        corner *swap = in;
+        in = out;
+        out = swap;
     }
-    return count;
+    return in;
 }
 
 /* The same for a segment: its two ends move inward from side to side (Cyrus and Beck). */
@@ -261,10 +282,14 @@ static void add_candidate(
 /* Face against face or segment: what of `inc` lies over `ref`. */
 static void add_overlap(const contact *c, const outline *ref, const outline *inc, bool ref_is_a, candidates *out)
 {
-    corner corners[CORNERS_MAX];
+    corner buffers[2][CORNERS_MAX];
+    const corner *corners = buffers[0];
+    uint32_t count;
     out->slack = FLUSH_RATIO * min_of(ref->span, inc->span);
-    uint32_t count =
-        inc->count == 2 ? clip_segment(ref, inc, out->slack, corners) : clip_polygon(ref, inc, out->slack, corners);
+    if (inc->count == 2)
+        count = clip_segment(ref, inc, out->slack, buffers[0]);
+    else
+        corners = clip_polygon(ref, inc, out->slack, buffers, &count);
     for (uint32_t i = 0; i < count; i++) {
         const corner *k = &corners[i];
         spot on_ref = {k->at.x, k->at.y, plane_height(ref, k->at)};
