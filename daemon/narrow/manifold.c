@@ -145,11 +145,16 @@ static double plane_height(const outline *o, spot p)
     return o->at[0].h + o->slope_x * (p.x - o->at[0].x) + o->slope_y * (p.y - o->at[0].y);
 }
 
+/* Does a face (or plane) lie across the axis? */
+static bool lies_across(double facing)
+{
+    return facing * facing >= 1 - FACE_SINE * FACE_SINE;
+}
+
 /* Can the other feature be clipped by it? It lies across the axis, and is no sliver. */
 static bool is_reference(const outline *o)
 {
-    bool across = o->facing * o->facing >= 1 - FACE_SINE * FACE_SINE;
-    return across && (o->unbounded || fabs(o->area) > FLUSH_RATIO * o->span * o->span);
+    return lies_across(o->facing) && (o->unbounded || fabs(o->area) > FLUSH_RATIO * o->span * o->span);
 }
 
 /* Where the working polygon crosses side j of the reference. */
@@ -399,27 +404,40 @@ static void add_witness(const contact *c, vec3 point_a, vec3 point_b, candidates
     *to = (candidate){{middle, distance, (uint32_t)CODE_WITNESS << 16 | CODE_WITNESS}, at.x, at.y};
 }
 
+/* Clips the one face by the other. False if neither lies across the axis: then nothing of them is looked at. */
+static bool find_overlap(
+    const feature *feature_a, const feature *feature_b, const transform *b_in_a, const contact *c, candidates *all)
+{
+    const transform identity = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 0, 0}};
+    double facing_a = feature_a->count == 2 ? 0 : vec_dot(feature_a->normal, c->frame.axis);
+    double facing_b = feature_b->count == 2 ? 0 : vec_dot(mat_mul(b_in_a->r, feature_b->normal), c->frame.axis);
+    if (!lies_across(facing_a) && !lies_across(facing_b)) return false;
+    outline on_a, on_b;
+    outline_of(feature_a, &identity, &c->frame, &on_a);
+    outline_of(feature_b, b_in_a, &c->frame, &on_b);
+    bool a_can = is_reference(&on_a) && feature_b->count > 0, b_can = is_reference(&on_b) && feature_a->count > 0;
+    bool by_a = a_can && (!b_can || on_a.facing >= on_b.facing);
+    if (by_a)
+        add_overlap(c, &on_a, &on_b, true, all);
+    else if (b_can)
+        add_overlap(c, &on_b, &on_a, false, all);
+    return a_can || b_can;
+}
+
 static void find_candidates(const shape *a, const shape *b, const transform *b_in_a, const contact *c, candidates *all)
 {
     const transform identity = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 0, 0}};
     vec3 down_in_b = mat_tmul(b_in_a->r, vec_neg(c->frame.axis));
     feature feature_a, feature_b;
-    outline on_a, on_b;
     feature_facing(a, c->frame.axis, &feature_a);
     feature_facing(b, down_in_b, &feature_b);
+    if (find_overlap(&feature_a, &feature_b, b_in_a, c, all)) return;
+    if (!feature_edge(a, c->frame.axis, FACE_SINE, &feature_a) || !feature_edge(b, down_in_b, FACE_SINE, &feature_b))
+        return;
+    outline on_a, on_b;
     outline_of(&feature_a, &identity, &c->frame, &on_a);
     outline_of(&feature_b, b_in_a, &c->frame, &on_b);
-    bool a_can = is_reference(&on_a) && feature_b.count > 0, b_can = is_reference(&on_b) && feature_a.count > 0;
-    if (a_can && (!b_can || on_a.facing >= on_b.facing)) {
-        add_overlap(c, &on_a, &on_b, true, all);
-    } else if (b_can) {
-        add_overlap(c, &on_b, &on_a, false, all);
-    } else if (feature_edge(a, c->frame.axis, FACE_SINE, &feature_a) &&
-               feature_edge(b, down_in_b, FACE_SINE, &feature_b)) {
-        outline_of(&feature_a, &identity, &c->frame, &on_a);
-        outline_of(&feature_b, b_in_a, &c->frame, &on_b);
-        add_stretch(c, &on_a, &on_b, all);
-    }
+    add_stretch(c, &on_a, &on_b, all);
 }
 
 void manifold_build(const shape *a, const shape *b, const transform *b_in_a, vec3 axis, vec3 point_a, vec3 point_b,
