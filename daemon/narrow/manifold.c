@@ -113,9 +113,10 @@ static spot between(spot a, spot b, double t)
     return (spot){a.x + t * (b.x - a.x), a.y + t * (b.y - a.y), a.h + t * (b.h - a.h)};
 }
 
+/* `to_a`: NULL for A's own. */
 static void outline_of(const feature *f, const transform *to_a, const contact_frame *frame, outline *out)
 {
-    vec3 normal = mat_mul(to_a->r, f->normal);
+    vec3 normal = to_a ? mat_mul(to_a->r, f->normal) : f->normal;
     double nh = vec_dot(normal, frame->axis);
     out->count = f->count;
     out->unbounded = f->unbounded;
@@ -125,13 +126,13 @@ static void outline_of(const feature *f, const transform *to_a, const contact_fr
     double span2 = 0;
     out->at[0] = out->at[1] = (spot){0, 0, 0};
     for (uint32_t i = 0; i < f->count; i++) {
-        out->at[i] = to_spot(frame, transform_point(to_a, f->corner[i]));
+        out->at[i] = to_spot(frame, to_a ? transform_point(to_a, f->corner[i]) : f->corner[i]);
         span2 = max_of(span2, flat_length2(out->at[0], out->at[i]));
         if (i > 1) out->area += turn(out->at[0], out->at[i - 1], out->at[i]);
     }
     out->span = sqrt(span2);
     if (f->unbounded) {
-        out->at[0] = to_spot(frame, to_a->t);
+        out->at[0] = to_spot(frame, to_a ? to_a->t : VEC_ZERO);
         out->span = INFINITY;
     }
     out->facing = f->count == 2 ? 0 : fabs(nh);
@@ -408,12 +409,11 @@ static void add_witness(const contact *c, vec3 point_a, vec3 point_b, candidates
 static bool find_overlap(
     const feature *feature_a, const feature *feature_b, const transform *b_in_a, const contact *c, candidates *all)
 {
-    const transform identity = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 0, 0}};
     double facing_a = feature_a->count == 2 ? 0 : vec_dot(feature_a->normal, c->frame.axis);
     double facing_b = feature_b->count == 2 ? 0 : vec_dot(mat_mul(b_in_a->r, feature_b->normal), c->frame.axis);
     if (!lies_across(facing_a) && !lies_across(facing_b)) return false;
     outline on_a, on_b;
-    outline_of(feature_a, &identity, &c->frame, &on_a);
+    outline_of(feature_a, NULL, &c->frame, &on_a);
     outline_of(feature_b, b_in_a, &c->frame, &on_b);
     bool a_can = is_reference(&on_a) && feature_b->count > 0, b_can = is_reference(&on_b) && feature_a->count > 0;
     bool by_a = a_can && (!b_can || on_a.facing >= on_b.facing);
@@ -426,7 +426,6 @@ static bool find_overlap(
 
 static void find_candidates(const shape *a, const shape *b, const transform *b_in_a, const contact *c, candidates *all)
 {
-    const transform identity = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 0, 0}};
     vec3 down_in_b = mat_tmul(b_in_a->r, vec_neg(c->frame.axis));
     feature feature_a, feature_b;
     feature_facing(a, c->frame.axis, &feature_a);
@@ -435,7 +434,7 @@ static void find_candidates(const shape *a, const shape *b, const transform *b_i
     if (!feature_edge(a, c->frame.axis, FACE_SINE, &feature_a) || !feature_edge(b, down_in_b, FACE_SINE, &feature_b))
         return;
     outline on_a, on_b;
-    outline_of(&feature_a, &identity, &c->frame, &on_a);
+    outline_of(&feature_a, NULL, &c->frame, &on_a);
     outline_of(&feature_b, b_in_a, &c->frame, &on_b);
     add_stretch(c, &on_a, &on_b, all);
 }
