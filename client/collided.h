@@ -445,7 +445,10 @@ typedef struct collided_certificate {
  * support points along the axis and the witness points: is it true that lo <= signed distance, and that it is <= hi
  * when the points are apart? `hull_a`, `hull_b`: the points of hulls (count triples), NULL otherwise. Pure; any thread.
  * COLLIDED_OK; COLLIDED_REJECTED if the certificate does not prove its claim; COLLIDED_BAD_ARGUMENT if a shape, pose or
- * hull is not usable, or a shape is a mesh: no axis proves the distance of what is not convex. Rounding is allowed for
+ * hull is not usable, or a shape is a mesh: no axis proves the distance of what is not convex. (A mesh's
+ * vertices, passed as a hull, with hi = INFINITY: what keeps their hull at least lo away keeps the mesh there, too.)
+ * With lo = -INFINITY hi alone is checked, with hi = INFINITY lo alone. Sizes whose squares overflow are REJECTED.
+ * Rounding is allowed for
  * by 64 * 2^-53 times the sizes of the shapes and the distance of the bodies (for the points: and their coordinates),
  * so a claim that is wrong by 1e-9 of these is refused. That the shapes overlap by as much as a negative hi says is not
  * proven by points; what contradicts it is refused. */

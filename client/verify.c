@@ -6,15 +6,16 @@
  * a hi that is not negative. A negative hi (at least so deep) cannot be proven by two points; it is refused when its
  * points are not the shapes' or not so deep along the axis, or when the axis contradicts it.
  *
- * Rounding is allowed for by SLACK unit roundoffs of a double times the sizes that entered: the shapes' reaches and the
- * exact distance of the bodies for lo; for points, which are world coordinates, the bodies' positions too. */
+ * Sizes whose squares overflow prove nothing. Rounding is allowed for by SLACK unit roundoffs of a double times the
+ * sizes that entered: the shapes' reaches and the exact distance of the bodies for lo; for points, which are world
+ * coordinates, the bodies' positions too. */
 #include "collided.h"
 #include "verify_shape.h"
 
 #include <math.h>
 
-#define SLACK (64 * 0x1p-53L)
-static const real unit_tolerance = 1e-9L; /* of the axis' length, and of its agreement with a half-space's normal */
+#define SLACK (64 * 0x1p-53)
+static const real unit_tolerance = 1e-9; /* of the axis' length, and of its agreement with a half-space's normal */
 
 typedef struct pair {
     placed a, b;
@@ -33,7 +34,7 @@ static bool proper_axis(const pair *p, const double claimed[3], vec *n)
 {
     *n = vec_of(claimed);
     real norm = length(*n);
-    if (!(fabsl(norm - 1) <= unit_tolerance)) return false;
+    if (!(fabs(norm - 1) <= unit_tolerance)) return false;
     *n = scale(1 / norm, *n);
     if (!is_halfspace(&p->a) && !is_halfspace(&p->b)) return true;
     vec normal = is_halfspace(&p->a) ? placed_normal(&p->a) : scale(-1, placed_normal(&p->b));
@@ -48,6 +49,12 @@ static real separation(const pair *p, vec n)
     return dot(n, p->between) - placed_support(&p->a, n) - placed_support(&p->b, scale(-1, n));
 }
 
+/* Points named as the deepest may fall short of it by as much as the depth is unknown. */
+static double width(const collided_certificate *claim)
+{
+    return claim->lo > -INFINITY ? claim->hi - claim->lo : 0;
+}
+
 static bool all_finite(const double v[3])
 {
     return isfinite(v[0]) && isfinite(v[1]) && isfinite(v[2]);
@@ -59,9 +66,10 @@ static bool points_prove(const pair *p, const collided_certificate *claim, vec n
     if (!all_finite(claim->point_a) || !all_finite(claim->point_b)) return false;
     vec a = vec_of(claim->point_a), b = vec_of(claim->point_b);
     real slack = SLACK * (p->reach + length(p->a.body) + length(p->b.body) + length(a) + length(b));
-    if (!(placed_distance(&p->a, a) <= slack) || !(placed_distance(&p->b, b) <= slack)) return false;
+    if (!(slack < INFINITY) || !placed_holds(&p->a, a, n, slack) || !placed_holds(&p->b, b, scale(-1, n), slack))
+        return false;
     if (claim->hi >= 0) return length(sub(b, a)) <= claim->hi + slack;
-    return dot(n, sub(b, a)) <= claim->hi + slack;
+    return dot(n, sub(b, a)) <= claim->hi + width(claim) + slack;
 }
 
 static bool is_proven(const pair *p, const collided_certificate *claim)
@@ -74,6 +82,7 @@ static bool is_proven(const pair *p, const collided_certificate *claim)
         if (!proper_axis(p, claim->axis, &n)) return false;
         real slack = SLACK * (p->reach + length(p->between));
         real gap = separation(p, n);
+        if (!(slack < INFINITY)) return false;
         if (bounded_below && !(gap >= claim->lo - slack)) return false;
         if (!(gap <= claim->hi + slack)) return false;
     }

@@ -3,11 +3,10 @@
 #include "verify_shape.h"
 
 #include <math.h>
-#include <string.h>
 
 real length(vec a)
 {
-    return sqrtl(dot(a, a));
+    return sqrt(dot(a, a));
 }
 
 static real larger(real a, real b)
@@ -16,7 +15,7 @@ static real larger(real a, real b)
 }
 static real outside(real x, real half)
 {
-    return larger(fabsl(x) - half, 0);
+    return larger(fabs(x) - half, 0);
 } /* of [-half, half] */
 
 /* ---- placing ---- */
@@ -36,10 +35,27 @@ static bool quat_of(const collided_pose *pose, quat *q)
 {
     const double *o = pose->orientation;
     if (!all_finite(pose->position, 3) || !all_finite(o, 4)) return false;
-    real norm = sqrtl((real)o[0] * o[0] + (real)o[1] * o[1] + (real)o[2] * o[2] + (real)o[3] * o[3]);
-    if (!(fabsl(norm - 1) < 1e-3L)) return false;
+    real norm = sqrt(o[0] * o[0] + o[1] * o[1] + o[2] * o[2] + o[3] * o[3]);
+    if (!(fabs(norm - 1) < 1e-3)) return false;
     *q = (quat){o[0] / norm, o[1] / norm, o[2] / norm, o[3] / norm};
     return true;
+}
+
+/* First b, then a. */
+static quat product(quat a, quat b)
+{
+    return (quat){a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z, a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y,
+        a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x, a.w * b.z + a.x * b.y - a.y * b.x + a.z * b.w};
+}
+
+/* Where it turns the axis of the coordinates (0, 1, 2) to. */
+static vec column(quat q, int axis)
+{
+    if (axis == 0)
+        return (vec){1 - 2 * (q.y * q.y + q.z * q.z), 2 * (q.x * q.y + q.w * q.z), 2 * (q.x * q.z - q.w * q.y)};
+    if (axis == 1)
+        return (vec){2 * (q.x * q.y - q.w * q.z), 1 - 2 * (q.x * q.x + q.z * q.z), 2 * (q.y * q.z + q.w * q.x)};
+    return (vec){2 * (q.x * q.z + q.w * q.y), 2 * (q.y * q.z - q.w * q.x), 1 - 2 * (q.x * q.x + q.y * q.y)};
 }
 
 /* v + 2 w (q x v) + 2 q x (q x v), q being the vector part. */
@@ -60,8 +76,8 @@ bool placed_make(placed *p, const collided_shape *shape, const collided_pose *bo
         return false;
     if (is_hull && (!points || !count || !all_finite(points, 3 * count))) return false;
     *p = (placed){.shape = shape, .points = points, .point_count = is_hull ? count : 0, .body = vec_of(body->position)};
-    const vec axes[] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-    for (int i = 0; i < 3; i++) p->columns[i] = turned(world, turned(local, axes[i]));
+    quat both = product(world, local);
+    for (int i = 0; i < 3; i++) p->columns[i] = column(both, i);
     p->origin = turned(world, vec_of(shape->pose.position));
     return true;
 }
@@ -78,9 +94,13 @@ vec placed_normal(const placed *p)
 
 real placed_reach(const placed *p)
 {
-    real core = length(vec_of(p->shape->half));
-    for (size_t i = 0; i < p->point_count; i++) core = larger(core, length(vec_of(p->points + 3 * i)));
-    return length(p->origin) + core + p->shape->radius;
+    vec half = vec_of(p->shape->half);
+    real core2 = dot(half, half);
+    for (size_t i = 0; i < p->point_count; i++) {
+        vec v = vec_of(p->points + 3 * i);
+        core2 = larger(core2, dot(v, v));
+    }
+    return length(p->origin) + sqrt(core2) + p->shape->radius;
 }
 
 /* ---- support of the core along a direction in its frame ---- */
@@ -95,16 +115,16 @@ static real hull_support(const placed *p, vec d)
 static real core_support(const placed *p, vec d)
 {
     const double *h = p->shape->half;
-    real rho = sqrtl(d.x * d.x + d.y * d.y);
+    real rho = sqrt(d.x * d.x + d.y * d.y);
     switch (p->shape->type) {
     case COLLIDED_SPHERE:
         return 0;
     case COLLIDED_CAPSULE:
-        return h[2] * fabsl(d.z);
+        return h[2] * fabs(d.z);
     case COLLIDED_BOX:
-        return h[0] * fabsl(d.x) + h[1] * fabsl(d.y) + h[2] * fabsl(d.z);
+        return h[0] * fabs(d.x) + h[1] * fabs(d.y) + h[2] * fabs(d.z);
     case COLLIDED_CYLINDER:
-        return h[0] * rho + h[2] * fabsl(d.z);
+        return h[0] * rho + h[2] * fabs(d.z);
     case COLLIDED_CONE:
         return larger(h[2] * d.z, h[0] * rho - h[2] * d.z);
     case COLLIDED_ELLIPSOID:
@@ -126,16 +146,31 @@ real placed_support(const placed *p, vec n)
 
 /* ---- distance of a point from the core, in its frame ---- */
 
+static real length_of(real x, real y)
+{
+    return sqrt(x * x + y * y);
+}
+
 /* In the half plane (distance from the axis, height): the cone is a triangle. */
 static real cone_distance(vec q, real r, real h)
 {
-    real rho = sqrtl(q.x * q.x + q.y * q.y);
+    real rho = sqrt(q.x * q.x + q.y * q.y);
     if (q.z >= -h && rho * 2 * h <= r * (h - q.z)) return 0;
-    real base = hypotl(larger(rho - r, 0), q.z + h);
+    real base = length_of(larger(rho - r, 0), q.z + h);
     real along = (-r * (rho - r) + 2 * h * (q.z + h)) / (r * r + 4 * h * h); /* on the slant from rim (0) to apex (1) */
     along = along < 0 ? 0 : along > 1 ? 1 : along;
-    real slant = hypotl(rho - (1 - along) * r, q.z + h - along * 2 * h);
+    real slant = length_of(rho - (1 - along) * r, q.z + h - along * 2 * h);
     return base < slant ? base : slant;
+}
+
+/* Of q from where the line to the centre meets the surface: not less than its distance, and 0 inside. Infinite where a
+ * flat ellipsoid lets no such point be found. */
+static real radial_distance(vec q, const double a[3])
+{
+    const real p[] = {q.x, q.y, q.z};
+    real sum = 0;
+    for (int i = 0; i < 3; i++) sum += p[i] != 0 ? p[i] / a[i] * (p[i] / a[i]) : 0;
+    return sum <= 1 ? 0 : sum < INFINITY ? length(q) * (1 - 1 / sqrt(sum)) : INFINITY;
 }
 
 /* The closest point of the surface is x_i = a_i^2 q_i / (a_i^2 + t), with t where sum (x_i / a_i)^2 = 1 (Eberly,
@@ -144,7 +179,7 @@ static real ellipsoid_distance(vec q, const double a[3])
 {
     const real p[] = {q.x, q.y, q.z};
     real low = 0, high = 0;
-    for (int i = 0; i < 3; i++) high += a[i] * fabsl(p[i]);
+    for (int i = 0; i < 3; i++) high += a[i] * fabs(p[i]);
     for (int step = 0; step < 160; step++) {
         real t = (low + high) / 2, sum = 0;
         for (int i = 0; i < 3; i++) {
@@ -161,7 +196,7 @@ static real ellipsoid_distance(vec q, const double a[3])
         real away = p[i] != 0 ? p[i] * high / (a[i] * (real)a[i] + high) : 0;
         square += away * away;
     }
-    return sqrtl(square);
+    return sqrt(square);
 }
 
 /* ---- hulls: the point of a hull that is nearest to the origin, by GJK over all sub-simplices ---- */
@@ -247,7 +282,7 @@ static real hull_distance(const placed *p, vec q)
     for (int step = 0; step < STEPS && s.count < 4; step++) {
         vec w = hull_point(p, q, scale(-1, v));
         real gain = dot(v, v) - dot(v, w);
-        if (!(gain > 4 * (real)0x1p-64 * dot(v, v))) break;
+        if (!(gain > 4 * (real)0x1p-53 * dot(v, v))) break;
         s.at[s.count++] = w;
         vec closer = shrink(&s);
         if (!(dot(closer, closer) < dot(v, v))) break;
@@ -256,38 +291,92 @@ static real hull_distance(const placed *p, vec q)
     return length(v);
 }
 
-real placed_distance(const placed *p, vec world)
+/* Is q not farther than `slack` from one of the triangles (or from the corner or edge) that the points highest along n
+ * make? They are the face on which witness points lie, so that for these no search is needed. */
+enum { FACE_MOST = 6 };
+static const real FACE_DEPTH = 1e-7; /* of the points' size: so far below the highest belong to the face */
+
+static int face_points(const placed *p, vec n, vec out[FACE_MOST])
+{
+    real top = hull_support(p, n), most = 0;
+    int count = 0;
+    for (size_t i = 0; i < p->point_count; i++) {
+        vec v = vec_of(p->points + 3 * i);
+        most = larger(most, larger(fabs(v.x), larger(fabs(v.y), fabs(v.z))));
+    }
+    for (size_t i = 0; i < p->point_count && count < FACE_MOST; i++) {
+        vec v = vec_of(p->points + 3 * i);
+        if (dot(n, v) >= top - FACE_DEPTH * most) out[count++] = v;
+    }
+    return count;
+}
+
+static bool near_segment(vec q, vec a, vec b, real slack)
+{
+    vec e = sub(b, a), d = sub(q, a);
+    real s = dot(d, e) / dot(e, e);
+    s = s > 0 ? s < 1 ? s : 1 : 0; /* of equal points: 0 */
+    return length(sub(d, scale(s, e))) <= slack;
+}
+
+static bool near_triangle(vec q, vec a, vec b, vec c, real slack)
+{
+    vec n = cross(sub(b, a), sub(c, a)), d = sub(q, a);
+    real n2 = dot(n, n), beta = dot(cross(d, sub(c, a)), n), gamma = dot(cross(sub(b, a), d), n);
+    bool inside = beta >= 0 && gamma >= 0 && beta + gamma <= n2 && n2 > 0;
+    return inside && fabs(dot(d, n)) <= slack * sqrt(n2);
+}
+
+static bool near_face(const placed *p, vec q, vec n, real slack)
+{
+    vec v[FACE_MOST];
+    int count = face_points(p, n, v);
+    for (int i = 0; i < count; i++) {
+        if (length(sub(q, v[i])) <= slack) return true;
+        for (int k = 0; k < i; k++) {
+            if (near_segment(q, v[i], v[k], slack)) return true;
+            for (int l = 0; l < k; l++)
+                if (near_triangle(q, v[i], v[k], v[l], slack)) return true;
+        }
+    }
+    return false;
+}
+
+static real core_distance(const placed *p, vec q)
 {
     const double *h = p->shape->half;
-    vec q = into_shape(p, sub(sub(world, p->body), p->origin));
-    real rho = sqrtl(q.x * q.x + q.y * q.y), core = INFINITY;
+    real rho = sqrt(q.x * q.x + q.y * q.y);
     switch (p->shape->type) {
     case COLLIDED_SPHERE:
-        core = length(q);
-        break;
+        return length(q);
     case COLLIDED_CAPSULE:
-        core = hypotl(rho, outside(q.z, h[2]));
-        break;
+        return length_of(rho, outside(q.z, h[2]));
     case COLLIDED_BOX:
-        core = length((vec){outside(q.x, h[0]), outside(q.y, h[1]), outside(q.z, h[2])});
-        break;
+        return length((vec){outside(q.x, h[0]), outside(q.y, h[1]), outside(q.z, h[2])});
     case COLLIDED_CYLINDER:
-        core = hypotl(outside(rho, h[0]), outside(q.z, h[2]));
-        break;
+        return length_of(outside(rho, h[0]), outside(q.z, h[2]));
     case COLLIDED_CONE:
-        core = cone_distance(q, h[0], h[2]);
-        break;
+        return cone_distance(q, h[0], h[2]);
     case COLLIDED_ELLIPSOID:
-        core = ellipsoid_distance(q, h);
-        break;
+        return ellipsoid_distance(q, h);
     case COLLIDED_HALFSPACE:
-        core = larger(q.z, 0);
-        break;
+        return larger(q.z, 0);
     case COLLIDED_HULL:
-        core = hull_distance(p, q);
-        break;
-    case COLLIDED_MESH:
+        return hull_distance(p, q);
+    case COLLIDED_MESH: /* placed_make takes none */
         break;
     }
-    return larger(core - p->shape->radius, 0);
+    return INFINITY;
+}
+
+bool placed_holds(const placed *p, vec world, vec n, real slack)
+{
+    vec q = into_shape(p, sub(sub(world, p->body), p->origin));
+    real reach = p->shape->radius + slack;
+    if (p->shape->type == COLLIDED_ELLIPSOID && radial_distance(q, p->shape->half) <= reach) return true;
+    if (p->shape->type == COLLIDED_HULL) {
+        vec d = into_shape(p, n);
+        if (near_face(p, sub(q, scale(p->shape->radius, d)), d, slack)) return true;
+    }
+    return core_distance(p, q) <= reach;
 }

@@ -1,12 +1,12 @@
-/* verify_shape: what a proof needs to know of a shape, in extended precision and by formulas of its own: how far it
- * reaches along a direction, and how far a point is from it. Nothing here is shared with the daemon, so that a mistake
- * there is not repeated here. Pure; any thread. */
+/* verify_shape: what a proof needs to know of a shape, by formulas of its own: how far it reaches along a direction,
+ * and whether a point is of it. Nothing here is shared with the daemon, so that a mistake there is not repeated here.
+ * In doubles, whose rounding is a small part of what verify.c allows for. Pure; any thread. */
 #ifndef COLLIDED_CLIENT_VERIFY_SHAPE_H
 #define COLLIDED_CLIENT_VERIFY_SHAPE_H
 
 #include "collided.h"
 
-typedef long double real;
+typedef double real;
 
 typedef struct vec {
     real x, y, z;
@@ -54,7 +54,9 @@ bool placed_make(placed *p, const collided_shape *shape, const collided_pose *bo
 real placed_reach(const placed *p);          /* of its points from the body's position; a half-space: of its origin */
 real placed_support(const placed *p, vec n); /* greatest n . x of its points, relative to the body's position; for a
                                                 half-space n is taken to be its normal */
-real placed_distance(const placed *p, vec world); /* of a point from the shape; 0 inside. An upper bound */
-vec placed_normal(const placed *p);               /* of a half-space, outward, world */
+/* Is a point not farther than `slack` from the shape? `n`, unit or zero, is where the shape ends next to it, most
+ * likely: it changes the time. Never true of a point that is farther. */
+bool placed_holds(const placed *p, vec world, vec n, real slack);
+vec placed_normal(const placed *p); /* of a half-space, outward, world */
 
 #endif

@@ -5,7 +5,7 @@
 #include "scalar.h"
 #include "witness.h"
 
-enum { FACES_B = 3, EDGES = 6, AXES = 15, ROUNDS = 4 };
+enum { FACES_B = 3, EDGES = BOX_FACES, AXES = 15, ROUNDS = 4 };
 
 /* r[i][j] = component i of B's axis j; t in A's axes, u in B's. */
 typedef struct box_pair {
@@ -29,8 +29,7 @@ static vec3 take(const double v[3])
     return vec(v[0], v[1], v[2]);
 }
 
-/* The sides of a core that is a box, a segment or a point. */
-static vec3 sides(const shape *s)
+vec3 box_sides(const shape *s)
 {
     if (s->type == SHAPE_BOX) return s->half;
     return s->type == SHAPE_CAPSULE ? vec(0, 0, s->half.z) : VEC_ZERO;
@@ -41,8 +40,8 @@ static void box_pair_of(const unit_pair *p, box_pair *x)
     const mat3 *r = &p->b_in_a.r;
     const vec3 column[3] = {r->x, r->y, r->z};
     x->p = p;
-    put(x->a, sides(&p->a));
-    put(x->b, sides(&p->b));
+    put(x->a, box_sides(&p->a));
+    put(x->b, box_sides(&p->b));
     put(x->t, p->b_in_a.t);
     for (int j = 0; j < 3; j++) {
         x->u[j] = vec_dot(column[j], p->b_in_a.t);
@@ -58,31 +57,48 @@ static void keep_greater(box_axis *best, double separation, int index)
     best->index = index;
 }
 
+static inline double face_of_a(const box_pair *x, int i)
+{
+    double reach_b = x->abs[i][0] * x->b[0] + x->abs[i][1] * x->b[1] + x->abs[i][2] * x->b[2];
+    return fabs(x->t[i]) - x->a[i] - reach_b;
+}
+
+static inline double face_of_b(const box_pair *x, int j)
+{
+    double reach_a = x->abs[0][j] * x->a[0] + x->abs[1][j] * x->a[1] + x->abs[2][j] * x->a[2];
+    return fabs(x->u[j]) - x->b[j] - reach_a;
+}
+
 static box_axis faces(const box_pair *x)
 {
     box_axis best = {-INFINITY, 0};
-    for (int i = 0; i < 3; i++) {
-        double reach_b = x->abs[i][0] * x->b[0] + x->abs[i][1] * x->b[1] + x->abs[i][2] * x->b[2];
-        keep_greater(&best, fabs(x->t[i]) - x->a[i] - reach_b, i);
-    }
-    for (int j = 0; j < 3; j++) {
-        double reach_a = x->abs[0][j] * x->a[0] + x->abs[1][j] * x->a[1] + x->abs[2][j] * x->a[2];
-        keep_greater(&best, fabs(x->u[j]) - x->b[j] - reach_a, FACES_B + j);
-    }
+    for (int i = 0; i < 3; i++) keep_greater(&best, face_of_a(x, i), i);
+    for (int j = 0; j < 3; j++) keep_greater(&best, face_of_b(x, j), FACES_B + j);
     return best;
 }
 
+/* An edge's axis before it is divided by its length, the sine of the angle between the edges. */
+typedef struct edge_axis {
+    double separation, norm2;
+} edge_axis;
+
 /* Along n = e_i x r_j, which has no component i, and d, c = -r[k][j], r[h][j] for the other two: so n is orthogonal to
- * r_j to the last bit, however small it is. What it gives before the division by |n| <= 1 bounds an overlap already. */
-static void edge_pair(const box_pair *x, int i, int j, box_axis *best)
+ * r_j to the last bit, however small it is. */
+static inline edge_axis edge_axis_of(const box_pair *x, int i, int j)
 {
     int h = (i + 1) % 3, k = (i + 2) % 3, l = (j + 1) % 3, m = (j + 2) % 3;
     double nh = -x->r[k][j], nk = x->r[h][j];
     double along_l = nh * x->r[h][l] + nk * x->r[k][l], along_m = nh * x->r[h][m] + nk * x->r[k][m];
     double reach = x->a[h] * x->abs[k][j] + x->a[k] * x->abs[h][j] + x->b[l] * fabs(along_l) + x->b[m] * fabs(along_m);
-    double separation = fabs(nh * x->t[h] + nk * x->t[k]) - reach, norm2 = nh * nh + nk * nk;
-    if ((separation <= 0 && separation <= best->separation) || !(norm2 > 0)) return;
-    keep_greater(best, separation / sqrt(norm2), EDGES + 3 * i + j);
+    return (edge_axis){fabs(nh * x->t[h] + nk * x->t[k]) - reach, nh * nh + nk * nk};
+}
+
+/* What an axis gives before the division by |n| <= 1 bounds an overlap already. */
+static void edge_pair(const box_pair *x, int i, int j, box_axis *best)
+{
+    edge_axis e = edge_axis_of(x, i, j);
+    if ((e.separation <= 0 && e.separation <= best->separation) || !(e.norm2 > 0)) return;
+    keep_greater(best, e.separation / sqrt(e.norm2), EDGES + 3 * i + j);
 }
 
 static void edges(const box_pair *x, box_axis *best)
@@ -260,4 +276,25 @@ bool closed_box_box(const unit_pair *p, const narrow_goal *goal, span *out)
     if (best.separation > 0) return measure_distance(&x, best, goal, out);
     measure_depth(&x, best, out);
     return true;
+}
+
+/* Rounding moves what is computed of an axis by less than `slack` before it is divided by its length, and the length by
+ * less than `slack` / size; an overlap is at most the size. */
+unsigned box_pair_near_best(const unit_pair *p)
+{
+    box_pair x;
+    box_pair_of(p, &x);
+    box_axis best = faces(&x);
+    edges(&x, &best);
+    double slack = 4 * p->error, least = best.separation - p->error;
+    unsigned near = 0;
+    for (int i = 0; i < 3; i++) {
+        if (face_of_a(&x, i) >= least - slack) near |= 1u << i;
+        if (face_of_b(&x, i) >= least - slack) near |= 1u << (FACES_B + i);
+        for (int j = 0; j < 3; j++) {
+            edge_axis e = edge_axis_of(&x, i, j);
+            if (e.separation >= least * sqrt(e.norm2) - slack) near |= 1u << (EDGES + 3 * i + j);
+        }
+    }
+    return near;
 }

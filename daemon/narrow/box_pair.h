@@ -15,4 +15,13 @@ closed_form closed_box_box;
 /* Fills lo, hi, axis, method and iterations; hi is an upper bound only when it is negative. */
 void box_pair_axes(const unit_pair *p, span *out);
 
+/* The sides of a core that is a box, a segment or a point. */
+vec3 box_sides(const shape *s);
+
+/* Of the fifteen axes of boxes that overlap, as bits (A's faces, B's faces, edge i of A with edge j of B at BOX_FACES +
+ * 3 i + j): those along which the exact separation may be the greatest, for all that the rounding of doubles lets tell.
+ */
+enum { BOX_FACES = 6 };
+unsigned box_pair_near_best(const unit_pair *p);
+
 #endif

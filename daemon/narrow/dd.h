@@ -6,7 +6,7 @@
 #ifndef COLLIDED_NARROW_DD_H
 #define COLLIDED_NARROW_DD_H
 
-#include "geom/vec.h"
+#include "geom/round.h"
 
 typedef struct dd {
     double hi, lo;
@@ -50,9 +50,8 @@ static inline dd dd_two_product(double a, double b)
 
 static inline dd dd_add(dd a, dd b)
 {
-    dd s = dd_two_sum(a.hi, b.hi), t = dd_two_sum(a.lo, b.lo);
-    s = dd_quick_sum(s.hi, s.lo + t.hi);
-    return dd_quick_sum(s.hi, s.lo + t.lo);
+    dd s = dd_two_sum(a.hi, b.hi);
+    return dd_quick_sum(s.hi, s.lo + (a.lo + b.lo));
 }
 
 static inline dd dd_sub(dd a, dd b)
@@ -64,6 +63,18 @@ static inline dd dd_mul(dd a, dd b)
 {
     dd p = dd_two_product(a.hi, b.hi);
     return dd_quick_sum(p.hi, p.lo + (a.hi * b.lo + a.lo * b.hi));
+}
+
+static inline dd dd_mul_double(dd a, double b)
+{
+    dd p = dd_two_product(a.hi, b);
+    return dd_quick_sum(p.hi, p.lo + a.lo * b);
+}
+
+/* a (1 - part), for a part of less than 2^-48. */
+static inline dd dd_less_part(dd a, double part)
+{
+    return dd_quick_sum(a.hi, a.lo - a.hi * part);
 }
 
 static inline dd dd_div(dd a, dd b)
@@ -107,11 +118,11 @@ static inline dd dd_abs(dd a)
 /* Doubles not above and not below. */
 static inline double dd_down(dd a)
 {
-    return a.lo < 0 ? nextafter(a.hi, -INFINITY) : a.hi;
+    return a.lo < 0 ? -next_above(-a.hi) : a.hi;
 }
 static inline double dd_up(dd a)
 {
-    return a.lo > 0 ? nextafter(a.hi, INFINITY) : a.hi;
+    return a.lo > 0 ? next_above(a.hi) : a.hi;
 }
 
 static inline dd3 dd3_of(vec3 a)
@@ -142,6 +153,11 @@ static inline dd3 dd3_scale(dd3 a, dd s)
 static inline dd dd3_dot(dd3 a, dd3 b)
 {
     return dd_add(dd_add(dd_mul(a.x, b.x), dd_mul(a.y, b.y)), dd_mul(a.z, b.z));
+}
+
+static inline dd dd3_dot_vec(dd3 a, vec3 b)
+{
+    return dd_add(dd_add(dd_mul_double(a.x, b.x), dd_mul_double(a.y, b.y)), dd_mul_double(a.z, b.z));
 }
 
 static inline dd dd3_norm(dd3 a)

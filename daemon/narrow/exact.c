@@ -2,6 +2,7 @@
  * thread. Nothing here searches: the axis and the features come from the search in doubles. */
 #include "exact.h"
 
+#include "box_pair.h"
 #include "exact_core.h"
 #include "gjk.h"
 #include "scalar.h"
@@ -9,23 +10,56 @@
 /* Of the pair's size: sums of at most a hundred terms, each rounded to 2^-100. */
 #define EXACT_ERROR 0x1p-96
 
-/* Of a cross product of two unit vectors: 2^-104 and room. */
-#define CROSS_ERROR 0x1p-100
+/* Of what is computed from cosines of edges before it is divided by their sine: a dozen terms, and room. */
+#define CROSS_ERROR 0x1p-98
 
-/* R(q / |q|) */
-static dd_mat rotation_of(quat q)
+/* 1 / x for x near 1 is 1 - part, 1 / sqrt(x) is 1 - root_part, to more than the digits of dd. */
+typedef struct near_one {
+    bool is;
+    double part, root_part;
+} near_one;
+
+static near_one near_one_of(dd x)
+{
+    double over = (x.hi - 1) + x.lo;
+    return (near_one){fabs(over) < 0x1p-48, over - over * over, over * 0.5 - 0.375 * over * over};
+}
+
+/* An entry of the matrix, less the identity's, of a quaternion whose norm may not quite be 1. */
+static dd normed(dd twice, const near_one *n, dd norm2)
+{
+    return dd_scale(n->is ? dd_less_part(twice, n->part) : dd_div(twice, norm2), 2);
+}
+
+static dd one_less(dd x)
+{
+    return dd_sub(dd_of(1), x);
+}
+
+/* R(q / |q|), or its last column alone. */
+static dd_mat rotation_of(quat q, bool only_z)
 {
     dd ww = dd_two_product(q.w, q.w), xx = dd_two_product(q.x, q.x), yy = dd_two_product(q.y, q.y);
-    dd zz = dd_two_product(q.z, q.z), xy = dd_two_product(q.x, q.y), xz = dd_two_product(q.x, q.z);
-    dd yz = dd_two_product(q.y, q.z), wx = dd_two_product(q.w, q.x), wy = dd_two_product(q.w, q.y);
-    dd wz = dd_two_product(q.w, q.z), s = dd_div(dd_of(2), dd_add(dd_add(ww, xx), dd_add(yy, zz))), one = dd_of(1);
-    dd3 x = {dd_add(yy, zz), dd_add(xy, wz), dd_sub(xz, wy)}, y = {dd_sub(xy, wz), dd_add(xx, zz), dd_add(yz, wx)};
-    dd3 z = {dd_add(xz, wy), dd_sub(yz, wx), dd_add(xx, yy)};
-    dd_mat m = {dd3_scale(x, s), dd3_scale(y, s), dd3_scale(z, s)};
-    m.x.x = dd_sub(one, m.x.x);
-    m.y.y = dd_sub(one, m.y.y);
-    m.z.z = dd_sub(one, m.z.z);
+    dd zz = dd_two_product(q.z, q.z), xz = dd_two_product(q.x, q.z), yz = dd_two_product(q.y, q.z);
+    dd wx = dd_two_product(q.w, q.x), wy = dd_two_product(q.w, q.y), norm2 = dd_add(dd_add(ww, xx), dd_add(yy, zz));
+    near_one n = near_one_of(norm2);
+    dd_mat m = {.z = {normed(dd_add(xz, wy), &n, norm2), normed(dd_sub(yz, wx), &n, norm2),
+                    one_less(normed(dd_add(xx, yy), &n, norm2))}};
+    if (only_z) return m;
+    dd xy = dd_two_product(q.x, q.y), wz = dd_two_product(q.w, q.z);
+    m.x = (dd3){one_less(normed(dd_add(yy, zz), &n, norm2)), normed(dd_add(xy, wz), &n, norm2),
+        normed(dd_sub(xz, wy), &n, norm2)};
+    m.y = (dd3){normed(dd_sub(xy, wz), &n, norm2), one_less(normed(dd_add(xx, zz), &n, norm2)),
+        normed(dd_add(yz, wx), &n, norm2)};
     return m;
+}
+
+/* A ball is the same however it is turned. */
+static dd_mat core_rotation(const shape *core, quat q, bool only_z)
+{
+    static const dd_mat STRAIGHT = {{{1, 0}, {0, 0}, {0, 0}}, {{0, 0}, {1, 0}, {0, 0}}, {{0, 0}, {0, 0}, {1, 0}}};
+    bool straight = q.w == 1 && q.x == 0 && q.y == 0 && q.z == 0;
+    return straight || core->type == SHAPE_SPHERE ? STRAIGHT : rotation_of(q, only_z);
 }
 
 /* What unit_pair counted as radius, without its rounding. */
@@ -39,21 +73,41 @@ exact_pair exact_pair_of(const unit_pair *p, const shape *a, pose pose_a, const 
 {
     vec3 pa = pose_a.p, pb = pose_b.p;
     dd3 t = {dd_two_sum(pb.x, -pa.x), dd_two_sum(pb.y, -pa.y), dd_two_sum(pb.z, -pa.z)};
+    bool rods = p->a.type == SHAPE_CAPSULE && p->b.type == SHAPE_CAPSULE;
     return (exact_pair){
         .p = p,
-        .ra = rotation_of(pose_a.q),
-        .rb = rotation_of(pose_b.q),
+        .qa = pose_a.q,
+        .qb = pose_b.q,
+        .ra = core_rotation(&p->a, pose_a.q, rods),
+        .rb = core_rotation(&p->b, pose_b.q, rods),
         .t = {dd_scale(t.x, p->scale), dd_scale(t.y, p->scale), dd_scale(t.z, p->scale)},
         .radius = dd_scale(dd_add(radius_of(a, p->a.type), radius_of(b, p->b.type)), p->scale),
     };
 }
 
-/* The cores' separation along n, of any length. */
-static dd separation(const exact_pair *e, dd3 n)
+/* How high a core reaches along n, seen from its origin: only as much of n in its frame as its kind asks for. */
+static dd height(const shape *core, double scale, const dd_mat *r, vec3 n)
 {
-    dd top_a = exact_height(&e->p->a, e->p->scale, dd_mat_tmul(&e->ra, n));
-    dd top_b = exact_height(&e->p->b, e->p->scale, dd3_neg(dd_mat_tmul(&e->rb, n)));
-    return dd_div(dd_sub(dd_sub(dd3_dot(n, e->t), top_a), top_b), dd3_norm(n));
+    vec3 h = core->half;
+    switch (core->type) {
+    case SHAPE_SPHERE:
+        return dd_of(0);
+    case SHAPE_CAPSULE:
+        return dd_mul_double(dd_abs(dd3_dot_vec(r->z, n)), h.z);
+    default:
+        return exact_height(core, scale, (dd3){dd3_dot_vec(r->x, n), dd3_dot_vec(r->y, n), dd3_dot_vec(r->z, n)});
+    }
+}
+
+/* The cores' separation along n, of any length. */
+static dd separation(const exact_pair *e, vec3 n)
+{
+    const unit_pair *p = e->p;
+    dd norm2 = dd_add(dd_add(dd_two_product(n.x, n.x), dd_two_product(n.y, n.y)), dd_two_product(n.z, n.z));
+    dd top_a = height(&p->a, p->scale, &e->ra, n), top_b = height(&p->b, p->scale, &e->rb, vec_neg(n));
+    dd gap = dd_sub(dd_sub(dd3_dot_vec(e->t, n), top_a), top_b);
+    near_one one = near_one_of(norm2);
+    return one.is ? dd_less_part(gap, one.root_part) : dd_div(gap, dd_sqrt(norm2));
 }
 
 /* Along the plane's normal, which is the only axis there is. `low` is the least of what the normal says and what the
@@ -80,30 +134,68 @@ static void plane_bounds(const exact_pair *e, vec3 axis, dd *low, dd *high)
  * to what lies beside it (at most eight such facets in a row). */
 static double lack_of_edges(double sine)
 {
-    return fmin(CROSS_ERROR / sine, 16 * sine);
+    return min_of(CROSS_ERROR / sine, 16 * sine);
 }
 
-static dd separation_both_ways(const exact_pair *e, dd3 n)
+static dd3 column(const dd_mat *m, int i)
 {
-    return dd_max(separation(e, n), separation(e, dd3_neg(n)));
+    return i == 0 ? m->x : i == 1 ? m->y : m->z;
 }
 
-/* A box's three axes and the other's, and their cross products: not below the greatest separation, which for
- * overlapping boxes is minus the depth. */
-static dd box_separation(const exact_pair *e)
+static double side(vec3 half, int i)
 {
-    const dd3 axes_a[3] = {e->ra.x, e->ra.y, e->ra.z}, axes_b[3] = {e->rb.x, e->rb.y, e->rb.z};
+    return i == 0 ? half.x : i == 1 ? half.y : half.z;
+}
+
+static dd reach_along(dd cosine, double half)
+{
+    return dd_mul_double(dd_abs(cosine), half);
+}
+
+/* Along the normal of a face of one box (`r`, `half`), column i: how far the other's centre is, less both reaches. */
+static dd face_separation(const dd_mat *r, vec3 half, const dd_mat *other, vec3 other_half, dd3 t, int i)
+{
+    dd3 n = column(r, i);
+    dd gap = dd_sub(dd_abs(dd3_dot(n, t)), dd_of(side(half, i)));
+    for (int j = 0; j < 3; j++)
+        if (side(other_half, j) > 0) gap = dd_sub(gap, reach_along(dd3_dot(n, column(other, j)), side(other_half, j)));
+    return gap;
+}
+
+/* Along n = e_i x r_j, as box_pair.c has it: n, its length and both reaches are products of five cosines. */
+static dd edge_separation(const exact_pair *e, vec3 half_a, vec3 half_b, int i, int j)
+{
+    int h = (i + 1) % 3, k = (i + 2) % 3, l = (j + 1) % 3, m = (j + 2) % 3;
+    dd3 ai = column(&e->ra, i), ah = column(&e->ra, h), ak = column(&e->ra, k), bj = column(&e->rb, j);
+    dd hj = dd3_dot(ah, bj), kj = dd3_dot(ak, bj), sine = dd_sqrt(dd_add(dd_mul(hj, hj), dd_mul(kj, kj)));
+    if (!(sine.hi > 0)) return dd_of(-INFINITY);
+    dd il = dd3_dot(ai, column(&e->rb, l)), im = dd3_dot(ai, column(&e->rb, m));
+    dd gap = dd_abs(dd_sub(dd_mul(hj, dd3_dot(ak, e->t)), dd_mul(kj, dd3_dot(ah, e->t))));
+    gap = dd_sub(dd_sub(gap, reach_along(kj, side(half_a, h))), reach_along(hj, side(half_a, k)));
+    gap = dd_sub(dd_sub(gap, reach_along(im, side(half_b, l))), reach_along(il, side(half_b, m)));
+    return dd_add(dd_div(gap, sine), dd_of(lack_of_edges(sine.hi) * e->p->size));
+}
+
+/* The faces' normals of either box and their edges' cross products: not below the greatest separation, which for
+ * overlapping boxes is minus the depth. Of the fifteen only those that doubles cannot rule out: mostly the winner. */
+static dd box_separation(const exact_pair *pair)
+{
+    exact_pair whole = *pair, *e = &whole;
+    if (e->p->a.type == SHAPE_CAPSULE && e->p->b.type == SHAPE_CAPSULE) {
+        e->ra = rotation_of(e->qa, false);
+        e->rb = rotation_of(e->qb, false);
+    }
+    vec3 half_a = box_sides(&e->p->a), half_b = box_sides(&e->p->b);
+    unsigned near = box_pair_near_best(e->p);
     dd best = dd_of(-INFINITY);
-    for (int i = 0; i < 3; i++) {
-        best = dd_max(best, separation_both_ways(e, axes_a[i]));
-        best = dd_max(best, separation_both_ways(e, axes_b[i]));
-        for (int j = 0; j < 3; j++) {
-            dd3 n = dd3_cross(axes_a[i], axes_b[j]);
-            double sine = dd3_norm(n).hi;
-            if (!(sine > 0)) continue;
-            dd lack = dd_of(lack_of_edges(sine) * e->p->size);
-            best = dd_max(best, dd_add(separation_both_ways(e, n), lack));
-        }
+    for (int i = 0; near; i++, near >>= 1) {
+        if (!(near & 1)) continue;
+        if (i < 3)
+            best = dd_max(best, face_separation(&e->ra, half_a, &e->rb, half_b, e->t, i));
+        else if (i < BOX_FACES)
+            best = dd_max(best, face_separation(&e->rb, half_b, &e->ra, half_a, e->t, i - 3));
+        else
+            best = dd_max(best, edge_separation(e, half_a, half_b, (i - BOX_FACES) / 3, (i - BOX_FACES) % 3));
     }
     return best;
 }
@@ -118,26 +210,27 @@ static dd3 out_of(const dd_mat *r, dd3 origin, dd3 local)
     return dd3_add(dd_mat_mul(r, local), origin);
 }
 
-enum { PROJECTIONS = 3 };
-
-/* The point of A's core (of a sphere, capsule or box) that is nearest to the witness, without its rounding. */
-static dd3 core_point_a(const exact_pair *e, const narrow_result *r)
+/* The point of a core (of a sphere, capsule or box) that is nearest to another. */
+static dd3 nearest_in(const shape *core, const dd_mat *r, dd3 origin, dd3 point)
 {
-    const shape *a = &e->p->a;
-    const dd3 origin = dd3_of(VEC_ZERO);
-    vec3 witness = vec_madd(vec_scale(r->point_a, e->p->scale), -a->radius, r->axis);
-    return out_of(&e->ra, origin, exact_clamp(a, into(&e->ra, origin, dd3_of(witness))));
+    if (core->type == SHAPE_SPHERE) return origin;
+    if (core->type == SHAPE_BOX) return out_of(r, origin, exact_clamp(core, into(r, origin, point)));
+    dd3 along = {dd_of(0), dd_of(0), dd3_dot(r->z, dd3_sub(point, origin))};
+    return dd3_add(origin, dd3_scale(r->z, exact_clamp(core, along).z));
 }
 
-/* Points that start within rounding of the nearest ones are projected to and fro: each time nearer, and always in their
- * cores. */
-static dd box_distance(const exact_pair *e, dd3 on_a)
+enum { PROJECTIONS = 2 };
+
+/* Points that start at the witness on A, within rounding of the nearest ones, are projected to and fro: each time
+ * nearer, and always in their cores. */
+static dd box_distance(const exact_pair *e, const narrow_result *r)
 {
+    const unit_pair *p = e->p;
     const dd3 origin = dd3_of(VEC_ZERO);
-    dd3 on_b = e->t;
+    dd3 on_b = dd3_of(vec_madd(vec_scale(r->point_a, p->scale), -p->a.radius, r->axis)), on_a = origin;
     for (int i = 0; i < PROJECTIONS; i++) {
-        if (i > 0) on_a = out_of(&e->ra, origin, exact_clamp(&e->p->a, into(&e->ra, origin, on_b)));
-        on_b = out_of(&e->rb, e->t, exact_clamp(&e->p->b, into(&e->rb, e->t, on_a)));
+        on_a = nearest_in(&p->a, &e->ra, origin, on_b);
+        on_b = nearest_in(&p->b, &e->rb, e->t, on_a);
     }
     return dd3_norm(dd3_sub(on_b, on_a));
 }
@@ -211,11 +304,12 @@ static dd upper_bound(const exact_pair *e, const narrow_result *r)
 {
     const unit_pair *p = e->p;
     bool apart = r->lo * p->scale + e->radius.hi > p->error;
+    if (p->b.type == SHAPE_SPHERE) return dd3_norm(e->t);
     if (p->a.type == SHAPE_SPHERE && exact_has_distance(&p->b))
         return exact_distance(&p->b, into(&e->rb, e->t, dd3_of(VEC_ZERO)));
     if (p->a.type <= SHAPE_BOX && p->b.type <= SHAPE_BOX) {
         dd s = apart ? dd_of(INFINITY) : box_separation(e);
-        return s.hi <= 0 ? s : box_distance(e, core_point_a(e, r));
+        return s.hi <= 0 ? s : box_distance(e, r);
     }
     if (r->hi * p->scale + e->radius.hi < -p->error) return dd_of(INFINITY);
     return corner_distance(e, dd3_round(dd_mat_tmul(&e->ra, dd3_of(r->axis))));
@@ -232,7 +326,7 @@ void exact_draw_together(const unit_pair *p, narrow_result *r)
             dd_two_sum(r->point_b.z, -r->point_a.z)};
         double far = dd_up(dd3_norm(dd3_scale(between, dd_of(p->scale))));
         if (far <= hi) return;
-        r->point_b = vec_madd(r->point_b, -ldexp(max_of(far - hi, least), i) / far, gap);
+        r->point_b = vec_madd(r->point_b, -max_of(far - hi, least) * power_of_two(i) / far, gap);
     }
     r->point_b = r->point_a;
 }
@@ -245,11 +339,11 @@ void exact_narrow(const exact_pair *e, narrow_result *r)
     if (plane_a || plane_b) {
         plane_bounds(e, r->axis, &low, &high);
     } else {
-        low = separation(e, dd3_of(r->axis));
+        low = separation(e, r->axis);
         high = upper_bound(e, r);
     }
-    r->lo = fmax(r->lo, dd_down(dd_sub(dd_sub(low, e->radius), dd_add(error, dd_of(p->excess)))) * p->unit);
-    if (isfinite(high.hi)) r->hi = fmin(r->hi, dd_up(dd_add(dd_sub(high, e->radius), error)) * p->unit);
-    r->hi = fmax(r->lo, r->hi);
+    r->lo = max_of(r->lo, dd_down(dd_sub(dd_sub(low, e->radius), dd_add(error, dd_of(p->excess)))) * p->unit);
+    if (isfinite(high.hi)) r->hi = min_of(r->hi, dd_up(dd_add(dd_sub(high, e->radius), error)) * p->unit);
+    r->hi = max_of(r->lo, r->hi);
     r->refined = true;
 }

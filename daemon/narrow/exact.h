@@ -11,7 +11,8 @@
 
 typedef struct exact_pair { /* in units of the unit_pair, in a frame of the caller's with its origin at A's */
     const unit_pair *p;
-    dd_mat ra, rb;
+    quat qa, qb;
+    dd_mat ra, rb; /* of a ball the identity; of two capsules the last columns alone */
     dd3 t;
     dd radius; /* of a plus of b */
 } exact_pair;

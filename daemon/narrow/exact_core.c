@@ -2,6 +2,7 @@
 #include "exact_core.h"
 
 #include "geom/hull.h"
+#include "scalar.h"
 
 /* Relative to the largest coordinate: vertices this close to the highest in doubles may be the highest. */
 #define VERTEX_SLACK 0x1p-48
@@ -14,7 +15,7 @@ static vec3 half_of(const shape *s)
 
 static dd times(double a, dd b)
 {
-    return dd_mul(dd_of(a), b);
+    return dd_mul_double(b, a);
 }
 
 static dd length2(dd x, dd y)
@@ -26,7 +27,7 @@ static dd hull_height(const hull *h, double scale, dd3 n)
 {
     vec3 rough = dd3_round(n);
     double best = -INFINITY, slack = VERTEX_SLACK * h->max_abs * vec_norm(rough);
-    for (uint32_t i = 0; i < h->vertex_count; i++) best = fmax(best, vec_dot(rough, hull_vertex(h, i)));
+    for (uint32_t i = 0; i < h->vertex_count; i++) best = max_of(best, vec_dot(rough, hull_vertex(h, i)));
     dd top = dd_of(-INFINITY);
     for (uint32_t i = 0; i < h->vertex_count; i++) {
         vec3 v = hull_vertex(h, i);

@@ -77,7 +77,7 @@ static contact_frame frame_of(vec3 axis, vec3 origin)
     vec3 least = fabs(axis.x) <= fabs(axis.y) && fabs(axis.x) <= fabs(axis.z) ? vec(1, 0, 0)
                  : fabs(axis.y) <= fabs(axis.z)                               ? vec(0, 1, 0)
                                                                               : vec(0, 0, 1);
-    vec3 x = vec_unit(vec_cross(least, axis));
+    vec3 x = direction_of(vec_cross(least, axis));
     return (contact_frame){origin, x, vec_cross(axis, x), axis};
 }
 
@@ -98,9 +98,14 @@ static double turn(spot a, spot b, spot p)
     return (b.x - a.x) * (p.y - a.y) - (b.y - a.y) * (p.x - a.x);
 }
 
+static double flat_length2(spot a, spot b)
+{
+    return (b.x - a.x) * (b.x - a.x) + (b.y - a.y) * (b.y - a.y);
+}
+
 static double flat_length(spot a, spot b)
 {
-    return sqrt((b.x - a.x) * (b.x - a.x) + (b.y - a.y) * (b.y - a.y));
+    return sqrt(flat_length2(a, b));
 }
 
 static spot between(spot a, spot b, double t)
@@ -108,23 +113,26 @@ static spot between(spot a, spot b, double t)
     return (spot){a.x + t * (b.x - a.x), a.y + t * (b.y - a.y), a.h + t * (b.h - a.h)};
 }
 
+/* `to_a`: NULL for A's own. */
 static void outline_of(const feature *f, const transform *to_a, const contact_frame *frame, outline *out)
 {
-    vec3 normal = mat_mul(to_a->r, f->normal);
+    vec3 normal = to_a ? mat_mul(to_a->r, f->normal) : f->normal;
     double nh = vec_dot(normal, frame->axis);
     out->count = f->count;
     out->unbounded = f->unbounded;
     out->corner_id = f->corner_id;
     out->face_id = f->face_id;
-    out->slope_x = out->slope_y = out->area = out->span = 0;
+    out->slope_x = out->slope_y = out->area = 0;
+    double span2 = 0;
     out->at[0] = out->at[1] = (spot){0, 0, 0};
     for (uint32_t i = 0; i < f->count; i++) {
-        out->at[i] = to_spot(frame, transform_point(to_a, f->corner[i]));
-        out->span = max_of(out->span, flat_length(out->at[0], out->at[i]));
+        out->at[i] = to_spot(frame, to_a ? transform_point(to_a, f->corner[i]) : f->corner[i]);
+        span2 = max_of(span2, flat_length2(out->at[0], out->at[i]));
         if (i > 1) out->area += turn(out->at[0], out->at[i - 1], out->at[i]);
     }
+    out->span = sqrt(span2);
     if (f->unbounded) {
-        out->at[0] = to_spot(frame, to_a->t);
+        out->at[0] = to_spot(frame, to_a ? to_a->t : VEC_ZERO);
         out->span = INFINITY;
     }
     out->facing = f->count == 2 ? 0 : fabs(nh);
@@ -138,11 +146,16 @@ static double plane_height(const outline *o, spot p)
     return o->at[0].h + o->slope_x * (p.x - o->at[0].x) + o->slope_y * (p.y - o->at[0].y);
 }
 
+/* Does a face (or plane) lie across the axis? */
+static bool lies_across(double facing)
+{
+    return facing * facing >= 1 - FACE_SINE * FACE_SINE;
+}
+
 /* Can the other feature be clipped by it? It lies across the axis, and is no sliver. */
 static bool is_reference(const outline *o)
 {
-    bool across = o->facing * o->facing >= 1 - FACE_SINE * FACE_SINE;
-    return across && (o->unbounded || fabs(o->area) > FLUSH_RATIO * o->span * o->span);
+    return lies_across(o->facing) && (o->unbounded || fabs(o->area) > FLUSH_RATIO * o->span * o->span);
 }
 
 /* Where the working polygon crosses side j of the reference. */
@@ -161,23 +174,31 @@ static corner crossing(
     return c;
 }
 
-/* One step of Sutherland and Hodgman: what of `in` lies on the inner side of the reference's side j. Corners within
- * `slack` of the line are on it: kept, and cut nothing. */
-static uint32_t clip_by_side(
-    const outline *ref, const outline *inc, uint32_t j, double slack, const corner *in, uint32_t count, corner *out)
+/* How far each corner is on the inner side of the reference's side j. True if one is outside by more than `slack`. */
+static bool measure_side(
+    const outline *ref, uint32_t j, double slack, const corner *in, uint32_t count, double height[CORNERS_MAX])
 {
-    spot a = ref->at[j], b = ref->at[(j + 1) % ref->count];
+    spot a = ref->at[j], b = ref->at[j + 1 == ref->count ? 0 : j + 1];
     double length = flat_length(a, b), sign = ref->area > 0 ? 1 : -1;
-    uint32_t made = 0;
-    if (length <= slack) {
-        memcpy(out, in, count * sizeof *in);
-        return count;
+    bool cuts = false;
+    if (length <= slack) return false;
+    for (uint32_t i = 0; i < count; i++) {
+        height[i] = sign * turn(a, b, in[i].at) / length;
+        cuts |= height[i] < -slack;
     }
-    double first = count > 0 ? sign * turn(a, b, in[0].at) / length : 0, here = first, there;
-    for (uint32_t i = 0; i < count && made + 2 <= CORNERS_MAX; i++, here = there) {
-        bool last = i + 1 == count;
-        const corner *from = &in[i], *to = &in[last ? 0 : i + 1];
-        there = last ? first : sign * turn(a, b, to->at) / length;
+    return cuts;
+}
+
+/* One step of Sutherland and Hodgman: what of `in` lies on the inner side of the reference's side j, by the heights of
+ * its corners. Corners within `slack` of the line are on it: kept, and cut nothing. */
+static uint32_t clip_by_side(const outline *ref, const outline *inc, uint32_t j, double slack, const corner *in,
+    const double *height, uint32_t count, corner *out)
+{
+    uint32_t made = 0;
+    for (uint32_t i = 0; i < count && made + 2 <= CORNERS_MAX; i++) {
+        uint32_t next = i + 1 == count ? 0 : i + 1;
+        const corner *from = &in[i], *to = &in[next];
+        double here = height[i], there = height[next];
         if (here >= -slack) {
             out[made] = *from;
             if (here <= slack && there < -slack) {
@@ -196,19 +217,25 @@ static uint32_t clip_by_side(
     return made;
 }
 
-/* The incident outline as far as it lies over the reference. A convex outline crosses a line twice at most, so each
- * side adds one corner at most. */
-static uint32_t clip_polygon(const outline *ref, const outline *inc, double slack, corner *out)
+/* The incident outline as far as it lies over the reference, in one of the two buffers. A convex outline crosses a line
+ * twice at most, so each side adds one corner at most; a side that cuts nothing changes nothing. */
+static const corner *clip_polygon(
+    const outline *ref, const outline *inc, double slack, corner buffers[2][CORNERS_MAX], uint32_t *count)
 {
-    corner other[CORNERS_MAX];
-    uint32_t count = inc->count, sides = ref->unbounded ? 0 : ref->count;
-    for (uint32_t i = 0; i < count; i++)
-        out[i] = (corner){inc->at[i], code(CODE_FACE, ref->face_id), code(CODE_VERTEX, inc->corner_id[i]), false, i};
-    for (uint32_t j = 0; j < sides && count > 0; j++) {
-        memcpy(other, out, count * sizeof *out);
-        count = clip_by_side(ref, inc, j, slack, other, count, out);
+    corner *in = buffers[0], *out = buffers[1];
+    uint32_t sides = ref->unbounded ? 0 : ref->count;
+    double height[CORNERS_MAX];
+    *count = inc->count;
+    for (uint32_t i = 0; i < inc->count; i++)
+        in[i] = (corner){inc->at[i], code(CODE_FACE, ref->face_id), code(CODE_VERTEX, inc->corner_id[i]), false, i};
+    for (uint32_t j = 0; j<sides && * count> 0; j++) {
+        if (!measure_side(ref, j, slack, in, *count, height)) continue;
+        *count = clip_by_side(ref, inc, j, slack, in, height, *count, out);
+        corner *swap = in;
+        in = out;
+        out = swap;
     }
-    return count;
+    return in;
 }
 
 /* The same for a segment: its two ends move inward from side to side (Cyrus and Beck). */
@@ -261,10 +288,14 @@ static void add_candidate(
 /* Face against face or segment: what of `inc` lies over `ref`. */
 static void add_overlap(const contact *c, const outline *ref, const outline *inc, bool ref_is_a, candidates *out)
 {
-    corner corners[CORNERS_MAX];
+    corner buffers[2][CORNERS_MAX];
+    const corner *corners = buffers[0];
+    uint32_t count;
     out->slack = FLUSH_RATIO * min_of(ref->span, inc->span);
-    uint32_t count =
-        inc->count == 2 ? clip_segment(ref, inc, out->slack, corners) : clip_polygon(ref, inc, out->slack, corners);
+    if (inc->count == 2)
+        count = clip_segment(ref, inc, out->slack, buffers[0]);
+    else
+        corners = clip_polygon(ref, inc, out->slack, buffers, &count);
     for (uint32_t i = 0; i < count; i++) {
         const corner *k = &corners[i];
         spot on_ref = {k->at.x, k->at.y, plane_height(ref, k->at)};
@@ -374,27 +405,38 @@ static void add_witness(const contact *c, vec3 point_a, vec3 point_b, candidates
     *to = (candidate){{middle, distance, (uint32_t)CODE_WITNESS << 16 | CODE_WITNESS}, at.x, at.y};
 }
 
+/* Clips the one face by the other. False if neither lies across the axis: then nothing of them is looked at. */
+static bool find_overlap(
+    const feature *feature_a, const feature *feature_b, const transform *b_in_a, const contact *c, candidates *all)
+{
+    double facing_a = feature_a->count == 2 ? 0 : vec_dot(feature_a->normal, c->frame.axis);
+    double facing_b = feature_b->count == 2 ? 0 : vec_dot(mat_mul(b_in_a->r, feature_b->normal), c->frame.axis);
+    if (!lies_across(facing_a) && !lies_across(facing_b)) return false;
+    outline on_a, on_b;
+    outline_of(feature_a, NULL, &c->frame, &on_a);
+    outline_of(feature_b, b_in_a, &c->frame, &on_b);
+    bool a_can = is_reference(&on_a) && feature_b->count > 0, b_can = is_reference(&on_b) && feature_a->count > 0;
+    bool by_a = a_can && (!b_can || on_a.facing >= on_b.facing);
+    if (by_a)
+        add_overlap(c, &on_a, &on_b, true, all);
+    else if (b_can)
+        add_overlap(c, &on_b, &on_a, false, all);
+    return a_can || b_can;
+}
+
 static void find_candidates(const shape *a, const shape *b, const transform *b_in_a, const contact *c, candidates *all)
 {
-    const transform identity = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 0, 0}};
     vec3 down_in_b = mat_tmul(b_in_a->r, vec_neg(c->frame.axis));
     feature feature_a, feature_b;
-    outline on_a, on_b;
     feature_facing(a, c->frame.axis, &feature_a);
     feature_facing(b, down_in_b, &feature_b);
-    outline_of(&feature_a, &identity, &c->frame, &on_a);
+    if (find_overlap(&feature_a, &feature_b, b_in_a, c, all)) return;
+    if (!feature_edge(a, c->frame.axis, FACE_SINE, &feature_a) || !feature_edge(b, down_in_b, FACE_SINE, &feature_b))
+        return;
+    outline on_a, on_b;
+    outline_of(&feature_a, NULL, &c->frame, &on_a);
     outline_of(&feature_b, b_in_a, &c->frame, &on_b);
-    bool a_can = is_reference(&on_a) && feature_b.count > 0, b_can = is_reference(&on_b) && feature_a.count > 0;
-    if (a_can && (!b_can || on_a.facing >= on_b.facing)) {
-        add_overlap(c, &on_a, &on_b, true, all);
-    } else if (b_can) {
-        add_overlap(c, &on_b, &on_a, false, all);
-    } else if (feature_edge(a, c->frame.axis, FACE_SINE, &feature_a) &&
-               feature_edge(b, down_in_b, FACE_SINE, &feature_b)) {
-        outline_of(&feature_a, &identity, &c->frame, &on_a);
-        outline_of(&feature_b, b_in_a, &c->frame, &on_b);
-        add_stretch(c, &on_a, &on_b, all);
-    }
+    add_stretch(c, &on_a, &on_b, all);
 }
 
 void manifold_build(const shape *a, const shape *b, const transform *b_in_a, vec3 axis, vec3 point_a, vec3 point_b,

@@ -6,11 +6,12 @@
 #include "ccd_peer.h"
 #include "dispatch.h"
 #include "exact.h"
+#include "finish.h"
 #include "manifold.h"
 #include "mesh_pair.h"
 #include "order.h"
 #include "scalar.h"
-#include "spheres.h"
+#include "short_road.h"
 
 struct narrow_scratch {
     epa_scratch epa;
@@ -20,10 +21,6 @@ size_t narrow_scratch_size(void)
 {
     return (sizeof(narrow_scratch) + 63) / 64 * 64;
 }
-
-/* With tolerance 0 an interval this narrow (relative to the pair's size) counts as narrow: curved pairs get no further.
- */
-#define FINEST 1e-12
 
 /* Bounds that are apart by more than this many errors of doubles are kept apart by the search, not by rounding. */
 #define ROUNDING_WIDTHS 4
@@ -47,32 +44,9 @@ static narrow_goal goal_of(const unit_pair *p, const narrow_request *r)
     };
 }
 
-/* From cores to shapes: radii along the line of the witnesses when the shapes are apart, along the axis when they are
- * not; bounds widened by the rounding; back to real size. */
-static void finish(const unit_pair *p, const span *s, narrow_result *out)
-{
-    vec3 towards = s->axis;
-    if (s->hi > p->radius && p->radius > 0) {
-        vec3 line = direction_of(vec_sub(s->point_b, s->point_a));
-        if (vec_norm2(line) > 0) towards = line;
-    }
-    out->lo = (s->lo - p->radius - p->error - p->excess) * p->unit;
-    out->hi = (s->hi - p->radius + p->error) * p->unit;
-    out->axis = direction_again(s->axis);
-    out->point_a = vec_scale(vec_madd(s->point_a, p->a.radius, towards), p->unit);
-    out->point_b = vec_scale(vec_madd(s->point_b, -p->b.radius, towards), p->unit);
-    out->method = s->method;
-    out->iterations = s->iterations;
-    out->manifold.count = 0;
-    out->peer_failures = 0;
-    out->refined = false;
-}
-
 static narrow_status status_of(const unit_pair *p, const narrow_goal *g, const narrow_request *r, const span *s)
 {
-    double asked = r->tolerance > 0 ? r->tolerance * p->scale : FINEST * p->size;
-    bool narrow = s->lo == s->hi || s->hi - s->lo + 2 * p->error + p->excess <= asked;
-    return narrow || s->lo > g->far || s->hi <= g->near ? NARROW_CERTAIN : NARROW_WIDE;
+    return is_narrow(p, r, s) || s->lo > g->far || s->hi <= g->near ? NARROW_CERTAIN : NARROW_WIDE;
 }
 
 static void measure(const unit_pair *p, const narrow_goal *g, narrow_engine engine, narrow_scratch *scratch, span *s)
@@ -160,7 +134,7 @@ static void settle(const unit_pair *p, const narrow_request *r, narrow_result *r
 void narrow_query(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
     narrow_cache *cache, narrow_scratch *scratch, narrow_result *result)
 {
-    if (!spheres_answer(a, b, b_in_a, request, result)) {
+    if (!short_road_answer(a, b, b_in_a, request, result)) {
         unit_pair p;
         search(a, b, b_in_a, request, scratch, &p, result);
         if (wants_refining(&p, request, result)) {

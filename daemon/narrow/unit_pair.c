@@ -5,13 +5,6 @@
 
 #include "core.h"
 
-/* A separation is dot(n, b - a): the pose may be off by 9 u of position and rotation (product of two rounded unit
- * quaternions, and the matrix made of it), a support point by 4 u, difference, product and sum by 3 u. */
-#define ERROR_ULPS 16
-
-/* Keeps the scale and its inverse finite and normal. */
-enum { EXPONENT_MAX = 1000 };
-
 static double finite_or_zero(double x)
 {
     return isfinite(x) ? x : 0;
@@ -46,19 +39,6 @@ static double shave(shape *s, const shape *other)
     double ball = most > 0 ? 0.99 * least * (least / most) : 0;
     s->radius += ball;
     return ball;
-}
-
-void unit_of(double largest, double *unit, double *scale)
-{
-    int exponent = largest > 0 ? exponent_above(largest) : 0;
-    exponent = exponent < -EXPONENT_MAX ? -EXPONENT_MAX : exponent > EXPONENT_MAX ? EXPONENT_MAX : exponent;
-    *unit = power_of_two(exponent);
-    *scale = power_of_two(-exponent);
-}
-
-double unit_error(double size)
-{
-    return ERROR_ULPS * UNIT_ROUNDOFF * size;
 }
 
 void unit_pair_init(unit_pair *p, const shape *a, const shape *b, const pose *b_in_a)

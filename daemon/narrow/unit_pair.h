@@ -7,8 +7,11 @@
 #define COLLIDED_NARROW_UNIT_PAIR_H
 
 #include "narrow.h"
+#include "scalar.h"
 
 #define UNIT_ROUNDOFF 0x1p-53
+
+enum { UNIT_EXPONENT_MAX = 1000 };
 
 typedef struct unit_pair {
     shape a, b;       /* scaled; the vertices of a hull are scaled when they are read */
@@ -53,11 +56,24 @@ typedef struct minkowski {
     vec3 b_local; /* b in B's frame: unlike b not rounded */
 } minkowski;
 
-/* The least power of two above the largest number of a pair (1 when all are zero), and its inverse. */
-void unit_of(double largest, double *unit, double *scale);
+/* The least power of two above the largest number of a pair (1 when all are zero), and its inverse: both finite and
+ * normal. */
+static inline void unit_of(double largest, double *unit, double *scale)
+{
+    int exponent = largest > 0 ? exponent_above(largest) : 0;
+    exponent = exponent < -UNIT_EXPONENT_MAX ? -UNIT_EXPONENT_MAX : exponent;
+    exponent = exponent > UNIT_EXPONENT_MAX ? UNIT_EXPONENT_MAX : exponent;
+    *unit = power_of_two(exponent);
+    *scale = power_of_two(-exponent);
+}
 
-/* unit_pair.error of a pair of that size. */
-double unit_error(double size);
+/* unit_pair.error of a pair of that size. A separation is dot(n, b - a): the pose may be off by 9 u of position and
+ * rotation (product of two rounded unit quaternions, and the matrix made of it), a support point by 4 u, difference,
+ * product and sum by 3 u. */
+static inline double unit_error(double size)
+{
+    return 16 * UNIT_ROUNDOFF * size;
+}
 
 void unit_pair_init(unit_pair *p, const shape *a, const shape *b, const pose *b_in_a);
 

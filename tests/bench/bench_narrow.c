@@ -2,6 +2,8 @@
  * shallow and in deep contact, cold and coherent (narrow_scene.h), judged by the truth in 113 bits (narrow_truth.h).
  * One thread. Tables, or one JSON object a line, on stdout; progress on stderr.
  *
+ * collided_verify is a client's check of the certificate that ours gave (not of meshes): the issue allows it 300 ns.
+ *
  * ratio = median / median of the best peer that is right in that regime, cold and coherent: no wrong verdict, no
  * failure, all measured, and no error beyond 1e-9 of the pair's size (1e-6 of curved pairs). goal: what the ratio is to
  * be at most. */

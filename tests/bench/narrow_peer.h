@@ -82,6 +82,7 @@ typedef struct narrow_peer {
 extern const narrow_peer *const narrow_contenders[];
 extern const size_t narrow_contender_count;
 extern const narrow_peer narrow_ours, narrow_ours_finest, narrow_ours_cached;
+extern const narrow_peer narrow_verify; /* checks answers that it is given: no goal, no ratio */
 extern const narrow_peer narrow_ccd_gjk, narrow_ccd_gjk_fine, narrow_ccd_mpr;
 extern const narrow_peer narrow_fcl, narrow_fcl_fine, narrow_fcl_collide, narrow_fcl_indep, narrow_fcl_indep_collide;
 extern const narrow_peer narrow_bullet_pair, narrow_bullet_epa, narrow_bullet_box;

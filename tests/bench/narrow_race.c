@@ -185,8 +185,9 @@ static void report_all(race *r, narrow_report *report, void *context)
         f->ours = l->peer->ours;
         f->contender = l->peer->name;
         f->settings = l->peer->settings;
-        f->ratio = isfinite(best) ? f->ns_median / best : NAN;
-        f->goal_ratio = goal;
+        bool finds = l->peer != &narrow_verify;
+        f->ratio = isfinite(best) && finds ? f->ns_median / best : NAN;
+        f->goal_ratio = finds ? goal : NAN;
         report(context, f);
     }
 }

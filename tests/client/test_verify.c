@@ -208,38 +208,87 @@ static void refuse(const solid *a, const solid *b, const collided_certificate *c
         fail_msg("types %d and %d: %s was accepted", a->shape.type, b->shape.type, forgery);
 }
 
-static void forgeries_are_refused(const solid *a, const solid *b, collided_certificate claim)
+/* All that takes part is within 100 m, of which 64 * 2^-53 are allowed: 7e-13 m. */
+static const double FORGED = 1e-12;
+
+/* Turned by 1e-3 towards a direction across it. */
+static void turn_axis(double n[3])
+{
+    double aside[3] = {n[1], n[2], n[0]}, along = 0, norm = 0;
+    for (int i = 0; i < 3; i++) along += aside[i] * n[i];
+    for (int i = 0; i < 3; i++) aside[i] -= along * n[i];
+    for (int i = 0; i < 3; i++) norm += aside[i] * aside[i];
+    for (int i = 0; i < 3; i++) n[i] = cos(1e-3) * n[i] + sin(1e-3) * aside[i] / sqrt(norm);
+}
+
+static void forged_bounds_are_refused(const solid *a, const solid *b, collided_certificate claim)
 {
     collided_certificate f = claim;
-    f.lo += 2e-8; /* 1e-9 of what takes part */
-    f.hi += 2e-8;
+    f.lo += FORGED;
+    f.hi += FORGED;
     refuse(a, b, &f, "a lo that is too high");
     f = claim;
-    f.hi -= 2e-8;
+    f.hi -= FORGED;
     f.lo -= 1.0;
-    refuse(a, b, &f, "a hi below the points' distance");
+    refuse(a, b, &f, claim.hi > 0 ? "a hi below the points' distance" : "a hi below what the axis shows");
     f = claim;
+    f.lo = -INFINITY;
+    f.hi -= FORGED;
+    refuse(a, b, &f, "a hi alone that is too low");
+    f = claim;
+    f.lo += FORGED;
+    f.hi = INFINITY;
+    refuse(a, b, &f, "a lo alone that is too high");
+    f = claim;
+    f.lo = f.hi + 1e-3;
+    refuse(a, b, &f, "an empty interval");
+}
+
+static void forged_axes_are_refused(const solid *a, const solid *b, collided_certificate claim)
+{
+    collided_certificate f = claim;
     for (int i = 0; i < 3; i++) f.axis[i] *= 1.0001;
     refuse(a, b, &f, "an axis that is not unit");
     f = claim;
     for (int i = 0; i < 3; i++) f.axis[i] = -f.axis[i];
     refuse(a, b, &f, "an axis the wrong way");
     f = claim;
-    for (int i = 0; i < 3; i++)
-        f.point_a[i] += 2e-8 * f.axis[i]; /* out of A, towards B: it would shorten the distance */
+    turn_axis(f.axis);
+    if (claim.lo > 0) refuse(a, b, &f, "an axis that was turned");
+}
+
+static void forged_points_are_refused(const solid *a, const solid *b, collided_certificate claim)
+{
+    collided_certificate f = claim;
+    for (int i = 0; i < 3; i++) f.point_a[i] += FORGED * f.axis[i]; /* out of A, towards B: shortens the distance */
     refuse(a, b, &f, "a witness outside A");
     f = claim;
-    for (int i = 0; i < 3; i++) f.point_b[i] -= 2e-8 * f.axis[i];
+    for (int i = 0; i < 3; i++) f.point_b[i] -= FORGED * f.axis[i];
     refuse(a, b, &f, "a witness outside B");
     f = claim;
-    f.lo = f.hi + 1e-3;
-    refuse(a, b, &f, "an empty interval");
+    for (int i = 0; i < 3; i++) {
+        f.point_a[i] += 20 * (claim.axis[(i + 1) % 3] - claim.axis[(i + 2) % 3]); /* across the axis: as far apart */
+        f.point_b[i] += 20 * (claim.axis[(i + 1) % 3] - claim.axis[(i + 2) % 3]);
+    }
+    refuse(a, b, &f, "witnesses far aside");
+    f.lo = -INFINITY;
+    for (int i = 0; i < 3; i++) f.axis[i] *= 1e3; /* not looked at, and no help */
+    refuse(a, b, &f, "witnesses far aside, with an axis that proves nothing");
+}
+
+static void forgeries_are_refused(const solid *a, const solid *b, collided_certificate claim)
+{
+    forged_bounds_are_refused(a, b, claim);
+    forged_axes_are_refused(a, b, claim);
+    forged_points_are_refused(a, b, claim);
 }
 
 static void forged_certificates_are_refused(void **state)
 {
     (void)state;
     for_all_pairs(0.7, forgeries_are_refused);
+    for_all_pairs(-0.05, is_accepted);
+    for_all_pairs(-0.05, forgeries_are_refused);
 }
 
 static void nan_is_refused(const solid *a, const solid *b, collided_certificate claim)
@@ -257,6 +306,7 @@ static void not_a_number_proves_nothing(void **state)
 {
     (void)state;
     for_all_pairs(0.7, nan_is_refused);
+    for_all_pairs(-0.05, nan_is_refused);
 }
 
 /* Two balls whose centres are 1 apart, radii 1 and 0.5: depth 0.5. */

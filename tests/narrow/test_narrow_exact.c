@@ -79,6 +79,55 @@ static void turned_pairs_are_proved_without_slack(void **state)
     if (!(widest <= 4e-15)) fail_msg("width %g of the size", widest);
 }
 
+/* B's frame is A's but for a turn that may be nothing, less than an ulp, or a little, and a quarter of a turn: so that
+ * axes tie, and edges are parallel or nearly so. */
+static quat nearly_aligned(random_state *r, quat q)
+{
+    static const quat QUARTERS[] = {{1, 0, 0, 0}, {0x1.6a09e667f3bcdp-1, 0x1.6a09e667f3bcdp-1, 0, 0},
+        {0x1.6a09e667f3bcdp-1, 0, 0, 0x1.6a09e667f3bcdp-1}};
+    double angle = random_bits(r) % 4 ? ldexp(random_unit(r), -(int)(random_bits(r) % 60)) : 0;
+    vec3 turn = vec_scale(random_direction(r), angle);
+    return quat_unit(quat_mul(quat_mul(q, (quat){1, turn.x, turn.y, turn.z}), QUARTERS[random_bits(r) % 3]));
+}
+
+static void every_axis_of_boxes_is_within_hi(const placed *a, const placed *b, const narrow_result *r, uint64_t seed)
+{
+    const real3 axes_a[3] = {a->rx, a->ry, a->rz}, axes_b[3] = {b->rx, b->ry, b->rz};
+    for (int i = 0; i < 15; i++) {
+        real3 n = i < 3 ? axes_a[i] : i < 6 ? axes_b[i - 3] : real3_cross(axes_a[(i - 6) / 3], axes_b[(i - 6) % 3]);
+        if (!(real3_dot(n, n) > 1e-50)) continue;
+        for (int k = 0; k < 2; k++, n = real3_scale(n, -1))
+            if (oracle_separation(a, b, n) > r->hi) fail_msg("seed %llu: axis %d", (unsigned long long)seed, i);
+    }
+}
+
+/* Only the axes that doubles cannot rule out are looked at again: the greatest must be among them. */
+static void no_axis_of_overlapping_boxes_is_forgotten(void **state)
+{
+    (void)state;
+    unsigned overlapping = 0;
+    for (uint64_t seed = 1; seed <= 2000; seed++) {
+        random_state random = {seed};
+        shape a = random_shape(&random, SHAPE_BOX), b = random_shape(&random, seed % 5 ? SHAPE_BOX : SHAPE_CAPSULE);
+        if (seed % 3 == 0) b = a = (shape){.type = SHAPE_BOX, .half = {0.5, 0.5, 0.5}}; /* ties */
+        pose pa = {random_direction(&random), seed % 2 ? random_rotation(&random) : (quat){1, 0, 0, 0}}, pb = pa;
+        pb.q = nearly_aligned(&random, pa.q);
+        vec3 along = seed % 2 ? random_direction(&random) : vec(0, 0, 1);
+        pb.p = vec_madd(pb.p, random_in(&random, 0, 1) * fmin(shape_reach(&a), shape_reach(&b)), along);
+        bool first = narrow_ordered(&a, 0, &b, 1);
+        narrow_result r = first ? asked(&a, pa, &b, pb, 0) : asked(&b, pb, &a, pa, 0);
+        vec3 origin = first ? pa.p : pb.p;
+        placed oa = oracle_place(&a, pa, origin), ob = oracle_place(&b, pb, origin);
+        if (r.hi >= 0) continue;
+        every_axis_of_boxes_is_within_hi(first ? &oa : &ob, first ? &ob : &oa, &r, seed);
+        assert_true(r.refined && r.lo <= r.hi);
+        double size = shape_reach(&a) + shape_reach(&b) + vec_norm(vec_sub(pb.p, pa.p));
+        if (!(r.hi - r.lo <= 1e-14 * size)) fail_msg("seed %llu: [%.17g, %.17g]", (unsigned long long)seed, r.lo, r.hi);
+        overlapping++;
+    }
+    assert_true(overlapping > 1250);
+}
+
 /* A micrometre is not worth double-double; touching, for a verdict, is. */
 static void only_what_doubles_cannot_settle_is_refined(void **state)
 {
@@ -115,6 +164,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(unturned_pairs_are_exact_to_the_last_bits),
         cmocka_unit_test(turned_pairs_are_proved_without_slack),
+        cmocka_unit_test(no_axis_of_overlapping_boxes_is_forgotten),
         cmocka_unit_test(only_what_doubles_cannot_settle_is_refined),
     };
     return cmocka_run_group_tests(tests, create, destroy);

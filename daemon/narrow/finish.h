@@ -1,0 +1,47 @@
+/* finish: from the span of two cores to the answer about two shapes. Inlined, for it is a good part of the shortest
+ * queries. Pure; any thread. */
+#ifndef COLLIDED_NARROW_FINISH_H
+#define COLLIDED_NARROW_FINISH_H
+
+#include "scalar.h"
+#include "unit_pair.h"
+
+/* With tolerance 0 an interval this narrow (relative to the pair's size) counts as narrow: curved pairs get no further.
+ */
+#define FINEST 1e-12
+
+/* Bounds of the shapes, widened by the rounding, and what is the same for every answer of doubles. */
+static inline void set_bounds(const unit_pair *p, const span *s, narrow_result *out)
+{
+    out->lo = (s->lo - p->radius - p->error - p->excess) * p->unit;
+    out->hi = (s->hi - p->radius + p->error) * p->unit;
+    out->method = s->method;
+    out->iterations = s->iterations;
+    out->manifold.count = 0;
+    out->peer_failures = 0;
+    out->refined = false;
+}
+
+/* From cores to shapes: radii along the line of the witnesses when the shapes are apart, along the axis when they are
+ * not; back to real size. */
+static inline void finish(const unit_pair *p, const span *s, narrow_result *out)
+{
+    vec3 towards = s->axis;
+    if (s->hi > p->radius && p->radius > 0) {
+        vec3 line = direction_of(vec_sub(s->point_b, s->point_a));
+        if (vec_norm2(line) > 0) towards = line;
+    }
+    set_bounds(p, s, out);
+    out->axis = direction_again(s->axis);
+    out->point_a = vec_scale(vec_madd(s->point_a, p->a.radius, towards), p->unit);
+    out->point_b = vec_scale(vec_madd(s->point_b, -p->b.radius, towards), p->unit);
+}
+
+/* Is the interval, with the rounding of doubles on both sides, as narrow as asked? */
+static inline bool is_narrow(const unit_pair *p, const narrow_request *r, const span *s)
+{
+    double asked = r->tolerance > 0 ? r->tolerance * p->scale : FINEST * p->size;
+    return s->lo == s->hi || s->hi - s->lo + 2 * p->error + p->excess <= asked;
+}
+
+#endif

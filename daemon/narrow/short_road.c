@@ -1,0 +1,96 @@
+/* short_road: one function a pair of types, into which everything is inlined, so that only what its formula reads is
+ * computed. What holds: unit_pair's scale and error, closed.c's formulas and narrow.c's finish, the very same inline
+ * functions, so that both roads give the same bits. Pure; any thread. */
+#include "short_road.h"
+
+#include "finish.h"
+#include "formulas.h"
+#include "geom/round.h"
+
+/* Is the interval enough, without more than doubles? */
+static inline bool suffices(const unit_pair *p, const narrow_request *r, const span *s, const narrow_result *out)
+{
+    bool verdict = r->facts == 0 || (r->facts & NARROW_VERDICT), measure = r->facts & NARROW_DISTANCE;
+    bool decided = out->lo > r->threshold || out->hi <= r->threshold;
+    bool measured = out->hi - out->lo <= r->tolerance || out->lo > r->range;
+    return is_narrow(p, r, s) && (decided || !verdict) && (measured || !measure);
+}
+
+/* unit_pair_init of shapes that have no hull and are no smaller kind in disguise. */
+static inline unit_pair pair_of(const shape *a, double reach_a, const shape *b, double reach_b, const pose *b_in_a)
+{
+    unit_pair p = {.shaved_a = 0, .shaved_b = 0, .excess = 0};
+    unit_of(max_of(max_of(reach_a, reach_b), vec_greatest(b_in_a->p)), &p.unit, &p.scale);
+    p.a = (shape){.type = a->type, .radius = a->radius * p.scale, .half = vec_scale(a->half, p.scale)};
+    p.b = (shape){.type = b->type, .radius = b->radius * p.scale, .half = vec_scale(b->half, p.scale)};
+    p.b_in_a.r = quat_matrix(b_in_a->q);
+    p.b_in_a.t = vec_scale(b_in_a->p, p.scale);
+    p.radius = p.a.radius + p.b.radius;
+    p.size = reach_a * p.scale + reach_b * p.scale + vec_norm(p.b_in_a.t);
+    p.error = unit_error(p.size);
+    return p;
+}
+
+static inline bool settle(const unit_pair *p, const narrow_request *r, const span *s, narrow_result *out)
+{
+    finish(p, s, out);
+    out->status = NARROW_CERTAIN;
+    return suffices(p, r, s, out);
+}
+
+/* Axis, line of the witnesses and distance are one: a single root. Centres that (nearly) coincide have no line. */
+static bool two_balls(const shape *a, const shape *b, const pose *at, const narrow_request *r, narrow_result *out)
+{
+    unit_pair p = pair_of(a, a->radius, b, b->radius, at);
+    vec3 t = p.b_in_a.t;
+    double norm2 = vec_norm2(t), distance = sqrt(norm2);
+    span s = {.lo = distance, .hi = distance, .method = NARROW_BY_CLOSED_FORM, .iterations = 1};
+    if (!(norm2 > 0x1p-900)) return false;
+    vec3 axis = vec_scale(t, 1 / distance);
+    set_bounds(&p, &s, out);
+    out->axis = axis;
+    out->point_a = vec_scale(axis, p.a.radius * p.unit);
+    out->point_b = vec_scale(vec_madd(t, -p.b.radius, axis), p.unit);
+    out->status = NARROW_CERTAIN;
+    return suffices(&p, r, &s, out);
+}
+
+static bool ball_and_capsule(
+    const shape *a, const shape *b, const pose *at, const narrow_request *r, narrow_result *out)
+{
+    unit_pair p = pair_of(a, a->radius, b, add_up(b->half.z, b->radius), at);
+    span s;
+    return formula_sphere_capsule(&p, &s) && settle(&p, r, &s, out);
+}
+
+static bool ball_and_box(const shape *a, const shape *b, const pose *at, const narrow_request *r, narrow_result *out)
+{
+    unit_pair p = pair_of(a, a->radius, b, add_up(length_up(b->half), b->radius), at);
+    span s;
+    return formula_sphere_box(&p, &s) && settle(&p, r, &s, out);
+}
+
+static bool two_capsules(const shape *a, const shape *b, const pose *at, const narrow_request *r, narrow_result *out)
+{
+    unit_pair p = pair_of(a, add_up(a->half.z, a->radius), b, add_up(b->half.z, b->radius), at);
+    span s;
+    segments g = segments_of(&p);
+    return formula_capsule_capsule(&p, &g, &s) && settle(&p, r, &s, out);
+}
+
+/* A capsule without length is a ball: unit_pair.c knows. */
+static bool is_capsule(const shape *s)
+{
+    return s->type == SHAPE_CAPSULE && s->half.z > 0;
+}
+
+bool short_road_answer(
+    const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request, narrow_result *out)
+{
+    if (b->type > SHAPE_BOX || request->engine != NARROW_ENGINE_AUTO || (request->facts & NARROW_MANIFOLD))
+        return false;
+    if (a->type == SHAPE_SPHERE && b->type == SHAPE_SPHERE) return two_balls(a, b, b_in_a, request, out);
+    if (a->type == SHAPE_SPHERE && b->type == SHAPE_BOX) return ball_and_box(a, b, b_in_a, request, out);
+    if (a->type == SHAPE_SPHERE && is_capsule(b)) return ball_and_capsule(a, b, b_in_a, request, out);
+    return is_capsule(a) && is_capsule(b) && two_capsules(a, b, b_in_a, request, out);
+}

@@ -1,0 +1,13 @@
+/* short_road: balls against balls, capsules and boxes, and capsules against capsules: the most frequent pairs of all,
+ * without the frames, goals and tables of the general road. Pure; any thread. */
+#ifndef COLLIDED_NARROW_SHORT_ROAD_H
+#define COLLIDED_NARROW_SHORT_ROAD_H
+
+#include "narrow.h"
+
+/* The answer of narrow_query, to the bit, when the pair is one of these and doubles suffice for what is asked (no
+ * manifold); false otherwise, and then nothing is written that counts. */
+bool short_road_answer(
+    const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request, narrow_result *out);
+
+#endif

@@ -1,0 +1,88 @@
+/* narrow_verify: what a client pays to check an answer. Each item's certificate is asked for before the clock starts;
+ * timed is collided_verify alone, from shapes, poses and claim, as a client has them. It says no distance: a
+ * certificate that it does not accept counts as failed. */
+#include "narrow/narrow.h"
+#include "narrow_scene.h"
+
+#include <collided.h>
+
+#include <stdlib.h>
+
+typedef struct client_side {
+    collided_shape shape;
+    collided_pose pose;
+    const double *points;
+    size_t point_count;
+} client_side;
+
+typedef struct checked_item {
+    client_side a, b;
+    collided_certificate claim;
+} checked_item;
+
+static void put(vec3 v, double out[3])
+{
+    out[0] = v.x, out[1] = v.y, out[2] = v.z;
+}
+
+static client_side side_of(const narrow_body *body, const narrow_place *at)
+{
+    static const collided_shape_type TYPES[KIND_COUNT] = {COLLIDED_SPHERE, COLLIDED_CAPSULE, COLLIDED_BOX,
+        COLLIDED_CYLINDER, COLLIDED_CONE, COLLIDED_ELLIPSOID, COLLIDED_HULL, COLLIDED_MESH};
+    client_side s = {.shape = {.type = TYPES[body->kind], .radius = body->radius, .pose = collided_pose_identity()}};
+    for (int i = 0; i < 3; i++) s.shape.half[i] = body->kind == KIND_HULL ? 0 : body->half[i];
+    for (int i = 0; i < 3; i++) s.pose.position[i] = at->p[i];
+    for (int i = 0; i < 4; i++) s.pose.orientation[i] = at->q[i];
+    if (body->kind == KIND_HULL) s.points = body->polytope->vertices, s.point_count = body->polytope->vertex_count;
+    return s;
+}
+
+static collided_certificate certificate_of(const narrow_item *item, double tolerance, narrow_scratch *scratch)
+{
+    shape a = narrow_scene_shape(item->a), b = narrow_scene_shape(item->b);
+    pose at_a = narrow_scene_pose(&item->at_a), at_b = narrow_scene_pose(&item->at_b);
+    narrow_request request = {.facts = NARROW_DISTANCE, .tolerance = tolerance, .range = INFINITY};
+    narrow_result r;
+    narrow_query_world(&a, at_a, &b, at_b, &request, scratch, &r);
+    collided_certificate claim = {.lo = r.lo, .hi = r.hi};
+    put(r.axis, claim.axis);
+    put(vec_add(r.point_a, at_a.p), claim.point_a);
+    put(vec_add(r.point_b, at_a.p), claim.point_b);
+    return claim;
+}
+
+static void *create(const narrow_item *items, size_t count, const narrow_row *row)
+{
+    checked_item *own = calloc(count, sizeof *own);
+    narrow_scratch *scratch = aligned_alloc(64, narrow_scratch_size());
+    if (!own || !scratch) abort();
+    for (size_t i = 0; i < count; i++)
+        own[i] = (checked_item){side_of(items[i].a, &items[i].at_a), side_of(items[i].b, &items[i].at_b),
+            certificate_of(&items[i], row->tolerance, scratch)};
+    free(scratch);
+    return own;
+}
+
+static void query(void *self, size_t first, size_t count, narrow_answer *out)
+{
+    const checked_item *items = self;
+    for (size_t i = first; i < first + count; i++, out++) {
+        const client_side *a = &items[i].a, *b = &items[i].b;
+        const collided_certificate *claim = &items[i].claim;
+        collided_status status = collided_verify(
+            &a->shape, &a->pose, a->points, a->point_count, &b->shape, &b->pose, b->points, b->point_count, claim);
+        *out = (narrow_answer){.failed = status != COLLIDED_OK,
+            .overlap = claim->lo <= 0,
+            .bounded = true,
+            .lo = claim->lo,
+            .hi = claim->hi};
+    }
+}
+
+static bool takes_convex(const narrow_row *row)
+{
+    return row->a != KIND_MESH && row->b != KIND_MESH;
+}
+
+const narrow_peer narrow_verify = {"collided_verify", "a client's check of our certificate, which it is given", true,
+    takes_convex, create, query, free};
