@@ -147,10 +147,11 @@ typedef enum collided_shape_type {
     COLLIDED_ELLIPSOID,
     COLLIDED_HALFSPACE,
     COLLIDED_HULL,
-    COLLIDED_MESH
+    COLLIDED_MESH,
+    COLLIDED_HEIGHT_FIELD
 } collided_shape_type;
 
-/* A shape, made by one of the makers below: convex, or a mesh. */
+/* A shape, made by one of the makers below: convex, a mesh, or a height field. */
 typedef struct collided_shape {
     collided_shape_type type;
     double half[3];     /* half extents, axis of revolution z: see the makers below */
@@ -170,6 +171,7 @@ collided_shape collided_ellipsoid(double x, double y, double z); /* an ellipsoid
 collided_shape collided_halfspace(void);                         /* a half-space: all points with z <= 0 */
 collided_shape collided_hull(collided_geometry points);          /* a convex hull, made by collided_create_hull */
 collided_shape collided_mesh(collided_geometry triangles);       /* a triangle mesh, made by collided_create_mesh */
+collided_shape collided_height_field(collided_geometry heights); /* ground, made by collided_create_height_field */
 
 /* Makes a convex hull of points. There are `count` of them (x, y, z each); the daemon builds it. The same points give
  * the same geometry. The points, in metres, are copied. Hash 0 on failure. */
@@ -184,6 +186,17 @@ collided_geometry collided_create_hull(collided *c, const double *points, size_t
  */
 collided_geometry collided_create_mesh(
     collided *c, const double *points, size_t count, const int32_t *triangles, size_t triangle_count);
+
+/* Makes ground of heights over a grid. There are rows x columns `heights` in metres, at least 2 of each, row by row.
+ * The grid is centred: column c stands at x = (c - (columns - 1) / 2) spacing_x and row r at y = (r - (rows - 1) / 2)
+ * spacing_y, so that row 0 has the least y; z is the height as it is given. Each cell is two triangles, cut by the
+ * diagonal from (column, row) to (column + 1, row + 1). It is a solid: all between that surface and a flat base `base`
+ * below the lowest height; spacing and base are above 0. There are no holes: NaN and infinity are refused. At most
+ * 4,194,304 triangles, two a cell and three for each step along the rim (1,446 x 1,446 heights). The same heights,
+ * spacing and base give the same geometry. Copied. Hash 0 on failure.
+ */
+collided_geometry collided_create_height_field(
+    collided *c, const double *heights, size_t rows, size_t columns, double spacing_x, double spacing_y, double base);
 
 /* ---- bodies ---- */
 

@@ -3,6 +3,7 @@
 #include "height_field.h"
 
 #include "base/array.h"
+#include "height_field_outline.h"
 #include "shape.h"
 
 #include <stdlib.h>
@@ -23,7 +24,7 @@ const char *height_field_status_text(height_field_status status)
     case HEIGHT_FIELD_BAD_BASE:
         return "the base of a height field must be above 0, and not so little that it is lost below its heights";
     case HEIGHT_FIELD_NO_MESH:
-        return "the convex hull of the height field could not be built: it may have too many corners";
+        return "the convex hull of the height field could not be built";
     }
     return "unknown";
 }
@@ -162,7 +163,10 @@ height_field_status height_field_build(const height_field *f, mesh **out)
     size_t count;
     double *points = points_of(f, rim, &count);
     int32_t *corners = corners_of(f, rim);
-    mesh_status built = mesh_build(points, count, corners, (size_t)height_field_triangles(f->rows, f->columns), out);
+    mesh_outline outline = height_field_outline(f, rim);
+    mesh_status built =
+        mesh_build_within(points, count, corners, (size_t)height_field_triangles(f->rows, f->columns), &outline, out);
+    free((void *)outline.vertices);
     free(points);
     free(corners);
     if (built != MESH_OK) return HEIGHT_FIELD_NO_MESH;

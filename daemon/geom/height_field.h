@@ -4,7 +4,8 @@
  * x = (c - (columns - 1) / 2) dx, row r at y = (r - (rows - 1) / 2) dy, and z is the height as it is given, bit for
  * bit. Each cell is two triangles, cut by its diagonal from (column, row) to (column + 1, row + 1). The base lies
  * `base` below the lowest height; walls close the sides. So the mesh is a solid, closed by construction, and all that
- * holds of meshes (distances, depths, manifolds without a mark of inner edges) holds of it. */
+ * holds of meshes (distances, depths, manifolds without a mark of inner edges) holds of it. Its convex hull is that of its
+ * points, but for large ground with many bends, of which hull->excess tells what is left out. */
 #ifndef COLLIDED_GEOM_HEIGHT_FIELD_H
 #define COLLIDED_GEOM_HEIGHT_FIELD_H
 
@@ -26,7 +27,7 @@ typedef enum height_field_status {
     HEIGHT_FIELD_BAD_SPACING, /* below HEIGHT_FIELD_SPACING_MIN, or so wide that the grid ends beyond SHAPE_SIZE_MAX */
     HEIGHT_FIELD_BAD_HEIGHT,  /* NaN (there are no holes), infinite, or beyond SHAPE_SIZE_MAX */
     HEIGHT_FIELD_BAD_BASE,    /* not above 0, not finite, or lost in the rounding of the lowest height */
-    HEIGHT_FIELD_NO_MESH      /* more corners on its convex hull than HULL_VERTICES_MAX */
+    HEIGHT_FIELD_NO_MESH      /* its convex hull could not be built */
 } height_field_status;
 
 /* Triangles of the mesh: two a cell, and for each step along the rim two of the wall and one of the base. At most 2^32

@@ -107,6 +107,33 @@ static void the_inside_is_what_lies_between_surface_and_base(void **state)
     }
 }
 
+/* What is bent everywhere has an outline that is coarser than its points: none is farther outside than is said. */
+static void the_hull_of_large_ground_holds_all_of_it(void **state)
+{
+    (void)state;
+    static const uint32_t SIZES[4][2] = {{150, 160}, {160, 150}, {2, 9000}, {9000, 2}};
+    double *heights = malloc(160 * 160 * sizeof *heights);
+    dice d = {24};
+    for (int k = 0; k < 12; k++) {
+        uint32_t rows = SIZES[k % 4][0], columns = SIZES[k % 4][1];
+        for (uint32_t i = 0; i < rows * columns; i++) {
+            double x = (double)(i % columns) / columns - 0.5, y = (double)(i / columns) / rows - 0.5;
+            heights[i] = k < 4 ? -x * x - y * y : k < 8 ? 0.25 : dice_between(&d, -1, 1);
+        }
+        const height_field f = {rows, columns, 0.01, 0.02, 0.5, heights};
+        mesh *m;
+        assert_int_equal(height_field_build(&f, &m), HEIGHT_FIELD_OK);
+        double out = -INFINITY;
+        for (uint32_t face = 0; face < m->hull->face_count; face += 1 + m->hull->face_count / 64)
+            for (uint32_t i = 0; i < m->vertex_count; i++)
+                out = fmax(out, vec_dot(m->hull->faces[face].normal, m->vertices[i]) - m->hull->faces[face].offset);
+        if (!(out <= m->hull->excess + 1e-9)) fail_msg("%g outside, it says %g", out, m->hull->excess);
+        assert_true(m->hull->excess < 1e-4);
+        mesh_destroy(m);
+    }
+    free(heights);
+}
+
 static void expect(height_field_status status, height_field f, const char *words)
 {
     mesh *m;
@@ -151,6 +178,7 @@ int main(void)
         cmocka_unit_test(every_size_is_a_solid_as_it_was_made),
         cmocka_unit_test(heights_are_kept_bit_for_bit_where_they_belong),
         cmocka_unit_test(the_inside_is_what_lies_between_surface_and_base),
+        cmocka_unit_test(the_hull_of_large_ground_holds_all_of_it),
         cmocka_unit_test(bad_fields_are_refused_by_name),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
