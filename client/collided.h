@@ -413,10 +413,10 @@ typedef struct collided_certificate {
  * support points along the axis and the witness points: is it true that lo <= signed distance, and that it is <= hi
  * when the points are apart? `hull_a`, `hull_b`: the points of hulls (count triples), NULL otherwise. Pure; any thread.
  * COLLIDED_OK; COLLIDED_REJECTED if the certificate does not prove its claim; COLLIDED_BAD_ARGUMENT if a shape, pose or
- * hull is not usable, or a shape is a mesh: no axis proves the distance of what is not convex. Rounding is allowed for
- * by 64 * 2^-53 times the sizes of the shapes and the distance of the bodies (for the points: and their coordinates),
- * so a claim that is wrong by 1e-9 of these is refused. That the shapes overlap by as much as a negative hi says is not
- * proven by points; what contradicts it is refused. */
+ * hull is not usable, or a shape is a mesh or height field: no axis proves the distance of what is not convex. Rounding
+ * is allowed for by 64 * 2^-53 times the sizes of the shapes and the distance of the bodies (for the points: and their
+ * coordinates), so a claim that is wrong by 1e-9 of these is refused. That the shapes overlap by as much as a negative
+ * hi says is not proven by points; what contradicts it is refused. */
 collided_status collided_verify(const collided_shape *a, const collided_pose *pose_a, const double *hull_a,
     size_t hull_a_count, const collided_shape *b, const collided_pose *pose_b, const double *hull_b,
     size_t hull_b_count, const collided_certificate *claim);
