@@ -4,8 +4,8 @@
  * x = (c - (columns - 1) / 2) dx, row r at y = (r - (rows - 1) / 2) dy, and z is the height as it is given, bit for
  * bit. Each cell is two triangles, cut by its diagonal from (column, row) to (column + 1, row + 1). The base lies
  * `base` below the lowest height; walls close the sides. So the mesh is a solid, closed by construction, and all that
- * holds of meshes (distances, depths, manifolds without a mark of inner edges) holds of it. Its convex hull is that of its
- * points, but for large ground with many bends, of which hull->excess tells what is left out. */
+ * holds of meshes (distances, depths, manifolds without a mark of inner edges) holds of it. Its convex hull is that of
+ * its points, but for large ground with many bends, of which hull->excess tells what is left out. */
 #ifndef COLLIDED_GEOM_HEIGHT_FIELD_H
 #define COLLIDED_GEOM_HEIGHT_FIELD_H
 

@@ -6,7 +6,7 @@
 #include "height_field.h"
 #include "mesh_steps.h"
 
-enum { OUTLINE_MAX = 1 << 14 }; /* points: a hull of so many takes some tenths of a second */
+enum { OUTLINE_MAX = 1 << 12 }; /* points: the hull of a curved strip of so many takes seconds */
 
 /* Indices of points as height_field_build numbers them: the surface row by row, then `rim` points at the base, the
  * first below (0, 0), counter-clockwise. The caller frees `vertices`. A field of at most OUTLINE_MAX points is taken as
