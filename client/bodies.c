@@ -110,7 +110,7 @@ static const char *unfit(const collided_body_def *def)
     if ((unsigned)def->ccd > COLLIDED_CCD_FULL) return "ccd";
     if (!(def->deadline_s >= 0.0) || def->deadline_s > 1e9) return "deadline_s";
     for (size_t i = 0; i < def->shape_count; i++)
-        if ((unsigned)def->shapes[i].type > COLLIDED_MESH) return "shapes' type";
+        if ((unsigned)def->shapes[i].type > COLLIDED_HEIGHT_FIELD) return "shapes' type";
     return NULL;
 }
 

@@ -147,10 +147,11 @@ typedef enum collided_shape_type {
     COLLIDED_ELLIPSOID,
     COLLIDED_HALFSPACE,
     COLLIDED_HULL,
-    COLLIDED_MESH
+    COLLIDED_MESH,
+    COLLIDED_HEIGHT_FIELD
 } collided_shape_type;
 
-/* A shape, made by one of the makers below: convex, or a mesh. */
+/* A shape, made by one of the makers below: convex, a mesh, or a height field. */
 typedef struct collided_shape {
     collided_shape_type type;
     double half[3];     /* half extents, axis of revolution z: see the makers below */
@@ -170,6 +171,7 @@ collided_shape collided_ellipsoid(double x, double y, double z); /* an ellipsoid
 collided_shape collided_halfspace(void);                         /* a half-space: all points with z <= 0 */
 collided_shape collided_hull(collided_geometry points);          /* a convex hull, made by collided_create_hull */
 collided_shape collided_mesh(collided_geometry triangles);       /* a triangle mesh, made by collided_create_mesh */
+collided_shape collided_height_field(collided_geometry heights); /* ground, made by collided_create_height_field */
 
 /* Makes a convex hull of points. There are `count` of them (x, y, z each); the daemon builds it. The same points give
  * the same geometry. The points, in metres, are copied. Hash 0 on failure. */
@@ -184,6 +186,17 @@ collided_geometry collided_create_hull(collided *c, const double *points, size_t
  */
 collided_geometry collided_create_mesh(
     collided *c, const double *points, size_t count, const int32_t *triangles, size_t triangle_count);
+
+/* Makes ground of heights over a grid. There are rows x columns `heights` in metres, at least 2 of each, row by row.
+ * The grid is centred: column c stands at x = (c - (columns - 1) / 2) spacing_x and row r at y = (r - (rows - 1) / 2)
+ * spacing_y, so that row 0 has the least y; z is the height as it is given. Each cell is two triangles, cut by the
+ * diagonal from (column, row) to (column + 1, row + 1). It is a solid: all between that surface and a flat base `base`
+ * below the lowest height; spacing and base are above 0. There are no holes: NaN and infinity are refused. At most
+ * 4,194,304 triangles, two a cell and three for each step along the rim (1,446 x 1,446 heights). The same heights,
+ * spacing and base give the same geometry. Copied. Hash 0 on failure.
+ */
+collided_geometry collided_create_height_field(
+    collided *c, const double *heights, size_t rows, size_t columns, double spacing_x, double spacing_y, double base);
 
 /* ---- bodies ---- */
 
@@ -445,13 +458,12 @@ typedef struct collided_certificate {
  * support points along the axis and the witness points: is it true that lo <= signed distance, and that it is <= hi
  * when the points are apart? `hull_a`, `hull_b`: the points of hulls (count triples), NULL otherwise. Pure; any thread.
  * COLLIDED_OK; COLLIDED_REJECTED if the certificate does not prove its claim; COLLIDED_BAD_ARGUMENT if a shape, pose or
- * hull is not usable, or a shape is a mesh: no axis proves the distance of what is not convex. (A mesh's
- * vertices, passed as a hull, with hi = INFINITY: what keeps their hull at least lo away keeps the mesh there, too.)
- * With lo = -INFINITY hi alone is checked, with hi = INFINITY lo alone. Sizes whose squares overflow are REJECTED.
- * Rounding is allowed for
- * by 64 * 2^-53 times the sizes of the shapes and the distance of the bodies (for the points: and their coordinates),
- * so a claim that is wrong by 1e-9 of these is refused. That the shapes overlap by as much as a negative hi says is not
- * proven by points; what contradicts it is refused. */
+ * hull is not usable, or a shape is a mesh or height field: no axis proves the distance of what is not convex. (A
+ * mesh's vertices, passed as a hull, with hi = INFINITY: what keeps their hull at least lo away keeps the mesh there,
+ * too.) With lo = -INFINITY hi alone is checked, with hi = INFINITY lo alone. Sizes whose squares overflow are
+ * REJECTED. Rounding is allowed for by 64 * 2^-53 times the sizes of the shapes and the distance of the bodies (for the
+ * points: and their coordinates), so a claim that is wrong by 1e-9 of these is refused. That the shapes overlap by as
+ * much as a negative hi says is not proven by points; what contradicts it is refused. */
 collided_status collided_verify(const collided_shape *a, const collided_pose *pose_a, const double *hull_a,
     size_t hull_a_count, const collided_shape *b, const collided_pose *pose_b, const double *hull_b,
     size_t hull_b_count, const collided_certificate *claim);

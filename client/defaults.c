@@ -92,3 +92,10 @@ collided_shape collided_mesh(collided_geometry triangles)
     mesh.geometry = triangles;
     return mesh;
 }
+
+collided_shape collided_height_field(collided_geometry heights)
+{
+    collided_shape field = shape(COLLIDED_HEIGHT_FIELD, 0, 0, 0, 0);
+    field.geometry = heights;
+    return field;
+}

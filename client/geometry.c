@@ -1,7 +1,11 @@
-/* geometry: hulls and meshes under the hash of their content, announced once, in pieces. The caller's thread. */
+/* geometry: hulls, meshes and height fields under the hash of their content, announced once, in pieces. The caller's
+ * thread. */
 #include "allocate.h"
 #include "message.h"
 #include "session.h"
+
+#include <stdlib.h>
+#include <string.h>
 
 typedef struct content {
     uint8_t kind;
@@ -107,4 +111,33 @@ collided_geometry collided_create_mesh(
     content g = content_of(WIRE_GEOMETRY_MESH, (wire_f64s){(uint32_t)(3 * count), points},
         (wire_i32s){(uint32_t)(3 * triangle_count), triangles});
     return create(c, &g, "mesh");
+}
+
+/* Spacing and base go in front of the heights. */
+static content content_of_field(const double head[WIRE_FIELD_HEAD], const double *heights, const int32_t sizes[2])
+{
+    size_t count = (size_t)sizes[0] * (size_t)sizes[1];
+    double *numbers = allocate(WIRE_FIELD_HEAD + count, sizeof *numbers);
+    memcpy(numbers, head, WIRE_FIELD_HEAD * sizeof *numbers);
+    memcpy(numbers + WIRE_FIELD_HEAD, heights, count * sizeof *numbers);
+    return content_of(
+        WIRE_GEOMETRY_HEIGHT_FIELD, (wire_f64s){(uint32_t)(WIRE_FIELD_HEAD + count), numbers}, (wire_i32s){2, sizes});
+}
+
+collided_geometry collided_create_height_field(
+    collided *c, const double *heights, size_t rows, size_t columns, double spacing_x, double spacing_y, double base)
+{
+    const size_t most = WIRE_GEOMETRY_MAX - WIRE_FIELD_HEAD - 2; /* heights */
+    if (!heights || rows < 2 || columns < 2 || rows > most / columns) {
+        (void)session_fail(c, COLLIDED_BAD_ARGUMENT,
+            "a height field has at least 2 rows and 2 columns, and at most %zu heights, not %zu x %zu", most, rows,
+            columns);
+        return (collided_geometry){0};
+    }
+    const double head[WIRE_FIELD_HEAD] = {spacing_x, spacing_y, base};
+    const int32_t sizes[2] = {(int32_t)columns, (int32_t)rows};
+    content g = content_of_field(head, heights, sizes);
+    collided_geometry made = create(c, &g, "height field");
+    free((void *)g.points.at);
+    return made;
 }

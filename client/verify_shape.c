@@ -72,8 +72,8 @@ bool placed_make(placed *p, const collided_shape *shape, const collided_pose *bo
     bool is_hull = shape->type == COLLIDED_HULL;
     bool sizes = all_finite(shape->half, 3) && isfinite(shape->radius) && shape->radius >= 0 && shape->half[0] >= 0 &&
                  shape->half[1] >= 0 && shape->half[2] >= 0;
-    if (shape->type == COLLIDED_MESH || !sizes || !quat_of(body, &world) || !quat_of(&shape->pose, &local))
-        return false;
+    bool concave = shape->type == COLLIDED_MESH || shape->type == COLLIDED_HEIGHT_FIELD;
+    if (concave || !sizes || !quat_of(body, &world) || !quat_of(&shape->pose, &local)) return false;
     if (is_hull && (!points || !count || !all_finite(points, 3 * count))) return false;
     *p = (placed){.shape = shape, .points = points, .point_count = is_hull ? count : 0, .body = vec_of(body->position)};
     quat both = product(world, local);
@@ -133,7 +133,8 @@ static real core_support(const placed *p, vec d)
         return 0;
     case COLLIDED_HULL:
         return hull_support(p, d);
-    case COLLIDED_MESH: /* placed_make takes none */
+    case COLLIDED_MESH: /* placed_make takes neither */
+    case COLLIDED_HEIGHT_FIELD:
         break;
     }
     return INFINITY;
@@ -364,6 +365,7 @@ static real core_distance(const placed *p, vec q)
     case COLLIDED_HULL:
         return hull_distance(p, q);
     case COLLIDED_MESH: /* placed_make takes none */
+    case COLLIDED_HEIGHT_FIELD:
         break;
     }
     return INFINITY;

@@ -4,17 +4,27 @@
 #define COLLIDED_LOADERS_BODY_H
 
 #include "collided.h"
+#include "heights.h"
 #include "mesh.h"
 
 enum { LOAD_SHAPES_MAX = 256 /* WIRE_SHAPES_MAX */, LOAD_RULES_MAX = 1024 /* WIRE_RULES_MAX */ };
 
-/* One shape. A hull's points come with it, or from a mesh file; a mesh's triangles from a file. */
+/* Of a height field. */
+typedef struct load_heights {
+    const char *path;
+    double spacing[2], base; /* m: between columns and between rows; see collided_create_height_field */
+    const double *range;     /* m, of a picture: black and white; NULL of text */
+    heights_grid grid;
+} load_heights;
+
+/* One shape. A hull's points come with it, or from a mesh file; a mesh's triangles and heights from a file. */
 typedef struct load_shape {
     collided_shape shape; /* its geometry is set when it is announced */
     const char *mesh;     /* path of the file; NULL = none */
     double scale[3];
     mesh_points points;
     mesh_triangles triangles; /* of a mesh */
+    load_heights heights;     /* of a height field */
 } load_shape;
 
 typedef struct load_body {
@@ -36,7 +46,7 @@ typedef struct load_bodies {
     size_t count;
 } load_bodies;
 
-/* Reads the mesh files of a body's shapes. A file that was given before is read again: files are small. */
+/* Reads the files of a body's shapes. A file that was given before is read again: files are small. */
 bool load_body_meshes(pool *p, load_body *body, load_report *r);
 
 /* Tells the daemon: the hulls and meshes, then the body, under the number `id` (-1 = the next free one). The body's id

@@ -19,10 +19,14 @@ static void fill(const load_body *body, collided_body_def *def)
 static bool create_geometry(collided *c, const load_shape *from, collided_shape *to)
 {
     const mesh_triangles *t = &from->triangles;
+    const load_heights *h = &from->heights;
     if (to->type == COLLIDED_HULL)
         to->geometry = collided_create_hull(c, from->points.at, from->points.count);
     else if (to->type == COLLIDED_MESH)
         to->geometry = collided_create_mesh(c, t->points, t->point_count, t->corners, t->count);
+    else if (to->type == COLLIDED_HEIGHT_FIELD)
+        to->geometry = collided_create_height_field(
+            c, h->grid.at, h->grid.rows, h->grid.columns, h->spacing[0], h->spacing[1], h->base);
     else
         return true;
     return to->geometry.hash != 0;

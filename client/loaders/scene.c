@@ -55,19 +55,22 @@ static bool take_name(const reader *in, const char *what, const char *name, cons
 /* ---- shapes ---- */
 
 enum { SIZE = 1, SEMI_AXES = 2, RADIUS = 4, LENGTH = 8, HEIGHT = 16, POINTS = 32, MESH = 64, SCALE = 128 };
+enum { HEIGHTS = 256, SPACING = 512, BASE = 1024, RANGE = 2048 }; /* of height fields */
 static const struct {
     unsigned bit;
     const char *key;
 } keys[] = {{SIZE, "size"}, {SEMI_AXES, "semi_axes"}, {RADIUS, "radius"}, {LENGTH, "length"}, {HEIGHT, "height"},
-    {POINTS, "points"}, {MESH, "mesh"}, {SCALE, "scale"}};
+    {POINTS, "points"}, {MESH, "mesh"}, {SCALE, "scale"}, {HEIGHTS, "heights"}, {SPACING, "spacing"}, {BASE, "base"},
+    {RANGE, "range"}};
 
 static unsigned keys_given(const yaml_shape *s)
 {
     return (s->size ? SIZE : 0) | (s->semi_axes ? SEMI_AXES : 0) | (s->radius ? RADIUS : 0) | (s->length ? LENGTH : 0) |
-           (s->height ? HEIGHT : 0) | (s->points ? POINTS : 0) | (s->mesh ? MESH : 0) | (s->scale ? SCALE : 0);
+           (s->height ? HEIGHT : 0) | (s->points ? POINTS : 0) | (s->mesh ? MESH : 0) | (s->scale ? SCALE : 0) |
+           (s->heights ? HEIGHTS : 0) | (s->spacing ? SPACING : 0) | (s->base ? BASE : 0) | (s->range ? RANGE : 0);
 }
 
-/* A hull takes its points from either of two keys. */
+/* A hull takes its points from either of two keys; pictures need a range that text must not have (heights.h tells). */
 static unsigned keys_wanted(const yaml_shape *s)
 {
     static const unsigned wanted[] = {
@@ -80,7 +83,9 @@ static unsigned keys_wanted(const yaml_shape *s)
         [COLLIDED_HALFSPACE] = 0,
         [COLLIDED_HULL] = POINTS,
         [COLLIDED_MESH] = MESH,
+        [COLLIDED_HEIGHT_FIELD] = HEIGHTS | SPACING | BASE,
     };
+    if (s->type == COLLIDED_HEIGHT_FIELD && s->range) return wanted[s->type] | RANGE;
     if (s->mesh && (s->type == COLLIDED_HULL || s->type == COLLIDED_MESH)) return MESH | (s->scale ? SCALE : 0);
     return wanted[s->type];
 }
@@ -141,9 +146,28 @@ static void fill_sizes(const yaml_shape *s, collided_shape *out)
     case COLLIDED_HALFSPACE:
     case COLLIDED_HULL:
     case COLLIDED_MESH:
+    case COLLIDED_HEIGHT_FIELD:
         break;
     }
     if (s->rounding) out->radius += *s->rounding;
+}
+
+static bool take_heights(const reader *in, const yaml_shape *from, load_heights *out)
+{
+    out->path = text_beside(in->pool, in->folder, from->heights);
+    for (int i = 0; i < 2; i++) out->spacing[i] = from->spacing[i];
+    out->base = *from->base;
+    for (int i = 0; i < 2; i++)
+        if (!(out->spacing[i] > 0) || isinf(out->spacing[i]))
+            return load_fail(in->report, "%s: spacing is %g: must be finite and above 0", in->where, out->spacing[i]);
+    if (!(out->base > 0) || isinf(out->base))
+        return load_fail(in->report, "%s: base is %g: must be finite and above 0", in->where, out->base);
+    if (!from->range) return true;
+    if (!finite_all(from->range, 2)) return load_fail(in->report, "%s: range is not finite", in->where);
+    double *range = pool_alloc(in->pool, 2, sizeof *range);
+    memcpy(range, from->range, 2 * sizeof *range);
+    out->range = range;
+    return true;
 }
 
 static bool take_shape(const reader *in, const yaml_shape *from, load_shape *out)
@@ -159,6 +183,7 @@ static bool take_shape(const reader *in, const yaml_shape *from, load_shape *out
             memcpy(points + 3 * i, from->points[i].at, 3 * sizeof *points);
         out->points = (mesh_points){points, from->points_count};
     }
+    if (from->heights && !take_heights(in, from, &out->heights)) return false;
     return take_pose(in, from->pose, &out->shape.pose);
 }
 

@@ -25,9 +25,10 @@
  *
  * Shapes: sphere (radius), capsule (radius, length of its cylinder), box (size), cylinder (radius, height), cone
  * (radius, height), ellipsoid (semi_axes), halfspace (z <= 0), hull (points: [[x, y, z], ...] or mesh: FILE, with
- * scale), mesh (mesh: FILE, with scale: its triangles as they are, a solid when closed); each with `pose` and
- * `rounding` (m). Unknown keys, keys that do not belong to the type, aliases and numbers that are not finite are
- * refused. */
+ * scale), mesh (mesh: FILE, with scale: its triangles as they are, a solid when closed), height_field (heights: FILE, a
+ * text matrix in metres or a grey PNG with range: [black, white] in metres, see heights.h; spacing: [x, y]; base: how
+ * far its flat base lies below the lowest height); each with `pose` and `rounding` (m). Unknown keys, keys that do not
+ * belong to the type, aliases and numbers that are not finite are refused. */
 #ifndef COLLIDED_LOADERS_SCENE_H
 #define COLLIDED_LOADERS_SCENE_H
 
@@ -52,7 +53,8 @@ typedef struct scene {
 
 enum { SCENE_SIZE_MAX = 16 << 20 /* bytes */ };
 
-/* `file` is for messages, and the folder that paths are relative to. Mesh files are not read yet: load_body_meshes. */
+/* `file` is for messages, and the folder that paths are relative to. Files of meshes and heights are not read yet:
+ * load_body_meshes. */
 bool scene_parse(scene *out, pool *p, const char *data, size_t size, const char *file, load_report *r);
 
 #endif

@@ -30,6 +30,7 @@ static const cyaml_strval_t types[] = {
     {"halfspace", COLLIDED_HALFSPACE},
     {"hull", COLLIDED_HULL},
     {"mesh", COLLIDED_MESH},
+    {"height_field", COLLIDED_HEIGHT_FIELD},
 };
 static const cyaml_strval_t motions[] = {{"moving", COLLIDED_MOVING}, {"fixed", COLLIDED_FIXED}};
 
@@ -52,6 +53,10 @@ static const cyaml_schema_field_t shape_fields[] = {
     NUMBERS("scale", yaml_shape, scale, 3),
     LIST("points", yaml_shape, points, &point, POINTS_MAX),
     OPTIONAL_TEXT("mesh", yaml_shape, mesh),
+    OPTIONAL_TEXT("heights", yaml_shape, heights),
+    NUMBERS("spacing", yaml_shape, spacing, 2),
+    CYAML_FIELD_FLOAT_PTR("base", OPTIONAL, yaml_shape, base),
+    NUMBERS("range", yaml_shape, range, 2),
     CYAML_FIELD_MAPPING_PTR("pose", OPTIONAL, yaml_shape, pose, pose_fields),
     CYAML_FIELD_END,
 };

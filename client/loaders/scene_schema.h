@@ -28,6 +28,10 @@ typedef struct yaml_shape {
     yaml_point *points;
     unsigned points_count;
     char *mesh;
+    char *heights;   /* path */
+    double *spacing; /* 2 */
+    double *base;
+    double *range; /* 2 */
     yaml_pose *pose;
 } yaml_shape;
 

@@ -205,14 +205,15 @@ static uint32_t thin_out(double *points, uint32_t count, double *excess)
     return kept;
 }
 
-static bool build_hull(mesh *m)
+static bool build_hull(mesh *m, const mesh_outline *outline)
 {
-    uint32_t count = m->vertex_count, before = UINT32_MAX;
-    double *points = base_alloc(3 * (size_t)count, sizeof *points), excess = 0;
+    uint32_t count = outline ? outline->count : m->vertex_count, before = UINT32_MAX;
+    double *points = base_alloc(3 * (size_t)count, sizeof *points), excess = outline ? outline->excess : 0;
     for (uint32_t i = 0; i < count; i++) {
-        points[3 * i] = m->vertices[i].x;
-        points[3 * i + 1] = m->vertices[i].y;
-        points[3 * i + 2] = m->vertices[i].z;
+        vec3 v = m->vertices[outline ? outline->vertices[i] : i];
+        points[3 * i] = v.x;
+        points[3 * i + 1] = v.y;
+        points[3 * i + 2] = v.z;
     }
     while (count > HULL_VERTICES_MAX && count < before) {
         before = count;
@@ -237,6 +238,12 @@ static void measure(mesh *m)
 
 mesh_status mesh_build(const double *points, size_t count, const int32_t *corners, size_t triangles, mesh **out)
 {
+    return mesh_build_within(points, count, corners, triangles, NULL, out);
+}
+
+mesh_status mesh_build_within(const double *points, size_t count, const int32_t *corners, size_t triangles,
+    const mesh_outline *outline, mesh **out)
+{
     *out = NULL;
     mesh_status status = check_input(points, count, corners, triangles);
     if (status != MESH_OK) return status;
@@ -251,7 +258,7 @@ mesh_status mesh_build(const double *points, size_t count, const int32_t *corner
     drop_flat(m);
     if (m->triangle_count == 0)
         status = MESH_NO_TRIANGLES;
-    else if (!build_hull(m))
+    else if (!build_hull(m, outline))
         status = MESH_WIDE_HULL;
     if (status == MESH_OK)
         mesh_tree_build(m);

@@ -53,8 +53,9 @@ typedef struct mesh {
     double unit;              /* a power of two, m: the boxes' unit, so that floats hold any mesh */
     bool solid;
     mesh_findings found;
-    hull *hull;     /* convex hull of all vertices; flat when the mesh is */
-    double max_abs; /* max |coordinate| */
+    hull *hull;             /* convex hull of all vertices; flat when the mesh is */
+    double max_abs;         /* max |coordinate| */
+    uint32_t rows, columns; /* of the height field that it was made of (height_field.h); 0: of none */
 } mesh;
 
 typedef enum mesh_status {

@@ -4,6 +4,19 @@
 
 #include "mesh.h"
 
+/* Points that a convex hull is made of, where all of them would be too many: no other is outside of it by more than
+ * `excess`. */
+typedef struct mesh_outline {
+    const uint32_t *vertices; /* indices of points */
+    uint32_t count;
+    double excess;
+} mesh_outline;
+
+/* mesh_build with an outline of its hull, or NULL. With one, no two points may be equal and each must have a triangle,
+ * so that vertices are numbered as points are. */
+mesh_status mesh_build_within(const double *points, size_t count, const int32_t *corners, size_t triangle_count,
+    const mesh_outline *outline, mesh **out);
+
 /* Looks at the edges: turns triangles that disagree with their neighbours where that mends it, and says whether what
  * comes out has an inside. Fills found.turned, inside_out, *_edges, and solid. */
 void mesh_orient(mesh *m);

@@ -21,6 +21,7 @@ static const struct {
     {"libsystemd.so", "libsystemd0"},
     {"libassimp.so", "libassimp5"},
     {"libcyaml.so", "libcyaml1"},
+    {"libpng16.so", "libpng16-16"},
     {"libxml2.so", "libxml2"},
 };
 

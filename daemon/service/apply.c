@@ -144,18 +144,25 @@ void apply_poses(service *s, struct link *from, const wire_pose_batch *m, bool m
 
 /* ---- bodies ---- */
 
+/* A height field is a mesh to all that comes after. */
+static shape_type type_of(uint8_t wire_type)
+{
+    return wire_type == WIRE_SHAPE_HEIGHT_FIELD ? SHAPE_MESH : (shape_type)wire_type;
+}
+
 static bool gather_shapes(service *s, const wire_body *m, wire_refusal *why)
 {
     s->shapes.count = 0;
     for (uint32_t i = 0; i < m->shape_types.count; i++) {
         const double *size = m->shape_sizes.at + 3 * (size_t)i, *at = m->shape_poses.at + 7 * (size_t)i;
-        world_shape shape = {.shape = {.type = (shape_type)m->shape_types.at[i],
-                                 .radius = m->shape_radii.at[i],
-                                 .half = vec(size[0], size[1], size[2])},
+        uint8_t type = m->shape_types.at[i];
+        world_shape shape = {
+            .shape = {.type = type_of(type), .radius = m->shape_radii.at[i], .half = vec(size[0], size[1], size[2])},
             .local = {vec(at[0], at[1], at[2]), quat_unit((quat){at[3], at[4], at[5], at[6]})}};
-        if (m->shape_geometries.at[i] != 0 && !geometry_lend(s, m->shape_geometries.at[i], &shape.shape)) {
+        if (m->shape_geometries.at[i] != 0 && !geometry_lend(s, m->shape_geometries.at[i], type, &shape.shape)) {
             refuse(why, WIRE_UNKNOWN_GEOMETRY, "shape_geometries[%u]: %s %016" PRIx64 " has not come", i,
-                shape_type_name(shape.shape.type), (uint64_t)m->shape_geometries.at[i]);
+                type == WIRE_SHAPE_HEIGHT_FIELD ? "height field" : shape_type_name(shape.shape.type),
+                (uint64_t)m->shape_geometries.at[i]);
             return false;
         }
         array_push(&s->shapes, shape);

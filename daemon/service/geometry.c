@@ -1,9 +1,9 @@
-/* geometry: hulls and meshes by the hash of their content. One is built when its last piece has come; it goes when no
- * body holds it and its sender is gone or took it back. Tick thread. */
+/* geometry: hulls, meshes and height fields by the hash of their content. One is built when its last piece has come; it
+ * goes when no body holds it and its sender is gone or took it back. Tick thread. */
 #include "service.h"
 
 #include "base/log.h"
-#include "geom/mesh.h"
+#include "geom/height_field.h"
 
 #include <inttypes.h>
 #include <stdio.h>
@@ -93,6 +93,44 @@ static wire_reason build_mesh(geometry *g, wire_refusal *why)
     return why->reason = large ? WIRE_TOO_LARGE : WIRE_BAD_SIZE;
 }
 
+static wire_reason build_height_field(geometry *g, wire_refusal *why)
+{
+    const double *head = g->vertices;
+    int32_t columns = g->indices[0], rows = g->indices[1];
+    int64_t heights = (int64_t)g->vertex_numbers - WIRE_FIELD_HEAD;
+    if (columns < 2 || rows < 2 || (int64_t)columns * rows != heights) { /* they came in pieces of their own */
+        snprintf(why->text, sizeof why->text, "indices: %d columns and %d rows are not %" PRId64 " heights", columns,
+            rows, heights);
+        return why->reason = WIRE_MALFORMED;
+    }
+    const height_field field = {.rows = (uint32_t)rows,
+        .columns = (uint32_t)columns,
+        .dx = head[0],
+        .dy = head[1],
+        .base = head[2],
+        .heights = head + WIRE_FIELD_HEAD};
+    height_field_status status = height_field_build(&field, &g->mesh);
+    if (status == HEIGHT_FIELD_OK) {
+        log_info("height field %016" PRIx64 " has %d rows and %d columns", (uint64_t)g->hash, rows, columns);
+        return WIRE_OK;
+    }
+    bool large = status == HEIGHT_FIELD_TOO_MANY || status == HEIGHT_FIELD_NO_MESH;
+    snprintf(why->text, sizeof why->text, "vertices, indices: %s", height_field_status_text(status));
+    return why->reason = large ? WIRE_TOO_LARGE : WIRE_BAD_SIZE;
+}
+
+static wire_reason build_kind(geometry *g, wire_refusal *why)
+{
+    switch (g->kind) {
+    case WIRE_GEOMETRY_MESH:
+        return build_mesh(g, why);
+    case WIRE_GEOMETRY_HEIGHT_FIELD:
+        return build_height_field(g, why);
+    default:
+        return build_hull(g, why);
+    }
+}
+
 static wire_reason build(service *s, geometry *g, wire_refusal *why)
 {
     wire_f64s vertices = {(uint32_t)g->vertex_numbers, g->vertices};
@@ -100,7 +138,7 @@ static wire_reason build(service *s, geometry *g, wire_refusal *why)
         drop(s, g);
         return refuse(why, WIRE_BAD_HASH, "hash: the content has another one");
     }
-    if ((g->kind == WIRE_GEOMETRY_MESH ? build_mesh(g, why) : build_hull(g, why)) != WIRE_OK) {
+    if (build_kind(g, why) != WIRE_OK) {
         drop(s, g);
         return why->reason;
     }
@@ -155,13 +193,21 @@ static void retract(service *s, geometry *g, int64_t client)
     }
 }
 
-/* So large a hull or mesh is refused at its first piece, before memory is set aside for it. */
+/* So large a hull, mesh or height field is refused at its first piece, before memory is set aside for it. Each height
+ * brings about two triangles. */
 static wire_reason check_size(const wire_geometry *m, wire_refusal *why)
 {
-    bool mesh = m->kind == WIRE_GEOMETRY_MESH;
-    if (mesh ? m->index_numbers <= 3 * MESH_TRIANGLES_MAX : m->vertex_numbers <= 3 * HULL_VERTICES_MAX) return WIRE_OK;
+    bool mesh = m->kind == WIRE_GEOMETRY_MESH, field = m->kind == WIRE_GEOMETRY_HEIGHT_FIELD;
+    int32_t numbers = mesh ? m->index_numbers : m->vertex_numbers;
+    int32_t most = mesh    ? 3 * MESH_TRIANGLES_MAX
+                   : field ? WIRE_FIELD_HEAD + MESH_TRIANGLES_MAX / 2
+                           : 3 * HULL_VERTICES_MAX;
+    if (numbers <= most) return WIRE_OK;
     if (mesh)
         snprintf(why->text, sizeof why->text, "index_numbers: a mesh has at most %d triangles", MESH_TRIANGLES_MAX);
+    else if (field)
+        snprintf(why->text, sizeof why->text, "vertex_numbers: a height field has at most %d triangles, two a cell",
+            MESH_TRIANGLES_MAX);
     else
         snprintf(why->text, sizeof why->text, "vertex_numbers: a hull has at most %d points", HULL_VERTICES_MAX);
     return why->reason = WIRE_TOO_LARGE;
@@ -174,8 +220,6 @@ wire_reason geometry_put(service *s, const wire_geometry *m, wire_refusal *why)
         if (g) retract(s, g, m->client);
         return WIRE_OK;
     }
-    if (m->kind == WIRE_GEOMETRY_HEIGHT_FIELD)
-        return refuse(why, WIRE_UNSUPPORTED, "kind: height fields are not supported by this release; send a mesh");
     if (check_size(m, why) != WIRE_OK) return why->reason;
     if (!g && apply_limit(s, s->geometry_of.count, s->config.max_geometries, "max_geometries", why)) return why->reason;
     if (!g) g = add(s, m);
@@ -183,10 +227,17 @@ wire_reason geometry_put(service *s, const wire_geometry *m, wire_refusal *why)
     return is_whole(g) ? WIRE_OK : put_piece(s, g, m, why);
 }
 
-bool geometry_lend(const service *s, int64_t hash, shape *to)
+/* What a shape of this type on the wire is made of. */
+static uint8_t kind_for(uint8_t wire_type)
+{
+    if (wire_type == WIRE_SHAPE_HEIGHT_FIELD) return WIRE_GEOMETRY_HEIGHT_FIELD;
+    return wire_type == WIRE_SHAPE_MESH ? WIRE_GEOMETRY_MESH : WIRE_GEOMETRY_HULL;
+}
+
+bool geometry_lend(const service *s, int64_t hash, uint8_t wire_type, shape *to)
 {
     const geometry *g = find(s, hash);
-    if (!g || !is_whole(g) || (to->type == SHAPE_MESH) != (g->mesh != NULL)) return false;
+    if (!g || !is_whole(g) || g->kind != kind_for(wire_type)) return false;
     to->mesh = g->mesh;
     to->hull = g->mesh ? g->mesh->hull : g->hull;
     return true;

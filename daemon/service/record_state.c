@@ -2,6 +2,8 @@
  * recording that begins in the middle begins with it. Tick thread. */
 #include "service.h"
 
+#include "geom/mesh.h"
+
 #include <stdlib.h>
 
 /* `client`: whose it is when none announces it any more, but a body holds it. */
@@ -41,13 +43,19 @@ typedef struct columns { /* of the shapes and rules of one body */
     world_shape shapes[WIRE_SHAPES_MAX];
 } columns;
 
+static uint8_t wire_type_of(const shape *s)
+{
+    bool field = s->type == SHAPE_MESH && s->mesh->rows;
+    return field ? WIRE_SHAPE_HEIGHT_FIELD : (uint8_t)s->type;
+}
+
 static void fill_shapes(columns *c, const world_body *def, const owned_body *b, wire_body *m)
 {
     uint32_t n = (uint32_t)def->shape_count;
     size_t lent = 0;
     for (uint32_t i = 0; i < n; i++) {
         const shape *s = &c->shapes[i].shape;
-        c->types[i] = (uint8_t)s->type;
+        c->types[i] = wire_type_of(s);
         c->sizes[3 * i] = s->half.x;
         c->sizes[3 * i + 1] = s->half.y;
         c->sizes[3 * i + 2] = s->half.z;

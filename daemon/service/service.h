@@ -1,7 +1,7 @@
 /* service: the parts that stand between the links and the world, and what they share. Tick thread only.
  *
  *   inbox    commands of a tick, in canonical order          session  clients, and what is theirs
- *   apply    commands to the world, refusals                 geometry hulls, meshes by content hash
+ *   apply    commands to the world, refusals                 geometry hulls, meshes, height fields by content hash
  *   stream   the world's events to the links                 answer   queries
  *   health   status and counters                             record   recordings
  *   tick     one tick, live or replayed                  server   the loop */
@@ -172,8 +172,8 @@ typedef struct geometry_share { /* what one piece holds of the whole: vertices f
 } geometry_share;
 geometry_share geometry_share_of(const geometry *g, int32_t piece);
 wire_reason geometry_put(service *s, const wire_geometry *m, wire_refusal *why);
-/* The hull or mesh of a shape of that type; false: it has not come, or is of another kind. */
-bool geometry_lend(const service *s, int64_t hash, shape *to);
+/* The hull or mesh of a shape of that type, WIRE_SHAPE_*; false: it has not come, or is of another kind. */
+bool geometry_lend(const service *s, int64_t hash, uint8_t wire_type, shape *to);
 void geometry_hold(service *s, int64_t hash);
 void geometry_release(service *s, int64_t hash);
 void geometry_forget(service *s, int64_t client); /* what it announced and no body uses may go */

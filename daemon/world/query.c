@@ -103,10 +103,21 @@ static void explain_interests(const world *w, const body *x, const body *y, line
     if (!interest_wants(w, x, y)) line(l, "nobody is interested in it: it is not looked at\n");
 }
 
-static const char *kind_of(const shape *s)
+typedef struct kind_text {
+    char text[64];
+} kind_text;
+
+static kind_text kind_of(const shape *s)
 {
-    if (s->type != SHAPE_MESH) return shape_type_name(s->type);
-    return s->mesh->solid ? "mesh, a solid" : "mesh, a surface without an inside";
+    kind_text kind;
+    const mesh *m = s->type == SHAPE_MESH ? s->mesh : NULL;
+    if (m && m->rows)
+        snprintf(kind.text, sizeof kind.text, "height field, %u x %u", m->rows, m->columns);
+    else if (m)
+        snprintf(kind.text, sizeof kind.text, "mesh, a %s", m->solid ? "solid" : "surface without an inside");
+    else
+        snprintf(kind.text, sizeof kind.text, "%s", shape_type_name(s->type));
+    return kind;
 }
 
 static void explain_shapes(const world *w, const body *x, const body *y, lines *l)
@@ -117,7 +128,7 @@ static void explain_shapes(const world *w, const body *x, const body *y, lines *
             narrow_result r = between(w, a, b, 1e-9);
             bool paired = pair_find(w, x->shapes[i], y->shapes[k]) != PAIR_MAP_NONE;
             line(l, "shape %zu (%s) and shape %zu (%s): signed distance in [%.9g, %.9g] m by %s; fat boxes %s\n", i,
-                kind_of(&a->shape), k, kind_of(&b->shape), r.lo, r.hi, narrow_method_name(r.method),
+                kind_of(&a->shape).text, k, kind_of(&b->shape).text, r.lo, r.hi, narrow_method_name(r.method),
                 paired ? "meet" : "are apart, or the pair is not looked at");
         }
     }

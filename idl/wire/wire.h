@@ -95,6 +95,11 @@ typedef struct wire_client {
 
 enum { WIRE_GEOMETRY_HULL = 1, WIRE_GEOMETRY_MESH = 2, WIRE_GEOMETRY_HEIGHT_FIELD = 3 };
 
+/* The vertices of a height field are no points: the spacing of its columns (along x) and of its rows (along y), how far
+ * its base lies below the lowest height, all above 0; then the heights row by row, the row with the least y first. Its
+ * indices are the numbers of columns and of rows, at least 2 each. */
+enum { WIRE_FIELD_HEAD = 3 /* numbers before the heights */ };
+
 /* Geometry: a hull, mesh or height field under the hash of its content (wire_geometry_hash), sent once, in one or more
  * pieces. It is whole when all numbers have come. */
 typedef struct wire_geometry {
@@ -104,7 +109,7 @@ typedef struct wire_geometry {
     uint8_t removed;
     uint8_t kind; /* WIRE_GEOMETRY_* */
     int64_t hash;
-    int32_t vertex_numbers; /* of the whole: numbers in all vertices (three a vertex) */
+    int32_t vertex_numbers; /* of the whole: numbers in all vertices (three a vertex; see WIRE_FIELD_HEAD) */
     int32_t index_numbers;  /* of the whole: three a triangle; 0 for hulls; for a height field: 2 (columns, rows) */
     int32_t piece;          /* this piece, from 0: the numbers from piece * WIRE_PIECE_MAX on, vertices first, then */
     int32_t pieces;         /* indices. In so many pieces */
@@ -152,15 +157,16 @@ typedef struct wire_body {
 
 /* Sizes: half extents, axis of revolution z. */
 enum {
-    WIRE_SHAPE_SPHERE = 0,    /* 0 0 0; radius */
-    WIRE_SHAPE_CAPSULE = 1,   /* 0 0 half length of the segment; radius */
-    WIRE_SHAPE_BOX = 2,       /* half x, half y, half z */
-    WIRE_SHAPE_CYLINDER = 3,  /* r, r, half height */
-    WIRE_SHAPE_CONE = 4,      /* base r, base r, half height; apex at +z */
-    WIRE_SHAPE_ELLIPSOID = 5, /* semi-axes */
-    WIRE_SHAPE_HALFSPACE = 6, /* 0 0 0; solid below z = 0 */
-    WIRE_SHAPE_HULL = 7,      /* 0 0 0; geometry */
-    WIRE_SHAPE_MESH = 8       /* 0 0 0; geometry */
+    WIRE_SHAPE_SPHERE = 0,      /* 0 0 0; radius */
+    WIRE_SHAPE_CAPSULE = 1,     /* 0 0 half length of the segment; radius */
+    WIRE_SHAPE_BOX = 2,         /* half x, half y, half z */
+    WIRE_SHAPE_CYLINDER = 3,    /* r, r, half height */
+    WIRE_SHAPE_CONE = 4,        /* base r, base r, half height; apex at +z */
+    WIRE_SHAPE_ELLIPSOID = 5,   /* semi-axes */
+    WIRE_SHAPE_HALFSPACE = 6,   /* 0 0 0; solid below z = 0 */
+    WIRE_SHAPE_HULL = 7,        /* 0 0 0; geometry */
+    WIRE_SHAPE_MESH = 8,        /* 0 0 0; geometry */
+    WIRE_SHAPE_HEIGHT_FIELD = 9 /* 0 0 0; geometry. Centred in x and y */
 };
 
 /* PoseBatch: new poses of many bodies of one client. */

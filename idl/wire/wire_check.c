@@ -220,8 +220,9 @@ static wire_reason check_geometry_kind(const wire_geometry *m, wire_refusal *why
             FAIL(WIRE_MALFORMED, "a mesh has three numbers a vertex and a triangle, and at least one triangle");
         return WIRE_OK;
     case WIRE_GEOMETRY_HEIGHT_FIELD:
-        if (m->index_numbers != 2 || m->vertex_numbers < 4)
-            FAIL(WIRE_MALFORMED, "a height field has at least 4 numbers and 2 indices: columns, rows");
+        if (m->index_numbers != 2 || m->vertex_numbers < WIRE_FIELD_HEAD + 4)
+            FAIL(WIRE_MALFORMED,
+                "a height field has spacing x, y, base and 4 or more heights, and 2 indices: columns, rows");
         return WIRE_OK;
     default:
         FAIL(WIRE_MALFORMED, "kind is %u: 1 to 3 is allowed", m->kind);
@@ -237,6 +238,25 @@ static wire_reason check_indices(const wire_geometry *m, wire_refusal *why)
     return WIRE_OK;
 }
 
+/* As far as this piece shows it; what comes in other pieces is looked at when the field is built. */
+static wire_reason check_height_field(const wire_geometry *m, wire_refusal *why)
+{
+    static const char *const names[WIRE_FIELD_HEAD] = {"spacing x", "spacing y", "base"};
+    for (uint32_t i = 0; m->piece == 0 && i < WIRE_FIELD_HEAD; i++)
+        if (!(m->vertices.at[i] > 0))
+            FAIL(WIRE_BAD_SIZE, "vertices[%u], the %s of a height field, is %g m: above 0 is allowed", i, names[i],
+                m->vertices.at[i]);
+    if (m->indices.count < 2) return WIRE_OK;
+    int32_t columns = m->indices.at[0], rows = m->indices.at[1];
+    if (columns < 2 || rows < 2)
+        FAIL(WIRE_MALFORMED, "indices: a height field of %d columns and %d rows: at least 2 of each are allowed",
+            columns, rows);
+    int64_t heights = (int64_t)m->vertex_numbers - WIRE_FIELD_HEAD;
+    if ((int64_t)columns * rows != heights)
+        FAIL(WIRE_MALFORMED, "indices: %d columns and %d rows are not %" PRId64 " heights", columns, rows, heights);
+    return WIRE_OK;
+}
+
 static wire_reason check_geometry(const wire_geometry *m, wire_refusal *why)
 {
     TRY(check_sender(m->client, m->sequence, why));
@@ -249,6 +269,7 @@ static wire_reason check_geometry(const wire_geometry *m, wire_refusal *why)
     TRY(check_pieces(m, why));
     TRY(check_magnitudes("vertices", m->vertices, WIRE_SIZE_MAX, why));
     TRY(check_indices(m, why));
+    if (m->kind == WIRE_GEOMETRY_HEIGHT_FIELD) TRY(check_height_field(m, why));
     if (m->pieces == 1 && wire_geometry_hash(m->kind, m->vertices, m->indices) != m->hash)
         FAIL(WIRE_BAD_HASH, "the content does not have the hash %016" PRIx64, (uint64_t)m->hash);
     return WIRE_OK;
@@ -275,6 +296,7 @@ static const size_rule size_rules[] = {
     [WIRE_SHAPE_HALFSPACE] = {"half-space", .zero = true},
     [WIRE_SHAPE_HULL] = {"hull", .geometry = true},
     [WIRE_SHAPE_MESH] = {"mesh", .geometry = true},
+    [WIRE_SHAPE_HEIGHT_FIELD] = {"height field", .geometry = true},
 };
 
 static wire_reason check_shape_size(
@@ -309,7 +331,7 @@ static wire_reason check_shapes(const wire_body *m, wire_refusal *why)
 {
     uint32_t n = m->shape_types.count;
     if (n == 0) FAIL(WIRE_MALFORMED, "shape_types is empty: 1 to %d shapes are allowed", WIRE_SHAPES_MAX);
-    TRY(check_all_between("shape_types", m->shape_types, WIRE_SHAPE_SPHERE, WIRE_SHAPE_MESH, why));
+    TRY(check_all_between("shape_types", m->shape_types, WIRE_SHAPE_SPHERE, WIRE_SHAPE_HEIGHT_FIELD, why));
     TRY(check_count("shape_sizes", m->shape_sizes.count, 3, n, why));
     TRY(check_count("shape_radii", m->shape_radii.count, 1, n, why));
     TRY(check_count("shape_poses", m->shape_poses.count, 7, n, why));

@@ -292,6 +292,40 @@ static void hulls_are_announced_once_and_in_pieces(void **state)
     collided_close(c);
 }
 
+static void height_fields_are_announced_whole(void **state)
+{
+    (void)state;
+    enum { ROWS = 260, COLUMNS = 270 };
+    static double heights[ROWS * COLUMNS];
+    for (size_t i = 0; i < ROWS * COLUMNS; i++) heights[i] = (double)(i * 7919 % 10007);
+    fake_begin((fake_options){.repeats = true, .epoch = 1});
+    collided *c = fake_connect();
+    collided_geometry ground = collided_create_height_field(c, heights, ROWS, COLUMNS, 0.5, 0.25, 2);
+    assert_int_not_equal(ground.hash, 0);
+    assert_int_equal(collided_create_height_field(c, heights, ROWS, COLUMNS, 0.5, 0.25, 2).hash, ground.hash);
+    assert_int_not_equal(collided_create_height_field(c, heights, COLUMNS, ROWS, 0.5, 0.25, 2).hash, ground.hash);
+    assert_int_equal(collided_sync(c, 1.0), COLLIDED_OK);
+    assert_int_equal(fake_sent(WIRE_GEOMETRY), 4);
+    const wire_geometry *first = &fake_message(WIRE_GEOMETRY, 0)->geometry,
+                        *second = &fake_message(WIRE_GEOMETRY, 1)->geometry;
+    assert_int_equal(first->kind, WIRE_GEOMETRY_HEIGHT_FIELD);
+    assert_int_equal(first->vertex_numbers, WIRE_FIELD_HEAD + ROWS * COLUMNS);
+    assert_true(first->vertices.at[0] == 0.5 && first->vertices.at[1] == 0.25 && first->vertices.at[2] == 2);
+    assert_true(first->vertices.at[WIRE_FIELD_HEAD + 7] == heights[7]);
+    assert_true(second->vertices.at[0] == heights[WIRE_PIECE_MAX - WIRE_FIELD_HEAD]);
+    assert_true(second->indices.count == 2 && second->indices.at[0] == COLUMNS && second->indices.at[1] == ROWS);
+    assert_int_equal(collided_create_height_field(c, heights, 1, COLUMNS, 1, 1, 1).hash, 0);
+    assert_int_equal(collided_create_height_field(c, heights, ROWS, 1, 1, 1, 1).hash, 0);
+    assert_int_equal(collided_create_height_field(c, heights, SIZE_MAX, SIZE_MAX, 1, 1, 1).hash, 0);
+    assert_int_equal(collided_create_height_field(c, NULL, 2, 2, 1, 1, 1).hash, 0);
+    assert_int_equal(collided_create_height_field(c, heights, 2, 2, 0, 1, 1).hash, 0);
+    assert_non_null(strstr(collided_error(c), "spacing x of a height field"));
+    assert_int_equal(collided_create_height_field(c, heights, 2, 2, 1, 1, -1).hash, 0);
+    heights[3] = 0.0 / 0.0;
+    assert_int_equal(collided_create_height_field(c, heights, 2, 2, 1, 1, 1).hash, 0);
+    collided_close(c);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -309,6 +343,7 @@ int main(void)
         cmocka_unit_test(leaving_removes_bodies_before_the_client),
         cmocka_unit_test(leaving_keeps_what_was_to_be_kept),
         cmocka_unit_test(hulls_are_announced_once_and_in_pieces),
+        cmocka_unit_test(height_fields_are_announced_whole),
     };
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
     fake_begin((fake_options){0});

@@ -14,6 +14,8 @@ static void shapes_keep_half_of_what_people_measure(void **state)
     assert_true(cone.half[0] == 0.3 && cone.half[1] == 0.3 && cone.half[2] == 1.0);
     assert_true(collided_ellipsoid(1, 2, 3).half[2] == 3.0);
     assert_int_equal(collided_hull((collided_geometry){42}).geometry.hash, 42);
+    collided_shape ground = collided_height_field((collided_geometry){43});
+    assert_true(ground.type == COLLIDED_HEIGHT_FIELD && ground.geometry.hash == 43 && ground.half[2] == 0.0);
     assert_true(collided_sphere(0.5).pose.orientation[0] == 1.0);
 }
 

@@ -352,6 +352,8 @@ static void unusable_shapes_are_told_apart(void **state)
     collided_certificate claim = {0, 0, {1, 0, 0}, {0}, {0}};
     assert_int_equal(collided_verify(&good, &pose, NULL, 0, &bad, &pose, NULL, 0, &claim), COLLIDED_BAD_ARGUMENT);
     assert_int_equal(collided_verify(&good, &zero, NULL, 0, &good, &pose, NULL, 0, &claim), COLLIDED_BAD_ARGUMENT);
+    collided_shape ground = collided_height_field((collided_geometry){1}); /* not convex: no axis proves anything */
+    assert_int_equal(collided_verify(&ground, &pose, NULL, 0, &good, &pose, NULL, 0, &claim), COLLIDED_BAD_ARGUMENT);
     assert_int_equal(collided_verify(&hull, &pose, NULL, 0, &good, &pose, NULL, 0, &claim), COLLIDED_BAD_ARGUMENT);
 }
 

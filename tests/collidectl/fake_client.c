@@ -94,6 +94,15 @@ collided_geometry collided_create_mesh(
     return (collided_geometry){(int64_t)(count + triangle_count)};
 }
 
+collided_geometry collided_create_height_field(
+    collided *c, const double *heights, size_t rows, size_t columns, double spacing_x, double spacing_y, double base)
+{
+    (void)c;
+    fprintf(stderr, "height field %zu x %zu by %g x %g m, %g m at the end, base %g m\n", rows, columns, spacing_x,
+        spacing_y, heights[rows * columns - 1], base);
+    return (collided_geometry){(int64_t)(rows * columns)};
+}
+
 collided_body_def collided_body_def_default(void)
 {
     return (collided_body_def){.id = COLLIDED_NONE};

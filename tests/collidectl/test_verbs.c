@@ -48,6 +48,15 @@ static void a_later_run_goes_on_with_the_same_bodies(void **state)
     says("pose 3 -1.000 2.000 3.000 0.000\n");
 }
 
+static void ground_comes_from_a_file_of_heights(void **state)
+{
+    (void)state;
+    ask("load " DATA "/ground.yaml");
+    says("height field 2 x 3 by 0.5 x 0.25 m, -0.5 m at the end, base 2 m\n");
+    says("create 0 ground\n");
+    expect_failure(COLLIDECTL_FAKED, "load " DATA "/no_ground.yaml", EX_DATAERR, "none.txt");
+}
+
 static void removed_bodies_are_forgotten_and_numbers_not_used_again(void **state)
 {
     (void)state;
@@ -155,6 +164,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         WITH_STATE(a_later_run_goes_on_with_the_same_bodies),
+        WITH_STATE(ground_comes_from_a_file_of_heights),
         WITH_STATE(removed_bodies_are_forgotten_and_numbers_not_used_again),
         WITH_STATE(names_keep_their_bodies_apart),
         WITH_STATE(refused_bodies_are_not_remembered),

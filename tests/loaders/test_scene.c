@@ -67,6 +67,46 @@ static void every_shape_is_read(void **state)
     fixture_end(&f);
 }
 
+static void a_height_field_is_read_from_its_file(void **state)
+{
+    (void)state;
+    static const char text[] = "bodies:\n  - name: ground\n    motion: fixed\n    shapes:\n"
+                               "      - {type: height_field, heights: ground.txt, spacing: [0.5, 0.25], base: 2}\n"
+                               "      - {type: height_field, heights: ground8.png, spacing: [1, 1], base: 1, range: "
+                               "[0, 255], rounding: 0.125}\n";
+    fixture f;
+    scene s;
+    fixture_begin(&f);
+    if (!scene_parse(&s, &f.pool, text, sizeof text - 1, LOADERS_DATA "/test.yaml", &f.report))
+        fail_msg("%s", f.report.error);
+    load_body *ground = &s.bodies.at[0];
+    if (!load_body_meshes(&f.pool, ground, &f.report)) fail_msg("%s", f.report.error);
+    const load_heights *h = &ground->shapes[0].heights, *picture = &ground->shapes[1].heights;
+    assert_int_equal(ground->shapes[0].shape.type, COLLIDED_HEIGHT_FIELD);
+    assert_true(h->spacing[0] == 0.5 && h->spacing[1] == 0.25 && h->base == 2);
+    assert_true(h->grid.rows == 3 && h->grid.columns == 3 && h->grid.at[1] == 0.5);
+    assert_true(picture->grid.at[3] == 255 && ground->shapes[1].shape.radius == 0.125);
+    fixture_end(&f);
+}
+
+static void height_fields_that_cannot_be_are_refused(void **state)
+{
+    (void)state;
+#define FIELD(rest) BODY("{type: height_field, heights: a.txt" rest "}")
+    scene_is_refused(FIELD(", base: 1"), "needs the key 'spacing'");
+    scene_is_refused(FIELD(", spacing: [1, 1]"), "needs the key 'base'");
+    scene_is_refused(BODY("{type: height_field, spacing: [1, 1], base: 1}"), "needs the key 'heights'");
+    scene_is_refused(BODY("{type: box, size: [1, 1, 1], base: 1}"), "'base' does not belong");
+    scene_is_refused(BODY("{type: box, size: [1, 1, 1], range: [0, 1]}"), "'range' does not belong");
+    scene_is_refused(FIELD(", spacing: [1, 1], base: 1, mesh: a.stl"), "'mesh' does not belong");
+    scene_is_refused(FIELD(", spacing: [1, 0], base: 1"), "spacing is 0: must be finite and above 0");
+    scene_is_refused(FIELD(", spacing: [inf, 1], base: 1"), "spacing is inf");
+    scene_is_refused(FIELD(", spacing: [1, 1], base: -1"), "base is -1");
+    scene_is_refused(FIELD(", spacing: [1, 1], base: nan"), "base is nan");
+    scene_is_refused(FIELD(", spacing: [1, 1], base: 1, range: [0, inf]"), "range is not finite");
+    scene_is_refused(FIELD(", spacing: [1], base: 1"), "Insufficient entries");
+}
+
 static void robots_are_read_with_paths_beside_the_scene(void **state)
 {
     (void)state;
@@ -156,6 +196,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(bodies_are_read_as_they_are_written),
         cmocka_unit_test(every_shape_is_read),
+        cmocka_unit_test(a_height_field_is_read_from_its_file),
+        cmocka_unit_test(height_fields_that_cannot_be_are_refused),
         cmocka_unit_test(robots_are_read_with_paths_beside_the_scene),
         cmocka_unit_test(what_does_not_follow_the_schema_is_refused_with_its_line),
         cmocka_unit_test(shapes_that_cannot_be_are_refused),

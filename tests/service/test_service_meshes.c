@@ -130,7 +130,7 @@ static void what_is_no_mesh_is_refused(void **state)
 {
     room *r = *state;
     static const double POINTS[12] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
-    static const int32_t LINE[3] = {0, 1, 1}, SIZES[2] = {2, 2};
+    static const int32_t LINE[3] = {0, 1, 1};
     wire_message m = {.kind = WIRE_GEOMETRY,
         .geometry = {.version = WIRE_VERSION,
             .client = ALICE,
@@ -144,15 +144,6 @@ static void what_is_no_mesh_is_refused(void **state)
     m.geometry.hash = wire_geometry_hash(WIRE_GEOMETRY_MESH, m.geometry.vertices, m.geometry.indices);
     memory_send(r->alice, &m);
     expect_reject(r, WIRE_BAD_SIZE);
-    m.geometry.kind = WIRE_GEOMETRY_HEIGHT_FIELD;
-    m.geometry.sequence = 3;
-    m.geometry.vertex_numbers = 4;
-    m.geometry.vertices.count = 4;
-    m.geometry.index_numbers = 2;
-    m.geometry.indices = (wire_i32s){2, SIZES};
-    m.geometry.hash = wire_geometry_hash(WIRE_GEOMETRY_HEIGHT_FIELD, m.geometry.vertices, m.geometry.indices);
-    memory_send(r->alice, &m);
-    expect_reject(r, WIRE_UNSUPPORTED);
 }
 
 static void a_hull_is_not_a_mesh(void **state)

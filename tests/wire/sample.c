@@ -180,7 +180,7 @@ static wire_body body(sampler *s, uint32_t most)
     double *sizes = wire_memory_take(s->memory, 3 * (size_t)shapes * sizeof *sizes);
     double *radii = wire_memory_take(s->memory, shapes * sizeof *radii);
     int64_t *hashes = wire_memory_take(s->memory, shapes * sizeof *hashes);
-    wire_u8s types = u8s(s, shapes, WIRE_SHAPE_SPHERE, WIRE_SHAPE_MESH);
+    wire_u8s types = u8s(s, shapes, WIRE_SHAPE_SPHERE, WIRE_SHAPE_HEIGHT_FIELD);
     for (uint32_t i = 0; i < shapes; i++) shape(s, types.at[i], sizes + 3 * (size_t)i, radii + i, hashes + i);
     return (wire_body){WIRE_VERSION, positive(s), positive(s), (int32_t)sample_below(s, INT32_MAX),
         .motion = (uint8_t)sample_below(s, 2), .ccd = (uint8_t)sample_below(s, 3), .acceleration_m_s2 = size(s, 100),

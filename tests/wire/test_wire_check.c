@@ -100,6 +100,7 @@ static wire_message solid(uint8_t kind, int32_t vertex_numbers, int32_t index_nu
     wire_message m = plain_message(WIRE_GEOMETRY);
     wire_geometry *g = &m.geometry;
     plain.indices[0] = plain.indices[1] = 2;
+    for (int i = 0; kind == WIRE_GEOMETRY_HEIGHT_FIELD && i < WIRE_FIELD_HEAD; i++) plain.vertices[i] = 0.5;
     g->kind = kind;
     g->vertex_numbers = vertex_numbers;
     g->index_numbers = index_numbers;
@@ -118,9 +119,32 @@ static void geometry_kinds_have_their_numbers(void **state)
     REFUSED(WIRE_GEOMETRY, m = solid(WIRE_GEOMETRY_HULL, 10, 0), WIRE_MALFORMED, "three numbers");
     ACCEPTED(WIRE_GEOMETRY, m = solid(WIRE_GEOMETRY_MESH, 9, 3));
     REFUSED(WIRE_GEOMETRY, m = solid(WIRE_GEOMETRY_MESH, 6, 3), WIRE_MALFORMED, "at least one triangle");
-    ACCEPTED(WIRE_GEOMETRY, m = solid(WIRE_GEOMETRY_HEIGHT_FIELD, 4, 2));
-    REFUSED(WIRE_GEOMETRY, m = solid(WIRE_GEOMETRY_HEIGHT_FIELD, 3, 2), WIRE_MALFORMED, "height field");
-    REFUSED(WIRE_GEOMETRY, m = solid(WIRE_GEOMETRY_HEIGHT_FIELD, 4, 3), WIRE_MALFORMED, "columns, rows");
+}
+
+static void height_fields_have_their_numbers(void **state)
+{
+    (void)state;
+    const int32_t n = WIRE_FIELD_HEAD + 4;
+    ACCEPTED(WIRE_GEOMETRY, m = solid(WIRE_GEOMETRY_HEIGHT_FIELD, n, 2));
+    REFUSED(WIRE_GEOMETRY, m = solid(WIRE_GEOMETRY_HEIGHT_FIELD, n - 1, 2), WIRE_MALFORMED, "height field");
+    REFUSED(WIRE_GEOMETRY, m = solid(WIRE_GEOMETRY_HEIGHT_FIELD, n, 3), WIRE_MALFORMED, "columns, rows");
+    REFUSED(WIRE_GEOMETRY, m = solid(WIRE_GEOMETRY_HEIGHT_FIELD, n + 1, 2), WIRE_MALFORMED,
+        "2 columns and 2 rows are not 5 heights");
+    REFUSED(WIRE_GEOMETRY, (m = solid(WIRE_GEOMETRY_HEIGHT_FIELD, n, 2), plain.indices[0] = 4, plain.indices[1] = 1),
+        WIRE_MALFORMED, "4 columns and 1 rows: at least 2");
+    REFUSED(WIRE_GEOMETRY, (m = solid(WIRE_GEOMETRY_HEIGHT_FIELD, n, 2), plain.indices[0] = -2), WIRE_MALFORMED,
+        "-2 columns");
+    REFUSED(WIRE_GEOMETRY,
+        (m = solid(WIRE_GEOMETRY_HEIGHT_FIELD, n, 2), plain.indices[0] = plain.indices[1] = INT32_MAX), WIRE_MALFORMED,
+        "are not 4 heights");
+    REFUSED(WIRE_GEOMETRY, (m = solid(WIRE_GEOMETRY_HEIGHT_FIELD, n, 2), plain.vertices[0] = 0), WIRE_BAD_SIZE,
+        "vertices[0], the spacing x");
+    REFUSED(WIRE_GEOMETRY, (m = solid(WIRE_GEOMETRY_HEIGHT_FIELD, n, 2), plain.vertices[1] = -1), WIRE_BAD_SIZE,
+        "vertices[1], the spacing y of a height field, is -1 m");
+    REFUSED(WIRE_GEOMETRY, (m = solid(WIRE_GEOMETRY_HEIGHT_FIELD, n, 2), plain.vertices[2] = 0), WIRE_BAD_SIZE,
+        "vertices[2], the base");
+    REFUSED(WIRE_GEOMETRY, (m = solid(WIRE_GEOMETRY_HEIGHT_FIELD, n, 2), plain.vertices[5] = NAN), WIRE_BAD_NUMBER,
+        "vertices[5] is not a number");
 }
 
 static void body_rules(void **state)
@@ -143,7 +167,7 @@ static void body_rules(void **state)
     REFUSED(WIRE_BODY, m.body.stamp_ns = -1, WIRE_MALFORMED, "stamp_ns is -1");
     REFUSED(WIRE_BODY, m.body.pose.count = 6, WIRE_MALFORMED, "pose has 6");
     REFUSED(WIRE_BODY, m.body.shape_types.count = 0, WIRE_MALFORMED, "shape_types is empty");
-    REFUSED(WIRE_BODY, plain.types[1] = 9, WIRE_MALFORMED, "shape_types[1] is 9: 0 to 8");
+    REFUSED(WIRE_BODY, plain.types[1] = 10, WIRE_MALFORMED, "shape_types[1] is 10: 0 to 9");
     REFUSED(WIRE_BODY, m.body.shape_sizes.count = 3, WIRE_MALFORMED, "shape_sizes has 3");
     REFUSED(WIRE_BODY, m.body.shape_radii.count = 1, WIRE_MALFORMED, "shape_radii has 1");
     REFUSED(WIRE_BODY, m.body.shape_poses.count = 7, WIRE_MALFORMED, "shape_poses has 7");
@@ -237,6 +261,10 @@ static void flat_shapes_have_their_sizes(void **state)
     SHAPE_BAD("of a hull it must be 0", WIRE_SHAPE_HULL, 1, 0, 0, 0);
     SHAPE_OK(WIRE_SHAPE_MESH, 0, 0, 0, 0.1);
     SHAPE_BAD("of a mesh it must be 0", WIRE_SHAPE_MESH, 0, 0, 1, 0);
+    SHAPE_OK(WIRE_SHAPE_HEIGHT_FIELD, 0, 0, 0, 0.1);
+    SHAPE_BAD("of a height field it must be 0", WIRE_SHAPE_HEIGHT_FIELD, 1, 0, 0, 0);
+    REFUSED(WIRE_BODY, (SHAPE(WIRE_SHAPE_HEIGHT_FIELD, 0, 0, 0, 0), plain.types[0] = WIRE_SHAPE_HEIGHT_FIELD + 1),
+        WIRE_MALFORMED, "shape_types[0]");
     REFUSED(WIRE_BODY, (SHAPE(WIRE_SHAPE_HULL, 0, 0, 0, 0), plain.geometries[0] = 0), WIRE_MALFORMED,
         "shape_geometries[0]: a hull needs one");
     REFUSED(WIRE_BODY, plain.geometries[0] = 5, WIRE_MALFORMED, "shape_geometries[0]: a box has none");
@@ -252,6 +280,7 @@ int main(void)
         cmocka_unit_test(texts_are_utf8),
         cmocka_unit_test(geometry_rules),
         cmocka_unit_test(geometry_kinds_have_their_numbers),
+        cmocka_unit_test(height_fields_have_their_numbers),
         cmocka_unit_test(body_rules),
         cmocka_unit_test(body_filter_rules),
         cmocka_unit_test(poses_are_finite_near_and_turned),
