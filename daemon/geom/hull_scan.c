@@ -41,12 +41,36 @@ __attribute__((target("avx2"))) static inline __m256d heights4(
     return _mm256_add_pd(_mm256_add_pd(x, y), _mm256_mul_pd(_mm256_loadu_pd(h->z + i), dz));
 }
 
+__attribute__((target("avx2"))) static inline __m256d greatest4(__m256d m)
+{
+    m = _mm256_max_pd(m, _mm256_permute2f128_pd(m, m, 1));
+    return _mm256_max_pd(m, _mm256_permute_pd(m, 5));
+}
+
+__attribute__((target("avx2"))) static inline uint32_t at_top(__m256d height, __m256d top)
+{
+    return (uint32_t)_mm256_movemask_pd(_mm256_cmp_pd(height, top, _CMP_GE_OQ));
+}
+
+/* Of 8 or 16 padded vertices: the heights stay in registers. Of 8 both halves are the same. */
+__attribute__((target("avx2"))) static inline uint32_t scan_few(const hull *h, __m256d dx, __m256d dy, __m256d dz)
+{
+    uint32_t half = h->padded_count - LANES;
+    __m256d h0 = heights4(h, 0, dx, dy, dz), h1 = heights4(h, 4, dx, dy, dz);
+    __m256d h2 = heights4(h, half, dx, dy, dz), h3 = heights4(h, half + 4, dx, dy, dz);
+    __m256d top = greatest4(_mm256_max_pd(_mm256_max_pd(h0, h1), _mm256_max_pd(h2, h3)));
+    uint32_t low = at_top(h0, top) | at_top(h1, top) << 4, high = at_top(h2, top) | at_top(h3, top) << 4;
+    uint32_t found = low | high << half;
+    return found ? (uint32_t)__builtin_ctz(found) : 0;
+}
+
 __attribute__((target("avx2"))) static uint32_t scan_avx2(const hull *h, vec3 d)
 {
     double height[HULL_SCAN_MAX];
     __m256d dx = _mm256_set1_pd(d.x), dy = _mm256_set1_pd(d.y), dz = _mm256_set1_pd(d.z);
     __m256d m0 = _mm256_set1_pd(-INFINITY), m1 = m0;
     uint32_t count = h->padded_count;
+    if (count <= 2 * LANES) return scan_few(h, dx, dy, dz);
     for (uint32_t i = 0; i < count; i += LANES) {
         __m256d h0 = heights4(h, i, dx, dy, dz), h1 = heights4(h, i + 4, dx, dy, dz);
         _mm256_storeu_pd(height + i, h0);
@@ -54,16 +78,12 @@ __attribute__((target("avx2"))) static uint32_t scan_avx2(const hull *h, vec3 d)
         m0 = _mm256_max_pd(h0, m0);
         m1 = _mm256_max_pd(h1, m1);
     }
-    m0 = _mm256_max_pd(m0, m1);
-    m0 = _mm256_max_pd(m0, _mm256_permute2f128_pd(m0, m0, 1));
-    m0 = _mm256_max_pd(m0, _mm256_permute_pd(m0, 5));
+    m0 = greatest4(_mm256_max_pd(m0, m1));
     for (uint32_t first = 0; first < count; first += CHUNK) {
         uint64_t found = 0;
         uint32_t end = count - first < CHUNK ? count : first + CHUNK;
-        for (uint32_t i = first; i < end; i += 4) {
-            __m256d top = _mm256_cmp_pd(_mm256_loadu_pd(height + i), m0, _CMP_GE_OQ);
-            found |= (uint64_t)(uint32_t)_mm256_movemask_pd(top) << (i - first);
-        }
+        for (uint32_t i = first; i < end; i += 4)
+            found |= (uint64_t)at_top(_mm256_loadu_pd(height + i), m0) << (i - first);
         if (found) return first + (uint32_t)__builtin_ctzll(found);
     }
     return 0;

@@ -31,10 +31,15 @@ static inline vec3 core_ellipsoid(vec3 half, vec3 d)
 /* By a scan of all but the largest hulls: up to HULL_SCAN_MAX it is quicker than their tree. */
 static inline uint32_t core_vertex(const hull *h, vec3 d, uint32_t *hint)
 {
-    if (h->padded_count <= HULL_SCAN_MAX) return hull_scan(h, d);
-    uint32_t vertex = hull_support(h, d, hint ? *hint : HULL_NO_START);
+    bool few = h->padded_count <= HULL_SCAN_MAX;
+    uint32_t vertex = few ? hull_scan(h, d) : hull_support(h, d, hint ? *hint : HULL_NO_START);
     if (hint) *hint = vertex;
     return vertex;
+}
+
+static inline vec3 core_hull(const hull *h, double scale, vec3 d, uint32_t *hint)
+{
+    return vec_scale(hull_vertex(h, core_vertex(h, d, hint)), scale);
 }
 
 /* `scale`: the unit_pair's, for the vertices of a hull. */
@@ -54,7 +59,7 @@ static inline vec3 core_support(const shape *s, double scale, vec3 d, uint32_t *
         return core_ellipsoid(s->half, d);
     case SHAPE_MESH: /* by its convex hull */
     case SHAPE_HULL:
-        return vec_scale(hull_vertex(s->hull, core_vertex(s->hull, d, hint)), scale);
+        return core_hull(s->hull, scale, d, hint);
     default:
         return VEC_ZERO;
     }

@@ -18,9 +18,8 @@ typedef struct surface {
     double bound[FACETS_MAX]; /* no more than the distance of the facet; INFINITY when it is final, too */
     uint8_t corner[FACETS_MAX][3];
     uint8_t left_of[POINTS_MAX][POINTS_MAX]; /* the facet that has the directed edge */
-    uint64_t alive[FACETS_MAX / 64];
     minkowski point[POINTS_MAX];
-    int point_count, facet_count; /* facet_count: of places in use, a multiple of LANES */
+    int point_count, facet_count; /* facet_count: of places, with some where none lives any more */
 } surface;
 
 /* Directed edges with the seen facets on their left. */
@@ -89,21 +88,25 @@ LANES_INLINE int nearest_of(const surface *s, double bound)
 
 /* ---- growth ---- */
 
-LANES_INLINE int free_place(surface *s)
+/* A place of those that were seen, or a new one. */
+LANES_INLINE int next_place(surface *s, facets *seen)
 {
     for (int w = 0; w < FACETS_MAX / 64; w++)
-        if (~s->alive[w]) {
-            int f = 64 * w + __builtin_ctzll(~s->alive[w]);
-            s->alive[w] |= (uint64_t)1 << (f & 63);
-            for (; s->facet_count <= f; s->facet_count += LANES)
-                for (int k = 0; k < LANES; k++) {
-                    int i = s->facet_count + k;
-                    s->nx[i] = s->ny[i] = s->nz[i] = 0;
-                    s->offset[i] = s->bound[i] = INFINITY;
-                }
+        if (seen->word[w]) {
+            int f = 64 * w + __builtin_ctzll(seen->word[w]);
+            seen->word[w] &= seen->word[w] - 1;
             return f;
         }
-    return NONE;
+    if (s->facet_count == FACETS_MAX) return NONE;
+    int f = s->facet_count++;
+    if (f % LANES == 0) {
+        lanes_store(s->nx + f, lanes_of(0));
+        lanes_store(s->ny + f, lanes_of(0));
+        lanes_store(s->nz + f, lanes_of(0));
+        lanes_store(s->offset + f, lanes_of(INFINITY));
+        lanes_store(s->bound + f, lanes_of(INFINITY));
+    }
+    return f;
 }
 
 /* Planes of the cone from a point over the horizon. `sine2`: squared, of an angle of the triangle. */
@@ -144,9 +147,9 @@ LANES_INLINE void cone_planes(const surface *s, const horizon *h, vec3 apex, pla
     for (int i = 0; i < h->count; i += LANES) four_planes(gather(s, h->from + i), gather(s, h->to + i), at, i, out);
 }
 
-LANES_INLINE bool put_facet(surface *s, int u, int v, int w, const planes *planes, int i)
+LANES_INLINE bool put_facet(surface *s, facets *places, int u, int v, int w, const planes *planes, int i)
 {
-    int f = free_place(s);
+    int f = next_place(s, places);
     if (f == NONE || !(planes->sine2[i] > SURE_SINE2)) return false;
     s->nx[f] = planes->nx[i], s->ny[f] = planes->ny[i], s->nz[f] = planes->nz[i];
     s->offset[f] = planes->offset[i];
@@ -156,20 +159,24 @@ LANES_INLINE bool put_facet(surface *s, int u, int v, int w, const planes *plane
     return true;
 }
 
-/* The facets from a point over all edges of the horizon. */
-LANES_INLINE bool put_cone(surface *s, horizon *h, int apex)
+/* The facets from a point over all edges of the horizon, in the places of those that were seen. */
+LANES_INLINE bool put_cone(surface *s, facets *seen, horizon *h, int apex)
 {
     planes planes;
     for (int i = h->count; i % LANES; i++) h->from[i] = h->from[0], h->to[i] = h->to[0];
     cone_planes(s, h, s->point[apex].w, &planes);
     for (int i = 0; i < h->count; i++)
-        if (!put_facet(s, h->from[i], h->to[i], apex, &planes, i)) return false;
+        if (!put_facet(s, seen, h->from[i], h->to[i], apex, &planes, i)) return false;
+    for (int w = 0; w < FACETS_MAX / 64; w++)
+        for (uint64_t rest = seen->word[w]; rest; rest &= rest - 1) {
+            int f = 64 * w + __builtin_ctzll(rest);
+            s->offset[f] = s->bound[f] = INFINITY;
+        }
     return true;
 }
 
 LANES_INLINE bool start_tetrahedron(surface *s, const simplex *from)
 {
-    s->alive[0] = s->alive[1] = 0;
     s->facet_count = 0;
     s->point_count = 4;
     for (int i = 0; i < 4; i++) s->point[i] = from->v[i];
@@ -177,7 +184,8 @@ LANES_INLINE bool start_tetrahedron(surface *s, const simplex *from)
     /* 2 and 3 see the facet a, b, . counter-clockwise from outside */
     uint8_t a = vec_dot(n, vec_sub(s->point[3].w, p0)) > 0, b = !a;
     horizon first = {3, {a, 2, b}, {2, b, a}}, last = {1, {a}, {b}};
-    return put_cone(s, &first, 3) && put_cone(s, &last, 2);
+    facets none = {{0}};
+    return put_cone(s, &none, &first, 3) && put_cone(s, &none, &last, 2);
 }
 
 /* Is the horizon of so many facets with these corners the rim of one disc? Each of its points begins one edge and ends
@@ -209,27 +217,14 @@ LANES_INLINE bool find_horizon(const surface *s, const facets *seen, horizon *h)
     return count >= 3 && is_rim(h, facets_seen, corners, from, to);
 }
 
-static void remove_facets(surface *s, const facets *seen)
-{
-    for (int w = 0; w < FACETS_MAX / 64; w++) {
-        for (uint64_t rest = seen->word[w]; rest; rest &= rest - 1) {
-            int f = 64 * w + __builtin_ctzll(rest);
-            s->offset[f] = s->bound[f] = INFINITY;
-        }
-        s->alive[w] &= ~seen->word[w];
-    }
-}
-
-/* Replaces what `m` sees by the cone from it over the horizon. False: what is left is of no use. */
-LANES_INLINE bool expand(search *x, const minkowski *m)
+/* Replaces what the newest point sees by the cone from it over the horizon. False: what is left is of no use. */
+LANES_INLINE bool expand(search *x)
 {
     surface *s = x->s;
     horizon h;
-    facets seen = seen_by(s, m->w, x->eps);
-    if (s->point_count == POINTS_MAX || !find_horizon(s, &seen, &h)) return false;
-    remove_facets(s, &seen);
-    s->point[s->point_count] = *m;
-    return put_cone(s, &h, s->point_count++);
+    int apex = s->point_count++;
+    facets seen = seen_by(s, s->point[apex].w, x->eps);
+    return s->point_count < POINTS_MAX && find_horizon(s, &seen, &h) && put_cone(s, &seen, &h, apex);
 }
 
 /* ---- search ---- */
@@ -258,11 +253,12 @@ LANES_INLINE bool refine(search *x, int f)
 {
     surface *s = x->s;
     vec3 n = vec(s->nx[f], s->ny[f], s->nz[f]), axis = vec_neg(n);
-    minkowski m = unit_pair_nearest_from(x->p, axis, &x->hints);
-    double height = vec_dot(n, m.w);
+    minkowski *m = &s->point[s->point_count];
+    *m = unit_pair_nearest_from(x->p, axis, &x->hints);
+    double height = vec_dot(n, m->w);
     x->best->iterations++;
     if (-height > x->best->lo) x->best->lo = -height, x->best->axis = axis;
-    if (height - s->offset[f] > x->eps) return expand(x, &m);
+    if (height - s->offset[f] > x->eps) return expand(x);
     close_facet(x, f);
     return true;
 }
