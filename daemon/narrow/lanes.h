@@ -32,22 +32,24 @@ static inline bool lanes_wide(void)
 }
 
 /* Bit k: lane k of the mask. */
-LANES_INLINE unsigned lanes_bits(const lane_mask *m)
+LANES_INLINE unsigned lanes_bits(lane_mask m)
 {
-    __m128d low = (__m128d){(double)0, 0}, high = low;
-    __builtin_memcpy(&low, m, sizeof low);
-    __builtin_memcpy(&high, (const char *)m + sizeof low, sizeof high);
+    __m128d low = (__m128d)__builtin_shufflevector(m, m, 0, 1), high = (__m128d)__builtin_shufflevector(m, m, 2, 3);
     return (unsigned)(_mm_movemask_pd(low) | _mm_movemask_pd(high) << 2);
 }
 
-LANES_INLINE void lanes_sqrt(lanes *x)
+LANES_INLINE lanes lanes_sqrt(lanes x)
 {
-    __m128d low, high;
-    __builtin_memcpy(&low, x, sizeof low);
-    __builtin_memcpy(&high, (char *)x + sizeof low, sizeof high);
-    low = _mm_sqrt_pd(low), high = _mm_sqrt_pd(high);
-    __builtin_memcpy(x, &low, sizeof low);
-    __builtin_memcpy((char *)x + sizeof low, &high, sizeof high);
+    __m128d low = _mm_sqrt_pd(__builtin_shufflevector(x, x, 0, 1));
+    __m128d high = _mm_sqrt_pd(__builtin_shufflevector(x, x, 2, 3));
+    return __builtin_shufflevector(low, high, 0, 1, 2, 3);
+}
+
+LANES_INLINE lanes lanes_min(lanes x, lanes y)
+{
+    __m128d low = _mm_min_pd(__builtin_shufflevector(x, x, 0, 1), __builtin_shufflevector(y, y, 0, 1));
+    __m128d high = _mm_min_pd(__builtin_shufflevector(x, x, 2, 3), __builtin_shufflevector(y, y, 2, 3));
+    return __builtin_shufflevector(low, high, 0, 1, 2, 3);
 }
 
 #else
@@ -59,16 +61,23 @@ static inline bool lanes_wide(void)
     return false;
 }
 
-LANES_INLINE unsigned lanes_bits(const lane_mask *m)
+LANES_INLINE unsigned lanes_bits(lane_mask m)
 {
     unsigned bits = 0;
-    for (int k = 0; k < LANES; k++) bits |= (unsigned)((*m)[k] & 1) << k;
+    for (int k = 0; k < LANES; k++) bits |= (unsigned)(m[k] & 1) << k;
     return bits;
 }
 
-LANES_INLINE void lanes_sqrt(lanes *x)
+LANES_INLINE lanes lanes_sqrt(lanes x)
 {
-    for (int k = 0; k < LANES; k++) (*x)[k] = sqrt((*x)[k]);
+    for (int k = 0; k < LANES; k++) x[k] = sqrt(x[k]);
+    return x;
+}
+
+LANES_INLINE lanes lanes_min(lanes x, lanes y)
+{
+    for (int k = 0; k < LANES; k++) x[k] = x[k] < y[k] ? x[k] : y[k];
+    return x;
 }
 
 #endif
@@ -91,11 +100,6 @@ LANES_INLINE void lanes_store(double *to, lanes x)
 LANES_INLINE lanes lanes_choose(lane_mask m, lanes yes, lanes no)
 {
     return (lanes)((m & (lane_mask)yes) | (~m & (lane_mask)no));
-}
-
-LANES_INLINE lanes lanes_min(lanes x, lanes y)
-{
-    return lanes_choose(x < y, x, y);
 }
 
 /* Three columns of coordinates. */

@@ -4,7 +4,8 @@
 #include "lanes.h"
 #include "scalar.h"
 
-enum { POINTS_MAX = 64, FACETS_MAX = 2 * POINTS_MAX, HORIZON_MAX = POINTS_MAX, NONE = -1 };
+/* Places for facets come in blocks, so that the loops over them run a number of rounds that can be foreseen. */
+enum { POINTS_MAX = 64, FACETS_MAX = 2 * POINTS_MAX, HORIZON_MAX = POINTS_MAX, BLOCK = 4 * LANES, NONE = -1 };
 
 /* As in epa.c: a triangle with a greater sine (squared) has a normal that is sure to 1e-10, so that its plane less the
  * slack is never farther from the origin than it. Slivers are left to epa.c. */
@@ -60,10 +61,15 @@ LANES_INLINE facets seen_by(const surface *s, vec3 w, double eps)
 {
     facets seen = {{0}};
     lanes3 at = {lanes_of(w.x), lanes_of(w.y), lanes_of(w.z)};
-    for (int i = 0; i < s->facet_count; i += LANES) {
-        lanes3 n = {lanes_load(s->nx + i), lanes_load(s->ny + i), lanes_load(s->nz + i)};
-        lane_mask above = lanes3_dot(n, at) - lanes_load(s->offset + i) > lanes_of(eps);
-        seen.word[i >> 6] |= (uint64_t)lanes_bits(&above) << (i & 63);
+    for (int block = 0; block < s->facet_count; block += BLOCK) {
+        uint64_t bits = 0;
+        for (int k = 0; k < BLOCK; k += LANES) {
+            int i = block + k;
+            lanes3 n = {lanes_load(s->nx + i), lanes_load(s->ny + i), lanes_load(s->nz + i)};
+            lane_mask above = lanes3_dot(n, at) - lanes_load(s->offset + i) > lanes_of(eps);
+            bits |= (uint64_t)lanes_bits(above) << k;
+        }
+        seen.word[block >> 6] |= bits << (block & 63);
     }
     return seen;
 }
@@ -71,22 +77,36 @@ LANES_INLINE facets seen_by(const surface *s, vec3 w, double eps)
 LANES_INLINE double least_bound(const surface *s)
 {
     lanes least = lanes_of(INFINITY);
-    for (int i = 0; i < s->facet_count; i += LANES) least = lanes_min(lanes_load(s->bound + i), least);
+    for (int block = 0; block < s->facet_count; block += BLOCK) {
+        const double *bound = s->bound + block;
+        lanes low = lanes_min(lanes_load(bound), lanes_load(bound + LANES));
+        lanes high = lanes_min(lanes_load(bound + 2 * LANES), lanes_load(bound + 3 * LANES));
+        least = lanes_min(least, lanes_min(low, high));
+    }
     return min_of(min_of(least[0], least[1]), min_of(least[2], least[3]));
 }
 
 /* The first facet with that bound. */
 LANES_INLINE int nearest_of(const surface *s, double bound)
 {
-    uint64_t word[FACETS_MAX / 64] = {0};
-    for (int i = 0; i < s->facet_count; i += LANES) {
-        lane_mask found = lanes_load(s->bound + i) <= lanes_of(bound);
-        word[i >> 6] |= (uint64_t)lanes_bits(&found) << (i & 63);
+    for (int block = 0;; block += BLOCK) {
+        unsigned bits = 0;
+        for (int k = 0; k < BLOCK; k += LANES)
+            bits |= lanes_bits(lanes_load(s->bound + block + k) <= lanes_of(bound)) << k;
+        if (bits) return block + __builtin_ctz(bits);
     }
-    return word[0] ? __builtin_ctzll(word[0]) : 64 + __builtin_ctzll(word[1]);
 }
 
-/* ---- growth ---- */
+LANES_INLINE void clear_block(surface *s, int block)
+{
+    for (int i = block; i < block + BLOCK; i += LANES) {
+        lanes_store(s->nx + i, lanes_of(0));
+        lanes_store(s->ny + i, lanes_of(0));
+        lanes_store(s->nz + i, lanes_of(0));
+        lanes_store(s->offset + i, lanes_of(INFINITY));
+        lanes_store(s->bound + i, lanes_of(INFINITY));
+    }
+}
 
 /* A place of those that were seen, or a new one. */
 LANES_INLINE int next_place(surface *s, facets *seen)
@@ -98,15 +118,8 @@ LANES_INLINE int next_place(surface *s, facets *seen)
             return f;
         }
     if (s->facet_count == FACETS_MAX) return NONE;
-    int f = s->facet_count++;
-    if (f % LANES == 0) {
-        lanes_store(s->nx + f, lanes_of(0));
-        lanes_store(s->ny + f, lanes_of(0));
-        lanes_store(s->nz + f, lanes_of(0));
-        lanes_store(s->offset + f, lanes_of(INFINITY));
-        lanes_store(s->bound + f, lanes_of(INFINITY));
-    }
-    return f;
+    if (s->facet_count % BLOCK == 0) clear_block(s, s->facet_count);
+    return s->facet_count++;
 }
 
 /* Planes of the cone from a point over the horizon. `sine2`: squared, of an angle of the triangle. */
@@ -130,8 +143,7 @@ LANES_INLINE void four_planes(lanes3 u, lanes3 v, lanes3 apex, int i, planes *ou
     lanes3 first = lanes3_choose(uv_longest, va, lanes3_choose(va_longest, au, uv));
     lanes3 second = lanes3_choose(uv_longest, au, lanes3_choose(va_longest, uv, va));
     lanes3 n = lanes3_cross(first, second);
-    lanes n2 = lanes3_dot(n, n), norm = n2;
-    lanes_sqrt(&norm);
+    lanes n2 = lanes3_dot(n, n), norm = lanes_sqrt(n2);
     n.x /= norm, n.y /= norm, n.z /= norm;
     lanes_store(out->nx + i, n.x);
     lanes_store(out->ny + i, n.y);
@@ -183,9 +195,14 @@ LANES_INLINE bool start_tetrahedron(surface *s, const simplex *from)
     vec3 p0 = s->point[0].w, n = vec_cross(vec_sub(s->point[1].w, p0), vec_sub(s->point[2].w, p0));
     /* 2 and 3 see the facet a, b, . counter-clockwise from outside */
     uint8_t a = vec_dot(n, vec_sub(s->point[3].w, p0)) > 0, b = !a;
-    horizon first = {3, {a, 2, b}, {2, b, a}}, last = {1, {a}, {b}};
     facets none = {{0}};
-    return put_cone(s, &none, &first, 3) && put_cone(s, &none, &last, 2);
+    horizon h;
+    h.count = 3;
+    h.from[0] = h.to[2] = a, h.from[1] = h.to[0] = 2, h.from[2] = h.to[1] = b;
+    if (!put_cone(s, &none, &h, 3)) return false;
+    h.count = 1;
+    h.from[0] = a, h.to[0] = b;
+    return put_cone(s, &none, &h, 2);
 }
 
 /* Is the horizon of so many facets with these corners the rim of one disc? Each of its points begins one edge and ends
@@ -309,14 +326,14 @@ static bool search_narrow(search *x, const narrow_goal *goal, const simplex *fro
     return search_from(x, goal, from, least);
 }
 
-bool polytope_depth(const unit_pair *p, const narrow_goal *goal, const gjk_result *start, span *out)
+bool polytope_depth_by(bool wide, const unit_pair *p, const narrow_goal *goal, const gjk_result *start, span *out)
 {
     surface s;
     search x = {.p = p, .s = &s, .best = out, .eps = 4 * UNIT_ROUNDOFF * p->size, .winner = NONE, .hints = NO_HINTS};
     const span before = *out;
     double least;
     if (start->simplex.count < 4 || start->state != GJK_INSIDE) return false;
-    bool found = (lanes_wide() ? search_wide : search_narrow)(&x, goal, &start->simplex, &least);
+    bool found = (wide ? search_wide : search_narrow)(&x, goal, &start->simplex, &least);
     if (!found || x.winner == NONE) {
         uint32_t iterations = out->iterations;
         *out = before;
@@ -327,4 +344,9 @@ bool polytope_depth(const unit_pair *p, const narrow_goal *goal, const gjk_resul
     out->hi = max_of(out->lo, min_of(out->hi, -least));
     write_witnesses(&x);
     return true;
+}
+
+bool polytope_depth(const unit_pair *p, const narrow_goal *goal, const gjk_result *start, span *out)
+{
+    return polytope_depth_by(lanes_wide(), p, goal, start, out);
 }
