@@ -3,7 +3,10 @@
  *
  * The points of two polytopes' difference are finitely many, so the search ends on a facet of it, not close to one.
  * That allows a smaller machine than epa.c's: at most 64 points; facets in columns, looked at side by side; which facet
- * is left of a directed edge stands in a table. The proof of both bounds is that of epa.h. Pure; any thread. */
+ * is left of a directed edge stands in a table. The proof of both bounds is that of epa.h.
+ *
+ * Nothing is remembered from query to query. What is costly is the proof that no other facet is nearer, and that has to
+ * be made anew however good a guess the last facet is. Pure; any thread. */
 #ifndef COLLIDED_NARROW_POLYTOPE_DEPTH_H
 #define COLLIDED_NARROW_POLYTOPE_DEPTH_H
 
