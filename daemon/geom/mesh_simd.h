@@ -66,7 +66,8 @@ static inline mesh_lanes lanes_dot(const mesh_lanes u[3], const float v[3])
 /* What a node's boxes are held against, in the node's frame and unit: a turned box. */
 typedef struct mesh_other {
     float centre[3], side[3][3]; /* side: from the centre to the middles of three faces */
-    float normal[3];             /* of the patch in it (about unit), or 0 */
+    bool flat;                   /* it is around a patch of a surface */
+    float normal[3];             /* whose mean normal is this (about unit) */
     float axis[3], level; /* a direction towards the node (about unit, or 0), and what no point is above along it */
     float slack;          /* what the rounding of floats may add to a bound */
     bool far;             /* floats cannot hold it: nothing but this is set */
@@ -99,20 +100,24 @@ static inline mesh_lanes lanes_dots(const mesh_lanes u[3], const mesh_lanes v[3]
  * normal, the boxes' normals, and the lines between the centres. */
 static inline void mesh_bounds(const mesh_node *n, const mesh_other *o, float out[MESH_WIDTH])
 {
-    mesh_lanes centre[3], axis[3], normal[3], own[3], away[3];
+    mesh_lanes centre[3], axis[3], own[3], away[3];
     for (int k = 0; k < 3; k++) {
         centre[k] = lanes_load(n->centre[k]);
         axis[k] = lanes_of(o->axis[k]);
-        normal[k] = lanes_of(o->normal[k]);
         own[k] = lanes_load(n->normal[k]);
         away[k] = centre[k] - lanes_of(o->centre[k]);
     }
     mesh_lanes bound = lanes_dots(centre, axis) - mesh_halves(n, axis) - lanes_of(o->level);
-    mesh_lanes other = lanes_abs(lanes_dots(away, normal)) - mesh_halves(n, normal) - other_halves(o, normal);
     mesh_lanes mine = lanes_abs(lanes_dots(away, own)) - mesh_halves(n, own) - other_halves(o, own);
     mesh_lanes length = lanes_sqrt(lanes_max(lanes_dots(away, away), lanes_of(0x1p-100f)));
     mesh_lanes between = length - (mesh_halves(n, away) + other_halves(o, away)) / length;
-    bound = lanes_max(lanes_max(bound, other), lanes_max(mine, between)) - lanes_of(o->slack);
+    bound = lanes_max(bound, lanes_max(mine, between));
+    if (o->flat) {
+        mesh_lanes normal[3] = {lanes_of(o->normal[0]), lanes_of(o->normal[1]), lanes_of(o->normal[2])};
+        bound =
+            lanes_max(bound, lanes_abs(lanes_dots(away, normal)) - mesh_halves(n, normal) - other_halves(o, normal));
+    }
+    bound -= lanes_of(o->slack);
     memcpy(out, &bound, sizeof bound);
 }
 

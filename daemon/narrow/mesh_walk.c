@@ -92,7 +92,7 @@ static void box_whole(mesh_walk *w)
     turned_box box = {vec_add(w->whole.lo, half), {vec(half.x, 0, 0), vec(0, half.y, 0), vec(0, 0, half.z)}};
     turned_box there = turned_by(&w->a_in_b, &box);
     face(&there, w->size_b, &w->whole_other);
-    put(w->whole_other.normal, VEC_ZERO);
+    w->whole_other.flat = false;
 }
 
 static void spot_whole(mesh_walk *w)
@@ -221,6 +221,7 @@ static void bounds_below_b(const mesh_walk *w, box_ref a, uint32_t node, double 
     if (a.node != WHOLE) {
         turned_box box = box_of(w->ma, a, w->size_a), there = turned_by(&w->a_in_b, &box);
         face(&there, w->size_b, &o);
+        o.flat = true;
         put(o.normal, mat_mul(w->a_in_b.r, normal_of(w->ma, a)));
         level = top_of(&box, w->axis);
     }
@@ -232,6 +233,7 @@ static void bounds_below_a(const mesh_walk *w, uint32_t node, box_ref b, double 
     mesh_other o;
     turned_box box = box_of(w->mb, b, w->size_b), here = turned_by(&w->part.b_in_a, &box);
     face(&here, w->size_a, &o);
+    o.flat = true;
     put(o.normal, mat_mul(w->part.b_in_a.r, normal_of(w->mb, b)));
     bounds_of(w, w->ma, node, &o, vec_neg(w->axis), top_of(&here, vec_neg(w->axis)), w->size_a, out);
 }
