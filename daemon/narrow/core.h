@@ -4,6 +4,7 @@
 #ifndef COLLIDED_NARROW_CORE_H
 #define COLLIDED_NARROW_CORE_H
 
+#include "geom/compound.h"
 #include "geom/hull_support.h"
 #include "scalar.h"
 #include "unit_pair.h"
@@ -76,6 +77,8 @@ static inline vec3 core_support(const shape *s, double scale, vec3 d, uint32_t *
     case SHAPE_MESH: /* by its convex hull */
     case SHAPE_HULL:
         return vec_scale(hull_vertex(s->hull, core_vertex(s->hull, d, hint)), scale);
+    case SHAPE_COMPOUND: /* by its convex hull, too */
+        return vec_scale(compound_support(s->compound, d), scale);
     default:
         return VEC_ZERO;
     }
