@@ -21,23 +21,44 @@ static bool is_chosen(const manifold_choice *c, const manifold_point *p)
     return false;
 }
 
+static double square_from(const manifold_choice *c, vec3 from, vec3 to)
+{
+    vec3 d = vec_sub(to, from);
+    double x = vec_dot(d, c->u), y = vec_dot(d, c->v);
+    return x * x + y * y;
+}
+
+static double left_of_line(const manifold_choice *c, vec3 point)
+{
+    const manifold_point *at = c->chosen.points;
+    vec3 d = vec_sub(point, at[0].point), line = vec_sub(at[1].point, at[0].point);
+    return vec_dot(line, c->u) * vec_dot(d, c->v) - vec_dot(line, c->v) * vec_dot(d, c->u);
+}
+
+/* How much of what is looked for a point has; it must be positive but for the deepest. */
 static double score_of(const manifold_choice *c, const manifold_point *p)
 {
     const manifold_point *at = c->chosen.points;
-    if (c->pass == 0) return -p->distance;
-    vec3 d = vec_sub(p->point, at[0].point);
-    double dx = vec_dot(d, c->u), dy = vec_dot(d, c->v);
-    if (c->pass == 1) return dx * dx + dy * dy;
-    vec3 line = vec_sub(at[1].point, at[0].point);
-    double left = vec_dot(line, c->u) * dy - vec_dot(line, c->v) * dx;
-    return c->pass == 2 ? left : -left;
+    switch (c->pass) {
+    case PASS_DEEPEST:
+        return -p->distance;
+    case PASS_FARTHEST:
+        return square_from(c, at[0].point, p->point);
+    case PASS_CORNER: /* in place of the first, if it is as deep, and farther from the second */
+        if (p->distance > at[0].distance + c->same) return 0;
+        return square_from(c, at[1].point, p->point) - square_from(c, at[1].point, at[0].point);
+    case PASS_LEFT:
+        return left_of_line(c, p->point);
+    default:
+        return -left_of_line(c, p->point);
+    }
 }
 
 void manifold_choice_offer(manifold_choice *c, const manifold_point *p)
 {
     if (is_chosen(c, p)) return;
     double score = score_of(c, p);
-    if (c->pass > 0 && !(score > 0)) return;
+    if (c->pass != PASS_DEEPEST && !(score > 0)) return;
     if (c->found && (score < c->best || (score == c->best && p->feature >= c->point.feature))) return;
     c->found = true;
     c->best = score;
@@ -46,10 +67,13 @@ void manifold_choice_offer(manifold_choice *c, const manifold_point *p)
 
 bool manifold_choice_next(manifold_choice *c)
 {
-    bool ends = !c->found && c->pass < 2; /* without a line there are no sides of it */
-    if (c->found) c->chosen.points[c->chosen.count++] = c->point;
+    bool ends = !c->found && c->pass < PASS_CORNER; /* without a line there are no sides of it */
+    if (c->found && c->pass == PASS_CORNER)
+        c->chosen.points[0] = c->point;
+    else if (c->found)
+        c->chosen.points[c->chosen.count++] = c->point;
     c->found = false;
-    return !ends && ++c->pass < MANIFOLD_POINTS_MAX;
+    return !ends && ++c->pass < PASS_COUNT;
 }
 
 void manifold_choice_write(const manifold_choice *c, manifold *out)

@@ -1,18 +1,28 @@
 /* manifold_choice: up to four of any number of contact points, by the rule of manifold.c: the deepest, the one farthest
- * from it, the farthest from their line on either side. One pass over all points for each, so that none is stored and
- * there is no cap on how many there are. Pure; any thread. */
+ * from it, the farthest from their line on either side. Of several that are equally deep, as on a flat floor, one at a
+ * corner is taken and not one at a seam. One pass over all points for each, so that none is stored and there is no cap
+ * on how many there are. Pure; any thread. */
 #ifndef COLLIDED_NARROW_MANIFOLD_CHOICE_H
 #define COLLIDED_NARROW_MANIFOLD_CHOICE_H
 
 #include "narrow.h"
 
+typedef enum manifold_pass {
+    PASS_DEEPEST,
+    PASS_FARTHEST,
+    PASS_CORNER,
+    PASS_LEFT,
+    PASS_RIGHT,
+    PASS_COUNT
+} manifold_pass;
+
 typedef struct manifold_choice {
     manifold chosen;
-    int pass; /* 0 to MANIFOLD_POINTS_MAX - 1: which of the four is looked for */
+    manifold_pass pass; /* what is looked for */
     bool found;
     double best;
     manifold_point point; /* the best of this pass */
-    double same;          /* points nearer to each other than this, across the axis, are one */
+    double same;          /* points nearer to each other than this, across the axis, are one; and equally deep */
     vec3 u, v;            /* across the axis */
 } manifold_choice;
 
