@@ -9,6 +9,7 @@
 #include "support.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 typedef struct item {
     aabb box;
@@ -122,6 +123,17 @@ compound_status compound_build(const shape *shapes, const pose *locals, size_t c
     build_tree(c);
     *out = c;
     return COMPOUND_OK;
+}
+
+compound *compound_copy(const compound *c)
+{
+    compound *out = base_alloc(1, sizeof *out);
+    *out = *c;
+    out->children = base_alloc(c->child_count, sizeof *out->children);
+    out->nodes = base_alloc(c->node_count, sizeof *out->nodes);
+    memcpy(out->children, c->children, c->child_count * sizeof *out->children);
+    memcpy(out->nodes, c->nodes, c->node_count * sizeof *out->nodes);
+    return out;
 }
 
 void compound_destroy(compound *c)

@@ -47,6 +47,8 @@ typedef enum compound_status {
 /* `shapes` and `locals`: count of them, copied. On COMPOUND_OK *out is owned by the caller, who frees it by
  * compound_destroy. The same input gives the same compound. */
 compound_status compound_build(const shape *shapes, const pose *locals, size_t count, compound **out);
+/* The same again, owned by the caller. */
+compound *compound_copy(const compound *c);
 void compound_destroy(compound *c);
 const char *compound_status_text(compound_status status);
 

@@ -4,6 +4,8 @@
 #include "geom/mesh.h"
 #include "state.h"
 
+#include "geom/compound.h"
+
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -103,10 +105,17 @@ static void explain_interests(const world *w, const body *x, const body *y, line
     if (!interest_wants(w, x, y)) line(l, "nobody is interested in it: it is not looked at\n");
 }
 
-static const char *kind_of(const shape *s)
+typedef struct kind_text {
+    char at[48];
+} kind_text;
+
+static kind_text kind_of(const shape *s)
 {
-    if (s->type != SHAPE_MESH) return shape_type_name(s->type);
-    return s->mesh->solid ? "mesh, a solid" : "mesh, a surface without an inside";
+    kind_text out;
+    const char *inside = s->type != SHAPE_MESH ? "" : s->mesh->solid ? ", a solid" : ", a surface without an inside";
+    snprintf(out.at, sizeof out.at, "%s%s", shape_type_name(s->type), inside);
+    if (s->type == SHAPE_COMPOUND) snprintf(out.at, sizeof out.at, "compound of %u", s->compound->child_count);
+    return out;
 }
 
 static void explain_shapes(const world *w, const body *x, const body *y, lines *l)
@@ -117,7 +126,7 @@ static void explain_shapes(const world *w, const body *x, const body *y, lines *
             narrow_result r = between(w, a, b, 1e-9);
             bool paired = pair_find(w, x->shapes[i], y->shapes[k]) != PAIR_MAP_NONE;
             line(l, "shape %zu (%s) and shape %zu (%s): signed distance in [%.9g, %.9g] m by %s; fat boxes %s\n", i,
-                kind_of(&a->shape), k, kind_of(&b->shape), r.lo, r.hi, narrow_method_name(r.method),
+                kind_of(&a->shape).at, k, kind_of(&b->shape).at, r.lo, r.hi, narrow_method_name(r.method),
                 paired ? "meet" : "are apart, or the pair is not looked at");
         }
     }

@@ -156,7 +156,9 @@ enum {
     WIRE_SHAPE_ELLIPSOID = 5, /* semi-axes */
     WIRE_SHAPE_HALFSPACE = 6, /* 0 0 0; solid below z = 0 */
     WIRE_SHAPE_HULL = 7,      /* 0 0 0; geometry */
-    WIRE_SHAPE_MESH = 8       /* 0 0 0; geometry */
+    WIRE_SHAPE_MESH = 8,      /* 0 0 0; geometry */
+    WIRE_SHAPE_COMPOUND = 10  /* n 0 0: the next n shapes are its children, at poses in its frame; no half-spaces,
+                                 meshes or compounds. 9 is no shape */
 };
 
 /* PoseBatch: new poses of many bodies of one client. */
