@@ -176,9 +176,9 @@ collided_shape collided_mesh(collided_geometry triangles);       /* a triangle m
 
 /* One shape that is the union of others: with whatever it meets it makes one pair, one contact, one distance, along one
  * axis, where a body of as many shapes makes one each. `children`: 1 to 255 of any kind but half-spaces, meshes and
- * compounds, each with its pose in the compound's frame and a radius of its own; the compound's radius rounds the whole.
- * They are borrowed until collided_create_body or collided_change_body has returned, which copy them. Like every shape
- * it counts, and each child does, to the 256 of a body; in events it is one shape. Any thread. */
+ * compounds, each with its pose in the compound's frame and a radius of its own; the compound's radius rounds the
+ * whole. They are borrowed until collided_create_body or collided_change_body has returned, which copy them. Like every
+ * shape it counts, and each child does, to the 256 of a body; in events it is one shape. Any thread. */
 collided_shape collided_compound(const collided_shape *children, size_t count);
 
 /* Makes a convex hull of points. There are `count` of them (x, y, z each); the daemon builds it. The same points give
@@ -413,10 +413,10 @@ typedef struct collided_certificate {
  * hull is not usable, or a shape is a mesh: no axis proves the distance of what is not convex. Of compounds, which are
  * not convex either, the points prove hi, and the axis proves lo where it parts the convex hulls by so much. What they
  * neither prove nor contradict is COLLIDED_UNSUPPORTED: hi is proven where it is not negative, lo is the daemon's word.
- * Compounds whose children are hulls are COLLIDED_BAD_ARGUMENT: there is no room for their points. Rounding is allowed for
- * by 64 * 2^-53 times the sizes of the shapes and the distance of the bodies (for the points: and their coordinates),
- * so a claim that is wrong by 1e-9 of these is refused. That the shapes overlap by as much as a negative hi says is not
- * proven by points; what contradicts it is refused. */
+ * Compounds whose children are hulls are COLLIDED_BAD_ARGUMENT: there is no room for their points. Rounding is allowed
+ * for by 64 * 2^-53 times the sizes of the shapes and the distance of the bodies (for the points: and their
+ * coordinates), so a claim that is wrong by 1e-9 of these is refused. That the shapes overlap by as much as a negative
+ * hi says is not proven by points; what contradicts it is refused. */
 collided_status collided_verify(const collided_shape *a, const collided_pose *pose_a, const double *hull_a,
     size_t hull_a_count, const collided_shape *b, const collided_pose *pose_b, const double *hull_b,
     size_t hull_b_count, const collided_certificate *claim);

@@ -50,20 +50,52 @@ static vec turned(quat q, vec v)
     return add(v, add(scale(q.w, t), cross(u, t)));
 }
 
+static vec out_of_shape(const placed *p, vec v)
+{
+    return add(add(scale(v.x, p->columns[0]), scale(v.y, p->columns[1])), scale(v.z, p->columns[2]));
+}
+
+static bool is_sized(const collided_shape *s)
+{
+    return all_finite(s->half, 3) && isfinite(s->radius) && s->radius >= 0 && s->half[0] >= 0 && s->half[1] >= 0 &&
+           s->half[2] >= 0;
+}
+
+/* The child stands where its own pose puts it in the compound's frame. */
+static bool placed_child(const placed *whole, size_t index, placed *out)
+{
+    const collided_shape *child = &whole->shape->children[index];
+    quat local;
+    bool fits = (unsigned)child->type < COLLIDED_HULL && child->type != COLLIDED_HALFSPACE;
+    if (!fits || !is_sized(child) || !quat_of(&child->pose, &local)) return false;
+    *out = (placed){.shape = child, .body = whole->body, .rounding = whole->shape->radius};
+    const vec axes[] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    for (int i = 0; i < 3; i++) out->columns[i] = out_of_shape(whole, turned(local, axes[i]));
+    out->origin = add(whole->origin, out_of_shape(whole, vec_of(child->pose.position)));
+    return true;
+}
+
+static bool has_children(const placed *whole)
+{
+    placed child;
+    if (!whole->shape->children || !whole->shape->child_count) return false;
+    for (size_t i = 0; i < whole->shape->child_count; i++)
+        if (!placed_child(whole, i, &child)) return false;
+    return true;
+}
+
 bool placed_make(placed *p, const collided_shape *shape, const collided_pose *body, const double *points, size_t count)
 {
     quat world, local;
     bool is_hull = shape->type == COLLIDED_HULL;
-    bool sizes = all_finite(shape->half, 3) && isfinite(shape->radius) && shape->radius >= 0 && shape->half[0] >= 0 &&
-                 shape->half[1] >= 0 && shape->half[2] >= 0;
-    if (shape->type == COLLIDED_MESH || !sizes || !quat_of(body, &world) || !quat_of(&shape->pose, &local))
+    if (shape->type == COLLIDED_MESH || !is_sized(shape) || !quat_of(body, &world) || !quat_of(&shape->pose, &local))
         return false;
     if (is_hull && (!points || !count || !all_finite(points, 3 * count))) return false;
     *p = (placed){.shape = shape, .points = points, .point_count = is_hull ? count : 0, .body = vec_of(body->position)};
     const vec axes[] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     for (int i = 0; i < 3; i++) p->columns[i] = turned(world, turned(local, axes[i]));
     p->origin = turned(world, vec_of(shape->pose.position));
-    return true;
+    return shape->type != COLLIDED_COMPOUND || has_children(p);
 }
 
 static vec into_shape(const placed *p, vec v)
@@ -76,11 +108,30 @@ vec placed_normal(const placed *p)
     return p->columns[2];
 }
 
+/* What a function says of the children: the greatest, or with sign -1 minus the least. */
+typedef real child_measure(const placed *p, vec v);
+static real greatest(const placed *whole, child_measure *measure, vec v, real sign)
+{
+    real best = -INFINITY;
+    for (size_t i = 0; i < whole->shape->child_count; i++) {
+        placed child;
+        if (placed_child(whole, i, &child)) best = larger(best, sign * measure(&child, v));
+    }
+    return best;
+}
+
+static real reach_of_child(const placed *p, vec unused)
+{
+    (void)unused;
+    return placed_reach(p);
+}
+
 real placed_reach(const placed *p)
 {
+    if (p->shape->type == COLLIDED_COMPOUND) return greatest(p, reach_of_child, p->origin, 1);
     real core = length(vec_of(p->shape->half));
     for (size_t i = 0; i < p->point_count; i++) core = larger(core, length(vec_of(p->points + 3 * i)));
-    return length(p->origin) + core + p->shape->radius;
+    return length(p->origin) + core + p->shape->radius + p->rounding;
 }
 
 /* ---- support of the core along a direction in its frame ---- */
@@ -113,7 +164,8 @@ static real core_support(const placed *p, vec d)
         return 0;
     case COLLIDED_HULL:
         return hull_support(p, d);
-    case COLLIDED_MESH: /* placed_make takes none */
+    case COLLIDED_MESH:     /* placed_make takes none */
+    case COLLIDED_COMPOUND: /* its children are asked */
         break;
     }
     return INFINITY;
@@ -121,7 +173,8 @@ static real core_support(const placed *p, vec d)
 
 real placed_support(const placed *p, vec n)
 {
-    return dot(n, p->origin) + core_support(p, into_shape(p, n)) + p->shape->radius;
+    if (p->shape->type == COLLIDED_COMPOUND) return greatest(p, placed_support, n, 1);
+    return dot(n, p->origin) + core_support(p, into_shape(p, n)) + p->shape->radius + p->rounding;
 }
 
 /* ---- distance of a point from the core, in its frame ---- */
@@ -258,6 +311,7 @@ static real hull_distance(const placed *p, vec q)
 
 real placed_distance(const placed *p, vec world)
 {
+    if (p->shape->type == COLLIDED_COMPOUND) return -greatest(p, placed_distance, world, -1);
     const double *h = p->shape->half;
     vec q = into_shape(p, sub(sub(world, p->body), p->origin));
     real rho = sqrtl(q.x * q.x + q.y * q.y), core = INFINITY;
@@ -287,7 +341,8 @@ real placed_distance(const placed *p, vec world)
         core = hull_distance(p, q);
         break;
     case COLLIDED_MESH:
+    case COLLIDED_COMPOUND:
         break;
     }
-    return larger(core - p->shape->radius, 0);
+    return larger(core - p->shape->radius - p->rounding, 0);
 }

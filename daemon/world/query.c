@@ -1,10 +1,9 @@
 /* query: answers about bodies by name: distance, poses, why a pair is looked at. As the last tick left the world.
  * Nothing is changed and no cache is used; called by the tick thread between ticks. */
 #include "filter.h"
+#include "geom/compound.h"
 #include "geom/mesh.h"
 #include "state.h"
-
-#include "geom/compound.h"
 
 #include <stdarg.h>
 #include <stdio.h>
