@@ -6,6 +6,7 @@
 #include "collided.h"
 #include "mesh.h"
 
+/* A compound and each of its children count. */
 enum { LOAD_SHAPES_MAX = 256 /* WIRE_SHAPES_MAX */, LOAD_RULES_MAX = 1024 /* WIRE_RULES_MAX */ };
 
 /* One shape. A hull's points come with it, or from a mesh file; a mesh's triangles from a file. */
@@ -14,7 +15,9 @@ typedef struct load_shape {
     const char *mesh;     /* path of the file; NULL = none */
     double scale[3];
     mesh_points points;
-    mesh_triangles triangles; /* of a mesh */
+    mesh_triangles triangles;    /* of a mesh */
+    struct load_shape *children; /* of a compound; shape.children is set when it is announced */
+    size_t child_count;
 } load_shape;
 
 typedef struct load_body {

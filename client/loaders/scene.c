@@ -54,17 +54,28 @@ static bool take_name(const reader *in, const char *what, const char *name, cons
 
 /* ---- shapes ---- */
 
-enum { SIZE = 1, SEMI_AXES = 2, RADIUS = 4, LENGTH = 8, HEIGHT = 16, POINTS = 32, MESH = 64, SCALE = 128 };
+enum {
+    SIZE = 1,
+    SEMI_AXES = 2,
+    RADIUS = 4,
+    LENGTH = 8,
+    HEIGHT = 16,
+    POINTS = 32,
+    MESH = 64,
+    SCALE = 128,
+    CHILDREN = 256
+};
 static const struct {
     unsigned bit;
     const char *key;
 } keys[] = {{SIZE, "size"}, {SEMI_AXES, "semi_axes"}, {RADIUS, "radius"}, {LENGTH, "length"}, {HEIGHT, "height"},
-    {POINTS, "points"}, {MESH, "mesh"}, {SCALE, "scale"}};
+    {POINTS, "points"}, {MESH, "mesh"}, {SCALE, "scale"}, {CHILDREN, "children"}};
 
 static unsigned keys_given(const yaml_shape *s)
 {
     return (s->size ? SIZE : 0) | (s->semi_axes ? SEMI_AXES : 0) | (s->radius ? RADIUS : 0) | (s->length ? LENGTH : 0) |
-           (s->height ? HEIGHT : 0) | (s->points ? POINTS : 0) | (s->mesh ? MESH : 0) | (s->scale ? SCALE : 0);
+           (s->height ? HEIGHT : 0) | (s->points ? POINTS : 0) | (s->mesh ? MESH : 0) | (s->scale ? SCALE : 0) |
+           (s->children ? CHILDREN : 0);
 }
 
 /* A hull takes its points from either of two keys. */
@@ -80,6 +91,7 @@ static unsigned keys_wanted(const yaml_shape *s)
         [COLLIDED_HALFSPACE] = 0,
         [COLLIDED_HULL] = POINTS,
         [COLLIDED_MESH] = MESH,
+        [COLLIDED_COMPOUND] = CHILDREN,
     };
     if (s->mesh && (s->type == COLLIDED_HULL || s->type == COLLIDED_MESH)) return MESH | (s->scale ? SCALE : 0);
     return wanted[s->type];
@@ -141,6 +153,7 @@ static void fill_sizes(const yaml_shape *s, collided_shape *out)
     case COLLIDED_HALFSPACE:
     case COLLIDED_HULL:
     case COLLIDED_MESH:
+    case COLLIDED_COMPOUND:
         break;
     }
     if (s->rounding) out->radius += *s->rounding;
@@ -160,6 +173,27 @@ static bool take_shape(const reader *in, const yaml_shape *from, load_shape *out
         out->points = (mesh_points){points, from->points_count};
     }
     return take_pose(in, from->pose, &out->shape.pose);
+}
+
+static bool can_be_child(int type)
+{
+    return type != COLLIDED_HALFSPACE && type != COLLIDED_MESH && type != COLLIDED_COMPOUND;
+}
+
+/* in->where names the compound, and then each child. */
+static bool take_children(reader *in, const yaml_shape *from, load_shape *out)
+{
+    size_t length = strlen(in->where);
+    if (from->type == COLLIDED_COMPOUND && from->children_count == 0)
+        return load_fail(in->report, "%s: a compound needs a child", in->where);
+    out->children = pool_alloc(in->pool, from->children_count, sizeof *out->children);
+    for (unsigned i = 0; i < from->children_count; i++) {
+        snprintf(in->where + length, sizeof in->where - length, ", child %u", i + 1);
+        if (!can_be_child(from->children[i].type))
+            return load_fail(in->report, "%s: a half-space, mesh or compound cannot be one", in->where);
+        if (!take_shape(in, &from->children[i], &out->children[out->child_count++])) return false;
+    }
+    return true;
 }
 
 /* ---- bodies ---- */
@@ -184,6 +218,7 @@ static bool take_rules(const reader *in, const yaml_body *from, load_body *out)
 
 static bool take_body(reader *in, const yaml_body *from, load_body *out)
 {
+    size_t count = 0;
     snprintf(in->where, sizeof in->where, "%s: body '%.127s'", in->file, from->name);
     out->motion = (collided_motion)from->motion;
     out->group = "";
@@ -197,7 +232,12 @@ static bool take_body(reader *in, const yaml_body *from, load_body *out)
     out->shapes = pool_alloc(in->pool, from->shapes_count, sizeof *out->shapes);
     for (unsigned i = 0; i < from->shapes_count; i++) {
         snprintf(in->where, sizeof in->where, "%s: body '%.127s', shape %u", in->file, from->name, i + 1);
-        if (!take_shape(in, &from->shapes[i], &out->shapes[out->shape_count++])) return false;
+        load_shape *shape = &out->shapes[out->shape_count++];
+        if (!take_shape(in, &from->shapes[i], shape) || !take_children(in, &from->shapes[i], shape)) return false;
+        count += 1 + shape->child_count;
+        if (count > LOAD_SHAPES_MAX)
+            return load_fail(
+                in->report, "%s: the body has more than %d shapes and children", in->where, LOAD_SHAPES_MAX);
     }
     return true;
 }

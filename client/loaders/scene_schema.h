@@ -29,6 +29,8 @@ typedef struct yaml_shape {
     unsigned points_count;
     char *mesh;
     yaml_pose *pose;
+    struct yaml_shape *children;
+    unsigned children_count;
 } yaml_shape;
 
 typedef struct yaml_rule {
