@@ -25,9 +25,10 @@
  *
  * Shapes: sphere (radius), capsule (radius, length of its cylinder), box (size), cylinder (radius, height), cone
  * (radius, height), ellipsoid (semi_axes), halfspace (z <= 0), hull (points: [[x, y, z], ...] or mesh: FILE, with
- * scale), mesh (mesh: FILE, with scale: its triangles as they are, a solid when closed); each with `pose` and
- * `rounding` (m). Unknown keys, keys that do not belong to the type, aliases and numbers that are not finite are
- * refused. */
+ * scale), mesh (mesh: FILE, with scale: its triangles as they are, a solid when closed), compound (children: a list of
+ * shapes, of any type but halfspace, mesh and compound, which are one shape together); each with `pose` and `rounding`
+ * (m). A child's pose is in its compound. Unknown keys, keys that do not belong to the type, aliases and numbers that
+ * are not finite are refused. */
 #ifndef COLLIDED_LOADERS_SCENE_H
 #define COLLIDED_LOADERS_SCENE_H
 

@@ -37,6 +37,11 @@ static compound_side side_of(const shape *s, double scale)
     return out;
 }
 
+static vec3 absolute(vec3 v)
+{
+    return vec(fabs(v.x), fabs(v.y), fabs(v.z));
+}
+
 void compound_walk_init(compound_walk *w, const unit_pair *p, const shape *a, const shape *b, pose b_in_a)
 {
     *w = (compound_walk){.a = side_of(a, p->scale),
@@ -47,7 +52,10 @@ void compound_walk_init(compound_walk *w, const unit_pair *p, const shape *a, co
         .scale = p->scale,
         .unit = p->unit,
         .error = p->error,
-        .size = p->size};
+        .size = p->size,
+        .within = INFINITY};
+    const mat3 *r = &p->b_in_a.r;
+    w->spread = (mat3){absolute(r->x), absolute(r->y), absolute(r->z)};
 }
 
 void compound_walk_move(compound_walk *w, vec3 position)
@@ -71,29 +79,17 @@ static double signed_gap(vec3 apart, vec3 reach)
     return vec_norm(vec(beyond_zero(x), beyond_zero(y), beyond_zero(z)));
 }
 
-/* The half extents of a box that was turned by `r`, and by its inverse. */
-static vec3 turned(const mat3 *r, vec3 h)
-{
-    return vec(fabs(r->x.x) * h.x + fabs(r->y.x) * h.y + fabs(r->z.x) * h.z,
-        fabs(r->x.y) * h.x + fabs(r->y.y) * h.y + fabs(r->z.y) * h.z,
-        fabs(r->x.z) * h.x + fabs(r->y.z) * h.y + fabs(r->z.z) * h.z);
-}
-static vec3 turned_back(const mat3 *r, vec3 h)
-{
-    return vec(fabs(r->x.x) * h.x + fabs(r->x.y) * h.y + fabs(r->x.z) * h.z,
-        fabs(r->y.x) * h.x + fabs(r->y.y) * h.y + fabs(r->y.z) * h.z,
-        fabs(r->z.x) * h.x + fabs(r->z.y) * h.y + fabs(r->z.z) * h.z);
-}
-
+/* Seen from A; and where that does not settle it, from B. */
 static double bound_of(const compound_walk *w, const compound_box *a, const compound_box *b)
 {
     const transform *t = &w->placed;
-    vec3 centre = transform_point(t, b->centre), half = turned(&t->r, b->half);
+    vec3 centre = transform_point(t, b->centre), half = mat_mul(w->spread, b->half);
     if (w->plane) return centre.z - half.z - w->a.whole->radius * w->scale - w->error;
     vec3 apart = vec_sub(centre, a->centre);
-    double seen_from_a = signed_gap(apart, vec_add(a->half, half));
-    double seen_from_b = signed_gap(mat_tmul(t->r, apart), vec_add(b->half, turned_back(&t->r, a->half)));
-    return max_of(seen_from_a, seen_from_b) - w->error;
+    double seen_from_a = signed_gap(apart, vec_add(a->half, half)) - w->error;
+    if (seen_from_a > w->within) return seen_from_a;
+    double seen_from_b = signed_gap(mat_tmul(t->r, apart), vec_add(b->half, mat_tmul(w->spread, a->half)));
+    return max_of(seen_from_a, seen_from_b - w->error);
 }
 
 /* ---- the walk ---- */

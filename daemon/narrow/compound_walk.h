@@ -25,6 +25,7 @@ typedef struct compound_walk {
     bool plane;       /* A is a half-space */
     pose b_in_a;      /* m */
     transform placed; /* the same in units of the pair */
+    mat3 spread;      /* |elements| of its rotation: how far a turned box reaches */
     double scale, unit, error, size;
     double within;   /* signed, in units of the pair; a visitor may lower it */
     double left_out; /* the least bound of what was left out */
