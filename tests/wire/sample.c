@@ -196,7 +196,8 @@ static wire_body body(sampler *s, uint32_t most)
         sizes[1] = sizes[2] = radii[0] = 0;
         hashes[0] = 0;
     }
-    for (uint32_t i = types.at[0] == WIRE_SHAPE_COMPOUND; i < shapes; i++) shape(s, types.at[i], sizes + 3 * (size_t)i, radii + i, hashes + i);
+    for (uint32_t i = types.at[0] == WIRE_SHAPE_COMPOUND; i < shapes; i++)
+        shape(s, types.at[i], sizes + 3 * (size_t)i, radii + i, hashes + i);
     return (wire_body){WIRE_VERSION, positive(s), positive(s), (int32_t)sample_below(s, INT32_MAX),
         .motion = (uint8_t)sample_below(s, 2), .ccd = (uint8_t)sample_below(s, 3), .name = name(s),
         .group = text(s, WIRE_NAME_MAX), .category = (int64_t)sample_next(s), .mask = (int64_t)sample_next(s),

@@ -273,8 +273,9 @@ static void compounds_are_followed_by_their_children(void **state)
     REFUSED(WIRE_BODY, set_compound(1, WIRE_SHAPE_MESH), WIRE_MALFORMED, "shape_types[1]: a mesh cannot be the child");
     REFUSED(WIRE_BODY, (set_compound(1, WIRE_SHAPE_COMPOUND), plain.sizes[3] = 1), WIRE_MALFORMED,
         "a compound cannot be the child");
-    REFUSED(WIRE_BODY, (set_compound(1, WIRE_SHAPE_SPHERE), plain.types[1] = WIRE_SHAPE_COMPOUND,
-        plain.types[0] = WIRE_SHAPE_BOX, plain.sizes[1] = plain.sizes[2] = plain.sizes[3] = 1, plain.radii[1] = 0),
+    REFUSED(WIRE_BODY,
+        (set_compound(1, WIRE_SHAPE_SPHERE), plain.types[1] = WIRE_SHAPE_COMPOUND, plain.types[0] = WIRE_SHAPE_BOX,
+            plain.sizes[1] = plain.sizes[2] = plain.sizes[3] = 1, plain.radii[1] = 0),
         WIRE_BAD_SIZE, "shape_sizes[3] is 1: a compound's number of children, 1 to the 0 shapes");
 }
 
