@@ -5,9 +5,10 @@
  * ends the search with the bracket that it has. */
 #include "epa.h"
 
+#include "dome.h"
 #include "scalar.h"
 
-enum { NONE = UINT16_MAX };
+enum { NONE = UINT16_MAX, DOMES_MAX = 8, RAISES_MAX = 16 };
 
 /* A triangle with a greater sine (squared) has a normal that is sure to 1e-10, so that its plane less the slack, in
  * units in which the pair is about 1 large, is never farther from the origin than it. */
@@ -21,7 +22,12 @@ typedef struct expansion {
     double eps;       /* a point that is no farther out than this is on the facet */
     epa_facet winner; /* whose nearest point gives the witnesses of best->lo; */
     support_hints hints;
-    bool won; /* false: they are those that the search began with */
+    bool won;        /* false: they are those that the search began with */
+    bool domed;      /* the witnesses are those of the last dome that lowered the depth, already in *best */
+    bool curved;     /* domes may be raised ... */
+    uint32_t raises; /* ... so often was it tried */
+    int dome_count;
+    dome dome[DOMES_MAX];
 } expansion;
 
 static vec3 vertex_at(const epa_scratch *e, uint16_t i)
@@ -41,6 +47,7 @@ static minkowski probe(expansion *x, vec3 n, const epa_facet *facet)
         x->best->axis = vec_neg(n);
         if (facet) x->winner = *facet;
         x->won = x->won || facet;
+        x->domed = false;
     }
     return m;
 }
@@ -48,7 +55,7 @@ static minkowski probe(expansion *x, vec3 n, const epa_facet *facet)
 static void write_witnesses(const expansion *x)
 {
     simplex s = {.count = 3};
-    if (!x->won) return;
+    if (!x->won || x->domed) return;
     for (int i = 0; i < 3; i++) {
         s.v[i] = x->e->vertex[x->winner.vertex[i]];
         s.weight[i] = x->winner.weight[i];
@@ -333,6 +340,65 @@ static void refine(expansion *x, uint16_t index)
     x->e->facet[index].final = true;
 }
 
+/* ---- domes (dome.h): where B - A is curved ---- */
+
+/* Within so much of the truth a dome ends the search. */
+static double close_enough(const expansion *x, const narrow_goal *goal)
+{
+    double lo = x->best->lo, width = 0.5 * goal->tolerance;
+    return max_of(narrow_goal_reached(goal, lo, lo + width) ? width : 0, x->p->error);
+}
+
+/* What a dome covers is not nearer than the depth that it proves, or the one found so far. */
+static bool settle_by(expansion *x, uint16_t index, const dome *d)
+{
+    epa_scratch *e = x->e;
+    epa_facet *f = &e->facet[index];
+    double depth = min_of(d->depth, -x->best->lo);
+    const vec3 w[3] = {vertex_at(e, f->vertex[0]), vertex_at(e, f->vertex[1]), vertex_at(e, f->vertex[2])};
+    if (!(depth > e->distance[index]) || !dome_covers(d, w, depth, x->p->size)) return false;
+    e->distance[index] = depth;
+    f->final = true;
+    return true;
+}
+
+static bool within_domes(const expansion *x, vec3 n)
+{
+    for (int i = 0; i < x->dome_count; i++)
+        if (vec_dot(x->dome[i].direction, n) >= x->dome[i].cosine) return true;
+    return false;
+}
+
+/* A dome about what is near the facet's normal. False: none that is of use. Its middle is a direction like any other,
+ * and the point there may be news. */
+static bool raise_over(expansion *x, const epa_facet *f, const narrow_goal *goal, dome *d)
+{
+    const minkowski *v = x->e->vertex, *const corner[3] = {&v[f->vertex[0]], &v[f->vertex[1]], &v[f->vertex[2]]};
+    x->raises++;
+    if (!dome_raise(x->p, corner, f->normal, close_enough(x, goal), d)) return false;
+    double before = x->best->lo;
+    probe(x, d->direction, f);
+    if (d->depth < -x->best->lo - close_enough(x, goal)) return false;
+    if (x->best->lo > before) {
+        x->best->point_a = d->point_a;
+        x->best->point_b = d->point_b;
+        x->domed = true;
+    }
+    return true;
+}
+
+static bool settle(expansion *x, uint16_t index, const narrow_goal *goal)
+{
+    const epa_facet *f = &x->e->facet[index];
+    for (int i = 0; i < x->dome_count; i++)
+        if (settle_by(x, index, &x->dome[i])) return true;
+    if (x->dome_count == DOMES_MAX || x->raises == RAISES_MAX || within_domes(x, f->normal)) return false;
+    dome *d = &x->dome[x->dome_count];
+    if (!raise_over(x, f, goal, d)) return false;
+    x->dome_count++;
+    return settle_by(x, index, d);
+}
+
 void epa_depth(const unit_pair *p, const narrow_goal *goal, const gjk_result *start, epa_scratch *scratch, span *out)
 {
     *out = start->span;
@@ -342,17 +408,20 @@ void epa_depth(const unit_pair *p, const narrow_goal *goal, const gjk_result *st
     x.e = scratch;
     x.best = out;
     x.eps = 4 * UNIT_ROUNDOFF * p->size;
-    x.won = false;
+    x.won = x.domed = false;
+    x.curved = dome_applies(p);
+    x.raises = 0;
+    x.dome_count = 0;
     x.hints = NO_HINTS;
     if (!start_surface(&x, &start->simplex)) return;
     /* a bound once proved stays proved; when rounding has begun to fold the surface there is nothing more to gain */
     double least = 0, proved = 0;
     for (;;) {
         uint16_t f = nearest_facet(scratch, &least);
-        if (least < proved - x.eps) break;
+        if (least < proved - x.eps && x.dome_count == 0) break;
         proved = max_of(proved, least);
         if (-out->lo - proved <= p->error || narrow_goal_reached(goal, out->lo, -proved) || f == NONE) break;
-        refine(&x, f);
+        if (!x.curved || !settle(&x, f, goal)) refine(&x, f);
     }
     out->hi = max_of(out->lo, min_of(out->hi, -proved));
     write_witnesses(&x);
