@@ -118,12 +118,13 @@ static void see_disc(view *v, int i, vec3 axis)
     v->across[i] = (plane2){vec_dot(across, v->x), vec_dot(across, v->y)};
 }
 
+/* Two unit vectors orthogonal to n and to each other: Duff et al., "Building an Orthonormal Basis, Revisited", 2017. */
 static view view_along(const unit_pair *p, vec3 n)
 {
-    view v = {.n = n, .x = vec_unit_orthogonal(n)};
-    v.y = vec_cross(n, v.x);
-    see_disc(&v, 0, vec(0, 0, 1));
-    see_disc(&v, 1, p->b_in_a.r.z);
+    double sign = copysign(1, n.z), a = -1 / (sign + n.z), b = n.x * n.y * a;
+    view v = {.n = n, .x = {1 + sign * n.x * n.x * a, sign * b, -sign * n.x}, .y = {b, sign + n.y * n.y * a, -n.y}};
+    if (has_rim(&p->a)) see_disc(&v, 0, vec(0, 0, 1));
+    if (has_rim(&p->b)) see_disc(&v, 1, p->b_in_a.r.z);
     return v;
 }
 
@@ -402,6 +403,18 @@ static bool raise_on_faces(const unit_pair *p, const bundle *b, vec3 near, dome 
     return false;
 }
 
+bool dome_knows(const unit_pair *p, const minkowski *const vertex[3], const minkowski *m)
+{
+    bundle b = {.count = 0};
+    add_piece(&b, p, m);
+    piece sought = b.piece[0];
+    b.count = 0;
+    for (int i = 0; i < 3; i++) add_piece(&b, p, vertex[i]);
+    for (int i = 0; i < b.count; i++)
+        if (same_point(b.piece[i].a, sought.a) && same_point(b.piece[i].b, sought.b)) return true;
+    return false;
+}
+
 bool dome_raise(const unit_pair *p, const minkowski *const vertex[3], vec3 near, double close, dome *out)
 {
     bundle b = {.count = 0};
@@ -430,15 +443,21 @@ static int clip(const vec3 *from, int count, vec3 w, double limit, vec3 *to)
     return kept;
 }
 
-bool dome_covers(const dome *d, const vec3 w[3], double depth, double size)
+static bool holds(const dome *d, vec3 x, double noise)
+{
+    return vec_dot(x, d->direction) >= d->cosine * vec_norm(x) + noise;
+}
+
+bool dome_covers(const dome *d, const vec3 w[3], vec3 nearest, double depth, double size)
 {
     vec3 polygon[2][CORNERS_MAX] = {{w[0], w[1], w[2]}};
     double noise = 8 * UNIT_ROUNDOFF * size, limit = depth * depth + noise * size;
     int count = 3;
+    bool left = vec_dot(nearest, w[0]) <= limit && vec_dot(nearest, w[1]) <= limit && vec_dot(nearest, w[2]) <= limit;
+    if (left && !holds(d, nearest, noise)) return false;
     for (int k = 0; k < 3; k++) count = clip(polygon[k & 1], count, w[k], limit, polygon[~k & 1]);
     for (int i = 0; i < count; i++) {
-        vec3 corner = polygon[1][i];
-        if (vec_dot(corner, d->direction) < d->cosine * vec_norm(corner) + noise) return false;
+        if (!holds(d, polygon[1][i], noise)) return false;
     }
     return true;
 }

@@ -24,12 +24,16 @@ typedef struct dome {
 /* Has the pair rims that bend, and only pieces of which there are formulas? */
 bool dome_applies(const unit_pair *p);
 
-/* The dome about the local least near the unit direction `near`, of the pieces that the three points lie on. `close`:
+/* Is `m` on one of the pieces that the three points lie on? */
+bool dome_knows(const unit_pair *p, const minkowski *const vertex[3], const minkowski *m);
+
+/* The dome about a local least near the unit direction `near`, of the pieces that the three points lie on. `close`:
  * by which `depth` may fall short of what it might be. False: there is none, or it was not found. */
 bool dome_raise(const unit_pair *p, const minkowski *const vertex[3], vec3 near, double close, dome *out);
 
 /* Is every direction that leaves through the triangle `w`, and along which none of its corners is as high as `depth`
- * (at most the dome's), in the dome? Then nothing behind that triangle is nearer than `depth`. */
-bool dome_covers(const dome *d, const vec3 w[3], double depth, double size);
+ * (at most the dome's), in the dome? Then nothing behind that triangle is nearer than `depth`. `nearest`: its point
+ * nearest to the origin, by which most are refused. */
+bool dome_covers(const dome *d, const vec3 w[3], vec3 nearest, double depth, double size);
 
 #endif

@@ -15,6 +15,9 @@ enum { NONE = UINT16_MAX, DOMES_MAX = 8, RAISES_MAX = 16 };
 #define SURE_SINE2 1e-8
 #define PLANE_SLACK 1e-9
 
+/* A direction this much deeper than the best so far is not worth a dome. */
+static const double PROMISING = 1.1;
+
 typedef struct expansion {
     const unit_pair *p;
     epa_scratch *e;
@@ -327,19 +330,6 @@ static bool same(vec3 a, vec3 b)
     return a.x == b.x && a.y == b.y && a.z == b.z;
 }
 
-/* Tries the facet's normal, then the direction of its nearest point (the better one for a sliver). */
-static void refine(expansion *x, uint16_t index)
-{
-    const epa_facet f = x->e->facet[index];
-    const vec3 directions[2] = {f.normal, f.axis};
-    for (int i = 0; i < 2; i++) {
-        if (!(vec_norm2(directions[i]) > 0) || (i == 1 && same(directions[0], directions[1]))) continue;
-        minkowski m = probe(x, directions[i], &f);
-        if (sees(x, &f, m.w) && expand(x, index, &m)) return;
-    }
-    x->e->facet[index].final = true;
-}
-
 /* ---- domes (dome.h): where B - A is curved ---- */
 
 /* Within so much of the truth a dome ends the search. */
@@ -355,11 +345,19 @@ static bool settle_by(expansion *x, uint16_t index, const dome *d)
     epa_scratch *e = x->e;
     epa_facet *f = &e->facet[index];
     double depth = min_of(d->depth, -x->best->lo);
+    vec3 nearest = vec_scale(f->axis, e->distance[index]);
     const vec3 w[3] = {vertex_at(e, f->vertex[0]), vertex_at(e, f->vertex[1]), vertex_at(e, f->vertex[2])};
-    if (!(depth > e->distance[index]) || !dome_covers(d, w, depth, x->p->size)) return false;
+    if (!(depth > e->distance[index]) || !dome_covers(d, w, nearest, depth, x->p->size)) return false;
     e->distance[index] = depth;
     f->final = true;
     return true;
+}
+
+static bool settle(expansion *x, uint16_t index)
+{
+    for (int i = 0; i < x->dome_count; i++)
+        if (settle_by(x, index, &x->dome[i])) return true;
+    return false;
 }
 
 static bool within_domes(const expansion *x, vec3 n)
@@ -369,11 +367,15 @@ static bool within_domes(const expansion *x, vec3 n)
     return false;
 }
 
-/* A dome about what is near the facet's normal. False: none that is of use. Its middle is a direction like any other,
- * and the point there may be news. */
-static bool raise_over(expansion *x, const epa_facet *f, const narrow_goal *goal, dome *d)
+/* A dome is worth its while when the farthest point along the facet's normal, `m`, lies on pieces that it knows. True:
+ * it was raised, and covers the facet. */
+static bool raise_over(expansion *x, uint16_t index, const minkowski *m, const narrow_goal *goal)
 {
+    const epa_facet *f = &x->e->facet[index];
     const minkowski *v = x->e->vertex, *const corner[3] = {&v[f->vertex[0]], &v[f->vertex[1]], &v[f->vertex[2]]};
+    if (x->dome_count == DOMES_MAX || x->raises == RAISES_MAX || within_domes(x, f->normal)) return false;
+    if (vec_dot(f->normal, m->w) > -PROMISING * x->best->lo || !dome_knows(x->p, corner, m)) return false;
+    dome *d = &x->dome[x->dome_count];
     x->raises++;
     if (!dome_raise(x->p, corner, f->normal, close_enough(x, goal), d)) return false;
     double before = x->best->lo;
@@ -384,19 +386,22 @@ static bool raise_over(expansion *x, const epa_facet *f, const narrow_goal *goal
         x->best->point_b = d->point_b;
         x->domed = true;
     }
-    return true;
-}
-
-static bool settle(expansion *x, uint16_t index, const narrow_goal *goal)
-{
-    const epa_facet *f = &x->e->facet[index];
-    for (int i = 0; i < x->dome_count; i++)
-        if (settle_by(x, index, &x->dome[i])) return true;
-    if (x->dome_count == DOMES_MAX || x->raises == RAISES_MAX || within_domes(x, f->normal)) return false;
-    dome *d = &x->dome[x->dome_count];
-    if (!raise_over(x, f, goal, d)) return false;
     x->dome_count++;
     return settle_by(x, index, d);
+}
+
+/* Tries the facet's normal, then the direction of its nearest point (the better one for a sliver). */
+static void refine(expansion *x, uint16_t index, const narrow_goal *goal)
+{
+    const epa_facet f = x->e->facet[index];
+    const vec3 directions[2] = {f.normal, f.axis};
+    for (int i = 0; i < 2; i++) {
+        if (!(vec_norm2(directions[i]) > 0) || (i == 1 && same(directions[0], directions[1]))) continue;
+        minkowski m = probe(x, directions[i], &f);
+        if (i == 0 && x->curved && raise_over(x, index, &m, goal)) return;
+        if (sees(x, &f, m.w) && expand(x, index, &m)) return;
+    }
+    x->e->facet[index].final = true;
 }
 
 void epa_depth(const unit_pair *p, const narrow_goal *goal, const gjk_result *start, epa_scratch *scratch, span *out)
@@ -421,7 +426,7 @@ void epa_depth(const unit_pair *p, const narrow_goal *goal, const gjk_result *st
         if (least < proved - x.eps && x.dome_count == 0) break;
         proved = max_of(proved, least);
         if (-out->lo - proved <= p->error || narrow_goal_reached(goal, out->lo, -proved) || f == NONE) break;
-        if (!x.curved || !settle(&x, f, goal)) refine(&x, f);
+        if (!settle(&x, f)) refine(&x, f, goal);
     }
     out->hi = max_of(out->lo, min_of(out->hi, -proved));
     write_witnesses(&x);
