@@ -372,12 +372,14 @@ static bool within_domes(const expansion *x, vec3 n)
 static bool raise_over(expansion *x, uint16_t index, const minkowski *m, const narrow_goal *goal)
 {
     const epa_facet *f = &x->e->facet[index];
-    const minkowski *v = x->e->vertex, *const corner[3] = {&v[f->vertex[0]], &v[f->vertex[1]], &v[f->vertex[2]]};
+    bundle pieces = {.count = 0};
     if (x->dome_count == DOMES_MAX || x->raises == RAISES_MAX || within_domes(x, f->normal)) return false;
-    if (vec_dot(f->normal, m->w) > -PROMISING * x->best->lo || !dome_knows(x->p, corner, m)) return false;
+    if (vec_dot(f->normal, m->w) > -PROMISING * x->best->lo) return false;
+    for (int i = 0; i < 3; i++) pieces_add(x->p, &pieces, &x->e->vertex[f->vertex[i]]);
+    if (!pieces_know(x->p, &pieces, m)) return false;
     dome *d = &x->dome[x->dome_count];
     x->raises++;
-    if (!dome_raise(x->p, corner, f->normal, close_enough(x, goal), d)) return false;
+    if (!dome_raise(x->p, &pieces, f->normal, close_enough(x, goal), d)) return false;
     double before = x->best->lo;
     probe(x, d->direction, f);
     if (d->depth < -x->best->lo - close_enough(x, goal)) return false;
@@ -414,7 +416,7 @@ void epa_depth(const unit_pair *p, const narrow_goal *goal, const gjk_result *st
     x.best = out;
     x.eps = 4 * UNIT_ROUNDOFF * p->size;
     x.won = x.domed = false;
-    x.curved = dome_applies(p);
+    x.curved = pieces_apply(p);
     x.raises = 0;
     x.dome_count = 0;
     x.hints = NO_HINTS;
