@@ -46,9 +46,10 @@ static bool settle(const unit_pair *p, bundle *b, vec3 *n, double close, span *s
 /* False: no more to be had from pieces. */
 static bool descend(const unit_pair *p, const narrow_goal *goal, const simplex *from, span *s)
 {
-    bundle b = {.count = 0};
+    bundle b;
     support_hints hints = NO_HINTS;
     vec3 n = vec_neg(s->axis);
+    b.count = 0;
     pieces_add(p, &b, &from->v[0]); /* is there even when GJK ended before it counted its first point */
     for (int i = 1; i < from->count; i++) pieces_add(p, &b, &from->v[i]);
     for (int i = 0; i < ROUNDS_MAX; i++) {
@@ -76,5 +77,8 @@ void descent_distance(const unit_pair *p, const narrow_goal *goal, vec3 seed, gj
     if (descend(p, goal, &out->simplex, &out->span)) return;
     span best = out->span;
     gjk_distance(p, goal, best.axis, out);
+    raise_lower(&out->span, best.lo, best.axis);
+    lower_upper(&out->span, best.point_a, best.point_b);
     out->span.iterations += best.iterations;
+    if (out->span.lo > 0) out->state = GJK_APART;
 }

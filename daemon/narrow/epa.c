@@ -372,9 +372,10 @@ static bool within_domes(const expansion *x, vec3 n)
 static bool raise_over(expansion *x, uint16_t index, const minkowski *m, const narrow_goal *goal)
 {
     const epa_facet *f = &x->e->facet[index];
-    bundle pieces = {.count = 0};
     if (x->dome_count == DOMES_MAX || x->raises == RAISES_MAX || within_domes(x, f->normal)) return false;
     if (vec_dot(f->normal, m->w) > -PROMISING * x->best->lo) return false;
+    bundle pieces;
+    pieces.count = 0;
     for (int i = 0; i < 3; i++) pieces_add(x->p, &pieces, &x->e->vertex[f->vertex[i]]);
     if (!pieces_know(x->p, &pieces, m)) return false;
     dome *d = &x->dome[x->dome_count];
