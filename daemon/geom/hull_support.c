@@ -6,11 +6,11 @@
 #include "hull_support.h"
 
 #include "base/array.h"
+#include "hull_scan.h"
 
 #include <stdlib.h>
 
 enum {
-    LANES = 8,     /* hull.h pads its arrays to this */
     LEAF_MAX = 8,  /* vertices */
     TREE_MIN = 64, /* vertices; below, a scan is at least as quick */
 };
@@ -18,28 +18,6 @@ enum {
 static double height_of(const hull *h, uint32_t i, vec3 d)
 {
     return h->x[i] * d.x + h->y[i] * d.y + h->z[i] * d.z;
-}
-
-static void block_heights(const hull *h, uint32_t i, vec3 d, double heights[LANES])
-{
-    const double *x = h->x + i, *y = h->y + i, *z = h->z + i;
-    for (int k = 0; k < LANES; k++) heights[k] = x[k] * d.x + y[k] * d.y + z[k] * d.z;
-}
-
-/* First the greatest height, by eight columns side by side (the compiler makes vectors of them), then the first vertex
- * that has it. Padding repeats the last vertex, so it never comes first. */
-static uint32_t scan(const hull *h, vec3 d)
-{
-    double heights[LANES], best[LANES], most = -INFINITY;
-    for (int k = 0; k < LANES; k++) best[k] = -INFINITY;
-    for (uint32_t i = 0; i < h->padded_count; i += LANES) {
-        block_heights(h, i, d, heights);
-        for (int k = 0; k < LANES; k++) best[k] = heights[k] > best[k] ? heights[k] : best[k];
-    }
-    for (int k = 0; k < LANES; k++) most = best[k] > most ? best[k] : most;
-    for (uint32_t i = 0; i < h->vertex_count; i++)
-        if (height_of(h, i, d) == most) return i;
-    return 0; /* only for a direction that is not a number */
 }
 
 /* Rounding is monotone: no vertex in the box has a computed height above the one computed for the box's corner. So the
@@ -87,7 +65,7 @@ static uint32_t search(const hull *h, vec3 d, uint32_t start)
 
 uint32_t hull_support(const hull *h, vec3 direction, uint32_t start)
 {
-    if (h->node_count == 0) return scan(h, direction);
+    if (h->node_count == 0) return hull_scan(h, direction);
     return search(h, direction, start < h->vertex_count ? start : descend(h, direction));
 }
 

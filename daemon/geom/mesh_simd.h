@@ -1,81 +1,124 @@
-/* mesh_simd: the four boxes of a node against one box or one direction, side by side. The one place of the meshes with
- * instructions of a particular processor: SSE2 is part of every x86-64; elsewhere plain C says the same, bit for bit.
- * Pure. Empty places of a node give numbers of no meaning. */
+/* mesh_simd: the four boxes of a node against one box of another shape, side by side.
+ *
+ * The one place of the meshes with instructions of a particular processor: SSE2 is part of every x86-64; elsewhere
+ * plain C says the same, bit for bit. Pure. Empty places of a node give numbers of no meaning. */
 #ifndef COLLIDED_GEOM_MESH_SIMD_H
 #define COLLIDED_GEOM_MESH_SIMD_H
 
 #include "mesh.h"
 
+#include <string.h>
+
+typedef float mesh_lanes __attribute__((vector_size(MESH_WIDTH * sizeof(float)))); /* + - * / lane by lane */
+
 #if defined(__SSE2__)
 
 #include <emmintrin.h>
 
-/* The squared distances of the boxes from the box [lo, hi], as floats round them. */
-static inline void mesh_distances2(const mesh_node *n, const float lo[3], const float hi[3], float out[MESH_WIDTH])
+static inline mesh_lanes lanes_max(mesh_lanes a, mesh_lanes b) /* a > b ? a : b */
 {
-    __m128 sum = _mm_setzero_ps();
-    for (int k = 0; k < 3; k++) {
-        __m128 below = _mm_sub_ps(_mm_set1_ps(lo[k]), _mm_loadu_ps(n->hi[k]));
-        __m128 above = _mm_sub_ps(_mm_loadu_ps(n->lo[k]), _mm_set1_ps(hi[k]));
-        __m128 gap = _mm_max_ps(_mm_max_ps(below, above), _mm_setzero_ps());
-        sum = _mm_add_ps(sum, _mm_mul_ps(gap, gap));
-    }
-    _mm_storeu_ps(out, sum);
+    return _mm_max_ps(a, b);
 }
-
-/* Lower bounds of dot(direction, x) over each box and below its plane, as floats round them: with d = -direction,
- * dot(d, x) <= l top + max over the box of dot(d - l normal, x) for any l >= 0; l = 0 and l = dot(d, normal) are tried.
- */
-static inline void mesh_heights(const mesh_node *n, const float direction[3], float out[MESH_WIDTH])
+static inline mesh_lanes lanes_abs(mesh_lanes a)
 {
-    __m128 share = _mm_setzero_ps(), box = _mm_setzero_ps(), cut = _mm_setzero_ps();
-    for (int k = 0; k < 3; k++)
-        share = _mm_sub_ps(share, _mm_mul_ps(_mm_set1_ps(direction[k]), _mm_loadu_ps(n->normal[k])));
-    share = _mm_max_ps(share, _mm_setzero_ps());
-    cut = _mm_mul_ps(share, _mm_loadu_ps(n->top));
-    for (int k = 0; k < 3; k++) {
-        __m128 lo = _mm_loadu_ps(n->lo[k]), hi = _mm_loadu_ps(n->hi[k]), d = _mm_set1_ps(-direction[k]);
-        __m128 rest = _mm_sub_ps(d, _mm_mul_ps(share, _mm_loadu_ps(n->normal[k])));
-        box = _mm_add_ps(box, _mm_max_ps(_mm_mul_ps(d, lo), _mm_mul_ps(d, hi)));
-        cut = _mm_add_ps(cut, _mm_max_ps(_mm_mul_ps(rest, lo), _mm_mul_ps(rest, hi)));
-    }
-    _mm_storeu_ps(out, _mm_sub_ps(_mm_setzero_ps(), _mm_min_ps(box, cut)));
+    return _mm_andnot_ps(_mm_set1_ps(-0.0f), a);
+}
+static inline mesh_lanes lanes_sqrt(mesh_lanes a)
+{
+    return _mm_sqrt_ps(a);
 }
 
 #else
 
-static inline void mesh_distances2(const mesh_node *n, const float lo[3], const float hi[3], float out[MESH_WIDTH])
+static inline mesh_lanes lanes_max(mesh_lanes a, mesh_lanes b)
 {
-    for (int i = 0; i < MESH_WIDTH; i++) {
-        float sum = 0;
-        for (int k = 0; k < 3; k++) {
-            float below = lo[k] - n->hi[k][i], above = n->lo[k][i] - hi[k];
-            float gap = below > above ? below : above;
-            gap = gap > 0 ? gap : 0;
-            sum += gap * gap;
-        }
-        out[i] = sum;
-    }
+    for (int i = 0; i < MESH_WIDTH; i++) a[i] = a[i] > b[i] ? a[i] : b[i];
+    return a;
 }
-
-static inline void mesh_heights(const mesh_node *n, const float direction[3], float out[MESH_WIDTH])
+static inline mesh_lanes lanes_abs(mesh_lanes a)
 {
-    for (int i = 0; i < MESH_WIDTH; i++) {
-        float share = 0, box = 0;
-        for (int k = 0; k < 3; k++) share -= direction[k] * n->normal[k][i];
-        share = share > 0 ? share : 0;
-        float cut = share * n->top[i];
-        for (int k = 0; k < 3; k++) {
-            float d = -direction[k], rest = d - share * n->normal[k][i];
-            float box_lo = d * n->lo[k][i], box_hi = d * n->hi[k][i];
-            float cut_lo = rest * n->lo[k][i], cut_hi = rest * n->hi[k][i];
-            box += box_lo > box_hi ? box_lo : box_hi;
-            cut += cut_lo > cut_hi ? cut_lo : cut_hi;
-        }
-        out[i] = 0 - (box < cut ? box : cut);
-    }
+    for (int i = 0; i < MESH_WIDTH; i++) a[i] = fabsf(a[i]);
+    return a;
+}
+static inline mesh_lanes lanes_sqrt(mesh_lanes a)
+{
+    for (int i = 0; i < MESH_WIDTH; i++) a[i] = sqrtf(a[i]);
+    return a;
 }
 
 #endif
+
+static inline mesh_lanes lanes_of(float x)
+{
+    return (mesh_lanes){x, x, x, x};
+}
+static inline mesh_lanes lanes_load(const float *p)
+{
+    mesh_lanes v;
+    memcpy(&v, p, sizeof v);
+    return v;
+}
+static inline mesh_lanes lanes_dot(const mesh_lanes u[3], const float v[3])
+{
+    return u[0] * lanes_of(v[0]) + u[1] * lanes_of(v[1]) + u[2] * lanes_of(v[2]);
+}
+
+/* What a node's boxes are held against, in the node's frame and unit: a turned box. */
+typedef struct mesh_other {
+    float centre[3], side[3][3]; /* side: from the centre to the middles of three faces */
+    bool flat;                   /* it is around a patch of a surface */
+    float normal[3];             /* whose mean normal is this (about unit) */
+    float axis[3], level; /* a direction towards the node (about unit, or 0), and what no point is above along it */
+    float slack;          /* what the rounding of floats may add to a bound */
+    bool far;             /* floats cannot hold it: nothing but this is set */
+} mesh_other;
+
+/* Half of what each box measures along u. */
+static inline mesh_lanes mesh_halves(const mesh_node *n, const mesh_lanes u[3])
+{
+    mesh_lanes along[3] = {lanes_of(0), lanes_of(0), lanes_of(0)};
+    for (int k = 0; k < 3; k++) {
+        along[0] += u[k] * lanes_load(n->side[0][k]);
+        along[1] += u[k] * lanes_load(n->side[1][k]);
+        along[2] += u[k] * lanes_load(n->normal[k]);
+    }
+    return lanes_abs(along[0]) + lanes_abs(along[1]) + lanes_abs(along[2]) * lanes_load(n->half);
+}
+
+static inline mesh_lanes other_halves(const mesh_other *o, const mesh_lanes u[3])
+{
+    return lanes_abs(lanes_dot(u, o->side[0])) + lanes_abs(lanes_dot(u, o->side[1])) +
+           lanes_abs(lanes_dot(u, o->side[2]));
+}
+
+static inline mesh_lanes lanes_dots(const mesh_lanes u[3], const mesh_lanes v[3])
+{
+    return u[0] * v[0] + u[1] * v[1] + u[2] * v[2];
+}
+
+/* Lower bounds of the distances between the boxes and the other, along four directions: the given axis, the other's
+ * normal, the boxes' normals, and the lines between the centres. */
+static inline void mesh_bounds(const mesh_node *n, const mesh_other *o, float out[MESH_WIDTH])
+{
+    mesh_lanes centre[3], axis[3], own[3], away[3];
+    for (int k = 0; k < 3; k++) {
+        centre[k] = lanes_load(n->centre[k]);
+        axis[k] = lanes_of(o->axis[k]);
+        own[k] = lanes_load(n->normal[k]);
+        away[k] = centre[k] - lanes_of(o->centre[k]);
+    }
+    mesh_lanes bound = lanes_dots(centre, axis) - mesh_halves(n, axis) - lanes_of(o->level);
+    mesh_lanes mine = lanes_abs(lanes_dots(away, own)) - mesh_halves(n, own) - other_halves(o, own);
+    mesh_lanes length = lanes_sqrt(lanes_max(lanes_dots(away, away), lanes_of(0x1p-100f)));
+    mesh_lanes between = length - (mesh_halves(n, away) + other_halves(o, away)) / length;
+    bound = lanes_max(bound, lanes_max(mine, between));
+    if (o->flat) {
+        mesh_lanes normal[3] = {lanes_of(o->normal[0]), lanes_of(o->normal[1]), lanes_of(o->normal[2])};
+        bound =
+            lanes_max(bound, lanes_abs(lanes_dots(away, normal)) - mesh_halves(n, normal) - other_halves(o, normal));
+    }
+    bound -= lanes_of(o->slack);
+    memcpy(out, &bound, sizeof bound);
+}
 
 #endif

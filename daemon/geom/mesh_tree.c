@@ -90,8 +90,8 @@ static vec3 unit_corner(const builder *b, uint32_t item, int k)
     return vec_scale(b->m->vertices[b->items[item].triangle.v[k]], 1 / b->m->unit);
 }
 
-/* Any direction makes a true plane; the mean normal, weighted by area, makes a low one. */
-static void set_plane(const builder *b, mesh_node *n, int child, range r)
+/* Of the triangles, weighted by area; any direction would do. */
+static vec3 mean_normal(const builder *b, range r)
 {
     vec3 sum = VEC_ZERO;
     for (uint32_t i = r.first; i < r.first + r.count; i++) {
@@ -99,13 +99,69 @@ static void set_plane(const builder *b, mesh_node *n, int child, range r)
         sum = vec_add(sum, vec_cross(vec_sub(unit_corner(b, i, 1), p), vec_sub(unit_corner(b, i, 2), p)));
     }
     sum = vec_unit(sum);
-    const float normal[3] = {(float)sum.x, (float)sum.y, (float)sum.z};
-    const vec3 exact = {normal[0], normal[1], normal[2]}; /* the plane is that of what is stored */
-    double top = -INFINITY;
+    return vec_max_abs(sum) > 0 ? sum : vec(0, 0, 1);
+}
+
+/* The direction across `normal` in which the corners are spread most: of the 2 x 2 matrix of their second moments. */
+static vec3 longest_across(const builder *b, range r, vec3 normal, vec3 middle)
+{
+    vec3 least = fabs(normal.x) < 0.5 ? vec(1, 0, 0) : vec(0, 1, 0);
+    vec3 u = vec_unit(vec_cross(normal, least)), v = vec_cross(normal, u);
+    double uu = 0, uv = 0, vv = 0;
     for (uint32_t i = r.first; i < r.first + r.count; i++)
-        for (int k = 0; k < 3; k++) top = fmax(top, vec_dot(exact, unit_corner(b, i, k)));
-    for (int k = 0; k < 3; k++) n->normal[k][child] = normal[k];
-    n->top[child] = up(top + 8 * ROUND_U);
+        for (int k = 0; k < 3; k++) {
+            vec3 p = vec_sub(unit_corner(b, i, k), middle);
+            double x = vec_dot(p, u), y = vec_dot(p, v);
+            uu += x * x, uv += x * y, vv += y * y;
+        }
+    double half = 0.5 * (uu - vv), root = sqrt(half * half + uv * uv);
+    double x = half >= 0 ? half + root : uv, y = half >= 0 ? uv : root - half;
+    return x != 0 || y != 0 ? vec_unit(vec_madd(vec_scale(u, x), y, v)) : u;
+}
+
+/* A share of the size that makes up for axes that are unit and orthogonal only as far as floats are. */
+#define TURNED_SLACK 0x1p-20
+
+static vec3 as_floats(vec3 v)
+{
+    return vec((float)v.x, (float)v.y, (float)v.z);
+}
+
+static void set_turned_box(const builder *b, mesh_node *n, int child, range r)
+{
+    vec3 corner = unit_corner(b, r.first, 0), axes[3];
+    axes[2] = as_floats(mean_normal(b, r));
+    axes[0] = as_floats(longest_across(b, r, axes[2], corner));
+    axes[1] = as_floats(vec_cross(axes[2], axes[0]));
+    double lo[3] = {0, 0, 0}, hi[3] = {0, 0, 0}, far = 0;
+    for (uint32_t i = r.first; i < r.first + r.count; i++)
+        for (int k = 0; k < 3; k++) {
+            vec3 p = vec_sub(unit_corner(b, i, k), corner);
+            far = fmax(far, vec_norm(p));
+            for (int j = 0; j < 3; j++) {
+                double x = vec_dot(p, axes[j]);
+                lo[j] = fmin(lo[j], x);
+                hi[j] = fmax(hi[j], x);
+            }
+        }
+    vec3 centre = corner;
+    double half[3];
+    for (int j = 0; j < 3; j++) {
+        centre = vec_madd(centre, 0.5 * (lo[j] + hi[j]), axes[j]);
+        half[j] = 0.5 * (hi[j] - lo[j]) + TURNED_SLACK * (far + vec_norm(corner));
+    }
+    const double c[3] = {centre.x, centre.y, centre.z}, normal[3] = {axes[2].x, axes[2].y, axes[2].z};
+    for (int k = 0; k < 3; k++) {
+        n->centre[k][child] = (float)c[k];
+        n->normal[k][child] = (float)normal[k];
+    }
+    n->half[child] = up(half[2]);
+    for (int j = 0; j < 2; j++) {
+        vec3 side = vec_scale(axes[j], half[j]);
+        n->side[j][0][child] = (float)side.x;
+        n->side[j][1][child] = (float)side.y;
+        n->side[j][2][child] = (float)side.z;
+    }
 }
 
 /* Up to four parts of a range; a part of MESH_LEAF_MAX is not cut. */
@@ -143,7 +199,7 @@ static uint32_t build_node(builder *b, range r, uint32_t depth)
     for (int i = 0; i < used; i++) {
         bool leaf = parts[i].count <= MESH_LEAF_MAX;
         set_box(b, &m->nodes[index], i, parts[i]);
-        set_plane(b, &m->nodes[index], i, parts[i]);
+        set_turned_box(b, &m->nodes[index], i, parts[i]);
         m->nodes[index].count[i] = leaf ? (uint8_t)parts[i].count : 0;
         m->nodes[index].first[i] = leaf ? parts[i].first : build_node(b, parts[i], depth + 1);
     }
@@ -181,9 +237,13 @@ static bool box_holds(const mesh *m, const mesh_node *n, int child, vec3 v)
     const double at[3] = {v.x / m->unit, v.y / m->unit, v.z / m->unit};
     for (int k = 0; k < 3; k++)
         if (!((double)n->lo[k][child] <= at[k] && at[k] <= (double)n->hi[k][child])) return false;
-    double height = 0;
-    for (int k = 0; k < 3; k++) height += (double)n->normal[k][child] * at[k];
-    return height <= (double)n->top[child];
+    vec3 p = vec_sub(vec(at[0], at[1], at[2]), vec(n->centre[0][child], n->centre[1][child], n->centre[2][child]));
+    for (int j = 0; j < 2; j++) {
+        vec3 side = vec(n->side[j][0][child], n->side[j][1][child], n->side[j][2][child]);
+        if (!(fabs(vec_dot(p, side)) <= vec_norm2(side))) return false;
+    }
+    vec3 normal = vec(n->normal[0][child], n->normal[1][child], n->normal[2][child]);
+    return fabs(vec_dot(p, normal)) <= (double)n->half[child];
 }
 
 /* Triangles below the node in *seen; each must be within the boxes above it. */

@@ -4,6 +4,7 @@
 #ifndef COLLIDED_NARROW_CORE_H
 #define COLLIDED_NARROW_CORE_H
 
+#include "geom/hull_scan.h"
 #include "geom/hull_support.h"
 #include "scalar.h"
 #include "unit_pair.h"
@@ -27,35 +28,18 @@ static inline vec3 core_ellipsoid(vec3 half, vec3 d)
     return vec(half.x * w.x, half.y * w.y, half.z * w.z);
 }
 
-enum { SCAN_MAX = 512, SCAN_LANES = 4 };
-
-/* hull_support of all but the largest hulls (measured: up to this size quicker than its tree): the heights once, the
- * greatest by columns side by side, then the first that has it. */
-static inline uint32_t core_scan(const hull *h, vec3 d)
-{
-    const double *restrict x = h->x, *restrict y = h->y, *restrict z = h->z;
-    double height[SCAN_MAX], m0 = -INFINITY, m1 = -INFINITY, m2 = -INFINITY, m3 = -INFINITY;
-    uint32_t count = h->padded_count;
-    for (uint32_t i = 0; i < count; i++) height[i] = x[i] * d.x + y[i] * d.y + z[i] * d.z;
-    /* padded_count is a multiple of 8, and not less than vertex_count: clang-tidy 14 cannot know.
-     * NOLINTBEGIN(clang-analyzer-core.CallAndMessage, clang-analyzer-core.UndefinedBinaryOperatorResult) */
-    for (uint32_t i = 0; i < count; i += SCAN_LANES) {
-        m0 = max_of(height[i], m0), m1 = max_of(height[i + 1], m1);
-        m2 = max_of(height[i + 2], m2), m3 = max_of(height[i + 3], m3);
-    }
-    double top = max_of(max_of(m0, m1), max_of(m2, m3));
-    for (uint32_t i = 0; i < h->vertex_count; i++)
-        if (height[i] >= top) return i;
-    /* NOLINTEND(clang-analyzer-core.CallAndMessage, clang-analyzer-core.UndefinedBinaryOperatorResult) */
-    return 0; /* only for a direction that is not a number */
-}
-
+/* By a scan of all but the largest hulls: up to HULL_SCAN_MAX it is quicker than their tree. */
 static inline uint32_t core_vertex(const hull *h, vec3 d, uint32_t *hint)
 {
-    if (h->padded_count <= SCAN_MAX) return core_scan(h, d);
-    uint32_t vertex = hull_support(h, d, hint ? *hint : HULL_NO_START);
+    bool few = h->padded_count <= HULL_SCAN_MAX;
+    uint32_t vertex = few ? hull_scan(h, d) : hull_support(h, d, hint ? *hint : HULL_NO_START);
     if (hint) *hint = vertex;
     return vertex;
+}
+
+static inline vec3 core_hull(const hull *h, double scale, vec3 d, uint32_t *hint)
+{
+    return vec_scale(hull_vertex(h, core_vertex(h, d, hint)), scale);
 }
 
 /* `scale`: the unit_pair's, for the vertices of a hull. */
@@ -75,7 +59,7 @@ static inline vec3 core_support(const shape *s, double scale, vec3 d, uint32_t *
         return core_ellipsoid(s->half, d);
     case SHAPE_MESH: /* by its convex hull */
     case SHAPE_HULL:
-        return vec_scale(hull_vertex(s->hull, core_vertex(s->hull, d, hint)), scale);
+        return core_hull(s->hull, scale, d, hint);
     default:
         return VEC_ZERO;
     }

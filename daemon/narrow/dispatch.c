@@ -4,6 +4,7 @@
 #include "box_pair.h"
 #include "coaxial.h"
 #include "gjk.h"
+#include "polytope_depth.h"
 #include "sat.h"
 #include "scalar.h"
 #include "witness.h"
@@ -64,7 +65,8 @@ void dispatch_general(
         if (out->lo < 0) witness_deepest(p, out);
         return;
     }
-    epa_depth(p, goal, &start, scratch, out);
+    if (only_general || !polytope_depth_applies(p) || !polytope_depth(p, goal, &start, out))
+        epa_depth(p, goal, &start, scratch, out);
     bool closed = out->hi - out->lo <= p->error || narrow_goal_reached(goal, out->lo, out->hi);
     if (!only_general && !closed && sat_applies(p)) depth_by_axes(p, &start, out);
     if (!closed) coaxial_depth(p, out);

@@ -5,7 +5,7 @@
 #include "gjk.h"
 #include "scalar.h"
 
-enum { ROUNDS_MAX = 12, BACK_ROUNDS = 3 };
+enum { ROUNDS_MAX = 12, BACK_ROUNDS = 3, EXTRA_GROWTH = 4 };
 
 /* The bound by the hulls is worth knowing to this part of the bracket that there is without it. */
 static const double HULL_SHARE = 0.01;
@@ -18,13 +18,18 @@ typedef struct deepest_search {
     epa_scratch *scratch;
     double depth; /* of the deepest pair of parts so far */
     span part;
+    vec3 normals[2]; /* of B's triangle and of A's, the same way as part.axis; 0 of a convex A */
     bool found;
 } deepest_search;
 
 static vec3 normal_b(const mesh_walk *w)
 {
-    const vec3 *p = w->spot_b->corner;
-    return direction_of(vec_cross(vec_sub(p[1], p[0]), vec_sub(p[2], p[0])));
+    return direction_of(w->spot_b->normal);
+}
+
+static vec3 facing(vec3 n, vec3 towards)
+{
+    return vec_dot(n, towards) < 0 ? vec_neg(n) : n;
 }
 
 /* How far the part of B must go along `axis` to leave that of A. */
@@ -60,6 +65,8 @@ static bool deeper(mesh_walk *w, void *context)
         q->depth = max_of(q->depth, -s.hi);
         q->part = s;
         if (!(vec_norm2(s.axis) > 0)) q->part.axis = n;
+        q->normals[0] = facing(n, q->part.axis);
+        q->normals[1] = w->ma ? facing(direction_of(w->spot_a->normal), q->part.axis) : VEC_ZERO;
         q->found = true;
     }
     return -q->depth > q->goal->near;
@@ -86,21 +93,43 @@ static double inner_radius(const shape *s)
     }
 }
 
-/* A ball of B about the centre of A, and one of A: while they meet, so do the shapes. 0 if the centre is not inside. */
-static double depth_of_centre(const unit_pair *whole, const narrow_goal *goal)
+/* How far a point (in A's frame) is below the surface of B: while it meets A, and a ball about it is in B, so do the
+ * shapes. 0 if it is not inside, or B is a surface. */
+static double depth_of_point(const unit_pair *whole, const narrow_goal *goal, vec3 point)
 {
-    const shape centre = {.type = SHAPE_SPHERE};
+    const shape spot = {.type = SHAPE_SPHERE};
     unit_pair p = *whole;
     narrow_goal measure = *goal;
     mesh_walk w;
     mesh_gap gap;
-    if (whole->a.type == SHAPE_MESH || whole->a.type == SHAPE_HULL || !whole->b.mesh->solid) return 0;
-    p.a = centre;
+    if (!whole->b.mesh->solid) return 0;
+    p.a = spot;
+    p.b_in_a.t = vec_sub(p.b_in_a.t, point);
     measure.far = INFINITY;
     measure.near = -INFINITY;
-    mesh_walk_init(&w, &p, &centre, &whole->b);
+    mesh_walk_init(&w, &p, &spot, &whole->b);
     mesh_gap_find(&w, &measure, &gap);
-    return gap.relation == MESH_HOLDS_A ? gap.nearest.lo + inner_radius(&whole->a) : 0;
+    return gap.relation == MESH_HOLDS_A ? gap.nearest.lo : 0;
+}
+
+/* The ball about the centre of A and that of B meet for so long. 0 if the centre is not inside. */
+static double depth_of_centre(const unit_pair *whole, const narrow_goal *goal)
+{
+    if (whole->a.type == SHAPE_MESH || whole->a.type == SHAPE_HULL) return 0;
+    double depth = depth_of_point(whole, goal, VEC_ZERO);
+    return depth > 0 ? depth + inner_radius(&whole->a) : 0;
+}
+
+/* The point of A that is farthest along the axis is, in contact with one side, the deepest: the triangles that it
+ * passed through may each be less deep, because past an edge there is no more of them. */
+static void try_deepest_point(const unit_pair *whole, const narrow_goal *goal, span *out)
+{
+    vec3 far_a = unit_pair_support_a(whole, out->axis, NULL);
+    double depth = depth_of_point(whole, goal, far_a);
+    if (!(-depth < out->hi)) return;
+    out->hi = -depth;
+    out->point_a = far_a;
+    out->point_b = vec_madd(far_a, -depth, out->axis);
 }
 
 /* ---- a translation that separates ---- */
@@ -168,7 +197,7 @@ static bool is_clear(travel *t, double gone, mesh_gap *gap, double *spare)
 static double go(travel *t, double start)
 {
     mesh_gap gap;
-    double spare;
+    double spare, extra = 2 * t->whole->error; /* curved parts that all but touch are hard to prove apart */
     t->gone = start;
     for (int round = 0; round < ROUNDS_MAX; round++) {
         if (is_clear(t, t->gone, &gap, &spare)) {
@@ -183,7 +212,8 @@ static double go(travel *t, double start)
         t->w->within = t->clear;
         mesh_walk_run(t->w, count_need, t);
         if (gap.relation == MESH_HOLDS_A || gap.relation == MESH_HOLDS_B) t->need = max_of(t->need, way_out(t, &gap));
-        t->gone += max_of(t->need, 0) + 2 * t->whole->error;
+        t->gone += max_of(t->need, 0) + extra;
+        extra *= EXTRA_GROWTH;
     }
     return INFINITY;
 }
@@ -197,17 +227,20 @@ void mesh_depth_rough(const unit_pair *whole, span *out)
     out->lo = min_of(lo - shape_excess(&hulls.b) * whole->scale, out->hi);
 }
 
-/* Out through the nearest point of the surface, or apart along the axis of the deepest parts. */
-static void lower_bound(
-    const unit_pair *whole, mesh_walk *w, const narrow_goal *goal, const mesh_gap *gap, epa_scratch *scratch, span *out)
+/* Out along a direction, if that is shorter than what is known. */
+static void try_way(const unit_pair *whole, mesh_walk *w, vec3 direction, const mesh_gap *held, span *out)
 {
-    bool held = gap->relation == MESH_HOLDS_A || gap->relation == MESH_HOLDS_B;
-    travel t = {.whole = whole, .w = w, .clear = whole->radius + 2 * whole->error + whole->excess};
-    t.direction = held ? vec_neg(gap->nearest.axis) : out->axis;
-    double by_travel = go(&t, held ? way_out(&t, gap) : 0);
-    out->lo = whole->radius + whole->excess - by_travel;
-    out->axis = t.direction;
-    if (narrow_goal_reached(goal, out->lo, out->hi)) return;
+    travel t = {
+        .whole = whole, .w = w, .direction = direction, .clear = whole->radius + 2 * whole->error + whole->excess};
+    double lo = whole->radius + whole->excess - go(&t, held ? way_out(&t, held) : 0);
+    if (!(lo > out->lo)) return;
+    out->lo = lo;
+    out->axis = direction;
+}
+
+/* Apart as the convex hulls are. */
+static void try_hulls(const unit_pair *whole, const narrow_goal *goal, epa_scratch *scratch, span *out)
+{
     unit_pair hulls = mesh_depth_hulls(whole);
     narrow_goal measure = *goal;
     measure.far = INFINITY;
@@ -221,13 +254,36 @@ static void lower_bound(
     out->axis = s.axis;
 }
 
+/* Out through the nearest point of the surface, or apart along the axis of the deepest parts; the axis of a curved part
+ * is known less well than its depth, so along the normals of the deepest triangles, too. */
+static void lower_bound(const unit_pair *whole, mesh_walk *w, const narrow_goal *goal, const mesh_gap *gap,
+    const vec3 normals[2], epa_scratch *scratch, span *out)
+{
+    bool held = gap->relation == MESH_HOLDS_A || gap->relation == MESH_HOLDS_B;
+    vec3 first = held ? vec_neg(gap->nearest.axis) : out->axis;
+    out->lo = -INFINITY;
+    out->axis = first;
+    try_way(whole, w, first, held ? gap : NULL, out);
+    for (int i = 0; i < 2; i++)
+        if (!narrow_goal_reached(goal, out->lo, out->hi) && vec_norm2(normals[i]) > 0)
+            try_way(whole, w, normals[i], NULL, out);
+    if (!narrow_goal_reached(goal, out->lo, out->hi)) try_hulls(whole, goal, scratch, out);
+}
+
+static void both_bounds(const unit_pair *whole, mesh_walk *w, const narrow_goal *goal, const mesh_gap *gap,
+    const vec3 normals[2], epa_scratch *scratch, span *out)
+{
+    lower_bound(whole, w, goal, gap, normals, scratch, out);
+    if (!narrow_goal_reached(goal, out->lo, out->hi)) try_deepest_point(whole, goal, out);
+}
+
 void mesh_depth_find(
     const unit_pair *whole, mesh_walk *w, const narrow_goal *goal, const mesh_gap *gap, epa_scratch *scratch, span *out)
 {
     *out = gap->nearest;
     out->method = NARROW_BY_EPA;
+    deepest_search q = {.goal = goal, .scratch = scratch, .depth = 0};
     if (gap->relation == MESH_CROSSING) {
-        deepest_search q = {.goal = goal, .scratch = scratch, .depth = 0};
         mesh_walk_move(w, whole->b_in_a.t);
         w->within = whole->error;
         mesh_walk_run(w, deeper, &q);
@@ -247,7 +303,7 @@ void mesh_depth_find(
     if (out->hi <= goal->near)
         mesh_depth_rough(whole, out);
     else
-        lower_bound(whole, w, goal, gap, scratch, out);
+        both_bounds(whole, w, goal, gap, q.normals, scratch, out);
     out->iterations = iterations + w->visits;
     out->lo = min_of(out->lo, out->hi);
 }

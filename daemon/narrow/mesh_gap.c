@@ -86,7 +86,7 @@ void mesh_gap_find(mesh_walk *w, const narrow_goal *goal, mesh_gap *out)
         .triangle_b = MESH_NO_TRIANGLE};
     w->within = INFINITY;
     aim_by_hulls(w);
-    mesh_walk_run(w, nearer, &q);
+    mesh_walk_nearest(w, nearer, &q);
     span *s = &out->nearest;
     s->lo = q.ended ? -INFINITY : min_of(q.least, s->hi);
     out->relation = s->lo <= w->part.error ? MESH_CROSSING : containment(w);

@@ -7,15 +7,13 @@
 #include "core.h"
 #include "geom/mesh_simd.h"
 
-#include <float.h>
-
-/* A squared distance is off by less than 8 u_float of itself; a height by less than 100 u_float of the boxes' unit: its
- * terms are at most 2 and there are less than 20. */
-#define FLOAT_SLACK 0x1p-17
-/* Boxes of meshes lie within 1 of the origin; what is farther away than this counts as being just so far. */
+/* u_float = 2^-24. A bound of mesh_bounds is made of less than 60 terms, none greater than the mesh's unit and the
+ * other's reach together, and each is off by less than 4 u_float of that. */
+#define FLOAT_SLACK 0x1p-16
+/* Boxes of meshes lie within 1 of the origin; floats are of no use for what reaches beyond this. */
 #define FLOAT_FAR 0x1p40
 
-enum { WHOLE = UINT32_MAX, STACK = 2 * MESH_DEPTH_MAX * (MESH_WIDTH - 1) + MESH_WIDTH * MESH_WIDTH };
+enum { WHOLE = UINT32_MAX, STACK = 2 * MESH_DEPTH_MAX * (MESH_WIDTH - 1) + MESH_WIDTH * MESH_WIDTH, HEAP = 512 };
 
 /* A box of a mesh: a child of a node. The root's own children stand for the root. */
 typedef struct box_ref {
@@ -44,30 +42,42 @@ static void put_on(triangle_part *t, const mesh *m, uint32_t triangle)
     }
 }
 
-static float float_down(double x)
+/* A box that is turned, in units of the pair. */
+typedef struct turned_box {
+    vec3 centre, side[3];
+} turned_box;
+
+static double sum_abs(vec3 v)
 {
-    float f = (float)clamp_to(x, FLOAT_FAR);
-    return f - fabsf(f) * 0x1p-22f - FLT_MIN;
+    return fabs(v.x) + fabs(v.y) + fabs(v.z);
 }
 
-static float float_up(double x)
+static void put(float to[3], vec3 v)
 {
-    return -float_down(-x);
+    to[0] = (float)v.x;
+    to[1] = (float)v.y;
+    to[2] = (float)v.z;
 }
 
-/* The box of a convex A in B's frame. */
-static void box_whole(mesh_walk *w)
+static turned_box turned_by(const transform *t, const turned_box *b)
 {
-    const transform *t = &w->part.b_in_a;
-    const vec3 rows[3] = {t->r.x, t->r.y, t->r.z};
+    return (turned_box){transform_point(t, b->centre),
+        {mat_mul(t->r, b->side[0]), mat_mul(t->r, b->side[1]), mat_mul(t->r, b->side[2])}};
+}
+
+/* The box, in the frame of a node, in the node's unit. */
+static void face(const turned_box *b, double size, mesh_other *o)
+{
+    vec3 centre = vec_scale(b->centre, 1 / size);
+    double reach = sum_abs(centre);
     for (int k = 0; k < 3; k++) {
-        vec3 d = rows[k];
-        double at = vec_dot(d, t->t), error = w->part.error;
-        double top = vec_dot(d, core_support(&w->whole_a, w->part.scale, d, NULL));
-        double foot = vec_dot(d, core_support(&w->whole_a, w->part.scale, vec_neg(d), NULL));
-        w->box_lo[k] = float_down((foot - at - error) / w->size_b);
-        w->box_hi[k] = float_up((top - at + error) / w->size_b);
+        vec3 side = vec_scale(b->side[k], 1 / size);
+        reach += sum_abs(side);
+        put(o->side[k], side);
     }
+    put(o->centre, centre);
+    o->far = !(reach < FLOAT_FAR);
+    o->slack = (float)(FLOAT_SLACK * (4 + reach));
 }
 
 static double extent_of(const mesh_walk *w, vec3 d)
@@ -75,7 +85,16 @@ static double extent_of(const mesh_walk *w, vec3 d)
     return vec_dot(d, core_support(&w->whole_a, w->part.scale, d, NULL));
 }
 
-/* The box of a convex A in its own frame. */
+/* The box of a convex A as B's nodes see it. */
+static void box_whole(mesh_walk *w)
+{
+    vec3 half = vec_scale(vec_sub(w->whole.hi, w->whole.lo), 0.5);
+    turned_box box = {vec_add(w->whole.lo, half), {vec(half.x, 0, 0), vec(0, half.y, 0), vec(0, 0, half.z)}};
+    turned_box there = turned_by(&w->a_in_b, &box);
+    face(&there, w->size_b, &w->whole_other);
+    w->whole_other.flat = false;
+}
+
 static void spot_whole(mesh_walk *w)
 {
     const vec3 x = {1, 0, 0}, y = {0, 1, 0}, z = {0, 0, 1};
@@ -98,14 +117,17 @@ void mesh_walk_init(mesh_walk *w, const unit_pair *p, const shape *a, const shap
     else
         spot_whole(w);
     wear(&w->flat_b, &w->part.b);
+    vec3 x = p->b_in_a.r.x, y = p->b_in_a.r.y, z = p->b_in_a.r.z;
+    w->a_in_b.r = (mat3){{x.x, y.x, z.x}, {x.y, y.y, z.y}, {x.z, y.z, z.z}};
     mesh_walk_move(w, p->b_in_a.t);
 }
 
 void mesh_walk_move(mesh_walk *w, vec3 position)
 {
     w->part.b_in_a.t = position;
+    w->a_in_b.t = vec_neg(mat_mul(w->a_in_b.r, position));
     w->within = INFINITY;
-    w->axis = VEC_ZERO;
+    w->axis = w->axis_in_b = VEC_ZERO;
     w->whole.level = 0;
     w->aims++;
     w->triangle_a = w->triangle_b = MESH_NO_TRIANGLE;
@@ -115,6 +137,7 @@ void mesh_walk_move(mesh_walk *w, vec3 position)
 void mesh_walk_aim(mesh_walk *w, vec3 axis)
 {
     w->axis = axis;
+    w->axis_in_b = mat_tmul(w->part.b_in_a.r, axis);
     w->aims++;
     if (!w->ma) w->whole.level = extent_of(w, axis);
 }
@@ -136,66 +159,28 @@ double mesh_walk_foot_b(const mesh_walk *w, vec3 d)
 
 /* ---- bounds ---- */
 
-typedef struct middle_box { /* in units of the pair */
-    vec3 centre, half;
-} middle_box;
-
-static middle_box box_of(const mesh *m, box_ref r, double size)
+static vec3 normal_of(const mesh *m, box_ref r)
 {
     const mesh_node *n = &m->nodes[r.node];
-    double lo[3], hi[3];
-    for (int k = 0; k < 3; k++) {
-        lo[k] = 0.5 * size * (double)n->lo[k][r.child];
-        hi[k] = 0.5 * size * (double)n->hi[k][r.child];
-    }
-    return (middle_box){{hi[0] + lo[0], hi[1] + lo[1], hi[2] + lo[2]}, {hi[0] - lo[0], hi[1] - lo[1], hi[2] - lo[2]}};
+    return vec(n->normal[0][r.child], n->normal[1][r.child], n->normal[2][r.child]);
 }
 
-static vec3 abs_mul(vec3 x, vec3 y, vec3 z, vec3 h) /* |x| h.x + |y| h.y + |z| h.z, coordinate by coordinate */
-{
-    return vec(fabs(x.x) * h.x + fabs(y.x) * h.y + fabs(z.x) * h.z, fabs(x.y) * h.x + fabs(y.y) * h.y + fabs(z.y) * h.z,
-        fabs(x.z) * h.x + fabs(y.z) * h.y + fabs(z.z) * h.z);
-}
-
-static double reach_along(middle_box b, vec3 d) /* of the box beyond its centre */
-{
-    return fabs(d.x) * b.half.x + fabs(d.y) * b.half.y + fabs(d.z) * b.half.z;
-}
-
-/* The greatest height of what is in a box of a mesh along `d`, in the mesh's frame: see mesh_heights. */
-static double top_of(const mesh *m, box_ref r, middle_box b, double size, vec3 d)
+static turned_box box_of(const mesh *m, box_ref r, double size)
 {
     const mesh_node *n = &m->nodes[r.node];
-    vec3 normal = {n->normal[0][r.child], n->normal[1][r.child], n->normal[2][r.child]};
-    double share = vec_dot(d, normal), by_box = vec_dot(d, b.centre) + reach_along(b, d);
-    if (!(share > 0)) return by_box;
-    vec3 rest = vec_madd(d, -share, normal);
-    return min_of(by_box, share * size * (double)n->top[r.child] + vec_dot(rest, b.centre) + reach_along(b, rest));
+    turned_box b;
+    uint32_t c = r.child;
+    b.centre = vec_scale(vec(n->centre[0][c], n->centre[1][c], n->centre[2][c]), size);
+    for (int k = 0; k < 2; k++) b.side[k] = vec_scale(vec(n->side[k][0][c], n->side[k][1][c], n->side[k][2][c]), size);
+    b.side[2] = vec_scale(vec(n->normal[0][c], n->normal[1][c], n->normal[2][c]), size * (double)n->half[c]);
+    return b;
 }
 
-static void to_floats(middle_box b, double error, double unit, float lo[3], float hi[3])
+/* The greatest height of a box along `d`, in its frame. */
+static double top_of(const turned_box *b, vec3 d)
 {
-    const double c[3] = {b.centre.x, b.centre.y, b.centre.z}, h[3] = {b.half.x, b.half.y, b.half.z};
-    for (int k = 0; k < 3; k++) {
-        lo[k] = float_down((c[k] - h[k] - error) / unit);
-        hi[k] = float_up((c[k] + h[k] + error) / unit);
-    }
-}
-
-/* Lower bounds of the distances between the children of a node and the box [lo, hi], which is in the node's frame and
- * unit; and along `direction` (in the node's frame), seen from a plane at `level`. */
-static void bounds_of(const mesh_node *n, const float lo[3], const float hi[3], vec3 direction, double level,
-    double size, double error, double out[MESH_WIDTH])
-{
-    float distances2[MESH_WIDTH], heights[MESH_WIDTH];
-    const float d[3] = {(float)direction.x, (float)direction.y, (float)direction.z};
-    mesh_distances2(n, lo, hi, distances2);
-    mesh_heights(n, d, heights);
-    for (int i = 0; i < n->used; i++) {
-        double apart = sqrt((double)distances2[i]) * (1 - FLOAT_SLACK) * size;
-        double along = ((double)heights[i] - FLOAT_SLACK) * size - level - error;
-        out[i] = max_of(apart, along);
-    }
+    return vec_dot(d, b->centre) + fabs(vec_dot(d, b->side[0])) + fabs(vec_dot(d, b->side[1])) +
+           fabs(vec_dot(d, b->side[2]));
 }
 
 static bool has_axis(const mesh_walk *w)
@@ -203,76 +188,88 @@ static bool has_axis(const mesh_walk *w)
     return w->axis.x != 0 || w->axis.y != 0 || w->axis.z != 0;
 }
 
-/* Without an axis the level is one that nothing is above. */
-static void bounds_below_b(const mesh_walk *w, box_ref a, const mesh_node *n, double out[MESH_WIDTH])
+/* How far the boxes of a node are beyond `level` along the axis, both in the node's frame: in doubles. */
+static void bounds_along(const mesh *m, uint32_t node, vec3 axis, double level, double size, double out[MESH_WIDTH])
 {
-    const transform *t = &w->part.b_in_a;
-    vec3 d = mat_tmul(t->r, w->axis);
-    double level = INFINITY, error = w->part.error;
-    if (a.node == WHOLE) {
-        if (has_axis(w)) level = w->whole.level - vec_dot(w->axis, t->t);
-        bounds_of(n, w->box_lo, w->box_hi, d, level, w->size_b, error, out);
-        return;
+    for (uint32_t i = 0; i < m->nodes[node].used; i++) {
+        turned_box box = box_of(m, (box_ref){node, i}, size);
+        out[i] = -top_of(&box, vec_neg(axis)) - level;
     }
-    float lo[3], hi[3];
-    middle_box box = box_of(w->ma, a, w->size_a);
-    if (has_axis(w)) level = top_of(w->ma, a, box, w->size_a, w->axis) - vec_dot(w->axis, t->t);
-    vec3 rx = {t->r.x.x, t->r.y.x, t->r.z.x}, ry = {t->r.x.y, t->r.y.y, t->r.z.y}, rz = {t->r.x.z, t->r.y.z, t->r.z.z};
-    middle_box there = {mat_tmul(t->r, vec_sub(box.centre, t->t)), abs_mul(rx, ry, rz, box.half)};
-    to_floats(there, error, w->size_b, lo, hi);
-    bounds_of(n, lo, hi, d, level, w->size_b, error, out);
 }
 
-static void bounds_below_a(const mesh_walk *w, const mesh_node *n, box_ref b, double out[MESH_WIDTH])
+/* `axis` and `level` in the node's frame, which `other` is in. Without an axis there is nothing above any level. */
+static void bounds_of(const mesh_walk *w, const mesh *m, uint32_t node, mesh_other *o, vec3 axis, double level,
+    double size, double out[MESH_WIDTH])
 {
-    const transform *t = &w->part.b_in_a;
-    double level = INFINITY, error = w->part.error;
-    float lo[3], hi[3];
-    middle_box box = box_of(w->mb, b, w->size_b);
-    middle_box here = {transform_point(t, box.centre), abs_mul(t->r.x, t->r.y, t->r.z, box.half)};
-    if (has_axis(w))
-        level = top_of(w->mb, b, box, w->size_b, mat_tmul(t->r, vec_neg(w->axis))) - vec_dot(w->axis, t->t);
-    to_floats(here, error, w->size_a, lo, hi);
-    bounds_of(n, lo, hi, vec_neg(w->axis), level, w->size_a, error, out);
+    float bounds[MESH_WIDTH];
+    if (!has_axis(w)) level = INFINITY;
+    if (o->far) {
+        bounds_along(m, node, axis, level, size, out);
+    } else {
+        put(o->axis, axis);
+        o->level = (float)(level / size);
+        mesh_bounds(&m->nodes[node], o, bounds);
+        for (int i = 0; i < m->nodes[node].used; i++) out[i] = (double)bounds[i] * size;
+    }
+    for (int i = 0; i < m->nodes[node].used; i++) out[i] -= w->part.error;
+}
+
+static void bounds_below_b(const mesh_walk *w, box_ref a, uint32_t node, double out[MESH_WIDTH])
+{
+    mesh_other o = w->whole_other;
+    double level = w->whole.level;
+    if (a.node != WHOLE) {
+        turned_box box = box_of(w->ma, a, w->size_a), there = turned_by(&w->a_in_b, &box);
+        face(&there, w->size_b, &o);
+        o.flat = true;
+        put(o.normal, mat_mul(w->a_in_b.r, normal_of(w->ma, a)));
+        level = top_of(&box, w->axis);
+    }
+    bounds_of(w, w->mb, node, &o, w->axis_in_b, level - vec_dot(w->axis, w->part.b_in_a.t), w->size_b, out);
+}
+
+static void bounds_below_a(const mesh_walk *w, uint32_t node, box_ref b, double out[MESH_WIDTH])
+{
+    mesh_other o;
+    turned_box box = box_of(w->mb, b, w->size_b), here = turned_by(&w->part.b_in_a, &box);
+    face(&here, w->size_a, &o);
+    o.flat = true;
+    put(o.normal, mat_mul(w->part.b_in_a.r, normal_of(w->mb, b)));
+    bounds_of(w, w->ma, node, &o, vec_neg(w->axis), top_of(&here, vec_neg(w->axis)), w->size_a, out);
 }
 
 /* ---- the walk ---- */
 
-/* Of the boxes of one node the nearest comes on top. */
-static uint32_t push_sorted(entry *stack, uint32_t open, entry *more, int count)
+/* The boxes of a node that are near enough, beside a box of the other shape; the nearest comes last. */
+static uint32_t sorted_last(entry *more, uint32_t count)
 {
-    for (int i = 1; i < count; i++)
-        for (int k = i; k > 0 && more[k].bound > more[k - 1].bound; k--) {
+    for (uint32_t i = 1; i < count; i++)
+        for (uint32_t k = i; k > 0 && more[k].bound > more[k - 1].bound; k--) {
             entry e = more[k];
             more[k] = more[k - 1];
             more[k - 1] = e;
         }
-    for (int i = 0; i < count; i++) stack[open++] = more[i];
-    return open;
+    return count;
 }
 
-static uint32_t expand_b(const mesh_walk *w, entry *stack, uint32_t open, box_ref a, uint32_t node)
+static uint32_t expand_b(const mesh_walk *w, box_ref a, uint32_t node, entry more[MESH_WIDTH])
 {
-    const mesh_node *n = &w->mb->nodes[node];
     double bounds[MESH_WIDTH];
-    entry more[MESH_WIDTH];
-    int count = 0;
-    bounds_below_b(w, a, n, bounds);
-    for (uint32_t i = 0; i < n->used; i++)
+    uint32_t count = 0;
+    bounds_below_b(w, a, node, bounds);
+    for (uint32_t i = 0; i < w->mb->nodes[node].used; i++)
         if (!(bounds[i] > w->within)) more[count++] = (entry){a, {node, i}, bounds[i]};
-    return push_sorted(stack, open, more, count);
+    return sorted_last(more, count);
 }
 
-static uint32_t expand_a(const mesh_walk *w, entry *stack, uint32_t open, uint32_t node, box_ref b)
+static uint32_t expand_a(const mesh_walk *w, uint32_t node, box_ref b, entry more[MESH_WIDTH])
 {
-    const mesh_node *n = &w->ma->nodes[node];
     double bounds[MESH_WIDTH];
-    entry more[MESH_WIDTH];
-    int count = 0;
-    bounds_below_a(w, n, b, bounds);
-    for (uint32_t i = 0; i < n->used; i++)
+    uint32_t count = 0;
+    bounds_below_a(w, node, b, bounds);
+    for (uint32_t i = 0; i < w->ma->nodes[node].used; i++)
         if (!(bounds[i] > w->within)) more[count++] = (entry){{node, i}, b, bounds[i]};
-    return push_sorted(stack, open, more, count);
+    return sorted_last(more, count);
 }
 
 /* ---- leaves ---- */
@@ -288,8 +285,10 @@ static vec3 most_of(vec3 a, vec3 b)
 
 static void set_box(mesh_spot *s)
 {
-    s->lo = least_of(least_of(s->corner[0], s->corner[1]), s->corner[2]);
-    s->hi = most_of(most_of(s->corner[0], s->corner[1]), s->corner[2]);
+    const vec3 *p = s->corner;
+    s->lo = least_of(least_of(p[0], p[1]), p[2]);
+    s->hi = most_of(most_of(p[0], p[1]), p[2]);
+    s->normal = vec_cross(vec_sub(p[1], p[0]), vec_sub(p[2], p[0]));
 }
 
 static double outside(double lo_a, double hi_a, double lo_b, double hi_b)
@@ -297,13 +296,25 @@ static double outside(double lo_a, double hi_a, double lo_b, double hi_b)
     return max_of(max_of(lo_b - hi_a, lo_a - hi_b), 0);
 }
 
-/* By their boxes, or along the axis, in doubles. */
+/* Along a direction of any length, one way or the other. */
+static bool is_far_along(const mesh_walk *w, vec3 u)
+{
+    vec3 between = vec_sub(vec_add(w->spot_b->lo, w->spot_b->hi), vec_add(w->spot_a->lo, w->spot_a->hi));
+    if (vec_dot(u, between) < 0) u = vec_neg(u);
+    double gap = mesh_walk_foot_b(w, u) - mesh_walk_top_a(w, u), within = w->within + 2 * w->part.error;
+    return gap > 0 && gap * gap > within * within * vec_norm2(u);
+}
+
+/* By their boxes, along the axis, or along the directions of mesh_bounds, in doubles. */
 static bool is_far(const mesh_walk *w)
 {
     const mesh_spot *a = w->spot_a, *b = w->spot_b;
     double x = outside(a->lo.x, a->hi.x, b->lo.x, b->hi.x), y = outside(a->lo.y, a->hi.y, b->lo.y, b->hi.y),
            z = outside(a->lo.z, a->hi.z, b->lo.z, b->hi.z), within = w->within + 2 * w->part.error;
-    return x * x + y * y + z * z > within * within || b->level - a->level > within;
+    if (x * x + y * y + z * z > within * within || b->level - a->level > within) return true;
+    if (!(w->within < INFINITY)) return false;
+    return is_far_along(w, vec_sub(vec_add(b->lo, b->hi), vec_add(a->lo, a->hi))) || is_far_along(w, b->normal) ||
+           (w->ma && is_far_along(w, a->normal));
 }
 
 static uint32_t spots_of(const mesh *m, box_ref r, double scale, const transform *to_a, mesh_spot *out)
@@ -380,9 +391,12 @@ static bool is_leaf(const mesh *m, box_ref r)
     return r.node == WHOLE || m->nodes[r.node].count[r.child] > 0;
 }
 
-static double volume_like(middle_box b)
+static double size_of(const mesh *m, box_ref r, double size)
 {
-    return b.half.x + b.half.y + b.half.z;
+    const mesh_node *n = &m->nodes[r.node];
+    float sum = 0;
+    for (int k = 0; k < 3; k++) sum += n->hi[k][r.child] - n->lo[k][r.child];
+    return (double)sum * size;
 }
 
 /* A or B: the larger of two boxes is opened. */
@@ -390,26 +404,88 @@ static bool opens_a(const mesh_walk *w, const entry *e)
 {
     if (is_leaf(w->ma, e->a)) return false;
     if (is_leaf(w->mb, e->b)) return true;
-    return volume_like(box_of(w->ma, e->a, w->size_a)) > volume_like(box_of(w->mb, e->b, w->size_b));
+    return size_of(w->ma, e->a, w->size_a) > size_of(w->mb, e->b, w->size_b);
+}
+
+static uint32_t expand(const mesh_walk *w, const entry *e, entry more[MESH_WIDTH])
+{
+    return opens_a(w, e) ? expand_a(w, w->ma->nodes[e->a.node].first[e->a.child], e->b, more)
+                         : expand_b(w, e->a, w->mb->nodes[e->b.node].first[e->b.child], more);
+}
+
+static bool is_leaves(const mesh_walk *w, const entry *e)
+{
+    return is_leaf(w->ma, e->a) && is_leaf(w->mb, e->b);
+}
+
+/* All below one pair of boxes, depth first. False: enough. */
+static bool run_below(mesh_walk *w, const entry *top, mesh_visit *visit, void *context)
+{
+    entry stack[STACK];
+    uint32_t open = 0;
+    stack[open++] = *top;
+    while (open) {
+        entry e = stack[--open];
+        if (e.bound > w->within) continue;
+        if (!is_leaves(w, &e))
+            open += expand(w, &e, stack + open);
+        else if (!visit_leaves(w, &e, visit, context))
+            return false;
+    }
+    return true;
+}
+
+/* The pairs of boxes to begin with. */
+static uint32_t start(const mesh_walk *w, entry first[MESH_WIDTH * MESH_WIDTH])
+{
+    uint32_t count = 0;
+    if (!w->ma) return expand_b(w, (box_ref){WHOLE, 0}, 0, first);
+    for (uint32_t i = 0; i < w->ma->nodes[0].used; i++) count += expand_b(w, (box_ref){0, i}, 0, first + count);
+    return count;
 }
 
 void mesh_walk_run(mesh_walk *w, mesh_visit *visit, void *context)
 {
-    entry stack[STACK];
-    uint32_t open = 0;
-    if (w->ma)
-        for (uint32_t i = 0; i < w->ma->nodes[0].used; i++) open = expand_b(w, stack, open, (box_ref){0, i}, 0);
-    else
-        open = expand_b(w, stack, open, (box_ref){WHOLE, 0}, 0);
+    entry first[MESH_WIDTH * MESH_WIDTH];
+    uint32_t count = start(w, first);
+    while (count)
+        if (!run_below(w, &first[--count], visit, context)) return;
+}
+
+/* ---- nearest first: a heap, the nearest on top ---- */
+
+static void heap_push(entry *heap, uint32_t *count, entry e)
+{
+    uint32_t at = (*count)++;
+    for (; at && heap[(at - 1) / 2].bound > e.bound; at = (at - 1) / 2) heap[at] = heap[(at - 1) / 2];
+    heap[at] = e;
+}
+
+static entry heap_pop(entry *heap, uint32_t *count)
+{
+    entry top = heap[0], last = heap[--*count];
+    uint32_t at = 0;
+    for (uint32_t k; (k = 2 * at + 1) < *count; at = k) {
+        if (k + 1 < *count && heap[k + 1].bound < heap[k].bound) k++;
+        if (!(heap[k].bound < last.bound)) break;
+        heap[at] = heap[k];
+    }
+    heap[at] = last;
+    return top;
+}
+
+void mesh_walk_nearest(mesh_walk *w, mesh_visit *visit, void *context)
+{
+    entry heap[HEAP], more[MESH_WIDTH * MESH_WIDTH];
+    uint32_t open = 0, count = start(w, more);
+    while (count) heap_push(heap, &open, more[--count]);
     while (open) {
-        entry e = stack[--open];
-        if (e.bound > w->within) continue;
-        if (is_leaf(w->ma, e.a) && is_leaf(w->mb, e.b)) {
-            if (!visit_leaves(w, &e, visit, context)) return;
-        } else if (opens_a(w, &e)) {
-            open = expand_a(w, stack, open, w->ma->nodes[e.a.node].first[e.a.child], e.b);
-        } else {
-            open = expand_b(w, stack, open, e.a, w->mb->nodes[e.b.node].first[e.b.child]);
-        }
+        entry e = heap_pop(heap, &open);
+        if (e.bound > w->within) return;
+        bool full = open + MESH_WIDTH > HEAP, leaves = is_leaves(w, &e);
+        if (leaves ? !visit_leaves(w, &e, visit, context) : full && !run_below(w, &e, visit, context)) return;
+        if (leaves || full) continue;
+        count = expand(w, &e, more);
+        while (count) heap_push(heap, &open, more[--count]);
     }
 }

@@ -1,13 +1,13 @@
 /* mesh_walk: all pairs of parts of two shapes that may be near each other, one of them or both a mesh.
  *
- * The parts of a mesh are its triangles, a convex core is its own only part. The hierarchies are walked together, the
- * nearest boxes first; what is proven to be farther apart than `within` is left out, by the distance of boxes or along
- * the axis that the visitor has found last. The stack is on the stack: its depth follows from MESH_DEPTH_MAX. Pure; any
- * thread. */
+ * The parts of a mesh are its triangles, a convex core is its own only part. The hierarchies are walked together; what
+ * is proven to be farther apart than `within` is left out, along the directions of mesh_bounds or the axis that the
+ * visitor has found last. The stack is on the stack: its depth follows from MESH_DEPTH_MAX; so is the heap of the walk
+ * that goes nearest first, and what it has no room for is walked depth first. Pure; any thread. */
 #ifndef COLLIDED_NARROW_MESH_WALK_H
 #define COLLIDED_NARROW_MESH_WALK_H
 
-#include "geom/mesh.h"
+#include "geom/mesh_simd.h"
 #include "unit_pair.h"
 
 enum { MESH_NO_TRIANGLE = UINT32_MAX, TRIANGLE_PADDED = 8 };
@@ -22,6 +22,7 @@ typedef struct triangle_part {
 typedef struct mesh_spot {
     vec3 corner[3]; /* of a triangle */
     vec3 lo, hi;    /* a box around it */
+    vec3 normal;    /* of a triangle: of any length */
     double level;   /* along the axis: of A the greatest, of B the least */
 } mesh_spot;
 
@@ -36,8 +37,10 @@ typedef struct mesh_walk {
     const mesh_spot *spot_a, *spot_b; /* where they are */
     uint32_t visits, aims;            /* aims: counts the axes */
     triangle_part flat_a, flat_b;
-    float box_lo[3], box_hi[3]; /* of a convex A in B's frame and B's unit, rounded outward */
-    mesh_spot whole;            /* of a convex A */
+    transform a_in_b;       /* the inverse of part.b_in_a */
+    vec3 axis_in_b;         /* axis in B's frame */
+    mesh_other whole_other; /* of a convex A */
+    mesh_spot whole;
 } mesh_walk;
 
 /* `p`: the whole pair; `a`, `b`: the shapes it was made of. Infinite `within`. */
@@ -51,6 +54,7 @@ void mesh_walk_aim(mesh_walk *w, vec3 axis);
 
 typedef bool mesh_visit(mesh_walk *w, void *context); /* false: enough */
 void mesh_walk_run(mesh_walk *w, mesh_visit *visit, void *context);
+void mesh_walk_nearest(mesh_walk *w, mesh_visit *visit, void *context); /* the nearest boxes first of all */
 
 /* The greatest and least heights of the visited parts along a direction, in A's frame. */
 double mesh_walk_top_a(const mesh_walk *w, vec3 direction);

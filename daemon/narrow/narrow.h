@@ -20,6 +20,7 @@ typedef enum narrow_engine {
     NARROW_ENGINE_GJK,  /* the general path only, for every pair */
     NARROW_ENGINE_CCD,  /* libccd GJK proposes, our certificate decides; ours takes over where it fails (counted) */
     NARROW_ENGINE_MPR   /* libccd MPR for overlap proposes, as above */
+    /* libccd is not asked about half-spaces and meshes: result.method says who answered */
 } narrow_engine;
 
 typedef struct narrow_request {

@@ -33,7 +33,8 @@ static const config_option OPTIONS[] = {
     {"engine", CONFIG_CHOICE, FIELD(engine), 0, 0, "auto|gjk|ccd|mpr", "auto", "",
         "narrow phase: auto (closed forms, GJK, exact depth), gjk (general path only), ccd and mpr (libccd proposes, "
         "our certificate decides)",
-        "For experiments and comparisons; every answer is certified whichever is chosen."},
+        "For experiments and comparisons; every answer is certified whichever is chosen. libccd knows convex shapes "
+        "only: pairs with a mesh or a half-space are settled by our own methods, and Status counts them as theirs."},
     {"broad", CONFIG_CHOICE, FIELD(broad), 0, 0, "auto|tree|sweep3|sweep1", "auto", "",
         "broad phase: auto (by the number of shapes), tree (two trees of boxes), sweep3 and sweep1 (sweep and prune on "
         "three axes or one)",

@@ -1,5 +1,6 @@
 /* Properties of shapes' support functions. Oracles: a plain loop over the vertices with the same arithmetic (bits), and
  * heights in __float128 from the shapes' definitions (bounds). */
+#include "geom/hull_scan.h"
 #include "geom/round.h"
 #include "geom/support.h"
 #include "random_shapes.h"
@@ -127,6 +128,48 @@ static void hints_never_change_the_vertex(void **state)
     }
 }
 
+/* Each kernel of the scan that this processor has, on every size up to its limit, with ties (corners of a grid, and
+ * prisms: whole faces at one height), tiny and huge hulls, and directions that are zero or not a number. */
+static void assert_widths_agree(const hull *h, vec3 d)
+{
+    uint32_t expected = isnan(d.x) ? 0 : scanned_vertex(h, d);
+    for (int w = 0; w < HULL_SCAN_WIDTHS; w++)
+        if (hull_scan_has((hull_scan_width)w)) assert_int_equal(hull_scan_by((hull_scan_width)w, h, d), expected);
+    assert_int_equal(hull_scan(h, d), expected);
+}
+
+static hull *prism(size_t corners)
+{
+    vec3 points[200];
+    for (size_t k = 0; k < corners; k++) {
+        double angle = 6.28318530717958648 * (double)(k / 2) / (double)(corners / 2);
+        points[k] = vec(cos(angle), sin(angle), k % 2 ? 1 : -1);
+    }
+    hull *h = NULL;
+    assert_int_equal(hull_build(&points->x, corners, 0, &h), HULL_OK);
+    return h;
+}
+
+static void every_width_of_the_scan_gives_the_same_vertex(void **state)
+{
+    (void)state;
+    uint64_t seed = 9;
+    const vec3 odd[] = {{0, 0, 0}, {0, 0, 1}, {0, 0, -1}, {1, 0, 0}, {-1, -1, 0}, {1, 1, 1}, {NAN, 0, 1}};
+    for (int i = 0; i < 300; i++) {
+        size_t count = 4 + random_bits(&seed) % (i % 3 ? 100 : 500);
+        double size = i % 5 ? 1 : i % 2 ? 1e-140 : 1e140;
+        hull *h = i % 4 ? random_hull(&seed, count, size, true) : prism(6 + 2 * (count % 90));
+        assert_non_null(h);
+        assert_true(h->padded_count <= HULL_SCAN_MAX);
+        for (size_t k = 0; k < sizeof odd / sizeof *odd; k++) assert_widths_agree(h, odd[k]);
+        for (int k = 0; k < 30; k++) {
+            assert_widths_agree(h, random_unit(&seed));
+            assert_widths_agree(h, h->faces[random_bits(&seed) % h->face_count].normal);
+        }
+        hull_destroy(h);
+    }
+}
+
 /* Caps of 100 corners, all at one height but for rounding: plateaus, where climbing would stop too early. */
 static void plateaus_do_not_hold_the_search_back(void **state)
 {
@@ -240,6 +283,7 @@ int main(void)
         cmocka_unit_test(heights_are_never_below_the_truth),
         cmocka_unit_test(heights_of_hulls_are_never_below_the_truth),
         cmocka_unit_test(hints_never_change_the_vertex),
+        cmocka_unit_test(every_width_of_the_scan_gives_the_same_vertex),
         cmocka_unit_test(plateaus_do_not_hold_the_search_back),
         cmocka_unit_test(ties_go_to_the_least_vertex),
         cmocka_unit_test(a_halfspace_has_a_height_only_along_its_normal),

@@ -183,6 +183,70 @@ static void any_number_of_triangles_makes_a_sound_tree(void **state)
     soup_free(&s);
 }
 
+static void one_triangle_is_a_surface(void **state)
+{
+    (void)state;
+    soup s = soup_plane(1, 1);
+    s.triangle_count = 1;
+    check_mesh(&s, false, "a surface, without an inside: 3 edges are open");
+    check_mesh(&s, false, "left out: 1 vertex that is repeated or unused");
+    soup_free(&s);
+}
+
+/* Two boxes that overlap: no triangle is cut, but each point has a winding number, and where it is not 0 is inside. */
+static void a_solid_may_pass_through_itself(void **state)
+{
+    (void)state;
+    soup s = soup_box(1, 1, 1, 2), other = soup_box(1, 1, 1, 3);
+    soup_add(&s, &other, vec(0.9, 0.8, 0.7));
+    check_mesh(&s, true, "a solid");
+    mesh *m = soup_mesh(&s);
+    assert_true(mesh_inside(m, vec(-0.9, 0.1, 0.2)) && mesh_inside(m, vec(0.5, 0.55, 0.6)));
+    assert_true(mesh_inside(m, vec(1.8, 1.1, 1.2)));
+    assert_false(mesh_inside(m, vec(-0.5, 1.3, 0.1)));
+    mesh_destroy(m);
+    soup_free(&s);
+    soup_free(&other);
+}
+
+/* A rough sheet, a flat one below it, and four walls between them. */
+static void a_million_triangles_make_a_sound_solid(void **state)
+{
+    (void)state;
+    enum { SIDE = 500, POINTS = 2 * (SIDE + 1) * (SIDE + 1), TRIANGLES = 4 * SIDE * SIDE + 8 * SIDE };
+    double *points = calloc(POINTS, 3 * sizeof *points), *at = points;
+    int32_t *corners = calloc(TRIANGLES, 3 * sizeof *corners), *to = corners;
+    assert_true(points && corners);
+    for (int below = 0; below < 2; below++)
+        for (int i = 0; i <= SIDE; i++)
+            for (int k = 0; k <= SIDE; k++) *at++ = i, *at++ = k, *at++ = below ? -100 : (i * 7 + k * 3) % 11;
+    for (int below = 0; below < 2; below++)
+        for (int i = 0; i < SIDE; i++)
+            for (int k = 0; k < SIDE; k++) {
+                int32_t a = (below * (SIDE + 1) + i) * (SIDE + 1) + k, b = a + SIDE + 1, c = b + 1, d = a + 1;
+                const int32_t up[6] = {a, b, c, a, c, d}, down[6] = {a, c, b, a, d, c};
+                memcpy(to, below ? down : up, sizeof up);
+                to += 6;
+            }
+    for (int side = 0; side < 4; side++)
+        for (int i = 0; i < SIDE; i++) {
+            int32_t step = side % 2 ? SIDE + 1 : 1, first = side < 2 ? 0 : side == 2 ? SIDE * (SIDE + 1) : SIDE;
+            int32_t a = first + i * step, b = a + step, below = (SIDE + 1) * (SIDE + 1), c = b + below, d = a + below;
+            bool turned = side == 1 || side == 2; /* all four look outward */
+            const int32_t two[6] = {a, turned ? d : b, c, a, c, turned ? b : d};
+            memcpy(to, two, sizeof two);
+            to += 6;
+        }
+    mesh *m;
+    assert_int_equal(mesh_build(points, POINTS, corners, TRIANGLES, &m), MESH_OK);
+    assert_null(mesh_validate(m));
+    assert_true(m->solid && m->triangle_count == TRIANGLES);
+    assert_true(mesh_inside(m, vec(250.3, 17.2, -50)) && !mesh_inside(m, vec(250.3, 17.2, 50)));
+    mesh_destroy(m);
+    free(points);
+    free(corners);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -194,6 +258,9 @@ int main(void)
         cmocka_unit_test(a_sliver_of_no_area_still_closes_a_seam),
         cmocka_unit_test(edges_of_four_triangles_are_said_and_a_cycle_stays_a_solid),
         cmocka_unit_test(a_fin_or_a_moebius_band_is_a_surface),
+        cmocka_unit_test(one_triangle_is_a_surface),
+        cmocka_unit_test(a_solid_may_pass_through_itself),
+        cmocka_unit_test(a_million_triangles_make_a_sound_solid),
         cmocka_unit_test(bad_input_is_refused_by_name),
         cmocka_unit_test(the_same_input_gives_the_same_mesh),
         cmocka_unit_test(any_number_of_triangles_makes_a_sound_tree),

@@ -96,6 +96,62 @@ static void what_slides_over_inner_edges_does_not_feel_them(void **state)
     soup_free(&s);
 }
 
+/* On its side: the line of contact stays one of two points, straight below the axis. */
+static void a_cylinder_that_rolls_over_inner_edges_does_not_feel_them(void **state)
+{
+    (void)state;
+    soup s = soup_box(3, 3, 1, 9);
+    mesh *m = soup_mesh(&s);
+    shape ground = mesh_shape(m, 0), roller = {.type = SHAPE_CYLINDER, .half = {0.2, 0.2, 0.3}};
+    const double depth = 0.001, h = 0.70710678118654752; /* its z lies along the ground's x */
+    for (int k = 0; k <= 200; k++) {
+        double angle = 0.02 * k;
+        vec3 at = {0.123, -2 + 0.2 * angle * 5, 1.2 - depth};
+        quat rolled = quat_unit((quat){cos(angle / 2), 0, 0, -sin(angle / 2)});
+        pose in_world = {at, quat_mul((quat){h, 0, h, 0}, rolled)};
+        pose ground_in_roller = pose_relative(in_world, POSE_IDENTITY);
+        narrow_result r = ask(&roller, &ground, ground_in_roller);
+        vec3 axis = quat_rotate(in_world.q, r.axis);
+        if (!(fabs(axis.z + 1) < 1e-6))
+            fail_msg("at %d: axis %g %g %g of [%.12g, %.12g]", k, axis.x, axis.y, axis.z, r.lo, r.hi);
+        if (!(r.lo <= -depth + 1e-9 && -depth - 1e-9 <= r.hi)) fail_msg("at %d: [%.12g, %.12g]", k, r.lo, r.hi);
+        assert_true(r.hi - r.lo < 1e-7 && r.manifold.count >= 1);
+        for (uint32_t i = 0; i < r.manifold.count; i++) {
+            vec3 point = pose_point(in_world, r.manifold.points[i].point);
+            if (!(fabs(point.y - at.y) < 0.03 && fabs(point.x - at.x) < 0.301)) fail_msg("at %d: a ghost", k);
+        }
+    }
+    mesh_destroy(m);
+    soup_free(&s);
+}
+
+/* Pressed into one side, whichever way up: the bracket of a curved solid is as narrow as that of a box. */
+static void how_deep_a_curved_solid_is_in_one_side_is_known(void **state)
+{
+    (void)state;
+    dice d = {7};
+    soup s = soup_box(3, 3, 1, 7);
+    mesh *m = soup_mesh(&s);
+    shape ground = mesh_shape(m, 0), box = {.type = SHAPE_BOX, .half = {3, 3, 1}};
+    shape all[] = {{.type = SHAPE_CAPSULE, .radius = 0.2, .half = {0, 0, 0.3}},
+        {.type = SHAPE_CYLINDER, .half = {0.2, 0.2, 0.3}}, {.type = SHAPE_CONE, .half = {0.2, 0.2, 0.3}},
+        {.type = SHAPE_ELLIPSOID, .half = {0.2, 0.3, 0.25}}};
+    for (int k = 0; k < 200; k++) {
+        const shape *solid = &all[k % 4];
+        const narrow_request gap = {.facts = NARROW_DISTANCE, .tolerance = 1e-12, .range = INFINITY};
+        pose at = {{dice_between(&d, -2, 2), dice_between(&d, -2, 2), 2}, dice_quat(&d)};
+        narrow_result above;
+        narrow_query_world(solid, at, &box, POSE_IDENTITY, &gap, scratch, &above);
+        double depth = dice_between(&d, 0.001, 0.02);
+        at.p.z -= above.hi + depth; /* straight down to the face below */
+        narrow_result r = ask(solid, &ground, pose_relative(at, POSE_IDENTITY));
+        if (!(r.lo <= -depth + 1e-9 && -depth - 1e-9 <= r.hi)) fail_msg("%d: [%g, %g], %g deep", k, r.lo, r.hi, depth);
+        if (!(r.hi - r.lo < 1e-6)) fail_msg("%d: [%.12g, %.12g], %.12g deep", k, r.lo, r.hi, depth);
+    }
+    mesh_destroy(m);
+    soup_free(&s);
+}
+
 static void ids_stay_while_the_pose_hardly_moves(void **state)
 {
     (void)state;
@@ -122,6 +178,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_box_on_a_cut_face_has_its_four_corners),
         cmocka_unit_test(what_slides_over_inner_edges_does_not_feel_them),
+        cmocka_unit_test(a_cylinder_that_rolls_over_inner_edges_does_not_feel_them),
+        cmocka_unit_test(how_deep_a_curved_solid_is_in_one_side_is_known),
         cmocka_unit_test(ids_stay_while_the_pose_hardly_moves),
     };
     return cmocka_run_group_tests(tests, make_scratch, free_scratch);

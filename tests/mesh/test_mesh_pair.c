@@ -256,6 +256,62 @@ static void scaling_by_a_power_of_two_scales_the_answer(void **state)
     }
 }
 
+/* Of what is wrong with a mesh nothing is left that a query could feel: the points of its triangles are what counts. */
+static void damaged_meshes_are_as_far_apart_as_brute_force_says(void **state)
+{
+    (void)state;
+    dice d = {19};
+    soup box = soup_box(0.2, 0.3, 0.25, 1), one = soup_plane(1, 1), crossed = soup_box(0.4, 0.4, 0.4, 2),
+         other = soup_box(0.5, 0.3, 0.4, 3), open = soup_icosphere(1, 1), plane = soup_plane(1, 4);
+    one.triangle_count = 1;
+    soup_add(&crossed, &other, vec(0.3, 0.2, 0.1));
+    soup_drop(&open, 7);
+    soup_turn(&open, 20);
+    soup *all[] = {&one, &crossed, &open, &plane};
+    int apart = 0;
+    for (int k = 0; k < rounds(400); k++) {
+        soup *s = all[k % 4];
+        mesh *m = soup_mesh(s);
+        shape a = {.type = SHAPE_BOX, .half = {0.2, 0.3, 0.25}}, b = mesh_shape(m, 0);
+        pose at = {somewhere(&d, 1.5), dice_quat(&d)};
+        quad truth = brute_distance(&box, s, &at);
+        vec3 centre = quat_rotate(quat_conj(at.q), vec_neg(at.p));
+        bool held = truth > 0 && s == &crossed && brute_winding(s, centre) != 0;
+        narrow_result r = ask(&a, &b, at, 0);
+        hold_against(&r, truth, held, 4);
+        apart += truth > 0 && !held;
+        mesh_destroy(m);
+    }
+    assert_true(apart > rounds(100));
+    soup *made[] = {&box, &one, &crossed, &other, &open, &plane};
+    for (int i = 0; i < 6; i++) soup_free(made[i]);
+}
+
+/* libccd knows convex shapes only: it is not asked about a mesh, and no answer carries its name. */
+static void no_answer_about_a_mesh_carries_the_name_of_libccd(void **state)
+{
+    (void)state;
+    dice d = {20};
+    soup s = soup_torus(0.8, 0.3, 12, 8);
+    mesh *m = soup_mesh(&s);
+    shape b = mesh_shape(m, 0), others[] = {{.type = SHAPE_BOX, .half = {0.3, 0.2, 0.1}}, b};
+    for (int k = 0; k < rounds(200); k++) {
+        pose at = {somewhere(&d, 1.5), dice_quat(&d)};
+        narrow_result by[3];
+        for (int i = 0; i < 3; i++) {
+            static const narrow_engine ENGINES[3] = {NARROW_ENGINE_AUTO, NARROW_ENGINE_CCD, NARROW_ENGINE_MPR};
+            const narrow_request request = {.facts = NARROW_VERDICT, .engine = ENGINES[i]};
+            memset(&by[i], 0xa5, sizeof by[i]);
+            narrow_query(&others[k % 2], &b, &at, &request, NULL, scratch, &by[i]);
+            assert_true(by[i].method != NARROW_BY_CCD && by[i].method != NARROW_BY_MPR);
+            assert_int_equal(by[i].peer_failures, 0);
+            assert_true(by[i].method == by[0].method && by[i].lo == by[0].lo && by[i].hi == by[0].hi);
+        }
+    }
+    mesh_destroy(m);
+    soup_free(&s);
+}
+
 static void a_verdict_agrees_with_the_distance(void **state)
 {
     (void)state;
@@ -287,6 +343,8 @@ int main(void)
         cmocka_unit_test(the_axis_separates_what_is_moved_along_it),
         cmocka_unit_test(swapping_negates_and_asking_again_repeats),
         cmocka_unit_test(scaling_by_a_power_of_two_scales_the_answer),
+        cmocka_unit_test(damaged_meshes_are_as_far_apart_as_brute_force_says),
+        cmocka_unit_test(no_answer_about_a_mesh_carries_the_name_of_libccd),
         cmocka_unit_test(a_verdict_agrees_with_the_distance),
     };
     return cmocka_run_group_tests(tests, make_scratch, free_scratch);

@@ -1,0 +1,162 @@
+/* hull_scan: the kernels, and the choice among them: one test of a word that the C library's start-up code has filled.
+ *
+ * Each kernel writes down the heights and the greatest of them by columns, then looks for the first vertex that has it,
+ * 64 at a time without a branch in between. Padding repeats the last vertex, so it never comes first. */
+#include "hull_scan.h"
+
+enum { CHUNK = 64, LANES = 8 /* hull.h pads its arrays to this */ };
+
+static inline double greater(double a, double b)
+{
+    return a > b ? a : b;
+}
+
+static uint32_t scan_plain(const hull *h, vec3 d)
+{
+    const double *restrict x = h->x, *restrict y = h->y, *restrict z = h->z;
+    double height[HULL_SCAN_MAX], m0 = -INFINITY, m1 = -INFINITY, m2 = -INFINITY, m3 = -INFINITY;
+    uint32_t count = h->padded_count;
+    for (uint32_t i = 0; i < count; i++) height[i] = x[i] * d.x + y[i] * d.y + z[i] * d.z;
+    /* padded_count is a multiple of 8, and not less than vertex_count: clang-tidy 14 cannot know.
+     * NOLINTBEGIN(clang-analyzer-core.CallAndMessage, clang-analyzer-core.UndefinedBinaryOperatorResult) */
+    for (uint32_t i = 0; i < count; i += 4) {
+        m0 = greater(height[i], m0), m1 = greater(height[i + 1], m1);
+        m2 = greater(height[i + 2], m2), m3 = greater(height[i + 3], m3);
+    }
+    double top = greater(greater(m0, m1), greater(m2, m3));
+    for (uint32_t i = 0; i < h->vertex_count; i++)
+        if (height[i] >= top) return i;
+    /* NOLINTEND(clang-analyzer-core.CallAndMessage, clang-analyzer-core.UndefinedBinaryOperatorResult) */
+    return 0; /* only for a direction that is not a number */
+}
+
+#if defined(__x86_64__)
+
+#include <immintrin.h>
+
+__attribute__((target("avx2"))) static inline __m256d heights4(
+    const hull *h, uint32_t i, __m256d dx, __m256d dy, __m256d dz)
+{
+    __m256d x = _mm256_mul_pd(_mm256_loadu_pd(h->x + i), dx), y = _mm256_mul_pd(_mm256_loadu_pd(h->y + i), dy);
+    return _mm256_add_pd(_mm256_add_pd(x, y), _mm256_mul_pd(_mm256_loadu_pd(h->z + i), dz));
+}
+
+__attribute__((target("avx2"))) static inline __m256d greatest4(__m256d m)
+{
+    m = _mm256_max_pd(m, _mm256_permute2f128_pd(m, m, 1));
+    return _mm256_max_pd(m, _mm256_permute_pd(m, 5));
+}
+
+__attribute__((target("avx2"))) static inline uint32_t at_top(__m256d height, __m256d top)
+{
+    return (uint32_t)_mm256_movemask_pd(_mm256_cmp_pd(height, top, _CMP_GE_OQ));
+}
+
+/* Of 8 or 16 padded vertices: the heights stay in registers. Of 8 both halves are the same. */
+__attribute__((target("avx2"))) static inline uint32_t scan_few(const hull *h, __m256d dx, __m256d dy, __m256d dz)
+{
+    uint32_t half = h->padded_count - LANES;
+    __m256d h0 = heights4(h, 0, dx, dy, dz), h1 = heights4(h, 4, dx, dy, dz);
+    __m256d h2 = heights4(h, half, dx, dy, dz), h3 = heights4(h, half + 4, dx, dy, dz);
+    __m256d top = greatest4(_mm256_max_pd(_mm256_max_pd(h0, h1), _mm256_max_pd(h2, h3)));
+    uint32_t low = at_top(h0, top) | at_top(h1, top) << 4, high = at_top(h2, top) | at_top(h3, top) << 4;
+    uint32_t found = low | high << half;
+    return found ? (uint32_t)__builtin_ctz(found) : 0;
+}
+
+__attribute__((target("avx2"))) static uint32_t scan_avx2(const hull *h, vec3 d)
+{
+    double height[HULL_SCAN_MAX];
+    __m256d dx = _mm256_set1_pd(d.x), dy = _mm256_set1_pd(d.y), dz = _mm256_set1_pd(d.z);
+    __m256d m0 = _mm256_set1_pd(-INFINITY), m1 = m0;
+    uint32_t count = h->padded_count;
+    if (count <= 2 * LANES) return scan_few(h, dx, dy, dz);
+    for (uint32_t i = 0; i < count; i += LANES) {
+        __m256d h0 = heights4(h, i, dx, dy, dz), h1 = heights4(h, i + 4, dx, dy, dz);
+        _mm256_storeu_pd(height + i, h0);
+        _mm256_storeu_pd(height + i + 4, h1);
+        m0 = _mm256_max_pd(h0, m0);
+        m1 = _mm256_max_pd(h1, m1);
+    }
+    m0 = greatest4(_mm256_max_pd(m0, m1));
+    for (uint32_t first = 0; first < count; first += CHUNK) {
+        uint64_t found = 0;
+        uint32_t end = count - first < CHUNK ? count : first + CHUNK;
+        for (uint32_t i = first; i < end; i += 4)
+            found |= (uint64_t)at_top(_mm256_loadu_pd(height + i), m0) << (i - first);
+        if (found) return first + (uint32_t)__builtin_ctzll(found);
+    }
+    return 0;
+}
+
+__attribute__((target("avx512f"))) static inline __m512d heights8(
+    const hull *h, uint32_t i, __m512d dx, __m512d dy, __m512d dz)
+{
+    __m512d x = _mm512_mul_pd(_mm512_loadu_pd(h->x + i), dx), y = _mm512_mul_pd(_mm512_loadu_pd(h->y + i), dy);
+    return _mm512_add_pd(_mm512_add_pd(x, y), _mm512_mul_pd(_mm512_loadu_pd(h->z + i), dz));
+}
+
+__attribute__((target("avx512f"))) static uint32_t scan_avx512(const hull *h, vec3 d)
+{
+    double height[HULL_SCAN_MAX];
+    __m512d dx = _mm512_set1_pd(d.x), dy = _mm512_set1_pd(d.y), dz = _mm512_set1_pd(d.z);
+    __m512d most = _mm512_set1_pd(-INFINITY);
+    uint32_t count = h->padded_count;
+    for (uint32_t i = 0; i < count; i += LANES) {
+        __m512d h8 = heights8(h, i, dx, dy, dz);
+        _mm512_storeu_pd(height + i, h8);
+        most = _mm512_max_pd(h8, most);
+    }
+    most = _mm512_set1_pd(_mm512_reduce_max_pd(most));
+    for (uint32_t first = 0; first < count; first += CHUNK) {
+        uint64_t found = 0;
+        uint32_t end = count - first < CHUNK ? count : first + CHUNK;
+        for (uint32_t i = first; i < end; i += LANES) {
+            __mmask8 top = _mm512_cmp_pd_mask(_mm512_loadu_pd(height + i), most, _CMP_GE_OQ);
+            found |= (uint64_t)top << (i - first);
+        }
+        if (found) return first + (uint32_t)__builtin_ctzll(found);
+    }
+    return 0;
+}
+
+bool hull_scan_has(hull_scan_width width)
+{
+    if (width == HULL_SCAN_AVX512) return __builtin_cpu_supports("avx512f");
+    return width == HULL_SCAN_PLAIN || __builtin_cpu_supports("avx2");
+}
+
+uint32_t hull_scan_by(hull_scan_width width, const hull *h, vec3 direction)
+{
+    if (width == HULL_SCAN_AVX512) return scan_avx512(h, direction);
+    return width == HULL_SCAN_AVX2 ? scan_avx2(h, direction) : scan_plain(h, direction);
+}
+
+/* Measured: a hull of few vertices gains nothing from eight lanes but a longer reduction. */
+enum { AVX512_MIN = 64 };
+
+uint32_t hull_scan(const hull *h, vec3 direction)
+{
+    if (h->padded_count > AVX512_MIN && __builtin_cpu_supports("avx512f")) return scan_avx512(h, direction);
+    return __builtin_cpu_supports("avx2") ? scan_avx2(h, direction) : scan_plain(h, direction);
+}
+
+#else
+
+bool hull_scan_has(hull_scan_width width)
+{
+    return width == HULL_SCAN_PLAIN;
+}
+
+uint32_t hull_scan_by(hull_scan_width width, const hull *h, vec3 direction)
+{
+    (void)width;
+    return scan_plain(h, direction);
+}
+
+uint32_t hull_scan(const hull *h, vec3 direction)
+{
+    return scan_plain(h, direction);
+}
+
+#endif

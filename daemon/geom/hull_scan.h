@@ -1,0 +1,23 @@
+/* hull_scan: the farthest vertex of a small hull, by looking at all of them, as many side by side as the processor can.
+ *
+ * The height of a vertex is x dx + y dy + z dz, rounded after each operation and added from the left: in every lane of
+ * every width the same bits as the scalar, so that no answer depends on the machine. No fused multiply-add. Pure; any
+ * thread. */
+#ifndef COLLIDED_GEOM_HULL_SCAN_H
+#define COLLIDED_GEOM_HULL_SCAN_H
+
+#include "hull.h"
+
+enum { HULL_SCAN_MAX = 512 }; /* padded vertices: the heights of all stand on the stack */
+
+typedef enum hull_scan_width { HULL_SCAN_PLAIN, HULL_SCAN_AVX2, HULL_SCAN_AVX512, HULL_SCAN_WIDTHS } hull_scan_width;
+
+/* The least index among the vertices with the greatest computed dot(direction, v), by the widest kernel that this
+ * processor has. For hulls of up to HULL_SCAN_MAX padded vertices. */
+uint32_t hull_scan(const hull *h, vec3 direction);
+
+/* The same by one kernel, for tests: only where hull_scan_has says that the processor can. */
+bool hull_scan_has(hull_scan_width width);
+uint32_t hull_scan_by(hull_scan_width width, const hull *h, vec3 direction);
+
+#endif
