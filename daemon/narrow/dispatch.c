@@ -3,7 +3,9 @@
 
 #include "box_pair.h"
 #include "coaxial.h"
+#include "descent.h"
 #include "gjk.h"
+#include "pieces.h"
 #include "polytope_depth.h"
 #include "sat.h"
 #include "scalar.h"
@@ -57,7 +59,10 @@ void dispatch_general(
     const unit_pair *p, const narrow_goal *goal, bool only_general, vec3 seed, epa_scratch *scratch, span *out)
 {
     gjk_result start;
-    gjk_distance(p, goal, seed, &start);
+    if (!only_general && pieces_apply(p))
+        descent_distance(p, goal, seed, &start);
+    else
+        gjk_distance(p, goal, seed, &start);
     *out = start.span;
     if (start.state == GJK_APART || out->hi <= goal->near) return;
     if (!only_general && sat_is_quick(p)) {

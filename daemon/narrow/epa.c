@@ -5,14 +5,18 @@
  * ends the search with the bracket that it has. */
 #include "epa.h"
 
+#include "dome.h"
 #include "scalar.h"
 
-enum { NONE = UINT16_MAX };
+enum { NONE = UINT16_MAX, DOMES_MAX = 8, RAISES_MAX = 16 };
 
 /* A triangle with a greater sine (squared) has a normal that is sure to 1e-10, so that its plane less the slack, in
  * units in which the pair is about 1 large, is never farther from the origin than it. */
 #define SURE_SINE2 1e-8
 #define PLANE_SLACK 1e-9
+
+/* A direction this much deeper than the best so far is not worth a dome. */
+static const double PROMISING = 1.1;
 
 typedef struct expansion {
     const unit_pair *p;
@@ -21,7 +25,12 @@ typedef struct expansion {
     double eps;       /* a point that is no farther out than this is on the facet */
     epa_facet winner; /* whose nearest point gives the witnesses of best->lo; */
     support_hints hints;
-    bool won; /* false: they are those that the search began with */
+    bool won;        /* false: they are those that the search began with */
+    bool domed;      /* the witnesses are those of the last dome that lowered the depth, already in *best */
+    bool curved;     /* domes may be raised ... */
+    uint32_t raises; /* ... so often was it tried */
+    int dome_count;
+    dome dome[DOMES_MAX];
 } expansion;
 
 static vec3 vertex_at(const epa_scratch *e, uint16_t i)
@@ -41,6 +50,7 @@ static minkowski probe(expansion *x, vec3 n, const epa_facet *facet)
         x->best->axis = vec_neg(n);
         if (facet) x->winner = *facet;
         x->won = x->won || facet;
+        x->domed = false;
     }
     return m;
 }
@@ -48,7 +58,7 @@ static minkowski probe(expansion *x, vec3 n, const epa_facet *facet)
 static void write_witnesses(const expansion *x)
 {
     simplex s = {.count = 3};
-    if (!x->won) return;
+    if (!x->won || x->domed) return;
     for (int i = 0; i < 3; i++) {
         s.v[i] = x->e->vertex[x->winner.vertex[i]];
         s.weight[i] = x->winner.weight[i];
@@ -320,14 +330,78 @@ static bool same(vec3 a, vec3 b)
     return a.x == b.x && a.y == b.y && a.z == b.z;
 }
 
+/* ---- domes (dome.h): where B - A is curved ---- */
+
+/* Within so much of the truth a dome ends the search. */
+static double close_enough(const expansion *x, const narrow_goal *goal)
+{
+    double lo = x->best->lo, width = 0.5 * goal->tolerance;
+    return max_of(narrow_goal_reached(goal, lo, lo + width) ? width : 0, x->p->error);
+}
+
+/* What a dome covers is not nearer than the depth that it proves, or the one found so far. */
+static bool settle_by(expansion *x, uint16_t index, const dome *d)
+{
+    epa_scratch *e = x->e;
+    epa_facet *f = &e->facet[index];
+    double depth = min_of(d->depth, -x->best->lo);
+    vec3 nearest = vec_scale(f->axis, e->distance[index]);
+    const vec3 w[3] = {vertex_at(e, f->vertex[0]), vertex_at(e, f->vertex[1]), vertex_at(e, f->vertex[2])};
+    if (!(depth > e->distance[index]) || !dome_covers(d, w, nearest, depth, x->p->size)) return false;
+    e->distance[index] = depth;
+    f->final = true;
+    return true;
+}
+
+static bool settle(expansion *x, uint16_t index)
+{
+    for (int i = 0; i < x->dome_count; i++)
+        if (settle_by(x, index, &x->dome[i])) return true;
+    return false;
+}
+
+static bool within_domes(const expansion *x, vec3 n)
+{
+    for (int i = 0; i < x->dome_count; i++)
+        if (vec_dot(x->dome[i].direction, n) >= x->dome[i].cosine) return true;
+    return false;
+}
+
+/* A dome is worth its while when the farthest point along the facet's normal, `m`, lies on pieces that it knows. True:
+ * it was raised, and covers the facet. */
+static bool raise_over(expansion *x, uint16_t index, const minkowski *m, const narrow_goal *goal)
+{
+    const epa_facet *f = &x->e->facet[index];
+    if (x->dome_count == DOMES_MAX || x->raises == RAISES_MAX || within_domes(x, f->normal)) return false;
+    if (vec_dot(f->normal, m->w) > -PROMISING * x->best->lo) return false;
+    bundle pieces;
+    pieces.count = 0;
+    for (int i = 0; i < 3; i++) pieces_add(x->p, &pieces, &x->e->vertex[f->vertex[i]]);
+    if (!pieces_know(x->p, &pieces, m)) return false;
+    dome *d = &x->dome[x->dome_count];
+    x->raises++;
+    if (!dome_raise(x->p, &pieces, f->normal, close_enough(x, goal), d)) return false;
+    double before = x->best->lo;
+    probe(x, d->direction, f);
+    if (d->depth < -x->best->lo - close_enough(x, goal)) return false;
+    if (x->best->lo > before) {
+        x->best->point_a = d->point_a;
+        x->best->point_b = d->point_b;
+        x->domed = true;
+    }
+    x->dome_count++;
+    return settle_by(x, index, d);
+}
+
 /* Tries the facet's normal, then the direction of its nearest point (the better one for a sliver). */
-static void refine(expansion *x, uint16_t index)
+static void refine(expansion *x, uint16_t index, const narrow_goal *goal)
 {
     const epa_facet f = x->e->facet[index];
     const vec3 directions[2] = {f.normal, f.axis};
     for (int i = 0; i < 2; i++) {
         if (!(vec_norm2(directions[i]) > 0) || (i == 1 && same(directions[0], directions[1]))) continue;
         minkowski m = probe(x, directions[i], &f);
+        if (i == 0 && x->curved && raise_over(x, index, &m, goal)) return;
         if (sees(x, &f, m.w) && expand(x, index, &m)) return;
     }
     x->e->facet[index].final = true;
@@ -342,17 +416,20 @@ void epa_depth(const unit_pair *p, const narrow_goal *goal, const gjk_result *st
     x.e = scratch;
     x.best = out;
     x.eps = 4 * UNIT_ROUNDOFF * p->size;
-    x.won = false;
+    x.won = x.domed = false;
+    x.curved = pieces_apply(p);
+    x.raises = 0;
+    x.dome_count = 0;
     x.hints = NO_HINTS;
     if (!start_surface(&x, &start->simplex)) return;
     /* a bound once proved stays proved; when rounding has begun to fold the surface there is nothing more to gain */
     double least = 0, proved = 0;
     for (;;) {
         uint16_t f = nearest_facet(scratch, &least);
-        if (least < proved - x.eps) break;
+        if (least < proved - x.eps && x.dome_count == 0) break;
         proved = max_of(proved, least);
         if (-out->lo - proved <= p->error || narrow_goal_reached(goal, out->lo, -proved) || f == NONE) break;
-        refine(&x, f);
+        if (!settle(&x, f)) refine(&x, f, goal);
     }
     out->hi = max_of(out->lo, min_of(out->hi, -proved));
     write_witnesses(&x);

@@ -3,7 +3,8 @@
  * van den Bergen, "Proximity queries and penetration depth computation on 3D game objects", 2001. Every direction tried
  * gives an upper bound on the depth (the overlap of the support intervals: the proof of `lo`). The surface built so far
  * lies inside B - A and encloses the origin, so the least distance to its triangles is a lower bound (`hi`): that holds
- * for slivers too, because a distance to a triangle, unlike its plane, is well conditioned. */
+ * for slivers too, because a distance to a triangle, unlike its plane, is well conditioned. Where rims of cylinders and
+ * cones would take thousands of triangles, domes (dome.h) prove that nothing behind a triangle is nearer. */
 #ifndef COLLIDED_NARROW_EPA_H
 #define COLLIDED_NARROW_EPA_H
 

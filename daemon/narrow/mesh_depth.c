@@ -126,7 +126,7 @@ static void try_deepest_point(const unit_pair *whole, const narrow_goal *goal, s
 {
     vec3 far_a = unit_pair_support_a(whole, out->axis, NULL);
     double depth = depth_of_point(whole, goal, far_a);
-    if (!(-depth < out->hi)) return;
+    if (!(depth > 0 && -depth < out->hi)) return; /* a rounded shape may touch with its core outside */
     out->hi = -depth;
     out->point_a = far_a;
     out->point_b = vec_madd(far_a, -depth, out->axis);

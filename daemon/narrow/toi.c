@@ -4,6 +4,7 @@
 #include "course.h"
 #include "scalar.h"
 #include "toi_parts.h"
+#include "toi_walk.h"
 #include "unit_pair.h"
 
 enum {
@@ -108,14 +109,6 @@ static double sure_step(const march *m)
     return step_until_used(proven_spare(m), -(m->c->speed + m->request->wander * m->time), m->request->wander);
 }
 
-/* Of what is not convex the axis proves nothing but the distance. The hulls may part for good, though. */
-static double guarded_step(const march *m)
-{
-    double left = m->request->span - m->time;
-    m->out->steps++;
-    return free_along(m, m->time, m->request->span, m->axis, 0) ? left : min_of(sure_step(m), left);
-}
-
 /* Straight: until the plane that separates them closes; for good if it does not. */
 static double straight_step(const march *m)
 {
@@ -159,8 +152,6 @@ static double turning_step(const march *m, double left)
 static double next_step(const march *m)
 {
     double left = m->request->span - m->time;
-    bool convex = m->c->b->type < SHAPE_CONVEX_COUNT || m->c->a->type == SHAPE_HALFSPACE;
-    if (!convex) return guarded_step(m);
     return m->c->straight ? straight_step(m) : turning_step(m, left);
 }
 
@@ -251,16 +242,6 @@ static double free_while_spun(const march *m)
     return r.status == TOI_FREE ? INFINITY : r.lo;
 }
 
-void toi_convex(const course *c, const toi_request *request, vec3 guess, narrow_scratch *scratch, toi_result *out)
-{
-    march m = {.c = c, .request = request, .scratch = scratch, .out = out, .rough = request->wander > 0};
-    m.target = request->threshold + c->slack;
-    if (vec_greatest(guess) > 0 && free_along(&m, 0, request->span, guess, 2 * request->tolerance)) return;
-    double turned = (vec_norm(c->body_a.angular) + vec_norm(c->body_b.angular)) * request->span;
-    double from = turned > WHOLE_TURNS ? free_while_spun(&m) : 0;
-    if (from < request->span) march_convex(&m, from);
-}
-
 /* Along the line between what is nearest of their extents, at the beginning; a hull's extents are not known. */
 static vec3 guess_axis(const course *c)
 {
@@ -268,22 +249,38 @@ static vec3 guess_axis(const course *c)
     return mat_mul(at.world_of_a, narrow_guess_axis(c->a, c->b, &at.b_in_a));
 }
 
-void toi_find(const toi_mover *a, const toi_mover *b, const toi_request *request, vec3 guess, narrow_scratch *scratch,
-    toi_result *out)
+void toi_convex(const toi_mover *a, const toi_mover *b, const toi_request *request, vec3 guess, bool rough,
+    narrow_scratch *scratch, toi_result *out)
 {
-    *out = (toi_result){.status = TOI_FREE, .lo = INFINITY, .hi = INFINITY};
     course c;
     if (!course_init(&c, a, b, request->span)) {
         *out = (toi_result){.status = TOI_UNDECIDED, .hi = INFINITY, .gap_lo = -INFINITY, .gap_hi = INFINITY};
         return;
     }
+    march m = {.c = &c, .request = request, .scratch = scratch, .out = out, .rough = rough};
+    m.target = request->threshold + c.slack;
     if (vec_greatest(guess) == 0) guess = guess_axis(&c);
-    toi_convex(&c, request, guess, scratch, out);
+    if (vec_greatest(guess) > 0 && free_along(&m, 0, request->span, guess, 2 * request->tolerance)) return;
+    double turned = (c.spin_a.speed + c.spin_b.speed) * request->span;
+    double from = turned > WHOLE_TURNS ? free_while_spun(&m) : 0;
+    if (from < request->span) march_convex(&m, from);
+    if (out->status == TOI_FREE) return;
+    vec3 origin = motion_pose(&a->motion, out->lo).p;
+    out->point_a = vec_add(out->point_a, origin);
+    out->point_b = vec_add(out->point_b, origin);
+}
+
+void toi_find(const toi_mover *a, const toi_mover *b, const toi_request *request, vec3 guess, narrow_scratch *scratch,
+    toi_result *out)
+{
+    *out = (toi_result){.status = TOI_FREE, .lo = INFINITY, .hi = INFINITY};
+    if (toi_parts_apply(a->shape, b->shape))
+        toi_walk(a, b, request, scratch, out);
+    else
+        toi_convex(a, b, request, guess, request->wander > 0, scratch, out);
     if (out->status == TOI_FREE) return;
     out->body_a = motion_pose(&a->motion, out->lo);
     out->body_b = motion_pose(&b->motion, out->lo);
-    out->point_a = vec_add(out->point_a, out->body_a.p);
-    out->point_b = vec_add(out->point_b, out->body_a.p);
 }
 
 const char *toi_status_name(toi_status status)

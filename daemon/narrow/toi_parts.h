@@ -1,11 +1,31 @@
-/* toi_parts: the time of impact of convex parts, for all that is made of them. Pure; any thread. */
+/* toi_parts: a shape as a hierarchy of boxes over convex parts, each a convex shape that moves with the body: the
+ * triangles of a mesh, the children of a compound. Pure; any thread. */
 #ifndef COLLIDED_NARROW_TOI_PARTS_H
 #define COLLIDED_NARROW_TOI_PARTS_H
 
-#include "course.h"
+#include "geom/mesh.h"
+#include "geom/shape.h"
 
-/* As toi_find for two convex shapes, relative to the frame of the course (positions are not yet the world's); *out is
- * left as it is where they are free. */
-void toi_convex(const course *c, const toi_request *request, vec3 guess, narrow_scratch *scratch, toi_result *out);
+enum { PART_CHILDREN_MAX = MESH_WIDTH };
+
+typedef struct toi_part {
+    const shape *whole;
+    shape shape; /* a box around all below it, or the part itself; with the rounding of the whole */
+    pose local;  /* of `shape` in the frame of the whole */
+    bool is_leaf;
+    uint32_t node, child; /* where its children are */
+    double size;          /* m: its reach */
+    hull flat;            /* of a triangle, which shape.hull points to */
+    double x[8], y[8], z[8];
+} toi_part;
+
+/* All of a shape. One that is convex is its own only part. */
+void toi_part_root(const shape *whole, toi_part *out);
+
+/* How many it has; they are written to out[PART_CHILDREN_MAX]. Never called for leaves. */
+int toi_part_children(const toi_part *p, toi_part *out);
+
+/* Must it be walked? A half-space sees nothing but convex hulls. */
+bool toi_parts_apply(const shape *a, const shape *b);
 
 #endif

@@ -126,7 +126,8 @@ wire_message sample_events(const char *stream, int64_t batch)
     static const int64_t contact[1] = {77}, age_a[1] = {5}, age_b[1] = {-1};
     static const char *const a[1] = {"arm"}, *const b[1] = {"table"};
     static const int32_t shape_a[1] = {1}, shape_b[1] = {2};
-    static const double lo[1] = {-0.01}, hi[1] = {-0.009}, axis[3] = {0, 0, 1}, point[3] = {1, 2, 3}, closing[1] = {0.25};
+    static const double lo[1] = {-0.01}, hi[1] = {-0.009}, axis[3] = {0, 0, 1}, point[3] = {1, 2, 3},
+                        closing[1] = {0.25};
     return (wire_message){.kind = WIRE_EVENT_BATCH,
         .event_batch = {.version = WIRE_VERSION,
             .client = CLIENT_ID,

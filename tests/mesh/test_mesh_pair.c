@@ -137,6 +137,27 @@ static void points_are_as_deep_as_the_surface_is_far(void **state)
 }
 
 /* A mesh of a box is a box. */
+/* Its core is outside, and touches nothing: however fine the mesh, however narrow the interval that is asked for. */
+static void balls_are_as_deep_as_their_centre_is_near(void **state)
+{
+    (void)state;
+    soup s = soup_box(3, 3, 0.25, 24);
+    mesh *m = soup_mesh(&s);
+    shape b = mesh_shape(m, 0);
+    dice d = {77};
+    for (int i = 0; i < rounds(400); i++) {
+        double height = dice_between(&d, 1e-3, 1.2), radius = height + dice_between(&d, 0, 0.2);
+        shape a = {.type = SHAPE_SPHERE, .radius = radius};
+        vec3 at = vec(dice_between(&d, -1.5, 1.5), dice_between(&d, -1.5, 1.5), -0.25 - height);
+        double truth = -0.25 - at.z - radius;
+        narrow_result r = ask(&a, &b, (pose){at, {1, 0, 0, 0}}, i % 2 ? 0 : 1e-6);
+        if (!(r.lo <= truth + 1e-12 && truth <= r.hi + 1e-12))
+            fail_msg("round %d: %.17g is not in [%.17g, %.17g]", i, truth, r.lo, r.hi);
+    }
+    mesh_destroy(m);
+    soup_free(&s);
+}
+
 static void every_convex_type_meets_a_boxed_mesh_as_it_meets_the_box(void **state)
 {
     (void)state;
@@ -339,6 +360,7 @@ int main(void)
         cmocka_unit_test(boxes_and_meshes_are_as_far_apart_as_brute_force_says),
         cmocka_unit_test(meshes_are_as_far_apart_as_brute_force_says),
         cmocka_unit_test(points_are_as_deep_as_the_surface_is_far),
+        cmocka_unit_test(balls_are_as_deep_as_their_centre_is_near),
         cmocka_unit_test(every_convex_type_meets_a_boxed_mesh_as_it_meets_the_box),
         cmocka_unit_test(the_axis_separates_what_is_moved_along_it),
         cmocka_unit_test(swapping_negates_and_asking_again_repeats),

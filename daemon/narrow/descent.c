@@ -1,0 +1,84 @@
+/* descent: an active set of at most three pieces, that grows by support points. Pure; any thread. */
+#include "descent.h"
+
+#include "pieces.h"
+#include "scalar.h"
+
+enum { ROUNDS_MAX = 6 };
+
+/* Of the pair's size: bounds that are apart by less leave the descent to find the rest. */
+static const double ROUGH = 0.03;
+
+static void raise_lower(span *s, double separation, vec3 axis)
+{
+    if (!(separation > s->lo)) return;
+    s->lo = separation;
+    s->axis = axis;
+}
+
+static void lower_upper(span *s, vec3 point_a, vec3 point_b)
+{
+    double distance = vec_norm(vec_sub(point_b, point_a));
+    if (!(distance < s->hi)) return;
+    s->hi = distance;
+    s->point_a = point_a;
+    s->point_b = point_b;
+}
+
+/* Where the highest of the pieces is lowest, from `n`: that direction, and the points there. */
+static bool settle(const unit_pair *p, bundle *b, vec3 *n, double close, span *s)
+{
+    pieces_face face;
+    if (pieces_find_face(p, b, *n, &face)) {
+        lower_upper(s, face.point_a, face.point_b);
+        *n = face.normal;
+        return true;
+    }
+    view v = pieces_view(p, *n);
+    if (!pieces_descend(p, b, &v, close)) return false;
+    vec3 point_a, point_b;
+    pieces_points(b, &v, &point_a, &point_b);
+    lower_upper(s, point_a, point_b);
+    *n = v.n;
+    return true;
+}
+
+/* False: no more to be had from pieces. */
+static bool descend(const unit_pair *p, const narrow_goal *goal, const simplex *from, span *s)
+{
+    bundle b;
+    support_hints hints = NO_HINTS;
+    vec3 n = vec_neg(s->axis);
+    b.count = 0;
+    pieces_add(p, &b, &from->v[0]); /* is there even when GJK ended before it counted its first point */
+    for (int i = 1; i < from->count; i++) pieces_add(p, &b, &from->v[i]);
+    for (int i = 0; i < ROUNDS_MAX; i++) {
+        if (!settle(p, &b, &n, max_of(goal->tolerance, p->error), s)) return false;
+        vec3 axis = vec_neg(n);
+        minkowski m = unit_pair_nearest_from(p, axis, &hints);
+        raise_lower(s, vec_dot(axis, m.w), axis);
+        s->iterations++;
+        if (narrow_goal_reached(goal, s->lo, s->hi)) return true;
+        if (pieces_know(p, &b, &m)) return false;
+        pieces_add(p, &b, &m);
+    }
+    return false;
+}
+
+void descent_distance(const unit_pair *p, const narrow_goal *goal, vec3 seed, gjk_result *out)
+{
+    narrow_goal rough = *goal;
+    rough.tolerance = max_of(goal->tolerance, ROUGH * p->size);
+    rough.above = max_of(goal->above, 0);
+    rough.below = -INFINITY;
+    gjk_distance(p, &rough, seed, out);
+    bool reached = narrow_goal_reached(goal, out->span.lo, out->span.hi);
+    if (reached || out->state != GJK_APART) return;
+    if (descend(p, goal, &out->simplex, &out->span)) return;
+    span best = out->span;
+    gjk_distance(p, goal, best.axis, out);
+    raise_lower(&out->span, best.lo, best.axis);
+    lower_upper(&out->span, best.point_a, best.point_b);
+    out->span.iterations += best.iterations;
+    if (out->span.lo > 0) out->state = GJK_APART;
+}

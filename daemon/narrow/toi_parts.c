@@ -1,0 +1,102 @@
+/* toi_parts: boxes of hierarchies and what lies in them, as shapes. Pure; any thread. */
+#include "toi_parts.h"
+
+#include "scalar.h"
+#include "unit_pair.h"
+
+enum { WHOLE_NODE = UINT32_MAX };
+
+bool toi_parts_apply(const shape *a, const shape *b)
+{
+    return a->type != SHAPE_HALFSPACE && (a->type >= SHAPE_CONVEX_COUNT || b->type >= SHAPE_CONVEX_COUNT);
+}
+
+/* A box from corner to corner, in m. */
+static void be_box(toi_part *p, vec3 lo, vec3 hi)
+{
+    vec3 centre = vec_scale(vec_add(lo, hi), 0.5), half = vec_max(vec_sub(hi, centre), vec_sub(centre, lo));
+    p->shape = (shape){.type = SHAPE_BOX,
+        .radius = p->whole->radius + shape_excess(p->whole),
+        .half = vec_scale(half, 1 + 4 * UNIT_ROUNDOFF)};
+    p->local = (pose){centre, {1, 0, 0, 0}};
+    p->size = shape_reach(&p->shape);
+    p->is_leaf = false;
+}
+
+/* ---- meshes ---- */
+
+static vec3 corner_of(const float side[3][MESH_WIDTH], int child, double unit)
+{
+    return vec(side[0][child] * unit, side[1][child] * unit, side[2][child] * unit);
+}
+
+static void be_mesh_node(toi_part *p, const shape *whole, uint32_t node)
+{
+    const mesh_node *n = &whole->mesh->nodes[node];
+    double unit = whole->mesh->unit;
+    *p = (toi_part){.whole = whole, .node = node, .child = WHOLE_NODE};
+    vec3 lo = corner_of(n->lo, 0, unit), hi = corner_of(n->hi, 0, unit);
+    for (int k = 1; k < n->used; k++) {
+        lo = vec_min(lo, corner_of(n->lo, k, unit));
+        hi = vec_max(hi, corner_of(n->hi, k, unit));
+    }
+    be_box(p, lo, hi);
+}
+
+/* A triangle in the clothes of a flat hull. */
+static void be_triangle(toi_part *p, const shape *whole, uint32_t triangle)
+{
+    *p = (toi_part){.whole = whole, .local = POSE_IDENTITY, .is_leaf = true};
+    double reach = 0, most = 0;
+    for (int k = 0; k < 8; k++) {
+        vec3 v = mesh_corner(whole->mesh, triangle, k < 3 ? k : 2);
+        p->x[k] = v.x;
+        p->y[k] = v.y;
+        p->z[k] = v.z;
+        reach = max_of(reach, vec_norm(v) * (1 + 8 * UNIT_ROUNDOFF));
+        most = max_of(most, vec_greatest(v));
+    }
+    p->flat = (hull){.vertex_count = 3,
+        .padded_count = 8,
+        .x = p->x,
+        .y = p->y,
+        .z = p->z,
+        .reach = reach,
+        .max_abs = most,
+        .dimension = 2};
+    p->shape = (shape){.type = SHAPE_HULL, .radius = whole->radius, .hull = &p->flat};
+    p->size = reach;
+}
+
+static int mesh_children(const toi_part *p, toi_part *out)
+{
+    const mesh_node *n = &p->whole->mesh->nodes[p->node];
+    double unit = p->whole->mesh->unit;
+    if (p->child != WHOLE_NODE) { /* the triangles of one child */
+        for (int k = 0; k < n->count[p->child]; k++) be_triangle(&out[k], p->whole, n->first[p->child] + (uint32_t)k);
+        return n->count[p->child];
+    }
+    for (uint32_t k = 0; k < n->used; k++) {
+        out[k] = (toi_part){.whole = p->whole, .node = p->node, .child = k};
+        if (n->count[k] == 0) be_mesh_node(&out[k], p->whole, n->first[k]);
+        be_box(&out[k], corner_of(n->lo, (int)k, unit), corner_of(n->hi, (int)k, unit));
+    }
+    return n->used;
+}
+
+/* ---- any shape ---- */
+
+void toi_part_root(const shape *whole, toi_part *out)
+{
+    if (whole->type == SHAPE_MESH) {
+        be_mesh_node(out, whole, 0);
+        return;
+    }
+    *out = (toi_part){.whole = whole, .shape = *whole, .local = POSE_IDENTITY, .is_leaf = true};
+    out->size = shape_reach(whole);
+}
+
+int toi_part_children(const toi_part *p, toi_part *out)
+{
+    return mesh_children(p, out);
+}
