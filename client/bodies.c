@@ -27,9 +27,28 @@ typedef struct body_arrays {
     const char **patterns, **reasons;
 } body_arrays;
 
+/* Shapes as the wire counts them: a compound, and each of its children behind it. */
+static size_t flat_count(const collided_body_def *def)
+{
+    size_t count = def->shape_count;
+    for (size_t i = 0; i < def->shape_count; i++)
+        if (def->shapes[i].type == COLLIDED_COMPOUND) count += def->shapes[i].child_count;
+    return count;
+}
+
+static void put_shape(body_arrays *a, size_t i, const collided_shape *s)
+{
+    memcpy(a->sizes + 3 * i, s->half, sizeof s->half);
+    if (s->type == COLLIDED_COMPOUND) a->sizes[3 * i] = (double)s->child_count;
+    a->radii[i] = s->radius;
+    put_pose(a->poses + 7 * i, &s->pose);
+    a->geometries[i] = s->geometry.hash;
+    a->types[i] = (uint8_t)s->type;
+}
+
 static body_arrays make_arrays(const collided_body_def *def)
 {
-    size_t n = def->shape_count, r = def->rule_count;
+    size_t n = flat_count(def), r = def->rule_count, at = 0;
     body_arrays a = {.sizes = allocate(11 * n + 2 * r, sizeof *a.sizes),
         .geometries = allocate(n, sizeof *a.geometries),
         .types = allocate(n, 1),
@@ -41,13 +60,11 @@ static body_arrays make_arrays(const collided_body_def *def)
     a.paddings = a.poses + 7 * n;
     a.margins = a.paddings + r;
     put_pose(a.pose, &def->pose);
-    for (size_t i = 0; i < n; i++) {
+    for (size_t i = 0; i < def->shape_count; i++) {
         const collided_shape *s = &def->shapes[i];
-        memcpy(a.sizes + 3 * i, s->half, sizeof s->half);
-        a.radii[i] = s->radius;
-        put_pose(a.poses + 7 * i, &s->pose);
-        a.geometries[i] = s->geometry.hash;
-        a.types[i] = (uint8_t)s->type;
+        put_shape(&a, at++, s);
+        for (size_t k = 0; s->type == COLLIDED_COMPOUND && k < s->child_count; k++)
+            put_shape(&a, at++, &s->children[k]);
     }
     for (size_t i = 0; i < r; i++) {
         a.actions[i] = def->rules[i].allow ? WIRE_RULE_ALLOW : WIRE_RULE_CHECK;
@@ -71,7 +88,7 @@ static void free_arrays(body_arrays *a)
 
 static wire_message body_message(const collided *c, int32_t id, const collided_body_def *def, const body_arrays *a)
 {
-    uint32_t n = (uint32_t)def->shape_count, r = (uint32_t)def->rule_count;
+    uint32_t n = (uint32_t)flat_count(def), r = (uint32_t)def->rule_count;
     return (wire_message){.kind = WIRE_BODY,
         .body = {.version = WIRE_VERSION,
             .client = c->id,
@@ -102,6 +119,29 @@ static wire_message body_message(const collided *c, int32_t id, const collided_b
 }
 
 /* A number that does not fit the wire's field would arrive as another one: these are told apart here. */
+static bool is_type(collided_shape_type type)
+{
+    return (unsigned)type <= COLLIDED_COMPOUND;
+}
+
+/* What would not arrive as it is. What cannot be a child otherwise, wire_check says. */
+static const char *unfit_children(const collided_shape *s)
+{
+    if (s->type != COLLIDED_COMPOUND) return NULL;
+    if (s->child_count == 0 || s->child_count >= WIRE_SHAPES_MAX || !s->children) return "children";
+    for (size_t i = 0; i < s->child_count; i++)
+        if (!is_type(s->children[i].type) || s->children[i].type == COLLIDED_COMPOUND) return "children's type";
+    return NULL;
+}
+
+static const char *unfit_shapes(const collided_body_def *def)
+{
+    const char *field = NULL;
+    for (size_t i = 0; i < def->shape_count && !field; i++)
+        field = is_type(def->shapes[i].type) ? unfit_children(&def->shapes[i]) : "shapes' type";
+    return !field && flat_count(def) > WIRE_SHAPES_MAX ? "shapes" : field;
+}
+
 static const char *unfit(const collided_body_def *def)
 {
     if (def->shape_count > WIRE_SHAPES_MAX || (def->shape_count && !def->shapes)) return "shapes";
@@ -109,9 +149,7 @@ static const char *unfit(const collided_body_def *def)
     if ((unsigned)def->motion > COLLIDED_FIXED) return "motion";
     if ((unsigned)def->ccd > COLLIDED_CCD_FULL) return "ccd";
     if (!(def->deadline_s >= 0.0) || def->deadline_s > 1e9) return "deadline_s";
-    for (size_t i = 0; i < def->shape_count; i++)
-        if ((unsigned)def->shapes[i].type > COLLIDED_HEIGHT_FIELD) return "shapes' type";
-    return NULL;
+    return unfit_shapes(def);
 }
 
 /* The message to announce, or NULL with the error kept. With the lock held. */

@@ -148,16 +148,19 @@ typedef enum collided_shape_type {
     COLLIDED_HALFSPACE,
     COLLIDED_HULL,
     COLLIDED_MESH,
-    COLLIDED_HEIGHT_FIELD
+    COLLIDED_HEIGHT_FIELD,
+    COLLIDED_COMPOUND
 } collided_shape_type;
 
-/* A shape, made by one of the makers below: convex, a mesh, or a height field. */
+/* A shape, made by one of the makers below: convex, a mesh, a height field, or a compound. */
 typedef struct collided_shape {
     collided_shape_type type;
     double half[3];     /* half extents, axis of revolution z: see the makers below */
     double radius;      /* rounding: all points within it of the rest count as the shape's */
     collided_pose pose; /* in the body's frame */
     collided_geometry geometry;
+    const struct collided_shape *children; /* of a compound: borrowed, their poses are in its frame */
+    size_t child_count;
 } collided_shape;
 
 /* Sizes are full ones, in metres, as people measure, but for radii and semi-axes. Centred at the origin of the shape's
@@ -172,6 +175,13 @@ collided_shape collided_halfspace(void);                         /* a half-space
 collided_shape collided_hull(collided_geometry points);          /* a convex hull, made by collided_create_hull */
 collided_shape collided_mesh(collided_geometry triangles);       /* a triangle mesh, made by collided_create_mesh */
 collided_shape collided_height_field(collided_geometry heights); /* ground, made by collided_create_height_field */
+
+/* One shape that is the union of others: with whatever it meets it makes one pair, one contact, one distance, along one
+ * axis, where a body of as many shapes makes one each. `children`: 1 to 255 of any kind but half-spaces, meshes, height
+ * fields and compounds, each with its pose in the compound's frame and a radius of its own; the compound's radius
+ * rounds the whole. They are borrowed until collided_create_body or collided_change_body has returned, which copy them.
+ * Like every shape it counts, and each child does, to the 256 of a body; in events it is one shape. Any thread. */
+collided_shape collided_compound(const collided_shape *children, size_t count);
 
 /* Makes a convex hull of points. There are `count` of them (x, y, z each); the daemon builds it. The same points give
  * the same geometry. The points, in metres, are copied. Hash 0 on failure. */
@@ -460,7 +470,10 @@ typedef struct collided_certificate {
  * COLLIDED_OK; COLLIDED_REJECTED if the certificate does not prove its claim; COLLIDED_BAD_ARGUMENT if a shape, pose or
  * hull is not usable, or a shape is a mesh or height field: no axis proves the distance of what is not convex. (A
  * mesh's vertices, passed as a hull, with hi = INFINITY: what keeps their hull at least lo away keeps the mesh there,
- * too.) With lo = -INFINITY hi alone is checked, with hi = INFINITY lo alone. Sizes whose squares overflow are
+ * too.) Of compounds, which are not convex either, the points prove hi, and the axis proves lo where it parts the
+ * convex hulls by so much. What they neither prove nor contradict is COLLIDED_UNSUPPORTED: hi is proven where it is not
+ * negative, lo is the daemon's word. Compounds whose children are hulls are COLLIDED_BAD_ARGUMENT: there is no room for
+ * their points. With lo = -INFINITY hi alone is checked, with hi = INFINITY lo alone. Sizes whose squares overflow are
  * REJECTED. Rounding is allowed for by 64 * 2^-53 times the sizes of the shapes and the distance of the bodies (for the
  * points: and their coordinates), so a claim that is wrong by 1e-9 of these is refused. That the shapes overlap by as
  * much as a negative hi says is not proven by points; what contradicts it is refused. */

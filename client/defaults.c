@@ -86,6 +86,14 @@ collided_shape collided_hull(collided_geometry points)
     return hull;
 }
 
+collided_shape collided_compound(const collided_shape *children, size_t count)
+{
+    collided_shape whole = shape(COLLIDED_COMPOUND, 0, 0, 0, 0);
+    whole.children = children;
+    whole.child_count = count;
+    return whole;
+}
+
 collided_shape collided_mesh(collided_geometry triangles)
 {
     collided_shape mesh = shape(COLLIDED_MESH, 0, 0, 0, 0);

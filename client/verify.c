@@ -6,6 +6,9 @@
  * a hi that is not negative. A negative hi (at least so deep) cannot be proven by two points; it is refused when its
  * points are not the shapes' or not so deep along the axis, or when the axis contradicts it.
  *
+ * A compound is the union of its children: their convex hull's sep proves what it proves, the points may be any
+ * child's. It says nothing of what lies in the hollows, so that a true claim may be neither proven nor contradicted.
+ *
  * Sizes whose squares overflow prove nothing. Rounding is allowed for by SLACK unit roundoffs of a double times the
  * sizes that entered: the shapes' reaches and the exact distance of the bodies for lo; for points, which are world
  * coordinates, the bodies' positions too. */
@@ -26,6 +29,13 @@ typedef struct pair {
 static bool is_halfspace(const placed *p)
 {
     return p->shape->type == COLLIDED_HALFSPACE;
+}
+
+/* Of shapes that are convex the axis and the points say all. */
+static collided_status unproven(const pair *p)
+{
+    bool hollow = p->a.shape->type == COLLIDED_COMPOUND || p->b.shape->type == COLLIDED_COMPOUND;
+    return hollow ? COLLIDED_UNSUPPORTED : COLLIDED_REJECTED;
 }
 
 /* The claimed axis made exactly unit; beside a half-space, which reaches infinitely far along all directions but one,
@@ -60,33 +70,41 @@ static bool all_finite(const double v[3])
     return isfinite(v[0]) && isfinite(v[1]) && isfinite(v[2]);
 }
 
-/* The points belong to the shapes and are near enough to each other, or deep enough in each other. */
-static bool points_prove(const pair *p, const collided_certificate *claim, vec n)
+/* The points belong to the shapes and are near enough to each other, or deep enough in each other; and not nearer than
+ * lo says, which a compound's axis need not prove. */
+static collided_status judge_points(const pair *p, const collided_certificate *claim, vec n)
 {
-    if (!all_finite(claim->point_a) || !all_finite(claim->point_b)) return false;
+    if (!all_finite(claim->point_a) || !all_finite(claim->point_b)) return COLLIDED_REJECTED;
     vec a = vec_of(claim->point_a), b = vec_of(claim->point_b);
     real slack = SLACK * (p->reach + length(p->a.body) + length(p->b.body) + length(a) + length(b));
     if (!(slack < INFINITY) || !placed_holds(&p->a, a, n, slack) || !placed_holds(&p->b, b, scale(-1, n), slack))
-        return false;
-    if (claim->hi >= 0) return length(sub(b, a)) <= claim->hi + slack;
-    return dot(n, sub(b, a)) <= claim->hi + width(claim) + slack;
+        return COLLIDED_REJECTED;
+    real apart = length(sub(b, a));
+    if (claim->hi >= 0)
+        return apart <= claim->hi + slack && apart >= claim->lo - slack ? COLLIDED_OK : COLLIDED_REJECTED;
+    return dot(n, sub(b, a)) <= claim->hi + width(claim) + slack ? COLLIDED_OK : unproven(p);
 }
 
-static bool is_proven(const pair *p, const collided_certificate *claim)
+static collided_status judge_axis(const pair *p, const collided_certificate *claim, vec *n)
 {
-    if (!(claim->lo <= claim->hi)) return false; /* NaN, too */
-    if (claim->lo == INFINITY || claim->hi == -INFINITY) return false;
     bool bounded_below = claim->lo > -INFINITY;
+    if (!bounded_below && claim->hi >= 0) return COLLIDED_OK;
+    if (!proper_axis(p, claim->axis, n)) return COLLIDED_REJECTED;
+    real slack = SLACK * (p->reach + length(p->between));
+    real gap = separation(p, *n);
+    if (!(slack < INFINITY) || !(gap <= claim->hi + slack)) return COLLIDED_REJECTED;
+    return bounded_below && !(gap >= claim->lo - slack) ? unproven(p) : COLLIDED_OK;
+}
+
+static collided_status judge(const pair *p, const collided_certificate *claim)
+{
     vec n = {0, 0, 0};
-    if (bounded_below || claim->hi < 0) {
-        if (!proper_axis(p, claim->axis, &n)) return false;
-        real slack = SLACK * (p->reach + length(p->between));
-        real gap = separation(p, n);
-        if (!(slack < INFINITY)) return false;
-        if (bounded_below && !(gap >= claim->lo - slack)) return false;
-        if (!(gap <= claim->hi + slack)) return false;
-    }
-    return claim->hi == INFINITY || points_prove(p, claim, n);
+    if (!(claim->lo <= claim->hi)) return COLLIDED_REJECTED; /* NaN, too */
+    if (claim->lo == INFINITY || claim->hi == -INFINITY) return COLLIDED_REJECTED;
+    collided_status below = judge_axis(p, claim, &n);
+    if (below == COLLIDED_REJECTED || claim->hi == INFINITY) return below;
+    collided_status above = judge_points(p, claim, n);
+    return above == COLLIDED_OK ? below : above;
 }
 
 collided_status collided_verify(const collided_shape *a, const collided_pose *pose_a, const double *hull_a,
@@ -98,5 +116,5 @@ collided_status collided_verify(const collided_shape *a, const collided_pose *po
         return COLLIDED_BAD_ARGUMENT;
     p.between = sub(p.b.body, p.a.body);
     p.reach = placed_reach(&p.a) + placed_reach(&p.b);
-    return is_proven(&p, claim) ? COLLIDED_OK : COLLIDED_REJECTED;
+    return judge(&p, claim);
 }

@@ -66,20 +66,51 @@ static vec turned(quat q, vec v)
     return add(v, add(scale(q.w, t), cross(u, t)));
 }
 
+static vec out_of_shape(const placed *p, vec v)
+{
+    return add(add(scale(v.x, p->columns[0]), scale(v.y, p->columns[1])), scale(v.z, p->columns[2]));
+}
+
+static bool is_sized(const collided_shape *s)
+{
+    return all_finite(s->half, 3) && isfinite(s->radius) && s->radius >= 0 && s->half[0] >= 0 && s->half[1] >= 0 &&
+           s->half[2] >= 0;
+}
+
+/* The child stands where its own pose puts it in the compound's frame. */
+static bool placed_child(const placed *whole, size_t index, placed *out)
+{
+    const collided_shape *child = &whole->shape->children[index];
+    quat local;
+    bool fits = (unsigned)child->type < COLLIDED_HULL && child->type != COLLIDED_HALFSPACE;
+    if (!fits || !is_sized(child) || !quat_of(&child->pose, &local)) return false;
+    *out = (placed){.shape = child, .body = whole->body, .rounding = whole->shape->radius};
+    for (int i = 0; i < 3; i++) out->columns[i] = out_of_shape(whole, column(local, i));
+    out->origin = add(whole->origin, out_of_shape(whole, vec_of(child->pose.position)));
+    return true;
+}
+
+static bool has_children(const placed *whole)
+{
+    placed child;
+    if (!whole->shape->children || !whole->shape->child_count) return false;
+    for (size_t i = 0; i < whole->shape->child_count; i++)
+        if (!placed_child(whole, i, &child)) return false;
+    return true;
+}
+
 bool placed_make(placed *p, const collided_shape *shape, const collided_pose *body, const double *points, size_t count)
 {
     quat world, local;
     bool is_hull = shape->type == COLLIDED_HULL;
-    bool sizes = all_finite(shape->half, 3) && isfinite(shape->radius) && shape->radius >= 0 && shape->half[0] >= 0 &&
-                 shape->half[1] >= 0 && shape->half[2] >= 0;
     bool concave = shape->type == COLLIDED_MESH || shape->type == COLLIDED_HEIGHT_FIELD;
-    if (concave || !sizes || !quat_of(body, &world) || !quat_of(&shape->pose, &local)) return false;
+    if (concave || !is_sized(shape) || !quat_of(body, &world) || !quat_of(&shape->pose, &local)) return false;
     if (is_hull && (!points || !count || !all_finite(points, 3 * count))) return false;
     *p = (placed){.shape = shape, .points = points, .point_count = is_hull ? count : 0, .body = vec_of(body->position)};
     quat both = product(world, local);
     for (int i = 0; i < 3; i++) p->columns[i] = column(both, i);
     p->origin = turned(world, vec_of(shape->pose.position));
-    return true;
+    return shape->type != COLLIDED_COMPOUND || has_children(p);
 }
 
 static vec into_shape(const placed *p, vec v)
@@ -92,15 +123,34 @@ vec placed_normal(const placed *p)
     return p->columns[2];
 }
 
+/* The greatest of what a function says of the children. */
+typedef real child_measure(const placed *p, vec v);
+static real greatest(const placed *whole, child_measure *measure, vec v)
+{
+    real best = -INFINITY;
+    for (size_t i = 0; i < whole->shape->child_count; i++) {
+        placed child;
+        if (placed_child(whole, i, &child)) best = larger(best, measure(&child, v));
+    }
+    return best;
+}
+
+static real reach_of_child(const placed *p, vec unused)
+{
+    (void)unused;
+    return placed_reach(p);
+}
+
 real placed_reach(const placed *p)
 {
+    if (p->shape->type == COLLIDED_COMPOUND) return greatest(p, reach_of_child, p->origin);
     vec half = vec_of(p->shape->half);
     real core2 = dot(half, half);
     for (size_t i = 0; i < p->point_count; i++) {
         vec v = vec_of(p->points + 3 * i);
         core2 = larger(core2, dot(v, v));
     }
-    return length(p->origin) + sqrt(core2) + p->shape->radius;
+    return length(p->origin) + sqrt(core2) + p->shape->radius + p->rounding;
 }
 
 /* ---- support of the core along a direction in its frame ---- */
@@ -135,6 +185,7 @@ static real core_support(const placed *p, vec d)
         return hull_support(p, d);
     case COLLIDED_MESH: /* placed_make takes neither */
     case COLLIDED_HEIGHT_FIELD:
+    case COLLIDED_COMPOUND: /* its children are asked */
         break;
     }
     return INFINITY;
@@ -142,7 +193,8 @@ static real core_support(const placed *p, vec d)
 
 real placed_support(const placed *p, vec n)
 {
-    return dot(n, p->origin) + core_support(p, into_shape(p, n)) + p->shape->radius;
+    if (p->shape->type == COLLIDED_COMPOUND) return greatest(p, placed_support, n);
+    return dot(n, p->origin) + core_support(p, into_shape(p, n)) + p->shape->radius + p->rounding;
 }
 
 /* ---- distance of a point from the core, in its frame ---- */
@@ -364,21 +416,32 @@ static real core_distance(const placed *p, vec q)
         return larger(q.z, 0);
     case COLLIDED_HULL:
         return hull_distance(p, q);
-    case COLLIDED_MESH: /* placed_make takes none */
+    case COLLIDED_MESH: /* placed_make takes neither */
     case COLLIDED_HEIGHT_FIELD:
+    case COLLIDED_COMPOUND: /* its children are asked */
         break;
     }
     return INFINITY;
 }
 
-bool placed_holds(const placed *p, vec world, vec n, real slack)
+static bool convex_holds(const placed *p, vec world, vec n, real slack)
 {
     vec q = into_shape(p, sub(sub(world, p->body), p->origin));
-    real reach = p->shape->radius + slack;
+    real radius = p->shape->radius + p->rounding, reach = radius + slack;
     if (p->shape->type == COLLIDED_ELLIPSOID && radial_distance(q, p->shape->half) <= reach) return true;
     if (p->shape->type == COLLIDED_HULL) {
         vec d = into_shape(p, n);
-        if (near_face(p, sub(q, scale(p->shape->radius, d)), d, slack)) return true;
+        if (near_face(p, sub(q, scale(radius, d)), d, slack)) return true;
     }
     return core_distance(p, q) <= reach;
+}
+
+bool placed_holds(const placed *p, vec world, vec n, real slack)
+{
+    if (p->shape->type != COLLIDED_COMPOUND) return convex_holds(p, world, n, slack);
+    for (size_t i = 0; i < p->shape->child_count; i++) {
+        placed child;
+        if (placed_child(p, i, &child) && convex_holds(&child, world, n, slack)) return true;
+    }
+    return false;
 }

@@ -46,9 +46,11 @@ typedef struct placed {
     vec columns[3]; /* the shape's axes in the world */
     vec origin;     /* of the shape relative to its body's position, in world directions */
     vec body;       /* position of the body */
+    real rounding;  /* of a compound's child: what the compound adds to the child's own */
 } placed;
 
-/* False if the shape, its poses or its points are not usable: not finite, no rotation, negative sizes, no points. */
+/* False if the shape, its poses or its points are not usable: not finite, no rotation, negative sizes, no points; or if
+ * it is a mesh, a height field, or a compound of anything but convex shapes with an end and a formula. */
 bool placed_make(placed *p, const collided_shape *shape, const collided_pose *body, const double *points, size_t count);
 
 real placed_reach(const placed *p);          /* of its points from the body's position; a half-space: of its origin */

@@ -7,6 +7,7 @@
 #include "heights.h"
 #include "mesh.h"
 
+/* A compound and each of its children count. */
 enum { LOAD_SHAPES_MAX = 256 /* WIRE_SHAPES_MAX */, LOAD_RULES_MAX = 1024 /* WIRE_RULES_MAX */ };
 
 /* Of a height field. */
@@ -23,8 +24,10 @@ typedef struct load_shape {
     const char *mesh;     /* path of the file; NULL = none */
     double scale[3];
     mesh_points points;
-    mesh_triangles triangles; /* of a mesh */
-    load_heights heights;     /* of a height field */
+    mesh_triangles triangles;    /* of a mesh */
+    load_heights heights;        /* of a height field */
+    struct load_shape *children; /* of a compound; shape.children is set when it is announced */
+    size_t child_count;
 } load_shape;
 
 typedef struct load_body {

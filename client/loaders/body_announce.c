@@ -32,13 +32,25 @@ static bool create_geometry(collided *c, const load_shape *from, collided_shape 
     return to->geometry.hash != 0;
 }
 
+/* `children`: room for them, which lasts until the body is made. */
+static bool create_shape(collided *c, const load_shape *from, collided_shape *to, collided_shape *children)
+{
+    *to = from->shape;
+    to->children = children;
+    to->child_count = from->child_count;
+    for (size_t i = 0; i < from->child_count; i++) {
+        children[i] = from->children[i].shape;
+        if (!create_geometry(c, &from->children[i], &children[i])) return false;
+    }
+    return create_geometry(c, from, to);
+}
+
 collided_body load_body_announce(collided *c, const load_body *body, int32_t id)
 {
-    collided_shape shapes[LOAD_SHAPES_MAX];
-    for (size_t i = 0; i < body->shape_count; i++) {
-        shapes[i] = body->shapes[i].shape;
-        if (!create_geometry(c, &body->shapes[i], &shapes[i])) return (collided_body){COLLIDED_NONE};
-    }
+    collided_shape shapes[LOAD_SHAPES_MAX], children[LOAD_SHAPES_MAX];
+    size_t used = 0;
+    for (size_t i = 0; i < body->shape_count; used += body->shapes[i++].child_count)
+        if (!create_shape(c, &body->shapes[i], &shapes[i], children + used)) return (collided_body){COLLIDED_NONE};
     collided_body_def def = collided_body_def_default();
     fill(body, &def);
     def.id = id;

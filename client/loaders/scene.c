@@ -56,18 +56,20 @@ static bool take_name(const reader *in, const char *what, const char *name, cons
 
 enum { SIZE = 1, SEMI_AXES = 2, RADIUS = 4, LENGTH = 8, HEIGHT = 16, POINTS = 32, MESH = 64, SCALE = 128 };
 enum { HEIGHTS = 256, SPACING = 512, BASE = 1024, RANGE = 2048 }; /* of height fields */
+enum { CHILDREN = 4096 };                                         /* of compounds */
 static const struct {
     unsigned bit;
     const char *key;
 } keys[] = {{SIZE, "size"}, {SEMI_AXES, "semi_axes"}, {RADIUS, "radius"}, {LENGTH, "length"}, {HEIGHT, "height"},
     {POINTS, "points"}, {MESH, "mesh"}, {SCALE, "scale"}, {HEIGHTS, "heights"}, {SPACING, "spacing"}, {BASE, "base"},
-    {RANGE, "range"}};
+    {RANGE, "range"}, {CHILDREN, "children"}};
 
 static unsigned keys_given(const yaml_shape *s)
 {
     return (s->size ? SIZE : 0) | (s->semi_axes ? SEMI_AXES : 0) | (s->radius ? RADIUS : 0) | (s->length ? LENGTH : 0) |
            (s->height ? HEIGHT : 0) | (s->points ? POINTS : 0) | (s->mesh ? MESH : 0) | (s->scale ? SCALE : 0) |
-           (s->heights ? HEIGHTS : 0) | (s->spacing ? SPACING : 0) | (s->base ? BASE : 0) | (s->range ? RANGE : 0);
+           (s->heights ? HEIGHTS : 0) | (s->spacing ? SPACING : 0) | (s->base ? BASE : 0) | (s->range ? RANGE : 0) |
+           (s->children ? CHILDREN : 0);
 }
 
 /* A hull takes its points from either of two keys; pictures need a range that text must not have (heights.h tells). */
@@ -84,6 +86,7 @@ static unsigned keys_wanted(const yaml_shape *s)
         [COLLIDED_HULL] = POINTS,
         [COLLIDED_MESH] = MESH,
         [COLLIDED_HEIGHT_FIELD] = HEIGHTS | SPACING | BASE,
+        [COLLIDED_COMPOUND] = CHILDREN,
     };
     if (s->type == COLLIDED_HEIGHT_FIELD && s->range) return wanted[s->type] | RANGE;
     if (s->mesh && (s->type == COLLIDED_HULL || s->type == COLLIDED_MESH)) return MESH | (s->scale ? SCALE : 0);
@@ -147,6 +150,7 @@ static void fill_sizes(const yaml_shape *s, collided_shape *out)
     case COLLIDED_HULL:
     case COLLIDED_MESH:
     case COLLIDED_HEIGHT_FIELD:
+    case COLLIDED_COMPOUND:
         break;
     }
     if (s->rounding) out->radius += *s->rounding;
@@ -187,6 +191,28 @@ static bool take_shape(const reader *in, const yaml_shape *from, load_shape *out
     return take_pose(in, from->pose, &out->shape.pose);
 }
 
+static bool can_be_child(int type)
+{
+    return type != COLLIDED_HALFSPACE && type != COLLIDED_MESH && type != COLLIDED_HEIGHT_FIELD &&
+           type != COLLIDED_COMPOUND;
+}
+
+/* in->where names the compound, and then each child. */
+static bool take_children(reader *in, const yaml_shape *from, load_shape *out)
+{
+    size_t length = strlen(in->where);
+    if (from->type == COLLIDED_COMPOUND && from->children_count == 0)
+        return load_fail(in->report, "%s: a compound needs a child", in->where);
+    out->children = pool_alloc(in->pool, from->children_count, sizeof *out->children);
+    for (unsigned i = 0; i < from->children_count; i++) {
+        snprintf(in->where + length, sizeof in->where - length, ", child %u", i + 1);
+        if (!can_be_child(from->children[i].type))
+            return load_fail(in->report, "%s: a half-space, mesh, height field or compound cannot be one", in->where);
+        if (!take_shape(in, &from->children[i], &out->children[out->child_count++])) return false;
+    }
+    return true;
+}
+
 /* ---- bodies ---- */
 
 static bool take_rules(const reader *in, const yaml_body *from, load_body *out)
@@ -209,6 +235,7 @@ static bool take_rules(const reader *in, const yaml_body *from, load_body *out)
 
 static bool take_body(reader *in, const yaml_body *from, load_body *out)
 {
+    size_t count = 0;
     snprintf(in->where, sizeof in->where, "%s: body '%.127s'", in->file, from->name);
     out->motion = (collided_motion)from->motion;
     out->group = "";
@@ -222,7 +249,12 @@ static bool take_body(reader *in, const yaml_body *from, load_body *out)
     out->shapes = pool_alloc(in->pool, from->shapes_count, sizeof *out->shapes);
     for (unsigned i = 0; i < from->shapes_count; i++) {
         snprintf(in->where, sizeof in->where, "%s: body '%.127s', shape %u", in->file, from->name, i + 1);
-        if (!take_shape(in, &from->shapes[i], &out->shapes[out->shape_count++])) return false;
+        load_shape *shape = &out->shapes[out->shape_count++];
+        if (!take_shape(in, &from->shapes[i], shape) || !take_children(in, &from->shapes[i], shape)) return false;
+        count += 1 + shape->child_count;
+        if (count > LOAD_SHAPES_MAX)
+            return load_fail(
+                in->report, "%s: the body has more than %d shapes and children", in->where, LOAD_SHAPES_MAX);
     }
     return true;
 }

@@ -31,6 +31,7 @@ static const cyaml_strval_t types[] = {
     {"hull", COLLIDED_HULL},
     {"mesh", COLLIDED_MESH},
     {"height_field", COLLIDED_HEIGHT_FIELD},
+    {"compound", COLLIDED_COMPOUND},
 };
 static const cyaml_strval_t motions[] = {{"moving", COLLIDED_MOVING}, {"fixed", COLLIDED_FIXED}};
 
@@ -42,24 +43,29 @@ static const cyaml_schema_field_t pose_fields[] = {
 };
 
 static const cyaml_schema_value_t point = {CYAML_VALUE_SEQUENCE_FIXED(CYAML_FLAG_DEFAULT, double, &number, 3)};
+/* clang-format off */
+#define SHAPE_FIELDS \
+    CYAML_FIELD_ENUM("type", CYAML_FLAG_STRICT, yaml_shape, type, types, CYAML_ARRAY_LEN(types)), \
+    NUMBERS("size", yaml_shape, size, 3), \
+    NUMBERS("semi_axes", yaml_shape, semi_axes, 3), \
+    CYAML_FIELD_FLOAT_PTR("radius", OPTIONAL, yaml_shape, radius), \
+    CYAML_FIELD_FLOAT_PTR("length", OPTIONAL, yaml_shape, length), \
+    CYAML_FIELD_FLOAT_PTR("height", OPTIONAL, yaml_shape, height), \
+    CYAML_FIELD_FLOAT_PTR("rounding", OPTIONAL, yaml_shape, rounding), \
+    NUMBERS("scale", yaml_shape, scale, 3), \
+    LIST("points", yaml_shape, points, &point, POINTS_MAX), \
+    OPTIONAL_TEXT("mesh", yaml_shape, mesh), \
+    OPTIONAL_TEXT("heights", yaml_shape, heights), \
+    NUMBERS("spacing", yaml_shape, spacing, 2), \
+    CYAML_FIELD_FLOAT_PTR("base", OPTIONAL, yaml_shape, base), \
+    NUMBERS("range", yaml_shape, range, 2), \
+    CYAML_FIELD_MAPPING_PTR("pose", OPTIONAL, yaml_shape, pose, pose_fields)
+/* clang-format on */
+/* A child has none of its own. */
+static const cyaml_schema_field_t child_fields[] = {SHAPE_FIELDS, CYAML_FIELD_END};
+static const cyaml_schema_value_t child = {CYAML_VALUE_MAPPING(CYAML_FLAG_DEFAULT, yaml_shape, child_fields)};
 static const cyaml_schema_field_t shape_fields[] = {
-    CYAML_FIELD_ENUM("type", CYAML_FLAG_STRICT, yaml_shape, type, types, CYAML_ARRAY_LEN(types)),
-    NUMBERS("size", yaml_shape, size, 3),
-    NUMBERS("semi_axes", yaml_shape, semi_axes, 3),
-    CYAML_FIELD_FLOAT_PTR("radius", OPTIONAL, yaml_shape, radius),
-    CYAML_FIELD_FLOAT_PTR("length", OPTIONAL, yaml_shape, length),
-    CYAML_FIELD_FLOAT_PTR("height", OPTIONAL, yaml_shape, height),
-    CYAML_FIELD_FLOAT_PTR("rounding", OPTIONAL, yaml_shape, rounding),
-    NUMBERS("scale", yaml_shape, scale, 3),
-    LIST("points", yaml_shape, points, &point, POINTS_MAX),
-    OPTIONAL_TEXT("mesh", yaml_shape, mesh),
-    OPTIONAL_TEXT("heights", yaml_shape, heights),
-    NUMBERS("spacing", yaml_shape, spacing, 2),
-    CYAML_FIELD_FLOAT_PTR("base", OPTIONAL, yaml_shape, base),
-    NUMBERS("range", yaml_shape, range, 2),
-    CYAML_FIELD_MAPPING_PTR("pose", OPTIONAL, yaml_shape, pose, pose_fields),
-    CYAML_FIELD_END,
-};
+    SHAPE_FIELDS, LIST("children", yaml_shape, children, &child, SHAPES_MAX - 1), CYAML_FIELD_END};
 static const cyaml_schema_value_t shape = {CYAML_VALUE_MAPPING(CYAML_FLAG_DEFAULT, yaml_shape, shape_fields)};
 
 static const cyaml_schema_field_t rule_fields[] = {

@@ -33,6 +33,8 @@ typedef struct yaml_shape {
     double *base;
     double *range; /* 2 */
     yaml_pose *pose;
+    struct yaml_shape *children;
+    unsigned children_count;
 } yaml_shape;
 
 typedef struct yaml_rule {

@@ -2,6 +2,7 @@
  * code of the engine takes without looking again. */
 #include "shape.h"
 
+#include "compound.h"
 #include "hull.h"
 #include "round.h"
 
@@ -17,8 +18,9 @@ const char *shape_type_name(shape_type type)
         [SHAPE_HALFSPACE] = "halfspace",
         [SHAPE_HULL] = "hull",
         [SHAPE_MESH] = "mesh",
+        [SHAPE_COMPOUND] = "compound",
     };
-    return (unsigned)type < SHAPE_TYPE_COUNT ? names[type] : "unknown";
+    return (unsigned)type < SHAPE_TYPE_COUNT && names[type] ? names[type] : "unknown";
 }
 
 static const char *size_fault(double size, double limit)
@@ -31,7 +33,8 @@ static const char *size_fault(double size, double limit)
 
 const char *shape_check(const shape *s)
 {
-    if ((unsigned)s->type >= SHAPE_TYPE_COUNT) return "type of shape is unknown";
+    bool known = (unsigned)s->type <= SHAPE_MESH || s->type == SHAPE_COMPOUND;
+    if (!known) return "type of shape is unknown";
     const char *fault = size_fault(s->radius, s->type == SHAPE_SPHERE ? SPHERE_RADIUS_MAX : SHAPE_SIZE_MAX);
     if (!fault) fault = size_fault(s->half.x, SHAPE_SIZE_MAX);
     if (!fault) fault = size_fault(s->half.y, SHAPE_SIZE_MAX);
@@ -41,6 +44,7 @@ const char *shape_check(const shape *s)
     if (round && s->half.y != s->half.x) return "a cylinder's or cone's two radii differ";
     if (s->type == SHAPE_HULL && !s->hull) return "hull is missing";
     if (s->type == SHAPE_MESH && (!s->hull || !s->mesh)) return "mesh is missing";
+    if (s->type == SHAPE_COMPOUND && !s->compound) return "children are missing";
     return NULL;
 }
 
@@ -61,6 +65,8 @@ static double core_reach(const shape *s)
     case SHAPE_HULL:
     case SHAPE_MESH:
         return s->hull->reach;
+    case SHAPE_COMPOUND:
+        return s->compound->reach;
     default:
         return 0;
     }
@@ -68,6 +74,7 @@ static double core_reach(const shape *s)
 
 double shape_excess(const shape *s)
 {
+    if (s->type == SHAPE_COMPOUND) return s->compound->excess;
     return s->type == SHAPE_HULL || s->type == SHAPE_MESH ? s->hull->excess : 0;
 }
 

@@ -1,7 +1,7 @@
 /* shape: what a body is made of. A core (point, segment, box, ...) rounded by a radius: the set of all points within
  * `radius` of the core. All lengths in metres (or any one unit), in the shape's own frame, axis of revolution = z.
  *
- * A shape is plain data. It borrows its hull or mesh, which is immutable and outlives it. */
+ * A shape is plain data. It borrows its hull, mesh or compound, which is immutable and outlives it. */
 #ifndef COLLIDED_GEOM_SHAPE_H
 #define COLLIDED_GEOM_SHAPE_H
 
@@ -21,18 +21,21 @@ typedef enum shape_type { /* the order is part of the canonical order of a pair:
     SHAPE_HULL,           /* core: convex hull of hull->x[], y[], z[] */
     SHAPE_CONVEX_COUNT,   /* the types up to here are convex */
     SHAPE_MESH = SHAPE_CONVEX_COUNT, /* core: the triangles of mesh, and its inside if it is a solid */
+    SHAPE_COMPOUND = 10, /* core: the union of the children of compound. 9, the wire's height field, is a mesh here */
     SHAPE_TYPE_COUNT
 } shape_type;
 
-typedef struct hull hull; /* hull.h */
-typedef struct mesh mesh; /* mesh.h */
+typedef struct hull hull;         /* hull.h */
+typedef struct mesh mesh;         /* mesh.h */
+typedef struct compound compound; /* compound.h */
 
 typedef struct shape {
     shape_type type;
     double radius; /* rounding; >= 0 */
     vec3 half;
-    const hull *hull; /* of SHAPE_HULL, and of SHAPE_MESH: mesh->hull */
-    const mesh *mesh; /* SHAPE_MESH only */
+    const hull *hull;         /* of SHAPE_HULL, and of SHAPE_MESH: mesh->hull */
+    const mesh *mesh;         /* SHAPE_MESH only */
+    const compound *compound; /* SHAPE_COMPOUND only */
 } shape;
 
 const char *shape_type_name(shape_type type); /* "sphere", ... */
@@ -44,7 +47,7 @@ const char *shape_check(const shape *s);
 #define SHAPE_SIZE_MAX 1e150    /* squares of sizes must stay finite */
 #define SPHERE_RADIUS_MAX 1e160 /* the radius of a sphere is never squared */
 
-/* By how much points that a hull (of a mesh, too) was made of may be outside of it; 0 for all else. */
+/* By how much points that a hull (of a mesh or a child, too) was made of may be outside of it; 0 for all else. */
 double shape_excess(const shape *s);
 
 /* Distance from the frame's origin to the farthest point, rounded up; INFINITY for half-spaces. */

@@ -2,6 +2,7 @@
  * never its answer. */
 #include "support.h"
 
+#include "compound.h"
 #include "hull_support.h"
 #include "round.h"
 
@@ -56,6 +57,8 @@ vec3 support_core(const shape *s, vec3 d, uint32_t *hint)
     case SHAPE_HULL:
     case SHAPE_MESH:
         return hull_vertex(s->hull, hull_top(s->hull, d, hint));
+    case SHAPE_COMPOUND:
+        return compound_support(s->compound, d);
     default:
         return VEC_ZERO;
     }
@@ -98,6 +101,8 @@ double support_height_up(const shape *s, vec3 d, uint32_t *hint)
     case SHAPE_HULL:
     case SHAPE_MESH:
         return hull_height_up(s->hull, d, hint);
+    case SHAPE_COMPOUND:
+        return compound_height_up(s->compound, d);
     default:
         return 0;
     }

@@ -1,7 +1,8 @@
 /* support: the farthest point of a shape's core in a direction, and what rounding may have done to it.
  *
  * Pure; any thread. The radius is not included: callers add radius * unit(direction). Half-spaces have no support
- * point except along their normal: callers treat them by their plane. A mesh stands for its convex hull. */
+ * point except along their normal: callers treat them by their plane. A mesh or a compound stands for its convex hull.
+ */
 #ifndef COLLIDED_GEOM_SUPPORT_H
 #define COLLIDED_GEOM_SUPPORT_H
 

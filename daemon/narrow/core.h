@@ -4,6 +4,7 @@
 #ifndef COLLIDED_NARROW_CORE_H
 #define COLLIDED_NARROW_CORE_H
 
+#include "geom/compound.h"
 #include "geom/hull_scan.h"
 #include "geom/hull_support.h"
 #include "scalar.h"
@@ -60,6 +61,8 @@ static inline vec3 core_support(const shape *s, double scale, vec3 d, uint32_t *
     case SHAPE_MESH: /* by its convex hull */
     case SHAPE_HULL:
         return core_hull(s->hull, scale, d, hint);
+    case SHAPE_COMPOUND: /* by its convex hull, too */
+        return vec_scale(compound_support(s->compound, d), scale);
     default:
         return VEC_ZERO;
     }

@@ -293,6 +293,7 @@ static bool is_polytope(const shape *s)
 
 bool exact_applies(const unit_pair *p)
 {
+    if (p->b.type == SHAPE_COMPOUND) return false; /* its parts have been asked */
     bool plane_a = p->a.type == SHAPE_HALFSPACE, plane_b = p->b.type == SHAPE_HALFSPACE;
     if (plane_a || plane_b) return !(plane_a && plane_b);
     bool point = p->a.type == SHAPE_SPHERE && exact_has_distance(&p->b);

@@ -4,6 +4,7 @@
 #include "narrow.h"
 
 #include "ccd_peer.h"
+#include "compound_pair.h"
 #include "dispatch.h"
 #include "exact.h"
 #include "finish.h"
@@ -92,6 +93,10 @@ static void search(const shape *a, const shape *b, const pose *b_in_a, const nar
     shape hull = *b; /* what a half-space sees of a mesh */
     if (b->type == SHAPE_MESH && !mesh_pair_applies(a, b)) hull.type = SHAPE_HULL, b = &hull;
     unit_pair_init(p, a, b, b_in_a);
+    if (compound_pair_applies(b)) {
+        compound_pair_query(p, a, b, b_in_a, request, scratch, &scratch->epa, result);
+        return;
+    }
     if (mesh_pair_applies(a, b)) mesh_pair_prepare(p, a);
     narrow_goal g = goal_of(p, request);
     answer(a, b, b_in_a, request, scratch, p, &g, &s, result);

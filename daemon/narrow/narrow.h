@@ -64,11 +64,13 @@ typedef struct narrow_result {
     double lo, hi;         /* m; lo <= signed distance <= hi, of the shapes at the poses given, each quaternion divided
                               by its norm; of hulls, of all the points they were made of. By doubles: 16 ulp (u = 2^-53)
                               of the reaches plus the distance on both sides; where that is too wide for the request,
-                              `refined`; beside a mesh 32 ulp. Touching shapes give lo <= 0 <= hi. Two half-spaces that no
-                              translation         separates: both -INFINITY */
+                              `refined`; beside a mesh 32 ulp. Beside a compound 64 and what its parts have.
+                              Touching shapes give lo <= 0 <= hi. Two half-spaces that no
+                              translation separates: both -INFINITY */
     vec3 axis;             /* unit, from A towards B. It proves lo: min over B of axis.x - max over A of axis.x >= lo.
-                              Moving B along it by -lo (and rounding) separates. Of a mesh, which is not convex, it
-                              proves no positive lo: every triangle was looked at or ruled out */
+                              Moving B along it by -lo (and rounding) separates. Of a mesh or a compound, which are
+                              not convex, it proves no positive lo: every triangle or child was looked at or ruled
+                              out; and of their overlap only that that move separates them */
     vec3 point_a, point_b; /* on the surfaces (radius included). Separated: |point_b - point_a| proves hi. Overlapping:
                               the deepest points along axis */
     manifold manifold;     /* with NARROW_MANIFOLD */

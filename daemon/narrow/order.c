@@ -1,6 +1,7 @@
 /* order: the canonical order of two shapes, so that a pair is always computed the same way round. Pure; any thread. */
 #include "order.h"
 
+#include "geom/compound.h"
 #include "geom/mesh.h"
 
 #include <string.h>
@@ -42,11 +43,24 @@ static int compare_vec(vec3 a, vec3 b)
     return c ? c : compare(a.z, b.z);
 }
 
+static int compare_compound(const compound *a, const compound *b)
+{
+    if (a == b) return 0;
+    if (a->child_count != b->child_count) return a->child_count < b->child_count ? -1 : 1;
+    int c = 0;
+    for (uint32_t i = 0; i < a->child_count && c == 0; i++) {
+        c = order_shapes(&a->children[i].shape, &b->children[i].shape); /* no child is a compound */
+        if (c == 0) c = order_poses(a->children[i].local, b->children[i].local);
+    }
+    return c;
+}
+
 int order_shapes(const shape *a, const shape *b)
 {
     if (a->type != b->type) return a->type < b->type ? -1 : 1;
     int c = compare_vec(a->half, b->half);
     if (c == 0) c = compare(a->radius, b->radius);
+    if (c == 0 && a->type == SHAPE_COMPOUND) return compare_compound(a->compound, b->compound);
     if (c || !a->hull) return c;
     c = compare_hull(a->hull, b->hull);
     return c || a->type != SHAPE_MESH ? c : compare_mesh(a->mesh, b->mesh);

@@ -4,7 +4,7 @@
 
 #include "narrow.h"
 
-/* By type, sizes, radius, and the vertices of hulls; 0 when equal. */
+/* By type, sizes, radius, and the vertices of hulls or the children of compounds; 0 when equal. */
 int order_shapes(const shape *a, const shape *b);
 
 /* By position, then orientation: unchanged when both are shifted by a representable vector. */

@@ -1,6 +1,7 @@
 /* toi_parts: boxes of hierarchies and what lies in them, as shapes. Pure; any thread. */
 #include "toi_parts.h"
 
+#include "geom/compound.h"
 #include "scalar.h"
 #include "unit_pair.h"
 
@@ -84,6 +85,34 @@ static int mesh_children(const toi_part *p, toi_part *out)
     return n->used;
 }
 
+/* ---- compounds ---- */
+
+static void be_child(toi_part *p, const shape *whole, uint32_t child)
+{
+    const compound_child *c = &whole->compound->children[child];
+    *p = (toi_part){.whole = whole, .shape = c->shape, .local = c->local, .is_leaf = true};
+    p->shape.radius += whole->radius;
+    p->size = shape_reach(&p->shape);
+}
+
+static void be_compound_node(toi_part *p, const shape *whole, uint32_t node)
+{
+    const compound_node *n = &whole->compound->nodes[node];
+    if (n->right == 0) {
+        be_child(p, whole, n->child);
+        return;
+    }
+    *p = (toi_part){.whole = whole, .node = node};
+    be_box(p, n->lo, n->hi);
+}
+
+static int compound_children(const toi_part *p, toi_part *out)
+{
+    be_compound_node(&out[0], p->whole, p->node + 1);
+    be_compound_node(&out[1], p->whole, p->whole->compound->nodes[p->node].right);
+    return 2;
+}
+
 /* ---- any shape ---- */
 
 void toi_part_root(const shape *whole, toi_part *out)
@@ -92,11 +121,15 @@ void toi_part_root(const shape *whole, toi_part *out)
         be_mesh_node(out, whole, 0);
         return;
     }
+    if (whole->type == SHAPE_COMPOUND) {
+        be_compound_node(out, whole, 0);
+        return;
+    }
     *out = (toi_part){.whole = whole, .shape = *whole, .local = POSE_IDENTITY, .is_leaf = true};
     out->size = shape_reach(whole);
 }
 
 int toi_part_children(const toi_part *p, toi_part *out)
 {
-    return mesh_children(p, out);
+    return p->whole->type == SHAPE_MESH ? mesh_children(p, out) : compound_children(p, out);
 }

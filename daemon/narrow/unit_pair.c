@@ -41,6 +41,15 @@ static double shave(shape *s, const shape *other)
     return ball;
 }
 
+/* A child of a compound is at a pose of its own: its frame, its inverse where the pair is turned round, and the
+ * products with the pair's pose come on top. */
+#define COMPOUND_SHARE 4
+
+static double error_share(const shape *a, const shape *b)
+{
+    return a->type == SHAPE_COMPOUND || b->type == SHAPE_COMPOUND ? COMPOUND_SHARE : 1;
+}
+
 void unit_pair_init(unit_pair *p, const shape *a, const shape *b, const pose *b_in_a)
 {
     double reach_a = finite_or_zero(shape_reach(a)), reach_b = finite_or_zero(shape_reach(b));
@@ -55,7 +64,7 @@ void unit_pair_init(unit_pair *p, const shape *a, const shape *b, const pose *b_
     p->b_in_a.t = vec_scale(b_in_a->p, p->scale);
     p->radius = p->a.radius + p->b.radius;
     p->size = reach_a * p->scale + reach_b * p->scale + vec_norm(p->b_in_a.t);
-    p->error = unit_error(p->size);
+    p->error = error_share(a, b) * unit_error(p->size);
     p->excess = (shape_excess(a) + shape_excess(b)) * p->scale;
 }
 

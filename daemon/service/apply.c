@@ -3,6 +3,7 @@
 #include "service.h"
 
 #include "base/log.h"
+#include "geom/compound.h"
 
 #include <inttypes.h>
 #include <math.h>
@@ -150,24 +151,64 @@ static shape_type type_of(uint8_t wire_type)
     return wire_type == WIRE_SHAPE_HEIGHT_FIELD ? SHAPE_MESH : (shape_type)wire_type;
 }
 
+static bool shape_at(service *s, const wire_body *m, uint32_t i, world_shape *out, wire_refusal *why)
+{
+    const double *size = m->shape_sizes.at + 3 * (size_t)i, *at = m->shape_poses.at + 7 * (size_t)i;
+    uint8_t type = m->shape_types.at[i];
+    *out = (world_shape){
+        .shape = {.type = type_of(type), .radius = m->shape_radii.at[i], .half = vec(size[0], size[1], size[2])},
+        .local = {vec(at[0], at[1], at[2]), quat_unit((quat){at[3], at[4], at[5], at[6]})}};
+    int64_t hash = m->shape_geometries.at[i];
+    if (hash == 0 || geometry_lend(s, hash, type, &out->shape)) return true;
+    refuse(why, WIRE_UNKNOWN_GEOMETRY, "shape_geometries[%u]: %s %016" PRIx64 " has not come", i,
+        type == WIRE_SHAPE_HEIGHT_FIELD ? "height field" : shape_type_name(out->shape.type), (uint64_t)hash);
+    return false;
+}
+
+/* Its children follow it in the list. */
+static bool compound_at(service *s, const wire_body *m, uint32_t i, world_shape *out, wire_refusal *why)
+{
+    shape children[WIRE_SHAPES_MAX];
+    pose locals[WIRE_SHAPES_MAX];
+    uint32_t count = (uint32_t)m->shape_sizes.at[3 * (size_t)i];
+    for (uint32_t k = 0; k < count; k++) {
+        world_shape child;
+        if (!shape_at(s, m, i + 1 + k, &child, why)) return false;
+        children[k] = child.shape;
+        locals[k] = child.local;
+    }
+    compound *whole;
+    compound_status status = compound_build(children, locals, count, &whole);
+    if (status != COMPOUND_OK) {
+        refuse(why, WIRE_BAD_SIZE, "shape_types[%u]: %s", i, compound_status_text(status));
+        return false;
+    }
+    array_push(&s->compounds, whole);
+    out->shape.half = VEC_ZERO; /* what was there counts the children */
+    out->shape.compound = whole;
+    return true;
+}
+
+/* Compounds are kept in s->compounds until the world has copied them: drop_compounds. */
 static bool gather_shapes(service *s, const wire_body *m, wire_refusal *why)
 {
     s->shapes.count = 0;
     for (uint32_t i = 0; i < m->shape_types.count; i++) {
-        const double *size = m->shape_sizes.at + 3 * (size_t)i, *at = m->shape_poses.at + 7 * (size_t)i;
-        uint8_t type = m->shape_types.at[i];
-        world_shape shape = {
-            .shape = {.type = type_of(type), .radius = m->shape_radii.at[i], .half = vec(size[0], size[1], size[2])},
-            .local = {vec(at[0], at[1], at[2]), quat_unit((quat){at[3], at[4], at[5], at[6]})}};
-        if (m->shape_geometries.at[i] != 0 && !geometry_lend(s, m->shape_geometries.at[i], type, &shape.shape)) {
-            refuse(why, WIRE_UNKNOWN_GEOMETRY, "shape_geometries[%u]: %s %016" PRIx64 " has not come", i,
-                type == WIRE_SHAPE_HEIGHT_FIELD ? "height field" : shape_type_name(shape.shape.type),
-                (uint64_t)m->shape_geometries.at[i]);
-            return false;
+        world_shape shape;
+        if (!shape_at(s, m, i, &shape, why)) return false;
+        if (shape.shape.type == SHAPE_COMPOUND) {
+            if (!compound_at(s, m, i, &shape, why)) return false;
+            i += shape.shape.compound->child_count;
         }
         array_push(&s->shapes, shape);
     }
     return true;
+}
+
+static void drop_compounds(service *s)
+{
+    for (size_t i = 0; i < s->compounds.count; i++) compound_destroy(s->compounds.at[i]);
+    s->compounds.count = 0;
 }
 
 static void gather_rules(service *s, const wire_body *m)
@@ -196,16 +237,14 @@ static bool room_for(service *s, const owned_body *b, const wire_body *m, wire_r
     world_figures now = world_get_figures(s->world);
     if ((!b || b->world_id == WORLD_NONE) && apply_limit(s, now.bodies, s->config.max_bodies, "max_bodies", why))
         return false;
-    world_body old = {.shape_count = 0}; /* what it replaces makes room */
-    if (b && b->world_id != WORLD_NONE) world_get_body(s->world, b->world_id, &old, NULL);
-    size_t others = now.shapes - old.shape_count;
+    size_t others = now.shapes - (b ? world_body_shapes(s->world, b->world_id) : 0); /* what it replaces makes room */
     return !apply_limit(s, others + m->shape_types.count - 1, s->config.max_shapes, "max_shapes", why);
 }
 
-static wire_reason put_body(service *s, session *c, const wire_body *m, wire_refusal *why)
+/* The shapes have been gathered. */
+static wire_reason put_gathered(service *s, session *c, const wire_body *m, wire_refusal *why)
 {
     owned_body *b = session_body(c, m->body);
-    if (!room_for(s, b, m, why) || !gather_shapes(s, m, why)) return why->reason;
     gather_rules(s, m);
     const double *at = m->pose.at;
     uint32_t id = b ? b->world_id : WORLD_NONE;
@@ -237,6 +276,14 @@ static wire_reason put_body(service *s, session *c, const wire_body *m, wire_ref
     if (!newer_pose) b->pose_sequence = m->sequence;
     hold_geometries(s, b, m);
     return WIRE_OK;
+}
+
+static wire_reason put_body(service *s, session *c, const wire_body *m, wire_refusal *why)
+{
+    if (!room_for(s, session_body(c, m->body), m, why)) return why->reason;
+    wire_reason reason = gather_shapes(s, m, why) ? put_gathered(s, c, m, why) : why->reason;
+    drop_compounds(s);
+    return reason;
 }
 
 static wire_reason remove_body(service *s, session *c, const wire_body *m)

@@ -63,7 +63,7 @@ static const config_option OPTIONS[] = {
     {"max_bodies", CONFIG_WHOLE, FIELD(max_bodies), 1, 10000000, NULL, "1000000", "bodies", "bodies in the world",
         "Counts all clients together."},
     {"max_shapes", CONFIG_WHOLE, FIELD(max_shapes), 1, 40000000, NULL, "2000000", "shapes", "shapes in the world",
-        "Counts all bodies together."},
+        "Counts all bodies together; of a compound, it and each of its children."},
     {"max_interests", CONFIG_WHOLE, FIELD(max_interests), 1, 4096, NULL, "512", "interests", "interests at once",
         "Counts all clients together. Who matches an interest is kept as a bit a body, so each costs memory."},
     {"max_geometries", CONFIG_WHOLE, FIELD(max_geometries), 1, 1000000, NULL, "10000", "geometries",

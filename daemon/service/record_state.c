@@ -2,6 +2,7 @@
  * recording that begins in the middle begins with it. Tick thread. */
 #include "service.h"
 
+#include "geom/compound.h"
 #include "geom/mesh.h"
 
 #include <stdlib.h>
@@ -49,20 +50,37 @@ static uint8_t wire_type_of(const shape *s)
     return field ? WIRE_SHAPE_HEIGHT_FIELD : (uint8_t)s->type;
 }
 
+typedef struct shape_writer {
+    columns *c;
+    const owned_body *b;
+    uint32_t count;
+    size_t lent; /* of the body's geometries */
+} shape_writer;
+
+static void put_shape(shape_writer *w, const shape *s, pose local)
+{
+    uint32_t i = w->count++;
+    columns *c = w->c;
+    bool lent = s->type == SHAPE_HULL || s->type == SHAPE_MESH, whole = s->type == SHAPE_COMPOUND;
+    c->types[i] = wire_type_of(s);
+    c->sizes[3 * i] = whole ? s->compound->child_count : s->half.x;
+    c->sizes[3 * i + 1] = s->half.y;
+    c->sizes[3 * i + 2] = s->half.z;
+    c->radii[i] = s->radius;
+    put_pose(c->poses + 7 * (size_t)i, local);
+    c->geometries[i] = lent ? w->b->geometries.at[w->lent++] : 0;
+}
+
 static void fill_shapes(columns *c, const world_body *def, const owned_body *b, wire_body *m)
 {
-    uint32_t n = (uint32_t)def->shape_count;
-    size_t lent = 0;
-    for (uint32_t i = 0; i < n; i++) {
+    shape_writer w = {c, b, 0, 0};
+    for (size_t i = 0; i < def->shape_count; i++) {
         const shape *s = &c->shapes[i].shape;
-        c->types[i] = wire_type_of(s);
-        c->sizes[3 * i] = s->half.x;
-        c->sizes[3 * i + 1] = s->half.y;
-        c->sizes[3 * i + 2] = s->half.z;
-        c->radii[i] = s->radius;
-        put_pose(c->poses + 7 * (size_t)i, c->shapes[i].local);
-        c->geometries[i] = s->type == SHAPE_HULL || s->type == SHAPE_MESH ? b->geometries.at[lent++] : 0;
+        put_shape(&w, s, c->shapes[i].local);
+        for (uint32_t k = 0; s->type == SHAPE_COMPOUND && k < s->compound->child_count; k++)
+            put_shape(&w, &s->compound->children[k].shape, s->compound->children[k].local);
     }
+    uint32_t n = w.count;
     m->shape_types = (wire_u8s){n, c->types};
     m->shape_sizes = (wire_f64s){3 * n, c->sizes};
     m->shape_radii = (wire_f64s){n, c->radii};

@@ -182,6 +182,7 @@ void server_destroy(server *v)
     array_free(&s->inbox.letters);
     array_free(&s->inbox.bytes);
     array_free(&s->shapes);
+    array_free(&s->compounds);
     array_free(&s->rules);
     metrics_destroy(s->metrics);
     close(s->wake_fd);

@@ -140,6 +140,7 @@ typedef struct service {
     pair_map geometry_of; /* hash -> index */
     inbox inbox;
     ARRAY(world_shape) shapes; /* scratch of apply */
+    ARRAY(compound *) compounds;
     ARRAY(filter_rule) rules;
     wire_log_writer *recording;
     char recording_path[CONFIG_TEXT_MAX];

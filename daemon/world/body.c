@@ -4,6 +4,7 @@
 
 #include "base/sort.h"
 #include "geom/bounds.h"
+#include "geom/compound.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -114,8 +115,9 @@ static bool same_pose(pose a, pose b)
 static bool same_shape(const solid *s, const world_shape *def)
 {
     const shape *a = &s->shape, *b = &def->shape;
-    return a->type == b->type && a->radius == b->radius && same_vec(a->half, b->half) && a->hull == b->hull &&
-           same_pose(s->local, def->local);
+    bool same = a->type == b->type && a->radius == b->radius && same_vec(a->half, b->half) && a->hull == b->hull &&
+                same_pose(s->local, def->local);
+    return same && (a->type != SHAPE_COMPOUND || compound_equal(a->compound, b->compound));
 }
 
 static bool same_shapes(const world *w, const body *b, const world_body *def)
@@ -126,10 +128,26 @@ static bool same_shapes(const world *w, const body *b, const world_body *def)
     return true;
 }
 
+/* It and its children. */
+static size_t shapes_in(const shape *s)
+{
+    return 1 + (s->type == SHAPE_COMPOUND ? s->compound->child_count : 0);
+}
+
+size_t world_body_shapes(const world *w, uint32_t id)
+{
+    size_t sum = 0;
+    for (size_t i = 0; is_body(w, id) && i < w->bodies.at[id].shape_count; i++)
+        sum += shapes_in(&w->solids.at[w->bodies.at[id].shapes[i]].shape);
+    return sum;
+}
+
 static void drop_shapes(world *w, body *b)
 {
     for (size_t i = 0; i < b->shape_count; i++) {
-        w->solids.at[b->shapes[i]].ghost = true;
+        solid *s = &w->solids.at[b->shapes[i]];
+        s->ghost = true;
+        w->figures.shapes -= shapes_in(&s->shape);
         array_push(&w->ghost_solids, b->shapes[i]);
         broad_remove(w->broad, b->shapes[i]);
     }
@@ -147,13 +165,18 @@ static void add_shapes(world *w, uint32_t id, const world_body *def)
         uint32_t s = id_pool_take(&w->solid_ids);
         array_reserve(&w->solids, s + 1);
         if (s >= w->solids.count) w->solids.count = s + 1;
-        w->solids.at[s] = (solid){.shape = def->shapes[i].shape,
+        const shape *given = &def->shapes[i].shape;
+        compound *own = given->type == SHAPE_COMPOUND ? compound_copy(given->compound) : NULL;
+        w->solids.at[s] = (solid){.shape = *given,
+            .own = own,
             .local = def->shapes[i].local,
             .world = pose_mul(b->pose, def->shapes[i].local),
-            .reach = shape_reach(&def->shapes[i].shape),
+            .reach = shape_reach(given),
             .body = id,
             .index = (int32_t)i,
             .used = true};
+        w->solids.at[s].shape.compound = own;
+        w->figures.shapes += shapes_in(&w->solids.at[s].shape);
         b->shapes[i] = s;
     }
 }
@@ -285,7 +308,6 @@ world_status world_put_body(world *w, uint32_t *id, const world_body *def)
     b->before_ns = b->stamp_ns;
     copy_rules(b, def);
     if (is_new || !same_shapes(w, b, def)) {
-        w->figures.shapes += def->shape_count - b->shape_count;
         drop_shapes(w, b);
         add_shapes(w, *id, def);
     }
@@ -364,7 +386,6 @@ world_status world_remove_body(world *w, uint32_t id, uint8_t cause)
     if (!is_body(w, id)) return WORLD_UNKNOWN_ID;
     body *b = &w->bodies.at[id];
     name_drop(w, b->name);
-    w->figures.shapes -= b->shape_count;
     w->figures.bodies--;
     drop_shapes(w, b);
     b->ghost = true;
@@ -389,6 +410,12 @@ static void free_body(world *w, uint32_t id)
     *b = (body){.used = false};
 }
 
+void solid_free(solid *s)
+{
+    compound_destroy(s->own);
+    *s = (solid){.used = false};
+}
+
 /* Events of the last tick point to names: what was removed before it goes only now. */
 void body_reap(world *w)
 {
@@ -397,7 +424,7 @@ void body_reap(world *w)
         id_pool_give(&w->body_ids, w->reap.at[i]);
     }
     for (size_t i = 0; i < w->reap_solids.count; i++) {
-        w->solids.at[w->reap_solids.at[i]].used = false;
+        solid_free(&w->solids.at[w->reap_solids.at[i]]);
         id_pool_give(&w->solid_ids, w->reap_solids.at[i]);
     }
     w->reap.count = w->reap_solids.count = 0;

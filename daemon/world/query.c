@@ -1,6 +1,7 @@
 /* query: answers about bodies by name: distance, poses, why a pair is looked at. As the last tick left the world.
  * Nothing is changed and no cache is used; called by the tick thread between ticks. */
 #include "filter.h"
+#include "geom/compound.h"
 #include "geom/mesh.h"
 #include "state.h"
 
@@ -115,6 +116,8 @@ static kind_text kind_of(const shape *s)
         snprintf(kind.text, sizeof kind.text, "height field, %u x %u", m->rows, m->columns);
     else if (m)
         snprintf(kind.text, sizeof kind.text, "mesh, a %s", m->solid ? "solid" : "surface without an inside");
+    else if (s->type == SHAPE_COMPOUND)
+        snprintf(kind.text, sizeof kind.text, "compound of %u", s->compound->child_count);
     else
         snprintf(kind.text, sizeof kind.text, "%s", shape_type_name(s->type));
     return kind;

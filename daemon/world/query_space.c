@@ -59,7 +59,7 @@ static world_hit hit_of(const search *q, const solid *s, const narrow_result *r,
 
 /* ---- along a line ---- */
 
-/* A mesh is passed in steps of the distance to it, so that a long way close to it takes many. */
+/* A mesh or a compound is passed in steps of the distance to it, so that a long way close to it takes many. */
 enum { CAST_STEPS_MAX = 256, CAST_STEPS_MESH_MAX = 4096, TOUCH_STEPS_MAX = 40 };
 
 static pose along(const search *q, double t)
@@ -67,7 +67,7 @@ static pose along(const search *q, double t)
     return (pose){vec_madd(q->probe.at.p, t, q->direction), q->probe.at.q};
 }
 
-/* Of a mesh no plane separates more than what is nearest. */
+/* Of a mesh or a compound no plane separates more than what is nearest. */
 static bool is_convex(const solid *s)
 {
     return s->shape.type < SHAPE_CONVEX_COUNT;
@@ -96,9 +96,9 @@ static bool has_passed(const search *q, const solid *s, double t)
 }
 
 /* Advances by the certified distance: the plane that separates the probe from the shape still does when the probe has
- * moved on, up to where it meets that plane, and for good if it never does; beside a mesh, the distance itself. Ends
- * within the tolerance of the surface: it is free up to lo, and touches by hi. (Van den Bergen, "Ray casting against
- * general convex objects", 2004, with certified bounds.) */
+ * moved on, up to where it meets that plane, and for good if it never does; beside a mesh or a compound, the distance
+ * itself. Ends within the tolerance of the surface: it is free up to lo, and touches by hi. (Van den Bergen, "Ray
+ * casting against general convex objects", 2004, with certified bounds.) */
 static bool cast_shape(const search *q, const solid *s, world_hit *hit)
 {
     search fine = *q;

@@ -52,7 +52,8 @@ typedef struct body {
 typedef struct solid { /* a shape of a body: the broad phase's proxy under the same id */
     shape shape;
     pose local, world;
-    double reach; /* of the shape about its own origin */
+    compound *own; /* what shape.compound is, or NULL */
+    double reach;  /* of the shape about its own origin */
     uint32_t body;
     int32_t index; /* in the body */
     bool used, ghost;
@@ -159,6 +160,7 @@ struct world {
 void body_settle_dirty(world *w);        /* new boxes and filters into the broad phase */
 void body_arrive(world *w, uint32_t id); /* where it is, it was at the last tick */
 void body_reap(world *w);
+void solid_free(solid *s);                          /* what it owns */
 int64_t body_age_ns(const world *w, const body *b); /* in this tick */
 int64_t body_age_at(const body *b, int64_t now_ns);
 void body_mark_dirty(world *w, uint32_t id, bool refilter);

@@ -87,6 +87,7 @@ void world_destroy(world *w)
     id_pool_free(&w->watch_ids);
     pair_map_free(&w->pair_of);
     pair_map_free(&w->names);
+    for (size_t i = 0; i < w->solids.count; i++) solid_free(&w->solids.at[i]);
     array_free(&w->solids);
     array_free(&w->pairs);
     array_free(&w->watches);

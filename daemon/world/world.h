@@ -42,7 +42,7 @@ typedef enum world_status { WORLD_OK, WORLD_NAME_TAKEN, WORLD_UNKNOWN_ID } world
 /* ---- bodies ---- */
 
 typedef struct world_shape {
-    shape shape; /* checked by shape_check; its hull outlives the body by one tick */
+    shape shape; /* checked by shape_check; its hulls outlive the body by one tick; a compound is copied */
     pose local;  /* in the body's frame */
 } world_shape;
 
@@ -102,6 +102,8 @@ int64_t world_body_stamp_ns(const world *w, uint32_t id);
 /* The definition as it is now, with the newest pose; `shapes` has room for shape_count of them (0: ask with NULL).
  * Texts and rules are the world's own, until the next call that changes it. */
 world_status world_get_body(const world *w, uint32_t id, world_body *out, world_shape *shapes);
+/* Its shapes and the children of its compounds, as world_figures counts them; 0 if unknown. */
+size_t world_body_shapes(const world *w, uint32_t id);
 
 /* ---- interests ---- */
 

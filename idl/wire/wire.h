@@ -157,16 +157,18 @@ typedef struct wire_body {
 
 /* Sizes: half extents, axis of revolution z. */
 enum {
-    WIRE_SHAPE_SPHERE = 0,      /* 0 0 0; radius */
-    WIRE_SHAPE_CAPSULE = 1,     /* 0 0 half length of the segment; radius */
-    WIRE_SHAPE_BOX = 2,         /* half x, half y, half z */
-    WIRE_SHAPE_CYLINDER = 3,    /* r, r, half height */
-    WIRE_SHAPE_CONE = 4,        /* base r, base r, half height; apex at +z */
-    WIRE_SHAPE_ELLIPSOID = 5,   /* semi-axes */
-    WIRE_SHAPE_HALFSPACE = 6,   /* 0 0 0; solid below z = 0 */
-    WIRE_SHAPE_HULL = 7,        /* 0 0 0; geometry */
-    WIRE_SHAPE_MESH = 8,        /* 0 0 0; geometry */
-    WIRE_SHAPE_HEIGHT_FIELD = 9 /* 0 0 0; geometry. Centred in x and y */
+    WIRE_SHAPE_SPHERE = 0,       /* 0 0 0; radius */
+    WIRE_SHAPE_CAPSULE = 1,      /* 0 0 half length of the segment; radius */
+    WIRE_SHAPE_BOX = 2,          /* half x, half y, half z */
+    WIRE_SHAPE_CYLINDER = 3,     /* r, r, half height */
+    WIRE_SHAPE_CONE = 4,         /* base r, base r, half height; apex at +z */
+    WIRE_SHAPE_ELLIPSOID = 5,    /* semi-axes */
+    WIRE_SHAPE_HALFSPACE = 6,    /* 0 0 0; solid below z = 0 */
+    WIRE_SHAPE_HULL = 7,         /* 0 0 0; geometry */
+    WIRE_SHAPE_MESH = 8,         /* 0 0 0; geometry */
+    WIRE_SHAPE_HEIGHT_FIELD = 9, /* 0 0 0; geometry. Centred in x and y */
+    WIRE_SHAPE_COMPOUND = 10     /* n 0 0: the next n shapes are its children, at poses in its frame; no half-spaces,
+                                    meshes, height fields or compounds */
 };
 
 /* PoseBatch: new poses of many bodies of one client. */

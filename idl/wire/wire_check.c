@@ -297,6 +297,7 @@ static const size_rule size_rules[] = {
     [WIRE_SHAPE_HULL] = {"hull", .geometry = true},
     [WIRE_SHAPE_MESH] = {"mesh", .geometry = true},
     [WIRE_SHAPE_HEIGHT_FIELD] = {"height field", .geometry = true},
+    [WIRE_SHAPE_COMPOUND] = {"compound", .used = {true, false, false}, .zero = true},
 };
 
 static wire_reason check_shape_size(
@@ -327,16 +328,35 @@ static wire_reason check_shape(const wire_body *m, uint32_t i, wire_refusal *why
     return WIRE_OK;
 }
 
+/* The children follow their compound in the list. *last: the last of them. */
+static wire_reason check_children(const wire_body *m, uint32_t i, uint32_t *last, wire_refusal *why)
+{
+    double count = m->shape_sizes.at[3 * i];
+    uint32_t behind = m->shape_types.count - 1 - i;
+    if (!(count >= 1) || count > behind || count != (uint32_t)count)
+        FAIL(WIRE_BAD_SIZE, "shape_sizes[%u] is %g: a compound's number of children, 1 to the %u shapes that follow it",
+            3 * i, count, behind);
+    *last = i + (uint32_t)count;
+    for (uint32_t k = i + 1; k <= *last; k++) {
+        uint8_t type = m->shape_types.at[k];
+        if (type == WIRE_SHAPE_HALFSPACE || type > WIRE_SHAPE_HULL)
+            FAIL(WIRE_MALFORMED, "shape_types[%u]: a %s cannot be the child of a compound", k, size_rules[type].name);
+    }
+    return WIRE_OK;
+}
+
 static wire_reason check_shapes(const wire_body *m, wire_refusal *why)
 {
     uint32_t n = m->shape_types.count;
     if (n == 0) FAIL(WIRE_MALFORMED, "shape_types is empty: 1 to %d shapes are allowed", WIRE_SHAPES_MAX);
-    TRY(check_all_between("shape_types", m->shape_types, WIRE_SHAPE_SPHERE, WIRE_SHAPE_HEIGHT_FIELD, why));
+    TRY(check_all_between("shape_types", m->shape_types, WIRE_SHAPE_SPHERE, WIRE_SHAPE_COMPOUND, why));
     TRY(check_count("shape_sizes", m->shape_sizes.count, 3, n, why));
     TRY(check_count("shape_radii", m->shape_radii.count, 1, n, why));
     TRY(check_count("shape_poses", m->shape_poses.count, 7, n, why));
     TRY(check_count("shape_geometries", m->shape_geometries.count, 1, n, why));
     for (uint32_t i = 0; i < n; i++) TRY(check_shape(m, i, why));
+    for (uint32_t i = 0; i < n; i++)
+        if (m->shape_types.at[i] == WIRE_SHAPE_COMPOUND) TRY(check_children(m, i, &i, why));
     return check_poses("shape_poses", m->shape_poses, why);
 }
 

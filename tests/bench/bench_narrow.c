@@ -186,7 +186,7 @@ static bool is_wanted(const options *o, const narrow_pair *pair, narrow_regime r
 {
     bool mesh = pair->b == KIND_MESH;
     if (o->pair ? strcmp(o->pair, pair->name) != 0 : mesh != o->mesh) return false;
-    if (mesh && regime != REGIME_SEPARATED) return false;
+    if ((mesh || pair->b == KIND_COMPOUND) && regime != REGIME_SEPARATED) return false;
     return !o->regime || strcmp(o->regime, narrow_regime_names[regime]) == 0;
 }
 

@@ -201,7 +201,7 @@ void query_box(void *context, size_t first, size_t count, narrow_answer *out)
 
 bool takes_convex(const narrow_row *row)
 {
-    return row->a != KIND_MESH && row->b != KIND_MESH;
+    return row->a != KIND_MESH && row->b != KIND_MESH && row->b != KIND_COMPOUND;
 }
 
 bool takes_boxes(const narrow_row *row)

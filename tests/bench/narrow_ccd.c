@@ -162,7 +162,7 @@ static void query_mpr(void *self, size_t first, size_t count, narrow_answer *out
 
 static bool takes_convex(const narrow_row *row)
 {
-    return row->a != KIND_MESH && row->b != KIND_MESH;
+    return row->a != KIND_MESH && row->b != KIND_MESH && row->b != KIND_COMPOUND;
 }
 
 static bool takes_contact(const narrow_row *row)

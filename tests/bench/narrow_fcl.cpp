@@ -216,9 +216,9 @@ void query_collide(void *context, size_t first, size_t count, narrow_answer *out
     query(*static_cast<self *>(context), first, count, out, collide);
 }
 
-bool takes_all(const narrow_row *)
+bool takes_all(const narrow_row *row)
 {
-    return true;
+    return row->b != KIND_COMPOUND;
 }
 
 bool takes_contact(const narrow_row *row)
@@ -228,7 +228,7 @@ bool takes_contact(const narrow_row *row)
 
 bool takes_gaps(const narrow_row *row)
 {
-    return row->regime == REGIME_SEPARATED;
+    return row->regime == REGIME_SEPARATED && row->b != KIND_COMPOUND;
 }
 
 } // namespace

@@ -121,7 +121,7 @@ static bool takes(const narrow_row *row)
 {
     bool both_cylinders = row->a == KIND_CYLINDER && row->b == KIND_CYLINDER;
     bool unknown = row->a == KIND_CONE || row->b == KIND_CONE || row->a == KIND_ELLIPSOID || row->b == KIND_ELLIPSOID;
-    return !both_cylinders && !unknown && row->a != KIND_MESH && row->b != KIND_MESH;
+    return !both_cylinders && !unknown && row->a != KIND_MESH && row->b != KIND_MESH && row->b != KIND_COMPOUND;
 }
 
 const narrow_peer narrow_ode = {"ode",

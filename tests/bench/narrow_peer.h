@@ -22,7 +22,8 @@ typedef enum narrow_kind { /* axis of revolution = z */
     KIND_CONE,     /* apex at +half[2], base of radius half[0] at -half[2] */
     KIND_ELLIPSOID,
     KIND_HULL,
-    KIND_MESH, /* a solid */
+    KIND_MESH,     /* a solid */
+    KIND_COMPOUND, /* of boxes */
     KIND_COUNT
 } narrow_kind;
 
@@ -35,15 +36,24 @@ typedef struct narrow_polytope {
     const void *built;       /* struct hull or struct mesh, of which all this is a copy */
 } narrow_polytope;
 
+struct narrow_parts;
 typedef struct narrow_body {
     narrow_kind kind;
     double half[3], radius;
-    const narrow_polytope *polytope; /* KIND_HULL, KIND_MESH */
+    const narrow_polytope *polytope;  /* KIND_HULL, KIND_MESH */
+    const struct narrow_parts *parts; /* KIND_COMPOUND */
 } narrow_body;
 
 typedef struct narrow_place {
     double p[3], q[4]; /* w, x, y, z */
 } narrow_place;
+
+enum { NARROW_PARTS = 10 };
+typedef struct narrow_parts {
+    narrow_body body[NARROW_PARTS];
+    narrow_place at[NARROW_PARTS]; /* in the compound */
+    const void *built;             /* struct compound */
+} narrow_parts;
 
 typedef struct narrow_item {
     const narrow_body *a, *b;
@@ -82,6 +92,7 @@ typedef struct narrow_peer {
 extern const narrow_peer *const narrow_contenders[];
 extern const size_t narrow_contender_count;
 extern const narrow_peer narrow_ours, narrow_ours_finest, narrow_ours_cached;
+extern const narrow_peer narrow_loop;
 extern const narrow_peer narrow_verify; /* checks answers that it is given: no goal, no ratio */
 extern const narrow_peer narrow_ccd_gjk, narrow_ccd_gjk_fine, narrow_ccd_mpr;
 extern const narrow_peer narrow_fcl, narrow_fcl_fine, narrow_fcl_collide, narrow_fcl_indep, narrow_fcl_indep_collide;

@@ -3,6 +3,7 @@
 
 #include "bench.h"
 #include "narrow_goals.h"
+#include "narrow_truth_compound.h"
 #include "narrow_truth_mesh.h"
 
 #include <math.h>
@@ -206,6 +207,7 @@ static void close_race(race *r)
 
 static narrow_truth truth_of(const narrow_item *item)
 {
+    if (item->b->kind == KIND_COMPOUND) return narrow_truth_of_compounds(item);
     return item->b->kind == KIND_MESH ? narrow_truth_of_meshes(item) : narrow_truth_of(item);
 }
 

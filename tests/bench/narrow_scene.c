@@ -2,6 +2,7 @@
  * elsewhere (narrow_truth.h). */
 #include "narrow_scene.h"
 
+#include "geom/compound.h"
 #include "geom/mesh.h"
 #include "narrow/narrow.h"
 
@@ -24,6 +25,8 @@ const narrow_pair narrow_pairs[] = {
     {"capsule-box", KIND_CAPSULE, KIND_BOX, 0, false},
     {"cylinder-box", KIND_BOX, KIND_CYLINDER, 0, true},
     {"hull64-box", KIND_BOX, KIND_HULL, 64, false},
+    {"compound10-box", KIND_BOX, KIND_COMPOUND, 0, false},
+    {"compound10-compound10", KIND_COMPOUND, KIND_COMPOUND, 0, false},
     {"mesh-box", KIND_BOX, KIND_MESH, 0, false},
     {"mesh-mesh", KIND_MESH, KIND_MESH, 0, false},
 };
@@ -163,6 +166,34 @@ static const narrow_polytope *bumpy_mesh(const double half[3])
     return p;
 }
 
+static pose random_pose(chance *c)
+{
+    return (pose){{uniform(c, -1, 1), uniform(c, -1, 1), uniform(c, -1, 1)}, rotation(c)};
+}
+
+static narrow_place place_of(pose p)
+{
+    return (narrow_place){{p.p.x, p.p.y, p.p.z}, {p.q.w, p.q.x, p.q.y, p.q.z}};
+}
+
+static const narrow_parts *random_parts(chance *c)
+{
+    narrow_parts *parts = allocate(1, sizeof *parts);
+    shape shapes[NARROW_PARTS];
+    pose at[NARROW_PARTS];
+    compound *built;
+    for (int i = 0; i < NARROW_PARTS; i++) {
+        parts->body[i] = (narrow_body){.kind = KIND_BOX};
+        for (int k = 0; k < 3; k++) parts->body[i].half[k] = uniform(c, 0.1, 0.33);
+        at[i] = random_pose(c);
+        parts->at[i] = place_of(at[i]);
+        shapes[i] = narrow_scene_shape(&parts->body[i]);
+    }
+    if (compound_build(shapes, at, NARROW_PARTS, &built) != COMPOUND_OK) abort();
+    parts->built = built;
+    return parts;
+}
+
 static narrow_body random_body(chance *c, narrow_kind kind, size_t points)
 {
     narrow_body b = {.kind = kind};
@@ -173,18 +204,21 @@ static narrow_body random_body(chance *c, narrow_kind kind, size_t points)
     if (kind == KIND_CYLINDER || kind == KIND_CONE) b.half[1] = b.half[0];
     if (kind == KIND_HULL) b.polytope = random_polytope(c, points, b.half);
     if (kind == KIND_MESH) b.polytope = bumpy_mesh(b.half);
+    if (kind == KIND_COMPOUND) b.parts = random_parts(c);
     return b;
 }
 
 shape narrow_scene_shape(const narrow_body *b)
 {
-    static const shape_type TYPES[KIND_COUNT] = {
-        SHAPE_SPHERE, SHAPE_CAPSULE, SHAPE_BOX, SHAPE_CYLINDER, SHAPE_CONE, SHAPE_ELLIPSOID, SHAPE_HULL, SHAPE_MESH};
+    static const shape_type TYPES[KIND_COUNT] = {SHAPE_SPHERE, SHAPE_CAPSULE, SHAPE_BOX, SHAPE_CYLINDER, SHAPE_CONE,
+        SHAPE_ELLIPSOID, SHAPE_HULL, SHAPE_MESH, SHAPE_COMPOUND};
     shape s = {.type = TYPES[b->kind], .radius = b->radius};
     if (b->kind == KIND_HULL)
         s.hull = b->polytope->built;
     else if (b->kind == KIND_MESH)
         s.mesh = b->polytope->built, s.hull = s.mesh->hull;
+    else if (b->kind == KIND_COMPOUND)
+        s.compound = b->parts->built;
     else
         s.half = vec(b->half[0], b->half[1], b->half[2]);
     return s;
@@ -193,11 +227,6 @@ shape narrow_scene_shape(const narrow_body *b)
 pose narrow_scene_pose(const narrow_place *at)
 {
     return (pose){{at->p[0], at->p[1], at->p[2]}, {at->q[0], at->q[1], at->q[2], at->q[3]}};
-}
-
-static narrow_place place_of(pose p)
-{
-    return (narrow_place){{p.p.x, p.p.y, p.p.z}, {p.q.w, p.q.x, p.q.y, p.q.z}};
 }
 
 /* ---- places ---- */
@@ -250,11 +279,6 @@ static lie random_lie(chance *c, narrow_regime regime)
     return (lie){rotation(c), direction(c), uniform(c, AMOUNTS[regime][0], AMOUNTS[regime][1])};
 }
 
-static pose random_pose(chance *c)
-{
-    return (pose){{uniform(c, -1, 1), uniform(c, -1, 1), uniform(c, -1, 1)}, rotation(c)};
-}
-
 /* One track, or one item when `frames` is 1. */
 static void fill_track(chance *c, const narrow_body *pair, narrow_regime regime, narrow_item *items, size_t frames)
 {
@@ -301,8 +325,16 @@ static void destroy_polytope(narrow_kind kind, narrow_polytope *p)
     free(p);
 }
 
+static void destroy_parts(narrow_parts *p)
+{
+    compound_destroy((compound *)(uintptr_t)p->built);
+    free(p);
+}
+
 void narrow_scene_destroy(narrow_scene *s)
 {
+    for (size_t i = 0; i < s->body_count; i++)
+        if (s->bodies[i].parts) destroy_parts((narrow_parts *)(uintptr_t)s->bodies[i].parts);
     for (size_t i = 0; i < s->body_count; i++)
         if (s->bodies[i].polytope)
             destroy_polytope(s->bodies[i].kind, (narrow_polytope *)(uintptr_t)s->bodies[i].polytope);

@@ -2,7 +2,8 @@
  * followed along a smooth motion. The same seed gives the same scene. One thread.
  *
  * Sizes are uniform in [0.3, 1] m, orientations and directions uniform, body A anywhere within a metre of the origin.
- * Hulls are of random points on ellipsoids; meshes are bumpy ellipsoids of 5,000 triangles. B is put where it touches A
+ * Hulls are of random points on ellipsoids; meshes are bumpy ellipsoids of 5,000 triangles; compounds are of 10 boxes
+ * of a third of that size, anywhere within a metre of their origin. B is put where it touches A
  * along a random direction, then: separated by 5 to 50 % of the mean reach, pushed in by 0.1 to 2 % (shallow), or
  * pulled to 10 to 60 % of the way to A (deep). A track turns B by 0.01 rad and its direction by 0.005 rad a frame, at
  * the same gap or push. */
@@ -19,7 +20,8 @@ typedef struct narrow_pair {
     bool curved; /* iterative, not a polytope or a closed form: right is 1e-6, not 1e-9 */
 } narrow_pair;
 
-extern const narrow_pair narrow_pairs[]; /* those with meshes come last, and have no regime but separated */
+extern const narrow_pair
+    narrow_pairs[]; /* those with meshes come last; these and compounds have no regime but separated */
 extern const size_t narrow_pair_count;
 extern const char *const narrow_regime_names[REGIME_COUNT];
 

@@ -24,7 +24,7 @@ static void bodies_are_read_as_they_are_written(void **state)
     fixture f;
     scene s;
     read_cell(&f, &s);
-    assert_int_equal(s.bodies.count, 2);
+    assert_int_equal(s.bodies.count, 3);
     const load_body *table = &s.bodies.at[0], *part = &s.bodies.at[1];
     assert_string_equal(table->name, "table");
     assert_string_equal(table->group, "furniture");
@@ -107,6 +107,26 @@ static void height_fields_that_cannot_be_are_refused(void **state)
     scene_is_refused(FIELD(", spacing: [1], base: 1"), "Insufficient entries");
 }
 
+static void compounds_are_read_with_their_children(void **state)
+{
+    (void)state;
+    fixture f;
+    scene s;
+    read_cell(&f, &s);
+    load_body *bracket = &s.bodies.at[2];
+    load_shape *whole = &bracket->shapes[0];
+    assert_int_equal(bracket->shape_count, 1);
+    assert_int_equal(whole->shape.type, COLLIDED_COMPOUND);
+    assert_true(whole->shape.radius == 0.002 && whole->shape.pose.position[2] == 1);
+    assert_int_equal(whole->child_count, 3);
+    assert_true(whole->children[0].shape.half[0] == 0.1 && whole->children[0].shape.radius == 0);
+    assert_true(whole->children[1].shape.type == COLLIDED_CYLINDER);
+    assert_true(whole->children[1].shape.pose.position[2] == 0.1);
+    assert_true(load_body_meshes(&f.pool, bracket, &f.report));
+    assert_int_equal(whole->children[2].points.count, 4);
+    fixture_end(&f);
+}
+
 static void robots_are_read_with_paths_beside_the_scene(void **state)
 {
     (void)state;
@@ -156,6 +176,29 @@ static void shapes_that_cannot_be_are_refused(void **state)
     scene_is_refused(BODY("{type: hull, points: [[0, 0, inf]]}"), "point 1 is not finite");
 }
 
+static void compounds_that_cannot_be_are_refused(void **state)
+{
+    (void)state;
+    scene_is_refused(BODY("{type: compound}"), "needs the key 'children'");
+    scene_is_refused(BODY("{type: compound, children: []}"), "shape 1");
+    scene_is_refused(BODY("{type: sphere, radius: 1, children: [{type: sphere, radius: 1}]}"), "'children' does not");
+    scene_is_refused(BODY("{type: compound, children: [{type: sphere, radius: 1}, {type: box}]}"),
+        "body 'a', shape 1, child 2: it needs the key 'size'");
+    scene_is_refused(BODY("{type: compound, children: [{type: halfspace}]}"),
+        "child 1: a half-space, mesh, height field or compound");
+    scene_is_refused(
+        BODY("{type: compound, children: [{type: height_field, heights: a.txt, spacing: [1, 1], base: 1}]}"),
+        "cannot be one");
+    scene_is_refused(BODY("{type: compound, children: [{type: mesh, mesh: a.stl}]}"), "cannot be one");
+    scene_is_refused(BODY("{type: compound, children: [{type: compound}]}"), "cannot be one");
+    scene_is_refused(
+        BODY("{type: compound, children: [{type: sphere, radius: 1, children: []}]}"), "Unexpected key: children");
+    char many[16384] = "bodies:\n  - name: a\n    shapes:\n      - {type: sphere, radius: 1}\n      - type: compound\n"
+                       "        children:\n";
+    for (int i = 0; i < 255; i++) strcat(many, "          - {type: sphere, radius: 1}\n");
+    scene_is_refused(many, "more than 256 shapes and children");
+}
+
 static void poses_names_and_joints_that_cannot_be_are_refused(void **state)
 {
     (void)state;
@@ -198,6 +241,8 @@ int main(void)
         cmocka_unit_test(every_shape_is_read),
         cmocka_unit_test(a_height_field_is_read_from_its_file),
         cmocka_unit_test(height_fields_that_cannot_be_are_refused),
+        cmocka_unit_test(compounds_are_read_with_their_children),
+        cmocka_unit_test(compounds_that_cannot_be_are_refused),
         cmocka_unit_test(robots_are_read_with_paths_beside_the_scene),
         cmocka_unit_test(what_does_not_follow_the_schema_is_refused_with_its_line),
         cmocka_unit_test(shapes_that_cannot_be_are_refused),

@@ -174,14 +174,30 @@ static void shape(sampler *s, uint8_t type, double sizes[3], double *radius, int
     *geometry_hash = type >= WIRE_SHAPE_HULL ? positive(s) : 0;
 }
 
+/* Any, or a compound of all the others. */
+static wire_u8s body_types(sampler *s, uint32_t shapes)
+{
+    if (shapes < 2 || coin(s)) return u8s(s, shapes, WIRE_SHAPE_SPHERE, WIRE_SHAPE_HEIGHT_FIELD);
+    uint8_t *at = wire_memory_take(s->memory, shapes);
+    at[0] = WIRE_SHAPE_COMPOUND;
+    for (uint32_t i = 1; i < shapes; i++) at[i] = (uint8_t)(WIRE_SHAPE_SPHERE + sample_below(s, WIRE_SHAPE_HALFSPACE));
+    return (wire_u8s){shapes, at};
+}
+
 static wire_body body(sampler *s, uint32_t most)
 {
     uint32_t shapes = 1 + sample_below(s, most), rules = sample_below(s, most);
     double *sizes = wire_memory_take(s->memory, 3 * (size_t)shapes * sizeof *sizes);
     double *radii = wire_memory_take(s->memory, shapes * sizeof *radii);
     int64_t *hashes = wire_memory_take(s->memory, shapes * sizeof *hashes);
-    wire_u8s types = u8s(s, shapes, WIRE_SHAPE_SPHERE, WIRE_SHAPE_HEIGHT_FIELD);
-    for (uint32_t i = 0; i < shapes; i++) shape(s, types.at[i], sizes + 3 * (size_t)i, radii + i, hashes + i);
+    wire_u8s types = body_types(s, shapes);
+    if (types.at[0] == WIRE_SHAPE_COMPOUND) {
+        sizes[0] = shapes - 1;
+        sizes[1] = sizes[2] = radii[0] = 0;
+        hashes[0] = 0;
+    }
+    for (uint32_t i = types.at[0] == WIRE_SHAPE_COMPOUND; i < shapes; i++)
+        shape(s, types.at[i], sizes + 3 * (size_t)i, radii + i, hashes + i);
     return (wire_body){WIRE_VERSION, positive(s), positive(s), (int32_t)sample_below(s, INT32_MAX),
         .motion = (uint8_t)sample_below(s, 2), .ccd = (uint8_t)sample_below(s, 3), .acceleration_m_s2 = size(s, 100),
         .angular_acceleration_rad_s2 = size(s, 100), .name = name(s), .group = text(s, WIRE_NAME_MAX),

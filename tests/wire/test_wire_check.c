@@ -167,7 +167,7 @@ static void body_rules(void **state)
     REFUSED(WIRE_BODY, m.body.stamp_ns = -1, WIRE_MALFORMED, "stamp_ns is -1");
     REFUSED(WIRE_BODY, m.body.pose.count = 6, WIRE_MALFORMED, "pose has 6");
     REFUSED(WIRE_BODY, m.body.shape_types.count = 0, WIRE_MALFORMED, "shape_types is empty");
-    REFUSED(WIRE_BODY, plain.types[1] = 10, WIRE_MALFORMED, "shape_types[1] is 10: 0 to 9");
+    REFUSED(WIRE_BODY, plain.types[1] = 11, WIRE_MALFORMED, "shape_types[1] is 11: 0 to 10");
     REFUSED(WIRE_BODY, m.body.shape_sizes.count = 3, WIRE_MALFORMED, "shape_sizes has 3");
     REFUSED(WIRE_BODY, m.body.shape_radii.count = 1, WIRE_MALFORMED, "shape_radii has 1");
     REFUSED(WIRE_BODY, m.body.shape_poses.count = 7, WIRE_MALFORMED, "shape_poses has 7");
@@ -263,11 +263,48 @@ static void flat_shapes_have_their_sizes(void **state)
     SHAPE_BAD("of a mesh it must be 0", WIRE_SHAPE_MESH, 0, 0, 1, 0);
     SHAPE_OK(WIRE_SHAPE_HEIGHT_FIELD, 0, 0, 0, 0.1);
     SHAPE_BAD("of a height field it must be 0", WIRE_SHAPE_HEIGHT_FIELD, 1, 0, 0, 0);
-    REFUSED(WIRE_BODY, (SHAPE(WIRE_SHAPE_HEIGHT_FIELD, 0, 0, 0, 0), plain.types[0] = WIRE_SHAPE_HEIGHT_FIELD + 1),
+    REFUSED(WIRE_BODY, (SHAPE(WIRE_SHAPE_HEIGHT_FIELD, 0, 0, 0, 0), plain.types[0] = WIRE_SHAPE_COMPOUND + 1),
         WIRE_MALFORMED, "shape_types[0]");
     REFUSED(WIRE_BODY, (SHAPE(WIRE_SHAPE_HULL, 0, 0, 0, 0), plain.geometries[0] = 0), WIRE_MALFORMED,
         "shape_geometries[0]: a hull needs one");
     REFUSED(WIRE_BODY, plain.geometries[0] = 5, WIRE_MALFORMED, "shape_geometries[0]: a box has none");
+}
+
+/* The plain body's first shape becomes a compound, its second the only child. */
+static void set_compound(double count, uint8_t child)
+{
+    set_shape(WIRE_SHAPE_COMPOUND, count, 0, 0, 0);
+    plain.geometries[0] = 0;
+    plain.types[1] = child;
+    plain.geometries[1] = child >= WIRE_SHAPE_HULL && child <= WIRE_SHAPE_HEIGHT_FIELD;
+    if (child != WIRE_SHAPE_SPHERE) plain.radii[1] = 0;
+}
+
+static void compounds_are_followed_by_their_children(void **state)
+{
+    (void)state;
+    ACCEPTED(WIRE_BODY, set_compound(1, WIRE_SHAPE_SPHERE));
+    ACCEPTED(WIRE_BODY, set_compound(1, WIRE_SHAPE_HULL));
+    ACCEPTED(WIRE_BODY, (set_compound(1, WIRE_SHAPE_SPHERE), plain.radii[0] = 0.1));
+    REFUSED(WIRE_BODY, set_compound(0, WIRE_SHAPE_SPHERE), WIRE_BAD_SIZE, "shape_sizes[0] is 0");
+    REFUSED(WIRE_BODY, (set_compound(0, WIRE_SHAPE_SPHERE), plain.radii[0] = 0.1), WIRE_BAD_SIZE,
+        "shape_sizes[0] is 0: a compound's number of children");
+    REFUSED(WIRE_BODY, set_compound(2, WIRE_SHAPE_SPHERE), WIRE_BAD_SIZE, "1 to the 1 shapes that follow it");
+    REFUSED(WIRE_BODY, set_compound(0.5, WIRE_SHAPE_SPHERE), WIRE_BAD_SIZE, "shape_sizes[0] is 0.5");
+    REFUSED(WIRE_BODY, set_compound(1e9, WIRE_SHAPE_SPHERE), WIRE_BAD_SIZE, "shape_sizes[0] is 1e+09");
+    REFUSED(WIRE_BODY, (set_compound(1, WIRE_SHAPE_SPHERE), plain.sizes[1] = 1), WIRE_BAD_SIZE,
+        "of a compound it must be 0");
+    REFUSED(WIRE_BODY, (set_compound(1, WIRE_SHAPE_SPHERE), plain.geometries[0] = 7), WIRE_MALFORMED,
+        "shape_geometries[0]: a compound has none");
+    REFUSED(WIRE_BODY, set_compound(1, WIRE_SHAPE_HALFSPACE), WIRE_MALFORMED, "a half-space cannot be the child");
+    REFUSED(WIRE_BODY, set_compound(1, WIRE_SHAPE_MESH), WIRE_MALFORMED, "shape_types[1]: a mesh cannot be the child");
+    REFUSED(WIRE_BODY, set_compound(1, WIRE_SHAPE_HEIGHT_FIELD), WIRE_MALFORMED, "a height field cannot be the child");
+    REFUSED(WIRE_BODY, (set_compound(1, WIRE_SHAPE_COMPOUND), plain.sizes[3] = 1), WIRE_MALFORMED,
+        "a compound cannot be the child");
+    REFUSED(WIRE_BODY,
+        (set_compound(1, WIRE_SHAPE_SPHERE), plain.types[1] = WIRE_SHAPE_COMPOUND, plain.types[0] = WIRE_SHAPE_BOX,
+            plain.sizes[1] = plain.sizes[2] = plain.sizes[3] = 1, plain.radii[1] = 0),
+        WIRE_BAD_SIZE, "shape_sizes[3] is 1: a compound's number of children, 1 to the 0 shapes");
 }
 
 int main(void)
@@ -286,6 +323,7 @@ int main(void)
         cmocka_unit_test(poses_are_finite_near_and_turned),
         cmocka_unit_test(round_shapes_have_their_sizes),
         cmocka_unit_test(flat_shapes_have_their_sizes),
+        cmocka_unit_test(compounds_are_followed_by_their_children),
     };
     return cmocka_run_group_tests_name("wire_check", tests, NULL, NULL);
 }

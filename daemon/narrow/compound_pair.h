@@ -1,0 +1,31 @@
+/* compound_pair: what narrow.c asks of pairs with a compound. Pure; any thread.
+ *
+ * The signed distance of a union: apart, that of its nearest pair of parts, found by branch and bound; overlapping, no
+ * less than that of the deepest pair, and no more than a translation that is proven to part all pairs. */
+#ifndef COLLIDED_NARROW_COMPOUND_PAIR_H
+#define COLLIDED_NARROW_COMPOUND_PAIR_H
+
+#include "compound_walk.h"
+#include "epa.h"
+
+/* A compound is always the second, or both are. */
+bool compound_pair_applies(const shape *b);
+
+/* `epa` is part of `scratch`. */
+void compound_pair_query(const unit_pair *p, const shape *a, const shape *b, const pose *b_in_a,
+    const narrow_request *request, narrow_scratch *scratch, epa_scratch *epa, narrow_result *out);
+
+/* How far B must go to be apart for certain, in units of the pair: a translation, or one of infinite length where none
+ * was found. `deepest`: what is known of the deepest pair of parts, of those numbers, in metres. */
+typedef struct compound_way {
+    vec3 axis; /* unit */
+    double length;
+} compound_way;
+compound_way compound_way_out(
+    compound_walk *w, const narrow_result *deepest, const uint32_t parts[2], narrow_scratch *scratch);
+
+/* As manifold_build, over all pairs of parts, along the axis of the answer. */
+void compound_manifold(
+    compound_walk *w, const narrow_result *answer, double threshold, narrow_scratch *scratch, manifold *out);
+
+#endif

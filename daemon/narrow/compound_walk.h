@@ -1,0 +1,58 @@
+/* compound_walk: all pairs of parts of two shapes of which one or both are compounds, the nearest boxes first.
+ *
+ * The parts of a compound are its children; any other shape (a mesh, a half-space, too) is its own only part. What is
+ * proven by boxes to be farther apart than `within` is left out, and how far that is at least is kept. The stack is on
+ * the stack: its depth follows from COMPOUND_DEPTH_MAX. Pure; any thread. */
+#ifndef COLLIDED_NARROW_COMPOUND_WALK_H
+#define COLLIDED_NARROW_COMPOUND_WALK_H
+
+#include "geom/compound.h"
+#include "unit_pair.h"
+
+typedef struct compound_box { /* centre and half extents, in units of the pair */
+    vec3 centre, half;
+} compound_box;
+
+typedef struct compound_side {
+    const shape *whole;
+    const compound *compound; /* NULL: it is its own only part */
+    compound_box only;        /* of such a part, but of a half-space */
+    double rounding;          /* of the whole compound, in units of the pair: its boxes do not have it */
+} compound_side;
+
+typedef struct compound_walk {
+    compound_side a, b;
+    bool plane;       /* A is a half-space */
+    pose b_in_a;      /* m */
+    transform placed; /* the same in units of the pair */
+    mat3 spread;      /* |elements| of its rotation: how far a turned box reaches */
+    double scale, unit, error, size;
+    double within;   /* signed, in units of the pair; a visitor may lower it */
+    double left_out; /* the least bound of what was left out */
+    uint32_t visits;
+} compound_walk;
+
+/* `p`: the whole pair; `a`, `b`: the shapes that it was made of. */
+void compound_walk_init(compound_walk *w, const unit_pair *p, const shape *a, const shape *b, pose b_in_a);
+
+/* As if B were elsewhere: the position is in units of the pair. */
+void compound_walk_move(compound_walk *w, vec3 position);
+
+/* false: enough. */
+typedef bool compound_visit(compound_walk *w, uint32_t part_a, uint32_t part_b, void *context);
+void compound_walk_run(compound_walk *w, double within, compound_visit *visit, void *context);
+
+uint32_t compound_part_count(const compound_side *s);
+
+/* A part as a shape of its own, with the rounding of the whole, and its pose in the frame of the whole. */
+shape compound_part(const compound_side *s, uint32_t part, pose *local);
+
+/* What narrow_query says of two parts, in A's frame, and as sure as the poses of the whole pair and of the parts are.
+ * The types of the parts may be in any order. */
+void compound_parts_query(const compound_walk *w, uint32_t part_a, uint32_t part_b, const narrow_request *request,
+    narrow_scratch *scratch, narrow_result *out);
+
+/* B's part in the frame of A's part. *composed: it is not simply the pose of B in A. */
+pose compound_parts_pose(const compound_walk *w, uint32_t part_a, uint32_t part_b, bool *composed);
+
+#endif
