@@ -4,7 +4,9 @@
  * most the signed distance (which is the greatest sep when the shapes overlap, and when they do not). So sep(axis) >=
  * lo proves lo. Upper bound: two points, one of each shape, are at least the distance apart; so |pb - pa| <= hi proves
  * a hi that is not negative. A negative hi (at least so deep) cannot be proven by two points; it is refused when its
- * points are not the shapes' or not so deep along the axis, or when the axis contradicts it.
+ * points are not the shapes' or not so deep along the axis, or when the axis contradicts it. Of shapes with deviations,
+ * the sum of these must fit between the points' distance and hi; shapes that overlap count as 0 apart, which again is
+ * not proven.
  *
  * Rounding is allowed for by SLACK unit roundoffs of a double times the sizes that entered: the shapes' reaches and the
  * exact distance of the bodies for lo; for points, which are world coordinates, the bodies' positions too. */
@@ -60,8 +62,10 @@ static bool points_prove(const pair *p, const collided_certificate *claim, vec n
     vec a = vec_of(claim->point_a), b = vec_of(claim->point_b);
     real slack = SLACK * (p->reach + length(p->a.body) + length(p->b.body) + length(a) + length(b));
     if (!(placed_distance(&p->a, a) <= slack) || !(placed_distance(&p->b, b) <= slack)) return false;
+    real deviation = (real)p->a.shape->deviation + p->b.shape->deviation, along = dot(n, sub(b, a));
+    if (deviation > 0) return (along < 0 ? 0 : length(sub(b, a))) + deviation <= claim->hi + slack;
     if (claim->hi >= 0) return length(sub(b, a)) <= claim->hi + slack;
-    return dot(n, sub(b, a)) <= claim->hi + slack;
+    return along <= claim->hi + slack;
 }
 
 static bool is_proven(const pair *p, const collided_certificate *claim)

@@ -54,8 +54,9 @@ bool placed_make(placed *p, const collided_shape *shape, const collided_pose *bo
 {
     quat world, local;
     bool is_hull = shape->type == COLLIDED_HULL;
-    bool sizes = all_finite(shape->half, 3) && isfinite(shape->radius) && shape->radius >= 0 && shape->half[0] >= 0 &&
-                 shape->half[1] >= 0 && shape->half[2] >= 0;
+    bool sizes = all_finite(shape->half, 3) && isfinite(shape->radius) && shape->radius >= 0 &&
+                 isfinite(shape->deviation) && shape->deviation >= 0 && shape->half[0] >= 0 && shape->half[1] >= 0 &&
+                 shape->half[2] >= 0;
     if (shape->type == COLLIDED_MESH || !sizes || !quat_of(body, &world) || !quat_of(&shape->pose, &local))
         return false;
     if (is_hull && (!points || !count || !all_finite(points, 3 * count))) return false;

@@ -123,6 +123,7 @@ static bool gather_shapes(service *s, const wire_body *m, wire_refusal *why)
         const double *size = m->shape_sizes.at + 3 * (size_t)i, *at = m->shape_poses.at + 7 * (size_t)i;
         world_shape shape = {.shape = {.type = (shape_type)m->shape_types.at[i],
                                  .radius = m->shape_radii.at[i],
+                                 .deviation = m->shape_deviations.count ? m->shape_deviations.at[i] : 0,
                                  .half = vec(size[0], size[1], size[2])},
             .local = {vec(at[0], at[1], at[2]), quat_unit((quat){at[3], at[4], at[5], at[6]})}};
         if (m->shape_geometries.at[i] != 0 && !geometry_lend(s, m->shape_geometries.at[i], &shape.shape)) {

@@ -111,8 +111,8 @@ static bool same_pose(pose a, pose b)
 static bool same_shape(const solid *s, const world_shape *def)
 {
     const shape *a = &s->shape, *b = &def->shape;
-    return a->type == b->type && a->radius == b->radius && same_vec(a->half, b->half) && a->hull == b->hull &&
-           same_pose(s->local, def->local);
+    return a->type == b->type && a->radius == b->radius && a->deviation == b->deviation && same_vec(a->half, b->half) &&
+           a->hull == b->hull && same_pose(s->local, def->local);
 }
 
 static bool same_shapes(const world *w, const body *b, const world_body *def)
