@@ -21,13 +21,15 @@
  *         joints: [{name: j1, value: 0.3}]
  *         pose: {position: [0, 0, 0]}
  *         motion: moving
+ *         meshes: decompose:8       # hull (the default), solid, decompose or decompose:N: what mesh files become
  *         packages: [{name: arm_description, path: ../arm_description}]
  *
  * Shapes: sphere (radius), capsule (radius, length of its cylinder), box (size), cylinder (radius, height), cone
  * (radius, height), ellipsoid (semi_axes), halfspace (z <= 0), hull (points: [[x, y, z], ...] or mesh: FILE, with
- * scale), mesh (mesh: FILE, with scale: its triangles as they are, a solid when closed); each with `pose` and
- * `rounding` (m). Unknown keys, keys that do not belong to the type, aliases and numbers that are not finite are
- * refused. */
+ * scale), mesh (mesh: FILE, with scale; as: solid, the default, its triangles as they are, a solid when closed; as:
+ * hull; as: decompose, several hulls, with pieces, at most so many, default 16, and deviation, m, which is enough);
+ * each with `pose` and `rounding` (m). Unknown keys, keys that do not belong to the type, aliases and numbers that are
+ * not finite are refused. */
 #ifndef COLLIDED_LOADERS_SCENE_H
 #define COLLIDED_LOADERS_SCENE_H
 

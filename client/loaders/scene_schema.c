@@ -2,7 +2,7 @@
  * both are taken from there. Aliases are refused: they would let a small file stand for an endless one. */
 #include "scene_schema.h"
 
-#include "collided.h"
+#include "body.h"
 
 #include <cyaml/cyaml.h>
 #include <stdarg.h>
@@ -31,6 +31,8 @@ static const cyaml_strval_t types[] = {
     {"hull", COLLIDED_HULL},
     {"mesh", COLLIDED_MESH},
 };
+static const cyaml_strval_t becomings[] = {
+    {"hull", LOAD_MESH_HULL}, {"solid", LOAD_MESH_SOLID}, {"decompose", LOAD_MESH_DECOMPOSE}};
 static const cyaml_strval_t motions[] = {{"moving", COLLIDED_MOVING}, {"fixed", COLLIDED_FIXED}};
 
 static const cyaml_schema_field_t pose_fields[] = {
@@ -52,6 +54,9 @@ static const cyaml_schema_field_t shape_fields[] = {
     NUMBERS("scale", yaml_shape, scale, 3),
     LIST("points", yaml_shape, points, &point, POINTS_MAX),
     OPTIONAL_TEXT("mesh", yaml_shape, mesh),
+    CYAML_FIELD_ENUM_PTR("as", OPTIONAL | CYAML_FLAG_STRICT, yaml_shape, as, becomings, 3),
+    CYAML_FIELD_UINT_PTR("pieces", OPTIONAL, yaml_shape, pieces),
+    CYAML_FIELD_FLOAT_PTR("deviation", OPTIONAL, yaml_shape, deviation),
     CYAML_FIELD_MAPPING_PTR("pose", OPTIONAL, yaml_shape, pose, pose_fields),
     CYAML_FIELD_END,
 };
@@ -100,6 +105,7 @@ static const cyaml_schema_field_t robot_fields[] = {
     OPTIONAL_TEXT("srdf", yaml_robot, srdf),
     OPTIONAL_TEXT("prefix", yaml_robot, prefix),
     OPTIONAL_TEXT("state", yaml_robot, state),
+    OPTIONAL_TEXT("meshes", yaml_robot, meshes),
     CYAML_FIELD_ENUM("motion", CYAML_FLAG_OPTIONAL | CYAML_FLAG_STRICT, yaml_robot, motion, motions, 2),
     CYAML_FIELD_MAPPING_PTR("pose", OPTIONAL, yaml_robot, pose, pose_fields),
     LIST("packages", yaml_robot, packages, &package, SMALL_MAX),

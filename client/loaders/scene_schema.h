@@ -28,6 +28,9 @@ typedef struct yaml_shape {
     yaml_point *points;
     unsigned points_count;
     char *mesh;
+    int *as; /* load_mesh_as */
+    uint64_t *pieces;
+    double *deviation;
     yaml_pose *pose;
 } yaml_shape;
 
@@ -59,7 +62,7 @@ typedef struct yaml_joint {
 } yaml_joint;
 
 typedef struct yaml_robot {
-    char *urdf, *srdf, *prefix, *state;
+    char *urdf, *srdf, *prefix, *state, *meshes;
     int motion;
     yaml_pose *pose;
     yaml_package *packages;
