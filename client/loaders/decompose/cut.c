@@ -2,13 +2,14 @@
  * even steps. Beside such an edge, not at it: then a face in the plane belongs to one part alone. */
 #include "cut.h"
 
+#include "deviate.h"
 #include "vec3.h"
 
 #include <stdlib.h>
 
-enum { STEPS = 5, EDGES_MOST = 10, CANDIDATES_MAX = STEPS + 2 * EDGES_MOST };
+enum { STEPS = 5, EDGES_MOST = 10, CANDIDATES_MAX = STEPS + 2 * EDGES_MOST, GLANCE_STEPS = 60 };
 static const double BESIDE = 0x1p-24;   /* of the greatest coordinate */
-static const double PREFERENCE = 0.002; /* of the volume: what decides between cuts that are about equally good */
+static const double PREFERENCE = 0.002; /* what decides between cuts that are about equally good */
 
 static int by_number(const void *left, const void *right)
 {
@@ -57,11 +58,21 @@ static size_t candidates(const solid *s, const piece *p, int axis, double *out)
     return n;
 }
 
-/* Volume first; between equals the plane that is nearest to the piece's farthest point, and edges before even steps. */
-static double score_of(const piece *from, const piece *below, const piece *above, int axis, double at, bool even)
+/* A distance that occurs in it, about the farthest. */
+static double misfit(const solid *s, piece *p, double floor)
 {
+    deviate_effort effort = {.ratio = 0.2, .floor = floor, .steps = GLANCE_STEPS};
+    return deviate_find(s, p, &effort);
+}
+
+/* How far and how much the parts' hulls reach beyond the solid, against the whole's; between equals the plane that is
+ * nearest to the whole's farthest point, and edges before even steps. */
+static double score_of(const solid *s, const piece *from, piece *below, piece *above, int axis, double at, bool even)
+{
+    double floor = from->deviation / 16;
     double far = fabs(at - from->farthest[axis]) / distance3(from->lo, from->hi);
-    return below->volume + above->volume + PREFERENCE * from->volume * (far + even);
+    return (misfit(s, below, floor) + misfit(s, above, floor)) / from->deviation +
+           (below->volume + above->volume) / from->volume + PREFERENCE * (far + even);
 }
 
 bool cut_best(const solid *s, const piece *from, piece *below, piece *above)
@@ -73,7 +84,7 @@ bool cut_best(const solid *s, const piece *from, piece *below, piece *above)
         for (size_t i = 0; i < count; i++) {
             bool sound = piece_cut(s, from, axis, places[i], false, below);
             if (piece_cut(s, from, axis, places[i], true, above) && sound) {
-                double score = score_of(from, below, above, axis, places[i], i + STEPS >= count);
+                double score = score_of(s, from, below, above, axis, places[i], i + STEPS >= count);
                 if (score < best) best = score, best_axis = axis, best_place = places[i];
             }
             piece_free(below);

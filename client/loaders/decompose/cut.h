@@ -4,7 +4,8 @@
 
 #include "piece.h"
 
-/* The two parts whose hulls have the least volume together. False if no cut leaves two parts with an inside. */
+/* The two parts whose hulls reach least beyond the solid, by distance and volume. `from` has its deviation. False if no
+ * cut leaves two parts with an inside. */
 bool cut_best(const solid *s, const piece *from, piece *below, piece *above);
 
 #endif

@@ -8,7 +8,7 @@
 
 #include <stdio.h>
 
-enum { SEARCH_STEPS = 1500, PAIR_STEPS = 400, FINAL_STEPS = 30000, SPARE = 2 };
+enum { SEARCH_STEPS = 1500, GLANCE_STEPS = 60, PAIR_STEPS = 400, FINAL_STEPS = 30000, SPARE = 2 };
 
 typedef struct work {
     const solid *s;
@@ -20,10 +20,10 @@ typedef struct work {
                [SPARE * DECOMPOSE_PIECES_MAX]; /* deviation of the two as one; [i][k], i < k */
 } work;
 
-static void estimate(const work *w, piece *p, size_t steps)
+static double estimate(const work *w, piece *p, size_t steps)
 {
     deviate_effort effort = {.ratio = 0.1, .floor = w->target, .steps = steps};
-    deviate_find(w->s, p, &effort);
+    return deviate_find(w->s, p, &effort);
 }
 
 /* ---- cutting ---- */
@@ -57,13 +57,13 @@ static void cut_until(work *w, size_t most)
 
 /* ---- uniting ---- */
 
-/* Roughly: what the search finds in a few steps. */
+/* Roughly: what the search finds in a few steps; more of them where the two may be good enough as one. */
 static double cost_of(const work *w, size_t i, size_t k)
 {
     piece both;
     double cost = INFINITY;
     if (piece_unite(&w->pieces[i], &w->pieces[k], &both)) {
-        estimate(w, &both, PAIR_STEPS);
+        if (estimate(w, &both, GLANCE_STEPS) <= w->target) estimate(w, &both, PAIR_STEPS);
         cost = both.deviation;
     }
     piece_free(&both);
