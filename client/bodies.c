@@ -21,7 +21,7 @@ static void put_pose(double out[7], const collided_pose *pose)
 /* A definition as the wire's arrays. The message borrows from it. */
 typedef struct body_arrays {
     double pose[7];
-    double *sizes, *radii, *poses, *paddings, *margins; /* one block, at sizes */
+    double *sizes, *radii, *deviations, *poses, *paddings, *margins; /* one block, at sizes */
     int64_t *geometries;
     uint8_t *types, *actions;
     const char **patterns, **reasons;
@@ -41,6 +41,7 @@ static void put_shape(body_arrays *a, size_t i, const collided_shape *s)
     memcpy(a->sizes + 3 * i, s->half, sizeof s->half);
     if (s->type == COLLIDED_COMPOUND) a->sizes[3 * i] = (double)s->child_count;
     a->radii[i] = s->radius;
+    a->deviations[i] = s->deviation;
     put_pose(a->poses + 7 * i, &s->pose);
     a->geometries[i] = s->geometry.hash;
     a->types[i] = (uint8_t)s->type;
@@ -49,14 +50,15 @@ static void put_shape(body_arrays *a, size_t i, const collided_shape *s)
 static body_arrays make_arrays(const collided_body_def *def)
 {
     size_t n = flat_count(def), r = def->rule_count, at = 0;
-    body_arrays a = {.sizes = allocate(11 * n + 2 * r, sizeof *a.sizes),
+    body_arrays a = {.sizes = allocate(12 * n + 2 * r, sizeof *a.sizes),
         .geometries = allocate(n, sizeof *a.geometries),
         .types = allocate(n, 1),
         .actions = allocate(r, 1),
         .patterns = allocate(r, sizeof *a.patterns),
         .reasons = allocate(r, sizeof *a.reasons)};
     a.radii = a.sizes + 3 * n;
-    a.poses = a.radii + n;
+    a.deviations = a.radii + n;
+    a.poses = a.deviations + n;
     a.paddings = a.poses + 7 * n;
     a.margins = a.paddings + r;
     put_pose(a.pose, &def->pose);
@@ -109,6 +111,7 @@ static wire_message body_message(const collided *c, int32_t id, const collided_b
             .shape_types = {n, a->types},
             .shape_sizes = {3 * n, a->sizes},
             .shape_radii = {n, a->radii},
+            .shape_deviations = {n, a->deviations},
             .shape_poses = {7 * n, a->poses},
             .shape_geometries = {n, a->geometries},
             .rule_patterns = {r, a->patterns},

@@ -161,6 +161,10 @@ typedef struct collided_shape {
     collided_geometry geometry;
     const struct collided_shape *children; /* of a compound: borrowed, their poses are in its frame */
     size_t child_count;
+    /* m, >= 0. What the shape stands for, if that is finer, is inside of it, and none of the shape's points is farther
+     * than this from it. Lower bounds stay; upper bounds grow by the deviations of both, and are at least their sum. To
+     * that of a compound's child the compound's own is added. */
+    double deviation;
 } collided_shape;
 
 /* Sizes are full ones, in metres, as people measure, but for radii and semi-axes. Centred at the origin of the shape's
@@ -476,7 +480,9 @@ typedef struct collided_certificate {
  * their points. With lo = -INFINITY hi alone is checked, with hi = INFINITY lo alone. Sizes whose squares overflow are
  * REJECTED. Rounding is allowed for by 64 * 2^-53 times the sizes of the shapes and the distance of the bodies (for the
  * points: and their coordinates), so a claim that is wrong by 1e-9 of these is refused. That the shapes overlap by as
- * much as a negative hi says is not proven by points; what contradicts it is refused. */
+ * much as a negative hi says is not proven by points; what contradicts it is refused. The points are the shapes' own:
+ * with deviations they prove hi if they are nearer to each other than hi by both deviations; of a compound, by its own
+ * and that of the child which has the point. */
 collided_status collided_verify(const collided_shape *a, const collided_pose *pose_a, const double *hull_a,
     size_t hull_a_count, const collided_shape *b, const collided_pose *pose_b, const double *hull_b,
     size_t hull_b_count, const collided_certificate *claim);

@@ -4,7 +4,9 @@
  * most the signed distance (which is the greatest sep when the shapes overlap, and when they do not). So sep(axis) >=
  * lo proves lo. Upper bound: two points, one of each shape, are at least the distance apart; so |pb - pa| <= hi proves
  * a hi that is not negative. A negative hi (at least so deep) cannot be proven by two points; it is refused when its
- * points are not the shapes' or not so deep along the axis, or when the axis contradicts it.
+ * points are not the shapes' or not so deep along the axis, or when the axis contradicts it. Of shapes with deviations,
+ * the sum of these must fit between the points' distance and hi; shapes that overlap count as 0 apart, which again is
+ * not proven.
  *
  * A compound is the union of its children: their convex hull's sep proves what it proves, the points may be any
  * child's. It says nothing of what lies in the hollows, so that a true claim may be neither proven nor contradicted.
@@ -77,12 +79,14 @@ static collided_status judge_points(const pair *p, const collided_certificate *c
     if (!all_finite(claim->point_a) || !all_finite(claim->point_b)) return COLLIDED_REJECTED;
     vec a = vec_of(claim->point_a), b = vec_of(claim->point_b);
     real slack = SLACK * (p->reach + length(p->a.body) + length(p->b.body) + length(a) + length(b));
-    if (!(slack < INFINITY) || !placed_holds(&p->a, a, n, slack) || !placed_holds(&p->b, b, scale(-1, n), slack))
+    real deviation_a, deviation_b;
+    if (!(slack < INFINITY) || !placed_holds(&p->a, a, n, slack, &deviation_a) ||
+        !placed_holds(&p->b, b, scale(-1, n), slack, &deviation_b))
         return COLLIDED_REJECTED;
-    real apart = length(sub(b, a));
-    if (claim->hi >= 0)
-        return apart <= claim->hi + slack && apart >= claim->lo - slack ? COLLIDED_OK : COLLIDED_REJECTED;
-    return dot(n, sub(b, a)) <= claim->hi + width(claim) + slack ? COLLIDED_OK : unproven(p);
+    real apart = length(sub(b, a)), along = dot(n, sub(b, a)), deviation = deviation_a + deviation_b;
+    if (claim->hi < 0 && deviation == 0) return along <= claim->hi + width(claim) + slack ? COLLIDED_OK : unproven(p);
+    real nearest = deviation > 0 && along < 0 ? 0 : apart;
+    return nearest + deviation <= claim->hi + slack && apart >= claim->lo - slack ? COLLIDED_OK : COLLIDED_REJECTED;
 }
 
 static collided_status judge_axis(const pair *p, const collided_certificate *claim, vec *n)

@@ -73,8 +73,8 @@ static vec out_of_shape(const placed *p, vec v)
 
 static bool is_sized(const collided_shape *s)
 {
-    return all_finite(s->half, 3) && isfinite(s->radius) && s->radius >= 0 && s->half[0] >= 0 && s->half[1] >= 0 &&
-           s->half[2] >= 0;
+    return all_finite(s->half, 3) && isfinite(s->radius) && s->radius >= 0 && isfinite(s->deviation) &&
+           s->deviation >= 0 && s->half[0] >= 0 && s->half[1] >= 0 && s->half[2] >= 0;
 }
 
 /* The child stands where its own pose puts it in the compound's frame. */
@@ -436,12 +436,17 @@ static bool convex_holds(const placed *p, vec world, vec n, real slack)
     return core_distance(p, q) <= reach;
 }
 
-bool placed_holds(const placed *p, vec world, vec n, real slack)
+/* A point of several children is as near to what is meant as the best of them says. */
+bool placed_holds(const placed *p, vec world, vec n, real slack, real *deviation)
 {
+    *deviation = p->shape->deviation;
     if (p->shape->type != COLLIDED_COMPOUND) return convex_holds(p, world, n, slack);
+    real least = INFINITY;
     for (size_t i = 0; i < p->shape->child_count; i++) {
         placed child;
-        if (placed_child(p, i, &child) && convex_holds(&child, world, n, slack)) return true;
+        if (placed_child(p, i, &child) && child.shape->deviation < least && convex_holds(&child, world, n, slack))
+            least = child.shape->deviation;
     }
-    return false;
+    *deviation += least;
+    return least < INFINITY;
 }

@@ -57,8 +57,9 @@ real placed_reach(const placed *p);          /* of its points from the body's po
 real placed_support(const placed *p, vec n); /* greatest n . x of its points, relative to the body's position; for a
                                                 half-space n is taken to be its normal */
 /* Is a point not farther than `slack` from the shape? `n`, unit or zero, is where the shape ends next to it, most
- * likely: it changes the time. Never true of a point that is farther. */
-bool placed_holds(const placed *p, vec world, vec n, real slack);
+ * likely: it changes the time. Never true of a point that is farther. *deviation: how far such a point may be from what
+ * the shape stands for. */
+bool placed_holds(const placed *p, vec world, vec n, real slack, real *deviation);
 vec placed_normal(const placed *p); /* of a half-space, outward, world */
 
 #endif

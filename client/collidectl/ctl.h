@@ -18,7 +18,7 @@ typedef struct ctl_options { /* options.c tells what they mean */
     bool help;
     bool json, fixed, stay;
     double wait_s, seconds;
-    const char *srdf, *prefix, *state, *joints;
+    const char *srdf, *prefix, *state, *joints, *meshes;
     load_package packages[PACKAGES_MAX];
     size_t package_count;
     bool posed;

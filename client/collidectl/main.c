@@ -12,6 +12,12 @@ static void warn(void *context, const char *text)
     fprintf(stderr, "collidectl: warning: %s\n", text);
 }
 
+static void note(void *context, const char *text)
+{
+    (void)context;
+    fprintf(stderr, "collidectl: %s\n", text);
+}
+
 static int run(ctl *c, const ctl_verb *verb)
 {
     if (!verb && !c->options.help) return ctl_fail(EX_USAGE, "no verb was given: see 'collidectl help'");
@@ -24,7 +30,7 @@ static int run(ctl *c, const ctl_verb *verb)
 
 int main(int argc, char **argv)
 {
-    ctl c = {.report.warn = warn};
+    ctl c = {.report = {.warn = warn, .note = note}};
     const ctl_verb *verb;
     int status = options_parse(&c, argc, argv, &verb);
     if (!status) status = run(&c, verb);

@@ -24,6 +24,8 @@ static const option table[] = {
     {"--srdf", "FILE", TEXT, AT(srdf), 0, 0, "load", "states and disabled pairs of the URDF's robot"},
     {"--package", "NAME=PATH", PACKAGE, 0, 0, 0, "load", "where package://NAME/ is; may be given several times"},
     {"--prefix", "TEXT", TEXT, AT(prefix), 0, 0, "load", "put before the names of links and robot"},
+    {"--meshes", "WHAT", TEXT, AT(meshes), 0, 0, "load",
+        "what mesh files become: hull (default), solid, decompose or decompose:N (at most N hulls, default 16)"},
     {"--pose", "X,Y,Z[,W,X,Y,Z]", POSE, 0, 0, 0, "load", "of the robot's root link: m, and a unit quaternion"},
     {"--state", "NAME", TEXT, AT(state), 0, 0, "load joints", "joint values from the SRDF"},
     {"--joints", "NAME=V,...", TEXT, AT(joints), 0, 0, "load", "joint values, rad or m, after --state"},

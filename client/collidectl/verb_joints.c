@@ -72,7 +72,11 @@ static int set_joints(ctl *c, store *s)
     if (!of)
         return ctl_fail(EX_DATAERR, "joints: no robot '%s' was loaded as '%s': load its URDF first", c->arguments[0],
             c->options.as);
-    robot_source source = {of->urdf, *of->srdf ? of->srdf : NULL, of->prefix, of->packages, of->package_count};
+    robot_source source = {.urdf = of->urdf,
+        .srdf = *of->srdf ? of->srdf : NULL,
+        .prefix = of->prefix,
+        .packages = of->packages,
+        .package_count = of->package_count};
     robot r;
     double *values;
     if (!recall(c, of, &source, &r, &values) || !change(c, &r, values)) return ctl_fail_loading(c);

@@ -1,5 +1,6 @@
 /* verb_load: files to bodies. All files are read, and found good, before the daemon hears of the first body; the store
  * is written when the daemon has accepted them. */
+#include "loaders/decompose/decompose.h"
 #include "loaders/robot.h"
 #include "loaders/scene.h"
 #include "loaders/text.h"
@@ -56,7 +57,11 @@ static bool read_urdf(loading *l, const char *path)
     const ctl_options *o = &c->options;
     l->sets = pool_alloc(&c->pool, 1, sizeof *l->sets);
     l->robots = pool_alloc(&c->pool, 1, sizeof *l->robots);
-    scene_robot r = {.source = {path, o->srdf, o->prefix, o->packages, o->package_count},
+    load_meshes meshes = {0};
+    if (o->meshes && !load_meshes_parse(o->meshes, &meshes))
+        return load_fail(
+            &c->report, "load: --meshes '%s': must be " LOAD_MESHES_WORDS, o->meshes, DECOMPOSE_PIECES_MAX);
+    scene_robot r = {.source = {path, o->srdf, o->prefix, o->packages, o->package_count, meshes},
         .state = o->state,
         .pose = o->pose,
         .motion = o->fixed ? COLLIDED_FIXED : COLLIDED_MOVING};
@@ -86,10 +91,11 @@ static int read_any(loading *l, const char *path)
     bool yaml = ends_in(path, ".yaml") || ends_in(path, ".yml");
     if (!yaml && !ends_in(path, ".urdf") && !ends_in(path, ".xml"))
         return ctl_fail(EX_USAGE, "load: '%s' is neither .urdf nor .yaml", path);
-    if (yaml && (o->srdf || o->prefix || o->state || o->joints || o->package_count || o->posed || o->fixed))
+    if (yaml &&
+        (o->srdf || o->prefix || o->state || o->joints || o->package_count || o->posed || o->fixed || o->meshes))
         return ctl_fail(EX_USAGE,
-            "load: a scene says itself what --srdf, --package, --prefix, --pose, --state, --joints "
-            "and --fixed say for a URDF: write it into '%s'",
+            "load: a scene says itself what --srdf, --package, --prefix, --pose, --state, --joints, "
+            "--meshes and --fixed say for a URDF: write it into '%s'",
             path);
     if (access(path, R_OK) != 0) return ctl_fail(EX_NOINPUT, "load: %s: %s", path, strerror(errno));
     bool ok = yaml ? read_scene(l, path) : read_urdf(l, path);

@@ -7,7 +7,9 @@
 const ctl_verb ctl_verbs[] = {
     {"status", "", 0, 0, verb_status, "How the daemon is; exit status 0 only if it is ready", ""},
     {"load", "FILE.urdf|FILE.yaml", 1, 1, verb_load, "Creates the bodies of a robot or a scene",
-        "They stay when collidectl ends, unless --stay is given. Loading a name again replaces that body.\n"},
+        "They stay when collidectl ends, unless --stay is given. Loading a name again replaces that body.\n"
+        "With --meshes decompose a concave mesh becomes several hulls, which contain it; how far they reach beyond it\n"
+        "is told for each mesh, on standard error, and the upper bounds of distances include it.\n"},
     {"remove", "PATTERN", 1, 1, verb_remove, "Removes bodies that were loaded under the same --as",
         "The pattern may have * and ?.\n"},
     {"move", "NAME X,Y,Z[,W,X,Y,Z]", 2, 2, verb_move, "Moves a body that was loaded under the same --as",

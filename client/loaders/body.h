@@ -10,6 +10,23 @@
 /* A compound and each of its children count. */
 enum { LOAD_SHAPES_MAX = 256 /* WIRE_SHAPES_MAX */, LOAD_RULES_MAX = 1024 /* WIRE_RULES_MAX */ };
 
+/* What a mesh file becomes. */
+typedef enum load_mesh_as {
+    LOAD_MESH_HULL,     /* the convex hull of its points, which then is what is meant: its deviation is 0 */
+    LOAD_MESH_SOLID,    /* its triangles as they are, a solid when closed */
+    LOAD_MESH_DECOMPOSE /* several hulls, each with its deviation; see decompose/decompose.h */
+} load_mesh_as;
+
+typedef struct load_meshes {
+    load_mesh_as as;
+    size_t pieces;      /* LOAD_MESH_DECOMPOSE: at most so many; 0 = the default */
+    double deviation_m; /* and no more than this asks for; 0 = the default */
+} load_meshes;
+
+#define LOAD_MESHES_WORDS "hull, solid, decompose or decompose:N with N from 1 to %d"
+/* "hull", "solid", "decompose" or "decompose:N". False: none of these. */
+bool load_meshes_parse(const char *text, load_meshes *out);
+
 /* Of a height field. */
 typedef struct load_heights {
     const char *path;
@@ -23,6 +40,7 @@ typedef struct load_shape {
     collided_shape shape; /* its geometry is set when it is announced */
     const char *mesh;     /* path of the file; NULL = none */
     double scale[3];
+    load_meshes meshes; /* of a shape with a mesh file; set by load_shape_becomes */
     mesh_points points;
     mesh_triangles triangles;    /* of a mesh */
     load_heights heights;        /* of a height field */
@@ -49,7 +67,11 @@ typedef struct load_bodies {
     size_t count;
 } load_bodies;
 
-/* Reads the files of a body's shapes. A file that was given before is read again: files are small. */
+/* What the mesh file of the shape becomes. */
+void load_shape_becomes(load_shape *s, const load_meshes *meshes);
+
+/* Reads the files of a body's shapes; a decomposed mesh becomes several shapes, and a note says how many. A file that
+ * was given before is read again: files are small. */
 bool load_body_meshes(pool *p, load_body *body, load_report *r);
 
 /* Tells the daemon: the hulls and meshes, then the body, under the number `id` (-1 = the next free one). The body's id

@@ -34,3 +34,15 @@ void load_warn(load_report *r, const char *format, ...)
     one_line(text);
     r->warn(r->context, text);
 }
+
+void load_note(load_report *r, const char *format, ...)
+{
+    if (!r->note) return;
+    char text[sizeof r->error];
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(text, sizeof text, format, arguments);
+    va_end(arguments);
+    one_line(text);
+    r->note(r->context, text);
+}

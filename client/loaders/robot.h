@@ -16,6 +16,7 @@ typedef struct robot_source {
     const char *prefix; /* put before the links' names; NULL = none */
     const load_package *packages;
     size_t package_count;
+    load_meshes meshes; /* what mesh files become; zero = hulls */
 } robot_source;
 
 typedef struct robot {

@@ -60,6 +60,7 @@ static bool find_meshes(const robot *b, const urdf_link *link, load_body *body, 
         if (!s->mesh) continue;
         s->mesh = package_resolve(p, s->mesh, folder, b->source.packages, b->source.package_count, where, r);
         if (!s->mesh) return false;
+        load_shape_becomes(s, &b->source.meshes);
     }
     return true;
 }

@@ -2,6 +2,7 @@
  * made unit. One thread a pool. */
 #include "scene.h"
 
+#include "decompose/decompose.h"
 #include "rigid.h"
 #include "scene_schema.h"
 #include "text.h"
@@ -57,19 +58,20 @@ static bool take_name(const reader *in, const char *what, const char *name, cons
 enum { SIZE = 1, SEMI_AXES = 2, RADIUS = 4, LENGTH = 8, HEIGHT = 16, POINTS = 32, MESH = 64, SCALE = 128 };
 enum { HEIGHTS = 256, SPACING = 512, BASE = 1024, RANGE = 2048 }; /* of height fields */
 enum { CHILDREN = 4096 };                                         /* of compounds */
+enum { AS = 8192, PIECES = 16384, DEVIATION = 32768 };            /* of meshes */
 static const struct {
     unsigned bit;
     const char *key;
 } keys[] = {{SIZE, "size"}, {SEMI_AXES, "semi_axes"}, {RADIUS, "radius"}, {LENGTH, "length"}, {HEIGHT, "height"},
     {POINTS, "points"}, {MESH, "mesh"}, {SCALE, "scale"}, {HEIGHTS, "heights"}, {SPACING, "spacing"}, {BASE, "base"},
-    {RANGE, "range"}, {CHILDREN, "children"}};
+    {RANGE, "range"}, {CHILDREN, "children"}, {AS, "as"}, {PIECES, "pieces"}, {DEVIATION, "deviation"}};
 
 static unsigned keys_given(const yaml_shape *s)
 {
     return (s->size ? SIZE : 0) | (s->semi_axes ? SEMI_AXES : 0) | (s->radius ? RADIUS : 0) | (s->length ? LENGTH : 0) |
            (s->height ? HEIGHT : 0) | (s->points ? POINTS : 0) | (s->mesh ? MESH : 0) | (s->scale ? SCALE : 0) |
            (s->heights ? HEIGHTS : 0) | (s->spacing ? SPACING : 0) | (s->base ? BASE : 0) | (s->range ? RANGE : 0) |
-           (s->children ? CHILDREN : 0);
+           (s->children ? CHILDREN : 0) | (s->as ? AS : 0) | (s->pieces ? PIECES : 0) | (s->deviation ? DEVIATION : 0);
 }
 
 /* A hull takes its points from either of two keys; pictures need a range that text must not have (heights.h tells). */
@@ -89,7 +91,10 @@ static unsigned keys_wanted(const yaml_shape *s)
         [COLLIDED_COMPOUND] = CHILDREN,
     };
     if (s->type == COLLIDED_HEIGHT_FIELD && s->range) return wanted[s->type] | RANGE;
-    if (s->mesh && (s->type == COLLIDED_HULL || s->type == COLLIDED_MESH)) return MESH | (s->scale ? SCALE : 0);
+    if (s->mesh && s->type == COLLIDED_HULL) return MESH | (s->scale ? SCALE : 0);
+    bool decomposed = s->as && *s->as == LOAD_MESH_DECOMPOSE;
+    unsigned how = SCALE | AS | (decomposed ? PIECES | DEVIATION : 0);
+    if (s->mesh && s->type == COLLIDED_MESH) return MESH | (keys_given(s) & how);
     return wanted[s->type];
 }
 
@@ -174,11 +179,27 @@ static bool take_heights(const reader *in, const yaml_shape *from, load_heights 
     return true;
 }
 
+/* A mesh is a solid unless it says otherwise. */
+static bool take_meshes(const reader *in, const yaml_shape *from, load_shape *out)
+{
+    load_meshes meshes = {.as = from->type == COLLIDED_HULL ? LOAD_MESH_HULL : LOAD_MESH_SOLID};
+    if (from->as) meshes.as = (load_mesh_as)*from->as;
+    if (from->pieces && (*from->pieces < 1 || *from->pieces > DECOMPOSE_PIECES_MAX))
+        return load_fail(in->report, "%s: pieces must be from 1 to %d", in->where, DECOMPOSE_PIECES_MAX);
+    if (from->deviation && !(*from->deviation > 0 && isfinite(*from->deviation)))
+        return load_fail(in->report, "%s: deviation is %g: must be finite and positive", in->where, *from->deviation);
+    if (from->pieces) meshes.pieces = (size_t)*from->pieces;
+    if (from->deviation) meshes.deviation_m = *from->deviation;
+    load_shape_becomes(out, &meshes);
+    return true;
+}
+
 static bool take_shape(const reader *in, const yaml_shape *from, load_shape *out)
 {
     if (!check_keys(in, from) || !check_numbers(in, from)) return false;
     *out = (load_shape){.shape.type = (collided_shape_type)from->type, .scale = {1, 1, 1}};
     fill_sizes(from, &out->shape);
+    if (from->mesh && !take_meshes(in, from, out)) return false;
     if (from->mesh) out->mesh = text_beside(in->pool, in->folder, from->mesh);
     if (from->scale) memcpy(out->scale, from->scale, sizeof out->scale);
     if (from->points) {
@@ -287,6 +308,9 @@ static bool take_robot(reader *in, const yaml_robot *from, scene_robot *out)
         .prefix = pool_copy(in->pool, from->prefix),
         .packages = packages,
         .package_count = from->packages_count};
+    if (from->meshes && !load_meshes_parse(from->meshes, &out->source.meshes))
+        return load_fail(
+            in->report, "%s: meshes '%s': must be " LOAD_MESHES_WORDS, in->where, from->meshes, DECOMPOSE_PIECES_MAX);
     out->state = pool_copy(in->pool, from->state);
     out->motion = (collided_motion)from->motion;
     return take_pose(in, from->pose, &out->pose) && take_joints(in, from, out);

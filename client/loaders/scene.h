@@ -21,16 +21,18 @@
  *         joints: [{name: j1, value: 0.3}]
  *         pose: {position: [0, 0, 0]}
  *         motion: moving
+ *         meshes: decompose:8       # hull (the default), solid, decompose or decompose:N: what mesh files become
  *         packages: [{name: arm_description, path: ../arm_description}]
  *
  * Shapes: sphere (radius), capsule (radius, length of its cylinder), box (size), cylinder (radius, height), cone
  * (radius, height), ellipsoid (semi_axes), halfspace (z <= 0), hull (points: [[x, y, z], ...] or mesh: FILE, with
- * scale), mesh (mesh: FILE, with scale: its triangles as they are, a solid when closed), height_field (heights: FILE, a
- * text matrix in metres or a grey PNG with range: [black, white] in metres, see heights.h; spacing: [x, y]; base: how
- * far its flat base lies below the lowest height), compound (children: a list of shapes, of any type but halfspace,
- * mesh, height_field and compound, which are one shape together); each with `pose` and `rounding` (m). A child's pose
- * is in its compound. Unknown keys, keys that do not belong to the type, aliases and numbers that are not finite are
- * refused. */
+ * scale), mesh (mesh: FILE, with scale; as: solid, the default, its triangles as they are, a solid when closed; as:
+ * hull; as: decompose, several hulls, with pieces, at most so many, default 16, and deviation, m, which is enough),
+ * height_field (heights: FILE, a text matrix in metres or a grey PNG with range: [black, white] in metres, see
+ * heights.h; spacing: [x, y]; base: how far its flat base lies below the lowest height), compound (children: a list of
+ * shapes, of any type but halfspace, mesh, height_field and compound, which are one shape together); each with `pose`
+ * and `rounding` (m). A child's pose is in its compound. Unknown keys, keys that do not belong to the type, aliases and
+ * numbers that are not finite are refused. */
 #ifndef COLLIDED_LOADERS_SCENE_H
 #define COLLIDED_LOADERS_SCENE_H
 

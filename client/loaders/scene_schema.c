@@ -2,7 +2,7 @@
  * both are taken from there. Aliases are refused: they would let a small file stand for an endless one. */
 #include "scene_schema.h"
 
-#include "collided.h"
+#include "body.h"
 
 #include <cyaml/cyaml.h>
 #include <stdarg.h>
@@ -33,6 +33,8 @@ static const cyaml_strval_t types[] = {
     {"height_field", COLLIDED_HEIGHT_FIELD},
     {"compound", COLLIDED_COMPOUND},
 };
+static const cyaml_strval_t becomings[] = {
+    {"hull", LOAD_MESH_HULL}, {"solid", LOAD_MESH_SOLID}, {"decompose", LOAD_MESH_DECOMPOSE}};
 static const cyaml_strval_t motions[] = {{"moving", COLLIDED_MOVING}, {"fixed", COLLIDED_FIXED}};
 
 static const cyaml_schema_field_t pose_fields[] = {
@@ -59,6 +61,9 @@ static const cyaml_schema_value_t point = {CYAML_VALUE_SEQUENCE_FIXED(CYAML_FLAG
     NUMBERS("spacing", yaml_shape, spacing, 2), \
     CYAML_FIELD_FLOAT_PTR("base", OPTIONAL, yaml_shape, base), \
     NUMBERS("range", yaml_shape, range, 2), \
+    CYAML_FIELD_ENUM_PTR("as", OPTIONAL | CYAML_FLAG_STRICT, yaml_shape, as, becomings, CYAML_ARRAY_LEN(becomings)), \
+    CYAML_FIELD_UINT_PTR("pieces", OPTIONAL, yaml_shape, pieces), \
+    CYAML_FIELD_FLOAT_PTR("deviation", OPTIONAL, yaml_shape, deviation), \
     CYAML_FIELD_MAPPING_PTR("pose", OPTIONAL, yaml_shape, pose, pose_fields)
 /* clang-format on */
 /* A child has none of its own. */
@@ -111,6 +116,7 @@ static const cyaml_schema_field_t robot_fields[] = {
     OPTIONAL_TEXT("srdf", yaml_robot, srdf),
     OPTIONAL_TEXT("prefix", yaml_robot, prefix),
     OPTIONAL_TEXT("state", yaml_robot, state),
+    OPTIONAL_TEXT("meshes", yaml_robot, meshes),
     CYAML_FIELD_ENUM("motion", CYAML_FLAG_OPTIONAL | CYAML_FLAG_STRICT, yaml_robot, motion, motions, 2),
     CYAML_FIELD_MAPPING_PTR("pose", OPTIONAL, yaml_robot, pose, pose_fields),
     LIST("packages", yaml_robot, packages, &package, SMALL_MAX),

@@ -32,6 +32,9 @@ typedef struct yaml_shape {
     double *spacing; /* 2 */
     double *base;
     double *range; /* 2 */
+    int *as;       /* load_mesh_as */
+    uint64_t *pieces;
+    double *deviation;
     yaml_pose *pose;
     struct yaml_shape *children;
     unsigned children_count;
@@ -65,7 +68,7 @@ typedef struct yaml_joint {
 } yaml_joint;
 
 typedef struct yaml_robot {
-    char *urdf, *srdf, *prefix, *state;
+    char *urdf, *srdf, *prefix, *state, *meshes;
     int motion;
     yaml_pose *pose;
     yaml_package *packages;

@@ -153,8 +153,9 @@ static bool same_child(const compound_child *a, const compound_child *b)
 {
     quat p = a->local.q, q = b->local.q;
     return a->shape.type == b->shape.type && a->shape.radius == b->shape.radius &&
-           same_vec(a->shape.half, b->shape.half) && a->shape.hull == b->shape.hull &&
-           same_vec(a->local.p, b->local.p) && p.w == q.w && p.x == q.x && p.y == q.y && p.z == q.z;
+           a->shape.deviation == b->shape.deviation && same_vec(a->shape.half, b->shape.half) &&
+           a->shape.hull == b->shape.hull && same_vec(a->local.p, b->local.p) && p.w == q.w && p.x == q.x &&
+           p.y == q.y && p.z == q.z;
 }
 
 bool compound_equal(const compound *a, const compound *b)

@@ -40,6 +40,7 @@ const char *shape_check(const shape *s)
     if (!fault) fault = size_fault(s->half.y, SHAPE_SIZE_MAX);
     if (!fault) fault = size_fault(s->half.z, SHAPE_SIZE_MAX);
     if (fault) return fault;
+    if (!(s->deviation >= 0) || s->deviation > SHAPE_SIZE_MAX) return "deviation is negative or beyond the limit";
     bool round = s->type == SHAPE_CYLINDER || s->type == SHAPE_CONE;
     if (round && s->half.y != s->half.x) return "a cylinder's or cone's two radii differ";
     if (s->type == SHAPE_HULL && !s->hull) return "hull is missing";

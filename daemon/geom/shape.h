@@ -31,7 +31,8 @@ typedef struct compound compound; /* compound.h */
 
 typedef struct shape {
     shape_type type;
-    double radius; /* rounding; >= 0 */
+    double radius;    /* rounding; >= 0 */
+    double deviation; /* >= 0: what it stands for is in it, and no point of it is farther than this from that */
     vec3 half;
     const hull *hull;         /* of SHAPE_HULL, and of SHAPE_MESH: mesh->hull */
     const mesh *mesh;         /* SHAPE_MESH only */

@@ -180,6 +180,7 @@ shape compound_part(const compound_side *s, uint32_t part, pose *local)
     if (!s->compound) return *s->whole;
     shape out = s->compound->children[part].shape;
     out.radius += s->whole->radius;
+    out.deviation += s->whole->deviation;
     *local = s->compound->children[part].local;
     return out;
 }

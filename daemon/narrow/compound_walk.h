@@ -44,7 +44,8 @@ void compound_walk_run(compound_walk *w, double within, compound_visit *visit, v
 
 uint32_t compound_part_count(const compound_side *s);
 
-/* A part as a shape of its own, with the rounding of the whole, and its pose in the frame of the whole. */
+/* A part as a shape of its own, with the rounding and the deviation of the whole added to its own, and its pose in the
+ * frame of the whole. */
 shape compound_part(const compound_side *s, uint32_t part, pose *local);
 
 /* What narrow_query says of two parts, in A's frame, and as sure as the poses of the whole pair and of the parts are.

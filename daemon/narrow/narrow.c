@@ -31,12 +31,14 @@ static narrow_goal goal_of(const unit_pair *p, const narrow_request *r)
     bool decide = r->facts == 0 || (r->facts & (NARROW_VERDICT | NARROW_MANIFOLD));
     bool measure = r->facts & (NARROW_DISTANCE | NARROW_MANIFOLD);
     double margin = p->radius + p->error, threshold = r->threshold * p->scale;
-    double above = threshold + margin + p->excess, below = threshold + margin - 2 * p->error;
+    double above = threshold + margin + p->excess, below = threshold + margin - 2 * p->error - p->deviation;
     double finest = 2 * UNIT_ROUNDOFF * p->size, range = r->range * p->scale + margin + p->excess;
+    double tolerance = r->tolerance * p->scale - 2 * p->error - p->excess;
+    if (p->deviation < tolerance) tolerance -= p->deviation; /* where it is more, no search makes up for it */
     double far = decide ? above : -INFINITY;
     if (r->facts & NARROW_DISTANCE) far = max_of(far, range);
     return (narrow_goal){
-        .tolerance = max_of(r->tolerance * p->scale - 2 * p->error - p->excess, finest),
+        .tolerance = max_of(tolerance, finest),
         .finest = finest,
         .far = far,
         .near = measure ? -INFINITY : below,
@@ -136,6 +138,25 @@ static void settle(const unit_pair *p, const narrow_request *r, narrow_result *r
     if (result->lo > 0) exact_draw_together(p, result);
 }
 
+/* From what the shapes are to each other to what the things are that they stand for. Let A and B be within the shapes
+ * A' and B', each point of A' within e_a of A, each of B' within e_b of B. A' holds A, so lo <= d(A', B') <= d(A, B),
+ * and a translation that separates A' from B' separates A from B: lo stays. If A' and B' are apart, their nearest
+ * points are within e_a and e_b of A and B: d(A, B) <= d(A', B') + e_a + e_b. If they overlap, a common point is within
+ * e_a of A and e_b of B: d(A, B) <= e_a + e_b. Nothing below that holds: A may be a tube, A' the tube filled, and B in
+ * the tube, as deep in A' as the tube is long, without touching it. (Were A and B convex, their support functions would
+ * be within e_a and e_b of those of A' and B', and hi + e_a + e_b would hold there, too; nobody says that they are.)
+ * The addition is rounded up. */
+static void deviate(const shape *a, const shape *b, const narrow_request *r, narrow_result *result)
+{
+    double deviation = a->deviation + b->deviation;
+    if (!(deviation > 0) || compound_pair_applies(b)) return; /* of a compound the parts have been asked */
+    result->hi = (max_of(result->hi, 0) + deviation) * (1 + 4 * UNIT_ROUNDOFF);
+    bool measure = r->facts & NARROW_DISTANCE, verdict = r->facts == 0 || (r->facts & ~(unsigned)NARROW_DISTANCE);
+    bool measured = result->hi - result->lo <= r->tolerance || result->lo > r->range;
+    bool settled = (measured || !measure) && (decided(r, result) || (measure && measured) || !verdict);
+    result->status = settled ? NARROW_CERTAIN : NARROW_WIDE;
+}
+
 void narrow_query(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
     narrow_cache *cache, narrow_scratch *scratch, narrow_result *result)
 {
@@ -148,6 +169,7 @@ void narrow_query(const shape *a, const shape *b, const pose *b_in_a, const narr
             settle(&p, request, result);
         }
     }
+    deviate(a, b, request, result);
     if (cache) {
         cache->axis = result->axis;
         cache->b_in_a = *b_in_a;
@@ -204,6 +226,7 @@ void narrow_query_world(const shape *a, pose pose_a, const shape *b, pose pose_b
     }
     move_origin(result, vec_sub(first.p, pose_a.p));
     if (refine) settle(&p, request, result);
+    deviate(shape_1, shape_2, request, result);
     if (swapped) swap_roles(result);
 }
 

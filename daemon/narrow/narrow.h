@@ -66,7 +66,9 @@ typedef struct narrow_result {
                               of the reaches plus the distance on both sides; where that is too wide for the request,
                               `refined`; beside a mesh 32 ulp. Beside a compound 64 and what its parts have.
                               Touching shapes give lo <= 0 <= hi. Two half-spaces that no
-                              translation separates: both -INFINITY */
+                              translation separates: both -INFINITY. Of shapes with a deviation: of what
+                              they stand for, which need not be convex, so that hi is at least the sum of
+                              the deviations */
     vec3 axis;             /* unit, from A towards B. It proves lo: min over B of axis.x - max over A of axis.x >= lo.
                               Moving B along it by -lo (and rounding) separates. Of a mesh or a compound, which are
                               not convex, it proves no positive lo: every triangle or child was looked at or ruled

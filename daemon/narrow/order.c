@@ -51,6 +51,7 @@ static int compare_compound(const compound *a, const compound *b)
     for (uint32_t i = 0; i < a->child_count && c == 0; i++) {
         c = order_shapes(&a->children[i].shape, &b->children[i].shape); /* no child is a compound */
         if (c == 0) c = order_poses(a->children[i].local, b->children[i].local);
+        if (c == 0) c = compare(a->children[i].shape.deviation, b->children[i].shape.deviation);
     }
     return c;
 }

@@ -65,7 +65,7 @@ static void be_triangle(toi_part *p, const shape *whole, uint32_t triangle)
         .reach = reach,
         .max_abs = most,
         .dimension = 2};
-    p->shape = (shape){.type = SHAPE_HULL, .radius = whole->radius, .hull = &p->flat};
+    p->shape = (shape){.type = SHAPE_HULL, .radius = whole->radius, .deviation = whole->deviation, .hull = &p->flat};
     p->size = reach;
 }
 
@@ -92,6 +92,7 @@ static void be_child(toi_part *p, const shape *whole, uint32_t child)
     const compound_child *c = &whole->compound->children[child];
     *p = (toi_part){.whole = whole, .shape = c->shape, .local = c->local, .is_leaf = true};
     p->shape.radius += whole->radius;
+    p->shape.deviation += whole->deviation;
     p->size = shape_reach(&p->shape);
 }
 

@@ -66,6 +66,7 @@ void unit_pair_init(unit_pair *p, const shape *a, const shape *b, const pose *b_
     p->size = reach_a * p->scale + reach_b * p->scale + vec_norm(p->b_in_a.t);
     p->error = error_share(a, b) * unit_error(p->size);
     p->excess = (shape_excess(a) + shape_excess(b)) * p->scale;
+    p->deviation = (a->deviation + b->deviation) * p->scale;
 }
 
 vec3 unit_pair_support_a(const unit_pair *p, vec3 direction, uint32_t *hint)

@@ -155,8 +155,10 @@ static bool shape_at(service *s, const wire_body *m, uint32_t i, world_shape *ou
 {
     const double *size = m->shape_sizes.at + 3 * (size_t)i, *at = m->shape_poses.at + 7 * (size_t)i;
     uint8_t type = m->shape_types.at[i];
-    *out = (world_shape){
-        .shape = {.type = type_of(type), .radius = m->shape_radii.at[i], .half = vec(size[0], size[1], size[2])},
+    *out = (world_shape){.shape = {.type = type_of(type),
+                             .radius = m->shape_radii.at[i],
+                             .deviation = m->shape_deviations.count ? m->shape_deviations.at[i] : 0,
+                             .half = vec(size[0], size[1], size[2])},
         .local = {vec(at[0], at[1], at[2]), quat_unit((quat){at[3], at[4], at[5], at[6]})}};
     int64_t hash = m->shape_geometries.at[i];
     if (hash == 0 || geometry_lend(s, hash, type, &out->shape)) return true;

@@ -37,7 +37,8 @@ static void put_pose(double at[7], pose p)
 
 typedef struct columns { /* of the shapes and rules of one body */
     uint8_t types[WIRE_SHAPES_MAX], actions[WIRE_RULES_MAX];
-    double sizes[3 * WIRE_SHAPES_MAX], radii[WIRE_SHAPES_MAX], poses[7 * WIRE_SHAPES_MAX], pose[7];
+    double sizes[3 * WIRE_SHAPES_MAX], radii[WIRE_SHAPES_MAX], deviations[WIRE_SHAPES_MAX], poses[7 * WIRE_SHAPES_MAX],
+        pose[7];
     double paddings[WIRE_RULES_MAX], margins[WIRE_RULES_MAX];
     int64_t geometries[WIRE_SHAPES_MAX];
     const char *patterns[WIRE_RULES_MAX], *reasons[WIRE_RULES_MAX];
@@ -67,6 +68,7 @@ static void put_shape(shape_writer *w, const shape *s, pose local)
     c->sizes[3 * i + 1] = s->half.y;
     c->sizes[3 * i + 2] = s->half.z;
     c->radii[i] = s->radius;
+    c->deviations[i] = s->deviation;
     put_pose(c->poses + 7 * (size_t)i, local);
     c->geometries[i] = lent ? w->b->geometries.at[w->lent++] : 0;
 }
@@ -84,6 +86,7 @@ static void fill_shapes(columns *c, const world_body *def, const owned_body *b, 
     m->shape_types = (wire_u8s){n, c->types};
     m->shape_sizes = (wire_f64s){3 * n, c->sizes};
     m->shape_radii = (wire_f64s){n, c->radii};
+    m->shape_deviations = (wire_f64s){n, c->deviations};
     m->shape_poses = (wire_f64s){7 * n, c->poses};
     m->shape_geometries = (wire_i64s){n, c->geometries};
 }

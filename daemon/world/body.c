@@ -115,8 +115,8 @@ static bool same_pose(pose a, pose b)
 static bool same_shape(const solid *s, const world_shape *def)
 {
     const shape *a = &s->shape, *b = &def->shape;
-    bool same = a->type == b->type && a->radius == b->radius && same_vec(a->half, b->half) && a->hull == b->hull &&
-                same_pose(s->local, def->local);
+    bool same = a->type == b->type && a->radius == b->radius && a->deviation == b->deviation &&
+                same_vec(a->half, b->half) && a->hull == b->hull && same_pose(s->local, def->local);
     return same && (a->type != SHAPE_COMPOUND || compound_equal(a->compound, b->compound));
 }
 

@@ -146,7 +146,9 @@ typedef struct wire_body {
     wire_u8s shape_types;  /* a shape each, as WIRE_SHAPE_* */
     wire_f64s shape_sizes; /* 3 a shape; see WIRE_SHAPE_* */
     wire_f64s shape_radii; /* 1 a shape: rounding; a sphere's or capsule's radius */
-    wire_f64s shape_poses; /* 7 a shape, in the body's frame */
+    wire_f64s shape_deviations; /* 0 or 1 a shape, m, >= 0: how far a point of it may be from the true surface that it
+                                   stands for; none = all 0 */
+    wire_f64s shape_poses;      /* 7 a shape, in the body's frame */
     wire_i64s shape_geometries; /* 1 a shape: hash, 0 if it has none */
     wire_strings rule_patterns; /* ordered filter rules against other bodies: name patterns ('*', '?') or group:NAME; */
     wire_u8s rule_actions;      /* the first one that matches decides; WIRE_RULE_* */

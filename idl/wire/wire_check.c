@@ -323,6 +323,9 @@ static wire_reason check_shape(const wire_body *m, uint32_t i, wire_refusal *why
     if (radius < 0 || radius > WIRE_SIZE_MAX || (rule->radius && radius == 0))
         FAIL(WIRE_BAD_SIZE, "shape_radii[%u] is %g m: %s 0 and at most %g is allowed for a %s", i, radius,
             rule->radius ? "above" : "at least", WIRE_SIZE_MAX, rule->name);
+    double deviation = m->shape_deviations.count ? m->shape_deviations.at[i] : 0;
+    if (deviation < 0 || deviation > WIRE_SIZE_MAX)
+        FAIL(WIRE_BAD_SIZE, "shape_deviations[%u] is %g m: 0 to %g is allowed", i, deviation, WIRE_SIZE_MAX);
     if (rule->geometry != (m->shape_geometries.at[i] != 0))
         FAIL(WIRE_MALFORMED, "shape_geometries[%u]: a %s %s", i, rule->name, rule->geometry ? "needs one" : "has none");
     return WIRE_OK;
@@ -352,6 +355,7 @@ static wire_reason check_shapes(const wire_body *m, wire_refusal *why)
     TRY(check_all_between("shape_types", m->shape_types, WIRE_SHAPE_SPHERE, WIRE_SHAPE_COMPOUND, why));
     TRY(check_count("shape_sizes", m->shape_sizes.count, 3, n, why));
     TRY(check_count("shape_radii", m->shape_radii.count, 1, n, why));
+    TRY(check_optional("shape_deviations", m->shape_deviations.count, 1, n, why));
     TRY(check_count("shape_poses", m->shape_poses.count, 7, n, why));
     TRY(check_count("shape_geometries", m->shape_geometries.count, 1, n, why));
     for (uint32_t i = 0; i < n; i++) TRY(check_shape(m, i, why));

@@ -49,6 +49,7 @@
     F(S, shape_types, U8S, WIRE_SHAPES_MAX, FINITE)                                                                    \
     F(S, shape_sizes, F64S, 3 * WIRE_SHAPES_MAX, FINITE)                                                               \
     F(S, shape_radii, F64S, WIRE_SHAPES_MAX, FINITE)                                                                   \
+    F(S, shape_deviations, F64S, WIRE_SHAPES_MAX, FINITE)                                                              \
     F(S, shape_poses, F64S, 7 * WIRE_SHAPES_MAX, FINITE)                                                               \
     F(S, shape_geometries, I64S, WIRE_SHAPES_MAX, FINITE)                                                              \
     F(S, rule_patterns, STRINGS, WIRE_RULES_MAX, FINITE)                                                               \

@@ -17,6 +17,24 @@ static collided_body make(collided *c, const char *name)
     return body;
 }
 
+static void a_shape_s_deviation_is_announced(void **state)
+{
+    (void)state;
+    fake_begin((fake_options){.epoch = 1});
+    collided *c = fake_connect();
+    collided_shape shapes[] = {collided_sphere(0.1), collided_box(1, 1, 1)};
+    shapes[1].deviation = 0.02;
+    collided_body_def def = collided_body_def_default();
+    def.name = "part";
+    def.shapes = shapes;
+    def.shape_count = 2;
+    assert_int_not_equal(collided_create_body(c, &def).id, COLLIDED_NONE);
+    const wire_body *sent = &fake_message(WIRE_BODY, 0)->body;
+    assert_int_equal(sent->shape_deviations.count, 2);
+    assert_true(sent->shape_deviations.at[0] == 0 && sent->shape_deviations.at[1] == 0.02);
+    collided_close(c);
+}
+
 static void connecting_without_a_daemon_fails_and_says_so(void **state)
 {
     (void)state;
@@ -342,6 +360,7 @@ int main(void)
         cmocka_unit_test(what_came_before_what_it_needs_is_announced_again),
         cmocka_unit_test(leaving_removes_bodies_before_the_client),
         cmocka_unit_test(leaving_keeps_what_was_to_be_kept),
+        cmocka_unit_test(a_shape_s_deviation_is_announced),
         cmocka_unit_test(hulls_are_announced_once_and_in_pieces),
         cmocka_unit_test(height_fields_are_announced_whole),
     };

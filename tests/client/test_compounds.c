@@ -28,6 +28,8 @@ static void children_follow_their_compound(void **state)
     collided_shape children[2] = {placed(collided_sphere(0.1), 1, 2, 3), collided_hull((collided_geometry){77})};
     collided_shape shapes[3] = {collided_box(2, 4, 6), collided_compound(children, 2), collided_capsule(0.1, 0.4)};
     shapes[1].radius = 0.01;
+    shapes[1].deviation = 0.002;
+    children[1].deviation = 0.001;
     shapes[1].pose.position[0] = 5;
     collided_body_def def = def_of(shapes, 3);
     assert_int_not_equal(collided_create_body(c, &def).id, COLLIDED_NONE);
@@ -39,6 +41,7 @@ static void children_follow_their_compound(void **state)
     assert_memory_equal(m->shape_types.at, TYPES, sizeof TYPES);
     assert_true(m->shape_sizes.at[3] == 2 && m->shape_sizes.at[4] == 0 && m->shape_sizes.at[14] == 0.2);
     assert_true(m->shape_radii.at[1] == 0.01 && m->shape_radii.at[2] == 0.1);
+    assert_true(m->shape_deviations.at[1] == 0.002 && m->shape_deviations.at[3] == 0.001);
     assert_true(m->shape_poses.at[7] == 5 && m->shape_poses.at[14] == 1 && m->shape_poses.at[16] == 3);
     assert_true(m->shape_geometries.at[1] == 0 && m->shape_geometries.at[3] == 77);
     collided_close(c);
@@ -155,6 +158,32 @@ static void rounding_and_turned_children_count(void **state)
         collided_verify(&h.ball, &h.ball_at, NULL, 0, &h.whole, &h.at, NULL, 0, &claim), COLLIDED_REJECTED);
 }
 
+/* The compound's own and that of the child which has the point count; of two children that have it, the lesser. */
+static void deviations_of_children_count(void **state)
+{
+    (void)state;
+    hollow h = make_hollow(1, -1);
+    h.pillars[0].deviation = 0.5;
+    h.pillars[1].deviation = 0.1;
+    collided_certificate claim = {
+        .lo = 0.55, .hi = 0.66, .axis = {0, 1, 0}, .point_a = {1, -0.8, 0}, .point_b = {1, -0.25, 0}};
+    assert_int_equal(verify(&h, &claim), COLLIDED_OK);
+    claim.hi = 0.64;
+    assert_int_equal(verify(&h, &claim), COLLIDED_REJECTED);
+    h.whole = collided_compound(h.pillars, 2);
+    h.whole.deviation = 0.2;
+    claim.hi = 0.84;
+    assert_int_equal(
+        collided_verify(&h.ball, &h.ball_at, NULL, 0, &h.whole, &h.at, NULL, 0, &claim), COLLIDED_REJECTED);
+    claim.hi = 0.86;
+    assert_int_equal(collided_verify(&h.ball, &h.ball_at, NULL, 0, &h.whole, &h.at, NULL, 0, &claim), COLLIDED_OK);
+    h.pillars[0].pose.position[0] = 1;
+    claim.hi = 0.66;
+    assert_int_equal(verify(&h, &claim), COLLIDED_OK);
+    h.pillars[1].deviation = 0.5;
+    assert_int_equal(verify(&h, &claim), COLLIDED_REJECTED);
+}
+
 static void children_that_verify_cannot_place_are_told(void **state)
 {
     (void)state;
@@ -179,6 +208,7 @@ int main(void)
         cmocka_unit_test(what_the_hulls_prove_is_proven),
         cmocka_unit_test(in_a_hollow_only_the_upper_bound_is_proven),
         cmocka_unit_test(rounding_and_turned_children_count),
+        cmocka_unit_test(deviations_of_children_count),
         cmocka_unit_test(children_that_verify_cannot_place_are_told),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -357,6 +357,28 @@ static void unusable_shapes_are_told_apart(void **state)
     assert_int_equal(collided_verify(&hull, &pose, NULL, 0, &good, &pose, NULL, 0, &claim), COLLIDED_BAD_ARGUMENT);
 }
 
+/* A box around a smaller thing: both upper bounds, apart and overlapping, must leave room for the deviation. */
+static void deviations_widen_what_the_points_prove(void **state)
+{
+    (void)state;
+    collided_shape a = collided_box(2, 2, 2), b = collided_box(2, 2, 2);
+    collided_pose at_a = collided_pose_identity(), at_b = at_a;
+    a.deviation = 0.25;
+    at_b.position[0] = 3;
+    collided_certificate apart = {.lo = 1, .hi = 1.25, .axis = {1, 0, 0}, .point_a = {1, 0, 0}, .point_b = {2, 0, 0}};
+    assert_int_equal(collided_verify(&a, &at_a, NULL, 0, &b, &at_b, NULL, 0, &apart), COLLIDED_OK);
+    apart.hi = 1.2;
+    assert_int_equal(collided_verify(&a, &at_a, NULL, 0, &b, &at_b, NULL, 0, &apart), COLLIDED_REJECTED);
+    at_b.position[0] = 1.5;
+    collided_certificate deep = {
+        .lo = -0.5, .hi = 0.25, .axis = {1, 0, 0}, .point_a = {1, 0, 0}, .point_b = {0.5, 0, 0}};
+    assert_int_equal(collided_verify(&a, &at_a, NULL, 0, &b, &at_b, NULL, 0, &deep), COLLIDED_OK);
+    deep.hi = -0.25; /* the model is so deep; the thing need not be */
+    assert_int_equal(collided_verify(&a, &at_a, NULL, 0, &b, &at_b, NULL, 0, &deep), COLLIDED_REJECTED);
+    a.deviation = -1;
+    assert_int_equal(collided_verify(&a, &at_a, NULL, 0, &b, &at_b, NULL, 0, &apart), COLLIDED_BAD_ARGUMENT);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -366,6 +388,7 @@ int main(void)
         cmocka_unit_test(not_a_number_proves_nothing),
         cmocka_unit_test(overlapping_balls_are_judged),
         cmocka_unit_test(opposite_halfspaces_are_judged),
+        cmocka_unit_test(deviations_widen_what_the_points_prove),
         cmocka_unit_test(unusable_shapes_are_told_apart),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

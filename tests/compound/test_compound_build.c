@@ -71,6 +71,10 @@ static void as_many_as_the_limit_are_taken_and_no_more(void **state)
     locals[COMPOUND_CHILDREN_MAX - 1].p.y += 1;
     assert_int_equal(compound_build(shapes, locals, COMPOUND_CHILDREN_MAX, &other), COMPOUND_OK);
     assert_false(compound_equal(most, other));
+    compound_destroy(same);
+    shapes[0].deviation = 0.5;
+    assert_int_equal(compound_build(shapes, locals, COMPOUND_CHILDREN_MAX, &same), COMPOUND_OK);
+    assert_false(compound_equal(same, other));
     compound_destroy(most);
     compound_destroy(same);
     compound_destroy(other);

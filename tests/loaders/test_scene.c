@@ -171,6 +171,14 @@ static void shapes_that_cannot_be_are_refused(void **state)
     scene_is_refused(BODY("{type: sphere, radius: 1, rounding: -1}"), "rounding is -1");
     scene_is_refused(BODY("{type: box, radius: 1}"), "needs the key 'size'");
     scene_is_refused(BODY("{type: sphere, radius: 1, height: 2}"), "'height' does not belong");
+    scene_is_refused(BODY("{type: mesh, mesh: a.stl, as: soup}"), "Invalid ENUM value: soup");
+    scene_is_refused(BODY("{type: mesh, mesh: a.stl, as: hull, pieces: 3}"), "'pieces' does not belong");
+    scene_is_refused(BODY("{type: hull, mesh: a.stl, as: solid}"), "'as' does not belong");
+    scene_is_refused(BODY("{type: mesh, mesh: a.stl, as: decompose, pieces: 0}"), "pieces must be from 1 to 128");
+    scene_is_refused(BODY("{type: mesh, mesh: a.stl, as: decompose, deviation: 0}"), "deviation is 0");
+    scene_is_refused("robots:\n  - {urdf: a, meshes: decompose:}\n", "test.yaml");
+    scene_is_refused(
+        "robots:\n  - {urdf: a, meshes: 'decompose:129'}\n", "meshes 'decompose:129': must be hull, solid");
     scene_is_refused(BODY("{type: hull}"), "'points' or 'mesh'");
     scene_is_refused(BODY("{type: hull, mesh: a.stl, points: [[0, 0, 0]]}"), "'points' does not belong");
     scene_is_refused(BODY("{type: hull, points: [[0, 0, inf]]}"), "point 1 is not finite");
@@ -234,6 +242,59 @@ static void damaged_files_do_no_harm(void **state)
     }
 }
 
+static char note[1024];
+
+static void remember_note(void *context, const char *text)
+{
+    (void)context;
+    snprintf(note, sizeof note, "%s", text);
+}
+
+/* One file in all three ways: its hull, its triangles, two boxes. */
+static void a_mesh_becomes_what_the_scene_says(void **state)
+{
+    (void)state;
+    fixture f;
+    scene s;
+    fixture_begin(&f);
+    f.report.note = remember_note;
+    note[0] = '\0';
+    bool parsed = fixture_scene(&f,
+        "bodies:\n  - name: a\n    shapes:\n"
+        "      - {type: mesh, mesh: " LOADERS_DATA "/angle.obj, as: hull}\n"
+        "      - {type: mesh, mesh: " LOADERS_DATA "/angle.obj}\n"
+        "      - {type: mesh, mesh: " LOADERS_DATA "/angle.obj, as: decompose, pieces: 2}\n"
+        "      - {type: sphere, radius: 1}\n",
+        &s);
+    load_body *b = s.bodies.at;
+    if (!parsed || !load_body_meshes(&f.pool, b, &f.report)) fail_msg("%s", f.report.error);
+    assert_int_equal(b->shape_count, 5);
+    assert_true(b->shapes[0].shape.type == COLLIDED_HULL && b->shapes[0].shape.deviation == 0);
+    assert_true(b->shapes[1].shape.type == COLLIDED_MESH && b->shapes[1].triangles.count == 20);
+    for (int i = 2; i < 4; i++) {
+        const collided_shape *hull = &b->shapes[i].shape;
+        assert_true(hull->type == COLLIDED_HULL && hull->deviation > 0 && hull->deviation < 0.01);
+        assert_true(hull->radius > 0 && hull->radius < 1e-11);
+        assert_true(b->shapes[i].points.count >= 8);
+    }
+    assert_int_equal(b->shapes[4].shape.type, COLLIDED_SPHERE);
+    assert_non_null(strstr(note, "angle.obj: 20 triangles became 2 hulls, at most "));
+    fixture_end(&f);
+}
+
+static void the_words_of_meshes(void **state)
+{
+    (void)state;
+    load_meshes m;
+    assert_true(load_meshes_parse("hull", &m) && m.as == LOAD_MESH_HULL);
+    assert_true(load_meshes_parse("solid", &m) && m.as == LOAD_MESH_SOLID);
+    assert_true(load_meshes_parse("decompose", &m) && m.as == LOAD_MESH_DECOMPOSE && m.pieces == 0);
+    assert_true(load_meshes_parse("decompose:128", &m) && m.pieces == 128);
+    static const char *const wrong[] = {"", "Hull", "decompose:", "decompose:0", "decompose:129", "decompose:1x",
+        "decompose:-1", "decompose:1000", "decomposed"};
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) assert_false(load_meshes_parse(wrong[i], &m));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -247,6 +308,8 @@ int main(void)
         cmocka_unit_test(what_does_not_follow_the_schema_is_refused_with_its_line),
         cmocka_unit_test(shapes_that_cannot_be_are_refused),
         cmocka_unit_test(poses_names_and_joints_that_cannot_be_are_refused),
+        cmocka_unit_test(a_mesh_becomes_what_the_scene_says),
+        cmocka_unit_test(the_words_of_meshes),
         cmocka_unit_test(damaged_files_do_no_harm),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -48,11 +48,14 @@ static int close_room(void **state)
     return cell_stop(((room *)*state)->cell);
 }
 
-/* A row of `count` unit cubes along x, from x = 0 on: a compound. Their boxes touch. */
+static const double FIRST_DEVIATION = 0.001;
+
+/* A row of `count` unit cubes along x, from x = 0 on: a compound. Their boxes touch. The first deviates. */
 static void send_row(const room *r, int64_t sequence, int32_t body, uint32_t count, double radius, const char *name)
 {
     uint8_t types[WIRE_SHAPES_MAX] = {WIRE_SHAPE_COMPOUND};
     double sizes[3 * WIRE_SHAPES_MAX] = {count, 0, 0}, radii[WIRE_SHAPES_MAX] = {radius}, poses[7 * WIRE_SHAPES_MAX];
+    double deviations[WIRE_SHAPES_MAX] = {0, FIRST_DEVIATION};
     int64_t none[WIRE_SHAPES_MAX] = {0};
     const double pose[7] = {0, 0, 0, 1, 0, 0, 0};
     memcpy(poses, pose, sizeof pose);
@@ -74,6 +77,7 @@ static void send_row(const room *r, int64_t sequence, int32_t body, uint32_t cou
             .shape_types = {1 + count, types},
             .shape_sizes = {3 * (1 + count), sizes},
             .shape_radii = {1 + count, radii},
+            .shape_deviations = {1 + count, deviations},
             .shape_poses = {7 * (1 + count), poses},
             .shape_geometries = {1 + count, none}}};
     memory_send(r->alice, &m);
@@ -196,6 +200,23 @@ static int64_t last_hash(const char *path)
     return hash;
 }
 
+/* Does the last Body of a compound there say what its first child is off by? */
+static bool deviation_is_in(const char *path)
+{
+    char why[256] = "";
+    bool is_in = false;
+    wire_log_reader *reader = wire_log_open(path, why, sizeof why);
+    if (!reader) fail_msg("%s", why);
+    wire_log_entry entry;
+    while (wire_log_next(reader, &entry, NULL, why, sizeof why) == 1) {
+        const wire_body *m = &entry.message.body;
+        bool whole = entry.kind == WIRE_LOG_MESSAGE && entry.message.kind == WIRE_BODY && m->shape_types.count > 1;
+        if (whole) is_in = m->shape_deviations.count > 1 && m->shape_deviations.at[1] == FIRST_DEVIATION;
+    }
+    wire_log_end(reader);
+    return is_in;
+}
+
 static void replay_tells_contacts(const char *path)
 {
     config c = cell_config();
@@ -227,6 +248,7 @@ static void a_recording_from_the_middle_keeps_compounds(void **state)
     assert_int_equal(cell_stop(r.cell), 0);
     snprintf(path, sizeof path, "%s/middle.lcmlog", folder);
     assert_true(last_hash(path) != 0);
+    assert_true(deviation_is_in(path));
     replay_tells_contacts(path);
     unlink(path);
     rmdir(folder);

@@ -10,6 +10,7 @@ static const plain_arrays fresh = {
     .pose = {1, 2, 3, 1, 0, 0, 0},
     .sizes = {0.1, 0.2, 0.3, 0, 0, 0},
     .radii = {0, 0.5},
+    .deviations = {0, 0.01},
     .shape_poses = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0},
     .positions = {1, 2, 3, 4, 5, 6},
     .orientations = {1, 0, 0, 0, 0, 1, 0, 0},
@@ -39,9 +40,10 @@ static wire_body body(void)
 {
     return (wire_body){WIRE_VERSION, 1, 1, .name = "b", .group = "", .pose = {7, plain.pose},
         .shape_types = {2, plain.types}, .shape_sizes = {6, plain.sizes}, .shape_radii = {2, plain.radii},
-        .shape_poses = {14, plain.shape_poses}, .shape_geometries = {2, plain.geometries},
-        .rule_patterns = {2, plain.texts}, .rule_actions = {2, plain.actions}, .rule_reasons = {2, plain.texts},
-        .rule_paddings = {2, plain.paddings}, .rule_margins = {2, plain.margins}};
+        .shape_deviations = {2, plain.deviations}, .shape_poses = {14, plain.shape_poses},
+        .shape_geometries = {2, plain.geometries}, .rule_patterns = {2, plain.texts},
+        .rule_actions = {2, plain.actions}, .rule_reasons = {2, plain.texts}, .rule_paddings = {2, plain.paddings},
+        .rule_margins = {2, plain.margins}};
 }
 
 static wire_pose_batch pose_batch(void)

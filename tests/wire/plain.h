@@ -12,7 +12,8 @@
 
 /* Everything that plain messages point to; plain_message sets it anew. */
 typedef struct plain_arrays {
-    double pose[7], sizes[6], radii[2], shape_poses[14], positions[6], orientations[8], linear[6], angular[6];
+    double pose[7], sizes[6], radii[2], deviations[2], shape_poses[14], positions[6], orientations[8], linear[6],
+        angular[6];
     double vertices[12], origin[3], half[3], direction[3], lo[2], hi[2], axes[6], points[6], manifold[9], distances[3];
     uint8_t types[2], actions[2], kinds[2], causes[2], counts[2], stale[2];
     int32_t bodies[2], shapes[2], features[3], indices[6];

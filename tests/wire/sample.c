@@ -203,10 +203,10 @@ static wire_body body(sampler *s, uint32_t most)
         .angular_acceleration_rad_s2 = size(s, 100), .name = name(s), .group = text(s, WIRE_NAME_MAX),
         .category = (int64_t)sample_next(s), .mask = (int64_t)sample_next(s), .deadline_ns = positive(s),
         .stamp_ns = positive(s), .pose = poses(s, 1), .shape_types = types, .shape_sizes = {3 * shapes, sizes},
-        .shape_radii = {shapes, radii}, .shape_poses = poses(s, shapes), .shape_geometries = {shapes, hashes},
-        .rule_patterns = names(s, rules), .rule_actions = u8s(s, rules, 0, 1), .rule_reasons = names(s, rules),
-        .one_way = (uint8_t)sample_below(s, 2), .rule_paddings = f64s(s, rules, WIRE_SIZE_MAX),
-        .rule_margins = margins(s, rules)};
+        .shape_radii = {shapes, radii}, .shape_deviations = margins(s, coin(s) ? shapes : 0),
+        .shape_poses = poses(s, shapes), .shape_geometries = {shapes, hashes}, .rule_patterns = names(s, rules),
+        .rule_actions = u8s(s, rules, 0, 1), .rule_reasons = names(s, rules), .one_way = (uint8_t)sample_below(s, 2),
+        .rule_paddings = f64s(s, rules, WIRE_SIZE_MAX), .rule_margins = margins(s, rules)};
 }
 
 static wire_pose_batch pose_batch(sampler *s, uint32_t most)

@@ -170,6 +170,9 @@ static void body_rules(void **state)
     REFUSED(WIRE_BODY, plain.types[1] = 11, WIRE_MALFORMED, "shape_types[1] is 11: 0 to 10");
     REFUSED(WIRE_BODY, m.body.shape_sizes.count = 3, WIRE_MALFORMED, "shape_sizes has 3");
     REFUSED(WIRE_BODY, m.body.shape_radii.count = 1, WIRE_MALFORMED, "shape_radii has 1");
+    ACCEPTED(WIRE_BODY, m.body.shape_deviations.count = 0);
+    REFUSED(WIRE_BODY, m.body.shape_deviations.count = 1, WIRE_MALFORMED, "shape_deviations has 1");
+    REFUSED(WIRE_BODY, plain.deviations[1] = -0.1, WIRE_BAD_SIZE, "shape_deviations[1] is -0.1");
     REFUSED(WIRE_BODY, m.body.shape_poses.count = 7, WIRE_MALFORMED, "shape_poses has 7");
     REFUSED(WIRE_BODY, m.body.shape_geometries.count = 0, WIRE_MALFORMED, "shape_geometries has 0");
 }
