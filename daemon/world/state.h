@@ -216,6 +216,7 @@ void impact_decide(world *w);
 void events_of_sweeps(world *w);
 void events_teleported(world *w);
 void events_pair_ended(world *w, uint32_t pair, uint8_t cause);
+void events_unmatched(world *w);
 void events_of_active(world *w);
 void events_unknown(world *w);
 void events_known(world *w);
