@@ -333,10 +333,9 @@ static void fill_sweep(const world *w, const sweep *s, world_event *e)
     if (is_turned(x, y, s->interest, pair_terms_of_paired(x, y).looks)) turn_round(e);
 }
 
-/* Where it began in contact, that has been told. */
 static void tell_impact(world *w, const sweep *s)
 {
-    if (s->result.status == TOI_FREE || (s->result.status == TOI_HIT && s->result.hi == 0)) return;
+    if (s->result.status == TOI_FREE || s->began) return;
     world_event e;
     fill_sweep(w, s, &e);
     emit(w, s->interest, &e, EVENT_IMPACT, CAUSE_MOTION, ++w->serial);

@@ -107,6 +107,7 @@ typedef struct sweep { /* a search for a time of impact: one pair, one interest 
     bool foretells;
     bool again; /* asks what the one before it asks */
     bool estimated;
+    bool began; /* in contact: that has been told */
     int64_t start_ns;
     toi_result result;
 } sweep;
