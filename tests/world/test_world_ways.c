@@ -152,7 +152,7 @@ static void a_fixed_body_has_a_way_and_no_course(void **state)
     world_interest all = all_of(WORLD_IMPACT | WORLD_FORETELL, 2);
     scene_interest(w, &all);
     scene_tick(w, SECOND);
-    move(w, id, vec(-1, 0, 0), UPRIGHT, 2 * (int64_t)SECOND, NULL, NULL);
+    move(w, id, vec(-0.6, 0, 0), UPRIGHT, 2 * (int64_t)SECOND, NULL, NULL); /* 5 cm before it */
     assert_null(scene_tick(w, 2 * (int64_t)SECOND));
     move(w, id, vec(2, 0, 0), UPRIGHT, 3 * (int64_t)SECOND, NULL, NULL);
     assert_int_equal(count(scene_tick(w, 3 * (int64_t)SECOND), EVENT_IMPACT), 1);
