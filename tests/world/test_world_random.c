@@ -168,7 +168,7 @@ static void random_command(run *r)
         break;
     case 4:
     case 5:
-        random_pose(r, i, 1); /* through whatever is there */
+        random_pose(r, i, 3); /* through whatever is there */
         break;
     case 6:
         if (r->alive[i]) world_hold_body(r->w, r->ids[i]);
