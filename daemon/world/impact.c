@@ -187,9 +187,11 @@ static bool can_turn(const motion *m, double span)
     return vec_norm(m->angular) * span <= MOTION_ANGLE_MAX;
 }
 
-/* The axis that the ladder has kept: of B's shape in A's, to world directions. */
-static vec3 kept_axis(const world *w, const pair *p)
+/* The axis that kept them free last time; or the one that the ladder has kept: of B's shape in A's, to world
+ * directions. */
+static vec3 kept_axis(const world *w, const pair *p, bool foretells)
 {
+    if (w->options.caches && vec_max_abs(p->free_axis[foretells]) > 0) return p->free_axis[foretells];
     if (!w->options.caches || !(p->cache.axis.x != 0 || p->cache.axis.y != 0 || p->cache.axis.z != 0)) return VEC_ZERO;
     return vec_unit(quat_rotate(w->solids.at[p->a].world.q, p->cache.axis));
 }
@@ -209,6 +211,35 @@ static bool began_in_contact(const sweep *s, const toi_mover *x, const toi_mover
     return n.lo <= request->threshold;
 }
 
+enum { BARREN_MAX = 6 }; /* after so many searches for an axis in vain, one in 2^6 ticks is left */
+
+/* A pair that took a search to be found free is given an axis for the next tick. Read only: what was found is kept by
+ * keep_axis, because several interests may ask for one pair. */
+static void find(const world *w, sweep *s, const pair *p, const toi_mover *a, const toi_mover *b,
+    const toi_request *request, void *scratch)
+{
+    toi_find(a, b, request, kept_axis(w, p, s->foretells), scratch, &s->result);
+    uint64_t often = ((uint64_t)1 << p->barren[s->foretells]) - 1;
+    if (!w->options.caches || s->result.status != TOI_FREE || s->result.queries == 0) return;
+    if (w->figures.ticks & often) return;
+    s->sought = true;
+    s->free_axis = impact_axis(a, b, request, scratch, &s->result.queries);
+}
+
+static void keep_axis(world *w, const sweep *s)
+{
+    pair *p = &w->pairs.at[w->active_pairs.at[s->active]];
+    uint8_t *barren = &p->barren[s->foretells];
+    bool found = vec_max_abs(s->free_axis) > 0;
+    if (s->sought) {
+        bool had = vec_max_abs(p->free_axis[s->foretells]) > 0; /* one that did not serve */
+        if ((had || !found) && *barren < BARREN_MAX) ++*barren;
+        p->free_axis[s->foretells] = s->free_axis;
+    } else if (s->result.status == TOI_FREE && s->result.queries == 0) {
+        *barren = 0;
+    }
+}
+
 static void search(const world *w, sweep *s, void *scratch)
 {
     const pair *p = &w->pairs.at[w->active_pairs.at[s->active]];
@@ -223,7 +254,7 @@ static void search(const world *w, sweep *s, void *scratch)
         .tolerance = fmax(fmax(i->tolerance, FINEST_SEARCH * size), 1e-300),
         .wander = s->foretells ? wander_of(a, x, b, y, span) + wander_of(b, y, a, x, span) : 0};
     if (can_turn(&ma.motion, span) && can_turn(&mb.motion, span))
-        toi_find(&ma, &mb, &request, kept_axis(w, p), scratch, &s->result);
+        find(w, s, p, &ma, &mb, &request, scratch);
     else /* service refuses such speeds; a horizon may make too many turns of them yet */
         s->result = (toi_result){.status = TOI_UNDECIDED,
             .hi = INFINITY,
@@ -254,7 +285,9 @@ void impact_decide(world *w)
             s->began = s[-1].began;
             continue;
         }
+        keep_axis(w, s);
         w->figures.sweeps++;
+        w->figures.sweeps_by_axis += s->result.status == TOI_FREE && s->result.queries == 0;
         w->figures.sweep_queries += s->result.queries;
         w->figures.undecided += s->result.status == TOI_UNDECIDED;
     }
