@@ -14,7 +14,8 @@ KEYS = {
 }
 # Of the world's scenes of impacts, all numbers a tick: searches for a time of impact ("sweeps"), the distances and
 # verdicts in them ("sweep_queries": refinements), and those of the searches that one axis settled without any
-# ("sweeps_by_axis"); "core_share": of a core, at "hz" ticks a second; "undecided": searches that ended in doubt.
+# ("sweeps_by_axis"); "core_share": processor time, in cores, at "hz" ticks a second; "undecided": searches, of all
+# ticks, that ended in doubt.
 IMPACTS = ["bodies", "hz", "core_share", "sweeps", "sweep_queries", "sweeps_by_axis", "undecided"]
 
 

@@ -80,6 +80,17 @@ static void each_ways_turns_are_those_of_its_own_time(void **state)
     world_destroy(w);
 }
 
+/* Not by the rounding of its orientation either: a way that turns is dearer to sweep. */
+static void what_keeps_its_orientation_does_not_turn(void **state)
+{
+    (void)state;
+    for (int i = 0; i < 1000; i++) {
+        quat q = quat_unit((quat){1, 0.001 * i, -0.003 * i, 0.7});
+        motion m = motion_between((pose){vec(1, 2, 3), q}, (pose){vec(2, 2, i), q}, 0.01);
+        assert_true(m.angular.x == 0 && m.angular.y == 0 && m.angular.z == 0 && m.linear.x == 100);
+    }
+}
+
 /* In the orientation of its end, the rod is in the post from the beginning; it was not when it stood upright. */
 static void a_linear_way_that_begins_in_contact_is_told(void **state)
 {
@@ -285,6 +296,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(each_ways_turns_are_those_of_its_own_time),
+        cmocka_unit_test(what_keeps_its_orientation_does_not_turn),
         cmocka_unit_test(a_linear_way_that_begins_in_contact_is_told),
         cmocka_unit_test(half_spaces_have_courses),
         cmocka_unit_test(a_fixed_body_has_a_way_and_no_course),
