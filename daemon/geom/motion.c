@@ -80,9 +80,15 @@ static double angle_of(double w, double v)
 
 /* ---- poses ---- */
 
+static bool same_quat(quat a, quat b)
+{
+    return a.w == b.w && a.x == b.x && a.y == b.y && a.z == b.z;
+}
+
 motion motion_between(pose from, pose to, double span)
 {
     motion m = {.start = from, .linear = vec_scale(vec_sub(to.p, from.p), 1 / span)};
+    if (same_quat(from.q, to.q)) return m; /* nor does rounding turn it: straight ways are cheaper */
     quat turn = quat_mul(to.q, quat_conj(from.q));
     vec3 v = turn.w < 0 ? vec(-turn.x, -turn.y, -turn.z) : vec(turn.x, turn.y, turn.z);
     double length = length_up(v);

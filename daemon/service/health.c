@@ -68,6 +68,7 @@ static void add_world(const service *s, sheet *t)
     add(t, "ccd_failures", f.peer_failures);
     add(t, "sweeps", f.sweeps);
     add(t, "sweep_queries", f.sweep_queries);
+    add(t, "sweeps_by_axis", f.sweeps_by_axis);
     add(t, "impacts", f.impacts);
     add(t, "foretold", f.foretold);
     add(t, "undecided_sweeps", f.undecided);

@@ -301,11 +301,14 @@ world_status world_put_body(world *w, uint32_t *id, const world_body *def)
     b->acceleration = def->acceleration;
     b->angular_acceleration = def->angular_acceleration;
     b->deadline_ns = def->deadline_ns;
+    bool stays = !is_new && same_pose(b->pose, def->pose) && b->stamp_ns == def->stamp_ns;
     set_pose(b, def->pose, def->stamp_ns);
-    b->speed = SPEED_NONE; /* a definition has no velocities, and no way to where it is */
-    b->moved = false;
-    b->before = b->pose;
-    b->before_ns = b->stamp_ns;
+    if (!stays) { /* a definition has no velocities, and no way to where it is */
+        b->speed = SPEED_NONE;
+        b->moved = false;
+        b->before = b->pose;
+        b->before_ns = b->stamp_ns;
+    }
     copy_rules(b, def);
     if (is_new || !same_shapes(w, b, def)) {
         drop_shapes(w, b);

@@ -195,6 +195,20 @@ void events_pair_ended(world *w, uint32_t pair_id, uint8_t cause)
     while (w->pairs.at[pair_id].first_watch != WORLD_NONE) end_watch(w, w->pairs.at[pair_id].first_watch, cause);
 }
 
+/* Pairs that stay for others, but are none to an interest any more: a body is in another group. */
+void events_unmatched(world *w)
+{
+    for (size_t k = 0; k < w->active_pairs.count; k++) {
+        const pair *p = &w->pairs.at[w->active_pairs.at[k]];
+        const body *a = &w->bodies.at[w->solids.at[p->a].body], *b = &w->bodies.at[w->solids.at[p->b].body];
+        for (uint32_t id = p->first_watch, after; id != WORLD_NONE; id = after) {
+            uint32_t interest = w->watches.at[id].interest;
+            after = w->watches.at[id].pair_next;
+            if (!(interest_word(a, b, interest >> 6) >> (interest & 63) & 1)) end_watch(w, id, CAUSE_INTEREST);
+        }
+    }
+}
+
 /* ---- what an outcome means ---- */
 
 static bool may_update(const world *w, const interest *i)
@@ -319,10 +333,9 @@ static void fill_sweep(const world *w, const sweep *s, world_event *e)
     if (is_turned(x, y, s->interest, pair_terms_of_paired(x, y).looks)) turn_round(e);
 }
 
-/* Where it began in contact, that has been told. */
 static void tell_impact(world *w, const sweep *s)
 {
-    if (s->result.status == TOI_FREE || (s->result.status == TOI_HIT && s->result.hi == 0)) return;
+    if (s->result.status == TOI_FREE || s->began) return;
     world_event e;
     fill_sweep(w, s, &e);
     emit(w, s->interest, &e, EVENT_IMPACT, CAUSE_MOTION, ++w->serial);
@@ -339,9 +352,27 @@ static void tell_averted(world *w, uint32_t id)
     if (!watch_id(v)) drop_watch(w, id);
 }
 
+/* It is known again before anything else is told of it. What it touches or is near to has been decided in this tick. */
+static void make_known(world *w, const sweep *s, uint32_t id)
+{
+    watch *v = &w->watches.at[id];
+    if (!v->unknown) return;
+    v->unknown = false;
+    const pair *p = &w->pairs.at[v->pair];
+    uint32_t result = w->outcomes.at[s->active].result;
+    if ((v->touch_id || v->near_id) && result != WORLD_NONE) {
+        const body *a = &w->bodies.at[w->solids.at[p->a].body], *b = &w->bodies.at[w->solids.at[p->b].body];
+        fill(w, p, &w->results.at[result], v->interest, pair_terms_of_paired(a, b).looks, &v->last);
+    } else if (s->result.status != TOI_FREE) {
+        fill_sweep(w, s, &v->foretold);
+    }
+    emit(w, v->interest, watch_last(v), EVENT_KNOWN, CAUSE_MOTION, watch_id(v));
+}
+
 static void tell_foretold(world *w, const sweep *s)
 {
     uint32_t pair_id = w->active_pairs.at[s->active], id = find_watch(w, &w->pairs.at[pair_id], s->interest);
+    if (id != WORLD_NONE) make_known(w, s, id);
     if (s->result.status == TOI_FREE) {
         if (id != WORLD_NONE) tell_averted(w, id);
         return;
@@ -350,10 +381,6 @@ static void tell_foretold(world *w, const sweep *s)
     watch *v = &w->watches.at[id];
     interest *i = &w->interests.at[s->interest];
     fill_sweep(w, s, &v->foretold);
-    if (v->unknown) {
-        v->unknown = false;
-        emit(w, s->interest, &v->foretold, EVENT_KNOWN, CAUSE_MOTION, watch_id(v));
-    }
     bool is_new = !v->foretold_id;
     if (is_new) {
         v->foretold_id = ++w->serial;
@@ -495,8 +522,11 @@ static void release_held(world *w, uint32_t interest_id)
         bool dirty = v->dirty, foretold = v->foretold_dirty;
         v->dirty = v->foretold_dirty = false;
         if (v->unknown) continue;
-        if (foretold) emit(w, interest_id, &v->foretold, EVENT_FORETOLD, CAUSE_MOTION, v->foretold_id);
-        if (!dirty) continue;
+        if (foretold) {
+            refresh_ages(w, v, &v->foretold);
+            emit(w, interest_id, &v->foretold, EVENT_FORETOLD, CAUSE_MOTION, v->foretold_id);
+        }
+        if (!dirty || !(v->touch_id || v->near_id)) continue; /* what was held back has ended */
         refresh_ages(w, v, &v->last);
         if (v->touch_id)
             emit(w, interest_id, &v->last, EVENT_UPDATE, CAUSE_MOTION, v->touch_id);
@@ -535,7 +565,10 @@ static void snapshot(world *w, uint32_t id)
         refresh_ages(w, at, &now);
         if (at->touch_id) emit(w, id, &now, EVENT_BEGIN, CAUSE_SNAPSHOT, at->touch_id);
         if (at->near_id) emit(w, id, &now, EVENT_NEAR, CAUSE_SNAPSHOT, at->near_id);
-        if (at->foretold_id) emit(w, id, &at->foretold, EVENT_FORETOLD, CAUSE_SNAPSHOT, at->foretold_id);
+        if (!at->foretold_id) continue;
+        now = at->foretold;
+        refresh_ages(w, at, &now);
+        emit(w, id, &now, EVENT_FORETOLD, CAUSE_SNAPSHOT, at->foretold_id);
     }
     i = &w->interests.at[id];
     if (i->events.count > kept)

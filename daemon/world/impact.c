@@ -43,9 +43,21 @@ motion body_way(const body *b, double span, bool turns)
     return m;
 }
 
+/* The same way in another time. */
+static motion paced(motion m, double pace)
+{
+    return (motion){m.start, vec_scale(m.linear, pace), vec_scale(m.angular, pace)};
+}
+
+/* A fixed body stands still, whatever was said of its velocity. */
+static bool has_course(const body *b)
+{
+    return !b->fixed && b->speed != SPEED_NONE;
+}
+
 motion body_course(const body *b)
 {
-    return (motion){b->pose, b->speed ? b->linear : VEC_ZERO, b->speed ? b->angular : VEC_ZERO};
+    return (motion){b->pose, has_course(b) ? b->linear : VEC_ZERO, has_course(b) ? b->angular : VEC_ZERO};
 }
 
 /* One that has no mode of its own, but meets one that has, moves as it does. */
@@ -61,10 +73,12 @@ aabb body_swept_bounds(const world *w, const body *b, const solid *s, aabb box)
         motion way = body_way(b, span, way_turns(b));
         box = aabb_union(box, motion_bounds(&way, &s->shape, s->local, span));
     }
-    if (b->horizon > 0 && !b->fixed && isfinite(s->reach)) {
+    if (b->horizon > 0 && !b->fixed) {
         motion course = body_course(b);
         double reach = s->reach + vec_norm(s->local.p), h = b->horizon;
-        double wander = 0.5 * (b->acceleration + b->angular_acceleration * reach) * h * h;
+        double turning =
+            b->angular_acceleration > 0 ? b->angular_acceleration * reach : 0; /* no bound: a half-space's */
+        double wander = 0.5 * (b->acceleration + turning) * h * h;
         box = aabb_union(box, aabb_grow(motion_bounds(&course, &s->shape, s->local, h), wander * (1 + 0x1p-40)));
     }
     return box;
@@ -79,7 +93,7 @@ static bool wants_way(const body *a, const body *b)
 
 static bool may_do_something(const body *b)
 {
-    return !b->fixed && (b->speed != SPEED_NONE || b->acceleration > 0 || b->angular_acceleration > 0);
+    return has_course(b) || (!b->fixed && (b->acceleration > 0 || b->angular_acceleration > 0));
 }
 
 static void add(world *w, uint32_t active, uint32_t id, bool foretells)
@@ -112,8 +126,9 @@ static void collect(world *w)
     for (size_t k = 0; k < w->active_pairs.count; k++) {
         const pair *p = &w->pairs.at[w->active_pairs.at[k]];
         const body *a = &w->bodies.at[w->solids.at[p->a].body], *b = &w->bodies.at[w->solids.at[p->b].body];
-        if (a->stale || b->stale) continue;
+        if ((a->stale && !a->moved) || (b->stale && !b->moved)) continue; /* too late is not too late for what was */
         if (a->impacts && b->impacts && wants_way(a, b)) add_of_pair(w, (uint32_t)k, WORLD_IMPACT);
+        if (a->stale || b->stale) continue;
         if (a->horizon > 0 && b->horizon > 0 && (may_do_something(a) || may_do_something(b) || pair_is_foretold(w, p)))
             add_of_pair(w, (uint32_t)k, WORLD_FORETELL);
     }
@@ -121,10 +136,24 @@ static void collect(world *w)
 
 /* ---- the searches ---- */
 
-static double wander_of(const body *b, const solid *s)
+/* m: how far any point of the other one may be from this one's origin while a half-space turns towards it. */
+static double arm_of_plane(const body *b, const body *other, const solid *s, double span)
 {
-    double reach = isfinite(s->reach) ? s->reach + vec_norm(s->local.p) : 0;
-    return b->fixed ? 0 : b->acceleration + b->angular_acceleration * reach;
+    motion course = body_course(b), others = body_course(other);
+    double line = vec_norm(course.linear) + vec_norm(others.linear), accelerations = b->acceleration;
+    accelerations += other->fixed ? 0 : other->acceleration;
+    return vec_norm(vec_sub(other->pose.p, b->pose.p)) + vec_norm(s->local.p) + s->reach + line * span +
+           0.5 * accelerations * span * span;
+}
+
+/* m/s^2: by how much the gap may close besides, for what this body may do; `s`, `other`: what it may meet. */
+static double wander_of(const body *b, const solid *own, const body *other, const solid *s, double span)
+{
+    if (b->fixed || (b->acceleration == 0 && b->angular_acceleration == 0)) return 0;
+    if (b->angular_acceleration == 0) return b->acceleration;
+    double reach =
+        isfinite(own->reach) ? own->reach + vec_norm(own->local.p) : arm_of_plane(b, other, s, span) * (1 + 0x1p-40);
+    return b->acceleration + b->angular_acceleration * reach;
 }
 
 static int64_t newest(const body *a, const body *b)
@@ -137,8 +166,8 @@ static double set_ways(const world *w, sweep *s, const body *a, const body *b, t
 {
     double span_a = body_span(w, a), span_b = body_span(w, b), span = fmax(span_a, span_b);
     const body *longer = span_a >= span_b ? a : b;
-    ma->motion = body_way(a, span, way_turns(a));
-    mb->motion = body_way(b, span, way_turns(b));
+    ma->motion = paced(body_way(a, span_a, way_turns(a)), span_a / span);
+    mb->motion = paced(body_way(b, span_b, way_turns(b)), span_b / span);
     s->start_ns = (longer->stamp_ns ? longer->stamp_ns : w->now_ns) - (int64_t)(1e9 * span + 0.5);
     return span;
 }
@@ -149,7 +178,7 @@ static double set_courses(const world *w, sweep *s, const body *a, const body *b
     ma->motion = body_course(a);
     mb->motion = body_course(b);
     s->start_ns = stamp_ns ? stamp_ns : w->now_ns;
-    s->estimated = a->speed == SPEED_ESTIMATED || b->speed == SPEED_ESTIMATED;
+    s->estimated = (has_course(a) && a->speed == SPEED_ESTIMATED) || (has_course(b) && b->speed == SPEED_ESTIMATED);
     return w->interests.at[s->interest].horizon;
 }
 
@@ -158,11 +187,57 @@ static bool can_turn(const motion *m, double span)
     return vec_norm(m->angular) * span <= MOTION_ANGLE_MAX;
 }
 
-/* The axis that the ladder has kept: of B's shape in A's, to world directions. */
-static vec3 kept_axis(const world *w, const pair *p)
+/* The axis that kept them free last time; or the one that the ladder has kept: of B's shape in A's, to world
+ * directions. */
+static vec3 kept_axis(const world *w, const pair *p, bool foretells)
 {
+    if (w->options.caches && vec_max_abs(p->free_axis[foretells]) > 0) return p->free_axis[foretells];
     if (!w->options.caches || !(p->cache.axis.x != 0 || p->cache.axis.y != 0 || p->cache.axis.z != 0)) return VEC_ZERO;
     return vec_unit(quat_rotate(w->solids.at[p->a].world.q, p->cache.axis));
+}
+
+/* Were they in contact at the last tick, where the search begins? A way that does not turn begins in the orientation of
+ * its end: how the bodies stood is another question then. */
+static bool began_in_contact(const sweep *s, const toi_mover *x, const toi_mover *y, const body *a, const body *b,
+    const toi_request *request, void *scratch)
+{
+    const toi_result *r = &s->result;
+    if (s->foretells || (r->status != TOI_HIT && r->status != TOI_NEAR) || r->lo > 0) return false;
+    if (way_turns(a) && way_turns(b)) return r->gap_lo <= request->threshold;
+    narrow_request ask = {.facts = NARROW_VERDICT, .tolerance = request->tolerance, .threshold = request->threshold};
+    narrow_result n;
+    narrow_query_world(
+        x->shape, pose_mul(a->before, x->local), y->shape, pose_mul(b->before, y->local), &ask, scratch, &n);
+    return n.lo <= request->threshold;
+}
+
+enum { BARREN_MAX = 6 }; /* after so many searches for an axis in vain, one in 2^6 ticks is left */
+
+/* A pair that took a search to be found free is given an axis for the next tick. Read only: what was found is kept by
+ * keep_axis, because several interests may ask for one pair. */
+static void find(const world *w, sweep *s, const pair *p, const toi_mover *a, const toi_mover *b,
+    const toi_request *request, void *scratch)
+{
+    toi_find(a, b, request, kept_axis(w, p, s->foretells), scratch, &s->result);
+    uint64_t often = ((uint64_t)1 << p->barren[s->foretells]) - 1;
+    if (!w->options.caches || s->result.status != TOI_FREE || s->result.queries == 0) return;
+    if (w->figures.ticks & often) return;
+    s->sought = true;
+    s->free_axis = impact_axis(a, b, request, scratch, &s->result.queries);
+}
+
+static void keep_axis(world *w, const sweep *s)
+{
+    pair *p = &w->pairs.at[w->active_pairs.at[s->active]];
+    uint8_t *barren = &p->barren[s->foretells];
+    bool found = vec_max_abs(s->free_axis) > 0;
+    if (s->sought) {
+        bool had = vec_max_abs(p->free_axis[s->foretells]) > 0; /* one that did not serve */
+        if ((had || !found) && *barren < BARREN_MAX) ++*barren;
+        p->free_axis[s->foretells] = s->free_axis;
+    } else if (s->result.status == TOI_FREE && s->result.queries == 0) {
+        *barren = 0;
+    }
 }
 
 static void search(const world *w, sweep *s, void *scratch)
@@ -177,11 +252,17 @@ static void search(const world *w, sweep *s, void *scratch)
     toi_request request = {.span = span,
         .threshold = i->threshold + pair_terms_of_paired(a, b).padding,
         .tolerance = fmax(fmax(i->tolerance, FINEST_SEARCH * size), 1e-300),
-        .wander = s->foretells ? wander_of(a, x) + wander_of(b, y) : 0};
+        .wander = s->foretells ? wander_of(a, x, b, y, span) + wander_of(b, y, a, x, span) : 0};
     if (can_turn(&ma.motion, span) && can_turn(&mb.motion, span))
-        toi_find(&ma, &mb, &request, kept_axis(w, p), scratch, &s->result);
+        find(w, s, p, &ma, &mb, &request, scratch);
     else /* service refuses such speeds; a horizon may make too many turns of them yet */
-        s->result = (toi_result){.status = TOI_UNDECIDED, .hi = INFINITY, .body_a = a->pose, .body_b = b->pose};
+        s->result = (toi_result){.status = TOI_UNDECIDED,
+            .hi = INFINITY,
+            .gap_lo = -INFINITY,
+            .gap_hi = INFINITY,
+            .body_a = ma.motion.start,
+            .body_b = mb.motion.start};
+    s->began = began_in_contact(s, &ma, &mb, a, b, &request, scratch);
 }
 
 static void search_all(void *context, size_t begin, size_t end, unsigned worker)
@@ -201,9 +282,12 @@ void impact_decide(world *w)
             s->result = s[-1].result;
             s->start_ns = s[-1].start_ns;
             s->estimated = s[-1].estimated;
+            s->began = s[-1].began;
             continue;
         }
+        keep_axis(w, s);
         w->figures.sweeps++;
+        w->figures.sweeps_by_axis += s->result.status == TOI_FREE && s->result.queries == 0;
         w->figures.sweep_queries += s->result.queries;
         w->figures.undecided += s->result.status == TOI_UNDECIDED;
     }

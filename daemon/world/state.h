@@ -75,6 +75,8 @@ typedef struct pair {
     uint32_t active_tick; /* low bits of the tick in which it was last put on the active list */
     bool used;
     narrow_cache cache;
+    vec3 free_axis[2]; /* a world direction that kept it free, on its way and on its course; zero: none is known */
+    uint8_t barren[2]; /* searches for one in a row that were in vain: the next one comes so much later */
 } pair;
 
 typedef struct interest {
@@ -108,6 +110,9 @@ typedef struct sweep { /* a search for a time of impact: one pair, one interest 
     bool foretells;
     bool again; /* asks what the one before it asks */
     bool estimated;
+    bool began;  /* in contact: that has been told */
+    bool sought; /* free_axis was, anew */
+    vec3 free_axis;
     int64_t start_ns;
     toi_result result;
 } sweep;
@@ -214,10 +219,15 @@ motion body_course(const body *b); /* from its pose on */
 aabb body_swept_bounds(const world *w, const body *b, const solid *s, aabb box);
 void impact_decide(world *w);
 
+/* impact_axis.c */
+/* A world direction that may keep them apart from 0 to the span; zero: none was found. */
+vec3 impact_axis(const toi_mover *a, const toi_mover *b, const toi_request *request, void *scratch, uint32_t *queries);
+
 /* events.c */
 void events_of_sweeps(world *w);
 void events_teleported(world *w);
 void events_pair_ended(world *w, uint32_t pair, uint8_t cause);
+void events_unmatched(world *w);
 void events_of_active(world *w);
 void events_unknown(world *w);
 void events_known(world *w);

@@ -153,6 +153,7 @@ void world_tick(world *w, int64_t now_ns, world_batches *out)
     events_known(w); /* first: a name that is free again may be unknown under its next bearer */
     events_unknown(w);
     events_teleported(w);
+    events_unmatched(w);
     events_of_sweeps(w);
     events_of_active(w);
     events_held_back(w);

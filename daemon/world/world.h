@@ -271,6 +271,7 @@ typedef struct world_figures {
     uint64_t manifolds, wide, refined,
         peer_failures;                     /* answers: with points, wider than asked, decided beyond doubles */
     uint64_t sweeps, sweep_queries;        /* searches for a time of impact, and the distances and verdicts in them */
+    uint64_t sweeps_by_axis;               /* of them, those that an axis proved free, without any distance */
     uint64_t impacts, foretold, undecided; /* found; of all searches, those whose steps ended */
     uint64_t events;
 } world_figures;

@@ -1,6 +1,7 @@
 /* bench_world: what a tick of the world costs. First temporal coherence: which rung of the ladder settles how many
  * pairs of a robot cell and of a crowd, and what the caches save. Then one body that moves in worlds of ever more
- * bodies: the cost follows what changed. One thread, one worker. */
+ * bodies: the cost follows what changed. Then what is foretold of 1,000 pairs over a second, and the ways of 10,000
+ * bodies. One thread, one worker. */
 #include "bench.h"
 
 #include "world/coherence.h"
@@ -9,6 +10,7 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <time.h>
 
 static world *create_world(bool caches)
 {
@@ -151,6 +153,166 @@ static void measure_one(bool json, size_t bodies)
     world_destroy(w);
 }
 
+/* ---- impacts ---- */
+
+enum { PAIRS = 1000, FLYING = 10000, HZ = 100, IMPACT_TICKS_A_SECOND = 30 };
+
+typedef struct flight { /* boxes that fly in straight lines through a box, and come back on its other side */
+    world *w;
+    uint32_t ids[FLYING];
+    vec3 at[FLYING], velocity[FLYING];
+    size_t bodies;
+    vec3 side; /* m, of the box; 0: no end */
+    bench_samples ticks;
+    double busy_s; /* of this thread: other programs on this core do not count */
+} flight;
+
+static double drawn(uint64_t *state, double lo, double hi)
+{
+    *state ^= *state << 13;
+    *state ^= *state >> 7;
+    *state ^= *state << 17;
+    return lo + (hi - lo) * (double)(*state >> 11) * 0x1p-53;
+}
+
+static uint32_t put_box(world *w, size_t number, vec3 at, uint64_t group, world_ccd ccd, uint64_t *random)
+{
+    char name[24];
+    snprintf(name, sizeof name, "b%zu", number);
+    world_shape box = {.shape = {.type = SHAPE_BOX, .half = {0.3, 0.2, 0.1}}, .local = POSE_IDENTITY};
+    quat q = {1, drawn(random, -1, 1), drawn(random, -1, 1), drawn(random, -1, 1)};
+    world_body def = {.name = name,
+        .group = "",
+        .category = group,
+        .mask = group,
+        .ccd = ccd,
+        .stamp_ns = 1000000000,
+        .pose = {at, quat_unit(q)},
+        .shapes = &box,
+        .shape_count = 1};
+    uint32_t id = WORLD_NONE;
+    world_put_body(w, &id, &def);
+    return id;
+}
+
+/* 1,000 pairs, far from each other: each crosses a space of 4 m and passes by the middle within 2 m, so that the two
+ * meet, or miss each other by little. Each starts anew when it has crossed. */
+static void put_pairs(flight *f, uint64_t *random)
+{
+    f->bodies = 2 * PAIRS;
+    for (size_t i = 0; i < f->bodies; i++) {
+        vec3 middle = vec(20 * (double)(i / 2 % 32), 20 * (double)(i / 64), 0);
+        vec3 way = vec(drawn(random, -1, 1), drawn(random, -1, 1), drawn(random, -1, 1));
+        vec3 by = vec(drawn(random, -0.5, 0.5), drawn(random, -0.5, 0.5), drawn(random, -0.5, 0.5));
+        f->velocity[i] = vec_scale(vec_unit(way), 2);
+        f->at[i] = vec_add(vec_add(middle, by), vec_scale(f->velocity[i], drawn(random, -1, 0)));
+        f->ids[i] = put_box(f->w, i, f->at[i], 1, WORLD_CCD_OFF, random);
+    }
+}
+
+static void put_crowd(flight *f, uint64_t *random)
+{
+    double side = 2 * cbrt((double)FLYING);
+    f->bodies = FLYING;
+    f->side = vec(side, side, side);
+    for (size_t i = 0; i < f->bodies; i++) {
+        f->at[i] = vec(drawn(random, 0, side), drawn(random, 0, side), drawn(random, 0, side));
+        f->velocity[i] = vec(drawn(random, -5, 5), drawn(random, -5, 5), drawn(random, -5, 5));
+        f->ids[i] = put_box(f->w, i, f->at[i], 1, WORLD_CCD_FULL, random);
+    }
+}
+
+static double wrapped(double x, double side)
+{
+    return side > 0 && x > side ? x - side : side > 0 && x < 0 ? x + side : x;
+}
+
+/* Pairs fly to and fro, so that what is foretold comes and goes; the crowd flies on. */
+static void fly_tick(flight *f, int tick)
+{
+    int64_t now_ns = 1000000000 + (int64_t)tick * (1000000000 / HZ);
+    for (size_t i = 0; i < f->bodies; i++) {
+        if (f->side.x == 0 && tick % HZ == 0) f->velocity[i] = vec_neg(f->velocity[i]);
+        vec3 to = vec_madd(f->at[i], 1.0 / HZ, f->velocity[i]);
+        f->at[i] = vec(wrapped(to.x, f->side.x), wrapped(to.y, f->side.y), wrapped(to.z, f->side.z));
+        pose at = {f->at[i], world_body_pose(f->w, f->ids[i]).q};
+        bool jumps = f->at[i].x != to.x || f->at[i].y != to.y || f->at[i].z != to.z;
+        (jumps ? world_teleport_body : world_move_body)(f->w, f->ids[i], at, now_ns, &f->velocity[i], NULL);
+    }
+    world_batches out;
+    world_tick(f->w, now_ns, &out);
+}
+
+typedef struct flight_kind {
+    const char *scene;
+    unsigned facts; /* of the interest */
+    double horizon; /* s */
+    void (*put)(flight *f, uint64_t *random);
+} flight_kind;
+
+static void tell_flight(const flight_kind *k, flight *f, bool json)
+{
+    world_figures n = world_get_figures(f->w);
+    double ticks = (double)f->ticks.count, us = bench_percentile_us(&f->ticks, 0.5),
+           p99 = bench_percentile_us(&f->ticks, 0.99);
+    double share = f->busy_s / ticks * HZ;
+    double sweeps = (double)n.sweeps / ticks, queries = (double)n.sweep_queries / ticks,
+           by_axis = (double)n.sweeps_by_axis / ticks;
+    if (json)
+        printf(
+            "{\"bench\":\"world\",\"scene\":\"%s\",\"bodies\":%zu,\"hz\":%d,\"us_per_tick\":%.3f,\"us_p99\":%.3f,"
+            "\"core_share\":%.5f,\"sweeps\":%.2f,\"sweep_queries\":%.2f,\"sweeps_by_axis\":%.2f,\"undecided\":%llu}\n",
+            k->scene, f->bodies, HZ, us, p99, share, sweeps, queries, by_axis, (unsigned long long)n.undecided);
+    else
+        printf("%-28s %8zu %10.1f %10.1f %9.2f %% %10.1f %12.1f %12.1f\n", k->scene, f->bodies, us, p99, 100 * share,
+            sweeps, queries, by_axis);
+}
+
+static double busy_now(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+static void measure_flight(const flight_kind *k, bool json, double seconds)
+{
+    static flight f;
+    uint64_t random = 88172645463325252u;
+    world_options o = world_options_default();
+    int ticks = (int)ceil(seconds * IMPACT_TICKS_A_SECOND);
+    f = (flight){.w = world_create(&o)};
+    if (!bench_samples_init(&f.ticks, (size_t)ticks)) abort();
+    world_interest interest = {
+        .facts = k->facts, .select_a = "*", .select_b = "*", .tolerance = 1e-6, .horizon = k->horizon};
+    uint32_t id = WORLD_NONE;
+    world_put_interest(f.w, &id, &interest);
+    k->put(&f, &random);
+    double busy = busy_now();
+    for (int t = 1; t <= ticks; t++) {
+        int64_t start = bench_now_ns();
+        fly_tick(&f, t);
+        bench_samples_add(&f.ticks, bench_now_ns() - start);
+    }
+    f.busy_s = busy_now() - busy;
+    tell_flight(k, &f, json);
+    bench_samples_free(&f.ticks);
+    world_destroy(f.w);
+}
+
+static void measure_flights(bool json, double seconds)
+{
+    static const flight_kind KINDS[] = {
+        {"1,000 pairs foretold", WORLD_FORETELL, 1, put_pairs},
+        {"1,000 pairs, not foretold", WORLD_TOUCH, 0, put_pairs},
+        {"10,000 bodies swept", WORLD_IMPACT, 0, put_crowd},
+    };
+    if (!json)
+        printf("\nimpacts, %d ticks a second\n%-28s %8s %10s %10s %11s %10s %12s %12s\n", HZ, "scene", "bodies",
+            "us a tick", "p99", "of a core", "sweeps", "refinements", "by axis");
+    for (size_t i = 0; i < sizeof KINDS / sizeof *KINDS; i++) measure_flight(&KINDS[i], json, seconds);
+}
+
 int main(int argc, char **argv)
 {
     bench_options o;
@@ -162,5 +324,6 @@ int main(int argc, char **argv)
         fprintf(stderr, "a world of %zu bodies\n", bodies);
         measure_one(o.json, bodies);
     }
+    measure_flights(o.json, o.seconds);
     return 0;
 }

@@ -12,6 +12,11 @@ KEYS = {
     "narrow": ["coherent", "ns_median", "ns_p99", "wrong", "failed", "missed_truth", "items", "samples"],
     "elementary": ["queries", "contacts", "ns_median", "ns_p99", "misses", "false_hits", "late", "late_max"],
 }
+# Of the world's scenes of impacts, all numbers a tick: searches for a time of impact ("sweeps"), the distances and
+# verdicts in them ("sweep_queries": refinements), and those of the searches that one axis settled without any
+# ("sweeps_by_axis"); "core_share": processor time, in cores, at "hz" ticks a second; "undecided": searches, of all
+# ticks, that ended in doubt.
+IMPACTS = ["bodies", "hz", "core_share", "sweeps", "sweep_queries", "sweeps_by_axis", "undecided"]
 
 
 def broken(name, row):
@@ -25,6 +30,12 @@ def broken(name, row):
         return "no events came"
     if name == "world" and (not row.get("scene") or row.get("same_events") is False):
         return "no scene, or other events without the caches"
+    if name == "world" and "sweeps" in row:
+        wrong = [key for key in IMPACTS if not isinstance(row.get(key), (int, float)) or row[key] < 0]
+        if wrong or row["undecided"]:
+            return f"impacts: missing, no number, or in doubt: {', '.join(wrong)}"
+        if bool(row["sweeps"]) == ("not foretold" in row["scene"]):
+            return "sweeps that nobody asked for, or none"
     if name == "broad" and (not row.get("contender") or "ratio_to_best_peer" not in row):
         return "no contender, or no ratio"
     if name == "broad" and (row["missed"] or not row["pairs"]):
