@@ -64,8 +64,8 @@ typedef struct narrow_result {
     double lo, hi;         /* m; lo <= signed distance <= hi, of the shapes at the poses given, each quaternion divided
                               by its norm; of hulls, of all the points they were made of. By doubles: 16 ulp (u = 2^-53)
                               of the reaches plus the distance on both sides; where that is too wide for the request,
-                              `refined`; beside a mesh 32 ulp. Touching shapes give lo <= 0 <= hi. Two half-spaces that no
-                              translation         separates: both -INFINITY */
+                              `refined`; beside a mesh or a half-space 32 ulp. Touching shapes give lo <= 0 <= hi. Two
+                              half-spaces that no translation separates: both -INFINITY */
     vec3 axis;             /* unit, from A towards B. It proves lo: min over B of axis.x - max over A of axis.x >= lo.
                               Moving B along it by -lo (and rounding) separates. Of a mesh, which is not convex, it
                               proves no positive lo: every triangle was looked at or ruled out */
