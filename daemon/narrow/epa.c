@@ -296,6 +296,20 @@ static bool start_surface(expansion *x, const simplex *s)
     return true;
 }
 
+/* Distances to triangles have no sign: they bound the depth only while the origin is inside. It is in a tetrahedron
+ * that GJK found it in, and, within rounding, in what was begun around a point that is as near to it as rounding can
+ * tell. */
+static bool encloses(const expansion *x, const gjk_result *start)
+{
+    const epa_scratch *e = x->e;
+    if (start->state == GJK_INSIDE || start->span.hi <= 2 * x->eps) return true;
+    for (uint32_t i = 0; i < e->facet_count; i++) {
+        const uint16_t *v = e->facet[i].vertex;
+        if (origin_volume(vertex_at(e, v[0]), vertex_at(e, v[1]), vertex_at(e, v[2])) < 0) return false;
+    }
+    return true;
+}
+
 /* By four columns side by side, which the compiler makes vectors of. */
 static double least_distance(const epa_scratch *e)
 {
@@ -421,7 +435,7 @@ void epa_depth(const unit_pair *p, const narrow_goal *goal, const gjk_result *st
     x.raises = 0;
     x.dome_count = 0;
     x.hints = NO_HINTS;
-    if (!start_surface(&x, &start->simplex)) return;
+    if (!start_surface(&x, &start->simplex) || !encloses(&x, start)) return;
     /* a bound once proved stays proved; when rounding has begun to fold the surface there is nothing more to gain */
     double least = 0, proved = 0;
     for (;;) {

@@ -349,18 +349,22 @@ static double score_right(const candidate *chosen, const candidate *c)
     return -score_left(chosen, c);
 }
 
-/* Moves the candidate with the best positive score (any score for the first) behind the chosen ones. */
+/* Scores that are apart by no more than this share of the best, or of depths by the slack, are ties. */
+#define TIE_RATIO 1e-6
+
+/* Moves the candidate with the best positive score (any score for the first) behind the chosen ones. Of those that are
+ * as good but for the tie's width it is the one with the least id: what lies flush has many equally deep points, and
+ * noise in the pose must not choose among them. */
 static uint32_t choose(candidates *all, uint32_t chosen, score_function *score)
 {
+    double least = chosen ? 0 : -INFINITY, most = least;
+    for (uint32_t i = chosen; i < all->count; i++) most = max_of(most, score(all->at, &all->at[i]));
+    if (!(most > least)) return chosen;
+    double enough = most - (chosen ? TIE_RATIO * most : all->slack);
     int best = NOT_FOUND;
-    double best_score = chosen ? 0 : -INFINITY;
     for (uint32_t i = chosen; i < all->count; i++) {
-        double s = score(all->at, &all->at[i]);
-        bool tie = best != NOT_FOUND && s == best_score && all->at[i].point.feature < all->at[best].point.feature;
-        if (s > best_score || tie) {
-            best = (int)i;
-            best_score = s;
-        }
+        bool before = best == NOT_FOUND || all->at[i].point.feature < all->at[best].point.feature;
+        if (before && score(all->at, &all->at[i]) >= enough) best = (int)i;
     }
     if (best == NOT_FOUND) return chosen;
     candidate swap = all->at[best];

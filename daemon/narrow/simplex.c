@@ -1,6 +1,7 @@
 /* simplex: nearest point of up to four points to the origin, by brute force over their faces. Pure; any thread. */
 #include "simplex.h"
 
+#include "dd.h"
 #include "scalar.h"
 
 /* The nearest feature so far: its points by index, ascending, and their weights. */
@@ -103,14 +104,38 @@ static tetrahedron tetrahedron_of(const vec3 *p)
     return t;
 }
 
-/* All shares have the sign of the whole: they are the origin's weights. */
-static bool holds_origin(const tetrahedron *t, double weight[4])
+double origin_volume(vec3 p0, vec3 p1, vec3 p2)
 {
-    const double *v = t->share;
-    bool positive = v[0] >= 0 && v[1] >= 0 && v[2] >= 0 && v[3] >= 0;
-    bool negative = v[0] <= 0 && v[1] <= 0 && v[2] <= 0 && v[3] <= 0;
+    return dd3_dot_vec(dd3_cross(dd3_of(p1), dd3_of(p2)), p0).hi;
+}
+
+/* Of a long tetrahedron, rounding can be more than a share: it is in doubt then. */
+static bool is_sure(const tetrahedron *t, const vec3 *p)
+{
+    double far2 = vec_norm2(p[0]), least = fabs(t->share[0]);
+    for (int i = 1; i < 4; i++) {
+        far2 = max_of(far2, vec_norm2(p[i]));
+        least = min_of(least, fabs(t->share[i]));
+    }
+    return least > 16 * UNIT_ROUNDOFF * far2 * sqrt(far2);
+}
+
+static bool same_sign(const double v[4])
+{
+    return (v[0] >= 0 && v[1] >= 0 && v[2] >= 0 && v[3] >= 0) || (v[0] <= 0 && v[1] <= 0 && v[2] <= 0 && v[3] <= 0);
+}
+
+/* All shares have the sign of the whole: they are the origin's weights. What is said to hold it does. */
+static bool holds_origin(tetrahedron *t, const vec3 *p, double weight[4])
+{
+    double *v = t->share;
+    if (t->flat || !same_sign(v)) return false;
+    if (!is_sure(t, p)) {
+        v[0] = -origin_volume(p[1], p[2], p[3]), v[1] = origin_volume(p[0], p[2], p[3]);
+        v[2] = origin_volume(p[0], p[3], p[1]), v[3] = origin_volume(p[0], p[1], p[2]);
+    }
     double sum = v[0] + v[1] + v[2] + v[3];
-    if (t->flat || !(positive || negative) || sum == 0) return false;
+    if (!same_sign(v) || sum == 0) return false;
     for (int i = 0; i < 4; i++) weight[i] = v[i] / sum;
     return true;
 }
@@ -166,7 +191,7 @@ nearest_feature simplex_reduce(simplex *s)
     start_at_vertex(&best, p, s->count - 1);
     if (s->count == 4) {
         tetrahedron t = tetrahedron_of(p);
-        if (holds_origin(&t, s->weight)) return (nearest_feature){.inside = true};
+        if (holds_origin(&t, p, s->weight)) return (nearest_feature){.inside = true};
         search_tetrahedron(&best, p, &t);
     } else if (s->count == 3) {
         search_triangle(&best, p);

@@ -5,9 +5,15 @@
 
 #include "core.h"
 
-static double finite_or_zero(double x)
+static bool is_plane(const shape *s)
 {
-    return isfinite(x) ? x : 0;
+    return s->type == SHAPE_HALFSPACE;
+}
+
+/* A plane has no end, and nothing of its own but its rounding. */
+static double own_reach(const shape *s)
+{
+    return is_plane(s) ? s->radius : shape_reach(s);
 }
 
 static shape shape_scaled(const shape *s, double scale)
@@ -52,7 +58,7 @@ static double error_share(const shape *a, const shape *b)
 
 void unit_pair_init(unit_pair *p, const shape *a, const shape *b, const pose *b_in_a)
 {
-    double reach_a = finite_or_zero(shape_reach(a)), reach_b = finite_or_zero(shape_reach(b));
+    double reach_a = own_reach(a), reach_b = own_reach(b);
     unit_of(max_of(max_of(reach_a, reach_b), vec_greatest(b_in_a->p)), &p->unit, &p->scale);
     p->a = shape_scaled(a, p->scale);
     p->b = shape_scaled(b, p->scale);
@@ -64,6 +70,7 @@ void unit_pair_init(unit_pair *p, const shape *a, const shape *b, const pose *b_
     p->b_in_a.t = vec_scale(b_in_a->p, p->scale);
     p->radius = p->a.radius + p->b.radius;
     p->size = reach_a * p->scale + reach_b * p->scale + vec_norm(p->b_in_a.t);
+    if (is_plane(a) || is_plane(b)) p->size *= 2; /* a plane turns about its origin, as far as to where the other is */
     p->error = error_share(a, b) * unit_error(p->size);
     p->excess = (shape_excess(a) + shape_excess(b)) * p->scale;
     p->deviation = (a->deviation + b->deviation) * p->scale;

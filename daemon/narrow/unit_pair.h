@@ -21,7 +21,8 @@ typedef struct unit_pair {
     double radius;    /* of a plus of b */
     double shaved_a;  /* by which the core of an ellipsoid is smaller than its half axes say; in a.radius, too */
     double shaved_b;
-    double size;      /* bounds every |coordinate| that enters: reach of A + reach of B + |position| */
+    double size;      /* bounds every |coordinate| that enters: reach of A + reach of B + |position|; the reach of a
+                         half-space is as far as the other shape is from its origin */
     double error;     /* of any separation along a unit axis: pose, support point, product and sum */
     double deviation; /* of a plus of b: only upper bounds need it */
     double excess;    /* by which points that hulls were made of may be outside of them: only lower bounds need it */

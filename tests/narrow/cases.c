@@ -22,10 +22,23 @@ double random_in(random_state *r, double lo, double hi)
     return lo + (hi - lo) * random_unit(r);
 }
 
+/* Coordinates are drawn one after the other, here and below: the order in which C evaluates arguments is the
+ * compiler's. */
+static vec3 random_vec(random_state *r, vec3 lo, vec3 hi)
+{
+    double x = random_in(r, lo.x, hi.x), y = random_in(r, lo.y, hi.y), z = random_in(r, lo.z, hi.z);
+    return vec(x, y, z);
+}
+
+static vec3 random_in_cube(random_state *r, double half)
+{
+    return random_vec(r, vec(-half, -half, -half), vec(half, half, half));
+}
+
 vec3 random_direction(random_state *r)
 {
     for (;;) {
-        vec3 v = vec(random_in(r, -1, 1), random_in(r, -1, 1), random_in(r, -1, 1));
+        vec3 v = random_in_cube(r, 1);
         double n = vec_norm2(v);
         if (n > 0.01 && n < 1) return vec_unit(v);
     }
@@ -34,7 +47,9 @@ vec3 random_direction(random_state *r)
 quat random_rotation(random_state *r)
 {
     for (;;) {
-        quat q = {random_in(r, -1, 1), random_in(r, -1, 1), random_in(r, -1, 1), random_in(r, -1, 1)};
+        double w = random_in(r, -1, 1);
+        vec3 v = random_in_cube(r, 1);
+        quat q = {w, v.x, v.y, v.z};
         double n = quat_norm2(q);
         if (n > 0.01 && n < 1) return quat_unit(q);
     }
@@ -47,7 +62,8 @@ void cases_create(void)
         double points[3 * 40];
         size_t count = 4 + (size_t)(36 * i / (CASE_HULLS - 1));
         for (size_t k = 0; k < count; k++) {
-            vec3 v = vec_scale(random_direction(&r), i % 2 ? 1 : random_in(&r, 0.3, 1.2));
+            double size = i % 2 ? 1 : random_in(&r, 0.3, 1.2);
+            vec3 v = vec_scale(random_direction(&r), size);
             points[3 * k] = v.x, points[3 * k + 1] = v.y, points[3 * k + 2] = i % 4 == 3 ? 0.05 * v.z : v.z;
         }
         if (hull_build(points, count, 0, &hulls[i]) != HULL_OK) abort();
@@ -69,8 +85,7 @@ shape random_shape(random_state *r, shape_type type)
     shape s = {.type = type};
     bool thin = random_unit(r) < 0.15, rounded = random_unit(r) < 0.3;
     if (type != SHAPE_SPHERE && type != SHAPE_HALFSPACE && type != SHAPE_HULL)
-        s.half =
-            vec(random_in(r, 0.1, 1.5), random_in(r, 0.1, 1.5), random_in(r, thin ? 0.001 : 0.1, thin ? 0.01 : 1.5));
+        s.half = random_vec(r, vec(0.1, 0.1, thin ? 0.001 : 0.1), vec(1.5, 1.5, thin ? 0.01 : 1.5));
     if (type == SHAPE_CYLINDER || type == SHAPE_CONE) s.half.y = s.half.x;
     if (type == SHAPE_CAPSULE) s.half.x = s.half.y = 0;
     if (type == SHAPE_SPHERE || type == SHAPE_CAPSULE || rounded) s.radius = random_in(r, 0.05, 0.6);
@@ -86,7 +101,7 @@ void random_poses(random_state *r, const shape *a, const shape *b, enum regime w
     double away = reach * random_in(r, RANGE[where][0], RANGE[where][1]);
     pose_a->q = random_rotation(r);
     pose_b->q = random_rotation(r);
-    pose_a->p = vec(random_in(r, -5, 5), random_in(r, -5, 5), random_in(r, -5, 5));
+    pose_a->p = random_in_cube(r, 5);
     pose_b->p = vec_madd(pose_a->p, away, random_direction(r));
 }
 
