@@ -36,7 +36,10 @@ static void bound_plane(course *c, const shape *plane, pose plane_local, const m
     double apart = vec_norm(vec_sub(other_body->start.p, plane_body->start.p)) + line * span + arm + reach;
     double other_radius = v > 0 ? radius_of(other, other_local, other_body) : 0;
     double approach = line + w * arm + v * other_radius;
-    c->bend = w * w * apart + 2 * w * approach + w * w * arm + v * v * other_radius;
+    c->plane_turn2 = w * w;
+    c->plane_extent = arm + reach;
+    c->plane_bend = 2 * w * approach + w * w * arm + v * v * other_radius;
+    c->bend = c->plane_turn2 * apart + c->plane_bend;
     c->speed = approach + w * apart;
 }
 
@@ -124,9 +127,11 @@ static double bend_with(const motion *frame, const motion *other, double other_r
 
 double course_bend(const course *c, course_frame frame, double from, double to)
 {
-    if (frame == COURSE_STILL) return c->bend;
+    if (frame == COURSE_STILL && c->plane_turn2 == 0) return c->bend;
     double line = vec_norm(c->body_b.linear), time = 0.5 * (from + to);
     double apart = vec_norm(vec_madd(c->body_b.start.p, time, c->body_b.linear)) + line * 0.5 * (to - from);
+    if (frame == COURSE_STILL)
+        return (c->plane_turn2 * (apart + c->plane_extent) + c->plane_bend) * (1 + 64 * UNIT_ROUNDOFF);
     return frame == COURSE_WITH_A ? bend_with(&c->body_a, &c->body_b, c->radius_b, apart + c->reach_b, line)
                                   : bend_with(&c->body_b, &c->body_a, c->radius_a, apart + c->reach_a, line);
 }

@@ -19,9 +19,12 @@ typedef struct course {
     vec3 rate;       /* ... and how fast its position changes, in A's frame, m/s */
     mat3 world_of_a; /* straight: course_place, always the same */
     vec3 arm;
-    double bend;               /* m/s^2: over a time h no gap along a direction dips below its chord by more than
-                                  bend h^2 / 8 */
-    double speed;              /* m/s: no two points approach each other faster */
+    double bend;         /* m/s^2: over a time h no gap along a direction dips below its chord by more than
+                            bend h^2 / 8 */
+    double plane_turn2;  /* of a plane that turns, otherwise 0: its bend is this times how far the other is from */
+    double plane_extent; /* its body's origin, for which this is added to the origins' distance, ... */
+    double plane_bend;   /* ... and this */
+    double speed;        /* m/s: no two points approach each other faster */
     double radius_a, radius_b; /* m: of the cores about the axes that they turn about */
     double reach_a, reach_b;   /* m: of the shapes from the origins of their bodies */
     double slack;              /* m: rounding of all poses up to the end of the span */

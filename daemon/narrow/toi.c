@@ -13,6 +13,8 @@ enum {
     SHRINKS_MAX = 3  /* tries of a step before the one that needs no proof */
 };
 
+static const double DIP_SHARE = 0.75; /* of the gap that a step may use up by its bend */
+
 typedef struct march {
     const course *c;
     const toi_request *request;
@@ -123,15 +125,20 @@ static double straight_step(const march *m)
     return step_until_used(proven_spare(m), spare_rate(m) - rounding, m->request->wander);
 }
 
+/* A plane's normal is its own, and always turns with it. */
+static int frames_of(const course *c)
+{
+    return c->a->type == SHAPE_HALFSPACE || c->b->type == SHAPE_HALFSPACE ? COURSE_WITH_A : COURSE_FRAMES;
+}
+
 /* What the gap certainly keeps at the end of a step and on the way there, in the best of the frames. */
 static double spare_after(const march *m, double step)
 {
     double best = -INFINITY, end = m->time + step;
     course_place to = course_at(m->c, end);
-    bool plane = m->c->a->type == SHAPE_HALFSPACE || m->c->b->type == SHAPE_HALFSPACE; /* its normal is its own */
     unit_pair p;
     unit_pair_init(&p, m->c->a, m->c->b, &to.b_in_a);
-    for (int frame = COURSE_STILL; frame < (plane ? COURSE_WITH_A : COURSE_FRAMES); frame++) {
+    for (int frame = COURSE_STILL; frame < frames_of(m->c); frame++) {
         double dip = course_bend(m->c, (course_frame)frame, m->time, end) * step * step / 8 * (1 + 0x1p-48);
         vec3 axis = course_carry((course_frame)frame, &m->at, m->near.axis, &to);
         double gap = unit_pair_separation(&p, axis, NULL, NULL) - floor_at(m, end);
@@ -141,12 +148,22 @@ static double spare_after(const march *m, double step)
     return best;
 }
 
+/* No step is proven over which the chord may dip by more than the gap that there is, in the best of the frames. */
+static double step_until_dipped(const march *m, double gap, double step)
+{
+    double bend = INFINITY;
+    for (int frame = COURSE_STILL; frame < frames_of(m->c); frame++)
+        bend = min_of(bend, course_bend(m->c, (course_frame)frame, m->time, m->time + step));
+    return bend > 0 ? sqrt(DIP_SHARE * 8 * gap / bend) : INFINITY;
+}
+
 /* The longest step, of those tried, that the chord proves free: the first by Newton's method, to where the gap is used
  * up but for what is aimed at; then by the secant, which of a gap that closes ever faster never takes too much. */
 static double turning_step(const march *m, double left)
 {
     double gap = spare(m), aim = gap > m->request->tolerance ? 0.5 * m->request->tolerance : 0.25 * gap;
     double step = min_of(step_until_used(gap - aim, spare_rate(m), m->request->wander), left), sure = sure_step(m);
+    step = min_of(step, step_until_dipped(m, gap, step));
     for (int k = 0; k < SHRINKS_MAX && step > sure; k++) {
         double after = spare_after(m, step);
         m->out->steps++;
