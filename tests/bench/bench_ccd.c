@@ -41,12 +41,12 @@ static double empty_us(void)
 /* A hit is false where the distance is proven to stay above the tolerance; between that and contact it is neither. */
 static void judge(lane *l, const impact_scene *s, size_t i, impact_answer a)
 {
-    const impact_truth *t = &s->truths[i];
+    const toi_truth *t = &s->truths[i];
     double span = s->items[i].span;
     l->failed += a.failed;
-    l->misses += t->verdict == IMPACT_HIT && !a.hit;
-    l->false_hits += t->verdict == IMPACT_FREE && a.hit && t->nearest > 4 * IMPACT_TOLERANCE;
-    if (t->verdict != IMPACT_HIT || !a.hit) return;
+    l->misses += t->verdict == TRUTH_HIT && !a.hit;
+    l->false_hits += t->verdict == TRUTH_FREE && a.hit && t->nearest > 4 * IMPACT_TOLERANCE;
+    if (t->verdict != TRUTH_HIT || !a.hit) return;
     double late = a.time - t->hi, early = t->lo - a.time;
     l->late += late > LATE * span;
     l->error_max = fmax(l->error_max, fmax(late, early) / span);

@@ -6,13 +6,13 @@
 #include <stdlib.h>
 
 typedef struct search {
-    toi_mover a, b;
+    shape shapes[2];
+    toi_mover movers[2];
     toi_request request;
 } search;
 
 typedef struct ours {
     search *searches;
-    shape *shapes; /* two a search */
     narrow_scratch *scratch;
 } ours;
 
@@ -27,19 +27,13 @@ static void *create(const impact_item *items, size_t count)
     ours *o = calloc(1, sizeof *o);
     if (!o) abort();
     o->searches = calloc(count, sizeof *o->searches);
-    o->shapes = calloc(count, 2 * sizeof *o->shapes);
     o->scratch = aligned_alloc(64, narrow_scratch_size());
-    if (!o->searches || !o->shapes || !o->scratch) abort();
+    if (!o->searches || !o->scratch) abort();
     for (size_t i = 0; i < count; i++) {
-        shape *a = &o->shapes[2 * i], *b = a + 1;
-        *a = narrow_scene_shape(items[i].a);
-        *b = narrow_scene_shape(items[i].b);
-        toi_mover ma = {a, POSE_IDENTITY, impact_scene_motion(&items[i].move_a)};
-        toi_mover mb = {b, POSE_IDENTITY, impact_scene_motion(&items[i].move_b)};
-        bool ordered = narrow_ordered(a, 0, b, 1);
-        double size = shape_reach(a) + shape_reach(b);
-        o->searches[i] = (search){
-            ordered ? ma : mb, ordered ? mb : ma, {.span = items[i].span, .tolerance = IMPACT_TOLERANCE * size}};
+        search *s = &o->searches[i];
+        impact_scene_movers(&items[i], s->shapes, s->movers);
+        double size = shape_reach(&s->shapes[0]) + shape_reach(&s->shapes[1]);
+        s->request = (toi_request){.span = items[i].span, .tolerance = IMPACT_TOLERANCE * size};
     }
     return o;
 }
@@ -49,7 +43,7 @@ static impact_answer ask(void *self, size_t item)
     const ours *o = self;
     const search *s = &o->searches[item];
     toi_result r;
-    toi_find(&s->a, &s->b, &s->request, VEC_ZERO, o->scratch, &r);
+    toi_find(&s->movers[0], &s->movers[1], &s->request, VEC_ZERO, o->scratch, &r);
     return (impact_answer){r.status == TOI_UNDECIDED, r.status != TOI_FREE, r.lo};
 }
 
@@ -57,7 +51,6 @@ static void destroy(void *self)
 {
     ours *o = self;
     free(o->searches);
-    free(o->shapes);
     free(o->scratch);
     free(o);
 }

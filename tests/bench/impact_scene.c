@@ -67,16 +67,38 @@ static vec3 got(const double v[3])
     return vec(v[0], v[1], v[2]);
 }
 
-motion impact_scene_motion(const impact_motion *m)
+static motion motion_of(const impact_motion *m)
 {
     return (motion){narrow_scene_pose(&m->start), got(m->linear), got(m->angular)};
 }
 
 narrow_place impact_place(const impact_motion *m, double time)
 {
-    motion moving = impact_scene_motion(m);
+    motion moving = motion_of(m);
     pose p = motion_pose(&moving, time);
     return (narrow_place){{p.p.x, p.p.y, p.p.z}, {p.q.w, p.q.x, p.q.y, p.q.z}};
+}
+
+void impact_scene_movers(const impact_item *item, shape shapes[2], toi_mover movers[2])
+{
+    shapes[0] = narrow_scene_shape(item->a);
+    shapes[1] = narrow_scene_shape(item->b);
+    bool swap = !narrow_ordered(&shapes[0], 0, &shapes[1], 1);
+    movers[swap] = (toi_mover){&shapes[0], POSE_IDENTITY, motion_of(&item->move_a)};
+    movers[!swap] = (toi_mover){&shapes[1], POSE_IDENTITY, motion_of(&item->move_b)};
+}
+
+static toi_truth truth_of(const impact_item *item)
+{
+    static narrow_scratch *scratch;
+    if (!scratch) scratch = aligned_alloc(64, narrow_scratch_size());
+    if (!scratch) abort();
+    shape shapes[2];
+    toi_mover movers[2];
+    impact_scene_movers(item, shapes, movers);
+    toi_truth t = toi_truth_of(&movers[0], &movers[1], item->span, scratch);
+    if (t.verdict == TRUTH_HIT && t.lo == 0) t.verdict = TRUTH_UNCLEAR; /* no impact: they begin in contact */
+    return t;
 }
 
 size_t impact_pieces(const impact_item *item, double angle)
@@ -122,7 +144,7 @@ static void graze(chance *c, const impact_kind *kind, impact_item *item)
     for (int k = 0; k < HALVINGS; k++) {
         *c = seed;
         fly(c, kind, 0.5 * (lo + hi), item);
-        *(impact_truth_of(item).verdict == IMPACT_FREE ? &hi : &lo) = 0.5 * (lo + hi);
+        *(truth_of(item).verdict == TRUTH_FREE ? &hi : &lo) = 0.5 * (lo + hi);
     }
     double off = 1e-3 * pow(10, uniform(c, 0, 1)), side = uniform(c, -1, 1) < 0 ? lo - off : hi + off;
     *c = seed;
@@ -200,9 +222,9 @@ impact_scene impact_scene_create(const impact_kind *kind, size_t count)
             graze(&c, kind, item);
         else
             fly(&c, kind, uniform(&c, 0, 0.9), item);
-        s.truths[i] = impact_truth_of(item);
-        if (s.truths[i].verdict == IMPACT_UNCLEAR) continue;
-        s.hits += s.truths[i].verdict == IMPACT_HIT;
+        s.truths[i] = truth_of(item);
+        if (s.truths[i].verdict == TRUTH_UNCLEAR) continue;
+        s.hits += s.truths[i].verdict == TRUTH_HIT;
         i++;
     }
     return s;

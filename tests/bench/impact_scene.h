@@ -6,8 +6,8 @@
 
 #include "geom/motion.h"
 #include "impact_peer.h"
-#include "impact_truth.h"
 #include "narrow_scene.h"
+#include "toi_truth.h"
 
 /* Of the pair's size: nearer than this is a contact to whoever says so. */
 #define IMPACT_TOLERANCE 1e-6
@@ -25,7 +25,7 @@ extern const size_t impact_kind_count;
 typedef struct impact_scene {
     narrow_kind a, b;
     impact_item *items;
-    impact_truth *truths;
+    toi_truth *truths;
     size_t count, hits;
     narrow_scene bodies; /* owned */
     narrow_body *rods;   /* owned */
@@ -34,6 +34,7 @@ typedef struct impact_scene {
 impact_scene impact_scene_create(const impact_kind *kind, size_t count);
 void impact_scene_destroy(impact_scene *s);
 
-motion impact_scene_motion(const impact_motion *m);
+/* As toi_find takes them: in canonical order. `shapes` must outlive them. */
+void impact_scene_movers(const impact_item *item, shape shapes[2], toi_mover movers[2]);
 
 #endif
