@@ -232,7 +232,9 @@ static void march_convex(march *m, double from)
         if (spare(m) <= tolerance) {
             if (!m->rough && prove_contact(m)) return;
             if (spare(m) <= 0.5 * tolerance) look(m, time, 0);
-            if (spare(m) <= 0 || m->rough || ++grazes > GRAZES_MAX) {
+            bool stuck = spare(m) <= 0; /* what goes away for good is free, however near it was */
+            if (!stuck && (m->rough || ++grazes > GRAZES_MAX)) stuck = next_step(m) < span - time;
+            if (stuck) {
                 tell(m, TOI_NEAR, INFINITY);
                 return;
             }
@@ -243,7 +245,7 @@ static void march_convex(march *m, double from)
         coarse = spare(m);
         time += step;
     }
-    tell(m, TOI_UNDECIDED, INFINITY);
+    tell(m, spare(m) <= tolerance ? TOI_NEAR : TOI_UNDECIDED, INFINITY);
 }
 
 /* ---- two shapes ---- */
