@@ -24,6 +24,8 @@ typedef struct march {
     double time;
     bool rough;         /* within the tolerance is near enough: no proof of contact is looked for */
     course_place at;    /* that time */
+    course_place ahead; /* where the last step that was tried ends, ... */
+    double ahead_time;  /* ... and when */
     narrow_result near; /* then, in A's frame */
     vec3 axis;          /* near.axis in the world's axes */
     double rate;        /* m/s: how fast the gap at the nearest points grows along the axis */
@@ -41,7 +43,7 @@ static void look(march *m, double time, double tolerance)
     narrow_request r = {
         .facts = NARROW_DISTANCE, .tolerance = tolerance, .range = INFINITY, .threshold = m->request->threshold};
     m->time = time;
-    m->at = course_at(m->c, time);
+    m->at = time == m->ahead_time ? m->ahead : course_at(m->c, time);
     narrow_query(m->c->a, m->c->b, &m->at.b_in_a, &r, NULL, m->scratch, &m->near);
     m->out->queries++;
     m->axis = direction_again(mat_mul(m->at.world_of_a, m->near.axis));
@@ -86,10 +88,11 @@ static bool touches(march *m, double time)
  * own chord: so what holds at both ends holds between. */
 static bool free_along(const march *m, double from, double to, vec3 axis, double more)
 {
-    course_place first = course_at(m->c, from), last = course_at(m->c, to);
     double dip = course_dip(m->c, to - from) + more;
-    return course_separation(m->c, &first, axis) > floor_at(m, from) + dip &&
-           course_separation(m->c, &last, axis) > floor_at(m, to) + dip;
+    course_place at = course_at(m->c, from);
+    if (!(course_separation(m->c, &at, axis) > floor_at(m, from) + dip)) return false;
+    at = course_at(m->c, to);
+    return course_separation(m->c, &at, axis) > floor_at(m, to) + dip;
 }
 
 /* The step after which `gap` is used up, when it grows at `rate` and its growth falls by `bend`. */
@@ -132,15 +135,18 @@ static int frames_of(const course *c)
 }
 
 /* What the gap certainly keeps at the end of a step and on the way there, in the best of the frames. */
-static double spare_after(const march *m, double step)
+static double spare_after(march *m, double step)
 {
     double best = -INFINITY, end = m->time + step;
-    course_place to = course_at(m->c, end);
+    const course_place *to = &m->ahead;
+    m->ahead = course_at(m->c, end);
+    m->ahead_time = end;
     unit_pair p;
-    unit_pair_init(&p, m->c->a, m->c->b, &to.b_in_a);
+    unit_pair_init(&p, m->c->a, m->c->b, &to->b_in_a);
     for (int frame = COURSE_STILL; frame < frames_of(m->c); frame++) {
         double dip = course_bend(m->c, (course_frame)frame, m->time, end) * step * step / 8 * (1 + 0x1p-48);
-        vec3 axis = course_carry((course_frame)frame, &m->at, m->near.axis, &to);
+        if (spare(m) - dip <= best) continue;
+        vec3 axis = course_carry((course_frame)frame, &m->at, m->near.axis, to);
         double gap = unit_pair_separation(&p, axis, NULL, NULL) - floor_at(m, end);
         best = max_of(best, min_of(gap, spare(m)) - dip);
         if (best > 0) break;
@@ -148,22 +154,32 @@ static double spare_after(const march *m, double step)
     return best;
 }
 
-/* No step is proven over which the chord may dip by more than the gap that there is, in the best of the frames. */
-static double step_until_dipped(const march *m, double gap, double step)
+/* The least bend up to the end of a step, of all frames. */
+static double least_bend(const march *m, double step)
 {
     double bend = INFINITY;
     for (int frame = COURSE_STILL; frame < frames_of(m->c); frame++)
         bend = min_of(bend, course_bend(m->c, (course_frame)frame, m->time, m->time + step));
-    return bend > 0 ? sqrt(DIP_SHARE * 8 * gap / bend) : INFINITY;
+    return bend;
 }
 
-/* The longest step, of those tried, that the chord proves free: the first by Newton's method, to where the gap is used
- * up but for what is aimed at; then by the secant, which of a gap that closes ever faster never takes too much. */
-static double turning_step(const march *m, double left)
+/* By Newton's method, to where the gap is used up but for `aim` when the dip is taken off it; and no step is proven
+ * over which the chord may dip by more than the gap that there is. */
+static double proposed_step(const march *m, double gap, double aim, double left)
+{
+    double rate = spare_rate(m), wander = m->request->wander;
+    double step = min_of(step_until_used(gap - aim, rate, wander), left), bend = least_bend(m, step);
+    if (!(bend > 0)) return step;
+    step = min_of(step, step_until_used(gap - aim, rate, wander + 0.25 * bend));
+    return min_of(step, sqrt(DIP_SHARE * 8 * gap / bend));
+}
+
+/* The longest step, of those tried, that the chord proves free: the one proposed; then by the secant, which of a gap
+ * that closes ever faster never takes too much. */
+static double turning_step(march *m, double left)
 {
     double gap = spare(m), aim = gap > m->request->tolerance ? 0.5 * m->request->tolerance : 0.25 * gap;
-    double step = min_of(step_until_used(gap - aim, spare_rate(m), m->request->wander), left), sure = sure_step(m);
-    step = min_of(step, step_until_dipped(m, gap, step));
+    double step = proposed_step(m, gap, aim, left), sure = sure_step(m);
     for (int k = 0; k < SHRINKS_MAX && step > sure; k++) {
         double after = spare_after(m, step);
         m->out->steps++;
@@ -173,7 +189,7 @@ static double turning_step(const march *m, double left)
     return min_of(sure, left);
 }
 
-static double next_step(const march *m)
+static double next_step(march *m)
 {
     double left = m->request->span - m->time;
     bool convex = m->c->b->type < SHAPE_CONVEX_COUNT || m->c->a->type == SHAPE_HALFSPACE;
@@ -262,7 +278,8 @@ static double free_while_spun(const march *m)
     toi_request request = *m->request;
     request.tolerance = max_of(request.tolerance, ROUGHLY * (spinning.reach_a + spinning.reach_b));
     toi_result r = {.status = TOI_FREE, .lo = INFINITY};
-    march spin = {.c = &spinning, .request = &request, .scratch = m->scratch, .out = &r, .rough = true};
+    march spin = {
+        .c = &spinning, .request = &request, .scratch = m->scratch, .out = &r, .rough = true, .ahead_time = -1};
     spin.target = m->request->threshold + spinning.slack;
     march_convex(&spin, 0);
     m->out->queries += r.queries;
@@ -272,7 +289,8 @@ static double free_while_spun(const march *m)
 
 void toi_convex(const course *c, const toi_request *request, vec3 guess, narrow_scratch *scratch, toi_result *out)
 {
-    march m = {.c = c, .request = request, .scratch = scratch, .out = out, .rough = request->wander > 0};
+    march m = {
+        .c = c, .request = request, .scratch = scratch, .out = out, .rough = request->wander > 0, .ahead_time = -1};
     m.target = request->threshold + c->slack;
     if (vec_greatest(guess) > 0 && free_along(&m, 0, request->span, guess, 2 * request->tolerance)) return;
     double turned = (vec_norm(c->body_a.angular) + vec_norm(c->body_b.angular)) * request->span;
