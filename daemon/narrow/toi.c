@@ -25,7 +25,7 @@ typedef struct march {
     bool rough;         /* within the tolerance is near enough: no proof of contact is looked for */
     course_place at;    /* that time */
     course_place ahead; /* where the last step that was tried ends, ... */
-    double ahead_time;  /* ... and when */
+    double ahead_time;  /* ... and when; 0: none was tried */
     narrow_result near; /* then, in A's frame */
     vec3 axis;          /* near.axis in the world's axes */
     double rate;        /* m/s: how fast the gap at the nearest points grows along the axis */
@@ -43,7 +43,7 @@ static void look(march *m, double time, double tolerance)
     narrow_request r = {
         .facts = NARROW_DISTANCE, .tolerance = tolerance, .range = INFINITY, .threshold = m->request->threshold};
     m->time = time;
-    m->at = time == m->ahead_time ? m->ahead : course_at(m->c, time);
+    m->at = time > 0 && time == m->ahead_time ? m->ahead : course_at(m->c, time);
     narrow_query(m->c->a, m->c->b, &m->at.b_in_a, &r, NULL, m->scratch, &m->near);
     m->out->queries++;
     m->axis = direction_again(mat_mul(m->at.world_of_a, m->near.axis));
@@ -278,8 +278,7 @@ static double free_while_spun(const march *m)
     toi_request request = *m->request;
     request.tolerance = max_of(request.tolerance, ROUGHLY * (spinning.reach_a + spinning.reach_b));
     toi_result r = {.status = TOI_FREE, .lo = INFINITY};
-    march spin = {
-        .c = &spinning, .request = &request, .scratch = m->scratch, .out = &r, .rough = true, .ahead_time = -1};
+    march spin = {.c = &spinning, .request = &request, .scratch = m->scratch, .out = &r, .rough = true};
     spin.target = m->request->threshold + spinning.slack;
     march_convex(&spin, 0);
     m->out->queries += r.queries;
@@ -289,8 +288,7 @@ static double free_while_spun(const march *m)
 
 void toi_convex(const course *c, const toi_request *request, vec3 guess, narrow_scratch *scratch, toi_result *out)
 {
-    march m = {
-        .c = c, .request = request, .scratch = scratch, .out = out, .rough = request->wander > 0, .ahead_time = -1};
+    march m = {.c = c, .request = request, .scratch = scratch, .out = out, .rough = request->wander > 0};
     m.target = request->threshold + c->slack;
     if (vec_greatest(guess) > 0 && free_along(&m, 0, request->span, guess, 2 * request->tolerance)) return;
     double turned = (vec_norm(c->body_a.angular) + vec_norm(c->body_b.angular)) * request->span;
