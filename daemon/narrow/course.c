@@ -14,6 +14,7 @@ static double turning(const motion *m)
 
 static double reach_of(const shape *s, pose local)
 {
+    if (s->type == SHAPE_HALFSPACE) return vec_norm(local.p);
     return (vec_norm(local.p) + shape_reach(s) + shape_excess(s)) * (1 + 8 * UNIT_ROUNDOFF);
 }
 
@@ -36,7 +37,10 @@ static void bound_plane(course *c, const shape *plane, pose plane_local, const m
     double apart = vec_norm(vec_sub(other_body->start.p, plane_body->start.p)) + line * span + arm + reach;
     double other_radius = v > 0 ? radius_of(other, other_local, other_body) : 0;
     double approach = line + w * arm + v * other_radius;
-    c->bend = w * w * apart + 2 * w * approach + w * w * arm + v * v * other_radius;
+    c->plane_turn2 = w * w;
+    c->plane_extent = arm + reach;
+    c->plane_bend = 2 * w * approach + w * w * arm + v * v * other_radius;
+    c->bend = c->plane_turn2 * apart + c->plane_bend;
     c->speed = approach + w * apart;
 }
 
@@ -51,8 +55,6 @@ static void bound(course *c, double span)
         double wa = turning(&c->body_a), wb = turning(&c->body_b);
         c->radius_a = wa > 0 ? radius_of(a, c->local_a, &c->body_a) : 0;
         c->radius_b = wb > 0 ? radius_of(b, c->local_b, &c->body_b) : 0;
-        c->reach_a = reach_of(a, c->local_a);
-        c->reach_b = reach_of(b, c->local_b);
         c->bend = wa * wa * c->radius_a + wb * wb * c->radius_b;
         c->speed = vec_norm(c->body_b.linear) + wa * c->radius_a + wb * c->radius_b;
     }
@@ -62,14 +64,29 @@ static void bound(course *c, double span)
 
 static double slack_of(const course *c, const motion *a, const motion *b, double span)
 {
-    double ra = reach_of(c->a, c->local_a), rb = reach_of(c->b, c->local_b);
-    if (isinf(ra)) ra = vec_norm(c->local_a.p);
-    if (isinf(rb)) rb = vec_norm(c->local_b.p);
+    double ra = c->reach_a, rb = c->reach_b;
     double far = vec_norm(c->body_b.start.p) + span * (vec_norm(a->linear) + vec_norm(b->linear));
     bool plane = c->a->type == SHAPE_HALFSPACE || c->b->type == SHAPE_HALFSPACE;
     double turned = plane ? ra + rb + far : 0; /* where a plane's normal is off, all heights over it are */
     return motion_error(&c->body_a, span, ra + turned) + motion_error(&c->body_b, span, rb + turned) +
            POSE_ULPS * UNIT_ROUNDOFF * (ra + rb + far);
+}
+
+/* Most shapes lie in their bodies' own frames. */
+static pose shape_pose(const pose *body, const pose *local)
+{
+    vec3 turned = {local->q.x, local->q.y, local->q.z};
+    bool own = vec_greatest(local->p) == 0 && vec_greatest(turned) == 0 && local->q.w == 1;
+    return own ? *body : pose_mul(*body, *local);
+}
+
+static course_place place(const course *c, const pose *body_a, const pose *body_b)
+{
+    pose shape_a = shape_pose(body_a, &c->local_a);
+    mat3 world_of_a = quat_matrix(quat_unit(shape_a.q));
+    pose relative = pose_relative(shape_a, shape_pose(body_b, &c->local_b));
+    relative.q = quat_unit(relative.q);
+    return (course_place){relative, world_of_a, shape_a.p};
 }
 
 bool course_init(course *c, const toi_mover *a, const toi_mover *b, double span)
@@ -83,28 +100,27 @@ bool course_init(course *c, const toi_mover *a, const toi_mover *b, double span)
     c->straight = c->spin_a.speed == 0 && c->spin_b.speed == 0;
     bool planes = a->shape->type == SHAPE_HALFSPACE && b->shape->type == SHAPE_HALFSPACE;
     if (planes && !c->straight) return false;
+    c->reach_a = reach_of(a->shape, a->local);
+    c->reach_b = reach_of(b->shape, b->local);
     bound(c, span);
     c->slack = slack_of(c, &a->motion, &b->motion, span);
-    if (c->straight) {
-        pose shape_a = pose_mul(c->body_a.start, c->local_a), shape_b = pose_mul(c->body_b.start, c->local_b);
-        c->world_of_a = quat_matrix(quat_unit(shape_a.q));
-        c->arm = shape_a.p;
-        c->start = pose_relative(shape_a, shape_b);
-        c->start.q = quat_unit(c->start.q);
-        c->rate = mat_tmul(c->world_of_a, c->body_b.linear);
-    }
+    c->first = place(c, &c->body_a.start, &c->body_b.start);
+    if (c->straight) c->rate = mat_tmul(c->first.world_of_a, c->body_b.linear);
     return true;
 }
 
 course_place course_at(const course *c, double time)
 {
-    if (c->straight) return (course_place){{vec_madd(c->start.p, time, c->rate), c->start.q}, c->world_of_a, c->arm};
+    if (time == 0) return c->first;
+    if (c->straight) {
+        course_place at = c->first;
+        at.b_in_a.p = vec_madd(at.b_in_a.p, time, c->rate);
+        return at;
+    }
     pose body_a = {VEC_ZERO, motion_spun(c->spin_a, c->body_a.start.q, time)};
     pose body_b = {
         vec_madd(c->body_b.start.p, time, c->body_b.linear), motion_spun(c->spin_b, c->body_b.start.q, time)};
-    pose shape_a = pose_mul(body_a, c->local_a), relative = pose_relative(shape_a, pose_mul(body_b, c->local_b));
-    relative.q = quat_unit(relative.q);
-    return (course_place){relative, quat_matrix(quat_unit(shape_a.q)), shape_a.p};
+    return place(c, &body_a, &body_b);
 }
 
 double course_separation(const course *c, const course_place *at, vec3 direction)
@@ -124,9 +140,11 @@ static double bend_with(const motion *frame, const motion *other, double other_r
 
 double course_bend(const course *c, course_frame frame, double from, double to)
 {
-    if (frame == COURSE_STILL) return c->bend;
+    if (frame == COURSE_STILL && c->plane_turn2 == 0) return c->bend;
     double line = vec_norm(c->body_b.linear), time = 0.5 * (from + to);
     double apart = vec_norm(vec_madd(c->body_b.start.p, time, c->body_b.linear)) + line * 0.5 * (to - from);
+    if (frame == COURSE_STILL)
+        return (c->plane_turn2 * (apart + c->plane_extent) + c->plane_bend) * (1 + 64 * UNIT_ROUNDOFF);
     return frame == COURSE_WITH_A ? bend_with(&c->body_a, &c->body_b, c->radius_b, apart + c->reach_b, line)
                                   : bend_with(&c->body_b, &c->body_a, c->radius_a, apart + c->reach_a, line);
 }

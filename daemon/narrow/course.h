@@ -8,33 +8,34 @@
 
 #include "toi.h"
 
+typedef struct course_place { /* where the two are at a time */
+    pose b_in_a;              /* the shapes */
+    mat3 world_of_a;          /* the axes of A's shape in the world's */
+    vec3 arm;                 /* from the frame's origin to that of A's shape, world axes */
+} course_place;
+
 typedef struct course {
     const shape *a, *b;
     pose local_a, local_b;
     motion body_a, body_b; /* in the frame: A's body turns in place */
     double span;           /* s */
     motion_spin spin_a, spin_b;
-    bool straight;   /* neither turns */
-    pose start;      /* straight: B's shape in A's at time 0, ... */
-    vec3 rate;       /* ... and how fast its position changes, in A's frame, m/s */
-    mat3 world_of_a; /* straight: course_place, always the same */
-    vec3 arm;
-    double bend;               /* m/s^2: over a time h no gap along a direction dips below its chord by more than
-                                  bend h^2 / 8 */
-    double speed;              /* m/s: no two points approach each other faster */
+    bool straight;       /* neither turns */
+    course_place first;  /* at time 0 */
+    vec3 rate;           /* straight: how fast B's position changes in A's frame, m/s */
+    double bend;         /* m/s^2: over a time h no gap along a direction dips below its chord by more than
+                            bend h^2 / 8 */
+    double plane_turn2;  /* of a plane that turns, otherwise 0: its bend is this times how far the other is from */
+    double plane_extent; /* its body's origin, for which this is added to the origins' distance, ... */
+    double plane_bend;   /* ... and this */
+    double speed;        /* m/s: no two points approach each other faster */
     double radius_a, radius_b; /* m: of the cores about the axes that they turn about */
-    double reach_a, reach_b;   /* m: of the shapes from the origins of their bodies */
+    double reach_a, reach_b;   /* m: of the shapes from the origins of their bodies; of half-spaces: their frames */
     double slack;              /* m: rounding of all poses up to the end of the span */
 } course;
 
 /* False if no bound exists: a half-space that turns against another. */
 bool course_init(course *c, const toi_mover *a, const toi_mover *b, double span);
-
-typedef struct course_place { /* where the two are at a time */
-    pose b_in_a;              /* the shapes */
-    mat3 world_of_a;          /* the axes of A's shape in the world's */
-    vec3 arm;                 /* from the frame's origin to that of A's shape, world axes */
-} course_place;
 
 course_place course_at(const course *c, double time);
 

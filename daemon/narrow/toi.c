@@ -14,6 +14,8 @@ enum {
     SHRINKS_MAX = 3  /* tries of a step before the one that needs no proof */
 };
 
+static const double DIP_SHARE = 0.75; /* of the gap that a step may use up by its bend */
+
 typedef struct march {
     const course *c;
     const toi_request *request;
@@ -23,6 +25,8 @@ typedef struct march {
     double time;
     bool rough;         /* within the tolerance is near enough: no proof of contact is looked for */
     course_place at;    /* that time */
+    course_place ahead; /* where the last step that was tried ends, ... */
+    double ahead_time;  /* ... and when; 0: none was tried */
     narrow_result near; /* then, in A's frame */
     vec3 axis;          /* near.axis in the world's axes */
     double rate;        /* m/s: how fast the gap at the nearest points grows along the axis */
@@ -40,7 +44,7 @@ static void look(march *m, double time, double tolerance)
     narrow_request r = {
         .facts = NARROW_DISTANCE, .tolerance = tolerance, .range = INFINITY, .threshold = m->request->threshold};
     m->time = time;
-    m->at = course_at(m->c, time);
+    m->at = time > 0 && time == m->ahead_time ? m->ahead : course_at(m->c, time);
     narrow_query(m->c->a, m->c->b, &m->at.b_in_a, &r, NULL, m->scratch, &m->near);
     m->out->queries++;
     m->axis = direction_again(mat_mul(m->at.world_of_a, m->near.axis));
@@ -85,10 +89,11 @@ static bool touches(march *m, double time)
  * own chord: so what holds at both ends holds between. */
 static bool free_along(const march *m, double from, double to, vec3 axis, double more)
 {
-    course_place first = course_at(m->c, from), last = course_at(m->c, to);
     double dip = course_dip(m->c, to - from) + more;
-    return course_separation(m->c, &first, axis) > floor_at(m, from) + dip &&
-           course_separation(m->c, &last, axis) > floor_at(m, to) + dip;
+    course_place at = course_at(m->c, from);
+    if (!(course_separation(m->c, &at, axis) > floor_at(m, from) + dip)) return false;
+    at = course_at(m->c, to);
+    return course_separation(m->c, &at, axis) > floor_at(m, to) + dip;
 }
 
 /* The step after which `gap` is used up, when it grows at `rate` and its growth falls by `bend`. */
@@ -116,17 +121,25 @@ static double straight_step(const march *m)
     return step_until_used(proven_spare(m), spare_rate(m) - rounding, m->request->wander);
 }
 
+/* A plane's normal is its own, and always turns with it. */
+static int frames_of(const course *c)
+{
+    return c->a->type == SHAPE_HALFSPACE || c->b->type == SHAPE_HALFSPACE ? COURSE_WITH_A : COURSE_FRAMES;
+}
+
 /* What the gap certainly keeps at the end of a step and on the way there, in the best of the frames. */
-static double spare_after(const march *m, double step)
+static double spare_after(march *m, double step)
 {
     double best = -INFINITY, end = m->time + step;
-    course_place to = course_at(m->c, end);
-    bool plane = m->c->a->type == SHAPE_HALFSPACE || m->c->b->type == SHAPE_HALFSPACE; /* its normal is its own */
+    const course_place *to = &m->ahead;
+    m->ahead = course_at(m->c, end);
+    m->ahead_time = end;
     unit_pair p;
-    unit_pair_init(&p, m->c->a, m->c->b, &to.b_in_a);
-    for (int frame = COURSE_STILL; frame < (plane ? COURSE_WITH_A : COURSE_FRAMES); frame++) {
+    unit_pair_init(&p, m->c->a, m->c->b, &to->b_in_a);
+    for (int frame = COURSE_STILL; frame < frames_of(m->c); frame++) {
         double dip = course_bend(m->c, (course_frame)frame, m->time, end) * step * step / 8 * (1 + 0x1p-48);
-        vec3 axis = course_carry((course_frame)frame, &m->at, m->near.axis, &to);
+        if (spare(m) - dip <= best) continue;
+        vec3 axis = course_carry((course_frame)frame, &m->at, m->near.axis, to);
         double gap = unit_pair_separation(&p, axis, NULL, NULL) - floor_at(m, end);
         best = max_of(best, min_of(gap, spare(m)) - dip);
         if (best > 0) break;
@@ -134,12 +147,32 @@ static double spare_after(const march *m, double step)
     return best;
 }
 
-/* The longest step, of those tried, that the chord proves free: the first by Newton's method, to where the gap is used
- * up but for what is aimed at; then by the secant, which of a gap that closes ever faster never takes too much. */
-static double turning_step(const march *m, double left)
+/* The least bend up to the end of a step, of all frames. */
+static double least_bend(const march *m, double step)
+{
+    double bend = INFINITY;
+    for (int frame = COURSE_STILL; frame < frames_of(m->c); frame++)
+        bend = min_of(bend, course_bend(m->c, (course_frame)frame, m->time, m->time + step));
+    return bend;
+}
+
+/* By Newton's method, to where the gap is used up but for `aim` when the dip is taken off it; and no step is proven
+ * over which the chord may dip by more than the gap that there is. */
+static double proposed_step(const march *m, double gap, double aim, double left)
+{
+    double rate = spare_rate(m), wander = m->request->wander;
+    double step = min_of(step_until_used(gap - aim, rate, wander), left), bend = least_bend(m, step);
+    if (!(bend > 0)) return step;
+    step = min_of(step, step_until_used(gap - aim, rate, wander + 0.25 * bend));
+    return min_of(step, sqrt(DIP_SHARE * 8 * gap / bend));
+}
+
+/* The longest step, of those tried, that the chord proves free: the one proposed; then by the secant, which of a gap
+ * that closes ever faster never takes too much. */
+static double turning_step(march *m, double left)
 {
     double gap = spare(m), aim = gap > m->request->tolerance ? 0.5 * m->request->tolerance : 0.25 * gap;
-    double step = min_of(step_until_used(gap - aim, spare_rate(m), m->request->wander), left), sure = sure_step(m);
+    double step = proposed_step(m, gap, aim, left), sure = sure_step(m);
     for (int k = 0; k < SHRINKS_MAX && step > sure; k++) {
         double after = spare_after(m, step);
         m->out->steps++;
@@ -149,7 +182,7 @@ static double turning_step(const march *m, double left)
     return min_of(sure, left);
 }
 
-static double next_step(const march *m)
+static double next_step(march *m)
 {
     double left = m->request->span - m->time;
     return m->c->straight ? straight_step(m) : turning_step(m, left);
@@ -206,7 +239,9 @@ static void march_convex(march *m, double from)
         if (spare(m) <= tolerance) {
             if (!m->rough && prove_contact(m)) return;
             if (spare(m) <= 0.5 * tolerance) look(m, time, 0);
-            if (spare(m) <= 0 || m->rough || ++grazes > GRAZES_MAX) {
+            bool stuck = spare(m) <= 0; /* what goes away for good is free, however near it was */
+            if (!stuck && (m->rough || ++grazes > GRAZES_MAX)) stuck = next_step(m) < span - time;
+            if (stuck) {
                 tell(m, TOI_NEAR, INFINITY);
                 return;
             }
@@ -217,7 +252,7 @@ static void march_convex(march *m, double from)
         coarse = spare(m);
         time += step;
     }
-    tell(m, TOI_UNDECIDED, INFINITY);
+    tell(m, spare(m) <= tolerance ? TOI_NEAR : TOI_UNDECIDED, INFINITY);
 }
 
 /* ---- two shapes ---- */

@@ -11,6 +11,7 @@ KEYS = {
               "extra", "missed"],
     "narrow": ["coherent", "ns_median", "ns_p99", "wrong", "failed", "missed_truth", "items", "samples"],
     "elementary": ["queries", "contacts", "ns_median", "ns_p99", "misses", "false_hits", "late", "late_max"],
+    "ccd": ["us_median", "us_p99", "misses", "false_hits", "late", "toi_error_max", "pairs", "hits", "failed"],
 }
 # Of the world's scenes of impacts, all numbers a tick: searches for a time of impact ("sweeps"), the distances and
 # verdicts in them ("sweep_queries": refinements), and those of the searches that one axis settled without any
@@ -49,6 +50,11 @@ def broken(name, row):
         return "no scene, contender or queries"
     if name == "elementary" and row["contender"] == "collided" and (row["misses"] or row["late"]):
         return "ours missed a contact, or was late"
+    if name == "ccd" and not (row.get("scene") and row.get("contender") and row["pairs"]):
+        return "no scene, contender or pairs"
+    if name == "ccd" and row["contender"] == "collided" and (
+            row["misses"] or row["false_hits"] or row["late"] or row["failed"] or row["toi_error_max"] > 1e-3):
+        return "ours missed a contact, saw one that is none, or was late or early"
     return None
 
 

@@ -3,20 +3,11 @@
 //
 // FCL fails by exceptions, and its package by assertions, too, which would end the whole race. So an assertion that
 // fails during a query leads back to it (what FCL held is lost); it counts as failed and is not asked again.
+#include "fcl_shapes.h"
 #include "narrow_peer.h"
 
 #include <algorithm>
-#include <csetjmp>
 #include <cstdio>
-#include <cstdlib>
-#include <fcl/geometry/bvh/BVH_model.h>
-#include <fcl/geometry/shape/box.h>
-#include <fcl/geometry/shape/capsule.h>
-#include <fcl/geometry/shape/cone.h>
-#include <fcl/geometry/shape/convex.h>
-#include <fcl/geometry/shape/cylinder.h>
-#include <fcl/geometry/shape/ellipsoid.h>
-#include <fcl/geometry/shape/sphere.h>
 #include <fcl/narrowphase/collision.h>
 #include <fcl/narrowphase/distance.h>
 #include <map>
@@ -28,67 +19,6 @@ namespace
 
 using geometry = fcl::CollisionGeometry<double>;
 using transform = fcl::Transform3<double>;
-
-std::shared_ptr<geometry> hull_of(const narrow_polytope &p)
-{
-    auto vertices = std::make_shared<std::vector<fcl::Vector3<double>>>();
-    auto faces = std::make_shared<std::vector<int>>();
-    for (size_t i = 0; i < p.vertex_count; i++)
-        vertices->emplace_back(p.vertices[3 * i], p.vertices[3 * i + 1], p.vertices[3 * i + 2]);
-    for (size_t f = 0; f < p.face_count; f++) {
-        faces->push_back(int(p.face_first[f + 1] - p.face_first[f]));
-        for (uint32_t i = p.face_first[f]; i < p.face_first[f + 1]; i++) faces->push_back(int(p.face_vertices[i]));
-    }
-    return std::make_shared<fcl::Convex<double>>(vertices, int(p.face_count), faces);
-}
-
-std::shared_ptr<geometry> mesh_of(const narrow_polytope &p)
-{
-    std::vector<fcl::Vector3<double>> vertices;
-    std::vector<fcl::Triangle> triangles;
-    for (size_t i = 0; i < p.vertex_count; i++)
-        vertices.emplace_back(p.vertices[3 * i], p.vertices[3 * i + 1], p.vertices[3 * i + 2]);
-    for (size_t f = 0; f < p.face_count; f++) {
-        const uint32_t *v = &p.face_vertices[p.face_first[f]];
-        triangles.emplace_back(v[0], v[1], v[2]);
-    }
-    auto m = std::make_shared<fcl::BVHModel<fcl::OBBRSS<double>>>();
-    m->beginModel();
-    m->addSubModel(vertices, triangles);
-    m->endModel();
-    return m;
-}
-
-std::shared_ptr<geometry> shape_of(const narrow_body &b)
-{
-    const double *h = b.half;
-    switch (b.kind) {
-    case KIND_SPHERE:
-        return std::make_shared<fcl::Sphere<double>>(b.radius);
-    case KIND_CAPSULE:
-        return std::make_shared<fcl::Capsule<double>>(b.radius, 2 * h[2]);
-    case KIND_BOX:
-        return std::make_shared<fcl::Box<double>>(2 * h[0], 2 * h[1], 2 * h[2]);
-    case KIND_CYLINDER:
-        return std::make_shared<fcl::Cylinder<double>>(h[0], 2 * h[2]);
-    case KIND_CONE:
-        return std::make_shared<fcl::Cone<double>>(h[0], 2 * h[2]);
-    case KIND_ELLIPSOID:
-        return std::make_shared<fcl::Ellipsoid<double>>(h[0], h[1], h[2]);
-    case KIND_MESH:
-        return mesh_of(*b.polytope);
-    default:
-        return hull_of(*b.polytope);
-    }
-}
-
-transform transform_of(const narrow_place &at)
-{
-    transform t = transform::Identity();
-    t.linear() = Eigen::Quaterniond(at.q[0], at.q[1], at.q[2], at.q[3]).toRotationMatrix();
-    t.translation() = fcl::Vector3<double>(at.p[0], at.p[1], at.p[2]);
-    return t;
-}
 
 struct item {
     const geometry *a, *b;
@@ -116,12 +46,9 @@ self *create_asking(
     s->dies.resize(count);
     for (size_t i = 0; i < count; i++) {
         for (const narrow_body *b : {items[i].a, items[i].b})
-            if (!s->shapes.count(b)) {
-                s->shapes[b] = shape_of(*b);
-                s->shapes[b]->computeLocalAABB();
-            }
-        s->items.push_back({s->shapes[items[i].a].get(), s->shapes[items[i].b].get(), transform_of(items[i].at_a),
-            transform_of(items[i].at_b), items[i].begins});
+            if (!s->shapes.count(b)) s->shapes[b] = fcl_shape_of(*b);
+        s->items.push_back({s->shapes[items[i].a].get(), s->shapes[items[i].b].get(), fcl_transform_of(items[i].at_a),
+            fcl_transform_of(items[i].at_b), items[i].begins});
     }
     return s;
 }
@@ -149,9 +76,6 @@ void destroy(void *context)
     delete s;
 }
 
-jmp_buf back;
-bool armed; // an assertion leads back, instead of ending the process
-
 narrow_answer failure()
 {
     narrow_answer out = {};
@@ -164,8 +88,8 @@ typedef narrow_answer one(self &s, const item &it);
 void query(self &s, size_t first, size_t count, narrow_answer *out, one *ask)
 {
     volatile size_t i = 0; // as it was when an assertion failed
-    armed = true;
-    if (setjmp(back) != 0) {
+    fcl_armed = true;
+    if (setjmp(fcl_back) != 0) {
         s.dies[first + i] = true;
         out[i] = failure();
         i = i + 1;
@@ -177,7 +101,7 @@ void query(self &s, size_t first, size_t count, narrow_answer *out, one *ask)
             out[i] = failure();
         }
     }
-    armed = false;
+    fcl_armed = false;
 }
 
 narrow_answer measure(self &s, const item &it)
@@ -232,14 +156,6 @@ bool takes_gaps(const narrow_row *row)
 }
 
 } // namespace
-
-// glibc's, for whatever asserts in this process.
-extern "C" void __assert_fail(const char *what, const char *file, unsigned line, const char *function) noexcept
-{
-    if (armed) longjmp(back, 1);
-    std::fprintf(stderr, "%s:%u: %s: Assertion `%s' failed.\n", file, line, function, what);
-    std::abort();
-}
 
 const narrow_peer narrow_fcl = {"fcl", "distance(), libccd's solver, tolerance 1e-6 (default), signed in contact",
     false, takes_all, create, query_distance, destroy};
