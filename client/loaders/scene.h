@@ -4,6 +4,9 @@
  *       - name: table
  *         group: furniture          # optional
  *         motion: fixed             # or moving, the default
+ *         ccd: full                 # or linear, or off, the default: is its way looked at, see collided_ccd
+ *         acceleration: 3           # m/s^2 and rad/s^2, default 0: what is foretold allows for so much
+ *         angular_acceleration: 1
  *         category: 2               # bits, as in collided_body_def; with mask and one_way
  *         mask: 5
  *         one_way: true
@@ -20,7 +23,7 @@
  *         state: ready
  *         joints: [{name: j1, value: 0.3}]
  *         pose: {position: [0, 0, 0]}
- *         motion: moving
+ *         motion: moving            # and ccd, acceleration, angular_acceleration, of all its links
  *         packages: [{name: arm_description, path: ../arm_description}]
  *
  * Shapes: sphere (radius), capsule (radius, length of its cylinder), box (size), cylinder (radius, height), cone
@@ -43,6 +46,8 @@ typedef struct scene_robot {
     size_t joint_count;
     collided_pose pose;
     collided_motion motion;
+    collided_ccd ccd;                                      /* of all its links, ... */
+    double acceleration_m_s2, angular_acceleration_rad_s2; /* ... with these */
 } scene_robot;
 
 typedef struct scene {
