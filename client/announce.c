@@ -152,8 +152,10 @@ void announce_to_new_daemon(collided *c)
             settle_removal(c, a);
         else if (repeats)
             make_due(c, a, true, now);
-        else if (!a->renew)
-            make_due(c, a, false, now + repeat_after_ns(c, 0)); /* the transport hands it to the new daemon */
+        else if (!a->renew) { /* the transport hands it to the new daemon, with the pose of old */
+            if (a->message->kind == WIRE_BODY) ((body_record *)a)->teleported = true;
+            make_due(c, a, false, now + repeat_after_ns(c, 0));
+        }
     }
 }
 

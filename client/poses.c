@@ -79,6 +79,7 @@ static bool remember(collided *c, const poses *p, size_t i)
         body->has_angular = p->angular != NULL;
         body->stamp_ns = p->stamp_ns;
         body->step = p->step;
+        body->teleported = body->announced.state != ANNOUNCE_ACKED && (p->teleport || body->teleported);
     }
     return body->announced.state == ANNOUNCE_ACKED;
 }
@@ -140,9 +141,11 @@ collided_status collided_move(collided *c, collided_body body, collided_pose pos
 
 void body_acked(collided *c, body_record *body)
 {
+    bool teleported = body->teleported;
+    body->teleported = false;
     if (body->stamp_ns == 0 || body->stamp_ns < body->announced.message->body.stamp_ns) return;
     const collided_body id = {body->id};
     const poses p = {1, &id, body->pose, body->pose + 3, body->has_linear ? body->velocity : NULL,
-        body->has_angular ? body->velocity + 3 : NULL, body->stamp_ns, body->step, .teleport = false};
+        body->has_angular ? body->velocity + 3 : NULL, body->stamp_ns, body->step, .teleport = teleported};
     (void)send_run(c, &p, 0, 1); /* a failure is counted there */
 }

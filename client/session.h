@@ -27,6 +27,7 @@ typedef struct body_record {
     double pose[7];     /* newest published */
     double velocity[6]; /* linear, angular */
     bool has_linear, has_angular;
+    bool teleported;  /* `pose` was not reached from what was announced by a way: told so with the acknowledgement */
     int64_t stamp_ns; /* of `pose`; 0 = none since it was announced */
     int64_t step;
 } body_record;

@@ -35,13 +35,20 @@ static const option table[] = {
     {"--stay", NULL, FLAG, AT(stay), 0, 0, "load", "stay until SIGINT; the bodies are this process's, and go with it"},
     {"--a", "PATTERN", TEXT, AT(select_a), 0, 0, "watch", "one body of each pair: name with * and ?, or group:NAME"},
     {"--b", "PATTERN", TEXT, AT(select_b), 0, 0, "watch", "the other one"},
-    {"--facts", "LIST", FACTS, AT(facts), 0, 0, "watch", "of touch,distance,manifold; default touch"},
+    {"--facts", "LIST", FACTS, AT(facts), 0, 0, "watch", "of touch,distance,manifold,impact,foretell; default touch"},
+    {"--horizon", "S", NUMBER, AT(horizon_s), 0.001, 86400, "watch",
+        "what is foretold, so far ahead of the newest pose of a pair; default 1"},
     {"--range", "M", NUMBER, AT(range_m), 0, 1e6, "watch", "distances below this are told; default 0.1"},
     {"--tolerance", "M", NUMBER, AT(tolerance_m), 0, 1, "watch query", "width of the intervals; default 1e-6"},
     {"--rate", "HZ", NUMBER, AT(rate_hz), 0, 100000, "watch", "updates at most so often; default 0 = each tick"},
     {"--seconds", "N", NUMBER, AT(seconds), 0.001, 1e9, "watch record", "end after so long; default: at SIGINT"},
     {"--length", "M", NUMBER, AT(length_m), 0, 1e9, "query",
         "of the ray or the cast, or how far to look for the nearest; default 1000"},
+    {"--linear", "X,Y,Z", LINEAR, 0, 0, 0, "query move", "velocity, m/s: of a sweep, or to be published with the pose"},
+    {"--angular", "X,Y,Z", ANGULAR, 0, 0, 0, "query move", "angular velocity, rad/s, world axes, likewise"},
+    {"--span", "S", NUMBER, AT(span_s), 1e-6, 86400, "query", "how long a sweep takes; default 1"},
+    {"--teleport", NULL, FLAG, AT(teleport), 0, 0, "move",
+        "it did not move there, but is there: nothing on the way is met, and its contacts end"},
     {"--peer", "ADDRESS", TEXT, AT(peer), 0, 0, "doctor", "another host that should be heard: is it, and if not, why"},
     {"--list", NULL, FLAG, AT(list), 0, 0, "doctor", "list the checks and run none"},
     {"--system-root", "DIR", TEXT, AT(system_root), 0, 0, "doctor", "read DIR/proc instead of /proc, for tests"},
@@ -49,7 +56,7 @@ static const option table[] = {
 };
 enum { OPTIONS = sizeof table / sizeof *table };
 
-const char *const options_facts[] = {"touch", "distance", "manifold", NULL};
+const char *const options_facts[] = {"touch", "distance", "manifold", "impact", "foretell", NULL};
 
 static const option_exit exits[] = {
     {EX_OK, "done"},
@@ -117,19 +124,28 @@ static int take_number(ctl_options *to, const option *o, const char *text)
     return 0;
 }
 
+#define FACT_WORDS "touch,distance,manifold,impact,foretell"
+
 static int take_facts(ctl_options *to, const char *text)
 {
-    static const unsigned bits[] = {COLLIDED_TOUCH, COLLIDED_DISTANCE, COLLIDED_MANIFOLD};
+    static const unsigned bits[] = {
+        COLLIDED_TOUCH, COLLIDED_DISTANCE, COLLIDED_MANIFOLD, COLLIDED_IMPACT, COLLIDED_FORETELL};
     to->facts = 0;
     for (const char *word = text; *word; word += strcspn(word, ","), word += *word == ',') {
         size_t length = strcspn(word, ",");
         unsigned bit = 0;
         for (int i = 0; options_facts[i]; i++)
             if (strlen(options_facts[i]) == length && strncmp(word, options_facts[i], length) == 0) bit = bits[i];
-        if (!bit) return ctl_fail(EX_USAGE, "--facts '%s': must be some of touch,distance,manifold", text);
+        if (!bit) return ctl_fail(EX_USAGE, "--facts '%s': must be some of " FACT_WORDS, text);
         to->facts |= bit;
     }
-    return to->facts ? 0 : ctl_fail(EX_USAGE, "--facts '': must be some of touch,distance,manifold");
+    return to->facts ? 0 : ctl_fail(EX_USAGE, "--facts '': must be some of " FACT_WORDS);
+}
+
+static int take_velocity(const option *o, const char *text, double out[3], bool *has)
+{
+    *has = options_vector(text, out);
+    return *has ? 0 : ctl_fail(EX_USAGE, "%s '%s': must be X,Y,Z", o->name, text);
 }
 
 static int take_package(ctl *c, const char *text)
@@ -156,6 +172,10 @@ static int take_value(ctl *c, const option *o, const char *text)
     case NUMBER:
     case COUNT:
         return take_number(to, o, text);
+    case LINEAR:
+        return take_velocity(o, text, to->linear, &to->has_linear);
+    case ANGULAR:
+        return take_velocity(o, text, to->angular, &to->has_angular);
     case FACTS:
         return take_facts(to, text);
     case PACKAGE:
@@ -222,6 +242,8 @@ static void set_defaults(ctl_options *o)
         .range_m = 0.1,
         .tolerance_m = 1e-6,
         .length_m = 1000,
+        .horizon_s = 1,
+        .span_s = 1,
         .pose = {{0, 0, 0}, {1, 0, 0, 0}}};
 }
 

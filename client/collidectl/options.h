@@ -6,7 +6,7 @@
 
 #include <stdio.h>
 
-typedef enum option_kind { FLAG, TEXT, NUMBER, COUNT, POSE, FACTS, PACKAGE } option_kind;
+typedef enum option_kind { FLAG, TEXT, NUMBER, COUNT, POSE, LINEAR, ANGULAR, FACTS, PACKAGE } option_kind;
 
 typedef struct option {
     const char *name, *value;

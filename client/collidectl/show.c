@@ -5,11 +5,22 @@
 #include <stdbool.h>
 #include <stdio.h>
 
+static int digits_for(double width)
+{
+    return width > 0 && isfinite(width) ? (int)fmin(12, fmax(3, 1 - floor(log10(width)))) : 6;
+}
+
+void show_bracket(double lo_s, double hi_s, char *out, size_t size)
+{
+    int digits = digits_for(hi_s - lo_s);
+    snprintf(out, size, "[%.*f, %.*f] s", digits, lo_s, digits, hi_s);
+}
+
 void show_interval(double lo_m, double hi_m, char *out, size_t size)
 {
     bool metres = !(fmax(fabs(lo_m), fabs(hi_m)) < 1);
-    double scale = metres ? 1 : 1000, width = scale * (hi_m - lo_m);
-    int digits = width > 0 && isfinite(width) ? (int)fmin(12, fmax(3, 1 - floor(log10(width)))) : 6;
+    double scale = metres ? 1 : 1000;
+    int digits = digits_for(scale * (hi_m - lo_m));
     snprintf(out, size, "[%.*f, %.*f] %s", digits, scale * lo_m, digits, scale * hi_m, metres ? "m" : "mm");
 }
 

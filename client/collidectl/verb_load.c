@@ -36,6 +36,15 @@ static bool ends_in(const char *text, const char *end)
 
 /* ---- reading ---- */
 
+static void give_motion(load_bodies *links, const scene_robot *from)
+{
+    for (size_t i = 0; i < links->count; i++) {
+        links->at[i].ccd = from->ccd;
+        links->at[i].acceleration_m_s2 = from->acceleration_m_s2;
+        links->at[i].angular_acceleration_rad_s2 = from->angular_acceleration_rad_s2;
+    }
+}
+
 static bool read_robot(loading *l, const scene_robot *from)
 {
     ctl *c = l->c;
@@ -48,7 +57,10 @@ static bool read_robot(loading *l, const scene_robot *from)
     for (size_t i = 0; i < from->joint_count; i++)
         if (!robot_set(&to->robot, from->joints[i], from->values[i], to->values, &c->report)) return false;
     if (c->options.joints && !robot_set_list(&to->robot, c->options.joints, to->values, &c->report)) return false;
-    return robot_bodies(&to->robot, to->base, to->values, from->motion, &c->pool, &l->sets[l->set_count++], &c->report);
+    load_bodies *links = &l->sets[l->set_count++];
+    if (!robot_bodies(&to->robot, to->base, to->values, from->motion, &c->pool, links, &c->report)) return false;
+    give_motion(links, from);
+    return true;
 }
 
 static bool read_urdf(loading *l, const char *path)

@@ -21,6 +21,14 @@ static int confirm(ctl *c, const char *name)
     return status;
 }
 
+static collided_status publish(const ctl *c, collided_body body, const collided_pose *pose)
+{
+    const ctl_options *o = &c->options;
+    const double *linear = o->has_linear ? o->linear : NULL, *angular = o->has_angular ? o->angular : NULL;
+    return (o->teleport ? collided_teleport : collided_publish)(
+        c->client, 1, &body, pose->position, pose->orientation, linear, angular, 0, 0);
+}
+
 static int move(ctl *c, const store *s, collided_pose pose)
 {
     const char *name = c->arguments[0];
@@ -31,7 +39,7 @@ static int move(ctl *c, const store *s, collided_pose pose)
     int status = ctl_connect_owner(c);
     if (status) return status;
     collided_body body = collided_adopt_body(c->client, id);
-    status = ctl_check(c, collided_move(c->client, body, pose), "move");
+    status = ctl_check(c, publish(c, body, &pose), "move");
     collided_flush(c->client);
     return status ? status : confirm(c, name);
 }

@@ -86,6 +86,19 @@ static int ask_cast(ctl *c, char **a, collided_result *out)
         "query cast");
 }
 
+/* Where a body would go, by --linear and --angular. */
+static int ask_sweep(ctl *c, char **a, collided_result *out)
+{
+    const ctl_options *o = &c->options;
+    if (!o->has_linear && !o->has_angular)
+        return ctl_fail(EX_USAGE, "query sweep: say how it would move: --linear X,Y,Z or --angular X,Y,Z");
+    int status = connected(c);
+    if (status) return status;
+    return ctl_check(c,
+        collided_query_sweep(c->client, a[0], o->linear, o->angular, o->span_s, o->tolerance_m, o->timeout_s, out),
+        "query sweep");
+}
+
 /* A point, or else a body's name; and how many are wanted. */
 static int ask_nearest(ctl *c, char **a, collided_result *out)
 {
@@ -125,6 +138,16 @@ static void print_distance(const collided_hit *h)
     show_interval(h->lo, h->hi, interval, sizeof interval);
     show_age(h->age_s, age, sizeof age);
     printf("%-24s %-24s %26s  age %s%s\n", h->name_a, h->name_b, interval, age, h->stale ? "  unknown: stale" : "");
+}
+
+/* lo and hi are times: proven to be apart before the one, and to touch at the other. */
+static void print_time(const collided_hit *h)
+{
+    char bracket[96], age[32];
+    show_bracket(h->lo, h->hi, bracket, sizeof bracket);
+    show_age(h->age_s, age, sizeof age);
+    printf("%-24s in %26s  normal %.6f %.6f %.6f  at %.6f %.6f %.6f  age %s%s\n", h->name_a, bracket, h->axis[0],
+        h->axis[1], h->axis[2], h->point_a[0], h->point_a[1], h->point_a[2], age, h->stale ? "  unknown: stale" : "");
 }
 
 static void print_body(const collided_hit *h)
@@ -181,6 +204,7 @@ static const query_kind query_kinds[] = {
     {"distance", 2, 2, "A B", ask_distance, print_distance},
     {"box", 2, 2, "X,Y,Z[,W,X,Y,Z] SX,SY,SZ", ask_box, print_distance},
     {"cast", 3, 3, "X,Y,Z[,W,X,Y,Z] SX,SY,SZ DX,DY,DZ", ask_cast, print_distance},
+    {"sweep", 1, 1, "BODY --linear X,Y,Z --angular X,Y,Z [--span S]", ask_sweep, print_time},
     {"nearest", 1, 2, "BODY|X,Y,Z [COUNT]", ask_nearest, print_distance},
     {"explain", 2, 2, "A B", ask_explain, NULL},
     {"bodies", 0, 1, "[PATTERN]", ask_bodies, print_body},
@@ -199,8 +223,8 @@ int verb_query(ctl *c)
     for (size_t i = 0; i < QUERY_KINDS; i++)
         if (strcmp(query_kinds[i].name, c->arguments[0]) == 0) kind = &query_kinds[i];
     if (!kind)
-        return ctl_fail(
-            EX_USAGE, "query: '%s' is none of ray, distance, box, cast, nearest, explain, bodies", c->arguments[0]);
+        return ctl_fail(EX_USAGE, "query: '%s' is none of ray, distance, box, cast, sweep, nearest, explain, bodies",
+            c->arguments[0]);
     int count = c->argument_count - 1;
     if (count < kind->least || count > kind->most)
         return ctl_fail(EX_USAGE, "query: use it as: collidectl query %s %s", kind->name, kind->arguments);

@@ -18,11 +18,14 @@ static const char *const kinds[] = {
     [COLLIDED_FAR] = "far",
     [COLLIDED_UNKNOWN] = "unknown",
     [COLLIDED_KNOWN] = "known",
+    [COLLIDED_EVENT_IMPACT] = "impact",
+    [COLLIDED_EVENT_FORETOLD] = "foretold",
+    [COLLIDED_EVENT_AVERTED] = "averted",
 };
 
 static const char *kind_name(collided_event_kind kind)
 {
-    return kind >= COLLIDED_BEGIN && kind <= COLLIDED_KNOWN ? kinds[kind] : "?";
+    return kind >= COLLIDED_BEGIN && kind <= COLLIDED_EVENT_AVERTED ? kinds[kind] : "?";
 }
 
 /* ---- JSON ---- */
@@ -36,6 +39,7 @@ static void open_line(json *j, const char *event, const collided_batch *b)
     json_integer(j, "batch", b->batch);
     json_integer(j, "tick", b->tick);
     json_integer(j, "stamp_ns", b->stamp_ns);
+    json_integer(j, "latest_pose_ns", b->latest_pose_ns);
     json_integer(j, "step", b->step);
 }
 
@@ -43,6 +47,26 @@ static void close_line(json *j)
 {
     json_close(j, '}');
     json_end_line(j);
+}
+
+static void json_pose(json *j, const char *key, const collided_pose *pose)
+{
+    json_open(j, key, '{');
+    json_numbers(j, "position", pose->position, 3);
+    json_numbers(j, "orientation", pose->orientation, 4);
+    json_close(j, '}');
+}
+
+static void json_impact(json *j, const collided_impact *i)
+{
+    json_open(j, "impact", '{');
+    json_number(j, "lo_s", i->lo_s);
+    json_number(j, "hi_s", i->hi_s);
+    json_integer(j, "start_ns", i->start_ns);
+    json_bool(j, "estimated", i->estimated);
+    json_pose(j, "pose_a", &i->pose_a);
+    json_pose(j, "pose_b", &i->pose_b);
+    json_close(j, '}');
 }
 
 static void json_event(json *j, const collided_batch *b, const collided_event *e)
@@ -62,6 +86,8 @@ static void json_event(json *j, const collided_batch *b, const collided_event *e
     json_numbers(j, "point_b", e->point_b, 3);
     json_number(j, "age_a_s", e->age_a_s);
     json_number(j, "age_b_s", e->age_b_s);
+    json_number(j, "closing_m_s", e->closing_m_s);
+    if (e->impact) json_impact(j, e->impact);
     json_open(j, "points", '[');
     for (size_t i = 0; i < e->point_count; i++) {
         json_open(j, NULL, '{');
@@ -105,14 +131,31 @@ static void text_time(int64_t stamp_ns, char out[16])
     snprintf(out, 16, "%s.%03d", clock, (int)(stamp_ns / 1000000 % 1000 + 1000) % 1000);
 }
 
+/* Since when the time counts, how wide the bracket is, how fast they meet, and where. */
+static void text_impact(const collided_event *e)
+{
+    const collided_impact *i = e->impact;
+    char since[16], width[32] = "contact not proven";
+    text_time(i->start_ns, since);
+    if (isfinite(i->hi_s)) snprintf(width, sizeof width, "within %.3g s", i->hi_s - i->lo_s);
+    printf("%12s %-8s after %s, %s%s; closing %.6g m/s, normal %.6f %.6f %.6f, at %.6f %.6f %.6f\n", "", "", since,
+        width, i->estimated ? ", of an estimated velocity" : "", e->closing_m_s, e->axis[0], e->axis[1], e->axis[2],
+        e->point_a[0], e->point_a[1], e->point_a[2]);
+}
+
 static void text_event(const char *when, const collided_event *e)
 {
     char interval[96], age[32];
-    show_interval(e->lo, e->hi, interval, sizeof interval);
+    if (e->impact)
+        show_bracket(e->impact->lo_s, e->impact->hi_s, interval, sizeof interval);
+    else
+        show_interval(e->lo, e->hi, interval, sizeof interval);
     show_age(fmax(e->age_a_s, e->age_b_s), age, sizeof age);
-    bool measured = e->kind != COLLIDED_UNKNOWN && e->kind != COLLIDED_FAR && e->kind != COLLIDED_END;
+    bool measured = e->impact || e->kind == COLLIDED_BEGIN || e->kind == COLLIDED_UPDATE || e->kind == COLLIDED_NEAR ||
+                    e->kind == COLLIDED_KNOWN;
     printf("%s %-8s %-24s %-24s %26s  age %-7s %s\n", when, kind_name(e->kind), e->name_a, e->name_b,
         measured ? interval : "", age, e->cause);
+    if (e->impact) text_impact(e);
     for (size_t i = 0; i < e->point_count; i++)
         printf("%12s %-8s point %d at %.6f %.6f %.6f, %.3f mm\n", "", "", (int)e->points[i].feature,
             e->points[i].point[0], e->points[i].point[1], e->points[i].point[2], 1000 * e->points[i].distance);
@@ -150,6 +193,7 @@ int verb_watch(ctl *c)
     def.select_b = o->select_b;
     def.range_m = o->facts & COLLIDED_DISTANCE ? o->range_m : 0;
     def.tolerance_m = o->tolerance_m;
+    def.horizon_s = o->facts & COLLIDED_FORETELL ? o->horizon_s : 0;
     def.rate_hz = o->rate_hz;
     def.callback = on_events;
     def.context = c;

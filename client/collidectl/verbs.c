@@ -13,10 +13,16 @@ const ctl_verb ctl_verbs[] = {
     {"remove", "PATTERN", 1, 1, verb_remove, "Removes bodies that were loaded under the same --as",
         "The pattern may have * and ?.\n"},
     {"move", "NAME X,Y,Z[,W,X,Y,Z]", 2, 2, verb_move, "Moves a body that was loaded under the same --as",
-        "Metres and a unit quaternion; without one the orientation is the world's.\n"},
+        "Metres and a unit quaternion; without one the orientation is the world's.\n"
+        "Velocities tell what it does from here on, for what is foretold.\n"},
     {"joints", "ROBOT [NAME=VALUE...]", 1, INT_MAX, verb_joints, "Moves the joints of a loaded robot",
         "rad or m. Joints that are not named keep their values. All links move in one message.\n"},
-    {"watch", "", 0, 0, verb_watch, "Prints contacts and distances as they happen", ""},
+    {"watch", "", 0, 0, verb_watch, "Prints contacts, distances, impacts and what is foretold",
+        "Contacts begin, go on (update) and end; what is within --range is near, and then far; what is past\n"
+        "its deadline is unknown, and then known. impact: they met on their way from one pose to the next,\n"
+        "of bodies with ccd. foretold: they will meet within --horizon, and averted: no more. The times of\n"
+        "both are in seconds from the pose that the way began with, or from the newest pose: apart before\n"
+        "the first, touching at the second, both proven; inf is a contact that is not proven.\n"},
     {"query", "KIND ...", 1, 4, verb_query, "Asks once",
         "  query ray X,Y,Z DX,DY,DZ       the first body along a ray\n"
         "  query distance A B             certified distance of two bodies\n"
@@ -24,6 +30,8 @@ const ctl_verb ctl_verbs[] = {
         "                                 which bodies overlap that box (full sides)\n"
         "  query cast X,Y,Z[,W,X,Y,Z] SX,SY,SZ DX,DY,DZ\n"
         "                                 the first body that this box meets on its way\n"
+        "  query sweep BODY               the first body that this one would meet, and when (s), if it moved\n"
+        "                                 and turned by --linear and --angular, for --span\n"
         "  query nearest BODY|X,Y,Z [COUNT]\n"
         "                                 the nearest bodies, within --length\n"
         "  query explain A B              why is this pair checked, or not\n"

@@ -1,5 +1,5 @@
 /* arm_controller: moves a six-axis arm from place to place, publishes where its links are, and listens to how near the
- * vehicle comes. When the vehicle may be nearer than the protective distance, or nobody knows where it is, the arm
+ * vehicle comes. When the vehicle will come nearer than the protective distance, or nobody knows where it is, the arm
  * brakes, holds, and goes on afterwards. It grips its workpiece once the daemon says that the tool touches it.
  * One thread, 100 Hz; callbacks run inside example_poll_until.
  *
@@ -16,10 +16,8 @@
 #include <sysexits.h>
 #include <unistd.h>
 
-static const double PERIOD_S = 0.01;
 static const double DEADLINE_S = 0.2; /* twenty poses missing: where the arm is, is then unknown */
 static const double RANGE_M = 0.6;    /* the vehicle is listened to from here on */
-static const double BRAKING_S = 0.1;  /* from full speed to standstill, and back */
 
 static const double TABLE_TOP_M = 0.75, TOOL_M = 0.12;
 static const double GRIP_GAP_M = 0.0005;       /* between tool and gripped workpiece, as in the SRDF's states */
@@ -32,6 +30,7 @@ typedef struct sighting { /* one pair of shapes that is near, or of which nothin
     int64_t contact;      /* 0: not one pair, but all of the body a */
     char a[NAME_BYTES], b[NAME_BYTES];
     double lo, hi, age_s;
+    double left; /* what is left of lo when the arm stands */
 } sighting;
 
 typedef struct senses {
@@ -62,7 +61,11 @@ static void remember(senses *s, const collided_event *e)
 {
     sighting *one = find(s, e);
     if (!one) one = add(s);
-    *one = (sighting){.contact = e->contact, .lo = e->lo, .hi = e->hi, .age_s = fmax(e->age_a_s, e->age_b_s)};
+    *one = (sighting){.contact = e->contact,
+        .lo = e->lo,
+        .hi = e->hi,
+        .age_s = fmax(e->age_a_s, e->age_b_s),
+        .left = example_separation_left(e)};
     (void)snprintf(one->a, sizeof one->a, "%s", e->name_a);
     (void)snprintf(one->b, sizeof one->b, "%s", e->name_b);
 }
@@ -96,11 +99,12 @@ static void on_touches(void *context, const collided_batch *batch)
         s->touching += (batch->events[i].kind == COLLIDED_BEGIN) - (batch->events[i].kind == COLLIDED_END);
 }
 
-static const sighting *nearest(const senses *s)
+/* The pair that leaves least room: not always the nearest one, but one that approaches fast. */
+static const sighting *most_pressing(const senses *s)
 {
     const sighting *best = NULL;
     for (size_t i = 0; i < s->count; i++)
-        if (!best || s->at[i].lo < best->lo) best = &s->at[i];
+        if (!best || s->at[i].left < best->left) best = &s->at[i];
     return best;
 }
 
@@ -180,7 +184,7 @@ static double toward(double from, double to, double most)
  * acceleration at either end of a step. */
 static void advance(arm *a, bool touching, double dt)
 {
-    a->speed = toward(a->speed, a->stopped ? 0 : 1, dt / BRAKING_S);
+    a->speed = toward(a->speed, a->stopped ? 0 : 1, dt / EXAMPLE_BRAKING_S);
     a->progress = fmin(1, a->progress + a->speed * dt / PROGRAM[a->step].seconds);
     double p = a->progress, s = p * p * p * (10 + p * (6 * p - 15));
     for (int i = 0; i < JOINTS; i++) a->values[i] = a->from[i] + s * (a->to[i] - a->from[i]);
@@ -191,16 +195,18 @@ static void advance(arm *a, bool touching, double dt)
 
 /* ---- the decision ---- */
 
-/* On the certified lower bound: the vehicle may be as near as that, and is no nearer. */
+/* On the certified lower bound, the vehicle may be as near as that and is no nearer, and on how fast they approach: the
+ * arm begins to brake early enough to stand where it must. */
 static void decide(arm *a, const sighting *s, bool informed)
 {
-    const sighting nothing = {.a = "group:arm", .b = "group:vehicle", .lo = -INFINITY, .hi = INFINITY, .age_s = -1};
+    const sighting nothing = {
+        .a = "group:arm", .b = "group:vehicle", .lo = -INFINITY, .hi = INFINITY, .age_s = -1, .left = -INFINITY};
     if (!informed) s = &nothing;
-    if (!a->stopped && s && s->lo < EXAMPLE_PROTECTIVE_M) {
+    if (!a->stopped && s && s->left < EXAMPLE_PROTECTIVE_M) {
         a->stopped = true;
         a->stops++;
         example_line(a->e, "stop", s->a, s->b, s->lo, s->hi, s->age_s);
-    } else if (a->stopped && (!s || s->lo > EXAMPLE_RESUME_M)) {
+    } else if (a->stopped && (!s || s->left > EXAMPLE_RESUME_M)) {
         a->stopped = false;
         example_note(a->e, "the way is free: the arm goes on");
     }
@@ -296,10 +302,10 @@ static bool run(arm *a, collided *c, const senses *s)
     bool good = true;
     collided_status status = COLLIDED_OK;
     for (int64_t next_ns = example_now_ns(); good && example_running(a->e);) {
-        decide(a, nearest(s), s->informed && status != COLLIDED_NO_DAEMON);
-        advance(a, s->touching > 0, PERIOD_S);
+        decide(a, most_pressing(s), s->informed && status != COLLIDED_NO_DAEMON);
+        advance(a, s->touching > 0, EXAMPLE_PERIOD_S);
         good = example_ok(c, publish(a, c), "arm_controller: publishing");
-        next_ns += (int64_t)(PERIOD_S * 1e9);
+        next_ns += (int64_t)(EXAMPLE_PERIOD_S * 1e9);
         status = example_poll_until(c, next_ns);
     }
     return good;

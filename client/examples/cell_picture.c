@@ -26,6 +26,7 @@ static const double ANSWER_S = 2;
 typedef struct sighting { /* one pair of shapes, or one contact, as it is now */
     int64_t contact;
     picture_gap gap;
+    double left; /* m: what is left of it when the arm stands */
 } sighting;
 
 typedef struct sightings {
@@ -56,11 +57,11 @@ static double now_s(const artist *a)
     return (double)(example_now_ns() - a->start_ns) * 1e-9;
 }
 
-static void mark(artist *a, picture_mark_kind kind)
+static void mark(artist *a, picture_mark_kind kind, double lo)
 {
     picture *p = &a->picture;
     p->marks = grow(p->marks, p->mark_count, &a->mark_capacity, sizeof *p->marks);
-    p->marks[p->mark_count++] = (picture_mark){now_s(a), kind};
+    p->marks[p->mark_count++] = (picture_mark){now_s(a), kind, lo};
 }
 
 /* ---- events ---- */
@@ -76,19 +77,21 @@ static void remember(sightings *s, const collided_event *e)
     forget(s, e->contact);
     s->at = grow(s->at, s->count, &s->capacity, sizeof *s->at);
     sighting *one = &s->at[s->count++];
-    *one = (sighting){.contact = e->contact, .gap = {.lo = e->lo, .hi = e->hi}};
+    *one = (sighting){.contact = e->contact, .gap = {.lo = e->lo, .hi = e->hi}, .left = example_separation_left(e)};
     (void)snprintf(one->gap.a, sizeof one->gap.a, "%s", e->name_a);
     (void)snprintf(one->gap.b, sizeof one->gap.b, "%s", e->name_b);
     memcpy(one->gap.point_a, e->point_a, sizeof e->point_a);
     memcpy(one->gap.point_b, e->point_b, sizeof e->point_b);
 }
 
-/* The stops, as the arm decides them: on the lower bound. That it stands at the start is no event. */
+/* The stops, as the arm decides them: on what is left when it stands. That it stands at the start is no event. */
 static void note_stop(artist *a, double lo)
 {
-    if (!a->stopped && lo < EXAMPLE_PROTECTIVE_M && a->picture.gap_count > 1) mark(a, PICTURE_STOP);
-    if (a->stopped && lo > EXAMPLE_RESUME_M) mark(a, PICTURE_GO);
-    a->stopped = lo < EXAMPLE_PROTECTIVE_M || (a->stopped && lo <= EXAMPLE_RESUME_M);
+    double left = INFINITY;
+    for (size_t i = 0; i < a->pairs.count; i++) left = fmin(left, a->pairs.at[i].left);
+    if (!a->stopped && left < EXAMPLE_PROTECTIVE_M && a->picture.gap_count > 1) mark(a, PICTURE_STOP, lo);
+    if (a->stopped && left > EXAMPLE_RESUME_M) mark(a, PICTURE_GO, lo);
+    a->stopped = left < EXAMPLE_PROTECTIVE_M || (a->stopped && left <= EXAMPLE_RESUME_M);
 }
 
 /* Unknown pairs have no distance: the curve has a gap there. */
@@ -126,8 +129,8 @@ static void on_touches(void *context, const collided_batch *batch)
         const collided_event *e = &batch->events[i];
         if (e->kind == COLLIDED_BEGIN || e->kind == COLLIDED_UPDATE) remember(&a->contacts, e);
         if (e->kind == COLLIDED_END) forget(&a->contacts, e->contact);
-        if (e->kind == COLLIDED_BEGIN && !batch->snapshot) mark(a, PICTURE_BEGIN);
-        if (e->kind == COLLIDED_END && !first) mark(a, PICTURE_END);
+        if (e->kind == COLLIDED_BEGIN && !batch->snapshot) mark(a, PICTURE_BEGIN, 0);
+        if (e->kind == COLLIDED_END && !first) mark(a, PICTURE_END, 0);
     }
 }
 

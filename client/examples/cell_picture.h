@@ -34,6 +34,7 @@ typedef enum picture_mark_kind { PICTURE_BEGIN, PICTURE_END, PICTURE_STOP, PICTU
 typedef struct picture_mark {
     double at_s;
     picture_mark_kind kind;
+    double lo; /* m, between arm and vehicle: of STOP and GO */
 } picture_mark;
 
 typedef struct picture {

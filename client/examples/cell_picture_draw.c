@@ -504,7 +504,7 @@ static void draw_axes(FILE *out, const picture *p)
     fprintf(out, "<path d=\"M%g %.1fH%g\" stroke=\"%s\" stroke-dasharray=\"6 5\" stroke-opacity=\"0.7\"/>\n", LINE_LEFT,
         y, LINE_RIGHT, ACCENT);
     text(out, LINE_LEFT, LINE_TOP - 36, "font-size=\"14\" font-weight=\"600\"", "arm to vehicle");
-    (void)snprintf(words, sizeof words, "the arm stops below %.0f mm", 1e3 * p->protective_m);
+    (void)snprintf(words, sizeof words, "the arm stands before it is %.0f mm", 1e3 * p->protective_m);
     text(out, LINE_LEFT + 118, LINE_TOP - 36, "font-size=\"13\" fill=\"#c22f4d\"", words);
 }
 
@@ -538,7 +538,7 @@ static void draw_marks(FILE *out, const picture *p)
         double x = line_x(p, m->at_s), y = LINE_BOTTOM + 14;
         if (m->kind == PICTURE_STOP || m->kind == PICTURE_GO)
             fprintf(out, "<circle cx=\"%.1f\" cy=\"%.1f\" r=\"4.5\" fill=\"%s\" stroke=\"%s\" stroke-width=\"1.8\"/>\n",
-                x, line_y(p->protective_m), m->kind == PICTURE_STOP ? ACCENT : "#fff", ACCENT);
+                x, line_y(m->lo), m->kind == PICTURE_STOP ? ACCENT : "#fff", ACCENT);
         else
             fprintf(out, "<path d=\"M%.1f %.1fl4 8h-8Z\" fill=\"%s\" stroke=\"%s\" stroke-width=\"1.3\"/>\n", x, y - 4,
                 m->kind == PICTURE_BEGIN ? INK : "#fbf9f4", INK);

@@ -39,10 +39,15 @@ void example_line(
 /* For people only: nothing with --json. */
 __attribute__((format(printf, 2, 3))) void example_note(const example *e, const char *format, ...);
 
-/* The arm stops when the vehicle may be nearer than the first, and goes on when it is certainly farther than the
- * second.
- */
+/* The arm stops so that it stands before the vehicle may be nearer than the first, and goes on when it is certainly
+ * farther than the second. */
 extern const double EXAMPLE_PROTECTIVE_M, EXAMPLE_RESUME_M;
+/* The separation that is left when the arm stands, should the two go on approaching as they do: what is certain now
+ * (lo), less the way that they make together while the poses age, until the next period acts on them, and while the arm
+ * brakes. m; -infinity if the pair is unknown. Not safety-rated: it trusts the velocities that were published. */
+double example_separation_left(const collided_event *e);
+extern const double EXAMPLE_PERIOD_S,
+    EXAMPLE_BRAKING_S;                   /* of the arm: its control, and from full speed to standstill */
 extern const double EXAMPLE_WORKPIECE_M; /* its height */
 
 /* What the cell's bodies but the arm are made of, for who creates them and for who draws them: writes the shapes of the

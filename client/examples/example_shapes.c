@@ -2,9 +2,18 @@
  * metres; plain functions. */
 #include "example.h"
 
+#include <math.h>
+
 #include <string.h>
 
 const double EXAMPLE_PROTECTIVE_M = 0.35, EXAMPLE_RESUME_M = 0.4;
+const double EXAMPLE_PERIOD_S = 0.01, EXAMPLE_BRAKING_S = 0.1;
+
+double example_separation_left(const collided_event *e)
+{
+    double oldest_s = fmax(0, fmax(e->age_a_s, e->age_b_s));
+    return e->lo - fmax(0, e->closing_m_s) * (oldest_s + EXAMPLE_PERIOD_S + EXAMPLE_BRAKING_S);
+}
 const double EXAMPLE_WORKPIECE_M = 0.05;
 
 const double EXAMPLE_WEDGE[3 * EXAMPLE_WEDGE_POINTS] = {-0.05, -0.04, -0.02, 0.05, -0.04, -0.02, -0.05, 0.04, -0.02,

@@ -54,8 +54,10 @@ typedef struct load_body {
     collided_motion motion;
     uint64_t category, mask; /* as in collided_body_def, with one_way */
     bool one_way;
-    collided_pose pose; /* world */
-    double deadline_s;  /* a pose older than this is stale; 0 = never, which is what files say */
+    collided_ccd ccd;
+    double acceleration_m_s2, angular_acceleration_rad_s2; /* as in collided_body_def */
+    collided_pose pose;                                    /* world */
+    double deadline_s; /* a pose older than this is stale; 0 = never, which is what files say */
     load_shape *shapes;
     size_t shape_count;
     collided_rule *rules;

@@ -9,6 +9,9 @@ static void fill(const load_body *body, collided_body_def *def)
     def->category = body->category;
     def->mask = body->mask;
     def->one_way = body->one_way;
+    def->ccd = body->ccd;
+    def->acceleration_m_s2 = body->acceleration_m_s2;
+    def->angular_acceleration_rad_s2 = body->angular_acceleration_rad_s2;
     def->pose = body->pose;
     def->deadline_s = body->deadline_s;
     def->shape_count = body->shape_count;

@@ -236,6 +236,13 @@ static bool take_children(reader *in, const yaml_shape *from, load_shape *out)
 
 /* ---- bodies ---- */
 
+static bool take_rate(const reader *in, const char *key, const double *from, double *out)
+{
+    *out = from ? *from : 0;
+    return (*out >= 0 && isfinite(*out)) ||
+           load_fail(in->report, "%s: %s is %g: must be finite and not negative", in->where, key, *out);
+}
+
 static bool take_rules(const reader *in, const yaml_body *from, load_body *out)
 {
     out->rules = pool_alloc(in->pool, from->rules_count, sizeof *out->rules);
@@ -263,6 +270,10 @@ static bool take_body(reader *in, const yaml_body *from, load_body *out)
     out->category = from->category ? *from->category : 1;
     out->mask = from->mask ? *from->mask : UINT64_MAX;
     out->one_way = from->one_way;
+    out->ccd = (collided_ccd)from->ccd;
+    if (!take_rate(in, "acceleration", from->acceleration, &out->acceleration_m_s2) ||
+        !take_rate(in, "angular_acceleration", from->angular_acceleration, &out->angular_acceleration_rad_s2))
+        return false;
     if (!take_name(in, "name", from->name, &out->name) || !take_pose(in, from->pose, &out->pose) ||
         !take_rules(in, from, out))
         return false;
@@ -313,7 +324,10 @@ static bool take_robot(reader *in, const yaml_robot *from, scene_robot *out)
             in->report, "%s: meshes '%s': must be " LOAD_MESHES_WORDS, in->where, from->meshes, DECOMPOSE_PIECES_MAX);
     out->state = pool_copy(in->pool, from->state);
     out->motion = (collided_motion)from->motion;
-    return take_pose(in, from->pose, &out->pose) && take_joints(in, from, out);
+    out->ccd = (collided_ccd)from->ccd;
+    return take_rate(in, "acceleration", from->acceleration, &out->acceleration_m_s2) &&
+           take_rate(in, "angular_acceleration", from->angular_acceleration, &out->angular_acceleration_rad_s2) &&
+           take_pose(in, from->pose, &out->pose) && take_joints(in, from, out);
 }
 
 /* ---- the whole ---- */

@@ -4,6 +4,9 @@
  *       - name: table
  *         group: furniture          # optional
  *         motion: fixed             # or moving, the default
+ *         ccd: full                 # or linear, or off, the default: is its way looked at, see collided_ccd
+ *         acceleration: 3           # m/s^2 and rad/s^2, default 0: what is foretold allows for so much
+ *         angular_acceleration: 1
  *         category: 2               # bits, as in collided_body_def; with mask and one_way
  *         mask: 5
  *         one_way: true
@@ -20,7 +23,7 @@
  *         state: ready
  *         joints: [{name: j1, value: 0.3}]
  *         pose: {position: [0, 0, 0]}
- *         motion: moving
+ *         motion: moving            # and ccd, acceleration, angular_acceleration, of all its links
  *         meshes: decompose:8       # hull (the default), solid, decompose or decompose:N: what mesh files become
  *         packages: [{name: arm_description, path: ../arm_description}]
  *
@@ -47,6 +50,8 @@ typedef struct scene_robot {
     size_t joint_count;
     collided_pose pose;
     collided_motion motion;
+    collided_ccd ccd;                                      /* of all its links, ... */
+    double acceleration_m_s2, angular_acceleration_rad_s2; /* ... with these */
 } scene_robot;
 
 typedef struct scene {

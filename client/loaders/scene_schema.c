@@ -37,6 +37,16 @@ static const cyaml_strval_t becomings[] = {
     {"hull", LOAD_MESH_HULL}, {"solid", LOAD_MESH_SOLID}, {"decompose", LOAD_MESH_DECOMPOSE}};
 static const cyaml_strval_t motions[] = {{"moving", COLLIDED_MOVING}, {"fixed", COLLIDED_FIXED}};
 
+static const cyaml_strval_t ccds[] = {
+    {"off", COLLIDED_CCD_OFF}, {"linear", COLLIDED_CCD_LINEAR}, {"full", COLLIDED_CCD_FULL}};
+
+/* What bodies and robots say of their motion. */
+#define MOTION_FIELDS(type)                                                                                            \
+    CYAML_FIELD_ENUM("motion", CYAML_FLAG_OPTIONAL | CYAML_FLAG_STRICT, type, motion, motions, 2),                     \
+        CYAML_FIELD_ENUM("ccd", CYAML_FLAG_OPTIONAL | CYAML_FLAG_STRICT, type, ccd, ccds, CYAML_ARRAY_LEN(ccds)),      \
+        CYAML_FIELD_FLOAT_PTR("acceleration", OPTIONAL, type, acceleration),                                           \
+        CYAML_FIELD_FLOAT_PTR("angular_acceleration", OPTIONAL, type, angular_acceleration)
+
 static const cyaml_schema_field_t pose_fields[] = {
     NUMBERS("position", yaml_pose, position, 3),
     NUMBERS("rpy", yaml_pose, rpy, 3),
@@ -86,7 +96,7 @@ static const cyaml_schema_value_t rule = {CYAML_VALUE_MAPPING(CYAML_FLAG_DEFAULT
 static const cyaml_schema_field_t body_fields[] = {
     TEXT("name", yaml_body, name),
     OPTIONAL_TEXT("group", yaml_body, group),
-    CYAML_FIELD_ENUM("motion", CYAML_FLAG_OPTIONAL | CYAML_FLAG_STRICT, yaml_body, motion, motions, 2),
+    MOTION_FIELDS(yaml_body),
     CYAML_FIELD_UINT_PTR("category", OPTIONAL, yaml_body, category),
     CYAML_FIELD_UINT_PTR("mask", OPTIONAL, yaml_body, mask),
     CYAML_FIELD_BOOL("one_way", CYAML_FLAG_OPTIONAL | CYAML_FLAG_STRICT, yaml_body, one_way),
@@ -117,7 +127,7 @@ static const cyaml_schema_field_t robot_fields[] = {
     OPTIONAL_TEXT("prefix", yaml_robot, prefix),
     OPTIONAL_TEXT("state", yaml_robot, state),
     OPTIONAL_TEXT("meshes", yaml_robot, meshes),
-    CYAML_FIELD_ENUM("motion", CYAML_FLAG_OPTIONAL | CYAML_FLAG_STRICT, yaml_robot, motion, motions, 2),
+    MOTION_FIELDS(yaml_robot),
     CYAML_FIELD_MAPPING_PTR("pose", OPTIONAL, yaml_robot, pose, pose_fields),
     LIST("packages", yaml_robot, packages, &package, SMALL_MAX),
     LIST("joints", yaml_robot, joints, &joint, SMALL_MAX),

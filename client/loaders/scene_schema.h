@@ -49,6 +49,8 @@ typedef struct yaml_rule {
 typedef struct yaml_body {
     char *name, *group;
     int motion; /* collided_motion */
+    int ccd;    /* collided_ccd */
+    double *acceleration, *angular_acceleration;
     uint64_t *category, *mask;
     bool one_way;
     yaml_pose *pose;
@@ -69,7 +71,8 @@ typedef struct yaml_joint {
 
 typedef struct yaml_robot {
     char *urdf, *srdf, *prefix, *state, *meshes;
-    int motion;
+    int motion, ccd;
+    double *acceleration, *angular_acceleration;
     yaml_pose *pose;
     yaml_package *packages;
     unsigned packages_count;

@@ -141,6 +141,7 @@ static void a_transport_that_keeps_sends_only_the_newer_pose_to_a_new_daemon(voi
     fake_set((fake_options){.epoch = 2});
     fake_ack(fake_message(WIRE_BODY, 0)); /* the new daemon found it in the transport */
     const wire_message *pose = fake_message(WIRE_POSE_BATCH, 1);
+    assert_int_equal(pose->pose_batch.teleports.count, 1); /* it knows the pose of old: no way leads from there */
     assert_true(pose->pose_batch.positions.at[0] == 3.0);
     assert_int_equal(fake_sent(WIRE_BODY), 1);
     collided_close(c);

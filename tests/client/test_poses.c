@@ -48,6 +48,25 @@ static void poses_wait_for_the_acknowledgement_and_the_newest_is_sent(void **sta
     collided_close(c);
 }
 
+/* Whatever comes after it before the acknowledgement: it cannot be reached from what was announced. */
+static void a_teleport_before_the_acknowledgement_stays_one(void **state)
+{
+    (void)state;
+    fake_begin((fake_options){.repeats = true, .ignored = WIRE_BODY, .epoch = 1});
+    collided *c = fake_connect();
+    collided_body body = make(c, "part");
+    const double position[] = {5, 0, 0}, orientation[] = {1, 0, 0, 0};
+    assert_int_equal(collided_teleport(c, 1, &body, position, orientation, NULL, NULL, 0, 0), COLLIDED_OK);
+    assert_int_equal(put(c, body, 6.0, 0), COLLIDED_OK);
+    fake_ack(fake_message(WIRE_BODY, 0));
+    const wire_pose_batch *sent = &fake_message(WIRE_POSE_BATCH, 0)->pose_batch;
+    assert_true(sent->positions.at[0] == 6.0 && sent->teleports.count == 1 && sent->teleports.at[0] == 1);
+    assert_int_equal(put(c, body, 7.0, 0), COLLIDED_OK);
+    assert_int_equal(fake_message(WIRE_POSE_BATCH, 1)->pose_batch.teleports.count, 0);
+    fake_set((fake_options){.repeats = true, .epoch = 1});
+    collided_close(c);
+}
+
 static void a_changed_body_is_announced_again(void **state)
 {
     (void)state;
@@ -166,6 +185,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(poses_wait_for_the_acknowledgement_and_the_newest_is_sent),
+        cmocka_unit_test(a_teleport_before_the_acknowledgement_stays_one),
         cmocka_unit_test(a_changed_body_is_announced_again),
         cmocka_unit_test(batches_are_split_and_only_known_bodies_are_in_them),
         cmocka_unit_test(nothing_is_sent_of_a_call_with_anything_wrong),

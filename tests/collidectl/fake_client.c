@@ -112,6 +112,9 @@ collided_body collided_create_body(collided *c, const collided_body_def *def)
 {
     collided_body body = {def->id >= 0 ? def->id : c->next++};
     fprintf(stderr, "create %d %s\n", (int)body.id, def->name);
+    if (def->ccd || def->acceleration_m_s2 > 0 || def->angular_acceleration_rad_s2 > 0)
+        fprintf(stderr, "its ccd is %d, it accelerates by %g and %g\n", (int)def->ccd, def->acceleration_m_s2,
+            def->angular_acceleration_rad_s2);
     if (strcmp(def->name, setting("FAKE_REFUSES")) == 0) {
         c->refused = true;
         c->rejected(c->context, &(collided_rejection){"Body", body.id, "name_taken", "it is another client's"});
@@ -140,12 +143,21 @@ collided_status collided_move(collided *c, collided_body body, collided_pose pos
 collided_status collided_publish(collided *c, size_t count, const collided_body *bodies, const double *positions,
     const double *orientations, const double *linear, const double *angular, int64_t stamp_ns, int64_t step)
 {
-    (void)c, (void)linear, (void)angular, (void)stamp_ns, (void)step;
+    (void)c, (void)stamp_ns, (void)step;
     fprintf(stderr, "publish %zu\n", count);
+    if (linear) fprintf(stderr, "linear %g %g %g\n", linear[0], linear[1], linear[2]);
+    if (angular) fprintf(stderr, "angular %g %g %g\n", angular[0], angular[1], angular[2]);
     for (size_t i = 0; i < count; i++)
         fprintf(stderr, "pose %d %.3f %.3f %.3f %.3f\n", (int)bodies[i].id, positions[3 * i], positions[3 * i + 1],
             positions[3 * i + 2], orientations[4 * i]);
     return COLLIDED_OK;
+}
+
+collided_status collided_teleport(collided *c, size_t count, const collided_body *bodies, const double *positions,
+    const double *orientations, const double *linear, const double *angular, int64_t stamp_ns, int64_t step)
+{
+    fputs("teleport: ", stderr);
+    return collided_publish(c, count, bodies, positions, orientations, linear, angular, stamp_ns, step);
 }
 
 collided_interest_def collided_interest_def_default(void)
@@ -157,6 +169,9 @@ collided_interest collided_subscribe(collided *c, const collided_interest_def *d
 {
     (void)c;
     static const collided_contact_point point = {{1, 2, 3}, -0.001, 7};
+    const collided_impact met = {0.0425, 0.042500001, INT64_C(1700000000000000000), {{-0.15, 0, 0}, {1, 0, 0, 0}},
+        {{0, 0, 0}, {1, 0, 0, 0}}, .estimated = false};
+    const collided_impact ahead = {0.73, INFINITY, 5, {.orientation = {1}}, {.orientation = {1}}, .estimated = true};
     const collided_event events[] = {
         {.kind = COLLIDED_BEGIN,
             .cause = "snapshot",
@@ -171,11 +186,33 @@ collided_interest collided_subscribe(collided *c, const collided_interest_def *d
             .points = &point,
             .point_count = 1},
         {.kind = COLLIDED_UNKNOWN, .cause = "stale", .name_a = "c", .name_b = "d", .lo = -INFINITY, .hi = INFINITY},
+        {.kind = COLLIDED_EVENT_IMPACT,
+            .cause = "motion",
+            .contact = 4,
+            .name_a = "bullet",
+            .name_b = "wall",
+            .axis = {1, 0, 0},
+            .point_a = {-0.05, 0, 0},
+            .closing_m_s = 20,
+            .impact = &met},
+        {.kind = COLLIDED_EVENT_FORETOLD,
+            .cause = "motion",
+            .name_a = "arm",
+            .name_b = "cart",
+            .lo = 0.001,
+            .hi = 0.002,
+            .impact = &ahead},
+        {.kind = COLLIDED_EVENT_AVERTED, .cause = "motion", .name_a = "arm", .name_b = "cart", .lo = 0.1, .hi = 0.2},
     };
-    collided_batch batch = {
-        .stream = "s", .epoch = 1, .batch = 1, .lost = 2, .snapshot = true, .events = events, .event_count = 2};
-    fprintf(stderr, "subscribe %u %s %s range %g rate %g\n", def->facts, def->select_a, def->select_b, def->range_m,
-        def->rate_hz);
+    collided_batch batch = {.stream = "s",
+        .epoch = 1,
+        .batch = 1,
+        .lost = 2,
+        .snapshot = true,
+        .events = events,
+        .event_count = sizeof events / sizeof *events};
+    fprintf(stderr, "subscribe %u %s %s range %g horizon %g rate %g\n", def->facts, def->select_a, def->select_b,
+        def->range_m, def->horizon_s, def->rate_hz);
     def->callback(def->context, &batch);
     return (collided_interest){0};
 }
@@ -222,6 +259,15 @@ collided_status collided_query_cast(collided *c, const collided_pose *pose, cons
 {
     (void)c, (void)pose, (void)half, (void)direction, (void)length_m, (void)timeout_s;
     return answer(out, "cast");
+}
+
+collided_status collided_query_sweep(collided *c, const char *name, const double linear[3], const double angular[3],
+    double span_s, double tolerance_m, double timeout_s, collided_result *out)
+{
+    (void)c, (void)tolerance_m, (void)timeout_s;
+    fprintf(stderr, "%s goes by %g %g %g, %g %g %g for %g\n", name, linear[0], linear[1], linear[2], angular[0],
+        angular[1], angular[2], span_s);
+    return answer(out, "sweep");
 }
 
 collided_status collided_query_nearest(collided *c, const char *name, const collided_pose *pose, const double half[3],

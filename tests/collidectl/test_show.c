@@ -92,6 +92,16 @@ static void intervals_show_their_width(void **state)
     interval_is(-INFINITY, INFINITY, "[-inf, inf] m");
 }
 
+static void brackets_show_their_width(void **state)
+{
+    (void)state;
+    char text[96];
+    show_bracket(0.73, 0.73000002, text, sizeof text);
+    assert_string_equal(text, "[0.730000000, 0.730000020] s");
+    show_bracket(0.5, INFINITY, text, sizeof text);
+    assert_string_equal(text, "[0.500000, inf] s");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -99,6 +109,7 @@ int main(void)
         cmocka_unit_test(numbers_read_back_as_the_same_bits),
         cmocka_unit_test(commas_stand_between_and_only_between),
         cmocka_unit_test(intervals_show_their_width),
+        cmocka_unit_test(brackets_show_their_width),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -131,17 +131,56 @@ static void watch_prints_an_object_a_line(void **state)
 {
     (void)state;
     ask("watch --json --seconds 0.01 --facts touch,distance --range 0.5 --a x* --b group:y --rate 10");
-    says("subscribe 3 x* group:y range 0.5 rate 10\n");
+    says("subscribe 3 x* group:y range 0.5 horizon 0 rate 10\n");
     prints("{\"event\":\"lost\",\"stream\":\"s\"");
     prints("\"a\":\"a \\\"quoted\\\"\\\\\",\"b\":\"\xc3\xa4\"");
     prints("\"points\":[{\"point\":[1,2,3],\"distance\":-0.001,\"feature\":7}]}\n");
     prints("\"lo\":null,\"hi\":null");
     int lines = 0;
     for (const char *c = r.out; *c; c++) lines += *c == '\n';
-    assert_int_equal(lines, 4); /* lost, snapshot, begin, unknown */
+    assert_int_equal(lines, 7); /* lost, snapshot, begin, unknown, impact, foretold, averted */
     ask("watch --seconds 0.01");
     prints("begin    a \"quoted\"\\");
     prints("[-1.000000, -1.000000] mm  age 250 ms");
+}
+
+static void watch_tells_impacts_and_what_is_foretold(void **state)
+{
+    (void)state;
+    ask("watch --json --seconds 0.01 --facts impact,foretell --horizon 2");
+    says("subscribe 24 * * range 0 horizon 2 rate 0\n");
+    prints("{\"event\":\"impact\",");
+    prints("\"closing_m_s\":20,\"impact\":{\"lo_s\":0.042500000000000003,\"hi_s\":0.042500001000000003,"
+           "\"start_ns\":1700000000000000000,\"estimated\":false,\"pose_a\":{\"position\":[");
+    prints("\"pose_b\":{\"position\":[0,0,0],\"orientation\":[1,0,0,0]}},\"points\":[]}\n");
+    prints("\"hi_s\":null,\"start_ns\":5,\"estimated\":true");
+    prints("{\"event\":\"averted\",");
+    ask("watch --seconds 0.01 --facts touch,foretell");
+    says("subscribe 17 * * range 0 horizon 1 rate 0\n");
+    prints("impact   bullet                   wall                     [0.04250000000, 0.04250000100] s");
+    prints("within 1e-09 s; closing 20 m/s, normal 1.000000 0.000000 0.000000, at -0.050000 0.000000 0.000000\n");
+    prints("foretold arm                      cart                              [0.730000, inf] s");
+    prints("contact not proven, of an estimated velocity; closing 0 m/s");
+    prints("averted  arm                      cart                                                 ");
+}
+
+static void moves_tell_velocities_and_teleports(void **state)
+{
+    (void)state;
+    ask("load " DATA "/arm.urdf");
+    ask("move base 1,2,3 --linear 4,0,0");
+    says("publish 1\nlinear 4 0 0\npose 0 1.000");
+    ask("move base 1,2,3 --teleport --angular 0,0,5");
+    says("teleport: publish 1\nangular 0 0 5\npose 0 1.000");
+}
+
+static void scenes_tell_how_bodies_are_swept(void **state)
+{
+    (void)state;
+    ask("load " DATA "/swept.yaml");
+    says("create 0 bullet\nits ccd is 2, it accelerates by 3 and 0.5\n");
+    says("create 1 base\nits ccd is 1, it accelerates by 2 and 0\n");
+    says("create 2 boom\nits ccd is 1, it accelerates by 2 and 0\n");
 }
 
 static void queries_and_recordings_are_asked_for(void **state)
@@ -151,6 +190,11 @@ static void queries_and_recordings_are_asked_for(void **state)
     prints("[22.13489100, 22.13489110] mm  age -\n");
     ask("query ray 0,0,0 0,0,-1 --json");
     prints("{\"query\":\"ray\",");
+    ask("query sweep arm --linear 1,0,0 --span 2");
+    says("arm goes by 1 0 0, 0 0 0 for 2\nquery sweep\n");
+    prints("a                        in [0.02213489100, 0.02213489110] s  normal");
+    ask("query sweep arm --angular 0,0,3");
+    says("arm goes by 0 0 0, 0 0 3 for 1\n");
     ask("query bodies p*");
     says("query p*\n");
     ask("record session --seconds 0.01");
@@ -171,6 +215,9 @@ int main(void)
         WITH_STATE(with_stay_bodies_live_as_long_as_the_process),
         WITH_STATE(status_is_a_health_check),
         WITH_STATE(watch_prints_an_object_a_line),
+        WITH_STATE(watch_tells_impacts_and_what_is_foretold),
+        WITH_STATE(moves_tell_velocities_and_teleports),
+        WITH_STATE(scenes_tell_how_bodies_are_swept),
         WITH_STATE(queries_and_recordings_are_asked_for),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -83,6 +83,51 @@ static wire_message nan_position(void)
     return m;
 }
 
+static wire_message nan_velocity(void)
+{
+    static const double bad[3] = {0, NAN, 0};
+    wire_message m = pose_message();
+    m.pose_batch.linear = (wire_f64s){3, bad};
+    return m;
+}
+
+static wire_message faster_than_light(void)
+{
+    static const double bad[3] = {0, 0, -2e9};
+    wire_message m = pose_message();
+    m.pose_batch.linear = (wire_f64s){3, bad};
+    return m;
+}
+
+static wire_message absurd_spin(void)
+{
+    static const double bad[3] = {2e5, 0, 0};
+    wire_message m = pose_message();
+    m.pose_batch.angular = (wire_f64s){3, bad};
+    return m;
+}
+
+static wire_message infinite_acceleration(void)
+{
+    wire_message m = body_message("raw");
+    m.body.acceleration_m_s2 = INFINITY;
+    return m;
+}
+
+static wire_message unknown_ccd(void)
+{
+    wire_message m = body_message("raw");
+    m.body.ccd = WIRE_CCD_FULL + 1;
+    return m;
+}
+
+static wire_message no_horizon(void)
+{
+    return (wire_message){.kind = WIRE_INTEREST,
+        .interest = {
+            .version = WIRE_VERSION, .facts = WIRE_FACT_FORETELL, .stream = "", .select_a = "*", .select_b = "*"}};
+}
+
 static wire_message zero_quaternion(void)
 {
     static const double bad[4] = {0, 0, 0, 0};
@@ -171,6 +216,12 @@ static void each_fault_over_dds_is_named_to_its_sender_and_counted(void **state)
         wire_reason reason;
     } cases[] = {
         {nan_position, WIRE_BAD_NUMBER},
+        {nan_velocity, WIRE_BAD_NUMBER},
+        {faster_than_light, WIRE_TOO_LARGE},
+        {absurd_spin, WIRE_TOO_LARGE},
+        {infinite_acceleration, WIRE_BAD_NUMBER},
+        {unknown_ccd, WIRE_MALFORMED},
+        {no_horizon, WIRE_BAD_SIZE},
         {zero_quaternion, WIRE_BAD_ROTATION},
         {wrong_version, WIRE_WRONG_VERSION},
         {unknown_body, WIRE_UNKNOWN_BODY},

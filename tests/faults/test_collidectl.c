@@ -2,6 +2,7 @@
 #include "rig.h"
 #include "run.h"
 
+#include <math.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -94,6 +95,45 @@ static void a_robot_is_loaded_moved_asked_about_and_removed(void **state)
     ctl(65, "query distance mast nobody --timeout 3");
 }
 
+static void count_events(void *context, const collided_batch *batch)
+{
+    *(size_t *)context += batch->event_count;
+}
+
+static void impacts_are_foretold_and_found_by_hand(void **state)
+{
+    size_t impacts = 0;
+    open_daemon(*state);
+    ctl(0, "load " DATA "/range.yaml");
+    ctl(0, "query sweep bullet --linear 20,0,0 --json"); /* from -1 to -0.15 */
+    says("\"wall\"");
+    assert_true(number("lo") <= 0.0425 && number("hi") >= 0.0425 && number("hi") - number("lo") < 1e-6);
+    ctl(0, "query sweep bullet --linear 20,0,0 --span 0.04");
+    says("none\n");
+
+    ctl(0, "move bullet -1,0,0 --linear 2,0,0");
+    ctl(0, "watch --json --seconds 0.5 --facts foretell --horizon 2");
+    says("{\"event\":\"foretold\"");
+    assert_true(number("lo_s") <= 0.425 && number("hi_s") >= 0.425 && fabs(number("closing_m_s") - 2) < 1e-6);
+    ctl(0, "watch --json --seconds 0.5 --facts foretell --horizon 0.4");
+    if (strstr(r.out, "foretold")) fail_msg("it is beyond the horizon: %s", r.out);
+
+    collided *c = rig_connect(*state, 2, COLLIDED_REMOVE);
+    collided_interest_def def = collided_interest_def_default();
+    def.facts = COLLIDED_IMPACT;
+    def.callback = count_events;
+    def.context = &impacts;
+    assert_int_not_equal(collided_subscribe(c, &def).id, COLLIDED_NONE);
+    assert_int_equal(collided_sync(c, 5), COLLIDED_OK);
+    ctl(0, "move bullet 1,0,0 --teleport");
+    ctl(0, "move bullet -1,0,0");
+    UNTIL(c, 5, impacts == 1);
+    UNTIL(c, 3, rig_counter(c, "impacts") == 1);
+    ctl(0, "status --json");
+    says("\"impacts\":1,\"foretold\":1,\"undecided_sweeps\":0");
+    rig_close(c);
+}
+
 static void a_recording_replays_to_the_same_hash_for_any_number_of_workers(void **state)
 {
     char first[64] = "", hash[64];
@@ -152,6 +192,8 @@ int main(void)
         WITH_STATE(without_a_daemon_it_says_so, RIG_LCM),
         WITH_STATE(a_robot_is_loaded_moved_asked_about_and_removed, RIG_DDS),
         WITH_STATE(a_robot_is_loaded_moved_asked_about_and_removed, RIG_LCM),
+        WITH_STATE(impacts_are_foretold_and_found_by_hand, RIG_DDS),
+        WITH_STATE(impacts_are_foretold_and_found_by_hand, RIG_LCM),
         WITH_STATE(a_recording_replays_to_the_same_hash_for_any_number_of_workers, RIG_DDS),
         WITH_STATE(a_recording_replays_to_the_same_hash_for_any_number_of_workers, RIG_LCM)};
     rig_isolate();

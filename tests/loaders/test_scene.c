@@ -38,6 +38,9 @@ static void bodies_are_read_as_they_are_written(void **state)
     assert_true(table->rules[1].padding_m == 0.05 && table->rules[1].margin_m == 0.5);
     assert_true(table->rules[0].padding_m == 0 && table->rules[0].margin_m == 0);
     assert_true(table->category == 4 && table->mask == UINT64_MAX - 1 && table->one_way);
+    assert_true(table->ccd == COLLIDED_CCD_FULL && part->ccd == COLLIDED_CCD_OFF);
+    assert_true(table->acceleration_m_s2 == 3 && table->angular_acceleration_rad_s2 == 0.5);
+    assert_true(part->acceleration_m_s2 == 0 && part->angular_acceleration_rad_s2 == 0);
     assert_true(part->category == 1 && part->mask == UINT64_MAX && !part->one_way);
     assert_int_equal(part->motion, COLLIDED_MOVING);
     assert_string_equal(part->group, "");
@@ -141,6 +144,7 @@ static void robots_are_read_with_paths_beside_the_scene(void **state)
     assert_string_equal(r->source.prefix, "left_");
     assert_string_equal(r->state, "ready");
     assert_string_equal(r->joints[0], "j1");
+    assert_true(r->ccd == COLLIDED_CCD_LINEAR && r->acceleration_m_s2 == 2 && r->angular_acceleration_rad_s2 == 0);
     assert_true(r->values[0] == 0.3 && r->pose.position[0] == 1 && r->motion == COLLIDED_FIXED);
     fixture_end(&f);
 }
@@ -159,6 +163,16 @@ static void what_does_not_follow_the_schema_is_refused_with_its_line(void **stat
     scene_is_refused("bodies: [\n", "libyaml");
     scene_is_refused("bodies:\n  - name: &x a\n    group: *x\n    shapes: [{type: halfspace}]\n", "test.yaml:3:");
     scene_is_refused("a: &a [x,x,x]\nb: &b [*a,*a,*a]\nc: [*b,*b,*b]\n", "Unexpected key: a");
+}
+
+static void motions_that_cannot_be_are_refused(void **state)
+{
+    (void)state;
+#define MOTION(key) "bodies:\n  - name: a\n    " key "\n    shapes: [{type: halfspace}]\n"
+    scene_is_refused(MOTION("ccd: sometimes"), "test.yaml:3: Invalid ENUM value: sometimes");
+    scene_is_refused(MOTION("acceleration: -1"), "body 'a': acceleration is -1: must be finite and not negative");
+    scene_is_refused(MOTION("angular_acceleration: inf"), "body 'a': angular_acceleration is inf");
+    scene_is_refused("robots:\n  - {urdf: a.urdf, acceleration: nan}\n", "a.urdf': acceleration is nan");
 }
 
 static void shapes_that_cannot_be_are_refused(void **state)
@@ -306,6 +320,7 @@ int main(void)
         cmocka_unit_test(compounds_that_cannot_be_are_refused),
         cmocka_unit_test(robots_are_read_with_paths_beside_the_scene),
         cmocka_unit_test(what_does_not_follow_the_schema_is_refused_with_its_line),
+        cmocka_unit_test(motions_that_cannot_be_are_refused),
         cmocka_unit_test(shapes_that_cannot_be_are_refused),
         cmocka_unit_test(poses_names_and_joints_that_cannot_be_are_refused),
         cmocka_unit_test(a_mesh_becomes_what_the_scene_says),

@@ -4,6 +4,7 @@
 #include "service/server.h"
 
 #include <pthread.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <time.h>
 
@@ -51,6 +52,21 @@ int cell_stop(cell *c)
     return status;
 }
 
+int cell_replay(const char *path, long workers, bool caches)
+{
+    char why[512] = "";
+    config c = cell_config();
+    snprintf(c.replay, sizeof c.replay, "%s", path);
+    c.workers = workers;
+    c.caches = caches;
+    c.json = true;
+    server *s = server_create(&c, why, sizeof why);
+    if (!s) fail_msg("%s", why);
+    int status = server_run(s);
+    server_destroy(s);
+    return status;
+}
+
 memory_end *cell_client(const cell *c)
 {
     (void)c;
@@ -84,6 +100,19 @@ bool cell_hears(memory_end *e, wire_memory *memory, wire_kind kind, int ms)
 {
     wire_message m;
     return next(e, memory, kind, ms, &m);
+}
+
+void cell_settle(memory_end *e, wire_memory *memory, int64_t client, int64_t sequence)
+{
+    wire_message q = {.kind = WIRE_QUERY,
+        .query = {.version = WIRE_VERSION,
+            .client = client,
+            .sequence = sequence,
+            .kind = WIRE_QUERY_BODIES,
+            .name_a = "*",
+            .name_b = ""}};
+    memory_send(e, &q);
+    cell_await(e, memory, WIRE_ANSWER);
 }
 
 void cell_hello(memory_end *e, int64_t client, int64_t sequence, double lease_s, uint8_t on_loss)

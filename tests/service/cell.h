@@ -15,14 +15,18 @@
 
 typedef struct cell cell;
 
-cell *cell_start(const config *c); /* links = memory://cell are set here */
-config cell_config(void);          /* one worker, quick status */
-int cell_stop(cell *c);            /* in order; the exit status */
+cell *cell_start(const config *c);                            /* links = memory://cell are set here */
+config cell_config(void);                                     /* one worker, quick status */
+int cell_stop(cell *c);                                       /* in order; the exit status */
+int cell_replay(const char *path, long workers, bool caches); /* of a recording; the exit status */
 memory_end *cell_client(const cell *c);
 
 /* Waits, at most 5 s, for a message of that kind; what comes before it is dropped. Fails the test if none comes. */
 wire_message cell_await(memory_end *e, wire_memory *memory, wire_kind kind);
 bool cell_hears(memory_end *e, wire_memory *memory, wire_kind kind, int ms); /* is one heard within that time? */
+
+/* Waits until all that this client has sent is applied, by a query. */
+void cell_settle(memory_end *e, wire_memory *memory, int64_t client, int64_t sequence);
 
 void cell_hello(memory_end *e, int64_t client, int64_t sequence, double lease_s, uint8_t on_loss);
 void cell_sphere(memory_end *e, int64_t client, int64_t sequence, int32_t body, const char *name, double x);

@@ -15,20 +15,6 @@ enum { ALICE = 11, BODIES = 20, STEPS = 200 };
 
 static char folder[] = "/tmp/collided-record-XXXXXX";
 
-/* Waits until all that was sent has been applied. */
-static void settle(memory_end *e, wire_memory *memory, int64_t *sequence)
-{
-    wire_message q = {.kind = WIRE_QUERY,
-        .query = {.version = WIRE_VERSION,
-            .client = ALICE,
-            .sequence = ++*sequence,
-            .kind = WIRE_QUERY_BODIES,
-            .name_a = "*",
-            .name_b = ""}};
-    memory_send(e, &q);
-    cell_await(e, memory, WIRE_ANSWER);
-}
-
 static void play_session(cell *daemon, bool record_from_the_middle)
 {
     memory_end *e = cell_client(daemon);
@@ -54,9 +40,9 @@ static void play_session(cell *daemon, bool record_from_the_middle)
             assert_int_equal(cell_await(e, memory, WIRE_ANSWER).answer.status, WIRE_ANSWER_OK);
         }
         for (int i = 0; i < BODIES; i++) cell_pose(e, ALICE, ++sequence, i, 2.5 * i + sin(0.1 * step + i));
-        if (step % 10 == 0) settle(e, memory, &sequence); /* so that there are many ticks */
+        if (step % 10 == 0) cell_settle(e, memory, ALICE, ++sequence); /* so that there are many ticks */
     }
-    settle(e, memory, &sequence);
+    cell_settle(e, memory, ALICE, ++sequence);
     memory_disconnect(e);
     wire_memory_destroy(memory);
 }
@@ -79,21 +65,6 @@ static int64_t last_hash(const char *path, int *ticks)
     return hash;
 }
 
-static int replay(const char *path, long workers, bool caches)
-{
-    char why[512] = "";
-    config c = cell_config();
-    snprintf(c.replay, sizeof c.replay, "%s", path);
-    c.workers = workers;
-    c.caches = caches;
-    c.json = true;
-    server *s = server_create(&c, why, sizeof why);
-    if (!s) fail_msg("%s", why);
-    int status = server_run(s);
-    server_destroy(s);
-    return status;
-}
-
 static void a_session_replays_with_the_same_hash_for_any_number_of_workers(void **state)
 {
     (void)state;
@@ -105,8 +76,8 @@ static void a_session_replays_with_the_same_hash_for_any_number_of_workers(void 
     int ticks;
     assert_true(last_hash(c.record, &ticks) != 0);
     assert_in_range(ticks, 10, 100000);
-    for (long workers = 1; workers <= 4; workers *= 2) assert_int_equal(replay(c.record, workers, true), EX_OK);
-    assert_int_equal(replay(c.record, 1, false), EX_OK);
+    for (long workers = 1; workers <= 4; workers *= 2) assert_int_equal(cell_replay(c.record, workers, true), EX_OK);
+    assert_int_equal(cell_replay(c.record, 1, false), EX_OK);
 }
 
 static void a_recording_that_begins_in_the_middle_replays_alike_each_time(void **state)
@@ -122,7 +93,7 @@ static void a_recording_that_begins_in_the_middle_replays_alike_each_time(void *
     int ticks;
     last_hash(path, &ticks);
     assert_in_range(ticks, 5, 100000);
-    assert_int_equal(replay(path, 1, true), EX_SOFTWARE); /* contact ids are counted anew: it says so */
+    assert_int_equal(cell_replay(path, 1, true), EX_SOFTWARE); /* contact ids are counted anew: it says so */
 }
 
 static void an_existing_recording_is_not_overwritten(void **state)
