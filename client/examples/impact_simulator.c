@@ -70,7 +70,10 @@ static bool run(const char *scene, lockstep *l, double span_s, scene_result *r)
 int main(int argc, char **argv)
 {
     const char *scene = take(&argc, argv, "--scene", "billiards"), *picture = take(&argc, argv, "--picture", NULL);
-    const double span_s = strtod(take(&argc, argv, "--simulate", "0"), NULL);
+    char *rest;
+    const double span_s = strtod(take(&argc, argv, "--simulate", "0"), &rest);
+    if (*rest || !(span_s >= 0 && span_s <= 3600))
+        return fprintf(stderr, "--simulate: seconds, up to 3600\n"), EX_USAGE;
     const example e = example_start(argc, argv);
     static lockstep l;
     if (!lockstep_connect(&l, &e)) return EX_UNAVAILABLE;

@@ -52,9 +52,10 @@ def check_picture(path):
 
 
 def check_options(binaries, uri):
-    wrong = [os.path.join(binaries, "impact_simulator"), "--connect", uri, "--scene", "snooker"]
-    done = subprocess.run(wrong, capture_output=True, text=True, timeout=60)
-    assert done.returncode == os.EX_USAGE and "snooker" in done.stderr, done
+    for wrong in (["--scene", "snooker"], ["--simulate", "soon"]):
+        command = [os.path.join(binaries, "impact_simulator"), "--connect", uri, *wrong]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=60)
+        assert done.returncode == os.EX_USAGE and wrong[0] in done.stderr, done
 
 
 if __name__ == "__main__":
