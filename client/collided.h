@@ -273,7 +273,9 @@ collided_body collided_adopt_body(collided *c, int32_t id);
 
 /* Publishes the poses of many bodies. Plain arrays for `count` bodies: positions 3 each, orientations 4 each; linear
  * (m/s) and angular (rad/s) 3 each or NULL. stamp_ns: when they were true (0 = now); step: of a simulator, or 0. Sent
- * by the next flush or poll.
+ * by the next flush or poll. Lock-step: a step that is not 0 is answered on each of this client's own subscriptions of
+ * rate_hz 0 by a batch whose `step` is that one, without events if there is nothing to tell. When it has come, all that
+ * the step brings about there has been told. (LCM may lose a datagram: publish the same again if no answer comes.)
  */
 collided_status collided_publish(collided *c, size_t count, const collided_body *bodies, const double *positions,
     const double *orientations, const double *linear, const double *angular, int64_t stamp_ns, int64_t step);

@@ -74,11 +74,9 @@ static bool knows_all(session *c, const wire_pose_batch *m)
 
 /* A simulator that begins anew counts from the start, so that a later tick's step may be lower. Kept beyond the tick: a
  * snapshot tells the step that the world is at, whether a pose came just then or not. */
-static void note_step(service *s, int64_t step)
+static void note_step(step_mark *last, int64_t tick, int64_t step)
 {
-    if (!step || (s->step_tick == s->tick && step < s->latest_step)) return;
-    s->latest_step = step;
-    s->step_tick = s->tick;
+    if (step && (last->tick != tick || step >= last->step)) *last = (step_mark){step, tick};
 }
 
 /* The newest sequence wins. A batch waits for the commands of this tick, once, if some of its client are among them or
@@ -113,7 +111,9 @@ void apply_poses(service *s, struct link *from, const wire_pose_batch *m, bool m
     }
     if (c) c->heard_ns = s->monotonic_ns;
     if (m->stamp_ns > s->latest_pose_ns) s->latest_pose_ns = m->stamp_ns;
-    note_step(s, m->step);
+    note_step(&s->latest_step, s->tick, m->step);
+    if (c) note_step(&c->step, s->tick, m->step);
+    if (c && m->step) c->stepped = true;
     uint32_t unknown = 0, older = 0;
     int32_t first_unknown = -1, first_older = -1;
     for (uint32_t i = 0; i < m->bodies.count; i++) {

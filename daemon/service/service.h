@@ -36,6 +36,10 @@ typedef struct owned_interest {
     bool live;
 } owned_interest;
 
+typedef struct step_mark { /* a simulator's step: the highest of the last tick that had one, and that tick */
+    int64_t step, tick;
+} step_mark;
+
 typedef struct session {
     int64_t client;
     char *name;
@@ -43,6 +47,8 @@ typedef struct session {
     int64_t sequence;           /* of the newest Client */
     int64_t lease_ns, heard_ns; /* monotonic */
     int64_t letters_tick;       /* the tick before which the newest of its commands came */
+    step_mark step;             /* of its poses; step 0: it counts none */
+    bool stepped;               /* one has come since the last tick ended */
     uint8_t on_loss;
     bool announced; /* its Client has come */
     bool lost;
@@ -63,7 +69,9 @@ typedef struct stream {
     int64_t client;
     int32_t interest;
     struct link *link;
-    int64_t batch; /* of the last batch sent */
+    bool each_tick;     /* its updates are not held back: it answers the steps of its client, too */
+    int64_t batch;      /* of the last batch sent ... */
+    int64_t batch_tick; /* ... and the tick of that */
 } stream;
 
 /* ---- geometries ---- */
@@ -125,9 +133,9 @@ typedef struct service {
     size_t link_count;
     int wake_fd;
     int64_t epoch, tick, started_ns;
-    int64_t now_ns, monotonic_ns;   /* of this tick */
-    int64_t latest_pose_ns;         /* the newest stamp of all poses */
-    int64_t latest_step, step_tick; /* the highest step of the last tick that had one, and that tick */
+    int64_t now_ns, monotonic_ns; /* of this tick */
+    int64_t latest_pose_ns;       /* the newest stamp of all poses */
+    step_mark latest_step;        /* of all clients */
     uint64_t events_hash;
     bool replaying, stopping;
     broad_kind told_broad; /* what the log says last; BROAD_AUTO: nothing yet */

@@ -31,7 +31,8 @@ static void open_at(service *s, session *c, const wire_interest *m, uint32_t wor
         .name = base_strdup(name),
         .client = c->client,
         .interest = m->interest,
-        .link = c->link};
+        .link = c->link,
+        .each_tick = m->rate_hz == 0};
     c->link->ops->stream_open(c->link, name);
 }
 
@@ -59,6 +60,7 @@ void stream_open(service *s, session *c, const wire_interest *m, uint32_t world_
     char name[WIRE_NAME_MAX + 1];
     name_of(c, m, name);
     stream *old = world_id < s->streams.count && s->streams.at[world_id].live ? &s->streams.at[world_id] : NULL;
+    if (old) old->each_tick = m->rate_hz == 0;
     if (old && old->link == c->link && strcmp(old->name, name) == 0) return;
     if (old) stream_close(s, world_id);
     open_at(s, c, m, world_id, name);
@@ -190,6 +192,13 @@ static void fill(part *p, const world_event *events, uint32_t n, wire_event_batc
     m->impact_estimated = (wire_u8s){impacts, p->impact_estimated};
 }
 
+/* Who counts steps is told his own; of several simulators one would take another's answer for his. */
+static int64_t step_for(service *s, const stream *to)
+{
+    const session *c = session_find(s, to->client);
+    return c && c->step.step ? c->step.step : s->latest_step.step;
+}
+
 static void publish(service *s, stream *to, const world_batch *b)
 {
     static part scratch; /* the tick thread's */
@@ -206,7 +215,7 @@ static void publish(service *s, stream *to, const world_batch *b)
                 .tick = s->tick,
                 .stamp_ns = s->now_ns,
                 .latest_pose_ns = s->latest_pose_ns,
-                .step = s->latest_step,
+                .step = step_for(s, to),
                 .snapshot = b->snapshot,
                 .closing = b->closing,
                 .part = i,
@@ -215,8 +224,22 @@ static void publish(service *s, stream *to, const world_batch *b)
         fill(&scratch, n ? b->events + first : NULL, (uint32_t)n, &m.event_batch);
         to->link->ops->publish(to->link, &m);
     }
+    to->batch_tick = s->tick;
     metric_count(s->count.batches_out, (uint64_t)parts);
     metric_count(s->count.events_out, b->count);
+}
+
+/* Lock-step: a client whose poses carry a step hears of each tick that had one, on each of its streams, also when there
+ * is nothing to tell: by then all that the step brings about has been told. */
+static void answer_steps(service *s)
+{
+    for (uint32_t i = 0; i < s->streams.count; i++) {
+        stream *to = &s->streams.at[i];
+        if (!to->live || !to->read || !to->batch || !to->each_tick || to->batch_tick == s->tick) continue;
+        const session *c = session_find(s, to->client);
+        if (c && c->stepped) publish(s, to, &(world_batch){.interest = i});
+    }
+    for (size_t i = 0; i < s->sessions.count; i++) s->sessions.at[i]->stepped = false;
 }
 
 /* Before its first reader has come, a stream says nothing: its first batch is the whole state, for that reader. */
@@ -229,6 +252,7 @@ void stream_publish(service *s, const world_batches *batches)
         if (to->read && (to->batch || b->snapshot)) publish(s, to, b);
         if (b->closing) stream_close(s, b->interest);
     }
+    answer_steps(s);
 }
 
 void stream_free_all(service *s)

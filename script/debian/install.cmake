@@ -12,7 +12,7 @@ set(programs lib/collided)
 
 # ---- collided ----
 
-install(TARGETS collided collided-lcm collidectl arm_controller vehicle_simulator cell_watcher
+install(TARGETS collided collided-lcm collidectl arm_controller vehicle_simulator cell_watcher impact_simulator
   RUNTIME DESTINATION ${programs} COMPONENT collided)
 install(FILES ${PROJECT_SOURCE_DIR}/client/examples/arm.urdf ${PROJECT_SOURCE_DIR}/client/examples/arm.srdf
   DESTINATION ${programs} COMPONENT collided)
@@ -41,7 +41,9 @@ install(FILES ${prepared}/collidedConfig.cmake ${prepared}/collidedConfigVersion
   DESTINATION ${config} COMPONENT libcollided-dev)
 
 # The examples that need nothing but the library; the arm's controller needs the loaders, which are internal.
-foreach(file hello.c example.c example.h example_shapes.c vehicle_simulator.c cell_watcher.c)
+foreach(file hello.c example.c example.h example_shapes.c vehicle_simulator.c cell_watcher.c impact_simulator.c
+    impact_scene.c impact_scene.h billiards.c billiards_picture.c box_stack.c lockstep.c lockstep.h impact_heap.c
+    impact_heap.h dynamics.c dynamics.h)
   install(FILES ${PROJECT_SOURCE_DIR}/client/examples/${file}
     DESTINATION ${doc}/libcollided-dev/examples COMPONENT libcollided-dev)
 endforeach()

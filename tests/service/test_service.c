@@ -123,6 +123,48 @@ static void an_older_pose_never_overtakes_a_newer_one(void **state)
     assert_int_equal(status_counter(r, r->bob, "late_poses"), 1);
 }
 
+static void step_pose(memory_end *e, int64_t client, int64_t sequence, double x, int64_t step)
+{
+    const int32_t body = 0;
+    const double position[3] = {x, 0, 0}, orientation[4] = {1, 0, 0, 0};
+    wire_message m = {.kind = WIRE_POSE_BATCH,
+        .pose_batch = {.version = WIRE_VERSION,
+            .client = client,
+            .sequence = sequence,
+            .step = step,
+            .bodies = {1, &body},
+            .positions = {3, position},
+            .orientations = {4, orientation}}};
+    memory_send(e, &m);
+}
+
+/* Lock-step: each tick with a step of its own is told to a client, nothing happened or not; and of its own steps only.
+ */
+static void a_step_is_answered_though_nothing_happened(void **state)
+{
+    room *r = *state;
+    cell_sphere(r->alice, ALICE, 2, 0, "a", 0);
+    cell_sphere(r->bob, BOB, 2, 0, "b", 5);
+    cell_touches(r->bob, BOB, 3, 0);
+    await_ack(r, r->bob, BOB, 3);
+    wire_event_batch b = cell_await(r->bob, r->memory, WIRE_EVENT_BATCH).event_batch;
+    assert_int_equal(b.snapshot, 1);
+    for (int64_t step = 1; step <= 3; step++) {
+        step_pose(r->bob, BOB, 10 + step, 5, step);
+        b = cell_await(r->bob, r->memory, WIRE_EVENT_BATCH).event_batch;
+        assert_int_equal(b.step, step);
+        assert_int_equal(b.kinds.count, 0);
+        assert_int_equal(b.snapshot, 0);
+    }
+    step_pose(r->alice, ALICE, 10, 0.5, 700); /* another simulator: bob hears nothing of it ... */
+    assert_false(cell_hears(r->bob, r->memory, WIRE_EVENT_BATCH, 100));
+    step_pose(r->bob, BOB, 20, 2, 4); /* ... and one batch a step where something happens */
+    b = cell_await(r->bob, r->memory, WIRE_EVENT_BATCH).event_batch;
+    assert_int_equal(b.step, 4);
+    assert_int_equal(b.kinds.count, 1);
+    assert_false(cell_hears(r->bob, r->memory, WIRE_EVENT_BATCH, 100));
+}
+
 static void a_name_belongs_to_one_body(void **state)
 {
     room *r = *state;
@@ -489,6 +531,7 @@ int main(void)
         IN_A_ROOM(a_contact_of_two_clients_bodies_reaches_the_subscriber),
         IN_A_ROOM(poses_that_come_before_their_body_are_applied),
         IN_A_ROOM(an_older_pose_never_overtakes_a_newer_one),
+        IN_A_ROOM(a_step_is_answered_though_nothing_happened),
         IN_A_ROOM(a_name_belongs_to_one_body),
         IN_A_ROOM(nobody_moves_what_is_not_his),
         IN_A_ROOM(bad_input_is_refused_by_name_and_disturbs_nothing),
