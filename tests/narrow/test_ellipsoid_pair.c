@@ -12,7 +12,7 @@
 
 #include <cmocka.h>
 
-enum { PAIRS = 4000, DIRECTIONS = 60, SEARCH_EVERY = 40 };
+enum { PAIRS = 2000, DIRECTIONS = 30, SEARCH_EVERY = 100 };
 
 static const narrow_goal GOAL = {1e-6, 1e-15, INFINITY, -INFINITY, INFINITY, INFINITY};
 
