@@ -4,6 +4,7 @@
 #include "box_pair.h"
 #include "coaxial.h"
 #include "descent.h"
+#include "ellipsoid_pair.h"
 #include "gjk.h"
 #include "pieces.h"
 #include "polytope_depth.h"
@@ -16,6 +17,7 @@
 #define SPH_CAP closed_sphere_capsule
 #define SPH_BOX closed_sphere_box
 #define SPH_REV closed_sphere_revolved
+#define ELL_ELL ellipsoid_pair_measure
 #define CAP_CAP closed_capsule_capsule
 #define BOX_BOX closed_box_box
 #define ANY_HAL closed_any_halfspace
@@ -26,12 +28,12 @@
 /* clang-format off */
 static closed_form *const TABLE[SHAPE_CONVEX_COUNT][SHAPE_CONVEX_COUNT] = {
     /*               sphere   capsule  box      cylinder cone     ellipsd  halfspc  hull */
-    /* sphere    */ {SPH_SPH, SPH_CAP, SPH_BOX, SPH_REV, SPH_REV, GENERAL, ANY_HAL, GENERAL},
+    /* sphere    */ {SPH_SPH, SPH_CAP, SPH_BOX, SPH_REV, SPH_REV, ELL_ELL, ANY_HAL, GENERAL},
     /* capsule   */ {ORDERED, CAP_CAP, BOX_BOX, GENERAL, GENERAL, GENERAL, ANY_HAL, GENERAL},
     /* box       */ {ORDERED, ORDERED, BOX_BOX, GENERAL, GENERAL, GENERAL, ANY_HAL, GENERAL},
     /* cylinder  */ {ORDERED, ORDERED, ORDERED, GENERAL, GENERAL, GENERAL, ANY_HAL, GENERAL},
     /* cone      */ {ORDERED, ORDERED, ORDERED, ORDERED, GENERAL, GENERAL, ANY_HAL, GENERAL},
-    /* ellipsoid */ {ORDERED, ORDERED, ORDERED, ORDERED, ORDERED, GENERAL, ANY_HAL, GENERAL},
+    /* ellipsoid */ {ORDERED, ORDERED, ORDERED, ORDERED, ORDERED, ELL_ELL, ANY_HAL, GENERAL},
     /* halfspace */ {ORDERED, ORDERED, ORDERED, ORDERED, ORDERED, ORDERED, HAL_HAL, HAL_ANY},
     /* hull      */ {ORDERED, ORDERED, ORDERED, ORDERED, ORDERED, ORDERED, ORDERED, GENERAL},
 };

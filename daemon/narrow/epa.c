@@ -310,32 +310,52 @@ static bool encloses(const expansion *x, const gjk_result *start)
     return true;
 }
 
-/* By four columns side by side, which the compiler makes vectors of. */
-static double least_distance(const epa_scratch *e)
+/* The two least distances of all facets, by four columns side by side, which the compiler makes vectors of. */
+typedef struct nearest_two {
+    double least, second;
+} nearest_two;
+
+static nearest_two least_distances(const epa_scratch *e)
 {
     double least[EPA_LANES] = {INFINITY, INFINITY, INFINITY, INFINITY};
+    double second[EPA_LANES] = {INFINITY, INFINITY, INFINITY, INFINITY};
     for (uint32_t i = 0; i < e->facet_count; i += EPA_LANES)
-        for (int k = 0; k < EPA_LANES; k++) least[k] = min_of(e->distance[i + k], least[k]);
-    return min_of(min_of(least[0], least[1]), min_of(least[2], least[3]));
+        for (int k = 0; k < EPA_LANES; k++) {
+            double distance = e->distance[i + k];
+            second[k] = min_of(max_of(distance, least[k]), second[k]);
+            least[k] = min_of(distance, least[k]);
+        }
+    nearest_two all = {least[0], second[0]};
+    for (int k = 1; k < EPA_LANES; k++) {
+        all.second = min_of(max_of(all.least, least[k]), min_of(all.second, second[k]));
+        all.least = min_of(all.least, least[k]);
+    }
+    return all;
 }
 
-/* The nearest facet of those that can still be expanded; *least is the least distance of all. */
-static uint16_t nearest_of(const epa_scratch *e, double *least)
+/* The first of those within rounding of the least that can still be expanded. */
+static uint16_t first_within(const epa_scratch *e, double least)
 {
-    *least = least_distance(e);
-    double limit = *least + 4 * UNIT_ROUNDOFF;
+    double limit = least + 4 * UNIT_ROUNDOFF;
     for (uint32_t i = 0; i < e->facet_count; i++)
         if (e->distance[i] <= limit && !e->facet[i].final) return (uint16_t)i;
     return NONE;
 }
 
-/* What was only estimated is measured when it comes to be the nearest; so *least is a distance that was measured. */
+/* The nearest facet of those that can still be expanded; *least is the least distance of all. What was only estimated
+ * is measured when it comes to be the nearest; so *least is a distance that was measured. */
 static uint16_t nearest_facet(epa_scratch *e, double *least)
 {
     for (;;) {
-        uint16_t nearest = nearest_of(e, least);
+        nearest_two all = least_distances(e);
+        uint16_t nearest = first_within(e, all.least);
+        *least = all.least;
         if (nearest == NONE || e->facet[nearest].measured) return nearest;
+        bool alone = e->distance[nearest] == all.least;
         measure(e, &e->facet[nearest]);
+        if (!alone || e->distance[nearest] > all.second) continue;
+        *least = e->distance[nearest];
+        return nearest;
     }
 }
 
