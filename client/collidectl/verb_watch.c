@@ -114,7 +114,7 @@ static void text_event(const char *when, const collided_event *e)
     printf("%s %-8s %-24s %-24s %26s  age %-7s %s\n", when, kind_name(e->kind), e->name_a, e->name_b,
         measured ? interval : "", age, e->cause);
     for (size_t i = 0; i < e->point_count; i++)
-        printf("%12s %-8s point %d at %.6f %.6f %.6f, %.3f mm\n", "", "", (int)e->points[i].feature,
+        printf("%12s %-8s point %" PRId64 " at %.6f %.6f %.6f, %.3f mm\n", "", "", e->points[i].feature,
             e->points[i].point[0], e->points[i].point[1], e->points[i].point[2], 1000 * e->points[i].distance);
 }
 
