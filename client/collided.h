@@ -325,7 +325,7 @@ typedef struct collided_impact {
 typedef struct collided_contact_point {
     double point[3]; /* world */
     double distance; /* m, signed */
-    int32_t feature; /* stable id */
+    int64_t feature; /* stable id: what touches of A in the high half, of B in the low half */
 } collided_contact_point;
 
 /* What happened to a pair, with its proof. */

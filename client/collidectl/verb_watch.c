@@ -157,7 +157,7 @@ static void text_event(const char *when, const collided_event *e)
         measured ? interval : "", age, e->cause);
     if (e->impact) text_impact(e);
     for (size_t i = 0; i < e->point_count; i++)
-        printf("%12s %-8s point %d at %.6f %.6f %.6f, %.3f mm\n", "", "", (int)e->points[i].feature,
+        printf("%12s %-8s point %" PRId64 " at %.6f %.6f %.6f, %.3f mm\n", "", "", e->points[i].feature,
             e->points[i].point[0], e->points[i].point[1], e->points[i].point[2], 1000 * e->points[i].distance);
 }
 

@@ -18,7 +18,8 @@ enum {
 
 typedef struct mesh_triangle {
     uint32_t v[3];
-    uint32_t source; /* which triangle of the input it was */
+    uint32_t edge[3]; /* of the mesh: k from v[k] to v[k + 1], numbered in the order of their vertices */
+    uint32_t source;  /* which triangle of the input it was */
 } mesh_triangle;
 
 /* Up to four patches of the surface, coordinate by coordinate, in units of mesh.unit: each in a box along the axes,

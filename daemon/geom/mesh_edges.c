@@ -164,6 +164,21 @@ static void turn_outward(mesh *m)
     for (uint32_t t = 0; volume < 0 && t < m->triangle_count; t++) turn_over(m, t);
 }
 
+/* The triangles may have been turned since: a side is known by its vertices. */
+static void number_edges(mesh *m, const side *sides)
+{
+    uint32_t total = 3 * m->triangle_count, edge = 0;
+    for (uint32_t at = 0, n; at < total; at += n, edge++) {
+        n = edge_sides(sides, at, total);
+        for (const side *s = &sides[at]; s < &sides[at + n]; s++) {
+            mesh_triangle *t = &m->triangles[s->triangle];
+            for (int k = 0; k < 3; k++)
+                if (t->v[k] + t->v[(k + 1) % 3] == s->lo + s->hi && (t->v[k] == s->lo || t->v[k] == s->hi))
+                    t->edge[k] = edge;
+        }
+    }
+}
+
 void mesh_orient(mesh *m)
 {
     side *sides = sorted_sides(m);
@@ -174,6 +189,7 @@ void mesh_orient(mesh *m)
         sides = sorted_sides(m);
         m->solid = count_edges(m, sides);
     }
-    free(sides);
     if (m->solid) turn_outward(m);
+    number_edges(m, sides);
+    free(sides);
 }

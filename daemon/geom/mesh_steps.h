@@ -18,7 +18,7 @@ mesh_status mesh_build_within(const double *points, size_t count, const int32_t 
     const mesh_outline *outline, mesh **out);
 
 /* Looks at the edges: turns triangles that disagree with their neighbours where that mends it, and says whether what
- * comes out has an inside. Fills found.turned, inside_out, *_edges, and solid. */
+ * comes out has an inside. Fills found.turned, inside_out, *_edges, and solid; numbers the edges. */
 void mesh_orient(mesh *m);
 
 /* Puts the triangles into the order of the leaves and makes the nodes. */

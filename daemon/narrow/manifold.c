@@ -5,6 +5,7 @@
  * corner of the overlap the distance is the difference of the two heights, minus the radii. */
 #include "manifold.h"
 
+#include "feature_code.h"
 #include "geom/feature.h"
 #include "scalar.h"
 
@@ -48,7 +49,7 @@ typedef struct outline {
 /* A corner of the overlap, on its way through the clipping. */
 typedef struct corner {
     spot at;           /* h: of the incident feature */
-    uint16_t ref, inc; /* what it is made of on either feature */
+    uint32_t ref, inc; /* what it is made of on either feature: feature_code.h */
     bool side_is_ref;  /* the side that leaves this corner: along the reference, or along the incident feature? */
     uint32_t side;
 } corner;
@@ -63,14 +64,6 @@ typedef struct candidates {
     double slack; /* m; what is nearer to each other than this is one point */
     candidate at[CORNERS_MAX + 1];
 } candidates;
-
-/* What a contact point is made of on one shape: the kind, and the low bits of its index (which for all but the largest
- * hulls is all of it). */
-enum { CODE_VERTEX = 0x0000, CODE_EDGE = 0x4000, CODE_FACE = 0x8000, CODE_WITNESS = 0xc000, CODE_INDEX = 0x3fff };
-static uint16_t code(unsigned kind, uint32_t index)
-{
-    return (uint16_t)(kind | (index & CODE_INDEX));
-}
 
 static contact_frame frame_of(vec3 axis, vec3 origin)
 {
@@ -165,11 +158,11 @@ static corner crossing(
     corner c = {.at = between(from->at, to->at, t)};
     if (from->side_is_ref) {
         uint32_t i = from->side;
-        c.ref = code(CODE_VERTEX, ref->corner_id[j == (i + 1) % ref->count ? j : i]);
-        c.inc = code(CODE_FACE, inc->face_id);
+        c.ref = feature_code(FEATURE_VERTEX, ref->corner_id[j == (i + 1) % ref->count ? j : i]);
+        c.inc = feature_code(FEATURE_FACE, inc->face_id);
     } else {
-        c.ref = code(CODE_EDGE, ref->corner_id[j]);
-        c.inc = code(CODE_EDGE, inc->corner_id[from->side]);
+        c.ref = feature_code(FEATURE_EDGE, ref->corner_id[j]);
+        c.inc = feature_code(FEATURE_EDGE, inc->corner_id[from->side]);
     }
     return c;
 }
@@ -227,7 +220,8 @@ static const corner *clip_polygon(
     double height[CORNERS_MAX];
     *count = inc->count;
     for (uint32_t i = 0; i < inc->count; i++)
-        in[i] = (corner){inc->at[i], code(CODE_FACE, ref->face_id), code(CODE_VERTEX, inc->corner_id[i]), false, i};
+        in[i] = (corner){inc->at[i], feature_code(FEATURE_FACE, ref->face_id),
+            feature_code(FEATURE_VERTEX, inc->corner_id[i]), false, i};
     for (uint32_t j = 0; j<sides && * count> 0; j++) {
         if (!measure_side(ref, j, slack, in, *count, height)) continue;
         *count = clip_by_side(ref, inc, j, slack, in, height, *count, out);
@@ -244,7 +238,8 @@ static uint32_t clip_segment(const outline *ref, const outline *inc, double slac
     double sign = ref->area > 0 ? 1 : -1, begin = 0, end = 1;
     uint32_t sides = ref->unbounded ? 0 : ref->count;
     for (uint32_t i = 0; i < 2; i++)
-        out[i] = (corner){.ref = code(CODE_FACE, ref->face_id), .inc = code(CODE_VERTEX, inc->corner_id[i])};
+        out[i] = (corner){
+            .ref = feature_code(FEATURE_FACE, ref->face_id), .inc = feature_code(FEATURE_VERTEX, inc->corner_id[i])};
     for (uint32_t j = 0; j < sides; j++) {
         spot a = ref->at[j], b = ref->at[(j + 1) % ref->count];
         double length = flat_length(a, b);
@@ -256,8 +251,8 @@ static uint32_t clip_segment(const outline *ref, const outline *inc, double slac
         bool at_begin = first < second;
         if (at_begin ? t <= begin : t >= end) continue;
         *(at_begin ? &begin : &end) = t;
-        out[at_begin ? 0 : 1].ref = code(CODE_EDGE, ref->corner_id[j]);
-        out[at_begin ? 0 : 1].inc = code(CODE_FACE, inc->face_id);
+        out[at_begin ? 0 : 1].ref = feature_code(FEATURE_EDGE, ref->corner_id[j]);
+        out[at_begin ? 0 : 1].inc = feature_code(FEATURE_FACE, inc->face_id);
     }
     if (begin > end) return 0;
     out[0].at = between(inc->at[0], inc->at[1], begin);
@@ -271,7 +266,7 @@ typedef struct contact {
 } contact;
 
 static void add_candidate(
-    const contact *c, spot on_a, double height_b, uint16_t code_a, uint16_t code_b, candidates *out)
+    const contact *c, spot on_a, double height_b, uint32_t code_a, uint32_t code_b, candidates *out)
 {
     double top_a = on_a.h + c->radius_a, bottom_b = height_b - c->radius_b;
     candidate *to = &out->at[out->count];
@@ -281,7 +276,7 @@ static void add_candidate(
     to->y = on_a.y;
     to->point.distance = bottom_b - top_a;
     to->point.point = from_spot(&c->frame, (spot){on_a.x, on_a.y, 0.5 * (top_a + bottom_b)});
-    to->point.feature = (uint32_t)code_a << 16 | code_b;
+    to->point.feature = feature_id(code_a, code_b);
     if (to->point.distance <= c->threshold) out->count++;
 }
 
@@ -323,8 +318,9 @@ static void add_stretch(const contact *c, const outline *a, const outline *b, ca
         double at = k ? end : begin;
         bool by_a = k ? length <= b_high : b_low <= 0;
         spot on_a = between(a->at[0], a->at[1], at / length), on_b = between(b->at[0], b->at[1], (at - start) / along);
-        uint16_t code_a = by_a ? code(CODE_VERTEX, a->corner_id[k]) : code(CODE_FACE, a->face_id);
-        uint16_t code_b = by_a ? code(CODE_FACE, b->face_id) : code(CODE_VERTEX, b->corner_id[k ? 1 - low : low]);
+        uint32_t code_a = by_a ? feature_code(FEATURE_VERTEX, a->corner_id[k]) : feature_code(FEATURE_FACE, a->face_id);
+        uint32_t code_b = by_a ? feature_code(FEATURE_FACE, b->face_id)
+                               : feature_code(FEATURE_VERTEX, b->corner_id[k ? 1 - low : low]);
         add_candidate(c, on_a, on_b.h, code_a, code_b, out);
     }
 }
@@ -406,7 +402,7 @@ static void add_witness(const contact *c, vec3 point_a, vec3 point_b, candidates
     candidate *to = &all->at[all->count++];
     vec3 middle = vec_scale(vec_add(point_a, point_b), 0.5);
     spot at = to_spot(&c->frame, middle);
-    *to = (candidate){{middle, distance, (uint32_t)CODE_WITNESS << 16 | CODE_WITNESS}, at.x, at.y};
+    *to = (candidate){{middle, distance, feature_witness()}, at.x, at.y};
 }
 
 /* Clips the one face by the other. False if neither lies across the axis: then nothing of them is looked at. */

@@ -4,6 +4,7 @@
  * triangle brings a normal of its own, and inner edges leave no mark. The points are chosen as manifold.c does (the
  * deepest, the one farthest from it, the farthest from their line on either side), by one walk for each, so that none
  * need be stored and there is no cap on how many there are. */
+#include "feature_code.h"
 #include "manifold.h"
 #include "mesh_pair.h"
 #include "mesh_walk.h"
@@ -20,11 +21,8 @@ static const double FAR_SIDE = 1e-6;
 /* Puts manifold_build's own witness so far off that it comes only where there is no other point. */
 static const double NO_WITNESS = 0x1p500;
 
-enum { CODE_KIND = 0xc000, CODE_VERTEX = 0x0000, CODE_EDGE = 0x4000, CODE_FACE = 0x8000, CODE_WITNESS = 0xc000 };
-enum { CODE_INDEX = 0x3fff };
-static const uint32_t WITNESS_ID = (uint32_t)CODE_WITNESS << 16 | CODE_WITNESS;
-
-/* A triangle with two faces, three edges and their neighbours, as manifold_build looks for them. */
+/* A triangle with two faces, three edges and their neighbours, as manifold_build looks for them. The back face has
+ * corners of its own, 3 to 5, so that they tell which way it was walked round. */
 typedef struct thin_hull {
     hull hull;
     hull_face faces[2];
@@ -46,7 +44,7 @@ typedef struct point_search {
 
 static void thin_init(thin_hull *t, const triangle_part *from, shape *s)
 {
-    static const uint32_t LOOPS[6] = {0, 1, 2, 0, 2, 1}, FIRST[4] = {0, 2, 4, 6}, NEIGHBOURS[6] = {1, 2, 0, 2, 0, 1};
+    static const uint32_t LOOPS[6] = {0, 1, 2, 3, 5, 4}, FIRST[4] = {0, 2, 4, 6}, NEIGHBOURS[6] = {1, 2, 0, 2, 0, 1};
     vec3 p[3];
     for (int k = 0; k < 3; k++) p[k] = vec(from->x[k], from->y[k], from->z[k]);
     vec3 n = vec_unit(vec_cross(vec_unit(vec_sub(p[1], p[0])), vec_unit(vec_sub(p[2], p[0]))));
@@ -64,14 +62,16 @@ static void thin_init(thin_hull *t, const triangle_part *from, shape *s)
     *s = (shape){.type = SHAPE_HULL, .radius = s->radius, .hull = &t->hull};
 }
 
-/* From the triangle's own numbering to the mesh's: vertices and edges by the vertex, faces by the triangle of the
- * input; the low bits, which for all but the largest meshes is all of it. */
+/* From the triangle's own numbering to the mesh's: faces by the triangle of the input. A side is known by the corner at
+ * which it begins: on the back face, corner 3 + k, it is the one that ends there on the front. */
 static uint32_t code_in_mesh(const mesh *m, uint32_t triangle, uint32_t code)
 {
-    uint32_t kind = code & CODE_KIND, index = code & CODE_INDEX;
-    if (kind == CODE_WITNESS) return code;
-    uint32_t id = kind == CODE_FACE ? m->triangles[triangle].source : m->triangles[triangle].v[index % 3];
-    return kind | (id & CODE_INDEX);
+    const mesh_triangle *t = &m->triangles[triangle];
+    uint32_t kind = feature_kind(code), corner = feature_index(code);
+    if (kind == FEATURE_WITNESS) return code;
+    if (kind == FEATURE_FACE) return feature_code(kind, t->source);
+    if (kind == FEATURE_EDGE) return feature_code(kind, t->edge[corner < 3 ? corner : (corner + 2) % 3]);
+    return feature_code(kind, t->v[corner % 3]);
 }
 
 static bool same_point(const point_search *q, const manifold_point *p)
@@ -130,10 +130,11 @@ static bool clip(mesh_walk *w, void *context)
     manifold_build(&a, &b, q->b_in_a, axis, point, vec_madd(point, NO_WITNESS, axis), q->threshold, &points);
     for (uint32_t i = 0; i < points.count; i++) {
         manifold_point *p = &points.points[i];
-        uint32_t code_a = p->feature >> 16, code_b = code_in_mesh(w->mb, w->triangle_b, p->feature & 0xffff);
-        if (p->feature == WITNESS_ID) continue;
+        uint32_t code_a = feature_code_a(p->feature), code_b = feature_code_b(p->feature);
+        if (p->feature == feature_witness()) continue;
+        code_b = code_in_mesh(w->mb, w->triangle_b, code_b);
         if (w->ma) code_a = code_in_mesh(w->ma, w->triangle_a, code_a);
-        p->feature = code_a << 16 | code_b;
+        p->feature = feature_id(code_a, code_b);
         consider(q, p);
     }
     return true;
@@ -170,7 +171,7 @@ void mesh_pair_manifold(const unit_pair *p, const shape *a, const shape *b, cons
     if (q.chosen.count == 0) {
         vec3 middle = vec_scale(vec_add(answer->point_a, answer->point_b), 0.5);
         double distance = vec_dot(vec_sub(answer->point_b, answer->point_a), answer->axis);
-        q.chosen.points[q.chosen.count++] = (manifold_point){middle, distance, WITNESS_ID};
+        q.chosen.points[q.chosen.count++] = (manifold_point){middle, distance, feature_witness()};
     }
     write_sorted(&q.chosen, out);
 }

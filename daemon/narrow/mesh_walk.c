@@ -35,7 +35,7 @@ static void wear(triangle_part *t, shape *s)
 static void put_on(triangle_part *t, const mesh *m, uint32_t triangle)
 {
     for (int k = 0; k < TRIANGLE_PADDED; k++) {
-        vec3 v = mesh_corner(m, triangle, k < 3 ? k : 2);
+        vec3 v = mesh_corner(m, triangle, k % 3);
         t->x[k] = v.x;
         t->y[k] = v.y;
         t->z[k] = v.z;

@@ -7,6 +7,7 @@
 #include "compound_pair.h"
 #include "dispatch.h"
 #include "exact.h"
+#include "feature_code.h"
 #include "finish.h"
 #include "manifold.h"
 #include "mesh_pair.h"
@@ -203,8 +204,8 @@ static void swap_roles(narrow_result *r)
     r->point_a = r->point_b;
     r->point_b = point_a;
     for (uint32_t i = 0; i < r->manifold.count; i++) {
-        uint32_t f = r->manifold.points[i].feature;
-        r->manifold.points[i].feature = f << 16 | f >> 16;
+        uint64_t *feature = &r->manifold.points[i].feature;
+        *feature = feature_turned(*feature);
     }
 }
 

@@ -37,7 +37,7 @@ enum { MANIFOLD_POINTS_MAX = 4 };
 typedef struct manifold_point {
     vec3 point;       /* midway between the surfaces, in A's frame */
     double distance;  /* m, signed, along the axis; negative = depth there */
-    uint32_t feature; /* stable id: of A in the high half, of B in the low half */
+    uint64_t feature; /* stable id: of A in the high half, of B in the low half (feature_code.h) */
 } manifold_point;
 
 typedef struct manifold {

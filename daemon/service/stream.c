@@ -102,7 +102,7 @@ typedef struct part {
     double axes[3 * EVENTS_A_PART], points_a[3 * EVENTS_A_PART], points_b[3 * EVENTS_A_PART];
     double manifold_points[3 * MANIFOLD_POINTS_MAX * EVENTS_A_PART];
     double manifold_distances[MANIFOLD_POINTS_MAX * EVENTS_A_PART];
-    int32_t manifold_features[MANIFOLD_POINTS_MAX * EVENTS_A_PART];
+    int64_t manifold_features[MANIFOLD_POINTS_MAX * EVENTS_A_PART];
     double closings[EVENTS_A_PART], impact_times[2 * EVENTS_A_PART], impact_poses[14 * EVENTS_A_PART];
     int64_t impact_starts[EVENTS_A_PART];
     uint8_t impact_estimated[EVENTS_A_PART];
@@ -120,7 +120,7 @@ static uint32_t put_manifold(part *p, uint32_t points, const manifold *m)
     for (uint32_t i = 0; i < m->count; i++, points++) {
         put_vec(p->manifold_points + 3 * (size_t)points, m->points[i].point);
         p->manifold_distances[points] = m->points[i].distance;
-        p->manifold_features[points] = (int32_t)m->points[i].feature;
+        p->manifold_features[points] = (int64_t)m->points[i].feature;
     }
     return points;
 }
@@ -184,7 +184,7 @@ static void fill(part *p, const world_event *events, uint32_t n, wire_event_batc
     m->manifold_counts = (wire_u8s){n, p->manifold_counts};
     m->manifold_points = (wire_f64s){3 * points, p->manifold_points};
     m->manifold_distances = (wire_f64s){points, p->manifold_distances};
-    m->manifold_features = (wire_i32s){points, p->manifold_features};
+    m->manifold_features = (wire_i64s){points, p->manifold_features};
     m->closings = (wire_f64s){n, p->closings};
     m->impact_times = (wire_f64s){2 * impacts, p->impact_times};
     m->impact_starts_ns = (wire_i64s){impacts, p->impact_starts};

@@ -4,6 +4,7 @@
  * Pairs are walked in the order of their solids' ids and interests by theirs, so ids and order of events follow from
  * the commands. A contact id has exactly one begin and one end: it is taken in `begin_or_end_touch` and given up there,
  * or in `end_watch` when the pair or the interest goes. */
+#include "narrow/feature_code.h"
 #include "state.h"
 
 #include <stdlib.h>
@@ -31,8 +32,9 @@ static uint64_t hash_event(uint64_t h, uint32_t interest, const world_event *e)
     h = mix(h, numbers, sizeof numbers);
     for (uint32_t i = 0; i < e->manifold.count; i++) {
         const manifold_point *p = &e->manifold.points[i];
-        const double point[] = {p->point.x, p->point.y, p->point.z, p->distance, (double)p->feature};
+        const double point[] = {p->point.x, p->point.y, p->point.z, p->distance};
         h = mix(h, point, sizeof point);
+        h = mix(h, &p->feature, sizeof p->feature);
     }
     if (e->kind == EVENT_IMPACT || e->kind == EVENT_FORETOLD) {
         const double times[] = {e->impact.lo, e->impact.hi, (double)e->impact.start_ns};
@@ -79,7 +81,7 @@ static void turn_round(world_event *e)
     e->impact.pose_a = was.impact.pose_b;
     e->impact.pose_b = was.impact.pose_a;
     for (uint32_t i = 0; i < e->manifold.count; i++)
-        e->manifold.points[i].feature = was.manifold.points[i].feature << 16 | was.manifold.points[i].feature >> 16;
+        e->manifold.points[i].feature = feature_turned(was.manifold.points[i].feature);
 }
 
 /* Is this pair A and B to the interest the other way round? Where it may be both, A is the one that looks. */

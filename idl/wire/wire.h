@@ -344,7 +344,7 @@ typedef struct wire_event_batch {
     wire_u8s manifold_counts; /* points of each event, 0 to 4 */
     wire_f64s manifold_points;    /* 3 a point, world */
     wire_f64s manifold_distances; /* 1 a point */
-    wire_i32s manifold_features;  /* 1 a point */
+    wire_i64s manifold_features;  /* 1 a point */
     wire_f64s impact_times;       /* 2 an impact (IMPACT, FORETOLD): s after its start; apart before the first, touching
                                      at the second, both proven; the second may be infinite: not proven */
     wire_i64s impact_starts_ns;   /* 1 an impact: IMPACT: stamp of the pose the longer way began with; FORETOLD: of the

@@ -170,7 +170,7 @@
     F(S, manifold_counts, U8S, WIRE_EVENTS_MAX, FINITE)                                                                \
     F(S, manifold_points, F64S, 12 * WIRE_EVENTS_MAX, FINITE)                                                          \
     F(S, manifold_distances, F64S, 4 * WIRE_EVENTS_MAX, FINITE)                                                        \
-    F(S, manifold_features, I32S, 4 * WIRE_EVENTS_MAX, FINITE)                                                         \
+    F(S, manifold_features, I64S, 4 * WIRE_EVENTS_MAX, FINITE)                                                         \
     F(S, impact_times, F64S, 2 * WIRE_EVENTS_MAX, INFINITE)                                                            \
     F(S, impact_starts_ns, I64S, WIRE_EVENTS_MAX, FINITE)                                                              \
     F(S, impact_poses, F64S, 14 * WIRE_EVENTS_MAX, FINITE)                                                             \

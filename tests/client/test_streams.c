@@ -60,12 +60,16 @@ typedef struct batch_options {
     const char *name;
 } batch_options;
 
+/* More than 32 bits hold. */
+#define FEATURE ((int64_t)70000 << 32 | 0x8005)
+
 /* One event a batch. */
 static void give(collided *c, batch_options o)
 {
     const uint8_t kind[] = {WIRE_EVENT_BEGIN}, cause[] = {WIRE_CAUSE_SNAPSHOT}, points[] = {1};
     const int64_t contact[] = {11}, age_a[] = {2000000}, age_b[] = {-1};
-    const int32_t shape[] = {3}, feature[] = {5};
+    const int32_t shape[] = {3};
+    const int64_t feature[] = {FEATURE};
     const double lo[] = {-0.25}, hi[] = {-0.125}, axis[] = {0, 0, 1}, point[] = {1, 2, 3};
     const char *a[] = {o.name ? o.name : "a"}, *b[] = {"b"};
     const wire_message m = {.kind = WIRE_EVENT_BATCH,
@@ -117,7 +121,8 @@ static void events_arrive_as_they_were_sent(void **state)
     assert_true(e->kind == COLLIDED_BEGIN && e->contact == 11 && e->shape_b == 3 && e->lo == -0.25 && e->hi == -0.125);
     assert_string_equal(e->cause, "snapshot");
     assert_true(e->age_a_s == 0.002 && e->age_b_s == -1.0 && e->axis[2] == 1.0 && e->point_a[1] == 2.0);
-    assert_true(e->point_count == 1 && h.point.point[2] == 3.0 && h.point.distance == -0.25 && h.point.feature == 5);
+    assert_true(
+        e->point_count == 1 && h.point.point[2] == 3.0 && h.point.distance == -0.25 && h.point.feature == FEATURE);
     collided_close(c);
 }
 

@@ -30,6 +30,33 @@ static void closed_meshes_are_solids(void **state)
     }
 }
 
+/* A triangle's sides have one number if they have the same ends, and only then. */
+static void check_edges(const mesh *m)
+{
+    for (uint32_t i = 0; i < 3 * m->triangle_count; i++)
+        for (uint32_t j = 0; j < i; j++) {
+            const mesh_triangle *s = &m->triangles[i / 3], *t = &m->triangles[j / 3];
+            uint32_t a = s->v[i % 3], b = s->v[(i + 1) % 3], c = t->v[j % 3], d = t->v[(j + 1) % 3];
+            bool same = (a == c && b == d) || (a == d && b == c);
+            assert_int_equal(s->edge[i % 3] == t->edge[j % 3], same);
+        }
+}
+
+static void edges_have_numbers_of_their_own(void **state)
+{
+    (void)state;
+    soup turned = soup_icosphere(1, 1), inside_out = soup_torus(2, 0.5, 12, 8), open = soup_plane(1, 5);
+    soup_turn(&turned, 5);
+    for (size_t t = 0; t < inside_out.triangle_count; t++) soup_turn(&inside_out, t);
+    soup *all[] = {&turned, &inside_out, &open};
+    for (size_t i = 0; i < sizeof all / sizeof *all; i++) {
+        mesh *m = soup_mesh(all[i]);
+        check_edges(m);
+        mesh_destroy(m);
+        soup_free(all[i]);
+    }
+}
+
 static void a_hole_makes_a_surface_and_its_edges_are_counted(void **state)
 {
     (void)state;
@@ -251,6 +278,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(closed_meshes_are_solids),
+        cmocka_unit_test(edges_have_numbers_of_their_own),
         cmocka_unit_test(a_hole_makes_a_surface_and_its_edges_are_counted),
         cmocka_unit_test(triangles_turned_the_wrong_way_are_turned_back),
         cmocka_unit_test(a_mesh_that_is_inside_out_is_turned),

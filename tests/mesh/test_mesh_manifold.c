@@ -1,6 +1,7 @@
 /* Contact points over triangles: where a box on a flat face has them, whatever the face is cut into, and with one axis.
  */
 #include "brute.h"
+#include "narrow/feature_code.h"
 #include "narrow/narrow.h"
 
 #include <setjmp.h>
@@ -173,6 +174,81 @@ static void ids_stay_while_the_pose_hardly_moves(void **state)
     soup_free(&s);
 }
 
+static int by_value(const void *x, const void *y)
+{
+    uint32_t a = *(const uint32_t *)x, b = *(const uint32_t *)y;
+    return (a > b) - (a < b);
+}
+
+/* A small box on each of 20,000 triangles in turn: more than 14 bits can tell apart. */
+static void no_two_triangles_share_an_id(void **state)
+{
+    (void)state;
+    soup s = soup_plane(1, 100);
+    mesh *m = soup_mesh(&s);
+    shape ground = mesh_shape(m, 0), box = {.type = SHAPE_BOX, .half = {0.001, 0.001, 0.002}};
+    uint32_t *codes = malloc(m->triangle_count * sizeof *codes);
+    assert_non_null(codes);
+    for (uint32_t t = 0; t < m->triangle_count; t++) {
+        vec3 sum = vec_add(vec_add(mesh_corner(m, t, 0), mesh_corner(m, t, 1)), mesh_corner(m, t, 2));
+        vec3 at = vec_add(vec_scale(sum, 1.0 / 3), vec(0, 0, 0.0019));
+        narrow_result r = ask(&box, &ground, (pose){vec_neg(at), {1, 0, 0, 0}});
+        assert_int_equal(r.manifold.count, 4);
+        codes[t] = feature_code_b(r.manifold.points[0].feature);
+        assert_int_equal(feature_kind(codes[t]), FEATURE_FACE);
+        assert_int_equal(feature_index(codes[t]), m->triangles[t].source);
+        for (uint32_t i = 1; i < 4; i++) assert_int_equal(feature_code_b(r.manifold.points[i].feature), codes[t]);
+    }
+    qsort(codes, m->triangle_count, sizeof *codes, by_value);
+    for (uint32_t t = 1; t < m->triangle_count; t++) assert_true(codes[t - 1] < codes[t]);
+    free(codes);
+    mesh_destroy(m);
+    soup_free(&s);
+}
+
+/* Boxes across the rim of a ground of many triangles, where their edges meet its edges. */
+static void no_two_points_share_an_id(void **state)
+{
+    (void)state;
+    dice d = {8};
+    soup s = soup_plane(1, 100);
+    mesh *m = soup_mesh(&s);
+    shape ground = mesh_shape(m, 0);
+    int edges = 0;
+    for (int k = 0; k < 400; k++) {
+        double turn = dice_between(&d, 0, 1.5);
+        shape box = {.type = SHAPE_BOX, .half = {dice_between(&d, 0.01, 0.3), dice_between(&d, 0.01, 0.3), 0.2}};
+        pose at = {{dice_between(&d, -1, 1), 1, 0.199}, {cos(turn), 0, 0, sin(turn)}};
+        narrow_result r = ask(&box, &ground, pose_relative(at, POSE_IDENTITY));
+        for (uint32_t i = 0; i < r.manifold.count; i++) {
+            uint32_t code = feature_code_b(r.manifold.points[i].feature);
+            if (i) assert_true(r.manifold.points[i - 1].feature < r.manifold.points[i].feature);
+            edges += feature_kind(code) == FEATURE_EDGE;
+        }
+    }
+    assert_true(edges > 100);
+    mesh_destroy(m);
+    soup_free(&s);
+}
+
+/* What fits 14 bits makes the codes of 16 that others build on; what does not is kept whole. */
+static void codes_hold_any_index(void **state)
+{
+    (void)state;
+    const uint32_t kinds[] = {FEATURE_VERTEX, FEATURE_EDGE, FEATURE_FACE}, most = (1u << 30) - 1;
+    const uint32_t indices[] = {0, 1, 0x3fff, 0x4000, 0xffff, 0x10000, MESH_TRIANGLES_MAX - 1, most};
+    for (size_t k = 0; k < 3; k++)
+        for (size_t i = 0; i < sizeof indices / sizeof *indices; i++) {
+            uint32_t code = feature_code(kinds[k], indices[i]);
+            assert_int_equal(feature_kind(code), kinds[k]);
+            assert_int_equal(feature_index(code), indices[i]);
+            if (indices[i] < 0x4000) assert_int_equal(code, kinds[k] | indices[i]);
+            uint64_t id = feature_id(code, FEATURE_EDGE), turned = feature_turned(id);
+            assert_int_equal(feature_code_a(turned), FEATURE_EDGE);
+            assert_int_equal(feature_code_b(turned), code);
+        }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -181,6 +257,9 @@ int main(void)
         cmocka_unit_test(a_cylinder_that_rolls_over_inner_edges_does_not_feel_them),
         cmocka_unit_test(how_deep_a_curved_solid_is_in_one_side_is_known),
         cmocka_unit_test(ids_stay_while_the_pose_hardly_moves),
+        cmocka_unit_test(no_two_triangles_share_an_id),
+        cmocka_unit_test(no_two_points_share_an_id),
+        cmocka_unit_test(codes_hold_any_index),
     };
     return cmocka_run_group_tests(tests, make_scratch, free_scratch);
 }

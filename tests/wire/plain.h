@@ -16,8 +16,8 @@ typedef struct plain_arrays {
         angular[6];
     double vertices[12], origin[3], half[3], direction[3], lo[2], hi[2], axes[6], points[6], manifold[9], distances[3];
     uint8_t types[2], actions[2], kinds[2], causes[2], counts[2], stale[2];
-    int32_t bodies[2], shapes[2], features[3], indices[6];
-    int64_t geometries[2], contacts[2], ages[2];
+    int32_t bodies[2], shapes[2], indices[6];
+    int64_t geometries[2], contacts[2], ages[2], features[3];
     double paddings[2], margins[2];
     const char *texts[2];
 } plain_arrays;

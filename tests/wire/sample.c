@@ -273,7 +273,7 @@ static void manifolds(sampler *s, wire_event_batch *m)
     for (uint32_t i = 0; i < m->kinds.count; i++) points += m->manifold_counts.at[i];
     m->manifold_points = f64s(s, 3 * points, 1e12);
     m->manifold_distances = f64s(s, points, 1);
-    m->manifold_features = i32s(s, points, INT32_MAX);
+    m->manifold_features = i64s(s, points);
 }
 
 static void impacts(sampler *s, wire_event_batch *m)
