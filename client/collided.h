@@ -340,7 +340,9 @@ typedef struct collided_event {
     double axis[3];                /* unit, from A to B: proves lo */
     double point_a[3], point_b[3]; /* world: prove hi */
     double age_a_s, age_b_s;       /* age of the poses used; -1 = fixed or not stamped */
-    double closing_m_s;            /* at which the two points approach along the axis, as far as velocities are known */
+    double closing_m_s;            /* at which the two points approach along the axis, as far as velocities are known.
+                                      Negative in an impact: they part, while others of the pair are about to meet, or
+                                      contact is not proven */
     const collided_contact_point *points;
     size_t point_count;
     const collided_impact *impact; /* of impacts and what is foretold: lo, hi, axis and points are those at

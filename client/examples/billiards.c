@@ -181,7 +181,7 @@ void scene_billiards(lockstep *l, double span_s, bool real, scene_result *r)
     r->elastic = !real;
     r->good = lockstep_begin(l, &terms);
     r->first_j = dynamics_kinetic(l->bodies, l->moving);
-    while (r->good && r->time_s < span_s && !all_rest(l)) r->good = step(&t);
+    while (r->good && example_running(l->options) && r->time_s < span_s && !all_rest(l)) r->good = step(&t);
     r->last_j = dynamics_kinetic(l->bodies, l->moving);
     r->at_rest = all_rest(l);
 }

@@ -226,7 +226,7 @@ void scene_stack(lockstep *l, double span_s, scene_result *r)
     r->good = lockstep_begin(l, &terms);
     r->first_j = energy_of(l);
     int still = 0;
-    while (r->good && r->time_s < span_s && still < STILL_STEPS) {
+    while (r->good && example_running(l->options) && r->time_s < span_s && still < STILL_STEPS) {
         r->good = step(&p);
         still = is_still(l) ? still + 1 : 0;
     }

@@ -138,6 +138,7 @@ bool lockstep_connect(lockstep *l, const example *e)
 {
     collided_def def = collided_def_default();
     def.name = "impact_simulator";
+    l->options = e;
     l->client = example_connect(e, &def);
     return l->client != NULL;
 }

@@ -16,6 +16,7 @@ typedef struct lockstep_terms {
 } lockstep_terms;
 
 typedef struct lockstep {
+    const example *options;
     collided *client;
     rigid bodies[LOCKSTEP_BODIES]; /* first those that move */
     collided_body handles[LOCKSTEP_BODIES];
