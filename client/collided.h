@@ -272,11 +272,14 @@ collided_status collided_remove_body(collided *c, collided_body body);
 collided_body collided_adopt_body(collided *c, int32_t id);
 
 /* Publishes the poses of many bodies. Plain arrays for `count` bodies: positions 3 each, orientations 4 each; linear
- * (m/s) and angular (rad/s) 3 each or NULL. stamp_ns: when they were true (0 = now); step: of a simulator, or 0. Sent
- * by the next flush or poll. Lock-step: a step that is not 0 is answered on each of this client's own subscriptions of
- * rate_hz 0 by a batch whose `step` is that one, without events if there is nothing to tell. When it has come, all that
- * the step brings about there has been told. (LCM may lose a datagram: publish the same again if no answer comes.)
- */
+ * (m/s, at most 1e9) and angular (rad/s, world axes, at most 1e5) 3 each or NULL: what the bodies do from here on, for
+ * what is foretold, and how many whole turns they made on their way. stamp_ns: when they were true (0 = now); one that
+ * is older than the last pose of a body is refused ("old_pose", told to the callback of collided_on_rejected); step: of
+ * a simulator, or 0. Sent by the next flush or poll. Several poses of a body that fall into one tick make one way,
+ * straight from the last tick's to the newest. Lock-step: a step that is not 0 is answered on each of this client's own
+ * subscriptions of rate_hz 0 by a batch whose `step` is that one, without events if there is nothing to tell. When it
+ * has come, all that the step brings about there has been told. (LCM may lose a datagram: publish the same again if no
+ * answer comes.) */
 collided_status collided_publish(collided *c, size_t count, const collided_body *bodies, const double *positions,
     const double *orientations, const double *linear, const double *angular, int64_t stamp_ns, int64_t step);
 /* Publishes poses of bodies that did not move there. They are there from now on, without a way that could be swept:
@@ -295,7 +298,7 @@ typedef enum collided_fact {
     COLLIDED_MANIFOLD = 4,
     COLLIDED_IMPACT = 8,   /* what met on its way from one tick to the next: of bodies that say so (collided_ccd) */
     COLLIDED_FORETELL = 16 /* what will meet within horizon_s, from velocities: published ones, or else those between
-                              the last two stamped poses */
+                              the last two stamped poses; whatever the bodies' collided_ccd */
 } collided_fact;
 
 typedef enum collided_event_kind { /* numbers as on the wire */
@@ -339,10 +342,11 @@ typedef struct collided_event {
     double lo, hi;                 /* m: lo <= signed distance <= hi, certified; negative = depth */
     double axis[3];                /* unit, from A to B: proves lo */
     double point_a[3], point_b[3]; /* world: prove hi */
-    double age_a_s, age_b_s;       /* age of the poses used; -1 = fixed or not stamped */
-    double closing_m_s;            /* at which the two points approach along the axis, as far as velocities are known.
-                                      Negative in an impact: they part, while others of the pair are about to meet, or
-                                      contact is not proven */
+    double age_a_s, age_b_s;       /* age of the poses used, at the batch's stamp_ns; -1 = fixed or not stamped */
+    double closing_m_s; /* at which the two points approach along the axis, as far as velocities are known; negative:
+                           they part (in an impact: while others of the pair are about to meet, or contact is not
+                           proven). With lo and the ages it tells what separation is left (README, "Separation in a
+                           robot cell"); not safety-rated */
     const collided_contact_point *points;
     size_t point_count;
     const collided_impact *impact; /* of impacts and what is foretold: lo, hi, axis and points are those at
