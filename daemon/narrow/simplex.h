@@ -39,8 +39,9 @@ static inline vec3 triangle_normal(vec3 a, vec3 b, vec3 c)
  * counter-clockwise), *axis the unit direction of the feature it lies on (the normal when inside it). Its distance. */
 double triangle_nearest(vec3 p0, vec3 p1, vec3 p2, double weight[3], vec3 *normal, vec3 *axis);
 
-/* Six times the volume of the tetrahedron of the origin and three points; positive when p0, p1, p2 are counter-clockwise
- * seen from the side on which the origin is not. In double-double: there is no doubt about its sign. */
+/* Six times the volume of the tetrahedron of the origin and three points; positive when p0, p1, p2 are
+ * counter-clockwise seen from the side on which the origin is not. In double-double: there is no doubt about its sign.
+ */
 double origin_volume(vec3 p0, vec3 p1, vec3 p2);
 
 /* The two witness points that belong to the weights. */

@@ -300,6 +300,66 @@ static void the_limits_of_size_hold(void **state)
     }
 }
 
+static void repeated_points_are_flat_and_say_so(void **state)
+{
+    (void)state;
+    vec3 points[12];
+    for (int k = 0; k < 12; k++) points[k] = k % 3 ? vec(1, 2, 3 + k % 3) : vec(1, 2, 3);
+    assert_int_equal(status_of(points, 12, 0), HULL_FLAT);
+    assert_string_not_equal(hull_status_text(HULL_FLAT), "");
+    hull *h = NULL;
+    assert_int_equal(hull_build(&points->x, 12, HULL_ALLOW_FLAT, &h), HULL_OK);
+    assert_null(hull_validate(h));
+    assert_int_equal(h->vertex_count, 3);
+    assert_int_equal(h->dimension, 1);
+    hull_destroy(h);
+}
+
+/* So small that squares vanish, and subnormal: a hull that is sound, or a refusal; 1e-300 is a size like any other. */
+static void sizes_beyond_squares_are_built_or_refused(void **state)
+{
+    (void)state;
+    uint64_t seed = 31;
+    static const double sizes[] = {1e-200, 1e-300, 1e-307, 1e-320, 1e140, 9e149};
+    for (int i = 0; i < 60; i++) {
+        vec3 points[20];
+        for (int k = 0; k < 20; k++) points[k] = random_vec(&seed, sizes[i % 6]);
+        hull *h = NULL;
+        hull_status status = hull_build(&points->x, 20, 0, &h);
+        if (sizes[i % 6] >= 1e-300) assert_int_equal(status, HULL_OK);
+        if (status != HULL_OK) {
+            assert_null(h);
+            continue;
+        }
+        const char *fault = hull_validate(h);
+        if (fault) fail_msg("size %g: %s", sizes[i % 6], fault);
+        assert_true(isfinite(h->reach));
+        hull_destroy(h);
+    }
+}
+
+/* As many points as there may be, on a ball, so that nearly all are corners; one more is refused above. */
+static void the_largest_hull_is_sound(void **state)
+{
+    (void)state;
+    uint64_t seed = 32;
+    vec3 *points = calloc(HULL_VERTICES_MAX, sizeof *points);
+    assert_non_null(points);
+    for (int k = 0; k < HULL_VERTICES_MAX; k++) {
+        vec3 v = random_vec(&seed, 1);
+        points[k] = vec_norm(v) > 0.01 ? vec_unit(v) : vec(1, 0, 0);
+    }
+    hull *h = NULL;
+    assert_int_equal(hull_build(&points->x, HULL_VERTICES_MAX, 0, &h), HULL_OK);
+    assert_true(h->vertex_count > HULL_VERTICES_MAX / 2);
+    assert_true(h->vertex_count + h->face_count == h->edge_count + 2);
+    for (uint32_t f = 0; f < h->face_count; f += 997)
+        for (int k = 0; k < HULL_VERTICES_MAX; k++)
+            assert_true(vec_dot(h->faces[f].normal, points[k]) <= h->faces[f].offset + h->excess + 1e-15);
+    hull_destroy(h);
+    free(points);
+}
+
 /* Messy input: many nearly coplanar points, as float meshes of boxes and cylinders have. */
 static void float_meshes_are_hulls(void **state)
 {
@@ -444,6 +504,9 @@ int main(void)
         cmocka_unit_test(flat_input_is_refused_at_any_scale),
         cmocka_unit_test(bad_input_is_refused),
         cmocka_unit_test(the_limits_of_size_hold),
+        cmocka_unit_test(repeated_points_are_flat_and_say_so),
+        cmocka_unit_test(sizes_beyond_squares_are_built_or_refused),
+        cmocka_unit_test(the_largest_hull_is_sound),
         cmocka_unit_test(float_meshes_are_hulls),
         cmocka_unit_test(excess_is_what_noise_leaves_outside),
         cmocka_unit_test(threads_build_hulls_at_once),

@@ -66,9 +66,11 @@ soup soup_icosphere(double radius, int subdivisions)
             for (int k = 0; k < 3; k++) v[k] = point_of(&s, s.corners[3 * t + (size_t)k]);
             for (int k = 0; k < 3; k++) m[k] = vec_scale(vec_unit(vec_add(v[k], v[(k + 1) % 3])), radius);
             const vec3 parts[4][3] = {{v[0], m[0], m[2]}, {m[0], v[1], m[1]}, {m[2], m[1], v[2]}, {m[0], m[1], m[2]}};
-            for (int i = 0; i < 4; i++)
-                add_triangle(
-                    &next, add_point(&next, parts[i][0]), add_point(&next, parts[i][1]), add_point(&next, parts[i][2]));
+            for (int i = 0; i < 4; i++) { /* one after the other: C evaluates arguments in any order */
+                int32_t p[3];
+                for (int k = 0; k < 3; k++) p[k] = add_point(&next, parts[i][k]);
+                add_triangle(&next, p[0], p[1], p[2]);
+            }
         }
         soup_free(&s);
         s = next;

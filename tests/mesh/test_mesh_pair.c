@@ -259,10 +259,10 @@ static void scaling_by_a_power_of_two_scales_the_answer(void **state)
 {
     (void)state;
     dice d = {17};
-    const double scales[] = {0x1p-30, 0x1p20, 0x1p60};
+    const double scales[] = {0x1p-300, 0x1p-30, 0x1p20, 0x1p300};
     for (int k = 0; k < rounds(90); k++) {
         soup s = soup_torus(0.8, 0.3, 16, 10), big = soup_torus(0.8, 0.3, 16, 10);
-        double by = scales[k % 3];
+        double by = scales[k % 4];
         for (size_t i = 0; i < 3 * big.point_count; i++) big.points[i] *= by;
         mesh *m = soup_mesh(&s), *n = soup_mesh(&big);
         shape a = {.type = SHAPE_BOX, .half = {0.3, 0.2, 0.1}}, c = a, b = mesh_shape(m, 0), e = mesh_shape(n, 0);
@@ -275,6 +275,33 @@ static void scaling_by_a_power_of_two_scales_the_answer(void **state)
         soup_free(&s);
         soup_free(&big);
     }
+}
+
+/* Positions on a grid of 2^-20, so that the sums are exact. */
+static void a_representable_shift_changes_nothing(void **state)
+{
+    (void)state;
+    dice d = {21};
+    soup s = soup_torus(0.8, 0.3, 16, 10);
+    mesh *m = soup_mesh(&s);
+    shape b = mesh_shape(m, 0.01), others[] = {{.type = SHAPE_BOX, .half = {0.3, 0.2, 0.1}},
+                                       {.type = SHAPE_CONE, .half = {0.2, 0.2, 0.3}}, {.type = SHAPE_HALFSPACE}, b};
+    const narrow_request request = {.facts = NARROW_DISTANCE | NARROW_MANIFOLD, .tolerance = 1e-9, .range = INFINITY};
+    const vec3 by = vec(0x1p30 + 0.25, -0x1p25, 3 * 0x1p-20);
+    for (int k = 0; k < rounds(200); k++) {
+        pose at[2] = {{somewhere(&d, 0.6), dice_quat(&d)}, {somewhere(&d, 0.6), dice_quat(&d)}};
+        narrow_result r, q;
+        memset(&r, 0, sizeof r), memset(&q, 0, sizeof q);
+        for (int i = 0; i < 2; i++)
+            at[i].p = vec(ldexp(floor(ldexp(at[i].p.x, 20)), -20), ldexp(floor(ldexp(at[i].p.y, 20)), -20),
+                ldexp(floor(ldexp(at[i].p.z, 20)), -20));
+        narrow_query_world(&others[k % 4], at[0], &b, at[1], &request, scratch, &r);
+        for (int i = 0; i < 2; i++) at[i].p = vec_add(at[i].p, by);
+        narrow_query_world(&others[k % 4], at[0], &b, at[1], &request, scratch, &q);
+        assert_same(&r, &q);
+    }
+    mesh_destroy(m);
+    soup_free(&s);
 }
 
 /* Of what is wrong with a mesh nothing is left that a query could feel: the points of its triangles are what counts. */
@@ -365,6 +392,7 @@ int main(void)
         cmocka_unit_test(the_axis_separates_what_is_moved_along_it),
         cmocka_unit_test(swapping_negates_and_asking_again_repeats),
         cmocka_unit_test(scaling_by_a_power_of_two_scales_the_answer),
+        cmocka_unit_test(a_representable_shift_changes_nothing),
         cmocka_unit_test(damaged_meshes_are_as_far_apart_as_brute_force_says),
         cmocka_unit_test(no_answer_about_a_mesh_carries_the_name_of_libccd),
         cmocka_unit_test(a_verdict_agrees_with_the_distance),

@@ -40,13 +40,14 @@ static narrow_result ask(const shape *a, pose pa, const shape *b, pose pb)
     return r;
 }
 
-/* As feature ids are told of (B, A). */
-static uint32_t turned(uint32_t feature)
+/* As feature ids are told of (B, A): each body has one half of the bits. */
+static uint64_t turned(uint64_t feature)
 {
-    return feature << 16 | feature >> 16;
+    enum { HALF = 4 * sizeof((manifold_point *)NULL)->feature };
+    return (feature & ((UINT64_C(1) << HALF) - 1)) << HALF | feature >> HALF;
 }
 
-static bool has(const manifold *m, uint32_t feature)
+static bool has(const manifold *m, uint64_t feature)
 {
     for (uint32_t i = 0; i < m->count; i++)
         if (m->points[i].feature == feature) return true;
@@ -67,9 +68,9 @@ static void tremble(const shape *upper, const shape *ground, pose at, uint32_t p
         assert_int_equal(q.manifold.count, points);
         for (uint32_t k = 0; k < points; k++) {
             if (r.manifold.points[k].feature != first.manifold.points[k].feature)
-                fail_msg("%s on %s, %g above: id %x was %x", shape_type_name(upper->type),
-                    shape_type_name(ground->type), at.p.z, r.manifold.points[k].feature,
-                    first.manifold.points[k].feature);
+                fail_msg("%s on %s, %g above: id %llx was %llx", shape_type_name(upper->type),
+                    shape_type_name(ground->type), at.p.z, (unsigned long long)r.manifold.points[k].feature,
+                    (unsigned long long)first.manifold.points[k].feature);
             assert_true(has(&q.manifold, turned(r.manifold.points[k].feature)));
         }
     }
