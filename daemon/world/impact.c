@@ -191,7 +191,7 @@ static bool can_turn(const motion *m, double span)
  * directions. */
 static vec3 kept_axis(const world *w, const pair *p, bool foretells)
 {
-    if (w->options.caches && vec_max_abs(p->free_axis[foretells]) > 0) return p->free_axis[foretells];
+    if (foretells && w->options.caches && vec_max_abs(p->free_axis) > 0) return p->free_axis;
     if (!w->options.caches || !(p->cache.axis.x != 0 || p->cache.axis.y != 0 || p->cache.axis.z != 0)) return VEC_ZERO;
     return vec_unit(quat_rotate(w->solids.at[p->a].world.q, p->cache.axis));
 }
@@ -213,14 +213,14 @@ static bool began_in_contact(const sweep *s, const toi_mover *x, const toi_mover
 
 enum { BARREN_MAX = 6 }; /* after so many searches for an axis in vain, one in 2^6 ticks is left */
 
-/* A pair that took a search to be found free is given an axis for the next tick. Read only: what was found is kept by
- * keep_axis, because several interests may ask for one pair. */
+/* A pair that took a search to be foretold free is given an axis for the next tick; ways are too short to be worth it.
+ * Read only: what was found is kept by keep_axis, because several interests may ask for one pair. */
 static void find(const world *w, sweep *s, const pair *p, const toi_mover *a, const toi_mover *b,
     const toi_request *request, void *scratch)
 {
     toi_find(a, b, request, kept_axis(w, p, s->foretells), scratch, &s->result);
-    uint64_t often = ((uint64_t)1 << p->barren[s->foretells]) - 1;
-    if (!w->options.caches || s->result.status != TOI_FREE || s->result.queries == 0) return;
+    uint64_t often = ((uint64_t)1 << p->barren) - 1;
+    if (!s->foretells || !w->options.caches || s->result.status != TOI_FREE || s->result.queries == 0) return;
     if (w->figures.ticks & often) return;
     s->sought = true;
     s->free_axis = impact_axis(a, b, request, scratch, &s->result.queries);
@@ -229,13 +229,13 @@ static void find(const world *w, sweep *s, const pair *p, const toi_mover *a, co
 static void keep_axis(world *w, const sweep *s)
 {
     pair *p = &w->pairs.at[w->active_pairs.at[s->active]];
-    uint8_t *barren = &p->barren[s->foretells];
+    uint8_t *barren = &p->barren;
     bool found = vec_max_abs(s->free_axis) > 0;
     if (s->sought) {
-        bool had = vec_max_abs(p->free_axis[s->foretells]) > 0; /* one that did not serve */
+        bool had = vec_max_abs(p->free_axis) > 0; /* one that did not serve */
         if ((had || !found) && *barren < BARREN_MAX) ++*barren;
-        p->free_axis[s->foretells] = s->free_axis;
-    } else if (s->result.status == TOI_FREE && s->result.queries == 0) {
+        p->free_axis = s->free_axis;
+    } else if (s->foretells && s->result.status == TOI_FREE && s->result.queries == 0) {
         *barren = 0;
     }
 }

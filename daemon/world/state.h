@@ -75,8 +75,8 @@ typedef struct pair {
     uint32_t active_tick; /* low bits of the tick in which it was last put on the active list */
     bool used;
     narrow_cache cache;
-    vec3 free_axis[2]; /* a world direction that kept it free, on its way and on its course; zero: none is known */
-    uint8_t barren[2]; /* searches for one in a row that were in vain: the next one comes so much later */
+    vec3 free_axis; /* a world direction that kept it free on its course; zero: none is known */
+    uint8_t barren; /* searches for one in a row that were in vain: the next one comes so much later */
 } pair;
 
 typedef struct interest {

@@ -390,7 +390,7 @@ static played play_with(const world_options *options, int ticks, bool check)
         memset(r.mirror->met, 0, sizeof r.mirror->met);
         world_tick(r.w, r.now_ns, &b);
         for (size_t i = 0; i < b.count; i++) learn(&r, &b.at[i]);
-        if (check && r.wanted[IMPACTS] && t % 10 == 0) met += what_meets_on_its_way_is_told(&r);
+        if (check && r.wanted[IMPACTS] && t % 30 == 0) met += what_meets_on_its_way_is_told(&r);
         arrive(&r);
         if (check && t % 200 == 0) {
             assert_null(world_validate(r.w));
