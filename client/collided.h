@@ -378,7 +378,8 @@ typedef struct collided_interest_def {
     double threshold_m; /* a contact is a pair at or below it; default 0 */
     double range_m;     /* COLLIDED_DISTANCE: report pairs nearer than this */
     double tolerance_m; /* width of the intervals; default 1e-6 */
-    double horizon_s;   /* COLLIDED_FORETELL: how far ahead, from the newest pose of a pair on; > 0, at most a day */
+    double horizon_s;   /* COLLIDED_FORETELL: how far ahead, from the newest pose of a pair on, to which an older one is
+                           carried on; until so long after the older one; > 0, at most a day */
     double rate_hz;     /* updates at most so often; 0 = each tick */
     collided_events *callback;
     void *context;

@@ -172,14 +172,37 @@ static double set_ways(const world *w, sweep *s, const body *a, const body *b, t
     return span;
 }
 
+/* s: from the body's pose to the newest of the pair. */
+static double lag_of(const body *b, int64_t start_ns)
+{
+    return b->stamp_ns && may_do_something(b) ? seconds(start_ns - b->stamp_ns) : 0;
+}
+
+static motion course_from(const body *b, double lag)
+{
+    motion m = body_course(b);
+    if (lag > 0 && vec_norm(m.angular) * lag <= MOTION_ANGLE_MAX) m.start = motion_pose(&m, lag);
+    return m;
+}
+
+/* Both from the newest pose on: an older one is carried on to it. What is foretold ends a horizon after the older one:
+ * so far reach the boxes. */
 static double set_courses(const world *w, sweep *s, const body *a, const body *b, toi_mover *ma, toi_mover *mb)
 {
     int64_t stamp_ns = newest(a, b);
-    ma->motion = body_course(a);
-    mb->motion = body_course(b);
+    double lag_a = lag_of(a, stamp_ns), lag_b = lag_of(b, stamp_ns);
+    ma->motion = course_from(a, lag_a);
+    mb->motion = course_from(b, lag_b);
     s->start_ns = stamp_ns ? stamp_ns : w->now_ns;
     s->estimated = (has_course(a) && a->speed == SPEED_ESTIMATED) || (has_course(b) && b->speed == SPEED_ESTIMATED);
-    return w->interests.at[s->interest].horizon;
+    return w->interests.at[s->interest].horizon - fmax(lag_a, lag_b);
+}
+
+/* m: by how much more than wander t^2 / 2 one may be elsewhere that has accelerated since it was heard of. */
+static double drift_of(const body *b, const sweep *s, double wander, double span)
+{
+    double lag = lag_of(b, s->start_ns);
+    return wander * lag * (0.5 * lag + span) * (1 + 0x1p-40);
 }
 
 static bool can_turn(const motion *m, double span)
@@ -249,10 +272,17 @@ static void search(const world *w, sweep *s, void *scratch)
     toi_mover ma = {&x->shape, x->local, {.start = a->pose}}, mb = {&y->shape, y->local, {.start = b->pose}};
     double span = s->foretells ? set_courses(w, s, a, b, &ma, &mb) : set_ways(w, s, a, b, &ma, &mb);
     double size = (isfinite(x->reach) ? x->reach : 0) + (isfinite(y->reach) ? y->reach : 0);
+    if (!(span > 0)) { /* one of them was last heard of a horizon ago */
+        s->result = (toi_result){.status = TOI_FREE, .lo = INFINITY, .hi = INFINITY};
+        return;
+    }
+    double wander_a = s->foretells ? wander_of(a, x, b, y, i->horizon) : 0;
+    double wander_b = s->foretells ? wander_of(b, y, a, x, i->horizon) : 0;
+    double drift = s->foretells ? drift_of(a, s, wander_a, span) + drift_of(b, s, wander_b, span) : 0;
     toi_request request = {.span = span,
-        .threshold = i->threshold + pair_terms_of_paired(a, b).padding,
+        .threshold = i->threshold + pair_terms_of_paired(a, b).padding + drift,
         .tolerance = fmax(fmax(i->tolerance, FINEST_SEARCH * size), 1e-300),
-        .wander = s->foretells ? wander_of(a, x, b, y, span) + wander_of(b, y, a, x, span) : 0};
+        .wander = wander_a + wander_b};
     if (can_turn(&ma.motion, span) && can_turn(&mb.motion, span))
         find(w, s, p, &ma, &mb, &request, scratch);
     else /* service refuses such speeds; a horizon may make too many turns of them yet */

@@ -121,7 +121,8 @@ typedef struct world_interest {
     double threshold;                /* m; contact = lower bound of the signed distance at or below it: never missed */
     double range;                    /* m; with WORLD_DISTANCE */
     double tolerance;                /* m */
-    double horizon;                  /* s, with WORLD_FORETELL: from the newest pose of a pair on */
+    double horizon;                  /* s, with WORLD_FORETELL: from the newest pose of a pair on, to
+                                        which an older one is carried on; until so long after the older one */
     int64_t period_ns;               /* updates at most so often; 0 = each tick */
 } world_interest;
 

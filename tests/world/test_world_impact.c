@@ -172,6 +172,27 @@ static void what_will_meet_is_foretold_and_averted(void **state)
     world_destroy(w);
 }
 
+/* The one that moves was heard of half a second before the other: it is that much nearer. */
+static void poses_of_different_age_are_carried_on(void **state)
+{
+    (void)state;
+    world *w = scene_world(1, true);
+    uint32_t a = ball(w, "a", vec(-3, 0, 0), 0.5, WORLD_CCD_OFF), b = ball(w, "b", vec(3, 0, 0), 0.5, WORLD_CCD_OFF);
+    world_interest all = impacts(WORLD_FORETELL, 2);
+    scene_interest(w, &all);
+    scene_tick(w, SECOND);
+    vec3 fast = {4, 0, 0};
+    world_move_body(w, a, (pose){{-3, 0, 0}, {1, 0, 0, 0}}, 2 * (int64_t)SECOND, &fast, NULL);
+    only(scene_tick(w, 2 * (int64_t)SECOND), EVENT_FORETOLD);
+    world_move_body(w, b, (pose){{3, 0, 0}, {1, 0, 0, 0}}, 5 * (int64_t)SECOND / 2, &VEC_ZERO, NULL);
+    const world_event *e = only(scene_tick(w, 5 * (int64_t)SECOND / 2), EVENT_FORETOLD);
+    assert_true(e->impact.start_ns == 5 * (int64_t)SECOND / 2);
+    assert_true(e->impact.lo <= 0.75 && e->impact.hi >= 0.75 && e->impact.hi - e->impact.lo < 1e-8);
+    world_move_body(w, b, (pose){{3, 0, 0}, {1, 0, 0, 0}}, 5 * (int64_t)SECOND, &VEC_ZERO, NULL);
+    only(scene_tick(w, 5 * (int64_t)SECOND), EVENT_AVERTED); /* nothing is known of a so far ahead */
+    world_destroy(w);
+}
+
 /* At rest, 4 m apart, but free to accelerate by 2 m/s^2: they may meet after 2 s. */
 static void stated_accelerations_are_foretold_for(void **state)
 {
@@ -382,6 +403,7 @@ int main(void)
         cmocka_unit_test(nobody_sweeps_what_nobody_asked_for),
         cmocka_unit_test(given_velocities_tell_whole_turns),
         cmocka_unit_test(what_will_meet_is_foretold_and_averted),
+        cmocka_unit_test(poses_of_different_age_are_carried_on),
         cmocka_unit_test(stated_accelerations_are_foretold_for),
         cmocka_unit_test(a_teleport_ends_and_begins_and_is_not_swept),
         cmocka_unit_test(a_snapshot_tells_what_is_foretold),
