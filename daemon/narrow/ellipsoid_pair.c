@@ -190,7 +190,7 @@ static bool proves(const unit_pair *p, const place *at, const vec3 m[3], double 
     double whole = k.k00 * adjugate->k00 + k.k01 * adjugate->k01 + k.k02 * adjugate->k02;
     if (!(k.k00 > 0 && adjugate->k22 > 0 && whole > noise * trace * trace)) return false;
     vec3 r = {room, k.k01 + d * c.y, k.k02 + d * c.z};
-    return have >= (1 + SLACK) * value_at(adjugate, r) / whole + noise;
+    return have >= (1 + SLACK) * value_at(adjugate, r) / whole + noise / 16; /* of a few products */
 }
 
 /* By ellipsoids that are made to reach farther where the last one did not far enough. *beyond: where h may be less. */
