@@ -305,13 +305,15 @@ static bool is_far_along(const mesh_walk *w, vec3 u)
     return gap > 0 && gap * gap > within * within * vec_norm2(u);
 }
 
-/* By their boxes, along the axis, or along the directions of mesh_bounds, in doubles. */
+/* Along the axis, by their boxes, or along the directions of mesh_bounds, in doubles. */
 static bool is_far(const mesh_walk *w)
 {
     const mesh_spot *a = w->spot_a, *b = w->spot_b;
+    double within = w->within + 2 * w->part.error;
+    if (b->level - a->level > within) return true;
     double x = outside(a->lo.x, a->hi.x, b->lo.x, b->hi.x), y = outside(a->lo.y, a->hi.y, b->lo.y, b->hi.y),
-           z = outside(a->lo.z, a->hi.z, b->lo.z, b->hi.z), within = w->within + 2 * w->part.error;
-    if (x * x + y * y + z * z > within * within || b->level - a->level > within) return true;
+           z = outside(a->lo.z, a->hi.z, b->lo.z, b->hi.z);
+    if (x * x + y * y + z * z > within * within) return true;
     if (!(w->within < INFINITY)) return false;
     return is_far_along(w, vec_sub(vec_add(b->lo, b->hi), vec_add(a->lo, a->hi))) || is_far_along(w, b->normal) ||
            (w->ma && is_far_along(w, a->normal));
@@ -325,7 +327,6 @@ static uint32_t spots_of(const mesh *m, box_ref r, double scale, const transform
             vec3 v = vec_scale(mesh_corner(m, n->first[r.child] + i, k), scale);
             out[i].corner[k] = to_a ? transform_point(to_a, v) : v;
         }
-        set_box(&out[i]);
     }
     return n->count[r.child];
 }
@@ -373,7 +374,9 @@ static bool visit_leaves(mesh_walk *w, const entry *e, mesh_visit *visit, void *
     l.count_b = spots_of(w->mb, e->b, w->part.scale, &w->part.b_in_a, l.b);
     l.count_a = w->ma ? spots_of(w->ma, e->a, w->part.scale, NULL, l.a) : 1;
     if (!set_levels(w, &l)) return true;
+    for (uint32_t k = 0; w->ma && k < l.count_a; k++) set_box(&l.a[k]);
     for (uint32_t i = 0; i < l.count_b; i++) {
+        set_box(&l.b[i]);
         w->spot_b = &l.b[i];
         w->triangle_b = w->mb->nodes[e->b.node].first[e->b.child] + i;
         for (uint32_t k = 0; k < l.count_a; k++) {
