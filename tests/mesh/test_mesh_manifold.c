@@ -206,7 +206,19 @@ static void no_two_triangles_share_an_id(void **state)
     soup_free(&s);
 }
 
-/* Boxes across the rim of a ground of many triangles, where their edges meet its edges. */
+/* How far a point is from the line of an edge that is known by its number alone. */
+static double from_edge(const mesh *m, uint32_t edge, vec3 point)
+{
+    for (uint32_t t = 0; t < m->triangle_count; t++)
+        for (int k = 0; k < 3; k++) {
+            vec3 from = mesh_corner(m, t, k), along = vec_unit(vec_sub(mesh_corner(m, t, (k + 1) % 3), from));
+            if (m->triangles[t].edge[k] == edge) return vec_norm(vec_cross(along, vec_sub(point, from)));
+        }
+    return INFINITY;
+}
+
+/* Boxes above and below the rim of a ground of many triangles, where their edges meet its edges: each id names an edge
+ * that is there. */
 static void no_two_points_share_an_id(void **state)
 {
     (void)state;
@@ -218,12 +230,15 @@ static void no_two_points_share_an_id(void **state)
     for (int k = 0; k < 400; k++) {
         double turn = dice_between(&d, 0, 1.5);
         shape box = {.type = SHAPE_BOX, .half = {dice_between(&d, 0.01, 0.3), dice_between(&d, 0.01, 0.3), 0.2}};
-        pose at = {{dice_between(&d, -1, 1), 1, 0.199}, {cos(turn), 0, 0, sin(turn)}};
+        pose at = {{dice_between(&d, -1, 1), 1, k % 2 ? 0.199 : -0.199}, {cos(turn), 0, 0, sin(turn)}};
         narrow_result r = ask(&box, &ground, pose_relative(at, POSE_IDENTITY));
         for (uint32_t i = 0; i < r.manifold.count; i++) {
             uint32_t code = feature_code_b(r.manifold.points[i].feature);
             if (i) assert_true(r.manifold.points[i - 1].feature < r.manifold.points[i].feature);
-            edges += feature_kind(code) == FEATURE_EDGE;
+            if (feature_kind(code) != FEATURE_EDGE) continue;
+            vec3 point = pose_point(at, r.manifold.points[i].point);
+            assert_true(from_edge(m, feature_index(code), point) < 0.002);
+            edges++;
         }
     }
     assert_true(edges > 100);
