@@ -4,6 +4,7 @@
  * normal of its own; the best four of all points are kept (manifold_choice.h). Parts that overlap from another side, as
  * the wall beside a floor, would show as points far deeper than the whole: those are left out. */
 #include "compound_pair.h"
+#include "feature_code.h"
 #include "manifold.h"
 #include "manifold_choice.h"
 #include "mesh_pair.h"
@@ -19,8 +20,7 @@ static const double SAME_SIDE = 0.9;
 /* Puts manifold_build's own witness so far off that it comes only where there is no other point. */
 static const double NO_WITNESS = 0x1p500;
 
-enum { CODE_KIND = 0xc000, CODE_WITNESS = 0xc000, CODE_INDEX = 0x3fff, INDEX_BITS = 14 };
-static const uint32_t WITNESS_ID = (uint32_t)CODE_WITNESS << 16 | CODE_WITNESS;
+enum { INDEX_BITS = 30 }; /* of feature_code.h */
 
 typedef struct point_search {
     const narrow_result *answer;
@@ -95,12 +95,14 @@ static void clip_parts(
     }
 }
 
-/* The child in as many of the high bits of the index as number the children, and the low bits of its own index. */
+/* The child in as many of the high bits of the index as number the children, and its own index, which is of a hull at
+ * most and fits below. */
 static uint32_t code_in_compound(const compound_side *s, uint32_t part, uint32_t code)
 {
     uint32_t bits = 0, count = compound_part_count(s);
     while (count > 1u << bits) bits++;
-    return (code & CODE_KIND) | part << (INDEX_BITS - bits) | (code & CODE_INDEX >> bits);
+    uint32_t own = feature_index(code) & ((1u << (INDEX_BITS - bits)) - 1);
+    return feature_code(feature_kind(code), bits ? part << (INDEX_BITS - bits) | own : own);
 }
 
 static bool clip(compound_walk *w, uint32_t part_a, uint32_t part_b, void *context)
@@ -116,11 +118,12 @@ static bool clip(compound_walk *w, uint32_t part_a, uint32_t part_b, void *conte
     clip_parts(&pair, q, witness ? &own : NULL, &frame, &points);
     for (uint32_t i = 0; i < points.count; i++) {
         manifold_point *p = &points.points[i];
-        uint32_t first = p->feature >> 16, second = p->feature & 0xffff;
-        if ((p->feature == WITNESS_ID && !witness) || p->distance > q->threshold || p->distance < deepest) continue;
+        uint32_t first = feature_code_a(p->feature), second = feature_code_b(p->feature);
+        if ((p->feature == feature_witness() && !witness) || p->distance > q->threshold || p->distance < deepest)
+            continue;
         p->point = transform_point(&frame, p->point);
-        p->feature = code_in_compound(&w->a, part_a, pair.turned ? second : first) << 16 |
-                     code_in_compound(&w->b, part_b, pair.turned ? first : second);
+        p->feature = feature_id(code_in_compound(&w->a, part_a, pair.turned ? second : first),
+            code_in_compound(&w->b, part_b, pair.turned ? first : second));
         manifold_choice_offer(&q->choice, p);
     }
     return true;
@@ -138,7 +141,7 @@ void compound_manifold(
     if (q.choice.chosen.count == 0) {
         vec3 middle = vec_scale(vec_add(answer->point_a, answer->point_b), 0.5);
         double distance = vec_dot(vec_sub(answer->point_b, answer->point_a), answer->axis);
-        q.choice.chosen.points[q.choice.chosen.count++] = (manifold_point){middle, distance, WITNESS_ID};
+        q.choice.chosen.points[q.choice.chosen.count++] = (manifold_point){middle, distance, feature_witness()};
     }
     manifold_choice_write(&q.choice, out);
 }

@@ -117,6 +117,27 @@ static bool begins_in_contact(walk *w)
     return true;
 }
 
+enum { PROOFS_MAX = 24 };
+
+/* Solids whose faces meet flat overlap without any two triangles that do: the whole shapes prove the contact. */
+static void prove_contact(walk *w)
+{
+    toi_result *out = w->out;
+    narrow_request r = {
+        .facts = NARROW_VERDICT, .tolerance = w->request->tolerance, .threshold = w->request->threshold};
+    double gap = max_of(out->gap_hi - w->request->threshold, 0) + w->request->tolerance, time = out->lo;
+    double step = out->closing > 0 ? gap / out->closing : 0x1p-20 * w->request->span;
+    for (int k = 0; k < PROOFS_MAX && time < w->request->span; k++, step *= 2) {
+        time = min_of(time + step, w->request->span);
+        narrow_result n;
+        narrow_query_world(w->a->shape, pose_mul(motion_pose(&w->a->motion, time), w->a->local), w->b->shape,
+            pose_mul(motion_pose(&w->b->motion, time), w->b->local), &r, w->scratch, &n);
+        out->queries++;
+        if (n.hi <= w->request->threshold) out->hi = time;
+        if (n.hi <= w->request->threshold || n.lo > w->request->threshold) return;
+    }
+}
+
 void toi_walk(
     const toi_mover *a, const toi_mover *b, const toi_request *request, narrow_scratch *scratch, toi_result *out)
 {
@@ -127,6 +148,7 @@ void toi_walk(
     toi_part_root(b->shape, &root_b);
     if (look(&w, &root_a, &root_b) == INFINITY) return;
     descend(&w, &root_a, &root_b);
+    if (out->status == TOI_NEAR && out->hi == INFINITY && request->wander == 0) prove_contact(&w);
     if (w.skipped <= out->lo && w.skipped != INFINITY) {
         out->lo = w.skipped;
         out->status = out->hi == INFINITY ? TOI_UNDECIDED : TOI_HIT;

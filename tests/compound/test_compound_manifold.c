@@ -62,10 +62,10 @@ static void a_box_on_tiles_has_its_four_corners(void **state)
     union_free(&ground);
 }
 
-/* The child of a compound of 16 is in the four bits below the kind. */
-static uint32_t child_of(uint32_t code)
+/* The child of a compound of 16 is in the four highest bits. */
+static uint32_t child_of(uint64_t id)
 {
-    return code >> 10 & 15;
+    return (uint32_t)id >> 28;
 }
 
 static void ids_name_the_child_and_stay(void **state)
@@ -79,7 +79,7 @@ static void ids_name_the_child_and_stay(void **state)
     for (uint32_t i = 0; i < 4; i++) {
         vec3 p = vec_add(before.manifold.points[i].point, vec(0.1, 0.2, 0.197));
         uint32_t tile = (uint32_t)(floor(p.x + 2) + 4 * floor(p.y + 2));
-        assert_int_equal(child_of(before.manifold.points[i].feature & 0xffff), tile);
+        assert_int_equal(child_of(before.manifold.points[i].feature), tile);
         assert_int_equal(before.manifold.points[i].feature, after.manifold.points[i].feature);
         for (uint32_t k = 0; k < i; k++)
             assert_true(before.manifold.points[i].feature != before.manifold.points[k].feature);

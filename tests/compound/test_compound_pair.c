@@ -156,8 +156,8 @@ static void swapping_negates_and_asking_again_repeats(void **state)
         assert_true(r.lo == swapped.lo && r.hi == swapped.hi && r.manifold.count == swapped.manifold.count);
         assert_true(r.axis.x == -swapped.axis.x && r.axis.y == -swapped.axis.y && r.axis.z == -swapped.axis.z);
         for (uint32_t i = 0; i < r.manifold.count; i++) {
-            uint32_t f = swapped.manifold.points[i].feature;
-            assert_int_equal(r.manifold.points[i].feature, f << 16 | f >> 16);
+            uint64_t f = swapped.manifold.points[i].feature;
+            assert_int_equal(r.manifold.points[i].feature, f << 32 | f >> 32);
         }
         union_free(&a);
         union_free(&b);
