@@ -98,6 +98,7 @@ motion motion_between(pose from, pose to, double span)
 
 motion_spin motion_spin_of(vec3 angular)
 {
+    if (angular.x == 0 && angular.y == 0 && angular.z == 0) return (motion_spin){VEC_ZERO, 0};
     return (motion_spin){vec_unit(angular), length_up(angular)};
 }
 

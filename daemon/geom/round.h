@@ -39,11 +39,12 @@ static inline double length_up(vec3 a)
     double norm2 = vec_norm2(a), most;
     if (norm2 > 0x1p-800 && norm2 < 0x1p800) return sqrt(norm2) * (1 + 8 * ROUND_U); /* in range: the same bits */
     most = vec_max_abs(a);
+    if (most == 0) return 0;
     int exponent;
     frexp(most, &exponent);
     vec3 scaled = {ldexp(a.x, -exponent), ldexp(a.y, -exponent), ldexp(a.z, -exponent)};
     double length = ldexp(vec_norm(scaled) * (1 + 8 * ROUND_U), exponent);
-    return most > 0 ? length + DBL_TRUE_MIN : 0; /* the last: ldexp rounds where the result is subnormal */
+    return length + DBL_TRUE_MIN; /* the last: ldexp rounds where the result is subnormal */
 }
 
 #endif

@@ -4,6 +4,7 @@
 #include "course.h"
 #include "scalar.h"
 #include "toi_parts.h"
+#include "toi_spheres.h"
 #include "toi_walk.h"
 #include "unit_pair.h"
 
@@ -309,9 +310,10 @@ void toi_find(const toi_mover *a, const toi_mover *b, const toi_request *request
     toi_result *out)
 {
     *out = (toi_result){.status = TOI_FREE, .lo = INFINITY, .hi = INFINITY};
-    if (toi_parts_apply(a->shape, b->shape))
+    bool settled = toi_spheres(a, b, request, out);
+    if (!settled && toi_parts_apply(a->shape, b->shape))
         toi_walk(a, b, request, scratch, out);
-    else
+    else if (!settled)
         toi_convex(a, b, request, guess, request->wander > 0, scratch, out);
     if (out->status == TOI_FREE) return;
     out->body_a = motion_pose(&a->motion, out->lo);
