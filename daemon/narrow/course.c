@@ -27,10 +27,9 @@ static double radius_of(const shape *s, pose local, const motion *m)
 
 /* A plane that turns: the height of a point x over it is n.(x - p), whose second derivative is at most
  * w^2 |x - p| + 2 w |x' - p'| + |x'' - p''|. */
-static void bound_plane(course *c, const shape *plane, pose plane_local, const motion *plane_body, const shape *other,
-    pose other_local, const motion *other_body, double span)
+static void bound_plane(course *c, pose plane_local, const motion *plane_body, const shape *other, pose other_local,
+    const motion *other_body, double span)
 {
-    (void)plane;
     double w = turning(plane_body), v = turning(other_body),
            line = vec_norm(vec_sub(other_body->linear, plane_body->linear));
     double arm = vec_norm(plane_local.p), reach = reach_of(other, other_local);
@@ -48,9 +47,9 @@ static void bound(course *c, double span)
 {
     const shape *a = c->a, *b = c->b;
     if (a->type == SHAPE_HALFSPACE)
-        bound_plane(c, a, c->local_a, &c->body_a, b, c->local_b, &c->body_b, span);
+        bound_plane(c, c->local_a, &c->body_a, b, c->local_b, &c->body_b, span);
     else if (b->type == SHAPE_HALFSPACE)
-        bound_plane(c, b, c->local_b, &c->body_b, a, c->local_a, &c->body_a, span);
+        bound_plane(c, c->local_b, &c->body_b, a, c->local_a, &c->body_a, span);
     else {
         double wa = turning(&c->body_a), wb = turning(&c->body_b);
         c->radius_a = wa > 0 ? radius_of(a, c->local_a, &c->body_a) : 0;

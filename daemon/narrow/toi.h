@@ -51,8 +51,9 @@ typedef struct toi_result {
 } toi_result;
 
 /* A and B must be in canonical order (narrow_ordered). `guess`: a world direction that may prove it free (a cached
- * axis), or zero. It is believed where it keeps them apart by more than twice the tolerance, so that it changes the
- * time and not the answer. */
+ * axis), or zero. It is believed where it keeps them apart by more than twice the tolerance: what a search without
+ * it calls a hit or near stays so. It changes the time and not the answer, but that it may prove free what would end
+ * undecided without it. */
 void toi_find(const toi_mover *a, const toi_mover *b, const toi_request *request, vec3 guess, narrow_scratch *scratch,
     toi_result *out);
 
