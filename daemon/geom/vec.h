@@ -119,6 +119,13 @@ static inline quat quat_unit(quat a)
     return (quat){a.w * s, a.x * s, a.y * s, a.z * s};
 }
 
+/* As quat_unit, which leaves less than 8 roundoffs of the squared norm; what is within them already stays as it is, so
+ * that a pose that was read and is sent back does not change. */
+static inline quat quat_settled(quat a)
+{
+    return fabs(quat_norm2(a) - 1) <= 0x1p-50 ? a : quat_unit(a);
+}
+
 /* The rotation matrix of a unit quaternion. */
 static inline mat3 quat_matrix(quat q)
 {

@@ -259,7 +259,7 @@ static uint32_t new_body(world *w)
 
 static void set_pose(body *b, pose to, int64_t stamp_ns)
 {
-    b->pose = (pose){to.p, quat_unit(to.q)};
+    b->pose = (pose){to.p, quat_settled(to.q)};
     b->stamp_ns = stamp_ns;
     b->held = false;
     b->posed = true;

@@ -1,11 +1,13 @@
-/* bits: one line for every two types of shapes, with a hash of all the bits of answers about random pairs of them.
+/* bits: one line for every two types of shapes, with a hash of all the bits of answers about random pairs of them, and
+ * one for a world.
  *
- * It is built twice, with the layers as they are and with the same sources unoptimised; the lines must be the same.
- * Built by another compiler, it prints them again: `diff` shows which types differ. Nothing is judged here. */
+ * It is built with the layers as they are, with the same sources unoptimised, by another compiler and for another
+ * processor (other_build); the lines must be the same, and `diff` shows which types differ. Nothing is judged here. */
 #include "cases.h"
 #include "narrow/elementary.h"
 #include "narrow/toi.h"
 #include "solids.h"
+#include "world_bits.h"
 
 #include <inttypes.h>
 #include <stdio.h>
@@ -166,6 +168,8 @@ int main(int count, char **arguments)
     convex_pairs();
     mesh_pairs();
     deformable_pairs();
+    print("world", "alone", world_bits(1));
+    print("world", "shared", world_bits(3));
     cases_destroy();
     return ferror(stdout) || fclose(stdout) != 0;
 }
