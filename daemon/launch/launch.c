@@ -19,6 +19,7 @@ static const struct {
     {"libccd.so", "libccd2"},
     {"libqhull_r.so", "libqhull-r8.0"},
     {"libsystemd.so", "libsystemd0"},
+    {"libwebsockets.so", "libwebsockets17"},
     {"libassimp.so", "libassimp5"},
     {"libcyaml.so", "libcyaml1"},
     {"libpng16.so", "libpng16-16"},

@@ -21,7 +21,7 @@ typedef struct config {
     char log[16];
     char engine[16];
     char broad[16];
-    long workers;
+    long workers, metrics_port;
     bool caches, json, journal;
     double margin, rate, status_period, lease;
     long max_clients, max_bodies, max_shapes, max_interests, max_geometries;

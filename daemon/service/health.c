@@ -1,4 +1,5 @@
-/* health: the counters of this process, and the Status that carries them. Tick thread. */
+/* health: the counters of this process, the Status that carries them, and the page that Prometheus reads. Tick thread.
+ */
 #include "service.h"
 
 #include <inttypes.h>
@@ -31,6 +32,25 @@ void health_register(service *s)
     s->count.record_failures = metrics_add(m, "record_failures", "records that the disk refused");
     s->count.busy_ns = metrics_add(m, "busy_ns", "nanoseconds spent in ticks");
     s->count.tick_ns = metrics_add(m, "last_tick_ns", "nanoseconds of the last tick");
+}
+
+static void define(histogram *h, const char *name, const char *help, const double *bounds, size_t count)
+{
+    *h = (histogram){.name = name, .help = help, .bounds = bounds, .count = count};
+}
+
+void health_define(measures *m)
+{
+    static const double TIMES[] = {
+        20e-6, 50e-6, 100e-6, 200e-6, 500e-6, 1e-3, 2e-3, 5e-3, 10e-3, 20e-3, 50e-3, 0.1, 0.2, 0.5, 1, 2, 5, 10};
+    static const double WIDTHS[] = {
+        0, 1e-15, 1e-14, 1e-13, 1e-12, 1e-11, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1};
+    enum { TIME_COUNT = sizeof TIMES / sizeof *TIMES, WIDTH_COUNT = sizeof WIDTHS / sizeof *WIDTHS };
+    define(&m->latency, "latency_seconds", "from the stamp of the newest pose to the events that follow from it", TIMES,
+        TIME_COUNT);
+    define(&m->tick, "tick_seconds", "duration of ticks", TIMES, TIME_COUNT);
+    define(&m->age, "pose_age_seconds", "age of the older pose that a published event rests on", TIMES, TIME_COUNT);
+    define(&m->width, "interval_width_metres", "width of the intervals in published events", WIDTHS, WIDTH_COUNT);
 }
 
 typedef struct sheet {
@@ -108,6 +128,19 @@ static void describe_links(const service *s, char *text, size_t size)
     }
 }
 
+static void show(service *s, const sheet *t, size_t registered)
+{
+    s->page.count = 0;
+    page_build_info(&s->page, COLLIDED_RELEASE, s->daemon_name);
+    for (size_t i = 0; i < t->count; i++) {
+        const char *help = i < registered ? NULL : metrics_at(s->metrics, i - registered)->help;
+        page_number(&s->page, t->names[i], help, t->values[i]);
+    }
+    const histogram *all[] = {&s->measures.latency, &s->measures.tick, &s->measures.age, &s->measures.width};
+    for (size_t i = 0; i < sizeof all / sizeof *all; i++) page_histogram(&s->page, all[i]);
+    exporter_show(s->exporter, s->page.at, s->page.count, s->health == WIRE_HEALTH_STOPPING ? "stopping" : NULL);
+}
+
 void health_publish(service *s)
 {
     static sheet t; /* the tick thread's */
@@ -117,8 +150,10 @@ void health_publish(service *s)
     t.count = 0;
     add_world(s, &t);
     add_lost(s, &t);
+    size_t registered = t.count; /* from here on */
     for (size_t i = 0; i < metrics_count(s->metrics); i++)
         add(&t, metrics_at(s->metrics, i)->name, metric_get(metrics_at(s->metrics, i)));
+    if (s->exporter) show(s, &t, registered);
     wire_message m = {.kind = WIRE_STATUS,
         .status = {.version = WIRE_VERSION,
             .epoch = s->epoch,

@@ -152,6 +152,7 @@ server *server_create(const config *c, char *why, size_t why_size)
     pair_map_init(&s->session_of);
     pair_map_init(&s->geometry_of);
     health_register(s);
+    health_define(&s->measures);
     set_names(s);
     world_options options = world_options_default();
     options.workers = worker_count(c);
@@ -160,8 +161,11 @@ server *server_create(const config *c, char *why, size_t why_size)
     options.caches = c->caches;
     options.margin = c->margin;
     s->world = world_create(&options);
+    if (c->metrics_port && !s->replaying) s->exporter = exporter_start((uint16_t)c->metrics_port, why, why_size);
+    bool exports = s->exporter || !c->metrics_port || s->replaying;
     /* The recording comes last: what fails before leaves no file. Nothing is taken from the links yet. */
-    if (open_links(s, why, why_size) != 0 || (*c->record && record_start(s, c->record, why, why_size) != 0)) {
+    if (!exports || open_links(s, why, why_size) != 0 ||
+        (*c->record && record_start(s, c->record, why, why_size) != 0)) {
         server_destroy(v);
         return NULL;
     }
@@ -184,6 +188,8 @@ void server_destroy(server *v)
     array_free(&s->shapes);
     array_free(&s->compounds);
     array_free(&s->rules);
+    exporter_stop(s->exporter);
+    array_free(&s->page);
     metrics_destroy(s->metrics);
     close(s->wake_fd);
     free(v);
@@ -193,10 +199,15 @@ void server_destroy(server *v)
 
 static void tick(service *s)
 {
-    int64_t began = clock_monotonic_ns();
+    int64_t began = clock_monotonic_ns(), newest = s->latest_pose_ns;
+    uint64_t told = metric_get(s->count.events_out);
     s->tick++;
     service_tick(s);
     int64_t took = clock_monotonic_ns() - began;
+    if (newest != s->measured_pose_ns && metric_get(s->count.events_out) != told)
+        histogram_add(&s->measures.latency, 1e-9 * (double)(clock_wall_ns() - newest));
+    s->measured_pose_ns = newest;
+    histogram_add(&s->measures.tick, 1e-9 * (double)took);
     metric_count(s->count.busy_ns, (uint64_t)took);
     metric_set(s->count.tick_ns, (uint64_t)took);
 }

@@ -12,7 +12,9 @@
 #include "base/metrics.h"
 #include "base/pair_map.h"
 #include "config.h"
+#include "exporter.h"
 #include "link/link.h"
+#include "page.h"
 #include "wire/wire_lcm.h"
 #include "wire/wire_log.h"
 #include "world/world.h"
@@ -123,18 +125,26 @@ typedef struct counters { /* metrics that the service itself counts */
     metric *record_failures, *answers, *acks, *tick_ns, *busy_ns;
 } counters;
 
+typedef struct measures { /* for the page that Prometheus reads */
+    histogram latency, tick, age, width;
+} measures;
+
 typedef struct service {
     config config;
     char daemon_name[128];
     metrics *metrics;
     counters count;
+    measures measures;
+    exporter *exporter; /* NULL: none */
+    page_text page;     /* its next page */
     world *world;
     struct link *links[LINKS_MAX];
     size_t link_count;
     int wake_fd;
     int64_t epoch, tick, started_ns;
     int64_t now_ns, monotonic_ns; /* of this tick */
-    int64_t latest_pose_ns;       /* the newest stamp of all poses */
+    int64_t latest_pose_ns;       /* the newest stamp of all poses ... */
+    int64_t measured_pose_ns;     /* ... and before the last tick */
     step_mark latest_step;        /* of all clients */
     uint64_t events_hash;
     bool replaying, stopping;
@@ -220,6 +230,7 @@ void service_tick(service *s);       /* of number s->tick, at s->now_ns */
 void service_tell_broad(service *s); /* logs the broad phase that stands, if the log says another one */
 
 /* health.c */
+void health_define(measures *m);
 void health_register(service *s);
 void health_publish(service *s);
 

@@ -2,6 +2,7 @@
 #include "service.h"
 
 #include <inttypes.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -192,6 +193,20 @@ static void fill(part *p, const world_event *events, uint32_t n, wire_event_batc
     m->impact_estimated = (wire_u8s){impacts, p->impact_estimated};
 }
 
+static double age_of(const world_event *e)
+{
+    int64_t age = e->age_a_ns > e->age_b_ns ? e->age_a_ns : e->age_b_ns;
+    return age < 0 ? NAN : 1e-9 * (double)age;
+}
+
+static void measure(service *s, const world_batch *b)
+{
+    for (size_t i = 0; i < b->count; i++) {
+        histogram_add(&s->measures.age, age_of(&b->events[i]));
+        histogram_add(&s->measures.width, b->events[i].hi - b->events[i].lo);
+    }
+}
+
 /* Who counts steps is told his own; of several simulators one would take another's answer for his. */
 static int64_t step_for(service *s, const stream *to)
 {
@@ -224,6 +239,7 @@ static void publish(service *s, stream *to, const world_batch *b)
         fill(&scratch, n ? b->events + first : NULL, (uint32_t)n, &m.event_batch);
         to->link->ops->publish(to->link, &m);
     }
+    measure(s, b);
     to->batch_tick = s->tick;
     metric_count(s->count.batches_out, (uint64_t)parts);
     metric_count(s->count.events_out, b->count);

@@ -1,0 +1,18 @@
+/* histogram: see histogram.h. */
+#include "histogram.h"
+
+void histogram_add(histogram *h, double number)
+{
+    if (number != number) return;
+    size_t i = 0;
+    while (i < h->count && number > h->bounds[i]) i++;
+    h->below[i]++;
+    h->sum += number;
+}
+
+uint64_t histogram_total(const histogram *h)
+{
+    uint64_t total = 0;
+    for (size_t i = 0; i <= h->count; i++) total += h->below[i];
+    return total;
+}

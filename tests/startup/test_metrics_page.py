@@ -1,0 +1,123 @@
+"""The page for Prometheus: promtool finds nothing wrong, the figures are those of Status, probes are answered, requests
+that make no sense are bounded, and nobody but this machine hears of it."""
+
+import http.client
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+import time
+
+from rig import BIN, DAEMON, check, finish, isolate, refused
+
+WORK = sys.argv[2]  # promtool is unpacked there
+PORT = 9464
+PROMTOOL = os.path.join(WORK, "prometheus", "usr", "bin", "promtool")
+
+
+def unpack_promtool():
+    """Its package is not installed: that would start a server. Before the network is gone."""
+    if os.path.exists(PROMTOOL) or os.environ.get("STARTUP_ISOLATED") == "yes":
+        return
+    os.makedirs(WORK, exist_ok=True)
+    script = "apt-get -q download prometheus && dpkg -x prometheus_*.deb prometheus && rm prometheus_*.deb"
+    subprocess.run(["sh", "-c", script], cwd=WORK, capture_output=True, check=False)
+
+
+def get(path, port=PORT):
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=5)
+    connection.request("GET", path)
+    answer = connection.getresponse()
+    return answer.status, answer.read().decode()
+
+
+def figures(page):
+    return dict(re.findall(r"^(collided_\S+) (\S+)$", page, re.M))
+
+
+def start():
+    daemon = subprocess.Popen([DAEMON, "--links", "dds://0", "--metrics-port", str(PORT), "--status-period", "0.1"],
+                              stderr=subprocess.PIPE, text=True)
+    while "is ready" not in daemon.stderr.readline():
+        check(daemon.poll() is None, "the daemon starts")
+    return daemon
+
+
+def a_page_that_promtool_accepts():
+    status, page = get("/metrics")
+    check(status == 200, f"/metrics: {status}")
+    if not os.path.exists(PROMTOOL):
+        print("skipped in part: promtool (package prometheus) cannot be had; the page was read all the same")
+        return
+    done = subprocess.run([PROMTOOL, "check", "metrics"], input=page, capture_output=True, text=True, check=False)
+    check(done.returncode == 0 and not done.stderr, f"promtool: {done.stdout}{done.stderr}")
+    done = subprocess.run([PROMTOOL, "check", "metrics"], input=page + 'collided_ticks_total{kind="x} 1\n', capture_output=True, text=True, check=False)
+    check(done.returncode != 0, "promtool refuses what is broken")
+
+
+def it_tells_what_happens():
+    before = figures(get("/metrics")[1])
+    asked = subprocess.run([os.path.join(BIN, "collidectl"), "--connect", "dds://0", "query", "bodies"],
+                          capture_output=True, text=True, timeout=20, check=False)
+    check(asked.returncode == 0, f"collidectl query: {asked.stderr}")
+    time.sleep(0.3)
+    after = figures(get("/metrics")[1])
+    seen = 'collided_messages_in_total{kind="Client"}'
+    check(int(after[seen]) > int(before[seen]), f"a client came: {before[seen]}, {after[seen]}")
+    check(int(after["collided_ticks_total"]) > int(before["collided_ticks_total"]), "ticks are counted")
+    check(int(after["collided_tick_seconds_count"]) == int(after['collided_tick_seconds_bucket{le="+Inf"}']),
+          "a histogram is whole")
+
+
+def probes_are_answered():
+    check(get("/ready") == (200, "ready\n"), "/ready")
+    check(get("/")[0] == 200 and "/metrics" in get("/")[1], "/ says what there is")
+    check(get("/etc/passwd")[0] == 404 and get("/" + "x" * 500)[0] == 404, "unknown paths")
+
+
+def nonsense_is_bounded():
+    for text in (b"\0\0\0\0", b"GET", b"POST /metrics HTTP/1.1\r\nContent-Length: 99999999\r\n\r\n", b"x" * 100000):
+        with socket.create_connection(("127.0.0.1", PORT), timeout=5) as s:
+            try:
+                s.sendall(text)
+            except OSError:
+                pass  # it was hung up on while it wrote
+    idle = [socket.create_connection(("127.0.0.1", PORT), timeout=5) for _ in range(70)]  # and say nothing
+    end, answered = time.monotonic() + 20, False
+    while not answered and time.monotonic() < end:
+        try:
+            answered = get("/ready")[0] == 200
+        except OSError:
+            time.sleep(0.2)
+    check(answered, "it answers again once the idle have timed out")
+    for s in idle:
+        s.close()
+
+
+def only_this_machine():
+    listening = subprocess.run(["ss", "-Hltn"], capture_output=True, text=True, check=True).stdout
+    lines = [line for line in listening.splitlines() if f":{PORT} " in line]
+    check(lines and all(f"127.0.0.1:{PORT}" in line for line in lines), f"who listens: {lines}")
+
+
+unpack_promtool()
+isolate()
+with socket.socket() as taken:
+    taken.bind(("127.0.0.1", PORT))
+    taken.listen()
+    refused("a port that is taken", ["--links", "dds://1", "--metrics-port", str(PORT)], 69, f"metrics_port = {PORT}",
+            "0 for none")
+daemon = start()
+try:
+    a_page_that_promtool_accepts()
+    it_tells_what_happens()
+    probes_are_answered()
+    only_this_machine()
+    nonsense_is_bounded()
+finally:
+    daemon.send_signal(signal.SIGTERM)
+    check(daemon.wait(timeout=10) == 0, "it ends in order")
+    daemon.stderr.close()
+finish()
