@@ -78,6 +78,10 @@ static const config_option OPTIONS[] = {
     {"replay", CONFIG_TEXT, FIELD(replay), 0, 0, NULL, "", "",
         "run a recording instead of live links, compare its hashes, and end",
         "No link is opened. The exit status is 0 if every tick is equal to the recording."},
+    {"trade", CONFIG_YES, FIELD(trade), 0, 0, NULL, "no", "",
+        "replay at every accuracy side by side, and print what each costs and how far off it is",
+        "For collidectl trade, which makes a table, a picture and a recommendation of what this prints. Needs replay; "
+        "the recorded interests are asked in each accuracy instead of their own. One worker if workers is 0."},
     {"json", CONFIG_YES, FIELD(json), 0, 0, NULL, "no", "", "print the result of a replay as a JSON object",
         "Only of use with replay."},
     {"log", CONFIG_CHOICE, FIELD(log), 0, 0, "error|warning|notice|info|debug", "notice", "", "least level to log",

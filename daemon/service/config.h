@@ -22,7 +22,7 @@ typedef struct config {
     char engine[16];
     char broad[16];
     long workers;
-    bool caches, json, journal;
+    bool caches, json, journal, trade;
     double margin, rate, status_period, lease;
     long max_clients, max_bodies, max_shapes, max_interests, max_geometries;
 } config;

@@ -327,6 +327,16 @@ int server_run(server *v)
     return EX_OK;
 }
 
+service *server_service(server *v)
+{
+    return &v->s;
+}
+
+link_sink server_sink(server *v)
+{
+    return sink_of(&v->s);
+}
+
 void server_stop(server *v)
 {
     uint64_t one = 1;

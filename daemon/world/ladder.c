@@ -112,7 +112,7 @@ static const uint8_t RUNG_OF_METHOD[NARROW_METHOD_COUNT] = {
 
 /* A pair of which nobody has been told anything, and nobody asked the distance, needs only the verdict as long as it is
  * apart. Whatever is told has an interval as narrow as was asked; the verdict is decided alike in both. */
-static uint32_t ask(const world *w, const pair *p, const demand *d, void *scratch, narrow_result *r)
+uint32_t ladder_ask(const world *w, const pair *p, const demand *d, void *scratch, narrow_result *r)
 {
     const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
     pose b_in_a = solid_relative(w, a, b);
@@ -143,7 +143,7 @@ static void decide_fully(void *context, size_t begin, size_t end, unsigned worke
         const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
         demand d = ladder_demand(w, &w->bodies.at[a->body], &w->bodies.at[b->body]);
         narrow_result *r = &w->results.at[k];
-        out->asked = (uint8_t)ask(w, p, &d, w->scratch[worker], r);
+        out->asked = (uint8_t)ladder_ask(w, p, &d, w->scratch[worker], r);
         p->cache.axis = r->axis;
         p->cache.b_in_a = solid_relative(w, a, b);
         p->cache.lower = r->lo;

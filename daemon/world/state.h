@@ -206,6 +206,8 @@ typedef struct demand { /* what all interests in a pair ask together */
     double limit; /* m: beyond it nobody is told anything */
 } demand;
 demand ladder_demand(const world *w, const body *a, const body *b);
+/* Rungs 4 and on, from nothing: the number of narrow queries. */
+uint32_t ladder_ask(const world *w, const pair *p, const demand *d, void *scratch, narrow_result *r);
 void ladder_decide(world *w);
 
 /* Has anybody been told how it stands? Then it is decided in full. */

@@ -278,6 +278,26 @@ typedef struct world_figures {
 } world_figures;
 world_figures world_get_figures(const world *w);
 
+/* ---- what the narrow phase was asked in the last tick (answers.c), for measurements ---- */
+
+typedef struct world_answer {
+    shape_type type_a, type_b;
+    double size;   /* m: the sum of their reaches; what accuracies are relative to */
+    double limit;  /* m: beyond it nobody is told anything */
+    double lo, hi; /* as it was answered */
+} world_answer;
+
+/* Until the next call that changes the world; i below world_answers. */
+size_t world_answers(const world *w);
+void world_get_answer(const world *w, size_t i, world_answer *out);
+/* The same question once more, from nothing, as if all interests in the pair had asked for intervals of `relative`
+ * times its size; and as narrow as arithmetic gives, however far the two are apart. By the calling thread; nothing of
+ * the world changes. */
+void world_ask_again(const world *w, size_t i, double relative, double *lo, double *hi);
+void world_ask_exactly(const world *w, size_t i, double *lo, double *hi);
+/* SHAPE_TYPE_COUNT: there is none. */
+shape_type world_shape_type(const world *w, const char *body_name, int32_t index);
+
 /* For tests: the first broken invariant, or NULL. */
 const char *world_validate(const world *w);
 
