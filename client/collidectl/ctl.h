@@ -30,6 +30,7 @@ typedef struct ctl_options { /* options.c tells what they mean */
     bool has_linear, has_angular, teleport;
     double workers;
     const char *interface, *peer, *system_root; /* NULL = none */
+    const char *out;
     bool list;
 } ctl_options;
 

@@ -40,6 +40,24 @@ const ctl_verb ctl_verbs[] = {
         "The daemon chooses the folder.\n"},
     {"replay", "FILE", 1, 1, verb_replay, "Runs a recording through a daemon of its own, without network",
         "Runs 'collided --replay', found beside collidectl or in PATH.\n"},
+    {"trade", "[FILE]", 0, 1, verb_trade, "Tells what accuracy costs in a recorded session, and which to use",
+        "The recording is replayed at each accuracy side by side, by 'collided --replay FILE --trade'. Without FILE\n"
+        "the daemon records itself first, for --seconds, in its record_dir. Prints, per pair of shape types and\n"
+        "accuracy (the width of an interval, as a share of the pair's size):\n"
+        "\n"
+        "  time    of one answer from nothing, by one thread, the least of three: mean and 99th percentile\n"
+        "  error   how far the farther end of an interval can be from the truth: worst and mean, over the\n"
+        "          answers within what somebody asked; the truth is the interval that arithmetic gives at its\n"
+        "          narrowest\n"
+        "  missed  what the exact run told (contact, nearness, impact, contact to come) and this one did not,\n"
+        "          within two ticks of it; bounds never exclude the truth, so that it is 0\n"
+        "  false   what this run told without the exact one telling it within two ticks\n"
+        "  kB/s    of the batches of events, in LCM's encoding, if somebody reads every stream\n"
+        "  tick    deciding and telling: mean without the slowest 1 %, and 99th percentile\n"
+        "\n"
+        "Recommended is, of the accuracies that tell the same events as exact, the finest that costs at most a\n"
+        "tenth more per tick than the cheapest. The picture shows time against error; what no other accuracy\n"
+        "beats in both is joined by a line (the Pareto front). It needs gnuplot (package gnuplot-nox).\n"},
     {"doctor", "", 0, 0, verb_doctor, "Finds out what is wrong, and names the command that mends it",
         "One line a check: ok, problem or cannot tell, and what was seen; under a problem, the command\n"
         "that mends it, to be run as root where it is the system's. 'ssh HOST COMMAND' is for that host;\n"

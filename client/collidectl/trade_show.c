@@ -1,0 +1,86 @@
+/* trade_show: one line a row. */
+#include "json.h"
+#include "show.h"
+#include "trade.h"
+
+#include <stdio.h>
+#include <string.h>
+
+static void show_counts(const trade *t)
+{
+    printf("%.0f ticks, %.3g s, %.0f interest%s; %.0f answers", t->ticks, t->seconds, t->interests,
+        t->interests == 1 ? "" : "s", t->answers);
+    if (t->measured < t->answers) printf(", of which %.0f were measured", t->measured);
+    puts(", each asked at every accuracy");
+}
+
+static void show_row(const trade_row *r, bool first)
+{
+    char mean[32], p99[32], worst[32], error[32], tick[32] = "", tick_p99[32] = "";
+    show_span(r->time_mean_s, mean, sizeof mean);
+    show_span(r->time_p99_s, p99, sizeof p99);
+    show_length(r->error_max_m, worst, sizeof worst);
+    show_length(r->error_mean_m, error, sizeof error);
+    if (!r->measured) strcpy(mean, "-"), strcpy(p99, "-");
+    if (!r->errors) strcpy(worst, "-"), strcpy(error, "-");
+    if (r->tick_mean_s > 0) show_span(r->tick_mean_s, tick, sizeof tick);
+    if (r->tick_mean_s > 0) show_span(r->tick_p99_s, tick_p99, sizeof tick_p99);
+    printf("%-22s %-8s %9s %9s %9s %9s %7.0f %7.0f %9.3g %9s %9s\n", first ? r->pair : "", r->accuracy, mean, p99,
+        worst, error, r->missed, r->false_ones, r->bytes_per_s / 1000, tick, tick_p99);
+}
+
+void trade_show_text(const char *file, const trade *t, const trade_advice *a)
+{
+    printf("%s: ", file);
+    show_counts(t);
+    printf("\n%-22s %-8s %19s %19s %15s %9s %19s\n", "", "", "time of an answer", "error of a bound", "events", "",
+        "tick");
+    printf("%-22s %-8s %9s %9s %9s %9s %7s %7s %9s %9s %9s\n", "pair", "accuracy", "mean", "p99", "worst", "mean",
+        "missed", "false", "kB/s", "mean", "p99");
+    for (size_t i = 0; i < t->row_count; i++) show_row(&t->rows[i], i % t->levels == 0);
+    printf("\nuse %s: %s\n", a->use->accuracy, a->reason);
+}
+
+static void json_row(json *j, const trade_row *r)
+{
+    json_open(j, NULL, '{');
+    json_text(j, "event", "trade");
+    json_text(j, "pair", r->pair);
+    json_text(j, "accuracy", r->accuracy);
+    json_integer(j, "measured", (int64_t)r->measured);
+    json_number(j, "ns_mean", 1e9 * r->time_mean_s);
+    json_number(j, "ns_p99", 1e9 * r->time_p99_s);
+    json_number(j, "error_max", r->error_max_m);
+    json_number(j, "error_mean", r->error_mean_m);
+    json_integer(j, "outside", (int64_t)r->outside);
+    json_integer(j, "events", (int64_t)r->events);
+    json_integer(j, "missed", (int64_t)r->missed);
+    json_integer(j, "false", (int64_t)r->false_ones);
+    json_number(j, "bytes_per_s", r->bytes_per_s);
+    if (strcmp(r->pair, "all") == 0) json_number(j, "tick_ns_mean", 1e9 * r->tick_mean_s);
+    if (strcmp(r->pair, "all") == 0) json_number(j, "tick_ns_p99", 1e9 * r->tick_p99_s);
+    json_close(j, '}');
+    json_end_line(j);
+}
+
+void trade_show_json(const trade *t, const trade_advice *a, bool pictures, const char *prefix)
+{
+    char name[4096];
+    json j = {.out = stdout};
+    for (size_t i = 0; i < t->row_count; i++) json_row(&j, &t->rows[i]);
+    json_open(&j, NULL, '{');
+    json_text(&j, "event", "recommendation");
+    json_text(&j, "use", a->use->accuracy);
+    json_text(&j, "reason", a->reason);
+    json_integer(&j, "ticks", (int64_t)t->ticks);
+    json_number(&j, "seconds", t->seconds);
+    json_integer(&j, "interests", (int64_t)t->interests);
+    json_integer(&j, "answers", (int64_t)t->answers);
+    json_integer(&j, "measured", (int64_t)t->measured);
+    for (int i = 0; pictures && i < 2; i++) {
+        snprintf(name, sizeof name, "%s.%s", prefix, i ? "png" : "svg");
+        json_text(&j, i ? "png" : "svg", name);
+    }
+    json_close(&j, '}');
+    json_end_line(&j);
+}
