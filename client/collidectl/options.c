@@ -70,6 +70,7 @@ static const option_exit exits[] = {
     {EX_SOFTWARE, "a replay differs from its recording, or a trade found a bound that excludes the truth; both end as "
                   "collided does, "
                   "with its other statuses, too"},
+    {EX_OSERR, "no process can be started for a trade"},
     {EX_OSFILE, "a library is missing"},
     {EX_CANTCREAT, "a file cannot be created"},
     {EX_IOERR, "output cannot be written"},

@@ -8,6 +8,11 @@
 
 static const double NEARLY_FREE = 1.1;
 
+const trade_row *trade_all(const trade *t)
+{
+    return t->rows + t->row_count - t->levels;
+}
+
 /* Nothing missed is a promise, and said elsewhere where it is broken. */
 static bool tells_the_same(const trade_row *r)
 {
@@ -36,38 +41,40 @@ __attribute__((format(printf, 3, 4))) static void say(char *text, size_t size, c
 
 static void say_finer(const trade_row *use, const trade_row *finer, char *text, size_t size)
 {
-    say(text, size, "; %s costs %.3g times and changes no event", finer->accuracy,
-        finer->tick_mean_s / use->tick_mean_s);
+    say(text, size, "; %s costs %.3g times", finer->accuracy, finer->tick_mean_s / use->tick_mean_s);
+    if (tells_the_same(finer)) say(text, size, " and changes no event");
 }
 
 static void say_looser(const trade_row *use, const trade_row *looser, char *text, size_t size)
 {
-    double saved = 1 - looser->tick_mean_s / use->tick_mean_s;
+    double saved = 100 * (1 - looser->tick_mean_s / use->tick_mean_s);
     char off[32];
     show_length(looser->error_max_m, off, sizeof off);
-    if (saved > 0)
-        say(text, size, "; %s would save %.0f %%, ", looser->accuracy, 100 * saved);
+    if (saved >= 0.5)
+        say(text, size, "; %s would save %.0f %%, ", looser->accuracy, saved);
     else
         say(text, size, "; %s saves nothing, ", looser->accuracy);
     if (looser->false_ones > 0)
-        say(text, size, "but tells %.0f %s that are none", looser->false_ones,
-            looser->false_ones > 1 ? "contacts" : "contact");
+        say(text, size, "but tells %.0f false event%s", looser->false_ones, looser->false_ones > 1 ? "s" : "");
     else
         say(text, size, "and is off by up to %s", off);
 }
 
+static const char *why(const trade_row *use, const trade_row *all, const trade_row *last)
+{
+    if (use < last) return "the same events as exact";
+    return use > all && tells_the_same(use - 1) ? "exact is nearly free here" : "nothing looser tells the same events";
+}
+
 void trade_advise(const trade *t, trade_advice *out)
 {
-    const trade_row *all = trade_all(t), *use = choose(t), *last = &all[t->levels - 1];
+    const trade_row *all = trade_all(t), *last = &all[t->levels - 1], *use = choose(t);
     char off[32], tick[32];
     show_length(use->error_max_m, off, sizeof off);
     show_span(use->tick_mean_s, tick, sizeof tick);
     out->use = use;
     out->reason[0] = '\0';
-    say(out->reason, sizeof out->reason, "%s a tick, off by at most %s, %s", tick, off,
-        use == last ? "nothing looser tells only what is true" : "and the same events as exact");
-    if (use == last && use > all && tells_the_same(use - 1))
-        snprintf(out->reason, sizeof out->reason, "%s a tick: exact is nearly free here", tick);
+    say(out->reason, sizeof out->reason, "%s a tick, off by at most %s, %s", tick, off, why(use, all, last));
     if (use > all) say_looser(use, use - 1, out->reason, sizeof out->reason);
     if (use < last) say_finer(use, use + 1, out->reason, sizeof out->reason);
 }

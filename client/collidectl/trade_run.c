@@ -163,8 +163,3 @@ int trade_run(ctl *c, const char *file, trade *out)
     return ctl_fail(EX_UNAVAILABLE, "trade: %s answers in another way: use collided and collidectl of one release",
         ctl_find_daemon(c));
 }
-
-const trade_row *trade_all(const trade *t)
-{
-    return t->rows + t->row_count - t->levels;
-}

@@ -307,7 +307,7 @@ int config_arguments(config *c, int argc, char **argv, const char **asked, char 
 static const config_exit EXITS[] = {
     {EX_OK, "EX_OK", "ended in order, by SIGTERM or SIGINT, or a replay that is equal to its recording"},
     {EX_USAGE, "EX_USAGE", "unknown option, or a value out of its range, on the command line"},
-    {EX_DATAERR, "EX_DATAERR", "the recording to replay is damaged, or no recording"},
+    {EX_DATAERR, "EX_DATAERR", "the recording to replay is damaged, or no recording, or a trade finds nothing in it to compare"},
     {EX_NOINPUT, "EX_NOINPUT", "the configuration file or the recording to replay cannot be read"},
     {EX_NOHOST, "EX_NOHOST", "the network interface is not on this machine"},
     {EX_UNAVAILABLE, "EX_UNAVAILABLE", "DDS or LCM does not start: no route, no interface, a port is taken"},
@@ -315,8 +315,9 @@ static const config_exit EXITS[] = {
     {EX_OSERR, "EX_OSERR", "a limit of the system is too small"},
     {EX_OSFILE, "EX_OSFILE", "a library or the LCM gateway is missing"},
     {EX_CANTCREAT, "EX_CANTCREAT", "the recording or its folder is not there, not to be written, or exists already"},
+    {EX_IOERR, "EX_IOERR", "the result of a trade cannot be written"},
     {EX_NOPERM, "EX_NOPERM", "this user may not write the recording"},
-    {EX_CONFIG, "EX_CONFIG", "the configuration file is broken, or the links are"},
+    {EX_CONFIG, "EX_CONFIG", "the configuration file is broken, or the links are, or a trade has nothing to replay"},
 };
 
 const config_exit *config_exits(size_t *count)
