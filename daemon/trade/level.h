@@ -6,14 +6,15 @@
 
 typedef struct trade_level {
     const char *name;
+    world_accuracy accuracy;
     double relative; /* width of an interval, as a share of the pair's size */
 } trade_level;
 
-enum { TRADE_LEVELS = 5, TRADE_EXACT = TRADE_LEVELS - 1 }; /* the last one is what all are held against */
+enum { TRADE_LEVELS = 6, TRADE_EXACT = TRADE_LEVELS - 1 }; /* the last one is what all are held against */
 extern const trade_level trade_levels[TRADE_LEVELS];
 
-/* service.amend_interest; `level` is a trade_level. */
-void level_amend(const void *level, world_interest *def);
+/* service.amend_interest; `context` is a trade_level. */
+void level_amend(const void *context, world_interest *def);
 /* world_ask_again at this level. */
 void level_ask(const trade_level *level, const world *w, size_t answer, double *lo, double *hi);
 

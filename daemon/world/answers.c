@@ -11,32 +11,34 @@ static const pair *pair_of(const world *w, size_t i)
     return &w->pairs.at[w->active_pairs.at[w->open.at[i]]];
 }
 
-static double finite_reach(const solid *s)
-{
-    return isfinite(s->reach) ? s->reach : 0;
-}
-
 void world_get_answer(const world *w, size_t i, world_answer *out)
 {
     const pair *p = pair_of(w, i);
     const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
-    demand d = ladder_demand(w, &w->bodies.at[a->body], &w->bodies.at[b->body]);
+    demand d = ladder_demand(w, a, b);
     *out = (world_answer){.type_a = a->shape.type,
         .type_b = b->shape.type,
-        .size = finite_reach(a) + finite_reach(b),
+        .size = pair_size(a, b),
         .limit = d.limit,
         .lo = w->results.at[i].lo,
         .hi = w->results.at[i].hi};
 }
 
-void world_ask_again(const world *w, size_t i, double relative, double *lo, double *hi)
+void world_ask_again(const world *w, size_t i, world_accuracy accuracy, double relative, double *lo, double *hi)
 {
     const pair *p = pair_of(w, i);
     const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
-    demand d = ladder_demand(w, &w->bodies.at[a->body], &w->bodies.at[b->body]);
+    demand d = ladder_demand(w, a, b);
     narrow_result r;
-    d.request.tolerance = relative * (finite_reach(a) + finite_reach(b));
-    ladder_ask(w, p, &d, w->scratch[0], &r);
+    if (accuracy == WORLD_BY_BOXES) {
+        pair fresh = {.a = p->a, .b = p->b};
+        pose b_in_a = solid_relative(w, a, b);
+        bounds_find(w, &fresh, &b_in_a, d.limit, false, w->scratch[0], &r);
+    } else {
+        d.verdict_only = accuracy == WORLD_BY_VERDICT;
+        d.request.tolerance = relative * pair_size(a, b);
+        ladder_ask(w, p, &d, w->scratch[0], &r);
+    }
     *lo = r.lo;
     *hi = r.hi;
 }

@@ -1,0 +1,121 @@
+/* work: the ladder's work in units, by a table of the kinds of pairs; which pair is refined first; and who pays.
+ *
+ * A unit is about a nanosecond of the machine the table was made on. Only ratios matter: what a unit takes here is
+ * measured by whoever grants them. All of it follows from the commands and the grants. Tick thread, but for work_of. */
+#include "geom/compound.h"
+#include "geom/hull.h"
+#include "geom/mesh.h"
+#include "state.h"
+
+#include "base/sort.h"
+
+#include <string.h>
+
+enum { WAITS_MAX = 32 }; /* ticks; who has waited so long goes first, whatever its need */
+
+/* What a shape adds to a refinement, measured by script/bench dial. */
+static double work_of_shape(const shape *s)
+{
+    static const double BASE[SHAPE_TYPE_COUNT] = {
+        [SHAPE_SPHERE] = 40,
+        [SHAPE_CAPSULE] = 100,
+        [SHAPE_BOX] = 160,
+        [SHAPE_CYLINDER] = 700,
+        [SHAPE_CONE] = 900,
+        [SHAPE_ELLIPSOID] = 1000,
+        [SHAPE_HALFSPACE] = 40,
+        [SHAPE_HULL] = 600,
+        [SHAPE_MESH] = 4000,
+        [SHAPE_COMPOUND] = 1500,
+    };
+    double work = BASE[s->type];
+    if (s->type == SHAPE_HULL) work += 8.0 * s->hull->vertex_count;
+    if (s->type == SHAPE_MESH) work += 2.0 * s->mesh->triangle_count;
+    for (uint32_t i = 0; s->type == SHAPE_COMPOUND && i < s->compound->child_count; i++)
+        work += 0.5 * work_of_shape(&s->compound->children[i].shape);
+    return work;
+}
+
+/* Overlapping ones are asked for their depth, and contacts perhaps for their points. */
+uint32_t work_of(const solid *a, const solid *b, const demand *d, double lo)
+{
+    double work = 300 + work_of_shape(&a->shape) + work_of_shape(&b->shape);
+    if (lo <= 0) work *= 2;
+    if (d->request.facts & NARROW_MANIFOLD && lo <= d->request.threshold) work += 700;
+    return (uint32_t)fmin(work, 1e9);
+}
+
+/* ---- the order of need ---- */
+
+static uint64_t ascending(float x) /* bits in the order of numbers */
+{
+    uint32_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    return bits & 0x80000000u ? ~bits : bits | 0x80000000u;
+}
+
+static double step_of(const world *w, const solid *s)
+{
+    return vec_norm(w->bodies.at[s->body].step);
+}
+
+/* Where the lower bound may be in the next tick, if they go on as they came. Who waits goes before who does not. */
+static uint64_t need_of(const world *w, uint32_t k)
+{
+    const pair *p = &w->pairs.at[w->active_pairs.at[k]];
+    double next = p->standing.lo - step_of(w, &w->solids.at[p->a]) - step_of(w, &w->solids.at[p->b]);
+    uint64_t rank = p->waited >= WAITS_MAX ? 0 : p->waited ? 1 : 2;
+    return rank << 60 | ascending((float)next) << 28 | k;
+}
+
+void work_order(world *w)
+{
+    w->needs.count = 0;
+    for (size_t k = 0; k < w->active_pairs.count; k++) {
+        const outcome *o = &w->outcomes.at[k];
+        if (!o->settled && !o->coarse) array_push(&w->needs, need_of(w, (uint32_t)k));
+    }
+    if (!w->needs.count) return;
+    array_reserve(&w->sort_scratch, w->needs.count);
+    sort_keys(w->needs.at, w->sort_scratch.at, w->needs.count);
+    for (size_t i = 0; i < w->needs.count; i++) w->needs.at[i] &= (1u << 28) - 1;
+}
+
+/* ---- who pays ---- */
+
+static uint32_t count_payers(const world *w, const body *a, const body *b, uint64_t *first)
+{
+    uint32_t payers = 0;
+    for (size_t word = 0; word < w->words; word++)
+        for (uint64_t bits = interest_word(a, b, word); bits; bits &= bits - 1) {
+            uint32_t id = (uint32_t)(word * 64) + (uint32_t)__builtin_ctzll(bits);
+            if (!(w->interests.at[id].facts & (WORLD_TOUCH | WORLD_DISTANCE | WORLD_MANIFOLD))) continue;
+            if (!payers++) *first = id;
+        }
+    return payers;
+}
+
+static void charge(world *w, const body *a, const body *b, const outcome *o)
+{
+    uint64_t first = 0;
+    uint32_t payers = count_payers(w, a, b, &first), share = payers ? o->cost / payers : 0;
+    for (uint32_t id = (uint32_t)first; payers; id++) {
+        if (!(interest_word(a, b, id >> 6) >> (id & 63) & 1)) continue;
+        interest *i = &w->interests.at[id];
+        if (!(i->facts & (WORLD_TOUCH | WORLD_DISTANCE | WORLD_MANIFOLD))) continue;
+        i->work += share;
+        i->undone += o->left && (o->coarse || i->accuracy != WORLD_BY_BOXES);
+        payers--;
+    }
+}
+
+void work_charge(world *w)
+{
+    for (size_t i = 0; i < w->interests.count; i++) w->interests.at[i].undone = 0;
+    for (size_t k = 0; k < w->active_pairs.count; k++) {
+        const outcome *o = &w->outcomes.at[k];
+        if (!o->cost) continue;
+        const pair *p = &w->pairs.at[w->active_pairs.at[k]];
+        charge(w, &w->bodies.at[w->solids.at[p->a].body], &w->bodies.at[w->solids.at[p->b].body], o);
+    }
+}
