@@ -21,6 +21,8 @@ typedef struct trade_row { /* one pair of shape types at one accuracy; "all": th
     double tick_mean_s, tick_p99_s; /* of "all"; the mean without the slowest 1 % */
 } trade_row;
 
+enum { TRADE_LEVELS_MAX = 64 }; /* accuracies */
+
 typedef struct trade {
     double ticks, seconds, interests, answers, measured;
     trade_row *rows; /* accuracies from the loosest to exact, pair by pair, "all" last */

@@ -60,6 +60,14 @@ static void say_looser(const trade_row *use, const trade_row *looser, char *text
         say(text, size, "and is off by up to %s", off);
 }
 
+/* The next looser one that differs. */
+static const trade_row *find_looser(const trade_row *use, const trade_row *all)
+{
+    for (const trade_row *r = use; r > all;)
+        if (!tells_the_same(--r) || r->error_max_m > 2 * use->error_max_m) return r;
+    return NULL;
+}
+
 static const char *why(const trade_row *use, const trade_row *all, const trade_row *last)
 {
     if (use < last) return "the same events as exact";
@@ -69,12 +77,13 @@ static const char *why(const trade_row *use, const trade_row *all, const trade_r
 void trade_advise(const trade *t, trade_advice *out)
 {
     const trade_row *all = trade_all(t), *last = &all[t->levels - 1], *use = choose(t);
+    const trade_row *looser = find_looser(use, all);
     char off[32], tick[32];
     show_length(use->error_max_m, off, sizeof off);
     show_span(use->tick_mean_s, tick, sizeof tick);
     out->use = use;
     out->reason[0] = '\0';
     say(out->reason, sizeof out->reason, "%s a tick, off by at most %s, %s", tick, off, why(use, all, last));
-    if (use > all) say_looser(use, use - 1, out->reason, sizeof out->reason);
+    if (looser) say_looser(use, looser, out->reason, sizeof out->reason);
     if (use < last) say_finer(use, use + 1, out->reason, sizeof out->reason);
 }

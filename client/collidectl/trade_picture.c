@@ -97,6 +97,32 @@ static bool tells_false(const trade *t)
     return sum > 0;
 }
 
+/* Would their names lie upon each other? */
+static bool are_close(const trade_row *a, const trade_row *b, double highest)
+{
+    double x = log10(fmax(a->error_max_m, LEAST_ERROR) / fmax(b->error_max_m, LEAST_ERROR));
+    return fabs(x) < 1 && fabs(a->tick_mean_s - b->tick_mean_s) < 0.06 * highest;
+}
+
+/* The names of the accuracies: one for all that lie close to the first of them. */
+static void write_names(FILE *out, const trade *t, double highest)
+{
+    const trade_row *all = trade_all(t);
+    bool named[TRADE_LEVELS_MAX] = {false};
+    fputs("    unset label\n", out);
+    for (size_t i = 0; i < t->levels; i++) {
+        if (named[i]) continue;
+        fprintf(out, "    set label '%s", all[i].accuracy);
+        for (size_t k = i + 1; k < t->levels; k++) {
+            if (named[k] || !are_close(&all[i], &all[k], highest)) continue;
+            fprintf(out, ", %s", all[k].accuracy);
+            named[k] = true;
+        }
+        fprintf(out, "' at on_axis(%.9g),%.9g left rotate by 30 offset 0.6,0.6 font ',10'\n", all[i].error_max_m,
+            1e6 * all[i].tick_mean_s);
+    }
+}
+
 static void write_session(FILE *out, const trade *t, const trade_advice *a, const char *prefix)
 {
     size_t block = t->row_count / t->levels - 1;
@@ -107,11 +133,6 @@ static void write_session(FILE *out, const trade *t, const trade_advice *a, cons
     fprintf(out,
         ", \\\n         '' index %zu using (on_axis($6)):($11 / 1e3) with points pt 7 ps 1.1 lc rgb '#0072B2' "
         "title 'mean of a tick'",
-        block);
-    fprintf(out,
-        ", \\\n         '' index %zu using (on_axis($6)):($11 / 1e3):2 with labels rotate by 30 left offset 0.4,0.6 "
-        "font ',10' "
-        "notitle",
         block);
     if (tells_false(t))
         fprintf(out,
@@ -191,8 +212,9 @@ static void write_script(FILE *out, const trade *t, const trade_advice *a, const
         "    set title 'The whole session: deciding and telling'\n"
         "    set ylabel 'mean of a tick (us)'\n",
         session.x[0], session.x[1], 1e6 * session.y[1]);
+    write_names(out, t, session.y[1]);
     write_session(out, t, a, prefix);
-    fputs("    unset multiplot\n}\nunset output\n", out);
+    fputs("    unset label\n    unset multiplot\n}\nunset output\n", out);
 }
 
 /* ---- the files ---- */

@@ -159,7 +159,8 @@ int trade_run(ctl *c, const char *file, trade *out)
     clear_progress(&r);
     int status = end_of(child);
     if (good && status) return status; /* it has said why */
-    if (good && r.ended && out->levels && out->row_count % out->levels == 0) return 0;
+    if (good && r.ended && out->levels && out->levels <= TRADE_LEVELS_MAX && out->row_count % out->levels == 0)
+        return 0;
     return ctl_fail(EX_UNAVAILABLE, "trade: %s answers in another way: use collided and collidectl of one release",
         ctl_find_daemon(c));
 }

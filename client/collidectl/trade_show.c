@@ -16,27 +16,29 @@ static void show_counts(const trade *t)
 
 static void show_row(const trade_row *r, bool first)
 {
-    char mean[32], p99[32], worst[32], error[32], tick[32] = "", tick_p99[32] = "";
+    char mean[32], p99[32], worst[32], error[32];
     show_span(r->time_mean_s, mean, sizeof mean);
     show_span(r->time_p99_s, p99, sizeof p99);
     show_length(r->error_max_m, worst, sizeof worst);
     show_length(r->error_mean_m, error, sizeof error);
     if (!r->measured) strcpy(mean, "-"), strcpy(p99, "-");
     if (!r->errors) strcpy(worst, "-"), strcpy(error, "-");
-    if (r->tick_mean_s > 0) show_span(r->tick_mean_s, tick, sizeof tick);
-    if (r->tick_mean_s > 0) show_span(r->tick_p99_s, tick_p99, sizeof tick_p99);
-    printf("%-22s %-8s %9s %9s %9s %9s %7.0f %7.0f %9.3g %9s %9s\n", first ? r->pair : "", r->accuracy, mean, p99,
-        worst, error, r->missed, r->false_ones, r->bytes_per_s / 1000, tick, tick_p99);
+    printf("%-22s %-8s %9s %9s %9s %9s %6.0f %6.0f %8.3g", first ? r->pair : "", r->accuracy, mean, p99, worst, error,
+        r->missed, r->false_ones, r->bytes_per_s / 1000);
+    if (r->tick_mean_s > 0) {
+        show_span(r->tick_mean_s, mean, sizeof mean);
+        show_span(r->tick_p99_s, p99, sizeof p99);
+        printf(" %9s %8s", mean, p99);
+    }
+    putchar('\n');
 }
 
 void trade_show_text(const char *file, const trade *t, const trade_advice *a)
 {
     printf("%s: ", file);
     show_counts(t);
-    printf("\n%-22s %-8s %19s %19s %15s %9s %19s\n", "", "", "time of an answer", "error of a bound", "events", "",
-        "tick");
-    printf("%-22s %-8s %9s %9s %9s %9s %7s %7s %9s %9s %9s\n", "pair", "accuracy", "mean", "p99", "worst", "mean",
-        "missed", "false", "kB/s", "mean", "p99");
+    printf("\n%-22s %-8s %9s %9s %9s %9s %6s %6s %8s %9s %8s\n", "pair", "accuracy", "time", "p99", "error", "mean",
+        "missed", "false", "kB/s", "tick", "p99");
     for (size_t i = 0; i < t->row_count; i++) show_row(&t->rows[i], i % t->levels == 0);
     printf("\nuse %s: %s\n", a->use->accuracy, a->reason);
 }

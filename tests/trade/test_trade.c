@@ -90,8 +90,8 @@ static void people_get_a_table_a_recommendation_and_a_picture(void **state)
     (void)state;
     trade("", "session");
     if (r.status != EX_OK) fail_msg("status %d: %s", r.status, r.err);
-    const char *const words[] = {"time of an answer", "error of a bound", "missed", "false", "kB/s", "capsule-cone",
-        "sphere-cylinder", "\nall ", "\nuse ", " a tick", "picture: "};
+    const char *const words[] = {"asked at every accuracy", "accuracy      time", "missed", "false", "kB/s",
+        "capsule-cone", "sphere-cylinder", "\nall ", "\nuse ", " a tick", "picture: "};
     for (size_t i = 0; i < sizeof words / sizeof *words; i++)
         if (!strstr(r.out, words[i])) fail_msg("no '%s' in: %s", words[i], r.out);
     assert_string_equal(r.err, "");
