@@ -51,6 +51,11 @@ static const config_option OPTIONS[] = {
         "ticks a second; 0: a tick whenever something came",
         "By default a tick runs as soon as something has come, and none when nothing has. A fixed rate is for "
         "systems that want the load to be even."},
+    {"budget_us", CONFIG_NUMBER, FIELD(budget_us), 0, 10000000, NULL, "0", "us",
+        "time that a tick may take; 0: as long as it needs",
+        "All pairs are bounded first; then those that matter most are refined, until the time is used. What is left "
+        "keeps an interval that is wider than asked but holds, is told as stopped by the budget, counted (undone), and "
+        "goes first in the next tick, which follows at once. Searches for impacts are not cut short."},
     {"status_period", CONFIG_NUMBER, FIELD(status_period), 0.05, 60, NULL, "1", "s", "how often Status is published",
         "Status carries health, limits that were reached and all counters; collidectl status shows it."},
     {"lease", CONFIG_NUMBER, FIELD(lease), 0.05, 3600, NULL, "2", "s",

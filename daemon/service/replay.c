@@ -17,6 +17,7 @@ static void run_tick(service *s, const wire_log_tick *t, progress *p)
     s->tick = t->tick;
     s->now_ns = t->now_ns;
     s->monotonic_ns = t->monotonic_ns;
+    service_replay_budget(s, t->budgeted, (uint64_t)t->work);
     service_tick(s); /* what it publishes goes to nobody */
     p->ticks++;
     p->recorded_hash = (uint64_t)t->events_hash;

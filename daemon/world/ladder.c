@@ -117,6 +117,12 @@ static void look(const world *w, uint32_t k)
     pair *p = &w->pairs.at[w->active_pairs.at[k]];
     const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
     outcome *out = &w->outcomes.at[k];
+    out->stands = (w->bounds_asked || w->grant) && bounds_stand(w, p);
+    if (out->stands && p->standing.coarse) { /* nobody asks for more since */
+        *out = (outcome){
+            .rung = RUNG_STANDING, .settled = true, .stands = true, .cost = WORK_A_MOTION_BOUND, .result = WORLD_NONE};
+        return;
+    }
     demand d = ladder_demand(w, a, b);
     if (!(d.limit > -INFINITY)) {
         *out = (outcome){.rung = RUNG_UNASKED, .settled = true, .result = WORLD_NONE};
@@ -126,9 +132,8 @@ static void look(const world *w, uint32_t k)
     double slack = d.request.tolerance + WIDEST_ANSWER * pair_size(a, b);
     out->coarse = d.coarse;
     if (!d.coarse) out->settled = settle_cheaply(w, p, &b_in_a, d.limit + slack, out);
-    if (!out->settled && (d.coarse || w->grant)) out->stands = bounds_stand(w, p, &b_in_a);
-    if (out->stands) out->rung = RUNG_STANDING, out->cost = WORK_A_MOTION_BOUND;
-    if (out->stands && (d.coarse || p->standing.lo > d.limit)) out->settled = true;
+    if (!out->settled && out->stands) out->rung = RUNG_STANDING, out->cost = WORK_A_MOTION_BOUND;
+    if (out->stands && p->standing.lo > d.limit) out->settled = true;
 }
 
 static void decide_cheaply(void *context, size_t begin, size_t end, unsigned worker)
@@ -136,10 +141,13 @@ static void decide_cheaply(void *context, size_t begin, size_t end, unsigned wor
     (void)worker;
     world *w = context;
     for (size_t k = begin; k < end; k++) {
-        const pair *p = &w->pairs.at[w->active_pairs.at[k]];
+        pair *p = &w->pairs.at[w->active_pairs.at[k]];
         bool stale = w->bodies.at[w->solids.at[p->a].body].stale || w->bodies.at[w->solids.at[p->b].body].stale;
         w->outcomes.at[k] = (outcome){.rung = RUNG_UNKNOWN, .settled = stale, .result = WORLD_NONE};
-        if (!stale) look(w, (uint32_t)k);
+        if (stale)
+            p->standing.epoch = 0;
+        else
+            look(w, (uint32_t)k);
     }
 }
 
@@ -235,6 +243,7 @@ static void decide_by_bounds(void *context, size_t begin, size_t end, unsigned w
         out->cost = WORK_A_BOUND;
         out->result = (uint32_t)n;
         out->left = n >= w->bounded;
+        p->standing.coarse = out->coarse && !out->left;
     }
 }
 
