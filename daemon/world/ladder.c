@@ -249,11 +249,6 @@ static void decide_by_bounds(void *context, size_t begin, size_t end, unsigned w
 
 /* ---- without a budget ---- */
 
-static void run(world *w, size_t count, workers_function *function)
-{
-    workers_run(w->workers, count, PAIRS_A_CHUNK, function, w);
-}
-
 /* Open pairs: first those of which bounds are asked, then all others. */
 static void open_all(world *w, bool coarse)
 {
@@ -266,18 +261,20 @@ static void open_all(world *w, bool coarse)
 typedef struct part {
     world *w;
     size_t from;
+    workers_function *decide;
 } part;
 
 static void decide_part(void *context, size_t begin, size_t end, unsigned worker)
 {
     const part *of = context;
-    decide_fully(of->w, of->from + begin, of->from + end, worker);
+    of->decide(of->w, of->from + begin, of->from + end, worker);
 }
 
-static void refine_from(world *w, size_t from)
+/* The open pairs [from, to). */
+static void decide_open(world *w, size_t from, size_t to, workers_function *decide)
 {
-    part rest = {w, from};
-    workers_run(w->workers, w->open.count - from, PAIRS_A_CHUNK, decide_part, &rest);
+    part of = {w, from, decide};
+    workers_run(w->workers, to - from, PAIRS_A_CHUNK, decide_part, &of);
 }
 
 static void decide_all(world *w)
@@ -286,8 +283,8 @@ static void decide_all(world *w)
     w->bounds = w->bounded = w->open.count;
     open_all(w, false);
     array_reserve(&w->results, w->open.count);
-    run(w, w->bounds, decide_by_bounds);
-    refine_from(w, w->bounds);
+    decide_open(w, 0, w->bounds, decide_by_bounds);
+    decide_open(w, w->bounds, w->open.count, decide_fully);
 }
 
 /* ---- with a budget ---- */
@@ -303,17 +300,26 @@ static void open_unbounded(world *w)
     }
 }
 
-static uint64_t bound_what_is_granted(world *w, uint64_t granted)
+/* Returns the units done, and *granted of them in all. Those for which it does not suffice are told what balls prove. */
+static uint64_t bound_what_is_granted(world *w, uint64_t *granted)
 {
     open_unbounded(w);
-    size_t possible = granted / WORK_A_BOUND < w->open.count ? (size_t)(granted / WORK_A_BOUND) : w->open.count;
-    w->bounds = w->open.count;
-    w->bounded = possible;
-    w->next_bound = possible < w->bounds ? w->active.at[w->open.at[possible]] : 0;
-    w->figures.unbounded = w->bounds - possible;
-    array_reserve(&w->results, w->bounds);
-    run(w, w->bounds, decide_by_bounds);
-    return possible * WORK_A_BOUND;
+    size_t count = w->bounds = w->open.count;
+    array_reserve(&w->results, count);
+    *granted = w->grant(w->grant_context, 0);
+    for (;;) {
+        size_t from = w->bounded;
+        w->bounded = *granted / WORK_A_BOUND < count ? (size_t)(*granted / WORK_A_BOUND) : count;
+        decide_open(w, from, w->bounded, decide_by_bounds);
+        if (w->bounded == count) break;
+        uint64_t more = w->grant(w->grant_context, w->bounded * WORK_A_BOUND);
+        if (more <= *granted) break;
+        *granted = more;
+    }
+    decide_open(w, w->bounded, count, decide_by_bounds);
+    w->next_bound = w->bounded < count ? w->active.at[w->open.at[w->bounded]] : 0;
+    w->figures.unbounded = count - w->bounded;
+    return w->bounded * WORK_A_BOUND;
 }
 
 static void leave(world *w, uint32_t k)
@@ -360,7 +366,7 @@ static size_t refine_what_is_granted(world *w, uint64_t granted, uint64_t *done)
             array_push(&w->open, k);
         }
         array_reserve(&w->results, w->open.count);
-        if (w->open.count > from) refine_from(w, from);
+        decide_open(w, from, w->open.count, decide_fully);
         if (next == w->needs.count) return next;
         uint64_t more = w->grant(w->grant_context, *done);
         if (more <= granted) return next;
@@ -368,12 +374,10 @@ static size_t refine_what_is_granted(world *w, uint64_t granted, uint64_t *done)
     }
 }
 
-/* What was granted first says how many are bounded, and if it is not all of them, that this is all that is done: so the
- * units done are enough to do the same again. */
+/* Where not all are bounded, that is all that is done: so the units done are what it takes to do the same again. */
 static void decide_within_budget(world *w)
 {
-    uint64_t granted = w->grant(w->grant_context, 0);
-    uint64_t done = bound_what_is_granted(w, granted);
+    uint64_t granted, done = bound_what_is_granted(w, &granted);
     settle_by_bounds(w);
     work_order(w);
     size_t refined = w->bounded < w->bounds ? 0 : refine_what_is_granted(w, granted, &done);
@@ -404,7 +408,7 @@ static void count_outcomes(world *w)
 void ladder_decide(world *w)
 {
     array_reserve(&w->outcomes, w->active_pairs.count);
-    run(w, w->active_pairs.count, decide_cheaply);
+    workers_run(w->workers, w->active_pairs.count, PAIRS_A_CHUNK, decide_cheaply, w);
     w->open.count = w->bounds = w->bounded = w->unfinished.count = 0;
     w->figures.unbounded = w->figures.work = w->figures.undone = 0;
     if (w->grant)
