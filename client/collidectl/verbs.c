@@ -53,13 +53,16 @@ const ctl_verb ctl_verbs[] = {
         "  missed  what the exact run told (contact, nearness, impact, contact to come) and this one did not,\n"
         "          within two ticks of it; bounds never exclude the truth, so that it is 0\n"
         "  false   what this run told without the exact one telling it within two ticks\n"
-        "  kB/s    of the batches of events, in LCM's encoding, if somebody reads every stream\n"
+        "  kB/s    of the batches of events, in LCM's encoding, if somebody reads every stream; 'bodies'\n"
+        "          is what was told of whole ones\n"
         "  tick    deciding and telling, the least of three replays: mean without the slowest 1 %, and 99th\n"
         "          percentile\n"
         "\n"
         "Recommended is, of the accuracies that tell the same events as exact, the finest that costs at most a\n"
-        "tenth more per tick than the cheapest. The picture shows time against error; what no other accuracy\n"
-        "beats in both is joined by a line (the Pareto front). It needs gnuplot (package gnuplot-nox).\n"},
+        "tenth more per tick than the cheapest; interests ask for it by relative_tolerance, watch by --relative,\n"
+        "and bounds by boxes by their accuracy. A budget of the recorded daemon is not kept. The picture shows\n"
+        "time against error; what no other accuracy beats in both is joined by a line (the Pareto front). It\n"
+        "needs gnuplot (package gnuplot-nox).\n"},
     {"doctor", "", 0, 0, verb_doctor, "Finds out what is wrong, and names the command that mends it",
         "One line a check: ok, problem or cannot tell, and what was seen; under a problem, the command\n"
         "that mends it, to be run as root where it is the system's. 'ssh HOST COMMAND' is for that host;\n"

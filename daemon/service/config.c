@@ -51,6 +51,11 @@ static const config_option OPTIONS[] = {
         "ticks a second; 0: a tick whenever something came",
         "By default a tick runs as soon as something has come, and none when nothing has. A fixed rate is for "
         "systems that want the load to be even."},
+    {"budget_us", CONFIG_NUMBER, FIELD(budget_us), 0, 10000000, NULL, "0", "us",
+        "time that a tick may take; 0: as long as it needs",
+        "All pairs are bounded first; then those that matter most are refined, until the time is used. What is left "
+        "keeps an interval that is wider than asked but holds, is told as stopped by the budget, counted (undone), and "
+        "goes first in the next tick, which follows at once. Searches for impacts are not cut short."},
     {"status_period", CONFIG_NUMBER, FIELD(status_period), 0.05, 60, NULL, "1", "s", "how often Status is published",
         "Status carries health, limits that were reached and all counters; collidectl status shows it."},
     {"lease", CONFIG_NUMBER, FIELD(lease), 0.05, 3600, NULL, "2", "s",
@@ -307,7 +312,8 @@ int config_arguments(config *c, int argc, char **argv, const char **asked, char 
 static const config_exit EXITS[] = {
     {EX_OK, "EX_OK", "ended in order, by SIGTERM or SIGINT, or a replay that is equal to its recording"},
     {EX_USAGE, "EX_USAGE", "unknown option, or a value out of its range, on the command line"},
-    {EX_DATAERR, "EX_DATAERR", "the recording to replay is damaged, or no recording, or a trade finds nothing in it to compare"},
+    {EX_DATAERR, "EX_DATAERR",
+        "the recording to replay is damaged, or no recording, or a trade finds nothing in it to compare"},
     {EX_NOINPUT, "EX_NOINPUT", "the configuration file or the recording to replay cannot be read"},
     {EX_NOHOST, "EX_NOHOST", "the network interface is not on this machine"},
     {EX_UNAVAILABLE, "EX_UNAVAILABLE", "DDS or LCM does not start: no route, no interface, a port is taken"},

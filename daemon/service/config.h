@@ -23,7 +23,7 @@ typedef struct config {
     char broad[16];
     long workers;
     bool caches, json, journal, trade;
-    double margin, rate, status_period, lease;
+    double margin, rate, budget_us, status_period, lease;
     long max_clients, max_bodies, max_shapes, max_interests, max_geometries;
 } config;
 

@@ -53,6 +53,7 @@ int replay_run(service *s, const link_sink *sink)
     wire_log_tick t;
     char why[256] = "";
     while (replay_take(s, sink, &t, why, sizeof why)) {
+        service_replay_budget(s, t.budgeted, (uint64_t)t.work);
         service_tick(s); /* what it publishes goes to nobody */
         count_tick(s, &t, &p);
     }

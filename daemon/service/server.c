@@ -160,6 +160,7 @@ server *server_create(const config *c, char *why, size_t why_size)
     options.caches = c->caches;
     options.margin = c->margin;
     s->world = world_create(&options);
+    service_set_budget(s);
     /* The recording comes last: what fails before leaves no file. Nothing is taken from the links yet. */
     if (open_links(s, why, why_size) != 0 || (*c->record && record_start(s, c->record, why, why_size) != 0)) {
         server_destroy(v);
@@ -191,12 +192,18 @@ void server_destroy(server *v)
 
 /* ---- the loop ---- */
 
+static const double OVER = 1.2; /* times its budget: a tick that takes longer is counted */
+
 static void tick(service *s)
 {
     int64_t began = clock_monotonic_ns();
     s->tick++;
+    pace_begin(&s->pace, began);
     service_tick(s);
-    int64_t took = clock_monotonic_ns() - began;
+    int64_t ended = clock_monotonic_ns(), took = ended - began;
+    pace_end(&s->pace, ended, world_get_figures(s->world).work);
+    if (s->config.budget_us > 0 && (double)took > OVER * 1e3 * s->config.budget_us)
+        metric_count(s->count.budget_over, 1);
     metric_count(s->count.busy_ns, (uint64_t)took);
     metric_set(s->count.tick_ns, (uint64_t)took);
 }
@@ -229,6 +236,8 @@ static int wait_ms(const server *v)
     int64_t now = clock_monotonic_ns(), next = earlier(v->next_status_ns, session_next_lease_ns(s));
     if (s->config.rate > 0)
         next = earlier(next, v->next_tick_ns);
+    else if (world_changed(s->world))
+        return 0; /* a budget has left something */
     else if (world_next_due_ns(s->world) != INT64_MAX)
         next = earlier(next, now + world_next_due_ns(s->world) - clock_wall_ns());
     next = earlier(next, v->manager.next_ns);

@@ -88,6 +88,7 @@ void episodes_take(episodes *e, const world *w, const wire_event_batch *m, size_
     size_t count = m->kinds.count;
     e->events += count;
     e->bytes += (double)bytes;
+    if (!count) e->pair_bytes[METER_PAIRS] += (double)bytes;
     for (size_t i = 0; i < count; i++) {
         size_t pair = take(e, w, m, i);
         e->pair_events[pair]++;

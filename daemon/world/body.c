@@ -453,6 +453,7 @@ void body_settle_dirty(world *w)
         if (b->ghost || !b->used) continue;
         if (b->posed) expiry_set(w, (uint32_t)w->dirty.at[i]);
         b->posed = false;
+        bounds_travel(w, b);
         for (size_t k = 0; k < b->shape_count; k++) {
             solid *s = &w->solids.at[b->shapes[k]];
             s->world = pose_mul(b->pose, s->local);

@@ -6,6 +6,9 @@
 /* Of the pair's size: how far one may move before what was told by bounds is looked at again. */
 static const double SLACK = 0.25;
 
+/* Of the way to the limit: how far a pair beyond it may go before it is looked at again. */
+static const double NEARLY = 0.875;
+
 /* Of a shape that is no smaller than its size: rounding of a pose, and of a few sums. */
 static const double ROUNDING = 0x1p-46;
 
@@ -19,15 +22,38 @@ static bool is_axis(vec3 v)
     return v.x != 0 || v.y != 0 || v.z != 0;
 }
 
-bool bounds_stand(const world *w, const pair *p, const pose *b_in_a)
+/* Distances change by no more than the points of both shapes have moved. Half-spaces turn without bound. */
+void bounds_travel(const world *w, body *b)
+{
+    if (!w->grant && !w->bounds_asked) return;
+    b->reach = 0;
+    for (size_t i = 0; i < b->shape_count; i++) {
+        const solid *s = &w->solids.at[b->shapes[i]];
+        b->reach = fmax(b->reach, s->reach + vec_norm(s->local.p));
+    }
+    b->travelled += narrow_motion_bound(&b->travelled_to, &b->pose, b->reach);
+    b->travelled_to = b->pose;
+}
+
+static double travelled(const body *a, const body *b)
+{
+    return (a->travelled + b->travelled) * (1 + 0x1p-50);
+}
+
+/* The way that they went is quicker to look at than how far they got. */
+bool bounds_stand(const world *w, const pair *p)
 {
     const standing *s = &p->standing;
-    const body *x = &w->bodies.at[w->solids.at[p->a].body], *y = &w->bodies.at[w->solids.at[p->b].body];
-    if (s->epoch != w->epoch || x->teleported || y->teleported) return false;
+    if (s->epoch != w->epoch) return false;
+    const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
+    const body *x = &w->bodies.at[a->body], *y = &w->bodies.at[b->body];
+    if (x->teleported || y->teleported) return false;
     if (x->ruled_tick == w->figures.ticks || y->ruled_tick == w->figures.ticks) return false;
     for (uint32_t id = p->first_watch; id != WORLD_NONE; id = w->watches.at[id].pair_next)
         if (w->watches.at[id].unknown) return false;
-    return narrow_motion_bound(&s->b_in_a, b_in_a, w->solids.at[p->b].reach) <= s->slack;
+    if (travelled(x, y) - s->travelled <= s->slack) return true;
+    pose b_in_a = solid_relative(w, a, b);
+    return narrow_motion_bound(&s->b_in_a, &b_in_a, b->reach) <= s->slack;
 }
 
 /* The world axis along which the boxes are farthest from each other, from A to B; NAN where they have no end. */
@@ -97,9 +123,11 @@ static void find(const world *w, const pair *p, const pose *b_in_a, bool remembe
 
 static void stand(const world *w, pair *p, const pose *b_in_a, double slack, narrow_result *r)
 {
+    const body *x = &w->bodies.at[w->solids.at[p->a].body], *y = &w->bodies.at[w->solids.at[p->b].body];
     r->lo -= slack;
     r->hi += slack;
-    p->standing = (standing){.b_in_a = *b_in_a, .slack = slack, .lo = r->lo, .epoch = w->epoch};
+    p->standing = (standing){
+        .b_in_a = *b_in_a, .slack = slack, .lo = r->lo, .travelled = travelled(x, y), .epoch = w->epoch};
 }
 
 /* One that is beyond the limit stays there as long as the bounds stand. */
@@ -108,7 +136,7 @@ void bounds_find(const world *w, pair *p, const pose *b_in_a, double limit, bool
 {
     find(w, p, b_in_a, remembers, scratch, r);
     double slack = SLACK * pair_size(&w->solids.at[p->a], &w->solids.at[p->b]);
-    if (r->lo > limit) slack = fmin(slack, 0.5 * (r->lo - limit));
+    if (r->lo > limit) slack = fmin(slack, NEARLY * (r->lo - limit));
     if (r->lo > limit && !(r->lo - slack > limit)) slack = 0;
     stand(w, p, b_in_a, slack, r);
 }

@@ -198,9 +198,13 @@ void world_want_snapshot(world *w, uint32_t id)
 /* What was told under the old terms ends; every body that either terms concern is looked at again. */
 void interest_settle_changes(world *w)
 {
-    w->sweepers = 0;
+    w->sweepers = w->askers = 0;
+    w->bounds_asked = false;
     for (size_t id = 0; id < w->interests.count; id++) {
         const interest *i = &w->interests.at[id];
+        bool asks = i->used && !i->closing && (i->facts & (WORLD_TOUCH | WORLD_DISTANCE | WORLD_MANIFOLD));
+        if (asks && !w->askers++) w->first_asker = (uint32_t)id;
+        w->bounds_asked |= asks && i->accuracy == WORLD_BY_BOXES;
         w->sweepers += i->used && !i->closing && (i->facts & (WORLD_IMPACT | WORLD_FORETELL));
     }
     for (uint32_t id = 0; id < w->interests.count; id++) {

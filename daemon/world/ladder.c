@@ -118,6 +118,12 @@ static void look(const world *w, uint32_t k)
     pair *p = &w->pairs.at[w->active_pairs.at[k]];
     const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
     outcome *out = &w->outcomes.at[k];
+    out->stands = (w->bounds_asked || w->grant) && bounds_stand(w, p);
+    if (out->stands && p->standing.coarse) { /* nobody asks for more since */
+        *out = (outcome){
+            .rung = RUNG_STANDING, .settled = true, .stands = true, .cost = WORK_A_MOTION_BOUND, .result = WORLD_NONE};
+        return;
+    }
     demand d = ladder_demand(w, a, b);
     if (!(d.limit > -INFINITY)) {
         *out = (outcome){.rung = RUNG_UNASKED, .settled = true, .result = WORLD_NONE};
@@ -127,9 +133,8 @@ static void look(const world *w, uint32_t k)
     double slack = d.request.tolerance + WIDEST_ANSWER * pair_size(a, b);
     out->coarse = d.coarse;
     if (!d.coarse) out->settled = settle_cheaply(w, p, &b_in_a, d.limit + slack, out);
-    if (!out->settled && (d.coarse || w->grant)) out->stands = bounds_stand(w, p, &b_in_a);
-    if (out->stands) out->rung = RUNG_STANDING, out->cost = WORK_A_MOTION_BOUND;
-    if (out->stands && (d.coarse || p->standing.lo > d.limit)) out->settled = true;
+    if (!out->settled && out->stands) out->rung = RUNG_STANDING, out->cost = WORK_A_MOTION_BOUND;
+    if (out->stands && p->standing.lo > d.limit) out->settled = true;
 }
 
 static void decide_cheaply(void *context, size_t begin, size_t end, unsigned worker)
@@ -137,10 +142,13 @@ static void decide_cheaply(void *context, size_t begin, size_t end, unsigned wor
     (void)worker;
     world *w = context;
     for (size_t k = begin; k < end; k++) {
-        const pair *p = &w->pairs.at[w->active_pairs.at[k]];
+        pair *p = &w->pairs.at[w->active_pairs.at[k]];
         bool stale = w->bodies.at[w->solids.at[p->a].body].stale || w->bodies.at[w->solids.at[p->b].body].stale;
         w->outcomes.at[k] = (outcome){.rung = RUNG_UNKNOWN, .settled = stale, .result = WORLD_NONE};
-        if (!stale) look(w, (uint32_t)k);
+        if (stale)
+            p->standing.epoch = 0;
+        else
+            look(w, (uint32_t)k);
     }
 }
 
@@ -236,15 +244,11 @@ static void decide_by_bounds(void *context, size_t begin, size_t end, unsigned w
         out->cost = WORK_A_BOUND;
         out->result = (uint32_t)n;
         out->left = n >= w->bounded;
+        p->standing.coarse = out->coarse && !out->left;
     }
 }
 
 /* ---- without a budget ---- */
-
-static void run(world *w, size_t count, workers_function *function)
-{
-    workers_run(w->workers, count, PAIRS_A_CHUNK, function, w);
-}
 
 /* Open pairs: first those of which bounds are asked, then all others. */
 static void open_all(world *w, bool coarse)
@@ -258,18 +262,20 @@ static void open_all(world *w, bool coarse)
 typedef struct part {
     world *w;
     size_t from;
+    workers_function *decide;
 } part;
 
 static void decide_part(void *context, size_t begin, size_t end, unsigned worker)
 {
     const part *of = context;
-    decide_fully(of->w, of->from + begin, of->from + end, worker);
+    of->decide(of->w, of->from + begin, of->from + end, worker);
 }
 
-static void refine_from(world *w, size_t from)
+/* The open pairs [from, to). */
+static void decide_open(world *w, size_t from, size_t to, workers_function *decide)
 {
-    part rest = {w, from};
-    workers_run(w->workers, w->open.count - from, PAIRS_A_CHUNK, decide_part, &rest);
+    part of = {w, from, decide};
+    workers_run(w->workers, to - from, PAIRS_A_CHUNK, decide_part, &of);
 }
 
 static void decide_all(world *w)
@@ -278,8 +284,8 @@ static void decide_all(world *w)
     w->bounds = w->bounded = w->open.count;
     open_all(w, false);
     array_reserve(&w->results, w->open.count);
-    run(w, w->bounds, decide_by_bounds);
-    refine_from(w, w->bounds);
+    decide_open(w, 0, w->bounds, decide_by_bounds);
+    decide_open(w, w->bounds, w->open.count, decide_fully);
 }
 
 /* ---- with a budget ---- */
@@ -295,17 +301,26 @@ static void open_unbounded(world *w)
     }
 }
 
-static uint64_t bound_what_is_granted(world *w, uint64_t granted)
+/* Returns the units done, and *granted of them in all. Those for which it does not suffice are told what balls prove. */
+static uint64_t bound_what_is_granted(world *w, uint64_t *granted)
 {
     open_unbounded(w);
-    size_t possible = granted / WORK_A_BOUND < w->open.count ? (size_t)(granted / WORK_A_BOUND) : w->open.count;
-    w->bounds = w->open.count;
-    w->bounded = possible;
-    w->next_bound = possible < w->bounds ? w->active.at[w->open.at[possible]] : 0;
-    w->figures.unbounded = w->bounds - possible;
-    array_reserve(&w->results, w->bounds);
-    run(w, w->bounds, decide_by_bounds);
-    return possible * WORK_A_BOUND;
+    size_t count = w->bounds = w->open.count;
+    array_reserve(&w->results, count);
+    *granted = w->grant(w->grant_context, 0);
+    for (;;) {
+        size_t from = w->bounded;
+        w->bounded = *granted / WORK_A_BOUND < count ? (size_t)(*granted / WORK_A_BOUND) : count;
+        decide_open(w, from, w->bounded, decide_by_bounds);
+        if (w->bounded == count) break;
+        uint64_t more = w->grant(w->grant_context, w->bounded * WORK_A_BOUND);
+        if (more <= *granted) break;
+        *granted = more;
+    }
+    decide_open(w, w->bounded, count, decide_by_bounds);
+    w->next_bound = w->bounded < count ? w->active.at[w->open.at[w->bounded]] : 0;
+    w->figures.unbounded = count - w->bounded;
+    return w->bounded * WORK_A_BOUND;
 }
 
 static void leave(world *w, uint32_t k)
@@ -352,7 +367,7 @@ static size_t refine_what_is_granted(world *w, uint64_t granted, uint64_t *done)
             array_push(&w->open, k);
         }
         array_reserve(&w->results, w->open.count);
-        if (w->open.count > from) refine_from(w, from);
+        decide_open(w, from, w->open.count, decide_fully);
         if (next == w->needs.count) return next;
         uint64_t more = w->grant(w->grant_context, *done);
         if (more <= granted) return next;
@@ -360,12 +375,10 @@ static size_t refine_what_is_granted(world *w, uint64_t granted, uint64_t *done)
     }
 }
 
-/* What was granted first says how many are bounded, and if it is not all of them, that this is all that is done: so the
- * units done are enough to do the same again. */
+/* Where not all are bounded, that is all that is done: so the units done are what it takes to do the same again. */
 static void decide_within_budget(world *w)
 {
-    uint64_t granted = w->grant(w->grant_context, 0);
-    uint64_t done = bound_what_is_granted(w, granted);
+    uint64_t granted, done = bound_what_is_granted(w, &granted);
     settle_by_bounds(w);
     work_order(w);
     size_t refined = w->bounded < w->bounds ? 0 : refine_what_is_granted(w, granted, &done);
@@ -396,7 +409,7 @@ static void count_outcomes(world *w)
 void ladder_decide(world *w)
 {
     array_reserve(&w->outcomes, w->active_pairs.count);
-    run(w, w->active_pairs.count, decide_cheaply);
+    workers_run(w->workers, w->active_pairs.count, PAIRS_A_CHUNK, decide_cheaply, w);
     w->open.count = w->bounds = w->bounded = w->unfinished.count = 0;
     w->figures.unbounded = w->figures.work = w->figures.undone = 0;
     if (w->grant)

@@ -40,6 +40,9 @@ typedef struct body {
     double acceleration, angular_acceleration;
     bool impacts;   /* an interest wants its impacts: its box holds its way */
     double horizon; /* s: the farthest that an interest wants foretold of it: its box holds all that it may do */
+    double reach, travelled; /* m, of its shapes about its origin; by how much its points have moved, at most, added up
+                                over all ticks: kept while somebody asks for bounds, or there is a budget; ... */
+    pose travelled_to;       /* ... up to here */
     vec3 step;      /* m, how far it moved with the last pose: the fat box reaches ahead by it */
     double widen;   /* m, half of the farthest range that an interest wants of it, and all of its rules' reach */
     uint32_t *shapes;
@@ -73,7 +76,9 @@ typedef struct watch {
 typedef struct standing { /* bounds that were told, widened by a slack: they hold while B moves by at most that */
     pose b_in_a;          /* relative to A, since here */
     double slack, lo;     /* m; lo: as told */
+    double travelled;     /* m, of both bodies then */
     uint32_t epoch;       /* of world.epoch: others may want to be told since. 0: none */
+    bool coarse;          /* only bounds were asked for */
 } standing;
 
 typedef struct pair {
@@ -171,6 +176,9 @@ struct world {
     void *grant_context;
     uint64_t next_bound; /* key of the pair that is bounded first, if not all can be */
     uint32_t epoch;      /* of the interests: counts their changes, from 1 */
+    size_t askers;       /* interests in how pairs stand now; the first one */
+    uint32_t first_asker;
+    bool bounds_asked; /* by an interest */
     ARRAY(narrow_result) results;
     ARRAY(sweep) sweeps;        /* in the order of active_pairs, then of interests */
     size_t sweepers;            /* interests that want impacts, or something foretold */
@@ -240,11 +248,11 @@ void ladder_decide(world *w);
 double pair_size(const solid *a, const solid *b); /* m: the finite reaches */
 
 /* bounds.c */
-bool bounds_stand(const world *w, const pair *p, const pose *b_in_a); /* does what was told by bounds still hold? */
-/* Bounds that hold for a while: they are written to p->standing, too. `remembers`: what earlier ticks found may help.
- */
-void bounds_find(
-    const world *w, pair *p, const pose *b_in_a, double limit, bool remembers, void *scratch, narrow_result *r);
+bool bounds_stand(const world *w, const pair *p); /* does what was told by bounds still hold? */
+void bounds_travel(const world *w, body *b);       /* a body has moved, or its shapes are others */
+/* Bounds that hold for a while: they are written to p->standing, too. `remembers`: what earlier ticks found may help. */
+void bounds_find(const world *w, pair *p, const pose *b_in_a, double limit, bool remembers, void *scratch,
+    narrow_result *r);
 void bounds_floor(const world *w, pair *p, const pose *b_in_a, narrow_result *r); /* the same by balls about them */
 
 /* work.c */

@@ -112,9 +112,15 @@ static void charge(world *w, const body *a, const body *b, const outcome *o)
 void work_charge(world *w)
 {
     for (size_t i = 0; i < w->interests.count; i++) w->interests.at[i].undone = 0;
+    bool alone = w->askers == 1;
     for (size_t k = 0; k < w->active_pairs.count; k++) {
         const outcome *o = &w->outcomes.at[k];
         if (!o->cost) continue;
+        if (alone) {
+            w->interests.at[w->first_asker].work += o->cost;
+            w->interests.at[w->first_asker].undone += o->left;
+            continue;
+        }
         const pair *p = &w->pairs.at[w->active_pairs.at[k]];
         charge(w, &w->bodies.at[w->solids.at[p->a].body], &w->bodies.at[w->solids.at[p->b].body], o);
     }

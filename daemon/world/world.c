@@ -169,6 +169,7 @@ void world_set_budget(world *w, world_grant *grant, void *context)
 {
     w->grant = grant;
     w->grant_context = context;
+    w->epoch++; /* what stands was not kept, or is not wanted */
 }
 
 int64_t world_next_due_ns(const world *w)

@@ -101,7 +101,8 @@ void record_session(const char *path, const recording *r)
                        .tolerance_m = 1e-6}});
     for (int tick = 0; tick < r->ticks; tick++) {
         put_poses(w, &sequence, tick, r);
-        const wire_log_tick end = {tick + 1, 1000000000 + 10000000ll * tick, 1 + 10000000ll * tick, 0};
+        const wire_log_tick end = {
+            .tick = tick + 1, .now_ns = 1000000000 + 10000000ll * tick, .monotonic_ns = 1 + 10000000ll * tick};
         if (wire_log_tick_end(w, end.now_ns / 1000, &end) != 0) fail_msg("the recording cannot be written");
     }
     if (wire_log_close(w) != 0) fail_msg("the recording cannot be written");
