@@ -111,7 +111,7 @@ static void write_names(FILE *out, const trade *t, double highest)
     bool named[TRADE_LEVELS_MAX] = {false};
     fputs("    unset label\n", out);
     for (size_t i = 0; i < t->levels; i++) {
-        if (named[i]) continue;
+        if (named[i] || !isfinite(all[i].error_max_m)) continue;
         fprintf(out, "    set label '%s", all[i].accuracy);
         for (size_t k = i + 1; k < t->levels; k++) {
             if (named[k] || !are_close(&all[i], &all[k], highest)) continue;
@@ -153,6 +153,7 @@ typedef struct frame {
 static void include(frame *f, const trade_row *r)
 {
     double error = fmax(r->error_max_m, LEAST_ERROR), cost = cost_of(r);
+    if (!isfinite(error)) return;
     f->x[0] = fmin(f->x[0], error);
     f->x[1] = fmax(f->x[1], error);
     f->y[0] = fmin(f->y[0], cost);

@@ -4,6 +4,7 @@
 #include "loaders/text.h"
 
 #include <errno.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -76,13 +77,20 @@ static void clear_progress(const reading *r)
     if (r->tty) fputs("\r\033[K", stderr);
 }
 
+/* A bound that was not found makes an error without end. */
+static bool take_number(const char *text, double *to)
+{
+    if (strcmp(text, "inf") == 0) *to = INFINITY;
+    return strcmp(text, "inf") == 0 || text_number(text, to);
+}
+
 static bool take_row(reading *r, char **field, int count)
 {
     double n[ROW_FIELDS];
     trade *t = r->to;
     if (count != ROW_FIELDS || t->row_count == ROWS_MAX) return false;
     for (int i = 3; i < ROW_FIELDS; i++)
-        if (!text_number(field[i], &n[i])) return false;
+        if (!take_number(field[i], &n[i])) return false;
     if (t->row_count == r->room) {
         trade_row *more = pool_alloc(&r->c->pool, 2 * r->room + 64, sizeof *more);
         if (t->row_count) memcpy(more, t->rows, t->row_count * sizeof *more);

@@ -14,20 +14,34 @@ static void show_counts(const trade *t)
     puts(", each asked at every accuracy");
 }
 
+/* "-" where nothing was measured. */
+static void show_times(double mean_s, double p99_s, double count, char mean[32], char p99[32])
+{
+    strcpy(mean, "-");
+    strcpy(p99, "-");
+    if (!(count > 0)) return;
+    show_span(mean_s, mean, 32);
+    show_span(p99_s, p99, 32);
+}
+
+static void show_errors(const trade_row *r, char worst[32], char mean[32])
+{
+    strcpy(worst, "-");
+    strcpy(mean, "-");
+    if (!(r->errors > 0)) return;
+    show_length(r->error_max_m, worst, 32);
+    show_length(r->error_mean_m, mean, 32);
+}
+
 static void show_row(const trade_row *r, bool first)
 {
     char mean[32], p99[32], worst[32], error[32];
-    show_span(r->time_mean_s, mean, sizeof mean);
-    show_span(r->time_p99_s, p99, sizeof p99);
-    show_length(r->error_max_m, worst, sizeof worst);
-    show_length(r->error_mean_m, error, sizeof error);
-    if (!r->measured) strcpy(mean, "-"), strcpy(p99, "-");
-    if (!r->errors) strcpy(worst, "-"), strcpy(error, "-");
+    show_times(r->time_mean_s, r->time_p99_s, r->measured, mean, p99);
+    show_errors(r, worst, error);
     printf("%-22s %-8s %9s %9s %9s %9s %6.0f %6.0f %8.3g", first ? r->pair : "", r->accuracy, mean, p99, worst, error,
         r->missed, r->false_ones, r->bytes_per_s / 1000);
     if (r->tick_mean_s > 0) {
-        show_span(r->tick_mean_s, mean, sizeof mean);
-        show_span(r->tick_p99_s, p99, sizeof p99);
+        show_times(r->tick_mean_s, r->tick_p99_s, 1, mean, p99);
         printf(" %9s %8s", mean, p99);
     }
     putchar('\n');

@@ -221,6 +221,7 @@ int trade_run(const config *c)
     if (status) return status;
     printf("trade\t1\nsession\t%" PRId64 "\t%.3f\t%" PRId64 "\n", in.ticks, 1e-9 * (double)(in.last_ns - in.first_ns),
         in.interests);
+    each.record[0] = '\0';               /* six daemons would write it */
     if (!each.workers) each.workers = 1; /* the worlds run one at a time, and are compared */
     comparison *v = comparison_create(&each, &in);
     status = compare(v);

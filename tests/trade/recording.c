@@ -11,7 +11,7 @@
 
 #include <cmocka.h>
 
-enum { CLIENT = 7, STANDING = 6, MOVING = 2, BODIES = STANDING + MOVING };
+enum { CLIENT = 7, STANDING = 7, MOVING = 2, BODIES = STANDING + MOVING };
 
 static const struct {
     uint8_t type;
@@ -19,7 +19,8 @@ static const struct {
 } SHAPES[BODIES] = {{WIRE_SHAPE_SPHERE, {0, 0, 0}, 0.4}, {WIRE_SHAPE_BOX, {0.3, 0.4, 0.2}, 0},
     {WIRE_SHAPE_CYLINDER, {0.3, 0.3, 0.4}, 0}, {WIRE_SHAPE_CONE, {0.4, 0.4, 0.3}, 0},
     {WIRE_SHAPE_ELLIPSOID, {0.5, 0.3, 0.2}, 0}, {WIRE_SHAPE_CAPSULE, {0, 0, 0.3}, 0.2},
-    {WIRE_SHAPE_CYLINDER, {0.2, 0.2, 0.3}, 0}, {WIRE_SHAPE_CAPSULE, {0, 0, 0.4}, 0.1}};
+    {WIRE_SHAPE_HALFSPACE, {0, 0, 0}, 0}, {WIRE_SHAPE_CYLINDER, {0.2, 0.2, 0.3}, 0},
+    {WIRE_SHAPE_CAPSULE, {0, 0, 0.4}, 0.1}};
 
 static void put(wire_log_writer *w, wire_message m)
 {
@@ -29,7 +30,8 @@ static void put(wire_log_writer *w, wire_message m)
 static void put_body(wire_log_writer *w, int64_t *sequence, int32_t i)
 {
     char name[16];
-    const double pose[7] = {i < STANDING ? 1.5 * i : -3, 0, i < STANDING ? 0 : 5, 1, 0, 0, 0};
+    const bool ground = SHAPES[i].type == WIRE_SHAPE_HALFSPACE;
+    const double pose[7] = {i < STANDING ? 1.5 * i : -3, 0, ground ? -0.4 : i < STANDING ? 0 : 5, 1, 0, 0, 0};
     const double local[7] = {0, 0, 0, 1, 0, 0, 0};
     const int64_t none[1] = {0};
     snprintf(name, sizeof name, "body%d", i);
