@@ -78,7 +78,7 @@ typedef struct standing { /* bounds that were told, widened by a slack: they hol
     double slack, lo;     /* m; lo: as told */
     double travelled;     /* m, of both bodies then */
     uint32_t epoch;       /* of world.epoch: others may want to be told since. 0: none */
-    bool coarse;          /* only bounds were asked for */
+    bool enough;          /* for what was asked: they are bounds alone, or beyond what anybody is told */
 } standing;
 
 typedef struct pair {
@@ -254,7 +254,8 @@ void bounds_find(const world *w, pair *p, const pose *b_in_a, double limit, bool
 void bounds_floor(const world *w, pair *p, const pose *b_in_a, narrow_result *r); /* the same by balls about them */
 
 /* work.c */
-enum { WORK_A_MOTION_BOUND = 30, WORK_AN_AXIS = 120, WORK_A_BOUND = 500 }; /* units */
+enum { WORK_A_MOTION_BOUND = 30, WORK_AN_AXIS = 120 }; /* units */
+uint32_t work_of_bounds(const solid *a, const solid *b);
 uint32_t work_of(const solid *a, const solid *b, const demand *d, double lo); /* units of a refinement */
 void work_order(world *w);  /* fills world.needs */
 void work_charge(world *w); /* what interests cost, and what of theirs is left undone */
