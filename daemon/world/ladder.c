@@ -77,8 +77,7 @@ static bool is_axis(vec3 v)
     return v.x != 0 || v.y != 0 || v.z != 0;
 }
 
-/* Does the ladder build on what earlier ticks found? With a budget always: what was left undone is part of the state.
- */
+/* Does the ladder build on what earlier ticks found? With a budget always: what was left undone is part of the state. */
 static bool remembers(const world *w)
 {
     return w->options.caches || w->grant;
@@ -105,11 +104,17 @@ static bool settle_cheaply(const world *w, pair *p, const pose *b_in_a, double l
     out->rung = RUNG_MOTION_BOUND;
     out->cost = WORK_A_MOTION_BOUND;
     if (is_axis(c->axis) && c->lower - narrow_motion_bound(&c->b_in_a, b_in_a, b->reach) > limit) return true;
+    if (w->grant) return false; /* what looks at shapes is granted: bounds_find looks along the same axes */
     out->rung = RUNG_CACHED_AXIS;
     out->cost = WORK_AN_AXIS;
     if (is_axis(c->axis) && settle_along(a, b, c, c->axis, b_in_a, limit)) return true;
     vec3 guess = narrow_guess_axis(&a->shape, &b->shape, b_in_a);
     return is_axis(guess) && settle_along(a, b, c, guess, b_in_a, limit);
+}
+
+static void settle(outcome *out, world_rung rung, uint32_t cost)
+{
+    *out = (outcome){.rung = (uint8_t)rung, .settled = true, .cost = cost, .result = WORLD_NONE};
 }
 
 /* Where bounds are all that is asked, those that stand are enough; otherwise they say where a budget begins. */
@@ -119,22 +124,20 @@ static void look(const world *w, uint32_t k)
     const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
     outcome *out = &w->outcomes.at[k];
     out->stands = (w->bounds_asked || w->grant) && bounds_stand(w, p);
-    if (out->stands && p->standing.coarse) { /* nobody asks for more since */
-        *out = (outcome){
-            .rung = RUNG_STANDING, .settled = true, .stands = true, .cost = WORK_A_MOTION_BOUND, .result = WORLD_NONE};
+    if (out->stands && p->standing.enough) { /* and nobody asks for more since */
+        settle(out, RUNG_STANDING, WORK_A_MOTION_BOUND);
         return;
     }
     demand d = ladder_demand(w, a, b);
     if (!(d.limit > -INFINITY)) {
-        *out = (outcome){.rung = RUNG_UNASKED, .settled = true, .result = WORLD_NONE};
+        settle(out, RUNG_UNASKED, 0);
         return;
     }
     pose b_in_a = solid_relative(w, a, b);
     double slack = d.request.tolerance + WIDEST_ANSWER * pair_size(a, b);
     out->coarse = d.coarse;
-    if (!d.coarse) out->settled = settle_cheaply(w, p, &b_in_a, d.limit + slack, out);
-    if (!out->settled && out->stands) out->rung = RUNG_STANDING, out->cost = WORK_A_MOTION_BOUND;
-    if (out->stands && p->standing.lo > d.limit) out->settled = true;
+    if (!d.coarse && !out->stands) out->settled = settle_cheaply(w, p, &b_in_a, d.limit + slack, out);
+    if (out->stands) out->rung = RUNG_STANDING, out->cost = WORK_A_MOTION_BOUND;
 }
 
 static void decide_cheaply(void *context, size_t begin, size_t end, unsigned worker)
@@ -241,10 +244,11 @@ static void decide_by_bounds(void *context, size_t begin, size_t end, unsigned w
             bounds_floor(w, p, &b_in_a, r);
         r->status = out->coarse && n < w->bounded ? NARROW_CERTAIN : NARROW_WIDE;
         out->rung = RUNG_BOUNDS;
-        out->cost = WORK_A_BOUND;
+        out->cost = work_of_bounds(a, b);
         out->result = (uint32_t)n;
         out->left = n >= w->bounded;
-        p->standing.coarse = out->coarse && !out->left;
+        p->standing.enough = r->lo > d.limit || (out->coarse && !out->left);
+        out->left &= !p->standing.enough;
     }
 }
 
@@ -301,26 +305,39 @@ static void open_unbounded(world *w)
     }
 }
 
+/* How many of the open pairs from `from` on can be bounded with what is granted; adds their work to *done. */
+static size_t count_possible(const world *w, size_t from, uint64_t granted, uint64_t *done)
+{
+    for (; from < w->open.count; from++) {
+        const pair *p = &w->pairs.at[w->active_pairs.at[w->open.at[from]]];
+        uint64_t work = work_of_bounds(&w->solids.at[p->a], &w->solids.at[p->b]);
+        if (*done + work > granted) break;
+        *done += work;
+    }
+    return from;
+}
+
 /* Returns the units done, and *granted of them in all. Those for which it does not suffice are told what balls prove. */
 static uint64_t bound_what_is_granted(world *w, uint64_t *granted)
 {
+    uint64_t done = 0;
     open_unbounded(w);
     size_t count = w->bounds = w->open.count;
     array_reserve(&w->results, count);
     *granted = w->grant(w->grant_context, 0);
     for (;;) {
         size_t from = w->bounded;
-        w->bounded = *granted / WORK_A_BOUND < count ? (size_t)(*granted / WORK_A_BOUND) : count;
+        w->bounded = count_possible(w, from, *granted, &done);
         decide_open(w, from, w->bounded, decide_by_bounds);
         if (w->bounded == count) break;
-        uint64_t more = w->grant(w->grant_context, w->bounded * WORK_A_BOUND);
+        uint64_t more = w->grant(w->grant_context, done);
         if (more <= *granted) break;
         *granted = more;
     }
     decide_open(w, w->bounded, count, decide_by_bounds);
     w->next_bound = w->bounded < count ? w->active.at[w->open.at[w->bounded]] : 0;
     w->figures.unbounded = count - w->bounded;
-    return w->bounded * WORK_A_BOUND;
+    return done;
 }
 
 static void leave(world *w, uint32_t k)

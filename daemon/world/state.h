@@ -78,7 +78,7 @@ typedef struct standing { /* bounds that were told, widened by a slack: they hol
     double slack, lo;     /* m; lo: as told */
     double travelled;     /* m, of both bodies then */
     uint32_t epoch;       /* of world.epoch: others may want to be told since. 0: none */
-    bool coarse;          /* only bounds were asked for */
+    bool enough;          /* for what was asked: they are bounds alone, or beyond what anybody is told */
 } standing;
 
 typedef struct pair {
@@ -92,7 +92,7 @@ typedef struct pair {
     vec3 near_a, near_b; /* points of the surfaces, each in its own shape's frame, of the last refinement; ... */
     bool refined;        /* ... if there was one */
     uint8_t waited;      /* ticks in a row in which the budget left it */
-    uint8_t barren;      /* searches for one in a row that were in vain: the next one comes so much later */
+    uint8_t barren; /* searches for one in a row that were in vain: the next one comes so much later */
 } pair;
 
 typedef struct interest {
@@ -168,11 +168,11 @@ struct world {
     ARRAY(uint64_t) active;       /* keys of the pairs to be decided, sorted ... */
     ARRAY(uint32_t) active_pairs; /* ... and their pairs, in that order */
     ARRAY(outcome) outcomes;
-    ARRAY(uint32_t) open;       /* active pairs that have a result, in its place */
-    size_t bounds, bounded;     /* of open: the first ones get bounds; of them those that the budget allows */
-    ARRAY(uint64_t) needs;      /* active pairs to be refined, the neediest first: see work.c */
-    ARRAY(uint32_t) unfinished; /* pairs that the last tick left */
-    world_grant *grant;         /* NULL: no budget */
+    ARRAY(uint32_t) open; /* active pairs that have a result, in its place */
+    size_t bounds, bounded; /* of open: the first ones get bounds; of them those that the budget allows */
+    ARRAY(uint64_t) needs;        /* active pairs to be refined, the neediest first: see work.c */
+    ARRAY(uint32_t) unfinished;   /* pairs that the last tick left */
+    world_grant *grant;           /* NULL: no budget */
     void *grant_context;
     uint64_t next_bound; /* key of the pair that is bounded first, if not all can be */
     uint32_t epoch;      /* of the interests: counts their changes, from 1 */
@@ -215,7 +215,7 @@ void interest_match_body(world *w, uint32_t body);
 bool interest_wants(const world *w, const body *a, const body *b);
 uint64_t interest_word(const body *a, const body *b, size_t word);
 void interest_settle_changes(world *w);
-void interest_finish(world *w);                            /* closed ones are gone */
+void interest_finish(world *w); /* closed ones are gone */
 double interest_tolerance(const interest *i, double size); /* m, of a pair of that size */
 
 /* pair.c */
@@ -256,9 +256,10 @@ void bounds_find(const world *w, pair *p, const pose *b_in_a, double limit, bool
 void bounds_floor(const world *w, pair *p, const pose *b_in_a, narrow_result *r); /* the same by balls about them */
 
 /* work.c */
-enum { WORK_A_MOTION_BOUND = 30, WORK_AN_AXIS = 120, WORK_A_BOUND = 500 };    /* units */
+enum { WORK_A_MOTION_BOUND = 30, WORK_AN_AXIS = 120 }; /* units */
+uint32_t work_of_bounds(const solid *a, const solid *b);
 uint32_t work_of(const solid *a, const solid *b, const demand *d, double lo); /* units of a refinement */
-void work_order(world *w);                                                    /* fills world.needs */
+void work_order(world *w);  /* fills world.needs */
 void work_charge(world *w); /* what interests cost, and what of theirs is left undone */
 
 /* Has anybody been told how it stands? Then it is decided in full. */

@@ -36,6 +36,12 @@ static double work_of_shape(const shape *s)
     return work;
 }
 
+/* Along one axis or two, and what it takes to tell. */
+uint32_t work_of_bounds(const solid *a, const solid *b)
+{
+    return (uint32_t)fmin(400 + 0.2 * (work_of_shape(&a->shape) + work_of_shape(&b->shape)), 1e9);
+}
+
 /* Overlapping ones are asked for their depth, and contacts perhaps for their points. */
 uint32_t work_of(const solid *a, const solid *b, const demand *d, double lo)
 {
