@@ -158,13 +158,13 @@ typedef struct service {
     ARRAY(filter_rule) rules;
     wire_log_writer *recording;
     char recording_path[CONFIG_TEXT_MAX];
-    char limits[512]; /* named limits that were reached in the last LIMITS_TOLD_NS */
-    int64_t limit_ns; /* when the last of them was, monotonic */
-    bool hull_came;   /* since waiting commands were last tried */
+    char limits[512];      /* named limits that were reached in the last LIMITS_TOLD_NS */
+    int64_t limit_ns;      /* when the last of them was, monotonic */
+    bool hull_came;        /* since waiting commands were last tried */
+    bool geometries_loose; /* some may have nobody who wants them any more */
     /* What a measurement asks instead of what the clients ask; NULL: nothing. */
     void (*amend_interest)(const void *context, world_interest *def);
     const void *amend_context;
-    bool geometries_loose; /* some may have nobody who wants them any more */
 } service;
 
 /* session.c */
