@@ -78,6 +78,9 @@ int verb_trade(ctl *c)
     trade t;
     trade_advice a;
     bool made;
+    if (file && c->options.seconds > 0)
+        return ctl_fail(
+            EX_USAGE, "trade: --seconds is for a recording that is not made yet: leave out %s, or it", file);
     int status = check_prefix(prefix);
     if (!status) status = file ? check_file(file) : record(c, &file);
     if (!status) status = trade_run(c, file, &t);

@@ -65,6 +65,7 @@ static void wrong_usage_is_told_in_one_line(void **state)
         {"trade a b", "too many arguments"},
         {"trade x --workers 0", "whole number from 1 to 64"},
         {"trade x --out=", "--out ''"},
+        {"trade x --seconds 5", "leave out x"},
         {"doctor now", "too many arguments"},
         {"doctor --connect dds://x", "--connect 'dds://x': must be dds://DOMAIN"},
         {"doctor --connect lcm://nowhere", "must be dds://DOMAIN"},
