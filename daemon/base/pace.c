@@ -5,9 +5,9 @@
 static const double UNIT_FIRST = 2;     /* ns, before anything is known: rather too much */
 static const double REST_FIRST = 0.25;  /* of the budget */
 static const double SLICE = 0.7;        /* of what is left, ... */
-static const double LAST_SLICE = 0.125; /* ... unless that is less than this share of the budget */
+static const double LAST_SLICE = 0.25;  /* ... unless that is less than this share of the budget */
 static const double END = 0.02;         /* of the budget: not worth a slice */
-static const double LEARN_UNIT = 0.125, LEARN_MORE_REST = 0.5, LEARN_LESS_REST = 0.02;
+static const double LEARN_UNIT = 0.125, LEARN_MORE_REST = 0.5, LEARN_LESS_REST = 0.05;
 static const uint64_t UNITS_TO_LEARN_FROM = 2000;
 
 void pace_init(pace *p, int64_t limit_ns)

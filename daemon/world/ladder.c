@@ -137,6 +137,7 @@ static void look(const world *w, uint32_t k)
     double slack = d.request.tolerance + WIDEST_ANSWER * pair_size(a, b);
     out->coarse = d.coarse;
     if (!d.coarse && !out->stands) out->settled = settle_cheaply(w, p, &b_in_a, d.limit + slack, out);
+    out->floor = out->stands && p->standing.floor;
     if (out->stands) out->rung = RUNG_STANDING, out->cost = WORK_A_MOTION_BOUND;
 }
 
@@ -236,6 +237,10 @@ static void decide_by_bounds(void *context, size_t begin, size_t end, unsigned w
         const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
         outcome *out = &w->outcomes.at[k];
         narrow_result *r = &w->results.at[n];
+        if (n >= w->bounded && out->floor) { /* still */
+            out->left = true;
+            continue;
+        }
         demand d = ladder_demand(w, a, b);
         pose b_in_a = solid_relative(w, a, b);
         if (n < w->bounded)
@@ -301,7 +306,7 @@ static void open_unbounded(world *w)
     while (first < count && w->active.at[first] < w->next_bound) first++;
     for (size_t n = 0; n < count; n++) {
         size_t k = (first + n) % count;
-        if (!w->outcomes.at[k].settled && !w->outcomes.at[k].stands) array_push(&w->open, (uint32_t)k);
+        if (!w->outcomes.at[k].settled && (!w->outcomes.at[k].stands || w->outcomes.at[k].floor)) array_push(&w->open, (uint32_t)k);
     }
 }
 
@@ -356,8 +361,7 @@ static void settle_by_bounds(world *w)
         const pair *p = &w->pairs.at[w->active_pairs.at[w->open.at[n]]];
         if (o->coarse && o->left) leave(w, w->open.at[n]);
         demand d = ladder_demand(w, &w->solids.at[p->a], &w->solids.at[p->b]);
-        const narrow_result *r = &w->results.at[n];
-        if (r->lo > d.limit) {
+        if (o->result != WORLD_NONE && w->results.at[n].lo > d.limit) {
             o->settled = true;
             if (!pair_is_told(w, p)) o->result = WORLD_NONE;
         }

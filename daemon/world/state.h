@@ -78,6 +78,7 @@ typedef struct standing { /* bounds that were told, widened by a slack: they hol
     double slack, lo;     /* m; lo: as told */
     double travelled;     /* m, of both bodies then */
     uint32_t epoch;       /* of world.epoch: others may want to be told since. 0: none */
+    bool floor;           /* by balls about them: bounds are still to be found */
     bool enough;          /* for what was asked: they are bounds alone, or beyond what anybody is told */
 } standing;
 
@@ -121,7 +122,8 @@ typedef struct outcome { /* of one active pair in one tick */
     uint8_t asked;   /* narrow queries */
     bool settled;    /* no result: proven to be beyond everything that anybody asked, or unknown, or as told */
     bool coarse;     /* only bounds are asked for */
-    bool stands;     /* standing bounds hold */
+    bool stands;     /* standing bounds hold ... */
+    bool floor;      /* ... but are none of their own */
     bool left;       /* by the budget */
     uint32_t cost;   /* units: of its refinement while it is open, of what was done then */
     uint32_t result; /* index into world.results otherwise */
