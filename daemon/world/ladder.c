@@ -77,7 +77,8 @@ static bool is_axis(vec3 v)
     return v.x != 0 || v.y != 0 || v.z != 0;
 }
 
-/* Does the ladder build on what earlier ticks found? With a budget always: what was left undone is part of the state. */
+/* Does the ladder build on what earlier ticks found? With a budget always: what was left undone is part of the state.
+ */
 static bool remembers(const world *w)
 {
     return w->options.caches || w->grant;
@@ -306,7 +307,8 @@ static void open_unbounded(world *w)
     while (first < count && w->active.at[first] < w->next_bound) first++;
     for (size_t n = 0; n < count; n++) {
         size_t k = (first + n) % count;
-        if (!w->outcomes.at[k].settled && (!w->outcomes.at[k].stands || w->outcomes.at[k].floor)) array_push(&w->open, (uint32_t)k);
+        if (!w->outcomes.at[k].settled && (!w->outcomes.at[k].stands || w->outcomes.at[k].floor))
+            array_push(&w->open, (uint32_t)k);
     }
 }
 
@@ -322,7 +324,8 @@ static size_t count_possible(const world *w, size_t from, uint64_t granted, uint
     return from;
 }
 
-/* Returns the units done, and *granted of them in all. Those for which it does not suffice are told what balls prove. */
+/* Returns the units done, and *granted of them in all. Those for which it does not suffice are told what balls prove.
+ */
 static uint64_t bound_what_is_granted(world *w, uint64_t *granted)
 {
     uint64_t done = 0;

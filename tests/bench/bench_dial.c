@@ -1,7 +1,7 @@
-/* bench_dial: what accuracy costs. First the tick of a robot cell, whose subscriber asks for all distances within half a
- * metre, from the loosest accuracy to the finest, interleaved. Then a crowd of compounds with a budget that is a tenth of
- * what its tick takes: is the budget kept, is a contact missed, how wide are the intervals, tick by tick. One thread,
- * one worker; the clock counts this thread's time only, so that other programs on its core do not. */
+/* bench_dial: what accuracy costs. First the tick of a robot cell, whose subscriber asks for all distances within half
+ * a metre, from the loosest accuracy to the finest, interleaved. Then a crowd of compounds with a budget that is a
+ * tenth of what its tick takes: is the budget kept, is a contact missed, how wide are the intervals, tick by tick. One
+ * thread, one worker; the clock counts this thread's time only, so that other programs on its core do not. */
 #include "bench.h"
 
 #include "base/pace.h"
@@ -43,11 +43,9 @@ typedef struct notch {
 } notch;
 
 static const notch NOTCHES[] = {
-    {"boxes", WORLD_BY_BOXES, 0},
-    {"1e-3", WORLD_BY_TOLERANCE, 1e-3},
+    {"boxes", WORLD_BY_BOXES, 0}, {"1e-3", WORLD_BY_TOLERANCE, 1e-3},
     {"1e-6", WORLD_BY_TOLERANCE, 1e-6}, /* the default */
-    {"1e-9", WORLD_BY_TOLERANCE, 1e-9},
-    {"1e-12", WORLD_BY_TOLERANCE, 1e-12},
+    {"1e-9", WORLD_BY_TOLERANCE, 1e-9}, {"1e-12", WORLD_BY_TOLERANCE, 1e-12},
     {"verdict", WORLD_BY_VERDICT, 0}, /* touches only */
 };
 enum { NOTCH_COUNT = sizeof NOTCHES / sizeof *NOTCHES, DEFAULT_NOTCH = 2 };
@@ -117,8 +115,8 @@ static void measure_accuracy(const coherence_scene *scene, bool json, double sec
 
 /* ---- the budget ---- */
 
-enum { PEOPLE = 80, LANES = 8, A_LANE = PEOPLE / LANES, PARTS = 16, HZ = 100, SERIES = 60, WARM = 10 };
-static const double BUDGET_US = 300, APART = 1.25, LANE_WIDTH = 0.55, CROWD_RANGE = 0.8; /* m */
+enum { PEOPLE = 80, LANES = 10, A_LANE = PEOPLE / LANES, PARTS = 8, HZ = 100, SERIES = 60, WARM = 10 };
+static const double BUDGET_US = 300, APART = 1.25, LANE_WIDTH = 0.55, CROWD_RANGE = 1.4; /* m */
 
 typedef struct crowd { /* one world of people, and what its subscriber knows */
     world *w;
@@ -316,8 +314,7 @@ static void measure_budget(const char *scene, const compound *person, bool still
 
 static void plot_series(FILE *f, const double *series)
 {
-    for (int t = 0; t < SERIES; t++)
-        fprintf(f, "%d %.9g\n", t + 1, series[t]);
+    for (int t = 0; t < SERIES; t++) fprintf(f, "%d %.9g\n", t + 1, series[t]);
     fputs("e\n", f);
 }
 
@@ -368,7 +365,8 @@ int main(int argc, char **argv)
     measure_budget("crowd, walking", person, false, o.json, (int)fmax(o.seconds * HZ, SERIES), moving);
     compound_destroy(person);
     if (!picture) return 0;
-    bool drawn = plot(picture, "svg size 800,500", still, moving) && plot(picture, "pngcairo size 800,500", still, moving);
+    bool drawn =
+        plot(picture, "svg size 800,500", still, moving) && plot(picture, "pngcairo size 800,500", still, moving);
     if (!drawn) fprintf(stderr, "no picture %s: is gnuplot installed (package gnuplot-nox)?\n", picture);
     return drawn ? 0 : 1;
 }
