@@ -34,6 +34,9 @@ void show_age(double age_s, char *out, size_t size)
         snprintf(out, size, "%.1f s", age_s);
 }
 
+/* Of a unit: three digits of what is above are at least 1. */
+static const double ROUNDS_UP = 0.9995;
+
 void show_length(double m, char *out, size_t size)
 {
     static const struct {
@@ -41,7 +44,7 @@ void show_length(double m, char *out, size_t size)
         const char *name;
     } units[] = {{1, "m"}, {1e-3, "mm"}, {1e-6, "um"}, {1e-9, "nm"}};
     for (int i = 0; i < 4; i++) {
-        if (!(m >= units[i].unit)) continue;
+        if (!(m >= ROUNDS_UP * units[i].unit)) continue;
         snprintf(out, size, "%.3g %s", m / units[i].unit, units[i].name);
         return;
     }
@@ -50,9 +53,9 @@ void show_length(double m, char *out, size_t size)
 
 void show_span(double s, char *out, size_t size)
 {
-    if (s < 1e-6)
+    if (s < ROUNDS_UP * 1e-6)
         snprintf(out, size, "%.0f ns", 1e9 * s);
-    else if (s < 1e-3)
+    else if (s < ROUNDS_UP * 1e-3)
         snprintf(out, size, "%.3g us", 1e6 * s);
     else
         snprintf(out, size, "%.3g ms", 1e3 * s);

@@ -38,8 +38,8 @@ static void show_row(const trade_row *r, bool first)
     char mean[32], p99[32], worst[32], error[32];
     show_times(r->time_mean_s, r->time_p99_s, r->measured, mean, p99);
     show_errors(r, worst, error);
-    printf("%-22s %-8s %9s %9s %9s %9s %6.0f %6.0f %8.3g", first ? r->pair : "", r->accuracy, mean, p99, worst, error,
-        r->missed, r->false_ones, r->bytes_per_s / 1000);
+    printf("%-22s %-8s %9s %9s %9s %9s %6.0f %6.0f %8.*f", first ? r->pair : "", r->accuracy, mean, p99, worst, error,
+        r->missed, r->false_ones, r->bytes_per_s < 99950 ? 1 : 0, r->bytes_per_s / 1000);
     if (r->tick_mean_s > 0) {
         show_times(r->tick_mean_s, r->tick_p99_s, 1, mean, p99);
         printf(" %9s %8s", mean, p99);
