@@ -81,7 +81,7 @@ static void every_pair_has_its_figures_and_finer_is_never_worse(void **state)
     assert_true(pairs >= 12 && rows % pairs == 0 && events > 100);
     assert_string_equal(before, "all");
     assert_true(bytes[0] > 0 && bytes[0] < 0.9 * bytes[1]); /* bounds stand for a while, and are not told anew */
-    assert_true(error < 1e-12);                           /* of the exact run */
+    assert_true(error < 1e-12);                             /* of the exact run */
     assert_non_null(line);
     assert_non_null(strstr(line, "{\"event\":\"recommendation\",\"use\":\""));
     assert_true(number(line, "ticks") == SESSION.ticks && number(line, "measured") > 100);
