@@ -25,6 +25,8 @@ static wire_message interest_message(
             .threshold_m = def->threshold_m,
             .range_m = def->range_m,
             .tolerance_m = def->tolerance_m,
+            .relative_tolerance = def->relative_tolerance,
+            .accuracy = (uint8_t)def->accuracy,
             .horizon_s = def->horizon_s,
             .rate_hz = def->rate_hz}};
 }

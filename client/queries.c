@@ -73,6 +73,7 @@ static void fill_hit(collided_hit *hit, const wire_answer *a, uint32_t i, char *
     if (a->orientations.count) memcpy(hit->orientation, a->orientations.at + 4 * (size_t)i, sizeof hit->orientation);
     hit->age_s = a->ages_ns.at[i] < 0 ? -1.0 : (double)a->ages_ns.at[i] * 1e-9;
     hit->stale = a->stale.at[i] != 0;
+    if (a->achieved.count) hit->achieved = (collided_achieved)a->achieved.at[i];
 }
 
 /* The hits and the names that they point to are one block. */

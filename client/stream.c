@@ -49,6 +49,7 @@ static void fill_event(collided_event *e, const wire_event_batch *b, uint32_t i)
         .age_a_s = age_s(b->ages_a_ns.at[i]),
         .age_b_s = age_s(b->ages_b_ns.at[i]),
         .closing_m_s = b->closings.at[i],
+        .achieved = (collided_achieved)b->achieved.at[i],
         .point_count = b->manifold_counts.at[i]};
     memcpy(e->axis, b->axes.at + 3 * (size_t)i, sizeof e->axis);
     memcpy(e->point_a, b->points_a.at + 3 * (size_t)i, sizeof e->point_a);
@@ -125,6 +126,7 @@ static void deliver(collided *c, interest_record *i, const wire_message *const *
         .stamp_ns = b->stamp_ns,
         .latest_pose_ns = b->latest_pose_ns,
         .step = b->step,
+        .undone = b->undone,
         .snapshot = b->snapshot,
         .closing = b->closing,
         .lost = i->lost,

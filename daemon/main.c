@@ -4,6 +4,7 @@
 #include "service/server.h"
 #include "service/signals.h"
 #include "service/start.h"
+#include "trade/trade.h"
 #include "wire/wire.h"
 
 #include <stdio.h>
@@ -51,7 +52,8 @@ int main(int argc, char **argv)
     bool all_links = start_choose_links(&c, no_lcm, sizeof no_lcm);
     status = start_check(&c, why, sizeof why);
     if (status != EX_OK) return fail(status, why);
-    log_setup(level_of(c.log), c.journal);
+    log_setup(c.trade ? LOG_ERROR : level_of(c.log), c.journal);
+    if (c.trade) return trade_run(&c);
     if (!all_links) log_notice("links = auto: without LCM: %s", no_lcm);
     signals_block();
     server *s = server_create(&c, why, sizeof why);

@@ -25,11 +25,13 @@ typedef struct ctl_options { /* options.c tells what they mean */
     collided_pose pose;
     const char *select_a, *select_b;
     unsigned facts;
-    double deadline_s, range_m, tolerance_m, rate_hz, length_m, horizon_s, span_s;
+    const char *accuracy; /* "boxes", "tolerance", "verdict" */
+    double deadline_s, range_m, tolerance_m, relative_tolerance, rate_hz, length_m, horizon_s, span_s;
     double linear[3], angular[3]; /* m/s and rad/s, world axes */
     bool has_linear, has_angular, teleport;
     double workers;
     const char *interface, *peer, *system_root; /* NULL = none */
+    const char *out;
     bool list;
 } ctl_options;
 

@@ -18,7 +18,7 @@ static const option table[] = {
     {"--interface", "NAME", TEXT, AT(interface), 0, 0, "",
         "network interface of the daemon, by name or address; default: this machine only"},
     {"--help", NULL, FLAG, AT(help), 0, 0, "", "this text, or that of the verb"},
-    {"--json", NULL, FLAG, AT(json), 0, 0, "status watch query replay doctor",
+    {"--json", NULL, FLAG, AT(json), 0, 0, "status watch query replay trade doctor",
         "JSON, one object a line; numbers that are not finite are null"},
     {"--wait", "S", NUMBER, AT(wait_s), 0, 86400, "status", "wait so long until it is ready; default 0"},
     {"--srdf", "FILE", TEXT, AT(srdf), 0, 0, "load", "states and disabled pairs of the URDF's robot"},
@@ -39,9 +39,15 @@ static const option table[] = {
     {"--horizon", "S", NUMBER, AT(horizon_s), 0.001, 86400, "watch",
         "what is foretold, so far ahead of the newest pose of a pair; default 1"},
     {"--range", "M", NUMBER, AT(range_m), 0, 1e6, "watch", "distances below this are told; default 0.1"},
-    {"--tolerance", "M", NUMBER, AT(tolerance_m), 0, 1, "watch query", "width of the intervals; default 1e-6"},
+    {"--accuracy", "WHAT", TEXT, AT(accuracy), 0, 0, "watch",
+        "how far a pair is looked into: boxes (cheap bounds), tolerance (default), verdict (touch or not, proven)"},
+    {"--tolerance", "M", NUMBER, AT(tolerance_m), 0, 1, "watch query",
+        "width of the intervals; 0 = as narrow as arithmetic gives; default 1e-6, of watch as --relative says"},
+    {"--relative", "SHARE", NUMBER, AT(relative_tolerance), 1e-15, 1, "watch",
+        "the same as a share of the size of the two shapes; default 1e-6"},
     {"--rate", "HZ", NUMBER, AT(rate_hz), 0, 100000, "watch", "updates at most so often; default 0 = each tick"},
-    {"--seconds", "N", NUMBER, AT(seconds), 0.001, 1e9, "watch record", "end after so long; default: at SIGINT"},
+    {"--seconds", "N", NUMBER, AT(seconds), 0.001, 1e9, "watch record trade",
+        "end after so long; default: at SIGINT; of trade without a file, 10"},
     {"--length", "M", NUMBER, AT(length_m), 0, 1e9, "query",
         "of the ray or the cast, or how far to look for the nearest; default 1000"},
     {"--linear", "X,Y,Z", LINEAR, 0, 0, 0, "query move", "velocity, m/s: of a sweep, or to be published with the pose"},
@@ -52,7 +58,9 @@ static const option table[] = {
     {"--peer", "ADDRESS", TEXT, AT(peer), 0, 0, "doctor", "another host that should be heard: is it, and if not, why"},
     {"--list", NULL, FLAG, AT(list), 0, 0, "doctor", "list the checks and run none"},
     {"--system-root", "DIR", TEXT, AT(system_root), 0, 0, "doctor", "read DIR/proc instead of /proc, for tests"},
-    {"--workers", "N", COUNT, AT(workers), 1, 64, "replay", "threads of the narrow phase"},
+    {"--out", "PREFIX", TEXT, AT(out), 0, 0, "trade",
+        "files of the picture: PREFIX.svg, PREFIX.png, PREFIX.tsv and PREFIX.gnuplot; default trade"},
+    {"--workers", "N", COUNT, AT(workers), 1, 64, "replay trade", "threads of the narrow phase; of trade, default 1"},
 };
 enum { OPTIONS = sizeof table / sizeof *table };
 
@@ -64,7 +72,10 @@ static const option_exit exits[] = {
     {EX_DATAERR, "refused data: a damaged file, or what the daemon did not take"},
     {EX_NOINPUT, "no such file"},
     {EX_UNAVAILABLE, "no daemon is heard, or doctor found a problem"},
-    {EX_SOFTWARE, "a replay differs from its recording; replay ends as collided does, with its other statuses, too"},
+    {EX_SOFTWARE, "a replay differs from its recording, or a trade found a bound that excludes the truth; both end as "
+                  "collided does, "
+                  "with its other statuses, too"},
+    {EX_OSERR, "no process can be started for a trade"},
     {EX_OSFILE, "a library is missing"},
     {EX_CANTCREAT, "a file cannot be created"},
     {EX_IOERR, "output cannot be written"},
@@ -240,10 +251,13 @@ static void set_defaults(ctl_options *o)
         .select_b = "*",
         .facts = COLLIDED_TOUCH,
         .range_m = 0.1,
-        .tolerance_m = 1e-6,
+        .accuracy = "tolerance",
+        .tolerance_m = -1, /* not given */
+        .relative_tolerance = 1e-6,
         .length_m = 1000,
         .horizon_s = 1,
         .span_s = 1,
+        .out = "trade",
         .pose = {{0, 0, 0}, {1, 0, 0, 0}}};
 }
 

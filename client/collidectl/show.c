@@ -33,3 +33,30 @@ void show_age(double age_s, char *out, size_t size)
     else
         snprintf(out, size, "%.1f s", age_s);
 }
+
+/* Of a unit: three digits of what is above are at least 1. */
+static const double ROUNDS_UP = 0.9995;
+
+void show_length(double m, char *out, size_t size)
+{
+    static const struct {
+        double unit;
+        const char *name;
+    } units[] = {{1, "m"}, {1e-3, "mm"}, {1e-6, "um"}, {1e-9, "nm"}};
+    for (int i = 0; i < 4; i++) {
+        if (!(m >= ROUNDS_UP * units[i].unit)) continue;
+        snprintf(out, size, "%.3g %s", m / units[i].unit, units[i].name);
+        return;
+    }
+    snprintf(out, size, m > 0 ? "%.1g m" : "0", m);
+}
+
+void show_span(double s, char *out, size_t size)
+{
+    if (s < ROUNDS_UP * 1e-6)
+        snprintf(out, size, "%.0f ns", 1e9 * s);
+    else if (s < ROUNDS_UP * 1e-3)
+        snprintf(out, size, "%.3g us", 1e6 * s);
+    else
+        snprintf(out, size, "%.3g ms", 1e3 * s);
+}

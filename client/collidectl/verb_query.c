@@ -19,6 +19,11 @@ typedef struct query_kind {
     void (*print)(const collided_hit *h);
 } query_kind;
 
+static double tolerance_m(const ctl_options *o)
+{
+    return o->tolerance_m < 0 ? 1e-6 : o->tolerance_m;
+}
+
 /* Arguments are checked before the connection is made, so that bad usage does not need a daemon. */
 static int connected(ctl *c)
 {
@@ -45,7 +50,7 @@ static int ask_distance(ctl *c, char **a, collided_result *out)
     int status = connected(c);
     if (status) return status;
     return ctl_check(c,
-        collided_query_distance(c->client, a[0], a[1], c->options.tolerance_m, c->options.timeout_s, out),
+        collided_query_distance(c->client, a[0], a[1], tolerance_m(&c->options), c->options.timeout_s, out),
         "query distance");
 }
 
@@ -95,7 +100,7 @@ static int ask_sweep(ctl *c, char **a, collided_result *out)
     int status = connected(c);
     if (status) return status;
     return ctl_check(c,
-        collided_query_sweep(c->client, a[0], o->linear, o->angular, o->span_s, o->tolerance_m, o->timeout_s, out),
+        collided_query_sweep(c->client, a[0], o->linear, o->angular, o->span_s, tolerance_m(o), o->timeout_s, out),
         "query sweep");
 }
 

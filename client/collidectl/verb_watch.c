@@ -28,6 +28,15 @@ static const char *kind_name(collided_event_kind kind)
     return kind >= COLLIDED_BEGIN && kind <= COLLIDED_EVENT_AVERTED ? kinds[kind] : "?";
 }
 
+static const char *achieved_name(collided_achieved achieved)
+{
+    static const char *const names[] = {[COLLIDED_CERTAIN] = "certain",
+        [COLLIDED_WITHIN] = "within_tolerance",
+        [COLLIDED_WIDE] = "wide",
+        [COLLIDED_STOPPED] = "stopped_by_budget"};
+    return achieved <= COLLIDED_STOPPED ? names[achieved] : "?";
+}
+
 /* ---- JSON ---- */
 
 static void open_line(json *j, const char *event, const collided_batch *b)
@@ -41,6 +50,7 @@ static void open_line(json *j, const char *event, const collided_batch *b)
     json_integer(j, "stamp_ns", b->stamp_ns);
     json_integer(j, "latest_pose_ns", b->latest_pose_ns);
     json_integer(j, "step", b->step);
+    json_integer(j, "undone", b->undone);
 }
 
 static void close_line(json *j)
@@ -87,6 +97,7 @@ static void json_event(json *j, const collided_batch *b, const collided_event *e
     json_number(j, "age_a_s", e->age_a_s);
     json_number(j, "age_b_s", e->age_b_s);
     json_number(j, "closing_m_s", e->closing_m_s);
+    json_text(j, "achieved", achieved_name(e->achieved));
     if (e->impact) json_impact(j, e->impact);
     json_open(j, "points", '[');
     for (size_t i = 0; i < e->point_count; i++) {
@@ -153,8 +164,9 @@ static void text_event(const char *when, const collided_event *e)
     show_age(fmax(e->age_a_s, e->age_b_s), age, sizeof age);
     bool measured = e->impact || e->kind == COLLIDED_BEGIN || e->kind == COLLIDED_UPDATE || e->kind == COLLIDED_NEAR ||
                     e->kind == COLLIDED_KNOWN;
-    printf("%s %-8s %-24s %-24s %26s  age %-7s %s\n", when, kind_name(e->kind), e->name_a, e->name_b,
-        measured ? interval : "", age, e->cause);
+    bool doubtful = measured && e->achieved != COLLIDED_CERTAIN;
+    printf("%s %-8s %-24s %-24s %26s  age %-7s %s%s%s\n", when, kind_name(e->kind), e->name_a, e->name_b,
+        measured ? interval : "", age, e->cause, doubtful ? ", " : "", doubtful ? achieved_name(e->achieved) : "");
     if (e->impact) text_impact(e);
     for (size_t i = 0; i < e->point_count; i++)
         printf("%12s %-8s point %" PRId64 " at %.6f %.6f %.6f, %.3f mm\n", "", "", e->points[i].feature,
@@ -168,6 +180,7 @@ static void text_batch(const collided_batch *b)
     if (b->lost > 0) printf("%s lost     %" PRId64 " batches; the whole state follows\n", when, b->lost);
     if (b->snapshot) printf("%s snapshot %zu pairs: the whole current state\n", when, b->event_count);
     for (size_t i = 0; i < b->event_count; i++) text_event(when, &b->events[i]);
+    if (b->undone > 0) printf("%s budget   %" PRId64 " pairs left for the next tick\n", when, b->undone);
     if (b->closing) printf("%s closing  the stream ends\n", when);
 }
 
@@ -181,6 +194,19 @@ static void on_events(void *context, const collided_batch *batch)
     fflush(stdout);
 }
 
+static const char *const accuracies[] = {
+    [COLLIDED_BY_TOLERANCE] = "tolerance", [COLLIDED_BY_BOXES] = "boxes", [COLLIDED_BY_VERDICT] = "verdict"};
+
+static bool take_accuracy(const char *word, collided_accuracy *out)
+{
+    for (int i = COLLIDED_BY_TOLERANCE; i <= COLLIDED_BY_VERDICT; i++) {
+        if (strcmp(word, accuracies[i]) != 0) continue;
+        *out = (collided_accuracy)i;
+        return true;
+    }
+    return false;
+}
+
 int verb_watch(ctl *c)
 {
     const ctl_options *o = &c->options;
@@ -192,7 +218,10 @@ int verb_watch(ctl *c)
     def.select_a = o->select_a;
     def.select_b = o->select_b;
     def.range_m = o->facts & COLLIDED_DISTANCE ? o->range_m : 0;
-    def.tolerance_m = o->tolerance_m;
+    if (!take_accuracy(o->accuracy, &def.accuracy))
+        return ctl_fail(EX_USAGE, "--accuracy '%s': must be boxes, tolerance or verdict", o->accuracy);
+    def.relative_tolerance = o->tolerance_m < 0 ? o->relative_tolerance : 0;
+    def.tolerance_m = fmax(o->tolerance_m, 0);
     def.horizon_s = o->facts & COLLIDED_FORETELL ? o->horizon_s : 0;
     def.rate_hz = o->rate_hz;
     def.callback = on_events;

@@ -40,6 +40,29 @@ const ctl_verb ctl_verbs[] = {
         "The daemon chooses the folder.\n"},
     {"replay", "FILE", 1, 1, verb_replay, "Runs a recording through a daemon of its own, without network",
         "Runs 'collided --replay', found beside collidectl or in PATH.\n"},
+    {"trade", "[FILE]", 0, 1, verb_trade, "Tells what accuracy costs in a recorded session, and which to use",
+        "The recording is replayed at each accuracy side by side, by 'collided --replay FILE --trade'. Without FILE\n"
+        "the daemon records itself first, for --seconds, in its record_dir. Prints, per pair of shape types and\n"
+        "accuracy (bounds by boxes, which stand for a while and have no manifold; or the width of an interval,\n"
+        "as a share of the pair's size; or exact, as narrow as arithmetic gives):\n"
+        "\n"
+        "  time    of one answer from nothing, by one thread, the least of three: mean and 99th percentile\n"
+        "  error   how far the farther end of an interval can be from the truth, at worst and in the mean, of\n"
+        "          the answers within what somebody asked; the truth is the narrowest interval,\n"
+        "          which of overlapping meshes may be wide\n"
+        "  missed  what the exact run told (contact, nearness, impact, contact to come) and this one did not,\n"
+        "          within two ticks of it; bounds never exclude the truth, so that it is 0\n"
+        "  false   what this run told without the exact one telling it within two ticks\n"
+        "  kB/s    of the batches of events, in LCM's encoding, if somebody reads every stream; 'bodies'\n"
+        "          is what was told of whole ones\n"
+        "  tick    deciding and telling, the least of three replays: mean without the slowest 1 %, and 99th\n"
+        "          percentile\n"
+        "\n"
+        "Recommended is, of the accuracies that tell the same events as exact, the finest that costs at most a\n"
+        "tenth more per tick than the cheapest; interests ask for it by relative_tolerance, watch by --relative,\n"
+        "and bounds by boxes by their accuracy. A budget of the recorded daemon is not kept. The picture shows\n"
+        "time against error; what no other accuracy beats in both is joined by a line (the Pareto front). It\n"
+        "needs gnuplot (package gnuplot-nox).\n"},
     {"doctor", "", 0, 0, verb_doctor, "Finds out what is wrong, and names the command that mends it",
         "One line a check: ok, problem or cannot tell, and what was seen; under a problem, the command\n"
         "that mends it, to be run as root where it is the system's. 'ssh HOST COMMAND' is for that host;\n"

@@ -1,5 +1,5 @@
 /* link_replay: reads a recording tick by tick. One thread, the tick thread; whatever the daemon publishes meanwhile is
- * its own result, which link_replay_tick's hash is compared with, and goes nowhere. */
+ * its own result, which link_replay_tick's hash is compared with, and goes to the listener alone. */
 #include "link_replay.h"
 
 #include "wake.h"
@@ -16,6 +16,8 @@ typedef struct link_replay {
     replay_state state;
     wire_log_tick tick;
     char why[256]; /* what is wrong with the log; "" = nothing */
+    link_replay_listener listener;
+    void *listener_context;
     metric *messages_in, *skipped, *unfinished;
 } link_replay;
 
@@ -91,8 +93,14 @@ bool link_replay_tick(struct link *head, wire_log_tick *out, char *why, size_t w
 
 static void replay_publish(struct link *head, const wire_message *m)
 {
-    (void)head;
-    (void)m;
+    link_replay *l = self_of(head);
+    if (l->listener) l->listener(l->listener_context, m);
+}
+
+void link_replay_listen(struct link *head, link_replay_listener listener, void *context)
+{
+    self_of(head)->listener = listener;
+    self_of(head)->listener_context = context;
 }
 
 static void replay_flush(struct link *head)

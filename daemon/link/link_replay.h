@@ -2,7 +2,7 @@
  *
  * "replay:///path/to/file.lcmlog". link_receive hands over the commands of exactly one recorded tick; link_replay_tick
  * then tells that tick's number, clock and hash, so that the service runs it as it ran live. What it publishes goes
- * nowhere. */
+ * to link_replay_listen's listener, if there is one. */
 #ifndef COLLIDED_LINK_REPLAY_H
 #define COLLIDED_LINK_REPLAY_H
 
@@ -14,5 +14,9 @@ extern const link_ops link_replay_ops;
 /* After link_receive: true and the tick that ended, or false: the log has ended (or is damaged: then `why` is not "").
  */
 bool link_replay_tick(struct link *l, wire_log_tick *out, char *why, size_t why_size);
+
+/* Who hears what the daemon publishes; nobody at first. */
+typedef void (*link_replay_listener)(void *context, const wire_message *m);
+void link_replay_listen(struct link *l, link_replay_listener listener, void *context);
 
 #endif

@@ -1,6 +1,7 @@
 /* certificate: proofs that need no search: separation along one axis, and how far a pair can have moved. Pure; any
  * thread. */
 #include "closed.h"
+#include "finish.h"
 #include "order.h"
 #include "scalar.h"
 
@@ -33,6 +34,25 @@ double narrow_separation(
     unit_pair p;
     unit_pair_init(&p, a, b, b_in_a);
     return unit_pair_separation(&p, axis, hint_a, hint_b);
+}
+
+/* The cores are no farther from each other than their two support points, and no translation shorter than the sum of
+ * the radii less that distance parts the rounded shapes: a distance changes by at most what one moves. */
+void narrow_bounds(const shape *a, const shape *b, const pose *b_in_a, vec3 axis, narrow_result *result)
+{
+    unit_pair p;
+    unit_pair_init(&p, a, b, b_in_a);
+    minkowski m = unit_pair_nearest_along(&p, axis);
+    span s = {.lo = vec_dot(axis, m.w),
+        .hi = vec_norm(m.w),
+        .axis = axis,
+        .point_a = m.a,
+        .point_b = m.b,
+        .method = NARROW_BY_CLOSED_FORM};
+    finish(&p, &s, result);
+    result->status = NARROW_WIDE;
+    double deviation = a->deviation + b->deviation;
+    if (deviation > 0) result->hi = (max_of(result->hi, 0) + deviation) * (1 + 4 * UNIT_ROUNDOFF);
 }
 
 /* From the point of the box of half extents `half` that is nearest to `p`, to `p`. */

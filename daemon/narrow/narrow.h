@@ -112,6 +112,10 @@ void narrow_query_world(const shape *a, pose pose_a, const shape *b, pose pose_b
 double narrow_separation(
     const shape *a, const shape *b, const pose *b_in_a, vec3 axis, uint32_t *hint_a, uint32_t *hint_b);
 
+/* Bounds without a search: `lo` as narrow_separation along that axis, `hi` from the support points there, which are the
+ * points told. The status is NARROW_WIDE, the method NARROW_BY_CLOSED_FORM. Never with a half-space. */
+void narrow_bounds(const shape *a, const shape *b, const pose *b_in_a, vec3 axis, narrow_result *result);
+
 /* An axis along which they are likely to be apart, from their frames and half extents alone: the line from the point of
  * A's extents nearest to B's origin, or the same seen from B, whichever is longer. Unit, in A's frame; zero = no idea.
  */

@@ -47,14 +47,22 @@ static const char *name_of(const service *s, uint32_t body)
     return name ? name : "";
 }
 
-static void send_hits(reply *r, const world_hits *hits, uint32_t n, bool with_orientations)
+/* What is said of a hit is that it is apart, or not. Hits without a measure have no width. */
+static uint8_t achieved(const world_hit *h, double tolerance)
 {
+    if (tolerance > 0 && !(h->hi - h->lo <= tolerance)) return WIRE_WIDE;
+    return h->lo > 0 || h->hi <= 0 ? WIRE_CERTAIN : WIRE_WITHIN;
+}
+
+static void send_hits(reply *r, const world_hits *hits, uint32_t n, const wire_query *asked)
+{
+    bool with_orientations = asked->kind == WIRE_QUERY_BODIES;
     wire_answer *a = &r->answer;
     const char **names = base_alloc(2 * (size_t)n + 1, sizeof *names);
     double *numbers = base_alloc(15 * (size_t)n + 1, sizeof *numbers);
     double *lo = numbers, *hi = lo + n, *axes = hi + n, *pa = axes + 3 * n, *pb = pa + 3 * n, *q = pb + 3 * n;
     int64_t *ages = base_alloc((size_t)n + 1, sizeof *ages);
-    uint8_t *stale = base_alloc((size_t)n + 1, 1);
+    uint8_t *stale = base_alloc(2 * (size_t)n + 1, 1), *got = stale + n;
     for (uint32_t i = 0; i < n; i++) {
         const world_hit *h = &hits->at[i];
         names[i] = name_of(r->s, h->body_a);
@@ -70,6 +78,7 @@ static void send_hits(reply *r, const world_hits *hits, uint32_t n, bool with_or
         }
         ages[i] = h->age_ns;
         stale[i] = h->stale;
+        got[i] = h->stale ? WIRE_WIDE : achieved(h, asked->tolerance_m);
     }
     a->names_a = (wire_strings){n, names};
     a->names_b = (wire_strings){n, names + n};
@@ -81,6 +90,7 @@ static void send_hits(reply *r, const world_hits *hits, uint32_t n, bool with_or
     a->orientations = (wire_f64s){with_orientations ? 4 * n : 0, q};
     a->ages_ns = (wire_i64s){n, ages};
     a->stale = (wire_u8s){n, stale};
+    a->achieved = (wire_u8s){n, got};
     send(r);
     free(names);
     free(numbers);
@@ -96,7 +106,7 @@ static void answer_hits(reply *r, world_hits *hits, const wire_query *q)
         r->answer.status = WIRE_ANSWER_TRUNCATED;
         snprintf(r->text, sizeof r->text, "%zu hits, %u of them told", hits->count, n);
     }
-    send_hits(r, hits, n, q->kind == WIRE_QUERY_BODIES);
+    send_hits(r, hits, n, q);
     array_free(hits);
 }
 

@@ -326,8 +326,11 @@ static wire_reason put_interest(service *s, session *c, const wire_interest *m, 
         .threshold = m->threshold_m,
         .range = m->range_m,
         .tolerance = m->tolerance_m,
+        .relative_tolerance = m->relative_tolerance,
+        .accuracy = (world_accuracy)m->accuracy,
         .horizon = m->horizon_s,
         .period_ns = m->rate_hz > 0 ? llround(fmin(1e9 / m->rate_hz, LONGEST_PERIOD_NS)) : 0};
+    if (s->amend_interest) s->amend_interest(s->amend_context, &def);
     uint32_t id = is_new ? WORLD_NONE : i->world_id;
     if (stream_taken(s, c, m, id, why)) return why->reason; /* before anything has changed */
     world_put_interest(s->world, &id, &def);

@@ -51,6 +51,11 @@ static const config_option OPTIONS[] = {
         "ticks a second; 0: a tick whenever something came",
         "By default a tick runs as soon as something has come, and none when nothing has. A fixed rate is for "
         "systems that want the load to be even."},
+    {"budget_us", CONFIG_NUMBER, FIELD(budget_us), 0, 10000000, NULL, "0", "us",
+        "time that a tick may take; 0: as long as it needs",
+        "All pairs are bounded first; then those that matter most are refined, until the time is used. What is left "
+        "keeps an interval that is wider than asked but holds, is told as stopped by the budget, counted (undone), and "
+        "goes first in the next tick, which follows at once. Searches for impacts are not cut short."},
     {"status_period", CONFIG_NUMBER, FIELD(status_period), 0.05, 60, NULL, "1", "s", "how often Status is published",
         "Status carries health, limits that were reached and all counters; collidectl status shows it."},
     {"lease", CONFIG_NUMBER, FIELD(lease), 0.05, 3600, NULL, "2", "s",
@@ -78,6 +83,10 @@ static const config_option OPTIONS[] = {
     {"replay", CONFIG_TEXT, FIELD(replay), 0, 0, NULL, "", "",
         "run a recording instead of live links, compare its hashes, and end",
         "No link is opened. The exit status is 0 if every tick is equal to the recording."},
+    {"trade", CONFIG_YES, FIELD(trade), 0, 0, NULL, "no", "",
+        "replay at every accuracy side by side, and print what each costs and how far off it is",
+        "For collidectl trade, which makes a table, a picture and a recommendation of what this prints. Needs replay; "
+        "the recorded interests are asked in each accuracy instead of their own. One worker if workers is 0."},
     {"json", CONFIG_YES, FIELD(json), 0, 0, NULL, "no", "", "print the result of a replay as a JSON object",
         "Only of use with replay."},
     {"metrics_port", CONFIG_WHOLE, FIELD(metrics_port), 0, 65535, NULL, "0", "TCP port",
@@ -306,7 +315,8 @@ int config_arguments(config *c, int argc, char **argv, const char **asked, char 
 static const config_exit EXITS[] = {
     {EX_OK, "EX_OK", "ended in order, by SIGTERM or SIGINT, or a replay that is equal to its recording"},
     {EX_USAGE, "EX_USAGE", "unknown option, or a value out of its range, on the command line"},
-    {EX_DATAERR, "EX_DATAERR", "the recording to replay is damaged, or no recording"},
+    {EX_DATAERR, "EX_DATAERR",
+        "the recording to replay is damaged, or no recording, or a trade finds nothing in it to compare"},
     {EX_NOINPUT, "EX_NOINPUT", "the configuration file or the recording to replay cannot be read"},
     {EX_NOHOST, "EX_NOHOST", "the network interface is not on this machine"},
     {EX_UNAVAILABLE, "EX_UNAVAILABLE", "DDS or LCM does not start: no route, no interface, a port is taken"},
@@ -314,8 +324,9 @@ static const config_exit EXITS[] = {
     {EX_OSERR, "EX_OSERR", "a limit of the system is too small"},
     {EX_OSFILE, "EX_OSFILE", "a library or the LCM gateway is missing"},
     {EX_CANTCREAT, "EX_CANTCREAT", "the recording or its folder is not there, not to be written, or exists already"},
+    {EX_IOERR, "EX_IOERR", "the result of a trade cannot be written"},
     {EX_NOPERM, "EX_NOPERM", "this user may not write the recording"},
-    {EX_CONFIG, "EX_CONFIG", "the configuration file is broken, or the links are"},
+    {EX_CONFIG, "EX_CONFIG", "the configuration file is broken, or the links are, or a trade has nothing to replay"},
 };
 
 const config_exit *config_exits(size_t *count)

@@ -22,8 +22,8 @@ typedef struct config {
     char engine[16];
     char broad[16];
     long workers, metrics_port;
-    bool caches, json, journal;
-    double margin, rate, status_period, lease;
+    bool caches, json, journal, trade;
+    double margin, rate, budget_us, status_period, lease;
     long max_clients, max_bodies, max_shapes, max_interests, max_geometries;
 } config;
 

@@ -29,6 +29,7 @@ void health_register(service *s)
     s->count.events_out = metrics_add(m, "events_out", "events published");
     s->count.answers = metrics_add(m, "answers", "queries answered");
     s->count.acks = metrics_add(m, "acks", "messages acknowledged");
+    s->count.budget_over = metrics_add(m, "budget_over", "ticks that took more than 1.2 times budget_us");
     s->count.record_failures = metrics_add(m, "record_failures", "records that the disk refused");
     s->count.busy_ns = metrics_add(m, "busy_ns", "nanoseconds spent in ticks");
     s->count.tick_ns = metrics_add(m, "last_tick_ns", "nanoseconds of the last tick");
@@ -92,10 +93,32 @@ static void add_world(const service *s, sheet *t)
     add(t, "impacts", f.impacts);
     add(t, "foretold", f.foretold);
     add(t, "undecided_sweeps", f.undecided);
+    add(t, "work", f.work);
+    add(t, "undone", f.undone);
+    add(t, "unbounded", f.unbounded);
+    add(t, "undone_ticks", f.undone_ticks);
     for (int r = 0; r < RUNG_COUNT; r++) {
         snprintf(rungs[r], sizeof rungs[r], "pairs_by_%s", world_rung_name((world_rung)r));
         add(t, rungs[r], f.rungs[r]);
     }
+}
+
+/* What each subscriber costs: units of work a tick, since the last Status. */
+static void add_work(service *s, sheet *t)
+{
+    enum { NAMED_MAX = 64 };
+    static char names[NAMED_MAX][WIRE_NAME_MAX + 16];
+    size_t named = 0;
+    int64_t ticks = s->tick > s->status_tick ? s->tick - s->status_tick : 1;
+    for (uint32_t i = 0; i < s->streams.count; i++) {
+        stream *to = &s->streams.at[i];
+        uint64_t work = world_interest_work(s->world, i), since = work > to->work ? work - to->work : 0;
+        to->work = work;
+        if (!to->live || named == NAMED_MAX) continue;
+        snprintf(names[named], sizeof names[0], "work_of_%s", to->name);
+        add(t, names[named++], since / (uint64_t)ticks);
+    }
+    s->status_tick = s->tick;
 }
 
 /* Whose lease ran out and whose bodies stay. Those who left in order are not missed. */
@@ -150,6 +173,7 @@ void health_publish(service *s)
     t.count = 0;
     add_world(s, &t);
     add_lost(s, &t);
+    add_work(s, &t);
     size_t registered = t.count; /* from here on */
     for (size_t i = 0; i < metrics_count(s->metrics); i++)
         add(&t, metrics_at(s->metrics, i)->name, metric_get(metrics_at(s->metrics, i)));

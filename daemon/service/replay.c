@@ -12,12 +12,18 @@ typedef struct progress {
     uint64_t recorded_hash;
 } progress;
 
-static void run_tick(service *s, const wire_log_tick *t, progress *p)
+bool replay_take(service *s, const link_sink *sink, wire_log_tick *t, char *why, size_t why_size)
 {
+    s->links[0]->ops->receive(s->links[0], sink);
+    if (!link_replay_tick(s->links[0], t, why, why_size)) return false;
     s->tick = t->tick;
     s->now_ns = t->now_ns;
     s->monotonic_ns = t->monotonic_ns;
-    service_tick(s); /* what it publishes goes to nobody */
+    return true;
+}
+
+static void count_tick(const service *s, const wire_log_tick *t, progress *p)
+{
     p->ticks++;
     p->recorded_hash = (uint64_t)t->events_hash;
     if (p->recorded_hash != s->events_hash && !p->first_different) p->first_different = t->tick;
@@ -43,14 +49,13 @@ static void report(const service *s, const progress *p)
 
 int replay_run(service *s, const link_sink *sink)
 {
-    struct link *from = s->links[0];
     progress p = {0};
     wire_log_tick t;
     char why[256] = "";
-    for (;;) {
-        from->ops->receive(from, sink);
-        if (!link_replay_tick(from, &t, why, sizeof why)) break;
-        run_tick(s, &t, &p);
+    while (replay_take(s, sink, &t, why, sizeof why)) {
+        service_replay_budget(s, t.budgeted, (uint64_t)t.work);
+        service_tick(s); /* what it publishes goes to nobody */
+        count_tick(s, &t, &p);
     }
     if (p.ticks || !*why) report(s, &p);
     if (*why) {

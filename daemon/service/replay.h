@@ -9,4 +9,8 @@
  * 0, EX_SOFTWARE if a hash differs, EX_DATAERR if the file is damaged. */
 int replay_run(service *s, const link_sink *sink);
 
+/* The commands and the clock of one recorded tick, for service_tick; no budget. False: the log has ended (or is
+ * damaged: then `why` is not ""). */
+bool replay_take(service *s, const link_sink *sink, wire_log_tick *t, char *why, size_t why_size);
+
 #endif

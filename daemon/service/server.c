@@ -161,6 +161,7 @@ server *server_create(const config *c, char *why, size_t why_size)
     options.caches = c->caches;
     options.margin = c->margin;
     s->world = world_create(&options);
+    service_set_budget(s);
     if (c->metrics_port && !s->replaying) s->exporter = exporter_start((uint16_t)c->metrics_port, why, why_size);
     bool exports = s->exporter || !c->metrics_port || s->replaying;
     /* The recording comes last: what fails before leaves no file. Nothing is taken from the links yet. */
@@ -197,13 +198,19 @@ void server_destroy(server *v)
 
 /* ---- the loop ---- */
 
+static const double OVER = 1.2; /* times its budget: a tick that takes longer is counted */
+
 static void tick(service *s)
 {
     int64_t began = clock_monotonic_ns(), newest = s->latest_pose_ns;
     uint64_t told = metric_get(s->count.events_out);
     s->tick++;
+    pace_begin(&s->pace, began);
     service_tick(s);
-    int64_t took = clock_monotonic_ns() - began;
+    int64_t ended = clock_monotonic_ns(), took = ended - began;
+    pace_end(&s->pace, ended, world_get_figures(s->world).work);
+    if (s->config.budget_us > 0 && (double)took > OVER * 1e3 * s->config.budget_us)
+        metric_count(s->count.budget_over, 1);
     if (newest != s->measured_pose_ns && metric_get(s->count.events_out) != told)
         histogram_add(&s->measures.latency, 1e-9 * (double)(clock_wall_ns() - newest));
     s->measured_pose_ns = newest;
@@ -240,6 +247,8 @@ static int wait_ms(const server *v)
     int64_t now = clock_monotonic_ns(), next = earlier(v->next_status_ns, session_next_lease_ns(s));
     if (s->config.rate > 0)
         next = earlier(next, v->next_tick_ns);
+    else if (world_changed(s->world))
+        return 0; /* a budget has left something */
     else if (world_next_due_ns(s->world) != INT64_MAX)
         next = earlier(next, now + world_next_due_ns(s->world) - clock_wall_ns());
     next = earlier(next, v->manager.next_ns);
@@ -336,6 +345,16 @@ int server_run(server *v)
     }
     end_in_order(v);
     return EX_OK;
+}
+
+service *server_service(server *v)
+{
+    return &v->s;
+}
+
+link_sink server_sink(server *v)
+{
+    return sink_of(&v->s);
 }
 
 void server_stop(server *v)

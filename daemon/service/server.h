@@ -3,6 +3,7 @@
 #define COLLIDED_SERVICE_SERVER_H
 
 #include "config.h"
+#include "link/link.h"
 
 typedef struct server server;
 
@@ -16,5 +17,9 @@ int server_run(server *s);
 void server_stop(server *s);
 
 void server_destroy(server *s);
+
+/* For who runs a replay's ticks one by one (replay.h) instead of server_run. */
+struct service *server_service(server *s);
+struct link_sink server_sink(server *s);
 
 #endif

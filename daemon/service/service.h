@@ -10,6 +10,7 @@
 
 #include "base/array.h"
 #include "base/metrics.h"
+#include "base/pace.h"
 #include "base/pair_map.h"
 #include "config.h"
 #include "exporter.h"
@@ -74,6 +75,7 @@ typedef struct stream {
     bool each_tick;     /* its updates are not held back: it answers the steps of its client, too */
     int64_t batch;      /* of the last batch sent ... */
     int64_t batch_tick; /* ... and the tick of that */
+    uint64_t work;      /* units of the world's, told in Status so far */
 } stream;
 
 /* ---- geometries ---- */
@@ -122,7 +124,7 @@ typedef struct counters { /* metrics that the service itself counts */
     metric *messages_in[WIRE_KIND_COUNT];
     metric *rejects[WIRE_REASON_COUNT];
     metric *clients_lost, *duplicates, *ticks_empty, *batches_out, *events_out, *late_poses;
-    metric *record_failures, *answers, *acks, *tick_ns, *busy_ns;
+    metric *budget_over, *record_failures, *answers, *acks, *tick_ns, *busy_ns;
 } counters;
 
 typedef struct measures { /* for the page that Prometheus reads */
@@ -147,6 +149,10 @@ typedef struct service {
     int64_t measured_pose_ns;     /* ... and before the last tick */
     step_mark latest_step;        /* of all clients */
     uint64_t events_hash;
+    pace pace;              /* of a budget */
+    uint64_t recorded_work; /* of this tick, in a replay ... */
+    bool recorded_budget;   /* ... of one with a budget */
+    int64_t status_tick;    /* of the last Status */
     bool replaying, stopping;
     broad_kind told_broad; /* what the log says last; BROAD_AUTO: nothing yet */
     uint8_t health;
@@ -166,6 +172,9 @@ typedef struct service {
     int64_t limit_ns;      /* when the last of them was, monotonic */
     bool hull_came;        /* since waiting commands were last tried */
     bool geometries_loose; /* some may have nobody who wants them any more */
+    /* What a measurement asks instead of what the clients ask; NULL: nothing. */
+    void (*amend_interest)(const void *context, world_interest *def);
+    const void *amend_context;
 } service;
 
 /* session.c */
@@ -226,7 +235,9 @@ void stream_free_all(service *s);
 void answer_query(service *s, struct link *from, const wire_query *q);
 
 /* tick.c */
-void service_tick(service *s);       /* of number s->tick, at s->now_ns */
+void service_set_budget(service *s);                                  /* of the configuration */
+void service_replay_budget(service *s, bool budgeted, uint64_t work); /* of the tick that is replayed next */
+void service_tick(service *s);                                        /* of number s->tick, at s->now_ns */
 void service_tell_broad(service *s); /* logs the broad phase that stands, if the log says another one */
 
 /* health.c */

@@ -118,5 +118,9 @@ int start_check(const config *c, char *why, size_t why_size)
     if (status == EX_OK && *c->record_dir)
         status = check_folder("record_dir", c->record_dir, c->record_dir, why, why_size);
     if (status != EX_OK) return status;
+    if (c->trade && !*c->replay) {
+        snprintf(why, why_size, "trade = yes: what is compared is a recording: name one by replay");
+        return EX_CONFIG;
+    }
     return *c->replay ? check_replay(c->replay, why, why_size) : check_links(c, why, why_size);
 }

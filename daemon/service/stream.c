@@ -106,7 +106,7 @@ typedef struct part {
     int64_t manifold_features[MANIFOLD_POINTS_MAX * EVENTS_A_PART];
     double closings[EVENTS_A_PART], impact_times[2 * EVENTS_A_PART], impact_poses[14 * EVENTS_A_PART];
     int64_t impact_starts[EVENTS_A_PART];
-    uint8_t impact_estimated[EVENTS_A_PART];
+    uint8_t impact_estimated[EVENTS_A_PART], achieved[EVENTS_A_PART];
 } part;
 
 static void put_vec(double *at, vec3 v)
@@ -166,6 +166,7 @@ static void fill(part *p, const world_event *events, uint32_t n, wire_event_batc
         p->manifold_counts[i] = (uint8_t)e->manifold.count;
         points = put_manifold(p, points, &e->manifold);
         p->closings[i] = e->closing;
+        p->achieved[i] = e->achieved;
         impacts = put_impact(p, impacts, e);
     }
     m->kinds = (wire_u8s){n, p->kinds};
@@ -187,6 +188,7 @@ static void fill(part *p, const world_event *events, uint32_t n, wire_event_batc
     m->manifold_distances = (wire_f64s){points, p->manifold_distances};
     m->manifold_features = (wire_i64s){points, p->manifold_features};
     m->closings = (wire_f64s){n, p->closings};
+    m->achieved = (wire_u8s){n, p->achieved};
     m->impact_times = (wire_f64s){2 * impacts, p->impact_times};
     m->impact_starts_ns = (wire_i64s){impacts, p->impact_starts};
     m->impact_poses = (wire_f64s){14 * impacts, p->impact_poses};
@@ -231,6 +233,7 @@ static void publish(service *s, stream *to, const world_batch *b)
                 .stamp_ns = s->now_ns,
                 .latest_pose_ns = s->latest_pose_ns,
                 .step = step_for(s, to),
+                .undone = (int64_t)b->undone,
                 .snapshot = b->snapshot,
                 .closing = b->closing,
                 .part = i,

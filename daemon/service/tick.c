@@ -1,4 +1,5 @@
 /* tick: one tick of the service: the same for live links and for a replay. Tick thread. */
+#include "base/clock.h"
 #include "base/log.h"
 #include "service.h"
 
@@ -11,6 +12,37 @@ void service_tell_broad(service *s)
     world_tell_broad(s->world, text);
     log_notice("broad phase: %s", text);
 }
+
+/* ---- the budget ---- */
+
+static uint64_t grant_by_clock(void *context, uint64_t done)
+{
+    service *s = context;
+    return pace_grant(&s->pace, clock_monotonic_ns(), done);
+}
+
+static uint64_t grant_as_recorded(void *context, uint64_t done)
+{
+    const service *s = context;
+    (void)done;
+    return s->recorded_work;
+}
+
+void service_set_budget(service *s)
+{
+    if (!(s->config.budget_us > 0) || s->replaying) return;
+    pace_init(&s->pace, (int64_t)(1e3 * s->config.budget_us));
+    world_set_budget(s->world, grant_by_clock, s);
+}
+
+void service_replay_budget(service *s, bool budgeted, uint64_t work)
+{
+    if (budgeted != s->recorded_budget) world_set_budget(s->world, budgeted ? grant_as_recorded : NULL, s);
+    s->recorded_budget = budgeted;
+    s->recorded_work = work;
+}
+
+/* ---- the tick ---- */
 
 /* Queries wait in the inbox like commands, and are answered from the world as the tick leaves it. */
 void service_tick(service *s)

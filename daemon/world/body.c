@@ -453,10 +453,12 @@ void body_settle_dirty(world *w)
         if (b->ghost || !b->used) continue;
         if (b->posed) expiry_set(w, (uint32_t)w->dirty.at[i]);
         b->posed = false;
+        bounds_travel(w, b);
         for (size_t k = 0; k < b->shape_count; k++) {
             solid *s = &w->solids.at[b->shapes[k]];
             s->world = pose_mul(b->pose, s->local);
-            aabb box = body_swept_bounds(w, b, s, shape_bounds(&s->shape, s->world));
+            s->box = shape_bounds(&s->shape, s->world);
+            aabb box = body_swept_bounds(w, b, s, s->box);
             broad_put(w->broad, &(broad_move){.proxy = b->shapes[k],
                                     .fixed = b->fixed,
                                     .box = aabb_grow(box, b->widen),

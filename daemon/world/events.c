@@ -24,6 +24,7 @@ static uint64_t hash_event(uint64_t h, uint32_t interest, const world_event *e)
     h = mix(h, &interest, sizeof interest);
     h = mix(h, &e->kind, sizeof e->kind);
     h = mix(h, &e->cause, sizeof e->cause);
+    h = mix(h, &e->achieved, sizeof e->achieved);
     h = mix(h, &e->contact, sizeof e->contact);
     h = mix(h, e->name_a, strlen(e->name_a));
     h = mix(h, e->name_b, strlen(e->name_b));
@@ -55,6 +56,7 @@ static void emit(world *w, uint32_t id, const world_event *e, uint8_t kind, uint
     if (kind == EVENT_UNKNOWN) {
         mine->lo = -INFINITY;
         mine->hi = INFINITY;
+        mine->achieved = WORLD_WIDE;
     }
     if (cause == CAUSE_SNAPSHOT) return;
     w->hash = hash_event(w->hash, id, mine);
@@ -281,17 +283,27 @@ static terms terms_of(const world *w, const body *a, const body *b)
     return (terms){pair_terms_of_paired(a, b), ruled ? CAUSE_FILTER : CAUSE_MOTION};
 }
 
-static void tell(world *w, uint32_t pair_id, const narrow_result *r, uint32_t interest_id, const terms *t)
+static uint8_t achieved(const narrow_result *r, const outcome *o, double limit)
 {
+    if (o->left) return WORLD_STOPPED;
+    if (r->status == NARROW_WIDE) return WORLD_WIDE;
+    return r->lo > limit || r->hi <= limit ? WORLD_CERTAIN : WORLD_WITHIN;
+}
+
+static void tell(world *w, uint32_t pair_id, const outcome *o, uint32_t interest_id, const terms *t)
+{
+    const narrow_result *r = &w->results.at[o->result];
     const pair *p = &w->pairs.at[pair_id];
     const interest *i = &w->interests.at[interest_id];
-    bool touches = i->facts & (WORLD_TOUCH | WORLD_MANIFOLD) && r->lo <= i->threshold + t->distances.padding;
-    bool near = i->facts & WORLD_DISTANCE && r->lo <= i->range + t->distances.margin;
+    double threshold = i->threshold + t->distances.padding, range = i->range + t->distances.margin;
+    bool touches = i->facts & (WORLD_TOUCH | WORLD_MANIFOLD) && r->lo <= threshold;
+    bool near = i->facts & WORLD_DISTANCE && r->lo <= range;
     uint32_t id = find_watch(w, p, interest_id);
     if (id == WORLD_NONE && !touches && !near) return;
     if (id == WORLD_NONE) id = add_watch(w, pair_id, interest_id);
     world_event *last = &w->watches.at[id].last;
     fill(w, p, r, interest_id, t->distances.looks, last);
+    last->achieved = achieved(r, o, touches || !(i->facts & WORLD_DISTANCE) ? threshold : range);
     if (!(i->facts & WORLD_MANIFOLD) || !touches) last->manifold.count = 0;
     transit(w, id, touches, near, t->cause);
 }
@@ -306,8 +318,7 @@ void events_of_active(world *w)
         terms t = terms_of(w, a, b);
         for (size_t word = 0; word < w->words; word++)
             for (uint64_t bits = interest_word(a, b, word); bits; bits &= bits - 1)
-                tell(w, id, &w->results.at[w->outcomes.at[k].result],
-                    (uint32_t)(word * 64) + (uint32_t)__builtin_ctzll(bits), &t);
+                tell(w, id, &w->outcomes.at[k], (uint32_t)(word * 64) + (uint32_t)__builtin_ctzll(bits), &t);
     }
 }
 
@@ -330,6 +341,9 @@ static void fill_sweep(const world *w, const sweep *s, world_event *e)
         .point_b = r->point_b,
         .age_a_ns = body_age_ns(w, x),
         .age_b_ns = body_age_ns(w, y),
+        .achieved = r->status == TOI_HIT    ? WORLD_CERTAIN
+                    : r->status == TOI_NEAR ? WORLD_WITHIN
+                                            : WORLD_WIDE,
         .impact = {r->lo, r->hi, s->start_ns, r->body_a, r->body_b, s->estimated},
         .closing = r->closing};
     if (is_turned(x, y, s->interest, pair_terms_of_paired(x, y).looks)) turn_round(e);
@@ -364,7 +378,10 @@ static void make_known(world *w, const sweep *s, uint32_t id)
     uint32_t result = w->outcomes.at[s->active].result;
     if ((v->touch_id || v->near_id) && result != WORLD_NONE) {
         const body *a = &w->bodies.at[w->solids.at[p->a].body], *b = &w->bodies.at[w->solids.at[p->b].body];
+        const interest *i = &w->interests.at[v->interest];
         fill(w, p, &w->results.at[result], v->interest, pair_terms_of_paired(a, b).looks, &v->last);
+        v->last.achieved =
+            achieved(&w->results.at[result], &w->outcomes.at[s->active], v->touch_id ? i->threshold : i->range);
     } else if (s->result.status != TOI_FREE) {
         fill_sweep(w, s, &v->foretold);
     }
@@ -416,6 +433,7 @@ static void emit_whole_body(world *w, uint32_t body_id, uint32_t interest, uint8
         .name_b = "*",
         .shape_a = -1,
         .shape_b = -1,
+        .achieved = WORLD_WIDE,
         .lo = -INFINITY,
         .hi = INFINITY,
         .age_a_ns = body_age_ns(w, b),
@@ -624,15 +642,21 @@ void events_collect(world *w, world_batches *out)
     w->batches.count = 0;
     for (uint32_t id = 0; id < w->interests.count; id++) {
         interest *i = &w->interests.at[id];
-        if (!i->used || !(i->events.count || i->snapshot || i->closing)) continue;
+        bool more_or_less = i->undone != i->told; /* left undone than was told last */
+        if (!i->used || !(i->events.count || i->snapshot || i->closing || more_or_less)) continue;
         bool told = i->snapshot && !i->closing;
         size_t news = told ? i->snapshot_first : i->events.count;
-        if (news || i->closing)
-            array_push(&w->batches,
-                ((world_batch){.interest = id, .closing = i->closing, .events = i->events.at, .count = news}));
+        i->told = i->undone;
+        if (news || i->closing || more_or_less)
+            array_push(&w->batches, ((world_batch){.interest = id,
+                                        .closing = i->closing,
+                                        .undone = i->undone,
+                                        .events = i->events.at,
+                                        .count = news}));
         if (told)
             array_push(&w->batches, ((world_batch){.interest = id,
                                         .snapshot = true,
+                                        .undone = i->undone,
                                         .events = i->events.at ? i->events.at + news : NULL,
                                         .count = i->events.count - news}));
         i->snapshot = false;

@@ -102,8 +102,8 @@ static void add(world *w, uint32_t active, uint32_t id, bool foretells)
     const sweep *last = w->sweeps.count ? &w->sweeps.at[w->sweeps.count - 1] : NULL;
     if (last && last->active == active && last->foretells == foretells) {
         const interest *i = &w->interests.at[id], *j = &w->interests.at[last->interest];
-        s.again =
-            i->threshold == j->threshold && i->tolerance == j->tolerance && (!foretells || i->horizon == j->horizon);
+        s.again = i->threshold == j->threshold && i->tolerance == j->tolerance &&
+                  i->relative_tolerance == j->relative_tolerance && (!foretells || i->horizon == j->horizon);
     }
     array_push(&w->sweeps, s);
 }
@@ -281,7 +281,7 @@ static void search(const world *w, sweep *s, void *scratch)
     double drift = s->foretells ? drift_of(a, s, wander_a, span) + drift_of(b, s, wander_b, span) : 0;
     toi_request request = {.span = span,
         .threshold = i->threshold + pair_terms_of_paired(a, b).padding + drift,
-        .tolerance = fmax(fmax(i->tolerance, FINEST_SEARCH * size), 1e-300),
+        .tolerance = fmax(fmax(interest_tolerance(i, size), FINEST_SEARCH * size), 1e-300),
         .wander = wander_a + wander_b};
     if (can_turn(&ma.motion, span) && can_turn(&mb.motion, span))
         find(w, s, p, &ma, &mb, &request, scratch);

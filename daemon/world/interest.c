@@ -18,22 +18,38 @@ static bool get_bit(const uint64_t *words, uint32_t bit)
 
 /* The boxes of both bodies of a pair are widened by half of what is asked of it, so that together they never miss it;
  * what a rule adds is carried by the body whose rule it is, alone. */
-static double half_range(const interest *i)
+static double half_range(const interest *i, double reach)
 {
-    double most = 0;
+    double most = 0, share = i->tolerance > 0 ? 0 : i->relative_tolerance * reach;
     if (i->facts & WORLD_DISTANCE) most = fmax(most, i->range);
     if (i->facts & (WORLD_TOUCH | WORLD_MANIFOLD | WORLD_IMPACT | WORLD_FORETELL)) most = fmax(most, i->threshold);
-    return 0.5 * (most + i->tolerance);
+    return 0.5 * (most + i->tolerance) + share;
+}
+
+double interest_tolerance(const interest *i, double size)
+{
+    return i->tolerance > 0 ? i->tolerance : i->relative_tolerance * size;
+}
+
+static double most_reach(const world *w, const body *b)
+{
+    double most = 0;
+    for (size_t i = 0; i < b->shape_count; i++) {
+        double reach = w->solids.at[b->shapes[i]].reach;
+        if (isfinite(reach)) most = fmax(most, reach);
+    }
+    return most;
 }
 
 static void widen_body(world *w, body *b)
 {
+    double reach = most_reach(w, b);
     b->widen = b->horizon = 0;
     b->impacts = false;
     for (uint32_t i = 0; i < w->interests.count; i++) {
         const interest *x = &w->interests.at[i];
         if (!x->used || !(get_bit(b->match_a, i) || get_bit(b->match_b, i))) continue;
-        b->widen = fmax(b->widen, half_range(x) + b->rule_reach);
+        b->widen = fmax(b->widen, half_range(x, reach) + b->rule_reach);
         b->impacts |= (x->facts & WORLD_IMPACT) != 0;
         if (x->facts & WORLD_FORETELL) b->horizon = fmax(b->horizon, x->horizon);
     }
@@ -95,7 +111,8 @@ static void grow(world *w, size_t interests)
 static bool same_interest(const interest *i, const world_interest *def)
 {
     return i->facts == def->facts && i->threshold == def->threshold && i->range == def->range &&
-           i->tolerance == def->tolerance && i->horizon == def->horizon && i->period_ns == def->period_ns &&
+           i->tolerance == def->tolerance && i->relative_tolerance == def->relative_tolerance &&
+           i->accuracy == def->accuracy && i->horizon == def->horizon && i->period_ns == def->period_ns &&
            strcmp(i->select_a, def->select_a) == 0 && strcmp(i->select_b, def->select_b) == 0;
 }
 
@@ -132,6 +149,8 @@ world_status world_put_interest(world *w, uint32_t *id, const world_interest *de
     i->threshold = def->threshold;
     i->range = def->range;
     i->tolerance = def->tolerance;
+    i->relative_tolerance = def->relative_tolerance;
+    i->accuracy = def->accuracy;
     i->horizon = def->horizon;
     i->period_ns = def->period_ns;
     i->changed = true;
@@ -148,6 +167,8 @@ world_status world_get_interest(const world *w, uint32_t id, world_interest *out
         .threshold = i->threshold,
         .range = i->range,
         .tolerance = i->tolerance,
+        .relative_tolerance = i->relative_tolerance,
+        .accuracy = i->accuracy,
         .horizon = i->horizon,
         .period_ns = i->period_ns};
     return WORLD_OK;
@@ -162,6 +183,11 @@ world_status world_remove_interest(world *w, uint32_t id, uint8_t cause)
     return WORLD_OK;
 }
 
+uint64_t world_interest_work(const world *w, uint32_t id)
+{
+    return id < w->interests.count && w->interests.at[id].used ? w->interests.at[id].work : 0;
+}
+
 void world_want_snapshot(world *w, uint32_t id)
 {
     if (id >= w->interests.count || !w->interests.at[id].used) return;
@@ -172,15 +198,20 @@ void world_want_snapshot(world *w, uint32_t id)
 /* What was told under the old terms ends; every body that either terms concern is looked at again. */
 void interest_settle_changes(world *w)
 {
-    w->sweepers = 0;
+    w->sweepers = w->askers = 0;
+    w->bounds_asked = false;
     for (size_t id = 0; id < w->interests.count; id++) {
         const interest *i = &w->interests.at[id];
+        bool asks = i->used && !i->closing && (i->facts & (WORLD_TOUCH | WORLD_DISTANCE | WORLD_MANIFOLD));
+        if (asks && !w->askers++) w->first_asker = (uint32_t)id;
+        w->bounds_asked |= asks && i->accuracy == WORLD_BY_BOXES;
         w->sweepers += i->used && !i->closing && (i->facts & (WORLD_IMPACT | WORLD_FORETELL));
     }
     for (uint32_t id = 0; id < w->interests.count; id++) {
         interest *i = &w->interests.at[id];
         if (!i->used || !i->changed) continue;
         i->changed = false;
+        w->epoch++;
         events_close(w, id, i->closing ? i->closing_cause : (uint8_t)CAUSE_INTEREST);
         for (uint32_t k = 0; k < w->bodies.count; k++) {
             body *b = &w->bodies.at[k];

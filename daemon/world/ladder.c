@@ -3,7 +3,11 @@
  *
  * The cheap rungs may only say "beyond all that anybody asked, proven, and by more than the width of any answer": then
  * a full query would say so too, and no event depends on which one it was. A pair of which somebody has been told
- * something is always asked in full, and from nothing: the cache never enters an answer. */
+ * something is always asked in full, and from nothing: the cache never enters an answer.
+ *
+ * Where bounds are all that is asked (bounds.c), bounds are all that is found. With a budget every pair that the cheap
+ * rungs leave open gets bounds that hold first, and is refined then in the order of need, as far as units of work are
+ * granted (work.c). */
 #include "state.h"
 
 #include <stdlib.h>
@@ -13,26 +17,54 @@ static const double WIDEST_ANSWER = 1e-6;
 
 enum { PAIRS_A_CHUNK = 32 };
 
-demand ladder_demand(const world *w, const body *a, const body *b)
+/* A verdict asked for beside something else: to this share of the pair's size. */
+static const double TOLERANCE_OF_VERDICTS = 1e-6;
+
+/* Bounds asked for beside something else. */
+static const double TOLERANCE_OF_BOXES = 0.5;
+
+enum { NOW = WORLD_TOUCH | WORLD_DISTANCE | WORLD_MANIFOLD }; /* facts about how a pair stands */
+
+static double tolerance_of(const interest *i, double size)
 {
-    pair_terms terms = pair_terms_of_paired(a, b);
+    if (i->accuracy == WORLD_BY_TOLERANCE) return interest_tolerance(i, size);
+    return (i->accuracy == WORLD_BY_BOXES ? TOLERANCE_OF_BOXES : TOLERANCE_OF_VERDICTS) * size;
+}
+
+static void add_demand(demand *d, const interest *i, const pair_terms *terms, double size)
+{
+    narrow_request *r = &d->request;
+    double threshold = i->threshold + terms->padding, range = i->range + terms->margin;
+    bool touch = i->facts & (WORLD_TOUCH | WORLD_MANIFOLD), other = touch && r->facts && threshold != r->threshold;
+    d->coarse &= i->accuracy == WORLD_BY_BOXES;
+    d->verdict_only &= i->accuracy == WORLD_BY_VERDICT && !other;
+    r->tolerance = fmin(r->tolerance, tolerance_of(i, size));
+    if (i->facts & WORLD_DISTANCE) {
+        r->facts |= NARROW_DISTANCE;
+        r->range = fmax(r->range, range);
+        d->limit = fmax(d->limit, range);
+    }
+    if (touch) {
+        r->facts |= NARROW_VERDICT;
+        r->threshold = fmax(r->threshold, threshold);
+        d->limit = fmax(d->limit, threshold);
+    }
+    if (i->facts & WORLD_MANIFOLD) r->facts |= NARROW_MANIFOLD;
+}
+
+demand ladder_demand(const world *w, const solid *a, const solid *b)
+{
+    const body *x = &w->bodies.at[a->body], *y = &w->bodies.at[b->body];
+    pair_terms terms = pair_terms_of_paired(x, y);
+    double size = pair_size(a, b);
     demand d = {.request = {.tolerance = INFINITY, .range = 0, .threshold = -INFINITY, .engine = w->options.engine},
-        .limit = -INFINITY};
+        .limit = -INFINITY,
+        .coarse = true,
+        .verdict_only = true};
     for (size_t word = 0; word < w->words; word++) {
-        for (uint64_t bits = interest_word(a, b, word); bits; bits &= bits - 1) {
+        for (uint64_t bits = interest_word(x, y, word); bits; bits &= bits - 1) {
             const interest *i = &w->interests.at[word * 64 + (size_t)__builtin_ctzll(bits)];
-            d.request.tolerance = fmin(d.request.tolerance, i->tolerance);
-            if (i->facts & WORLD_DISTANCE) {
-                d.request.facts |= NARROW_DISTANCE;
-                d.request.range = fmax(d.request.range, i->range + terms.margin);
-                d.limit = fmax(d.limit, i->range + terms.margin);
-            }
-            if (i->facts & (WORLD_TOUCH | WORLD_MANIFOLD)) {
-                d.request.facts |= NARROW_VERDICT;
-                d.request.threshold = fmax(d.request.threshold, i->threshold + terms.padding);
-                d.limit = fmax(d.limit, i->threshold + terms.padding);
-            }
-            if (i->facts & WORLD_MANIFOLD) d.request.facts |= NARROW_MANIFOLD;
+            if (i->facts & NOW) add_demand(&d, i, &terms, size);
         }
     }
     if (!isfinite(d.request.threshold)) d.request.threshold = 0;
@@ -40,14 +72,16 @@ demand ladder_demand(const world *w, const body *a, const body *b)
     return d;
 }
 
-static double pair_size(const solid *a, const solid *b)
-{
-    return (isfinite(a->reach) ? a->reach : 0) + (isfinite(b->reach) ? b->reach : 0);
-}
-
 static bool is_axis(vec3 v)
 {
     return v.x != 0 || v.y != 0 || v.z != 0;
+}
+
+/* Does the ladder build on what earlier ticks found? With a budget always: what was left undone is part of the state.
+ */
+static bool remembers(const world *w)
+{
+    return w->options.caches || w->grant;
 }
 
 /* Rung 3: one support query a shape. */
@@ -67,13 +101,45 @@ static bool settle_cheaply(const world *w, pair *p, const pose *b_in_a, double l
 {
     const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
     narrow_cache *c = &p->cache;
-    if (!w->options.caches || pair_is_told(w, p)) return false;
+    if (!remembers(w) || pair_is_told(w, p)) return false;
     out->rung = RUNG_MOTION_BOUND;
+    out->cost = WORK_A_MOTION_BOUND;
     if (is_axis(c->axis) && c->lower - narrow_motion_bound(&c->b_in_a, b_in_a, b->reach) > limit) return true;
+    if (w->grant) return false; /* what looks at shapes is granted: bounds_find looks along the same axes */
     out->rung = RUNG_CACHED_AXIS;
+    out->cost = WORK_AN_AXIS;
     if (is_axis(c->axis) && settle_along(a, b, c, c->axis, b_in_a, limit)) return true;
     vec3 guess = narrow_guess_axis(&a->shape, &b->shape, b_in_a);
     return is_axis(guess) && settle_along(a, b, c, guess, b_in_a, limit);
+}
+
+static void settle(outcome *out, world_rung rung, uint32_t cost)
+{
+    *out = (outcome){.rung = (uint8_t)rung, .settled = true, .cost = cost, .result = WORLD_NONE};
+}
+
+/* Where bounds are all that is asked, those that stand are enough; otherwise they say where a budget begins. */
+static void look(const world *w, uint32_t k)
+{
+    pair *p = &w->pairs.at[w->active_pairs.at[k]];
+    const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
+    outcome *out = &w->outcomes.at[k];
+    out->stands = (w->bounds_asked || w->grant) && bounds_stand(w, p);
+    if (out->stands && p->standing.enough) { /* and nobody asks for more since */
+        settle(out, RUNG_STANDING, WORK_A_MOTION_BOUND);
+        return;
+    }
+    demand d = ladder_demand(w, a, b);
+    if (!(d.limit > -INFINITY)) {
+        settle(out, RUNG_UNASKED, 0);
+        return;
+    }
+    pose b_in_a = solid_relative(w, a, b);
+    double slack = d.request.tolerance + WIDEST_ANSWER * pair_size(a, b);
+    out->coarse = d.coarse;
+    if (!d.coarse && !out->stands) out->settled = settle_cheaply(w, p, &b_in_a, d.limit + slack, out);
+    out->floor = out->stands && p->standing.floor;
+    if (out->stands) out->rung = RUNG_STANDING, out->cost = WORK_A_MOTION_BOUND;
 }
 
 static void decide_cheaply(void *context, size_t begin, size_t end, unsigned worker)
@@ -82,22 +148,12 @@ static void decide_cheaply(void *context, size_t begin, size_t end, unsigned wor
     world *w = context;
     for (size_t k = begin; k < end; k++) {
         pair *p = &w->pairs.at[w->active_pairs.at[k]];
-        const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
-        const body *x = &w->bodies.at[a->body], *y = &w->bodies.at[b->body];
-        outcome *out = &w->outcomes.at[k];
-        *out = (outcome){.result = WORLD_NONE};
-        if (x->stale || y->stale) {
-            *out = (outcome){.rung = RUNG_UNKNOWN, .settled = true, .result = WORLD_NONE};
-            continue;
-        }
-        demand d = ladder_demand(w, x, y);
-        if (!(d.limit > -INFINITY)) {
-            *out = (outcome){.rung = RUNG_UNASKED, .settled = true, .result = WORLD_NONE};
-            continue;
-        }
-        pose b_in_a = solid_relative(w, a, b);
-        double slack = d.request.tolerance + WIDEST_ANSWER * pair_size(a, b);
-        out->settled = settle_cheaply(w, p, &b_in_a, d.limit + slack, out);
+        bool stale = w->bodies.at[w->solids.at[p->a].body].stale || w->bodies.at[w->solids.at[p->b].body].stale;
+        w->outcomes.at[k] = (outcome){.rung = RUNG_UNKNOWN, .settled = stale, .result = WORLD_NONE};
+        if (stale)
+            p->standing.epoch = 0;
+        else
+            look(w, (uint32_t)k);
     }
 }
 
@@ -112,7 +168,7 @@ static const uint8_t RUNG_OF_METHOD[NARROW_METHOD_COUNT] = {
 
 /* A pair of which nobody has been told anything, and nobody asked the distance, needs only the verdict as long as it is
  * apart. Whatever is told has an interval as narrow as was asked; the verdict is decided alike in both. */
-static uint32_t ask(const world *w, const pair *p, const demand *d, void *scratch, narrow_result *r)
+uint32_t ladder_ask(const world *w, const pair *p, const demand *d, void *scratch, narrow_result *r)
 {
     const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
     pose b_in_a = solid_relative(w, a, b);
@@ -120,10 +176,10 @@ static uint32_t ask(const world *w, const pair *p, const demand *d, void *scratc
     narrow_cache cold = {.lower = 0};
     bool told = pair_is_told(w, p);
     uint32_t asked = 0;
-    if (!told && !(request.facts & NARROW_DISTANCE)) {
+    if (d->verdict_only || (!told && !(request.facts & NARROW_DISTANCE))) {
         request.facts = NARROW_VERDICT;
         narrow_query(&a->shape, &b->shape, &b_in_a, &request, &cold, scratch, r);
-        if (r->lo > request.threshold) return 1;
+        if (d->verdict_only || r->lo > request.threshold) return 1;
         request.facts = d->request.facts;
         told = true;
         asked = 1;
@@ -134,23 +190,229 @@ static uint32_t ask(const world *w, const pair *p, const demand *d, void *scratc
     return asked + 1;
 }
 
+static void keep(pair *p, const pose *b_in_a, const narrow_result *r)
+{
+    p->cache.axis = r->axis;
+    p->cache.b_in_a = *b_in_a;
+    p->cache.lower = r->lo;
+    p->near_a = r->point_a;
+    p->near_b = pose_point(pose_relative(*b_in_a, POSE_IDENTITY), r->point_b);
+    p->refined = true;
+    p->standing.epoch = 0;
+    p->waited = 0;
+}
+
+static void refine(world *w, uint32_t k, narrow_result *r, void *scratch)
+{
+    outcome *out = &w->outcomes.at[k];
+    pair *p = &w->pairs.at[w->active_pairs.at[k]];
+    const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
+    demand d = ladder_demand(w, a, b);
+    pose b_in_a = solid_relative(w, a, b);
+    out->asked = (uint8_t)ladder_ask(w, p, &d, scratch, r);
+    out->cost = work_of(a, b, &d, r->lo);
+    out->rung = RUNG_OF_METHOD[r->method];
+    out->left = false;
+    keep(p, &b_in_a, r);
+}
+
 static void decide_fully(void *context, size_t begin, size_t end, unsigned worker)
 {
     world *w = context;
-    for (size_t k = begin; k < end; k++) {
-        outcome *out = &w->outcomes.at[w->open.at[k]];
-        pair *p = &w->pairs.at[w->active_pairs.at[w->open.at[k]]];
-        const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
-        demand d = ladder_demand(w, &w->bodies.at[a->body], &w->bodies.at[b->body]);
-        narrow_result *r = &w->results.at[k];
-        out->asked = (uint8_t)ask(w, p, &d, w->scratch[worker], r);
-        p->cache.axis = r->axis;
-        p->cache.b_in_a = solid_relative(w, a, b);
-        p->cache.lower = r->lo;
-        out->rung = RUNG_OF_METHOD[r->method];
-        out->result = (uint32_t)k;
+    for (size_t n = begin; n < end; n++) {
+        uint32_t k = w->open.at[n];
+        w->outcomes.at[k].result = (uint32_t)n;
+        refine(w, k, &w->results.at[n], w->scratch[worker]);
     }
 }
+
+/* ---- bounds ---- */
+
+/* Where they are all that is asked, they are as narrow as asked. */
+static void decide_by_bounds(void *context, size_t begin, size_t end, unsigned worker)
+{
+    world *w = context;
+    for (size_t n = begin; n < end; n++) {
+        uint32_t k = w->open.at[n];
+        pair *p = &w->pairs.at[w->active_pairs.at[k]];
+        const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
+        outcome *out = &w->outcomes.at[k];
+        narrow_result *r = &w->results.at[n];
+        if (n >= w->bounded && out->floor) { /* still */
+            out->left = true;
+            continue;
+        }
+        demand d = ladder_demand(w, a, b);
+        pose b_in_a = solid_relative(w, a, b);
+        if (n < w->bounded)
+            bounds_find(w, p, &b_in_a, d.limit, !out->coarse && remembers(w), w->scratch[worker], r);
+        else
+            bounds_floor(w, p, &b_in_a, r);
+        r->status = out->coarse && n < w->bounded ? NARROW_CERTAIN : NARROW_WIDE;
+        out->rung = RUNG_BOUNDS;
+        out->cost = work_of_bounds(a, b);
+        out->result = (uint32_t)n;
+        out->left = n >= w->bounded;
+        p->standing.enough = r->lo > d.limit || (out->coarse && !out->left);
+        out->left &= !p->standing.enough;
+    }
+}
+
+/* ---- without a budget ---- */
+
+/* Open pairs: first those of which bounds are asked, then all others. */
+static void open_all(world *w, bool coarse)
+{
+    for (size_t i = 0; i < w->active_pairs.count; i++) {
+        const outcome *o = &w->outcomes.at[i];
+        if (!o->settled && o->coarse == coarse) array_push(&w->open, (uint32_t)i);
+    }
+}
+
+typedef struct part {
+    world *w;
+    size_t from;
+    workers_function *decide;
+} part;
+
+static void decide_part(void *context, size_t begin, size_t end, unsigned worker)
+{
+    const part *of = context;
+    of->decide(of->w, of->from + begin, of->from + end, worker);
+}
+
+/* The open pairs [from, to). */
+static void decide_open(world *w, size_t from, size_t to, workers_function *decide)
+{
+    part of = {w, from, decide};
+    workers_run(w->workers, to - from, PAIRS_A_CHUNK, decide_part, &of);
+}
+
+static void decide_all(world *w)
+{
+    open_all(w, true);
+    w->bounds = w->bounded = w->open.count;
+    open_all(w, false);
+    array_reserve(&w->results, w->open.count);
+    decide_open(w, 0, w->bounds, decide_by_bounds);
+    decide_open(w, w->bounds, w->open.count, decide_fully);
+}
+
+/* ---- with a budget ---- */
+
+/* Those without bounds that stand, beginning where the last tick that could not bound all ended. */
+static void open_unbounded(world *w)
+{
+    size_t count = w->active_pairs.count, first = 0;
+    while (first < count && w->active.at[first] < w->next_bound) first++;
+    for (size_t n = 0; n < count; n++) {
+        size_t k = (first + n) % count;
+        if (!w->outcomes.at[k].settled && (!w->outcomes.at[k].stands || w->outcomes.at[k].floor))
+            array_push(&w->open, (uint32_t)k);
+    }
+}
+
+/* How many of the open pairs from `from` on can be bounded with what is granted; adds their work to *done. */
+static size_t count_possible(const world *w, size_t from, uint64_t granted, uint64_t *done)
+{
+    for (; from < w->open.count; from++) {
+        const pair *p = &w->pairs.at[w->active_pairs.at[w->open.at[from]]];
+        uint64_t work = work_of_bounds(&w->solids.at[p->a], &w->solids.at[p->b]);
+        if (*done + work > granted) break;
+        *done += work;
+    }
+    return from;
+}
+
+/* Returns the units done, and *granted of them in all. Those for which it does not suffice are told what balls prove.
+ */
+static uint64_t bound_what_is_granted(world *w, uint64_t *granted)
+{
+    uint64_t done = 0;
+    open_unbounded(w);
+    size_t count = w->bounds = w->open.count;
+    array_reserve(&w->results, count);
+    *granted = w->grant(w->grant_context, 0);
+    for (;;) {
+        size_t from = w->bounded;
+        w->bounded = count_possible(w, from, *granted, &done);
+        decide_open(w, from, w->bounded, decide_by_bounds);
+        if (w->bounded == count) break;
+        uint64_t more = w->grant(w->grant_context, done);
+        if (more <= *granted) break;
+        *granted = more;
+    }
+    decide_open(w, w->bounded, count, decide_by_bounds);
+    w->next_bound = w->bounded < count ? w->active.at[w->open.at[w->bounded]] : 0;
+    w->figures.unbounded = count - w->bounded;
+    return done;
+}
+
+static void leave(world *w, uint32_t k)
+{
+    pair *p = &w->pairs.at[w->active_pairs.at[k]];
+    w->outcomes.at[k].left = true;
+    if (p->waited < UINT8_MAX) p->waited++;
+    array_push(&w->unfinished, w->active_pairs.at[k]);
+}
+
+/* Bounds beyond the limit need no refinement. */
+static void settle_by_bounds(world *w)
+{
+    for (size_t n = 0; n < w->bounds; n++) {
+        outcome *o = &w->outcomes.at[w->open.at[n]];
+        const pair *p = &w->pairs.at[w->active_pairs.at[w->open.at[n]]];
+        if (o->coarse && o->left) leave(w, w->open.at[n]);
+        demand d = ladder_demand(w, &w->solids.at[p->a], &w->solids.at[p->b]);
+        if (o->result != WORLD_NONE && w->results.at[n].lo > d.limit) {
+            o->settled = true;
+            if (!pair_is_told(w, p)) o->result = WORLD_NONE;
+        }
+    }
+}
+
+static uint32_t expected_work(const world *w, uint32_t k)
+{
+    const pair *p = &w->pairs.at[w->active_pairs.at[k]];
+    const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
+    demand d = ladder_demand(w, a, b);
+    return work_of(a, b, &d, p->standing.lo);
+}
+
+/* Refines the neediest, as far as is granted; returns how many. */
+static size_t refine_what_is_granted(world *w, uint64_t granted, uint64_t *done)
+{
+    for (size_t next = 0;;) {
+        size_t from = w->open.count;
+        for (; next < w->needs.count; next++) {
+            uint32_t k = (uint32_t)w->needs.at[next], work = expected_work(w, k);
+            if (*done + work > granted) break;
+            *done += work;
+            array_push(&w->open, k);
+        }
+        array_reserve(&w->results, w->open.count);
+        decide_open(w, from, w->open.count, decide_fully);
+        if (next == w->needs.count) return next;
+        uint64_t more = w->grant(w->grant_context, *done);
+        if (more <= granted) return next;
+        granted = more;
+    }
+}
+
+/* Where not all are bounded, that is all that is done: so the units done are what it takes to do the same again. */
+static void decide_within_budget(world *w)
+{
+    uint64_t granted, done = bound_what_is_granted(w, &granted);
+    settle_by_bounds(w);
+    work_order(w);
+    size_t refined = w->bounded < w->bounds ? 0 : refine_what_is_granted(w, granted, &done);
+    for (size_t i = refined; i < w->needs.count; i++) leave(w, (uint32_t)w->needs.at[i]);
+    w->figures.work = done;
+    w->figures.undone = w->unfinished.count;
+    w->figures.undone_ticks += w->unfinished.count > 0;
+}
+
+/* ---- all of it ---- */
 
 static void count_outcomes(world *w)
 {
@@ -159,7 +421,7 @@ static void count_outcomes(world *w)
         w->figures.rungs[w->outcomes.at[i].rung]++;
         w->figures.narrow_queries += w->outcomes.at[i].asked;
     }
-    for (size_t i = 0; i < w->open.count; i++) {
+    for (size_t i = w->bounds; i < w->open.count; i++) {
         const narrow_result *r = &w->results.at[i];
         w->figures.manifolds += r->manifold.count > 0;
         w->figures.wide += r->status == NARROW_WIDE;
@@ -172,10 +434,12 @@ void ladder_decide(world *w)
 {
     array_reserve(&w->outcomes, w->active_pairs.count);
     workers_run(w->workers, w->active_pairs.count, PAIRS_A_CHUNK, decide_cheaply, w);
-    w->open.count = 0;
-    for (size_t i = 0; i < w->active_pairs.count; i++)
-        if (!w->outcomes.at[i].settled) array_push(&w->open, (uint32_t)i);
-    array_reserve(&w->results, w->open.count);
-    workers_run(w->workers, w->open.count, PAIRS_A_CHUNK, decide_fully, w);
+    w->open.count = w->bounds = w->bounded = w->unfinished.count = 0;
+    w->figures.unbounded = w->figures.work = w->figures.undone = 0;
+    if (w->grant)
+        decide_within_budget(w);
+    else
+        decide_all(w);
     count_outcomes(w);
+    work_charge(w);
 }

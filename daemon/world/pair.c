@@ -134,22 +134,27 @@ typedef struct collector {
     uint32_t proxy;
 } collector;
 
-static void activate(void *context, uint32_t other)
+/* One that the budget left may have ended since, and its id may be another's. */
+static void activate(world *w, uint32_t id)
+{
+    pair *p = &w->pairs.at[id];
+    uint32_t tick = (uint32_t)w->figures.ticks;
+    if (!p->used || p->active_tick == tick) return;
+    p->active_tick = tick;
+    array_push(&w->active_pairs, id);
+}
+
+static void activate_with(void *context, uint32_t other)
 {
     collector *c = context;
-    uint32_t id = pair_find(c->w, c->proxy, other);
-    pair *p = &c->w->pairs.at[id];
-    uint32_t tick = (uint32_t)c->w->figures.ticks;
-    if (p->active_tick == tick) return;
-    p->active_tick = tick;
-    array_push(&c->w->active_pairs, id);
+    activate(c->w, pair_find(c->w, c->proxy, other));
 }
 
 static void activate_body(world *w, const body *b)
 {
     for (size_t i = 0; i < b->shape_count; i++) {
         collector c = {w, b->shapes[i]};
-        broad_each_pair_of(w->broad, b->shapes[i], activate, &c);
+        broad_each_pair_of(w->broad, b->shapes[i], activate_with, &c);
     }
 }
 
@@ -163,6 +168,7 @@ void pair_collect_active(world *w)
         if (b->used && !b->ghost) activate_body(w, b);
     }
     for (size_t i = 0; i < w->fresh_now.count; i++) activate_body(w, &w->bodies.at[w->fresh_now.at[i]]);
+    for (size_t i = 0; i < w->unfinished.count; i++) activate(w, w->unfinished.at[i]);
 
     w->active.count = 0;
     array_reserve(&w->active, w->active_pairs.count);

@@ -97,9 +97,13 @@ static void explain_interests(const world *w, const body *x, const body *y, line
     for (uint32_t id = 0; id < w->interests.count; id++) {
         const interest *i = &w->interests.at[id];
         if (!i->used || !(interest_word(x, y, id >> 6) >> (id & 63) & 1)) continue;
-        line(l, "wanted by interest %u: \"%s\" against \"%s\",%s%s%s tolerance %g m\n", id, i->select_a, i->select_b,
+        line(l, "wanted by interest %u: \"%s\" against \"%s\",%s%s%s tolerance %g %s%s\n", id, i->select_a, i->select_b,
             i->facts & WORLD_TOUCH ? " touch," : "", i->facts & WORLD_MANIFOLD ? " manifold," : "",
-            i->facts & WORLD_DISTANCE ? " distance," : "", i->tolerance);
+            i->facts & WORLD_DISTANCE ? " distance," : "", i->tolerance > 0 ? i->tolerance : i->relative_tolerance,
+            i->tolerance > 0 ? "m" : "of the size",
+            i->accuracy == WORLD_BY_BOXES     ? ", by boxes"
+            : i->accuracy == WORLD_BY_VERDICT ? ", by verdict"
+                                              : "");
     }
     if (!interest_wants(w, x, y)) line(l, "nobody is interested in it: it is not looked at\n");
 }

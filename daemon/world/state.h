@@ -40,8 +40,11 @@ typedef struct body {
     double acceleration, angular_acceleration;
     bool impacts;   /* an interest wants its impacts: its box holds its way */
     double horizon; /* s: the farthest that an interest wants foretold of it: its box holds all that it may do */
-    vec3 step;      /* m, how far it moved with the last pose: the fat box reaches ahead by it */
-    double widen;   /* m, half of the farthest range that an interest wants of it, and all of its rules' reach */
+    double reach, travelled; /* m, of its shapes about its origin; by how much its points have moved, at most, added up
+                                over all ticks: kept while somebody asks for bounds, or there is a budget; ... */
+    pose travelled_to;       /* ... up to here */
+    vec3 step;               /* m, how far it moved with the last pose: the fat box reaches ahead by it */
+    double widen; /* m, half of the farthest range that an interest wants of it, and all of its rules' reach */
     uint32_t *shapes;
     size_t shape_count;
     filter_rule *rules;
@@ -52,6 +55,7 @@ typedef struct body {
 typedef struct solid { /* a shape of a body: the broad phase's proxy under the same id */
     shape shape;
     pose local, world;
+    aabb box;      /* of the shape at `world`, not fat */
     compound *own; /* what shape.compound is, or NULL */
     double reach;  /* of the shape about its own origin */
     uint32_t body;
@@ -69,6 +73,15 @@ typedef struct watch {
     world_event foretold;                      /* the last one that was foretold */
 } watch;
 
+typedef struct standing { /* bounds that were told, widened by a slack: they hold while B moves by at most that */
+    pose b_in_a;          /* relative to A, since here */
+    double slack, lo;     /* m; lo: as told */
+    double travelled;     /* m, of both bodies then */
+    uint32_t epoch;       /* of world.epoch: others may want to be told since. 0: none */
+    bool floor;           /* by balls about them: bounds are still to be found */
+    bool enough;          /* for what was asked: they are bounds alone, or beyond what anybody is told */
+} standing;
+
 typedef struct pair {
     uint32_t a, b; /* solids, in canonical order */
     uint32_t first_watch;
@@ -76,13 +89,20 @@ typedef struct pair {
     bool used;
     narrow_cache cache;
     vec3 free_axis; /* a world direction that kept it free on its course; zero: none is known */
-    uint8_t barren; /* searches for one in a row that were in vain: the next one comes so much later */
+    standing standing;
+    vec3 near_a, near_b; /* points of the surfaces, each in its own shape's frame, of the last refinement; ... */
+    bool refined;        /* ... if there was one */
+    uint8_t waited;      /* ticks in a row in which the budget left it */
+    uint8_t barren;      /* searches for one in a row that were in vain: the next one comes so much later */
 } pair;
 
 typedef struct interest {
     char *select_a, *select_b;
     unsigned facts;
-    double threshold, range, tolerance, horizon;
+    double threshold, range, tolerance, relative_tolerance, horizon;
+    world_accuracy accuracy;
+    uint64_t work;       /* units of the ladder, since it was put */
+    size_t undone, told; /* pairs that the budget left in this tick, and in the last one that was told of */
     int64_t period_ns, next_update_ns;
     bool used, closing, snapshot, changed;
     uint8_t closing_cause;
@@ -100,7 +120,12 @@ typedef struct expiry { /* when a body may become stale, unless a pose comes */
 typedef struct outcome { /* of one active pair in one tick */
     uint8_t rung;
     uint8_t asked;   /* narrow queries */
-    bool settled;    /* no result: proven to be beyond everything that anybody asked, or unknown */
+    bool settled;    /* no result: proven to be beyond everything that anybody asked, or unknown, or as told */
+    bool coarse;     /* only bounds are asked for */
+    bool stands;     /* standing bounds hold ... */
+    bool floor;      /* ... but are none of their own */
+    bool left;       /* by the budget */
+    uint32_t cost;   /* units: of its refinement while it is open, of what was done then */
     uint32_t result; /* index into world.results otherwise */
 } outcome;
 
@@ -145,7 +170,17 @@ struct world {
     ARRAY(uint64_t) active;       /* keys of the pairs to be decided, sorted ... */
     ARRAY(uint32_t) active_pairs; /* ... and their pairs, in that order */
     ARRAY(outcome) outcomes;
-    ARRAY(uint32_t) open; /* active pairs that need the narrow phase */
+    ARRAY(uint32_t) open;       /* active pairs that have a result, in its place */
+    size_t bounds, bounded;     /* of open: the first ones get bounds; of them those that the budget allows */
+    ARRAY(uint64_t) needs;      /* active pairs to be refined, the neediest first: see work.c */
+    ARRAY(uint32_t) unfinished; /* pairs that the last tick left */
+    world_grant *grant;         /* NULL: no budget */
+    void *grant_context;
+    uint64_t next_bound; /* key of the pair that is bounded first, if not all can be */
+    uint32_t epoch;      /* of the interests: counts their changes, from 1 */
+    size_t askers;       /* interests in how pairs stand now; the first one */
+    uint32_t first_asker;
+    bool bounds_asked; /* by an interest */
     ARRAY(narrow_result) results;
     ARRAY(sweep) sweeps;        /* in the order of active_pairs, then of interests */
     size_t sweepers;            /* interests that want impacts, or something foretold */
@@ -182,7 +217,8 @@ void interest_match_body(world *w, uint32_t body);
 bool interest_wants(const world *w, const body *a, const body *b);
 uint64_t interest_word(const body *a, const body *b, size_t word);
 void interest_settle_changes(world *w);
-void interest_finish(world *w); /* closed ones are gone */
+void interest_finish(world *w);                            /* closed ones are gone */
+double interest_tolerance(const interest *i, double size); /* m, of a pair of that size */
 
 /* pair.c */
 bool pair_accept(void *context, uint32_t a, uint32_t b);
@@ -203,10 +239,31 @@ uint32_t pair_find(const world *w, uint32_t solid_a, uint32_t solid_b);
 /* ladder.c */
 typedef struct demand { /* what all interests in a pair ask together */
     narrow_request request;
-    double limit; /* m: beyond it nobody is told anything */
+    double limit;      /* m: beyond it nobody is told anything */
+    bool coarse;       /* bounds will do for all */
+    bool verdict_only; /* a verdict will, of one threshold */
 } demand;
-demand ladder_demand(const world *w, const body *a, const body *b);
+demand ladder_demand(const world *w, const solid *a, const solid *b);
+/* Rungs 4 and on, from nothing: the number of narrow queries. */
+uint32_t ladder_ask(const world *w, const pair *p, const demand *d, void *scratch, narrow_result *r);
 void ladder_decide(world *w);
+double pair_size(const solid *a, const solid *b); /* m: the finite reaches */
+
+/* bounds.c */
+bool bounds_stand(const world *w, const pair *p); /* does what was told by bounds still hold? */
+void bounds_travel(const world *w, body *b);      /* a body has moved, or its shapes are others */
+/* Bounds that hold for a while: they are written to p->standing, too. `remembers`: what earlier ticks found may help.
+ */
+void bounds_find(
+    const world *w, pair *p, const pose *b_in_a, double limit, bool remembers, void *scratch, narrow_result *r);
+void bounds_floor(const world *w, pair *p, const pose *b_in_a, narrow_result *r); /* the same by balls about them */
+
+/* work.c */
+enum { WORK_A_MOTION_BOUND = 30, WORK_AN_AXIS = 120 }; /* units */
+uint32_t work_of_bounds(const solid *a, const solid *b);
+uint32_t work_of(const solid *a, const solid *b, const demand *d, double lo); /* units of a refinement */
+void work_order(world *w);                                                    /* fills world.needs */
+void work_charge(world *w); /* what interests cost, and what of theirs is left undone */
 
 /* Has anybody been told how it stands? Then it is decided in full. */
 bool pair_is_told(const world *w, const pair *p);

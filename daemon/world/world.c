@@ -28,6 +28,7 @@ world *world_create(const world_options *options)
     pair_map_init(&w->pair_of);
     pair_map_init(&w->names);
     w->words = 1;
+    w->epoch = 1;
     w->hash = 14695981039346656037u;
     return w;
 }
@@ -105,6 +106,8 @@ void world_destroy(world *w)
     array_free(&w->active_pairs);
     array_free(&w->outcomes);
     array_free(&w->open);
+    array_free(&w->needs);
+    array_free(&w->unfinished);
     array_free(&w->results);
     array_free(&w->sweeps);
     array_free(&w->teleported);
@@ -162,6 +165,13 @@ void world_tick(world *w, int64_t now_ns, world_batches *out)
     end_tick(w);
 }
 
+void world_set_budget(world *w, world_grant *grant, void *context)
+{
+    w->grant = grant;
+    w->grant_context = context;
+    w->epoch++; /* what stands was not kept, or is not wanted */
+}
+
 int64_t world_next_due_ns(const world *w)
 {
     int64_t due = expiry_next_ns(w);
@@ -174,7 +184,7 @@ int64_t world_next_due_ns(const world *w)
 
 bool world_changed(const world *w)
 {
-    return w->changed;
+    return w->changed || w->unfinished.count;
 }
 
 world_figures world_get_figures(const world *w)
@@ -187,6 +197,8 @@ const char *world_rung_name(world_rung rung)
     static const char *const NAMES[RUNG_COUNT] = {
         [RUNG_UNASKED] = "unasked",
         [RUNG_UNKNOWN] = "unknown",
+        [RUNG_STANDING] = "standing",
+        [RUNG_BOUNDS] = "bounds",
         [RUNG_MOTION_BOUND] = "motion_bound",
         [RUNG_CACHED_AXIS] = "cached_axis",
         [RUNG_CLOSED_FORM] = "closed_form",

@@ -115,15 +115,25 @@ typedef enum world_fact {
     WORLD_FORETELL = 16 /* contacts to come within the horizon, from velocities */
 } world_fact;
 
+/* How far a pair is looked into for touch, distance and manifold. One that several interests share gets what the finest
+ * of them asks. */
+typedef enum world_accuracy { /* numbers as on the wire */
+    WORLD_BY_TOLERANCE,
+    WORLD_BY_BOXES, /* bounds without a search, told anew only when what was told does not hold any more; no manifold */
+    WORLD_BY_VERDICT /* touch: until it is proven, and no narrower; no distance, no manifold */
+} world_accuracy;
+
 typedef struct world_interest {
     unsigned facts;
     const char *select_a, *select_b; /* as filter_rule.pattern; copied */
     double threshold;                /* m; contact = lower bound of the signed distance at or below it: never missed */
     double range;                    /* m; with WORLD_DISTANCE */
-    double tolerance;                /* m */
-    double horizon;                  /* s, with WORLD_FORETELL: from the newest pose of a pair on, to
-                                        which an older one is carried on; until so long after the older one */
-    int64_t period_ns;               /* updates at most so often; 0 = each tick */
+    double tolerance;                /* m; 0: relative_tolerance says it */
+    double relative_tolerance;       /* of the reaches of both shapes together; both 0: as narrow as doubles give */
+    world_accuracy accuracy;
+    double horizon;    /* s, with WORLD_FORETELL: from the newest pose of a pair on, to
+                          which an older one is carried on; until so long after the older one */
+    int64_t period_ns; /* updates at most so often; 0 = each tick */
 } world_interest;
 
 /* Its next batch is a snapshot. */
@@ -168,8 +178,15 @@ typedef struct world_impact { /* of EVENT_IMPACT and EVENT_FORETOLD */
     bool estimated;      /* FORETOLD: a velocity was, from two poses */
 } world_impact;
 
+typedef enum world_achieved { /* numbers as on the wire: what an interval is, beside what was asked */
+    WORLD_CERTAIN,            /* as narrow as asked; and what is told (touching, near, or not) is proven */
+    WORLD_WITHIN,             /* as narrow as asked; the threshold (range) lies within it */
+    WORLD_WIDE,               /* wider than asked: arithmetic or iterations ended */
+    WORLD_STOPPED             /* wider than asked: the budget ended */
+} world_achieved;
+
 typedef struct world_event {
-    uint8_t kind, cause;
+    uint8_t kind, cause, achieved;
     int32_t shape_a, shape_b;    /* index in the body; -1: the whole body */
     int64_t contact;             /* id: of the contact, or of the nearness; 0: a whole body is unknown */
     const char *name_a, *name_b; /* "*" for any other body */
@@ -188,6 +205,7 @@ typedef struct world_batch { /* the events of one interest in one tick; a snapsh
     bool closing;  /* the interest is gone */
     const world_event *events;
     size_t count;
+    size_t undone; /* pairs of this interest that the budget left with a wider interval than it asks */
 } world_batch;
 
 typedef struct world_batches { /* in the order of interest ids; valid until the next call that changes the world */
@@ -195,6 +213,17 @@ typedef struct world_batches { /* in the order of interest ids; valid until the 
     size_t count;
     uint64_t hash; /* of all events since the world was created: equal for equal commands */
 } world_batches;
+
+/* A budget. The ladder counts its work in units, by a table of the kinds of pairs: about a nanosecond each, the same on
+ * every machine. In each tick it bounds all pairs and then refines one after the other, by need, as far as `grant`
+ * says: it is called by the tick thread with the units done so far, 0 first, and returns how many may be done in all;
+ * what it returned last again, or less, ends the work. What is left keeps bounds that hold, told as WORLD_STOPPED, and
+ * goes first in the next tick, which is due at once. The same grants give the same events, whoever computes them; one
+ * that returns the `work` of another run's tick at once stops where that one stopped, however it was granted there.
+ * With a budget the memory of earlier ticks is always used, caches or not. Searches for impacts are not cut. NULL
+ * (default): no budget. */
+typedef uint64_t world_grant(void *context, uint64_t done);
+void world_set_budget(world *w, world_grant *grant, void *context);
 
 void world_tick(world *w, int64_t now_ns, world_batches *out);
 
@@ -252,6 +281,8 @@ int world_explain(const world *w, uint32_t a, uint32_t b, int64_t now_ns, char *
 typedef enum world_rung { /* who settled a pair: counted, cumulative */
     RUNG_UNASKED,         /* nobody wants to know how it stands now */
     RUNG_UNKNOWN,
+    RUNG_STANDING, /* what was told of it by bounds still holds */
+    RUNG_BOUNDS,   /* bounds without a search: all that was asked, or that the budget allowed */
     RUNG_MOTION_BOUND,
     RUNG_CACHED_AXIS,
     RUNG_CLOSED_FORM,
@@ -275,8 +306,36 @@ typedef struct world_figures {
     uint64_t sweeps_by_axis;               /* of them, those that an axis proved free, without any distance */
     uint64_t impacts, foretold, undecided; /* found; of all searches, those whose steps ended */
     uint64_t events;
+    /* The budget. Of the last tick: units done, pairs left for the next one, of them without bounds of their own (what
+     * is told of those is what balls about them prove). */
+    uint64_t work, undone, unbounded;
+    uint64_t undone_ticks; /* cumulative: ticks that left something */
 } world_figures;
 world_figures world_get_figures(const world *w);
+
+/* Units of the ladder's work for this interest since it was put; what a pair takes is split evenly among those that
+ * want it. 0 if unknown. */
+uint64_t world_interest_work(const world *w, uint32_t id);
+
+/* ---- what the narrow phase was asked in the last tick (answers.c), for measurements ---- */
+
+typedef struct world_answer {
+    shape_type type_a, type_b;
+    double size;   /* m: the sum of their reaches; what accuracies are relative to */
+    double limit;  /* m: beyond it nobody is told anything */
+    double lo, hi; /* as it was answered */
+} world_answer;
+
+/* Until the next call that changes the world; i below world_answers. */
+size_t world_answers(const world *w);
+void world_get_answer(const world *w, size_t i, world_answer *out);
+/* The same question once more, from nothing, as if all interests in the pair had asked for this accuracy (by tolerance:
+ * of `relative` times its size); and as narrow as arithmetic gives, however far the two are apart. By the calling
+ * thread; nothing of the world changes. */
+void world_ask_again(const world *w, size_t i, world_accuracy accuracy, double relative, double *lo, double *hi);
+void world_ask_exactly(const world *w, size_t i, double *lo, double *hi);
+/* SHAPE_TYPE_COUNT: there is none. */
+shape_type world_shape_type(const world *w, const char *body_name, int32_t index);
 
 /* For tests: the first broken invariant, or NULL. */
 const char *world_validate(const world *w);

@@ -209,6 +209,24 @@ enum {
     WIRE_FACT_FORETELL = 16
 };
 
+/* How far a pair is looked into for its touch, distance and manifold. A pair that several interests share gets what the
+ * finest of them asks. */
+enum {
+    WIRE_BY_TOLERANCE = 0, /* until the interval is as narrow as the tolerance */
+    WIRE_BY_BOXES = 1,     /* bounds by boxes and one support point a shape, told anew when they no longer hold */
+    WIRE_BY_VERDICT = 2    /* touch: until it is proven, in extended arithmetic where need be; no narrower */
+};
+
+/* What an interval is, beside what was asked. */
+enum {
+    WIRE_CERTAIN = 0, /* as narrow as asked; and that they touch, are near, or are not, is proven */
+    WIRE_WITHIN = 1,  /* as narrow as asked; the threshold (range) lies within it */
+    WIRE_WIDE = 2,    /* wider than asked, for arithmetic or iterations ended */
+    WIRE_STOPPED = 3  /* wider than asked, for the budget of the tick ended: it goes on in the next one */
+};
+
+#define WIRE_FINEST_RELATIVE 1e-15 /* doubles do not tell less apart */
+
 /* Interest: what a subscriber wants to know, and the stream on which it wants to be told. */
 typedef struct wire_interest {
     int32_t version;
@@ -216,16 +234,19 @@ typedef struct wire_interest {
     int64_t sequence;
     int32_t interest; /* the client's own number for it, >= 0 */
     uint8_t removed;
-    int32_t facts;        /* WIRE_FACT_* */
-    const char *stream;   /* its name; "" = "<client as 16 hex digits>.<interest>". Letters, digits and . _ - : /
-                             only, since it names a DDS partition and an LCM channel */
-    const char *select_a; /* pairs of one body that matches this ... */
-    const char *select_b; /* ... and another that matches this: name patterns ('*', '?') or group:NAME */
-    double threshold_m;   /* touch: a contact is a pair whose signed distance is at most this; usually 0 */
-    double range_m;       /* distance: report pairs nearer than this */
-    double tolerance_m;   /* asked width of the intervals; 0 = as narrow as arithmetic gives */
-    double horizon_s;     /* foretell: contacts up to so long after the newest pose of a pair; > 0 */
-    double rate_hz;       /* updates at most so often; 0 = every tick. Begins and ends are always sent at once */
+    int32_t facts;             /* WIRE_FACT_* */
+    const char *stream;        /* its name; "" = "<client as 16 hex digits>.<interest>". Letters, digits and . _ - : /
+                                  only, since it names a DDS partition and an LCM channel */
+    const char *select_a;      /* pairs of one body that matches this ... */
+    const char *select_b;      /* ... and another that matches this: name patterns ('*', '?') or group:NAME */
+    double threshold_m;        /* touch: a contact is a pair whose signed distance is at most this; usually 0 */
+    double range_m;            /* distance: report pairs nearer than this */
+    double tolerance_m;        /* asked width of the intervals; 0: relative_tolerance says it */
+    double relative_tolerance; /* the same as a share of the pair's size (the reaches of both shapes together), where
+                                  tolerance_m is 0; 0 or 1e-15 .. 1. Both 0: as narrow as arithmetic gives */
+    uint8_t accuracy;          /* WIRE_BY_*: how far a pair is looked into */
+    double horizon_s;          /* foretell: contacts up to so long after the newest pose of a pair; > 0 */
+    double rate_hz;            /* updates at most so often; 0 = every tick. Begins and ends are always sent at once */
 } wire_interest;
 
 enum {
@@ -282,6 +303,7 @@ typedef struct wire_answer {
     wire_f64s orientations; /* bodies: 4 a hit; otherwise empty */
     wire_i64s ages_ns;      /* 1 a hit: age of the older pose that it rests on, -1 = not stamped */
     wire_u8s stale;         /* 1 a hit: 1 = past the deadline, unknown */
+    wire_u8s achieved;      /* WIRE_CERTAIN ..., 0 or 1 a hit */
 } wire_answer;
 
 enum {
@@ -321,6 +343,7 @@ typedef struct wire_event_batch {
     int64_t stamp_ns;       /* when the tick ran */
     int64_t latest_pose_ns; /* the newest pose stamp that this tick applied, 0 = none */
     int64_t step;           /* the newest simulation step */
+    int64_t undone;         /* pairs of this interest that the budget left with a wider interval than it asks */
     uint8_t snapshot;       /* 1: the whole current state; forget what you knew. Sent first, and after a loss */
     uint8_t closing;        /* 1: the stream ends with this batch */
     int32_t part;           /* a large batch comes in parts, 0 .. parts - 1, each with a number of its own */
@@ -341,6 +364,7 @@ typedef struct wire_event_batch {
     wire_i64s ages_a_ns; /* age of A's pose at stamp_ns; -1 = fixed or not stamped */
     wire_i64s ages_b_ns;
     wire_f64s closings;       /* m/s along the axis, from velocities as far as they are known; positive = approaching */
+    wire_u8s achieved;        /* WIRE_CERTAIN ... */
     wire_u8s manifold_counts; /* points of each event, 0 to 4 */
     wire_f64s manifold_points;    /* 3 a point, world */
     wire_f64s manifold_distances; /* 1 a point */

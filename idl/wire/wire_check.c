@@ -447,6 +447,21 @@ static wire_reason check_horizon(const wire_interest *m, wire_refusal *why)
     return WIRE_OK;
 }
 
+static wire_reason check_accuracy(const wire_interest *m, wire_refusal *why)
+{
+    double relative = m->relative_tolerance;
+    TRY(check_at_least("tolerance_m", m->tolerance_m, 0, why));
+    TRY(check_between("accuracy", m->accuracy, WIRE_BY_TOLERANCE, WIRE_BY_VERDICT, why));
+    if (!(relative == 0 || (relative >= WIRE_FINEST_RELATIVE && relative <= 1)))
+        FAIL(WIRE_BAD_NUMBER, "relative_tolerance is %g: %g to 1 is possible, or 0: as narrow as arithmetic gives",
+            relative, WIRE_FINEST_RELATIVE);
+    if (m->accuracy != WIRE_BY_TOLERANCE && m->facts & WIRE_FACT_MANIFOLD)
+        FAIL(WIRE_UNSUPPORTED, "accuracy is %u: manifolds need 0, by tolerance", m->accuracy);
+    if (m->accuracy == WIRE_BY_VERDICT && m->facts & WIRE_FACT_DISTANCE)
+        FAIL(WIRE_UNSUPPORTED, "accuracy is %u: distances need 0, by tolerance, or 1, by boxes", m->accuracy);
+    return WIRE_OK;
+}
+
 static wire_reason check_interest(const wire_interest *m, wire_refusal *why)
 {
     int32_t known = WIRE_FACT_TOUCH | WIRE_FACT_DISTANCE | WIRE_FACT_MANIFOLD | WIRE_FACT_IMPACT | WIRE_FACT_FORETELL;
@@ -461,7 +476,7 @@ static wire_reason check_interest(const wire_interest *m, wire_refusal *why)
     TRY(check_magnitudes("threshold_m", (wire_f64s){1, &m->threshold_m}, WIRE_SIZE_MAX, why));
     TRY(check_magnitudes("range_m", (wire_f64s){1, &m->range_m}, WIRE_SIZE_MAX, why));
     TRY(check_at_least("range_m", m->range_m, 0, why));
-    TRY(check_at_least("tolerance_m", m->tolerance_m, 0, why));
+    TRY(check_accuracy(m, why));
     TRY(check_horizon(m, why));
     return check_at_least("rate_hz", m->rate_hz, 0, why);
 }
@@ -548,6 +563,8 @@ static wire_reason check_answer(const wire_answer *m, wire_refusal *why)
     TRY(check_optional("ages_ns", m->ages_ns.count, 1, n, why));
     TRY(check_optional("stale", m->stale.count, 1, n, why));
     TRY(check_all_between("stale", m->stale, 0, 1, why));
+    TRY(check_optional("achieved", m->achieved.count, 1, n, why));
+    TRY(check_all_between("achieved", m->achieved, WIRE_CERTAIN, WIRE_STOPPED, why));
     return check_intervals(m->lo, m->hi, why);
 }
 
@@ -568,6 +585,7 @@ static wire_reason check_event_counts(const wire_event_batch *m, wire_refusal *w
     TRY(check_count("ages_a_ns", m->ages_a_ns.count, 1, n, why));
     TRY(check_count("ages_b_ns", m->ages_b_ns.count, 1, n, why));
     TRY(check_count("closings", m->closings.count, 1, n, why));
+    TRY(check_count("achieved", m->achieved.count, 1, n, why));
     return check_count("manifold_counts", m->manifold_counts.count, 1, n, why);
 }
 
@@ -599,6 +617,7 @@ static wire_reason check_event_batch(const wire_event_batch *m, wire_refusal *wh
     TRY(check_between("batch", m->batch, 1, INT64_MAX, why));
     TRY(check_between("snapshot", m->snapshot, 0, 1, why));
     TRY(check_between("closing", m->closing, 0, 1, why));
+    TRY(check_between("undone", m->undone, 0, INT64_MAX, why));
     TRY(check_between("parts", m->parts, 1, INT32_MAX, why));
     TRY(check_between("part", m->part, 0, m->parts - 1, why));
     TRY(check_name("stream", m->stream, why));
@@ -606,6 +625,7 @@ static wire_reason check_event_batch(const wire_event_batch *m, wire_refusal *wh
     TRY(check_event_counts(m, why));
     TRY(check_all_between("kinds", m->kinds, WIRE_EVENT_BEGIN, WIRE_EVENT_AVERTED, why));
     TRY(check_all_between("causes", m->causes, WIRE_CAUSE_MOTION, WIRE_CAUSE_TELEPORT, why));
+    TRY(check_all_between("achieved", m->achieved, WIRE_CERTAIN, WIRE_STOPPED, why));
     TRY(check_intervals(m->lo, m->hi, why));
     TRY(check_impacts(m, why));
     return check_manifolds(m, why);

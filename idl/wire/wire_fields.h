@@ -95,6 +95,8 @@
     F(S, threshold_m, F64, 0, FINITE)                                                                                  \
     F(S, range_m, F64, 0, FINITE)                                                                                      \
     F(S, tolerance_m, F64, 0, FINITE)                                                                                  \
+    F(S, relative_tolerance, F64, 0, FINITE)                                                                           \
+    F(S, accuracy, U8, 0, FINITE)                                                                                      \
     F(S, horizon_s, F64, 0, FINITE)                                                                                    \
     F(S, rate_hz, F64, 0, FINITE)
 
@@ -135,7 +137,8 @@
     F(S, points_b, F64S, 3 * WIRE_ANSWERS_MAX, FINITE)                                                                 \
     F(S, orientations, F64S, 4 * WIRE_ANSWERS_MAX, FINITE)                                                             \
     F(S, ages_ns, I64S, WIRE_ANSWERS_MAX, FINITE)                                                                      \
-    F(S, stale, U8S, WIRE_ANSWERS_MAX, FINITE)
+    F(S, stale, U8S, WIRE_ANSWERS_MAX, FINITE)                                                                         \
+    F(S, achieved, U8S, WIRE_ANSWERS_MAX, FINITE)
 
 #define WIRE_FIELDS_event_batch(F, S)                                                                                  \
     F(S, version, I32, 0, FINITE)                                                                                      \
@@ -147,6 +150,7 @@
     F(S, stamp_ns, I64, 0, FINITE)                                                                                     \
     F(S, latest_pose_ns, I64, 0, FINITE)                                                                               \
     F(S, step, I64, 0, FINITE)                                                                                         \
+    F(S, undone, I64, 0, FINITE)                                                                                       \
     F(S, snapshot, U8, 0, FINITE)                                                                                      \
     F(S, closing, U8, 0, FINITE)                                                                                       \
     F(S, part, I32, 0, FINITE)                                                                                         \
@@ -167,6 +171,7 @@
     F(S, ages_a_ns, I64S, WIRE_EVENTS_MAX, FINITE)                                                                     \
     F(S, ages_b_ns, I64S, WIRE_EVENTS_MAX, FINITE)                                                                     \
     F(S, closings, F64S, WIRE_EVENTS_MAX, FINITE)                                                                      \
+    F(S, achieved, U8S, WIRE_EVENTS_MAX, FINITE)                                                                       \
     F(S, manifold_counts, U8S, WIRE_EVENTS_MAX, FINITE)                                                                \
     F(S, manifold_points, F64S, 12 * WIRE_EVENTS_MAX, FINITE)                                                          \
     F(S, manifold_distances, F64S, 4 * WIRE_EVENTS_MAX, FINITE)                                                        \

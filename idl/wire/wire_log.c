@@ -14,7 +14,7 @@
 #define TICK_CHANNEL CHANNEL_PREFIX "tick"
 #define LOST_CHANNEL CHANNEL_PREFIX "lost"
 
-enum { HEADER_BYTES = 28, TICK_BYTES = 32, LOST_BYTES = 8 };
+enum { HEADER_BYTES = 28, TICK_BYTES = 32, BUDGETED_TICK_BYTES = 40, LOST_BYTES = 8 };
 
 static void store_be(uint8_t *at, uint64_t v, int bytes)
 {
@@ -105,12 +105,13 @@ int wire_log_message(wire_log_writer *w, int64_t timestamp_us, const wire_messag
 
 int wire_log_tick_end(wire_log_writer *w, int64_t timestamp_us, const wire_log_tick *tick)
 {
-    uint8_t data[TICK_BYTES];
+    uint8_t data[BUDGETED_TICK_BYTES];
     store_be(data, (uint64_t)tick->tick, 8);
     store_be(data + 8, (uint64_t)tick->now_ns, 8);
     store_be(data + 16, (uint64_t)tick->monotonic_ns, 8);
     store_be(data + 24, (uint64_t)tick->events_hash, 8);
-    return write_record(w, timestamp_us, TICK_CHANNEL, data, sizeof data);
+    store_be(data + 32, (uint64_t)tick->work, 8);
+    return write_record(w, timestamp_us, TICK_CHANNEL, data, tick->budgeted ? BUDGETED_TICK_BYTES : TICK_BYTES);
 }
 
 int wire_log_lost(wire_log_writer *w, int64_t timestamp_us, int64_t client)
@@ -221,12 +222,15 @@ static bool is_ours(const record *in)
 
 static const char *decode_tick(const record *in, wire_log_entry *out)
 {
-    if (in->data_size != TICK_BYTES) return "a tick has 32 bytes";
+    bool budgeted = in->data_size == BUDGETED_TICK_BYTES;
+    if (in->data_size != TICK_BYTES && !budgeted) return "a tick has 32 bytes, or 40 with a budget";
     out->kind = WIRE_LOG_TICK;
     out->tick.tick = (int64_t)load_be(in->data, 8);
     out->tick.now_ns = (int64_t)load_be(in->data + 8, 8);
     out->tick.monotonic_ns = (int64_t)load_be(in->data + 16, 8);
     out->tick.events_hash = (int64_t)load_be(in->data + 24, 8);
+    out->tick.budgeted = budgeted;
+    out->tick.work = budgeted ? (int64_t)load_be(in->data + 32, 8) : 0;
     return NULL;
 }
 

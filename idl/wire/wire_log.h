@@ -20,6 +20,8 @@ typedef struct wire_log_tick {
     int64_t now_ns; /* the wall clock that the tick was given */
     int64_t monotonic_ns;
     int64_t events_hash; /* running hash of all events so far */
+    int64_t budgeted;    /* 1: the tick had a budget, ... */
+    int64_t work;        /* ... and did so many units of work */
 } wire_log_tick;
 
 typedef struct wire_log_entry {

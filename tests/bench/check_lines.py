@@ -7,6 +7,7 @@ import sys
 KEYS = {
     "service": ["bodies", "hz", "core_share", "us_p50", "us_p99", "raw_us_p50", "raw_us_p99", "ticks", "events"],
     "world": ["us_per_tick", "us_p99"],
+    "dial": ["us_per_tick", "us_p99"],
     "broad": ["n", "moving", "us_per_step", "us_mean", "us_p99", "ns_per_moved", "ticks", "bytes_per_body", "pairs",
               "extra", "missed"],
     "narrow": ["coherent", "ns_median", "ns_p99", "wrong", "failed", "missed_truth", "items", "samples"],
@@ -37,6 +38,12 @@ def broken(name, row):
             return f"impacts: missing, no number, or in doubt: {', '.join(wrong)}"
         if bool(row["sweeps"]) == ("not foretold" in row["scene"]):
             return "sweeps that nobody asked for, or none"
+    if name == "dial" and not row.get("scene"):
+        return "no scene"
+    if name == "dial" and "accuracy" in row and (row["manifolds"] or (row["accuracy"] == "boxes" and row["queries"])):
+        return "work that nobody asked for"
+    if name == "dial" and "budget_us" in row and (row["missed"] or not row["width_mean"] > 0):
+        return "a contact was missed, or no interval told"
     if name == "broad" and (not row.get("contender") or "ratio_to_best_peer" not in row):
         return "no contender, or no ratio"
     if name == "broad" and (row["missed"] or not row["pairs"]):

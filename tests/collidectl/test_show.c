@@ -102,6 +102,25 @@ static void brackets_show_their_width(void **state)
     assert_string_equal(text, "[0.500000, inf] s");
 }
 
+static void lengths_and_spans_have_three_digits_of_their_unit(void **state)
+{
+    (void)state;
+    static const struct {
+        double value;
+        const char *length, *span;
+    } cases[] = {{0, "0", "0 ns"}, {6e-15, "6e-15 m", "0 ns"}, {2.84e-9, "2.84 nm", "3 ns"}, {9.999e-7, "1 um", "1 us"},
+        {1.23456e-5, "12.3 um", "12.3 us"}, {9.9996e-4, "1 mm", "1 ms"}, {0.0929, "92.9 mm", "92.9 ms"},
+        {2.26, "2.26 m", ""}};
+    char text[32];
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        show_length(cases[i].value, text, sizeof text);
+        assert_string_equal(text, cases[i].length);
+        if (!*cases[i].span) continue;
+        show_span(cases[i].value, text, sizeof text);
+        assert_string_equal(text, cases[i].span);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -110,6 +129,7 @@ int main(void)
         cmocka_unit_test(commas_stand_between_and_only_between),
         cmocka_unit_test(intervals_show_their_width),
         cmocka_unit_test(brackets_show_their_width),
+        cmocka_unit_test(lengths_and_spans_have_three_digits_of_their_unit),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -62,6 +62,10 @@ static void wrong_usage_is_told_in_one_line(void **state)
         {"record ../x", "without '/'"},
         {"replay", "too few arguments"},
         {"replay x --workers 1.5", "whole number from 1 to 64"},
+        {"trade a b", "too many arguments"},
+        {"trade x --workers 0", "whole number from 1 to 64"},
+        {"trade x --out=", "--out ''"},
+        {"trade x --seconds 5", "leave out x"},
         {"doctor now", "too many arguments"},
         {"doctor --connect dds://x", "--connect 'dds://x': must be dds://DOMAIN"},
         {"doctor --connect lcm://nowhere", "must be dds://DOMAIN"},
@@ -88,6 +92,7 @@ static void help_lists_the_options_of_each_verb(void **state)
         {"query", "--json --tolerance --length --linear --angular --span"},
         {"record", "--seconds"},
         {"replay", "--workers --json"},
+        {"trade", "--json --seconds --workers --out"},
         {"doctor", "--json --peer --list --system-root"},
         {"forget", ""},
         {"version", ""},
@@ -120,6 +125,8 @@ static void missing_and_bad_files_are_told(void **state)
     (void)state;
     expect_failure(COLLIDECTL, "load missing.urdf", EX_NOINPUT, "load: missing.urdf: No such file");
     expect_failure(COLLIDECTL, "replay missing.log", EX_NOINPUT, "replay: missing.log: No such file");
+    expect_failure(COLLIDECTL, "trade missing.log", EX_NOINPUT, "trade: missing.log: No such file");
+    expect_failure(COLLIDECTL, "trade " DATA, EX_NOINPUT, "not a file");
     expect_failure(COLLIDECTL, "load " DATA "/arm.urdf --srdf missing.srdf", EX_DATAERR, "missing.srdf: No such file");
     expect_failure(COLLIDECTL, "load " DATA "/arm.urdf --state high", EX_DATAERR, "add --srdf FILE");
     expect_failure(

@@ -162,6 +162,25 @@ static void a_recording_replays_to_the_same_hash_for_any_number_of_workers(void 
     printf("%s", r.out);
 }
 
+/* One that the daemon records for it. */
+static void the_running_session_is_weighed(void **state)
+{
+    char out[64], file[80];
+    open_daemon(*state);
+    ctl(0, "load --srdf " DATA "/crane.srdf " DATA "/crane.urdf");
+    collided *c = rig_connect(*state, 2, COLLIDED_REMOVE);
+    heard h;
+    rig_watch(c, &h, "*");
+    snprintf(out, sizeof out, "%s/weighed", recordings);
+    const char *const arguments[] = {"collidectl", "trade", "--seconds", "1", "--out", out, NULL};
+    pid_t weigher = rig_start(COLLIDECTL, arguments);
+    for (int i = 0; i < 6; i++) ctl(0, "move hook 0.0%d,0,0.5", i);
+    rig_close(c);
+    assert_int_equal(rig_wait(weigher, 8), 0);
+    snprintf(file, sizeof file, "%s.tsv", out);
+    assert_int_equal(access(file, R_OK), 0);
+}
+
 static int set_up(void **state)
 {
     (void)state;
@@ -195,7 +214,8 @@ int main(void)
         WITH_STATE(impacts_are_foretold_and_found_by_hand, RIG_DDS),
         WITH_STATE(impacts_are_foretold_and_found_by_hand, RIG_LCM),
         WITH_STATE(a_recording_replays_to_the_same_hash_for_any_number_of_workers, RIG_DDS),
-        WITH_STATE(a_recording_replays_to_the_same_hash_for_any_number_of_workers, RIG_LCM)};
+        WITH_STATE(a_recording_replays_to_the_same_hash_for_any_number_of_workers, RIG_LCM),
+        WITH_STATE(the_running_session_is_weighed, RIG_DDS)};
     rig_isolate();
     return cmocka_run_group_tests(tests, set_up, take_down);
 }

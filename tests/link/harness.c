@@ -155,6 +155,7 @@ wire_message sample_events(const char *stream, int64_t batch)
             .ages_a_ns = {1, age_a},
             .ages_b_ns = {1, age_b},
             .closings = {1, closing},
+            .achieved = {1, points},
             .manifold_counts = {1, points}}};
 }
 

@@ -63,7 +63,7 @@ static wire_answer answer(void)
     return (wire_answer){WIRE_VERSION, 1, 1, .kind = WIRE_QUERY_DISTANCE, .text = "", .names_a = {2, plain.texts},
         .names_b = {2, plain.texts}, .lo = {2, plain.lo}, .hi = {2, plain.hi}, .axes = {6, plain.axes},
         .points_a = {6, plain.points}, .points_b = {6, plain.points}, .orientations = {8, plain.orientations},
-        .ages_ns = {2, plain.ages}, .stale = {2, plain.stale}};
+        .ages_ns = {2, plain.ages}, .stale = {2, plain.stale}, .achieved = {2, plain.stale}};
 }
 
 static wire_event_batch event_batch(void)
@@ -73,7 +73,7 @@ static wire_event_batch event_batch(void)
         .names_b = {2, plain.texts}, .shapes_a = {2, plain.shapes}, .shapes_b = {2, plain.shapes}, .lo = {2, plain.lo},
         .hi = {2, plain.hi}, .axes = {6, plain.axes}, .points_a = {6, plain.points}, .points_b = {6, plain.points},
         .ages_a_ns = {2, plain.ages}, .ages_b_ns = {2, plain.ages}, .closings = {2, plain.distances},
-        .manifold_counts = {2, plain.counts}, .manifold_points = {9, plain.manifold},
+        .achieved = {2, plain.stale}, .manifold_counts = {2, plain.counts}, .manifold_points = {9, plain.manifold},
         .manifold_distances = {3, plain.distances}, .manifold_features = {3, plain.features}};
 }
 

@@ -72,6 +72,20 @@ static void interest_rules(void **state)
     REFUSED(WIRE_INTEREST, m.interest.range_m = -1, WIRE_BAD_NUMBER, "range_m is -1: at least 0");
     REFUSED(WIRE_INTEREST, m.interest.range_m = 2e9, WIRE_TOO_LARGE, "range_m");
     REFUSED(WIRE_INTEREST, m.interest.tolerance_m = -1, WIRE_BAD_NUMBER, "tolerance_m is -1");
+    REFUSED(WIRE_INTEREST, m.interest.tolerance_m = NAN, WIRE_BAD_NUMBER, "tolerance_m[0] is not a number");
+    REFUSED(WIRE_INTEREST, m.interest.relative_tolerance = -1, WIRE_BAD_NUMBER, "1e-15 to 1 is possible, or 0");
+    REFUSED(WIRE_INTEREST, m.interest.relative_tolerance = NAN, WIRE_BAD_NUMBER, "relative_tolerance[0] is not a");
+    REFUSED(WIRE_INTEREST, m.interest.relative_tolerance = 9e-16, WIRE_BAD_NUMBER, "1e-15 to 1 is possible, or 0");
+    REFUSED(WIRE_INTEREST, m.interest.relative_tolerance = 1.001, WIRE_BAD_NUMBER, "1e-15 to 1 is possible, or 0");
+    ACCEPTED(WIRE_INTEREST, m.interest.relative_tolerance = 1e-15);
+    ACCEPTED(WIRE_INTEREST, m.interest.relative_tolerance = 1);
+    REFUSED(WIRE_INTEREST, m.interest.accuracy = 3, WIRE_MALFORMED, "accuracy is 3: 0 to 2");
+    ACCEPTED(WIRE_INTEREST, (m.interest.accuracy = WIRE_BY_BOXES, m.interest.facts = 1 + 2));
+    ACCEPTED(WIRE_INTEREST, (m.interest.accuracy = WIRE_BY_VERDICT, m.interest.facts = 1));
+    REFUSED(WIRE_INTEREST, (m.interest.accuracy = WIRE_BY_BOXES, m.interest.facts = 1 + 4), WIRE_UNSUPPORTED,
+        "accuracy is 1: manifolds need 0");
+    REFUSED(WIRE_INTEREST, (m.interest.accuracy = WIRE_BY_VERDICT, m.interest.facts = 1 + 2), WIRE_UNSUPPORTED,
+        "accuracy is 2: distances need 0");
     REFUSED(WIRE_INTEREST, m.interest.rate_hz = -1, WIRE_BAD_NUMBER, "rate_hz is -1");
     REFUSED(WIRE_INTEREST, m.interest.rate_hz = NAN, WIRE_BAD_NUMBER, "rate_hz[0] is not a number");
     REFUSED(WIRE_INTEREST, m.interest.removed = 2, WIRE_MALFORMED, "removed");
@@ -187,7 +201,7 @@ static void event_arrays_are_of_one_length(void **state)
 {
     (void)state;
     static const char *const arrays[] = {"causes", "contacts", "names_a", "names_b", "shapes_a", "shapes_b", "lo", "hi",
-        "axes", "points_a", "points_b", "ages_a_ns", "ages_b_ns", "closings", "manifold_counts"};
+        "axes", "points_a", "points_b", "ages_a_ns", "ages_b_ns", "closings", "achieved", "manifold_counts"};
     const wire_schema *s = wire_schema_of(WIRE_EVENT_BATCH);
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
         for (uint32_t i = 0; i < s->field_count; i++) {

@@ -1,0 +1,148 @@
+/* work: the ladder's work in units, by a table of the kinds of pairs; which pair is refined first; and who pays.
+ *
+ * A unit is about a nanosecond of the machine the table was made on. Only ratios matter: what a unit takes here is
+ * measured by whoever grants them. All of it follows from the commands and the grants. Tick thread, but for work_of. */
+#include "geom/compound.h"
+#include "geom/hull.h"
+#include "geom/mesh.h"
+#include "state.h"
+
+#include "base/sort.h"
+
+#include <string.h>
+
+enum { WAITS_MAX = 32 }; /* ticks; who has waited so long goes first, whatever its need */
+
+typedef struct price { /* units that a shape adds to a refinement of two that are apart, and of two that overlap */
+    double apart, overlapping;
+} price;
+
+static price price_of(const shape *s)
+{
+    static const price PRICES[SHAPE_TYPE_COUNT] = {
+        [SHAPE_SPHERE] = {20, 20},
+        [SHAPE_CAPSULE] = {40, 60},
+        [SHAPE_BOX] = {80, 200},
+        [SHAPE_CYLINDER] = {300, 7000},
+        [SHAPE_CONE] = {300, 5000},
+        [SHAPE_ELLIPSOID] = {250, 250},
+        [SHAPE_HALFSPACE] = {30, 30},
+        [SHAPE_HULL] = {350, 900},
+        [SHAPE_MESH] = {15000, 300000},
+        [SHAPE_COMPOUND] = {200, 200},
+    };
+    price p = PRICES[s->type];
+    double vertices = s->type == SHAPE_HULL ? s->hull->vertex_count : 0;
+    double triangles = s->type == SHAPE_MESH ? s->mesh->triangle_count : 0;
+    double children = s->type == SHAPE_COMPOUND ? s->compound->child_count : 0;
+    p.apart += 2.5 * vertices + 50 * triangles + 250 * children;
+    p.overlapping += 7 * vertices + 500 * triangles + 700 * children;
+    return p;
+}
+
+static uint32_t whole(double work)
+{
+    return (uint32_t)fmin(work, 1e9);
+}
+
+/* Along one axis or two, and what it takes to tell. */
+uint32_t work_of_bounds(const solid *a, const solid *b)
+{
+    const shape *of[2] = {&a->shape, &b->shape};
+    double work = 700;
+    for (int i = 0; i < 2; i++) {
+        if (of[i]->type == SHAPE_COMPOUND) work += 30 * of[i]->compound->child_count;
+        if (of[i]->hull) work += of[i]->hull->vertex_count;
+    }
+    return whole(work);
+}
+
+/* By what bounds say of it, and with what it takes to tell. */
+uint32_t work_of(const solid *a, const solid *b, const demand *d, double lo)
+{
+    price x = price_of(&a->shape), y = price_of(&b->shape);
+    double work = 500 + (lo > 0 ? x.apart + y.apart : x.overlapping + y.overlapping);
+    if (d->request.facts & NARROW_MANIFOLD && lo <= d->request.threshold) work += 700;
+    return whole(work);
+}
+
+/* ---- the order of need ---- */
+
+static uint64_t ascending(float x) /* bits in the order of numbers */
+{
+    uint32_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    return bits & 0x80000000u ? ~bits : bits | 0x80000000u;
+}
+
+static double step_of(const world *w, const solid *s)
+{
+    return vec_norm(w->bodies.at[s->body].step);
+}
+
+/* Where the lower bound may be in the next tick, if they go on as they came. Who waits goes before who does not. */
+static uint64_t need_of(const world *w, uint32_t k)
+{
+    const pair *p = &w->pairs.at[w->active_pairs.at[k]];
+    double next = p->standing.lo - step_of(w, &w->solids.at[p->a]) - step_of(w, &w->solids.at[p->b]);
+    uint64_t rank = p->waited >= WAITS_MAX ? 0 : p->waited ? 1 : 2;
+    return rank << 60 | ascending((float)next) << 28 | k;
+}
+
+void work_order(world *w)
+{
+    w->needs.count = 0;
+    for (size_t k = 0; k < w->active_pairs.count; k++) {
+        const outcome *o = &w->outcomes.at[k];
+        if (!o->settled && !o->coarse) array_push(&w->needs, need_of(w, (uint32_t)k));
+    }
+    if (!w->needs.count) return;
+    array_reserve(&w->sort_scratch, w->needs.count);
+    sort_keys(w->needs.at, w->sort_scratch.at, w->needs.count);
+    for (size_t i = 0; i < w->needs.count; i++) w->needs.at[i] &= (1u << 28) - 1;
+}
+
+/* ---- who pays ---- */
+
+static uint32_t count_payers(const world *w, const body *a, const body *b, uint64_t *first)
+{
+    uint32_t payers = 0;
+    for (size_t word = 0; word < w->words; word++)
+        for (uint64_t bits = interest_word(a, b, word); bits; bits &= bits - 1) {
+            uint32_t id = (uint32_t)(word * 64) + (uint32_t)__builtin_ctzll(bits);
+            if (!(w->interests.at[id].facts & (WORLD_TOUCH | WORLD_DISTANCE | WORLD_MANIFOLD))) continue;
+            if (!payers++) *first = id;
+        }
+    return payers;
+}
+
+static void charge(world *w, const body *a, const body *b, const outcome *o)
+{
+    uint64_t first = 0;
+    uint32_t payers = count_payers(w, a, b, &first), share = payers ? o->cost / payers : 0;
+    for (uint32_t id = (uint32_t)first; payers; id++) {
+        if (!(interest_word(a, b, id >> 6) >> (id & 63) & 1)) continue;
+        interest *i = &w->interests.at[id];
+        if (!(i->facts & (WORLD_TOUCH | WORLD_DISTANCE | WORLD_MANIFOLD))) continue;
+        i->work += share;
+        i->undone += o->left && (o->coarse || i->accuracy != WORLD_BY_BOXES);
+        payers--;
+    }
+}
+
+void work_charge(world *w)
+{
+    for (size_t i = 0; i < w->interests.count; i++) w->interests.at[i].undone = 0;
+    bool alone = w->askers == 1;
+    for (size_t k = 0; k < w->active_pairs.count; k++) {
+        const outcome *o = &w->outcomes.at[k];
+        if (!o->cost) continue;
+        if (alone) {
+            w->interests.at[w->first_asker].work += o->cost;
+            w->interests.at[w->first_asker].undone += o->left;
+            continue;
+        }
+        const pair *p = &w->pairs.at[w->active_pairs.at[k]];
+        charge(w, &w->bodies.at[w->solids.at[p->a].body], &w->bodies.at[w->solids.at[p->b].body], o);
+    }
+}
