@@ -17,6 +17,7 @@ static const family FAMILIES[] = {
     {"in_", "messages_in_total", "kind", "messages that came and were well-formed", false},
     {"reject_", "messages_rejected_total", "reason", "messages, or parts of them, that were refused", false},
     {"pairs_by_", "pairs_settled_total", "rung", "pairs in ticks, by the rung of the ladder that settled them", false},
+    {"work_of_", "stream_work_units", "stream", "units of the ladder's work a tick, of this subscriber's pairs", true},
     {"lost_client_", "lost_client_bodies", "client", "bodies that stay of a client whose lease ran out", true},
 };
 
@@ -36,6 +37,10 @@ static const single SINGLES[] = {
     {"geometries", "hulls, meshes and height fields in the store", true},
     {"lost_clients", "clients whose lease ran out and whose bodies stay", true},
     {"lost_bodies", "bodies of clients whose lease ran out", true},
+    {"work", "units of work of the last tick; 0 without a budget", true},
+    {"undone", "pairs that the budget left in the last tick", true},
+    {"unbounded", "of those, the ones without bounds of their own", true},
+    {"undone_ticks", "ticks whose budget left something", false},
     {"last_tick_ns", "duration of the last tick", true},
     {"ticks", "ticks", false},
     {"moves", "poses applied", false},
@@ -76,6 +81,14 @@ static bool begins(const char *text, const char *with)
     return strncmp(text, with, strlen(with)) == 0;
 }
 
+/* A backslash, a quote or an end of line would end the label. */
+static void put_label(page_text *to, const char *name, const char *text)
+{
+    put(to, "%s=\"", name);
+    for (; *text; text++) put(to, strchr("\\\"", *text) ? "\\%c" : "%c", *text == '\n' ? ' ' : *text);
+    put(to, "\"");
+}
+
 /* A family's head stands before the first of its lines. */
 static bool put_member(page_text *to, const char *name, int64_t value)
 {
@@ -86,7 +99,9 @@ static bool put_member(page_text *to, const char *name, int64_t value)
         int size = snprintf(head, sizeof head, "# HELP collided_%s ", f->name);
         if (!memmem(to->at, to->count, head, (size_t)size))
             put_head(to, f->name, f->gauge ? "gauge" : "counter", f->help);
-        put(to, "collided_%s{%s=\"%s\"} %" PRId64 "\n", f->name, f->label, name + strlen(f->prefix), value);
+        put(to, "collided_%s{", f->name);
+        put_label(to, f->label, name + strlen(f->prefix));
+        put(to, "} %" PRId64 "\n", value);
         return true;
     }
     return false;
@@ -124,14 +139,6 @@ void page_histogram(page_text *to, const histogram *h)
     uint64_t total = histogram_total(h);
     put(to, "collided_%s_bucket{le=\"+Inf\"} %" PRIu64 "\n", h->name, total);
     put(to, "collided_%s_sum %.17g\ncollided_%s_count %" PRIu64 "\n", h->name, h->sum, h->name, total);
-}
-
-/* A backslash, a quote or an end of line would end the label. */
-static void put_label(page_text *to, const char *name, const char *text)
-{
-    put(to, "%s=\"", name);
-    for (; *text; text++) put(to, strchr("\\\"", *text) ? "\\%c" : "%c", *text == '\n' ? ' ' : *text);
-    put(to, "\"");
 }
 
 void page_build_info(page_text *to, const char *release, const char *daemon)

@@ -32,13 +32,19 @@ void bounds_travel(const world *w, body *b)
         const solid *s = &w->solids.at[b->shapes[i]];
         b->reach = fmax(b->reach, s->reach + vec_norm(s->local.p));
     }
-    b->travelled += narrow_motion_bound(&b->travelled_to, &b->pose, b->reach);
+    b->travelled = nextafter(b->travelled + narrow_motion_bound(&b->travelled_to, &b->pose, b->reach), INFINITY);
     b->travelled_to = b->pose;
 }
 
 static double travelled(const body *a, const body *b)
 {
-    return (a->travelled + b->travelled) * (1 + 0x1p-50);
+    return a->travelled + b->travelled;
+}
+
+/* How far, at most, since `then` was the sum: both sums and their difference are rounded. */
+static double travelled_since(double now, double then)
+{
+    return now - then + 0x1p-50 * now;
 }
 
 /* The way that they went is quicker to look at than how far they got. */
@@ -52,7 +58,7 @@ bool bounds_stand(const world *w, const pair *p)
     if (x->ruled_tick == w->figures.ticks || y->ruled_tick == w->figures.ticks) return false;
     for (uint32_t id = p->first_watch; id != WORLD_NONE; id = w->watches.at[id].pair_next)
         if (w->watches.at[id].unknown) return false;
-    if (travelled(x, y) - s->travelled <= s->slack) return true;
+    if (travelled_since(travelled(x, y), s->travelled) <= s->slack) return true;
     pose b_in_a = solid_relative(w, a, b);
     return narrow_motion_bound(&s->b_in_a, &b_in_a, b->reach) <= s->slack;
 }
