@@ -3,12 +3,13 @@
 #include "pace.h"
 
 static const double UNIT_FIRST = 2;    /* ns, before anything is known: rather too much */
+static const double UNIT_LEAST = 0.01;  /* ns: a clock may stand still */
 static const double REST_FIRST = 0.25; /* of the budget */
-static const double TARGET = 0.95;     /* of the budget: the last piece of work may take longer than expected */
+static const double TARGET = 0.9;      /* of the budget: the last piece of work may take longer than expected */
 static const double SLICE = 0.6;       /* of what is left, ... */
 static const double LAST_SLICE = 0.12; /* ... unless that is less than this share of the budget */
 static const double END = 0.02;        /* of the budget: not worth a slice */
-static const double LEARN_UNIT = 0.125, LEARN_MORE_REST = 0.5, LEARN_LESS_REST = 0.05;
+static const double LEARN_UNIT = 0.125, LEARN_MORE_REST = 0.5, LEARN_LESS_REST = 0.1;
 static const uint64_t UNITS_TO_LEARN_FROM = 2000;
 
 void pace_init(pace *p, int64_t limit_ns)
@@ -31,6 +32,7 @@ static void learn_unit(pace *p, int64_t now_ns, uint64_t done)
     double took = (double)(now_ns - p->last_ns) / (double)units;
     if (took > 4 * p->unit_ns) took = 4 * p->unit_ns;
     p->unit_ns += LEARN_UNIT * (took - p->unit_ns);
+    if (!(p->unit_ns > UNIT_LEAST)) p->unit_ns = UNIT_LEAST;
 }
 
 uint64_t pace_grant(pace *p, int64_t now_ns, uint64_t done)

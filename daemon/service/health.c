@@ -156,8 +156,9 @@ static void show(service *s, const sheet *t, size_t registered)
     s->page.count = 0;
     page_build_info(&s->page, COLLIDED_RELEASE, s->daemon_name);
     for (size_t i = 0; i < t->count; i++) {
-        const char *help = i < registered ? NULL : metrics_at(s->metrics, i - registered)->help;
-        page_number(&s->page, t->names[i], help, t->values[i]);
+        bool known = i >= registered && i - registered < metrics_count(s->metrics);
+        page_number(
+            &s->page, t->names[i], known ? metrics_at(s->metrics, i - registered)->help : NULL, t->values[i]);
     }
     const histogram *all[] = {&s->measures.latency, &s->measures.tick, &s->measures.age, &s->measures.width};
     for (size_t i = 0; i < sizeof all / sizeof *all; i++) page_histogram(&s->page, all[i]);
@@ -173,10 +174,10 @@ void health_publish(service *s)
     t.count = 0;
     add_world(s, &t);
     add_lost(s, &t);
-    add_work(s, &t);
     size_t registered = t.count; /* from here on */
     for (size_t i = 0; i < metrics_count(s->metrics); i++)
         add(&t, metrics_at(s->metrics, i)->name, metric_get(metrics_at(s->metrics, i)));
+    add_work(s, &t);
     if (s->exporter) show(s, &t, registered);
     wire_message m = {.kind = WIRE_STATUS,
         .status = {.version = WIRE_VERSION,
