@@ -9,6 +9,7 @@
 
 #include "fit_gap.h"
 #include "loaders/decompose/piece.h"
+#include "loaders/decompose/vec3.h"
 
 typedef struct fit_hull {
     double *points; /* the vertices: triples, sorted */
@@ -28,6 +29,11 @@ bool fit_hull_make(pool *p, const double *points, size_t count, fit_hull *out);
 static inline fit_cloud fit_hull_cloud(const fit_hull *h)
 {
     return (fit_cloud){h->points, h->count, h->most};
+}
+
+static inline double fit_hull_diagonal(const fit_hull *h)
+{
+    return distance3(h->lo, h->hi);
 }
 
 /* Signed distance of x from the hull, negative inside; not below the true one. */
