@@ -7,7 +7,7 @@
 
 #include <stdlib.h>
 
-enum { SPLITS_MAX = 14, AROUND_MAX = 64 /* different normals at a corner */, STEPS = 30000 };
+enum { SPLITS_MAX = 14, AROUND_MAX = 64 /* different normals at a corner */, STEPS = 30000, GLANCE_STEPS = 300 };
 static const double CLOSE = 1.02;       /* bound over a value that occurs: near enough */
 static const double NORMAL_U = 0x1p-40; /* more than what a unit normal errs by */
 
@@ -266,18 +266,22 @@ double fit_excess_by_normals(const solid *s, const fit_hull *h, double floor)
     return q.lost ? INFINITY : q.bound + 4 * h->slack;
 }
 
-static double by_place_of_points(const solid *s, const fit_hull *h, double floor)
+static piece piece_of(const fit_hull *h)
 {
     piece p = {.points = h->points, .point_count = h->count, .planes = h->planes, .plane_count = h->plane_count};
     memcpy(p.lo, h->lo, sizeof p.lo);
     memcpy(p.hi, h->hi, sizeof p.hi);
-    deviate_effort effort = {.ratio = 0.05, .floor = floor, .steps = STEPS};
-    deviate_find(s, &p, &effort);
-    return p.deviation;
+    return p;
 }
 
 double fit_excess_of_hull(const solid *s, const fit_hull *h, double wanted)
 {
+    const deviate_effort glance = {.ratio = 1, .floor = wanted / 2, .steps = GLANCE_STEPS};
+    const deviate_effort effort = {.ratio = 0.05, .floor = wanted / 2, .steps = STEPS};
+    piece p = piece_of(h);
+    if (deviate_find(s, &p, &glance) > wanted) return p.deviation;
     double bound = fit_excess_by_normals(s, h, wanted / 16);
-    return bound <= wanted ? bound : fmin(bound, by_place_of_points(s, h, wanted / 2));
+    if (bound <= wanted) return bound;
+    deviate_find(s, &p, &effort);
+    return fmin(bound, p.deviation);
 }

@@ -17,7 +17,8 @@
  * below `floor` are not refined. */
 double fit_excess_by_normals(const solid *s, const fit_hull *h, double floor);
 
-/* The better one of both ways; the second is taken if the first one's bound is above `wanted`. */
+/* A bound, by whichever way finds one that is no more than `wanted`; a larger one where a point occurs that is farther
+ * away, or where neither does. */
 double fit_excess_of_hull(const solid *s, const fit_hull *h, double wanted);
 
 #endif

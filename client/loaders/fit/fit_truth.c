@@ -5,7 +5,7 @@
 #include "loaders/decompose/vec3.h"
 #include "loaders/rigid.h"
 
-enum { SECTORS = 48, RINGS = 23, BALL_POINTS = SECTORS * RINGS + 2 };
+enum { SECTORS = 32, RINGS = 15, BALL_POINTS = SECTORS * RINGS + 2 };
 
 typedef struct gathering {
     pool *pool;

@@ -122,8 +122,10 @@ static void write_apart(FILE *out, const fit_robot *f)
         write_text(out, f->links[p->a].name);
         fputs(", link2: ", out);
         write_text(out, f->links[p->b].name);
-        fprintf(out, ", reason: \"never meet within the joint limits: proven, at least %.3g mm apart\"}\n",
-            1e3 * p->answer.clearance_m);
+        double mm = 1e3 * p->answer.clearance_m;
+        fputs(", reason: \"proven: never meet within the joint limits", out);
+        if (mm >= 0.1) fprintf(out, ", at least %.3g mm apart", mm);
+        fputs("\"}\n", out);
     }
 }
 

@@ -7,7 +7,9 @@
 #include "loaders/rigid.h"
 #include "never_path.h"
 
-enum { PARTS_MAX = 64, DEPTH_MAX = 512 };
+#include <stdio.h>
+
+enum { PARTS_MAX = 64, DEPTH_MAX = 512, PLENTY = 16 /* this part of the boxes goes into good clearances */ };
 static const double NEAR_M = 1e-5; /* boxes that move them by less are not halved */
 
 typedef struct part {  /* a convex hull of points, rounded */
@@ -224,11 +226,21 @@ static void whole_box(const search *q, box *x)
     }
 }
 
-static bool settles(const box *x, never_answer *out)
+static bool settles(const box *x, size_t plenty, never_answer *out)
 {
-    if (x->gap <= x->moves) return false;
+    if (x->gap <= x->moves * (out->boxes < plenty ? 2 : 1)) return false;
     out->clearance_m = fmin(out->clearance_m, x->gap - x->moves);
     return true;
+}
+
+static void tell_values(const search *q, const box *x, never_answer *out)
+{
+    size_t length = 0;
+    for (int i = 0; i < q->path.variable_count && length < sizeof out->at; i++) {
+        const char *name = q->path.u->joints[q->path.variable_joint[i]].name;
+        int n = snprintf(out->at + length, sizeof out->at - length, "%s%s=%.4g", i ? "," : "", name, x->middle[i]);
+        length += n > 0 ? (size_t)n : 0;
+    }
 }
 
 static void run(search *q, size_t boxes_max, never_answer *out)
@@ -236,10 +248,11 @@ static void run(search *q, size_t boxes_max, never_answer *out)
     pool work = {0};
     box *stack = pool_alloc(&work, DEPTH_MAX, sizeof *stack);
     int depth = 0;
+    size_t plenty = boxes_max / PLENTY;
     whole_box(q, &stack[0]);
     look(q, &stack[0]);
     out->boxes = 1;
-    depth = settles(&stack[0], out) ? 0 : 1;
+    depth = settles(&stack[0], plenty, out) ? 0 : 1;
     while (depth > 0 && out->verdict == NEVER_PROVEN) {
         box x = stack[--depth], halves[2];
         if (x.gap <= 0)
@@ -248,6 +261,7 @@ static void run(search *q, size_t boxes_max, never_answer *out)
             out->verdict = NEVER_NEAR;
         else if (out->boxes + 2 > boxes_max)
             out->verdict = NEVER_UNDECIDED;
+        if (out->verdict == NEVER_MEET) tell_values(q, &x, out);
         if (out->verdict != NEVER_PROVEN) break;
         int k = widest(q, &x);
         bool open[2];
@@ -256,7 +270,7 @@ static void run(search *q, size_t boxes_max, never_answer *out)
             halves[i].half[k] /= 2;
             halves[i].middle[k] += (i ? 1 : -1) * halves[i].half[k];
             look(q, &halves[i]);
-            open[i] = !settles(&halves[i], out);
+            open[i] = !settles(&halves[i], plenty, out);
         }
         out->boxes += 2;
         int first = halves[0].gap - halves[0].moves > halves[1].gap - halves[1].moves ? 0 : 1; /* looked at last */
@@ -271,7 +285,7 @@ void never_meet_find(const urdf *u, int a, const load_shape *of_a, size_t a_coun
 {
     pool work = {0};
     search *q = pool_alloc(&work, 1, sizeof *q);
-    *out = (never_answer){NEVER_PROVEN, INFINITY, 0};
+    *out = (never_answer){.verdict = NEVER_PROVEN, .clearance_m = INFINITY};
     bool known = add_parts(&work, &q->a, of_a, a_count) && add_parts(&work, &q->b, of_b, b_count) &&
                  never_path_make(u, a, b, &q->path);
     if (known) {

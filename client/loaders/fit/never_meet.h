@@ -4,7 +4,8 @@
  * are (fit_gap.h). A joint that moves by h moves no point of one side against the other by more than h times the
  * farthest point's distance from its axis (by h, if it slides), taken over the whole box, on whichever side that is
  * less. While the gap exceeds the sum of these, no values in the box let the links meet; otherwise the box is halved.
- * Rounding: poses err by less than 2^-40 of the chain's length; 2^-36 of it is taken off each gap. */
+ * It is also halved, as long as boxes are plentiful, where the gap that is left is less than half of that in the
+ * middle. Rounding: poses err by less than 2^-40 of the chain's length; 2^-36 of it is taken off each gap. */
 #ifndef COLLIDED_LOADERS_FIT_NEVER_MEET_H
 #define COLLIDED_LOADERS_FIT_NEVER_MEET_H
 
@@ -22,6 +23,7 @@ typedef struct never_answer {
     never_verdict verdict;
     double clearance_m; /* NEVER_PROVEN: they are never nearer than this */
     size_t boxes;       /* looked at */
+    char at[512]; /* NEVER_MEET: the joints' values, as --joints takes them; those that are not named do not matter */
 } never_answer;
 
 enum { NEVER_BOXES_DEFAULT = 200000 };

@@ -19,14 +19,14 @@ static bool hangs_from(const urdf *u, int link, int root)
     return false;
 }
 
-static bool add_variable(never_path *p, int *known, int joint, double lo, double hi, never_joint *out)
+static bool add_variable(never_path *p, int joint, double lo, double hi, never_joint *out)
 {
     for (int i = 0; i < p->variable_count; i++)
-        if (known[i] == joint) {
+        if (p->variable_joint[i] == joint) {
             out->variable = i;
             return true;
         }
-    known[p->variable_count] = joint;
+    p->variable_joint[p->variable_count] = joint;
     p->lo[p->variable_count] = lo;
     p->hi[p->variable_count] = hi;
     out->variable = p->variable_count++;
@@ -34,7 +34,7 @@ static bool add_variable(never_path *p, int *known, int joint, double lo, double
 }
 
 /* What one that mimics a joint without limits comes to is not bounded; where it turns, once around is all the same. */
-static bool add_joint(never_path *p, int *known, int joint, bool upward)
+static bool add_joint(never_path *p, int joint, bool upward)
 {
     const urdf_joint *own = &p->u->joints[joint];
     if (own->type == URDF_FIXED) return true;
@@ -47,19 +47,19 @@ static bool add_joint(never_path *p, int *known, int joint, bool upward)
         j->factor *= p->u->joints[root].mimic_factor;
     }
     const urdf_joint *free_one = &p->u->joints[root];
-    if (free_one->limited) return add_variable(p, known, root, free_one->lower, free_one->upper, j);
+    if (free_one->limited) return add_variable(p, root, free_one->lower, free_one->upper, j);
     j->factor = 1;
     j->offset = 0;
-    return own->type != URDF_PRISMATIC && add_variable(p, known, joint, -ONCE_AROUND, ONCE_AROUND, j);
+    return own->type != URDF_PRISMATIC && add_variable(p, joint, -ONCE_AROUND, ONCE_AROUND, j);
 }
 
 bool never_path_make(const urdf *u, int a, int b, never_path *out)
 {
-    int known[NEVER_JOINTS_MAX], down[NEVER_JOINTS_MAX], count = 0;
+    int down[NEVER_JOINTS_MAX], count = 0;
     *out = (never_path){.u = u, .a = a, .b = b};
     int common = a;
     for (; !hangs_from(u, b, common); common = parent(u, common))
-        if (!add_joint(out, known, u->links[common].joint, true)) return false;
+        if (!add_joint(out, u->links[common].joint, true)) return false;
     out->common = common;
     for (int link = b; link != common; link = parent(u, link)) {
         if (u->joints[u->links[link].joint].type == URDF_FIXED) continue;
@@ -67,7 +67,7 @@ bool never_path_make(const urdf *u, int a, int b, never_path *out)
         down[count++] = u->links[link].joint;
     }
     while (count > 0)
-        if (!add_joint(out, known, down[--count], false)) return false;
+        if (!add_joint(out, down[--count], false)) return false;
     return true;
 }
 

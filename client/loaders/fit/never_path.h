@@ -19,6 +19,7 @@ typedef struct never_path {
     never_joint joints[NEVER_JOINTS_MAX]; /* from a to b */
     int joint_count;
     double lo[NEVER_JOINTS_MAX], hi[NEVER_JOINTS_MAX]; /* of the variables, rad or m */
+    int variable_joint[NEVER_JOINTS_MAX];              /* whose value it is */
     int variable_count;
 } never_path;
 
