@@ -31,6 +31,8 @@ typedef struct ctl_options { /* options.c tells what they mean */
     double workers;
     const char *interface, *peer, *system_root; /* NULL = none */
     bool list;
+    double excess_m;
+    const char *output; /* NULL = none */
 } ctl_options;
 
 typedef struct ctl {

@@ -43,6 +43,41 @@ static size_t lowest_along(const fit_hull *h, const double axis[3])
     return best;
 }
 
+static double angle_between(const double a[3], const double b[3])
+{
+    double c[3];
+    cross3(a, b, c);
+    return atan2(norm3(c), dot3(a, b));
+}
+
+/* Of the facet on the other side of the edge from corner `from` to corner `to`. */
+static const double *normal_beyond(const fit_hull *h, int32_t from, int32_t to)
+{
+    for (size_t i = 0; i < h->plane_count; i++)
+        for (int k = 0; k < 3; k++)
+            if (h->corners[i][k] == to && h->corners[i][(k + 1) % 3] == from) return h->planes[i].normal;
+    return h->planes[0].normal; /* it is closed: there is one */
+}
+
+/* Steiner's formula: volume, surface r, half of each edge's length by its angle r^2, and the ball's own. */
+static double rounded_volume(const fit_hull *h, double r)
+{
+    double area = 0, bend = 0;
+    for (size_t i = 0; i < h->plane_count; i++) {
+        const double *at[3];
+        double u[3], v[3], n[3];
+        for (int k = 0; k < 3; k++) at[k] = h->points + 3 * h->corners[i][k];
+        sub3(at[1], at[0], u);
+        sub3(at[2], at[0], v);
+        cross3(u, v, n);
+        area += norm3(n) / 2;
+        for (int k = 0; k < 3; k++) /* each edge is met twice */
+            bend += distance3(at[k], at[(k + 1) % 3]) / 4 *
+                    angle_between(h->planes[i].normal, normal_beyond(h, h->corners[i][k], h->corners[i][(k + 1) % 3]));
+    }
+    return h->volume + area * r + bend * r * r + 4 * acos(-1) / 3 * r * r * r;
+}
+
 /* Flat cores are no hulls: at least four corners, which add() takes out of one plane one after the other. */
 bool fit_rounded_hull(pool *p, const fit_hull *h, double radius_m, fit_shape *out)
 {
@@ -58,9 +93,10 @@ bool fit_rounded_hull(pool *p, const fit_hull *h, double radius_m, fit_shape *ou
     fit_hull made;
     pool work = {0};
     bool solid = fit_hull_make(&work, c.points, c.count, &made);
-    *out = (fit_shape){.shape = {.scale = {1, 1, 1}}, .volume = made.volume};
+    double radius = c.away[next] + 2 * h->slack;
+    *out = (fit_shape){.shape = {.scale = {1, 1, 1}}, .volume = solid ? rounded_volume(&made, radius) : 0};
     pool_free(&work);
-    out->shape.shape = (collided_shape){.type = COLLIDED_HULL, .radius = c.away[next] + 2 * h->slack};
+    out->shape.shape = (collided_shape){.type = COLLIDED_HULL, .radius = radius};
     out->shape.shape.pose = rigid_identity();
     out->shape.points = (mesh_points){c.points, c.count};
     out->excess_m = out->shape.shape.radius + h->slack; /* its corners are the hull's: none is outside */

@@ -14,7 +14,7 @@
 typedef struct fit_shape {
     load_shape shape;
     double excess_m; /* bound of how far its points are from the hull */
-    double volume;   /* m^3, of the shape; of a rounded hull that of its core */
+    double volume;   /* m^3 */
 } fit_shape;
 
 void fit_sphere(const fit_hull *h, fit_shape *out);

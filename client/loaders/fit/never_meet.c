@@ -300,6 +300,6 @@ void never_meet_find(const urdf *u, int a, const load_shape *of_a, size_t a_coun
 
 const char *never_verdict_word(never_verdict verdict)
 {
-    static const char *const words[] = {"never meet", "can meet", "come too near", "undecided", "not looked at"};
+    static const char *const words[] = {"never meet", "hulls meet", "too near to tell", "undecided", "not looked at"};
     return words[verdict];
 }
