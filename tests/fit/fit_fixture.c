@@ -9,7 +9,7 @@
 size_t fit_count(size_t nightly)
 {
     if (getenv("COLLIDED_NIGHTLY")) return nightly;
-    return getenv("COLLIDED_BRIEF") ? nightly / 400 + 1 : nightly / 20;
+    return getenv("COLLIDED_BRIEF") ? nightly / 1000 + 1 : nightly / 50;
 }
 
 double drawn(prng *r, double lo, double hi)

@@ -16,7 +16,7 @@ typedef struct solid_set { /* the shapes of one link */
     size_t count;
 } solid_set;
 
-size_t fit_count(size_t nightly); /* a twentieth of it in CI, a hundredth with COLLIDED_BRIEF */
+size_t fit_count(size_t nightly); /* a fiftieth of it in CI, a thousandth with COLLIDED_BRIEF */
 double drawn(prng *r, double lo, double hi);
 vec3 drawn_direction(prng *r);
 

@@ -26,24 +26,41 @@ static void join(pool *p, choice *to, const choice *part)
         all, to->count + part->count, fmax(to->excess_m, part->excess_m), to->volume + part->volume, to->ns + part->ns};
 }
 
-/* The cheapest shape around the hull, and of equally cheap ones that which fits best. What it stands for may be inside
- * of the hull by `own`, and may be outside by `outside`. */
-static bool cheapest(pool *p, const fit_hull *h, double own, double outside, double excess_m, choice *out)
+/* Those of the kinds, cheapest kind first, that cost less than `limit_ns`. */
+static int candidates(pool *p, const fit_hull *h, double room, double limit_ns, fit_shape all[CANDIDATES_MAX])
+{
+    static const collided_shape_type kinds[] = {COLLIDED_SPHERE, COLLIDED_CAPSULE, COLLIDED_BOX, COLLIDED_HULL};
+    int count = 0;
+    for (int k = 0; k < 4; k++) {
+        load_shape least = {.shape.type = kinds[k], .points.count = 4};
+        if (fit_cost_ns(&least) >= limit_ns) break;
+        if (kinds[k] == COLLIDED_SPHERE) fit_sphere(h, &all[count++]);
+        if (kinds[k] == COLLIDED_CAPSULE) fit_capsule(h, &all[count++]);
+        if (kinds[k] == COLLIDED_BOX) {
+            fit_box(h, &all[count]);
+            fit_rounded_box(h, &all[count], &all[count + 1]);
+            count += 2;
+        }
+        if (kinds[k] == COLLIDED_HULL) {
+            count += fit_rounded_hull(p, h, room - 4 * h->slack, &all[count]);
+            fit_whole_hull(h, &all[count++]);
+        }
+    }
+    return count;
+}
+
+/* The cheapest shape around the hull, below the limit, and of equally cheap ones that which fits best. The hull's
+ * points are at most `own` outside of the link, and the link's at most `outside` of the hull. */
+static bool cheapest(
+    pool *p, const fit_hull *h, double own, double outside, double excess_m, double limit_ns, choice *out)
 {
     fit_shape all[CANDIDATES_MAX], *best = NULL;
-    double room = excess_m - own - outside, best_ns = INFINITY;
-    int count = 0;
-    fit_sphere(h, &all[count++]);
-    fit_capsule(h, &all[count++]);
-    fit_box(h, &all[count++]);
-    fit_rounded_box(h, &all[count - 1], &all[count]);
-    count++;
-    count += fit_rounded_hull(p, h, room - 4 * h->slack, &all[count]);
-    fit_whole_hull(h, &all[count++]);
+    double room = excess_m - own - outside, best_ns = limit_ns;
+    int count = candidates(p, h, room, limit_ns, all);
     for (int i = 0; i < count; i++) {
         double ns = fit_cost_ns(&all[i].shape);
-        if (!(all[i].excess_m <= room)) continue;
-        if (best && (ns > best_ns || (ns == best_ns && all[i].excess_m >= best->excess_m))) continue;
+        if (!(all[i].excess_m <= room) || ns > best_ns || ns >= limit_ns) continue;
+        if (best && ns == best_ns && all[i].excess_m >= best->excess_m) continue;
         best = &all[i];
         best_ns = ns;
     }
@@ -56,17 +73,18 @@ static bool cheapest(pool *p, const fit_hull *h, double own, double outside, dou
     return true;
 }
 
-/* A point outside of everything that is solid nearby belongs to the rounding of the truth's frame, too. */
-static bool around_all(pool *p, const fit_truth *t, double excess_m, choice *out)
+/* One shape around everything. How far the hull itself reaches beyond the link is only asked where something that costs
+ * less than the limit would do for the hull. */
+static bool around_all(pool *p, const fit_truth *t, double excess_m, double limit_ns, choice *out)
 {
     pool work = {0};
     fit_hull h;
-    bool found = false;
-    if (fit_hull_make(p, t->outer, t->outer_count, &h)) {
+    bool found = fit_hull_make(p, t->outer, t->outer_count, &h) && cheapest(&work, &h, 0, 0, excess_m, limit_ns, out);
+    if (found) {
         solid s;
         solid_make(&work, &t->inner, &s);
         double own = fit_excess_of_hull(&s, &h, excess_m);
-        found = own < excess_m && cheapest(p, &h, own, 0, excess_m, out);
+        found = own < excess_m && cheapest(p, &h, own, 0, excess_m, limit_ns, out);
     }
     pool_free(&work);
     return found;
@@ -85,7 +103,7 @@ static bool in_pieces(pool *p, const fit_truth *t, double excess_m, choice *out)
         choice one;
         double own = d.hulls[i].deviation_m;
         good = own < excess_m && fit_hull_make(p, d.hulls[i].points.at, d.hulls[i].points.count, &h) &&
-               cheapest(p, &h, own, d.radius, excess_m, &one);
+               cheapest(p, &h, own, d.radius, excess_m, INFINITY, &one);
         if (good) join(p, out, &one);
     }
     pool_free(&work);
@@ -112,7 +130,7 @@ static fit_how one_shape(pool *p, const load_shape *s, double excess_m, choice *
     fit_how how = is_simple(s) ? FIT_AS_IT_WAS : FIT_MESH;
     keep(p, s, out);
     if (!fit_truth_of(p, s, 1, &t)) return how;
-    if (around_all(p, &t, excess_m, &other) && other.ns < out->ns) {
+    if (around_all(p, &t, excess_m, out->ns, &other)) {
         *out = other;
         return FIT_EACH;
     }
@@ -162,7 +180,7 @@ void fit_link_make(pool *p, const load_body *body, double excess_m, fit_link *ou
         out->ns_before += fit_cost_ns(&body->shapes[i]);
     }
     bool several = body->shape_count > 1 && fit_truth_of(p, body->shapes, body->shape_count, &t);
-    if (several && around_all(p, &t, excess_m, &one) && one.ns < each.ns) {
+    if (several && around_all(p, &t, excess_m, each.ns, &one)) {
         out->how = FIT_ONE;
         each = one;
     }
