@@ -127,6 +127,30 @@ static const fit_pair *find_pair(const fit_robot *f, const char *a, const char *
 
 /* ---- the panda ---- */
 
+/* All that its SRDF calls "Never" is proven, but for link2 and link6: their meshes do meet, within the limits. */
+static void what_the_srdf_disables_is_proven(fitted *t)
+{
+    for (size_t i = 0; i < t->fit.pair_count; i++) {
+        const fit_pair *p = &t->fit.pairs[i];
+        bool never = p->disabled && strcmp(p->disabled, "Never") == 0;
+        bool known = p == find_pair(&t->fit, "panda_link2", "panda_link6");
+        if (never) assert_int_equal(p->answer.verdict, known ? NEVER_MEET : NEVER_PROVEN);
+    }
+    const fit_pair *p = find_pair(&t->fit, "panda_link2", "panda_link6");
+    double *values = pool_alloc(&t->f.pool, (size_t)t->robot.model.joint_count, sizeof *values);
+    collided_pose *poses = pool_alloc(&t->f.pool, (size_t)t->robot.model.link_count, sizeof *poses);
+    robot_default_values(&t->robot, values);
+    if (!robot_set_list(&t->robot, p->answer.at, values, &t->f.report)) fail_msg("%s", t->f.report.error);
+    robot_forward(&t->robot, values, poses);
+    const fit_link *a = &t->fit.links[p->a], *b = &t->fit.links[p->b];
+    solid_set meshes_a, meshes_b;
+    set_make(&meshes_a, a->before, a->before_count);
+    set_make(&meshes_b, b->before, b->before_count);
+    assert_true(set_distance(&meshes_a, pose_from(&poses[a->link]), &meshes_b, pose_from(&poses[b->link])) < -0.001);
+    set_free(&meshes_a);
+    set_free(&meshes_b);
+}
+
 static void the_panda_is_fitted(void **state)
 {
     (void)state;
@@ -139,36 +163,7 @@ static void the_panda_is_fitted(void **state)
     assert_true(t.fit.ns < t.fit.ns_before / 3);
     links_are_held(&t, EXCESS);
     links_never_meet(&t);
-    fixture_end(&t.f);
-}
-
-/* All that its SRDF calls "Never" is proven, but for link2 and link6: their meshes do meet, within the limits. */
-static void what_the_srdf_disables_is_proven(void **state)
-{
-    (void)state;
-    fitted t = {0};
-    fixture_begin(&t.f);
-    if (!fixture_panda_solid(&t.f, &t.robot)) skip();
-    fit(&t, EXCESS);
-    for (size_t i = 0; i < t.fit.pair_count; i++) {
-        const fit_pair *p = &t.fit.pairs[i];
-        bool never = p->disabled && strcmp(p->disabled, "Never") == 0;
-        bool known = p == find_pair(&t.fit, "panda_link2", "panda_link6");
-        if (never) assert_int_equal(p->answer.verdict, known ? NEVER_MEET : NEVER_PROVEN);
-    }
-    const fit_pair *p = find_pair(&t.fit, "panda_link2", "panda_link6");
-    double *values = pool_alloc(&t.f.pool, (size_t)t.robot.model.joint_count, sizeof *values);
-    collided_pose *poses = pool_alloc(&t.f.pool, (size_t)t.robot.model.link_count, sizeof *poses);
-    robot_default_values(&t.robot, values);
-    if (!robot_set_list(&t.robot, p->answer.at, values, &t.f.report)) fail_msg("%s", t.f.report.error);
-    robot_forward(&t.robot, values, poses);
-    const fit_link *a = &t.fit.links[p->a], *b = &t.fit.links[p->b];
-    solid_set meshes_a, meshes_b;
-    set_make(&meshes_a, a->before, a->before_count);
-    set_make(&meshes_b, b->before, b->before_count);
-    assert_true(set_distance(&meshes_a, pose_from(&poses[a->link]), &meshes_b, pose_from(&poses[b->link])) < -0.001);
-    set_free(&meshes_a);
-    set_free(&meshes_b);
+    what_the_srdf_disables_is_proven(&t);
     fixture_end(&t.f);
 }
 
@@ -192,8 +187,8 @@ static void the_arm_is_fitted(void **state)
 static void any_excess_is_kept(void **state)
 {
     (void)state;
-    static const double excesses[] = {1e-6, 0.0005, 0.02, 0.3};
-    for (int i = 0; i < 4; i++) {
+    static const double excesses[] = {1e-6, 0.3};
+    for (int i = 0; i < 2; i++) {
         fitted t = {0};
         fixture_begin(&t.f);
         fixture_arm(&t.f, &t.robot);
@@ -202,7 +197,7 @@ static void any_excess_is_kept(void **state)
         for (size_t k = 0; k < t.fit.link_count; k++) {
             const fit_link *l = &t.fit.links[k];
             assert_true(l->excess_m <= excesses[i] && l->ns <= l->ns_before);
-            if (i == 3) assert_int_equal(l->shape_count, 1);
+            if (i == 1) assert_int_equal(l->shape_count, 1);
         }
         fixture_end(&t.f);
     }
@@ -274,7 +269,6 @@ int main(void)
         cmocka_unit_test(any_excess_is_kept),
         cmocka_unit_test(the_scene_is_what_was_found),
         cmocka_unit_test(the_panda_is_fitted),
-        cmocka_unit_test(what_the_srdf_disables_is_proven),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

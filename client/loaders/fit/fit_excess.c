@@ -8,7 +8,7 @@
 #include <stdlib.h>
 
 enum { SPLITS_MAX = 14, AROUND_MAX = 64 /* different normals at a corner */, STEPS = 30000, GLANCE_STEPS = 300 };
-static const double CLOSE = 1.02;       /* bound over a value that occurs: near enough */
+static const double CLOSE = 1.05;       /* bound over a value that occurs: near enough */
 static const double NORMAL_U = 0x1p-40; /* more than what a unit normal errs by */
 
 typedef struct spot { /* all y in the hull of `at`, all u in the cone of `way` */
@@ -20,7 +20,7 @@ typedef struct search {
     const solid *s;
     const fit_hull *h;
     double floor, occurs, bound;
-    bool lost; /* a cone was too wide */
+    bool lost; /* a cone was too wide, or there is no hope */
 } search;
 
 static void middle(const double points[3][3], int count, double out[3])
@@ -41,12 +41,19 @@ static double look(search *q, const spot *x)
         const piece_plane *m = &q->h->planes[f];
         double least = INFINITY, far = -INFINITY, here = dot3(m->normal, u);
         if (!(here > 0)) continue;
-        for (int i = 0; i < x->way_count; i++) least = fmin(least, dot3(m->normal, x->way[i]) - NORMAL_U);
-        double room = fmax(m->offset - dot3(m->normal, y), 0);
+        for (int i = 0; i < x->way_count; i++) {
+            double along = dot3(m->normal, x->way[i]) - NORMAL_U;
+            least = along < least ? along : least;
+        }
+        double room = m->offset - dot3(m->normal, y);
+        room = room > 0 ? room : 0;
         if (room * length < value * here) value = room * length / here;
         if (!(least > 0)) continue;
-        for (int i = 0; i < x->at_count; i++) far = fmax(far, m->offset - dot3(m->normal, x->at[i]));
-        far = fmax(far, 0) + q->h->slack;
+        for (int i = 0; i < x->at_count; i++) {
+            double below = m->offset - dot3(m->normal, x->at[i]);
+            far = below > far ? below : far;
+        }
+        far = (far > 0 ? far : 0) + q->h->slack;
         if (far < bound * least) bound = far / least;
     }
     if (value < INFINITY) q->occurs = fmax(q->occurs, value);
@@ -243,7 +250,7 @@ static void corners(search *q, const side *sides, size_t count, use_spot *use)
     }
 }
 
-double fit_excess_by_normals(const solid *s, const fit_hull *h, double floor)
+double fit_excess_by_normals(const solid *s, const fit_hull *h, double floor, double wanted)
 {
     search q = {.s = s, .h = h, .floor = floor};
     for (size_t i = 0; i < s->count; i++)
@@ -261,6 +268,7 @@ double fit_excess_by_normals(const solid *s, const fit_hull *h, double floor)
         faces(&q, uses[i]);
         edges(&q, along, 3 * s->count, uses[i]);
         corners(&q, at, 3 * s->count, uses[i]);
+        q.lost |= q.occurs > wanted;
     }
     pool_free(&work);
     return q.lost ? INFINITY : q.bound + 4 * h->slack;
@@ -280,7 +288,7 @@ double fit_excess_of_hull(const solid *s, const fit_hull *h, double wanted)
     const deviate_effort effort = {.ratio = 0.05, .floor = wanted / 2, .steps = STEPS};
     piece p = piece_of(h);
     if (deviate_find(s, &p, &glance) > wanted) return p.deviation;
-    double bound = fit_excess_by_normals(s, h, wanted / 16);
+    double bound = fit_excess_by_normals(s, h, wanted / 16, wanted);
     if (bound <= wanted) return bound;
     deviate_find(s, &p, &effort);
     return fmin(bound, p.deviation);

@@ -13,9 +13,9 @@
 
 #include "fit_hull.h"
 
-/* No point of the hull is farther than this from the solid; INFINITY if the solid is open, or has inner faces. Bounds
- * below `floor` are not refined. */
-double fit_excess_by_normals(const solid *s, const fit_hull *h, double floor);
+/* No point of the hull is farther than this from the solid; INFINITY if the solid is open, or has inner faces, or
+ * if the bound cannot come below `wanted`. Bounds below `floor` are not refined. */
+double fit_excess_by_normals(const solid *s, const fit_hull *h, double floor, double wanted);
 
 /* A bound, by whichever way finds one that is no more than `wanted`; a larger one where a point occurs that is farther
  * away, or where neither does. */

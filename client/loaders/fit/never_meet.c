@@ -76,7 +76,7 @@ static void place_side(side *s, const collided_pose *pose)
             rigid_rotate(pose->orientation, p->own + 3 * i, x);
             for (int k = 0; k < 3; k++) {
                 x[k] += pose->position[k];
-                p->most = fmax(p->most, fabs(x[k]));
+                p->most = fabs(x[k]) > p->most ? fabs(x[k]) : p->most;
             }
         }
     }
@@ -97,13 +97,17 @@ static double from_point(const side *s, const double x[3])
 static double from_axis(const side *s, const double origin[3], const double axis[3])
 {
     double most = 0;
-    for (size_t n = 0; n < s->count; n++)
+    for (size_t n = 0; n < s->count; n++) {
+        double most2 = 0;
         for (size_t i = 0; i < s->parts[n].count; i++) {
             double to[3], off[3];
             sub3(s->parts[n].at + 3 * i, origin, to);
             cross3(axis, to, off);
-            most = fmax(most, norm3(off) + s->parts[n].radius);
+            double away2 = dot3(off, off);
+            most2 = away2 > most2 ? away2 : most2;
         }
+        most = fmax(most, sqrt(most2) + s->parts[n].radius);
+    }
     return most;
 }
 
