@@ -1,9 +1,8 @@
 /* fit_cost: medians of `script/bench narrow --regime separated` (cold, a loaded two-core machine): sphere-sphere 26 ns,
  * capsule-capsule 65, box-box 225, cylinder-cylinder 1,050, cone-box 1,310, ellipsoid-ellipsoid 440, hull16 590, hull64
  * 970, hull256 2,740, and 40 to keep a pair that is far apart (coherent); `--mesh`: mesh-mesh 180,000 at 5,000
- * triangles each. Rounding costs nothing. Between and beyond the measured sizes: hulls by a straight line, meshes by
- * the power of their triangles that `script/bench fit` shows.
- */
+ * triangles each; and of `script/bench fit` 60,000 at 300. Rounding costs nothing. Between and beyond the sizes
+ * measured: hulls by a straight line, meshes by the root of their triangles. */
 #include "fit_cost.h"
 
 #include <math.h>
@@ -23,7 +22,7 @@ static double cost_of_one(const load_shape *s)
     case COLLIDED_HULL:
         return 450 + 8.9 * (double)s->points.count;
     case COLLIDED_MESH:
-        return 2000 * sqrt(fmax((double)s->triangles.count, 1));
+        return 3000 * sqrt(fmax((double)s->triangles.count, 1));
     case COLLIDED_HEIGHT_FIELD:
     case COLLIDED_COMPOUND:
         return 100000;
