@@ -2,6 +2,7 @@
  * nearly convex; links that are concave come in pieces, or keep their mesh. */
 #include "fit_fixture.h"
 
+#include "loaders/decompose/overhang.h"
 #include "loaders/fit/fit_excess.h"
 
 #include <math.h>
@@ -66,7 +67,8 @@ static double bound_of(model *m, bool by_normals)
     fit_hull h;
     solid_make(&p, &m->mesh, &s);
     assert_true(s.closed && fit_hull_make(&p, m->points, m->mesh.point_count, &h));
-    double bound = by_normals ? fit_excess_by_normals(&s, &h, 1e-6, INFINITY) : fit_excess_of_hull(&s, &h, 0.01);
+    double bound = by_normals ? overhang_bound(s.overhang, &s, h.planes, h.plane_count, 1e-6, INFINITY)
+                              : fit_excess_of_hull(&s, &h, 0.01);
     pool_free(&p);
     return bound;
 }
@@ -122,7 +124,8 @@ static void open_surfaces_have_none(void **state)
     solid_make(&p, &m.mesh, &s);
     assert_false(s.closed);
     assert_true(fit_hull_make(&p, m.points, m.mesh.point_count, &h));
-    assert_true(isinf(fit_excess_by_normals(&s, &h, 1e-6, INFINITY)));
+    assert_null(s.overhang);
+    assert_true(isinf(overhang_bound(s.overhang, &s, h.planes, h.plane_count, 1e-6, INFINITY)));
     assert_true(fit_excess_of_hull(&s, &h, 0.01) > 0.15); /* what is inside of it counts as outside */
     pool_free(&p);
 }
