@@ -86,7 +86,8 @@ static double support_in_piece(const search *q, const cell *c, const double norm
     for (size_t i = 0; i < q->p->plane_count; i++) {
         double rest[3];
         sub3(normal, q->p->planes[i].normal, rest);
-        least = fmin(least, q->p->planes[i].offset + box_support(c, rest));
+        double support = q->p->planes[i].offset + box_support(c, rest);
+        least = support < least ? support : least;
     }
     return least;
 }
