@@ -18,9 +18,15 @@ typedef struct fitted {
     fit_robot fit;
 } fitted;
 
+/* With sanitizers. */
+static bool is_brief(void)
+{
+    return getenv("COLLIDED_BRIEF") != NULL;
+}
+
 static void fit(fitted *t, double excess)
 {
-    fit_options o = {.excess_m = excess};
+    fit_options o = {.excess_m = excess, .boxes_max = is_brief() ? 2000 : 0};
     if (!fit_robot_make(&t->f.pool, &t->robot, &o, &t->fit, &t->f.report)) fail_msg("%s", t->f.report.error);
 }
 
@@ -163,7 +169,7 @@ static void the_panda_is_fitted(void **state)
     assert_true(t.fit.ns < t.fit.ns_before / 3);
     links_are_held(&t, EXCESS);
     links_never_meet(&t);
-    what_the_srdf_disables_is_proven(&t);
+    if (!is_brief()) what_the_srdf_disables_is_proven(&t);
     fixture_end(&t.f);
 }
 
