@@ -90,6 +90,23 @@ static void what_has_no_range_is_not_proven(void **state)
     assert_int_equal(ask(urdf, &a, &b, 10000).verdict, NEVER_UNKNOWN);
 }
 
+/* A turned, rounded box, as pieces of a concave link are: its corner is the nearest. */
+static void boxes_and_capsules_take_part(void **state)
+{
+    (void)state;
+    const char *urdf = ROBOT(LINKS JOINT("j", "prismatic", "a", "b", "<axis xyz='0 0 1'/>" LIMIT("-1", "1")));
+    double corner = sqrt(2) * 0.5; /* to x, of the box that is turned by 45 degrees about z */
+    load_shape box = {.shape = collided_box(1, 1, 4)}, rod = {.shape = collided_capsule(0.1, 3)};
+    box.shape.radius = 0.05;
+    box.shape.pose.orientation[0] = cos(acos(-1) / 8), box.shape.pose.orientation[3] = sin(acos(-1) / 8);
+    rod.shape.pose.position[0] = corner + 0.05 + 0.1 + 0.001;
+    never_answer x = ask(urdf, &box, &rod, 10000);
+    assert_int_equal(x.verdict, NEVER_PROVEN);
+    assert_true(x.clearance_m > 0 && x.clearance_m < 0.001 + 1e-9);
+    rod.shape.radius += 0.002;
+    assert_int_equal(ask(urdf, &box, &rod, 10000).verdict, NEVER_MEET);
+}
+
 /* Three joints in a row, tilted: the least distance over drawn values is no less than what is proven, nor by far more.
  */
 static void chains_hold_at_drawn_values(void **state)
@@ -127,6 +144,7 @@ int main(void)
         cmocka_unit_test(once_around_is_all_around),
         cmocka_unit_test(rails_and_mimics),
         cmocka_unit_test(what_has_no_range_is_not_proven),
+        cmocka_unit_test(boxes_and_capsules_take_part),
         cmocka_unit_test(chains_hold_at_drawn_values),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -7,8 +7,9 @@
 #include <stdlib.h>
 
 enum { SPLITS_MAX = 14, AROUND_MAX = 64 /* different normals at a corner */ };
-static const double CLOSE = 1.05;       /* bound over a value that occurs: near enough */
-static const double NORMAL_U = 0x1p-40; /* more than what a unit normal errs by */
+static const double CLOSE = 1.05; /* bound over a value that occurs: near enough */
+/* More than what a unit normal errs by: its triangle's area is above 1e-9 of the product of two sides (solid.c). */
+static const double NORMAL_U = 0x1p-20;
 
 typedef struct spot { /* all y in the hull of `at`, all u in the cone of `way` */
     double at[3][3], way[3][3];

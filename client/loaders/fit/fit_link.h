@@ -24,7 +24,7 @@ typedef struct fit_link {
     double volume;   /* m^3, sum of the new shapes' */
     double ns_before, ns;
     const char *note;   /* why nothing was found, or NULL */
-    load_shape *convex; /* hulls, spheres and capsules that together hold the link, for never_meet.h */
+    load_shape *convex; /* that together hold the link, for never_meet.h */
     size_t convex_count;
 } fit_link;
 

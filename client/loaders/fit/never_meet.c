@@ -39,23 +39,33 @@ typedef struct search {
 
 /* ---- what the links are ---- */
 
+/* The corners of the core, in its own frame: 0 of what is not polytope, sphere or capsule. */
+static size_t core_corners(const load_shape *from, double own[24])
+{
+    const collided_shape *s = &from->shape;
+    size_t count = s->type == COLLIDED_BOX ? 8 : s->type == COLLIDED_CAPSULE ? 2 : s->type == COLLIDED_SPHERE ? 1 : 0;
+    for (size_t i = 0; i < count; i++)
+        for (int k = 0; k < 3; k++) {
+            bool up = count == 8 ? i >> k & 1 : i == 1;
+            double half = count == 8 || (count == 2 && k == 2) ? s->half[k] : 0;
+            own[3 * i + (size_t)k] = up ? half : -half;
+        }
+    return count;
+}
+
 static bool add_part(pool *p, side *s, const load_shape *from)
 {
-    const collided_shape *shape = &from->shape;
-    if (s->count == PARTS_MAX) return false;
-    part *to = &s->parts[s->count++];
-    double own[6] = {0, 0, -shape->half[2], 0, 0, shape->half[2]};
-    bool hull = shape->type == COLLIDED_HULL;
-    if (!hull && shape->type != COLLIDED_SPHERE && shape->type != COLLIDED_CAPSULE) return false;
-    to->count = hull ? from->points.count : shape->type == COLLIDED_SPHERE ? 1 : 2;
-    to->radius = shape->radius;
-    double *points = pool_alloc(p, to->count, 3 * sizeof *points);
-    for (size_t i = 0; i < to->count; i++) {
-        rigid_rotate(shape->pose.orientation, (hull ? from->points.at : own) + 3 * i, points + 3 * i);
-        for (int k = 0; k < 3; k++) points[3 * i + k] += shape->pose.position[k];
+    double own[24];
+    bool hull = from->shape.type == COLLIDED_HULL;
+    size_t count = hull ? from->points.count : core_corners(from, own);
+    if (s->count == PARTS_MAX || count == 0) return false;
+    double *points = pool_alloc(p, count, 3 * sizeof *points);
+    for (size_t i = 0; i < count; i++) {
+        rigid_rotate(from->shape.pose.orientation, (hull ? from->points.at : own) + 3 * i, points + 3 * i);
+        for (int k = 0; k < 3; k++) points[3 * i + (size_t)k] += from->shape.pose.position[k];
     }
-    to->own = points;
-    to->at = pool_alloc(p, to->count, 3 * sizeof *to->at);
+    s->parts[s->count++] = (part){
+        .own = points, .at = pool_alloc(p, count, 3 * sizeof *points), .count = count, .radius = from->shape.radius};
     return true;
 }
 

@@ -28,7 +28,7 @@ typedef struct never_answer {
 
 enum { NEVER_BOXES_DEFAULT = 200000 };
 
-/* Links a and b of u, held by convex shapes in their frames: hulls, spheres and capsules. */
+/* Links a and b of u, held by convex shapes in their frames: hulls, spheres, capsules and boxes, rounded or not. */
 void never_meet_find(const urdf *u, int a, const load_shape *of_a, size_t a_count, int b, const load_shape *of_b,
     size_t b_count, size_t boxes_max, never_answer *out);
 
