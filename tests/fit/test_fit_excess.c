@@ -112,6 +112,29 @@ static void the_bound_holds_and_is_close(void **state)
         }
 }
 
+/* Saddles, pits and spikes all over: the bound need not be close, but it holds. */
+static void the_bound_holds_on_random_surfaces(void **state)
+{
+    (void)state;
+    static const double bumps[] = {0.001, 0.01, 0.05, 0.2};
+    int bounded = 0;
+    for (int n = 0; n < 24; n++) {
+        model m = {0};
+        prng r = {100 + (uint64_t)n};
+        make(&m, n % 3 ? drum : waist, 0.5);
+        for (int i = 0; i < RINGS * SECTORS; i++) {
+            double scale = 1 + drawn(&r, -1, 1) * bumps[n % 4];
+            m.points[3 * i] *= scale, m.points[3 * i + 1] *= scale;
+        }
+        for (int by_normals = 0; by_normals < 2; by_normals++) {
+            double bound = bound_of(&m, by_normals), occurs = farthest_of(&m, fit_count(40000));
+            if (!(bound >= occurs - 1e-9)) fail_msg("surface %d: %.9g occurs, the bound is %.9g", n, occurs, bound);
+            bounded += bound < 0.1;
+        }
+    }
+    assert_true(bounded > 12);
+}
+
 static void open_surfaces_have_none(void **state)
 {
     (void)state;
@@ -178,6 +201,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_bound_holds_and_is_close),
+        cmocka_unit_test(the_bound_holds_on_random_surfaces),
         cmocka_unit_test(open_surfaces_have_none),
         cmocka_unit_test(concave_links_come_in_pieces_or_stay),
     };
