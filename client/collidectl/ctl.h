@@ -33,6 +33,8 @@ typedef struct ctl_options { /* options.c tells what they mean */
     const char *interface, *peer, *system_root; /* NULL = none */
     const char *out;
     bool list;
+    double excess_m;
+    const char *output; /* NULL = none */
 } ctl_options;
 
 typedef struct ctl {

@@ -18,14 +18,17 @@ static const option table[] = {
     {"--interface", "NAME", TEXT, AT(interface), 0, 0, "",
         "network interface of the daemon, by name or address; default: this machine only"},
     {"--help", NULL, FLAG, AT(help), 0, 0, "", "this text, or that of the verb"},
-    {"--json", NULL, FLAG, AT(json), 0, 0, "status watch query replay trade doctor",
+    {"--json", NULL, FLAG, AT(json), 0, 0, "status fit watch query replay trade doctor",
         "JSON, one object a line; numbers that are not finite are null"},
     {"--wait", "S", NUMBER, AT(wait_s), 0, 86400, "status", "wait so long until it is ready; default 0"},
-    {"--srdf", "FILE", TEXT, AT(srdf), 0, 0, "load", "states and disabled pairs of the URDF's robot"},
-    {"--package", "NAME=PATH", PACKAGE, 0, 0, 0, "load", "where package://NAME/ is; may be given several times"},
+    {"--srdf", "FILE", TEXT, AT(srdf), 0, 0, "load fit", "states and disabled pairs of the URDF's robot"},
+    {"--package", "NAME=PATH", PACKAGE, 0, 0, 0, "load fit", "where package://NAME/ is; may be given several times"},
     {"--prefix", "TEXT", TEXT, AT(prefix), 0, 0, "load", "put before the names of links and robot"},
     {"--meshes", "WHAT", TEXT, AT(meshes), 0, 0, "load",
         "what mesh files become: hull (default), solid, decompose or decompose:N (at most N hulls, default 16)"},
+    {"--excess", "M", NUMBER, AT(excess_m), 1e-9, 1e6, "fit",
+        "no point of a shape is farther than this from the link; default 0.005"},
+    {"--output", "FILE", TEXT, AT(output), 0, 0, "fit", "the scene that it writes, for 'load': FILE.yaml"},
     {"--pose", "X,Y,Z[,W,X,Y,Z]", POSE, 0, 0, 0, "load", "of the robot's root link: m, and a unit quaternion"},
     {"--state", "NAME", TEXT, AT(state), 0, 0, "load joints", "joint values from the SRDF"},
     {"--joints", "NAME=V,...", TEXT, AT(joints), 0, 0, "load", "joint values, rad or m, after --state"},
@@ -258,6 +261,7 @@ static void set_defaults(ctl_options *o)
         .horizon_s = 1,
         .span_s = 1,
         .out = "trade",
+        .excess_m = 0.005,
         .pose = {{0, 0, 0}, {1, 0, 0, 0}}};
 }
 

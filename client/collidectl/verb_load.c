@@ -73,7 +73,12 @@ static bool read_urdf(loading *l, const char *path)
     if (o->meshes && !load_meshes_parse(o->meshes, &meshes))
         return load_fail(
             &c->report, "load: --meshes '%s': must be " LOAD_MESHES_WORDS, o->meshes, DECOMPOSE_PIECES_MAX);
-    scene_robot r = {.source = {path, o->srdf, o->prefix, o->packages, o->package_count, meshes},
+    scene_robot r = {.source = {.urdf = path,
+                         .srdf = o->srdf,
+                         .prefix = o->prefix,
+                         .packages = o->packages,
+                         .package_count = o->package_count,
+                         .meshes = meshes},
         .state = o->state,
         .pose = o->pose,
         .motion = o->fixed ? COLLIDED_FIXED : COLLIDED_MOVING};

@@ -10,6 +10,13 @@ const ctl_verb ctl_verbs[] = {
         "They stay when collidectl ends, unless --stay is given. Loading a name again replaces that body.\n"
         "With --meshes decompose a concave mesh becomes several hulls, which contain it; how far they reach beyond it\n"
         "is told for each mesh, on standard error, and the upper bounds of distances include it.\n"},
+    {"fit", "FILE.urdf", 1, 1, verb_fit, "Finds simpler shapes for a robot's links, and links that never meet",
+        "Each link gets the cheapest of sphere, capsule, box (rounded or not), rounded hull and hull that contains it\n"
+        "and of which no point is farther than --excess from it: both are proven, for the meshes as they are. A "
+        "concave\n"
+        "mesh becomes several of these; where none fit, the mesh stays, and that is said. Pairs of links that cannot\n"
+        "meet while the joints keep their limits are proven, too, and become rules; what the SRDF disables and is not\n"
+        "proven is listed. Costs are of a table (ns a query). With --output, 'load' takes the scene that it writes.\n"},
     {"remove", "PATTERN", 1, 1, verb_remove, "Removes bodies that were loaded under the same --as",
         "The pattern may have * and ?.\n"},
     {"move", "NAME X,Y,Z[,W,X,Y,Z]", 2, 2, verb_move, "Moves a body that was loaded under the same --as",

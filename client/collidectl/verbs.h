@@ -6,6 +6,7 @@
 
 int verb_status(ctl *c);
 int verb_load(ctl *c);
+int verb_fit(ctl *c);
 int verb_remove(ctl *c);
 int verb_move(ctl *c);
 int verb_joints(ctl *c);

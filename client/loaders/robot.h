@@ -10,6 +10,16 @@
 #include "srdf.h"
 #include "urdf.h"
 
+typedef struct robot_link_shapes { /* in place of those of the URDF, for example as collidectl fit found them */
+    const char *link;
+    load_shape *shapes; /* in the link's frame; their meshes' paths are whole */
+    size_t shape_count;
+} robot_link_shapes;
+
+typedef struct robot_apart { /* two links that are not checked against each other */
+    const char *link1, *link2, *reason;
+} robot_apart;
+
 typedef struct robot_source {
     const char *urdf;   /* path */
     const char *srdf;   /* path; NULL = none: then only links that a joint connects may touch */
@@ -17,6 +27,10 @@ typedef struct robot_source {
     const load_package *packages;
     size_t package_count;
     load_meshes meshes; /* what mesh files become; zero = hulls */
+    const robot_link_shapes *links;
+    size_t link_count;
+    const robot_apart *apart;
+    size_t apart_count;
 } robot_source;
 
 typedef struct robot {
@@ -42,7 +56,8 @@ bool robot_set_list(const robot *b, const char *list, double *values, load_repor
 void robot_forward(const robot *b, const double *values, collided_pose *links);
 
 /* One body for each link that has collision geometry, in the URDF's order: name = prefix + link, group = the robot's
- * name, rules from the SRDF with its reasons. `base` is the pose of the root link in the world. Reads the meshes. */
+ * name, rules first from source.apart, then from the SRDF, with their reasons. `base` is the pose of the root link in
+ * the world. Reads the meshes. */
 bool robot_bodies(const robot *b, collided_pose base, const double *values, collided_motion motion, pool *p,
     load_bodies *out, load_report *r);
 

@@ -13,8 +13,8 @@ static bool add_rule(const robot *b, load_body *body, int other, const char *rea
 {
     if (b->model.links[other].shape_count == 0) return true; /* it has no body */
     if (body->rule_count == LOAD_RULES_MAX)
-        return load_fail(
-            r, "%s: link '%s' has more than %d disabled pairs", b->source.srdf, body->name, LOAD_RULES_MAX);
+        return load_fail(r, "%s: link '%s' has more than %d disabled pairs",
+            b->source.srdf ? b->source.srdf : b->model.file, body->name, LOAD_RULES_MAX);
     body->rules[body->rule_count++] =
         (collided_rule){.pattern = robot_body_name(b, other, p), .allow = true, .reason = reason};
     return true;
@@ -28,6 +28,17 @@ static bool rules_of_srdf(const robot *b, int link, load_body *body, pool *p, lo
         if (d->link1 != link && d->link2 != link) continue;
         int other = d->link1 == link ? d->link2 : d->link1;
         if (!add_rule(b, body, other, pool_format(p, "SRDF: %s", d->reason), p, r)) return false;
+    }
+    return true;
+}
+
+static bool rules_of_apart(const robot *b, int link, load_body *body, pool *p, load_report *r)
+{
+    for (size_t i = 0; i < b->source.apart_count; i++) {
+        const robot_apart *d = &b->source.apart[i];
+        int one = urdf_find_link(&b->model, d->link1), two = urdf_find_link(&b->model, d->link2);
+        if (one != link && two != link) continue;
+        if (!add_rule(b, body, one == link ? two : one, d->reason, p, r)) return false;
     }
     return true;
 }
@@ -65,6 +76,46 @@ static bool find_meshes(const robot *b, const urdf_link *link, load_body *body, 
     return true;
 }
 
+static const robot_link_shapes *shapes_instead(const robot *b, const urdf_link *link)
+{
+    for (size_t i = 0; i < b->source.link_count; i++)
+        if (strcmp(b->source.links[i].link, link->name) == 0) return &b->source.links[i];
+    return NULL;
+}
+
+static bool take_shapes(const robot *b, const urdf_link *link, load_body *out, pool *p, load_report *r)
+{
+    const robot_link_shapes *instead = shapes_instead(b, link);
+    const load_shape *from = instead ? instead->shapes : link->shapes;
+    out->shape_count = instead ? instead->shape_count : link->shape_count;
+    out->shapes = pool_alloc(p, out->shape_count, sizeof *out->shapes);
+    memcpy(out->shapes, from, out->shape_count * sizeof *out->shapes);
+    return (instead || find_meshes(b, link, out, p, r)) && load_body_meshes(p, out, r);
+}
+
+/* Names that the scene gives must be those of links that have a body. */
+static bool check_link(const robot *b, const char *name, load_report *r)
+{
+    int link = urdf_find_link(&b->model, name);
+    if (link < 0) return load_fail(r, "the link '%s' is not in %s", name, b->model.file);
+    return b->model.links[link].shape_count > 0 ||
+           load_fail(r, "%s:%d: the link '%s' has no collision geometry, so it has no body", b->model.file,
+               b->model.links[link].line, name);
+}
+
+static bool check_source(const robot *b, load_report *r)
+{
+    for (size_t i = 0; i < b->source.link_count; i++) {
+        if (!check_link(b, b->source.links[i].link, r)) return false;
+        for (size_t k = 0; k < i; k++)
+            if (strcmp(b->source.links[i].link, b->source.links[k].link) == 0)
+                return load_fail(r, "shapes of the link '%s' are given twice", b->source.links[i].link);
+    }
+    for (size_t i = 0; i < b->source.apart_count; i++)
+        if (!check_link(b, b->source.apart[i].link1, r) || !check_link(b, b->source.apart[i].link2, r)) return false;
+    return true;
+}
+
 static bool make_body(const robot *b, int index, const int *above, load_body *out, pool *p, load_report *r)
 {
     const urdf_link *link = &b->model.links[index];
@@ -72,13 +123,11 @@ static bool make_body(const robot *b, int index, const int *above, load_body *ou
     const char *fault = text_name_fault(out->name);
     if (fault) return load_fail(r, "the name '%s' %s: choose another --prefix", out->name, fault);
     out->group = b->model.name;
-    out->shape_count = link->shape_count;
-    out->shapes = pool_alloc(p, link->shape_count, sizeof *out->shapes);
-    memcpy(out->shapes, link->shapes, link->shape_count * sizeof *out->shapes);
-    size_t most = (size_t)(b->source.srdf ? b->semantics.disabled_count : b->model.link_count);
+    size_t most = (size_t)(b->source.srdf ? b->semantics.disabled_count : b->model.link_count) + b->source.apart_count;
     out->rules = pool_alloc(p, most < LOAD_RULES_MAX ? most : LOAD_RULES_MAX, sizeof *out->rules);
-    bool ruled = b->source.srdf ? rules_of_srdf(b, index, out, p, r) : rules_of_joints(b, index, above, out, p, r);
-    return ruled && find_meshes(b, link, out, p, r) && load_body_meshes(p, out, r);
+    bool ruled = rules_of_apart(b, index, out, p, r) &&
+                 (b->source.srdf ? rules_of_srdf(b, index, out, p, r) : rules_of_joints(b, index, above, out, p, r));
+    return ruled && take_shapes(b, link, out, p, r);
 }
 
 bool robot_bodies(const robot *b, collided_pose base, const double *values, collided_motion motion, pool *p,
@@ -86,6 +135,7 @@ bool robot_bodies(const robot *b, collided_pose base, const double *values, coll
 {
     size_t count = robot_body_count(b);
     *out = (load_bodies){pool_alloc(p, count, sizeof *out->at), 0};
+    if (!check_source(b, r)) return false;
     collided_pose *poses = pool_alloc(p, count, sizeof *poses);
     robot_body_poses(b, base, values, poses);
     const int *above = bodies_above(&b->model, p);

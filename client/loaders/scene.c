@@ -90,12 +90,13 @@ static unsigned keys_wanted(const yaml_shape *s)
         [COLLIDED_HEIGHT_FIELD] = HEIGHTS | SPACING | BASE,
         [COLLIDED_COMPOUND] = CHILDREN,
     };
-    if (s->type == COLLIDED_HEIGHT_FIELD && s->range) return wanted[s->type] | RANGE;
-    if (s->mesh && s->type == COLLIDED_HULL) return MESH | (s->scale ? SCALE : 0);
+    unsigned inside = s->deviation && s->type != COLLIDED_MESH ? DEVIATION : 0;
+    if (s->type == COLLIDED_HEIGHT_FIELD && s->range) return wanted[s->type] | RANGE | inside;
+    if (s->mesh && s->type == COLLIDED_HULL) return MESH | (s->scale ? SCALE : 0) | inside;
     bool decomposed = s->as && *s->as == LOAD_MESH_DECOMPOSE;
     unsigned how = SCALE | AS | (decomposed ? PIECES | DEVIATION : 0);
     if (s->mesh && s->type == COLLIDED_MESH) return MESH | (keys_given(s) & how);
-    return wanted[s->type];
+    return wanted[s->type] | inside;
 }
 
 static bool check_keys(const reader *in, const yaml_shape *s)
@@ -127,7 +128,8 @@ static bool check_numbers(const reader *in, const yaml_shape *s)
     if (s->scale && !finite_all(s->scale, 3)) return load_fail(in->report, "%s: scale is not finite", in->where);
     return check_sizes(in, "size", s->size, 3) && check_sizes(in, "semi_axes", s->semi_axes, 3) &&
            check_sizes(in, "radius", s->radius, 1) && check_sizes(in, "length", s->length, 1) &&
-           check_sizes(in, "height", s->height, 1) && check_sizes(in, "rounding", s->rounding, 1);
+           check_sizes(in, "height", s->height, 1) && check_sizes(in, "rounding", s->rounding, 1) &&
+           (s->type == COLLIDED_MESH || check_sizes(in, "deviation", s->deviation, 1));
 }
 
 static void fill_sizes(const yaml_shape *s, collided_shape *out)
@@ -199,6 +201,7 @@ static bool take_shape(const reader *in, const yaml_shape *from, load_shape *out
     if (!check_keys(in, from) || !check_numbers(in, from)) return false;
     *out = (load_shape){.shape.type = (collided_shape_type)from->type, .scale = {1, 1, 1}};
     fill_sizes(from, &out->shape);
+    if (from->deviation && from->type != COLLIDED_MESH) out->shape.deviation = *from->deviation;
     if (from->mesh && !take_meshes(in, from, out)) return false;
     if (from->mesh) out->mesh = text_beside(in->pool, in->folder, from->mesh);
     if (from->scale) memcpy(out->scale, from->scale, sizeof out->scale);
@@ -261,9 +264,27 @@ static bool take_rules(const reader *in, const yaml_body *from, load_body *out)
     return true;
 }
 
+/* in->where says whose. */
+static bool take_shapes(reader *in, const yaml_shape *from, unsigned shapes, load_shape **out, size_t *out_count)
+{
+    char of[sizeof in->where];
+    size_t count = 0;
+    memcpy(of, in->where, sizeof of);
+    *out = pool_alloc(in->pool, shapes, sizeof **out);
+    for (unsigned i = 0; i < shapes; i++) {
+        snprintf(in->where, sizeof in->where, "%.200s, shape %u", of, i + 1);
+        load_shape *shape = &(*out)[(*out_count)++];
+        if (!take_shape(in, &from[i], shape) || !take_children(in, &from[i], shape)) return false;
+        count += 1 + shape->child_count;
+        if (count > LOAD_SHAPES_MAX)
+            return load_fail(
+                in->report, "%s: the body has more than %d shapes and children", in->where, LOAD_SHAPES_MAX);
+    }
+    return true;
+}
+
 static bool take_body(reader *in, const yaml_body *from, load_body *out)
 {
-    size_t count = 0;
     snprintf(in->where, sizeof in->where, "%s: body '%.127s'", in->file, from->name);
     out->motion = (collided_motion)from->motion;
     out->group = "";
@@ -278,17 +299,7 @@ static bool take_body(reader *in, const yaml_body *from, load_body *out)
         !take_rules(in, from, out))
         return false;
     if (from->group && !take_name(in, "group", from->group, &out->group)) return false;
-    out->shapes = pool_alloc(in->pool, from->shapes_count, sizeof *out->shapes);
-    for (unsigned i = 0; i < from->shapes_count; i++) {
-        snprintf(in->where, sizeof in->where, "%s: body '%.127s', shape %u", in->file, from->name, i + 1);
-        load_shape *shape = &out->shapes[out->shape_count++];
-        if (!take_shape(in, &from->shapes[i], shape) || !take_children(in, &from->shapes[i], shape)) return false;
-        count += 1 + shape->child_count;
-        if (count > LOAD_SHAPES_MAX)
-            return load_fail(
-                in->report, "%s: the body has more than %d shapes and children", in->where, LOAD_SHAPES_MAX);
-    }
-    return true;
+    return take_shapes(in, from->shapes, from->shapes_count, &out->shapes, &out->shape_count);
 }
 
 /* ---- robots ---- */
@@ -303,6 +314,29 @@ static bool take_joints(const reader *in, const yaml_robot *from, scene_robot *o
             return load_fail(in->report, "%s: the value of joint '%s' is not finite", in->where, j->name);
         out->joints[out->joint_count] = pool_copy(in->pool, j->name);
         out->values[out->joint_count] = j->value;
+    }
+    return true;
+}
+
+/* Shapes in place of the URDF's, and pairs of links that are not checked. Whether there are such links is seen when the
+ * URDF is read. */
+static bool take_links(reader *in, const yaml_robot *from, robot_source *out)
+{
+    robot_link_shapes *links = pool_alloc(in->pool, from->links_count, sizeof *links);
+    robot_apart *apart = pool_alloc(in->pool, from->apart_count, sizeof *apart);
+    out->links = links;
+    out->apart = apart;
+    for (unsigned i = 0; i < from->apart_count; i++) {
+        const yaml_apart *a = &from->apart[i];
+        apart[out->apart_count++] = (robot_apart){pool_copy(in->pool, a->link1), pool_copy(in->pool, a->link2),
+            pool_copy(in->pool, a->reason ? a->reason : "")};
+    }
+    for (unsigned i = 0; i < from->links_count; i++) {
+        const yaml_link *l = &from->links[i];
+        robot_link_shapes *to = &links[out->link_count++];
+        to->link = pool_copy(in->pool, l->name);
+        snprintf(in->where, sizeof in->where, "%s: link '%.127s'", in->file, l->name);
+        if (!take_shapes(in, l->shapes, l->shapes_count, &to->shapes, &to->shape_count)) return false;
     }
     return true;
 }
@@ -327,7 +361,7 @@ static bool take_robot(reader *in, const yaml_robot *from, scene_robot *out)
     out->ccd = (collided_ccd)from->ccd;
     return take_rate(in, "acceleration", from->acceleration, &out->acceleration_m_s2) &&
            take_rate(in, "angular_acceleration", from->angular_acceleration, &out->angular_acceleration_rad_s2) &&
-           take_pose(in, from->pose, &out->pose) && take_joints(in, from, out);
+           take_pose(in, from->pose, &out->pose) && take_joints(in, from, out) && take_links(in, from, &out->source);
 }
 
 /* ---- the whole ---- */

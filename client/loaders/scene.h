@@ -26,6 +26,8 @@
  *         motion: moving            # and ccd, acceleration, angular_acceleration, of all its links
  *         meshes: decompose:8       # hull (the default), solid, decompose or decompose:N: what mesh files become
  *         packages: [{name: arm_description, path: ../arm_description}]
+ *         links: [{name: forearm, shapes: [{type: capsule, radius: 0.06, length: 0.3}]}] # in place of the URDF's
+ *         apart: [{link1: base, link2: wrist, reason: never meet}] # not checked; `collidectl fit` writes both
  *
  * Shapes: sphere (radius), capsule (radius, length of its cylinder), box (size), cylinder (radius, height), cone
  * (radius, height), ellipsoid (semi_axes), halfspace (z <= 0), hull (points: [[x, y, z], ...] or mesh: FILE, with
@@ -34,8 +36,9 @@
  * height_field (heights: FILE, a text matrix in metres or a grey PNG with range: [black, white] in metres, see
  * heights.h; spacing: [x, y]; base: how far its flat base lies below the lowest height), compound (children: a list of
  * shapes, of any type but halfspace, mesh, height_field and compound, which are one shape together); each with `pose`
- * and `rounding` (m). A child's pose is in its compound. Unknown keys, keys that do not belong to the type, aliases and
- * numbers that are not finite are refused. */
+ * and `rounding` (m), and, but for mesh, `deviation` (m): what it stands for is in it, and none of it is farther away
+ * (collided_shape.deviation). A child's pose is in its compound. Unknown keys, keys that do not belong to the type,
+ * aliases and numbers that are not finite are refused. */
 #ifndef COLLIDED_LOADERS_SCENE_H
 #define COLLIDED_LOADERS_SCENE_H
 

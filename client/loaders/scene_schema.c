@@ -10,7 +10,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { BODIES_MAX = 16384, POINTS_MAX = 65535, SHAPES_MAX = 256, RULES_MAX = 1024, SMALL_MAX = 4096 };
+enum {
+    BODIES_MAX = 16384,
+    POINTS_MAX = 65535,
+    SHAPES_MAX = 256,
+    RULES_MAX = 1024,
+    SMALL_MAX = 4096,
+    APART_MAX = 65536
+};
 
 #define OPTIONAL (CYAML_FLAG_POINTER | CYAML_FLAG_OPTIONAL)
 #define TEXT(key, type, member) CYAML_FIELD_STRING_PTR(key, CYAML_FLAG_POINTER, type, member, 0, SMALL_MAX)
@@ -121,6 +128,21 @@ static const cyaml_schema_field_t joint_fields[] = {
 };
 static const cyaml_schema_value_t joint = {CYAML_VALUE_MAPPING(CYAML_FLAG_DEFAULT, yaml_joint, joint_fields)};
 
+static const cyaml_schema_field_t link_fields[] = {
+    TEXT("name", yaml_link, name),
+    CYAML_FIELD_SEQUENCE("shapes", CYAML_FLAG_POINTER, yaml_link, shapes, &shape, 1, SHAPES_MAX),
+    CYAML_FIELD_END,
+};
+static const cyaml_schema_value_t robot_link = {CYAML_VALUE_MAPPING(CYAML_FLAG_DEFAULT, yaml_link, link_fields)};
+
+static const cyaml_schema_field_t apart_fields[] = {
+    TEXT("link1", yaml_apart, link1),
+    TEXT("link2", yaml_apart, link2),
+    OPTIONAL_TEXT("reason", yaml_apart, reason),
+    CYAML_FIELD_END,
+};
+static const cyaml_schema_value_t apart = {CYAML_VALUE_MAPPING(CYAML_FLAG_DEFAULT, yaml_apart, apart_fields)};
+
 static const cyaml_schema_field_t robot_fields[] = {
     TEXT("urdf", yaml_robot, urdf),
     OPTIONAL_TEXT("srdf", yaml_robot, srdf),
@@ -131,6 +153,8 @@ static const cyaml_schema_field_t robot_fields[] = {
     CYAML_FIELD_MAPPING_PTR("pose", OPTIONAL, yaml_robot, pose, pose_fields),
     LIST("packages", yaml_robot, packages, &package, SMALL_MAX),
     LIST("joints", yaml_robot, joints, &joint, SMALL_MAX),
+    LIST("links", yaml_robot, links, &robot_link, SMALL_MAX),
+    LIST("apart", yaml_robot, apart, &apart, APART_MAX),
     CYAML_FIELD_END,
 };
 static const cyaml_schema_value_t robot = {CYAML_VALUE_MAPPING(CYAML_FLAG_DEFAULT, yaml_robot, robot_fields)};

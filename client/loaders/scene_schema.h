@@ -69,6 +69,16 @@ typedef struct yaml_joint {
     double value;
 } yaml_joint;
 
+typedef struct yaml_link {
+    char *name;
+    yaml_shape *shapes;
+    unsigned shapes_count;
+} yaml_link;
+
+typedef struct yaml_apart {
+    char *link1, *link2, *reason;
+} yaml_apart;
+
 typedef struct yaml_robot {
     char *urdf, *srdf, *prefix, *state, *meshes;
     int motion, ccd;
@@ -78,6 +88,10 @@ typedef struct yaml_robot {
     unsigned packages_count;
     yaml_joint *joints;
     unsigned joints_count;
+    yaml_link *links;
+    unsigned links_count;
+    yaml_apart *apart;
+    unsigned apart_count;
 } yaml_robot;
 
 typedef struct yaml_scene {

@@ -8,6 +8,7 @@ KEYS = {
     "service": ["bodies", "hz", "core_share", "us_p50", "us_p99", "raw_us_p50", "raw_us_p99", "ticks", "events"],
     "world": ["us_per_tick", "us_p99"],
     "dial": ["us_per_tick", "us_p99"],
+    "fit": ["us_per_tick", "us_mean", "us_p99", "times_cheaper", "excess_m", "events"],
     "broad": ["n", "moving", "us_per_step", "us_mean", "us_p99", "ns_per_moved", "ticks", "bytes_per_body", "pairs",
               "extra", "missed"],
     "narrow": ["coherent", "ns_median", "ns_p99", "wrong", "failed", "missed_truth", "items", "samples"],
@@ -44,6 +45,8 @@ def broken(name, row):
         return "work that nobody asked for"
     if name == "dial" and "budget_us" in row and (row["missed"] or not row["width_mean"] > 0):
         return "a contact was missed, or no interval told"
+    if name == "fit" and not all(row.get(key) for key in ("robot", "facts", "motion", "contender")):
+        return "no robot, facts, motion or contender"
     if name == "broad" and (not row.get("contender") or "ratio_to_best_peer" not in row):
         return "no contender, or no ratio"
     if name == "broad" and (row["missed"] or not row["pairs"]):

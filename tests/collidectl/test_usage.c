@@ -85,6 +85,7 @@ static void help_lists_the_options_of_each_verb(void **state)
     } cases[] = {
         {"status", "--json --wait"},
         {"load", "--srdf --package --prefix --pose --state --joints --fixed --deadline --stay"},
+        {"fit", "--srdf --package --excess --output --json"},
         {"remove", ""},
         {"move", "--linear --angular --teleport"},
         {"joints", "--state"},

@@ -1,6 +1,7 @@
 /* What the verbs ask of the client library, over several runs under one name. */
 #include "run.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sysexits.h>
@@ -207,6 +208,31 @@ static void queries_and_recordings_are_asked_for(void **state)
     prints("recording: /var/lib/collided/session\n");
 }
 
+/* No daemon is asked. The scene that it writes loads, with the shape that was found and the rule that was proven. */
+static void fitted_robots_are_loaded(void **state)
+{
+    (void)state;
+    char words[512], path[256];
+    snprintf(path, sizeof path, "%s/fitted.yaml", getenv("XDG_STATE_HOME"));
+    snprintf(words, sizeof words, "fit " DATA "/arm.urdf --excess 0.05 --output %s", path);
+    ask(words);
+    prints("base                     sphere ");
+    prints("never meet, proven: 1 of 1 pairs");
+    assert_string_equal(r.err, "");
+    ask("fit " DATA "/arm.urdf --srdf " DATA "/arm.srdf --excess 0.001 --json");
+    prints("\"link\":\"base\",\"shape\":\"box\"");
+    prints("\"verdict\":\"never meet\"");
+    snprintf(words, sizeof words, "load %s", path);
+    ask(words);
+    prints("base                             moving  1 shape    2 rules");
+    ask("joints arm lift=0.5");
+    says("pose 1 0.000 0.000 1.500 1.000\n");
+    expect_failure(COLLIDECTL_FAKED, "fit " DATA "/none.urdf", EX_NOINPUT, "none.urdf");
+    expect_failure(COLLIDECTL_FAKED, "fit " DATA "/arm.urdf --excess 0", EX_USAGE, "--excess '0': must be a number");
+    expect_failure(
+        COLLIDECTL_FAKED, "fit " DATA "/arm.urdf --output /proc/no/fitted.yaml", EX_CANTCREAT, "/proc/no/fitted.yaml");
+}
+
 #define WITH_STATE(test) cmocka_unit_test_setup_teardown(test, run_make_state, run_remove_state)
 
 int main(void)
@@ -224,6 +250,7 @@ int main(void)
         WITH_STATE(moves_tell_velocities_and_teleports),
         WITH_STATE(scenes_tell_how_bodies_are_swept),
         WITH_STATE(queries_and_recordings_are_asked_for),
+        WITH_STATE(fitted_robots_are_loaded),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

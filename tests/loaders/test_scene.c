@@ -193,6 +193,8 @@ static void shapes_that_cannot_be_are_refused(void **state)
     scene_is_refused("robots:\n  - {urdf: a, meshes: decompose:}\n", "test.yaml");
     scene_is_refused(
         "robots:\n  - {urdf: a, meshes: 'decompose:129'}\n", "meshes 'decompose:129': must be hull, solid");
+    scene_is_refused(BODY("{type: sphere, radius: 1, deviation: -1}"), "deviation is -1");
+    scene_is_refused(BODY("{type: box, size: [1, 1, 1], deviation: inf}"), "deviation is inf");
     scene_is_refused(BODY("{type: hull}"), "'points' or 'mesh'");
     scene_is_refused(BODY("{type: hull, mesh: a.stl, points: [[0, 0, 0]]}"), "'points' does not belong");
     scene_is_refused(BODY("{type: hull, points: [[0, 0, inf]]}"), "point 1 is not finite");
@@ -309,6 +311,76 @@ static void the_words_of_meshes(void **state)
     for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) assert_false(load_meshes_parse(wrong[i], &m));
 }
 
+/* ---- links and apart of robots ---- */
+
+#define ARM                                                                                                            \
+    "<robot name='r'><link name='a'><collision><geometry><box size='1 1 1'/></geometry></collision></link>"            \
+    "<link name='b'><collision><geometry><sphere radius='1'/></geometry></collision></link><link name='bare'/>"        \
+    "<joint name='j' type='fixed'><parent link='a'/><child link='b'/></joint>"                                         \
+    "<joint name='k' type='fixed'><parent link='b'/><child link='bare'/></joint></robot>"
+
+static bool bodies_of(fixture *f, const char *rest, load_bodies *out)
+{
+    scene s;
+    robot r = {0};
+    char text[1024];
+    fixture_begin(f);
+    snprintf(text, sizeof text, "robots:\n  - urdf: a.urdf\n    prefix: x_\n%s", rest);
+    if (!fixture_scene(f, text, &s)) fail_msg("%s", f->report.error);
+    r.source = s.robots[0].source;
+    assert_true(fixture_urdf(f, ARM, &r.model));
+    double values[2] = {0, 0};
+    return robot_bodies(&r, collided_pose_identity(), values, COLLIDED_MOVING, &f->pool, out, &f->report);
+}
+
+static void links_may_have_other_shapes(void **state)
+{
+    (void)state;
+    fixture f;
+    load_bodies bodies;
+    if (!bodies_of(&f,
+            "    links:\n      - {name: b, shapes: [{type: capsule, radius: 0.2, length: 1, deviation: 0.003}, {type: "
+            "mesh, mesh: " LOADERS_DATA "/tetrahedron.stl}]}\n"
+            "    apart: [{link1: b, link2: a, reason: because}]\n",
+            &bodies))
+        fail_msg("%s", f.report.error);
+    assert_int_equal(bodies.count, 2);
+    const load_body *a = &bodies.at[0], *b = &bodies.at[1];
+    assert_true(a->shape_count == 1 && a->shapes[0].shape.type == COLLIDED_BOX);
+    assert_true(b->shape_count == 2 && b->shapes[0].shape.type == COLLIDED_CAPSULE);
+    assert_true(b->shapes[0].shape.deviation == 0.003 && b->shapes[0].shape.half[2] == 0.5);
+    assert_true(b->shapes[1].shape.type == COLLIDED_MESH && b->shapes[1].triangles.count == 4);
+    assert_true(a->rule_count == 2 && a->rules[0].allow); /* before that of the joint */
+    assert_string_equal(a->rules[0].pattern, "x_b");
+    assert_string_equal(a->rules[0].reason, "because");
+    assert_string_equal(b->rules[0].pattern, "x_a");
+    fixture_end(&f);
+}
+
+static void links_that_are_not_there_are_refused(void **state)
+{
+    (void)state;
+    static const char *const cases[][2] = {
+        {"    links: [{name: c, shapes: [{type: sphere, radius: 1}]}]\n", "the link 'c' is not in"},
+        {"    links: [{name: bare, shapes: [{type: sphere, radius: 1}]}]\n", "'bare' has no collision geometry"},
+        {"    links: [{name: a, shapes: [{type: sphere, radius: 1}]}, {name: a, shapes: [{type: sphere, radius: "
+         "1}]}]\n",
+            "'a' are given twice"},
+        {"    apart: [{link1: a, link2: c}]\n", "the link 'c' is not in"},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        fixture f;
+        load_bodies bodies;
+        assert_false(bodies_of(&f, cases[i][0], &bodies));
+        if (!strstr(f.report.error, cases[i][1])) fail_msg("'%s' lacks: %s", f.report.error, cases[i][1]);
+        fixture_end(&f);
+    }
+    scene_is_refused("robots:\n  - {urdf: a, links: [{name: b, shapes: [{type: sphere, radius: -1}]}]}\n",
+        "link 'b', shape 1: radius is -1");
+    scene_is_refused("robots:\n  - {urdf: a, links: [{name: b, shapes: []}]}\n", "test.yaml");
+    scene_is_refused("robots:\n  - {urdf: a, apart: [{link1: b}]}\n", "test.yaml");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -319,6 +391,8 @@ int main(void)
         cmocka_unit_test(compounds_are_read_with_their_children),
         cmocka_unit_test(compounds_that_cannot_be_are_refused),
         cmocka_unit_test(robots_are_read_with_paths_beside_the_scene),
+        cmocka_unit_test(links_may_have_other_shapes),
+        cmocka_unit_test(links_that_are_not_there_are_refused),
         cmocka_unit_test(what_does_not_follow_the_schema_is_refused_with_its_line),
         cmocka_unit_test(motions_that_cannot_be_are_refused),
         cmocka_unit_test(shapes_that_cannot_be_are_refused),

@@ -14,9 +14,10 @@
  * The last two settle the large parts where hull and solid are the same but for rounding. */
 #include "deviate.h"
 
+#include "overhang.h"
 #include "vec3.h"
 
-enum { NEAR_MOST = 48 };
+enum { NEAR_MOST = 48, STEP_WORK = 2000 /* a place and a plane of overhang.h, of which a step takes as long */ };
 static const double AGREE = 0.25; /* least k of bound 3 */
 
 typedef struct cell {
@@ -85,7 +86,8 @@ static double support_in_piece(const search *q, const cell *c, const double norm
     for (size_t i = 0; i < q->p->plane_count; i++) {
         double rest[3];
         sub3(normal, q->p->planes[i].normal, rest);
-        least = fmin(least, q->p->planes[i].offset + box_support(c, rest));
+        double support = q->p->planes[i].offset + box_support(c, rest);
+        least = support < least ? support : least;
     }
     return least;
 }
@@ -195,8 +197,21 @@ static void split(search *q, const cell *c, const deviate_effort *effort)
     }
 }
 
+/* Where the solid is nearly convex, its normals say at once that the bound is good enough. */
+static bool settled_by_normals(const solid *s, piece *p, const deviate_effort *effort)
+{
+    if (overhang_count(s->overhang) * p->plane_count > STEP_WORK * effort->steps) return false;
+    double bound =
+        overhang_bound(s->overhang, s, p->planes, p->plane_count, effort->floor, effort->floor) + 8 * piece_slack(s);
+    if (!(bound <= effort->floor)) return false;
+    p->deviation = bound;
+    for (int k = 0; k < 3; k++) p->farthest[k] = (p->lo[k] + p->hi[k]) / 2;
+    return true;
+}
+
 double deviate_find(const solid *s, piece *p, const deviate_effort *effort)
 {
+    if (settled_by_normals(s, p, effort)) return 0;
     pool work = {0};
     search q = {.s = s, .p = p, .rounding = 2 * piece_slack(s), .enough = effort->floor};
     q.heap = pool_alloc(&work, effort->steps + 2, sizeof *q.heap);

@@ -2,6 +2,7 @@
  * edges it is not convex. */
 #include "solid.h"
 
+#include "overhang.h"
 #include "solid_tree.h"
 #include "vec3.h"
 
@@ -188,5 +189,6 @@ void solid_make(pool *p, const mesh_triangles *mesh, solid *out)
     study_edges(&m, p);
     solid_tree_make(p, out);
     find_backs(out);
+    out->overhang = overhang_make(p, out);
     pool_free(&work);
 }

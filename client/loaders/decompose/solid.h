@@ -31,9 +31,10 @@ typedef struct solid {
     solid_edge *reflex;
     size_t reflex_count;
     double lo[3], hi[3], diagonal;
-    double most;            /* greatest |coordinate| */
-    size_t united, dropped; /* corners that repeated another's place; triangles without area */
-    bool closed;            /* each edge is walked as often one way as the other */
+    double most;               /* greatest |coordinate| */
+    struct overhang *overhang; /* where nearest points can be: overhang.h; NULL = not known */
+    size_t united, dropped;    /* corners that repeated another's place; triangles without area */
+    bool closed;               /* each edge is walked as often one way as the other */
 } solid;
 
 void solid_make(pool *p, const mesh_triangles *mesh, solid *out);

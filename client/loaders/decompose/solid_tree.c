@@ -58,8 +58,8 @@ static double box_distance2(const solid_node *n, const double x[3])
 {
     double sum = 0;
     for (int k = 0; k < 3; k++) {
-        double d = fmax(fmax(n->lo[k] - x[k], x[k] - n->hi[k]), 0);
-        sum += d * d;
+        double below = n->lo[k] - x[k], above = x[k] - n->hi[k], d = below > above ? below : above;
+        sum += d > 0 ? d * d : 0;
     }
     return sum;
 }
@@ -70,7 +70,7 @@ static double nearest_on_segment(const double a[3], const double b[3], const dou
     sub3(b, a, ab);
     sub3(x, a, ax);
     double length2 = dot3(ab, ab), t = length2 > 0 ? dot3(ax, ab) / length2 : 0;
-    along3(a, fmin(fmax(t, 0), 1), ab, out);
+    along3(a, t < 0 ? 0 : t > 1 ? 1 : t, ab, out);
     return distance3(x, out);
 }
 
