@@ -57,6 +57,7 @@ static bool deeper(mesh_walk *w, void *context)
     narrow_goal goal = *q->goal;
     goal.far = 0;
     goal.near = -INFINITY;
+    mesh_walk_dress(w);
     gjk_distance(&w->part, &goal, VEC_ZERO, &start);
     if (start.state == GJK_APART) return true;
     s = start.span;

@@ -18,6 +18,7 @@ static bool nearer(mesh_walk *w, void *context)
     narrow_goal goal = *q->goal;
     gjk_result r;
     goal.far = min_of(max_of(goal.far, w->part.error), w->within); /* overlap is for mesh_depth to judge */
+    mesh_walk_dress(w);
     gjk_distance(&w->part, &goal, w->axis, &r);
     q->least = min_of(q->least, r.span.lo);
     best->iterations += r.span.iterations;
