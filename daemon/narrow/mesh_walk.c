@@ -457,10 +457,7 @@ static bool is_leaf(const mesh *m, mesh_box r)
 
 static double size_of(const mesh *m, mesh_box r, double size)
 {
-    const mesh_node *n = &m->nodes[r.node];
-    float sum = 0;
-    for (int k = 0; k < 3; k++) sum += n->hi[k][r.child] - n->lo[k][r.child];
-    return (double)sum * size;
+    return (double)m->nodes[r.node].size[r.child] * size;
 }
 
 /* A or B: the larger of two boxes is opened. */
