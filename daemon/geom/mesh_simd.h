@@ -112,29 +112,24 @@ static inline void lanes_spread(const float v[3], mesh_lanes out[3])
     for (int k = 0; k < 3; k++) out[k] = lanes_of(v[k]);
 }
 
-static inline mesh_lanes mesh_bounds_along(const mesh_node *n, const mesh_other *o, const mesh_lanes centre[3])
+/* The least heights of the boxes along a direction. */
+static inline mesh_lanes mesh_feet(const mesh_node *n, const float direction[3])
 {
-    mesh_lanes axis[3];
-    lanes_spread(o->axis, axis);
-    return lanes_dots(centre, axis) - mesh_halves(n, axis) - lanes_of(o->level);
+    mesh_lanes centre[3], axis[3];
+    lanes_spread(direction, axis);
+    for (int k = 0; k < 3; k++) centre[k] = lanes_load(n->centre[k]);
+    return lanes_dots(centre, axis) - mesh_halves(n, axis);
 }
 
-/* Lower bounds of the distances between the boxes and the other, along four directions: the given axis, the lines
- * between the centres, the boxes' normals, and the other's. Bit k of what is returned: that of box k is not above
- * `limit`; when no bit is left, no further direction is tried. */
-static inline unsigned mesh_bounds(const mesh_node *n, const mesh_other *o, float limit, float out[MESH_WIDTH])
+/* Bounds that are known already (without slack), and which boxes are near by them, or by further ones along three
+ * directions: the lines between the centres, the boxes' normals, and the other's. As mesh_bounds. */
+static inline unsigned mesh_bounds_from(
+    const mesh_node *n, const mesh_other *o, mesh_lanes bound, unsigned near, float limit, float out[MESH_WIDTH])
 {
-    mesh_lanes centre[3], own[3], away[3], bound = lanes_of(-INFINITY), slack = lanes_of(o->slack);
-    unsigned near = (1u << n->used) - 1;
-    for (int k = 0; k < 3; k++) centre[k] = lanes_load(n->centre[k]);
-    if (o->aimed) {
-        bound = mesh_bounds_along(n, o, centre);
-        near &= lanes_not_above(bound - slack, lanes_of(limit));
-        if (!near) return 0;
-    }
+    mesh_lanes own[3], away[3], slack = lanes_of(o->slack);
     for (int k = 0; k < 3; k++) {
         own[k] = lanes_load(n->normal[k]);
-        away[k] = centre[k] - lanes_of(o->centre[k]);
+        away[k] = lanes_load(n->centre[k]) - lanes_of(o->centre[k]);
     }
     mesh_lanes length = lanes_sqrt(lanes_max(lanes_dots(away, away), lanes_of(0x1p-100f)));
     mesh_lanes between = length - (mesh_halves(n, away) + other_halves(o, away)) / length;
@@ -152,6 +147,20 @@ static inline unsigned mesh_bounds(const mesh_node *n, const mesh_other *o, floa
     bound -= slack;
     memcpy(out, &bound, sizeof bound);
     return near & lanes_not_above(bound, lanes_of(limit));
+}
+
+/* Lower bounds of the distances between the boxes and the other, along the given axis and those directions. Bit k of
+ * what is returned: that of box k is not above `limit`; when no bit is left, no further direction is tried. */
+static inline unsigned mesh_bounds(const mesh_node *n, const mesh_other *o, float limit, float out[MESH_WIDTH])
+{
+    mesh_lanes bound = lanes_of(-INFINITY);
+    unsigned near = (1u << n->used) - 1;
+    if (o->aimed) {
+        bound = mesh_feet(n, o->axis) - lanes_of(o->level);
+        near &= lanes_not_above(bound - lanes_of(o->slack), lanes_of(limit));
+        if (!near) return 0;
+    }
+    return mesh_bounds_from(n, o, bound, near, limit, out);
 }
 
 #endif

@@ -13,12 +13,18 @@
 #define FLOAT_SLACK 0x1p-15
 /* Boxes of meshes lie within 1 of the origin; floats are of no use for what reaches beyond this. */
 #define FLOAT_FAR 0x1p40
+/* Two boxes are opened together where neither mesh is more than this times as large as the other, nor farther away than
+ * ALONE_FAR times its size: elsewhere floats are better of one box at a time. */
+#define ALONE_RATIO 16
+#define ALONE_FAR 64
+#define BOTH_RATIO 2
 /* So that a bound in floats is compared with no less than `within`. */
 #define FLOAT_MORE (1 + 0x1p-20)
 
 enum {
     WHOLE = UINT32_MAX,
-    STACK = 2 * MESH_DEPTH_MAX * (MESH_WIDTH - 1) + MESH_WIDTH * MESH_WIDTH,
+    CHILDREN = MESH_WIDTH * MESH_WIDTH, /* of a pair of boxes that are opened together */
+    STACK = MESH_DEPTH_MAX * (CHILDREN - 1 + MESH_WIDTH - 1) + CHILDREN,
     QUEUE = 512,
     BUCKETS = 64
 };
@@ -150,6 +156,9 @@ void mesh_walk_move(mesh_walk *w, vec3 position)
     if (w->ma) {
         set_turn(&w->into_a, &w->part.b_in_a, w->size_b, w->size_a);
         set_turn(&w->into_b, &w->a_in_b, w->size_a, w->size_b);
+        double ratio = w->size_a / w->size_b, reach = sum_abs(w->into_b.t) + 8 * ratio;
+        w->opens_both = ratio <= ALONE_RATIO && ratio * ALONE_RATIO >= 1 && reach < ALONE_FAR;
+        w->open_slack = (float)(FLOAT_SLACK * (4 + reach));
     } else {
         box_whole(w);
     }
@@ -171,7 +180,10 @@ void mesh_walk_aim(mesh_walk *w, vec3 axis)
     w->aims++;
     put(w->axis_in_a, vec_neg(axis));
     put(w->axis_in_b, mat_tmul(w->part.b_in_a.r, axis));
-    if (!w->ma) aim_whole(w);
+    if (w->ma)
+        w->origin_level = (float)(-vec_dot(axis, w->part.b_in_a.t) / w->size_b);
+    else
+        aim_whole(w);
 }
 
 double mesh_walk_top_a(const mesh_walk *w, vec3 d)
@@ -334,6 +346,44 @@ static uint32_t expand_a(const mesh_walk *w, uint32_t node, mesh_box b, entry mo
     return count;
 }
 
+/* The tops of a node's boxes along the axis, in B's frame and unit. */
+static mesh_lanes tops_of(const mesh_walk *w, const mesh_node *n)
+{
+    mesh_lanes centre[3], axis[3];
+    for (int k = 0; k < 3; k++) {
+        centre[k] = lanes_load(n->centre[k]);
+        axis[k] = lanes_of(-w->axis_in_a[k]);
+    }
+    return (lanes_dots(centre, axis) + mesh_halves(n, axis)) * lanes_of(w->into_b.ratio) + lanes_of(w->origin_level);
+}
+
+/* Both are opened: boxes of A that all of B's are beyond along the axis are not turned. */
+static uint32_t expand_both(const mesh_walk *w, uint32_t node_a, uint32_t node_b, entry more[CHILDREN])
+{
+    const mesh_node *na = &w->ma->nodes[node_a], *nb = &w->mb->nodes[node_b];
+    float bounds[MESH_WIDTH], limit = (float)((w->within + w->part.error) / w->size_b * FLOAT_MORE);
+    mesh_lanes tops = lanes_of(INFINITY), feet = lanes_of(-INFINITY);
+    uint32_t count = 0;
+    if (w->aimed) {
+        tops = tops_of(w, na);
+        feet = mesh_feet(nb, w->axis_in_b) - lanes_of(w->open_slack);
+    }
+    for (uint32_t k = 0; k < na->used; k++) {
+        mesh_lanes along = feet - lanes_of(tops[k]);
+        unsigned near = lanes_not_above(along, lanes_of(limit)) & ((1u << nb->used) - 1);
+        if (!near) continue;
+        mesh_other o;
+        face(&w->into_b, na, k, w->axis_in_b, false, &o);
+        near = mesh_bounds_from(nb, &o, along, near, limit, bounds);
+        for (uint32_t i = 0; near; i++, near >>= 1) {
+            double bound = (double)bounds[i] * w->size_b - w->part.error;
+            if (near & 1 && !(bound > w->within))
+                more[count++] = (entry){{node_a, k}, {node_b, i}, bound};
+        }
+    }
+    return count;
+}
+
 /* ---- leaves ---- */
 
 static vec3 least_of(vec3 a, vec3 b)
@@ -362,27 +412,32 @@ static double outside(double lo_a, double hi_a, double lo_b, double hi_b)
     return max_of(max_of(lo_b - hi_a, lo_a - hi_b), 0);
 }
 
-/* Along a direction of any length, one way or the other. */
-static bool is_far_along(const mesh_walk *w, vec3 u)
+/* Along a direction of any length, one way or the other. The best so far is in w->lead, *best is the square of the gap
+ * along it. */
+static bool is_far_along(mesh_walk *w, vec3 u, double *best)
 {
     vec3 between = vec_sub(vec_add(w->spot_b->lo, w->spot_b->hi), vec_add(w->spot_a->lo, w->spot_a->hi));
     if (vec_dot(u, between) < 0) u = vec_neg(u);
-    double gap = mesh_walk_foot_b(w, u) - mesh_walk_top_a(w, u), within = w->within + 2 * w->part.error;
-    return gap > 0 && gap * gap > within * within * vec_norm2(u);
+    double gap = mesh_walk_foot_b(w, u) - mesh_walk_top_a(w, u), norm2 = vec_norm2(u);
+    if (!(gap > 0) || !(gap * gap > *best * norm2)) return false;
+    double within = w->within + 2 * w->part.error;
+    *best = gap * gap / norm2;
+    w->lead = u;
+    return *best > within * within;
 }
 
 /* Along the axis, by their boxes, or along the directions of mesh_bounds, in doubles. */
-static bool is_far(const mesh_walk *w)
+static bool is_far(mesh_walk *w)
 {
     const mesh_spot *a = w->spot_a, *b = w->spot_b;
-    double within = w->within + 2 * w->part.error;
+    double within = w->within + 2 * w->part.error, best = 0;
     if (b->level - a->level > within) return true;
     double x = outside(a->lo.x, a->hi.x, b->lo.x, b->hi.x), y = outside(a->lo.y, a->hi.y, b->lo.y, b->hi.y),
            z = outside(a->lo.z, a->hi.z, b->lo.z, b->hi.z);
     if (x * x + y * y + z * z > within * within) return true;
-    if (!(w->within < INFINITY)) return false;
-    return is_far_along(w, vec_sub(vec_add(b->lo, b->hi), vec_add(a->lo, a->hi))) || is_far_along(w, b->normal) ||
-           (w->ma && is_far_along(w, a->normal));
+    w->lead = vec_sub(vec_add(b->lo, b->hi), vec_add(a->lo, a->hi));
+    return is_far_along(w, w->lead, &best) || is_far_along(w, b->normal, &best) ||
+           (w->ma && is_far_along(w, a->normal, &best));
 }
 
 /* Along the axis times `sign`: the greatest, of A, or the least, of B. Without an axis all levels are 0. */
@@ -460,18 +515,25 @@ static double size_of(const mesh *m, mesh_box r, double size)
     return (double)m->nodes[r.node].size[r.child] * size;
 }
 
-/* A or B: the larger of two boxes is opened. */
-static bool opens_a(const mesh_walk *w, const entry *e)
+static uint32_t open_a(const mesh_walk *w, const entry *e, entry more[CHILDREN])
 {
-    if (is_leaf(w->ma, e->a)) return false;
-    if (is_leaf(w->mb, e->b)) return true;
-    return size_of(w->ma, e->a, w->size_a) > size_of(w->mb, e->b, w->size_b);
+    return expand_a(w, w->ma->nodes[e->a.node].first[e->a.child], e->b, more);
 }
 
-static uint32_t expand(const mesh_walk *w, const entry *e, entry more[MESH_WIDTH])
+static uint32_t open_b(const mesh_walk *w, const entry *e, entry more[CHILDREN])
 {
-    return opens_a(w, e) ? expand_a(w, w->ma->nodes[e->a.node].first[e->a.child], e->b, more)
-                         : expand_b(w, e->a, w->mb->nodes[e->b.node].first[e->b.child], more);
+    return expand_b(w, e->a, w->mb->nodes[e->b.node].first[e->b.child], more);
+}
+
+/* Both boxes are opened where they are of about one size, otherwise the larger. */
+static uint32_t expand(const mesh_walk *w, const entry *e, entry more[CHILDREN])
+{
+    if (is_leaf(w->ma, e->a)) return open_b(w, e, more);
+    if (is_leaf(w->mb, e->b)) return open_a(w, e, more);
+    double a = size_of(w->ma, e->a, w->size_a), b = size_of(w->mb, e->b, w->size_b);
+    if (!w->opens_both || a > BOTH_RATIO * b || b > BOTH_RATIO * a) return a > b ? open_a(w, e, more) : open_b(w, e, more);
+    return expand_both(
+        w, w->ma->nodes[e->a.node].first[e->a.child], w->mb->nodes[e->b.node].first[e->b.child], more);
 }
 
 static bool is_leaves(const mesh_walk *w, const entry *e)
@@ -497,7 +559,7 @@ static bool run_below(mesh_walk *w, const entry *top, mesh_visit *visit, void *c
 }
 
 /* The pairs of boxes to begin with. */
-static uint32_t start(const mesh_walk *w, entry first[MESH_WIDTH * MESH_WIDTH])
+static uint32_t start(const mesh_walk *w, entry first[CHILDREN])
 {
     uint32_t count = 0;
     if (!w->ma) return expand_b(w, (mesh_box){WHOLE, 0}, 0, first);
@@ -507,7 +569,7 @@ static uint32_t start(const mesh_walk *w, entry first[MESH_WIDTH * MESH_WIDTH])
 
 void mesh_walk_run(mesh_walk *w, mesh_visit *visit, void *context)
 {
-    entry first[MESH_WIDTH * MESH_WIDTH];
+    entry first[CHILDREN];
     uint32_t count = start(w, first);
     while (count)
         if (!run_below(w, &first[--count], visit, context)) return;
@@ -558,17 +620,70 @@ static entry queue_pop(queue *q)
     return q->entries[at];
 }
 
+/* The pair of leaves whose boxes' centres are nearest to each other, as a way down by the nearest centres finds it: its
+ * triangles are near enough to spare the walk most of the rest. */
+static vec3 centre_of(const mesh_walk *w, mesh_box a)
+{
+    if (a.node == WHOLE) return vec_scale(vec_add(w->whole.lo, w->whole.hi), 0.5);
+    const mesh_node *n = &w->ma->nodes[a.node];
+    return vec_scale(vec(n->centre[0][a.child], n->centre[1][a.child], n->centre[2][a.child]), w->size_a);
+}
+
+static mesh_box nearest_child(const mesh *m, uint32_t node, vec3 point)
+{
+    const mesh_node *n = &m->nodes[node];
+    mesh_box nearest = {node, 0};
+    double least = INFINITY;
+    for (uint32_t i = 0; i < n->used; i++) {
+        double away2 = vec_norm2(vec_sub(vec(n->centre[0][i], n->centre[1][i], n->centre[2][i]), point));
+        if (away2 < least) least = away2, nearest.child = i;
+    }
+    return nearest;
+}
+
+static uint32_t node_below(const mesh *m, mesh_box r)
+{
+    return m->nodes[r.node].first[r.child];
+}
+
+static vec3 in_a(const mesh_walk *w, mesh_box b)
+{
+    const mesh_node *n = &w->mb->nodes[b.node];
+    vec3 centre = vec_scale(vec(n->centre[0][b.child], n->centre[1][b.child], n->centre[2][b.child]), w->size_b);
+    return transform_point(&w->part.b_in_a, centre);
+}
+
+static bool plunge(mesh_walk *w, mesh_visit *visit, void *context)
+{
+    mesh_box a = {WHOLE, 0}, b;
+    vec3 from = VEC_ZERO;
+    if (w->ma) {
+        a = nearest_child(w->ma, 0, vec_scale(w->part.b_in_a.t, 1 / w->size_a));
+        from = centre_of(w, a);
+    }
+    b = nearest_child(w->mb, 0, vec_scale(transform_point(&w->a_in_b, from), 1 / w->size_b));
+    while (!is_leaf(w->ma, a) || !is_leaf(w->mb, b)) {
+        if (!is_leaf(w->ma, a)) a = nearest_child(w->ma, node_below(w->ma, a), vec_scale(in_a(w, b), 1 / w->size_a));
+        if (is_leaf(w->mb, b)) continue;
+        from = transform_point(&w->a_in_b, centre_of(w, a));
+        b = nearest_child(w->mb, node_below(w->mb, b), vec_scale(from, 1 / w->size_b));
+    }
+    entry e = {a, b, 0};
+    return visit_leaves(w, &e, visit, context);
+}
+
 void mesh_walk_nearest(mesh_walk *w, mesh_visit *visit, void *context)
 {
     queue q;
-    entry more[MESH_WIDTH * MESH_WIDTH];
+    entry more[CHILDREN];
+    if (!plunge(w, visit, context)) return;
     uint32_t count = start(w, more);
     queue_init(&q, w->within < w->part.size ? w->within : w->part.size);
     for (uint32_t i = 0; i < count; i++) queue_push(&q, &more[i]);
     while (q.count) {
         entry e = queue_pop(&q);
         if (e.bound > w->within) continue;
-        bool full = q.count + MESH_WIDTH > QUEUE, leaves = is_leaves(w, &e);
+        bool full = q.count + CHILDREN > QUEUE, leaves = is_leaves(w, &e);
         if (leaves ? !visit_leaves(w, &e, visit, context) : full && !run_below(w, &e, visit, context)) return;
         if (leaves || full) continue;
         count = expand(w, &e, more);

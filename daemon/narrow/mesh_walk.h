@@ -59,12 +59,14 @@ typedef struct mesh_walk {
     vec3 axis;                        /* unit, from A to B: one that separates what is nearest; zero = none yet */
     uint32_t triangle_a, triangle_b;  /* the parts that are visited; triangle_a MESH_NO_TRIANGLE: all of A */
     const mesh_spot *spot_a, *spot_b; /* where they are */
+    vec3 lead;                        /* of any length: the direction that separates them most, of those looked at */
     uint32_t visits, aims;            /* aims: counts the axes */
     triangle_part flat_a, flat_b;
     transform a_in_b; /* the inverse of part.b_in_a */
     mesh_turn into_a, into_b;
     float axis_in_a[MESH_WIDTH], axis_in_b[MESH_WIDTH]; /* towards the boxes of either: the former points from B to A */
-    bool aimed;
+    float origin_level, open_slack; /* of A's frame along axis_in_b, in B's unit; of any box of A against one of B */
+    bool aimed, opens_both;         /* opens_both: the meshes are of about one size, and not far apart */
     mesh_other whole_other; /* of a convex A */
     mesh_spot whole;
     mesh_leaf leaves_a[MESH_LEAVES], leaves_b[MESH_LEAVES];
