@@ -109,7 +109,7 @@ static double depth_of_point(const unit_pair *whole, const narrow_goal *goal, ve
     measure.far = INFINITY;
     measure.near = -INFINITY;
     mesh_walk_init(&w, &p, &spot, &whole->b);
-    mesh_gap_find(&w, &measure, &gap);
+    mesh_gap_find(&w, &measure, NULL, &gap);
     return gap.relation == MESH_HOLDS_A ? gap.nearest.lo : 0;
 }
 
@@ -188,7 +188,7 @@ static bool is_clear(travel *t, double gone, mesh_gap *gap, double *spare)
         .above = -INFINITY,
         .below = INFINITY};
     mesh_walk_move(t->w, position_at(t, gone));
-    mesh_gap_find(t->w, &measure, gap);
+    mesh_gap_find(t->w, &measure, NULL, gap);
     *spare = gap->nearest.lo - t->clear;
     return gap->relation == MESH_APART && *spare >= 0;
 }

@@ -13,7 +13,7 @@
 enum {
     MESH_NO_TRIANGLE = UINT32_MAX,
     TRIANGLE_PADDED = 8,
-    MESH_LEAVES = 16 /* of each mesh, that stay in place while a walk goes on; a power of two */
+    MESH_LEAVES = 32 /* of each mesh, that stay in place while a walk goes on; a power of two */
 };
 
 /* A triangle in the clothes of a flat hull, for all that takes support points. */
