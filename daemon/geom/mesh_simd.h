@@ -11,45 +11,63 @@
 
 typedef float mesh_lanes __attribute__((vector_size(MESH_WIDTH * sizeof(float)))); /* + - * / lane by lane */
 
+#define MESH_INLINE __attribute__((always_inline)) static inline
+
+/* In a function of MESH_WIDE the compiler may use the instructions of AVX2, which need fewer moves: the bits are the
+ * same. Whoever has such a function asks mesh_wide() which to call. */
+#if defined(__x86_64__)
+#define MESH_WIDE __attribute__((target("avx2")))
+MESH_INLINE bool mesh_wide(void)
+{
+    return __builtin_cpu_supports("avx2");
+}
+#else
+#define MESH_WIDE
+MESH_INLINE bool mesh_wide(void)
+{
+    return false;
+}
+#endif
+
 #if defined(__SSE2__)
 
 #include <emmintrin.h>
 
-static inline mesh_lanes lanes_max(mesh_lanes a, mesh_lanes b) /* a > b ? a : b */
+MESH_INLINE mesh_lanes lanes_max(mesh_lanes a, mesh_lanes b) /* a > b ? a : b */
 {
     return _mm_max_ps(a, b);
 }
-static inline mesh_lanes lanes_abs(mesh_lanes a)
+MESH_INLINE mesh_lanes lanes_abs(mesh_lanes a)
 {
     return _mm_andnot_ps(_mm_set1_ps(-0.0f), a);
 }
-static inline mesh_lanes lanes_sqrt(mesh_lanes a)
+MESH_INLINE mesh_lanes lanes_sqrt(mesh_lanes a)
 {
     return _mm_sqrt_ps(a);
 }
-static inline unsigned lanes_not_above(mesh_lanes a, mesh_lanes b) /* bit k: not a > b in lane k */
+MESH_INLINE unsigned lanes_not_above(mesh_lanes a, mesh_lanes b) /* bit k: not a > b in lane k */
 {
     return (unsigned)_mm_movemask_ps(_mm_cmpngt_ps(a, b));
 }
 
 #else
 
-static inline mesh_lanes lanes_max(mesh_lanes a, mesh_lanes b)
+MESH_INLINE mesh_lanes lanes_max(mesh_lanes a, mesh_lanes b)
 {
     for (int i = 0; i < MESH_WIDTH; i++) a[i] = a[i] > b[i] ? a[i] : b[i];
     return a;
 }
-static inline mesh_lanes lanes_abs(mesh_lanes a)
+MESH_INLINE mesh_lanes lanes_abs(mesh_lanes a)
 {
     for (int i = 0; i < MESH_WIDTH; i++) a[i] = fabsf(a[i]);
     return a;
 }
-static inline mesh_lanes lanes_sqrt(mesh_lanes a)
+MESH_INLINE mesh_lanes lanes_sqrt(mesh_lanes a)
 {
     for (int i = 0; i < MESH_WIDTH; i++) a[i] = sqrtf(a[i]);
     return a;
 }
-static inline unsigned lanes_not_above(mesh_lanes a, mesh_lanes b)
+MESH_INLINE unsigned lanes_not_above(mesh_lanes a, mesh_lanes b)
 {
     unsigned bits = 0;
     for (int i = 0; i < MESH_WIDTH; i++) bits |= (unsigned)!(a[i] > b[i]) << i;
@@ -58,21 +76,21 @@ static inline unsigned lanes_not_above(mesh_lanes a, mesh_lanes b)
 
 #endif
 
-static inline mesh_lanes lanes_of(float x)
+MESH_INLINE mesh_lanes lanes_of(float x)
 {
     return (mesh_lanes){x, x, x, x};
 }
-static inline mesh_lanes lanes_load(const float *p)
+MESH_INLINE mesh_lanes lanes_load(const float *p)
 {
     mesh_lanes v;
     memcpy(&v, p, sizeof v);
     return v;
 }
-static inline mesh_lanes lanes_dot(const mesh_lanes u[3], const float v[3])
+MESH_INLINE mesh_lanes lanes_dot(const mesh_lanes u[3], const float v[3])
 {
     return u[0] * lanes_of(v[0]) + u[1] * lanes_of(v[1]) + u[2] * lanes_of(v[2]);
 }
-static inline mesh_lanes lanes_dots(const mesh_lanes u[3], const mesh_lanes v[3])
+MESH_INLINE mesh_lanes lanes_dots(const mesh_lanes u[3], const mesh_lanes v[3])
 {
     return u[0] * v[0] + u[1] * v[1] + u[2] * v[2];
 }
@@ -90,7 +108,7 @@ typedef struct mesh_other {
 } mesh_other;
 
 /* Half of what each box measures along u. */
-static inline mesh_lanes mesh_halves(const mesh_node *n, const mesh_lanes u[3])
+MESH_INLINE mesh_lanes mesh_halves(const mesh_node *n, const mesh_lanes u[3])
 {
     mesh_lanes along[3] = {lanes_of(0), lanes_of(0), lanes_of(0)};
     for (int k = 0; k < 3; k++) {
@@ -101,19 +119,19 @@ static inline mesh_lanes mesh_halves(const mesh_node *n, const mesh_lanes u[3])
     return lanes_abs(along[0]) + lanes_abs(along[1]) + lanes_abs(along[2]) * lanes_load(n->half);
 }
 
-static inline mesh_lanes other_halves(const mesh_other *o, const mesh_lanes u[3])
+MESH_INLINE mesh_lanes other_halves(const mesh_other *o, const mesh_lanes u[3])
 {
     return lanes_abs(lanes_dot(u, o->side[0])) + lanes_abs(lanes_dot(u, o->side[1])) +
            lanes_abs(lanes_dot(u, o->side[2]));
 }
 
-static inline void lanes_spread(const float v[3], mesh_lanes out[3])
+MESH_INLINE void lanes_spread(const float v[3], mesh_lanes out[3])
 {
     for (int k = 0; k < 3; k++) out[k] = lanes_of(v[k]);
 }
 
 /* The least heights of the boxes along a direction. */
-static inline mesh_lanes mesh_feet(const mesh_node *n, const float direction[3])
+MESH_INLINE mesh_lanes mesh_feet(const mesh_node *n, const float direction[3])
 {
     mesh_lanes centre[3], axis[3];
     lanes_spread(direction, axis);
@@ -123,7 +141,7 @@ static inline mesh_lanes mesh_feet(const mesh_node *n, const float direction[3])
 
 /* Bounds that are known already (without slack), and which boxes are near by them, or by further ones along three
  * directions: the lines between the centres, the boxes' normals, and the other's. As mesh_bounds. */
-static inline unsigned mesh_bounds_from(
+MESH_INLINE unsigned mesh_bounds_from(
     const mesh_node *n, const mesh_other *o, mesh_lanes bound, unsigned near, float limit, float out[MESH_WIDTH])
 {
     mesh_lanes own[3], away[3], slack = lanes_of(o->slack);
@@ -151,7 +169,7 @@ static inline unsigned mesh_bounds_from(
 
 /* Lower bounds of the distances between the boxes and the other, along the given axis and those directions. Bit k of
  * what is returned: that of box k is not above `limit`; when no bit is left, no further direction is tried. */
-static inline unsigned mesh_bounds(const mesh_node *n, const mesh_other *o, float limit, float out[MESH_WIDTH])
+MESH_INLINE unsigned mesh_bounds(const mesh_node *n, const mesh_other *o, float limit, float out[MESH_WIDTH])
 {
     mesh_lanes bound = lanes_of(-INFINITY);
     unsigned near = (1u << n->used) - 1;

@@ -59,12 +59,12 @@ void mesh_walk_dress(mesh_walk *w)
     if (w->ma) put_on(&w->flat_a, w->ma, w->triangle_a);
 }
 
-static double sum_abs(vec3 v)
+MESH_INLINE double sum_abs(vec3 v)
 {
     return fabs(v.x) + fabs(v.y) + fabs(v.z);
 }
 
-static void put(float to[MESH_WIDTH], vec3 v)
+MESH_INLINE void put(float to[MESH_WIDTH], vec3 v)
 {
     to[0] = (float)v.x;
     to[1] = (float)v.y;
@@ -203,31 +203,31 @@ double mesh_walk_foot_b(const mesh_walk *w, vec3 d)
 
 /* ---- bounds ---- */
 
-static mesh_lanes turned(const mesh_turn *t, float x, float y, float z)
+MESH_INLINE mesh_lanes turned(const mesh_turn *t, float x, float y, float z)
 {
     return lanes_of(x) * lanes_load(t->column[0]) + lanes_of(y) * lanes_load(t->column[1]) +
            lanes_of(z) * lanes_load(t->column[2]);
 }
 
-static float lanes_sum3(mesh_lanes v)
+MESH_INLINE float lanes_sum3(mesh_lanes v)
 {
     return v[0] + v[1] + v[2];
 }
 
-static float top_along(const mesh_other *o)
+MESH_INLINE float top_along(const mesh_other *o)
 {
     mesh_lanes axis = lanes_load(o->axis);
     return lanes_sum3(axis * lanes_load(o->centre)) + fabsf(lanes_sum3(axis * lanes_load(o->side[0]))) +
            fabsf(lanes_sum3(axis * lanes_load(o->side[1]))) + fabsf(lanes_sum3(axis * lanes_load(o->side[2])));
 }
 
-static void keep_side(mesh_other *o, int k, mesh_lanes side)
+MESH_INLINE void keep_side(mesh_other *o, int k, mesh_lanes side)
 {
     memcpy(o->side[k], &side, sizeof side);
 }
 
 /* A box as the other mesh's nodes see it. The centre in doubles: there terms may cancel. */
-static void face(const mesh_turn *t, const mesh_node *n, uint32_t c, const float axis[MESH_WIDTH], bool aimed,
+MESH_INLINE void face(const mesh_turn *t, const mesh_node *n, uint32_t c, const float axis[MESH_WIDTH], bool aimed,
     mesh_other *o)
 {
     vec3 centre = vec_add(t->t, mat_mul(t->r, vec(n->centre[0][c], n->centre[1][c], n->centre[2][c])));
@@ -295,7 +295,7 @@ static double bound_in_doubles(const mesh_walk *w, mesh_box a, mesh_box b)
 /* ---- the walk ---- */
 
 /* Pairs of boxes, the nearest last. */
-static void put_sorted(entry *more, uint32_t *count, entry e)
+MESH_INLINE void put_sorted(entry *more, uint32_t *count, entry e)
 {
     uint32_t k = (*count)++;
     for (; k > 0 && e.bound > more[k - 1].bound; k--) more[k] = more[k - 1];
@@ -303,12 +303,12 @@ static void put_sorted(entry *more, uint32_t *count, entry e)
 }
 
 /* The boxes of a node that are near enough to the other, of size 1 / `per_size`; `bounds` in units of the pair. */
-static unsigned near_boxes(const mesh_walk *w, const mesh_node *n, const mesh_other *o, double size, float bounds[])
+MESH_INLINE unsigned near_boxes(const mesh_walk *w, const mesh_node *n, const mesh_other *o, double size, float bounds[])
 {
     return mesh_bounds(n, o, (float)((w->within + w->part.error) / size * FLOAT_MORE), bounds);
 }
 
-static uint32_t expand_b(const mesh_walk *w, mesh_box a, uint32_t node, entry more[MESH_WIDTH])
+MESH_INLINE uint32_t expand_b(const mesh_walk *w, mesh_box a, uint32_t node, entry more[MESH_WIDTH])
 {
     const mesh_node *n = &w->mb->nodes[node];
     mesh_other other;
@@ -329,7 +329,7 @@ static uint32_t expand_b(const mesh_walk *w, mesh_box a, uint32_t node, entry mo
     return count;
 }
 
-static uint32_t expand_a(const mesh_walk *w, uint32_t node, mesh_box b, entry more[MESH_WIDTH])
+MESH_INLINE uint32_t expand_a(const mesh_walk *w, uint32_t node, mesh_box b, entry more[MESH_WIDTH])
 {
     const mesh_node *n = &w->ma->nodes[node];
     mesh_other o;
@@ -347,7 +347,7 @@ static uint32_t expand_a(const mesh_walk *w, uint32_t node, mesh_box b, entry mo
 }
 
 /* The tops of a node's boxes along the axis, in B's frame and unit. */
-static mesh_lanes tops_of(const mesh_walk *w, const mesh_node *n)
+MESH_INLINE mesh_lanes tops_of(const mesh_walk *w, const mesh_node *n)
 {
     mesh_lanes centre[3], axis[3];
     for (int k = 0; k < 3; k++) {
@@ -358,7 +358,7 @@ static mesh_lanes tops_of(const mesh_walk *w, const mesh_node *n)
 }
 
 /* Both are opened: boxes of A that all of B's are beyond along the axis are not turned. */
-static uint32_t expand_both(const mesh_walk *w, uint32_t node_a, uint32_t node_b, entry more[CHILDREN])
+MESH_INLINE uint32_t expand_both(const mesh_walk *w, uint32_t node_a, uint32_t node_b, entry more[CHILDREN])
 {
     const mesh_node *na = &w->ma->nodes[node_a], *nb = &w->mb->nodes[node_b];
     float bounds[MESH_WIDTH], limit = (float)((w->within + w->part.error) / w->size_b * FLOAT_MORE);
@@ -505,28 +505,28 @@ static bool visit_leaves(mesh_walk *w, const entry *e, mesh_visit *visit, void *
     return true;
 }
 
-static bool is_leaf(const mesh *m, mesh_box r)
+MESH_INLINE bool is_leaf(const mesh *m, mesh_box r)
 {
     return r.node == WHOLE || m->nodes[r.node].count[r.child] > 0;
 }
 
-static double size_of(const mesh *m, mesh_box r, double size)
+MESH_INLINE double size_of(const mesh *m, mesh_box r, double size)
 {
     return (double)m->nodes[r.node].size[r.child] * size;
 }
 
-static uint32_t open_a(const mesh_walk *w, const entry *e, entry more[CHILDREN])
+MESH_INLINE uint32_t open_a(const mesh_walk *w, const entry *e, entry more[CHILDREN])
 {
     return expand_a(w, w->ma->nodes[e->a.node].first[e->a.child], e->b, more);
 }
 
-static uint32_t open_b(const mesh_walk *w, const entry *e, entry more[CHILDREN])
+MESH_INLINE uint32_t open_b(const mesh_walk *w, const entry *e, entry more[CHILDREN])
 {
     return expand_b(w, e->a, w->mb->nodes[e->b.node].first[e->b.child], more);
 }
 
 /* Both boxes are opened where they are of about one size, otherwise the larger. */
-static uint32_t expand(const mesh_walk *w, const entry *e, entry more[CHILDREN])
+MESH_INLINE uint32_t expand(const mesh_walk *w, const entry *e, entry more[CHILDREN])
 {
     if (is_leaf(w->ma, e->a)) return open_b(w, e, more);
     if (is_leaf(w->mb, e->b)) return open_a(w, e, more);
@@ -536,7 +536,7 @@ static uint32_t expand(const mesh_walk *w, const entry *e, entry more[CHILDREN])
         w, w->ma->nodes[e->a.node].first[e->a.child], w->mb->nodes[e->b.node].first[e->b.child], more);
 }
 
-static bool is_leaves(const mesh_walk *w, const entry *e)
+MESH_INLINE bool is_leaves(const mesh_walk *w, const entry *e)
 {
     return is_leaf(w->ma, e->a) && is_leaf(w->mb, e->b);
 }
@@ -559,7 +559,7 @@ static bool run_below(mesh_walk *w, const entry *top, mesh_visit *visit, void *c
 }
 
 /* The pairs of boxes to begin with. */
-static uint32_t start(const mesh_walk *w, entry first[CHILDREN])
+MESH_INLINE uint32_t start(const mesh_walk *w, entry first[CHILDREN])
 {
     uint32_t count = 0;
     if (!w->ma) return expand_b(w, (mesh_box){WHOLE, 0}, 0, first);
@@ -586,7 +586,7 @@ typedef struct queue {
     double per_bucket;
 } queue;
 
-static void queue_init(queue *q, double greatest_bound)
+MESH_INLINE void queue_init(queue *q, double greatest_bound)
 {
     for (uint16_t i = 0; i < QUEUE; i++) q->next[i] = (uint16_t)(i + 1);
     q->unused = 0;
@@ -595,7 +595,7 @@ static void queue_init(queue *q, double greatest_bound)
     q->per_bucket = greatest_bound > 0 ? (BUCKETS - 1) / greatest_bound : 0;
 }
 
-static void queue_push(queue *q, const entry *e)
+MESH_INLINE void queue_push(queue *q, const entry *e)
 {
     double place = e->bound * q->per_bucket;
     int bucket = !(place > 0) ? 0 : place < BUCKETS - 1 ? (int)place : BUCKETS - 1;
@@ -608,7 +608,7 @@ static void queue_push(queue *q, const entry *e)
     q->count++;
 }
 
-static entry queue_pop(queue *q)
+MESH_INLINE entry queue_pop(queue *q)
 {
     int bucket = __builtin_ctzll(q->filled);
     uint16_t at = q->head[bucket];
@@ -672,11 +672,10 @@ static bool plunge(mesh_walk *w, mesh_visit *visit, void *context)
     return visit_leaves(w, &e, visit, context);
 }
 
-void mesh_walk_nearest(mesh_walk *w, mesh_visit *visit, void *context)
+MESH_INLINE void walk_nearest(mesh_walk *w, mesh_visit *visit, void *context)
 {
     queue q;
     entry more[CHILDREN];
-    if (!plunge(w, visit, context)) return;
     uint32_t count = start(w, more);
     queue_init(&q, w->within < w->part.size ? w->within : w->part.size);
     for (uint32_t i = 0; i < count; i++) queue_push(&q, &more[i]);
@@ -689,4 +688,18 @@ void mesh_walk_nearest(mesh_walk *w, mesh_visit *visit, void *context)
         count = expand(w, &e, more);
         for (uint32_t i = 0; i < count; i++) queue_push(&q, &more[i]);
     }
+}
+
+MESH_WIDE static void walk_nearest_wide(mesh_walk *w, mesh_visit *visit, void *context)
+{
+    walk_nearest(w, visit, context);
+}
+
+void mesh_walk_nearest(mesh_walk *w, mesh_visit *visit, void *context)
+{
+    if (!plunge(w, visit, context)) return;
+    if (mesh_wide())
+        walk_nearest_wide(w, visit, context);
+    else
+        walk_nearest(w, visit, context);
 }
