@@ -52,6 +52,7 @@ typedef struct mesh {
     uint32_t depth; /* nodes from the root to the deepest, both counted */
     vec3 *vertices;
     mesh_triangle *triangles; /* in the order of the leaves */
+    vec3 *corners;            /* three a triangle, in that order: a walk finds those of a leaf side by side */
     mesh_node *nodes;         /* the root first */
     double unit;              /* a power of two, m: the boxes' unit, so that floats hold any mesh */
     bool solid;

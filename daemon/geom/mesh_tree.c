@@ -230,6 +230,9 @@ void mesh_tree_build(mesh *m)
     build_node(&b, (range){0, m->triangle_count}, 1);
     for (uint32_t t = 0; t < m->triangle_count; t++) m->triangles[t] = b.items[t].triangle;
     m->nodes = base_realloc(m->nodes, m->node_count, sizeof *m->nodes);
+    m->corners = base_alloc(3 * (size_t)m->triangle_count, sizeof *m->corners);
+    for (uint32_t t = 0; t < m->triangle_count; t++)
+        for (int k = 0; k < 3; k++) m->corners[3 * (size_t)t + (size_t)k] = mesh_corner(m, t, k);
     free(b.items);
 }
 

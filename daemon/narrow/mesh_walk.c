@@ -399,7 +399,7 @@ void mesh_spot_set(mesh_spot *s, const mesh *m, uint32_t triangle, double scale,
 {
     vec3 *p = s->corner;
     for (int k = 0; k < 3; k++) {
-        p[k] = vec_scale(mesh_corner(m, triangle, k), scale);
+        p[k] = vec_scale(m->corners[3 * (size_t)triangle + (size_t)k], scale);
         if (b_in_a) p[k] = transform_point(b_in_a, p[k]);
     }
     s->lo = least_of(least_of(p[0], p[1]), p[2]);
