@@ -4,55 +4,74 @@
 #include "core.h"
 #include "scalar.h"
 
-enum { ROUNDS_MAX = 8 };            /* directions are looked for so often in a piece */
-static const double FINE = 0.004;   /* of the pair's size: so much may a gap dip in a piece, ... */
-static const double COARSE = 0.1;   /* ... and where it would by more than this, no sweep is of use */
-static const double LEAST_GAIN = 0.01; /* of a piece: below it no further direction is looked for */
+enum { ROUNDS_MAX = 8 };              /* directions are looked for so often in a piece */
+static const double FINE = 0.001;     /* of the pair's size: so much may a gap dip in a whole piece, ... */
+static const double COARSE = 0.1;     /* ... and where it would by more than this, no sweep is of use */
+static const double LEAST_GAIN = 0.02; /* of a piece: below it no further direction is looked for */
+
+static const uint32_t NOWHERE = UINT32_MAX;
 
 bool sweep_init(sweep *s, const toi_mover *a, const toi_mover *b, const toi_request *request)
 {
-    course c;
-    if (!course_init(&c, a, b, request->span)) return false;
-    double size = c.reach_a + c.reach_b, dip = course_dip(&c, request->span);
-    double pieces = 1 + sqrt(dip / (FINE * size));
+    course *c = &s->course;
+    if (!course_init(c, a, b, request->span)) return false;
+    s->request = request;
+    s->size = c->reach_a + c->reach_b;
+    double pieces = 1 + sqrt(course_dip(c, request->span) / (FINE * s->size));
     if (!(pieces < 0x1p20)) return false;
-    s->pieces = c.straight ? 1 : pieces < SWEEP_PIECES_MAX ? (int)pieces : SWEEP_PIECES_MAX;
-    s->piece = request->span / s->pieces;
-    dip = course_dip(&c, s->piece);
-    if (!(dip <= COARSE * size)) return false;
-    for (int k = 0; k <= s->pieces; k++) {
-        double time = k < s->pieces ? k * s->piece : request->span;
-        course_place at = course_at(&c, time);
-        mat3 turned = quat_matrix(at.b_in_a.q);
-        sweep_place *p = &s->at[k];
-        p->a = (transform){at.world_of_a, at.arm};
-        p->b.r = (mat3){mat_mul(at.world_of_a, turned.x), mat_mul(at.world_of_a, turned.y),
-            mat_mul(at.world_of_a, turned.z)};
-        p->b.t = vec_add(at.arm, mat_mul(at.world_of_a, at.b_in_a.p));
-        double far = vec_norm(p->b.t) + size;
-        p->floor = request->threshold + c.slack + dip + 0.5 * request->wander * time * time * (1 + 4 * UNIT_ROUNDOFF) +
-                   128 * UNIT_ROUNDOFF * far;
-    }
+    uint32_t whole = pieces < SWEEP_PIECES_MAX ? (uint32_t)pieces : SWEEP_PIECES_MAX;
+    if (!(course_dip(c, request->span / whole) <= COARSE * s->size)) return false;
+    s->longest = c->straight ? 1 : 1 << SWEEP_HALVINGS;
+    s->ends = c->straight ? 1 : whole * s->longest;
+    s->least = request->span / s->ends;
+    for (int k = 0; k < SWEEP_PLACES; k++) s->at[k].index = NOWHERE;
     return true;
 }
 
-/* The greatest height of a part along a direction of its shape's frame. */
-static double top_of(const toi_part *p, vec3 d)
+static void make_place(const sweep *s, uint32_t index, sweep_place *p)
 {
-    if (p->form == TOI_PART_BOX)
-        return vec_dot(d, p->centre) + fabs(vec_dot(d, p->side[0])) + fabs(vec_dot(d, p->side[1])) +
-               fabs(vec_dot(d, p->side[2]));
-    if (p->form == TOI_PART_TRIANGLE) {
-        double top = -INFINITY;
-        for (int k = 0; k < 3; k++) top = max_of(top, d.x * p->x[k] + d.y * p->y[k] + d.z * p->z[k]);
-        return top;
-    }
+    double time = index < s->ends ? index * s->least : s->request->span;
+    course_place at = course_at(&s->course, time);
+    mat3 turned = quat_matrix(at.b_in_a.q);
+    p->index = index;
+    p->a = (transform){at.world_of_a, at.arm};
+    p->b.r =
+        (mat3){mat_mul(at.world_of_a, turned.x), mat_mul(at.world_of_a, turned.y), mat_mul(at.world_of_a, turned.z)};
+    p->b.t = vec_add(at.arm, mat_mul(at.world_of_a, at.b_in_a.p));
+    p->floor = s->request->threshold + s->course.slack +
+               0.5 * s->request->wander * time * time * (1 + 4 * UNIT_ROUNDOFF) +
+               UNIT_ROUNDOFF * (128 * (vec_norm(p->b.t) + s->size) + 32 * s->course.speed * s->request->span);
+}
+
+static const sweep_place *place_at(sweep *s, uint32_t index)
+{
+    sweep_place *p = &s->at[index % SWEEP_PLACES];
+    if (p->index != index) make_place(s, index, p);
+    return p;
+}
+
+#define SWEEP_INLINE __attribute__((always_inline)) static inline
+
+SWEEP_INLINE double top_of_shape(const toi_part *p, vec3 d)
+{
     vec3 own = quat_rotate(quat_conj(p->local.q), d);
     return vec_dot(own, core_support(&p->shape, 1, own, NULL)) + vec_dot(d, p->local.p);
 }
 
+/* The greatest height of a part along a direction of its shape's frame. */
+SWEEP_INLINE double top_of(const toi_part *p, vec3 d)
+{
+    if (p->form == TOI_PART_BOX)
+        return vec_dot(d, p->centre) + fabs(vec_dot(d, p->side[0])) + fabs(vec_dot(d, p->side[1])) +
+               fabs(vec_dot(d, p->side[2]));
+    if (p->form == TOI_PART_SHAPE) return top_of_shape(p, d);
+    double x = d.x * p->x[0] + d.y * p->y[0] + d.z * p->z[0], y = d.x * p->x[1] + d.y * p->y[1] + d.z * p->z[1],
+           z = d.x * p->x[2] + d.y * p->y[2] + d.z * p->z[2];
+    return max_of(max_of(x, y), z);
+}
+
 /* How far apart they are at a place along a unit direction of the course's frame, beyond the floor. */
-static double gap_at(const sweep_place *at, const toi_part *a, const toi_part *b, vec3 d)
+SWEEP_INLINE double gap_at(const sweep_place *at, const toi_part *a, const toi_part *b, vec3 d)
 {
     double top = top_of(a, mat_tmul(at->a.r, d)) + vec_dot(d, at->a.t);
     double foot = vec_dot(d, at->b.t) - top_of(b, vec_neg(mat_tmul(at->b.r, d)));
@@ -60,9 +79,10 @@ static double gap_at(const sweep_place *at, const toi_part *a, const toi_part *b
 }
 
 typedef struct way { /* through one piece */
-    const sweep *s;
     const toi_part *a, *b;
-    int piece;
+    const sweep_place *from, *to;
+    vec3 *hint; /* the direction that went farthest */
+    double dip;
     double share; /* of the piece that is free */
 } way;
 
@@ -71,14 +91,16 @@ static void try_direction(way *w, vec3 towards)
 {
     if (!(vec_norm2(towards) > 0)) return;
     vec3 d = direction_of(towards);
-    double first = gap_at(&w->s->at[w->piece], w->a, w->b, d);
+    double first = gap_at(w->from, w->a, w->b, d) - w->dip;
     if (!(first > 0) && w->share == 0) return;
-    double last = gap_at(&w->s->at[w->piece + 1], w->a, w->b, d);
+    double last = gap_at(w->to, w->a, w->b, d) - w->dip;
     if (!(first + (last - first) * w->share > 0)) return;
-    w->share = last > 0 ? 1 : max_of(w->share, first / (first - last));
+    double share = last > 0 ? 1 : first / (first - last);
+    if (share > w->share) *w->hint = d;
+    w->share = max_of(w->share, share);
 }
 
-static vec3 between(const transform *from, const transform *to, double share, vec3 point)
+SWEEP_INLINE vec3 between(const transform *from, const transform *to, double share, vec3 point)
 {
     vec3 p = transform_point(from, point), q = transform_point(to, point);
     return vec_madd(p, share, vec_sub(q, p));
@@ -86,7 +108,7 @@ static vec3 between(const transform *from, const transform *to, double share, ve
 
 /* The point of a part's extents that is nearest to another point, both in the course's frame; the part where it is at
  * the beginning of the piece, but for its centre. */
-static vec3 nearest_in(const toi_part *p, const mat3 *r, vec3 centre, vec3 point)
+SWEEP_INLINE vec3 nearest_in(const toi_part *p, const mat3 *r, vec3 centre, vec3 point)
 {
     vec3 nearest = centre, away = vec_sub(point, centre);
     for (int k = 0; k < 3; k++) {
@@ -106,7 +128,7 @@ static vec3 facing(vec3 n, vec3 towards)
  * parts. */
 static void try_directions(way *w)
 {
-    const sweep_place *from = &w->s->at[w->piece], *to = from + 1;
+    const sweep_place *from = w->from, *to = w->to;
     vec3 a = between(&from->a, &to->a, w->share, w->a->centre), b = between(&from->b, &to->b, w->share, w->b->centre);
     vec3 line = vec_sub(b, a);
     double before = w->share;
@@ -123,22 +145,38 @@ static void try_directions(way *w)
     try_direction(w, line);
 }
 
-double sweep_entry(const sweep *s, const toi_part *a, const toi_part *b, double from, double until)
+/* The share of a piece that is free, given that so much is. */
+static double free_share(
+    sweep *s, const toi_part *a, const toi_part *b, uint32_t first, uint32_t length, double share, vec3 *hint)
 {
-    int piece = (int)(from / s->piece);
-    if (piece >= s->pieces) piece = s->pieces - 1;
-    double share = max_of(from / s->piece - piece, 0);
-    for (; piece < s->pieces && piece * s->piece <= until; piece++, share = 0) {
-        way w = {s, a, b, piece, min_of(share, 1)};
-        for (int round = 0; round < ROUNDS_MAX && w.share < 1; round++) {
-            double before = w.share;
-            try_directions(&w);
-            if (w.share - before < LEAST_GAIN) break;
+    sweep_place from = *place_at(s, first);
+    way w = {.a = a, .b = b, .from = &from, .to = place_at(s, first + length), .share = share, .hint = hint};
+    w.dip = course_dip(&s->course, length * s->least * (1 + 8 * UNIT_ROUNDOFF));
+    try_direction(&w, *hint);
+    for (int round = 0; round < ROUNDS_MAX && w.share < 1; round++) {
+        double before = w.share;
+        try_directions(&w);
+        if (w.share - before < LEAST_GAIN) break;
+    }
+    return w.share;
+}
+
+double sweep_entry(sweep *s, const toi_part *a, const toi_part *b, double from, double until, vec3 *hint)
+{
+    uint32_t shortest = a->is_leaf && b->is_leaf ? 1 : s->longest, length = s->longest;
+    double time = from / s->least; /* in least pieces */
+    while (time < s->ends && time * s->least <= until) {
+        uint32_t first = (uint32_t)time / length * length;
+        double share = min_of(max_of((time - first) / length, 0), 1);
+        share = free_share(s, a, b, first, length, share, hint);
+        if (share >= 1) {
+            time = first + length;
+            if (length < s->longest && (first + length) % (2 * length) == 0) length *= 2;
+            continue;
         }
-        if (w.share < 1) {
-            double time = max_of((piece + w.share) * s->piece, from);
-            return time > until ? INFINITY : time;
-        }
+        time = max_of(time, first + share * length);
+        if (length == shortest) return time * s->least > until ? INFINITY : max_of(time * s->least, from);
+        length /= 2;
     }
     return INFINITY;
 }

@@ -76,23 +76,27 @@ static double search(walk *w, const toi_part *a, const toi_part *b, double from)
 }
 
 /* Until when they are certainly apart. Leaves of which that is not clear enough are searched when it is their turn. */
-static double look(walk *w, const toi_part *a, const toi_part *b, double from)
+static double look(walk *w, const toi_part *a, const toi_part *b, double from, vec3 *hint)
 {
     w->visits++;
     if (w->until <= 0) return INFINITY;
     if (!w->sweeps) return search(w, a, b, from);
     w->out->steps++;
-    return sweep_entry(&w->sweep, a, b, from, w->until);
+    return sweep_entry(&w->sweep, a, b, from, w->until, hint);
 }
 
-static void descend(walk *w, const toi_part *a, const toi_part *b, double since)
+static void descend(walk *w, const toi_part *a, const toi_part *b, double since, vec3 hint)
 {
     toi_part children[PART_CHILDREN_MAX];
     double from[PART_CHILDREN_MAX];
     bool of_a = !a->is_leaf && (b->is_leaf || a->size >= b->size);
     int count = toi_part_children(of_a ? a : b, children);
     bool is_last = of_a ? b->is_leaf : a->is_leaf;
-    for (int k = 0; k < count; k++) from[k] = look(w, of_a ? &children[k] : a, of_a ? b : &children[k], since);
+    vec3 hints[PART_CHILDREN_MAX];
+    for (int k = 0; k < count; k++) {
+        hints[k] = hint;
+        from[k] = look(w, of_a ? &children[k] : a, of_a ? b : &children[k], since, &hints[k]);
+    }
     for (int n = 0; n < count; n++) {
         int first = 0;
         for (int k = 1; k < count; k++)
@@ -104,7 +108,7 @@ static void descend(walk *w, const toi_part *a, const toi_part *b, double since)
         if (w->visits > VISITS_MAX)
             w->skipped = min_of(w->skipped, at);
         else if (!is_last || !children[first].is_leaf)
-            descend(w, part_a, part_b, at);
+            descend(w, part_a, part_b, at, hints[first]);
         else if (w->sweeps) /* otherwise it was searched when it was looked at */
             (void)search(w, part_a, part_b, at);
     }
@@ -157,14 +161,16 @@ void toi_walk(
     const toi_mover *a, const toi_mover *b, const toi_request *request, narrow_scratch *scratch, toi_result *out)
 {
     walk w = {a, b, request, scratch, .until = request->span, .skipped = INFINITY, .out = out};
-    if (begins_in_contact(&w)) return;
     toi_part root_a, root_b;
+    vec3 hint = VEC_ZERO;
     toi_part_root(a->shape, &root_a);
     toi_part_root(b->shape, &root_b);
     w.sweeps = sweep_init(&w.sweep, a, b, request);
-    double from = look(&w, &root_a, &root_b, 0);
+    double from = w.sweeps ? look(&w, &root_a, &root_b, 0, &hint) : 0;
+    if (from == 0 && begins_in_contact(&w)) return;
+    if (!w.sweeps) from = look(&w, &root_a, &root_b, 0, &hint);
     if (from == INFINITY) return;
-    descend(&w, &root_a, &root_b, from);
+    descend(&w, &root_a, &root_b, from, hint);
     if (out->status == TOI_NEAR && out->hi == INFINITY && request->wander == 0) prove_contact(&w);
     if (w.skipped <= out->lo && w.skipped != INFINITY) {
         out->lo = w.skipped;
