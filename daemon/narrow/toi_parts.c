@@ -38,7 +38,7 @@ static void be_shape(toi_part *p)
     vec3 middle = VEC_ZERO;
     mat3 r = quat_matrix(p->local.q);
     p->size = shape_reach(&p->shape);
-    p->form = TOI_PART_SHAPE;
+    p->form = p->shape.type == SHAPE_BOX ? TOI_PART_BOX : TOI_PART_SHAPE;
     p->margin = p->shape.radius + shape_excess(&p->shape);
     for (int k = 0; k < 3; k++) {
         double hi = vec_dot(axes[k], core_support(&p->shape, 1, axes[k], NULL));
@@ -118,8 +118,9 @@ static int mesh_children(const toi_part *p, toi_part *out)
         return n->count[p->child];
     }
     for (uint32_t k = 0; k < n->used; k++) {
-        out[k] = (toi_part){.whole = p->whole, .node = p->node, .child = k};
-        if (n->count[k] == 0) be_mesh_node(&out[k], p->whole, n->first[k]);
+        bool inner = n->count[k] == 0;
+        out[k] = (toi_part){
+            .whole = p->whole, .node = inner ? n->first[k] : p->node, .child = inner ? WHOLE_NODE : k};
         be_box(&out[k], corner_of(n->lo, (int)k, unit), corner_of(n->hi, (int)k, unit));
         be_turned(&out[k], n, k, unit);
     }
