@@ -21,7 +21,7 @@ bool sweep_init(sweep *s, const toi_mover *a, const toi_mover *b, const toi_requ
     if (!(pieces < 0x1p20)) return false;
     uint32_t whole = pieces < SWEEP_PIECES_MAX ? (uint32_t)pieces : SWEEP_PIECES_MAX;
     if (!(course_dip(c, request->span / whole) <= COARSE * s->size)) return false;
-    s->longest = c->straight ? 1 : 1 << SWEEP_HALVINGS;
+    s->longest = c->straight ? 1 : SWEEP_LONGEST;
     s->ends = c->straight ? 1 : whole * s->longest;
     s->least = request->span / s->ends;
     for (int k = 0; k < SWEEP_PLACES; k++) s->at[k].index = NOWHERE;
@@ -45,7 +45,7 @@ static void make_place(const sweep *s, uint32_t index, sweep_place *p)
 
 static const sweep_place *place_at(sweep *s, uint32_t index)
 {
-    sweep_place *p = &s->at[index % SWEEP_PLACES];
+    sweep_place *p = &s->at[(index ^ index / SWEEP_LONGEST) % SWEEP_PLACES]; /* most are multiples of it */
     if (p->index != index) make_place(s, index, p);
     return p;
 }
@@ -171,12 +171,12 @@ double sweep_entry(sweep *s, const toi_part *a, const toi_part *b, double from, 
         share = free_share(s, a, b, first, length, share, hint);
         if (share >= 1) {
             time = first + length;
-            if (length < s->longest && (first + length) % (2 * length) == 0) length *= 2;
+            if (length < s->longest && (first + length) % (SWEEP_CUT * length) == 0) length *= SWEEP_CUT;
             continue;
         }
         time = max_of(time, first + share * length);
         if (length == shortest) return time * s->least > until ? INFINITY : max_of(time * s->least, from);
-        length /= 2;
+        length /= SWEEP_CUT;
     }
     return INFINITY;
 }

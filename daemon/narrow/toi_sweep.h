@@ -2,7 +2,7 @@
  *
  * The span is cut into pieces so short that no gap along a direction that stands still dips much below its chord
  * (toi.h). Of two parts, a gap along a direction at both ends of a piece tells until when it is open; from there another
- * direction is tried, until none opens the way any further; then the piece is halved, and so on down to the least. The
+ * direction is tried, until none opens the way any further; then the piece is cut, and what is left of it cut again. The
  * places at the ends of pieces are made when they are first needed, and kept for other parts. */
 #ifndef COLLIDED_NARROW_TOI_SWEEP_H
 #define COLLIDED_NARROW_TOI_SWEEP_H
@@ -12,7 +12,8 @@
 
 enum {
     SWEEP_PIECES_MAX = 64,
-    SWEEP_HALVINGS = 4, /* of a piece */
+    SWEEP_CUT = 4,      /* a piece into so many, ... */
+    SWEEP_LONGEST = 16, /* ... twice */
     SWEEP_PLACES = 128  /* that are kept; a power of two */
 };
 
