@@ -281,6 +281,7 @@ static void both_bounds(const unit_pair *whole, mesh_walk *w, const narrow_goal 
 void mesh_depth_find(
     const unit_pair *whole, mesh_walk *w, const narrow_goal *goal, const mesh_gap *gap, epa_scratch *scratch, span *out)
 {
+    uint32_t visits = w->visits; /* how many that were depends on where the search for the gap began */
     *out = gap->nearest;
     out->method = NARROW_BY_EPA;
     deepest_search q = {.goal = goal, .scratch = scratch, .depth = 0};
@@ -305,6 +306,6 @@ void mesh_depth_find(
         mesh_depth_rough(whole, out);
     else
         both_bounds(whole, w, goal, gap, q.normals, scratch, out);
-    out->iterations = iterations + w->visits;
+    out->iterations = iterations + w->visits - visits;
     out->lo = min_of(out->lo, out->hi);
 }

@@ -227,8 +227,8 @@ MESH_INLINE void keep_side(mesh_other *o, int k, mesh_lanes side)
 }
 
 /* A box as the other mesh's nodes see it. The centre in doubles: there terms may cancel. */
-MESH_INLINE void face(const mesh_turn *t, const mesh_node *n, uint32_t c, const float axis[MESH_WIDTH], bool aimed,
-    mesh_other *o)
+MESH_INLINE void face(
+    const mesh_turn *t, const mesh_node *n, uint32_t c, const float axis[MESH_WIDTH], bool aimed, mesh_other *o)
 {
     vec3 centre = vec_add(t->t, mat_mul(t->r, vec(n->centre[0][c], n->centre[1][c], n->centre[2][c])));
     mesh_lanes ratio = lanes_of(t->ratio), normal = turned(t, n->normal[0][c], n->normal[1][c], n->normal[2][c]);
@@ -303,7 +303,8 @@ MESH_INLINE void put_sorted(entry *more, uint32_t *count, entry e)
 }
 
 /* The boxes of a node that are near enough to the other, of size 1 / `per_size`; `bounds` in units of the pair. */
-MESH_INLINE unsigned near_boxes(const mesh_walk *w, const mesh_node *n, const mesh_other *o, double size, float bounds[])
+MESH_INLINE unsigned near_boxes(
+    const mesh_walk *w, const mesh_node *n, const mesh_other *o, double size, float bounds[])
 {
     return mesh_bounds(n, o, (float)((w->within + w->part.error) / size * FLOAT_MORE), bounds);
 }
@@ -377,8 +378,7 @@ MESH_INLINE uint32_t expand_both(const mesh_walk *w, uint32_t node_a, uint32_t n
         near = mesh_bounds_from(nb, &o, along, near, limit, bounds);
         for (uint32_t i = 0; near; i++, near >>= 1) {
             double bound = (double)bounds[i] * w->size_b - w->part.error;
-            if (near & 1 && !(bound > w->within))
-                more[count++] = (entry){{node_a, k}, {node_b, i}, bound};
+            if (near & 1 && !(bound > w->within)) more[count++] = (entry){{node_a, k}, {node_b, i}, bound};
         }
     }
     return count;
@@ -446,8 +446,8 @@ static void set_levels(const mesh_walk *w, mesh_leaf *l, double sign)
     double most = -INFINITY;
     for (uint32_t i = 0; i < l->count; i++) {
         const vec3 *p = l->spots[i].corner;
-        double level = max_of(
-            max_of(sign * vec_dot(w->axis, p[0]), sign * vec_dot(w->axis, p[1])), sign * vec_dot(w->axis, p[2]));
+        double level =
+            max_of(max_of(sign * vec_dot(w->axis, p[0]), sign * vec_dot(w->axis, p[1])), sign * vec_dot(w->axis, p[2]));
         l->spots[i].level = sign * level;
         most = max_of(most, level);
     }
@@ -471,7 +471,8 @@ static mesh_leaf *leaf_of(mesh_walk *w, bool of_a, mesh_box box)
     return l;
 }
 
-static bool visit_spot_a(mesh_walk *w, mesh_leaf *b, uint32_t first_b, mesh_visit *visit, void *context)
+/* A part of A (in leaf `a`, NULL: all of it) and all of a leaf of B. The visitor may find a new axis. */
+static bool visit_row(mesh_walk *w, mesh_leaf *a, mesh_leaf *b, uint32_t first_b, mesh_visit *visit, void *context)
 {
     for (uint32_t i = 0; i < b->count; i++) {
         w->spot_b = &b->spots[i];
@@ -480,7 +481,9 @@ static bool visit_spot_a(mesh_walk *w, mesh_leaf *b, uint32_t first_b, mesh_visi
         w->visits++;
         uint32_t aims = w->aims;
         if (!visit(w, context)) return false;
-        if (aims != w->aims) set_levels(w, b, -1);
+        if (aims == w->aims) continue;
+        if (a) set_levels(w, a, 1);
+        set_levels(w, b, -1);
     }
     return true;
 }
@@ -491,16 +494,16 @@ static bool visit_leaves(mesh_walk *w, const entry *e, mesh_visit *visit, void *
     uint32_t first_b = w->mb->nodes[e->b.node].first[e->b.child];
     if (!w->ma) {
         w->spot_a = &w->whole;
-        return b->level - w->whole.level > w->within + 2 * w->part.error || visit_spot_a(w, b, first_b, visit, context);
+        return b->level - w->whole.level > w->within + 2 * w->part.error ||
+               visit_row(w, NULL, b, first_b, visit, context);
     }
     mesh_leaf *a = leaf_of(w, true, e->a);
     if (b->level - a->level > w->within + 2 * w->part.error) return true;
     for (uint32_t k = 0; k < a->count; k++) {
-        if (a->aims != w->aims) set_levels(w, a, 1);
         if (b->level - a->spots[k].level > w->within + 2 * w->part.error) continue;
         w->spot_a = &a->spots[k];
         w->triangle_a = w->ma->nodes[e->a.node].first[e->a.child] + k;
-        if (!visit_spot_a(w, b, first_b, visit, context)) return false;
+        if (!visit_row(w, a, b, first_b, visit, context)) return false;
     }
     return true;
 }
@@ -531,9 +534,9 @@ MESH_INLINE uint32_t expand(const mesh_walk *w, const entry *e, entry more[CHILD
     if (is_leaf(w->ma, e->a)) return open_b(w, e, more);
     if (is_leaf(w->mb, e->b)) return open_a(w, e, more);
     double a = size_of(w->ma, e->a, w->size_a), b = size_of(w->mb, e->b, w->size_b);
-    if (!w->opens_both || a > BOTH_RATIO * b || b > BOTH_RATIO * a) return a > b ? open_a(w, e, more) : open_b(w, e, more);
-    return expand_both(
-        w, w->ma->nodes[e->a.node].first[e->a.child], w->mb->nodes[e->b.node].first[e->b.child], more);
+    if (!w->opens_both || a > BOTH_RATIO * b || b > BOTH_RATIO * a)
+        return a > b ? open_a(w, e, more) : open_b(w, e, more);
+    return expand_both(w, w->ma->nodes[e->a.node].first[e->a.child], w->mb->nodes[e->b.node].first[e->b.child], more);
 }
 
 MESH_INLINE bool is_leaves(const mesh_walk *w, const entry *e)

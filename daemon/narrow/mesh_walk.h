@@ -67,7 +67,7 @@ typedef struct mesh_walk {
     float axis_in_a[MESH_WIDTH], axis_in_b[MESH_WIDTH]; /* towards the boxes of either: the former points from B to A */
     float origin_level, open_slack; /* of A's frame along axis_in_b, in B's unit; of any box of A against one of B */
     bool aimed, opens_both;         /* opens_both: the meshes are of about one size, and not far apart */
-    mesh_other whole_other; /* of a convex A */
+    mesh_other whole_other;         /* of a convex A */
     mesh_spot whole;
     mesh_leaf leaves_a[MESH_LEAVES], leaves_b[MESH_LEAVES];
 } mesh_walk;

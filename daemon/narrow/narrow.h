@@ -87,10 +87,10 @@ typedef struct narrow_result {
  * it; of what it reads, the triangles, none enters an answer: they only say where to begin. The hints are
  * narrow_separation's. Zeroed = empty. */
 typedef struct narrow_cache {
-    vec3 axis;               /* in A's frame, unit; zero = none */
-    pose b_in_a;             /* where `lower` was certified */
-    double lower;            /* certified lower bound then */
-    uint32_t hint_a, hint_b; /* support vertices to start from */
+    vec3 axis;                       /* in A's frame, unit; zero = none */
+    pose b_in_a;                     /* where `lower` was certified */
+    double lower;                    /* certified lower bound then */
+    uint32_t hint_a, hint_b;         /* support vertices to start from */
     uint32_t triangle_a, triangle_b; /* 1 + those of two meshes that were the nearest; 0 = none, or not a mesh */
 } narrow_cache;
 

@@ -54,8 +54,7 @@ static void be_turned(toi_part *p, const mesh_node *n, uint32_t c, double unit)
 {
     p->centre = vec_scale(vec(n->centre[0][c], n->centre[1][c], n->centre[2][c]), unit);
     p->normal = vec_scale(vec(n->normal[0][c], n->normal[1][c], n->normal[2][c]), unit);
-    for (int k = 0; k < 2; k++)
-        p->side[k] = vec_scale(vec(n->side[k][0][c], n->side[k][1][c], n->side[k][2][c]), unit);
+    for (int k = 0; k < 2; k++) p->side[k] = vec_scale(vec(n->side[k][0][c], n->side[k][1][c], n->side[k][2][c]), unit);
     p->side[2] = vec_scale(p->normal, (double)n->half[c]);
 }
 
@@ -119,8 +118,7 @@ static int mesh_children(const toi_part *p, toi_part *out)
     }
     for (uint32_t k = 0; k < n->used; k++) {
         bool inner = n->count[k] == 0;
-        out[k] = (toi_part){
-            .whole = p->whole, .node = inner ? n->first[k] : p->node, .child = inner ? WHOLE_NODE : k};
+        out[k] = (toi_part){.whole = p->whole, .node = inner ? n->first[k] : p->node, .child = inner ? WHOLE_NODE : k};
         be_box(&out[k], corner_of(n->lo, (int)k, unit), corner_of(n->hi, (int)k, unit));
         be_turned(&out[k], n, k, unit);
     }

@@ -4,9 +4,9 @@
 #include "core.h"
 #include "scalar.h"
 
-enum { ROUNDS_MAX = 8 };              /* directions are looked for so often in a piece */
-static const double FINE = 0.001;     /* of the pair's size: so much may a gap dip in a whole piece, ... */
-static const double COARSE = 0.1;     /* ... and where it would by more than this, no sweep is of use */
+enum { ROUNDS_MAX = 8 };               /* directions are looked for so often in a piece */
+static const double FINE = 0.001;      /* of the pair's size: so much may a gap dip in a whole piece, ... */
+static const double COARSE = 0.1;      /* ... and where it would by more than this, no sweep is of use */
 static const double LEAST_GAIN = 0.02; /* of a piece: below it no further direction is looked for */
 
 static const uint32_t NOWHERE = UINT32_MAX;

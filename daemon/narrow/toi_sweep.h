@@ -1,9 +1,9 @@
 /* toi_sweep: from when on two parts of shapes can meet, by directions alone: no distance is asked. Pure; any thread.
  *
  * The span is cut into pieces so short that no gap along a direction that stands still dips much below its chord
- * (toi.h). Of two parts, a gap along a direction at both ends of a piece tells until when it is open; from there another
- * direction is tried, until none opens the way any further; then the piece is cut, and what is left of it cut again. The
- * places at the ends of pieces are made when they are first needed, and kept for other parts. */
+ * (toi.h). Of two parts, a gap along a direction at both ends of a piece tells until when it is open; from there
+ * another direction is tried, until none opens the way any further; then the piece is cut, and what is left of it cut
+ * again. The places at the ends of pieces are made when they are first needed, and kept for other parts. */
 #ifndef COLLIDED_NARROW_TOI_SWEEP_H
 #define COLLIDED_NARROW_TOI_SWEEP_H
 
