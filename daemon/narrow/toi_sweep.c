@@ -4,7 +4,7 @@
 #include "core.h"
 #include "scalar.h"
 
-enum { ROUNDS_MAX = 8 };               /* directions are looked for so often in a piece */
+enum { ROUNDS_MAX = 8, ALTERNATIONS = 1 };               /* directions are looked for so often in a piece */
 static const double FINE = 0.001;      /* of the pair's size: so much may a gap dip in a whole piece, ... */
 static const double COARSE = 0.1;      /* ... and where it would by more than this, no sweep is of use */
 static const double LEAST_GAIN = 0.02; /* of a piece: below it no further direction is looked for */
@@ -106,16 +106,27 @@ SWEEP_INLINE vec3 between(const transform *from, const transform *to, double sha
     return vec_madd(p, share, vec_sub(q, p));
 }
 
-/* The point of a part's extents that is nearest to another point, both in the course's frame; the part where it is at
- * the beginning of the piece, but for its centre. */
-SWEEP_INLINE vec3 nearest_in(const toi_part *p, const mat3 *r, vec3 centre, vec3 point)
+/* The extents of a part, turned as it is at the beginning of a piece. */
+typedef struct extents {
+    vec3 side[3];
+    double per_norm2[3]; /* 0 where there is no side */
+} extents;
+
+static void turn_extents(const toi_part *p, const mat3 *r, extents *out)
+{
+    for (int k = 0; k < 3; k++) {
+        double norm2 = vec_norm2(p->side[k]);
+        out->side[k] = mat_mul(*r, p->side[k]);
+        out->per_norm2[k] = norm2 > 0 ? 1 / norm2 : 0;
+    }
+}
+
+/* The point of extents about a centre that is nearest to another point. */
+SWEEP_INLINE vec3 nearest_in(const extents *e, vec3 centre, vec3 point)
 {
     vec3 nearest = centre, away = vec_sub(point, centre);
-    for (int k = 0; k < 3; k++) {
-        vec3 side = mat_mul(*r, p->side[k]);
-        double norm2 = vec_norm2(side), along = vec_dot(away, side);
-        if (norm2 > 0) nearest = vec_madd(nearest, clamp_to(along / norm2, 1), side);
-    }
+    for (int k = 0; k < 3; k++)
+        nearest = vec_madd(nearest, clamp_to(vec_dot(away, e->side[k]) * e->per_norm2[k], 1), e->side[k]);
     return nearest;
 }
 
@@ -124,38 +135,43 @@ static vec3 facing(vec3 n, vec3 towards)
     return vec_dot(n, towards) < 0 ? vec_neg(n) : n;
 }
 
-/* Directions that may have a gap at that share of the piece: between what is nearest of their extents, and across flat
- * parts. */
-static void try_directions(way *w)
+/* Directions that may have a gap at that share of the piece: between what is nearest of their extents (by going to and
+ * fro between them), and across flat parts. */
+static void try_directions(way *w, const extents *ea, const extents *eb)
 {
     const sweep_place *from = w->from, *to = w->to;
     vec3 a = between(&from->a, &to->a, w->share, w->a->centre), b = between(&from->b, &to->b, w->share, w->b->centre);
-    vec3 line = vec_sub(b, a);
+    vec3 line = vec_sub(b, a), on_b = b, on_a = nearest_in(ea, a, b), first = on_a;
     double before = w->share;
-    vec3 on_a = nearest_in(w->a, &from->a.r, a, b);
-    vec3 on_b = nearest_in(w->b, &from->b.r, b, on_a);
+    for (int k = 0; k < ALTERNATIONS; k++) {
+        on_b = nearest_in(eb, b, on_a);
+        on_a = nearest_in(ea, a, on_b);
+    }
     try_direction(w, vec_sub(on_b, on_a));
     if (w->share > before) return;
-    try_direction(w, vec_sub(b, on_a));
+    try_direction(w, vec_sub(b, first));
     if (w->share > before) return;
     try_direction(w, facing(mat_mul(from->b.r, w->b->normal), line));
     if (w->share > before) return;
     try_direction(w, facing(mat_mul(from->a.r, w->a->normal), line));
-    if (w->share > before) return;
-    try_direction(w, line);
 }
 
-/* The share of a piece that is free, given that so much is. */
+/* The share of a piece that is free, given that so much is; not to be found out beyond `enough`. */
 static double free_share(
-    sweep *s, const toi_part *a, const toi_part *b, uint32_t first, uint32_t length, double share, vec3 *hint)
+    sweep *s, const toi_part *a, const toi_part *b, uint32_t first, uint32_t length, double share,
+    double enough, vec3 *hint)
 {
     sweep_place from = *place_at(s, first);
     way w = {.a = a, .b = b, .from = &from, .to = place_at(s, first + length), .share = share, .hint = hint};
     w.dip = course_dip(&s->course, length * s->least * (1 + 8 * UNIT_ROUNDOFF));
     try_direction(&w, *hint);
-    for (int round = 0; round < ROUNDS_MAX && w.share < 1; round++) {
+    if (w.share >= enough) return w.share;
+    extents ea, eb;
+    turn_extents(a, &from.a.r, &ea);
+    turn_extents(b, &from.b.r, &eb);
+    for (int round = 0; round < ROUNDS_MAX && w.share < enough; round++) {
         double before = w.share;
-        try_directions(&w);
+        try_directions(&w, &ea, &eb);
         if (w.share - before < LEAST_GAIN) break;
     }
     return w.share;
@@ -168,7 +184,8 @@ double sweep_entry(sweep *s, const toi_part *a, const toi_part *b, double from, 
     while (time < s->ends && time * s->least <= until) {
         uint32_t first = (uint32_t)time / length * length;
         double share = min_of(max_of((time - first) / length, 0), 1);
-        share = free_share(s, a, b, first, length, share, hint);
+        double enough = min_of((until / s->least - first) / length * (1 + 0x1p-40), 1);
+        share = free_share(s, a, b, first, length, share, enough, hint);
         if (share >= 1) {
             time = first + length;
             if (length < s->longest && (first + length) % (SWEEP_CUT * length) == 0) length *= SWEEP_CUT;

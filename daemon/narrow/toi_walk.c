@@ -160,7 +160,15 @@ static void prove_contact(walk *w)
 void toi_walk(
     const toi_mover *a, const toi_mover *b, const toi_request *request, narrow_scratch *scratch, toi_result *out)
 {
-    walk w = {a, b, request, scratch, .until = request->span, .skipped = INFINITY, .out = out};
+    walk w; /* its sweep is large, and makes itself ready */
+    w.a = a;
+    w.b = b;
+    w.request = request;
+    w.scratch = scratch;
+    w.until = request->span;
+    w.skipped = INFINITY;
+    w.visits = 0;
+    w.out = out;
     toi_part root_a, root_b;
     vec3 hint = VEC_ZERO;
     toi_part_root(a->shape, &root_a);
