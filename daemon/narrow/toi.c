@@ -295,7 +295,7 @@ void toi_convex(const toi_mover *a, const toi_mover *b, const toi_request *reque
     }
     march m = {.c = &c, .request = request, .scratch = scratch, .out = out, .rough = rough};
     m.target = request->threshold + c.slack;
-    if (vec_greatest(guess) == 0) guess = guess_axis(&c, from);
+    if (vec_greatest(guess) == 0 && from == 0) guess = guess_axis(&c, from);
     if (vec_greatest(guess) > 0 && free_along(&m, from, request->span, guess, 2 * request->tolerance)) return;
     double turned = (c.spin_a.speed + c.spin_b.speed) * request->span;
     if (turned > WHOLE_TURNS) from = max_of(from, free_while_spun(&m));

@@ -21,6 +21,7 @@ bool sweep_init(sweep *s, const toi_mover *a, const toi_mover *b, const toi_requ
     if (!(pieces < 0x1p20)) return false;
     uint32_t whole = pieces < SWEEP_PIECES_MAX ? (uint32_t)pieces : SWEEP_PIECES_MAX;
     if (!(course_dip(c, request->span / whole) <= COARSE * s->size)) return false;
+    whole = (whole + SWEEP_CUT - 1) / SWEEP_CUT * SWEEP_CUT;
     s->longest = c->straight ? 1 : SWEEP_LONGEST;
     s->ends = c->straight ? 1 : whole * s->longest;
     s->least = request->span / s->ends;
