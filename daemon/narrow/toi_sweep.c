@@ -4,10 +4,10 @@
 #include "core.h"
 #include "scalar.h"
 
-enum { ROUNDS_MAX = 8, ALTERNATIONS = 1 };               /* directions are looked for so often in a piece */
-static const double FINE = 0.001;      /* of the pair's size: so much may a gap dip in a whole piece, ... */
-static const double COARSE = 0.1;      /* ... and where it would by more than this, no sweep is of use */
-static const double LEAST_GAIN = 0.02; /* of a piece: below it no further direction is looked for */
+enum { ROUNDS_MAX = 8, ALTERNATIONS = 1 }; /* directions are looked for so often in a piece */
+static const double FINE = 0.001;          /* of the pair's size: so much may a gap dip in a whole piece, ... */
+static const double COARSE = 0.1;          /* ... and where it would by more than this, no sweep is of use */
+static const double LEAST_GAIN = 0.02;     /* of a piece: below it no further direction is looked for */
 
 static const uint32_t NOWHERE = UINT32_MAX;
 
@@ -158,8 +158,7 @@ static void try_directions(way *w, const extents *ea, const extents *eb)
 }
 
 /* The share of a piece that is free, given that so much is; not to be found out beyond `enough`. */
-static double free_share(
-    sweep *s, const toi_part *a, const toi_part *b, uint32_t first, uint32_t length, double share,
+static double free_share(sweep *s, const toi_part *a, const toi_part *b, uint32_t first, uint32_t length, double share,
     double enough, vec3 *hint)
 {
     sweep_place from = *place_at(s, first);
