@@ -6,6 +6,7 @@
 
 #include "core.h"
 #include "geom/mesh_simd.h"
+#include "mesh_leaf.h"
 
 /* u_float = 2^-24. A bound of mesh_bounds is made of less than 60 terms, none greater than the mesh's unit and the
  * other's reach together, and each is off by less than 4 u_float of that; that the sides of the other's box are turned
@@ -302,7 +303,7 @@ MESH_INLINE void put_sorted(entry *more, uint32_t *count, entry e)
     more[k] = e;
 }
 
-/* The boxes of a node that are near enough to the other, of size 1 / `per_size`; `bounds` in units of the pair. */
+/* Bit k: box k of a node is near enough to the other. `size`, `bounds`: the node's unit, and in it. */
 MESH_INLINE unsigned near_boxes(
     const mesh_walk *w, const mesh_node *n, const mesh_other *o, double size, float bounds[])
 {
@@ -384,130 +385,6 @@ MESH_INLINE uint32_t expand_both(const mesh_walk *w, uint32_t node_a, uint32_t n
     return count;
 }
 
-/* ---- leaves ---- */
-
-static vec3 least_of(vec3 a, vec3 b)
-{
-    return vec(min_of(a.x, b.x), min_of(a.y, b.y), min_of(a.z, b.z));
-}
-static vec3 most_of(vec3 a, vec3 b)
-{
-    return vec(max_of(a.x, b.x), max_of(a.y, b.y), max_of(a.z, b.z));
-}
-
-void mesh_spot_set(mesh_spot *s, const mesh *m, uint32_t triangle, double scale, const transform *b_in_a)
-{
-    vec3 *p = s->corner;
-    for (int k = 0; k < 3; k++) {
-        p[k] = vec_scale(m->corners[3 * (size_t)triangle + (size_t)k], scale);
-        if (b_in_a) p[k] = transform_point(b_in_a, p[k]);
-    }
-    s->lo = least_of(least_of(p[0], p[1]), p[2]);
-    s->hi = most_of(most_of(p[0], p[1]), p[2]);
-    s->normal = vec_cross(vec_sub(p[1], p[0]), vec_sub(p[2], p[0]));
-}
-
-static double outside(double lo_a, double hi_a, double lo_b, double hi_b)
-{
-    return max_of(max_of(lo_b - hi_a, lo_a - hi_b), 0);
-}
-
-/* Along a direction of any length, one way or the other. The best so far is in w->lead, *best is the square of the gap
- * along it. */
-static bool is_far_along(mesh_walk *w, vec3 u, double *best)
-{
-    vec3 between = vec_sub(vec_add(w->spot_b->lo, w->spot_b->hi), vec_add(w->spot_a->lo, w->spot_a->hi));
-    if (vec_dot(u, between) < 0) u = vec_neg(u);
-    double gap = mesh_walk_foot_b(w, u) - mesh_walk_top_a(w, u), norm2 = vec_norm2(u);
-    if (!(gap > 0) || !(gap * gap > *best * norm2)) return false;
-    double within = w->within + 2 * w->part.error;
-    *best = gap * gap / norm2;
-    w->lead = u;
-    return *best > within * within;
-}
-
-/* Along the axis, by their boxes, or along the directions of mesh_bounds, in doubles. */
-static bool is_far(mesh_walk *w)
-{
-    const mesh_spot *a = w->spot_a, *b = w->spot_b;
-    double within = w->within + 2 * w->part.error, best = 0;
-    if (b->level - a->level > within) return true;
-    double x = outside(a->lo.x, a->hi.x, b->lo.x, b->hi.x), y = outside(a->lo.y, a->hi.y, b->lo.y, b->hi.y),
-           z = outside(a->lo.z, a->hi.z, b->lo.z, b->hi.z);
-    if (x * x + y * y + z * z > within * within) return true;
-    w->lead = vec_sub(vec_add(b->lo, b->hi), vec_add(a->lo, a->hi));
-    return is_far_along(w, w->lead, &best) || is_far_along(w, b->normal, &best) ||
-           (w->ma && is_far_along(w, a->normal, &best));
-}
-
-/* Along the axis times `sign`: the greatest, of A, or the least, of B. Without an axis all levels are 0. */
-static void set_levels(const mesh_walk *w, mesh_leaf *l, double sign)
-{
-    double most = -INFINITY;
-    for (uint32_t i = 0; i < l->count; i++) {
-        const vec3 *p = l->spots[i].corner;
-        double level =
-            max_of(max_of(sign * vec_dot(w->axis, p[0]), sign * vec_dot(w->axis, p[1])), sign * vec_dot(w->axis, p[2]));
-        l->spots[i].level = sign * level;
-        most = max_of(most, level);
-    }
-    l->level = sign * most;
-    l->aims = w->aims;
-}
-
-static mesh_leaf *leaf_of(mesh_walk *w, bool of_a, mesh_box box)
-{
-    mesh_leaf *l = (of_a ? w->leaves_a : w->leaves_b) + (box.node * MESH_WIDTH + box.child) % MESH_LEAVES;
-    const mesh *m = of_a ? w->ma : w->mb;
-    const mesh_node *n = &m->nodes[box.node];
-    if (l->box.node != box.node || l->box.child != box.child) {
-        l->box = box;
-        l->count = n->count[box.child];
-        l->aims = w->aims - 1;
-        for (uint32_t i = 0; i < l->count; i++)
-            mesh_spot_set(&l->spots[i], m, n->first[box.child] + i, w->part.scale, of_a ? NULL : &w->part.b_in_a);
-    }
-    if (l->aims != w->aims) set_levels(w, l, of_a ? 1 : -1);
-    return l;
-}
-
-/* A part of A (in leaf `a`, NULL: all of it) and all of a leaf of B. The visitor may find a new axis. */
-static bool visit_row(mesh_walk *w, mesh_leaf *a, mesh_leaf *b, uint32_t first_b, mesh_visit *visit, void *context)
-{
-    for (uint32_t i = 0; i < b->count; i++) {
-        w->spot_b = &b->spots[i];
-        w->triangle_b = first_b + i;
-        if (is_far(w)) continue;
-        w->visits++;
-        uint32_t aims = w->aims;
-        if (!visit(w, context)) return false;
-        if (aims == w->aims) continue;
-        if (a) set_levels(w, a, 1);
-        set_levels(w, b, -1);
-    }
-    return true;
-}
-
-static bool visit_leaves(mesh_walk *w, const entry *e, mesh_visit *visit, void *context)
-{
-    mesh_leaf *b = leaf_of(w, false, e->b);
-    uint32_t first_b = w->mb->nodes[e->b.node].first[e->b.child];
-    if (!w->ma) {
-        w->spot_a = &w->whole;
-        return b->level - w->whole.level > w->within + 2 * w->part.error ||
-               visit_row(w, NULL, b, first_b, visit, context);
-    }
-    mesh_leaf *a = leaf_of(w, true, e->a);
-    if (b->level - a->level > w->within + 2 * w->part.error) return true;
-    for (uint32_t k = 0; k < a->count; k++) {
-        if (b->level - a->spots[k].level > w->within + 2 * w->part.error) continue;
-        w->spot_a = &a->spots[k];
-        w->triangle_a = w->ma->nodes[e->a.node].first[e->a.child] + k;
-        if (!visit_row(w, a, b, first_b, visit, context)) return false;
-    }
-    return true;
-}
-
 MESH_INLINE bool is_leaf(const mesh *m, mesh_box r)
 {
     return r.node == WHOLE || m->nodes[r.node].count[r.child] > 0;
@@ -555,7 +432,7 @@ static bool run_below(mesh_walk *w, const entry *top, mesh_visit *visit, void *c
         if (e.bound > w->within) continue;
         if (!is_leaves(w, &e))
             open += expand(w, &e, stack + open);
-        else if (!visit_leaves(w, &e, visit, context))
+        else if (!mesh_leaves_visit(w, e.a, e.b, visit, context))
             return false;
     }
     return true;
@@ -623,8 +500,6 @@ MESH_INLINE entry queue_pop(queue *q)
     return q->entries[at];
 }
 
-/* The pair of leaves whose boxes' centres are nearest to each other, as a way down by the nearest centres finds it: its
- * triangles are near enough to spare the walk most of the rest. */
 static vec3 centre_of(const mesh_walk *w, mesh_box a)
 {
     if (a.node == WHOLE) return vec_scale(vec_add(w->whole.lo, w->whole.hi), 0.5);
@@ -656,6 +531,8 @@ static vec3 in_a(const mesh_walk *w, mesh_box b)
     return transform_point(&w->part.b_in_a, centre);
 }
 
+/* Visits the pair of leaves whose boxes' centres are nearest to each other, as a way down by the nearest centres finds
+ * it: its triangles are near enough to spare the walk most of the rest. */
 static bool plunge(mesh_walk *w, mesh_visit *visit, void *context)
 {
     mesh_box a = {WHOLE, 0}, b;
@@ -672,7 +549,7 @@ static bool plunge(mesh_walk *w, mesh_visit *visit, void *context)
         b = nearest_child(w->mb, node_below(w->mb, b), vec_scale(from, 1 / w->size_b));
     }
     entry e = {a, b, 0};
-    return visit_leaves(w, &e, visit, context);
+    return mesh_leaves_visit(w, e.a, e.b, visit, context);
 }
 
 MESH_INLINE void walk_nearest(mesh_walk *w, mesh_visit *visit, void *context)
@@ -686,7 +563,8 @@ MESH_INLINE void walk_nearest(mesh_walk *w, mesh_visit *visit, void *context)
         entry e = queue_pop(&q);
         if (e.bound > w->within) continue;
         bool full = q.count + CHILDREN > QUEUE, leaves = is_leaves(w, &e);
-        if (leaves ? !visit_leaves(w, &e, visit, context) : full && !run_below(w, &e, visit, context)) return;
+        if (leaves ? !mesh_leaves_visit(w, e.a, e.b, visit, context) : full && !run_below(w, &e, visit, context))
+            return;
         if (leaves || full) continue;
         count = expand(w, &e, more);
         for (uint32_t i = 0; i < count; i++) queue_push(&q, &more[i]);
