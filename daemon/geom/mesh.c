@@ -274,6 +274,7 @@ void mesh_destroy(mesh *m)
     hull_destroy(m->hull);
     free(m->vertices);
     free(m->triangles);
+    free(m->corners);
     free(m->nodes);
     free(m);
 }

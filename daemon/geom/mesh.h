@@ -25,13 +25,14 @@ typedef struct mesh_triangle {
 /* Up to four patches of the surface, coordinate by coordinate, in units of mesh.unit: each in a box along the axes,
  * rounded outward, and in a turned box, which lies along its mean normal: patches are flat. Empty places come last. */
 typedef struct mesh_node {
-    float lo[3][MESH_WIDTH], hi[3][MESH_WIDTH];
     float centre[3][MESH_WIDTH];
     float normal[3][MESH_WIDTH], half[MESH_WIDTH]; /* a side of the turned box: unit to 2^-22, and half its extent */
     float side[2][3][MESH_WIDTH];                  /* from the centre to the middles of two other faces */
     uint32_t first[MESH_WIDTH];                    /* of a leaf: its first triangle; otherwise the index of a node */
     uint8_t count[MESH_WIDTH];                     /* of a leaf: triangles; 0: not a leaf */
     uint8_t used;                                  /* children, 1 to MESH_WIDTH */
+    float size[MESH_WIDTH];                        /* sum of the sides of the box along the axes: which to open first */
+    float lo[3][MESH_WIDTH], hi[3][MESH_WIDTH];    /* last: not all walks look at them */
 } mesh_node;
 
 /* What was done to the input, and why a mesh is no solid: counts, 0 = nothing of the kind. */
@@ -51,6 +52,7 @@ typedef struct mesh {
     uint32_t depth; /* nodes from the root to the deepest, both counted */
     vec3 *vertices;
     mesh_triangle *triangles; /* in the order of the leaves */
+    vec3 *corners;            /* three a triangle, in that order: a walk finds those of a leaf side by side */
     mesh_node *nodes;         /* the root first */
     double unit;              /* a power of two, m: the boxes' unit, so that floats hold any mesh */
     bool solid;

@@ -11,70 +11,104 @@
 
 typedef float mesh_lanes __attribute__((vector_size(MESH_WIDTH * sizeof(float)))); /* + - * / lane by lane */
 
+#define MESH_INLINE __attribute__((always_inline)) static inline
+
+/* In a function of MESH_WIDE the compiler may use the instructions of AVX2, which need fewer moves: the bits are the
+ * same. Whoever has such a function asks mesh_wide() which to call. */
+#if defined(__x86_64__)
+#define MESH_WIDE __attribute__((target("avx2")))
+MESH_INLINE bool mesh_wide(void)
+{
+    return __builtin_cpu_supports("avx2");
+}
+#else
+#define MESH_WIDE
+MESH_INLINE bool mesh_wide(void)
+{
+    return false;
+}
+#endif
+
 #if defined(__SSE2__)
 
 #include <emmintrin.h>
 
-static inline mesh_lanes lanes_max(mesh_lanes a, mesh_lanes b) /* a > b ? a : b */
+MESH_INLINE mesh_lanes lanes_max(mesh_lanes a, mesh_lanes b) /* a > b ? a : b */
 {
     return _mm_max_ps(a, b);
 }
-static inline mesh_lanes lanes_abs(mesh_lanes a)
+MESH_INLINE mesh_lanes lanes_abs(mesh_lanes a)
 {
     return _mm_andnot_ps(_mm_set1_ps(-0.0f), a);
 }
-static inline mesh_lanes lanes_sqrt(mesh_lanes a)
+MESH_INLINE mesh_lanes lanes_sqrt(mesh_lanes a)
 {
     return _mm_sqrt_ps(a);
+}
+MESH_INLINE unsigned lanes_not_above(mesh_lanes a, mesh_lanes b) /* bit k: not a > b in lane k */
+{
+    return (unsigned)_mm_movemask_ps(_mm_cmpngt_ps(a, b));
 }
 
 #else
 
-static inline mesh_lanes lanes_max(mesh_lanes a, mesh_lanes b)
+MESH_INLINE mesh_lanes lanes_max(mesh_lanes a, mesh_lanes b)
 {
     for (int i = 0; i < MESH_WIDTH; i++) a[i] = a[i] > b[i] ? a[i] : b[i];
     return a;
 }
-static inline mesh_lanes lanes_abs(mesh_lanes a)
+MESH_INLINE mesh_lanes lanes_abs(mesh_lanes a)
 {
     for (int i = 0; i < MESH_WIDTH; i++) a[i] = fabsf(a[i]);
     return a;
 }
-static inline mesh_lanes lanes_sqrt(mesh_lanes a)
+MESH_INLINE mesh_lanes lanes_sqrt(mesh_lanes a)
 {
     for (int i = 0; i < MESH_WIDTH; i++) a[i] = sqrtf(a[i]);
     return a;
 }
+MESH_INLINE unsigned lanes_not_above(mesh_lanes a, mesh_lanes b)
+{
+    unsigned bits = 0;
+    for (int i = 0; i < MESH_WIDTH; i++) bits |= (unsigned)!(a[i] > b[i]) << i;
+    return bits;
+}
 
 #endif
 
-static inline mesh_lanes lanes_of(float x)
+MESH_INLINE mesh_lanes lanes_of(float x)
 {
     return (mesh_lanes){x, x, x, x};
 }
-static inline mesh_lanes lanes_load(const float *p)
+MESH_INLINE mesh_lanes lanes_load(const float *p)
 {
     mesh_lanes v;
     memcpy(&v, p, sizeof v);
     return v;
 }
-static inline mesh_lanes lanes_dot(const mesh_lanes u[3], const float v[3])
+MESH_INLINE mesh_lanes lanes_dot(const mesh_lanes u[3], const float v[3])
 {
     return u[0] * lanes_of(v[0]) + u[1] * lanes_of(v[1]) + u[2] * lanes_of(v[2]);
 }
+MESH_INLINE mesh_lanes lanes_dots(const mesh_lanes u[3], const mesh_lanes v[3])
+{
+    return u[0] * v[0] + u[1] * v[1] + u[2] * v[2];
+}
 
-/* What a node's boxes are held against, in the node's frame and unit: a turned box. */
+/* What a node's boxes are held against, in the node's frame and unit: a turned box. Vectors have a fourth place, 0, so
+ * that each fills a register. */
 typedef struct mesh_other {
-    float centre[3], side[3][3]; /* side: from the centre to the middles of three faces */
-    bool flat;                   /* it is around a patch of a surface */
-    float normal[3];             /* whose mean normal is this (about unit) */
-    float axis[3], level; /* a direction towards the node (about unit, or 0), and what no point is above along it */
-    float slack;          /* what the rounding of floats may add to a bound */
-    bool far;             /* floats cannot hold it: nothing but this is set */
+    float centre[MESH_WIDTH], side[3][MESH_WIDTH]; /* side: from the centre to the middles of three faces */
+    bool flat;                                     /* it is around a patch of a surface */
+    float normal[MESH_WIDTH];                      /* whose mean normal is this (about unit) */
+    float axis[MESH_WIDTH], level; /* a direction towards the node (about unit), and what no point is above along it */
+    bool aimed;                    /* there is such a direction */
+    float slack;                   /* what the rounding of floats may add to a bound */
+    bool far;                      /* floats cannot hold it: nothing but this is set */
 } mesh_other;
 
 /* Half of what each box measures along u. */
-static inline mesh_lanes mesh_halves(const mesh_node *n, const mesh_lanes u[3])
+MESH_INLINE mesh_lanes mesh_halves(const mesh_node *n, const mesh_lanes u[3])
 {
     mesh_lanes along[3] = {lanes_of(0), lanes_of(0), lanes_of(0)};
     for (int k = 0; k < 3; k++) {
@@ -85,40 +119,66 @@ static inline mesh_lanes mesh_halves(const mesh_node *n, const mesh_lanes u[3])
     return lanes_abs(along[0]) + lanes_abs(along[1]) + lanes_abs(along[2]) * lanes_load(n->half);
 }
 
-static inline mesh_lanes other_halves(const mesh_other *o, const mesh_lanes u[3])
+MESH_INLINE mesh_lanes other_halves(const mesh_other *o, const mesh_lanes u[3])
 {
     return lanes_abs(lanes_dot(u, o->side[0])) + lanes_abs(lanes_dot(u, o->side[1])) +
            lanes_abs(lanes_dot(u, o->side[2]));
 }
 
-static inline mesh_lanes lanes_dots(const mesh_lanes u[3], const mesh_lanes v[3])
+MESH_INLINE void lanes_spread(const float v[3], mesh_lanes out[3])
 {
-    return u[0] * v[0] + u[1] * v[1] + u[2] * v[2];
+    for (int k = 0; k < 3; k++) out[k] = lanes_of(v[k]);
 }
 
-/* Lower bounds of the distances between the boxes and the other, along four directions: the given axis, the other's
- * normal, the boxes' normals, and the lines between the centres. */
-static inline void mesh_bounds(const mesh_node *n, const mesh_other *o, float out[MESH_WIDTH])
+/* The least heights of the boxes along a direction. */
+MESH_INLINE mesh_lanes mesh_feet(const mesh_node *n, const float direction[3])
 {
-    mesh_lanes centre[3], axis[3], own[3], away[3];
+    mesh_lanes centre[3], axis[3];
+    lanes_spread(direction, axis);
+    for (int k = 0; k < 3; k++) centre[k] = lanes_load(n->centre[k]);
+    return lanes_dots(centre, axis) - mesh_halves(n, axis);
+}
+
+/* Bounds that are known already (without slack), and which boxes are near by them, or by further ones along three
+ * directions: the lines between the centres, the boxes' normals, and the other's. As mesh_bounds. */
+MESH_INLINE unsigned mesh_bounds_from(
+    const mesh_node *n, const mesh_other *o, mesh_lanes bound, unsigned near, float limit, float out[MESH_WIDTH])
+{
+    mesh_lanes own[3], away[3], slack = lanes_of(o->slack);
     for (int k = 0; k < 3; k++) {
-        centre[k] = lanes_load(n->centre[k]);
-        axis[k] = lanes_of(o->axis[k]);
         own[k] = lanes_load(n->normal[k]);
-        away[k] = centre[k] - lanes_of(o->centre[k]);
+        away[k] = lanes_load(n->centre[k]) - lanes_of(o->centre[k]);
     }
-    mesh_lanes bound = lanes_dots(centre, axis) - mesh_halves(n, axis) - lanes_of(o->level);
-    mesh_lanes mine = lanes_abs(lanes_dots(away, own)) - mesh_halves(n, own) - other_halves(o, own);
     mesh_lanes length = lanes_sqrt(lanes_max(lanes_dots(away, away), lanes_of(0x1p-100f)));
     mesh_lanes between = length - (mesh_halves(n, away) + other_halves(o, away)) / length;
-    bound = lanes_max(bound, lanes_max(mine, between));
+    bound = lanes_max(bound, between);
+    near &= lanes_not_above(bound - slack, lanes_of(limit));
+    if (!near) return 0;
+    mesh_lanes mine = lanes_abs(lanes_dots(away, own)) - mesh_halves(n, own) - other_halves(o, own);
+    bound = lanes_max(bound, mine);
     if (o->flat) {
-        mesh_lanes normal[3] = {lanes_of(o->normal[0]), lanes_of(o->normal[1]), lanes_of(o->normal[2])};
+        mesh_lanes normal[3];
+        lanes_spread(o->normal, normal);
         bound =
             lanes_max(bound, lanes_abs(lanes_dots(away, normal)) - mesh_halves(n, normal) - other_halves(o, normal));
     }
-    bound -= lanes_of(o->slack);
+    bound -= slack;
     memcpy(out, &bound, sizeof bound);
+    return near & lanes_not_above(bound, lanes_of(limit));
+}
+
+/* Lower bounds of the distances between the boxes and the other, along the given axis and those directions. Bit k of
+ * what is returned: that of box k is not above `limit`; when no bit is left, no further direction is tried. */
+MESH_INLINE unsigned mesh_bounds(const mesh_node *n, const mesh_other *o, float limit, float out[MESH_WIDTH])
+{
+    mesh_lanes bound = lanes_of(-INFINITY);
+    unsigned near = (1u << n->used) - 1;
+    if (o->aimed) {
+        bound = mesh_feet(n, o->axis) - lanes_of(o->level);
+        near &= lanes_not_above(bound - lanes_of(o->slack), lanes_of(limit));
+        if (!near) return 0;
+    }
+    return mesh_bounds_from(n, o, bound, near, limit, out);
 }
 
 #endif

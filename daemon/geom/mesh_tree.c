@@ -1,8 +1,9 @@
 /* The hierarchy of a mesh: triangles are halved at the median of their centres, along the longest side of the box of
  * the centres, twice a node. Any thread; the same mesh gives the same tree.
  *
- * Depth: each node hands at most a quarter of its triangles, rounded up, to a child, and four triangles are a leaf. So
- * 4^k triangles take at most k - 1 nodes below each other, and MESH_TRIANGLES_MAX = 4^11 at most 10. */
+ * Depth: four triangles are a leaf, the last one may have fewer, and each node hands at most a quarter of its leaves,
+ * rounded up, to a child. So 4^k triangles take at most k - 1 nodes below each other, and MESH_TRIANGLES_MAX = 4^11 at
+ * most 10. */
 #include "mesh_steps.h"
 
 #include "base/array.h"
@@ -49,12 +50,13 @@ static int longest_side(const item *items, uint32_t count)
     return longest;
 }
 
-/* The first half gets the larger share. */
+/* The first half gets the larger share, and only full leaves: so there are as few nodes as can be. */
 static uint32_t halve(builder *b, range r)
 {
     int axis = longest_side(b->items + r.first, r.count);
+    uint32_t leaves = (r.count + MESH_LEAF_MAX - 1) / MESH_LEAF_MAX;
     qsort_r(b->items + r.first, r.count, sizeof *b->items, compare_items, &axis);
-    return (r.count + 1) / 2;
+    return (leaves + 1) / 2 * MESH_LEAF_MAX;
 }
 
 static float down(double x)
@@ -82,6 +84,7 @@ static void set_box(const builder *b, mesh_node *n, int child, range r)
     for (int k = 0; k < 3; k++) {
         n->lo[k][child] = down(low[k] / b->m->unit);
         n->hi[k][child] = up(high[k] / b->m->unit);
+        n->size[child] += n->hi[k][child] - n->lo[k][child];
     }
 }
 
@@ -227,6 +230,9 @@ void mesh_tree_build(mesh *m)
     build_node(&b, (range){0, m->triangle_count}, 1);
     for (uint32_t t = 0; t < m->triangle_count; t++) m->triangles[t] = b.items[t].triangle;
     m->nodes = base_realloc(m->nodes, m->node_count, sizeof *m->nodes);
+    m->corners = base_alloc(3 * (size_t)m->triangle_count, sizeof *m->corners);
+    for (uint32_t t = 0; t < m->triangle_count; t++)
+        for (int k = 0; k < 3; k++) m->corners[3 * (size_t)t + (size_t)k] = mesh_corner(m, t, k);
     free(b.items);
 }
 

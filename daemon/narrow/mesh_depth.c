@@ -57,6 +57,7 @@ static bool deeper(mesh_walk *w, void *context)
     narrow_goal goal = *q->goal;
     goal.far = 0;
     goal.near = -INFINITY;
+    mesh_walk_dress(w);
     gjk_distance(&w->part, &goal, VEC_ZERO, &start);
     if (start.state == GJK_APART) return true;
     s = start.span;
@@ -108,7 +109,7 @@ static double depth_of_point(const unit_pair *whole, const narrow_goal *goal, ve
     measure.far = INFINITY;
     measure.near = -INFINITY;
     mesh_walk_init(&w, &p, &spot, &whole->b);
-    mesh_gap_find(&w, &measure, &gap);
+    mesh_gap_find(&w, &measure, NULL, &gap);
     return gap.relation == MESH_HOLDS_A ? gap.nearest.lo : 0;
 }
 
@@ -187,7 +188,7 @@ static bool is_clear(travel *t, double gone, mesh_gap *gap, double *spare)
         .above = -INFINITY,
         .below = INFINITY};
     mesh_walk_move(t->w, position_at(t, gone));
-    mesh_gap_find(t->w, &measure, gap);
+    mesh_gap_find(t->w, &measure, NULL, gap);
     *spare = gap->nearest.lo - t->clear;
     return gap->relation == MESH_APART && *spare >= 0;
 }
@@ -280,6 +281,7 @@ static void both_bounds(const unit_pair *whole, mesh_walk *w, const narrow_goal 
 void mesh_depth_find(
     const unit_pair *whole, mesh_walk *w, const narrow_goal *goal, const mesh_gap *gap, epa_scratch *scratch, span *out)
 {
+    uint32_t visits = w->visits; /* how many that were depends on where the search for the gap began */
     *out = gap->nearest;
     out->method = NARROW_BY_EPA;
     deepest_search q = {.goal = goal, .scratch = scratch, .depth = 0};
@@ -304,6 +306,6 @@ void mesh_depth_find(
         mesh_depth_rough(whole, out);
     else
         both_bounds(whole, w, goal, gap, q.normals, scratch, out);
-    out->iterations = iterations + w->visits;
+    out->iterations = iterations + w->visits - visits;
     out->lo = min_of(out->lo, out->hi);
 }

@@ -2,36 +2,57 @@
 #include "mesh_gap.h"
 
 #include "gjk.h"
+#include "mesh_part.h"
 #include "scalar.h"
+
+/* Shares of the size: by which even a search that stalls may be wrong; the widest bracket of two parts. */
+static const double SURE = 0x1p-34, COARSEST = 0x1p-20;
 
 typedef struct nearest_search {
     const narrow_goal *goal;
+    narrow_goal part;
+    double margin;
     mesh_gap *best;
     double least; /* lower bound of all parts that were looked at */
     bool ended;   /* before all were: it touches, or is as near as was asked */
 } nearest_search;
 
+/* The nearest; of two that are as near, the one that the meshes name first, so that the order does not matter. */
+static bool is_nearer(const mesh_walk *w, const mesh_gap *best, double hi)
+{
+    if (hi != best->nearest.hi) return hi < best->nearest.hi;
+    if (w->triangle_a != best->triangle_a) return w->triangle_a < best->triangle_a;
+    return w->triangle_b < best->triangle_b;
+}
+
 static bool nearer(mesh_walk *w, void *context)
 {
     nearest_search *q = context;
-    span *best = &q->best->nearest;
-    narrow_goal goal = *q->goal;
-    gjk_result r;
-    goal.far = min_of(max_of(goal.far, w->part.error), w->within); /* overlap is for mesh_depth to judge */
-    gjk_distance(&w->part, &goal, w->axis, &r);
-    q->least = min_of(q->least, r.span.lo);
-    best->iterations += r.span.iterations;
-    if (r.span.hi < best->hi) {
-        uint32_t iterations = best->iterations;
-        *best = r.span;
-        best->iterations = iterations;
-        q->best->triangle_a = w->triangle_a;
-        q->best->triangle_b = w->triangle_b;
-        w->within = r.span.hi;
-        if (r.span.lo > 0) mesh_walk_aim(w, r.span.axis);
-    }
+    span s, *best = &q->best->nearest;
+    q->part.far = w->within + 2 * w->part.error;
+    mesh_part_distance(w, &q->part, &s);
+    if (s.lo > q->part.far) return true;
+    q->least = min_of(q->least, s.lo);
+    if (!is_nearer(w, q->best, s.hi)) return true;
+    *best = s;
+    q->best->triangle_a = w->triangle_a;
+    q->best->triangle_b = w->triangle_b;
+    w->within = min_of(w->within, s.hi + q->margin);
+    if (s.lo > 0) mesh_walk_aim(w, s.axis);
     q->ended = best->hi <= w->part.error || best->hi <= q->goal->near;
     return !q->ended;
+}
+
+/* What is left out is farther than the nearest by more than the bracket of any two parts is wide, so that it could not
+ * have changed the answer. Then the answer depends on the poses alone: not on the order of the walk, nor on what was
+ * left out by what was known before. */
+static void set_goal(const mesh_walk *w, const narrow_goal *goal, nearest_search *q)
+{
+    bool flat = w->ma || w->whole_a.type == SHAPE_BOX || w->whole_a.type == SHAPE_HULL ||
+                w->whole_a.type == SHAPE_CAPSULE || w->whole_a.type == SHAPE_SPHERE;
+    q->part = *goal;
+    q->part.tolerance = flat ? goal->finest : min_of(goal->tolerance, COARSEST * w->part.size);
+    q->margin = 2 * q->part.tolerance + SURE * w->part.size;
 }
 
 /* A point of A's core, or of its surface, in A's frame; and of B's. */
@@ -68,7 +89,6 @@ static void aim_by_hulls(mesh_walk *w)
         .above = -INFINITY,
         .below = INFINITY};
     gjk_result r;
-    mesh_walk_aim(w, VEC_ZERO);
     if (!w->ma) return;
     unit_pair hulls = w->part;
     hulls.a = w->whole_a;
@@ -78,15 +98,45 @@ static void aim_by_hulls(mesh_walk *w)
     if (r.span.lo > 0) mesh_walk_aim(w, r.span.axis);
 }
 
-void mesh_gap_find(mesh_walk *w, const narrow_goal *goal, mesh_gap *out)
+/* The parts that were the nearest before: within their distance are those that are now. False: they are not there, or
+ * are so near that the walk may end anywhere. */
+static bool begin_with(mesh_walk *w, const mesh_seed *seed, const nearest_search *q)
 {
-    nearest_search q = {goal, out, INFINITY, false};
+    mesh_spot a, b;
+    span s;
+    narrow_goal measure = q->part;
+    uint32_t i = seed->triangle_a, k = seed->triangle_b;
+    if (k >= w->mb->triangle_count || (w->ma && i >= w->ma->triangle_count)) return false;
+    if (w->ma) mesh_spot_set(&a, w->ma, i, w->part.scale, NULL);
+    mesh_spot_set(&b, w->mb, k, w->part.scale, &w->part.b_in_a);
+    w->spot_a = w->ma ? &a : &w->whole;
+    w->spot_b = &b;
+    w->lead = vec_sub(vec_add(b.lo, b.hi), vec_add(w->spot_a->lo, w->spot_a->hi));
+    measure.far = INFINITY;
+    mesh_part_distance(w, &measure, &s);
+    if (!(s.lo > w->part.error)) return false;
+    w->within = s.hi + q->margin + 2 * w->part.error;
+    mesh_walk_aim(w, s.axis);
+    return true;
+}
+
+static void search(mesh_walk *w, const narrow_goal *goal, const mesh_seed *seed, nearest_search *q, mesh_gap *out)
+{
+    *q = (nearest_search){.goal = goal, .best = out, .least = INFINITY};
     *out = (mesh_gap){.nearest = {.lo = -INFINITY, .hi = INFINITY, .method = NARROW_BY_GJK},
         .triangle_a = MESH_NO_TRIANGLE,
         .triangle_b = MESH_NO_TRIANGLE};
-    w->within = INFINITY;
-    aim_by_hulls(w);
-    mesh_walk_nearest(w, nearer, &q);
+    set_goal(w, goal, q);
+    mesh_walk_move(w, w->part.b_in_a.t);
+    if (!seed || !begin_with(w, seed, q)) aim_by_hulls(w);
+    mesh_walk_nearest(w, nearer, q);
+}
+
+void mesh_gap_find(mesh_walk *w, const narrow_goal *goal, const mesh_seed *seed, mesh_gap *out)
+{
+    nearest_search q;
+    search(w, goal, seed, &q, out);
+    if (q.ended && seed) search(w, goal, NULL, &q, out); /* where it ended depends on the way */
     span *s = &out->nearest;
     s->lo = q.ended ? -INFINITY : min_of(q.least, s->hi);
     out->relation = s->lo <= w->part.error ? MESH_CROSSING : containment(w);

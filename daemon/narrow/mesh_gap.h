@@ -19,7 +19,13 @@ typedef struct mesh_gap {
     mesh_relation relation;
 } mesh_gap;
 
-/* Where the walk stands. Every triangle counts: what was not looked at was proven to be no nearer. */
-void mesh_gap_find(mesh_walk *w, const narrow_goal *goal, mesh_gap *out);
+/* The parts that were the nearest at another time; any would do. */
+typedef struct mesh_seed {
+    uint32_t triangle_a, triangle_b;
+} mesh_seed;
+
+/* Where the walk stands. Every triangle counts: what was not looked at was proven to be no nearer. A seed (or NULL)
+ * changes the time, and not a bit of the answer. */
+void mesh_gap_find(mesh_walk *w, const narrow_goal *goal, const mesh_seed *seed, mesh_gap *out);
 
 #endif

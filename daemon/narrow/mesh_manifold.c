@@ -120,6 +120,7 @@ static bool clip(mesh_walk *w, void *context)
     shape a = *q->a, b = *q->b;
     vec3 axis = q->answer->axis;
     manifold points;
+    mesh_walk_dress(w);
     thin_init(&thin_b, &w->flat_b, &b);
     if (is_far_side(w->mb, &thin_b.faces[0], mat_tmul(q->b_in_a->r, vec_neg(axis)))) return true;
     if (w->ma) {

@@ -17,13 +17,31 @@ void mesh_pair_prepare(unit_pair *p, const shape *a)
     p->excess = a->type == SHAPE_MESH ? 0 : shape_excess(a) * p->scale;
 }
 
-void mesh_pair_measure(
-    const unit_pair *p, const shape *a, const shape *b, const narrow_goal *goal, epa_scratch *scratch, span *out)
+/* Where a verdict is all that is asked, the walk ends at the first parts that decide it: they depend on where it began.
+ */
+static const mesh_seed *seed_of(const narrow_cache *cache, const narrow_goal *goal, mesh_seed *seed)
+{
+    if (!cache || cache->triangle_b == 0 || goal->near > -INFINITY) return NULL;
+    *seed = (mesh_seed){cache->triangle_a - 1, cache->triangle_b - 1};
+    return seed;
+}
+
+static void remember(narrow_cache *cache, const mesh_gap *gap)
+{
+    if (!cache || gap->triangle_b == MESH_NO_TRIANGLE) return;
+    cache->triangle_a = gap->triangle_a + 1;
+    cache->triangle_b = gap->triangle_b + 1;
+}
+
+void mesh_pair_measure(const unit_pair *p, const shape *a, const shape *b, const narrow_goal *goal, narrow_cache *cache,
+    epa_scratch *scratch, span *out)
 {
     mesh_walk w;
     mesh_gap gap;
+    mesh_seed seed;
     mesh_walk_init(&w, p, a, b);
-    mesh_gap_find(&w, goal, &gap);
+    mesh_gap_find(&w, goal, seed_of(cache, goal, &seed), &gap);
+    remember(cache, &gap);
     bool apart = gap.relation == MESH_APART && gap.nearest.lo > p->radius + p->error + p->excess;
     *out = gap.nearest;
     if (apart) return;

@@ -10,8 +10,9 @@ bool mesh_pair_applies(const shape *a, const shape *b);
 /* The allowance for rounding and for hulls that fits pairs with a mesh. Before the goal is made of it. */
 void mesh_pair_prepare(unit_pair *p, const shape *a);
 
-void mesh_pair_measure(
-    const unit_pair *p, const shape *a, const shape *b, const narrow_goal *goal, epa_scratch *scratch, span *out);
+/* `cache` (or NULL): its triangles are where the search begins, and come to be the nearest ones. */
+void mesh_pair_measure(const unit_pair *p, const shape *a, const shape *b, const narrow_goal *goal, narrow_cache *cache,
+    epa_scratch *scratch, span *out);
 
 /* As manifold_build, over all triangles. */
 void mesh_pair_manifold(const unit_pair *p, const shape *a, const shape *b, const pose *b_in_a,

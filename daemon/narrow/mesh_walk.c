@@ -1,4 +1,4 @@
-/* The walk over one or two hierarchies, nearest first. Pure; any thread.
+/* The walk over one or two hierarchies. Pure; any thread.
  *
  * What is left out is left out by proof: boxes are rounded outward, and FLOAT_SLACK takes back what the arithmetic of
  * floats may have added to a bound. */
@@ -6,24 +6,36 @@
 
 #include "core.h"
 #include "geom/mesh_simd.h"
+#include "mesh_leaf.h"
 
 /* u_float = 2^-24. A bound of mesh_bounds is made of less than 60 terms, none greater than the mesh's unit and the
- * other's reach together, and each is off by less than 4 u_float of that. */
-#define FLOAT_SLACK 0x1p-16
+ * other's reach together, and each is off by less than 4 u_float of that; that the sides of the other's box are turned
+ * in floats makes 60 more of them. */
+#define FLOAT_SLACK 0x1p-15
 /* Boxes of meshes lie within 1 of the origin; floats are of no use for what reaches beyond this. */
 #define FLOAT_FAR 0x1p40
+/* Two boxes are opened together where neither mesh is more than this times as large as the other, nor farther away than
+ * ALONE_FAR times its size: elsewhere floats are better of one box at a time. */
+#define ALONE_RATIO 16
+#define ALONE_FAR 64
+#define BOTH_RATIO 2
+/* So that a bound in floats is compared with no less than `within`. */
+#define FLOAT_MORE (1 + 0x1p-20)
 
-enum { WHOLE = UINT32_MAX, STACK = 2 * MESH_DEPTH_MAX * (MESH_WIDTH - 1) + MESH_WIDTH * MESH_WIDTH, HEAP = 512 };
-
-/* A box of a mesh: a child of a node. The root's own children stand for the root. */
-typedef struct box_ref {
-    uint32_t node, child; /* node WHOLE: all of a convex A */
-} box_ref;
+enum {
+    WHOLE = UINT32_MAX,
+    CHILDREN = MESH_WIDTH * MESH_WIDTH, /* of a pair of boxes that are opened together */
+    STACK = MESH_DEPTH_MAX * (CHILDREN - 1 + MESH_WIDTH - 1) + CHILDREN,
+    QUEUE = 512,
+    BUCKETS = 64
+};
 
 typedef struct entry {
-    box_ref a, b;
+    mesh_box a, b;
     double bound;
 } entry;
+
+/* ---- where things are ---- */
 
 static void wear(triangle_part *t, shape *s)
 {
@@ -42,42 +54,34 @@ static void put_on(triangle_part *t, const mesh *m, uint32_t triangle)
     }
 }
 
-/* A box that is turned, in units of the pair. */
-typedef struct turned_box {
-    vec3 centre, side[3];
-} turned_box;
+void mesh_walk_dress(mesh_walk *w)
+{
+    put_on(&w->flat_b, w->mb, w->triangle_b);
+    if (w->ma) put_on(&w->flat_a, w->ma, w->triangle_a);
+}
 
-static double sum_abs(vec3 v)
+MESH_INLINE double sum_abs(vec3 v)
 {
     return fabs(v.x) + fabs(v.y) + fabs(v.z);
 }
 
-static void put(float to[3], vec3 v)
+MESH_INLINE void put(float to[MESH_WIDTH], vec3 v)
 {
     to[0] = (float)v.x;
     to[1] = (float)v.y;
     to[2] = (float)v.z;
+    to[3] = 0;
 }
 
-static turned_box turned_by(const transform *t, const turned_box *b)
+static void set_turn(mesh_turn *turn, const transform *t, double size_from, double size_to)
 {
-    return (turned_box){transform_point(t, b->centre),
-        {mat_mul(t->r, b->side[0]), mat_mul(t->r, b->side[1]), mat_mul(t->r, b->side[2])}};
-}
-
-/* The box, in the frame of a node, in the node's unit. */
-static void face(const turned_box *b, double size, mesh_other *o)
-{
-    vec3 centre = vec_scale(b->centre, 1 / size);
-    double reach = sum_abs(centre);
-    for (int k = 0; k < 3; k++) {
-        vec3 side = vec_scale(b->side[k], 1 / size);
-        reach += sum_abs(side);
-        put(o->side[k], side);
-    }
-    put(o->centre, centre);
-    o->far = !(reach < FLOAT_FAR);
-    o->slack = (float)(FLOAT_SLACK * (4 + reach));
+    double ratio = size_from / size_to;
+    turn->r = (mat3){vec_scale(t->r.x, ratio), vec_scale(t->r.y, ratio), vec_scale(t->r.z, ratio)};
+    turn->t = vec_scale(t->t, 1 / size_to);
+    turn->ratio = (float)ratio;
+    put(turn->column[0], t->r.x);
+    put(turn->column[1], t->r.y);
+    put(turn->column[2], t->r.z);
 }
 
 static double extent_of(const mesh_walk *w, vec3 d)
@@ -88,11 +92,21 @@ static double extent_of(const mesh_walk *w, vec3 d)
 /* The box of a convex A as B's nodes see it. */
 static void box_whole(mesh_walk *w)
 {
-    vec3 half = vec_scale(vec_sub(w->whole.hi, w->whole.lo), 0.5);
-    turned_box box = {vec_add(w->whole.lo, half), {vec(half.x, 0, 0), vec(0, half.y, 0), vec(0, 0, half.z)}};
-    turned_box there = turned_by(&w->a_in_b, &box);
-    face(&there, w->size_b, &w->whole_other);
-    w->whole_other.flat = false;
+    mesh_other *o = &w->whole_other;
+    vec3 half = vec_scale(vec_sub(w->whole.hi, w->whole.lo), 0.5), middle = vec_add(w->whole.lo, half);
+    vec3 centre = vec_scale(transform_point(&w->a_in_b, middle), 1 / w->size_b);
+    const double halves[3] = {half.x / w->size_b, half.y / w->size_b, half.z / w->size_b};
+    const vec3 axes[3] = {w->a_in_b.r.x, w->a_in_b.r.y, w->a_in_b.r.z};
+    double reach = sum_abs(centre);
+    for (int k = 0; k < 3; k++) {
+        vec3 side = vec_scale(axes[k], halves[k]);
+        put(o->side[k], side);
+        reach += sum_abs(side);
+    }
+    put(o->centre, centre);
+    o->far = !(reach < FLOAT_FAR);
+    o->slack = (float)(FLOAT_SLACK * (4 + reach));
+    o->flat = false;
 }
 
 static void spot_whole(mesh_walk *w)
@@ -100,6 +114,11 @@ static void spot_whole(mesh_walk *w)
     const vec3 x = {1, 0, 0}, y = {0, 1, 0}, z = {0, 0, 1};
     w->whole.hi = vec(extent_of(w, x), extent_of(w, y), extent_of(w, z));
     w->whole.lo = vec(-extent_of(w, vec_neg(x)), -extent_of(w, vec_neg(y)), -extent_of(w, vec_neg(z)));
+}
+
+static void forget_leaves(mesh_leaf *leaves)
+{
+    for (int i = 0; i < MESH_LEAVES; i++) leaves[i].box.node = WHOLE;
 }
 
 void mesh_walk_init(mesh_walk *w, const unit_pair *p, const shape *a, const shape *b)
@@ -112,10 +131,12 @@ void mesh_walk_init(mesh_walk *w, const unit_pair *p, const shape *a, const shap
     w->size_a = w->ma ? w->ma->unit * p->scale : 0;
     w->size_b = w->mb->unit * p->scale;
     w->visits = w->aims = 0;
-    if (w->ma)
+    if (w->ma) {
         wear(&w->flat_a, &w->part.a);
-    else
+        forget_leaves(w->leaves_a);
+    } else {
         spot_whole(w);
+    }
     wear(&w->flat_b, &w->part.b);
     vec3 x = p->b_in_a.r.x, y = p->b_in_a.r.y, z = p->b_in_a.r.z;
     w->a_in_b.r = (mat3){{x.x, y.x, z.x}, {x.y, y.y, z.y}, {x.z, y.z, z.z}};
@@ -127,19 +148,43 @@ void mesh_walk_move(mesh_walk *w, vec3 position)
     w->part.b_in_a.t = position;
     w->a_in_b.t = vec_neg(mat_mul(w->a_in_b.r, position));
     w->within = INFINITY;
-    w->axis = w->axis_in_b = VEC_ZERO;
+    w->axis = VEC_ZERO;
     w->whole.level = 0;
+    w->aimed = w->whole_other.aimed = false;
     w->aims++;
     w->triangle_a = w->triangle_b = MESH_NO_TRIANGLE;
-    if (!w->ma) box_whole(w);
+    forget_leaves(w->leaves_b);
+    if (w->ma) {
+        set_turn(&w->into_a, &w->part.b_in_a, w->size_b, w->size_a);
+        set_turn(&w->into_b, &w->a_in_b, w->size_a, w->size_b);
+        double ratio = w->size_a / w->size_b, reach = sum_abs(w->into_b.t) + 8 * ratio;
+        w->opens_both = ratio <= ALONE_RATIO && ratio * ALONE_RATIO >= 1 && reach < ALONE_FAR;
+        w->open_slack = (float)(FLOAT_SLACK * (4 + reach));
+    } else {
+        box_whole(w);
+    }
+}
+
+static void aim_whole(mesh_walk *w)
+{
+    mesh_other *o = &w->whole_other;
+    w->whole.level = extent_of(w, w->axis);
+    o->aimed = true;
+    memcpy(o->axis, w->axis_in_b, sizeof o->axis);
+    o->level = (float)((w->whole.level - vec_dot(w->axis, w->part.b_in_a.t)) / w->size_b);
 }
 
 void mesh_walk_aim(mesh_walk *w, vec3 axis)
 {
     w->axis = axis;
-    w->axis_in_b = mat_tmul(w->part.b_in_a.r, axis);
+    w->aimed = true;
     w->aims++;
-    if (!w->ma) w->whole.level = extent_of(w, axis);
+    put(w->axis_in_a, vec_neg(axis));
+    put(w->axis_in_b, mat_tmul(w->part.b_in_a.r, axis));
+    if (w->ma)
+        w->origin_level = (float)(-vec_dot(axis, w->part.b_in_a.t) / w->size_b);
+    else
+        aim_whole(w);
 }
 
 double mesh_walk_top_a(const mesh_walk *w, vec3 d)
@@ -159,13 +204,59 @@ double mesh_walk_foot_b(const mesh_walk *w, vec3 d)
 
 /* ---- bounds ---- */
 
-static vec3 normal_of(const mesh *m, box_ref r)
+MESH_INLINE mesh_lanes turned(const mesh_turn *t, float x, float y, float z)
 {
-    const mesh_node *n = &m->nodes[r.node];
-    return vec(n->normal[0][r.child], n->normal[1][r.child], n->normal[2][r.child]);
+    return lanes_of(x) * lanes_load(t->column[0]) + lanes_of(y) * lanes_load(t->column[1]) +
+           lanes_of(z) * lanes_load(t->column[2]);
 }
 
-static turned_box box_of(const mesh *m, box_ref r, double size)
+MESH_INLINE float lanes_sum3(mesh_lanes v)
+{
+    return v[0] + v[1] + v[2];
+}
+
+MESH_INLINE float top_along(const mesh_other *o)
+{
+    mesh_lanes axis = lanes_load(o->axis);
+    return lanes_sum3(axis * lanes_load(o->centre)) + fabsf(lanes_sum3(axis * lanes_load(o->side[0]))) +
+           fabsf(lanes_sum3(axis * lanes_load(o->side[1]))) + fabsf(lanes_sum3(axis * lanes_load(o->side[2])));
+}
+
+MESH_INLINE void keep_side(mesh_other *o, int k, mesh_lanes side)
+{
+    memcpy(o->side[k], &side, sizeof side);
+}
+
+/* A box as the other mesh's nodes see it. The centre in doubles: there terms may cancel. */
+MESH_INLINE void face(
+    const mesh_turn *t, const mesh_node *n, uint32_t c, const float axis[MESH_WIDTH], bool aimed, mesh_other *o)
+{
+    vec3 centre = vec_add(t->t, mat_mul(t->r, vec(n->centre[0][c], n->centre[1][c], n->centre[2][c])));
+    mesh_lanes ratio = lanes_of(t->ratio), normal = turned(t, n->normal[0][c], n->normal[1][c], n->normal[2][c]);
+    mesh_lanes side_0 = ratio * turned(t, n->side[0][0][c], n->side[0][1][c], n->side[0][2][c]);
+    mesh_lanes side_1 = ratio * turned(t, n->side[1][0][c], n->side[1][1][c], n->side[1][2][c]);
+    mesh_lanes side_2 = normal * lanes_of(t->ratio * n->half[c]);
+    put(o->centre, centre);
+    keep_side(o, 0, side_0);
+    keep_side(o, 1, side_1);
+    keep_side(o, 2, side_2);
+    memcpy(o->normal, &normal, sizeof normal);
+    double reach = sum_abs(centre) + (double)lanes_sum3(lanes_abs(side_0) + lanes_abs(side_1) + lanes_abs(side_2));
+    o->flat = true;
+    o->far = !(reach < FLOAT_FAR);
+    o->slack = (float)(FLOAT_SLACK * (4 + reach));
+    o->aimed = aimed;
+    if (!aimed) return;
+    memcpy(o->axis, axis, sizeof o->axis);
+    o->level = top_along(o);
+}
+
+/* A box that is turned, in units of the pair, in the frame of its mesh. */
+typedef struct turned_box {
+    vec3 centre, side[3];
+} turned_box;
+
+static turned_box box_of(const mesh *m, mesh_box r, double size)
 {
     const mesh_node *n = &m->nodes[r.node];
     turned_box b;
@@ -183,240 +274,149 @@ static double top_of(const turned_box *b, vec3 d)
            fabs(vec_dot(d, b->side[2]));
 }
 
-static bool has_axis(const mesh_walk *w)
+static double top_in_a(const mesh_walk *w, mesh_box a)
 {
-    return w->axis.x != 0 || w->axis.y != 0 || w->axis.z != 0;
+    if (a.node == WHOLE) return w->whole.level;
+    turned_box box = box_of(w->ma, a, w->size_a);
+    return top_of(&box, w->axis);
 }
 
-/* How far the boxes of a node are beyond `level` along the axis, both in the node's frame: in doubles. */
-static void bounds_along(const mesh *m, uint32_t node, vec3 axis, double level, double size, double out[MESH_WIDTH])
+static double foot_in_a(const mesh_walk *w, mesh_box b)
 {
-    for (uint32_t i = 0; i < m->nodes[node].used; i++) {
-        turned_box box = box_of(m, (box_ref){node, i}, size);
-        out[i] = -top_of(&box, vec_neg(axis)) - level;
-    }
+    turned_box box = box_of(w->mb, b, w->size_b);
+    return vec_dot(w->axis, w->part.b_in_a.t) - top_of(&box, vec_neg(mat_tmul(w->part.b_in_a.r, w->axis)));
 }
 
-/* `axis` and `level` in the node's frame, which `other` is in. Without an axis there is nothing above any level. */
-static void bounds_of(const mesh_walk *w, const mesh *m, uint32_t node, mesh_other *o, vec3 axis, double level,
-    double size, double out[MESH_WIDTH])
+/* What floats cannot hold is told apart along the axis, in doubles. */
+static double bound_in_doubles(const mesh_walk *w, mesh_box a, mesh_box b)
 {
-    float bounds[MESH_WIDTH];
-    if (!has_axis(w)) level = INFINITY;
-    if (o->far) {
-        bounds_along(m, node, axis, level, size, out);
-    } else {
-        put(o->axis, axis);
-        o->level = (float)(level / size);
-        mesh_bounds(&m->nodes[node], o, bounds);
-        for (int i = 0; i < m->nodes[node].used; i++) out[i] = (double)bounds[i] * size;
-    }
-    for (int i = 0; i < m->nodes[node].used; i++) out[i] -= w->part.error;
-}
-
-static void bounds_below_b(const mesh_walk *w, box_ref a, uint32_t node, double out[MESH_WIDTH])
-{
-    mesh_other o = w->whole_other;
-    double level = w->whole.level;
-    if (a.node != WHOLE) {
-        turned_box box = box_of(w->ma, a, w->size_a), there = turned_by(&w->a_in_b, &box);
-        face(&there, w->size_b, &o);
-        o.flat = true;
-        put(o.normal, mat_mul(w->a_in_b.r, normal_of(w->ma, a)));
-        level = top_of(&box, w->axis);
-    }
-    bounds_of(w, w->mb, node, &o, w->axis_in_b, level - vec_dot(w->axis, w->part.b_in_a.t), w->size_b, out);
-}
-
-static void bounds_below_a(const mesh_walk *w, uint32_t node, box_ref b, double out[MESH_WIDTH])
-{
-    mesh_other o;
-    turned_box box = box_of(w->mb, b, w->size_b), here = turned_by(&w->part.b_in_a, &box);
-    face(&here, w->size_a, &o);
-    o.flat = true;
-    put(o.normal, mat_mul(w->part.b_in_a.r, normal_of(w->mb, b)));
-    bounds_of(w, w->ma, node, &o, vec_neg(w->axis), top_of(&here, vec_neg(w->axis)), w->size_a, out);
+    return w->aimed ? foot_in_a(w, b) - top_in_a(w, a) - w->part.error : -INFINITY;
 }
 
 /* ---- the walk ---- */
 
-/* The boxes of a node that are near enough, beside a box of the other shape; the nearest comes last. */
-static uint32_t sorted_last(entry *more, uint32_t count)
+/* Pairs of boxes, the nearest last. */
+MESH_INLINE void put_sorted(entry *more, uint32_t *count, entry e)
 {
-    for (uint32_t i = 1; i < count; i++)
-        for (uint32_t k = i; k > 0 && more[k].bound > more[k - 1].bound; k--) {
-            entry e = more[k];
-            more[k] = more[k - 1];
-            more[k - 1] = e;
-        }
+    uint32_t k = (*count)++;
+    for (; k > 0 && e.bound > more[k - 1].bound; k--) more[k] = more[k - 1];
+    more[k] = e;
+}
+
+/* Bit k: box k of a node is near enough to the other. `size`, `bounds`: the node's unit, and in it. */
+MESH_INLINE unsigned near_boxes(
+    const mesh_walk *w, const mesh_node *n, const mesh_other *o, double size, float bounds[])
+{
+    return mesh_bounds(n, o, (float)((w->within + w->part.error) / size * FLOAT_MORE), bounds);
+}
+
+MESH_INLINE uint32_t expand_b(const mesh_walk *w, mesh_box a, uint32_t node, entry more[MESH_WIDTH])
+{
+    const mesh_node *n = &w->mb->nodes[node];
+    mesh_other other;
+    const mesh_other *o = &w->whole_other;
+    float bounds[MESH_WIDTH];
+    uint32_t count = 0;
+    if (a.node != WHOLE) {
+        face(&w->into_b, &w->ma->nodes[a.node], a.child, w->axis_in_b, w->aimed, &other);
+        o = &other;
+    }
+    unsigned near = o->far ? (1u << n->used) - 1 : near_boxes(w, n, o, w->size_b, bounds);
+    for (uint32_t i = 0; near; i++, near >>= 1) {
+        if (!(near & 1)) continue;
+        mesh_box b = {node, i};
+        double bound = o->far ? bound_in_doubles(w, a, b) : (double)bounds[i] * w->size_b - w->part.error;
+        if (!(bound > w->within)) put_sorted(more, &count, (entry){a, b, bound});
+    }
     return count;
 }
 
-static uint32_t expand_b(const mesh_walk *w, box_ref a, uint32_t node, entry more[MESH_WIDTH])
+MESH_INLINE uint32_t expand_a(const mesh_walk *w, uint32_t node, mesh_box b, entry more[MESH_WIDTH])
 {
-    double bounds[MESH_WIDTH];
+    const mesh_node *n = &w->ma->nodes[node];
+    mesh_other o;
+    float bounds[MESH_WIDTH];
     uint32_t count = 0;
-    bounds_below_b(w, a, node, bounds);
-    for (uint32_t i = 0; i < w->mb->nodes[node].used; i++)
-        if (!(bounds[i] > w->within)) more[count++] = (entry){a, {node, i}, bounds[i]};
-    return sorted_last(more, count);
+    face(&w->into_a, &w->mb->nodes[b.node], b.child, w->axis_in_a, w->aimed, &o);
+    unsigned near = o.far ? (1u << n->used) - 1 : near_boxes(w, n, &o, w->size_a, bounds);
+    for (uint32_t i = 0; near; i++, near >>= 1) {
+        if (!(near & 1)) continue;
+        mesh_box a = {node, i};
+        double bound = o.far ? bound_in_doubles(w, a, b) : (double)bounds[i] * w->size_a - w->part.error;
+        if (!(bound > w->within)) put_sorted(more, &count, (entry){a, b, bound});
+    }
+    return count;
 }
 
-static uint32_t expand_a(const mesh_walk *w, uint32_t node, box_ref b, entry more[MESH_WIDTH])
+/* The tops of a node's boxes along the axis, in B's frame and unit. */
+MESH_INLINE mesh_lanes tops_of(const mesh_walk *w, const mesh_node *n)
 {
-    double bounds[MESH_WIDTH];
+    mesh_lanes centre[3], axis[3];
+    for (int k = 0; k < 3; k++) {
+        centre[k] = lanes_load(n->centre[k]);
+        axis[k] = lanes_of(-w->axis_in_a[k]);
+    }
+    return (lanes_dots(centre, axis) + mesh_halves(n, axis)) * lanes_of(w->into_b.ratio) + lanes_of(w->origin_level);
+}
+
+/* Both are opened: boxes of A that all of B's are beyond along the axis are not turned. */
+MESH_INLINE uint32_t expand_both(const mesh_walk *w, uint32_t node_a, uint32_t node_b, entry more[CHILDREN])
+{
+    const mesh_node *na = &w->ma->nodes[node_a], *nb = &w->mb->nodes[node_b];
+    float bounds[MESH_WIDTH], limit = (float)((w->within + w->part.error) / w->size_b * FLOAT_MORE);
+    mesh_lanes tops = lanes_of(INFINITY), feet = lanes_of(-INFINITY);
     uint32_t count = 0;
-    bounds_below_a(w, node, b, bounds);
-    for (uint32_t i = 0; i < w->ma->nodes[node].used; i++)
-        if (!(bounds[i] > w->within)) more[count++] = (entry){{node, i}, b, bounds[i]};
-    return sorted_last(more, count);
-}
-
-/* ---- leaves ---- */
-
-static vec3 least_of(vec3 a, vec3 b)
-{
-    return vec(min_of(a.x, b.x), min_of(a.y, b.y), min_of(a.z, b.z));
-}
-static vec3 most_of(vec3 a, vec3 b)
-{
-    return vec(max_of(a.x, b.x), max_of(a.y, b.y), max_of(a.z, b.z));
-}
-
-static void set_box(mesh_spot *s)
-{
-    const vec3 *p = s->corner;
-    s->lo = least_of(least_of(p[0], p[1]), p[2]);
-    s->hi = most_of(most_of(p[0], p[1]), p[2]);
-    s->normal = vec_cross(vec_sub(p[1], p[0]), vec_sub(p[2], p[0]));
-}
-
-static double outside(double lo_a, double hi_a, double lo_b, double hi_b)
-{
-    return max_of(max_of(lo_b - hi_a, lo_a - hi_b), 0);
-}
-
-/* Along a direction of any length, one way or the other. */
-static bool is_far_along(const mesh_walk *w, vec3 u)
-{
-    vec3 between = vec_sub(vec_add(w->spot_b->lo, w->spot_b->hi), vec_add(w->spot_a->lo, w->spot_a->hi));
-    if (vec_dot(u, between) < 0) u = vec_neg(u);
-    double gap = mesh_walk_foot_b(w, u) - mesh_walk_top_a(w, u), within = w->within + 2 * w->part.error;
-    return gap > 0 && gap * gap > within * within * vec_norm2(u);
-}
-
-/* Along the axis, by their boxes, or along the directions of mesh_bounds, in doubles. */
-static bool is_far(const mesh_walk *w)
-{
-    const mesh_spot *a = w->spot_a, *b = w->spot_b;
-    double within = w->within + 2 * w->part.error;
-    if (b->level - a->level > within) return true;
-    double x = outside(a->lo.x, a->hi.x, b->lo.x, b->hi.x), y = outside(a->lo.y, a->hi.y, b->lo.y, b->hi.y),
-           z = outside(a->lo.z, a->hi.z, b->lo.z, b->hi.z);
-    if (x * x + y * y + z * z > within * within) return true;
-    if (!(w->within < INFINITY)) return false;
-    return is_far_along(w, vec_sub(vec_add(b->lo, b->hi), vec_add(a->lo, a->hi))) || is_far_along(w, b->normal) ||
-           (w->ma && is_far_along(w, a->normal));
-}
-
-static uint32_t spots_of(const mesh *m, box_ref r, double scale, const transform *to_a, mesh_spot *out)
-{
-    const mesh_node *n = &m->nodes[r.node];
-    for (uint32_t i = 0; i < n->count[r.child]; i++) {
-        for (int k = 0; k < 3; k++) {
-            vec3 v = vec_scale(mesh_corner(m, n->first[r.child] + i, k), scale);
-            out[i].corner[k] = to_a ? transform_point(to_a, v) : v;
+    if (w->aimed) {
+        tops = tops_of(w, na);
+        feet = mesh_feet(nb, w->axis_in_b) - lanes_of(w->open_slack);
+    }
+    for (uint32_t k = 0; k < na->used; k++) {
+        mesh_lanes along = feet - lanes_of(tops[k]);
+        unsigned near = lanes_not_above(along, lanes_of(limit)) & ((1u << nb->used) - 1);
+        if (!near) continue;
+        mesh_other o;
+        face(&w->into_b, na, k, w->axis_in_b, false, &o);
+        near = mesh_bounds_from(nb, &o, along, near, limit, bounds);
+        for (uint32_t i = 0; near; i++, near >>= 1) {
+            double bound = (double)bounds[i] * w->size_b - w->part.error;
+            if (near & 1 && !(bound > w->within)) more[count++] = (entry){{node_a, k}, {node_b, i}, bound};
         }
     }
-    return n->count[r.child];
+    return count;
 }
 
-typedef struct leaf_pair {
-    mesh_spot a[MESH_LEAF_MAX], b[MESH_LEAF_MAX];
-    uint32_t count_a, count_b, aims; /* aims: of the axis that the levels are for */
-} leaf_pair;
-
-static double level_of(const mesh_spot *s, vec3 axis, double sign)
-{
-    double level = -INFINITY;
-    for (int k = 0; k < 3; k++) level = max_of(level, sign * vec_dot(axis, s->corner[k]));
-    return sign * level;
-}
-
-/* Is there a triangle of B that is not beyond all of A along the axis? Without an axis all levels are 0. */
-static bool set_levels(const mesh_walk *w, leaf_pair *l)
-{
-    double top = w->ma ? -INFINITY : w->whole.level, foot = INFINITY;
-    for (uint32_t k = 0; w->ma && k < l->count_a; k++) {
-        l->a[k].level = level_of(&l->a[k], w->axis, 1);
-        top = max_of(top, l->a[k].level);
-    }
-    for (uint32_t i = 0; i < l->count_b; i++) {
-        l->b[i].level = level_of(&l->b[i], w->axis, -1);
-        foot = min_of(foot, l->b[i].level);
-    }
-    l->aims = w->aims;
-    return !(foot - top > w->within + 2 * w->part.error);
-}
-
-static bool visit_pair(mesh_walk *w, mesh_visit *visit, void *context)
-{
-    if (is_far(w)) return true;
-    put_on(&w->flat_b, w->mb, w->triangle_b);
-    if (w->ma) put_on(&w->flat_a, w->ma, w->triangle_a);
-    w->visits++;
-    return visit(w, context);
-}
-
-static bool visit_leaves(mesh_walk *w, const entry *e, mesh_visit *visit, void *context)
-{
-    leaf_pair l;
-    l.count_b = spots_of(w->mb, e->b, w->part.scale, &w->part.b_in_a, l.b);
-    l.count_a = w->ma ? spots_of(w->ma, e->a, w->part.scale, NULL, l.a) : 1;
-    if (!set_levels(w, &l)) return true;
-    for (uint32_t k = 0; w->ma && k < l.count_a; k++) set_box(&l.a[k]);
-    for (uint32_t i = 0; i < l.count_b; i++) {
-        set_box(&l.b[i]);
-        w->spot_b = &l.b[i];
-        w->triangle_b = w->mb->nodes[e->b.node].first[e->b.child] + i;
-        for (uint32_t k = 0; k < l.count_a; k++) {
-            w->spot_a = w->ma ? &l.a[k] : &w->whole;
-            if (w->ma) w->triangle_a = w->ma->nodes[e->a.node].first[e->a.child] + k;
-            if (!visit_pair(w, visit, context)) return false;
-            if (l.aims != w->aims) (void)set_levels(w, &l);
-        }
-    }
-    return true;
-}
-
-static bool is_leaf(const mesh *m, box_ref r)
+MESH_INLINE bool is_leaf(const mesh *m, mesh_box r)
 {
     return r.node == WHOLE || m->nodes[r.node].count[r.child] > 0;
 }
 
-static double size_of(const mesh *m, box_ref r, double size)
+MESH_INLINE double size_of(const mesh *m, mesh_box r, double size)
 {
-    const mesh_node *n = &m->nodes[r.node];
-    float sum = 0;
-    for (int k = 0; k < 3; k++) sum += n->hi[k][r.child] - n->lo[k][r.child];
-    return (double)sum * size;
+    return (double)m->nodes[r.node].size[r.child] * size;
 }
 
-/* A or B: the larger of two boxes is opened. */
-static bool opens_a(const mesh_walk *w, const entry *e)
+MESH_INLINE uint32_t open_a(const mesh_walk *w, const entry *e, entry more[CHILDREN])
 {
-    if (is_leaf(w->ma, e->a)) return false;
-    if (is_leaf(w->mb, e->b)) return true;
-    return size_of(w->ma, e->a, w->size_a) > size_of(w->mb, e->b, w->size_b);
+    return expand_a(w, w->ma->nodes[e->a.node].first[e->a.child], e->b, more);
 }
 
-static uint32_t expand(const mesh_walk *w, const entry *e, entry more[MESH_WIDTH])
+MESH_INLINE uint32_t open_b(const mesh_walk *w, const entry *e, entry more[CHILDREN])
 {
-    return opens_a(w, e) ? expand_a(w, w->ma->nodes[e->a.node].first[e->a.child], e->b, more)
-                         : expand_b(w, e->a, w->mb->nodes[e->b.node].first[e->b.child], more);
+    return expand_b(w, e->a, w->mb->nodes[e->b.node].first[e->b.child], more);
 }
 
-static bool is_leaves(const mesh_walk *w, const entry *e)
+/* Both boxes are opened where they are of about one size, otherwise the larger. */
+MESH_INLINE uint32_t expand(const mesh_walk *w, const entry *e, entry more[CHILDREN])
+{
+    if (is_leaf(w->ma, e->a)) return open_b(w, e, more);
+    if (is_leaf(w->mb, e->b)) return open_a(w, e, more);
+    double a = size_of(w->ma, e->a, w->size_a), b = size_of(w->mb, e->b, w->size_b);
+    if (!w->opens_both || a > BOTH_RATIO * b || b > BOTH_RATIO * a)
+        return a > b ? open_a(w, e, more) : open_b(w, e, more);
+    return expand_both(w, w->ma->nodes[e->a.node].first[e->a.child], w->mb->nodes[e->b.node].first[e->b.child], more);
+}
+
+MESH_INLINE bool is_leaves(const mesh_walk *w, const entry *e)
 {
     return is_leaf(w->ma, e->a) && is_leaf(w->mb, e->b);
 }
@@ -432,63 +432,155 @@ static bool run_below(mesh_walk *w, const entry *top, mesh_visit *visit, void *c
         if (e.bound > w->within) continue;
         if (!is_leaves(w, &e))
             open += expand(w, &e, stack + open);
-        else if (!visit_leaves(w, &e, visit, context))
+        else if (!mesh_leaves_visit(w, e.a, e.b, visit, context))
             return false;
     }
     return true;
 }
 
 /* The pairs of boxes to begin with. */
-static uint32_t start(const mesh_walk *w, entry first[MESH_WIDTH * MESH_WIDTH])
+MESH_INLINE uint32_t start(const mesh_walk *w, entry first[CHILDREN])
 {
     uint32_t count = 0;
-    if (!w->ma) return expand_b(w, (box_ref){WHOLE, 0}, 0, first);
-    for (uint32_t i = 0; i < w->ma->nodes[0].used; i++) count += expand_b(w, (box_ref){0, i}, 0, first + count);
+    if (!w->ma) return expand_b(w, (mesh_box){WHOLE, 0}, 0, first);
+    for (uint32_t i = 0; i < w->ma->nodes[0].used; i++) count += expand_b(w, (mesh_box){0, i}, 0, first + count);
     return count;
 }
 
 void mesh_walk_run(mesh_walk *w, mesh_visit *visit, void *context)
 {
-    entry first[MESH_WIDTH * MESH_WIDTH];
+    entry first[CHILDREN];
     uint32_t count = start(w, first);
     while (count)
         if (!run_below(w, &first[--count], visit, context)) return;
 }
 
-/* ---- nearest first: a heap, the nearest on top ---- */
+/* ---- nearest first: pairs of boxes in buckets, by their bounds; of a bucket the last that came ---- */
 
-static void heap_push(entry *heap, uint32_t *count, entry e)
+typedef struct queue {
+    entry entries[QUEUE];
+    uint16_t next[QUEUE], unused; /* QUEUE: none */
+    uint16_t head[BUCKETS];
+    uint64_t filled; /* buckets */
+    uint32_t count;
+    double per_bucket;
+} queue;
+
+MESH_INLINE void queue_init(queue *q, double greatest_bound)
 {
-    uint32_t at = (*count)++;
-    for (; at && heap[(at - 1) / 2].bound > e.bound; at = (at - 1) / 2) heap[at] = heap[(at - 1) / 2];
-    heap[at] = e;
+    for (uint16_t i = 0; i < QUEUE; i++) q->next[i] = (uint16_t)(i + 1);
+    q->unused = 0;
+    q->filled = 0;
+    q->count = 0;
+    q->per_bucket = greatest_bound > 0 ? (BUCKETS - 1) / greatest_bound : 0;
 }
 
-static entry heap_pop(entry *heap, uint32_t *count)
+MESH_INLINE void queue_push(queue *q, const entry *e)
 {
-    entry top = heap[0], last = heap[--*count];
-    uint32_t at = 0;
-    for (uint32_t k; (k = 2 * at + 1) < *count; at = k) {
-        if (k + 1 < *count && heap[k + 1].bound < heap[k].bound) k++;
-        if (!(heap[k].bound < last.bound)) break;
-        heap[at] = heap[k];
+    double place = e->bound * q->per_bucket;
+    int bucket = !(place > 0) ? 0 : place < BUCKETS - 1 ? (int)place : BUCKETS - 1;
+    uint16_t at = q->unused;
+    q->unused = q->next[at];
+    q->entries[at] = *e;
+    q->next[at] = q->filled >> bucket & 1 ? q->head[bucket] : QUEUE;
+    q->head[bucket] = at;
+    q->filled |= (uint64_t)1 << bucket;
+    q->count++;
+}
+
+MESH_INLINE entry queue_pop(queue *q)
+{
+    int bucket = __builtin_ctzll(q->filled);
+    uint16_t at = q->head[bucket];
+    q->head[bucket] = q->next[at];
+    if (q->head[bucket] == QUEUE) q->filled &= q->filled - 1;
+    q->next[at] = q->unused;
+    q->unused = at;
+    q->count--;
+    return q->entries[at];
+}
+
+static vec3 centre_of(const mesh_walk *w, mesh_box a)
+{
+    if (a.node == WHOLE) return vec_scale(vec_add(w->whole.lo, w->whole.hi), 0.5);
+    const mesh_node *n = &w->ma->nodes[a.node];
+    return vec_scale(vec(n->centre[0][a.child], n->centre[1][a.child], n->centre[2][a.child]), w->size_a);
+}
+
+static mesh_box nearest_child(const mesh *m, uint32_t node, vec3 point)
+{
+    const mesh_node *n = &m->nodes[node];
+    mesh_box nearest = {node, 0};
+    double least = INFINITY;
+    for (uint32_t i = 0; i < n->used; i++) {
+        double away2 = vec_norm2(vec_sub(vec(n->centre[0][i], n->centre[1][i], n->centre[2][i]), point));
+        if (away2 < least) least = away2, nearest.child = i;
     }
-    heap[at] = last;
-    return top;
+    return nearest;
+}
+
+static uint32_t node_below(const mesh *m, mesh_box r)
+{
+    return m->nodes[r.node].first[r.child];
+}
+
+static vec3 in_a(const mesh_walk *w, mesh_box b)
+{
+    const mesh_node *n = &w->mb->nodes[b.node];
+    vec3 centre = vec_scale(vec(n->centre[0][b.child], n->centre[1][b.child], n->centre[2][b.child]), w->size_b);
+    return transform_point(&w->part.b_in_a, centre);
+}
+
+/* Visits the pair of leaves whose boxes' centres are nearest to each other, as a way down by the nearest centres finds
+ * it: its triangles are near enough to spare the walk most of the rest. */
+static bool plunge(mesh_walk *w, mesh_visit *visit, void *context)
+{
+    mesh_box a = {WHOLE, 0}, b;
+    vec3 from = VEC_ZERO;
+    if (w->ma) {
+        a = nearest_child(w->ma, 0, vec_scale(w->part.b_in_a.t, 1 / w->size_a));
+        from = centre_of(w, a);
+    }
+    b = nearest_child(w->mb, 0, vec_scale(transform_point(&w->a_in_b, from), 1 / w->size_b));
+    while (!is_leaf(w->ma, a) || !is_leaf(w->mb, b)) {
+        if (!is_leaf(w->ma, a)) a = nearest_child(w->ma, node_below(w->ma, a), vec_scale(in_a(w, b), 1 / w->size_a));
+        if (is_leaf(w->mb, b)) continue;
+        from = transform_point(&w->a_in_b, centre_of(w, a));
+        b = nearest_child(w->mb, node_below(w->mb, b), vec_scale(from, 1 / w->size_b));
+    }
+    entry e = {a, b, 0};
+    return mesh_leaves_visit(w, e.a, e.b, visit, context);
+}
+
+MESH_INLINE void walk_nearest(mesh_walk *w, mesh_visit *visit, void *context)
+{
+    queue q;
+    entry more[CHILDREN];
+    uint32_t count = start(w, more);
+    queue_init(&q, w->within < w->part.size ? w->within : w->part.size);
+    for (uint32_t i = 0; i < count; i++) queue_push(&q, &more[i]);
+    while (q.count) {
+        entry e = queue_pop(&q);
+        if (e.bound > w->within) continue;
+        bool full = q.count + CHILDREN > QUEUE, leaves = is_leaves(w, &e);
+        if (leaves ? !mesh_leaves_visit(w, e.a, e.b, visit, context) : full && !run_below(w, &e, visit, context))
+            return;
+        if (leaves || full) continue;
+        count = expand(w, &e, more);
+        for (uint32_t i = 0; i < count; i++) queue_push(&q, &more[i]);
+    }
+}
+
+MESH_WIDE static void walk_nearest_wide(mesh_walk *w, mesh_visit *visit, void *context)
+{
+    walk_nearest(w, visit, context);
 }
 
 void mesh_walk_nearest(mesh_walk *w, mesh_visit *visit, void *context)
 {
-    entry heap[HEAP], more[MESH_WIDTH * MESH_WIDTH];
-    uint32_t open = 0, count = start(w, more);
-    while (count) heap_push(heap, &open, more[--count]);
-    while (open) {
-        entry e = heap_pop(heap, &open);
-        if (e.bound > w->within) return;
-        bool full = open + MESH_WIDTH > HEAP, leaves = is_leaves(w, &e);
-        if (leaves ? !visit_leaves(w, &e, visit, context) : full && !run_below(w, &e, visit, context)) return;
-        if (leaves || full) continue;
-        count = expand(w, &e, more);
-        while (count) heap_push(heap, &open, more[--count]);
-    }
+    if (!plunge(w, visit, context)) return;
+    if (mesh_wide())
+        walk_nearest_wide(w, visit, context);
+    else
+        walk_nearest(w, visit, context);
 }

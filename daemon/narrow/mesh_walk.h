@@ -2,7 +2,7 @@
  *
  * The parts of a mesh are its triangles, a convex core is its own only part. The hierarchies are walked together; what
  * is proven to be farther apart than `within` is left out, along the directions of mesh_bounds or the axis that the
- * visitor has found last. The stack is on the stack: its depth follows from MESH_DEPTH_MAX; so is the heap of the walk
+ * visitor has found last. The stack is on the stack: its depth follows from MESH_DEPTH_MAX; so is the queue of the walk
  * that goes nearest first, and what it has no room for is walked depth first. Pure; any thread. */
 #ifndef COLLIDED_NARROW_MESH_WALK_H
 #define COLLIDED_NARROW_MESH_WALK_H
@@ -10,7 +10,11 @@
 #include "geom/mesh_simd.h"
 #include "unit_pair.h"
 
-enum { MESH_NO_TRIANGLE = UINT32_MAX, TRIANGLE_PADDED = 8 };
+enum {
+    MESH_NO_TRIANGLE = UINT32_MAX,
+    TRIANGLE_PADDED = 8,
+    MESH_LEAVES = 32 /* of each mesh, that stay in place while a walk goes on; a power of two */
+};
 
 /* A triangle in the clothes of a flat hull, for all that takes support points. */
 typedef struct triangle_part {
@@ -26,8 +30,28 @@ typedef struct mesh_spot {
     double level;   /* along the axis: of A the greatest, of B the least */
 } mesh_spot;
 
+/* A box of a mesh: a child of a node. The root's own children stand for the root. */
+typedef struct mesh_box {
+    uint32_t node, child; /* node UINT32_MAX: all of a convex A */
+} mesh_box;
+
+/* The triangles of a leaf, put in place when the walk comes there first; again when another has taken their room. */
+typedef struct mesh_leaf {
+    mesh_box box; /* node UINT32_MAX: none */
+    uint32_t count, aims;
+    double level; /* the greatest of A's, the least of B's */
+    mesh_spot spots[MESH_LEAF_MAX];
+} mesh_leaf;
+
+/* From the frame and unit of one mesh's boxes to those of the other's. */
+typedef struct mesh_turn {
+    mat3 r; /* with the ratio of the units in it */
+    vec3 t;
+    float column[3][MESH_WIDTH], ratio; /* the rotation alone, and the ratio alone */
+} mesh_turn;
+
 typedef struct mesh_walk {
-    unit_pair part;                   /* the pair; while a visitor runs, with the two parts in place of the shapes */
+    unit_pair part;                   /* the pair; after mesh_walk_dress with the visited parts for shapes */
     shape whole_a, whole_b;           /* what part.a and part.b were */
     const mesh *ma, *mb;              /* ma NULL: A is convex; B is a mesh always */
     double size_a, size_b;            /* the unit of either one's boxes, in units of the pair */
@@ -35,12 +59,17 @@ typedef struct mesh_walk {
     vec3 axis;                        /* unit, from A to B: one that separates what is nearest; zero = none yet */
     uint32_t triangle_a, triangle_b;  /* the parts that are visited; triangle_a MESH_NO_TRIANGLE: all of A */
     const mesh_spot *spot_a, *spot_b; /* where they are */
+    vec3 lead;                        /* of any length: the direction that separates them most, of those looked at */
     uint32_t visits, aims;            /* aims: counts the axes */
     triangle_part flat_a, flat_b;
-    transform a_in_b;       /* the inverse of part.b_in_a */
-    vec3 axis_in_b;         /* axis in B's frame */
-    mesh_other whole_other; /* of a convex A */
+    transform a_in_b; /* the inverse of part.b_in_a */
+    mesh_turn into_a, into_b;
+    float axis_in_a[MESH_WIDTH], axis_in_b[MESH_WIDTH]; /* towards the boxes of either: the former points from B to A */
+    float origin_level, open_slack; /* of A's frame along axis_in_b, in B's unit; of any box of A against one of B */
+    bool aimed, opens_both;         /* opens_both: the meshes are of about one size, and not far apart */
+    mesh_other whole_other;         /* of a convex A */
     mesh_spot whole;
+    mesh_leaf leaves_a[MESH_LEAVES], leaves_b[MESH_LEAVES];
 } mesh_walk;
 
 /* `p`: the whole pair; `a`, `b`: the shapes it was made of. Infinite `within`. */
@@ -55,6 +84,12 @@ void mesh_walk_aim(mesh_walk *w, vec3 axis);
 typedef bool mesh_visit(mesh_walk *w, void *context); /* false: enough */
 void mesh_walk_run(mesh_walk *w, mesh_visit *visit, void *context);
 void mesh_walk_nearest(mesh_walk *w, mesh_visit *visit, void *context); /* the nearest boxes first of all */
+
+/* For a visitor: makes `part` the pair of the visited parts. */
+void mesh_walk_dress(mesh_walk *w);
+
+/* A triangle where it is; A's when `b_in_a` is NULL. Box and normal, too, but no level. */
+void mesh_spot_set(mesh_spot *s, const mesh *m, uint32_t triangle, double scale, const transform *b_in_a);
 
 /* The greatest and least heights of the visited parts along a direction, in A's frame. */
 double mesh_walk_top_a(const mesh_walk *w, vec3 direction);

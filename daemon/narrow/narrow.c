@@ -1,6 +1,6 @@
 /* narrow: the certified signed distance of any two shapes. It brings the pair to unit size, asks the method of the two
  * types about their cores, adds the radii and the bound of rounding, and scales back. Pure; any thread, each with its
- * own scratch; the cache is written and never read, so no answer depends on history. */
+ * own scratch; nothing that is read from the cache enters an answer, so none depends on history. */
 #include "narrow.h"
 
 #include "ccd_peer.h"
@@ -64,10 +64,11 @@ static void measure(const unit_pair *p, const narrow_goal *g, narrow_engine engi
 
 /* What answers for the pair in doubles: libccd if it was asked to and its word holds, or the methods of the types. */
 static void answer(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
-    narrow_scratch *scratch, const unit_pair *p, const narrow_goal *g, span *s, narrow_result *result)
+    narrow_cache *cache, narrow_scratch *scratch, const unit_pair *p, const narrow_goal *g, span *s,
+    narrow_result *result)
 {
     if (mesh_pair_applies(a, b)) {
-        mesh_pair_measure(p, a, b, g, &scratch->epa, s);
+        mesh_pair_measure(p, a, b, g, cache, &scratch->epa, s);
         finish(p, s, result);
         return;
     }
@@ -90,7 +91,7 @@ static void build_manifold(
 
 /* The answer of the search in doubles, in A's frame. */
 static void search(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
-    narrow_scratch *scratch, unit_pair *p, narrow_result *result)
+    narrow_cache *cache, narrow_scratch *scratch, unit_pair *p, narrow_result *result)
 {
     span s;
     shape hull = *b; /* what a half-space sees of a mesh */
@@ -102,7 +103,7 @@ static void search(const shape *a, const shape *b, const pose *b_in_a, const nar
     }
     if (mesh_pair_applies(a, b)) mesh_pair_prepare(p, a);
     narrow_goal g = goal_of(p, request);
-    answer(a, b, b_in_a, request, scratch, p, &g, &s, result);
+    answer(a, b, b_in_a, request, cache, scratch, p, &g, &s, result);
     result->status = status_of(p, &g, request, &s);
     if ((request->facts & NARROW_MANIFOLD) && result->lo <= request->threshold)
         build_manifold(p, a, b, b_in_a, request->threshold, result);
@@ -163,7 +164,7 @@ void narrow_query(const shape *a, const shape *b, const pose *b_in_a, const narr
 {
     if (!short_road_answer(a, b, b_in_a, request, result)) {
         unit_pair p;
-        search(a, b, b_in_a, request, scratch, &p, result);
+        search(a, b, b_in_a, request, cache, scratch, &p, result);
         if (wants_refining(&p, request, result)) {
             exact_pair e = exact_pair_of(&p, a, POSE_IDENTITY, b, *b_in_a);
             exact_narrow(&e, result);
@@ -218,7 +219,7 @@ void narrow_query_world(const shape *a, pose pose_a, const shape *b, pose pose_b
     pose relative = pose_relative(first, second);
     const shape *shape_1 = swapped ? b : a, *shape_2 = swapped ? a : b;
     unit_pair p;
-    search(shape_1, shape_2, &relative, request, scratch, &p, result);
+    search(shape_1, shape_2, &relative, request, NULL, scratch, &p, result);
     turn(result, first.q);
     bool refine = wants_refining(&p, request, result);
     if (refine) {

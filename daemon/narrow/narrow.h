@@ -84,12 +84,14 @@ typedef struct narrow_result {
 } narrow_result;
 
 /* What a pair remembers, for narrow_separation and narrow_motion_bound to prove separation again. narrow_query writes
- * it and never reads it, so it cannot enter an answer; the hints are narrow_separation's. Zeroed = empty. */
+ * it; of what it reads, the triangles, none enters an answer: they only say where to begin. The hints are
+ * narrow_separation's. Zeroed = empty. */
 typedef struct narrow_cache {
-    vec3 axis;               /* in A's frame, unit; zero = none */
-    pose b_in_a;             /* where `lower` was certified */
-    double lower;            /* certified lower bound then */
-    uint32_t hint_a, hint_b; /* support vertices to start from */
+    vec3 axis;                       /* in A's frame, unit; zero = none */
+    pose b_in_a;                     /* where `lower` was certified */
+    double lower;                    /* certified lower bound then */
+    uint32_t hint_a, hint_b;         /* support vertices to start from */
+    uint32_t triangle_a, triangle_b; /* 1 + those of two meshes that were the nearest; 0 = none, or not a mesh */
 } narrow_cache;
 
 typedef struct narrow_scratch narrow_scratch; /* the caller's memory, one a thread; opaque, of narrow_scratch_size() */

@@ -278,14 +278,14 @@ static double free_while_spun(const march *m)
     return r.status == TOI_FREE ? INFINITY : r.lo;
 }
 
-/* Along the line between what is nearest of their extents, at the beginning; a hull's extents are not known. */
-static vec3 guess_axis(const course *c)
+/* Along the line between what is nearest of their extents then; a hull's extents are not known. */
+static vec3 guess_axis(const course *c, double time)
 {
-    course_place at = course_at(c, 0);
+    course_place at = course_at(c, time);
     return mat_mul(at.world_of_a, narrow_guess_axis(c->a, c->b, &at.b_in_a));
 }
 
-void toi_convex(const toi_mover *a, const toi_mover *b, const toi_request *request, vec3 guess, bool rough,
+void toi_convex(const toi_mover *a, const toi_mover *b, const toi_request *request, vec3 guess, double from, bool rough,
     narrow_scratch *scratch, toi_result *out)
 {
     course c;
@@ -295,10 +295,10 @@ void toi_convex(const toi_mover *a, const toi_mover *b, const toi_request *reque
     }
     march m = {.c = &c, .request = request, .scratch = scratch, .out = out, .rough = rough};
     m.target = request->threshold + c.slack;
-    if (vec_greatest(guess) == 0) guess = guess_axis(&c);
-    if (vec_greatest(guess) > 0 && free_along(&m, 0, request->span, guess, 2 * request->tolerance)) return;
+    if (vec_greatest(guess) == 0 && from == 0) guess = guess_axis(&c, from);
+    if (vec_greatest(guess) > 0 && free_along(&m, from, request->span, guess, 2 * request->tolerance)) return;
     double turned = (c.spin_a.speed + c.spin_b.speed) * request->span;
-    double from = turned > WHOLE_TURNS ? free_while_spun(&m) : 0;
+    if (turned > WHOLE_TURNS) from = max_of(from, free_while_spun(&m));
     if (from < request->span) march_convex(&m, from);
     if (out->status == TOI_FREE) return;
     vec3 origin = motion_pose(&a->motion, out->lo).p;
@@ -314,7 +314,7 @@ void toi_find(const toi_mover *a, const toi_mover *b, const toi_request *request
     if (!settled && toi_parts_apply(a->shape, b->shape))
         toi_walk(a, b, request, scratch, out);
     else if (!settled)
-        toi_convex(a, b, request, guess, request->wander > 0, scratch, out);
+        toi_convex(a, b, request, guess, 0, request->wander > 0, scratch, out);
     if (out->status == TOI_FREE) return;
     out->body_a = motion_pose(&a->motion, out->lo);
     out->body_b = motion_pose(&b->motion, out->lo);

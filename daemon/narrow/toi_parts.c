@@ -1,6 +1,7 @@
 /* toi_parts: boxes of hierarchies and what lies in them, as shapes. Pure; any thread. */
 #include "toi_parts.h"
 
+#include "core.h"
 #include "geom/compound.h"
 #include "scalar.h"
 #include "unit_pair.h"
@@ -22,6 +23,39 @@ static void be_box(toi_part *p, vec3 lo, vec3 hi)
     p->local = (pose){centre, {1, 0, 0, 0}};
     p->size = shape_reach(&p->shape);
     p->is_leaf = false;
+    p->form = TOI_PART_BOX;
+    p->centre = centre;
+    p->side[0] = vec(p->shape.half.x, 0, 0);
+    p->side[1] = vec(0, p->shape.half.y, 0);
+    p->side[2] = vec(0, 0, p->shape.half.z);
+    p->margin = p->shape.radius;
+}
+
+/* The extents of a convex shape: those of its box, in its own frame. */
+static void be_shape(toi_part *p)
+{
+    const vec3 axes[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    vec3 middle = VEC_ZERO;
+    mat3 r = quat_matrix(p->local.q);
+    p->size = shape_reach(&p->shape);
+    p->form = p->shape.type == SHAPE_BOX ? TOI_PART_BOX : TOI_PART_SHAPE;
+    p->margin = p->shape.radius + shape_excess(&p->shape);
+    for (int k = 0; k < 3; k++) {
+        double hi = vec_dot(axes[k], core_support(&p->shape, 1, axes[k], NULL));
+        double lo = vec_dot(axes[k], core_support(&p->shape, 1, vec_neg(axes[k]), NULL));
+        middle = vec_madd(middle, 0.5 * (lo + hi), axes[k]);
+        p->side[k] = mat_mul(r, vec_scale(axes[k], 0.5 * (hi - lo)));
+    }
+    p->centre = vec_add(mat_mul(r, middle), p->local.p);
+}
+
+/* Boxes of meshes are turned as their patches lie. */
+static void be_turned(toi_part *p, const mesh_node *n, uint32_t c, double unit)
+{
+    p->centre = vec_scale(vec(n->centre[0][c], n->centre[1][c], n->centre[2][c]), unit);
+    p->normal = vec_scale(vec(n->normal[0][c], n->normal[1][c], n->normal[2][c]), unit);
+    for (int k = 0; k < 2; k++) p->side[k] = vec_scale(vec(n->side[k][0][c], n->side[k][1][c], n->side[k][2][c]), unit);
+    p->side[2] = vec_scale(p->normal, (double)n->half[c]);
 }
 
 /* ---- meshes ---- */
@@ -67,6 +101,11 @@ static void be_triangle(toi_part *p, const shape *whole, uint32_t triangle)
         .dimension = 2};
     p->shape = (shape){.type = SHAPE_HULL, .radius = whole->radius, .deviation = whole->deviation, .hull = &p->flat};
     p->size = reach;
+    p->form = TOI_PART_TRIANGLE;
+    p->margin = whole->radius;
+    vec3 u = vec(p->x[0], p->y[0], p->z[0]), v = vec(p->x[1], p->y[1], p->z[1]), w = vec(p->x[2], p->y[2], p->z[2]);
+    p->centre = vec_scale(vec_add(vec_add(u, v), w), 1.0 / 3);
+    p->normal = vec_cross(vec_sub(v, u), vec_sub(w, u));
 }
 
 static int mesh_children(const toi_part *p, toi_part *out)
@@ -78,9 +117,10 @@ static int mesh_children(const toi_part *p, toi_part *out)
         return n->count[p->child];
     }
     for (uint32_t k = 0; k < n->used; k++) {
-        out[k] = (toi_part){.whole = p->whole, .node = p->node, .child = k};
-        if (n->count[k] == 0) be_mesh_node(&out[k], p->whole, n->first[k]);
+        bool inner = n->count[k] == 0;
+        out[k] = (toi_part){.whole = p->whole, .node = inner ? n->first[k] : p->node, .child = inner ? WHOLE_NODE : k};
         be_box(&out[k], corner_of(n->lo, (int)k, unit), corner_of(n->hi, (int)k, unit));
+        be_turned(&out[k], n, k, unit);
     }
     return n->used;
 }
@@ -93,7 +133,7 @@ static void be_child(toi_part *p, const shape *whole, uint32_t child)
     *p = (toi_part){.whole = whole, .shape = c->shape, .local = c->local, .is_leaf = true};
     p->shape.radius += whole->radius;
     p->shape.deviation += whole->deviation;
-    p->size = shape_reach(&p->shape);
+    be_shape(p);
 }
 
 static void be_compound_node(toi_part *p, const shape *whole, uint32_t node)
@@ -127,7 +167,7 @@ void toi_part_root(const shape *whole, toi_part *out)
         return;
     }
     *out = (toi_part){.whole = whole, .shape = *whole, .local = POSE_IDENTITY, .is_leaf = true};
-    out->size = shape_reach(whole);
+    be_shape(out);
 }
 
 int toi_part_children(const toi_part *p, toi_part *out)

@@ -8,6 +8,8 @@
 
 enum { PART_CHILDREN_MAX = MESH_WIDTH };
 
+typedef enum toi_part_form { TOI_PART_SHAPE, TOI_PART_BOX, TOI_PART_TRIANGLE } toi_part_form;
+
 typedef struct toi_part {
     const shape *whole;
     shape shape; /* a box around all below it, or the part itself; with the rounding of the whole */
@@ -15,6 +17,10 @@ typedef struct toi_part {
     bool is_leaf;
     uint32_t node, child; /* where its children are */
     double size;          /* m: its reach */
+    toi_part_form form;   /* what toi_sweep.c sees, in the frame of the whole: `shape`, or ... */
+    vec3 centre, side[3]; /* ... a box, which may be turned; of others their extents, but of triangles no sides */
+    vec3 normal;          /* of a flat one: of any length */
+    double margin;        /* m: of the rounding, and of what hulls were made of */
     hull flat;            /* of a triangle, which shape.hull points to */
     double x[8], y[8], z[8];
 } toi_part;

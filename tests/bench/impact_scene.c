@@ -18,6 +18,7 @@ const impact_kind impact_kinds[] = {
     ROWS("box-box", 0.9, 1.6, 2.5),
     ROWS("hull64-hull64", 0, 0, 0),
     ROWS("mesh-box", 0, 0, 0),
+    {"mesh-mesh to 0.7 rad", "mesh-mesh", {0.1, 0.7}, false, 0},
     {"rods 30-60 rad/s", NULL, {3, 6}, false, 0},
     {"rods 300-600 rad/s", NULL, {30, 60}, false, 0},
 };

@@ -75,7 +75,9 @@ static void query(void *self, size_t first, size_t count, narrow_answer *out)
         const ours_item *it = &o->items[i];
         pose b_in_a = pose_relative(it->at_a, it->at_b);
         narrow_result r;
-        narrow_query(&it->a, &it->b, &b_in_a, &o->request, NULL, o->scratch, &r);
+        narrow_cache *cache = it->b.type == SHAPE_MESH ? &o->cache : NULL; /* others read nothing from it */
+        if (it->begins) o->cache = (narrow_cache){0};
+        narrow_query(&it->a, &it->b, &b_in_a, &o->request, cache, o->scratch, &r);
         tell(&r, out);
     }
 }

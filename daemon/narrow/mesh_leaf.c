@@ -1,0 +1,126 @@
+/* The triangles of two leaves, pair by pair, as far as they are near enough, in doubles. Pure; any thread. */
+#include "mesh_leaf.h"
+
+#include "scalar.h"
+
+static vec3 least_of(vec3 a, vec3 b)
+{
+    return vec(min_of(a.x, b.x), min_of(a.y, b.y), min_of(a.z, b.z));
+}
+static vec3 most_of(vec3 a, vec3 b)
+{
+    return vec(max_of(a.x, b.x), max_of(a.y, b.y), max_of(a.z, b.z));
+}
+
+void mesh_spot_set(mesh_spot *s, const mesh *m, uint32_t triangle, double scale, const transform *b_in_a)
+{
+    vec3 *p = s->corner;
+    for (int k = 0; k < 3; k++) {
+        p[k] = vec_scale(m->corners[3 * (size_t)triangle + (size_t)k], scale);
+        if (b_in_a) p[k] = transform_point(b_in_a, p[k]);
+    }
+    s->lo = least_of(least_of(p[0], p[1]), p[2]);
+    s->hi = most_of(most_of(p[0], p[1]), p[2]);
+    s->normal = vec_cross(vec_sub(p[1], p[0]), vec_sub(p[2], p[0]));
+}
+
+static double outside(double lo_a, double hi_a, double lo_b, double hi_b)
+{
+    return max_of(max_of(lo_b - hi_a, lo_a - hi_b), 0);
+}
+
+/* Along a direction of any length, one way or the other. The best so far is in w->lead, *best is the square of the gap
+ * along it. */
+static bool is_far_along(mesh_walk *w, vec3 u, double *best)
+{
+    vec3 between = vec_sub(vec_add(w->spot_b->lo, w->spot_b->hi), vec_add(w->spot_a->lo, w->spot_a->hi));
+    if (vec_dot(u, between) < 0) u = vec_neg(u);
+    double gap = mesh_walk_foot_b(w, u) - mesh_walk_top_a(w, u), norm2 = vec_norm2(u);
+    if (!(gap > 0) || !(gap * gap > *best * norm2)) return false;
+    double within = w->within + 2 * w->part.error;
+    *best = gap * gap / norm2;
+    w->lead = u;
+    return *best > within * within;
+}
+
+/* Along the axis, by their boxes, or along the directions of mesh_bounds, in doubles. */
+static bool is_far(mesh_walk *w)
+{
+    const mesh_spot *a = w->spot_a, *b = w->spot_b;
+    double within = w->within + 2 * w->part.error, best = 0;
+    if (b->level - a->level > within) return true;
+    double x = outside(a->lo.x, a->hi.x, b->lo.x, b->hi.x), y = outside(a->lo.y, a->hi.y, b->lo.y, b->hi.y),
+           z = outside(a->lo.z, a->hi.z, b->lo.z, b->hi.z);
+    if (x * x + y * y + z * z > within * within) return true;
+    w->lead = vec_sub(vec_add(b->lo, b->hi), vec_add(a->lo, a->hi));
+    return is_far_along(w, w->lead, &best) || is_far_along(w, b->normal, &best) ||
+           (w->ma && is_far_along(w, a->normal, &best));
+}
+
+/* Along the axis times `sign`: the greatest, of A, or the least, of B. Without an axis all levels are 0. */
+static void set_levels(const mesh_walk *w, mesh_leaf *l, double sign)
+{
+    double most = -INFINITY;
+    for (uint32_t i = 0; i < l->count; i++) {
+        const vec3 *p = l->spots[i].corner;
+        double level =
+            max_of(max_of(sign * vec_dot(w->axis, p[0]), sign * vec_dot(w->axis, p[1])), sign * vec_dot(w->axis, p[2]));
+        l->spots[i].level = sign * level;
+        most = max_of(most, level);
+    }
+    l->level = sign * most;
+    l->aims = w->aims;
+}
+
+static mesh_leaf *leaf_of(mesh_walk *w, bool of_a, mesh_box box)
+{
+    mesh_leaf *l = (of_a ? w->leaves_a : w->leaves_b) + (box.node * MESH_WIDTH + box.child) % MESH_LEAVES;
+    const mesh *m = of_a ? w->ma : w->mb;
+    const mesh_node *n = &m->nodes[box.node];
+    if (l->box.node != box.node || l->box.child != box.child) {
+        l->box = box;
+        l->count = n->count[box.child];
+        l->aims = w->aims - 1;
+        for (uint32_t i = 0; i < l->count; i++)
+            mesh_spot_set(&l->spots[i], m, n->first[box.child] + i, w->part.scale, of_a ? NULL : &w->part.b_in_a);
+    }
+    if (l->aims != w->aims) set_levels(w, l, of_a ? 1 : -1);
+    return l;
+}
+
+/* A part of A (in leaf `a`, NULL: all of it) and all of a leaf of B. The visitor may find a new axis. */
+static bool visit_row(mesh_walk *w, mesh_leaf *a, mesh_leaf *b, uint32_t first_b, mesh_visit *visit, void *context)
+{
+    for (uint32_t i = 0; i < b->count; i++) {
+        w->spot_b = &b->spots[i];
+        w->triangle_b = first_b + i;
+        if (is_far(w)) continue;
+        w->visits++;
+        uint32_t aims = w->aims;
+        if (!visit(w, context)) return false;
+        if (aims == w->aims) continue;
+        if (a) set_levels(w, a, 1);
+        set_levels(w, b, -1);
+    }
+    return true;
+}
+
+bool mesh_leaves_visit(mesh_walk *w, mesh_box box_a, mesh_box box_b, mesh_visit *visit, void *context)
+{
+    mesh_leaf *b = leaf_of(w, false, box_b);
+    uint32_t first_b = w->mb->nodes[box_b.node].first[box_b.child];
+    if (!w->ma) {
+        w->spot_a = &w->whole;
+        return b->level - w->whole.level > w->within + 2 * w->part.error ||
+               visit_row(w, NULL, b, first_b, visit, context);
+    }
+    mesh_leaf *a = leaf_of(w, true, box_a);
+    if (b->level - a->level > w->within + 2 * w->part.error) return true;
+    for (uint32_t k = 0; k < a->count; k++) {
+        if (b->level - a->spots[k].level > w->within + 2 * w->part.error) continue;
+        w->spot_a = &a->spots[k];
+        w->triangle_a = w->ma->nodes[box_a.node].first[box_a.child] + k;
+        if (!visit_row(w, a, b, first_b, visit, context)) return false;
+    }
+    return true;
+}

@@ -1,0 +1,199 @@
+/* The gaps of parts along directions, at the ends of the pieces of a motion. Pure; any thread. */
+#include "toi_sweep.h"
+
+#include "core.h"
+#include "scalar.h"
+
+enum { ROUNDS_MAX = 8, ALTERNATIONS = 1 }; /* directions are looked for so often in a piece */
+static const double FINE = 0.001;          /* of the pair's size: so much may a gap dip in a whole piece, ... */
+static const double COARSE = 0.1;          /* ... and where it would by more than this, no sweep is of use */
+static const double LEAST_GAIN = 0.02;     /* of a piece: below it no further direction is looked for */
+
+static const uint32_t NOWHERE = UINT32_MAX;
+
+bool sweep_init(sweep *s, const toi_mover *a, const toi_mover *b, const toi_request *request)
+{
+    course *c = &s->course;
+    if (!course_init(c, a, b, request->span)) return false;
+    s->request = request;
+    s->size = c->reach_a + c->reach_b;
+    double pieces = 1 + sqrt(course_dip(c, request->span) / (FINE * s->size));
+    if (!(pieces < 0x1p20)) return false;
+    uint32_t whole = pieces < SWEEP_PIECES_MAX ? (uint32_t)pieces : SWEEP_PIECES_MAX;
+    if (!(course_dip(c, request->span / whole) <= COARSE * s->size)) return false;
+    whole = (whole + SWEEP_CUT - 1) / SWEEP_CUT * SWEEP_CUT;
+    s->longest = c->straight ? 1 : SWEEP_LONGEST;
+    s->ends = c->straight ? 1 : whole * s->longest;
+    s->least = request->span / s->ends;
+    for (int k = 0; k < SWEEP_PLACES; k++) s->at[k].index = NOWHERE;
+    return true;
+}
+
+static void make_place(const sweep *s, uint32_t index, sweep_place *p)
+{
+    double time = index < s->ends ? index * s->least : s->request->span;
+    course_place at = course_at(&s->course, time);
+    mat3 turned = quat_matrix(at.b_in_a.q);
+    p->index = index;
+    p->a = (transform){at.world_of_a, at.arm};
+    p->b.r =
+        (mat3){mat_mul(at.world_of_a, turned.x), mat_mul(at.world_of_a, turned.y), mat_mul(at.world_of_a, turned.z)};
+    p->b.t = vec_add(at.arm, mat_mul(at.world_of_a, at.b_in_a.p));
+    p->floor = s->request->threshold + s->course.slack +
+               0.5 * s->request->wander * time * time * (1 + 4 * UNIT_ROUNDOFF) +
+               UNIT_ROUNDOFF * (128 * (vec_norm(p->b.t) + s->size) + 32 * s->course.speed * s->request->span);
+}
+
+static const sweep_place *place_at(sweep *s, uint32_t index)
+{
+    sweep_place *p = &s->at[(index ^ index / SWEEP_LONGEST) % SWEEP_PLACES]; /* most are multiples of it */
+    if (p->index != index) make_place(s, index, p);
+    return p;
+}
+
+#define SWEEP_INLINE __attribute__((always_inline)) static inline
+
+SWEEP_INLINE double top_of_shape(const toi_part *p, vec3 d)
+{
+    vec3 own = quat_rotate(quat_conj(p->local.q), d);
+    return vec_dot(own, core_support(&p->shape, 1, own, NULL)) + vec_dot(d, p->local.p);
+}
+
+/* The greatest height of a part along a direction of its shape's frame. */
+SWEEP_INLINE double top_of(const toi_part *p, vec3 d)
+{
+    if (p->form == TOI_PART_BOX)
+        return vec_dot(d, p->centre) + fabs(vec_dot(d, p->side[0])) + fabs(vec_dot(d, p->side[1])) +
+               fabs(vec_dot(d, p->side[2]));
+    if (p->form == TOI_PART_SHAPE) return top_of_shape(p, d);
+    double x = d.x * p->x[0] + d.y * p->y[0] + d.z * p->z[0], y = d.x * p->x[1] + d.y * p->y[1] + d.z * p->z[1],
+           z = d.x * p->x[2] + d.y * p->y[2] + d.z * p->z[2];
+    return max_of(max_of(x, y), z);
+}
+
+/* How far apart they are at a place along a unit direction of the course's frame, beyond the floor. */
+SWEEP_INLINE double gap_at(const sweep_place *at, const toi_part *a, const toi_part *b, vec3 d)
+{
+    double top = top_of(a, mat_tmul(at->a.r, d)) + vec_dot(d, at->a.t);
+    double foot = vec_dot(d, at->b.t) - top_of(b, vec_neg(mat_tmul(at->b.r, d)));
+    return foot - top - a->margin - b->margin - at->floor;
+}
+
+typedef struct way { /* through one piece */
+    const toi_part *a, *b;
+    const sweep_place *from, *to;
+    vec3 *hint; /* the direction that went farthest */
+    double dip;
+    double share; /* of the piece that is free */
+} way;
+
+/* How far into the piece the gap along a direction lets the way go on. */
+static void try_direction(way *w, vec3 towards)
+{
+    if (!(vec_norm2(towards) > 0)) return;
+    vec3 d = direction_of(towards);
+    double first = gap_at(w->from, w->a, w->b, d) - w->dip;
+    if (!(first > 0) && w->share == 0) return;
+    double last = gap_at(w->to, w->a, w->b, d) - w->dip;
+    if (!(first + (last - first) * w->share > 0)) return;
+    double share = last > 0 ? 1 : first / (first - last);
+    if (share > w->share) *w->hint = d;
+    w->share = max_of(w->share, share);
+}
+
+SWEEP_INLINE vec3 between(const transform *from, const transform *to, double share, vec3 point)
+{
+    vec3 p = transform_point(from, point), q = transform_point(to, point);
+    return vec_madd(p, share, vec_sub(q, p));
+}
+
+/* The extents of a part, turned as it is at the beginning of a piece. */
+typedef struct extents {
+    vec3 side[3];
+    double per_norm2[3]; /* 0 where there is no side */
+} extents;
+
+static void turn_extents(const toi_part *p, const mat3 *r, extents *out)
+{
+    for (int k = 0; k < 3; k++) {
+        double norm2 = vec_norm2(p->side[k]);
+        out->side[k] = mat_mul(*r, p->side[k]);
+        out->per_norm2[k] = norm2 > 0 ? 1 / norm2 : 0;
+    }
+}
+
+/* The point of extents about a centre that is nearest to another point. */
+SWEEP_INLINE vec3 nearest_in(const extents *e, vec3 centre, vec3 point)
+{
+    vec3 nearest = centre, away = vec_sub(point, centre);
+    for (int k = 0; k < 3; k++)
+        nearest = vec_madd(nearest, clamp_to(vec_dot(away, e->side[k]) * e->per_norm2[k], 1), e->side[k]);
+    return nearest;
+}
+
+static vec3 facing(vec3 n, vec3 towards)
+{
+    return vec_dot(n, towards) < 0 ? vec_neg(n) : n;
+}
+
+/* Directions that may have a gap at that share of the piece: between what is nearest of their extents (by going to and
+ * fro between them), and across flat parts. */
+static void try_directions(way *w, const extents *ea, const extents *eb)
+{
+    const sweep_place *from = w->from, *to = w->to;
+    vec3 a = between(&from->a, &to->a, w->share, w->a->centre), b = between(&from->b, &to->b, w->share, w->b->centre);
+    vec3 line = vec_sub(b, a), on_b = b, on_a = nearest_in(ea, a, b), first = on_a;
+    double before = w->share;
+    for (int k = 0; k < ALTERNATIONS; k++) {
+        on_b = nearest_in(eb, b, on_a);
+        on_a = nearest_in(ea, a, on_b);
+    }
+    try_direction(w, vec_sub(on_b, on_a));
+    if (w->share > before) return;
+    try_direction(w, vec_sub(b, first));
+    if (w->share > before) return;
+    try_direction(w, facing(mat_mul(from->b.r, w->b->normal), line));
+    if (w->share > before) return;
+    try_direction(w, facing(mat_mul(from->a.r, w->a->normal), line));
+}
+
+/* The share of a piece that is free, given that so much is; not to be found out beyond `enough`. */
+static double free_share(sweep *s, const toi_part *a, const toi_part *b, uint32_t first, uint32_t length, double share,
+    double enough, vec3 *hint)
+{
+    sweep_place from = *place_at(s, first);
+    way w = {.a = a, .b = b, .from = &from, .to = place_at(s, first + length), .share = share, .hint = hint};
+    w.dip = course_dip(&s->course, length * s->least * (1 + 8 * UNIT_ROUNDOFF));
+    try_direction(&w, *hint);
+    if (w.share >= enough) return w.share;
+    extents ea, eb;
+    turn_extents(a, &from.a.r, &ea);
+    turn_extents(b, &from.b.r, &eb);
+    for (int round = 0; round < ROUNDS_MAX && w.share < enough; round++) {
+        double before = w.share;
+        try_directions(&w, &ea, &eb);
+        if (w.share - before < LEAST_GAIN) break;
+    }
+    return w.share;
+}
+
+double sweep_entry(sweep *s, const toi_part *a, const toi_part *b, double from, double until, vec3 *hint)
+{
+    uint32_t shortest = a->is_leaf && b->is_leaf ? 1 : s->longest, length = s->longest;
+    double time = from / s->least; /* in least pieces */
+    while (time < s->ends && time * s->least <= until) {
+        uint32_t first = (uint32_t)time / length * length;
+        double share = min_of(max_of((time - first) / length, 0), 1);
+        double enough = min_of((until / s->least - first) / length * (1 + 0x1p-40), 1);
+        share = free_share(s, a, b, first, length, share, enough, hint);
+        if (share >= 1) {
+            time = first + length;
+            if (length < s->longest && (first + length) % (SWEEP_CUT * length) == 0) length *= SWEEP_CUT;
+            continue;
+        }
+        time = max_of(time, first + share * length);
+        if (length == shortest) return time * s->least > until ? INFINITY : max_of(time * s->least, from);
+        length /= SWEEP_CUT;
+    }
+    return INFINITY;
+}
