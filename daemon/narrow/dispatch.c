@@ -9,6 +9,7 @@
 #include "gjk.h"
 #include "pieces.h"
 #include "polytope_depth.h"
+#include "revolved_pair.h"
 #include "sat.h"
 #include "scalar.h"
 #include "witness.h"
@@ -19,6 +20,7 @@
 #define SPH_BOX closed_sphere_box
 #define SPH_REV closed_sphere_revolved
 #define ELL_ELL ellipsoid_pair_measure
+#define REV_REV revolved_pair_measure
 #define CAP_CAP closed_capsule_capsule
 #define BOX_BOX closed_box_box
 #define ANY_HAL closed_any_halfspace
@@ -30,10 +32,10 @@
 static closed_form *const TABLE[SHAPE_CONVEX_COUNT][SHAPE_CONVEX_COUNT] = {
     /*               sphere   capsule  box      cylinder cone     ellipsd  halfspc  hull */
     /* sphere    */ {SPH_SPH, SPH_CAP, SPH_BOX, SPH_REV, SPH_REV, ELL_ELL, ANY_HAL, GENERAL},
-    /* capsule   */ {ORDERED, CAP_CAP, BOX_BOX, GENERAL, GENERAL, GENERAL, ANY_HAL, GENERAL},
+    /* capsule   */ {ORDERED, CAP_CAP, BOX_BOX, REV_REV, REV_REV, GENERAL, ANY_HAL, GENERAL},
     /* box       */ {ORDERED, ORDERED, BOX_BOX, GENERAL, GENERAL, GENERAL, ANY_HAL, GENERAL},
-    /* cylinder  */ {ORDERED, ORDERED, ORDERED, GENERAL, GENERAL, GENERAL, ANY_HAL, GENERAL},
-    /* cone      */ {ORDERED, ORDERED, ORDERED, ORDERED, GENERAL, GENERAL, ANY_HAL, GENERAL},
+    /* cylinder  */ {ORDERED, ORDERED, ORDERED, REV_REV, REV_REV, GENERAL, ANY_HAL, GENERAL},
+    /* cone      */ {ORDERED, ORDERED, ORDERED, ORDERED, REV_REV, GENERAL, ANY_HAL, GENERAL},
     /* ellipsoid */ {ORDERED, ORDERED, ORDERED, ORDERED, ORDERED, ELL_ELL, ANY_HAL, GENERAL},
     /* halfspace */ {ORDERED, ORDERED, ORDERED, ORDERED, ORDERED, ORDERED, HAL_HAL, HAL_ANY},
     /* hull      */ {ORDERED, ORDERED, ORDERED, ORDERED, ORDERED, ORDERED, ORDERED, GENERAL},
