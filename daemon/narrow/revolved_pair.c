@@ -12,36 +12,22 @@
  * sides that cross), and off by the square of its width elsewhere. Cells whose bound falls short of the least h found
  * by more than is allowed are split where the bound is least, which also gives the next h.
  *
- * At a flat end the outline rises too steeply for chords: f = h + r sine. There, n = z or -z and m along n + d with d
- * orthogonal to n, any point b of B that is lowest along n gives
- *     h(m) |n + d| >= H + (r - |b - (b.n) n|) |d|,   H = h(n),
- * the same for the ends of B with a point of A; which is at least L |n + d| up to a |d| that follows from a quadratic.
- * So much is cut off the ranges of x and y.
+ * What the flat ends hold (outline.h) is cut off the ranges of x and y.
  *
  * Directions come in pairs that mirror each other in the plane of the axes, e the part along that plane across z; of a
  * pair only that with the greater t.m matters. */
 #include "revolved_pair.h"
 
-#include "scalar.h"
+#include "outline.h"
 
 enum { CELLS_MAX = 48 /* open at a time */, SPLITS_MAX = 200 };
 
 static const double PARALLEL =
     0.01; /* sine of the angle between the axes; below, corners of cells are ill-conditioned */
-static const double SHALLOW = 0.05;  /* of the size: less depth is found sooner by other means */
-static const double NOISE = 64;      /* rounding of a bound, in units of the last place, with room */
-static const double SLACK = 1e-12;   /* by which a point may be outside of a cell and still counts for its bound */
-static const double EDGE = 0.1;      /* no part of a cell that is split is smaller than this share */
-static const double SURE = 1 - 1e-9; /* room for the rounding of radii */
-
-typedef struct outline {
-    bool cone;
-    double h, r, kink; /* kink: the cosine at which f has one */
-} outline;
-
-typedef struct mark { /* a cosine, f there, and the sine */
-    double v, f, sine;
-} mark;
+static const double SHALLOW = 0.05; /* of the size: less depth is found sooner by other means */
+static const double NOISE = 64;     /* rounding of a bound, in units of the last place, with room */
+static const double SLACK = 1e-12;  /* by which a point may be outside of a cell and still counts for its bound */
+static const double EDGE = 0.1;     /* no part of a cell that is split is smaller than this share */
 
 typedef struct scene {
     const unit_pair *p;
@@ -69,25 +55,6 @@ typedef struct search {
     int count;
     cell open[CELLS_MAX];
 } search;
-
-static outline outline_of(const shape *s)
-{
-    double r = s->type == SHAPE_CAPSULE ? 0 : s->half.x, h = s->half.z;
-    bool cone = s->type == SHAPE_CONE;
-    return (outline){cone, h, r, cone ? r / sqrt(r * r + 4 * h * h) : 0};
-}
-
-static double height(const outline *o, double v, double sine)
-{
-    double rim = o->r * sine;
-    return o->cone ? max_of(o->h * v, rim - o->h * v) : o->h * fabs(v) + rim;
-}
-
-static mark mark_at(const outline *o, double v)
-{
-    double sine = sqrt(max_of((1 - v) * (1 + v), 0));
-    return (mark){v, height(o, v, sine), sine};
-}
 
 static scene scene_of(const unit_pair *p)
 {
@@ -263,41 +230,7 @@ static bool close_cells(search *x)
     return x->count == 0 && is_deep(x);
 }
 
-/* ---- flat ends ---- */
-
-typedef struct end {
-    double h, room; /* the overlap along the end's normal, and by what it rises beside it, per tangent */
-} end;
-
-/* `lowest`: of the other body's, from the end's body. */
-static end end_of(const outline *o, double side, vec3 normal, vec3 lowest)
-{
-    double along = vec_dot(lowest, normal), flat = o->cone && side > 0 ? 0 : o->r;
-    return (end){o->h - along, SURE * flat - vec_norm(vec_madd(lowest, -along, normal))};
-}
-
-/* Up to which cosine from the end nothing is below `level`: H + room T >= level sqrt(1 + T^2) from T = 0 to the root of
- * level^2 (1 + T^2) = (H + room T)^2; 1 = nowhere, 0 = as far as the axis sees. */
-static double reach_of(const end *e, double level)
-{
-    double a = level * level - e->room * e->room, h2 = e->h * e->h - level * level, slope = e->h * e->room;
-    if (!(h2 >= 0) || (!(e->room > 0) && !(h2 > 0))) return 1;
-    if (e->room > 0 && !(a > 0)) return 0;
-    double root = sqrt(max_of(slope * slope + a * h2, 0));
-    double tangent = SURE * (e->room > 0 ? (slope + root) / a : h2 / (root - slope));
-    return 1 / sqrt(1 + tangent * tangent);
-}
-
-typedef struct range {
-    mark at[3];
-} range;
-
-static range range_of(const outline *o, const end ends[2], double level)
-{
-    double from = -reach_of(&ends[0], level), to = reach_of(&ends[1], level);
-    double kink = min_of(max_of(o->kink, from), to);
-    return (range){{mark_at(o, from), mark_at(o, kink), mark_at(o, to)}};
-}
+/* ---- the first cells ---- */
 
 /* h along the direction with these cosines, if there is one. */
 static void try_cosines(search *x, double cosine_a, double cosine_b)
@@ -333,17 +266,9 @@ static bool open_cells(search *x)
 
 /* ---- witnesses ---- */
 
-/* Is the point in the core, as far as rounding can tell? */
-static bool holds(const outline *o, vec3 at, double slack)
-{
-    double r = o->r + slack;
-    if (o->cone) r = o->h > 0 ? 0.5 * o->r * (o->h - at.z) / o->h + slack : r;
-    return fabs(at.z) <= o->h + slack && r >= 0 && at.x * at.x + at.y * at.y <= r * r;
-}
-
 static bool in_b(const scene *c, vec3 at, double slack)
 {
-    return holds(&c->b, mat_tmul(c->p->b_in_a.r, vec_sub(at, c->p->b_in_a.t)), slack);
+    return outline_holds(&c->b, mat_tmul(c->p->b_in_a.r, vec_sub(at, c->p->b_in_a.t)), slack);
 }
 
 /* Two sides that cross: the points of both that face each other. */
@@ -353,7 +278,7 @@ static void face_sides(const scene *c, span *s, double slack)
     double r_z = r.z, r_u = vec_dot(r, c->u), per = 1 / (c->s * c->s);
     vec3 a = s->point_a, b = vec_madd(s->point_b, (r_u - c->g * r_z) * per, c->u);
     a.z -= (r_z - c->g * r_u) * per;
-    if (!holds(&c->a, a, slack) || !in_b(c, b, slack)) return;
+    if (!outline_holds(&c->a, a, slack) || !in_b(c, b, slack)) return;
     s->point_a = a;
     s->point_b = b;
 }
@@ -365,7 +290,7 @@ static void face(const scene *c, span *s)
     double slack = c->p->error, depth = -s->lo;
     vec3 a = vec_madd(s->point_b, depth, s->axis), b = vec_madd(s->point_a, -depth, s->axis);
     bool sides = !c->a.cone && !c->b.cone && fabs(s->axis.z) <= SLACK && fabs(vec_dot(s->axis, c->u)) <= SLACK;
-    if (holds(&c->a, a, slack))
+    if (outline_holds(&c->a, a, slack))
         s->point_a = a;
     else if (in_b(c, b, slack))
         s->point_b = b;
