@@ -12,21 +12,30 @@
  * gives the next h. What the flat ends hold is cut off the range of y. */
 #include "box_revolved.h"
 
+#include "lanes.h"
 #include "outline.h"
 
 enum { CELLS_MAX = 48 /* open at a time */, SPLITS_MAX = 200 };
 
-static const double SHALLOW = 0.05; /* of the size: less depth is found sooner by other means */
+static const double SHALLOW = 0.1;  /* of the size: less depth is found sooner by other means */
 static const double NOISE = 64;     /* rounding of a bound, in units of the last place, with room */
 static const double SLACK = 1e-12;  /* by which a point may be outside of a strip and still counts for its bound */
 static const double OUTSIDE = 1e-9; /* the same of an octant */
 static const double EDGE = 0.1;     /* no part of a strip that is split is smaller than this share */
+
+/* What the faces x, y; y, z; z, x (and x, y again) of all octants share: of u in them the length, squared and inverse,
+ * and by how much a point may be outside and a value off because it is short. Where it is zero, y is the same all over.
+ */
+typedef struct faces {
+    double s2[LANES], per_s2[LANES], outside[LANES], blur[LANES];
+} faces;
 
 typedef struct scene {
     const unit_pair *p;
     outline b;
     vec3 half, u, t;
     double noise;
+    faces faces;
 } scene;
 
 typedef struct cell {
@@ -43,9 +52,24 @@ typedef struct search {
     double proved; /* of the cells that were closed */
     double short_by, enough;
     uint32_t steps;
+    bool wide;
     int count;
     cell open[CELLS_MAX];
 } search;
+
+static faces faces_of(vec3 u)
+{
+    const double along[LANES + 1] = {u.x, u.y, u.z, u.x, u.y};
+    faces f;
+    for (int k = 0; k < LANES; k++) {
+        double s2 = along[k] * along[k] + along[k + 1] * along[k + 1], per = s2 > 0 ? 1 / sqrt(s2) : 0;
+        f.s2[k] = s2 > 0 ? s2 : -1;
+        f.per_s2[k] = per * per;
+        f.outside[k] = -OUTSIDE - SLACK * per;
+        f.blur[k] = 8 * UNIT_ROUNDOFF * per;
+    }
+    return f;
+}
 
 static vec3 times(vec3 a, vec3 b)
 {
@@ -69,87 +93,107 @@ static void take(search *x, vec3 m)
 
 /* ---- the bound of a cell ---- */
 
-/* The least w.n so far, over unit n >= 0 with y = n.u in the strip. */
-typedef struct lowest {
+/* A cell, for the search of its least w.n over unit n >= 0 with n.u in the strip. What may be the least is looked at
+ * side by side and without branches: which of it is in the cell is anybody's guess. */
+typedef struct corner_case {
     vec3 w, u;
     const mark *from, *to;
-    double value;
-    vec3 n;
-} lowest;
+    double u_xyz[LANES], w_xyz[LANES]; /* x, y, z, x */
+    double value;                      /* the least so far, ... */
+    vec3 n;                            /* ... and where */
+} corner_case;
 
-static inline bool in_strip(const lowest *l, vec3 n)
+LANES_INLINE lane_mask in_strip(const corner_case *q, lanes y)
 {
-    double y = vec_dot(n, l->u);
-    return y >= l->from->v - SLACK && y <= l->to->v + SLACK;
+    return (y >= lanes_of(q->from->v - SLACK)) & (y <= lanes_of(q->to->v + SLACK));
 }
 
-static inline bool in_octant(vec3 n)
+LANES_INLINE lanes3 spread(vec3 v)
 {
-    return n.x >= -OUTSIDE && n.y >= -OUTSIDE && n.z >= -OUTSIDE;
+    return (lanes3){lanes_of(v.x), lanes_of(v.y), lanes_of(v.z)};
 }
 
-static inline void lower(lowest *l, double value, vec3 n)
+/* Is any of those values whose mask is set less than what there is? *best: they, and INFINITY for the others. */
+LANES_INLINE bool is_lower(const corner_case *q, lane_mask valid, lanes value, lanes *best)
 {
-    if (value < l->value) l->value = value, l->n = n;
+    *best = lanes_choose(valid, value, lanes_of(INFINITY));
+    return lanes_bits(*best < lanes_of(q->value)) != 0;
+}
+
+LANES_INLINE void take_least(corner_case *q, lanes best, lanes3 n)
+{
+    for (int k = 0; k < LANES; k++)
+        if (best[k] < q->value) q->value = best[k], q->n = vec(n.x[k], n.y[k], n.z[k]);
 }
 
 /* Where no constraint matters, in the octant or on one of its faces: -w / |w| of what w has there. */
-static inline bool try_free(lowest *l, vec3 w)
+LANES_INLINE void try_free(corner_case *q)
 {
-    double length = vec_norm(w);
-    vec3 n = vec_scale(w, -1 / length);
-    bool inside = length > 0 && in_octant(n) && in_strip(l, n);
-    if (inside) lower(l, -length, n);
-    return inside;
+    vec3 w = q->w;
+    lanes3 part = {{w.x, 0, w.x, w.x}, {w.y, w.y, 0, w.y}, {w.z, w.z, w.z, 0}};
+    lanes length = lanes_sqrt(lanes3_dot(part, part)), per = -1 / length, outside = lanes_of(-OUTSIDE);
+    lanes3 n = {part.x * per, part.y * per, part.z * per};
+    lane_mask valid = (n.x >= outside) & (n.y >= outside) & (n.z >= outside) & in_strip(q, lanes3_dot(n, spread(q->u)));
+    lanes best;
+    if (is_lower(q, valid & (length > lanes_of(0)), -length, &best)) take_least(q, best, n);
 }
 
-static inline void try_corner(lowest *l, vec3 e)
+LANES_INLINE void try_corners(corner_case *q)
 {
-    if (in_strip(l, e)) lower(l, vec_dot(l->w, e), e);
+    lanes u = lanes_load(q->u_xyz), w = lanes_load(q->w_xyz);
+    lanes best;
+    if (is_lower(q, in_strip(q, u), w, &best)) take_least(q, best, (lanes3){{1, 0, 0, 1}, {0, 1, 0, 0}, {0, 0, 1, 0}});
 }
 
-static inline void try_circle(lowest *l, const mark *y)
+LANES_INLINE void try_circles(corner_case *q)
 {
-    double along = vec_dot(l->w, l->u), rest2 = 0;
-    vec3 beside = vec_madd(l->w, -along, l->u);
-    rest2 = vec_norm2(beside);
-    double rest = sqrt(rest2), value = y->v * along - rest * y->sine;
-    vec3 n = vec_madd(vec_scale(l->u, y->v), rest > 0 ? -y->sine / rest : 0, beside);
-    if (rest <= SLACK || in_octant(n)) lower(l, value, n);
+    double along = vec_dot(q->w, q->u);
+    vec3 beside = vec_madd(q->w, -along, q->u);
+    double rest = vec_norm(beside), per = rest > 0 ? -1 / rest : 0;
+    lanes v = {q->from->v, q->to->v, q->from->v, q->to->v}, outside = lanes_of(-OUTSIDE);
+    lanes sine = {q->from->sine, q->to->sine, q->from->sine, q->to->sine}, part = sine * per;
+    lanes3 n = {v * q->u.x + part * beside.x, v * q->u.y + part * beside.y, v * q->u.z + part * beside.z};
+    lane_mask valid = (n.x >= outside) & (n.y >= outside) & (n.z >= outside);
+    lanes best;
+    if (is_lower(q, valid | (lanes_of(rest) <= lanes_of(SLACK)), v * along - sine * rest, &best))
+        take_least(q, best, n);
 }
 
-/* (a, b): coordinates of u in the face; the two points of the circle y = v there. `put`: a point of the face. */
-static inline void try_crossings(lowest *l, const mark *y, double ua, double ub, double wa, double wb, vec3 ea, vec3 eb)
+/* The circle y = v and the faces x, y; y, z; z, x: two points each. */
+LANES_INLINE void try_crossings(corner_case *q, const faces *f, double v)
 {
-    double s2 = ua * ua + ub * ub, q2 = s2 - y->v * y->v;
-    if (!(s2 > 0) || q2 < -SLACK) return;
-    double q = sqrt(max_of(q2, 0)), per = 1 / s2, slide = SLACK / sqrt(s2);
-    for (int side = -1; side <= 1; side += 2) {
-        double a = (y->v * ua - side * q * ub) * per, b = (y->v * ub + side * q * ua) * per;
-        if (a < -OUTSIDE - slide || b < -OUTSIDE - slide) continue;
-        lower(l, wa * a + wb * b - 8 * UNIT_ROUNDOFF * (fabs(wa) + fabs(wb)) / sqrt(s2),
-            vec_madd(vec_scale(ea, a), b, eb));
+    vec3 u = q->u, w = q->w;
+    lanes ua = lanes_load(q->u_xyz), ub = {u.y, u.z, u.x, u.y}, wa = lanes_load(q->w_xyz), wb = {w.y, w.z, w.x, w.y};
+    lanes q2 = lanes_load(f->s2) - v * v, zero = lanes_of(0), outside = lanes_load(f->outside);
+    lanes reach = lanes_sqrt(lanes_choose(q2 > zero, q2, zero)), per = lanes_load(f->per_s2);
+    lanes sizes = lanes_choose(wa < zero, -wa, wa) + lanes_choose(wb < zero, -wb, wb);
+    lanes blur = sizes * lanes_load(f->blur), va = v * ua, vb = v * ub;
+    lane_mask there = q2 >= lanes_of(-SLACK);
+    for (int side = -1; side <= 1; side += 2, reach = -reach) {
+        lanes a = (va + reach * ub) * per, b = (vb - reach * ua) * per, best;
+        if (is_lower(q, there & (a >= outside) & (b >= outside), wa * a + wb * b - blur, &best))
+            take_least(q, best, (lanes3){{a[0], 0, b[2], a[0]}, {b[0], a[1], 0, b[0]}, {0, b[1], a[2], 0}});
     }
 }
 
-static void lowest_of(lowest *l)
+LANES_INLINE void find_least(corner_case *q, const faces *f)
 {
-    const vec3 x = vec(1, 0, 0), y = vec(0, 1, 0), z = vec(0, 0, 1), w = l->w, u = l->u;
-    l->value = INFINITY;
-    if (try_free(l, w)) return;
-    try_free(l, vec(0, w.y, w.z));
-    try_free(l, vec(w.x, 0, w.z));
-    try_free(l, vec(w.x, w.y, 0));
-    try_corner(l, x);
-    try_corner(l, y);
-    try_corner(l, z);
-    const mark *ends[2] = {l->from, l->to};
-    for (int i = 0; i < 2; i++) {
-        try_circle(l, ends[i]);
-        try_crossings(l, ends[i], u.x, u.y, w.x, w.y, x, y);
-        try_crossings(l, ends[i], u.y, u.z, w.y, w.z, y, z);
-        try_crossings(l, ends[i], u.z, u.x, w.z, w.x, z, x);
-    }
+    q->value = INFINITY;
+    try_free(q);
+    try_corners(q);
+    try_circles(q);
+    try_crossings(q, f, q->from->v);
+    try_crossings(q, f, q->to->v);
+}
+
+LANES_WIDE static void find_least_wide(corner_case *q, const faces *f)
+{
+    find_least(q, f);
+}
+
+static void find_least_narrow(corner_case *q, const faces *f)
+{
+    find_least(q, f);
 }
 
 static double level_of(const search *x)
@@ -178,8 +222,8 @@ static bool bound_cell(search *x, cell *q)
         x->proved = min_of(x->proved, whole);
         return false;
     }
-    lowest l = {.w = w, .u = u, .from = &q->y1, .to = &q->y2};
-    lowest_of(&l);
+    corner_case l = {w, u, &q->y1, &q->y2, {u.x, u.y, u.z, u.x}, {w.x, w.y, w.z, w.x}, 0, w};
+    (x->wide ? find_least_wide : find_least_narrow)(&l, &c->faces);
     if (l.value == INFINITY) return false; /* no direction has such a cosine */
     q->bound = chord + l.value;
     if (q->bound >= level_of(x)) {
@@ -267,8 +311,9 @@ static bool open_cells(search *x)
     }
     if (!is_deep(x)) return false;
     range at = range_of(&c->b, ends, x->least);
+    vec3 first = vec(copysign(1, c->t.x), copysign(1, c->t.y), copysign(1, c->t.z)); /* likely to hold the least */
     for (int i = 0; i < 8; i++) {
-        vec3 sign = vec(i & 1 ? -1 : 1, i & 2 ? -1 : 1, i & 4 ? -1 : 1);
+        vec3 sign = times(first, vec(i & 1 ? -1 : 1, i & 2 ? -1 : 1, i & 4 ? -1 : 1));
         for (int k = 0; k < 2; k++) add(x, sign, at.at[k], at.at[k + 1]);
     }
     return true;
@@ -286,10 +331,17 @@ static void face(const scene *c, span *s)
         s->point_b = b;
 }
 
-bool box_revolved_measure(const unit_pair *p, const narrow_goal *goal, span *out)
+static scene scene_of(const unit_pair *p)
 {
     scene c = {.p = p, .b = outline_of(&p->b), .half = p->a.half, .u = vec_neg(p->b_in_a.r.z), .t = p->b_in_a.t};
     c.noise = NOISE * UNIT_ROUNDOFF;
+    c.faces = faces_of(c.u);
+    return c;
+}
+
+bool box_revolved_measure(const unit_pair *p, const narrow_goal *goal, span *out)
+{
+    scene c = scene_of(p);
     double rounding = 4 * c.noise * p->size;
     search x;
     x.scene = &c;
@@ -297,6 +349,7 @@ bool box_revolved_measure(const unit_pair *p, const narrow_goal *goal, span *out
     x.short_by = max_of(0.5 * goal->tolerance, rounding);
     x.enough = -goal->near;
     x.steps = 0;
+    x.wide = lanes_wide();
     x.count = 0;
     out->axis = VEC_ZERO;
     if (!open_cells(&x) || !close_cells(&x)) return false;
