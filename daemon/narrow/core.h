@@ -44,7 +44,7 @@ static inline vec3 core_hull(const hull *h, double scale, vec3 d, uint32_t *hint
 }
 
 /* `scale`: the unit_pair's, for the vertices of a hull. */
-static inline vec3 core_support(const shape *s, double scale, vec3 d, uint32_t *hint)
+__attribute__((always_inline)) static inline vec3 core_support(const shape *s, double scale, vec3 d, uint32_t *hint)
 {
     vec3 corner = {copysign(s->half.x, d.x), copysign(s->half.y, d.y), copysign(s->half.z, d.z)};
     switch (s->type) {
@@ -69,7 +69,8 @@ static inline vec3 core_support(const shape *s, double scale, vec3 d, uint32_t *
 }
 
 /* Of a core that was shaved (unit_pair.h) by so much. */
-static inline vec3 core_shaved(const shape *s, double scale, double shaved, vec3 d, uint32_t *hint)
+__attribute__((always_inline)) static inline vec3 core_shaved(
+    const shape *s, double scale, double shaved, vec3 d, uint32_t *hint)
 {
     vec3 point = core_support(s, scale, d, hint);
     return shaved > 0 ? vec_madd(point, -shaved, direction_again(d)) : point;

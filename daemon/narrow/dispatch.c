@@ -2,12 +2,15 @@
 #include "dispatch.h"
 
 #include "box_pair.h"
+#include "box_revolved.h"
 #include "coaxial.h"
+#include "curved_depth.h"
 #include "descent.h"
 #include "ellipsoid_pair.h"
 #include "gjk.h"
 #include "pieces.h"
 #include "polytope_depth.h"
+#include "revolved_pair.h"
 #include "sat.h"
 #include "scalar.h"
 #include "witness.h"
@@ -18,6 +21,8 @@
 #define SPH_BOX closed_sphere_box
 #define SPH_REV closed_sphere_revolved
 #define ELL_ELL ellipsoid_pair_measure
+#define REV_REV revolved_pair_measure
+#define BOX_REV box_revolved_measure
 #define CAP_CAP closed_capsule_capsule
 #define BOX_BOX closed_box_box
 #define ANY_HAL closed_any_halfspace
@@ -29,10 +34,10 @@
 static closed_form *const TABLE[SHAPE_CONVEX_COUNT][SHAPE_CONVEX_COUNT] = {
     /*               sphere   capsule  box      cylinder cone     ellipsd  halfspc  hull */
     /* sphere    */ {SPH_SPH, SPH_CAP, SPH_BOX, SPH_REV, SPH_REV, ELL_ELL, ANY_HAL, GENERAL},
-    /* capsule   */ {ORDERED, CAP_CAP, BOX_BOX, GENERAL, GENERAL, GENERAL, ANY_HAL, GENERAL},
-    /* box       */ {ORDERED, ORDERED, BOX_BOX, GENERAL, GENERAL, GENERAL, ANY_HAL, GENERAL},
-    /* cylinder  */ {ORDERED, ORDERED, ORDERED, GENERAL, GENERAL, GENERAL, ANY_HAL, GENERAL},
-    /* cone      */ {ORDERED, ORDERED, ORDERED, ORDERED, GENERAL, GENERAL, ANY_HAL, GENERAL},
+    /* capsule   */ {ORDERED, CAP_CAP, BOX_BOX, REV_REV, REV_REV, GENERAL, ANY_HAL, GENERAL},
+    /* box       */ {ORDERED, ORDERED, BOX_BOX, BOX_REV, BOX_REV, GENERAL, ANY_HAL, GENERAL},
+    /* cylinder  */ {ORDERED, ORDERED, ORDERED, REV_REV, REV_REV, GENERAL, ANY_HAL, GENERAL},
+    /* cone      */ {ORDERED, ORDERED, ORDERED, ORDERED, REV_REV, GENERAL, ANY_HAL, GENERAL},
     /* ellipsoid */ {ORDERED, ORDERED, ORDERED, ORDERED, ORDERED, ELL_ELL, ANY_HAL, GENERAL},
     /* halfspace */ {ORDERED, ORDERED, ORDERED, ORDERED, ORDERED, ORDERED, HAL_HAL, HAL_ANY},
     /* hull      */ {ORDERED, ORDERED, ORDERED, ORDERED, ORDERED, ORDERED, ORDERED, GENERAL},
@@ -57,6 +62,12 @@ static void depth_by_axes(const unit_pair *p, const gjk_result *start, span *out
     if (out->lo >= 0) out->hi = max_of(out->lo, start->span.hi);
 }
 
+static bool depth_by_small_surface(const unit_pair *p, const narrow_goal *goal, const gjk_result *start, span *out)
+{
+    if (polytope_depth_applies(p)) return polytope_depth(p, goal, start, out);
+    return pieces_apply(p) && curved_depth(p, goal, start, out);
+}
+
 void dispatch_general(
     const unit_pair *p, const narrow_goal *goal, bool only_general, vec3 seed, epa_scratch *scratch, span *out)
 {
@@ -72,8 +83,7 @@ void dispatch_general(
         if (out->lo < 0) witness_deepest(p, out);
         return;
     }
-    if (only_general || !polytope_depth_applies(p) || !polytope_depth(p, goal, &start, out))
-        epa_depth(p, goal, &start, scratch, out);
+    if (only_general || !depth_by_small_surface(p, goal, &start, out)) epa_depth(p, goal, &start, scratch, out);
     bool closed = out->hi - out->lo <= p->error || narrow_goal_reached(goal, out->lo, out->hi);
     if (!only_general && !closed && sat_applies(p)) depth_by_axes(p, &start, out);
     if (!closed) coaxial_depth(p, out);

@@ -222,7 +222,9 @@ double triangle_nearest(vec3 p0, vec3 p1, vec3 p2, double weight[3], vec3 *norma
     for (int i = 0; i < best.count; i++) weight[best.index[i]] = best.weight[i];
     *normal = direction_of(n);
     *axis = best.count == 3 ? *normal : direction_of(best.point);
-    return sqrt(best.norm2);
+    /* On a face a weight errs by u / |n|, and the point slides in the plane: of a thin triangle close to the origin
+     * farther than it is away. The height of the plane at that point knows nothing of it, nor is it ever more. */
+    return best.count == 3 ? fabs(vec_dot(*normal, best.point)) : sqrt(best.norm2);
 }
 
 void simplex_witness(const simplex *s, vec3 *point_a, vec3 *point_b)

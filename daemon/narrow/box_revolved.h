@@ -1,0 +1,12 @@
+/* box_revolved: the depth of a box and an overlapping cylinder or cone. A search over one cosine, octant by octant,
+ * with a proof; box_revolved.c derives it. Pure; any thread. */
+#ifndef COLLIDED_NARROW_BOX_REVOLVED_H
+#define COLLIDED_NARROW_BOX_REVOLVED_H
+
+#include "unit_pair.h"
+
+/* False when the cores do not overlap by a tenth of the pair's size, or when the search did not reach the goal:
+ * then out->axis is zero, and nothing else of *out is written. */
+bool box_revolved_measure(const unit_pair *p, const narrow_goal *goal, span *out);
+
+#endif

@@ -1,0 +1,235 @@
+/* curved_depth: the search over a surface (surface.h), with domes. Pure; any thread. About 20 kB on the stack. */
+#include "curved_depth.h"
+
+#include "dome.h"
+#include "surface.h"
+
+enum { DOMES_MAX = 8, RAISES_MAX = 16 };
+
+/* A direction this much deeper than the best so far is not worth a dome, ... */
+static const double PROMISING = 1.1;
+/* ... nor is one along which the surface may still rise by this part of the size. */
+static const double RIPE = 0.01;
+
+typedef struct search {
+    const unit_pair *p;
+    const narrow_goal *goal;
+    surface *s;
+    span *best;
+    double eps;    /* a point that is no farther out than this is on the facet */
+    double proved; /* the least distance that is known of all facets that are final */
+    support_hints hints;
+    bool won;          /* best->lo is that of a direction that was tried: its facet's corners, ... */
+    uint8_t corner[3]; /* ... the nearest point between which is the witness, ... */
+    bool domed;        /* ... or the points are those of the last dome that lowered the depth, already in *best */
+    int raises;
+    int dome_count;
+    dome dome[DOMES_MAX];
+} search;
+
+/* Of a facet: how far it is from the origin, and where. */
+typedef struct foot {
+    double distance;
+    vec3 nearest;
+} foot;
+
+static vec3 corner_of(const surface *s, int f, int i)
+{
+    return s->point[s->corner[f][i]].w;
+}
+
+static foot foot_of(const surface *s, int f)
+{
+    double weight[3], distance = measure(s, f, weight);
+    vec3 at = vec_scale(corner_of(s, f, 0), weight[0]);
+    at = vec_madd(at, weight[1], corner_of(s, f, 1));
+    return (foot){distance, vec_madd(at, weight[2], corner_of(s, f, 2))};
+}
+
+static void close_facet(search *x, int f, double distance)
+{
+    x->s->bound[f] = INFINITY;
+    x->proved = min_of(x->proved, distance);
+}
+
+/* The support point along the unit direction `n` (from the origin outward); its height is an upper bound of the depth.
+ * True: the least so far. */
+static bool probe(search *x, vec3 n, minkowski *m)
+{
+    vec3 axis = vec_neg(n);
+    *m = unit_pair_nearest_from(x->p, axis, &x->hints);
+    double height = vec_dot(n, m->w);
+    x->best->iterations++;
+    if (!(-height > x->best->lo)) return false;
+    x->best->lo = -height;
+    x->best->axis = axis;
+    return true;
+}
+
+/* ---- domes ---- */
+
+/* Within so much of the truth a dome ends the search. */
+static double close_enough(const search *x)
+{
+    double lo = x->best->lo, width = 0.5 * x->goal->tolerance;
+    return max_of(narrow_goal_reached(x->goal, lo, lo + width) ? width : 0, x->p->error);
+}
+
+static bool within(const dome *d, vec3 n)
+{
+    return vec_dot(d->direction, n) >= d->cosine;
+}
+
+/* What a dome covers is not nearer than the depth that it proves, or the one found so far. */
+static bool settle_by(search *x, int f, const foot *at, const dome *d)
+{
+    double depth = min_of(d->depth, -x->best->lo);
+    const vec3 w[3] = {corner_of(x->s, f, 0), corner_of(x->s, f, 1), corner_of(x->s, f, 2)};
+    if (!(depth > at->distance) || !dome_covers(d, w, at->nearest, depth, x->p->size)) return false;
+    close_facet(x, f, depth);
+    return true;
+}
+
+/* A facet is looked at by the domes that its normal is in. *inside: there are such domes. */
+static bool settle(search *x, int f, vec3 n, bool *inside)
+{
+    foot at;
+    *inside = false;
+    for (int i = 0; i < x->dome_count; i++) {
+        if (!within(&x->dome[i], n)) continue;
+        if (!*inside) at = foot_of(x->s, f);
+        *inside = true;
+        if (settle_by(x, f, &at, &x->dome[i])) return true;
+    }
+    return false;
+}
+
+static void probe_dome(search *x, const dome *d)
+{
+    minkowski m;
+    if (!probe(x, d->direction, &m)) return;
+    x->best->point_a = d->point_a;
+    x->best->point_b = d->point_b;
+    x->won = x->domed = true;
+}
+
+/* A dome is worth its while when the farthest point along the facet's normal, `m`, lies on pieces that it knows. True:
+ * it was raised, and covers the facet. */
+static bool raise_over(search *x, int f, vec3 n, const minkowski *m)
+{
+    if (x->dome_count == DOMES_MAX || x->raises == RAISES_MAX) return false;
+    double height = vec_dot(n, m->w);
+    if (height > -PROMISING * x->best->lo || height - x->s->offset[f] > RIPE * x->p->size) return false;
+    bundle pieces;
+    pieces.count = 0;
+    for (int i = 0; i < 3; i++) pieces_add(x->p, &pieces, &x->s->point[x->s->corner[f][i]]);
+    if (!pieces_know(x->p, &pieces, m)) return false;
+    dome *d = &x->dome[x->dome_count];
+    x->raises++;
+    if (!dome_raise(x->p, &pieces, n, close_enough(x), d)) return false;
+    probe_dome(x, d);
+    if (d->depth < -x->best->lo - close_enough(x)) return false;
+    x->dome_count++;
+    foot at = foot_of(x->s, f);
+    return settle_by(x, f, &at, d);
+}
+
+/* ---- search ---- */
+
+/* Tries the facet's normal: a dome, a new point of the surface, or the facet is on that of B - A. */
+LANES_INLINE bool refine(search *x, int f, vec3 n, bool in_dome)
+{
+    surface *s = x->s;
+    minkowski *m = &s->point[s->point_count];
+    if (probe(x, n, m)) {
+        for (int i = 0; i < 3; i++) x->corner[i] = s->corner[f][i];
+        x->won = true;
+        x->domed = false;
+    }
+    if (!in_dome && raise_over(x, f, n, m)) return true;
+    if (vec_dot(n, m->w) - s->offset[f] > x->eps) return expand(s, x->eps);
+    double weight[3];
+    close_facet(x, f, measure(s, f, weight));
+    return true;
+}
+
+/* False when the surface cannot be grown any more. */
+LANES_INLINE bool advance(search *x, int f)
+{
+    surface *s = x->s;
+    vec3 n = vec(s->nx[f], s->ny[f], s->nz[f]);
+    bool estimated = s->bound[f] == s->offset[f] - PLANE_SLACK, in_dome;
+    if (settle(x, f, n, &in_dome)) return true;
+    if (estimated && s->offset[f] > -x->best->lo - PLANE_SLACK) {
+        double weight[3];
+        s->bound[f] = measure(s, f, weight);
+        return true;
+    }
+    return refine(x, f, n, in_dome);
+}
+
+/* False: no answer. *least: what all facets are away from the origin, and what domes say. */
+LANES_INLINE bool search_from(search *x, const simplex *from, double *least)
+{
+    if (!start_tetrahedron(x->s, from)) return false;
+    for (;;) {
+        double bound = least_bound(x->s);
+        *least = min_of(bound, x->proved);
+        if (-x->best->lo - *least <= x->p->error || narrow_goal_reached(x->goal, x->best->lo, -*least)) return true;
+        if (bound == INFINITY) return true;
+        if (!advance(x, nearest_of(x->s, bound))) return false;
+    }
+}
+
+LANES_WIDE static bool search_wide(search *x, const simplex *from, double *least)
+{
+    return search_from(x, from, least);
+}
+
+static bool search_narrow(search *x, const simplex *from, double *least)
+{
+    return search_from(x, from, least);
+}
+
+static void write_witnesses(const search *x)
+{
+    simplex s = {.count = 3};
+    vec3 normal, axis;
+    if (!x->won || x->domed) return;
+    for (int i = 0; i < 3; i++) s.v[i] = x->s->point[x->corner[i]];
+    triangle_nearest(s.v[0].w, s.v[1].w, s.v[2].w, s.weight, &normal, &axis);
+    simplex_witness(&s, &x->best->point_a, &x->best->point_b);
+}
+
+bool curved_depth_by(bool wide, const unit_pair *p, const narrow_goal *goal, const gjk_result *start, span *out)
+{
+    if (start->simplex.count < 4 || start->state != GJK_INSIDE) return false;
+    surface s;
+    search x;
+    x.p = p;
+    x.goal = goal;
+    x.s = &s;
+    x.best = out;
+    x.eps = 4 * UNIT_ROUNDOFF * p->size;
+    x.proved = INFINITY;
+    x.hints = NO_HINTS;
+    x.won = x.domed = false;
+    x.raises = x.dome_count = 0;
+    const span before = *out;
+    double least;
+    if (!(wide ? search_wide : search_narrow)(&x, &start->simplex, &least)) {
+        uint32_t iterations = out->iterations;
+        *out = before;
+        out->iterations = iterations;
+        return false;
+    }
+    out->method = NARROW_BY_EPA;
+    out->hi = max_of(out->lo, min_of(out->hi, -least));
+    write_witnesses(&x);
+    return true;
+}
+
+bool curved_depth(const unit_pair *p, const narrow_goal *goal, const gjk_result *start, span *out)
+{
+    return curved_depth_by(lanes_wide(), p, goal, start, out);
+}

@@ -1,0 +1,164 @@
+/* Deep contacts of cylinders, cones, capsules and boxes (narrow/revolved_pair.h, narrow/box_revolved.h): what the
+ * search proves holds, by 113-bit support functions, along every direction tried and along the best that a search of
+ * directions finds; it answers most pairs that are deep, at random poses and at those where faces, sides and axes are
+ * parallel or across; the witnesses are in the shapes and as deep as it says. The distance of a thin triangle is never
+ * more than it is. */
+#include "cases.h"
+#include "oracle.h"
+
+#include "narrow/dispatch.h"
+#include "narrow/simplex.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+
+#include <cmocka.h>
+
+enum { PAIRS = 400, REGULAR = 1000, DIRECTIONS = 40, SEARCH_EVERY = 40, TRIANGLES = 20000 };
+
+static const shape_type KINDS[][2] = {{SHAPE_CAPSULE, SHAPE_CYLINDER}, {SHAPE_CAPSULE, SHAPE_CONE},
+    {SHAPE_CYLINDER, SHAPE_CYLINDER}, {SHAPE_CYLINDER, SHAPE_CONE}, {SHAPE_CONE, SHAPE_CONE},
+    {SHAPE_BOX, SHAPE_CYLINDER}, {SHAPE_BOX, SHAPE_CONE}};
+enum { KIND_COUNT = sizeof KINDS / sizeof *KINDS };
+
+typedef struct pair {
+    shape a, b;
+    pose b_in_a;
+    unit_pair p;
+    placed oa, ob;
+    narrow_goal goal;
+} pair;
+
+static void prepare(pair *x, const shape *a, const shape *b, pose b_in_a, bool finest)
+{
+    x->a = *a;
+    x->b = *b;
+    x->a.radius = x->b.radius = 0; /* of cores */
+    x->b_in_a = b_in_a;
+    unit_pair_init(&x->p, &x->a, &x->b, &x->b_in_a);
+    x->oa = oracle_place(&x->a, POSE_IDENTITY, VEC_ZERO);
+    x->ob = oracle_place(&x->b, b_in_a, VEC_ZERO);
+    x->goal = (narrow_goal){
+        .tolerance = finest ? 1e-12 : 1e-6, .finest = 1e-15, .far = INFINITY, .near = -INFINITY, .above = INFINITY};
+    x->goal.below = INFINITY;
+}
+
+static bool measure(const pair *x, span *s)
+{
+    return dispatch_closed_form(x->p.a.type, x->p.b.type)(&x->p, &x->goal, s);
+}
+
+/* In units of the pair. */
+static double separation(const pair *x, vec3 n)
+{
+    return (double)oracle_separation(&x->oa, &x->ob, real3_of(n)) * x->p.scale;
+}
+
+static double outside(const pair *x, const span *s)
+{
+    return (double)(oracle_outside(&x->oa, vec_scale(s->point_a, x->p.unit)) +
+                    oracle_outside(&x->ob, vec_scale(s->point_b, x->p.unit))) *
+           x->p.scale;
+}
+
+/* Half of the directions are near the axis, where a bound that is wrong is wrong first. */
+static void check(const pair *x, const span *s, random_state *r, bool search, uint64_t seed)
+{
+    double hi = s->hi + x->p.error, along = vec_dot(vec_sub(s->point_b, s->point_a), s->axis);
+    assert_true(s->lo <= s->hi && s->hi - s->lo <= x->goal.tolerance);
+    assert_true(separation(x, s->axis) >= s->lo - x->p.error);
+    for (int i = 0; i < DIRECTIONS; i++) {
+        vec3 n = i % 2 ? random_direction(r) : vec_unit(vec_madd(s->axis, random_unit(r), random_direction(r)));
+        if (separation(x, n) > hi) fail_msg("seed %llu: a direction is beyond hi", (unsigned long long)seed);
+    }
+    if (search && !((double)oracle_search(&x->oa, &x->ob) * x->p.scale <= hi))
+        fail_msg("seed %llu: a search finds a direction beyond hi", (unsigned long long)seed);
+    if (!(outside(x, s) <= 4 * x->p.error && fabs(along - s->lo) <= 4 * x->p.error))
+        fail_msg("seed %llu: witnesses off by %g, %g", (unsigned long long)seed, outside(x, s), along - s->lo);
+}
+
+static void random_depths_are_proved(void **state)
+{
+    (void)state;
+    for (int k = 0; k < KIND_COUNT; k++) {
+        unsigned proved = 0, deep = 0;
+        for (uint64_t seed = 0; seed < PAIRS; seed++) {
+            random_state r = {1000 * (uint64_t)k + seed};
+            shape a = random_shape(&r, KINDS[k][0]), b = random_shape(&r, KINDS[k][1]);
+            pose pa, pb;
+            random_poses(&r, &a, &b, REGIME_DEEP, &pa, &pb);
+            pair x;
+            span s;
+            prepare(&x, &a, &b, pose_relative(pa, pb), seed & 1);
+            bool found = measure(&x, &s);
+            if (!found) assert_true(vec_norm2(s.axis) == 0);
+            if (found) check(&x, &s, &r, seed % SEARCH_EVERY < 2, seed);
+            proved += found;
+            deep += found || (double)oracle_search(&x.oa, &x.ob) * x.p.scale < -0.12 * x.p.size;
+        }
+        assert_true(deep > PAIRS / 20 && proved > 0.9 * deep);
+    }
+}
+
+/* Turns by quarters and eighths, and places on a grid. */
+static void regular_depths_are_proved(void **state)
+{
+    (void)state;
+    static const quat TURNS[] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {M_SQRT1_2, M_SQRT1_2, 0, 0}, {M_SQRT1_2, 0, M_SQRT1_2, 0},
+        {0.5, 0.5, 0.5, 0.5}, {0.92387953251128674, 0.38268343236508978, 0, 0}};
+    static const double STEPS[] = {-0.5, -0.25, 0, 0, 0.125, 0.25, 0.5};
+    unsigned proved = 0;
+    for (uint64_t seed = 0; seed < REGULAR; seed++) {
+        random_state r = {seed};
+        const shape_type *kind = KINDS[seed % KIND_COUNT];
+        shape a = {.type = kind[0], .half = {0.5, 0.5, 1}}, b = {.type = kind[1], .half = {0.5, 0.5, 0.5}};
+        if (a.type == SHAPE_CAPSULE) a.half = vec(0, 0, 1);
+        vec3 at = vec(STEPS[random_bits(&r) % 7], STEPS[random_bits(&r) % 7], STEPS[random_bits(&r) % 7]);
+        pair x;
+        span s;
+        prepare(&x, &a, &b, (pose){at, quat_unit(TURNS[random_bits(&r) % 6])}, seed & 1);
+        if (!measure(&x, &s)) continue;
+        proved++;
+        check(&x, &s, &r, seed % SEARCH_EVERY == 0, seed);
+    }
+    assert_true(proved > REGULAR / 4);
+}
+
+static real plane_distance(const vec3 p[3])
+{
+    real3 a = real3_of(p[0]), n = real3_cross(real3_sub(real3_of(p[1]), a), real3_sub(real3_of(p[2]), a));
+    real d = real3_dot(n, a);
+    return (d < 0 ? -d : d) / real_sqrt(real3_dot(n, n));
+}
+
+/* Thin, large, and close to the origin, which is above its inside: the plane is as far as the triangle. */
+static void a_thin_triangle_is_no_nearer_than_it_seems(void **state)
+{
+    (void)state;
+    for (uint64_t seed = 1; seed <= TRIANGLES; seed++) {
+        random_state r = {seed};
+        static const double THIN[] = {1e-1, 1e-2, 1e-3, 1e-4, 1e-5};
+        double thin = THIN[seed % 5], away = 1e-11 * random_in(&r, 0.5, 2);
+        vec3 n = random_direction(&r), u = vec_unit(vec_cross(n, random_direction(&r))), v = vec_cross(n, u), axis;
+        vec3 at = vec_scale(n, away), p[3];
+        p[0] = vec_madd(vec_madd(at, random_in(&r, -1, -0.5), u), thin * random_in(&r, -1, -0.5), v);
+        p[1] = vec_madd(vec_madd(at, random_in(&r, 0.5, 1), u), thin * random_in(&r, -1, -0.5), v);
+        p[2] = vec_madd(vec_madd(at, random_in(&r, -0.2, 0.2), u), thin, v);
+        double weight[3], distance = triangle_nearest(p[0], p[1], p[2], weight, &n, &axis);
+        double truth = (double)plane_distance(p);
+        if (!(distance <= truth + 4e-16)) fail_msg("seed %llu: %g for %g", (unsigned long long)seed, distance, truth);
+        assert_true(distance >= truth - 4e-16);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(random_depths_are_proved),
+        cmocka_unit_test(regular_depths_are_proved),
+        cmocka_unit_test(a_thin_triangle_is_no_nearer_than_it_seems),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
