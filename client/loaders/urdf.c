@@ -146,6 +146,7 @@ static bool read_type(const xml_file *f, const xmlNode *n, urdf_joint *out)
     for (size_t i = 0; i < sizeof joint_types / sizeof *joint_types; i++) {
         if (strcmp(type, joint_types[i].name) != 0) continue;
         out->type = joint_types[i].type;
+        out->stands_still = joint_types[i].stands_still;
         if (joint_types[i].stands_still)
             load_warn(f->report, "%s:%d: joint '%s' is %s: it is taken as fixed", f->name, out->line, out->name, type);
         return true;

@@ -28,6 +28,7 @@ typedef struct urdf_link {
 typedef struct urdf_joint {
     const char *name;
     urdf_joint_type type;
+    bool stands_still;    /* it is planar or floating, and taken as fixed */
     int parent, child;    /* links */
     collided_pose origin; /* of the joint in the parent link's frame */
     double axis[3];       /* unit, in the joint's frame */

@@ -88,6 +88,10 @@ static void what_has_no_range_is_not_proven(void **state)
             JOINT("two", "prismatic", "base", "b", "<axis xyz='0 0 1'/>" LIMIT("0", "1") "<mimic joint='one'/>"));
     load_shape a = ball(0, 0, 0, 0.1), b = ball(0, 9, 0, 0.1);
     assert_int_equal(ask(urdf, &a, &b, 10000).verdict, NEVER_UNKNOWN);
+    const char *floating = ROBOT(LINKS JOINT("j", "floating", "a", "b", ""));
+    assert_int_equal(ask(floating, &a, &b, 10000).verdict, NEVER_UNKNOWN);
+    const char *fixed = ROBOT(LINKS JOINT("j", "fixed", "a", "b", ""));
+    assert_int_equal(ask(fixed, &a, &b, 10000).verdict, NEVER_PROVEN);
 }
 
 /* A turned, rounded box, as pieces of a concave link are: its corner is the nearest. */

@@ -179,13 +179,19 @@ void fit_link_make(pool *p, const load_body *body, double excess_m, fit_link *ou
         join(p, &each, &part);
         out->ns_before += fit_cost_ns(&body->shapes[i]);
     }
+    if (each.count > LOAD_SHAPES_MAX) { /* more pieces than a body may have */
+        out->how = FIT_AS_IT_WAS;
+        each = (choice){pool_alloc(p, body->shape_count, sizeof *each.shapes), body->shape_count, 0, 0, out->ns_before};
+        memcpy(each.shapes, body->shapes, body->shape_count * sizeof *each.shapes);
+    }
     bool several = body->shape_count > 1 && fit_truth_of(p, body->shapes, body->shape_count, &t);
     if (several && around_all(p, &t, excess_m, each.ns, &one)) {
         out->how = FIT_ONE;
         each = one;
     }
     if (out->how == FIT_EACH && body->shape_count == 1) out->how = FIT_ONE;
-    if (out->how == FIT_MESH) out->note = "no convex shape, and no pieces, within the excess: the mesh stays";
+    if (out->how == FIT_MESH)
+        out->note = "no convex shape, and no pieces, are proven to be within the excess: the mesh stays";
     out->shapes = each.shapes;
     out->shape_count = each.count;
     out->excess_m = each.excess_m;

@@ -37,7 +37,7 @@ static bool add_variable(never_path *p, int joint, double lo, double hi, never_j
 static bool add_joint(never_path *p, int joint, bool upward)
 {
     const urdf_joint *own = &p->u->joints[joint];
-    if (own->type == URDF_FIXED) return true;
+    if (own->type == URDF_FIXED) return !own->stands_still;
     if (p->joint_count == NEVER_JOINTS_MAX) return false;
     never_joint *j = &p->joints[p->joint_count++];
     *j = (never_joint){.joint = joint, .factor = 1, .upward = upward};
@@ -62,7 +62,8 @@ bool never_path_make(const urdf *u, int a, int b, never_path *out)
         if (!add_joint(out, u->links[common].joint, true)) return false;
     out->common = common;
     for (int link = b; link != common; link = parent(u, link)) {
-        if (u->joints[u->links[link].joint].type == URDF_FIXED) continue;
+        const urdf_joint *j = &u->joints[u->links[link].joint];
+        if (j->type == URDF_FIXED && !j->stands_still) continue;
         if (count == NEVER_JOINTS_MAX) return false;
         down[count++] = u->links[link].joint;
     }

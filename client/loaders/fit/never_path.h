@@ -23,7 +23,8 @@ typedef struct never_path {
     int variable_count;
 } never_path;
 
-/* False: too many joints, or one whose range is not bounded. A continuous joint goes once around. */
+/* False: too many joints, or one whose range is not bounded (planar and floating ones, too). A continuous joint goes
+ * once around. */
 bool never_path_make(const urdf *u, int a, int b, never_path *out);
 
 typedef struct never_place {
