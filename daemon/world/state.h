@@ -223,8 +223,10 @@ void impact_decide(world *w);
 /* A world direction that may keep them apart from 0 to the span; zero: none was found. */
 vec3 impact_axis(const toi_mover *a, const toi_mover *b, const toi_request *request, void *scratch, uint32_t *queries);
 
-/* events.c */
+/* events_impact.c */
 void events_of_sweeps(world *w);
+
+/* events.c; what its files share is in events.h */
 void events_teleported(world *w);
 void events_pair_ended(world *w, uint32_t pair, uint8_t cause);
 void events_unmatched(world *w);
