@@ -51,9 +51,10 @@ typedef struct toi_result {
 } toi_result;
 
 /* A and B must be in canonical order (narrow_ordered). `guess`: a world direction that may prove it free (a cached
- * axis), or zero. It is believed where it keeps them apart by more than twice the tolerance: what a search without
- * it calls a hit or near stays so. It changes the time and not the answer, but that it may prove free what would end
- * undecided without it. */
+ * axis), or zero. It changes the time and never the answer: it is believed where the gap that it keeps is above twice
+ * the tolerance (what a search without it calls a hit or near stays so) and above a 400th of the way that the two go
+ * relative to each other (so that a search without it surely ends, and does not come out undecided). Balls, capsules,
+ * boxes, meshes and compounds need none. */
 void toi_find(const toi_mover *a, const toi_mover *b, const toi_request *request, vec3 guess, narrow_scratch *scratch,
     toi_result *out);
 
