@@ -72,6 +72,7 @@ static void add_world(const service *s, sheet *t)
     add(t, "impacts", f.impacts);
     add(t, "foretold", f.foretold);
     add(t, "undecided_sweeps", f.undecided);
+    add(t, "coarse_ways", f.coarse_ways);
     for (int r = 0; r < RUNG_COUNT; r++) {
         snprintf(rungs[r], sizeof rungs[r], "pairs_by_%s", world_rung_name((world_rung)r));
         add(t, rungs[r], f.rungs[r]);
