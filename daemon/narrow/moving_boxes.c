@@ -273,8 +273,7 @@ static bool overlap(const box_pair *x, double error)
         if (edges[k].norm2 < EDGES_ALIKE) room = max_of(room, error + 8 * sqrt(edges[k].norm2) * size);
     }
     bool all = true;
-    for (int k = 0; k < 9; k++)
-        all &= edges[k].norm2 < EDGES_ALIKE || edges[k].separation < -blur - room * sqrt(edges[k].norm2);
+    for (int k = 0; k < 9; k++) all &= edges[k].norm2 < EDGES_ALIKE || edges[k].separation < -blur - room;
     for (int i = 0; i < 3; i++) all &= box_face_of_a(x, i) < -room && box_face_of_b(x, i) < -room;
     return all;
 }

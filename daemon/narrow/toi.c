@@ -293,12 +293,23 @@ static vec3 guess_axis(const course *c)
     return mat_mul(at.world_of_a, narrow_guess_axis(c->a, c->b, &at.b_in_a));
 }
 
+/* motion_pose, with the spin made ready. */
+static pose pose_of(const motion *m, motion_spin spin, double time)
+{
+    return (pose){vec_madd(m->start.p, time, m->linear), motion_spun(spin, m->start.q, time)};
+}
+
 void toi_convex(const toi_mover *a, const toi_mover *b, const toi_request *request, vec3 guess, bool rough,
     narrow_scratch *scratch, toi_result *out)
 {
     course c;
     if (!course_init(&c, a, b, request->span)) {
-        *out = (toi_result){.status = TOI_UNDECIDED, .hi = INFINITY, .gap_lo = -INFINITY, .gap_hi = INFINITY};
+        *out = (toi_result){.status = TOI_UNDECIDED,
+            .hi = INFINITY,
+            .gap_lo = -INFINITY,
+            .gap_hi = INFINITY,
+            .body_a = a->motion.start,
+            .body_b = b->motion.start};
         return;
     }
     march m = {.c = &c, .request = request, .scratch = scratch, .out = out, .rough = rough};
@@ -319,9 +330,10 @@ void toi_convex(const toi_mover *a, const toi_mover *b, const toi_request *reque
     }
     if (from < request->span) march_convex(&m, from);
     if (out->status == TOI_FREE) return;
-    vec3 origin = motion_pose(&a->motion, out->lo).p;
-    out->point_a = vec_add(out->point_a, origin);
-    out->point_b = vec_add(out->point_b, origin);
+    out->body_a = pose_of(&a->motion, c.spin_a, out->lo);
+    out->body_b = pose_of(&b->motion, c.spin_b, out->lo);
+    out->point_a = vec_add(out->point_a, out->body_a.p);
+    out->point_b = vec_add(out->point_b, out->body_a.p);
 }
 
 void toi_find(const toi_mover *a, const toi_mover *b, const toi_request *request, vec3 guess, narrow_scratch *scratch,
@@ -329,10 +341,11 @@ void toi_find(const toi_mover *a, const toi_mover *b, const toi_request *request
 {
     *out = (toi_result){.status = TOI_FREE, .lo = INFINITY, .hi = INFINITY};
     bool settled = toi_spheres(a, b, request, out) || toi_ball_box(a, b, request, out);
-    if (!settled && toi_parts_apply(a->shape, b->shape))
-        toi_walk(a, b, request, scratch, out);
-    else if (!settled)
+    if (!settled && !toi_parts_apply(a->shape, b->shape)) {
         toi_convex(a, b, request, guess, request->wander > 0, scratch, out);
+        return;
+    }
+    if (!settled) toi_walk(a, b, request, scratch, out);
     if (out->status == TOI_FREE) return;
     out->body_a = motion_pose(&a->motion, out->lo);
     out->body_b = motion_pose(&b->motion, out->lo);
