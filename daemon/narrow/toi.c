@@ -268,6 +268,7 @@ static void march_convex(march *m, double from)
 
 static const double WHOLE_TURNS = 6; /* rad: from here on what it sweeps is looked at first, ... */
 static const double ROUGHLY = 0.01;  /* ... to within so much of its reach */
+static const double MANY_TURNS = 40; /* rad: the same for boxes, whose march is quick */
 
 /* A time up to which what they sweep is apart; INFINITY: always. */
 static double free_while_spun(const march *m)
@@ -323,7 +324,7 @@ void toi_convex(const toi_mover *a, const toi_mover *b, const toi_request *reque
         if (vec_greatest(guess) > 0 && proves_free(&m, guess)) return;
     }
     double turned = (c.spin_a.speed + c.spin_b.speed) * request->span;
-    if (turned > WHOLE_TURNS) from = max_of(free_while_spun(&m), from);
+    if (turned > (boxes ? MANY_TURNS : WHOLE_TURNS)) from = max_of(free_while_spun(&m), from);
     if (boxes && from < request->span) {
         from = toi_boxes_march(&c, request, from, rough, out);
         if (from < request->span) course_make_places(&c);

@@ -8,7 +8,7 @@
 #include "moving_boxes.h"
 #include "scalar.h"
 
-enum { STEPS_MAX = 32, TRIES = 3 };
+enum { STEPS_MAX = 96, TRIES = 3 };
 
 static const double FOLLOWED = 0.03;  /* of the reaches: with a smaller gap an axis is kept */
 static const double DIP_SHARE = 0.75; /* of the gap that a step may use up by its bend */
@@ -93,7 +93,10 @@ static bool advance(
         if (after > 0) return true;
         step *= min_of(max_of((spare - aim) / (spare - after), 0.125), 0.99);
     }
-    return false;
+    double fastest = m->c->speed + m->wander * at->time; /* without any axis: no two points approach faster */
+    step = course_step_until_used(spare * (1 - 64 * UNIT_ROUNDOFF), -fastest, m->wander);
+    moving_boxes_place(m, min_of(at->time + step, m->c->span), to);
+    return to->time > at->time;
 }
 
 bool toi_boxes_apply(const course *c)
