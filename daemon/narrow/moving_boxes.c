@@ -267,15 +267,17 @@ static bool overlap(const box_pair *x, double error)
     double size = 0, room = error;
     for (int i = 0; i < 3; i++) size += x->a[i] + x->b[i] + fabs(x->t[i]);
     double blur = 256 * UNIT_ROUNDOFF * size;
-    box_edge_axis edges[9];
-    for (int k = 0; k < 9; k++) {
-        edges[k] = box_edge_axis_of(x, k / 3, k % 3);
-        if (edges[k].norm2 < EDGES_ALIKE) room = max_of(room, error + 8 * sqrt(edges[k].norm2) * size);
-    }
-    bool all = true;
-    for (int k = 0; k < 9; k++) all &= edges[k].norm2 < EDGES_ALIKE || edges[k].separation < -blur - room;
-    for (int i = 0; i < 3; i++) all &= box_face_of_a(x, i) < -room && box_face_of_b(x, i) < -room;
-    return all;
+    double most = -INFINITY;
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++) {
+            box_edge_axis e = box_edge_axis_of(x, i, j);
+            if (e.norm2 < EDGES_ALIKE)
+                room = max_of(room, error + 8 * sqrt(e.norm2) * size);
+            else
+                most = max_of(most, e.separation);
+        }
+    for (int i = 0; i < 3; i++) most = max_of(most, max_of(box_face_of_a(x, i), box_face_of_b(x, i)));
+    return most < -blur - room;
 }
 
 static vec3 clamped(const double p[3], const double half[3])
@@ -343,6 +345,14 @@ bool moving_boxes_touch(moving_boxes *m, const box_place *at, const box_axis *n)
     return vec_norm(vec_sub(f.b, f.a)) <= m->reach - m->error;
 }
 
+/* Most shapes lie at their bodies' origins. */
+static void start(const motion *body, const pose *local, mat3 *axes, vec3 *arm)
+{
+    bool off = vec_greatest(local->p) > 0;
+    *axes = quat_matrix(quat_unit(quat_mul(body->start.q, local->q)));
+    *arm = off ? quat_rotate(body->start.q, local->p) : VEC_ZERO;
+}
+
 void moving_boxes_init(const course *c, const toi_request *request, moving_boxes *m)
 {
     const shape *a = c->a, *b = c->b;
@@ -351,10 +361,8 @@ void moving_boxes_init(const course *c, const toi_request *request, moving_boxes
     m->half_a = box_sides(a), m->half_b = box_sides(b);
     put(m->axes.a, m->half_a);
     put(m->axes.b, m->half_b);
-    m->first_a = quat_matrix(quat_unit(quat_mul(c->body_a.start.q, c->local_a.q)));
-    m->first_b = quat_matrix(quat_unit(quat_mul(c->body_b.start.q, c->local_b.q)));
-    m->arm_a = quat_rotate(c->body_a.start.q, c->local_a.p);
-    m->arm_b = quat_rotate(c->body_b.start.q, c->local_b.p);
+    start(&c->body_a, &c->local_a, &m->first_a, &m->arm_a);
+    start(&c->body_b, &c->local_b, &m->first_b, &m->arm_b);
     double far = vec_norm(c->body_b.start.p) + c->span * vec_norm(c->body_b.linear);
     m->reach = request->threshold + a->radius + b->radius;
     m->error = 2 * c->slack + 64 * UNIT_ROUNDOFF * (c->reach_a + c->reach_b + far);
