@@ -110,6 +110,13 @@ quat motion_spun(motion_spin spin, quat start, double time)
     return quat_unit(quat_mul((quat){half.cosine, v.x, v.y, v.z}, start));
 }
 
+mat3 motion_turn(motion_spin spin, double time)
+{
+    wave half = wave_of(0.5 * spin.speed * time);
+    vec3 v = vec_scale(spin.axis, half.sine);
+    return quat_matrix((quat){half.cosine, v.x, v.y, v.z});
+}
+
 pose motion_pose(const motion *m, double time)
 {
     return (pose){vec_madd(m->start.p, time, m->linear), motion_spun(motion_spin_of(m->angular), m->start.q, time)};
@@ -131,15 +138,22 @@ static double off_axis(vec3 point, vec3 axis)
     return length_up(vec_cross(axis, point));
 }
 
+/* axis x corner is a sum of what the middle and the three sides give; of opposite corners one is farther off. */
 static double corners_off_axis(const shape *s, pose local, vec3 axis)
 {
-    double most = 0;
     mat3 r = quat_matrix(local.q);
-    for (int k = 0; k < 8; k++) {
-        vec3 corner = {k & 1 ? s->half.x : -s->half.x, k & 2 ? s->half.y : -s->half.y, k & 4 ? s->half.z : -s->half.z};
-        most = fmax(most, off_axis(vec_add(mat_mul(r, corner), local.p), axis));
+    vec3 middle = vec_cross(axis, local.p), x = vec_cross(axis, vec_scale(r.x, s->half.x)),
+         y = vec_cross(axis, vec_scale(r.y, s->half.y)), z = vec_cross(axis, vec_scale(r.z, s->half.z)), off[4];
+    double most2 = 0;
+    int most = 0;
+    for (int k = 0; k < 4; k++) {
+        vec3 side = vec_add(k & 1 ? vec_sub(x, y) : vec_add(x, y), k & 2 ? vec_neg(z) : z);
+        off[k] = vec_add(vec_dot(middle, side) < 0 ? vec_neg(side) : side, middle);
+        double off2 = vec_norm2(off[k]);
+        if (off2 > most2) most2 = off2, most = k;
     }
-    return most;
+    if (most2 > 0x1p-800 && most2 < 0x1p800) return length_up(off[most]);
+    return fmax(fmax(length_up(off[0]), length_up(off[1])), fmax(length_up(off[2]), length_up(off[3])));
 }
 
 /* Points of a box, or of a segment with a disc (cylinders, cones) or a ball around each of its ends. */

@@ -32,6 +32,7 @@ typedef struct motion_spin {
 } motion_spin;
 motion_spin motion_spin_of(vec3 angular);
 quat motion_spun(motion_spin spin, quat start, double time); /* `start`, turned for so long */
+mat3 motion_turn(motion_spin spin, double time);             /* that turning itself */
 
 /* m; rounding of motion_pose for times up to `time` and points up to `reach` from the body's origin. */
 double motion_error(const motion *m, double time, double reach);

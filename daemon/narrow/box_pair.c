@@ -2,16 +2,11 @@
  */
 #include "box_pair.h"
 
+#include "box_axes.h"
 #include "scalar.h"
 #include "witness.h"
 
 enum { FACES_B = 3, EDGES = BOX_FACES, AXES = 15, ROUNDS = 4 };
-
-/* r[i][j] = component i of B's axis j; t in A's axes, u in B's. */
-typedef struct box_pair {
-    const unit_pair *p;
-    double a[3], b[3], t[3], u[3], r[3][3], abs[3][3];
-} box_pair;
 
 /* One of the fifteen: A's faces, B's faces, edge i of A with edge j of B at EDGES + 3 i + j. */
 typedef struct box_axis {
@@ -57,46 +52,18 @@ static void keep_greater(box_axis *best, double separation, int index)
     best->index = index;
 }
 
-static inline double face_of_a(const box_pair *x, int i)
-{
-    double reach_b = x->abs[i][0] * x->b[0] + x->abs[i][1] * x->b[1] + x->abs[i][2] * x->b[2];
-    return fabs(x->t[i]) - x->a[i] - reach_b;
-}
-
-static inline double face_of_b(const box_pair *x, int j)
-{
-    double reach_a = x->abs[0][j] * x->a[0] + x->abs[1][j] * x->a[1] + x->abs[2][j] * x->a[2];
-    return fabs(x->u[j]) - x->b[j] - reach_a;
-}
-
 static box_axis faces(const box_pair *x)
 {
     box_axis best = {-INFINITY, 0};
-    for (int i = 0; i < 3; i++) keep_greater(&best, face_of_a(x, i), i);
-    for (int j = 0; j < 3; j++) keep_greater(&best, face_of_b(x, j), FACES_B + j);
+    for (int i = 0; i < 3; i++) keep_greater(&best, box_face_of_a(x, i), i);
+    for (int j = 0; j < 3; j++) keep_greater(&best, box_face_of_b(x, j), FACES_B + j);
     return best;
-}
-
-/* An edge's axis before it is divided by its length, the sine of the angle between the edges. */
-typedef struct edge_axis {
-    double separation, norm2;
-} edge_axis;
-
-/* Along n = e_i x r_j, which has no component i, and d, c = -r[k][j], r[h][j] for the other two: so n is orthogonal to
- * r_j to the last bit, however small it is. */
-static inline edge_axis edge_axis_of(const box_pair *x, int i, int j)
-{
-    int h = (i + 1) % 3, k = (i + 2) % 3, l = (j + 1) % 3, m = (j + 2) % 3;
-    double nh = -x->r[k][j], nk = x->r[h][j];
-    double along_l = nh * x->r[h][l] + nk * x->r[k][l], along_m = nh * x->r[h][m] + nk * x->r[k][m];
-    double reach = x->a[h] * x->abs[k][j] + x->a[k] * x->abs[h][j] + x->b[l] * fabs(along_l) + x->b[m] * fabs(along_m);
-    return (edge_axis){fabs(nh * x->t[h] + nk * x->t[k]) - reach, nh * nh + nk * nk};
 }
 
 /* What an axis gives before the division by |n| <= 1 bounds an overlap already. */
 static void edge_pair(const box_pair *x, int i, int j, box_axis *best)
 {
-    edge_axis e = edge_axis_of(x, i, j);
+    box_edge_axis e = box_edge_axis_of(x, i, j);
     if ((e.separation <= 0 && e.separation <= best->separation) || !(e.norm2 > 0)) return;
     keep_greater(best, e.separation / sqrt(e.norm2), EDGES + 3 * i + j);
 }
@@ -289,10 +256,10 @@ unsigned box_pair_near_best(const unit_pair *p)
     double slack = 4 * p->error, least = best.separation - p->error;
     unsigned near = 0;
     for (int i = 0; i < 3; i++) {
-        if (face_of_a(&x, i) >= least - slack) near |= 1u << i;
-        if (face_of_b(&x, i) >= least - slack) near |= 1u << (FACES_B + i);
+        if (box_face_of_a(&x, i) >= least - slack) near |= 1u << i;
+        if (box_face_of_b(&x, i) >= least - slack) near |= 1u << (FACES_B + i);
         for (int j = 0; j < 3; j++) {
-            edge_axis e = edge_axis_of(&x, i, j);
+            box_edge_axis e = box_edge_axis_of(&x, i, j);
             if (e.separation >= least * sqrt(e.norm2) - slack) near |= 1u << (EDGES + 3 * i + j);
         }
     }

@@ -103,9 +103,13 @@ bool course_init(course *c, const toi_mover *a, const toi_mover *b, double span)
     c->reach_b = reach_of(b->shape, b->local);
     bound(c, span);
     c->slack = slack_of(c, &a->motion, &b->motion, span);
+    return true;
+}
+
+void course_make_places(course *c)
+{
     c->first = place(c, &c->body_a.start, &c->body_b.start);
     if (c->straight) c->rate = mat_tmul(c->first.world_of_a, c->body_b.linear);
-    return true;
 }
 
 course_place course_at(const course *c, double time)
@@ -120,6 +124,24 @@ course_place course_at(const course *c, double time)
     pose body_b = {
         vec_madd(c->body_b.start.p, time, c->body_b.linear), motion_spun(c->spin_b, c->body_b.start.q, time)};
     return place(c, &body_a, &body_b);
+}
+
+/* The balls' centres go along a line. What rounding there is, is far less than BALL_SLACK. */
+#define BALL_SLACK 0x1p-30
+
+double course_balls_meet(const course *c, double target, double wander)
+{
+    if (c->a->type == SHAPE_HALFSPACE || c->b->type == SHAPE_HALFSPACE) return 0;
+    vec3 from = c->body_b.start.p, velocity = c->body_b.linear;
+    double far = vec_norm(from), speed = vec_norm(velocity), reach = c->reach_a + c->reach_b + max_of(target, 0);
+    reach += 0.5 * wander * c->span * c->span;
+    reach += BALL_SLACK * (reach + far + speed * c->span);
+    if (!(far > reach)) return 0;
+    double approach = vec_dot(from, velocity), spare = (far - reach) * (far + reach);
+    double square = approach * approach - speed * speed * spare;
+    if (approach >= 0 || !(square > 0)) return INFINITY;
+    double time = spare / (sqrt(square) - approach);
+    return time < c->span ? time : INFINITY;
 }
 
 double course_separation(const course *c, const course_place *at, vec3 direction)
@@ -137,11 +159,16 @@ static double bend_with(const motion *frame, const motion *other, double other_r
     return bend * (1 + 64 * UNIT_ROUNDOFF);
 }
 
+double course_far(const course *c, double from, double to)
+{
+    double time = 0.5 * (from + to), line = vec_norm(c->body_b.linear);
+    return vec_norm(vec_madd(c->body_b.start.p, time, c->body_b.linear)) + line * 0.5 * (to - from);
+}
+
 double course_bend(const course *c, course_frame frame, double from, double to)
 {
     if (frame == COURSE_STILL && c->plane_turn2 == 0) return c->bend;
-    double line = vec_norm(c->body_b.linear), time = 0.5 * (from + to);
-    double apart = vec_norm(vec_madd(c->body_b.start.p, time, c->body_b.linear)) + line * 0.5 * (to - from);
+    double line = vec_norm(c->body_b.linear), apart = course_far(c, from, to);
     if (frame == COURSE_STILL)
         return (c->plane_turn2 * (apart + c->plane_extent) + c->plane_bend) * (1 + 64 * UNIT_ROUNDOFF);
     return frame == COURSE_WITH_A ? bend_with(&c->body_a, &c->body_b, c->radius_b, apart + c->reach_b, line)
@@ -198,6 +225,8 @@ bool course_spin(const course *c, shape spun[2], course *out)
 {
     toi_mover a, b;
     if (c->a->type == SHAPE_HALFSPACE) return false; /* the cylinder would have to go first */
-    return spin(c->a, c->local_a, &c->body_a, &spun[0], &a) && spin(c->b, c->local_b, &c->body_b, &spun[1], &b) &&
-           course_init(out, &a, &b, c->span);
+    bool done = spin(c->a, c->local_a, &c->body_a, &spun[0], &a) && spin(c->b, c->local_b, &c->body_b, &spun[1], &b) &&
+                course_init(out, &a, &b, c->span);
+    if (done) course_make_places(out);
+    return done;
 }

@@ -37,7 +37,14 @@ typedef struct course {
 /* False if no bound exists: a half-space that turns against another. */
 bool course_init(course *c, const toi_mover *a, const toi_mover *b, double span);
 
+/* After that: course_at needs it, the bounds do not. */
+void course_make_places(course *c);
+
 course_place course_at(const course *c, double time);
+
+/* s: until then balls about their bodies' origins, which hold them, are more than `target` (and what they may wander)
+ * apart; INFINITY: up to the span. 0 for half-spaces. */
+double course_balls_meet(const course *c, double target, double wander);
 
 /* How far they are apart along a world direction (with a half-space along its normal): certified. */
 double course_separation(const course *c, const course_place *at, vec3 direction);
@@ -52,9 +59,19 @@ static inline double course_dip(const course *c, double step)
     return c->bend * step * step / 8 * (1 + 0x1p-48);
 }
 
+/* The step after which `gap` is used up, when it grows at `rate` and its growth falls by `bend`. */
+static inline double course_step_until_used(double gap, double rate, double bend)
+{
+    double slope = sqrt(rate * rate + 2 * bend * gap) - rate; /* >= 0 */
+    return slope > 0 ? 2 * gap / slope : INFINITY;
+}
+
 /* A direction may also turn with one of the two: where it is the normal of a face of that one, the gap along it closes
  * as the nearest points approach, while along a direction that stands still the face's corners rise besides. */
 typedef enum course_frame { COURSE_STILL, COURSE_WITH_A, COURSE_WITH_B, COURSE_FRAMES } course_frame;
+
+/* m: how far the bodies' origins are apart at most, between two times. */
+double course_far(const course *c, double from, double to);
 
 /* The bend of gaps along a direction in that frame, from `from` to `to`. */
 double course_bend(const course *c, course_frame frame, double from, double to);

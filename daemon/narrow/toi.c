@@ -3,16 +3,19 @@
 
 #include "course.h"
 #include "scalar.h"
+#include "toi_ball_box.h"
+#include "toi_boxes.h"
 #include "toi_parts.h"
 #include "toi_spheres.h"
 #include "toi_walk.h"
 #include "unit_pair.h"
 
 enum {
-    STEPS_MAX = 512, /* distances of one search: beyond it TOI_UNDECIDED */
-    GRAZES_MAX = 48, /* of these, inside of the tolerance: beyond it TOI_NEAR */
-    PROOFS_MAX = 24, /* verdicts behind a place that is within the tolerance */
-    SHRINKS_MAX = 3  /* tries of a step before the one that needs no proof */
+    STEPS_MAX = 512,   /* distances of one search: beyond it TOI_UNDECIDED */
+    GUESS_STEPS = 400, /* steps that a search may take for which a guess is believed */
+    GRAZES_MAX = 48,   /* of these, inside of the tolerance: beyond it TOI_NEAR */
+    PROOFS_MAX = 24,   /* verdicts behind a place that is within the tolerance */
+    SHRINKS_MAX = 3    /* tries of a step before the one that needs no proof */
 };
 
 static const double DIP_SHARE = 0.75; /* of the gap that a step may use up by its bend */
@@ -86,22 +89,27 @@ static bool touches(march *m, double time)
 
 /* ---- steps ---- */
 
-/* Gaps along a direction stay above their chord less the dip, and the floor rises along a parabola, which is below its
- * own chord: so what holds at both ends holds between. */
-static bool free_along(const march *m, double from, double to, vec3 axis, double more)
+/* m: how far beyond the floor the gap along a direction certainly stays all along. Gaps stay above their chord less the
+ * dip, and the floor rises along a parabola, which is below its own chord: so what holds at both ends holds between. */
+static double kept_along(const march *m, vec3 axis)
 {
-    double dip = course_dip(m->c, to - from) + more;
-    course_place at = course_at(m->c, from);
-    if (!(course_separation(m->c, &at, axis) > floor_at(m, from) + dip)) return false;
-    at = course_at(m->c, to);
-    return course_separation(m->c, &at, axis) > floor_at(m, to) + dip;
+    double end = m->c->span;
+    course_place at = course_at(m->c, 0);
+    double first = course_separation(m->c, &at, axis) - floor_at(m, 0);
+    at = course_at(m->c, end);
+    double last = course_separation(m->c, &at, axis) - floor_at(m, end);
+    return min_of(first, last) - course_dip(m->c, end);
 }
 
-/* The step after which `gap` is used up, when it grows at `rate` and its growth falls by `bend`. */
-static double step_until_used(double gap, double rate, double bend)
+/* Does a direction prove it free? It may change the time but not the answer, so it must be certain that the march would
+ * come to the same end, within STEPS_MAX. Where a gap of `kept` is always left, no look finds less than `kept` less the
+ * width that it was asked for: 0.25 of the tolerance, which is less than kept / 8, or 0.05 of what the last look found.
+ * After one that found less than 2.5 kept that leaves 0.875 kept, and one that found more has gone as much farther: on
+ * the average of the looks no step is shorter than 0.87 kept / speed. */
+static bool proves_free(const march *m, vec3 axis)
 {
-    double slope = sqrt(rate * rate + 2 * bend * gap) - rate; /* >= 0 */
-    return slope > 0 ? 2 * gap / slope : INFINITY;
+    double kept = kept_along(m, axis), speed = m->c->speed + m->request->wander * m->c->span;
+    return kept > 2 * m->request->tolerance && speed * m->c->span < GUESS_STEPS * kept;
 }
 
 static double proven_spare(const march *m)
@@ -112,14 +120,14 @@ static double proven_spare(const march *m)
 /* Without any direction: no two points approach faster than the course's speed. */
 static double sure_step(const march *m)
 {
-    return step_until_used(proven_spare(m), -(m->c->speed + m->request->wander * m->time), m->request->wander);
+    return course_step_until_used(proven_spare(m), -(m->c->speed + m->request->wander * m->time), m->request->wander);
 }
 
 /* Straight: until the plane that separates them closes; for good if it does not. */
 static double straight_step(const march *m)
 {
     double rounding = 16 * UNIT_ROUNDOFF * (m->c->speed + m->request->wander * m->time);
-    return step_until_used(proven_spare(m), spare_rate(m) - rounding, m->request->wander);
+    return course_step_until_used(proven_spare(m), spare_rate(m) - rounding, m->request->wander);
 }
 
 /* A plane's normal is its own, and always turns with it. */
@@ -162,9 +170,9 @@ static double least_bend(const march *m, double step)
 static double proposed_step(const march *m, double gap, double aim, double left)
 {
     double rate = spare_rate(m), wander = m->request->wander;
-    double step = min_of(step_until_used(gap - aim, rate, wander), left), bend = least_bend(m, step);
+    double step = min_of(course_step_until_used(gap - aim, rate, wander), left), bend = least_bend(m, step);
     if (!(bend > 0)) return step;
-    step = min_of(step, step_until_used(gap - aim, rate, wander + 0.25 * bend));
+    step = min_of(step, course_step_until_used(gap - aim, rate, wander + 0.25 * bend));
     return min_of(step, sqrt(DIP_SHARE * 8 * gap / bend));
 }
 
@@ -260,6 +268,7 @@ static void march_convex(march *m, double from)
 
 static const double WHOLE_TURNS = 6; /* rad: from here on what it sweeps is looked at first, ... */
 static const double ROUGHLY = 0.01;  /* ... to within so much of its reach */
+static const double MANY_TURNS = 40; /* rad: the same for boxes, whose march is quick */
 
 /* A time up to which what they sweep is apart; INFINITY: always. */
 static double free_while_spun(const march *m)
@@ -278,11 +287,17 @@ static double free_while_spun(const march *m)
     return r.status == TOI_FREE ? INFINITY : r.lo;
 }
 
-/* Along the line between what is nearest of their extents then; a hull's extents are not known. */
-static vec3 guess_axis(const course *c, double time)
+/* Along the line between what is nearest of their extents at first; a hull's extents are not known. */
+static vec3 guess_axis(const course *c)
 {
-    course_place at = course_at(c, time);
+    course_place at = course_at(c, 0);
     return mat_mul(at.world_of_a, narrow_guess_axis(c->a, c->b, &at.b_in_a));
+}
+
+/* motion_pose, with the spin made ready. */
+static pose pose_of(const motion *m, motion_spin spin, double time)
+{
+    return (pose){vec_madd(m->start.p, time, m->linear), motion_spun(spin, m->start.q, time)};
 }
 
 void toi_convex(const toi_mover *a, const toi_mover *b, const toi_request *request, vec3 guess, double from, bool rough,
@@ -290,31 +305,49 @@ void toi_convex(const toi_mover *a, const toi_mover *b, const toi_request *reque
 {
     course c;
     if (!course_init(&c, a, b, request->span)) {
-        *out = (toi_result){.status = TOI_UNDECIDED, .hi = INFINITY, .gap_lo = -INFINITY, .gap_hi = INFINITY};
+        *out = (toi_result){.status = TOI_UNDECIDED,
+            .hi = INFINITY,
+            .gap_lo = -INFINITY,
+            .gap_hi = INFINITY,
+            .body_a = a->motion.start,
+            .body_b = b->motion.start};
         return;
     }
     march m = {.c = &c, .request = request, .scratch = scratch, .out = out, .rough = rough};
+    bool whole = from == 0;
     m.target = request->threshold + c.slack;
-    if (vec_greatest(guess) == 0 && from == 0) guess = guess_axis(&c, from);
-    if (vec_greatest(guess) > 0 && free_along(&m, from, request->span, guess, 2 * request->tolerance)) return;
+    from = max_of(from, course_balls_meet(&c, m.target, request->wander));
+    if (from == INFINITY) return;
+    bool boxes = toi_boxes_apply(&c) && m.target >= 0;
+    if (!boxes) {
+        course_make_places(&c);
+        if (vec_greatest(guess) == 0 && whole) guess = guess_axis(&c);
+        if (vec_greatest(guess) > 0 && proves_free(&m, guess)) return;
+    }
     double turned = (c.spin_a.speed + c.spin_b.speed) * request->span;
-    if (turned > WHOLE_TURNS) from = max_of(from, free_while_spun(&m));
+    if (turned > (boxes ? MANY_TURNS : WHOLE_TURNS)) from = max_of(free_while_spun(&m), from);
+    if (boxes && from < request->span) {
+        from = toi_boxes_march(&c, request, from, rough, out);
+        if (from < request->span) course_make_places(&c);
+    }
     if (from < request->span) march_convex(&m, from);
     if (out->status == TOI_FREE) return;
-    vec3 origin = motion_pose(&a->motion, out->lo).p;
-    out->point_a = vec_add(out->point_a, origin);
-    out->point_b = vec_add(out->point_b, origin);
+    out->body_a = pose_of(&a->motion, c.spin_a, out->lo);
+    out->body_b = pose_of(&b->motion, c.spin_b, out->lo);
+    out->point_a = vec_add(out->point_a, out->body_a.p);
+    out->point_b = vec_add(out->point_b, out->body_a.p);
 }
 
 void toi_find(const toi_mover *a, const toi_mover *b, const toi_request *request, vec3 guess, narrow_scratch *scratch,
     toi_result *out)
 {
     *out = (toi_result){.status = TOI_FREE, .lo = INFINITY, .hi = INFINITY};
-    bool settled = toi_spheres(a, b, request, out);
-    if (!settled && toi_parts_apply(a->shape, b->shape))
-        toi_walk(a, b, request, scratch, out);
-    else if (!settled)
+    bool settled = toi_spheres(a, b, request, out) || toi_ball_box(a, b, request, out);
+    if (!settled && !toi_parts_apply(a->shape, b->shape)) {
         toi_convex(a, b, request, guess, 0, request->wander > 0, scratch, out);
+        return;
+    }
+    if (!settled) toi_walk(a, b, request, scratch, out);
     if (out->status == TOI_FREE) return;
     out->body_a = motion_pose(&a->motion, out->lo);
     out->body_b = motion_pose(&b->motion, out->lo);

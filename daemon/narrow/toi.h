@@ -8,6 +8,9 @@
  * and reports none late, for whatever the steps are. (Conservative advancement: Mirtich, 1996; Zhang, Lee and Kim,
  * 2006; the chord in place of the speed bound is METHODS.md's.)
  *
+ * Two balls, and a ball and a box that do not turn, have closed forms, proven at both ends (toi_spheres.h,
+ * toi_ball_box.h). Balls, capsules and boxes march by separating axes in place of distances (toi_boxes.h).
+ *
  * Meshes and compounds are walked: boxes of their hierarchy, then parts, each a convex shape that moves with the body.
  */
 #ifndef COLLIDED_NARROW_TOI_H
@@ -51,9 +54,10 @@ typedef struct toi_result {
 } toi_result;
 
 /* A and B must be in canonical order (narrow_ordered). `guess`: a world direction that may prove it free (a cached
- * axis), or zero. It is believed where it keeps them apart by more than twice the tolerance: what a search without
- * it calls a hit or near stays so. It changes the time and not the answer, but that it may prove free what would end
- * undecided without it. */
+ * axis), or zero. It changes the time and never the answer: it is believed where the gap that it keeps is above twice
+ * the tolerance (what a search without it calls a hit or near stays so) and above a 400th of the way that the two go
+ * relative to each other (so that a search without it surely ends, and does not come out undecided). Balls, capsules,
+ * boxes, meshes and compounds need none. */
 void toi_find(const toi_mover *a, const toi_mover *b, const toi_request *request, vec3 guess, narrow_scratch *scratch,
     toi_result *out);
 

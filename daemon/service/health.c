@@ -93,6 +93,7 @@ static void add_world(const service *s, sheet *t)
     add(t, "impacts", f.impacts);
     add(t, "foretold", f.foretold);
     add(t, "undecided_sweeps", f.undecided);
+    add(t, "coarse_ways", f.coarse_ways);
     add(t, "work", f.work);
     add(t, "undone", f.undone);
     add(t, "unbounded", f.unbounded);

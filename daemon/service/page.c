@@ -56,6 +56,7 @@ static const single SINGLES[] = {
     {"impacts", "impacts found", false},
     {"foretold", "contacts foretold", false},
     {"undecided_sweeps", "searches for a time of impact whose steps ended", false},
+    {"coarse_ways", "ways of bodies with more poses in a tick than are searched one by one", false},
 };
 
 __attribute__((format(printf, 2, 3))) static void put(page_text *to, const char *format, ...)

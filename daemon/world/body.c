@@ -306,6 +306,7 @@ world_status world_put_body(world *w, uint32_t *id, const world_body *def)
     if (!stays) { /* a definition has no velocities, and no way to where it is */
         b->speed = SPEED_NONE;
         b->moved = false;
+        b->passed.count = 0;
         b->before = b->pose;
         b->before_ns = b->stamp_ns;
     }
@@ -341,6 +342,7 @@ world_status world_move_body(world *w, uint32_t id, pose to, int64_t stamp_ns, c
     if (!is_body(w, id)) return WORLD_UNKNOWN_ID;
     body *b = &w->bodies.at[id];
     vec3 from = b->pose.p;
+    body_pass(w, b);
     set_pose(b, to, stamp_ns);
     b->step = vec_sub(b->pose.p, from);
     b->moved = true;
@@ -359,6 +361,7 @@ world_status world_teleport_body(
     b->before = b->pose;
     b->before_ns = b->stamp_ns;
     b->moved = false;
+    b->passed.count = 0;
     b->step = VEC_ZERO;
     if (b->speed == SPEED_ESTIMATED) b->speed = SPEED_NONE;
     if (!b->teleported) array_push(&w->teleported, id);
@@ -372,6 +375,7 @@ void body_arrive(world *w, uint32_t id)
     b->before = b->pose;
     b->before_ns = b->stamp_ns;
     b->moved = false;
+    b->passed.count = 0;
     b->teleported = false;
 }
 
@@ -409,6 +413,7 @@ static void free_body(world *w, uint32_t id)
     free(b->match_a);
     free(b->match_b);
     free(b->shapes);
+    array_free(&b->passed);
     free_rules(b);
     *b = (body){.used = false};
 }

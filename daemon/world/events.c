@@ -1,11 +1,12 @@
-/* events: what the outcomes of a tick mean to each interest: begin, update, end, near, far, unknown, known. Tick
- * thread.
+/* events: what the outcomes of a tick mean to each interest: begin, update, end, near, far, unknown, known; impacts and
+ * what is foretold are told by events_impact.c. Tick thread.
  *
  * Pairs are walked in the order of their solids' ids and interests by theirs, so ids and order of events follow from
  * the commands. A contact id has exactly one begin and one end: it is taken in `begin_or_end_touch` and given up there,
  * or in `end_watch` when the pair or the interest goes. */
+#include "events.h"
+
 #include "narrow/feature_code.h"
-#include "state.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -45,7 +46,7 @@ static uint64_t hash_event(uint64_t h, uint32_t interest, const world_event *e)
 }
 
 /* What is told again in a snapshot does not count for the hash: who asks for one, and when, is no command. */
-static void emit(world *w, uint32_t id, const world_event *e, uint8_t kind, uint8_t cause, int64_t contact)
+void events_emit(world *w, uint32_t id, const world_event *e, uint8_t kind, uint8_t cause, int64_t contact)
 {
     interest *i = &w->interests.at[id];
     array_push(&i->events, *e);
@@ -68,7 +69,7 @@ static vec3 to_world(const solid *s, vec3 point_in_s)
     return pose_point(s->world, point_in_s);
 }
 
-static void turn_round(world_event *e)
+void events_turn_round(world_event *e)
 {
     world_event was = *e;
     e->name_a = was.name_b;
@@ -86,8 +87,7 @@ static void turn_round(world_event *e)
         e->manifold.points[i].feature = feature_turned(was.manifold.points[i].feature);
 }
 
-/* Is this pair A and B to the interest the other way round? Where it may be both, A is the one that looks. */
-static bool is_turned(const body *a, const body *b, uint32_t id, int looks)
+bool events_is_turned(const body *a, const body *b, uint32_t id, int looks)
 {
     uint64_t mask = (uint64_t)1 << (id & 63);
     size_t word = id >> 6;
@@ -102,7 +102,7 @@ static vec3 velocity_at(const body *b, vec3 point)
     return vec_add(b->linear, vec_cross(b->angular, vec_sub(point, b->pose.p)));
 }
 
-static void fill(const world *w, const pair *p, const narrow_result *r, uint32_t interest, int looks, world_event *e)
+void events_fill(const world *w, const pair *p, const narrow_result *r, uint32_t interest, int looks, world_event *e)
 {
     const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
     const body *x = &w->bodies.at[a->body], *y = &w->bodies.at[b->body];
@@ -121,29 +121,29 @@ static void fill(const world *w, const pair *p, const narrow_result *r, uint32_t
     for (uint32_t i = 0; i < e->manifold.count; i++)
         e->manifold.points[i].point = to_world(a, e->manifold.points[i].point);
     e->closing = vec_dot(e->axis, vec_sub(velocity_at(x, e->point_a), velocity_at(y, e->point_b)));
-    if (is_turned(x, y, interest, looks)) turn_round(e);
+    if (events_is_turned(x, y, interest, looks)) events_turn_round(e);
 }
 
 /* ---- watches ---- */
 
-static int64_t watch_id(const watch *v)
+int64_t watch_id(const watch *v)
 {
     return v->touch_id ? v->touch_id : v->near_id ? v->near_id : v->foretold_id;
 }
 
-static const world_event *watch_last(const watch *v)
+const world_event *watch_last(const watch *v)
 {
     return v->touch_id || v->near_id ? &v->last : &v->foretold;
 }
 
-static uint32_t find_watch(const world *w, const pair *p, uint32_t interest)
+uint32_t watch_find(const world *w, const pair *p, uint32_t interest)
 {
     uint32_t id = p->first_watch;
     while (id != WORLD_NONE && w->watches.at[id].interest < interest) id = w->watches.at[id].pair_next;
     return id != WORLD_NONE && w->watches.at[id].interest == interest ? id : WORLD_NONE;
 }
 
-static uint32_t add_watch(world *w, uint32_t pair_id, uint32_t interest_id)
+uint32_t watch_add(world *w, uint32_t pair_id, uint32_t interest_id)
 {
     uint32_t id = id_pool_take(&w->watch_ids);
     array_reserve(&w->watches, id + 1);
@@ -165,7 +165,7 @@ static uint32_t add_watch(world *w, uint32_t pair_id, uint32_t interest_id)
     return id;
 }
 
-static void drop_watch(world *w, uint32_t id)
+void watch_drop(world *w, uint32_t id)
 {
     watch *v = &w->watches.at[id];
     uint32_t *link = &w->pairs.at[v->pair].first_watch;
@@ -186,12 +186,12 @@ static void end_watch(world *w, uint32_t id, uint8_t cause)
     watch *v = &w->watches.at[id];
     if (v->unknown && cause == CAUSE_MOTION) cause = CAUSE_STALE;
     if (v->touch_id) {
-        emit(w, v->interest, &v->last, EVENT_END, cause, v->touch_id);
+        events_emit(w, v->interest, &v->last, EVENT_END, cause, v->touch_id);
         w->figures.contacts--;
     }
-    if (v->near_id) emit(w, v->interest, &v->last, EVENT_FAR, cause, v->near_id);
-    if (v->foretold_id) emit(w, v->interest, &v->foretold, EVENT_AVERTED, cause, v->foretold_id);
-    drop_watch(w, id);
+    if (v->near_id) events_emit(w, v->interest, &v->last, EVENT_FAR, cause, v->near_id);
+    if (v->foretold_id) events_emit(w, v->interest, &v->foretold, EVENT_AVERTED, cause, v->foretold_id);
+    watch_drop(w, id);
 }
 
 void events_pair_ended(world *w, uint32_t pair_id, uint8_t cause)
@@ -215,7 +215,7 @@ void events_unmatched(world *w)
 
 /* ---- what an outcome means ---- */
 
-static bool may_update(const world *w, const interest *i)
+bool events_may_update(const world *w, const interest *i)
 {
     return !i->period_ns || w->now_ns >= i->next_update_ns;
 }
@@ -224,9 +224,9 @@ static void update(world *w, uint32_t id, uint8_t kind, int64_t contact)
 {
     watch *v = &w->watches.at[id];
     interest *i = &w->interests.at[v->interest];
-    if (may_update(w, i)) {
+    if (events_may_update(w, i)) {
         v->dirty = false;
-        emit(w, v->interest, &v->last, kind, CAUSE_MOTION, contact);
+        events_emit(w, v->interest, &v->last, kind, CAUSE_MOTION, contact);
     } else if (!v->dirty) {
         v->dirty = true;
         array_push(&i->held, id);
@@ -238,9 +238,9 @@ static void begin_or_end_touch(world *w, watch *v, bool touches, uint8_t cause)
     if (touches && !v->touch_id) {
         v->touch_id = ++w->serial;
         w->figures.contacts++;
-        emit(w, v->interest, &v->last, EVENT_BEGIN, cause, v->touch_id);
+        events_emit(w, v->interest, &v->last, EVENT_BEGIN, cause, v->touch_id);
     } else if (!touches && v->touch_id) {
-        emit(w, v->interest, &v->last, EVENT_END, cause, v->touch_id);
+        events_emit(w, v->interest, &v->last, EVENT_END, cause, v->touch_id);
         v->touch_id = 0;
         w->figures.contacts--;
     }
@@ -254,11 +254,11 @@ static void transit(world *w, uint32_t id, bool touches, bool near, uint8_t caus
     bool touched = v->touch_id, was_near = v->near_id;
     if (v->unknown) {
         v->unknown = false;
-        emit(w, v->interest, watch_last(v), EVENT_KNOWN, CAUSE_MOTION, watch_id(v));
+        events_emit(w, v->interest, watch_last(v), EVENT_KNOWN, CAUSE_MOTION, watch_id(v));
     }
     if (near && !was_near) {
         v->near_id = ++w->serial;
-        emit(w, v->interest, &v->last, EVENT_NEAR, cause, v->near_id);
+        events_emit(w, v->interest, &v->last, EVENT_NEAR, cause, v->near_id);
     }
     begin_or_end_touch(w, v, touches, cause);
     if (touched && touches)
@@ -266,10 +266,10 @@ static void transit(world *w, uint32_t id, bool touches, bool near, uint8_t caus
     else if (near && was_near && !touches)
         update(w, id, EVENT_NEAR, v->near_id);
     if (!near && was_near) {
-        emit(w, v->interest, &v->last, EVENT_FAR, cause, v->near_id);
+        events_emit(w, v->interest, &v->last, EVENT_FAR, cause, v->near_id);
         v->near_id = 0;
     }
-    if (!watch_id(v)) drop_watch(w, id);
+    if (!watch_id(v)) watch_drop(w, id);
 }
 
 typedef struct terms { /* under which a pair is judged in this tick */
@@ -283,7 +283,7 @@ static terms terms_of(const world *w, const body *a, const body *b)
     return (terms){pair_terms_of_paired(a, b), ruled ? CAUSE_FILTER : CAUSE_MOTION};
 }
 
-static uint8_t achieved(const narrow_result *r, const outcome *o, double limit)
+uint8_t events_achieved(const narrow_result *r, const outcome *o, double limit)
 {
     if (o->left) return WORLD_STOPPED;
     if (r->status == NARROW_WIDE) return WORLD_WIDE;
@@ -298,12 +298,12 @@ static void tell(world *w, uint32_t pair_id, const outcome *o, uint32_t interest
     double threshold = i->threshold + t->distances.padding, range = i->range + t->distances.margin;
     bool touches = i->facts & (WORLD_TOUCH | WORLD_MANIFOLD) && r->lo <= threshold;
     bool near = i->facts & WORLD_DISTANCE && r->lo <= range;
-    uint32_t id = find_watch(w, p, interest_id);
+    uint32_t id = watch_find(w, p, interest_id);
     if (id == WORLD_NONE && !touches && !near) return;
-    if (id == WORLD_NONE) id = add_watch(w, pair_id, interest_id);
+    if (id == WORLD_NONE) id = watch_add(w, pair_id, interest_id);
     world_event *last = &w->watches.at[id].last;
-    fill(w, p, r, interest_id, t->distances.looks, last);
-    last->achieved = achieved(r, o, touches || !(i->facts & WORLD_DISTANCE) ? threshold : range);
+    events_fill(w, p, r, interest_id, t->distances.looks, last);
+    last->achieved = events_achieved(r, o, touches || !(i->facts & WORLD_DISTANCE) ? threshold : range);
     if (!(i->facts & WORLD_MANIFOLD) || !touches) last->manifold.count = 0;
     transit(w, id, touches, near, t->cause);
 }
@@ -322,108 +322,6 @@ void events_of_active(world *w)
     }
 }
 
-/* ---- impacts, and what is foretold ---- */
-
-static void fill_sweep(const world *w, const sweep *s, world_event *e)
-{
-    const pair *p = &w->pairs.at[w->active_pairs.at[s->active]];
-    const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
-    const body *x = &w->bodies.at[a->body], *y = &w->bodies.at[b->body];
-    const toi_result *r = &s->result;
-    *e = (world_event){.name_a = x->name,
-        .name_b = y->name,
-        .shape_a = a->index,
-        .shape_b = b->index,
-        .lo = r->gap_lo,
-        .hi = r->gap_hi,
-        .axis = r->axis,
-        .point_a = r->point_a,
-        .point_b = r->point_b,
-        .age_a_ns = body_age_ns(w, x),
-        .age_b_ns = body_age_ns(w, y),
-        .achieved = r->status == TOI_HIT    ? WORLD_CERTAIN
-                    : r->status == TOI_NEAR ? WORLD_WITHIN
-                                            : WORLD_WIDE,
-        .impact = {r->lo, r->hi, s->start_ns, r->body_a, r->body_b, s->estimated},
-        .closing = r->closing};
-    if (is_turned(x, y, s->interest, pair_terms_of_paired(x, y).looks)) turn_round(e);
-}
-
-static void tell_impact(world *w, const sweep *s)
-{
-    if (s->result.status == TOI_FREE || s->began) return;
-    world_event e;
-    fill_sweep(w, s, &e);
-    emit(w, s->interest, &e, EVENT_IMPACT, CAUSE_MOTION, ++w->serial);
-    w->figures.impacts++;
-}
-
-static void tell_averted(world *w, uint32_t id)
-{
-    watch *v = &w->watches.at[id];
-    if (!v->foretold_id) return;
-    emit(w, v->interest, &v->foretold, EVENT_AVERTED, CAUSE_MOTION, v->foretold_id);
-    v->foretold_id = 0;
-    v->foretold_dirty = false;
-    if (!watch_id(v)) drop_watch(w, id);
-}
-
-/* It is known again before anything else is told of it. What it touches or is near to has been decided in this tick. */
-static void make_known(world *w, const sweep *s, uint32_t id)
-{
-    watch *v = &w->watches.at[id];
-    if (!v->unknown) return;
-    v->unknown = false;
-    const pair *p = &w->pairs.at[v->pair];
-    uint32_t result = w->outcomes.at[s->active].result;
-    if ((v->touch_id || v->near_id) && result != WORLD_NONE) {
-        const body *a = &w->bodies.at[w->solids.at[p->a].body], *b = &w->bodies.at[w->solids.at[p->b].body];
-        const interest *i = &w->interests.at[v->interest];
-        fill(w, p, &w->results.at[result], v->interest, pair_terms_of_paired(a, b).looks, &v->last);
-        v->last.achieved =
-            achieved(&w->results.at[result], &w->outcomes.at[s->active], v->touch_id ? i->threshold : i->range);
-    } else if (s->result.status != TOI_FREE) {
-        fill_sweep(w, s, &v->foretold);
-    }
-    emit(w, v->interest, watch_last(v), EVENT_KNOWN, CAUSE_MOTION, watch_id(v));
-}
-
-static void tell_foretold(world *w, const sweep *s)
-{
-    uint32_t pair_id = w->active_pairs.at[s->active], id = find_watch(w, &w->pairs.at[pair_id], s->interest);
-    if (id != WORLD_NONE) make_known(w, s, id);
-    if (s->result.status == TOI_FREE) {
-        if (id != WORLD_NONE) tell_averted(w, id);
-        return;
-    }
-    if (id == WORLD_NONE) id = add_watch(w, pair_id, s->interest);
-    watch *v = &w->watches.at[id];
-    interest *i = &w->interests.at[s->interest];
-    fill_sweep(w, s, &v->foretold);
-    bool is_new = !v->foretold_id;
-    if (is_new) {
-        v->foretold_id = ++w->serial;
-        w->figures.foretold++;
-    }
-    if (is_new || may_update(w, i)) {
-        v->foretold_dirty = false;
-        emit(w, s->interest, &v->foretold, EVENT_FORETOLD, CAUSE_MOTION, v->foretold_id);
-    } else if (!v->foretold_dirty) {
-        v->foretold_dirty = true;
-        array_push(&i->held, id);
-    }
-}
-
-void events_of_sweeps(world *w)
-{
-    for (size_t k = 0; k < w->sweeps.count; k++) {
-        if (w->sweeps.at[k].foretells)
-            tell_foretold(w, &w->sweeps.at[k]);
-        else
-            tell_impact(w, &w->sweeps.at[k]);
-    }
-}
-
 /* ---- stale bodies ---- */
 
 static void emit_whole_body(world *w, uint32_t body_id, uint32_t interest, uint8_t kind, uint8_t cause)
@@ -438,7 +336,7 @@ static void emit_whole_body(world *w, uint32_t body_id, uint32_t interest, uint8
         .hi = INFINITY,
         .age_a_ns = body_age_ns(w, b),
         .age_b_ns = -1};
-    emit(w, interest, &e, kind, cause, 0);
+    events_emit(w, interest, &e, kind, cause, 0);
 }
 
 static void tell_whole_body(world *w, uint32_t body_id, uint8_t kind, uint8_t cause)
@@ -479,7 +377,7 @@ static void tell_watches_unknown(world *w, uint32_t solid_id)
             watch *v = &w->watches.at[id];
             if (v->unknown) continue;
             v->unknown = true;
-            emit(w, v->interest, watch_last(v), EVENT_UNKNOWN, CAUSE_STALE, watch_id(v));
+            events_emit(w, v->interest, watch_last(v), EVENT_UNKNOWN, CAUSE_STALE, watch_id(v));
         }
     }
     array_free(&list.pairs);
@@ -544,14 +442,14 @@ static void release_held(world *w, uint32_t interest_id)
         if (v->unknown) continue;
         if (foretold) {
             refresh_ages(w, v, &v->foretold);
-            emit(w, interest_id, &v->foretold, EVENT_FORETOLD, CAUSE_MOTION, v->foretold_id);
+            events_emit(w, interest_id, &v->foretold, EVENT_FORETOLD, CAUSE_MOTION, v->foretold_id);
         }
         if (!dirty || !(v->touch_id || v->near_id)) continue; /* what was held back has ended */
         refresh_ages(w, v, &v->last);
         if (v->touch_id)
-            emit(w, interest_id, &v->last, EVENT_UPDATE, CAUSE_MOTION, v->touch_id);
+            events_emit(w, interest_id, &v->last, EVENT_UPDATE, CAUSE_MOTION, v->touch_id);
         else
-            emit(w, interest_id, &v->last, EVENT_NEAR, CAUSE_MOTION, v->near_id);
+            events_emit(w, interest_id, &v->last, EVENT_NEAR, CAUSE_MOTION, v->near_id);
     }
     i->held.count = 0;
 }
@@ -560,7 +458,7 @@ void events_held_back(world *w)
 {
     for (uint32_t id = 0; id < w->interests.count; id++) {
         interest *i = &w->interests.at[id];
-        if (!i->used || !i->period_ns || !may_update(w, i)) continue;
+        if (!i->used || !i->period_ns || !events_may_update(w, i)) continue;
         release_held(w, id);
         if (i->events.count) i->next_update_ns = w->now_ns + i->period_ns;
     }
@@ -583,19 +481,19 @@ static void snapshot(world *w, uint32_t id)
         world_event now =
             *watch_last(at); /* a copy: what later events tell may not depend on who asked for a snapshot */
         refresh_ages(w, at, &now);
-        if (at->touch_id) emit(w, id, &now, EVENT_BEGIN, CAUSE_SNAPSHOT, at->touch_id);
-        if (at->near_id) emit(w, id, &now, EVENT_NEAR, CAUSE_SNAPSHOT, at->near_id);
+        if (at->touch_id) events_emit(w, id, &now, EVENT_BEGIN, CAUSE_SNAPSHOT, at->touch_id);
+        if (at->near_id) events_emit(w, id, &now, EVENT_NEAR, CAUSE_SNAPSHOT, at->near_id);
         if (!at->foretold_id) continue;
         now = at->foretold;
         refresh_ages(w, at, &now);
-        emit(w, id, &now, EVENT_FORETOLD, CAUSE_SNAPSHOT, at->foretold_id);
+        events_emit(w, id, &now, EVENT_FORETOLD, CAUSE_SNAPSHOT, at->foretold_id);
     }
     i = &w->interests.at[id];
     if (i->events.count > kept)
         qsort(i->events.at + kept, i->events.count - kept, sizeof *i->events.at, compare_events);
     for (uint32_t v = i->first_watch; v != WORLD_NONE; v = w->watches.at[v].interest_next) {
         const watch *at = &w->watches.at[v];
-        if (at->unknown) emit(w, id, watch_last(at), EVENT_UNKNOWN, CAUSE_SNAPSHOT, watch_id(at));
+        if (at->unknown) events_emit(w, id, watch_last(at), EVENT_UNKNOWN, CAUSE_SNAPSHOT, watch_id(at));
     }
     if (!w->figures.stale_bodies) return;
     uint64_t mask = (uint64_t)1 << (id & 63);

@@ -9,81 +9,6 @@ enum { SWEEPS_A_CHUNK = 4 };
 /* No search is finer than this share of the pair's size. */
 static const double FINEST_SEARCH = 1e-10;
 
-/* ---- motions ---- */
-
-static double seconds(int64_t ns)
-{
-    return 1e-9 * (double)ns;
-}
-
-/* By the stamps, or where there are none, by the ticks. */
-double body_span(const world *w, const body *b)
-{
-    if (!b->moved) return 0;
-    int64_t by_stamps = b->stamp_ns - b->before_ns, by_ticks = w->now_ns - w->last_tick_ns;
-    bool stamped = b->stamp_ns && b->before_ns && by_stamps > 0;
-    return stamped ? seconds(by_stamps) : by_ticks > 0 ? seconds(by_ticks) : 1;
-}
-
-/* Two poses hide whole turns: a given angular velocity tells how many. */
-static vec3 with_whole_turns(vec3 angular, vec3 given, double span)
-{
-    static const double TURN = 6.283185307179586;
-    vec3 axis = vec_unit(vec_norm2(angular) * span * span > 1e-12 ? angular : given);
-    double turns = (vec_dot(given, axis) - vec_dot(angular, axis)) * span / TURN;
-    return vec_madd(angular, TURN * floor(turns + 0.5) / span, axis);
-}
-
-motion body_way(const body *b, double span, bool turns)
-{
-    if (!b->moved) return (motion){b->pose, VEC_ZERO, VEC_ZERO};
-    motion m = motion_between(b->before, b->pose, span);
-    if (!turns) return (motion){{b->before.p, b->pose.q}, m.linear, VEC_ZERO};
-    if (b->speed == SPEED_GIVEN) m.angular = with_whole_turns(m.angular, b->angular, span);
-    return m;
-}
-
-/* The same way in another time. */
-static motion paced(motion m, double pace)
-{
-    return (motion){m.start, vec_scale(m.linear, pace), vec_scale(m.angular, pace)};
-}
-
-/* A fixed body stands still, whatever was said of its velocity. */
-static bool has_course(const body *b)
-{
-    return !b->fixed && b->speed != SPEED_NONE;
-}
-
-motion body_course(const body *b)
-{
-    return (motion){b->pose, has_course(b) ? b->linear : VEC_ZERO, has_course(b) ? b->angular : VEC_ZERO};
-}
-
-/* One that has no mode of its own, but meets one that has, moves as it does. */
-static bool way_turns(const body *b)
-{
-    return b->ccd != WORLD_CCD_LINEAR;
-}
-
-aabb body_swept_bounds(const world *w, const body *b, const solid *s, aabb box)
-{
-    double span = body_span(w, b);
-    if (b->impacts && span > 0) {
-        motion way = body_way(b, span, way_turns(b));
-        box = aabb_union(box, motion_bounds(&way, &s->shape, s->local, span));
-    }
-    if (b->horizon > 0 && !b->fixed) {
-        motion course = body_course(b);
-        double reach = s->reach + vec_norm(s->local.p), h = b->horizon;
-        double turning =
-            b->angular_acceleration > 0 ? b->angular_acceleration * reach : 0; /* no bound: a half-space's */
-        double wander = 0.5 * (b->acceleration + turning) * h * h;
-        box = aabb_union(box, aabb_grow(motion_bounds(&course, &s->shape, s->local, h), wander * (1 + 0x1p-40)));
-    }
-    return box;
-}
-
 /* ---- which searches ---- */
 
 static bool wants_way(const body *a, const body *b)
@@ -93,7 +18,7 @@ static bool wants_way(const body *a, const body *b)
 
 static bool may_do_something(const body *b)
 {
-    return has_course(b) || (!b->fixed && (b->acceleration > 0 || b->angular_acceleration > 0));
+    return body_has_course(b) || (!b->fixed && (b->acceleration > 0 || b->angular_acceleration > 0));
 }
 
 static void add(world *w, uint32_t active, uint32_t id, bool foretells)
@@ -136,6 +61,11 @@ static void collect(world *w)
 
 /* ---- the searches ---- */
 
+static double seconds(int64_t ns)
+{
+    return 1e-9 * (double)ns;
+}
+
 /* m: how far any point of the other one may be from this one's origin while a half-space turns towards it. */
 static double arm_of_plane(const body *b, const body *other, const solid *s, double span)
 {
@@ -161,13 +91,11 @@ static int64_t newest(const body *a, const body *b)
     return a->stamp_ns > b->stamp_ns ? a->stamp_ns : b->stamp_ns;
 }
 
-/* Both ways take as long as the longer one, so that they are where they are at the same share of it. */
-static double set_ways(const world *w, sweep *s, const body *a, const body *b, toi_mover *ma, toi_mover *mb)
+/* s: how long the longer way takes. */
+static double set_way(const world *w, sweep *s, const body *a, const body *b)
 {
     double span_a = body_span(w, a), span_b = body_span(w, b), span = fmax(span_a, span_b);
     const body *longer = span_a >= span_b ? a : b;
-    ma->motion = paced(body_way(a, span_a, way_turns(a)), span_a / span);
-    mb->motion = paced(body_way(b, span_b, way_turns(b)), span_b / span);
     s->start_ns = (longer->stamp_ns ? longer->stamp_ns : w->now_ns) - (int64_t)(1e9 * span + 0.5);
     return span;
 }
@@ -194,7 +122,8 @@ static double set_courses(const world *w, sweep *s, const body *a, const body *b
     ma->motion = course_from(a, lag_a);
     mb->motion = course_from(b, lag_b);
     s->start_ns = stamp_ns ? stamp_ns : w->now_ns;
-    s->estimated = (has_course(a) && a->speed == SPEED_ESTIMATED) || (has_course(b) && b->speed == SPEED_ESTIMATED);
+    s->estimated =
+        (body_has_course(a) && a->speed == SPEED_ESTIMATED) || (body_has_course(b) && b->speed == SPEED_ESTIMATED);
     return w->interests.at[s->interest].horizon - fmax(lag_a, lag_b);
 }
 
@@ -226,7 +155,7 @@ static bool began_in_contact(const sweep *s, const toi_mover *x, const toi_mover
 {
     const toi_result *r = &s->result;
     if (s->foretells || (r->status != TOI_HIT && r->status != TOI_NEAR) || r->lo > 0) return false;
-    if (way_turns(a) && way_turns(b)) return r->gap_lo <= request->threshold;
+    if (body_way_turns(a) && body_way_turns(b)) return r->gap_lo <= request->threshold;
     narrow_request ask = {.facts = NARROW_VERDICT, .tolerance = request->tolerance, .threshold = request->threshold};
     narrow_result n;
     narrow_query_world(
@@ -241,12 +170,47 @@ enum { BARREN_MAX = 6 }; /* after so many searches for an axis in vain, one in 2
 static void find(const world *w, sweep *s, const pair *p, const toi_mover *a, const toi_mover *b,
     const toi_request *request, void *scratch)
 {
-    toi_find(a, b, request, kept_axis(w, p, s->foretells), scratch, &s->result);
+    if (can_turn(&a->motion, request->span) && can_turn(&b->motion, request->span))
+        toi_find(a, b, request, kept_axis(w, p, s->foretells), scratch, &s->result);
+    else /* service refuses such speeds; a horizon may make too many turns of them yet */
+        s->result = (toi_result){.status = TOI_UNDECIDED,
+            .hi = INFINITY,
+            .gap_lo = -INFINITY,
+            .gap_hi = INFINITY,
+            .body_a = a->motion.start,
+            .body_b = b->motion.start};
     uint64_t often = ((uint64_t)1 << p->barren) - 1;
     if (!s->foretells || !w->options.caches || s->result.status != TOI_FREE || s->result.queries == 0) return;
     if (w->figures.ticks & often) return;
     s->sought = true;
     s->free_axis = impact_axis(a, b, request, scratch, &s->result.queries);
+}
+
+/* Both ways take as long as the longer one, so that they are where they are at the same share of it. Leg by leg, the
+ * shorter of the two; a hit ends it. */
+static void search_ways(const world *w, sweep *s, const pair *p, const body *a, const body *b, toi_mover *ma,
+    toi_mover *mb, toi_request *request, void *scratch)
+{
+    double span = fmax(body_span(w, a), body_span(w, b));
+    uint32_t queries = 0, steps = 0;
+    size_t leg_a = 0, leg_b = 0;
+    for (double from = 0, to; from < 1; from = to) {
+        double end_a = body_leg_begins(a, leg_a + 1), end_b = body_leg_begins(b, leg_b + 1);
+        to = fmin(end_a, end_b);
+        request->span = (to - from) * span;
+        ma->motion = body_leg(w, a, leg_a, from, span);
+        mb->motion = body_leg(w, b, leg_b, from, span);
+        leg_a += end_a <= to, leg_b += end_b <= to;
+        if (!(request->span > 0)) continue;
+        find(w, s, p, ma, mb, request, scratch);
+        queries += s->result.queries, steps += s->result.steps;
+        if (s->result.status == TOI_FREE) continue;
+        s->result.lo += from * span;
+        s->result.hi += from * span;
+        break;
+    }
+    s->result.queries = queries;
+    s->result.steps = steps;
 }
 
 static void keep_axis(world *w, const sweep *s)
@@ -270,12 +234,10 @@ static void search(const world *w, sweep *s, void *scratch)
     const body *a = &w->bodies.at[x->body], *b = &w->bodies.at[y->body];
     const interest *i = &w->interests.at[s->interest];
     toi_mover ma = {&x->shape, x->local, {.start = a->pose}}, mb = {&y->shape, y->local, {.start = b->pose}};
-    double span = s->foretells ? set_courses(w, s, a, b, &ma, &mb) : set_ways(w, s, a, b, &ma, &mb);
+    double span = s->foretells ? set_courses(w, s, a, b, &ma, &mb) : set_way(w, s, a, b);
     double size = (isfinite(x->reach) ? x->reach : 0) + (isfinite(y->reach) ? y->reach : 0);
-    if (!(span > 0)) { /* one of them was last heard of a horizon ago */
-        s->result = (toi_result){.status = TOI_FREE, .lo = INFINITY, .hi = INFINITY};
-        return;
-    }
+    s->result = (toi_result){.status = TOI_FREE, .lo = INFINITY, .hi = INFINITY};
+    if (!(span > 0)) return; /* one of them was last heard of a horizon ago */
     double wander_a = s->foretells ? wander_of(a, x, b, y, i->horizon) : 0;
     double wander_b = s->foretells ? wander_of(b, y, a, x, i->horizon) : 0;
     double drift = s->foretells ? drift_of(a, s, wander_a, span) + drift_of(b, s, wander_b, span) : 0;
@@ -283,15 +245,10 @@ static void search(const world *w, sweep *s, void *scratch)
         .threshold = i->threshold + pair_terms_of_paired(a, b).padding + drift,
         .tolerance = fmax(fmax(interest_tolerance(i, size), FINEST_SEARCH * size), 1e-300),
         .wander = wander_a + wander_b};
-    if (can_turn(&ma.motion, span) && can_turn(&mb.motion, span))
+    if (s->foretells)
         find(w, s, p, &ma, &mb, &request, scratch);
-    else /* service refuses such speeds; a horizon may make too many turns of them yet */
-        s->result = (toi_result){.status = TOI_UNDECIDED,
-            .hi = INFINITY,
-            .gap_lo = -INFINITY,
-            .gap_hi = INFINITY,
-            .body_a = ma.motion.start,
-            .body_b = mb.motion.start};
+    else
+        search_ways(w, s, p, a, b, &ma, &mb, &request, scratch);
     s->began = began_in_contact(s, &ma, &mb, a, b, &request, scratch);
 }
 

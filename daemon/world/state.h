@@ -13,6 +13,11 @@
 #include "broad/broad.h"
 #include "world.h"
 
+typedef struct waypoint { /* where a body was between two ticks */
+    pose pose;
+    int64_t stamp_ns;
+} waypoint;
+
 typedef struct body {
     char *name, *group;
     bool used, fixed, ghost;
@@ -30,10 +35,11 @@ typedef struct body {
     uint32_t serial;                          /* of its entry among the expiries: an older one is void */
     bool expiry_queued;                       /* it has one */
     pose pose;
-    pose before;       /* at the last tick, ... */
-    int64_t before_ns; /* ... its stamp */
-    bool moved;        /* between the two, on a way that may be swept */
-    bool teleported;   /* since the last tick */
+    pose before;            /* at the last tick, ... */
+    int64_t before_ns;      /* ... its stamp */
+    bool moved;             /* between the two, on a way that may be swept */
+    bool teleported;        /* since the last tick */
+    ARRAY(waypoint) passed; /* between `before` and `pose`, while an interest in impacts is there */
     world_ccd ccd;
     enum { SPEED_NONE, SPEED_ESTIMATED, SPEED_GIVEN } speed;
     vec3 linear, angular; /* m/s, rad/s: as of `speed` */
@@ -273,19 +279,29 @@ void work_charge(world *w); /* what interests cost, and what of theirs is left u
 bool pair_is_told(const world *w, const pair *p);
 bool pair_is_foretold(const world *w, const pair *p);
 
-/* impact.c */
-double body_span(const world *w, const body *b); /* s, of its way since the last tick; 0: it did not move */
-motion body_way(const body *b, double span, bool turns);
+/* way.c */
+enum { WAYPOINTS_MAX = 64 }; /* of a body in one tick; beyond it every other one is left out, and counted */
+double body_span(const world *w, const body *b);   /* s, of its way since the last tick; 0: it did not move */
+double body_leg_begins(const body *b, size_t leg); /* as a share of the way's time; of the one behind the last: 1 */
+/* The leg from the share `from` on, which is in it, when the whole way takes `span` seconds instead of its own. */
+motion body_leg(const world *w, const body *b, size_t leg, double from, double span);
+void body_pass(world *w, body *b); /* another pose is coming: the one that it has may become a waypoint */
+bool body_way_turns(const body *b);
+bool body_has_course(const body *b);
 motion body_course(const body *b); /* from its pose on */
 aabb body_swept_bounds(const world *w, const body *b, const solid *s, aabb box);
+
+/* impact.c */
 void impact_decide(world *w);
 
 /* impact_axis.c */
 /* A world direction that may keep them apart from 0 to the span; zero: none was found. */
 vec3 impact_axis(const toi_mover *a, const toi_mover *b, const toi_request *request, void *scratch, uint32_t *queries);
 
-/* events.c */
+/* events_impact.c */
 void events_of_sweeps(world *w);
+
+/* events.c; what its files share is in events.h */
 void events_teleported(world *w);
 void events_pair_ended(world *w, uint32_t pair, uint8_t cause);
 void events_unmatched(world *w);

@@ -57,6 +57,7 @@ static void free_bodies(world *w)
         free(b->shapes);
         free(b->match_a);
         free(b->match_b);
+        array_free(&b->passed);
     }
     array_free(&w->bodies);
 }

@@ -202,6 +202,7 @@ collided_status rig_move(collided *c, collided_body body, double x, int64_t step
 
 static void count_event(heard *h, const collided_event *e)
 {
+    if ((size_t)e->kind >= HEARD_KINDS) fail_msg("an event of kind %d", (int)e->kind);
     h->kinds[e->kind]++;
     snprintf(h->cause[e->kind], sizeof h->cause[0], "%s", e->cause);
     if (e->kind == COLLIDED_BEGIN) h->touching++;

@@ -40,10 +40,12 @@ long rig_resident_kb(pid_t pid);
 
 /* ---- clients in this process ---- */
 
-typedef struct heard { /* by a subscription */
-    size_t kinds[8];   /* events by collided_event_kind */
-    char cause[8][16]; /* of the last one of each kind */
-    size_t touching;   /* contacts now, counted from begins, ends and snapshots */
+enum { HEARD_KINDS = COLLIDED_EVENT_AVERTED + 1 };
+
+typedef struct heard {           /* by a subscription */
+    size_t kinds[HEARD_KINDS];   /* events by collided_event_kind */
+    char cause[HEARD_KINDS][16]; /* of the last one of each kind */
+    size_t touching;             /* contacts now, counted from begins, ends and snapshots */
     size_t snapshots, batches;
     int64_t epoch, batch, step, lost;
     bool closing;

@@ -1,5 +1,5 @@
 /* What must hold between times of impact: the same verdict for every split of the span, the same bits at every scale
- * and place, and with room left for acceleration (wander) no accelerated motion touches before. */
+ * and place, with any guess, and with room left for acceleration (wander) no accelerated motion touches before. */
 #include "toi_pairs.h"
 #include "toi_truth.h"
 
@@ -12,7 +12,13 @@
 
 #include <cmocka.h>
 
-enum { SPLITS = 1500, SCALED = 1500, WANDERING = 600, SAMPLES = 60 }; /* COLLIDED_NIGHTLY: 20 times as many */
+enum {
+    SPLITS = 1500,
+    SCALED = 1500,
+    WANDERING = 600,
+    GUESSED = 1500,
+    SAMPLES = 60
+}; /* COLLIDED_NIGHTLY: 20 times as many */
 
 static uint64_t times(uint64_t count)
 {
@@ -231,9 +237,70 @@ static void the_room_for_acceleration_is_what_it_says(void **state)
     assert_int_equal(t.status, TOI_FREE);
 }
 
+/* ---- guesses ---- */
+
+static bool same_answer(const toi_result *x, const toi_result *y)
+{
+    if (x->status != y->status || !same(&x->lo, &y->lo, sizeof x->lo) || !same(&x->hi, &y->hi, sizeof x->hi))
+        return false;
+    if (x->status == TOI_FREE) return true;
+    return x->gap_lo == y->gap_lo && x->gap_hi == y->gap_hi && x->closing == y->closing &&
+           same(&x->axis, &y->axis, sizeof x->axis) && same(&x->point_a, &y->point_a, sizeof x->point_a) &&
+           same(&x->point_b, &y->point_b, sizeof x->point_b) && same(&x->body_a, &y->body_a, sizeof x->body_a) &&
+           same(&x->body_b, &y->body_b, sizeof x->body_b);
+}
+
+/* A cache may change the time, never the answer: with the axes of the least distances at several times, of what passes
+ * by closely, slowly or at a thousand sizes a second. */
+static void a_guess_changes_no_answer(void **state)
+{
+    (void)state;
+    static const double SPEEDS[] = {0.01, 1, 1, 1000};
+    uint32_t frees = 0, believed = 0;
+    for (uint64_t i = 0; i < times(GUESSED); i++) {
+        toi_pair p;
+        toi_pair_any(0x6e55000000 + i, &toi_manners[i % TOI_MANNERS], &p);
+        p.b.motion.linear = vec_scale(p.b.motion.linear, SPEEDS[i / TOI_MANNERS % 4]);
+        p.request.wander = i % 7 == 0 ? 0.1 * p.size : 0;
+        toi_result cold = toi_pair_find(&p);
+        frees += cold.status == TOI_FREE;
+        for (int k = 0; k <= 4; k++) {
+            toi_result t;
+            vec3 guess = toi_truth_at(&p.a, &p.b, 0.25 * k, 1e-9 * p.size, case_scratch()).axis;
+            toi_find(&p.a, &p.b, &p.request, guess, case_scratch(), &t);
+            if (!same_answer(&cold, &t))
+                fail_msg("pair %llu: %s [%.17g, %.17g] becomes %s [%.17g, %.17g]", (unsigned long long)i,
+                    toi_status_name(cold.status), cold.lo, cold.hi, toi_status_name(t.status), t.lo, t.hi);
+            believed += t.queries < cold.queries && t.queries == 0;
+        }
+    }
+    print_message("%u free, %u guesses spared a search\n", frees, believed);
+    assert_true(frees > times(GUESSED) / 8 && believed > times(GUESSED) / 60);
+}
+
+/* A cylinder that slides by over another: a guess is believed where what it keeps is above a 400th of the way, so that
+ * a search surely ends with the same. */
+static void a_guess_is_believed_where_a_search_surely_ends(void **state)
+{
+    (void)state;
+    static const double GAPS[] = {0.0026, 0.0024}; /* of a way of 1 m */
+    shape round = {.type = SHAPE_CYLINDER, .half = {0.1, 0.1, 0.1}};
+    for (size_t i = 0; i < sizeof GAPS / sizeof *GAPS; i++) {
+        toi_mover a = {&round, POSE_IDENTITY, {POSE_IDENTITY, VEC_ZERO, VEC_ZERO}}, b = a;
+        b.motion = (motion){{{-0.5, 0, 0.2 + GAPS[i]}, POSE_IDENTITY.q}, {1, 0, 0}, VEC_ZERO};
+        toi_request r = {.span = 1, .tolerance = 1e-6};
+        toi_result t;
+        toi_find(&a, &b, &r, vec(0, 0, 1), case_scratch(), &t);
+        assert_int_equal(t.status, TOI_FREE);
+        assert_int_equal(t.queries == 0, GAPS[i] * 400 > 1);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_guess_changes_no_answer),
+        cmocka_unit_test(a_guess_is_believed_where_a_search_surely_ends),
         cmocka_unit_test(every_split_gives_the_same_verdict),
         cmocka_unit_test(scale_and_place_change_no_bit),
         cmocka_unit_test(accelerated_motions_do_not_touch_before),

@@ -322,8 +322,8 @@ static void impacts_do_not_depend_on_workers_or_caches(void **state)
     assert_true(fly(1, false, &more) == one);
 }
 
-/* Boxes that fly by each other, 100 times a second over a second: the axis that kept a pair apart in one tick spares it
- * the search in the next, and nobody is told anything else. */
+/* Cylinders that fly by each other, 100 times a second over a second: the axis that kept a pair apart in one tick
+ * spares it the search in the next, and nobody is told anything else. */
 static uint64_t fly_by(bool caches, world_figures *f)
 {
     enum { PAIRS = 40, TICKS = 50 };
@@ -331,7 +331,7 @@ static uint64_t fly_by(bool caches, world_figures *f)
     uint32_t ids[PAIRS];
     char name[8];
     uint64_t hash = 0;
-    world_shape s = {.shape = {.type = SHAPE_BOX, .half = {0.5, 0.1, 0.3}}, .local = POSE_IDENTITY};
+    world_shape s = {.shape = {.type = SHAPE_CYLINDER, .half = {0.12, 0.12, 0.5}}, .local = POSE_IDENTITY};
     for (int i = 0; i < 2 * PAIRS; i++) {
         double aside = 0.2 + 0.02 * (i / 2); /* of its line */
         snprintf(name, sizeof name, "b%d", i);

@@ -4,6 +4,9 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
+
+enum { WAYPOINTS = 64 }; /* of a body in one tick */
 
 static const quat UPRIGHT = {1, 0, 0, 0};
 
@@ -292,9 +295,74 @@ static void a_pair_that_is_none_any_more_to_one_interest_ends_there(void **state
     world_destroy(w);
 }
 
+static const world_event *first_impact(const world_batch *b)
+{
+    for (size_t i = 0; b && i < b->count; i++)
+        if (b->events[i].kind == EVENT_IMPACT) return &b->events[i];
+    return NULL;
+}
+
+/* Round a corner within one tick: what stands before the corner is met, what stands on the straight line is not; and
+ * when, the stamps say. */
+static void every_pose_between_two_ticks_is_on_the_way(void **state)
+{
+    (void)state;
+    for (int stamped = 0; stamped <= 1; stamped++) {
+        world *w = scene_world(1, true);
+        uint32_t id = ball(w, "ball", VEC_ZERO, 0.1, WORLD_CCD_FULL);
+        ball(w, "at the corner", vec(0, 2.5, 0), 0.5, WORLD_CCD_OFF); /* which it does not reach */
+        ball(w, "before the corner", vec(0.5, 1, 0), 0.41, WORLD_CCD_OFF);
+        ball(w, "on the straight line", vec(1, 1, 0), 0.05, WORLD_CCD_OFF);
+        world_interest all = all_of(WORLD_IMPACT, 0);
+        scene_interest(w, &all);
+        scene_tick(w, SECOND);
+        move(w, id, vec(0, 1.5, 0), UPRIGHT, stamped ? SECOND + SECOND / 4 : 0, NULL, NULL);
+        move(w, id, vec(2, 2, 0), UPRIGHT, stamped ? 2 * (int64_t)SECOND : 0, NULL, NULL);
+        const world_batch *b = scene_tick(w, 2 * (int64_t)SECOND);
+        const world_event *e = first_impact(b);
+        assert_int_equal(count(b, EVENT_IMPACT), 1);
+        assert_non_null(e);
+        bool is_it = strcmp(e->name_a, "before the corner") == 0 || strcmp(e->name_b, "before the corner") == 0;
+        assert_true(is_it);
+        double y = 1 - sqrt(0.51 * 0.51 - 0.25), leg = stamped ? 0.25 : 0.5; /* s, for the first 1.5 m */
+        assert_true(e->impact.lo <= leg * y / 1.5 && e->impact.hi >= leg * y / 1.5 && e->impact.hi < leg);
+        assert_int_equal(world_get_figures(w).coarse_ways, 0);
+        world_destroy(w);
+    }
+}
+
+/* A circle of so many poses about a post that every straight line between them misses, and then a dash into it. Of a
+ * pose more than are kept, every other one goes, and that is counted. */
+static void more_poses_than_are_kept_are_counted(void **state)
+{
+    (void)state;
+    for (int more = 0; more <= 1; more++) {
+        world *w = scene_world(1, true);
+        uint32_t id = ball(w, "ball", vec(1, 0, 0), 0.1, WORLD_CCD_FULL);
+        ball(w, "post", VEC_ZERO, 0.8, WORLD_CCD_OFF);
+        world_interest all = all_of(WORLD_IMPACT, 0);
+        scene_interest(w, &all);
+        scene_tick(w, SECOND);
+        int poses = WAYPOINTS + 1 + more;
+        for (int k = 1; k <= poses; k++) {
+            double angle = 6.2 * k / poses;
+            move(w, id, vec(cos(angle), sin(angle), 0), UPRIGHT, SECOND + k, NULL, NULL);
+        }
+        assert_int_equal(count(scene_tick(w, 2 * (int64_t)SECOND), EVENT_IMPACT), 0);
+        assert_int_equal(world_get_figures(w).coarse_ways, more);
+        for (int k = 1; k <= 3; k++) /* through the post and back: neither end touches it */
+            move(w, id, vec(k % 2 ? -1 : 1, 0, 0), UPRIGHT, 2 * (int64_t)SECOND + k, NULL, NULL);
+        move(w, id, vec(1, 0, 0), UPRIGHT, 2 * (int64_t)SECOND + 4, NULL, NULL);
+        assert_int_equal(count(scene_tick(w, 3 * (int64_t)SECOND), EVENT_IMPACT), 1);
+        world_destroy(w);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(every_pose_between_two_ticks_is_on_the_way),
+        cmocka_unit_test(more_poses_than_are_kept_are_counted),
         cmocka_unit_test(each_ways_turns_are_those_of_its_own_time),
         cmocka_unit_test(what_keeps_its_orientation_does_not_turn),
         cmocka_unit_test(a_linear_way_that_begins_in_contact_is_told),

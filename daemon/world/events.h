@@ -1,0 +1,30 @@
+/* events: how events are made and whom they are told, for the files that tell them. Tick thread. */
+#ifndef COLLIDED_WORLD_EVENTS_H
+#define COLLIDED_WORLD_EVENTS_H
+
+#include "state.h"
+
+/* Into the interest's list of this tick, and into the hash unless it is a snapshot's. */
+void events_emit(world *w, uint32_t interest, const world_event *e, uint8_t kind, uint8_t cause, int64_t contact);
+
+/* What the narrow phase found out about a pair, as the interest is told it: in its order of A and B. */
+void events_fill(const world *w, const pair *p, const narrow_result *r, uint32_t interest, int looks, world_event *e);
+
+/* What the interval is, beside what was asked; `limit`: the threshold or the range that it is told for. */
+uint8_t events_achieved(const narrow_result *r, const outcome *o, double limit);
+
+/* Is this pair A and B to the interest the other way round? Where it may be both, A is the one that looks. */
+bool events_is_turned(const body *a, const body *b, uint32_t interest, int looks);
+void events_turn_round(world_event *e);
+
+/* Does the interest's rate allow an update in this tick? */
+bool events_may_update(const world *w, const interest *i);
+
+/* Watches: what one interest was told of one pair. */
+int64_t watch_id(const watch *v); /* of what was told first; 0: nothing stands */
+const world_event *watch_last(const watch *v);
+uint32_t watch_find(const world *w, const pair *p, uint32_t interest); /* WORLD_NONE: there is none */
+uint32_t watch_add(world *w, uint32_t pair, uint32_t interest);
+void watch_drop(world *w, uint32_t id);
+
+#endif

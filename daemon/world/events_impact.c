@@ -1,0 +1,103 @@
+/* events_impact: what the searches of a tick mean to each interest: impact; foretold, averted. In the order of the
+ * searches, which is that of active pairs and of interest ids. Tick thread. */
+#include "events.h"
+
+static void fill_sweep(const world *w, const sweep *s, world_event *e)
+{
+    const pair *p = &w->pairs.at[w->active_pairs.at[s->active]];
+    const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
+    const body *x = &w->bodies.at[a->body], *y = &w->bodies.at[b->body];
+    const toi_result *r = &s->result;
+    *e = (world_event){.name_a = x->name,
+        .name_b = y->name,
+        .shape_a = a->index,
+        .shape_b = b->index,
+        .lo = r->gap_lo,
+        .hi = r->gap_hi,
+        .axis = r->axis,
+        .point_a = r->point_a,
+        .point_b = r->point_b,
+        .age_a_ns = body_age_ns(w, x),
+        .age_b_ns = body_age_ns(w, y),
+        .achieved = r->status == TOI_HIT    ? WORLD_CERTAIN
+                    : r->status == TOI_NEAR ? WORLD_WITHIN
+                                            : WORLD_WIDE,
+        .impact = {r->lo, r->hi, s->start_ns, r->body_a, r->body_b, s->estimated},
+        .closing = r->closing};
+    if (events_is_turned(x, y, s->interest, pair_terms_of_paired(x, y).looks)) events_turn_round(e);
+}
+
+static void tell_impact(world *w, const sweep *s)
+{
+    if (s->result.status == TOI_FREE || s->began) return;
+    world_event e;
+    fill_sweep(w, s, &e);
+    events_emit(w, s->interest, &e, EVENT_IMPACT, CAUSE_MOTION, ++w->serial);
+    w->figures.impacts++;
+}
+
+static void tell_averted(world *w, uint32_t id)
+{
+    watch *v = &w->watches.at[id];
+    if (!v->foretold_id) return;
+    events_emit(w, v->interest, &v->foretold, EVENT_AVERTED, CAUSE_MOTION, v->foretold_id);
+    v->foretold_id = 0;
+    v->foretold_dirty = false;
+    if (!watch_id(v)) watch_drop(w, id);
+}
+
+/* It is known again before anything else is told of it. What it touches or is near to has been decided in this tick. */
+static void make_known(world *w, const sweep *s, uint32_t id)
+{
+    watch *v = &w->watches.at[id];
+    if (!v->unknown) return;
+    v->unknown = false;
+    const pair *p = &w->pairs.at[v->pair];
+    uint32_t result = w->outcomes.at[s->active].result;
+    if ((v->touch_id || v->near_id) && result != WORLD_NONE) {
+        const body *a = &w->bodies.at[w->solids.at[p->a].body], *b = &w->bodies.at[w->solids.at[p->b].body];
+        const interest *i = &w->interests.at[v->interest];
+        events_fill(w, p, &w->results.at[result], v->interest, pair_terms_of_paired(a, b).looks, &v->last);
+        v->last.achieved =
+            events_achieved(&w->results.at[result], &w->outcomes.at[s->active], v->touch_id ? i->threshold : i->range);
+    } else if (s->result.status != TOI_FREE) {
+        fill_sweep(w, s, &v->foretold);
+    }
+    events_emit(w, v->interest, watch_last(v), EVENT_KNOWN, CAUSE_MOTION, watch_id(v));
+}
+
+static void tell_foretold(world *w, const sweep *s)
+{
+    uint32_t pair_id = w->active_pairs.at[s->active], id = watch_find(w, &w->pairs.at[pair_id], s->interest);
+    if (id != WORLD_NONE) make_known(w, s, id);
+    if (s->result.status == TOI_FREE) {
+        if (id != WORLD_NONE) tell_averted(w, id);
+        return;
+    }
+    if (id == WORLD_NONE) id = watch_add(w, pair_id, s->interest);
+    watch *v = &w->watches.at[id];
+    interest *i = &w->interests.at[s->interest];
+    fill_sweep(w, s, &v->foretold);
+    bool is_new = !v->foretold_id;
+    if (is_new) {
+        v->foretold_id = ++w->serial;
+        w->figures.foretold++;
+    }
+    if (is_new || events_may_update(w, i)) {
+        v->foretold_dirty = false;
+        events_emit(w, s->interest, &v->foretold, EVENT_FORETOLD, CAUSE_MOTION, v->foretold_id);
+    } else if (!v->foretold_dirty) {
+        v->foretold_dirty = true;
+        array_push(&i->held, id);
+    }
+}
+
+void events_of_sweeps(world *w)
+{
+    for (size_t k = 0; k < w->sweeps.count; k++) {
+        if (w->sweeps.at[k].foretells)
+            tell_foretold(w, &w->sweeps.at[k]);
+        else
+            tell_impact(w, &w->sweeps.at[k]);
+    }
+}
