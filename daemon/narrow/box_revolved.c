@@ -293,6 +293,7 @@ static void try_axes(search *x)
     const scene *c = x->scene;
     vec3 t = c->t;
     if (vec_norm2(t) > 0) take(x, direction_of(t));
+    if (!is_deep(x)) return;
     take(x, vec(t.x < 0 ? -1 : 1, 0, 0));
     take(x, vec(0, t.y < 0 ? -1 : 1, 0));
     take(x, vec(0, 0, t.z < 0 ? -1 : 1));
@@ -303,6 +304,7 @@ static bool open_cells(search *x)
     const scene *c = x->scene;
     end ends[2];
     try_axes(x);
+    if (!is_deep(x)) return false;
     for (int i = 0; i < 2; i++) {
         double side = 2 * i - 1;
         vec3 n = vec_scale(c->u, side);

@@ -5,7 +5,7 @@
 
 #include "unit_pair.h"
 
-/* False when the cores do not overlap by a tenth of the pair's size, or when the search did not reach the goal:
+/* False when the cores do not overlap by 0.15 of the pair's size, or when the search did not reach the goal:
  * then out->axis is zero, and nothing else of *out is written. */
 bool box_revolved_measure(const unit_pair *p, const narrow_goal *goal, span *out);
 

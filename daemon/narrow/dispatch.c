@@ -62,12 +62,6 @@ static void depth_by_axes(const unit_pair *p, const gjk_result *start, span *out
     if (out->lo >= 0) out->hi = max_of(out->lo, start->span.hi);
 }
 
-static bool depth_by_small_surface(const unit_pair *p, const narrow_goal *goal, const gjk_result *start, span *out)
-{
-    if (polytope_depth_applies(p)) return polytope_depth(p, goal, start, out);
-    return pieces_apply(p) && curved_depth(p, goal, start, out);
-}
-
 void dispatch_general(
     const unit_pair *p, const narrow_goal *goal, bool only_general, vec3 seed, epa_scratch *scratch, span *out)
 {
@@ -83,7 +77,9 @@ void dispatch_general(
         if (out->lo < 0) witness_deepest(p, out);
         return;
     }
-    if (only_general || !depth_by_small_surface(p, goal, &start, out)) epa_depth(p, goal, &start, scratch, out);
+    bool curved = !only_general && pieces_apply(p) && curved_depth(p, goal, &start, out);
+    if (!curved && (only_general || !polytope_depth_applies(p) || !polytope_depth(p, goal, &start, out)))
+        epa_depth(p, goal, &start, scratch, out);
     bool closed = out->hi - out->lo <= p->error || narrow_goal_reached(goal, out->lo, out->hi);
     if (!only_general && !closed && sat_applies(p)) depth_by_axes(p, &start, out);
     if (!closed) coaxial_depth(p, out);

@@ -23,11 +23,11 @@
 enum { CELLS_MAX = 48 /* open at a time */, SPLITS_MAX = 200 };
 
 static const double PARALLEL =
-    0.01; /* sine of the angle between the axes; below, corners of cells are ill-conditioned */
+    0.01;                          /* sine of the angle between the axes; below, corners of cells are ill-conditioned */
 static const double SHALLOW = 0.1; /* of the size: less depth is found sooner by other means */
-static const double NOISE = 64;     /* rounding of a bound, in units of the last place, with room */
-static const double SLACK = 1e-12;  /* by which a point may be outside of a cell and still counts for its bound */
-static const double EDGE = 0.1;     /* no part of a cell that is split is smaller than this share */
+static const double NOISE = 64;    /* rounding of a bound, in units of the last place, with room */
+static const double SLACK = 1e-12; /* by which a point may be outside of a cell and still counts for its bound */
+static const double EDGE = 0.1;    /* no part of a cell that is split is smaller than this share */
 
 typedef struct scene {
     const unit_pair *p;

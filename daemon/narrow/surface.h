@@ -1,7 +1,7 @@
 /* surface: a closed surface of triangles between points of B - A around the origin, that grows: the machine of
- * polytope_depth.c and of curved_depth.c. At most 64 points; facets in columns, looked at side by side; which facet is
- * left of a directed edge stands in a table. Inlined into functions of LANES_WIDE and others. Pure; any thread. About
- * 20 kB on the caller's stack. */
+ * polytope_depth.c, for curved_depth.c (polytopes' surfaces are remembered and placed anew, curved ones are not). At
+ * most 64 points; facets in columns, looked at side by side; which facet is left of a directed edge stands in a table.
+ * Inlined into functions of LANES_WIDE and others. Pure; any thread. About 20 kB on the caller's stack. */
 #ifndef COLLIDED_NARROW_SURFACE_H
 #define COLLIDED_NARROW_SURFACE_H
 
