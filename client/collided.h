@@ -326,19 +326,19 @@ typedef struct collided_impact {
 
 /* How far a pair is looked into for its touch, distance and manifold (README, "The dial"). */
 typedef enum collided_accuracy { /* numbers as on the wire */
-    COLLIDED_BY_TOLERANCE, /* until its interval is as narrow as the tolerance */
-    COLLIDED_BY_BOXES,     /* touch, distance: bounds by boxes and one support point a shape. Told anew only when they
-                              no longer hold; the cheapest. Who may touch is told to touch */
-    COLLIDED_BY_VERDICT    /* touch: until it is proven that they touch or not, in extended arithmetic where need be;
-                              the interval is no narrower than that takes */
+    COLLIDED_BY_TOLERANCE,       /* until its interval is as narrow as the tolerance */
+    COLLIDED_BY_BOXES,  /* touch, distance: bounds by boxes and one support point a shape. Told anew only when they
+                           no longer hold; the cheapest. Who may touch is told to touch */
+    COLLIDED_BY_VERDICT /* touch: until it is proven that they touch or not, in extended arithmetic where need be;
+                           the interval is no narrower than that takes */
 } collided_accuracy;
 
 /* What an interval is, beside what was asked. */
 typedef enum collided_achieved { /* numbers as on the wire */
-    COLLIDED_CERTAIN, /* as narrow as asked; and that they touch, are near, or are not, is proven */
-    COLLIDED_WITHIN,  /* as narrow as asked; but the threshold (range, or 0) lies within it */
-    COLLIDED_WIDE,    /* wider than asked: arithmetic or iterations ended */
-    COLLIDED_STOPPED  /* wider than asked: the daemon's budget of a tick ended; it goes on in the next one */
+    COLLIDED_CERTAIN,            /* as narrow as asked; and that they touch, are near, or are not, is proven */
+    COLLIDED_WITHIN,             /* as narrow as asked; but the threshold (range, or 0) lies within it */
+    COLLIDED_WIDE,               /* wider than asked: arithmetic or iterations ended */
+    COLLIDED_STOPPED             /* wider than asked: the daemon's budget of a tick ended; it goes on in the next one */
 } collided_achieved;
 
 /* One of up to four points of a manifold. */
@@ -377,7 +377,7 @@ typedef struct collided_batch { /* all events of one tick on one stream */
     const char *stream;
     int64_t epoch, batch, tick, stamp_ns, latest_pose_ns, step;
     int64_t undone; /* pairs of this interest that the budget of the tick left with a wider interval than it asks */
-    bool snapshot; /* the whole current state: forget what you knew */
+    bool snapshot;  /* the whole current state: forget what you knew */
     bool closing;
     int64_t lost; /* batches that were lost before this one, which is then a snapshot: after a loss nothing is delivered
                      until the library has asked for one and got it */
@@ -393,16 +393,16 @@ typedef struct collided_interest_def {
     unsigned facts;       /* of collided_fact; default COLLIDED_TOUCH */
     const char *select_a; /* pairs of a body that matches this and another that matches that; default "*", "*" */
     const char *select_b;
-    const char *stream; /* name of the stream; NULL = one of its own */
-    double threshold_m; /* a contact is a pair at or below it; default 0 */
-    double range_m;     /* COLLIDED_DISTANCE: report pairs nearer than this */
+    const char *stream;         /* name of the stream; NULL = one of its own */
+    double threshold_m;         /* a contact is a pair at or below it; default 0 */
+    double range_m;             /* COLLIDED_DISTANCE: report pairs nearer than this */
     collided_accuracy accuracy; /* default COLLIDED_BY_TOLERANCE */
     double tolerance_m;         /* asked width of the intervals; default 0: relative_tolerance says it */
     double relative_tolerance;  /* the same as a share of the pair's size (the reaches of both shapes together), where
                                    tolerance_m is 0; 1e-15 to 1, default 1e-6. Both 0: as narrow as arithmetic gives */
-    double horizon_s;   /* COLLIDED_FORETELL: how far ahead, from the newest pose of a pair on, to which an older one is
-                           carried on; until so long after the older one; > 0, at most a day */
-    double rate_hz;     /* updates at most so often; 0 = each tick */
+    double horizon_s; /* COLLIDED_FORETELL: how far ahead, from the newest pose of a pair on, to which an older one is
+                         carried on; until so long after the older one; > 0, at most a day */
+    double rate_hz;   /* updates at most so often; 0 = each tick */
     collided_events *callback;
     void *context;
 } collided_interest_def;
@@ -422,9 +422,9 @@ typedef struct collided_hit {
     const char *name_a, *name_b;
     double lo, hi;
     double axis[3], point_a[3], point_b[3];
-    double orientation[4]; /* collided_query_bodies */
-    double age_s;          /* -1 = not stamped */
-    bool stale;            /* unknown: past the deadline */
+    double orientation[4];      /* collided_query_bodies */
+    double age_s;               /* -1 = not stamped */
+    bool stale;                 /* unknown: past the deadline */
     collided_achieved achieved; /* of the tolerance that was asked for; of bodies and boxes: 0 */
 } collided_hit;
 

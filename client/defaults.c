@@ -42,7 +42,8 @@ collided_body_def collided_body_def_default(void)
 
 collided_interest_def collided_interest_def_default(void)
 {
-    return (collided_interest_def){.facts = COLLIDED_TOUCH, .select_a = "*", .select_b = "*", .relative_tolerance = 1e-6};
+    return (collided_interest_def){
+        .facts = COLLIDED_TOUCH, .select_a = "*", .select_b = "*", .relative_tolerance = 1e-6};
 }
 
 static collided_shape shape(collided_shape_type type, double x, double y, double z, double radius)

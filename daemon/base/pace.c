@@ -2,12 +2,13 @@
  * for what is granted last. */
 #include "pace.h"
 
-static const double UNIT_FIRST = 2;     /* ns, before anything is known: rather too much */
-static const double REST_FIRST = 0.25;  /* of the budget */
-static const double SLICE = 0.7;        /* of what is left, ... */
-static const double LAST_SLICE = 0.125; /* ... unless that is less than this share of the budget */
-static const double END = 0.02;         /* of the budget: not worth a slice */
-static const double LEARN_UNIT = 0.125, LEARN_MORE_REST = 0.5, LEARN_LESS_REST = 0.02;
+static const double UNIT_FIRST = 2;    /* ns, before anything is known: rather too much */
+static const double REST_FIRST = 0.25; /* of the budget */
+static const double TARGET = 0.95;     /* of the budget: the last piece of work may take longer than expected */
+static const double SLICE = 0.6;       /* of what is left, ... */
+static const double LAST_SLICE = 0.12; /* ... unless that is less than this share of the budget */
+static const double END = 0.02;        /* of the budget: not worth a slice */
+static const double LEARN_UNIT = 0.125, LEARN_MORE_REST = 0.5, LEARN_LESS_REST = 0.05;
 static const uint64_t UNITS_TO_LEARN_FROM = 2000;
 
 void pace_init(pace *p, int64_t limit_ns)
@@ -35,7 +36,7 @@ static void learn_unit(pace *p, int64_t now_ns, uint64_t done)
 uint64_t pace_grant(pace *p, int64_t now_ns, uint64_t done)
 {
     learn_unit(p, now_ns, done);
-    double limit = (double)p->limit_ns, left = limit - (double)(now_ns - p->began_ns) - p->rest_ns;
+    double limit = (double)p->limit_ns, left = TARGET * limit - (double)(now_ns - p->began_ns) - p->rest_ns;
     p->last_ns = now_ns;
     p->last_done = done;
     p->granted = true;

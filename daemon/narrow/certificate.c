@@ -36,8 +36,8 @@ double narrow_separation(
     return unit_pair_separation(&p, axis, hint_a, hint_b);
 }
 
-/* The cores are no farther from each other than their two support points, and no translation shorter than the sum of the
- * radii less that distance parts the rounded shapes: a distance changes by at most what one moves. */
+/* The cores are no farther from each other than their two support points, and no translation shorter than the sum of
+ * the radii less that distance parts the rounded shapes: a distance changes by at most what one moves. */
 void narrow_bounds(const shape *a, const shape *b, const pose *b_in_a, vec3 axis, narrow_result *result)
 {
     unit_pair p;

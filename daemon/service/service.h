@@ -139,10 +139,10 @@ typedef struct service {
     int64_t latest_pose_ns;       /* the newest stamp of all poses */
     step_mark latest_step;        /* of all clients */
     uint64_t events_hash;
-    pace pace;               /* of a budget */
-    uint64_t recorded_work;  /* of this tick, in a replay ... */
-    bool recorded_budget;    /* ... of one with a budget */
-    int64_t status_tick;     /* of the last Status */
+    pace pace;              /* of a budget */
+    uint64_t recorded_work; /* of this tick, in a replay ... */
+    bool recorded_budget;   /* ... of one with a budget */
+    int64_t status_tick;    /* of the last Status */
     bool replaying, stopping;
     broad_kind told_broad; /* what the log says last; BROAD_AUTO: nothing yet */
     uint8_t health;
@@ -222,9 +222,9 @@ void stream_free_all(service *s);
 void answer_query(service *s, struct link *from, const wire_query *q);
 
 /* tick.c */
-void service_set_budget(service *s);                                          /* of the configuration */
-void service_replay_budget(service *s, bool budgeted, uint64_t work);         /* of the tick that is replayed next */
-void service_tick(service *s);       /* of number s->tick, at s->now_ns */
+void service_set_budget(service *s);                                  /* of the configuration */
+void service_replay_budget(service *s, bool budgeted, uint64_t work); /* of the tick that is replayed next */
+void service_tick(service *s);                                        /* of number s->tick, at s->now_ns */
 void service_tell_broad(service *s); /* logs the broad phase that stands, if the log says another one */
 
 /* health.c */

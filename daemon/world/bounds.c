@@ -4,7 +4,8 @@
 #include "state.h"
 
 /* Of the pair's size: how far one may move before what was told by bounds is looked at again. */
-static const double SLACK = 0.25;
+static const double SLACK = 0.25, SLACK_OF_BUDGET = 0.05;
+static const double SLACK_OF_GAP = 0.25; /* of the lower bound: who is far away can be told less often */
 
 /* Of the way to the limit: how far a pair beyond it may go before it is looked at again. */
 static const double NEARLY = 0.875;
@@ -126,16 +127,17 @@ static void stand(const world *w, pair *p, const pose *b_in_a, double slack, nar
     const body *x = &w->bodies.at[w->solids.at[p->a].body], *y = &w->bodies.at[w->solids.at[p->b].body];
     r->lo -= slack;
     r->hi += slack;
-    p->standing = (standing){
-        .b_in_a = *b_in_a, .slack = slack, .lo = r->lo, .travelled = travelled(x, y), .epoch = w->epoch};
+    p->standing =
+        (standing){.b_in_a = *b_in_a, .slack = slack, .lo = r->lo, .travelled = travelled(x, y), .epoch = w->epoch};
 }
 
 /* One that is beyond the limit stays there as long as the bounds stand. */
-void bounds_find(const world *w, pair *p, const pose *b_in_a, double limit, bool remembers, void *scratch,
-    narrow_result *r)
+void bounds_find(
+    const world *w, pair *p, const pose *b_in_a, double limit, bool remembers, void *scratch, narrow_result *r)
 {
     find(w, p, b_in_a, remembers, scratch, r);
-    double slack = SLACK * pair_size(&w->solids.at[p->a], &w->solids.at[p->b]);
+    double slack = (remembers ? SLACK_OF_BUDGET : SLACK) * pair_size(&w->solids.at[p->a], &w->solids.at[p->b]);
+    if (remembers) slack = fmax(slack, SLACK_OF_GAP * r->lo);
     if (r->lo > limit) slack = fmin(slack, NEARLY * (r->lo - limit));
     if (r->lo > limit && !(r->lo - slack > limit)) slack = 0;
     stand(w, p, b_in_a, slack, r);
@@ -153,4 +155,5 @@ void bounds_floor(const world *w, pair *p, const pose *b_in_a, narrow_result *r)
         .status = NARROW_WIDE,
         .method = NARROW_BY_CLOSED_FORM};
     stand(w, p, b_in_a, SLACK * pair_size(a, b), r);
+    p->standing.floor = true;
 }

@@ -341,7 +341,9 @@ static void fill_sweep(const world *w, const sweep *s, world_event *e)
         .point_b = r->point_b,
         .age_a_ns = body_age_ns(w, x),
         .age_b_ns = body_age_ns(w, y),
-        .achieved = r->status == TOI_HIT ? WORLD_CERTAIN : r->status == TOI_NEAR ? WORLD_WITHIN : WORLD_WIDE,
+        .achieved = r->status == TOI_HIT    ? WORLD_CERTAIN
+                    : r->status == TOI_NEAR ? WORLD_WITHIN
+                                            : WORLD_WIDE,
         .impact = {r->lo, r->hi, s->start_ns, r->body_a, r->body_b, s->estimated},
         .closing = r->closing};
     if (is_turned(x, y, s->interest, pair_terms_of_paired(x, y).looks)) turn_round(e);
@@ -378,8 +380,8 @@ static void make_known(world *w, const sweep *s, uint32_t id)
         const body *a = &w->bodies.at[w->solids.at[p->a].body], *b = &w->bodies.at[w->solids.at[p->b].body];
         const interest *i = &w->interests.at[v->interest];
         fill(w, p, &w->results.at[result], v->interest, pair_terms_of_paired(a, b).looks, &v->last);
-        v->last.achieved = achieved(
-            &w->results.at[result], &w->outcomes.at[s->active], v->touch_id ? i->threshold : i->range);
+        v->last.achieved =
+            achieved(&w->results.at[result], &w->outcomes.at[s->active], v->touch_id ? i->threshold : i->range);
     } else if (s->result.status != TOI_FREE) {
         fill_sweep(w, s, &v->foretold);
     }

@@ -102,9 +102,8 @@ static void add(world *w, uint32_t active, uint32_t id, bool foretells)
     const sweep *last = w->sweeps.count ? &w->sweeps.at[w->sweeps.count - 1] : NULL;
     if (last && last->active == active && last->foretells == foretells) {
         const interest *i = &w->interests.at[id], *j = &w->interests.at[last->interest];
-        s.again =
-            i->threshold == j->threshold && i->tolerance == j->tolerance &&
-            i->relative_tolerance == j->relative_tolerance && (!foretells || i->horizon == j->horizon);
+        s.again = i->threshold == j->threshold && i->tolerance == j->tolerance &&
+                  i->relative_tolerance == j->relative_tolerance && (!foretells || i->horizon == j->horizon);
     }
     array_push(&w->sweeps, s);
 }

@@ -77,7 +77,8 @@ static bool is_axis(vec3 v)
     return v.x != 0 || v.y != 0 || v.z != 0;
 }
 
-/* Does the ladder build on what earlier ticks found? With a budget always: what was left undone is part of the state. */
+/* Does the ladder build on what earlier ticks found? With a budget always: what was left undone is part of the state.
+ */
 static bool remembers(const world *w)
 {
     return w->options.caches || w->grant;
@@ -137,6 +138,7 @@ static void look(const world *w, uint32_t k)
     double slack = d.request.tolerance + WIDEST_ANSWER * pair_size(a, b);
     out->coarse = d.coarse;
     if (!d.coarse && !out->stands) out->settled = settle_cheaply(w, p, &b_in_a, d.limit + slack, out);
+    out->floor = out->stands && p->standing.floor;
     if (out->stands) out->rung = RUNG_STANDING, out->cost = WORK_A_MOTION_BOUND;
 }
 
@@ -236,6 +238,10 @@ static void decide_by_bounds(void *context, size_t begin, size_t end, unsigned w
         const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
         outcome *out = &w->outcomes.at[k];
         narrow_result *r = &w->results.at[n];
+        if (n >= w->bounded && out->floor) { /* still */
+            out->left = true;
+            continue;
+        }
         demand d = ladder_demand(w, a, b);
         pose b_in_a = solid_relative(w, a, b);
         if (n < w->bounded)
@@ -301,7 +307,8 @@ static void open_unbounded(world *w)
     while (first < count && w->active.at[first] < w->next_bound) first++;
     for (size_t n = 0; n < count; n++) {
         size_t k = (first + n) % count;
-        if (!w->outcomes.at[k].settled && !w->outcomes.at[k].stands) array_push(&w->open, (uint32_t)k);
+        if (!w->outcomes.at[k].settled && (!w->outcomes.at[k].stands || w->outcomes.at[k].floor))
+            array_push(&w->open, (uint32_t)k);
     }
 }
 
@@ -317,7 +324,8 @@ static size_t count_possible(const world *w, size_t from, uint64_t granted, uint
     return from;
 }
 
-/* Returns the units done, and *granted of them in all. Those for which it does not suffice are told what balls prove. */
+/* Returns the units done, and *granted of them in all. Those for which it does not suffice are told what balls prove.
+ */
 static uint64_t bound_what_is_granted(world *w, uint64_t *granted)
 {
     uint64_t done = 0;
@@ -356,8 +364,7 @@ static void settle_by_bounds(world *w)
         const pair *p = &w->pairs.at[w->active_pairs.at[w->open.at[n]]];
         if (o->coarse && o->left) leave(w, w->open.at[n]);
         demand d = ladder_demand(w, &w->solids.at[p->a], &w->solids.at[p->b]);
-        const narrow_result *r = &w->results.at[n];
-        if (r->lo > d.limit) {
+        if (o->result != WORLD_NONE && w->results.at[n].lo > d.limit) {
             o->settled = true;
             if (!pair_is_told(w, p)) o->result = WORLD_NONE;
         }

@@ -99,8 +99,8 @@ static void explain_interests(const world *w, const body *x, const body *y, line
         if (!i->used || !(interest_word(x, y, id >> 6) >> (id & 63) & 1)) continue;
         line(l, "wanted by interest %u: \"%s\" against \"%s\",%s%s%s tolerance %g %s%s\n", id, i->select_a, i->select_b,
             i->facts & WORLD_TOUCH ? " touch," : "", i->facts & WORLD_MANIFOLD ? " manifold," : "",
-            i->facts & WORLD_DISTANCE ? " distance," : "",
-            i->tolerance > 0 ? i->tolerance : i->relative_tolerance, i->tolerance > 0 ? "m" : "of the size",
+            i->facts & WORLD_DISTANCE ? " distance," : "", i->tolerance > 0 ? i->tolerance : i->relative_tolerance,
+            i->tolerance > 0 ? "m" : "of the size",
             i->accuracy == WORLD_BY_BOXES     ? ", by boxes"
             : i->accuracy == WORLD_BY_VERDICT ? ", by verdict"
                                               : "");

@@ -43,8 +43,8 @@ typedef struct body {
     double reach, travelled; /* m, of its shapes about its origin; by how much its points have moved, at most, added up
                                 over all ticks: kept while somebody asks for bounds, or there is a budget; ... */
     pose travelled_to;       /* ... up to here */
-    vec3 step;      /* m, how far it moved with the last pose: the fat box reaches ahead by it */
-    double widen;   /* m, half of the farthest range that an interest wants of it, and all of its rules' reach */
+    vec3 step;               /* m, how far it moved with the last pose: the fat box reaches ahead by it */
+    double widen; /* m, half of the farthest range that an interest wants of it, and all of its rules' reach */
     uint32_t *shapes;
     size_t shape_count;
     filter_rule *rules;
@@ -78,6 +78,7 @@ typedef struct standing { /* bounds that were told, widened by a slack: they hol
     double slack, lo;     /* m; lo: as told */
     double travelled;     /* m, of both bodies then */
     uint32_t epoch;       /* of world.epoch: others may want to be told since. 0: none */
+    bool floor;           /* by balls about them: bounds are still to be found */
     bool enough;          /* for what was asked: they are bounds alone, or beyond what anybody is told */
 } standing;
 
@@ -92,7 +93,7 @@ typedef struct pair {
     vec3 near_a, near_b; /* points of the surfaces, each in its own shape's frame, of the last refinement; ... */
     bool refined;        /* ... if there was one */
     uint8_t waited;      /* ticks in a row in which the budget left it */
-    uint8_t barren; /* searches for one in a row that were in vain: the next one comes so much later */
+    uint8_t barren;      /* searches for one in a row that were in vain: the next one comes so much later */
 } pair;
 
 typedef struct interest {
@@ -121,7 +122,8 @@ typedef struct outcome { /* of one active pair in one tick */
     uint8_t asked;   /* narrow queries */
     bool settled;    /* no result: proven to be beyond everything that anybody asked, or unknown, or as told */
     bool coarse;     /* only bounds are asked for */
-    bool stands;     /* standing bounds hold */
+    bool stands;     /* standing bounds hold ... */
+    bool floor;      /* ... but are none of their own */
     bool left;       /* by the budget */
     uint32_t cost;   /* units: of its refinement while it is open, of what was done then */
     uint32_t result; /* index into world.results otherwise */
@@ -168,11 +170,11 @@ struct world {
     ARRAY(uint64_t) active;       /* keys of the pairs to be decided, sorted ... */
     ARRAY(uint32_t) active_pairs; /* ... and their pairs, in that order */
     ARRAY(outcome) outcomes;
-    ARRAY(uint32_t) open; /* active pairs that have a result, in its place */
-    size_t bounds, bounded; /* of open: the first ones get bounds; of them those that the budget allows */
-    ARRAY(uint64_t) needs;        /* active pairs to be refined, the neediest first: see work.c */
-    ARRAY(uint32_t) unfinished;   /* pairs that the last tick left */
-    world_grant *grant;           /* NULL: no budget */
+    ARRAY(uint32_t) open;       /* active pairs that have a result, in its place */
+    size_t bounds, bounded;     /* of open: the first ones get bounds; of them those that the budget allows */
+    ARRAY(uint64_t) needs;      /* active pairs to be refined, the neediest first: see work.c */
+    ARRAY(uint32_t) unfinished; /* pairs that the last tick left */
+    world_grant *grant;         /* NULL: no budget */
     void *grant_context;
     uint64_t next_bound; /* key of the pair that is bounded first, if not all can be */
     uint32_t epoch;      /* of the interests: counts their changes, from 1 */
@@ -215,7 +217,7 @@ void interest_match_body(world *w, uint32_t body);
 bool interest_wants(const world *w, const body *a, const body *b);
 uint64_t interest_word(const body *a, const body *b, size_t word);
 void interest_settle_changes(world *w);
-void interest_finish(world *w); /* closed ones are gone */
+void interest_finish(world *w);                            /* closed ones are gone */
 double interest_tolerance(const interest *i, double size); /* m, of a pair of that size */
 
 /* pair.c */
@@ -247,17 +249,18 @@ double pair_size(const solid *a, const solid *b); /* m: the finite reaches */
 
 /* bounds.c */
 bool bounds_stand(const world *w, const pair *p); /* does what was told by bounds still hold? */
-void bounds_travel(const world *w, body *b);       /* a body has moved, or its shapes are others */
-/* Bounds that hold for a while: they are written to p->standing, too. `remembers`: what earlier ticks found may help. */
-void bounds_find(const world *w, pair *p, const pose *b_in_a, double limit, bool remembers, void *scratch,
-    narrow_result *r);
+void bounds_travel(const world *w, body *b);      /* a body has moved, or its shapes are others */
+/* Bounds that hold for a while: they are written to p->standing, too. `remembers`: what earlier ticks found may help.
+ */
+void bounds_find(
+    const world *w, pair *p, const pose *b_in_a, double limit, bool remembers, void *scratch, narrow_result *r);
 void bounds_floor(const world *w, pair *p, const pose *b_in_a, narrow_result *r); /* the same by balls about them */
 
 /* work.c */
 enum { WORK_A_MOTION_BOUND = 30, WORK_AN_AXIS = 120 }; /* units */
 uint32_t work_of_bounds(const solid *a, const solid *b);
 uint32_t work_of(const solid *a, const solid *b, const demand *d, double lo); /* units of a refinement */
-void work_order(world *w);  /* fills world.needs */
+void work_order(world *w);                                                    /* fills world.needs */
 void work_charge(world *w); /* what interests cost, and what of theirs is left undone */
 
 /* Has anybody been told how it stands? Then it is decided in full. */

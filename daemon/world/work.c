@@ -13,42 +13,57 @@
 
 enum { WAITS_MAX = 32 }; /* ticks; who has waited so long goes first, whatever its need */
 
-/* What a shape adds to a refinement, measured by script/bench dial. */
-static double work_of_shape(const shape *s)
+typedef struct price { /* units that a shape adds to a refinement of two that are apart, and of two that overlap */
+    double apart, overlapping;
+} price;
+
+static price price_of(const shape *s)
 {
-    static const double BASE[SHAPE_TYPE_COUNT] = {
-        [SHAPE_SPHERE] = 40,
-        [SHAPE_CAPSULE] = 100,
-        [SHAPE_BOX] = 160,
-        [SHAPE_CYLINDER] = 700,
-        [SHAPE_CONE] = 900,
-        [SHAPE_ELLIPSOID] = 1000,
-        [SHAPE_HALFSPACE] = 40,
-        [SHAPE_HULL] = 600,
-        [SHAPE_MESH] = 4000,
-        [SHAPE_COMPOUND] = 1500,
+    static const price PRICES[SHAPE_TYPE_COUNT] = {
+        [SHAPE_SPHERE] = {20, 20},
+        [SHAPE_CAPSULE] = {40, 60},
+        [SHAPE_BOX] = {80, 200},
+        [SHAPE_CYLINDER] = {300, 7000},
+        [SHAPE_CONE] = {300, 5000},
+        [SHAPE_ELLIPSOID] = {250, 250},
+        [SHAPE_HALFSPACE] = {30, 30},
+        [SHAPE_HULL] = {350, 900},
+        [SHAPE_MESH] = {15000, 300000},
+        [SHAPE_COMPOUND] = {200, 200},
     };
-    double work = BASE[s->type];
-    if (s->type == SHAPE_HULL) work += 8.0 * s->hull->vertex_count;
-    if (s->type == SHAPE_MESH) work += 2.0 * s->mesh->triangle_count;
-    for (uint32_t i = 0; s->type == SHAPE_COMPOUND && i < s->compound->child_count; i++)
-        work += 0.5 * work_of_shape(&s->compound->children[i].shape);
-    return work;
+    price p = PRICES[s->type];
+    double vertices = s->type == SHAPE_HULL ? s->hull->vertex_count : 0;
+    double triangles = s->type == SHAPE_MESH ? s->mesh->triangle_count : 0;
+    double children = s->type == SHAPE_COMPOUND ? s->compound->child_count : 0;
+    p.apart += 2.5 * vertices + 50 * triangles + 250 * children;
+    p.overlapping += 7 * vertices + 500 * triangles + 700 * children;
+    return p;
+}
+
+static uint32_t whole(double work)
+{
+    return (uint32_t)fmin(work, 1e9);
 }
 
 /* Along one axis or two, and what it takes to tell. */
 uint32_t work_of_bounds(const solid *a, const solid *b)
 {
-    return (uint32_t)fmin(400 + 0.2 * (work_of_shape(&a->shape) + work_of_shape(&b->shape)), 1e9);
+    const shape *of[2] = {&a->shape, &b->shape};
+    double work = 700;
+    for (int i = 0; i < 2; i++) {
+        if (of[i]->type == SHAPE_COMPOUND) work += 30 * of[i]->compound->child_count;
+        if (of[i]->hull) work += of[i]->hull->vertex_count;
+    }
+    return whole(work);
 }
 
-/* Overlapping ones are asked for their depth, and contacts perhaps for their points. */
+/* By what bounds say of it, and with what it takes to tell. */
 uint32_t work_of(const solid *a, const solid *b, const demand *d, double lo)
 {
-    double work = 300 + work_of_shape(&a->shape) + work_of_shape(&b->shape);
-    if (lo <= 0) work *= 2;
+    price x = price_of(&a->shape), y = price_of(&b->shape);
+    double work = 500 + (lo > 0 ? x.apart + y.apart : x.overlapping + y.overlapping);
     if (d->request.facts & NARROW_MANIFOLD && lo <= d->request.threshold) work += 700;
-    return (uint32_t)fmin(work, 1e9);
+    return whole(work);
 }
 
 /* ---- the order of need ---- */

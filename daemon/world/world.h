@@ -119,7 +119,7 @@ typedef enum world_fact {
  * of them asks. */
 typedef enum world_accuracy { /* numbers as on the wire */
     WORLD_BY_TOLERANCE,
-    WORLD_BY_BOXES,  /* bounds without a search, told anew only when what was told does not hold any more; no manifold */
+    WORLD_BY_BOXES, /* bounds without a search, told anew only when what was told does not hold any more; no manifold */
     WORLD_BY_VERDICT /* touch: until it is proven, and no narrower; no distance, no manifold */
 } world_accuracy;
 
@@ -131,9 +131,9 @@ typedef struct world_interest {
     double tolerance;                /* m; 0: relative_tolerance says it */
     double relative_tolerance;       /* of the reaches of both shapes together; both 0: as narrow as doubles give */
     world_accuracy accuracy;
-    double horizon;                  /* s, with WORLD_FORETELL: from the newest pose of a pair on, to
-                                        which an older one is carried on; until so long after the older one */
-    int64_t period_ns;               /* updates at most so often; 0 = each tick */
+    double horizon;    /* s, with WORLD_FORETELL: from the newest pose of a pair on, to
+                          which an older one is carried on; until so long after the older one */
+    int64_t period_ns; /* updates at most so often; 0 = each tick */
 } world_interest;
 
 /* Its next batch is a snapshot. */
@@ -215,13 +215,13 @@ typedef struct world_batches { /* in the order of interest ids; valid until the 
 } world_batches;
 
 /* A budget. The ladder counts its work in units, by a table of the kinds of pairs: about a nanosecond each, the same on
- * every machine. In each tick it bounds all pairs and then refines one after the other, by need, as far as `grant` says:
- * it is called by the tick thread with the units done so far, 0 first, and returns how many may be done in all; what it
- * returned last again, or less, ends the work. What is left keeps bounds that hold, told as WORLD_STOPPED, and goes
- * first in the next tick, which is due at once. The same grants give the same events, whoever computes them; one that
- * returns the `work` of another run's tick at once stops where that one stopped, however it was granted there. With a
- * budget the memory of earlier ticks is always used, caches or not. Searches for impacts are not cut.
- * NULL (default): no budget. */
+ * every machine. In each tick it bounds all pairs and then refines one after the other, by need, as far as `grant`
+ * says: it is called by the tick thread with the units done so far, 0 first, and returns how many may be done in all;
+ * what it returned last again, or less, ends the work. What is left keeps bounds that hold, told as WORLD_STOPPED, and
+ * goes first in the next tick, which is due at once. The same grants give the same events, whoever computes them; one
+ * that returns the `work` of another run's tick at once stops where that one stopped, however it was granted there.
+ * With a budget the memory of earlier ticks is always used, caches or not. Searches for impacts are not cut. NULL
+ * (default): no budget. */
 typedef uint64_t world_grant(void *context, uint64_t done);
 void world_set_budget(world *w, world_grant *grant, void *context);
 
@@ -313,8 +313,8 @@ typedef struct world_figures {
 } world_figures;
 world_figures world_get_figures(const world *w);
 
-/* Units of the ladder's work for this interest since it was put; what a pair takes is split evenly among those that want
- * it. 0 if unknown. */
+/* Units of the ladder's work for this interest since it was put; what a pair takes is split evenly among those that
+ * want it. 0 if unknown. */
 uint64_t world_interest_work(const world *w, uint32_t id);
 
 /* For tests: the first broken invariant, or NULL. */

@@ -234,19 +234,19 @@ typedef struct wire_interest {
     int64_t sequence;
     int32_t interest; /* the client's own number for it, >= 0 */
     uint8_t removed;
-    int32_t facts;        /* WIRE_FACT_* */
-    const char *stream;   /* its name; "" = "<client as 16 hex digits>.<interest>". Letters, digits and . _ - : /
-                             only, since it names a DDS partition and an LCM channel */
-    const char *select_a; /* pairs of one body that matches this ... */
-    const char *select_b; /* ... and another that matches this: name patterns ('*', '?') or group:NAME */
-    double threshold_m;   /* touch: a contact is a pair whose signed distance is at most this; usually 0 */
-    double range_m;       /* distance: report pairs nearer than this */
-    double tolerance_m;   /* asked width of the intervals; 0: relative_tolerance says it */
+    int32_t facts;             /* WIRE_FACT_* */
+    const char *stream;        /* its name; "" = "<client as 16 hex digits>.<interest>". Letters, digits and . _ - : /
+                                  only, since it names a DDS partition and an LCM channel */
+    const char *select_a;      /* pairs of one body that matches this ... */
+    const char *select_b;      /* ... and another that matches this: name patterns ('*', '?') or group:NAME */
+    double threshold_m;        /* touch: a contact is a pair whose signed distance is at most this; usually 0 */
+    double range_m;            /* distance: report pairs nearer than this */
+    double tolerance_m;        /* asked width of the intervals; 0: relative_tolerance says it */
     double relative_tolerance; /* the same as a share of the pair's size (the reaches of both shapes together), where
                                   tolerance_m is 0; 0 or 1e-15 .. 1. Both 0: as narrow as arithmetic gives */
     uint8_t accuracy;          /* WIRE_BY_*: how far a pair is looked into */
-    double horizon_s;     /* foretell: contacts up to so long after the newest pose of a pair; > 0 */
-    double rate_hz;       /* updates at most so often; 0 = every tick. Begins and ends are always sent at once */
+    double horizon_s;          /* foretell: contacts up to so long after the newest pose of a pair; > 0 */
+    double rate_hz;            /* updates at most so often; 0 = every tick. Begins and ends are always sent at once */
 } wire_interest;
 
 enum {
@@ -303,7 +303,7 @@ typedef struct wire_answer {
     wire_f64s orientations; /* bodies: 4 a hit; otherwise empty */
     wire_i64s ages_ns;      /* 1 a hit: age of the older pose that it rests on, -1 = not stamped */
     wire_u8s stale;         /* 1 a hit: 1 = past the deadline, unknown */
-    wire_u8s achieved; /* WIRE_CERTAIN ..., 0 or 1 a hit */
+    wire_u8s achieved;      /* WIRE_CERTAIN ..., 0 or 1 a hit */
 } wire_answer;
 
 enum {

@@ -66,7 +66,8 @@ typedef struct batch_options {
 /* One event a batch. */
 static void give(collided *c, batch_options o)
 {
-    const uint8_t kind[] = {WIRE_EVENT_BEGIN}, cause[] = {WIRE_CAUSE_SNAPSHOT}, points[] = {1}, achieved[] = {WIRE_STOPPED};
+    const uint8_t kind[] = {WIRE_EVENT_BEGIN}, cause[] = {WIRE_CAUSE_SNAPSHOT}, points[] = {1},
+                  achieved[] = {WIRE_STOPPED};
     const int64_t contact[] = {11}, age_a[] = {2000000}, age_b[] = {-1};
     const int32_t shape[] = {3};
     const int64_t feature[] = {FEATURE};

@@ -72,8 +72,8 @@ static wire_event_batch event_batch(void)
         .causes = {2, plain.causes}, .contacts = {2, plain.contacts}, .names_a = {2, plain.texts},
         .names_b = {2, plain.texts}, .shapes_a = {2, plain.shapes}, .shapes_b = {2, plain.shapes}, .lo = {2, plain.lo},
         .hi = {2, plain.hi}, .axes = {6, plain.axes}, .points_a = {6, plain.points}, .points_b = {6, plain.points},
-        .ages_a_ns = {2, plain.ages}, .ages_b_ns = {2, plain.ages}, .closings = {2, plain.distances}, .achieved = {2, plain.stale},
-        .manifold_counts = {2, plain.counts}, .manifold_points = {9, plain.manifold},
+        .ages_a_ns = {2, plain.ages}, .ages_b_ns = {2, plain.ages}, .closings = {2, plain.distances},
+        .achieved = {2, plain.stale}, .manifold_counts = {2, plain.counts}, .manifold_points = {9, plain.manifold},
         .manifold_distances = {3, plain.distances}, .manifold_features = {3, plain.features}};
 }
 

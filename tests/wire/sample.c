@@ -230,9 +230,10 @@ static wire_interest interest(sampler *s)
     uint32_t has = accuracy == WIRE_BY_TOLERANCE ? 31 : accuracy == WIRE_BY_BOXES ? 3 : 1;
     return (wire_interest){WIRE_VERSION, positive(s), positive(s), (int32_t)sample_below(s, INT32_MAX),
         .facts = 1 + (int32_t)sample_below(s, has), .accuracy = accuracy,
-        .relative_tolerance = coin(s) ? 0 : WIRE_FINEST_RELATIVE + size(s, 0.5), .stream = coin(s) ? stream(s) : "", .select_a = name(s),
-        .select_b = "group:arms", .threshold_m = number(s, WIRE_SIZE_MAX), .range_m = size(s, WIRE_SIZE_MAX),
-        .tolerance_m = size(s, 1), .horizon_s = size(s, WIRE_SPAN_MAX), .rate_hz = coin(s) ? 0 : size(s, 1000)};
+        .relative_tolerance = coin(s) ? 0 : WIRE_FINEST_RELATIVE + size(s, 0.5), .stream = coin(s) ? stream(s) : "",
+        .select_a = name(s), .select_b = "group:arms", .threshold_m = number(s, WIRE_SIZE_MAX),
+        .range_m = size(s, WIRE_SIZE_MAX), .tolerance_m = size(s, 1), .horizon_s = size(s, WIRE_SPAN_MAX),
+        .rate_hz = coin(s) ? 0 : size(s, 1000)};
 }
 
 static wire_query query(sampler *s)
@@ -264,7 +265,8 @@ static wire_answer answer(sampler *s, uint32_t most)
     wire_answer a = {WIRE_VERSION, positive(s), positive(s), positive(s), positive(s), positive(s),
         (uint8_t)(1 + sample_below(s, WIRE_QUERY_SWEEP)), (uint8_t)sample_below(s, 4), text(s, WIRE_TEXT_MAX),
         names(s, n), names(s, m), .axes = f64s(s, 3 * n, 1), .points_a = f64s(s, 3 * n, 1e12),
-        .points_b = f64s(s, 3 * m, 1e12), .orientations = turns(s, m), .ages_ns = i64s(s, n), .stale = u8s(s, n, 0, 1), .achieved = u8s(s, coin(s) ? n : 0, 0, 3)};
+        .points_b = f64s(s, 3 * m, 1e12), .orientations = turns(s, m), .ages_ns = i64s(s, n), .stale = u8s(s, n, 0, 1),
+        .achieved = u8s(s, coin(s) ? n : 0, 0, 3)};
     intervals(s, n, &a.lo, &a.hi);
     return a;
 }

@@ -201,8 +201,7 @@ static void event_arrays_are_of_one_length(void **state)
 {
     (void)state;
     static const char *const arrays[] = {"causes", "contacts", "names_a", "names_b", "shapes_a", "shapes_b", "lo", "hi",
-        "axes", "points_a", "points_b", "ages_a_ns", "ages_b_ns", "closings", "achieved",
-        "manifold_counts"};
+        "axes", "points_a", "points_b", "ages_a_ns", "ages_b_ns", "closings", "achieved", "manifold_counts"};
     const wire_schema *s = wire_schema_of(WIRE_EVENT_BATCH);
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
         for (uint32_t i = 0; i < s->field_count; i++) {

@@ -115,7 +115,8 @@ static void everything_written_is_read_back_in_order(void **state)
         expect_entry(r, &e);
         assert_int_equal(e.kind, WIRE_LOG_TICK);
         assert_int_equal(e.timestamp_us, round);
-        assert_memory_equal(&e.tick, (&(wire_log_tick){round, 2, -3, INT64_MIN, round % 2, round % 2 * INT64_C(77)}), sizeof e.tick);
+        assert_memory_equal(
+            &e.tick, (&(wire_log_tick){round, 2, -3, INT64_MIN, round % 2, round % 2 * INT64_C(77)}), sizeof e.tick);
         expect_entry(r, &e);
         assert_int_equal(e.kind, WIRE_LOG_LOST);
         assert_int_equal(e.lost_client, INT64_MIN + round);

@@ -60,8 +60,8 @@ static compound *make_corner(void)
 
 static shape make_shape(run *r, int i)
 {
-    static const shape_type TYPES[KINDS] = {SHAPE_SPHERE, SHAPE_CAPSULE, SHAPE_BOX, SHAPE_CYLINDER, SHAPE_CONE,
-        SHAPE_ELLIPSOID, SHAPE_COMPOUND, SHAPE_BOX};
+    static const shape_type TYPES[KINDS] = {
+        SHAPE_SPHERE, SHAPE_CAPSULE, SHAPE_BOX, SHAPE_CYLINDER, SHAPE_CONE, SHAPE_ELLIPSOID, SHAPE_COMPOUND, SHAPE_BOX};
     shape s = {.type = i ? TYPES[i % KINDS] : SHAPE_HALFSPACE};
     double x = uniform(&r->random, 0.1, 0.4), y = uniform(&r->random, 0.1, 0.4), z = uniform(&r->random, 0.1, 0.4);
     if (s.type == SHAPE_SPHERE || s.type == SHAPE_CAPSULE) s.radius = x;
@@ -142,8 +142,7 @@ static void learn(run *r, const world_batch *b)
     for (size_t n = 0; n < b->count; n++) {
         const world_event *e = &b->events[n];
         told *t = &r->of[number_of(e->name_a)][number_of(e->name_b)];
-        if (number_of(e->name_a) < number_of(e->name_b))
-            t = &r->of[number_of(e->name_b)][number_of(e->name_a)];
+        if (number_of(e->name_a) < number_of(e->name_b)) t = &r->of[number_of(e->name_b)][number_of(e->name_a)];
         if (e->kind == EVENT_BEGIN) t->touches = true;
         if (e->kind == EVENT_END) t->touches = false;
         if (e->kind == EVENT_NEAR) t->near = true;
