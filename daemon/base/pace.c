@@ -8,7 +8,7 @@ static const double TARGET = 0.95;     /* of the budget: the last piece of work 
 static const double SLICE = 0.6;       /* of what is left, ... */
 static const double LAST_SLICE = 0.12; /* ... unless that is less than this share of the budget */
 static const double END = 0.02;        /* of the budget: not worth a slice */
-static const double LEARN_UNIT = 0.125, LEARN_MORE_REST = 0.5, LEARN_LESS_REST = 0.05;
+static const double LEARN_UNIT = 0.125, LEARN_MORE_REST = 0.5, LEARN_LESS_REST = 0.1;
 static const uint64_t UNITS_TO_LEARN_FROM = 2000;
 
 void pace_init(pace *p, int64_t limit_ns)
