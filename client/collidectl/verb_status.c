@@ -29,6 +29,37 @@ static void print_json(const collided_daemon_status *s)
     json_end_line(&j);
 }
 
+/* The counters that stand under a title of their own: the prefix of their names. */
+static const char *const prefixes[] = {"pairs_by_", "work_of_"};
+
+static bool has_prefix(const char *name, const char *prefix)
+{
+    return strncmp(name, prefix, strlen(prefix)) == 0;
+}
+
+/* NULL: all others. */
+static bool belongs(const char *name, const char *prefix)
+{
+    if (prefix) return has_prefix(name, prefix);
+    for (size_t i = 0; i < sizeof prefixes / sizeof *prefixes; i++)
+        if (has_prefix(name, prefixes[i])) return false;
+    return true;
+}
+
+static void print_group(const collided_daemon_status *s, const char *title, const char *prefix)
+{
+    size_t width = 0, cut = prefix ? strlen(prefix) : 0;
+    for (size_t i = 0; i < s->counter_count; i++)
+        if (belongs(s->counters[i].name, prefix)) {
+            size_t length = strlen(s->counters[i].name) - cut;
+            width = length > width ? length : width;
+        }
+    if (width) puts(title);
+    for (size_t i = 0; i < s->counter_count; i++)
+        if (belongs(s->counters[i].name, prefix))
+            printf("  %-*s %12" PRId64 "\n", (int)width, s->counters[i].name + cut, s->counters[i].value);
+}
+
 static void print_table(const collided_daemon_status *s)
 {
     printf("%-10s %s\n", "health", s->health);
@@ -37,11 +68,9 @@ static void print_table(const collided_daemon_status *s)
     printf("%-10s %s\n", "limits", *s->limits ? s->limits : "none reached");
     printf("%-10s %" PRId64 ", tick %" PRId64 "\n", "epoch", s->epoch, s->tick);
     printf("%-10s %.1f s\n", "up", 1e-9 * (double)(s->stamp_ns - s->started_ns));
-    int width = 0;
-    for (size_t i = 0; i < s->counter_count; i++) width = (int)fmax(width, (double)strlen(s->counters[i].name));
-    if (s->counter_count) puts("counters");
-    for (size_t i = 0; i < s->counter_count; i++)
-        printf("  %-*s %12" PRId64 "\n", width, s->counters[i].name, s->counters[i].value);
+    print_group(s, "counters", NULL);
+    print_group(s, "pairs by rung, since the start", "pairs_by_");
+    print_group(s, "work of subscribers, units a tick (about ns)", "work_of_");
 }
 
 static bool is_ready(const collided_daemon_status *s)

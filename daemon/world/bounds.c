@@ -143,14 +143,17 @@ void bounds_find(
     stand(w, p, b_in_a, slack, r);
 }
 
+/* Balls about their origins, or their boxes. No points: how near they are is not known. */
 void bounds_floor(const world *w, pair *p, const pose *b_in_a, narrow_result *r)
 {
     const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
     double away = vec_norm(b_in_a->p), size = a->reach + b->reach;
-    vec3 axis = vec_unit(b_in_a->p);
-    *r = (narrow_result){.lo = away - size - ROUNDING * (away + size),
+    vec3 axis = vec_unit(b_in_a->p), by_boxes;
+    double balls = away - size - ROUNDING * (away + size), boxes = apart_by_boxes(a, b, &by_boxes);
+    if (!is_axis(axis) || boxes > balls) axis = vec_unit(by_boxes);
+    *r = (narrow_result){.lo = fmax(balls, boxes),
         .hi = INFINITY,
-        .axis = is_axis(axis) ? axis : vec(0, 0, 1),
+        .axis = axis,
         .point_b = b_in_a->p,
         .status = NARROW_WIDE,
         .method = NARROW_BY_CLOSED_FORM};

@@ -254,7 +254,7 @@ void bounds_travel(const world *w, body *b);      /* a body has moved, or its sh
  */
 void bounds_find(
     const world *w, pair *p, const pose *b_in_a, double limit, bool remembers, void *scratch, narrow_result *r);
-void bounds_floor(const world *w, pair *p, const pose *b_in_a, narrow_result *r); /* the same by balls about them */
+void bounds_floor(const world *w, pair *p, const pose *b_in_a, narrow_result *r); /* the same by balls and boxes */
 
 /* work.c */
 enum { WORK_A_MOTION_BOUND = 30, WORK_AN_AXIS = 120 }; /* units */

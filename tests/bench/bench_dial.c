@@ -1,5 +1,5 @@
 /* bench_dial: what accuracy costs. First the tick of a robot cell, whose subscriber asks for all distances within half
- * a metre, from the loosest accuracy to the finest, interleaved. Then a crowd of compounds with a budget that is a
+ * a metre, from the loosest accuracy to the finest, in turns. Then a crowd of compounds with a budget that is a
  * tenth of what its tick takes: is the budget kept, is a contact missed, how wide are the intervals, tick by tick. One
  * thread, one worker; the clock counts this thread's time only, so that other programs on its core do not. */
 #include "bench.h"
@@ -95,13 +95,17 @@ static void tell_notch(const coherence_scene *scene, const notch *n, const playe
             pairs, queries, told);
 }
 
+enum { TURN = 50 }; /* ticks that one is measured for before it is the next one's turn: each has its caches warm */
+
 static void measure_accuracy(const coherence_scene *scene, bool json, double seconds)
 {
     static player players[NOTCH_COUNT];
     int ticks = (int)(seconds / scene->step_s);
     for (int n = 0; n < NOTCH_COUNT; n++) begin(&players[n], scene, &NOTCHES[n], (size_t)ticks);
-    for (int t = 1; t <= ticks; t++)
-        for (int n = 0; n < NOTCH_COUNT; n++) play_tick(&players[(n + t) % NOTCH_COUNT], scene, t);
+    for (int first = 1; first <= ticks; first += TURN)
+        for (int n = 0; n < NOTCH_COUNT; n++)
+            for (int t = first; t < first + TURN && t <= ticks; t++)
+                play_tick(&players[(n + first / TURN) % NOTCH_COUNT], scene, t);
     for (int n = 0; n < NOTCH_COUNT; n++) {
         players[n].us = bench_percentile_us(&players[n].ticks, 0.5);
         players[n].us_p99 = bench_percentile_us(&players[n].ticks, 0.99);
