@@ -91,13 +91,13 @@ static void json_event(json *j, const collided_batch *b, const collided_event *e
     json_integer(j, "shape_b", e->shape_b);
     json_number(j, "lo", e->lo);
     json_number(j, "hi", e->hi);
+    json_text(j, "achieved", achieved_name(e->achieved));
     json_numbers(j, "axis", e->axis, 3);
     json_numbers(j, "point_a", e->point_a, 3);
     json_numbers(j, "point_b", e->point_b, 3);
     json_number(j, "age_a_s", e->age_a_s);
     json_number(j, "age_b_s", e->age_b_s);
     json_number(j, "closing_m_s", e->closing_m_s);
-    json_text(j, "achieved", achieved_name(e->achieved));
     if (e->impact) json_impact(j, e->impact);
     json_open(j, "points", '[');
     for (size_t i = 0; i < e->point_count; i++) {
@@ -210,6 +210,9 @@ static bool take_accuracy(const char *word, collided_accuracy *out)
 int verb_watch(ctl *c)
 {
     const ctl_options *o = &c->options;
+    collided_accuracy accuracy;
+    if (!take_accuracy(o->accuracy, &accuracy))
+        return ctl_fail(EX_USAGE, "--accuracy '%s': must be boxes, tolerance or verdict", o->accuracy);
     int status = ctl_connect_guest(c);
     if (status) return status;
     ctl_catch_signals();
@@ -218,8 +221,7 @@ int verb_watch(ctl *c)
     def.select_a = o->select_a;
     def.select_b = o->select_b;
     def.range_m = o->facts & COLLIDED_DISTANCE ? o->range_m : 0;
-    if (!take_accuracy(o->accuracy, &def.accuracy))
-        return ctl_fail(EX_USAGE, "--accuracy '%s': must be boxes, tolerance or verdict", o->accuracy);
+    def.accuracy = accuracy;
     def.relative_tolerance = o->tolerance_m < 0 ? o->relative_tolerance : 0;
     def.tolerance_m = fmax(o->tolerance_m, 0);
     def.horizon_s = o->facts & COLLIDED_FORETELL ? o->horizon_s : 0;

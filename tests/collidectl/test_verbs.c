@@ -149,10 +149,15 @@ static void watch_tells_impacts_and_what_is_foretold(void **state)
     (void)state;
     ask("watch --json --seconds 0.01 --facts impact,foretell --horizon 2");
     says("subscribe 24 * * range 0 horizon 2 rate 0\n");
+    prints("\"achieved\":\"certain\"");
     prints("{\"event\":\"impact\",");
     prints("\"closing_m_s\":20,\"impact\":{\"lo_s\":0.042500000000000003,\"hi_s\":0.042500001000000003,"
            "\"start_ns\":1700000000000000000,\"estimated\":false,\"pose_a\":{\"position\":[");
     prints("\"pose_b\":{\"position\":[0,0,0],\"orientation\":[1,0,0,0]}},\"points\":[]}\n");
+    expect_failure(COLLIDECTL_FAKED, "watch --accuracy high", EX_USAGE, "must be boxes, tolerance or verdict");
+    expect_failure(COLLIDECTL_FAKED, "watch --relative 1e-16", EX_USAGE, "1e-15 to 1");
+    expect_failure(COLLIDECTL_FAKED, "watch --relative -1", EX_USAGE, "1e-15 to 1");
+    expect_failure(COLLIDECTL_FAKED, "watch --tolerance nan", EX_USAGE, "from 0 to 1");
     prints("\"hi_s\":null,\"start_ns\":5,\"estimated\":true");
     prints("{\"event\":\"averted\",");
     ask("watch --seconds 0.01 --facts touch,foretell");
