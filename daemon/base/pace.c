@@ -3,6 +3,7 @@
 #include "pace.h"
 
 static const double UNIT_FIRST = 2;    /* ns, before anything is known: rather too much */
+static const double UNIT_LEAST = 0.01;  /* ns: a clock may stand still */
 static const double REST_FIRST = 0.25; /* of the budget */
 static const double TARGET = 0.93;     /* of the budget: the last piece of work may take longer than expected */
 static const double SLICE = 0.6;       /* of what is left, ... */
@@ -31,6 +32,7 @@ static void learn_unit(pace *p, int64_t now_ns, uint64_t done)
     double took = (double)(now_ns - p->last_ns) / (double)units;
     if (took > 4 * p->unit_ns) took = 4 * p->unit_ns;
     p->unit_ns += LEARN_UNIT * (took - p->unit_ns);
+    if (!(p->unit_ns > UNIT_LEAST)) p->unit_ns = UNIT_LEAST;
 }
 
 uint64_t pace_grant(pace *p, int64_t now_ns, uint64_t done)

@@ -140,9 +140,9 @@ void health_publish(service *s)
     t.count = 0;
     add_world(s, &t);
     add_lost(s, &t);
-    add_work(s, &t);
     for (size_t i = 0; i < metrics_count(s->metrics); i++)
         add(&t, metrics_at(s->metrics, i)->name, metric_get(metrics_at(s->metrics, i)));
+    add_work(s, &t);
     wire_message m = {.kind = WIRE_STATUS,
         .status = {.version = WIRE_VERSION,
             .epoch = s->epoch,
