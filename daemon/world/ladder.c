@@ -139,6 +139,7 @@ static void look(const world *w, uint32_t k)
     out->coarse = d.coarse;
     if (!d.coarse && !out->stands) out->settled = settle_cheaply(w, p, &b_in_a, d.limit + slack, out);
     out->floor = out->stands && p->standing.floor;
+    if (out->stands) out->work = work_of(a, b, &d, p->standing.lo);
     if (out->stands) out->rung = RUNG_STANDING, out->cost = WORK_A_MOTION_BOUND;
 }
 
@@ -190,16 +191,18 @@ static uint32_t ask(const world *w, const pair *p, const demand *d, void *scratc
     return asked + 1;
 }
 
-static void keep(pair *p, const pose *b_in_a, const narrow_result *r)
+/* The points are for bounds that remember. */
+static void keep(const world *w, pair *p, const pose *b_in_a, const narrow_result *r)
 {
     p->cache.axis = r->axis;
     p->cache.b_in_a = *b_in_a;
     p->cache.lower = r->lo;
+    p->standing.epoch = 0;
+    p->waited = 0;
+    if (!w->grant) return;
     p->near_a = r->point_a;
     p->near_b = pose_point(pose_relative(*b_in_a, POSE_IDENTITY), r->point_b);
     p->refined = true;
-    p->standing.epoch = 0;
-    p->waited = 0;
 }
 
 static void refine(world *w, uint32_t k, narrow_result *r, void *scratch)
@@ -213,7 +216,7 @@ static void refine(world *w, uint32_t k, narrow_result *r, void *scratch)
     out->cost = work_of(a, b, &d, r->lo);
     out->rung = RUNG_OF_METHOD[r->method];
     out->left = false;
-    keep(p, &b_in_a, r);
+    keep(w, p, &b_in_a, r);
 }
 
 static void decide_fully(void *context, size_t begin, size_t end, unsigned worker)
@@ -253,6 +256,8 @@ static void decide_by_bounds(void *context, size_t begin, size_t end, unsigned w
         out->cost = work_of_bounds(a, b);
         out->result = (uint32_t)n;
         out->left = n >= w->bounded;
+        out->work = work_of(a, b, &d, r->lo);
+        out->settled = r->lo > d.limit;
         p->standing.enough = r->lo > d.limit || (out->coarse && !out->left);
         out->left &= !p->standing.enough;
     }
@@ -356,43 +361,30 @@ static void leave(world *w, uint32_t k)
     array_push(&w->unfinished, w->active_pairs.at[k]);
 }
 
-/* Bounds beyond the limit need no refinement. */
-static void settle_by_bounds(world *w)
+/* Of which bounds were asked, and have not been found. */
+static void leave_unbounded(world *w)
 {
-    for (size_t n = 0; n < w->bounds; n++) {
-        outcome *o = &w->outcomes.at[w->open.at[n]];
-        const pair *p = &w->pairs.at[w->active_pairs.at[w->open.at[n]]];
+    for (size_t n = w->bounded; n < w->bounds; n++) {
+        const outcome *o = &w->outcomes.at[w->open.at[n]];
         if (o->coarse && o->left) leave(w, w->open.at[n]);
-        demand d = ladder_demand(w, &w->solids.at[p->a], &w->solids.at[p->b]);
-        if (o->result != WORLD_NONE && w->results.at[n].lo > d.limit) {
-            o->settled = true;
-            if (!pair_is_told(w, p)) o->result = WORLD_NONE;
-        }
     }
 }
 
-static uint32_t expected_work(const world *w, uint32_t k)
-{
-    const pair *p = &w->pairs.at[w->active_pairs.at[k]];
-    const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
-    demand d = ladder_demand(w, a, b);
-    return work_of(a, b, &d, p->standing.lo);
-}
-
-/* Refines the neediest, as far as is granted; returns how many. */
-static size_t refine_what_is_granted(world *w, uint64_t granted, uint64_t *done)
+/* Refines the first `todo` of those that need it, as far as is granted; returns how many. One that a tick cannot do
+ * stands first, or not among them. */
+static size_t refine_what_is_granted(world *w, size_t todo, uint64_t granted, uint64_t *done)
 {
     for (size_t next = 0;;) {
         size_t from = w->open.count;
-        for (; next < w->needs.count; next++) {
-            uint32_t k = (uint32_t)w->needs.at[next], work = expected_work(w, k);
-            if (*done + work > granted) break;
+        for (; next < todo; next++) {
+            uint32_t k = (uint32_t)w->needs.at[next], work = w->outcomes.at[k].work;
+            if (*done + work > granted && !(next == 0 && work > w->capacity)) break;
             *done += work;
             array_push(&w->open, k);
         }
         array_reserve(&w->results, w->open.count);
         decide_open(w, from, w->open.count, decide_fully);
-        if (next == w->needs.count) return next;
+        if (next == todo) return next;
         uint64_t more = w->grant(w->grant_context, *done);
         if (more <= granted) return next;
         granted = more;
@@ -403,9 +395,12 @@ static size_t refine_what_is_granted(world *w, uint64_t granted, uint64_t *done)
 static void decide_within_budget(world *w)
 {
     uint64_t granted, done = bound_what_is_granted(w, &granted);
-    settle_by_bounds(w);
-    work_order(w);
-    size_t refined = w->bounded < w->bounds ? 0 : refine_what_is_granted(w, granted, &done);
+    leave_unbounded(w);
+    size_t todo = work_order(w), refined = 0;
+    if (w->bounded == w->bounds) {
+        refined = refine_what_is_granted(w, todo, granted, &done);
+        work_learn(w, todo, refined, done);
+    }
     for (size_t i = refined; i < w->needs.count; i++) leave(w, (uint32_t)w->needs.at[i]);
     w->figures.work = done;
     w->figures.undone = w->unfinished.count;

@@ -125,6 +125,7 @@ typedef struct outcome { /* of one active pair in one tick */
     bool stands;     /* standing bounds hold ... */
     bool floor;      /* ... but are none of their own */
     bool left;       /* by the budget */
+    uint32_t work;   /* units that its refinement is expected to take, with a budget */
     uint32_t cost;   /* units: of its refinement while it is open, of what was done then */
     uint32_t result; /* index into world.results otherwise */
 } outcome;
@@ -176,6 +177,7 @@ struct world {
     ARRAY(uint32_t) unfinished; /* pairs that the last tick left */
     world_grant *grant;         /* NULL: no budget */
     void *grant_context;
+    uint64_t capacity;   /* units: what takes more is set aside; see work.c */
     uint64_t next_bound; /* key of the pair that is bounded first, if not all can be */
     uint32_t epoch;      /* of the interests: counts their changes, from 1 */
     size_t askers;       /* interests in how pairs stand now; the first one */
@@ -260,7 +262,9 @@ void bounds_floor(const world *w, pair *p, const pose *b_in_a, narrow_result *r)
 enum { WORK_A_MOTION_BOUND = 30, WORK_AN_AXIS = 120 }; /* units */
 uint32_t work_of_bounds(const solid *a, const solid *b);
 uint32_t work_of(const solid *a, const solid *b, const demand *d, double lo); /* units of a refinement */
-void work_order(world *w);                                                    /* fills world.needs */
+/* Fills world.needs; returns how many of the first ones are to be refined, the others are set aside. */
+size_t work_order(world *w);
+void work_learn(world *w, size_t todo, size_t refined, uint64_t done); /* what came of it */
 void work_charge(world *w); /* what interests cost, and what of theirs is left undone */
 
 /* Has anybody been told how it stands? Then it is decided in full. */

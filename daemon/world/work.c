@@ -89,17 +89,57 @@ static uint64_t need_of(const world *w, uint32_t k)
     return rank << 60 | ascending((float)next) << 28 | k;
 }
 
-void work_order(world *w)
+static bool is_too_much(const world *w, uint64_t k)
+{
+    return w->outcomes.at[k].work > w->capacity;
+}
+
+/* One that a tick cannot do would be in the way of all behind it: it is set aside, behind those that a tick can do. One
+ * of those that have waited longest is done in spite of the budget: with UINT8_MAX ticks between, seldom enough. */
+static size_t set_aside(world *w)
+{
+    size_t todo = 0, aside = w->needs.count;
+    uint64_t forced = UINT64_MAX;
+    for (size_t i = 0; i < w->needs.count; i++) {
+        uint64_t k = w->needs.at[i];
+        bool overdue = w->pairs.at[w->active_pairs.at[k]].waited == UINT8_MAX;
+        if (!is_too_much(w, k))
+            w->sort_scratch.at[todo++] = k;
+        else if (overdue && forced == UINT64_MAX)
+            forced = k;
+        else
+            w->sort_scratch.at[--aside] = k;
+    }
+    size_t first = forced != UINT64_MAX;
+    if (first) w->needs.at[0] = forced;
+    for (size_t i = 0; i < todo; i++) w->needs.at[first + i] = w->sort_scratch.at[i];
+    for (size_t i = aside; i < w->needs.count; i++) w->needs.at[i] = w->sort_scratch.at[i];
+    return first + todo;
+}
+
+size_t work_order(world *w)
 {
     w->needs.count = 0;
     for (size_t k = 0; k < w->active_pairs.count; k++) {
         const outcome *o = &w->outcomes.at[k];
         if (!o->settled && !o->coarse) array_push(&w->needs, need_of(w, (uint32_t)k));
     }
-    if (!w->needs.count) return;
+    if (!w->needs.count) return 0;
     array_reserve(&w->sort_scratch, w->needs.count);
     sort_keys(w->needs.at, w->sort_scratch.at, w->needs.count);
     for (size_t i = 0; i < w->needs.count; i++) w->needs.at[i] &= (1u << 28) - 1;
+    return set_aside(w);
+}
+
+/* What a tick can do is what ticks did that left something; where all was done but for what was set aside, more is
+ * tried. */
+void work_learn(world *w, size_t todo, size_t refined, uint64_t done)
+{
+    uint64_t less = w->capacity - w->capacity / 4, more = w->capacity + w->capacity / 4 + 1;
+    if (refined < todo)
+        w->capacity = done > less ? done : less;
+    else if (todo < w->needs.count && more < UINT32_MAX)
+        w->capacity = more;
 }
 
 /* ---- who pays ---- */

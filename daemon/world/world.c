@@ -169,7 +169,8 @@ void world_set_budget(world *w, world_grant *grant, void *context)
 {
     w->grant = grant;
     w->grant_context = context;
-    w->epoch++; /* what stands was not kept, or is not wanted */
+    w->capacity = 1000000; /* a millisecond, until ticks have shown what they can do */
+    w->epoch++;            /* what stands was not kept, or is not wanted */
 }
 
 int64_t world_next_due_ns(const world *w)
