@@ -5,7 +5,7 @@
 static const double UNIT_FIRST = 2;    /* ns, before anything is known: rather too much */
 static const double UNIT_LEAST = 0.01;  /* ns: a clock may stand still */
 static const double REST_FIRST = 0.25; /* of the budget */
-static const double TARGET = 0.93;     /* of the budget: the last piece of work may take longer than expected */
+static const double TARGET = 0.9;      /* of the budget: the last piece of work may take longer than expected */
 static const double SLICE = 0.6;       /* of what is left, ... */
 static const double LAST_SLICE = 0.12; /* ... unless that is less than this share of the budget */
 static const double END = 0.02;        /* of the budget: not worth a slice */
