@@ -3,7 +3,7 @@
 #include "pace.h"
 
 static const double UNIT_FIRST = 2;    /* ns, before anything is known: rather too much */
-static const double UNIT_LEAST = 0.01;  /* ns: a clock may stand still */
+static const double UNIT_LEAST = 0.01; /* ns: a clock may stand still */
 static const double REST_FIRST = 0.25; /* of the budget */
 static const double TARGET = 0.9;      /* of the budget: the last piece of work may take longer than expected */
 static const double SLICE = 0.6;       /* of what is left, ... */

@@ -248,7 +248,7 @@ static int wait_ms(const server *v)
     if (s->config.rate > 0)
         next = earlier(next, v->next_tick_ns);
     else if (world_changed(s->world))
-        return 0; /* a budget has left something */
+        return world_get_figures(s->world).work ? 0 : 1; /* a budget has left something, or all of it */
     else if (world_next_due_ns(s->world) != INT64_MAX)
         next = earlier(next, now + world_next_due_ns(s->world) - clock_wall_ns());
     next = earlier(next, v->manager.next_ns);

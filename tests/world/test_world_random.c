@@ -7,7 +7,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-enum { BODIES = 40, INTERESTS = 6, IDS_MAX = 1 << 22, OPERATIONS_A_TICK = 5, SAMPLES = 64 };
+enum { BODIES = 40, INTERESTS = 7, IDS_MAX = 1 << 22, OPERATIONS_A_TICK = 5, SAMPLES = 64 };
 enum { IMPACTS = 4 }; /* the interest in them */
 static const int64_t TICK_NS = SECOND / 100;
 static const double PADDING = 0.2, MARGIN = 0.3; /* m, of one of the rules */
@@ -65,6 +65,11 @@ static const world_interest TERMS[INTERESTS] = {
         .tolerance = 1e-4,
         .horizon = 0.5,
         .period_ns = SECOND / 33},
+    {.facts = WORLD_TOUCH | WORLD_DISTANCE,
+        .select_a = "b2*",
+        .select_b = "b*",
+        .range = 0.2,
+        .accuracy = WORLD_BY_BOXES},
 };
 
 static shape random_shape(uint64_t *r)
@@ -372,9 +377,17 @@ typedef struct played {
     uint64_t hash, story;
 } played;
 
-static played play_with(const world_options *options, int ticks, bool check)
+static uint64_t grant_units(void *context, uint64_t done)
+{
+    (void)done;
+    return *(uint64_t *)context;
+}
+
+/* units: a budget; 0: none. */
+static played play_within(const world_options *options, int ticks, bool check, uint64_t units)
 {
     run r = {.w = world_create(options), .random = 12345, .mirror = calloc(1, sizeof(mirror))};
+    if (units) world_set_budget(r.w, grant_units, &units);
     world_batches b = {0};
     size_t met = 0;
     for (int i = 0; i < BODIES; i++) {
@@ -417,6 +430,11 @@ static played play_with(const world_options *options, int ticks, bool check)
     return p;
 }
 
+static played play_with(const world_options *options, int ticks, bool check)
+{
+    return play_within(options, ticks, check, 0);
+}
+
 static uint64_t play(unsigned workers, bool caches, int ticks, bool check)
 {
     world_options options = world_options_default();
@@ -438,6 +456,22 @@ static void the_events_do_not_depend_on_the_number_of_workers(void **state)
     (void)state;
     uint64_t one = play(1, true, 1000, false);
     for (unsigned workers = 2; workers <= 8; workers++) assert_true(play(workers, true, 1000, false) == one);
+}
+
+/* Each id begins once and ends once, too: play_within says so. */
+static void a_budget_tells_the_same_for_any_number_of_workers_with_caches_or_without(void **state)
+{
+    (void)state;
+    world_options options = world_options_default();
+    for (uint64_t units = 1000; units <= 16000; units *= 4) {
+        options.workers = 1;
+        options.caches = true;
+        uint64_t one = play_within(&options, 1000, false, units).hash;
+        for (options.workers = 2; options.workers <= 8; options.workers += 3) {
+            options.caches = !options.caches;
+            assert_true(play_within(&options, 1000, false, units).hash == one);
+        }
+    }
 }
 
 static void the_events_do_not_depend_on_the_caches(void **state)
@@ -478,6 +512,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(each_id_begins_once_and_ends_once),
         cmocka_unit_test(the_events_do_not_depend_on_the_number_of_workers),
+        cmocka_unit_test(a_budget_tells_the_same_for_any_number_of_workers_with_caches_or_without),
         cmocka_unit_test(the_events_do_not_depend_on_the_caches),
         cmocka_unit_test(the_events_do_not_depend_on_the_broad_phase),
         cmocka_unit_test(every_engine_tells_the_same_story),
