@@ -165,7 +165,46 @@ static void query_rung(void *self, size_t first, size_t count, narrow_answer *ou
 static void query_verdict(void *self, size_t first, size_t count, narrow_answer *out)
 {
     query(self, first, count, out);
-    for (size_t i = 0; i < count; i++) out[i].measured = false;
+    for (size_t i = 0; i < count; i++) out[i].measured = isfinite(out[i].distance);
+}
+
+/* Is it apart along the axis? As the world, of a pair that nothing has been told of. */
+static bool apart_along(ours *o, const ours_item *it, const pose *b_in_a, vec3 axis)
+{
+    narrow_cache *c = &o->cache;
+    if (vec_norm2(axis) == 0) return false;
+    double lower = narrow_separation(&it->a, &it->b, b_in_a, axis, &c->hint_a, &c->hint_b);
+    if (!(lower > 0)) return false;
+    c->axis = axis;
+    c->lower = lower;
+    c->b_in_a = *b_in_a;
+    return true;
+}
+
+static bool apart_cheaply(ours *o, const ours_item *it, const pose *b_in_a)
+{
+    narrow_cache *c = &o->cache;
+    if (it->begins) *c = (narrow_cache){0};
+    if (c->lower > 0 && c->lower - narrow_motion_bound(&c->b_in_a, b_in_a, it->reach_b) > 0) return true;
+    return apart_along(o, it, b_in_a, c->axis) || apart_along(o, it, b_in_a, narrow_guess_axis(&it->a, &it->b, b_in_a));
+}
+
+/* The world's rungs, one after the other. */
+static void query_ladder(void *self, size_t first, size_t count, narrow_answer *out)
+{
+    ours *o = self;
+    for (size_t i = first; i < first + count; i++, out++) {
+        const ours_item *it = &o->items[i];
+        pose b_in_a = pose_relative(it->at_a, it->at_b);
+        if (apart_cheaply(o, it, &b_in_a)) {
+            *out = (narrow_answer){.bounded = true, .lo = 0, .hi = INFINITY};
+            continue;
+        }
+        narrow_result r;
+        narrow_query(&it->a, &it->b, &b_in_a, &o->request, &o->cache, o->scratch, &r);
+        tell(&r, out);
+        out->measured = isfinite(out->distance);
+    }
 }
 
 static double gap_of(double lo_a, double hi_a, double lo_b, double hi_b)
@@ -209,9 +248,15 @@ const narrow_peer narrow_ours_cached = {"collided_cached",
     "gap, measures it only where that fails",
     true, takes_coherent_gaps, create, query_cached, destroy};
 
-const narrow_peer narrow_dial = {"collided", "verdict and distance, interval no wider than the tolerance times the size; "
-    "exact: as narrow as arithmetic gives, from world poses", true, takes_all, create_rung, query_rung, destroy};
-const narrow_peer narrow_dial_verdict = {"collided", "the verdict alone, exact; no distance", true, takes_all,
+const narrow_peer narrow_dial = {"collided",
+    "verdict and distance, interval no wider than the tolerance times the size; "
+    "exact: as narrow as arithmetic gives, from world poses",
+    true, takes_all, create_rung, query_rung, destroy};
+const narrow_peer narrow_dial_verdict = {"collided",
+    "the verdict alone, exact; the distance is the middle of the interval that it left", true, takes_all,
     create_verdict, query_verdict, destroy};
-const narrow_peer narrow_dial_boxes = {"collided", "the two boxes alone: apart, or perhaps not", true, takes_all,
-    create_rung, query_boxes, destroy};
+const narrow_peer narrow_dial_ladder = {"collided",
+    "the verdict alone, as the world finds it: motion bound, last axis, guessed axis, narrow phase", true, takes_all,
+    create_verdict, query_ladder, destroy};
+const narrow_peer narrow_dial_boxes = {
+    "collided", "the two boxes alone: apart, or perhaps not", true, takes_all, create_rung, query_boxes, destroy};

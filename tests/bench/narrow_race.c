@@ -21,7 +21,7 @@ typedef struct lane {
     bench_samples times; /* of blocks */
     int64_t *by_block;   /* the same, ROUNDS_MOST a block */
     size_t rounds;
-    int64_t spent_ns;    /* in timed blocks */
+    int64_t spent_ns; /* in timed blocks */
     narrow_figures figures;
 } lane;
 
@@ -32,6 +32,7 @@ typedef struct race {
     lane lanes[LANES_MOST];
     size_t lane_count, block_count;
     size_t *order; /* of blocks */
+    size_t turns[LANES_MOST];
     uint32_t chance;
 } race;
 
@@ -76,14 +77,21 @@ static void enter_sweep(race *r, const narrow_limits *limits)
 /* ---- time ---- */
 
 /* Fisher-Yates; xorshift will do. */
-static void shuffle(race *r)
+static void shuffle(race *r, size_t *order, size_t count)
 {
-    for (size_t i = r->block_count; i-- > 1;) {
+    for (size_t i = count; i-- > 1;) {
         r->chance ^= r->chance << 13, r->chance ^= r->chance >> 17, r->chance ^= r->chance << 5;
-        size_t j = r->chance % (i + 1), swap = r->order[i];
-        r->order[i] = r->order[j];
-        r->order[j] = swap;
+        size_t j = r->chance % (i + 1), swap = order[i];
+        order[i] = order[j];
+        order[j] = swap;
     }
+}
+
+/* In another order each round: who always ran after the same code would find the processor warm for it. */
+static void mix_lanes(race *r)
+{
+    for (size_t i = 0; i < r->lane_count; i++) r->turns[i] = i;
+    shuffle(r, r->turns, r->lane_count);
 }
 
 static void warm_up(const race *r, const lane *l)
@@ -113,10 +121,11 @@ static void run_rounds(race *r, double seconds)
     for (size_t i = 0; i < r->lane_count; i++) warm_up(r, &r->lanes[i]);
     bool any = true;
     for (size_t round = 0; any && round < ROUNDS_MOST; round++) {
-        if (!r->scene.row.coherent) shuffle(r);
+        if (!r->scene.row.coherent) shuffle(r, r->order, r->block_count);
         any = false;
+        mix_lanes(r);
         for (size_t i = 0; i < r->lane_count; i++) {
-            lane *l = &r->lanes[(i + round) % r->lane_count];
+            lane *l = &r->lanes[r->turns[i]];
             if (l->spent_ns >= share_ns) continue;
             run_lane(r, l);
             any = true;

@@ -1,6 +1,6 @@
 /* pareto_all: ours and every peer of the Debian packages, at the tolerances that each can be given. Bullet's box-box,
- * its EPA and ODE have none (ODE asks libccd at its default); Bullet's pair detector has one that is meant to tell equal
- * points and empty simplices. */
+ * its EPA and ODE have none (ODE asks libccd at its default); Bullet's pair detector has one that is meant to tell
+ * equal points and empty simplices. */
 #include "pareto_sweep.h"
 
 #define FOUR(peer, gaps, contacts)                                                                                     \

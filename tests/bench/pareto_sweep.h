@@ -10,10 +10,13 @@ extern const size_t pareto_sweep_count;
 
 /* Ours, from the loosest to the exact; relative to the pair's size, and an exact verdict with each but boxes. */
 #define PARETO_OURS                                                                                                    \
-    {&narrow_dial_boxes, 0, "boxes", true, true}, {&narrow_dial_verdict, 0, "verdict", true, true},                    \
+    {&narrow_dial_boxes, 0, "boxes", true, true}, {&narrow_dial_ladder, 0, "ladder", true, true},                      \
+        {&narrow_dial_verdict, 0, "verdict", true, true}, {&narrow_dial, 0.1, "0.1", true, true},                      \
         {&narrow_dial, 1e-3, "1e-3", true, true}, {&narrow_dial, 1e-6, "1e-6", true, true},                            \
         {&narrow_dial, 1e-9, "1e-9", true, true}, {&narrow_dial, 1e-12, "1e-12", true, true},                          \
-        {&narrow_dial, 0, "exact", true, true}
+    {                                                                                                                  \
+        &narrow_dial, 0, "exact", true, true                                                                           \
+    }
 
 /* libccd: gaps it does not measure, so that no tolerance enters. */
 #define PARETO_CCD                                                                                                     \
@@ -21,6 +24,9 @@ extern const size_t pareto_sweep_count;
         {&narrow_ccd_gjk, 1e-4, "1e-4", false, true}, {&narrow_ccd_gjk, 1e-6, "1e-6", false, true},                    \
         {&narrow_ccd_gjk, 1e-10, "1e-10", false, true}, {&narrow_ccd_mpr, 0, "none", true, false},                     \
         {&narrow_ccd_mpr, 1e-2, "1e-2", false, true}, {&narrow_ccd_mpr, 1e-4, "1e-4", false, true},                    \
-        {&narrow_ccd_mpr, 1e-6, "1e-6", false, true}, {&narrow_ccd_mpr, 1e-10, "1e-10", false, true}
+        {&narrow_ccd_mpr, 1e-6, "1e-6", false, true},                                                                  \
+    {                                                                                                                  \
+        &narrow_ccd_mpr, 1e-10, "1e-10", false, true                                                                   \
+    }
 
 #endif
