@@ -224,6 +224,23 @@ static bool are_apart(const oracle_body *a, const oracle_body *b)
     return s.f > 0;
 }
 
+narrow_truth narrow_truth_proven(const narrow_item *item)
+{
+    placed a = place_body(item->a, &item->at_a), b = place_body(item->b, &item->at_b);
+    bool apart = are_apart(&a.body, &b.body);
+    oracle_truth t = measure(&a.body, &b.body, apart);
+    if (!apart && (a.body.core != ORACLE_POINTS || b.body.core != ORACLE_POINTS)) {
+        oracle_truth proven = oracle_distance_bounds(&a.body, &b.body);
+        t.lo = q_max(t.lo, proven.lo);
+        t.hi = q_max(proven.hi, t.lo);
+    }
+    quad size = oracle_size(&a.body, &b.body);
+    narrow_truth out = {.distance = t.lo, .lo = t.lo, .hi = t.hi, .size = (double)size};
+    free(a.points);
+    free(b.points);
+    return out;
+}
+
 narrow_truth narrow_truth_of(const narrow_item *item)
 {
     placed a = place_body(item->a, &item->at_a), b = place_body(item->b, &item->at_b);
