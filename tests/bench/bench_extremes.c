@@ -4,8 +4,8 @@
  * answer is a failure (extremes_guard.h). No times: bench_pareto has them. Then the ends of the stated range: what lies
  * beyond is refused, by a text that names the limit (extremes_limits.h).
  *
- * A verdict is judged where the truth has a sign beyond 1e-25 of the size; an error is what the answer is outside of
- * the truth's bounds, relative to the pair's size. One thread. */
+ * A verdict is judged where the truth has a sign beyond 1e-25 of the size. An answer that is an interval with 0 in it
+ * is no verdict: undecided. Errors are relative to the pair's size. One thread. */
 #include "bench.h"
 #include "extremes_guard.h"
 #include "extremes_limits.h"
@@ -34,7 +34,7 @@ typedef struct axis {
 static const axis AXES[] = {
     {"scale", SCALE, false, 7, {0x1p-30, 0x1p-20, 0x1p-10, 1, 0x1p10, 0x1p20, 0x1p30}},
     {"distance", DISTANCE, false, 7, {1, 1e2, 1e4, 1e6, 1e8, 1e10, 1e12}},
-    {"size ratio", RATIO, false, 6, {1, 1e1, 1e3, 1e5, 1e7, 1e9}},
+    {"size ratio", RATIO, true, 6, {1, 1e1, 1e3, 1e5, 1e7, 1e9}},
     {"aspect ratio", ASPECT, true, 6, {1, 1e1, 1e2, 1e3, 1e4, 1e6}},
     {"gap", GAP, true, 8, {1e-16, 1e-15, 1e-14, 1e-12, 1e-9, 1e-6, 1e-3, 1}},
     {"depth", DEPTH, true, 8, {1e-16, 1e-15, 1e-14, 1e-12, 1e-9, 1e-6, 1e-3, 1e-1}},
@@ -88,7 +88,9 @@ typedef struct options {
 
 typedef struct figures {
     double error_max; /* NAN = nothing was measured */
-    size_t wrong, failed, items, missed_truth;
+    size_t wrong, failed, items;
+    size_t undecided;    /* of intervals: they hold 0 */
+    size_t missed_truth; /* of intervals */
 } figures;
 
 static bool is_apart(const narrow_truth *t)
@@ -107,11 +109,12 @@ static void judge(const narrow_answer *a, const narrow_truth *t, figures *f)
     bool garbage = !a->failed && a->measured && !isfinite(a->distance);
     f->failed += a->failed || garbage;
     if (a->failed || garbage) return;
-    f->wrong += a->overlap ? is_apart(t) : is_overlap(t);
+    bool undecided = a->bounded && a->lo <= 0 && a->hi >= 0;
+    f->undecided += undecided;
+    if (!undecided) f->wrong += a->overlap ? is_apart(t) : is_overlap(t);
     f->missed_truth += a->bounded && ((quad)a->lo > t->hi || (quad)a->hi < t->lo);
     if (!a->measured) return;
-    quad d = (quad)a->distance, off = q_max(q_max(t->lo - d, d - t->hi), 0);
-    f->error_max = fmax(f->error_max, (double)(off / (quad)t->size));
+    f->error_max = fmax(f->error_max, (double)(q_abs((quad)a->distance - t->distance) / (quad)t->size));
 }
 
 static void run_regime(
@@ -149,8 +152,8 @@ static void print_json(
         fprintf(out, "null");
     else
         fprintf(out, "%.3e", f->error_max);
-    fprintf(out, ",\"wrong\":%zu,\"failed\":%zu,\"items\":%zu,\"missed_truth\":%zu}\n", f->wrong, f->failed, f->items,
-        f->missed_truth);
+    fprintf(out, ",\"wrong\":%zu,\"failed\":%zu,\"undecided\":%zu,\"items\":%zu,\"missed_truth\":%zu}\n", f->wrong,
+        f->failed, f->undecided, f->items, f->missed_truth);
 }
 
 static void print_row(const options *o, const axis *x, double value, const narrow_pair *pair, const figures *of)
@@ -163,8 +166,9 @@ static void print_row(const options *o, const axis *x, double value, const narro
         if (o->json) print_json(stdout, x, value, pair, e, f);
         if (o->lines) print_json(o->lines, x, value, pair, e, f);
         if (o->json) continue;
-        printf("%-18s %-6s error %9.1e  wrong %2zu  failed %2zu  of %2zu%s\n", e->peer->name, e->label, f->error_max,
-            f->wrong, f->failed, f->items, f->missed_truth ? "  INTERVAL WITHOUT THE TRUTH" : "");
+        printf("%-18s %-6s error %9.1e  wrong %2zu  failed %2zu  undecided %2zu  of %2zu%s\n", e->peer->name, e->label,
+            f->error_max, f->wrong, f->failed, f->undecided, f->items,
+            f->missed_truth ? "  INTERVAL WITHOUT THE TRUTH" : "");
     }
     fflush(stdout);
 }

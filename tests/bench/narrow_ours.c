@@ -21,6 +21,7 @@ typedef struct ours {
     narrow_scratch *scratch;
     narrow_cache cache;
     double relative; /* tolerance of a rung, in sizes; 0 = as narrow as arithmetic gives */
+    bool from_world; /* asked about the world poses to the last bit, as the daemon's queries are; exact always is */
 } ours;
 
 static void *create_asking(const narrow_item *items, size_t count, double tolerance)
@@ -133,7 +134,15 @@ static void *create_rung(const narrow_item *items, size_t count, const narrow_ro
 {
     ours *o = create_asking(items, count, 0);
     o->relative = row->own;
+    o->from_world = !(row->own > 0);
     o->request.facts |= NARROW_VERDICT;
+    return o;
+}
+
+static void *create_world_rung(const narrow_item *items, size_t count, const narrow_row *row)
+{
+    ours *o = create_rung(items, count, row);
+    o->from_world = true;
     return o;
 }
 
@@ -148,17 +157,9 @@ static void *create_verdict(const narrow_item *items, size_t count, const narrow
 static void query_rung(void *self, size_t first, size_t count, narrow_answer *out)
 {
     ours *o = self;
-    if (!(o->relative > 0)) {
-        query_world(self, first, count, out);
-        return;
-    }
-    for (size_t i = first; i < first + count; i++, out++) {
-        const ours_item *it = &o->items[i];
-        pose b_in_a = pose_relative(it->at_a, it->at_b);
-        narrow_result r;
-        o->request.tolerance = o->relative * it->size;
-        narrow_query(&it->a, &it->b, &b_in_a, &o->request, NULL, o->scratch, &r);
-        tell(&r, out);
+    for (size_t i = first; i < first + count; i++) {
+        o->request.tolerance = o->relative * o->items[i].size;
+        (o->from_world ? query_world : query)(self, i, 1, out++);
     }
 }
 
@@ -252,6 +253,9 @@ const narrow_peer narrow_dial = {"collided",
     "verdict and distance, interval no wider than the tolerance times the size; "
     "exact: as narrow as arithmetic gives, from world poses",
     true, takes_all, create_rung, query_rung, destroy};
+const narrow_peer narrow_dial_world = {"collided",
+    "verdict and distance from world poses, as the daemon answers queries", true, takes_all, create_world_rung,
+    query_rung, destroy};
 const narrow_peer narrow_dial_verdict = {"collided",
     "the verdict alone, exact; the distance is the middle of the interval that it left", true, takes_all,
     create_verdict, query_verdict, destroy};
