@@ -24,14 +24,16 @@ typedef struct options {
     const char *pair;
     unsigned long items; /* 0 = the default */
     double seconds;      /* a row; 0 = the default */
+    FILE *lines;         /* JSON lines go there, too */
 } options;
 
 static bool usage(const char *program)
 {
-    fprintf(stderr, "usage: %s [--json] [--full] [--pair PAIR] [--items 48..%d] [--seconds A_ROW]\npairs:", program,
+    fprintf(stderr,
+        "usage: %s [--json] [--full] [--pair PAIR] [--items 48..%d] [--seconds A_ROW] [--lines FILE]\npairs:", program,
         ITEMS_MOST);
     for (size_t i = 0; i < narrow_pair_count; i++) fprintf(stderr, " %s", narrow_pairs[i].name);
-    fprintf(stderr, "\n--full: more configurations, longer\n");
+    fprintf(stderr, "\n--full: more configurations, longer; --lines: JSON lines go there, too\n");
     return false;
 }
 
@@ -46,7 +48,7 @@ static bool parse(int argc, char **argv, options *o)
 {
     static const struct option known[] = {{"json", no_argument, NULL, 'j'}, {"full", no_argument, NULL, 'f'},
         {"pair", required_argument, NULL, 'p'}, {"items", required_argument, NULL, 'i'},
-        {"seconds", required_argument, NULL, 's'}, {NULL, 0, NULL, 0}};
+        {"seconds", required_argument, NULL, 's'}, {"lines", required_argument, NULL, 'l'}, {NULL, 0, NULL, 0}};
     *o = (options){0};
     for (int c; (c = getopt_long(argc, argv, "", known, NULL)) != -1;) {
         if (c == 'j') o->json = true;
@@ -54,6 +56,7 @@ static bool parse(int argc, char **argv, options *o)
         if (c == 'p') o->pair = optarg;
         if (c == 'i') o->items = strtoul(optarg, NULL, 10);
         if (c == 's') o->seconds = strtod(optarg, NULL);
+        if (c == 'l' && !(o->lines = fopen(optarg, "w"))) return usage(argv[0]);
         if (c == '?') return usage(argv[0]);
     }
     bool items = !o->items || (o->items >= 48 && o->items <= ITEMS_MOST);
@@ -123,18 +126,18 @@ static const char *number(char out[32], double value, const char *none)
     return out;
 }
 
-static void print_json(const narrow_figures *f, bool dominated)
+static void print_json(FILE *out, const narrow_figures *f, bool dominated)
 {
     char text[2][32];
     bool named = !(f->entry->own > 0);
-    printf("{\"bench\":\"pareto\",\"pair\":\"%s\",\"regime\":\"%s\",\"coherent\":%s,\"contender\":\"%s\",",
+    fprintf(out, "{\"bench\":\"pareto\",\"pair\":\"%s\",\"regime\":\"%s\",\"coherent\":%s,\"contender\":\"%s\",",
         f->pair->name, narrow_regime_names[f->regime], f->coherent ? "true" : "false", f->contender);
-    printf("\"tolerance\":%s%s%s,\"ns_mean\":%.2f,\"ns_p99\":%.2f,", named ? "\"" : "", f->entry->label,
+    fprintf(out, "\"tolerance\":%s%s%s,\"ns_mean\":%.2f,\"ns_p99\":%.2f,", named ? "\"" : "", f->entry->label,
         named ? "\"" : "", f->ns_mean, f->ns_p99);
-    printf("\"error_max\":%s,\"error_p99\":%s,\"missed\":%zu,\"false\":%zu,\"failed\":%zu,",
+    fprintf(out, "\"error_max\":%s,\"error_p99\":%s,\"missed\":%zu,\"false\":%zu,\"failed\":%zu,",
         number(text[0], f->error_max, "null"), number(text[1], f->error_p99, "null"), f->missed, f->false_hits,
         f->failed);
-    printf("\"measured\":%zu,\"items\":%zu,\"dominated\":%s,\"settings\":\"%s\"}\n", f->measured, f->items,
+    fprintf(out, "\"measured\":%zu,\"items\":%zu,\"dominated\":%s,\"settings\":\"%s\"}\n", f->measured, f->items,
         f->ours     ? "null"
         : dominated ? "true"
                     : "false",
@@ -160,14 +163,15 @@ static void print_table(const narrow_figures *f, bool dominated)
                              : "  not dominated, but wrong");
 }
 
-static void print_rows(const collected *c, bool json, tally *t)
+static void print_rows(const collected *c, const options *o, tally *t)
 {
     for (size_t i = 0; i < c->count; i++) {
         const narrow_figures *f = &c->at[i];
         bool dominated = !f->ours && is_dominated(c, f);
-        if (!json && (i == 0 || f->coherent != c->at[i - 1].coherent)) print_head(f);
-        if (json)
-            print_json(f, dominated);
+        if (!o->json && (i == 0 || f->coherent != c->at[i - 1].coherent)) print_head(f);
+        if (o->lines) print_json(o->lines, f, dominated);
+        if (o->json)
+            print_json(stdout, f, dominated);
         else
             print_table(f, dominated);
         count_row(t, f, dominated);
@@ -198,7 +202,7 @@ static tally run_pair(const options *o, const narrow_pair *pair)
     for (int regime = 0; regime < (only_gaps ? 1 : REGIME_COUNT); regime++) {
         collected c = {.count = 0};
         narrow_race_run(pair, (narrow_regime)regime, &limits, collect, &c);
-        print_rows(&c, o->json, &t);
+        print_rows(&c, o, &t);
     }
     return t;
 }
@@ -223,6 +227,7 @@ int main(int argc, char **argv)
     }
     fprintf(stderr, "every sound row of every peer is dominated in %zu of %zu pair types; every row at all in %zu\n",
         won, pairs, won_all);
+    if (o.lines && fclose(o.lines) != 0) return EXIT_FAILURE;
     if (missed || off)
         fprintf(stderr, "failed: ours missed %zu, and %zu intervals are without the truth\n", missed, off);
     return missed || off ? EXIT_FAILURE : EXIT_SUCCESS;

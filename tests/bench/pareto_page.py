@@ -3,11 +3,9 @@
 import collections
 import json
 import os
-import subprocess
 import sys
-import tempfile
 
-from page import fixed, machine, table, write
+from page import draw, error, fixed, label, machine, table, write
 
 REGIMES = ["separated", "shallow", "deep"]
 OURS = "collided"
@@ -19,16 +17,8 @@ NAMES = {"fcl": "FCL distance, libccd's solver", "fcl_collide": "FCL collide, li
          "bullet_boxbox": "Bullet, box-box", "ode": "ODE", "ccd_gjk": "libccd, GJK and EPA", "ccd_mpr": "libccd, MPR"}
 
 
-def label(tolerance):
-    return tolerance if isinstance(tolerance, str) else f"{tolerance:.0e}".replace("e-0", "e-").replace("e-1\b", "e-1")
-
-
 def sound(row):
     return row["missed"] + row["false"] + row["failed"] == 0
-
-
-def error(value):
-    return "-" if value is None else f"{value:.0e}".replace("e-0", "e-").replace("e+00", "")
 
 
 def faults(row):
@@ -195,14 +185,7 @@ def picture(run, regime, folder):
         times = [r["ns_mean"] for r in whole]
         script += [f"set title '{pair}' font ',12' offset 0,-0.7", f"set xrange [{min(times) / 1.6}:{max(times) * 1.6}]",
                    "set key top right font ',8' samplen 1 spacing 0.8", "plot " + ", ".join(plots)]
-    for terminal, ending in (("svg size 1500,%d font 'sans,11' background '#ffffff'", "svg"),
-                             ("pngcairo size 1500,%d font 'sans,11'", "png")):
-        target = os.path.join(folder, f"pareto_{regime}.{ending}")
-        words = [f"set terminal {terminal % (290 * lines + 80)}", f"set output '{target}'", *script, "unset multiplot"]
-        with tempfile.NamedTemporaryFile("w", suffix=".gp") as f:
-            f.write("\n".join(words) + "\n")
-            f.flush()
-            subprocess.run(["gnuplot", f.name], check=True)
+    draw(script, os.path.join(folder, f"pareto_{regime}"), 1500, 290 * lines + 80)
 
 
 def page(run):
