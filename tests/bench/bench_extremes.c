@@ -87,7 +87,8 @@ typedef struct options {
 } options;
 
 typedef struct figures {
-    double error_max; /* NAN = nothing was measured */
+    double error_max;     /* NAN = nothing was measured */
+    double undecided_max; /* the truth farthest from 0 of those undecided, relative to the size */
     size_t wrong, failed, items;
     size_t undecided;    /* of intervals: they hold 0 */
     size_t missed_truth; /* of intervals */
@@ -111,6 +112,7 @@ static void judge(const narrow_answer *a, const narrow_truth *t, figures *f)
     if (a->failed || garbage) return;
     bool undecided = a->bounded && a->lo <= 0 && a->hi >= 0;
     f->undecided += undecided;
+    if (undecided) f->undecided_max = fmax(f->undecided_max, (double)(q_abs(t->distance) / (quad)t->size));
     if (!undecided) f->wrong += a->overlap ? is_apart(t) : is_overlap(t);
     f->missed_truth += a->bounded && ((quad)a->lo > t->hi || (quad)a->hi < t->lo);
     if (!a->measured) return;
@@ -152,8 +154,10 @@ static void print_json(
         fprintf(out, "null");
     else
         fprintf(out, "%.3e", f->error_max);
-    fprintf(out, ",\"wrong\":%zu,\"failed\":%zu,\"undecided\":%zu,\"items\":%zu,\"missed_truth\":%zu}\n", f->wrong,
-        f->failed, f->undecided, f->items, f->missed_truth);
+    fprintf(out,
+        ",\"wrong\":%zu,\"failed\":%zu,\"undecided\":%zu,\"undecided_max\":%.3e,\"items\":%zu,"
+        "\"missed_truth\":%zu}\n",
+        f->wrong, f->failed, f->undecided, f->undecided_max, f->items, f->missed_truth);
 }
 
 static void print_row(const options *o, const axis *x, double value, const narrow_pair *pair, const figures *of)

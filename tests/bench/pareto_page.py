@@ -148,43 +148,66 @@ def numbers(run, pair, coherent):
     return table(["contender", "tolerance", *regimes], lines)
 
 
-def curve(rows):
+def points(rows):
     return "\n".join(f"{r['ns_mean']} {max(r['error_max'], 1e-17)}" for r in rows)
 
 
-def picture(run, regime, folder):
-    """A panel a pair type: mean time against greatest error, both logarithmic; what errs is grey and crossed out."""
-    pairs = [p for p in run.pairs if regime in run.regimes(p)]
-    columns = 5
-    lines = -(-len(pairs) // columns)
-    peers = {"FCL": ("#d62728", 4, ("fcl", "fcl_collide", "fcl_indep", "fcl_indep_collide")),
+def front(rows):
+    """The points that no other of them beats in both, by rising time."""
+    kept = []
+    for r in sorted(rows, key=lambda r: (r["ns_mean"], r["error_max"])):
+        if not kept or r["error_max"] < kept[-1]["error_max"]:
+            kept.append(r)
+    return kept
+
+
+LIBRARIES = {"FCL": ("#d62728", 4, ("fcl", "fcl_collide", "fcl_indep", "fcl_indep_collide")),
              "Bullet": ("#2ca02c", 8, ("bullet_pair", "bullet_epa", "bullet_boxbox")),
              "ODE": ("#9467bd", 12, ("ode",)), "libccd": ("#e08a00", 10, ("ccd_gjk", "ccd_mpr"))}
+STYLES = {"ours": "with points lc rgb '#1f77b4' pt 7 ps 0.8", "front": "with lines lc rgb '#1f77b4' lw 2",
+          "errs": "with points lc rgb '#aaaaaa' pt 2 ps 0.7",
+          **{name: f"with points lc rgb '{c}' pt {pt} ps 0.9" for name, (c, pt, _) in LIBRARIES.items()}}
+
+
+def panel(run, pair, regime, number):
+    """gnuplot's words for one pair type; what errs is grey and crossed out."""
+    whole = [r for r in run.rows if r["pair"] == pair and r["regime"] == regime and not r["coherent"]
+             and r["error_max"] is not None and (r["measured"] == r["items"] or not sound(r))]
+    ours = [r for r in whole if r["contender"] == OURS and sound(r)]
+    sets = {"front": front(ours), "ours": ours, "errs": [r for r in whole if not sound(r) and r["contender"] != OURS]}
+    for name, (_, _, members) in LIBRARIES.items():
+        sets[name] = [r for r in whole if r["contender"] in members and sound(r)]
+    words, plots = [], []
+    for k, (name, rows) in enumerate(sets.items()):
+        if rows:
+            words.append(f"$p{number}_{k} << EOD\n{points(rows)}\nEOD")
+            plots.append(f"$p{number}_{k} {STYLES[name]} notitle")
+    times = [r["ns_mean"] for r in whole]
+    least, most = min(times) / 1.6, max(times) * 1.6
+    step = (1, 2, 5) if most / least < 30 else (1, 3) if most / least < 300 else (1,)
+    tics = [f * 10 ** k for k in range(8) for f in step if least <= f * 10 ** k <= most]
+    ticks = ", ".join(f"'{fixed(t)}' {t}" for t in tics)
+    return [*words, f"set title '{pair}' font ',12' offset 0,-0.7", f"set xrange [{least}:{most}]",
+            f"set xtics ({ticks}) font ',9' offset 0,0.4", "plot " + ", ".join(plots)]
+
+
+def picture(run, regime, folder):
+    """A panel a pair type: mean time against greatest error, both logarithmic; the key in one more."""
+    pairs = [p for p in run.pairs if regime in run.regimes(p)]
+    columns = 5
+    lines = -(-(len(pairs) + 1) // columns)
     script = [f"set multiplot layout {lines},{columns} title "
               f"'{regime}, cold: greatest error (of the size) against mean time (ns); lower left is better' "
-              "font ',15' margins 0.045,0.99,0.09,0.93 spacing 0.035,0.075", "set logscale xy",
-              "set format x '10^{%L}'", "set format y '10^{%L}'", "set grid lc rgb '#dddddd'",
-              "set yrange [1e-17:10]", "set ytics 1e4 font ',9'", "set xtics font ',9' offset 0,0.4"]
-    for i, pair in enumerate(pairs):
-        at = [r for r in run.rows if r["pair"] == pair and r["regime"] == regime and not r["coherent"]
-              and r["error_max"] is not None]
-        whole = [r for r in at if r["measured"] == r["items"] or not sound(r)]
-        plots = []
-        ours = sorted((r for r in whole if r["contender"] == OURS and sound(r)), key=lambda r: r["ns_mean"])
-        script.append(f"$ours{i} << EOD\n{curve(ours)}\nEOD")
-        plots.append(f"$ours{i} with linespoints lc rgb '#1f77b4' lw 2 pt 7 ps 0.8 title 'collided'")
-        for k, (name, (colour, point, members)) in enumerate(peers.items()):
-            good = [r for r in whole if r["contender"] in members and sound(r)]
-            if good:
-                script.append(f"$peer{i}_{k} << EOD\n{curve(good)}\nEOD")
-                plots.append(f"$peer{i}_{k} with points lc rgb '{colour}' pt {point} ps 0.8 title '{name}'")
-        bad = [r for r in whole if not sound(r) and r["contender"] != OURS]
-        if bad:
-            script.append(f"$bad{i} << EOD\n{curve(bad)}\nEOD")
-            plots.append(f"$bad{i} with points lc rgb '#999999' pt 2 ps 0.6 title 'errs'")
-        times = [r["ns_mean"] for r in whole]
-        script += [f"set title '{pair}' font ',12' offset 0,-0.7", f"set xrange [{min(times) / 1.6}:{max(times) * 1.6}]",
-                   "set key top right font ',8' samplen 1 spacing 0.8", "plot " + ", ".join(plots)]
+              "font ',15' margins 0.045,0.99,0.09,0.93 spacing 0.035,0.075", "set logscale xy", "unset mxtics",
+              "unset mytics", "set tics nomirror", "set format y '10^{%L}'",
+              "set grid lc rgb '#dddddd'", "set yrange [1e-17:10]", "set ytics 1e4 font ',9'"]
+    for number, pair in enumerate(pairs):
+        script += panel(run, pair, regime, number)
+    named = {"ours": "collided, by tolerance", "front": "its front", **{name: name for name in LIBRARIES},
+             "errs": "with wrong verdicts or failures"}
+    keys = ", ".join(f"NaN {STYLES[name]} title '{text}'" for name, text in named.items())
+    script += ["unset logscale", "set xrange [0:1]", "set yrange [0:1]", "unset tics", "unset border", "unset grid",
+               "set title ' '", "set key center center font ',12' samplen 2 spacing 1.2", f"plot {keys}"]
     draw(script, os.path.join(folder, f"pareto_{regime}"), 1500, 290 * lines + 80)
 
 
