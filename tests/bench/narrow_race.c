@@ -160,7 +160,8 @@ static double mean_of_medians(const race *r, lane *l)
     for (size_t k = 0; k < r->block_count; k++) {
         int64_t *of_block = l->by_block + k * ROUNDS_MOST;
         qsort(of_block, l->rounds, sizeof *of_block, sooner);
-        sum += (double)of_block[l->rounds / 2];
+        size_t middle = l->rounds / 2;
+        sum += (double)of_block[middle];
     }
     return sum / (double)(r->block_count * NARROW_BLOCK);
 }

@@ -315,7 +315,7 @@ narrow_scene narrow_scene_create(const narrow_pair *pair, narrow_regime regime, 
 {
     chance c = {0x5eed + 16 * (uint64_t)(pair - narrow_pairs) + 4 * (uint64_t)regime + coherent};
     size_t frames = coherent ? FRAMES : 1, tracks = count / frames;
-    narrow_scene s = {.row = {pair->a, pair->b, regime, coherent, pair->curved ? 1e-6 : 1e-9}};
+    narrow_scene s = {.row = {pair->a, pair->b, regime, coherent, pair->curved ? 1e-6 : 1e-9, 0}};
     s.count = tracks * frames;
     s.body_count = 2 * tracks;
     s.items = allocate(s.count, sizeof *s.items);
@@ -353,7 +353,7 @@ narrow_scene narrow_scene_create_extreme(
     const narrow_pair *pair, narrow_regime regime, size_t count, const narrow_extreme *x)
 {
     chance c = {0xe57 + 16 * (uint64_t)(pair - narrow_pairs) + 4 * (uint64_t)regime};
-    narrow_scene s = {.row = {pair->a, pair->b, regime, false, pair->curved ? 1e-6 : 1e-9}, .count = count};
+    narrow_scene s = {.row = {pair->a, pair->b, regime, false, pair->curved ? 1e-6 : 1e-9, 0}, .count = count};
     s.body_count = 2 * count;
     s.items = allocate(s.count, sizeof *s.items);
     s.bodies = allocate(s.body_count, sizeof *s.bodies);

@@ -186,7 +186,8 @@ def panel(run, pair, regime, number):
     least, most = min(times) / 1.6, max(times) * 1.6
     step = (1, 2, 5) if most / least < 30 else (1, 3) if most / least < 300 else (1,)
     tics = [f * 10 ** k for k in range(8) for f in step if least <= f * 10 ** k <= most]
-    ticks = ", ".join(f"'{fixed(t)}' {t}" for t in tics)
+    ticks = ", ".join(f"'{t:,}' {t}" if t < 1000 else f"'{t // 1000}k' {t}" if t < 10 ** 6 else f"'{t // 10 ** 6}M' {t}"
+                      for t in tics)
     return [*words, f"set title '{pair}' font ',12' offset 0,-0.7", f"set xrange [{least}:{most}]",
             f"set xtics ({ticks}) font ',9' offset 0,0.4", "plot " + ", ".join(plots)]
 
