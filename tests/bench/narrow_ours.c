@@ -21,6 +21,7 @@ typedef struct ours {
     narrow_scratch *scratch;
     narrow_cache cache;
     double relative; /* tolerance of a rung, in sizes; 0 = as narrow as arithmetic gives */
+    bool keeps;      /* of a rung: the pair's cache, from frame to frame */
     bool from_world; /* asked about the world poses to the last bit, as the daemon's queries are; exact always is */
 } ours;
 
@@ -134,6 +135,7 @@ static void *create_rung(const narrow_item *items, size_t count, const narrow_ro
 {
     ours *o = create_asking(items, count, 0);
     o->relative = row->own;
+    o->keeps = row->coherent;
     o->from_world = !(row->own > 0);
     o->request.facts |= NARROW_VERDICT;
     return o;
@@ -154,12 +156,26 @@ static void *create_verdict(const narrow_item *items, size_t count, const narrow
     return o;
 }
 
+/* With what the frame before left behind. */
+static void query_kept(void *self, size_t first, size_t count, narrow_answer *out)
+{
+    ours *o = self;
+    for (size_t i = first; i < first + count; i++, out++) {
+        const ours_item *it = &o->items[i];
+        pose b_in_a = pose_relative(it->at_a, it->at_b);
+        narrow_result r;
+        if (it->begins) o->cache = (narrow_cache){0};
+        narrow_query(&it->a, &it->b, &b_in_a, &o->request, &o->cache, o->scratch, &r);
+        tell(&r, out);
+    }
+}
+
 static void query_rung(void *self, size_t first, size_t count, narrow_answer *out)
 {
     ours *o = self;
     for (size_t i = first; i < first + count; i++) {
         o->request.tolerance = o->relative * o->items[i].size;
-        (o->from_world ? query_world : query)(self, i, 1, out++);
+        (o->from_world ? query_world : o->keeps ? query_kept : query)(self, i, 1, out++);
     }
 }
 
