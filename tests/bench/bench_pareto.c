@@ -16,8 +16,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { ITEMS = 96, ITEMS_FULL = 512, ITEMS_MESH = 32, ITEMS_MOST = 100000, FIGURES_MOST = 128 };
-static const double SECONDS = 0.9, SECONDS_FULL = 6, ERROR_FLOOR = 4e-15;
+enum { ITEMS = 80, ITEMS_FULL = 512, ITEMS_MESH = 32, ITEMS_MOST = 100000, FIGURES_MOST = 128 };
+static const double SECONDS = 0.7, SECONDS_FULL = 6, ERROR_FLOOR = 4e-15;
 
 typedef struct options {
     bool json, full;
