@@ -277,8 +277,9 @@ and of at most 1e-3:
 
 A point is one peer at one of its tolerances in one class (separated, shallow, deep; cold, coherent). It is dominated if
 ours at some tolerance is at least as fast at no larger error, with all verdicts right; where a peer gives no distance, the
-verdict alone is compared. So a quick but wrong depth counts, too, if its verdict is right. Errors up to {FLOOR:.0e} are the rounding of poses in doubles, and count as equal. Points that err
-are not counted; the compounds have no Debian peer.
+verdict alone is compared, and a quick but wrong depth counts as a point if its verdict is right. Errors up to {FLOOR:.0e} are
+the rounding of poses in doubles, and count as equal. Points with a wrong verdict or a failure are not counted; the
+compounds have no Debian peer.
 
 {dominance(run)}
 
