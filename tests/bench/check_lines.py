@@ -13,6 +13,8 @@ KEYS = {
               "extra", "missed"],
     "narrow": ["coherent", "ns_median", "ns_p99", "wrong", "failed", "missed_truth", "items", "samples"],
     "elementary": ["queries", "contacts", "ns_median", "ns_p99", "misses", "false_hits", "late", "late_max"],
+    "pareto": ["ns_mean", "ns_p99", "missed", "false", "failed", "measured", "items"],
+    "extremes": ["wrong", "failed"],
     "ccd": ["us_median", "us_p99", "misses", "false_hits", "late", "toi_error_max", "pairs", "hits", "failed"],
 }
 # Of the world's scenes of impacts, all numbers a tick: searches for a time of impact ("sweeps"), the distances and
@@ -60,6 +62,18 @@ def broken(name, row):
         return "no scene, contender or queries"
     if name == "elementary" and row["contender"] == "collided" and (row["misses"] or row["late"]):
         return "ours missed a contact, or was late"
+    if name == "pareto" and not ("error_max" in row and all(row.get(key) for key in ("pair", "contender", "tolerance"))):
+        return "no pair, contender, tolerance or error"
+    if name == "pareto" and row["contender"] == "collided" and (row["missed"] or row["failed"]):
+        return "ours missed an overlap, or failed"
+    if name == "pareto" and row["contender"] == "collided" and row["tolerance"] != "boxes" and row["false"]:
+        return "ours saw an overlap that is none"
+    if name == "extremes" and not ("error_max" in row and "value" in row and all(
+            row.get(key) for key in ("axis", "pair", "contender"))):
+        return "no axis, value, pair, contender or error"
+    if name == "extremes" and row["contender"] == "collided" and (
+            row["wrong"] or row["failed"] or row.get("missed_truth")):
+        return "ours is wrong"
     if name == "ccd" and not (row.get("scene") and row.get("contender") and row["pairs"]):
         return "no scene, contender or pairs"
     if name == "ccd" and row["contender"] == "collided" and (

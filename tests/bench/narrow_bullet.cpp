@@ -10,7 +10,10 @@
 #include <BulletCollision/NarrowPhaseCollision/btVoronoiSimplexSolver.h>
 #include <map>
 #include <memory>
+#include <utility>
 #include <vector>
+
+extern btScalar gGjkEpaPenetrationTolerance; // of btGjkPairDetector; default 1e-12
 
 namespace
 {
@@ -25,6 +28,7 @@ struct self {
     std::map<const narrow_body *, std::unique_ptr<btConvexShape>> shapes;
     std::vector<item> items;
     bool coherent, apart;
+    btScalar tolerance;
     btVector3 axis; // of the pair detector, from the frame before
     btVoronoiSimplexSolver simplex;
     btGjkEpaPenetrationDepthSolver depth;
@@ -35,6 +39,8 @@ void *create(const narrow_item *items, size_t count, const narrow_row *row)
     auto *s = new self;
     s->coherent = row->coherent;
     s->apart = row->regime == REGIME_SEPARATED;
+    s->tolerance = row->own > 0 ? row->own : gGjkEpaPenetrationTolerance;
+    if (row->own > 0) s->simplex.setEqualVertexThreshold(row->own);
     for (size_t i = 0; i < count; i++) {
         item it;
         for (const narrow_body *b : {items[i].a, items[i].b})
@@ -80,6 +86,7 @@ narrow_answer answer_of(bool any, btScalar distance)
 void query_pair(void *context, size_t first, size_t count, narrow_answer *out)
 {
     auto *s = static_cast<self *>(context);
+    std::swap(gGjkEpaPenetrationTolerance, s->tolerance);
     for (size_t i = 0; i < count; i++) {
         const item &it = s->items[first + i];
         deepest found;
@@ -89,6 +96,7 @@ void query_pair(void *context, size_t first, size_t count, narrow_answer *out)
         s->axis = detector.getCachedSeparatingAxis();
         out[i] = answer_of(found.any, found.distance);
     }
+    std::swap(gGjkEpaPenetrationTolerance, s->tolerance);
 }
 
 void query_epa(void *context, size_t first, size_t count, narrow_answer *out)

@@ -96,6 +96,7 @@ static void *create(const narrow_item *items, size_t count, const narrow_row *ro
         own[i] = (ccd_item){body_of(items[i].a, &items[i].at_a, &self->state),
             body_of(items[i].b, &items[i].at_b, &self->state), items[i].begins};
     CCD_INIT(&self->options);
+    if (row->own > 0) self->options.epa_tolerance = self->options.mpr_tolerance = row->own;
     self->options.max_iterations = ITERATIONS_MAX;
     self->options.first_dir = first_direction;
     self->options.support1 = support_of_a;

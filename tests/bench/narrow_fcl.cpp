@@ -55,7 +55,7 @@ self *create_asking(
 
 void *create(const narrow_item *items, size_t count, const narrow_row *row)
 {
-    return create_asking(items, count, row, fcl::GST_LIBCCD, 1e-6);
+    return create_asking(items, count, row, fcl::GST_LIBCCD, row->own > 0 ? row->own : 1e-6);
 }
 
 void *create_fine(const narrow_item *items, size_t count, const narrow_row *row)
@@ -65,7 +65,7 @@ void *create_fine(const narrow_item *items, size_t count, const narrow_row *row)
 
 void *create_indep(const narrow_item *items, size_t count, const narrow_row *row)
 {
-    return create_asking(items, count, row, fcl::GST_INDEP, 1e-6);
+    return create_asking(items, count, row, fcl::GST_INDEP, row->own > 0 ? row->own : 1e-6);
 }
 
 void destroy(void *context)

@@ -3,6 +3,8 @@
 #include "narrow_peer.h"
 
 #include <ode/ode.h>
+#include <stdarg.h>
+#include <stdio.h>
 #include <stdlib.h>
 
 enum { CONTACTS_MAX = 16 };
@@ -26,10 +28,19 @@ static void *allocate(size_t count, size_t size)
     return p;
 }
 
+/* By itself it writes to stdout, among the figures. */
+static void say(int number, const char *format, va_list arguments)
+{
+    fprintf(stderr, "ode, message %d: ", number);
+    vfprintf(stderr, format, arguments); /* NOLINT(clang-diagnostic-format-nonliteral): ODE's own */
+    fputc('\n', stderr);
+}
+
 static void start_ode(void)
 {
     static bool started;
     if (!started && (!dInitODE2(0) || !dAllocateODEDataForThread(dAllocateMaskAll))) abort();
+    dSetMessageHandler(say);
     started = true;
 }
 

@@ -2,6 +2,7 @@
  * poses, one query. Timed is all of that but the order, which a pair has for good. */
 #include "narrow_scene.h"
 
+#include "geom/bounds.h"
 #include "narrow/narrow.h"
 
 #include <stdlib.h>
@@ -11,6 +12,7 @@ typedef struct ours_item {
     pose at_a, at_b;
     double reach_b;
     bool begins;
+    double size; /* the greater reach: what a rung's tolerance is relative to */
 } ours_item;
 
 typedef struct ours {
@@ -18,6 +20,9 @@ typedef struct ours {
     narrow_request request;
     narrow_scratch *scratch;
     narrow_cache cache;
+    double relative; /* tolerance of a rung, in sizes; 0 = as narrow as arithmetic gives */
+    bool keeps;      /* of a rung: the pair's cache, from frame to frame */
+    bool from_world; /* asked about the world poses to the last bit, as the daemon's queries are; exact always is */
 } ours;
 
 static void *create_asking(const narrow_item *items, size_t count, double tolerance)
@@ -33,8 +38,9 @@ static void *create_asking(const narrow_item *items, size_t count, double tolera
         shape a = narrow_scene_shape(items[i].a), b = narrow_scene_shape(items[i].b);
         pose at_a = narrow_scene_pose(&items[i].at_a), at_b = narrow_scene_pose(&items[i].at_b);
         bool ordered = narrow_ordered(&a, 0, &b, 1);
-        own[i] = ordered ? (ours_item){a, b, at_a, at_b, shape_reach(&b), items[i].begins}
-                         : (ours_item){b, a, at_b, at_a, shape_reach(&a), items[i].begins};
+        double size = fmax(shape_reach(&a), shape_reach(&b));
+        own[i] = ordered ? (ours_item){a, b, at_a, at_b, shape_reach(&b), items[i].begins, size}
+                         : (ours_item){b, a, at_b, at_a, shape_reach(&a), items[i].begins, size};
     }
     return o;
 }
@@ -125,6 +131,121 @@ static void query_cached(void *self, size_t first, size_t count, narrow_answer *
     }
 }
 
+/* ---- the rungs of the dial ---- */
+
+static void *create_rung(const narrow_item *items, size_t count, const narrow_row *row)
+{
+    ours *o = create_asking(items, count, 0);
+    o->relative = row->own;
+    o->keeps = row->coherent;
+    o->from_world = !(row->own > 0);
+    o->request.facts |= NARROW_VERDICT;
+    return o;
+}
+
+static void *create_world_rung(const narrow_item *items, size_t count, const narrow_row *row)
+{
+    ours *o = create_rung(items, count, row);
+    o->from_world = true;
+    return o;
+}
+
+static void *create_verdict(const narrow_item *items, size_t count, const narrow_row *row)
+{
+    ours *o = create_asking(items, count, INFINITY);
+    (void)row;
+    o->request.facts = NARROW_VERDICT;
+    return o;
+}
+
+/* With what the frame before left behind. */
+static void query_kept(void *self, size_t first, size_t count, narrow_answer *out)
+{
+    ours *o = self;
+    for (size_t i = first; i < first + count; i++, out++) {
+        const ours_item *it = &o->items[i];
+        pose b_in_a = pose_relative(it->at_a, it->at_b);
+        narrow_result r;
+        if (it->begins) o->cache = (narrow_cache){0};
+        narrow_query(&it->a, &it->b, &b_in_a, &o->request, &o->cache, o->scratch, &r);
+        tell(&r, out);
+    }
+}
+
+static void query_rung(void *self, size_t first, size_t count, narrow_answer *out)
+{
+    ours *o = self;
+    for (size_t i = first; i < first + count; i++) {
+        o->request.tolerance = o->relative * o->items[i].size;
+        (o->from_world ? query_world : o->keeps ? query_kept : query)(self, i, 1, out++);
+    }
+}
+
+static void query_verdict(void *self, size_t first, size_t count, narrow_answer *out)
+{
+    query(self, first, count, out);
+    for (size_t i = 0; i < count; i++) out[i].measured = isfinite(out[i].distance);
+}
+
+/* Is it apart along the axis? As the world, of a pair that nothing has been told of. */
+static bool apart_along(ours *o, const ours_item *it, const pose *b_in_a, vec3 axis)
+{
+    narrow_cache *c = &o->cache;
+    if (vec_norm2(axis) == 0) return false;
+    double lower = narrow_separation(&it->a, &it->b, b_in_a, axis, &c->hint_a, &c->hint_b);
+    if (!(lower > 0)) return false;
+    c->axis = axis;
+    c->lower = lower;
+    c->b_in_a = *b_in_a;
+    return true;
+}
+
+static bool apart_cheaply(ours *o, const ours_item *it, const pose *b_in_a)
+{
+    narrow_cache *c = &o->cache;
+    if (it->begins) *c = (narrow_cache){0};
+    if (c->lower > 0 && c->lower - narrow_motion_bound(&c->b_in_a, b_in_a, it->reach_b) > 0) return true;
+    return apart_along(o, it, b_in_a, c->axis) || apart_along(o, it, b_in_a, narrow_guess_axis(&it->a, &it->b, b_in_a));
+}
+
+/* The world's rungs, one after the other. */
+static void query_ladder(void *self, size_t first, size_t count, narrow_answer *out)
+{
+    ours *o = self;
+    for (size_t i = first; i < first + count; i++, out++) {
+        const ours_item *it = &o->items[i];
+        pose b_in_a = pose_relative(it->at_a, it->at_b);
+        if (apart_cheaply(o, it, &b_in_a)) {
+            *out = (narrow_answer){.bounded = true, .lo = 0, .hi = INFINITY};
+            continue;
+        }
+        narrow_result r;
+        narrow_query(&it->a, &it->b, &b_in_a, &o->request, &o->cache, o->scratch, &r);
+        tell(&r, out);
+        out->measured = isfinite(out->distance);
+    }
+}
+
+static double gap_of(double lo_a, double hi_a, double lo_b, double hi_b)
+{
+    return fmax(fmax(lo_b - hi_a, lo_a - hi_b), 0);
+}
+
+/* What the broad phase knows: boxes that are apart prove that their shapes are. */
+static void query_boxes(void *self, size_t first, size_t count, narrow_answer *out)
+{
+    ours *o = self;
+    for (size_t i = first; i < first + count; i++, out++) {
+        const ours_item *it = &o->items[i];
+        aabb a = shape_bounds(&it->a, it->at_a), b = shape_bounds(&it->b, it->at_b);
+        vec3 gap = {gap_of(a.lo.x, a.hi.x, b.lo.x, b.hi.x), gap_of(a.lo.y, a.hi.y, b.lo.y, b.hi.y),
+            gap_of(a.lo.z, a.hi.z, b.lo.z, b.hi.z)};
+        bool overlap = aabb_overlap(a, b);
+        double lo = overlap ? -INFINITY : (1 - 0x1p-50) * vec_norm(gap);
+        *out = (narrow_answer){.overlap = overlap, .bounded = true, .lo = lo, .hi = INFINITY};
+    }
+}
+
 static bool takes_all(const narrow_row *row)
 {
     (void)row;
@@ -145,3 +266,19 @@ const narrow_peer narrow_ours_cached = {"collided_cached",
     "motion bound, cached axis, then the full query: proves the "
     "gap, measures it only where that fails",
     true, takes_coherent_gaps, create, query_cached, destroy};
+
+const narrow_peer narrow_dial = {"collided",
+    "verdict and distance, interval no wider than the tolerance times the size; "
+    "exact: as narrow as arithmetic gives, from world poses",
+    true, takes_all, create_rung, query_rung, destroy};
+const narrow_peer narrow_dial_world = {"collided",
+    "verdict and distance from world poses, as the daemon answers queries", true, takes_all, create_world_rung,
+    query_rung, destroy};
+const narrow_peer narrow_dial_verdict = {"collided",
+    "the verdict alone, exact; the distance is the middle of the interval that it left", true, takes_all,
+    create_verdict, query_verdict, destroy};
+const narrow_peer narrow_dial_ladder = {"collided",
+    "the verdict alone, as the world finds it: motion bound, last axis, guessed axis, narrow phase", true, takes_all,
+    create_verdict, query_ladder, destroy};
+const narrow_peer narrow_dial_boxes = {
+    "collided", "the two boxes alone: apart, or perhaps not", true, takes_all, create_rung, query_boxes, destroy};

@@ -68,6 +68,7 @@ typedef struct narrow_row {
     narrow_regime regime;
     bool coherent;
     double tolerance; /* m: what the issue calls right for this pair, in metres */
+    double own;       /* of a sweep: the contender's own tolerance in place of that of its settings; 0 = that */
 } narrow_row;
 
 typedef struct narrow_answer {
@@ -92,6 +93,8 @@ typedef struct narrow_peer {
 extern const narrow_peer *const narrow_contenders[];
 extern const size_t narrow_contender_count;
 extern const narrow_peer narrow_ours, narrow_ours_finest, narrow_ours_cached;
+extern const narrow_peer narrow_dial, narrow_dial_world, narrow_dial_boxes, narrow_dial_ladder,
+    narrow_dial_verdict; /* for sweeps */
 extern const narrow_peer narrow_loop;
 extern const narrow_peer narrow_verify; /* checks answers that it is given: no goal, no ratio */
 extern const narrow_peer narrow_ccd_gjk, narrow_ccd_gjk_fine, narrow_ccd_mpr;

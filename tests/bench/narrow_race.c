@@ -11,14 +11,17 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { LANES_MOST = 24, ROUNDS_MOST = 400 };
+enum { LANES_MOST = 48, ROUNDS_MOST = 400 };
 
 typedef struct lane {
     const narrow_peer *peer;
+    const narrow_entry *entry; /* NULL = as its settings say */
     void *self;
     narrow_answer *answers;
     bench_samples times; /* of blocks */
-    int64_t spent_ns;    /* in timed blocks */
+    int64_t *by_block;   /* the same, ROUNDS_MOST a block */
+    size_t rounds;
+    int64_t spent_ns; /* in timed blocks */
     narrow_figures figures;
 } lane;
 
@@ -29,6 +32,7 @@ typedef struct race {
     lane lanes[LANES_MOST];
     size_t lane_count, block_count;
     size_t *order; /* of blocks */
+    size_t turns[LANES_MOST];
     uint32_t chance;
 } race;
 
@@ -39,11 +43,15 @@ static void *allocate(size_t count, size_t size)
     return p;
 }
 
-static void enter(race *r, const narrow_peer *p)
+static void enter(race *r, const narrow_peer *p, const narrow_entry *entry)
 {
     lane *l = &r->lanes[r->lane_count++];
+    narrow_row row = r->scene.row;
+    row.own = entry ? entry->own : 0;
     l->peer = p;
-    l->self = p->create(r->scene.items, r->scene.count, &r->scene.row);
+    l->entry = entry;
+    l->self = p->create(r->scene.items, r->scene.count, &row);
+    l->by_block = allocate(ROUNDS_MOST * r->block_count, sizeof *l->by_block);
     l->answers = allocate(r->scene.count, sizeof *l->answers);
     if (!bench_samples_init(&l->times, ROUNDS_MOST * r->block_count)) abort();
 }
@@ -53,21 +61,37 @@ static void enter_all(race *r, const char *only)
     for (size_t i = 0; i < narrow_contender_count && r->lane_count < LANES_MOST; i++) {
         const narrow_peer *p = narrow_contenders[i];
         bool wanted = p->ours || !only || strcmp(only, p->name) == 0;
-        if (wanted && p->takes(&r->scene.row)) enter(r, p);
+        if (wanted && p->takes(&r->scene.row)) enter(r, p, NULL);
+    }
+}
+
+static void enter_sweep(race *r, const narrow_limits *limits)
+{
+    bool apart = r->scene.row.regime == REGIME_SEPARATED;
+    for (size_t i = 0; i < limits->entry_count && r->lane_count < LANES_MOST; i++) {
+        const narrow_entry *e = &limits->entries[i];
+        if ((apart ? e->gaps : e->contacts) && e->peer->takes(&r->scene.row)) enter(r, e->peer, e);
     }
 }
 
 /* ---- time ---- */
 
 /* Fisher-Yates; xorshift will do. */
-static void shuffle(race *r)
+static void shuffle(race *r, size_t *order, size_t count)
 {
-    for (size_t i = r->block_count; i-- > 1;) {
+    for (size_t i = count; i-- > 1;) {
         r->chance ^= r->chance << 13, r->chance ^= r->chance >> 17, r->chance ^= r->chance << 5;
-        size_t j = r->chance % (i + 1), swap = r->order[i];
-        r->order[i] = r->order[j];
-        r->order[j] = swap;
+        size_t j = r->chance % (i + 1), swap = order[i];
+        order[i] = order[j];
+        order[j] = swap;
     }
+}
+
+/* In another order each round: who always ran after the same code would find the processor warm for it. */
+static void mix_lanes(race *r)
+{
+    for (size_t i = 0; i < r->lane_count; i++) r->turns[i] = i;
+    shuffle(r, r->turns, r->lane_count);
 }
 
 static void warm_up(const race *r, const lane *l)
@@ -84,8 +108,10 @@ static void run_lane(const race *r, lane *l)
         l->peer->query(l->self, first, NARROW_BLOCK, l->answers + first);
         int64_t took = bench_now_ns() - start;
         bench_samples_add(&l->times, took);
+        l->by_block[r->order[k] * ROUNDS_MOST + l->rounds] = took;
         l->spent_ns += took;
     }
+    l->rounds++;
 }
 
 /* Each lane has the same share of the time; who is slow has fewer rounds, but at least one. */
@@ -95,10 +121,11 @@ static void run_rounds(race *r, double seconds)
     for (size_t i = 0; i < r->lane_count; i++) warm_up(r, &r->lanes[i]);
     bool any = true;
     for (size_t round = 0; any && round < ROUNDS_MOST; round++) {
-        if (!r->scene.row.coherent) shuffle(r);
+        if (!r->scene.row.coherent) shuffle(r, r->order, r->block_count);
         any = false;
+        mix_lanes(r);
         for (size_t i = 0; i < r->lane_count; i++) {
-            lane *l = &r->lanes[(i + round) % r->lane_count];
+            lane *l = &r->lanes[r->turns[i]];
             if (l->spent_ns >= share_ns) continue;
             run_lane(r, l);
             any = true;
@@ -121,6 +148,24 @@ static double rank(const double *sorted, size_t count, double share)
     return sorted[at ? at - 1 : 0];
 }
 
+static int sooner(const void *a, const void *b)
+{
+    int64_t x = *(const int64_t *)a, y = *(const int64_t *)b;
+    return (x > y) - (x < y);
+}
+
+static double mean_of_medians(const race *r, lane *l)
+{
+    double sum = 0;
+    for (size_t k = 0; k < r->block_count; k++) {
+        int64_t *of_block = l->by_block + k * ROUNDS_MOST;
+        qsort(of_block, l->rounds, sizeof *of_block, sooner);
+        size_t middle = l->rounds / 2;
+        sum += (double)of_block[middle];
+    }
+    return sum / (double)(r->block_count * NARROW_BLOCK);
+}
+
 static bool misses(const narrow_answer *a, const narrow_truth *t)
 {
     return a->bounded && ((quad)a->lo > t->hi || (quad)a->hi < t->lo);
@@ -136,10 +181,12 @@ static void judge(const race *r, lane *l)
         bool garbage = !a->failed && a->measured && !isfinite(a->distance);
         f->failed += a->failed || garbage;
         if (a->failed || garbage) continue;
-        f->wrong += a->overlap != (t->distance <= 0);
+        f->missed += !a->overlap && t->distance <= 0;
+        f->false_hits += a->overlap && t->distance > 0;
         f->missed_truth += misses(a, t);
         if (a->measured) errors[f->measured++] = (double)(q_abs((quad)a->distance - t->distance) / (quad)t->size);
     }
+    f->wrong = f->missed + f->false_hits;
     qsort(errors, f->measured, sizeof *errors, ascending);
     f->error_median = rank(errors, f->measured, 0.5);
     f->error_p99 = rank(errors, f->measured, 0.99);
@@ -150,6 +197,7 @@ static void judge(const race *r, lane *l)
     f->samples = l->times.count;
     f->ns_median = 1e3 * bench_percentile_us(&l->times, 0.5) / NARROW_BLOCK;
     f->ns_p99 = 1e3 * bench_percentile_us(&l->times, 0.99) / NARROW_BLOCK;
+    f->ns_mean = mean_of_medians(r, l);
     free(errors);
 }
 
@@ -169,7 +217,8 @@ static void agree(race *r, race *other)
     for (size_t i = 0; i < r->lane_count; i++)
         for (size_t k = 0; k < other->lane_count; k++) {
             narrow_figures *f = &r->lanes[i].figures, *g = &other->lanes[k].figures;
-            if (r->lanes[i].peer == other->lanes[k].peer) f->right = g->right = f->right && g->right;
+            bool same = r->lanes[i].peer == other->lanes[k].peer && r->lanes[i].entry == other->lanes[k].entry;
+            if (same) f->right = g->right = f->right && g->right;
         }
 }
 
@@ -185,6 +234,7 @@ static void report_all(race *r, narrow_report *report, void *context)
         f->coherent = row->coherent;
         f->ours = l->peer->ours;
         f->contender = l->peer->name;
+        f->entry = l->entry;
         f->settings = l->peer->settings;
         bool finds = l->peer != &narrow_verify;
         f->ratio = isfinite(best) && finds ? f->ns_median / best : NAN;
@@ -198,6 +248,7 @@ static void close_race(race *r)
     for (size_t i = 0; i < r->lane_count; i++) {
         r->lanes[i].peer->destroy(r->lanes[i].self);
         free(r->lanes[i].answers);
+        free(r->lanes[i].by_block);
         bench_samples_free(&r->lanes[i].times);
     }
     free(r->truths);
@@ -224,7 +275,10 @@ static void run(race *r, const narrow_pair *pair, narrow_regime regime, bool coh
     for (size_t i = 0; i < r->scene.count; i++) r->truths[i] = truth_of(&r->scene.items[i]);
     fprintf(stderr, "%s, %s, %s: %zu truths in %.2f s\n", pair->name, narrow_regime_names[regime],
         coherent ? "coherent" : "cold", r->scene.count, 1e-9 * (double)(bench_now_ns() - start));
-    enter_all(r, limits->only);
+    if (limits->entries)
+        enter_sweep(r, limits);
+    else
+        enter_all(r, limits->only);
     run_rounds(r, limits->seconds);
     for (size_t i = 0; i < r->lane_count; i++) judge(r, &r->lanes[i]);
 }

@@ -194,11 +194,24 @@ static const narrow_parts *random_parts(chance *c)
     return parts;
 }
 
-static narrow_body random_body(chance *c, narrow_kind kind, size_t points)
+/* Flat along its axis, or a needle along it. */
+static void make_thin(narrow_body *b, bool flat, double aspect)
+{
+    if (b->kind == KIND_SPHERE) return;
+    if (b->kind == KIND_CAPSULE)
+        b->radius /= aspect;
+    else if (flat)
+        b->half[2] /= aspect;
+    else
+        b->half[0] /= aspect, b->half[1] /= aspect;
+}
+
+static narrow_body random_body(chance *c, narrow_kind kind, size_t points, double scale, double aspect)
 {
     narrow_body b = {.kind = kind};
-    for (int i = 0; i < 3; i++) b.half[i] = uniform(c, 0.3, 1);
-    if (kind == KIND_SPHERE || kind == KIND_CAPSULE) b.radius = uniform(c, 0.3, 1);
+    for (int i = 0; i < 3; i++) b.half[i] = scale * uniform(c, 0.3, 1);
+    if (kind == KIND_SPHERE || kind == KIND_CAPSULE) b.radius = scale * uniform(c, 0.3, 1);
+    if (aspect != 1) make_thin(&b, uniform(c, 0, 1) < 0.5, aspect);
     if (kind == KIND_SPHERE) b.half[2] = 0;
     if (kind == KIND_SPHERE || kind == KIND_CAPSULE) b.half[0] = b.half[1] = 0;
     if (kind == KIND_CYLINDER || kind == KIND_CONE) b.half[1] = b.half[0];
@@ -236,6 +249,8 @@ typedef struct lie {
     quat q;
     vec3 towards;
     double amount;
+    bool by_smaller; /* the amount is relative to the smaller reach, not to their mean */
+    int halvings;    /* until they touch */
 } lie;
 
 static bool are_apart(const shape *a, pose at_a, const shape *b, pose at_b)
@@ -243,7 +258,7 @@ static bool are_apart(const shape *a, pose at_a, const shape *b, pose at_b)
     static narrow_scratch *scratch;
     if (!scratch) scratch = aligned_alloc(64, narrow_scratch_size());
     if (!scratch) abort();
-    narrow_request r = {.facts = NARROW_VERDICT, .tolerance = 1e-9, .range = INFINITY};
+    narrow_request r = {.facts = NARROW_VERDICT, .tolerance = 1e-9 * shape_reach(a), .range = INFINITY};
     narrow_result out;
     narrow_query_world(a, at_a, b, at_b, &r, scratch, &out);
     return out.lo > 0;
@@ -253,7 +268,7 @@ static bool are_apart(const shape *a, pose at_a, const shape *b, pose at_b)
 static double touching_at(const shape *a, const shape *b, const lie *l)
 {
     double lo = 0, hi = 1.01 * (shape_reach(a) + shape_reach(b));
-    for (int i = 0; i < 40; i++) {
+    for (int i = 0; i < l->halvings; i++) {
         double mid = 0.5 * (lo + hi);
         pose at = {vec_scale(l->towards, mid), l->q};
         if (are_apart(a, POSE_IDENTITY, b, at))
@@ -267,6 +282,7 @@ static double touching_at(const shape *a, const shape *b, const lie *l)
 static pose lying(const shape *a, const shape *b, const lie *l, narrow_regime regime)
 {
     double touch = touching_at(a, b, l), mean = 0.5 * (shape_reach(a) + shape_reach(b)), away = touch;
+    if (l->by_smaller) mean = fmin(shape_reach(a), shape_reach(b));
     if (regime == REGIME_SEPARATED) away = touch + l->amount * mean;
     if (regime == REGIME_SHALLOW) away = touch - l->amount * mean;
     if (regime == REGIME_DEEP) away = touch * l->amount;
@@ -276,7 +292,7 @@ static pose lying(const shape *a, const shape *b, const lie *l, narrow_regime re
 static lie random_lie(chance *c, narrow_regime regime)
 {
     static const double AMOUNTS[REGIME_COUNT][2] = {{0.05, 0.5}, {0.001, 0.02}, {0.1, 0.6}};
-    return (lie){rotation(c), direction(c), uniform(c, AMOUNTS[regime][0], AMOUNTS[regime][1])};
+    return (lie){rotation(c), direction(c), uniform(c, AMOUNTS[regime][0], AMOUNTS[regime][1]), false, 40};
 }
 
 /* One track, or one item when `frames` is 1. */
@@ -299,15 +315,62 @@ narrow_scene narrow_scene_create(const narrow_pair *pair, narrow_regime regime, 
 {
     chance c = {0x5eed + 16 * (uint64_t)(pair - narrow_pairs) + 4 * (uint64_t)regime + coherent};
     size_t frames = coherent ? FRAMES : 1, tracks = count / frames;
-    narrow_scene s = {.row = {pair->a, pair->b, regime, coherent, pair->curved ? 1e-6 : 1e-9}};
+    narrow_scene s = {.row = {pair->a, pair->b, regime, coherent, pair->curved ? 1e-6 : 1e-9, 0}};
     s.count = tracks * frames;
     s.body_count = 2 * tracks;
     s.items = allocate(s.count, sizeof *s.items);
     s.bodies = allocate(s.body_count, sizeof *s.bodies);
     for (size_t t = 0; t < tracks; t++) {
-        s.bodies[2 * t] = random_body(&c, pair->a, pair->hull_points);
-        s.bodies[2 * t + 1] = random_body(&c, pair->b, pair->hull_points);
+        s.bodies[2 * t] = random_body(&c, pair->a, pair->hull_points, 1, 1);
+        s.bodies[2 * t + 1] = random_body(&c, pair->b, pair->hull_points, 1, 1);
         fill_track(&c, &s.bodies[2 * t], regime, &s.items[t * frames], frames);
+    }
+    return s;
+}
+
+/* ---- extremes ---- */
+
+static lie extreme_lie(chance *c, narrow_regime regime, narrow_kind first, const narrow_extreme *x)
+{
+    lie l = random_lie(c, regime);
+    l.halvings = 64;
+    l.by_smaller = x->ratio != 1;
+    if (!isnan(x->amount)) l.amount = x->amount;
+    if (isnan(x->tilt)) return l;
+    bool by_side = first == KIND_CAPSULE; /* axes are parallel side by side, faces one above the other */
+    l.q = turn(direction(c), x->tilt);
+    l.towards = vec_unit(by_side ? vec(1, 0.1, 0.2) : vec(0.1, 0.2, 1));
+    return l;
+}
+
+static void put_far(narrow_place *at, double distance)
+{
+    static const double AWAY[3] = {0.48, -0.6, 0.64};
+    for (int i = 0; i < 3; i++) at->p[i] += distance * AWAY[i];
+}
+
+narrow_scene narrow_scene_create_extreme(
+    const narrow_pair *pair, narrow_regime regime, size_t count, const narrow_extreme *x)
+{
+    chance c = {0xe57 + 16 * (uint64_t)(pair - narrow_pairs) + 4 * (uint64_t)regime};
+    narrow_scene s = {.row = {pair->a, pair->b, regime, false, pair->curved ? 1e-6 : 1e-9, 0}, .count = count};
+    s.body_count = 2 * count;
+    s.items = allocate(s.count, sizeof *s.items);
+    s.bodies = allocate(s.body_count, sizeof *s.bodies);
+    for (size_t i = 0; i < count; i++) {
+        narrow_body *body = &s.bodies[2 * i];
+        body[0] = random_body(&c, pair->a, pair->hull_points, x->scale, x->aspect);
+        body[1] = random_body(&c, pair->b, pair->hull_points, x->scale / x->ratio, x->aspect);
+        shape a = narrow_scene_shape(&body[0]), b = narrow_scene_shape(&body[1]);
+        pose at_a = random_pose(&c);
+        at_a.p = vec_scale(at_a.p, x->scale);
+        if (i % 2 == 0 && !isnan(x->tilt)) at_a.q = POSE_IDENTITY.q;
+        lie l = extreme_lie(&c, regime, pair->a, x);
+        pose at_b = pose_mul(at_a, lying(&a, &b, &l, regime));
+        at_b.q = quat_unit(at_b.q);
+        s.items[i] = (narrow_item){&body[0], &body[1], place_of(at_a), place_of(at_b), true};
+        put_far(&s.items[i].at_a, x->distance);
+        put_far(&s.items[i].at_b, x->distance);
     }
     return s;
 }

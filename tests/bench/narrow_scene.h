@@ -34,6 +34,20 @@ typedef struct narrow_scene {
 } narrow_scene;
 
 narrow_scene narrow_scene_create(const narrow_pair *pair, narrow_regime regime, bool coherent, size_t count);
+
+/* What makes a scene extreme: the plain one is {1, 0, 1, 1, NAN, NAN}. */
+typedef struct narrow_extreme {
+    double scale;    /* all lengths times this */
+    double distance; /* m, at last: both bodies this far from the origin, by rounded positions */
+    double ratio;    /* B's sizes divided by this; gaps and pushes are then relative to the smaller reach */
+    double aspect;   /* thin: one body in two flat, the others needles, by this */
+    double amount;   /* gap (separated) or push (shallow) in mean reaches; NAN = as the regime has it */
+    double tilt;     /* rad: faces, caps or axes parallel but for this; NAN = any orientation */
+} narrow_extreme;
+
+/* Independent configurations, tracks of one. */
+narrow_scene narrow_scene_create_extreme(
+    const narrow_pair *pair, narrow_regime regime, size_t count, const narrow_extreme *extreme);
 void narrow_scene_destroy(narrow_scene *s);
 
 shape narrow_scene_shape(const narrow_body *body);

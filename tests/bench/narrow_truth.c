@@ -3,9 +3,12 @@
  * and the signed distance is the greatest f; over overlapping bodies f has a few local maxima, each concave. */
 #include "narrow_truth.h"
 
+#include "narrow/narrow.h"
+
 #include <stdlib.h>
 
-enum { SWEEP = 600, SEEDS = 4, POLLS = 1, ROUND = 64, POINTS_FEW = 8 };
+enum { SWEEP = 600, SEEDS = 4, POLLS = 1, ROUND = 64, POINTS_FEW = 8, PROVEN_STEPS = 80 };
+enum { WALK_MOST = 1000 /* steps of one size: along the ridge of a needle there is no end to them */ };
 static const double SEEDS_APART = 0.9; /* cosine: two seeds farther apart than this are not the same maximum */
 
 /* ---- bodies ---- */
@@ -41,12 +44,14 @@ static void add_points(placed *p, const narrow_body *b)
     }
 }
 
-static placed place_body(const narrow_body *b, const narrow_place *at)
+/* In world axes, from `origin`: the difference of two doubles is exact in 113 bits unless they are absurdly unlike, and
+ * what is far from the world's origin would lose the oracle's last digits. */
+static placed place_body(const narrow_body *b, const narrow_place *at, const double origin[3])
 {
     static const oracle_core CORES[KIND_COUNT] = {
         ORACLE_POINTS, ORACLE_POINTS, ORACLE_POINTS, ORACLE_CYLINDER, ORACLE_CONE, ORACLE_ELLIPSOID, ORACLE_POINTS};
     placed p = {.body = {.core = CORES[b->kind], .radius = b->radius, .rotation = rotation_of(at)}};
-    p.body.position = qv(at->p[0], at->p[1], at->p[2]);
+    p.body.position = q_sub(qv(at->p[0], at->p[1], at->p[2]), qv(origin[0], origin[1], origin[2]));
     if (p.body.core == ORACLE_POINTS)
         add_points(&p, b);
     else
@@ -84,7 +89,7 @@ static void climb(const oracle_body *a, const oracle_body *b, quad from, quad to
 {
     double turned = 0;
     for (quad step = from; step > to; step /= 2)
-        for (int i = 0; i < POLLS; i++) {
+        for (int i = 0, walked = 0; i < POLLS && walked < WALK_MOST; i++, walked++) {
             turned += 2.4; /* the golden angle: never the same again */
             if (poll(a, b, step, turned, s)) i = -1;
         }
@@ -219,14 +224,50 @@ static bool are_apart(const oracle_body *a, const oracle_body *b)
     seed s = {.n = q_unit(q_sub(b->position, a->position))};
     s.f = oracle_separation(a, b, s.n);
     for (quad step = 0.5; step > 0x1p-12 && s.f <= 0; step /= 2) {
-        while (s.f <= 0 && poll(a, b, step, (double)step, &s)) continue;
+        for (int i = 0; i < WALK_MOST && s.f <= 0 && poll(a, b, step, (double)step, &s);) i++;
     }
     return s.f > 0;
 }
 
+/* A direction that the engine found deepest; what the oracle makes of it is a bound like that of any other. */
+static seed hinted(const narrow_item *item, const oracle_body *a, const oracle_body *b)
+{
+    static narrow_scratch *scratch;
+    if (!scratch) scratch = aligned_alloc(64, narrow_scratch_size());
+    if (!scratch) abort();
+    shape shape_a = narrow_scene_shape(item->a), shape_b = narrow_scene_shape(item->b);
+    narrow_request r = {.facts = NARROW_DISTANCE, .range = INFINITY};
+    narrow_result found;
+    narrow_query_world(
+        &shape_a, narrow_scene_pose(&item->at_a), &shape_b, narrow_scene_pose(&item->at_b), &r, scratch, &found);
+    seed s = {.n = q_unit(qv(found.axis.x, found.axis.y, found.axis.z))};
+    s.f = oracle_separation(a, b, s.n);
+    climb(a, b, 0x1p-20, 0x1p-52, &s);
+    return s;
+}
+
+narrow_truth narrow_truth_proven(const narrow_item *item)
+{
+    const double *origin = item->at_a.p;
+    placed a = place_body(item->a, &item->at_a, origin), b = place_body(item->b, &item->at_b, origin);
+    bool apart = are_apart(&a.body, &b.body), curved = a.body.core != ORACLE_POINTS || b.body.core != ORACLE_POINTS;
+    oracle_truth t = measure(&a.body, &b.body, apart);
+    if (curved && !apart) {
+        oracle_truth proven = oracle_distance_bounds_in(&a.body, &b.body, PROVEN_STEPS);
+        t.lo = q_max(q_max(t.lo, proven.lo), hinted(item, &a.body, &b.body).f);
+        t.hi = q_max(proven.hi, t.lo);
+    }
+    quad size = oracle_size(&a.body, &b.body);
+    narrow_truth out = {.distance = t.lo, .lo = t.lo, .hi = t.hi, .size = (double)size};
+    free(a.points);
+    free(b.points);
+    return out;
+}
+
 narrow_truth narrow_truth_of(const narrow_item *item)
 {
-    placed a = place_body(item->a, &item->at_a), b = place_body(item->b, &item->at_b);
+    const double *origin = item->at_a.p;
+    placed a = place_body(item->a, &item->at_a, origin), b = place_body(item->b, &item->at_b, origin);
     oracle_truth t = measure(&a.body, &b.body, are_apart(&a.body, &b.body));
     quad size = oracle_size(&a.body, &b.body);
     narrow_truth out = {.distance = t.lo, .lo = t.lo, .hi = t.hi, .size = (double)size};

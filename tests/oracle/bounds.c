@@ -126,12 +126,17 @@ static quad polish(const oracle_body *a, const oracle_body *b, quad f, qvec *axi
 
 oracle_truth oracle_distance_bounds(const oracle_body *a, const oracle_body *b)
 {
+    return oracle_distance_bounds_in(a, b, EXPAND_STEPS_MAX);
+}
+
+oracle_truth oracle_distance_bounds_in(const oracle_body *a, const oracle_body *b, int steps)
+{
     quad size = oracle_size(a, b), tiny = (quad)1e-26 * size, lo, hi;
     qvec axis;
     nearest_bounds(a, b, tiny, &lo, &hi, &axis);
     if (!(lo > 0)) {
         quad depth_lo = 0, depth_hi = 0;
-        if (expand_depth(a, b, lowest, &depth_lo, &depth_hi, &axis)) {
+        if (expand_depth(a, b, lowest, steps, &depth_lo, &depth_hi, &axis)) {
             lo = -depth_hi;
             hi = q_min(hi, -depth_lo);
             if (hi - lo > (quad)1e-18 * size) lo = polish(a, b, lo, &axis);

@@ -7,7 +7,7 @@
 
 #include "body.h"
 
-enum { STEPS_MAX = 600, FACETS_MAX = 4 * STEPS_MAX, POINTS_MAX = STEPS_MAX + 4 };
+enum { FACETS_MAX = 4 * EXPAND_STEPS_MAX, POINTS_MAX = EXPAND_STEPS_MAX + 4 };
 
 typedef struct facet {
     int v[3]; /* counter-clockwise seen from outside */
@@ -125,11 +125,11 @@ static bool grow(inner *p, qvec w)
     return true;
 }
 
-static void expand(
-    inner *p, const oracle_body *a, const oracle_body *b, expand_lowest *lowest, quad *lo, quad *hi, qvec *axis)
+static void expand(inner *p, const oracle_body *a, const oracle_body *b, expand_lowest *lowest, int steps, quad *lo,
+    quad *hi, qvec *axis)
 {
     *hi = INFINITY;
-    for (int step = 0; step < STEPS_MAX; step++) {
+    for (int step = 0; step < steps; step++) {
         const facet *f = nearest_facet(p);
         qvec n = f->normal, w = lowest(a, b, q_neg(n));
         quad outer = q_dot(n, w);
@@ -142,13 +142,14 @@ static void expand(
     }
 }
 
-bool expand_depth(const oracle_body *a, const oracle_body *b, expand_lowest *lowest, quad *lo, quad *hi, qvec *axis)
+bool expand_depth(
+    const oracle_body *a, const oracle_body *b, expand_lowest *lowest, int steps, quad *lo, quad *hi, qvec *axis)
 {
     inner *p = body_allocate(1, sizeof *p);
     p->tolerance = (quad)1e-22 * oracle_size(a, b);
     p->enough = (quad)1e-20 * oracle_size(a, b);
     bool solid = start(p, a, b, lowest);
-    if (solid) expand(p, a, b, lowest, lo, hi, axis);
+    if (solid) expand(p, a, b, lowest, steps, lo, hi, axis);
     free(p);
     return solid;
 }

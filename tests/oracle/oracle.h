@@ -57,6 +57,8 @@ oracle_truth oracle_distance(const oracle_body *a, const oracle_body *b);
  * half-spaces. */
 oracle_truth oracle_distance_features(const oracle_body *a, const oracle_body *b);
 oracle_truth oracle_distance_bounds(const oracle_body *a, const oracle_body *b);
+/* The same in at most so many steps (600 above) of what bounds a depth from inside: its time goes with their cube. */
+oracle_truth oracle_distance_bounds_in(const oracle_body *a, const oracle_body *b, int steps);
 
 /* How far a world point is outside of the rounded body; 0 inside. */
 quad oracle_outside(const oracle_body *body, qvec point);
