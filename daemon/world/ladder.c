@@ -111,18 +111,19 @@ static const uint8_t RUNG_OF_METHOD[NARROW_METHOD_COUNT] = {
 };
 
 /* A pair of which nobody has been told anything, and nobody asked the distance, needs only the verdict as long as it is
- * apart. Whatever is told has an interval as narrow as was asked; the verdict is decided alike in both. */
-static uint32_t ask(const world *w, const pair *p, const demand *d, void *scratch, narrow_result *r)
+ * apart. Whatever is told has an interval as narrow as was asked; the verdict is decided alike in both. `seeds`: of
+ * what the pair remembers only the triangles, which say where to begin. */
+static uint32_t ask(
+    const world *w, const pair *p, const demand *d, narrow_cache *seeds, void *scratch, narrow_result *r)
 {
     const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
     pose b_in_a = solid_relative(w, a, b);
     narrow_request request = d->request;
-    narrow_cache cold = {.lower = 0};
     bool told = pair_is_told(w, p);
     uint32_t asked = 0;
     if (!told && !(request.facts & NARROW_DISTANCE)) {
         request.facts = NARROW_VERDICT;
-        narrow_query(&a->shape, &b->shape, &b_in_a, &request, &cold, scratch, r);
+        narrow_query(&a->shape, &b->shape, &b_in_a, &request, seeds, scratch, r);
         if (r->lo > request.threshold) return 1;
         request.facts = d->request.facts;
         told = true;
@@ -130,7 +131,7 @@ static uint32_t ask(const world *w, const pair *p, const demand *d, void *scratc
     }
     request.facts |= NARROW_DISTANCE;
     if (told) request.range = INFINITY;
-    narrow_query(&a->shape, &b->shape, &b_in_a, &request, &cold, scratch, r);
+    narrow_query(&a->shape, &b->shape, &b_in_a, &request, seeds, scratch, r);
     return asked + 1;
 }
 
@@ -143,7 +144,11 @@ static void decide_fully(void *context, size_t begin, size_t end, unsigned worke
         const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
         demand d = ladder_demand(w, &w->bodies.at[a->body], &w->bodies.at[b->body]);
         narrow_result *r = &w->results.at[k];
-        out->asked = (uint8_t)ask(w, p, &d, w->scratch[worker], r);
+        narrow_cache seeds = {.lower = 0};
+        if (w->options.caches) seeds.triangle_a = p->cache.triangle_a, seeds.triangle_b = p->cache.triangle_b;
+        out->asked = (uint8_t)ask(w, p, &d, &seeds, w->scratch[worker], r);
+        p->cache.triangle_a = seeds.triangle_a;
+        p->cache.triangle_b = seeds.triangle_b;
         p->cache.axis = r->axis;
         p->cache.b_in_a = solid_relative(w, a, b);
         p->cache.lower = r->lo;
