@@ -43,12 +43,11 @@ static bool is_far_along(mesh_walk *w, vec3 u, double *best)
     return *best > within * within;
 }
 
-/* Along the axis, by their boxes, or along the directions of mesh_bounds, in doubles. */
+/* By their boxes, or along the directions of mesh_bounds, in doubles. */
 static bool is_far(mesh_walk *w)
 {
     const mesh_spot *a = w->spot_a, *b = w->spot_b;
     double within = w->within + 2 * w->part.error, best = 0;
-    if (b->level - a->level > within) return true;
     double x = outside(a->lo.x, a->hi.x, b->lo.x, b->hi.x), y = outside(a->lo.y, a->hi.y, b->lo.y, b->hi.y),
            z = outside(a->lo.z, a->hi.z, b->lo.z, b->hi.z);
     if (x * x + y * y + z * z > within * within) return true;
@@ -57,50 +56,59 @@ static bool is_far(mesh_walk *w)
            (w->ma && is_far_along(w, a->normal, &best));
 }
 
-/* Along the axis times `sign`: the greatest, of A, or the least, of B. Without an axis all levels are 0. */
-static void set_levels(const mesh_walk *w, mesh_leaf *l, double sign)
+/* The greatest height of the triangles of A along the axis, or the least of B's, and that of each: from where they are
+ * in their own frame, so that what is far by it need not be put in place. Without an axis all levels are 0. */
+static void set_levels(const mesh_walk *w, mesh_leaf *l, bool of_a)
 {
-    double most = -INFINITY;
-    for (uint32_t i = 0; i < l->count; i++) {
-        const vec3 *p = l->spots[i].corner;
-        double level =
-            max_of(max_of(sign * vec_dot(w->axis, p[0]), sign * vec_dot(w->axis, p[1])), sign * vec_dot(w->axis, p[2]));
-        l->spots[i].level = sign * level;
+    vec3 up = of_a ? w->axis : vec_neg(w->b_axis);
+    double most = -INFINITY, lift = of_a ? 0 : vec_dot(w->axis, w->part.b_in_a.t);
+    const vec3 *p = (of_a ? w->ma : w->mb)->corners + 3 * (size_t)l->first;
+    for (uint32_t i = 0; i < l->count; i++, p += 3) {
+        double level = max_of(max_of(vec_dot(up, p[0]), vec_dot(up, p[1])), vec_dot(up, p[2])) * w->part.scale;
+        l->spots[i].level = of_a ? level : lift - level;
         most = max_of(most, level);
     }
-    l->level = sign * most;
+    l->level = of_a ? most : lift - most;
     l->aims = w->aims;
 }
 
 static mesh_leaf *leaf_of(mesh_walk *w, bool of_a, mesh_box box)
 {
     mesh_leaf *l = (of_a ? w->leaves_a : w->leaves_b) + (box.node * MESH_WIDTH + box.child) % MESH_LEAVES;
-    const mesh *m = of_a ? w->ma : w->mb;
-    const mesh_node *n = &m->nodes[box.node];
     if (l->box.node != box.node || l->box.child != box.child) {
+        const mesh_node *n = &(of_a ? w->ma : w->mb)->nodes[box.node];
         l->box = box;
+        l->first = n->first[box.child];
         l->count = n->count[box.child];
+        l->placed = 0;
         l->aims = w->aims - 1;
-        for (uint32_t i = 0; i < l->count; i++)
-            mesh_spot_set(&l->spots[i], m, n->first[box.child] + i, w->part.scale, of_a ? NULL : &w->part.b_in_a);
     }
-    if (l->aims != w->aims) set_levels(w, l, of_a ? 1 : -1);
+    if (l->aims != w->aims) set_levels(w, l, of_a);
     return l;
 }
 
+static const mesh_spot *place(const mesh_walk *w, mesh_leaf *l, bool of_a, uint32_t i)
+{
+    if (!(l->placed >> i & 1))
+        mesh_spot_set(&l->spots[i], of_a ? w->ma : w->mb, l->first + i, w->part.scale, of_a ? NULL : &w->part.b_in_a);
+    l->placed |= 1u << i;
+    return &l->spots[i];
+}
+
 /* A part of A (in leaf `a`, NULL: all of it) and all of a leaf of B. The visitor may find a new axis. */
-static bool visit_row(mesh_walk *w, mesh_leaf *a, mesh_leaf *b, uint32_t first_b, mesh_visit *visit, void *context)
+static bool visit_row(mesh_walk *w, mesh_leaf *a, mesh_leaf *b, mesh_visit *visit, void *context)
 {
     for (uint32_t i = 0; i < b->count; i++) {
-        w->spot_b = &b->spots[i];
-        w->triangle_b = first_b + i;
+        if (b->spots[i].level - w->spot_a->level > w->within + 2 * w->part.error) continue;
+        w->spot_b = place(w, b, false, i);
+        w->triangle_b = b->first + i;
         if (is_far(w)) continue;
         w->visits++;
         uint32_t aims = w->aims;
         if (!visit(w, context)) return false;
         if (aims == w->aims) continue;
-        if (a) set_levels(w, a, 1);
-        set_levels(w, b, -1);
+        if (a) set_levels(w, a, true);
+        set_levels(w, b, false);
     }
     return true;
 }
@@ -108,19 +116,17 @@ static bool visit_row(mesh_walk *w, mesh_leaf *a, mesh_leaf *b, uint32_t first_b
 bool mesh_leaves_visit(mesh_walk *w, mesh_box box_a, mesh_box box_b, mesh_visit *visit, void *context)
 {
     mesh_leaf *b = leaf_of(w, false, box_b);
-    uint32_t first_b = w->mb->nodes[box_b.node].first[box_b.child];
     if (!w->ma) {
         w->spot_a = &w->whole;
-        return b->level - w->whole.level > w->within + 2 * w->part.error ||
-               visit_row(w, NULL, b, first_b, visit, context);
+        return b->level - w->whole.level > w->within + 2 * w->part.error || visit_row(w, NULL, b, visit, context);
     }
     mesh_leaf *a = leaf_of(w, true, box_a);
     if (b->level - a->level > w->within + 2 * w->part.error) return true;
     for (uint32_t k = 0; k < a->count; k++) {
         if (b->level - a->spots[k].level > w->within + 2 * w->part.error) continue;
-        w->spot_a = &a->spots[k];
-        w->triangle_a = w->ma->nodes[box_a.node].first[box_a.child] + k;
-        if (!visit_row(w, a, b, first_b, visit, context)) return false;
+        w->spot_a = place(w, a, true, k);
+        w->triangle_a = a->first + k;
+        if (!visit_row(w, a, b, visit, context)) return false;
     }
     return true;
 }

@@ -148,7 +148,7 @@ void mesh_walk_move(mesh_walk *w, vec3 position)
     w->part.b_in_a.t = position;
     w->a_in_b.t = vec_neg(mat_mul(w->a_in_b.r, position));
     w->within = INFINITY;
-    w->axis = VEC_ZERO;
+    w->axis = w->b_axis = VEC_ZERO;
     w->whole.level = 0;
     w->aimed = w->whole_other.aimed = false;
     w->aims++;
@@ -180,7 +180,8 @@ void mesh_walk_aim(mesh_walk *w, vec3 axis)
     w->aimed = true;
     w->aims++;
     put(w->axis_in_a, vec_neg(axis));
-    put(w->axis_in_b, mat_tmul(w->part.b_in_a.r, axis));
+    w->b_axis = mat_tmul(w->part.b_in_a.r, axis);
+    put(w->axis_in_b, w->b_axis);
     if (w->ma)
         w->origin_level = (float)(-vec_dot(axis, w->part.b_in_a.t) / w->size_b);
     else

@@ -35,11 +35,11 @@ typedef struct mesh_box {
     uint32_t node, child; /* node UINT32_MAX: all of a convex A */
 } mesh_box;
 
-/* The triangles of a leaf, put in place when the walk comes there first; again when another has taken their room. */
+/* The triangles of a leaf, each put in place when it is first needed; again when another leaf has taken their room. */
 typedef struct mesh_leaf {
-    mesh_box box; /* node UINT32_MAX: none */
-    uint32_t count, aims;
-    double level; /* the greatest of A's, the least of B's */
+    mesh_box box;                        /* node UINT32_MAX: none */
+    uint32_t first, count, placed, aims; /* placed: bit i: spots[i], but for its level, which is always there */
+    double level;                        /* the greatest of A's, the least of B's */
     mesh_spot spots[MESH_LEAF_MAX];
 } mesh_leaf;
 
@@ -63,6 +63,7 @@ typedef struct mesh_walk {
     uint32_t visits, aims;            /* aims: counts the axes */
     triangle_part flat_a, flat_b;
     transform a_in_b; /* the inverse of part.b_in_a */
+    vec3 b_axis;      /* the axis in B's frame */
     mesh_turn into_a, into_b;
     float axis_in_a[MESH_WIDTH], axis_in_b[MESH_WIDTH]; /* towards the boxes of either: the former points from B to A */
     float origin_level, open_slack; /* of A's frame along axis_in_b, in B's unit; of any box of A against one of B */

@@ -37,7 +37,8 @@ void world_ask_again(const world *w, size_t i, world_accuracy accuracy, double r
     } else {
         d.verdict_only = accuracy == WORLD_BY_VERDICT;
         d.request.tolerance = relative * pair_size(a, b);
-        ladder_ask(w, p, &d, w->scratch[0], &r);
+        narrow_cache cold = {.lower = 0};
+        ladder_ask(w, p, &d, &cold, w->scratch[0], &r);
     }
     *lo = r.lo;
     *hi = r.hi;

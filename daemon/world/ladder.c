@@ -167,19 +167,30 @@ static const uint8_t RUNG_OF_METHOD[NARROW_METHOD_COUNT] = {
     [NARROW_BY_MPR] = RUNG_MPR,
 };
 
+/* The relative pose is rounded. Answers in doubles allow for it; refined ones are as narrow as the pose is exact. */
+static void allow_for_pose(const solid *a, const solid *b, const pose *b_in_a, narrow_result *r)
+{
+    if (!r->refined) return;
+    double moved = 0x1p-49 * (pair_size(a, b) + vec_norm(b_in_a->p));
+    r->lo -= moved;
+    r->hi += moved;
+}
+
 /* A pair of which nobody has been told anything, and nobody asked the distance, needs only the verdict as long as it is
- * apart. Whatever is told has an interval as narrow as was asked; the verdict is decided alike in both. */
-uint32_t ladder_ask(const world *w, const pair *p, const demand *d, void *scratch, narrow_result *r)
+ * apart. Whatever is told has an interval as narrow as was asked; the verdict is decided alike in both. The cache says
+ * where to begin. */
+uint32_t ladder_ask(
+    const world *w, const pair *p, const demand *d, narrow_cache *cache, void *scratch, narrow_result *r)
 {
     const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
     pose b_in_a = solid_relative(w, a, b);
     narrow_request request = d->request;
-    narrow_cache cold = {.lower = 0};
     bool told = pair_is_told(w, p);
     uint32_t asked = 0;
     if (d->verdict_only || (!told && !(request.facts & NARROW_DISTANCE))) {
         request.facts = NARROW_VERDICT;
-        narrow_query(&a->shape, &b->shape, &b_in_a, &request, &cold, scratch, r);
+        narrow_query(&a->shape, &b->shape, &b_in_a, &request, cache, scratch, r);
+        allow_for_pose(a, b, &b_in_a, r);
         if (d->verdict_only || r->lo > request.threshold) return 1;
         request.facts = d->request.facts;
         told = true;
@@ -187,7 +198,8 @@ uint32_t ladder_ask(const world *w, const pair *p, const demand *d, void *scratc
     }
     request.facts |= NARROW_DISTANCE;
     if (told) request.range = INFINITY;
-    narrow_query(&a->shape, &b->shape, &b_in_a, &request, &cold, scratch, r);
+    narrow_query(&a->shape, &b->shape, &b_in_a, &request, cache, scratch, r);
+    allow_for_pose(a, b, &b_in_a, r);
     return asked + 1;
 }
 
@@ -212,7 +224,8 @@ static void refine(world *w, uint32_t k, narrow_result *r, void *scratch)
     const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
     demand d = ladder_demand(w, a, b);
     pose b_in_a = solid_relative(w, a, b);
-    out->asked = (uint8_t)ladder_ask(w, p, &d, scratch, r);
+    narrow_cache none = {.lower = 0};
+    out->asked = (uint8_t)ladder_ask(w, p, &d, w->options.caches ? &p->cache : &none, scratch, r);
     out->cost = work_of(a, b, &d, r->lo);
     out->rung = RUNG_OF_METHOD[r->method];
     out->left = false;

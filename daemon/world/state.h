@@ -253,7 +253,8 @@ typedef struct demand { /* what all interests in a pair ask together */
 } demand;
 demand ladder_demand(const world *w, const solid *a, const solid *b);
 /* Rungs 4 and on, from nothing: the number of narrow queries. */
-uint32_t ladder_ask(const world *w, const pair *p, const demand *d, void *scratch, narrow_result *r);
+uint32_t ladder_ask(
+    const world *w, const pair *p, const demand *d, narrow_cache *cache, void *scratch, narrow_result *r);
 void ladder_decide(world *w);
 double pair_size(const solid *a, const solid *b); /* m: the finite reaches */
 
