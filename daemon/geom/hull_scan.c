@@ -30,9 +30,35 @@ static uint32_t scan_plain(const hull *h, vec3 d)
     return 0; /* only for a direction that is not a number */
 }
 
+static uint32_t above_plain(const hull *h, vec3 d, double cut, uint16_t *found, uint32_t most)
+{
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < h->vertex_count; i++) {
+        if (!(h->x[i] * d.x + h->y[i] * d.y + h->z[i] * d.z >= cut)) continue;
+        if (count == most) return most + 1;
+        found[count++] = (uint16_t)i;
+    }
+    return count;
+}
+
 #if defined(__x86_64__)
 
 #include <immintrin.h>
+
+/* The vertices first + (bits of `above`), less the padding. False when there are too many. */
+static inline bool note(const hull *h, uint32_t first, uint32_t above, uint16_t *found, uint32_t most, uint32_t *count)
+{
+    for (; above; above &= above - 1) {
+        uint32_t i = first + (uint32_t)__builtin_ctz(above);
+        if (i >= h->vertex_count) return true;
+        if (*count == most) {
+            *count = most + 1;
+            return false;
+        }
+        found[(*count)++] = (uint16_t)i;
+    }
+    return true;
+}
 
 __attribute__((target("avx2"))) static inline __m256d heights4(
     const hull *h, uint32_t i, __m256d dx, __m256d dy, __m256d dz)
@@ -120,6 +146,30 @@ __attribute__((target("avx512f"))) static uint32_t scan_avx512(const hull *h, ve
     return 0;
 }
 
+__attribute__((target("avx2"))) static uint32_t above_avx2(
+    const hull *h, vec3 d, double cut, uint16_t *found, uint32_t most)
+{
+    __m256d dx = _mm256_set1_pd(d.x), dy = _mm256_set1_pd(d.y), dz = _mm256_set1_pd(d.z), least = _mm256_set1_pd(cut);
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < h->padded_count; i += LANES) {
+        uint32_t low = at_top(heights4(h, i, dx, dy, dz), least), high = at_top(heights4(h, i + 4, dx, dy, dz), least);
+        if ((low | high) && !note(h, i, low | high << 4, found, most, &count)) break;
+    }
+    return count;
+}
+
+__attribute__((target("avx512f"))) static uint32_t above_avx512(
+    const hull *h, vec3 d, double cut, uint16_t *found, uint32_t most)
+{
+    __m512d dx = _mm512_set1_pd(d.x), dy = _mm512_set1_pd(d.y), dz = _mm512_set1_pd(d.z), least = _mm512_set1_pd(cut);
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < h->padded_count; i += LANES) {
+        __mmask8 above = _mm512_cmp_pd_mask(heights8(h, i, dx, dy, dz), least, _CMP_GE_OQ);
+        if (above && !note(h, i, above, found, most, &count)) break;
+    }
+    return count;
+}
+
 bool hull_scan_has(hull_scan_width width)
 {
     if (width == HULL_SCAN_AVX512) return __builtin_cpu_supports("avx512f");
@@ -130,6 +180,19 @@ uint32_t hull_scan_by(hull_scan_width width, const hull *h, vec3 direction)
 {
     if (width == HULL_SCAN_AVX512) return scan_avx512(h, direction);
     return width == HULL_SCAN_AVX2 ? scan_avx2(h, direction) : scan_plain(h, direction);
+}
+
+uint32_t hull_scan_above_by(
+    hull_scan_width width, const hull *h, vec3 direction, double cut, uint16_t *found, uint32_t most)
+{
+    if (width == HULL_SCAN_AVX512) return above_avx512(h, direction, cut, found, most);
+    return (width == HULL_SCAN_AVX2 ? above_avx2 : above_plain)(h, direction, cut, found, most);
+}
+
+uint32_t hull_scan_above(const hull *h, vec3 direction, double cut, uint16_t *found, uint32_t most)
+{
+    if (__builtin_cpu_supports("avx512f")) return above_avx512(h, direction, cut, found, most);
+    return (__builtin_cpu_supports("avx2") ? above_avx2 : above_plain)(h, direction, cut, found, most);
 }
 
 /* Measured: a hull of few vertices gains nothing from eight lanes but a longer reduction. */
@@ -157,6 +220,18 @@ uint32_t hull_scan_by(hull_scan_width width, const hull *h, vec3 direction)
 uint32_t hull_scan(const hull *h, vec3 direction)
 {
     return scan_plain(h, direction);
+}
+
+uint32_t hull_scan_above_by(
+    hull_scan_width width, const hull *h, vec3 direction, double cut, uint16_t *found, uint32_t most)
+{
+    (void)width;
+    return above_plain(h, direction, cut, found, most);
+}
+
+uint32_t hull_scan_above(const hull *h, vec3 direction, double cut, uint16_t *found, uint32_t most)
+{
+    return above_plain(h, direction, cut, found, most);
 }
 
 #endif

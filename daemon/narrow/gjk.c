@@ -70,6 +70,7 @@ static void start(gjk_result *out)
     out->span.lo = -INFINITY;
     out->span.hi = INFINITY;
     out->span.method = NARROW_BY_GJK;
+    out->span.nearest = (narrow_features){.count_a = 0};
     out->simplex.count = 0;
 }
 

@@ -83,13 +83,23 @@ typedef struct narrow_result {
     bool refined;           /* the bounds were computed again in double-double, because doubles did not suffice */
 } narrow_result;
 
-/* What a pair remembers, for narrow_separation and narrow_motion_bound to prove separation again. narrow_query writes
- * it and never reads it, so it cannot enter an answer; the hints are narrow_separation's. Zeroed = empty. */
+/* The features at which two hulls or two boxes were nearest, for the next query to try first: vertices of hulls,
+ * ascending; of a box for each axis the side, or between. Counts of 0: none. */
+typedef struct narrow_features {
+    uint16_t a[3], b[3];
+    uint8_t count_a, count_b;
+} narrow_features;
+
+/* What a pair remembers. For narrow_separation and narrow_motion_bound to prove separation again, and the hints of
+ * narrow_separation; narrow_query writes these and never reads them. And features that narrow_query tries first, proves
+ * from nothing, and answers from as a search without them would have (near_features.h): no cache enters an answer.
+ * Zeroed = empty. */
 typedef struct narrow_cache {
     vec3 axis;               /* in A's frame, unit; zero = none */
     pose b_in_a;             /* where `lower` was certified */
     double lower;            /* certified lower bound then */
     uint32_t hint_a, hint_b; /* support vertices to start from */
+    narrow_features nearest;
 } narrow_cache;
 
 typedef struct narrow_scratch narrow_scratch; /* the caller's memory, one a thread; opaque, of narrow_scratch_size() */

@@ -50,6 +50,7 @@ typedef struct span {
     vec3 axis, point_a, point_b;
     narrow_method method;
     uint32_t iterations;
+    narrow_features nearest; /* counts of 0, unless near_features.h answered */
 } span;
 
 /* A point of the Minkowski difference B - A, and the two points it is made of. */

@@ -112,17 +112,17 @@ static const uint8_t RUNG_OF_METHOD[NARROW_METHOD_COUNT] = {
 
 /* A pair of which nobody has been told anything, and nobody asked the distance, needs only the verdict as long as it is
  * apart. Whatever is told has an interval as narrow as was asked; the verdict is decided alike in both. */
-static uint32_t ask(const world *w, const pair *p, const demand *d, void *scratch, narrow_result *r)
+static uint32_t ask(const world *w, pair *p, const demand *d, void *scratch, narrow_result *r)
 {
     const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
     pose b_in_a = solid_relative(w, a, b);
     narrow_request request = d->request;
-    narrow_cache cold = {.lower = 0};
+    narrow_cache none = {.lower = 0}, *cache = w->options.caches ? &p->cache : &none;
     bool told = pair_is_told(w, p);
     uint32_t asked = 0;
     if (!told && !(request.facts & NARROW_DISTANCE)) {
         request.facts = NARROW_VERDICT;
-        narrow_query(&a->shape, &b->shape, &b_in_a, &request, &cold, scratch, r);
+        narrow_query(&a->shape, &b->shape, &b_in_a, &request, cache, scratch, r);
         if (r->lo > request.threshold) return 1;
         request.facts = d->request.facts;
         told = true;
@@ -130,7 +130,7 @@ static uint32_t ask(const world *w, const pair *p, const demand *d, void *scratc
     }
     request.facts |= NARROW_DISTANCE;
     if (told) request.range = INFINITY;
-    narrow_query(&a->shape, &b->shape, &b_in_a, &request, &cold, scratch, r);
+    narrow_query(&a->shape, &b->shape, &b_in_a, &request, cache, scratch, r);
     return asked + 1;
 }
 

@@ -91,7 +91,7 @@ typedef struct narrow_peer {
 /* Ours come first; which others are there is CMake's choice (narrow_all.c, narrow_alone.c). */
 extern const narrow_peer *const narrow_contenders[];
 extern const size_t narrow_contender_count;
-extern const narrow_peer narrow_ours, narrow_ours_finest, narrow_ours_cached;
+extern const narrow_peer narrow_ours, narrow_ours_finest, narrow_ours_cached, narrow_ours_again;
 extern const narrow_peer narrow_loop;
 extern const narrow_peer narrow_verify; /* checks answers that it is given: no goal, no ratio */
 extern const narrow_peer narrow_ccd_gjk, narrow_ccd_gjk_fine, narrow_ccd_mpr;

@@ -1,0 +1,101 @@
+/* near_features: when features answer, and how a search from nothing finds them. Pure; any thread. */
+#include "near_features.h"
+
+#include "geom/hull_scan.h"
+#include "gjk.h"
+#include "scalar.h"
+
+/* Of hi: a bracket so narrow names the features. */
+#define NAMING_WIDTH 0x1p-36
+
+/* Of the size: who asks for less than this is served quicker by a search that stops. */
+#define CLOSE_TOLERANCE 0x1p-16
+
+static bool is_scanned(const shape *s)
+{
+    return s->type == SHAPE_HULL && s->hull->face_count > 0 && s->hull->padded_count <= HULL_SCAN_MAX;
+}
+
+static bool are_boxes(const unit_pair *p)
+{
+    return (p->a.type == SHAPE_BOX || p->a.type == SHAPE_CAPSULE) && p->b.type == SHAPE_BOX;
+}
+
+bool near_features_apply(const unit_pair *p, const narrow_goal *goal)
+{
+    bool measured = goal->near == -INFINITY && goal->tolerance <= CLOSE_TOLERANCE * p->size;
+    return measured && (are_boxes(p) || (is_scanned(&p->a) && is_scanned(&p->b)));
+}
+
+bool near_features_span(const unit_pair *p, const narrow_goal *goal, const narrow_features *f, span *out)
+{
+    if (!(are_boxes(p) ? box_features_span : hull_features_span)(p, f, out)) return false;
+    out->nearest = *f;
+    out->iterations = 1;
+    return out->hi + 2 * p->error <= goal->far; /* or else a search may have ended beyond it */
+}
+
+/* Features by number: vertices, edges and triangles of a hull, or the 27 of a box. */
+enum { BOX_FEATURES = 27 };
+
+static uint32_t count_of(const shape *s)
+{
+    return s->type == SHAPE_HULL ? hull_features_count(s->hull) : BOX_FEATURES;
+}
+
+static uint8_t numbered(const shape *s, uint32_t i, uint16_t vertex[3])
+{
+    if (s->type == SHAPE_HULL) return hull_feature(s->hull, i, vertex);
+    for (int k = 0; k < 3; k++, i /= 3) vertex[k] = (uint16_t)(i % 3);
+    return 3;
+}
+
+bool near_features_try_all(const unit_pair *p, const narrow_goal *goal, span *out)
+{
+    narrow_features f = {.count_a = 0};
+    for (uint32_t i = 0; i < count_of(&p->a); i++) {
+        for (uint32_t k = 0; k < count_of(&p->b); k++) {
+            f = (narrow_features){.count_a = 0};
+            f.count_a = numbered(&p->a, i, f.a);
+            f.count_b = numbered(&p->b, k, f.b);
+            if (near_features_span(p, goal, &f, out)) return true;
+        }
+    }
+    return false;
+}
+
+static bool names_features(const span *s)
+{
+    return s->hi - s->lo <= NAMING_WIDTH * s->hi;
+}
+
+/* The bracket of a search that goes on for as long as doubles let it. */
+static void narrow_down(const unit_pair *p, const narrow_goal *goal, span *s)
+{
+    narrow_goal exactly = {goal->finest, goal->finest, INFINITY, -INFINITY, INFINITY, INFINITY};
+    gjk_result r;
+    gjk_distance(p, &exactly, s->axis, &r);
+    if (!(r.span.hi - r.span.lo < s->hi - s->lo)) return;
+    r.span.method = s->method;
+    r.span.iterations += s->iterations;
+    *s = r.span;
+}
+
+static bool find(const unit_pair *p, const narrow_goal *goal, const span *s, span *out)
+{
+    narrow_features f = {.count_a = 0};
+    if (!names_features(s)) return near_features_try_all(p, goal, out);
+    if (are_boxes(p))
+        box_features_along(p, s->axis, &f);
+    else if (!hull_features_along(p, s->axis, &f))
+        return false;
+    return near_features_span(p, goal, &f, out);
+}
+
+void near_features_settle(const unit_pair *p, const narrow_goal *goal, span *s)
+{
+    span out;
+    if (!(s->hi >= 0.5 * NEAR_LEAST_DISTANCE * p->size) || s->lo > goal->far) return;
+    if (!names_features(s)) narrow_down(p, goal, s);
+    if (find(p, goal, s, &out)) *s = out;
+}
