@@ -4,6 +4,7 @@
  * points of B - A is an upper bound. The bracket of the best of both is kept apart from the search, which may stall. */
 #include "gjk.h"
 
+#include "near_features.h"
 #include "scalar.h"
 
 enum { ITERATIONS_MAX = 128 };
@@ -91,4 +92,6 @@ void gjk_distance(const unit_pair *p, const narrow_goal *goal, vec3 seed, gjk_re
     }
     if (out->state == GJK_TOUCH && (best->lo > 0 || narrow_goal_reached(goal, best->lo, best->hi)))
         out->state = GJK_APART;
+    if (out->state == GJK_APART && p->a.type == SHAPE_HULL && p->b.type == SHAPE_HULL)
+        hull_features_of(&out->simplex, &best->nearest);
 }

@@ -163,6 +163,86 @@ bool hull_features_along(const unit_pair *p, vec3 axis, narrow_features *out)
            top_of(p->b.hull, mat_tmul(p->b_in_a.r, vec_neg(axis)), slab, out->b, &out->count_b);
 }
 
+/* Into an ascending set of up to four. */
+static void include(uint32_t vertex, uint16_t *set, uint8_t *count)
+{
+    uint8_t at = *count;
+    for (uint8_t i = 0; i < *count; i++)
+        if (set[i] == vertex) return;
+    for (; at > 0 && set[at - 1] > vertex; at--) set[at] = set[at - 1];
+    set[at] = (uint16_t)vertex;
+    ++*count;
+}
+
+void hull_features_of(const simplex *s, narrow_features *out)
+{
+    *out = (narrow_features){.count_a = 0};
+    if (s->count > SIDE_MOST) return;
+    for (int i = 0; i < s->count; i++) {
+        include(s->v[i].vertex_a, out->a, &out->count_a);
+        include(s->v[i].vertex_b, out->b, &out->count_b);
+    }
+}
+
+/* ---- from where the pair was, to where it is ---- */
+
+/* No neighbour is higher: of a hull that is sound, the highest of all. */
+static uint32_t climb(const hull *h, vec3 d, uint32_t vertex)
+{
+    double height = vec_dot(hull_vertex(h, vertex), d);
+    for (bool higher = true; higher;) {
+        const uint32_t *first = h->neighbours + h->neighbour_first[vertex];
+        const uint32_t *end = h->neighbours + h->neighbour_first[vertex + 1];
+        higher = false;
+        for (; first < end; first++) {
+            double there = vec_dot(hull_vertex(h, *first), d);
+            if (there > height) height = there, vertex = *first, higher = true;
+        }
+    }
+    return vertex;
+}
+
+static minkowski pair_of(const unit_pair *p, uint32_t a, uint32_t b)
+{
+    minkowski m = {.vertex_a = a, .vertex_b = b};
+    m.a = vec_scale(hull_vertex(p->a.hull, a), p->scale);
+    m.b_local = vec_scale(hull_vertex(p->b.hull, b), p->scale);
+    m.b = transform_point(&p->b_in_a, m.b_local);
+    m.w = vec_sub(m.b, m.a);
+    return m;
+}
+
+/* A point that is nearer along the axis joins the simplex. False if it is not, or if the simplex then holds the origin.
+ */
+static bool join(const unit_pair *p, simplex *s, uint32_t a, uint32_t b, nearest_feature *n)
+{
+    s->v[s->count] = pair_of(p, a, b);
+    if (s->count && !(vec_dot(n->axis, s->v[s->count].w) < n->norm - p->error)) return false;
+    s->count++;
+    *n = simplex_reduce(s);
+    return !n->inside;
+}
+
+/* GJK (gjk.h) that begins with the vertices of `from` and climbs to support points: nothing here has to be right, for
+ * what it ends at is proven afterwards. */
+bool hull_features_descend(const unit_pair *p, const narrow_features *from, narrow_features *out)
+{
+    enum { STEPS_MOST = 24 };
+    const hull *a = p->a.hull, *b = p->b.hull;
+    simplex s = {.count = 0};
+    nearest_feature n = {.inside = false};
+    if (!are_features(p, from)) return false;
+    for (int i = 0; i < from->count_a && !n.inside; i++)
+        for (int k = 0; k < from->count_b && !n.inside; k++) join(p, &s, from->a[i], from->b[k], &n);
+    for (int i = 0; i < STEPS_MOST && !n.inside; i++) {
+        uint32_t top_a = climb(a, n.axis, s.v[0].vertex_a);
+        uint32_t top_b = climb(b, mat_tmul(p->b_in_a.r, vec_neg(n.axis)), s.v[0].vertex_b);
+        if (!join(p, &s, top_a, top_b, &n)) break;
+    }
+    hull_features_of(&s, out);
+    return !n.inside && s.count > 0;
+}
+
 uint32_t hull_features_count(const hull *h)
 {
     return h->vertex_count + h->edge_count + h->face_count;

@@ -69,7 +69,7 @@ static bool recall(const unit_pair *p, const narrow_request *request, const narr
     span *s, narrow_result *result)
 {
     if (!cache || !cache->nearest.count_a || request->engine != NARROW_ENGINE_AUTO) return false;
-    if (!near_features_span(p, g, &cache->nearest, s)) return false;
+    if (!near_features_span(p, g, &cache->nearest, s) && !near_features_seek(p, g, &cache->nearest, s)) return false;
     finish(p, s, result);
     return true;
 }

@@ -84,7 +84,6 @@ static void narrow_down(const unit_pair *p, const narrow_goal *goal, span *s)
 static bool find(const unit_pair *p, const narrow_goal *goal, const span *s, span *out)
 {
     narrow_features f = {.count_a = 0};
-    if (!names_features(s)) return near_features_try_all(p, goal, out);
     if (are_boxes(p))
         box_features_along(p, s->axis, &f);
     else if (!hull_features_along(p, s->axis, &f))
@@ -95,7 +94,20 @@ static bool find(const unit_pair *p, const narrow_goal *goal, const span *s, spa
 void near_features_settle(const unit_pair *p, const narrow_goal *goal, span *s)
 {
     span out;
+    narrow_features proposed = s->nearest;
+    s->nearest = (narrow_features){.count_a = 0};
     if (!(s->hi >= 0.5 * NEAR_LEAST_DISTANCE * p->size) || s->lo > goal->far) return;
+    if (proposed.count_a && near_features_span(p, goal, &proposed, &out)) {
+        *s = out;
+        return;
+    }
     if (!names_features(s)) narrow_down(p, goal, s);
-    if (find(p, goal, s, &out)) *s = out;
+    s->nearest = (narrow_features){.count_a = 0};
+    if (names_features(s) ? find(p, goal, s, &out) : near_features_try_all(p, goal, &out)) *s = out;
+}
+
+bool near_features_seek(const unit_pair *p, const narrow_goal *goal, const narrow_features *f, span *out)
+{
+    narrow_features found = {.count_a = 0};
+    return !are_boxes(p) && hull_features_descend(p, f, &found) && near_features_span(p, goal, &found, out);
 }

@@ -33,7 +33,7 @@
 #ifndef COLLIDED_NARROW_NEAR_FEATURES_H
 #define COLLIDED_NARROW_NEAR_FEATURES_H
 
-#include "unit_pair.h"
+#include "simplex.h"
 
 /* Two hulls of up to HULL_SCAN_MAX vertices, two boxes, or a capsule and a box; and the distance is asked for, closely.
  */
@@ -42,7 +42,10 @@ bool near_features_apply(const unit_pair *p, const narrow_goal *goal);
 /* The answer, if `f` (of which nothing is believed) is strict. Else false, and *out counts for nothing. */
 bool near_features_span(const unit_pair *p, const narrow_goal *goal, const narrow_features *f, span *out);
 
-/* The end of a search from nothing: *s is its bracket, and becomes the answer of the strict features if there are any:
+/* The same for the features next to `f` that a descent from vertex to neighbouring vertex ends at: hulls alone. */
+bool near_features_seek(const unit_pair *p, const narrow_goal *goal, const narrow_features *f, span *out);
+
+/* The end of a search from nothing: *s is its bracket and may hold a proposal; it becomes the answer of the strict features if there are any:
  * then it holds them. */
 void near_features_settle(const unit_pair *p, const narrow_goal *goal, span *s);
 
@@ -59,6 +62,8 @@ bool near_features_try_all(const unit_pair *p, const narrow_goal *goal, span *ou
 #define NEAR_SLIVER2 0x1p-20 /* square of the least ratio: edge to size, height of a triangle to its longest edge */
 
 bool hull_features_span(const unit_pair *p, const narrow_features *f, span *out);
+void hull_features_of(const simplex *s, narrow_features *out); /* the vertices that a simplex is made of */
+bool hull_features_descend(const unit_pair *p, const narrow_features *from, narrow_features *out);
 bool hull_features_along(const unit_pair *p, vec3 axis, narrow_features *out); /* on top to within half the margin */
 uint32_t hull_features_count(const hull *h);                                   /* vertices, edges, triangles */
 uint8_t hull_feature(const hull *h, uint32_t i, uint16_t vertex[3]);           /* how many vertices; 0: no triangle */

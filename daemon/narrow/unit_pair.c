@@ -93,12 +93,14 @@ minkowski unit_pair_nearest_from(const unit_pair *p, vec3 axis, support_hints *h
     if (p->a.type == SHAPE_HULL && p->b.type == SHAPE_HULL) {
         m.a = core_hull(p->a.hull, p->scale, axis, &hints->a);
         m.b_local = core_hull(p->b.hull, p->scale, mat_tmul(p->b_in_a.r, vec_neg(axis)), &hints->b);
+        m.vertex_a = hints->a, m.vertex_b = hints->b;
         m.b = transform_point(&p->b_in_a, m.b_local);
         m.w = vec_sub(m.b, m.a);
         return m;
     }
     m.a = core_shaved(&p->a, p->scale, p->shaved_a, axis, &hints->a);
     m.b_local = core_shaved(&p->b, p->scale, p->shaved_b, mat_tmul(p->b_in_a.r, vec_neg(axis)), &hints->b);
+    m.vertex_a = m.vertex_b = 0;
     m.b = transform_point(&p->b_in_a, m.b_local);
     m.w = vec_sub(m.b, m.a);
     return m;

@@ -50,13 +50,14 @@ typedef struct span {
     vec3 axis, point_a, point_b;
     narrow_method method;
     uint32_t iterations;
-    narrow_features nearest; /* counts of 0, unless near_features.h answered */
+    narrow_features nearest; /* counts of 0, unless GJK proposes or near_features.h answered */
 } span;
 
 /* A point of the Minkowski difference B - A, and the two points it is made of. */
 typedef struct minkowski {
     vec3 w, a, b;
     vec3 b_local; /* b in B's frame: unlike b not rounded */
+    uint32_t vertex_a, vertex_b; /* of two hulls: which they are */
 } minkowski;
 
 /* The least power of two above the largest number of a pair (1 when all are zero), and its inverse: both finite and
