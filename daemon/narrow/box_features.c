@@ -9,131 +9,137 @@
 
 enum { BETWEEN, HIGH, LOW, SIDES };
 
-/* One box: coordinates of its nearest point in its own frame; `free`: the axes along which it lies between. */
+/* One box: `side` is 1, -1, or 0 for between; `at` the nearest point in its own frame, as far as its sides say. */
 typedef struct box_side {
-    double half[3], at[3];
-    const uint16_t *side;
-    int free[3], free_count, fixed; /* fixed: some axis that is not free */
+    double half[3], side[3], at[3];
+    int free; /* axes along which it lies between */
 } box_side;
 
-static void put(vec3 v, double out[3])
+typedef struct meeting {
+    box_side a, b;
+    vec3 n, back; /* unit: from A towards B in A's frame, from B towards A in B's */
+    vec3 point_a, point_b;
+    double apart;
+} meeting;
+
+static inline void put(vec3 v, double out[3])
 {
     out[0] = v.x, out[1] = v.y, out[2] = v.z;
 }
 
-static vec3 take(const double v[3])
+static inline vec3 take(const double v[3])
 {
     return vec(v[0], v[1], v[2]);
 }
 
-static bool side_of(const shape *s, const uint16_t *side, uint8_t count, box_side *x)
+static inline bool side_of(const shape *s, const uint16_t *side, box_side *x)
 {
-    put(box_sides(s), x->half);
-    x->side = side;
-    x->free_count = 0;
-    if (count != 3) return false;
+    static const double SIGN[SIDES] = {0, 1, -1};
+    bool right = true;
+    put(s->type == SHAPE_BOX ? s->half : box_sides(s), x->half);
+    x->free = 0;
     for (int i = 0; i < 3; i++) {
-        if (side[i] >= SIDES || (x->half[i] == 0 && side[i] != HIGH)) return false;
-        x->at[i] = side[i] == HIGH ? x->half[i] : side[i] == LOW ? -x->half[i] : 0;
-        if (side[i] == BETWEEN)
-            x->free[x->free_count++] = i;
-        else
-            x->fixed = i;
+        right &= side[i] < SIDES && (side[i] == HIGH || x->half[i] > 0);
+        x->side[i] = SIGN[right ? side[i] : 0];
+        x->at[i] = x->side[i] * x->half[i];
+        x->free += x->side[i] == 0;
     }
-    return true;
+    return right;
 }
 
-static bool lies_between(const box_side *x, double margin)
-{
-    for (int k = 0; k < x->free_count; k++)
-        if (!(fabs(x->at[x->free[k]]) < x->half[x->free[k]] - margin)) return false;
-    return true;
-}
-
-/* Does the direction, in the box's frame, point out of all the sides that are named? */
-static bool points_out(const box_side *x, const double d[3])
-{
-    for (int i = 0; i < 3; i++) {
-        if (x->side[i] == BETWEEN || x->half[i] == 0) continue;
-        if (!((x->side[i] == HIGH ? d[i] : -d[i]) > NEAR_SINE_MARGIN)) return false;
-    }
-    return true;
-}
-
-static vec3 unit_along(const double d[3], int axis)
-{
-    double n[3] = {0, 0, 0};
-    n[axis] = d[axis] < 0 ? -1 : 1;
-    return take(n);
-}
-
-/* A feature of the one box, a corner of the other at `r` from x->at, in x's frame: the corner's coordinates are the
- * nearest point's. The direction to it, unit, has no part along what is free. */
-static vec3 settle_corner(box_side *x, vec3 r)
+/* Does it lie between its sides where it is said to, and the direction, in its frame, point out of the others? */
+static inline bool holds(const box_side *x, vec3 direction, double margin)
 {
     double d[3];
-    put(r, d);
-    for (int k = 0; k < x->free_count; k++) {
-        x->at[x->free[k]] = d[x->free[k]];
-        d[x->free[k]] = 0;
+    bool right = true;
+    put(direction, d);
+    for (int i = 0; i < 3; i++) {
+        double out = x->side[i] * d[i], in = x->half[i] - fabs(x->at[i]);
+        right &= x->side[i] == 0 ? in > margin : out > NEAR_SINE_MARGIN || x->half[i] == 0;
     }
-    return x->free_count == 2 ? unit_along(d, x->fixed) : direction_of(take(d));
+    return right;
+}
+
+/* A feature of the one box, and a corner of the other at `corner` in its frame: between the sides the corner's
+ * coordinates are the nearest point's. The unit direction to it, which has no part there. */
+static inline vec3 settle_corner(box_side *x, vec3 corner, double *apart)
+{
+    double q[3];
+    put(corner, q);
+    for (int i = 0; i < 3; i++) x->at[i] = x->side[i] == 0 ? q[i] : x->at[i];
+    vec3 d = vec_sub(corner, take(x->at));
+    *apart = vec_norm(d);
+    return vec_scale(d, 1 / *apart);
+}
+
+static int free_axis(const box_side *x)
+{
+    return x->side[0] == 0 ? 0 : x->side[1] == 0 ? 1 : 2;
 }
 
 /* Two edges, e_i and f: a + s e_i, b + t f with b - a = r. The axis e_i x f has no part i, and is orthogonal to f to the
  * last bit. False when they are almost parallel. */
-static bool settle_edges(const unit_pair *p, box_side *x, box_side *y, vec3 r, vec3 *n)
+static bool settle_edges(const transform *b_in_a, meeting *m)
 {
-    int i = x->free[0], h = (i + 1) % 3, k = (i + 2) % 3, j = y->free[0];
+    int i = free_axis(&m->a), h = (i + 1) % 3, k = (i + 2) % 3, j = free_axis(&m->b);
+    vec3 edge = j == 0 ? b_in_a->r.x : j == 1 ? b_in_a->r.y : b_in_a->r.z;
+    vec3 r = vec_sub(transform_point(b_in_a, take(m->b.at)), take(m->a.at));
     double f[3], d[3], across[3];
-    put(j == 0 ? p->b_in_a.r.x : j == 1 ? p->b_in_a.r.y : p->b_in_a.r.z, f);
+    put(edge, f);
     put(r, d);
-    double sine2 = f[h] * f[h] + f[k] * f[k], along = vec_dot(r, take(f));
+    double sine2 = f[h] * f[h] + f[k] * f[k], along = vec_dot(r, edge);
     if (!(sine2 > NEAR_SLIVER2)) return false;
-    x->at[i] = (d[i] - f[i] * along) / sine2;
-    y->at[j] = x->at[i] * f[i] - along;
+    m->a.at[i] = (d[i] - f[i] * along) / sine2;
+    m->b.at[j] = m->a.at[i] * f[i] - along;
     across[i] = 0, across[h] = -f[k], across[k] = f[h];
-    *n = direction_of(take(across));
-    if (vec_dot(*n, r) < 0) *n = vec_neg(*n);
+    m->n = direction_of(take(across));
+    if (vec_dot(m->n, r) < 0) m->n = vec_neg(m->n);
+    m->point_a = take(m->a.at);
+    m->point_b = transform_point(b_in_a, take(m->b.at));
+    m->back = mat_tmul(b_in_a->r, vec_neg(m->n));
+    m->apart = vec_norm(vec_sub(m->point_b, m->point_a));
     return true;
 }
 
-static bool settle(const unit_pair *p, box_side *x, box_side *y, vec3 *n)
+static inline bool settle(const transform *b_in_a, meeting *m)
 {
-    vec3 r = vec_sub(transform_point(&p->b_in_a, take(y->at)), take(x->at));
-    if (x->free_count == 1 && y->free_count == 1) return settle_edges(p, x, y, r, n);
-    if (y->free_count == 0) {
-        *n = settle_corner(x, r);
-        return true;
+    if (m->b.free == 0) {
+        m->point_b = transform_point(b_in_a, take(m->b.at));
+        m->n = settle_corner(&m->a, m->point_b, &m->apart);
+        m->back = mat_tmul(b_in_a->r, vec_neg(m->n));
+        m->point_a = take(m->a.at);
+        return m->a.free <= 2;
     }
-    vec3 from_b = settle_corner(y, mat_tmul(p->b_in_a.r, vec_neg(r)));
-    *n = direction_again(mat_mul(p->b_in_a.r, vec_neg(from_b)));
-    return true;
+    if (m->a.free == 0) {
+        m->point_a = take(m->a.at);
+        m->back = settle_corner(&m->b, mat_tmul(b_in_a->r, vec_sub(m->point_a, b_in_a->t)), &m->apart);
+        m->n = direction_again(mat_mul(b_in_a->r, vec_neg(m->back)));
+        m->point_b = transform_point(b_in_a, take(m->b.at));
+        return m->b.free <= 2;
+    }
+    return m->a.free == 1 && m->b.free == 1 && settle_edges(b_in_a, m);
 }
 
-static vec3 corner(const double half[3], vec3 d)
+/* How far it reaches from its centre along a direction in its frame. */
+static inline double reach_along(const box_side *x, vec3 d)
 {
-    return vec(copysign(half[0], d.x), copysign(half[1], d.y), copysign(half[2], d.z));
+    return x->half[0] * fabs(d.x) + x->half[1] * fabs(d.y) + x->half[2] * fabs(d.z);
 }
 
 bool box_features_span(const unit_pair *p, const narrow_features *f, span *out)
 {
-    box_side x, y;
-    vec3 n;
-    if (!side_of(&p->a, f->a, f->count_a, &x) || !side_of(&p->b, f->b, f->count_b, &y)) return false;
-    if (x.free_count + y.free_count > 2 || !settle(p, &x, &y, &n)) return false;
-    vec3 back = mat_tmul(p->b_in_a.r, vec_neg(n));
-    double in_a[3], in_b[3], margin = NEAR_HEIGHT_MARGIN * p->size;
-    put(n, in_a);
-    put(back, in_b);
-    if (!points_out(&x, in_a) || !points_out(&y, in_b) || !lies_between(&x, margin) || !lies_between(&y, margin))
-        return false;
-    out->lo = vec_dot(n, vec_sub(transform_point(&p->b_in_a, corner(y.half, back)), corner(x.half, n)));
+    const transform *t = &p->b_in_a;
+    meeting m;
+    if (f->count_a != 3 || f->count_b != 3 || !side_of(&p->a, f->a, &m.a) || !side_of(&p->b, f->b, &m.b)) return false;
+    if (!settle(t, &m)) return false;
+    double margin = NEAR_HEIGHT_MARGIN * p->size;
+    if (!holds(&m.a, m.n, margin) || !holds(&m.b, m.back, margin)) return false;
+    out->lo = vec_dot(m.n, t->t) - reach_along(&m.a, m.n) - reach_along(&m.b, m.back);
     if (!(out->lo >= NEAR_LEAST_DISTANCE * p->size)) return false;
-    out->axis = n;
-    out->point_a = take(x.at);
-    out->point_b = transform_point(&p->b_in_a, take(y.at));
-    out->hi = max_of(out->lo, vec_norm(vec_sub(out->point_b, out->point_a)));
+    out->axis = m.n;
+    out->point_a = m.point_a;
+    out->point_b = m.point_b;
+    out->hi = max_of(out->lo, m.apart);
     out->method = NARROW_BY_SAT;
     return true;
 }

@@ -176,7 +176,8 @@ static void deviate(const shape *a, const shape *b, const narrow_request *r, nar
 void narrow_query(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
     narrow_cache *cache, narrow_scratch *scratch, narrow_result *result)
 {
-    if (!short_road_answer(a, b, b_in_a, request, result)) {
+    bool recalled = cache && short_road_recall(a, b, b_in_a, request, &cache->nearest, result);
+    if (!recalled && !short_road_answer(a, b, b_in_a, request, result)) {
         unit_pair p;
         search(a, b, b_in_a, request, cache, scratch, &p, result);
         if (wants_refining(&p, request, result)) {

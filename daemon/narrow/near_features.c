@@ -16,6 +16,11 @@ static bool is_scanned(const shape *s)
     return s->type == SHAPE_HULL && s->hull->face_count > 0 && s->hull->padded_count <= HULL_SCAN_MAX;
 }
 
+bool near_features_scans(const shape *a, const shape *b)
+{
+    return is_scanned(a) && is_scanned(b);
+}
+
 static bool are_boxes(const unit_pair *p)
 {
     return (p->a.type == SHAPE_BOX || p->a.type == SHAPE_CAPSULE) && p->b.type == SHAPE_BOX;
@@ -24,14 +29,21 @@ static bool are_boxes(const unit_pair *p)
 bool near_features_apply(const unit_pair *p, const narrow_goal *goal)
 {
     bool measured = goal->near == -INFINITY && goal->tolerance <= CLOSE_TOLERANCE * p->size;
-    return measured && (are_boxes(p) || (is_scanned(&p->a) && is_scanned(&p->b)));
+    return measured && (are_boxes(p) || near_features_scans(&p->a, &p->b));
+}
+
+bool near_features_measure(const unit_pair *p, double tolerance, const narrow_features *f, span *out)
+{
+    if (!(tolerance <= CLOSE_TOLERANCE * p->size) || !(are_boxes(p) ? box_features_span : hull_features_span)(p, f, out))
+        return false;
+    out->nearest = *f;
+    out->iterations = 1;
+    return true;
 }
 
 bool near_features_span(const unit_pair *p, const narrow_goal *goal, const narrow_features *f, span *out)
 {
-    if (!(are_boxes(p) ? box_features_span : hull_features_span)(p, f, out)) return false;
-    out->nearest = *f;
-    out->iterations = 1;
+    if (!near_features_measure(p, 0, f, out)) return false;
     return out->hi + 2 * p->error <= goal->far; /* or else a search may have ended beyond it */
 }
 
@@ -81,7 +93,8 @@ static void narrow_down(const unit_pair *p, const narrow_goal *goal, span *s)
     *s = r.span;
 }
 
-static bool find(const unit_pair *p, const narrow_goal *goal, const span *s, span *out)
+/* What is on top along the bracket's axis: the features, if the bracket names them; else a guess. */
+static bool find_along(const unit_pair *p, const narrow_goal *goal, const span *s, span *out)
 {
     narrow_features f = {.count_a = 0};
     if (are_boxes(p))
@@ -91,19 +104,21 @@ static bool find(const unit_pair *p, const narrow_goal *goal, const span *s, spa
     return near_features_span(p, goal, &f, out);
 }
 
+static bool find(const unit_pair *p, const narrow_goal *goal, const narrow_features *proposed, span *s, span *out)
+{
+    if (proposed->count_a ? near_features_span(p, goal, proposed, out) : find_along(p, goal, s, out)) return true;
+    if (!names_features(s)) narrow_down(p, goal, s);
+    s->nearest = (narrow_features){.count_a = 0};
+    return names_features(s) ? find_along(p, goal, s, out) : near_features_try_all(p, goal, out);
+}
+
 void near_features_settle(const unit_pair *p, const narrow_goal *goal, span *s)
 {
     span out;
     narrow_features proposed = s->nearest;
     s->nearest = (narrow_features){.count_a = 0};
     if (!(s->hi >= 0.5 * NEAR_LEAST_DISTANCE * p->size) || s->lo > goal->far) return;
-    if (proposed.count_a && near_features_span(p, goal, &proposed, &out)) {
-        *s = out;
-        return;
-    }
-    if (!names_features(s)) narrow_down(p, goal, s);
-    s->nearest = (narrow_features){.count_a = 0};
-    if (names_features(s) ? find(p, goal, s, &out) : near_features_try_all(p, goal, &out)) *s = out;
+    if (find(p, goal, &proposed, s, &out)) *s = out;
 }
 
 bool near_features_seek(const unit_pair *p, const narrow_goal *goal, const narrow_features *f, span *out)

@@ -39,8 +39,13 @@
  */
 bool near_features_apply(const unit_pair *p, const narrow_goal *goal);
 
+bool near_features_scans(const shape *a, const shape *b); /* two hulls that apply */
+
 /* The answer, if `f` (of which nothing is believed) is strict. Else false, and *out counts for nothing. */
 bool near_features_span(const unit_pair *p, const narrow_goal *goal, const narrow_features *f, span *out);
+
+/* The same for two boxes or hulls that are known to apply, and the goal to measure to a tolerance, with no range. */
+bool near_features_measure(const unit_pair *p, double tolerance, const narrow_features *f, span *out);
 
 /* The same for the features next to `f` that a descent from vertex to neighbouring vertex ends at: hulls alone. */
 bool near_features_seek(const unit_pair *p, const narrow_goal *goal, const narrow_features *f, span *out);

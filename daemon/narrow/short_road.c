@@ -6,6 +6,7 @@
 #include "finish.h"
 #include "formulas.h"
 #include "geom/round.h"
+#include "near_features.h"
 
 /* Is the interval enough, without more than doubles? */
 static inline bool suffices(const unit_pair *p, const narrow_request *r, const span *s, const narrow_result *out)
@@ -16,18 +17,19 @@ static inline bool suffices(const unit_pair *p, const narrow_request *r, const s
     return is_narrow(p, r, s) && (decided || !verdict) && (measured || !measure);
 }
 
-/* unit_pair_init of shapes that have no hull and are no smaller kind in disguise. */
+/* unit_pair_init of shapes that are no smaller kind in disguise, and of which `reach_a` and `reach_b` are the reaches. */
 static inline unit_pair pair_of(const shape *a, double reach_a, const shape *b, double reach_b, const pose *b_in_a)
 {
-    unit_pair p = {.shaved_a = 0, .shaved_b = 0, .excess = 0};
+    unit_pair p;
     unit_of(max_of(max_of(reach_a, reach_b), vec_greatest(b_in_a->p)), &p.unit, &p.scale);
-    p.a = (shape){.type = a->type, .radius = a->radius * p.scale, .half = vec_scale(a->half, p.scale)};
-    p.b = (shape){.type = b->type, .radius = b->radius * p.scale, .half = vec_scale(b->half, p.scale)};
+    p.a = (shape){.type = a->type, .radius = a->radius * p.scale, .half = vec_scale(a->half, p.scale), .hull = a->hull};
+    p.b = (shape){.type = b->type, .radius = b->radius * p.scale, .half = vec_scale(b->half, p.scale), .hull = b->hull};
     p.b_in_a.r = quat_matrix(b_in_a->q);
     p.b_in_a.t = vec_scale(b_in_a->p, p.scale);
     p.radius = p.a.radius + p.b.radius;
     p.size = reach_a * p.scale + reach_b * p.scale + vec_norm(p.b_in_a.t);
     p.error = unit_error(p.size);
+    p.shaved_a = p.shaved_b = p.excess = p.deviation = 0;
     return p;
 }
 
@@ -93,4 +95,21 @@ bool short_road_answer(
     if (a->type == SHAPE_SPHERE && b->type == SHAPE_BOX) return ball_and_box(a, b, b_in_a, request, out);
     if (a->type == SHAPE_SPHERE && is_capsule(b)) return ball_and_capsule(a, b, b_in_a, request, out);
     return is_capsule(a) && is_capsule(b) && two_capsules(a, b, b_in_a, request, out);
+}
+
+static double reach_of(const shape *s)
+{
+    return add_up(s->type == SHAPE_HULL ? s->hull->reach : length_up(s->half), s->radius);
+}
+
+bool short_road_recall(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
+    const narrow_features *nearest, narrow_result *out)
+{
+    bool like = a->type == b->type && (a->type == SHAPE_BOX || near_features_scans(a, b));
+    bool plain = request->facts == NARROW_DISTANCE && request->range == INFINITY && request->engine == NARROW_ENGINE_AUTO;
+    if (!nearest->count_a || !like || !plain) return false;
+    unit_pair p = pair_of(a, reach_of(a), b, reach_of(b), b_in_a);
+    if (a->type == SHAPE_HULL) p.excess = (a->hull->excess + b->hull->excess) * p.scale;
+    span s;
+    return near_features_measure(&p, request->tolerance * p.scale, nearest, &s) && settle(&p, request, &s, out);
 }
