@@ -189,14 +189,15 @@ uint32_t hull_scan_above_by(
     return (width == HULL_SCAN_AVX2 ? above_avx2 : above_plain)(h, direction, cut, found, most);
 }
 
-uint32_t hull_scan_above(const hull *h, vec3 direction, double cut, uint16_t *found, uint32_t most)
-{
-    if (__builtin_cpu_supports("avx512f")) return above_avx512(h, direction, cut, found, most);
-    return (__builtin_cpu_supports("avx2") ? above_avx2 : above_plain)(h, direction, cut, found, most);
-}
-
 /* Measured: a hull of few vertices gains nothing from eight lanes but a longer reduction. */
 enum { AVX512_MIN = 64 };
+
+uint32_t hull_scan_above(const hull *h, vec3 direction, double cut, uint16_t *found, uint32_t most)
+{
+    if (h->padded_count > AVX512_MIN && __builtin_cpu_supports("avx512f"))
+        return above_avx512(h, direction, cut, found, most);
+    return (__builtin_cpu_supports("avx2") ? above_avx2 : above_plain)(h, direction, cut, found, most);
+}
 
 uint32_t hull_scan(const hull *h, vec3 direction)
 {
