@@ -5,7 +5,7 @@
 #include <float.h>
 #include <math.h>
 
-enum { LANES = 4 };
+enum { LANES = 4, FEW = 4 /* fours in a chunk: the search for its greatest costs as much */ };
 
 typedef double lanes __attribute__((vector_size(32)));
 typedef double lanes_anywhere __attribute__((vector_size(32), aligned(8), may_alias));
@@ -64,7 +64,8 @@ INLINE void look_at_four(const double *p, lanes dx, lanes dy, lanes dz, progress
 
 INLINE void look(const double *points, size_t count, vec d, points_scan *out)
 {
-    size_t fours = count / LANES, fours_a_chunk = (count / LANES + SCAN_CHUNKS) / SCAN_CHUNKS, used = 0;
+    size_t fours = count / LANES, used = 0;
+    size_t fours_a_chunk = fours <= FEW * SCAN_CHUNKS ? FEW : (fours + SCAN_CHUNKS - 1) / SCAN_CHUNKS;
     lanes dx = lanes_of(d.x), dy = lanes_of(d.y), dz = lanes_of(d.z);
     progress s = {.reach2 = lanes_of(0), .good = ~(lane_mask){0, 0, 0, 0}};
     real top = -INFINITY, reach2 = 0;
