@@ -6,6 +6,7 @@
 #include "descent.h"
 #include "ellipsoid_pair.h"
 #include "gjk.h"
+#include "near_features.h"
 #include "pieces.h"
 #include "polytope_depth.h"
 #include "sat.h"
@@ -67,6 +68,11 @@ void dispatch_general(
         gjk_distance(p, goal, seed, &start);
     *out = start.span;
     if (start.state == GJK_APART || out->hi <= goal->near) return;
+    narrow_goal closely = *goal;
+    if (!only_general && near_features_reach_depths(p, goal)) {
+        closely.tolerance = goal->finest; /* what names the features must be sure */
+        goal = &closely;
+    }
     if (!only_general && sat_is_quick(p)) {
         depth_by_axes(p, &start, out);
         if (out->lo < 0) witness_deepest(p, out);

@@ -11,7 +11,8 @@ enum { SIDE_MOST = 3, BOTH_MOST = 4 };
 typedef struct meeting {
     vec3 a[SIDE_MOST], b[SIDE_MOST];
     double weight_a[SIDE_MOST], weight_b[SIDE_MOST];
-    vec3 n; /* unit, from A towards B */
+    vec3 n;        /* unit, from A towards B */
+    double inside; /* of a facet of B - A: how far the nearest point is inside of it, at least */
 } meeting;
 
 static bool are_vertices(const hull *h, const uint16_t *vertex, uint8_t count)
@@ -35,16 +36,22 @@ static void place(const unit_pair *p, const narrow_features *f, meeting *m)
         m->b[i] = transform_point(&p->b_in_a, vec_scale(hull_vertex(p->b.hull, f->b[i]), p->scale));
 }
 
-static bool are_inside(const double *weight, int count)
+static double least_of(const double *weight, int count)
 {
-    for (int i = 0; i < count; i++)
-        if (!(weight[i] > NEAR_WEIGHT_MARGIN)) return false;
-    return true;
+    double least = weight[0];
+    for (int i = 1; i < count; i++) least = min_of(least, weight[i]);
+    return least;
 }
 
-static vec3 outward(vec3 n, vec3 w)
+static bool are_inside(const double *weight, int count)
 {
-    return vec_dot(n, w) < 0 ? vec_neg(n) : n;
+    return least_of(weight, count) > NEAR_WEIGHT_MARGIN;
+}
+
+/* From A towards B: towards w when they are apart, away from it when they overlap. */
+static vec3 outward(vec3 n, vec3 w, bool deep)
+{
+    return (vec_dot(n, w) < 0) != deep ? vec_neg(n) : n;
 }
 
 /* An edge and a vertex: `w` are the edge's ends in B - A. Made orthogonal to the edge twice, as in simplex.c. */
@@ -61,7 +68,7 @@ static bool nearest_on_edge(const vec3 w[2], double least2, double weight[2], ve
     return are_inside(weight, 2);
 }
 
-static bool nearest_on_triangle(const vec3 w[3], double least2, double weight[3], vec3 *n)
+static bool nearest_on_triangle(const vec3 w[3], double least2, bool deep, double weight[3], meeting *m)
 {
     vec3 across = triangle_normal(w[0], w[1], w[2]);
     double longest2 = max_of(max_of(vec_norm2(vec_sub(w[1], w[0])), vec_norm2(vec_sub(w[2], w[1]))),
@@ -72,12 +79,14 @@ static bool nearest_on_triangle(const vec3 w[3], double least2, double weight[3]
     weight[2] = vec_dot(across, vec_cross(w[0], w[1]));
     double whole = 1 / (weight[0] + weight[1] + weight[2]);
     for (int i = 0; i < 3; i++) weight[i] *= whole;
-    *n = outward(direction_of(across), w[0]);
+    double area2 = vec_norm2(across);
+    m->inside = least_of(weight, 3) * sqrt(area2 / longest2);
+    m->n = outward(direction_of(across), w[0], deep);
     return are_inside(weight, 3);
 }
 
 /* a0 + s ea + d n = b0 + t eb: cross the differences of the first ends with the other edge. */
-static bool nearest_edges(meeting *m, double least2)
+static bool nearest_edges(meeting *m, double least2, bool deep)
 {
     vec3 ea = vec_sub(m->a[1], m->a[0]), eb = vec_sub(m->b[1], m->b[0]), r = vec_sub(m->b[0], m->a[0]);
     vec3 across = vec_cross(ea, eb);
@@ -87,7 +96,8 @@ static bool nearest_edges(meeting *m, double least2)
     double t = vec_dot(vec_cross(r, ea), across) * per2;
     m->weight_a[0] = 1 - s, m->weight_a[1] = s;
     m->weight_b[0] = 1 - t, m->weight_b[1] = t;
-    m->n = outward(direction_of(across), r);
+    m->inside = min_of(least_of(m->weight_a, 2), least_of(m->weight_b, 2)) * sqrt(across2 / max_of(a2, b2));
+    m->n = outward(direction_of(across), r, deep);
     return are_inside(m->weight_a, 2) && are_inside(m->weight_b, 2);
 }
 
@@ -96,12 +106,13 @@ static bool meet(const unit_pair *p, const narrow_features *f, meeting *m)
     double least2 = NEAR_SLIVER2 * p->size * p->size;
     vec3 w[SIDE_MOST];
     m->weight_a[0] = m->weight_b[0] = 1;
-    if (f->count_a == 2 && f->count_b == 2) return nearest_edges(m, least2);
+    if (f->count_a == 2 && f->count_b == 2) return nearest_edges(m, least2, f->deep);
     bool on_a = f->count_a > 1;
     int count = on_a ? f->count_a : f->count_b;
     double *weight = on_a ? m->weight_a : m->weight_b;
     for (int i = 0; i < count; i++) w[i] = vec_sub(m->b[on_a ? 0 : i], m->a[on_a ? i : 0]);
-    if (count == 3) return nearest_on_triangle(w, least2, weight, &m->n);
+    if (count == 3) return nearest_on_triangle(w, least2, f->deep, weight, m);
+    if (f->deep) return false;
     if (count == 2) return nearest_on_edge(w, least2, weight, &m->n);
     m->n = direction_of(w[0]);
     return true;
@@ -135,7 +146,8 @@ bool hull_features_span(const unit_pair *p, const narrow_features *f, span *out)
     double lo = INFINITY, margin = NEAR_HEIGHT_MARGIN * p->size * p->unit;
     for (int i = 0; i < f->count_a; i++)
         for (int j = 0; j < f->count_b; j++) lo = min_of(lo, vec_dot(m.n, vec_sub(m.b[j], m.a[i])));
-    if (!(lo >= NEAR_LEAST_DISTANCE * p->size)) return false;
+    double least = NEAR_LEAST_DISTANCE * p->size;
+    if (f->deep ? !(lo <= -least && m.inside >= NEAR_INSIDE * p->size) : !(lo >= least)) return false;
     if (!are_top(p->a.hull, m.n, margin, f->a, f->count_a) ||
         !are_top(p->b.hull, mat_tmul(p->b_in_a.r, vec_neg(m.n)), margin, f->b, f->count_b))
         return false;
@@ -143,8 +155,9 @@ bool hull_features_span(const unit_pair *p, const narrow_features *f, span *out)
     out->point_b = mean(m.b, m.weight_b, f->count_b);
     out->axis = m.n;
     out->lo = lo;
-    out->hi = max_of(lo, vec_norm(vec_sub(out->point_b, out->point_a)));
-    out->method = NARROW_BY_GJK;
+    double apart = vec_norm(vec_sub(out->point_b, out->point_a));
+    out->hi = f->deep ? lo + NEAR_DEPTH_WIDTHS * p->error : max_of(lo, apart);
+    out->method = f->deep ? NARROW_BY_EPA : NARROW_BY_GJK;
     return true;
 }
 
@@ -202,7 +215,7 @@ static uint32_t climb(const hull *h, vec3 d, uint32_t vertex)
     return vertex;
 }
 
-static minkowski pair_of(const unit_pair *p, uint32_t a, uint32_t b)
+minkowski hull_pair_of(const unit_pair *p, uint32_t a, uint32_t b)
 {
     minkowski m = {.vertex_a = a, .vertex_b = b};
     m.a = vec_scale(hull_vertex(p->a.hull, a), p->scale);
@@ -216,7 +229,7 @@ static minkowski pair_of(const unit_pair *p, uint32_t a, uint32_t b)
  */
 static bool join(const unit_pair *p, simplex *s, uint32_t a, uint32_t b, nearest_feature *n)
 {
-    s->v[s->count] = pair_of(p, a, b);
+    s->v[s->count] = hull_pair_of(p, a, b);
     if (s->count && !(vec_dot(n->axis, s->v[s->count].w) < n->norm - p->error)) return false;
     s->count++;
     *n = simplex_reduce(s);

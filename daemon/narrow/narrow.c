@@ -13,6 +13,7 @@
 #include "mesh_pair.h"
 #include "near_features.h"
 #include "order.h"
+#include "polytope_depth.h"
 #include "scalar.h"
 #include "short_road.h"
 
@@ -64,14 +65,16 @@ static void measure(const unit_pair *p, const narrow_goal *g, narrow_engine engi
     if (!only_general && near_features_apply(p, g)) near_features_settle(p, g, s);
 }
 
-/* The answer from the features that the pair remembers, if they are still the nearest. */
+/* The answer from the features that the pair remembers, if they or others close by are still the nearest. */
 static bool recall(const unit_pair *p, const narrow_request *request, const narrow_goal *g, const narrow_cache *cache,
     span *s, narrow_result *result)
 {
     if (!cache || !cache->nearest.count_a || request->engine != NARROW_ENGINE_AUTO) return false;
-    if (!near_features_span(p, g, &cache->nearest, s) && !near_features_seek(p, g, &cache->nearest, s)) return false;
-    finish(p, s, result);
-    return true;
+    bool found = cache->nearest.deep
+                     ? polytope_depth_again(p, g, &cache->nearest, s)
+                     : near_features_span(p, g, &cache->nearest, s) || near_features_seek(p, g, &cache->nearest, s);
+    if (found) finish(p, s, result);
+    return found;
 }
 
 /* What answers for the pair in doubles: libccd if it was asked to and its word holds, or the methods of the types. */
@@ -115,6 +118,7 @@ static void search(const shape *a, const shape *b, const pose *b_in_a, const nar
     if (mesh_pair_applies(a, b)) mesh_pair_prepare(p, a);
     narrow_goal g = goal_of(p, request);
     bool by_features = near_features_apply(p, &g);
+    if (cache && by_features) p->shell = cache->shell;
     if (!by_features || !recall(p, request, &g, cache, &s, result))
         answer(a, b, b_in_a, request, scratch, p, &g, &s, result);
     if (cache && by_features) cache->nearest = s.nearest;

@@ -88,7 +88,18 @@ typedef struct narrow_result {
 typedef struct narrow_features {
     uint16_t a[3], b[3];
     uint8_t count_a, count_b;
+    bool deep; /* of hulls that overlap: the facet of B - A that is nearest to the origin */
 } narrow_features;
+
+enum { SHELL_POINTS_MAX = 64, SHELL_FACETS_MAX = 128 };
+
+/* Of two hulls that overlapped: points of B - A, as vertices of both, and the closed surface of triangles over them
+ * that proved the depth. Written by narrow_query, of one pair alone; zeroed = empty. */
+typedef struct narrow_shell {
+    uint8_t point_count, facet_count;
+    uint16_t vertex_a[SHELL_POINTS_MAX], vertex_b[SHELL_POINTS_MAX];
+    uint8_t corner[3][SHELL_FACETS_MAX]; /* counter-clockwise from outside */
+} narrow_shell;
 
 /* What a pair remembers. For narrow_separation and narrow_motion_bound to prove separation again, and the hints of
  * narrow_separation; narrow_query writes these and never reads them. And features that narrow_query tries first, proves
@@ -100,6 +111,7 @@ typedef struct narrow_cache {
     double lower;            /* certified lower bound then */
     uint32_t hint_a, hint_b; /* support vertices to start from */
     narrow_features nearest;
+    narrow_shell *shell; /* the caller's memory, for the depths of hulls; NULL: these are found from nothing each time */
 } narrow_cache;
 
 typedef struct narrow_scratch narrow_scratch; /* the caller's memory, one a thread; opaque, of narrow_scratch_size() */

@@ -3,6 +3,7 @@
 
 #include "geom/hull_scan.h"
 #include "gjk.h"
+#include "sat.h"
 #include "scalar.h"
 
 /* Of hi: a bracket so narrow names the features. */
@@ -30,6 +31,12 @@ bool near_features_apply(const unit_pair *p, const narrow_goal *goal)
 {
     bool measured = goal->near == -INFINITY && goal->tolerance <= CLOSE_TOLERANCE * p->size;
     return measured && (are_boxes(p) || near_features_scans(&p->a, &p->b));
+}
+
+bool near_features_reach_depths(const unit_pair *p, const narrow_goal *goal)
+{
+    return near_features_apply(p, goal) && p->a.type == SHAPE_HULL && sat_applies(p) &&
+           goal->tolerance >= 4 * NEAR_DEPTH_WIDTHS * p->error;
 }
 
 bool near_features_measure(const unit_pair *p, double tolerance, const narrow_features *f, span *out)
@@ -112,13 +119,35 @@ static bool find(const unit_pair *p, const narrow_goal *goal, const narrow_featu
     return names_features(s) ? find_along(p, goal, s, out) : near_features_try_all(p, goal, out);
 }
 
-void near_features_settle(const unit_pair *p, const narrow_goal *goal, span *s)
+static void settle_distance(const unit_pair *p, const narrow_goal *goal, const narrow_features *proposed, span *s)
 {
     span out;
+    if (!(s->hi >= 0.5 * NEAR_LEAST_DISTANCE * p->size) || s->lo > goal->far) return;
+    if (find(p, goal, proposed, s, &out)) *s = out;
+}
+
+/* The depth has been found by a search that ended with its bounds closed: what is on top along the axis is the facet.
+ */
+static void settle_depth(const unit_pair *p, const narrow_goal *goal, const narrow_features *proposed, span *s)
+{
+    span out;
+    narrow_features f = *proposed;
+    if (!(s->hi - s->lo <= p->error) || !near_features_reach_depths(p, goal)) return;
+    if (!f.count_a && !hull_features_along(p, s->axis, &f)) return;
+    f.deep = true;
+    if (!near_features_span(p, goal, &f, &out) || !(s->hi <= out.hi)) return;
+    out.iterations = 1;
+    *s = out;
+}
+
+void near_features_settle(const unit_pair *p, const narrow_goal *goal, span *s)
+{
     narrow_features proposed = s->nearest;
     s->nearest = (narrow_features){.count_a = 0};
-    if (!(s->hi >= 0.5 * NEAR_LEAST_DISTANCE * p->size) || s->lo > goal->far) return;
-    if (find(p, goal, &proposed, s, &out)) *s = out;
+    if (s->hi < 0)
+        settle_depth(p, goal, &proposed, s);
+    else
+        settle_distance(p, goal, &proposed, s);
 }
 
 bool near_features_seek(const unit_pair *p, const narrow_goal *goal, const narrow_features *f, span *out)

@@ -41,7 +41,11 @@ bool near_features_apply(const unit_pair *p, const narrow_goal *goal);
 
 bool near_features_scans(const shape *a, const shape *b); /* two hulls that apply */
 
-/* The answer, if `f` (of which nothing is believed) is strict. Else false, and *out counts for nothing. */
+/* Depths, too: two hulls whose edges are few enough for sat.h, and bounds wider than a few roundings will do. */
+bool near_features_reach_depths(const unit_pair *p, const narrow_goal *goal);
+
+/* The answer, if `f` (of which nothing is believed) is strict. Else false, and *out counts for nothing. With f->deep
+ * it is one only where all other facets of B - A are known to be farther away. */
 bool near_features_span(const unit_pair *p, const narrow_goal *goal, const narrow_features *f, span *out);
 
 /* The same for two boxes or hulls that are known to apply, and the goal to measure to a tolerance, with no range. */
@@ -64,10 +68,14 @@ bool near_features_try_all(const unit_pair *p, const narrow_goal *goal, span *ou
 #define NEAR_HEIGHT_MARGIN 0x1p-15 /* other vertices are lower by more than this */
 #define NEAR_SINE_MARGIN 0x1p-13   /* between n and the sides of a box */
 #define NEAR_WEIGHT_MARGIN 0x1p-13
+#define NEAR_INSIDE 0x1p-12       /* of an overlap: how far the nearest point is inside of its facet of B - A */
+#define NEAR_DEPTH_MARGIN 0x1p-30 /* of an overlap: other facets of B - A are farther by more than this */
+#define NEAR_DEPTH_WIDTHS 2       /* errors: what the bounds of a depth are apart */
 #define NEAR_SLIVER2 0x1p-20 /* square of the least ratio: edge to size, height of a triangle to its longest edge */
 
 bool hull_features_span(const unit_pair *p, const narrow_features *f, span *out);
 void hull_features_of(const simplex *s, narrow_features *out); /* the vertices that a simplex is made of */
+minkowski hull_pair_of(const unit_pair *p, uint32_t a, uint32_t b); /* of two vertices */
 bool hull_features_descend(const unit_pair *p, const narrow_features *from, narrow_features *out);
 bool hull_features_along(const unit_pair *p, vec3 axis, narrow_features *out); /* on top to within half the margin */
 uint32_t hull_features_count(const hull *h);                                   /* vertices, edges, triangles */

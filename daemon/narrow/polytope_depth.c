@@ -2,10 +2,14 @@
 #include "polytope_depth.h"
 
 #include "lanes.h"
+#include "near_features.h"
 #include "scalar.h"
+
+#include <string.h>
 
 /* Places for facets come in blocks, so that the loops over them run a number of rounds that can be foreseen. */
 enum { POINTS_MAX = 64, FACETS_MAX = 2 * POINTS_MAX, HORIZON_MAX = POINTS_MAX, BLOCK = 4 * LANES, NONE = -1 };
+enum { CLOSED_MAX = 8 };
 
 /* As in epa.c: a triangle with a greater sine (squared) has a normal that is sure to 1e-10, so that its plane less the
  * slack is never farther from the origin than it. Slivers are left to epa.c. */
@@ -43,6 +47,9 @@ typedef struct search {
     double weight[3];
     uint8_t winner_corner[3];
     support_hints hints;
+    uint8_t closed[CLOSED_MAX][3]; /* corners of the final facets: see facets_are_in */
+    double closed_at[CLOSED_MAX];  /* their distances */
+    int closed_count;              /* CLOSED_MAX + 1: more than that */
 } search;
 
 bool polytope_depth_applies(const unit_pair *p)
@@ -254,10 +261,20 @@ static double measure(const surface *s, int f, double weight[3])
     return triangle_nearest(s->point[c[0]].w, s->point[c[1]].w, s->point[c[2]].w, weight, &normal, &axis);
 }
 
+static void note_closed(search *x, int f, double distance)
+{
+    if (x->closed_count < CLOSED_MAX) {
+        for (int i = 0; i < 3; i++) x->closed[x->closed_count][i] = x->s->corner[f][i];
+        x->closed_at[x->closed_count] = distance;
+    }
+    if (x->closed_count <= CLOSED_MAX) x->closed_count++;
+}
+
 static void close_facet(search *x, int f)
 {
     double weight[3], distance = measure(x->s, f, weight);
     x->s->bound[f] = INFINITY;
+    note_closed(x, f, distance);
     if (x->winner != NONE && distance >= x->proved) return;
     x->proved = distance;
     x->winner = f;
@@ -288,7 +305,171 @@ static void write_witnesses(const search *x)
         s.weight[i] = x->weight[i];
     }
     simplex_witness(&s, &x->best->point_a, &x->best->point_b);
+    if (x->p->a.type == SHAPE_HULL && x->p->b.type == SHAPE_HULL) hull_features_of(&s, &x->best->nearest);
 }
+
+/* ---- the surface, remembered ---- */
+
+/* The facets that live, over the points that they have. */
+static void save(const surface *s, narrow_shell *to)
+{
+    uint8_t place[POINTS_MAX];
+    int points = 0, facets = 0;
+    memset(place, UINT8_MAX, sizeof place);
+    for (int f = 0; f < s->facet_count; f++) {
+        if (s->offset[f] == INFINITY) continue;
+        for (int k = 0; k < 3; k++) {
+            uint8_t i = s->corner[f][k];
+            if (place[i] == UINT8_MAX) {
+                to->vertex_a[points] = (uint16_t)s->point[i].vertex_a;
+                to->vertex_b[points] = (uint16_t)s->point[i].vertex_b;
+                place[i] = (uint8_t)points++;
+            }
+            to->corner[k][facets] = place[i];
+        }
+        facets++;
+    }
+    to->point_count = (uint8_t)points;
+    to->facet_count = (uint8_t)facets;
+}
+
+static bool load_points(const unit_pair *p, const narrow_shell *from, surface *s)
+{
+    s->point_count = from->point_count;
+    if (s->point_count < 4 || s->point_count >= POINTS_MAX) return false;
+    for (int i = 0; i < s->point_count; i++) {
+        if (from->vertex_a[i] >= p->a.hull->vertex_count || from->vertex_b[i] >= p->b.hull->vertex_count) return false;
+        s->point[i] = hull_pair_of(p, from->vertex_a[i], from->vertex_b[i]);
+    }
+    return true;
+}
+
+/* With their planes. False when one is a sliver, or has the origin on its outer side. */
+LANES_INLINE bool load_facets(const narrow_shell *from, surface *s)
+{
+    planes planes;
+    lane_mask good = ~(lane_mask){0, 0, 0, 0};
+    s->facet_count = from->facet_count;
+    if (s->facet_count < 4 || s->facet_count > FACETS_MAX) return false;
+    clear_block(s, (s->facet_count - 1) / BLOCK * BLOCK);
+    for (int i = 0; i < s->facet_count; i += LANES) {
+        uint8_t corner[3][LANES];
+        for (int k = 0; k < 3; k++)
+            for (int j = 0; j < LANES; j++) corner[k][j] = from->corner[k][i + j < s->facet_count ? i + j : 0];
+        four_planes(gather(s, corner[0]), gather(s, corner[1]), gather(s, corner[2]), 0, &planes);
+        good &= (lanes_load(planes.sine2) > lanes_of(SURE_SINE2)) & (lanes_load(planes.offset) > lanes_of(0));
+        for (int j = 0; j < LANES && i + j < s->facet_count; j++) {
+            int f = i + j;
+            s->nx[f] = planes.nx[j], s->ny[f] = planes.ny[j], s->nz[f] = planes.nz[j];
+            s->offset[f] = planes.offset[j];
+            s->bound[f] = planes.offset[j] - PLANE_SLACK;
+            for (int k = 0; k < 3; k++) s->corner[f][k] = corner[k][j];
+        }
+    }
+    return lanes_bits(good) == 15;
+}
+
+static void link_facets(surface *s)
+{
+    for (int f = 0; f < s->facet_count; f++) {
+        const uint8_t *c = s->corner[f];
+        s->left_of[c[0]][c[1]] = s->left_of[c[1]][c[2]] = s->left_of[c[2]][c[0]] = (uint8_t)f;
+    }
+}
+
+static bool is_one_of(uint32_t vertex, const uint16_t *set, uint8_t count)
+{
+    for (uint8_t i = 0; i < count; i++)
+        if (set[i] == vertex) return true;
+    return false;
+}
+
+static bool is_in(const surface *s, const uint8_t corner[3], const narrow_features *f)
+{
+    for (int k = 0; k < 3; k++) {
+        const minkowski *m = &s->point[corner[k]];
+        if (!is_one_of(m->vertex_a, f->a, f->count_a) || !is_one_of(m->vertex_b, f->b, f->count_b)) return false;
+    }
+    return true;
+}
+
+/* The facets in F's plane are as near as F: nothing more is to be known of them. */
+static void set_aside(surface *s, const narrow_features *f)
+{
+    for (int i = 0; i < s->facet_count; i++)
+        if (is_in(s, s->corner[i], f)) s->bound[i] = INFINITY;
+}
+
+/* Are the final facets that are not farther than this all in F's plane? */
+static bool facets_are_in(const search *x, const narrow_features *f, double within)
+{
+    if (x->closed_count > CLOSED_MAX) return false;
+    for (int i = 0; i < x->closed_count; i++)
+        if (!(x->closed_at[i] >= within) && !is_in(x->s, x->closed[i], f)) return false;
+    return true;
+}
+
+/* Until all facets are at least so much farther than the winner. *grown: by one or more. */
+LANES_INLINE bool grow(search *x, double margin, bool *grown)
+{
+    for (bool linked = false;; linked = true) {
+        double bound = least_bound(x->s);
+        if (x->winner != NONE && bound >= x->proved + margin) return true;
+        if (bound == INFINITY) return x->winner != NONE;
+        if (!linked) link_facets(x->s);
+        if (!refine(x, nearest_of(x->s, bound))) return false;
+        *grown = true;
+    }
+}
+
+/* F is `nearest`, or what grows to be the nearest facet. */
+LANES_INLINE bool search_again(search *x, const narrow_goal *goal, const narrow_features *nearest, span *out)
+{
+    const unit_pair *p = x->p;
+    double margin = NEAR_DEPTH_MARGIN * p->size;
+    narrow_features f = *nearest;
+    bool grown = false;
+    if (!load_points(p, p->shell, x->s) || !load_facets(p->shell, x->s)) return false;
+    bool same = near_features_span(p, goal, &f, out);
+    if (same) {
+        set_aside(x->s, &f);
+        x->winner = 0, x->proved = -out->lo;
+    }
+    span searched = *out;
+    x->best = &searched;
+    searched.lo = -INFINITY;
+    if (!grow(x, margin, &grown)) return false;
+    if (!same) {
+        write_witnesses(x);
+        f = searched.nearest;
+        f.deep = true;
+        if (!near_features_span(p, goal, &f, out) || !(x->proved >= -out->lo - p->error)) return false;
+    }
+    if (!facets_are_in(x, &f, margin - out->lo)) return false;
+    if (grown) save(x->s, p->shell);
+    return true;
+}
+
+LANES_WIDE static bool search_again_wide(search *x, const narrow_goal *goal, const narrow_features *nearest, span *out)
+{
+    return search_again(x, goal, nearest, out);
+}
+
+static bool search_again_narrow(search *x, const narrow_goal *goal, const narrow_features *nearest, span *out)
+{
+    return search_again(x, goal, nearest, out);
+}
+
+bool polytope_depth_again(const unit_pair *p, const narrow_goal *goal, const narrow_features *nearest, span *out)
+{
+    surface s;
+    search x = {.p = p, .s = &s, .eps = 4 * UNIT_ROUNDOFF * p->size, .winner = NONE, .hints = NO_HINTS};
+    if (!p->shell || !nearest->deep || !near_features_reach_depths(p, goal)) return false;
+    *out = (span){.nearest = {.count_a = 0}};
+    return (lanes_wide() ? search_again_wide : search_again_narrow)(&x, goal, nearest, out);
+}
+
+/* ---- from nothing ---- */
 
 /* False when the surface cannot be grown any more. *least: what all facets are away from the origin. */
 LANES_INLINE bool run(search *x, const narrow_goal *goal, double *least)
@@ -343,6 +524,7 @@ bool polytope_depth_by(bool wide, const unit_pair *p, const narrow_goal *goal, c
     out->method = NARROW_BY_EPA;
     out->hi = max_of(out->lo, min_of(out->hi, -least));
     write_witnesses(&x);
+    if (p->shell) save(&s, p->shell);
     return true;
 }
 

@@ -29,6 +29,7 @@ static inline unit_pair pair_of(const shape *a, double reach_a, const shape *b, 
     p.radius = p.a.radius + p.b.radius;
     p.size = reach_a * p.scale + reach_b * p.scale + vec_norm(p.b_in_a.t);
     p.error = unit_error(p.size);
+    p.shell = NULL;
     p.shaved_a = p.shaved_b = p.excess = p.deviation = 0;
     return p;
 }
@@ -107,7 +108,7 @@ bool short_road_recall(const shape *a, const shape *b, const pose *b_in_a, const
 {
     bool like = a->type == b->type && (a->type == SHAPE_BOX || near_features_scans(a, b));
     bool plain = request->facts == NARROW_DISTANCE && request->range == INFINITY && request->engine == NARROW_ENGINE_AUTO;
-    if (!nearest->count_a || !like || !plain) return false;
+    if (!nearest->count_a || nearest->deep || !like || !plain) return false;
     unit_pair p = pair_of(a, reach_of(a), b, reach_of(b), b_in_a);
     if (a->type == SHAPE_HULL) p.excess = (a->hull->excess + b->hull->excess) * p.scale;
     span s;

@@ -25,6 +25,7 @@ typedef struct unit_pair {
                          half-space is as far as the other shape is from its origin */
     double error;     /* of any separation along a unit axis: pose, support point, product and sum */
     double deviation; /* of a plus of b: only upper bounds need it */
+    narrow_shell *shell; /* where a search for the depth of hulls leaves its surface; may be NULL */
     double excess;    /* by which points that hulls were made of may be outside of them: only lower bounds need it */
 } unit_pair;
 

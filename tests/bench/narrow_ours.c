@@ -18,6 +18,7 @@ typedef struct ours {
     narrow_request request;
     narrow_scratch *scratch;
     narrow_cache cache;
+    narrow_shell shell;
 } ours;
 
 static void *create_asking(const narrow_item *items, size_t count, double tolerance)
@@ -130,7 +131,7 @@ static void query_again(void *self, size_t first, size_t count, narrow_answer *o
     for (size_t i = first; i < first + count; i++, out++) {
         const ours_item *it = &o->items[i];
         pose b_in_a = pose_relative(it->at_a, it->at_b);
-        if (it->begins) o->cache = (narrow_cache){0};
+        if (it->begins) o->cache = (narrow_cache){.shell = &o->shell};
         narrow_result r;
         narrow_query(&it->a, &it->b, &b_in_a, &o->request, &o->cache, o->scratch, &r);
         tell(&r, out);

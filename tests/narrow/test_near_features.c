@@ -93,7 +93,7 @@ static const narrow_request REQUESTS[] = {
 enum { REQUEST_COUNT = sizeof REQUESTS / sizeof *REQUESTS };
 
 typedef struct tally {
-    size_t frames, remembered;
+    size_t frames, remembered, deep;
 } tally;
 
 /* Nearer and farther, deep now and then, all the time turning; and another request every eight frames. */
@@ -101,8 +101,9 @@ static void follow(random_state *r, const shape *a, const shape *b, tally *t)
 {
     vec3 towards = random_direction(r), axis = random_direction(r);
     quat q = random_rotation(r);
-    double most = shape_reach(a) + shape_reach(b), away = random_in(r, 0.2, 1.3) * most, rate = random_in(r, 0, 0.02);
-    narrow_cache cache = {.lower = 0};
+    double most = shape_reach(a) + shape_reach(b), step = random_in(r, 0, 0.02) * most, away = random_in(r, 0.2, 1.3) * most, rate = random_in(r, 0, 0.02);
+    narrow_shell shell = {.point_count = 0};
+    narrow_cache cache = {.shell = random_unit(r) < 0.9 ? &shell : NULL};
     for (int i = 0; i < FRAMES; i++) {
         const narrow_request *request = &REQUESTS[random_unit(r) < 0.6 ? 0 : (i / 8) % REQUEST_COUNT];
         pose at = {vec_scale(towards, away), q};
@@ -113,7 +114,8 @@ static void follow(random_state *r, const shape *a, const shape *b, tally *t)
         assert_same(&warm, &cold);
         t->frames++;
         t->remembered += cache.nearest.count_a > 0;
-        away += random_in(r, -0.02, 0.02) * most;
+        t->deep += cache.nearest.count_a > 0 && cache.nearest.deep;
+        away = fabs(away + random_in(r, -step, step));
         q = quat_unit(quat_mul((quat){1, rate * axis.x, rate * axis.y, rate * axis.z}, q));
         towards = vec_unit(vec_madd(towards, rate, random_direction(r)));
     }
@@ -122,7 +124,7 @@ static void follow(random_state *r, const shape *a, const shape *b, tally *t)
 static void followed_through(shape_type type_a, shape_type type_b, unsigned seed)
 {
     random_state r = {seed};
-    tally t = {0, 0};
+    tally t = {0, 0, 0};
     size_t tracks = rounds_of(TRACKS);
     for (size_t i = 0; i < tracks; i++) {
         shape a = make(&r, type_a, i % SIZES), b = make(&r, type_b, i / SIZES % SIZES);
@@ -134,6 +136,7 @@ static void followed_through(shape_type type_a, shape_type type_b, unsigned seed
         unmake(&b);
     }
     assert_true(t.remembered > t.frames / 8); /* or else nothing has been tested */
+    assert_true(type_a != SHAPE_HULL || t.deep > t.frames / 16);
 }
 
 static void hulls_followed_with_their_cache_answer_as_from_nothing(void **state)
