@@ -68,8 +68,10 @@ void dispatch_general(
         gjk_distance(p, goal, seed, &start);
     *out = start.span;
     if (start.state == GJK_APART || out->hi <= goal->near) return;
+    const narrow_goal *asked = goal;
     narrow_goal closely = *goal;
-    if (!only_general && near_features_reach_depths(p, goal)) {
+    bool named = !only_general && near_features_reach_depths(p, asked);
+    if (named) {
         closely.tolerance = goal->finest; /* what names the features must be sure */
         goal = &closely;
     }
@@ -83,5 +85,6 @@ void dispatch_general(
     bool closed = out->hi - out->lo <= p->error || narrow_goal_reached(goal, out->lo, out->hi);
     if (!only_general && !closed && sat_applies(p)) depth_by_axes(p, &start, out);
     if (!closed) coaxial_depth(p, out);
-    if (out->lo < 0) witness_deepest(p, out);
+    if (named) near_features_settle(p, asked, out);
+    if (out->lo < 0 && !out->nearest.deep) witness_deepest(p, out);
 }

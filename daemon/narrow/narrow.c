@@ -62,7 +62,7 @@ static void measure(const unit_pair *p, const narrow_goal *g, narrow_engine engi
     closed_form *formula = only_general ? NULL : dispatch_closed_form(p->a.type, p->b.type);
     if (!formula || !formula(p, g, s))
         dispatch_general(p, g, only_general, formula ? s->axis : VEC_ZERO, &scratch->epa, s);
-    if (!only_general && near_features_apply(p, g)) near_features_settle(p, g, s);
+    if (!only_general && !s->nearest.deep && near_features_apply(p, g)) near_features_settle(p, g, s);
 }
 
 /* The answer from the features that the pair remembers, if they or others close by are still the nearest. */
