@@ -77,8 +77,8 @@ static int free_axis(const box_side *x)
     return x->side[0] == 0 ? 0 : x->side[1] == 0 ? 1 : 2;
 }
 
-/* Two edges, e_i and f: a + s e_i, b + t f with b - a = r. The axis e_i x f has no part i, and is orthogonal to f to the
- * last bit. False when they are almost parallel. */
+/* Two edges, e_i and f: a + s e_i, b + t f with b - a = r. The axis e_i x f has no part i, and is orthogonal to f to
+ * the last bit. False when they are almost parallel. */
 static bool settle_edges(const transform *b_in_a, meeting *m)
 {
     int i = free_axis(&m->a), h = (i + 1) % 3, k = (i + 2) % 3, j = free_axis(&m->b);

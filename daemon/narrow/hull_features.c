@@ -71,8 +71,8 @@ static bool nearest_on_edge(const vec3 w[2], double least2, double weight[2], ve
 static bool nearest_on_triangle(const vec3 w[3], double least2, bool deep, double weight[3], meeting *m)
 {
     vec3 across = triangle_normal(w[0], w[1], w[2]);
-    double longest2 = max_of(max_of(vec_norm2(vec_sub(w[1], w[0])), vec_norm2(vec_sub(w[2], w[1]))),
-        vec_norm2(vec_sub(w[0], w[2])));
+    double longest2 =
+        max_of(max_of(vec_norm2(vec_sub(w[1], w[0])), vec_norm2(vec_sub(w[2], w[1]))), vec_norm2(vec_sub(w[0], w[2])));
     if (!(longest2 > least2) || !(vec_norm2(across) > NEAR_SLIVER2 * longest2 * longest2)) return false;
     weight[0] = vec_dot(across, vec_cross(w[1], w[2]));
     weight[1] = vec_dot(across, vec_cross(w[2], w[0]));

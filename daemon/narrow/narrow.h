@@ -111,7 +111,8 @@ typedef struct narrow_cache {
     double lower;            /* certified lower bound then */
     uint32_t hint_a, hint_b; /* support vertices to start from */
     narrow_features nearest;
-    narrow_shell *shell; /* the caller's memory, for the depths of hulls; NULL: these are found from nothing each time */
+    narrow_shell
+        *shell; /* the caller's memory, for the depths of hulls; NULL: these are found from nothing each time */
 } narrow_cache;
 
 typedef struct narrow_scratch narrow_scratch; /* the caller's memory, one a thread; opaque, of narrow_scratch_size() */

@@ -41,7 +41,8 @@ bool near_features_reach_depths(const unit_pair *p, const narrow_goal *goal)
 
 bool near_features_measure(const unit_pair *p, double tolerance, const narrow_features *f, span *out)
 {
-    if (!(tolerance <= CLOSE_TOLERANCE * p->size) || !(are_boxes(p) ? box_features_span : hull_features_span)(p, f, out))
+    if (!(tolerance <= CLOSE_TOLERANCE * p->size) ||
+        !(are_boxes(p) ? box_features_span : hull_features_span)(p, f, out))
         return false;
     out->nearest = *f;
     out->iterations = 1;

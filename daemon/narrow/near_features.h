@@ -19,7 +19,8 @@
  * margins are 2^-13 and more of the size, rounding in the formula is below 2^-30 (slivers are excluded): so an F that
  * passes in floating point is the one F that the exact points have.
  *
- * Whoever searches finds it. A bracket [lo, hi] with the axis n, from any search, has the angle to n* bounded by angle^2
+ * Whoever searches finds it. A bracket [lo, hi] with the axis n, from any search, has the angle to n* bounded by
+ * angle^2
  * <= 2 (hi - lo) / hi. When hi - lo is below 2^-36 hi, that is below 2^-17, heights along n differ from those along n*
  * by less than half the margin of 2, and S_A and S_B are what is within half that margin of the top: read off by one
  * scan. A search that ends wider (none has been seen) has all features tried. So if some F is strict, the search
@@ -54,8 +55,8 @@ bool near_features_measure(const unit_pair *p, double tolerance, const narrow_fe
 /* The same for the features next to `f` that a descent from vertex to neighbouring vertex ends at: hulls alone. */
 bool near_features_seek(const unit_pair *p, const narrow_goal *goal, const narrow_features *f, span *out);
 
-/* The end of a search from nothing: *s is its bracket and may hold a proposal; it becomes the answer of the strict features if there are any:
- * then it holds them. */
+/* The end of a search from nothing: *s is its bracket and may hold a proposal; it becomes the answer of the strict
+ * features if there are any: then it holds them. */
 void near_features_settle(const unit_pair *p, const narrow_goal *goal, span *s);
 
 /* The strict features among all, for tests: what near_features_settle does with a search that ended wide. */
@@ -74,7 +75,7 @@ bool near_features_try_all(const unit_pair *p, const narrow_goal *goal, span *ou
 #define NEAR_SLIVER2 0x1p-20 /* square of the least ratio: edge to size, height of a triangle to its longest edge */
 
 bool hull_features_span(const unit_pair *p, const narrow_features *f, span *out);
-void hull_features_of(const simplex *s, narrow_features *out); /* the vertices that a simplex is made of */
+void hull_features_of(const simplex *s, narrow_features *out);      /* the vertices that a simplex is made of */
 minkowski hull_pair_of(const unit_pair *p, uint32_t a, uint32_t b); /* of two vertices */
 bool hull_features_descend(const unit_pair *p, const narrow_features *from, narrow_features *out);
 bool hull_features_along(const unit_pair *p, vec3 axis, narrow_features *out); /* on top to within half the margin */

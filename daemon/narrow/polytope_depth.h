@@ -14,8 +14,8 @@
  * that have come too near are grown on.
  *
  * Why that gives the bits of a search from nothing. F is a facet of B - A, strict as near_features.h says but for 3,
- * of which the nearest point is inside by r >= NEAR_INSIDE; D its distance, n its normal; sizes are 1. What is proven is
- * that all facets of the surface but those in F's plane are at least D + 2m away, 2m = NEAR_DEPTH_MARGIN. Claim: a
+ * of which the nearest point is inside by r >= NEAR_INSIDE; D its distance, n its normal; sizes are 1. What is proven
+ * is that all facets of the surface but those in F's plane are at least D + 2m away, 2m = NEAR_DEPTH_MARGIN. Claim: a
  * search from nothing that ends with bounds closed to `error` has an axis n' within 2^-17 of n, and so reads F off it.
  * Proof: n' has the height h(n') <= D + 2 error < D + 2m. The ray along n' leaves the surface at most h(n') away from
  * the origin, so in F's plane, inside of F: at D / cos t, t the angle of n and n', so cos t >= D / h(n'). And F has a
@@ -35,8 +35,8 @@ bool polytope_depth_applies(const unit_pair *p);
  * many points: epa_depth has to answer, *out is as if nothing had been tried but for the count of iterations. */
 bool polytope_depth(const unit_pair *p, const narrow_goal *goal, const gjk_result *start, span *out);
 
-/* The answer of a search from nothing, to the bit, by the surface in p->shell; it is kept up. False: that cannot be told,
- * and *out counts for nothing. `nearest`: the facet that won before; nothing is believed of it. */
+/* The answer of a search from nothing, to the bit, by the surface in p->shell; it is kept up. False: that cannot be
+ * told, and *out counts for nothing. `nearest`: the facet that won before; nothing is believed of it. */
 bool polytope_depth_again(const unit_pair *p, const narrow_goal *goal, const narrow_features *nearest, span *out);
 
 /* The same in registers of 32 or of 16 bytes, for tests: `wide` only where lanes_wide() (lanes.h). */

@@ -17,7 +17,8 @@ static inline bool suffices(const unit_pair *p, const narrow_request *r, const s
     return is_narrow(p, r, s) && (decided || !verdict) && (measured || !measure);
 }
 
-/* unit_pair_init of shapes that are no smaller kind in disguise, and of which `reach_a` and `reach_b` are the reaches. */
+/* unit_pair_init of shapes that are no smaller kind in disguise, and of which `reach_a` and `reach_b` are the reaches.
+ */
 static inline unit_pair pair_of(const shape *a, double reach_a, const shape *b, double reach_b, const pose *b_in_a)
 {
     unit_pair p;
@@ -107,7 +108,8 @@ bool short_road_recall(const shape *a, const shape *b, const pose *b_in_a, const
     const narrow_features *nearest, narrow_result *out)
 {
     bool like = a->type == b->type && (a->type == SHAPE_BOX || near_features_scans(a, b));
-    bool plain = request->facts == NARROW_DISTANCE && request->range == INFINITY && request->engine == NARROW_ENGINE_AUTO;
+    bool plain =
+        request->facts == NARROW_DISTANCE && request->range == INFINITY && request->engine == NARROW_ENGINE_AUTO;
     if (!nearest->count_a || nearest->deep || !like || !plain) return false;
     unit_pair p = pair_of(a, reach_of(a), b, reach_of(b), b_in_a);
     if (a->type == SHAPE_HULL) p.excess = (a->hull->excess + b->hull->excess) * p.scale;

@@ -21,12 +21,12 @@ typedef struct unit_pair {
     double radius;    /* of a plus of b */
     double shaved_a;  /* by which the core of an ellipsoid is smaller than its half axes say; in a.radius, too */
     double shaved_b;
-    double size;      /* bounds every |coordinate| that enters: reach of A + reach of B + |position|; the reach of a
-                         half-space is as far as the other shape is from its origin */
-    double error;     /* of any separation along a unit axis: pose, support point, product and sum */
-    double deviation; /* of a plus of b: only upper bounds need it */
+    double size;         /* bounds every |coordinate| that enters: reach of A + reach of B + |position|; the reach of a
+                            half-space is as far as the other shape is from its origin */
+    double error;        /* of any separation along a unit axis: pose, support point, product and sum */
+    double deviation;    /* of a plus of b: only upper bounds need it */
     narrow_shell *shell; /* where a search for the depth of hulls leaves its surface; may be NULL */
-    double excess;    /* by which points that hulls were made of may be outside of them: only lower bounds need it */
+    double excess;       /* by which points that hulls were made of may be outside of them: only lower bounds need it */
 } unit_pair;
 
 /* What ends a search. Lengths between cores. */
@@ -57,7 +57,7 @@ typedef struct span {
 /* A point of the Minkowski difference B - A, and the two points it is made of. */
 typedef struct minkowski {
     vec3 w, a, b;
-    vec3 b_local; /* b in B's frame: unlike b not rounded */
+    vec3 b_local;                /* b in B's frame: unlike b not rounded */
     uint32_t vertex_a, vertex_b; /* of two hulls: which they are */
 } minkowski;
 

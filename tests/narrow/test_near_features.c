@@ -1,5 +1,5 @@
-/* near_features: a query with the cache of the frame before answers, to the bit, what a query from nothing answers; with
- * any forged cache, too; and whenever features are strict, the search from nothing ends with them. */
+/* near_features: a query with the cache of the frame before answers, to the bit, what a query from nothing answers;
+ * with any forged cache, too; and whenever features are strict, the search from nothing ends with them. */
 #include "cases.h"
 #include "narrow/near_features.h"
 
@@ -92,6 +92,16 @@ static const narrow_request REQUESTS[] = {
 };
 enum { REQUEST_COUNT = sizeof REQUESTS / sizeof *REQUESTS };
 
+/* The bounds hold what bounds in double-double hold, and are as close as was asked. */
+static void assert_true_to(const shape *a, const shape *b, const pose *at, const narrow_result *r)
+{
+    static const narrow_request FINEST = {.facts = NARROW_DISTANCE, .range = INFINITY};
+    narrow_result fine;
+    narrow_query(a, b, at, &FINEST, NULL, case_scratch(), &fine);
+    assert_true(r->lo <= fine.hi && fine.lo <= r->hi && r->hi - r->lo <= 1e-9);
+    assert_true(r->status == NARROW_CERTAIN);
+}
+
 typedef struct tally {
     size_t frames, remembered, deep;
 } tally;
@@ -101,7 +111,8 @@ static void follow(random_state *r, const shape *a, const shape *b, tally *t)
 {
     vec3 towards = random_direction(r), axis = random_direction(r);
     quat q = random_rotation(r);
-    double most = shape_reach(a) + shape_reach(b), step = random_in(r, 0, 0.02) * most, away = random_in(r, 0.2, 1.3) * most, rate = random_in(r, 0, 0.02);
+    double most = shape_reach(a) + shape_reach(b), step = random_in(r, 0, 0.02) * most,
+           away = random_in(r, 0.2, 1.3) * most, rate = random_in(r, 0, 0.02);
     narrow_shell shell = {.point_count = 0};
     narrow_cache cache = {.shell = random_unit(r) < 0.9 ? &shell : NULL};
     for (int i = 0; i < FRAMES; i++) {
@@ -112,6 +123,7 @@ static void follow(random_state *r, const shape *a, const shape *b, tally *t)
         narrow_query(a, b, &at, request, &cache, case_scratch(), &warm);
         narrow_query(a, b, &at, request, &none, case_scratch(), &cold);
         assert_same(&warm, &cold);
+        if (i % 4 == 0 && request == &REQUESTS[0]) assert_true_to(a, b, &at, &warm);
         t->frames++;
         t->remembered += cache.nearest.count_a > 0;
         t->deep += cache.nearest.count_a > 0 && cache.nearest.deep;
@@ -167,7 +179,8 @@ static void forged_features_change_nothing(void **state)
             forged.nearest.a[k] = (uint16_t)(random_bits(&r) % most);
             forged.nearest.b[k] = (uint16_t)(random_bits(&r) % most);
         }
-        forged.nearest.count_a = (uint8_t)(random_bits(&r) % 5), forged.nearest.count_b = (uint8_t)(random_bits(&r) % 5);
+        forged.nearest.count_a = (uint8_t)(random_bits(&r) % 5),
+        forged.nearest.count_b = (uint8_t)(random_bits(&r) % 5);
         narrow_result x, y;
         narrow_query(&a, &b, &at, &REQUESTS[0], &forged, case_scratch(), &x);
         narrow_query(&a, &b, &at, &REQUESTS[0], &none, case_scratch(), &y);
