@@ -25,6 +25,7 @@ typedef struct surface {
     uint8_t left_of[POINTS_MAX][POINTS_MAX]; /* the facet that has the directed edge */
     minkowski point[POINTS_MAX];
     int point_count, facet_count; /* facet_count: of places, with some where none lives any more */
+    bool star;                    /* it need not be convex: every facet must have the origin on its inner side */
 } surface;
 
 /* Directed edges with the seen facets on their left. */
@@ -169,7 +170,7 @@ LANES_INLINE void cone_planes(const surface *s, const horizon *h, vec3 apex, pla
 LANES_INLINE bool put_facet(surface *s, facets *places, int u, int v, int w, const planes *planes, int i)
 {
     int f = next_place(s, places);
-    if (f == NONE || !(planes->sine2[i] > SURE_SINE2)) return false;
+    if (f == NONE || !(planes->sine2[i] > SURE_SINE2) || (s->star && !(planes->offset[i] > 0))) return false;
     s->nx[f] = planes->nx[i], s->ny[f] = planes->ny[i], s->nz[f] = planes->nz[i];
     s->offset[f] = planes->offset[i];
     s->bound[f] = planes->offset[i] - PLANE_SLACK;
@@ -196,6 +197,7 @@ LANES_INLINE bool put_cone(surface *s, facets *seen, horizon *h, int apex)
 
 LANES_INLINE bool start_tetrahedron(surface *s, const simplex *from)
 {
+    s->star = false;
     s->facet_count = 0;
     s->point_count = 4;
     for (int i = 0; i < 4; i++) s->point[i] = from->v[i];
@@ -349,6 +351,7 @@ LANES_INLINE bool load_facets(const narrow_shell *from, surface *s)
 {
     planes planes;
     lane_mask good = ~(lane_mask){0, 0, 0, 0};
+    s->star = true;
     s->facet_count = from->facet_count;
     if (s->facet_count < 4 || s->facet_count > FACETS_MAX) return false;
     clear_block(s, (s->facet_count - 1) / BLOCK * BLOCK);
@@ -507,6 +510,16 @@ static bool search_narrow(search *x, const narrow_goal *goal, const simplex *fro
     return search_from(x, goal, from, least);
 }
 
+/* The answer of a search that has ended well. */
+static void tell(search *x, double least)
+{
+    span *out = x->best;
+    out->method = NARROW_BY_EPA;
+    out->hi = max_of(out->lo, min_of(out->hi, -least));
+    write_witnesses(x);
+    if (x->p->shell) save(x->s, x->p->shell);
+}
+
 bool polytope_depth_by(bool wide, const unit_pair *p, const narrow_goal *goal, const gjk_result *start, span *out)
 {
     surface s;
@@ -521,14 +534,72 @@ bool polytope_depth_by(bool wide, const unit_pair *p, const narrow_goal *goal, c
         out->iterations = iterations;
         return false;
     }
-    out->method = NARROW_BY_EPA;
-    out->hi = max_of(out->lo, min_of(out->hi, -least));
-    write_witnesses(&x);
-    if (p->shell) save(&s, p->shell);
+    tell(&x, least);
     return true;
 }
 
 bool polytope_depth(const unit_pair *p, const narrow_goal *goal, const gjk_result *start, span *out)
 {
     return polytope_depth_by(lanes_wide(), p, goal, start, out);
+}
+
+/* ---- from six support points ---- */
+
+/* Points 0 and 1 along +x and -x, 2 and 3 along y, 4 and 5 along z. */
+static const narrow_shell OCTAHEDRON = {.point_count = 6,
+    .facet_count = 8,
+    .corner = {{0, 1, 0, 1, 0, 1, 0, 1}, {2, 4, 4, 3, 5, 2, 3, 5}, {4, 2, 3, 4, 2, 5, 5, 3}}};
+
+static void support_both_ways(search *x, vec3 d, int i)
+{
+    for (int k = 0; k < 2; k++) {
+        vec3 axis = k ? d : vec_neg(d);
+        minkowski *m = &x->s->point[i + k];
+        *m = unit_pair_nearest_from(x->p, axis, &x->hints);
+        double separation = vec_dot(axis, m->w);
+        if (separation > x->best->lo) x->best->lo = separation, x->best->axis = axis;
+        x->best->iterations++;
+    }
+}
+
+LANES_INLINE bool search_at_once(search *x, const narrow_goal *goal, double *least)
+{
+    if (!load_facets(&OCTAHEDRON, x->s)) return false;
+    link_facets(x->s);
+    return run(x, goal, least) && x->winner != NONE;
+}
+
+LANES_WIDE static bool search_at_once_wide(search *x, const narrow_goal *goal, double *least)
+{
+    return search_at_once(x, goal, least);
+}
+
+static bool search_at_once_narrow(search *x, const narrow_goal *goal, double *least)
+{
+    return search_at_once(x, goal, least);
+}
+
+/* Of the overlap along the line of the origins: what is left of it when they are so far apart is not deep. */
+#define DEEP 0.65
+
+bool polytope_depth_at_once(const unit_pair *p, const narrow_goal *goal, span *out)
+{
+    surface s;
+    search x = {.p = p, .s = &s, .best = out, .eps = 4 * UNIT_ROUNDOFF * p->size, .winner = NONE, .hints = NO_HINTS};
+    vec3 t = p->b_in_a.t, u = direction_of(t), v, w;
+    double away = vec_norm(t), least;
+    if (!(away <= 0.5 * (p->size - away))) return false;
+    if (!(vec_norm2(u) > 0)) u = vec(1, 0, 0);
+    v = vec_unit_orthogonal(u);
+    w = vec_cross(u, v);
+    *out = (span){.lo = -INFINITY, .hi = INFINITY};
+    support_both_ways(&x, u, 0);
+    double overlap = away - vec_dot(u, s.point[1].w);
+    if (!(away <= DEEP * overlap)) return false;
+    support_both_ways(&x, v, 2);
+    support_both_ways(&x, w, 4);
+    s.point_count = OCTAHEDRON.point_count;
+    if (!(lanes_wide() ? search_at_once_wide : search_at_once_narrow)(&x, goal, &least)) return false;
+    tell(&x, least);
+    return true;
 }

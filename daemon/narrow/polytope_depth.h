@@ -35,6 +35,10 @@ bool polytope_depth_applies(const unit_pair *p);
  * many points: epa_depth has to answer, *out is as if nothing had been tried but for the count of iterations. */
 bool polytope_depth(const unit_pair *p, const narrow_goal *goal, const gjk_result *start, span *out);
 
+/* For two hulls that lie deep in each other, without GJK: from the octahedron of six support points, if it holds the
+ * origin. False: they do not, or it does not, or as above; *out counts for nothing. */
+bool polytope_depth_at_once(const unit_pair *p, const narrow_goal *goal, span *out);
+
 /* The answer of a search from nothing, to the bit, by the surface in p->shell; it is kept up. False: that cannot be
  * told, and *out counts for nothing. `nearest`: the facet that won before; nothing is believed of it. */
 bool polytope_depth_again(const unit_pair *p, const narrow_goal *goal, const narrow_features *nearest, span *out);
