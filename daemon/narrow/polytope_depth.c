@@ -333,6 +333,8 @@ static void save(const surface *s, narrow_shell *to)
     }
     to->point_count = (uint8_t)points;
     to->facet_count = (uint8_t)facets;
+    for (; facets % LANES; facets++)
+        for (int k = 0; k < 3; k++) to->corner[k][facets] = to->corner[k][0];
 }
 
 static bool load_points(const unit_pair *p, const narrow_shell *from, surface *s)
@@ -346,37 +348,45 @@ static bool load_points(const unit_pair *p, const narrow_shell *from, surface *s
     return true;
 }
 
-/* With their planes. False when one is a sliver, or has the origin on its outer side. */
-LANES_INLINE bool load_facets(const narrow_shell *from, surface *s)
+/* Four facets with their planes. -1 in the lanes of those that are no slivers and have the origin on their inner side. */
+LANES_INLINE lane_mask load_four(const narrow_shell *from, surface *s, int i)
 {
     planes planes;
+    four_planes(
+        gather(s, from->corner[0] + i), gather(s, from->corner[1] + i), gather(s, from->corner[2] + i), 0, &planes);
+    lanes offset = lanes_load(planes.offset);
+    lanes_store(s->nx + i, lanes_load(planes.nx));
+    lanes_store(s->ny + i, lanes_load(planes.ny));
+    lanes_store(s->nz + i, lanes_load(planes.nz));
+    lanes_store(s->offset + i, offset);
+    lanes_store(s->bound + i, offset - lanes_of(PLANE_SLACK));
+    return (lanes_load(planes.sine2) > lanes_of(SURE_SINE2)) & (offset > lanes_of(0));
+}
+
+/* Their planes alone: see link_facets. The shell is filled up to a multiple of LANES with a facet that there is. */
+LANES_INLINE bool load_facets(const narrow_shell *from, surface *s)
+{
     lane_mask good = ~(lane_mask){0, 0, 0, 0};
+    int count = from->facet_count;
     s->star = true;
-    s->facet_count = from->facet_count;
-    if (s->facet_count < 4 || s->facet_count > FACETS_MAX) return false;
-    clear_block(s, (s->facet_count - 1) / BLOCK * BLOCK);
-    for (int i = 0; i < s->facet_count; i += LANES) {
-        uint8_t corner[3][LANES];
-        for (int k = 0; k < 3; k++)
-            for (int j = 0; j < LANES; j++) corner[k][j] = from->corner[k][i + j < s->facet_count ? i + j : 0];
-        four_planes(gather(s, corner[0]), gather(s, corner[1]), gather(s, corner[2]), 0, &planes);
-        good &= (lanes_load(planes.sine2) > lanes_of(SURE_SINE2)) & (lanes_load(planes.offset) > lanes_of(0));
-        for (int j = 0; j < LANES && i + j < s->facet_count; j++) {
-            int f = i + j;
-            s->nx[f] = planes.nx[j], s->ny[f] = planes.ny[j], s->nz[f] = planes.nz[j];
-            s->offset[f] = planes.offset[j];
-            s->bound[f] = planes.offset[j] - PLANE_SLACK;
-            for (int k = 0; k < 3; k++) s->corner[f][k] = corner[k][j];
-        }
+    s->facet_count = count;
+    if (count < 4 || count > FACETS_MAX) return false;
+    clear_block(s, (count - 1) / BLOCK * BLOCK);
+    for (int i = 0; i < count; i += LANES) good &= load_four(from, s, i);
+    for (int i = count; i % LANES; i++) {
+        s->nx[i] = s->ny[i] = s->nz[i] = 0;
+        s->offset[i] = s->bound[i] = INFINITY;
     }
     return lanes_bits(good) == 15;
 }
 
-static void link_facets(surface *s)
+/* What is only of use to a surface that grows. */
+static void link_facets(const narrow_shell *from, surface *s)
 {
     for (int f = 0; f < s->facet_count; f++) {
-        const uint8_t *c = s->corner[f];
-        s->left_of[c[0]][c[1]] = s->left_of[c[1]][c[2]] = s->left_of[c[2]][c[0]] = (uint8_t)f;
+        uint8_t u = from->corner[0][f], v = from->corner[1][f], w = from->corner[2][f];
+        s->corner[f][0] = u, s->corner[f][1] = v, s->corner[f][2] = w;
+        s->left_of[u][v] = s->left_of[v][w] = s->left_of[w][u] = (uint8_t)f;
     }
 }
 
@@ -387,20 +397,25 @@ static bool is_one_of(uint32_t vertex, const uint16_t *set, uint8_t count)
     return false;
 }
 
+static bool point_is_in(const minkowski *m, const narrow_features *f)
+{
+    return is_one_of(m->vertex_a, f->a, f->count_a) && is_one_of(m->vertex_b, f->b, f->count_b);
+}
+
 static bool is_in(const surface *s, const uint8_t corner[3], const narrow_features *f)
 {
-    for (int k = 0; k < 3; k++) {
-        const minkowski *m = &s->point[corner[k]];
-        if (!is_one_of(m->vertex_a, f->a, f->count_a) || !is_one_of(m->vertex_b, f->b, f->count_b)) return false;
-    }
+    for (int k = 0; k < 3; k++)
+        if (!point_is_in(&s->point[corner[k]], f)) return false;
     return true;
 }
 
 /* The facets in F's plane are as near as F: nothing more is to be known of them. */
-static void set_aside(surface *s, const narrow_features *f)
+static void set_aside(const narrow_shell *from, surface *s, const narrow_features *f)
 {
+    uint64_t in = 0;
+    for (int i = 0; i < s->point_count; i++) in |= (uint64_t)point_is_in(&s->point[i], f) << i;
     for (int i = 0; i < s->facet_count; i++)
-        if (is_in(s, s->corner[i], f)) s->bound[i] = INFINITY;
+        if (in >> from->corner[0][i] & in >> from->corner[1][i] & in >> from->corner[2][i] & 1) s->bound[i] = INFINITY;
 }
 
 /* Are the final facets that are not farther than this all in F's plane? */
@@ -419,7 +434,7 @@ LANES_INLINE bool grow(search *x, double margin, bool *grown)
         double bound = least_bound(x->s);
         if (x->winner != NONE && bound >= x->proved + margin) return true;
         if (bound == INFINITY) return x->winner != NONE;
-        if (!linked) link_facets(x->s);
+        if (!linked) link_facets(x->p->shell, x->s);
         if (!refine(x, nearest_of(x->s, bound))) return false;
         *grown = true;
     }
@@ -435,7 +450,7 @@ LANES_INLINE bool search_again(search *x, const narrow_goal *goal, const narrow_
     if (!load_points(p, p->shell, x->s) || !load_facets(p->shell, x->s)) return false;
     bool same = near_features_span(p, goal, &f, out);
     if (same) {
-        set_aside(x->s, &f);
+        set_aside(p->shell, x->s, &f);
         x->winner = 0, x->proved = -out->lo;
     }
     span searched = *out;
@@ -565,7 +580,7 @@ static void support_both_ways(search *x, vec3 d, int i)
 LANES_INLINE bool search_at_once(search *x, const narrow_goal *goal, double *least)
 {
     if (!load_facets(&OCTAHEDRON, x->s)) return false;
-    link_facets(x->s);
+    link_facets(&OCTAHEDRON, x->s);
     return run(x, goal, least) && x->winner != NONE;
 }
 
