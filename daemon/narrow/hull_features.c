@@ -143,9 +143,10 @@ bool hull_features_span(const unit_pair *p, const narrow_features *f, span *out)
     if (!are_features(p, f)) return false;
     place(p, f, &m);
     if (!meet(p, f, &m)) return false;
-    double lo = INFINITY, margin = NEAR_HEIGHT_MARGIN * p->size * p->unit;
-    for (int i = 0; i < f->count_a; i++)
-        for (int j = 0; j < f->count_b; j++) lo = min_of(lo, vec_dot(m.n, vec_sub(m.b[j], m.a[i])));
+    double top_a = -INFINITY, bottom_b = INFINITY, margin = NEAR_HEIGHT_MARGIN * p->size * p->unit;
+    for (int i = 0; i < f->count_a; i++) top_a = max_of(top_a, vec_dot(m.n, m.a[i]));
+    for (int j = 0; j < f->count_b; j++) bottom_b = min_of(bottom_b, vec_dot(m.n, m.b[j]));
+    double lo = bottom_b - top_a;
     double least = NEAR_LEAST_DISTANCE * p->size;
     if (f->deep ? !(lo <= -least && m.inside >= NEAR_INSIDE * p->size) : !(lo >= least)) return false;
     if (!are_top(p->a.hull, m.n, margin, f->a, f->count_a) ||

@@ -565,16 +565,15 @@ static const narrow_shell OCTAHEDRON = {.point_count = 6,
     .facet_count = 8,
     .corner = {{0, 1, 0, 1, 0, 1, 0, 1}, {2, 4, 4, 3, 5, 2, 3, 5}, {4, 2, 3, 4, 2, 5, 5, 3}}};
 
-static void support_both_ways(search *x, vec3 d, int i)
+/* The point that is farthest along -axis; the separation along the axis. */
+static double put_support(search *x, vec3 axis, int i)
 {
-    for (int k = 0; k < 2; k++) {
-        vec3 axis = k ? d : vec_neg(d);
-        minkowski *m = &x->s->point[i + k];
-        *m = unit_pair_nearest_from(x->p, axis, &x->hints);
-        double separation = vec_dot(axis, m->w);
-        if (separation > x->best->lo) x->best->lo = separation, x->best->axis = axis;
-        x->best->iterations++;
-    }
+    minkowski *m = &x->s->point[i];
+    *m = unit_pair_nearest_from(x->p, axis, &x->hints);
+    double separation = vec_dot(axis, m->w);
+    if (separation > x->best->lo) x->best->lo = separation, x->best->axis = axis;
+    x->best->iterations++;
+    return separation;
 }
 
 LANES_INLINE bool search_at_once(search *x, const narrow_goal *goal, double *least)
@@ -594,7 +593,7 @@ static bool search_at_once_narrow(search *x, const narrow_goal *goal, double *le
     return search_at_once(x, goal, least);
 }
 
-/* Of the overlap along the line of the origins: what is left of it when they are so far apart is not deep. */
+/* Of the two extents along the line of the origins: when these are farther apart than that, the overlap is not deep. */
 #define DEEP 0.65
 
 bool polytope_depth_at_once(const unit_pair *p, const narrow_goal *goal, span *out)
@@ -608,11 +607,12 @@ bool polytope_depth_at_once(const unit_pair *p, const narrow_goal *goal, span *o
     v = vec_unit_orthogonal(u);
     w = vec_cross(u, v);
     *out = (span){.lo = -INFINITY, .hi = INFINITY};
-    support_both_ways(&x, u, 0);
-    double overlap = away - vec_dot(u, s.point[1].w);
-    if (!(away <= DEEP * overlap)) return false;
-    support_both_ways(&x, v, 2);
-    support_both_ways(&x, w, 4);
+    if (!(away <= DEEP * (away - put_support(&x, u, 1)))) return false;
+    put_support(&x, vec_neg(u), 0);
+    put_support(&x, vec_neg(v), 2);
+    put_support(&x, v, 3);
+    put_support(&x, vec_neg(w), 4);
+    put_support(&x, w, 5);
     s.point_count = OCTAHEDRON.point_count;
     if (!(lanes_wide() ? search_at_once_wide : search_at_once_narrow)(&x, goal, &least)) return false;
     tell(&x, least);
