@@ -216,16 +216,6 @@ static uint32_t climb(const hull *h, vec3 d, uint32_t vertex)
     return vertex;
 }
 
-minkowski hull_pair_of(const unit_pair *p, uint32_t a, uint32_t b)
-{
-    minkowski m = {.vertex_a = a, .vertex_b = b};
-    m.a = vec_scale(hull_vertex(p->a.hull, a), p->scale);
-    m.b_local = vec_scale(hull_vertex(p->b.hull, b), p->scale);
-    m.b = transform_point(&p->b_in_a, m.b_local);
-    m.w = vec_sub(m.b, m.a);
-    return m;
-}
-
 /* A point that is nearer along the axis joins the simplex. False if it is not, or if the simplex then holds the origin.
  */
 static bool join(const unit_pair *p, simplex *s, uint32_t a, uint32_t b, nearest_feature *n)

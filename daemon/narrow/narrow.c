@@ -13,7 +13,6 @@
 #include "mesh_pair.h"
 #include "near_features.h"
 #include "order.h"
-#include "polytope_depth.h"
 #include "scalar.h"
 #include "short_road.h"
 
@@ -70,11 +69,9 @@ static bool recall(const unit_pair *p, const narrow_request *request, const narr
     span *s, narrow_result *result)
 {
     if (!cache || !cache->nearest.count_a || request->engine != NARROW_ENGINE_AUTO) return false;
-    bool found = cache->nearest.deep
-                     ? polytope_depth_again(p, g, &cache->nearest, s)
-                     : near_features_span(p, g, &cache->nearest, s) || near_features_seek(p, g, &cache->nearest, s);
-    if (found) finish(p, s, result);
-    return found;
+    if (!near_features_recall(p, g, &cache->nearest, s)) return false;
+    finish(p, s, result);
+    return true;
 }
 
 /* What answers for the pair in doubles: libccd if it was asked to and its word holds, or the methods of the types. */
@@ -180,7 +177,7 @@ static void deviate(const shape *a, const shape *b, const narrow_request *r, nar
 void narrow_query(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
     narrow_cache *cache, narrow_scratch *scratch, narrow_result *result)
 {
-    bool recalled = cache && short_road_recall(a, b, b_in_a, request, &cache->nearest, result);
+    bool recalled = cache && short_road_recall(a, b, b_in_a, request, cache, result);
     if (!recalled && !short_road_answer(a, b, b_in_a, request, result)) {
         unit_pair p;
         search(a, b, b_in_a, request, cache, scratch, &p, result);

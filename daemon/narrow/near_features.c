@@ -3,6 +3,7 @@
 
 #include "geom/hull_scan.h"
 #include "gjk.h"
+#include "polytope_depth.h"
 #include "sat.h"
 #include "scalar.h"
 
@@ -39,19 +40,11 @@ bool near_features_reach_depths(const unit_pair *p, const narrow_goal *goal)
            goal->tolerance >= 4 * NEAR_DEPTH_WIDTHS * p->error;
 }
 
-bool near_features_measure(const unit_pair *p, double tolerance, const narrow_features *f, span *out)
-{
-    if (!(tolerance <= CLOSE_TOLERANCE * p->size) ||
-        !(are_boxes(p) ? box_features_span : hull_features_span)(p, f, out))
-        return false;
-    out->nearest = *f;
-    out->iterations = 1;
-    return true;
-}
-
 bool near_features_span(const unit_pair *p, const narrow_goal *goal, const narrow_features *f, span *out)
 {
-    if (!near_features_measure(p, 0, f, out)) return false;
+    if (!(are_boxes(p) ? box_features_span : hull_features_span)(p, f, out)) return false;
+    out->nearest = *f;
+    out->iterations = 1;
     return out->hi + 2 * p->error <= goal->far; /* or else a search may have ended beyond it */
 }
 
@@ -151,8 +144,14 @@ void near_features_settle(const unit_pair *p, const narrow_goal *goal, span *s)
         settle_distance(p, goal, &proposed, s);
 }
 
-bool near_features_seek(const unit_pair *p, const narrow_goal *goal, const narrow_features *f, span *out)
+static bool seek(const unit_pair *p, const narrow_goal *goal, const narrow_features *from, span *out)
 {
-    narrow_features found = {.count_a = 0};
-    return !are_boxes(p) && hull_features_descend(p, f, &found) && near_features_span(p, goal, &found, out);
+    narrow_features f = {.count_a = 0};
+    return !are_boxes(p) && hull_features_descend(p, from, &f) && near_features_span(p, goal, &f, out);
+}
+
+bool near_features_recall(const unit_pair *p, const narrow_goal *goal, const narrow_features *nearest, span *out)
+{
+    if (nearest->deep) return polytope_depth_again(p, goal, nearest, out);
+    return near_features_span(p, goal, nearest, out) || seek(p, goal, nearest, out);
 }

@@ -49,11 +49,9 @@ bool near_features_reach_depths(const unit_pair *p, const narrow_goal *goal);
  * it is one only where all other facets of B - A are known to be farther away. */
 bool near_features_span(const unit_pair *p, const narrow_goal *goal, const narrow_features *f, span *out);
 
-/* The same for two boxes or hulls that are known to apply, and the goal to measure to a tolerance, with no range. */
-bool near_features_measure(const unit_pair *p, double tolerance, const narrow_features *f, span *out);
-
-/* The same for the features next to `f` that a descent from vertex to neighbouring vertex ends at: hulls alone. */
-bool near_features_seek(const unit_pair *p, const narrow_goal *goal, const narrow_features *f, span *out);
+/* The answer from what the pair remembers: its features, those that a descent from them ends at (hulls alone), or where
+ * it overlapped the surface in p->shell (polytope_depth.h). For pairs and goals that apply. */
+bool near_features_recall(const unit_pair *p, const narrow_goal *goal, const narrow_features *nearest, span *out);
 
 /* The end of a search from nothing: *s is its bracket and may hold a proposal; it becomes the answer of the strict
  * features if there are any: then it holds them. */
@@ -76,7 +74,16 @@ bool near_features_try_all(const unit_pair *p, const narrow_goal *goal, span *ou
 
 bool hull_features_span(const unit_pair *p, const narrow_features *f, span *out);
 void hull_features_of(const simplex *s, narrow_features *out);      /* the vertices that a simplex is made of */
-minkowski hull_pair_of(const unit_pair *p, uint32_t a, uint32_t b); /* of two vertices */
+static inline minkowski hull_pair_of(const unit_pair *p, uint32_t a, uint32_t b) /* of two vertices */
+{
+    minkowski m = {.vertex_a = a, .vertex_b = b};
+    m.a = vec_scale(hull_vertex(p->a.hull, a), p->scale);
+    m.b_local = vec_scale(hull_vertex(p->b.hull, b), p->scale);
+    m.b = transform_point(&p->b_in_a, m.b_local);
+    m.w = vec_sub(m.b, m.a);
+    return m;
+}
+
 bool hull_features_descend(const unit_pair *p, const narrow_features *from, narrow_features *out);
 bool hull_features_along(const unit_pair *p, vec3 axis, narrow_features *out); /* on top to within half the margin */
 uint32_t hull_features_count(const hull *h);                                   /* vertices, edges, triangles */

@@ -104,15 +104,31 @@ static double reach_of(const shape *s)
     return add_up(s->type == SHAPE_HULL ? s->hull->reach : length_up(s->half), s->radius);
 }
 
-bool short_road_recall(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
-    const narrow_features *nearest, narrow_result *out)
+/* goal_of (narrow.c), as far as features look at it. */
+static narrow_goal goal_of_distance(const unit_pair *p, const shape *a, const shape *b, const narrow_request *r)
 {
+    double tolerance = r->tolerance * p->scale - 2 * p->error - p->excess;
+    double deviation = (a->deviation + b->deviation) * p->scale;
+    if (deviation < tolerance) tolerance -= deviation;
+    return (narrow_goal){.tolerance = tolerance, .far = INFINITY, .near = -INFINITY};
+}
+
+bool short_road_recall(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
+    narrow_cache *cache, narrow_result *out)
+{
+    narrow_features *nearest = &cache->nearest;
     bool like = a->type == b->type && (a->type == SHAPE_BOX || near_features_scans(a, b));
-    bool plain =
-        request->facts == NARROW_DISTANCE && request->range == INFINITY && request->engine == NARROW_ENGINE_AUTO;
-    if (!nearest->count_a || nearest->deep || !like || !plain) return false;
+    bool plain = request->facts == NARROW_DISTANCE && request->range == INFINITY && request->engine == NARROW_ENGINE_AUTO;
+    if (!nearest->count_a || !like || !plain) return false;
     unit_pair p = pair_of(a, reach_of(a), b, reach_of(b), b_in_a);
     if (a->type == SHAPE_HULL) p.excess = (a->hull->excess + b->hull->excess) * p.scale;
+    narrow_goal goal = goal_of_distance(&p, a, b, request);
     span s;
-    return near_features_measure(&p, request->tolerance * p.scale, nearest, &s) && settle(&p, request, &s, out);
+    p.shell = cache->shell;
+    if (!near_features_apply(&p, &goal) || !near_features_recall(&p, &goal, nearest, &s)) {
+        *nearest = (narrow_features){.count_a = 0}; /* the general road need not try again */
+        return false;
+    }
+    *nearest = s.nearest;
+    return settle(&p, request, &s, out);
 }

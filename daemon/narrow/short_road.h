@@ -11,9 +11,9 @@
 bool short_road_answer(
     const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request, narrow_result *out);
 
-/* The same for two boxes or two hulls, when the distance alone is asked for and `nearest` (of which nothing is
- * believed) are the features that it is between (near_features.h). */
+/* The same for two boxes or two hulls, when the distance alone is asked for and is between the features that the cache
+ * names, or is proven by its shell (near_features.h, polytope_depth.h). Both are kept up. */
 bool short_road_recall(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
-    const narrow_features *nearest, narrow_result *out);
+    narrow_cache *cache, narrow_result *out);
 
 #endif
