@@ -348,7 +348,8 @@ static bool load_points(const unit_pair *p, const narrow_shell *from, surface *s
     return true;
 }
 
-/* Four facets with their planes. -1 in the lanes of those that are no slivers and have the origin on their inner side. */
+/* Four facets with their planes. -1 in the lanes of those that are no slivers and have the origin on their inner side.
+ */
 LANES_INLINE lane_mask load_four(const narrow_shell *from, surface *s, int i)
 {
     planes planes;

@@ -118,7 +118,8 @@ bool short_road_recall(const shape *a, const shape *b, const pose *b_in_a, const
 {
     narrow_features *nearest = &cache->nearest;
     bool like = a->type == b->type && (a->type == SHAPE_BOX || near_features_scans(a, b));
-    bool plain = request->facts == NARROW_DISTANCE && request->range == INFINITY && request->engine == NARROW_ENGINE_AUTO;
+    bool plain =
+        request->facts == NARROW_DISTANCE && request->range == INFINITY && request->engine == NARROW_ENGINE_AUTO;
     if (!nearest->count_a || !like || !plain) return false;
     unit_pair p = pair_of(a, reach_of(a), b, reach_of(b), b_in_a);
     if (a->type == SHAPE_HULL) p.excess = (a->hull->excess + b->hull->excess) * p.scale;
