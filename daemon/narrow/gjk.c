@@ -92,6 +92,8 @@ void gjk_distance(const unit_pair *p, const narrow_goal *goal, vec3 seed, gjk_re
     }
     if (out->state == GJK_TOUCH && (best->lo > 0 || narrow_goal_reached(goal, best->lo, best->hi)))
         out->state = GJK_APART;
-    if (out->state == GJK_APART && p->a.type == SHAPE_HULL && p->b.type == SHAPE_HULL)
-        hull_features_of(&out->simplex, &best->nearest);
+    const simplex *s = &out->simplex;
+    const minkowski *m[3] = {&s->v[0], &s->v[1], &s->v[2]};
+    if (out->state == GJK_APART && s->count <= 3 && p->a.type == SHAPE_HULL && p->b.type == SHAPE_HULL)
+        hull_features_of(m, s->count, &best->nearest);
 }

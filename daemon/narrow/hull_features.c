@@ -188,13 +188,12 @@ static void include(uint32_t vertex, uint16_t *set, uint8_t *count)
     ++*count;
 }
 
-void hull_features_of(const simplex *s, narrow_features *out)
+void hull_features_of(const minkowski *const *m, int count, narrow_features *out)
 {
     *out = (narrow_features){.count_a = 0};
-    if (s->count > SIDE_MOST) return;
-    for (int i = 0; i < s->count; i++) {
-        include(s->v[i].vertex_a, out->a, &out->count_a);
-        include(s->v[i].vertex_b, out->b, &out->count_b);
+    for (int i = 0; i < count; i++) {
+        include(m[i]->vertex_a, out->a, &out->count_a);
+        include(m[i]->vertex_b, out->b, &out->count_b);
     }
 }
 
@@ -243,8 +242,10 @@ bool hull_features_descend(const unit_pair *p, const narrow_features *from, narr
         uint32_t top_b = climb(b, mat_tmul(p->b_in_a.r, vec_neg(n.axis)), s.v[0].vertex_b);
         if (!join(p, &s, top_a, top_b, &n)) break;
     }
-    hull_features_of(&s, out);
-    return !n.inside && s.count > 0;
+    if (n.inside || s.count == 0) return false;
+    const minkowski *m[SIDE_MOST] = {&s.v[0], &s.v[1], &s.v[2]};
+    hull_features_of(m, s.count, out); /* a simplex that does not hold the origin has three points at most */
+    return true;
 }
 
 uint32_t hull_features_count(const hull *h)

@@ -126,7 +126,7 @@ static void settle_depth(const unit_pair *p, const narrow_goal *goal, const narr
 {
     span out;
     narrow_features f = *proposed;
-    if (!(s->hi - s->lo <= p->error) || !near_features_reach_depths(p, goal)) return;
+    if (!(s->hi - s->lo <= p->error)) return;
     if (!f.count_a && !hull_features_along(p, s->axis, &f)) return;
     f.deep = true;
     if (!near_features_span(p, goal, &f, &out) || !(s->hi <= out.hi)) return;
@@ -138,10 +138,10 @@ void near_features_settle(const unit_pair *p, const narrow_goal *goal, span *s)
 {
     narrow_features proposed = s->nearest;
     s->nearest = (narrow_features){.count_a = 0};
-    if (s->hi < 0)
-        settle_depth(p, goal, &proposed, s);
-    else
+    if (s->hi >= 0)
         settle_distance(p, goal, &proposed, s);
+    else if (near_features_reach_depths(p, goal))
+        settle_depth(p, goal, &proposed, s);
 }
 
 static bool seek(const unit_pair *p, const narrow_goal *goal, const narrow_features *from, span *out)

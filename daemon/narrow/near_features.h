@@ -73,8 +73,8 @@ bool near_features_try_all(const unit_pair *p, const narrow_goal *goal, span *ou
 #define NEAR_SLIVER2 0x1p-20 /* square of the least ratio: edge to size, height of a triangle to its longest edge */
 
 bool hull_features_span(const unit_pair *p, const narrow_features *f, span *out);
-void hull_features_of(const simplex *s, narrow_features *out); /* the vertices that a simplex is made of */
-static inline minkowski hull_pair_of(const unit_pair *p, uint32_t a, uint32_t b) /* of two vertices */
+void hull_features_of(const minkowski *const *m, int count, narrow_features *out); /* the vertices they are made of */
+static inline minkowski hull_pair_of(const unit_pair *p, uint32_t a, uint32_t b)   /* of two vertices */
 {
     minkowski m = {.vertex_a = a, .vertex_b = b};
     m.a = vec_scale(hull_vertex(p->a.hull, a), p->scale);

@@ -301,13 +301,16 @@ LANES_INLINE bool refine(search *x, int f)
 
 static void write_witnesses(const search *x)
 {
-    simplex s = {.count = 3};
+    const minkowski *m[3];
+    vec3 a = VEC_ZERO, b = VEC_ZERO;
     for (int i = 0; i < 3; i++) {
-        s.v[i] = x->s->point[x->winner_corner[i]];
-        s.weight[i] = x->weight[i];
+        m[i] = &x->s->point[x->winner_corner[i]];
+        a = vec_madd(a, x->weight[i], m[i]->a);
+        b = vec_madd(b, x->weight[i], m[i]->b);
     }
-    simplex_witness(&s, &x->best->point_a, &x->best->point_b);
-    if (x->p->a.type == SHAPE_HULL && x->p->b.type == SHAPE_HULL) hull_features_of(&s, &x->best->nearest);
+    x->best->point_a = a;
+    x->best->point_b = b;
+    if (x->p->a.type == SHAPE_HULL && x->p->b.type == SHAPE_HULL) hull_features_of(m, 3, &x->best->nearest);
 }
 
 /* ---- the surface, remembered ---- */
