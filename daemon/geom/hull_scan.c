@@ -90,6 +90,16 @@ __attribute__((target("avx2"))) static inline uint32_t scan_few(const hull *h, _
     return found ? (uint32_t)__builtin_ctz(found) : 0;
 }
 
+__attribute__((target("avx2"), always_inline)) static inline void put_heights(
+    const hull *h, double *height, uint32_t i, __m256d dx, __m256d dy, __m256d dz, __m256d *m0, __m256d *m1)
+{
+    __m256d h0 = heights4(h, i, dx, dy, dz), h1 = heights4(h, i + 4, dx, dy, dz);
+    _mm256_storeu_pd(height + i, h0);
+    _mm256_storeu_pd(height + i + 4, h1);
+    *m0 = _mm256_max_pd(h0, *m0);
+    *m1 = _mm256_max_pd(h1, *m1);
+}
+
 __attribute__((target("avx2"))) static uint32_t scan_avx2(const hull *h, vec3 d)
 {
     double height[HULL_SCAN_MAX];
@@ -97,19 +107,20 @@ __attribute__((target("avx2"))) static uint32_t scan_avx2(const hull *h, vec3 d)
     __m256d m0 = _mm256_set1_pd(-INFINITY), m1 = m0;
     uint32_t count = h->padded_count;
     if (count <= 2 * LANES) return scan_few(h, dx, dy, dz);
-    for (uint32_t i = 0; i < count; i += LANES) {
-        __m256d h0 = heights4(h, i, dx, dy, dz), h1 = heights4(h, i + 4, dx, dy, dz);
-        _mm256_storeu_pd(height + i, h0);
-        _mm256_storeu_pd(height + i + 4, h1);
-        m0 = _mm256_max_pd(h0, m0);
-        m1 = _mm256_max_pd(h1, m1);
+    uint32_t pairs = count / (2 * LANES) * (2 * LANES);
+    for (uint32_t i = 0; i < pairs; i += 2 * LANES) {
+        put_heights(h, height, i, dx, dy, dz, &m0, &m1);
+        put_heights(h, height, i + LANES, dx, dy, dz, &m0, &m1);
     }
+    if (pairs < count) put_heights(h, height, pairs, dx, dy, dz, &m0, &m1);
     m0 = greatest4(_mm256_max_pd(m0, m1));
     for (uint32_t first = 0; first < count; first += CHUNK) {
         uint64_t found = 0;
         uint32_t end = count - first < CHUNK ? count : first + CHUNK;
-        for (uint32_t i = first; i < end; i += 4)
-            found |= (uint64_t)at_top(_mm256_loadu_pd(height + i), m0) << (i - first);
+        for (uint32_t i = first; i < end; i += LANES) {
+            uint32_t low = at_top(_mm256_loadu_pd(height + i), m0);
+            found |= (uint64_t)(low | at_top(_mm256_loadu_pd(height + i + 4), m0) << 4) << (i - first);
+        }
         if (found) return first + (uint32_t)__builtin_ctzll(found);
     }
     return 0;
