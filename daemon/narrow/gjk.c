@@ -83,7 +83,7 @@ void gjk_distance(const unit_pair *p, const narrow_goal *goal, vec3 seed, gjk_re
     start(out);
     for (best->iterations = 1; best->iterations <= ITERATIONS_MAX; best->iterations++) {
         minkowski *m = &out->simplex.v[out->simplex.count];
-        *m = unit_pair_nearest_from(p, axis, &hints);
+        unit_pair_nearest_to(p, axis, &hints, m);
         raise_lower(best, vec_dot(axis, m->w), axis);
         if (best->iterations == 1) first_upper(best, m);
         if (narrow_goal_reached(goal, best->lo, best->hi) || known(&out->simplex, m->w) ||

@@ -290,7 +290,7 @@ LANES_INLINE bool refine(search *x, int f)
     surface *s = x->s;
     vec3 n = vec(s->nx[f], s->ny[f], s->nz[f]), axis = vec_neg(n);
     minkowski *m = &s->point[s->point_count];
-    *m = unit_pair_nearest_from(x->p, axis, &x->hints);
+    unit_pair_nearest_to(x->p, axis, &x->hints, m);
     double height = vec_dot(n, m->w);
     x->best->iterations++;
     if (-height > x->best->lo) x->best->lo = -height, x->best->axis = axis;
@@ -573,7 +573,7 @@ static const narrow_shell OCTAHEDRON = {.point_count = 6,
 static double put_support(search *x, vec3 axis, int i)
 {
     minkowski *m = &x->s->point[i];
-    *m = unit_pair_nearest_from(x->p, axis, &x->hints);
+    unit_pair_nearest_to(x->p, axis, &x->hints, m);
     double separation = vec_dot(axis, m->w);
     if (separation > x->best->lo) x->best->lo = separation, x->best->axis = axis;
     x->best->iterations++;
