@@ -26,6 +26,8 @@ typedef struct pair {
     placed a, b;
     vec between; /* from A's body to B's */
     real reach;
+    vec axis; /* the proper axis of the claim; zero if it has none */
+    bool has_axis;
 } pair;
 
 static bool is_halfspace(const placed *p)
@@ -89,25 +91,24 @@ static collided_status judge_points(const pair *p, const collided_certificate *c
     return nearest + deviation <= claim->hi + slack && apart >= claim->lo - slack ? COLLIDED_OK : COLLIDED_REJECTED;
 }
 
-static collided_status judge_axis(const pair *p, const collided_certificate *claim, vec *n)
+static collided_status judge_axis(const pair *p, const collided_certificate *claim)
 {
     bool bounded_below = claim->lo > -INFINITY;
     if (!bounded_below && claim->hi >= 0) return COLLIDED_OK;
-    if (!proper_axis(p, claim->axis, n)) return COLLIDED_REJECTED;
+    if (!p->has_axis) return COLLIDED_REJECTED;
     real slack = SLACK * (p->reach + length(p->between));
-    real gap = separation(p, *n);
+    real gap = separation(p, p->axis);
     if (!(slack < INFINITY) || !(gap <= claim->hi + slack)) return COLLIDED_REJECTED;
     return bounded_below && !(gap >= claim->lo - slack) ? unproven(p) : COLLIDED_OK;
 }
 
 static collided_status judge(const pair *p, const collided_certificate *claim)
 {
-    vec n = {0, 0, 0};
     if (!(claim->lo <= claim->hi)) return COLLIDED_REJECTED; /* NaN, too */
     if (claim->lo == INFINITY || claim->hi == -INFINITY) return COLLIDED_REJECTED;
-    collided_status below = judge_axis(p, claim, &n);
+    collided_status below = judge_axis(p, claim);
     if (below == COLLIDED_REJECTED || claim->hi == INFINITY) return below;
-    collided_status above = judge_points(p, claim, n);
+    collided_status above = judge_points(p, claim, p->axis);
     return above == COLLIDED_OK ? below : above;
 }
 
@@ -118,6 +119,9 @@ collided_status collided_verify(const collided_shape *a, const collided_pose *po
     pair p;
     if (!placed_make(&p.a, a, pose_a, hull_a, hull_a_count) || !placed_make(&p.b, b, pose_b, hull_b, hull_b_count))
         return COLLIDED_BAD_ARGUMENT;
+    p.has_axis = proper_axis(&p, claim->axis, &p.axis);
+    if (!p.has_axis) p.axis = (vec){0, 0, 0};
+    if (!placed_look(&p.a, p.axis) || !placed_look(&p.b, scale(-1, p.axis))) return COLLIDED_BAD_ARGUMENT;
     p.between = sub(p.b.body, p.a.body);
     p.reach = placed_reach(&p.a) + placed_reach(&p.b);
     return judge(&p, claim);

@@ -37,7 +37,8 @@ static bool quat_of(const collided_pose *pose, quat *q)
     if (!all_finite(pose->position, 3) || !all_finite(o, 4)) return false;
     real norm = sqrt(o[0] * o[0] + o[1] * o[1] + o[2] * o[2] + o[3] * o[3]);
     if (!(fabs(norm - 1) < 1e-3)) return false;
-    *q = (quat){o[0] / norm, o[1] / norm, o[2] / norm, o[3] / norm};
+    real by = 1 / norm;
+    *q = (quat){o[0] * by, o[1] * by, o[2] * by, o[3] * by};
     return true;
 }
 
@@ -84,7 +85,11 @@ static bool placed_child(const placed *whole, size_t index, placed *out)
     quat local;
     bool fits = (unsigned)child->type < COLLIDED_HULL && child->type != COLLIDED_HALFSPACE;
     if (!fits || !is_sized(child) || !quat_of(&child->pose, &local)) return false;
-    *out = (placed){.shape = child, .body = whole->body, .rounding = whole->shape->radius};
+    out->shape = child;
+    out->points = NULL;
+    out->point_count = 0;
+    out->body = whole->body;
+    out->rounding = whole->shape->radius;
     for (int i = 0; i < 3; i++) out->columns[i] = out_of_shape(whole, column(local, i));
     out->origin = add(whole->origin, out_of_shape(whole, vec_of(child->pose.position)));
     return true;
@@ -105,8 +110,12 @@ bool placed_make(placed *p, const collided_shape *shape, const collided_pose *bo
     bool is_hull = shape->type == COLLIDED_HULL;
     bool concave = shape->type == COLLIDED_MESH || shape->type == COLLIDED_HEIGHT_FIELD;
     if (concave || !is_sized(shape) || !quat_of(body, &world) || !quat_of(&shape->pose, &local)) return false;
-    if (is_hull && (!points || !count || !all_finite(points, 3 * count))) return false;
-    *p = (placed){.shape = shape, .points = points, .point_count = is_hull ? count : 0, .body = vec_of(body->position)};
+    if (is_hull && (!points || !count)) return false;
+    p->shape = shape;
+    p->points = points;
+    p->point_count = is_hull ? count : 0;
+    p->body = vec_of(body->position);
+    p->rounding = 0;
     quat both = product(world, local);
     for (int i = 0; i < 3; i++) p->columns[i] = column(both, i);
     p->origin = turned(world, vec_of(shape->pose.position));
@@ -116,6 +125,13 @@ bool placed_make(placed *p, const collided_shape *shape, const collided_pose *bo
 static vec into_shape(const placed *p, vec v)
 {
     return (vec){dot(p->columns[0], v), dot(p->columns[1], v), dot(p->columns[2], v)};
+}
+
+bool placed_look(placed *p, vec n)
+{
+    if (!p->point_count) return true;
+    points_look(p->points, p->point_count, into_shape(p, n), &p->scan);
+    return p->scan.finite;
 }
 
 vec placed_normal(const placed *p)
@@ -146,21 +162,11 @@ real placed_reach(const placed *p)
     if (p->shape->type == COLLIDED_COMPOUND) return greatest(p, reach_of_child, p->origin);
     vec half = vec_of(p->shape->half);
     real core2 = dot(half, half);
-    for (size_t i = 0; i < p->point_count; i++) {
-        vec v = vec_of(p->points + 3 * i);
-        core2 = larger(core2, dot(v, v));
-    }
+    if (p->point_count) core2 = larger(core2, p->scan.reach2);
     return length(p->origin) + sqrt(core2) + p->shape->radius + p->rounding;
 }
 
 /* ---- support of the core along a direction in its frame ---- */
-
-static real hull_support(const placed *p, vec d)
-{
-    real best = -INFINITY;
-    for (size_t i = 0; i < p->point_count; i++) best = larger(best, dot(d, vec_of(p->points + 3 * i)));
-    return best;
-}
 
 static real core_support(const placed *p, vec d)
 {
@@ -182,7 +188,7 @@ static real core_support(const placed *p, vec d)
     case COLLIDED_HALFSPACE:
         return 0;
     case COLLIDED_HULL:
-        return hull_support(p, d);
+        return p->scan.top;
     case COLLIDED_MESH: /* placed_make takes neither */
     case COLLIDED_HEIGHT_FIELD:
     case COLLIDED_COMPOUND: /* its children are asked */
@@ -349,21 +355,6 @@ static real hull_distance(const placed *p, vec q)
 enum { FACE_MOST = 6 };
 static const real FACE_DEPTH = 1e-7; /* of the points' size: so far below the highest belong to the face */
 
-static int face_points(const placed *p, vec n, vec out[FACE_MOST])
-{
-    real top = hull_support(p, n), most = 0;
-    int count = 0;
-    for (size_t i = 0; i < p->point_count; i++) {
-        vec v = vec_of(p->points + 3 * i);
-        most = larger(most, larger(fabs(v.x), larger(fabs(v.y), fabs(v.z))));
-    }
-    for (size_t i = 0; i < p->point_count && count < FACE_MOST; i++) {
-        vec v = vec_of(p->points + 3 * i);
-        if (dot(n, v) >= top - FACE_DEPTH * most) out[count++] = v;
-    }
-    return count;
-}
-
 static bool near_segment(vec q, vec a, vec b, real slack)
 {
     vec e = sub(b, a), d = sub(q, a);
@@ -380,10 +371,11 @@ static bool near_triangle(vec q, vec a, vec b, vec c, real slack)
     return inside && fabs(dot(d, n)) <= slack * sqrt(n2);
 }
 
-static bool near_face(const placed *p, vec q, vec n, real slack)
+static bool near_face(const placed *p, vec q, real slack)
 {
     vec v[FACE_MOST];
-    int count = face_points(p, n, v);
+    real depth = FACE_DEPTH * sqrt(p->scan.reach2);
+    int count = points_on_top(p->points, p->point_count, &p->scan, depth, v, FACE_MOST);
     for (int i = 0; i < count; i++) {
         if (length(sub(q, v[i])) <= slack) return true;
         for (int k = 0; k < i; k++) {
@@ -431,7 +423,7 @@ static bool convex_holds(const placed *p, vec world, vec n, real slack)
     if (p->shape->type == COLLIDED_ELLIPSOID && radial_distance(q, p->shape->half) <= reach) return true;
     if (p->shape->type == COLLIDED_HULL) {
         vec d = into_shape(p, n);
-        if (near_face(p, sub(q, scale(radius, d)), d, slack)) return true;
+        if (near_face(p, sub(q, scale(radius, d)), slack)) return true;
     }
     return core_distance(p, q) <= reach;
 }

@@ -5,12 +5,7 @@
 #define COLLIDED_CLIENT_VERIFY_SHAPE_H
 
 #include "collided.h"
-
-typedef double real;
-
-typedef struct vec {
-    real x, y, z;
-} vec;
+#include "verify_scan.h"
 
 static inline vec vec_of(const double v[3])
 {
@@ -43,19 +38,23 @@ typedef struct placed {
     const collided_shape *shape;
     const double *points; /* of a hull */
     size_t point_count;
-    vec columns[3]; /* the shape's axes in the world */
-    vec origin;     /* of the shape relative to its body's position, in world directions */
-    vec body;       /* position of the body */
-    real rounding;  /* of a compound's child: what the compound adds to the child's own */
+    vec columns[3];   /* the shape's axes in the world */
+    vec origin;       /* of the shape relative to its body's position, in world directions */
+    vec body;         /* position of the body */
+    real rounding;    /* of a compound's child: what the compound adds to the child's own */
+    points_scan scan; /* of a hull, by placed_look */
 } placed;
 
-/* False if the shape, its poses or its points are not usable: not finite, no rotation, negative sizes, no points; or if
- * it is a mesh, a height field, or a compound of anything but convex shapes with an end and a formula. */
+/* False if the shape or its poses are not usable: not finite, no rotation, negative sizes, no points; or if it is a
+ * mesh, a height field, or a compound of anything but convex shapes with an end and a formula. Then placed_look: false
+ * if the points of a hull are not finite; `n` is the direction along which it will be asked for its support. */
 bool placed_make(placed *p, const collided_shape *shape, const collided_pose *body, const double *points, size_t count);
+bool placed_look(placed *p, vec n);
 
-real placed_reach(const placed *p);          /* of its points from the body's position; a half-space: of its origin */
-real placed_support(const placed *p, vec n); /* greatest n . x of its points, relative to the body's position; for a
-                                                half-space n is taken to be its normal */
+real placed_reach(const placed *p); /* of its points from the body's position; a half-space: of its origin */
+real placed_support(
+    const placed *p, vec n); /* greatest n . x of its points, relative to the body's position; for a
+                                half-space n is taken to be its normal, for a hull what placed_look got */
 /* Is a point not farther than `slack` from the shape? `n`, unit or zero, is where the shape ends next to it, most
  * likely: it changes the time. Never true of a point that is farther. *deviation: how far such a point may be from what
  * the shape stands for. */

@@ -30,9 +30,35 @@ static uint32_t scan_plain(const hull *h, vec3 d)
     return 0; /* only for a direction that is not a number */
 }
 
+static uint32_t above_plain(const hull *h, vec3 d, double cut, uint16_t *found, uint32_t most)
+{
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < h->vertex_count; i++) {
+        if (!(h->x[i] * d.x + h->y[i] * d.y + h->z[i] * d.z >= cut)) continue;
+        if (count == most) return most + 1;
+        found[count++] = (uint16_t)i;
+    }
+    return count;
+}
+
 #if defined(__x86_64__)
 
 #include <immintrin.h>
+
+/* The vertices first + (bits of `above`), less the padding. False when there are too many. */
+static inline bool note(const hull *h, uint32_t first, uint32_t above, uint16_t *found, uint32_t most, uint32_t *count)
+{
+    for (; above; above &= above - 1) {
+        uint32_t i = first + (uint32_t)__builtin_ctz(above);
+        if (i >= h->vertex_count) return true;
+        if (*count == most) {
+            *count = most + 1;
+            return false;
+        }
+        found[(*count)++] = (uint16_t)i;
+    }
+    return true;
+}
 
 __attribute__((target("avx2"))) static inline __m256d heights4(
     const hull *h, uint32_t i, __m256d dx, __m256d dy, __m256d dz)
@@ -64,6 +90,16 @@ __attribute__((target("avx2"))) static inline uint32_t scan_few(const hull *h, _
     return found ? (uint32_t)__builtin_ctz(found) : 0;
 }
 
+__attribute__((target("avx2"), always_inline)) static inline void put_heights(
+    const hull *h, double *height, uint32_t i, __m256d dx, __m256d dy, __m256d dz, __m256d *m0, __m256d *m1)
+{
+    __m256d h0 = heights4(h, i, dx, dy, dz), h1 = heights4(h, i + 4, dx, dy, dz);
+    _mm256_storeu_pd(height + i, h0);
+    _mm256_storeu_pd(height + i + 4, h1);
+    *m0 = _mm256_max_pd(h0, *m0);
+    *m1 = _mm256_max_pd(h1, *m1);
+}
+
 __attribute__((target("avx2"))) static uint32_t scan_avx2(const hull *h, vec3 d)
 {
     double height[HULL_SCAN_MAX];
@@ -71,19 +107,20 @@ __attribute__((target("avx2"))) static uint32_t scan_avx2(const hull *h, vec3 d)
     __m256d m0 = _mm256_set1_pd(-INFINITY), m1 = m0;
     uint32_t count = h->padded_count;
     if (count <= 2 * LANES) return scan_few(h, dx, dy, dz);
-    for (uint32_t i = 0; i < count; i += LANES) {
-        __m256d h0 = heights4(h, i, dx, dy, dz), h1 = heights4(h, i + 4, dx, dy, dz);
-        _mm256_storeu_pd(height + i, h0);
-        _mm256_storeu_pd(height + i + 4, h1);
-        m0 = _mm256_max_pd(h0, m0);
-        m1 = _mm256_max_pd(h1, m1);
+    uint32_t pairs = count / (2 * LANES) * (2 * LANES);
+    for (uint32_t i = 0; i < pairs; i += 2 * LANES) {
+        put_heights(h, height, i, dx, dy, dz, &m0, &m1);
+        put_heights(h, height, i + LANES, dx, dy, dz, &m0, &m1);
     }
+    if (pairs < count) put_heights(h, height, pairs, dx, dy, dz, &m0, &m1);
     m0 = greatest4(_mm256_max_pd(m0, m1));
     for (uint32_t first = 0; first < count; first += CHUNK) {
         uint64_t found = 0;
         uint32_t end = count - first < CHUNK ? count : first + CHUNK;
-        for (uint32_t i = first; i < end; i += 4)
-            found |= (uint64_t)at_top(_mm256_loadu_pd(height + i), m0) << (i - first);
+        for (uint32_t i = first; i < end; i += LANES) {
+            uint32_t low = at_top(_mm256_loadu_pd(height + i), m0);
+            found |= (uint64_t)(low | at_top(_mm256_loadu_pd(height + i + 4), m0) << 4) << (i - first);
+        }
         if (found) return first + (uint32_t)__builtin_ctzll(found);
     }
     return 0;
@@ -120,6 +157,30 @@ __attribute__((target("avx512f"))) static uint32_t scan_avx512(const hull *h, ve
     return 0;
 }
 
+__attribute__((target("avx2"))) static uint32_t above_avx2(
+    const hull *h, vec3 d, double cut, uint16_t *found, uint32_t most)
+{
+    __m256d dx = _mm256_set1_pd(d.x), dy = _mm256_set1_pd(d.y), dz = _mm256_set1_pd(d.z), least = _mm256_set1_pd(cut);
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < h->padded_count; i += LANES) {
+        uint32_t low = at_top(heights4(h, i, dx, dy, dz), least), high = at_top(heights4(h, i + 4, dx, dy, dz), least);
+        if ((low | high) && !note(h, i, low | high << 4, found, most, &count)) break;
+    }
+    return count;
+}
+
+__attribute__((target("avx512f"))) static uint32_t above_avx512(
+    const hull *h, vec3 d, double cut, uint16_t *found, uint32_t most)
+{
+    __m512d dx = _mm512_set1_pd(d.x), dy = _mm512_set1_pd(d.y), dz = _mm512_set1_pd(d.z), least = _mm512_set1_pd(cut);
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < h->padded_count; i += LANES) {
+        __mmask8 above = _mm512_cmp_pd_mask(heights8(h, i, dx, dy, dz), least, _CMP_GE_OQ);
+        if (above && !note(h, i, above, found, most, &count)) break;
+    }
+    return count;
+}
+
 bool hull_scan_has(hull_scan_width width)
 {
     if (width == HULL_SCAN_AVX512) return __builtin_cpu_supports("avx512f");
@@ -132,8 +193,22 @@ uint32_t hull_scan_by(hull_scan_width width, const hull *h, vec3 direction)
     return width == HULL_SCAN_AVX2 ? scan_avx2(h, direction) : scan_plain(h, direction);
 }
 
+uint32_t hull_scan_above_by(
+    hull_scan_width width, const hull *h, vec3 direction, double cut, uint16_t *found, uint32_t most)
+{
+    if (width == HULL_SCAN_AVX512) return above_avx512(h, direction, cut, found, most);
+    return (width == HULL_SCAN_AVX2 ? above_avx2 : above_plain)(h, direction, cut, found, most);
+}
+
 /* Measured: a hull of few vertices gains nothing from eight lanes but a longer reduction. */
 enum { AVX512_MIN = 64 };
+
+uint32_t hull_scan_above(const hull *h, vec3 direction, double cut, uint16_t *found, uint32_t most)
+{
+    if (h->padded_count > AVX512_MIN && __builtin_cpu_supports("avx512f"))
+        return above_avx512(h, direction, cut, found, most);
+    return (__builtin_cpu_supports("avx2") ? above_avx2 : above_plain)(h, direction, cut, found, most);
+}
 
 uint32_t hull_scan(const hull *h, vec3 direction)
 {
@@ -157,6 +232,18 @@ uint32_t hull_scan_by(hull_scan_width width, const hull *h, vec3 direction)
 uint32_t hull_scan(const hull *h, vec3 direction)
 {
     return scan_plain(h, direction);
+}
+
+uint32_t hull_scan_above_by(
+    hull_scan_width width, const hull *h, vec3 direction, double cut, uint16_t *found, uint32_t most)
+{
+    (void)width;
+    return above_plain(h, direction, cut, found, most);
+}
+
+uint32_t hull_scan_above(const hull *h, vec3 direction, double cut, uint16_t *found, uint32_t most)
+{
+    return above_plain(h, direction, cut, found, most);
 }
 
 #endif

@@ -16,8 +16,14 @@ typedef enum hull_scan_width { HULL_SCAN_PLAIN, HULL_SCAN_AVX2, HULL_SCAN_AVX512
  * processor has. For hulls of up to HULL_SCAN_MAX padded vertices. */
 uint32_t hull_scan(const hull *h, vec3 direction);
 
+/* Writes the vertices whose computed dot(direction, v) is at least `cut`, ascending, but no more than `most` of them;
+ * how many there are, or `most` + 1 if more. For the same hulls. */
+uint32_t hull_scan_above(const hull *h, vec3 direction, double cut, uint16_t *found, uint32_t most);
+
 /* The same by one kernel, for tests: only where hull_scan_has says that the processor can. */
 bool hull_scan_has(hull_scan_width width);
 uint32_t hull_scan_by(hull_scan_width width, const hull *h, vec3 direction);
+uint32_t hull_scan_above_by(
+    hull_scan_width width, const hull *h, vec3 direction, double cut, uint16_t *found, uint32_t most);
 
 #endif

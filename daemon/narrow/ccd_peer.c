@@ -32,7 +32,7 @@ ccd_peer_opinion ccd_peer_ask(const unit_pair *p, const shape *a, const shape *b
     double separation = vec_dot(proposal.axis, m.w);
     peer.failed = separation < p->radius - p->error;
     peer.settled = separation > goal->far;
-    if (peer.settled) *out = (span){separation, vec_norm(m.w), proposal.axis, m.a, m.b, peer.method, 1};
+    if (peer.settled) *out = (span){separation, vec_norm(m.w), proposal.axis, m.a, m.b, peer.method, 1, {.count_a = 0}};
     return peer;
 }
 

@@ -8,6 +8,7 @@
 #include "descent.h"
 #include "ellipsoid_pair.h"
 #include "gjk.h"
+#include "near_features.h"
 #include "pieces.h"
 #include "polytope_depth.h"
 #include "revolved_pair.h"
@@ -62,9 +63,28 @@ static void depth_by_axes(const unit_pair *p, const gjk_result *start, span *out
     if (out->lo >= 0) out->hi = max_of(out->lo, start->span.hi);
 }
 
+static void finish_depth(const unit_pair *p, const narrow_goal *asked, bool named, span *out)
+{
+    if (named) near_features_settle(p, asked, out);
+    if (out->lo < 0 && !out->nearest.deep) witness_deepest(p, out);
+}
+
+static bool are_hulls(const unit_pair *p)
+{
+    return p->a.type == SHAPE_HULL && p->b.type == SHAPE_HULL;
+}
+
 void dispatch_general(
     const unit_pair *p, const narrow_goal *goal, bool only_general, vec3 seed, epa_scratch *scratch, span *out)
 {
+    const narrow_goal *asked = goal;
+    narrow_goal closely = *goal;
+    bool named = !only_general && near_features_reach_depths(p, asked), measured = goal->near == -INFINITY;
+    if (named) closely.tolerance = goal->finest; /* what names the features must be sure */
+    if (measured && !only_general && are_hulls(p) && polytope_depth_at_once(p, &closely, out)) {
+        finish_depth(p, asked, named, out);
+        return;
+    }
     gjk_result start;
     if (!only_general && pieces_apply(p))
         descent_distance(p, goal, seed, &start);
@@ -72,6 +92,7 @@ void dispatch_general(
         gjk_distance(p, goal, seed, &start);
     *out = start.span;
     if (start.state == GJK_APART || out->hi <= goal->near) return;
+    goal = &closely;
     if (!only_general && sat_is_quick(p)) {
         depth_by_axes(p, &start, out);
         if (out->lo < 0) witness_deepest(p, out);
@@ -83,5 +104,5 @@ void dispatch_general(
     bool closed = out->hi - out->lo <= p->error || narrow_goal_reached(goal, out->lo, out->hi);
     if (!only_general && !closed && sat_applies(p)) depth_by_axes(p, &start, out);
     if (!closed) coaxial_depth(p, out);
-    if (out->lo < 0) witness_deepest(p, out);
+    finish_depth(p, asked, named, out);
 }

@@ -4,6 +4,7 @@
  * points of B - A is an upper bound. The bracket of the best of both is kept apart from the search, which may stall. */
 #include "gjk.h"
 
+#include "near_features.h"
 #include "scalar.h"
 
 enum { ITERATIONS_MAX = 128 };
@@ -70,6 +71,7 @@ static void start(gjk_result *out)
     out->span.lo = -INFINITY;
     out->span.hi = INFINITY;
     out->span.method = NARROW_BY_GJK;
+    out->span.nearest = (narrow_features){.count_a = 0};
     out->simplex.count = 0;
 }
 
@@ -81,7 +83,7 @@ void gjk_distance(const unit_pair *p, const narrow_goal *goal, vec3 seed, gjk_re
     start(out);
     for (best->iterations = 1; best->iterations <= ITERATIONS_MAX; best->iterations++) {
         minkowski *m = &out->simplex.v[out->simplex.count];
-        *m = unit_pair_nearest_from(p, axis, &hints);
+        unit_pair_nearest_to(p, axis, &hints, m);
         raise_lower(best, vec_dot(axis, m->w), axis);
         if (best->iterations == 1) first_upper(best, m);
         if (narrow_goal_reached(goal, best->lo, best->hi) || known(&out->simplex, m->w) ||
@@ -90,4 +92,8 @@ void gjk_distance(const unit_pair *p, const narrow_goal *goal, vec3 seed, gjk_re
     }
     if (out->state == GJK_TOUCH && (best->lo > 0 || narrow_goal_reached(goal, best->lo, best->hi)))
         out->state = GJK_APART;
+    const simplex *s = &out->simplex;
+    const minkowski *m[3] = {&s->v[0], &s->v[1], &s->v[2]};
+    if (out->state == GJK_APART && s->count <= 3 && p->a.type == SHAPE_HULL && p->b.type == SHAPE_HULL)
+        hull_features_of(m, s->count, &best->nearest);
 }

@@ -1,6 +1,6 @@
 /* narrow: the certified signed distance of any two shapes. It brings the pair to unit size, asks the method of the two
  * types about their cores, adds the radii and the bound of rounding, and scales back. Pure; any thread, each with its
- * own scratch; nothing that is read from the cache enters an answer, so none depends on history. */
+ * own scratch; what is read of the cache is proven anew, and answers what a query without it answers. */
 #include "narrow.h"
 
 #include "ccd_peer.h"
@@ -11,6 +11,7 @@
 #include "finish.h"
 #include "manifold.h"
 #include "mesh_pair.h"
+#include "near_features.h"
 #include "order.h"
 #include "scalar.h"
 #include "short_road.h"
@@ -58,8 +59,19 @@ static void measure(const unit_pair *p, const narrow_goal *g, narrow_engine engi
     bool plane = p->a.type == SHAPE_HALFSPACE || p->b.type == SHAPE_HALFSPACE;
     bool only_general = engine == NARROW_ENGINE_GJK && !plane;
     closed_form *formula = only_general ? NULL : dispatch_closed_form(p->a.type, p->b.type);
-    if (formula && formula(p, g, s)) return;
-    dispatch_general(p, g, only_general, formula ? s->axis : VEC_ZERO, &scratch->epa, s);
+    if (!formula || !formula(p, g, s))
+        dispatch_general(p, g, only_general, formula ? s->axis : VEC_ZERO, &scratch->epa, s);
+    if (!only_general && !s->nearest.deep && near_features_apply(p, g)) near_features_settle(p, g, s);
+}
+
+/* The answer from the features that the pair remembers, if they or others close by are still the nearest. */
+static bool recall(const unit_pair *p, const narrow_request *request, const narrow_goal *g, const narrow_cache *cache,
+    span *s, narrow_result *result)
+{
+    if (!cache || !cache->nearest.count_a || request->engine != NARROW_ENGINE_AUTO) return false;
+    if (!near_features_recall(p, g, &cache->nearest, s)) return false;
+    finish(p, s, result);
+    return true;
 }
 
 /* What answers for the pair in doubles: libccd if it was asked to and its word holds, or the methods of the types. */
@@ -93,7 +105,7 @@ static void build_manifold(
 static void search(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
     narrow_cache *cache, narrow_scratch *scratch, unit_pair *p, narrow_result *result)
 {
-    span s;
+    span s = {.nearest = {.count_a = 0}};
     shape hull = *b; /* what a half-space sees of a mesh */
     if (b->type == SHAPE_MESH && !mesh_pair_applies(a, b)) hull.type = SHAPE_HULL, b = &hull;
     unit_pair_init(p, a, b, b_in_a);
@@ -103,7 +115,11 @@ static void search(const shape *a, const shape *b, const pose *b_in_a, const nar
     }
     if (mesh_pair_applies(a, b)) mesh_pair_prepare(p, a);
     narrow_goal g = goal_of(p, request);
-    answer(a, b, b_in_a, request, cache, scratch, p, &g, &s, result);
+    bool by_features = near_features_apply(p, &g);
+    if (cache && by_features) p->shell = cache->shell;
+    if (!by_features || !recall(p, request, &g, cache, &s, result))
+        answer(a, b, b_in_a, request, cache, scratch, p, &g, &s, result);
+    if (cache && by_features) cache->nearest = s.nearest;
     result->status = status_of(p, &g, request, &s);
     if ((request->facts & NARROW_MANIFOLD) && result->lo <= request->threshold)
         build_manifold(p, a, b, b_in_a, request->threshold, result);
@@ -162,7 +178,8 @@ static void deviate(const shape *a, const shape *b, const narrow_request *r, nar
 void narrow_query(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
     narrow_cache *cache, narrow_scratch *scratch, narrow_result *result)
 {
-    if (!short_road_answer(a, b, b_in_a, request, result)) {
+    bool recalled = cache && short_road_recall(a, b, b_in_a, request, cache, result);
+    if (!recalled && !short_road_answer(a, b, b_in_a, request, result)) {
         unit_pair p;
         search(a, b, b_in_a, request, cache, scratch, &p, result);
         if (wants_refining(&p, request, result)) {

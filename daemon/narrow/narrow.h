@@ -83,15 +83,37 @@ typedef struct narrow_result {
     bool refined;           /* the bounds were computed again in double-double, because doubles did not suffice */
 } narrow_result;
 
-/* What a pair remembers, for narrow_separation and narrow_motion_bound to prove separation again. narrow_query writes
- * it; of what it reads, the triangles, none enters an answer: they only say where to begin. The hints are
- * narrow_separation's. Zeroed = empty. */
+/* The features at which two hulls or two boxes were nearest, for the next query to try first: vertices of hulls,
+ * ascending; of a box for each axis the side, or between. Counts of 0: none. */
+typedef struct narrow_features {
+    uint16_t a[3], b[3];
+    uint8_t count_a, count_b;
+    bool deep; /* of hulls that overlap: the facet of B - A that is nearest to the origin */
+} narrow_features;
+
+enum { SHELL_POINTS_MAX = 64, SHELL_FACETS_MAX = 128 };
+
+/* Of two hulls that overlapped: points of B - A, as vertices of both, and the closed surface of triangles over them
+ * that proved the depth. Written by narrow_query, of one pair alone; zeroed = empty. */
+typedef struct narrow_shell {
+    uint8_t point_count, facet_count;
+    uint16_t vertex_a[SHELL_POINTS_MAX], vertex_b[SHELL_POINTS_MAX];
+    uint8_t corner[3][SHELL_FACETS_MAX]; /* counter-clockwise from outside */
+} narrow_shell;
+
+/* What a pair remembers. For narrow_separation and narrow_motion_bound to prove separation again, and the hints of
+ * narrow_separation; narrow_query writes these and never reads them. And for narrow_query the triangles, features and
+ * surfaces with which it begins: triangles only say where, the others it proves from nothing, and answers from as a
+ * search without them would have (near_features.h): no cache enters an answer. Zeroed = empty. */
 typedef struct narrow_cache {
     vec3 axis;                       /* in A's frame, unit; zero = none */
     pose b_in_a;                     /* where `lower` was certified */
     double lower;                    /* certified lower bound then */
     uint32_t hint_a, hint_b;         /* support vertices to start from */
     uint32_t triangle_a, triangle_b; /* 1 + those of two meshes that were the nearest; 0 = none, or not a mesh */
+    narrow_features nearest;
+    narrow_shell
+        *shell; /* the caller's memory, for the depths of hulls; NULL: these are found from nothing each time */
 } narrow_cache;
 
 typedef struct narrow_scratch narrow_scratch; /* the caller's memory, one a thread; opaque, of narrow_scratch_size() */

@@ -2,10 +2,14 @@
 #include "polytope_depth.h"
 
 #include "lanes.h"
+#include "near_features.h"
 #include "scalar.h"
+
+#include <string.h>
 
 /* Places for facets come in blocks, so that the loops over them run a number of rounds that can be foreseen. */
 enum { POINTS_MAX = 64, FACETS_MAX = 2 * POINTS_MAX, HORIZON_MAX = POINTS_MAX, BLOCK = 4 * LANES, NONE = -1 };
+enum { CLOSED_MAX = 8 };
 
 /* As in epa.c: a triangle with a greater sine (squared) has a normal that is sure to 1e-10, so that its plane less the
  * slack is never farther from the origin than it. Slivers are left to epa.c. */
@@ -21,6 +25,7 @@ typedef struct surface {
     uint8_t left_of[POINTS_MAX][POINTS_MAX]; /* the facet that has the directed edge */
     minkowski point[POINTS_MAX];
     int point_count, facet_count; /* facet_count: of places, with some where none lives any more */
+    bool star;                    /* it need not be convex: every facet must have the origin on its inner side */
 } surface;
 
 /* Directed edges with the seen facets on their left. */
@@ -43,6 +48,9 @@ typedef struct search {
     double weight[3];
     uint8_t winner_corner[3];
     support_hints hints;
+    uint8_t closed[CLOSED_MAX][3]; /* corners of the final facets: see facets_are_in */
+    double closed_at[CLOSED_MAX];  /* their distances */
+    int closed_count;              /* CLOSED_MAX + 1: more than that */
 } search;
 
 bool polytope_depth_applies(const unit_pair *p)
@@ -162,7 +170,7 @@ LANES_INLINE void cone_planes(const surface *s, const horizon *h, vec3 apex, pla
 LANES_INLINE bool put_facet(surface *s, facets *places, int u, int v, int w, const planes *planes, int i)
 {
     int f = next_place(s, places);
-    if (f == NONE || !(planes->sine2[i] > SURE_SINE2)) return false;
+    if (f == NONE || !(planes->sine2[i] > SURE_SINE2) || (s->star && !(planes->offset[i] > 0))) return false;
     s->nx[f] = planes->nx[i], s->ny[f] = planes->ny[i], s->nz[f] = planes->nz[i];
     s->offset[f] = planes->offset[i];
     s->bound[f] = planes->offset[i] - PLANE_SLACK;
@@ -189,6 +197,7 @@ LANES_INLINE bool put_cone(surface *s, facets *seen, horizon *h, int apex)
 
 LANES_INLINE bool start_tetrahedron(surface *s, const simplex *from)
 {
+    s->star = false;
     s->facet_count = 0;
     s->point_count = 4;
     for (int i = 0; i < 4; i++) s->point[i] = from->v[i];
@@ -254,10 +263,20 @@ static double measure(const surface *s, int f, double weight[3])
     return triangle_nearest(s->point[c[0]].w, s->point[c[1]].w, s->point[c[2]].w, weight, &normal, &axis);
 }
 
+static void note_closed(search *x, int f, double distance)
+{
+    if (x->closed_count < CLOSED_MAX) {
+        for (int i = 0; i < 3; i++) x->closed[x->closed_count][i] = x->s->corner[f][i];
+        x->closed_at[x->closed_count] = distance;
+    }
+    if (x->closed_count <= CLOSED_MAX) x->closed_count++;
+}
+
 static void close_facet(search *x, int f)
 {
     double weight[3], distance = measure(x->s, f, weight);
     x->s->bound[f] = INFINITY;
+    note_closed(x, f, distance);
     if (x->winner != NONE && distance >= x->proved) return;
     x->proved = distance;
     x->winner = f;
@@ -271,7 +290,7 @@ LANES_INLINE bool refine(search *x, int f)
     surface *s = x->s;
     vec3 n = vec(s->nx[f], s->ny[f], s->nz[f]), axis = vec_neg(n);
     minkowski *m = &s->point[s->point_count];
-    *m = unit_pair_nearest_from(x->p, axis, &x->hints);
+    unit_pair_nearest_to(x->p, axis, &x->hints, m);
     double height = vec_dot(n, m->w);
     x->best->iterations++;
     if (-height > x->best->lo) x->best->lo = -height, x->best->axis = axis;
@@ -282,13 +301,197 @@ LANES_INLINE bool refine(search *x, int f)
 
 static void write_witnesses(const search *x)
 {
-    simplex s = {.count = 3};
+    const minkowski *m[3];
+    vec3 a = VEC_ZERO, b = VEC_ZERO;
     for (int i = 0; i < 3; i++) {
-        s.v[i] = x->s->point[x->winner_corner[i]];
-        s.weight[i] = x->weight[i];
+        m[i] = &x->s->point[x->winner_corner[i]];
+        a = vec_madd(a, x->weight[i], m[i]->a);
+        b = vec_madd(b, x->weight[i], m[i]->b);
     }
-    simplex_witness(&s, &x->best->point_a, &x->best->point_b);
+    x->best->point_a = a;
+    x->best->point_b = b;
+    if (x->p->a.type == SHAPE_HULL && x->p->b.type == SHAPE_HULL) hull_features_of(m, 3, &x->best->nearest);
 }
+
+/* ---- the surface, remembered ---- */
+
+/* The facets that live, over the points that they have. */
+static void save(const surface *s, narrow_shell *to)
+{
+    uint8_t place[POINTS_MAX];
+    int points = 0, facets = 0;
+    memset(place, UINT8_MAX, sizeof place);
+    for (int f = 0; f < s->facet_count; f++) {
+        if (s->offset[f] == INFINITY) continue;
+        for (int k = 0; k < 3; k++) {
+            uint8_t i = s->corner[f][k];
+            if (place[i] == UINT8_MAX) {
+                to->vertex_a[points] = (uint16_t)s->point[i].vertex_a;
+                to->vertex_b[points] = (uint16_t)s->point[i].vertex_b;
+                place[i] = (uint8_t)points++;
+            }
+            to->corner[k][facets] = place[i];
+        }
+        facets++;
+    }
+    to->point_count = (uint8_t)points;
+    to->facet_count = (uint8_t)facets;
+    for (; facets % LANES; facets++)
+        for (int k = 0; k < 3; k++) to->corner[k][facets] = to->corner[k][0];
+}
+
+static bool load_points(const unit_pair *p, const narrow_shell *from, surface *s)
+{
+    s->point_count = from->point_count;
+    if (s->point_count < 4 || s->point_count >= POINTS_MAX) return false;
+    for (int i = 0; i < s->point_count; i++) {
+        if (from->vertex_a[i] >= p->a.hull->vertex_count || from->vertex_b[i] >= p->b.hull->vertex_count) return false;
+        s->point[i] = hull_pair_of(p, from->vertex_a[i], from->vertex_b[i]);
+    }
+    return true;
+}
+
+/* Four facets with their planes. -1 in the lanes of those that are no slivers and have the origin on their inner side.
+ */
+LANES_INLINE lane_mask load_four(const narrow_shell *from, surface *s, int i)
+{
+    planes planes;
+    four_planes(
+        gather(s, from->corner[0] + i), gather(s, from->corner[1] + i), gather(s, from->corner[2] + i), 0, &planes);
+    lanes offset = lanes_load(planes.offset);
+    lanes_store(s->nx + i, lanes_load(planes.nx));
+    lanes_store(s->ny + i, lanes_load(planes.ny));
+    lanes_store(s->nz + i, lanes_load(planes.nz));
+    lanes_store(s->offset + i, offset);
+    lanes_store(s->bound + i, offset - lanes_of(PLANE_SLACK));
+    return (lanes_load(planes.sine2) > lanes_of(SURE_SINE2)) & (offset > lanes_of(0));
+}
+
+/* Their planes alone: see link_facets. The shell is filled up to a multiple of LANES with a facet that there is. */
+LANES_INLINE bool load_facets(const narrow_shell *from, surface *s)
+{
+    lane_mask good = ~(lane_mask){0, 0, 0, 0};
+    int count = from->facet_count;
+    s->star = true;
+    s->facet_count = count;
+    if (count < 4 || count > FACETS_MAX) return false;
+    clear_block(s, (count - 1) / BLOCK * BLOCK);
+    for (int i = 0; i < count; i += LANES) good &= load_four(from, s, i);
+    for (int i = count; i % LANES; i++) {
+        s->nx[i] = s->ny[i] = s->nz[i] = 0;
+        s->offset[i] = s->bound[i] = INFINITY;
+    }
+    return lanes_bits(good) == 15;
+}
+
+/* What is only of use to a surface that grows. */
+static void link_facets(const narrow_shell *from, surface *s)
+{
+    for (int f = 0; f < s->facet_count; f++) {
+        uint8_t u = from->corner[0][f], v = from->corner[1][f], w = from->corner[2][f];
+        s->corner[f][0] = u, s->corner[f][1] = v, s->corner[f][2] = w;
+        s->left_of[u][v] = s->left_of[v][w] = s->left_of[w][u] = (uint8_t)f;
+    }
+}
+
+static bool is_one_of(uint32_t vertex, const uint16_t *set, uint8_t count)
+{
+    for (uint8_t i = 0; i < count; i++)
+        if (set[i] == vertex) return true;
+    return false;
+}
+
+static bool point_is_in(const minkowski *m, const narrow_features *f)
+{
+    return is_one_of(m->vertex_a, f->a, f->count_a) && is_one_of(m->vertex_b, f->b, f->count_b);
+}
+
+static bool is_in(const surface *s, const uint8_t corner[3], const narrow_features *f)
+{
+    for (int k = 0; k < 3; k++)
+        if (!point_is_in(&s->point[corner[k]], f)) return false;
+    return true;
+}
+
+/* The facets in F's plane are as near as F: nothing more is to be known of them. */
+static void set_aside(const narrow_shell *from, surface *s, const narrow_features *f)
+{
+    uint64_t in = 0;
+    for (int i = 0; i < s->point_count; i++) in |= (uint64_t)point_is_in(&s->point[i], f) << i;
+    for (int i = 0; i < s->facet_count; i++)
+        if (in >> from->corner[0][i] & in >> from->corner[1][i] & in >> from->corner[2][i] & 1) s->bound[i] = INFINITY;
+}
+
+/* Are the final facets that are not farther than this all in F's plane? */
+static bool facets_are_in(const search *x, const narrow_features *f, double within)
+{
+    if (x->closed_count > CLOSED_MAX) return false;
+    for (int i = 0; i < x->closed_count; i++)
+        if (!(x->closed_at[i] >= within) && !is_in(x->s, x->closed[i], f)) return false;
+    return true;
+}
+
+/* Until all facets are at least so much farther than the winner. *grown: by one or more. */
+LANES_INLINE bool grow(search *x, double margin, bool *grown)
+{
+    for (bool linked = false;; linked = true) {
+        double bound = least_bound(x->s);
+        if (x->winner != NONE && bound >= x->proved + margin) return true;
+        if (bound == INFINITY) return x->winner != NONE;
+        if (!linked) link_facets(x->p->shell, x->s);
+        if (!refine(x, nearest_of(x->s, bound))) return false;
+        *grown = true;
+    }
+}
+
+/* F is `nearest`, or what grows to be the nearest facet. */
+LANES_INLINE bool search_again(search *x, const narrow_goal *goal, const narrow_features *nearest, span *out)
+{
+    const unit_pair *p = x->p;
+    double margin = NEAR_DEPTH_MARGIN * p->size;
+    narrow_features f = *nearest;
+    bool grown = false;
+    if (!load_points(p, p->shell, x->s) || !load_facets(p->shell, x->s)) return false;
+    bool same = near_features_span(p, goal, &f, out);
+    if (same) {
+        set_aside(p->shell, x->s, &f);
+        x->winner = 0, x->proved = -out->lo;
+    }
+    span searched = *out;
+    x->best = &searched;
+    searched.lo = -INFINITY;
+    if (!grow(x, margin, &grown)) return false;
+    if (!same) {
+        write_witnesses(x);
+        f = searched.nearest;
+        f.deep = true;
+        if (!near_features_span(p, goal, &f, out) || !(x->proved >= -out->lo - p->error)) return false;
+    }
+    if (!facets_are_in(x, &f, margin - out->lo)) return false;
+    if (grown) save(x->s, p->shell);
+    return true;
+}
+
+LANES_WIDE static bool search_again_wide(search *x, const narrow_goal *goal, const narrow_features *nearest, span *out)
+{
+    return search_again(x, goal, nearest, out);
+}
+
+static bool search_again_narrow(search *x, const narrow_goal *goal, const narrow_features *nearest, span *out)
+{
+    return search_again(x, goal, nearest, out);
+}
+
+bool polytope_depth_again(const unit_pair *p, const narrow_goal *goal, const narrow_features *nearest, span *out)
+{
+    surface s;
+    search x = {.p = p, .s = &s, .eps = 4 * UNIT_ROUNDOFF * p->size, .winner = NONE, .hints = NO_HINTS};
+    if (!p->shell || !nearest->deep || !near_features_reach_depths(p, goal)) return false;
+    *out = (span){.nearest = {.count_a = 0}};
+    return (lanes_wide() ? search_again_wide : search_again_narrow)(&x, goal, nearest, out);
+}
+
+/* ---- from nothing ---- */
 
 /* False when the surface cannot be grown any more. *least: what all facets are away from the origin. */
 LANES_INLINE bool run(search *x, const narrow_goal *goal, double *least)
@@ -326,6 +529,16 @@ static bool search_narrow(search *x, const narrow_goal *goal, const simplex *fro
     return search_from(x, goal, from, least);
 }
 
+/* The answer of a search that has ended well. */
+static void tell(search *x, double least)
+{
+    span *out = x->best;
+    out->method = NARROW_BY_EPA;
+    out->hi = max_of(out->lo, min_of(out->hi, -least));
+    write_witnesses(x);
+    if (x->p->shell) save(x->s, x->p->shell);
+}
+
 bool polytope_depth_by(bool wide, const unit_pair *p, const narrow_goal *goal, const gjk_result *start, span *out)
 {
     surface s;
@@ -340,13 +553,72 @@ bool polytope_depth_by(bool wide, const unit_pair *p, const narrow_goal *goal, c
         out->iterations = iterations;
         return false;
     }
-    out->method = NARROW_BY_EPA;
-    out->hi = max_of(out->lo, min_of(out->hi, -least));
-    write_witnesses(&x);
+    tell(&x, least);
     return true;
 }
 
 bool polytope_depth(const unit_pair *p, const narrow_goal *goal, const gjk_result *start, span *out)
 {
     return polytope_depth_by(lanes_wide(), p, goal, start, out);
+}
+
+/* ---- from six support points ---- */
+
+/* Points 0 and 1 along +x and -x, 2 and 3 along y, 4 and 5 along z. */
+static const narrow_shell OCTAHEDRON = {.point_count = 6,
+    .facet_count = 8,
+    .corner = {{0, 1, 0, 1, 0, 1, 0, 1}, {2, 4, 4, 3, 5, 2, 3, 5}, {4, 2, 3, 4, 2, 5, 5, 3}}};
+
+/* The point that is farthest along -axis; the separation along the axis. */
+static double put_support(search *x, vec3 axis, int i)
+{
+    minkowski *m = &x->s->point[i];
+    unit_pair_nearest_to(x->p, axis, &x->hints, m);
+    double separation = vec_dot(axis, m->w);
+    if (separation > x->best->lo) x->best->lo = separation, x->best->axis = axis;
+    x->best->iterations++;
+    return separation;
+}
+
+LANES_INLINE bool search_at_once(search *x, const narrow_goal *goal, double *least)
+{
+    if (!load_facets(&OCTAHEDRON, x->s)) return false;
+    link_facets(&OCTAHEDRON, x->s);
+    return run(x, goal, least) && x->winner != NONE;
+}
+
+LANES_WIDE static bool search_at_once_wide(search *x, const narrow_goal *goal, double *least)
+{
+    return search_at_once(x, goal, least);
+}
+
+static bool search_at_once_narrow(search *x, const narrow_goal *goal, double *least)
+{
+    return search_at_once(x, goal, least);
+}
+
+/* Of the two extents along the line of the origins: when these are farther apart than that, the overlap is not deep. */
+#define DEEP 0.65
+
+bool polytope_depth_at_once(const unit_pair *p, const narrow_goal *goal, span *out)
+{
+    surface s;
+    search x = {.p = p, .s = &s, .best = out, .eps = 4 * UNIT_ROUNDOFF * p->size, .winner = NONE, .hints = NO_HINTS};
+    vec3 t = p->b_in_a.t, u = direction_of(t), v, w;
+    double away = vec_norm(t), least;
+    if (!(away <= 0.5 * (p->size - away))) return false;
+    if (!(vec_norm2(u) > 0)) u = vec(1, 0, 0);
+    v = vec_unit_orthogonal(u);
+    w = vec_cross(u, v);
+    *out = (span){.lo = -INFINITY, .hi = INFINITY};
+    if (!(away <= DEEP * (away - put_support(&x, u, 1)))) return false;
+    put_support(&x, vec_neg(u), 0);
+    put_support(&x, vec_neg(v), 2);
+    put_support(&x, v, 3);
+    put_support(&x, vec_neg(w), 4);
+    put_support(&x, w, 5);
+    s.point_count = OCTAHEDRON.point_count;
+    if (!(lanes_wide() ? search_at_once_wide : search_at_once_narrow)(&x, goal, &least)) return false;
+    tell(&x, least);
+    return true;
 }

@@ -6,6 +6,7 @@
 #include "finish.h"
 #include "formulas.h"
 #include "geom/round.h"
+#include "near_features.h"
 
 /* Is the interval enough, without more than doubles? */
 static inline bool suffices(const unit_pair *p, const narrow_request *r, const span *s, const narrow_result *out)
@@ -16,19 +17,23 @@ static inline bool suffices(const unit_pair *p, const narrow_request *r, const s
     return is_narrow(p, r, s) && (decided || !verdict) && (measured || !measure);
 }
 
-/* unit_pair_init of shapes that have no hull and are no smaller kind in disguise. */
-static inline unit_pair pair_of(const shape *a, double reach_a, const shape *b, double reach_b, const pose *b_in_a)
+/* unit_pair_init of shapes that are no smaller kind in disguise, and of which `reach_a` and `reach_b` are the reaches.
+ */
+static inline void pair_of(
+    const shape *a, double reach_a, const shape *b, double reach_b, const pose *b_in_a, unit_pair *p)
 {
-    unit_pair p = {.shaved_a = 0, .shaved_b = 0, .excess = 0};
-    unit_of(max_of(max_of(reach_a, reach_b), vec_greatest(b_in_a->p)), &p.unit, &p.scale);
-    p.a = (shape){.type = a->type, .radius = a->radius * p.scale, .half = vec_scale(a->half, p.scale)};
-    p.b = (shape){.type = b->type, .radius = b->radius * p.scale, .half = vec_scale(b->half, p.scale)};
-    p.b_in_a.r = quat_matrix(b_in_a->q);
-    p.b_in_a.t = vec_scale(b_in_a->p, p.scale);
-    p.radius = p.a.radius + p.b.radius;
-    p.size = reach_a * p.scale + reach_b * p.scale + vec_norm(p.b_in_a.t);
-    p.error = unit_error(p.size);
-    return p;
+    unit_of(max_of(max_of(reach_a, reach_b), vec_greatest(b_in_a->p)), &p->unit, &p->scale);
+    p->a =
+        (shape){.type = a->type, .radius = a->radius * p->scale, .half = vec_scale(a->half, p->scale), .hull = a->hull};
+    p->b =
+        (shape){.type = b->type, .radius = b->radius * p->scale, .half = vec_scale(b->half, p->scale), .hull = b->hull};
+    p->b_in_a.r = quat_matrix(b_in_a->q);
+    p->b_in_a.t = vec_scale(b_in_a->p, p->scale);
+    p->radius = p->a.radius + p->b.radius;
+    p->size = reach_a * p->scale + reach_b * p->scale + vec_norm(p->b_in_a.t);
+    p->error = unit_error(p->size);
+    p->shell = NULL;
+    p->shaved_a = p->shaved_b = p->excess = p->deviation = 0;
 }
 
 static inline bool settle(const unit_pair *p, const narrow_request *r, const span *s, narrow_result *out)
@@ -41,7 +46,8 @@ static inline bool settle(const unit_pair *p, const narrow_request *r, const spa
 /* Axis, line of the witnesses and distance are one: a single root. Centres that (nearly) coincide have no line. */
 static bool two_balls(const shape *a, const shape *b, const pose *at, const narrow_request *r, narrow_result *out)
 {
-    unit_pair p = pair_of(a, a->radius, b, b->radius, at);
+    unit_pair p;
+    pair_of(a, a->radius, b, b->radius, at, &p);
     vec3 t = p.b_in_a.t;
     double norm2 = vec_norm2(t), distance = sqrt(norm2);
     span s = {.lo = distance, .hi = distance, .method = NARROW_BY_CLOSED_FORM, .iterations = 1};
@@ -58,21 +64,24 @@ static bool two_balls(const shape *a, const shape *b, const pose *at, const narr
 static bool ball_and_capsule(
     const shape *a, const shape *b, const pose *at, const narrow_request *r, narrow_result *out)
 {
-    unit_pair p = pair_of(a, a->radius, b, add_up(b->half.z, b->radius), at);
+    unit_pair p;
+    pair_of(a, a->radius, b, add_up(b->half.z, b->radius), at, &p);
     span s;
     return formula_sphere_capsule(&p, &s) && settle(&p, r, &s, out);
 }
 
 static bool ball_and_box(const shape *a, const shape *b, const pose *at, const narrow_request *r, narrow_result *out)
 {
-    unit_pair p = pair_of(a, a->radius, b, add_up(length_up(b->half), b->radius), at);
+    unit_pair p;
+    pair_of(a, a->radius, b, add_up(length_up(b->half), b->radius), at, &p);
     span s;
     return formula_sphere_box(&p, &s) && settle(&p, r, &s, out);
 }
 
 static bool two_capsules(const shape *a, const shape *b, const pose *at, const narrow_request *r, narrow_result *out)
 {
-    unit_pair p = pair_of(a, add_up(a->half.z, a->radius), b, add_up(b->half.z, b->radius), at);
+    unit_pair p;
+    pair_of(a, add_up(a->half.z, a->radius), b, add_up(b->half.z, b->radius), at, &p);
     span s;
     segments g = segments_of(&p);
     return formula_capsule_capsule(&p, &g, &s) && settle(&p, r, &s, out);
@@ -93,4 +102,40 @@ bool short_road_answer(
     if (a->type == SHAPE_SPHERE && b->type == SHAPE_BOX) return ball_and_box(a, b, b_in_a, request, out);
     if (a->type == SHAPE_SPHERE && is_capsule(b)) return ball_and_capsule(a, b, b_in_a, request, out);
     return is_capsule(a) && is_capsule(b) && two_capsules(a, b, b_in_a, request, out);
+}
+
+static double reach_of(const shape *s)
+{
+    return add_up(s->type == SHAPE_HULL ? s->hull->reach : length_up(s->half), s->radius);
+}
+
+/* goal_of (narrow.c), as far as features look at it. */
+static narrow_goal goal_of_distance(const unit_pair *p, const shape *a, const shape *b, const narrow_request *r)
+{
+    double tolerance = r->tolerance * p->scale - 2 * p->error - p->excess;
+    double deviation = (a->deviation + b->deviation) * p->scale;
+    if (deviation < tolerance) tolerance -= deviation;
+    return (narrow_goal){.tolerance = tolerance, .far = INFINITY, .near = -INFINITY};
+}
+
+bool short_road_recall(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
+    narrow_cache *cache, narrow_result *out)
+{
+    narrow_features *nearest = &cache->nearest;
+    bool like = a->type == b->type && (a->type == SHAPE_BOX || near_features_scans(a, b));
+    bool plain =
+        request->facts == NARROW_DISTANCE && request->range == INFINITY && request->engine == NARROW_ENGINE_AUTO;
+    if (!nearest->count_a || !like || !plain) return false;
+    unit_pair p;
+    pair_of(a, reach_of(a), b, reach_of(b), b_in_a, &p);
+    if (a->type == SHAPE_HULL) p.excess = (a->hull->excess + b->hull->excess) * p.scale;
+    narrow_goal goal = goal_of_distance(&p, a, b, request);
+    span s;
+    p.shell = cache->shell;
+    if (!near_features_apply(&p, &goal) || !near_features_recall(&p, &goal, nearest, &s)) {
+        *nearest = (narrow_features){.count_a = 0}; /* the general road need not try again */
+        return false;
+    }
+    *nearest = s.nearest;
+    return settle(&p, request, &s, out);
 }

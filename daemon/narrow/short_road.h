@@ -1,5 +1,6 @@
-/* short_road: balls against balls, capsules and boxes, and capsules against capsules: the most frequent pairs of all,
- * without the frames, goals and tables of the general road. Pure; any thread. */
+/* short_road: balls against balls, capsules and boxes, and capsules against capsules: the most frequent pairs of all;
+ * and boxes and hulls whose nearest features are known: without the frames, goals and tables of the general road. Pure;
+ * any thread. */
 #ifndef COLLIDED_NARROW_SHORT_ROAD_H
 #define COLLIDED_NARROW_SHORT_ROAD_H
 
@@ -9,5 +10,10 @@
  * manifold); false otherwise, and then nothing is written that counts. */
 bool short_road_answer(
     const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request, narrow_result *out);
+
+/* The same for two boxes or two hulls, when the distance alone is asked for and is between the features that the cache
+ * names, or is proven by its shell (near_features.h, polytope_depth.h). Both are kept up. */
+bool short_road_recall(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
+    narrow_cache *cache, narrow_result *out);
 
 #endif

@@ -69,6 +69,7 @@ void unit_pair_init(unit_pair *p, const shape *a, const shape *b, const pose *b_
     p->b_in_a.r = quat_matrix(b_in_a->q);
     p->b_in_a.t = vec_scale(b_in_a->p, p->scale);
     p->radius = p->a.radius + p->b.radius;
+    p->shell = NULL;
     p->size = reach_a * p->scale + reach_b * p->scale + vec_norm(p->b_in_a.t);
     if (is_plane(a) || is_plane(b)) p->size *= 2; /* a plane turns about its origin, as far as to where the other is */
     p->error = error_share(a, b) * unit_error(p->size);
@@ -87,20 +88,29 @@ vec3 unit_pair_support_b(const unit_pair *p, vec3 direction, uint32_t *hint)
         &p->b_in_a, core_shaved(&p->b, p->scale, p->shaved_b, mat_tmul(p->b_in_a.r, direction), hint));
 }
 
+void unit_pair_nearest_to(const unit_pair *p, vec3 axis, support_hints *hints, minkowski *m)
+{
+    vec3 back = mat_tmul(p->b_in_a.r, vec_neg(axis)), a, b_local;
+    if (p->a.type == SHAPE_HULL && p->b.type == SHAPE_HULL) {
+        a = core_hull(p->a.hull, p->scale, axis, &hints->a);
+        b_local = core_hull(p->b.hull, p->scale, back, &hints->b);
+        m->vertex_a = hints->a, m->vertex_b = hints->b;
+    } else {
+        a = core_shaved(&p->a, p->scale, p->shaved_a, axis, &hints->a);
+        b_local = core_shaved(&p->b, p->scale, p->shaved_b, back, &hints->b);
+        m->vertex_a = m->vertex_b = 0;
+    }
+    vec3 b = transform_point(&p->b_in_a, b_local);
+    m->w = vec_sub(b, a);
+    m->a = a;
+    m->b = b;
+    m->b_local = b_local;
+}
+
 minkowski unit_pair_nearest_from(const unit_pair *p, vec3 axis, support_hints *hints)
 {
     minkowski m;
-    if (p->a.type == SHAPE_HULL && p->b.type == SHAPE_HULL) {
-        m.a = core_hull(p->a.hull, p->scale, axis, &hints->a);
-        m.b_local = core_hull(p->b.hull, p->scale, mat_tmul(p->b_in_a.r, vec_neg(axis)), &hints->b);
-        m.b = transform_point(&p->b_in_a, m.b_local);
-        m.w = vec_sub(m.b, m.a);
-        return m;
-    }
-    m.a = core_shaved(&p->a, p->scale, p->shaved_a, axis, &hints->a);
-    m.b_local = core_shaved(&p->b, p->scale, p->shaved_b, mat_tmul(p->b_in_a.r, vec_neg(axis)), &hints->b);
-    m.b = transform_point(&p->b_in_a, m.b_local);
-    m.w = vec_sub(m.b, m.a);
+    unit_pair_nearest_to(p, axis, hints, &m);
     return m;
 }
 

@@ -21,11 +21,12 @@ typedef struct unit_pair {
     double radius;    /* of a plus of b */
     double shaved_a;  /* by which the core of an ellipsoid is smaller than its half axes say; in a.radius, too */
     double shaved_b;
-    double size;      /* bounds every |coordinate| that enters: reach of A + reach of B + |position|; the reach of a
-                         half-space is as far as the other shape is from its origin */
-    double error;     /* of any separation along a unit axis: pose, support point, product and sum */
-    double deviation; /* of a plus of b: only upper bounds need it */
-    double excess;    /* by which points that hulls were made of may be outside of them: only lower bounds need it */
+    double size;         /* bounds every |coordinate| that enters: reach of A + reach of B + |position|; the reach of a
+                            half-space is as far as the other shape is from its origin */
+    double error;        /* of any separation along a unit axis: pose, support point, product and sum */
+    double deviation;    /* of a plus of b: only upper bounds need it */
+    narrow_shell *shell; /* where a search for the depth of hulls leaves its surface; may be NULL */
+    double excess;       /* by which points that hulls were made of may be outside of them: only lower bounds need it */
 } unit_pair;
 
 /* What ends a search. Lengths between cores. */
@@ -50,12 +51,14 @@ typedef struct span {
     vec3 axis, point_a, point_b;
     narrow_method method;
     uint32_t iterations;
+    narrow_features nearest; /* counts of 0, unless GJK proposes or near_features.h answered */
 } span;
 
 /* A point of the Minkowski difference B - A, and the two points it is made of. */
 typedef struct minkowski {
     vec3 w, a, b;
-    vec3 b_local; /* b in B's frame: unlike b not rounded */
+    vec3 b_local;                /* b in B's frame: unlike b not rounded */
+    uint32_t vertex_a, vertex_b; /* of two hulls: which they are */
 } minkowski;
 
 /* The least power of two above the largest number of a pair (1 when all are zero), and its inverse: both finite and
@@ -91,6 +94,7 @@ typedef struct support_hints {
 static const support_hints NO_HINTS = {UINT32_MAX, UINT32_MAX};
 
 /* The point of B - A with the least dot(axis, w): the separation along a unit axis is dot(axis, w). */
+void unit_pair_nearest_to(const unit_pair *p, vec3 axis, support_hints *hints, minkowski *out); /* written in place */
 minkowski unit_pair_nearest_from(const unit_pair *p, vec3 axis, support_hints *hints);
 minkowski unit_pair_nearest_along(const unit_pair *p, vec3 axis); /* without hints */
 

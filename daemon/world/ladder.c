@@ -10,6 +10,8 @@
  * granted (work.c). */
 #include "state.h"
 
+#include "base/array.h"
+
 #include <stdlib.h>
 
 /* No answer is wider than this share of the pair's size (narrow.h): the cheap rungs keep that distance. */
@@ -438,6 +440,17 @@ static void count_outcomes(world *w)
     }
 }
 
+/* Hulls that overlap remember the surface that proved their depth: from the next tick on, until the pair ends. */
+static void lend_shells(world *w)
+{
+    for (size_t i = w->bounds; i < w->open.count && w->options.caches; i++) {
+        pair *p = &w->pairs.at[w->active_pairs.at[w->open.at[i]]];
+        bool hulls = w->solids.at[p->a].shape.type == SHAPE_HULL && w->solids.at[p->b].shape.type == SHAPE_HULL;
+        if (hulls && w->results.at[i].hi < 0 && !p->cache.shell)
+            p->cache.shell = base_zalloc(1, sizeof *p->cache.shell);
+    }
+}
+
 void ladder_decide(world *w)
 {
     array_reserve(&w->outcomes, w->active_pairs.count);
@@ -450,4 +463,5 @@ void ladder_decide(world *w)
         decide_all(w);
     count_outcomes(w);
     work_charge(w);
+    lend_shells(w);
 }

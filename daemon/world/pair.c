@@ -116,6 +116,8 @@ static void end(world *w, uint32_t a, uint32_t b)
     uint32_t id = pair_map_remove(&w->pair_of, pair_key(a, b));
     pair *p = &w->pairs.at[id];
     events_pair_ended(w, id, cause_of_end(w, p));
+    free(p->cache.shell);
+    p->cache.shell = NULL;
     p->used = false;
     id_pool_give(&w->pair_ids, id);
     w->figures.pairs--;

@@ -91,6 +91,7 @@ void world_destroy(world *w)
     pair_map_free(&w->names);
     for (size_t i = 0; i < w->solids.count; i++) solid_free(&w->solids.at[i]);
     array_free(&w->solids);
+    for (size_t i = 0; i < w->pairs.count; i++) free(w->pairs.at[i].cache.shell);
     array_free(&w->pairs);
     array_free(&w->watches);
     array_free(&w->dirty);

@@ -2,6 +2,8 @@
  * shallow and in deep contact, cold and coherent (narrow_scene.h), judged by the truth in 113 bits (narrow_truth.h).
  * One thread. Tables, or one JSON object a line, on stdout; progress on stderr.
  *
+ * collided_again is ours with the cache of the frame before, which answers as without, to the bit.
+ *
  * collided_verify is a client's check of the certificate that ours gave (not of meshes): the issue allows it 300 ns.
  *
  * ratio = median / median of the best peer that is right in that regime, cold and coherent: no wrong verdict, no

@@ -92,7 +92,7 @@ typedef struct narrow_peer {
 /* Ours come first; which others are there is CMake's choice (narrow_all.c, narrow_alone.c). */
 extern const narrow_peer *const narrow_contenders[];
 extern const size_t narrow_contender_count;
-extern const narrow_peer narrow_ours, narrow_ours_finest, narrow_ours_cached;
+extern const narrow_peer narrow_ours, narrow_ours_finest, narrow_ours_cached, narrow_ours_again;
 extern const narrow_peer narrow_dial, narrow_dial_world, narrow_dial_boxes, narrow_dial_ladder,
     narrow_dial_verdict; /* for sweeps */
 extern const narrow_peer narrow_loop;

@@ -138,6 +138,22 @@ static void assert_widths_agree(const hull *h, vec3 d)
     assert_int_equal(hull_scan(h, d), expected);
 }
 
+/* All vertices above a cut, in each width; and what is said when there are too many. */
+static void assert_widths_list_alike(const hull *h, vec3 d, double below_top)
+{
+    uint16_t expected[16], found[16];
+    double cut = vec_dot(hull_vertex(h, scanned_vertex(h, d)), d) - below_top;
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < h->vertex_count && count < 17; i++)
+        if (vec_dot(hull_vertex(h, i), d) >= cut && count++ < 16) expected[count - 1] = (uint16_t)i;
+    for (int w = 0; w < HULL_SCAN_WIDTHS; w++) {
+        if (!hull_scan_has((hull_scan_width)w)) continue;
+        assert_int_equal(hull_scan_above_by((hull_scan_width)w, h, d, cut, found, 16), count);
+        assert_memory_equal(found, expected, (count < 16 ? count : 16) * sizeof *found);
+    }
+    assert_int_equal(hull_scan_above(h, d, cut, found, 16), count);
+}
+
 static hull *prism(size_t corners)
 {
     vec3 points[200];
@@ -164,6 +180,7 @@ static void every_width_of_the_scan_gives_the_same_vertex(void **state)
         for (size_t k = 0; k < sizeof odd / sizeof *odd; k++) assert_widths_agree(h, odd[k]);
         for (int k = 0; k < 30; k++) {
             assert_widths_agree(h, random_unit(&seed));
+            assert_widths_list_alike(h, random_unit(&seed), k % 3 ? 0.1 * (k % 4) * size : 0);
             assert_widths_agree(h, h->faces[random_bits(&seed) % h->face_count].normal);
         }
         hull_destroy(h);

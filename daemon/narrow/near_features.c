@@ -1,0 +1,157 @@
+/* near_features: when features answer, and how a search from nothing finds them. Pure; any thread. */
+#include "near_features.h"
+
+#include "geom/hull_scan.h"
+#include "gjk.h"
+#include "polytope_depth.h"
+#include "sat.h"
+#include "scalar.h"
+
+/* Of hi: a bracket so narrow names the features. */
+#define NAMING_WIDTH 0x1p-36
+
+/* Of the size: who asks for less than this is served quicker by a search that stops. */
+#define CLOSE_TOLERANCE 0x1p-16
+
+static bool is_scanned(const shape *s)
+{
+    return s->type == SHAPE_HULL && s->hull->face_count > 0 && s->hull->padded_count <= HULL_SCAN_MAX;
+}
+
+bool near_features_scans(const shape *a, const shape *b)
+{
+    return is_scanned(a) && is_scanned(b);
+}
+
+static bool are_boxes(const unit_pair *p)
+{
+    return (p->a.type == SHAPE_BOX || p->a.type == SHAPE_CAPSULE) && p->b.type == SHAPE_BOX;
+}
+
+bool near_features_apply(const unit_pair *p, const narrow_goal *goal)
+{
+    bool measured = goal->near == -INFINITY && goal->tolerance <= CLOSE_TOLERANCE * p->size;
+    return measured && (are_boxes(p) || near_features_scans(&p->a, &p->b));
+}
+
+bool near_features_reach_depths(const unit_pair *p, const narrow_goal *goal)
+{
+    return near_features_apply(p, goal) && p->a.type == SHAPE_HULL && sat_applies(p) &&
+           goal->tolerance >= 4 * NEAR_DEPTH_WIDTHS * p->error;
+}
+
+bool near_features_span(const unit_pair *p, const narrow_goal *goal, const narrow_features *f, span *out)
+{
+    if (!(are_boxes(p) ? box_features_span : hull_features_span)(p, f, out)) return false;
+    out->nearest = *f;
+    out->iterations = 1;
+    return out->hi + 2 * p->error <= goal->far; /* or else a search may have ended beyond it */
+}
+
+/* Features by number: vertices, edges and triangles of a hull, or the 27 of a box. */
+enum { BOX_FEATURES = 27 };
+
+static uint32_t count_of(const shape *s)
+{
+    return s->type == SHAPE_HULL ? hull_features_count(s->hull) : BOX_FEATURES;
+}
+
+static uint8_t numbered(const shape *s, uint32_t i, uint16_t vertex[3])
+{
+    if (s->type == SHAPE_HULL) return hull_feature(s->hull, i, vertex);
+    for (int k = 0; k < 3; k++, i /= 3) vertex[k] = (uint16_t)(i % 3);
+    return 3;
+}
+
+bool near_features_try_all(const unit_pair *p, const narrow_goal *goal, span *out)
+{
+    narrow_features f = {.count_a = 0};
+    for (uint32_t i = 0; i < count_of(&p->a); i++) {
+        for (uint32_t k = 0; k < count_of(&p->b); k++) {
+            f = (narrow_features){.count_a = 0};
+            f.count_a = numbered(&p->a, i, f.a);
+            f.count_b = numbered(&p->b, k, f.b);
+            if (near_features_span(p, goal, &f, out)) return true;
+        }
+    }
+    return false;
+}
+
+static bool names_features(const span *s)
+{
+    return s->hi - s->lo <= NAMING_WIDTH * s->hi;
+}
+
+/* The bracket of a search that goes on for as long as doubles let it. */
+static void narrow_down(const unit_pair *p, const narrow_goal *goal, span *s)
+{
+    narrow_goal exactly = {goal->finest, goal->finest, INFINITY, -INFINITY, INFINITY, INFINITY};
+    gjk_result r;
+    gjk_distance(p, &exactly, s->axis, &r);
+    if (!(r.span.hi - r.span.lo < s->hi - s->lo)) return;
+    r.span.method = s->method;
+    r.span.iterations += s->iterations;
+    *s = r.span;
+}
+
+/* What is on top along the bracket's axis: the features, if the bracket names them; else a guess. */
+static bool find_along(const unit_pair *p, const narrow_goal *goal, const span *s, span *out)
+{
+    narrow_features f = {.count_a = 0};
+    if (are_boxes(p))
+        box_features_along(p, s->axis, &f);
+    else if (!hull_features_along(p, s->axis, &f))
+        return false;
+    return near_features_span(p, goal, &f, out);
+}
+
+static bool find(const unit_pair *p, const narrow_goal *goal, const narrow_features *proposed, span *s, span *out)
+{
+    if (proposed->count_a ? near_features_span(p, goal, proposed, out) : find_along(p, goal, s, out)) return true;
+    if (!names_features(s)) narrow_down(p, goal, s);
+    s->nearest = (narrow_features){.count_a = 0};
+    return names_features(s) ? find_along(p, goal, s, out) : near_features_try_all(p, goal, out);
+}
+
+static void settle_distance(const unit_pair *p, const narrow_goal *goal, const narrow_features *proposed, span *s)
+{
+    span out;
+    if (!(s->hi >= 0.5 * NEAR_LEAST_DISTANCE * p->size) || s->lo > goal->far) return;
+    if (find(p, goal, proposed, s, &out)) *s = out;
+}
+
+/* The depth has been found by a search that ended with its bounds closed: what is on top along the axis is the facet.
+ */
+static void settle_depth(const unit_pair *p, const narrow_goal *goal, const narrow_features *proposed, span *s)
+{
+    span out;
+    narrow_features f = *proposed;
+    if (!(s->hi - s->lo <= p->error)) return;
+    if (!f.count_a && !hull_features_along(p, s->axis, &f)) return;
+    f.deep = true;
+    if (!near_features_span(p, goal, &f, &out) || !(s->hi <= out.hi)) return;
+    out.iterations = 1;
+    *s = out;
+}
+
+void near_features_settle(const unit_pair *p, const narrow_goal *goal, span *s)
+{
+    narrow_features proposed = s->nearest;
+    s->nearest = (narrow_features){.count_a = 0};
+    if (s->hi >= 0)
+        settle_distance(p, goal, &proposed, s);
+    else if (near_features_reach_depths(p, goal))
+        settle_depth(p, goal, &proposed, s);
+}
+
+static bool seek(const unit_pair *p, const narrow_goal *goal, const narrow_features *from, span *out)
+{
+    narrow_features f = {.count_a = 0};
+    return !are_boxes(p) && hull_features_descend(p, from, &f) && near_features_span(p, goal, &f, out);
+}
+
+bool near_features_recall(const unit_pair *p, const narrow_goal *goal, const narrow_features *nearest, span *out)
+{
+    if (nearest->deep) return polytope_depth_again(p, goal, nearest, out);
+    return near_features_span(p, goal, nearest, out) || seek(p, goal, nearest, out);
+}
