@@ -88,7 +88,7 @@ static course_place place(const course *c, const pose *body_a, const pose *body_
     return (course_place){relative, world_of_a, shape_a.p};
 }
 
-bool course_init(course *c, const toi_mover *a, const toi_mover *b, double span)
+bool course_bounds(course *c, const toi_mover *a, const toi_mover *b, double span)
 {
     *c = (course){.a = a->shape, .b = b->shape, .local_a = a->local, .local_b = b->local, .span = span};
     c->body_a = (motion){{VEC_ZERO, a->motion.start.q}, VEC_ZERO, a->motion.angular};
@@ -110,6 +110,13 @@ void course_make_places(course *c)
 {
     c->first = place(c, &c->body_a.start, &c->body_b.start);
     if (c->straight) c->rate = mat_tmul(c->first.world_of_a, c->body_b.linear);
+}
+
+bool course_init(course *c, const toi_mover *a, const toi_mover *b, double span)
+{
+    if (!course_bounds(c, a, b, span)) return false;
+    course_make_places(c);
+    return true;
 }
 
 course_place course_at(const course *c, double time)
@@ -235,8 +242,6 @@ bool course_spin(const course *c, shape spun[2], course *out)
 {
     toi_mover a, b;
     if (c->a->type == SHAPE_HALFSPACE) return false; /* the cylinder would have to go first */
-    bool done = spin(c->a, c->local_a, &c->body_a, &spun[0], &a) && spin(c->b, c->local_b, &c->body_b, &spun[1], &b) &&
-                course_init(out, &a, &b, c->span);
-    if (done) course_make_places(out);
-    return done;
+    return spin(c->a, c->local_a, &c->body_a, &spun[0], &a) && spin(c->b, c->local_b, &c->body_b, &spun[1], &b) &&
+           course_init(out, &a, &b, c->span);
 }
