@@ -88,7 +88,7 @@ static course_place place(const course *c, const pose *body_a, const pose *body_
     return (course_place){relative, world_of_a, shape_a.p};
 }
 
-bool course_init(course *c, const toi_mover *a, const toi_mover *b, double span)
+bool course_bounds(course *c, const toi_mover *a, const toi_mover *b, double span)
 {
     *c = (course){.a = a->shape, .b = b->shape, .local_a = a->local, .local_b = b->local, .span = span};
     c->body_a = (motion){{VEC_ZERO, a->motion.start.q}, VEC_ZERO, a->motion.angular};
@@ -112,6 +112,13 @@ void course_make_places(course *c)
     if (c->straight) c->rate = mat_tmul(c->first.world_of_a, c->body_b.linear);
 }
 
+bool course_init(course *c, const toi_mover *a, const toi_mover *b, double span)
+{
+    if (!course_bounds(c, a, b, span)) return false;
+    course_make_places(c);
+    return true;
+}
+
 course_place course_at(const course *c, double time)
 {
     if (time == 0) return c->first;
@@ -126,20 +133,30 @@ course_place course_at(const course *c, double time)
     return place(c, &body_a, &body_b);
 }
 
-/* The balls' centres go along a line. What rounding there is, is far less than BALL_SLACK. */
+/* The balls' centres go along a line, which passes each other's at |from x velocity| / speed: good to some ulp of the
+ * way, however far it is. All rounding together is far less than BALL_SLACK. */
 #define BALL_SLACK 0x1p-30
+
+/* Of doubles, for fourth powers. */
+static bool in_range(double x)
+{
+    return x > 0x1p-200 && x < 0x1p200;
+}
 
 double course_balls_meet(const course *c, double target, double wander)
 {
     if (c->a->type == SHAPE_HALFSPACE || c->b->type == SHAPE_HALFSPACE) return 0;
     vec3 from = c->body_b.start.p, velocity = c->body_b.linear;
+    bool moves = vec_greatest(velocity) > 0;
+    if (!in_range(vec_greatest(from)) || (moves && !in_range(vec_greatest(velocity)))) return 0;
     double far = vec_norm(from), speed = vec_norm(velocity), reach = c->reach_a + c->reach_b + max_of(target, 0);
     reach += 0.5 * wander * c->span * c->span;
     reach += BALL_SLACK * (reach + far + speed * c->span);
     if (!(far > reach)) return 0;
     double approach = vec_dot(from, velocity), spare = (far - reach) * (far + reach);
-    double square = approach * approach - speed * speed * spare;
-    if (approach >= 0 || !(square > 0)) return INFINITY;
+    double aside = vec_norm(vec_cross(from, velocity)), grazing = reach * speed;
+    if (approach >= 0 || !(aside < grazing)) return INFINITY;
+    double square = (grazing - aside) * (grazing + aside);
     double time = spare / (sqrt(square) - approach);
     return time < c->span ? time : INFINITY;
 }
@@ -225,8 +242,6 @@ bool course_spin(const course *c, shape spun[2], course *out)
 {
     toi_mover a, b;
     if (c->a->type == SHAPE_HALFSPACE) return false; /* the cylinder would have to go first */
-    bool done = spin(c->a, c->local_a, &c->body_a, &spun[0], &a) && spin(c->b, c->local_b, &c->body_b, &spun[1], &b) &&
-                course_init(out, &a, &b, c->span);
-    if (done) course_make_places(out);
-    return done;
+    return spin(c->a, c->local_a, &c->body_a, &spun[0], &a) && spin(c->b, c->local_b, &c->body_b, &spun[1], &b) &&
+           course_init(out, &a, &b, c->span);
 }

@@ -37,7 +37,8 @@ typedef struct course {
 /* False if no bound exists: a half-space that turns against another. */
 bool course_init(course *c, const toi_mover *a, const toi_mover *b, double span);
 
-/* After that: course_at needs it, the bounds do not. */
+/* The same in two parts: all but the places, which are for course_at and all that takes a place, and those. */
+bool course_bounds(course *c, const toi_mover *a, const toi_mover *b, double span);
 void course_make_places(course *c);
 
 course_place course_at(const course *c, double time);

@@ -304,7 +304,7 @@ void toi_convex(const toi_mover *a, const toi_mover *b, const toi_request *reque
     narrow_scratch *scratch, toi_result *out)
 {
     course c;
-    if (!course_init(&c, a, b, request->span)) {
+    if (!course_bounds(&c, a, b, request->span)) {
         *out = (toi_result){.status = TOI_UNDECIDED,
             .hi = INFINITY,
             .gap_lo = -INFINITY,

@@ -4,7 +4,7 @@
 
 #include "course.h"
 
-/* A ball, capsule or box, and a capsule or box? */
+/* A ball, capsule or box, and a capsule or box, of sizes whose squares are in the range of doubles? */
 bool toi_boxes_apply(const course *c);
 
 /* Searches from `from` on, until when they are apart. INFINITY: *out is the answer, FREE as it was, HIT, or NEAR if

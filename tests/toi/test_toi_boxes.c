@@ -324,12 +324,37 @@ static void spinning_rods_meet_when_a_plain_march_says(void **state)
     assert_true(all.hits > times(RODS) / 8 && all.frees > times(RODS) / 8 && all.unclear < times(RODS) / 20);
 }
 
+/* From very far away, and past each other at a fraction of their size; at sizes whose squares vanish. */
+static void far_and_small_bullets_hit(void **state)
+{
+    (void)state;
+    static const double FAR[] = {10, 1e4, 1e8, 1e11}, SCALES[] = {1, 0x1p-250, 0x1p-520, 0x1p300};
+    for (size_t i = 0; i < sizeof FAR / sizeof *FAR; i++)
+        for (size_t k = 0; k < sizeof SCALES / sizeof *SCALES; k++)
+            for (int n = 0; n < 40; n++) {
+                random_state r = {0xb0117 + 100 * i + (uint64_t)n};
+                double scale = SCALES[k], far = FAR[i] * scale, lateral = scale * (n % 2 ? 0.5 : 5);
+                shape box = {.type = SHAPE_BOX, .half = {scale, scale, scale}};
+                vec3 along = random_direction(&r), away = vec_unit(vec_cross(along, random_direction(&r)));
+                toi_mover a = still(&box, VEC_ZERO, random_rotation(&r), VEC_ZERO), b = a;
+                b.motion.start.p = vec_madd(vec_scale(along, -far), lateral, away);
+                b.motion.linear = vec_scale(along, 2 * far);
+                if (n % 4 >= 2) b.motion.angular = vec_scale(random_direction(&r), 1);
+                toi_request request = {.span = 1, .tolerance = 1e-6 * scale + 1e-15 * far};
+                toi_result t;
+                toi_find(&a, &b, &request, VEC_ZERO, case_scratch(), &t);
+                assert_int_equal(t.status == TOI_FREE, n % 2 == 0);
+                if (n % 2) assert_true(t.lo <= 0.5 && t.lo > 0.5 - 2 / FAR[i]);
+            }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_ball_meets_a_box_when_its_distance_says),
         cmocka_unit_test(two_boxes_meet_when_the_axes_say),
         cmocka_unit_test(turning_boxes_meet_when_a_plain_march_says),
+        cmocka_unit_test(far_and_small_bullets_hit),
         cmocka_unit_test(spinning_rods_meet_when_a_plain_march_says),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
