@@ -100,11 +100,11 @@ MESH_INLINE mesh_lanes lanes_dots(const mesh_lanes u[3], const mesh_lanes v[3])
 typedef struct mesh_other {
     float centre[MESH_WIDTH], side[3][MESH_WIDTH]; /* side: from the centre to the middles of three faces */
     bool flat;                                     /* it is around a patch of a surface */
-    float normal[MESH_WIDTH];                      /* whose mean normal is this (about unit) */
-    float axis[MESH_WIDTH], level; /* a direction towards the node (about unit), and what no point is above along it */
-    bool aimed;                    /* there is such a direction */
-    float slack;                   /* what the rounding of floats may add to a bound */
-    bool far;                      /* floats cannot hold it: nothing but this is set */
+    float normal[MESH_WIDTH], half; /* whose mean normal is this (about unit): half its extent along it */
+    float axis[MESH_WIDTH], level;  /* a direction towards the node (about unit), and what no point is above along it */
+    bool aimed;                     /* there is such a direction */
+    float slack;                    /* what the rounding of floats may add to a bound */
+    bool far;                       /* floats cannot hold it: nothing but this is set */
 } mesh_other;
 
 /* Half of what each box measures along u. */
@@ -140,7 +140,8 @@ MESH_INLINE mesh_lanes mesh_feet(const mesh_node *n, const float direction[3])
 }
 
 /* Bounds that are known already (without slack), and which boxes are near by them, or by further ones along three
- * directions: the lines between the centres, the boxes' normals, and the other's. As mesh_bounds. */
+ * directions: the lines between the centres, the boxes' normals, and the other's (a box's own sides are orthogonal to
+ * its normal but for 2^-21 of them, which the slack has room for). As mesh_bounds. */
 MESH_INLINE unsigned mesh_bounds_from(
     const mesh_node *n, const mesh_other *o, mesh_lanes bound, unsigned near, float limit, float out[MESH_WIDTH])
 {
@@ -154,13 +155,13 @@ MESH_INLINE unsigned mesh_bounds_from(
     bound = lanes_max(bound, between);
     near &= lanes_not_above(bound - slack, lanes_of(limit));
     if (!near) return 0;
-    mesh_lanes mine = lanes_abs(lanes_dots(away, own)) - mesh_halves(n, own) - other_halves(o, own);
+    mesh_lanes mine = lanes_abs(lanes_dots(away, own)) - lanes_load(n->half) - other_halves(o, own);
     bound = lanes_max(bound, mine);
     if (o->flat) {
         mesh_lanes normal[3];
         lanes_spread(o->normal, normal);
-        bound =
-            lanes_max(bound, lanes_abs(lanes_dots(away, normal)) - mesh_halves(n, normal) - other_halves(o, normal));
+        mesh_lanes its = lanes_abs(lanes_dots(away, normal)) - mesh_halves(n, normal) - lanes_of(o->half);
+        bound = lanes_max(bound, its);
     }
     bound -= slack;
     memcpy(out, &bound, sizeof bound);

@@ -236,7 +236,8 @@ MESH_INLINE void face(
     mesh_lanes ratio = lanes_of(t->ratio), normal = turned(t, n->normal[0][c], n->normal[1][c], n->normal[2][c]);
     mesh_lanes side_0 = ratio * turned(t, n->side[0][0][c], n->side[0][1][c], n->side[0][2][c]);
     mesh_lanes side_1 = ratio * turned(t, n->side[1][0][c], n->side[1][1][c], n->side[1][2][c]);
-    mesh_lanes side_2 = normal * lanes_of(t->ratio * n->half[c]);
+    o->half = t->ratio * n->half[c];
+    mesh_lanes side_2 = normal * lanes_of(o->half);
     put(o->centre, centre);
     keep_side(o, 0, side_0);
     keep_side(o, 1, side_1);
