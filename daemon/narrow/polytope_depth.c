@@ -457,13 +457,10 @@ LANES_INLINE bool search_again(search *x, const narrow_goal *goal, const narrow_
         set_aside(p->shell, x->s, &f);
         x->winner = 0, x->proved = -out->lo;
     }
-    span searched = *out;
-    x->best = &searched;
-    searched.lo = -INFINITY;
     if (!grow(x, margin, &grown)) return false;
     if (!same) {
         write_witnesses(x);
-        f = searched.nearest;
+        f = x->best->nearest;
         f.deep = true;
         if (!near_features_span(p, goal, &f, out) || !(x->proved >= -out->lo - p->error)) return false;
     }
@@ -485,9 +482,9 @@ static bool search_again_narrow(search *x, const narrow_goal *goal, const narrow
 bool polytope_depth_again(const unit_pair *p, const narrow_goal *goal, const narrow_features *nearest, span *out)
 {
     surface s;
-    search x = {.p = p, .s = &s, .eps = 4 * UNIT_ROUNDOFF * p->size, .winner = NONE, .hints = NO_HINTS};
+    span grown = {.lo = -INFINITY}; /* what growing finds is of use if the facet is another one */
+    search x = {.p = p, .s = &s, .best = &grown, .eps = 4 * UNIT_ROUNDOFF * p->size, .winner = NONE, .hints = NO_HINTS};
     if (!p->shell || !nearest->deep || !near_features_reach_depths(p, goal)) return false;
-    *out = (span){.nearest = {.count_a = 0}};
     return (lanes_wide() ? search_again_wide : search_again_narrow)(&x, goal, nearest, out);
 }
 
