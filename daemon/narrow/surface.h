@@ -1,7 +1,7 @@
 /* surface: a closed surface of triangles between points of B - A around the origin, that grows: the machine of
- * polytope_depth.c, for curved_depth.c (polytopes' surfaces are remembered and placed anew, curved ones are not). At
- * most 64 points; facets in columns, looked at side by side; which facet is left of a directed edge stands in a table.
- * Inlined into functions of LANES_WIDE and others. Pure; any thread. About 20 kB on the caller's stack. */
+ * polytope_depth.c and of curved_depth.c. At most 64 points; facets in columns, looked at side by side; which facet is
+ * left of a directed edge stands in a table. Inlined into functions of LANES_WIDE and others. Pure; any thread. About
+ * 20 kB on the caller's stack. */
 #ifndef COLLIDED_NARROW_SURFACE_H
 #define COLLIDED_NARROW_SURFACE_H
 
@@ -26,6 +26,7 @@ typedef struct surface {
     uint8_t left_of[POINTS_MAX][POINTS_MAX]; /* the facet that has the directed edge */
     minkowski point[POINTS_MAX];
     int point_count, facet_count; /* facet_count: of places, with some where none lives any more */
+    bool star;                    /* it need not be convex: every facet must have the origin on its inner side */
 } surface;
 
 /* Directed edges with the seen facets on their left. */
@@ -149,7 +150,7 @@ LANES_INLINE void cone_planes(const surface *s, const horizon *h, vec3 apex, pla
 LANES_INLINE bool put_facet(surface *s, facets *places, int u, int v, int w, const planes *planes, int i)
 {
     int f = next_place(s, places);
-    if (f == NONE || !(planes->sine2[i] > SURE_SINE2)) return false;
+    if (f == NONE || !(planes->sine2[i] > SURE_SINE2) || (s->star && !(planes->offset[i] > 0))) return false;
     s->nx[f] = planes->nx[i], s->ny[f] = planes->ny[i], s->nz[f] = planes->nz[i];
     s->offset[f] = planes->offset[i];
     s->bound[f] = planes->offset[i] - PLANE_SLACK;
@@ -176,6 +177,7 @@ LANES_INLINE bool put_cone(surface *s, facets *seen, horizon *h, int apex)
 
 LANES_INLINE bool start_tetrahedron(surface *s, const simplex *from)
 {
+    s->star = false;
     s->facet_count = 0;
     s->point_count = 4;
     for (int i = 0; i < 4; i++) s->point[i] = from->v[i];
