@@ -12,6 +12,10 @@ typedef struct sample {
     double ulp;  /* of the size */
 } sample;
 
+/* May two answers about the same have these middles? Up to the slack, always; up to half of both widths, in one pair of
+ * ten thousand: there a search among curved shapes ended early, and its interval says so. Counts the latter. */
+bool sample_agrees(const narrow_result *x, const narrow_result *y, double slack);
+
 /* What may differ between two answers about what is the same but for rounding: 4 ulp of gaps and of the depths of
  * polytopes and half-spaces, 16 ulp of the depths of curved shapes (narrow.h promises as much on each side). */
 double sample_slack(const sample *s, const narrow_result *r);

@@ -20,7 +20,7 @@ static void compare(const sample *s, double moved, const narrow_result *x, const
     double slack = sample_slack(s, x) + moved, change = fabs(middle(x) - middle(y));
     if (!(y->lo <= x->hi + moved && x->lo <= y->hi + moved))
         fail_msg("%s: [%a, %a] and [%a, %a] do not overlap", sample_name(s), x->lo, x->hi, y->lo, y->hi);
-    if (!(change <= slack))
+    if (!sample_agrees(x, y, slack))
         fail_msg("%s: %.17g became %.17g, %.1f ulp", sample_name(s), middle(x), middle(y), change / s->ulp);
     if (x->lo > LEAST_GAP * s->size && y->lo > LEAST_GAP * s->size) {
         double turn = vec_norm(vec_sub(x->axis, y->axis));

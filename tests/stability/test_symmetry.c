@@ -94,7 +94,7 @@ static void for_all(view *change, double whole, int first)
                 double reaches = s.size + vec_norm(s.pa.p) + vec_norm(s.pb.p) + whole;
                 double slack = sample_slack(&s, &x) + (whole < 0 ? 0 : ROUNDED * 0x1p-52 * reaches);
                 double change_m = fabs(middle(&x) - middle(&y));
-                if (!(change_m <= slack))
+                if (!sample_agrees(&x, &y, slack))
                     fail_msg("%s: %.17g became %.17g: %g of what is allowed", sample_name(&s), middle(&x), middle(&y),
                         change_m / slack);
             }
