@@ -158,8 +158,7 @@ static void show(service *s, const sheet *t, size_t registered)
     page_build_info(&s->page, COLLIDED_RELEASE, s->daemon_name);
     for (size_t i = 0; i < t->count; i++) {
         bool known = i >= registered && i - registered < metrics_count(s->metrics);
-        page_number(
-            &s->page, t->names[i], known ? metrics_at(s->metrics, i - registered)->help : NULL, t->values[i]);
+        page_number(&s->page, t->names[i], known ? metrics_at(s->metrics, i - registered)->help : NULL, t->values[i]);
     }
     const histogram *all[] = {&s->measures.latency, &s->measures.tick, &s->measures.age, &s->measures.width};
     for (size_t i = 0; i < sizeof all / sizeof *all; i++) page_histogram(&s->page, all[i]);
