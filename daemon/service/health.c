@@ -104,21 +104,27 @@ static void add_world(const service *s, sheet *t)
     }
 }
 
-/* What each subscriber costs: units of work a tick, since the last Status. */
+/* What each subscriber costs: units of work a tick, since the last Status; those beyond NAMED_MAX together. */
 static void add_work(service *s, sheet *t)
 {
     enum { NAMED_MAX = 64 };
     static char names[NAMED_MAX][WIRE_NAME_MAX + 16];
     size_t named = 0;
+    uint64_t rest = 0;
     int64_t ticks = s->tick > s->status_tick ? s->tick - s->status_tick : 1;
     for (uint32_t i = 0; i < s->streams.count; i++) {
         stream *to = &s->streams.at[i];
         uint64_t work = world_interest_work(s->world, i), since = work > to->work ? work - to->work : 0;
         to->work = work;
-        if (!to->live || named == NAMED_MAX) continue;
+        if (!to->live) continue;
+        if (named == NAMED_MAX) {
+            rest += since;
+            continue;
+        }
         snprintf(names[named], sizeof names[0], "work_of_%s", to->name);
         add(t, names[named++], since / (uint64_t)ticks);
     }
+    if (named == NAMED_MAX) add(t, "work_of_other_streams", rest / (uint64_t)ticks);
     s->status_tick = s->tick;
 }
 
