@@ -1,6 +1,6 @@
-/* moved_apart: B is moved along the axis by twice the overlap that it proves, which leaves a gap; the axis of that gap is
- * known for certain, and it is off from the one that is looked for by as much as the surface bends over so short a way.
- * So the overlap along it is about the square of the overlap before, over the radius of the bend. */
+/* moved_apart: B is moved along the axis by twice the overlap that it proves, which leaves a gap; the axis of that gap
+ * is known for certain, and it is off from the one that is looked for by as much as the surface bends over so short a
+ * way. So the overlap along it is about the square of the overlap before, over the radius of the bend. */
 #include "moved_apart.h"
 
 #include "gjk.h"

@@ -5,7 +5,8 @@
 
 #include "unit_pair.h"
 
-/* Raises the lower bound of a pair whose interval is wide, and replaces its axis, if an axis is found that proves more. */
+/* Raises the lower bound of a pair whose interval is wide, and replaces its axis, if an axis is found that proves more.
+ */
 void moved_apart_raise(const unit_pair *p, span *s);
 
 #endif
