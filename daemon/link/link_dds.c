@@ -14,6 +14,7 @@
 #include "wire/dds/wire_dds.h"
 #include "wire/dds/wire_dds_leave.h"
 #include "wire/dds/wire_dds_qos.h"
+#include "wire/dds/wire_dds_security.h"
 
 #include <dds/dds.h>
 #include <stdatomic.h>
@@ -106,8 +107,7 @@ typedef struct complaint {
 static void on_log(void *context, const dds_log_data_t *line)
 {
     complaint *first = context; /* NULL: joined */
-    int length = (int)line->size;
-    if (length > 0 && line->message[length - 1] == '\n') length--;
+    int length = (int)strcspn(line->message, "\n");
     if (first && line->priority & (DDS_LC_FATAL | DDS_LC_ERROR)) {
         if (!*first->text) snprintf(first->text, sizeof first->text, "%.*s", length, line->message);
     } else if (line->priority & (DDS_LC_FATAL | DDS_LC_ERROR))
@@ -166,7 +166,9 @@ static dds_return_t join(link_dds *l, dds_domainid_t domain, const char *config,
     dds_entity_t made = dds_create_domain(domain, config);
     if (made < 0 && made != DDS_RETCODE_PRECONDITION_NOT_MET) return made;
     if (made > 0) l->domain = made;
-    l->participant = dds_create_participant(domain, NULL, NULL);
+    dds_qos_t *secured = wire_dds_security_qos(l->head.options.security);
+    l->participant = dds_create_participant(domain, secured, NULL);
+    dds_delete_qos(secured);
     if (l->participant < 0) return l->participant;
     dds_set_log_sink(on_log, NULL);
     dds_set_trace_sink(on_log, NULL);
@@ -221,14 +223,20 @@ static int dds_link_check(const link_options *options, char key[LINK_KEY_MAX], c
             options->interface);
     else if (!interface_is_there(options->interface, why, why_size))
         return EX_NOHOST;
+    else if (options->security && *options->security && !wire_dds_security_check(options->security, why, why_size))
+        return EX_NOINPUT;
     else
         return snprintf(key, LINK_KEY_MAX, "dds %u", domain) > 0 ? EX_OK : EX_SOFTWARE;
     return EX_CONFIG;
 }
 
 /* Cyclone's own words, and what to do about those that are met in practice. */
-static void say_why(const char *address, const complaint *first, dds_return_t joined, char *why, size_t why_size)
+static void say_why(
+    const link_options *options, const complaint *first, dds_return_t joined, char *why, size_t why_size)
 {
+    if (*options->security &&
+        wire_dds_security_explain(options->security, *first->text ? first->text : NULL, why, why_size))
+        return;
     const char *said = *first->text ? first->text : joined < 0 ? dds_strretcode(joined) : "no readers and writers";
     const char *mend = "check the interface and CYCLONEDDS_URI";
     if (strstr(said, "participant index"))
@@ -236,7 +244,7 @@ static void say_why(const char *address, const complaint *first, dds_return_t jo
                "one: links = dds://1";
     else if (strstr(said, "available interface") || strstr(said, "multicast-capable"))
         mend = "is it up? do: ip link set lo up (or the interface that was asked for)";
-    snprintf(why, why_size, "dds://%s: DDS does not start: %s: %s", address, said, mend);
+    snprintf(why, why_size, "dds://%s: DDS does not start: %s: %s", options->address, said, mend);
 }
 
 static int dds_link_open(struct link *head, const link_options *options, char *why, size_t why_size)
@@ -253,7 +261,7 @@ static int dds_link_open(struct link *head, const link_options *options, char *w
     dds_return_t joined = join(l, domain, config, &first);
     if (joined == DDS_RETCODE_OK && open_topics(l)) return 0;
     leave(l);
-    say_why(options->address, &first, joined, why, why_size);
+    say_why(options, &first, joined, why, why_size);
     free(l->sample);
     return -1;
 }
@@ -487,8 +495,9 @@ static void dds_link_describe(struct link *head, char *text, size_t size)
     const char *user = getenv("CYCLONEDDS_URI");
     snprintf(text, size, "DDS domain %s on %s: %s%s%s", o->address[0] ? o->address : "0",
         o->interface[0] ? o->interface : "lo",
-        o->interface[0] ? "anyone on that network, unless DDS security is set up"
-                        : "programs on this machine, of any user",
+        o->security[0]    ? "whoever has a certificate of this site"
+        : o->interface[0] ? "anyone on that network: no security is set up"
+                          : "programs on this machine, of any user",
         user && user[0] ? ", and as CYCLONEDDS_URI says: " : "", user && user[0] ? user : "");
 }
 

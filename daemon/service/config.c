@@ -20,8 +20,12 @@ static const config_option OPTIONS[] = {
     {"interface", CONFIG_TEXT, FIELD(interface), 0, 0, NULL, "", "",
         "network interface to open the links to; empty: this machine only",
         "A name (eth0) or an address of this machine. With one, DDS uses multicast on that network and LCM "
-        "may have a ttl above 0: anybody there can then reach the daemon, unless DDS security is set up by "
-        "CYCLONEDDS_URI."},
+        "may have a ttl above 0: anybody there can then reach the daemon, unless security is set up."},
+    {"security", CONFIG_TEXT, FIELD(security), 0, 0, NULL, "", "",
+        "folder with the daemon's certificate and permissions, made by make_site; empty: no security",
+        "DDS then lets in nobody without a certificate of the same site, permits each client what its permissions say, "
+        "and authenticates or encrypts every message. Clients name their folders by COLLIDED_SECURITY. LCM has no "
+        "security: the word auto leaves it out."},
     {"name", CONFIG_TEXT, FIELD(name), 0, 0, NULL, "", "", "name of this daemon in status; empty: host:pid",
         "Shown by collidectl status; it has no other meaning."},
     {"gateway", CONFIG_TEXT, FIELD(gateway), 0, 0, NULL, "", "", "path of collided-lcm; empty: beside this program",
@@ -317,7 +321,7 @@ static const config_exit EXITS[] = {
     {EX_USAGE, "EX_USAGE", "unknown option, or a value out of its range, on the command line"},
     {EX_DATAERR, "EX_DATAERR",
         "the recording to replay is damaged, or no recording, or a trade finds nothing in it to compare"},
-    {EX_NOINPUT, "EX_NOINPUT", "the configuration file or the recording to replay cannot be read"},
+    {EX_NOINPUT, "EX_NOINPUT", "the configuration file, the recording to replay or the security folder cannot be read"},
     {EX_NOHOST, "EX_NOHOST", "the network interface is not on this machine"},
     {EX_UNAVAILABLE, "EX_UNAVAILABLE", "DDS or LCM does not start: no route, no interface, a port is taken"},
     {EX_SOFTWARE, "EX_SOFTWARE", "a replay differs from its recording"},

@@ -14,6 +14,7 @@ typedef struct config {
     char name[64];
     char links[CONFIG_TEXT_MAX];
     char interface[64];
+    char security[CONFIG_TEXT_MAX];
     char gateway[CONFIG_TEXT_MAX];
     char record[CONFIG_TEXT_MAX];
     char record_dir[CONFIG_TEXT_MAX];

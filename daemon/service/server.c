@@ -89,6 +89,7 @@ static int open_link(service *s, const char *uri, char *why, size_t why_size)
     link_options options = {.wake_fd = s->wake_fd,
         .counters = s->metrics,
         .interface = s->config.interface,
+        .security = s->config.security,
         .program = s->config.gateway,
         .must_start = true};
     if (s->link_count == LINKS_MAX) {

@@ -71,7 +71,7 @@ typedef char link_key[LINK_KEY_MAX];
 
 static int check_link(const char *uri, const config *c, link_key *keys, size_t *count, char *why, size_t why_size)
 {
-    link_options options = {.interface = c->interface, .program = c->gateway};
+    link_options options = {.interface = c->interface, .security = c->security, .program = c->gateway};
     if (*count == LINKS_MAX) {
         snprintf(why, why_size, "links = \"%.200s\": more than %d: leave some out", c->links, LINKS_MAX);
         return EX_CONFIG;
@@ -106,7 +106,9 @@ bool start_choose_links(config *c, char *why, size_t why_size)
     link_key key;
     link_options options = {.interface = c->interface, .program = c->gateway};
     if (strcmp(c->links, "auto") != 0 || *c->replay) return true;
-    bool lcm = link_check("lcm://", &options, key, why, why_size) == EX_OK;
+    bool closed = *c->security != '\0';
+    bool lcm = !closed && link_check("lcm://", &options, key, why, why_size) == EX_OK;
+    if (closed) snprintf(why, why_size, "security is set up, and LCM has none");
     snprintf(c->links, sizeof c->links, "%s", lcm ? "dds://0 lcm://" : "dds://0");
     return lcm;
 }
