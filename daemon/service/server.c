@@ -27,10 +27,23 @@ struct server {
 
 /* ---- what the links call ---- */
 
+static void refuse(service *s, struct link *from, const wire_message *m, const wire_refusal *why)
+{
+    int64_t client, sequence;
+    int32_t object;
+    wire_origin(m, &client, &sequence, &object);
+    apply_reject(s, from, m->kind, client, sequence, object, why);
+}
+
 static void on_message(void *context, struct link *from, const wire_message *m)
 {
     service *s = context;
+    wire_refusal why;
     metric_count(s->count.messages_in[m->kind], 1);
+    if (!limits_admit(s, from, m, &why)) {
+        refuse(s, from, m, &why);
+        return;
+    }
     session_heard(s, m);
     if (m->kind != WIRE_QUERY) record_message(s, m);
     if (m->kind == WIRE_POSE_BATCH)
