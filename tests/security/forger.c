@@ -12,7 +12,16 @@
 #include <unistd.h>
 
 enum { SEEN_MAX = 64, NAMES_MAX = 8, PACKET_MAX = 2048, ENTITIES = 48 };
-enum { ACKNACK = 0x06, HEARTBEAT = 0x07, GAP = 0x08, DATA = 0x15, LITTLE_ENDIAN_FLAG = 1, DATA_FLAG = 4 };
+enum {
+    ACKNACK = 0x06,
+    HEARTBEAT = 0x07,
+    GAP = 0x08,
+    DATA = 0x15,
+    LITTLE_ENDIAN_FLAG = 1,
+    INLINE_FLAG = 2,
+    DATA_FLAG = 4,
+    KEY_FLAG = 8
+};
 
 typedef struct packet {
     uint16_t port;
@@ -96,9 +105,41 @@ static void forge(const uint8_t *name, uint8_t kind, uint32_t reader, uint32_t w
     for (size_t p = 0; p < port_count; p++) send_to(ports[p], bytes, (size_t)(at - bytes));
 }
 
+/* "I have left": a participant's announcement of itself (entity 0x0100c2, never protected) as disposed of. */
+static void forge_farewell(const uint8_t *name, uint32_t number)
+{
+    static const uint8_t status[8] = {0x71, 0, 4, 0, 0, 0, 0, 3}, end[4] = {1, 0, 0, 0};
+    uint8_t bytes[128], *at = bytes + 20, *length;
+    memcpy(bytes, name, 20);
+    *at++ = DATA;
+    *at++ = LITTLE_ENDIAN_FLAG | INLINE_FLAG | KEY_FLAG;
+    length = at;
+    at += 2;
+    put32(&at, 16u << 16);
+    put32(&at, htonl(0x000100c7));
+    put32(&at, htonl(0x000100c2));
+    put32(&at, 0);
+    put32(&at, number);
+    put32(&at, 0x00100070); /* the key's hash: who has left */
+    memcpy(at, name + 8, 12);
+    memcpy(at + 12, (const uint8_t[]){0, 0, 1, 0xc1}, 4);
+    memcpy(at + 16, status, 8);
+    memcpy(at + 24, end, 4);
+    at += 28;
+    memcpy(at, (const uint8_t[]){0, 3, 0, 0, 0x50, 0, 16, 0}, 8); /* and its key as a parameter list */
+    memcpy(at + 8, name + 8, 12);
+    memcpy(at + 20, (const uint8_t[]){0, 0, 1, 0xc1}, 4);
+    memcpy(at + 24, end, 4);
+    at += 28;
+    uint16_t size = (uint16_t)(at - length - 2);
+    memcpy(length, &size, sizeof size);
+    for (size_t p = 0; p < port_count; p++) send_to(ports[p], bytes, (size_t)(at - bytes));
+}
+
 static void forge_all(uint32_t count)
 {
     for (size_t n = 0; n < name_count; n++) {
+        forge_farewell(names[n], count);
         for (uint32_t e = 1; e <= ENTITIES; e++) {
             uint32_t keyed = e << 8 | 0x02, plain = e << 8 | 0x03, reader = e << 8 | 0x04;
             forge(names[n], HEARTBEAT, 0, plain, count);

@@ -112,7 +112,35 @@ static void everything_arrives_while_packets_are_forged(void **state)
     assert_true(bytes < 64 << 10);
 }
 
-/* What the test above protects from: without certificates the same forger does harm. */
+/* Authenticated datagrams are longer than others: none may grow beyond what UDP carries. */
+static void large_messages_arrive(void **state)
+{
+    enum { POSES = 20000, TIMES = 20 };
+    (void)state;
+    cell cell;
+    cell_open(&cell, site_folder("ours/daemon"));
+    collided_body *bodies = calloc(POSES, sizeof *bodies);
+    double *positions = calloc(3 * (size_t)POSES, sizeof *positions);
+    double *orientations = calloc(4 * (size_t)POSES, sizeof *orientations);
+    for (int i = 0; i < POSES; i++) {
+        bodies[i] = cell.part;
+        positions[3 * i] = 0.5;
+        orientations[4 * i] = 1;
+    }
+    for (int i = 1; i <= TIMES; i++) {
+        collided_publish(cell.c, POSES, bodies, positions, orientations, NULL, NULL, 0, i);
+        collided_flush(cell.c);
+        UNTIL(cell.c, 3, cell.heard.step == i);
+    }
+    assert_int_equal(cell.heard.lost, 0);
+    UNTIL(cell.c, 3, rig_counter(cell.c, "in_PoseBatch") == TIMES);
+    rig_close(cell.c);
+    free(bodies);
+    free(positions);
+    free(orientations);
+}
+
+/* What the first test protects from: without certificates the same forger does harm. */
 static void without_security_the_forger_does_harm(void **state)
 {
     (void)state;
@@ -276,6 +304,7 @@ int main(int argc, char **argv)
     if (argc > 3 && strcmp(argv[1], "lawless") == 0) return lawless_writes(argv[2], strtod(argv[3], NULL));
     const struct CMUnitTest tests[] = {
         TEST(everything_arrives_while_packets_are_forged),
+        TEST(large_messages_arrive),
         TEST(without_security_the_forger_does_harm),
         TEST(strangers_are_refused),
         TEST(a_subscriber_that_writes_in_spite_of_its_permissions_is_refused),
