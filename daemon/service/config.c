@@ -26,6 +26,10 @@ static const config_option OPTIONS[] = {
         "DDS then lets in nobody without a certificate of the same site, permits each client what its permissions say, "
         "and authenticates or encrypts every message. Clients name their folders by COLLIDED_SECURITY. LCM has no "
         "security: the word auto leaves it out."},
+    {"user", CONFIG_TEXT, FIELD(user), 0, 0, NULL, "", "",
+        "started as root: the user to become before anything is heard; empty: it stays who it is",
+        "Its groups are that user's, too, and there is no way back. Recordings, and the security folder, must be that "
+        "user's to write and to read. The systemd unit needs none: it starts the daemon as a user of its own."},
     {"name", CONFIG_TEXT, FIELD(name), 0, 0, NULL, "", "", "name of this daemon in status; empty: host:pid",
         "Shown by collidectl status; it has no other meaning."},
     {"gateway", CONFIG_TEXT, FIELD(gateway), 0, 0, NULL, "", "", "path of collided-lcm; empty: beside this program",
@@ -343,8 +347,9 @@ static const config_exit EXITS[] = {
     {EX_OSFILE, "EX_OSFILE", "a library or the LCM gateway is missing"},
     {EX_CANTCREAT, "EX_CANTCREAT", "the recording or its folder is not there, not to be written, or exists already"},
     {EX_IOERR, "EX_IOERR", "the result of a trade cannot be written"},
-    {EX_NOPERM, "EX_NOPERM", "this user may not write the recording"},
-    {EX_CONFIG, "EX_CONFIG", "the configuration file is broken, or the links are, or a trade has nothing to replay"},
+    {EX_NOPERM, "EX_NOPERM", "this user may not write the recording, or not become another user"},
+    {EX_CONFIG, "EX_CONFIG",
+        "the configuration file is broken, or the links or the user are, or a trade has nothing to replay"},
 };
 
 const config_exit *config_exits(size_t *count)

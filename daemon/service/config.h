@@ -15,6 +15,7 @@ typedef struct config {
     char links[CONFIG_TEXT_MAX];
     char interface[64];
     char security[CONFIG_TEXT_MAX];
+    char user[64];
     char gateway[CONFIG_TEXT_MAX];
     char record[CONFIG_TEXT_MAX];
     char record_dir[CONFIG_TEXT_MAX];

@@ -2,6 +2,7 @@
  * or a disk full, is found by whoever opens it. */
 #include "start.h"
 
+#include "privileges.h"
 #include "service.h"
 
 #include <errno.h>
@@ -116,6 +117,7 @@ bool start_choose_links(config *c, char *why, size_t why_size)
 int start_check(const config *c, char *why, size_t why_size)
 {
     int status = check_limits(why, why_size);
+    if (status == EX_OK) status = privileges_check(c->user, why, why_size);
     if (status == EX_OK && *c->record) status = check_record(c->record, why, why_size);
     if (status == EX_OK && *c->record_dir)
         status = check_folder("record_dir", c->record_dir, c->record_dir, why, why_size);

@@ -152,6 +152,7 @@ dds_qos_t *wire_dds_security_qos(const char *folder)
 static const struct {
     const char *said, *means;
 } complaints[] = {
+    {"could not be found, opened", "a file is not there, or this user may not read it"},
     {"certificate has expired", "cert.pem has expired: renew it: make_site --renew"},
     {"certificate is not yet valid", "cert.pem is not valid yet: is the clock right?"},
     {"expired", "permissions.p7s have expired: renew them: make_site --renew"},
