@@ -16,7 +16,9 @@ bool site_make(void)
     snprintf(sites, sizeof sites, "/tmp/collided-sites-XXXXXX");
     if (!mkdtemp(sites)) return false;
     setenv("SITES", sites, 1);
-    return run("for site in ours theirs; do " MAKE_SITE " $SITES/$site robot watcher:subscribe || exit 1; done");
+    return run(
+        "for site in ours theirs; do " MAKE_SITE " $SITES/$site robot watcher:subscribe || exit 1; done; " MAKE_SITE
+        " --protect sign $SITES/signed robot && " MAKE_SITE " --protect origin $SITES/origin robot");
 }
 
 void site_remove(void)

@@ -4,7 +4,8 @@
 
 #include <stdbool.h>
 
-/* Two sites, "ours" and "theirs": daemon, robot, watcher:subscribe. False if they cannot be made. */
+/* Sites "ours" and "theirs": daemon, robot, watcher:subscribe; "signed" and "origin", protected so: daemon, robot.
+ * False if they cannot be made. */
 bool site_make(void);
 void site_remove(void);
 const char *site_folder(const char *name); /* "ours/robot"; valid until the fourth call after it */
