@@ -22,9 +22,10 @@ static const config_option OPTIONS[] = {
         "A name (eth0) or an address of this machine. With one, DDS uses multicast on that network and LCM "
         "may have a ttl above 0: anybody there can then reach the daemon, unless security is set up."},
     {"security", CONFIG_TEXT, FIELD(security), 0, 0, NULL, "", "",
-        "folder with the daemon's certificate and permissions, made by make_site; empty: no security",
+        "folder with the daemon's certificate and permissions, made by make_site; empty: what COLLIDED_SECURITY says",
         "DDS then lets in nobody without a certificate of the same site, permits each client what its permissions say, "
-        "and authenticates or encrypts every message. Clients name their folders by COLLIDED_SECURITY. LCM has no "
+        "and authenticates or encrypts every message. Without either there is no security. Clients name their folders "
+        "by COLLIDED_SECURITY, too. LCM has no "
         "security: the word auto leaves it out."},
     {"user", CONFIG_TEXT, FIELD(user), 0, 0, NULL, "", "",
         "started as root: the user to become before anything is heard; empty: it stays who it is",
@@ -365,7 +366,7 @@ void config_help(void)
            "what touches and what is near. Each key may also stand in the file, as: key = value\n\n");
     for (size_t i = 0; i < OPTION_COUNT; i++) {
         const config_option *o = &OPTIONS[i];
-        printf("  --%-15s %s\n  %17s ", o->key, o->help, "");
+        printf("  --%-21s %s\n  %23s ", o->key, o->help, "");
         if (o->type == CONFIG_WHOLE || o->type == CONFIG_NUMBER)
             printf("%.10g to %.10g %s; ", o->least, o->most, o->unit);
         else if (o->type == CONFIG_CHOICE)
@@ -374,7 +375,7 @@ void config_help(void)
             printf("yes (alone), or no by --%s=no; ", o->key);
         printf("default: %s\n", *o->value ? o->value : "(empty)");
     }
-    printf("  --%-15s %s\n  --%-15s %s\n  --%-15s %s\n", "config FILE", "read this file first", "help", "this text",
+    printf("  --%-21s %s\n  --%-21s %s\n  --%-21s %s\n", "config FILE", "read this file first", "help", "this text",
         "version", "the release and the version of the wire");
     printf("\nExit status, by sysexits.h:\n");
     for (size_t i = 0; i < sizeof EXITS / sizeof *EXITS; i++) printf("  %4d  %s\n", EXITS[i].status, EXITS[i].meaning);

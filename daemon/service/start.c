@@ -7,6 +7,7 @@
 
 #include <errno.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
@@ -100,6 +101,12 @@ static int check_links(const config *c, char *why, size_t why_size)
     if (count) return EX_OK;
     snprintf(why, why_size, "links = \"\": nobody could be heard: name dds://DOMAIN, lcm:// or both");
     return EX_CONFIG;
+}
+
+void start_environment(config *c)
+{
+    const char *security = getenv("COLLIDED_SECURITY");
+    if (!*c->security && security) snprintf(c->security, sizeof c->security, "%s", security);
 }
 
 bool start_choose_links(config *c, char *why, size_t why_size)
