@@ -10,7 +10,7 @@
 #include "base/clock.h"
 #include "base/log.h"
 #include "interface.h"
-#include "owners.h"
+#include "speakers.h"
 #include "wake.h"
 #include "wire/dds/wire_dds.h"
 #include "wire/dds/wire_dds_leave.h"
@@ -18,8 +18,6 @@
 #include "wire/dds/wire_dds_security.h"
 
 #include <dds/dds.h>
-#include <inttypes.h>
-#include <pthread.h>
 #include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -60,11 +58,6 @@ typedef struct stream {
     atomic_bool matched; /* a reader has come, and the sink has not been told */
 } stream;
 
-typedef struct heartbeat { /* what has become of a writer's liveliness */
-    dds_instance_handle_t writer;
-    bool alive;
-} heartbeat;
-
 struct link_dds {
     struct link head;
     dds_entity_t domain; /* 0 = the process had it already */
@@ -73,13 +66,9 @@ struct link_dds {
     reader readers[IN_COUNT];
     writer writers[OUT_COUNT];
     ARRAY(stream *) streams; /* sorted by name */
-    reader discovery;        /* of writers in the domain */
-    owners owners;
-    ARRAY(dds_instance_handle_t) gone; /* writers, until the end of a receive: what they wrote may still lie there */
-    pthread_mutex_t news_lock;
-    ARRAY(heartbeat) news; /* under news_lock */
-    atomic_bool has_news;
-    void *sample; /* room for a sample of any kind, to be written */
+    speakers speakers;
+    atomic_bool has_discovered, has_news; /* for speakers */
+    void *sample;                         /* room for a sample of any kind, to be written */
     atomic_bool woken;
     metric *messages_in, *refused, *foreign, *history_full, *messages_out, *write_failed, *no_stream;
 };
@@ -104,6 +93,13 @@ static void on_data(dds_entity_t entity, void *context)
     notice(r->owner, &r->arrived);
 }
 
+static void on_discovery(dds_entity_t entity, void *context)
+{
+    (void)entity;
+    link_dds *l = context;
+    notice(l, &l->has_discovered);
+}
+
 static void on_matched(dds_entity_t entity, const dds_publication_matched_status_t status, void *context)
 {
     (void)entity;
@@ -116,10 +112,7 @@ static void on_liveliness(dds_entity_t entity, const dds_liveliness_changed_stat
 {
     (void)entity;
     link_dds *l = ((reader *)context)->owner;
-    heartbeat h = {status.last_publication_handle, status.alive_count_change > 0};
-    pthread_mutex_lock(&l->news_lock);
-    array_push(&l->news, h);
-    pthread_mutex_unlock(&l->news_lock);
+    speakers_heartbeat(&l->speakers, &status);
     notice(l, &l->has_news);
 }
 
@@ -168,15 +161,13 @@ static bool open_reader(link_dds *l, reader *r, wire_kind kind)
     return r->entity > 0;
 }
 
-/* Before the readers: whoever they match has been discovered. */
-static bool open_discovery(link_dds *l)
+static bool open_speakers(link_dds *l)
 {
-    l->discovery.owner = l;
     dds_listener_t *listener = dds_create_listener(NULL);
-    dds_lset_data_available_arg(listener, on_data, &l->discovery, true);
-    l->discovery.entity = dds_create_reader(l->participant, DDS_BUILTIN_TOPIC_DCPSPUBLICATION, NULL, listener);
+    dds_lset_data_available_arg(listener, on_discovery, l, true);
+    bool opened = speakers_open(&l->speakers, l->participant, listener);
     dds_delete_listener(listener);
-    return l->discovery.entity > 0;
+    return opened;
 }
 
 static bool open_writer(link_dds *l, writer *w, wire_kind kind)
@@ -189,7 +180,7 @@ static bool open_writer(link_dds *l, writer *w, wire_kind kind)
 
 static bool open_topics(link_dds *l)
 {
-    bool ok = open_discovery(l) && topic_of(l, WIRE_EVENT_BATCH) > 0;
+    bool ok = open_speakers(l) && topic_of(l, WIRE_EVENT_BATCH) > 0;
     for (size_t i = 0; i < IN_COUNT && ok; i++) ok = open_reader(l, &l->readers[i], kinds_in[i]);
     for (size_t i = 0; i < OUT_COUNT && ok; i++) ok = open_writer(l, &l->writers[i], kinds_out[i]);
     return ok;
@@ -287,10 +278,7 @@ static void say_why(
 
 static void free_own(link_dds *l)
 {
-    owners_free(&l->owners);
-    array_free(&l->gone);
-    array_free(&l->news);
-    pthread_mutex_destroy(&l->news_lock);
+    speakers_free(&l->speakers);
     free(l->sample);
 }
 
@@ -305,68 +293,13 @@ static int dds_link_open(struct link *head, const link_options *options, char *w
     wire_dds_config(config, sizeof config, options->interface, true);
     register_counters(l, options->counters);
     l->sample = base_zalloc(1, largest_sample());
-    owners_init(&l->owners);
-    pthread_mutex_init(&l->news_lock, NULL);
+    speakers_init(&l->speakers);
     dds_return_t joined = join(l, domain, config, &first);
     if (joined == DDS_RETCODE_OK && open_topics(l)) return 0;
     leave(l);
     say_why(options, &first, joined, why, why_size);
     free_own(l);
     return -1;
-}
-
-/* ---- who speaks for which client ---- */
-
-static void hear_of_writer(link_dds *l, const dds_builtintopic_endpoint_t *writer, const dds_sample_info_t *info)
-{
-    bool ours = info->valid_data && strncmp(writer->topic_name, "collided_", 9) == 0;
-    bool announces = ours && strcmp(writer->topic_name, "collided_Client") == 0;
-    if (ours) owners_come(&l->owners, info->instance_handle, writer->participant_instance_handle, announces);
-    if (info->instance_state != DDS_IST_ALIVE) array_push(&l->gone, info->instance_handle);
-}
-
-static void hear_of_writers(link_dds *l)
-{
-    void *samples[TAKE_MAX] = {NULL};
-    dds_sample_info_t infos[TAKE_MAX];
-    int n;
-    do {
-        n = dds_take(l->discovery.entity, samples, infos, TAKE_MAX, TAKE_MAX);
-        for (int i = 0; i < n; i++) hear_of_writer(l, samples[i], &infos[i]);
-        if (n > 0) dds_return_loan(l->discovery.entity, samples, n);
-    } while (n == TAKE_MAX);
-}
-
-/* The first participant that names a client speaks for it, as long as it is alive. */
-static bool is_owner(link_dds *l, const wire_message *m, const dds_sample_info_t *info, wire_refusal *why)
-{
-    int64_t client, sequence;
-    int32_t object;
-    wire_origin(m, &client, &sequence, &object);
-    if (!owners_knows(&l->owners, info->publication_handle)) hear_of_writers(l);
-    if (owners_admit(&l->owners, info->publication_handle, client, m->kind == WIRE_CLIENT)) return true;
-    why->reason = WIRE_NOT_YOURS;
-    snprintf(why->text, sizeof why->text, "another participant speaks for client %016" PRIx64 ", and is alive",
-        (uint64_t)client);
-    metric_count(l->foreign, 1);
-    return false;
-}
-
-static void take_news(link_dds *l)
-{
-    pthread_mutex_lock(&l->news_lock);
-    for (size_t i = 0; i < l->news.count; i++) owners_liveliness(&l->owners, l->news.at[i].writer, l->news.at[i].alive);
-    l->news.count = 0;
-    pthread_mutex_unlock(&l->news_lock);
-    for (size_t i = 0; i < l->gone.count; i++) owners_go(&l->owners, l->gone.at[i]);
-    l->gone.count = 0;
-}
-
-static void report_lost(link_dds *l, const link_sink *sink)
-{
-    int64_t client;
-    take_news(l);
-    while (owners_lost(&l->owners, &client)) sink->client_lost(sink->context, &l->head, client);
 }
 
 /* ---- receiving ---- */
@@ -403,10 +336,17 @@ static void mark_removed(wire_message *m, int64_t sequence)
     }
 }
 
+static bool is_admitted(link_dds *l, const wire_message *m, const dds_sample_info_t *info, wire_refusal *why)
+{
+    bool admitted = speakers_admit(&l->speakers, m, info->publication_handle, why);
+    if (!admitted) metric_count(l->foreign, 1);
+    return admitted;
+}
+
 static void hand_over(link_dds *l, const link_sink *sink, const wire_message *m)
 {
     sink->message(sink->context, &l->head, m);
-    if (m->kind == WIRE_CLIENT && m->client.removed) owners_release(&l->owners, m->client.client);
+    if (m->kind == WIRE_CLIENT && m->client.removed) speakers_release(&l->speakers, m->client.client);
 }
 
 /* News of an instance without a sample (dds_dispose): its keys are all that is known. A disposed one was taken back;
@@ -417,7 +357,7 @@ static bool receive_state(link_dds *l, const link_sink *sink, wire_message *m, c
     if (info->instance_state != DDS_IST_NOT_ALIVE_DISPOSED || !wire_dds_profile_of(m->kind)->late_joiners) return false;
     wire_refusal why;
     mark_removed(m, info->source_timestamp / 1000);
-    if (wire_check(m, &why) != WIRE_OK || !is_owner(l, m, info, &why)) {
+    if (wire_check(m, &why) != WIRE_OK || !is_admitted(l, m, info, &why)) {
         refuse(l, sink, m->kind, m, &why);
         return false;
     }
@@ -432,7 +372,7 @@ static bool receive_sample(
     wire_refusal why = {0};
     wire_reason reason = wire_dds_decode(kind, sample, &m, &why);
     if (!info->valid_data) return receive_state(l, sink, &m, info);
-    bool taken = reason == WIRE_OK && is_owner(l, &m, info, &why);
+    bool taken = reason == WIRE_OK && is_admitted(l, &m, info, &why);
     if (taken)
         hand_over(l, sink, &m);
     else
@@ -478,14 +418,15 @@ static size_t dds_link_receive(struct link *head, const link_sink *sink)
 {
     link_dds *l = self_of(head);
     size_t messages = 0;
+    int64_t client;
     atomic_store(&l->woken, false); /* first: what arrives from now on wakes again */
-    if (atomic_exchange(&l->discovery.arrived, false)) hear_of_writers(l);
+    if (atomic_exchange(&l->has_discovered, false)) speakers_discover(&l->speakers);
     atomic_store(&l->has_news, false);
     for (size_t i = 0; i < IN_COUNT; i++)
         if (atomic_exchange(&l->readers[i].arrived, false)) messages += take_all(l, sink, &l->readers[i]);
     report_readers(l, sink);
     /* Last, so that nothing of a lost client comes after the news of its loss. */
-    report_lost(l, sink);
+    while (speakers_lost(&l->speakers, &client)) sink->client_lost(sink->context, head, client);
     metric_count(l->messages_in, messages);
     return messages;
 }
