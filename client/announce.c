@@ -72,11 +72,16 @@ static void send_now(collided *c, announcement *a, int64_t now_ns)
     a->due_ns = now_ns + repeat_after_ns(c, a->tries);
 }
 
+static bool may_write(const collided *c, wire_kind kind)
+{
+    return !c->link->ops->permits || c->link->ops->permits(c->link, kind);
+}
+
 /* What our certificate's permissions do not let us write, nobody would hear: refused here, in the daemon's place. */
 static bool permitted(collided *c, announcement *a)
 {
     const wire_message *m = a->message;
-    if (!c->link->ops->permits || c->link->ops->permits(c->link, m->kind)) return true;
+    if (may_write(c, m->kind)) return true;
     char text[128];
     wire_reject why = {.client = c->id, .kind = (uint8_t)m->kind, .reason = WIRE_NOT_YOURS, .text = text};
     wire_origin(m, &why.client, &why.sequence, &why.object);
@@ -109,6 +114,7 @@ void announce(collided *c, announcement *a, wire_message *message)
 
 static void make_due(collided *c, announcement *a, bool renew, int64_t due_ns)
 {
+    if (!may_write(c, a->message->kind)) return; /* it has been refused for good */
     a->renew = a->renew || renew;
     a->due_ns = due_ns;
     if (a->state != ANNOUNCE_PENDING) a->tries = 0;

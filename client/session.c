@@ -298,7 +298,9 @@ static bool meet_daemon(collided *c, const collided_def *def, char *why, size_t 
         else
             (void)snprintf(why, why_size, "no daemon answered within %g s: is collided running, on this URI?%s",
                 def->connect_timeout_s,
-                *security_of(def) ? " Of the same site?" : " If its site is closed: COLLIDED_SECURITY");
+                !c->link->ops->permits ? ""
+                : *security_of(def)    ? " Of the same site?"
+                                       : " If its site is closed: COLLIDED_SECURITY");
         pthread_mutex_unlock(&c->lock);
         return false;
     }

@@ -35,7 +35,7 @@ typedef struct transport_ops {
     /* NULL, with a line in `why` that says what failed and what to do. */
     transport *(*open)(const transport_options *options, char *why, size_t why_size);
     int (*send)(transport *t, const wire_message *m); /* 0, or -1 when the transport refused */
-    bool (*permits)(transport *t, wire_kind kind);    /* may this client write such messages? NULL: it may write all */
+    bool (*permits)(transport *t, wire_kind kind); /* may this client write such messages? NULL: there is no security */
     void (*flush)(transport *t);
     /* Waits at most so long until the receivers have what was sent, where a transport can know. */
     void (*drain)(transport *t, int64_t timeout_ns);
