@@ -18,7 +18,8 @@ bool site_make(void)
     setenv("SITES", sites, 1);
     return run(
         "for site in ours theirs; do " MAKE_SITE " $SITES/$site robot watcher:subscribe || exit 1; done; " MAKE_SITE
-        " --protect sign $SITES/signed robot && " MAKE_SITE " --protect origin $SITES/origin robot");
+        " --protect sign $SITES/signed && " MAKE_SITE " $SITES/signed robot && ! " MAKE_SITE
+        " --protect origin $SITES/signed 2>/dev/null && " MAKE_SITE " --protect origin $SITES/origin robot");
 }
 
 void site_remove(void)
