@@ -6,6 +6,7 @@
 #include "session.h"
 #include "wire/wire_lcm.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 
 static bool is_removal(const wire_message *m)
@@ -71,6 +72,25 @@ static void send_now(collided *c, announcement *a, int64_t now_ns)
     a->due_ns = now_ns + repeat_after_ns(c, a->tries);
 }
 
+static bool may_write(const collided *c, wire_kind kind)
+{
+    return !c->link->ops->permits || c->link->ops->permits(c->link, kind);
+}
+
+/* What our certificate's permissions do not let us write, nobody would hear: refused here, in the daemon's place. */
+static bool permitted(collided *c, announcement *a)
+{
+    const wire_message *m = a->message;
+    if (may_write(c, m->kind)) return true;
+    char text[128];
+    wire_reject why = {.client = c->id, .kind = (uint8_t)m->kind, .reason = WIRE_NOT_YOURS, .text = text};
+    wire_origin(m, &why.client, &why.sequence, &why.object);
+    (void)snprintf(text, sizeof text, "the permissions of this client do not let it write %s", wire_kind_name(m->kind));
+    set_state(c, a, ANNOUNCE_REFUSED);
+    session_keep_rejection(c, &why);
+    return false;
+}
+
 void announce(collided *c, announcement *a, wire_message *message)
 {
     if (a->message) {
@@ -86,6 +106,7 @@ void announce(collided *c, announcement *a, wire_message *message)
     a->renew = false;
     a->tries = 0;
     set_state(c, a, ANNOUNCE_PENDING);
+    if (!permitted(c, a)) return;
     send_now(c, a, session_monotonic_ns());
     /* The keeper sleeps until the first of those that wait is due; where repetition is rare, that will do for all. */
     if (c->link->ops->repeats || c->pending == 1) session_wake_keeper(c);
@@ -93,6 +114,7 @@ void announce(collided *c, announcement *a, wire_message *message)
 
 static void make_due(collided *c, announcement *a, bool renew, int64_t due_ns)
 {
+    if (!may_write(c, a->message->kind)) return; /* it has been refused for good */
     a->renew = a->renew || renew;
     a->due_ns = due_ns;
     if (a->state != ANNOUNCE_PENDING) a->tries = 0;
@@ -219,9 +241,13 @@ static bool repair(collided *c, const wire_reject *why)
     return true;
 }
 
+/* Not ours: another participant speaks under our id, and the daemon listens to that one as long as it lives. If it is
+ * what a crash left of ourselves, that is until its lease is over: the announcement stays, and is repeated. Or it was
+ * the other one who was refused, and we hear of it: nothing of ours is settled by that. */
 void announce_rejected(collided *c, const wire_reject *why)
 {
     announcement *a = announce_find(c, why->sequence);
+    if (why->reason == WIRE_NOT_YOURS) a = NULL;
     if (!a) {
         if (!repair(c, why)) session_keep_rejection(c, why);
         return;

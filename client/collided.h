@@ -82,6 +82,8 @@ typedef struct collided_def {
     collided_on_loss on_loss; /* default COLLIDED_REMOVE */
     double connect_timeout_s; /* how long collided_connect waits for a daemon; default 5; 0 = do not wait */
     const char *interface;    /* network interface; NULL = loopback only */
+    const char *security;     /* DDS: folder of this client's certificate and permissions, as make_site makes it; NULL =
+                                 what COLLIDED_SECURITY says; "" = none. One identity a process and domain */
 } collided_def;
 /* The defaults that the members of collided_def name. Any thread. */
 collided_def collided_def_default(void);

@@ -281,19 +281,36 @@ bool session_known(const collided *c)
     return c->client.state != ANNOUNCE_PENDING && c->link->ops->ready(c->link);
 }
 
+static const char *security_of(const collided_def *def)
+{
+    const char *security = def->security ? def->security : getenv("COLLIDED_SECURITY");
+    return security ? security : "";
+}
+
 /* True if the daemon knows us, or need not be waited for. */
 static bool meet_daemon(collided *c, const collided_def *def, char *why, size_t why_size)
 {
     if (!(def->connect_timeout_s > 0.0)) return true;
     if (!session_wait(c, session_monotonic_ns() + session_seconds(def->connect_timeout_s), session_known)) {
-        (void)snprintf(
-            why, why_size, "no daemon answered within %g s: is collided running, on this URI?", def->connect_timeout_s);
+        pthread_mutex_lock(&c->lock);
+        if (c->refused)
+            (void)snprintf(why, why_size, "the daemon refused this client: %s", c->first_refusal);
+        else
+            (void)snprintf(why, why_size, "no daemon answered within %g s: is collided running, on this URI?%s",
+                def->connect_timeout_s,
+                !c->link->ops->permits ? ""
+                : *security_of(def)    ? " Of the same site?"
+                                       : " If its site is closed: COLLIDED_SECURITY");
+        pthread_mutex_unlock(&c->lock);
         return false;
     }
     if (c->client.state == ANNOUNCE_REFUSED) {
         (void)snprintf(why, why_size, "the daemon refused this client: %s", c->first_refusal);
         return false;
     }
+    pthread_mutex_lock(&c->lock);
+    c->refused = false; /* while another one still spoke under our id */
+    pthread_mutex_unlock(&c->lock);
     return true;
 }
 
@@ -308,6 +325,7 @@ collided *session_open(
     }
     const transport_options options = {.address = address,
         .interface = def->interface ? def->interface : "",
+        .security = security_of(def),
         .client = c->id,
         .lease_ns = c->lease_ns};
     c->link = ops->open(&options, why, why_size);

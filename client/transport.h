@@ -17,6 +17,7 @@ typedef enum transport_role { TRANSPORT_CONTROL, TRANSPORT_STREAMS, TRANSPORT_RO
 typedef struct transport_options {
     const char *address;   /* what follows "scheme://" */
     const char *interface; /* network interface; "" = loopback only */
+    const char *security;  /* folder of certificates and permissions; "" = none */
     int64_t client;
     int64_t lease_ns;
 } transport_options;
@@ -34,6 +35,7 @@ typedef struct transport_ops {
     /* NULL, with a line in `why` that says what failed and what to do. */
     transport *(*open)(const transport_options *options, char *why, size_t why_size);
     int (*send)(transport *t, const wire_message *m); /* 0, or -1 when the transport refused */
+    bool (*permits)(transport *t, wire_kind kind); /* may this client write such messages? NULL: there is no security */
     void (*flush)(transport *t);
     /* Waits at most so long until the receivers have what was sent, where a transport can know. */
     void (*drain)(transport *t, int64_t timeout_ns);

@@ -6,6 +6,7 @@
 #include "wire_dds/wire_dds.h"
 #include "wire_dds/wire_dds_leave.h"
 #include "wire_dds/wire_dds_qos.h"
+#include "wire_dds/wire_dds_security.h"
 
 #include <dds/dds.h>
 #include <errno.h>
@@ -55,30 +56,37 @@ static pthread_mutex_t domains_lock = PTHREAD_MUTEX_INITIALIZER;
 static struct dds_shared_domain {
     dds_entity_t entity;
     unsigned users;
+    char *security;   /* of its users: Cyclone holds one identity's rights a process and domain; NULL: no users */
     bool left_behind; /* Cyclone could not end it: whoever opened it again would wait for ever */
 } domains[DDS_DOMAIN_LAST + 1];
 
 /* When the program has made this domain itself, its configuration stands, and it is not ours to delete. */
-static bool domain_use(dds_domainid_t id, const char *interface, char *why, size_t why_size)
+static bool domain_use(dds_domainid_t id, const transport_options *options, char *why, size_t why_size)
 {
     char config[4096];
+    const char *interface = options->interface, *security = options->security;
     if (!wire_dds_config(config, sizeof config, interface, false)) {
         (void)snprintf(why, why_size,
             "dds: '%s' is not the name or address of an interface, or CYCLONEDDS_URI is too long", interface);
         return false;
     }
+    if (*security && !wire_dds_security_check(security, why, why_size)) return false;
     dds_return_t result = DDS_RETCODE_OK;
     pthread_mutex_lock(&domains_lock);
-    bool left_behind = domains[id].left_behind;
-    if (left_behind)
+    bool left_behind = domains[id].left_behind,
+         other = domains[id].users && strcmp(domains[id].security, security) != 0;
+    if (left_behind || other)
         result = DDS_RETCODE_ERROR;
     else if (domains[id].entity <= 0)
         result = domains[id].entity = dds_create_domain(id, config);
-    if (result >= 0 || result == DDS_RETCODE_PRECONDITION_NOT_MET) domains[id].users++;
+    bool used = result >= 0 || result == DDS_RETCODE_PRECONDITION_NOT_MET;
+    if (used && !domains[id].users++) domains[id].security = strdup(security);
     pthread_mutex_unlock(&domains_lock);
-    if (result >= 0 || result == DDS_RETCODE_PRECONDITION_NOT_MET) return true;
+    if (used) return true;
     (void)snprintf(why, why_size, "dds: cannot open domain %u: %s", (unsigned)id,
-        left_behind ? WIRE_DDS_LEFT_BEHIND : dds_strretcode(-result));
+        left_behind ? WIRE_DDS_LEFT_BEHIND
+        : other     ? "this process is there already with another security folder"
+                    : dds_strretcode(-result));
     return false;
 }
 
@@ -89,6 +97,10 @@ static void domain_leave(dds_domainid_t id)
     if (last && dds_lookup_participant(id, NULL, 0) == 0) {
         domains[id].left_behind = !wire_dds_leave(domains[id].entity);
         domains[id].entity = 0;
+    }
+    if (!domains[id].users) {
+        free(domains[id].security);
+        domains[id].security = NULL;
     }
     pthread_mutex_unlock(&domains_lock);
 }
@@ -186,10 +198,12 @@ static bool dds_ready(transport *base)
     transport_dds *t = (transport_dds *)base;
     if (!atomic_exchange(&t->rematched, false)) return atomic_load(&t->matched);
     dds_peers acking = peers_of_reader(t->control[0].reader);
-    bool matched = acking.count > 0 && all_among(&acking, peers_of_writer(t->writers[WIRE_POSE_BATCH])) &&
-                   all_among(&acking, peers_of_writer(t->writers[WIRE_QUERY])) &&
-                   all_among(&acking, peers_of_reader(t->control[1].reader)) &&
-                   all_among(&acking, peers_of_reader(t->streams[0].reader));
+    bool matched =
+        acking.count > 0 &&
+        (t->writers[WIRE_POSE_BATCH] <= 0 || all_among(&acking, peers_of_writer(t->writers[WIRE_POSE_BATCH]))) &&
+        all_among(&acking, peers_of_writer(t->writers[WIRE_QUERY])) &&
+        all_among(&acking, peers_of_reader(t->control[1].reader)) &&
+        all_among(&acking, peers_of_reader(t->streams[0].reader));
     atomic_store(&t->matched, matched);
     return matched;
 }
@@ -204,11 +218,11 @@ static bool open_topic(transport_dds *t, wire_kind kind)
     return t->topics[kind] > 0;
 }
 
-/* Poses wait for the flush; all else goes out with its write. The switch is Cyclone's and applies to the writers that
- * are created while it is on. */
+/* What our permissions do not let us write has no writer: see dds_permits. Poses wait for the flush; all else goes out
+ * with its write. The switch is Cyclone's and applies to the writers that are created while it is on. */
 static bool open_writer(transport_dds *t, wire_kind kind, int64_t lease_ns)
 {
-    if (!open_topic(t, kind)) return false;
+    if (!open_topic(t, kind)) return t->topics[kind] == DDS_RETCODE_NOT_ALLOWED_BY_SECURITY;
     dds_qos_t *qos = wire_dds_qos(kind, WIRE_DDS_WRITER, NULL, kind == WIRE_CLIENT ? lease_ns : 0);
     dds_listener_t *listener = dds_create_listener(t);
     dds_lset_publication_matched(listener, on_writer_matched);
@@ -217,7 +231,7 @@ static bool open_writer(transport_dds *t, wire_kind kind, int64_t lease_ns)
     if (kind == WIRE_POSE_BATCH) dds_write_set_batch(false);
     dds_delete_listener(listener);
     dds_delete_qos(qos);
-    return t->writers[kind] > 0;
+    return t->writers[kind] > 0 || t->writers[kind] == DDS_RETCODE_NOT_ALLOWED_BY_SECURITY;
 }
 
 static bool open_inbox(transport_dds *t, dds_inbox *inbox, wire_kind kind, transport_role role, const char *stream)
@@ -253,7 +267,9 @@ static bool add_stream(transport_dds *t, wire_kind kind, const char *stream)
  * us, its sender also knows who reads its answers and refusals, which are volatile as well. */
 static bool open_entities(transport_dds *t, const transport_options *options)
 {
-    t->participant = dds_create_participant(t->domain, NULL, NULL);
+    dds_qos_t *secured = wire_dds_security_qos(options->security);
+    t->participant = dds_create_participant(t->domain, secured, NULL);
+    dds_delete_qos(secured);
     if (t->participant <= 0) return false;
     bool opened = add_stream(t, WIRE_ANSWER, NULL) &&
                   open_inbox(t, &t->control[1], WIRE_REJECT, TRANSPORT_CONTROL, NULL) &&
@@ -284,6 +300,19 @@ static void dds_close_transport(transport *base)
     free(t);
 }
 
+/* The first error while a secured participant is made: it says what is wrong with the folder. */
+typedef struct complaint {
+    char text[256];
+} complaint;
+
+static void on_log(void *context, const dds_log_data_t *line)
+{
+    complaint *first = context;
+    bool error = line->priority & (DDS_LC_FATAL | DDS_LC_ERROR);
+    if (error && !*first->text)
+        (void)snprintf(first->text, sizeof first->text, "%.*s", (int)strcspn(line->message, "\n"), line->message);
+}
+
 static transport *dds_open_transport(const transport_options *options, char *why, size_t why_size)
 {
     char *end;
@@ -293,16 +322,22 @@ static transport *dds_open_transport(const transport_options *options, char *why
         (void)snprintf(why, why_size, "dds: '%s' is not a domain from 0 to %d", options->address, DDS_DOMAIN_LAST);
         return NULL;
     }
-    if (!domain_use((dds_domainid_t)domain, options->interface, why, why_size)) return NULL;
+    if (!domain_use((dds_domainid_t)domain, options, why, why_size)) return NULL;
     transport_dds *t = allocate(1, sizeof *t);
     t->head.ops = &transport_dds_ops;
     t->domain = (dds_domainid_t)domain;
     t->sample = room_for_any_sample();
     atomic_init(&t->rematched, true);
     for (int role = 0; role < TRANSPORT_ROLES; role++) t->fds[role] = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
-    if (t->fds[TRANSPORT_CONTROL] >= 0 && t->fds[TRANSPORT_STREAMS] >= 0 && open_entities(t, options)) return &t->head;
-    (void)snprintf(why, why_size, "dds: cannot create the entities of domain %lu%s%s", domain,
-        options->interface[0] ? " on interface " : "", options->interface);
+    complaint first = {""};
+    if (*options->security) dds_set_log_sink(on_log, &first);
+    bool opened = t->fds[TRANSPORT_CONTROL] >= 0 && t->fds[TRANSPORT_STREAMS] >= 0 && open_entities(t, options);
+    if (*options->security) dds_set_log_sink(NULL, NULL);
+    if (opened) return &t->head;
+    if (!*options->security ||
+        !wire_dds_security_explain(options->security, *first.text ? first.text : NULL, why, why_size))
+        (void)snprintf(why, why_size, "dds: cannot create the entities of domain %lu%s%s", domain,
+            options->interface[0] ? " on interface " : "", options->interface);
     dds_close_transport(&t->head);
     return NULL;
 }
@@ -325,9 +360,15 @@ static bool is_removed(const wire_message *m)
     }
 }
 
+static bool dds_permits(transport *base, wire_kind kind)
+{
+    return ((transport_dds *)base)->writers[kind] > 0;
+}
+
 static int dds_send(transport *base, const wire_message *m)
 {
     transport_dds *t = (transport_dds *)base;
+    if (t->writers[m->kind] <= 0) return -1;
     wire_dds_encode(m, t->sample);
     dds_entity_t writer = t->writers[m->kind];
     return is_removed(m) ? dds_writedispose(writer, t->sample) : dds_write(writer, t->sample);
@@ -342,13 +383,14 @@ static void dds_forget(transport *base, const wire_message *removed)
 
 static void dds_flush(transport *base)
 {
-    dds_write_flush(((transport_dds *)base)->writers[WIRE_POSE_BATCH]);
+    if (dds_permits(base, WIRE_POSE_BATCH)) dds_write_flush(((transport_dds *)base)->writers[WIRE_POSE_BATCH]);
 }
 
 static void dds_drain(transport *base, int64_t timeout_ns)
 {
     dds_flush(base);
-    if (timeout_ns > 0) (void)dds_wait_for_acks(((transport_dds *)base)->writers[WIRE_POSE_BATCH], timeout_ns);
+    if (timeout_ns > 0 && dds_permits(base, WIRE_POSE_BATCH))
+        (void)dds_wait_for_acks(((transport_dds *)base)->writers[WIRE_POSE_BATCH], timeout_ns);
 }
 
 /* ---- receiving ---- */
@@ -423,6 +465,7 @@ const transport_ops transport_dds_ops = {
     .poses_max = WIRE_POSES_MAX,
     .open = dds_open_transport,
     .send = dds_send,
+    .permits = dds_permits,
     .flush = dds_flush,
     .drain = dds_drain,
     .ready = dds_ready,

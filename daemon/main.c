@@ -49,6 +49,7 @@ int main(int argc, char **argv)
     int status = config_arguments(&c, argc, argv, &asked, why, sizeof why);
     if (status < 0) return fail(-status, why);
     if (asked) return answer(asked);
+    start_environment(&c);
     bool all_links = start_choose_links(&c, no_lcm, sizeof no_lcm);
     status = start_check(&c, why, sizeof why);
     if (status != EX_OK) return fail(status, why);

@@ -20,6 +20,7 @@ static const struct {
     {"libqhull_r.so", "libqhull-r8.0"},
     {"libsystemd.so", "libsystemd0"},
     {"libwebsockets.so", "libwebsockets17"},
+    {"libcrypto.so", "libssl3"},
     {"libassimp.so", "libassimp5"},
     {"libcyaml.so", "libcyaml1"},
     {"libpng16.so", "libpng16-16"},

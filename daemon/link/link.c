@@ -34,6 +34,7 @@ static void options_copy(link_options *to, const link_options *from, const char 
     *to = *from;
     to->address = base_strdup(address);
     to->interface = base_strdup(from->interface ? from->interface : "");
+    to->security = base_strdup(from->security ? from->security : "");
     to->program = base_strdup(from->program ? from->program : "");
 }
 
@@ -41,6 +42,7 @@ static void link_free(struct link *l)
 {
     free((char *)l->options.address);
     free((char *)l->options.interface);
+    free((char *)l->options.security);
     free((char *)l->options.program);
     free(l);
 }

@@ -36,6 +36,7 @@ typedef struct link_options {
     metrics *counters;     /* where it registers "dds_messages_in", "lcm_gateway_restarts", ... */
     const char *address;   /* what follows the scheme; link_open sets it */
     const char *interface; /* network interface or address; "" = loopback only */
+    const char *security;  /* DDS: folder of certificates and permissions; "" = no security */
     const char *program;   /* LCM: path of collided-lcm; "" = beside this executable */
     bool must_start;       /* LCM: a gateway that does not start at all is an error; otherwise it is tried again */
 } link_options;

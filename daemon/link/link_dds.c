@@ -10,10 +10,12 @@
 #include "base/clock.h"
 #include "base/log.h"
 #include "interface.h"
+#include "speakers.h"
 #include "wake.h"
 #include "wire/dds/wire_dds.h"
 #include "wire/dds/wire_dds_leave.h"
 #include "wire/dds/wire_dds_qos.h"
+#include "wire/dds/wire_dds_security.h"
 
 #include <dds/dds.h>
 #include <stdatomic.h>
@@ -64,10 +66,11 @@ struct link_dds {
     reader readers[IN_COUNT];
     writer writers[OUT_COUNT];
     ARRAY(stream *) streams; /* sorted by name */
-    ARRAY(int64_t) lost;     /* clients, until the end of a receive */
-    void *sample;            /* room for a sample of any kind, to be written */
+    speakers speakers;
+    atomic_bool has_discovered, has_news; /* for speakers */
+    void *sample;                         /* room for a sample of any kind, to be written */
     atomic_bool woken;
-    metric *messages_in, *refused, *history_full, *messages_out, *write_failed, *no_stream;
+    metric *messages_in, *refused, *foreign, *history_full, *messages_out, *write_failed, *no_stream;
 };
 
 static link_dds *self_of(struct link *l)
@@ -90,11 +93,27 @@ static void on_data(dds_entity_t entity, void *context)
     notice(r->owner, &r->arrived);
 }
 
+static void on_discovery(dds_entity_t entity, void *context)
+{
+    (void)entity;
+    link_dds *l = context;
+    notice(l, &l->has_discovered);
+}
+
 static void on_matched(dds_entity_t entity, const dds_publication_matched_status_t status, void *context)
 {
     (void)entity;
     stream *s = context;
     if (status.current_count_change > 0) notice(s->owner, &s->matched);
+}
+
+/* A client's liveliness is that of its writer of Client. */
+static void on_liveliness(dds_entity_t entity, const dds_liveliness_changed_status_t status, void *context)
+{
+    (void)entity;
+    link_dds *l = ((reader *)context)->owner;
+    speakers_heartbeat(&l->speakers, &status);
+    notice(l, &l->has_news);
 }
 
 /* While a domain is joined, the first complaint is kept: it says why it could not be. */
@@ -106,8 +125,7 @@ typedef struct complaint {
 static void on_log(void *context, const dds_log_data_t *line)
 {
     complaint *first = context; /* NULL: joined */
-    int length = (int)line->size;
-    if (length > 0 && line->message[length - 1] == '\n') length--;
+    int length = (int)strcspn(line->message, "\n");
     if (first && line->priority & (DDS_LC_FATAL | DDS_LC_ERROR)) {
         if (!*first->text) snprintf(first->text, sizeof first->text, "%.*s", length, line->message);
     } else if (line->priority & (DDS_LC_FATAL | DDS_LC_ERROR))
@@ -135,11 +153,21 @@ static bool open_reader(link_dds *l, reader *r, wire_kind kind)
     r->kind = kind;
     dds_listener_t *listener = dds_create_listener(NULL);
     dds_lset_data_available_arg(listener, on_data, r, true);
+    if (kind == WIRE_CLIENT) dds_lset_liveliness_changed_arg(listener, on_liveliness, r, true);
     dds_qos_t *qos = wire_dds_qos(kind, WIRE_DDS_READER, NULL, 0);
     r->entity = dds_create_reader(l->participant, topic_of(l, kind), qos, listener);
     dds_delete_qos(qos);
     dds_delete_listener(listener);
     return r->entity > 0;
+}
+
+static bool open_speakers(link_dds *l)
+{
+    dds_listener_t *listener = dds_create_listener(NULL);
+    dds_lset_data_available_arg(listener, on_discovery, l, true);
+    bool opened = speakers_open(&l->speakers, l->participant, listener);
+    dds_delete_listener(listener);
+    return opened;
 }
 
 static bool open_writer(link_dds *l, writer *w, wire_kind kind)
@@ -152,7 +180,7 @@ static bool open_writer(link_dds *l, writer *w, wire_kind kind)
 
 static bool open_topics(link_dds *l)
 {
-    bool ok = topic_of(l, WIRE_EVENT_BATCH) > 0;
+    bool ok = open_speakers(l) && topic_of(l, WIRE_EVENT_BATCH) > 0;
     for (size_t i = 0; i < IN_COUNT && ok; i++) ok = open_reader(l, &l->readers[i], kinds_in[i]);
     for (size_t i = 0; i < OUT_COUNT && ok; i++) ok = open_writer(l, &l->writers[i], kinds_out[i]);
     return ok;
@@ -166,7 +194,9 @@ static dds_return_t join(link_dds *l, dds_domainid_t domain, const char *config,
     dds_entity_t made = dds_create_domain(domain, config);
     if (made < 0 && made != DDS_RETCODE_PRECONDITION_NOT_MET) return made;
     if (made > 0) l->domain = made;
-    l->participant = dds_create_participant(domain, NULL, NULL);
+    dds_qos_t *secured = wire_dds_security_qos(l->head.options.security);
+    l->participant = dds_create_participant(domain, secured, NULL);
+    dds_delete_qos(secured);
     if (l->participant < 0) return l->participant;
     dds_set_log_sink(on_log, NULL);
     dds_set_trace_sink(on_log, NULL);
@@ -201,6 +231,7 @@ static void register_counters(link_dds *l, metrics *m)
 {
     l->messages_in = metrics_add(m, "dds_messages_in", "messages of clients taken from DDS");
     l->refused = metrics_add(m, "dds_refused", "messages from DDS that were refused: out of range");
+    l->foreign = metrics_add(m, "dds_foreign", "messages from DDS in the name of a client that another one speaks for");
     l->history_full = metrics_add(m, "dds_history_full", "takes that found a reader's history full: older were lost");
     l->messages_out = metrics_add(m, "dds_messages_out", "messages written to DDS");
     l->write_failed = metrics_add(m, "dds_write_failed", "messages that DDS refused to write");
@@ -221,14 +252,20 @@ static int dds_link_check(const link_options *options, char key[LINK_KEY_MAX], c
             options->interface);
     else if (!interface_is_there(options->interface, why, why_size))
         return EX_NOHOST;
+    else if (options->security && *options->security && !wire_dds_security_check(options->security, why, why_size))
+        return EX_NOINPUT;
     else
         return snprintf(key, LINK_KEY_MAX, "dds %u", domain) > 0 ? EX_OK : EX_SOFTWARE;
     return EX_CONFIG;
 }
 
 /* Cyclone's own words, and what to do about those that are met in practice. */
-static void say_why(const char *address, const complaint *first, dds_return_t joined, char *why, size_t why_size)
+static void say_why(
+    const link_options *options, const complaint *first, dds_return_t joined, char *why, size_t why_size)
 {
+    if (*options->security &&
+        wire_dds_security_explain(options->security, *first->text ? first->text : NULL, why, why_size))
+        return;
     const char *said = *first->text ? first->text : joined < 0 ? dds_strretcode(joined) : "no readers and writers";
     const char *mend = "check the interface and CYCLONEDDS_URI";
     if (strstr(said, "participant index"))
@@ -236,7 +273,13 @@ static void say_why(const char *address, const complaint *first, dds_return_t jo
                "one: links = dds://1";
     else if (strstr(said, "available interface") || strstr(said, "multicast-capable"))
         mend = "is it up? do: ip link set lo up (or the interface that was asked for)";
-    snprintf(why, why_size, "dds://%s: DDS does not start: %s: %s", address, said, mend);
+    snprintf(why, why_size, "dds://%s: DDS does not start: %s: %s", options->address, said, mend);
+}
+
+static void free_own(link_dds *l)
+{
+    speakers_free(&l->speakers);
+    free(l->sample);
 }
 
 static int dds_link_open(struct link *head, const link_options *options, char *why, size_t why_size)
@@ -250,11 +293,12 @@ static int dds_link_open(struct link *head, const link_options *options, char *w
     wire_dds_config(config, sizeof config, options->interface, true);
     register_counters(l, options->counters);
     l->sample = base_zalloc(1, largest_sample());
+    speakers_init(&l->speakers);
     dds_return_t joined = join(l, domain, config, &first);
     if (joined == DDS_RETCODE_OK && open_topics(l)) return 0;
     leave(l);
-    say_why(options->address, &first, joined, why, why_size);
-    free(l->sample);
+    say_why(options, &first, joined, why, why_size);
+    free_own(l);
     return -1;
 }
 
@@ -292,19 +336,32 @@ static void mark_removed(wire_message *m, int64_t sequence)
     }
 }
 
+static bool is_admitted(link_dds *l, const wire_message *m, const dds_sample_info_t *info, wire_refusal *why)
+{
+    bool admitted = speakers_admit(&l->speakers, m, info->publication_handle, why);
+    if (!admitted) metric_count(l->foreign, 1);
+    return admitted;
+}
+
+static void hand_over(link_dds *l, const link_sink *sink, const wire_message *m)
+{
+    sink->message(sink->context, &l->head, m);
+    if (m->kind == WIRE_CLIENT && m->client.removed) speakers_release(&l->speakers, m->client.client);
+}
+
 /* News of an instance without a sample (dds_dispose): its keys are all that is known. A disposed one was taken back;
  * the time at its source, in microseconds, stands in for the sequence number, as clients under a fixed id count. One
- * without writers has lost its client, which only Client tells: what becomes of the rest is that client's choice. */
+ * without writers says nothing: what becomes of it is its client's choice, when that is lost. */
 static bool receive_state(link_dds *l, const link_sink *sink, wire_message *m, const dds_sample_info_t *info)
 {
     if (info->instance_state != DDS_IST_NOT_ALIVE_DISPOSED || !wire_dds_profile_of(m->kind)->late_joiners) return false;
     wire_refusal why;
     mark_removed(m, info->source_timestamp / 1000);
-    if (wire_check(m, &why) != WIRE_OK) {
+    if (wire_check(m, &why) != WIRE_OK || !is_admitted(l, m, info, &why)) {
         refuse(l, sink, m->kind, m, &why);
         return false;
     }
-    sink->message(sink->context, &l->head, m);
+    hand_over(l, sink, m);
     return true;
 }
 
@@ -314,14 +371,13 @@ static bool receive_sample(
     wire_message m = {.kind = kind};
     wire_refusal why = {0};
     wire_reason reason = wire_dds_decode(kind, sample, &m, &why);
-    if (kind == WIRE_CLIENT && info->instance_state == DDS_IST_NOT_ALIVE_NO_WRITERS)
-        array_push(&l->lost, m.client.client);
     if (!info->valid_data) return receive_state(l, sink, &m, info);
-    if (reason == WIRE_OK)
-        sink->message(sink->context, &l->head, &m);
+    bool taken = reason == WIRE_OK && is_admitted(l, &m, info, &why);
+    if (taken)
+        hand_over(l, sink, &m);
     else
         refuse(l, sink, kind, &m, &why);
-    return reason == WIRE_OK;
+    return taken;
 }
 
 /* Samples taken from one reader; *messages of them were messages. */
@@ -362,13 +418,15 @@ static size_t dds_link_receive(struct link *head, const link_sink *sink)
 {
     link_dds *l = self_of(head);
     size_t messages = 0;
+    int64_t client;
     atomic_store(&l->woken, false); /* first: what arrives from now on wakes again */
+    if (atomic_exchange(&l->has_discovered, false)) speakers_discover(&l->speakers);
+    atomic_store(&l->has_news, false);
     for (size_t i = 0; i < IN_COUNT; i++)
         if (atomic_exchange(&l->readers[i].arrived, false)) messages += take_all(l, sink, &l->readers[i]);
     report_readers(l, sink);
     /* Last, so that nothing of a lost client comes after the news of its loss. */
-    for (size_t i = 0; i < l->lost.count; i++) sink->client_lost(sink->context, head, l->lost.at[i]);
-    l->lost.count = 0;
+    while (speakers_lost(&l->speakers, &client)) sink->client_lost(sink->context, head, client);
     metric_count(l->messages_in, messages);
     return messages;
 }
@@ -487,8 +545,9 @@ static void dds_link_describe(struct link *head, char *text, size_t size)
     const char *user = getenv("CYCLONEDDS_URI");
     snprintf(text, size, "DDS domain %s on %s: %s%s%s", o->address[0] ? o->address : "0",
         o->interface[0] ? o->interface : "lo",
-        o->interface[0] ? "anyone on that network, unless DDS security is set up"
-                        : "programs on this machine, of any user",
+        o->security[0]    ? "whoever has a certificate of this site"
+        : o->interface[0] ? "anyone on that network: no security is set up"
+                          : "programs on this machine, of any user",
         user && user[0] ? ", and as CYCLONEDDS_URI says: " : "", user && user[0] ? user : "");
 }
 
@@ -510,8 +569,7 @@ static void dds_link_close(struct link *head)
     for (size_t i = 0; i < l->streams.count; i++) stream_destroy(l->streams.at[i]);
     leave(l);
     array_free(&l->streams);
-    array_free(&l->lost);
-    free(l->sample);
+    free_own(l);
 }
 
 const link_ops link_dds_ops = {

@@ -18,6 +18,7 @@ void apply_reject(service *s, struct link *to, wire_kind kind, int64_t client, i
     metric_count(s->count.rejects[why->reason], 1);
     log_warning("refused %s %" PRId64 " of client %016" PRIx64 ": %s: %s", wire_kind_name(kind), sequence,
         (uint64_t)client, wire_reason_name(why->reason), why->text);
+    if (!limits_tell_reject(s, client)) return;
     wire_message m = {.kind = WIRE_REJECT,
         .reject = {WIRE_VERSION, client, sequence, s->epoch, (uint8_t)kind, object, (uint8_t)why->reason, why->text}};
     to->ops->publish(to, &m);
@@ -234,11 +235,13 @@ static void hold_geometries(service *s, owned_body *b, const wire_body *m)
         if (m->shape_geometries.at[i] != 0) array_push(&b->geometries, m->shape_geometries.at[i]);
 }
 
-static bool room_for(service *s, const owned_body *b, const wire_body *m, wire_refusal *why)
+static bool room_for(service *s, const session *c, const owned_body *b, const wire_body *m, wire_refusal *why)
 {
     world_figures now = world_get_figures(s->world);
-    if ((!b || b->world_id == WORLD_NONE) && apply_limit(s, now.bodies, s->config.max_bodies, "max_bodies", why))
+    bool is_new = !b || b->world_id == WORLD_NONE;
+    if (!limits_bodies(s, c, is_new, why) || !limits_shapes(s, c, is_new ? 0 : b->shapes, m->shape_types.count, why))
         return false;
+    if (is_new && apply_limit(s, now.bodies, s->config.max_bodies, "max_bodies", why)) return false;
     size_t others = now.shapes - (b ? world_body_shapes(s->world, b->world_id) : 0); /* what it replaces makes room */
     return !apply_limit(s, others + m->shape_types.count - 1, s->config.max_shapes, "max_shapes", why);
 }
@@ -273,7 +276,7 @@ static wire_reason put_gathered(service *s, session *c, const wire_body *m, wire
         return why->reason;
     }
     if (!b) b = session_add_body(c, m->body);
-    b->world_id = id;
+    session_count_body(c, b, id, m->shape_types.count);
     b->sequence = m->sequence;
     if (!newer_pose) b->pose_sequence = m->sequence;
     hold_geometries(s, b, m);
@@ -282,7 +285,7 @@ static wire_reason put_gathered(service *s, session *c, const wire_body *m, wire
 
 static wire_reason put_body(service *s, session *c, const wire_body *m, wire_refusal *why)
 {
-    if (!room_for(s, session_body(c, m->body), m, why)) return why->reason;
+    if (!room_for(s, c, session_body(c, m->body), m, why)) return why->reason;
     wire_reason reason = gather_shapes(s, m, why) ? put_gathered(s, c, m, why) : why->reason;
     drop_compounds(s);
     return reason;
@@ -295,7 +298,7 @@ static wire_reason remove_body(service *s, session *c, const wire_body *m)
     if (b->world_id != WORLD_NONE) world_remove_body(s->world, b->world_id, CAUSE_REMOVED);
     for (size_t i = 0; i < b->geometries.count; i++) geometry_release(s, b->geometries.at[i]);
     b->geometries.count = 0;
-    b->world_id = WORLD_NONE;
+    session_count_body(c, b, WORLD_NONE, 0);
     b->sequence = m->sequence;
     return WIRE_OK;
 }
@@ -318,6 +321,7 @@ static wire_reason put_interest(service *s, session *c, const wire_interest *m, 
 {
     owned_interest *i = session_interest(c, m->interest);
     bool is_new = !i || !i->live;
+    if (is_new && !limits_interests(s, c, why)) return why->reason;
     if (is_new && apply_limit(s, world_get_figures(s->world).interests, s->config.max_interests, "max_interests", why))
         return why->reason;
     world_interest def = {.facts = (unsigned)m->facts,
@@ -336,6 +340,7 @@ static wire_reason put_interest(service *s, session *c, const wire_interest *m, 
     world_put_interest(s->world, &id, &def);
     stream_open(s, c, m, id);
     if (!i) i = session_add_interest(c, m->interest);
+    c->interest_count += is_new;
     *i = (owned_interest){m->interest, id, m->sequence, true};
     return WIRE_OK;
 }
@@ -350,6 +355,7 @@ static wire_reason apply_interest(service *s, session *c, const wire_interest *m
     if (!m->removed) return put_interest(s, c, m, why);
     if (i && i->live) {
         stream_end(s, i->world_id, CAUSE_INTEREST);
+        c->interest_count--;
         i->live = false;
         i->sequence = m->sequence;
     }

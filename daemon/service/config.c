@@ -20,8 +20,17 @@ static const config_option OPTIONS[] = {
     {"interface", CONFIG_TEXT, FIELD(interface), 0, 0, NULL, "", "",
         "network interface to open the links to; empty: this machine only",
         "A name (eth0) or an address of this machine. With one, DDS uses multicast on that network and LCM "
-        "may have a ttl above 0: anybody there can then reach the daemon, unless DDS security is set up by "
-        "CYCLONEDDS_URI."},
+        "may have a ttl above 0: anybody there can then reach the daemon, unless security is set up."},
+    {"security", CONFIG_TEXT, FIELD(security), 0, 0, NULL, "", "",
+        "folder with the daemon's certificate and permissions, made by make_site; empty: what COLLIDED_SECURITY says",
+        "DDS then lets in nobody without a certificate of the same site, permits each client what its permissions say, "
+        "and authenticates or encrypts every message. Without either there is no security. Clients name their folders "
+        "by COLLIDED_SECURITY, too. LCM has no "
+        "security: the word auto leaves it out."},
+    {"user", CONFIG_TEXT, FIELD(user), 0, 0, NULL, "", "",
+        "started as root: the user to become before anything is heard; empty: it stays who it is",
+        "Its groups are that user's, too, and there is no way back. Recordings, and the security folder, must be that "
+        "user's to write and to read. The systemd unit needs none: it starts the daemon as a user of its own."},
     {"name", CONFIG_TEXT, FIELD(name), 0, 0, NULL, "", "", "name of this daemon in status; empty: host:pid",
         "Shown by collidectl status; it has no other meaning."},
     {"gateway", CONFIG_TEXT, FIELD(gateway), 0, 0, NULL, "", "", "path of collided-lcm; empty: beside this program",
@@ -73,6 +82,20 @@ static const config_option OPTIONS[] = {
         "Counts all clients together. Who matches an interest is kept as a bit a body, so each costs memory."},
     {"max_geometries", CONFIG_WHOLE, FIELD(max_geometries), 1, 1000000, NULL, "10000", "geometries",
         "hulls in the store", "A hull is stored once however many bodies use it, and is forgotten when nobody does."},
+    {"max_client_bodies", CONFIG_WHOLE, FIELD(max_client_bodies), 1, 10000000, NULL, "1000000", "bodies",
+        "bodies of one client", "The limits of one client let nobody use up what is there for all."},
+    {"max_client_shapes", CONFIG_WHOLE, FIELD(max_client_shapes), 1, 40000000, NULL, "2000000", "shapes",
+        "shapes of one client", "Counted like max_shapes."},
+    {"max_client_interests", CONFIG_WHOLE, FIELD(max_client_interests), 1, 4096, NULL, "512", "interests",
+        "interests of one client", "Each has a stream."},
+    {"max_client_geometry", CONFIG_WHOLE, FIELD(max_client_geometry), 1, 1048576, NULL, "4096", "MiB",
+        "geometry of one client: hulls, meshes and height fields",
+        "Counts the numbers of what the client was the first to announce, from the first piece on, until it is freed."},
+    {"max_client_messages", CONFIG_WHOLE, FIELD(max_client_messages), 1, 100000000, NULL, "1000000", "messages/s",
+        "messages of one client in a second",
+        "Of all kinds; what exceeds is refused, and told at most 100 times a second."},
+    {"max_client_poses", CONFIG_WHOLE, FIELD(max_client_poses), 1, 1000000000, NULL, "100000000", "poses/s",
+        "poses of one client in a second", "A batch that exceeds is refused as a whole."},
     {"record", CONFIG_TEXT, FIELD(record), 0, 0, NULL, "", "", "record all commands to this file (LCM's log format)",
         "Must not exist yet. Written from the start on; collided --replay runs it again and compares every "
         "tick."},
@@ -317,7 +340,7 @@ static const config_exit EXITS[] = {
     {EX_USAGE, "EX_USAGE", "unknown option, or a value out of its range, on the command line"},
     {EX_DATAERR, "EX_DATAERR",
         "the recording to replay is damaged, or no recording, or a trade finds nothing in it to compare"},
-    {EX_NOINPUT, "EX_NOINPUT", "the configuration file or the recording to replay cannot be read"},
+    {EX_NOINPUT, "EX_NOINPUT", "the configuration file, the recording to replay or the security folder cannot be read"},
     {EX_NOHOST, "EX_NOHOST", "the network interface is not on this machine"},
     {EX_UNAVAILABLE, "EX_UNAVAILABLE", "DDS or LCM does not start: no route, no interface, a port is taken"},
     {EX_SOFTWARE, "EX_SOFTWARE", "a replay differs from its recording"},
@@ -325,8 +348,9 @@ static const config_exit EXITS[] = {
     {EX_OSFILE, "EX_OSFILE", "a library or the LCM gateway is missing"},
     {EX_CANTCREAT, "EX_CANTCREAT", "the recording or its folder is not there, not to be written, or exists already"},
     {EX_IOERR, "EX_IOERR", "the result of a trade cannot be written"},
-    {EX_NOPERM, "EX_NOPERM", "this user may not write the recording"},
-    {EX_CONFIG, "EX_CONFIG", "the configuration file is broken, or the links are, or a trade has nothing to replay"},
+    {EX_NOPERM, "EX_NOPERM", "this user may not write the recording, or not become another user"},
+    {EX_CONFIG, "EX_CONFIG",
+        "the configuration file is broken, or the links or the user are, or a trade has nothing to replay"},
 };
 
 const config_exit *config_exits(size_t *count)
@@ -342,7 +366,7 @@ void config_help(void)
            "what touches and what is near. Each key may also stand in the file, as: key = value\n\n");
     for (size_t i = 0; i < OPTION_COUNT; i++) {
         const config_option *o = &OPTIONS[i];
-        printf("  --%-15s %s\n  %17s ", o->key, o->help, "");
+        printf("  --%-21s %s\n  %23s ", o->key, o->help, "");
         if (o->type == CONFIG_WHOLE || o->type == CONFIG_NUMBER)
             printf("%.10g to %.10g %s; ", o->least, o->most, o->unit);
         else if (o->type == CONFIG_CHOICE)
@@ -351,7 +375,7 @@ void config_help(void)
             printf("yes (alone), or no by --%s=no; ", o->key);
         printf("default: %s\n", *o->value ? o->value : "(empty)");
     }
-    printf("  --%-15s %s\n  --%-15s %s\n  --%-15s %s\n", "config FILE", "read this file first", "help", "this text",
+    printf("  --%-21s %s\n  --%-21s %s\n  --%-21s %s\n", "config FILE", "read this file first", "help", "this text",
         "version", "the release and the version of the wire");
     printf("\nExit status, by sysexits.h:\n");
     for (size_t i = 0; i < sizeof EXITS / sizeof *EXITS; i++) printf("  %4d  %s\n", EXITS[i].status, EXITS[i].meaning);

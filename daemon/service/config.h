@@ -14,6 +14,8 @@ typedef struct config {
     char name[64];
     char links[CONFIG_TEXT_MAX];
     char interface[64];
+    char security[CONFIG_TEXT_MAX];
+    char user[64];
     char gateway[CONFIG_TEXT_MAX];
     char record[CONFIG_TEXT_MAX];
     char record_dir[CONFIG_TEXT_MAX];
@@ -25,6 +27,8 @@ typedef struct config {
     bool caches, json, journal, trade;
     double margin, rate, budget_us, status_period, lease;
     long max_clients, max_bodies, max_shapes, max_interests, max_geometries;
+    long max_client_bodies, max_client_shapes, max_client_interests, max_client_geometry;
+    long max_client_messages, max_client_poses;
 } config;
 
 typedef enum config_type { CONFIG_TEXT, CONFIG_CHOICE, CONFIG_WHOLE, CONFIG_NUMBER, CONFIG_YES } config_type;

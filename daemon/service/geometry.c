@@ -28,6 +28,11 @@ static wire_reason refuse(wire_refusal *why, wire_reason reason, const char *tex
     return reason;
 }
 
+int64_t geometry_bytes(int64_t vertex_numbers, int64_t index_numbers)
+{
+    return vertex_numbers * (int64_t)sizeof(double) + index_numbers * (int64_t)sizeof(int32_t);
+}
+
 static geometry *add(service *s, const wire_geometry *m)
 {
     size_t index = 0;
@@ -36,6 +41,7 @@ static geometry *add(service *s, const wire_geometry *m)
     geometry *g = &s->geometries.at[index];
     *g = (geometry){.used = true,
         .hash = m->hash,
+        .payer = m->client,
         .kind = m->kind,
         .pieces = m->pieces,
         .vertex_numbers = (size_t)m->vertex_numbers,
@@ -44,11 +50,22 @@ static geometry *add(service *s, const wire_geometry *m)
     g->indices = base_zalloc(g->index_numbers ? g->index_numbers : 1, sizeof *g->indices);
     g->has = base_zalloc((size_t)m->pieces, 1);
     pair_map_put(&s->geometry_of, (uint64_t)m->hash, (uint32_t)index);
+    session *payer = session_find(s, m->client);
+    if (payer) payer->geometry_bytes += geometry_bytes(m->vertex_numbers, m->index_numbers);
     return g;
+}
+
+/* One who left and came back begins at nothing, though what it announced may still be in use. */
+static void pay_back(service *s, const geometry *g)
+{
+    session *payer = session_find(s, g->payer);
+    int64_t bytes = geometry_bytes((int64_t)g->vertex_numbers, (int64_t)g->index_numbers);
+    if (payer) payer->geometry_bytes = payer->geometry_bytes > bytes ? payer->geometry_bytes - bytes : 0;
 }
 
 static void drop(service *s, geometry *g)
 {
+    pay_back(s, g);
     pair_map_remove(&s->geometry_of, (uint64_t)g->hash);
     free(g->vertices);
     free(g->indices);
@@ -222,6 +239,7 @@ wire_reason geometry_put(service *s, const wire_geometry *m, wire_refusal *why)
     }
     if (check_size(m, why) != WIRE_OK) return why->reason;
     if (!g && apply_limit(s, s->geometry_of.count, s->config.max_geometries, "max_geometries", why)) return why->reason;
+    if (!g && !limits_geometry(s, session_find(s, m->client), m, why)) return why->reason;
     if (!g) g = add(s, m);
     announce(g, m->client);
     return is_whole(g) ? WIRE_OK : put_piece(s, g, m, why);

@@ -22,6 +22,7 @@ void health_register(service *s)
         snprintf(refused[r], sizeof refused[r], "reject_%s", wire_reason_name((wire_reason)r));
         s->count.rejects[r] = metrics_add(m, refused[r], "messages refused for this reason");
     }
+    s->count.rejects_untold = metrics_add(m, "rejects_untold", "refusals not told to their client: too many a second");
     s->count.clients_lost = metrics_add(m, "clients_lost", "clients whose lease ran out");
     s->count.duplicates = metrics_add(m, "duplicates", "copies of messages that had been applied");
     s->count.late_poses = metrics_add(m, "late_poses", "poses older than one already applied");

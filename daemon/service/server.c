@@ -5,6 +5,7 @@
 #include "base/clock.h"
 #include "base/log.h"
 #include "notify.h"
+#include "privileges.h"
 #include "replay.h"
 #include "service.h"
 
@@ -27,10 +28,23 @@ struct server {
 
 /* ---- what the links call ---- */
 
+static void refuse(service *s, struct link *from, const wire_message *m, const wire_refusal *why)
+{
+    int64_t client, sequence;
+    int32_t object;
+    wire_origin(m, &client, &sequence, &object);
+    apply_reject(s, from, m->kind, client, sequence, object, why);
+}
+
 static void on_message(void *context, struct link *from, const wire_message *m)
 {
     service *s = context;
+    wire_refusal why;
     metric_count(s->count.messages_in[m->kind], 1);
+    if (!limits_admit(s, from, m, &why)) {
+        refuse(s, from, m, &why);
+        return;
+    }
     session_heard(s, m);
     if (m->kind != WIRE_QUERY) record_message(s, m);
     if (m->kind == WIRE_POSE_BATCH)
@@ -89,6 +103,7 @@ static int open_link(service *s, const char *uri, char *why, size_t why_size)
     link_options options = {.wake_fd = s->wake_fd,
         .counters = s->metrics,
         .interface = s->config.interface,
+        .security = s->config.security,
         .program = s->config.gateway,
         .must_start = true};
     if (s->link_count == LINKS_MAX) {
@@ -124,6 +139,8 @@ static void tell_links(const service *s)
         char text[512];
         s->links[i]->ops->describe(s->links[i], text, sizeof text);
         log_notice("%s", text);
+        if (*s->config.security && strcmp(s->links[i]->ops->scheme, "lcm") == 0)
+            log_warning("security is set up, and LCM has none: whoever reaches it speaks for whom he likes");
     }
 }
 
@@ -142,6 +159,7 @@ static void set_names(service *s)
 
 server *server_create(const config *c, char *why, size_t why_size)
 {
+    privileges_no_more();
     server *v = base_zalloc(1, sizeof *v);
     service *s = &v->s;
     s->config = *c;
@@ -164,8 +182,9 @@ server *server_create(const config *c, char *why, size_t why_size)
     service_set_budget(s);
     if (c->metrics_port && !s->replaying) s->exporter = exporter_start((uint16_t)c->metrics_port, why, why_size);
     bool exports = s->exporter || !c->metrics_port || s->replaying;
+    bool dropped = exports && privileges_drop(c->user, why, why_size) == 0; /* the port above may have needed them */
     /* The recording comes last: what fails before leaves no file. Nothing is taken from the links yet. */
-    if (!exports || open_links(s, why, why_size) != 0 ||
+    if (!dropped || open_links(s, why, why_size) != 0 ||
         (*c->record && record_start(s, c->record, why, why_size) != 0)) {
         server_destroy(v);
         return NULL;
@@ -325,6 +344,7 @@ static void begin(server *v)
     service *s = &v->s;
     char state[256];
     tell_links(s);
+    privileges_tell(s->config.user);
     service_tell_broad(s);
     snprintf(state, sizeof state, "%s is ready, %u worker(s), epoch %" PRId64, s->daemon_name, worker_count(&s->config),
         s->epoch);

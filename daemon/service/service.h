@@ -1,5 +1,6 @@
 /* service: the parts that stand between the links and the world, and what they share. Tick thread only.
  *
+ *   limits   what a client may have and send
  *   inbox    commands of a tick, in canonical order          session  clients, and what is theirs
  *   apply    commands to the world, refusals                 geometry hulls, meshes, height fields by content hash
  *   stream   the world's events to the links                 answer   queries
@@ -27,6 +28,7 @@ enum { LINKS_MAX = 8 };
 typedef struct owned_body {
     int32_t number;        /* the client's */
     uint32_t world_id;     /* WORLD_NONE: removed; the entry stays, so that a late copy does not bring it back */
+    uint32_t shapes;       /* in the world, as they count in limits */
     int64_t sequence;      /* of the newest Body */
     int64_t pose_sequence; /* of the newest pose */
     ARRAY(int64_t) geometries;
@@ -43,15 +45,22 @@ typedef struct step_mark { /* a simulator's step: the highest of the last tick t
     int64_t step, tick;
 } step_mark;
 
+typedef struct flow { /* how many in a second that began with the first of them; monotonic */
+    int64_t began_ns, count;
+} flow;
+
 typedef struct session {
     int64_t client;
     char *name;
-    struct link *link;          /* by which it came; answers go there */
-    int64_t sequence;           /* of the newest Client */
-    int64_t lease_ns, heard_ns; /* monotonic */
-    int64_t letters_tick;       /* the tick before which the newest of its commands came */
-    step_mark step;             /* of its poses; step 0: it counts none */
-    bool stepped;               /* one has come since the last tick ended */
+    struct link *link;                              /* by which it came; answers go there */
+    int64_t sequence;                               /* of the newest Client */
+    int64_t lease_ns, heard_ns;                     /* monotonic */
+    int64_t letters_tick;                           /* the tick before which the newest of its commands came */
+    step_mark step;                                 /* of its poses; step 0: it counts none */
+    bool stepped;                                   /* one has come since the last tick ended */
+    size_t body_count, shape_count, interest_count; /* in the world */
+    int64_t geometry_bytes;                         /* of geometries that it was the first to announce */
+    flow messages, poses, rejects;                  /* of the second that runs */
     uint8_t on_loss;
     bool announced; /* its Client has come */
     bool lost;
@@ -82,6 +91,7 @@ typedef struct stream {
 
 typedef struct geometry {
     int64_t hash;
+    int64_t payer;             /* the client whose limit it counts against, from its first piece until it is freed */
     ARRAY(int64_t) announcers; /* clients that announce it and have not taken it back */
     uint8_t kind;
     int32_t pieces, come; /* come: pieces that have arrived */
@@ -123,7 +133,7 @@ typedef struct inbox {
 typedef struct counters { /* metrics that the service itself counts */
     metric *messages_in[WIRE_KIND_COUNT];
     metric *rejects[WIRE_REASON_COUNT];
-    metric *clients_lost, *duplicates, *ticks_empty, *batches_out, *events_out, *late_poses;
+    metric *rejects_untold, *clients_lost, *duplicates, *ticks_empty, *batches_out, *events_out, *late_poses;
     metric *budget_over, *record_failures, *answers, *acks, *tick_ns, *busy_ns;
 } counters;
 
@@ -157,6 +167,7 @@ typedef struct service {
     broad_kind told_broad; /* what the log says last; BROAD_AUTO: nothing yet */
     uint8_t health;
 
+    flow rejects; /* of clients without a session */
     ARRAY(session *) sessions;
     pair_map session_of;   /* client -> index */
     ARRAY(stream) streams; /* by the world's interest id */
@@ -182,6 +193,7 @@ session *session_find(service *s, int64_t client);
 session *session_get(service *s, int64_t client, struct link *from); /* NULL: too many clients */
 owned_body *session_body(session *c, int32_t number);
 owned_body *session_add_body(session *c, int32_t number);
+void session_count_body(session *c, owned_body *b, uint32_t world_id, size_t shapes);
 owned_interest *session_interest(session *c, int32_t number);
 owned_interest *session_add_interest(session *c, int32_t number);
 void session_heard(service *s, const wire_message *m); /* a sign of life, before it is applied */
@@ -198,6 +210,7 @@ void session_free_all(service *s);
 typedef struct geometry_share { /* what one piece holds of the whole: vertices first, then indices */
     size_t first_vertex, vertices, first_index, indices;
 } geometry_share;
+int64_t geometry_bytes(int64_t vertex_numbers, int64_t index_numbers); /* of its numbers in memory */
 geometry_share geometry_share_of(const geometry *g, int32_t piece);
 wire_reason geometry_put(service *s, const wire_geometry *m, wire_refusal *why);
 /* The hull or mesh of a shape of that type, WIRE_SHAPE_*; false: it has not come, or is of another kind. */
@@ -221,6 +234,14 @@ bool apply_command(service *s, struct link *from, const wire_message *m, bool ma
 void apply_reject(service *s, struct link *to, wire_kind kind, int64_t client, int64_t sequence, int32_t object,
     const wire_refusal *why);
 bool apply_limit(service *s, size_t now, long most, const char *option, wire_refusal *why);
+
+/* limits.c: what a client may have, and how fast it may talk */
+bool limits_admit(service *s, struct link *from, const wire_message *m, wire_refusal *why);
+bool limits_bodies(service *s, const session *c, bool is_new, wire_refusal *why);
+bool limits_shapes(service *s, const session *c, size_t instead_of, size_t more, wire_refusal *why);
+bool limits_interests(service *s, const session *c, wire_refusal *why);
+bool limits_geometry(service *s, const session *c, const wire_geometry *m, wire_refusal *why);
+bool limits_tell_reject(service *s, int64_t client);
 
 /* stream.c */
 bool stream_taken(service *s, const session *c, const wire_interest *m, uint32_t world_id, wire_refusal *why);

@@ -11,7 +11,7 @@ enum { REMOVED_KEPT = 4096 }; /* removed bodies (interests) that a session remem
 
 session *session_find(service *s, int64_t client)
 {
-    uint32_t index = pair_map_get(&s->session_of, (uint64_t)client);
+    uint32_t index = client ? pair_map_get(&s->session_of, (uint64_t)client) : PAIR_MAP_NONE; /* 0: nobody */
     return index == PAIR_MAP_NONE ? NULL : s->sessions.at[index];
 }
 
@@ -79,6 +79,15 @@ owned_body *session_add_body(session *c, int32_t number)
     return &c->bodies.at[c->bodies.count - 1];
 }
 
+/* Its place in the world (WORLD_NONE: it has none any more), and how many shapes it has there. */
+void session_count_body(session *c, owned_body *b, uint32_t world_id, size_t shapes)
+{
+    c->body_count += (world_id != WORLD_NONE) - (b->world_id != WORLD_NONE);
+    c->shape_count += shapes - b->shapes;
+    b->world_id = world_id;
+    b->shapes = (uint32_t)shapes;
+}
+
 /* As with bodies: removed ones are remembered for a while only. */
 owned_interest *session_add_interest(session *c, int32_t number)
 {
@@ -109,7 +118,7 @@ static void end_bodies(service *s, session *c, uint8_t cause)
         world_remove_body(s->world, b->world_id, cause);
         for (size_t k = 0; k < b->geometries.count; k++) geometry_release(s, b->geometries.at[k]);
         b->geometries.count = 0;
-        b->world_id = WORLD_NONE;
+        session_count_body(c, b, WORLD_NONE, 0);
     }
 }
 
@@ -117,7 +126,7 @@ static void end_interests(service *s, session *c, uint8_t cause)
 {
     for (size_t i = 0; i < c->interests.count; i++)
         if (c->interests.at[i].live) stream_end(s, c->interests.at[i].world_id, cause);
-    c->interests.count = 0;
+    c->interests.count = c->interest_count = 0;
 }
 
 static void free_session(session *c)

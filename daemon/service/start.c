@@ -2,10 +2,12 @@
  * or a disk full, is found by whoever opens it. */
 #include "start.h"
 
+#include "privileges.h"
 #include "service.h"
 
 #include <errno.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
@@ -71,7 +73,7 @@ typedef char link_key[LINK_KEY_MAX];
 
 static int check_link(const char *uri, const config *c, link_key *keys, size_t *count, char *why, size_t why_size)
 {
-    link_options options = {.interface = c->interface, .program = c->gateway};
+    link_options options = {.interface = c->interface, .security = c->security, .program = c->gateway};
     if (*count == LINKS_MAX) {
         snprintf(why, why_size, "links = \"%.200s\": more than %d: leave some out", c->links, LINKS_MAX);
         return EX_CONFIG;
@@ -101,12 +103,20 @@ static int check_links(const config *c, char *why, size_t why_size)
     return EX_CONFIG;
 }
 
+void start_environment(config *c)
+{
+    const char *security = getenv("COLLIDED_SECURITY");
+    if (!*c->security && security) snprintf(c->security, sizeof c->security, "%s", security);
+}
+
 bool start_choose_links(config *c, char *why, size_t why_size)
 {
     link_key key;
     link_options options = {.interface = c->interface, .program = c->gateway};
     if (strcmp(c->links, "auto") != 0 || *c->replay) return true;
-    bool lcm = link_check("lcm://", &options, key, why, why_size) == EX_OK;
+    bool closed = *c->security != '\0';
+    bool lcm = !closed && link_check("lcm://", &options, key, why, why_size) == EX_OK;
+    if (closed) snprintf(why, why_size, "security is set up, and LCM has none");
     snprintf(c->links, sizeof c->links, "%s", lcm ? "dds://0 lcm://" : "dds://0");
     return lcm;
 }
@@ -114,6 +124,7 @@ bool start_choose_links(config *c, char *why, size_t why_size)
 int start_check(const config *c, char *why, size_t why_size)
 {
     int status = check_limits(why, why_size);
+    if (status == EX_OK) status = privileges_check(c->user, why, why_size);
     if (status == EX_OK && *c->record) status = check_record(c->record, why, why_size);
     if (status == EX_OK && *c->record_dir)
         status = check_folder("record_dir", c->record_dir, c->record_dir, why, why_size);

@@ -4,6 +4,9 @@
 
 #include "config.h"
 
+/* What the environment says and the configuration does not: COLLIDED_SECURITY. */
+void start_environment(config *c);
+
 /* EX_OK, or another status of sysexits.h with one line in `why`: what is wrong and how to mend it. */
 int start_check(const config *c, char *why, size_t why_size);
 

@@ -17,6 +17,8 @@ install(TARGETS collided collided-lcm collidectl arm_controller vehicle_simulato
 install(FILES ${PROJECT_SOURCE_DIR}/client/examples/arm.urdf ${PROJECT_SOURCE_DIR}/client/examples/arm.srdf
   DESTINATION ${programs} COMPONENT collided)
 install(PROGRAMS ${PROJECT_SOURCE_DIR}/client/examples/collided-demo DESTINATION ${programs} COMPONENT collided)
+install(PROGRAMS ${PROJECT_SOURCE_DIR}/script/make_site DESTINATION ${programs} COMPONENT collided)
+install(FILES ${PROJECT_SOURCE_DIR}/daemon/systemd/security.conf DESTINATION ${programs} COMPONENT collided)
 file(MAKE_DIRECTORY ${prepared}/bin)
 foreach(name collided collidectl collided-demo)
   file(CREATE_LINK ../${programs}/${name} ${prepared}/bin/${name} SYMBOLIC)

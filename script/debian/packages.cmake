@@ -34,7 +34,7 @@ endforeach()
 
 set(CPACK_DEBIAN_COLLIDED_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_COLLIDED_PACKAGE_SHLIBDEPS ON)
-set(CPACK_DEBIAN_COLLIDED_PACKAGE_RECOMMENDS iproute2) # routes of multicast: collided-demo --link lcm, collidectl doctor
+set(CPACK_DEBIAN_COLLIDED_PACKAGE_RECOMMENDS "iproute2, openssl") # make_site; routes of multicast: collided-demo, doctor
 set(CPACK_DEBIAN_COLLIDED_PACKAGE_SUGGESTS gnuplot-nox) # pictures of collidectl trade
 set(CPACK_DEBIAN_COLLIDED_PACKAGE_CONTROL_EXTRA
   ${debian}/postinst ${debian}/prerm ${debian}/postrm ${debian}/conffiles)

@@ -1,0 +1,149 @@
+/* owners: three lists with a map each; the last entry takes the place of one that goes. */
+#include "owners.h"
+
+#include <stdlib.h>
+
+void owners_init(owners *o)
+{
+    *o = (owners){.changed = false};
+    pair_map_init(&o->writer_of);
+    pair_map_init(&o->participant_of);
+    pair_map_init(&o->claim_of);
+}
+
+void owners_free(owners *o)
+{
+    pair_map_free(&o->writer_of);
+    pair_map_free(&o->participant_of);
+    pair_map_free(&o->claim_of);
+    array_free(&o->writers);
+    array_free(&o->participants);
+    array_free(&o->claims);
+}
+
+static owners_writer *writer_at(const owners *o, uint64_t handle)
+{
+    uint32_t i = handle ? pair_map_get(&o->writer_of, handle) : PAIR_MAP_NONE;
+    return i == PAIR_MAP_NONE ? NULL : &o->writers.at[i];
+}
+
+static owners_participant *participant_at(const owners *o, uint64_t handle)
+{
+    uint32_t i = pair_map_get(&o->participant_of, handle);
+    return i == PAIR_MAP_NONE ? NULL : &o->participants.at[i];
+}
+
+static owners_claim *claim_at(const owners *o, uint64_t client)
+{
+    uint32_t i = client ? pair_map_get(&o->claim_of, client) : PAIR_MAP_NONE;
+    return i == PAIR_MAP_NONE ? NULL : &o->claims.at[i];
+}
+
+static bool is_alive(const owners *o, uint64_t participant)
+{
+    const owners_participant *p = participant_at(o, participant);
+    return p && p->writers && (!p->has_announced || p->announcing);
+}
+
+/* ---- writers ---- */
+
+bool owners_knows(const owners *o, uint64_t writer)
+{
+    return writer_at(o, writer) != NULL;
+}
+
+void owners_come(owners *o, uint64_t writer, uint64_t participant, bool announces)
+{
+    if (!writer || !participant || owners_knows(o, writer)) return;
+    pair_map_put(&o->writer_of, writer, (uint32_t)o->writers.count);
+    array_push(&o->writers, ((owners_writer){writer, participant, announces, true}));
+    owners_participant *p = participant_at(o, participant);
+    if (!p) {
+        pair_map_put(&o->participant_of, participant, (uint32_t)o->participants.count);
+        array_push(&o->participants, ((owners_participant){.handle = participant}));
+        p = &o->participants.at[o->participants.count - 1];
+    }
+    p->writers++;
+    p->announcing += announces;
+    p->has_announced |= announces;
+}
+
+static void drop_participant(owners *o, const owners_participant *p)
+{
+    uint32_t place = pair_map_remove(&o->participant_of, p->handle);
+    owners_participant last = o->participants.at[--o->participants.count];
+    if (place == o->participants.count) return;
+    o->participants.at[place] = last;
+    pair_map_put(&o->participant_of, last.handle, place);
+}
+
+void owners_liveliness(owners *o, uint64_t writer, bool alive)
+{
+    owners_writer *w = writer_at(o, writer);
+    if (!w || !w->announces || w->alive == alive) return;
+    owners_participant *p = participant_at(o, w->participant);
+    w->alive = alive;
+    p->announcing += alive ? 1u : UINT32_MAX; /* one more, or one less */
+    o->changed = true;
+}
+
+void owners_go(owners *o, uint64_t writer)
+{
+    const owners_writer *w = writer_at(o, writer);
+    if (!w) return;
+    owners_participant *p = participant_at(o, w->participant);
+    p->announcing -= w->announces && w->alive;
+    if (--p->writers == 0) drop_participant(o, p);
+    uint32_t place = pair_map_remove(&o->writer_of, writer);
+    owners_writer last = o->writers.at[--o->writers.count];
+    o->changed = true;
+    if (place == o->writers.count) return;
+    o->writers.at[place] = last;
+    pair_map_put(&o->writer_of, last.handle, place);
+}
+
+/* ---- clients ---- */
+
+bool owners_admit(owners *o, uint64_t writer, int64_t client, bool announces)
+{
+    uint64_t key = (uint64_t)client;
+    const owners_writer *w = writer_at(o, writer);
+    owners_claim *c = claim_at(o, key);
+    if (!key) return true; /* nobody's name: refused elsewhere */
+    if (!w) return !c || !is_alive(o, c->participant);
+    if (!c) {
+        pair_map_put(&o->claim_of, key, (uint32_t)o->claims.count);
+        array_push(&o->claims, ((owners_claim){key, w->participant, announces}));
+        o->changed |= !is_alive(o, w->participant);
+        return true;
+    }
+    if (c->participant != w->participant) {
+        if (is_alive(o, c->participant)) return false;
+        *c = (owners_claim){key, w->participant, false};
+    }
+    c->announced |= announces;
+    return true;
+}
+
+void owners_release(owners *o, int64_t client)
+{
+    if (!claim_at(o, (uint64_t)client)) return;
+    uint32_t place = pair_map_remove(&o->claim_of, (uint64_t)client);
+    owners_claim last = o->claims.at[--o->claims.count];
+    if (place == o->claims.count) return;
+    o->claims.at[place] = last;
+    pair_map_put(&o->claim_of, last.client, place);
+}
+
+bool owners_lost(owners *o, int64_t *client)
+{
+    for (size_t i = o->changed ? o->claims.count : 0; i-- > 0;) {
+        owners_claim c = o->claims.at[i];
+        if (is_alive(o, c.participant)) continue;
+        owners_release(o, (int64_t)c.client);
+        *client = (int64_t)c.client;
+        if (c.announced) return true;
+    }
+    o->changed = false;
+    return false;
+}

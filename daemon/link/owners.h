@@ -1,0 +1,56 @@
+/* owners: which participant speaks for which client, where a transport can tell who wrote a message (DDS). The first
+ * participant that names a client speaks for it as long as it is alive; what another one says under that name is to be
+ * refused. Participants and writers are known by handles, never 0 and never used again. No transport is seen here. One
+ * thread. */
+#ifndef COLLIDED_LINK_OWNERS_H
+#define COLLIDED_LINK_OWNERS_H
+
+#include "base/array.h"
+#include "base/pair_map.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+typedef struct owners_writer {
+    uint64_t handle, participant;
+    bool announces; /* of Client: its liveliness is that of the client */
+    bool alive;
+} owners_writer;
+
+typedef struct owners_participant {
+    uint64_t handle;
+    uint32_t writers, announcing; /* announcing: its writers of Client that are alive */
+    bool has_announced;           /* it has, or had, such a writer: without a living one it is lost */
+} owners_participant;
+
+typedef struct owners_claim {
+    uint64_t client, participant;
+    bool announced; /* by a Client message */
+} owners_claim;
+
+typedef struct owners {                           /* zeros = empty, but for owners_init */
+    pair_map writer_of, participant_of, claim_of; /* to the places in the lists */
+    ARRAY(owners_writer) writers;
+    ARRAY(owners_participant) participants;
+    ARRAY(owners_claim) claims;
+    bool changed; /* since the last owners_lost: somebody may be gone */
+} owners;
+
+void owners_init(owners *o);
+void owners_free(owners *o);
+
+void owners_come(owners *o, uint64_t writer, uint64_t participant, bool announces); /* a writer has been discovered */
+void owners_go(owners *o, uint64_t writer);                                         /* it exists no more */
+void owners_liveliness(owners *o, uint64_t writer, bool alive);                     /* its lease ran out; it is back */
+bool owners_knows(const owners *o, uint64_t writer);
+
+/* May what this writer says under that client's name be taken? The first one claims the name. A writer that is not
+ * known, since it is gone already, may speak for whom nobody else speaks, and claims nothing. */
+bool owners_admit(owners *o, uint64_t writer, int64_t client, bool announces);
+void owners_release(owners *o, int64_t client); /* it has left in order */
+
+/* The next client whose participant is gone, or has lost its liveliness, after having announced it; its claim is over.
+ * False: no more. */
+bool owners_lost(owners *o, int64_t *client);
+
+#endif

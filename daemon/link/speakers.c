@@ -1,0 +1,92 @@
+/* Discovery tells of a writer before its first message can be read, and of its end when the last may not yet be: ends
+ * wait until the messages have been read. */
+#include "speakers.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { TAKE_MAX = 64 /* one constant: a loan writes as many pointers as the largest ever asked for */ };
+
+void speakers_init(speakers *s)
+{
+    owners_init(&s->owners);
+    pthread_mutex_init(&s->lock, NULL);
+}
+
+bool speakers_open(speakers *s, dds_entity_t participant, const dds_listener_t *listener)
+{
+    s->discovery = dds_create_reader(participant, DDS_BUILTIN_TOPIC_DCPSPUBLICATION, NULL, listener);
+    return s->discovery > 0;
+}
+
+void speakers_free(speakers *s)
+{
+    owners_free(&s->owners);
+    array_free(&s->gone);
+    array_free(&s->news);
+    pthread_mutex_destroy(&s->lock);
+}
+
+static void hear_of(speakers *s, const dds_builtintopic_endpoint_t *writer, const dds_sample_info_t *info)
+{
+    bool ours = info->valid_data && strncmp(writer->topic_name, "collided_", 9) == 0;
+    bool announces = ours && strcmp(writer->topic_name, "collided_Client") == 0;
+    if (ours) owners_come(&s->owners, info->instance_handle, writer->participant_instance_handle, announces);
+    if (info->instance_state != DDS_IST_ALIVE) array_push(&s->gone, info->instance_handle);
+}
+
+void speakers_discover(speakers *s)
+{
+    void *samples[TAKE_MAX] = {NULL};
+    dds_sample_info_t infos[TAKE_MAX];
+    int n;
+    do {
+        n = dds_take(s->discovery, samples, infos, TAKE_MAX, TAKE_MAX);
+        for (int i = 0; i < n; i++) hear_of(s, samples[i], &infos[i]);
+        if (n > 0) dds_return_loan(s->discovery, samples, n);
+    } while (n == TAKE_MAX);
+}
+
+void speakers_heartbeat(speakers *s, const dds_liveliness_changed_status_t *news)
+{
+    heartbeat h = {news->last_publication_handle, news->alive_count_change > 0};
+    pthread_mutex_lock(&s->lock);
+    array_push(&s->news, h);
+    pthread_mutex_unlock(&s->lock);
+}
+
+bool speakers_admit(speakers *s, const wire_message *m, dds_instance_handle_t writer, wire_refusal *why)
+{
+    int64_t client, sequence;
+    int32_t object;
+    wire_origin(m, &client, &sequence, &object);
+    if (!owners_knows(&s->owners, writer)) speakers_discover(s);
+    if (owners_admit(&s->owners, writer, client, m->kind == WIRE_CLIENT)) return true;
+    why->reason = WIRE_NOT_YOURS;
+    snprintf(why->text, sizeof why->text, "another participant speaks for client %016" PRIx64 ", and is alive",
+        (uint64_t)client);
+    return false;
+}
+
+void speakers_release(speakers *s, int64_t client)
+{
+    owners_release(&s->owners, client);
+}
+
+static void take_news(speakers *s)
+{
+    pthread_mutex_lock(&s->lock);
+    for (size_t i = 0; i < s->news.count; i++) owners_liveliness(&s->owners, s->news.at[i].writer, s->news.at[i].alive);
+    s->news.count = 0;
+    pthread_mutex_unlock(&s->lock);
+    for (size_t i = 0; i < s->gone.count; i++) owners_go(&s->owners, s->gone.at[i]);
+    s->gone.count = 0;
+}
+
+bool speakers_lost(speakers *s, int64_t *client)
+{
+    take_news(s);
+    return owners_lost(&s->owners, client);
+}

@@ -1,0 +1,40 @@
+/* speakers: which DDS participant speaks for which client. Writers are known from discovery, their participants' deaths
+ * from liveliness; owners.h decides. speakers_heartbeat may be called by any thread, all else by the tick thread. */
+#ifndef COLLIDED_LINK_SPEAKERS_H
+#define COLLIDED_LINK_SPEAKERS_H
+
+#include "owners.h"
+#include "wire/wire.h"
+
+#include <dds/dds.h>
+#include <pthread.h>
+
+typedef struct heartbeat { /* what has become of a writer's liveliness */
+    dds_instance_handle_t writer;
+    bool alive;
+} heartbeat;
+
+typedef struct speakers {
+    dds_entity_t discovery; /* reader of the writers in the domain; it goes with its participant */
+    owners owners;
+    ARRAY(dds_instance_handle_t) gone; /* writers: what they wrote may still lie unread */
+    pthread_mutex_t lock;
+    ARRAY(heartbeat) news; /* under lock */
+} speakers;
+
+void speakers_init(speakers *s);
+/* To be opened before any reader of messages: whoever these match has been discovered. False: DDS refuses. */
+bool speakers_open(speakers *s, dds_entity_t participant, const dds_listener_t *listener);
+void speakers_free(speakers *s);
+
+void speakers_discover(speakers *s);                                               /* takes what has come */
+void speakers_heartbeat(speakers *s, const dds_liveliness_changed_status_t *news); /* of a writer of Client */
+
+/* May what this writer says under its client's name be taken? False with the reason in `why`. */
+bool speakers_admit(speakers *s, const wire_message *m, dds_instance_handle_t writer, wire_refusal *why);
+void speakers_release(speakers *s, int64_t client); /* it has left in order */
+
+/* When all messages have been read. The next client whose participant is lost; false: no more. */
+bool speakers_lost(speakers *s, int64_t *client);
+
+#endif

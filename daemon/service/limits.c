@@ -1,0 +1,77 @@
+/* limits: what one client may have in the world, how fast it may talk, and by which link. A limit that is reached is
+ * named in the Reject and in Status. Rates are looked at before a message is recorded, and not in a replay: what was
+ * refused live is not in the recording. Tick thread. */
+#include "service.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+
+enum { REJECTS_TOLD = 100 /* a second and client: a flood is not answered by a flood */ };
+
+static const int64_t SECOND_NS = 1000000000;
+
+/* Adds to what came in this second. */
+static int64_t flow_add(flow *f, int64_t now_ns, int64_t count)
+{
+    if (now_ns - f->began_ns >= SECOND_NS || !f->began_ns) *f = (flow){now_ns, 0};
+    return f->count += count;
+}
+
+/* Over LCM nobody can be told apart: whoever names a client is taken for it. But a client of one link cannot be spoken
+ * for over another. */
+static bool is_by_its_link(const session *c, const struct link *from, wire_refusal *why)
+{
+    if (c->link == from || c->lost) return true;
+    why->reason = WIRE_NOT_YOURS;
+    snprintf(why->text, sizeof why->text, "client %016" PRIx64 " is here by %s, not by %s", (uint64_t)c->client,
+        c->link->ops->scheme, from->ops->scheme);
+    return false;
+}
+
+bool limits_admit(service *s, struct link *from, const wire_message *m, wire_refusal *why)
+{
+    int64_t client, sequence;
+    int32_t object;
+    wire_origin(m, &client, &sequence, &object);
+    session *c = session_find(s, client);
+    if (!c || s->replaying) return true;
+    if (!is_by_its_link(c, from, why)) return false;
+    int64_t messages = flow_add(&c->messages, s->monotonic_ns, 1);
+    if (apply_limit(s, (size_t)messages - 1, s->config.max_client_messages, "max_client_messages", why)) return false;
+    if (m->kind != WIRE_POSE_BATCH || !m->pose_batch.bodies.count) return true;
+    int64_t poses = flow_add(&c->poses, s->monotonic_ns, m->pose_batch.bodies.count);
+    return !apply_limit(s, (size_t)poses - 1, s->config.max_client_poses, "max_client_poses", why);
+}
+
+bool limits_bodies(service *s, const session *c, bool is_new, wire_refusal *why)
+{
+    return !is_new || !apply_limit(s, c->body_count, s->config.max_client_bodies, "max_client_bodies", why);
+}
+
+bool limits_shapes(service *s, const session *c, size_t instead_of, size_t more, wire_refusal *why)
+{
+    size_t after = c->shape_count - instead_of + more;
+    return !more || !apply_limit(s, after - 1, s->config.max_client_shapes, "max_client_shapes", why);
+}
+
+bool limits_interests(service *s, const session *c, wire_refusal *why)
+{
+    return !apply_limit(s, c->interest_count, s->config.max_client_interests, "max_client_interests", why);
+}
+
+bool limits_geometry(service *s, const session *c, const wire_geometry *m, wire_refusal *why)
+{
+    int64_t bytes = geometry_bytes(m->vertex_numbers, m->index_numbers), mib = INT64_C(1) << 20;
+    int64_t after = (c ? c->geometry_bytes : 0) + bytes;
+    return !apply_limit(s, (size_t)((after - 1) / mib), s->config.max_client_geometry, "max_client_geometry", why);
+}
+
+/* May this refusal be told to its client? It is counted in any case. */
+bool limits_tell_reject(service *s, int64_t client)
+{
+    session *c = session_find(s, client);
+    int64_t told = flow_add(c ? &c->rejects : &s->rejects, s->monotonic_ns, 1);
+    if (told <= REJECTS_TOLD) return true;
+    metric_count(s->count.rejects_untold, 1);
+    return false;
+}

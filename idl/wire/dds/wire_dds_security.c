@@ -1,0 +1,182 @@
+/* The properties of DDS Security 1.1, and what is wrong with a folder. Nothing is kept between calls. */
+#include "wire_dds_security.h"
+
+#include <dds/dds.h>
+#include <dlfcn.h>
+#include <errno.h>
+#include <limits.h>
+#include <openssl/err.h>
+#include <openssl/pem.h>
+#include <openssl/x509.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+static const struct {
+    const char *property, *file;
+} files[] = {
+    {"dds.sec.auth.identity_ca", "identity_ca.cert.pem"},
+    {"dds.sec.auth.identity_certificate", "cert.pem"},
+    {"dds.sec.auth.private_key", "key.pem"},
+    {"dds.sec.access.permissions_ca", "permissions_ca.cert.pem"},
+    {"dds.sec.access.governance", "governance.p7s"},
+    {"dds.sec.access.permissions", "permissions.p7s"},
+};
+enum { FILE_COUNT = sizeof files / sizeof files[0] };
+
+static const struct {
+    const char *property, *library, *name;
+} plugins[] = {
+    {"dds.sec.auth", "auth", "authentication"},
+    {"dds.sec.access", "ac", "access_control"},
+    {"dds.sec.crypto", "crypto", "crypto"},
+};
+enum { PLUGIN_COUNT = sizeof plugins / sizeof plugins[0] };
+
+/* Debian: in a folder named like the library's soname, beside it. Elsewhere: where the loader looks. */
+static void plugin_path(const char *name, char path[PATH_MAX])
+{
+    Dl_info library;
+    void *function = NULL;
+    dds_entity_t (*create)(dds_domainid_t, const dds_qos_t *, const dds_listener_t *) = dds_create_participant;
+    memcpy(&function, &create, sizeof function);
+    const char *slash = dladdr(function, &library) && library.dli_fname ? strrchr(library.dli_fname, '/') : NULL;
+    int length = slash ? (int)(slash - library.dli_fname) : 0;
+    snprintf(path, PATH_MAX, "%.*s/libddsc0debian/libdds_security_%s.so", length, slash ? library.dli_fname : "", name);
+    if (!slash || access(path, R_OK) != 0) snprintf(path, PATH_MAX, "dds_security_%s", name);
+}
+
+static bool check_file(const char *folder, const char *file, char *why, size_t why_size)
+{
+    char path[PATH_MAX];
+    struct stat is;
+    snprintf(path, sizeof path, "%s/%s", folder, file);
+    bool there = access(path, R_OK) == 0 && stat(path, &is) == 0;
+    if (there && S_ISREG(is.st_mode) && is.st_size > 0) return true;
+    snprintf(why, why_size, "security = \"%.200s\": %s: %s: make it by make_site, and let this user read it", folder,
+        file, !there ? strerror(errno) : "empty, or not a file");
+    return false;
+}
+
+/* ---- certificate and key: what the plug-ins would tell later, or never (a wrong key only shows in handshakes) ---- */
+
+static FILE *open_file(const char *folder, const char *file)
+{
+    char path[PATH_MAX];
+    snprintf(path, sizeof path, "%s/%s", folder, file);
+    return fopen(path, "re");
+}
+
+static X509 *read_certificate(const char *folder, const char *file)
+{
+    FILE *f = open_file(folder, file);
+    X509 *certificate = f ? PEM_read_X509(f, NULL, NULL, NULL) : NULL;
+    if (f) fclose(f);
+    return certificate;
+}
+
+/* A key with a password would ask for it on the terminal: the empty one is tried. */
+static EVP_PKEY *read_key(const char *folder)
+{
+    FILE *f = open_file(folder, "key.pem");
+    char none[] = "";
+    EVP_PKEY *key = f ? PEM_read_PrivateKey(f, NULL, NULL, none) : NULL;
+    if (f) fclose(f);
+    return key;
+}
+
+static const char *fault_of(X509 *authority, X509 *own, EVP_PKEY *key)
+{
+    if (!authority) return "identity_ca.cert.pem is no certificate";
+    if (!own) return "cert.pem is no certificate";
+    if (!key) return "key.pem is no key, or has a password";
+    if (X509_cmp_current_time(X509_get0_notAfter(own)) <= 0) return "cert.pem has expired: renew it: make_site --renew";
+    if (X509_cmp_current_time(X509_get0_notAfter(authority)) <= 0)
+        return "identity_ca.cert.pem has expired: make a new site by make_site";
+    if (X509_cmp_current_time(X509_get0_notBefore(own)) > 0) return "cert.pem is not valid yet: is the clock right?";
+    if (X509_verify(own, X509_get0_pubkey(authority)) != 1)
+        return "cert.pem is not of the authority of identity_ca.cert.pem: of which site is it?";
+    return X509_check_private_key(own, key) == 1 ? NULL : "key.pem is not the key of cert.pem";
+}
+
+static bool check_identity(const char *folder, char *why, size_t why_size)
+{
+    X509 *authority = read_certificate(folder, "identity_ca.cert.pem"), *own = read_certificate(folder, "cert.pem");
+    EVP_PKEY *key = read_key(folder);
+    const char *fault = fault_of(authority, own, key);
+    if (fault) snprintf(why, why_size, "security = \"%.200s\": %s", folder, fault);
+    X509_free(authority);
+    X509_free(own);
+    EVP_PKEY_free(key);
+    ERR_clear_error();
+    return !fault;
+}
+
+bool wire_dds_security_check(const char *folder, char *why, size_t why_size)
+{
+    if (strlen(folder) > PATH_MAX - 64) {
+        snprintf(why, why_size, "security: the path is too long");
+        return false;
+    }
+    for (size_t i = 0; i < FILE_COUNT; i++)
+        if (!check_file(folder, files[i].file, why, why_size)) return false;
+    return check_identity(folder, why, why_size);
+}
+
+dds_qos_t *wire_dds_security_qos(const char *folder)
+{
+    char name[64], value[PATH_MAX + 8], path[PATH_MAX];
+    if (!folder || !*folder) return NULL;
+    dds_qos_t *q = dds_create_qos();
+    for (size_t i = 0; i < FILE_COUNT; i++) {
+        snprintf(value, sizeof value, "file:%s/%s", folder, files[i].file);
+        dds_qset_prop(q, files[i].property, value);
+    }
+    for (size_t i = 0; i < PLUGIN_COUNT; i++) {
+        plugin_path(plugins[i].library, path);
+        snprintf(name, sizeof name, "%s.library.path", plugins[i].property);
+        dds_qset_prop(q, name, path);
+        snprintf(name, sizeof name, "%s.library.init", plugins[i].property);
+        snprintf(value, sizeof value, "init_%s", plugins[i].name);
+        dds_qset_prop(q, name, value);
+        snprintf(name, sizeof name, "%s.library.finalize", plugins[i].property);
+        snprintf(value, sizeof value, "finalize_%s", plugins[i].name);
+        dds_qset_prop(q, name, value);
+    }
+    return q;
+}
+
+/* Of the documents; certificate and key have been checked. Cyclone's own words, and what they mean; the first that is
+ * met counts. */
+static const struct {
+    const char *said, *means;
+} complaints[] = {
+    {"could not be found, opened", "a file is not there, or this user may not read it"},
+    {"certificate has expired", "cert.pem has expired: renew it: make_site --renew"},
+    {"certificate is not yet valid", "cert.pem is not valid yet: is the clock right?"},
+    {"expired", "permissions.p7s have expired: renew them: make_site --renew"},
+    {"Validity period not started", "permissions.p7s are not valid yet: is the clock right?"},
+    {"Certificate not valid", "cert.pem is not of the authority of identity_ca.cert.pem: of which site is it?"},
+    {"Subject name", "permissions.p7s are not those of cert.pem"},
+    {"PKCS7", "governance.p7s or permissions.p7s were changed, or are of another site"},
+    {"Failed to parse certificate", "cert.pem, identity_ca.cert.pem or permissions_ca.cert.pem is no certificate"},
+    {"private key", "key.pem is no key, or has a password"},
+    {"load library", "the plug-ins of libddsc0debian are missing"},
+    {"security", "make the folder by make_site"},
+    {"ermission", "make the folder by make_site"},
+};
+
+bool wire_dds_security_explain(const char *folder, const char *said, char *why, size_t why_size)
+{
+    if (!said) {
+        snprintf(why, why_size, "security = \"%.200s\": permissions.p7s do not permit what this program does", folder);
+        return true;
+    }
+    for (size_t i = 0; i < sizeof complaints / sizeof complaints[0]; i++) {
+        if (!strcasestr(said, complaints[i].said)) continue;
+        snprintf(why, why_size, "security = \"%.200s\": %s (%.200s)", folder, complaints[i].means, said);
+        return true;
+    }
+    return false;
+}

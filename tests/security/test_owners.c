@@ -1,0 +1,161 @@
+/* Which participant speaks for which client: claims, lives and deaths, as the DDS link tells them. */
+#include "link/owners.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+
+#include <cmocka.h>
+
+enum { P = 100, Q = 200, CLIENT = 7, OTHER = 8 };
+enum { P_CLIENT = 101, P_BODY = 102, Q_CLIENT = 201, Q_BODY = 202 };
+
+static owners o;
+
+static int open_owners(void **state)
+{
+    (void)state;
+    owners_init(&o);
+    owners_come(&o, P_CLIENT, P, true);
+    owners_come(&o, P_BODY, P, false);
+    owners_come(&o, Q_CLIENT, Q, true);
+    owners_come(&o, Q_BODY, Q, false);
+    return 0;
+}
+
+static int close_owners(void **state)
+{
+    (void)state;
+    owners_free(&o);
+    return 0;
+}
+
+static void assert_lost(int64_t expected)
+{
+    int64_t client = 0;
+    assert_true(owners_lost(&o, &client));
+    assert_int_equal(client, expected);
+    assert_false(owners_lost(&o, &client));
+}
+
+static void assert_none_lost(void)
+{
+    int64_t client;
+    assert_false(owners_lost(&o, &client));
+}
+
+static void the_first_one_speaks_for_a_client(void **state)
+{
+    (void)state;
+    assert_true(owners_admit(&o, P_BODY, CLIENT, false));
+    assert_false(owners_admit(&o, Q_BODY, CLIENT, false));
+    assert_false(owners_admit(&o, Q_CLIENT, CLIENT, true));
+    assert_true(owners_admit(&o, P_CLIENT, CLIENT, true));
+    assert_true(owners_admit(&o, Q_CLIENT, OTHER, true));
+    assert_false(owners_admit(&o, P_BODY, OTHER, false));
+    assert_none_lost();
+}
+
+static void whoever_is_gone_is_lost_and_replaced(void **state)
+{
+    (void)state;
+    owners_admit(&o, P_CLIENT, CLIENT, true);
+    owners_go(&o, P_CLIENT);
+    assert_lost(CLIENT);
+    assert_true(owners_admit(&o, Q_BODY, CLIENT, false));
+    owners_go(&o, P_BODY);
+    assert_none_lost();
+    assert_false(owners_knows(&o, P_BODY));
+}
+
+static void without_a_sign_of_life_it_is_lost_and_may_come_back(void **state)
+{
+    (void)state;
+    owners_admit(&o, P_CLIENT, CLIENT, true);
+    owners_liveliness(&o, P_CLIENT, false);
+    assert_lost(CLIENT);
+    owners_liveliness(&o, P_CLIENT, true);
+    assert_true(owners_admit(&o, P_BODY, CLIENT, false));
+    assert_false(owners_admit(&o, Q_BODY, CLIENT, false));
+    owners_liveliness(&o, P_CLIENT, false);
+    owners_liveliness(&o, P_CLIENT, true); /* both before anybody looked */
+    assert_none_lost();
+}
+
+static void a_stranger_cannot_hide_a_death(void **state)
+{
+    (void)state;
+    owners_admit(&o, P_CLIENT, CLIENT, true);
+    assert_false(owners_admit(&o, Q_CLIENT, CLIENT, true));
+    owners_liveliness(&o, P_CLIENT, false);
+    assert_lost(CLIENT);
+}
+
+static void who_left_in_order_is_not_lost(void **state)
+{
+    (void)state;
+    owners_admit(&o, P_CLIENT, CLIENT, true);
+    owners_admit(&o, P_CLIENT, OTHER, true);
+    owners_release(&o, CLIENT);
+    owners_go(&o, P_CLIENT);
+    owners_go(&o, P_BODY);
+    assert_lost(OTHER);
+    assert_true(owners_admit(&o, Q_BODY, CLIENT, false));
+}
+
+static void one_that_announces_nothing_is_forgotten_quietly(void **state)
+{
+    (void)state;
+    owners_go(&o, P_CLIENT);
+    owners_come(&o, 301, 300, false);
+    assert_true(owners_admit(&o, 301, CLIENT, false));
+    assert_false(owners_admit(&o, Q_BODY, CLIENT, false));
+    owners_go(&o, 301);
+    assert_none_lost();
+    assert_true(owners_admit(&o, Q_BODY, CLIENT, false));
+}
+
+static void an_unknown_writer_claims_nothing(void **state)
+{
+    (void)state;
+    assert_true(owners_admit(&o, 999, CLIENT, true));
+    assert_true(owners_admit(&o, P_BODY, CLIENT, false));
+    assert_false(owners_admit(&o, 999, CLIENT, false));
+}
+
+static void many_come_and_go_and_leave_nothing(void **state)
+{
+    (void)state;
+    enum { MANY = 1000 };
+    for (uint64_t i = 0; i < MANY; i++) {
+        owners_come(&o, 10000 + i, 20000 + i / 2, i % 2);
+        assert_true(owners_admit(&o, 10000 + i, (int64_t)(1 + i / 2), i % 2));
+    }
+    for (uint64_t i = 0; i < MANY; i += 2) assert_false(owners_admit(&o, Q_BODY, (int64_t)(1 + i / 2), false));
+    for (uint64_t i = 0; i < MANY; i++) owners_go(&o, 10000 + i * 7 % MANY);
+    int64_t client;
+    size_t lost = 0;
+    while (owners_lost(&o, &client)) lost++;
+    assert_int_equal(lost, MANY / 2);
+    assert_int_equal(o.writers.count, 4);
+    assert_int_equal(o.participants.count, 2);
+    assert_int_equal(o.claims.count, 0);
+    assert_int_equal(o.writer_of.count + o.participant_of.count + o.claim_of.count, 6);
+}
+
+#define TEST(name) cmocka_unit_test_setup_teardown(name, open_owners, close_owners)
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        TEST(the_first_one_speaks_for_a_client),
+        TEST(whoever_is_gone_is_lost_and_replaced),
+        TEST(without_a_sign_of_life_it_is_lost_and_may_come_back),
+        TEST(a_stranger_cannot_hide_a_death),
+        TEST(who_left_in_order_is_not_lost),
+        TEST(one_that_announces_nothing_is_forgotten_quietly),
+        TEST(an_unknown_writer_claims_nothing),
+        TEST(many_come_and_go_and_leave_nothing),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,260 @@
+/* What one client may have, and how fast it may talk: at the limit, and one beyond it. */
+#include "cell.h"
+
+#include <stdio.h>
+
+enum { ALICE = 11, BOB = 22 };
+
+typedef struct room {
+    cell *cell;
+    memory_end *end;
+    wire_memory *memory;
+    int64_t sequence; /* of both clients: the same end speaks for them */
+} room;
+
+static void room_open(room *r, const config *c)
+{
+    *r = (room){.cell = cell_start(c), .memory = wire_memory_create()};
+    r->end = cell_client(r->cell);
+    cell_hello(r->end, ALICE, ++r->sequence, 60, WIRE_LOST_REMOVE);
+    cell_hello(r->end, BOB, ++r->sequence, 60, WIRE_LOST_REMOVE);
+    cell_settle(r->end, r->memory, BOB, ++r->sequence);
+}
+
+static void room_close(room *r)
+{
+    memory_disconnect(r->end);
+    assert_int_equal(cell_stop(r->cell), 0);
+    wire_memory_destroy(r->memory);
+}
+
+static void put(room *r, int64_t client, int32_t body)
+{
+    char name[32];
+    snprintf(name, sizeof name, "%d.%d", (int)client, (int)body);
+    cell_sphere(r->end, client, ++r->sequence, body, name, 5.0 * body);
+}
+
+static void removed(room *r, int32_t body)
+{
+    wire_message m = {.kind = WIRE_BODY,
+        .body = {.version = WIRE_VERSION,
+            .client = ALICE,
+            .sequence = ++r->sequence,
+            .body = body,
+            .removed = 1,
+            .name = "",
+            .group = ""}};
+    memory_send(r->end, &m);
+}
+
+/* Nothing has been refused since the last Reject was looked at. The answer comes behind all of them. */
+static void assert_nothing_refused(room *r)
+{
+    wire_message q = {.kind = WIRE_QUERY,
+        .query = {.version = WIRE_VERSION,
+            .client = BOB,
+            .sequence = ++r->sequence,
+            .kind = WIRE_QUERY_BODIES,
+            .name_a = "*",
+            .name_b = ""}};
+    memory_send(r->end, &q);
+    for (;;) {
+        wire_message m;
+        wire_memory_reset(r->memory);
+        if (!memory_receive(r->end, r->memory, &m)) continue;
+        if (m.kind == WIRE_REJECT) fail_msg("refused: %s", m.reject.text);
+        if (m.kind == WIRE_ANSWER && m.answer.sequence == r->sequence) return;
+    }
+}
+
+static void expect_limit(room *r, const char *says)
+{
+    wire_message m = cell_await(r->end, r->memory, WIRE_REJECT);
+    assert_int_equal(m.reject.reason, WIRE_LIMIT);
+    assert_int_equal(m.reject.client, ALICE);
+    if (!strstr(m.reject.text, says)) fail_msg("\"%s\", not \"%s\"", m.reject.text, says);
+}
+
+static void bodies_a_client(void **state)
+{
+    (void)state;
+    room r;
+    config c = cell_config();
+    c.max_client_bodies = 2;
+    room_open(&r, &c);
+    put(&r, ALICE, 0);
+    put(&r, ALICE, 1);
+    put(&r, ALICE, 1); /* changed, not one more */
+    put(&r, BOB, 0);
+    assert_nothing_refused(&r);
+    put(&r, ALICE, 2);
+    expect_limit(&r, "max_client_bodies = 2");
+    removed(&r, 0);
+    put(&r, ALICE, 3); /* there is room again */
+    assert_nothing_refused(&r);
+    put(&r, ALICE, 4);
+    expect_limit(&r, "max_client_bodies = 2");
+    room_close(&r);
+}
+
+static void shapes_a_client(void **state)
+{
+    (void)state;
+    room r;
+    config c = cell_config();
+    c.max_client_shapes = 3;
+    room_open(&r, &c);
+    for (int32_t i = 0; i < 3; i++) put(&r, ALICE, i);
+    for (int32_t i = 0; i < 3; i++) put(&r, ALICE, i);
+    put(&r, BOB, 0);
+    assert_nothing_refused(&r);
+    put(&r, ALICE, 3);
+    expect_limit(&r, "max_client_shapes = 3");
+    room_close(&r);
+}
+
+static void interests_a_client(void **state)
+{
+    (void)state;
+    room r;
+    config c = cell_config();
+    c.max_client_interests = 2;
+    room_open(&r, &c);
+    cell_touches(r.end, ALICE, ++r.sequence, 0);
+    cell_touches(r.end, ALICE, ++r.sequence, 1);
+    cell_touches(r.end, ALICE, ++r.sequence, 1);
+    cell_touches(r.end, BOB, ++r.sequence, 0);
+    assert_nothing_refused(&r);
+    cell_touches(r.end, ALICE, ++r.sequence, 2);
+    expect_limit(&r, "max_client_interests = 2");
+    room_close(&r);
+}
+
+/* The last piece of a height field, of three: it is charged as a whole with whichever piece comes first. */
+static void send_field(room *r, int32_t columns, int32_t rows, uint8_t remove)
+{
+    wire_message m = {.kind = WIRE_GEOMETRY,
+        .geometry = {.version = WIRE_VERSION,
+            .client = ALICE,
+            .sequence = ++r->sequence,
+            .removed = remove,
+            .kind = WIRE_GEOMETRY_HEIGHT_FIELD,
+            .hash = 5 + columns,
+            .vertex_numbers = 3 + columns * rows,
+            .index_numbers = 2,
+            .piece = 2,
+            .pieces = 3,
+            .indices = {1, &rows}}};
+    memory_send(r->end, &m);
+}
+
+static void geometry_a_client(void **state)
+{
+    (void)state;
+    room r;
+    config c = cell_config();
+    c.max_client_geometry = 1; /* MiB: 131,071 numbers of 8 bytes, two of 4 */
+    room_open(&r, &c);
+    send_field(&r, 4, 32767, 0);
+    assert_nothing_refused(&r);
+    send_field(&r, 2, 65534, 0); /* as much again */
+    expect_limit(&r, "max_client_geometry = 1");
+    send_field(&r, 4, 32767, 1);
+    cell_settle(r.end, r.memory, BOB, ++r.sequence);
+    send_field(&r, 2, 65534, 0);
+    assert_nothing_refused(&r);
+    room_close(&r);
+}
+
+/* All within one second: more than that would make room again. */
+static void messages_a_second(void **state)
+{
+    (void)state;
+    room r;
+    config c = cell_config();
+    c.max_client_messages = 50;
+    room_open(&r, &c);
+    put(&r, ALICE, 0); /* the first message counted is that of a session which is there */
+    for (int i = 1; i < 50; i++) cell_pose(r.end, ALICE, ++r.sequence, 0, i);
+    assert_nothing_refused(&r);
+    cell_pose(r.end, ALICE, ++r.sequence, 0, 50);
+    expect_limit(&r, "max_client_messages = 50");
+    put(&r, BOB, 0); /* is not concerned */
+    assert_nothing_refused(&r);
+    room_close(&r);
+}
+
+static void send_poses(room *r, uint32_t count)
+{
+    static int32_t bodies[64];
+    static double positions[3 * 64], orientations[4 * 64];
+    for (uint32_t i = 0; i < count; i++) orientations[4 * i] = 1;
+    wire_message m = {.kind = WIRE_POSE_BATCH,
+        .pose_batch = {.version = WIRE_VERSION,
+            .client = ALICE,
+            .sequence = ++r->sequence,
+            .bodies = {count, bodies},
+            .positions = {3 * count, positions},
+            .orientations = {4 * count, orientations}}};
+    memory_send(r->end, &m);
+}
+
+static void poses_a_second(void **state)
+{
+    (void)state;
+    room r;
+    config c = cell_config();
+    c.max_client_poses = 100;
+    room_open(&r, &c);
+    put(&r, ALICE, 0);
+    send_poses(&r, 40);
+    send_poses(&r, 60);
+    assert_nothing_refused(&r);
+    send_poses(&r, 1);
+    expect_limit(&r, "max_client_poses = 100");
+    room_close(&r);
+}
+
+/* A flood is refused, counted to the last message, and not answered by a flood. */
+static void refusals_are_counted_all_and_told_some(void **state)
+{
+    enum { FLOOD = 1000, TOLD = 100 };
+    (void)state;
+    room r;
+    config c = cell_config();
+    c.max_client_bodies = 1;
+    room_open(&r, &c);
+    put(&r, ALICE, 0);
+    assert_nothing_refused(&r);
+    for (int i = 0; i < FLOOD; i++) put(&r, ALICE, 1 + i);
+    wire_message m = {0};
+    int told = 0;
+    for (int64_t refused = 0; refused < FLOOD;) {
+        wire_memory_reset(r.memory);
+        if (!memory_receive(r.end, r.memory, &m)) continue;
+        told += m.kind == WIRE_REJECT;
+        if (m.kind == WIRE_STATUS) refused = cell_counter(&m.status, "reject_limit");
+        assert_true(refused <= FLOOD);
+    }
+    assert_true(told >= TOLD);
+    assert_true(told < FLOOD);
+    assert_int_equal(told + cell_counter(&m.status, "rejects_untold"), FLOOD);
+    assert_non_null(strstr(m.status.limits, "max_client_bodies"));
+    assert_int_equal(m.status.health, WIRE_HEALTH_DEGRADED);
+    room_close(&r);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(bodies_a_client),
+        cmocka_unit_test(shapes_a_client),
+        cmocka_unit_test(interests_a_client),
+        cmocka_unit_test(geometry_a_client),
+        cmocka_unit_test(messages_a_second),
+        cmocka_unit_test(poses_a_second),
+        cmocka_unit_test(refusals_are_counted_all_and_told_some),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
