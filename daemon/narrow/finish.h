@@ -10,11 +10,19 @@
  */
 #define FINEST 1e-12
 
+#define LEAST_NUMBER 0x1p-1074
+#define LEAST_EXACT_UNIT 0x1p-900 /* with a smaller one bounds may become subnormal */
+
 /* Bounds of the shapes, widened by the rounding, and what is the same for every answer of doubles. */
 static inline void set_bounds(const unit_pair *p, const span *s, narrow_result *out)
 {
-    out->lo = (s->lo - p->radius - p->error - p->excess) * p->unit;
-    out->hi = (s->hi - p->radius + p->error) * p->unit;
+    double lo = s->lo - p->radius - p->error - p->excess, hi = s->hi - p->radius + p->error;
+    out->lo = lo * p->unit;
+    out->hi = hi * p->unit;
+    if (p->unit < LEAST_EXACT_UNIT) { /* subnormal numbers are rounded by the product; scaled back they are exact */
+        if (out->lo * p->scale > lo) out->lo -= LEAST_NUMBER;
+        if (out->hi * p->scale < hi) out->hi += LEAST_NUMBER;
+    }
     out->method = s->method;
     out->iterations = s->iterations;
     out->manifold.count = 0;

@@ -4,6 +4,7 @@
  * the shared folder is not there. One thread, one worker. */
 #include "bench.h"
 
+#include "base/array.h"
 #include "geom/mesh.h"
 #include "loaders/fit/fit_robot.h"
 #include "world/world.h"
@@ -94,6 +95,8 @@ static void prepare(subject *s)
 typedef struct player {
     world *w;
     uint32_t ids[LINKS_MAX];
+    ARRAY(hull *) hulls;
+    ARRAY(mesh *) meshes;
     bench_samples ticks;
     int64_t sum_ns;
     uint64_t events;
@@ -105,8 +108,7 @@ static pose to_pose(const collided_pose *p)
     return (pose){{x[0], x[1], x[2]}, {q[0], q[1], q[2], q[3]}};
 }
 
-/* Hulls and meshes last as long as the process. */
-static world_shape to_shape(const load_shape *from)
+static world_shape to_shape(player *p, const load_shape *from)
 {
     static const shape_type types[] = {[COLLIDED_SPHERE] = SHAPE_SPHERE,
         [COLLIDED_CAPSULE] = SHAPE_CAPSULE,
@@ -127,6 +129,8 @@ static world_shape to_shape(const load_shape *from)
     if (s->type == COLLIDED_HULL) good = hull_build(from->points.at, from->points.count, 0, &h) == HULL_OK;
     if (s->type == COLLIDED_MESH) good = mesh_build(t->points, t->point_count, t->corners, t->count, &m) == MESH_OK;
     if (!good) abort();
+    if (h) array_push(&p->hulls, h);  /* NOLINT(bugprone-sizeof-expression): pointers are what it keeps */
+    if (m) array_push(&p->meshes, m); /* NOLINT(bugprone-sizeof-expression) */
     out.shape.hull = m ? m->hull : h;
     out.shape.mesh = m;
     return out;
@@ -139,7 +143,7 @@ static void put_body(player *p, size_t index, const load_body *from)
     if (!rules) abort();
     for (size_t i = 0; i < from->rule_count; i++)
         rules[i] = (filter_rule){.pattern = from->rules[i].pattern, .allow = true, .reason = from->rules[i].reason};
-    for (size_t i = 0; i < from->shape_count; i++) shapes[i] = to_shape(&from->shapes[i]);
+    for (size_t i = 0; i < from->shape_count; i++) shapes[i] = to_shape(p, &from->shapes[i]);
     world_body def = {.name = from->name,
         .group = "",
         .category = 1,
@@ -163,6 +167,16 @@ static void player_begin(player *p, const load_bodies *bodies, unsigned facts, s
     world_put_interest(p->w, &id, &interest);
     if (bodies->count > LINKS_MAX || !bench_samples_init(&p->ticks, ticks)) abort();
     for (size_t i = 0; i < bodies->count; i++) put_body(p, i, &bodies->at[i]);
+}
+
+static void player_end(player *p)
+{
+    world_destroy(p->w);
+    bench_samples_free(&p->ticks);
+    for (size_t i = 0; i < p->hulls.count; i++) hull_destroy(p->hulls.at[i]);
+    for (size_t i = 0; i < p->meshes.count; i++) mesh_destroy(p->meshes.at[i]);
+    array_free(&p->hulls);
+    array_free(&p->meshes);
 }
 
 static void player_tick(player *p, int tick, const collided_pose *poses, size_t count)
@@ -233,8 +247,7 @@ static void measure(subject *s, unsigned facts, const char *name, bool random, s
     }
     tell(s, name, random ? "anywhere" : "swinging", players, json);
     for (int i = 0; i < CONTENDERS; i++) {
-        world_destroy(players[i].w);
-        bench_samples_free(&players[i].ticks);
+        player_end(&players[i]);
     }
     free(values);
     free(poses);

@@ -144,10 +144,12 @@ static void without_security_the_forger_does_harm(void **state)
     cell cell;
     char text[256];
     cell_open(&cell, NULL);
-    rig_self("forge", SECONDS_ROUND, NULL);
     bool harmed = false;
-    for (double end = rig_now_s() + 2.2; !harmed && rig_now_s() < end; usleep(500))
-        harmed = !step(&cell, 1) || cell.heard.lost || cell.heard.touching != 1;
+    for (int round = 0; round < 5 && !harmed; round++) { /* a slow machine forges less in a round */
+        rig_self("forge", SECONDS_ROUND, NULL);
+        for (double end = rig_now_s() + 2.2; !harmed && rig_now_s() < end; usleep(500))
+            harmed = !step(&cell, 1) || cell.heard.lost || cell.heard.touching != 1;
+    }
     long bytes = noise_read(text, sizeof text);
     printf("harmed: %d; %ld bytes of log\n", harmed, bytes);
     assert_true(harmed);
