@@ -420,9 +420,10 @@ static played play_within(const world_options *options, int ticks, bool check, u
     assert_true(world_get_figures(r.w).events > (uint64_t)ticks / 4);
     if (check) {
         const mirror *m = r.mirror;
-        assert_true(met > 100 && m->impacts > (size_t)ticks / 50 && m->teleported > 100);
-        assert_true(m->foretold > 100 && m->averted == m->foretold);
-        assert_true(m->came_to_be_known > 100 && m->came_to_be_unknown > m->came_to_be_known);
+        size_t enough = (size_t)ticks / 200;
+        assert_true(met > enough && m->impacts > 4 * enough && m->teleported > enough);
+        assert_true(m->foretold > enough && m->averted == m->foretold);
+        assert_true(m->came_to_be_known > enough && m->came_to_be_unknown > m->came_to_be_known);
     }
     played p = {b.hash, r.mirror->story};
     world_destroy(r.w);
