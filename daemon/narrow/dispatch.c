@@ -80,7 +80,10 @@ void dispatch_general(
     const narrow_goal *asked = goal;
     narrow_goal closely = *goal;
     bool named = !only_general && near_features_reach_depths(p, asked), measured = goal->near == -INFINITY;
-    if (named) closely.tolerance = goal->finest; /* what names the features must be sure */
+    /* What names the features must be sure; and between the few facets of small hulls the search ends on one as soon as
+     * within a tolerance. */
+    bool few = measured && !only_general && near_features_scans(&p->a, &p->b);
+    if (named || few) closely.tolerance = goal->finest;
     if (measured && !only_general && are_hulls(p) && polytope_depth_at_once(p, &closely, out)) {
         finish_depth(p, asked, named, out);
         return;
