@@ -69,6 +69,7 @@ static bool recall(const unit_pair *p, const narrow_request *request, const narr
     span *s, narrow_result *result)
 {
     if (!cache || !cache->nearest.count_a || request->engine != NARROW_ENGINE_AUTO) return false;
+    if (!near_features_apply(p, g) && !cache->nearest.deep) return false;
     if (!near_features_recall(p, g, &cache->nearest, s)) return false;
     finish(p, s, result);
     return true;
@@ -115,10 +116,11 @@ static void search(const shape *a, const shape *b, const pose *b_in_a, const nar
     }
     if (mesh_pair_applies(a, b)) mesh_pair_prepare(p, a);
     narrow_goal g = goal_of(p, request);
-    bool by_features = near_features_apply(p, &g);
+    bool gaps = near_features_apply(p, &g), depths = near_features_reach_depths(p, &g), by_features = gaps || depths;
     if (cache && by_features) p->shell = cache->shell;
     if (!by_features || !recall(p, request, &g, cache, &s, result))
         answer(a, b, b_in_a, request, cache, scratch, p, &g, &s, result);
+    if (!gaps && !s.nearest.deep) s.nearest.count_a = 0; /* a proposal that nobody has tested */
     if (cache && by_features) cache->nearest = s.nearest;
     result->status = status_of(p, &g, request, &s);
     if ((request->facts & NARROW_MANIFOLD) && result->lo <= request->threshold)

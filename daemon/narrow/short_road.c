@@ -132,7 +132,8 @@ bool short_road_recall(const shape *a, const shape *b, const pose *b_in_a, const
     narrow_goal goal = goal_of_distance(&p, a, b, request);
     span s;
     p.shell = cache->shell;
-    if (!near_features_apply(&p, &goal) || !near_features_recall(&p, &goal, nearest, &s)) {
+    bool applies = nearest->deep ? near_features_reach_depths(&p, &goal) : near_features_apply(&p, &goal);
+    if (!applies || !near_features_recall(&p, &goal, nearest, &s)) {
         *nearest = (narrow_features){.count_a = 0}; /* the general road need not try again */
         return false;
     }
