@@ -4,6 +4,7 @@
 #include "geom/hull_scan.h"
 #include "gjk.h"
 #include "polytope_depth.h"
+#include "rough_depth.h"
 #include "sat.h"
 #include "scalar.h"
 
@@ -39,7 +40,8 @@ bool near_features_apply(const unit_pair *p, const narrow_goal *goal)
 
 bool near_features_reach_depths(const unit_pair *p, const narrow_goal *goal)
 {
-    return goal->near == -INFINITY && near_features_scans(&p->a, &p->b) && sat_applies(p) &&
+    bool close = goal->near == -INFINITY && goal->tolerance <= ROUGH_TOLERANCE * p->size;
+    return close && near_features_scans(&p->a, &p->b) && sat_applies(p) &&
            goal->tolerance >= 4 * NEAR_DEPTH_WIDTHS * p->error;
 }
 
