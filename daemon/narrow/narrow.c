@@ -28,32 +28,6 @@ size_t narrow_scratch_size(void)
 /* Bounds that are apart by more than this many errors of doubles are kept apart by the search, not by rounding. */
 #define ROUNDING_WIDTHS 4
 
-static narrow_goal goal_of(const unit_pair *p, const narrow_request *r)
-{
-    bool decide = r->facts == 0 || (r->facts & (NARROW_VERDICT | NARROW_MANIFOLD));
-    bool measure = r->facts & (NARROW_DISTANCE | NARROW_MANIFOLD);
-    double margin = p->radius + p->error, threshold = r->threshold * p->scale;
-    double above = threshold + margin + p->excess, below = threshold + margin - 2 * p->error - p->deviation;
-    double finest = 2 * UNIT_ROUNDOFF * p->size, range = r->range * p->scale + margin + p->excess;
-    double tolerance = r->tolerance * p->scale - 2 * p->error - p->excess;
-    if (p->deviation < tolerance) tolerance -= p->deviation; /* where it is more, no search makes up for it */
-    double far = decide ? above : -INFINITY;
-    if (r->facts & NARROW_DISTANCE) far = max_of(far, range);
-    return (narrow_goal){
-        .tolerance = max_of(tolerance, finest),
-        .finest = finest,
-        .far = far,
-        .near = measure ? -INFINITY : below,
-        .above = above,
-        .below = decide ? below : INFINITY,
-    };
-}
-
-static narrow_status status_of(const unit_pair *p, const narrow_goal *g, const narrow_request *r, const span *s)
-{
-    return is_narrow(p, r, s) || s->lo > g->far || s->hi <= g->near ? NARROW_CERTAIN : NARROW_WIDE;
-}
-
 static void measure(const unit_pair *p, const narrow_goal *g, narrow_engine engine, narrow_scratch *scratch, span *s)
 {
     bool plane = p->a.type == SHAPE_HALFSPACE || p->b.type == SHAPE_HALFSPACE;

@@ -3,6 +3,7 @@
  * functions, so that both roads give the same bits. Pure; any thread. */
 #include "short_road.h"
 
+#include "box_pair.h"
 #include "finish.h"
 #include "formulas.h"
 #include "geom/round.h"
@@ -87,6 +88,21 @@ static bool two_capsules(const shape *a, const shape *b, const pose *at, const n
     return formula_capsule_capsule(&p, &g, &s) && settle(&p, r, &s, out);
 }
 
+/* The verdict alone, which ends at the first axis that decides. */
+static bool two_boxes(const shape *a, const shape *b, const pose *at, const narrow_request *r, narrow_result *out)
+{
+    bool measures = r->facts & NARROW_DISTANCE;
+    if (measures || a->deviation + b->deviation > 0) return false;
+    unit_pair p;
+    pair_of(a, add_up(length_up(a->half), a->radius), b, add_up(length_up(b->half), b->radius), at, &p);
+    narrow_goal g = goal_of(&p, r);
+    span s;
+    if (!closed_box_box(&p, &g, &s)) return false;
+    finish(&p, &s, out);
+    out->status = NARROW_CERTAIN;
+    return status_of(&p, &g, r, &s) == NARROW_CERTAIN && (out->lo > r->threshold || out->hi <= r->threshold);
+}
+
 /* A capsule without length is a ball: unit_pair.c knows. */
 static bool is_capsule(const shape *s)
 {
@@ -100,6 +116,7 @@ bool short_road_answer(
         return false;
     if (a->type == SHAPE_SPHERE && b->type == SHAPE_SPHERE) return two_balls(a, b, b_in_a, request, out);
     if (a->type == SHAPE_SPHERE && b->type == SHAPE_BOX) return ball_and_box(a, b, b_in_a, request, out);
+    if (a->type == SHAPE_BOX && b->type == SHAPE_BOX) return two_boxes(a, b, b_in_a, request, out);
     if (a->type == SHAPE_SPHERE && is_capsule(b)) return ball_and_capsule(a, b, b_in_a, request, out);
     return is_capsule(a) && is_capsule(b) && two_capsules(a, b, b_in_a, request, out);
 }

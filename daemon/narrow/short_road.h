@@ -1,4 +1,5 @@
-/* short_road: balls against balls, capsules and boxes, and capsules against capsules: the most frequent pairs of all;
+/* short_road: balls against balls, capsules and boxes, capsules against capsules, and the verdict of two boxes: the
+ * most frequent pairs of all;
  * and boxes and hulls whose nearest features are known: without the frames, goals and tables of the general road. Pure;
  * any thread. */
 #ifndef COLLIDED_NARROW_SHORT_ROAD_H

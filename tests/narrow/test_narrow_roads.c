@@ -71,6 +71,32 @@ static void the_short_road_ends_where_the_general_one_does(void **state)
     for (size_t k = 0; k < PAIR_COUNT; k++) assert_true(answered[k] > asked[k] * 0.85);
 }
 
+/* narrow_query_world takes the general road; a first frame that is the world's leaves the bounds as they are. */
+static void the_verdict_of_boxes_is_that_of_the_general_road(void **state)
+{
+    (void)state;
+    unsigned answered = 0;
+    enum { SEEDS = 20000 };
+    for (uint64_t seed = 1; seed <= SEEDS; seed++) {
+        random_state r = {seed};
+        shape a = small_shape(&r, SHAPE_BOX, 0), b = small_shape(&r, SHAPE_BOX, (int)(seed % 7) - 3);
+        if (!narrow_ordered(&a, 0, &b, 1)) continue;
+        double reach = shape_reach(&a) + shape_reach(&b), away = random_bits(&r) % 20 ? random_in(&r, 0, 1.5) : 0;
+        const pose b_in_a = {vec_scale(random_direction(&r), reach * away), some_rotation(&r)};
+        const narrow_request request = {.facts = seed % 2 ? NARROW_VERDICT : 0,
+            .tolerance = seed % 3 ? INFINITY : 1e-6,
+            .threshold = seed % 5 ? 0 : random_in(&r, -0.1, 0.5)};
+        narrow_result quick, general;
+        if (!short_road_answer(&a, &b, &b_in_a, &request, &quick)) continue;
+        narrow_query_world(&a, POSE_IDENTITY, &b, b_in_a, &request, case_scratch(), &general);
+        assert_true(quick.lo == general.lo && quick.hi == general.hi);
+        assert_true(quick.status == general.status && quick.method == general.method);
+        assert_true(quick.iterations == general.iterations && !general.refined);
+        answered++;
+    }
+    assert_true(answered > SEEDS / 4);
+}
+
 /* The separation of two boxes of one frame: per axis, then the longest way round a corner. */
 static double aligned_distance(vec3 a, vec3 b, vec3 at)
 {
@@ -144,6 +170,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_short_road_ends_where_the_general_one_does),
+        cmocka_unit_test(the_verdict_of_boxes_is_that_of_the_general_road),
         cmocka_unit_test(boxes_on_a_grid_are_right_in_every_tie),
         cmocka_unit_test(shaved_ellipsoids_measure_as_whole_ones),
     };
