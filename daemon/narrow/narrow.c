@@ -155,7 +155,7 @@ void narrow_query(const shape *a, const shape *b, const pose *b_in_a, const narr
     narrow_cache *cache, narrow_scratch *scratch, narrow_result *result)
 {
     bool recalled = cache && short_road_recall(a, b, b_in_a, request, cache, result);
-    if (!recalled && !short_road_answer(a, b, b_in_a, request, result)) {
+    if (!recalled && !short_road_answer(a, b, b_in_a, request, cache, &scratch->epa, result)) {
         unit_pair p;
         search(a, b, b_in_a, request, cache, scratch, &p, result);
         if (wants_refining(&p, request, result)) {
