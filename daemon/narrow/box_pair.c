@@ -61,17 +61,19 @@ static box_axis faces(const box_pair *x)
 }
 
 /* What an axis gives before the division by |n| <= 1 bounds an overlap already. */
-static void edge_pair(const box_pair *x, int i, int j, box_axis *best)
+static inline void edge_pair(const box_pair *x, int i, int j, box_axis *best)
 {
     box_edge_axis e = box_edge_axis_of(x, i, j);
     if ((e.separation <= 0 && e.separation <= best->separation) || !(e.norm2 > 0)) return;
     keep_greater(best, e.separation / sqrt(e.norm2), EDGES + 3 * i + j);
 }
 
+/* Written out, so that each has its indices for constants. */
 static void edges(const box_pair *x, box_axis *best)
 {
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++) edge_pair(x, i, j, best);
+    edge_pair(x, 0, 0, best), edge_pair(x, 0, 1, best), edge_pair(x, 0, 2, best);
+    edge_pair(x, 1, 0, best), edge_pair(x, 1, 1, best), edge_pair(x, 1, 2, best);
+    edge_pair(x, 2, 0, best), edge_pair(x, 2, 1, best), edge_pair(x, 2, 2, best);
 }
 
 /* Unit, from A towards B. */

@@ -13,6 +13,7 @@
 #include "pieces.h"
 #include "polytope_depth.h"
 #include "revolved_pair.h"
+#include "rough_depth.h"
 #include "sat.h"
 #include "scalar.h"
 #include "witness.h"
@@ -75,14 +76,23 @@ static bool are_hulls(const unit_pair *p)
     return p->a.type == SHAPE_HULL && p->b.type == SHAPE_HULL;
 }
 
+static bool is_small(const shape *s)
+{
+    return s->type != SHAPE_HULL || near_features_scans(s, s);
+}
+
 void dispatch_general(
     const unit_pair *p, const narrow_goal *goal, bool only_general, vec3 seed, epa_scratch *scratch, span *out)
 {
     const narrow_goal *asked = goal;
     narrow_goal closely = *goal;
     bool named = !only_general && near_features_reach_depths(p, asked), measured = goal->near == -INFINITY;
-    if (named) closely.tolerance = goal->finest; /* what names the features must be sure */
-    if (measured && !only_general && are_hulls(p) && polytope_depth_at_once(p, &closely, out)) {
+    /* What names the features must be sure; and between the few facets of small polytopes the search ends on one as
+     * soon as within a tolerance. */
+    bool roughly = !measured || asked->tolerance > ROUGH_TOLERANCE * p->size;
+    bool few = !roughly && !only_general && is_small(&p->a) && is_small(&p->b) && polytope_depth_applies(p);
+    if (named || few) closely.tolerance = goal->finest;
+    if (!roughly && !only_general && are_hulls(p) && polytope_depth_at_once(p, &closely, out)) {
         finish_depth(p, asked, named, out);
         return;
     }
@@ -93,6 +103,7 @@ void dispatch_general(
         gjk_distance(p, goal, seed, &start);
     *out = start.span;
     if (start.state == GJK_APART || out->hi <= goal->near) return;
+    if (roughly && rough_depth(p, asked, &start, out)) return;
     goal = &closely;
     if (!only_general && sat_is_quick(p)) {
         depth_by_axes(p, &start, out);

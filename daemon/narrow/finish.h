@@ -1,5 +1,5 @@
-/* finish: from the span of two cores to the answer about two shapes. Inlined, for it is a good part of the shortest
- * queries. Pure; any thread. */
+/* finish: from a request to the goal of a search, and from the span of two cores to the answer. Inlined, for it is a
+ * good part of the shortest queries. Pure; any thread. */
 #ifndef COLLIDED_NARROW_FINISH_H
 #define COLLIDED_NARROW_FINISH_H
 
@@ -50,6 +50,33 @@ static inline bool is_narrow(const unit_pair *p, const narrow_request *r, const 
 {
     double asked = r->tolerance > 0 ? r->tolerance * p->scale : FINEST * p->size;
     return s->lo == s->hi || s->hi - s->lo + 2 * p->error + p->excess <= asked;
+}
+
+/* What is asked of the shapes, as lengths between cores. */
+static inline narrow_goal goal_of(const unit_pair *p, const narrow_request *r)
+{
+    bool decide = r->facts == 0 || (r->facts & (NARROW_VERDICT | NARROW_MANIFOLD));
+    bool measure = r->facts & (NARROW_DISTANCE | NARROW_MANIFOLD);
+    double margin = p->radius + p->error, threshold = r->threshold * p->scale;
+    double above = threshold + margin + p->excess, below = threshold + margin - 2 * p->error - p->deviation;
+    double finest = 2 * UNIT_ROUNDOFF * p->size, range = r->range * p->scale + margin + p->excess;
+    double tolerance = r->tolerance * p->scale - 2 * p->error - p->excess;
+    if (p->deviation < tolerance) tolerance -= p->deviation; /* where it is more, no search makes up for it */
+    double far = decide ? above : -INFINITY;
+    if (r->facts & NARROW_DISTANCE) far = max_of(far, range);
+    return (narrow_goal){
+        .tolerance = max_of(tolerance, finest),
+        .finest = finest,
+        .far = far,
+        .near = measure ? -INFINITY : below,
+        .above = above,
+        .below = decide ? below : INFINITY,
+    };
+}
+
+static inline narrow_status status_of(const unit_pair *p, const narrow_goal *g, const narrow_request *r, const span *s)
+{
+    return is_narrow(p, r, s) || s->lo > g->far || s->hi <= g->near ? NARROW_CERTAIN : NARROW_WIDE;
 }
 
 #endif

@@ -120,7 +120,8 @@ static bool begin_with(mesh_walk *w, const mesh_seed *seed, const nearest_search
     return true;
 }
 
-static void search(mesh_walk *w, const narrow_goal *goal, const mesh_seed *seed, nearest_search *q, mesh_gap *out)
+/* True: it began with the seed. */
+static bool search(mesh_walk *w, const narrow_goal *goal, const mesh_seed *seed, nearest_search *q, mesh_gap *out)
 {
     *q = (nearest_search){.goal = goal, .best = out, .least = INFINITY};
     *out = (mesh_gap){.nearest = {.lo = -INFINITY, .hi = INFINITY, .method = NARROW_BY_GJK},
@@ -128,15 +129,17 @@ static void search(mesh_walk *w, const narrow_goal *goal, const mesh_seed *seed,
         .triangle_b = MESH_NO_TRIANGLE};
     set_goal(w, goal, q);
     mesh_walk_move(w, w->part.b_in_a.t);
-    if (!seed || !begin_with(w, seed, q)) aim_by_hulls(w);
+    bool seeded = seed && begin_with(w, seed, q);
+    if (!seeded) aim_by_hulls(w);
     mesh_walk_nearest(w, nearer, q);
+    return seeded;
 }
 
 void mesh_gap_find(mesh_walk *w, const narrow_goal *goal, const mesh_seed *seed, mesh_gap *out)
 {
     nearest_search q;
-    search(w, goal, seed, &q, out);
-    if (q.ended && seed) search(w, goal, NULL, &q, out); /* where it ended depends on the way */
+    bool seeded = search(w, goal, seed, &q, out);
+    if (q.ended && seeded) search(w, goal, NULL, &q, out); /* where it ended depends on the way */
     span *s = &out->nearest;
     s->lo = q.ended ? -INFINITY : min_of(q.least, s->hi);
     out->relation = s->lo <= w->part.error ? MESH_CROSSING : containment(w);

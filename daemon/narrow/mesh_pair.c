@@ -17,11 +17,9 @@ void mesh_pair_prepare(unit_pair *p, const shape *a)
     p->excess = a->type == SHAPE_MESH ? 0 : shape_excess(a) * p->scale;
 }
 
-/* Where a verdict is all that is asked, the walk ends at the first parts that decide it: they depend on where it began.
- */
-static const mesh_seed *seed_of(const narrow_cache *cache, const narrow_goal *goal, mesh_seed *seed)
+static const mesh_seed *seed_of(const narrow_cache *cache, mesh_seed *seed)
 {
-    if (!cache || cache->triangle_b == 0 || goal->near > -INFINITY) return NULL;
+    if (!cache || cache->triangle_b == 0) return NULL;
     *seed = (mesh_seed){cache->triangle_a - 1, cache->triangle_b - 1};
     return seed;
 }
@@ -40,7 +38,7 @@ void mesh_pair_measure(const unit_pair *p, const shape *a, const shape *b, const
     mesh_gap gap;
     mesh_seed seed;
     mesh_walk_init(&w, p, a, b);
-    mesh_gap_find(&w, goal, seed_of(cache, goal, &seed), &gap);
+    mesh_gap_find(&w, goal, seed_of(cache, &seed), &gap);
     remember(cache, &gap);
     bool apart = gap.relation == MESH_APART && gap.nearest.lo > p->radius + p->error + p->excess;
     *out = gap.nearest;

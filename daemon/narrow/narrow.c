@@ -28,32 +28,6 @@ size_t narrow_scratch_size(void)
 /* Bounds that are apart by more than this many errors of doubles are kept apart by the search, not by rounding. */
 #define ROUNDING_WIDTHS 4
 
-static narrow_goal goal_of(const unit_pair *p, const narrow_request *r)
-{
-    bool decide = r->facts == 0 || (r->facts & (NARROW_VERDICT | NARROW_MANIFOLD));
-    bool measure = r->facts & (NARROW_DISTANCE | NARROW_MANIFOLD);
-    double margin = p->radius + p->error, threshold = r->threshold * p->scale;
-    double above = threshold + margin + p->excess, below = threshold + margin - 2 * p->error - p->deviation;
-    double finest = 2 * UNIT_ROUNDOFF * p->size, range = r->range * p->scale + margin + p->excess;
-    double tolerance = r->tolerance * p->scale - 2 * p->error - p->excess;
-    if (p->deviation < tolerance) tolerance -= p->deviation; /* where it is more, no search makes up for it */
-    double far = decide ? above : -INFINITY;
-    if (r->facts & NARROW_DISTANCE) far = max_of(far, range);
-    return (narrow_goal){
-        .tolerance = max_of(tolerance, finest),
-        .finest = finest,
-        .far = far,
-        .near = measure ? -INFINITY : below,
-        .above = above,
-        .below = decide ? below : INFINITY,
-    };
-}
-
-static narrow_status status_of(const unit_pair *p, const narrow_goal *g, const narrow_request *r, const span *s)
-{
-    return is_narrow(p, r, s) || s->lo > g->far || s->hi <= g->near ? NARROW_CERTAIN : NARROW_WIDE;
-}
-
 static void measure(const unit_pair *p, const narrow_goal *g, narrow_engine engine, narrow_scratch *scratch, span *s)
 {
     bool plane = p->a.type == SHAPE_HALFSPACE || p->b.type == SHAPE_HALFSPACE;
@@ -69,6 +43,7 @@ static bool recall(const unit_pair *p, const narrow_request *request, const narr
     span *s, narrow_result *result)
 {
     if (!cache || !cache->nearest.count_a || request->engine != NARROW_ENGINE_AUTO) return false;
+    if (!near_features_apply(p, g) && !cache->nearest.deep) return false;
     if (!near_features_recall(p, g, &cache->nearest, s)) return false;
     finish(p, s, result);
     return true;
@@ -115,10 +90,11 @@ static void search(const shape *a, const shape *b, const pose *b_in_a, const nar
     }
     if (mesh_pair_applies(a, b)) mesh_pair_prepare(p, a);
     narrow_goal g = goal_of(p, request);
-    bool by_features = near_features_apply(p, &g);
+    bool gaps = near_features_apply(p, &g), depths = near_features_reach_depths(p, &g), by_features = gaps || depths;
     if (cache && by_features) p->shell = cache->shell;
     if (!by_features || !recall(p, request, &g, cache, &s, result))
         answer(a, b, b_in_a, request, cache, scratch, p, &g, &s, result);
+    if (!gaps && !s.nearest.deep) s.nearest.count_a = 0; /* a proposal that nobody has tested */
     if (cache && by_features) cache->nearest = s.nearest;
     result->status = status_of(p, &g, request, &s);
     if ((request->facts & NARROW_MANIFOLD) && result->lo <= request->threshold)
@@ -179,7 +155,7 @@ void narrow_query(const shape *a, const shape *b, const pose *b_in_a, const narr
     narrow_cache *cache, narrow_scratch *scratch, narrow_result *result)
 {
     bool recalled = cache && short_road_recall(a, b, b_in_a, request, cache, result);
-    if (!recalled && !short_road_answer(a, b, b_in_a, request, result)) {
+    if (!recalled && !short_road_answer(a, b, b_in_a, request, cache, &scratch->epa, result)) {
         unit_pair p;
         search(a, b, b_in_a, request, cache, scratch, &p, result);
         if (wants_refining(&p, request, result)) {

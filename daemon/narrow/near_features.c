@@ -4,14 +4,17 @@
 #include "geom/hull_scan.h"
 #include "gjk.h"
 #include "polytope_depth.h"
+#include "rough_depth.h"
 #include "sat.h"
 #include "scalar.h"
 
 /* Of hi: a bracket so narrow names the features. */
 #define NAMING_WIDTH 0x1p-36
 
-/* Of the size: who asks for less than this is served quicker by a search that stops. */
+/* Of the size: who asks for less than this is served quicker by a search that stops. Of hulls it stops so little sooner
+ * that features, which the next frame begins with, are worth more. */
 #define CLOSE_TOLERANCE 0x1p-16
+#define CLOSE_TOLERANCE_OF_HULLS 0x1p-9
 
 static bool is_scanned(const shape *s)
 {
@@ -30,13 +33,15 @@ static bool are_boxes(const unit_pair *p)
 
 bool near_features_apply(const unit_pair *p, const narrow_goal *goal)
 {
-    bool measured = goal->near == -INFINITY && goal->tolerance <= CLOSE_TOLERANCE * p->size;
-    return measured && (are_boxes(p) || near_features_scans(&p->a, &p->b));
+    if (goal->near != -INFINITY) return false;
+    if (are_boxes(p)) return goal->tolerance <= CLOSE_TOLERANCE * p->size;
+    return goal->tolerance <= CLOSE_TOLERANCE_OF_HULLS * p->size && near_features_scans(&p->a, &p->b);
 }
 
 bool near_features_reach_depths(const unit_pair *p, const narrow_goal *goal)
 {
-    return near_features_apply(p, goal) && p->a.type == SHAPE_HULL && sat_applies(p) &&
+    bool close = goal->near == -INFINITY && goal->tolerance <= ROUGH_TOLERANCE * p->size;
+    return close && near_features_scans(&p->a, &p->b) && sat_applies(p) &&
            goal->tolerance >= 4 * NEAR_DEPTH_WIDTHS * p->error;
 }
 

@@ -42,7 +42,8 @@ bool near_features_apply(const unit_pair *p, const narrow_goal *goal);
 
 bool near_features_scans(const shape *a, const shape *b); /* two hulls that apply */
 
-/* Depths, too: two hulls whose edges are few enough for sat.h, and bounds wider than a few roundings will do. */
+/* Depths: two hulls whose edges are few enough for sat.h, and bounds wider than a few roundings will do; up to
+ * ROUGH_TOLERANCE, for between few facets no search ends much sooner. */
 bool near_features_reach_depths(const unit_pair *p, const narrow_goal *goal);
 
 /* The answer, if `f` (of which nothing is believed) is strict. Else false, and *out counts for nothing. With f->deep

@@ -3,18 +3,25 @@
  * functions, so that both roads give the same bits. Pure; any thread. */
 #include "short_road.h"
 
+#include "box_pair.h"
+#include "dispatch.h"
 #include "finish.h"
 #include "formulas.h"
 #include "geom/round.h"
 #include "near_features.h"
 
-/* Is the interval enough, without more than doubles? */
-static inline bool suffices(const unit_pair *p, const narrow_request *r, const span *s, const narrow_result *out)
+static inline bool answers(const narrow_request *r, const narrow_result *out)
 {
     bool verdict = r->facts == 0 || (r->facts & NARROW_VERDICT), measure = r->facts & NARROW_DISTANCE;
     bool decided = out->lo > r->threshold || out->hi <= r->threshold;
     bool measured = out->hi - out->lo <= r->tolerance || out->lo > r->range;
-    return is_narrow(p, r, s) && (decided || !verdict) && (measured || !measure);
+    return (decided || !verdict) && (measured || !measure);
+}
+
+/* Is the interval enough, without more than doubles? */
+static inline bool suffices(const unit_pair *p, const narrow_request *r, const span *s, const narrow_result *out)
+{
+    return is_narrow(p, r, s) && answers(r, out);
 }
 
 /* unit_pair_init of shapes that are no smaller kind in disguise, and of which `reach_a` and `reach_b` are the reaches.
@@ -87,19 +94,40 @@ static bool two_capsules(const shape *a, const shape *b, const pose *at, const n
     return formula_capsule_capsule(&p, &g, &s) && settle(&p, r, &s, out);
 }
 
+/* recall, measure and status_of of narrow.c, for two boxes. */
+static bool two_boxes(const shape *a, const shape *b, const pose *at, const narrow_request *r, narrow_cache *cache,
+    epa_scratch *scratch, narrow_result *out)
+{
+    unit_pair p;
+    if (a->deviation + b->deviation > 0) return false;
+    pair_of(a, add_up(length_up(a->half), a->radius), b, add_up(length_up(b->half), b->radius), at, &p);
+    narrow_goal g = goal_of(&p, r);
+    span s = {.nearest = {.count_a = 0}};
+    bool named = near_features_apply(&p, &g), known = named && cache && cache->nearest.count_a;
+    if (!known || !near_features_recall(&p, &g, &cache->nearest, &s)) {
+        if (!closed_box_box(&p, &g, &s)) dispatch_general(&p, &g, false, s.axis, scratch, &s);
+        if (named) near_features_settle(&p, &g, &s);
+    }
+    if (named && cache) cache->nearest = s.nearest;
+    finish(&p, &s, out);
+    out->status = NARROW_CERTAIN;
+    return status_of(&p, &g, r, &s) == NARROW_CERTAIN && answers(r, out);
+}
+
 /* A capsule without length is a ball: unit_pair.c knows. */
 static bool is_capsule(const shape *s)
 {
     return s->type == SHAPE_CAPSULE && s->half.z > 0;
 }
 
-bool short_road_answer(
-    const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request, narrow_result *out)
+bool short_road_answer(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
+    narrow_cache *cache, epa_scratch *scratch, narrow_result *out)
 {
     if (b->type > SHAPE_BOX || request->engine != NARROW_ENGINE_AUTO || (request->facts & NARROW_MANIFOLD))
         return false;
     if (a->type == SHAPE_SPHERE && b->type == SHAPE_SPHERE) return two_balls(a, b, b_in_a, request, out);
     if (a->type == SHAPE_SPHERE && b->type == SHAPE_BOX) return ball_and_box(a, b, b_in_a, request, out);
+    if (a->type == SHAPE_BOX && b->type == SHAPE_BOX) return two_boxes(a, b, b_in_a, request, cache, scratch, out);
     if (a->type == SHAPE_SPHERE && is_capsule(b)) return ball_and_capsule(a, b, b_in_a, request, out);
     return is_capsule(a) && is_capsule(b) && two_capsules(a, b, b_in_a, request, out);
 }
@@ -132,7 +160,8 @@ bool short_road_recall(const shape *a, const shape *b, const pose *b_in_a, const
     narrow_goal goal = goal_of_distance(&p, a, b, request);
     span s;
     p.shell = cache->shell;
-    if (!near_features_apply(&p, &goal) || !near_features_recall(&p, &goal, nearest, &s)) {
+    bool applies = nearest->deep ? near_features_reach_depths(&p, &goal) : near_features_apply(&p, &goal);
+    if (!applies || !near_features_recall(&p, &goal, nearest, &s)) {
         *nearest = (narrow_features){.count_a = 0}; /* the general road need not try again */
         return false;
     }

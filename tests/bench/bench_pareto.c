@@ -5,8 +5,8 @@
  *
  * A peer at one of its tolerances is dominated in a row if ours at some tolerance, without a wrong verdict or a
  * failure, takes at most its mean time at an error not above its own. Errors up to 4e-15 of the size are the rounding
- * of poses in doubles and count as equal. Of a peer that does not measure, only the verdict is asked of
- * ours. */
+ * of poses in doubles and count as equal. Of a peer that does not measure, only the verdict is asked of ours; but a
+ * verdict that is proven: bounds that leave it open beat nobody. */
 #include "bench.h"
 #include "pareto_sweep.h"
 
@@ -77,9 +77,16 @@ static void collect(void *context, const narrow_figures *f)
     if (c->count < FIGURES_MOST) c->at[c->count++] = *f;
 }
 
+/* Boxes and bounds may say "perhaps", which is counted as an overlap: only where all are apart have they decided. */
+static bool decides(const narrow_figures *f)
+{
+    bool may_not = f->entry->peer == &narrow_dial_boxes || f->entry->peer == &narrow_dial_bounds;
+    return !may_not || f->regime == REGIME_SEPARATED;
+}
+
 static bool beats(const narrow_figures *ours, const narrow_figures *peer)
 {
-    bool sound = ours->wrong == 0 && ours->failed == 0 && ours->coherent == peer->coherent;
+    bool sound = ours->wrong == 0 && ours->failed == 0 && ours->coherent == peer->coherent && decides(ours);
     bool measures = ours->measured == ours->items && ours->error_max <= fmax(peer->error_max, ERROR_FLOOR);
     return sound && ours->ns_mean <= peer->ns_mean && (peer->measured == 0 || measures);
 }

@@ -66,7 +66,7 @@ def broken(name, row):
         return "no pair, contender, tolerance or error"
     if name == "pareto" and row["contender"] == "collided" and (row["missed"] or row["failed"]):
         return "ours missed an overlap, or failed"
-    if name == "pareto" and row["contender"] == "collided" and row["tolerance"] != "boxes" and row["false"]:
+    if name == "pareto" and row["contender"] == "collided" and row["tolerance"] not in ("boxes", "bounds") and row["false"]:
         return "ours saw an overlap that is none"
     if name == "extremes" and not ("error_max" in row and "value" in row and all(
             row.get(key) for key in ("axis", "pair", "contender"))):

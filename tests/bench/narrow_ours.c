@@ -247,6 +247,50 @@ static void query_boxes(void *self, size_t first, size_t count, narrow_answer *o
     }
 }
 
+/* As the world's bounds (daemon/world/bounds.c): along the guessed axis, and along the box axis if that may be better.
+ */
+static void raise_bounds(const ours_item *it, const pose *b_in_a, vec3 axis, narrow_result *best)
+{
+    narrow_result r;
+    if (vec_norm2(axis) == 0) return;
+    narrow_bounds(&it->a, &it->b, b_in_a, axis, &r);
+    best->lo = fmax(best->lo, r.lo);
+    best->hi = fmin(best->hi, r.hi);
+}
+
+static double apart_by_boxes(const ours_item *it, vec3 *axis)
+{
+    aabb a = shape_bounds(&it->a, it->at_a), b = shape_bounds(&it->b, it->at_b);
+    const double up[3] = {b.lo.x - a.hi.x, b.lo.y - a.hi.y, b.lo.z - a.hi.z};
+    const double down[3] = {a.lo.x - b.hi.x, a.lo.y - b.hi.y, a.lo.z - b.hi.z};
+    double most = -INFINITY, n[3] = {0, 0, 0};
+    for (int i = 0; i < 3; i++) {
+        double apart = fmax(up[i], down[i]);
+        if (!(apart > most)) continue;
+        most = apart;
+        n[0] = n[1] = n[2] = 0;
+        n[i] = down[i] > up[i] ? -1 : 1;
+    }
+    *axis = quat_rotate(quat_conj(it->at_a.q), vec(n[0], n[1], n[2]));
+    return most;
+}
+
+static void query_bounds(void *self, size_t first, size_t count, narrow_answer *out)
+{
+    const ours *o = self;
+    for (size_t i = first; i < first + count; i++, out++) {
+        const ours_item *it = &o->items[i];
+        pose b_in_a = pose_relative(it->at_a, it->at_b);
+        narrow_result r = {.lo = -INFINITY, .hi = INFINITY};
+        vec3 by_boxes;
+        double boxes = apart_by_boxes(it, &by_boxes);
+        raise_bounds(it, &b_in_a, narrow_guess_axis(&it->a, &it->b, &b_in_a), &r);
+        if (boxes > r.lo) raise_bounds(it, &b_in_a, vec_unit(by_boxes), &r);
+        r.lo = fmax(r.lo, boxes);
+        tell(&r, out);
+    }
+}
+
 static bool takes_all(const narrow_row *row)
 {
     (void)row;
@@ -288,6 +332,10 @@ const narrow_peer narrow_dial_ladder = {"collided",
     create_verdict, query_ladder, destroy};
 const narrow_peer narrow_dial_boxes = {
     "collided", "the two boxes alone: apart, or perhaps not", true, takes_all, create_rung, query_boxes, destroy};
+const narrow_peer narrow_dial_bounds = {"collided",
+    "an interval without a search, as the world tells it who asks for no more: one axis or two; a verdict where that "
+    "decides",
+    true, takes_all, create_rung, query_bounds, destroy};
 const narrow_peer narrow_ours_again = {"collided_again",
     "the full query, with the cache of the frame before: the same bits", true, takes_coherent, create, query_kept,
     destroy};

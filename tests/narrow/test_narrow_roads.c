@@ -12,6 +12,8 @@
 
 #include <cmocka.h>
 
+static epa_scratch epa;
+
 static double pick(random_state *r, const double *from, unsigned count)
 {
     return from[random_bits(r) % count];
@@ -39,7 +41,7 @@ static bool agrees_with_the_general_road(const shape *a, const shape *b, const p
 {
     narrow_request request = {.facts = NARROW_DISTANCE, .tolerance = tolerance, .range = INFINITY, .threshold = -1e30};
     narrow_result quick, general;
-    if (!short_road_answer(a, b, b_in_a, &request, &quick)) return false;
+    if (!short_road_answer(a, b, b_in_a, &request, NULL, &epa, &quick)) return false;
     request.facts |= NARROW_MANIFOLD;
     narrow_query(a, b, b_in_a, &request, NULL, case_scratch(), &general);
     assert_memory_equal(&quick.lo, &general.lo, offsetof(narrow_result, manifold));
@@ -69,6 +71,35 @@ static void the_short_road_ends_where_the_general_one_does(void **state)
         assert_false(agrees_with_the_general_road(&a, &b, &b_in_a, 1e-20 * reach)); /* not within reach of doubles */
     }
     for (size_t k = 0; k < PAIR_COUNT; k++) assert_true(answered[k] > asked[k] * 0.85);
+}
+
+/* narrow_query_world takes the general road; a first frame that is the world's leaves the bounds as they are. */
+static void the_answer_for_boxes_is_that_of_the_general_road(void **state)
+{
+    (void)state;
+    unsigned answered = 0;
+    enum { SEEDS = 20000 };
+    for (uint64_t seed = 1; seed <= SEEDS; seed++) {
+        random_state r = {seed};
+        shape a = small_shape(&r, SHAPE_BOX, 0), b = small_shape(&r, SHAPE_BOX, (int)(seed % 7) - 3);
+        if (!narrow_ordered(&a, 0, &b, 1)) continue;
+        double reach = shape_reach(&a) + shape_reach(&b), away = random_bits(&r) % 20 ? random_in(&r, 0, 1.5) : 0;
+        const pose b_in_a = {vec_scale(random_direction(&r), reach * away), some_rotation(&r)};
+        static const unsigned FACTS[] = {0, NARROW_VERDICT, NARROW_DISTANCE, NARROW_DISTANCE | NARROW_VERDICT};
+        static const double TOLERANCES[] = {INFINITY, 0.1, 1e-3, 1e-6, 1e-9};
+        const narrow_request request = {.facts = FACTS[random_bits(&r) % 4],
+            .tolerance = pick(&r, TOLERANCES, 5),
+            .range = seed % 4 ? INFINITY : 0.2,
+            .threshold = seed % 5 ? 0 : random_in(&r, -0.1, 0.5)};
+        narrow_result quick, general;
+        if (!short_road_answer(&a, &b, &b_in_a, &request, NULL, &epa, &quick)) continue;
+        narrow_query_world(&a, POSE_IDENTITY, &b, b_in_a, &request, case_scratch(), &general);
+        assert_true(quick.lo == general.lo && quick.hi == general.hi);
+        assert_true(quick.status == general.status && quick.method == general.method);
+        assert_true(quick.iterations == general.iterations && !general.refined);
+        answered++;
+    }
+    assert_true(answered > SEEDS / 4);
 }
 
 /* The separation of two boxes of one frame: per axis, then the longest way round a corner. */
@@ -144,6 +175,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_short_road_ends_where_the_general_one_does),
+        cmocka_unit_test(the_answer_for_boxes_is_that_of_the_general_road),
         cmocka_unit_test(boxes_on_a_grid_are_right_in_every_tie),
         cmocka_unit_test(shaved_ellipsoids_measure_as_whole_ones),
     };

@@ -88,7 +88,9 @@ static const narrow_request REQUESTS[] = {
     {.facts = NARROW_DISTANCE, .tolerance = 1e-9, .range = 0.3},
     {.facts = NARROW_MANIFOLD, .tolerance = 1e-9, .threshold = 0.2},
     {.facts = NARROW_VERDICT, .threshold = 0.1},
-    {.facts = NARROW_DISTANCE, .tolerance = 1e-2, .range = INFINITY},
+    {.facts = NARROW_DISTANCE, .tolerance = 1e-3, .range = INFINITY},
+    {.facts = NARROW_DISTANCE | NARROW_VERDICT, .tolerance = 0.1, .range = INFINITY},
+    {.facts = NARROW_DISTANCE | NARROW_VERDICT, .tolerance = 1, .range = INFINITY},
 };
 enum { REQUEST_COUNT = sizeof REQUESTS / sizeof *REQUESTS };
 
