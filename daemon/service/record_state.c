@@ -152,6 +152,7 @@ static void tell_interest(service *s, const session *c, const owned_interest *i)
             .range_m = def.range,
             .tolerance_m = def.tolerance,
             .relative_tolerance = def.relative_tolerance,
+            .hysteresis_m = def.hysteresis,
             .accuracy = (uint8_t)def.accuracy,
             .horizon_s = def.horizon,
             .rate_hz = def.period_ns ? 1e9 / (double)def.period_ns : 0}};

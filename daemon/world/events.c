@@ -124,6 +124,47 @@ static void fill(const world *w, const pair *p, const narrow_result *r, uint32_t
     if (is_turned(x, y, interest, looks)) turn_round(e);
 }
 
+/* ---- what is new ---- */
+
+static bool same_bits(const void *a, const void *b, size_t size)
+{
+    return memcmp(a, b, size) == 0;
+}
+
+static bool same_vec(const vec3 *a, const vec3 *b)
+{
+    return same_bits(a, b, sizeof *a);
+}
+
+static bool same_manifold(const manifold *a, const manifold *b)
+{
+    bool same = a->count == b->count;
+    for (uint32_t i = 0; same && i < a->count; i++) {
+        const manifold_point *p = &a->points[i], *q = &b->points[i];
+        same = p->feature == q->feature && same_vec(&p->point, &q->point) &&
+               same_bits(&p->distance, &q->distance, sizeof p->distance);
+    }
+    return same;
+}
+
+static bool same_impact(const world_impact *a, const world_impact *b)
+{
+    return same_bits(&a->lo, &b->lo, sizeof a->lo) && same_bits(&a->hi, &b->hi, sizeof a->hi) &&
+           a->start_ns == b->start_ns && a->estimated == b->estimated && same_bits(&a->pose_a, &b->pose_a, sizeof(pose)) &&
+           same_bits(&a->pose_b, &b->pose_b, sizeof(pose));
+}
+
+/* The same bits in all but the ages: told again, it would say nothing. Of the same watch, so the names are equal but for
+ * which is A. */
+static bool same_facts(const world_event *a, const world_event *b)
+{
+    return same_bits(&a->lo, &b->lo, sizeof a->lo) && same_bits(&a->hi, &b->hi, sizeof a->hi) &&
+           same_vec(&a->axis, &b->axis) && same_vec(&a->point_a, &b->point_a) && same_vec(&a->point_b, &b->point_b) &&
+           same_bits(&a->closing, &b->closing, sizeof a->closing) && a->achieved == b->achieved &&
+           a->shape_a == b->shape_a && a->shape_b == b->shape_b && same_manifold(&a->manifold, &b->manifold) &&
+           strcmp(a->name_a, b->name_a) == 0;
+}
+
 /* ---- watches ---- */
 
 static int64_t watch_id(const watch *v)
@@ -220,10 +261,12 @@ static bool may_update(const world *w, const interest *i)
     return !i->period_ns || w->now_ns >= i->next_update_ns;
 }
 
-static void update(world *w, uint32_t id, uint8_t kind, int64_t contact)
+/* An update that the rate holds back is told when it allows, though the pair may be back by then where it was. */
+static void update(world *w, uint32_t id, uint8_t kind, int64_t contact, bool news)
 {
     watch *v = &w->watches.at[id];
     interest *i = &w->interests.at[v->interest];
+    if (!news && !v->dirty && !i->all) return;
     if (may_update(w, i)) {
         v->dirty = false;
         emit(w, v->interest, &v->last, kind, CAUSE_MOTION, contact);
@@ -248,12 +291,13 @@ static void begin_or_end_touch(world *w, watch *v, bool touches, uint8_t cause)
 
 /* A pair in contact is near as well: both episodes have an id, a begin and an end of their own; while it lasts, the
  * contact alone is updated. */
-static void transit(world *w, uint32_t id, bool touches, bool near, uint8_t cause)
+static void transit(world *w, uint32_t id, bool touches, bool near, bool news, uint8_t cause)
 {
     watch *v = &w->watches.at[id];
     bool touched = v->touch_id, was_near = v->near_id;
     if (v->unknown) {
         v->unknown = false;
+        news = true;
         emit(w, v->interest, watch_last(v), EVENT_KNOWN, CAUSE_MOTION, watch_id(v));
     }
     if (near && !was_near) {
@@ -262,9 +306,9 @@ static void transit(world *w, uint32_t id, bool touches, bool near, uint8_t caus
     }
     begin_or_end_touch(w, v, touches, cause);
     if (touched && touches)
-        update(w, id, EVENT_UPDATE, v->touch_id);
+        update(w, id, EVENT_UPDATE, v->touch_id, news);
     else if (near && was_near && !touches)
-        update(w, id, EVENT_NEAR, v->near_id);
+        update(w, id, EVENT_NEAR, v->near_id, news || touched);
     if (!near && was_near) {
         emit(w, v->interest, &v->last, EVENT_FAR, cause, v->near_id);
         v->near_id = 0;
@@ -296,16 +340,22 @@ static void tell(world *w, uint32_t pair_id, const outcome *o, uint32_t interest
     const pair *p = &w->pairs.at[pair_id];
     const interest *i = &w->interests.at[interest_id];
     double threshold = i->threshold + t->distances.padding, range = i->range + t->distances.margin;
+    uint32_t id = find_watch(w, p, interest_id);
+    if (id != WORLD_NONE && w->watches.at[id].touch_id) threshold += i->hysteresis;
+    if (id != WORLD_NONE && w->watches.at[id].near_id) range += i->hysteresis;
     bool touches = i->facts & (WORLD_TOUCH | WORLD_MANIFOLD) && r->lo <= threshold;
     bool near = i->facts & WORLD_DISTANCE && r->lo <= range;
-    uint32_t id = find_watch(w, p, interest_id);
     if (id == WORLD_NONE && !touches && !near) return;
     if (id == WORLD_NONE) id = add_watch(w, pair_id, interest_id);
-    world_event *last = &w->watches.at[id].last;
-    fill(w, p, r, interest_id, t->distances.looks, last);
-    last->achieved = achieved(r, o, touches || !(i->facts & WORLD_DISTANCE) ? threshold : range);
-    if (!(i->facts & WORLD_MANIFOLD) || !touches) last->manifold.count = 0;
-    transit(w, id, touches, near, t->cause);
+    watch *v = &w->watches.at[id];
+    world_event now;
+    fill(w, p, r, interest_id, t->distances.looks, &now);
+    now.achieved = achieved(r, o, touches || !(i->facts & WORLD_DISTANCE) ? threshold : range);
+    if (!(i->facts & WORLD_MANIFOLD) || !touches) now.manifold.count = 0;
+    bool news = v->recovered || !(v->touch_id || v->near_id) || !same_facts(&v->last, &now);
+    v->recovered = false;
+    v->last = now;
+    transit(w, id, touches, near, news, t->cause);
 }
 
 void events_of_active(world *w)
@@ -374,6 +424,7 @@ static void make_known(world *w, const sweep *s, uint32_t id)
     watch *v = &w->watches.at[id];
     if (!v->unknown) return;
     v->unknown = false;
+    v->recovered = true;
     const pair *p = &w->pairs.at[v->pair];
     uint32_t result = w->outcomes.at[s->active].result;
     if ((v->touch_id || v->near_id) && result != WORLD_NONE) {
@@ -391,6 +442,7 @@ static void make_known(world *w, const sweep *s, uint32_t id)
 static void tell_foretold(world *w, const sweep *s)
 {
     uint32_t pair_id = w->active_pairs.at[s->active], id = find_watch(w, &w->pairs.at[pair_id], s->interest);
+    bool was_unknown = id != WORLD_NONE && w->watches.at[id].unknown;
     if (id != WORLD_NONE) make_known(w, s, id);
     if (s->result.status == TOI_FREE) {
         if (id != WORLD_NONE) tell_averted(w, id);
@@ -399,12 +451,16 @@ static void tell_foretold(world *w, const sweep *s)
     if (id == WORLD_NONE) id = add_watch(w, pair_id, s->interest);
     watch *v = &w->watches.at[id];
     interest *i = &w->interests.at[s->interest];
-    fill_sweep(w, s, &v->foretold);
+    world_event now;
+    fill_sweep(w, s, &now);
     bool is_new = !v->foretold_id;
+    bool news = is_new || was_unknown || !same_facts(&v->foretold, &now) || !same_impact(&v->foretold.impact, &now.impact);
+    v->foretold = now;
     if (is_new) {
         v->foretold_id = ++w->serial;
         w->figures.foretold++;
     }
+    if (!news && !v->foretold_dirty && !i->all) return;
     if (is_new || may_update(w, i)) {
         v->foretold_dirty = false;
         emit(w, s->interest, &v->foretold, EVENT_FORETOLD, CAUSE_MOTION, v->foretold_id);
