@@ -21,10 +21,11 @@ typedef struct config {
     char log[16];
     char engine[16];
     char broad[16];
+    char step_policy[16];
     long workers, metrics_port;
     bool caches, json, journal, trade;
-    double margin, rate, budget_us, status_period, lease;
-    long max_clients, max_bodies, max_shapes, max_interests, max_geometries;
+    double margin, rate, budget_us, status_period, lease, heartbeat, step_timeout;
+    long max_clients, max_bodies, max_shapes, max_interests, max_geometries, max_step_poses;
 } config;
 
 typedef enum config_type { CONFIG_TEXT, CONFIG_CHOICE, CONFIG_WHOLE, CONFIG_NUMBER, CONFIG_YES } config_type;

@@ -662,6 +662,23 @@ static void snapshot(world *w, uint32_t id)
     }
 }
 
+static void take_older(const body *b, int64_t *oldest)
+{
+    if (!b->fixed && b->stamp_ns && (!*oldest || b->stamp_ns < *oldest)) *oldest = b->stamp_ns;
+}
+
+int64_t world_oldest_stamp_ns(const world *w, uint32_t id)
+{
+    int64_t oldest = 0;
+    if (id >= w->interests.count || !w->interests.at[id].used) return 0;
+    for (uint32_t v = w->interests.at[id].first_watch; v != WORLD_NONE; v = w->watches.at[v].interest_next) {
+        const pair *p = &w->pairs.at[w->watches.at[v].pair];
+        take_older(&w->bodies.at[w->solids.at[p->a].body], &oldest);
+        take_older(&w->bodies.at[w->solids.at[p->b].body], &oldest);
+    }
+    return oldest;
+}
+
 void events_snapshots(world *w)
 {
     for (uint32_t id = 0; id < w->interests.count; id++)

@@ -142,6 +142,8 @@ world_status world_put_interest(world *w, uint32_t *id, const world_interest *de
 /* Ends its contacts in the next tick with this cause, in a closing batch. */
 world_status world_remove_interest(world *w, uint32_t id, uint8_t cause);
 void world_want_snapshot(world *w, uint32_t id);
+/* The oldest stamp of the poses that what is told of it now rests on; 0: none is stamped. Walks all of it. */
+int64_t world_oldest_stamp_ns(const world *w, uint32_t id);
 /* In the next tick, updates are told of all its pairs that are decided, also where nothing differs from what was told
  * last: for who keeps no state of his own. */
 void world_want_all(world *w, uint32_t id);
