@@ -285,17 +285,17 @@ collided_body collided_adopt_body(collided *c, int32_t id);
 collided_status collided_publish(collided *c, size_t count, const collided_body *bodies, const double *positions,
     const double *orientations, const double *linear, const double *angular, int64_t stamp_ns, int64_t step);
 /* Ends a step of lock-step with other simulators, and waits until it is done. Between processes whose definition says
- * so (collided_def.lock_step) a step is done when each of them has published what it has under that number, in any number
- * of calls, and has ended it by this one, which one that has nothing to publish calls, too. The daemon keeps what is
- * published until then, applies it as a whole, and answers each of them on its subscriptions of rate_hz 0 by a batch with
- * that step, in which all is told that it moved, new or not. Steps are numbered alike by all, from above 0, rising. One
- * that is late by the daemon's step_timeout is gone on without, or waited for, by its step_policy: "step_missed" is told
- * to the callback of collided_on_rejected of each of them, and collided_batch.missing counts it; it is waited for again
- * once it ends a step. Over LCM, where an answer may be lost: publish the same step again on COLLIDED_TIMEOUT. With
- * lock_step = 1 a client alone has its steps done as a whole. Create bodies, and collided_sync, before the first step.
- * timeout_s 0: does not wait. COLLIDED_TIMEOUT if it was not done
- * within that time; COLLIDED_REJECTED if the others are beyond that step, or the one before is not done;
- * COLLIDED_BAD_ARGUMENT if this client is not in lock-step, or no subscription of rate_hz 0 could tell. */
+ * so (collided_def.lock_step) a step is done when each of them has published what it has under that number, in any
+ * number of calls, and has ended it by this one, which one that has nothing to publish calls, too. The daemon keeps
+ * what is published until then, applies it as a whole, and answers each of them on its subscriptions of rate_hz 0 by a
+ * batch with that step, in which all is told that it moved, new or not. Steps are numbered alike by all, from above 0,
+ * rising. One that is late by the daemon's step_timeout is gone on without, or waited for, by its step_policy:
+ * "step_missed" is told to the callback of collided_on_rejected of each of them, and collided_batch.missing counts it;
+ * it is waited for again once it ends a step. Over LCM, where an answer may be lost: publish the same step again on
+ * COLLIDED_TIMEOUT. With lock_step = 1 a client alone has its steps done as a whole. Create bodies, and collided_sync,
+ * before the first step. timeout_s 0: does not wait. COLLIDED_TIMEOUT if it was not done within that time;
+ * COLLIDED_REJECTED if the others are beyond that step, or the one before is not done; COLLIDED_BAD_ARGUMENT if this
+ * client is not in lock-step, or no subscription of rate_hz 0 could tell. */
 collided_status collided_step(collided *c, int64_t step, double timeout_s);
 /* Publishes poses of bodies that did not move there. They are there from now on, without a way that could be swept:
  * their contacts end with the cause "teleport". As collided_publish, but the stamp may also go back in time. */
@@ -386,7 +386,8 @@ typedef struct collided_event {
                                       impact->lo_s; otherwise NULL */
 } collided_event;
 
-typedef struct collided_batch { /* all events of one tick on one stream; or a heartbeat, of a stream that has been silent */
+typedef struct collided_batch { /* all events of one tick on one stream; or a heartbeat, of a stream that has been
+                                   silent */
     collided_interest interest; /* whose stream it is; what another client's interest publishes under the same stream
                                    name is not delivered */
     const char *stream;

@@ -194,10 +194,10 @@ collided_status collided_step(collided *c, int64_t step, double timeout_s)
     if (!(timeout_s > 0)) return COLLIDED_OK;
     bool done = session_wait(c, session_monotonic_ns() + session_seconds(timeout_s), step_is_done);
     pthread_mutex_lock(&c->lock);
-    collided_status status = c->step_refused ? session_fail(c, COLLIDED_REJECTED, "%s", c->step_refusal)
-                             : done          ? COLLIDED_OK
-                                    : session_fail(c, COLLIDED_TIMEOUT, "step %lld is not done after %g s", (long long)step,
-                                          timeout_s);
+    collided_status status =
+        c->step_refused ? session_fail(c, COLLIDED_REJECTED, "%s", c->step_refusal)
+        : done          ? COLLIDED_OK
+               : session_fail(c, COLLIDED_TIMEOUT, "step %lld is not done after %g s", (long long)step, timeout_s);
     pthread_mutex_unlock(&c->lock);
     return status;
 }

@@ -60,7 +60,8 @@ static const config_option OPTIONS[] = {
         "Status carries health, limits that were reached and all counters; collidectl status shows it."},
     {"heartbeat", CONFIG_NUMBER, FIELD(heartbeat), 0.01, 3600, NULL, "1", "s",
         "a stream that has had nothing to tell for so long says that it is alive",
-        "Nothing is told again that has not changed, so a resting scene is silent but for these. A heartbeat carries the "
+        "Nothing is told again that has not changed, so a resting scene is silent but for these. A heartbeat carries "
+        "the "
         "number of the last batch, by which a subscriber finds out that it has lost it, and the oldest stamp that what "
         "it was told rests on."},
     {"step_timeout", CONFIG_NUMBER, FIELD(step_timeout), 0, 3600, NULL, "1", "s",
@@ -87,7 +88,8 @@ static const config_option OPTIONS[] = {
     {"max_geometries", CONFIG_WHOLE, FIELD(max_geometries), 1, 1000000, NULL, "10000", "geometries",
         "hulls in the store", "A hull is stored once however many bodies use it, and is forgotten when nobody does."},
     {"max_step_poses", CONFIG_WHOLE, FIELD(max_step_poses), 1, 100000000, NULL, "1000000", "poses",
-        "poses of one client that wait for a step of lock-step to be complete", "A step is kept until all have published it."},
+        "poses of one client that wait for a step of lock-step to be complete",
+        "A step is kept until all have published it."},
     {"record", CONFIG_TEXT, FIELD(record), 0, 0, NULL, "", "", "record all commands to this file (LCM's log format)",
         "Must not exist yet. Written from the start on; collided --replay runs it again and compares every "
         "tick."},

@@ -263,9 +263,9 @@ void stream_free_all(service *s);
 #define STEP_IN_ITS_NAME INT64_MAX
 bool steps_take(service *s, session *c, struct link *from, const wire_pose_batch *m); /* true: it is of lock-step */
 void steps_join(service *s, session *c, int32_t lock_step);                           /* 0: leaves */
-bool steps_due(const service *s);      /* a step is complete, or asked for again: a tick is due */
-void steps_complete(service *s);       /* applies a step that is */
-void steps_watch(service *s);          /* who misses a step; before each round, not in a replay */
+bool steps_due(const service *s);        /* a step is complete, or asked for again: a tick is due */
+void steps_complete(service *s);         /* applies a step that is */
+void steps_watch(service *s);            /* who misses a step; before each round, not in a replay */
 int64_t steps_next_ns(const service *s); /* when somebody may miss one, monotonic; INT64_MAX: nobody */
 void steps_record(service *s, session *c);
 void steps_free(session *c);

@@ -1,6 +1,6 @@
-/* steps: lock-step of simulators in several processes. Poses of a member that carry a step wait here; an empty batch with
- * the step's number ends what it publishes of it. When every member has ended a step, it is applied as a whole, and one
- * tick follows, in which each of them is answered. Tick thread.
+/* steps: lock-step of simulators in several processes. Poses of a member that carry a step wait here; an empty batch
+ * with the step's number ends what it publishes of it. When every member has ended a step, it is applied as a whole,
+ * and one tick follows, in which each of them is answered. Tick thread.
  *
  * What is applied when follows from the messages and from where the ticks end alone, so that a replay does the same: a
  * member that misses a step by the clock is let miss it by a message in its name, which is recorded like those that
@@ -116,7 +116,8 @@ bool steps_take(service *s, session *c, struct link *from, const wire_pose_batch
     int64_t done = s->lock_step.done;
     if (!is_member(c) || !m->step) return false;
     if (m->step == done) return answer_again(s, c, m);
-    if (m->step < done) return refuse(s, from, m, WIRE_BAD_STEP, "step %" PRId64 ": %" PRId64 " is done", m->step, done);
+    if (m->step < done)
+        return refuse(s, from, m, WIRE_BAD_STEP, "step %" PRId64 ": %" PRId64 " is done", m->step, done);
     bool in_its_name = m->sequence == STEP_IN_ITS_NAME;
     if (in_its_name && c->published > done) return true; /* it came in time after all */
     if (in_its_name) drop_held(c);
@@ -201,8 +202,7 @@ static void tell_members(service *s, const char *text)
     for (size_t i = 0; i < s->sessions.count; i++) {
         const session *c = s->sessions.at[i];
         const wire_message m = {.kind = WIRE_REJECT,
-            .reject = {
-                WIRE_VERSION, c->client, 0, s->epoch, WIRE_POSE_BATCH, -1, (uint8_t)WIRE_STEP_MISSED, text}};
+            .reject = {WIRE_VERSION, c->client, 0, s->epoch, WIRE_POSE_BATCH, -1, (uint8_t)WIRE_STEP_MISSED, text}};
         if (is_member(c)) c->link->ops->publish(c->link, &m);
     }
 }
@@ -229,10 +229,8 @@ static void tell_missing(service *s, bool goes_on)
 static void miss(service *s, session *c)
 {
     wire_message m = {.kind = WIRE_POSE_BATCH,
-        .pose_batch = {.version = WIRE_VERSION,
-            .client = c->client,
-            .sequence = STEP_IN_ITS_NAME,
-            .step = s->lock_step.waited}};
+        .pose_batch = {
+            .version = WIRE_VERSION, .client = c->client, .sequence = STEP_IN_ITS_NAME, .step = s->lock_step.waited}};
     c->idle = true;
     record_message(s, &m);
     apply_poses(s, c->link, &m.pose_batch, true); /* as in a replay */
@@ -297,6 +295,7 @@ void steps_record(service *s, session *c)
 {
     each_held(s, c, record_one);
     if (!is_member(c) || c->published <= s->lock_step.done) return;
-    record_message(s, &(wire_message){.kind = WIRE_POSE_BATCH,
-                          .pose_batch = {.version = WIRE_VERSION, .client = c->client, .sequence = 1, .step = c->published}});
+    record_message(
+        s, &(wire_message){.kind = WIRE_POSE_BATCH,
+               .pose_batch = {.version = WIRE_VERSION, .client = c->client, .sequence = 1, .step = c->published}});
 }

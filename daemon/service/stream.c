@@ -305,7 +305,8 @@ void stream_publish(service *s, const world_batches *batches)
     answer_steps(s);
 }
 
-/* It is no batch: it has the number of the last one, so that a lost heartbeat is no loss, and a lost batch is found out.
+/* It is no batch: it has the number of the last one, so that a lost heartbeat is no loss, and a lost batch is found
+ * out.
  */
 static void beat(service *s, uint32_t id)
 {

@@ -150,12 +150,12 @@ static bool same_manifold(const manifold *a, const manifold *b)
 static bool same_impact(const world_impact *a, const world_impact *b)
 {
     return same_bits(&a->lo, &b->lo, sizeof a->lo) && same_bits(&a->hi, &b->hi, sizeof a->hi) &&
-           a->start_ns == b->start_ns && a->estimated == b->estimated && same_bits(&a->pose_a, &b->pose_a, sizeof(pose)) &&
-           same_bits(&a->pose_b, &b->pose_b, sizeof(pose));
+           a->start_ns == b->start_ns && a->estimated == b->estimated &&
+           same_bits(&a->pose_a, &b->pose_a, sizeof(pose)) && same_bits(&a->pose_b, &b->pose_b, sizeof(pose));
 }
 
-/* The same bits in all but the ages: told again, it would say nothing. Of the same watch, so the names are equal but for
- * which is A. */
+/* The same bits in all but the ages: told again, it would say nothing. Of the same watch, so the names are equal but
+ * for which is A. */
 static bool same_facts(const world_event *a, const world_event *b)
 {
     return same_bits(&a->lo, &b->lo, sizeof a->lo) && same_bits(&a->hi, &b->hi, sizeof a->hi) &&
@@ -454,7 +454,8 @@ static void tell_foretold(world *w, const sweep *s)
     world_event now;
     fill_sweep(w, s, &now);
     bool is_new = !v->foretold_id;
-    bool news = is_new || was_unknown || !same_facts(&v->foretold, &now) || !same_impact(&v->foretold.impact, &now.impact);
+    bool news =
+        is_new || was_unknown || !same_facts(&v->foretold, &now) || !same_impact(&v->foretold.impact, &now.impact);
     v->foretold = now;
     if (is_new) {
         v->foretold_id = ++w->serial;

@@ -111,9 +111,10 @@ static void grow(world *w, size_t interests)
 static bool same_interest(const interest *i, const world_interest *def)
 {
     return i->facts == def->facts && i->threshold == def->threshold && i->range == def->range &&
-           i->hysteresis == def->hysteresis && i->tolerance == def->tolerance && i->relative_tolerance == def->relative_tolerance &&
-           i->accuracy == def->accuracy && i->horizon == def->horizon && i->period_ns == def->period_ns &&
-           strcmp(i->select_a, def->select_a) == 0 && strcmp(i->select_b, def->select_b) == 0;
+           i->hysteresis == def->hysteresis && i->tolerance == def->tolerance &&
+           i->relative_tolerance == def->relative_tolerance && i->accuracy == def->accuracy &&
+           i->horizon == def->horizon && i->period_ns == def->period_ns && strcmp(i->select_a, def->select_a) == 0 &&
+           strcmp(i->select_b, def->select_b) == 0;
 }
 
 static uint32_t new_interest(world *w)

@@ -69,7 +69,7 @@ typedef struct watch {
     uint32_t interest_next, interest_prev;
     int64_t touch_id, near_id, foretold_id;    /* 0 = not */
     bool used, unknown, dirty, foretold_dirty; /* dirty: an update that the rate held back */
-    bool recovered; /* known again in this tick: its state follows, be it new or not */
+    bool recovered;                            /* known again in this tick: its state follows, be it new or not */
     world_event last;                          /* of contact and nearness */
     world_event foretold;                      /* the last one that was foretold */
 } watch;

@@ -91,7 +91,8 @@ typedef struct wire_client {
     uint8_t on_loss;  /* what becomes of my bodies when I am lost: WIRE_LOST_REMOVE; _HOLD (they stay, and count as
                          stale at once, until I am back); _KEEP (they stay as they are) */
     int64_t lease_ns; /* without a sign of life for this long, I am lost */
-    int32_t lock_step; /* in lock-step with others, so many with me: a step is done when each has published it. 0 = no */
+    int32_t
+        lock_step;    /* in lock-step with others, so many with me: a step is done when each has published it. 0 = no */
     const char *name; /* for people */
 } wire_client;
 
@@ -418,9 +419,9 @@ typedef enum wire_reason {
     WIRE_NAME_TAKEN, /* by another body or client */
     WIRE_NOT_YOURS,
     WIRE_UNSUPPORTED,
-    WIRE_LIMIT,    /* a limit of this daemon's configuration; the text names it */
-    WIRE_OLD_POSE, /* its stamp is older than that of the pose before */
-    WIRE_BAD_STEP, /* of lock-step: done already, or the step before is not done yet */
+    WIRE_LIMIT,       /* a limit of this daemon's configuration; the text names it */
+    WIRE_OLD_POSE,    /* its stamp is older than that of the pose before */
+    WIRE_BAD_STEP,    /* of lock-step: done already, or the step before is not done yet */
     WIRE_STEP_MISSED, /* no refusal: a lock-step client has not published a step in time, and what comes of it */
     WIRE_REASON_COUNT
 } wire_reason;

@@ -1,6 +1,6 @@
-/* Simulators in several processes in lock-step, by the client library, over both links: each moves a box of its own, all
- * boxes one way together, so that whoever saw a step half done would see them meet. One is killed, and one stands still
- * for a while: the others go on, and are told. */
+/* Simulators in several processes in lock-step, by the client library, over both links: each moves a box of its own,
+ * all boxes one way together, so that whoever saw a step half done would see them meet. One is killed, and one stands
+ * still for a while: the others go on, and are told. */
 #include "rig.h"
 
 #include <signal.h>
@@ -71,8 +71,10 @@ static int simulate_for_ever(const char *uri, int number)
     if (!begin(&s, uri, number)) return EXIT_FAILURE;
     for (int64_t n = 1;; n++) {
         collided_status status = step(&s, n);
-        if (status == COLLIDED_REJECTED) n = s.done;
-        else if (status != COLLIDED_OK && status != COLLIDED_TIMEOUT) return EXIT_FAILURE;
+        if (status == COLLIDED_REJECTED)
+            n = s.done;
+        else if (status != COLLIDED_OK && status != COLLIDED_TIMEOUT)
+            return EXIT_FAILURE;
     }
 }
 

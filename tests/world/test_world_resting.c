@@ -1,5 +1,5 @@
-/* What rests is told once: poses sent again, answers with the same bits. And hysteresis: what trembles about a threshold
- * begins once and ends once. */
+/* What rests is told once: poses sent again, answers with the same bits. And hysteresis: what trembles about a
+ * threshold begins once and ends once. */
 #include "scene.h"
 
 #include <stdio.h>
