@@ -293,15 +293,21 @@ static void answer_steps(service *s)
 }
 
 /* Before its first reader has come, a stream says nothing: its first batch is the whole state, for that reader. */
+static void publish_one(service *s, const world_batch *b)
+{
+    if (b->interest >= s->streams.count || !s->streams.at[b->interest].live) return;
+    stream *to = &s->streams.at[b->interest];
+    if (to->read && (to->batch || b->snapshot)) publish(s, to, b);
+    if (b->closing) stream_close(s, b->interest);
+}
+
+/* What closes goes first: another stream of this tick may have its name. */
 void stream_publish(service *s, const world_batches *batches)
 {
-    for (size_t i = 0; i < batches->count; i++) {
-        const world_batch *b = &batches->at[i];
-        if (b->interest >= s->streams.count || !s->streams.at[b->interest].live) continue;
-        stream *to = &s->streams.at[b->interest];
-        if (to->read && (to->batch || b->snapshot)) publish(s, to, b);
-        if (b->closing) stream_close(s, b->interest);
-    }
+    for (size_t i = 0; i < batches->count; i++)
+        if (batches->at[i].closing) publish_one(s, &batches->at[i]);
+    for (size_t i = 0; i < batches->count; i++)
+        if (!batches->at[i].closing) publish_one(s, &batches->at[i]);
     answer_steps(s);
 }
 
