@@ -89,7 +89,7 @@ static void help_lists_the_options_of_each_verb(void **state)
         {"remove", ""},
         {"move", "--linear --angular --teleport"},
         {"joints", "--state"},
-        {"watch", "--a --b --facts --horizon --range --accuracy --tolerance --relative --rate --json --seconds"},
+        {"watch", "--a --b --facts --horizon --range --accuracy --tolerance --relative --hysteresis --rate --json --seconds"},
         {"query", "--json --tolerance --length --linear --angular --span"},
         {"record", "--seconds"},
         {"replay", "--workers --json"},
