@@ -124,47 +124,6 @@ static void fill(const world *w, const pair *p, const narrow_result *r, uint32_t
     if (is_turned(x, y, interest, looks)) turn_round(e);
 }
 
-/* ---- what is new ---- */
-
-static bool same_bits(const void *a, const void *b, size_t size)
-{
-    return memcmp(a, b, size) == 0;
-}
-
-static bool same_vec(const vec3 *a, const vec3 *b)
-{
-    return same_bits(a, b, sizeof *a);
-}
-
-static bool same_manifold(const manifold *a, const manifold *b)
-{
-    bool same = a->count == b->count;
-    for (uint32_t i = 0; same && i < a->count; i++) {
-        const manifold_point *p = &a->points[i], *q = &b->points[i];
-        same = p->feature == q->feature && same_vec(&p->point, &q->point) &&
-               same_bits(&p->distance, &q->distance, sizeof p->distance);
-    }
-    return same;
-}
-
-static bool same_impact(const world_impact *a, const world_impact *b)
-{
-    return same_bits(&a->lo, &b->lo, sizeof a->lo) && same_bits(&a->hi, &b->hi, sizeof a->hi) &&
-           a->start_ns == b->start_ns && a->estimated == b->estimated &&
-           same_bits(&a->pose_a, &b->pose_a, sizeof(pose)) && same_bits(&a->pose_b, &b->pose_b, sizeof(pose));
-}
-
-/* The same bits in all but the ages: told again, it would say nothing. Of the same watch, so the names are equal but
- * for which is A. */
-static bool same_facts(const world_event *a, const world_event *b)
-{
-    return same_bits(&a->lo, &b->lo, sizeof a->lo) && same_bits(&a->hi, &b->hi, sizeof a->hi) &&
-           same_vec(&a->axis, &b->axis) && same_vec(&a->point_a, &b->point_a) && same_vec(&a->point_b, &b->point_b) &&
-           same_bits(&a->closing, &b->closing, sizeof a->closing) && a->achieved == b->achieved &&
-           a->shape_a == b->shape_a && a->shape_b == b->shape_b && same_manifold(&a->manifold, &b->manifold) &&
-           strcmp(a->name_a, b->name_a) == 0;
-}
-
 /* ---- watches ---- */
 
 static int64_t watch_id(const watch *v)
@@ -352,7 +311,7 @@ static void tell(world *w, uint32_t pair_id, const outcome *o, uint32_t interest
     fill(w, p, r, interest_id, t->distances.looks, &now);
     now.achieved = achieved(r, o, touches || !(i->facts & WORLD_DISTANCE) ? threshold : range);
     if (!(i->facts & WORLD_MANIFOLD) || !touches) now.manifold.count = 0;
-    bool news = v->recovered || !(v->touch_id || v->near_id) || !same_facts(&v->last, &now);
+    bool news = v->recovered || !(v->touch_id || v->near_id) || !news_same_facts(&v->last, &now);
     v->recovered = false;
     v->last = now;
     transit(w, id, touches, near, news, t->cause);
@@ -454,8 +413,8 @@ static void tell_foretold(world *w, const sweep *s)
     world_event now;
     fill_sweep(w, s, &now);
     bool is_new = !v->foretold_id;
-    bool news =
-        is_new || was_unknown || !same_facts(&v->foretold, &now) || !same_impact(&v->foretold.impact, &now.impact);
+    bool news = is_new || was_unknown || !news_same_facts(&v->foretold, &now) ||
+                !news_same_impact(&v->foretold.impact, &now.impact);
     v->foretold = now;
     if (is_new) {
         v->foretold_id = ++w->serial;
@@ -661,23 +620,6 @@ static void snapshot(world *w, uint32_t id)
         if (at->used && !at->ghost && at->stale && (at->match_a[id >> 6] | at->match_b[id >> 6]) & mask)
             emit_whole_body(w, b, id, EVENT_UNKNOWN, CAUSE_SNAPSHOT);
     }
-}
-
-static void take_older(const body *b, int64_t *oldest)
-{
-    if (!b->fixed && b->stamp_ns && (!*oldest || b->stamp_ns < *oldest)) *oldest = b->stamp_ns;
-}
-
-int64_t world_oldest_stamp_ns(const world *w, uint32_t id)
-{
-    int64_t oldest = 0;
-    if (id >= w->interests.count || !w->interests.at[id].used) return 0;
-    for (uint32_t v = w->interests.at[id].first_watch; v != WORLD_NONE; v = w->watches.at[v].interest_next) {
-        const pair *p = &w->pairs.at[w->watches.at[v].pair];
-        take_older(&w->bodies.at[w->solids.at[p->a].body], &oldest);
-        take_older(&w->bodies.at[w->solids.at[p->b].body], &oldest);
-    }
-    return oldest;
 }
 
 void events_snapshots(world *w)

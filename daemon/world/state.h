@@ -287,6 +287,11 @@ void impact_decide(world *w);
 /* A world direction that may keep them apart from 0 to the span; zero: none was found. */
 vec3 impact_axis(const toi_mover *a, const toi_mover *b, const toi_request *request, void *scratch, uint32_t *queries);
 
+/* news.c: of two events of one watch. */
+/* The same bits in all but the ages: told again, it would say nothing. The names are equal but for which is A. */
+bool news_same_facts(const world_event *a, const world_event *b);
+bool news_same_impact(const world_impact *a, const world_impact *b);
+
 /* events.c */
 void events_of_sweeps(world *w);
 void events_teleported(world *w);
