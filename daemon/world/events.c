@@ -390,8 +390,8 @@ static void make_known(world *w, const sweep *s, uint32_t id)
         const body *a = &w->bodies.at[w->solids.at[p->a].body], *b = &w->bodies.at[w->solids.at[p->b].body];
         const interest *i = &w->interests.at[v->interest];
         fill(w, p, &w->results.at[result], v->interest, pair_terms_of_paired(a, b).looks, &v->last);
-        v->last.achieved =
-            achieved(&w->results.at[result], &w->outcomes.at[s->active], v->touch_id ? i->threshold : i->range);
+        v->last.achieved = achieved(&w->results.at[result], &w->outcomes.at[s->active],
+            (v->touch_id ? i->threshold : i->range) + i->hysteresis);
     } else if (s->result.status != TOI_FREE) {
         fill_sweep(w, s, &v->foretold);
     }
