@@ -81,6 +81,8 @@ typedef struct collided_def {
     double lease_s;           /* lost after so long without a sign of life; default 2 */
     collided_on_loss on_loss; /* default COLLIDED_REMOVE */
     double connect_timeout_s; /* how long collided_connect waits for a daemon; default 5; 0 = do not wait */
+    int32_t lock_step;        /* in lock-step with other simulators: how many there are together, with this one; the
+                                 first step waits for so many. 0 (default) = not; see collided_step */
     const char *interface;    /* network interface; NULL = loopback only */
     const char *security;     /* DDS: folder of this client's certificate and permissions, as make_site makes it; NULL =
                                  what COLLIDED_SECURITY says; "" = none. One identity a process and domain */
@@ -284,6 +286,19 @@ collided_body collided_adopt_body(collided *c, int32_t id);
  * answer comes.) */
 collided_status collided_publish(collided *c, size_t count, const collided_body *bodies, const double *positions,
     const double *orientations, const double *linear, const double *angular, int64_t stamp_ns, int64_t step);
+/* Ends a step of lock-step with other simulators, and waits until it is done. Between processes whose definition says
+ * so (collided_def.lock_step) a step is done when each of them has published what it has under that number, in any
+ * number of calls, and has ended it by this one, which one that has nothing to publish calls, too. The daemon keeps
+ * what is published until then, applies it as a whole, and answers each of them on its subscriptions of rate_hz 0 by a
+ * batch with that step, in which all is told that it moved, new or not. Steps are numbered alike by all, from above 0,
+ * rising. One that is late by the daemon's step_timeout is gone on without, or waited for, by its step_policy:
+ * "step_missed" is told to the callback of collided_on_rejected of each of them, and collided_batch.missing counts it;
+ * it is waited for again once it ends a step. Over LCM, where an answer may be lost: publish the same step again on
+ * COLLIDED_TIMEOUT. With lock_step = 1 a client alone has its steps done as a whole. Create bodies, and collided_sync,
+ * before the first step. timeout_s 0: does not wait. COLLIDED_TIMEOUT if it was not done within that time;
+ * COLLIDED_REJECTED if the others are beyond that step, or the one before is not done; COLLIDED_BAD_ARGUMENT if this
+ * client is not in lock-step, or no subscription of rate_hz 0 could tell. */
+collided_status collided_step(collided *c, int64_t step, double timeout_s);
 /* Publishes poses of bodies that did not move there. They are there from now on, without a way that could be swept:
  * their contacts end with the cause "teleport". As collided_publish, but the stamp may also go back in time. */
 collided_status collided_teleport(collided *c, size_t count, const collided_body *bodies, const double *positions,
@@ -373,12 +388,18 @@ typedef struct collided_event {
                                       impact->lo_s; otherwise NULL */
 } collided_event;
 
-typedef struct collided_batch { /* all events of one tick on one stream */
+typedef struct collided_batch { /* all events of one tick on one stream; or a heartbeat, of a stream that has been
+                                   silent */
     collided_interest interest; /* whose stream it is; what another client's interest publishes under the same stream
                                    name is not delivered */
     const char *stream;
     int64_t epoch, batch, tick, stamp_ns, latest_pose_ns, step;
+    int32_t missing; /* lock-step clients that the newest step was done without */
     int64_t undone; /* pairs of this interest that the budget of the tick left with a wider interval than it asks */
+    bool heartbeat; /* nothing has changed since the last batch, whose number this has: what was told holds still. Comes
+                       when a stream has been silent for the daemon's `heartbeat`, 1 s */
+    int64_t oldest_pose_ns; /* of a heartbeat: the oldest stamp of the poses that what was told rests on; 0 = none is
+                               stamped. Poses that are sent again unchanged are no events, but count here */
     bool snapshot;  /* the whole current state: forget what you knew */
     bool closing;
     int64_t lost; /* batches that were lost before this one, which is then a snapshot: after a loss nothing is delivered
@@ -402,6 +423,8 @@ typedef struct collided_interest_def {
     double tolerance_m;         /* asked width of the intervals; default 0: relative_tolerance says it */
     double relative_tolerance;  /* the same as a share of the pair's size (the reaches of both shapes together), where
                                    tolerance_m is 0; 1e-15 to 1, default 1e-6. Both 0: as narrow as arithmetic gives */
+    double hysteresis_m; /* >= 0, default 0: a contact ends, and near turns far, only so much beyond threshold_m and
+                            range_m, so that what trembles there begins once and ends once */
     double horizon_s; /* COLLIDED_FORETELL: how far ahead, from the newest pose of a pair on, to which an older one is
                          carried on; until so long after the older one; > 0, at most a day */
     double rate_hz;   /* updates at most so often; 0 = each tick */

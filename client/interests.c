@@ -27,6 +27,7 @@ static wire_message interest_message(
             .tolerance_m = def->tolerance_m,
             .relative_tolerance = def->relative_tolerance,
             .accuracy = (uint8_t)def->accuracy,
+            .hysteresis_m = def->hysteresis_m,
             .horizon_s = def->horizon_s,
             .rate_hz = def->rate_hz}};
 }
@@ -39,6 +40,7 @@ static interest_record *add_record(collided *c, const char *stream, const collid
         .callback = def->callback,
         .context = def->context,
         .waiting = true,
+        .each_tick = def->rate_hz == 0,
         .resync_wait_ns = FIRST_RESYNC_S * NS_PER_S,
         .resync_ns = session_monotonic_ns() + FIRST_RESYNC_S * NS_PER_S,
         .next = c->interests};

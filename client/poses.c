@@ -146,6 +146,58 @@ void body_acked(collided *c, body_record *body)
     if (body->stamp_ns == 0 || body->stamp_ns < body->announced.message->body.stamp_ns) return;
     const collided_body id = {body->id};
     const poses p = {1, &id, body->pose, body->pose + 3, body->has_linear ? body->velocity : NULL,
-        body->has_angular ? body->velocity + 3 : NULL, body->stamp_ns, body->step, .teleport = teleported};
+        body->has_angular ? body->velocity + 3 : NULL, body->stamp_ns, c->lock_step ? 0 : body->step,
+        .teleport = teleported}; /* a step of lock-step may have ended meanwhile */
     (void)send_run(c, &p, 0, 1); /* a failure is counted there */
+}
+
+/* ---- lock-step ---- */
+
+static bool step_is_done(const collided *c)
+{
+    bool done = true;
+    for (const interest_record *i = c->interests; i; i = i->next)
+        done = done && (i->removed || !i->each_tick || i->step >= c->awaited_step);
+    return done || c->step_refused;
+}
+
+static bool hears_of_steps(const collided *c)
+{
+    const interest_record *i = c->interests;
+    while (i && (i->removed || !i->each_tick)) i = i->next;
+    return i != NULL;
+}
+
+static int send_end_of_step(collided *c, int64_t step)
+{
+    const wire_message m = {.kind = WIRE_POSE_BATCH,
+        .pose_batch = {.version = WIRE_VERSION, .client = c->id, .sequence = ++c->sequence, .step = step}};
+    c->step_refused = false;
+    int failed = session_send(c, &m);
+    c->link->ops->flush(c->link);
+    return failed;
+}
+
+collided_status collided_step(collided *c, int64_t step, double timeout_s)
+{
+    if (timeout_s > 0 && session_from_callback(c)) return COLLIDED_BAD_ARGUMENT;
+    if (step <= 0) return session_fail(c, COLLIDED_BAD_ARGUMENT, "step is %lld: above 0 is allowed", (long long)step);
+    if (!c->lock_step) return session_fail(c, COLLIDED_BAD_ARGUMENT, "this client is not in lock-step: collided_def");
+    if (timeout_s > 0 && !hears_of_steps(c))
+        return session_fail(c, COLLIDED_BAD_ARGUMENT, "no subscription of rate_hz 0 could tell when a step is done");
+    for (interest_record *i = c->interests; i; i = i->next) i->step = 0;
+    c->awaited_step = step;
+    pthread_mutex_lock(&c->lock);
+    int failed = send_end_of_step(c, step);
+    pthread_mutex_unlock(&c->lock);
+    if (failed) return session_fail(c, COLLIDED_TRANSPORT, "the transport did not take the end of the step");
+    if (!(timeout_s > 0)) return COLLIDED_OK;
+    bool done = session_wait(c, session_monotonic_ns() + session_seconds(timeout_s), step_is_done);
+    pthread_mutex_lock(&c->lock);
+    collided_status status =
+        c->step_refused ? session_fail(c, COLLIDED_REJECTED, "%s", c->step_refusal)
+        : done          ? COLLIDED_OK
+               : session_fail(c, COLLIDED_TIMEOUT, "step %lld is not done after %g s", (long long)step, timeout_s);
+    pthread_mutex_unlock(&c->lock);
+    return status;
 }

@@ -105,9 +105,14 @@ bool session_unheard(collided *c)
     return silent;
 }
 
+/* That another client missed a step is told as a refusal, but is none of ours. */
 void session_keep_rejection(collided *c, const wire_reject *why)
 {
-    if (!c->refused) {
+    if (why->reason == WIRE_BAD_STEP) {
+        c->step_refused = true;
+        (void)snprintf(c->step_refusal, sizeof c->step_refusal, "%s", why->text);
+    }
+    if (!c->refused && why->reason != WIRE_STEP_MISSED) {
         c->refused = true;
         (void)snprintf(c->first_refusal, sizeof c->first_refusal, "%s %d: %s: %s", wire_kind_name((wire_kind)why->kind),
             why->object, wire_reason_name((wire_reason)why->reason), why->text);
@@ -225,6 +230,7 @@ static wire_message *client_message(const collided *c, const char *name, uint8_t
             .removed = removed,
             .on_loss = (uint8_t)c->on_loss,
             .lease_ns = c->lease_ns,
+            .lock_step = c->lock_step,
             .name = name}};
     return message_copy(&m);
 }
@@ -268,6 +274,7 @@ static collided *new_client(const collided_def *def)
     c->id = def->id ? def->id : random_id();
     c->lease_ns = session_seconds(def->lease_s);
     c->on_loss = def->on_loss;
+    c->lock_step = def->lock_step;
     c->sequence = session_now_ns() / 1000;
     c->heard_ns = session_monotonic_ns();
     c->all_again_ns = c->heard_ns - NS_PER_S;

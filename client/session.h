@@ -51,6 +51,8 @@ typedef struct interest_record {
     int64_t epoch; /* of the last batch, 0 = none yet */
     int64_t next_batch;
     bool waiting; /* nothing is delivered until a snapshot comes */
+    bool each_tick;
+    int64_t step; /* of the last batch since collided_step was called; 0 = none */
     int64_t lost;
     int64_t resync_ns; /* waiting: when the snapshot is asked for again */
     int64_t resync_wait_ns;
@@ -68,6 +70,7 @@ struct collided {
     transport *link;
     int64_t id;
     int64_t lease_ns;
+    int32_t lock_step;
     collided_on_loss on_loss;
     int keeper_wake, caller_wake; /* eventfds */
     pthread_t keeper;
@@ -90,6 +93,8 @@ struct collided {
     size_t rejection_count;
     int64_t rejections_overflowed; /* not kept since the last delivery */
     bool refused;                  /* since the last sync */
+    bool step_refused;             /* since collided_step was called */
+    char step_refusal[SESSION_ERROR_MAX];
     char first_refusal[SESSION_ERROR_MAX];
     int64_t query, query_epoch; /* sequence that the caller waits for, 0 = none; the epoch it was sent in */
     wire_message *query_reject;
@@ -100,6 +105,7 @@ struct collided {
     int32_t next_body, next_interest;
     bool in_callback;
     size_t delivered; /* callbacks run */
+    int64_t awaited_step;
     wire_message *answer;
     collided_rejected *on_rejected;
     void *on_rejected_context;

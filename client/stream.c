@@ -126,13 +126,17 @@ static void deliver(collided *c, interest_record *i, const wire_message *const *
         .stamp_ns = b->stamp_ns,
         .latest_pose_ns = b->latest_pose_ns,
         .step = b->step,
+        .missing = b->missing,
         .undone = b->undone,
+        .heartbeat = b->heartbeat,
+        .oldest_pose_ns = b->oldest_pose_ns,
         .snapshot = b->snapshot,
         .closing = b->closing,
         .lost = i->lost,
         .event_count = count,
         .events = c->events};
     i->lost = 0;
+    i->step = b->step;
     c->in_callback = true;
     i->callback(i->context, &batch);
     c->in_callback = false;
@@ -187,14 +191,24 @@ static void wait_for_snapshot(interest_record *i)
     i->resync_wait_ns = NS_PER_S;
 }
 
+static void follow_epoch(interest_record *i, const wire_event_batch *b)
+{
+    if (b->epoch == i->epoch) return;
+    wait_for_snapshot(i);
+    i->resync_ns = session_monotonic_ns() + i->resync_wait_ns;
+    i->epoch = b->epoch;
+}
+
+static void resume_from_snapshot(collided *c, interest_record *i)
+{
+    wait_for_snapshot(i);
+    ask_for_snapshot(c, i, session_monotonic_ns());
+}
+
 /* True if the batch continues what was told, or begins anew. */
 static bool in_order(collided *c, interest_record *i, const wire_event_batch *b)
 {
-    if (b->epoch != i->epoch) {
-        wait_for_snapshot(i);
-        i->resync_ns = session_monotonic_ns() + i->resync_wait_ns;
-        i->epoch = b->epoch;
-    }
+    follow_epoch(i, b);
     if (b->snapshot && b->part == 0) {
         if (!i->waiting && b->batch > i->next_batch) count_lost(c, i, b->batch - i->next_batch);
         stream_drop_parts(i);
@@ -208,16 +222,30 @@ static bool in_order(collided *c, interest_record *i, const wire_event_batch *b)
         return false;
     }
     count_lost(c, i, b->batch - i->next_batch + 1 + (int64_t)i->part_count);
-    wait_for_snapshot(i);
-    ask_for_snapshot(c, i, session_monotonic_ns());
+    resume_from_snapshot(c, i);
     return false;
+}
+
+/* It has the number of the last batch that was sent, which may be one that has not come. */
+static void receive_heartbeat(collided *c, interest_record *i, const wire_message *m)
+{
+    const wire_event_batch *b = &m->event_batch;
+    follow_epoch(i, b);
+    if (i->waiting) return;
+    if (b->batch >= i->next_batch) {
+        count_lost(c, i, b->batch - i->next_batch + 1 + (int64_t)i->part_count);
+        resume_from_snapshot(c, i);
+    } else if (b->batch == i->next_batch - 1) {
+        deliver(c, i, &m, 1);
+    }
 }
 
 void stream_receive(collided *c, const wire_message *m)
 {
     const wire_event_batch *b = &m->event_batch;
     interest_record *i = addressee(c, b);
-    if (!i || !in_order(c, i, b)) return;
+    if (i && b->heartbeat) receive_heartbeat(c, i, m);
+    if (!i || b->heartbeat || !in_order(c, i, b)) return;
     i->next_batch = b->batch + 1;
     if (b->parts <= 1) {
         deliver(c, i, &m, 1);

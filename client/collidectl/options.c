@@ -48,6 +48,8 @@ static const option table[] = {
         "width of the intervals; 0 = as narrow as arithmetic gives; default 1e-6, of watch as --relative says"},
     {"--relative", "SHARE", NUMBER, AT(relative_tolerance), 1e-15, 1, "watch",
         "the same as a share of the size of the two shapes; default 1e-6"},
+    {"--hysteresis", "M", NUMBER, AT(hysteresis_m), 0, 1000, "watch",
+        "a contact ends, and near turns far, only so much farther away; default 0"},
     {"--rate", "HZ", NUMBER, AT(rate_hz), 0, 100000, "watch", "updates at most so often; default 0 = each tick"},
     {"--seconds", "N", NUMBER, AT(seconds), 0.001, 1e9, "watch record trade",
         "end after so long; default: at SIGINT; of trade without a file, 10"},

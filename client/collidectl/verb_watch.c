@@ -225,6 +225,7 @@ int verb_watch(ctl *c)
     def.relative_tolerance = o->tolerance_m < 0 ? o->relative_tolerance : 0;
     def.tolerance_m = fmax(o->tolerance_m, 0);
     def.horizon_s = o->facts & COLLIDED_FORETELL ? o->horizon_s : 0;
+    def.hysteresis_m = o->hysteresis_m;
     def.rate_hz = o->rate_hz;
     def.callback = on_events;
     def.context = c;

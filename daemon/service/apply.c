@@ -110,7 +110,13 @@ void apply_poses(service *s, struct link *from, const wire_pose_batch *m, bool m
         inbox_put(s, from, &(wire_message){.kind = WIRE_POSE_BATCH, .pose_batch = *m});
         return;
     }
-    if (c) c->heard_ns = s->monotonic_ns;
+    if (c && m->sequence != STEP_IN_ITS_NAME) c->heard_ns = s->monotonic_ns;
+    if (c && steps_take(s, c, from, m)) return;
+    apply_poses_now(s, c, from, m);
+}
+
+void apply_poses_now(service *s, session *c, struct link *from, const wire_pose_batch *m)
+{
     if (m->stamp_ns > s->latest_pose_ns) s->latest_pose_ns = m->stamp_ns;
     note_step(&s->latest_step, s->tick, m->step);
     if (c) note_step(&c->step, s->tick, m->step);
@@ -329,6 +335,7 @@ static wire_reason put_interest(service *s, session *c, const wire_interest *m, 
         .select_b = m->select_b,
         .threshold = m->threshold_m,
         .range = m->range_m,
+        .hysteresis = m->hysteresis_m,
         .tolerance = m->tolerance_m,
         .relative_tolerance = m->relative_tolerance,
         .accuracy = (world_accuracy)m->accuracy,
@@ -364,7 +371,7 @@ static wire_reason apply_interest(service *s, session *c, const wire_interest *m
 
 /* ---- clients ---- */
 
-static void apply_client(session *c, const wire_client *m)
+static void apply_client(service *s, session *c, const wire_client *m)
 {
     if (m->sequence < c->sequence) return;
     bool is_new = !c->announced;
@@ -373,6 +380,7 @@ static void apply_client(session *c, const wire_client *m)
     c->lost = c->left = false;
     c->lease_ns = m->lease_ns;
     c->on_loss = m->on_loss;
+    steps_join(s, c, m->lock_step);
     if (strcmp(c->name, m->name) != 0) {
         free(c->name);
         c->name = base_strdup(m->name);
@@ -411,7 +419,7 @@ bool apply_command(service *s, struct link *from, const wire_message *m, bool ma
     }
     switch (m->kind) {
     case WIRE_CLIENT:
-        apply_client(c, &m->client);
+        apply_client(s, c, &m->client);
         break;
     case WIRE_GEOMETRY:
         geometry_put(s, &m->geometry, &why);

@@ -67,6 +67,20 @@ static const config_option OPTIONS[] = {
         "goes first in the next tick, which follows at once. Searches for impacts are not cut short."},
     {"status_period", CONFIG_NUMBER, FIELD(status_period), 0.05, 60, NULL, "1", "s", "how often Status is published",
         "Status carries health, limits that were reached and all counters; collidectl status shows it."},
+    {"heartbeat", CONFIG_NUMBER, FIELD(heartbeat), 0.01, 3600, NULL, "1", "s",
+        "a stream that has had nothing to tell for so long says that it is alive",
+        "Nothing is told again that has not changed, so a resting scene is silent but for these. A heartbeat carries "
+        "the "
+        "number of the last batch, by which a subscriber finds out that it has lost it, and the oldest stamp that what "
+        "it was told rests on."},
+    {"step_timeout", CONFIG_NUMBER, FIELD(step_timeout), 0, 3600, NULL, "1", "s",
+        "how long clients in lock-step wait for one that has not published its step; 0: for ever",
+        "Counted from the first that has published it. Only clients that say that they are in lock-step with others "
+        "are waited for."},
+    {"step_policy", CONFIG_CHOICE, FIELD(step_policy), 0, 0, "go_on|hold", "go_on", "",
+        "what then: go_on (the step is done without it), hold (all wait on); all of them are told",
+        "With go_on the missing client is not waited for again until it publishes a step. In either case its lease "
+        "ends its membership."},
     {"lease", CONFIG_NUMBER, FIELD(lease), 0.05, 3600, NULL, "2", "s",
         "lease of a client that has not announced its own yet",
         "A client that is silent for so long is lost; what becomes of its bodies is its own choice. Clients "
@@ -82,6 +96,9 @@ static const config_option OPTIONS[] = {
         "Counts all clients together. Who matches an interest is kept as a bit a body, so each costs memory."},
     {"max_geometries", CONFIG_WHOLE, FIELD(max_geometries), 1, 1000000, NULL, "10000", "geometries",
         "hulls in the store", "A hull is stored once however many bodies use it, and is forgotten when nobody does."},
+    {"max_step_poses", CONFIG_WHOLE, FIELD(max_step_poses), 1, 100000000, NULL, "1000000", "poses",
+        "poses of one client that wait for a step of lock-step to be complete",
+        "A step is kept until all have published it."},
     {"max_client_bodies", CONFIG_WHOLE, FIELD(max_client_bodies), 1, 10000000, NULL, "1000000", "bodies",
         "bodies of one client", "The limits of one client let nobody use up what is there for all."},
     {"max_client_shapes", CONFIG_WHOLE, FIELD(max_client_shapes), 1, 40000000, NULL, "2000000", "shapes",

@@ -23,10 +23,11 @@ typedef struct config {
     char log[16];
     char engine[16];
     char broad[16];
+    char step_policy[16];
     long workers, metrics_port;
     bool caches, json, journal, trade;
-    double margin, rate, budget_us, status_period, lease;
-    long max_clients, max_bodies, max_shapes, max_interests, max_geometries;
+    double margin, rate, budget_us, status_period, lease, heartbeat, step_timeout;
+    long max_clients, max_bodies, max_shapes, max_interests, max_geometries, max_step_poses;
     long max_client_bodies, max_client_shapes, max_client_interests, max_client_geometry;
     long max_client_messages, max_client_poses;
 } config;

@@ -27,6 +27,9 @@ void health_register(service *s)
     s->count.duplicates = metrics_add(m, "duplicates", "copies of messages that had been applied");
     s->count.late_poses = metrics_add(m, "late_poses", "poses older than one already applied");
     s->count.batches_out = metrics_add(m, "batches_out", "event batches published");
+    s->count.heartbeats = metrics_add(m, "heartbeats", "heartbeats of streams that had nothing to tell");
+    s->count.steps = metrics_add(m, "steps", "steps of lock-step that were done");
+    s->count.steps_missed = metrics_add(m, "steps_missed", "steps that a lock-step client did not publish in time");
     s->count.events_out = metrics_add(m, "events_out", "events published");
     s->count.answers = metrics_add(m, "answers", "queries answered");
     s->count.acks = metrics_add(m, "acks", "messages acknowledged");
@@ -80,6 +83,7 @@ static void add_world(const service *s, sheet *t)
     add(t, "pairs", f.pairs);
     add(t, "contacts", f.contacts);
     add(t, "geometries", s->geometry_of.count);
+    add(t, "lock_step_clients", s->lock_step.members);
     add(t, "ticks", f.ticks);
     add(t, "moves", f.moves);
     add(t, "events", f.events);

@@ -88,6 +88,7 @@ void inbox_apply(service *s)
         l->kind = WIRE_NOTHING;
     }
     s->hull_came = false;
+    steps_complete(s);
 }
 
 static void keep_waiting(inbox *in)

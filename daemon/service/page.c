@@ -42,6 +42,7 @@ static const single SINGLES[] = {
     {"unbounded", "of those, the ones without bounds of their own", true},
     {"undone_ticks", "ticks whose budget left something", false},
     {"last_tick_ns", "duration of the last tick", true},
+    {"lock_step_clients", "clients in lock-step with each other", true},
     {"ticks", "ticks", false},
     {"moves", "poses applied", false},
     {"events", "events of the world", false},

@@ -152,6 +152,7 @@ static void tell_interest(service *s, const session *c, const owned_interest *i)
             .range_m = def.range,
             .tolerance_m = def.tolerance,
             .relative_tolerance = def.relative_tolerance,
+            .hysteresis_m = def.hysteresis,
             .accuracy = (uint8_t)def.accuracy,
             .horizon_s = def.horizon,
             .rate_hz = def.period_ns ? 1e9 / (double)def.period_ns : 0}};
@@ -180,17 +181,19 @@ void record_state(service *s)
         if (s->geometries.at[i].used)
             tell_geometry(s, &s->geometries.at[i], s->sessions.count ? s->sessions.at[0]->client : 1);
     for (size_t i = 0; i < s->sessions.count; i++) {
-        const session *c = s->sessions.at[i];
+        session *c = s->sessions.at[i];
         wire_message m = {.kind = WIRE_CLIENT,
             .client = {.version = WIRE_VERSION,
                 .client = c->client,
                 .sequence = c->sequence ? c->sequence : 1,
                 .on_loss = c->on_loss,
                 .lease_ns = c->lease_ns,
+                .lock_step = c->lock_step ? 1 : 0, /* with whoever is there: they have begun */
                 .name = c->name}};
         record_message(s, &m);
         for (size_t k = 0; k < c->bodies.count; k++) tell_body(s, c, &c->bodies.at[k], scratch);
         for (size_t k = 0; k < c->interests.count; k++) tell_interest(s, c, &c->interests.at[k]);
+        steps_record(s, c);
         if (c->lost) record_lost(s, c->client);
     }
     tell_waiting(s);

@@ -172,6 +172,7 @@ server *server_create(const config *c, char *why, size_t why_size)
     health_register(s);
     health_define(&s->measures);
     set_names(s);
+    s->next_heartbeat_ns = INT64_MAX;
     world_options options = world_options_default();
     options.workers = worker_count(c);
     options.engine = engine_of(c->engine);
@@ -252,7 +253,7 @@ static bool due(const server *v)
     const service *s = &v->s;
     if (s->config.rate > 0) return s->monotonic_ns >= v->next_tick_ns;
     return world_changed(s->world) || s->inbox.letters.count > s->inbox.waiting || waited_long(s) ||
-           s->now_ns >= world_next_due_ns(s->world);
+           s->now_ns >= world_next_due_ns(s->world) || steps_due(s);
 }
 
 static int64_t earlier(int64_t a, int64_t b)
@@ -264,6 +265,7 @@ static int wait_ms(const server *v)
 {
     const service *s = &v->s;
     int64_t now = clock_monotonic_ns(), next = earlier(v->next_status_ns, session_next_lease_ns(s));
+    next = earlier(next, earlier(s->next_heartbeat_ns, steps_next_ns(s)));
     if (s->config.rate > 0)
         next = earlier(next, v->next_tick_ns);
     else if (world_changed(s->world))
@@ -314,10 +316,12 @@ static void one_round(server *v, const link_sink *sink)
     notify_alive(&v->manager, s->monotonic_ns);
     session_check_leases(s); /* after what has come: if this process stood still, its clients did not */
     set_clock(v);
+    steps_watch(s);
     if (due(v)) {
         if (s->config.rate > 0) v->next_tick_ns = s->monotonic_ns + (int64_t)(1e9 / s->config.rate);
         tick(s);
     }
+    stream_heartbeats(s);
     if (s->monotonic_ns < v->next_status_ns) return;
     uint8_t before = s->health;
     publish_status(v, *s->limits ? WIRE_HEALTH_DEGRADED : WIRE_HEALTH_READY);

@@ -45,6 +45,12 @@ typedef struct step_mark { /* a simulator's step: the highest of the last tick t
     int64_t step, tick;
 } step_mark;
 
+typedef struct held_step { /* poses of a lock-step client, until the step is complete */
+    int64_t step;          /* 0: none */
+    ARRAY(uint8_t) bytes;  /* messages, each behind its size */
+    size_t poses;
+} held_step;
+
 typedef struct flow { /* how many in a second that began with the first of them; monotonic */
     int64_t began_ns, count;
 } flow;
@@ -61,6 +67,10 @@ typedef struct session {
     size_t body_count, shape_count, interest_count; /* in the world */
     int64_t geometry_bytes;                         /* of geometries that it was the first to announce */
     flow messages, poses, rejects;                  /* of the second that runs */
+    int32_t lock_step; /* in lock-step with others: how many of them there are to be; 0: it is not */
+    int64_t published; /* the newest step that it has published whole */
+    bool idle;         /* it missed a step, and is not waited for until it publishes one */
+    held_step held;
     uint8_t on_loss;
     bool announced; /* its Client has come */
     bool lost;
@@ -84,6 +94,7 @@ typedef struct stream {
     bool each_tick;     /* its updates are not held back: it answers the steps of its client, too */
     int64_t batch;      /* of the last batch sent ... */
     int64_t batch_tick; /* ... and the tick of that */
+    int64_t told_ns;    /* when it last said something, monotonic */
     uint64_t work;      /* units of the world's, told in Status so far */
 } stream;
 
@@ -134,8 +145,19 @@ typedef struct counters { /* metrics that the service itself counts */
     metric *messages_in[WIRE_KIND_COUNT];
     metric *rejects[WIRE_REASON_COUNT];
     metric *rejects_untold, *clients_lost, *duplicates, *ticks_empty, *batches_out, *events_out, *late_poses;
-    metric *budget_over, *record_failures, *answers, *acks, *tick_ns, *busy_ns;
+    metric *budget_over, *record_failures, *heartbeats, *steps, *steps_missed, *answers, *acks, *tick_ns, *busy_ns;
 } counters;
+
+typedef struct lock_step {
+    size_t members;   /* clients in it */
+    bool begun;       /* a step was done since there are members: before, so many are waited for as they say */
+    int64_t done;     /* the last step that was */
+    int32_t missing;  /* members that it was done without */
+    bool asked_again; /* a member has not heard of that one */
+    int64_t waited;   /* the step that somebody waits for, ... */
+    int64_t since_ns; /* ... since then, monotonic; 0: nobody does */
+    bool told;        /* that it takes long */
+} lock_step;
 
 typedef struct measures { /* for the page that Prometheus reads */
     histogram latency, tick, age, width;
@@ -158,6 +180,8 @@ typedef struct service {
     int64_t latest_pose_ns;       /* the newest stamp of all poses ... */
     int64_t measured_pose_ns;     /* ... and before the last tick */
     step_mark latest_step;        /* of all clients */
+    lock_step lock_step;
+    int64_t next_heartbeat_ns; /* monotonic; none is due before */
     uint64_t events_hash;
     pace pace;              /* of a budget */
     uint64_t recorded_work; /* of this tick, in a replay ... */
@@ -229,6 +253,7 @@ void inbox_answer(service *s); /* the queries among them; after the tick */
 
 /* apply.c */
 void apply_poses(service *s, struct link *from, const wire_pose_batch *m, bool may_wait);
+void apply_poses_now(service *s, session *c, struct link *from, const wire_pose_batch *m); /* c: NULL if unknown */
 /* False: it names a hull that has not come; nothing was done, and it may be tried again. */
 bool apply_command(service *s, struct link *from, const wire_message *m, bool may_wait);
 void apply_reject(service *s, struct link *to, wire_kind kind, int64_t client, int64_t sequence, int32_t object,
@@ -249,8 +274,22 @@ void stream_open(service *s, session *c, const wire_interest *m, uint32_t world_
 void stream_end(service *s, uint32_t world_id, uint8_t cause); /* and the interest with it, in the next tick */
 void stream_close(service *s, uint32_t world_id);
 void stream_reader(service *s, struct link *from, const char *name);
+void stream_ask_all(service *s); /* before the tick: lock-step clients are told also what is as it was */
 void stream_publish(service *s, const world_batches *batches);
+void stream_heartbeats(service *s); /* on those that have been silent for a period */
 void stream_free_all(service *s);
+
+/* steps.c */
+/* The sequence of the empty batch that ends a step for a client that missed it: what it published of it is dropped. */
+#define STEP_IN_ITS_NAME INT64_MAX
+bool steps_take(service *s, session *c, struct link *from, const wire_pose_batch *m); /* true: it is of lock-step */
+void steps_join(service *s, session *c, int32_t lock_step);                           /* 0: leaves */
+bool steps_due(const service *s);        /* a step is complete, or asked for again: a tick is due */
+void steps_complete(service *s);         /* applies a step that is */
+void steps_watch(service *s);            /* who misses a step; before each round, not in a replay */
+int64_t steps_next_ns(const service *s); /* when somebody may miss one, monotonic; INT64_MAX: nobody */
+void steps_record(service *s, session *c);
+void steps_free(session *c);
 
 /* answer.c */
 void answer_query(service *s, struct link *from, const wire_query *q);

@@ -135,6 +135,7 @@ static void free_session(session *c)
     array_free(&c->bodies);
     array_free(&c->interests);
     array_free(&c->acks);
+    steps_free(c);
     pair_map_free(&c->body_of);
     free(c->name);
     free(c);
@@ -178,6 +179,7 @@ void session_lost(service *s, session *c, const char *how)
                                        : "kept");
     metric_count(s->count.clients_lost, 1);
     tell_lost(s, c, how);
+    steps_join(s, c, 0);
     end_interests(s, c, CAUSE_OWNER_LOST);
     if (c->on_loss == WIRE_LOST_REMOVE || !session_bodies(c)) {
         end_bodies(s, c, CAUSE_OWNER_LOST);
@@ -195,6 +197,7 @@ void session_leave(service *s, session *c)
 {
     if (c->lost) return;
     log_info("client %016" PRIx64 " \"%s\" left", (uint64_t)c->client, c->name);
+    steps_join(s, c, 0);
     end_interests(s, c, CAUSE_INTEREST);
     if (c->on_loss == WIRE_LOST_KEEP && session_bodies(c)) {
         c->lost = c->left = true;

@@ -216,6 +216,34 @@ static int64_t step_for(service *s, const stream *to)
     return c && c->step.step ? c->step.step : s->latest_step.step;
 }
 
+static wire_message message_for(service *s, const stream *to)
+{
+    return (wire_message){.kind = WIRE_EVENT_BATCH,
+        .event_batch = {.version = WIRE_VERSION,
+            .client = to->client,
+            .interest = to->interest,
+            .epoch = s->epoch,
+            .batch = to->batch,
+            .tick = s->tick,
+            .stamp_ns = s->now_ns,
+            .latest_pose_ns = s->latest_pose_ns,
+            .step = step_for(s, to),
+            .missing = s->lock_step.missing,
+            .parts = 1,
+            .stream = to->name}};
+}
+
+static int64_t heartbeat_ns(const service *s)
+{
+    return (int64_t)(1e9 * s->config.heartbeat);
+}
+
+static void expect_heartbeat(service *s, const stream *to)
+{
+    int64_t due_ns = to->told_ns + heartbeat_ns(s);
+    if (due_ns < s->next_heartbeat_ns) s->next_heartbeat_ns = due_ns;
+}
+
 static void publish(service *s, stream *to, const world_batch *b)
 {
     static part scratch; /* the tick thread's */
@@ -223,29 +251,32 @@ static void publish(service *s, stream *to, const world_batch *b)
     for (int32_t i = 0; i < parts; i++) {
         size_t first = (size_t)i * EVENTS_A_PART;
         size_t n = b->count - first < EVENTS_A_PART ? b->count - first : EVENTS_A_PART;
-        wire_message m = {.kind = WIRE_EVENT_BATCH,
-            .event_batch = {.version = WIRE_VERSION,
-                .client = to->client,
-                .interest = to->interest,
-                .epoch = s->epoch,
-                .batch = ++to->batch,
-                .tick = s->tick,
-                .stamp_ns = s->now_ns,
-                .latest_pose_ns = s->latest_pose_ns,
-                .step = step_for(s, to),
-                .undone = (int64_t)b->undone,
-                .snapshot = b->snapshot,
-                .closing = b->closing,
-                .part = i,
-                .parts = parts,
-                .stream = to->name}};
+        to->batch++;
+        wire_message m = message_for(s, to);
+        m.event_batch.undone = (int64_t)b->undone;
+        m.event_batch.snapshot = b->snapshot;
+        m.event_batch.closing = b->closing;
+        m.event_batch.part = i;
+        m.event_batch.parts = parts;
         fill(&scratch, n ? b->events + first : NULL, (uint32_t)n, &m.event_batch);
         to->link->ops->publish(to->link, &m);
     }
     measure(s, b);
     to->batch_tick = s->tick;
+    to->told_ns = s->monotonic_ns;
+    expect_heartbeat(s, to);
     metric_count(s->count.batches_out, (uint64_t)parts);
     metric_count(s->count.events_out, b->count);
+}
+
+/* What a simulator is answered is whole: it need not keep what it was told before. */
+void stream_ask_all(service *s)
+{
+    for (uint32_t i = 0; i < s->streams.count; i++) {
+        const stream *to = &s->streams.at[i];
+        const session *c = to->live && to->each_tick ? session_find(s, to->client) : NULL;
+        if (c && c->stepped) world_want_all(s->world, i);
+    }
 }
 
 /* Lock-step: a client whose poses carry a step hears of each tick that had one, on each of its streams, also when there
@@ -262,16 +293,49 @@ static void answer_steps(service *s)
 }
 
 /* Before its first reader has come, a stream says nothing: its first batch is the whole state, for that reader. */
+static void publish_one(service *s, const world_batch *b)
+{
+    if (b->interest >= s->streams.count || !s->streams.at[b->interest].live) return;
+    stream *to = &s->streams.at[b->interest];
+    if (to->read && (to->batch || b->snapshot)) publish(s, to, b);
+    if (b->closing) stream_close(s, b->interest);
+}
+
+/* What closes goes first: another stream of this tick may have its name. */
 void stream_publish(service *s, const world_batches *batches)
 {
-    for (size_t i = 0; i < batches->count; i++) {
-        const world_batch *b = &batches->at[i];
-        if (b->interest >= s->streams.count || !s->streams.at[b->interest].live) continue;
-        stream *to = &s->streams.at[b->interest];
-        if (to->read && (to->batch || b->snapshot)) publish(s, to, b);
-        if (b->closing) stream_close(s, b->interest);
-    }
+    for (size_t i = 0; i < batches->count; i++)
+        if (batches->at[i].closing) publish_one(s, &batches->at[i]);
+    for (size_t i = 0; i < batches->count; i++)
+        if (!batches->at[i].closing) publish_one(s, &batches->at[i]);
     answer_steps(s);
+}
+
+/* It is no batch: it has the number of the last one, so that a lost heartbeat is no loss, and a lost batch is found
+ * out.
+ */
+static void beat(service *s, uint32_t id)
+{
+    stream *to = &s->streams.at[id];
+    wire_message m = message_for(s, to);
+    m.event_batch.heartbeat = 1;
+    m.event_batch.oldest_pose_ns = world_oldest_stamp_ns(s->world, id);
+    to->link->ops->publish(to->link, &m);
+    metric_count(s->count.heartbeats, 1);
+    to->told_ns = s->monotonic_ns;
+}
+
+void stream_heartbeats(service *s)
+{
+    if (s->monotonic_ns < s->next_heartbeat_ns) return;
+    s->next_heartbeat_ns = INT64_MAX;
+    for (uint32_t i = 0; i < s->streams.count; i++) {
+        stream *to = &s->streams.at[i];
+        if (!to->live || !to->read || !to->batch) continue;
+        if (s->monotonic_ns - to->told_ns >= heartbeat_ns(s)) beat(s, i);
+        expect_heartbeat(s, to);
+    }
+    for (size_t i = 0; i < s->link_count; i++) s->links[i]->ops->flush(s->links[i]);
 }
 
 void stream_free_all(service *s)

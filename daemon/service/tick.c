@@ -49,6 +49,7 @@ void service_tick(service *s)
 {
     world_batches batches;
     inbox_apply(s);
+    stream_ask_all(s);
     world_tick(s->world, s->now_ns, &batches);
     service_tell_broad(s);
     s->events_hash = batches.hash;

@@ -15,7 +15,7 @@ void world_get_answer(const world *w, size_t i, world_answer *out)
 {
     const pair *p = pair_of(w, i);
     const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
-    demand d = ladder_demand(w, a, b);
+    demand d = ladder_demand(w, p);
     *out = (world_answer){.type_a = a->shape.type,
         .type_b = b->shape.type,
         .size = pair_size(a, b),
@@ -28,7 +28,7 @@ void world_ask_again(const world *w, size_t i, world_accuracy accuracy, double r
 {
     const pair *p = pair_of(w, i);
     const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
-    demand d = ladder_demand(w, a, b);
+    demand d = ladder_demand(w, p);
     narrow_result r;
     if (accuracy == WORLD_BY_BOXES) {
         pair fresh = {.a = p->a, .b = p->b};

@@ -220,10 +220,12 @@ bool events_may_update(const world *w, const interest *i)
     return !i->period_ns || w->now_ns >= i->next_update_ns;
 }
 
-static void update(world *w, uint32_t id, uint8_t kind, int64_t contact)
+/* An update that the rate holds back is told when it allows, though the pair may be back by then where it was. */
+static void update(world *w, uint32_t id, uint8_t kind, int64_t contact, bool news)
 {
     watch *v = &w->watches.at[id];
     interest *i = &w->interests.at[v->interest];
+    if (!news && !v->dirty && !i->all) return;
     if (events_may_update(w, i)) {
         v->dirty = false;
         events_emit(w, v->interest, &v->last, kind, CAUSE_MOTION, contact);
@@ -248,12 +250,13 @@ static void begin_or_end_touch(world *w, watch *v, bool touches, uint8_t cause)
 
 /* A pair in contact is near as well: both episodes have an id, a begin and an end of their own; while it lasts, the
  * contact alone is updated. */
-static void transit(world *w, uint32_t id, bool touches, bool near, uint8_t cause)
+static void transit(world *w, uint32_t id, bool touches, bool near, bool news, uint8_t cause)
 {
     watch *v = &w->watches.at[id];
     bool touched = v->touch_id, was_near = v->near_id;
     if (v->unknown) {
         v->unknown = false;
+        news = true;
         events_emit(w, v->interest, watch_last(v), EVENT_KNOWN, CAUSE_MOTION, watch_id(v));
     }
     if (near && !was_near) {
@@ -262,9 +265,9 @@ static void transit(world *w, uint32_t id, bool touches, bool near, uint8_t caus
     }
     begin_or_end_touch(w, v, touches, cause);
     if (touched && touches)
-        update(w, id, EVENT_UPDATE, v->touch_id);
+        update(w, id, EVENT_UPDATE, v->touch_id, news);
     else if (near && was_near && !touches)
-        update(w, id, EVENT_NEAR, v->near_id);
+        update(w, id, EVENT_NEAR, v->near_id, news || touched);
     if (!near && was_near) {
         events_emit(w, v->interest, &v->last, EVENT_FAR, cause, v->near_id);
         v->near_id = 0;
@@ -296,16 +299,22 @@ static void tell(world *w, uint32_t pair_id, const outcome *o, uint32_t interest
     const pair *p = &w->pairs.at[pair_id];
     const interest *i = &w->interests.at[interest_id];
     double threshold = i->threshold + t->distances.padding, range = i->range + t->distances.margin;
+    uint32_t id = watch_find(w, p, interest_id);
+    if (id != WORLD_NONE && w->watches.at[id].touch_id) threshold += i->hysteresis;
+    if (id != WORLD_NONE && w->watches.at[id].near_id) range += i->hysteresis;
     bool touches = i->facts & (WORLD_TOUCH | WORLD_MANIFOLD) && r->lo <= threshold;
     bool near = i->facts & WORLD_DISTANCE && r->lo <= range;
-    uint32_t id = watch_find(w, p, interest_id);
     if (id == WORLD_NONE && !touches && !near) return;
     if (id == WORLD_NONE) id = watch_add(w, pair_id, interest_id);
-    world_event *last = &w->watches.at[id].last;
-    events_fill(w, p, r, interest_id, t->distances.looks, last);
-    last->achieved = events_achieved(r, o, touches || !(i->facts & WORLD_DISTANCE) ? threshold : range);
-    if (!(i->facts & WORLD_MANIFOLD) || !touches) last->manifold.count = 0;
-    transit(w, id, touches, near, t->cause);
+    watch *v = &w->watches.at[id];
+    world_event now;
+    events_fill(w, p, r, interest_id, t->distances.looks, &now);
+    now.achieved = events_achieved(r, o, touches || !(i->facts & WORLD_DISTANCE) ? threshold : range);
+    if (!(i->facts & WORLD_MANIFOLD) || !touches) now.manifold.count = 0;
+    bool news = v->recovered || !(v->touch_id || v->near_id) || !news_same_facts(&v->last, &now);
+    v->recovered = false;
+    v->last = now;
+    transit(w, id, touches, near, news, t->cause);
 }
 
 void events_of_active(world *w)

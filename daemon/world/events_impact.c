@@ -52,14 +52,15 @@ static void make_known(world *w, const sweep *s, uint32_t id)
     watch *v = &w->watches.at[id];
     if (!v->unknown) return;
     v->unknown = false;
+    v->recovered = true;
     const pair *p = &w->pairs.at[v->pair];
     uint32_t result = w->outcomes.at[s->active].result;
     if ((v->touch_id || v->near_id) && result != WORLD_NONE) {
         const body *a = &w->bodies.at[w->solids.at[p->a].body], *b = &w->bodies.at[w->solids.at[p->b].body];
         const interest *i = &w->interests.at[v->interest];
         events_fill(w, p, &w->results.at[result], v->interest, pair_terms_of_paired(a, b).looks, &v->last);
-        v->last.achieved =
-            events_achieved(&w->results.at[result], &w->outcomes.at[s->active], v->touch_id ? i->threshold : i->range);
+        v->last.achieved = events_achieved(&w->results.at[result], &w->outcomes.at[s->active],
+            (v->touch_id ? i->threshold : i->range) + i->hysteresis);
     } else if (s->result.status != TOI_FREE) {
         fill_sweep(w, s, &v->foretold);
     }
@@ -69,6 +70,7 @@ static void make_known(world *w, const sweep *s, uint32_t id)
 static void tell_foretold(world *w, const sweep *s)
 {
     uint32_t pair_id = w->active_pairs.at[s->active], id = watch_find(w, &w->pairs.at[pair_id], s->interest);
+    bool was_unknown = id != WORLD_NONE && w->watches.at[id].unknown;
     if (id != WORLD_NONE) make_known(w, s, id);
     if (s->result.status == TOI_FREE) {
         if (id != WORLD_NONE) tell_averted(w, id);
@@ -77,12 +79,17 @@ static void tell_foretold(world *w, const sweep *s)
     if (id == WORLD_NONE) id = watch_add(w, pair_id, s->interest);
     watch *v = &w->watches.at[id];
     interest *i = &w->interests.at[s->interest];
-    fill_sweep(w, s, &v->foretold);
+    world_event now;
+    fill_sweep(w, s, &now);
     bool is_new = !v->foretold_id;
+    bool news = is_new || was_unknown || !news_same_facts(&v->foretold, &now) ||
+                !news_same_impact(&v->foretold.impact, &now.impact);
+    v->foretold = now;
     if (is_new) {
         v->foretold_id = ++w->serial;
         w->figures.foretold++;
     }
+    if (!news && !v->foretold_dirty && !i->all) return;
     if (is_new || events_may_update(w, i)) {
         v->foretold_dirty = false;
         events_emit(w, s->interest, &v->foretold, EVENT_FORETOLD, CAUSE_MOTION, v->foretold_id);

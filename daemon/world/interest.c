@@ -23,7 +23,7 @@ static double half_range(const interest *i, double reach)
     double most = 0, share = i->tolerance > 0 ? 0 : i->relative_tolerance * reach;
     if (i->facts & WORLD_DISTANCE) most = fmax(most, i->range);
     if (i->facts & (WORLD_TOUCH | WORLD_MANIFOLD | WORLD_IMPACT | WORLD_FORETELL)) most = fmax(most, i->threshold);
-    return 0.5 * (most + i->tolerance) + share;
+    return 0.5 * (most + i->hysteresis + i->tolerance) + share;
 }
 
 double interest_tolerance(const interest *i, double size)
@@ -111,9 +111,10 @@ static void grow(world *w, size_t interests)
 static bool same_interest(const interest *i, const world_interest *def)
 {
     return i->facts == def->facts && i->threshold == def->threshold && i->range == def->range &&
-           i->tolerance == def->tolerance && i->relative_tolerance == def->relative_tolerance &&
-           i->accuracy == def->accuracy && i->horizon == def->horizon && i->period_ns == def->period_ns &&
-           strcmp(i->select_a, def->select_a) == 0 && strcmp(i->select_b, def->select_b) == 0;
+           i->hysteresis == def->hysteresis && i->tolerance == def->tolerance &&
+           i->relative_tolerance == def->relative_tolerance && i->accuracy == def->accuracy &&
+           i->horizon == def->horizon && i->period_ns == def->period_ns && strcmp(i->select_a, def->select_a) == 0 &&
+           strcmp(i->select_b, def->select_b) == 0;
 }
 
 static uint32_t new_interest(world *w)
@@ -148,6 +149,7 @@ world_status world_put_interest(world *w, uint32_t *id, const world_interest *de
     i->facts = def->facts;
     i->threshold = def->threshold;
     i->range = def->range;
+    i->hysteresis = def->hysteresis;
     i->tolerance = def->tolerance;
     i->relative_tolerance = def->relative_tolerance;
     i->accuracy = def->accuracy;
@@ -166,6 +168,7 @@ world_status world_get_interest(const world *w, uint32_t id, world_interest *out
         .select_b = i->select_b,
         .threshold = i->threshold,
         .range = i->range,
+        .hysteresis = i->hysteresis,
         .tolerance = i->tolerance,
         .relative_tolerance = i->relative_tolerance,
         .accuracy = i->accuracy,
@@ -193,6 +196,11 @@ void world_want_snapshot(world *w, uint32_t id)
     if (id >= w->interests.count || !w->interests.at[id].used) return;
     w->interests.at[id].snapshot = true;
     w->changed = true;
+}
+
+void world_want_all(world *w, uint32_t id)
+{
+    if (id < w->interests.count && w->interests.at[id].used) w->interests.at[id].all = true;
 }
 
 /* What was told under the old terms ends; every body that either terms concern is looked at again. */

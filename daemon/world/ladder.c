@@ -33,11 +33,14 @@ static double tolerance_of(const interest *i, double size)
     return (i->accuracy == WORLD_BY_BOXES ? TOLERANCE_OF_BOXES : TOLERANCE_OF_VERDICTS) * size;
 }
 
-static void add_demand(demand *d, const interest *i, const pair_terms *terms, double size)
+/* Two that ask with hysteresis may stand at either end of it. */
+static void add_demand(demand *d, const interest *i, const pair_terms *terms, double size, bool told)
 {
     narrow_request *r = &d->request;
-    double threshold = i->threshold + terms->padding, range = i->range + terms->margin;
-    bool touch = i->facts & (WORLD_TOUCH | WORLD_MANIFOLD), other = touch && r->facts && threshold != r->threshold;
+    double wider = told ? i->hysteresis : 0;
+    double threshold = i->threshold + terms->padding + wider, range = i->range + terms->margin + wider;
+    bool touch = i->facts & (WORLD_TOUCH | WORLD_MANIFOLD);
+    bool other = touch && r->facts && (threshold != r->threshold || i->hysteresis > 0);
     d->coarse &= i->accuracy == WORLD_BY_BOXES;
     d->verdict_only &= i->accuracy == WORLD_BY_VERDICT && !other;
     r->tolerance = fmin(r->tolerance, tolerance_of(i, size));
@@ -54,8 +57,10 @@ static void add_demand(demand *d, const interest *i, const pair_terms *terms, do
     if (i->facts & WORLD_MANIFOLD) r->facts |= NARROW_MANIFOLD;
 }
 
-demand ladder_demand(const world *w, const solid *a, const solid *b)
+demand ladder_demand(const world *w, const pair *p)
 {
+    const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
+    bool told = pair_is_told(w, p);
     const body *x = &w->bodies.at[a->body], *y = &w->bodies.at[b->body];
     pair_terms terms = pair_terms_of_paired(x, y);
     double size = pair_size(a, b);
@@ -66,7 +71,7 @@ demand ladder_demand(const world *w, const solid *a, const solid *b)
     for (size_t word = 0; word < w->words; word++) {
         for (uint64_t bits = interest_word(x, y, word); bits; bits &= bits - 1) {
             const interest *i = &w->interests.at[word * 64 + (size_t)__builtin_ctzll(bits)];
-            if (i->facts & NOW) add_demand(&d, i, &terms, size);
+            if (i->facts & NOW) add_demand(&d, i, &terms, size, told);
         }
     }
     if (!isfinite(d.request.threshold)) d.request.threshold = 0;
@@ -131,7 +136,7 @@ static void look(const world *w, uint32_t k)
         settle(out, RUNG_STANDING, WORK_A_MOTION_BOUND);
         return;
     }
-    demand d = ladder_demand(w, a, b);
+    demand d = ladder_demand(w, p);
     if (!(d.limit > -INFINITY)) {
         settle(out, RUNG_UNASKED, 0);
         return;
@@ -224,7 +229,7 @@ static void refine(world *w, uint32_t k, narrow_result *r, void *scratch)
     outcome *out = &w->outcomes.at[k];
     pair *p = &w->pairs.at[w->active_pairs.at[k]];
     const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
-    demand d = ladder_demand(w, a, b);
+    demand d = ladder_demand(w, p);
     pose b_in_a = solid_relative(w, a, b);
     narrow_cache none = {.lower = 0};
     out->asked = (uint8_t)ladder_ask(w, p, &d, w->options.caches ? &p->cache : &none, scratch, r);
@@ -260,7 +265,7 @@ static void decide_by_bounds(void *context, size_t begin, size_t end, unsigned w
             out->left = true;
             continue;
         }
-        demand d = ladder_demand(w, a, b);
+        demand d = ladder_demand(w, p);
         pose b_in_a = solid_relative(w, a, b);
         if (n < w->bounded)
             bounds_find(w, p, &b_in_a, d.limit, !out->coarse && remembers(w), w->scratch[worker], r);

@@ -75,6 +75,7 @@ typedef struct watch {
     uint32_t interest_next, interest_prev;
     int64_t touch_id, near_id, foretold_id;    /* 0 = not */
     bool used, unknown, dirty, foretold_dirty; /* dirty: an update that the rate held back */
+    bool recovered;                            /* known again in this tick: its state follows, be it new or not */
     world_event last;                          /* of contact and nearness */
     world_event foretold;                      /* the last one that was foretold */
 } watch;
@@ -105,12 +106,13 @@ typedef struct pair {
 typedef struct interest {
     char *select_a, *select_b;
     unsigned facts;
-    double threshold, range, tolerance, relative_tolerance, horizon;
+    double threshold, range, hysteresis, tolerance, relative_tolerance, horizon;
     world_accuracy accuracy;
     uint64_t work;       /* units of the ladder, since it was put */
     size_t undone, told; /* pairs that the budget left in this tick, and in the last one that was told of */
     int64_t period_ns, next_update_ns;
     bool used, closing, snapshot, changed;
+    bool all; /* in this tick, updates without news are told, too */
     uint8_t closing_cause;
     size_t snapshot_first; /* of events: where this tick's snapshot begins */
     uint32_t first_watch;
@@ -251,7 +253,8 @@ typedef struct demand { /* what all interests in a pair ask together */
     bool coarse;       /* bounds will do for all */
     bool verdict_only; /* a verdict will, of one threshold */
 } demand;
-demand ladder_demand(const world *w, const solid *a, const solid *b);
+/* Of a pair of which somebody was told something, hysteresis is part of what is asked. */
+demand ladder_demand(const world *w, const pair *p);
 /* Rungs 4 and on, from nothing: the number of narrow queries. */
 uint32_t ladder_ask(
     const world *w, const pair *p, const demand *d, narrow_cache *cache, void *scratch, narrow_result *r);
@@ -298,6 +301,11 @@ void impact_decide(world *w);
 /* impact_axis.c */
 /* A world direction that may keep them apart from 0 to the span; zero: none was found. */
 vec3 impact_axis(const toi_mover *a, const toi_mover *b, const toi_request *request, void *scratch, uint32_t *queries);
+
+/* news.c: of two events of one watch. */
+/* The same bits in all but the ages: told again, it would say nothing. The names are equal but for which is A. */
+bool news_same_facts(const world_event *a, const world_event *b);
+bool news_same_impact(const world_impact *a, const world_impact *b);
 
 /* events_impact.c */
 void events_of_sweeps(world *w);

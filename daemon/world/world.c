@@ -130,6 +130,7 @@ static void begin_tick(world *w, int64_t now_ns)
 static void end_tick(world *w)
 {
     for (size_t i = 0; i < w->dirty.count; i++) body_arrive(w, (uint32_t)w->dirty.at[i]);
+    for (size_t i = 0; i < w->interests.count; i++) w->interests.at[i].all = false;
     w->last_tick_ns = w->now_ns;
     w->dirty.count = 0;
     w->changed = false;

@@ -128,6 +128,7 @@ typedef struct world_interest {
     const char *select_a, *select_b; /* as filter_rule.pattern; copied */
     double threshold;                /* m; contact = lower bound of the signed distance at or below it: never missed */
     double range;                    /* m; with WORLD_DISTANCE */
+    double hysteresis;               /* m, >= 0; a contact ends, and near turns far, only so much farther away */
     double tolerance;                /* m; 0: relative_tolerance says it */
     double relative_tolerance;       /* of the reaches of both shapes together; both 0: as narrow as doubles give */
     world_accuracy accuracy;
@@ -141,6 +142,11 @@ world_status world_put_interest(world *w, uint32_t *id, const world_interest *de
 /* Ends its contacts in the next tick with this cause, in a closing batch. */
 world_status world_remove_interest(world *w, uint32_t id, uint8_t cause);
 void world_want_snapshot(world *w, uint32_t id);
+/* The oldest stamp of the poses that what is told of it now rests on; 0: none is stamped. Walks all of it. */
+int64_t world_oldest_stamp_ns(const world *w, uint32_t id);
+/* In the next tick, updates are told of all its pairs that are decided, also where nothing differs from what was told
+ * last: for who keeps no state of his own. */
+void world_want_all(world *w, uint32_t id);
 world_status world_get_interest(const world *w, uint32_t id, world_interest *out); /* texts are the world's own */
 
 /* ---- the tick ---- */

@@ -25,7 +25,8 @@ enum {
     WIRE_GEOMETRY_MAX = 1 << 24, /* numbers in a whole geometry */
     WIRE_EVENTS_MAX = 65536,     /* events a batch */
     WIRE_ANSWERS_MAX = 4096,     /* hits in one answer */
-    WIRE_COUNTERS_MAX = 1024
+    WIRE_COUNTERS_MAX = 1024,
+    WIRE_LOCK_STEP_MAX = 65536 /* clients in lock-step together */
 };
 #define WIRE_POSITION_MAX 1e12 /* m, each coordinate */
 #define WIRE_SPEED_MAX 1e9     /* m/s, each component; m/s^2, rad/s^2 */
@@ -90,6 +91,8 @@ typedef struct wire_client {
     uint8_t on_loss;  /* what becomes of my bodies when I am lost: WIRE_LOST_REMOVE; _HOLD (they stay, and count as
                          stale at once, until I am back); _KEEP (they stay as they are) */
     int64_t lease_ns; /* without a sign of life for this long, I am lost */
+    int32_t
+        lock_step;    /* in lock-step with others, so many with me: a step is done when each has published it. 0 = no */
     const char *name; /* for people */
 } wire_client;
 
@@ -245,6 +248,7 @@ typedef struct wire_interest {
     double relative_tolerance; /* the same as a share of the pair's size (the reaches of both shapes together), where
                                   tolerance_m is 0; 0 or 1e-15 .. 1. Both 0: as narrow as arithmetic gives */
     uint8_t accuracy;          /* WIRE_BY_*: how far a pair is looked into */
+    double hysteresis_m;       /* >= 0: a contact ends, and near turns far, only so much beyond threshold_m, range_m */
     double horizon_s;          /* foretell: contacts up to so long after the newest pose of a pair; > 0 */
     double rate_hz;            /* updates at most so often; 0 = every tick. Begins and ends are always sent at once */
 } wire_interest;
@@ -343,7 +347,10 @@ typedef struct wire_event_batch {
     int64_t stamp_ns;       /* when the tick ran */
     int64_t latest_pose_ns; /* the newest pose stamp that this tick applied, 0 = none */
     int64_t step;           /* the newest simulation step */
+    int32_t missing;        /* lock-step clients that had not published this step when it was done without them */
     int64_t undone;         /* pairs of this interest that the budget left with a wider interval than it asks */
+    uint8_t heartbeat;      /* 1: nothing is told, and `batch` is the number of the last batch again */
+    int64_t oldest_pose_ns; /* of a heartbeat: the oldest stamp that what is told now rests on, 0 = none is stamped */
     uint8_t snapshot;       /* 1: the whole current state; forget what you knew. Sent first, and after a loss */
     uint8_t closing;        /* 1: the stream ends with this batch */
     int32_t part;           /* a large batch comes in parts, 0 .. parts - 1, each with a number of its own */
@@ -412,8 +419,10 @@ typedef enum wire_reason {
     WIRE_NAME_TAKEN, /* by another body or client */
     WIRE_NOT_YOURS,
     WIRE_UNSUPPORTED,
-    WIRE_LIMIT,    /* a limit of this daemon's configuration; the text names it */
-    WIRE_OLD_POSE, /* its stamp is older than that of the pose before */
+    WIRE_LIMIT,       /* a limit of this daemon's configuration; the text names it */
+    WIRE_OLD_POSE,    /* its stamp is older than that of the pose before */
+    WIRE_BAD_STEP,    /* of lock-step: done already, or the step before is not done yet */
+    WIRE_STEP_MISSED, /* no refusal: a lock-step client has not published a step in time, and what comes of it */
     WIRE_REASON_COUNT
 } wire_reason;
 

@@ -180,6 +180,7 @@ static wire_reason check_client(const wire_client *m, wire_refusal *why)
     if (m->removed) return WIRE_OK;
     TRY(check_between("on_loss", m->on_loss, WIRE_LOST_REMOVE, WIRE_LOST_KEEP, why));
     TRY(check_between("lease_ns", m->lease_ns, 1, INT64_MAX, why));
+    TRY(check_between("lock_step", m->lock_step, 0, WIRE_LOCK_STEP_MAX, why));
     return check_label("name", m->name, why);
 }
 
@@ -476,6 +477,8 @@ static wire_reason check_interest(const wire_interest *m, wire_refusal *why)
     TRY(check_magnitudes("threshold_m", (wire_f64s){1, &m->threshold_m}, WIRE_SIZE_MAX, why));
     TRY(check_magnitudes("range_m", (wire_f64s){1, &m->range_m}, WIRE_SIZE_MAX, why));
     TRY(check_at_least("range_m", m->range_m, 0, why));
+    TRY(check_at_least("hysteresis_m", m->hysteresis_m, 0, why));
+    TRY(check_magnitudes("hysteresis_m", (wire_f64s){1, &m->hysteresis_m}, WIRE_SIZE_MAX, why));
     TRY(check_accuracy(m, why));
     TRY(check_horizon(m, why));
     return check_at_least("rate_hz", m->rate_hz, 0, why);
@@ -618,6 +621,9 @@ static wire_reason check_event_batch(const wire_event_batch *m, wire_refusal *wh
     TRY(check_between("snapshot", m->snapshot, 0, 1, why));
     TRY(check_between("closing", m->closing, 0, 1, why));
     TRY(check_between("undone", m->undone, 0, INT64_MAX, why));
+    TRY(check_between("missing", m->missing, 0, INT32_MAX, why));
+    TRY(check_between("heartbeat", m->heartbeat, 0, 1, why));
+    if (m->heartbeat) TRY(check_count("kinds", m->kinds.count, 0, 0, why));
     TRY(check_between("parts", m->parts, 1, INT32_MAX, why));
     TRY(check_between("part", m->part, 0, m->parts - 1, why));
     TRY(check_name("stream", m->stream, why));

@@ -12,6 +12,7 @@
     F(S, removed, U8, 0, FINITE)                                                                                       \
     F(S, on_loss, U8, 0, FINITE)                                                                                       \
     F(S, lease_ns, I64, 0, FINITE)                                                                                     \
+    F(S, lock_step, I32, 0, FINITE)                                                                                    \
     F(S, name, STRING, WIRE_NAME_MAX, FINITE)
 
 #define WIRE_FIELDS_geometry(F, S)                                                                                     \
@@ -97,6 +98,7 @@
     F(S, tolerance_m, F64, 0, FINITE)                                                                                  \
     F(S, relative_tolerance, F64, 0, FINITE)                                                                           \
     F(S, accuracy, U8, 0, FINITE)                                                                                      \
+    F(S, hysteresis_m, F64, 0, FINITE)                                                                                 \
     F(S, horizon_s, F64, 0, FINITE)                                                                                    \
     F(S, rate_hz, F64, 0, FINITE)
 
@@ -150,7 +152,10 @@
     F(S, stamp_ns, I64, 0, FINITE)                                                                                     \
     F(S, latest_pose_ns, I64, 0, FINITE)                                                                               \
     F(S, step, I64, 0, FINITE)                                                                                         \
+    F(S, missing, I32, 0, FINITE)                                                                                      \
     F(S, undone, I64, 0, FINITE)                                                                                       \
+    F(S, heartbeat, U8, 0, FINITE)                                                                                     \
+    F(S, oldest_pose_ns, I64, 0, FINITE)                                                                               \
     F(S, snapshot, U8, 0, FINITE)                                                                                      \
     F(S, closing, U8, 0, FINITE)                                                                                       \
     F(S, part, I32, 0, FINITE)                                                                                         \

@@ -30,6 +30,8 @@ const char *wire_reason_name(wire_reason reason)
         [WIRE_UNSUPPORTED] = "unsupported",
         [WIRE_LIMIT] = "limit",
         [WIRE_OLD_POSE] = "old_pose",
+        [WIRE_BAD_STEP] = "bad_step",
+        [WIRE_STEP_MISSED] = "step_missed",
     };
     return reason < WIRE_REASON_COUNT ? NAMES[reason] : "?";
 }

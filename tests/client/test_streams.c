@@ -16,6 +16,8 @@ typedef struct heard {
     collided *client;
     collided_interest interest;
     collided_status in_callback;
+    int heartbeats, missing;
+    int64_t oldest_pose_ns;
 } heard;
 
 static void note(void *context, const collided_batch *b)
@@ -27,6 +29,9 @@ static void note(void *context, const collided_batch *b)
     h->epoch = b->epoch;
     h->snapshot = b->snapshot;
     h->closing = b->closing;
+    h->heartbeats += b->heartbeat;
+    h->oldest_pose_ns = b->oldest_pose_ns;
+    h->missing = b->missing;
     h->events = b->event_count;
     for (size_t i = 0; i < b->event_count && i < 2; i++)
         (void)snprintf(h->name_a[i], sizeof h->name_a[i], "%s", b->events[i].name_a);
@@ -106,6 +111,22 @@ static void give(collided *c, batch_options o)
     fake_give(&m);
 }
 
+/* It has no events, and the number of the last batch. */
+static void give_heartbeat(collided *c, int64_t batch)
+{
+    const wire_message m = {.kind = WIRE_EVENT_BATCH,
+        .event_batch = {.version = WIRE_VERSION,
+            .client = collided_client_id(c),
+            .epoch = 1,
+            .batch = batch,
+            .oldest_pose_ns = 77,
+            .missing = 2,
+            .heartbeat = 1,
+            .parts = 1,
+            .stream = "s"}};
+    fake_give(&m);
+}
+
 static void events_arrive_as_they_were_sent(void **state)
 {
     (void)state;
@@ -155,6 +176,33 @@ static void after_a_gap_nothing_is_told_until_a_snapshot_comes(void **state)
     give(c, (batch_options){.batch = 7}); /* a duplicate */
     (void)collided_poll(c, 0.0);
     assert_int_equal(h.batches, 4);
+    collided_close(c);
+}
+
+static void a_heartbeat_is_told_and_finds_out_what_was_lost(void **state)
+{
+    (void)state;
+    heard h = {0};
+    fake_begin((fake_options){.epoch = 1});
+    collided *c = fake_connect();
+    subscribe(c, &h, note);
+    give_heartbeat(c, 5); /* before the first snapshot it says nothing */
+    (void)collided_poll(c, 0.0);
+    assert_int_equal(h.batches, 0);
+    give(c, (batch_options){.batch = 1, .snapshot = true});
+    give_heartbeat(c, 1);
+    give_heartbeat(c, 1);
+    (void)collided_poll(c, 1.0);
+    (void)collided_poll(c, 0.0);
+    assert_true(h.batches == 3 && h.heartbeats == 2 && h.batch == 1 && h.oldest_pose_ns == 77 && h.missing == 2);
+    assert_int_equal(fake_sent(WIRE_INTEREST), 1);
+    give_heartbeat(c, 3); /* 2 and 3 have not come */
+    (void)collided_poll(c, 0.0);
+    assert_int_equal(h.batches, 3);
+    assert_true(fake_message(WIRE_INTEREST, 1)->interest.sequence > fake_message(WIRE_INTEREST, 0)->interest.sequence);
+    give(c, (batch_options){.batch = 4, .snapshot = true});
+    (void)collided_poll(c, 1.0);
+    assert_true(h.batches == 4 && h.snapshot && h.lost == 2);
     collided_close(c);
 }
 
@@ -259,6 +307,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(events_arrive_as_they_were_sent),
         cmocka_unit_test(after_a_gap_nothing_is_told_until_a_snapshot_comes),
+        cmocka_unit_test(a_heartbeat_is_told_and_finds_out_what_was_lost),
         cmocka_unit_test(a_first_batch_that_is_no_snapshot_is_not_told),
         cmocka_unit_test(parts_are_one_batch),
         cmocka_unit_test(a_new_epoch_begins_with_a_snapshot),

@@ -16,7 +16,7 @@
 typedef struct cell cell;
 
 cell *cell_start(const config *c);                            /* links = memory://cell are set here */
-config cell_config(void);                                     /* one worker, quick status */
+config cell_config(void);                                     /* one worker, quick status, no heartbeats */
 int cell_stop(cell *c);                                       /* in order; the exit status */
 int cell_replay(const char *path, long workers, bool caches); /* of a recording; the exit status */
 memory_end *cell_client(const cell *c);

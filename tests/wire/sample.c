@@ -148,7 +148,8 @@ static wire_strings names(sampler *s, uint32_t count)
 static wire_client client(sampler *s)
 {
     return (wire_client){WIRE_VERSION, positive(s), positive(s), .on_loss = (uint8_t)sample_below(s, 3),
-        .lease_ns = positive(s), .name = text(s, WIRE_NAME_MAX)};
+        .lease_ns = positive(s), .lock_step = (int32_t)sample_below(s, WIRE_LOCK_STEP_MAX + 1),
+        .name = text(s, WIRE_NAME_MAX)};
 }
 
 static wire_geometry geometry(sampler *s, uint32_t most)
@@ -233,7 +234,7 @@ static wire_interest interest(sampler *s)
         .relative_tolerance = coin(s) ? 0 : WIRE_FINEST_RELATIVE + size(s, 0.5), .stream = coin(s) ? stream(s) : "",
         .select_a = name(s), .select_b = "group:arms", .threshold_m = number(s, WIRE_SIZE_MAX),
         .range_m = size(s, WIRE_SIZE_MAX), .tolerance_m = size(s, 1), .horizon_s = size(s, WIRE_SPAN_MAX),
-        .rate_hz = coin(s) ? 0 : size(s, 1000)};
+        .hysteresis_m = size(s, 1), .rate_hz = coin(s) ? 0 : size(s, 1000)};
 }
 
 static wire_query query(sampler *s)
@@ -303,7 +304,8 @@ static wire_event_batch event_batch(sampler *s, uint32_t most)
         .causes = u8s(s, n, 0, 9), .contacts = i64s(s, n), .names_a = names(s, n), .names_b = names(s, n),
         .shapes_a = i32s(s, n, WIRE_SHAPES_MAX), .shapes_b = i32s(s, n, WIRE_SHAPES_MAX), .axes = f64s(s, 3 * n, 1),
         .points_a = f64s(s, 3 * n, 1e12), .points_b = f64s(s, 3 * n, 1e12), .ages_a_ns = i64s(s, n),
-        .ages_b_ns = i64s(s, n), .closings = f64s(s, n, 100), .achieved = u8s(s, n, 0, 3), .undone = positive(s)};
+        .ages_b_ns = i64s(s, n), .closings = f64s(s, n, 100), .achieved = u8s(s, n, 0, 3), .undone = positive(s),
+        .missing = (int32_t)sample_below(s, 3), .heartbeat = n == 0 && coin(s), .oldest_pose_ns = positive(s)};
     intervals(s, n, &m.lo, &m.hi);
     manifolds(s, &m);
     impacts(s, &m);

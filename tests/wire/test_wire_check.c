@@ -44,6 +44,8 @@ static void client_rules(void **state)
     ACCEPTED(WIRE_CLIENT, m.client.on_loss = WIRE_LOST_KEEP);
     REFUSED(WIRE_CLIENT, m.client.on_loss = 3, WIRE_MALFORMED, "on_loss is 3: 0 to 2");
     REFUSED(WIRE_CLIENT, m.client.lease_ns = 0, WIRE_MALFORMED, "lease_ns is 0: 1 to");
+    ACCEPTED(WIRE_CLIENT, m.client.lock_step = WIRE_LOCK_STEP_MAX);
+    REFUSED(WIRE_CLIENT, m.client.lock_step = WIRE_LOCK_STEP_MAX + 1, WIRE_MALFORMED, "lock_step is 65537: 0 to 65536");
     REFUSED(WIRE_CLIENT, m.client.removed = 2, WIRE_MALFORMED, "removed is 2: 0 to 1");
     ACCEPTED(WIRE_CLIENT, m.client.name = "");
     ACCEPTED(WIRE_CLIENT, m.client.name = plain_text(WIRE_NAME_MAX));

@@ -57,6 +57,9 @@ static void interest_rules(void **state)
     REFUSED(WIRE_INTEREST, m.interest.facts = 16, WIRE_BAD_SIZE, "horizon_s is 0 s: above 0");
     REFUSED(WIRE_INTEREST, m.interest.horizon_s = 1e6, WIRE_BAD_SIZE, "horizon_s is 1e+06 s");
     REFUSED(WIRE_INTEREST, m.interest.horizon_s = -1, WIRE_BAD_NUMBER, "horizon_s is -1");
+    ACCEPTED(WIRE_INTEREST, m.interest.hysteresis_m = WIRE_SIZE_MAX);
+    REFUSED(WIRE_INTEREST, m.interest.hysteresis_m = 1.1 * WIRE_SIZE_MAX, WIRE_TOO_LARGE, "hysteresis_m");
+    REFUSED(WIRE_INTEREST, m.interest.hysteresis_m = -1e-9, WIRE_BAD_NUMBER, "hysteresis_m is -1e-09");
     REFUSED(WIRE_INTEREST, m.interest.facts = 0, WIRE_MALFORMED, "facts is 0: 1 to 31");
     REFUSED(WIRE_INTEREST, m.interest.facts = 32, WIRE_MALFORMED, "facts is 32");
     ACCEPTED(WIRE_INTEREST, m.interest.stream = "a.b_c-d:e/f9Z");
@@ -223,7 +226,7 @@ static void rules_of_the_daemon_s_other_messages(void **state)
     REFUSED(WIRE_REJECT, m.reject.kind = WIRE_KIND_COUNT, WIRE_MALFORMED, "kind is 13");
     REFUSED(WIRE_REJECT, m.reject.object = -2, WIRE_MALFORMED, "object is -2");
     REFUSED(WIRE_REJECT, m.reject.reason = WIRE_OK, WIRE_MALFORMED, "reason is 0");
-    REFUSED(WIRE_REJECT, m.reject.reason = WIRE_REASON_COUNT, WIRE_MALFORMED, "reason is 18");
+    REFUSED(WIRE_REJECT, m.reject.reason = WIRE_REASON_COUNT, WIRE_MALFORMED, "reason is 20");
     REFUSED(WIRE_ACK, m.ack.client = 0, WIRE_UNKNOWN_CLIENT, "client is 0");
     ACCEPTED(WIRE_ACK, m.ack.sequences.count = 0);
 }

@@ -1,0 +1,58 @@
+/* news: does an event say anything that the one before has not said, and how old is what was said. Tick thread. */
+#include "state.h"
+
+#include <string.h>
+
+static bool same_bits(const void *a, const void *b, size_t size)
+{
+    return memcmp(a, b, size) == 0;
+}
+
+static bool same_vec(const vec3 *a, const vec3 *b)
+{
+    return same_bits(a, b, sizeof *a);
+}
+
+static bool same_manifold(const manifold *a, const manifold *b)
+{
+    bool same = a->count == b->count;
+    for (uint32_t i = 0; same && i < a->count; i++) {
+        const manifold_point *p = &a->points[i], *q = &b->points[i];
+        same = p->feature == q->feature && same_vec(&p->point, &q->point) &&
+               same_bits(&p->distance, &q->distance, sizeof p->distance);
+    }
+    return same;
+}
+
+bool news_same_impact(const world_impact *a, const world_impact *b)
+{
+    return same_bits(&a->lo, &b->lo, sizeof a->lo) && same_bits(&a->hi, &b->hi, sizeof a->hi) &&
+           a->start_ns == b->start_ns && a->estimated == b->estimated &&
+           same_bits(&a->pose_a, &b->pose_a, sizeof(pose)) && same_bits(&a->pose_b, &b->pose_b, sizeof(pose));
+}
+
+bool news_same_facts(const world_event *a, const world_event *b)
+{
+    return same_bits(&a->lo, &b->lo, sizeof a->lo) && same_bits(&a->hi, &b->hi, sizeof a->hi) &&
+           same_vec(&a->axis, &b->axis) && same_vec(&a->point_a, &b->point_a) && same_vec(&a->point_b, &b->point_b) &&
+           same_bits(&a->closing, &b->closing, sizeof a->closing) && a->achieved == b->achieved &&
+           a->shape_a == b->shape_a && a->shape_b == b->shape_b && same_manifold(&a->manifold, &b->manifold) &&
+           strcmp(a->name_a, b->name_a) == 0;
+}
+
+static void take_older(const body *b, int64_t *oldest)
+{
+    if (!b->fixed && b->stamp_ns && (!*oldest || b->stamp_ns < *oldest)) *oldest = b->stamp_ns;
+}
+
+int64_t world_oldest_stamp_ns(const world *w, uint32_t id)
+{
+    int64_t oldest = 0;
+    if (id >= w->interests.count || !w->interests.at[id].used) return 0;
+    for (uint32_t v = w->interests.at[id].first_watch; v != WORLD_NONE; v = w->watches.at[v].interest_next) {
+        const pair *p = &w->pairs.at[w->watches.at[v].pair];
+        take_older(&w->bodies.at[w->solids.at[p->a].body], &oldest);
+        take_older(&w->bodies.at[w->solids.at[p->b].body], &oldest);
+    }
+    return oldest;
+}

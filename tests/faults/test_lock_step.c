@@ -1,0 +1,145 @@
+/* Simulators in several processes in lock-step, by the client library, over both links: each moves a box of its own,
+ * all boxes one way together, so that whoever saw a step half done would see them meet. One is killed, and one stands
+ * still for a while: the others go on, and are told. */
+#include "rig.h"
+
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+enum { SIMULATORS = 3, STEPS = 60 };
+#define LEASE_S 1.0
+static const double GAP_M = 0.5, STEP_M = 2; /* farther than to the next one */
+
+typedef struct simulator {
+    collided *client;
+    collided_body body;
+    int number;
+    int64_t done; /* the step that the others are at */
+    long meetings, missed, told;
+} simulator;
+
+static void on_events(void *context, const collided_batch *batch)
+{
+    simulator *s = context;
+    for (size_t i = 0; i < batch->event_count; i++) s->meetings += batch->events[i].kind == COLLIDED_BEGIN;
+    s->missed += batch->missing;
+    s->done = batch->step;
+}
+
+static void on_rejected(void *context, const collided_rejection *why)
+{
+    simulator *s = context;
+    s->told += strcmp(why->reason, "step_missed") == 0;
+}
+
+static bool begin(simulator *s, const char *uri, int number)
+{
+    char name[16];
+    collided_def def = collided_def_default();
+    def.lease_s = LEASE_S;
+    def.lock_step = SIMULATORS;
+    *s = (simulator){.client = collided_connect(uri, &def), .number = number};
+    if (!s->client) return false;
+    collided_on_rejected(s->client, on_rejected, s);
+    snprintf(name, sizeof name, "box%d", number);
+    s->body = rig_box(s->client, name, number * (1 + GAP_M));
+    collided_interest_def all = collided_interest_def_default();
+    all.callback = on_events;
+    all.context = s;
+    return collided_subscribe(s->client, &all).id != COLLIDED_NONE && collided_sync(s->client, 5) == COLLIDED_OK;
+}
+
+/* Over LCM an answer may be lost: the same again. */
+static collided_status step(simulator *s, int64_t number)
+{
+    collided_status status = COLLIDED_TIMEOUT;
+    for (int tries = 0; tries < 10 && status == COLLIDED_TIMEOUT; tries++) {
+        const double position[3] = {s->number * (1 + GAP_M) + STEP_M * (double)number, 0, 0}, turn[4] = {1, 0, 0, 0};
+        status = collided_publish(s->client, 1, &s->body, position, turn, NULL, NULL, 0, number);
+        if (status == COLLIDED_OK) status = collided_step(s->client, number, 1);
+    }
+    return status;
+}
+
+/* Steps until it is ended; one that was left behind goes on where the others are. */
+static int simulate_for_ever(const char *uri, int number)
+{
+    simulator s;
+    if (!begin(&s, uri, number)) return EXIT_FAILURE;
+    for (int64_t n = 1;; n++) {
+        collided_status status = step(&s, n);
+        if (status == COLLIDED_REJECTED)
+            n = s.done;
+        else if (status != COLLIDED_OK && status != COLLIDED_TIMEOUT)
+            return EXIT_FAILURE;
+    }
+}
+
+typedef struct yard {
+    simulator mine;
+    pid_t others[SIMULATORS - 1];
+} yard;
+
+static void enter(yard *y, const char *uri)
+{
+    rig_daemon("--step_timeout", "0.3");
+    for (int k = 0; k < SIMULATORS - 1; k++) y->others[k] = rig_self("simulate", uri, k ? "2" : "1");
+    assert_true(begin(&y->mine, uri, 0));
+}
+
+static void all_step_together_and_see_no_step_half_done(void **state)
+{
+    yard y;
+    enter(&y, *state);
+    double began_s = rig_now_s();
+    for (int64_t n = 1; n <= STEPS; n++) assert_int_equal(step(&y.mine, n), COLLIDED_OK);
+    print_message("%d steps of %d processes: %.0f a second\n", STEPS, SIMULATORS, STEPS / (rig_now_s() - began_s));
+    assert_int_equal(y.mine.meetings, 0);
+    UNTIL(y.mine.client, 3, rig_counter(y.mine.client, "lock_step_clients") > 0); /* Status comes in its own time */
+    rig_close(y.mine.client);
+}
+
+static void the_others_go_on_without_one_that_was_killed(void **state)
+{
+    yard y;
+    enter(&y, *state);
+    int64_t n = 1;
+    for (; n <= 10; n++) assert_int_equal(step(&y.mine, n), COLLIDED_OK);
+    rig_kill(y.others[1], SIGKILL);
+    double killed_s = rig_now_s();
+    do { /* until it is no member any more */
+        if (rig_now_s() > killed_s + LEASE_S + 3) fail_msg("it is missed still");
+        y.mine.missed = 0;
+        assert_int_equal(step(&y.mine, n++), COLLIDED_OK);
+    } while (y.mine.missed || rig_now_s() < killed_s + 0.5);
+    print_message("it was no member any more after %.2f s, lease %g s\n", rig_now_s() - killed_s, LEASE_S);
+    rig_close(y.mine.client);
+}
+
+static void one_that_stands_still_is_missed_and_told(void **state)
+{
+    yard y;
+    enter(&y, *state);
+    int64_t n = 1;
+    for (; n <= 10; n++) assert_int_equal(step(&y.mine, n), COLLIDED_OK);
+    rig_kill(y.others[1], SIGSTOP);
+    while (!(y.mine.missed && y.mine.told)) assert_int_equal(step(&y.mine, n++), COLLIDED_OK);
+    rig_kill(y.others[1], SIGCONT);
+    while (y.mine.missed) { /* it finds out how far they are, and goes on there */
+        y.mine.missed = 0;
+        assert_int_equal(step(&y.mine, n++), COLLIDED_OK);
+    }
+    rig_close(y.mine.client);
+}
+
+int main(int argc, char **argv)
+{
+    if (argc == 4) return simulate_for_ever(argv[2], atoi(argv[3]));
+    const struct CMUnitTest tests[] = {OVER_BOTH(all_step_together_and_see_no_step_half_done),
+        OVER_BOTH(the_others_go_on_without_one_that_was_killed), OVER_BOTH(one_that_stands_still_is_missed_and_told)};
+    rig_isolate();
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,440 @@
+/* The event model at the level of the service: whatever clients do, and whatever is done to them, every contact id has
+ * exactly one begin and one end on its stream, batches are numbered without a gap, and a snapshot is what was told.
+ *
+ * Messages go through the memory link, encoded and decoded, and the service is driven tick by tick with a clock of the
+ * test's own: motion, teleports, bodies put, removed, resized and filtered anew, interests changed, closed and asked
+ * again, clients that leave, fall silent and come back, daemons that end in order or are gone. One thread. */
+#include "base/log.h"
+#include "cell.h"
+#include "service/server.h"
+#include "service/service.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+enum { OWNERS = 4, BODIES = 12, STREAMS = 6, IDS_MAX = 1 << 22, OPERATIONS_A_TICK = 25, OPERATIONS_A_LIFE = 20000 };
+static const int64_t TICK_NS = 10000000, LEASE_NS = 500000000;
+
+/* ---- what a subscriber knows ---- */
+
+typedef enum life { UNSEEN, OPEN, OVER } life;
+
+typedef struct told { /* of one stream */
+    bool live;        /* a batch has come, and not the last one */
+    int64_t batch;
+    size_t open;
+    bool was_live;      /* before the snapshot that is coming in parts ... */
+    size_t in_snapshot; /* ... and how many it has so far */
+} told;
+
+typedef struct thing { /* a body as its owner would announce it now */
+    double place[3], half;
+    bool box, odd;
+    uint64_t filter;
+} thing;
+
+typedef struct model {
+    server *server;
+    service *service;
+    link_sink sink;
+    memory_end *end;
+    wire_memory *memory;
+    uint64_t random;
+    int64_t now_ns, epoch, sequences[OWNERS + 1];
+    int64_t silent_until_ns[OWNERS + 1]; /* a client says nothing until then */
+    bool wanted[STREAMS];
+    thing things[OWNERS][BODIES];
+    uint8_t *state, *stream_of; /* of each contact id of this daemon */
+    told streams[STREAMS];
+    size_t begun, over, snapshots, heartbeats, causes[WIRE_CAUSE_TELEPORT + 1], lives, crashes;
+} model;
+
+static uint64_t next(model *m) /* splitmix64 */
+{
+    uint64_t z = (m->random += UINT64_C(0x9e3779b97f4a7c15));
+    z = (z ^ z >> 30) * UINT64_C(0xbf58476d1ce4e5b9);
+    z = (z ^ z >> 27) * UINT64_C(0x94d049bb133111eb);
+    return z ^ z >> 31;
+}
+
+static double uniform(model *m, double lo, double hi)
+{
+    return lo + (hi - lo) * (double)(next(m) >> 11) * 0x1p-53;
+}
+
+static bool ends(uint8_t kind)
+{
+    return kind == WIRE_EVENT_END || kind == WIRE_EVENT_FAR || kind == WIRE_EVENT_AVERTED;
+}
+
+/* The first word of an id; of foretold and near ones it is the same as those that follow. */
+static bool begins(uint8_t kind)
+{
+    return kind == WIRE_EVENT_BEGIN || kind == WIRE_EVENT_NEAR || kind == WIRE_EVENT_FORETOLD;
+}
+
+static void learn_event(model *m, int number, const wire_event_batch *b, uint32_t i)
+{
+    int64_t id = b->contacts.at[i];
+    uint8_t kind = b->kinds.at[i], cause = b->causes.at[i];
+    if (!id) return; /* a whole body is unknown, or known */
+    assert_in_range(id, 1, IDS_MAX - 1);
+    if (m->state[id] == OVER) fail_msg("event %u of contact %lld after its end", kind, (long long)id);
+    if (m->state[id] == OPEN && m->stream_of[id] != number) fail_msg("contact %lld on two streams", (long long)id);
+    if (kind == WIRE_EVENT_BEGIN && cause != WIRE_CAUSE_SNAPSHOT && m->state[id] != UNSEEN)
+        fail_msg("contact %lld began twice", (long long)id);
+    if (m->state[id] == UNSEEN && !begins(kind))
+        fail_msg("event %u of contact %lld before it began", kind, (long long)id);
+    assert_true(b->lo.at[i] <= b->hi.at[i]);
+    if (m->state[id] == UNSEEN) {
+        m->state[id] = OPEN;
+        m->stream_of[id] = (uint8_t)number;
+        m->streams[number].open++;
+        m->begun++;
+    }
+    if (!ends(kind)) return;
+    m->state[id] = OVER;
+    m->streams[number].open--;
+    m->over++;
+    m->causes[cause]++;
+}
+
+/* Who was in step hears nothing new in a snapshot, and nothing is left out of it. */
+static void check_snapshot(model *m, int number, const wire_event_batch *b)
+{
+    told *t = &m->streams[number];
+    if (b->part == 0) t->in_snapshot = 0;
+    if (b->part == 0) t->was_live = t->live;
+    for (uint32_t i = 0; i < b->kinds.count; i++) {
+        t->in_snapshot += begins(b->kinds.at[i]);
+        int64_t id = b->contacts.at[i];
+        if (t->was_live && id && m->state[id] != OPEN)
+            fail_msg("a snapshot of stream %d has contact %lld (event %u), which is %u", number, (long long)id,
+                b->kinds.at[i], m->state[id]);
+    }
+    if (b->part + 1 < b->parts) return;
+    if (t->was_live) assert_int_equal(t->in_snapshot, t->open);
+    m->snapshots++;
+}
+
+static void learn_batch(model *m, const wire_event_batch *b)
+{
+    int number = b->stream[0] - '0';
+    told *t = &m->streams[number];
+    assert_int_equal(b->epoch, m->epoch);
+    if (b->heartbeat) {
+        assert_true(t->live && b->batch == t->batch);
+        m->heartbeats++;
+        return;
+    }
+    assert_int_equal(b->batch, t->live ? t->batch + 1 : 1);
+    if (!t->live) assert_true(b->snapshot && b->part == 0 && t->open == 0);
+    if (b->snapshot) check_snapshot(m, number, b);
+    for (uint32_t i = 0; i < b->kinds.count; i++) learn_event(m, number, b, i);
+    bool closed = b->closing && b->part + 1 == b->parts;
+    t->live = !closed;
+    t->batch = b->batch;
+    if (closed) assert_int_equal(t->open, 0);
+}
+
+static void learn(model *m)
+{
+    wire_message message;
+    for (wire_memory_reset(m->memory); memory_receive(m->end, m->memory, &message); wire_memory_reset(m->memory))
+        if (message.kind == WIRE_EVENT_BATCH) learn_batch(m, &message.event_batch);
+}
+
+/* ---- what clients say ---- */
+
+static bool speaks(const model *m, int client)
+{
+    return m->now_ns >= m->silent_until_ns[client];
+}
+
+static void hello(model *m, int client, bool leaves)
+{
+    wire_message c = {.kind = WIRE_CLIENT,
+        .client = {.version = WIRE_VERSION,
+            .client = client + 1,
+            .sequence = ++m->sequences[client],
+            .removed = leaves,
+            .on_loss = (uint8_t)(client % 3),
+            .lease_ns = LEASE_NS,
+            .name = "model"}};
+    if (speaks(m, client)) memory_send(m->end, &c);
+}
+
+static void put_body(model *m, int client, int32_t body)
+{
+    static const char *const GROUPS[] = {"even", "odd"};
+    char name[16];
+    snprintf(name, sizeof name, "%c%d", 'a' + client, body);
+    const thing *t = &m->things[client][body];
+    const double pose[7] = {t->place[0], t->place[1], t->place[2], 1, 0, 0, 0}, local[7] = {0, 0, 0, 1, 0, 0, 0};
+    const double half = t->box ? t->half : 0, size[3] = {half, half, half}, radius[1] = {t->box ? 0 : t->half};
+    const double padding[1] = {0.1};
+    const uint8_t type[1] = {t->box ? WIRE_SHAPE_BOX : WIRE_SHAPE_SPHERE}, action[1] = {t->filter == 1};
+    const int64_t none[1] = {0};
+    const char *pattern[1] = {"b*"}, *reason[1] = {""};
+    uint32_t rules = t->filter < 2;
+    wire_message b = {.kind = WIRE_BODY,
+        .body = {.version = WIRE_VERSION,
+            .client = client + 1,
+            .sequence = ++m->sequences[client],
+            .body = body,
+            .motion = body == 0 ? WIRE_MOTION_FIXED : WIRE_MOTION_MOVING,
+            .ccd = (uint8_t)(body % 3),
+            .name = name,
+            .group = GROUPS[t->odd],
+            .category = 1,
+            .mask = t->filter == 2 ? 0 : -1,
+            .deadline_ns = body == 5 ? 20 * TICK_NS : 0,
+            .stamp_ns = m->now_ns,
+            .pose = {7, pose},
+            .shape_types = {1, type},
+            .shape_sizes = {3, size},
+            .shape_radii = {1, radius},
+            .shape_poses = {7, local},
+            .shape_geometries = {1, none},
+            .rule_patterns = {rules, pattern},
+            .rule_actions = {rules, action},
+            .rule_reasons = {rules, reason},
+            .rule_paddings = {rules, padding},
+            .rule_margins = {rules, padding}}};
+    if (speaks(m, client)) memory_send(m->end, &b);
+}
+
+static void resize(model *m, int client, int32_t body)
+{
+    thing *t = &m->things[client][body];
+    t->box = next(m) % 2;
+    t->half = uniform(m, 0.1, 0.4);
+    put_body(m, client, body);
+}
+
+static void filter_anew(model *m, int client, int32_t body)
+{
+    thing *t = &m->things[client][body];
+    t->filter = next(m) % 8;
+    if (next(m) % 4 == 0) t->odd = !t->odd;
+    put_body(m, client, body);
+}
+
+static void remove_body(model *m, int client, int32_t body)
+{
+    wire_message b = {.kind = WIRE_BODY,
+        .body = {.version = WIRE_VERSION,
+            .client = client + 1,
+            .sequence = ++m->sequences[client],
+            .body = body,
+            .removed = 1,
+            .name = "",
+            .group = ""}};
+    if (speaks(m, client)) memory_send(m->end, &b);
+}
+
+/* Three in four go a little way about a place of their own; some rest; some jump. */
+static void move(model *m, int client, int32_t body, bool teleports)
+{
+    double *p = m->things[client][body].place, by = next(m) % 16 ? 0.02 : 1.5;
+    const double orientation[4] = {1, 0, 0, uniform(m, -0.1, 0.1)};
+    const uint8_t teleport[1] = {1};
+    bool rests = next(m) % 4 == 0;
+    for (int i = 0; i < 3 && !rests; i++) p[i] = fmax(-1.5, fmin(1.5, p[i] + uniform(m, -by, by)));
+    wire_message b = {.kind = WIRE_POSE_BATCH,
+        .pose_batch = {.version = WIRE_VERSION,
+            .client = client + 1,
+            .sequence = ++m->sequences[client],
+            .stamp_ns = m->now_ns,
+            .bodies = {1, &body},
+            .positions = {3, p},
+            .orientations = {4, orientation},
+            .teleports = {teleports, teleport}}};
+    if (speaks(m, client)) memory_send(m->end, &b);
+}
+
+/* Streams of one subscriber, but for the last one, which is an owner's. */
+static void subscribe(model *m, int k, bool removed)
+{
+    static const int32_t FACTS[STREAMS] = {WIRE_FACT_TOUCH, WIRE_FACT_TOUCH + WIRE_FACT_MANIFOLD, WIRE_FACT_DISTANCE,
+        WIRE_FACT_TOUCH + WIRE_FACT_DISTANCE, WIRE_FACT_TOUCH + WIRE_FACT_FORETELL, WIRE_FACT_TOUCH};
+    static const char *const A[STREAMS] = {"*", "a*", "group:even", "b*", "c1*", "*"};
+    static const char *const B[STREAMS] = {"*", "*", "group:odd", "*", "*", "d*"};
+    int client = k == STREAMS - 1 ? 0 : OWNERS;
+    char name[2] = {(char)('0' + k), 0};
+    bool coarse = k == STREAMS - 1;
+    wire_message i = {.kind = WIRE_INTEREST,
+        .interest = {.version = WIRE_VERSION,
+            .client = client + 1,
+            .sequence = ++m->sequences[client],
+            .interest = k,
+            .removed = removed,
+            .facts = FACTS[k],
+            .stream = name,
+            .select_a = A[k],
+            .select_b = B[k],
+            .threshold_m = k == 1 && next(m) % 2 ? 0.05 : 0,
+            .range_m = 0.3,
+            .tolerance_m = 1e-6,
+            .accuracy = coarse ? WIRE_BY_BOXES : WIRE_BY_TOLERANCE,
+            .hysteresis_m = k % 2 ? 0.02 : 0,
+            .horizon_s = k == 4 ? 0.2 : 0,
+            .rate_hz = k == 2 || k == 3 ? 20 : 0}};
+    if (!speaks(m, client)) return;
+    memory_send(m->end, &i);
+    m->wanted[k] = !removed;
+}
+
+/* ---- the daemon ---- */
+
+static void tick(model *m)
+{
+    service *s = m->service;
+    m->now_ns += TICK_NS;
+    s->now_ns = s->monotonic_ns = m->now_ns;
+    s->links[0]->ops->receive(s->links[0], &m->sink);
+    session_check_leases(s);
+    s->tick++;
+    service_tick(s);
+    stream_heartbeats(s);
+    learn(m);
+}
+
+static void announce(model *m)
+{
+    for (int client = 0; client <= OWNERS; client++) m->silent_until_ns[client] = 0;
+    for (int client = 0; client <= OWNERS; client++) hello(m, client, false);
+    for (int client = 0; client < OWNERS; client++)
+        for (int32_t body = 0; body < BODIES; body++) resize(m, client, body);
+    for (int k = 0; k < STREAMS; k++) subscribe(m, k, false);
+}
+
+static void start(model *m)
+{
+    char why[256];
+    config c = cell_config();
+    c.heartbeat = 0.05;
+    m->server = server_create(&c, why, sizeof why);
+    if (!m->server) fail_msg("%s", why);
+    m->service = server_service(m->server);
+    m->sink = server_sink(m->server);
+    m->end = memory_connect("cell");
+    assert_true(m->service->epoch > m->epoch);
+    m->epoch = m->service->epoch;
+    memset(m->state, 0, IDS_MAX);
+    memset(m->streams, 0, sizeof m->streams);
+    m->lives++;
+    announce(m);
+}
+
+/* In order: everything has ended, and is told so. Otherwise what was told is void with the epoch. */
+static void stop(model *m, bool in_order)
+{
+    if (in_order) {
+        server_stop(m->server);
+        assert_int_equal(server_run(m->server), 0);
+        learn(m);
+        for (int k = 0; k < STREAMS; k++) assert_true(!m->streams[k].live && m->streams[k].open == 0);
+    }
+    m->crashes += !in_order;
+    memory_disconnect(m->end);
+    server_destroy(m->server);
+}
+
+/* ---- what happens ---- */
+
+static void operate(model *m)
+{
+    int client = (int)(next(m) % OWNERS), k = (int)(next(m) % STREAMS);
+    int32_t body = (int32_t)(next(m) % BODIES);
+    switch (next(m) % 1024) {
+    case 0:
+        hello(m, client, true); /* leaves */
+        break;
+    case 1:
+        m->silent_until_ns[client] = m->now_ns + LEASE_NS / 2 + (int64_t)(next(m) % (uint64_t)LEASE_NS);
+        break;
+    case 2:
+        if (next(m) % 8 == 0) m->silent_until_ns[OWNERS] = m->now_ns + 2 * LEASE_NS; /* the subscriber */
+        break;
+    case 3:
+    case 4:
+        subscribe(m, k, m->wanted[k]);
+        break;
+    case 5:
+    case 6:
+    case 7:
+        if (m->wanted[k]) subscribe(m, k, false); /* a snapshot, and other terms perhaps */
+        break;
+    case 8 ... 15:
+        hello(m, client, false);
+        hello(m, OWNERS, false);
+        break;
+    case 16 ... 25:
+        remove_body(m, client, body);
+        break;
+    case 26 ... 35:
+        put_body(m, client, body);
+        break;
+    case 36 ... 45:
+        resize(m, client, body);
+        break;
+    case 46 ... 55:
+        filter_anew(m, client, body);
+        break;
+    case 56 ... 75:
+        move(m, client, body, true);
+        break;
+    default:
+        move(m, client, body, false);
+        break;
+    }
+}
+
+/* 10^6 operations; with COLLIDED_NIGHTLY=1 in the environment 10^7, with COLLIDED_BRIEF=1 5 x 10^4. */
+static void each_contact_begins_once_and_ends_once_whatever_ends_it(void **state)
+{
+    (void)state;
+    long operations = getenv("COLLIDED_NIGHTLY") ? 10000000 : getenv("COLLIDED_BRIEF") ? 50000 : 1000000;
+    model m = {.memory = wire_memory_create(),
+        .random = 7,
+        .now_ns = 1000000000000,
+        .state = calloc(IDS_MAX, 1),
+        .stream_of = calloc(IDS_MAX, 1)};
+    log_setup(LOG_ERROR, 0);
+    for (int i = 0; i < OWNERS * BODIES * 3; i++)
+        m.things[i / 3 / BODIES][i / 3 % BODIES].place[i % 3] = uniform(&m, -1.5, 1.5);
+    start(&m);
+    for (long n = 1; n <= operations; n++) {
+        operate(&m);
+        if (n % OPERATIONS_A_TICK == 0) tick(&m);
+        if (n % OPERATIONS_A_LIFE || n == operations) continue;
+        tick(&m);
+        stop(&m, m.lives % 2 == 0);
+        start(&m);
+    }
+    tick(&m);
+    stop(&m, true);
+    print_message("%ld operations, %zu daemons: %zu begun, %zu ended, %zu snapshots, %zu heartbeats; ended by",
+        operations, m.lives, m.begun, m.over, m.snapshots, m.heartbeats);
+    static const char *const CAUSES[] = {
+        "motion", "removed", "owner_lost", "filter", "shape", "interest", "shutdown", "stale", "snapshot", "teleport"};
+    for (int c = 0; c <= WIRE_CAUSE_TELEPORT; c++) {
+        print_message(" %s %zu", CAUSES[c], m.causes[c]);
+        if (c != WIRE_CAUSE_SNAPSHOT) assert_true(m.causes[c] > 0);
+    }
+    print_message("\n");
+    assert_true(m.begun >= m.over && (m.begun == m.over || m.crashes));
+    free(m.state);
+    free(m.stream_of);
+    wire_memory_destroy(m.memory);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(each_contact_begins_once_and_ends_once_whatever_ends_it),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,316 @@
+/* Lock-step of several simulators: a step is done when all have published it, as a whole; who misses it is told to all,
+ * by policy; who is lost is not waited for; and a recording of it replays. */
+#include "cell.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <sysexits.h>
+#include <unistd.h>
+
+enum { MEMBERS = 3, FIRST = 101 };
+
+typedef struct hall {
+    cell *cell;
+    memory_end *end; /* hears all that the link sends */
+    wire_memory *memory;
+    int64_t sequences[MEMBERS + 1];
+} hall;
+
+static int64_t id_of(int k)
+{
+    return FIRST + k;
+}
+
+static void hello(hall *h, int k, int32_t lock_step, double lease_s)
+{
+    char name[16];
+    snprintf(name, sizeof name, "sim%d", k);
+    wire_message m = {.kind = WIRE_CLIENT,
+        .client = {.version = WIRE_VERSION,
+            .client = id_of(k),
+            .sequence = ++h->sequences[k],
+            .on_loss = WIRE_LOST_REMOVE,
+            .lease_ns = (int64_t)(lease_s * 1e9),
+            .lock_step = lock_step,
+            .name = name}};
+    memory_send(h->end, &m);
+}
+
+/* A member, with a ball at 10 k and an interest in all. */
+static void join(hall *h, int k, int32_t lock_step, double lease_s)
+{
+    char name[16];
+    snprintf(name, sizeof name, "ball%d", k);
+    hello(h, k, lock_step, lease_s);
+    cell_sphere(h->end, id_of(k), ++h->sequences[k], 0, name, 10 * k);
+    cell_touches(h->end, id_of(k), ++h->sequences[k], 0);
+    cell_settle(h->end, h->memory, id_of(k), ++h->sequences[k]);
+}
+
+static hall enter(double timeout_s, const char *policy, const char *record)
+{
+    config c = cell_config();
+    c.step_timeout = timeout_s;
+    snprintf(c.step_policy, sizeof c.step_policy, "%s", policy);
+    snprintf(c.record, sizeof c.record, "%s", record);
+    hall h = {.cell = cell_start(&c), .memory = wire_memory_create()};
+    h.end = cell_client(h.cell);
+    return h;
+}
+
+static void leave(hall *h)
+{
+    memory_disconnect(h->end);
+    assert_int_equal(cell_stop(h->cell), 0);
+    wire_memory_destroy(h->memory);
+}
+
+static void publish(hall *h, int k, int64_t step, uint32_t count, double x)
+{
+    const int32_t body = 0;
+    const double position[3] = {x, 0, 0}, orientation[4] = {1, 0, 0, 0};
+    wire_message m = {.kind = WIRE_POSE_BATCH,
+        .pose_batch = {.version = WIRE_VERSION,
+            .client = id_of(k),
+            .sequence = ++h->sequences[k],
+            .step = step,
+            .bodies = {count, &body},
+            .positions = {3 * count, position},
+            .orientations = {4 * count, orientation}}};
+    memory_send(h->end, &m);
+}
+
+static void step(hall *h, int k, int64_t number, double x)
+{
+    publish(h, k, number, 1, x);
+    publish(h, k, number, 0, 0);
+}
+
+/* Each of the first `members` has a batch with that step; returns how many events there were in them. */
+static size_t await_answers(hall *h, int members, int64_t number, int32_t missing)
+{
+    bool answered[MEMBERS] = {false};
+    size_t events = 0;
+    for (int left = members; left;) {
+        wire_event_batch b = cell_await(h->end, h->memory, WIRE_EVENT_BATCH).event_batch;
+        int k = (int)(b.client - FIRST);
+        if (k >= members || b.step < number) continue;
+        assert_int_equal(b.step, number);
+        assert_int_equal(b.missing, missing);
+        assert_false(answered[k]);
+        answered[k] = true;
+        events += b.kinds.count;
+        left--;
+    }
+    return events;
+}
+
+static bool is_silent(hall *h, int ms)
+{
+    return !cell_hears(h->end, h->memory, WIRE_EVENT_BATCH, ms);
+}
+
+static void a_step_is_done_when_all_have_published_it(void **state)
+{
+    (void)state;
+    hall h = enter(0, "go_on", "");
+    for (int k = 0; k < MEMBERS; k++) join(&h, k, MEMBERS, 60);
+    for (int64_t n = 1; n <= 20; n++) {
+        for (int i = 0; i < MEMBERS; i++)
+            step(&h, (int)((n + i) % MEMBERS), n, 10 * ((n + i) % MEMBERS) + 0.1 * (double)n);
+        await_answers(&h, MEMBERS, n, 0);
+    }
+    leave(&h);
+}
+
+/* All go one way together: who looked at a step that is half there would see them meet. */
+static void nothing_is_seen_of_a_step_that_is_not_complete(void **state)
+{
+    (void)state;
+    hall h = enter(0, "go_on", "");
+    for (int k = 0; k < MEMBERS; k++) join(&h, k, 1, 60);
+    for (int64_t n = 1; n <= 5; n++) {
+        step(&h, 0, n, 10.0 * (double)n); /* where the second one stands still */
+        if (n == 1) {
+            while (cell_hears(h.end, h.memory, WIRE_EVENT_BATCH, 50)) { /* snapshots */
+            }
+        }
+        step(&h, 1, n, 10 + 10.0 * (double)n);
+        assert_true(is_silent(&h, 50));
+        step(&h, 2, n, 20 + 10.0 * (double)n);
+        assert_int_equal(await_answers(&h, MEMBERS, n, 0), 0);
+    }
+    leave(&h);
+}
+
+static void the_first_step_waits_until_all_are_there(void **state)
+{
+    (void)state;
+    hall h = enter(0.05, "go_on", "");
+    join(&h, 0, 2, 60);
+    step(&h, 0, 1, 0);
+    wire_reject late = cell_await(h.end, h.memory, WIRE_REJECT).reject;
+    assert_int_equal(late.reason, WIRE_STEP_MISSED);
+    assert_non_null(strstr(late.text, "1 of 2 clients are there"));
+    join(&h, 1, 2, 60);
+    step(&h, 1, 1, 10);
+    await_answers(&h, 2, 1, 0);
+    leave(&h);
+}
+
+static void who_misses_a_step_is_told_to_all_and_the_others_go_on(void **state)
+{
+    (void)state;
+    hall h = enter(0.1, "go_on", "");
+    for (int k = 0; k < MEMBERS; k++) join(&h, k, MEMBERS, 60);
+    for (int k = 0; k < MEMBERS; k++) step(&h, k, 1, 10 * k);
+    await_answers(&h, MEMBERS, 1, 0);
+    step(&h, 0, 2, 0);
+    step(&h, 1, 2, 10);
+    publish(&h, 2, 2, 1, 5); /* half of it: it does not count */
+    bool told[MEMBERS] = {false};
+    for (int left = MEMBERS; left; left--) {
+        wire_reject r = cell_await(h.end, h.memory, WIRE_REJECT).reject;
+        assert_int_equal(r.reason, WIRE_STEP_MISSED);
+        if (!strstr(r.text, "step 2: client 0000000000000067 \"sim2\" did not publish it within 0.1 s: it is done"))
+            fail_msg("%s", r.text);
+        told[r.client - FIRST] = true;
+    }
+    for (int k = 0; k < MEMBERS; k++) assert_true(told[k]);
+    await_answers(&h, MEMBERS, 2, 1);
+    for (int64_t n = 3; n <= 10; n++) { /* it is not waited for any more */
+        step(&h, 0, n, 0);
+        step(&h, 1, n, 10);
+        await_answers(&h, MEMBERS, n, 1);
+    }
+    publish(&h, 2, 10, 0, 0); /* it is back, late: it hears how far they are, and publishes the next one */
+    while (cell_await(h.end, h.memory, WIRE_EVENT_BATCH).event_batch.client != id_of(2)) {
+    }
+    step(&h, 0, 11, 0);
+    step(&h, 1, 11, 10);
+    assert_true(is_silent(&h, 20));
+    step(&h, 2, 11, 20);
+    await_answers(&h, MEMBERS, 11, 0);
+    cell_await(h.end, h.memory, WIRE_STATUS);
+    wire_message s = cell_await(h.end, h.memory, WIRE_STATUS);
+    assert_int_equal(cell_counter(&s.status, "steps"), 11);
+    assert_int_equal(cell_counter(&s.status, "steps_missed"), 1);
+    assert_int_equal(cell_counter(&s.status, "lock_step_clients"), MEMBERS);
+    leave(&h);
+}
+
+static void by_policy_all_wait_on(void **state)
+{
+    (void)state;
+    hall h = enter(0.05, "hold", "");
+    for (int k = 0; k < 2; k++) join(&h, k, 2, 60);
+    step(&h, 0, 1, 0);
+    wire_reject r = cell_await(h.end, h.memory, WIRE_REJECT).reject;
+    assert_int_equal(r.reason, WIRE_STEP_MISSED);
+    assert_non_null(strstr(r.text, "all wait on"));
+    while (cell_hears(h.end, h.memory, WIRE_EVENT_BATCH, 100)) { /* snapshots */
+    }
+    step(&h, 1, 1, 10);
+    await_answers(&h, 2, 1, 0);
+    leave(&h);
+}
+
+static void who_is_lost_is_not_waited_for(void **state)
+{
+    (void)state;
+    hall h = enter(0, "hold", "");
+    join(&h, 0, 2, 60);
+    join(&h, 1, 2, 0.3);
+    step(&h, 0, 1, 0);
+    step(&h, 1, 1, 10);
+    await_answers(&h, 2, 1, 0);
+    step(&h, 0, 2, 0); /* and silence of the other one */
+    await_answers(&h, 1, 2, 0);
+    leave(&h);
+}
+
+static void steps_that_are_done_or_too_far_are_refused(void **state)
+{
+    (void)state;
+    hall h = enter(0, "hold", "");
+    for (int k = 0; k < 2; k++) join(&h, k, 2, 60);
+    step(&h, 0, 5, 0);
+    step(&h, 0, 6, 0);
+    wire_reject r = cell_await(h.end, h.memory, WIRE_REJECT).reject;
+    assert_int_equal(r.reason, WIRE_BAD_STEP);
+    assert_string_equal(r.text, "step 6: 5 is not done");
+    step(&h, 1, 5, 10);
+    await_answers(&h, 2, 5, 0);
+    step(&h, 1, 4, 10);
+    r = cell_await(h.end, h.memory, WIRE_REJECT).reject;
+    while (strstr(r.text, "step 6")) r = cell_await(h.end, h.memory, WIRE_REJECT).reject;
+    assert_int_equal(r.reason, WIRE_BAD_STEP);
+    assert_string_equal(r.text, "step 4: 5 is done");
+    step(&h, 1, 5, 10); /* its answer was lost: it is told again */
+    wire_event_batch b = cell_await(h.end, h.memory, WIRE_EVENT_BATCH).event_batch;
+    assert_true(b.client == id_of(1) && b.step == 5);
+    leave(&h);
+}
+
+static void what_is_sent_again_stands_for_what_was_sent(void **state)
+{
+    (void)state;
+    hall h = enter(0, "hold", "");
+    for (int k = 0; k < 2; k++) join(&h, k, 2, 60);
+    for (int i = 0; i < 10; i++) step(&h, 0, 1, 10); /* no answer, so again; on the other one */
+    step(&h, 0, 1, -10);
+    step(&h, 1, 1, 10);
+    assert_int_equal(await_answers(&h, 2, 1, 0), 0);
+    leave(&h);
+}
+
+static void a_limit_bounds_what_waits(void **state)
+{
+    (void)state;
+    config c = cell_config();
+    c.max_step_poses = 3;
+    hall h = {.cell = cell_start(&c), .memory = wire_memory_create()};
+    h.end = cell_client(h.cell);
+    join(&h, 0, 2, 60);
+    for (int i = 0; i < 4; i++) publish(&h, 0, 1, 1, i);
+    wire_reject r = cell_await(h.end, h.memory, WIRE_REJECT).reject;
+    assert_int_equal(r.reason, WIRE_LIMIT);
+    assert_non_null(strstr(r.text, "max_step_poses = 3"));
+    leave(&h);
+}
+
+static void lock_step_replays(void **state)
+{
+    (void)state;
+    char folder[] = "/tmp/collided-steps-XXXXXX", path[sizeof folder + 16];
+    assert_non_null(mkdtemp(folder));
+    snprintf(path, sizeof path, "%s/steps.lcmlog", folder);
+    hall h = enter(0.05, "go_on", path);
+    for (int k = 0; k < MEMBERS; k++) join(&h, k, MEMBERS, 60);
+    for (int64_t n = 1; n <= 30; n++) {
+        for (int k = 0; k < MEMBERS; k++)
+            if (k != 2 || n < 10 || n >= 20) step(&h, k, n, 1.5 * k + 0.01 * (double)(n * (k + 1)));
+        if (n == 10) publish(&h, 2, n, 1, 7);
+        await_answers(&h, MEMBERS, n, n >= 10 && n < 20);
+    }
+    leave(&h);
+    for (long workers = 1; workers <= 4; workers *= 2) assert_int_equal(cell_replay(path, workers, true), EX_OK);
+    assert_int_equal(unlink(path) | rmdir(folder), 0);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_step_is_done_when_all_have_published_it),
+        cmocka_unit_test(nothing_is_seen_of_a_step_that_is_not_complete),
+        cmocka_unit_test(the_first_step_waits_until_all_are_there),
+        cmocka_unit_test(who_misses_a_step_is_told_to_all_and_the_others_go_on),
+        cmocka_unit_test(by_policy_all_wait_on),
+        cmocka_unit_test(who_is_lost_is_not_waited_for),
+        cmocka_unit_test(steps_that_are_done_or_too_far_are_refused),
+        cmocka_unit_test(what_is_sent_again_stands_for_what_was_sent),
+        cmocka_unit_test(a_limit_bounds_what_waits),
+        cmocka_unit_test(lock_step_replays),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
