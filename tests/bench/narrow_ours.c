@@ -83,7 +83,7 @@ static void query(void *self, size_t first, size_t count, narrow_answer *out)
         pose b_in_a = pose_relative(it->at_a, it->at_b);
         narrow_result r;
         narrow_cache *cache = it->b.type == SHAPE_MESH ? &o->cache : NULL; /* others read nothing from it */
-        if (it->begins) o->cache = (narrow_cache){0};
+        if (cache && it->begins) o->cache = (narrow_cache){0};
         narrow_query(&it->a, &it->b, &b_in_a, &o->request, cache, o->scratch, &r);
         tell(&r, out);
     }
