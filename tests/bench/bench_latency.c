@@ -1,0 +1,214 @@
+/* bench_latency: from a pose to the event that follows from it, through the daemon, beside the same payload going to and
+ * fro over the same transport alone (raw_ping.h for DDS, raw_lcm.h for LCM), a round of each in turn.
+ *
+ * The world: cubes of side 1 m on a grid of 4 m, all at rest, of which one stands close to cube_0, and an interest in
+ * cube_0's contacts. A round publishes a batch of the first `poses` bodies, each a little away from where it was, and
+ * ends when the batch of events with its step is there. */
+#include "bench.h"
+#include "raw_ping.h"
+
+#include <collided.h>
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+enum { DOMAIN_FIRST = 150, DOMAINS = 79, WARM_UP = 200, ROUNDS_MAX = 200000 };
+static const double SPACING_M = 4, BESIDE_M = 0.9, SWAY_M = 0.02;
+static const int64_t PATIENCE_NS = 2000000000;
+
+typedef struct scene {
+    collided *client;
+    size_t world, poses;
+    collided_body *bodies; /* the world's, and one beside cube_0 */
+    double *positions, *orientations;
+    int64_t step, heard_step, lost;
+} scene;
+
+typedef struct row {
+    const char *link;
+    size_t world, poses, rounds, missed;
+    double us_p50, us_p99, raw_us_p50, raw_us_p99;
+} row;
+
+/* ---- the scene ---- */
+
+static void place(const scene *s, size_t i, double sway, double position[3])
+{
+    size_t columns = (size_t)ceil(sqrt((double)s->world));
+    position[0] = SPACING_M * (double)(i % columns) + sway;
+    position[1] = SPACING_M * (double)(i / columns);
+    position[2] = 0;
+}
+
+static bool create_bodies(scene *s)
+{
+    collided_shape cube = collided_box(1, 1, 1);
+    collided_body_def def = collided_body_def_default();
+    char name[32];
+    def.name = name;
+    def.shapes = &cube;
+    def.shape_count = 1;
+    for (size_t i = 0; i <= s->world; i++) {
+        place(s, i < s->world ? i : 0, i < s->world ? 0 : -BESIDE_M, def.pose.position);
+        snprintf(name, sizeof name, i < s->world ? "cube_%zu" : "beside", i);
+        s->bodies[i] = collided_create_body(s->client, &def);
+        if (i % 1000 == 999 && collided_sync(s->client, 30) != COLLIDED_OK) return false;
+    }
+    return collided_sync(s->client, 30) == COLLIDED_OK;
+}
+
+static void on_batch(void *context, const collided_batch *b)
+{
+    scene *s = context;
+    s->lost += b->lost;
+    if (b->step > s->heard_step && b->event_count) s->heard_step = b->step;
+}
+
+static bool scene_open(scene *s, const char *uri, size_t world, size_t poses)
+{
+    *s = (scene){.world = world, .poses = poses};
+    s->bodies = calloc(world + 1, sizeof *s->bodies);
+    s->positions = calloc(3 * poses, sizeof(double));
+    s->orientations = calloc(4 * poses, sizeof(double));
+    if (!s->bodies || !s->positions || !s->orientations) return false;
+    for (size_t i = 0; i < poses; i++) s->orientations[4 * i] = 1;
+    s->client = collided_connect(uri, NULL);
+    if (!s->client) {
+        fprintf(stderr, "%s: %s\n", uri, collided_connect_error());
+        return false;
+    }
+    collided_interest_def watch = collided_interest_def_default();
+    watch.select_a = "cube_0";
+    watch.callback = on_batch;
+    watch.context = s;
+    if (create_bodies(s) && collided_subscribe(s->client, &watch).id != COLLIDED_NONE &&
+        collided_sync(s->client, 30) == COLLIDED_OK)
+        return true;
+    fprintf(stderr, "%s: %s\n", uri, collided_error(s->client));
+    return false;
+}
+
+static void scene_close(scene *s)
+{
+    if (s->client) collided_close(s->client);
+    free(s->bodies);
+    free(s->positions);
+    free(s->orientations);
+}
+
+/* ---- a row ---- */
+
+/* ns, -1: nothing came. */
+static int64_t round_ns(scene *s)
+{
+    s->step++;
+    for (size_t i = 0; i < s->poses; i++) place(s, i, s->step % 2 ? SWAY_M : -SWAY_M, s->positions + 3 * i);
+    int64_t began = bench_now_ns(), end = began + PATIENCE_NS;
+    collided_publish(
+        s->client, s->poses, s->bodies, s->positions, s->orientations, NULL, NULL, bench_wall_ns(), s->step);
+    while (s->heard_step < s->step) {
+        int64_t left = end - bench_now_ns();
+        if (left <= 0) return -1;
+        collided_poll(s->client, 1e-9 * (double)left);
+    }
+    return bench_now_ns() - began;
+}
+
+static bool measure(scene *s, raw_ping *raw, double seconds, row *out)
+{
+    bench_samples ours, alone;
+    if (!bench_samples_init(&ours, ROUNDS_MAX) || !bench_samples_init(&alone, ROUNDS_MAX)) return false;
+    int64_t end = INT64_MAX;
+    for (size_t i = 0; i < ROUNDS_MAX && bench_now_ns() < end; i++) {
+        int64_t took = round_ns(s), took_alone = raw_round_ns(raw, PATIENCE_NS);
+        if (i == WARM_UP) end = bench_now_ns() + (int64_t)(1e9 * seconds);
+        if (took < 0) out->missed++;
+        if (i < WARM_UP) continue;
+        if (took >= 0) bench_samples_add(&ours, took);
+        if (took_alone >= 0) bench_samples_add(&alone, took_alone);
+        if (out->missed > 10) break;
+    }
+    out->rounds = ours.count;
+    out->us_p50 = bench_percentile_us(&ours, 0.5);
+    out->us_p99 = bench_percentile_us(&ours, 0.99);
+    out->raw_us_p50 = bench_percentile_us(&alone, 0.5);
+    out->raw_us_p99 = bench_percentile_us(&alone, 0.99);
+    bench_samples_free(&ours);
+    bench_samples_free(&alone);
+    if (out->rounds && isfinite(out->raw_us_p50)) return true;
+    fprintf(stderr, "%s, %zu bodies, %zu poses: no events came, or no echo\n", out->link, out->world, out->poses);
+    return false;
+}
+
+static bool run_row(uint32_t domain, const bench_options *o, row *out)
+{
+    char links[64];
+    if (strcmp(out->link, "dds") == 0)
+        snprintf(links, sizeof links, "dds://%" PRIu32, domain);
+    else
+        snprintf(links, sizeof links, "lcm://");
+    fprintf(stderr, "%s, %zu bodies, %zu poses ...\n", links, out->world, out->poses);
+    const char *const arguments[] = {"collided", "--links", links, "--log", "warning", NULL};
+    scene s = {0};
+    pid_t daemon = bench_start(COLLIDED, arguments);
+    raw_ping *raw = raw_open(domain + 1, (uint32_t)out->poses);
+    bool done = raw && scene_open(&s, links, out->world, out->poses) && measure(&s, raw, o->seconds, out);
+    raw_close(raw);
+    scene_close(&s);
+    bench_end(daemon);
+    return done;
+}
+
+/* ---- printing ---- */
+
+static void print_contender(const row *r, const char *contender, double p50, double p99)
+{
+    printf("{\"bench\":\"latency\",\"link\":\"%s\",\"world\":%zu,\"poses\":%zu,\"contender\":\"%s\",\"us_p50\":%.1f,"
+           "\"us_p99\":%.1f,\"ratio_p50\":%.3f,\"ratio_p99\":%.3f,\"missed\":%zu}\n",
+        r->link, r->world, r->poses, contender, p50, p99, p50 / r->raw_us_p50, p99 / r->raw_us_p99, r->missed);
+}
+
+static void print_row(const row *r, bool json)
+{
+    if (json) {
+        print_contender(r, "collided", r->us_p50, r->us_p99);
+        print_contender(r, "raw dds", r->raw_us_p50, r->raw_us_p99);
+    } else {
+        printf("%-4s %7zu %6zu | %8.1f %8.1f | %8.1f %8.1f | %6.2f %6.2f | %7zu %6zu\n", r->link, r->world, r->poses,
+            r->us_p50, r->us_p99, r->raw_us_p50, r->raw_us_p99, r->us_p50 / r->raw_us_p50, r->us_p99 / r->raw_us_p99,
+            r->rounds, r->missed);
+    }
+    fflush(stdout);
+}
+
+int main(int argc, char **argv)
+{
+    static const size_t worlds[] = {100, 10000, 100000}, poses[] = {1, 100, 1000};
+    bench_options o;
+    if (argc == 3 && strcmp(argv[1], "--echo") == 0) return raw_echo((uint32_t)strtoul(argv[2], NULL, 10));
+    if (!bench_parse(argc, argv, 4, 30, &o)) return EXIT_FAILURE;
+    bool isolated = bench_isolate(), done = true;
+    uint32_t domain = DOMAIN_FIRST + (uint32_t)getpid() % DOMAINS;
+    char echo_domain[16];
+    snprintf(echo_domain, sizeof echo_domain, "%" PRIu32, domain + 1);
+    pid_t echo = bench_start("/proc/self/exe", (const char *const[]){"echo", "--echo", echo_domain, NULL});
+    if (!o.json)
+        printf("%-4s %7s %6s | %8s %8s | %8s %8s | %6s %6s | %7s %6s\n", "link", "world", "poses", "p50 us", "p99 us",
+            "raw p50", "raw p99", "p50 x", "p99 x", "rounds", "missed");
+    for (size_t l = 0; l < (isolated ? 2 : 1); l++)
+        for (size_t w = 0; w < 3; w++)
+            for (size_t p = 0; p < 3; p++) {
+                row r = {.link = l ? "lcm" : "dds", .world = worlds[w], .poses = poses[p]};
+                if (r.poses > r.world || (o.bodies && (size_t)o.bodies != r.world)) continue;
+                if (run_row(domain, &o, &r))
+                    print_row(&r, o.json);
+                else
+                    done = false;
+            }
+    if (!isolated) fprintf(stderr, "lcm: skipped: its multicast must not leave a namespace\n");
+    bench_end(echo);
+    return done ? EXIT_SUCCESS : EXIT_FAILURE;
+}
