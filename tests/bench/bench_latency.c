@@ -1,10 +1,11 @@
-/* bench_latency: from a pose to the event that follows from it, through the daemon, beside the same payload going to and
- * fro over the same transport alone (raw_ping.h for DDS, raw_lcm.h for LCM), a round of each in turn.
+/* bench_latency: from a pose to the event that follows from it, through the daemon, beside the same payload going to
+ * and fro over the same transport alone (raw_ping.h for DDS, raw_lcm.h for LCM), a round of each in turn.
  *
  * The world: cubes of side 1 m on a grid of 4 m, all at rest, of which one stands close to cube_0, and an interest in
  * cube_0's contacts. A round publishes a batch of the first `poses` bodies, each a little away from where it was, and
  * ends when the batch of events with its step is there. */
 #include "bench.h"
+#include "raw_lcm.h"
 #include "raw_ping.h"
 
 #include <collided.h>
@@ -101,6 +102,16 @@ static void scene_close(scene *s)
 
 /* ---- a row ---- */
 
+typedef struct floor_of { /* the link's transport alone: one of the two */
+    raw_ping *dds;
+    raw_lcm *lcm;
+} floor_of;
+
+static int64_t floor_round_ns(const floor_of *f)
+{
+    return f->dds ? raw_round_ns(f->dds, PATIENCE_NS) : raw_lcm_round_ns(f->lcm, PATIENCE_NS);
+}
+
 /* ns, -1: nothing came. */
 static int64_t round_ns(scene *s)
 {
@@ -117,13 +128,13 @@ static int64_t round_ns(scene *s)
     return bench_now_ns() - began;
 }
 
-static bool measure(scene *s, raw_ping *raw, double seconds, row *out)
+static bool measure(scene *s, const floor_of *raw, double seconds, row *out)
 {
     bench_samples ours, alone;
     if (!bench_samples_init(&ours, ROUNDS_MAX) || !bench_samples_init(&alone, ROUNDS_MAX)) return false;
     int64_t end = INT64_MAX;
     for (size_t i = 0; i < ROUNDS_MAX && bench_now_ns() < end; i++) {
-        int64_t took = round_ns(s), took_alone = raw_round_ns(raw, PATIENCE_NS);
+        int64_t took = round_ns(s), took_alone = floor_round_ns(raw);
         if (i == WARM_UP) end = bench_now_ns() + (int64_t)(1e9 * seconds);
         if (took < 0) out->missed++;
         if (i < WARM_UP) continue;
@@ -154,9 +165,15 @@ static bool run_row(uint32_t domain, const bench_options *o, row *out)
     const char *const arguments[] = {"collided", "--links", links, "--log", "warning", NULL};
     scene s = {0};
     pid_t daemon = bench_start(COLLIDED, arguments);
-    raw_ping *raw = raw_open(domain + 1, (uint32_t)out->poses);
-    bool done = raw && scene_open(&s, links, out->world, out->poses) && measure(&s, raw, o->seconds, out);
-    raw_close(raw);
+    floor_of raw = {0};
+    if (strcmp(out->link, "dds") == 0)
+        raw.dds = raw_open(domain + 1, (uint32_t)out->poses);
+    else
+        raw.lcm = raw_lcm_open((uint32_t)out->poses);
+    bool done =
+        (raw.dds || raw.lcm) && scene_open(&s, links, out->world, out->poses) && measure(&s, &raw, o->seconds, out);
+    raw_close(raw.dds);
+    raw_lcm_close(raw.lcm);
     scene_close(&s);
     bench_end(daemon);
     return done;
@@ -175,7 +192,7 @@ static void print_row(const row *r, bool json)
 {
     if (json) {
         print_contender(r, "collided", r->us_p50, r->us_p99);
-        print_contender(r, "raw dds", r->raw_us_p50, r->raw_us_p99);
+        print_contender(r, r->link[0] == 'd' ? "raw dds" : "raw lcm", r->raw_us_p50, r->raw_us_p99);
     } else {
         printf("%-4s %7zu %6zu | %8.1f %8.1f | %8.1f %8.1f | %6.2f %6.2f | %7zu %6zu\n", r->link, r->world, r->poses,
             r->us_p50, r->us_p99, r->raw_us_p50, r->raw_us_p99, r->us_p50 / r->raw_us_p50, r->us_p99 / r->raw_us_p99,
@@ -189,12 +206,14 @@ int main(int argc, char **argv)
     static const size_t worlds[] = {100, 10000, 100000}, poses[] = {1, 100, 1000};
     bench_options o;
     if (argc == 3 && strcmp(argv[1], "--echo") == 0) return raw_echo((uint32_t)strtoul(argv[2], NULL, 10));
+    if (argc == 2 && strcmp(argv[1], "--echo-lcm") == 0) return raw_lcm_echo();
     if (!bench_parse(argc, argv, 4, 30, &o)) return EXIT_FAILURE;
     bool isolated = bench_isolate(), done = true;
     uint32_t domain = DOMAIN_FIRST + (uint32_t)getpid() % DOMAINS;
     char echo_domain[16];
     snprintf(echo_domain, sizeof echo_domain, "%" PRIu32, domain + 1);
     pid_t echo = bench_start("/proc/self/exe", (const char *const[]){"echo", "--echo", echo_domain, NULL});
+    pid_t echo_lcm = isolated ? bench_start("/proc/self/exe", (const char *const[]){"echo", "--echo-lcm", NULL}) : -1;
     if (!o.json)
         printf("%-4s %7s %6s | %8s %8s | %8s %8s | %6s %6s | %7s %6s\n", "link", "world", "poses", "p50 us", "p99 us",
             "raw p50", "raw p99", "p50 x", "p99 x", "rounds", "missed");
@@ -210,5 +229,6 @@ int main(int argc, char **argv)
             }
     if (!isolated) fprintf(stderr, "lcm: skipped: its multicast must not leave a namespace\n");
     bench_end(echo);
+    if (echo_lcm > 0) bench_end(echo_lcm);
     return done ? EXIT_SUCCESS : EXIT_FAILURE;
 }

@@ -6,6 +6,7 @@ import sys
 
 KEYS = {
     "service": ["bodies", "hz", "core_share", "us_p50", "us_p99", "raw_us_p50", "raw_us_p99", "ticks", "events"],
+    "latency": ["world", "poses", "us_p50", "us_p99", "ratio_p50", "ratio_p99", "missed"],
     "world": ["us_per_tick", "us_p99"],
     "dial": ["us_per_tick", "us_p99"],
     "fit": ["us_per_tick", "us_mean", "us_p99", "times_cheaper", "excess_m", "events"],
@@ -33,6 +34,8 @@ def broken(name, row):
         return f"missing or no number: {', '.join(wrong)}"
     if name == "service" and not row["events"]:
         return "no events came"
+    if name == "latency" and not (row.get("link") and row.get("contender") and row["us_p50"]):
+        return "no link, contender or time"
     if name == "world" and (not row.get("scene") or row.get("same_events") is False):
         return "no scene, or other events without the caches"
     if name == "world" and "sweeps" in row:
