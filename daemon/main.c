@@ -1,6 +1,7 @@
 /* collided: the collision daemon. This reads as the life of the process. */
 #include "base/log.h"
 #include "service/config.h"
+#include "service/realtime.h"
 #include "service/server.h"
 #include "service/signals.h"
 #include "service/start.h"
@@ -56,6 +57,8 @@ int main(int argc, char **argv)
     log_setup(c.trade ? LOG_ERROR : level_of(c.log), c.journal);
     if (c.trade) return trade_run(&c);
     if (!all_links) log_notice("links = auto: without LCM: %s", no_lcm);
+    status = realtime_apply(&c, why, sizeof why);
+    if (status != EX_OK) return fail(status, why);
     signals_block();
     server *s = server_create(&c, why, sizeof why);
     if (!s) return fail(EX_UNAVAILABLE, why);

@@ -65,6 +65,19 @@ static const config_option OPTIONS[] = {
         "All pairs are bounded first; then those that matter most are refined, until the time is used. What is left "
         "keeps an interval that is wider than asked but holds, is told as stopped by the budget, counted (undone), and "
         "goes first in the next tick, which follows at once. Searches for impacts are not cut short."},
+    {"lock_memory", CONFIG_YES, FIELD(lock_memory), 0, 0, NULL, "no", "",
+        "keep all memory resident: nothing is paged out",
+        "For steady answers on a machine that is short of memory. Needs LimitMEMLOCK=infinity (ulimit -l unlimited); "
+        "where that is not granted the daemon does not start, and says so. Stacks of threads count in full."},
+    {"fifo_priority", CONFIG_WHOLE, FIELD(fifo_priority), 0, 99, NULL, "0", "",
+        "real-time priority (SCHED_FIFO) of all threads; 0: an ordinary program",
+        "Above 0 no ordinary program delays a tick, and a daemon that is flooded delays all of them: leave a processor "
+        "to the others (cpus). Needs ulimit -r; where that is not granted the daemon does not start, and says so. The "
+        "systemd unit forbids it: there CPUSchedulingPolicy=fifo and CPUSchedulingPriority= do the same."},
+    {"cpus", CONFIG_TEXT, FIELD(cpus), 0, 0, NULL, "", "", "processors to run on, as in 2,4-7; empty: any",
+        "Best those that the kernel keeps free of other work (isolcpus). With workers = 0 there is still one worker "
+        "for "
+        "each processor of the machine: set workers, too. In the systemd unit, CPUAffinity= does the same."},
     {"status_period", CONFIG_NUMBER, FIELD(status_period), 0.05, 60, NULL, "1", "s", "how often Status is published",
         "Status carries health, limits that were reached and all counters; collidectl status shows it."},
     {"heartbeat", CONFIG_NUMBER, FIELD(heartbeat), 0.01, 3600, NULL, "1", "s",

@@ -21,11 +21,12 @@ typedef struct config {
     char record_dir[CONFIG_TEXT_MAX];
     char replay[CONFIG_TEXT_MAX];
     char log[16];
+    char cpus[128];
     char engine[16];
     char broad[16];
     char step_policy[16];
-    long workers, metrics_port;
-    bool caches, json, journal, trade;
+    long workers, metrics_port, fifo_priority;
+    bool caches, json, journal, trade, lock_memory;
     double margin, rate, budget_us, status_period, lease, heartbeat, step_timeout;
     long max_clients, max_bodies, max_shapes, max_interests, max_geometries, max_step_poses;
     long max_client_bodies, max_client_shapes, max_client_interests, max_client_geometry;

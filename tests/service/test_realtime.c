@@ -1,0 +1,129 @@
+/* What is asked of the kernel: lists of processors, and that a refusal is told in one line with what to do. Each case
+ * runs in a process of its own, because it changes that. */
+#include "service/realtime.h"
+
+#include <sched.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <sysexits.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+static void test_lists(void **state)
+{
+    (void)state;
+    char why[256];
+    assert_int_equal(realtime_processors("0", why, sizeof why), 1);
+    assert_int_equal(realtime_processors("2,4-7", why, sizeof why), 0xf4);
+    assert_true(realtime_processors("63", why, sizeof why) == 1ULL << 63);
+    static const char *const WRONG[] = {"", "a", "-1", "64", "3-2", "1,", ",1", "1-", "1 2", "99999999999999999999"};
+    for (size_t i = 0; i < sizeof WRONG / sizeof *WRONG; i++) {
+        *why = '\0';
+        assert_int_equal(realtime_processors(WRONG[i], why, sizeof why), 0);
+        assert_non_null(strstr(why, "2,4-7"));
+    }
+}
+
+/* In a process without rights: the status, and whether `why` is one line that holds `advice`. */
+static int refused_status(const config *c, const char *advice)
+{
+    pid_t pid = fork();
+    if (pid == 0) {
+        char why[512] = "";
+        struct rlimit none = {0, 0};
+        if (setrlimit(RLIMIT_MEMLOCK, &none) || setrlimit(RLIMIT_RTPRIO, &none)) _exit(1);
+        if (geteuid() == 0 && (setgid(65534) || setuid(65534))) _exit(1);
+        int status = realtime_apply(c, why, sizeof why);
+        _exit(strstr(why, advice) && !strchr(why, '\n') ? status : 1);
+    }
+    int status;
+    assert_int_equal(waitpid(pid, &status, 0), pid);
+    return WEXITSTATUS(status);
+}
+
+static void test_refusals(void **state)
+{
+    (void)state;
+    config c;
+    config_default(&c);
+    c.lock_memory = true;
+    assert_int_equal(refused_status(&c, "LimitMEMLOCK"), EX_NOPERM);
+    config_default(&c);
+    c.fifo_priority = 10;
+    assert_int_equal(refused_status(&c, "ulimit -r 10"), EX_NOPERM);
+    config_default(&c);
+    snprintf(c.cpus, sizeof c.cpus, "63"); /* not there, on any machine that tests run on */
+    if (sysconf(_SC_NPROCESSORS_CONF) < 64) assert_int_equal(refused_status(&c, "taskset"), EX_CONFIG);
+    snprintf(c.cpus, sizeof c.cpus, "one");
+    assert_int_equal(refused_status(&c, "2,4-7"), EX_CONFIG);
+}
+
+static void test_nothing_asked(void **state)
+{
+    (void)state;
+    config c;
+    char why[16];
+    config_default(&c);
+    assert_int_equal(realtime_apply(&c, why, sizeof why), EX_OK);
+    assert_int_equal(sched_getscheduler(0), SCHED_OTHER);
+}
+
+/* The first processor that this process may use is one that it may be pinned to. */
+static void test_pinned(void **state)
+{
+    (void)state;
+    cpu_set_t set;
+    int first = 0, status;
+    assert_int_equal(sched_getaffinity(0, sizeof set, &set), 0);
+    while (first < 64 && !CPU_ISSET(first, &set)) first++;
+    if (first == 64) skip();
+    pid_t pid = fork();
+    if (pid == 0) {
+        config c;
+        char why[256];
+        config_default(&c);
+        snprintf(c.cpus, sizeof c.cpus, "%d", first);
+        bool done = realtime_apply(&c, why, sizeof why) == EX_OK && sched_getaffinity(0, sizeof set, &set) == 0;
+        _exit(done && CPU_COUNT(&set) == 1 && CPU_ISSET(first, &set) ? 0 : 1);
+    }
+    assert_int_equal(waitpid(pid, &status, 0), pid);
+    assert_int_equal(status, 0);
+}
+
+/* Where this process has the rights, they are used; where not, that is told. */
+static void test_granted_or_told(void **state)
+{
+    (void)state;
+    int status;
+    pid_t pid = fork();
+    if (pid == 0) {
+        config c;
+        char why[256] = "";
+        config_default(&c);
+        c.fifo_priority = 1;
+        int applied = realtime_apply(&c, why, sizeof why);
+        bool granted = applied == EX_OK && sched_getscheduler(0) == SCHED_FIFO;
+        bool told = applied == EX_NOPERM && strstr(why, "ulimit -r") && sched_getscheduler(0) == SCHED_OTHER;
+        _exit(granted || told ? 0 : 1);
+    }
+    assert_int_equal(waitpid(pid, &status, 0), pid);
+    assert_int_equal(status, 0);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_lists),
+        cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_nothing_asked),
+        cmocka_unit_test(test_pinned),
+        cmocka_unit_test(test_granted_or_told),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
