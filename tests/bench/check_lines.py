@@ -7,6 +7,7 @@ import sys
 KEYS = {
     "service": ["bodies", "hz", "core_share", "us_p50", "us_p99", "raw_us_p50", "raw_us_p99", "ticks", "events"],
     "latency": ["world", "poses", "us_p50", "us_p99", "ratio_p50", "ratio_p99", "missed"],
+    "throughput": ["world", "poses_s", "poses_core_s", "raw_poses_s", "ratio", "sent", "lost"],
     "world": ["us_per_tick", "us_p99"],
     "dial": ["us_per_tick", "us_p99"],
     "fit": ["us_per_tick", "us_mean", "us_p99", "times_cheaper", "excess_m", "events"],
@@ -36,6 +37,8 @@ def broken(name, row):
         return "no events came"
     if name == "latency" and not (row.get("link") and row.get("contender") and row["us_p50"]):
         return "no link, contender or time"
+    if name == "throughput" and not (row.get("link") and row["poses_s"] and row["sent"]):
+        return "no link, or no poses"
     if name == "world" and (not row.get("scene") or row.get("same_events") is False):
         return "no scene, or other events without the caches"
     if name == "world" and "sweeps" in row:

@@ -12,6 +12,9 @@ int raw_echo(uint32_t domain);
 typedef struct raw_ping raw_ping;
 raw_ping *raw_open(uint32_t domain, uint32_t poses); /* NULL, told on stderr, if no echo is there within ten seconds */
 int64_t raw_round_ns(raw_ping *r, int64_t timeout_ns); /* -1 = no answer in time */
+/* Batches written as fast as they are taken in that time, in groups of `every` of which the last is answered: what a
+ * subscriber that does nothing with them takes. -1 = a write failed or no answer came. */
+int64_t raw_flood(raw_ping *r, double seconds, unsigned every);
 void raw_close(raw_ping *r);
 
 #endif
