@@ -66,10 +66,9 @@ static const vec3 *vec_at(wire_f64s numbers, uint32_t i, vec3 *out)
 
 static bool knows_all(session *c, const wire_pose_batch *m)
 {
-    for (uint32_t i = 0; i < m->bodies.count; i++) {
-        const owned_body *b = session_body(c, m->bodies.at[i]);
-        if (!b) return false;
-    }
+    size_t next = 0;
+    for (uint32_t i = 0; i < m->bodies.count; i++)
+        if (!session_next_body(c, m->bodies.at[i], &next)) return false;
     return true;
 }
 
@@ -122,9 +121,10 @@ void apply_poses_now(service *s, session *c, struct link *from, const wire_pose_
     if (c) note_step(&c->step, s->tick, m->step);
     if (c && m->step) c->stepped = true;
     uint32_t unknown = 0, older = 0;
+    size_t next = 0;
     int32_t first_unknown = -1, first_older = -1;
     for (uint32_t i = 0; i < m->bodies.count; i++) {
-        owned_body *b = c ? session_body(c, m->bodies.at[i]) : NULL;
+        owned_body *b = c ? session_next_body(c, m->bodies.at[i], &next) : NULL;
         if (!b || b->world_id == WORLD_NONE) {
             if (!unknown++) first_unknown = m->bodies.at[i];
         } else if (m->sequence <= b->pose_sequence) {
