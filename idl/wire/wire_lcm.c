@@ -7,6 +7,7 @@
 #include "wire_text.h"
 
 #include <inttypes.h>
+#include <stdatomic.h>
 #include <stdbool.h>
 #include <stdio.h>
 #include <string.h>
@@ -69,17 +70,30 @@ static uint64_t hash_member(uint64_t v, const char *name, const char *suffix, co
     return is_array ? hash_text(hash_byte(v, LCM_VARIABLE_SIZE), name, "_n") : v;
 }
 
-int64_t wire_lcm_fingerprint(wire_kind kind)
+static int64_t compute_fingerprint(const wire_schema *s)
 {
-    const wire_schema *s = wire_schema_of(kind);
     uint64_t v = 0x12345678;
-    for (uint32_t i = 0; s && i < s->field_count; i++) {
+    for (uint32_t i = 0; i < s->field_count; i++) {
         const wire_field *f = &s->fields[i];
         bool is_array = f->type >= WIRE_U8S;
         if (is_array) v = hash_member(v, f->name, "_n", "int32_t", false);
         v = hash_member(v, f->name, "", LCM_TYPES[f->type], is_array);
     }
     return (int64_t)(v << 1 | v >> 63);
+}
+
+/* Computed when first asked for: each message that comes is compared with all of them. Whoever is first, it is the same
+ * number. */
+int64_t wire_lcm_fingerprint(wire_kind kind)
+{
+    static atomic_int_least64_t known[WIRE_KIND_COUNT]; /* 0: not yet */
+    const wire_schema *s = wire_schema_of(kind);
+    if (!s) return 0;
+    int64_t fingerprint = atomic_load_explicit(&known[kind], memory_order_relaxed);
+    if (fingerprint) return fingerprint;
+    fingerprint = compute_fingerprint(s);
+    atomic_store_explicit(&known[kind], fingerprint, memory_order_relaxed);
+    return fingerprint;
 }
 
 /* ---- writing ---- */
