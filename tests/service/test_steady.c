@@ -34,8 +34,7 @@ static void steady_scene(const coherence_scene *scene, unsigned workers)
     world *w = world_create(&options);
     scene->create(w, ids);
     world_put_interest(w, &interest,
-        &(world_interest){
-            .facts = WORLD_TOUCH | WORLD_MANIFOLD, .select_a = "*", .select_b = "*", .threshold = 0.01});
+        &(world_interest){.facts = WORLD_TOUCH | WORLD_MANIFOLD, .select_a = "*", .select_b = "*", .threshold = 0.01});
     for (int round = 0; round < ROUNDS; round++) {
         if (round == ROUNDS - 1) before = allocations();
         for (int i = 0; i < 2 * ROUND_TICKS; i++) { /* there and back */
