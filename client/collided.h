@@ -395,12 +395,12 @@ typedef struct collided_batch { /* all events of one tick on one stream; or a he
     const char *stream;
     int64_t epoch, batch, tick, stamp_ns, latest_pose_ns, step;
     int32_t missing; /* lock-step clients that the newest step was done without */
-    int64_t undone; /* pairs of this interest that the budget of the tick left with a wider interval than it asks */
+    int64_t undone;  /* pairs of this interest that the budget of the tick left with a wider interval than it asks */
     bool heartbeat; /* nothing has changed since the last batch, whose number this has: what was told holds still. Comes
                        when a stream has been silent for the daemon's `heartbeat`, 1 s */
     int64_t oldest_pose_ns; /* of a heartbeat: the oldest stamp of the poses that what was told rests on; 0 = none is
                                stamped. Poses that are sent again unchanged are no events, but count here */
-    bool snapshot;  /* the whole current state: forget what you knew */
+    bool snapshot;          /* the whole current state: forget what you knew */
     bool closing;
     int64_t lost; /* batches that were lost before this one, which is then a snapshot: after a loss nothing is delivered
                      until the library has asked for one and got it */
