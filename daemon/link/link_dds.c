@@ -10,7 +10,7 @@
 #include "base/clock.h"
 #include "base/log.h"
 #include "interface.h"
-#include "speakers.h"
+#include "link_dds_speakers.h"
 #include "wake.h"
 #include "wire/dds/wire_dds.h"
 #include "wire/dds/wire_dds_leave.h"

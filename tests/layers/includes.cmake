@@ -1,7 +1,7 @@
 # Reads every include of the sources below ROOT. No path climbs ("../"), and each foreign library's headers appear in its
 # own files alone. A rule that finds no include at all is an error too: it would guard nothing.
 set(libraries dds lcm ccd libqhull_r assimp libxml cyaml png)
-set(dds_files "^(daemon/link/link_dds\\.|client/transport_dds\\.|client/collidectl/doctor/ear_dds\\.|idl/wire/dds/)")
+set(dds_files "^(daemon/link/link_dds[._]|client/transport_dds\\.|client/collidectl/doctor/ear_dds\\.|idl/wire/dds/)")
 set(lcm_files "^(daemon/gateway/|client/transport_lcm\\.)")
 set(ccd_files "^daemon/narrow/ccd_bridge\\.")
 set(libqhull_r_files "^(daemon/geom/hull[a-z_]*|client/loaders/decompose/piece|client/loaders/fit/fit_hull)\\.")
@@ -11,7 +11,7 @@ set(cyaml_files "^client/loaders/")
 set(png_files "^client/loaders/heights_png\\.")
 # And ours that stand for DDS: named by path, since the wire's folder holds them.
 list(APPEND libraries wire/dds)
-set(wire/dds_files "^(daemon/link/link_dds\\.|client/transport_dds\\.|client/collidectl/doctor/ear_dds\\.|idl/wire/dds/)")
+set(wire/dds_files "^(daemon/link/link_dds[._]|client/transport_dds\\.|client/collidectl/doctor/ear_dds\\.|idl/wire/dds/)")
 
 file(GLOB_RECURSE files RELATIVE ${ROOT} ${ROOT}/daemon/*.[ch] ${ROOT}/idl/*.[ch] ${ROOT}/client/*.[ch])
 list(LENGTH files count)

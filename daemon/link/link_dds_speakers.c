@@ -1,6 +1,6 @@
 /* Discovery tells of a writer before its first message can be read, and of its end when the last may not yet be: ends
  * wait until the messages have been read. */
-#include "speakers.h"
+#include "link_dds_speakers.h"
 
 #include <inttypes.h>
 #include <stdio.h>

@@ -1,7 +1,8 @@
-/* speakers: which DDS participant speaks for which client. Writers are known from discovery, their participants' deaths
- * from liveliness; owners.h decides. speakers_heartbeat may be called by any thread, all else by the tick thread. */
-#ifndef COLLIDED_LINK_SPEAKERS_H
-#define COLLIDED_LINK_SPEAKERS_H
+/* link_dds_speakers: which DDS participant speaks for which client. Writers are known from discovery, their
+ * participants' deaths from liveliness; owners.h decides. speakers_heartbeat may be called by any thread, all else by
+ * the tick thread. */
+#ifndef COLLIDED_LINK_LINK_DDS_SPEAKERS_H
+#define COLLIDED_LINK_LINK_DDS_SPEAKERS_H
 
 #include "owners.h"
 #include "wire/wire.h"
