@@ -90,8 +90,10 @@ static void each_kind_passes_both_ways_unchanged(void **state)
     r.link->ops->stream_open(r.link, "cell");
     client c = client_start("talk", NULL);
     assert_says(&c, &r, 10, "sent");
-    RIG_UNTIL(&r, 5, r.heard.messages[WIRE_QUERY] == 1 && r.heard.messages[WIRE_INTEREST] == 1);
-    for (wire_kind k = WIRE_CLIENT; k <= WIRE_QUERY; k++) assert_int_equal(r.heard.messages[k], 1);
+    for (wire_kind k = WIRE_CLIENT; k <= WIRE_QUERY; k++) { /* topics have no order among each other */
+        RIG_UNTIL(&r, 5, r.heard.messages[k] >= 1);
+        assert_int_equal(r.heard.messages[k], 1);
+    }
     assert_int_equal(r.heard.differing, 0);
     assert_int_equal(r.heard.refused, 0);
     for (wire_kind k = WIRE_ANSWER; k < WIRE_KIND_COUNT; k++) {
