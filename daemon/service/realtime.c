@@ -57,14 +57,15 @@ static int pin(const char *list, char *why, size_t why_size)
     return EX_CONFIG;
 }
 
-/* A limit that is reached later would end the daemon when it next grows: only without one, or where root is above it.
- */
+/* A limit that is reached later would end the daemon when it next grows: so there must be none, also for root, who may
+ * become another user (user), or be root in a container only. */
 static int lock_memory(char *why, size_t why_size)
 {
+    const struct rlimit none = {RLIM_INFINITY, RLIM_INFINITY};
     struct rlimit most;
-    bool limited = getrlimit(RLIMIT_MEMLOCK, &most) != 0 || most.rlim_cur != RLIM_INFINITY;
-    if (limited && geteuid() != 0)
-        errno = EPERM;
+    int refused = setrlimit(RLIMIT_MEMLOCK, &none) == 0 ? 0 : errno;
+    if (getrlimit(RLIMIT_MEMLOCK, &most) != 0 || most.rlim_cur != RLIM_INFINITY)
+        errno = refused;
     else if (mlockall(MCL_CURRENT | MCL_FUTURE) == 0)
         return EX_OK;
     snprintf(

@@ -2,6 +2,7 @@
  * runs in a process of its own, because it changes that. */
 #include "service/realtime.h"
 
+#include <linux/capability.h>
 #include <sched.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -9,6 +10,7 @@
 #include <stdio.h>
 #include <string.h>
 #include <sys/resource.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <sysexits.h>
 #include <unistd.h>
@@ -28,6 +30,17 @@ static void test_lists(void **state)
         assert_int_equal(realtime_processors(WRONG[i], why, sizeof why), 0);
         assert_non_null(strstr(why, "2,4-7"));
     }
+}
+
+/* As in a container: root, but not above the limits. */
+static bool drop_resource_right(void)
+{
+    struct __user_cap_header_struct head = {.version = _LINUX_CAPABILITY_VERSION_3};
+    struct __user_cap_data_struct rights[2];
+    if (syscall(SYS_capget, &head, rights)) return false;
+    rights[CAP_TO_INDEX(CAP_SYS_RESOURCE)].effective &= ~CAP_TO_MASK(CAP_SYS_RESOURCE);
+    rights[CAP_TO_INDEX(CAP_SYS_RESOURCE)].permitted &= ~CAP_TO_MASK(CAP_SYS_RESOURCE);
+    return syscall(SYS_capset, &head, rights) == 0;
 }
 
 /* In a process without rights: the status, and whether `why` is one line that holds `advice`. */
@@ -62,6 +75,42 @@ static void test_refusals(void **state)
     if (sysconf(_SC_NPROCESSORS_CONF) < 64) assert_int_equal(refused_status(&c, "taskset"), EX_CONFIG);
     snprintf(c.cpus, sizeof c.cpus, "one");
     assert_int_equal(refused_status(&c, "2,4-7"), EX_CONFIG);
+}
+
+/* Forked off: as root, who is above the limit until it becomes another user. */
+static int root_status(bool may_raise)
+{
+    pid_t pid = fork();
+    if (pid == 0) {
+        config c;
+        char why[512] = "";
+        struct rlimit little = {65536, 65536};
+        config_default(&c);
+        c.lock_memory = true;
+        if (setrlimit(RLIMIT_MEMLOCK, &little)) _exit(1);
+        if (!may_raise && !drop_resource_right()) _exit(1);
+        int status = realtime_apply(&c, why, sizeof why);
+        if (getrlimit(RLIMIT_MEMLOCK, &little)) _exit(1);
+        bool unlimited = little.rlim_cur == RLIM_INFINITY;
+        _exit(unlimited == (status == EX_OK) && (status == EX_OK || strstr(why, "LimitMEMLOCK")) ? status : 1);
+    }
+    int status;
+    assert_int_equal(waitpid(pid, &status, 0), pid);
+    return WEXITSTATUS(status);
+}
+
+/* What it may lock now, it has to be able to lock when it has become another user. */
+static void test_root_has_no_limit_or_is_refused(void **state)
+{
+    (void)state;
+    if (geteuid() != 0) skip();
+    pid_t pid = fork();
+    const struct rlimit none = {RLIM_INFINITY, RLIM_INFINITY};
+    if (pid == 0) _exit(setrlimit(RLIMIT_MEMLOCK, &none) ? EX_NOPERM : EX_OK); /* this may be a container itself */
+    int status;
+    assert_int_equal(waitpid(pid, &status, 0), pid);
+    assert_int_equal(root_status(true), WEXITSTATUS(status));
+    assert_int_equal(root_status(false), EX_NOPERM);
 }
 
 static void test_nothing_asked(void **state)
@@ -121,6 +170,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_lists),
         cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_root_has_no_limit_or_is_refused),
         cmocka_unit_test(test_nothing_asked),
         cmocka_unit_test(test_pinned),
         cmocka_unit_test(test_granted_or_told),
