@@ -21,13 +21,17 @@ static void test_lists(void **state)
 {
     (void)state;
     char why[256];
-    assert_int_equal(realtime_processors("0", why, sizeof why), 1);
-    assert_int_equal(realtime_processors("2,4-7", why, sizeof why), 0xf4);
-    assert_true(realtime_processors("63", why, sizeof why) == 1ULL << 63);
-    static const char *const WRONG[] = {"", "a", "-1", "64", "3-2", "1,", ",1", "1-", "1 2", "99999999999999999999"};
+    cpu_set_t set;
+    assert_true(realtime_processors("0", &set, why, sizeof why));
+    assert_true(CPU_COUNT(&set) == 1 && CPU_ISSET(0, &set));
+    assert_true(realtime_processors("2,4-7", &set, why, sizeof why));
+    assert_true(CPU_COUNT(&set) == 5 && CPU_ISSET(2, &set) && CPU_ISSET(4, &set) && CPU_ISSET(7, &set));
+    assert_true(realtime_processors("63-64,1023", &set, why, sizeof why)); /* as many as the kernel's set holds */
+    assert_true(CPU_COUNT(&set) == 3 && CPU_ISSET(64, &set) && CPU_ISSET(1023, &set));
+    static const char *const WRONG[] = {"", "a", "-1", "1024", "3-2", "1,", ",1", "1-", "1 2", "99999999999999999999"};
     for (size_t i = 0; i < sizeof WRONG / sizeof *WRONG; i++) {
         *why = '\0';
-        assert_int_equal(realtime_processors(WRONG[i], why, sizeof why), 0);
+        assert_false(realtime_processors(WRONG[i], &set, why, sizeof why));
         assert_non_null(strstr(why, "2,4-7"));
     }
 }
@@ -71,8 +75,8 @@ static void test_refusals(void **state)
     c.fifo_priority = 10;
     assert_int_equal(refused_status(&c, "ulimit -r 10"), EX_NOPERM);
     config_default(&c);
-    snprintf(c.cpus, sizeof c.cpus, "63"); /* not there, on any machine that tests run on */
-    if (sysconf(_SC_NPROCESSORS_CONF) < 64) assert_int_equal(refused_status(&c, "taskset"), EX_CONFIG);
+    snprintf(c.cpus, sizeof c.cpus, "1023"); /* not there, on any machine that tests run on */
+    if (sysconf(_SC_NPROCESSORS_CONF) < 1024) assert_int_equal(refused_status(&c, "taskset"), EX_CONFIG);
     snprintf(c.cpus, sizeof c.cpus, "one");
     assert_int_equal(refused_status(&c, "2,4-7"), EX_CONFIG);
 }
@@ -130,8 +134,8 @@ static void test_pinned(void **state)
     cpu_set_t set;
     int first = 0, status;
     assert_int_equal(sched_getaffinity(0, sizeof set, &set), 0);
-    while (first < 64 && !CPU_ISSET(first, &set)) first++;
-    if (first == 64) skip();
+    while (first < CPU_SETSIZE && !CPU_ISSET(first, &set)) first++;
+    if (first == CPU_SETSIZE) skip();
     pid_t pid = fork();
     if (pid == 0) {
         config c;
