@@ -12,6 +12,7 @@
 #include <errno.h>
 #include <inttypes.h>
 #include <poll.h>
+#include <sched.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -77,9 +78,11 @@ static link_sink sink_of(service *s)
 
 /* ---- set-up ---- */
 
+/* Of the processors that are there, those that this process may run on. */
 static unsigned worker_count(const config *c)
 {
-    long cores = sysconf(_SC_NPROCESSORS_ONLN);
+    cpu_set_t may;
+    long cores = sched_getaffinity(0, sizeof may, &may) == 0 ? CPU_COUNT(&may) : sysconf(_SC_NPROCESSORS_ONLN);
     return c->workers ? (unsigned)c->workers : (unsigned)(cores < 1 ? 1 : cores > 8 ? 8 : cores);
 }
 
