@@ -44,6 +44,7 @@ static void on_message(void *context, struct link *from, const wire_message *m)
     metric_count(s->count.messages_in[m->kind], 1);
     if (!limits_admit(s, from, m, &why)) {
         refuse(s, from, m, &why);
+        steps_refused(s, from, m);
         return;
     }
     session_heard(s, m);

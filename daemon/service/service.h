@@ -49,6 +49,7 @@ typedef struct held_step { /* poses of a lock-step client, until the step is com
     int64_t step;          /* 0: none */
     ARRAY(uint8_t) bytes;  /* messages, each behind its size */
     size_t poses;
+    bool broken; /* some were refused: it cannot be ended by what is here */
 } held_step;
 
 typedef struct flow { /* how many in a second that began with the first of them; monotonic */
@@ -282,10 +283,12 @@ void stream_heartbeats(service *s); /* on those that have been silent for a peri
 void stream_free_all(service *s);
 
 /* steps.c */
-/* The sequence of the empty batch that ends a step for a client that missed it: what it published of it is dropped. */
+/* The sequence of what the daemon says in a client's name, and records. A batch without bodies ends a step for a client
+ * that missed it: what it published of it is dropped. One with a body says that poses of that step were refused. */
 #define STEP_IN_ITS_NAME INT64_MAX
 bool steps_take(service *s, session *c, struct link *from, const wire_pose_batch *m); /* true: it is of lock-step */
-void steps_join(service *s, session *c, int32_t lock_step);                           /* 0: leaves */
+void steps_refused(service *s, struct link *from, const wire_message *m); /* for its rate: it has not been recorded */
+void steps_join(service *s, session *c, int32_t lock_step);               /* 0: leaves */
 bool steps_due(const service *s);        /* a step is complete, or asked for again: a tick is due */
 void steps_complete(service *s);         /* applies a step that is */
 void steps_watch(service *s);            /* who misses a step; before each round, not in a replay */

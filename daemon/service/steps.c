@@ -26,6 +26,7 @@ static void drop_held(session *c)
 {
     c->held.step = 0;
     c->held.bytes.count = c->held.poses = 0;
+    c->held.broken = false;
 }
 
 void steps_free(session *c)
@@ -111,6 +112,30 @@ static bool answer_again(service *s, session *c, const wire_pose_batch *m)
     return true;
 }
 
+static bool ends_in_its_name(const wire_pose_batch *m)
+{
+    return m->sequence == STEP_IN_ITS_NAME && !m->bodies.count;
+}
+
+/* That some of the step's poses were refused before they came here. */
+static bool is_mark(const wire_pose_batch *m)
+{
+    return m->sequence == STEP_IN_ITS_NAME && m->bodies.count;
+}
+
+/* What is there is not taken for the whole: it has to be sent again. */
+static bool end_step(service *s, session *c, struct link *from, const wire_pose_batch *m)
+{
+    if (c->held.broken) {
+        drop_held(c);
+        return refuse(s, from, m, WIRE_BAD_STEP,
+            "step %" PRId64 ": some of its poses were refused: send all of it again", m->step);
+    }
+    c->published = m->step;
+    c->idle &= ends_in_its_name(m);
+    return true;
+}
+
 bool steps_take(service *s, session *c, struct link *from, const wire_pose_batch *m)
 {
     int64_t done = s->lock_step.done;
@@ -118,7 +143,7 @@ bool steps_take(service *s, session *c, struct link *from, const wire_pose_batch
     if (m->step == done) return answer_again(s, c, m);
     if (m->step < done)
         return refuse(s, from, m, WIRE_BAD_STEP, "step %" PRId64 ": %" PRId64 " is done", m->step, done);
-    bool in_its_name = m->sequence == STEP_IN_ITS_NAME;
+    bool in_its_name = ends_in_its_name(m);
     if (in_its_name && c->published > done) return true; /* it came in time after all */
     if (in_its_name) drop_held(c);
     if (c->held.step && m->step != c->held.step)
@@ -128,17 +153,36 @@ bool steps_take(service *s, session *c, struct link *from, const wire_pose_batch
         c->published = done;
     }
     c->held.step = m->step;
-    if (!m->bodies.count) {
-        c->published = m->step;
-        c->idle &= in_its_name;
-        return true;
-    }
+    if (!m->bodies.count) return end_step(s, c, from, m);
     wire_refusal why;
-    if (apply_limit(s, c->held.poses + m->bodies.count - 1, s->config.max_step_poses, "max_step_poses", &why))
+    c->held.broken |= is_mark(m);
+    if (is_mark(m)) return true;
+    if (apply_limit(s, c->held.poses + m->bodies.count - 1, s->config.max_step_poses, "max_step_poses", &why)) {
+        c->held.broken = true;
         apply_reject(s, from, WIRE_POSE_BATCH, m->client, m->sequence, -1, &why);
-    else
+    } else {
         hold(c, m);
+    }
     return true;
+}
+
+void steps_refused(service *s, struct link *from, const wire_message *m)
+{
+    const wire_pose_batch *refused = &m->pose_batch;
+    const session *c = m->kind == WIRE_POSE_BATCH ? session_find(s, refused->client) : NULL;
+    if (!c || !is_member(c) || refused->step <= s->lock_step.done || !refused->bodies.count) return;
+    if (c->held.step && c->held.step != refused->step) return; /* it would have been refused here, too */
+    static const double nowhere[3] = {0}, unturned[4] = {1};
+    const wire_message mark = {.kind = WIRE_POSE_BATCH,
+        .pose_batch = {.version = WIRE_VERSION,
+            .client = refused->client,
+            .sequence = STEP_IN_ITS_NAME,
+            .step = refused->step,
+            .bodies = {1, refused->bodies.at},
+            .positions = {3, nowhere},
+            .orientations = {4, unturned}}};
+    record_message(s, &mark);
+    apply_poses(s, from, &mark.pose_batch, true); /* as in a replay */
 }
 
 /* ---- when it is complete ---- */

@@ -279,6 +279,56 @@ static void a_limit_bounds_what_waits(void **state)
     leave(&h);
 }
 
+/* What came of it can be told to nobody, but what is there is not taken for the whole. */
+static void a_step_is_not_done_from_a_refused_batch(void **state)
+{
+    (void)state;
+    config c = cell_config();
+    c.max_step_poses = 3;
+    hall h = {.cell = cell_start(&c), .memory = wire_memory_create()};
+    h.end = cell_client(h.cell);
+    for (int k = 0; k < 2; k++) join(&h, k, 2, 60);
+    for (int i = 0; i < 4; i++) publish(&h, 0, 1, 1, i);
+    publish(&h, 0, 1, 0, 0);
+    step(&h, 1, 1, 10);
+    assert_int_equal(cell_await(h.end, h.memory, WIRE_REJECT).reject.reason, WIRE_LIMIT);
+    wire_reject r = cell_await(h.end, h.memory, WIRE_REJECT).reject;
+    assert_int_equal(r.reason, WIRE_BAD_STEP);
+    assert_true(r.client == id_of(0) && r.sequence == h.sequences[0]);
+    assert_string_equal(r.text, "step 1: some of its poses were refused: send all of it again");
+    for (int i = 0; i < 5; i++) cell_hears(h.end, h.memory, WIRE_EVENT_BATCH, 20);
+    step(&h, 0, 1, 0);
+    await_answers(&h, 2, 1, 0);
+    leave(&h);
+}
+
+/* Refused before it is recorded: the recording tells of it all the same. */
+static void nor_from_one_refused_for_its_rate(void **state)
+{
+    (void)state;
+    char folder[] = "/tmp/collided-steps-XXXXXX", path[sizeof folder + 16];
+    assert_non_null(mkdtemp(folder));
+    snprintf(path, sizeof path, "%s/steps.lcmlog", folder);
+    config c = cell_config();
+    c.max_client_poses = 4;
+    snprintf(c.record, sizeof c.record, "%s", path);
+    hall h = {.cell = cell_start(&c), .memory = wire_memory_create()};
+    h.end = cell_client(h.cell);
+    for (int k = 0; k < 2; k++) join(&h, k, 2, 60);
+    for (int i = 0; i < 5; i++) publish(&h, 0, 1, 1, 10); /* where the other one is; the fifth is too many */
+    publish(&h, 0, 1, 0, 0);
+    step(&h, 1, 1, 10);
+    assert_int_equal(cell_await(h.end, h.memory, WIRE_REJECT).reject.reason, WIRE_LIMIT);
+    assert_int_equal(cell_await(h.end, h.memory, WIRE_REJECT).reject.reason, WIRE_BAD_STEP);
+    publish(&h, 0, 1, 0, 0); /* nothing moved after all */
+    assert_int_equal(await_answers(&h, 2, 1, 0), 0);
+    for (int k = 0; k < 2; k++) publish(&h, k, 2, 0, 0);
+    await_answers(&h, 2, 2, 0);
+    leave(&h);
+    assert_int_equal(cell_replay(path, 1, true), EX_OK);
+    assert_int_equal(unlink(path) | rmdir(folder), 0);
+}
+
 static void lock_step_replays(void **state)
 {
     (void)state;
@@ -310,6 +360,8 @@ int main(void)
         cmocka_unit_test(steps_that_are_done_or_too_far_are_refused),
         cmocka_unit_test(what_is_sent_again_stands_for_what_was_sent),
         cmocka_unit_test(a_limit_bounds_what_waits),
+        cmocka_unit_test(a_step_is_not_done_from_a_refused_batch),
+        cmocka_unit_test(nor_from_one_refused_for_its_rate),
         cmocka_unit_test(lock_step_replays),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
