@@ -42,6 +42,10 @@ static void on_message(void *context, struct link *from, const wire_message *m)
     service *s = context;
     wire_refusal why;
     metric_count(s->count.messages_in[m->kind], 1);
+    if (!steps_admit(s, m, &why)) {
+        refuse(s, from, m, &why);
+        return;
+    }
     if (!limits_admit(s, from, m, &why)) {
         refuse(s, from, m, &why);
         steps_refused(s, from, m);

@@ -286,6 +286,7 @@ void stream_free_all(service *s);
 /* The sequence of what the daemon says in a client's name, and records. A batch without bodies ends a step for a client
  * that missed it: what it published of it is dropped. One with a body says that poses of that step were refused. */
 #define STEP_IN_ITS_NAME INT64_MAX
+bool steps_admit(const service *s, const wire_message *m, wire_refusal *why); /* that sequence is not for clients */
 bool steps_take(service *s, session *c, struct link *from, const wire_pose_batch *m); /* true: it is of lock-step */
 void steps_refused(service *s, struct link *from, const wire_message *m); /* for its rate: it has not been recorded */
 void steps_join(service *s, session *c, int32_t lock_step);               /* 0: leaves */

@@ -112,6 +112,15 @@ static bool answer_again(service *s, session *c, const wire_pose_batch *m)
     return true;
 }
 
+/* In a replay it is the daemon's own. */
+bool steps_admit(const service *s, const wire_message *m, wire_refusal *why)
+{
+    if (s->replaying || m->kind != WIRE_POSE_BATCH || m->pose_batch.sequence != STEP_IN_ITS_NAME) return true;
+    why->reason = WIRE_MALFORMED;
+    snprintf(why->text, sizeof why->text, "sequence is %" PRId64 ": less is allowed", m->pose_batch.sequence);
+    return false;
+}
+
 static bool ends_in_its_name(const wire_pose_batch *m)
 {
     return m->sequence == STEP_IN_ITS_NAME && !m->bodies.count;

@@ -329,6 +329,27 @@ static void nor_from_one_refused_for_its_rate(void **state)
     assert_int_equal(unlink(path) | rmdir(folder), 0);
 }
 
+/* The daemon ends steps under a sequence of its own: no client speaks under that. */
+static void a_client_cannot_use_the_sequence_of_the_daemon(void **state)
+{
+    (void)state;
+    hall h = enter(0, "hold", "");
+    for (int k = 0; k < 2; k++) join(&h, k, 2, 60);
+    publish(&h, 0, 1, 1, 10);
+    int64_t kept = h.sequences[0];
+    h.sequences[0] = INT64_MAX - 1;
+    publish(&h, 0, 1, 0, 0);
+    wire_reject r = cell_await(h.end, h.memory, WIRE_REJECT).reject;
+    assert_int_equal(r.reason, WIRE_MALFORMED);
+    assert_true(r.client == id_of(0) && r.sequence == INT64_MAX);
+    if (!strstr(r.text, "sequence is 9223372036854775807")) fail_msg("%s", r.text);
+    h.sequences[0] = kept;
+    publish(&h, 0, 1, 0, 0);
+    publish(&h, 1, 1, 0, 0);
+    assert_int_equal(await_answers(&h, 2, 1, 0), 2); /* what it had sent was kept: both streams tell of the contact */
+    leave(&h);
+}
+
 static void lock_step_replays(void **state)
 {
     (void)state;
@@ -362,6 +383,7 @@ int main(void)
         cmocka_unit_test(a_limit_bounds_what_waits),
         cmocka_unit_test(a_step_is_not_done_from_a_refused_batch),
         cmocka_unit_test(nor_from_one_refused_for_its_rate),
+        cmocka_unit_test(a_client_cannot_use_the_sequence_of_the_daemon),
         cmocka_unit_test(lock_step_replays),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
