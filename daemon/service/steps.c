@@ -34,19 +34,6 @@ void steps_free(session *c)
     array_free(&c->held.bytes);
 }
 
-void steps_join(service *s, session *c, int32_t lock_step)
-{
-    bool was = is_member(c);
-    c->lock_step = lock_step;
-    if (was == is_member(c)) return;
-    drop_held(c);
-    c->idle = false;
-    c->published = s->lock_step.done;
-    s->lock_step.since_ns = 0; /* whoever comes has as much time as the others */
-    s->lock_step.members += was ? (size_t)-1 : 1;
-    if (!s->lock_step.members) s->lock_step = (struct lock_step){.members = 0}; /* others may count from the start */
-}
-
 typedef struct roll {
     size_t wanted, ready; /* so many are to be there before the first step; have published the next one */
     int64_t least, next;  /* step that all have published; the least that some have and that is not done */
@@ -75,6 +62,24 @@ static bool all_are_there(const service *s, const roll *r)
 static bool is_complete(const service *s, const roll *r)
 {
     return s->lock_step.members && r->ready == s->lock_step.members && all_are_there(s, r);
+}
+
+/* Whoever comes has what is left of the others' time: else comings and goings would postpone it for ever. Only the
+ * first step is waited for from the moment on when all are there. */
+void steps_join(service *s, session *c, int32_t lock_step)
+{
+    bool was = is_member(c);
+    roll before = call_roll(s);
+    bool all_were_there = all_are_there(s, &before);
+    c->lock_step = lock_step;
+    if (was == is_member(c)) return;
+    drop_held(c);
+    c->idle = false;
+    c->published = s->lock_step.done;
+    s->lock_step.members += was ? (size_t)-1 : 1;
+    roll after = call_roll(s);
+    if (!all_were_there && all_are_there(s, &after)) s->lock_step.since_ns = 0;
+    if (!s->lock_step.members) s->lock_step = (struct lock_step){.members = 0}; /* others may count from the start */
 }
 
 /* ---- what is published ---- */
@@ -295,8 +300,8 @@ static bool begin_waiting(service *s, const roll *r)
         s->lock_step.since_ns = 0;
         return false;
     }
-    if (s->lock_step.since_ns && s->lock_step.waited == r->next) return true;
     s->lock_step.waited = r->next;
+    if (s->lock_step.since_ns) return true; /* also if who waited for another step has gone */
     s->lock_step.since_ns = s->monotonic_ns;
     s->lock_step.told = false;
     return true;

@@ -285,6 +285,7 @@ static void a_step_is_not_done_from_a_refused_batch(void **state)
     (void)state;
     config c = cell_config();
     c.max_step_poses = 3;
+    c.step_timeout = 0;
     hall h = {.cell = cell_start(&c), .memory = wire_memory_create()};
     h.end = cell_client(h.cell);
     for (int k = 0; k < 2; k++) join(&h, k, 2, 60);
@@ -311,6 +312,7 @@ static void nor_from_one_refused_for_its_rate(void **state)
     snprintf(path, sizeof path, "%s/steps.lcmlog", folder);
     config c = cell_config();
     c.max_client_poses = 4;
+    c.step_timeout = 0;
     snprintf(c.record, sizeof c.record, "%s", path);
     hall h = {.cell = cell_start(&c), .memory = wire_memory_create()};
     h.end = cell_client(h.cell);
@@ -350,13 +352,31 @@ static void a_client_cannot_use_the_sequence_of_the_daemon(void **state)
     leave(&h);
 }
 
+/* Each of them changes who is waited for, and not for how long. */
+static void who_comes_and_goes_does_not_postpone_the_timeout(void **state)
+{
+    (void)state;
+    hall h = enter(0.3, "go_on", "");
+    for (int k = 0; k < 2; k++) join(&h, k, 2, 60);
+    for (int k = 0; k < 2; k++) step(&h, k, 1, 10 * k);
+    await_answers(&h, 2, 1, 0);
+    step(&h, 0, 2, 0);
+    bool told = false;
+    for (int i = 0; i < 40 && !told; i++) {
+        hello(&h, 2, i % 2 ? 0 : 2, 60);
+        told = cell_hears(h.end, h.memory, WIRE_REJECT, 40);
+    }
+    assert_true(told);
+    leave(&h);
+}
+
 static void lock_step_replays(void **state)
 {
     (void)state;
     char folder[] = "/tmp/collided-steps-XXXXXX", path[sizeof folder + 16];
     assert_non_null(mkdtemp(folder));
     snprintf(path, sizeof path, "%s/steps.lcmlog", folder);
-    hall h = enter(0.05, "go_on", path);
+    hall h = enter(0.3, "go_on", path);
     for (int k = 0; k < MEMBERS; k++) join(&h, k, MEMBERS, 60);
     for (int64_t n = 1; n <= 30; n++) {
         for (int k = 0; k < MEMBERS; k++)
@@ -384,6 +404,7 @@ int main(void)
         cmocka_unit_test(a_step_is_not_done_from_a_refused_batch),
         cmocka_unit_test(nor_from_one_refused_for_its_rate),
         cmocka_unit_test(a_client_cannot_use_the_sequence_of_the_daemon),
+        cmocka_unit_test(who_comes_and_goes_does_not_postpone_the_timeout),
         cmocka_unit_test(lock_step_replays),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
