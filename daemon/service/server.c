@@ -76,9 +76,14 @@ static void on_stream_reader(void *context, struct link *from, const char *strea
     stream_reader(context, from, stream);
 }
 
+static void on_steps_done(void *context, int64_t step)
+{
+    steps_began(context, step);
+}
+
 static link_sink sink_of(service *s)
 {
-    return (link_sink){s, on_message, on_refused, on_client_lost, on_stream_reader};
+    return (link_sink){s, on_message, on_refused, on_client_lost, on_stream_reader, on_steps_done};
 }
 
 /* ---- set-up ---- */

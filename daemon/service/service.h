@@ -49,7 +49,8 @@ typedef struct held_step { /* poses of a lock-step client, until the step is com
     int64_t step;          /* 0: none */
     ARRAY(uint8_t) bytes;  /* messages, each behind its size */
     size_t poses;
-    bool broken; /* some were refused: it cannot be ended by what is here */
+    int64_t newest; /* sequence among them; 0: none */
+    bool broken;    /* some were refused: it cannot be ended by what is here */
 } held_step;
 
 typedef struct flow { /* how many in a second that began with the first of them; monotonic */
@@ -290,10 +291,11 @@ bool steps_admit(const service *s, const wire_message *m, wire_refusal *why); /*
 bool steps_take(service *s, session *c, struct link *from, const wire_pose_batch *m); /* true: it is of lock-step */
 void steps_refused(service *s, struct link *from, const wire_message *m); /* for its rate: it has not been recorded */
 void steps_join(service *s, session *c, int32_t lock_step);               /* 0: leaves */
-bool steps_due(const service *s);        /* a step is complete, or asked for again: a tick is due */
-void steps_complete(service *s);         /* applies a step that is */
-void steps_watch(service *s);            /* who misses a step; before each round, not in a replay */
-int64_t steps_next_ns(const service *s); /* when somebody may miss one, monotonic; INT64_MAX: nobody */
+bool steps_due(const service *s);           /* a step is complete, or asked for again: a tick is due */
+void steps_complete(service *s);            /* applies a step that is */
+void steps_watch(service *s);               /* who misses a step; before each round, not in a replay */
+int64_t steps_next_ns(const service *s);    /* when somebody may miss one, monotonic; INT64_MAX: nobody */
+void steps_began(service *s, int64_t done); /* a replay begins in the middle, before its first tick */
 void steps_record(service *s, session *c);
 void steps_free(session *c);
 
@@ -317,6 +319,7 @@ int record_start(service *s, const char *path, char *why, size_t why_size);
 void record_message(service *s, const wire_message *m);
 void record_tick(service *s);
 void record_lost(service *s, int64_t client);
+void record_steps(service *s); /* how far lock-step is, if it has begun */
 void record_stop(service *s);
 
 #endif

@@ -26,6 +26,7 @@ static void drop_held(session *c)
 {
     c->held.step = 0;
     c->held.bytes.count = c->held.poses = 0;
+    c->held.newest = 0;
     c->held.broken = false;
 }
 
@@ -104,6 +105,7 @@ static void hold(session *c, const wire_pose_batch *poses)
     memcpy(c->held.bytes.at + at, &size, sizeof size);
     wire_lcm_encode(&m, c->held.bytes.at + at + sizeof size, size);
     c->held.bytes.count += sizeof size + size;
+    if (poses->sequence > c->held.newest) c->held.newest = poses->sequence;
     c->held.poses += poses->bodies.count;
 }
 
@@ -146,7 +148,7 @@ static bool end_step(service *s, session *c, struct link *from, const wire_pose_
             "step %" PRId64 ": some of its poses were refused: send all of it again", m->step);
     }
     c->published = m->step;
-    c->idle &= ends_in_its_name(m);
+    c->idle = ends_in_its_name(m);
     return true;
 }
 
@@ -349,11 +351,35 @@ static void record_one(service *s, session *c, const wire_message *m)
     record_message(s, m);
 }
 
+void steps_began(service *s, int64_t done)
+{
+    s->lock_step.begun = true;
+    s->lock_step.done = done;
+}
+
+/* What it says of the step is put behind the poses of it: commands of a tick are sorted by their sequences. */
+static void record_word(service *s, session *c, bool mark)
+{
+    const int32_t body = 0;
+    const double nowhere[3] = {0}, unturned[4] = {1};
+    uint32_t bodies = mark;
+    wire_message m = {.kind = WIRE_POSE_BATCH,
+        .pose_batch = {.version = WIRE_VERSION,
+            .client = c->client,
+            .sequence = mark             ? STEP_IN_ITS_NAME
+                        : c->held.newest ? c->held.newest
+                                         : 1,
+            .step = c->held.step,
+            .bodies = {bodies, &body},
+            .positions = {3 * bodies, nowhere},
+            .orientations = {4 * bodies, unturned}}};
+    record_message(s, &m);
+}
+
 void steps_record(service *s, session *c)
 {
+    if (!is_member(c)) return;
     each_held(s, c, record_one);
-    if (!is_member(c) || c->published <= s->lock_step.done) return;
-    record_message(
-        s, &(wire_message){.kind = WIRE_POSE_BATCH,
-               .pose_batch = {.version = WIRE_VERSION, .client = c->client, .sequence = 1, .step = c->published}});
+    if (c->held.broken) record_word(s, c, true);
+    if (c->published > s->lock_step.done) record_word(s, c, false);
 }

@@ -370,6 +370,94 @@ static void who_comes_and_goes_does_not_postpone_the_timeout(void **state)
     leave(&h);
 }
 
+static void ask_to_record(hall *h, const char *name)
+{
+    wire_message q = {.kind = WIRE_QUERY,
+        .query = {.version = WIRE_VERSION,
+            .client = id_of(0),
+            .sequence = ++h->sequences[0],
+            .kind = WIRE_QUERY_RECORD,
+            .name_a = name,
+            .name_b = ""}};
+    memory_send(h->end, &q);
+    assert_int_equal(cell_await(h->end, h->memory, WIRE_ANSWER).answer.status, WIRE_ANSWER_OK);
+}
+
+/* Nothing has touched before: so the hashes are those of the live session. */
+static void replays_from_the_middle(int32_t joined_first, void (*before)(hall *h), void (*after)(hall *h))
+{
+    char folder[] = "/tmp/collided-steps-XXXXXX", path[sizeof folder + 16];
+    assert_non_null(mkdtemp(folder));
+    snprintf(path, sizeof path, "%s/middle.lcmlog", folder);
+    config c = cell_config();
+    snprintf(c.record_dir, sizeof c.record_dir, "%s", folder);
+    c.step_timeout = 0;
+    hall h = {.cell = cell_start(&c), .memory = wire_memory_create()};
+    h.end = cell_client(h.cell);
+    for (int k = 0; k < joined_first; k++) join(&h, k, 2, 60);
+    before(&h);
+    ask_to_record(&h, "middle");
+    after(&h);
+    leave(&h);
+    for (long workers = 1; workers <= 2; workers++) assert_int_equal(cell_replay(path, workers, true), EX_OK);
+    assert_int_equal(unlink(path) | rmdir(folder), 0);
+}
+
+static void some_steps(hall *h)
+{
+    for (int64_t n = 1; n <= 3; n++) {
+        for (int k = 0; k < 2; k++) step(h, k, n, 10 * k);
+        await_answers(h, 2, n, 0);
+    }
+    step(h, 0, 4, 9); /* one is ahead */
+    cell_settle(h->end, h->memory, id_of(0), ++h->sequences[0]);
+}
+
+static void more_steps(hall *h)
+{
+    publish(h, 1, 3, 0, 0); /* its answer was lost; and this is too late: */
+    publish(h, 1, 2, 1, 20);
+    cell_settle(h->end, h->memory, id_of(1), ++h->sequences[1]);
+    step(h, 1, 4, 10);
+    await_answers(h, 2, 4, 0);
+    for (int64_t n = 5; n <= 10; n++) {
+        for (int k = 0; k < 2; k++) step(h, k, n, k ? 10 : 9 - 2 * (double)(n % 2));
+        await_answers(h, 2, n, 0);
+    }
+}
+
+static void a_recording_that_begins_between_steps_replays(void **state)
+{
+    (void)state;
+    replays_from_the_middle(2, some_steps, more_steps);
+}
+
+static void one_waits(hall *h)
+{
+    cell_sphere(h->end, id_of(2), ++h->sequences[2], 0, "post", -10);
+    cell_touches(h->end, id_of(2), ++h->sequences[2], 0);
+    cell_settle(h->end, h->memory, id_of(2), ++h->sequences[2]);
+    step(h, 0, 1, -9);
+    cell_settle(h->end, h->memory, id_of(0), ++h->sequences[0]);
+}
+
+static void the_other_comes(hall *h)
+{
+    for (int i = 0; i < 3; i++) {
+        cell_pose(h->end, id_of(2), ++h->sequences[2], 0, -10 - 0.1 * i);
+        cell_settle(h->end, h->memory, id_of(2), ++h->sequences[2]);
+    }
+    join(h, 1, 2, 60);
+    step(h, 1, 1, 10);
+    await_answers(h, 2, 1, 0);
+}
+
+static void so_does_one_that_begins_before_the_first_step(void **state)
+{
+    (void)state;
+    replays_from_the_middle(1, one_waits, the_other_comes);
+}
+
 static void lock_step_replays(void **state)
 {
     (void)state;
@@ -406,6 +494,8 @@ int main(void)
         cmocka_unit_test(a_client_cannot_use_the_sequence_of_the_daemon),
         cmocka_unit_test(who_comes_and_goes_does_not_postpone_the_timeout),
         cmocka_unit_test(lock_step_replays),
+        cmocka_unit_test(a_recording_that_begins_between_steps_replays),
+        cmocka_unit_test(so_does_one_that_begins_before_the_first_step),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
