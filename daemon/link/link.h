@@ -41,6 +41,7 @@ typedef struct link_options {
     const char *interface; /* network interface or address; "" = loopback only */
     const char *security;  /* DDS: folder of certificates and permissions; "" = no security */
     const char *program;   /* LCM: path of collided-lcm; "" = beside this executable */
+    size_t max_clients;    /* DDS: clients whose speakers it remembers; 0: any number */
     bool must_start;       /* LCM: a gateway that does not start at all is an error; otherwise it is tried again */
 } link_options;
 

@@ -62,7 +62,11 @@ static void on_message(void *context, struct link *from, const wire_message *m)
 static void on_refused(
     void *context, struct link *from, wire_kind kind, int64_t client, int64_t sequence, const wire_refusal *why)
 {
-    apply_reject(context, from, kind, client, sequence, -1, why);
+    service *s = context;
+    size_t most = (size_t)s->config.max_clients;
+    wire_refusal same;
+    if (why->reason == WIRE_LIMIT) apply_limit(s, most, (long)most, "max_clients", &same); /* the only one of a link */
+    apply_reject(s, from, kind, client, sequence, -1, why);
 }
 
 static void on_client_lost(void *context, struct link *from, int64_t client)
@@ -118,6 +122,7 @@ static int open_link(service *s, const char *uri, char *why, size_t why_size)
         .interface = s->config.interface,
         .security = s->config.security,
         .program = s->config.gateway,
+        .max_clients = (size_t)s->config.max_clients,
         .must_start = true};
     if (s->link_count == LINKS_MAX) {
         snprintf(why, why_size, "links: more than %d", LINKS_MAX);
