@@ -104,7 +104,7 @@ typedef struct stream {
 
 typedef struct geometry {
     int64_t hash;
-    int64_t payer;             /* the client whose limit it counts against, from its first piece until it is freed */
+    int64_t payer; /* the client whose limit it counts against, from its first piece on; 0: that one has gone */
     ARRAY(int64_t) announcers; /* clients that announce it and have not taken it back */
     uint8_t kind;
     int32_t pieces, come; /* come: pieces that have arrived */
