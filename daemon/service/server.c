@@ -240,11 +240,12 @@ static const double OVER = 1.2; /* times its budget: a tick that takes longer is
 
 static void tick(service *s)
 {
-    int64_t began = clock_monotonic_ns(), newest = s->latest_pose_ns;
+    int64_t began = clock_monotonic_ns();
     uint64_t told = metric_get(s->count.events_out);
     s->tick++;
     pace_begin(&s->pace, began);
     service_tick(s);
+    int64_t newest = s->latest_pose_ns; /* now: commands of the tick, and steps, have poses, too */
     int64_t ended = clock_monotonic_ns(), took = ended - began;
     pace_end(&s->pace, ended, world_get_figures(s->world).work);
     if (s->config.budget_us > 0 && (double)took > OVER * 1e3 * s->config.budget_us)

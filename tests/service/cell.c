@@ -2,6 +2,7 @@
 
 #include "base/log.h"
 #include "service/server.h"
+#include "service/service.h"
 
 #include <pthread.h>
 #include <stdio.h>
@@ -51,6 +52,11 @@ int cell_stop(cell *c)
     server_destroy(c->server);
     free(c);
     return status;
+}
+
+const struct measures *cell_measures(const cell *c)
+{
+    return &server_service(c->server)->measures;
 }
 
 int cell_replay(const char *path, long workers, bool caches)

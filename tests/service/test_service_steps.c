@@ -2,6 +2,8 @@
  * by policy; who is lost is not waited for; and a recording of it replays. */
 #include "cell.h"
 
+#include "service/service.h"
+
 #include <stdio.h>
 #include <stdlib.h>
 #include <sysexits.h>
@@ -458,6 +460,35 @@ static void so_does_one_that_begins_before_the_first_step(void **state)
     replays_from_the_middle(1, one_waits, the_other_comes);
 }
 
+/* From the stamps of a step to what came of it, not of the step before. */
+static void the_latency_is_that_of_the_step(void **state)
+{
+    (void)state;
+    hall h = enter(0, "hold", "");
+    join(&h, 0, 1, 60);
+    cell_sphere(h.end, id_of(0), ++h.sequences[0], 1, "other", 30);
+    cell_settle(h.end, h.memory, id_of(0), ++h.sequences[0]);
+    const int32_t body = 0;
+    const double position[3] = {29, 0, 0}, orientation[4] = {1, 0, 0, 0};
+    wire_message m = {.kind = WIRE_POSE_BATCH,
+        .pose_batch = {.version = WIRE_VERSION,
+            .client = id_of(0),
+            .sequence = ++h.sequences[0],
+            .step = 1,
+            .stamp_ns = 1000000000, /* long ago */
+            .bodies = {1, &body},
+            .positions = {3, position},
+            .orientations = {4, orientation}}};
+    memory_send(h.end, &m);
+    publish(&h, 0, 1, 0, 0);
+    assert_int_equal(await_answers(&h, 1, 1, 0), 1);
+    cell_settle(h.end, h.memory, id_of(0), ++h.sequences[0]);
+    const histogram *latency = &cell_measures(h.cell)->latency;
+    assert_int_equal(histogram_total(latency), 1);
+    assert_int_equal(latency->below[latency->count], 1);
+    leave(&h);
+}
+
 static void lock_step_replays(void **state)
 {
     (void)state;
@@ -493,6 +524,7 @@ int main(void)
         cmocka_unit_test(nor_from_one_refused_for_its_rate),
         cmocka_unit_test(a_client_cannot_use_the_sequence_of_the_daemon),
         cmocka_unit_test(who_comes_and_goes_does_not_postpone_the_timeout),
+        cmocka_unit_test(the_latency_is_that_of_the_step),
         cmocka_unit_test(lock_step_replays),
         cmocka_unit_test(a_recording_that_begins_between_steps_replays),
         cmocka_unit_test(so_does_one_that_begins_before_the_first_step),
