@@ -48,7 +48,7 @@ static void on_message(void *context, struct link *from, const wire_message *m)
     }
     if (!limits_admit(s, from, m, &why)) {
         refuse(s, from, m, &why);
-        steps_refused(s, from, m);
+        if (why.reason == WIRE_LIMIT) steps_refused(s, from, m); /* it was the client's own */
         return;
     }
     session_heard(s, m);

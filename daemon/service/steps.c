@@ -69,15 +69,17 @@ static bool is_complete(const service *s, const roll *r)
  * first step is waited for from the moment on when all are there. */
 void steps_join(service *s, session *c, int32_t lock_step)
 {
+    if (c->lock_step == lock_step) return;
     bool was = is_member(c);
     roll before = call_roll(s);
     bool all_were_there = all_are_there(s, &before);
     c->lock_step = lock_step;
-    if (was == is_member(c)) return;
-    drop_held(c);
-    c->idle = false;
-    c->published = s->lock_step.done;
-    s->lock_step.members += was ? (size_t)-1 : 1;
+    if (was != is_member(c)) {
+        drop_held(c);
+        c->idle = false;
+        c->published = s->lock_step.done;
+        s->lock_step.members += was ? (size_t)-1 : 1;
+    }
     roll after = call_roll(s);
     if (!all_were_there && all_are_there(s, &after)) s->lock_step.since_ns = 0;
     if (!s->lock_step.members) s->lock_step = (struct lock_step){.members = 0}; /* others may count from the start */

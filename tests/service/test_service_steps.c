@@ -333,6 +333,30 @@ static void nor_from_one_refused_for_its_rate(void **state)
     assert_int_equal(unlink(path) | rmdir(folder), 0);
 }
 
+/* Over another link than its own, what is said in its name breaks nothing. */
+static void a_stranger_cannot_break_a_step(void **state)
+{
+    (void)state;
+    config c = cell_config();
+    c.step_timeout = 0;
+    strcpy(c.links, "memory://cell memory://other");
+    hall h = {.cell = cell_start(&c), .memory = wire_memory_create()};
+    h.end = cell_client(h.cell);
+    for (int k = 0; k < 2; k++) join(&h, k, 2, 60);
+    publish(&h, 0, 1, 1, 10);
+    cell_settle(h.end, h.memory, id_of(0), ++h.sequences[0]);
+    memory_end *hers = h.end, *other = memory_connect("other");
+    h.end = other;
+    publish(&h, 0, 1, 1, 20);
+    assert_int_equal(cell_await(other, h.memory, WIRE_REJECT).reject.reason, WIRE_NOT_YOURS);
+    h.end = hers;
+    publish(&h, 0, 1, 0, 0);
+    publish(&h, 1, 1, 0, 0);
+    assert_int_equal(await_answers(&h, 2, 1, 0), 2);
+    memory_disconnect(other);
+    leave(&h);
+}
+
 /* The daemon ends steps under a sequence of its own: no client speaks under that. */
 static void a_client_cannot_use_the_sequence_of_the_daemon(void **state)
 {
@@ -522,6 +546,7 @@ int main(void)
         cmocka_unit_test(a_limit_bounds_what_waits),
         cmocka_unit_test(a_step_is_not_done_from_a_refused_batch),
         cmocka_unit_test(nor_from_one_refused_for_its_rate),
+        cmocka_unit_test(a_stranger_cannot_break_a_step),
         cmocka_unit_test(a_client_cannot_use_the_sequence_of_the_daemon),
         cmocka_unit_test(who_comes_and_goes_does_not_postpone_the_timeout),
         cmocka_unit_test(the_latency_is_that_of_the_step),
