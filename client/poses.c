@@ -186,6 +186,8 @@ static int send_end_of_step(collided *c, int64_t step)
 {
     const wire_message m = {.kind = WIRE_POSE_BATCH,
         .pose_batch = {.version = WIRE_VERSION, .client = c->id, .sequence = ++c->sequence, .step = step}};
+    c->step_begin = c->step_end;
+    c->step_end = c->sequence;
     c->step_refused = false;
     int failed = session_send(c, &m);
     c->link->ops->flush(c->link);

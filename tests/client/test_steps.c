@@ -111,11 +111,41 @@ static void where_all_are_refused_nothing_is_waited_for(void **state)
     }
 }
 
+/* The refusal of the step before comes while the next one is waited for; then that of this one's poses. */
+static void a_step_is_refused_by_what_belongs_to_it(void **state)
+{
+    (void)state;
+    for (int own = 0; own < 2; own++) {
+        fake_begin((fake_options){.epoch = 1});
+        collided *c = connect_in_step();
+        collided_interest told = subscribe(c);
+        static const collided_shape ball = {.type = COLLIDED_SPHERE, .radius = 0.1, .pose = {.orientation = {1}}};
+        collided_body_def def = collided_body_def_default();
+        def.name = "ball", def.shapes = &ball, def.shape_count = 1;
+        collided_body body = collided_create_body(c, &def);
+        const double position[] = {0, 0, 0}, orientation[] = {1, 0, 0, 0};
+        assert_int_equal(collided_sync(c, 1), COLLIDED_OK);
+        for (int step = 1; step <= 2; step++) {
+            assert_int_equal(collided_publish(c, 1, &body, position, orientation, NULL, NULL, 0, step), COLLIDED_OK);
+            if (step == 1) assert_int_equal(collided_step(c, step, 0), COLLIDED_OK);
+        }
+        meanwhile m = {.client = c,
+            .refused = {fake_message(WIRE_POSE_BATCH, 1), own ? fake_message(WIRE_POSE_BATCH, 2) : NULL},
+            .reason = WIRE_BAD_STEP,
+            .told = told,
+            .step = 2};
+        assert_int_equal(fake_message(WIRE_POSE_BATCH, 1)->pose_batch.bodies.count, 0);
+        assert_int_equal(step_with(c, 2, 1, m), own ? COLLIDED_REJECTED : COLLIDED_OK);
+        collided_close(c);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_refused_subscription_is_not_waited_for),
         cmocka_unit_test(where_all_are_refused_nothing_is_waited_for),
+        cmocka_unit_test(a_step_is_refused_by_what_belongs_to_it),
     };
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
     fake_begin((fake_options){0});
