@@ -224,13 +224,25 @@ static bool take_accuracy(const char *word, collided_accuracy *out)
     return false;
 }
 
+/* An option that would be ignored is refused. Times of impacts have a tolerance at any accuracy. */
+static int check_tolerances(const ctl_options *o, collided_accuracy accuracy)
+{
+    bool tolerance = o->tolerance_m >= 0, relative = o->relative_tolerance >= 0;
+    if (tolerance && relative) return ctl_fail(EX_USAGE, "watch: --tolerance and --relative: say one of them");
+    if (accuracy == COLLIDED_BY_TOLERANCE || o->facts & (COLLIDED_IMPACT | COLLIDED_FORETELL)) return 0;
+    if (!tolerance && !relative) return 0;
+    return ctl_fail(EX_USAGE, "watch: %s says nothing under --accuracy %s, which asks for no width: leave it out",
+        tolerance ? "--tolerance" : "--relative", o->accuracy);
+}
+
 int verb_watch(ctl *c)
 {
     const ctl_options *o = &c->options;
     collided_accuracy accuracy;
     if (!take_accuracy(o->accuracy, &accuracy))
         return ctl_fail(EX_USAGE, "--accuracy '%s': must be boxes, tolerance or verdict", o->accuracy);
-    int status = ctl_connect_guest(c);
+    int status = check_tolerances(o, accuracy);
+    if (!status) status = ctl_connect_guest(c);
     if (status) return status;
     ctl_catch_signals();
     collided_interest_def def = collided_interest_def_default();
@@ -239,7 +251,8 @@ int verb_watch(ctl *c)
     def.select_b = o->select_b;
     def.range_m = o->facts & COLLIDED_DISTANCE ? o->range_m : 0;
     def.accuracy = accuracy;
-    def.relative_tolerance = o->tolerance_m < 0 ? o->relative_tolerance : 0;
+    if (o->relative_tolerance >= 0) def.relative_tolerance = o->relative_tolerance;
+    if (o->tolerance_m >= 0) def.relative_tolerance = 0;
     def.tolerance_m = fmax(o->tolerance_m, 0);
     def.horizon_s = o->facts & COLLIDED_FORETELL ? o->horizon_s : 0;
     def.hysteresis_m = o->hysteresis_m;

@@ -165,6 +165,7 @@ static void watch_tells_impacts_and_what_is_foretold(void **state)
     expect_failure(COLLIDECTL_FAKED, "watch --tolerance nan", EX_USAGE, "from 0 to 1");
     prints("\"hi_s\":null,\"start_ns\":5,\"estimated\":true");
     prints("{\"event\":\"averted\",");
+    ask("watch --seconds 0.01 --facts touch,impact --accuracy boxes --tolerance 0.001"); /* of the times */
     ask("watch --seconds 0.01 --facts touch,foretell");
     says("subscribe 17 * * range 0 horizon 1 rate 0\n");
     prints("impact   bullet                   wall                     [0.04250000000, 0.04250000100] s");
