@@ -96,6 +96,21 @@ static void print_some(const fit_robot *f, bool proven, bool disabled)
             print_pair(f, &f->pairs[i]);
 }
 
+static bool is_open(const fit_pair *p)
+{
+    return p->answer.verdict != NEVER_PROVEN && p->answer.verdict != NEVER_MEET && !p->disabled;
+}
+
+/* They are checked, and may never meet all the same. */
+static void print_open(const fit_robot *f)
+{
+    size_t count = 0;
+    for (size_t i = 0; i < f->pair_count; i++) count += is_open(&f->pairs[i]);
+    if (count > 0) printf("\nneither proven never to meet, nor found to: %zu (they are checked)\n", count);
+    for (size_t i = 0; i < f->pair_count; i++)
+        if (is_open(&f->pairs[i])) print_pair(f, &f->pairs[i]);
+}
+
 static void print_pairs(const fit_robot *f)
 {
     size_t both = count_pairs(f, true, true), ours = count_pairs(f, true, false), only = count_pairs(f, false, true);
@@ -106,6 +121,7 @@ static void print_pairs(const fit_robot *f)
     print_some(f, true, false);
     if (only > 0) printf("\ndisabled by the SRDF, not proven: %zu (its disabling stands)\n", only);
     print_some(f, false, true);
+    print_open(f);
 }
 
 static void print_gain(const fit_robot *f)

@@ -238,6 +238,16 @@ static void fitted_robots_are_loaded(void **state)
         COLLIDECTL_FAKED, "fit " DATA "/arm.urdf --output /proc/no/fitted.yaml", EX_CANTCREAT, "/proc/no/fitted.yaml");
 }
 
+/* A joint without limits: nothing is known of the pair, and that is told. */
+static void what_fit_does_not_decide_is_told(void **state)
+{
+    (void)state;
+    ask("fit " DATA "/floating.urdf --excess 0.05");
+    prints("never meet, proven: 0 of 1 pairs of links\n");
+    prints("neither proven never to meet, nor found to: 1 (they are checked)\n"
+           "  base                     boom                     not looked at\n");
+}
+
 #define WITH_STATE(test) cmocka_unit_test_setup_teardown(test, run_make_state, run_remove_state)
 
 int main(void)
@@ -256,6 +266,7 @@ int main(void)
         WITH_STATE(scenes_tell_how_bodies_are_swept),
         WITH_STATE(queries_and_recordings_are_asked_for),
         WITH_STATE(fitted_robots_are_loaded),
+        WITH_STATE(what_fit_does_not_decide_is_told),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -23,7 +23,7 @@ typedef struct never_answer {
     never_verdict verdict;
     double clearance_m; /* NEVER_PROVEN: they are never nearer than this */
     size_t boxes;       /* looked at */
-    char at[2048]; /* NEVER_MEET: the joints' values, as --joints takes them; those that are not named do not matter;
+    char at[1024]; /* NEVER_MEET: the joints' values, as --joints takes them; those that are not named do not matter;
                     * ends in ",..." where there is no room for all */
 } never_answer;
 
