@@ -6,6 +6,7 @@
 #include "loaders/fit/fit_excess.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -197,6 +198,52 @@ static void concave_links_come_in_pieces_or_stay(void **state)
     pool_free(&p);
 }
 
+/* Two boxes that make an L, 1 m wide and tall, 0.2 m thick, with triangles around. */
+static mesh_triangles angle_iron(pool *p)
+{
+    static const double outline[6][2] = {{0, 0}, {1, 0}, {1, 0.2}, {0.2, 0.2}, {0.2, 1}, {0, 1}};
+    static const int32_t caps[4][3] = {{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 5}};
+    double *points = pool_alloc(p, 12, 3 * sizeof *points);
+    int32_t *corners = pool_alloc(p, 20, 3 * sizeof *corners), *to = corners;
+    for (int i = 0; i < 12; i++) memcpy(points + 3 * i, outline[i % 6], sizeof outline[0]), points[3 * i + 2] = i / 6;
+    for (int i = 0; i < 4; i++) {
+        const int32_t pair[6] = {caps[i][0], caps[i][2], caps[i][1], caps[i][0] + 6, caps[i][1] + 6, caps[i][2] + 6};
+        memcpy(to, pair, sizeof pair), to += 6;
+    }
+    for (int i = 0; i < 6; i++) {
+        int next = (i + 1) % 6;
+        const int32_t side[6] = {i, next, next + 6, i, next + 6, i + 6};
+        memcpy(to, side, sizeof side), to += 6;
+    }
+    return (mesh_triangles){points, 12, corners, 20};
+}
+
+/* As many meshes as give more pieces than a body may have shapes; too far apart for one shape around all. */
+static void too_many_pieces_are_told(void **state)
+{
+    (void)state;
+    enum { MANY = 130 };
+    pool p = {0};
+    fit_link one, l;
+    mesh_triangles iron = angle_iron(&p);
+    load_shape *s = pool_alloc(&p, MANY, sizeof *s);
+    for (int i = 0; i < MANY; i++)
+        s[i] = (load_shape){.shape = {.type = COLLIDED_MESH, .pose = {{i, 0, 0}, {1, 0, 0, 0}}},
+            .mesh = "made here",
+            .scale = {1, 1, 1},
+            .triangles = iron};
+    fit_link_make(&p, &(load_body){.name = "model", .shapes = s, .shape_count = 1}, 0.01, &one);
+    assert_true(one.shape_count * MANY > LOAD_SHAPES_MAX);
+    fit_link_make(&p, &(load_body){.name = "model", .shapes = s, .shape_count = MANY}, 0.01, &l);
+    assert_int_equal(l.how, FIT_AS_IT_WAS);
+    assert_int_equal(l.shape_count, MANY);
+    char words[64];
+    snprintf(words, sizeof words, "its pieces would be %zu shapes", one.shape_count * MANY);
+    assert_non_null(l.note);
+    assert_non_null(strstr(l.note, words));
+    pool_free(&p);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -204,6 +251,7 @@ int main(void)
         cmocka_unit_test(the_bound_holds_on_random_surfaces),
         cmocka_unit_test(open_surfaces_have_none),
         cmocka_unit_test(concave_links_come_in_pieces_or_stay),
+        cmocka_unit_test(too_many_pieces_are_told),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -179,14 +179,17 @@ void fit_link_make(pool *p, const load_body *body, double excess_m, fit_link *ou
         join(p, &each, &part);
         out->ns_before += fit_cost_ns(&body->shapes[i]);
     }
-    if (each.count > LOAD_SHAPES_MAX) { /* more pieces than a body may have */
+    if (each.count > LOAD_SHAPES_MAX) {
         out->how = FIT_AS_IT_WAS;
+        out->note = pool_format(p, "its pieces would be %zu shapes, and a body has at most %d: it stays as it was",
+            each.count, LOAD_SHAPES_MAX);
         each = (choice){pool_alloc(p, body->shape_count, sizeof *each.shapes), body->shape_count, 0, 0, out->ns_before};
         memcpy(each.shapes, body->shapes, body->shape_count * sizeof *each.shapes);
     }
     bool several = body->shape_count > 1 && fit_truth_of(p, body->shapes, body->shape_count, &t);
     if (several && around_all(p, &t, excess_m, each.ns, &one)) {
         out->how = FIT_ONE;
+        out->note = NULL;
         each = one;
     }
     if (out->how == FIT_EACH && body->shape_count == 1) out->how = FIT_ONE;
