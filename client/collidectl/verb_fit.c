@@ -7,7 +7,6 @@
 #include <errno.h>
 #include <string.h>
 #include <sysexits.h>
-#include <time.h>
 #include <unistd.h>
 
 /* ---- progress ---- */
@@ -18,17 +17,10 @@ typedef struct progress {
     bool any;
 } progress;
 
-static double now_s(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
 static void show_progress(void *context, size_t done, size_t of, const char *what)
 {
     progress *p = context;
-    double now = now_s();
+    double now = ctl_now_s();
     if (now - p->told_s < (p->terminal ? 0.1 : 2)) return;
     fprintf(stderr, p->terminal ? "\r\033[Kcollidectl: fit: %zu of %zu: %.80s" : "collidectl: fit: %zu of %zu: %s\n",
         done, of, what);
@@ -195,7 +187,7 @@ static int write_scene(const ctl *c, const fit_robot *f)
 int verb_fit(ctl *c)
 {
     const ctl_options *o = &c->options;
-    progress told = {.told_s = now_s(), .terminal = isatty(STDERR_FILENO)};
+    progress told = {.told_s = ctl_now_s(), .terminal = isatty(STDERR_FILENO)};
     robot_source source = {.urdf = c->arguments[0],
         .srdf = o->srdf,
         .packages = o->packages,
