@@ -9,9 +9,8 @@
 
 #include "ctl.h"
 
-#include <sys/types.h>
-
 #include <stdint.h>
+#include <sys/types.h>
 
 typedef struct trade_row { /* one pair of shape types at one accuracy; "all": the whole session */
     const char *pair, *accuracy;

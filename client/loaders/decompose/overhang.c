@@ -219,16 +219,9 @@ static int outline(flat *points, int count, flat *out)
 /* A frame whose third row is the mean of the normals. */
 static void frame_about(const double *const *normals, int count, double axes[3][3])
 {
-    double *mean = axes[2];
-    memset(mean, 0, sizeof axes[2]);
+    double mean[3] = {0, 0, 0};
     for (int i = 0; i < count; i++) along3(mean, 1, normals[i], mean);
-    double length = norm3(mean);
-    for (int k = 0; k < 3; k++) mean[k] /= length;
-    int least = 0;
-    for (int k = 1; k < 3; k++) least = fabs(mean[k]) < fabs(mean[least]) ? k : least;
-    const double unit[3] = {least == 0, least == 1, least == 2};
-    cross3(mean, unit, axes[0]);
-    cross3(mean, axes[0], axes[1]);
+    frame3(mean, axes);
 }
 
 /* The cone of many normals is that of those that are outermost, seen against their mean: a fan of triangles. */
