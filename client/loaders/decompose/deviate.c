@@ -211,7 +211,7 @@ static bool settled_by_normals(const solid *s, piece *p, const deviate_effort *e
 
 double deviate_find(const solid *s, piece *p, const deviate_effort *effort)
 {
-    if (settled_by_normals(s, p, effort)) return 0;
+    if (!effort->places_only && settled_by_normals(s, p, effort)) return 0;
     pool work = {0};
     search q = {.s = s, .p = p, .rounding = 2 * piece_slack(s), .enough = effort->floor};
     q.heap = pool_alloc(&work, effort->steps + 2, sizeof *q.heap);
