@@ -68,7 +68,7 @@ static double bound_of(model *m, bool by_normals)
     fit_hull h;
     solid_make(&p, &m->mesh, &s);
     assert_true(s.closed && fit_hull_make(&p, m->points, m->mesh.point_count, &h));
-    double bound = by_normals ? overhang_bound(s.overhang, &s, h.planes, h.plane_count, 1e-6, INFINITY)
+    double bound = by_normals ? overhang_bound(s.overhang, &s, h.planes, h.plane_count, 1e-6, INFINITY, OVERHANG_WORK)
                               : fit_excess_of_hull(&s, &h, 0.01);
     pool_free(&p);
     return bound;
@@ -136,6 +136,29 @@ static void the_bound_holds_on_random_surfaces(void **state)
     assert_true(bounded > 12);
 }
 
+/* A floor that cannot be reached makes it split whatever can be: its work ends all the same, and what it had holds. */
+static void the_bound_holds_when_its_work_ends(void **state)
+{
+    (void)state;
+    pool p = {0};
+    model m = {0};
+    solid s;
+    fit_hull h;
+    make(&m, dented, 0.5);
+    double occurs = farthest_of(&m, fit_count(40000)), before = INFINITY;
+    solid_make(&p, &m.mesh, &s);
+    assert_true(fit_hull_make(&p, m.points, m.mesh.point_count, &h));
+    static const size_t work[] = {0, 10000, 1000000, OVERHANG_WORK};
+    for (int i = 0; i < 4; i++) {
+        double bound = overhang_bound(s.overhang, &s, h.planes, h.plane_count, 0, INFINITY, work[i]);
+        assert_true(bound >= occurs - 1e-9 && bound <= before);
+        assert_true(i != 3 || bound < 1.1 * 0.004);
+        assert_true(i != 0 || bound > 1.1 * 0.004); /* there was something to do */
+        before = bound;
+    }
+    pool_free(&p);
+}
+
 static void open_surfaces_have_none(void **state)
 {
     (void)state;
@@ -149,7 +172,7 @@ static void open_surfaces_have_none(void **state)
     assert_false(s.closed);
     assert_true(fit_hull_make(&p, m.points, m.mesh.point_count, &h));
     assert_null(s.overhang);
-    assert_true(isinf(overhang_bound(s.overhang, &s, h.planes, h.plane_count, 1e-6, INFINITY)));
+    assert_true(isinf(overhang_bound(s.overhang, &s, h.planes, h.plane_count, 1e-6, INFINITY, OVERHANG_WORK)));
     assert_true(fit_excess_of_hull(&s, &h, 0.01) > 0.15); /* what is inside of it counts as outside */
     pool_free(&p);
 }
@@ -249,6 +272,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_bound_holds_and_is_close),
         cmocka_unit_test(the_bound_holds_on_random_surfaces),
+        cmocka_unit_test(the_bound_holds_when_its_work_ends),
         cmocka_unit_test(open_surfaces_have_none),
         cmocka_unit_test(concave_links_come_in_pieces_or_stay),
         cmocka_unit_test(too_many_pieces_are_told),
