@@ -80,6 +80,11 @@ static const config_option OPTIONS[] = {
         "each processor of the machine: set workers, too. In the systemd unit, CPUAffinity= does the same."},
     {"status_period", CONFIG_NUMBER, FIELD(status_period), 0.05, 60, NULL, "1", "s", "how often Status is published",
         "Status carries health, limits that were reached and all counters; collidectl status shows it."},
+    {"settle", CONFIG_NUMBER, FIELD(settle), 0, 3600, NULL, "1", "s",
+        "ready once nothing new has been announced for so long since the start; 0: at once",
+        "A daemon that was started again has its world from what its clients announce anew, within a second or so. "
+        "Until nothing more comes, and no body waits for its geometry, its health is starting, and /ready says so; it "
+        "works all the same. After ten times as long it is ready in any case, and the log says what still comes."},
     {"heartbeat", CONFIG_NUMBER, FIELD(heartbeat), 0.01, 3600, NULL, "1", "s",
         "a stream that has had nothing to tell for so long says that it is alive",
         "Nothing is told again that has not changed, so a resting scene is silent but for these. A heartbeat carries "

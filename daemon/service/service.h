@@ -13,6 +13,7 @@
 #include "base/metrics.h"
 #include "base/pace.h"
 #include "base/pair_map.h"
+#include "base/quantiles.h"
 #include "config.h"
 #include "exporter.h"
 #include "link/link.h"
@@ -45,10 +46,16 @@ typedef struct step_mark { /* a simulator's step: the highest of the last tick t
     int64_t step, tick;
 } step_mark;
 
+typedef struct simulation_mark { /* the time in a simulation: the latest of the last tick that was told one, and that
+                                    tick */
+    int64_t now_ns, tick;
+} simulation_mark;
+
 typedef struct held_step { /* poses of a lock-step client, until the step is complete */
     int64_t step;          /* 0: none */
     ARRAY(uint8_t) bytes;  /* messages, each behind its size */
     size_t poses;
+    int64_t simulation_ns; /* 0: not told */
 } held_step;
 
 typedef struct flow { /* how many in a second that began with the first of them; monotonic */
@@ -63,6 +70,7 @@ typedef struct session {
     int64_t lease_ns, heard_ns;                     /* monotonic */
     int64_t letters_tick;                           /* the tick before which the newest of its commands came */
     step_mark step;                                 /* of its poses; step 0: it counts none */
+    simulation_mark simulation;                     /* of its poses */
     bool stepped;                                   /* one has come since the last tick ended */
     size_t body_count, shape_count, interest_count; /* in the world */
     int64_t geometry_bytes;                         /* of geometries that it was the first to announce */
@@ -71,6 +79,9 @@ typedef struct session {
     int64_t published; /* the newest step that it has published whole */
     bool idle;         /* it missed a step, and is not waited for until it publishes one */
     held_step held;
+    int64_t latest_pose_ns; /* the newest stamp of its poses; 0: none is stamped */
+    uint64_t pose_count;    /* that it sent */
+    uint64_t work;          /* units a tick of its subscriptions, while a Status is made */
     uint8_t on_loss;
     bool announced; /* its Client has come */
     bool lost;
@@ -96,6 +107,7 @@ typedef struct stream {
     int64_t batch_tick; /* ... and the tick of that */
     int64_t told_ns;    /* when it last said something, monotonic */
     uint64_t work;      /* units of the world's, told in Status so far */
+    uint64_t events;    /* told on it */
 } stream;
 
 /* ---- geometries ---- */
@@ -161,6 +173,7 @@ typedef struct lock_step {
 
 typedef struct measures { /* for the page that Prometheus reads */
     histogram latency, tick, age, width;
+    quantiles latencies, ticks; /* since the last Status, which tells them */
 } measures;
 
 typedef struct service {
@@ -180,6 +193,7 @@ typedef struct service {
     int64_t latest_pose_ns;       /* the newest stamp of all poses ... */
     int64_t measured_pose_ns;     /* ... and before the last tick */
     step_mark latest_step;        /* of all clients */
+    simulation_mark simulation;   /* of all clients */
     lock_step lock_step;
     int64_t next_heartbeat_ns; /* monotonic; none is due before */
     uint64_t events_hash;
@@ -190,6 +204,9 @@ typedef struct service {
     bool replaying, stopping;
     broad_kind told_broad; /* what the log says last; BROAD_AUTO: nothing yet */
     uint8_t health;
+    bool whole;                     /* nobody has anything to announce any more that was there before the start */
+    int64_t began_ns, announced_ns; /* the links were opened; something new was announced last; monotonic */
+    char settling[160];             /* why it is not whole */
 
     flow rejects; /* of clients without a session */
     ARRAY(session *) sessions;
@@ -254,6 +271,7 @@ void inbox_apply(service *s);
 void inbox_answer(service *s); /* the queries among them; after the tick */
 
 /* apply.c */
+void apply_note_simulation(simulation_mark *last, int64_t tick, int64_t simulation_ns);
 void apply_poses(service *s, struct link *from, const wire_pose_batch *m, bool may_wait);
 void apply_poses_now(service *s, session *c, struct link *from, const wire_pose_batch *m); /* c: NULL if unknown */
 /* False: it names a hull that has not come; nothing was done, and it may be tried again. */
@@ -301,6 +319,12 @@ void service_set_budget(service *s);                                  /* of the 
 void service_replay_budget(service *s, bool budgeted, uint64_t work); /* of the tick that is replayed next */
 void service_tick(service *s);                                        /* of number s->tick, at s->now_ns */
 void service_tell_broad(service *s); /* logs the broad phase that stands, if the log says another one */
+
+/* ready.c: is the world whole? */
+void ready_begin(service *s);            /* the links are open; it is not */
+void ready_announced(service *s);        /* something that the world did not have has come */
+bool ready_check(service *s);            /* false: not yet, and `settling` says why. Once true, always */
+int64_t ready_next_ns(const service *s); /* when to check again, monotonic; INT64_MAX: never */
 
 /* health.c */
 void health_define(measures *m);

@@ -24,7 +24,7 @@ static bool is_member(const session *c)
 
 static void drop_held(session *c)
 {
-    c->held.step = 0;
+    c->held.step = c->held.simulation_ns = 0;
     c->held.bytes.count = c->held.poses = 0;
 }
 
@@ -128,6 +128,7 @@ bool steps_take(service *s, session *c, struct link *from, const wire_pose_batch
         c->published = done;
     }
     c->held.step = m->step;
+    if (m->simulation_ns > c->held.simulation_ns) c->held.simulation_ns = m->simulation_ns;
     if (!m->bodies.count) {
         c->published = m->step;
         c->idle &= in_its_name;
@@ -168,6 +169,18 @@ static void apply_one(service *s, session *c, const wire_message *m)
     apply_poses_now(s, c, c->link, &m->pose_batch);
 }
 
+/* What time it is in the step that all have published: the latest that any of them says; 0: nobody does. */
+static int64_t simulation_of(const service *s, int64_t step)
+{
+    int64_t latest_ns = 0;
+    for (size_t i = 0; i < s->sessions.count; i++) {
+        const session *c = s->sessions.at[i];
+        if (is_member(c) && c->held.step <= step && c->held.simulation_ns > latest_ns)
+            latest_ns = c->held.simulation_ns;
+    }
+    return latest_ns;
+}
+
 /* A member that is ahead of the others keeps what it has published. */
 void steps_complete(service *s)
 {
@@ -176,6 +189,8 @@ void steps_complete(service *s)
     roll r = call_roll(s);
     if (!is_complete(s, &r)) return;
     s->lock_step.missing = 0;
+    int64_t simulation_ns = simulation_of(s, r.least);
+    apply_note_simulation(&s->simulation, s->tick, simulation_ns);
     for (size_t i = 0; i < s->sessions.count; i++) {
         session *c = s->sessions.at[i];
         if (!is_member(c)) continue;
@@ -185,6 +200,7 @@ void steps_complete(service *s)
         }
         s->lock_step.missing += c->idle;
         c->step = (step_mark){r.least, s->tick};
+        apply_note_simulation(&c->simulation, s->tick, simulation_ns);
         c->stepped = true;
     }
     s->latest_step = (step_mark){r.least, s->tick};
@@ -295,7 +311,10 @@ void steps_record(service *s, session *c)
 {
     each_held(s, c, record_one);
     if (!is_member(c) || c->published <= s->lock_step.done) return;
-    record_message(
-        s, &(wire_message){.kind = WIRE_POSE_BATCH,
-               .pose_batch = {.version = WIRE_VERSION, .client = c->client, .sequence = 1, .step = c->published}});
+    record_message(s, &(wire_message){.kind = WIRE_POSE_BATCH,
+                          .pose_batch = {.version = WIRE_VERSION,
+                              .client = c->client,
+                              .sequence = 1,
+                              .step = c->published,
+                              .simulation_ns = c->held.simulation_ns}});
 }

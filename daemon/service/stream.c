@@ -216,6 +216,13 @@ static int64_t step_for(service *s, const stream *to)
     return c && c->step.step ? c->step.step : s->latest_step.step;
 }
 
+/* Likewise. */
+static int64_t simulation_for(service *s, const stream *to)
+{
+    const session *c = session_find(s, to->client);
+    return c && c->simulation.now_ns ? c->simulation.now_ns : s->simulation.now_ns;
+}
+
 static wire_message message_for(service *s, const stream *to)
 {
     return (wire_message){.kind = WIRE_EVENT_BATCH,
@@ -228,6 +235,7 @@ static wire_message message_for(service *s, const stream *to)
             .stamp_ns = s->now_ns,
             .latest_pose_ns = s->latest_pose_ns,
             .step = step_for(s, to),
+            .simulation_ns = simulation_for(s, to),
             .missing = s->lock_step.missing,
             .parts = 1,
             .stream = to->name}};
@@ -267,6 +275,7 @@ static void publish(service *s, stream *to, const world_batch *b)
     expect_heartbeat(s, to);
     metric_count(s->count.batches_out, (uint64_t)parts);
     metric_count(s->count.events_out, b->count);
+    to->events += b->count;
 }
 
 /* What a simulator is answered is whole: it need not keep what it was told before. */
