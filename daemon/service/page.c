@@ -68,7 +68,7 @@ static const single SINGLES[] = {
     {"tick_p99_ns", "99 of 100 ticks since the last Status took at most this", true},
     {"tick_most_ns", "the longest tick since the last Status", true},
     {"lock_step_clients", "clients in lock-step with each other", true},
-    {"ticks", "ticks", false},
+    {"ticks", "ticks since the start", false},
     {"moves", "poses applied", false},
     {"events", "events of the world", false},
     {"narrow_queries", "full queries of the narrow phase", false},

@@ -84,6 +84,7 @@ static void help_lists_the_options_of_each_verb(void **state)
         const char *verb, *options;
     } cases[] = {
         {"status", "--json --wait"},
+        {"top", "--json --once --seconds"},
         {"load", "--srdf --package --prefix --pose --state --joints --fixed --deadline --stay"},
         {"fit", "--srdf --package --excess --output --json"},
         {"remove", ""},
