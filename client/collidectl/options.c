@@ -66,6 +66,8 @@ static const option table[] = {
     {"--system-root", "DIR", TEXT, AT(system_root), 0, 0, "doctor", "read DIR/proc instead of /proc, for tests"},
     {"--out", "PREFIX", TEXT, AT(out), 0, 0, "trade",
         "files of the picture: PREFIX.svg, PREFIX.png, PREFIX.tsv and PREFIX.gnuplot; default trade"},
+    {"--speed", "X", NUMBER, AT(speed), 0, 1000000, "replay",
+        "at so many times the recorded speed; default 0 = as fast as possible"},
     {"--workers", "N", COUNT, AT(workers), 1, 64, "replay trade", "threads of the narrow phase; of trade, default 1"},
 };
 enum { OPTIONS = sizeof table / sizeof *table };

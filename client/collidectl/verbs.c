@@ -53,7 +53,9 @@ const ctl_verb ctl_verbs[] = {
     {"record", "NAME", 1, 1, verb_record, "Records, on the daemon, all that it is told",
         "The daemon chooses the folder.\n"},
     {"replay", "FILE", 1, 1, verb_replay, "Runs a recording through a daemon of its own, without network",
-        "Runs 'collided --replay', found beside collidectl or in PATH.\n"},
+        "Runs 'collided --replay', found beside collidectl or in PATH. Each tick is held against what was recorded; of "
+        "the\n"
+        "first that differs it tells the event and the fields, with both values.\n"},
     {"trade", "[FILE]", 0, 1, verb_trade, "Tells what accuracy costs in a recorded session, and which to use",
         "The recording is replayed at each accuracy side by side, by 'collided --replay FILE --trade'. Without FILE\n"
         "the daemon records itself first, for --seconds, in its record_dir. Prints, per pair of shape types and\n"

@@ -138,9 +138,18 @@ static const config_option OPTIONS[] = {
         "folder in which clients may start recordings; empty: they may not",
         "collidectl record NAME then writes NAME into that folder. The systemd unit may write below "
         "/var/lib/collided only."},
+    {"record_events", CONFIG_YES, FIELD(record_events), 0, 0, NULL, "yes", "",
+        "record also what is told, so that a replay that differs says what differs",
+        "Without, a recording has the commands and a hash of the events, and is smaller: an event takes some 300 "
+        "bytes. "
+        "Either is replayed alike."},
     {"replay", CONFIG_TEXT, FIELD(replay), 0, 0, NULL, "", "",
         "run a recording instead of live links, compare its hashes, and end",
         "No link is opened. The exit status is 0 if every tick is equal to the recording."},
+    {"replay_speed", CONFIG_NUMBER, FIELD(replay_speed), 0, 1000000, NULL, "0", "times",
+        "how fast to replay, as a multiple of the recorded time; 0: as fast as possible",
+        "The events are the same at any speed: ticks are given the recorded clock. SIGINT ends it after the tick that "
+        "runs, and what came until then is compared."},
     {"trade", CONFIG_YES, FIELD(trade), 0, 0, NULL, "no", "",
         "replay at every accuracy side by side, and print what each costs and how far off it is",
         "For collidectl trade, which makes a table, a picture and a recommendation of what this prints. Needs replay; "

@@ -373,7 +373,7 @@ static void begin(server *v)
 int server_run(server *v)
 {
     link_sink sink = sink_of(&v->s);
-    if (v->s.replaying) return replay_run(&v->s, &sink);
+    if (v->s.replaying) return replay_run(&v->s, &sink, &v->stop);
     begin(v);
     while (!v->stop) {
         one_round(v, &sink);

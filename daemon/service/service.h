@@ -108,6 +108,7 @@ typedef struct stream {
     int64_t told_ns;    /* when it last said something, monotonic */
     uint64_t work;      /* units of the world's, told in Status so far */
     uint64_t events;    /* told on it */
+    int64_t recorded;   /* the number of its last batch in a recording */
 } stream;
 
 /* ---- geometries ---- */
@@ -227,6 +228,9 @@ typedef struct service {
     /* What a measurement asks instead of what the clients ask; NULL: nothing. */
     void (*amend_interest)(const void *context, world_interest *def);
     const void *amend_context;
+    /* Who hears of each tick before it is published; NULL: nobody. */
+    void (*on_batches)(void *context, const world_batches *batches);
+    void *on_batches_context;
 } service;
 
 /* session.c */
@@ -294,6 +298,10 @@ void stream_open(service *s, session *c, const wire_interest *m, uint32_t world_
 void stream_end(service *s, uint32_t world_id, uint8_t cause); /* and the interest with it, in the next tick */
 void stream_close(service *s, uint32_t world_id);
 void stream_reader(service *s, struct link *from, const char *name);
+/* What the tick tells, snapshots apart, on every stream, whether it has a reader or not: as it is recorded. The message
+ * is valid during the visit. Before stream_publish, which closes streams. */
+typedef void stream_visit(void *context, const wire_message *m);
+void stream_each(service *s, const world_batches *batches, stream_visit *visit, void *context);
 void stream_ask_all(service *s); /* before the tick: lock-step clients are told also what is as it was */
 void stream_publish(service *s, const world_batches *batches);
 void stream_heartbeats(service *s); /* on those that have been silent for a period */
@@ -335,6 +343,7 @@ void health_publish(service *s);
 void record_state(service *s); /* all that is announced now, as if it came anew */
 int record_start(service *s, const char *path, char *why, size_t why_size);
 void record_message(service *s, const wire_message *m);
+void record_events(service *s, const world_batches *batches); /* before they are published */
 void record_tick(service *s);
 void record_lost(service *s, int64_t client);
 void record_stop(service *s);

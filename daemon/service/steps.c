@@ -131,7 +131,7 @@ bool steps_take(service *s, session *c, struct link *from, const wire_pose_batch
     if (m->simulation_ns > c->held.simulation_ns) c->held.simulation_ns = m->simulation_ns;
     if (!m->bodies.count) {
         c->published = m->step;
-        c->idle &= in_its_name;
+        c->idle = in_its_name; /* in a replay, too: it is told (missing) */
         return true;
     }
     wire_refusal why;

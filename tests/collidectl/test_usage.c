@@ -94,7 +94,7 @@ static void help_lists_the_options_of_each_verb(void **state)
             "--a --b --facts --horizon --range --accuracy --tolerance --relative --hysteresis --rate --json --seconds"},
         {"query", "--json --tolerance --length --linear --angular --span"},
         {"record", "--seconds"},
-        {"replay", "--workers --json"},
+        {"replay", "--speed --workers --json"},
         {"trade", "--json --seconds --workers --out"},
         {"doctor", "--json --peer --list --system-root"},
         {"forget", ""},
