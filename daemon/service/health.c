@@ -62,6 +62,8 @@ static void add_world(const service *s, sheet *t)
 {
     static char rungs[RUNG_COUNT][48];
     world_figures f = world_get_figures(s->world);
+    sheet_add(t, "ready", s->whole && s->health != WIRE_HEALTH_STOPPING);
+    sheet_add(t, "limits_reached", *s->limits != '\0');
     sheet_add(t, "clients", (int64_t)s->sessions.count);
     sheet_add(t, "bodies", (int64_t)f.bodies);
     sheet_add(t, "shapes", (int64_t)f.shapes);

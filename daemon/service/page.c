@@ -41,6 +41,8 @@ typedef struct single {
 } single;
 
 static const single SINGLES[] = {
+    {"ready", "1 once the world is whole, until the daemon ends", true},
+    {"limits_reached", "1 for a minute after a limit was reached", true},
     {"clients", "clients that are known", true},
     {"bodies", "bodies in the world", true},
     {"shapes", "shapes in the world, children of compounds included", true},

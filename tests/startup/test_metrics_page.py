@@ -14,7 +14,13 @@ import time
 from rig import BIN, DAEMON, check, finish, isolate, refused, until
 
 WORK = sys.argv[2]  # promtool is unpacked there
+MONITORING = sys.argv[3]
 PORT = 9464
+FAMILIES = {"in_": "messages_in_total", "reject_": "messages_rejected_total", "pairs_by_": "pairs_settled_total",
+            "work_of_": "stream_work_units", "events_of_": "stream_events_total", "client_name_": "client_info",
+            "lost_client_": "lost_client_bodies", "client_bodies_": "client_bodies",
+            "client_silent_ns_": "client_silent_seconds", "client_pose_age_ns_": "client_pose_age_seconds",
+            "client_poses_": "client_poses_total", "client_work_": "client_work_units"}
 PROMTOOL = os.path.join(WORK, "prometheus", "usr", "bin", "promtool")
 
 
@@ -94,15 +100,30 @@ def each_figure_has_help_of_its_own():
     check(status.returncode == 0, f"collidectl status: {status.stderr}")
     own = {"client_" + name for name in ("repeats", "announced_again", "foreign_messages", "malformed_messages",
                                          "rejections_dropped", "batches_lost", "stalls", "send_failures")}
-    families = {"in_": "messages_in_total", "reject_": "messages_rejected_total", "pairs_by_": "pairs_settled_total",
-                "work_of_": "stream_work_units", "events_of_": "stream_events_total", "client_name_": "client_info",
-                "lost_client_": "lost_client_bodies", "client_bodies_": "client_bodies",
-                "client_silent_ns_": "client_silent_seconds", "client_pose_age_ns_": "client_pose_age_seconds",
-                "client_poses_": "client_poses_total", "client_work_": "client_work_units"}
     for name in json.loads(status.stdout)["counters"].keys() - own:
-        family = next((f for prefix, f in families.items() if name.startswith(prefix)), None)
+        family = next((f for prefix, f in FAMILIES.items() if name.startswith(prefix)), None)
         alone = [name.replace("_ns", "_seconds") + end for end in ("", "_total")]
         check(family in helps or any(a in helps for a in alone), f"{name} of Status is not on the page")
+
+
+def monitoring_asks_for_figures_that_there_are():
+    """docker/monitoring: Prometheus takes it, and each name in the dashboard and the alerts is on the page."""
+    page = get("/metrics")[1]
+    there = set(re.findall(r"^# TYPE (collided_\S+)", page, re.M)) | {"collided_" + name for name in FAMILIES.values()}
+    with open(os.path.join(MONITORING, "collided.json"), encoding="utf-8") as file:
+        panels = json.load(file)["panels"]
+    with open(os.path.join(MONITORING, "rules.yml"), encoding="utf-8") as file:
+        asked = re.findall(r"expr: (.*)", file.read())
+    asked += [target["expr"] for panel in panels for target in panel["targets"]]
+    check(len(panels) > 10 and len(asked) > 20, f"{len(panels)} panels, {len(asked)} expressions")
+    for expression in asked:
+        for name in re.findall(r"collided_\w+", expression):
+            check(re.sub("_bucket$", "", name) in there, f"{name} in {expression} is not on the page")
+    if not os.path.exists(PROMTOOL):
+        return
+    for arguments in (["config", "prometheus.yml"], ["rules", "rules.yml"]):
+        done = subprocess.run([PROMTOOL, "check", *arguments], cwd=MONITORING, capture_output=True, text=True, check=False)
+        check(done.returncode == 0, f"promtool check {arguments}: {done.stdout}{done.stderr}")
 
 
 def it_is_ready_once_its_world_is_whole(daemon):
@@ -156,6 +177,7 @@ try:
     a_page_that_promtool_accepts()
     it_tells_what_happens()
     each_figure_has_help_of_its_own()
+    monitoring_asks_for_figures_that_there_are()
     probes_are_answered()
     only_this_machine()
     nonsense_is_bounded()
