@@ -131,7 +131,8 @@ static const config_option OPTIONS[] = {
         "Of all kinds; what exceeds is refused, and told at most 100 times a second."},
     {"max_client_poses", CONFIG_WHOLE, FIELD(max_client_poses), 1, 1000000000, NULL, "100000000", "poses/s",
         "poses of one client in a second", "A batch that exceeds is refused as a whole."},
-    {"record", CONFIG_TEXT, FIELD(record), 0, 0, NULL, "", "", "record all commands to this file (LCM's log format)",
+    {"record", CONFIG_TEXT, FIELD(record), 0, 0, NULL, "", "",
+        "record all commands and events to this file (LCM's log format)",
         "Must not exist yet. Written from the start on; collided --replay runs it again and compares every "
         "tick."},
     {"record_dir", CONFIG_TEXT, FIELD(record_dir), 0, 0, NULL, "", "",
