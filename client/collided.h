@@ -299,6 +299,12 @@ collided_status collided_publish(collided *c, size_t count, const collided_body 
  * COLLIDED_REJECTED if the others are beyond that step, or the one before is not done, or the daemon refused each
  * subscription of rate_hz 0; COLLIDED_BAD_ARGUMENT if this client is not in lock-step, or has no such subscription. */
 collided_status collided_step(collided *c, int64_t step, double timeout_s);
+/* Says what time it is in the simulation. In nanoseconds on its own clock, at least 0; 0 (as at the beginning) = it is
+ * not told. What is published from now on, ends of steps included, carries it, and so do the batches that follow from
+ * it (collided_batch.simulation_ns), beside the daemon's time: whoever logs or plots events need not translate. It
+ * orders nothing and makes nothing old: that is for stamp_ns, on the clock of the computers. In lock-step all say the
+ * same; if not, the latest counts. COLLIDED_BAD_ARGUMENT if it is negative. */
+collided_status collided_set_simulation_time(collided *c, int64_t simulation_ns);
 /* Publishes poses of bodies that did not move there. They are there from now on, without a way that could be swept:
  * their contacts end with the cause "teleport". As collided_publish, but the stamp may also go back in time. */
 collided_status collided_teleport(collided *c, size_t count, const collided_body *bodies, const double *positions,
@@ -394,8 +400,10 @@ typedef struct collided_batch { /* all events of one tick on one stream; or a he
                                    name is not delivered */
     const char *stream;
     int64_t epoch, batch, tick, stamp_ns, latest_pose_ns, step;
-    int32_t missing; /* lock-step clients that the newest step was done without */
-    int64_t undone;  /* pairs of this interest that the budget of the tick left with a wider interval than it asks */
+    int64_t simulation_ns; /* what time it is in the simulation, as the newest step's poses said it: this client's, if
+                              it says it, or else whoever's; 0 = nobody has (collided_set_simulation_time) */
+    int32_t missing;       /* lock-step clients that the newest step was done without */
+    int64_t undone; /* pairs of this interest that the budget of the tick left with a wider interval than it asks */
     bool heartbeat; /* nothing has changed since the last batch, whose number this has: what was told holds still. Comes
                        when a stream has been silent for the daemon's `heartbeat`, 1 s */
     int64_t oldest_pose_ns; /* of a heartbeat: the oldest stamp of the poses that what was told rests on; 0 = none is

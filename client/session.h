@@ -29,7 +29,7 @@ typedef struct body_record {
     bool has_linear, has_angular;
     bool teleported;  /* `pose` was not reached from what was announced by a way: told so with the acknowledgement */
     int64_t stamp_ns; /* of `pose`; 0 = none since it was announced */
-    int64_t step;
+    int64_t step, simulation_ns;
 } body_record;
 
 typedef struct geometry_record {
@@ -107,6 +107,7 @@ struct collided {
     bool in_callback;
     size_t delivered; /* callbacks run */
     int64_t awaited_step;
+    int64_t simulation_ns; /* told with poses; 0 = not told */
     wire_message *answer;
     collided_rejected *on_rejected;
     void *on_rejected_context;

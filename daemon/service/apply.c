@@ -79,6 +79,13 @@ static void note_step(step_mark *last, int64_t tick, int64_t step)
     if (step && (last->tick != tick || step >= last->step)) *last = (step_mark){step, tick};
 }
 
+/* As with steps: what time it is stays known beyond the tick, and a simulation that begins anew goes back. */
+void apply_note_simulation(simulation_mark *last, int64_t tick, int64_t simulation_ns)
+{
+    if (simulation_ns && (last->tick != tick || simulation_ns > last->now_ns))
+        *last = (simulation_mark){simulation_ns, tick};
+}
+
 /* The newest sequence wins. A batch waits for the commands of this tick, once, if some of its client are among them or
  * it has a body that is not known yet. */
 static bool teleports(const wire_pose_batch *m, uint32_t i)
@@ -120,7 +127,11 @@ void apply_poses_now(service *s, session *c, struct link *from, const wire_pose_
     if (m->stamp_ns > s->latest_pose_ns) s->latest_pose_ns = m->stamp_ns;
     note_step(&s->latest_step, s->tick, m->step);
     if (c) note_step(&c->step, s->tick, m->step);
+    apply_note_simulation(&s->simulation, s->tick, m->simulation_ns);
+    if (c) apply_note_simulation(&c->simulation, s->tick, m->simulation_ns);
     if (c && m->step) c->stepped = true;
+    if (c && m->stamp_ns > c->latest_pose_ns) c->latest_pose_ns = m->stamp_ns;
+    if (c) c->pose_count += m->bodies.count;
     uint32_t unknown = 0, older = 0;
     size_t next = 0;
     int32_t first_unknown = -1, first_older = -1;
@@ -382,6 +393,7 @@ static void apply_client(service *s, session *c, const wire_client *m)
     c->lease_ns = m->lease_ns;
     c->on_loss = m->on_loss;
     steps_join(s, c, m->lock_step);
+    if (is_new) ready_announced(s);
     if (strcmp(c->name, m->name) != 0) {
         free(c->name);
         c->name = base_strdup(m->name);
@@ -423,12 +435,15 @@ bool apply_command(service *s, struct link *from, const wire_message *m, bool ma
         apply_client(s, c, &m->client);
         break;
     case WIRE_GEOMETRY:
+        ready_announced(s);
         geometry_put(s, &m->geometry, &why);
         break;
     case WIRE_BODY:
+        ready_announced(s);
         apply_body(s, c, &m->body, &why);
         break;
     case WIRE_INTEREST:
+        ready_announced(s);
         apply_interest(s, c, &m->interest, &why);
         break;
     case WIRE_VERTEX_BATCH:

@@ -250,10 +250,14 @@ static void tick(service *s)
     pace_end(&s->pace, ended, world_get_figures(s->world).work);
     if (s->config.budget_us > 0 && (double)took > OVER * 1e3 * s->config.budget_us)
         metric_count(s->count.budget_over, 1);
-    if (newest != s->measured_pose_ns && metric_get(s->count.events_out) != told)
-        histogram_add(&s->measures.latency, 1e-9 * (double)(clock_wall_ns() - newest));
+    if (newest != s->measured_pose_ns && metric_get(s->count.events_out) != told) {
+        int64_t latency = clock_wall_ns() - newest;
+        histogram_add(&s->measures.latency, 1e-9 * (double)latency);
+        quantiles_add(&s->measures.latencies, latency);
+    }
     s->measured_pose_ns = newest;
     histogram_add(&s->measures.tick, 1e-9 * (double)took);
+    quantiles_add(&s->measures.ticks, took);
     metric_count(s->count.busy_ns, (uint64_t)took);
     metric_set(s->count.tick_ns, (uint64_t)took);
 }
@@ -285,6 +289,7 @@ static int wait_ms(const server *v)
     const service *s = &v->s;
     int64_t now = clock_monotonic_ns(), next = earlier(v->next_status_ns, session_next_lease_ns(s));
     next = earlier(next, earlier(s->next_heartbeat_ns, steps_next_ns(s)));
+    next = earlier(next, ready_next_ns(s));
     if (s->config.rate > 0)
         next = earlier(next, v->next_tick_ns);
     else if (world_changed(s->world))
@@ -327,6 +332,11 @@ static void tell_health(const service *s)
     notify_state(state);
 }
 
+static uint8_t health_now(const service *s)
+{
+    return !s->whole ? WIRE_HEALTH_STARTING : *s->limits ? WIRE_HEALTH_DEGRADED : WIRE_HEALTH_READY;
+}
+
 static void one_round(server *v, const link_sink *sink)
 {
     service *s = &v->s;
@@ -341,9 +351,10 @@ static void one_round(server *v, const link_sink *sink)
         tick(s);
     }
     stream_heartbeats(s);
-    if (s->monotonic_ns < v->next_status_ns) return;
+    bool was_whole = s->whole, is_whole = ready_check(s);
+    if (s->monotonic_ns < v->next_status_ns && is_whole == was_whole) return;
     uint8_t before = s->health;
-    publish_status(v, *s->limits ? WIRE_HEALTH_DEGRADED : WIRE_HEALTH_READY);
+    publish_status(v, health_now(s));
     if (s->health != before) tell_health(s);
 }
 
@@ -372,7 +383,8 @@ static void begin(server *v)
     snprintf(state, sizeof state, "%s is ready, %u worker(s), epoch %" PRId64, s->daemon_name, worker_count(&s->config),
         s->epoch);
     log_notice("%s", state);
-    publish_status(v, WIRE_HEALTH_READY);
+    ready_begin(s);
+    publish_status(v, health_now(s));
     v->manager = notify_start();
     notify_ready(state);
 }
@@ -380,7 +392,7 @@ static void begin(server *v)
 int server_run(server *v)
 {
     link_sink sink = sink_of(&v->s);
-    if (v->s.replaying) return replay_run(&v->s, &sink);
+    if (v->s.replaying) return replay_run(&v->s, &sink, &v->stop);
     begin(v);
     while (!v->stop) {
         one_round(v, &sink);
