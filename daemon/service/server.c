@@ -371,8 +371,9 @@ static void one_round(server *v, const link_sink *sink)
 /* ---- where poses arrive ---- */
 
 /* A hand-over to the tick thread takes about as long as a small round. But a long one would keep the link's thread from
- * its packets, and poses that follow each other closely are cheaper by the batch, while the next ones are received. */
-static const int64_t LONG_ROUND_NS = 300000, PAUSE_NS = 10000;
+ * its packets, and poses that follow each other closely are cheaper by the batch, while the next ones are received. How
+ * long a round will be is told by those before, and by what it takes to apply its poses. */
+static const int64_t LONG_ROUND_NS = 300000, LONG_RECEIVE_NS = 75000, PAUSE_NS = 10000;
 enum { CLOSE_OFFERS_MAX = 8 };
 
 /* With the lock. The files of a recording are the tick thread's, and so are a clock's ticks. */
@@ -401,12 +402,11 @@ static bool poses_arrived(void *context, struct link *from)
         link_sink sink = sink_of(s);
         set_clock(v);
         from->ops->receive_poses(from, &sink);
-        if (!s->inbox.letters.count) {
-            uint64_t ticks = s->tick;
-            tick_if_due(v, s->monotonic_ns);
-            metric_count(s->count.ticks_on_arrival, s->tick - ticks);
-        }
-        if (s->inbox.letters.count || next_wake_ns(v) < v->wakes_ns) wake(s->wake_fd);
+        bool small = !s->inbox.letters.count && clock_monotonic_ns() - s->monotonic_ns < LONG_RECEIVE_NS;
+        int64_t ticks = s->tick;
+        if (small) tick_if_due(v, s->monotonic_ns);
+        metric_count(s->count.ticks_on_arrival, (uint64_t)(s->tick - ticks));
+        if (!small || next_wake_ns(v) < v->wakes_ns) wake(s->wake_fd);
     }
     v->offered_ns = clock_monotonic_ns();
     pthread_mutex_unlock(&v->lock);
