@@ -222,6 +222,19 @@ static void sleep_until(collided *c, int64_t when_ns)
         (void)session_fail(c, COLLIDED_TRANSPORT, "eventfd: %s", strerror(errno));
 }
 
+/* Until something has come or is due. */
+static void sleep_once(collided *c, int64_t now_ns, int64_t deadline_ns)
+{
+    int64_t next = stream_tend(c, now_ns);
+    sleep_until(c, next < deadline_ns ? next : deadline_ns);
+}
+
+void session_sleep(collided *c, int64_t deadline_ns)
+{
+    int64_t now = session_monotonic_ns();
+    if (now < deadline_ns) sleep_once(c, now, deadline_ns);
+}
+
 bool session_wait(collided *c, int64_t deadline_ns, bool (*done)(const collided *c))
 {
     for (;;) {
@@ -231,8 +244,7 @@ bool session_wait(collided *c, int64_t deadline_ns, bool (*done)(const collided 
         pthread_mutex_unlock(&c->lock);
         int64_t now = session_monotonic_ns();
         if (is_done || now >= deadline_ns) return is_done;
-        int64_t next = stream_tend(c, now);
-        sleep_until(c, next < deadline_ns ? next : deadline_ns);
+        sleep_once(c, now, deadline_ns);
     }
 }
 

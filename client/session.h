@@ -149,6 +149,9 @@ void session_keep_rejection(collided *c, const wire_reject *why);
 /* The caller's thread, without the lock: receives and runs callbacks until `done` (called with the lock held) or the
  * deadline. True if done. */
 bool session_wait(collided *c, int64_t deadline_ns, bool (*done)(const collided *c));
+/* The same thread: waits until there is something to receive or to do, or for the deadline. Whatever has come since it
+ * was last looked for keeps the descriptor readable, so that this may come before the looking. */
+void session_sleep(collided *c, int64_t deadline_ns);
 bool session_known(const collided *c); /* with the lock held: the daemon has heard and answered who we are */
 bool session_unheard(collided *c);     /* no daemon has been heard for SESSION_SILENCE_NS */
 
