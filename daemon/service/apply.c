@@ -105,7 +105,8 @@ static void move(service *s, uint32_t id, const wire_pose_batch *m, uint32_t i)
 void apply_poses(service *s, struct link *from, const wire_pose_batch *m, bool may_wait)
 {
     session *c = session_find(s, m->client);
-    if (may_wait && (!c || c->letters_tick == s->tick || !knows_all(c, m))) {
+    bool is_mark = m->sequence == STEP_IN_ITS_NAME && m->bodies.count; /* it comes before what waits */
+    if (may_wait && (!c || (!is_mark && (c->letters_tick == s->tick || !knows_all(c, m))))) {
         inbox_put(s, from, &(wire_message){.kind = WIRE_POSE_BATCH, .pose_batch = *m});
         return;
     }
