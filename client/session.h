@@ -1,6 +1,7 @@
 /* session: the client's state, and the two threads that share it.
  *
- * The caller's thread runs every function of collided.h and all callbacks; it alone receives event batches and answers.
+ * The caller's thread runs every function of collided.h and all callbacks; it alone receives event batches and answers,
+ * unless it sleeps, and on_arrival lets a thread of the transport's stand in for it (session.c, stand_in).
  * The keeper, a thread of the library, receives acks, rejects and status, repeats what nobody acknowledged, and sends
  * heartbeats, so that a client that only sleeps keeps its lease and outlives a restart of the daemon. What both touch
  * is under `lock`, which no callback ever runs under. */
@@ -74,6 +75,11 @@ struct collided {
     collided_on_loss on_loss;
     int keeper_wake, caller_wake; /* eventfds */
     pthread_t keeper;
+    bool on_arrival;
+
+    /* under turn: while the caller's thread sleeps, a thread of the transport's may take its place and receive */
+    pthread_mutex_t turn;
+    bool sleeping;
 
     /* under lock */
     pthread_mutex_t lock;
@@ -145,6 +151,9 @@ void session_keep_rejection(collided *c, const wire_reject *why);
 /* The caller's thread, without the lock: receives and runs callbacks until `done` (called with the lock held) or the
  * deadline. True if done. */
 bool session_wait(collided *c, int64_t deadline_ns, bool (*done)(const collided *c));
+/* The same thread: waits until there is something to receive or to do, or for the deadline. Whatever has come since it
+ * was last looked for keeps the descriptor readable, so that this may come before the looking. */
+void session_sleep(collided *c, int64_t deadline_ns);
 bool session_known(const collided *c); /* with the lock held: the daemon has heard and answered who we are */
 bool session_unheard(collided *c);     /* no daemon has been heard for SESSION_SILENCE_NS */
 

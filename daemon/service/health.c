@@ -37,6 +37,8 @@ void health_register(service *s)
     s->count.record_failures = metrics_add(m, "record_failures", "records that the disk refused");
     s->count.busy_ns = metrics_add(m, "busy_ns", "nanoseconds spent in ticks");
     s->count.tick_ns = metrics_add(m, "last_tick_ns", "nanoseconds of the last tick");
+    s->count.ticks_on_arrival =
+        metrics_add(m, "ticks_on_arrival", "ticks that ran on the thread that poses arrived on, without a hand-over");
 }
 
 static void define(histogram *h, const char *name, const char *help, const double *bounds, size_t count)

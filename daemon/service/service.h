@@ -161,6 +161,7 @@ typedef struct counters { /* metrics that the service itself counts */
     metric *rejects[WIRE_REASON_COUNT];
     metric *rejects_untold, *clients_lost, *duplicates, *batches_out, *events_out, *late_poses;
     metric *budget_over, *record_failures, *heartbeats, *steps, *steps_missed, *answers, *acks, *tick_ns, *busy_ns;
+    metric *ticks_on_arrival;
 } counters;
 
 typedef struct lock_step {
