@@ -13,6 +13,7 @@
 #include "mesh_pair.h"
 #include "near_features.h"
 #include "order.h"
+#include "placed_road.h"
 #include "scalar.h"
 #include "short_road.h"
 
@@ -173,14 +174,19 @@ void narrow_query(const shape *a, const shape *b, const pose *b_in_a, const narr
 }
 
 /* A's frame to world axes. */
+static void turn_by(narrow_result *r, const mat3 *m)
+{
+    r->axis = vec_unit(mat_mul(*m, r->axis));
+    r->point_a = mat_mul(*m, r->point_a);
+    r->point_b = mat_mul(*m, r->point_b);
+    for (uint32_t i = 0; i < r->manifold.count; i++)
+        r->manifold.points[i].point = mat_mul(*m, r->manifold.points[i].point);
+}
+
 static void turn(narrow_result *r, quat q)
 {
     mat3 m = quat_matrix(q);
-    r->axis = vec_unit(mat_mul(m, r->axis));
-    r->point_a = mat_mul(m, r->point_a);
-    r->point_b = mat_mul(m, r->point_b);
-    for (uint32_t i = 0; i < r->manifold.count; i++)
-        r->manifold.points[i].point = mat_mul(m, r->manifold.points[i].point);
+    turn_by(r, &m);
 }
 
 static void move_origin(narrow_result *r, vec3 shift)
@@ -203,18 +209,29 @@ static void swap_roles(narrow_result *r)
     }
 }
 
+static bool answer_placed(
+    const shape *a, pose at_a, const shape *b, pose at_b, const narrow_request *request, narrow_result *result)
+{
+    placed_road *road = placed_road_for(a, b, request);
+    if (!road) return false;
+    narrow_placement place_a = narrow_placement_of(at_a), place_b = narrow_placement_of(at_b);
+    return road(a, &place_a, b, &place_b, request, result);
+}
+
 void narrow_query_world(const shape *a, pose pose_a, const shape *b, pose pose_b, const narrow_request *request,
     narrow_scratch *scratch, narrow_result *result)
 {
     int order = order_shapes(a, b);
-    bool swapped = order > 0 || (order == 0 && order_poses(pose_a, pose_b) > 0);
+    bool swapped = order > 0 || (order == 0 && order_poses(pose_a, pose_b) > 0), refine = false;
     pose first = swapped ? pose_b : pose_a, second = swapped ? pose_a : pose_b;
-    pose relative = pose_relative(first, second);
     const shape *shape_1 = swapped ? b : a, *shape_2 = swapped ? a : b;
     unit_pair p;
-    search(shape_1, shape_2, &relative, request, NULL, scratch, &p, result);
-    turn(result, first.q);
-    bool refine = wants_refining(&p, request, result);
+    if (!answer_placed(shape_1, first, shape_2, second, request, result)) {
+        pose relative = pose_relative(first, second);
+        search(shape_1, shape_2, &relative, request, NULL, scratch, &p, result);
+        turn(result, first.q);
+        refine = wants_refining(&p, request, result);
+    }
     if (refine) {
         exact_pair e = exact_pair_of(&p, shape_1, first, shape_2, second);
         exact_narrow(&e, result);
@@ -223,6 +240,17 @@ void narrow_query_world(const shape *a, pose pose_a, const shape *b, pose pose_b
     if (refine) settle(&p, request, result);
     deviate(shape_1, shape_2, request, result);
     if (swapped) swap_roles(result);
+}
+
+void narrow_query_placed(const shape *a, const narrow_placement *at_a, const shape *b, const narrow_placement *at_b,
+    const narrow_request *request, narrow_cache *cache, narrow_scratch *scratch, narrow_result *result)
+{
+    placed_road *road = placed_road_for(a, b, request);
+    if (road && road(a, at_a, b, at_b, request, result)) return;
+    vec3 between = vec_sub(at_b->at.p, at_a->at.p);
+    pose b_in_a = {mat_tmul(at_a->turn, between), quat_mul(quat_conj(at_a->at.q), at_b->at.q)};
+    narrow_query(a, b, &b_in_a, request, cache, scratch, result);
+    turn_by(result, &at_a->turn);
 }
 
 const char *narrow_method_name(narrow_method method)

@@ -131,6 +131,23 @@ bool narrow_ordered(const shape *a, uint64_t tie_a, const shape *b, uint64_t tie
 void narrow_query_world(const shape *a, pose pose_a, const shape *b, pose pose_b, const narrow_request *request,
     narrow_scratch *scratch, narrow_result *result);
 
+/* A pose whose matrix is made once, for all the pairs that a body is in. */
+typedef struct narrow_placement {
+    pose at;
+    mat3 turn; /* of at.q */
+} narrow_placement;
+
+static inline narrow_placement narrow_placement_of(pose at)
+{
+    return (narrow_placement){at, quat_matrix(at.q)};
+}
+
+/* As narrow_query for shapes (in canonical order) where they stand: the answer is in the frame of world axes with its
+ * origin at A's. Balls, capsules, and balls beside boxes are measured there, without a relative pose: the quickest way
+ * to ask about them. `cache`, or NULL, is kept up for all others; of these it is left as it is. */
+void narrow_query_placed(const shape *a, const narrow_placement *at_a, const shape *b, const narrow_placement *at_b,
+    const narrow_request *request, narrow_cache *cache, narrow_scratch *scratch, narrow_result *result);
+
 /* The certified separation along one axis (unit, in A's frame, from A towards B): one support query a shape. A lower
  * bound of the signed distance for any axis. With a half-space the axis is its normal, whatever is passed. */
 double narrow_separation(

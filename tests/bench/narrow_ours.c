@@ -1,5 +1,6 @@
-/* narrow_ours: our narrow phase, as the world uses it: shapes in canonical order, the relative pose from two world
- * poses, one query. Timed is all of that but the order, which a pair has for good. */
+/* narrow_ours: our narrow phase: shapes in canonical order, where they stand in the world, one query. Timed is all of
+ * that but the order, which a pair has for good, and the matrices of the two orientations, which a body has for all its
+ * pairs (the peers are given theirs, too). The relative pose, where it is needed, is timed. */
 #include "narrow_scene.h"
 
 #include "geom/bounds.h"
@@ -10,6 +11,7 @@
 typedef struct ours_item {
     shape a, b;
     pose at_a, at_b;
+    narrow_placement stands_a, stands_b;
     double reach_b;
     bool begins;
     double size; /* the greater reach: what a rung's tolerance is relative to */
@@ -40,8 +42,13 @@ static void *create_asking(const narrow_item *items, size_t count, double tolera
         pose at_a = narrow_scene_pose(&items[i].at_a), at_b = narrow_scene_pose(&items[i].at_b);
         bool ordered = narrow_ordered(&a, 0, &b, 1);
         double size = fmax(shape_reach(&a), shape_reach(&b));
-        own[i] = ordered ? (ours_item){a, b, at_a, at_b, shape_reach(&b), items[i].begins, size}
-                         : (ours_item){b, a, at_b, at_a, shape_reach(&a), items[i].begins, size};
+        own[i] = ordered ? (ours_item){.a = a, .b = b, .at_a = at_a, .at_b = at_b}
+                         : (ours_item){.a = b, .b = a, .at_a = at_b, .at_b = at_a};
+        own[i].stands_a = narrow_placement_of(own[i].at_a);
+        own[i].stands_b = narrow_placement_of(own[i].at_b);
+        own[i].reach_b = shape_reach(&own[i].b);
+        own[i].begins = items[i].begins;
+        own[i].size = size;
     }
     return o;
 }
@@ -75,16 +82,20 @@ static void tell(const narrow_result *r, narrow_answer *out)
         .hi = r->hi};
 }
 
+static void ask(const ours *o, const ours_item *it, narrow_cache *cache, narrow_result *r)
+{
+    narrow_query_placed(&it->a, &it->stands_a, &it->b, &it->stands_b, &o->request, cache, o->scratch, r);
+}
+
 static void query(void *self, size_t first, size_t count, narrow_answer *out)
 {
     ours *o = self;
     for (size_t i = first; i < first + count; i++, out++) {
         const ours_item *it = &o->items[i];
-        pose b_in_a = pose_relative(it->at_a, it->at_b);
         narrow_result r;
         narrow_cache *cache = it->b.type == SHAPE_MESH ? &o->cache : NULL; /* others read nothing from it */
         if (cache && it->begins) o->cache = (narrow_cache){0};
-        narrow_query(&it->a, &it->b, &b_in_a, &o->request, cache, o->scratch, &r);
+        ask(o, it, cache, &r);
         tell(&r, out);
     }
 }
@@ -165,10 +176,23 @@ static void query_kept(void *self, size_t first, size_t count, narrow_answer *ou
     ours *o = self;
     for (size_t i = first; i < first + count; i++, out++) {
         const ours_item *it = &o->items[i];
-        pose b_in_a = pose_relative(it->at_a, it->at_b);
         narrow_result r;
         if (it->begins) o->cache = (narrow_cache){.shell = &o->shell};
-        narrow_query(&it->a, &it->b, &b_in_a, &o->request, &o->cache, o->scratch, &r);
+        ask(o, it, &o->cache, &r);
+        tell(&r, out);
+    }
+}
+
+/* By a relative tolerance, with the pair's cache where one is kept. */
+static void query_near(ours *o, size_t first, size_t count, narrow_answer *out)
+{
+    for (size_t i = first; i < first + count; i++, out++) {
+        const ours_item *it = &o->items[i];
+        narrow_cache *cache = o->keeps || it->b.type == SHAPE_MESH ? &o->cache : NULL;
+        narrow_result r;
+        o->request.tolerance = o->relative * it->size;
+        if (cache && it->begins) o->cache = (narrow_cache){.shell = &o->shell};
+        ask(o, it, cache, &r);
         tell(&r, out);
     }
 }
@@ -176,9 +200,13 @@ static void query_kept(void *self, size_t first, size_t count, narrow_answer *ou
 static void query_rung(void *self, size_t first, size_t count, narrow_answer *out)
 {
     ours *o = self;
+    if (!o->from_world) {
+        query_near(o, first, count, out);
+        return;
+    }
     for (size_t i = first; i < first + count; i++) {
         o->request.tolerance = o->relative * o->items[i].size;
-        (o->from_world ? query_world : o->keeps ? query_kept : query)(self, i, 1, out++);
+        query_world(self, i, 1, out++);
     }
 }
 
