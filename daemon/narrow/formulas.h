@@ -54,62 +54,44 @@ static inline bool formula_sphere_capsule(const unit_pair *p, span *out)
     return exact(out, vec_norm(v), unit_or_across(n, u), VEC_ZERO, v);
 }
 
-/* Two segments: p_a(s) = s a, p_b(s) = t + s b, with unit a and b, and |s| <= h; and what the lines on which they lie
- * say of the products of a, b and t. In A's frame a is (0, 0, 1), which is told beforehand: fewer products. */
+/* Two segments: p_a(s) = s z, p_b(s) = t + s b, with unit z = (0, 0, 1) and b, and |s| <= h; and what the lines on
+ * which they lie say of the products of z, b and t. */
 typedef struct segments {
-    vec3 a, b, t;
+    vec3 b, t;
     double ha, hb;
-    double ab, at, bt;
-    vec3 across;  /* a x b */
-    double sine2; /* its square: of the angle between them */
-    bool upright; /* a is (0, 0, 1) */
+    double ab, at, bt, sine2; /* sine2: of the angle between them */
 } segments;
-
-static inline double along_a(const segments *g, vec3 v)
-{
-    return g->upright ? v.z : vec_dot(g->a, v);
-}
 
 static inline segments segments_of(const unit_pair *p)
 {
     vec3 b = p->b_in_a.r.z, t = p->b_in_a.t;
-    return (segments){vec(0, 0, 1), b, t, p->a.half.z, p->b.half.z, b.z, t.z, vec_dot(b, t), vec(-b.y, b.x, 0),
-        b.x * b.x + b.y * b.y, true};
-}
-
-/* Along any two directions. */
-static inline segments segments_along(vec3 a, double ha, vec3 b, double hb, vec3 t)
-{
-    vec3 across = vec_cross(a, b);
-    return (segments){
-        a, b, t, ha, hb, vec_dot(a, b), vec_dot(a, t), vec_dot(b, t), across, vec_norm2(across), false};
+    return (segments){b, t, p->a.half.z, p->b.half.z, b.z, t.z, vec_dot(b, t), b.x * b.x + b.y * b.y};
 }
 
 /* The two points at (s_a, s_b), and the axis that they suggest: across both lines, across the one whose end has no part
  * in it, or along the line between two ends. */
 static inline void take_points(const segments *g, double s_a, double s_b, span *out)
 {
-    vec3 point_a = g->upright ? vec(0, 0, s_a) : vec_scale(g->a, s_a);
-    vec3 point_b = vec_madd(g->t, s_b, g->b), v = vec_sub(point_b, point_a), n = v;
+    vec3 point_b = vec_madd(g->t, s_b, g->b), v = vec(point_b.x, point_b.y, point_b.z - s_a), n = v;
     bool inner_a = fabs(s_a) < g->ha, inner_b = fabs(s_b) < g->hb;
     if (inner_a && inner_b && g->sine2 > 0) {
-        double side = vec_dot(g->across, v) < 0 ? -1 : 1;
-        n = vec_scale(g->across, side);
+        double side = g->b.x * v.y - g->b.y * v.x < 0 ? -1 : 1;
+        n = vec(-side * g->b.y, side * g->b.x, 0);
     } else if (inner_a) {
-        n = g->upright ? vec(v.x, v.y, 0) : orthogonal_part(v, g->a);
+        n.z = 0;
     } else if (inner_b) {
         n = orthogonal_part(v, g->b);
     }
     out->hi = vec_norm(v);
-    out->axis = unit_or_across(n, g->a);
-    out->point_a = point_a;
+    out->axis = unit_or(n, vec(0, 1, 0));
+    out->point_a = vec(0, 0, s_a);
     out->point_b = point_b;
 }
 
 /* Of the two segments along a unit axis from A towards B: by their ends. */
 static inline double separation(const segments *g, vec3 axis)
 {
-    return vec_dot(axis, g->t) - fabs(along_a(g, axis)) * g->ha - fabs(vec_dot(axis, g->b)) * g->hb;
+    return vec_dot(axis, g->t) - fabs(axis.z) * g->ha - fabs(vec_dot(axis, g->b)) * g->hb;
 }
 
 /* The nearest points of the two lines, the one on B moved into its segment, and the point of A's that is nearest to

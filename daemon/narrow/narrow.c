@@ -212,10 +212,9 @@ static void swap_roles(narrow_result *r)
 static bool answer_placed(
     const shape *a, pose at_a, const shape *b, pose at_b, const narrow_request *request, narrow_result *result)
 {
-    placed_road *road = placed_road_for(a, b, request);
-    if (!road) return false;
-    narrow_placement place_a = narrow_placement_of(at_a), place_b = narrow_placement_of(at_b);
-    return road(a, &place_a, b, &place_b, request, result);
+    if (b->type > SHAPE_BOX) return false;
+    narrow_placed placed_a = narrow_placed_at(a, at_a), placed_b = narrow_placed_at(b, at_b);
+    return placed_road_for(placed_a.kind, placed_b.kind, request)(&placed_a, &placed_b, request, NULL, NULL, result);
 }
 
 void narrow_query_world(const shape *a, pose pose_a, const shape *b, pose pose_b, const narrow_request *request,
@@ -242,15 +241,21 @@ void narrow_query_world(const shape *a, pose pose_a, const shape *b, pose pose_b
     if (swapped) swap_roles(result);
 }
 
-void narrow_query_placed(const shape *a, const narrow_placement *at_a, const shape *b, const narrow_placement *at_b,
-    const narrow_request *request, narrow_cache *cache, narrow_scratch *scratch, narrow_result *result)
+bool placed_by_relative_pose(const narrow_placed *a, const narrow_placed *b, const narrow_request *request,
+    narrow_cache *cache, narrow_scratch *scratch, narrow_result *result)
 {
-    placed_road *road = placed_road_for(a, b, request);
-    if (road && road(a, at_a, b, at_b, request, result)) return;
-    vec3 between = vec_sub(at_b->at.p, at_a->at.p);
-    pose b_in_a = {mat_tmul(at_a->turn, between), quat_mul(quat_conj(at_a->at.q), at_b->at.q)};
-    narrow_query(a, b, &b_in_a, request, cache, scratch, result);
-    turn_by(result, &at_a->turn);
+    if (!scratch) return false;
+    vec3 between = vec_sub(b->at.p, a->at.p);
+    pose b_in_a = {mat_tmul(a->turn, between), quat_mul(quat_conj(a->at.q), b->at.q)};
+    narrow_query(a->shape, b->shape, &b_in_a, request, cache, scratch, result);
+    turn_by(result, &a->turn);
+    return true;
+}
+
+void narrow_query_placed(const narrow_placed *a, const narrow_placed *b, const narrow_request *request,
+    narrow_cache *cache, narrow_scratch *scratch, narrow_result *result)
+{
+    placed_road_for(a->kind, b->kind, request)(a, b, request, cache, scratch, result);
 }
 
 const char *narrow_method_name(narrow_method method)

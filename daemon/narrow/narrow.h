@@ -131,22 +131,22 @@ bool narrow_ordered(const shape *a, uint64_t tie_a, const shape *b, uint64_t tie
 void narrow_query_world(const shape *a, pose pose_a, const shape *b, pose pose_b, const narrow_request *request,
     narrow_scratch *scratch, narrow_result *result);
 
-/* A pose whose matrix is made once, for all the pairs that a body is in. */
-typedef struct narrow_placement {
+/* A shape where it stands, with all that is the same for each pair that it is in. */
+typedef struct narrow_placed {
+    uint32_t kind; /* which formulas know it: placed_road.h */
+    const shape *shape;
+    double radius, reach; /* the shape's, shape_reach */
     pose at;
     mat3 turn; /* of at.q */
-} narrow_placement;
+} narrow_placed;
 
-static inline narrow_placement narrow_placement_of(pose at)
-{
-    return (narrow_placement){at, quat_matrix(at.q)};
-}
+narrow_placed narrow_placed_at(const shape *s, pose at);
 
 /* As narrow_query for shapes (in canonical order) where they stand: the answer is in the frame of world axes with its
  * origin at A's. Balls, capsules, and balls beside boxes are measured there, without a relative pose: the quickest way
  * to ask about them. `cache`, or NULL, is kept up for all others; of these it is left as it is. */
-void narrow_query_placed(const shape *a, const narrow_placement *at_a, const shape *b, const narrow_placement *at_b,
-    const narrow_request *request, narrow_cache *cache, narrow_scratch *scratch, narrow_result *result);
+void narrow_query_placed(const narrow_placed *a, const narrow_placed *b, const narrow_request *request,
+    narrow_cache *cache, narrow_scratch *scratch, narrow_result *result);
 
 /* The certified separation along one axis (unit, in A's frame, from A towards B): one support query a shape. A lower
  * bound of the signed distance for any axis. With a half-space the axis is its normal, whatever is passed. */

@@ -5,22 +5,26 @@
 
 #include "narrow.h"
 
-/* The answer in world axes with the origin at A's, where it is as narrow as asked; false otherwise, and then nothing is
- * written that counts. Of balls the matrices are not read. */
-typedef bool placed_road(const shape *a, const narrow_placement *at_a, const shape *b, const narrow_placement *at_b,
-    const narrow_request *request, narrow_result *out);
+/* The answer in world axes with the origin at A's, where it is as narrow as asked. Where not, narrow_query answers, if
+ * there is a scratch; if there is none (NULL), false, and nothing is written that counts. Of balls the matrices are not
+ * read. With the arguments of narrow_query_placed, so that a jump is all that leads here. */
+typedef bool placed_road(const narrow_placed *a, const narrow_placed *b, const narrow_request *request,
+    narrow_cache *cache, narrow_scratch *scratch, narrow_result *result);
 
-/* By the two types; NULL: none, or not in canonical order. */
-enum { PLACED_TYPES = SHAPE_BOX + 1 };
-extern placed_road *const placed_roads[PLACED_TYPES][PLACED_TYPES];
+/* narrow_query by the relative pose, turned to world axes. */
+bool placed_by_relative_pose(const narrow_placed *a, const narrow_placed *b, const narrow_request *request,
+    narrow_cache *cache, narrow_scratch *scratch, narrow_result *result);
 
-/* What answers for this pair, if a formula in doubles may: no manifold is asked for, not every bit, and the shapes are
- * all there is. */
-static inline placed_road *placed_road_for(const shape *a, const shape *b, const narrow_request *r)
+/* By the two kinds: the formula, or placed_by_relative_pose where there is none or they are not in canonical order.
+ * Other is all that none knows: shapes that stand for something else, too. */
+enum { PLACED_BALL, PLACED_CAPSULE, PLACED_BOX, PLACED_OTHER, PLACED_KINDS };
+extern placed_road *const placed_roads[PLACED_KINDS][PLACED_KINDS];
+
+/* What answers for this pair: a formula, unless a manifold is asked for. */
+static inline placed_road *placed_road_for(uint32_t kind_a, uint32_t kind_b, const narrow_request *r)
 {
-    bool known = (unsigned)a->type < PLACED_TYPES && (unsigned)b->type < PLACED_TYPES;
-    bool plain = r->engine == NARROW_ENGINE_AUTO && !(r->facts & NARROW_MANIFOLD) && r->tolerance > 0;
-    return known && plain && !(a->deviation + b->deviation > 0) ? placed_roads[a->type][b->type] : NULL;
+    bool plain = ((unsigned)r->engine | (r->facts & NARROW_MANIFOLD)) == 0;
+    return plain ? placed_roads[kind_a][kind_b] : placed_by_relative_pose;
 }
 
 #endif
