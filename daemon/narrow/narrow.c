@@ -26,8 +26,9 @@ size_t narrow_scratch_size(void)
     return (sizeof(narrow_scratch) + 63) / 64 * 64;
 }
 
-/* Bounds that are apart by more than this many errors of doubles are kept apart by the search, not by rounding. */
-#define ROUNDING_WIDTHS 4
+/* Bounds that are apart by more than this many errors of doubles are kept apart by the search, not by rounding (the
+ * depth of hulls is told with NEAR_DEPTH_WIDTHS more on either side). */
+#define ROUNDING_WIDTHS (2 + 2 * NEAR_DEPTH_WIDTHS)
 
 static void measure(const unit_pair *p, const narrow_goal *g, narrow_engine engine, narrow_scratch *scratch, span *s)
 {

@@ -64,7 +64,8 @@ typedef struct narrow_result {
     double lo, hi;         /* m; lo <= signed distance <= hi, of the shapes at the poses given, each quaternion divided
                               by its norm; of hulls, of all the points they were made of. By doubles: 16 ulp (u = 2^-53)
                               of the reaches plus the distance on both sides; where that is too wide for the request,
-                              `refined`; beside a mesh or a half-space 32 ulp. Beside a compound 64 and what its parts have.
+                              `refined`; beside a mesh or a half-space 32 ulp, of hulls that overlap up to 48. Beside a
+                              compound 64 and what its parts have.
                               Touching shapes give lo <= 0 <= hi. Two half-spaces that no
                               translation separates: both -INFINITY. Of shapes with a deviation: of what
                               they stand for, which need not be convex, so that hi is at least the sum of
