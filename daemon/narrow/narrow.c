@@ -61,6 +61,11 @@ static void answer(const shape *a, const shape *b, const pose *b_in_a, const nar
         finish(p, s, result);
         return;
     }
+    if (request->engine < NARROW_ENGINE_CCD) {
+        measure(p, g, request->engine, scratch, s);
+        finish(p, s, result);
+        return;
+    }
     ccd_peer_opinion peer = ccd_peer_ask(p, a, b, b_in_a, request->engine, g, s);
     if (!peer.settled) measure(p, g, request->engine, scratch, s);
     finish(p, s, result);
@@ -177,7 +182,7 @@ void narrow_query(const shape *a, const shape *b, const pose *b_in_a, const narr
 /* A's frame to world axes. */
 static void turn_by(narrow_result *r, const mat3 *m)
 {
-    r->axis = vec_unit(mat_mul(*m, r->axis));
+    r->axis = direction_again(mat_mul(*m, r->axis));
     r->point_a = mat_mul(*m, r->point_a);
     r->point_b = mat_mul(*m, r->point_b);
     for (uint32_t i = 0; i < r->manifold.count; i++)
