@@ -185,8 +185,9 @@ INLINE bool two_capsules(const placed *q, narrow_result *out)
     s.point_a = vec_scale(g.a, s_a);
     s.point_b = vec_madd(g.t, s_b, g.b);
     vec3 v = vec_sub(s.point_b, s.point_a);
-    s.hi = vec_norm(v);
-    if (q->everyday && !(s.hi > NOTICEABLE)) return false;
+    double norm2 = vec_norm2(v);
+    s.hi = sqrt(norm2);
+    if (!is_noticed(q, norm2)) return false;
     vec3 towards = s.axis = vec_scale(v, 1 / s.hi);
     s.lo = apart_along(&g, s.axis);
     if (!(s.hi - s.lo <= 0.25 * p.error)) {
