@@ -251,8 +251,7 @@ bool placed_by_relative_pose(const narrow_placed *a, const narrow_placed *b, con
     narrow_cache *cache, narrow_scratch *scratch, narrow_result *result)
 {
     if (!scratch) return false;
-    vec3 between = vec_sub(b->at.p, a->at.p);
-    pose b_in_a = {mat_tmul(a->turn, between), quat_mul(quat_conj(a->at.q), b->at.q)};
+    pose b_in_a = narrow_relative(a, b);
     narrow_query(a->shape, b->shape, &b_in_a, request, cache, scratch, result);
     turn_by(result, &a->turn);
     return true;

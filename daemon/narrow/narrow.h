@@ -143,6 +143,12 @@ typedef struct narrow_placed {
 
 narrow_placed narrow_placed_at(const shape *s, pose at);
 
+/* B's pose in A's frame: that of pose_relative, to the bit. */
+static inline pose narrow_relative(const narrow_placed *a, const narrow_placed *b)
+{
+    return (pose){mat_tmul(a->turn, vec_sub(b->at.p, a->at.p)), quat_mul(quat_conj(a->at.q), b->at.q)};
+}
+
 /* As narrow_query for shapes (in canonical order) where they stand: the answer is in the frame of world axes with its
  * origin at A's. Balls, capsules, and balls beside boxes are measured there, without a relative pose: the quickest way
  * to ask about them. `cache`, or NULL, is kept up for all others; of these it is left as it is. */
