@@ -137,7 +137,7 @@ static void query_cached(void *self, size_t first, size_t count, narrow_answer *
     ours *o = self;
     for (size_t i = first; i < first + count; i++, out++) {
         const ours_item *it = &o->items[i];
-        pose b_in_a = pose_relative(it->stands_a.at, it->stands_b.at);
+        pose b_in_a = narrow_relative(&it->stands_a, &it->stands_b);
         double lower;
         if (it->begins) o->cache = (narrow_cache){0};
         if (still_apart(&o->cache, it, &b_in_a, &lower)) {
@@ -250,7 +250,7 @@ static void query_ladder(void *self, size_t first, size_t count, narrow_answer *
     ours *o = self;
     for (size_t i = first; i < first + count; i++, out++) {
         const ours_item *it = &o->items[i];
-        pose b_in_a = pose_relative(it->stands_a.at, it->stands_b.at);
+        pose b_in_a = narrow_relative(&it->stands_a, &it->stands_b);
         if (apart_cheaply(o, it, &b_in_a)) {
             *out = (narrow_answer){.bounded = true, .lo = 0, .hi = INFINITY};
             continue;
@@ -315,7 +315,7 @@ static void query_bounds(void *self, size_t first, size_t count, narrow_answer *
     const ours *o = self;
     for (size_t i = first; i < first + count; i++, out++) {
         const ours_item *it = &o->items[i];
-        pose b_in_a = pose_relative(it->stands_a.at, it->stands_b.at);
+        pose b_in_a = narrow_relative(&it->stands_a, &it->stands_b);
         narrow_result r = {.lo = -INFINITY, .hi = INFINITY};
         vec3 by_boxes;
         double boxes = apart_by_boxes(it, &by_boxes);
