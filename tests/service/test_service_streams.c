@@ -181,7 +181,7 @@ static void the_work_of_streams_is_told_by_name_and_of_the_rest_together(void **
     size_t named = 0;
     for (uint32_t i = 0; i < s.counter_names.count; i++) named += strncmp(s.counter_names.at[i], "work_of_", 8) == 0;
     assert_int_equal(named, NAMED); /* "other_streams" among them, once */
-    assert_true(has_counter(&s, "other_streams_work"));
+    assert_true(has_counter(&s, "work_of_other_streams"));
     assert_false(has_counter(&s, "other_streams_work"));
     m.interest.interest = NAMED;
     m.interest.sequence = ++r.sequence;
