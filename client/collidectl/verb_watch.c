@@ -49,9 +49,9 @@ static void open_line(json *j, const char *event, const collided_batch *b)
     json_integer(j, "tick", b->tick);
     json_integer(j, "stamp_ns", b->stamp_ns);
     json_integer(j, "latest_pose_ns", b->latest_pose_ns);
+    json_integer(j, "simulation_ns", b->simulation_ns);
     json_integer(j, "step", b->step);
     json_integer(j, "missing", b->missing);
-    json_integer(j, "simulation_ns", b->simulation_ns);
     json_integer(j, "undone", b->undone);
 }
 

@@ -140,9 +140,8 @@ static const config_option OPTIONS[] = {
         "/var/lib/collided only."},
     {"record_events", CONFIG_YES, FIELD(record_events), 0, 0, NULL, "yes", "",
         "record also what is told, so that a replay that differs says what differs",
-        "Without, a recording has the commands and a hash of the events, and is smaller: an event takes some 300 "
-        "bytes. "
-        "Either is replayed alike."},
+        "Without, a recording has the commands and a hash of the events: it is replayed alike, and is smaller. In the "
+        "demo's robot cell an event takes 220 bytes, and the recording is 3.5 times as large with them."},
     {"replay", CONFIG_TEXT, FIELD(replay), 0, 0, NULL, "", "",
         "run a recording instead of live links, compare its hashes, and end",
         "No link is opened. The exit status is 0 if every tick is equal to the recording."},

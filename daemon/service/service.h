@@ -55,8 +55,8 @@ typedef struct held_step { /* poses of a lock-step client, until the step is com
     int64_t step;          /* 0: none */
     ARRAY(uint8_t) bytes;  /* messages, each behind its size */
     size_t poses;
-    int64_t newest; /* sequence among them; 0: none */
-    bool broken;    /* some were refused: it cannot be ended by what is here */
+    int64_t newest;        /* sequence among them; 0: none */
+    bool broken;           /* some were refused: it cannot be ended by what is here */
     int64_t simulation_ns; /* 0: not told */
 } held_step;
 

@@ -222,6 +222,7 @@ collided_interest collided_subscribe(collided *c, const collided_interest_def *d
         .stamp_ns = INT64_C(1700000000500000000),
         .step = 7,
         .missing = 2,
+        .simulation_ns = 2500000000,
         .heartbeat = true,
         .oldest_pose_ns = INT64_C(1700000000000000000)};
     def->callback(def->context, &batch);

@@ -141,12 +141,13 @@ static void watch_prints_an_object_a_line(void **state)
     for (const char *c = r.out; *c; c++) lines += *c == '\n';
     assert_int_equal(lines, 8); /* lost, snapshot, begin, unknown, impact, foretold, averted, heartbeat */
     prints("{\"event\":\"heartbeat\",\"stream\":\"s\"");
-    prints("\"step\":7,\"missing\":2,\"undone\":0,\"oldest_pose_ns\":1700000000000000000}\n");
+    prints(
+        "\"simulation_ns\":2500000000,\"step\":7,\"missing\":2,\"undone\":0,\"oldest_pose_ns\":1700000000000000000}\n");
     ask("watch --seconds 0.01");
     prints("begin    a \"quoted\"\\");
     prints("[-1.000000, -1.000000] mm  age 250 ms");
     prints(" alive    nothing has changed since; age of the oldest pose 500 ms\n");
-    prints(" missing  2 lock-step clients: step 7 was done without them\n");
+    prints(" sim 2.500000 s missing  2 lock-step clients: step 7 was done without them\n");
 }
 
 static void watch_tells_impacts_and_what_is_foretold(void **state)
