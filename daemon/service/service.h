@@ -2,6 +2,7 @@
  *
  *   limits   what a client may have and send
  *   inbox    commands of a tick, in canonical order          session  clients, and what is theirs
+ *   poses    batches of poses to the world
  *   apply    commands to the world, refusals                 geometry hulls, meshes, height fields by content hash
  *   stream   the world's events to the links                 answer   queries
  *   health   status and counters                             record   recordings
@@ -139,6 +140,15 @@ typedef struct inbox {
 /* A limit that was reached is told in Status for so long. */
 #define LIMITS_TOLD_NS ((int64_t)60000000000)
 
+/* ---- poses ---- */
+
+typedef struct posing { /* scratch of one batch */
+    ARRAY(uint32_t) owned;            /* where its bodies are among its client's */
+    ARRAY(uint32_t) ids, places;      /* of those that are to be moved: in the world, in the batch, ... */
+    ARRAY(int64_t) sequences;         /* ... of their newest pose before */
+    ARRAY(uint32_t) left_out;
+} posing;
+
 /* ---- all of it ---- */
 
 typedef struct counters { /* metrics that the service itself counts */
@@ -198,6 +208,7 @@ typedef struct service {
     ARRAY(geometry) geometries;
     pair_map geometry_of; /* hash -> index */
     inbox inbox;
+    posing posing;
     ARRAY(world_shape) shapes; /* scratch of apply */
     ARRAY(compound *) compounds;
     ARRAY(filter_rule) rules;
@@ -253,9 +264,12 @@ void inbox_put_lost(service *s, struct link *from, int64_t client);
 void inbox_apply(service *s);
 void inbox_answer(service *s); /* the queries among them; after the tick */
 
-/* apply.c */
+/* poses.c */
 void apply_poses(service *s, struct link *from, const wire_pose_batch *m, bool may_wait);
 void apply_poses_now(service *s, session *c, struct link *from, const wire_pose_batch *m); /* c: NULL if unknown */
+void poses_free(service *s);
+
+/* apply.c */
 /* False: it names a hull that has not come; nothing was done, and it may be tried again. */
 bool apply_command(service *s, struct link *from, const wire_message *m, bool may_wait);
 void apply_reject(service *s, struct link *to, wire_kind kind, int64_t client, int64_t sequence, int32_t object,

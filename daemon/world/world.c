@@ -95,6 +95,7 @@ void world_destroy(world *w)
     array_free(&w->pairs);
     array_free(&w->watches);
     array_free(&w->dirty);
+    array_free(&w->awake);
     array_free(&w->sort_scratch);
     array_free(&w->ghosts);
     array_free(&w->reap);
