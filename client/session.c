@@ -253,6 +253,7 @@ static void free_client(collided *c)
     for (size_t i = 0; i < c->rejection_count; i++) free(c->rejections[i]);
     table_free(&c->bodies);
     table_free(&c->by_sequence);
+    free(c->published);
     free(c->status);
     free(c->query_reject);
     free(c->answer);

@@ -84,6 +84,8 @@ struct collided {
     size_t pending;
     table by_sequence; /* to announcement */
     table bodies;      /* id to body_record */
+    body_record **published; /* of the poses that are being published */
+    size_t published_capacity;
     geometry_record *geometries;
     int64_t epoch, heard_ns; /* the daemon's; 0 = never heard */
     int64_t heartbeat_ns;    /* when the next one is due */

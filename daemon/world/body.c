@@ -386,13 +386,11 @@ world_status world_move_body(world *w, uint32_t id, pose to, int64_t stamp_ns, c
     return WORLD_OK;
 }
 
-world_status world_teleport_body(
-    world *w, uint32_t id, pose to, int64_t stamp_ns, const vec3 *linear, const vec3 *angular)
+static void teleport(world *w, uint32_t id, pose to, int64_t stamp_ns, const vec3 *linear, const vec3 *angular)
 {
-    if (!is_body(w, id)) return WORLD_UNKNOWN_ID;
     body *b = &w->bodies.at[id];
     body_settle_shapes(w, b);
-    world_move_body(w, id, to, stamp_ns, linear, angular);
+    move(w, id, to, stamp_ns, linear, angular);
     b->before = b->pose;
     b->before_ns = b->stamp_ns;
     b->moved = false;
@@ -400,6 +398,15 @@ world_status world_teleport_body(
     if (b->speed == SPEED_ESTIMATED) b->speed = SPEED_NONE;
     if (!b->teleported) array_push(&w->teleported, id);
     b->teleported = b->detours = true;
+}
+
+world_status world_teleport_body(
+    world *w, uint32_t id, pose to, int64_t stamp_ns, const vec3 *linear, const vec3 *angular)
+{
+    if (!is_body(w, id)) return WORLD_UNKNOWN_ID;
+    teleport(w, id, to, stamp_ns, linear, angular);
+    w->figures.moves++;
+    w->changed = true;
     return WORLD_OK;
 }
 
@@ -427,7 +434,7 @@ static inline void move_one(world *w, const world_poses *p, size_t i, size_t at)
     if (p->angular) angular = vec_of(p->angular + 3 * at);
     const vec3 *v = p->linear ? &linear : NULL, *spin = p->angular ? &angular : NULL;
     if (p->teleports && p->teleports[at])
-        world_teleport_body(w, p->ids[i], to, p->stamp_ns, v, spin);
+        teleport(w, p->ids[i], to, p->stamp_ns, v, spin);
     else
         move(w, p->ids[i], to, p->stamp_ns, v, spin);
 }
