@@ -6,6 +6,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 
 enum { FIRST_CAPACITY = 8 }; /* values; the first growth, so that small arrays do not grow eight times */
 
@@ -51,6 +52,18 @@ void *base_alloc_aligned(size_t alignment, size_t count, size_t size)
     if (bytes > SIZE_MAX - alignment) out_of_memory(count, size);
     void *p = aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);
     if (!p) out_of_memory(count, size);
+    return p;
+}
+
+/* Pages of 4 KiB are looked up one by one: where things lie far apart, that costs as much as what is in them. Where the
+ * system has no larger ones, these do. */
+void *base_alloc_wide(size_t count, size_t size)
+{
+    enum { WIDE = 2 << 20 };
+    size_t bytes = checked_bytes(count, size);
+    if (bytes < WIDE) return base_alloc_aligned(64, count, size);
+    void *p = base_alloc_aligned(WIDE, count, size);
+    (void)madvise(p, (bytes + WIDE - 1) / WIDE * WIDE, MADV_HUGEPAGE);
     return p;
 }
 

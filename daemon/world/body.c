@@ -251,7 +251,7 @@ static void body_reserve(world *w, size_t need)
 {
     if (need <= w->bodies.capacity) return;
     size_t capacity = need < 2 * w->bodies.capacity ? 2 * w->bodies.capacity : need;
-    body *grown = base_alloc_aligned(_Alignof(body), capacity, sizeof *grown);
+    body *grown = base_alloc_wide(capacity, sizeof *grown);
     if (w->bodies.count) memcpy(grown, w->bodies.at, w->bodies.count * sizeof *grown);
     free(w->bodies.at);
     w->bodies.at = grown;
@@ -334,10 +334,10 @@ world_status world_put_body(world *w, uint32_t *id, const world_body *def)
     return WORLD_OK;
 }
 
-/* Given, or to be estimated from the way since the last tick's pose where both are stamped. */
+/* Given, or to be estimated from the way since `before` where both are stamped. */
 static inline void set_speed(body *b, const vec3 *linear, const vec3 *angular)
 {
-    bool stamped = b->moved && b->stamp_ns && b->before_ns && b->stamp_ns > b->before_ns;
+    bool stamped = b->stamp_ns && b->before_ns && b->stamp_ns > b->before_ns;
     b->speed = stamped ? SPEED_ESTIMATED : SPEED_NONE;
     if (!linear && !angular) return;
     b->speed = SPEED_GIVEN;
@@ -359,34 +359,49 @@ void body_velocity(const body *b, vec3 *linear, vec3 *angular)
     }
 }
 
-static inline void move(world *w, uint32_t id, pose to, int64_t stamp_ns, const vec3 *linear, const vec3 *angular)
+/* A calm body that stays in its room: there is nothing that a tick could do about it. Where ways count, it goes the long
+ * road, so that it has one. `to` is settled. */
+static inline bool glide(const world *w, body *b, const pose *to, int64_t stamp_ns)
+{
+    if (!b->is_calm || b->dirty || w->sweepers || w->grant || w->bounds_asked || !calm_holds(b, to)) return false;
+    b->before = b->pose;
+    b->before_ns = b->stamp_ns;
+    b->pose = *to;
+    b->stamp_ns = stamp_ns;
+    b->behind = true;
+    return true;
+}
+
+static void move(world *w, uint32_t id, const pose *to, int64_t stamp_ns, const vec3 *linear, const vec3 *angular)
 {
     body *b = &w->bodies.at[id];
-    if (b->moved) {
-        body_pass(w, b);
-    } else {
-        b->before = b->pose;
-        b->before_ns = b->stamp_ns;
+    if (!glide(w, b, to, stamp_ns)) {
+        if (b->moved) {
+            body_pass(w, b);
+        } else {
+            b->before = b->pose;
+            b->before_ns = b->stamp_ns;
+        }
+        if (!b->is_calm) b->held = false;
+        set_pose(b, *to, stamp_ns);
+        b->moved = true;
+        if (!b->dirty) array_push(&w->dirty, id);
+        b->dirty = true;
     }
-    if (!b->is_calm) b->held = false;
-    set_pose(b, to, stamp_ns);
-    b->moved = true;
     set_speed(b, linear, angular);
-    if (b->dirty) return;
-    b->dirty = true;
-    array_push(&w->dirty, id);
 }
 
 world_status world_move_body(world *w, uint32_t id, pose to, int64_t stamp_ns, const vec3 *linear, const vec3 *angular)
 {
     if (!is_body(w, id)) return WORLD_UNKNOWN_ID;
-    move(w, id, to, stamp_ns, linear, angular);
+    to.q = quat_settled(to.q);
+    move(w, id, &to, stamp_ns, linear, angular);
     w->figures.moves++;
     w->changed = true;
     return WORLD_OK;
 }
 
-static void teleport(world *w, uint32_t id, pose to, int64_t stamp_ns, const vec3 *linear, const vec3 *angular)
+static void teleport(world *w, uint32_t id, const pose *to, int64_t stamp_ns, const vec3 *linear, const vec3 *angular)
 {
     body *b = &w->bodies.at[id];
     body_settle_shapes(w, b);
@@ -404,7 +419,8 @@ world_status world_teleport_body(
     world *w, uint32_t id, pose to, int64_t stamp_ns, const vec3 *linear, const vec3 *angular)
 {
     if (!is_body(w, id)) return WORLD_UNKNOWN_ID;
-    teleport(w, id, to, stamp_ns, linear, angular);
+    to.q = quat_settled(to.q);
+    teleport(w, id, &to, stamp_ns, linear, angular);
     w->figures.moves++;
     w->changed = true;
     return WORLD_OK;
@@ -425,10 +441,8 @@ static inline vec3 vec_of(const double *v)
     return vec(v[0], v[1], v[2]);
 }
 
-static inline void move_one(world *w, const world_poses *p, size_t i, size_t at)
+static void move_one(world *w, const world_poses *p, size_t i, size_t at, const pose *to)
 {
-    const double *x = p->positions + 3 * at, *q = p->orientations + 4 * at;
-    pose to = {vec_of(x), {q[0], q[1], q[2], q[3]}};
     vec3 linear, angular;
     if (p->linear) linear = vec_of(p->linear + 3 * at);
     if (p->angular) angular = vec_of(p->angular + 3 * at);
@@ -448,15 +462,22 @@ static inline bool is_older(const body *b, const world_poses *p, size_t at)
 size_t world_move_bodies(world *w, const world_poses *p, uint32_t *left_out)
 {
     enum { AHEAD = 12 };
+    bool plain = !p->linear && !p->angular && !p->teleports;
     size_t left = 0;
-    array_reserve(&w->dirty, w->dirty.count + p->count);
     for (size_t i = 0; i < p->count; i++) {
         if (i + AHEAD < p->count) fetch_to_move(w, p->ids[i + AHEAD]);
         size_t at = p->places ? p->places[i] : i;
-        if (!is_body(w, p->ids[i]) || is_older(&w->bodies.at[p->ids[i]], p, at))
+        body *b = &w->bodies.at[p->ids[i]];
+        if (!is_body(w, p->ids[i]) || is_older(b, p, at)) {
             left_out[left++] = (uint32_t)i;
+            continue;
+        }
+        const double *q = p->orientations + 4 * at;
+        const pose to = {vec_of(p->positions + 3 * at), quat_settled((quat){q[0], q[1], q[2], q[3]})};
+        if (plain && glide(w, b, &to, p->stamp_ns))
+            set_speed(b, NULL, NULL);
         else
-            move_one(w, p, i, at);
+            move_one(w, p, i, at, &to);
     }
     w->figures.moves += p->count - left;
     w->changed |= p->count > left;
@@ -622,7 +643,7 @@ void body_settle_dirty(world *w)
     for (size_t i = 0; i < w->dirty.count; i++) {
         fetch_ahead(w, i);
         body *b = &w->bodies.at[w->dirty.at[i]];
-        if (b->is_calm && !all && calm_holds(b)) {
+        if (b->is_calm && !all && calm_holds(b, &b->pose)) {
             b->dirty = b->posed = false;
             b->behind = true;
         } else {

@@ -51,5 +51,5 @@ void calm_find(const world *w, body *b)
     }
     b->calm_q = b->pose.q;
     b->calm_reach = float_up(2 * (1 + 0x1p-20) * reach);
-    b->is_calm = calm_holds(b);
+    b->is_calm = calm_holds(b, &b->pose);
 }

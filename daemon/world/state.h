@@ -252,15 +252,15 @@ pose solid_relative(const world *w, const solid *a, const solid *b);
 /* calm.c */
 /* Finds the room of a body whose shapes have just been put into the broad phase, where they could stay. */
 void calm_find(const world *w, body *b);
-/* Is it still within? Then its boxes stay where they are. A NAN is not. */
-static inline bool calm_holds(const body *b)
+/* Is it within, at that pose? Then its boxes stay where they are. A NAN is not. */
+static inline bool calm_holds(const body *b, const pose *at)
 {
-    double w = b->pose.q.w - b->calm_q.w, x = b->pose.q.x - b->calm_q.x, y = b->pose.q.y - b->calm_q.y;
-    double z = b->pose.q.z - b->calm_q.z, turned2 = w * w + x * x + (y * y + z * z);
+    double w = at->q.w - b->calm_q.w, x = at->q.x - b->calm_q.x, y = at->q.y - b->calm_q.y, z = at->q.z - b->calm_q.z;
+    double turned2 = w * w + x * x + (y * y + z * z);
     double turned = turned2 > 0 ? sqrt(turned2) * b->calm_reach : 0;
-    return (b->pose.p.x >= b->calm_lo[0] + turned) & (b->pose.p.x <= b->calm_hi[0] - turned) &
-           (b->pose.p.y >= b->calm_lo[1] + turned) & (b->pose.p.y <= b->calm_hi[1] - turned) &
-           (b->pose.p.z >= b->calm_lo[2] + turned) & (b->pose.p.z <= b->calm_hi[2] - turned);
+    return (at->p.x >= b->calm_lo[0] + turned) & (at->p.x <= b->calm_hi[0] - turned) &
+           (at->p.y >= b->calm_lo[1] + turned) & (at->p.y <= b->calm_hi[1] - turned) &
+           (at->p.z >= b->calm_lo[2] + turned) & (at->p.z <= b->calm_hi[2] - turned);
 }
 
 /* expiry.c */

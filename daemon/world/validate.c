@@ -51,7 +51,7 @@ static const char *check_calm(const world *w)
         const body *b = &w->bodies.at[i];
         if (!b->used || b->ghost || b->dirty) continue;
         if ((b->is_calm || b->behind) && b->pair_count) return "a body in a pair is calm, or behind";
-        if (b->is_calm && calm_holds(b) && !fits(w, b)) return "a calm body has left its fat boxes";
+        if (b->is_calm && calm_holds(b, &b->pose) && !fits(w, b)) return "a calm body has left its fat boxes";
     }
     return NULL;
 }
