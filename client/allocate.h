@@ -6,6 +6,7 @@
 #include <stddef.h>
 
 void *allocate(size_t count, size_t size);
+void *allocate_aligned(size_t alignment, size_t count, size_t size); /* not zeroed */
 void *reallocate(void *old, size_t count, size_t size); /* `count` * `size` must not wrap: checked */
 
 /* Makes room for `count` elements in the array *at of *capacity elements, at least doubling. */

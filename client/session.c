@@ -242,9 +242,9 @@ static void free_client(collided *c)
         bool is_body = a->message->kind == WIRE_BODY;
         announce_drop(c, a);
         if (is_body) table_drop(&c->bodies, ((body_record *)a)->id);
-        if (is_body) free(a);
+        if (is_body) body_free(c, (body_record *)a);
     }
-    for (size_t i = 0; i < c->bodies.capacity; i++) free(c->bodies.slots[i].value); /* adopted */
+    bodies_free(c);
     for (geometry_record *g = c->geometries, *next; g; g = next) {
         next = g->next;
         free(g->pieces);
