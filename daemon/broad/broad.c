@@ -155,8 +155,9 @@ bool broad_room_of(const broad *b, uint32_t id, aabb tight, broad_room *out)
 {
     if (id >= b->proxies.count) return false;
     const proxy *p = &b->proxies.at[id];
-    if (p->place != INDEXED || !contains(&p->fat, &tight) || !slim(&p->fat, &tight)) return false;
+    if (p->place != INDEXED || !contains(&p->fat, &tight)) return false;
     const double *lo = &tight.lo.x, *hi = &tight.hi.x;
+    out->slim = slim(&p->fat, &tight);
     for (int k = 0; k < 3; k++) {
         out->down[k] = lo[k] - p->fat.lo[k];
         out->up[k] = p->fat.hi[k] - hi[k];

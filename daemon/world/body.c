@@ -320,6 +320,7 @@ world_status world_put_body(world *w, uint32_t *id, const world_body *def)
     if (!stays) { /* a definition has no velocities, and no way to where it is */
         b->speed = SPEED_NONE;
         b->moved = false;
+        b->glided = 0;
         b->passed.count = 0;
         b->before = b->pose;
         b->before_ns = b->stamp_ns;
@@ -359,16 +360,24 @@ void body_velocity(const body *b, vec3 *linear, vec3 *angular)
     }
 }
 
+/* Of one that has not moved since the last tick. */
+static inline void keep_before(const world *w, body *b)
+{
+    if (b->glided == w->round) return;
+    b->before = b->pose;
+    b->before_ns = b->stamp_ns;
+}
+
 /* A calm body that stays in its room: there is nothing that a tick could do about it. Where ways count, it goes the long
  * road, so that it has one. `to` is settled. */
 static inline bool glide(const world *w, body *b, const pose *to, int64_t stamp_ns)
 {
     if (!b->is_calm || b->dirty || w->sweepers || w->grant || w->bounds_asked || !calm_holds(b, to)) return false;
-    b->before = b->pose;
-    b->before_ns = b->stamp_ns;
+    keep_before(w, b);
     b->pose = *to;
     b->stamp_ns = stamp_ns;
     b->behind = true;
+    b->glided = w->round;
     return true;
 }
 
@@ -376,12 +385,10 @@ static void move(world *w, uint32_t id, const pose *to, int64_t stamp_ns, const 
 {
     body *b = &w->bodies.at[id];
     if (!glide(w, b, to, stamp_ns)) {
-        if (b->moved) {
+        if (b->moved)
             body_pass(w, b);
-        } else {
-            b->before = b->pose;
-            b->before_ns = b->stamp_ns;
-        }
+        else
+            keep_before(w, b);
         if (!b->is_calm) b->held = false;
         set_pose(b, *to, stamp_ns);
         b->moved = true;
@@ -409,6 +416,7 @@ static void teleport(world *w, uint32_t id, const pose *to, int64_t stamp_ns, co
     b->before = b->pose;
     b->before_ns = b->stamp_ns;
     b->moved = false;
+    b->glided = 0;
     b->passed.count = 0;
     if (b->speed == SPEED_ESTIMATED) b->speed = SPEED_NONE;
     if (!b->teleported) array_push(&w->teleported, id);
@@ -581,15 +589,26 @@ static inline void fetch_ahead(const world *w, size_t i)
 }
 
 /* Where the boxes of a body were put last. */
-static pose settled_pose(const body *b)
+static pose settled_pose(const world *w, const body *b)
 {
-    return b->dirty ? body_before(b) : b->pose;
+    bool is_newer = b->glided == w->round || (b->dirty && b->moved);
+    return is_newer ? b->before : b->pose;
+}
+
+/* In a tick: what it did since the last one was nobody's business then, and is now. */
+void body_account(world *w, uint32_t id)
+{
+    body *b = &w->bodies.at[id];
+    body_settle_shapes(w, b);
+    if (b->moved || b->glided != w->round - 1) return;
+    b->moved = true;
+    array_push(&w->glided, id);
 }
 
 pose solid_pose(const world *w, const solid *s)
 {
     const body *b = &w->bodies.at[s->body];
-    return b->behind ? pose_mul(settled_pose(b), s->local) : s->world;
+    return b->behind ? pose_mul(settled_pose(w, b), s->local) : s->world;
 }
 
 void body_settle_shapes(world *w, body *b)
@@ -598,7 +617,7 @@ void body_settle_shapes(world *w, body *b)
     b->behind = false;
     for (size_t i = 0; i < b->shape_count; i++) {
         solid *s = &w->solids.at[b->shapes[i]];
-        s->world = pose_mul(settled_pose(b), s->local);
+        s->world = pose_mul(settled_pose(w, b), s->local);
         s->box = shape_bounds(&s->shape, s->world);
     }
 }
@@ -627,6 +646,7 @@ static void settle_body(world *w, uint32_t id)
     body *b = &w->bodies.at[id];
     array_push(&w->awake, id);
     b->dirty = false;
+    b->moved |= b->glided == w->round - 1;
     if (b->ghost || !b->used) return;
     if (b->posed) expiry_set(w, id);
     b->posed = false;

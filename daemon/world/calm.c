@@ -13,6 +13,9 @@
 /* Rounding of boxes at the one pose and at the other, as a share of all that they are made of: much more than it is. */
 static const double ROUNDING = 0x1p-44;
 
+/* The quaternion is kept in floats; each component errs by at most 2^-25, and all together by twice that. */
+static const double AS_FLOATS = 2.5 * 0x1p-24;
+
 static bool may_be_calm(const body *b)
 {
     return !b->pair_count && !b->impacts && !(b->horizon > 0) && !b->deadline_ns && !b->stale && !b->held;
@@ -23,7 +26,7 @@ static void narrow_room(const body *b, const broad_room *room, double reach, aab
     const double p[3] = {b->pose.p.x, b->pose.p.y, b->pose.p.z};
     double *lo = &all->lo.x, *hi = &all->hi.x;
     for (int k = 0; k < 3; k++) {
-        double slack = ROUNDING * (fabs(p[k]) + reach + b->widen);
+        double slack = ROUNDING * (fabs(p[k]) + reach + b->widen) + AS_FLOATS * reach;
         lo[k] = fmax(lo[k], p[k] - room->down[k] + slack);
         hi[k] = fmin(hi[k], p[k] + room->up[k] - slack);
     }
@@ -41,7 +44,8 @@ void calm_find(const world *w, body *b)
     }
     for (size_t i = 0; i < b->shape_count; i++) {
         broad_room room;
-        if (!broad_room_of(w->broad, b->shapes[i], aabb_grow(w->solids.at[b->shapes[i]].box, b->widen), &room)) return;
+        aabb box = aabb_grow(w->solids.at[b->shapes[i]].box, b->widen);
+        if (!broad_room_of(w->broad, b->shapes[i], box, &room) || !room.slim) return;
         narrow_room(b, &room, reach, &all);
     }
     fbox inward = fbox_inward(all);
@@ -49,7 +53,8 @@ void calm_find(const world *w, body *b)
         b->calm_lo[k] = inward.lo[k];
         b->calm_hi[k] = inward.hi[k];
     }
-    b->calm_q = b->pose.q;
+    const double q[4] = {b->pose.q.w, b->pose.q.x, b->pose.q.y, b->pose.q.z};
+    for (int k = 0; k < 4; k++) b->calm_q[k] = (float)q[k];
     b->calm_reach = float_up(2 * (1 + 0x1p-20) * reach);
     b->is_calm = calm_holds(b, &b->pose);
 }

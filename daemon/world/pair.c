@@ -91,8 +91,9 @@ uint32_t pair_find(const world *w, uint32_t a, uint32_t b)
 /* From here on its shapes are looked at. */
 static void enter_pair(world *w, uint32_t solid)
 {
-    body *b = &w->bodies.at[w->solids.at[solid].body];
-    body_settle_shapes(w, b);
+    uint32_t id = w->solids.at[solid].body;
+    body *b = &w->bodies.at[id];
+    body_account(w, id);
     b->is_calm = false;
     b->pair_count++;
 }

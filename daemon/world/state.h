@@ -26,16 +26,17 @@ typedef struct body {
     _Alignas(64) pose pose;
     int64_t stamp_ns;
 
-    _Alignas(64) quat calm_q;     /* the body is calm within a room for its position, found where it stood so; ... */
+    _Alignas(64) float calm_q[4]; /* the body is calm within a room for its position, found where it stood so; ... */
     float calm_lo[3], calm_hi[3]; /* m, ... rounded inward; ... */
-    float calm_reach; /* m: ... turned from there by a difference of quaternions d, it has less by d times this */
+    float calm_reach;     /* m: ... turned from there by a difference of quaternions d, it has less by d times this */
+    uint64_t glided; /* world.round of the last pose that was not a tick's business; `before` is of the tick before */
     bool used : 1, ghost : 1;
     bool dirty : 1;     /* in world.dirty: its boxes are put again in the next tick */
     bool posed : 1;     /* a pose has come since the last tick: its deadline counts from it */
     bool moved : 1;     /* between `before` and `pose`, on a way that may be swept */
     bool detours : 1;   /* it has teleported or passed something since the last tick */
     bool is_calm : 1;   /* as long as it stays in that room, nothing depends on its poses: see calm.c */
-    bool behind : 1;    /* it was calm in the last tick: its shapes stand where they were, see solid_pose */
+    bool behind : 1;    /* it was calm when it moved: its shapes stand where they were, see solid_pose */
     uint8_t speed;      /* SPEED_... */
 
     _Alignas(64) pose before; /* at the tick before its last move, so if it has `moved`: at the last tick; ... */
@@ -185,6 +186,7 @@ struct world {
 
     ARRAY(uint64_t) dirty; /* ids of bodies to be put into the broad phase; u64 because sort_keys sorts these */
     ARRAY(uint32_t) awake; /* of these, those that were not calm, in their order: made by body_settle_dirty */
+    ARRAY(uint32_t) glided; /* those that were, until they came into a pair in this tick */
     ARRAY(uint64_t) sort_scratch;
     ARRAY(uint32_t) ghosts; /* removed since the last tick */
     ARRAY(uint32_t) reap;   /* removed before it: ids free at the next */
@@ -216,6 +218,7 @@ struct world {
     ARRAY(world_batch) batches;
 
     int64_t now_ns;
+    uint64_t round; /* counts ticks as they begin, from 1: what came before this one has the round before */
     int64_t serial; /* of contacts */
     uint32_t body_serial;
     bool changed;
@@ -233,6 +236,7 @@ void solid_free(solid *s);                          /* what it owns */
 int64_t body_age_ns(const world *w, const body *b); /* in this tick */
 int64_t body_age_at(const body *b, int64_t now_ns);
 void body_mark_dirty(world *w, uint32_t id, bool refilter);
+void body_account(world *w, uint32_t id);   /* it comes into a pair: its shapes are where it is, and it has a way */
 void body_settle_shapes(world *w, body *b); /* those that are behind stand where their body does */
 /* At the last tick. */
 static inline pose body_before(const body *b)
@@ -255,9 +259,8 @@ void calm_find(const world *w, body *b);
 /* Is it within, at that pose? Then its boxes stay where they are. A NAN is not. */
 static inline bool calm_holds(const body *b, const pose *at)
 {
-    double w = at->q.w - b->calm_q.w, x = at->q.x - b->calm_q.x, y = at->q.y - b->calm_q.y, z = at->q.z - b->calm_q.z;
-    double turned2 = w * w + x * x + (y * y + z * z);
-    double turned = turned2 > 0 ? sqrt(turned2) * b->calm_reach : 0;
+    double w = at->q.w - b->calm_q[0], x = at->q.x - b->calm_q[1], y = at->q.y - b->calm_q[2], z = at->q.z - b->calm_q[3];
+    double turned = sqrt(w * w + x * x + (y * y + z * z)) * b->calm_reach;
     return (at->p.x >= b->calm_lo[0] + turned) & (at->p.x <= b->calm_hi[0] - turned) &
            (at->p.y >= b->calm_lo[1] + turned) & (at->p.y <= b->calm_hi[1] - turned) &
            (at->p.z >= b->calm_lo[2] + turned) & (at->p.z <= b->calm_hi[2] - turned);

@@ -29,6 +29,7 @@ world *world_create(const world_options *options)
     pair_map_init(&w->names);
     w->words = 1;
     w->epoch = 1;
+    w->round = 1;
     w->hash = 14695981039346656037u;
     return w;
 }
@@ -96,6 +97,7 @@ void world_destroy(world *w)
     array_free(&w->watches);
     array_free(&w->dirty);
     array_free(&w->awake);
+    array_free(&w->glided);
     array_free(&w->sort_scratch);
     array_free(&w->ghosts);
     array_free(&w->reap);
@@ -122,6 +124,7 @@ static void begin_tick(world *w, int64_t now_ns)
 {
     w->now_ns = now_ns;
     w->figures.ticks++;
+    w->round++;
     interest_finish(w);
     for (size_t i = 0; i < w->interests.count; i++) w->interests.at[i].events.count = 0;
     body_reap(w);
@@ -131,9 +134,10 @@ static void begin_tick(world *w, int64_t now_ns)
 static void end_tick(world *w)
 {
     for (size_t i = 0; i < w->dirty.count; i++) body_arrive(w, (uint32_t)w->dirty.at[i]);
+    for (size_t i = 0; i < w->glided.count; i++) body_arrive(w, w->glided.at[i]);
     for (size_t i = 0; i < w->interests.count; i++) w->interests.at[i].all = false;
     w->last_tick_ns = w->now_ns;
-    w->dirty.count = 0;
+    w->dirty.count = w->glided.count = 0;
     w->changed = false;
 }
 
