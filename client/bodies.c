@@ -184,8 +184,7 @@ static void add_block(collided *c)
 {
     enum { RECORDS = 256 };
     body_record *block = allocate_aligned(_Alignof(body_record), RECORDS, sizeof *block);
-    c->body_blocks = reserve(
-        c->body_blocks, &c->body_block_capacity, c->body_block_count + 1, sizeof *c->body_blocks);
+    c->body_blocks = reserve(c->body_blocks, &c->body_block_capacity, c->body_block_count + 1, sizeof *c->body_blocks);
     c->body_blocks[c->body_block_count++] = block;
     for (size_t i = RECORDS; i-- > 0;) body_free(c, &block[i]);
 }

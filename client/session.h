@@ -83,12 +83,12 @@ struct collided {
     announcement client;
     announcement *first, *last; /* the record */
     size_t pending;
-    table by_sequence; /* to announcement */
-    table bodies;      /* id to body_record */
+    table by_sequence;  /* to announcement */
+    table bodies;       /* id to body_record */
     void **body_blocks; /* memory of body records, side by side */
     size_t body_block_count, body_block_capacity;
     body_record *spare_bodies; /* linked by announced.next */
-    body_record **published; /* of the poses that are being published */
+    body_record **published;   /* of the poses that are being published */
     size_t published_capacity;
     geometry_record *geometries;
     int64_t epoch, heard_ns; /* the daemon's; 0 = never heard */

@@ -59,8 +59,8 @@ void broad_refilter(broad *b, uint32_t proxy); /* its filter changed: ask again 
 
 void broad_update(broad *b, broad_changes *changes);
 
-/* How far a tight box may go before it leaves the fat one, m along each axis and against it. False: it is not inside, or
- * there is none. As of the last update, where nothing is queued. */
+/* How far a tight box may go before it leaves the fat one, m along each axis and against it. False: it is not inside,
+ * or there is none. As of the last update, where nothing is queued. */
 typedef struct broad_room {
     double down[3], up[3];
     bool slim; /* not much larger than the tight one: only when it leaves it will it get another */

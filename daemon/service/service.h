@@ -142,10 +142,10 @@ typedef struct inbox {
 
 /* ---- poses ---- */
 
-typedef struct posing { /* scratch of one batch */
-    ARRAY(uint32_t) owned;            /* where its bodies are among its client's */
-    ARRAY(uint32_t) ids, places;      /* of those that are to be moved: in the world, in the batch, ... */
-    ARRAY(int64_t) sequences;         /* ... of their newest pose before */
+typedef struct posing {          /* scratch of one batch */
+    ARRAY(uint32_t) owned;       /* where its bodies are among its client's */
+    ARRAY(uint32_t) ids, places; /* of those that are to be moved: in the world, in the batch, ... */
+    ARRAY(int64_t) sequences;    /* ... of their newest pose before */
     ARRAY(uint32_t) left_out;
 } posing;
 

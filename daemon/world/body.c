@@ -368,8 +368,8 @@ static inline void keep_before(const world *w, body *b)
     b->before_ns = b->stamp_ns;
 }
 
-/* A calm body that stays in its room: there is nothing that a tick could do about it. Where ways count, it goes the long
- * road, so that it has one. `to` is settled. */
+/* A calm body that stays in its room: there is nothing that a tick could do about it. Where ways count, it goes the
+ * long road, so that it has one. `to` is settled. */
 static inline bool glide(const world *w, body *b, const pose *to, int64_t stamp_ns)
 {
     if (!b->is_calm || b->dirty || w->sweepers || w->grant || w->bounds_asked || !calm_holds(b, to)) return false;
@@ -581,7 +581,8 @@ static inline void fetch_ahead(const world *w, size_t i)
     __builtin_prefetch(&b->calm_q, 1);
     b = &w->bodies.at[w->dirty.at[i + BODIES_AHEAD]];
     if (!b->is_calm)
-        for (size_t at = offsetof(body, before); at < sizeof(body); at += LINE) __builtin_prefetch((const char *)b + at);
+        for (size_t at = offsetof(body, before); at < sizeof(body); at += LINE)
+            __builtin_prefetch((const char *)b + at);
     b = &w->bodies.at[w->dirty.at[i + SHAPES_AHEAD]];
     if (b->is_calm || !b->shape_count) return;
     const char *s = (const char *)&w->solids.at[b->shapes[0]];

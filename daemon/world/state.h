@@ -28,19 +28,19 @@ typedef struct body {
 
     _Alignas(64) float calm_q[4]; /* the body is calm within a room for its position, found where it stood so; ... */
     float calm_lo[3], calm_hi[3]; /* m, ... rounded inward; ... */
-    float calm_reach;     /* m: ... turned from there by a difference of quaternions d, it has less by d times this */
-    uint64_t glided; /* world.round of the last pose that was not a tick's business; `before` is of the tick before */
+    float calm_reach; /* m: ... turned from there by a difference of quaternions d, it has less by d times this */
+    uint64_t glided;  /* world.round of the last pose that was not a tick's business; `before` is of the tick before */
     bool used : 1, ghost : 1;
-    bool dirty : 1;     /* in world.dirty: its boxes are put again in the next tick */
-    bool posed : 1;     /* a pose has come since the last tick: its deadline counts from it */
-    bool moved : 1;     /* between `before` and `pose`, on a way that may be swept */
-    bool detours : 1;   /* it has teleported or passed something since the last tick */
-    bool is_calm : 1;   /* as long as it stays in that room, nothing depends on its poses: see calm.c */
-    bool behind : 1;    /* it was calm when it moved: its shapes stand where they were, see solid_pose */
-    uint8_t speed;      /* SPEED_... */
+    bool dirty : 1;   /* in world.dirty: its boxes are put again in the next tick */
+    bool posed : 1;   /* a pose has come since the last tick: its deadline counts from it */
+    bool moved : 1;   /* between `before` and `pose`, on a way that may be swept */
+    bool detours : 1; /* it has teleported or passed something since the last tick */
+    bool is_calm : 1; /* as long as it stays in that room, nothing depends on its poses: see calm.c */
+    bool behind : 1;  /* it was calm when it moved: its shapes stand where they were, see solid_pose */
+    uint8_t speed;    /* SPEED_... */
 
     _Alignas(64) pose before; /* at the tick before its last move, so if it has `moved`: at the last tick; ... */
-    int64_t before_ns;               /* ... its stamp */
+    int64_t before_ns;        /* ... its stamp */
 
     char *name, *group;
     bool fixed;
@@ -49,15 +49,15 @@ typedef struct body {
     uint8_t ghost_cause;
     uint64_t category, mask;
     bool one_way;
-    bool ruled;                    /* a rule of it adds to the thresholds or ranges of its pairs ... */
-    double rule_reach;             /* m, ... at most so much */
-    uint64_t ruled_tick;           /* the tick that its filter last changed for */
+    bool ruled;                     /* a rule of it adds to the thresholds or ranges of its pairs ... */
+    double rule_reach;              /* m, ... at most so much */
+    uint64_t ruled_tick;            /* the tick that its filter last changed for */
     int64_t deadline_ns, expiry_ns; /* INT64_MAX: never stale */
-    uint32_t serial;               /* of its entry among the expiries: an older one is void */
+    uint32_t serial;                /* of its entry among the expiries: an older one is void */
     uint32_t pair_count;
-    bool expiry_queued;            /* it has one */
-    bool teleported;               /* since the last tick */
-    ARRAY(waypoint) passed;        /* between `before` and `pose`, while an interest in impacts is there */
+    bool expiry_queued;     /* it has one */
+    bool teleported;        /* since the last tick */
+    ARRAY(waypoint) passed; /* between `before` and `pose`, while an interest in impacts is there */
     world_ccd ccd;
     vec3 linear, angular; /* m/s, rad/s: with SPEED_GIVEN; otherwise see body_velocity */
     double acceleration, angular_acceleration;
@@ -65,7 +65,7 @@ typedef struct body {
     double horizon; /* s: the farthest that an interest wants foretold of it: its box holds all that it may do */
     double reach, travelled; /* m, of its shapes about its origin; by how much its points have moved, at most, added up
                                 over all ticks: kept while somebody asks for bounds, or there is a budget; ... */
-    pose travelled_to; /* ... up to here */
+    pose travelled_to;       /* ... up to here */
     double widen; /* m, half of the farthest range that an interest wants of it, and all of its rules' reach */
     uint32_t *shapes;
     size_t shape_count;
@@ -184,8 +184,8 @@ struct world {
     pair_map names;   /* hash of a name -> body; colliding hashes are probed on with the next key */
     size_t words;     /* of 64 interests */
 
-    ARRAY(uint64_t) dirty; /* ids of bodies to be put into the broad phase; u64 because sort_keys sorts these */
-    ARRAY(uint32_t) awake; /* of these, those that were not calm, in their order: made by body_settle_dirty */
+    ARRAY(uint64_t) dirty;  /* ids of bodies to be put into the broad phase; u64 because sort_keys sorts these */
+    ARRAY(uint32_t) awake;  /* of these, those that were not calm, in their order: made by body_settle_dirty */
     ARRAY(uint32_t) glided; /* those that were, until they came into a pair in this tick */
     ARRAY(uint64_t) sort_scratch;
     ARRAY(uint32_t) ghosts; /* removed since the last tick */
@@ -249,7 +249,7 @@ static inline vec3 body_step(const body *b)
     return vec_sub(b->pose.p, b->before.p);
 }
 void body_velocity(const body *b, vec3 *linear, vec3 *angular); /* given, or estimated from its way; else zeros */
-pose solid_pose(const world *w, const solid *s); /* in the world, as the last tick left it */
+pose solid_pose(const world *w, const solid *s);                /* in the world, as the last tick left it */
 double body_margin(const world *w, const solid *s);
 pose solid_relative(const world *w, const solid *a, const solid *b);
 
@@ -259,7 +259,8 @@ void calm_find(const world *w, body *b);
 /* Is it within, at that pose? Then its boxes stay where they are. A NAN is not. */
 static inline bool calm_holds(const body *b, const pose *at)
 {
-    double w = at->q.w - b->calm_q[0], x = at->q.x - b->calm_q[1], y = at->q.y - b->calm_q[2], z = at->q.z - b->calm_q[3];
+    double w = at->q.w - b->calm_q[0], x = at->q.x - b->calm_q[1], y = at->q.y - b->calm_q[2],
+           z = at->q.z - b->calm_q[3];
     double turned = sqrt(w * w + x * x + (y * y + z * z)) * b->calm_reach;
     return (at->p.x >= b->calm_lo[0] + turned) & (at->p.x <= b->calm_hi[0] - turned) &
            (at->p.y >= b->calm_lo[1] + turned) & (at->p.y <= b->calm_hi[1] - turned) &
