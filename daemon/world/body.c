@@ -251,7 +251,7 @@ static void body_reserve(world *w, size_t need)
 {
     if (need <= w->bodies.capacity) return;
     size_t capacity = need < 2 * w->bodies.capacity ? 2 * w->bodies.capacity : need;
-    body *grown = base_alloc_wide(capacity, sizeof *grown);
+    body *grown = base_alloc_lines(capacity, sizeof *grown);
     if (w->bodies.count) memcpy(grown, w->bodies.at, w->bodies.count * sizeof *grown);
     free(w->bodies.at);
     w->bodies.at = grown;
