@@ -5,6 +5,7 @@
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 static void *must(void *p, size_t count, size_t size)
 {
@@ -37,4 +38,9 @@ void *reserve(void *at, size_t *capacity, size_t count, size_t size)
     while (room < count) room = room > SIZE_MAX / 2 ? count : 2 * room;
     *capacity = room;
     return reallocate(at, room, size);
+}
+
+char *duplicate(const char *text)
+{
+    return must(strdup(text), strlen(text) + 1, 1);
 }

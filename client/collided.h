@@ -296,8 +296,8 @@ collided_status collided_publish(collided *c, size_t count, const collided_body 
  * it is waited for again once it ends a step. Over LCM, where an answer may be lost: publish the same step again on
  * COLLIDED_TIMEOUT. With lock_step = 1 a client alone has its steps done as a whole. Create bodies, and collided_sync,
  * before the first step. timeout_s 0: does not wait. COLLIDED_TIMEOUT if it was not done within that time;
- * COLLIDED_REJECTED if the others are beyond that step, or the one before is not done; COLLIDED_BAD_ARGUMENT if this
- * client is not in lock-step, or no subscription of rate_hz 0 could tell. */
+ * COLLIDED_REJECTED if the others are beyond that step, or the one before is not done, or the daemon refused each
+ * subscription of rate_hz 0; COLLIDED_BAD_ARGUMENT if this client is not in lock-step, or has no such subscription. */
 collided_status collided_step(collided *c, int64_t step, double timeout_s);
 /* Publishes poses of bodies that did not move there. They are there from now on, without a way that could be swept:
  * their contacts end with the cause "teleport". As collided_publish, but the stamp may also go back in time. */

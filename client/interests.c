@@ -36,7 +36,7 @@ static interest_record *add_record(collided *c, const char *stream, const collid
 {
     interest_record *i = allocate(1, sizeof *i);
     *i = (interest_record){.id = c->next_interest++,
-        .stream = strdup(stream),
+        .stream = duplicate(stream),
         .callback = def->callback,
         .context = def->context,
         .waiting = true,

@@ -176,25 +176,41 @@ void body_acked(collided *c, body_record *body)
 
 /* ---- lock-step ---- */
 
+/* With the lock held: its stream tells of each step. None that the daemon refused does. */
+static bool tells_of_steps(const interest_record *i)
+{
+    return !i->removed && i->each_tick && i->announced.state != ANNOUNCE_REFUSED;
+}
+
 static bool step_is_done(const collided *c)
 {
     bool done = true;
     for (const interest_record *i = c->interests; i; i = i->next)
-        done = done && (i->removed || !i->each_tick || i->step >= c->awaited_step);
+        done = done && (!tells_of_steps(i) || i->step >= c->awaited_step);
     return done || c->step_refused;
 }
 
-static bool hears_of_steps(const collided *c)
+/* COLLIDED_OK if a subscription can tell when a step is done. */
+static collided_status check_hearing(collided *c)
 {
-    const interest_record *i = c->interests;
-    while (i && (i->removed || !i->each_tick)) i = i->next;
-    return i != NULL;
+    size_t tell = 0, refused = 0;
+    pthread_mutex_lock(&c->lock);
+    for (const interest_record *i = c->interests; i; i = i->next) {
+        tell += tells_of_steps(i);
+        refused += !i->removed && i->each_tick && i->announced.state == ANNOUNCE_REFUSED;
+    }
+    pthread_mutex_unlock(&c->lock);
+    if (tell) return COLLIDED_OK;
+    if (refused) return session_fail(c, COLLIDED_REJECTED, "the daemon refused what could tell when a step is done");
+    return session_fail(c, COLLIDED_BAD_ARGUMENT, "no subscription of rate_hz 0 could tell when a step is done");
 }
 
 static int send_end_of_step(collided *c, int64_t step)
 {
     const wire_message m = {.kind = WIRE_POSE_BATCH,
         .pose_batch = {.version = WIRE_VERSION, .client = c->id, .sequence = ++c->sequence, .step = step}};
+    c->step_begin = c->step_end;
+    c->step_end = c->sequence;
     c->step_refused = false;
     int failed = session_send(c, &m);
     c->link->ops->flush(c->link);
@@ -206,8 +222,8 @@ collided_status collided_step(collided *c, int64_t step, double timeout_s)
     if (timeout_s > 0 && session_from_callback(c)) return COLLIDED_BAD_ARGUMENT;
     if (step <= 0) return session_fail(c, COLLIDED_BAD_ARGUMENT, "step is %lld: above 0 is allowed", (long long)step);
     if (!c->lock_step) return session_fail(c, COLLIDED_BAD_ARGUMENT, "this client is not in lock-step: collided_def");
-    if (timeout_s > 0 && !hears_of_steps(c))
-        return session_fail(c, COLLIDED_BAD_ARGUMENT, "no subscription of rate_hz 0 could tell when a step is done");
+    collided_status status = timeout_s > 0 ? check_hearing(c) : COLLIDED_OK;
+    if (status) return status;
     for (interest_record *i = c->interests; i; i = i->next) i->step = 0;
     c->awaited_step = step;
     pthread_mutex_lock(&c->lock);
@@ -217,10 +233,11 @@ collided_status collided_step(collided *c, int64_t step, double timeout_s)
     if (!(timeout_s > 0)) return COLLIDED_OK;
     bool done = session_wait(c, session_monotonic_ns() + session_seconds(timeout_s), step_is_done);
     pthread_mutex_lock(&c->lock);
-    collided_status status =
-        c->step_refused ? session_fail(c, COLLIDED_REJECTED, "%s", c->step_refusal)
-        : done          ? COLLIDED_OK
-               : session_fail(c, COLLIDED_TIMEOUT, "step %lld is not done after %g s", (long long)step, timeout_s);
+    status = c->step_refused ? session_fail(c, COLLIDED_REJECTED, "%s", c->step_refusal)
+             : done          ? COLLIDED_OK
+                    : session_fail(c, COLLIDED_TIMEOUT, "step %lld is not done after %g s", (long long)step, timeout_s);
     pthread_mutex_unlock(&c->lock);
+    /* The daemon may have refused meanwhile what was waited for; a callback may end its own subscription. */
+    if (status == COLLIDED_OK && check_hearing(c) == COLLIDED_REJECTED) return COLLIDED_REJECTED;
     return status;
 }

@@ -105,10 +105,11 @@ bool session_unheard(collided *c)
     return silent;
 }
 
-/* That another client missed a step is told as a refusal, but is none of ours. */
+/* That another client missed a step is told as a refusal, but is none of ours. What is refused of a step before the one
+ * that is waited for may come late. */
 void session_keep_rejection(collided *c, const wire_reject *why)
 {
-    if (why->reason == WIRE_BAD_STEP) {
+    if (why->reason == WIRE_BAD_STEP && why->sequence > c->step_begin && why->sequence <= c->step_end) {
         c->step_refused = true;
         (void)snprintf(c->step_refusal, sizeof c->step_refusal, "%s", why->text);
     }

@@ -99,7 +99,8 @@ struct collided {
     size_t rejection_count;
     int64_t rejections_overflowed; /* not kept since the last delivery */
     bool refused;                  /* since the last sync */
-    bool step_refused;             /* since collided_step was called */
+    int64_t step_end, step_begin;  /* sequences of the last end of a step that was sent, and of the one before */
+    bool step_refused;             /* the end of that step, or poses that were published for it */
     char step_refusal[SESSION_ERROR_MAX];
     char first_refusal[SESSION_ERROR_MAX];
     int64_t query, query_epoch; /* sequence that the caller waits for, 0 = none; the epoch it was sent in */

@@ -80,7 +80,7 @@ static bool domain_use(dds_domainid_t id, const transport_options *options, char
     else if (domains[id].entity <= 0)
         result = domains[id].entity = dds_create_domain(id, config);
     bool used = result >= 0 || result == DDS_RETCODE_PRECONDITION_NOT_MET;
-    if (used && !domains[id].users++) domains[id].security = strdup(security);
+    if (used && !domains[id].users++) domains[id].security = duplicate(security);
     pthread_mutex_unlock(&domains_lock);
     if (used) return true;
     (void)snprintf(why, why_size, "dds: cannot open domain %u: %s", (unsigned)id,
@@ -247,7 +247,7 @@ static bool open_inbox(transport_dds *t, dds_inbox *inbox, wire_kind kind, trans
     dds_delete_listener(listener);
     dds_delete_qos(qos);
     if (inbox->reader <= 0) return false;
-    inbox->stream = stream ? strdup(stream) : NULL;
+    inbox->stream = stream ? duplicate(stream) : NULL;
     return true;
 }
 
@@ -300,19 +300,6 @@ static void dds_close_transport(transport *base)
     free(t);
 }
 
-/* The first error while a secured participant is made: it says what is wrong with the folder. */
-typedef struct complaint {
-    char text[256];
-} complaint;
-
-static void on_log(void *context, const dds_log_data_t *line)
-{
-    complaint *first = context;
-    bool error = line->priority & (DDS_LC_FATAL | DDS_LC_ERROR);
-    if (error && !*first->text)
-        (void)snprintf(first->text, sizeof first->text, "%.*s", (int)strcspn(line->message, "\n"), line->message);
-}
-
 static transport *dds_open_transport(const transport_options *options, char *why, size_t why_size)
 {
     char *end;
@@ -329,13 +316,14 @@ static transport *dds_open_transport(const transport_options *options, char *why
     t->sample = room_for_any_sample();
     atomic_init(&t->rematched, true);
     for (int role = 0; role < TRANSPORT_ROLES; role++) t->fds[role] = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
-    complaint first = {""};
-    if (*options->security) dds_set_log_sink(on_log, &first);
     bool opened = t->fds[TRANSPORT_CONTROL] >= 0 && t->fds[TRANSPORT_STREAMS] >= 0 && open_entities(t, options);
-    if (*options->security) dds_set_log_sink(NULL, NULL);
     if (opened) return &t->head;
-    if (!*options->security ||
-        !wire_dds_security_explain(options->security, *first.text ? first.text : NULL, why, why_size))
+    /* What Cyclone says of it goes to the program's own sink, which cannot be borrowed: nobody can tell which it is. */
+    if (*options->security && t->participant > 0)
+        (void)wire_dds_security_explain(options->security, NULL, why, why_size);
+    else if (*options->security)
+        wire_dds_security_documents(options->security, why, why_size);
+    else
         (void)snprintf(why, why_size, "dds: cannot create the entities of domain %lu%s%s", domain,
             options->interface[0] ? " on interface " : "", options->interface);
     dds_close_transport(&t->head);

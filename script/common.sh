@@ -9,7 +9,8 @@ die() { say "$*"; exit 1; }
 
 # What the daemon, its client library and the tools are built from.
 packages_build=(cmake ninja-build gcc g++ libc6-dev pkg-config cyclonedds-dev cyclonedds-tools liblcm-dev liblcm-bin
-    libglib2.0-dev libsystemd-dev libccd-dev libqhull-dev libwebsockets-dev libssl-dev openssl libassimp-dev libxml2-dev libcyaml-dev libpng-dev
+    libglib2.0-dev libsystemd-dev libccd-dev libqhull-dev libwebsockets-dev libssl-dev openssl
+    libassimp-dev libxml2-dev libcyaml-dev libpng-dev
     iproute2 util-linux python3)
 # What the tests and benchmarks need beside it.
 packages_test=(libcmocka-dev libjson-c-dev libgmp-dev libmpfr-dev clang-14 libclang-rt-14-dev clang-tidy-14
@@ -44,7 +45,8 @@ install_packages() {
     fi
     # shellcheck disable=SC2016
     quietly "installing ${missing[*]}" "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive sh -c \
-        'apt-get -qq update && apt-get -qq -o DPkg::Lock::Timeout=120 install -y --no-install-recommends "$@"' sh "${missing[@]}"
+        'apt-get -qq update && apt-get -qq -o DPkg::Lock::Timeout=120 install -y --no-install-recommends "$@"' \
+        sh "${missing[@]}"
 }
 
 # build PRESET [cmake options...]: into build/PRESET.

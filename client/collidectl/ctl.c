@@ -139,7 +139,7 @@ bool ctl_interrupted(void)
     return interrupted != 0;
 }
 
-static double now_s(void)
+double ctl_now_s(void)
 {
     struct timespec t;
     clock_gettime(CLOCK_MONOTONIC, &t);
@@ -149,10 +149,10 @@ static double now_s(void)
 int ctl_poll(ctl *c, double seconds)
 {
     enum { STEP_MS = 200 }; /* how soon a signal is seen */
-    double end = seconds > 0 ? now_s() + seconds : INFINITY;
+    double end = seconds > 0 ? ctl_now_s() + seconds : INFINITY;
     bool heard = true;
-    while (!ctl_interrupted() && now_s() < end) {
-        collided_status status = collided_poll(c->client, fmin(STEP_MS / 1000.0, fmax(0, end - now_s())));
+    while (!ctl_interrupted() && ctl_now_s() < end) {
+        collided_status status = collided_poll(c->client, fmin(STEP_MS / 1000.0, fmax(0, end - ctl_now_s())));
         if (status != COLLIDED_OK && status != COLLIDED_NO_DAEMON) return ctl_check(c, status, "watching");
         if (heard && status == COLLIDED_NO_DAEMON)
             fputs("collidectl: the daemon is not heard; waiting for it\n", stderr);

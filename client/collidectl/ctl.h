@@ -77,6 +77,8 @@ const char *ctl_find_daemon(ctl *c);
 /* Says what a status of the client library means here; 0 for COLLIDED_OK. */
 int ctl_check(ctl *c, collided_status status, const char *what);
 
+double ctl_now_s(void); /* monotonic */
+
 /* SIGINT or SIGTERM has come (after ctl_catch_signals). */
 void ctl_catch_signals(void);
 bool ctl_interrupted(void);

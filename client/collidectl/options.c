@@ -258,7 +258,7 @@ static void set_defaults(ctl_options *o)
         .range_m = 0.1,
         .accuracy = "tolerance",
         .tolerance_m = -1, /* not given */
-        .relative_tolerance = 1e-6,
+        .relative_tolerance = -1, /* likewise */
         .length_m = 1000,
         .horizon_s = 1,
         .span_s = 1,

@@ -10,6 +10,7 @@
 #include "ctl.h"
 
 #include <stdint.h>
+#include <sys/types.h>
 
 typedef struct trade_row { /* one pair of shape types at one accuracy; "all": the whole session */
     const char *pair, *accuracy;
@@ -31,6 +32,10 @@ typedef struct trade {
 
 /* 0, or an exit status after saying why not. `file` must be readable. */
 int trade_run(ctl *c, const char *file, trade *out);
+
+/* Waits for the end of a process, whatever signals come: its exit status, -1 - N where signal N ended it, -1 where it
+ * cannot be waited for. */
+int trade_end_of(pid_t child);
 
 /* The rows of "all": `levels` of them. */
 const trade_row *trade_all(const trade *t);

@@ -6,7 +6,6 @@
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
-#include <sys/wait.h>
 #include <sysexits.h>
 #include <unistd.h>
 
@@ -241,15 +240,13 @@ enum { NO_SUCH_PROGRAM = 127 };
 
 static int run_gnuplot(const char *script)
 {
-    int status = 0;
     fflush(stdout);
     pid_t child = fork();
     if (child == 0) {
         execlp("gnuplot", "gnuplot", script, (char *)NULL);
         _exit(errno == ENOENT ? NO_SUCH_PROGRAM : 126);
     }
-    if (child < 0 || waitpid(child, &status, 0) != child || !WIFEXITED(status)) return -1;
-    return WEXITSTATUS(status);
+    return child < 0 ? -1 : trade_end_of(child);
 }
 
 int trade_picture(ctl *c, const trade *t, const trade_advice *a, const char *prefix, bool *made)

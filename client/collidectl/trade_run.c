@@ -56,13 +56,19 @@ static FILE *start(ctl *c, const char *file, pid_t *child)
     return fdopen(ends[0], "r");
 }
 
-static int end_of(pid_t child)
+int trade_end_of(pid_t child)
 {
     int status;
     while (waitpid(child, &status, 0) < 0)
-        if (errno != EINTR) return EX_OSERR;
-    if (WIFEXITED(status)) return WEXITSTATUS(status);
-    return ctl_fail(EX_SOFTWARE, "trade: collided was ended by signal %d", WTERMSIG(status));
+        if (errno != EINTR) return -1;
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1 - WTERMSIG(status);
+}
+
+static int end_of_daemon(pid_t child)
+{
+    int status = trade_end_of(child);
+    if (status >= 0) return status;
+    return status == -1 ? EX_OSERR : ctl_fail(EX_SOFTWARE, "trade: collided was ended by signal %d", -1 - status);
 }
 
 /* ---- its lines ---- */
@@ -165,7 +171,7 @@ int trade_run(ctl *c, const char *file, trade *out)
     bool good = take_all(&r, from);
     fclose(from); /* one that still writes is ended by that */
     clear_progress(&r);
-    int status = end_of(child);
+    int status = end_of_daemon(child);
     if (good && status) return status; /* it has said why */
     if (good && r.ended && out->levels && out->levels <= TRADE_LEVELS_MAX && out->row_count % out->levels == 0)
         return 0;

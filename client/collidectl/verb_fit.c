@@ -7,7 +7,6 @@
 #include <errno.h>
 #include <string.h>
 #include <sysexits.h>
-#include <time.h>
 #include <unistd.h>
 
 /* ---- progress ---- */
@@ -18,17 +17,10 @@ typedef struct progress {
     bool any;
 } progress;
 
-static double now_s(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
 static void show_progress(void *context, size_t done, size_t of, const char *what)
 {
     progress *p = context;
-    double now = now_s();
+    double now = ctl_now_s();
     if (now - p->told_s < (p->terminal ? 0.1 : 2)) return;
     fprintf(stderr, p->terminal ? "\r\033[Kcollidectl: fit: %zu of %zu: %.80s" : "collidectl: fit: %zu of %zu: %s\n",
         done, of, what);
@@ -96,6 +88,21 @@ static void print_some(const fit_robot *f, bool proven, bool disabled)
             print_pair(f, &f->pairs[i]);
 }
 
+static bool is_open(const fit_pair *p)
+{
+    return p->answer.verdict != NEVER_PROVEN && p->answer.verdict != NEVER_MEET && !p->disabled;
+}
+
+/* They are checked, and may never meet all the same. */
+static void print_open(const fit_robot *f)
+{
+    size_t count = 0;
+    for (size_t i = 0; i < f->pair_count; i++) count += is_open(&f->pairs[i]);
+    if (count > 0) printf("\nneither proven never to meet, nor found to: %zu (they are checked)\n", count);
+    for (size_t i = 0; i < f->pair_count; i++)
+        if (is_open(&f->pairs[i])) print_pair(f, &f->pairs[i]);
+}
+
 static void print_pairs(const fit_robot *f)
 {
     size_t both = count_pairs(f, true, true), ours = count_pairs(f, true, false), only = count_pairs(f, false, true);
@@ -106,6 +113,7 @@ static void print_pairs(const fit_robot *f)
     print_some(f, true, false);
     if (only > 0) printf("\ndisabled by the SRDF, not proven: %zu (its disabling stands)\n", only);
     print_some(f, false, true);
+    print_open(f);
 }
 
 static void print_gain(const fit_robot *f)
@@ -179,7 +187,7 @@ static int write_scene(const ctl *c, const fit_robot *f)
 int verb_fit(ctl *c)
 {
     const ctl_options *o = &c->options;
-    progress told = {.told_s = now_s(), .terminal = isatty(STDERR_FILENO)};
+    progress told = {.told_s = ctl_now_s(), .terminal = isatty(STDERR_FILENO)};
     robot_source source = {.urdf = c->arguments[0],
         .srdf = o->srdf,
         .packages = o->packages,

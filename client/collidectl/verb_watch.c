@@ -50,6 +50,7 @@ static void open_line(json *j, const char *event, const collided_batch *b)
     json_integer(j, "stamp_ns", b->stamp_ns);
     json_integer(j, "latest_pose_ns", b->latest_pose_ns);
     json_integer(j, "step", b->step);
+    json_integer(j, "missing", b->missing);
     json_integer(j, "undone", b->undone);
 }
 
@@ -125,6 +126,11 @@ static void json_batch(const collided_batch *b)
         close_line(&j);
     }
     for (size_t i = 0; i < b->event_count; i++) json_event(&j, b, &b->events[i]);
+    if (b->heartbeat) {
+        open_line(&j, "heartbeat", b);
+        json_integer(&j, "oldest_pose_ns", b->oldest_pose_ns);
+        close_line(&j);
+    }
     if (b->closing) {
         open_line(&j, "closing", b);
         close_line(&j);
@@ -173,6 +179,13 @@ static void text_event(const char *when, const collided_event *e)
             e->points[i].point[0], e->points[i].point[1], e->points[i].point[2], 1000 * e->points[i].distance);
 }
 
+static void text_heartbeat(const char *when, const collided_batch *b)
+{
+    char age[32] = "-";
+    if (b->oldest_pose_ns) show_age(fmax(0, 1e-9 * (double)(b->stamp_ns - b->oldest_pose_ns)), age, sizeof age);
+    printf("%s alive    nothing has changed since; age of the oldest pose %s\n", when, age);
+}
+
 static void text_batch(const collided_batch *b)
 {
     char when[16];
@@ -180,6 +193,10 @@ static void text_batch(const collided_batch *b)
     if (b->lost > 0) printf("%s lost     %" PRId64 " batches; the whole state follows\n", when, b->lost);
     if (b->snapshot) printf("%s snapshot %zu pairs: the whole current state\n", when, b->event_count);
     for (size_t i = 0; i < b->event_count; i++) text_event(when, &b->events[i]);
+    if (b->missing > 0)
+        printf("%s missing  %" PRId32 " lock-step clients: step %" PRId64 " was done without them\n", when, b->missing,
+            b->step);
+    if (b->heartbeat) text_heartbeat(when, b);
     if (b->undone > 0) printf("%s budget   %" PRId64 " pairs left for the next tick\n", when, b->undone);
     if (b->closing) printf("%s closing  the stream ends\n", when);
 }
@@ -207,13 +224,25 @@ static bool take_accuracy(const char *word, collided_accuracy *out)
     return false;
 }
 
+/* An option that would be ignored is refused. Times of impacts have a tolerance at any accuracy. */
+static int check_tolerances(const ctl_options *o, collided_accuracy accuracy)
+{
+    bool tolerance = o->tolerance_m >= 0, relative = o->relative_tolerance >= 0;
+    if (tolerance && relative) return ctl_fail(EX_USAGE, "watch: --tolerance and --relative: say one of them");
+    if (accuracy == COLLIDED_BY_TOLERANCE || o->facts & (COLLIDED_IMPACT | COLLIDED_FORETELL)) return 0;
+    if (!tolerance && !relative) return 0;
+    return ctl_fail(EX_USAGE, "watch: %s says nothing under --accuracy %s, which asks for no width: leave it out",
+        tolerance ? "--tolerance" : "--relative", o->accuracy);
+}
+
 int verb_watch(ctl *c)
 {
     const ctl_options *o = &c->options;
     collided_accuracy accuracy;
     if (!take_accuracy(o->accuracy, &accuracy))
         return ctl_fail(EX_USAGE, "--accuracy '%s': must be boxes, tolerance or verdict", o->accuracy);
-    int status = ctl_connect_guest(c);
+    int status = check_tolerances(o, accuracy);
+    if (!status) status = ctl_connect_guest(c);
     if (status) return status;
     ctl_catch_signals();
     collided_interest_def def = collided_interest_def_default();
@@ -222,7 +251,8 @@ int verb_watch(ctl *c)
     def.select_b = o->select_b;
     def.range_m = o->facts & COLLIDED_DISTANCE ? o->range_m : 0;
     def.accuracy = accuracy;
-    def.relative_tolerance = o->tolerance_m < 0 ? o->relative_tolerance : 0;
+    if (o->relative_tolerance >= 0) def.relative_tolerance = o->relative_tolerance;
+    if (o->tolerance_m >= 0) def.relative_tolerance = 0;
     def.tolerance_m = fmax(o->tolerance_m, 0);
     def.horizon_s = o->facts & COLLIDED_FORETELL ? o->horizon_s : 0;
     def.hysteresis_m = o->hysteresis_m;

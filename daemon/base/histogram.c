@@ -1,13 +1,15 @@
 /* histogram: see histogram.h. */
 #include "histogram.h"
 
+#include <math.h>
+
 void histogram_add(histogram *h, double number)
 {
-    if (number != number) return;
+    if (isnan(number)) return;
     size_t i = 0;
     while (i < h->count && number > h->bounds[i]) i++;
     h->below[i]++;
-    h->sum += number;
+    if (isfinite(number)) h->sum += number;
 }
 
 uint64_t histogram_total(const histogram *h)

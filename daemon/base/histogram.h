@@ -13,7 +13,7 @@ typedef struct histogram {
     const double *bounds;                     /* rising; static */
     size_t count;                             /* of bounds */
     uint64_t below[HISTOGRAM_BOUNDS_MAX + 1]; /* at or below bounds[i], and above bounds[i - 1]; the last: above all */
-    double sum;
+    double sum;                               /* of those that are finite */
 } histogram;
 
 void histogram_add(histogram *h, double number); /* NaN is not counted */

@@ -32,13 +32,6 @@ static aabb halfspace_bounds(const shape *s, pose at)
     return b;
 }
 
-/* As high in each direction as in the opposite one, to the bit. */
-static bool is_symmetric(shape_type type)
-{
-    return type == SHAPE_SPHERE || type == SHAPE_CAPSULE || type == SHAPE_BOX || type == SHAPE_CYLINDER ||
-           type == SHAPE_ELLIPSOID;
-}
-
 aabb shape_bounds(const shape *s, pose at)
 {
     if (s->type == SHAPE_HALFSPACE) return halfspace_bounds(s, at);
@@ -46,12 +39,11 @@ aabb shape_bounds(const shape *s, pose at)
     const vec3 rows[3] = {{r.x.x, r.y.x, r.z.x}, {r.x.y, r.y.y, r.z.y}, {r.x.z, r.y.z, r.z.z}};
     const double centre[3] = {at.p.x, at.p.y, at.p.z};
     double margin = add_up(add_up(s->radius, shape_excess(s)), rotation_slack(at.q, shape_reach(s)));
-    double lo[3], hi[3];
+    double lo[3], hi[3], up[3], down[3];
+    support_spans_up(s, rows, up, down);
     for (int k = 0; k < 3; k++) {
-        double up = support_height_up(s, rows[k], NULL);
-        double down = is_symmetric(s->type) ? up : support_height_up(s, vec_neg(rows[k]), NULL);
-        hi[k] = add_up(centre[k], add_up(up, margin));
-        lo[k] = -add_up(-centre[k], add_up(down, margin));
+        hi[k] = add_up(centre[k], add_up(up[k], margin));
+        lo[k] = -add_up(-centre[k], add_up(down[k], margin));
     }
     return (aabb){{lo[0], lo[1], lo[2]}, {hi[0], hi[1], hi[2]}};
 }

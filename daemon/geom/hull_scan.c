@@ -41,6 +41,18 @@ static uint32_t above_plain(const hull *h, vec3 d, double cut, uint16_t *found, 
     return count;
 }
 
+static void spans_plain(const hull *h, const vec3 d[3], double top[3], double bottom[3])
+{
+    for (int k = 0; k < 3; k++) {
+        top[k] = -INFINITY, bottom[k] = INFINITY;
+        for (uint32_t i = 0; i < h->vertex_count; i++) {
+            double height = h->x[i] * d[k].x + h->y[i] * d[k].y + h->z[i] * d[k].z;
+            top[k] = height > top[k] ? height : top[k];
+            bottom[k] = height < bottom[k] ? height : bottom[k];
+        }
+    }
+}
+
 #if defined(__x86_64__)
 
 #include <immintrin.h>
@@ -181,6 +193,38 @@ __attribute__((target("avx512f"))) static uint32_t above_avx512(
     return count;
 }
 
+__attribute__((target("avx2"), always_inline)) static inline void span4(
+    __m256d x, __m256d y, __m256d z, const __m256d d[3], __m256d *top, __m256d *bottom)
+{
+    __m256d height =
+        _mm256_add_pd(_mm256_add_pd(_mm256_mul_pd(x, d[0]), _mm256_mul_pd(y, d[1])), _mm256_mul_pd(z, d[2]));
+    *top = _mm256_max_pd(height, *top);
+    *bottom = _mm256_min_pd(height, *bottom);
+}
+
+__attribute__((target("avx2"))) static inline double least4(__m256d m)
+{
+    m = _mm256_min_pd(m, _mm256_permute2f128_pd(m, m, 1));
+    return _mm256_cvtsd_f64(_mm256_min_pd(m, _mm256_permute_pd(m, 5)));
+}
+
+__attribute__((target("avx2"))) static void spans_avx2(const hull *h, const vec3 d[3], double top[3], double bottom[3])
+{
+    __m256d way[3][3], most[3], least[3];
+    for (int k = 0; k < 3; k++) {
+        way[k][0] = _mm256_set1_pd(d[k].x), way[k][1] = _mm256_set1_pd(d[k].y), way[k][2] = _mm256_set1_pd(d[k].z);
+        most[k] = _mm256_set1_pd(-INFINITY), least[k] = _mm256_set1_pd(INFINITY);
+    }
+    for (uint32_t i = 0; i < h->padded_count; i += 4) {
+        __m256d x = _mm256_loadu_pd(h->x + i), y = _mm256_loadu_pd(h->y + i), z = _mm256_loadu_pd(h->z + i);
+        for (int k = 0; k < 3; k++) span4(x, y, z, way[k], &most[k], &least[k]);
+    }
+    for (int k = 0; k < 3; k++) {
+        top[k] = _mm256_cvtsd_f64(greatest4(most[k]));
+        bottom[k] = least4(least[k]);
+    }
+}
+
 bool hull_scan_has(hull_scan_width width)
 {
     if (width == HULL_SCAN_AVX512) return __builtin_cpu_supports("avx512f");
@@ -198,6 +242,16 @@ uint32_t hull_scan_above_by(
 {
     if (width == HULL_SCAN_AVX512) return above_avx512(h, direction, cut, found, most);
     return (width == HULL_SCAN_AVX2 ? above_avx2 : above_plain)(h, direction, cut, found, most);
+}
+
+void hull_scan_spans_by(hull_scan_width width, const hull *h, const vec3 d[3], double top[3], double bottom[3])
+{
+    (width == HULL_SCAN_PLAIN ? spans_plain : spans_avx2)(h, d, top, bottom);
+}
+
+void hull_scan_spans(const hull *h, const vec3 d[3], double top[3], double bottom[3])
+{
+    (__builtin_cpu_supports("avx2") ? spans_avx2 : spans_plain)(h, d, top, bottom);
 }
 
 /* Measured: a hull of few vertices gains nothing from eight lanes but a longer reduction. */
@@ -244,6 +298,17 @@ uint32_t hull_scan_above_by(
 uint32_t hull_scan_above(const hull *h, vec3 direction, double cut, uint16_t *found, uint32_t most)
 {
     return above_plain(h, direction, cut, found, most);
+}
+
+void hull_scan_spans_by(hull_scan_width width, const hull *h, const vec3 d[3], double top[3], double bottom[3])
+{
+    (void)width;
+    spans_plain(h, d, top, bottom);
+}
+
+void hull_scan_spans(const hull *h, const vec3 d[3], double top[3], double bottom[3])
+{
+    spans_plain(h, d, top, bottom);
 }
 
 #endif

@@ -3,6 +3,7 @@
 #include "support.h"
 
 #include "compound.h"
+#include "hull_scan.h"
 #include "hull_support.h"
 #include "round.h"
 
@@ -105,5 +106,37 @@ double support_height_up(const shape *s, vec3 d, uint32_t *hint)
         return compound_height_up(s->compound, d);
     default:
         return 0;
+    }
+}
+
+/* As high in each direction as in the opposite one, to the bit. */
+static bool is_symmetric(shape_type type)
+{
+    return type == SHAPE_SPHERE || type == SHAPE_CAPSULE || type == SHAPE_BOX || type == SHAPE_CYLINDER ||
+           type == SHAPE_ELLIPSOID;
+}
+
+/* A height in the opposite direction is the negative one, to the bit. */
+static void hull_spans_up(const hull *h, const vec3 d[3], double up[3], double down[3])
+{
+    double top[3], bottom[3];
+    hull_scan_spans(h, d, top, bottom);
+    for (int k = 0; k < 3; k++) {
+        double terms = h->max_abs * (fabs(d[k].x) + fabs(d[k].y) + fabs(d[k].z));
+        up[k] = height_up(top[k], terms);
+        down[k] = height_up(-bottom[k], terms);
+    }
+}
+
+void support_spans_up(const shape *s, const vec3 directions[3], double up[3], double down[3])
+{
+    bool scanned = (s->type == SHAPE_HULL || s->type == SHAPE_MESH) && s->hull->node_count == 0;
+    if (scanned) {
+        hull_spans_up(s->hull, directions, up, down);
+        return;
+    }
+    for (int k = 0; k < 3; k++) {
+        up[k] = support_height_up(s, directions[k], NULL);
+        down[k] = is_symmetric(s->type) ? up[k] : support_height_up(s, vec_neg(directions[k]), NULL);
     }
 }

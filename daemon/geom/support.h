@@ -17,4 +17,7 @@ vec3 support_core(const shape *s, vec3 direction, uint32_t *hint);
  * one-sided value for separation proofs. */
 double support_height_up(const shape *s, vec3 direction, uint32_t *hint);
 
+/* The same in three directions and their opposites: the same bits, sooner. */
+void support_spans_up(const shape *s, const vec3 directions[3], double up[3], double down[3]);
+
 #endif

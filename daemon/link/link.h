@@ -29,6 +29,9 @@ typedef struct link_sink {
     /* A reader has come to that stream: it wants the whole current state first. A link that cannot see readers (LCM,
      * memory) takes a stream's opening for the coming of its first. */
     void (*stream_reader)(void *context, struct link *from, const char *stream);
+    /* A recording began in the middle, when the clients in lock-step had done that step. Replay alone calls it; NULL:
+     * nobody wants to know. */
+    void (*steps_done)(void *context, int64_t step);
 } link_sink;
 
 typedef struct link_options {
@@ -38,6 +41,7 @@ typedef struct link_options {
     const char *interface; /* network interface or address; "" = loopback only */
     const char *security;  /* DDS: folder of certificates and permissions; "" = no security */
     const char *program;   /* LCM: path of collided-lcm; "" = beside this executable */
+    size_t max_clients;    /* DDS: clients whose speakers it remembers; 0: any number */
     bool must_start;       /* LCM: a gateway that does not start at all is an error; otherwise it is tried again */
 } link_options;
 

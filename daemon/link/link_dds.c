@@ -293,7 +293,7 @@ static int dds_link_open(struct link *head, const link_options *options, char *w
     wire_dds_config(config, sizeof config, options->interface, true);
     register_counters(l, options->counters);
     l->sample = base_zalloc(1, largest_sample());
-    speakers_init(&l->speakers);
+    speakers_init(&l->speakers, options->max_clients ? options->max_clients : SIZE_MAX);
     dds_return_t joined = join(l, domain, config, &first);
     if (joined == DDS_RETCODE_OK && open_topics(l)) return 0;
     leave(l);
@@ -339,7 +339,7 @@ static void mark_removed(wire_message *m, int64_t sequence)
 static bool is_admitted(link_dds *l, const wire_message *m, const dds_sample_info_t *info, wire_refusal *why)
 {
     bool admitted = speakers_admit(&l->speakers, m, info->publication_handle, why);
-    if (!admitted) metric_count(l->foreign, 1);
+    if (!admitted && why->reason == WIRE_NOT_YOURS) metric_count(l->foreign, 1);
     return admitted;
 }
 

@@ -9,9 +9,9 @@
 
 enum { TAKE_MAX = 64 /* one constant: a loan writes as many pointers as the largest ever asked for */ };
 
-void speakers_init(speakers *s)
+void speakers_init(speakers *s, size_t max_clients)
 {
-    owners_init(&s->owners);
+    owners_init(&s->owners, max_clients);
     pthread_mutex_init(&s->lock, NULL);
 }
 
@@ -63,11 +63,16 @@ bool speakers_admit(speakers *s, const wire_message *m, dds_instance_handle_t wr
     int32_t object;
     wire_origin(m, &client, &sequence, &object);
     if (!owners_knows(&s->owners, writer)) speakers_discover(s);
-    if (owners_admit(&s->owners, writer, client, m->kind == WIRE_CLIENT)) return true;
-    why->reason = WIRE_NOT_YOURS;
-    snprintf(why->text, sizeof why->text, "another participant speaks for client %016" PRIx64 ", and is alive",
-        (uint64_t)client);
-    return false;
+    owners_verdict verdict = owners_admit(&s->owners, writer, client, m->kind == WIRE_CLIENT);
+    if (verdict == OWNERS_FULL && m->kind == WIRE_QUERY) return true; /* it needs no claim */
+    why->reason = verdict == OWNERS_FULL ? WIRE_LIMIT : WIRE_NOT_YOURS;
+    if (verdict == OWNERS_FULL)
+        snprintf(
+            why->text, sizeof why->text, "max_clients = %zu is reached by those who speak over DDS", s->owners.most);
+    else
+        snprintf(why->text, sizeof why->text, "another participant speaks for client %016" PRIx64 ", and is alive",
+            (uint64_t)client);
+    return verdict == OWNERS_YES;
 }
 
 void speakers_release(speakers *s, int64_t client)

@@ -23,7 +23,7 @@ typedef struct speakers {
     ARRAY(heartbeat) news; /* under lock */
 } speakers;
 
-void speakers_init(speakers *s);
+void speakers_init(speakers *s, size_t max_clients);
 /* To be opened before any reader of messages: whoever these match has been discovered. False: DDS refuses. */
 bool speakers_open(speakers *s, dds_entity_t participant, const dds_listener_t *listener);
 void speakers_free(speakers *s);

@@ -51,7 +51,9 @@ static void hand_over(link_replay *l, const link_sink *sink, const wire_log_entr
 {
     if (e->kind == WIRE_LOG_MESSAGE)
         sink->message(sink->context, &l->head, &e->message);
-    else
+    else if (e->kind == WIRE_LOG_STEPS && sink->steps_done)
+        sink->steps_done(sink->context, e->steps_done);
+    else if (e->kind == WIRE_LOG_LOST)
         sink->client_lost(sink->context, &l->head, e->lost_client);
 }
 

@@ -3,9 +3,9 @@
 
 #include <stdlib.h>
 
-void owners_init(owners *o)
+void owners_init(owners *o, size_t most)
 {
-    *o = (owners){.changed = false};
+    *o = (owners){.most = most};
     pair_map_init(&o->writer_of);
     pair_map_init(&o->participant_of);
     pair_map_init(&o->claim_of);
@@ -104,25 +104,26 @@ void owners_go(owners *o, uint64_t writer)
 
 /* ---- clients ---- */
 
-bool owners_admit(owners *o, uint64_t writer, int64_t client, bool announces)
+owners_verdict owners_admit(owners *o, uint64_t writer, int64_t client, bool announces)
 {
     uint64_t key = (uint64_t)client;
     const owners_writer *w = writer_at(o, writer);
     owners_claim *c = claim_at(o, key);
-    if (!key) return true; /* nobody's name: refused elsewhere */
-    if (!w) return !c || !is_alive(o, c->participant);
+    if (!key) return OWNERS_YES; /* nobody's name: refused elsewhere */
+    if (!w) return !c || !is_alive(o, c->participant) ? OWNERS_YES : OWNERS_NOT_YOURS;
+    if (!c && o->claims.count >= o->most) return OWNERS_FULL;
     if (!c) {
         pair_map_put(&o->claim_of, key, (uint32_t)o->claims.count);
         array_push(&o->claims, ((owners_claim){key, w->participant, announces}));
         o->changed |= !is_alive(o, w->participant);
-        return true;
+        return OWNERS_YES;
     }
     if (c->participant != w->participant) {
-        if (is_alive(o, c->participant)) return false;
+        if (is_alive(o, c->participant)) return OWNERS_NOT_YOURS;
         *c = (owners_claim){key, w->participant, false};
     }
     c->announced |= announces;
-    return true;
+    return OWNERS_YES;
 }
 
 void owners_release(owners *o, int64_t client)
@@ -130,20 +131,24 @@ void owners_release(owners *o, int64_t client)
     if (!claim_at(o, (uint64_t)client)) return;
     uint32_t place = pair_map_remove(&o->claim_of, (uint64_t)client);
     owners_claim last = o->claims.at[--o->claims.count];
+    if (o->left > o->claims.count) o->left = o->claims.count;
     if (place == o->claims.count) return;
     o->claims.at[place] = last;
     pair_map_put(&o->claim_of, last.client, place);
 }
 
+/* From the last to the first, and on from there at the next call: what takes the place of a claim that goes has been
+ * looked at, unless something changed meanwhile, and then all are looked at again. */
 bool owners_lost(owners *o, int64_t *client)
 {
-    for (size_t i = o->changed ? o->claims.count : 0; i-- > 0;) {
-        owners_claim c = o->claims.at[i];
+    if (o->changed) o->left = o->claims.count;
+    o->changed = false;
+    while (o->left > 0) {
+        owners_claim c = o->claims.at[--o->left];
         if (is_alive(o, c.participant)) continue;
         owners_release(o, (int64_t)c.client);
         *client = (int64_t)c.client;
         if (c.announced) return true;
     }
-    o->changed = false;
     return false;
 }

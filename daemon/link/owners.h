@@ -33,10 +33,14 @@ typedef struct owners {                           /* zeros = empty, but for owne
     ARRAY(owners_writer) writers;
     ARRAY(owners_participant) participants;
     ARRAY(owners_claim) claims;
-    bool changed; /* since the last owners_lost: somebody may be gone */
+    size_t most;  /* claims */
+    bool changed; /* since owners_lost began to look through the claims: somebody may be gone */
+    size_t left;  /* claims that it has not looked at yet: the first ones */
 } owners;
 
-void owners_init(owners *o);
+typedef enum owners_verdict { OWNERS_YES, OWNERS_NOT_YOURS, OWNERS_FULL } owners_verdict;
+
+void owners_init(owners *o, size_t most);
 void owners_free(owners *o);
 
 void owners_come(owners *o, uint64_t writer, uint64_t participant, bool announces); /* a writer has been discovered */
@@ -44,9 +48,10 @@ void owners_go(owners *o, uint64_t writer);                                     
 void owners_liveliness(owners *o, uint64_t writer, bool alive);                     /* its lease ran out; it is back */
 bool owners_knows(const owners *o, uint64_t writer);
 
-/* May what this writer says under that client's name be taken? The first one claims the name. A writer that is not
- * known, since it is gone already, may speak for whom nobody else speaks, and claims nothing. */
-bool owners_admit(owners *o, uint64_t writer, int64_t client, bool announces);
+/* May what this writer says under that client's name be taken? The first one claims the name, if there are not as many
+ * claims as there may be. A writer that is not known, since it is gone already, may speak for whom nobody else speaks,
+ * and claims nothing. */
+owners_verdict owners_admit(owners *o, uint64_t writer, int64_t client, bool announces);
 void owners_release(owners *o, int64_t client); /* it has left in order */
 
 /* The next client whose participant is gone, or has lost its liveliness, after having announced it; its claim is over.

@@ -37,7 +37,7 @@ static const config_option OPTIONS[] = {
         "LCM is spoken by a process of its own, because a crafted datagram can end a program that uses "
         "liblcm. It is started, watched and started again by the daemon."},
     {"workers", CONFIG_WHOLE, FIELD(workers), 0, 64, NULL, "0", "threads",
-        "threads of the narrow phase; 0: one a core, at most 8",
+        "threads of the narrow phase; 0: one a processor that it may use, at most 8",
         "The events are the same for any number. More than there are cores gain nothing."},
     {"engine", CONFIG_CHOICE, FIELD(engine), 0, 0, "auto|gjk|ccd|mpr", "auto", "",
         "narrow phase: auto (closed forms, GJK, exact depth), gjk (general path only), ccd and mpr (libccd proposes, "
@@ -75,9 +75,8 @@ static const config_option OPTIONS[] = {
         "to the others (cpus). Needs ulimit -r; where that is not granted the daemon does not start, and says so. The "
         "systemd unit forbids it: there CPUSchedulingPolicy=fifo and CPUSchedulingPriority= do the same."},
     {"cpus", CONFIG_TEXT, FIELD(cpus), 0, 0, NULL, "", "", "processors to run on, as in 2,4-7; empty: any",
-        "Best those that the kernel keeps free of other work (isolcpus). With workers = 0 there is still one worker "
-        "for "
-        "each processor of the machine: set workers, too. In the systemd unit, CPUAffinity= does the same."},
+        "Best those that the kernel keeps free of other work (isolcpus). With workers = 0 there is one worker for each "
+        "of them, at most 8. In the systemd unit, CPUAffinity= does the same."},
     {"status_period", CONFIG_NUMBER, FIELD(status_period), 0.05, 60, NULL, "1", "s", "how often Status is published",
         "Status carries health, limits that were reached and all counters; collidectl status shows it."},
     {"heartbeat", CONFIG_NUMBER, FIELD(heartbeat), 0.01, 3600, NULL, "1", "s",

@@ -68,6 +68,13 @@ static int send_head(struct lws *wsi, unsigned status, size_t size)
     return 0;
 }
 
+static void end_reply(reply *r)
+{
+    free(r->text);
+    *r = (reply){.text = NULL};
+}
+
+/* libwebsockets may give a kept connection other memory for its next reply: so this one ends before. */
 static int send_some(struct lws *wsi, reply *r)
 {
     unsigned char piece[LWS_PRE + A_WRITE];
@@ -77,9 +84,12 @@ static int send_some(struct lws *wsi, reply *r)
     r->sent += n;
     bool last = r->sent == r->size;
     if (lws_write(wsi, piece + LWS_PRE, n, last ? LWS_WRITE_HTTP_FINAL : LWS_WRITE_HTTP) < (int)n) return 1;
-    if (last) return lws_http_transaction_completed(wsi) ? -1 : 0;
-    lws_callback_on_writable(wsi);
-    return 0;
+    if (!last) {
+        lws_callback_on_writable(wsi);
+        return 0;
+    }
+    end_reply(r);
+    return lws_http_transaction_completed(wsi) ? -1 : 0;
 }
 
 static int on_http(struct lws *wsi, enum lws_callback_reasons reason, void *user, void *in, size_t size)
@@ -94,10 +104,7 @@ static int on_http(struct lws *wsi, enum lws_callback_reasons reason, void *user
     case LWS_CALLBACK_HTTP_WRITEABLE:
         return send_some(wsi, r);
     case LWS_CALLBACK_CLOSED_HTTP:
-        if (r) {
-            free(r->text);
-            *r = (reply){.text = NULL};
-        }
+        if (r) end_reply(r);
         return 0;
     case LWS_CALLBACK_FILTER_NETWORK_CONNECTION:
         return 0;

@@ -55,7 +55,6 @@ static geometry *add(service *s, const wire_geometry *m)
     return g;
 }
 
-/* One who left and came back begins at nothing, though what it announced may still be in use. */
 static void pay_back(service *s, const geometry *g)
 {
     session *payer = session_find(s, g->payer);
@@ -276,8 +275,12 @@ void geometry_release(service *s, int64_t hash)
 
 void geometry_forget(service *s, int64_t client)
 {
-    for (size_t i = 0; i < s->geometries.count; i++)
-        if (s->geometries.at[i].used) retract(s, &s->geometries.at[i], client);
+    for (size_t i = 0; i < s->geometries.count; i++) {
+        geometry *g = &s->geometries.at[i];
+        if (!g->used) continue;
+        retract(s, g, client);
+        if (g->payer == client) g->payer = 0; /* one who comes back under that number has not paid for it */
+    }
 }
 
 /* The world may look at a removed body's hull until the tick after its removal is over: so this runs after a tick, in

@@ -116,6 +116,7 @@ static void add_work(service *s, sheet *t)
     static char names[NAMED_MAX][WIRE_NAME_MAX + 16];
     size_t named = 0;
     uint64_t rest = 0;
+    bool others = false;
     int64_t ticks = s->tick > s->status_tick ? s->tick - s->status_tick : 1;
     for (uint32_t i = 0; i < s->streams.count; i++) {
         stream *to = &s->streams.at[i];
@@ -123,13 +124,14 @@ static void add_work(service *s, sheet *t)
         to->work = work;
         if (!to->live) continue;
         if (named == NAMED_MAX) {
+            others = true;
             rest += since;
             continue;
         }
         snprintf(names[named], sizeof names[0], "work_of_%s", to->name);
         add(t, names[named++], since / (uint64_t)ticks);
     }
-    if (named == NAMED_MAX) add(t, "work_of_other_streams", rest / (uint64_t)ticks);
+    if (others) add(t, "other_streams_work", rest / (uint64_t)ticks);
     s->status_tick = s->tick;
 }
 

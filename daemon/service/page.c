@@ -41,6 +41,7 @@ static const single SINGLES[] = {
     {"undone", "pairs that the budget left in the last tick", true},
     {"unbounded", "of those, the ones without bounds of their own", true},
     {"undone_ticks", "ticks whose budget left something", false},
+    {"other_streams_work", "units of the ladder's work a tick, of subscribers beyond those that are named", true},
     {"last_tick_ns", "duration of the last tick", true},
     {"lock_step_clients", "clients in lock-step with each other", true},
     {"ticks", "ticks", false},
@@ -91,16 +92,22 @@ static void put_label(page_text *to, const char *name, const char *text)
     put(to, "\"");
 }
 
+/* Is the last line a figure of that family? Its members follow each other; names that clients chose stand behind. */
+static bool goes_on(const page_text *page, const char *family)
+{
+    char begin[128];
+    size_t size = (size_t)snprintf(begin, sizeof begin, "collided_%s{", family), at = page->count;
+    while (at > 0 && (at == page->count || page->at[at - 1] != '\n')) at--;
+    return page->count - at > size && memcmp(page->at + at, begin, size) == 0;
+}
+
 /* A family's head stands before the first of its lines. */
 static bool put_member(page_text *to, const char *name, int64_t value)
 {
     for (size_t i = 0; i < sizeof FAMILIES / sizeof *FAMILIES; i++) {
         const family *f = &FAMILIES[i];
         if (!begins(name, f->prefix)) continue;
-        char head[128];
-        int size = snprintf(head, sizeof head, "# HELP collided_%s ", f->name);
-        if (!memmem(to->at, to->count, head, (size_t)size))
-            put_head(to, f->name, f->gauge ? "gauge" : "counter", f->help);
+        if (!goes_on(to, f->name)) put_head(to, f->name, f->gauge ? "gauge" : "counter", f->help);
         put(to, "collided_%s{", f->name);
         put_label(to, f->label, name + strlen(f->prefix));
         put(to, "} %" PRId64 "\n", value);

@@ -136,8 +136,9 @@ void apply_poses_now(service *s, session *c, struct link *from, const wire_pose_
 void apply_poses(service *s, struct link *from, const wire_pose_batch *m, bool may_wait)
 {
     session *c = session_find(s, m->client);
-    bool waits = may_wait && (!c || c->letters_tick == s->tick);
-    if (waits || (find_bodies(s, c, m) && may_wait)) {
+    bool is_mark = m->sequence == STEP_IN_ITS_NAME && m->bodies.count; /* it comes before what waits */
+    bool may = may_wait && !(c && is_mark), waits = may && (!c || c->letters_tick == s->tick);
+    if (waits || (find_bodies(s, c, m) && may)) {
         inbox_put(s, from, &(wire_message){.kind = WIRE_POSE_BATCH, .pose_batch = *m});
         return;
     }

@@ -2,7 +2,6 @@
 #include "realtime.h"
 
 #include <errno.h>
-#include <sched.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -11,8 +10,6 @@
 #include <sysexits.h>
 #include <unistd.h>
 
-enum { PROCESSORS_MAX = 64 };
-
 /* One number, or -1. */
 static long number_at(const char **text)
 {
@@ -20,13 +17,13 @@ static long number_at(const char **text)
     if (**text < '0' || **text > '9') return -1;
     long n = strtol(*text, &end, 10);
     *text = end;
-    return n < PROCESSORS_MAX ? n : -1;
+    return n < CPU_SETSIZE ? n : -1;
 }
 
-unsigned long long realtime_processors(const char *list, char *why, size_t why_size)
+bool realtime_processors(const char *list, cpu_set_t *set, char *why, size_t why_size)
 {
-    unsigned long long bits = 0;
     const char *at = list;
+    CPU_ZERO(set);
     for (;;) {
         long first = number_at(&at), last = first;
         if (first >= 0 && *at == '-') {
@@ -34,37 +31,34 @@ unsigned long long realtime_processors(const char *list, char *why, size_t why_s
             last = number_at(&at);
         }
         if (first < 0 || last < first || (*at && *at != ',')) break;
-        for (long i = first; i <= last; i++) bits |= 1ULL << i;
-        if (!*at) return bits;
+        for (long i = first; i <= last; i++) CPU_SET((size_t)i, set);
+        if (!*at) return true;
         at++;
     }
     snprintf(why, why_size, "cpus = \"%.80s\": allowed are numbers from 0 to %d and ranges, divided by commas: 2,4-7",
-        list, PROCESSORS_MAX - 1);
-    return 0;
+        list, CPU_SETSIZE - 1);
+    return false;
 }
 
 static int pin(const char *list, char *why, size_t why_size)
 {
-    unsigned long long bits = realtime_processors(list, why, why_size);
     cpu_set_t set;
-    if (!bits) return EX_CONFIG;
-    CPU_ZERO(&set);
-    for (int i = 0; i < PROCESSORS_MAX; i++)
-        if (bits >> i & 1) CPU_SET(i, &set);
+    if (!realtime_processors(list, &set, why, why_size)) return EX_CONFIG;
     if (sched_setaffinity(0, sizeof set, &set) == 0) return EX_OK;
     snprintf(why, why_size, "cpus = \"%.80s\": %s: name some that are there and allowed: taskset -p %d lists them",
         list, strerror(errno), (int)getpid());
     return EX_CONFIG;
 }
 
-/* A limit that is reached later would end the daemon when it next grows: only without one, or where root is above it.
- */
+/* A limit that is reached later would end the daemon when it next grows: so there must be none, also for root, who may
+ * become another user (user), or be root in a container only. */
 static int lock_memory(char *why, size_t why_size)
 {
+    const struct rlimit none = {RLIM_INFINITY, RLIM_INFINITY};
     struct rlimit most;
-    bool limited = getrlimit(RLIMIT_MEMLOCK, &most) != 0 || most.rlim_cur != RLIM_INFINITY;
-    if (limited && geteuid() != 0)
-        errno = EPERM;
+    int refused = setrlimit(RLIMIT_MEMLOCK, &none) == 0 ? 0 : errno;
+    if (getrlimit(RLIMIT_MEMLOCK, &most) != 0 || most.rlim_cur != RLIM_INFINITY)
+        errno = refused;
     else if (mlockall(MCL_CURRENT | MCL_FUTURE) == 0)
         return EX_OK;
     snprintf(

@@ -6,11 +6,13 @@
 
 #include "config.h"
 
+#include <sched.h>
+
 /* EX_OK, or the status with one line in `why` that says what was refused and what to do. Asked for nothing, it does
  * nothing. */
 int realtime_apply(const config *c, char *why, size_t why_size);
 
-/* The processors of a list like "2,4-7" as bits; 0 with a line in `why`: it is none, or names one above 63. */
-unsigned long long realtime_processors(const char *list, char *why, size_t why_size);
+/* The processors of a list like "2,4-7"; false with a line in `why`: it is none, or names one that no set holds. */
+bool realtime_processors(const char *list, cpu_set_t *set, char *why, size_t why_size);
 
 #endif

@@ -52,6 +52,11 @@ void record_lost(service *s, int64_t client)
     if (s->recording) check(s, wire_log_lost(s->recording, s->now_ns / 1000, client));
 }
 
+void record_steps(service *s)
+{
+    if (s->recording && s->lock_step.begun) check(s, wire_log_steps(s->recording, s->now_ns / 1000, s->lock_step.done));
+}
+
 void record_stop(service *s)
 {
     if (!s->recording) return;

@@ -177,6 +177,7 @@ static void tell_waiting(service *s)
 void record_state(service *s)
 {
     columns *scratch = base_alloc(1, sizeof *scratch);
+    record_steps(s);
     for (size_t i = 0; i < s->geometries.count; i++)
         if (s->geometries.at[i].used)
             tell_geometry(s, &s->geometries.at[i], s->sessions.count ? s->sessions.at[0]->client : 1);
@@ -188,7 +189,7 @@ void record_state(service *s)
                 .sequence = c->sequence ? c->sequence : 1,
                 .on_loss = c->on_loss,
                 .lease_ns = c->lease_ns,
-                .lock_step = c->lock_step ? 1 : 0, /* with whoever is there: they have begun */
+                .lock_step = c->lock_step,
                 .name = c->name}};
         record_message(s, &m);
         for (size_t k = 0; k < c->bodies.count; k++) tell_body(s, c, &c->bodies.at[k], scratch);

@@ -12,6 +12,7 @@
 #include <errno.h>
 #include <inttypes.h>
 #include <poll.h>
+#include <sched.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -41,8 +42,13 @@ static void on_message(void *context, struct link *from, const wire_message *m)
     service *s = context;
     wire_refusal why;
     metric_count(s->count.messages_in[m->kind], 1);
+    if (!steps_admit(s, m, &why)) {
+        refuse(s, from, m, &why);
+        return;
+    }
     if (!limits_admit(s, from, m, &why)) {
         refuse(s, from, m, &why);
+        if (why.reason == WIRE_LIMIT) steps_refused(s, from, m); /* it was the client's own */
         return;
     }
     session_heard(s, m);
@@ -56,7 +62,11 @@ static void on_message(void *context, struct link *from, const wire_message *m)
 static void on_refused(
     void *context, struct link *from, wire_kind kind, int64_t client, int64_t sequence, const wire_refusal *why)
 {
-    apply_reject(context, from, kind, client, sequence, -1, why);
+    service *s = context;
+    size_t most = (size_t)s->config.max_clients;
+    wire_refusal same;
+    if (why->reason == WIRE_LIMIT) apply_limit(s, most, (long)most, "max_clients", &same); /* the only one of a link */
+    apply_reject(s, from, kind, client, sequence, -1, why);
 }
 
 static void on_client_lost(void *context, struct link *from, int64_t client)
@@ -70,16 +80,23 @@ static void on_stream_reader(void *context, struct link *from, const char *strea
     stream_reader(context, from, stream);
 }
 
+static void on_steps_done(void *context, int64_t step)
+{
+    steps_began(context, step);
+}
+
 static link_sink sink_of(service *s)
 {
-    return (link_sink){s, on_message, on_refused, on_client_lost, on_stream_reader};
+    return (link_sink){s, on_message, on_refused, on_client_lost, on_stream_reader, on_steps_done};
 }
 
 /* ---- set-up ---- */
 
+/* Of the processors that are there, those that this process may run on. */
 static unsigned worker_count(const config *c)
 {
-    long cores = sysconf(_SC_NPROCESSORS_ONLN);
+    cpu_set_t may;
+    long cores = sched_getaffinity(0, sizeof may, &may) == 0 ? CPU_COUNT(&may) : sysconf(_SC_NPROCESSORS_ONLN);
     return c->workers ? (unsigned)c->workers : (unsigned)(cores < 1 ? 1 : cores > 8 ? 8 : cores);
 }
 
@@ -105,6 +122,7 @@ static int open_link(service *s, const char *uri, char *why, size_t why_size)
         .interface = s->config.interface,
         .security = s->config.security,
         .program = s->config.gateway,
+        .max_clients = (size_t)s->config.max_clients,
         .must_start = true};
     if (s->link_count == LINKS_MAX) {
         snprintf(why, why_size, "links: more than %d", LINKS_MAX);
@@ -223,11 +241,12 @@ static const double OVER = 1.2; /* times its budget: a tick that takes longer is
 
 static void tick(service *s)
 {
-    int64_t began = clock_monotonic_ns(), newest = s->latest_pose_ns;
+    int64_t began = clock_monotonic_ns();
     uint64_t told = metric_get(s->count.events_out);
     s->tick++;
     pace_begin(&s->pace, began);
     service_tick(s);
+    int64_t newest = s->latest_pose_ns; /* now: commands of the tick, and steps, have poses, too */
     int64_t ended = clock_monotonic_ns(), took = ended - began;
     pace_end(&s->pace, ended, world_get_figures(s->world).work);
     if (s->config.budget_us > 0 && (double)took > OVER * 1e3 * s->config.budget_us)

@@ -50,6 +50,8 @@ typedef struct held_step { /* poses of a lock-step client, until the step is com
     int64_t step;          /* 0: none */
     ARRAY(uint8_t) bytes;  /* messages, each behind its size */
     size_t poses;
+    int64_t newest; /* sequence among them; 0: none */
+    bool broken;    /* some were refused: it cannot be ended by what is here */
 } held_step;
 
 typedef struct flow { /* how many in a second that began with the first of them; monotonic */
@@ -103,7 +105,7 @@ typedef struct stream {
 
 typedef struct geometry {
     int64_t hash;
-    int64_t payer;             /* the client whose limit it counts against, from its first piece until it is freed */
+    int64_t payer; /* the client whose limit it counts against, from its first piece on; 0: that one has gone */
     ARRAY(int64_t) announcers; /* clients that announce it and have not taken it back */
     uint8_t kind;
     int32_t pieces, come; /* come: pieces that have arrived */
@@ -154,7 +156,7 @@ typedef struct posing {          /* scratch of one batch */
 typedef struct counters { /* metrics that the service itself counts */
     metric *messages_in[WIRE_KIND_COUNT];
     metric *rejects[WIRE_REASON_COUNT];
-    metric *rejects_untold, *clients_lost, *duplicates, *ticks_empty, *batches_out, *events_out, *late_poses;
+    metric *rejects_untold, *clients_lost, *duplicates, *batches_out, *events_out, *late_poses;
     metric *budget_over, *record_failures, *heartbeats, *steps, *steps_missed, *answers, *acks, *tick_ns, *busy_ns;
 } counters;
 
@@ -296,14 +298,18 @@ void stream_heartbeats(service *s); /* on those that have been silent for a peri
 void stream_free_all(service *s);
 
 /* steps.c */
-/* The sequence of the empty batch that ends a step for a client that missed it: what it published of it is dropped. */
+/* The sequence of what the daemon says in a client's name, and records. A batch without bodies ends a step for a client
+ * that missed it: what it published of it is dropped. One with a body says that poses of that step were refused. */
 #define STEP_IN_ITS_NAME INT64_MAX
+bool steps_admit(const service *s, const wire_message *m, wire_refusal *why); /* that sequence is not for clients */
 bool steps_take(service *s, session *c, struct link *from, const wire_pose_batch *m); /* true: it is of lock-step */
-void steps_join(service *s, session *c, int32_t lock_step);                           /* 0: leaves */
-bool steps_due(const service *s);        /* a step is complete, or asked for again: a tick is due */
-void steps_complete(service *s);         /* applies a step that is */
-void steps_watch(service *s);            /* who misses a step; before each round, not in a replay */
-int64_t steps_next_ns(const service *s); /* when somebody may miss one, monotonic; INT64_MAX: nobody */
+void steps_refused(service *s, struct link *from, const wire_message *m); /* for its rate: it has not been recorded */
+void steps_join(service *s, session *c, int32_t lock_step);               /* 0: leaves */
+bool steps_due(const service *s);           /* a step is complete, or asked for again: a tick is due */
+void steps_complete(service *s);            /* applies a step that is */
+void steps_watch(service *s);               /* who misses a step; before each round, not in a replay */
+int64_t steps_next_ns(const service *s);    /* when somebody may miss one, monotonic; INT64_MAX: nobody */
+void steps_began(service *s, int64_t done); /* a replay begins in the middle, before its first tick */
 void steps_record(service *s, session *c);
 void steps_free(session *c);
 
@@ -327,6 +333,7 @@ int record_start(service *s, const char *path, char *why, size_t why_size);
 void record_message(service *s, const wire_message *m);
 void record_tick(service *s);
 void record_lost(service *s, int64_t client);
+void record_steps(service *s); /* how far lock-step is, if it has begun */
 void record_stop(service *s);
 
 #endif

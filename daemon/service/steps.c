@@ -26,24 +26,13 @@ static void drop_held(session *c)
 {
     c->held.step = 0;
     c->held.bytes.count = c->held.poses = 0;
+    c->held.newest = 0;
+    c->held.broken = false;
 }
 
 void steps_free(session *c)
 {
     array_free(&c->held.bytes);
-}
-
-void steps_join(service *s, session *c, int32_t lock_step)
-{
-    bool was = is_member(c);
-    c->lock_step = lock_step;
-    if (was == is_member(c)) return;
-    drop_held(c);
-    c->idle = false;
-    c->published = s->lock_step.done;
-    s->lock_step.since_ns = 0; /* whoever comes has as much time as the others */
-    s->lock_step.members += was ? (size_t)-1 : 1;
-    if (!s->lock_step.members) s->lock_step = (struct lock_step){.members = 0}; /* others may count from the start */
 }
 
 typedef struct roll {
@@ -76,6 +65,26 @@ static bool is_complete(const service *s, const roll *r)
     return s->lock_step.members && r->ready == s->lock_step.members && all_are_there(s, r);
 }
 
+/* Whoever comes has what is left of the others' time: else comings and goings would postpone it for ever. Only the
+ * first step is waited for from the moment on when all are there. */
+void steps_join(service *s, session *c, int32_t lock_step)
+{
+    if (c->lock_step == lock_step) return;
+    bool was = is_member(c);
+    roll before = call_roll(s);
+    bool all_were_there = all_are_there(s, &before);
+    c->lock_step = lock_step;
+    if (was != is_member(c)) {
+        drop_held(c);
+        c->idle = false;
+        c->published = s->lock_step.done;
+        s->lock_step.members += was ? (size_t)-1 : 1;
+    }
+    roll after = call_roll(s);
+    if (!all_were_there && all_are_there(s, &after)) s->lock_step.since_ns = 0;
+    if (!s->lock_step.members) s->lock_step = (struct lock_step){.members = 0}; /* others may count from the start */
+}
+
 /* ---- what is published ---- */
 
 __attribute__((format(printf, 5, 6))) static bool refuse(
@@ -98,6 +107,7 @@ static void hold(session *c, const wire_pose_batch *poses)
     memcpy(c->held.bytes.at + at, &size, sizeof size);
     wire_lcm_encode(&m, c->held.bytes.at + at + sizeof size, size);
     c->held.bytes.count += sizeof size + size;
+    if (poses->sequence > c->held.newest) c->held.newest = poses->sequence;
     c->held.poses += poses->bodies.count;
 }
 
@@ -111,6 +121,39 @@ static bool answer_again(service *s, session *c, const wire_pose_batch *m)
     return true;
 }
 
+/* In a replay it is the daemon's own. */
+bool steps_admit(const service *s, const wire_message *m, wire_refusal *why)
+{
+    if (s->replaying || m->kind != WIRE_POSE_BATCH || m->pose_batch.sequence != STEP_IN_ITS_NAME) return true;
+    why->reason = WIRE_MALFORMED;
+    snprintf(why->text, sizeof why->text, "sequence is %" PRId64 ": less is allowed", m->pose_batch.sequence);
+    return false;
+}
+
+static bool ends_in_its_name(const wire_pose_batch *m)
+{
+    return m->sequence == STEP_IN_ITS_NAME && !m->bodies.count;
+}
+
+/* That some of the step's poses were refused before they came here. */
+static bool is_mark(const wire_pose_batch *m)
+{
+    return m->sequence == STEP_IN_ITS_NAME && m->bodies.count;
+}
+
+/* What is there is not taken for the whole: it has to be sent again. */
+static bool end_step(service *s, session *c, struct link *from, const wire_pose_batch *m)
+{
+    if (c->held.broken) {
+        drop_held(c);
+        return refuse(s, from, m, WIRE_BAD_STEP,
+            "step %" PRId64 ": some of its poses were refused: send all of it again", m->step);
+    }
+    c->published = m->step;
+    c->idle = ends_in_its_name(m);
+    return true;
+}
+
 bool steps_take(service *s, session *c, struct link *from, const wire_pose_batch *m)
 {
     int64_t done = s->lock_step.done;
@@ -118,7 +161,7 @@ bool steps_take(service *s, session *c, struct link *from, const wire_pose_batch
     if (m->step == done) return answer_again(s, c, m);
     if (m->step < done)
         return refuse(s, from, m, WIRE_BAD_STEP, "step %" PRId64 ": %" PRId64 " is done", m->step, done);
-    bool in_its_name = m->sequence == STEP_IN_ITS_NAME;
+    bool in_its_name = ends_in_its_name(m);
     if (in_its_name && c->published > done) return true; /* it came in time after all */
     if (in_its_name) drop_held(c);
     if (c->held.step && m->step != c->held.step)
@@ -128,17 +171,36 @@ bool steps_take(service *s, session *c, struct link *from, const wire_pose_batch
         c->published = done;
     }
     c->held.step = m->step;
-    if (!m->bodies.count) {
-        c->published = m->step;
-        c->idle &= in_its_name;
-        return true;
-    }
+    if (!m->bodies.count) return end_step(s, c, from, m);
     wire_refusal why;
-    if (apply_limit(s, c->held.poses + m->bodies.count - 1, s->config.max_step_poses, "max_step_poses", &why))
+    c->held.broken |= is_mark(m);
+    if (is_mark(m)) return true;
+    if (apply_limit(s, c->held.poses + m->bodies.count - 1, s->config.max_step_poses, "max_step_poses", &why)) {
+        c->held.broken = true;
         apply_reject(s, from, WIRE_POSE_BATCH, m->client, m->sequence, -1, &why);
-    else
+    } else {
         hold(c, m);
+    }
     return true;
+}
+
+void steps_refused(service *s, struct link *from, const wire_message *m)
+{
+    const wire_pose_batch *refused = &m->pose_batch;
+    const session *c = m->kind == WIRE_POSE_BATCH ? session_find(s, refused->client) : NULL;
+    if (!c || !is_member(c) || refused->step <= s->lock_step.done || !refused->bodies.count) return;
+    if (c->held.step && c->held.step != refused->step) return; /* it would have been refused here, too */
+    static const double nowhere[3] = {0}, unturned[4] = {1};
+    const wire_message mark = {.kind = WIRE_POSE_BATCH,
+        .pose_batch = {.version = WIRE_VERSION,
+            .client = refused->client,
+            .sequence = STEP_IN_ITS_NAME,
+            .step = refused->step,
+            .bodies = {1, refused->bodies.at},
+            .positions = {3, nowhere},
+            .orientations = {4, unturned}}};
+    record_message(s, &mark);
+    apply_poses(s, from, &mark.pose_batch, true); /* as in a replay */
 }
 
 /* ---- when it is complete ---- */
@@ -242,8 +304,8 @@ static bool begin_waiting(service *s, const roll *r)
         s->lock_step.since_ns = 0;
         return false;
     }
-    if (s->lock_step.since_ns && s->lock_step.waited == r->next) return true;
     s->lock_step.waited = r->next;
+    if (s->lock_step.since_ns) return true; /* also if who waited for another step has gone */
     s->lock_step.since_ns = s->monotonic_ns;
     s->lock_step.told = false;
     return true;
@@ -291,11 +353,35 @@ static void record_one(service *s, session *c, const wire_message *m)
     record_message(s, m);
 }
 
+void steps_began(service *s, int64_t done)
+{
+    s->lock_step.begun = true;
+    s->lock_step.done = done;
+}
+
+/* What it says of the step is put behind the poses of it: commands of a tick are sorted by their sequences. */
+static void record_word(service *s, session *c, bool mark)
+{
+    const int32_t body = 0;
+    const double nowhere[3] = {0}, unturned[4] = {1};
+    uint32_t bodies = mark;
+    wire_message m = {.kind = WIRE_POSE_BATCH,
+        .pose_batch = {.version = WIRE_VERSION,
+            .client = c->client,
+            .sequence = mark             ? STEP_IN_ITS_NAME
+                        : c->held.newest ? c->held.newest
+                                         : 1,
+            .step = c->held.step,
+            .bodies = {bodies, &body},
+            .positions = {3 * bodies, nowhere},
+            .orientations = {4 * bodies, unturned}}};
+    record_message(s, &m);
+}
+
 void steps_record(service *s, session *c)
 {
+    if (!is_member(c)) return;
     each_held(s, c, record_one);
-    if (!is_member(c) || c->published <= s->lock_step.done) return;
-    record_message(
-        s, &(wire_message){.kind = WIRE_POSE_BATCH,
-               .pose_batch = {.version = WIRE_VERSION, .client = c->client, .sequence = 1, .step = c->published}});
+    if (c->held.broken) record_word(s, c, true);
+    if (c->published > s->lock_step.done) record_word(s, c, false);
 }

@@ -1,6 +1,7 @@
 /* episodes: see episodes.h. One thread. */
 #include "episodes.h"
 
+#include "base/hash.h"
 #include "meter.h"
 
 #include <stdlib.h>
@@ -24,13 +25,6 @@ void episodes_free(episodes *e)
 
 /* ---- taking what was told ---- */
 
-static uint64_t mix(uint64_t h, const void *data, size_t size)
-{
-    const unsigned char *byte = data;
-    for (size_t i = 0; i < size; i++) h = (h ^ byte[i]) * 1099511628211u;
-    return h;
-}
-
 static bool begins(uint8_t kind)
 {
     return kind == EVENT_BEGIN || kind == EVENT_NEAR || kind == EVENT_IMPACT || kind == EVENT_FORETOLD;
@@ -49,14 +43,14 @@ static uint8_t fact_of(uint8_t kind)
 
 static uint64_t key_of(const wire_event_batch *m, size_t i, uint8_t fact)
 {
-    uint64_t h = 14695981039346656037u;
-    h = mix(h, &m->client, sizeof m->client);
-    h = mix(h, &m->interest, sizeof m->interest);
-    h = mix(h, &fact, sizeof fact);
-    h = mix(h, m->names_a.at[i], strlen(m->names_a.at[i]) + 1);
-    h = mix(h, m->names_b.at[i], strlen(m->names_b.at[i]) + 1);
-    h = mix(h, &m->shapes_a.at[i], sizeof *m->shapes_a.at);
-    return mix(h, &m->shapes_b.at[i], sizeof *m->shapes_b.at);
+    uint64_t h = HASH_START;
+    h = hash_bytes(h, &m->client, sizeof m->client);
+    h = hash_bytes(h, &m->interest, sizeof m->interest);
+    h = hash_bytes(h, &fact, sizeof fact);
+    h = hash_bytes(h, m->names_a.at[i], strlen(m->names_a.at[i]) + 1);
+    h = hash_bytes(h, m->names_b.at[i], strlen(m->names_b.at[i]) + 1);
+    h = hash_bytes(h, &m->shapes_a.at[i], sizeof *m->shapes_a.at);
+    return hash_bytes(h, &m->shapes_b.at[i], sizeof *m->shapes_b.at);
 }
 
 static size_t begin(episodes *e, const world *w, const wire_event_batch *m, size_t i)

@@ -37,10 +37,16 @@ typedef struct comparison {
     int64_t pass, told_ns; /* told: the progress, last */
 } comparison;
 
-static int fail(const config *c, const char *why)
+static int fail_with(int status, const config *c, const char *why)
 {
     fprintf(stderr, "collided: %s: %s\n", c->replay, why);
-    return EX_DATAERR;
+    return status;
+}
+
+/* The recording is to blame. */
+static int fail(const config *c, const char *why)
+{
+    return fail_with(EX_DATAERR, c, why);
 }
 
 /* ---- what is in it ---- */
@@ -89,7 +95,7 @@ static int open_run(run *r, size_t level, const config *c)
     char why[512] = "";
     episodes_init(&r->told);
     r->server = server_create(c, why, sizeof why);
-    if (!r->server) return fail(c, why);
+    if (!r->server) return fail_with(EX_UNAVAILABLE, c, why); /* as without a trade; the recording has been read */
     r->service = server_service(r->server);
     r->sink = server_sink(r->server);
     r->service->amend_interest = level_amend;

@@ -2,6 +2,7 @@
 #include "filter.h"
 #include "state.h"
 
+#include "base/hash.h"
 #include "base/sort.h"
 #include "geom/bounds.h"
 #include "geom/compound.h"
@@ -13,8 +14,7 @@
 
 static uint64_t name_hash(const char *name)
 {
-    uint64_t h = 14695981039346656037u;
-    for (; *name; name++) h = (h ^ (unsigned char)*name) * 1099511628211u;
+    uint64_t h = hash_bytes(HASH_START, name, strlen(name));
     return h ? h : 1;
 }
 

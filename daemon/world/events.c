@@ -6,6 +6,7 @@
  * or in `end_watch` when the pair or the interest goes. */
 #include "events.h"
 
+#include "base/hash.h"
 #include "narrow/feature_code.h"
 
 #include <stdlib.h>
@@ -13,34 +14,27 @@
 
 /* ---- emission ---- */
 
-static uint64_t mix(uint64_t h, const void *data, size_t size)
-{
-    const unsigned char *byte = data;
-    for (size_t i = 0; i < size; i++) h = (h ^ byte[i]) * 1099511628211u;
-    return h;
-}
-
 static uint64_t hash_event(uint64_t h, uint32_t interest, const world_event *e)
 {
-    h = mix(h, &interest, sizeof interest);
-    h = mix(h, &e->kind, sizeof e->kind);
-    h = mix(h, &e->cause, sizeof e->cause);
-    h = mix(h, &e->achieved, sizeof e->achieved);
-    h = mix(h, &e->contact, sizeof e->contact);
-    h = mix(h, e->name_a, strlen(e->name_a));
-    h = mix(h, e->name_b, strlen(e->name_b));
+    h = hash_bytes(h, &interest, sizeof interest);
+    h = hash_bytes(h, &e->kind, sizeof e->kind);
+    h = hash_bytes(h, &e->cause, sizeof e->cause);
+    h = hash_bytes(h, &e->achieved, sizeof e->achieved);
+    h = hash_bytes(h, &e->contact, sizeof e->contact);
+    h = hash_bytes(h, e->name_a, strlen(e->name_a));
+    h = hash_bytes(h, e->name_b, strlen(e->name_b));
     const double numbers[] = {e->lo, e->hi, e->axis.x, e->axis.y, e->axis.z, e->point_a.x, e->point_a.y, e->point_a.z,
         e->point_b.x, e->point_b.y, e->point_b.z, (double)e->age_a_ns, (double)e->age_b_ns, e->closing};
-    h = mix(h, numbers, sizeof numbers);
+    h = hash_bytes(h, numbers, sizeof numbers);
     for (uint32_t i = 0; i < e->manifold.count; i++) {
         const manifold_point *p = &e->manifold.points[i];
         const double point[] = {p->point.x, p->point.y, p->point.z, p->distance};
-        h = mix(h, point, sizeof point);
-        h = mix(h, &p->feature, sizeof p->feature);
+        h = hash_bytes(h, point, sizeof point);
+        h = hash_bytes(h, &p->feature, sizeof p->feature);
     }
     if (e->kind == EVENT_IMPACT || e->kind == EVENT_FORETOLD) {
         const double times[] = {e->impact.lo, e->impact.hi, (double)e->impact.start_ns};
-        h = mix(h, times, sizeof times);
+        h = hash_bytes(h, times, sizeof times);
     }
     return h;
 }

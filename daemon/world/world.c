@@ -1,6 +1,8 @@
 /* world: its life, and the tick as the sequence of its phases. Tick thread. */
 #include "state.h"
 
+#include "base/hash.h"
+
 #include <stdlib.h>
 
 world_options world_options_default(void)
@@ -30,7 +32,7 @@ world *world_create(const world_options *options)
     w->words = 1;
     w->epoch = 1;
     w->round = 1;
-    w->hash = 14695981039346656037u;
+    w->hash = HASH_START;
     return w;
 }
 

@@ -13,8 +13,9 @@
 #define CHANNEL_PREFIX "collided."
 #define TICK_CHANNEL CHANNEL_PREFIX "tick"
 #define LOST_CHANNEL CHANNEL_PREFIX "lost"
+#define STEPS_CHANNEL CHANNEL_PREFIX "steps"
 
-enum { HEADER_BYTES = 28, TICK_BYTES = 32, BUDGETED_TICK_BYTES = 40, LOST_BYTES = 8 };
+enum { HEADER_BYTES = 28, TICK_BYTES = 32, BUDGETED_TICK_BYTES = 40, NUMBER_BYTES = 8 };
 
 static void store_be(uint8_t *at, uint64_t v, int bytes)
 {
@@ -114,11 +115,21 @@ int wire_log_tick_end(wire_log_writer *w, int64_t timestamp_us, const wire_log_t
     return write_record(w, timestamp_us, TICK_CHANNEL, data, tick->budgeted ? BUDGETED_TICK_BYTES : TICK_BYTES);
 }
 
+static int write_number(wire_log_writer *w, int64_t timestamp_us, const char *channel, int64_t number)
+{
+    uint8_t data[NUMBER_BYTES];
+    store_be(data, (uint64_t)number, 8);
+    return write_record(w, timestamp_us, channel, data, sizeof data);
+}
+
 int wire_log_lost(wire_log_writer *w, int64_t timestamp_us, int64_t client)
 {
-    uint8_t data[LOST_BYTES];
-    store_be(data, (uint64_t)client, 8);
-    return write_record(w, timestamp_us, LOST_CHANNEL, data, sizeof data);
+    return write_number(w, timestamp_us, LOST_CHANNEL, client);
+}
+
+int wire_log_steps(wire_log_writer *w, int64_t timestamp_us, int64_t done)
+{
+    return write_number(w, timestamp_us, STEPS_CHANNEL, done);
 }
 
 int wire_log_close(wire_log_writer *w)
@@ -236,10 +247,18 @@ static const char *decode_tick(const record *in, wire_log_entry *out)
 
 static const char *decode_lost(const record *in, wire_log_entry *out)
 {
-    if (in->data_size != LOST_BYTES) return "a lost client has 8 bytes";
+    if (in->data_size != NUMBER_BYTES) return "a lost client has 8 bytes";
     out->kind = WIRE_LOG_LOST;
     out->lost_client = (int64_t)load_be(in->data, 8);
     return NULL;
+}
+
+static const char *decode_steps(const record *in, wire_log_entry *out)
+{
+    if (in->data_size != NUMBER_BYTES) return "a number of steps has 8 bytes";
+    out->kind = WIRE_LOG_STEPS;
+    out->steps_done = (int64_t)load_be(in->data, 8);
+    return out->steps_done < 1 ? "a step that is done is above 0" : NULL;
 }
 
 static const char *decode_record(wire_log_reader *r, const record *in, wire_log_entry *out, wire_refusal *refusal)
@@ -248,6 +267,7 @@ static const char *decode_record(wire_log_reader *r, const record *in, wire_log_
     out->timestamp_us = in->timestamp_us;
     if (on_channel(in, TICK_CHANNEL)) return decode_tick(in, out);
     if (on_channel(in, LOST_CHANNEL)) return decode_lost(in, out);
+    if (on_channel(in, STEPS_CHANNEL)) return decode_steps(in, out);
     wire_memory_reset(r->memory);
     if (wire_lcm_decode(in->data, in->data_size, r->memory, &out->message, refusal) == WIRE_OK) return NULL;
     return refusal->text;

@@ -3,7 +3,8 @@
  * One record an event: sync word 0xEDA1DA01, event number (i64), timestamp in microseconds (i64), channel length and
  * data length (i32), all big-endian, then channel and data. Messages are stored under their LCM channels in their LCM
  * encoding. Beside them stand records of our own: "collided.tick" ends the commands of a tick, "collided.lost" is a
- * client whose lease ran out. Reading is bounds-checked: a damaged file gives an error with its offset, never a crash.
+ * client whose lease ran out, "collided.steps" how far lock-step was when the recording began. Reading is
+ * bounds-checked: a damaged file gives an error with its offset, never a crash.
  */
 #ifndef COLLIDED_WIRE_LOG_H
 #define COLLIDED_WIRE_LOG_H
@@ -13,7 +14,7 @@
 
 #include <stdbool.h>
 
-typedef enum wire_log_entry_kind { WIRE_LOG_MESSAGE, WIRE_LOG_TICK, WIRE_LOG_LOST } wire_log_entry_kind;
+typedef enum wire_log_entry_kind { WIRE_LOG_MESSAGE, WIRE_LOG_TICK, WIRE_LOG_LOST, WIRE_LOG_STEPS } wire_log_entry_kind;
 
 typedef struct wire_log_tick {
     int64_t tick;
@@ -30,6 +31,7 @@ typedef struct wire_log_entry {
     wire_message message; /* WIRE_LOG_MESSAGE; borrows from the reader until its next call */
     wire_log_tick tick;
     int64_t lost_client;
+    int64_t steps_done;
 } wire_log_entry;
 
 typedef struct wire_log_writer wire_log_writer;
@@ -38,6 +40,7 @@ wire_log_writer *wire_log_create(const char *path, char *why, size_t why_size); 
 int wire_log_message(wire_log_writer *w, int64_t timestamp_us, const wire_message *m);
 int wire_log_tick_end(wire_log_writer *w, int64_t timestamp_us, const wire_log_tick *tick);
 int wire_log_lost(wire_log_writer *w, int64_t timestamp_us, int64_t client);
+int wire_log_steps(wire_log_writer *w, int64_t timestamp_us, int64_t done);
 int wire_log_close(wire_log_writer *w); /* -1 if not all could be written */
 
 typedef struct wire_log_reader wire_log_reader;

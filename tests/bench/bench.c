@@ -20,7 +20,7 @@ bool bench_parse(int argc, char **argv, double seconds, double seconds_full, ben
     static const struct option known[] = {{"json", no_argument, NULL, 'j'}, {"full", no_argument, NULL, 'f'},
         {"seconds", required_argument, NULL, 's'}, {"bodies", required_argument, NULL, 'b'}, {NULL, 0, NULL, 0}};
     *out = (bench_options){.seconds = seconds};
-    for (int c; (c = getopt_long(argc, argv, "", known, NULL)) != -1;) {
+    for (int c = 0; c != '?' && (c = getopt_long(argc, argv, "", known, NULL)) != -1;) {
         if (c == 'j') out->json = true;
         if (c == 'f') out->seconds = seconds_full;
         if (c == 's') out->seconds = strtod(optarg, NULL);

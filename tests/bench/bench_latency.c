@@ -3,7 +3,8 @@
  *
  * The world: cubes of side 1 m on a grid of 4 m, all at rest, of which one stands close to cube_0, and an interest in
  * cube_0's contacts. A round publishes a batch of the first `poses` bodies, each a little away from where it was, and
- * ends when the batch of events with its step is there. */
+ * ends when the batch of events with its step is there. --security: over DDS alone, open, and in closed sites that
+ * sign and that encrypt, made by script/make_site; DDS alone stays open. */
 #include "bench.h"
 #include "raw_lcm.h"
 #include "raw_ping.h"
@@ -16,7 +17,7 @@
 #include <string.h>
 #include <unistd.h>
 
-enum { DOMAIN_FIRST = 150, DOMAINS = 79, WARM_UP = 200, ROUNDS_MAX = 200000 };
+enum { DOMAIN_FIRST = 150, DOMAINS = 77 /* and three more after each */, WARM_UP = 200, ROUNDS_MAX = 200000 };
 static const double SPACING_M = 4, BESIDE_M = 0.9, SWAY_M = 0.02;
 static const int64_t PATIENCE_NS = 2000000000;
 
@@ -27,6 +28,12 @@ typedef struct scene {
     double *positions, *orientations;
     int64_t step, heard_step, lost;
 } scene;
+
+typedef struct way { /* to the daemon */
+    const char *name;
+    const char *protect; /* as make_site takes it; NULL = no security */
+    bool lcm;
+} way;
 
 typedef struct row {
     const char *link;
@@ -68,15 +75,17 @@ static void on_batch(void *context, const collided_batch *b)
     if (b->step > s->heard_step && b->event_count) s->heard_step = b->step;
 }
 
-static bool scene_open(scene *s, const char *uri, size_t world, size_t poses)
+static bool scene_open(scene *s, const char *uri, const char *security, size_t world, size_t poses)
 {
+    collided_def def = collided_def_default();
+    def.security = security;
     *s = (scene){.world = world, .poses = poses};
     s->bodies = calloc(world + 1, sizeof *s->bodies);
     s->positions = calloc(3 * poses, sizeof(double));
     s->orientations = calloc(4 * poses, sizeof(double));
     if (!s->bodies || !s->positions || !s->orientations) return false;
     for (size_t i = 0; i < poses; i++) s->orientations[4 * i] = 1;
-    s->client = collided_connect(uri, NULL);
+    s->client = collided_connect(uri, &def);
     if (!s->client) {
         fprintf(stderr, "%s: %s\n", uri, collided_connect_error());
         return false;
@@ -154,24 +163,37 @@ static bool measure(scene *s, const floor_of *raw, double seconds, row *out)
     return false;
 }
 
-static bool run_row(uint32_t domain, const bench_options *o, row *out)
+/* A site for the daemon and "robot", which is this program. */
+static bool make_site(const char *sites, const char *protect)
 {
-    char links[64];
-    if (strcmp(out->link, "dds") == 0)
-        snprintf(links, sizeof links, "dds://%" PRIu32, domain);
-    else
-        snprintf(links, sizeof links, "lcm://");
-    fprintf(stderr, "%s, %zu bodies, %zu poses ...\n", links, out->world, out->poses);
-    const char *const arguments[] = {"collided", "--links", links, "--log", "warning", NULL};
+    char line[512];
+    snprintf(line, sizeof line, MAKE_SITE " --protect %s %s/%s robot >&2", protect, sites, protect);
+    return system(line) == 0; /* NOLINT(cert-env33-c): a line of this program's own */
+}
+
+/* Each of its own domain: a process has one identity in it. `sites`: the folder of the sites. */
+static bool run_row(uint32_t domain, const way *w, const char *sites, const bench_options *o, row *out)
+{
+    char links[64], server[256] = "", robot[256] = "";
+    uint32_t domain_of_raw = domain + 1;
+    if (w->protect) {
+        domain += 2 + (w->protect[0] == 's');
+        snprintf(server, sizeof server, "%s/%s/daemon", sites, w->protect);
+        snprintf(robot, sizeof robot, "%s/%s/robot", sites, w->protect);
+    }
+    snprintf(links, sizeof links, w->lcm ? "lcm://" : "dds://%" PRIu32, domain);
+    fprintf(stderr, "%s (%s), %zu bodies, %zu poses ...\n", links, w->name, out->world, out->poses);
+    const char *const arguments[] = {
+        "collided", "--links", links, "--log", "warning", w->protect ? "--security" : NULL, server, NULL};
     scene s = {0};
     pid_t daemon = bench_start(COLLIDED, arguments);
     floor_of raw = {0};
-    if (strcmp(out->link, "dds") == 0)
-        raw.dds = raw_open(domain + 1, (uint32_t)out->poses);
-    else
+    if (w->lcm)
         raw.lcm = raw_lcm_open((uint32_t)out->poses);
-    bool done =
-        (raw.dds || raw.lcm) && scene_open(&s, links, out->world, out->poses) && measure(&s, &raw, o->seconds, out);
+    else
+        raw.dds = raw_open(domain_of_raw, (uint32_t)out->poses);
+    bool done = (raw.dds || raw.lcm) && scene_open(&s, links, robot, out->world, out->poses) &&
+                measure(&s, &raw, o->seconds, out);
     raw_close(raw.dds);
     raw_lcm_close(raw.lcm);
     scene_close(&s);
@@ -192,42 +214,75 @@ static void print_row(const row *r, bool json)
 {
     if (json) {
         print_contender(r, "collided", r->us_p50, r->us_p99);
-        print_contender(r, r->link[0] == 'd' ? "raw dds" : "raw lcm", r->raw_us_p50, r->raw_us_p99);
+        print_contender(r, strcmp(r->link, "lcm") ? "raw dds" : "raw lcm", r->raw_us_p50, r->raw_us_p99);
     } else {
-        printf("%-4s %7zu %6zu | %8.1f %8.1f | %8.1f %8.1f | %6.2f %6.2f | %7zu %6zu\n", r->link, r->world, r->poses,
+        printf("%-9s %7zu %6zu | %8.1f %8.1f | %8.1f %8.1f | %6.2f %6.2f | %7zu %6zu\n", r->link, r->world, r->poses,
             r->us_p50, r->us_p99, r->raw_us_p50, r->raw_us_p99, r->us_p50 / r->raw_us_p50, r->us_p99 / r->raw_us_p99,
             r->rounds, r->missed);
     }
     fflush(stdout);
 }
 
-int main(int argc, char **argv)
+/* Takes "--security" out of the arguments. */
+static bool take_security(int *argc, char **argv)
+{
+    for (int i = 1; i < *argc; i++) {
+        if (strcmp(argv[i], "--security") != 0) continue;
+        memmove(argv + i, argv + i + 1, (size_t)(*argc - i) * sizeof *argv);
+        --*argc;
+        return true;
+    }
+    return false;
+}
+
+static bool run_all(const way *ways, size_t way_count, const char *sites, uint32_t domain, const bench_options *o)
 {
     static const size_t worlds[] = {100, 10000, 100000}, poses[] = {1, 100, 1000};
+    bool done = true;
+    if (!o->json)
+        printf("%-9s %7s %6s | %8s %8s | %8s %8s | %6s %6s | %7s %6s\n", "link", "world", "poses", "p50 us", "p99 us",
+            "raw p50", "raw p99", "p50 x", "p99 x", "rounds", "missed");
+    for (size_t i = 0; i < 9 * way_count; i++) {
+        const way *to = &ways[i / 9];
+        row r = {.link = to->name, .world = worlds[i / 3 % 3], .poses = poses[i % 3]};
+        if (r.poses > r.world || (o->bodies && (size_t)o->bodies != r.world)) continue;
+        if (run_row(domain, to, sites, o, &r))
+            print_row(&r, o->json);
+        else
+            done = false;
+    }
+    return done;
+}
+
+static bool run_secured(uint32_t domain, const bench_options *o)
+{
+    static const way ways[] = {{"dds", NULL, false}, {"signed", "sign", false}, {"encrypted", "encrypt", false}};
+    char sites[] = "/tmp/collided-bench-XXXXXX", line[64];
+    bool done =
+        mkdtemp(sites) && make_site(sites, "sign") && make_site(sites, "encrypt") && run_all(ways, 3, sites, domain, o);
+    snprintf(line, sizeof line, "rm -rf -- %s", sites);
+    if (system(line) != 0) fprintf(stderr, "%s is left behind\n", sites); /* NOLINT(cert-env33-c) */
+    return done;
+}
+
+int main(int argc, char **argv)
+{
+    static const way ways[] = {{"dds", NULL, false}, {"lcm", NULL, true}};
     bench_options o;
     if (argc == 3 && strcmp(argv[1], "--echo") == 0) return raw_echo((uint32_t)strtoul(argv[2], NULL, 10));
     if (argc == 2 && strcmp(argv[1], "--echo-lcm") == 0) return raw_lcm_echo();
+    bool secured = take_security(&argc, argv);
     if (!bench_parse(argc, argv, 4, 30, &o)) return EXIT_FAILURE;
-    bool isolated = bench_isolate(), done = true;
+    bool isolated = bench_isolate();
     uint32_t domain = DOMAIN_FIRST + (uint32_t)getpid() % DOMAINS;
     char echo_domain[16];
     snprintf(echo_domain, sizeof echo_domain, "%" PRIu32, domain + 1);
-    pid_t echo = bench_start("/proc/self/exe", (const char *const[]){"echo", "--echo", echo_domain, NULL});
-    pid_t echo_lcm = isolated ? bench_start("/proc/self/exe", (const char *const[]){"echo", "--echo-lcm", NULL}) : -1;
-    if (!o.json)
-        printf("%-4s %7s %6s | %8s %8s | %8s %8s | %6s %6s | %7s %6s\n", "link", "world", "poses", "p50 us", "p99 us",
-            "raw p50", "raw p99", "p50 x", "p99 x", "rounds", "missed");
-    for (size_t l = 0; l < (isolated ? 2 : 1); l++)
-        for (size_t w = 0; w < 3; w++)
-            for (size_t p = 0; p < 3; p++) {
-                row r = {.link = l ? "lcm" : "dds", .world = worlds[w], .poses = poses[p]};
-                if (r.poses > r.world || (o.bodies && (size_t)o.bodies != r.world)) continue;
-                if (run_row(domain, &o, &r))
-                    print_row(&r, o.json);
-                else
-                    done = false;
-            }
-    if (!isolated) fprintf(stderr, "lcm: skipped: its multicast must not leave a namespace\n");
+    pid_t echo = bench_start("/proc/self/exe", (const char *const[]){"echo", "--echo", echo_domain, NULL}),
+          echo_lcm = -1;
+    if (isolated && !secured)
+        echo_lcm = bench_start("/proc/self/exe", (const char *const[]){"echo", "--echo-lcm", NULL});
+    bool done = secured ? run_secured(domain, &o) : run_all(ways, isolated ? 2 : 1, "", domain, &o);
+    if (!isolated && !secured) fprintf(stderr, "lcm: skipped: its multicast must not leave a namespace\n");
     bench_end(echo);
     if (echo_lcm > 0) bench_end(echo_lcm);
     return done ? EXIT_SUCCESS : EXIT_FAILURE;

@@ -214,6 +214,15 @@ collided_interest collided_subscribe(collided *c, const collided_interest_def *d
     fprintf(stderr, "subscribe %u %s %s range %g horizon %g rate %g\n", def->facts, def->select_a, def->select_b,
         def->range_m, def->horizon_s, def->rate_hz);
     def->callback(def->context, &batch);
+    batch = (collided_batch){.stream = "s",
+        .epoch = 1,
+        .batch = 1,
+        .stamp_ns = INT64_C(1700000000500000000),
+        .step = 7,
+        .missing = 2,
+        .heartbeat = true,
+        .oldest_pose_ns = INT64_C(1700000000000000000)};
+    def->callback(def->context, &batch);
     return (collided_interest){0};
 }
 

@@ -139,10 +139,14 @@ static void watch_prints_an_object_a_line(void **state)
     prints("\"lo\":null,\"hi\":null");
     int lines = 0;
     for (const char *c = r.out; *c; c++) lines += *c == '\n';
-    assert_int_equal(lines, 7); /* lost, snapshot, begin, unknown, impact, foretold, averted */
+    assert_int_equal(lines, 8); /* lost, snapshot, begin, unknown, impact, foretold, averted, heartbeat */
+    prints("{\"event\":\"heartbeat\",\"stream\":\"s\"");
+    prints("\"step\":7,\"missing\":2,\"undone\":0,\"oldest_pose_ns\":1700000000000000000}\n");
     ask("watch --seconds 0.01");
     prints("begin    a \"quoted\"\\");
     prints("[-1.000000, -1.000000] mm  age 250 ms");
+    prints(" alive    nothing has changed since; age of the oldest pose 500 ms\n");
+    prints(" missing  2 lock-step clients: step 7 was done without them\n");
 }
 
 static void watch_tells_impacts_and_what_is_foretold(void **state)
@@ -161,6 +165,7 @@ static void watch_tells_impacts_and_what_is_foretold(void **state)
     expect_failure(COLLIDECTL_FAKED, "watch --tolerance nan", EX_USAGE, "from 0 to 1");
     prints("\"hi_s\":null,\"start_ns\":5,\"estimated\":true");
     prints("{\"event\":\"averted\",");
+    ask("watch --seconds 0.01 --facts touch,impact --accuracy boxes --tolerance 0.001"); /* of the times */
     ask("watch --seconds 0.01 --facts touch,foretell");
     says("subscribe 17 * * range 0 horizon 1 rate 0\n");
     prints("impact   bullet                   wall                     [0.04250000000, 0.04250000100] s");
@@ -233,6 +238,16 @@ static void fitted_robots_are_loaded(void **state)
         COLLIDECTL_FAKED, "fit " DATA "/arm.urdf --output /proc/no/fitted.yaml", EX_CANTCREAT, "/proc/no/fitted.yaml");
 }
 
+/* A joint without limits: nothing is known of the pair, and that is told. */
+static void what_fit_does_not_decide_is_told(void **state)
+{
+    (void)state;
+    ask("fit " DATA "/floating.urdf --excess 0.05");
+    prints("never meet, proven: 0 of 1 pairs of links\n");
+    prints("neither proven never to meet, nor found to: 1 (they are checked)\n"
+           "  base                     boom                     not looked at\n");
+}
+
 #define WITH_STATE(test) cmocka_unit_test_setup_teardown(test, run_make_state, run_remove_state)
 
 int main(void)
@@ -251,6 +266,7 @@ int main(void)
         WITH_STATE(scenes_tell_how_bodies_are_swept),
         WITH_STATE(queries_and_recordings_are_asked_for),
         WITH_STATE(fitted_robots_are_loaded),
+        WITH_STATE(what_fit_does_not_decide_is_told),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -6,6 +6,7 @@
 #include "loaders/fit/fit_excess.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -67,7 +68,7 @@ static double bound_of(model *m, bool by_normals)
     fit_hull h;
     solid_make(&p, &m->mesh, &s);
     assert_true(s.closed && fit_hull_make(&p, m->points, m->mesh.point_count, &h));
-    double bound = by_normals ? overhang_bound(s.overhang, &s, h.planes, h.plane_count, 1e-6, INFINITY)
+    double bound = by_normals ? overhang_bound(s.overhang, &s, h.planes, h.plane_count, 1e-6, INFINITY, OVERHANG_WORK)
                               : fit_excess_of_hull(&s, &h, 0.01);
     pool_free(&p);
     return bound;
@@ -135,6 +136,29 @@ static void the_bound_holds_on_random_surfaces(void **state)
     assert_true(bounded > 12);
 }
 
+/* A floor that cannot be reached makes it split whatever can be: its work ends all the same, and what it had holds. */
+static void the_bound_holds_when_its_work_ends(void **state)
+{
+    (void)state;
+    pool p = {0};
+    model m = {0};
+    solid s;
+    fit_hull h;
+    make(&m, dented, 0.5);
+    double occurs = farthest_of(&m, fit_count(40000)), before = INFINITY;
+    solid_make(&p, &m.mesh, &s);
+    assert_true(fit_hull_make(&p, m.points, m.mesh.point_count, &h));
+    static const size_t work[] = {0, 10000, 1000000, OVERHANG_WORK};
+    for (int i = 0; i < 4; i++) {
+        double bound = overhang_bound(s.overhang, &s, h.planes, h.plane_count, 0, INFINITY, work[i]);
+        assert_true(bound >= occurs - 1e-9 && bound <= before);
+        assert_true(i != 3 || bound < 1.1 * 0.004);
+        assert_true(i != 0 || bound > 1.1 * 0.004); /* there was something to do */
+        before = bound;
+    }
+    pool_free(&p);
+}
+
 static void open_surfaces_have_none(void **state)
 {
     (void)state;
@@ -148,7 +172,7 @@ static void open_surfaces_have_none(void **state)
     assert_false(s.closed);
     assert_true(fit_hull_make(&p, m.points, m.mesh.point_count, &h));
     assert_null(s.overhang);
-    assert_true(isinf(overhang_bound(s.overhang, &s, h.planes, h.plane_count, 1e-6, INFINITY)));
+    assert_true(isinf(overhang_bound(s.overhang, &s, h.planes, h.plane_count, 1e-6, INFINITY, OVERHANG_WORK)));
     assert_true(fit_excess_of_hull(&s, &h, 0.01) > 0.15); /* what is inside of it counts as outside */
     pool_free(&p);
 }
@@ -197,13 +221,61 @@ static void concave_links_come_in_pieces_or_stay(void **state)
     pool_free(&p);
 }
 
+/* Two boxes that make an L, 1 m wide and tall, 0.2 m thick, with triangles around. */
+static mesh_triangles angle_iron(pool *p)
+{
+    static const double outline[6][2] = {{0, 0}, {1, 0}, {1, 0.2}, {0.2, 0.2}, {0.2, 1}, {0, 1}};
+    static const int32_t caps[4][3] = {{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 5}};
+    double *points = pool_alloc(p, 12, 3 * sizeof *points);
+    int32_t *corners = pool_alloc(p, 20, 3 * sizeof *corners), *to = corners;
+    for (int i = 0; i < 12; i++) memcpy(points + 3 * i, outline[i % 6], sizeof outline[0]), points[3 * i + 2] = i / 6;
+    for (int i = 0; i < 4; i++) {
+        const int32_t pair[6] = {caps[i][0], caps[i][2], caps[i][1], caps[i][0] + 6, caps[i][1] + 6, caps[i][2] + 6};
+        memcpy(to, pair, sizeof pair), to += 6;
+    }
+    for (int i = 0; i < 6; i++) {
+        int next = (i + 1) % 6;
+        const int32_t side[6] = {i, next, next + 6, i, next + 6, i + 6};
+        memcpy(to, side, sizeof side), to += 6;
+    }
+    return (mesh_triangles){points, 12, corners, 20};
+}
+
+/* As many meshes as give more pieces than a body may have shapes; too far apart for one shape around all. */
+static void too_many_pieces_are_told(void **state)
+{
+    (void)state;
+    enum { MANY = 130 };
+    pool p = {0};
+    fit_link one, l;
+    mesh_triangles iron = angle_iron(&p);
+    load_shape *s = pool_alloc(&p, MANY, sizeof *s);
+    for (int i = 0; i < MANY; i++)
+        s[i] = (load_shape){.shape = {.type = COLLIDED_MESH, .pose = {{i, 0, 0}, {1, 0, 0, 0}}},
+            .mesh = "made here",
+            .scale = {1, 1, 1},
+            .triangles = iron};
+    fit_link_make(&p, &(load_body){.name = "model", .shapes = s, .shape_count = 1}, 0.01, &one);
+    assert_true(one.shape_count * MANY > LOAD_SHAPES_MAX);
+    fit_link_make(&p, &(load_body){.name = "model", .shapes = s, .shape_count = MANY}, 0.01, &l);
+    assert_int_equal(l.how, FIT_AS_IT_WAS);
+    assert_int_equal(l.shape_count, MANY);
+    char words[64];
+    snprintf(words, sizeof words, "its pieces would be %zu shapes", one.shape_count * MANY);
+    assert_non_null(l.note);
+    assert_non_null(strstr(l.note, words));
+    pool_free(&p);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_bound_holds_and_is_close),
         cmocka_unit_test(the_bound_holds_on_random_surfaces),
+        cmocka_unit_test(the_bound_holds_when_its_work_ends),
         cmocka_unit_test(open_surfaces_have_none),
         cmocka_unit_test(concave_links_come_in_pieces_or_stay),
+        cmocka_unit_test(too_many_pieces_are_told),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

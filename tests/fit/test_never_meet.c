@@ -141,6 +141,64 @@ static void chains_hold_at_drawn_values(void **state)
     fixture_end(&f);
 }
 
+/* ---- what is said to meet does, at the values that are told ---- */
+
+static load_shape drawn_rod(prng *r)
+{
+    load_shape s = {.scale = {1, 1, 1}};
+    double thin = drawn(r, 0.02, 0.2), tall = drawn(r, 0.2, 1);
+    s.shape = prng_below(r, 2) ? collided_capsule(thin, tall) : collided_box(thin, drawn(r, 0.02, 0.4), tall);
+    if (s.shape.type == COLLIDED_BOX && prng_below(r, 2)) s.shape.radius = drawn(r, 0.001, 0.05);
+    vec3 axis = vec_scale(drawn_direction(r), sin(0.6));
+    const double q[4] = {cos(0.6), axis.x, axis.y, axis.z};
+    memcpy(s.shape.pose.orientation, q, sizeof q);
+    for (int k = 0; k < 3; k++) s.shape.pose.position[k] = drawn(r, -0.3, 0.3);
+    return s;
+}
+
+/* Their distance at the values, by the engine. */
+static double away_at(robot *r, fixture *f, const char *values_told, const load_shape *a, const load_shape *b)
+{
+    double values[3];
+    collided_pose poses[4];
+    solid_set of_a, of_b;
+    robot_default_values(r, values);
+    if (!robot_set_list(r, values_told, values, &f->report)) fail_msg("%s: %s", values_told, f->report.error);
+    robot_forward(r, values, poses);
+    set_make(&of_a, a, 1);
+    set_make(&of_b, b, 1);
+    double away = set_distance(&of_a, pose_from(&poses[urdf_find_link(&r->model, "a")]), &of_b,
+        pose_from(&poses[urdf_find_link(&r->model, "b")]));
+    set_free(&of_a);
+    set_free(&of_b);
+    return away;
+}
+
+static void what_meets_meets_where_told(void **state)
+{
+    (void)state;
+    const char *urdf = ROBOT(LINKS "<link name='m'/><link name='n'/>" JOINT("j1", "revolute", "a", "m",
+        "<origin xyz='0 0 0.5' rpy='0.3 0 0'/><axis xyz='0 0 1'/>" LIMIT("-2", "1")) JOINT("j2", "revolute", "m", "n",
+        "<origin xyz='0.4 0 0' rpy='0 1 0.2'/><axis xyz='0 1 0'/>" LIMIT("-0.5", "0.8"))
+            JOINT("j3", "prismatic", "n", "b", "<origin xyz='0 0.1 0.3'/><axis xyz='1 0 1'/>" LIMIT("-0.1", "0.1")));
+    fixture f;
+    robot r = {0};
+    fixture_begin(&f);
+    assert_true(fixture_urdf(&f, urdf, &r.model));
+    prng random = {5};
+    size_t met = 0, count = fit_count(50000);
+    for (size_t n = 0; n < count; n++) {
+        load_shape a = drawn_rod(&random), b = drawn_rod(&random);
+        never_answer x = ask(urdf, &a, &b, 2000);
+        if (x.verdict != NEVER_MEET) continue;
+        met++;
+        double away = away_at(&r, &f, x.at, &a, &b);
+        if (away > 1e-8) fail_msg("draw %zu: %.9g m apart at %s", n, away, x.at);
+    }
+    assert_true(met > count / 10 && met < count);
+    fixture_end(&f);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -150,6 +208,7 @@ int main(void)
         cmocka_unit_test(what_has_no_range_is_not_proven),
         cmocka_unit_test(boxes_and_capsules_take_part),
         cmocka_unit_test(chains_hold_at_drawn_values),
+        cmocka_unit_test(what_meets_meets_where_told),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -166,6 +166,36 @@ static hull *prism(size_t corners)
     return h;
 }
 
+/* Three directions at once, to the bit what each alone and its opposite give; in each width. */
+static void spans_are_heights_both_ways(void **state)
+{
+    (void)state;
+    uint64_t seed = 12;
+    for (int i = 0; i < 300; i++) {
+        hull *h = random_hull(&seed, 4 + random_bits(&seed) % (i % 4 ? 60 : 800), ldexp(1, i % 90 - 45), true);
+        assert_non_null(h);
+        shape shapes[] = {{.type = SHAPE_HULL, .hull = h}, {.type = SHAPE_CONE, .half = {1, 1, 2}},
+            {.type = SHAPE_BOX, .half = {1, 2, 3}}};
+        vec3 d[3] = {random_unit(&seed), random_unit(&seed), {0, 0, i % 2 ? 1 : -1}};
+        for (int n = 0; n < 3; n++) {
+            double up[3], down[3];
+            support_spans_up(&shapes[n], d, up, down);
+            for (int k = 0; k < 3; k++) {
+                assert_true(up[k] == support_height_up(&shapes[n], d[k], NULL));
+                assert_true(down[k] == support_height_up(&shapes[n], vec_neg(d[k]), NULL));
+            }
+        }
+        for (int w = 0; h->node_count == 0 && w < HULL_SCAN_WIDTHS; w++) {
+            double top[3], bottom[3], top_plain[3], bottom_plain[3];
+            if (!hull_scan_has((hull_scan_width)w)) continue;
+            hull_scan_spans_by((hull_scan_width)w, h, d, top, bottom);
+            hull_scan_spans_by(HULL_SCAN_PLAIN, h, d, top_plain, bottom_plain);
+            for (int k = 0; k < 3; k++) assert_true(top[k] == top_plain[k] && bottom[k] == bottom_plain[k]);
+        }
+        hull_destroy(h);
+    }
+}
+
 static void every_width_of_the_scan_gives_the_same_vertex(void **state)
 {
     (void)state;
@@ -300,6 +330,7 @@ int main(void)
         cmocka_unit_test(heights_are_never_below_the_truth),
         cmocka_unit_test(heights_of_hulls_are_never_below_the_truth),
         cmocka_unit_test(hints_never_change_the_vertex),
+        cmocka_unit_test(spans_are_heights_both_ways),
         cmocka_unit_test(every_width_of_the_scan_gives_the_same_vertex),
         cmocka_unit_test(plateaus_do_not_hold_the_search_back),
         cmocka_unit_test(ties_go_to_the_least_vertex),

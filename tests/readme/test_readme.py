@@ -22,7 +22,7 @@ if "README_IN_NAMESPACE" not in os.environ:
 with open(os.path.join(ROOT, "README.md"), encoding="utf-8") as f:
     readme = f.read()
 
-for target in re.findall(r"\]\(([^)#:]+)\)", readme) + re.findall(r"\b(script/[a-z]+)\b", readme):
+for target in re.findall(r"\]\(([^)#:]+)\)", readme) + re.findall(r"\b(script/[a-z_]+)\b", readme):
     assert os.path.exists(os.path.join(ROOT, target)), f"README names {target}, which does not exist"
 
 code = re.search(r"^```c\n(.*?)^```", readme, re.M | re.S).group(1)

@@ -3,6 +3,7 @@
 #include "site.h"
 #include "strangers.h"
 
+#include <dds/dds.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -211,22 +212,83 @@ static void a_subscriber_that_writes_in_spite_of_its_permissions_is_refused(void
     rig_close(cell.c);
 }
 
-/* In a process of its own: it hears the contact, and may not have a body. */
+static void count_line(void *context, const dds_log_data_t *line)
+{
+    *(int *)context += (line->priority & (DDS_LC_ERROR | DDS_LC_FATAL)) != 0;
+}
+
+/* In a process of its own, which has a log sink for Cyclone's words: it stays, whether connecting works or not, and the
+ * reason is told without it. */
+static int keeps_its_log(const char *good, const char *bad)
+{
+    int errors = 0;
+    const char *says = getenv("SAYS");
+    collided_def def = collided_def_default();
+    dds_set_log_sink(count_line, &errors);
+    for (int i = 0; i < 2; i++) {
+        def.security = good;
+        collided *c = collided_connect(RIG_DDS, &def);
+        if (!c) return 2;
+        collided_close(c);
+        def.security = bad;
+        errors = 0;
+        if (collided_connect(RIG_DDS, &def)) return 3;
+        if (!strstr(collided_connect_error(), says)) return 4;
+        if (errors == 0) return 5;
+    }
+    return 0;
+}
+
+static void a_programs_own_log_stays(void **state)
+{
+    static const struct {
+        const char *name, *line, *says;
+    } cases[] = {
+        {"ours/robot", "cp $SITES/theirs/ca/governance.p7s .", "governance.p7s was changed, or is of another site"},
+        {"ours/robot", "sed -i s/collided_Body/collided_Bodx/ permissions.p7s", "permissions.p7s were changed"},
+        {"ours/robot", "cp $SITES/ours/watcher/permissions.p7s .", "not those of cert.pem"},
+        {"ours/robot", "cp $EXPIRED/robot/permissions.p7s .", "permissions.p7s have expired"},
+    };
+    (void)state;
+    cell cell;
+    cell_open(&cell, "ours");
+    setenv("EXPIRED", site_folder("expired_robot"), 1);
+    site_spoiled("ours", "expired_robot", MAKE_SITE " --days 0 --renew . robot && sleep 1.1");
+    for (int i = 0; i < 4; i++) {
+        char good[512], as[32];
+        snprintf(good, sizeof good, "%s", site_folder("ours/robot"));
+        snprintf(as, sizeof as, "log%d", i);
+        const char *bad = site_spoiled(cases[i].name, as, cases[i].line);
+        setenv("SAYS", cases[i].says, 1);
+        int status = rig_wait(rig_self("log", good, bad), 20);
+        if (status != 0) fail_msg("case %d: status %d", i, status);
+    }
+    rig_close(cell.c);
+}
+
+/* It hears the contact, and may not have a body. */
+static int subscribe_with(collided *c, heard *h)
+{
+    rig_watch(c, h, "part");
+    for (double end = rig_now_s() + 3; h->touching != 1 && rig_now_s() < end;) collided_poll(c, 0.01);
+    if (h->touching != 1) return 3;
+    if (collided_sync(c, 3) != COLLIDED_OK) return 4;
+    rig_box(c, "smuggled", 0);
+    if (collided_sync(c, 3) != COLLIDED_REJECTED) return 5;
+    return strstr(collided_error(c), "do not let it write Body") ? 0 : 6;
+}
+
+/* In a process of its own. It is closed whatever came of it: at the process's end, OpenSSL's would meet Cyclone's
+ * threads. */
 static int subscribe_only(const char *security)
 {
     heard h;
     setenv("COLLIDED_SECURITY", security, 1);
     collided *c = collided_connect(RIG_DDS, NULL);
     if (!c) return 2;
-    rig_watch(c, &h, "part");
-    for (double end = rig_now_s() + 3; h.touching != 1 && rig_now_s() < end;) collided_poll(c, 0.01);
-    if (h.touching != 1) return 3;
-    if (collided_sync(c, 3) != COLLIDED_OK) return 4;
-    rig_box(c, "smuggled", 0);
-    if (collided_sync(c, 3) != COLLIDED_REJECTED) return 5;
-    bool named = strstr(collided_error(c), "do not let it write Body") != NULL;
+    int status = subscribe_with(c, &h);
     collided_close(c);
-    return named ? 0 : 6;
+    return status;
 }
 
 static void a_subscriber_hears_and_is_told_that_it_may_not_write(void **state)
@@ -294,6 +356,7 @@ int main(int argc, char **argv)
     /* Strangers leave without a word: OpenSSL's end would meet Cyclone's threads in the middle of handshakes. */
     if (argc > 2 && strcmp(argv[1], "forge") == 0) return forger_runs(strtod(argv[2], NULL));
     if (argc > 3 && strcmp(argv[1], "write") == 0) _exit(stranger_writes(argv[2], strtod(argv[3], NULL)));
+    if (argc > 3 && strcmp(argv[1], "log") == 0) return keeps_its_log(argv[2], argv[3]);
     if (argc > 2 && strcmp(argv[1], "subscribe") == 0) return subscribe_only(argv[2]);
     if (argc > 3 && strcmp(argv[1], "lawless") == 0) _exit(lawless_writes(argv[2], strtod(argv[3], NULL)));
     const struct CMUnitTest tests[] = {
@@ -305,6 +368,7 @@ int main(int argc, char **argv)
         TEST(strangers_are_refused),
         TEST(a_subscriber_that_writes_in_spite_of_its_permissions_is_refused),
         TEST(a_subscriber_hears_and_is_told_that_it_may_not_write),
+        TEST(a_programs_own_log_stays),
         TEST(a_folder_that_will_not_do_is_told_in_one_line),
     };
     rig_isolate();

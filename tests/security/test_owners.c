@@ -7,6 +7,7 @@
 
 #include <cmocka.h>
 
+enum { CLAIMS_MAX = 8000 };
 enum { P = 100, Q = 200, CLIENT = 7, OTHER = 8 };
 enum { P_CLIENT = 101, P_BODY = 102, Q_CLIENT = 201, Q_BODY = 202 };
 
@@ -15,7 +16,7 @@ static owners o;
 static int open_owners(void **state)
 {
     (void)state;
-    owners_init(&o);
+    owners_init(&o, CLAIMS_MAX);
     owners_come(&o, P_CLIENT, P, true);
     owners_come(&o, P_BODY, P, false);
     owners_come(&o, Q_CLIENT, Q, true);
@@ -47,12 +48,12 @@ static void assert_none_lost(void)
 static void the_first_one_speaks_for_a_client(void **state)
 {
     (void)state;
-    assert_true(owners_admit(&o, P_BODY, CLIENT, false));
-    assert_false(owners_admit(&o, Q_BODY, CLIENT, false));
-    assert_false(owners_admit(&o, Q_CLIENT, CLIENT, true));
-    assert_true(owners_admit(&o, P_CLIENT, CLIENT, true));
-    assert_true(owners_admit(&o, Q_CLIENT, OTHER, true));
-    assert_false(owners_admit(&o, P_BODY, OTHER, false));
+    assert_int_equal(owners_admit(&o, P_BODY, CLIENT, false), OWNERS_YES);
+    assert_int_equal(owners_admit(&o, Q_BODY, CLIENT, false), OWNERS_NOT_YOURS);
+    assert_int_equal(owners_admit(&o, Q_CLIENT, CLIENT, true), OWNERS_NOT_YOURS);
+    assert_int_equal(owners_admit(&o, P_CLIENT, CLIENT, true), OWNERS_YES);
+    assert_int_equal(owners_admit(&o, Q_CLIENT, OTHER, true), OWNERS_YES);
+    assert_int_equal(owners_admit(&o, P_BODY, OTHER, false), OWNERS_NOT_YOURS);
     assert_none_lost();
 }
 
@@ -62,7 +63,7 @@ static void whoever_is_gone_is_lost_and_replaced(void **state)
     owners_admit(&o, P_CLIENT, CLIENT, true);
     owners_go(&o, P_CLIENT);
     assert_lost(CLIENT);
-    assert_true(owners_admit(&o, Q_BODY, CLIENT, false));
+    assert_int_equal(owners_admit(&o, Q_BODY, CLIENT, false), OWNERS_YES);
     owners_go(&o, P_BODY);
     assert_none_lost();
     assert_false(owners_knows(&o, P_BODY));
@@ -75,8 +76,8 @@ static void without_a_sign_of_life_it_is_lost_and_may_come_back(void **state)
     owners_liveliness(&o, P_CLIENT, false);
     assert_lost(CLIENT);
     owners_liveliness(&o, P_CLIENT, true);
-    assert_true(owners_admit(&o, P_BODY, CLIENT, false));
-    assert_false(owners_admit(&o, Q_BODY, CLIENT, false));
+    assert_int_equal(owners_admit(&o, P_BODY, CLIENT, false), OWNERS_YES);
+    assert_int_equal(owners_admit(&o, Q_BODY, CLIENT, false), OWNERS_NOT_YOURS);
     owners_liveliness(&o, P_CLIENT, false);
     owners_liveliness(&o, P_CLIENT, true); /* both before anybody looked */
     assert_none_lost();
@@ -86,7 +87,7 @@ static void a_stranger_cannot_hide_a_death(void **state)
 {
     (void)state;
     owners_admit(&o, P_CLIENT, CLIENT, true);
-    assert_false(owners_admit(&o, Q_CLIENT, CLIENT, true));
+    assert_int_equal(owners_admit(&o, Q_CLIENT, CLIENT, true), OWNERS_NOT_YOURS);
     owners_liveliness(&o, P_CLIENT, false);
     assert_lost(CLIENT);
 }
@@ -100,7 +101,7 @@ static void who_left_in_order_is_not_lost(void **state)
     owners_go(&o, P_CLIENT);
     owners_go(&o, P_BODY);
     assert_lost(OTHER);
-    assert_true(owners_admit(&o, Q_BODY, CLIENT, false));
+    assert_int_equal(owners_admit(&o, Q_BODY, CLIENT, false), OWNERS_YES);
 }
 
 static void one_that_announces_nothing_is_forgotten_quietly(void **state)
@@ -108,19 +109,19 @@ static void one_that_announces_nothing_is_forgotten_quietly(void **state)
     (void)state;
     owners_go(&o, P_CLIENT);
     owners_come(&o, 301, 300, false);
-    assert_true(owners_admit(&o, 301, CLIENT, false));
-    assert_false(owners_admit(&o, Q_BODY, CLIENT, false));
+    assert_int_equal(owners_admit(&o, 301, CLIENT, false), OWNERS_YES);
+    assert_int_equal(owners_admit(&o, Q_BODY, CLIENT, false), OWNERS_NOT_YOURS);
     owners_go(&o, 301);
     assert_none_lost();
-    assert_true(owners_admit(&o, Q_BODY, CLIENT, false));
+    assert_int_equal(owners_admit(&o, Q_BODY, CLIENT, false), OWNERS_YES);
 }
 
 static void an_unknown_writer_claims_nothing(void **state)
 {
     (void)state;
-    assert_true(owners_admit(&o, 999, CLIENT, true));
-    assert_true(owners_admit(&o, P_BODY, CLIENT, false));
-    assert_false(owners_admit(&o, 999, CLIENT, false));
+    assert_int_equal(owners_admit(&o, 999, CLIENT, true), OWNERS_YES);
+    assert_int_equal(owners_admit(&o, P_BODY, CLIENT, false), OWNERS_YES);
+    assert_int_equal(owners_admit(&o, 999, CLIENT, false), OWNERS_NOT_YOURS);
 }
 
 static void many_come_and_go_and_leave_nothing(void **state)
@@ -129,9 +130,10 @@ static void many_come_and_go_and_leave_nothing(void **state)
     enum { MANY = 1000 };
     for (uint64_t i = 0; i < MANY; i++) {
         owners_come(&o, 10000 + i, 20000 + i / 2, i % 2);
-        assert_true(owners_admit(&o, 10000 + i, (int64_t)(1 + i / 2), i % 2));
+        assert_int_equal(owners_admit(&o, 10000 + i, (int64_t)(1 + i / 2), i % 2), OWNERS_YES);
     }
-    for (uint64_t i = 0; i < MANY; i += 2) assert_false(owners_admit(&o, Q_BODY, (int64_t)(1 + i / 2), false));
+    for (uint64_t i = 0; i < MANY; i += 2)
+        assert_int_equal(owners_admit(&o, Q_BODY, (int64_t)(1 + i / 2), false), OWNERS_NOT_YOURS);
     for (uint64_t i = 0; i < MANY; i++) owners_go(&o, 10000 + i * 7 % MANY);
     int64_t client;
     size_t lost = 0;
@@ -141,6 +143,41 @@ static void many_come_and_go_and_leave_nothing(void **state)
     assert_int_equal(o.participants.count, 2);
     assert_int_equal(o.claims.count, 0);
     assert_int_equal(o.writer_of.count + o.participant_of.count + o.claim_of.count, 6);
+}
+
+/* Whoever names ever new clients is refused, and those that are there are heard; who leaves makes room. */
+static void claims_are_bounded(void **state)
+{
+    (void)state;
+    for (int i = 1; i <= CLAIMS_MAX; i++) assert_int_equal(owners_admit(&o, P_BODY, i, false), OWNERS_YES);
+    assert_int_equal(owners_admit(&o, P_BODY, CLAIMS_MAX + 1, false), OWNERS_FULL);
+    assert_int_equal(owners_admit(&o, Q_CLIENT, CLAIMS_MAX + 2, true), OWNERS_FULL);
+    assert_int_equal(owners_admit(&o, P_CLIENT, CLAIMS_MAX, true), OWNERS_YES);
+    assert_int_equal(owners_admit(&o, Q_CLIENT, CLAIMS_MAX, true), OWNERS_NOT_YOURS);
+    assert_int_equal(o.claims.count, CLAIMS_MAX);
+    owners_release(&o, 1);
+    assert_int_equal(owners_admit(&o, Q_CLIENT, CLAIMS_MAX + 2, true), OWNERS_YES);
+}
+
+/* Half of them are lost at once, the first ones, and one that is left leaves while they are told. */
+static void many_losses_are_told_once_each(void **state)
+{
+    (void)state;
+    for (int i = 1; i <= CLAIMS_MAX; i++)
+        assert_int_equal(owners_admit(&o, i <= CLAIMS_MAX / 2 ? P_CLIENT : Q_CLIENT, i, true), OWNERS_YES);
+    owners_liveliness(&o, P_CLIENT, false);
+    owners_liveliness(&o, P_CLIENT, true);
+    assert_none_lost();
+    owners_liveliness(&o, P_CLIENT, false);
+    int64_t client;
+    int lost = 0;
+    while (owners_lost(&o, &client)) {
+        assert_in_range(client, 1, CLAIMS_MAX / 2);
+        if (lost++ == 7) owners_release(&o, CLAIMS_MAX); /* meanwhile */
+    }
+    assert_int_equal(lost, CLAIMS_MAX / 2);
+    assert_int_equal(o.claims.count, CLAIMS_MAX / 2 - 1);
+    assert_none_lost();
 }
 
 #define TEST(name) cmocka_unit_test_setup_teardown(name, open_owners, close_owners)
@@ -156,6 +193,8 @@ int main(void)
         TEST(one_that_announces_nothing_is_forgotten_quietly),
         TEST(an_unknown_writer_claims_nothing),
         TEST(many_come_and_go_and_leave_nothing),
+        TEST(claims_are_bounded),
+        TEST(many_losses_are_told_once_each),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -2,6 +2,7 @@
 
 #include "base/log.h"
 #include "service/server.h"
+#include "service/service.h"
 
 #include <pthread.h>
 #include <stdio.h>
@@ -53,6 +54,11 @@ int cell_stop(cell *c)
     return status;
 }
 
+const struct measures *cell_measures(const cell *c)
+{
+    return &server_service(c->server)->measures;
+}
+
 int cell_replay(const char *path, long workers, bool caches)
 {
     char why[512] = "";
@@ -66,6 +72,22 @@ int cell_replay(const char *path, long workers, bool caches)
     int status = server_run(s);
     server_destroy(s);
     return status;
+}
+
+int cell_read(const char *path, void (*look)(void *context, const wire_log_entry *e), void *context)
+{
+    char why[256] = "";
+    int ticks = 0;
+    wire_log_entry e;
+    wire_log_reader *r = wire_log_open(path, why, sizeof why);
+    if (!r) fail_msg("%s", why);
+    while (wire_log_next(r, &e, NULL, why, sizeof why) == 1) {
+        ticks += e.kind == WIRE_LOG_TICK;
+        look(context, &e);
+    }
+    wire_log_end(r);
+    assert_string_equal(why, "");
+    return ticks;
 }
 
 memory_end *cell_client(const cell *c)

@@ -4,6 +4,7 @@
 
 #include "link/link_memory.h"
 #include "service/config.h"
+#include "wire/wire_log.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
@@ -19,6 +20,10 @@ cell *cell_start(const config *c);                            /* links = memory:
 config cell_config(void);                                     /* one worker, quick status, no heartbeats */
 int cell_stop(cell *c);                                       /* in order; the exit status */
 int cell_replay(const char *path, long workers, bool caches); /* of a recording; the exit status */
+/* What its loop measured; to be looked at after the answer of a tick that came later. */
+const struct measures *cell_measures(const cell *c);
+/* Looks at each entry of a recording; fails the test if it is damaged. How many ticks are in it. */
+int cell_read(const char *path, void (*look)(void *context, const wire_log_entry *e), void *context);
 memory_end *cell_client(const cell *c);
 
 /* Waits, at most 5 s, for a message of that kind; what comes before it is dropped. Fails the test if none comes. */

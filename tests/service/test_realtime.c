@@ -2,6 +2,7 @@
  * runs in a process of its own, because it changes that. */
 #include "service/realtime.h"
 
+#include <linux/capability.h>
 #include <sched.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -9,6 +10,7 @@
 #include <stdio.h>
 #include <string.h>
 #include <sys/resource.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <sysexits.h>
 #include <unistd.h>
@@ -19,15 +21,30 @@ static void test_lists(void **state)
 {
     (void)state;
     char why[256];
-    assert_int_equal(realtime_processors("0", why, sizeof why), 1);
-    assert_int_equal(realtime_processors("2,4-7", why, sizeof why), 0xf4);
-    assert_true(realtime_processors("63", why, sizeof why) == 1ULL << 63);
-    static const char *const WRONG[] = {"", "a", "-1", "64", "3-2", "1,", ",1", "1-", "1 2", "99999999999999999999"};
+    cpu_set_t set;
+    assert_true(realtime_processors("0", &set, why, sizeof why));
+    assert_true(CPU_COUNT(&set) == 1 && CPU_ISSET(0, &set));
+    assert_true(realtime_processors("2,4-7", &set, why, sizeof why));
+    assert_true(CPU_COUNT(&set) == 5 && CPU_ISSET(2, &set) && CPU_ISSET(4, &set) && CPU_ISSET(7, &set));
+    assert_true(realtime_processors("63-64,1023", &set, why, sizeof why)); /* as many as the kernel's set holds */
+    assert_true(CPU_COUNT(&set) == 3 && CPU_ISSET(64, &set) && CPU_ISSET(1023, &set));
+    static const char *const WRONG[] = {"", "a", "-1", "1024", "3-2", "1,", ",1", "1-", "1 2", "99999999999999999999"};
     for (size_t i = 0; i < sizeof WRONG / sizeof *WRONG; i++) {
         *why = '\0';
-        assert_int_equal(realtime_processors(WRONG[i], why, sizeof why), 0);
+        assert_false(realtime_processors(WRONG[i], &set, why, sizeof why));
         assert_non_null(strstr(why, "2,4-7"));
     }
+}
+
+/* As in a container: root, but not above the limits. */
+static bool drop_resource_right(void)
+{
+    struct __user_cap_header_struct head = {.version = _LINUX_CAPABILITY_VERSION_3};
+    struct __user_cap_data_struct rights[2];
+    if (syscall(SYS_capget, &head, rights)) return false;
+    rights[CAP_TO_INDEX(CAP_SYS_RESOURCE)].effective &= ~CAP_TO_MASK(CAP_SYS_RESOURCE);
+    rights[CAP_TO_INDEX(CAP_SYS_RESOURCE)].permitted &= ~CAP_TO_MASK(CAP_SYS_RESOURCE);
+    return syscall(SYS_capset, &head, rights) == 0;
 }
 
 /* In a process without rights: the status, and whether `why` is one line that holds `advice`. */
@@ -58,10 +75,46 @@ static void test_refusals(void **state)
     c.fifo_priority = 10;
     assert_int_equal(refused_status(&c, "ulimit -r 10"), EX_NOPERM);
     config_default(&c);
-    snprintf(c.cpus, sizeof c.cpus, "63"); /* not there, on any machine that tests run on */
-    if (sysconf(_SC_NPROCESSORS_CONF) < 64) assert_int_equal(refused_status(&c, "taskset"), EX_CONFIG);
+    snprintf(c.cpus, sizeof c.cpus, "1023"); /* not there, on any machine that tests run on */
+    if (sysconf(_SC_NPROCESSORS_CONF) < 1024) assert_int_equal(refused_status(&c, "taskset"), EX_CONFIG);
     snprintf(c.cpus, sizeof c.cpus, "one");
     assert_int_equal(refused_status(&c, "2,4-7"), EX_CONFIG);
+}
+
+/* Forked off: as root, who is above the limit until it becomes another user. */
+static int root_status(bool may_raise)
+{
+    pid_t pid = fork();
+    if (pid == 0) {
+        config c;
+        char why[512] = "";
+        struct rlimit little = {65536, 65536};
+        config_default(&c);
+        c.lock_memory = true;
+        if (setrlimit(RLIMIT_MEMLOCK, &little)) _exit(1);
+        if (!may_raise && !drop_resource_right()) _exit(1);
+        int status = realtime_apply(&c, why, sizeof why);
+        if (getrlimit(RLIMIT_MEMLOCK, &little)) _exit(1);
+        bool unlimited = little.rlim_cur == RLIM_INFINITY;
+        _exit(unlimited == (status == EX_OK) && (status == EX_OK || strstr(why, "LimitMEMLOCK")) ? status : 1);
+    }
+    int status;
+    assert_int_equal(waitpid(pid, &status, 0), pid);
+    return WEXITSTATUS(status);
+}
+
+/* What it may lock now, it has to be able to lock when it has become another user. */
+static void test_root_has_no_limit_or_is_refused(void **state)
+{
+    (void)state;
+    if (geteuid() != 0) skip();
+    pid_t pid = fork();
+    const struct rlimit none = {RLIM_INFINITY, RLIM_INFINITY};
+    if (pid == 0) _exit(setrlimit(RLIMIT_MEMLOCK, &none) ? EX_NOPERM : EX_OK); /* this may be a container itself */
+    int status;
+    assert_int_equal(waitpid(pid, &status, 0), pid);
+    assert_int_equal(root_status(true), WEXITSTATUS(status));
+    assert_int_equal(root_status(false), EX_NOPERM);
 }
 
 static void test_nothing_asked(void **state)
@@ -81,8 +134,8 @@ static void test_pinned(void **state)
     cpu_set_t set;
     int first = 0, status;
     assert_int_equal(sched_getaffinity(0, sizeof set, &set), 0);
-    while (first < 64 && !CPU_ISSET(first, &set)) first++;
-    if (first == 64) skip();
+    while (first < CPU_SETSIZE && !CPU_ISSET(first, &set)) first++;
+    if (first == CPU_SETSIZE) skip();
     pid_t pid = fork();
     if (pid == 0) {
         config c;
@@ -121,6 +174,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_lists),
         cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_root_has_no_limit_or_is_refused),
         cmocka_unit_test(test_nothing_asked),
         cmocka_unit_test(test_pinned),
         cmocka_unit_test(test_granted_or_told),

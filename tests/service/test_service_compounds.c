@@ -3,7 +3,6 @@
 #include "cell.h"
 
 #include "service/server.h"
-#include "wire/wire_log.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -187,34 +186,18 @@ static void children_count_to_the_limit(void **state)
 
 static char folder[] = "/tmp/collided-compounds-XXXXXX";
 
-static int64_t last_hash(const char *path)
-{
-    char why[256] = "";
-    int64_t hash = 0;
-    wire_log_reader *reader = wire_log_open(path, why, sizeof why);
-    if (!reader) fail_msg("%s", why);
-    wire_log_entry entry;
-    while (wire_log_next(reader, &entry, NULL, why, sizeof why) == 1)
-        if (entry.kind == WIRE_LOG_TICK) hash = entry.tick.events_hash;
-    wire_log_end(reader);
-    return hash;
-}
+typedef struct findings {
+    int64_t hash;  /* the last one */
+    bool deviates; /* the last Body of a compound says what its first child is off by */
+} findings;
 
-/* Does the last Body of a compound there say what its first child is off by? */
-static bool deviation_is_in(const char *path)
+static void look(void *context, const wire_log_entry *e)
 {
-    char why[256] = "";
-    bool is_in = false;
-    wire_log_reader *reader = wire_log_open(path, why, sizeof why);
-    if (!reader) fail_msg("%s", why);
-    wire_log_entry entry;
-    while (wire_log_next(reader, &entry, NULL, why, sizeof why) == 1) {
-        const wire_body *m = &entry.message.body;
-        bool whole = entry.kind == WIRE_LOG_MESSAGE && entry.message.kind == WIRE_BODY && m->shape_types.count > 1;
-        if (whole) is_in = m->shape_deviations.count > 1 && m->shape_deviations.at[1] == FIRST_DEVIATION;
-    }
-    wire_log_end(reader);
-    return is_in;
+    findings *found = context;
+    const wire_body *m = &e->message.body;
+    bool whole = e->kind == WIRE_LOG_MESSAGE && e->message.kind == WIRE_BODY && m->shape_types.count > 1;
+    if (e->kind == WIRE_LOG_TICK) found->hash = e->tick.events_hash;
+    if (whole) found->deviates = m->shape_deviations.count > 1 && m->shape_deviations.at[1] == FIRST_DEVIATION;
 }
 
 static void replay_tells_contacts(const char *path)
@@ -247,8 +230,9 @@ static void a_recording_from_the_middle_keeps_compounds(void **state)
     leave(&r);
     assert_int_equal(cell_stop(r.cell), 0);
     snprintf(path, sizeof path, "%s/middle.lcmlog", folder);
-    assert_true(last_hash(path) != 0);
-    assert_true(deviation_is_in(path));
+    findings found = {0};
+    cell_read(path, look, &found);
+    assert_true(found.hash != 0 && found.deviates);
     replay_tells_contacts(path);
     unlink(path);
     rmdir(folder);

@@ -2,8 +2,6 @@
  * what cannot be one is refused by name. */
 #include "cell.h"
 
-#include "wire/wire_log.h"
-
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -144,26 +142,28 @@ static void await_begin(room *r)
     }
 }
 
-/* Is the floor told there, as it was announced? */
+typedef struct findings { /* of the floor, as it was announced */
+    int64_t hash;
+    int pieces, bodies;
+} findings;
+
+static void look(void *context, const wire_log_entry *e)
+{
+    findings *found = context;
+    const wire_message *m = &e->message;
+    if (e->kind != WIRE_LOG_MESSAGE) return;
+    found->pieces +=
+        m->kind == WIRE_GEOMETRY && m->geometry.kind == WIRE_GEOMETRY_HEIGHT_FIELD && m->geometry.hash == found->hash;
+    found->bodies += m->kind == WIRE_BODY && m->body.shape_types.at[0] == WIRE_SHAPE_HEIGHT_FIELD &&
+                     m->body.shape_geometries.at[0] == found->hash;
+}
+
 static void expect_floor_in(const char *path, int64_t hash)
 {
-    char why[256] = "";
-    int pieces = 0, bodies = 0;
-    wire_log_reader *log = wire_log_open(path, why, sizeof why);
-    if (!log) fail_msg("%s", why);
-    wire_log_entry entry;
-    while (wire_log_next(log, &entry, NULL, why, sizeof why) == 1) {
-        const wire_message *m = &entry.message;
-        if (entry.kind != WIRE_LOG_MESSAGE) continue;
-        pieces +=
-            m->kind == WIRE_GEOMETRY && m->geometry.kind == WIRE_GEOMETRY_HEIGHT_FIELD && m->geometry.hash == hash;
-        bodies += m->kind == WIRE_BODY && m->body.shape_types.at[0] == WIRE_SHAPE_HEIGHT_FIELD &&
-                  m->body.shape_geometries.at[0] == hash;
-    }
-    wire_log_end(log);
-    assert_string_equal(why, "");
-    assert_int_equal(pieces, 2);
-    assert_int_equal(bodies, 1);
+    findings found = {.hash = hash};
+    cell_read(path, look, &found);
+    assert_int_equal(found.pieces, 2);
+    assert_int_equal(found.bodies, 1);
 }
 
 static void a_height_field_is_touched_explained_and_recorded(void **state)

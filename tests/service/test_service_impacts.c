@@ -2,8 +2,6 @@
  * poses are refused, and that all of it replays with the same hash for any number of workers. */
 #include "cell.h"
 
-#include "wire/wire_log.h"
-
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -242,33 +240,35 @@ static void a_session_of_impacts_replays_with_the_same_hash(void **state)
     assert_int_equal(cell_replay(c.record, 1, false), EX_OK);
 }
 
+typedef struct findings {
+    int bodies, interests;
+} findings;
+
+static void look(void *context, const wire_log_entry *e)
+{
+    findings *found = context;
+    const wire_message *m = &e->message;
+    if (e->kind != WIRE_LOG_MESSAGE) return;
+    if (m->kind == WIRE_BODY) {
+        found->bodies++;
+        assert_int_equal(m->body.ccd, m->body.body % 3);
+        assert_true(m->body.acceleration_m_s2 == 0.25 * m->body.body);
+        assert_true(m->body.angular_acceleration_rad_s2 == 0.125 * m->body.body);
+        assert_true(m->body.stamp_ns >= (m->body.body % 4 ? START_NS : 0));
+    } else if (m->kind == WIRE_INTEREST) {
+        found->interests++;
+        assert_true(m->interest.horizon_s == HORIZON_S);
+        assert_int_equal(m->interest.facts, WIRE_FACT_TOUCH | WIRE_FACT_IMPACT | WIRE_FACT_FORETELL);
+    }
+}
+
 /* Is all told there that impacts and predictions rest on? */
 static void expect_motions_in(const char *path)
 {
-    char why[256] = "";
-    int bodies = 0, interests = 0;
-    wire_log_reader *log = wire_log_open(path, why, sizeof why);
-    if (!log) fail_msg("%s", why);
-    wire_log_entry entry;
-    while (wire_log_next(log, &entry, NULL, why, sizeof why) == 1) {
-        const wire_message *m = &entry.message;
-        if (entry.kind != WIRE_LOG_MESSAGE) continue;
-        if (m->kind == WIRE_BODY) {
-            bodies++;
-            assert_int_equal(m->body.ccd, m->body.body % 3);
-            assert_true(m->body.acceleration_m_s2 == 0.25 * m->body.body);
-            assert_true(m->body.angular_acceleration_rad_s2 == 0.125 * m->body.body);
-            assert_true(m->body.stamp_ns >= (m->body.body % 4 ? START_NS : 0));
-        } else if (m->kind == WIRE_INTEREST) {
-            interests++;
-            assert_true(m->interest.horizon_s == HORIZON_S);
-            assert_int_equal(m->interest.facts, WIRE_FACT_TOUCH | WIRE_FACT_IMPACT | WIRE_FACT_FORETELL);
-        }
-    }
-    wire_log_end(log);
-    assert_string_equal(why, "");
-    assert_int_equal(bodies, BODIES);
-    assert_int_equal(interests, 1);
+    findings found = {0};
+    cell_read(path, look, &found);
+    assert_int_equal(found.bodies, BODIES);
+    assert_int_equal(found.interests, 1);
 }
 
 static void a_recording_from_the_middle_keeps_what_motions_need(void **state)

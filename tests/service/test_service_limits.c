@@ -132,11 +132,11 @@ static void interests_a_client(void **state)
 }
 
 /* The last piece of a height field, of three: it is charged as a whole with whichever piece comes first. */
-static void send_field(room *r, int32_t columns, int32_t rows, uint8_t remove)
+static void send_field_of(room *r, int64_t client, int32_t columns, int32_t rows, uint8_t remove)
 {
     wire_message m = {.kind = WIRE_GEOMETRY,
         .geometry = {.version = WIRE_VERSION,
-            .client = ALICE,
+            .client = client,
             .sequence = ++r->sequence,
             .removed = remove,
             .kind = WIRE_GEOMETRY_HEIGHT_FIELD,
@@ -147,6 +147,11 @@ static void send_field(room *r, int32_t columns, int32_t rows, uint8_t remove)
             .pieces = 3,
             .indices = {1, &rows}}};
     memory_send(r->end, &m);
+}
+
+static void send_field(room *r, int32_t columns, int32_t rows, uint8_t remove)
+{
+    send_field_of(r, ALICE, columns, rows, remove);
 }
 
 static void geometry_a_client(void **state)
@@ -168,6 +173,30 @@ static void geometry_a_client(void **state)
 }
 
 /* All within one second: more than that would make room again. */
+/* What she had announced before, and somebody else held, is not paid back to her when that lets it go. */
+static void who_comes_back_is_paid_nothing_back(void **state)
+{
+    (void)state;
+    room r;
+    config c = cell_config();
+    c.max_client_geometry = 1;
+    room_open(&r, &c);
+    send_field(&r, 4, 32767, 0);
+    cell_settle(r.end, r.memory, BOB, ++r.sequence);
+    send_field_of(&r, BOB, 4, 32767, 0);
+    wire_message leave = {.kind = WIRE_CLIENT,
+        .client = {.version = WIRE_VERSION, .client = ALICE, .sequence = ++r.sequence, .removed = 1, .name = ""}};
+    memory_send(r.end, &leave);
+    cell_settle(r.end, r.memory, BOB, ++r.sequence);
+    cell_hello(r.end, ALICE, ++r.sequence, 60, WIRE_LOST_REMOVE);
+    send_field(&r, 2, 65534, 0);
+    send_field_of(&r, BOB, 4, 32767, 1);
+    assert_nothing_refused(&r);
+    send_field(&r, 28, 4681, 0);
+    expect_limit(&r, "max_client_geometry = 1");
+    room_close(&r);
+}
+
 static void messages_a_second(void **state)
 {
     (void)state;
@@ -252,6 +281,7 @@ int main(void)
         cmocka_unit_test(shapes_a_client),
         cmocka_unit_test(interests_a_client),
         cmocka_unit_test(geometry_a_client),
+        cmocka_unit_test(who_comes_back_is_paid_nothing_back),
         cmocka_unit_test(messages_a_second),
         cmocka_unit_test(poses_a_second),
         cmocka_unit_test(refusals_are_counted_all_and_told_some),

@@ -2,6 +2,8 @@
  * by policy; who is lost is not waited for; and a recording of it replays. */
 #include "cell.h"
 
+#include "service/service.h"
+
 #include <stdio.h>
 #include <stdlib.h>
 #include <sysexits.h>
@@ -161,7 +163,7 @@ static void the_first_step_waits_until_all_are_there(void **state)
 static void who_misses_a_step_is_told_to_all_and_the_others_go_on(void **state)
 {
     (void)state;
-    hall h = enter(0.1, "go_on", "");
+    hall h = enter(0.4, "go_on", "");
     for (int k = 0; k < MEMBERS; k++) join(&h, k, MEMBERS, 60);
     for (int k = 0; k < MEMBERS; k++) step(&h, k, 1, 10 * k);
     await_answers(&h, MEMBERS, 1, 0);
@@ -172,7 +174,7 @@ static void who_misses_a_step_is_told_to_all_and_the_others_go_on(void **state)
     for (int left = MEMBERS; left; left--) {
         wire_reject r = cell_await(h.end, h.memory, WIRE_REJECT).reject;
         assert_int_equal(r.reason, WIRE_STEP_MISSED);
-        if (!strstr(r.text, "step 2: client 0000000000000067 \"sim2\" did not publish it within 0.1 s: it is done"))
+        if (!strstr(r.text, "step 2: client 0000000000000067 \"sim2\" did not publish it within 0.4 s: it is done"))
             fail_msg("%s", r.text);
         told[r.client - FIRST] = true;
     }
@@ -279,16 +281,248 @@ static void a_limit_bounds_what_waits(void **state)
     leave(&h);
 }
 
+/* What came of it can be told to nobody, but what is there is not taken for the whole. */
+static void a_step_is_not_done_from_a_refused_batch(void **state)
+{
+    (void)state;
+    config c = cell_config();
+    c.max_step_poses = 3;
+    c.step_timeout = 0;
+    hall h = {.cell = cell_start(&c), .memory = wire_memory_create()};
+    h.end = cell_client(h.cell);
+    for (int k = 0; k < 2; k++) join(&h, k, 2, 60);
+    for (int i = 0; i < 4; i++) publish(&h, 0, 1, 1, i);
+    publish(&h, 0, 1, 0, 0);
+    step(&h, 1, 1, 10);
+    assert_int_equal(cell_await(h.end, h.memory, WIRE_REJECT).reject.reason, WIRE_LIMIT);
+    wire_reject r = cell_await(h.end, h.memory, WIRE_REJECT).reject;
+    assert_int_equal(r.reason, WIRE_BAD_STEP);
+    assert_true(r.client == id_of(0) && r.sequence == h.sequences[0]);
+    assert_string_equal(r.text, "step 1: some of its poses were refused: send all of it again");
+    for (int i = 0; i < 5; i++) cell_hears(h.end, h.memory, WIRE_EVENT_BATCH, 20);
+    step(&h, 0, 1, 0);
+    await_answers(&h, 2, 1, 0);
+    leave(&h);
+}
+
+/* Refused before it is recorded: the recording tells of it all the same. */
+static void nor_from_one_refused_for_its_rate(void **state)
+{
+    (void)state;
+    char folder[] = "/tmp/collided-steps-XXXXXX", path[sizeof folder + 16];
+    assert_non_null(mkdtemp(folder));
+    snprintf(path, sizeof path, "%s/steps.lcmlog", folder);
+    config c = cell_config();
+    c.max_client_poses = 4;
+    c.step_timeout = 0;
+    snprintf(c.record, sizeof c.record, "%s", path);
+    hall h = {.cell = cell_start(&c), .memory = wire_memory_create()};
+    h.end = cell_client(h.cell);
+    for (int k = 0; k < 2; k++) join(&h, k, 2, 60);
+    for (int i = 0; i < 5; i++) publish(&h, 0, 1, 1, 10); /* where the other one is; the fifth is too many */
+    publish(&h, 0, 1, 0, 0);
+    step(&h, 1, 1, 10);
+    assert_int_equal(cell_await(h.end, h.memory, WIRE_REJECT).reject.reason, WIRE_LIMIT);
+    assert_int_equal(cell_await(h.end, h.memory, WIRE_REJECT).reject.reason, WIRE_BAD_STEP);
+    publish(&h, 0, 1, 0, 0); /* nothing moved after all */
+    assert_int_equal(await_answers(&h, 2, 1, 0), 0);
+    for (int k = 0; k < 2; k++) publish(&h, k, 2, 0, 0);
+    await_answers(&h, 2, 2, 0);
+    leave(&h);
+    assert_int_equal(cell_replay(path, 1, true), EX_OK);
+    assert_int_equal(unlink(path) | rmdir(folder), 0);
+}
+
+/* Over another link than its own, what is said in its name breaks nothing. */
+static void a_stranger_cannot_break_a_step(void **state)
+{
+    (void)state;
+    config c = cell_config();
+    c.step_timeout = 0;
+    strcpy(c.links, "memory://cell memory://other");
+    hall h = {.cell = cell_start(&c), .memory = wire_memory_create()};
+    h.end = cell_client(h.cell);
+    for (int k = 0; k < 2; k++) join(&h, k, 2, 60);
+    publish(&h, 0, 1, 1, 10);
+    cell_settle(h.end, h.memory, id_of(0), ++h.sequences[0]);
+    memory_end *hers = h.end, *other = memory_connect("other");
+    h.end = other;
+    publish(&h, 0, 1, 1, 20);
+    assert_int_equal(cell_await(other, h.memory, WIRE_REJECT).reject.reason, WIRE_NOT_YOURS);
+    h.end = hers;
+    publish(&h, 0, 1, 0, 0);
+    publish(&h, 1, 1, 0, 0);
+    assert_int_equal(await_answers(&h, 2, 1, 0), 2);
+    memory_disconnect(other);
+    leave(&h);
+}
+
+/* The daemon ends steps under a sequence of its own: no client speaks under that. */
+static void a_client_cannot_use_the_sequence_of_the_daemon(void **state)
+{
+    (void)state;
+    hall h = enter(0, "hold", "");
+    for (int k = 0; k < 2; k++) join(&h, k, 2, 60);
+    publish(&h, 0, 1, 1, 10);
+    int64_t kept = h.sequences[0];
+    h.sequences[0] = INT64_MAX - 1;
+    publish(&h, 0, 1, 0, 0);
+    wire_reject r = cell_await(h.end, h.memory, WIRE_REJECT).reject;
+    assert_int_equal(r.reason, WIRE_MALFORMED);
+    assert_true(r.client == id_of(0) && r.sequence == INT64_MAX);
+    if (!strstr(r.text, "sequence is 9223372036854775807")) fail_msg("%s", r.text);
+    h.sequences[0] = kept;
+    publish(&h, 0, 1, 0, 0);
+    publish(&h, 1, 1, 0, 0);
+    assert_int_equal(await_answers(&h, 2, 1, 0), 2); /* what it had sent was kept: both streams tell of the contact */
+    leave(&h);
+}
+
+/* Each of them changes who is waited for, and not for how long. */
+static void who_comes_and_goes_does_not_postpone_the_timeout(void **state)
+{
+    (void)state;
+    hall h = enter(0.3, "go_on", "");
+    for (int k = 0; k < 2; k++) join(&h, k, 2, 60);
+    for (int k = 0; k < 2; k++) step(&h, k, 1, 10 * k);
+    await_answers(&h, 2, 1, 0);
+    step(&h, 0, 2, 0);
+    bool told = false;
+    for (int i = 0; i < 40 && !told; i++) {
+        hello(&h, 2, i % 2 ? 0 : 2, 60);
+        told = cell_hears(h.end, h.memory, WIRE_REJECT, 40);
+    }
+    assert_true(told);
+    leave(&h);
+}
+
+static void ask_to_record(hall *h, const char *name)
+{
+    wire_message q = {.kind = WIRE_QUERY,
+        .query = {.version = WIRE_VERSION,
+            .client = id_of(0),
+            .sequence = ++h->sequences[0],
+            .kind = WIRE_QUERY_RECORD,
+            .name_a = name,
+            .name_b = ""}};
+    memory_send(h->end, &q);
+    assert_int_equal(cell_await(h->end, h->memory, WIRE_ANSWER).answer.status, WIRE_ANSWER_OK);
+}
+
+/* Nothing has touched before: so the hashes are those of the live session. */
+static void replays_from_the_middle(int32_t joined_first, void (*before)(hall *h), void (*after)(hall *h))
+{
+    char folder[] = "/tmp/collided-steps-XXXXXX", path[sizeof folder + 16];
+    assert_non_null(mkdtemp(folder));
+    snprintf(path, sizeof path, "%s/middle.lcmlog", folder);
+    config c = cell_config();
+    snprintf(c.record_dir, sizeof c.record_dir, "%s", folder);
+    c.step_timeout = 0;
+    hall h = {.cell = cell_start(&c), .memory = wire_memory_create()};
+    h.end = cell_client(h.cell);
+    for (int k = 0; k < joined_first; k++) join(&h, k, 2, 60);
+    before(&h);
+    ask_to_record(&h, "middle");
+    after(&h);
+    leave(&h);
+    for (long workers = 1; workers <= 2; workers++) assert_int_equal(cell_replay(path, workers, true), EX_OK);
+    assert_int_equal(unlink(path) | rmdir(folder), 0);
+}
+
+static void some_steps(hall *h)
+{
+    for (int64_t n = 1; n <= 3; n++) {
+        for (int k = 0; k < 2; k++) step(h, k, n, 10 * k);
+        await_answers(h, 2, n, 0);
+    }
+    step(h, 0, 4, 9); /* one is ahead */
+    cell_settle(h->end, h->memory, id_of(0), ++h->sequences[0]);
+}
+
+static void more_steps(hall *h)
+{
+    publish(h, 1, 3, 0, 0); /* its answer was lost; and this is too late: */
+    publish(h, 1, 2, 1, 20);
+    cell_settle(h->end, h->memory, id_of(1), ++h->sequences[1]);
+    step(h, 1, 4, 10);
+    await_answers(h, 2, 4, 0);
+    for (int64_t n = 5; n <= 10; n++) {
+        for (int k = 0; k < 2; k++) step(h, k, n, k ? 10 : 9 - 2 * (double)(n % 2));
+        await_answers(h, 2, n, 0);
+    }
+}
+
+static void a_recording_that_begins_between_steps_replays(void **state)
+{
+    (void)state;
+    replays_from_the_middle(2, some_steps, more_steps);
+}
+
+static void one_waits(hall *h)
+{
+    cell_sphere(h->end, id_of(2), ++h->sequences[2], 0, "post", -10);
+    cell_touches(h->end, id_of(2), ++h->sequences[2], 0);
+    cell_settle(h->end, h->memory, id_of(2), ++h->sequences[2]);
+    step(h, 0, 1, -9);
+    cell_settle(h->end, h->memory, id_of(0), ++h->sequences[0]);
+}
+
+static void the_other_comes(hall *h)
+{
+    for (int i = 0; i < 3; i++) {
+        cell_pose(h->end, id_of(2), ++h->sequences[2], 0, -10 - 0.1 * i);
+        cell_settle(h->end, h->memory, id_of(2), ++h->sequences[2]);
+    }
+    join(h, 1, 2, 60);
+    step(h, 1, 1, 10);
+    await_answers(h, 2, 1, 0);
+}
+
+static void so_does_one_that_begins_before_the_first_step(void **state)
+{
+    (void)state;
+    replays_from_the_middle(1, one_waits, the_other_comes);
+}
+
+/* From the stamps of a step to what came of it, not of the step before. */
+static void the_latency_is_that_of_the_step(void **state)
+{
+    (void)state;
+    hall h = enter(0, "hold", "");
+    join(&h, 0, 1, 60);
+    cell_sphere(h.end, id_of(0), ++h.sequences[0], 1, "other", 30);
+    cell_settle(h.end, h.memory, id_of(0), ++h.sequences[0]);
+    const int32_t body = 0;
+    const double position[3] = {29, 0, 0}, orientation[4] = {1, 0, 0, 0};
+    wire_message m = {.kind = WIRE_POSE_BATCH,
+        .pose_batch = {.version = WIRE_VERSION,
+            .client = id_of(0),
+            .sequence = ++h.sequences[0],
+            .step = 1,
+            .stamp_ns = 1000000000, /* long ago */
+            .bodies = {1, &body},
+            .positions = {3, position},
+            .orientations = {4, orientation}}};
+    memory_send(h.end, &m);
+    publish(&h, 0, 1, 0, 0);
+    assert_int_equal(await_answers(&h, 1, 1, 0), 1);
+    cell_settle(h.end, h.memory, id_of(0), ++h.sequences[0]);
+    const histogram *latency = &cell_measures(h.cell)->latency;
+    assert_int_equal(histogram_total(latency), 1);
+    assert_int_equal(latency->below[latency->count], 1);
+    leave(&h);
+}
+
 static void lock_step_replays(void **state)
 {
     (void)state;
     char folder[] = "/tmp/collided-steps-XXXXXX", path[sizeof folder + 16];
     assert_non_null(mkdtemp(folder));
     snprintf(path, sizeof path, "%s/steps.lcmlog", folder);
-    hall h = enter(0.05, "go_on", path);
+    hall h = enter(0.3, "go_on", path);
     for (int k = 0; k < MEMBERS; k++) join(&h, k, MEMBERS, 60);
     for (int64_t n = 1; n <= 30; n++) {
-        for (int k = 0; k < MEMBERS; k++)
+        for (int k = MEMBERS; k-- > 0;) /* the one that comes back first: the others would not wait for it */
             if (k != 2 || n < 10 || n >= 20) step(&h, k, n, 1.5 * k + 0.01 * (double)(n * (k + 1)));
         if (n == 10) publish(&h, 2, n, 1, 7);
         await_answers(&h, MEMBERS, n, n >= 10 && n < 20);
@@ -310,7 +544,15 @@ int main(void)
         cmocka_unit_test(steps_that_are_done_or_too_far_are_refused),
         cmocka_unit_test(what_is_sent_again_stands_for_what_was_sent),
         cmocka_unit_test(a_limit_bounds_what_waits),
+        cmocka_unit_test(a_step_is_not_done_from_a_refused_batch),
+        cmocka_unit_test(nor_from_one_refused_for_its_rate),
+        cmocka_unit_test(a_stranger_cannot_break_a_step),
+        cmocka_unit_test(a_client_cannot_use_the_sequence_of_the_daemon),
+        cmocka_unit_test(who_comes_and_goes_does_not_postpone_the_timeout),
+        cmocka_unit_test(the_latency_is_that_of_the_step),
         cmocka_unit_test(lock_step_replays),
+        cmocka_unit_test(a_recording_that_begins_between_steps_replays),
+        cmocka_unit_test(so_does_one_that_begins_before_the_first_step),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -148,6 +148,51 @@ static void an_interest_has_hysteresis(void **state)
     leave(&r);
 }
 
+static bool has_counter(const wire_status *s, const char *name)
+{
+    for (uint32_t i = 0; i < s->counter_names.count; i++)
+        if (strcmp(s->counter_names.at[i], name) == 0) return true;
+    return false;
+}
+
+/* Up to 64 streams are named; a client may call one of its own "other_streams". */
+static void the_work_of_streams_is_told_by_name_and_of_the_rest_together(void **state)
+{
+    (void)state;
+    enum { NAMED = 64 };
+    room r = enter(3600);
+    wire_message m = {.kind = WIRE_INTEREST,
+        .interest = {.version = WIRE_VERSION,
+            .client = ALICE,
+            .facts = WIRE_FACT_TOUCH,
+            .stream = "other_streams",
+            .select_a = "*",
+            .select_b = "*",
+            .tolerance_m = 1e-9}};
+    for (int32_t i = 1; i < NAMED; i++) {
+        m.interest.interest = i;
+        m.interest.sequence = ++r.sequence;
+        memory_send(r.alice, &m);
+        m.interest.stream = "";
+    }
+    cell_settle(r.alice, r.memory, ALICE, ++r.sequence);
+    cell_await(r.alice, r.memory, WIRE_STATUS);
+    wire_status s = cell_await(r.alice, r.memory, WIRE_STATUS).status;
+    size_t named = 0;
+    for (uint32_t i = 0; i < s.counter_names.count; i++) named += strncmp(s.counter_names.at[i], "work_of_", 8) == 0;
+    assert_int_equal(named, NAMED); /* "other_streams" among them, once */
+    assert_true(has_counter(&s, "work_of_other_streams"));
+    assert_false(has_counter(&s, "other_streams_work"));
+    m.interest.interest = NAMED;
+    m.interest.sequence = ++r.sequence;
+    memory_send(r.alice, &m);
+    cell_settle(r.alice, r.memory, ALICE, ++r.sequence);
+    cell_await(r.alice, r.memory, WIRE_STATUS);
+    s = cell_await(r.alice, r.memory, WIRE_STATUS).status;
+    assert_true(has_counter(&s, "other_streams_work"));
+    leave(&r);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -156,6 +201,7 @@ int main(void)
         cmocka_unit_test(no_heartbeat_comes_before_the_first_batch),
         cmocka_unit_test(heartbeats_are_counted_and_are_no_batches),
         cmocka_unit_test(an_interest_has_hysteresis),
+        cmocka_unit_test(the_work_of_streams_is_told_by_name_and_of_the_rest_together),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

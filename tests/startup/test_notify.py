@@ -32,11 +32,11 @@ def hear(seconds):
     return heard
 
 
-def start(watchdog):
+def start(watchdog, *options):
     environment = dict(os.environ, NOTIFY_SOCKET=path)
     if watchdog:
         environment["WATCHDOG_USEC"] = str(int(watchdog * 1e6))
-    return subprocess.Popen([DAEMON, "--links", "dds://0 lcm://", "--status-period", "60"], env=environment,
+    return subprocess.Popen([DAEMON, "--links", "dds://0 lcm://", "--status-period", "60", *options], env=environment,
                             stderr=subprocess.PIPE, text=True)
 
 
@@ -45,9 +45,9 @@ def first():
     return manager.recv(4096).decode()
 
 
-def ready(daemon):
+def ready(daemon, words="is ready"):
     said = first()
-    check(said.startswith("READY=1\nSTATUS=") and "is ready" in said, f"ready: {said!r}")
+    check(said.startswith("READY=1\nSTATUS=") and words in said, f"ready: {said!r}")
     lines = []
     while not lines or "is ready" not in lines[-1]:  # the same moment as in the log
         lines.append(daemon.stderr.readline())
@@ -84,6 +84,12 @@ def without_a_watchdog_there_is_no_sign():
     end(daemon)
 
 
+def it_has_a_worker_for_each_processor_that_it_may_use():
+    daemon = start(None, "--cpus", str(min(os.sched_getaffinity(0))))
+    ready(daemon, "is ready, 1 worker(s)")
+    end(daemon)
+
+
 def a_daemon_that_does_not_start_is_never_ready():
     environment = dict(os.environ, NOTIFY_SOCKET=path)
     done = subprocess.run([DAEMON, "--links", "dds://0 lcm://", "--gateway", "/bin/false"], env=environment,
@@ -93,5 +99,6 @@ def a_daemon_that_does_not_start_is_never_ready():
 
 signs_of_life_come_twice_in_the_time_even_if_idle()
 without_a_watchdog_there_is_no_sign()
+it_has_a_worker_for_each_processor_that_it_may_use()
 a_daemon_that_does_not_start_is_never_ready()
 finish()

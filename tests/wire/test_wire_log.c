@@ -85,6 +85,7 @@ static void write_all_kinds(sampler *s)
         wire_log_tick tick = {round, 2, -3, INT64_MIN, round % 2, round % 2 * INT64_C(77)};
         assert_int_equal(wire_log_tick_end(w, round, &tick), 0);
         assert_int_equal(wire_log_lost(w, -1, INT64_MIN + round), 0);
+        assert_int_equal(wire_log_steps(w, -2, INT64_MAX - round), 0);
     }
     assert_int_equal(wire_log_close(w), 0);
 }
@@ -120,6 +121,9 @@ static void everything_written_is_read_back_in_order(void **state)
         expect_entry(r, &e);
         assert_int_equal(e.kind, WIRE_LOG_LOST);
         assert_int_equal(e.lost_client, INT64_MIN + round);
+        expect_entry(r, &e);
+        assert_int_equal(e.kind, WIRE_LOG_STEPS);
+        assert_int_equal(e.steps_done, INT64_MAX - round);
     }
     assert_int_equal(wire_log_next(r, &e, NULL, (char[8]){0}, 8), 0);
     assert_int_equal(wire_log_next(r, &e, NULL, (char[8]){0}, 8), 0);

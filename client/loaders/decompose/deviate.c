@@ -202,7 +202,8 @@ static bool settled_by_normals(const solid *s, piece *p, const deviate_effort *e
 {
     if (overhang_count(s->overhang) * p->plane_count > STEP_WORK * effort->steps) return false;
     double bound =
-        overhang_bound(s->overhang, s, p->planes, p->plane_count, effort->floor, effort->floor) + 8 * piece_slack(s);
+        overhang_bound(s->overhang, s, p->planes, p->plane_count, effort->floor, effort->floor, OVERHANG_WORK) +
+        8 * piece_slack(s);
     if (!(bound <= effort->floor)) return false;
     p->deviation = bound;
     for (int k = 0; k < 3; k++) p->farthest[k] = (p->lo[k] + p->hi[k]) / 2;
@@ -211,7 +212,7 @@ static bool settled_by_normals(const solid *s, piece *p, const deviate_effort *e
 
 double deviate_find(const solid *s, piece *p, const deviate_effort *effort)
 {
-    if (settled_by_normals(s, p, effort)) return 0;
+    if (!effort->places_only && settled_by_normals(s, p, effort)) return 0;
     pool work = {0};
     search q = {.s = s, .p = p, .rounding = 2 * piece_slack(s), .enough = effort->floor};
     q.heap = pool_alloc(&work, effort->steps + 2, sizeof *q.heap);

@@ -22,6 +22,7 @@ typedef struct search {
     size_t plane_count;
     double slack;
     double floor, occurs, bound;
+    size_t looks; /* left */
 } search;
 
 static void middle(const double points[3][3], int count, double out[3])
@@ -103,10 +104,11 @@ static void settle(search *q, const spot *x, int splits)
         return;
     }
     spot parts[2];
-    if (splits == 0 || !split(q, x, parts)) {
+    if (splits == 0 || q->looks < 2 || !split(q, x, parts)) {
         q->bound = bound;
         return;
     }
+    q->looks -= 2;
     for (int i = 0; i < 2; i++) settle(q, &parts[i], splits - 1);
 }
 
@@ -219,16 +221,9 @@ static int outline(flat *points, int count, flat *out)
 /* A frame whose third row is the mean of the normals. */
 static void frame_about(const double *const *normals, int count, double axes[3][3])
 {
-    double *mean = axes[2];
-    memset(mean, 0, sizeof axes[2]);
+    double mean[3] = {0, 0, 0};
     for (int i = 0; i < count; i++) along3(mean, 1, normals[i], mean);
-    double length = norm3(mean);
-    for (int k = 0; k < 3; k++) mean[k] /= length;
-    int least = 0;
-    for (int k = 1; k < 3; k++) least = fabs(mean[k]) < fabs(mean[least]) ? k : least;
-    const double unit[3] = {least == 0, least == 1, least == 2};
-    cross3(mean, unit, axes[0]);
-    cross3(mean, axes[0], axes[1]);
+    frame3(mean, axes);
 }
 
 /* The cone of many normals is that of those that are outermost, seen against their mean: a fan of triangles. */
@@ -299,9 +294,10 @@ size_t overhang_count(const struct overhang *o)
 
 /* What occurs anywhere is known before anything is split. */
 double overhang_bound(const struct overhang *o, const solid *s, const piece_plane *planes, size_t plane_count,
-    double floor, double wanted)
+    double floor, double wanted, size_t work)
 {
     search q = {.s = s, .planes = planes, .plane_count = plane_count, .slack = 16 * piece_slack(s), .floor = floor};
+    q.looks = work / (plane_count ? plane_count : 1);
     if (!o) return INFINITY;
     for (size_t i = 0; i < o->count; i++) {
         look(&q, &o->spots[i]);

@@ -14,7 +14,7 @@
 
 #include "piece.h"
 
-enum { OVERHANG_TRIANGLES_MAX = 20000 };
+enum { OVERHANG_TRIANGLES_MAX = 20000, OVERHANG_WORK = 400000000 /* planes: about a second */ };
 
 /* Where nearest points can be, and the directions; in the pool. NULL if the solid is open, has inner faces or corners
  * with too wide a cone, or is too large. */
@@ -24,8 +24,9 @@ struct overhang *overhang_make(pool *p, const solid *s);
 size_t overhang_count(const struct overhang *o);
 
 /* No point below all planes is farther than this from the solid; INFINITY if o is NULL, or where the bound cannot come
- * below `wanted`. Bounds below `floor` are not refined. */
+ * below `wanted`. Bounds below `floor` are not refined, and none is once `work` planes have been looked at by
+ * splitting: the bound is then wider, and holds. */
 double overhang_bound(const struct overhang *o, const solid *s, const piece_plane *planes, size_t plane_count,
-    double floor, double wanted);
+    double floor, double wanted, size_t work);
 
 #endif

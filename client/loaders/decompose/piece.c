@@ -1,7 +1,7 @@
-/* piece: polygons cut by planes along the axes, and the hull of what is left, by qhull (Barber et al., "The Quickhull
- * algorithm for convex hulls", 1996). */
+/* piece: polygons cut by planes along the axes, and the hull of what is left (quickhull.h). */
 #include "piece.h"
 
+#include "quickhull.h"
 #include "vec3.h"
 
 #include <libqhull_r/qhull_ra.h>
@@ -15,28 +15,10 @@ void piece_free(piece *p)
 
 /* ---- hulls ---- */
 
-static int by_coordinates(const void *left, const void *right)
+static void take_planes(void *context, void *qhull)
 {
-    const double *a = left, *b = right;
-    for (int k = 0; k < 3; k++)
-        if (a[k] != b[k]) return a[k] < b[k] ? -1 : 1;
-    return 0;
-}
-
-static void sort_points(piece *p)
-{
-    for (size_t i = 0; i < 3 * p->point_count; i++) p->points[i] += 0.0; /* -0 becomes 0 */
-    qsort(p->points, p->point_count, 3 * sizeof *p->points, by_coordinates);
-    size_t kept = 0;
-    for (size_t i = 0; i < p->point_count; i++) {
-        if (kept && by_coordinates(p->points + 3 * (kept - 1), p->points + 3 * i) == 0) continue;
-        memmove(p->points + 3 * kept++, p->points + 3 * i, 3 * sizeof *p->points);
-    }
-    p->point_count = kept;
-}
-
-static void take_planes(piece *p, qhT *qh)
-{
+    piece *p = context;
+    qhT *qh = qhull;
     p->planes = pool_alloc(&p->memory, (size_t)qh->num_facets, sizeof *p->planes);
     qh_getarea(qh, qh->facet_list);
     p->volume = qh->totvol;
@@ -51,27 +33,9 @@ static void take_planes(piece *p, qhT *qh)
     }
 }
 
-/* qhull may change the points that it is given. */
 static bool find_planes(piece *p)
 {
-    char *messages = NULL;
-    size_t size = 0;
-    if (p->point_count < 4) return false;
-    FILE *sink = open_memstream(&messages, &size);
-    if (!sink) return false;
-    double *own = pool_alloc(&p->memory, p->point_count, 3 * sizeof *own);
-    memcpy(own, p->points, 3 * p->point_count * sizeof *own);
-    char command[] = "qhull Pp";
-    qhT *qh = pool_alloc(&p->memory, 1, sizeof *qh);
-    qh_zero(qh, sink);
-    bool good = qh_new_qhull(qh, 3, (int)p->point_count, own, False, command, NULL, sink) == 0;
-    if (good) take_planes(p, qh);
-    int long_bytes, long_blocks;
-    qh_freeqhull(qh, !qh_ALL);
-    qh_memfreeshort(qh, &long_bytes, &long_blocks);
-    fclose(sink);
-    free(messages);
-    return good && p->plane_count >= 4;
+    return quickhull_run(&p->memory, p->points, p->point_count, "qhull Pp", take_planes, p) && p->plane_count >= 4;
 }
 
 /* Points that are inside of the hull by more than rounding are not needed. */
@@ -90,7 +54,7 @@ static void drop_inner(piece *p)
 
 static bool make_hull(piece *p)
 {
-    sort_points(p);
+    p->point_count = quickhull_sort(p->points, p->point_count);
     box_empty(p->lo, p->hi);
     for (size_t i = 0; i < p->point_count; i++) box_add(p->lo, p->hi, p->points + 3 * i);
     if (!find_planes(p)) return false;

@@ -53,7 +53,7 @@ static void set_shape(const fit_hull *h, const double ends[6], fit_shape *out)
     out->shape.shape.half[2] = half;
     along3(ends, 0.5, way, out->shape.shape.pose.position);
     if (half > 0) {
-        fit_frame_along(way, axes);
+        frame3(way, axes);
         fit_frame_from_axes(axes, out->shape.shape.pose.orientation);
     }
     out->volume = acos(-1) * r * r * (4 * r / 3 + 2 * half);

@@ -19,11 +19,11 @@ static piece piece_of(const fit_hull *h)
 
 double fit_excess_of_hull(const solid *s, const fit_hull *h, double wanted)
 {
-    const deviate_effort glance = {.ratio = 1, .floor = wanted / 2, .steps = GLANCE_STEPS};
-    const deviate_effort effort = {.ratio = 0.05, .floor = wanted / 2, .steps = STEPS};
+    const deviate_effort glance = {.ratio = 1, .floor = wanted / 2, .steps = GLANCE_STEPS, .places_only = true};
+    const deviate_effort effort = {.ratio = 0.05, .floor = wanted / 2, .steps = STEPS, .places_only = true};
     piece p = piece_of(h);
     if (deviate_find(s, &p, &glance) > wanted) return p.deviation;
-    double bound = overhang_bound(s->overhang, s, h->planes, h->plane_count, wanted / 16, wanted);
+    double bound = overhang_bound(s->overhang, s, h->planes, h->plane_count, wanted / 16, wanted, OVERHANG_WORK);
     if (bound <= wanted) return bound;
     deviate_find(s, &p, &effort);
     return fmin(bound, p.deviation);

@@ -34,18 +34,4 @@ static inline void fit_frame_axes(const double q[4], double axes[3][3])
     }
 }
 
-/* A right-handed frame whose z is `z` (not zero). */
-static inline void fit_frame_along(const double z[3], double axes[3][3])
-{
-    double length = norm3(z);
-    int least = 0;
-    for (int k = 1; k < 3; k++) least = fabs(z[k]) < fabs(z[least]) ? k : least;
-    const double unit[3] = {least == 0, least == 1, least == 2};
-    for (int k = 0; k < 3; k++) axes[2][k] = z[k] / length;
-    cross3(unit, axes[2], axes[0]);
-    length = norm3(axes[0]);
-    for (int k = 0; k < 3; k++) axes[0][k] /= length;
-    cross3(axes[2], axes[0], axes[1]);
-}
-
 #endif

@@ -1,35 +1,24 @@
-/* fit_hull: qhull (Barber et al., "The Quickhull algorithm for convex hulls", 1996) and the check of what it says. */
+/* fit_hull: the hull that qhull finds (quickhull.h), and the check of what it says. */
 #include "fit_hull.h"
 
 #include "fit_gap.h"
+#include "loaders/decompose/quickhull.h"
 #include "loaders/decompose/vec3.h"
 
 #include <libqhull_r/qhull_ra.h>
 #include <stdio.h>
 #include <stdlib.h>
 
-static int by_coordinates(const void *left, const void *right)
-{
-    const double *a = left, *b = right;
-    for (int k = 0; k < 3; k++)
-        if (a[k] != b[k]) return a[k] < b[k] ? -1 : 1;
-    return 0;
-}
+typedef struct answer {
+    fit_hull *hull;
+    pool *pool;
+} answer;
 
-static size_t sort_points(double *points, size_t count)
+static void take_facets(void *context, void *qhull)
 {
-    for (size_t i = 0; i < 3 * count; i++) points[i] += 0.0; /* -0 becomes 0 */
-    qsort(points, count, 3 * sizeof *points, by_coordinates);
-    size_t kept = 0;
-    for (size_t i = 0; i < count; i++) {
-        if (kept && by_coordinates(points + 3 * (kept - 1), points + 3 * i) == 0) continue;
-        memmove(points + 3 * kept++, points + 3 * i, 3 * sizeof *points);
-    }
-    return kept;
-}
-
-static void take_facets(fit_hull *h, qhT *qh, pool *p)
-{
+    fit_hull *h = ((answer *)context)->hull;
+    pool *p = ((answer *)context)->pool;
+    qhT *qh = qhull;
     h->planes = pool_alloc(p, (size_t)qh->num_facets, sizeof *h->planes);
     h->corners = pool_alloc(p, (size_t)qh->num_facets, sizeof *h->corners);
     qh_getarea(qh, qh->facet_list);
@@ -46,26 +35,9 @@ static void take_facets(fit_hull *h, qhT *qh, pool *p)
     }
 }
 
-/* qhull may change the points that it is given. */
-static bool run_qhull(pool *p, fit_hull *h)
+static bool find_facets(pool *p, fit_hull *h)
 {
-    char *messages = NULL;
-    size_t size = 0;
-    FILE *sink = open_memstream(&messages, &size);
-    if (!sink) return false;
-    double *own = pool_alloc(p, h->count, 3 * sizeof *own);
-    memcpy(own, h->points, 3 * h->count * sizeof *own);
-    char command[] = "qhull Qt Pp";
-    qhT *qh = pool_alloc(p, 1, sizeof *qh);
-    qh_zero(qh, sink);
-    bool good = qh_new_qhull(qh, 3, (int)h->count, own, False, command, NULL, sink) == 0;
-    if (good) take_facets(h, qh, p);
-    int long_bytes, long_blocks;
-    qh_freeqhull(qh, !qh_ALL);
-    qh_memfreeshort(qh, &long_bytes, &long_blocks);
-    fclose(sink);
-    free(messages);
-    return good;
+    return quickhull_run(p, h->points, h->count, "qhull Qt Pp", take_facets, &(answer){h, p});
 }
 
 /* Turns the corners outward, and moves each plane so that no point is above it. False if its corners are below it. */
@@ -196,7 +168,7 @@ bool fit_hull_make(pool *p, const double *points, size_t count, fit_hull *out)
     *out = (fit_hull){0};
     out->points = pool_alloc(p, count, 3 * sizeof *points);
     memcpy(out->points, points, 3 * count * sizeof *points);
-    out->count = sort_points(out->points, count);
+    out->count = quickhull_sort(out->points, count);
     box_empty(out->lo, out->hi);
     for (size_t i = 0; i < out->count; i++) box_add(out->lo, out->hi, out->points + 3 * i);
     for (int k = 0; k < 3; k++) {
@@ -204,7 +176,7 @@ bool fit_hull_make(pool *p, const double *points, size_t count, fit_hull *out)
         out->centre[k] = (out->lo[k] + out->hi[k]) / 2;
     }
     out->slack = 0x1p-36 * out->most;
-    if (out->count < 4 || !run_qhull(p, out) || !settle_planes(out) || !is_closed(out)) return false;
+    if (!find_facets(p, out) || !settle_planes(out) || !is_closed(out)) return false;
     drop_inner(p, out);
     find_axes(out);
     return true;

@@ -26,37 +26,43 @@ static void join(pool *p, choice *to, const choice *part)
         all, to->count + part->count, fmax(to->excess_m, part->excess_m), to->volume + part->volume, to->ns + part->ns};
 }
 
-/* Those of the kinds, cheapest kind first, that cost less than `limit_ns`. */
-static int candidates(pool *p, const fit_hull *h, double room, double limit_ns, fit_shape all[CANDIDATES_MAX])
+typedef struct simple { /* shapes around a hull that are the same for any excess, cheapest kind first */
+    fit_shape all[4];
+    int count;
+} simple;
+
+static bool below(collided_shape_type kind, double limit_ns)
 {
-    static const collided_shape_type kinds[] = {COLLIDED_SPHERE, COLLIDED_CAPSULE, COLLIDED_BOX, COLLIDED_HULL};
-    int count = 0;
-    for (int k = 0; k < 4; k++) {
-        load_shape least = {.shape.type = kinds[k], .points.count = 4};
-        if (fit_cost_ns(&least) >= limit_ns) break;
-        if (kinds[k] == COLLIDED_SPHERE) fit_sphere(h, &all[count++]);
-        if (kinds[k] == COLLIDED_CAPSULE) fit_capsule(h, &all[count++]);
-        if (kinds[k] == COLLIDED_BOX) {
-            fit_box(h, &all[count]);
-            fit_rounded_box(h, &all[count], &all[count + 1]);
-            count += 2;
-        }
-        if (kinds[k] == COLLIDED_HULL) {
-            count += fit_rounded_hull(p, h, room - 4 * h->slack, &all[count]);
-            fit_whole_hull(h, &all[count++]);
-        }
-    }
-    return count;
+    const load_shape least = {.shape.type = kind, .points.count = 4};
+    return fit_cost_ns(&least) < limit_ns;
+}
+
+/* Those of the kinds that cost less than `limit_ns`. */
+static void find_simple(const fit_hull *h, double limit_ns, simple *out)
+{
+    out->count = 0;
+    if (below(COLLIDED_SPHERE, limit_ns)) fit_sphere(h, &out->all[out->count++]);
+    if (below(COLLIDED_CAPSULE, limit_ns)) fit_capsule(h, &out->all[out->count++]);
+    if (!below(COLLIDED_BOX, limit_ns)) return;
+    fit_shape *box = &out->all[out->count];
+    fit_box(h, box);
+    fit_rounded_box(h, box, box + 1);
+    out->count += 2;
 }
 
 /* The cheapest shape around the hull, below the limit, and of equally cheap ones that which fits best. The hull's
  * points are at most `own` outside of the link, and the link's at most `outside` of the hull. */
-static bool cheapest(
-    pool *p, const fit_hull *h, double own, double outside, double excess_m, double limit_ns, choice *out)
+static bool cheapest(pool *p, const fit_hull *h, const simple *known, double own, double outside, double excess_m,
+    double limit_ns, choice *out)
 {
     fit_shape all[CANDIDATES_MAX], *best = NULL;
     double room = excess_m - own - outside, best_ns = limit_ns;
-    int count = candidates(p, h, room, limit_ns, all);
+    int count = known->count;
+    memcpy(all, known->all, sizeof known->all);
+    if (below(COLLIDED_HULL, limit_ns)) {
+        count += fit_rounded_hull(p, h, room - 4 * h->slack, &all[count]);
+        fit_whole_hull(h, &all[count++]);
+    }
     for (int i = 0; i < count; i++) {
         double ns = fit_cost_ns(&all[i].shape);
         if (!(all[i].excess_m <= room) || ns > best_ns || ns >= limit_ns) continue;
@@ -79,12 +85,17 @@ static bool around_all(pool *p, const fit_truth *t, double excess_m, double limi
 {
     pool work = {0};
     fit_hull h;
-    bool found = fit_hull_make(p, t->outer, t->outer_count, &h) && cheapest(&work, &h, 0, 0, excess_m, limit_ns, out);
+    simple known;
+    bool found = fit_hull_make(p, t->outer, t->outer_count, &h);
+    if (found) {
+        find_simple(&h, limit_ns, &known);
+        found = cheapest(&work, &h, &known, 0, 0, excess_m, limit_ns, out);
+    }
     if (found) {
         solid s;
         solid_make(&work, &t->inner, &s);
         double own = fit_excess_of_hull(&s, &h, excess_m);
-        found = own < excess_m && cheapest(p, &h, own, 0, excess_m, limit_ns, out);
+        found = own < excess_m && cheapest(p, &h, &known, own, 0, excess_m, limit_ns, out);
     }
     pool_free(&work);
     return found;
@@ -101,9 +112,12 @@ static bool in_pieces(pool *p, const fit_truth *t, double excess_m, choice *out)
     for (size_t i = 0; good && i < d.count; i++) {
         fit_hull h;
         choice one;
+        simple known;
         double own = d.hulls[i].deviation_m;
-        good = own < excess_m && fit_hull_make(p, d.hulls[i].points.at, d.hulls[i].points.count, &h) &&
-               cheapest(p, &h, own, d.radius, excess_m, INFINITY, &one);
+        good = own < excess_m && fit_hull_make(p, d.hulls[i].points.at, d.hulls[i].points.count, &h);
+        if (!good) break;
+        find_simple(&h, INFINITY, &known);
+        good = cheapest(p, &h, &known, own, d.radius, excess_m, INFINITY, &one);
         if (good) join(p, out, &one);
     }
     pool_free(&work);
@@ -179,14 +193,17 @@ void fit_link_make(pool *p, const load_body *body, double excess_m, fit_link *ou
         join(p, &each, &part);
         out->ns_before += fit_cost_ns(&body->shapes[i]);
     }
-    if (each.count > LOAD_SHAPES_MAX) { /* more pieces than a body may have */
+    if (each.count > LOAD_SHAPES_MAX) {
         out->how = FIT_AS_IT_WAS;
+        out->note = pool_format(p, "its pieces would be %zu shapes, and a body has at most %d: it stays as it was",
+            each.count, LOAD_SHAPES_MAX);
         each = (choice){pool_alloc(p, body->shape_count, sizeof *each.shapes), body->shape_count, 0, 0, out->ns_before};
         memcpy(each.shapes, body->shapes, body->shape_count * sizeof *each.shapes);
     }
     bool several = body->shape_count > 1 && fit_truth_of(p, body->shapes, body->shape_count, &t);
     if (several && around_all(p, &t, excess_m, each.ns, &one)) {
         out->how = FIT_ONE;
+        out->note = NULL;
         each = one;
     }
     if (out->how == FIT_EACH && body->shape_count == 1) out->how = FIT_ONE;

@@ -4,8 +4,6 @@
 #ifndef COLLIDED_LOADERS_FIT_SEARCH_H
 #define COLLIDED_LOADERS_FIT_SEARCH_H
 
-enum { FIT_NUMBERS_MAX = 16 };
-
 typedef double fit_function(const void *context, const double *x);
 
 /* x: where to begin, and then the best one. Steps begin with `steps` and are halved until they are below `fine` of it,

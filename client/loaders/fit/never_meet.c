@@ -28,6 +28,7 @@ typedef struct box {
     double middle[NEVER_JOINTS_MAX], half[NEVER_JOINTS_MAX];
     double axis[3]; /* that the box it is of was separated along, at best */
     double gap, moves;
+    bool meets; /* in the middle: by points of both, to within rounding */
 } box;
 
 typedef struct search {
@@ -185,10 +186,23 @@ static double moves(const search *q, const box *x, const never_place *at)
 
 /* ---- boxes ---- */
 
-/* The least gap of any two parts, by the known axis where that is enough. */
-static double gap_of(search *q, double enough, double axis[3])
+/* Of two clouds with `round` around them. Bounds that were cut short may have `round` between them: then they are asked
+ * for again, until it is known on which side of it the distance is. */
+static void find_gap(
+    const search *q, fit_cloud a, fit_cloud b, double round, double enough, const double start[3], fit_gap *out)
+{
+    fit_gap_find(a, b, start, enough, INFINITY, out);
+    if (out->lo > round || out->hi <= round + q->slack) return;
+    double axis[3];
+    memcpy(axis, out->axis, sizeof axis);
+    fit_gap_find(a, b, axis, q->slack, round + q->slack, out);
+}
+
+/* The least gap of any two parts, by the known axis where that is enough; and whether any two meet. */
+static double gap_of(search *q, double enough, double axis[3], bool *meets)
 {
     double least = INFINITY;
+    *meets = false;
     for (size_t i = 0; i < q->a.count; i++)
         for (size_t k = 0; k < q->b.count; k++) {
             const part *a = &q->a.parts[i], *b = &q->b.parts[k];
@@ -197,8 +211,9 @@ static double gap_of(search *q, double enough, double axis[3])
             double lo = fit_gap_along(of_a, of_b, axis) - round;
             if (lo <= enough) {
                 fit_gap gap;
-                fit_gap_find(of_a, of_b, axis, 0.01 * fabs(enough) + q->slack, INFINITY, &gap);
+                find_gap(q, of_a, of_b, round, 0.01 * fabs(enough) + q->slack, axis, &gap);
                 lo = gap.lo - round;
+                *meets |= gap.hi <= round + q->slack;
                 if (lo < least) memcpy(axis, gap.axis, sizeof gap.axis);
             }
             least = fmin(least, lo);
@@ -213,7 +228,7 @@ static void look(search *q, box *x)
     place_side(&q->a, &at.a);
     place_side(&q->b, &at.b);
     x->moves = moves(q, x, &at);
-    x->gap = gap_of(q, x->moves + q->slack, x->axis);
+    x->gap = gap_of(q, x->moves + q->slack, x->axis, &x->meets);
 }
 
 /* The variable whose halving helps most. */
@@ -249,11 +264,16 @@ static bool settles(const box *x, size_t plenty, never_answer *out)
 
 static void tell_values(const search *q, const box *x, never_answer *out)
 {
-    size_t length = 0;
-    for (int i = 0; i < q->path.variable_count && length < sizeof out->at; i++) {
+    static const char more[] = ",...";
+    size_t length = 0, room = sizeof out->at - sizeof more;
+    for (int i = 0; i < q->path.variable_count; i++) {
         const char *name = q->path.u->joints[q->path.variable_joint[i]].name;
-        int n = snprintf(out->at + length, sizeof out->at - length, "%s%s=%.4g", i ? "," : "", name, x->middle[i]);
-        length += n > 0 ? (size_t)n : 0;
+        int n = snprintf(out->at + length, room - length, "%s%s=%.17g", i ? "," : "", name, x->middle[i]);
+        if (n < 0 || (size_t)n >= room - length) {
+            memcpy(out->at + length, more, sizeof more);
+            return;
+        }
+        length += (size_t)n;
     }
 }
 
@@ -269,7 +289,7 @@ static void run(search *q, size_t boxes_max, never_answer *out)
     depth = settles(&stack[0], plenty, out) ? 0 : 1;
     while (depth > 0 && out->verdict == NEVER_PROVEN) {
         box x = stack[--depth], halves[2];
-        if (x.gap <= 0)
+        if (x.meets)
             out->verdict = NEVER_MEET;
         else if (x.moves < NEAR_M || depth + 2 > DEPTH_MAX)
             out->verdict = NEVER_NEAR;

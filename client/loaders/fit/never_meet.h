@@ -13,7 +13,7 @@
 
 typedef enum never_verdict {
     NEVER_PROVEN,
-    NEVER_MEET,      /* what holds them meets, at values that were found */
+    NEVER_MEET,      /* what holds them meets to within rounding (2^-36 of the chain), at values that were found */
     NEVER_NEAR,      /* they come nearer than can be told from meeting */
     NEVER_UNDECIDED, /* out of boxes */
     NEVER_UNKNOWN    /* no range, or no convex shape: not looked at */
@@ -23,7 +23,8 @@ typedef struct never_answer {
     never_verdict verdict;
     double clearance_m; /* NEVER_PROVEN: they are never nearer than this */
     size_t boxes;       /* looked at */
-    char at[512]; /* NEVER_MEET: the joints' values, as --joints takes them; those that are not named do not matter */
+    char at[1024]; /* NEVER_MEET: the joints' values, as --joints takes them; those that are not named do not matter;
+                    * ends in ",..." where there is no room for all */
 } never_answer;
 
 enum { NEVER_BOXES_DEFAULT = 200000 };

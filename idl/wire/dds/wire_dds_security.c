@@ -7,10 +7,12 @@
 #include <limits.h>
 #include <openssl/err.h>
 #include <openssl/pem.h>
+#include <openssl/pkcs7.h>
 #include <openssl/x509.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <time.h>
 #include <unistd.h>
 
 static const struct {
@@ -179,4 +181,57 @@ bool wire_dds_security_explain(const char *folder, const char *said, char *why, 
         return true;
     }
     return false;
+}
+
+/* ---- the signed documents ---- */
+
+/* What the authority signed, as text; false: not this, or not by it. */
+static bool read_signed(const char *folder, const char *file, X509 *authority, char *text, size_t text_size)
+{
+    FILE *f = open_file(folder, file);
+    BIO *in = f ? BIO_new_fp(f, BIO_CLOSE) : NULL, *content = NULL, *out = BIO_new(BIO_s_mem());
+    PKCS7 *document = in ? SMIME_read_PKCS7(in, &content) : NULL;
+    X509_STORE *store = X509_STORE_new();
+    bool good = document && store && out && X509_STORE_add_cert(store, authority) == 1 &&
+                PKCS7_verify(document, NULL, store, content, out, PKCS7_TEXT) == 1;
+    int length = good ? BIO_read(out, text, (int)text_size - 1) : 0;
+    text[length > 0 ? length : 0] = '\0';
+    X509_STORE_free(store);
+    PKCS7_free(document);
+    BIO_free(content);
+    BIO_free(out);
+    BIO_free(in);
+    ERR_clear_error();
+    return good;
+}
+
+/* The times are UTC, as make_site writes them: "2030-01-31T12:00:00". */
+static bool is_over(const char *permissions)
+{
+    char now[32];
+    time_t seconds = time(NULL);
+    struct tm t;
+    const char *tag = "<not_after>", *end = strstr(permissions, tag);
+    if (!end || !gmtime_r(&seconds, &t)) return false;
+    size_t length = strftime(now, sizeof now, "%Y-%m-%dT%H:%M:%S", &t);
+    return strncmp(end + strlen(tag), now, length) <= 0;
+}
+
+void wire_dds_security_documents(const char *folder, char *why, size_t why_size)
+{
+    char text[1 << 14];
+    X509 *authority = read_certificate(folder, "permissions_ca.cert.pem");
+    const char *fault =
+        "no participant: permissions.p7s are not those of cert.pem, a plug-in is missing, or the domain is "
+        "full: the log of DDS tells which";
+    if (!authority)
+        fault = "permissions_ca.cert.pem is no certificate";
+    else if (!read_signed(folder, "governance.p7s", authority, text, sizeof text))
+        fault = "governance.p7s was changed, or is of another site";
+    else if (!read_signed(folder, "permissions.p7s", authority, text, sizeof text))
+        fault = "permissions.p7s were changed, or are of another site";
+    else if (is_over(text))
+        fault = "permissions.p7s have expired: renew them: make_site --renew";
+    snprintf(why, why_size, "security = \"%.200s\": %s", folder, fault);
+    X509_free(authority);
 }

@@ -22,4 +22,7 @@ struct dds_qos *wire_dds_security_qos(const char *folder);
  * nothing, it was made, but not its readers and writers. False: it is not about security. */
 bool wire_dds_security_explain(const char *folder, const char *said, char *why, size_t why_size);
 
+/* The same without Cyclone's words, for a program whose log is not ours: by reading the signed documents. */
+void wire_dds_security_documents(const char *folder, char *why, size_t why_size);
+
 #endif
