@@ -33,8 +33,13 @@ static size_t find_bodies(service *s, session *c, const wire_pose_batch *m)
     size_t next = 0, unknown = 0;
     make_room(p, m->bodies.count);
     for (uint32_t i = 0; i < m->bodies.count; i++) {
-        const owned_body *b = c ? session_next_body(c, m->bodies.at[i], &next) : NULL;
+        if (c && next < c->bodies.count && c->bodies.at[next].number == m->bodies.at[i]) { /* in the order of making */
+            p->owned.at[i] = (uint32_t)next++;
+            continue;
+        }
+        const owned_body *b = c ? session_body(c, m->bodies.at[i]) : NULL;
         p->owned.at[i] = b ? (uint32_t)(b - c->bodies.at) : UNKNOWN;
+        next = b ? p->owned.at[i] + 1 : next;
         unknown += !b;
     }
     return unknown;

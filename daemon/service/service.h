@@ -229,8 +229,6 @@ typedef struct service {
 session *session_find(service *s, int64_t client);
 session *session_get(service *s, int64_t client, struct link *from); /* NULL: too many clients */
 owned_body *session_body(session *c, int32_t number);
-/* The same; *next, at first 0, is where the one after the last is: clients tell bodies in the order of their making. */
-owned_body *session_next_body(session *c, int32_t number, size_t *next);
 owned_body *session_add_body(session *c, int32_t number);
 void session_count_body(session *c, owned_body *b, uint32_t world_id, size_t shapes);
 owned_interest *session_interest(session *c, int32_t number);

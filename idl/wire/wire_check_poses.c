@@ -4,12 +4,24 @@
 
 #include <math.h>
 
+/* Two doubles side by side, wherever they lie. */
+typedef double two __attribute__((vector_size(16)));
+typedef double two_anywhere __attribute__((vector_size(16), aligned(8), may_alias));
+typedef int64_t two_masks __attribute__((vector_size(16))); /* -1 or 0 each */
+
 /* All in -most..most; not a number is not. */
 static bool all_within(wire_f64s v, double most)
 {
-    int64_t outside = 0;
-    for (uint32_t i = 0; i < v.count; i++) outside |= fabs(v.at[i]) <= most ? 0 : -1;
-    return !outside;
+    const two_masks magnitude = {INT64_MAX, INT64_MAX};
+    const two limit = {most, most};
+    two_masks within = {-1, -1};
+    uint32_t i = 0;
+    for (; i + 2 <= v.count; i += 2) {
+        two_masks bits = (two_masks) * (const two_anywhere *)(v.at + i);
+        within &= (two)(bits & magnitude) <= limit;
+    }
+    bool last = i == v.count || fabs(v.at[i]) <= most;
+    return last && (within[0] & within[1]);
 }
 
 static bool none_negative(wire_i32s v)
@@ -25,7 +37,8 @@ static bool all_near_unit(wire_f64s v)
     bool far = false;
     for (uint32_t i = 0; i + 4 <= v.count; i += 4) {
         const double *q = v.at + i;
-        double squared = (q[0] * q[0] + q[1] * q[1]) + (q[2] * q[2] + q[3] * q[3]);
+        two a = *(const two_anywhere *)q, b = *(const two_anywhere *)(q + 2), sums = a * a + b * b;
+        double squared = sums[0] + sums[1];
         far |= !(fabs(squared - 1) <= 0.5);
     }
     return !far;
