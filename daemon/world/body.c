@@ -368,23 +368,31 @@ static inline void keep_before(const world *w, body *b)
     b->before_ns = b->stamp_ns;
 }
 
-/* A calm body that stays in its room: there is nothing that a tick could do about it. Where ways count, it goes the
- * long road, so that it has one. `to` is settled. */
+/* Where ways count, or how far each goes, calm bodies go the long road, so that they have one. */
+static inline bool may_glide(const world *w)
+{
+    return !w->sweepers && !w->grant && !w->bounds_asked;
+}
+
+/* A calm body that stays in its room: there is nothing that a tick could do about it. `to` is settled. */
 static inline bool glide(const world *w, body *b, const pose *to, int64_t stamp_ns)
 {
-    if (!b->is_calm || b->dirty || w->sweepers || w->grant || w->bounds_asked || !calm_holds(b, to)) return false;
-    keep_before(w, b);
+    if (!b->is_calm || b->dirty || !calm_holds(b, to)) return false;
+    if (b->glided != w->round) {
+        b->before = b->pose;
+        b->before_ns = b->stamp_ns;
+        b->glided = w->round;
+    }
+    b->behind = true;
     b->pose = *to;
     b->stamp_ns = stamp_ns;
-    b->behind = true;
-    b->glided = w->round;
     return true;
 }
 
 static void move(world *w, uint32_t id, const pose *to, int64_t stamp_ns, const vec3 *linear, const vec3 *angular)
 {
     body *b = &w->bodies.at[id];
-    if (!glide(w, b, to, stamp_ns)) {
+    if (!may_glide(w) || !glide(w, b, to, stamp_ns)) {
         if (b->moved)
             body_pass(w, b);
         else
@@ -412,6 +420,7 @@ static void teleport(world *w, uint32_t id, const pose *to, int64_t stamp_ns, co
 {
     body *b = &w->bodies.at[id];
     body_settle_shapes(w, b);
+    b->is_calm = false; /* it is a tick's business */
     move(w, id, to, stamp_ns, linear, angular);
     b->before = b->pose;
     b->before_ns = b->stamp_ns;
@@ -470,7 +479,7 @@ static inline bool is_older(const body *b, const world_poses *p, size_t at)
 size_t world_move_bodies(world *w, const world_poses *p, uint32_t *left_out)
 {
     enum { AHEAD = 12 };
-    bool plain = !p->linear && !p->angular && !p->teleports;
+    bool plain = !p->linear && !p->angular && !p->teleports && may_glide(w);
     size_t left = 0;
     for (size_t i = 0; i < p->count; i++) {
         if (i + AHEAD < p->count) fetch_to_move(w, p->ids[i + AHEAD]);

@@ -109,12 +109,16 @@ static void do_something_else(run *r)
     impacts.horizon = 0.1;
     impacts.select_a = "b*";
     uint64_t what = next(&r->random) % 16;
+    pose nearby = r->at[i];
+    nearby.p.x += 0.01;
     for (int k = 0; k < WORLDS; k++) {
         if (what == 0) world_hold_body(r->w[k], r->ids[i]);
         if (what == 1) world_teleport_body(r->w[k], r->ids[i], r->at[i == 0 ? 1 : 0], r->now_ns, NULL, NULL);
+        if (what == 5) world_teleport_body(r->w[k], r->ids[i], nearby, r->now_ns, NULL, NULL);
         if (what == 2 && r->impacts != WORLD_NONE) world_remove_interest(r->w[k], r->impacts, CAUSE_INTEREST);
     }
     if (what == 1) r->at[i] = r->at[i == 0 ? 1 : 0];
+    if (what == 5) r->at[i] = nearby;
     if (what == 2) r->impacts = WORLD_NONE;
     if (what == 3 && r->impacts == WORLD_NONE)
         for (int k = 0; k < WORLDS; k++) {
