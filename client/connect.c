@@ -96,7 +96,10 @@ collided_status collided_poll(collided *c, double timeout_s)
     if (session_from_callback(c)) return COLLIDED_BAD_ARGUMENT;
     collided_flush(c);
     c->delivered = 0;
-    (void)session_wait(c, session_monotonic_ns() + session_seconds(timeout_s), has_delivered);
+    int64_t deadline_ns = session_monotonic_ns() + session_seconds(timeout_s);
+    session_sleep(
+        c, deadline_ns); /* first: mostly there is nothing yet, and whoever publishes next needs a processor */
+    (void)session_wait(c, deadline_ns, has_delivered);
     if (!session_unheard(c)) return COLLIDED_OK;
     return session_fail(c, COLLIDED_NO_DAEMON, "no daemon has been heard for 3 s");
 }

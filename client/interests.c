@@ -51,6 +51,10 @@ static interest_record *add_record(collided *c, const char *stream, const collid
 collided_interest collided_subscribe(collided *c, const collided_interest_def *def)
 {
     const collided_interest none = {COLLIDED_NONE};
+    if (c->on_arrival && c->in_callback) {
+        (void)session_fail(c, COLLIDED_BAD_ARGUMENT, "on_arrival: subscribe from outside of callbacks");
+        return none;
+    }
     char own[WIRE_NAME_MAX + 1];
     (void)snprintf(own, sizeof own, "%016llx.%d", (unsigned long long)c->id, c->next_interest);
     const char *stream = def->stream ? def->stream : own;

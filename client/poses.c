@@ -11,7 +11,7 @@ typedef struct poses {
     size_t count;
     const collided_body *bodies;
     const double *positions, *orientations, *linear, *angular;
-    int64_t stamp_ns, step;
+    int64_t stamp_ns, step, simulation_ns;
     bool teleport;
 } poses;
 
@@ -29,6 +29,7 @@ static wire_message batch_of(const collided *c, const poses *p, size_t first, si
             .sequence = c->sequence + 1,
             .stamp_ns = p->stamp_ns,
             .step = p->step,
+            .simulation_ns = p->simulation_ns,
             .bodies = {n, &p->bodies[first].id},
             .positions = {3 * n, p->positions + 3 * first},
             .orientations = {4 * n, p->orientations + 4 * first},
@@ -102,6 +103,7 @@ static bool remember(collided *c, const poses *p, size_t i)
         body->has_angular = p->angular != NULL;
         body->stamp_ns = p->stamp_ns;
         body->step = p->step;
+        body->simulation_ns = p->simulation_ns;
         body->teleported = body->announced.state != ANNOUNCE_ACKED && (p->teleport || body->teleported);
     }
     return body->announced.state == ANNOUNCE_ACKED;
@@ -146,15 +148,15 @@ static collided_status publish(collided *c, poses p)
 collided_status collided_publish(collided *c, size_t count, const collided_body *bodies, const double *positions,
     const double *orientations, const double *linear, const double *angular, int64_t stamp_ns, int64_t step)
 {
-    return publish(
-        c, (poses){count, bodies, positions, orientations, linear, angular, stamp_ns, step, .teleport = false});
+    return publish(c, (poses){count, bodies, positions, orientations, linear, angular, stamp_ns, step, c->simulation_ns,
+                          .teleport = false});
 }
 
 collided_status collided_teleport(collided *c, size_t count, const collided_body *bodies, const double *positions,
     const double *orientations, const double *linear, const double *angular, int64_t stamp_ns, int64_t step)
 {
-    return publish(
-        c, (poses){count, bodies, positions, orientations, linear, angular, stamp_ns, step, .teleport = true});
+    return publish(c, (poses){count, bodies, positions, orientations, linear, angular, stamp_ns, step, c->simulation_ns,
+                          .teleport = true});
 }
 
 collided_status collided_move(collided *c, collided_body body, collided_pose pose)
@@ -170,8 +172,18 @@ void body_acked(collided *c, body_record *body)
     const collided_body id = {body->id};
     const poses p = {1, &id, body->pose, body->pose + 3, body->has_linear ? body->velocity : NULL,
         body->has_angular ? body->velocity + 3 : NULL, body->stamp_ns, c->lock_step ? 0 : body->step,
+        c->lock_step ? 0 : body->simulation_ns,
         .teleport = teleported}; /* a step of lock-step may have ended meanwhile */
     (void)send_run(c, &p, 0, 1); /* a failure is counted there */
+}
+
+collided_status collided_set_simulation_time(collided *c, int64_t simulation_ns)
+{
+    if (simulation_ns < 0)
+        return session_fail(
+            c, COLLIDED_BAD_ARGUMENT, "simulation_ns is %lld: at least 0 is allowed", (long long)simulation_ns);
+    c->simulation_ns = simulation_ns;
+    return COLLIDED_OK;
 }
 
 /* ---- lock-step ---- */
@@ -208,7 +220,11 @@ static collided_status check_hearing(collided *c)
 static int send_end_of_step(collided *c, int64_t step)
 {
     const wire_message m = {.kind = WIRE_POSE_BATCH,
-        .pose_batch = {.version = WIRE_VERSION, .client = c->id, .sequence = ++c->sequence, .step = step}};
+        .pose_batch = {.version = WIRE_VERSION,
+            .client = c->id,
+            .sequence = ++c->sequence,
+            .step = step,
+            .simulation_ns = c->simulation_ns}};
     c->step_begin = c->step_end;
     c->step_end = c->sequence;
     c->step_refused = false;

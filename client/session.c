@@ -188,15 +188,52 @@ static void turn(collided *c)
     interests_sweep(c);
 }
 
+static void set_sleeping(collided *c, bool sleeping)
+{
+    if (!c->on_arrival) return;
+    pthread_mutex_lock(&c->turn); /* waits for the end of what a stand-in does */
+    c->sleeping = sleeping;
+    pthread_mutex_unlock(&c->turn);
+}
+
+/* A thread of the transport's: receives for the caller's thread, if that sleeps, and then wakes it, since this may be
+ * what it waits for. Streams are opened and closed by the caller's thread alone. */
+static bool stand_in(void *context)
+{
+    collided *c = context;
+    const transport_sink sink = {.context = c, .message = caller_message, .refused = caller_refused};
+    if (pthread_mutex_trylock(&c->turn) != 0) return false;
+    bool sleeps = c->sleeping;
+    if (sleeps) c->link->ops->receive(c->link, TRANSPORT_STREAMS, &sink);
+    pthread_mutex_unlock(&c->turn);
+    if (sleeps) session_wake_caller(c);
+    return sleeps;
+}
+
 static void sleep_until(collided *c, int64_t when_ns)
 {
     int64_t left = when_ns - session_monotonic_ns();
     struct timespec timeout = {.tv_sec = left > 0 ? left / NS_PER_S : 0, .tv_nsec = left > 0 ? left % NS_PER_S : 0};
     struct pollfd fds[] = {{c->link->ops->fd(c->link, TRANSPORT_STREAMS), POLLIN, 0}, {c->caller_wake, POLLIN, 0}};
+    set_sleeping(c, true);
     (void)ppoll(fds, 2, &timeout, NULL); /* a signal is one more reason to look */
+    set_sleeping(c, false);
     uint64_t count;
     if (fds[1].revents & POLLIN && read(c->caller_wake, &count, sizeof count) < 0)
         (void)session_fail(c, COLLIDED_TRANSPORT, "eventfd: %s", strerror(errno));
+}
+
+/* Until something has come or is due. */
+static void sleep_once(collided *c, int64_t now_ns, int64_t deadline_ns)
+{
+    int64_t next = stream_tend(c, now_ns);
+    sleep_until(c, next < deadline_ns ? next : deadline_ns);
+}
+
+void session_sleep(collided *c, int64_t deadline_ns)
+{
+    int64_t now = session_monotonic_ns();
+    if (now < deadline_ns) sleep_once(c, now, deadline_ns);
 }
 
 bool session_wait(collided *c, int64_t deadline_ns, bool (*done)(const collided *c))
@@ -208,8 +245,7 @@ bool session_wait(collided *c, int64_t deadline_ns, bool (*done)(const collided 
         pthread_mutex_unlock(&c->lock);
         int64_t now = session_monotonic_ns();
         if (is_done || now >= deadline_ns) return is_done;
-        int64_t next = stream_tend(c, now);
-        sleep_until(c, next < deadline_ns ? next : deadline_ns);
+        sleep_once(c, now, deadline_ns);
     }
 }
 
@@ -266,6 +302,7 @@ static void free_client(collided *c)
     if (c->keeper_wake >= 0) close(c->keeper_wake);
     if (c->caller_wake >= 0) close(c->caller_wake);
     pthread_mutex_destroy(&c->lock);
+    pthread_mutex_destroy(&c->turn);
     free(c);
 }
 
@@ -273,6 +310,8 @@ static collided *new_client(const collided_def *def)
 {
     collided *c = allocate(1, sizeof *c);
     pthread_mutex_init(&c->lock, NULL);
+    pthread_mutex_init(&c->turn, NULL);
+    c->on_arrival = def->on_arrival;
     c->id = def->id ? def->id : random_id();
     c->lease_ns = session_seconds(def->lease_s);
     c->on_loss = def->on_loss;
@@ -336,7 +375,9 @@ collided *session_open(
         .interface = def->interface ? def->interface : "",
         .security = security_of(def),
         .client = c->id,
-        .lease_ns = c->lease_ns};
+        .lease_ns = c->lease_ns,
+        .arrived = c->on_arrival ? stand_in : NULL,
+        .arrived_context = c};
     c->link = ops->open(&options, why, why_size);
     if (!c->link) {
         free_client(c);

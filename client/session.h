@@ -1,6 +1,7 @@
 /* session: the client's state, and the two threads that share it.
  *
- * The caller's thread runs every function of collided.h and all callbacks; it alone receives event batches and answers.
+ * The caller's thread runs every function of collided.h and all callbacks; it alone receives event batches and answers,
+ * unless it sleeps, and on_arrival lets a thread of the transport's stand in for it (session.c, stand_in).
  * The keeper, a thread of the library, receives acks, rejects and status, repeats what nobody acknowledged, and sends
  * heartbeats, so that a client that only sleeps keeps its lease and outlives a restart of the daemon. What both touch
  * is under `lock`, which no callback ever runs under. */
@@ -24,12 +25,12 @@ typedef struct body_record { /* publishing touches three cache lines of it: thes
     _Alignas(64) announcement announced;
     int32_t id;
     bool removed;
+    bool has_linear, has_angular;
+    bool teleported; /* `pose` was not reached from what was announced by a way: told so with the acknowledgement */
     _Alignas(64) double pose[7]; /* newest published */
     int64_t stamp_ns;            /* of `pose`; 0 = none since it was announced */
     double velocity[6];          /* linear, angular */
-    int64_t step;
-    bool has_linear, has_angular;
-    bool teleported; /* `pose` was not reached from what was announced by a way: told so with the acknowledgement */
+    int64_t step, simulation_ns;
 } body_record;
 _Static_assert(sizeof(body_record) == 192, "publishing touches three cache lines");
 
@@ -75,6 +76,11 @@ struct collided {
     collided_on_loss on_loss;
     int keeper_wake, caller_wake; /* eventfds */
     pthread_t keeper;
+    bool on_arrival;
+
+    /* under turn: while the caller's thread sleeps, a thread of the transport's may take its place and receive */
+    pthread_mutex_t turn;
+    bool sleeping;
 
     /* under lock */
     pthread_mutex_t lock;
@@ -113,6 +119,7 @@ struct collided {
     bool in_callback;
     size_t delivered; /* callbacks run */
     int64_t awaited_step;
+    int64_t simulation_ns; /* told with poses; 0 = not told */
     wire_message *answer;
     collided_rejected *on_rejected;
     void *on_rejected_context;
@@ -150,6 +157,9 @@ void session_keep_rejection(collided *c, const wire_reject *why);
 /* The caller's thread, without the lock: receives and runs callbacks until `done` (called with the lock held) or the
  * deadline. True if done. */
 bool session_wait(collided *c, int64_t deadline_ns, bool (*done)(const collided *c));
+/* The same thread: waits until there is something to receive or to do, or for the deadline. Whatever has come since it
+ * was last looked for keeps the descriptor readable, so that this may come before the looking. */
+void session_sleep(collided *c, int64_t deadline_ns);
 bool session_known(const collided *c); /* with the lock held: the daemon has heard and answered who we are */
 bool session_unheard(collided *c);     /* no daemon has been heard for SESSION_SILENCE_NS */
 

@@ -126,6 +126,7 @@ static void deliver(collided *c, interest_record *i, const wire_message *const *
         .stamp_ns = b->stamp_ns,
         .latest_pose_ns = b->latest_pose_ns,
         .step = b->step,
+        .simulation_ns = b->simulation_ns,
         .missing = b->missing,
         .undone = b->undone,
         .heartbeat = b->heartbeat,

@@ -20,6 +20,10 @@ typedef struct transport_options {
     const char *security;  /* folder of certificates and permissions; "" = none */
     int64_t client;
     int64_t lease_ns;
+    /* Something has come for TRANSPORT_STREAMS: may a thread of the transport's receive it itself, now? It has done so
+     * if this is true; otherwise the role's descriptor has to become readable. NULL: never. */
+    bool (*arrived)(void *context);
+    void *arrived_context;
 } transport_options;
 
 typedef struct transport_sink {

@@ -1,6 +1,8 @@
 /* transport_dds: Cyclone DDS. Writers keep the newest announcement of each object for whoever comes later, and the
  * client's liveliness is its lease, so there are no heartbeats, and repetition is for lost answers alone. Listeners run
- * on threads of Cyclone's; they only wake the two threads of the session through a descriptor each. */
+ * on threads of Cyclone's; they wake the two threads of the session through a descriptor each, or receive what has come
+ * for streams in the place of one (transport_options.arrived): then nothing is created or deleted, and whatever is
+ * written keeps the last and so never waits for an acknowledgement, which the very thread would have to process. */
 #include "allocate.h"
 #include "transport.h"
 #include "wire_dds/wire_dds.h"
@@ -42,6 +44,8 @@ typedef struct transport_dds {
     dds_inbox *streams;   /* Answer, then one a stream */
     size_t stream_count, stream_capacity;
     int fds[TRANSPORT_ROLES];
+    bool (*arrived)(void *context); /* see transport_options */
+    void *arrived_context;
     atomic_bool rematched; /* a listener saw a match: `matched` must be found anew */
     atomic_bool matched;
     void *sample; /* room for any kind; written under the client's mutex */
@@ -123,7 +127,8 @@ static void on_control(dds_entity_t reader, void *context)
 static void on_stream(dds_entity_t reader, void *context)
 {
     (void)reader;
-    wake(context, TRANSPORT_STREAMS);
+    transport_dds *t = context;
+    if (!t->arrived || !t->arrived(t->arrived_context)) wake(t, TRANSPORT_STREAMS);
 }
 
 static void on_match(transport_dds *t)
@@ -313,6 +318,8 @@ static transport *dds_open_transport(const transport_options *options, char *why
     transport_dds *t = allocate(1, sizeof *t);
     t->head.ops = &transport_dds_ops;
     t->domain = (dds_domainid_t)domain;
+    t->arrived = options->arrived;
+    t->arrived_context = options->arrived_context;
     t->sample = room_for_any_sample();
     atomic_init(&t->rematched, true);
     for (int role = 0; role < TRANSPORT_ROLES; role++) t->fds[role] = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);

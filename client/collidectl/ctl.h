@@ -16,7 +16,7 @@ typedef struct ctl_options { /* options.c tells what they mean */
     const char *connect, *as;
     double timeout_s;
     bool help;
-    bool json, fixed, stay;
+    bool json, fixed, stay, once;
     double wait_s, seconds;
     const char *srdf, *prefix, *state, *joints, *meshes;
     load_package packages[PACKAGES_MAX];
@@ -29,7 +29,7 @@ typedef struct ctl_options { /* options.c tells what they mean */
     double deadline_s, range_m, tolerance_m, relative_tolerance, hysteresis_m, rate_hz, length_m, horizon_s, span_s;
     double linear[3], angular[3]; /* m/s and rad/s, world axes */
     bool has_linear, has_angular, teleport;
-    double workers;
+    double workers, speed;
     const char *interface, *peer, *system_root; /* NULL = none */
     const char *out;
     bool list;

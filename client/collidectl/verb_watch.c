@@ -51,6 +51,7 @@ static void open_line(json *j, const char *event, const collided_batch *b)
     json_integer(j, "latest_pose_ns", b->latest_pose_ns);
     json_integer(j, "step", b->step);
     json_integer(j, "missing", b->missing);
+    json_integer(j, "simulation_ns", b->simulation_ns);
     json_integer(j, "undone", b->undone);
 }
 
@@ -188,8 +189,9 @@ static void text_heartbeat(const char *when, const collided_batch *b)
 
 static void text_batch(const collided_batch *b)
 {
-    char when[16];
+    char when[48];
     text_time(b->stamp_ns, when);
+    if (b->simulation_ns) snprintf(when + strlen(when), 32, " sim %.6f s", 1e-9 * (double)b->simulation_ns);
     if (b->lost > 0) printf("%s lost     %" PRId64 " batches; the whole state follows\n", when, b->lost);
     if (b->snapshot) printf("%s snapshot %zu pairs: the whole current state\n", when, b->event_count);
     for (size_t i = 0; i < b->event_count; i++) text_event(when, &b->events[i]);

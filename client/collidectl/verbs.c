@@ -6,6 +6,13 @@
 
 const ctl_verb ctl_verbs[] = {
     {"status", "", 0, 0, verb_status, "How the daemon is; exit status 0 only if it is ready", ""},
+    {"top", "", 0, 0, verb_top, "Shows the daemon at work, once a second",
+        "Health; ticks a second and the load of the thread that ticks; latency, from the stamp of the newest pose to\n"
+        "the events, and duration of ticks, as percentiles of the last second, at most an eighth too high; what is in\n"
+        "the world; the budget and what it left; pairs by the rung that settled them; what was refused, dropped or\n"
+        "lost, since the start and per second; clients and streams, the costliest first. Work is in units a tick\n"
+        "(about ns). SILENT: since the last sign of life. Ends by q or SIGINT. Where standard output is no terminal:\n"
+        "plain lines, a block a second; with --json an object a second. A daemon that ends is waited for.\n"},
     {"load", "FILE.urdf|FILE.yaml", 1, 1, verb_load, "Creates the bodies of a robot or a scene",
         "They stay when collidectl ends, unless --stay is given. Loading a name again replaces that body.\n"
         "With --meshes decompose a concave mesh becomes several hulls, which contain it; how far they reach beyond it\n"
@@ -48,7 +55,9 @@ const ctl_verb ctl_verbs[] = {
     {"record", "NAME", 1, 1, verb_record, "Records, on the daemon, all that it is told",
         "The daemon chooses the folder.\n"},
     {"replay", "FILE", 1, 1, verb_replay, "Runs a recording through a daemon of its own, without network",
-        "Runs 'collided --replay', found beside collidectl or in PATH.\n"},
+        "Runs 'collided --replay', found beside collidectl or in PATH. Each tick is held against what was recorded; of "
+        "the\n"
+        "first that differs it tells the event and the fields, with both values.\n"},
     {"trade", "[FILE]", 0, 1, verb_trade, "Tells what accuracy costs in a recorded session, and which to use",
         "The recording is replayed at each accuracy side by side, by 'collided --replay FILE --trade'. Without FILE\n"
         "the daemon records itself first, for --seconds, in its record_dir. Prints, per pair of shape types and\n"

@@ -5,6 +5,7 @@
 #include "ctl.h"
 
 int verb_status(ctl *c);
+int verb_top(ctl *c);
 int verb_load(ctl *c);
 int verb_fit(ctl *c);
 int verb_remove(ctl *c);

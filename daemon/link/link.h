@@ -2,8 +2,10 @@
  *
  * All functions of a link are called by the tick thread alone. A link may have threads of its own (a DDS listener, a
  * reader of the gateway's pipe): they only queue, and wake the tick thread through the eventfd `wake_fd`, with one
- * write when something arrives at a link that had nothing. Incoming messages are decoded and checked (wire_check)
- * before the sink sees them; what is refused goes to sink->refused, and is counted. Nothing here blocks. */
+ * write when something arrives at a link that had nothing. A link's own thread stands in for the tick thread, and has
+ * its lock, while the service runs a round with poses that have just come (link_options.poses): then it calls
+ * receive_poses, publish and flush, and nothing else. Incoming messages are decoded and checked (wire_check) before the
+ * sink sees them; what is refused goes to sink->refused, and is counted. Nothing here blocks. */
 #ifndef COLLIDED_LINK_LINK_H
 #define COLLIDED_LINK_LINK_H
 
@@ -43,6 +45,11 @@ typedef struct link_options {
     const char *program;   /* LCM: path of collided-lcm; "" = beside this executable */
     size_t max_clients;    /* DDS: clients whose speakers it remembers; 0: any number */
     bool must_start;       /* LCM: a gateway that does not start at all is an error; otherwise it is tried again */
+    /* Poses have come and nothing else waits: the link offers the service to run a round on the thread that they came
+     * on, which saves handing them to the tick thread. The service never waits for a lock there. False: not now, the
+     * tick thread is to be woken. NULL: never. The link holds no lock of its own meanwhile. */
+    bool (*poses)(void *context, struct link *from);
+    void *poses_context;
 } link_options;
 
 /* Two links with the same key would be one: they would hear everything twice. */
@@ -60,6 +67,9 @@ typedef struct link_ops {
     int (*open)(struct link *l, const link_options *options, char *why, size_t why_size);
     /* Takes everything that has come. The number of messages handed over. */
     size_t (*receive)(struct link *l, const link_sink *sink);
+    /* Takes poses that have come, and nothing else, during link_options.poses; if more are left, the tick thread has
+     * been woken. */
+    size_t (*receive_poses)(struct link *l, const link_sink *sink);
     /* Sends, or queues until flush. A message that cannot be sent is counted, by cause, and never blocks. */
     void (*publish)(struct link *l, const wire_message *m);
     void (*flush)(struct link *l); /* once a tick */

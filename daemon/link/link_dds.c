@@ -1,9 +1,13 @@
 /* link_dds: one participant with a reader for each kind that clients send and a writer for each kind that the daemon
  * sends; each stream has a writer in a partition of its own.
  *
- * Cyclone's threads run the listeners: these set a flag, and wake the tick thread if no flag was set before. They never
- * take and never write (a listener runs on the thread that processes acknowledgements). All else is the tick thread's.
- * Messages are decoded where they lie, in the loan. */
+ * Cyclone's threads run the listeners: these set a flag, and wake the tick thread if no flag was set before. All else
+ * is the tick thread's, but for poses: when nothing else waits, their listener offers the round to the service, which
+ * takes them, ticks and writes there and then (link_options.poses). That is the thread that processes acknowledgements,
+ * and Cyclone holds the lock of the poses' writer's proxy meanwhile. So nothing may be done there that waits for an
+ * acknowledgement or for another thread of Cyclone's: all writers keep the last (wire_dds_qos.c), whose cache has no
+ * high-water mark, so that a write never waits (q_entity.c, writer_new; tests/link/test_link_dds.c holds it to that),
+ * and entities are created and deleted by the tick thread alone. Messages are decoded where they lie, in the loan. */
 #include "link_dds.h"
 
 #include "base/array.h"
@@ -17,6 +21,7 @@
 #include "wire/dds/wire_dds_qos.h"
 #include "wire/dds/wire_dds_security.h"
 
+#include <assert.h>
 #include <dds/dds.h>
 #include <stdatomic.h>
 #include <stdio.h>
@@ -70,6 +75,7 @@ struct link_dds {
     atomic_bool has_discovered, has_news; /* for speakers */
     void *sample;                         /* room for a sample of any kind, to be written */
     atomic_bool woken;
+    bool on_arrival; /* a thread of Cyclone's stands in for the tick thread */
     metric *messages_in, *refused, *foreign, *history_full, *messages_out, *write_failed, *no_stream;
 };
 
@@ -98,6 +104,17 @@ static void on_discovery(dds_entity_t entity, void *context)
     (void)entity;
     link_dds *l = context;
     notice(l, &l->has_discovered);
+}
+
+/* Behind something else that waits, poses wait as well: what was said first is heard first. */
+static void on_poses(dds_entity_t entity, void *context)
+{
+    (void)entity;
+    reader *r = context;
+    const link_options *o = &r->owner->head.options;
+    bool alone = o->poses && !atomic_load(&r->owner->woken);
+    atomic_store(&r->arrived, true);
+    if (!alone || !o->poses(o->poses_context, &r->owner->head)) notice(r->owner, &r->arrived);
 }
 
 static void on_matched(dds_entity_t entity, const dds_publication_matched_status_t status, void *context)
@@ -152,7 +169,7 @@ static bool open_reader(link_dds *l, reader *r, wire_kind kind)
     r->owner = l;
     r->kind = kind;
     dds_listener_t *listener = dds_create_listener(NULL);
-    dds_lset_data_available_arg(listener, on_data, r, true);
+    dds_lset_data_available_arg(listener, kind == WIRE_POSE_BATCH ? on_poses : on_data, r, true);
     if (kind == WIRE_CLIENT) dds_lset_liveliness_changed_arg(listener, on_liveliness, r, true);
     dds_qos_t *qos = wire_dds_qos(kind, WIRE_DDS_READER, NULL, 0);
     r->entity = dds_create_reader(l->participant, topic_of(l, kind), qos, listener);
@@ -406,6 +423,19 @@ static size_t take_all(link_dds *l, const link_sink *sink, reader *r)
     return messages;
 }
 
+/* One take: a flood is the tick thread's. */
+static size_t dds_link_receive_poses(struct link *head, const link_sink *sink)
+{
+    link_dds *l = self_of(head);
+    reader *r = l->readers;
+    size_t messages = 0;
+    while (r->kind != WIRE_POSE_BATCH) r++;
+    l->on_arrival = true;
+    if (atomic_exchange(&r->arrived, false) && take(l, sink, r, &messages) == TAKE_MAX) notice(l, &r->arrived);
+    metric_count(l->messages_in, messages);
+    return messages;
+}
+
 static void report_readers(link_dds *l, const link_sink *sink)
 {
     for (size_t i = 0; i < l->streams.count; i++) {
@@ -420,6 +450,7 @@ static size_t dds_link_receive(struct link *head, const link_sink *sink)
     size_t messages = 0;
     int64_t client;
     atomic_store(&l->woken, false); /* first: what arrives from now on wakes again */
+    l->on_arrival = false;
     if (atomic_exchange(&l->has_discovered, false)) speakers_discover(&l->speakers);
     atomic_store(&l->has_news, false);
     for (size_t i = 0; i < IN_COUNT; i++)
@@ -518,6 +549,7 @@ static void dds_link_stream_open(struct link *head, const char *name)
 {
     link_dds *l = self_of(head);
     bool found;
+    assert(!l->on_arrival);
     size_t i = stream_place(l, name, &found);
     if (found) return; /* it is open: its readers are known */
     array_reserve(&l->streams, l->streams.count + 1);
@@ -530,6 +562,7 @@ static void dds_link_stream_close(struct link *head, const char *name)
 {
     link_dds *l = self_of(head);
     bool found;
+    assert(!l->on_arrival);
     size_t i = stream_place(l, name, &found);
     if (!found) return;
     stream_destroy(l->streams.at[i]);
@@ -581,6 +614,7 @@ const link_ops link_dds_ops = {
     .check = dds_link_check,
     .open = dds_link_open,
     .receive = dds_link_receive,
+    .receive_poses = dds_link_receive_poses,
     .publish = dds_link_publish,
     .flush = dds_link_flush,
     .stream_open = dds_link_stream_open,

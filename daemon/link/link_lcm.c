@@ -1,8 +1,9 @@
 /* link_lcm: the daemon's side of the pipe to collided-lcm.
  *
  * Two threads. The tick thread publishes into `outgoing` and takes `incoming`; the watcher starts the gateway, moves
- * bytes and starts it again. `lock` guards both queues and the pipe's descriptor. Both queues are bounded: what does
- * not fit is dropped and counted, poses first. */
+ * bytes and starts it again; when only poses have come it offers to do the tick itself (link_options.poses). `lock`
+ * guards both queues and the pipe's descriptor. Both queues are bounded: what does not fit is dropped and counted,
+ * poses first. */
 #include "link_lcm.h"
 
 #include "base/array.h"
@@ -37,6 +38,7 @@ enum {
     QUEUE_BYTES = 32 << 20,      /* waiting for the tick: half a second of the fastest loopback */
     QUEUE_POSE_BYTES = 24 << 20, /* of those, open to poses and vertices: the newest of them are worth the least */
     OUT_BYTES = 8 << 20,         /* waiting for the gateway */
+    OFFER_BYTES = 64 << 10,      /* poses: more are the tick thread's */
     RETRY_FIRST_MS = 50,         /* the first restart is immediate; the pause doubles ... */
     RETRY_MOST_MS = 800,         /* ... up to this: back within a second */
     RETRY_NETWORK_MS = 5000,     /* somebody has to change the network first */
@@ -112,14 +114,20 @@ static void enqueue(link_lcm *l, const pipe_frame *f)
 static bool receive_frames(link_lcm *l, pipe_buffer *raw)
 {
     if (pipe_read(raw, l->pipe) < 0) return false;
+    const link_options *o = &l->head.options;
     pipe_frame f;
     int got;
+    bool only_poses = o->poses != NULL;
     pthread_mutex_lock(&l->lock);
     bool was_empty = pipe_used(&l->incoming) == 0;
-    while ((got = pipe_take(raw, &f)) == 1) enqueue(l, &f);
-    bool first = was_empty && pipe_used(&l->incoming) > 0;
+    while ((got = pipe_take(raw, &f)) == 1) {
+        only_poses &= is_pose(&f);
+        enqueue(l, &f);
+    }
+    size_t waiting = pipe_used(&l->incoming);
     pthread_mutex_unlock(&l->lock);
-    if (first) wake(l->head.options.wake_fd);
+    bool offer = only_poses && waiting <= OFFER_BYTES;
+    if (was_empty && waiting && !(offer && o->poses(o->poses_context, &l->head))) wake(o->wake_fd);
     if (got < 0) metric_count(l->bad_frames, 1);
     return got == 0;
 }
@@ -528,6 +536,7 @@ const link_ops link_lcm_ops = {
     .check = lcm_check,
     .open = lcm_open,
     .receive = lcm_receive,
+    .receive_poses = lcm_receive,
     .publish = lcm_publish,
     .flush = lcm_flush,
     .stream_open = lcm_stream_open,

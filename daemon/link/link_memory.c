@@ -1,7 +1,8 @@
 /* link_memory: a hub in this process, between the daemon's end and any number of clients' ends. Messages wait, encoded,
  * in bounded queues: one towards the daemon, one for each client's end, which gets everything that is published.
  *
- * Any thread may use an end of its own. One lock guards all hubs; nobody sleeps under it. */
+ * Any thread may use an end of its own. One lock guards all hubs; nobody sleeps under it. Who sends poses to a daemon
+ * that waits runs its round (link_options.poses). */
 #include "link_memory.h"
 
 #include "base/array.h"
@@ -23,6 +24,7 @@ typedef struct link_memory {
     pipe_buffer incoming; /* under the lock */
     pipe_buffer taken;
     ARRAY(memory_end *) ends; /* under the lock */
+    unsigned offers;          /* under the lock: threads in link_options.poses */
     opened streams;
     wire_memory *memory;
     metric *messages_in, *refused, *queue_full, *messages_out, *out_dropped;
@@ -34,6 +36,7 @@ struct memory_end {
 };
 
 static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
+static pthread_cond_t offered = PTHREAD_COND_INITIALIZER;
 static ARRAY(link_memory *) hubs;
 
 static link_memory *self_of(struct link *l)
@@ -81,20 +84,31 @@ void memory_disconnect(memory_end *e)
     free(e);
 }
 
+static void wake_or_tick(link_memory *hub, bool poses)
+{
+    const link_options *o = &hub->head.options;
+    if (!poses || !o->poses || !o->poses(o->poses_context, &hub->head)) wake(o->wake_fd);
+    pthread_mutex_lock(&lock);
+    if (--hub->offers == 0) pthread_cond_broadcast(&offered);
+    pthread_mutex_unlock(&lock);
+}
+
 void memory_send_bytes(memory_end *e, const void *data, size_t size)
 {
     pthread_mutex_lock(&lock);
     link_memory *hub = e->hub;
+    bool first = false;
     if (hub) {
-        bool first = pipe_used(&hub->incoming) == 0;
         bool fits = size <= PIPE_DATA_MAX && pipe_used(&hub->incoming) + pipe_frame_size(0, size) <= QUEUE_BYTES;
+        first = fits && pipe_used(&hub->incoming) == 0;
         if (!fits) metric_count(hub->queue_full, 1);
         if (fits)
             pipe_put_frame(
                 &hub->incoming, &(pipe_frame){.kind = PIPE_MESSAGE, .channel = "", .data = data, .size = size});
-        if (fits && first) wake(hub->head.options.wake_fd);
+        hub->offers += first;
     }
     pthread_mutex_unlock(&lock);
+    if (first) wake_or_tick(hub, wire_lcm_kind(data, size) == WIRE_POSE_BATCH);
 }
 
 void memory_send(memory_end *e, const wire_message *m)
@@ -220,6 +234,7 @@ static void memory_close(struct link *head)
     hubs.at[i] = hubs.at[--hubs.count];
     if (hubs.count == 0) array_free(&hubs);
     for (i = 0; i < l->ends.count; i++) l->ends.at[i]->hub = NULL;
+    while (l->offers) pthread_cond_wait(&offered, &lock);
     pthread_mutex_unlock(&lock);
     array_free(&l->ends);
     pipe_free(&l->incoming);
@@ -236,6 +251,7 @@ const link_ops link_memory_ops = {
     .check = memory_check,
     .open = memory_open,
     .receive = memory_take_all,
+    .receive_poses = memory_take_all,
     .publish = memory_publish,
     .flush = memory_flush,
     .stream_open = memory_stream_open,

@@ -2,9 +2,11 @@
  * its own result, which link_replay_tick's hash is compared with, and goes to the listener alone. */
 #include "link_replay.h"
 
+#include "base/array.h"
 #include "wake.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sysexits.h>
 
@@ -15,7 +17,8 @@ typedef struct link_replay {
     wire_log_reader *reader;
     replay_state state;
     wire_log_tick tick;
-    char why[256]; /* what is wrong with the log; "" = nothing */
+    char why[256];       /* what is wrong with the log; "" = nothing */
+    ARRAY(uint8_t) told; /* events of the tick, as link_replay_events tells them */
     link_replay_listener listener;
     void *listener_context;
     metric *messages_in, *skipped, *unfinished;
@@ -47,6 +50,20 @@ static int replay_open(struct link *head, const link_options *options, char *why
     return 0;
 }
 
+static void keep_told(link_replay *l, const wire_log_entry *e)
+{
+    size_t at = l->told.count;
+    array_reserve(&l->told, at + sizeof e->data_size + e->data_size);
+    memcpy(l->told.at + at, &e->data_size, sizeof e->data_size);
+    memcpy(l->told.at + at + sizeof e->data_size, e->data, e->data_size);
+    l->told.count += sizeof e->data_size + e->data_size;
+}
+
+link_replay_told link_replay_events(struct link *head)
+{
+    return (link_replay_told){self_of(head)->told.at, self_of(head)->told.count};
+}
+
 static void hand_over(link_replay *l, const link_sink *sink, const wire_log_entry *e)
 {
     if (e->kind == WIRE_LOG_MESSAGE)
@@ -63,6 +80,7 @@ static size_t replay_receive(struct link *head, const link_sink *sink)
     link_replay *l = self_of(head);
     size_t messages = 0;
     wire_log_entry e;
+    if (l->state == REPLAY_BETWEEN) l->told.count = 0;
     while (l->state == REPLAY_BETWEEN) {
         uint64_t skipped = 0;
         int got = wire_log_next(l->reader, &e, &skipped, l->why, sizeof l->why);
@@ -73,6 +91,8 @@ static size_t replay_receive(struct link *head, const link_sink *sink)
         } else if (e.kind == WIRE_LOG_TICK) {
             l->tick = e.tick;
             l->state = REPLAY_TICK_READ;
+        } else if (e.kind == WIRE_LOG_MESSAGE && e.message.kind == WIRE_EVENT_BATCH) {
+            keep_told(l, &e);
         } else {
             hand_over(l, sink, &e);
             messages += e.kind == WIRE_LOG_MESSAGE;
@@ -124,6 +144,7 @@ static void replay_describe(struct link *head, char *text, size_t size)
 static void replay_close(struct link *head)
 {
     wire_log_end(self_of(head)->reader);
+    array_free(&self_of(head)->told);
 }
 
 const link_ops link_replay_ops = {

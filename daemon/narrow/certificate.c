@@ -2,7 +2,6 @@
  * thread. */
 #include "closed.h"
 #include "finish.h"
-#include "order.h"
 #include "scalar.h"
 
 static double plane_separation(const unit_pair *p)
@@ -68,21 +67,31 @@ vec3 narrow_guess_axis(const shape *a, const shape *b, const pose *b_in_a)
     return vec_unit(vec_norm2(from_a) > vec_norm2(from_b) ? from_a : from_b);
 }
 
-static double length(vec3 v)
+/* Out of range it is brought to unit size first: the same bits, but for the exponent. */
+static inline double length(vec3 v)
 {
-    double most = vec_max_abs(v);
-    return most > 0 ? most * vec_norm(vec(v.x / most, v.y / most, v.z / most)) : 0;
+    double norm2 = vec_norm2(v), unit, scale;
+    if (norm2 > 0x1p-900 && norm2 < 0x1p900) return sqrt(norm2);
+    unit_of(vec_greatest(v), &unit, &scale);
+    return vec_norm(vec_scale(v, scale)) * unit;
 }
 
 /* The rounding of both poses (9 u each, see unit_pair.c) and of the sums here. */
 #define MOTION_ULPS 32
 
+static inline bool are_same(const pose *a, const pose *b)
+{
+    return a->p.x == b->p.x && a->p.y == b->p.y && a->p.z == b->p.z && a->q.w == b->q.w && a->q.x == b->q.x &&
+           a->q.y == b->q.y && a->q.z == b->q.z;
+}
+
 double narrow_motion_bound(const pose *before, const pose *now, double reach_b)
 {
     if (isinf(reach_b)) return INFINITY;
-    if (order_poses(*before, *now) == 0) return 0;
+    if (are_same(before, now)) return 0;
     quat turn = quat_mul(quat_conj(before->q), now->q);
-    double moved = length(vec_sub(now->p, before->p)) + 2 * length(vec(turn.x, turn.y, turn.z)) * reach_b;
-    double scale = length(before->p) + length(now->p) + reach_b;
+    double shift = length(vec_sub(now->p, before->p));
+    double moved = shift + 2 * length(vec(turn.x, turn.y, turn.z)) * reach_b;
+    double scale = 2 * length(now->p) + shift + reach_b; /* no position is farther out */
     return moved + MOTION_ULPS * UNIT_ROUNDOFF * (moved + scale);
 }

@@ -155,9 +155,9 @@ bool hull_features_span(const unit_pair *p, const narrow_features *f, span *out)
     out->point_a = mean(m.a, m.weight_a, f->count_a);
     out->point_b = mean(m.b, m.weight_b, f->count_b);
     out->axis = m.n;
-    out->lo = lo;
-    double apart = vec_norm(vec_sub(out->point_b, out->point_a));
-    out->hi = f->deep ? lo + NEAR_DEPTH_WIDTHS * p->error : max_of(lo, apart);
+    double apart = vec_norm(vec_sub(out->point_b, out->point_a)), either_side = NEAR_DEPTH_WIDTHS * p->error;
+    out->lo = f->deep ? lo - either_side : lo; /* a depth: what it is most likely is in the middle */
+    out->hi = f->deep ? lo + either_side : max_of(lo, apart);
     out->method = f->deep ? NARROW_BY_EPA : NARROW_BY_GJK;
     return true;
 }

@@ -13,6 +13,7 @@
 #include "mesh_pair.h"
 #include "near_features.h"
 #include "order.h"
+#include "placed_road.h"
 #include "scalar.h"
 #include "short_road.h"
 
@@ -25,8 +26,9 @@ size_t narrow_scratch_size(void)
     return (sizeof(narrow_scratch) + 63) / 64 * 64;
 }
 
-/* Bounds that are apart by more than this many errors of doubles are kept apart by the search, not by rounding. */
-#define ROUNDING_WIDTHS 4
+/* Bounds that are apart by more than this many errors of doubles are kept apart by the search, not by rounding (the
+ * depth of hulls is told with NEAR_DEPTH_WIDTHS more on either side). */
+#define ROUNDING_WIDTHS (2 + 2 * NEAR_DEPTH_WIDTHS)
 
 static void measure(const unit_pair *p, const narrow_goal *g, narrow_engine engine, narrow_scratch *scratch, span *s)
 {
@@ -56,6 +58,11 @@ static void answer(const shape *a, const shape *b, const pose *b_in_a, const nar
 {
     if (mesh_pair_applies(a, b)) {
         mesh_pair_measure(p, a, b, g, cache, &scratch->epa, s);
+        finish(p, s, result);
+        return;
+    }
+    if (request->engine < NARROW_ENGINE_CCD) {
+        measure(p, g, request->engine, scratch, s);
         finish(p, s, result);
         return;
     }
@@ -173,14 +180,19 @@ void narrow_query(const shape *a, const shape *b, const pose *b_in_a, const narr
 }
 
 /* A's frame to world axes. */
+static void turn_by(narrow_result *r, const mat3 *m)
+{
+    r->axis = direction_again(mat_mul(*m, r->axis));
+    r->point_a = mat_mul(*m, r->point_a);
+    r->point_b = mat_mul(*m, r->point_b);
+    for (uint32_t i = 0; i < r->manifold.count; i++)
+        r->manifold.points[i].point = mat_mul(*m, r->manifold.points[i].point);
+}
+
 static void turn(narrow_result *r, quat q)
 {
     mat3 m = quat_matrix(q);
-    r->axis = vec_unit(mat_mul(m, r->axis));
-    r->point_a = mat_mul(m, r->point_a);
-    r->point_b = mat_mul(m, r->point_b);
-    for (uint32_t i = 0; i < r->manifold.count; i++)
-        r->manifold.points[i].point = mat_mul(m, r->manifold.points[i].point);
+    turn_by(r, &m);
 }
 
 static void move_origin(narrow_result *r, vec3 shift)
@@ -203,18 +215,28 @@ static void swap_roles(narrow_result *r)
     }
 }
 
+static bool answer_placed(
+    const shape *a, pose at_a, const shape *b, pose at_b, const narrow_request *request, narrow_result *result)
+{
+    if (b->type > SHAPE_BOX) return false;
+    narrow_placed placed_a = narrow_placed_at(a, at_a), placed_b = narrow_placed_at(b, at_b);
+    return placed_road_for(placed_a.kind, placed_b.kind, request)(&placed_a, &placed_b, request, NULL, NULL, result);
+}
+
 void narrow_query_world(const shape *a, pose pose_a, const shape *b, pose pose_b, const narrow_request *request,
     narrow_scratch *scratch, narrow_result *result)
 {
     int order = order_shapes(a, b);
-    bool swapped = order > 0 || (order == 0 && order_poses(pose_a, pose_b) > 0);
+    bool swapped = order > 0 || (order == 0 && order_poses(pose_a, pose_b) > 0), refine = false;
     pose first = swapped ? pose_b : pose_a, second = swapped ? pose_a : pose_b;
-    pose relative = pose_relative(first, second);
     const shape *shape_1 = swapped ? b : a, *shape_2 = swapped ? a : b;
     unit_pair p;
-    search(shape_1, shape_2, &relative, request, NULL, scratch, &p, result);
-    turn(result, first.q);
-    bool refine = wants_refining(&p, request, result);
+    if (!answer_placed(shape_1, first, shape_2, second, request, result)) {
+        pose relative = pose_relative(first, second);
+        search(shape_1, shape_2, &relative, request, NULL, scratch, &p, result);
+        turn(result, first.q);
+        refine = wants_refining(&p, request, result);
+    }
     if (refine) {
         exact_pair e = exact_pair_of(&p, shape_1, first, shape_2, second);
         exact_narrow(&e, result);
@@ -223,6 +245,22 @@ void narrow_query_world(const shape *a, pose pose_a, const shape *b, pose pose_b
     if (refine) settle(&p, request, result);
     deviate(shape_1, shape_2, request, result);
     if (swapped) swap_roles(result);
+}
+
+bool placed_by_relative_pose(const narrow_placed *a, const narrow_placed *b, const narrow_request *request,
+    narrow_cache *cache, narrow_scratch *scratch, narrow_result *result)
+{
+    if (!scratch) return false;
+    pose b_in_a = narrow_relative(a, b);
+    narrow_query(a->shape, b->shape, &b_in_a, request, cache, scratch, result);
+    turn_by(result, &a->turn);
+    return true;
+}
+
+void narrow_query_placed(const narrow_placed *a, const narrow_placed *b, const narrow_request *request,
+    narrow_cache *cache, narrow_scratch *scratch, narrow_result *result)
+{
+    placed_road_for(a->kind, b->kind, request)(a, b, request, cache, scratch, result);
 }
 
 const char *narrow_method_name(narrow_method method)

@@ -64,7 +64,8 @@ typedef struct narrow_result {
     double lo, hi;         /* m; lo <= signed distance <= hi, of the shapes at the poses given, each quaternion divided
                               by its norm; of hulls, of all the points they were made of. By doubles: 16 ulp (u = 2^-53)
                               of the reaches plus the distance on both sides; where that is too wide for the request,
-                              `refined`; beside a mesh or a half-space 32 ulp. Beside a compound 64 and what its parts have.
+                              `refined`; beside a mesh or a half-space 32 ulp, of hulls that overlap up to 48. Beside a
+                              compound 64 and what its parts have.
                               Touching shapes give lo <= 0 <= hi. Two half-spaces that no
                               translation separates: both -INFINITY. Of shapes with a deviation: of what
                               they stand for, which need not be convex, so that hi is at least the sum of
@@ -130,6 +131,29 @@ bool narrow_ordered(const shape *a, uint64_t tie_a, const shape *b, uint64_t tie
  * (A, B) and (B, A) agree bit for bit. The answer is in the frame of world axes with its origin at pose_a.p. */
 void narrow_query_world(const shape *a, pose pose_a, const shape *b, pose pose_b, const narrow_request *request,
     narrow_scratch *scratch, narrow_result *result);
+
+/* A shape where it stands, with all that is the same for each pair that it is in. */
+typedef struct narrow_placed {
+    uint32_t kind; /* which formulas know it: placed_road.h */
+    const shape *shape;
+    double radius, reach; /* the shape's, shape_reach */
+    pose at;
+    mat3 turn; /* of at.q */
+} narrow_placed;
+
+narrow_placed narrow_placed_at(const shape *s, pose at);
+
+/* B's pose in A's frame: that of pose_relative, to the bit. */
+static inline pose narrow_relative(const narrow_placed *a, const narrow_placed *b)
+{
+    return (pose){mat_tmul(a->turn, vec_sub(b->at.p, a->at.p)), quat_mul(quat_conj(a->at.q), b->at.q)};
+}
+
+/* As narrow_query for shapes (in canonical order) where they stand: the answer is in the frame of world axes with its
+ * origin at A's. Balls, capsules, and balls beside boxes are measured there, without a relative pose: the quickest way
+ * to ask about them. `cache`, or NULL, is kept up for all others; of these it is left as it is. */
+void narrow_query_placed(const narrow_placed *a, const narrow_placed *b, const narrow_request *request,
+    narrow_cache *cache, narrow_scratch *scratch, narrow_result *result);
 
 /* The certified separation along one axis (unit, in A's frame, from A towards B): one support query a shape. A lower
  * bound of the signed distance for any axis. With a half-space the axis is its normal, whatever is passed. */

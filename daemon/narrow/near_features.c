@@ -40,9 +40,9 @@ bool near_features_apply(const unit_pair *p, const narrow_goal *goal)
 
 bool near_features_reach_depths(const unit_pair *p, const narrow_goal *goal)
 {
-    bool close = goal->near == -INFINITY && goal->tolerance <= ROUGH_TOLERANCE * p->size;
-    return close && near_features_scans(&p->a, &p->b) && sat_applies(p) &&
-           goal->tolerance >= 4 * NEAR_DEPTH_WIDTHS * p->error;
+    bool close = goal->near == -INFINITY && goal->tolerance <= ROUGH_TOLERANCE * p->size &&
+                 goal->tolerance >= 4 * NEAR_DEPTH_WIDTHS * p->error;
+    return close && is_scanned(&p->a) && is_scanned(&p->b) && sat_affords(p->a.hull, p->b.hull);
 }
 
 bool near_features_span(const unit_pair *p, const narrow_goal *goal, const narrow_features *f, span *out)

@@ -70,7 +70,7 @@ bool near_features_try_all(const unit_pair *p, const narrow_goal *goal, span *ou
 #define NEAR_WEIGHT_MARGIN 0x1p-13
 #define NEAR_INSIDE 0x1p-12       /* of an overlap: how far the nearest point is inside of its facet of B - A */
 #define NEAR_DEPTH_MARGIN 0x1p-30 /* of an overlap: other facets of B - A are farther by more than this */
-#define NEAR_DEPTH_WIDTHS 2       /* errors: what the bounds of a depth are apart */
+#define NEAR_DEPTH_WIDTHS 2       /* errors: by which the bounds of a depth are on either side of the facet's */
 #define NEAR_SLIVER2 0x1p-20 /* square of the least ratio: edge to size, height of a triangle to its longest edge */
 
 bool hull_features_span(const unit_pair *p, const narrow_features *f, span *out);

@@ -212,6 +212,12 @@ LANES_INLINE bool grow(search *x, double margin, bool *grown)
     }
 }
 
+/* The facet's distance from the origin, which its formula puts in the middle. */
+static double depth_of(const span *s)
+{
+    return -0.5 * (s->lo + s->hi);
+}
+
 /* F is `nearest`, or what grows to be the nearest facet. */
 LANES_INLINE bool search_again(search *x, const narrow_goal *goal, const narrow_features *nearest, span *out)
 {
@@ -223,16 +229,16 @@ LANES_INLINE bool search_again(search *x, const narrow_goal *goal, const narrow_
     bool same = near_features_span(p, goal, &f, out);
     if (same) {
         set_aside(p->shell, x->s, &f);
-        x->winner = 0, x->proved = -out->lo;
+        x->winner = 0, x->proved = depth_of(out);
     }
     if (!grow(x, margin, &grown)) return false;
     if (!same) {
         write_witnesses(x);
         f = x->best->nearest;
         f.deep = true;
-        if (!near_features_span(p, goal, &f, out) || !(x->proved >= -out->lo - p->error)) return false;
+        if (!near_features_span(p, goal, &f, out) || !(x->proved >= depth_of(out) - p->error)) return false;
     }
-    if (!facets_are_in(x, &f, margin - out->lo)) return false;
+    if (!facets_are_in(x, &f, margin + depth_of(out))) return false;
     if (grown) save(x->s, p->shell);
     return true;
 }

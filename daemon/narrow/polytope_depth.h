@@ -27,7 +27,8 @@
  * inside of F: at D / cos t, t the angle of n and n'; hence D / cos t <= D + 2 error. And F has a disc of radius r
  * about D n: h(n') >= D cos t + r sin t. Together r sin t <= 2 error + D (1 - cos t) <= 4 error, so t <= 2^-34. The
  * same holds of any other facet: none is within error of F, so that the winner of a search, if it is strict, is F. Both
- * answer by F's formula; its hi is NEAR_DEPTH_WIDTHS errors above its lo, which holds what either of them has proven.
+ * answer by F's formula; its hi is NEAR_DEPTH_WIDTHS errors above what it finds, which holds what either of them has
+ * proven, and its lo is as far below, so that the middle is what it finds.
  */
 #ifndef COLLIDED_NARROW_POLYTOPE_DEPTH_H
 #define COLLIDED_NARROW_POLYTOPE_DEPTH_H

@@ -4,9 +4,6 @@
 
 #include "scalar.h"
 
-/* Beyond it all pairs of edges take too long for what they may gain over the expanding polytope. */
-#define EDGE_PAIRS_MAX (1u << 20)
-
 static bool is_box_like(const shape *s)
 {
     return s->type <= SHAPE_BOX;
@@ -19,8 +16,7 @@ static bool has_faces(const shape *s)
 bool sat_applies(const unit_pair *p)
 {
     if (sat_is_quick(p)) return true;
-    if (has_faces(&p->a) && has_faces(&p->b))
-        return (uint64_t)p->a.hull->edge_count * p->b.hull->edge_count <= EDGE_PAIRS_MAX;
+    if (has_faces(&p->a) && has_faces(&p->b)) return sat_affords(p->a.hull, p->b.hull);
     return (is_box_like(&p->a) && has_faces(&p->b)) || (has_faces(&p->a) && is_box_like(&p->b));
 }
 

@@ -13,6 +13,14 @@
 /* True when both are points, segments, boxes or hulls with faces, and the edge pairs are few enough. */
 bool sat_applies(const unit_pair *p);
 
+/* The same of two hulls with faces. Beyond it all pairs of edges take too long for what they may gain over the
+ * expanding polytope. */
+#define SAT_EDGE_PAIRS_MAX (1u << 20)
+static inline bool sat_affords(const hull *a, const hull *b)
+{
+    return (uint64_t)a->edge_count * b->edge_count <= SAT_EDGE_PAIRS_MAX;
+}
+
 /* True when there are at most fifteen axes: two boxes, or what counts as one. */
 bool sat_is_quick(const unit_pair *p);
 

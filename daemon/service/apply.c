@@ -279,6 +279,7 @@ static void apply_client(service *s, session *c, const wire_client *m)
     c->lease_ns = m->lease_ns;
     c->on_loss = m->on_loss;
     steps_join(s, c, m->lock_step);
+    if (is_new) ready_announced(s);
     if (strcmp(c->name, m->name) != 0) {
         free(c->name);
         c->name = base_strdup(m->name);
@@ -320,12 +321,15 @@ bool apply_command(service *s, struct link *from, const wire_message *m, bool ma
         apply_client(s, c, &m->client);
         break;
     case WIRE_GEOMETRY:
+        ready_announced(s);
         geometry_put(s, &m->geometry, &why);
         break;
     case WIRE_BODY:
+        ready_announced(s);
         apply_body(s, c, &m->body, &why);
         break;
     case WIRE_INTEREST:
+        ready_announced(s);
         apply_interest(s, c, &m->interest, &why);
         break;
     case WIRE_VERTEX_BATCH:

@@ -79,6 +79,11 @@ static const config_option OPTIONS[] = {
         "of them, at most 8. In the systemd unit, CPUAffinity= does the same."},
     {"status_period", CONFIG_NUMBER, FIELD(status_period), 0.05, 60, NULL, "1", "s", "how often Status is published",
         "Status carries health, limits that were reached and all counters; collidectl status shows it."},
+    {"settle", CONFIG_NUMBER, FIELD(settle), 0, 3600, NULL, "1", "s",
+        "ready once nothing new has been announced for so long since the start; 0: at once",
+        "A daemon that was started again has its world from what its clients announce anew, within a second or so. "
+        "Until nothing more comes, and no body waits for its geometry, its health is starting, and /ready says so; it "
+        "works all the same. After ten times as long it is ready in any case, and the log says what still comes."},
     {"heartbeat", CONFIG_NUMBER, FIELD(heartbeat), 0.01, 3600, NULL, "1", "s",
         "a stream that has had nothing to tell for so long says that it is alive",
         "Nothing is told again that has not changed, so a resting scene is silent but for these. A heartbeat carries "
@@ -125,16 +130,26 @@ static const config_option OPTIONS[] = {
         "Of all kinds; what exceeds is refused, and told at most 100 times a second."},
     {"max_client_poses", CONFIG_WHOLE, FIELD(max_client_poses), 1, 1000000000, NULL, "100000000", "poses/s",
         "poses of one client in a second", "A batch that exceeds is refused as a whole."},
-    {"record", CONFIG_TEXT, FIELD(record), 0, 0, NULL, "", "", "record all commands to this file (LCM's log format)",
+    {"record", CONFIG_TEXT, FIELD(record), 0, 0, NULL, "", "",
+        "record all commands and events to this file (LCM's log format)",
         "Must not exist yet. Written from the start on; collided --replay runs it again and compares every "
         "tick."},
     {"record_dir", CONFIG_TEXT, FIELD(record_dir), 0, 0, NULL, "", "",
         "folder in which clients may start recordings; empty: they may not",
         "collidectl record NAME then writes NAME into that folder. The systemd unit may write below "
         "/var/lib/collided only."},
+    {"record_events", CONFIG_YES, FIELD(record_events), 0, 0, NULL, "yes", "",
+        "record also what is told, so that a replay that differs says what differs",
+        "Without, a recording has the commands and a hash of the events, and is smaller: an event takes some 300 "
+        "bytes. "
+        "Either is replayed alike."},
     {"replay", CONFIG_TEXT, FIELD(replay), 0, 0, NULL, "", "",
         "run a recording instead of live links, compare its hashes, and end",
         "No link is opened. The exit status is 0 if every tick is equal to the recording."},
+    {"replay_speed", CONFIG_NUMBER, FIELD(replay_speed), 0, 1000000, NULL, "0", "times",
+        "how fast to replay, as a multiple of the recorded time; 0: as fast as possible",
+        "The events are the same at any speed: ticks are given the recorded clock. SIGINT ends it after the tick that "
+        "runs, and what came until then is compared."},
     {"trade", CONFIG_YES, FIELD(trade), 0, 0, NULL, "no", "",
         "replay at every accuracy side by side, and print what each costs and how far off it is",
         "For collidectl trade, which makes a table, a picture and a recommendation of what this prints. Needs replay; "

@@ -1,6 +1,6 @@
 /* health: the counters of this process, the Status that carries them, and the page that Prometheus reads. Tick thread.
  */
-#include "service.h"
+#include "health.h"
 
 #include <inttypes.h>
 #include <stdio.h>
@@ -37,6 +37,8 @@ void health_register(service *s)
     s->count.record_failures = metrics_add(m, "record_failures", "records that the disk refused");
     s->count.busy_ns = metrics_add(m, "busy_ns", "nanoseconds spent in ticks");
     s->count.tick_ns = metrics_add(m, "last_tick_ns", "nanoseconds of the last tick");
+    s->count.ticks_on_arrival =
+        metrics_add(m, "ticks_on_arrival", "ticks that ran on the thread that poses arrived on, without a hand-over");
 }
 
 static void define(histogram *h, const char *name, const char *help, const double *bounds, size_t count)
@@ -58,100 +60,92 @@ void health_define(measures *m)
     define(&m->width, "interval_width_metres", "width of the intervals in published events", WIDTHS, WIDTH_COUNT);
 }
 
-typedef struct sheet {
-    const char *names[WIRE_COUNTERS_MAX];
-    int64_t values[WIRE_COUNTERS_MAX];
-    uint32_t count;
-} sheet;
-
-static void add(sheet *t, const char *name, uint64_t value)
-{
-    if (t->count == WIRE_COUNTERS_MAX) return; /* far more than there are: the registry is made at start */
-    t->names[t->count] = name;
-    t->values[t->count++] = (int64_t)value;
-}
-
 static void add_world(const service *s, sheet *t)
 {
     static char rungs[RUNG_COUNT][48];
     world_figures f = world_get_figures(s->world);
-    add(t, "clients", s->sessions.count);
-    add(t, "bodies", f.bodies);
-    add(t, "shapes", f.shapes);
-    add(t, "stale_bodies", f.stale_bodies);
-    add(t, "interests", f.interests);
-    add(t, "pairs", f.pairs);
-    add(t, "contacts", f.contacts);
-    add(t, "geometries", s->geometry_of.count);
-    add(t, "lock_step_clients", s->lock_step.members);
-    add(t, "ticks", f.ticks);
-    add(t, "moves", f.moves);
-    add(t, "events", f.events);
-    add(t, "narrow_queries", f.narrow_queries);
-    add(t, "manifolds", f.manifolds);
-    add(t, "wide_answers", f.wide);
-    add(t, "refined_answers", f.refined);
-    add(t, "ccd_failures", f.peer_failures);
-    add(t, "sweeps", f.sweeps);
-    add(t, "sweep_queries", f.sweep_queries);
-    add(t, "sweeps_by_axis", f.sweeps_by_axis);
-    add(t, "impacts", f.impacts);
-    add(t, "foretold", f.foretold);
-    add(t, "undecided_sweeps", f.undecided);
-    add(t, "coarse_ways", f.coarse_ways);
-    add(t, "work", f.work);
-    add(t, "undone", f.undone);
-    add(t, "unbounded", f.unbounded);
-    add(t, "undone_ticks", f.undone_ticks);
+    sheet_add(t, "ready", s->whole && s->health != WIRE_HEALTH_STOPPING);
+    sheet_add(t, "limits_reached", *s->limits != '\0');
+    sheet_add(t, "clients", (int64_t)s->sessions.count);
+    sheet_add(t, "bodies", (int64_t)f.bodies);
+    sheet_add(t, "shapes", (int64_t)f.shapes);
+    sheet_add(t, "stale_bodies", (int64_t)f.stale_bodies);
+    sheet_add(t, "interests", (int64_t)f.interests);
+    sheet_add(t, "pairs", (int64_t)f.pairs);
+    sheet_add(t, "contacts", (int64_t)f.contacts);
+    sheet_add(t, "geometries", (int64_t)s->geometry_of.count);
+    sheet_add(t, "lock_step_clients", (int64_t)s->lock_step.members);
+    sheet_add(t, "waiting_commands", (int64_t)s->inbox.waiting);
+    sheet_add(t, "budget_ns", (int64_t)(1e3 * s->config.budget_us));
+    sheet_add(t, "ticks", (int64_t)f.ticks);
+    sheet_add(t, "moves", (int64_t)f.moves);
+    sheet_add(t, "events", (int64_t)f.events);
+    sheet_add(t, "narrow_queries", (int64_t)f.narrow_queries);
+    sheet_add(t, "manifolds", (int64_t)f.manifolds);
+    sheet_add(t, "wide_answers", (int64_t)f.wide);
+    sheet_add(t, "refined_answers", (int64_t)f.refined);
+    sheet_add(t, "ccd_failures", (int64_t)f.peer_failures);
+    sheet_add(t, "sweeps", (int64_t)f.sweeps);
+    sheet_add(t, "sweep_queries", (int64_t)f.sweep_queries);
+    sheet_add(t, "sweeps_by_axis", (int64_t)f.sweeps_by_axis);
+    sheet_add(t, "impacts", (int64_t)f.impacts);
+    sheet_add(t, "foretold", (int64_t)f.foretold);
+    sheet_add(t, "undecided_sweeps", (int64_t)f.undecided);
+    sheet_add(t, "coarse_ways", (int64_t)f.coarse_ways);
+    sheet_add(t, "work", (int64_t)f.work);
+    sheet_add(t, "undone", (int64_t)f.undone);
+    sheet_add(t, "unbounded", (int64_t)f.unbounded);
+    sheet_add(t, "undone_ticks", (int64_t)f.undone_ticks);
     for (int r = 0; r < RUNG_COUNT; r++) {
         snprintf(rungs[r], sizeof rungs[r], "pairs_by_%s", world_rung_name((world_rung)r));
-        add(t, rungs[r], f.rungs[r]);
+        sheet_add(t, rungs[r], f.rungs[r]);
     }
 }
 
-/* What each subscriber costs: units of work a tick, since the last Status; those beyond NAMED_MAX together. */
-static void add_work(service *s, sheet *t)
+/* What each stream tells, and costs: units of work a tick, since the last Status; those beyond the named together. */
+static void add_streams(service *s, sheet *t)
 {
-    enum { NAMED_MAX = 64 };
-    static char names[NAMED_MAX][WIRE_NAME_MAX + 16];
-    size_t named = 0;
-    uint64_t rest = 0;
-    bool others = false;
+    static char names[2][SHEET_NAMED_MAX][WIRE_NAME_MAX + 16];
+    uint64_t works[SHEET_NAMED_MAX], rest = 0, events[SHEET_NAMED_MAX];
+    size_t named = 0, live = 0;
     int64_t ticks = s->tick > s->status_tick ? s->tick - s->status_tick : 1;
     for (uint32_t i = 0; i < s->streams.count; i++) {
         stream *to = &s->streams.at[i];
-        uint64_t work = world_interest_work(s->world, i), since = work > to->work ? work - to->work : 0;
+        uint64_t work = world_interest_work(s->world, i),
+                 since = (work > to->work ? work - to->work : 0) / (uint64_t)ticks;
         to->work = work;
         if (!to->live) continue;
-        if (named == NAMED_MAX) {
-            others = true;
+        session *c = session_find(s, to->client);
+        if (c) c->work += since;
+        if (live++ >= SHEET_NAMED_MAX) {
             rest += since;
             continue;
         }
-        snprintf(names[named], sizeof names[0], "work_of_%s", to->name);
-        add(t, names[named++], since / (uint64_t)ticks);
+        snprintf(names[0][named], sizeof names[0][0], "work_of_%s", to->name);
+        snprintf(names[1][named], sizeof names[1][0], "events_of_%s", to->name);
+        events[named] = to->events;
+        works[named++] = since;
     }
-    if (others) add(t, "other_streams_work", rest / (uint64_t)ticks);
+    sheet_add(t, "streams", (int64_t)live);
+    for (size_t i = 0; i < named; i++) sheet_add(t, names[0][i], (int64_t)works[i]);
+    if (live > named) sheet_add(t, "other_streams_work", (int64_t)rest);
+    for (size_t i = 0; i < named; i++) sheet_add(t, names[1][i], (int64_t)events[i]);
     s->status_tick = s->tick;
 }
 
-/* Whose lease ran out and whose bodies stay. Those who left in order are not missed. */
-static void add_lost(const service *s, sheet *t)
+/* Of what was since the last Status; where nothing was, 0. */
+static void add_times(service *s, sheet *t)
 {
-    enum { NAMED_MAX = 64 };
-    static char names[NAMED_MAX][32];
-    size_t clients = 0, bodies = 0;
-    for (size_t i = 0; i < s->sessions.count; i++) {
-        const session *c = s->sessions.at[i];
-        size_t left = c->lost && !c->left ? session_bodies(c) : 0;
-        if (!left) continue;
-        bodies += left;
-        if (clients++ >= NAMED_MAX) continue; /* counted, and told in the log */
-        snprintf(names[clients - 1], sizeof names[0], "lost_client_%016" PRIx64, (uint64_t)c->client);
-        add(t, names[clients - 1], left);
-    }
-    add(t, "lost_clients", clients);
-    add(t, "lost_bodies", bodies);
+    sheet_add(t, "latency_p50_ns", quantiles_at(&s->measures.latencies, 0.5));
+    sheet_add(t, "latency_p90_ns", quantiles_at(&s->measures.latencies, 0.9));
+    sheet_add(t, "latency_p99_ns", quantiles_at(&s->measures.latencies, 0.99));
+    sheet_add(t, "latency_most_ns", s->measures.latencies.most_ns);
+    sheet_add(t, "tick_p50_ns", quantiles_at(&s->measures.ticks, 0.5));
+    sheet_add(t, "tick_p90_ns", quantiles_at(&s->measures.ticks, 0.9));
+    sheet_add(t, "tick_p99_ns", quantiles_at(&s->measures.ticks, 0.99));
+    sheet_add(t, "tick_most_ns", s->measures.ticks.most_ns);
+    quantiles_clear(&s->measures.latencies);
+    quantiles_clear(&s->measures.ticks);
 }
 
 static void describe_links(const service *s, char *text, size_t size)
@@ -175,7 +169,10 @@ static void show(service *s, const sheet *t, size_t registered)
     }
     const histogram *all[] = {&s->measures.latency, &s->measures.tick, &s->measures.age, &s->measures.width};
     for (size_t i = 0; i < sizeof all / sizeof *all; i++) page_histogram(&s->page, all[i]);
-    exporter_show(s->exporter, s->page.at, s->page.count, s->health == WIRE_HEALTH_STOPPING ? "stopping" : NULL);
+    exporter_show(s->exporter, s->page.at, s->page.count,
+        s->health == WIRE_HEALTH_STARTING   ? s->settling
+        : s->health == WIRE_HEALTH_STOPPING ? "stopping"
+                                            : NULL);
 }
 
 void health_publish(service *s)
@@ -186,11 +183,13 @@ void health_publish(service *s)
     if (s->monotonic_ns - s->limit_ns > LIMITS_TOLD_NS) s->limits[0] = '\0';
     t.count = 0;
     add_world(s, &t);
-    add_lost(s, &t);
+    health_add_lost(s, &t);
     size_t registered = t.count; /* from here on */
     for (size_t i = 0; i < metrics_count(s->metrics); i++)
-        add(&t, metrics_at(s->metrics, i)->name, metric_get(metrics_at(s->metrics, i)));
-    add_work(s, &t);
+        sheet_add(&t, metrics_at(s->metrics, i)->name, (int64_t)metric_get(metrics_at(s->metrics, i)));
+    add_times(s, &t);
+    add_streams(s, &t);
+    health_add_clients(s, &t);
     if (s->exporter) show(s, &t, registered);
     wire_message m = {.kind = WIRE_STATUS,
         .status = {.version = WIRE_VERSION,

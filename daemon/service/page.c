@@ -11,14 +11,28 @@ typedef struct family {
     const char *prefix; /* of the figure's name in Status */
     const char *name, *label, *help;
     bool gauge;
+    const char
+        *label_after; /* the label's text is 16 digits and '_', and this one's is what follows; NULL: it has none */
 } family;
 
+/* The first that fits counts. */
 static const family FAMILIES[] = {
-    {"in_", "messages_in_total", "kind", "messages that came and were well-formed", false},
-    {"reject_", "messages_rejected_total", "reason", "messages, or parts of them, that were refused", false},
-    {"pairs_by_", "pairs_settled_total", "rung", "pairs in ticks, by the rung of the ladder that settled them", false},
-    {"work_of_", "stream_work_units", "stream", "units of the ladder's work a tick, of this subscriber's pairs", true},
-    {"lost_client_", "lost_client_bodies", "client", "bodies that stay of a client whose lease ran out", true},
+    {"in_", "messages_in_total", "kind", "messages that came and were well-formed", false, NULL},
+    {"reject_", "messages_rejected_total", "reason", "messages, or parts of them, that were refused", false, NULL},
+    {"pairs_by_", "pairs_settled_total", "rung", "pairs in ticks, by the rung of the ladder that settled them", false,
+        NULL},
+    {"work_of_", "stream_work_units", "stream", "units of the ladder's work a tick, of this subscriber's pairs", true,
+        NULL},
+    {"events_of_", "stream_events_total", "stream", "events told on this stream", false, NULL},
+    {"lost_client_", "lost_client_bodies", "client", "bodies that stay of a client whose lease ran out", true, NULL},
+    {"client_name_", "client_info", "client", "always 1: the name of a client", true, "name"},
+    {"client_bodies_", "client_bodies", "client", "bodies of a client in the world", true, NULL},
+    {"client_silent_ns_", "client_silent_seconds", "client", "since the last sign of life of a client", true, NULL},
+    {"client_pose_age_ns_", "client_pose_age_seconds", "client", "since the stamp of the newest pose of a client", true,
+        NULL},
+    {"client_poses_", "client_poses_total", "client", "poses that a client sent", false, NULL},
+    {"client_work_", "client_work_units", "client", "units of the ladder's work a tick, of a client's subscriptions",
+        true, NULL},
 };
 
 typedef struct single {
@@ -27,6 +41,8 @@ typedef struct single {
 } single;
 
 static const single SINGLES[] = {
+    {"ready", "1 once the world is whole, until the daemon ends", true},
+    {"limits_reached", "1 for a minute after a limit was reached", true},
     {"clients", "clients that are known", true},
     {"bodies", "bodies in the world", true},
     {"shapes", "shapes in the world, children of compounds included", true},
@@ -43,8 +59,19 @@ static const single SINGLES[] = {
     {"undone_ticks", "ticks whose budget left something", false},
     {"other_streams_work", "units of the ladder's work a tick, of subscribers beyond those that are named", true},
     {"last_tick_ns", "duration of the last tick", true},
+    {"streams", "streams that stand", true},
+    {"waiting_commands", "commands that wait for a geometry", true},
+    {"budget_ns", "time that a tick may take; 0 without a budget", true},
+    {"latency_p50_ns", "half of the latencies since the last Status were at most this", true},
+    {"latency_p90_ns", "nine of ten latencies since the last Status were at most this", true},
+    {"latency_p99_ns", "99 of 100 latencies since the last Status were at most this", true},
+    {"latency_most_ns", "the largest latency since the last Status", true},
+    {"tick_p50_ns", "half of the ticks since the last Status took at most this", true},
+    {"tick_p90_ns", "nine of ten ticks since the last Status took at most this", true},
+    {"tick_p99_ns", "99 of 100 ticks since the last Status took at most this", true},
+    {"tick_most_ns", "the longest tick since the last Status", true},
     {"lock_step_clients", "clients in lock-step with each other", true},
-    {"ticks", "ticks", false},
+    {"ticks", "ticks since the start", false},
     {"moves", "poses applied", false},
     {"events", "events of the world", false},
     {"narrow_queries", "full queries of the narrow phase", false},
@@ -101,6 +128,36 @@ static bool goes_on(const page_text *page, const char *family)
     return page->count - at > size && memcmp(page->at + at, begin, size) == 0;
 }
 
+static bool ends_in(const char *text, size_t length, const char *with)
+{
+    size_t size = strlen(with);
+    return length >= size && strncmp(text + length - size, with, size) == 0;
+}
+
+static void put_value(page_text *to, bool time, int64_t value)
+{
+    if (time)
+        put(to, " %.9g\n", 1e-9 * (double)value);
+    else
+        put(to, " %" PRId64 "\n", value);
+}
+
+static void put_labels(page_text *to, const family *f, const char *text)
+{
+    enum { ID_DIGITS = 16 };
+    put(to, "{");
+    if (f->label_after && strlen(text) > ID_DIGITS) {
+        char id[ID_DIGITS + 1] = "";
+        memcpy(id, text, ID_DIGITS);
+        put_label(to, f->label, id);
+        put(to, ",");
+        put_label(to, f->label_after, text + ID_DIGITS + 1);
+    } else {
+        put_label(to, f->label, text);
+    }
+    put(to, "}");
+}
+
 /* A family's head stands before the first of its lines. */
 static bool put_member(page_text *to, const char *name, int64_t value)
 {
@@ -108,9 +165,9 @@ static bool put_member(page_text *to, const char *name, int64_t value)
         const family *f = &FAMILIES[i];
         if (!begins(name, f->prefix)) continue;
         if (!goes_on(to, f->name)) put_head(to, f->name, f->gauge ? "gauge" : "counter", f->help);
-        put(to, "collided_%s{", f->name);
-        put_label(to, f->label, name + strlen(f->prefix));
-        put(to, "} %" PRId64 "\n", value);
+        put(to, "collided_%s", f->name);
+        put_labels(to, f, name + strlen(f->prefix));
+        put_value(to, ends_in(f->prefix, strlen(f->prefix), "_ns_"), value);
         return true;
     }
     return false;
@@ -127,14 +184,12 @@ void page_number(page_text *to, const char *name, const char *help, int64_t valu
         help = SINGLES[i].help;
     }
     size_t length = strlen(name);
-    bool time = length > 3 && strcmp(name + length - 3, "_ns") == 0;
+    bool time = ends_in(name, length, "_ns");
     snprintf(as, sizeof as, "%.*s%s%s", (int)(time ? length - 3 : length), name, time ? "_seconds" : "",
         gauge ? "" : "_total");
     put_head(to, as, gauge ? "gauge" : "counter", help ? help : name);
-    if (time)
-        put(to, "collided_%s %.9g\n", as, 1e-9 * (double)value);
-    else
-        put(to, "collided_%s %" PRId64 "\n", as, value);
+    put(to, "collided_%s", as);
+    put_value(to, time, value);
 }
 
 void page_histogram(page_text *to, const histogram *h)

@@ -118,6 +118,13 @@ static void note_step(step_mark *last, int64_t tick, int64_t step)
     if (step && (last->tick != tick || step >= last->step)) *last = (step_mark){step, tick};
 }
 
+/* As with steps: what time it is stays known beyond the tick, and a simulation that begins anew goes back. */
+void apply_note_simulation(simulation_mark *last, int64_t tick, int64_t simulation_ns)
+{
+    if (simulation_ns && (last->tick != tick || simulation_ns > last->now_ns))
+        *last = (simulation_mark){simulation_ns, tick};
+}
+
 /* The bodies have been found. */
 static void carry_out(service *s, session *c, struct link *from, const wire_pose_batch *m)
 {
@@ -125,7 +132,11 @@ static void carry_out(service *s, session *c, struct link *from, const wire_pose
     if (m->stamp_ns > s->latest_pose_ns) s->latest_pose_ns = m->stamp_ns;
     note_step(&s->latest_step, s->tick, m->step);
     if (c) note_step(&c->step, s->tick, m->step);
+    apply_note_simulation(&s->simulation, s->tick, m->simulation_ns);
+    if (c) apply_note_simulation(&c->simulation, s->tick, m->simulation_ns);
     if (c && m->step) c->stepped = true;
+    if (c && m->stamp_ns > c->latest_pose_ns) c->latest_pose_ns = m->stamp_ns;
+    if (c) c->pose_count += m->bodies.count;
     move(s, c, m, choose_newer(s, c, m, &t), &t);
     tell(s, from, m, &t);
 }

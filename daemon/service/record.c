@@ -1,6 +1,6 @@
-/* record: every command and the end of every tick, to a file in LCM's log format. A recording that begins in the middle
- * starts with what is announced now as if it came anew. When the disk refuses, the recording ends, is counted, and the
- * world goes on. Tick thread. */
+/* record: every command, what each tick told, and the end of every tick, to a file in LCM's log format. A recording
+ * that begins in the middle starts with what is announced now as if it came anew. When the disk refuses, the recording
+ * ends, is counted, and the world goes on. Tick thread. */
 #include "service.h"
 
 #include "base/log.h"
@@ -28,6 +28,7 @@ int record_start(service *s, const char *path, char *why, size_t why_size)
     if (!s->recording) return -1;
     snprintf(s->recording_path, sizeof s->recording_path, "%s", path);
     log_notice("recording to %s", path);
+    for (size_t i = 0; i < s->streams.count; i++) s->streams.at[i].recorded = 0;
     record_state(s);
     if (s->recording) return 0;
     snprintf(why, why_size, "%s: the disk refuses it", path);
@@ -37,6 +38,16 @@ int record_start(service *s, const char *path, char *why, size_t why_size)
 void record_message(service *s, const wire_message *m)
 {
     if (s->recording) check(s, wire_log_message(s->recording, s->now_ns / 1000, m));
+}
+
+static void record_one(void *context, const wire_message *m)
+{
+    record_message(context, m);
+}
+
+void record_events(service *s, const world_batches *batches)
+{
+    if (s->recording && s->config.record_events) stream_each(s, batches, record_one, s);
 }
 
 void record_tick(service *s)

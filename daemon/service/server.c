@@ -1,9 +1,11 @@
 /* server: sets up the links and the world, and runs the loop: wait, take, apply, tick, publish. The tick thread is the
- * one that calls server_run. */
+ * one that calls server_run. It has the lock, but for the time that it waits: then a thread of a link may stand in for
+ * it, for a round with the poses that have just come there (poses_arrived). */
 #include "server.h"
 
 #include "base/clock.h"
 #include "base/log.h"
+#include "link/wake.h"
 #include "notify.h"
 #include "privileges.h"
 #include "replay.h"
@@ -12,7 +14,9 @@
 #include <errno.h>
 #include <inttypes.h>
 #include <poll.h>
+#include <pthread.h>
 #include <sched.h>
+#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -22,9 +26,16 @@
 
 struct server {
     service s;
+    pthread_mutex_t lock; /* guards all but what is atomic */
     _Atomic bool stop;
+    _Atomic bool waiting; /* the tick thread, until wakes_ns: set under the lock, reset before it is asked for again */
+    _Atomic bool missed;  /* poses came while a round was on */
     int64_t next_status_ns, next_tick_ns; /* monotonic */
     notify manager;
+    int64_t wakes_ns;      /* monotonic */
+    int64_t round_ns;      /* what rounds take: the last one, or what is left of a longer one before */
+    int64_t offered_ns;    /* end of the last offer of poses, monotonic */
+    unsigned close_offers; /* in a row, with no pause between them */
 };
 
 /* ---- what the links call ---- */
@@ -115,9 +126,14 @@ static broad_kind broad_of(const char *name)
     return kind;
 }
 
-static int open_link(service *s, const char *uri, char *why, size_t why_size)
+static bool poses_arrived(void *context, struct link *from);
+
+static int open_link(server *v, const char *uri, char *why, size_t why_size)
 {
+    service *s = &v->s;
     link_options options = {.wake_fd = s->wake_fd,
+        .poses = poses_arrived,
+        .poses_context = v,
         .counters = s->metrics,
         .interface = s->config.interface,
         .security = s->config.security,
@@ -135,8 +151,9 @@ static int open_link(service *s, const char *uri, char *why, size_t why_size)
 }
 
 /* First those of whose opening nobody hears: if one fails, nothing has been announced. */
-static int open_links(service *s, char *why, size_t why_size)
+static int open_links(server *v, char *why, size_t why_size)
 {
+    service *s = &v->s;
     for (int announced = 0; announced < 2; announced++) {
         char list[CONFIG_TEXT_MAX + 16], *rest = NULL;
         if (s->replaying)
@@ -144,7 +161,7 @@ static int open_links(service *s, char *why, size_t why_size)
         else
             snprintf(list, sizeof list, "%s", s->config.links);
         for (char *uri = strtok_r(list, " ,", &rest); uri; uri = strtok_r(NULL, " ,", &rest))
-            if (link_announces(uri) == announced && open_link(s, uri, why, why_size) != 0) return -1;
+            if (link_announces(uri) == announced && open_link(v, uri, why, why_size) != 0) return -1;
     }
     if (s->link_count) return 0;
     snprintf(why, why_size, "links: none; allowed are dds://DOMAIN and lcm://...");
@@ -180,6 +197,7 @@ server *server_create(const config *c, char *why, size_t why_size)
     privileges_no_more();
     server *v = base_zalloc(1, sizeof *v);
     service *s = &v->s;
+    pthread_mutex_init(&v->lock, NULL);
     s->config = *c;
     s->replaying = *c->replay != '\0';
     s->wake_fd = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
@@ -203,7 +221,7 @@ server *server_create(const config *c, char *why, size_t why_size)
     bool exports = s->exporter || !c->metrics_port || s->replaying;
     bool dropped = exports && privileges_drop(c->user, why, why_size) == 0; /* the port above may have needed them */
     /* The recording comes last: what fails before leaves no file. Nothing is taken from the links yet. */
-    if (!dropped || open_links(s, why, why_size) != 0 ||
+    if (!dropped || open_links(v, why, why_size) != 0 ||
         (*c->record && record_start(s, c->record, why, why_size) != 0)) {
         server_destroy(v);
         return NULL;
@@ -232,6 +250,7 @@ void server_destroy(server *v)
     array_free(&s->page);
     metrics_destroy(s->metrics);
     close(s->wake_fd);
+    pthread_mutex_destroy(&v->lock);
     free(v);
 }
 
@@ -251,10 +270,14 @@ static void tick(service *s)
     pace_end(&s->pace, ended, world_get_figures(s->world).work);
     if (s->config.budget_us > 0 && (double)took > OVER * 1e3 * s->config.budget_us)
         metric_count(s->count.budget_over, 1);
-    if (newest != s->measured_pose_ns && metric_get(s->count.events_out) != told)
-        histogram_add(&s->measures.latency, 1e-9 * (double)(clock_wall_ns() - newest));
+    if (newest != s->measured_pose_ns && metric_get(s->count.events_out) != told) {
+        int64_t latency = clock_wall_ns() - newest;
+        histogram_add(&s->measures.latency, 1e-9 * (double)latency);
+        quantiles_add(&s->measures.latencies, latency);
+    }
     s->measured_pose_ns = newest;
     histogram_add(&s->measures.tick, 1e-9 * (double)took);
+    quantiles_add(&s->measures.ticks, took);
     metric_count(s->count.busy_ns, (uint64_t)took);
     metric_set(s->count.tick_ns, (uint64_t)took);
 }
@@ -281,19 +304,25 @@ static int64_t earlier(int64_t a, int64_t b)
     return a < b ? a : b;
 }
 
-static int wait_ms(const server *v)
+/* When the tick thread has something to do although nothing comes, monotonic. */
+static int64_t next_wake_ns(const server *v)
 {
     const service *s = &v->s;
     int64_t now = clock_monotonic_ns(), next = earlier(v->next_status_ns, session_next_lease_ns(s));
     next = earlier(next, earlier(s->next_heartbeat_ns, steps_next_ns(s)));
+    next = earlier(next, ready_next_ns(s));
     if (s->config.rate > 0)
         next = earlier(next, v->next_tick_ns);
-    else if (world_changed(s->world))
-        return world_get_figures(s->world).work ? 0 : 1; /* a budget has left something, or all of it */
+    else if (world_changed(s->world)) /* a budget has left something, or all of it */
+        return now + (world_get_figures(s->world).work ? 0 : 1000000);
     else if (world_next_due_ns(s->world) != INT64_MAX)
         next = earlier(next, now + world_next_due_ns(s->world) - clock_wall_ns());
-    next = earlier(next, v->manager.next_ns);
-    int64_t ms = (next - now + 999999) / 1000000;
+    return earlier(next, v->manager.next_ns);
+}
+
+static int ms_until(int64_t ns)
+{
+    int64_t ms = (ns - clock_monotonic_ns() + 999999) / 1000000;
     return ms < 0 ? 0 : ms > 1000 ? 1000 : (int)ms;
 }
 
@@ -301,7 +330,14 @@ static void wait_for_work(server *v)
 {
     struct pollfd wake = {.fd = v->s.wake_fd, .events = POLLIN};
     uint64_t count;
-    if (poll(&wake, 1, wait_ms(v)) > 0 && read(v->s.wake_fd, &count, sizeof count) < 0 && errno != EAGAIN)
+    v->wakes_ns = next_wake_ns(v);
+    v->waiting = true;
+    int timeout_ms = ms_until(v->wakes_ns);
+    pthread_mutex_unlock(&v->lock);
+    int come = poll(&wake, 1, timeout_ms);
+    v->waiting = false; /* whoever stands in finishes his round and begins no other */
+    pthread_mutex_lock(&v->lock);
+    if (come > 0 && read(v->s.wake_fd, &count, sizeof count) < 0 && errno != EAGAIN)
         log_error("wake-up: %s", strerror(errno));
 }
 
@@ -328,24 +364,84 @@ static void tell_health(const service *s)
     notify_state(state);
 }
 
+static uint8_t health_now(const service *s)
+{
+    return !s->whole ? WIRE_HEALTH_STARTING : *s->limits ? WIRE_HEALTH_DEGRADED : WIRE_HEALTH_READY;
+}
+
+/* A long round is remembered for some time: those that follow are likely to be long, or some of them. */
+static void tick_if_due(server *v, int64_t began_ns)
+{
+    service *s = &v->s;
+    steps_watch(s);
+    if (!due(v)) return;
+    if (s->config.rate > 0) v->next_tick_ns = s->monotonic_ns + (int64_t)(1e9 / s->config.rate);
+    tick(s);
+    int64_t took = clock_monotonic_ns() - began_ns, left = v->round_ns - v->round_ns / 16;
+    v->round_ns = took > left ? took : left;
+}
+
 static void one_round(server *v, const link_sink *sink)
 {
     service *s = &v->s;
     set_clock(v);
+    int64_t began_ns = s->monotonic_ns;
     for (size_t i = 0; i < s->link_count; i++) s->links[i]->ops->receive(s->links[i], sink);
     notify_alive(&v->manager, s->monotonic_ns);
     session_check_leases(s); /* after what has come: if this process stood still, its clients did not */
     set_clock(v);
-    steps_watch(s);
-    if (due(v)) {
-        if (s->config.rate > 0) v->next_tick_ns = s->monotonic_ns + (int64_t)(1e9 / s->config.rate);
-        tick(s);
-    }
+    tick_if_due(v, began_ns);
     stream_heartbeats(s);
-    if (s->monotonic_ns < v->next_status_ns) return;
+    bool was_whole = s->whole, is_whole = ready_check(s);
+    if (s->monotonic_ns < v->next_status_ns && is_whole == was_whole) return;
     uint8_t before = s->health;
-    publish_status(v, *s->limits ? WIRE_HEALTH_DEGRADED : WIRE_HEALTH_READY);
+    publish_status(v, health_now(s));
     if (s->health != before) tell_health(s);
+}
+
+/* ---- where poses arrive ---- */
+
+/* A hand-over to the tick thread takes about as long as a small round. But a long one would keep the link's thread from
+ * its packets, and poses that follow each other closely are cheaper by the batch, while the next ones are received. How
+ * long a round will be is told by those before, and by what it takes to apply its poses. */
+static const int64_t LONG_ROUND_NS = 300000, LONG_RECEIVE_NS = 75000, PAUSE_NS = 10000;
+enum { CLOSE_OFFERS_MAX = 8 };
+
+/* With the lock. The files of a recording are the tick thread's, and so are a clock's ticks. */
+static bool suits(server *v)
+{
+    const service *s = &v->s;
+    int64_t pause_ns = clock_monotonic_ns() - v->offered_ns;
+    bool is_close = pause_ns < PAUSE_NS || pause_ns < v->round_ns;
+    v->close_offers = atomic_exchange(&v->missed, false) ? CLOSE_OFFERS_MAX : is_close ? v->close_offers + 1 : 0;
+    return v->waiting && v->close_offers < CLOSE_OFFERS_MAX && v->round_ns < LONG_ROUND_NS && !(s->config.rate > 0) &&
+           !s->recording && !s->inbox.letters.count;
+}
+
+/* A round of poses alone: it takes no command, so it opens and closes nothing, and ends no client. Poses that have to
+ * wait for commands wait for the tick thread. */
+static bool poses_arrived(void *context, struct link *from)
+{
+    server *v = context;
+    service *s = &v->s;
+    if (pthread_mutex_trylock(&v->lock) != 0) {
+        v->missed = true;
+        return false;
+    }
+    bool here = suits(v);
+    if (here) {
+        link_sink sink = sink_of(s);
+        set_clock(v);
+        from->ops->receive_poses(from, &sink);
+        bool small = !s->inbox.letters.count && clock_monotonic_ns() - s->monotonic_ns < LONG_RECEIVE_NS;
+        int64_t ticks = s->tick;
+        if (small) tick_if_due(v, s->monotonic_ns);
+        metric_count(s->count.ticks_on_arrival, (uint64_t)(s->tick - ticks));
+        if (!small || next_wake_ns(v) < v->wakes_ns) wake(s->wake_fd);
+    }
+    v->offered_ns = clock_monotonic_ns();
+    pthread_mutex_unlock(&v->lock);
+    return here;
 }
 
 /* Every contact ends, every stream closes, and everybody is told why. No command asks for it, so a recording ends
@@ -373,7 +469,8 @@ static void begin(server *v)
     snprintf(state, sizeof state, "%s is ready, %u worker(s), epoch %" PRId64, s->daemon_name, worker_count(&s->config),
         s->epoch);
     log_notice("%s", state);
-    publish_status(v, WIRE_HEALTH_READY);
+    ready_begin(s);
+    publish_status(v, health_now(s));
     v->manager = notify_start();
     notify_ready(state);
 }
@@ -381,13 +478,15 @@ static void begin(server *v)
 int server_run(server *v)
 {
     link_sink sink = sink_of(&v->s);
-    if (v->s.replaying) return replay_run(&v->s, &sink);
+    if (v->s.replaying) return replay_run(&v->s, &sink, &v->stop);
+    pthread_mutex_lock(&v->lock);
     begin(v);
     while (!v->stop) {
         one_round(v, &sink);
         wait_for_work(v);
     }
     end_in_order(v);
+    pthread_mutex_unlock(&v->lock);
     return EX_OK;
 }
 

@@ -14,6 +14,7 @@
 #include "base/metrics.h"
 #include "base/pace.h"
 #include "base/pair_map.h"
+#include "base/quantiles.h"
 #include "config.h"
 #include "exporter.h"
 #include "link/link.h"
@@ -46,12 +47,18 @@ typedef struct step_mark { /* a simulator's step: the highest of the last tick t
     int64_t step, tick;
 } step_mark;
 
+typedef struct simulation_mark { /* the time in a simulation: the latest of the last tick that was told one, and that
+                                    tick */
+    int64_t now_ns, tick;
+} simulation_mark;
+
 typedef struct held_step { /* poses of a lock-step client, until the step is complete */
     int64_t step;          /* 0: none */
     ARRAY(uint8_t) bytes;  /* messages, each behind its size */
     size_t poses;
-    int64_t newest; /* sequence among them; 0: none */
-    bool broken;    /* some were refused: it cannot be ended by what is here */
+    int64_t newest;        /* sequence among them; 0: none */
+    bool broken;           /* some were refused: it cannot be ended by what is here */
+    int64_t simulation_ns; /* 0: not told */
 } held_step;
 
 typedef struct flow { /* how many in a second that began with the first of them; monotonic */
@@ -66,6 +73,7 @@ typedef struct session {
     int64_t lease_ns, heard_ns;                     /* monotonic */
     int64_t letters_tick;                           /* the tick before which the newest of its commands came */
     step_mark step;                                 /* of its poses; step 0: it counts none */
+    simulation_mark simulation;                     /* of its poses */
     bool stepped;                                   /* one has come since the last tick ended */
     size_t body_count, shape_count, interest_count; /* in the world */
     int64_t geometry_bytes;                         /* of geometries that it was the first to announce */
@@ -74,6 +82,9 @@ typedef struct session {
     int64_t published; /* the newest step that it has published whole */
     bool idle;         /* it missed a step, and is not waited for until it publishes one */
     held_step held;
+    int64_t latest_pose_ns; /* the newest stamp of its poses; 0: none is stamped */
+    uint64_t pose_count;    /* that it sent */
+    uint64_t work;          /* units a tick of its subscriptions, while a Status is made */
     uint8_t on_loss;
     bool announced; /* its Client has come */
     bool lost;
@@ -99,6 +110,8 @@ typedef struct stream {
     int64_t batch_tick; /* ... and the tick of that */
     int64_t told_ns;    /* when it last said something, monotonic */
     uint64_t work;      /* units of the world's, told in Status so far */
+    uint64_t events;    /* told on it */
+    int64_t recorded;   /* the number of its last batch in a recording */
 } stream;
 
 /* ---- geometries ---- */
@@ -158,6 +171,7 @@ typedef struct counters { /* metrics that the service itself counts */
     metric *rejects[WIRE_REASON_COUNT];
     metric *rejects_untold, *clients_lost, *duplicates, *batches_out, *events_out, *late_poses;
     metric *budget_over, *record_failures, *heartbeats, *steps, *steps_missed, *answers, *acks, *tick_ns, *busy_ns;
+    metric *ticks_on_arrival;
 } counters;
 
 typedef struct lock_step {
@@ -173,6 +187,7 @@ typedef struct lock_step {
 
 typedef struct measures { /* for the page that Prometheus reads */
     histogram latency, tick, age, width;
+    quantiles latencies, ticks; /* since the last Status, which tells them */
 } measures;
 
 typedef struct service {
@@ -192,6 +207,7 @@ typedef struct service {
     int64_t latest_pose_ns;       /* the newest stamp of all poses ... */
     int64_t measured_pose_ns;     /* ... and before the last tick */
     step_mark latest_step;        /* of all clients */
+    simulation_mark simulation;   /* of all clients */
     lock_step lock_step;
     int64_t next_heartbeat_ns; /* monotonic; none is due before */
     uint64_t events_hash;
@@ -202,6 +218,9 @@ typedef struct service {
     bool replaying, stopping;
     broad_kind told_broad; /* what the log says last; BROAD_AUTO: nothing yet */
     uint8_t health;
+    bool whole;                     /* nobody has anything to announce any more that was there before the start */
+    int64_t began_ns, announced_ns; /* the links were opened; something new was announced last; monotonic */
+    char settling[160];             /* why it is not whole */
 
     flow rejects; /* of clients without a session */
     ARRAY(session *) sessions;
@@ -223,6 +242,9 @@ typedef struct service {
     /* What a measurement asks instead of what the clients ask; NULL: nothing. */
     void (*amend_interest)(const void *context, world_interest *def);
     const void *amend_context;
+    /* Who hears of each tick before it is published; NULL: nobody. */
+    void (*on_batches)(void *context, const world_batches *batches);
+    void *on_batches_context;
 } service;
 
 /* session.c */
@@ -265,6 +287,7 @@ void inbox_apply(service *s);
 void inbox_answer(service *s); /* the queries among them; after the tick */
 
 /* poses.c */
+void apply_note_simulation(simulation_mark *last, int64_t tick, int64_t simulation_ns);
 void apply_poses(service *s, struct link *from, const wire_pose_batch *m, bool may_wait);
 void apply_poses_now(service *s, session *c, struct link *from, const wire_pose_batch *m); /* c: NULL if unknown */
 void poses_free(service *s);
@@ -290,6 +313,10 @@ void stream_open(service *s, session *c, const wire_interest *m, uint32_t world_
 void stream_end(service *s, uint32_t world_id, uint8_t cause); /* and the interest with it, in the next tick */
 void stream_close(service *s, uint32_t world_id);
 void stream_reader(service *s, struct link *from, const char *name);
+/* What the tick tells, snapshots apart, on every stream, whether it has a reader or not: as it is recorded. The message
+ * is valid during the visit. Before stream_publish, which closes streams. */
+typedef void stream_visit(void *context, const wire_message *m);
+void stream_each(service *s, const world_batches *batches, stream_visit *visit, void *context);
 void stream_ask_all(service *s); /* before the tick: lock-step clients are told also what is as it was */
 void stream_publish(service *s, const world_batches *batches);
 void stream_heartbeats(service *s); /* on those that have been silent for a period */
@@ -320,6 +347,12 @@ void service_replay_budget(service *s, bool budgeted, uint64_t work); /* of the 
 void service_tick(service *s);                                        /* of number s->tick, at s->now_ns */
 void service_tell_broad(service *s); /* logs the broad phase that stands, if the log says another one */
 
+/* ready.c: is the world whole? */
+void ready_begin(service *s);            /* the links are open; it is not */
+void ready_announced(service *s);        /* something that the world did not have has come */
+bool ready_check(service *s);            /* false: not yet, and `settling` says why. Once true, always */
+int64_t ready_next_ns(const service *s); /* when to check again, monotonic; INT64_MAX: never */
+
 /* health.c */
 void health_define(measures *m);
 void health_register(service *s);
@@ -329,6 +362,7 @@ void health_publish(service *s);
 void record_state(service *s); /* all that is announced now, as if it came anew */
 int record_start(service *s, const char *path, char *why, size_t why_size);
 void record_message(service *s, const wire_message *m);
+void record_events(service *s, const world_batches *batches); /* before they are published */
 void record_tick(service *s);
 void record_lost(service *s, int64_t client);
 void record_steps(service *s); /* how far lock-step is, if it has begun */

@@ -24,7 +24,7 @@ static bool is_member(const session *c)
 
 static void drop_held(session *c)
 {
-    c->held.step = 0;
+    c->held.step = c->held.simulation_ns = 0;
     c->held.bytes.count = c->held.poses = 0;
     c->held.newest = 0;
     c->held.broken = false;
@@ -171,6 +171,7 @@ bool steps_take(service *s, session *c, struct link *from, const wire_pose_batch
         c->published = done;
     }
     c->held.step = m->step;
+    if (m->simulation_ns > c->held.simulation_ns) c->held.simulation_ns = m->simulation_ns;
     if (!m->bodies.count) return end_step(s, c, from, m);
     wire_refusal why;
     c->held.broken |= is_mark(m);
@@ -230,6 +231,18 @@ static void apply_one(service *s, session *c, const wire_message *m)
     apply_poses_now(s, c, c->link, &m->pose_batch);
 }
 
+/* What time it is in the step that all have published: the latest that any of them says; 0: nobody does. */
+static int64_t simulation_of(const service *s, int64_t step)
+{
+    int64_t latest_ns = 0;
+    for (size_t i = 0; i < s->sessions.count; i++) {
+        const session *c = s->sessions.at[i];
+        if (is_member(c) && c->held.step <= step && c->held.simulation_ns > latest_ns)
+            latest_ns = c->held.simulation_ns;
+    }
+    return latest_ns;
+}
+
 /* A member that is ahead of the others keeps what it has published. */
 void steps_complete(service *s)
 {
@@ -238,6 +251,8 @@ void steps_complete(service *s)
     roll r = call_roll(s);
     if (!is_complete(s, &r)) return;
     s->lock_step.missing = 0;
+    int64_t simulation_ns = simulation_of(s, r.least);
+    apply_note_simulation(&s->simulation, s->tick, simulation_ns);
     for (size_t i = 0; i < s->sessions.count; i++) {
         session *c = s->sessions.at[i];
         if (!is_member(c)) continue;
@@ -247,6 +262,7 @@ void steps_complete(service *s)
         }
         s->lock_step.missing += c->idle;
         c->step = (step_mark){r.least, s->tick};
+        apply_note_simulation(&c->simulation, s->tick, simulation_ns);
         c->stepped = true;
     }
     s->latest_step = (step_mark){r.least, s->tick};
@@ -372,6 +388,7 @@ static void record_word(service *s, session *c, bool mark)
                         : c->held.newest ? c->held.newest
                                          : 1,
             .step = c->held.step,
+            .simulation_ns = c->held.simulation_ns,
             .bodies = {bodies, &body},
             .positions = {3 * bodies, nowhere},
             .orientations = {4 * bodies, unturned}}};

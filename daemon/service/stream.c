@@ -216,6 +216,13 @@ static int64_t step_for(service *s, const stream *to)
     return c && c->step.step ? c->step.step : s->latest_step.step;
 }
 
+/* Likewise. */
+static int64_t simulation_for(service *s, const stream *to)
+{
+    const session *c = session_find(s, to->client);
+    return c && c->simulation.now_ns ? c->simulation.now_ns : s->simulation.now_ns;
+}
+
 static wire_message message_for(service *s, const stream *to)
 {
     return (wire_message){.kind = WIRE_EVENT_BATCH,
@@ -228,6 +235,7 @@ static wire_message message_for(service *s, const stream *to)
             .stamp_ns = s->now_ns,
             .latest_pose_ns = s->latest_pose_ns,
             .step = step_for(s, to),
+            .simulation_ns = simulation_for(s, to),
             .missing = s->lock_step.missing,
             .parts = 1,
             .stream = to->name}};
@@ -244,21 +252,52 @@ static void expect_heartbeat(service *s, const stream *to)
     if (due_ns < s->next_heartbeat_ns) s->next_heartbeat_ns = due_ns;
 }
 
-static void publish(service *s, stream *to, const world_batch *b)
+static int32_t parts_of(const world_batch *b)
+{
+    return b->count ? (int32_t)((b->count + EVENTS_A_PART - 1) / EVENTS_A_PART) : 1;
+}
+
+/* One part of a batch; valid until the next one. */
+static wire_message part_of(service *s, const stream *to, const world_batch *b, int32_t i)
 {
     static part scratch; /* the tick thread's */
-    int32_t parts = b->count ? (int32_t)((b->count + EVENTS_A_PART - 1) / EVENTS_A_PART) : 1;
+    size_t first = (size_t)i * EVENTS_A_PART;
+    size_t n = b->count - first < EVENTS_A_PART ? b->count - first : EVENTS_A_PART;
+    wire_message m = message_for(s, to);
+    m.event_batch.undone = (int64_t)b->undone;
+    m.event_batch.snapshot = b->snapshot;
+    m.event_batch.closing = b->closing;
+    m.event_batch.part = i;
+    m.event_batch.parts = parts_of(b);
+    fill(&scratch, n ? b->events + first : NULL, (uint32_t)n, &m.event_batch);
+    return m;
+}
+
+/* A number that no reader has seen: there may be none. */
+static void each_part(service *s, stream *to, const world_batch *b, stream_visit *visit, void *context)
+{
+    for (int32_t i = 0; i < parts_of(b); i++) {
+        wire_message m = part_of(s, to, b, i);
+        m.event_batch.batch = ++to->recorded;
+        visit(context, &m);
+    }
+}
+
+void stream_each(service *s, const world_batches *batches, stream_visit *visit, void *context)
+{
+    for (size_t i = 0; i < batches->count; i++) {
+        const world_batch *b = &batches->at[i];
+        bool live = b->interest < s->streams.count && s->streams.at[b->interest].live;
+        if (live && !b->snapshot) each_part(s, &s->streams.at[b->interest], b, visit, context);
+    }
+}
+
+static void publish(service *s, stream *to, const world_batch *b)
+{
+    int32_t parts = parts_of(b);
     for (int32_t i = 0; i < parts; i++) {
-        size_t first = (size_t)i * EVENTS_A_PART;
-        size_t n = b->count - first < EVENTS_A_PART ? b->count - first : EVENTS_A_PART;
         to->batch++;
-        wire_message m = message_for(s, to);
-        m.event_batch.undone = (int64_t)b->undone;
-        m.event_batch.snapshot = b->snapshot;
-        m.event_batch.closing = b->closing;
-        m.event_batch.part = i;
-        m.event_batch.parts = parts;
-        fill(&scratch, n ? b->events + first : NULL, (uint32_t)n, &m.event_batch);
+        wire_message m = part_of(s, to, b, i);
         to->link->ops->publish(to->link, &m);
     }
     measure(s, b);
@@ -267,6 +306,7 @@ static void publish(service *s, stream *to, const world_batch *b)
     expect_heartbeat(s, to);
     metric_count(s->count.batches_out, (uint64_t)parts);
     metric_count(s->count.events_out, b->count);
+    to->events += b->count;
 }
 
 /* What a simulator is answered is whole: it need not keep what it was told before. */

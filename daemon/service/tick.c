@@ -53,6 +53,8 @@ void service_tick(service *s)
     world_tick(s->world, s->now_ns, &batches);
     service_tell_broad(s);
     s->events_hash = batches.hash;
+    record_events(s, &batches);
+    if (s->on_batches) s->on_batches(s->on_batches_context, &batches);
     stream_publish(s, &batches);
     session_send_acks(s);
     inbox_answer(s);

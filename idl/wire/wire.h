@@ -183,6 +183,7 @@ typedef struct wire_pose_batch {
     int64_t sequence;
     int64_t stamp_ns;       /* when these poses were true */
     int64_t step;           /* the simulator's step, or 0 */
+    int64_t simulation_ns;  /* what time it is in the simulation, >= 0; 0 = not told */
     wire_i32s bodies;       /* n of the client's body numbers */
     wire_f64s positions;    /* 3 n, m */
     wire_f64s orientations; /* 4 n */
@@ -347,6 +348,7 @@ typedef struct wire_event_batch {
     int64_t stamp_ns;       /* when the tick ran */
     int64_t latest_pose_ns; /* the newest pose stamp that this tick applied, 0 = none */
     int64_t step;           /* the newest simulation step */
+    int64_t simulation_ns;  /* the newest time that a simulation told with its poses; 0 = none has */
     int32_t missing;        /* lock-step clients that had not published this step when it was done without them */
     int64_t undone;         /* pairs of this interest that the budget left with a wider interval than it asks */
     uint8_t heartbeat;      /* 1: nothing is told, and `batch` is the number of the last batch again */

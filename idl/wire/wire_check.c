@@ -84,6 +84,7 @@ static wire_reason check_pose_batch(const wire_pose_batch *m, wire_refusal *why)
     uint32_t n = m->bodies.count;
     TRY(check_sender(m->client, m->sequence, why));
     TRY(check_between("stamp_ns", m->stamp_ns, 0, INT64_MAX, why));
+    TRY(check_between("simulation_ns", m->simulation_ns, 0, INT64_MAX, why));
     TRY(check_count("positions", m->positions.count, 3, n, why));
     TRY(check_count("orientations", m->orientations.count, 4, n, why));
     TRY(check_optional("linear", m->linear.count, 3, n, why));

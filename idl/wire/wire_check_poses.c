@@ -49,7 +49,8 @@ bool poses_are_plain(const wire_pose_batch *m)
     uint32_t n = m->bodies.count;
     bool whole = n <= WIRE_POSES_MAX && m->positions.count == 3 * n && m->orientations.count == 4 * n &&
                  (!m->linear.count || m->linear.count == 3 * n) && (!m->angular.count || m->angular.count == 3 * n);
-    if (m->version != WIRE_VERSION || !m->client || m->sequence < 1 || m->stamp_ns < 0 || !whole || m->teleports.count)
+    if (m->version != WIRE_VERSION || !m->client || m->sequence < 1 || m->stamp_ns < 0 || m->simulation_ns < 0 ||
+        !whole || m->teleports.count)
         return false;
     return none_negative(m->bodies) && all_near_unit(m->orientations) && all_within(m->positions, WIRE_POSITION_MAX) &&
            all_within(m->linear, WIRE_SPEED_MAX) && all_within(m->angular, WIRE_SPIN_MAX);

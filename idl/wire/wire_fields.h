@@ -65,6 +65,7 @@
     F(S, sequence, I64, 0, FINITE)                                                                                     \
     F(S, stamp_ns, I64, 0, FINITE)                                                                                     \
     F(S, step, I64, 0, FINITE)                                                                                         \
+    F(S, simulation_ns, I64, 0, FINITE)                                                                                \
     F(S, bodies, I32S, WIRE_POSES_MAX, FINITE)                                                                         \
     F(S, positions, F64S, 3 * WIRE_POSES_MAX, FINITE)                                                                  \
     F(S, orientations, F64S, 4 * WIRE_POSES_MAX, FINITE)                                                               \
@@ -152,6 +153,7 @@
     F(S, stamp_ns, I64, 0, FINITE)                                                                                     \
     F(S, latest_pose_ns, I64, 0, FINITE)                                                                               \
     F(S, step, I64, 0, FINITE)                                                                                         \
+    F(S, simulation_ns, I64, 0, FINITE)                                                                                \
     F(S, missing, I32, 0, FINITE)                                                                                      \
     F(S, undone, I64, 0, FINITE)                                                                                       \
     F(S, heartbeat, U8, 0, FINITE)                                                                                     \

@@ -269,6 +269,8 @@ static const char *decode_record(wire_log_reader *r, const record *in, wire_log_
     if (on_channel(in, LOST_CHANNEL)) return decode_lost(in, out);
     if (on_channel(in, STEPS_CHANNEL)) return decode_steps(in, out);
     wire_memory_reset(r->memory);
+    out->data = in->data;
+    out->data_size = in->data_size;
     if (wire_lcm_decode(in->data, in->data_size, r->memory, &out->message, refusal) == WIRE_OK) return NULL;
     return refusal->text;
 }

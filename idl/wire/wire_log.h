@@ -2,9 +2,10 @@
  *
  * One record an event: sync word 0xEDA1DA01, event number (i64), timestamp in microseconds (i64), channel length and
  * data length (i32), all big-endian, then channel and data. Messages are stored under their LCM channels in their LCM
- * encoding. Beside them stand records of our own: "collided.tick" ends the commands of a tick, "collided.lost" is a
- * client whose lease ran out, "collided.steps" how far lock-step was when the recording began. Reading is
- * bounds-checked: a damaged file gives an error with its offset, never a crash.
+ * encoding: commands as they came, and what each tick told, before its end. Beside them stand records of our own:
+ * "collided.tick" ends the commands of a tick, "collided.lost" is a client whose lease ran out, "collided.steps" how far
+ * lock-step was when the recording began. Reading is bounds-checked: a damaged file gives an error with its offset,
+ * never a crash.
  */
 #ifndef COLLIDED_WIRE_LOG_H
 #define COLLIDED_WIRE_LOG_H
@@ -28,7 +29,9 @@ typedef struct wire_log_tick {
 typedef struct wire_log_entry {
     wire_log_entry_kind kind;
     int64_t timestamp_us;
-    wire_message message; /* WIRE_LOG_MESSAGE; borrows from the reader until its next call */
+    wire_message message; /* WIRE_LOG_MESSAGE; borrows from the reader until its next call ... */
+    const uint8_t *data;  /* ... and so does this: its LCM encoding */
+    size_t data_size;
     wire_log_tick tick;
     int64_t lost_client;
     int64_t steps_done;

@@ -1,5 +1,6 @@
-/* narrow_ours: our narrow phase, as the world uses it: shapes in canonical order, the relative pose from two world
- * poses, one query. Timed is all of that but the order, which a pair has for good. */
+/* narrow_ours: our narrow phase: shapes in canonical order, where they stand in the world, one query. Timed is all of
+ * that but the order, which a pair has for good, and the matrices of the two orientations, which a body has for all its
+ * pairs (the peers are given theirs, too). The relative pose, where it is needed, is timed. */
 #include "narrow_scene.h"
 
 #include "geom/bounds.h"
@@ -8,11 +9,11 @@
 #include <stdlib.h>
 
 typedef struct ours_item {
-    shape a, b;
-    pose at_a, at_b;
-    double reach_b;
-    bool begins;
+    narrow_placed stands_a, stands_b;
     double size; /* the greater reach: what a rung's tolerance is relative to */
+    double reach_b;
+    bool begins, mesh, in_world;
+    shape a, b;
 } ours_item;
 
 typedef struct ours {
@@ -37,11 +38,18 @@ static void *create_asking(const narrow_item *items, size_t count, double tolera
     o->request = (narrow_request){.facts = NARROW_DISTANCE, .tolerance = tolerance, .range = INFINITY};
     for (size_t i = 0; i < count; i++) {
         shape a = narrow_scene_shape(items[i].a), b = narrow_scene_shape(items[i].b);
-        pose at_a = narrow_scene_pose(&items[i].at_a), at_b = narrow_scene_pose(&items[i].at_b);
         bool ordered = narrow_ordered(&a, 0, &b, 1);
         double size = fmax(shape_reach(&a), shape_reach(&b));
-        own[i] = ordered ? (ours_item){a, b, at_a, at_b, shape_reach(&b), items[i].begins, size}
-                         : (ours_item){b, a, at_b, at_a, shape_reach(&a), items[i].begins, size};
+        pose at_a = narrow_scene_pose(&items[i].at_a), at_b = narrow_scene_pose(&items[i].at_b);
+        own[i].a = ordered ? a : b;
+        own[i].b = ordered ? b : a;
+        own[i].stands_a = narrow_placed_at(&own[i].a, ordered ? at_a : at_b);
+        own[i].stands_b = narrow_placed_at(&own[i].b, ordered ? at_b : at_a);
+        own[i].reach_b = shape_reach(&own[i].b);
+        own[i].begins = items[i].begins;
+        own[i].size = size;
+        own[i].mesh = own[i].b.type == SHAPE_MESH;
+        own[i].in_world = own[i].a.type == SHAPE_SPHERE ? own[i].b.type <= SHAPE_BOX : own[i].b.type == SHAPE_CAPSULE;
     }
     return o;
 }
@@ -75,16 +83,26 @@ static void tell(const narrow_result *r, narrow_answer *out)
         .hi = r->hi};
 }
 
+/* In world axes where that is quicker, else in A's frame, as the world asks. */
+static void ask(const ours *o, const ours_item *it, narrow_cache *cache, narrow_result *r)
+{
+    if (it->in_world) {
+        narrow_query_placed(&it->stands_a, &it->stands_b, &o->request, cache, o->scratch, r);
+        return;
+    }
+    pose b_in_a = narrow_relative(&it->stands_a, &it->stands_b);
+    narrow_query(&it->a, &it->b, &b_in_a, &o->request, cache, o->scratch, r);
+}
+
 static void query(void *self, size_t first, size_t count, narrow_answer *out)
 {
     ours *o = self;
     for (size_t i = first; i < first + count; i++, out++) {
         const ours_item *it = &o->items[i];
-        pose b_in_a = pose_relative(it->at_a, it->at_b);
         narrow_result r;
-        narrow_cache *cache = it->b.type == SHAPE_MESH ? &o->cache : NULL; /* others read nothing from it */
+        narrow_cache *cache = it->mesh ? &o->cache : NULL; /* others read nothing from it */
         if (cache && it->begins) o->cache = (narrow_cache){0};
-        narrow_query(&it->a, &it->b, &b_in_a, &o->request, cache, o->scratch, &r);
+        ask(o, it, cache, &r);
         tell(&r, out);
     }
 }
@@ -96,7 +114,7 @@ static void query_world(void *self, size_t first, size_t count, narrow_answer *o
     for (size_t i = first; i < first + count; i++, out++) {
         const ours_item *it = &o->items[i];
         narrow_result r;
-        narrow_query_world(&it->a, it->at_a, &it->b, it->at_b, &o->request, o->scratch, &r);
+        narrow_query_world(&it->a, it->stands_a.at, &it->b, it->stands_b.at, &o->request, o->scratch, &r);
         tell(&r, out);
     }
 }
@@ -119,7 +137,7 @@ static void query_cached(void *self, size_t first, size_t count, narrow_answer *
     ours *o = self;
     for (size_t i = first; i < first + count; i++, out++) {
         const ours_item *it = &o->items[i];
-        pose b_in_a = pose_relative(it->at_a, it->at_b);
+        pose b_in_a = narrow_relative(&it->stands_a, &it->stands_b);
         double lower;
         if (it->begins) o->cache = (narrow_cache){0};
         if (still_apart(&o->cache, it, &b_in_a, &lower)) {
@@ -165,10 +183,23 @@ static void query_kept(void *self, size_t first, size_t count, narrow_answer *ou
     ours *o = self;
     for (size_t i = first; i < first + count; i++, out++) {
         const ours_item *it = &o->items[i];
-        pose b_in_a = pose_relative(it->at_a, it->at_b);
         narrow_result r;
         if (it->begins) o->cache = (narrow_cache){.shell = &o->shell};
-        narrow_query(&it->a, &it->b, &b_in_a, &o->request, &o->cache, o->scratch, &r);
+        ask(o, it, &o->cache, &r);
+        tell(&r, out);
+    }
+}
+
+/* By a relative tolerance, with the pair's cache where one is kept. */
+static void query_near(ours *o, size_t first, size_t count, narrow_answer *out)
+{
+    for (size_t i = first; i < first + count; i++, out++) {
+        const ours_item *it = &o->items[i];
+        narrow_cache *cache = o->keeps || it->mesh ? &o->cache : NULL;
+        narrow_result r;
+        o->request.tolerance = o->relative * it->size;
+        if (cache && it->begins) o->cache = (narrow_cache){.shell = &o->shell};
+        ask(o, it, cache, &r);
         tell(&r, out);
     }
 }
@@ -176,9 +207,13 @@ static void query_kept(void *self, size_t first, size_t count, narrow_answer *ou
 static void query_rung(void *self, size_t first, size_t count, narrow_answer *out)
 {
     ours *o = self;
+    if (!o->from_world) {
+        query_near(o, first, count, out);
+        return;
+    }
     for (size_t i = first; i < first + count; i++) {
         o->request.tolerance = o->relative * o->items[i].size;
-        (o->from_world ? query_world : o->keeps ? query_kept : query)(self, i, 1, out++);
+        query_world(self, i, 1, out++);
     }
 }
 
@@ -215,7 +250,7 @@ static void query_ladder(void *self, size_t first, size_t count, narrow_answer *
     ours *o = self;
     for (size_t i = first; i < first + count; i++, out++) {
         const ours_item *it = &o->items[i];
-        pose b_in_a = pose_relative(it->at_a, it->at_b);
+        pose b_in_a = narrow_relative(&it->stands_a, &it->stands_b);
         if (apart_cheaply(o, it, &b_in_a)) {
             *out = (narrow_answer){.bounded = true, .lo = 0, .hi = INFINITY};
             continue;
@@ -238,7 +273,7 @@ static void query_boxes(void *self, size_t first, size_t count, narrow_answer *o
     ours *o = self;
     for (size_t i = first; i < first + count; i++, out++) {
         const ours_item *it = &o->items[i];
-        aabb a = shape_bounds(&it->a, it->at_a), b = shape_bounds(&it->b, it->at_b);
+        aabb a = shape_bounds(&it->a, it->stands_a.at), b = shape_bounds(&it->b, it->stands_b.at);
         vec3 gap = {gap_of(a.lo.x, a.hi.x, b.lo.x, b.hi.x), gap_of(a.lo.y, a.hi.y, b.lo.y, b.hi.y),
             gap_of(a.lo.z, a.hi.z, b.lo.z, b.hi.z)};
         bool overlap = aabb_overlap(a, b);
@@ -260,7 +295,7 @@ static void raise_bounds(const ours_item *it, const pose *b_in_a, vec3 axis, nar
 
 static double apart_by_boxes(const ours_item *it, vec3 *axis)
 {
-    aabb a = shape_bounds(&it->a, it->at_a), b = shape_bounds(&it->b, it->at_b);
+    aabb a = shape_bounds(&it->a, it->stands_a.at), b = shape_bounds(&it->b, it->stands_b.at);
     const double up[3] = {b.lo.x - a.hi.x, b.lo.y - a.hi.y, b.lo.z - a.hi.z};
     const double down[3] = {a.lo.x - b.hi.x, a.lo.y - b.hi.y, a.lo.z - b.hi.z};
     double most = -INFINITY, n[3] = {0, 0, 0};
@@ -271,7 +306,7 @@ static double apart_by_boxes(const ours_item *it, vec3 *axis)
         n[0] = n[1] = n[2] = 0;
         n[i] = down[i] > up[i] ? -1 : 1;
     }
-    *axis = quat_rotate(quat_conj(it->at_a.q), vec(n[0], n[1], n[2]));
+    *axis = quat_rotate(quat_conj(it->stands_a.at.q), vec(n[0], n[1], n[2]));
     return most;
 }
 
@@ -280,7 +315,7 @@ static void query_bounds(void *self, size_t first, size_t count, narrow_answer *
     const ours *o = self;
     for (size_t i = first; i < first + count; i++, out++) {
         const ours_item *it = &o->items[i];
-        pose b_in_a = pose_relative(it->at_a, it->at_b);
+        pose b_in_a = narrow_relative(&it->stands_a, &it->stands_b);
         narrow_result r = {.lo = -INFINITY, .hi = INFINITY};
         vec3 by_boxes;
         double boxes = apart_by_boxes(it, &by_boxes);

@@ -281,8 +281,9 @@ A point is one peer at one of its tolerances in one class (separated, shallow, d
 ours at some tolerance is at least as fast at no larger error, with all verdicts right and proven (boxes and bounds, which may
 leave one open, count only where all pairs are apart); where a peer gives no distance, the verdict alone is compared; where it
 gives one, ours must give one that is no worse, so that a quick but wrong depth counts as a point if its verdict is right. A
-pair type is dominated if all points in all of its classes are. The clock runs from the two world poses: ours turns quaternions
-into the relative pose within it, ODE has matrices that were made before. Errors up to {FLOOR:.0e} are
+pair type is dominated if all points in all of its classes are. The clock runs from where the two bodies stand: ours and the
+peers have the matrix of each body's orientation before, as it is the same for all pairs of the body; what is of the pair,
+as the relative pose where it is needed, is timed. Errors up to {FLOOR:.0e} are
 the rounding of poses in doubles, and count as equal. Points with a wrong verdict or a failure are not counted; the
 compounds have no Debian peer.
 

@@ -4,6 +4,7 @@
 #include "cmocka_c.h"
 
 #include <collided.h>
+#include <pthread.h>
 #include <signal.h>
 #include <stdio.h>
 #include <sys/mman.h>
@@ -136,8 +137,60 @@ static void use_daemon(const char *uri, daemon_state *d)
     assert_int_equal(atomic_load(&d->malformed), 0);
 }
 
+typedef struct listener {
+    collided *c;
+    collided_body body;
+    pthread_t polls;
+    int batches, elsewhere; /* of those, on another thread than the one that polls */
+    collided_status published, polled;
+    int32_t subscribed;
+} listener;
+
+static void answer(void *context, const collided_batch *b)
+{
+    listener *l = context;
+    (void)b;
+    const collided_interest_def interest = {.callback = answer};
+    l->batches++;
+    l->elsewhere += !pthread_equal(pthread_self(), l->polls);
+    l->published = collided_move(l->c, l->body, collided_pose_identity());
+    l->polled = collided_poll(l->c, 0);
+    if (l->elsewhere) l->subscribed = collided_subscribe(l->c, &interest).id;
+}
+
+/* A stream after another, until a callback has run on the thread that its batch came on. */
+static void use_on_arrival(const char *uri, daemon_state *d)
+{
+    collided_def def = collided_def_default();
+    def.on_arrival = true;
+    listener l = {.c = collided_connect(uri, &def), .polls = pthread_self()};
+    if (!l.c) fail_msg("%s", collided_connect_error());
+    l.body = make(l.c, "part");
+    assert_int_equal(collided_sync(l.c, 5.0), COLLIDED_OK);
+    for (int k = 0; k < 20 && !l.elsewhere; k++) {
+        collided_interest_def interest = collided_interest_def_default();
+        interest.callback = answer;
+        interest.context = &l;
+        collided_interest watched = collided_subscribe(l.c, &interest);
+        int before = l.batches;
+        for (int i = 0; i < 50 && l.batches == before; i++) assert_int_equal(collided_poll(l.c, 0.1), COLLIDED_OK);
+        assert_true(l.batches > before);
+        assert_int_equal(l.published, COLLIDED_OK);
+        assert_int_equal(l.polled, COLLIDED_BAD_ARGUMENT);
+        assert_int_equal(collided_unsubscribe(l.c, watched), COLLIDED_OK);
+    }
+    assert_true(l.elsewhere > 0);
+    assert_int_equal(l.subscribed, COLLIDED_NONE);
+    assert_int_equal(collided_sync(l.c, 5.0), COLLIDED_OK);
+    collided_result answered;
+    assert_int_equal(collided_query_bodies(l.c, "*", 5.0, &answered), COLLIDED_OK);
+    collided_result_free(&answered);
+    collided_close(l.c);
+    assert_int_equal(atomic_load(&d->poses), l.batches);
+}
+
 /* The daemon is a process of its own, as in life; the two share its counters. */
-static void with_daemon(void *(*run)(void *), const char *uri)
+static void with_daemon(void *(*run)(void *), void (*use)(const char *uri, daemon_state *d), const char *uri)
 {
     daemon_state *d = mmap(NULL, sizeof *d, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
     assert_ptr_not_equal(d, MAP_FAILED);
@@ -148,7 +201,7 @@ static void with_daemon(void *(*run)(void *), const char *uri)
         run(d);
         _exit(0);
     }
-    use_daemon(uri, d);
+    use(uri, d);
     atomic_store(&d->stop, true);
     int status = 0;
     assert_int_equal(waitpid(pid, &status, 0), pid);
@@ -160,14 +213,21 @@ static void a_client_works_over_lcm(void **state)
 {
     (void)state;
     if (!isolated) skip();
-    with_daemon(daemon_lcm, "lcm://");
+    with_daemon(daemon_lcm, use_daemon, "lcm://");
 }
 
 static void a_client_works_over_dds(void **state)
 {
     (void)state;
     if (!isolated) skip();
-    with_daemon(daemon_dds, "dds://7");
+    with_daemon(daemon_dds, use_daemon, "dds://7");
+}
+
+static void callbacks_may_run_where_events_arrive(void **state)
+{
+    (void)state;
+    if (!isolated) skip();
+    with_daemon(daemon_dds, use_on_arrival, "dds://7");
 }
 
 static void two_clients_share_a_domain(void **state)
@@ -191,6 +251,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_client_works_over_lcm),
         cmocka_unit_test(a_client_works_over_dds),
+        cmocka_unit_test(callbacks_may_run_where_events_arrive),
         cmocka_unit_test(two_clients_share_a_domain),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

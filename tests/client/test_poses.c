@@ -123,6 +123,31 @@ static void batches_are_split_and_only_known_bodies_are_in_them(void **state)
     collided_close(c);
 }
 
+static void poses_carry_the_time_of_the_simulation(void **state)
+{
+    (void)state;
+    fake_begin((fake_options){.ignored = WIRE_BODY, .epoch = 1});
+    collided *c = fake_connect();
+    collided_body known, late = make(c, "late");
+    const double p[3] = {0}, o[4] = {1, 0, 0, 0};
+    assert_int_equal(collided_set_simulation_time(c, -1), COLLIDED_BAD_ARGUMENT);
+    assert_int_equal(collided_set_simulation_time(c, 5000), COLLIDED_OK);
+    assert_int_equal(collided_publish(c, 1, &late, p, o, NULL, NULL, 0, 1), COLLIDED_OK);
+    assert_int_equal(fake_sent(WIRE_POSE_BATCH), 0);
+    assert_int_equal(collided_set_simulation_time(c, 6000), COLLIDED_OK);
+    fake_set((fake_options){.epoch = 1});
+    fake_ack(fake_message(WIRE_BODY, 0));
+    assert_int_equal(fake_message(WIRE_POSE_BATCH, 0)->pose_batch.simulation_ns, 5000); /* as it was published */
+    known = make(c, "known");
+    assert_int_equal(collided_sync(c, 1.0), COLLIDED_OK);
+    assert_int_equal(collided_teleport(c, 1, &known, p, o, NULL, NULL, 0, 2), COLLIDED_OK);
+    assert_int_equal(fake_message(WIRE_POSE_BATCH, 1)->pose_batch.simulation_ns, 6000);
+    assert_int_equal(collided_set_simulation_time(c, 0), COLLIDED_OK);
+    assert_int_equal(collided_publish(c, 1, &known, p, o, NULL, NULL, 0, 3), COLLIDED_OK);
+    assert_int_equal(fake_message(WIRE_POSE_BATCH, 2)->pose_batch.simulation_ns, 0);
+    collided_close(c);
+}
+
 static void nothing_is_sent_of_a_call_with_anything_wrong(void **state)
 {
     (void)state;
@@ -188,6 +213,7 @@ int main(void)
         cmocka_unit_test(a_teleport_before_the_acknowledgement_stays_one),
         cmocka_unit_test(a_changed_body_is_announced_again),
         cmocka_unit_test(batches_are_split_and_only_known_bodies_are_in_them),
+        cmocka_unit_test(poses_carry_the_time_of_the_simulation),
         cmocka_unit_test(nothing_is_sent_of_a_call_with_anything_wrong),
         cmocka_unit_test(bad_bodies_are_refused_before_anything_is_sent),
     };

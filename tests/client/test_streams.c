@@ -17,7 +17,7 @@ typedef struct heard {
     collided_interest interest;
     collided_status in_callback;
     int heartbeats, missing;
-    int64_t oldest_pose_ns;
+    int64_t oldest_pose_ns, simulation_ns;
 } heard;
 
 static void note(void *context, const collided_batch *b)
@@ -32,6 +32,7 @@ static void note(void *context, const collided_batch *b)
     h->heartbeats += b->heartbeat;
     h->oldest_pose_ns = b->oldest_pose_ns;
     h->missing = b->missing;
+    h->simulation_ns = b->simulation_ns;
     h->events = b->event_count;
     for (size_t i = 0; i < b->event_count && i < 2; i++)
         (void)snprintf(h->name_a[i], sizeof h->name_a[i], "%s", b->events[i].name_a);
@@ -121,6 +122,7 @@ static void give_heartbeat(collided *c, int64_t batch)
             .batch = batch,
             .oldest_pose_ns = 77,
             .missing = 2,
+            .simulation_ns = 91,
             .heartbeat = 1,
             .parts = 1,
             .stream = "s"}};
@@ -195,6 +197,7 @@ static void a_heartbeat_is_told_and_finds_out_what_was_lost(void **state)
     (void)collided_poll(c, 1.0);
     (void)collided_poll(c, 0.0);
     assert_true(h.batches == 3 && h.heartbeats == 2 && h.batch == 1 && h.oldest_pose_ns == 77 && h.missing == 2);
+    assert_int_equal(h.simulation_ns, 91);
     assert_int_equal(fake_sent(WIRE_INTEREST), 1);
     give_heartbeat(c, 3); /* 2 and 3 have not come */
     (void)collided_poll(c, 0.0);

@@ -9,6 +9,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 struct collided {
     int32_t next;
@@ -60,7 +61,8 @@ void collided_close(collided *c)
 
 collided_status collided_poll(collided *c, double timeout_s)
 {
-    (void)c, (void)timeout_s;
+    (void)c;
+    if (timeout_s > 0) usleep(5000);
     if (*setting("FAKE_INTERRUPTS")) raise(SIGINT);
     return COLLIDED_OK;
 }
@@ -311,7 +313,12 @@ collided_status collided_get_status(collided *c, double timeout_s, collided_daem
 {
     (void)c, (void)timeout_s;
     static const collided_counter counters[] = {{"bodies", 3}, {"narrow_queries", 123456}};
+    static int64_t
+        calls; /* each answer is a second later than the one before; FAKE_DIES: after so many there is none */
+    *out = (collided_daemon_status){.epoch = 0};
+    if (++calls > atoll(setting("FAKE_DIES")) && *setting("FAKE_DIES")) return COLLIDED_NO_DAEMON;
     *out = (collided_daemon_status){.epoch = 5,
+        .stamp_ns = 1000000000 * calls,
         .health = setting("FAKE_HEALTH"),
         .daemon = "host:1",
         .release = "0.1",

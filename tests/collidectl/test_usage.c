@@ -87,6 +87,7 @@ static void help_lists_the_options_of_each_verb(void **state)
         const char *verb, *options;
     } cases[] = {
         {"status", "--json --wait"},
+        {"top", "--json --once --seconds"},
         {"load", "--srdf --package --prefix --pose --state --joints --fixed --deadline --stay"},
         {"fit", "--srdf --package --excess --output --json"},
         {"remove", ""},
@@ -96,7 +97,7 @@ static void help_lists_the_options_of_each_verb(void **state)
             "--a --b --facts --horizon --range --accuracy --tolerance --relative --hysteresis --rate --json --seconds"},
         {"query", "--json --tolerance --length --linear --angular --span"},
         {"record", "--seconds"},
-        {"replay", "--workers --json"},
+        {"replay", "--speed --workers --json"},
         {"trade", "--json --seconds --workers --out"},
         {"doctor", "--json --peer --list --system-root"},
         {"forget", ""},

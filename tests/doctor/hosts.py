@@ -82,7 +82,7 @@ class Host:
         raise AssertionError(f"{command}: not '{until}', but: {text}")
 
     def daemon(self, options="--links 'dds://0 lcm://'", **environment):
-        return self.start(f"collided --status-period 0.3 {options}", "is ready", **environment)
+        return self.start(f"collided --status-period 0.3 --settle 0 {options}", "is ready", **environment)
 
     def double(self, uri, **environment):
         return self.start(f"{DOUBLE} --links {uri}", "here", **environment)

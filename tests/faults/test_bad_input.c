@@ -305,7 +305,7 @@ static size_t send_truncated(lcm_sender *s, const uint8_t *bytes, size_t size)
     return size;
 }
 
-/* The count of bodies of a PoseBatch (at byte 0x2c, see idl/README.md) says far more than there is. */
+/* The count of bodies of a PoseBatch (at byte 0x34, see idl/README.md) says far more than there is. */
 static size_t send_huge_counts(lcm_sender *s)
 {
     static const uint32_t counts[] = {2, 65536, 65537, 0x10000000, 0x7fffffff, 0x80000000, 0xffffffff};
@@ -317,7 +317,7 @@ static size_t send_huge_counts(lcm_sender *s)
     size_t size = wire_lcm_encode(&m, bytes, sizeof bytes);
     for (int i = 0; i < COUNTS; i++) {
         uint32_t count = htonl(counts[i]);
-        memcpy(bytes + 0x2c, &count, sizeof count);
+        memcpy(bytes + 0x34, &count, sizeof count);
         lcm_send(s, "collided.in.PoseBatch", bytes, size);
     }
     return COUNTS;

@@ -3,6 +3,8 @@
 
 #include <math.h>
 #include <signal.h>
+#include <stdio.h>
+#include <string.h>
 
 static void polling_alone_rebuilds_the_world_after_a_restart(void **state)
 {
@@ -39,6 +41,41 @@ static void polling_alone_rebuilds_the_world_after_a_restart(void **state)
     assert_true(rig_alive(second));
 }
 
+/* It says that it is ready when all that its clients had is back, and not before. */
+static void ready_is_said_when_the_world_is_whole(void **state)
+{
+    enum { CLIENTS = 3, BODIES = 40 };
+    const char *uri = *state;
+    pid_t first = rig_daemon(NULL, NULL);
+    collided *c[CLIENTS];
+    collided_daemon_status status = {0};
+    for (int k = 0; k < CLIENTS; k++) {
+        c[k] = rig_connect(uri, 2, COLLIDED_REMOVE);
+        for (int i = 0; i < BODIES; i++) {
+            char name[32];
+            snprintf(name, sizeof name, "box%d.%d", k, i);
+            rig_box(c[k], name, 2 * (BODIES * k + i));
+        }
+        assert_int_equal(collided_sync(c[k], 5), COLLIDED_OK);
+    }
+    UNTIL(c[0], 5, collided_get_status(c[0], 1, &status) == COLLIDED_OK && !strcmp(status.health, "ready"));
+    int64_t before = status.epoch;
+    rig_kill(first, SIGKILL);
+    pid_t second = rig_daemon(NULL, NULL);
+    bool was_starting = false, is_ready = false;
+    for (double end = rig_now_s() + 15; !is_ready && rig_now_s() < end;) {
+        for (int k = 0; k < CLIENTS; k++) (void)collided_poll(c[k], 0.01);
+        if (collided_get_status(c[0], 0, &status) != COLLIDED_OK || status.epoch == before) continue;
+        was_starting |= !strcmp(status.health, "starting");
+        is_ready = !strcmp(status.health, "ready");
+    }
+    assert_true(was_starting && is_ready);
+    for (size_t i = 0; i < status.counter_count; i++)
+        if (!strcmp(status.counters[i].name, "bodies")) assert_int_equal(status.counters[i].value, CLIENTS * BODIES);
+    for (int k = 0; k < CLIENTS; k++) rig_close(c[k]);
+    assert_true(rig_alive(second));
+}
+
 static void a_daemon_that_is_gone_is_said_so(void **state)
 {
     const char *uri = *state;
@@ -52,8 +89,8 @@ static void a_daemon_that_is_gone_is_said_so(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {
-        OVER_BOTH(polling_alone_rebuilds_the_world_after_a_restart), OVER_BOTH(a_daemon_that_is_gone_is_said_so)};
+    const struct CMUnitTest tests[] = {OVER_BOTH(polling_alone_rebuilds_the_world_after_a_restart),
+        OVER_BOTH(ready_is_said_when_the_world_is_whole), OVER_BOTH(a_daemon_that_is_gone_is_said_so)};
     rig_isolate();
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -90,6 +90,7 @@ wire_message sample_poses(int32_t count, int64_t sequence)
             .sequence = sequence,
             .stamp_ns = 1000 + sequence,
             .step = sequence,
+            .simulation_ns = 10 * sequence,
             .bodies = {n, bodies},
             .positions = {3 * n, positions},
             .orientations = {4 * n, orientations}}};
@@ -138,6 +139,7 @@ wire_message sample_events(const char *stream, int64_t batch)
             .stamp_ns = 5,
             .latest_pose_ns = 6,
             .step = 7,
+            .simulation_ns = 70,
             .parts = 1,
             .stream = stream,
             .kinds = {1, kind},

@@ -5,8 +5,10 @@
 #include "wire/dds/wire_dds_qos.h"
 
 #include <poll.h>
+#include <pthread.h>
 #include <signal.h>
 #include <spawn.h>
+#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -212,6 +214,71 @@ static void large_batches_arrive_in_order(void **state)
     rig_close(&r);
 }
 
+/* ---- rounds on the thread that poses arrive on ---- */
+
+enum { EVENTS_A_ROUND = 16 };
+
+typedef struct arrivals {
+    rig rig;
+    pthread_mutex_t lock; /* the service's: of the rig, and of what follows */
+    int64_t rounds, longest_ns;
+} arrivals;
+
+/* As in the service: never waits for the lock. */
+static bool run_round(void *context, struct link *from)
+{
+    arrivals *a = context;
+    if (pthread_mutex_trylock(&a->lock) != 0) return false;
+    int64_t began = clock_monotonic_ns();
+    from->ops->receive_poses(from, &a->rig.sink);
+    wire_message m = sample_events("arm", ++a->rounds);
+    for (int i = 0; i < EVENTS_A_ROUND; i++) from->ops->publish(from, &m);
+    from->ops->flush(from);
+    int64_t took = clock_monotonic_ns() - began;
+    if (took > a->longest_ns) a->longest_ns = took;
+    pthread_mutex_unlock(&a->lock);
+    return true;
+}
+
+static bool have_all_poses(arrivals *a)
+{
+    pthread_mutex_lock(&a->lock);
+    rig_receive(&a->rig);
+    bool all = a->rig.heard.last_sequence == FLOOD_BATCHES;
+    pthread_mutex_unlock(&a->lock);
+    return all;
+}
+
+/* The reader of what is written there stands still, so that nothing is acknowledged, and the thread that writes is the
+ * one that would process acknowledgements. A writer that keeps all would have waited after 40 kB, and failed. */
+static void no_round_on_arrival_waits_for_a_reader(void **state)
+{
+    (void)state;
+    arrivals a = {.lock = PTHREAD_MUTEX_INITIALIZER};
+    dds_open(&a.rig);
+    a.rig.link->ops->stream_open(a.rig.link, "arm");
+    client still = client_start("listen", "arm");
+    assert_says(&still, &a.rig, 10, "matched");
+    RIG_UNTIL(&a.rig, 10, a.rig.heard.readers == 1);
+    kill(still.pid, SIGSTOP);
+    a.rig.link->options.poses_context = &a;
+    a.rig.link->options.poses = run_round;
+    client c = client_start("flood", NULL);
+    int64_t end = clock_monotonic_ns() + 20 * INT64_C(1000000000);
+    while (!have_all_poses(&a) && clock_monotonic_ns() < end) rig_is_woken(&a.rig, 20);
+    client_kill(&c);
+    a.rig.link->options.poses = NULL;
+    print_message("%lld of %d batches in %lld rounds on arrival, of at most %lld us\n",
+        (long long)a.rig.heard.messages[WIRE_POSE_BATCH], FLOOD_BATCHES, (long long)a.rounds,
+        (long long)a.longest_ns / 1000);
+    assert_int_equal(a.rig.heard.last_sequence, FLOOD_BATCHES);
+    assert_int_equal(a.rig.heard.disordered, 0);
+    assert_true(a.rounds > FLOOD_BATCHES / 4);
+    assert_int_equal(rig_counter(&a.rig, "dds_write_failed"), 0);
+    client_kill(&still);
+    rig_close(&a.rig);
+}
+
 static void a_killed_client_is_lost_within_its_lease_and_its_bodies_are_not_removed(void **state)
 {
     (void)state;
@@ -330,6 +397,7 @@ int main(int argc, char **argv)
         cmocka_unit_test(streams_do_not_hear_each_other),
         cmocka_unit_test(the_end_of_a_stream_arrives_though_it_is_closed_at_once),
         cmocka_unit_test(large_batches_arrive_in_order),
+        cmocka_unit_test(no_round_on_arrival_waits_for_a_reader),
         cmocka_unit_test(a_killed_client_is_lost_within_its_lease_and_its_bodies_are_not_removed),
         cmocka_unit_test(a_body_taken_back_is_removed_once),
         cmocka_unit_test(a_body_disposed_by_its_key_is_removed_once),

@@ -1,6 +1,7 @@
 /* Short roads against long ones: answers for balls, capsules and boxes are those of the general road to the bit; boxes
  * set on a grid, where faces, edges and corners meet in every tie, are right and name points of both; ellipsoids, of
- * which a ball is shaved off, are certified as whole ones at any depth. */
+ * which a ball is shaved off, are certified as whole ones at any depth; where shapes stand in the world, the formulas
+ * without a relative pose prove what they say, at every size the same. */
 #include "cases.h"
 #include "narrow/short_road.h"
 #include "oracle.h"
@@ -157,6 +158,63 @@ static void shaved_ellipsoids_measure_as_whole_ones(void **state)
     }
 }
 
+static narrow_result ask_placed(const shape *a, pose pa, const shape *b, pose pb, const narrow_request *request)
+{
+    narrow_placed x = narrow_placed_at(a, pa), y = narrow_placed_at(b, pb);
+    narrow_result r;
+    narrow_query_placed(&x, &y, request, NULL, case_scratch(), &r);
+    return r;
+}
+
+static shape scaled(shape s, double by)
+{
+    s.radius *= by;
+    s.half = vec_scale(s.half, by);
+    return s;
+}
+
+/* At 2^exponent of the size: the same bits but for the exponent. */
+static void scales(const shape *a, pose pa, const shape *b, pose pb, const narrow_result *r, double width, int exponent)
+{
+    double by = ldexp(1, exponent);
+    shape x = scaled(*a, by), y = scaled(*b, by);
+    pa.p = vec_scale(pa.p, by), pb.p = vec_scale(pb.p, by);
+    const narrow_request request = {.facts = NARROW_DISTANCE, .tolerance = by * width, .range = INFINITY};
+    narrow_result s = ask_placed(&x, pa, &y, pb, &request);
+    vec3 point_a = vec_scale(r->point_a, by), point_b = vec_scale(r->point_b, by);
+    assert_true(s.lo == by * r->lo && s.hi == by * r->hi && s.status == r->status);
+    assert_memory_equal(&s.axis, &r->axis, sizeof s.axis);
+    assert_memory_equal(&s.point_a, &point_a, sizeof point_a);
+    assert_memory_equal(&s.point_b, &point_b, sizeof point_b);
+}
+
+static void where_they_stand_the_answer_is_proven(void **state)
+{
+    (void)state;
+    static const shape_type PAIRS[][2] = {{SHAPE_SPHERE, SHAPE_SPHERE}, {SHAPE_SPHERE, SHAPE_CAPSULE},
+        {SHAPE_SPHERE, SHAPE_BOX}, {SHAPE_CAPSULE, SHAPE_CAPSULE}, {SHAPE_CAPSULE, SHAPE_BOX}, {SHAPE_BOX, SHAPE_BOX}};
+    for (uint64_t seed = 1; seed <= 12000; seed++) {
+        random_state r = {seed};
+        const shape_type *types = PAIRS[seed % 6];
+        shape a = small_shape(&r, types[0], 0), b = small_shape(&r, types[1], (int)(seed % 7) - 3);
+        if (!narrow_ordered(&a, 0, &b, 1)) continue;
+        double reach = shape_reach(&a) + shape_reach(&b), away = random_bits(&r) % 20 ? random_in(&r, 0, 2) : 0;
+        pose pa = {random_direction(&r), some_rotation(&r)};
+        pose pb = {vec_madd(pa.p, reach * away, random_direction(&r)), some_rotation(&r)};
+        const narrow_request request = {.facts = NARROW_DISTANCE, .tolerance = 1e-7 * reach, .range = INFINITY};
+        narrow_result x = ask_placed(&a, pa, &b, pb, &request), general;
+        narrow_query_world(&a, pa, &b, pb, &request, case_scratch(), &general);
+        double size = reach + vec_norm(vec_sub(pb.p, pa.p));
+        placed oa = oracle_place(&a, pa, pa.p), ob = oracle_place(&b, pb, pa.p);
+        assert_true(x.status == NARROW_CERTAIN && x.lo <= general.hi && general.lo <= x.hi);
+        assert_true((double)oracle_separation(&oa, &ob, real3_of(x.axis)) >= x.lo);
+        assert_true(oracle_outside(&oa, x.point_a) <= 1e-14 * size && oracle_outside(&ob, x.point_b) <= 1e-14 * size);
+        if (x.lo > 0) assert_true(vec_norm(vec_sub(x.point_b, x.point_a)) <= x.hi);
+        static const int EXPONENTS[] = {-340, -50, -30, 3, 40, 300};
+        for (int i = 0; i < 6; i++) scales(&a, pa, &b, pb, &x, request.tolerance, EXPONENTS[i]);
+    }
+}
+
 static int create(void **state)
 {
     (void)state;
@@ -178,6 +236,7 @@ int main(void)
         cmocka_unit_test(the_answer_for_boxes_is_that_of_the_general_road),
         cmocka_unit_test(boxes_on_a_grid_are_right_in_every_tie),
         cmocka_unit_test(shaved_ellipsoids_measure_as_whole_ones),
+        cmocka_unit_test(where_they_stand_the_answer_is_proven),
     };
     return cmocka_run_group_tests(tests, create, destroy);
 }

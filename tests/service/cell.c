@@ -28,6 +28,7 @@ config cell_config(void)
     config_default(&c);
     c.workers = 1;
     c.status_period = 0.05;
+    c.settle = 0;
     c.heartbeat = 3600; /* a test that waits long for nothing hears nothing */
     strcpy(c.links, "memory://cell");
     return c;

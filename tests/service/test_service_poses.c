@@ -2,6 +2,8 @@
  * neither. */
 #include "cell.h"
 
+#include <unistd.h>
+
 enum { ALICE = 11 };
 
 typedef struct room {
@@ -166,6 +168,30 @@ static void a_client_that_comes_back_goes_on(void **state)
     poses_stand(r, 8, 1, 0);
 }
 
+static void send_spaced(room *r, int count)
+{
+    for (int k = 0; k < count; k++) {
+        send_poses(r, ++r->sequence, 0, 0.001 * k, false);
+        usleep(2000);
+    }
+}
+
+/* On the thread that sends them, here; what comes with commands is the tick thread's, and neither loses any. */
+static void poses_alone_are_ticked_where_they_arrive(void **state)
+{
+    room *r = *state;
+    announce(r);
+    int64_t sent = 0;
+    for (; sent < 2000 && !counter(r, "ticks_on_arrival"); sent += 50) send_spaced(r, 50); /* once the start is over */
+    assert_true(counter(r, "ticks_on_arrival") > 0);
+    for (int k = 0; k < 50; k++, sent++) {
+        cell_sphere(r->alice, ALICE, ++r->sequence, 2, "c", 100 + k);
+        send_poses(r, ++r->sequence, 0, 0.001 * k, false);
+    }
+    await_all(r, 2 * sent);
+    poses_stand(r, 2 * sent, 0, 0);
+}
+
 #define IN_A_ROOM(test) cmocka_unit_test_setup_teardown(test, open_room, close_room)
 
 int main(void)
@@ -176,6 +202,7 @@ int main(void)
         IN_A_ROOM(a_body_that_is_announced_again_begins_its_time_anew),
         IN_A_ROOM(a_copy_of_the_announcement_does_not),
         IN_A_ROOM(a_client_that_comes_back_goes_on),
+        IN_A_ROOM(poses_alone_are_ticked_where_they_arrive),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

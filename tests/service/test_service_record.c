@@ -8,6 +8,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <sysexits.h>
+#include <time.h>
 #include <unistd.h>
 
 enum { ALICE = 11, BODIES = 20, STEPS = 200 };
@@ -66,6 +67,29 @@ static void a_session_replays_with_the_same_hash_for_any_number_of_workers(void 
     assert_int_equal(cell_replay(c.record, 1, false), EX_OK);
 }
 
+static char told[8192]; /* by the last replay */
+
+static int replay_and_hear(const char *path)
+{
+    fflush(stdout);
+    int out = dup(STDOUT_FILENO);
+    FILE *file = tmpfile();
+    dup2(fileno(file), STDOUT_FILENO);
+    int status = cell_replay(path, 1, true);
+    fflush(stdout);
+    dup2(out, STDOUT_FILENO);
+    close(out);
+    rewind(file);
+    told[fread(told, 1, sizeof told - 1, file)] = '\0';
+    fclose(file);
+    return status;
+}
+
+static void says(const char *words)
+{
+    if (!strstr(told, words)) fail_msg("no %s in: %s", words, told);
+}
+
 static void a_recording_that_begins_in_the_middle_replays_alike_each_time(void **state)
 {
     (void)state;
@@ -78,7 +102,170 @@ static void a_recording_that_begins_in_the_middle_replays_alike_each_time(void *
     assert_int_equal(cell_stop(daemon), 0);
     int64_t hash;
     assert_in_range(cell_read(path, take_hash, &hash), 5, 100000);
-    assert_int_equal(cell_replay(path, 1, true), EX_SOFTWARE); /* contact ids are counted anew: it says so */
+    assert_int_equal(replay_and_hear(path), EX_SOFTWARE); /* contact ids are counted anew: it says so */
+    says("{\"field\":\"contacts\",\"recorded\":\"");
+    assert_null(strstr(told, "\"field\":\"lo\""));
+}
+
+/* ---- what differs is told ---- */
+
+typedef bool change(wire_log_entry *entry, int *left); /* changes the entry, or leaves it out (false) */
+
+/* A copy of the session's recording, in which one entry is another one. */
+static void rewrite(const char *to, change *alter)
+{
+    char why[256] = "", from[sizeof folder + 32];
+    int left = 1;
+    snprintf(from, sizeof from, "%s/session.lcmlog", folder);
+    unlink(to);
+    wire_log_reader *r = wire_log_open(from, why, sizeof why);
+    wire_log_writer *w = wire_log_create(to, why, sizeof why);
+    assert_true(r && w);
+    for (wire_log_entry e; wire_log_next(r, &e, NULL, why, sizeof why) == 1;) {
+        if (!alter(&e, &left)) continue;
+        int written = e.kind == WIRE_LOG_MESSAGE ? wire_log_message(w, e.timestamp_us, &e.message)
+                      : e.kind == WIRE_LOG_TICK  ? wire_log_tick_end(w, e.timestamp_us, &e.tick)
+                                                 : wire_log_lost(w, e.timestamp_us, e.lost_client);
+        assert_int_equal(written, 0);
+    }
+    assert_int_equal(left, 0); /* it was there */
+    wire_log_end(r);
+    assert_int_equal(wire_log_close(w), 0);
+}
+
+static bool is_events(const wire_log_entry *e)
+{
+    return e->kind == WIRE_LOG_MESSAGE && e->message.kind == WIRE_EVENT_BATCH && e->message.event_batch.kinds.count;
+}
+
+static bool nothing(wire_log_entry *e, int *left)
+{
+    (void)e;
+    *left = 0;
+    return true;
+}
+
+static bool one_bound(wire_log_entry *e, int *left)
+{
+    if (!*left || !is_events(e)) return true;
+    ((double *)(uintptr_t)e->message.event_batch.lo.at)[0] -= 0.5;
+    *left = 0;
+    return true;
+}
+
+static bool one_name(wire_log_entry *e, int *left)
+{
+    if (!*left || !is_events(e)) return true;
+    ((const char **)(uintptr_t)e->message.event_batch.names_b.at)[0] = "\"x\"";
+    *left = 0;
+    return true;
+}
+
+static bool one_event_less(wire_log_entry *e, int *left)
+{
+    if (!*left || !is_events(e)) return true;
+    *left = 0;
+    return false;
+}
+
+/* Commands, of which the last in a tick counts: what follows from it differs. */
+static bool some_poses(wire_log_entry *e, int *left)
+{
+    if (e->kind != WIRE_LOG_MESSAGE || e->message.kind != WIRE_POSE_BATCH) return true;
+    if (e->message.pose_batch.sequence < 500) return true; /* there are contacts by then */
+    ((double *)(uintptr_t)e->message.pose_batch.positions.at)[0] += 1e-9;
+    *left = 0;
+    return true;
+}
+
+static bool one_hash(wire_log_entry *e, int *left)
+{
+    if (!*left || e->kind != WIRE_LOG_TICK || e->tick.tick < 4) return true;
+    e->tick.events_hash ^= 1;
+    *left = 0;
+    return true;
+}
+
+static bool all_events(wire_log_entry *e, int *left)
+{
+    *left = 0;
+    return !(e->kind == WIRE_LOG_MESSAGE && e->message.kind == WIRE_EVENT_BATCH);
+}
+
+static bool all_events_and_some_poses(wire_log_entry *e, int *left)
+{
+    int unused = 0;
+    return some_poses(e, left) && all_events(e, &unused);
+}
+
+static void the_first_difference_is_told_with_both_values(void **state)
+{
+    (void)state;
+    char path[sizeof folder + 32];
+    snprintf(path, sizeof path, "%s/changed.lcmlog", folder);
+    rewrite(path, nothing);
+    assert_int_equal(replay_and_hear(path), EX_OK);
+    says("\"first_different_tick\":0}");
+    rewrite(path, one_bound);
+    assert_int_equal(replay_and_hear(path), EX_SOFTWARE);
+    says("\"event\":0,\"recorded\":\"begin of contact ");
+    says("\"fields\":[{\"field\":\"lo\",\"recorded\":\"-0.");
+    says("}],\"more\":0}}\n"); /* and nothing else */
+    rewrite(path, one_name);
+    assert_int_equal(replay_and_hear(path), EX_SOFTWARE);
+    says("{\"field\":\"names_b\",\"recorded\":\"\\\"x\\\"\",\"replayed\":\"ball");
+    rewrite(path, one_event_less);
+    assert_int_equal(replay_and_hear(path), EX_OK); /* of a tick without any, nothing was recorded: the hash is equal */
+    rewrite(path, some_poses);
+    assert_int_equal(replay_and_hear(path), EX_SOFTWARE);
+    says("\"field\":\"points_");
+    rewrite(path, one_hash);
+    assert_int_equal(replay_and_hear(path), EX_SOFTWARE);
+    says("\"first_different_tick\":4}");
+    rewrite(path, all_events); /* as with record_events = no */
+    assert_int_equal(replay_and_hear(path), EX_OK);
+    rewrite(path, all_events_and_some_poses);
+    assert_int_equal(replay_and_hear(path), EX_SOFTWARE);
+    assert_null(strstr(told, "difference"));
+    unlink(path);
+}
+
+static double now_s(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+/* Its ticks lie as far apart as they were recorded, divided by the speed; their events are the same. */
+static void a_replay_may_take_its_time(void **state)
+{
+    (void)state;
+    char path[sizeof folder + 32], why[512] = "";
+    snprintf(path, sizeof path, "%s/slow.lcmlog", folder);
+    wire_log_writer *w = wire_log_create(path, why, sizeof why);
+    assert_non_null(w);
+    for (int tick = 1; tick <= 4; tick++) {
+        const wire_log_tick t = {tick, 1000000000LL * tick, 200000000LL * tick, INT64_C(-3750763034362895579), 0, 0};
+        assert_int_equal(wire_log_tick_end(w, 1, &t), 0);
+    }
+    assert_int_equal(wire_log_close(w), 0);
+    double took[2];
+    for (int i = 0; i < 2; i++) {
+        config c = cell_config();
+        snprintf(c.replay, sizeof c.replay, "%s", path);
+        c.json = true;
+        c.replay_speed = i ? 2 : 0;
+        server *s = server_create(&c, why, sizeof why);
+        assert_non_null(s);
+        double began = now_s();
+        assert_int_equal(server_run(s), EX_OK);
+        took[i] = now_s() - began;
+        server_destroy(s);
+    }
+    assert_true(took[0] < 0.2);
+    assert_true(took[1] >= 0.3 && took[1] < 2); /* 3 times 0.2 s, twice as fast */
+    unlink(path);
 }
 
 static void an_existing_recording_is_not_overwritten(void **state)
@@ -113,6 +300,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_session_replays_with_the_same_hash_for_any_number_of_workers),
         cmocka_unit_test(a_recording_that_begins_in_the_middle_replays_alike_each_time),
+        cmocka_unit_test(the_first_difference_is_told_with_both_values),
+        cmocka_unit_test(a_replay_may_take_its_time),
         cmocka_unit_test(an_existing_recording_is_not_overwritten),
     };
     return cmocka_run_group_tests(tests, make_folder, drop_folder);

@@ -513,6 +513,52 @@ static void the_latency_is_that_of_the_step(void **state)
     leave(&h);
 }
 
+/* The end of a step says what time it is there; what one member says, the answers of all carry, and who is ahead does
+ * not move the time of the step that is done. */
+static void end_at(hall *h, int k, int64_t step, int64_t simulation_ns)
+{
+    wire_message m = {.kind = WIRE_POSE_BATCH,
+        .pose_batch = {.version = WIRE_VERSION,
+            .client = id_of(k),
+            .sequence = ++h->sequences[k],
+            .step = step,
+            .simulation_ns = simulation_ns}};
+    memory_send(h->end, &m);
+}
+
+static void await_time(hall *h, int members, int64_t step, int64_t simulation_ns)
+{
+    for (int left = members; left;) {
+        wire_event_batch b = cell_await(h->end, h->memory, WIRE_EVENT_BATCH).event_batch;
+        if (b.step < step) continue;
+        assert_int_equal(b.step, step);
+        assert_int_equal(b.simulation_ns, simulation_ns);
+        left--;
+    }
+}
+
+static void answers_carry_the_time_of_the_simulation(void **state)
+{
+    (void)state;
+    hall h = enter(0, "hold", "");
+    for (int k = 0; k < 2; k++) join(&h, k, 2, 60);
+    end_at(&h, 0, 1, 4000000);
+    end_at(&h, 1, 1, 0); /* does not tell it */
+    await_time(&h, 2, 1, 4000000);
+    publish(&h, 0, 2, 1, 0.5);
+    end_at(&h, 0, 2, 8000000);
+    assert_true(is_silent(&h, 30));
+    end_at(&h, 1, 2, 8000001); /* the latest counts */
+    await_time(&h, 2, 2, 8000001);
+    end_at(&h, 0, 3, 0); /* nobody says: what was told last stands */
+    end_at(&h, 1, 3, 0);
+    await_time(&h, 2, 3, 8000001);
+    end_at(&h, 0, 4, 1000); /* it begins anew */
+    end_at(&h, 1, 4, 1000);
+    await_time(&h, 2, 4, 1000);
+    leave(&h);
+}
+
 static void lock_step_replays(void **state)
 {
     (void)state;
@@ -550,6 +596,7 @@ int main(void)
         cmocka_unit_test(a_client_cannot_use_the_sequence_of_the_daemon),
         cmocka_unit_test(who_comes_and_goes_does_not_postpone_the_timeout),
         cmocka_unit_test(the_latency_is_that_of_the_step),
+        cmocka_unit_test(answers_carry_the_time_of_the_simulation),
         cmocka_unit_test(lock_step_replays),
         cmocka_unit_test(a_recording_that_begins_between_steps_replays),
         cmocka_unit_test(so_does_one_that_begins_before_the_first_step),

@@ -2,6 +2,7 @@
 that make no sense are bounded, and nobody but this machine hears of it."""
 
 import http.client
+import json
 import os
 import re
 import signal
@@ -10,10 +11,16 @@ import subprocess
 import sys
 import time
 
-from rig import BIN, DAEMON, check, finish, isolate, refused
+from rig import BIN, DAEMON, check, finish, isolate, refused, until
 
 WORK = sys.argv[2]  # promtool is unpacked there
+MONITORING = sys.argv[3]
 PORT = 9464
+FAMILIES = {"in_": "messages_in_total", "reject_": "messages_rejected_total", "pairs_by_": "pairs_settled_total",
+            "work_of_": "stream_work_units", "events_of_": "stream_events_total", "client_name_": "client_info",
+            "lost_client_": "lost_client_bodies", "client_bodies_": "client_bodies",
+            "client_silent_ns_": "client_silent_seconds", "client_pose_age_ns_": "client_pose_age_seconds",
+            "client_poses_": "client_poses_total", "client_work_": "client_work_units"}
 PROMTOOL = os.path.join(WORK, "prometheus", "usr", "bin", "promtool")
 
 
@@ -72,9 +79,60 @@ def it_tells_what_happens():
 
 
 def probes_are_answered():
-    check(get("/ready") == (200, "ready\n"), "/ready")
     check(get("/")[0] == 200 and "/metrics" in get("/")[1], "/ says what there is")
     check(get("/etc/passwd")[0] == 404 and get("/" + "x" * 500)[0] == 404, "unknown paths")
+
+
+def each_figure_has_help_of_its_own():
+    """And every figure of Status is there, under its own name or as a member of a family."""
+    page = get("/metrics")[1]
+    helps = dict(re.findall(r"^# HELP collided_(\S+) (.*)$", page, re.M))
+    types = dict(re.findall(r"^# TYPE collided_(\S+) (\S+)$", page, re.M))
+    check(helps.keys() == types.keys() and len(helps) > 60, f"each has help and a type: {len(helps)}, {helps.keys() ^ types.keys()}")
+    for name, text in helps.items():
+        bare = re.sub("_(total|seconds)", "", name)
+        check(len(text.split()) > 1 and text not in (name, bare), f"{name} has no help: {text!r}")
+        check((types[name] == "counter") == name.endswith("_total"), f"{name} is a {types[name]}")
+    twice = [text for text in helps.values() if list(helps.values()).count(text) > 1]
+    check(not twice, f"help of several figures: {set(twice)}")
+    status = subprocess.run([os.path.join(BIN, "collidectl"), "--connect", "dds://0", "status", "--json"],
+                            capture_output=True, text=True, timeout=20, check=False)
+    check(status.returncode == 0, f"collidectl status: {status.stderr}")
+    own = {"client_" + name for name in ("repeats", "announced_again", "foreign_messages", "malformed_messages",
+                                         "rejections_dropped", "batches_lost", "stalls", "send_failures")}
+    for name in json.loads(status.stdout)["counters"].keys() - own:
+        family = next((f for prefix, f in FAMILIES.items() if name.startswith(prefix)), None)
+        alone = [name.replace("_ns", "_seconds") + end for end in ("", "_total")]
+        check(family in helps or any(a in helps for a in alone), f"{name} of Status is not on the page")
+
+
+def monitoring_asks_for_figures_that_there_are():
+    """docker/monitoring: Prometheus takes it, and each name in the dashboard and the alerts is on the page."""
+    page = get("/metrics")[1]
+    there = set(re.findall(r"^# TYPE (collided_\S+)", page, re.M)) | {"collided_" + name for name in FAMILIES.values()}
+    with open(os.path.join(MONITORING, "collided.json"), encoding="utf-8") as file:
+        panels = json.load(file)["panels"]
+    with open(os.path.join(MONITORING, "rules.yml"), encoding="utf-8") as file:
+        asked = re.findall(r"expr: (.*)", file.read())
+    asked += [target["expr"] for panel in panels for target in panel["targets"]]
+    check(len(panels) > 10 and len(asked) > 20, f"{len(panels)} panels, {len(asked)} expressions")
+    for expression in asked:
+        for name in re.findall(r"collided_\w+", expression):
+            check(re.sub("_bucket$", "", name) in there, f"{name} in {expression} is not on the page")
+    if not os.path.exists(PROMTOOL):
+        return
+    for arguments in (["config", "prometheus.yml"], ["rules", "rules.yml"]):
+        done = subprocess.run([PROMTOOL, "check", *arguments], cwd=MONITORING, capture_output=True, text=True, check=False)
+        check(done.returncode == 0, f"promtool check {arguments}: {done.stdout}{done.stderr}")
+
+
+def it_is_ready_once_its_world_is_whole(daemon):
+    check(first_answer == (503, "starting: listens for what there was before\n"), f"/ready at the start: {first_answer}")
+    check(first_health == 75 and "the daemon is starting" in first_words, f"status: {first_health}, {first_words}")
+    check(until(5, lambda: get("/ready")[0] == 200), "it becomes ready")
+    said = daemon.stderr.readline()
+    check(re.search(r"the world is whole after (1|0)\.\d s: 0 bodies of \d clients", said), f"the log: {said}")
+    check(get("/ready") == (200, "ready\n"), "/ready")
 
 
 def nonsense_is_bounded():
@@ -111,8 +169,15 @@ with socket.socket() as taken:
             "0 for none")
 daemon = start()
 try:
+    first_answer = get("/ready")
+    first = subprocess.run([os.path.join(BIN, "collidectl"), "--connect", "dds://0", "status"], capture_output=True,
+                           text=True, timeout=20, check=False)
+    first_health, first_words = first.returncode, first.stderr
+    it_is_ready_once_its_world_is_whole(daemon)
     a_page_that_promtool_accepts()
     it_tells_what_happens()
+    each_figure_has_help_of_its_own()
+    monitoring_asks_for_figures_that_there_are()
     probes_are_answered()
     only_this_machine()
     nonsense_is_bounded()

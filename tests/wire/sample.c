@@ -213,9 +213,10 @@ static wire_body body(sampler *s, uint32_t most)
 static wire_pose_batch pose_batch(sampler *s, uint32_t most)
 {
     uint32_t n = sample_below(s, most + 1);
-    return (wire_pose_batch){WIRE_VERSION, positive(s), positive(s), positive(s), positive(s), i32s(s, n, INT32_MAX),
-        f64s(s, 3 * n, WIRE_POSITION_MAX), turns(s, n), f64s(s, coin(s) ? 3 * n : 0, WIRE_SPEED_MAX),
-        f64s(s, coin(s) ? 3 * n : 0, WIRE_SPIN_MAX), u8s(s, coin(s) ? n : 0, 0, 1)};
+    return (wire_pose_batch){WIRE_VERSION, positive(s), positive(s), positive(s), positive(s), positive(s),
+        i32s(s, n, INT32_MAX), f64s(s, 3 * n, WIRE_POSITION_MAX), turns(s, n),
+        f64s(s, coin(s) ? 3 * n : 0, WIRE_SPEED_MAX), f64s(s, coin(s) ? 3 * n : 0, WIRE_SPIN_MAX),
+        u8s(s, coin(s) ? n : 0, 0, 1)};
 }
 
 static wire_vertex_batch vertex_batch(sampler *s, uint32_t most)
@@ -305,7 +306,8 @@ static wire_event_batch event_batch(sampler *s, uint32_t most)
         .shapes_a = i32s(s, n, WIRE_SHAPES_MAX), .shapes_b = i32s(s, n, WIRE_SHAPES_MAX), .axes = f64s(s, 3 * n, 1),
         .points_a = f64s(s, 3 * n, 1e12), .points_b = f64s(s, 3 * n, 1e12), .ages_a_ns = i64s(s, n),
         .ages_b_ns = i64s(s, n), .closings = f64s(s, n, 100), .achieved = u8s(s, n, 0, 3), .undone = positive(s),
-        .missing = (int32_t)sample_below(s, 3), .heartbeat = n == 0 && coin(s), .oldest_pose_ns = positive(s)};
+        .simulation_ns = positive(s), .missing = (int32_t)sample_below(s, 3), .heartbeat = n == 0 && coin(s),
+        .oldest_pose_ns = positive(s)};
     intervals(s, n, &m.lo, &m.hi);
     manifolds(s, &m);
     impacts(s, &m);

@@ -19,6 +19,7 @@ static void pose_batch_rules(void **state)
     REFUSED(WIRE_POSE_BATCH, m.pose_batch.positions.count = 3, WIRE_MALFORMED, "positions has 3");
     REFUSED(WIRE_POSE_BATCH, m.pose_batch.orientations.count = 4, WIRE_MALFORMED, "orientations has 4");
     REFUSED(WIRE_POSE_BATCH, m.pose_batch.stamp_ns = -1, WIRE_MALFORMED, "stamp_ns is -1");
+    REFUSED(WIRE_POSE_BATCH, m.pose_batch.simulation_ns = -1, WIRE_MALFORMED, "simulation_ns is -1");
     REFUSED(WIRE_POSE_BATCH, plain.bodies[1] = -1, WIRE_MALFORMED, "bodies[1] is -1");
     REFUSED(WIRE_POSE_BATCH, plain.orientations[5] = 0, WIRE_BAD_ROTATION, "orientations[4..7] has the norm 0");
     REFUSED(WIRE_POSE_BATCH, plain.positions[5] = NAN, WIRE_BAD_NUMBER, "positions[5] is not a number");
@@ -176,6 +177,7 @@ static void event_batch_rules(void **state)
 {
     (void)state;
     REFUSED(WIRE_EVENT_BATCH, m.event_batch.batch = 0, WIRE_MALFORMED, "batch is 0");
+    REFUSED(WIRE_EVENT_BATCH, m.event_batch.simulation_ns = -1, WIRE_MALFORMED, "simulation_ns is -1");
     REFUSED(WIRE_EVENT_BATCH, m.event_batch.snapshot = 2, WIRE_MALFORMED, "snapshot is 2");
     REFUSED(WIRE_EVENT_BATCH, m.event_batch.closing = 2, WIRE_MALFORMED, "closing is 2");
     REFUSED(WIRE_EVENT_BATCH, m.event_batch.parts = 0, WIRE_MALFORMED, "parts is 0");

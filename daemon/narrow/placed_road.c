@@ -1,0 +1,239 @@
+/* placed_road: one function a pair of types, each formula inlined twice: for sizes of everyday, whose squares are in
+ * range as they are, and for all others, which are first brought to unit size. All that is between the two is a power
+ * of two: where both can answer, they do with the same bits. Pure; any thread.
+ *
+ * Rounding: the bound is unit_pair's, of which these use less, for no quaternions are multiplied: a matrix is off by
+ * 6 u, products and sums by 3 u each; and the sum of the sizes by a few u of itself. */
+#include "placed_road.h"
+
+#include "finish.h"
+#include "formulas.h"
+#include "geom/round.h"
+
+#define INLINE __attribute__((always_inline)) static inline
+#define APART __attribute__((noinline, cold)) static
+
+/* Sizes (m) between these are everyday; with them nothing below leaves the normal numbers, except a distance between
+ * cores that is less than NOTICEABLE. */
+#define LEAST_EVERYDAY 0x1p-32
+#define GREATEST_EVERYDAY 0x1p32
+#define NOTICEABLE 0x1p-150
+#define LEAST_UNIT_SQUARE 0x1p-900 /* and of pairs of unit size, of which the square may be less */
+
+typedef struct placed {
+    const shape *a, *b;
+    const narrow_placed *at_a, *at_b;
+    const narrow_request *request;
+    bool everyday;
+} placed;
+
+INLINE bool suffices(const narrow_request *r, const narrow_result *out)
+{
+    bool measured = out->hi - out->lo <= r->tolerance || out->lo > r->range || !(r->facts & NARROW_DISTANCE);
+    bool decided = out->lo > r->threshold || out->hi <= r->threshold || r->facts == NARROW_DISTANCE;
+    return measured && decided;
+}
+
+/* What unit_pair_init does but for the size. */
+INLINE void begin(const placed *q, unit_pair *p)
+{
+    vec3 between = vec_sub(q->at_b->at.p, q->at_a->at.p);
+    p->unit = p->scale = 1;
+    if (!q->everyday)
+        unit_of(max_of(max_of(q->at_a->reach, q->at_b->reach), vec_greatest(between)), &p->unit, &p->scale);
+    p->a.radius = q->at_a->radius * p->scale;
+    p->b.radius = q->at_b->radius * p->scale;
+    p->b_in_a.t = vec_scale(between, p->scale);
+    p->radius = p->a.radius + p->b.radius;
+    p->excess = 0;
+}
+
+INLINE bool is_in_range(const placed *q, unit_pair *p)
+{
+    p->size = (q->at_a->reach + q->at_b->reach) * p->scale + vec_norm(p->b_in_a.t);
+    p->error = unit_error(p->size);
+    return !q->everyday || (p->size > LEAST_EVERYDAY && p->size < GREATEST_EVERYDAY);
+}
+
+/* Is the root of this square, the distance of the cores, exact but for its rounding? */
+INLINE bool is_noticed(const placed *q, double norm2)
+{
+    return norm2 > (q->everyday ? NOTICEABLE * NOTICEABLE : LEAST_UNIT_SQUARE);
+}
+
+/* The shapes' points, on from those of the cores, `towards` each other. */
+INLINE bool end(const placed *q, const unit_pair *p, const span *s, vec3 towards, narrow_result *out)
+{
+    set_bounds(p, s, out);
+    out->axis = s->axis;
+    out->point_a = vec_scale(vec_madd(s->point_a, p->a.radius, towards), p->unit);
+    out->point_b = vec_scale(vec_madd(s->point_b, -p->b.radius, towards), p->unit);
+    out->status = NARROW_CERTAIN;
+    return suffices(q->request, out);
+}
+
+/* Of a ball: its centre is all of its core, and the line to the other core's point is the axis. */
+INLINE bool end_of_ball(const placed *q, const unit_pair *p, double distance, vec3 axis, narrow_result *out)
+{
+    const span s = {.lo = distance, .hi = distance, .method = NARROW_BY_CLOSED_FORM, .iterations = 1};
+    set_bounds(p, &s, out);
+    out->axis = axis;
+    out->point_a = vec_scale(axis, p->a.radius * p->unit);
+    out->point_b = vec_scale(axis, (distance - p->b.radius) * p->unit);
+    out->status = NARROW_CERTAIN;
+    return suffices(q->request, out);
+}
+
+/* Centres that (nearly) coincide have no line. */
+INLINE bool two_balls(const placed *q, narrow_result *out)
+{
+    unit_pair p;
+    begin(q, &p);
+    double norm2 = vec_norm2(p.b_in_a.t), distance = sqrt(norm2);
+    if (!is_noticed(q, norm2) || norm2 > GREATEST_EVERYDAY) return false;
+    p.error = unit_error(p.radius + distance);
+    return end_of_ball(q, &p, distance, vec_scale(p.b_in_a.t, 1 / distance), out);
+}
+
+INLINE bool ball_and_capsule(const placed *q, narrow_result *out)
+{
+    unit_pair p;
+    span s;
+    begin(q, &p);
+    if (!is_in_range(q, &p)) return false;
+    p.b_in_a.r.z = q->at_b->turn.z;
+    p.b.half.z = q->b->half.z * p.scale;
+    formula_sphere_capsule(&p, &s);
+    vec3 towards = s.hi > p.radius ? vec_scale(s.point_b, 1 / s.hi) : s.axis;
+    return (!q->everyday || s.hi > NOTICEABLE) && end(q, &p, &s, towards, out);
+}
+
+/* From the point in a box to its nearest face, ties in the order of the axes; `at`: the box seen from the point, along
+ * the box's axes. */
+INLINE double through_face(const mat3 *turn, vec3 half, vec3 at, vec3 *axis)
+{
+    double x = half.x - fabs(at.x), y = half.y - fabs(at.y), z = half.z - fabs(at.z), least = x, side = at.x;
+    vec3 face = turn->x;
+    if (y < least) least = y, side = at.y, face = turn->y;
+    if (z < least) least = z, side = at.z, face = turn->z;
+    *axis = vec_scale(face, side <= 0 ? -1 : 1);
+    return -least;
+}
+
+INLINE bool ball_and_box(const placed *q, narrow_result *out)
+{
+    unit_pair p;
+    begin(q, &p);
+    if (!is_in_range(q, &p)) return false;
+    const mat3 *turn = &q->at_b->turn;
+    vec3 h = vec_scale(q->b->half, p.scale), at = mat_tmul(*turn, p.b_in_a.t), axis;
+    vec3 v = vec(at.x - clamp_to(at.x, h.x), at.y - clamp_to(at.y, h.y), at.z - clamp_to(at.z, h.z));
+    double norm2 = vec_norm2(v), distance = sqrt(norm2);
+    if (is_noticed(q, norm2)) {
+        axis = vec_scale(mat_mul(*turn, v), 1 / distance);
+    } else {
+        if (v.x != 0 || v.y != 0 || v.z != 0) return false; /* outside, and lost */
+        distance = through_face(turn, h, at, &axis);
+    }
+    return end_of_ball(q, &p, distance, direction_again(axis), out);
+}
+
+/* Two segments: p_a(s) = s a, p_b(s) = t + s b, with unit a and b, and |s| <= h. See formulas.h, of which this is the
+ * one case of two that are not parallel, where they are not in A's frame. */
+typedef struct lines {
+    vec3 a, b, t;
+    double ha, hb;
+} lines;
+
+INLINE double apart_along(const lines *g, vec3 axis)
+{
+    return vec_dot(axis, g->t) - fabs(vec_dot(axis, g->a)) * g->ha - fabs(vec_dot(axis, g->b)) * g->hb;
+}
+
+/* The nearest points of the two lines, the one on B moved into its segment, and the point of A's that is nearest to
+ * that. */
+INLINE void nearest_of_lines(const lines *g, vec3 across, double *s_a, double *s_b)
+{
+    double ab = vec_dot(g->a, g->b), at = vec_dot(g->a, g->t), bt = vec_dot(g->b, g->t);
+    *s_a = clamp_to((at - ab * bt) / vec_norm2(across), g->ha), *s_b = *s_a * ab - bt;
+    if (fabs(*s_b) > g->hb) {
+        *s_b = clamp_to(*s_b, g->hb);
+        *s_a = clamp_to(at + *s_b * ab, g->ha);
+    }
+}
+
+/* Where rounding keeps the line between the points from proving their distance, for it is short: across both segments,
+ * across the one whose end has no part in it, or from end to end. */
+INLINE vec3 sharper_axis(const lines *g, vec3 across, double s_a, double s_b, vec3 v)
+{
+    bool inner_a = fabs(s_a) < g->ha, inner_b = fabs(s_b) < g->hb;
+    if (inner_a && inner_b) return direction_of(vec_dot(across, v) < 0 ? vec_neg(across) : across);
+    return direction_of(inner_a ? orthogonal_part(v, g->a) : inner_b ? orthogonal_part(v, g->b) : v);
+}
+
+/* Nearly parallel ones are not proven by any of these, and go another way. */
+INLINE bool two_capsules(const placed *q, narrow_result *out)
+{
+    unit_pair p;
+    span s = {.method = NARROW_BY_CLOSED_FORM, .iterations = 1};
+    begin(q, &p);
+    if (!is_in_range(q, &p)) return false;
+    const lines g = {q->at_a->turn.z, q->at_b->turn.z, p.b_in_a.t, q->a->half.z * p.scale, q->b->half.z * p.scale};
+    vec3 across = vec_cross(g.a, g.b);
+    double s_a, s_b;
+    nearest_of_lines(&g, across, &s_a, &s_b);
+    s.point_a = vec_scale(g.a, s_a);
+    s.point_b = vec_madd(g.t, s_b, g.b);
+    vec3 v = vec_sub(s.point_b, s.point_a);
+    double norm2 = vec_norm2(v);
+    s.hi = sqrt(norm2);
+    if (!is_noticed(q, norm2)) return false;
+    vec3 towards = s.axis = vec_scale(v, 1 / s.hi);
+    s.lo = apart_along(&g, s.axis);
+    if (!(s.hi - s.lo <= 0.25 * p.error)) {
+        s.axis = sharper_axis(&g, across, s_a, s_b, v);
+        s.lo = apart_along(&g, s.axis);
+        if (!(s.hi - s.lo <= 0.25 * p.error)) return false;
+        if (s.hi <= p.radius) towards = s.axis;
+    }
+    return end(q, &p, &s, towards, out);
+}
+
+narrow_placed narrow_placed_at(const shape *s, pose at)
+{
+    bool known = s->type <= SHAPE_BOX && !(s->deviation > 0);
+    uint32_t kind = !known                     ? PLACED_OTHER
+                    : s->type == SHAPE_SPHERE  ? PLACED_BALL
+                    : s->type == SHAPE_CAPSULE ? PLACED_CAPSULE
+                                               : PLACED_BOX;
+    return (narrow_placed){kind, s, s->radius, shape_reach(s), at, quat_matrix(at.q)};
+}
+
+#define ROAD(formula)                                                                                                  \
+    APART bool formula##_of_any_size(const narrow_placed *a, const narrow_placed *b, const narrow_request *request,    \
+        narrow_cache *cache, narrow_scratch *scratch, narrow_result *result)                                           \
+    {                                                                                                                  \
+        const placed q = {a->shape, b->shape, a, b, request, false};                                                   \
+        if (formula(&q, result)) return true;                                                                          \
+        return placed_by_relative_pose(a, b, request, cache, scratch, result);                                         \
+    }                                                                                                                  \
+    static bool formula##_placed(const narrow_placed *a, const narrow_placed *b, const narrow_request *request,        \
+        narrow_cache *cache, narrow_scratch *scratch, narrow_result *result)                                           \
+    {                                                                                                                  \
+        const placed q = {a->shape, b->shape, a, b, request, true};                                                    \
+        return formula(&q, result) || formula##_of_any_size(a, b, request, cache, scratch, result);                    \
+    }
+
+ROAD(two_balls)
+ROAD(ball_and_capsule)
+ROAD(ball_and_box)
+ROAD(two_capsules)
+
+#define GENERAL placed_by_relative_pose
+
+placed_road *const placed_roads[PLACED_KINDS][PLACED_KINDS] = {
+    [PLACED_BALL] = {two_balls_placed, ball_and_capsule_placed, ball_and_box_placed, GENERAL},
+    [PLACED_CAPSULE] = {GENERAL, two_capsules_placed, GENERAL, GENERAL},
+    [PLACED_BOX] = {GENERAL, GENERAL, GENERAL, GENERAL},
+    [PLACED_OTHER] = {GENERAL, GENERAL, GENERAL, GENERAL},
+};

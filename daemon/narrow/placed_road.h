@@ -1,0 +1,30 @@
+/* placed_road: balls against balls, capsules and boxes, and two capsules, in world axes: their formulas need no frame
+ * of A, so that no rotations are multiplied. Pure; any thread. */
+#ifndef COLLIDED_NARROW_PLACED_ROAD_H
+#define COLLIDED_NARROW_PLACED_ROAD_H
+
+#include "narrow.h"
+
+/* The answer in world axes with the origin at A's, where it is as narrow as asked. Where not, narrow_query answers, if
+ * there is a scratch; if there is none (NULL), false, and nothing is written that counts. Of balls the matrices are not
+ * read. With the arguments of narrow_query_placed, so that a jump is all that leads here. */
+typedef bool placed_road(const narrow_placed *a, const narrow_placed *b, const narrow_request *request,
+    narrow_cache *cache, narrow_scratch *scratch, narrow_result *result);
+
+/* narrow_query by the relative pose, turned to world axes. */
+bool placed_by_relative_pose(const narrow_placed *a, const narrow_placed *b, const narrow_request *request,
+    narrow_cache *cache, narrow_scratch *scratch, narrow_result *result);
+
+/* By the two kinds: the formula, or placed_by_relative_pose where there is none or they are not in canonical order.
+ * Other is all that none knows: shapes that stand for something else, too. */
+enum { PLACED_BALL, PLACED_CAPSULE, PLACED_BOX, PLACED_OTHER, PLACED_KINDS };
+extern placed_road *const placed_roads[PLACED_KINDS][PLACED_KINDS];
+
+/* What answers for this pair: a formula, unless a manifold is asked for. */
+static inline placed_road *placed_road_for(uint32_t kind_a, uint32_t kind_b, const narrow_request *r)
+{
+    bool plain = ((unsigned)r->engine | (r->facts & NARROW_MANIFOLD)) == 0;
+    return plain ? placed_roads[kind_a][kind_b] : placed_by_relative_pose;
+}
+
+#endif

@@ -1,0 +1,95 @@
+/* health_clients: what Status tells of each client: who it is, what it has, how old it is, and what it costs; and of
+ * those that were lost. Of the first SHEET_NAMED_MAX by the order of their coming; the others count in the sums. Tick
+ * thread. */
+#include "health.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+
+typedef char figure_name[WIRE_NAME_MAX + 48];
+
+/* One figure of each; `value` says false where a client has none. */
+static void add_each(const service *s, sheet *t, figure_name names[SHEET_NAMED_MAX], const char *prefix,
+    bool (*value)(const service *s, const session *c, int64_t *out))
+{
+    for (size_t i = 0; i < s->sessions.count && i < SHEET_NAMED_MAX; i++) {
+        const session *c = s->sessions.at[i];
+        int64_t number;
+        if (c->left || !value(s, c, &number)) continue;
+        snprintf(names[i], sizeof names[i], "%s%016" PRIx64, prefix, (uint64_t)c->client);
+        sheet_add(t, names[i], number);
+    }
+}
+
+static bool bodies_of(const service *s, const session *c, int64_t *out)
+{
+    (void)s;
+    *out = (int64_t)c->body_count;
+    return true;
+}
+
+static bool silence_of(const service *s, const session *c, int64_t *out)
+{
+    *out = s->monotonic_ns > c->heard_ns ? s->monotonic_ns - c->heard_ns : 0;
+    return true;
+}
+
+static bool pose_age_of(const service *s, const session *c, int64_t *out)
+{
+    *out = s->now_ns - c->latest_pose_ns;
+    return c->latest_pose_ns != 0;
+}
+
+static bool poses_of(const service *s, const session *c, int64_t *out)
+{
+    (void)s;
+    *out = (int64_t)c->pose_count;
+    return true;
+}
+
+static bool work_of(const service *s, const session *c, int64_t *out)
+{
+    (void)s;
+    *out = (int64_t)c->work;
+    return true;
+}
+
+static void add_names(const service *s, sheet *t, figure_name names[SHEET_NAMED_MAX])
+{
+    for (size_t i = 0; i < s->sessions.count && i < SHEET_NAMED_MAX; i++) {
+        const session *c = s->sessions.at[i];
+        if (c->left) continue;
+        snprintf(names[i], sizeof names[i], "client_name_%016" PRIx64 "_%s", (uint64_t)c->client, c->name);
+        sheet_add(t, names[i], 1);
+    }
+}
+
+void health_add_clients(service *s, sheet *t)
+{
+    static figure_name names[6][SHEET_NAMED_MAX];
+    add_names(s, t, names[0]);
+    add_each(s, t, names[1], "client_bodies_", bodies_of);
+    add_each(s, t, names[2], "client_silent_ns_", silence_of);
+    add_each(s, t, names[3], "client_pose_age_ns_", pose_age_of);
+    add_each(s, t, names[4], "client_poses_", poses_of);
+    add_each(s, t, names[5], "client_work_", work_of);
+    for (size_t i = 0; i < s->sessions.count; i++) s->sessions.at[i]->work = 0;
+}
+
+/* Whose lease ran out and whose bodies stay. Those who left in order are not missed. */
+void health_add_lost(const service *s, sheet *t)
+{
+    static char names[SHEET_NAMED_MAX][32];
+    size_t clients = 0, bodies = 0;
+    for (size_t i = 0; i < s->sessions.count; i++) {
+        const session *c = s->sessions.at[i];
+        size_t left = c->lost && !c->left ? session_bodies(c) : 0;
+        if (!left) continue;
+        bodies += left;
+        if (clients++ >= SHEET_NAMED_MAX) continue; /* counted, and told in the log */
+        snprintf(names[clients - 1], sizeof names[0], "lost_client_%016" PRIx64, (uint64_t)c->client);
+        sheet_add(t, names[clients - 1], (int64_t)left);
+    }
+    sheet_add(t, "lost_clients", (int64_t)clients);
+    sheet_add(t, "lost_bodies", (int64_t)bodies);
+}
