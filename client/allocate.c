@@ -1,6 +1,7 @@
 /* allocate: calloc and realloc that end the process with a reason instead of returning NULL. */
 #include "allocate.h"
 
+#include <stdbool.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -16,6 +17,13 @@ static void *must(void *p, size_t count, size_t size)
 void *allocate(size_t count, size_t size)
 {
     return must(calloc(count ? count : 1, size), count, size);
+}
+
+void *allocate_aligned(size_t alignment, size_t count, size_t size)
+{
+    size_t bytes;
+    bool wraps = __builtin_mul_overflow(count, size, &bytes) || bytes > SIZE_MAX - alignment;
+    return must(wraps ? NULL : aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment), count, size);
 }
 
 void *reallocate(void *old, size_t count, size_t size)

@@ -6,8 +6,9 @@
 #include <stddef.h>
 
 void *allocate(size_t count, size_t size);
-void *reallocate(void *old, size_t count, size_t size); /* `count` * `size` must not wrap: checked */
-char *duplicate(const char *text);                      /* as strdup */
+void *allocate_aligned(size_t alignment, size_t count, size_t size); /* not zeroed */
+void *reallocate(void *old, size_t count, size_t size);              /* `count` * `size` must not wrap: checked */
+char *duplicate(const char *text);                                   /* as strdup */
 
 /* Makes room for `count` elements in the array *at of *capacity elements, at least doubling. */
 void *reserve(void *at, size_t *capacity, size_t count, size_t size);

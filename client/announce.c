@@ -158,7 +158,7 @@ static void settle_removal(collided *c, announcement *a)
     announce_drop(c, a);
     if (kind == WIRE_BODY) {
         table_drop(&c->bodies, ((body_record *)a)->id);
-        free(a);
+        body_free(c, (body_record *)a);
     } else if (kind == WIRE_INTEREST) {
         ((interest_record *)a)->forgotten = true;
     }

@@ -178,10 +178,42 @@ static body_record *alive(const collided *c, int32_t id)
     return body && !body->removed ? body : NULL;
 }
 
+/* ---- memory: records lie side by side, because poses of all of them are published at once ---- */
+
+static void add_block(collided *c)
+{
+    enum { RECORDS = 256 };
+    body_record *block = allocate_aligned(_Alignof(body_record), RECORDS, sizeof *block);
+    c->body_blocks = reserve(c->body_blocks, &c->body_block_capacity, c->body_block_count + 1, sizeof *c->body_blocks);
+    c->body_blocks[c->body_block_count++] = block;
+    for (size_t i = RECORDS; i-- > 0;) body_free(c, &block[i]);
+}
+
+static body_record *new_record(collided *c)
+{
+    if (!c->spare_bodies) add_block(c);
+    body_record *body = c->spare_bodies;
+    c->spare_bodies = (body_record *)body->announced.next;
+    memset(body, 0, sizeof *body);
+    return body;
+}
+
+void body_free(collided *c, body_record *body)
+{
+    body->announced.next = (announcement *)c->spare_bodies;
+    c->spare_bodies = body;
+}
+
+void bodies_free(collided *c)
+{
+    for (size_t i = 0; i < c->body_block_count; i++) free(c->body_blocks[i]);
+    free(c->body_blocks);
+}
+
 static body_record *add_record(collided *c, int32_t id)
 {
     body_record *body = table_get(&c->bodies, id); /* its removal is still under way: the same id starts anew */
-    if (!body) body = allocate(1, sizeof *body);
+    if (!body) body = new_record(c);
     body->id = id;
     body->removed = false;
     body->stamp_ns = 0;

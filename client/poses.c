@@ -1,6 +1,7 @@
 /* poses: publishing them. A pose is volatile and a network has no order between topics, so what belongs to a body that
  * the daemon has not acknowledged is kept, newest wins, and goes out with the acknowledgement. The arrays are handed to
  * the transport as they are: nothing is copied or allocated here in the steady state. */
+#include "allocate.h"
 #include "session.h"
 
 #include <assert.h>
@@ -43,10 +44,32 @@ static size_t chunk(const collided *c, const poses *p, size_t first)
     return left < most ? left : most;
 }
 
+/* Records lie all over memory: those that come next are asked for while these are worked on. */
+static void fetch_record(const body_record *body)
+{
+    enum { LINE = 64 };
+    if (!body) return;
+    for (size_t at = 0; at < sizeof *body; at += LINE) __builtin_prefetch((const char *)body + at, 1);
+}
+
+/* Fills c->published. */
+static void find_records(collided *c, const poses *p)
+{
+    enum { AHEAD = 12 };
+    if (p->count > c->published_capacity)
+        c->published = reserve(c->published, &c->published_capacity, p->count, sizeof *c->published);
+    for (size_t i = 0; i < p->count; i++) {
+        if (i + AHEAD < p->count) table_fetch(&c->bodies, p->bodies[i + AHEAD].id);
+        c->published[i] = table_get(&c->bodies, p->bodies[i].id);
+        fetch_record(c->published[i]);
+    }
+}
+
 static collided_status check_bodies(collided *c, const poses *p)
 {
+    find_records(c, p);
     for (size_t i = 0; i < p->count; i++) {
-        const body_record *body = table_get(&c->bodies, p->bodies[i].id);
+        const body_record *body = c->published[i];
         if (!body || body->removed)
             return session_fail(c, COLLIDED_UNKNOWN_ID, "bodies[%zu]: there is no body %d", i, p->bodies[i].id);
         if (body->announced.state == ANNOUNCE_REFUSED)
@@ -70,7 +93,7 @@ static collided_status check_numbers(collided *c, const poses *p)
 /* The newest pose is remembered for announcements to come. True if it can be sent now. */
 static bool remember(collided *c, const poses *p, size_t i)
 {
-    body_record *body = table_get(&c->bodies, p->bodies[i].id);
+    body_record *body = c->published[i];
     if (p->stamp_ns >= body->stamp_ns || p->teleport) {
         memcpy(body->pose, p->positions + 3 * i, 3 * sizeof(double));
         memcpy(body->pose + 3, p->orientations + 4 * i, 4 * sizeof(double));
@@ -98,10 +121,10 @@ static int send_run(collided *c, const poses *p, size_t first, size_t count)
 static collided_status send_known(collided *c, const poses *p)
 {
     int failed = 0;
-    size_t first = 0;
+    size_t first = 0, most = c->link->ops->poses_max;
     for (size_t i = 0; i < p->count; i++) {
         bool known = remember(c, p, i);
-        if (known && i - first < c->link->ops->poses_max) continue;
+        if (known && i - first < most) continue;
         failed |= send_run(c, p, first, i - first);
         first = known ? i : i + 1;
     }

@@ -279,9 +279,9 @@ static void free_client(collided *c)
         bool is_body = a->message->kind == WIRE_BODY;
         announce_drop(c, a);
         if (is_body) table_drop(&c->bodies, ((body_record *)a)->id);
-        if (is_body) free(a);
+        if (is_body) body_free(c, (body_record *)a);
     }
-    for (size_t i = 0; i < c->bodies.capacity; i++) free(c->bodies.slots[i].value); /* adopted */
+    bodies_free(c);
     for (geometry_record *g = c->geometries, *next; g; g = next) {
         next = g->next;
         free(g->pieces);
@@ -290,6 +290,7 @@ static void free_client(collided *c)
     for (size_t i = 0; i < c->rejection_count; i++) free(c->rejections[i]);
     table_free(&c->bodies);
     table_free(&c->by_sequence);
+    free(c->published);
     free(c->status);
     free(c->query_reject);
     free(c->answer);

@@ -21,17 +21,18 @@
 
 enum { SESSION_REJECTIONS_MAX = 256, SESSION_ERROR_MAX = 640 };
 
-typedef struct body_record {
-    announcement announced;
+typedef struct body_record { /* publishing touches three cache lines of it: these */
+    _Alignas(64) announcement announced;
     int32_t id;
     bool removed;
-    double pose[7];     /* newest published */
-    double velocity[6]; /* linear, angular */
     bool has_linear, has_angular;
-    bool teleported;  /* `pose` was not reached from what was announced by a way: told so with the acknowledgement */
-    int64_t stamp_ns; /* of `pose`; 0 = none since it was announced */
+    bool teleported; /* `pose` was not reached from what was announced by a way: told so with the acknowledgement */
+    _Alignas(64) double pose[7]; /* newest published */
+    int64_t stamp_ns;            /* of `pose`; 0 = none since it was announced */
+    double velocity[6];          /* linear, angular */
     int64_t step, simulation_ns;
 } body_record;
+_Static_assert(sizeof(body_record) == 192, "publishing touches three cache lines");
 
 typedef struct geometry_record {
     announcement *pieces; /* owned array */
@@ -88,8 +89,13 @@ struct collided {
     announcement client;
     announcement *first, *last; /* the record */
     size_t pending;
-    table by_sequence; /* to announcement */
-    table bodies;      /* id to body_record */
+    table by_sequence;  /* to announcement */
+    table bodies;       /* id to body_record */
+    void **body_blocks; /* memory of body records, side by side */
+    size_t body_block_count, body_block_capacity;
+    body_record *spare_bodies; /* linked by announced.next */
+    body_record **published;   /* of the poses that are being published */
+    size_t published_capacity;
     geometry_record *geometries;
     int64_t epoch, heard_ns; /* the daemon's; 0 = never heard */
     int64_t heartbeat_ns;    /* when the next one is due */
@@ -160,6 +166,8 @@ bool session_unheard(collided *c);     /* no daemon has been heard for SESSION_S
 void *keeper_run(void *client); /* the keeper's thread */
 
 /* bodies.c and poses.c: with the lock held. */
+void body_free(collided *c, body_record *body);  /* its memory is for the next one */
+void bodies_free(collided *c);                   /* the memory of all */
 void body_refresh(body_record *body);            /* the announcement takes the newest pose */
 void body_acked(collided *c, body_record *body); /* sends the pose that was kept until now */
 void bodies_remove_all(collided *c);

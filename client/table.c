@@ -24,6 +24,11 @@ void *table_get(const table *t, int64_t key)
     return t->capacity ? t->slots[find(t, key)].value : NULL;
 }
 
+void table_fetch(const table *t, int64_t key)
+{
+    if (t->capacity) __builtin_prefetch(&t->slots[home(t, key)]);
+}
+
 static void grow(table *t)
 {
     table bigger = {.capacity = t->capacity ? 2 * t->capacity : 16};

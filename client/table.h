@@ -18,6 +18,7 @@ typedef struct table {
 } table; /* all zero = empty */
 
 void *table_get(const table *t, int64_t key);       /* NULL if there is none */
+void table_fetch(const table *t, int64_t key);      /* asks memory for what table_get will look at */
 void table_put(table *t, int64_t key, void *value); /* `value` is not NULL; replaces */
 void table_drop(table *t, int64_t key);
 void table_free(table *t);

@@ -6,6 +6,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 
 enum { FIRST_CAPACITY = 8 }; /* values; the first growth, so that small arrays do not grow eight times */
 
@@ -54,6 +55,27 @@ void *base_alloc_aligned(size_t alignment, size_t count, size_t size)
     return p;
 }
 
+/* Pages of 4 KiB are looked up one by one: where things lie far apart, that costs as much as what is in them. What is
+ * so large asks for larger ones, in as far as it covers them; where the system has none, these do. */
+enum { WIDE = 2 << 20 };
+
+static void ask_for_wide_pages(void *at, size_t bytes)
+{
+    if (bytes < 2 * (size_t)WIDE) return;
+    uintptr_t first = ((uintptr_t)at + WIDE - 1) & ~(uintptr_t)(WIDE - 1);
+    uintptr_t end = ((uintptr_t)at + bytes) & ~(uintptr_t)(WIDE - 1);
+    if (end > first) (void)madvise((void *)first, end - first, MADV_HUGEPAGE);
+}
+
+void *base_alloc_lines(size_t count, size_t size)
+{
+    enum { LINE = 64 };
+    size_t bytes = checked_bytes(count, size);
+    void *p = base_alloc_aligned(bytes < 2 * (size_t)WIDE ? LINE : WIDE, count, size);
+    ask_for_wide_pages(p, bytes);
+    return p;
+}
+
 char *base_strdup(const char *text)
 {
     size_t size = strlen(text) + 1;
@@ -67,5 +89,7 @@ void *array_grow(void *at, size_t *capacity, size_t need, size_t size)
     if (grown < FIRST_CAPACITY) grown = FIRST_CAPACITY;
     if (grown < need) grown = need;
     *capacity = grown;
-    return base_realloc(at, grown, size);
+    at = base_realloc(at, grown, size);
+    ask_for_wide_pages(at, grown * size);
+    return at;
 }

@@ -12,6 +12,7 @@ void *base_alloc(size_t count, size_t size);
 void *base_zalloc(size_t count, size_t size);
 void *base_realloc(void *old, size_t count, size_t size);
 void *base_alloc_aligned(size_t alignment, size_t count, size_t size); /* alignment: a power of two; free() it */
+void *base_alloc_lines(size_t count, size_t size);                     /* begins a cache line; free() it */
 char *base_strdup(const char *text);
 
 /* The grown buffer with room for at least `need` values; *capacity follows. */

@@ -139,15 +139,30 @@ static void queue_put(broad *b, const broad_move *move)
     c->fat = fat_box(move);
 }
 
-void broad_put(broad *b, const broad_move *move)
+bool broad_put(broad *b, const broad_move *move)
 {
     assert(move->box.lo.x <= move->box.hi.x && move->box.lo.y <= move->box.hi.y && move->box.lo.z <= move->box.hi.z);
     assert(move->margin >= 0);
     if (move->proxy < b->proxies.count) {
         const proxy *p = &b->proxies.at[move->proxy];
-        if (may_stay(p, move) && p->pending == NOTHING_PENDING) return;
+        if (may_stay(p, move) && p->pending == NOTHING_PENDING) return true;
     }
     queue_put(b, move);
+    return false;
+}
+
+bool broad_room_of(const broad *b, uint32_t id, aabb tight, broad_room *out)
+{
+    if (id >= b->proxies.count) return false;
+    const proxy *p = &b->proxies.at[id];
+    if (p->place != INDEXED || !contains(&p->fat, &tight)) return false;
+    const double *lo = &tight.lo.x, *hi = &tight.hi.x;
+    out->slim = slim(&p->fat, &tight);
+    for (int k = 0; k < 3; k++) {
+        out->down[k] = lo[k] - p->fat.lo[k];
+        out->up[k] = p->fat.hi[k] - hi[k];
+    }
+    return true;
 }
 
 void broad_remove(broad *b, uint32_t id)

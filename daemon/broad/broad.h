@@ -53,11 +53,19 @@ void broad_destroy(broad *b);
 
 /* Queue changes; broad_update carries them out. A proxy put twice keeps the last. A removed proxy's pairs end. Removing
  * or refiltering a proxy that is not there does nothing. A box must have lo <= hi, and may be infinite. */
-void broad_put(broad *b, const broad_move *move);
+bool broad_put(broad *b, const broad_move *move); /* true: the fat box holds; nothing was queued */
 void broad_remove(broad *b, uint32_t proxy);
 void broad_refilter(broad *b, uint32_t proxy); /* its filter changed: ask again about all its pairs */
 
 void broad_update(broad *b, broad_changes *changes);
+
+/* How far a tight box may go before it leaves the fat one, m along each axis and against it. False: it is not inside,
+ * or there is none. As of the last update, where nothing is queued. */
+typedef struct broad_room {
+    double down[3], up[3];
+    bool slim; /* not much larger than the tight one: only when it leaves it will it get another */
+} broad_room;
+bool broad_room_of(const broad *b, uint32_t proxy, aabb tight, broad_room *out);
 
 /* As of the last update. The index that stands: never BROAD_AUTO. And in words, with the reason, at most 95 characters:
  * "tree (auto: 700 proxies; sweep3 for 128 and fewer)". */

@@ -245,6 +245,7 @@ void server_destroy(server *v)
     array_free(&s->shapes);
     array_free(&s->compounds);
     array_free(&s->rules);
+    poses_free(s);
     exporter_stop(s->exporter);
     array_free(&s->page);
     metrics_destroy(s->metrics);

@@ -2,6 +2,7 @@
  *
  *   limits   what a client may have and send
  *   inbox    commands of a tick, in canonical order          session  clients, and what is theirs
+ *   poses    batches of poses to the world
  *   apply    commands to the world, refusals                 geometry hulls, meshes, height fields by content hash
  *   stream   the world's events to the links                 answer   queries
  *   health   status and counters                             record   recordings
@@ -154,6 +155,15 @@ typedef struct inbox {
 /* A limit that was reached is told in Status for so long. */
 #define LIMITS_TOLD_NS ((int64_t)60000000000)
 
+/* ---- poses ---- */
+
+typedef struct posing {          /* scratch of one batch */
+    ARRAY(uint32_t) owned;       /* where its bodies are among its client's */
+    ARRAY(uint32_t) ids, places; /* of those that are to be moved: in the world, in the batch, ... */
+    ARRAY(int64_t) sequences;    /* ... of their newest pose before */
+    ARRAY(uint32_t) left_out;
+} posing;
+
 /* ---- all of it ---- */
 
 typedef struct counters { /* metrics that the service itself counts */
@@ -219,6 +229,7 @@ typedef struct service {
     ARRAY(geometry) geometries;
     pair_map geometry_of; /* hash -> index */
     inbox inbox;
+    posing posing;
     ARRAY(world_shape) shapes; /* scratch of apply */
     ARRAY(compound *) compounds;
     ARRAY(filter_rule) rules;
@@ -240,8 +251,6 @@ typedef struct service {
 session *session_find(service *s, int64_t client);
 session *session_get(service *s, int64_t client, struct link *from); /* NULL: too many clients */
 owned_body *session_body(session *c, int32_t number);
-/* The same; *next, at first 0, is where the one after the last is: clients tell bodies in the order of their making. */
-owned_body *session_next_body(session *c, int32_t number, size_t *next);
 owned_body *session_add_body(session *c, int32_t number);
 void session_count_body(session *c, owned_body *b, uint32_t world_id, size_t shapes);
 owned_interest *session_interest(session *c, int32_t number);
@@ -277,10 +286,13 @@ void inbox_put_lost(service *s, struct link *from, int64_t client);
 void inbox_apply(service *s);
 void inbox_answer(service *s); /* the queries among them; after the tick */
 
-/* apply.c */
+/* poses.c */
 void apply_note_simulation(simulation_mark *last, int64_t tick, int64_t simulation_ns);
 void apply_poses(service *s, struct link *from, const wire_pose_batch *m, bool may_wait);
 void apply_poses_now(service *s, session *c, struct link *from, const wire_pose_batch *m); /* c: NULL if unknown */
+void poses_free(service *s);
+
+/* apply.c */
 /* False: it names a hull that has not come; nothing was done, and it may be tried again. */
 bool apply_command(service *s, struct link *from, const wire_message *m, bool may_wait);
 void apply_reject(service *s, struct link *to, wire_kind kind, int64_t client, int64_t sequence, int32_t object,

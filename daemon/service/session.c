@@ -51,14 +51,6 @@ owned_body *session_body(session *c, int32_t number)
     return index == PAIR_MAP_NONE ? NULL : &c->bodies.at[index];
 }
 
-owned_body *session_next_body(session *c, int32_t number, size_t *next)
-{
-    owned_body *b = *next < c->bodies.count && c->bodies.at[*next].number == number ? &c->bodies.at[*next]
-                                                                                    : session_body(c, number);
-    if (b) *next = (size_t)(b - c->bodies.at) + 1;
-    return b;
-}
-
 /* Removed bodies make room for new ones once there are many. */
 static void forget_removed(session *c)
 {

@@ -6,6 +6,7 @@
 #include "service.h"
 
 #include <errno.h>
+#include <malloc.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -103,8 +104,18 @@ static int check_links(const config *c, char *why, size_t why_size)
     return EX_CONFIG;
 }
 
+/* A large batch of poses is copied by the transport, and freed. That memory is kept for the next one: given back to the
+ * system each time, its pages would be cleared each time. */
+static void keep_memory(void)
+{
+    enum { LARGEST = 32 << 20, KEPT = 64 << 20 }; /* bytes */
+    mallopt(M_MMAP_THRESHOLD, LARGEST);
+    mallopt(M_TRIM_THRESHOLD, KEPT);
+}
+
 void start_environment(config *c)
 {
+    keep_memory();
     const char *security = getenv("COLLIDED_SECURITY");
     if (!*c->security && security) snprintf(c->security, sizeof c->security, "%s", security);
 }

@@ -4,7 +4,7 @@
 
 #include "config.h"
 
-/* What the environment says and the configuration does not: COLLIDED_SECURITY. */
+/* What the environment says and the configuration does not: COLLIDED_SECURITY; and how memory is to be kept. */
 void start_environment(config *c);
 
 /* EX_OK, or another status of sysexits.h with one line in `why`: what is wrong and how to mend it. */

@@ -239,16 +239,29 @@ void body_mark_dirty(world *w, uint32_t id, bool refilter)
 {
     body *b = &w->bodies.at[id];
     b->refilter |= refilter;
+    b->is_calm &= !refilter;
     w->changed = true;
     if (b->dirty) return;
     b->dirty = true;
     array_push(&w->dirty, id);
 }
 
+/* As array_reserve does, but each body begins a cache line. */
+static void body_reserve(world *w, size_t need)
+{
+    if (need <= w->bodies.capacity) return;
+    size_t capacity = need < 2 * w->bodies.capacity ? 2 * w->bodies.capacity : need;
+    body *grown = base_alloc_lines(capacity, sizeof *grown);
+    if (w->bodies.count) memcpy(grown, w->bodies.at, w->bodies.count * sizeof *grown);
+    free(w->bodies.at);
+    w->bodies.at = grown;
+    w->bodies.capacity = capacity;
+}
+
 static uint32_t new_body(world *w)
 {
     uint32_t id = id_pool_take(&w->body_ids);
-    array_reserve(&w->bodies, id + 1);
+    body_reserve(w, id + 1);
     if (id >= w->bodies.count) w->bodies.count = id + 1;
     w->bodies.at[id] = (body){.used = true, .serial = ++w->body_serial, .expiry_ns = INT64_MAX};
     w->bodies.at[id].match_a = base_zalloc(w->words, sizeof(uint64_t));
@@ -257,11 +270,10 @@ static uint32_t new_body(world *w)
     return id;
 }
 
-static void set_pose(body *b, pose to, int64_t stamp_ns)
+static inline void set_pose(body *b, pose to, int64_t stamp_ns)
 {
     b->pose = (pose){to.p, quat_settled(to.q)};
     b->stamp_ns = stamp_ns;
-    b->held = false;
     b->posed = true;
 }
 
@@ -285,6 +297,7 @@ world_status world_put_body(world *w, uint32_t *id, const world_body *def)
     if (is_new) *id = new_body(w);
 
     body *b = &w->bodies.at[*id];
+    body_settle_shapes(w, b);
     if (is_new) {
         b->name = base_strdup(def->name);
         name_add(w, *id);
@@ -303,9 +316,11 @@ world_status world_put_body(world *w, uint32_t *id, const world_body *def)
     b->deadline_ns = def->deadline_ns;
     bool stays = !is_new && same_pose(b->pose, def->pose) && b->stamp_ns == def->stamp_ns;
     set_pose(b, def->pose, def->stamp_ns);
+    b->held = false;
     if (!stays) { /* a definition has no velocities, and no way to where it is */
         b->speed = SPEED_NONE;
         b->moved = false;
+        b->glided = 0;
         b->passed.count = 0;
         b->before = b->pose;
         b->before_ns = b->stamp_ns;
@@ -320,69 +335,186 @@ world_status world_put_body(world *w, uint32_t *id, const world_body *def)
     return WORLD_OK;
 }
 
-/* Given, or estimated from the way since the last tick's pose where both are stamped. */
-static void set_speed(body *b, const vec3 *linear, const vec3 *angular)
+/* Given, or to be estimated from the way since `before` where both are stamped. */
+static inline void set_speed(body *b, const vec3 *linear, const vec3 *angular)
 {
-    int64_t passed_ns = b->stamp_ns - b->before_ns;
-    b->speed = SPEED_NONE;
+    bool stamped = b->stamp_ns && b->before_ns && b->stamp_ns > b->before_ns;
+    b->speed = stamped ? SPEED_ESTIMATED : SPEED_NONE;
+    if (!linear && !angular) return;
+    b->speed = SPEED_GIVEN;
     b->linear = linear ? *linear : VEC_ZERO;
     b->angular = angular ? *angular : VEC_ZERO;
-    if (linear || angular) {
-        b->speed = SPEED_GIVEN;
-    } else if (b->moved && b->stamp_ns && b->before_ns && passed_ns > 0) {
-        motion way = motion_between(b->before, b->pose, 1e-9 * (double)passed_ns);
-        b->speed = SPEED_ESTIMATED;
-        b->linear = way.linear;
-        b->angular = way.angular;
+}
+
+/* What it goes by stays as it is until its next pose, and few are asked. */
+void body_velocity(const body *b, vec3 *linear, vec3 *angular)
+{
+    *linear = *angular = VEC_ZERO;
+    if (b->speed == SPEED_GIVEN) {
+        *linear = b->linear;
+        *angular = b->angular;
+    } else if (b->speed == SPEED_ESTIMATED) {
+        motion way = motion_between(b->before, b->pose, 1e-9 * (double)(b->stamp_ns - b->before_ns));
+        *linear = way.linear;
+        *angular = way.angular;
     }
+}
+
+/* Of one that has not moved since the last tick. */
+static inline void keep_before(const world *w, body *b)
+{
+    if (b->glided == w->round) return;
+    b->before = b->pose;
+    b->before_ns = b->stamp_ns;
+}
+
+/* Where ways count, or how far each goes, calm bodies go the long road, so that they have one. */
+static inline bool may_glide(const world *w)
+{
+    return !w->sweepers && !w->grant && !w->bounds_asked;
+}
+
+/* A calm body that stays in its room: there is nothing that a tick could do about it. `to` is settled. */
+static inline bool glide(const world *w, body *b, const pose *to, int64_t stamp_ns)
+{
+    if (!b->is_calm || b->dirty || !calm_holds(b, to)) return false;
+    if (b->glided != w->round) {
+        b->before = b->pose;
+        b->before_ns = b->stamp_ns;
+        b->glided = w->round;
+    }
+    b->behind = true;
+    b->pose = *to;
+    b->stamp_ns = stamp_ns;
+    return true;
+}
+
+static void move(world *w, uint32_t id, const pose *to, int64_t stamp_ns, const vec3 *linear, const vec3 *angular)
+{
+    body *b = &w->bodies.at[id];
+    if (!may_glide(w) || !glide(w, b, to, stamp_ns)) {
+        if (b->moved)
+            body_pass(w, b);
+        else
+            keep_before(w, b);
+        if (!b->is_calm) b->held = false;
+        set_pose(b, *to, stamp_ns);
+        b->moved = true;
+        if (!b->dirty) array_push(&w->dirty, id);
+        b->dirty = true;
+    }
+    set_speed(b, linear, angular);
 }
 
 world_status world_move_body(world *w, uint32_t id, pose to, int64_t stamp_ns, const vec3 *linear, const vec3 *angular)
 {
     if (!is_body(w, id)) return WORLD_UNKNOWN_ID;
-    body *b = &w->bodies.at[id];
-    vec3 from = b->pose.p;
-    body_pass(w, b);
-    set_pose(b, to, stamp_ns);
-    b->step = vec_sub(b->pose.p, from);
-    b->moved = true;
-    set_speed(b, linear, angular);
+    to.q = quat_settled(to.q);
+    move(w, id, &to, stamp_ns, linear, angular);
     w->figures.moves++;
-    body_mark_dirty(w, id, false);
+    w->changed = true;
     return WORLD_OK;
+}
+
+static void teleport(world *w, uint32_t id, const pose *to, int64_t stamp_ns, const vec3 *linear, const vec3 *angular)
+{
+    body *b = &w->bodies.at[id];
+    body_settle_shapes(w, b);
+    b->is_calm = false; /* it is a tick's business */
+    move(w, id, to, stamp_ns, linear, angular);
+    b->before = b->pose;
+    b->before_ns = b->stamp_ns;
+    b->moved = false;
+    b->glided = 0;
+    b->passed.count = 0;
+    if (b->speed == SPEED_ESTIMATED) b->speed = SPEED_NONE;
+    if (!b->teleported) array_push(&w->teleported, id);
+    b->teleported = b->detours = true;
 }
 
 world_status world_teleport_body(
     world *w, uint32_t id, pose to, int64_t stamp_ns, const vec3 *linear, const vec3 *angular)
 {
-    world_status status = world_move_body(w, id, to, stamp_ns, linear, angular);
-    if (status != WORLD_OK) return status;
-    body *b = &w->bodies.at[id];
-    b->before = b->pose;
-    b->before_ns = b->stamp_ns;
-    b->moved = false;
-    b->passed.count = 0;
-    b->step = VEC_ZERO;
-    if (b->speed == SPEED_ESTIMATED) b->speed = SPEED_NONE;
-    if (!b->teleported) array_push(&w->teleported, id);
-    b->teleported = true;
+    if (!is_body(w, id)) return WORLD_UNKNOWN_ID;
+    to.q = quat_settled(to.q);
+    teleport(w, id, &to, stamp_ns, linear, angular);
+    w->figures.moves++;
+    w->changed = true;
     return WORLD_OK;
+}
+
+/* Bodies of a large world lie beyond the caches: those that come next are asked for while these are worked on. */
+static inline void fetch_to_move(const world *w, uint32_t id)
+{
+    if (id >= w->bodies.count) return;
+    const body *b = &w->bodies.at[id];
+    __builtin_prefetch(&b->pose, 1);
+    __builtin_prefetch(&b->calm_q, 1);
+    __builtin_prefetch(&b->before, 1);
+}
+
+static inline vec3 vec_of(const double *v)
+{
+    return vec(v[0], v[1], v[2]);
+}
+
+static void move_one(world *w, const world_poses *p, size_t i, size_t at, const pose *to)
+{
+    vec3 linear, angular;
+    if (p->linear) linear = vec_of(p->linear + 3 * at);
+    if (p->angular) angular = vec_of(p->angular + 3 * at);
+    const vec3 *v = p->linear ? &linear : NULL, *spin = p->angular ? &angular : NULL;
+    if (p->teleports && p->teleports[at])
+        teleport(w, p->ids[i], to, p->stamp_ns, v, spin);
+    else
+        move(w, p->ids[i], to, p->stamp_ns, v, spin);
+}
+
+/* A way back in time is none. */
+static inline bool is_older(const body *b, const world_poses *p, size_t at)
+{
+    return p->stamp_ns && p->stamp_ns < b->stamp_ns && !(p->teleports && p->teleports[at]);
+}
+
+size_t world_move_bodies(world *w, const world_poses *p, uint32_t *left_out)
+{
+    enum { AHEAD = 12 };
+    bool plain = !p->linear && !p->angular && !p->teleports && may_glide(w);
+    size_t left = 0;
+    for (size_t i = 0; i < p->count; i++) {
+        if (i + AHEAD < p->count) fetch_to_move(w, p->ids[i + AHEAD]);
+        size_t at = p->places ? p->places[i] : i;
+        body *b = &w->bodies.at[p->ids[i]];
+        if (!is_body(w, p->ids[i]) || is_older(b, p, at)) {
+            left_out[left++] = (uint32_t)i;
+            continue;
+        }
+        const double *q = p->orientations + 4 * at;
+        const pose to = {vec_of(p->positions + 3 * at), quat_settled((quat){q[0], q[1], q[2], q[3]})};
+        if (plain && glide(w, b, &to, p->stamp_ns))
+            set_speed(b, NULL, NULL);
+        else
+            move_one(w, p, i, at, &to);
+    }
+    w->figures.moves += p->count - left;
+    w->changed |= p->count > left;
+    return left;
 }
 
 void body_arrive(world *w, uint32_t id)
 {
     body *b = &w->bodies.at[id];
-    b->before = b->pose;
-    b->before_ns = b->stamp_ns;
     b->moved = false;
+    if (!b->detours) return;
+    b->detours = b->teleported = false;
     b->passed.count = 0;
-    b->teleported = false;
 }
 
 world_status world_hold_body(world *w, uint32_t id)
 {
     if (!is_body(w, id)) return WORLD_UNKNOWN_ID;
     w->bodies.at[id].held = true;
+    w->bodies.at[id].is_calm = false;
     array_push(&w->held_now, id);
     w->changed = true;
     return WORLD_OK;
@@ -448,45 +580,105 @@ double body_margin(const world *w, const solid *s)
     return w->options.margin * reach;
 }
 
-/* Bodies and shapes of a large world lie beyond the caches: those that come next are asked for while these are worked
- * on. */
-static void fetch_ahead(const world *w, size_t i)
+/* Those that come next are asked for while these are worked on; of one that is calm, no more than that is looked at. */
+static inline void fetch_ahead(const world *w, size_t i)
 {
-    enum { BODIES_AHEAD = 6, SHAPES_AHEAD = 3, LINE = 64 };
-    if (i + BODIES_AHEAD >= w->dirty.count) return;
-    const char *b = (const char *)&w->bodies.at[w->dirty.at[i + BODIES_AHEAD]];
-    for (size_t at = 0; at < sizeof(body); at += LINE) __builtin_prefetch(b + at);
-    const body *nearer = &w->bodies.at[w->dirty.at[i + SHAPES_AHEAD]];
-    if (!nearer->shape_count) return;
-    const char *s = (const char *)&w->solids.at[nearer->shapes[0]];
+    enum { CALM_AHEAD = 12, BODIES_AHEAD = 6, SHAPES_AHEAD = 3, LINE = 64 };
+    if (i + CALM_AHEAD >= w->dirty.count) return;
+    const body *b = &w->bodies.at[w->dirty.at[i + CALM_AHEAD]];
+    __builtin_prefetch(&b->pose);
+    __builtin_prefetch(&b->calm_q, 1);
+    b = &w->bodies.at[w->dirty.at[i + BODIES_AHEAD]];
+    if (!b->is_calm)
+        for (size_t at = offsetof(body, before); at < sizeof(body); at += LINE)
+            __builtin_prefetch((const char *)b + at);
+    b = &w->bodies.at[w->dirty.at[i + SHAPES_AHEAD]];
+    if (b->is_calm || !b->shape_count) return;
+    const char *s = (const char *)&w->solids.at[b->shapes[0]];
     for (size_t at = 0; at < sizeof(solid); at += LINE) __builtin_prefetch(s + at);
+}
+
+/* Where the boxes of a body were put last. */
+static pose settled_pose(const world *w, const body *b)
+{
+    bool is_newer = b->glided == w->round || (b->dirty && b->moved);
+    return is_newer ? b->before : b->pose;
+}
+
+/* In a tick: what it did since the last one was nobody's business then, and is now. */
+void body_account(world *w, uint32_t id)
+{
+    body *b = &w->bodies.at[id];
+    body_settle_shapes(w, b);
+    if (b->moved || b->glided != w->round - 1) return;
+    b->moved = true;
+    array_push(&w->glided, id);
+}
+
+pose solid_pose(const world *w, const solid *s)
+{
+    const body *b = &w->bodies.at[s->body];
+    return b->behind ? pose_mul(settled_pose(w, b), s->local) : s->world;
+}
+
+void body_settle_shapes(world *w, body *b)
+{
+    if (!b->behind) return;
+    b->behind = false;
+    for (size_t i = 0; i < b->shape_count; i++) {
+        solid *s = &w->solids.at[b->shapes[i]];
+        s->world = pose_mul(settled_pose(w, b), s->local);
+        s->box = shape_bounds(&s->shape, s->world);
+    }
+}
+
+static void put_shapes(world *w, body *b)
+{
+    bool stay = !b->refilter;
+    for (size_t k = 0; k < b->shape_count; k++) {
+        solid *s = &w->solids.at[b->shapes[k]];
+        s->world = pose_mul(b->pose, s->local);
+        s->box = shape_bounds(&s->shape, s->world);
+        aabb box = body_swept_bounds(w, b, s, s->box);
+        stay &= broad_put(w->broad, &(broad_move){.proxy = b->shapes[k],
+                                        .fixed = b->fixed,
+                                        .box = aabb_grow(box, b->widen),
+                                        .margin = body_margin(w, s),
+                                        .motion = body_step(b)});
+        if (b->refilter) broad_refilter(w->broad, b->shapes[k]);
+    }
+    b->refilter = b->behind = b->is_calm = false;
+    if (stay) calm_find(w, b);
+}
+
+static void settle_body(world *w, uint32_t id)
+{
+    body *b = &w->bodies.at[id];
+    array_push(&w->awake, id);
+    b->dirty = false;
+    b->moved |= b->glided == w->round - 1;
+    if (b->ghost || !b->used) return;
+    if (b->posed) expiry_set(w, id);
+    b->posed = false;
+    bounds_travel(w, b);
+    put_shapes(w, b);
 }
 
 void body_settle_dirty(world *w)
 {
+    bool all = w->grant || w->bounds_asked; /* how far each goes is added up */
     array_reserve(&w->sort_scratch, w->dirty.count);
     sort_keys(w->dirty.at, w->sort_scratch.at, w->dirty.count);
+    w->awake.count = 0;
     for (size_t i = 0; i < w->dirty.count; i++) {
         fetch_ahead(w, i);
         body *b = &w->bodies.at[w->dirty.at[i]];
-        b->dirty = false;
-        if (b->ghost || !b->used) continue;
-        if (b->posed) expiry_set(w, (uint32_t)w->dirty.at[i]);
-        b->posed = false;
-        bounds_travel(w, b);
-        for (size_t k = 0; k < b->shape_count; k++) {
-            solid *s = &w->solids.at[b->shapes[k]];
-            s->world = pose_mul(b->pose, s->local);
-            s->box = shape_bounds(&s->shape, s->world);
-            aabb box = body_swept_bounds(w, b, s, s->box);
-            broad_put(w->broad, &(broad_move){.proxy = b->shapes[k],
-                                    .fixed = b->fixed,
-                                    .box = aabb_grow(box, b->widen),
-                                    .margin = body_margin(w, s),
-                                    .motion = b->step});
-            if (b->refilter) broad_refilter(w->broad, b->shapes[k]);
+        if (b->is_calm && !all && calm_holds(b, &b->pose)) {
+            b->dirty = b->posed = false;
+            b->behind = true;
+        } else {
+            settle_body(w, (uint32_t)w->dirty.at[i]);
         }
-        b->refilter = false;
     }
 }
 

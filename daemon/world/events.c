@@ -92,8 +92,10 @@ bool events_is_turned(const body *a, const body *b, uint32_t id, int looks)
 
 static vec3 velocity_at(const body *b, vec3 point)
 {
+    vec3 linear, angular;
     if (b->fixed || !b->speed) return VEC_ZERO;
-    return vec_add(b->linear, vec_cross(b->angular, vec_sub(point, b->pose.p)));
+    body_velocity(b, &linear, &angular);
+    return vec_add(linear, vec_cross(angular, vec_sub(point, b->pose.p)));
 }
 
 void events_fill(const world *w, const pair *p, const narrow_result *r, uint32_t interest, int looks, world_event *e)

@@ -64,12 +64,12 @@ static void make_stale(world *w, uint32_t id)
 
 static void make_fresh_what_moved(world *w)
 {
-    for (size_t i = 0; i < w->dirty.count; i++) {
-        body *b = &w->bodies.at[w->dirty.at[i]];
+    for (size_t i = 0; i < w->awake.count; i++) {
+        body *b = &w->bodies.at[w->awake.at[i]];
         if (!b->used || b->ghost || !b->stale || b->held || b->expiry_ns <= w->now_ns) continue;
         b->stale = false;
         w->figures.stale_bodies--;
-        array_push(&w->fresh_now, (uint32_t)w->dirty.at[i]);
+        array_push(&w->fresh_now, w->awake.at[i]);
     }
 }
 

@@ -159,7 +159,7 @@ static bool began_in_contact(const sweep *s, const toi_mover *x, const toi_mover
     narrow_request ask = {.facts = NARROW_VERDICT, .tolerance = request->tolerance, .threshold = request->threshold};
     narrow_result n;
     narrow_query_world(
-        x->shape, pose_mul(a->before, x->local), y->shape, pose_mul(b->before, y->local), &ask, scratch, &n);
+        x->shape, pose_mul(body_before(a), x->local), y->shape, pose_mul(body_before(b), y->local), &ask, scratch, &n);
     return n.lo <= request->threshold;
 }
 

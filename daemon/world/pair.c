@@ -88,12 +88,24 @@ uint32_t pair_find(const world *w, uint32_t a, uint32_t b)
     return pair_map_get(&w->pair_of, pair_key(a, b));
 }
 
+/* From here on its shapes are looked at. */
+static void enter_pair(world *w, uint32_t solid)
+{
+    uint32_t id = w->solids.at[solid].body;
+    body *b = &w->bodies.at[id];
+    body_account(w, id);
+    b->is_calm = false;
+    b->pair_count++;
+}
+
 static void begin(world *w, uint32_t a, uint32_t b)
 {
     uint32_t id = id_pool_take(&w->pair_ids);
     array_reserve(&w->pairs, id + 1);
     if (id >= w->pairs.count) w->pairs.count = id + 1;
     bool in_order = narrow_ordered(&w->solids.at[a].shape, a, &w->solids.at[b].shape, b);
+    enter_pair(w, a);
+    enter_pair(w, b);
     w->pairs.at[id] = (pair){.a = in_order ? a : b, .b = in_order ? b : a, .first_watch = WORLD_NONE, .used = true};
     pair_map_put(&w->pair_of, pair_key(a, b), id);
     w->figures.pairs++;
@@ -119,6 +131,8 @@ static void end(world *w, uint32_t a, uint32_t b)
     free(p->cache.shell);
     p->cache.shell = NULL;
     p->used = false;
+    w->bodies.at[w->solids.at[a].body].pair_count--;
+    w->bodies.at[w->solids.at[b].body].pair_count--;
     id_pool_give(&w->pair_ids, id);
     w->figures.pairs--;
 }
@@ -165,8 +179,8 @@ static void activate_body(world *w, const body *b)
 void pair_collect_active(world *w)
 {
     w->active_pairs.count = 0;
-    for (size_t i = 0; i < w->dirty.count; i++) {
-        const body *b = &w->bodies.at[w->dirty.at[i]];
+    for (size_t i = 0; i < w->awake.count; i++) {
+        const body *b = &w->bodies.at[w->awake.at[i]];
         if (b->used && !b->ghost) activate_body(w, b);
     }
     for (size_t i = 0; i < w->fresh_now.count; i++) activate_body(w, &w->bodies.at[w->fresh_now.at[i]]);

@@ -19,13 +19,13 @@ static int64_t older(int64_t a, int64_t b)
     return a > b ? a : b;
 }
 
-static void world_of_result(const solid *origin, const narrow_result *r, world_hit *hit)
+static void world_of_result(vec3 origin, const narrow_result *r, world_hit *hit)
 {
     hit->lo = r->lo;
     hit->hi = r->hi;
     hit->axis = r->axis;
-    hit->point_a = vec_add(r->point_a, origin->world.p);
-    hit->point_b = vec_add(r->point_b, origin->world.p);
+    hit->point_a = vec_add(r->point_a, origin);
+    hit->point_b = vec_add(r->point_b, origin);
 }
 
 /* ---- distance ---- */
@@ -35,7 +35,7 @@ static narrow_result between(const world *w, const solid *a, const solid *b, dou
     narrow_request request = {
         .facts = NARROW_DISTANCE, .tolerance = tolerance, .range = INFINITY, .engine = w->options.engine};
     narrow_result r;
-    narrow_query_world(&a->shape, a->world, &b->shape, b->world, &request, w->scratch[0], &r);
+    narrow_query_world(&a->shape, solid_pose(w, a), &b->shape, solid_pose(w, b), &request, w->scratch[0], &r);
     return r;
 }
 
@@ -50,7 +50,7 @@ void world_query_distance(const world *w, uint32_t a, uint32_t b, double toleran
             const solid *s = &w->solids.at[x->shapes[i]];
             narrow_result r = between(w, s, &w->solids.at[y->shapes[k]], tolerance);
             least_lo = fmin(least_lo, r.lo);
-            if (r.hi < best.hi || (r.hi == best.hi && r.lo < best.lo)) world_of_result(s, &r, &best);
+            if (r.hi < best.hi || (r.hi == best.hi && r.lo < best.lo)) world_of_result(solid_pose(w, s).p, &r, &best);
         }
     }
     best.lo = fmin(best.lo, least_lo);

@@ -39,7 +39,7 @@ static narrow_result ask(const search *q, pose at, const solid *s, double range)
 {
     narrow_request request = {.facts = NARROW_DISTANCE, .tolerance = q->tolerance, .range = range};
     narrow_result r;
-    narrow_query_world(q->probe.shape, at, &s->shape, s->world, &request, q->w->scratch[0], &r);
+    narrow_query_world(q->probe.shape, at, &s->shape, solid_pose(q->w, s), &request, q->w->scratch[0], &r);
     return r;
 }
 
@@ -90,7 +90,7 @@ static double touches_by(const search *q, const solid *s, double t, double gap)
 /* Is all of the shape behind the probe? */
 static bool has_passed(const search *q, const solid *s, double t)
 {
-    pose at = along(q, t), there = pose_relative(at, s->world);
+    pose at = along(q, t), there = pose_relative(at, solid_pose(q->w, s));
     vec3 back = quat_rotate(quat_conj(at.q), vec_neg(q->direction));
     return narrow_separation(q->probe.shape, &s->shape, &there, back, NULL, NULL) > 0;
 }
@@ -333,6 +333,6 @@ void world_query_nearest_to(
     const body *b = &w->bodies.at[id];
     for (size_t i = 0; i < b->shape_count; i++) {
         const solid *s = &w->solids.at[b->shapes[i]];
-        look_around(&n, &(probe){&s->shape, s->world, id});
+        look_around(&n, &(probe){&s->shape, solid_pose(w, s), id});
     }
 }

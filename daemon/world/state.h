@@ -18,38 +18,54 @@ typedef struct waypoint { /* where a body was between two ticks */
     int64_t stamp_ns;
 } waypoint;
 
+/* Poses come by the million. What they touch in a world where they change nothing stands in the first three cache
+ * lines: where it is, what it may do there, and where it was. */
+enum { SPEED_NONE, SPEED_ESTIMATED, SPEED_GIVEN };
+
 typedef struct body {
+    _Alignas(64) pose pose;
+    int64_t stamp_ns;
+
+    _Alignas(64) float calm_q[4]; /* the body is calm within a room for its position, found where it stood so; ... */
+    float calm_lo[3], calm_hi[3]; /* m, ... rounded inward; ... */
+    float calm_reach; /* m: ... turned from there by a difference of quaternions d, it has less by d times this */
+    uint64_t glided;  /* world.round of the last pose that was not a tick's business; `before` is of the tick before */
+    bool used : 1, ghost : 1;
+    bool dirty : 1;   /* in world.dirty: its boxes are put again in the next tick */
+    bool posed : 1;   /* a pose has come since the last tick: its deadline counts from it */
+    bool moved : 1;   /* between `before` and `pose`, on a way that may be swept */
+    bool detours : 1; /* it has teleported or passed something since the last tick */
+    bool is_calm : 1; /* as long as it stays in that room, nothing depends on its poses: see calm.c */
+    bool behind : 1;  /* it was calm when it moved: its shapes stand where they were, see solid_pose */
+    uint8_t speed;    /* SPEED_... */
+
+    _Alignas(64) pose before; /* at the tick before its last move, so if it has `moved`: at the last tick; ... */
+    int64_t before_ns;        /* ... its stamp */
+
     char *name, *group;
-    bool used, fixed, ghost;
-    bool dirty;    /* in world.dirty: its boxes are put again in the next tick */
-    bool refilter; /* so are its filters */
-    bool posed;    /* a pose has come since the last tick: its deadline counts from it */
+    bool fixed;
+    bool refilter; /* its filters are put again, too */
     bool held, stale;
     uint8_t ghost_cause;
     uint64_t category, mask;
     bool one_way;
-    bool ruled;                               /* a rule of it adds to the thresholds or ranges of its pairs ... */
-    double rule_reach;                        /* m, ... at most so much */
-    uint64_t ruled_tick;                      /* the tick that its filter last changed for */
-    int64_t deadline_ns, stamp_ns, expiry_ns; /* INT64_MAX: never stale */
-    uint32_t serial;                          /* of its entry among the expiries: an older one is void */
-    bool expiry_queued;                       /* it has one */
-    pose pose;
-    pose before;            /* at the last tick, ... */
-    int64_t before_ns;      /* ... its stamp */
-    bool moved;             /* between the two, on a way that may be swept */
+    bool ruled;                     /* a rule of it adds to the thresholds or ranges of its pairs ... */
+    double rule_reach;              /* m, ... at most so much */
+    uint64_t ruled_tick;            /* the tick that its filter last changed for */
+    int64_t deadline_ns, expiry_ns; /* INT64_MAX: never stale */
+    uint32_t serial;                /* of its entry among the expiries: an older one is void */
+    uint32_t pair_count;
+    bool expiry_queued;     /* it has one */
     bool teleported;        /* since the last tick */
     ARRAY(waypoint) passed; /* between `before` and `pose`, while an interest in impacts is there */
     world_ccd ccd;
-    enum { SPEED_NONE, SPEED_ESTIMATED, SPEED_GIVEN } speed;
-    vec3 linear, angular; /* m/s, rad/s: as of `speed` */
+    vec3 linear, angular; /* m/s, rad/s: with SPEED_GIVEN; otherwise see body_velocity */
     double acceleration, angular_acceleration;
     bool impacts;   /* an interest wants its impacts: its box holds its way */
     double horizon; /* s: the farthest that an interest wants foretold of it: its box holds all that it may do */
     double reach, travelled; /* m, of its shapes about its origin; by how much its points have moved, at most, added up
                                 over all ticks: kept while somebody asks for bounds, or there is a budget; ... */
     pose travelled_to;       /* ... up to here */
-    vec3 step;               /* m, how far it moved with the last pose: the fat box reaches ahead by it */
     double widen; /* m, half of the farthest range that an interest wants of it, and all of its rules' reach */
     uint32_t *shapes;
     size_t shape_count;
@@ -60,7 +76,8 @@ typedef struct body {
 
 typedef struct solid { /* a shape of a body: the broad phase's proxy under the same id */
     shape shape;
-    pose local, world;
+    pose local;
+    pose world;    /* where it was settled last: solid_pose, unless it is in a pair */
     aabb box;      /* of the shape at `world`, not fat */
     compound *own; /* what shape.compound is, or NULL */
     double reach;  /* of the shape about its own origin */
@@ -157,7 +174,7 @@ struct world {
     void *scratch[WORKERS_MAX];
     broad *broad;
 
-    ARRAY(body) bodies;
+    ARRAY(body) bodies; /* each begins a cache line: body_reserve */
     ARRAY(solid) solids;
     ARRAY(interest) interests;
     ARRAY(pair) pairs;
@@ -167,7 +184,9 @@ struct world {
     pair_map names;   /* hash of a name -> body; colliding hashes are probed on with the next key */
     size_t words;     /* of 64 interests */
 
-    ARRAY(uint64_t) dirty; /* ids of bodies to be put into the broad phase; u64 because sort_keys sorts these */
+    ARRAY(uint64_t) dirty;  /* ids of bodies to be put into the broad phase; u64 because sort_keys sorts these */
+    ARRAY(uint32_t) awake;  /* of these, those that were not calm, in their order: made by body_settle_dirty */
+    ARRAY(uint32_t) glided; /* those that were, until they came into a pair in this tick */
     ARRAY(uint64_t) sort_scratch;
     ARRAY(uint32_t) ghosts; /* removed since the last tick */
     ARRAY(uint32_t) reap;   /* removed before it: ids free at the next */
@@ -199,12 +218,15 @@ struct world {
     ARRAY(world_batch) batches;
 
     int64_t now_ns;
+    uint64_t round; /* counts ticks as they begin, from 1: what came before this one has the round before */
     int64_t serial; /* of contacts */
     uint32_t body_serial;
     bool changed;
     uint64_t hash;
     world_figures figures;
 };
+
+_Static_assert(offsetof(body, before_ns) == 184, "what a pose touches is three cache lines");
 
 /* body.c */
 void body_settle_dirty(world *w);        /* new boxes and filters into the broad phase */
@@ -214,8 +236,36 @@ void solid_free(solid *s);                          /* what it owns */
 int64_t body_age_ns(const world *w, const body *b); /* in this tick */
 int64_t body_age_at(const body *b, int64_t now_ns);
 void body_mark_dirty(world *w, uint32_t id, bool refilter);
+void body_account(world *w, uint32_t id);   /* it comes into a pair: its shapes are where it is, and it has a way */
+void body_settle_shapes(world *w, body *b); /* those that are behind stand where their body does */
+/* At the last tick. */
+static inline pose body_before(const body *b)
+{
+    return b->moved ? b->before : b->pose;
+}
+/* m: how far the last tick that moved it took it, and so the next one may: the fat box reaches ahead by it. */
+static inline vec3 body_step(const body *b)
+{
+    return vec_sub(b->pose.p, b->before.p);
+}
+void body_velocity(const body *b, vec3 *linear, vec3 *angular); /* given, or estimated from its way; else zeros */
+pose solid_pose(const world *w, const solid *s);                /* in the world, as the last tick left it */
 double body_margin(const world *w, const solid *s);
 pose solid_relative(const world *w, const solid *a, const solid *b);
+
+/* calm.c */
+/* Finds the room of a body whose shapes have just been put into the broad phase, where they could stay. */
+void calm_find(const world *w, body *b);
+/* Is it within, at that pose? Then its boxes stay where they are. A NAN is not. */
+static inline bool calm_holds(const body *b, const pose *at)
+{
+    double w = at->q.w - b->calm_q[0], x = at->q.x - b->calm_q[1], y = at->q.y - b->calm_q[2],
+           z = at->q.z - b->calm_q[3];
+    double turned = sqrt(w * w + x * x + (y * y + z * z)) * b->calm_reach;
+    return (at->p.x >= b->calm_lo[0] + turned) & (at->p.x <= b->calm_hi[0] - turned) &
+           (at->p.y >= b->calm_lo[1] + turned) & (at->p.y <= b->calm_hi[1] - turned) &
+           (at->p.z >= b->calm_lo[2] + turned) & (at->p.z <= b->calm_hi[2] - turned);
+}
 
 /* expiry.c */
 void expiry_set(world *w, uint32_t body); /* a pose has come: its deadline counts anew */

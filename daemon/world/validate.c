@@ -34,6 +34,28 @@ static const char *check_pairs(const world *w, size_t *watches, size_t *contacts
     return NULL;
 }
 
+static bool fits(const world *w, const body *b)
+{
+    broad_room room;
+    for (size_t i = 0; i < b->shape_count; i++) {
+        const solid *s = &w->solids.at[b->shapes[i]];
+        aabb box = aabb_grow(shape_bounds(&s->shape, pose_mul(b->pose, s->local)), b->widen);
+        if (!broad_room_of(w->broad, b->shapes[i], box, &room)) return false;
+    }
+    return true;
+}
+
+static const char *check_calm(const world *w)
+{
+    for (uint32_t i = 0; i < w->bodies.count; i++) {
+        const body *b = &w->bodies.at[i];
+        if (!b->used || b->ghost || b->dirty) continue;
+        if ((b->is_calm || b->behind) && b->pair_count) return "a body in a pair is calm, or behind";
+        if (b->is_calm && calm_holds(b, &b->pose) && !fits(w, b)) return "a calm body has left its fat boxes";
+    }
+    return NULL;
+}
+
 const char *world_validate(const world *w)
 {
     size_t of_pairs = 0, of_interests = 0, contacts = 0;
@@ -48,5 +70,6 @@ const char *world_validate(const world *w)
     }
     if (of_pairs != of_interests) return "watches of pairs and of interests differ";
     if (contacts != w->figures.contacts) return "contacts miscounted";
-    return broad_validate(w->broad);
+    fault = check_calm(w);
+    return fault ? fault : broad_validate(w->broad);
 }

@@ -95,6 +95,7 @@ void body_pass(world *w, body *b)
         w->figures.coarse_ways++;
     }
     array_push(&b->passed, ((waypoint){b->pose, b->stamp_ns}));
+    b->detours = true;
 }
 
 /* ---- courses and boxes ---- */
@@ -107,7 +108,9 @@ bool body_has_course(const body *b)
 
 motion body_course(const body *b)
 {
-    return (motion){b->pose, body_has_course(b) ? b->linear : VEC_ZERO, body_has_course(b) ? b->angular : VEC_ZERO};
+    motion m = {b->pose, VEC_ZERO, VEC_ZERO};
+    if (body_has_course(b)) body_velocity(b, &m.linear, &m.angular);
+    return m;
 }
 
 /* One that has no mode of its own, but meets one that has, moves as it does. */

@@ -77,7 +77,7 @@ static uint64_t ascending(float x) /* bits in the order of numbers */
 
 static double step_of(const world *w, const solid *s)
 {
-    return vec_norm(w->bodies.at[s->body].step);
+    return vec_norm(body_step(&w->bodies.at[s->body]));
 }
 
 /* Where the lower bound may be in the next tick, if they go on as they came. Who waits goes before who does not. */

@@ -31,6 +31,7 @@ world *world_create(const world_options *options)
     pair_map_init(&w->names);
     w->words = 1;
     w->epoch = 1;
+    w->round = 1;
     w->hash = HASH_START;
     return w;
 }
@@ -97,6 +98,8 @@ void world_destroy(world *w)
     array_free(&w->pairs);
     array_free(&w->watches);
     array_free(&w->dirty);
+    array_free(&w->awake);
+    array_free(&w->glided);
     array_free(&w->sort_scratch);
     array_free(&w->ghosts);
     array_free(&w->reap);
@@ -123,6 +126,7 @@ static void begin_tick(world *w, int64_t now_ns)
 {
     w->now_ns = now_ns;
     w->figures.ticks++;
+    w->round++;
     interest_finish(w);
     for (size_t i = 0; i < w->interests.count; i++) w->interests.at[i].events.count = 0;
     body_reap(w);
@@ -132,9 +136,10 @@ static void begin_tick(world *w, int64_t now_ns)
 static void end_tick(world *w)
 {
     for (size_t i = 0; i < w->dirty.count; i++) body_arrive(w, (uint32_t)w->dirty.at[i]);
+    for (size_t i = 0; i < w->glided.count; i++) body_arrive(w, w->glided.at[i]);
     for (size_t i = 0; i < w->interests.count; i++) w->interests.at[i].all = false;
     w->last_tick_ns = w->now_ns;
-    w->dirty.count = 0;
+    w->dirty.count = w->glided.count = 0;
     w->changed = false;
 }
 

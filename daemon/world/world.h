@@ -90,6 +90,18 @@ world_status world_move_body(world *w, uint32_t id, pose to, int64_t stamp_ns, c
 /* It is elsewhere, without a way there: its contacts end, and those that it has there begin. */
 world_status world_teleport_body(
     world *w, uint32_t id, pose to, int64_t stamp_ns, const vec3 *linear, const vec3 *angular);
+/* Many at once: what world_move_body, or where it teleports, world_teleport_body does for each, in this order. One that
+ * is older than the pose that its body has is left out, unless it teleports; so is one of no body. The number of those,
+ * and where in `ids` they are (room for `count`). */
+typedef struct world_poses {
+    const uint32_t *ids, *places; /* the pose of ids[i] is that of number places[i], or without places, i */
+    size_t count;
+    const double *positions, *orientations; /* m, 3 each; w x y z, 4 each */
+    const double *linear, *angular;         /* m/s, rad/s, 3 each; or NULL */
+    const uint8_t *teleports;               /* or NULL: none does */
+    int64_t stamp_ns;
+} world_poses;
+size_t world_move_bodies(world *w, const world_poses *poses, uint32_t *left_out);
 /* Its contacts end with this cause in the next tick; its id is free after it. */
 world_status world_remove_body(world *w, uint32_t id, uint8_t cause);
 /* Stale at once and until the next pose, whatever its deadline: its owner is lost. */

@@ -38,7 +38,7 @@ typedef struct scene {
 
 typedef struct figures {
     double poses_s, poses_core_s; /* a second; a second of the daemon's processor time */
-    double raw_poses_s;
+    double raw_poses_s, raw_poses_core_s;
     int64_t sent, lost; /* batches */
 } figures;
 
@@ -143,12 +143,12 @@ static int64_t flood(scene *s, double seconds)
 }
 
 /* Turns of ours and of the raw one. */
-static bool measure_dds(scene *s, raw_ping *raw, pid_t daemon, double seconds, figures *f)
+static bool measure_dds(scene *s, raw_ping *raw, pid_t daemon, pid_t echo, double seconds, figures *f)
 {
-    double share = seconds / TURNS, ours_s = 0, raw_s = 0, cpu = bench_cpu_s(daemon), poses = 0, raw_poses = 0;
+    double share = seconds / TURNS, ours_s = 0, raw_s = 0, poses = 0, raw_poses = 0;
     size_t batch = s->batch;
     if (flood(s, share / 4) < 0) return false; /* warm up */
-    cpu = bench_cpu_s(daemon);
+    double cpu = bench_cpu_s(daemon), raw_cpu = bench_cpu_s(echo);
     for (int i = 0; i < TURNS; i++) {
         int64_t began = bench_now_ns(), ours = flood(s, share / 2), between = bench_now_ns();
         int64_t alone = raw_flood(raw, share / 2, GROUP);
@@ -160,8 +160,10 @@ static bool measure_dds(scene *s, raw_ping *raw, pid_t daemon, double seconds, f
         f->sent += ours;
     }
     cpu = bench_cpu_s(daemon) - cpu;
+    raw_cpu = bench_cpu_s(echo) - raw_cpu;
     f->poses_s = poses / ours_s;
     f->poses_core_s = cpu > 0 ? poses / cpu : 0;
+    f->raw_poses_core_s = raw_cpu > 0 ? raw_poses / raw_cpu : 0;
     f->raw_poses_s = raw_poses / raw_s;
     return true;
 }
@@ -207,18 +209,21 @@ static bool measure_lcm(scene *s, pid_t daemon, double seconds, figures *f)
 
 static void print_row(const char *link, size_t world, const figures *f, bool json)
 {
+    double core_ratio = f->raw_poses_core_s > 0 ? f->poses_core_s / f->raw_poses_core_s : 0;
     double ratio = f->raw_poses_s > 0 ? f->poses_s / f->raw_poses_s : 0;
     if (json)
         printf("{\"bench\":\"throughput\",\"link\":\"%s\",\"world\":%zu,\"poses_s\":%.0f,\"poses_core_s\":%.0f,"
-               "\"raw_poses_s\":%.0f,\"ratio\":%.3f,\"sent\":%" PRId64 ",\"lost\":%" PRId64 "}\n",
-            link, world, f->poses_s, f->poses_core_s, f->raw_poses_s, ratio, f->sent, f->lost);
+               "\"raw_poses_s\":%.0f,\"raw_poses_core_s\":%.0f,\"ratio\":%.3f,\"core_ratio\":%.3f,\"sent\":%" PRId64
+               ",\"lost\":%" PRId64 "}\n",
+            link, world, f->poses_s, f->poses_core_s, f->raw_poses_s, f->raw_poses_core_s, ratio, core_ratio, f->sent,
+            f->lost);
     else
-        printf("%-4s %7zu | %12.0f %12.0f | %12.0f %6.2f | %8" PRId64 " %6" PRId64 "\n", link, world, f->poses_s,
-            f->poses_core_s, f->raw_poses_s, ratio, f->sent, f->lost);
+        printf("%-4s %7zu | %12.0f %12.0f | %12.0f %12.0f | %6.2f %6.2f | %8" PRId64 " %6" PRId64 "\n", link, world,
+            f->poses_s, f->poses_core_s, f->raw_poses_s, f->raw_poses_core_s, ratio, core_ratio, f->sent, f->lost);
     fflush(stdout);
 }
 
-static bool run_row(bool lcm, uint32_t domain, const bench_options *o)
+static bool run_row(bool lcm, uint32_t domain, pid_t echo, const bench_options *o)
 {
     char links[64];
     size_t world = o->bodies ? (size_t)o->bodies : WORLD, most = lcm ? BATCH_LCM : BATCH;
@@ -231,7 +236,7 @@ static bool run_row(bool lcm, uint32_t domain, const bench_options *o)
     pid_t daemon = bench_start(COLLIDED, arguments);
     raw_ping *raw = lcm ? NULL : raw_open(domain + 1, (uint32_t)batch);
     bool done = (lcm || raw) && scene_open(&s, links, world, batch) &&
-                (lcm ? measure_lcm(&s, daemon, o->seconds, &f) : measure_dds(&s, raw, daemon, o->seconds, &f));
+                (lcm ? measure_lcm(&s, daemon, o->seconds, &f) : measure_dds(&s, raw, daemon, echo, o->seconds, &f));
     if (done)
         print_row(lcm ? "lcm" : "dds", world, &f, o->json);
     else
@@ -253,11 +258,11 @@ int main(int argc, char **argv)
     snprintf(echo_domain, sizeof echo_domain, "%" PRIu32, domain + 1);
     pid_t echo = bench_start("/proc/self/exe", (const char *const[]){"echo", "--echo", echo_domain, NULL});
     if (!o.json)
-        printf("%-4s %7s | %12s %12s | %12s %6s | %8s %6s\n", "link", "world", "poses/s", "/s of core", "raw poses/s",
-            "ratio", "batches", "lost");
-    bool done = run_row(false, domain, &o);
+        printf("%-4s %7s | %12s %12s | %12s %12s | %6s %6s | %8s %6s\n", "link", "world", "poses/s", "/s of core",
+            "raw poses/s", "/s of core", "ratio", "core", "batches", "lost");
+    bool done = run_row(false, domain, echo, &o);
     if (isolated)
-        done &= run_row(true, domain, &o);
+        done &= run_row(true, domain, echo, &o);
     else
         fprintf(stderr, "lcm: skipped: its multicast must not leave a namespace\n");
     bench_end(echo);

@@ -7,7 +7,8 @@ import sys
 KEYS = {
     "service": ["bodies", "hz", "core_share", "us_p50", "us_p99", "raw_us_p50", "raw_us_p99", "ticks", "events"],
     "latency": ["world", "poses", "us_p50", "us_p99", "ratio_p50", "ratio_p99", "missed", "on_arrival"],
-    "throughput": ["world", "poses_s", "poses_core_s", "raw_poses_s", "ratio", "sent", "lost"],
+    "throughput": ["world", "poses_s", "poses_core_s", "raw_poses_s", "raw_poses_core_s", "ratio", "core_ratio",
+                   "sent", "lost"],
     "world": ["us_per_tick", "us_p99"],
     "dial": ["us_per_tick", "us_p99"],
     "fit": ["us_per_tick", "us_mean", "us_p99", "times_cheaper", "excess_m", "events"],

@@ -1,0 +1,164 @@
+/* poses: batches of poses to the world, by arrays: first who is meant, then which of them are newer than what is known,
+ * then all of these at once. Messages have been checked by the link (wire_check). Tick thread. */
+#include "service.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#define UNKNOWN UINT32_MAX
+
+void poses_free(service *s)
+{
+    array_free(&s->posing.owned);
+    array_free(&s->posing.ids);
+    array_free(&s->posing.places);
+    array_free(&s->posing.sequences);
+    array_free(&s->posing.left_out);
+}
+
+static void make_room(posing *p, size_t count)
+{
+    array_reserve(&p->owned, count);
+    array_reserve(&p->ids, count);
+    array_reserve(&p->places, count);
+    array_reserve(&p->sequences, count);
+    array_reserve(&p->left_out, count);
+}
+
+/* Fills `owned`. The number of bodies that the client has never told of. */
+static size_t find_bodies(service *s, session *c, const wire_pose_batch *m)
+{
+    posing *p = &s->posing;
+    size_t next = 0, unknown = 0;
+    make_room(p, m->bodies.count);
+    for (uint32_t i = 0; i < m->bodies.count; i++) {
+        if (c && next < c->bodies.count && c->bodies.at[next].number == m->bodies.at[i]) { /* in the order of making */
+            p->owned.at[i] = (uint32_t)next++;
+            continue;
+        }
+        const owned_body *b = c ? session_body(c, m->bodies.at[i]) : NULL;
+        p->owned.at[i] = b ? (uint32_t)(b - c->bodies.at) : UNKNOWN;
+        next = b ? p->owned.at[i] + 1 : next;
+        unknown += !b;
+    }
+    return unknown;
+}
+
+typedef struct tally { /* of what is not carried out; first: the body's number */
+    uint32_t unknown, older, late;
+    int32_t first_unknown, first_older;
+} tally;
+
+/* The newest sequence wins. The number of those that are newer. */
+static size_t choose_newer(service *s, session *c, const wire_pose_batch *m, tally *t)
+{
+    posing *p = &s->posing;
+    size_t chosen = 0;
+    for (uint32_t i = 0; i < m->bodies.count; i++) {
+        owned_body *b = p->owned.at[i] == UNKNOWN ? NULL : &c->bodies.at[p->owned.at[i]];
+        if (!b || b->world_id == WORLD_NONE) {
+            if (!t->unknown++) t->first_unknown = m->bodies.at[i];
+        } else if (m->sequence <= b->pose_sequence) {
+            t->late++;
+        } else {
+            p->ids.at[chosen] = b->world_id;
+            p->places.at[chosen] = i;
+            p->sequences.at[chosen++] = b->pose_sequence;
+            b->pose_sequence = m->sequence;
+        }
+    }
+    return chosen;
+}
+
+/* Those that the world leaves out, because they are older than what it has by their stamps, never came. */
+static void move(service *s, session *c, const wire_pose_batch *m, size_t chosen, tally *t)
+{
+    posing *p = &s->posing;
+    const world_poses poses = {.ids = p->ids.at,
+        .places = chosen < m->bodies.count ? p->places.at : NULL,
+        .count = chosen,
+        .positions = m->positions.at,
+        .orientations = m->orientations.at,
+        .linear = m->linear.count ? m->linear.at : NULL,
+        .angular = m->angular.count ? m->angular.at : NULL,
+        .teleports = m->teleports.count ? m->teleports.at : NULL,
+        .stamp_ns = m->stamp_ns};
+    t->older = (uint32_t)world_move_bodies(s->world, &poses, p->left_out.at);
+    for (uint32_t k = 0; k < t->older; k++) {
+        uint32_t i = p->left_out.at[k], place = p->places.at[i];
+        c->bodies.at[p->owned.at[place]].pose_sequence = p->sequences.at[i];
+        if (k == 0) t->first_older = m->bodies.at[place];
+    }
+}
+
+static void tell(service *s, struct link *from, const wire_pose_batch *m, const tally *t)
+{
+    wire_refusal why;
+    if (t->late) metric_count(s->count.late_poses, t->late);
+    if (t->unknown) {
+        why.reason = WIRE_UNKNOWN_BODY;
+        snprintf(why.text, sizeof why.text, "%u of %u bodies are not announced, the first is %d", t->unknown,
+            m->bodies.count, t->first_unknown);
+        apply_reject(s, from, WIRE_POSE_BATCH, m->client, m->sequence, t->first_unknown, &why);
+    }
+    if (t->older) {
+        why.reason = WIRE_OLD_POSE;
+        snprintf(why.text, sizeof why.text,
+            "stamp_ns: %u of %u bodies have a newer pose already, the first is %d; a teleport may go back in time",
+            t->older, m->bodies.count, t->first_older);
+        apply_reject(s, from, WIRE_POSE_BATCH, m->client, m->sequence, t->first_older, &why);
+    }
+}
+
+/* A simulator that begins anew counts from the start, so that a later tick's step may be lower. Kept beyond the tick: a
+ * snapshot tells the step that the world is at, whether a pose came just then or not. */
+static void note_step(step_mark *last, int64_t tick, int64_t step)
+{
+    if (step && (last->tick != tick || step >= last->step)) *last = (step_mark){step, tick};
+}
+
+/* As with steps: what time it is stays known beyond the tick, and a simulation that begins anew goes back. */
+void apply_note_simulation(simulation_mark *last, int64_t tick, int64_t simulation_ns)
+{
+    if (simulation_ns && (last->tick != tick || simulation_ns > last->now_ns))
+        *last = (simulation_mark){simulation_ns, tick};
+}
+
+/* The bodies have been found. */
+static void carry_out(service *s, session *c, struct link *from, const wire_pose_batch *m)
+{
+    tally t = {.first_unknown = -1, .first_older = -1};
+    if (m->stamp_ns > s->latest_pose_ns) s->latest_pose_ns = m->stamp_ns;
+    note_step(&s->latest_step, s->tick, m->step);
+    if (c) note_step(&c->step, s->tick, m->step);
+    apply_note_simulation(&s->simulation, s->tick, m->simulation_ns);
+    if (c) apply_note_simulation(&c->simulation, s->tick, m->simulation_ns);
+    if (c && m->step) c->stepped = true;
+    if (c && m->stamp_ns > c->latest_pose_ns) c->latest_pose_ns = m->stamp_ns;
+    if (c) c->pose_count += m->bodies.count;
+    move(s, c, m, choose_newer(s, c, m, &t), &t);
+    tell(s, from, m, &t);
+}
+
+void apply_poses_now(service *s, session *c, struct link *from, const wire_pose_batch *m)
+{
+    find_bodies(s, c, m);
+    carry_out(s, c, from, m);
+}
+
+/* A batch waits for the commands of this tick, once, if some of its client are among them or it has a body that is not
+ * known yet. */
+void apply_poses(service *s, struct link *from, const wire_pose_batch *m, bool may_wait)
+{
+    session *c = session_find(s, m->client);
+    bool is_mark = m->sequence == STEP_IN_ITS_NAME && m->bodies.count; /* it comes before what waits */
+    bool may = may_wait && !(c && is_mark), waits = may && (!c || c->letters_tick == s->tick);
+    if (waits || (find_bodies(s, c, m) && may)) {
+        inbox_put(s, from, &(wire_message){.kind = WIRE_POSE_BATCH, .pose_batch = *m});
+        return;
+    }
+    if (c && m->sequence != STEP_IN_ITS_NAME) c->heard_ns = s->monotonic_ns;
+    if (c && steps_take(s, c, from, m)) return;
+    carry_out(s, c, from, m);
+}
