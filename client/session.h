@@ -88,6 +88,7 @@ struct collided {
     int64_t epoch, heard_ns; /* the daemon's; 0 = never heard */
     int64_t heartbeat_ns;    /* when the next one is due */
     int64_t all_again_ns;    /* when everything was last announced again */
+    bool all_again_wanted;   /* the daemon has lost us: when a second has passed since */
     wire_message *status;
     wire_message *rejections[SESSION_REJECTIONS_MAX]; /* for the callback */
     size_t rejection_count;

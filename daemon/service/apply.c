@@ -417,6 +417,7 @@ bool apply_command(service *s, struct link *from, const wire_message *m, bool ma
         apply_reject(s, from, m->kind, client, sequence, object, &why);
         return true;
     }
+    session_remind(s, c, m->kind);
     switch (m->kind) {
     case WIRE_CLIENT:
         apply_client(s, c, &m->client);

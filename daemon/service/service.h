@@ -55,6 +55,8 @@ typedef struct flow { /* how many in a second that began with the first of them;
     int64_t began_ns, count;
 } flow;
 
+enum { LOST_KEPT = 1024 };
+
 typedef struct session {
     int64_t client;
     char *name;
@@ -74,8 +76,9 @@ typedef struct session {
     uint8_t on_loss;
     bool announced; /* its Client has come */
     bool lost;
-    bool left;        /* in order: what it keeps is meant to stay */
-    pair_map body_of; /* number + 1 -> index */
+    uint8_t reminders; /* it was lost, and may not know: how often it is yet told so */
+    bool left;         /* in order: what it keeps is meant to stay */
+    pair_map body_of;  /* number + 1 -> index */
     ARRAY(owned_body) bodies;
     ARRAY(owned_interest) interests;
     ARRAY(int64_t) acks; /* to be sent after this tick */
@@ -193,7 +196,9 @@ typedef struct service {
 
     flow rejects; /* of clients without a session */
     ARRAY(session *) sessions;
-    pair_map session_of;   /* client -> index */
+    pair_map session_of;             /* client -> index */
+    int64_t lost_clients[LOST_KEPT]; /* a ring of the newest that were lost, some of which may live */
+    size_t lost_count;
     ARRAY(stream) streams; /* by the world's interest id */
     ARRAY(geometry) geometries;
     pair_map geometry_of; /* hash -> index */
@@ -224,6 +229,9 @@ owned_interest *session_interest(session *c, int32_t number);
 owned_interest *session_add_interest(session *c, int32_t number);
 void session_heard(service *s, const wire_message *m); /* a sign of life, before it is applied */
 void session_lost(service *s, session *c, const char *how);
+/* A lost client that is heard again, with a message of that kind, is told that it was lost, until it says what is its.
+ */
+void session_remind(service *s, session *c, wire_kind kind);
 void session_leave(service *s, session *c);
 void session_check_leases(service *s);
 int64_t session_next_lease_ns(const service *s); /* monotonic; INT64_MAX: none */

@@ -37,6 +37,7 @@ typedef struct owner {
     bool known; /* the same client, bodies and names in each life */
     uint64_t random;
     int64_t step;
+    collided_status status;
     collided_body bodies[STORM_BODIES];
 } owner;
 
@@ -85,7 +86,10 @@ static void publish(owner *o)
         memcpy(positions + 3 * n, o->shared->place[i], sizeof o->shared->place[i]);
         orientations[4 * n++] = 1;
     }
-    if (n) collided_publish(o->c, n, bodies, positions, orientations, NULL, NULL, 0, ++o->step);
+    collided_status status =
+        n ? collided_publish(o->c, n, bodies, positions, orientations, NULL, NULL, 0, ++o->step) : COLLIDED_OK;
+    if (status != COLLIDED_OK && status != o->status) fprintf(stderr, "o%d: %s\n", o->number, collided_error(o->c));
+    o->status = status;
 }
 
 static collided *connect_without_waiting(const char *uri, int64_t id, collided_on_loss on_loss)
