@@ -85,6 +85,7 @@ struct collided {
     table by_sequence; /* to announcement */
     table bodies;      /* id to body_record */
     geometry_record *geometries;
+    int64_t wall_ahead_ns;   /* of the monotonic clock, when poses were published last; 0 = none were */
     int64_t epoch, heard_ns; /* the daemon's; 0 = never heard */
     int64_t heartbeat_ns;    /* when the next one is due */
     int64_t all_again_ns;    /* when everything was last announced again */

@@ -123,7 +123,7 @@ typedef struct geometry {
 
 typedef struct letter {
     int64_t client, sequence;
-    int64_t since_ns; /* the tick in which it came; a Body waits for its hulls for HULL_WAIT_NS */
+    int64_t since_ns; /* monotonic: the tick in which it came; a Body waits for its hulls for HULL_WAIT_NS */
     struct link *link;
     wire_kind kind;
     size_t offset, size; /* of its bytes in inbox.bytes; 0 bytes: the client is lost */
@@ -148,7 +148,8 @@ typedef struct counters { /* metrics that the service itself counts */
     metric *messages_in[WIRE_KIND_COUNT];
     metric *rejects[WIRE_REASON_COUNT];
     metric *rejects_untold, *clients_lost, *duplicates, *ticks_empty, *batches_out, *events_out, *late_poses;
-    metric *budget_over, *record_failures, *heartbeats, *steps, *steps_missed, *answers, *acks, *tick_ns, *busy_ns;
+    metric *clock_steps, *budget_over, *record_failures, *heartbeats, *steps, *steps_missed, *answers, *acks, *tick_ns,
+        *busy_ns;
 } counters;
 
 typedef struct lock_step {
@@ -180,6 +181,7 @@ typedef struct service {
     int wake_fd;
     int64_t epoch, tick, started_ns;
     int64_t now_ns, monotonic_ns; /* of this tick */
+    int64_t wall_ahead_ns;        /* of the monotonic clock, at the last tick; 0: there was none */
     int64_t latest_pose_ns;       /* the newest stamp of all poses ... */
     int64_t measured_pose_ns;     /* ... and before the last tick */
     step_mark latest_step;        /* of all clients */
@@ -308,7 +310,8 @@ void answer_query(service *s, struct link *from, const wire_query *q);
 void service_set_budget(service *s);                                  /* of the configuration */
 void service_replay_budget(service *s, bool budgeted, uint64_t work); /* of the tick that is replayed next */
 void service_tick(service *s);                                        /* of number s->tick, at s->now_ns */
-void service_tell_broad(service *s); /* logs the broad phase that stands, if the log says another one */
+bool service_clock_back(const service *s); /* the wall clock was set back since the last tick: one is due */
+void service_tell_broad(service *s);       /* logs the broad phase that stands, if the log says another one */
 
 /* health.c */
 void health_define(measures *m);

@@ -233,6 +233,11 @@ void world_set_budget(world *w, world_grant *grant, void *context);
 
 void world_tick(world *w, int64_t now_ns, world_batches *out);
 
+/* The wall clock was set back by so much, > 0, since the last tick: deadlines, rates and the stamps of poses (those
+ * that are within a day of it: others are of another clock) go back with it, and what comes now is newer than what
+ * came. */
+void world_clock_back(world *w, int64_t by_ns);
+
 /* When the next tick is due although nothing came: a deadline, or an update that the rate held back. INT64_MAX: never.
  */
 int64_t world_next_due_ns(const world *w);

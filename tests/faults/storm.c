@@ -1,7 +1,7 @@
 /* A storm: owners that move, remove and put back bodies, and listeners, over both links, are killed, stopped and let go
  * on at random moments, and so are the daemon and its gateway. All the time each listener holds what it is told against
  * a model (storm_model.h); once it is quiet, all of them, and one that comes fresh, must know the same contacts as a
- * comparison of all bodies with all others.
+ * comparison of all bodies with all others. Their wall clock is set back and forth by up to an hour at a time.
  *
  * 20 s; 120 s with COLLIDED_NIGHTLY=1, 10 s with COLLIDED_BRIEF=1, or COLLIDED_STORM_SECONDS. The seed is random and
  * printed; COLLIDED_STORM_SEED sets it. (It sets what is done, and in which order; processes have their own time.) */
@@ -145,7 +145,8 @@ typedef struct storm {
     double gateway_s;
     collided *c[2]; /* of ours: one a link, whom nothing strikes but by others */
     storm_model *models[2];
-    size_t kills, stops, daemon_kills, gateway_kills;
+    _Atomic int64_t *clock_ns; /* the wall clock of all but us is set by so much */
+    size_t clock_steps, kills, stops, daemon_kills, gateway_kills;
 } storm;
 
 static uint64_t roll(storm *s, uint64_t sides)
@@ -186,9 +187,17 @@ static void strike_gateway(storm *s)
     s->gateway_s = rig_now_s() + 1e-3 * (double)roll(s, 1500);
 }
 
+/* Up to an hour forward or back; what is stamped by it, numbered by it, or an epoch, goes with it. */
+static void strike_clock(storm *s)
+{
+    *s->clock_ns += (int64_t)(roll(s, 7200) * 1000000000) - INT64_C(3600000000000);
+    s->clock_steps++;
+}
+
 static void strike(storm *s)
 {
     int k = (int)roll(s, VICTIMS + 1);
+    if (roll(s, 24) == 0) strike_clock(s);
     if (k == VICTIMS) {
         strike_gateway(s);
         return;
@@ -306,8 +315,25 @@ static storm_shared *map(int fd)
     return s == MAP_FAILED ? NULL : s;
 }
 
+/* Those that are started find it in their environment, and the sanitizers that it is meant. */
+static void set_up_clock(storm *s)
+{
+    char path[64], options[512];
+    int fd = memfd_create("wall clock", 0);
+    assert_int_equal(ftruncate(fd, sizeof *s->clock_ns), 0);
+    s->clock_ns = mmap(NULL, sizeof *s->clock_ns, PROT_READ | PROT_WRITE, MAP_SHARED, fd, 0);
+    assert_true(s->clock_ns != MAP_FAILED);
+    snprintf(path, sizeof path, "/proc/%d/fd/%d", (int)getpid(), fd);
+    const char *asan = getenv("ASAN_OPTIONS");
+    snprintf(options, sizeof options, "%s:verify_asan_link_order=0", asan ? asan : "");
+    setenv("ASAN_OPTIONS", options, 1);
+    setenv("COLLIDED_WALL_CLOCK", path, 1);
+    setenv("LD_PRELOAD", WALL_CLOCK, 1);
+}
+
 static void set_up(storm *s)
 {
+    set_up_clock(s);
     int fd = memfd_create("storm", 0);
     assert_int_equal(ftruncate(fd, sizeof *s->shared), 0);
     assert_int_equal(dup2(fd, SHARED_FD), SHARED_FD); /* which those that are started find there */
@@ -343,12 +369,14 @@ static void each_begin_has_its_end_whoever_is_struck(void **state)
     let_go_on(&s, true);
     s.shared->quiet = 1;
     all_know_the_truth(&s);
-    printf("%zu killed (the daemon %zu times), %zu stopped, %zu gateways killed; we heard %lld begins over DDS and "
+    printf("%zu killed (the daemon %zu times), %zu stopped, %zu gateways killed, %zu clock steps; we heard %lld begins "
+           "over DDS and "
            "%lld over "
            "LCM in %lld and %lld epochs, %lld and %lld ends unheard, %lld and %lld batches lost\n",
-        s.kills, s.daemon_kills, s.stops, s.gateway_kills, (long long)s.models[0]->begun, (long long)s.models[1]->begun,
-        (long long)s.models[0]->epochs, (long long)s.models[1]->epochs, (long long)s.models[0]->unheard,
-        (long long)s.models[1]->unheard, (long long)s.models[0]->lost, (long long)s.models[1]->lost);
+        s.kills, s.daemon_kills, s.stops, s.gateway_kills, s.clock_steps, (long long)s.models[0]->begun,
+        (long long)s.models[1]->begun, (long long)s.models[0]->epochs, (long long)s.models[1]->epochs,
+        (long long)s.models[0]->unheard, (long long)s.models[1]->unheard, (long long)s.models[0]->lost,
+        (long long)s.models[1]->lost);
     for (int k = 0; k < 2; k++) {
         rig_close(s.c[k]);
         assert_true(s.models[k]->begun > 0);
