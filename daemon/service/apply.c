@@ -86,10 +86,13 @@ static bool teleports(const wire_pose_batch *m, uint32_t i)
     return m->teleports.count && m->teleports.at[i];
 }
 
-/* A way back in time is none. */
+/* A way back in time is none. But a body whose stamp is ahead of us got it from a clock that has been set back since,
+ * or is wrong: nothing would be taken for it until that time comes. Held against the last tick, as a replay does. */
 static bool is_older(const service *s, const owned_body *b, const wire_pose_batch *m, uint32_t i)
 {
-    return m->stamp_ns && !teleports(m, i) && m->stamp_ns < world_body_stamp_ns(s->world, b->world_id);
+    static const int64_t AHEAD_NS = 2000000000;
+    int64_t has_ns = m->stamp_ns && !teleports(m, i) ? world_body_stamp_ns(s->world, b->world_id) : 0;
+    return m->stamp_ns < has_ns && has_ns <= world_last_tick_ns(s->world) + AHEAD_NS;
 }
 
 static void move(service *s, uint32_t id, const wire_pose_batch *m, uint32_t i)

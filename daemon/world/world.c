@@ -176,6 +176,11 @@ void world_set_budget(world *w, world_grant *grant, void *context)
     w->epoch++;            /* what stands was not kept, or is not wanted */
 }
 
+int64_t world_last_tick_ns(const world *w)
+{
+    return w->last_tick_ns;
+}
+
 int64_t world_next_due_ns(const world *w)
 {
     int64_t due = expiry_next_ns(w);

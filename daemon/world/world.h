@@ -233,6 +233,8 @@ void world_set_budget(world *w, world_grant *grant, void *context);
 
 void world_tick(world *w, int64_t now_ns, world_batches *out);
 
+int64_t world_last_tick_ns(const world *w); /* 0: there was none */
+
 /* The wall clock was set back by so much, > 0, since the last tick: deadlines, rates and the stamps of poses (those
  * that are within a day of it: others are of another clock) go back with it, and what comes now is newer than what
  * came. */

@@ -180,6 +180,23 @@ static void an_hour_back_refuses_no_pose_and_an_hour_on_neither(void **state)
     rig_close(&r);
 }
 
+/* It was on its way when the clock was set back. */
+static void a_stamp_of_the_clock_before_holds_nothing_up(void **state)
+{
+    (void)state;
+    rig r;
+    rig_open(&r, 0, NULL);
+    move_on(&r, 10);
+    r.ahead_ns -= HOUR_NS;
+    turn(&r);
+    r.ahead_ns += HOUR_NS;
+    send_body(&r, MOVED, "moved", 1, DEADLINE_TICKS * TICK_NS);
+    r.ahead_ns -= HOUR_NS;
+    turn(&r);
+    poses_go_on_to_be_taken(&r);
+    rig_close(&r);
+}
+
 static void a_deadline_runs_out_in_its_time_though_the_clock_was_set_back(void **state)
 {
     (void)state;
@@ -255,6 +272,7 @@ static void a_recording_across_jumps_replays_to_the_same_hash(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(an_hour_back_refuses_no_pose_and_an_hour_on_neither),
+        cmocka_unit_test(a_stamp_of_the_clock_before_holds_nothing_up),
         cmocka_unit_test(a_deadline_runs_out_in_its_time_though_the_clock_was_set_back),
         cmocka_unit_test(a_rate_holds_nothing_back_for_an_hour), cmocka_unit_test(leases_follow_the_other_clock),
         cmocka_unit_test(a_recording_across_jumps_replays_to_the_same_hash)};
