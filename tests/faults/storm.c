@@ -142,8 +142,8 @@ typedef struct storm {
     pid_t pids[VICTIMS];     /* 0 = killed, to be started again */
     double again_s[VICTIMS]; /* when: to be started, or let go on; 0 = it runs */
     pid_t gateway;           /* that stands still until then */
-    double gateway_s;
-    collided *c[2]; /* of ours: one a link, whom nothing strikes but by others */
+    double gateway_s, up_s;  /* since when the daemon runs */
+    collided *c[2];          /* of ours: one a link, whom nothing strikes but by others */
     storm_model *models[2];
     _Atomic int64_t *clock_ns; /* the wall clock of all but us is set by so much */
     size_t clock_steps, kills, stops, daemon_kills, gateway_kills;
@@ -160,6 +160,7 @@ static void start(storm *s, int k)
     s->again_s[k] = 0;
     if (k == DAEMON) {
         s->pids[k] = rig_daemon("--heartbeat", "0.2");
+        s->up_s = rig_now_s();
         return;
     }
     bool owns = k < STORM_OWNERS;
@@ -175,9 +176,10 @@ static void start(storm *s, int k)
     s->pids[k] = rig_self(owns ? "own" : "listen", number, "");
 }
 
+/* Not the first one: a daemon whose gateway does not start does not, either. */
 static void strike_gateway(storm *s)
 {
-    pid_t gateway = s->again_s[DAEMON] || s->gateway_s ? 0 : rig_child(s->pids[DAEMON]);
+    pid_t gateway = s->again_s[DAEMON] || s->gateway_s || rig_now_s() < s->up_s + 2 ? 0 : rig_child(s->pids[DAEMON]);
     if (!gateway) return;
     bool kills = roll(s, 2);
     if (kill(gateway, kills ? SIGKILL : SIGSTOP) != 0) return; /* it has ended meanwhile */
@@ -197,7 +199,7 @@ static void strike_clock(storm *s)
 static void strike(storm *s)
 {
     int k = (int)roll(s, VICTIMS + 1);
-    if (roll(s, 24) == 0) strike_clock(s);
+    if (roll(s, 12) == 0) strike_clock(s);
     if (k == VICTIMS) {
         strike_gateway(s);
         return;

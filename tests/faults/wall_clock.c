@@ -3,6 +3,7 @@
  */
 #include <dlfcn.h>
 #include <fcntl.h>
+#include <pthread.h>
 #include <stdatomic.h>
 #include <stdint.h>
 #include <stdlib.h>
@@ -10,6 +11,7 @@
 #include <time.h>
 
 int clock_gettime(clockid_t clock, struct timespec *t);
+int pthread_cond_timedwait(pthread_cond_t *c, pthread_mutex_t *m, const struct timespec *until);
 
 typedef int real_clock(clockid_t clock, struct timespec *t);
 static real_clock *_Atomic real;
@@ -25,12 +27,25 @@ static void find(void)
     atomic_store(&real, (real_clock *)dlsym(RTLD_NEXT, "clock_gettime"));
 }
 
+static struct timespec later(const struct timespec *t, int64_t by_ns)
+{
+    int64_t ns = (int64_t)t->tv_sec * 1000000000 + t->tv_nsec + by_ns;
+    if (t->tv_sec > INT64_MAX / 2000000000 || ns < 0) return *t; /* for ever, or at once */
+    return (struct timespec){ns / 1000000000, ns % 1000000000};
+}
+
 int clock_gettime(clockid_t clock, struct timespec *t)
 {
     if (!atomic_load(&real)) find();
     int result = atomic_load(&real)(clock, t);
     if (result != 0 || clock != CLOCK_REALTIME) return result;
-    int64_t ns = (int64_t)t->tv_sec * 1000000000 + t->tv_nsec + atomic_load(atomic_load(&offset_ns));
-    *t = (struct timespec){ns / 1000000000, ns % 1000000000};
+    *t = later(t, atomic_load(atomic_load(&offset_ns)));
     return 0;
+}
+
+int pthread_cond_timedwait(pthread_cond_t *c, pthread_mutex_t *m, const struct timespec *until)
+{
+    if (!atomic_load(&real)) find();
+    struct timespec t = later(until, -atomic_load(atomic_load(&offset_ns)));
+    return pthread_cond_clockwait(c, m, CLOCK_REALTIME, &t);
 }
