@@ -7,6 +7,7 @@
  * printed; COLLIDED_STORM_SEED sets it. (It sets what is done, and in which order; processes have their own time.) */
 #include "rig.h"
 #include "storm_model.h"
+#include "storm_network.h"
 
 #include <errno.h>
 #include <signal.h>
@@ -23,9 +24,14 @@
 
 enum { SIDE = 12, SHARED_FD = 40 }; /* of the square that bodies are in, in grid steps */
 
+/* The network between two hosts: the daemon and we are on one, all others on the other. NULL: all are on one. */
+static storm_network *network;
+static const char *interface;
+
 static const char *link_of(int k)
 {
-    return k % 2 ? RIG_LCM : RIG_DDS;
+    static const char *const far[] = {"dds://62", "lcm://udpm://239.255.76.67:7667?ttl=1"};
+    return interface ? far[k % 2] : k % 2 ? RIG_LCM : RIG_DDS;
 }
 
 /* ---- owners ---- */
@@ -99,6 +105,7 @@ static collided *connect_without_waiting(const char *uri, int64_t id, collided_o
     def.on_loss = on_loss;
     def.id = id;
     def.connect_timeout_s = 0;
+    def.interface = interface;
     collided *c = collided_connect(uri, &def);
     if (!c) {
         fprintf(stderr, "%s: %s\n", uri, collided_connect_error());
@@ -145,6 +152,7 @@ typedef struct storm {
     double gateway_s, up_s;  /* since when the daemon runs */
     collided *c[2];          /* of ours: one a link, whom nothing strikes but by others */
     storm_model *models[2];
+    char host[16];             /* of the others: the process that has it, or "" */
     _Atomic int64_t *clock_ns; /* the wall clock of all but us is set by so much */
     size_t clock_steps, kills, stops, daemon_kills, gateway_kills;
 } storm;
@@ -154,12 +162,22 @@ static uint64_t roll(storm *s, uint64_t sides)
     return storm_random(&s->random) % sides;
 }
 
+static pid_t far_daemon(void)
+{
+    char links[128];
+    snprintf(links, sizeof links, "%s %s", link_of(0), link_of(1));
+    const char *const arguments[] = {"collided", "--links", links, "--interface", interface, "--status-period", "0.1",
+        "--workers", "1", "--log", "warning", "--heartbeat", "0.2", NULL};
+    rig_need_network();
+    return rig_start(COLLIDED, arguments);
+}
+
 static void start(storm *s, int k)
 {
     char number[16];
     s->again_s[k] = 0;
     if (k == DAEMON) {
-        s->pids[k] = rig_daemon("--heartbeat", "0.2");
+        s->pids[k] = interface ? far_daemon() : rig_daemon("--heartbeat", "0.2");
         s->up_s = rig_now_s();
         return;
     }
@@ -173,7 +191,7 @@ static void start(storm *s, int k)
         if (!storm_known(index)) o->life++;
     }
     snprintf(number, sizeof number, "%d", index);
-    s->pids[k] = rig_self(owns ? "own" : "listen", number, "");
+    s->pids[k] = rig_self(owns ? "own" : "listen", number, s->host);
 }
 
 /* Not the first one: a daemon whose gateway does not start does not, either. */
@@ -279,7 +297,7 @@ static void all_know_the_truth(storm *s)
     collided *c[2];
     for (int k = 0; k < 2; k++) {
         fresh[k] = calloc(1, sizeof *fresh[k]);
-        c[k] = rig_connect(link_of(k), 5, COLLIDED_REMOVE);
+        c[k] = connect_without_waiting(link_of(k), 0, COLLIDED_REMOVE);
         storm_listen(c[k], fresh[k]);
     }
     size_t contacts = 0, knows = 0, everybody = STORM_LISTENERS + 4;
@@ -335,7 +353,7 @@ static void set_up_clock(storm *s)
 
 static void set_up(storm *s)
 {
-    set_up_clock(s);
+    if (!network) set_up_clock(s);
     int fd = memfd_create("storm", 0);
     assert_int_equal(ftruncate(fd, sizeof *s->shared), 0);
     assert_int_equal(dup2(fd, SHARED_FD), SHARED_FD); /* which those that are started find there */
@@ -345,16 +363,38 @@ static void set_up(storm *s)
     start(s, DAEMON);
     for (int k = 0; k < 2; k++) {
         s->models[k] = calloc(1, sizeof *s->models[k]);
-        s->c[k] = rig_connect(link_of(k), LEASE_S, COLLIDED_REMOVE);
+        s->c[k] = connect_without_waiting(link_of(k), 0, COLLIDED_REMOVE);
         storm_listen(s->c[k], s->models[k]);
     }
     for (int k = 0; k < DAEMON; k++) start(s, k);
 }
 
+/* Up to 30 % are lost, and some overtake others; now and then nothing comes through for up to two seconds. */
+static void strike_network(storm *s)
+{
+    network->loss_percent = (int)roll(s, 31);
+    network->delay_most_ms = (int)roll(s, 20);
+    network->cut = roll(s, 4) == 0;
+    if (network->cut) poll_ours(s, 1e-3 * (double)roll(s, 2000));
+}
+
+static void tell(const storm *s)
+{
+    printf("%zu killed (the daemon %zu times), %zu stopped, %zu gateways killed, %zu clock steps\n", s->kills,
+        s->daemon_kills, s->stops, s->gateway_kills, s->clock_steps);
+    if (network) printf("%lld packets carried, %lld lost\n", (long long)network->carried, (long long)network->lost);
+    for (int k = 0; k < STORM_LISTENERS + 2; k++) {
+        const storm_model *m = k < 2 ? s->models[k] : &s->shared->listeners[k - 2];
+        printf("%s heard %lld begins in %lld epochs, %lld snapshots, %lld ends unheard, %lld batches lost\n",
+            link_of(k), (long long)m->begun, (long long)m->epochs, (long long)m->snapshots, (long long)m->unheard,
+            (long long)m->lost);
+    }
+}
+
 static void each_begin_has_its_end_whoever_is_struck(void **state)
 {
-    (void)state;
     storm s = {0};
+    snprintf(s.host, sizeof s.host, "%s", (const char *)*state);
     const char *seed = getenv("COLLIDED_STORM_SEED");
     s.random = s.seed = seed ? strtoull(seed, NULL, 10) : (uint64_t)time(NULL) ^ (uint64_t)getpid() << 32;
     double seconds = seconds_of_storm();
@@ -366,19 +406,13 @@ static void each_begin_has_its_end_whoever_is_struck(void **state)
         poll_ours(&s, 1e-3 * (double)(20 + roll(&s, 300)));
         let_go_on(&s, false);
         assert_well(&s);
-        strike(&s);
+        network ? strike_network(&s) : strike(&s);
     }
     let_go_on(&s, true);
+    if (network) network->loss_percent = network->delay_most_ms = network->cut = 0;
     s.shared->quiet = 1;
     all_know_the_truth(&s);
-    printf("%zu killed (the daemon %zu times), %zu stopped, %zu gateways killed, %zu clock steps; we heard %lld begins "
-           "over DDS and "
-           "%lld over "
-           "LCM in %lld and %lld epochs, %lld and %lld ends unheard, %lld and %lld batches lost\n",
-        s.kills, s.daemon_kills, s.stops, s.gateway_kills, s.clock_steps, (long long)s.models[0]->begun,
-        (long long)s.models[1]->begun, (long long)s.models[0]->epochs, (long long)s.models[1]->epochs,
-        (long long)s.models[0]->unheard, (long long)s.models[1]->unheard, (long long)s.models[0]->lost,
-        (long long)s.models[1]->lost);
+    tell(&s);
     for (int k = 0; k < 2; k++) {
         rig_close(s.c[k]);
         assert_true(s.models[k]->begun > 0);
@@ -390,13 +424,22 @@ static void each_begin_has_its_end_whoever_is_struck(void **state)
 int main(int argc, char **argv)
 {
     if (argc == 4) {
+        if (*argv[3]) interface = STORM_NET_INTERFACE;
+        if (*argv[3] && !storm_network_enter((pid_t)strtol(argv[3], NULL, 10))) return 2;
         storm_shared *s = map(SHARED_FD);
         if (!s) return 2;
         int number = (int)strtol(argv[2], NULL, 10);
         strcmp(argv[1], "own") == 0 ? own(s, number) : listen_only(s, number);
     }
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_teardown(each_begin_has_its_end_whoever_is_struck, rig_end_all)};
-    rig_isolate();
+    char host[16] = "";
+    bool far = argc == 2 && strcmp(argv[1], "network") == 0;
+    pid_t other = rig_isolate() && far ? storm_network_start(&network) : 0;
+    if (other < 0) return 0; /* it has said why */
+    if (other > 0) {
+        interface = STORM_NET_INTERFACE;
+        snprintf(host, sizeof host, "%d", (int)other);
+    }
+    const struct CMUnitTest tests[] = {{"each_begin_has_its_end_whoever_is_struck",
+        each_begin_has_its_end_whoever_is_struck, NULL, rig_end_all, host}};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
