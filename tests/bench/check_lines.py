@@ -7,6 +7,7 @@ import sys
 KEYS = {
     "service": ["bodies", "hz", "core_share", "us_p50", "us_p99", "raw_us_p50", "raw_us_p99", "ticks", "events"],
     "latency": ["world", "poses", "us_p50", "us_p99", "ratio_p50", "ratio_p99", "missed"],
+    "crowd": ["clients", "us_p50", "us_p99", "ratio_p99", "rounds", "missed"],
     "throughput": ["world", "poses_s", "poses_core_s", "raw_poses_s", "ratio", "sent", "lost"],
     "world": ["us_per_tick", "us_p99"],
     "dial": ["us_per_tick", "us_p99"],
@@ -36,6 +37,8 @@ def broken(name, row):
     if name == "service" and not row["events"]:
         return "no events came"
     if name == "latency" and not (row.get("link") and row.get("contender") and row["us_p50"]):
+        return "no link, contender or time"
+    if name == "crowd" and not (row.get("link") and row.get("contender") and row["us_p99"] and row["rounds"]):
         return "no link, contender or time"
     if name == "throughput" and not (row.get("link") and row["poses_s"] and row["sent"]):
         return "no link, or no poses"
