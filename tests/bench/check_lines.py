@@ -8,6 +8,7 @@ KEYS = {
     "service": ["bodies", "hz", "core_share", "us_p50", "us_p99", "raw_us_p50", "raw_us_p99", "ticks", "events"],
     "latency": ["world", "poses", "us_p50", "us_p99", "ratio_p50", "ratio_p99", "missed"],
     "crowd": ["clients", "us_p50", "us_p99", "ratio_p99", "rounds", "missed"],
+    "soak": ["events", "resident_kib"],
     "throughput": ["world", "poses_s", "poses_core_s", "raw_poses_s", "ratio", "sent", "lost"],
     "world": ["us_per_tick", "us_p99"],
     "dial": ["us_per_tick", "us_p99"],
