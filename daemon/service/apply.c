@@ -374,12 +374,25 @@ static wire_reason apply_interest(service *s, session *c, const wire_interest *m
 
 /* ---- clients ---- */
 
+static int64_t newest_sequence(const session *c)
+{
+    int64_t newest = c->sequence;
+    for (size_t i = 0; i < c->bodies.count; i++) {
+        const owned_body *b = &c->bodies.at[i];
+        if (b->sequence > newest) newest = b->sequence;
+        if (b->pose_sequence > newest && b->pose_sequence != STEP_IN_ITS_NAME) newest = b->pose_sequence;
+    }
+    for (size_t i = 0; i < c->interests.count; i++)
+        if (c->interests.at[i].sequence > newest) newest = c->interests.at[i].sequence;
+    return newest;
+}
+
 /* An older word than the newest: a late copy, or a new process under the same id whose clock was set back, so that it
- * begins below what its bodies have. The acknowledgement of the newest tells it: it goes on from there. */
+ * begins below what its bodies have. The acknowledgement of the newest of all tells it: it goes on from there. */
 static void apply_client(service *s, session *c, const wire_client *m)
 {
     if (m->sequence < c->sequence) {
-        session_ack(c, c->sequence);
+        session_ack(c, newest_sequence(c));
         return;
     }
     bool is_new = !c->announced;

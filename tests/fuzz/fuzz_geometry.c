@@ -6,7 +6,8 @@
 #include "geom/mesh.h"
 
 enum { POINTS_MAX = 64, TRIANGLES_MAX = 96 };
-static const double WIRE_SIZE_M = 1e9; /* beyond that, no vertex passes wire_check */
+/* Beyond that, no vertex passes wire_check; the boxes of a mesh's tree are floats, which hold 1e-38 to 1e38 of it. */
+static const double WIRE_SIZE_M = 1e9;
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
@@ -25,7 +26,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         hull_destroy(h);
     }
     for (size_t i = 0; i < 3 * count; i++)
-        if (fabs(points[i]) > WIRE_SIZE_M) return 0; /* the boxes of a mesh's tree are floats: they hold up to 1e38 m */
+        if (fabs(points[i]) > WIRE_SIZE_M || (points[i] != 0 && fabs(points[i]) < 1e-30)) return 0;
     mesh *m = NULL;
     if (mesh_build(points, count, corners, triangles, &m) == MESH_OK) {
         char text[512];
