@@ -95,6 +95,7 @@ typedef struct stream {
     int32_t interest;
     struct link *link;
     bool each_tick;     /* its updates are not held back: it answers the steps of its client, too */
+    bool told;          /* a batch has been sent */
     int64_t batch;      /* of the last batch sent ... */
     int64_t batch_tick; /* ... and the tick of that */
     int64_t told_ns;    /* when it last said something, monotonic */
@@ -186,6 +187,7 @@ typedef struct service {
     int64_t measured_pose_ns;     /* ... and before the last tick */
     step_mark latest_step;        /* of all clients */
     lock_step lock_step;
+    int64_t last_batch;        /* the highest number in streams that have ended */
     int64_t next_heartbeat_ns; /* monotonic; none is due before */
     uint64_t events_hash;
     pace pace;              /* of a budget */

@@ -79,6 +79,7 @@ void stream_close(service *s, uint32_t world_id)
     stream at = s->streams.at[world_id];
     if (!at.live) return;
     s->streams.at[world_id] = (stream){.live = false};
+    if (at.batch > s->last_batch) s->last_batch = at.batch;
     const stream *heir = find_name(s, at.name);
     if (!heir || heir->link != at.link) at.link->ops->stream_close(at.link, at.name);
     free(at.name);
@@ -244,10 +245,13 @@ static void expect_heartbeat(service *s, const stream *to)
     if (due_ns < s->next_heartbeat_ns) s->next_heartbeat_ns = due_ns;
 }
 
+/* Numbers go on above those of all streams that have ended: one of the same name, of a client that was lost and is
+ * back, may be told of to somebody who knows the old one and has heard neither its end nor the new one's beginning. */
 static void publish(service *s, stream *to, const world_batch *b)
 {
     static part scratch; /* the tick thread's */
     int32_t parts = b->count ? (int32_t)((b->count + EVENTS_A_PART - 1) / EVENTS_A_PART) : 1;
+    if (!to->told) to->batch = s->last_batch; /* what ends in this tick has been published */
     for (int32_t i = 0; i < parts; i++) {
         size_t first = (size_t)i * EVENTS_A_PART;
         size_t n = b->count - first < EVENTS_A_PART ? b->count - first : EVENTS_A_PART;
@@ -262,6 +266,7 @@ static void publish(service *s, stream *to, const world_batch *b)
         to->link->ops->publish(to->link, &m);
     }
     measure(s, b);
+    to->told = true;
     to->batch_tick = s->tick;
     to->told_ns = s->monotonic_ns;
     expect_heartbeat(s, to);
@@ -285,7 +290,7 @@ static void answer_steps(service *s)
 {
     for (uint32_t i = 0; i < s->streams.count; i++) {
         stream *to = &s->streams.at[i];
-        if (!to->live || !to->read || !to->batch || !to->each_tick || to->batch_tick == s->tick) continue;
+        if (!to->live || !to->read || !to->told || !to->each_tick || to->batch_tick == s->tick) continue;
         const session *c = session_find(s, to->client);
         if (c && c->stepped) publish(s, to, &(world_batch){.interest = i});
     }
@@ -297,7 +302,7 @@ static void publish_one(service *s, const world_batch *b)
 {
     if (b->interest >= s->streams.count || !s->streams.at[b->interest].live) return;
     stream *to = &s->streams.at[b->interest];
-    if (to->read && (to->batch || b->snapshot)) publish(s, to, b);
+    if (to->read && (to->told || b->snapshot)) publish(s, to, b);
     if (b->closing) stream_close(s, b->interest);
 }
 
@@ -331,7 +336,7 @@ void stream_heartbeats(service *s)
     s->next_heartbeat_ns = INT64_MAX;
     for (uint32_t i = 0; i < s->streams.count; i++) {
         stream *to = &s->streams.at[i];
-        if (!to->live || !to->read || !to->batch) continue;
+        if (!to->live || !to->read || !to->told) continue;
         if (s->monotonic_ns - to->told_ns >= heartbeat_ns(s)) beat(s, i);
         expect_heartbeat(s, to);
     }
