@@ -133,6 +133,7 @@ void announce_again(collided *c, announcement *a)
 void announce_all_again(collided *c)
 {
     c->all_again_ns = session_monotonic_ns();
+    c->all_again_wanted = false;
     for (announcement *a = c->first; a; a = a->next) announce_again(c, a);
 }
 
@@ -183,7 +184,9 @@ void announce_to_new_daemon(collided *c)
 
 int64_t announce_tend(collided *c, int64_t now_ns)
 {
-    int64_t next = INT64_MAX;
+    int64_t next = INT64_MAX, all_ns = c->all_again_ns + NS_PER_S;
+    if (c->all_again_wanted && now_ns >= all_ns) announce_all_again(c);
+    if (c->all_again_wanted) next = all_ns;
     size_t burst = 0;
     for (announcement *a = c->pending ? c->first : NULL; a; a = a->next) {
         if (a->state != ANNOUNCE_PENDING) continue;
@@ -227,11 +230,13 @@ static bool is_matter_of_order(const announcement *a, wire_reason reason)
 }
 
 /* A refused message that is no announcement. The daemon may have lost us while we stood still: it is told again who we
- * are and what we own, at most once a second. True if the caller need not hear of it. */
+ * are and what we own, at most once a second: if it has lost us twice within one, when that is over. True if the caller
+ * need not hear of it. */
 static bool repair(collided *c, const wire_reject *why)
 {
     if (why->reason == WIRE_UNKNOWN_CLIENT) {
-        if (session_monotonic_ns() - c->all_again_ns >= NS_PER_S) announce_all_again(c);
+        c->all_again_wanted = true;
+        session_wake_keeper(c);
         return true;
     }
     if (why->reason != WIRE_UNKNOWN_BODY) return false;

@@ -8,10 +8,24 @@
 #include <time.h>
 #include <unistd.h>
 
+/* A sequence beyond ours: an earlier process under this id counted further, since the clock that the numbers begin from
+ * was set back. The daemon takes ours for copies; so we count on from there, and say everything again. */
+static void count_on_from(collided *c, int64_t sequence)
+{
+    if (sequence > INT64_MAX / 2) return; /* no clock begins there */
+    c->sequence = sequence;
+    announce_all_again(c);
+}
+
 static void take_ack(collided *c, const wire_ack *ack)
 {
     if (ack->client != c->id || !session_hear(c, ack->epoch)) return;
-    for (uint32_t i = 0; i < ack->sequences.count; i++) announce_acked(c, ack->sequences.at[i]);
+    for (uint32_t i = 0; i < ack->sequences.count; i++) {
+        if (ack->sequences.at[i] > c->sequence)
+            count_on_from(c, ack->sequences.at[i]);
+        else
+            announce_acked(c, ack->sequences.at[i]);
+    }
 }
 
 static void take_reject(collided *c, const wire_message *m)

@@ -132,12 +132,29 @@ static collided_status send_known(collided *c, const poses *p)
     return failed ? session_fail(c, COLLIDED_TRANSPORT, "the transport did not take the poses") : COLLIDED_OK;
 }
 
+/* If the wall clock was set back, the newest poses would be older than those before: these go back with it. The daemon
+ * does the same. Stamps of a simulator's own time, a day and more from the clock, are left. */
+static void follow_clock(collided *c)
+{
+    static const int64_t STEP_NS = 20 * NS_PER_MS, NEAR_NS = 86400 * NS_PER_S;
+    int64_t now = session_now_ns(), ahead = now - session_monotonic_ns(), by = c->wall_ahead_ns - ahead;
+    bool back = c->wall_ahead_ns && by > STEP_NS;
+    c->wall_ahead_ns = ahead;
+    for (size_t i = 0; back && i < c->bodies.capacity; i++) {
+        body_record *body = c->bodies.slots[i].value;
+        if (!body || body->stamp_ns <= by) continue;
+        int64_t after = body->stamp_ns - by;
+        if (after > now - NEAR_NS && after < now + NEAR_NS) body->stamp_ns = after;
+    }
+}
+
 static collided_status publish(collided *c, poses p)
 {
     if (p.count && (!p.bodies || !p.positions || !p.orientations))
         return session_fail(c, COLLIDED_BAD_ARGUMENT, "bodies, positions and orientations are needed");
     if (!p.stamp_ns) p.stamp_ns = session_now_ns();
     pthread_mutex_lock(&c->lock);
+    follow_clock(c);
     collided_status status = check_bodies(c, &p);
     if (status == COLLIDED_OK) status = check_numbers(c, &p);
     if (status == COLLIDED_OK) status = send_known(c, &p);

@@ -97,9 +97,11 @@ struct collided {
     body_record **published;   /* of the poses that are being published */
     size_t published_capacity;
     geometry_record *geometries;
+    int64_t wall_ahead_ns;   /* of the monotonic clock, when poses were published last; 0 = none were */
     int64_t epoch, heard_ns; /* the daemon's; 0 = never heard */
     int64_t heartbeat_ns;    /* when the next one is due */
     int64_t all_again_ns;    /* when everything was last announced again */
+    bool all_again_wanted;   /* the daemon has lost us: when a second has passed since */
     wire_message *status;
     wire_message *rejections[SESSION_REJECTIONS_MAX]; /* for the callback */
     size_t rejection_count;

@@ -198,6 +198,7 @@ static void follow_epoch(interest_record *i, const wire_event_batch *b)
     wait_for_snapshot(i);
     i->resync_ns = session_monotonic_ns() + i->resync_wait_ns;
     i->epoch = b->epoch;
+    i->next_batch = 0;
 }
 
 static void resume_from_snapshot(collided *c, interest_record *i)
@@ -206,11 +207,12 @@ static void resume_from_snapshot(collided *c, interest_record *i)
     ask_for_snapshot(c, i, session_monotonic_ns());
 }
 
-/* True if the batch continues what was told, or begins anew. */
+/* True if the batch continues what was told, or begins anew. A snapshot that others have overtaken does neither: within
+ * an epoch numbers only rise, also where the stream began anew. */
 static bool in_order(collided *c, interest_record *i, const wire_event_batch *b)
 {
     follow_epoch(i, b);
-    if (b->snapshot && b->part == 0) {
+    if (b->snapshot && b->part == 0 && b->batch >= i->next_batch) {
         if (!i->waiting && b->batch > i->next_batch) count_lost(c, i, b->batch - i->next_batch);
         stream_drop_parts(i);
         i->waiting = false;

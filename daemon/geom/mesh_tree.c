@@ -124,6 +124,8 @@ static vec3 longest_across(const builder *b, range r, vec3 normal, vec3 middle)
 
 /* A share of the size that makes up for axes that are unit and orthogonal only as far as floats are. */
 #define TURNED_SLACK 0x1p-20
+/* And of the unit, for what is so much smaller than the whole mesh that floats, or doubles, underflow. */
+#define TURNED_LEAST 0x1p-120
 
 static vec3 as_floats(vec3 v)
 {
@@ -151,7 +153,7 @@ static void set_turned_box(const builder *b, mesh_node *n, int child, range r)
     double half[3];
     for (int j = 0; j < 3; j++) {
         centre = vec_madd(centre, 0.5 * (lo[j] + hi[j]), axes[j]);
-        half[j] = 0.5 * (hi[j] - lo[j]) + TURNED_SLACK * (far + vec_norm(corner));
+        half[j] = 0.5 * (hi[j] - lo[j]) + TURNED_SLACK * (far + vec_norm(corner)) + TURNED_LEAST;
     }
     const double c[3] = {centre.x, centre.y, centre.z}, normal[3] = {axes[2].x, axes[2].y, axes[2].z};
     for (int k = 0; k < 3; k++) {

@@ -269,9 +269,27 @@ static wire_reason apply_interest(service *s, session *c, const wire_interest *m
 
 /* ---- clients ---- */
 
+static int64_t newest_sequence(const session *c)
+{
+    int64_t newest = c->sequence;
+    for (size_t i = 0; i < c->bodies.count; i++) {
+        const owned_body *b = &c->bodies.at[i];
+        if (b->sequence > newest) newest = b->sequence;
+        if (b->pose_sequence > newest && b->pose_sequence != STEP_IN_ITS_NAME) newest = b->pose_sequence;
+    }
+    for (size_t i = 0; i < c->interests.count; i++)
+        if (c->interests.at[i].sequence > newest) newest = c->interests.at[i].sequence;
+    return newest;
+}
+
+/* An older word than the newest: a late copy, or a new process under the same id whose clock was set back, so that it
+ * begins below what its bodies have. The acknowledgement of the newest of all tells it: it goes on from there. */
 static void apply_client(service *s, session *c, const wire_client *m)
 {
-    if (m->sequence < c->sequence) return;
+    if (m->sequence < c->sequence) {
+        session_ack(c, newest_sequence(c));
+        return;
+    }
     bool is_new = !c->announced;
     c->sequence = m->sequence;
     c->announced = true;
@@ -316,6 +334,7 @@ bool apply_command(service *s, struct link *from, const wire_message *m, bool ma
         apply_reject(s, from, m->kind, client, sequence, object, &why);
         return true;
     }
+    session_remind(s, c, m->kind);
     switch (m->kind) {
     case WIRE_CLIENT:
         apply_client(s, c, &m->client);

@@ -34,6 +34,7 @@ void health_register(service *s)
     s->count.answers = metrics_add(m, "answers", "queries answered");
     s->count.acks = metrics_add(m, "acks", "messages acknowledged");
     s->count.budget_over = metrics_add(m, "budget_over", "ticks that took more than 1.2 times budget_us");
+    s->count.clock_steps = metrics_add(m, "clock_steps", "times that the wall clock was set back");
     s->count.record_failures = metrics_add(m, "record_failures", "records that the disk refused");
     s->count.busy_ns = metrics_add(m, "busy_ns", "nanoseconds spent in ticks");
     s->count.tick_ns = metrics_add(m, "last_tick_ns", "nanoseconds of the last tick");

@@ -58,10 +58,10 @@ static bool apply_letter(service *s, letter *l)
             session_lost(s, c, c->link->ops->has_liveliness ? "its liveliness ended" : "its lease ran out");
         return true;
     }
-    bool time_is_up = l->since_ns && s->now_ns - l->since_ns >= HULL_WAIT_NS;
+    bool time_is_up = l->since_ns && s->monotonic_ns - l->since_ns >= HULL_WAIT_NS;
     if (l->since_ns && !s->hull_came && !time_is_up) return false; /* nothing has changed for it */
     if (!open_letter(s, l, &m)) return true;
-    if (!l->since_ns) l->since_ns = s->now_ns;
+    if (!l->since_ns) l->since_ns = s->monotonic_ns;
     return apply_command(s, l->link, &m, !time_is_up);
 }
 

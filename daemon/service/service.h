@@ -65,6 +65,8 @@ typedef struct flow { /* how many in a second that began with the first of them;
     int64_t began_ns, count;
 } flow;
 
+enum { LOST_KEPT = 1024 };
+
 typedef struct session {
     int64_t client;
     char *name;
@@ -88,8 +90,9 @@ typedef struct session {
     uint8_t on_loss;
     bool announced; /* its Client has come */
     bool lost;
-    bool left;        /* in order: what it keeps is meant to stay */
-    pair_map body_of; /* number + 1 -> index */
+    uint8_t reminders; /* it was lost, and may not know: how often it is yet told so */
+    bool left;         /* in order: what it keeps is meant to stay */
+    pair_map body_of;  /* number + 1 -> index */
     ARRAY(owned_body) bodies;
     ARRAY(owned_interest) interests;
     ARRAY(int64_t) acks; /* to be sent after this tick */
@@ -106,6 +109,7 @@ typedef struct stream {
     int32_t interest;
     struct link *link;
     bool each_tick;     /* its updates are not held back: it answers the steps of its client, too */
+    bool told;          /* a batch has been sent */
     int64_t batch;      /* of the last batch sent ... */
     int64_t batch_tick; /* ... and the tick of that */
     int64_t told_ns;    /* when it last said something, monotonic */
@@ -136,7 +140,7 @@ typedef struct geometry {
 
 typedef struct letter {
     int64_t client, sequence;
-    int64_t since_ns; /* the tick in which it came; a Body waits for its hulls for HULL_WAIT_NS */
+    int64_t since_ns; /* monotonic: the tick in which it came; a Body waits for its hulls for HULL_WAIT_NS */
     struct link *link;
     wire_kind kind;
     size_t offset, size; /* of its bytes in inbox.bytes; 0 bytes: the client is lost */
@@ -169,7 +173,7 @@ typedef struct posing {          /* scratch of one batch */
 typedef struct counters { /* metrics that the service itself counts */
     metric *messages_in[WIRE_KIND_COUNT];
     metric *rejects[WIRE_REASON_COUNT];
-    metric *rejects_untold, *clients_lost, *duplicates, *batches_out, *events_out, *late_poses;
+    metric *rejects_untold, *clients_lost, *duplicates, *batches_out, *events_out, *late_poses, *clock_steps;
     metric *budget_over, *record_failures, *heartbeats, *steps, *steps_missed, *answers, *acks, *tick_ns, *busy_ns;
     metric *ticks_on_arrival;
 } counters;
@@ -204,11 +208,13 @@ typedef struct service {
     int wake_fd;
     int64_t epoch, tick, started_ns;
     int64_t now_ns, monotonic_ns; /* of this tick */
+    int64_t wall_ahead_ns;        /* of the monotonic clock, at the last tick; 0: there was none */
     int64_t latest_pose_ns;       /* the newest stamp of all poses ... */
     int64_t measured_pose_ns;     /* ... and before the last tick */
     step_mark latest_step;        /* of all clients */
     simulation_mark simulation;   /* of all clients */
     lock_step lock_step;
+    int64_t last_batch;        /* the highest number in streams that have ended */
     int64_t next_heartbeat_ns; /* monotonic; none is due before */
     uint64_t events_hash;
     pace pace;              /* of a budget */
@@ -224,7 +230,9 @@ typedef struct service {
 
     flow rejects; /* of clients without a session */
     ARRAY(session *) sessions;
-    pair_map session_of;   /* client -> index */
+    pair_map session_of;             /* client -> index */
+    int64_t lost_clients[LOST_KEPT]; /* a ring of the newest that were lost, some of which may live */
+    size_t lost_count;
     ARRAY(stream) streams; /* by the world's interest id */
     ARRAY(geometry) geometries;
     pair_map geometry_of; /* hash -> index */
@@ -257,6 +265,9 @@ owned_interest *session_interest(session *c, int32_t number);
 owned_interest *session_add_interest(session *c, int32_t number);
 void session_heard(service *s, const wire_message *m); /* a sign of life, before it is applied */
 void session_lost(service *s, session *c, const char *how);
+/* A lost client that is heard again, with a message of that kind, is told that it was lost, until it says what is its.
+ */
+void session_remind(service *s, session *c, wire_kind kind);
 void session_leave(service *s, session *c);
 void session_check_leases(service *s);
 int64_t session_next_lease_ns(const service *s); /* monotonic; INT64_MAX: none */
@@ -345,7 +356,8 @@ void answer_query(service *s, struct link *from, const wire_query *q);
 void service_set_budget(service *s);                                  /* of the configuration */
 void service_replay_budget(service *s, bool budgeted, uint64_t work); /* of the tick that is replayed next */
 void service_tick(service *s);                                        /* of number s->tick, at s->now_ns */
-void service_tell_broad(service *s); /* logs the broad phase that stands, if the log says another one */
+bool service_clock_back(const service *s); /* the wall clock was set back since the last tick: one is due */
+void service_tell_broad(service *s);       /* logs the broad phase that stands, if the log says another one */
 
 /* ready.c: is the world whole? */
 void ready_begin(service *s);            /* the links are open; it is not */

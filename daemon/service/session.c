@@ -8,11 +8,19 @@
 #include <string.h>
 
 enum { REMOVED_KEPT = 4096 }; /* removed bodies (interests) that a session remembers, against late copies */
+enum { REMINDERS = 8 };       /* a lost client that comes back hears of it at most so often */
 
 session *session_find(service *s, int64_t client)
 {
     uint32_t index = client ? pair_map_get(&s->session_of, (uint64_t)client) : PAIR_MAP_NONE; /* 0: nobody */
     return index == PAIR_MAP_NONE ? NULL : s->sessions.at[index];
+}
+
+static bool was_lost(const service *s, int64_t client)
+{
+    for (size_t i = 0; i < LOST_KEPT; i++)
+        if (s->lost_clients[i] == client) return true;
+    return false;
 }
 
 /* A client is known from its first message on, whichever this is: topics have no order among each other. Its Client
@@ -27,6 +35,7 @@ session *session_get(service *s, int64_t client, struct link *from)
         c->name = base_strdup("");
         c->lease_ns = (int64_t)(s->config.lease * 1e9);
         c->letters_tick = -1;
+        c->reminders = was_lost(s, client) ? REMINDERS : 0;
         pair_map_init(&c->body_of);
         pair_map_put(&s->session_of, (uint64_t)client, (uint32_t)s->sessions.count);
         array_push(&s->sessions, c);
@@ -168,6 +177,17 @@ static void tell_lost(service *s, session *c, const char *how)
     c->link->ops->publish(c->link, &m);
 }
 
+/* The Reject above is said once, and over LCM, or to one that cannot be reached just then, it may not arrive: the
+ * client would keep its lease by heartbeats, and wait for its streams for ever. So as long as it says no more than that
+ * it is here, it is told again, a few times: it may have nothing else to say. */
+void session_remind(service *s, session *c, wire_kind kind)
+{
+    if (kind != WIRE_CLIENT) c->reminders = 0;
+    if (!c->reminders || !c->announced || c->lost) return; /* the first word may be followed by all the others */
+    c->reminders--;
+    tell_lost(s, c, "it was lost, and is heard again");
+}
+
 /* Its interests end with it; its bodies are removed, held or kept, as it said. */
 void session_lost(service *s, session *c, const char *how)
 {
@@ -179,6 +199,7 @@ void session_lost(service *s, session *c, const char *how)
                                        : "kept");
     metric_count(s->count.clients_lost, 1);
     tell_lost(s, c, how);
+    s->lost_clients[s->lost_count++ % LOST_KEPT] = c->client;
     steps_join(s, c, 0);
     end_interests(s, c, CAUSE_OWNER_LOST);
     if (c->on_loss == WIRE_LOST_REMOVE || !session_bodies(c)) {
@@ -187,6 +208,7 @@ void session_lost(service *s, session *c, const char *how)
         return;
     }
     c->lost = true;
+    c->reminders = REMINDERS;
     if (c->on_loss == WIRE_LOST_HOLD)
         for (size_t i = 0; i < c->bodies.count; i++)
             if (c->bodies.at[i].world_id != WORLD_NONE) world_hold_body(s->world, c->bodies.at[i].world_id);

@@ -26,6 +26,7 @@ void signals_block(void)
     sigset_t set;
     ending_signals(&set);
     sigaddset(&set, SIGPIPE); /* a closed pipe is an error of write, not the end */
+    sigaddset(&set, SIGXFSZ); /* and so is a recording that may not grow (ulimit -f) */
     sigaddset(&set, SIGHUP);
     pthread_sigmask(SIG_BLOCK, &set, NULL);
 }

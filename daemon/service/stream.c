@@ -79,6 +79,7 @@ void stream_close(service *s, uint32_t world_id)
     stream at = s->streams.at[world_id];
     if (!at.live) return;
     s->streams.at[world_id] = (stream){.live = false};
+    if (at.batch > s->last_batch) s->last_batch = at.batch;
     const stream *heir = find_name(s, at.name);
     if (!heir || heir->link != at.link) at.link->ops->stream_close(at.link, at.name);
     free(at.name);
@@ -292,15 +293,19 @@ void stream_each(service *s, const world_batches *batches, stream_visit *visit, 
     }
 }
 
+/* Numbers go on above those of all streams that have ended: one of the same name, of a client that was lost and is
+ * back, may be told of to somebody who knows the old one and has heard neither its end nor the new one's beginning. */
 static void publish(service *s, stream *to, const world_batch *b)
 {
     int32_t parts = parts_of(b);
+    if (!to->told) to->batch = s->last_batch; /* what ends in this tick has been published */
     for (int32_t i = 0; i < parts; i++) {
         to->batch++;
         wire_message m = part_of(s, to, b, i);
         to->link->ops->publish(to->link, &m);
     }
     measure(s, b);
+    to->told = true;
     to->batch_tick = s->tick;
     to->told_ns = s->monotonic_ns;
     expect_heartbeat(s, to);
@@ -325,7 +330,7 @@ static void answer_steps(service *s)
 {
     for (uint32_t i = 0; i < s->streams.count; i++) {
         stream *to = &s->streams.at[i];
-        if (!to->live || !to->read || !to->batch || !to->each_tick || to->batch_tick == s->tick) continue;
+        if (!to->live || !to->read || !to->told || !to->each_tick || to->batch_tick == s->tick) continue;
         const session *c = session_find(s, to->client);
         if (c && c->stepped) publish(s, to, &(world_batch){.interest = i});
     }
@@ -337,7 +342,7 @@ static void publish_one(service *s, const world_batch *b)
 {
     if (b->interest >= s->streams.count || !s->streams.at[b->interest].live) return;
     stream *to = &s->streams.at[b->interest];
-    if (to->read && (to->batch || b->snapshot)) publish(s, to, b);
+    if (to->read && (to->told || b->snapshot)) publish(s, to, b);
     if (b->closing) stream_close(s, b->interest);
 }
 
@@ -371,7 +376,7 @@ void stream_heartbeats(service *s)
     s->next_heartbeat_ns = INT64_MAX;
     for (uint32_t i = 0; i < s->streams.count; i++) {
         stream *to = &s->streams.at[i];
-        if (!to->live || !to->read || !to->batch) continue;
+        if (!to->live || !to->read || !to->told) continue;
         if (s->monotonic_ns - to->told_ns >= heartbeat_ns(s)) beat(s, i);
         expect_heartbeat(s, to);
     }

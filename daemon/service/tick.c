@@ -42,12 +42,38 @@ void service_replay_budget(service *s, bool budgeted, uint64_t work)
     s->recorded_work = work;
 }
 
+/* ---- the wall clock ---- */
+
+/* What is slewed, or read a little late, is no step; a step is what NTP or somebody has set. */
+static const int64_t STEP_NS = 20000000;
+
+bool service_clock_back(const service *s)
+{
+    return s->wall_ahead_ns && s->now_ns - s->monotonic_ns < s->wall_ahead_ns - STEP_NS;
+}
+
+/* By the two clocks of ticks, which are recorded: a replay does it in the same tick. Set forward, it makes poses old
+ * that are, perhaps, not, which the next ones mend; set back, it would make all that comes older than what came, and
+ * let no deadline pass. */
+static void follow_clock(service *s)
+{
+    int64_t ahead_ns = s->now_ns - s->monotonic_ns, by_ns = s->wall_ahead_ns - ahead_ns;
+    bool back = service_clock_back(s);
+    s->wall_ahead_ns = ahead_ns;
+    if (!back) return;
+    log_warning("the wall clock was set back by %.3f s: what the world knows goes back with it", 1e-9 * (double)by_ns);
+    metric_count(s->count.clock_steps, 1);
+    if (s->latest_pose_ns > s->now_ns) s->latest_pose_ns -= by_ns;
+    world_clock_back(s->world, by_ns);
+}
+
 /* ---- the tick ---- */
 
 /* Queries wait in the inbox like commands, and are answered from the world as the tick leaves it. */
 void service_tick(service *s)
 {
     world_batches batches;
+    follow_clock(s);
     inbox_apply(s);
     stream_ask_all(s);
     world_tick(s->world, s->now_ns, &batches);

@@ -470,10 +470,15 @@ static void move_one(world *w, const world_poses *p, size_t i, size_t at, const 
         move(w, p->ids[i], to, p->stamp_ns, v, spin);
 }
 
-/* A way back in time is none. */
-static inline bool is_older(const body *b, const world_poses *p, size_t at)
+/* A stamp that is as much newer than the last tick is of a clock that has been set back since, or is wrong. */
+static const int64_t AHEAD_NS = 2000000000;
+
+/* A way back in time is none. But nothing would be taken for a body whose stamp is ahead until that time comes. Held
+ * against the last tick, as a replay does. */
+static inline bool is_older(const world *w, const body *b, const world_poses *p, size_t at)
 {
-    return p->stamp_ns && p->stamp_ns < b->stamp_ns && !(p->teleports && p->teleports[at]);
+    return p->stamp_ns && p->stamp_ns < b->stamp_ns && b->stamp_ns <= w->last_tick_ns + AHEAD_NS &&
+           !(p->teleports && p->teleports[at]);
 }
 
 size_t world_move_bodies(world *w, const world_poses *p, uint32_t *left_out)
@@ -485,7 +490,7 @@ size_t world_move_bodies(world *w, const world_poses *p, uint32_t *left_out)
         if (i + AHEAD < p->count) fetch_to_move(w, p->ids[i + AHEAD]);
         size_t at = p->places ? p->places[i] : i;
         body *b = &w->bodies.at[p->ids[i]];
-        if (!is_body(w, p->ids[i]) || is_older(b, p, at)) {
+        if (!is_body(w, p->ids[i]) || is_older(w, b, p, at)) {
             left_out[left++] = (uint32_t)i;
             continue;
         }

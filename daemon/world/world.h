@@ -91,8 +91,9 @@ world_status world_move_body(world *w, uint32_t id, pose to, int64_t stamp_ns, c
 world_status world_teleport_body(
     world *w, uint32_t id, pose to, int64_t stamp_ns, const vec3 *linear, const vec3 *angular);
 /* Many at once: what world_move_body, or where it teleports, world_teleport_body does for each, in this order. One that
- * is older than the pose that its body has is left out, unless it teleports; so is one of no body. The number of those,
- * and where in `ids` they are (room for `count`). */
+ * is older than the pose that its body has is left out, unless it teleports, or that pose is more than 2 s newer than
+ * the last tick (of a clock that has been set back, or is wrong); so is one of no body. The number of those, and where
+ * in `ids` they are (room for `count`). */
 typedef struct world_poses {
     const uint32_t *ids, *places; /* the pose of ids[i] is that of number places[i], or without places, i */
     size_t count;
@@ -244,6 +245,11 @@ typedef uint64_t world_grant(void *context, uint64_t done);
 void world_set_budget(world *w, world_grant *grant, void *context);
 
 void world_tick(world *w, int64_t now_ns, world_batches *out);
+
+/* The wall clock was set back by so much, > 0, since the last tick: deadlines, rates and the stamps of poses (those
+ * that are within a day of it: others are of another clock) go back with it, and what comes now is newer than what
+ * came. */
+void world_clock_back(world *w, int64_t by_ns);
 
 /* When the next tick is due although nothing came: a deadline, or an update that the rate held back. INT64_MAX: never.
  */

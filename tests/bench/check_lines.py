@@ -9,6 +9,8 @@ KEYS = {
     "latency": ["world", "poses", "us_p50", "us_p99", "ratio_p50", "ratio_p99", "missed", "on_arrival"],
     "throughput": ["world", "poses_s", "poses_core_s", "raw_poses_s", "raw_poses_core_s", "ratio", "core_ratio",
                    "sent", "lost"],
+    "crowd": ["clients", "us_p50", "us_p99", "ratio_p99", "rounds", "missed"],
+    "soak": ["events", "resident_kib"],
     "world": ["us_per_tick", "us_p99"],
     "dial": ["us_per_tick", "us_p99"],
     "fit": ["us_per_tick", "us_mean", "us_p99", "times_cheaper", "excess_m", "events"],
@@ -40,6 +42,8 @@ def broken(name, row):
         return "no link, contender or time"
     if name == "latency" and row["poses"] == 1 and not row["on_arrival"]:
         return "each tick was handed over"
+    if name == "crowd" and not (row.get("link") and row.get("contender") and row["us_p99"] and row["rounds"]):
+        return "no link, contender or time"
     if name == "throughput" and not (row.get("link") and row["poses_s"] and row["sent"]):
         return "no link, or no poses"
     if name == "world" and (not row.get("scene") or row.get("same_events") is False):

@@ -242,6 +242,46 @@ static void a_daemon_that_lost_us_is_told_again(void **state)
     collided_close(c);
 }
 
+/* The second loss within a second is not answered at once, and not forgotten. */
+static void a_daemon_that_lost_us_twice_is_told_twice(void **state)
+{
+    (void)state;
+    fake_begin((fake_options){.epoch = 1});
+    collided *c = fake_connect();
+    make(c, "part");
+    assert_int_equal(collided_sync(c, 1.0), COLLIDED_OK);
+    wire_message lost = *fake_message(WIRE_CLIENT, 0);
+    lost.client.sequence = 0; /* it refuses no message */
+    fake_reject(&lost, WIRE_UNKNOWN_CLIENT, "");
+    fake_message(WIRE_BODY, 1);
+    fake_reject(&lost, WIRE_UNKNOWN_CLIENT, "");
+    fake_pause(100);
+    assert_int_equal(fake_sent(WIRE_BODY), 2);
+    fake_pause(700);
+    fake_message(WIRE_BODY, 2);
+    collided_close(c);
+}
+
+/* An earlier process under our id has counted further than we. */
+static void an_ack_beyond_our_own_makes_us_count_on_from_there(void **state)
+{
+    (void)state;
+    fake_begin((fake_options){.epoch = 1});
+    collided *c = fake_connect();
+    make(c, "part");
+    assert_int_equal(collided_sync(c, 1.0), COLLIDED_OK);
+    wire_message beyond = *fake_message(WIRE_BODY, 0);
+    int64_t newest = beyond.body.sequence += 1000000;
+    fake_ack(&beyond);
+    assert_int_equal(fake_message(WIRE_CLIENT, 1)->client.sequence, newest + 1);
+    assert_int_equal(fake_message(WIRE_BODY, 1)->body.sequence, newest + 2);
+    beyond.body.sequence = INT64_MAX; /* nobody counts so far */
+    fake_ack(&beyond);
+    fake_pause(50);
+    assert_int_equal(fake_sent(WIRE_BODY), 2);
+    collided_close(c);
+}
+
 static void what_came_before_what_it_needs_is_announced_again(void **state)
 {
     (void)state;
@@ -358,6 +398,8 @@ int main(void)
         cmocka_unit_test(refusals_are_told_and_end_the_wait),
         cmocka_unit_test(too_many_refusals_are_counted),
         cmocka_unit_test(a_daemon_that_lost_us_is_told_again),
+        cmocka_unit_test(a_daemon_that_lost_us_twice_is_told_twice),
+        cmocka_unit_test(an_ack_beyond_our_own_makes_us_count_on_from_there),
         cmocka_unit_test(what_came_before_what_it_needs_is_announced_again),
         cmocka_unit_test(leaving_removes_bodies_before_the_client),
         cmocka_unit_test(leaving_keeps_what_was_to_be_kept),

@@ -181,6 +181,25 @@ static void after_a_gap_nothing_is_told_until_a_snapshot_comes(void **state)
     collided_close(c);
 }
 
+static void a_snapshot_that_was_overtaken_is_not_told(void **state)
+{
+    (void)state;
+    heard h = {0};
+    fake_begin((fake_options){.epoch = 1});
+    collided *c = fake_connect();
+    subscribe(c, &h, note);
+    give(c, (batch_options){.batch = 5, .snapshot = true});
+    give(c, (batch_options){.batch = 6});
+    give(c, (batch_options){.batch = 4, .snapshot = true});
+    give(c, (batch_options){.batch = 7});
+    for (int i = 0; i < 8; i++) collided_poll(c, 0.01);
+    assert_true(h.batches == 3 && h.batch == 7 && h.lost == 0);
+    give(c, (batch_options){.epoch = 2, .batch = 1, .snapshot = true});
+    for (int i = 0; i < 4; i++) collided_poll(c, 0.01);
+    assert_true(h.batches == 4 && h.epoch == 2 && h.batch == 1);
+    collided_close(c);
+}
+
 static void a_heartbeat_is_told_and_finds_out_what_was_lost(void **state)
 {
     (void)state;
@@ -310,6 +329,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(events_arrive_as_they_were_sent),
         cmocka_unit_test(after_a_gap_nothing_is_told_until_a_snapshot_comes),
+        cmocka_unit_test(a_snapshot_that_was_overtaken_is_not_told),
         cmocka_unit_test(a_heartbeat_is_told_and_finds_out_what_was_lost),
         cmocka_unit_test(a_first_batch_that_is_no_snapshot_is_not_told),
         cmocka_unit_test(parts_are_one_batch),
