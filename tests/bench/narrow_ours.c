@@ -83,13 +83,16 @@ static void tell(const narrow_result *r, narrow_answer *out)
         .hi = r->hi};
 }
 
-/* In world axes where that is quicker, else in A's frame, as the world asks. */
-static void ask(const ours *o, const ours_item *it, narrow_cache *cache, narrow_result *r)
+/* In world axes where that is quicker, else in A's frame, as the world asks: with the pair's cache if that is kept, and
+ * of meshes always; others read nothing from one that is new. */
+static void ask(ours *o, const ours_item *it, bool keeps, narrow_result *r)
 {
     if (it->in_world) {
-        narrow_query_placed(&it->stands_a, &it->stands_b, &o->request, cache, o->scratch, r);
+        narrow_query_placed(&it->stands_a, &it->stands_b, &o->request, NULL, o->scratch, r);
         return;
     }
+    narrow_cache *cache = keeps || it->mesh ? &o->cache : NULL;
+    if (cache && it->begins) *cache = (narrow_cache){.shell = keeps ? &o->shell : NULL};
     pose b_in_a = narrow_relative(&it->stands_a, &it->stands_b);
     narrow_query(&it->a, &it->b, &b_in_a, &o->request, cache, o->scratch, r);
 }
@@ -100,9 +103,7 @@ static void query(void *self, size_t first, size_t count, narrow_answer *out)
     for (size_t i = first; i < first + count; i++, out++) {
         const ours_item *it = &o->items[i];
         narrow_result r;
-        narrow_cache *cache = it->mesh ? &o->cache : NULL; /* others read nothing from it */
-        if (cache && it->begins) o->cache = (narrow_cache){0};
-        ask(o, it, cache, &r);
+        ask(o, it, false, &r);
         tell(&r, out);
     }
 }
@@ -184,8 +185,7 @@ static void query_kept(void *self, size_t first, size_t count, narrow_answer *ou
     for (size_t i = first; i < first + count; i++, out++) {
         const ours_item *it = &o->items[i];
         narrow_result r;
-        if (it->begins) o->cache = (narrow_cache){.shell = &o->shell};
-        ask(o, it, &o->cache, &r);
+        ask(o, it, true, &r);
         tell(&r, out);
     }
 }
@@ -195,11 +195,9 @@ static void query_near(ours *o, size_t first, size_t count, narrow_answer *out)
 {
     for (size_t i = first; i < first + count; i++, out++) {
         const ours_item *it = &o->items[i];
-        narrow_cache *cache = o->keeps || it->mesh ? &o->cache : NULL;
         narrow_result r;
         o->request.tolerance = o->relative * it->size;
-        if (cache && it->begins) o->cache = (narrow_cache){.shell = &o->shell};
-        ask(o, it, cache, &r);
+        ask(o, it, o->keeps, &r);
         tell(&r, out);
     }
 }
