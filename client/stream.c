@@ -194,6 +194,12 @@ static void wait_for_snapshot(interest_record *i)
 static void follow_epoch(interest_record *i, const wire_event_batch *b)
 {
     if (b->epoch == i->epoch) return;
+    if (wire_same_line(b->epoch, i->epoch)) { /* a standby has taken over, and goes on with the same numbers */
+        i->epoch = b->epoch;
+        i->unsure = !i->waiting;
+        return;
+    }
+    i->unsure = false;
     wait_for_snapshot(i);
     i->resync_ns = session_monotonic_ns() + i->resync_wait_ns;
     i->epoch = b->epoch;
@@ -212,7 +218,7 @@ static bool in_order(collided *c, interest_record *i, const wire_event_batch *b)
     if (b->snapshot && b->part == 0) {
         if (!i->waiting && b->batch > i->next_batch) count_lost(c, i, b->batch - i->next_batch);
         stream_drop_parts(i);
-        i->waiting = false;
+        i->waiting = i->unsure = false;
         return true;
     }
     if (!i->waiting && b->batch == i->next_batch) return true;
@@ -236,7 +242,11 @@ static void receive_heartbeat(collided *c, interest_record *i, const wire_messag
         count_lost(c, i, b->batch - i->next_batch + 1 + (int64_t)i->part_count);
         resume_from_snapshot(c, i);
     } else if (b->batch == i->next_batch - 1) {
+        i->unsure = false;
         deliver(c, i, &m, 1);
+    } else if (i->unsure) { /* we were told more than the standby knew of when it took over */
+        i->unsure = false;
+        resume_from_snapshot(c, i);
     }
 }
 

@@ -8,6 +8,7 @@
 #include "privileges.h"
 #include "replay.h"
 #include "service.h"
+#include "standby.h"
 
 #include <errno.h>
 #include <inttypes.h>
@@ -41,16 +42,12 @@ static void on_message(void *context, struct link *from, const wire_message *m)
     service *s = context;
     wire_refusal why;
     metric_count(s->count.messages_in[m->kind], 1);
+    if (standby_takes(s, from, m)) return;
     if (!limits_admit(s, from, m, &why)) {
         refuse(s, from, m, &why);
         return;
     }
-    session_heard(s, m);
-    if (m->kind != WIRE_QUERY) record_message(s, m);
-    if (m->kind == WIRE_POSE_BATCH)
-        apply_poses(s, from, &m->pose_batch, true);
-    else
-        inbox_put(s, from, m);
+    service_take(s, from, m);
 }
 
 static void on_refused(
@@ -62,12 +59,15 @@ static void on_refused(
 static void on_client_lost(void *context, struct link *from, int64_t client)
 {
     service *s = context;
-    inbox_put_lost(s, from, client);
+    if (!standby_takes_lost(s, from, client)) inbox_put_lost(s, from, client);
 }
 
 static void on_stream_reader(void *context, struct link *from, const char *stream)
 {
-    stream_reader(context, from, stream);
+    service *s = context;
+    if (standby_takes_reader(s, from, stream)) return;
+    standby_journal_reader(s, from, stream);
+    stream_reader(s, from, stream);
 }
 
 static link_sink sink_of(service *s)
@@ -154,7 +154,41 @@ static void set_names(service *s)
         snprintf(s->daemon_name, sizeof s->daemon_name, "%s:%d", host, (int)getpid());
     s->started_ns = s->now_ns = clock_wall_ns();
     s->monotonic_ns = clock_monotonic_ns();
-    s->epoch = s->started_ns; /* later daemons have later epochs */
+    s->epoch = wire_new_line(s->started_ns); /* later daemons have later epochs */
+}
+
+static world *make_world(const config *c)
+{
+    world_options options = world_options_default();
+    options.workers = worker_count(c);
+    options.engine = engine_of(c->engine);
+    options.broad = broad_of(c->broad);
+    options.caches = c->caches;
+    options.margin = c->margin;
+    return world_create(&options);
+}
+
+static void free_clients(service *s)
+{
+    stream_free_all(s);
+    session_free_all(s);
+    world_destroy(s->world);
+    geometry_free_all(s);
+    s->inbox.letters.count = s->inbox.bytes.count = s->inbox.waiting = 0;
+}
+
+void service_reset(service *s)
+{
+    free_clients(s);
+    pair_map_init(&s->session_of);
+    pair_map_init(&s->geometry_of);
+    s->world = make_world(&s->config);
+    s->recorded_budget = s->hull_came = s->geometries_loose = false;
+    s->lock_step = (struct lock_step){.members = 0};
+    s->latest_step = (step_mark){0};
+    s->latest_pose_ns = s->measured_pose_ns = 0;
+    s->tick = s->status_tick = 0;
+    s->events_hash = 0;
 }
 
 server *server_create(const config *c, char *why, size_t why_size)
@@ -173,19 +207,13 @@ server *server_create(const config *c, char *why, size_t why_size)
     health_define(&s->measures);
     set_names(s);
     s->next_heartbeat_ns = INT64_MAX;
-    world_options options = world_options_default();
-    options.workers = worker_count(c);
-    options.engine = engine_of(c->engine);
-    options.broad = broad_of(c->broad);
-    options.caches = c->caches;
-    options.margin = c->margin;
-    s->world = world_create(&options);
+    s->world = make_world(c);
     service_set_budget(s);
     if (c->metrics_port && !s->replaying) s->exporter = exporter_start((uint16_t)c->metrics_port, why, why_size);
     bool exports = s->exporter || !c->metrics_port || s->replaying;
     bool dropped = exports && privileges_drop(c->user, why, why_size) == 0; /* the port above may have needed them */
     /* The recording comes last: what fails before leaves no file. Nothing is taken from the links yet. */
-    if (!dropped || open_links(s, why, why_size) != 0 ||
+    if (!dropped || open_links(s, why, why_size) != 0 || standby_start(s, why, why_size) != 0 ||
         (*c->record && record_start(s, c->record, why, why_size) != 0)) {
         server_destroy(v);
         return NULL;
@@ -197,12 +225,11 @@ void server_destroy(server *v)
 {
     if (!v) return;
     service *s = &v->s;
+    standby_free(s);
     stream_free_all(s);
     for (size_t i = 0; i < s->link_count; i++) link_close(s->links[i]);
     record_stop(s);
-    session_free_all(s);
-    world_destroy(s->world);
-    geometry_free_all(s);
+    free_clients(s);
     wire_memory_destroy(s->inbox.memory);
     array_free(&s->inbox.letters);
     array_free(&s->inbox.bytes);
@@ -252,8 +279,8 @@ static bool due(const server *v)
 {
     const service *s = &v->s;
     if (s->config.rate > 0) return s->monotonic_ns >= v->next_tick_ns;
-    return world_changed(s->world) || s->inbox.letters.count > s->inbox.waiting || waited_long(s) ||
-           s->now_ns >= world_next_due_ns(s->world) || steps_due(s);
+    return world_changed(s->world) || standby_wants_tick(s) || s->inbox.letters.count > s->inbox.waiting ||
+           waited_long(s) || s->now_ns >= world_next_due_ns(s->world) || steps_due(s);
 }
 
 static int64_t earlier(int64_t a, int64_t b)
@@ -266,7 +293,10 @@ static int wait_ms(const server *v)
     const service *s = &v->s;
     int64_t now = clock_monotonic_ns(), next = earlier(v->next_status_ns, session_next_lease_ns(s));
     next = earlier(next, earlier(s->next_heartbeat_ns, steps_next_ns(s)));
-    if (s->config.rate > 0)
+    if (s->standby) next = earlier(next, standby_next_ns(s));
+    if (standby_waits(s))
+        next = earlier(v->next_status_ns, standby_next_ns(s));
+    else if (s->config.rate > 0)
         next = earlier(next, v->next_tick_ns);
     else if (world_changed(s->world))
         return world_get_figures(s->world).work ? 0 : 1; /* a budget has left something, or all of it */
@@ -308,21 +338,29 @@ static void tell_health(const service *s)
     notify_state(state);
 }
 
-static void one_round(server *v, const link_sink *sink)
+static void work(server *v)
 {
     service *s = &v->s;
-    set_clock(v);
-    for (size_t i = 0; i < s->link_count; i++) s->links[i]->ops->receive(s->links[i], sink);
-    notify_alive(&v->manager, s->monotonic_ns);
     session_check_leases(s); /* after what has come: if this process stood still, its clients did not */
     set_clock(v);
     steps_watch(s);
     if (due(v)) {
         if (s->config.rate > 0) v->next_tick_ns = s->monotonic_ns + (int64_t)(1e9 / s->config.rate);
         tick(s);
+        standby_after_tick(s);
     }
     stream_heartbeats(s);
-    if (s->monotonic_ns < v->next_status_ns) return;
+}
+
+static void one_round(server *v, const link_sink *sink)
+{
+    service *s = &v->s;
+    set_clock(v);
+    for (size_t i = 0; i < s->link_count; i++) s->links[i]->ops->receive(s->links[i], sink);
+    notify_alive(&v->manager, s->monotonic_ns);
+    if (!standby_round(s, sink)) work(v);
+    if (s->monotonic_ns < v->next_status_ns && !s->status_due) return;
+    s->status_due = false;
     uint8_t before = s->health;
     publish_status(v, *s->limits ? WIRE_HEALTH_DEGRADED : WIRE_HEALTH_READY);
     if (s->health != before) tell_health(s);
@@ -335,8 +373,9 @@ static void end_in_order(server *v)
     service *s = &v->s;
     set_clock(v);
     notify_stopping();
-    if (s->inbox.letters.count) tick(s); /* what came with the signal */
+    if (s->inbox.letters.count && !standby_waits(s)) tick(s); /* what came with the signal */
     record_stop(s);
+    if (standby_hands_over(s)) return;
     publish_status(v, WIRE_HEALTH_STOPPING);
     for (uint32_t i = 0; i < s->streams.count; i++)
         if (s->streams.at[i].live) stream_end(s, i, CAUSE_SHUTDOWN);

@@ -146,6 +146,7 @@ typedef struct counters { /* metrics that the service itself counts */
     metric *rejects[WIRE_REASON_COUNT];
     metric *rejects_untold, *clients_lost, *duplicates, *ticks_empty, *batches_out, *events_out, *late_poses;
     metric *budget_over, *record_failures, *heartbeats, *steps, *steps_missed, *answers, *acks, *tick_ns, *busy_ns;
+    metric *takeovers, *steps_down, *out_of_step, *journalled;
 } counters;
 
 typedef struct lock_step {
@@ -203,10 +204,12 @@ typedef struct service {
     ARRAY(filter_rule) rules;
     wire_log_writer *recording;
     char recording_path[CONFIG_TEXT_MAX];
-    char limits[512];      /* named limits that were reached in the last LIMITS_TOLD_NS */
-    int64_t limit_ns;      /* when the last of them was, monotonic */
-    bool hull_came;        /* since waiting commands were last tried */
-    bool geometries_loose; /* some may have nobody who wants them any more */
+    char limits[512];        /* named limits that were reached in the last LIMITS_TOLD_NS */
+    int64_t limit_ns;        /* when the last of them was, monotonic */
+    bool hull_came;          /* since waiting commands were last tried */
+    bool geometries_loose;   /* some may have nobody who wants them any more */
+    struct standby *standby; /* NULL: not one of a pair */
+    bool status_due;         /* before its time */
     /* What a measurement asks instead of what the clients ask; NULL: nothing. */
     void (*amend_interest)(const void *context, world_interest *def);
     const void *amend_context;
@@ -297,15 +300,20 @@ void steps_free(session *c);
 void answer_query(service *s, struct link *from, const wire_query *q);
 
 /* tick.c */
-void service_set_budget(service *s);                                  /* of the configuration */
-void service_replay_budget(service *s, bool budgeted, uint64_t work); /* of the tick that is replayed next */
-void service_tick(service *s);                                        /* of number s->tick, at s->now_ns */
+void service_set_budget(service *s);                                     /* of the configuration */
+void service_replay_budget(service *s, bool budgeted, uint64_t work);    /* of the tick that is replayed next */
+void service_tick(service *s);                                           /* of number s->tick, at s->now_ns */
+void service_take(service *s, struct link *from, const wire_message *m); /* a command that is admitted */
 void service_tell_broad(service *s); /* logs the broad phase that stands, if the log says another one */
+
+/* server.c */
+void service_reset(service *s); /* clients and world are gone as if they had never been; the links stay */
 
 /* health.c */
 void health_define(measures *m);
 void health_register(service *s);
 void health_publish(service *s);
+const char *health_release(void);
 
 /* record.c, record_state.c */
 void record_state(service *s); /* all that is announced now, as if it came anew */

@@ -1,0 +1,110 @@
+/* standby_parts: what the files of standby.h share; nobody else includes it. */
+#ifndef COLLIDED_SERVICE_STANDBY_PARTS_H
+#define COLLIDED_SERVICE_STANDBY_PARTS_H
+
+#include "journal.h"
+#include "standby.h"
+
+/* ---- standby_mute.c: links that hear and do not speak ---- */
+
+typedef struct kept_batch {
+    struct link *link;
+    size_t offset, size;
+} kept_batch;
+
+typedef struct kept_batches { /* of some time */
+    int64_t began_ns;
+    ARRAY(kept_batch) list;
+    journal_bytes bytes;
+} kept_batches;
+
+typedef struct muted_link {
+    link_ops ops; /* first: the link points to it while it is muted */
+    const link_ops *own;
+    struct standby *owner;
+} muted_link;
+
+/* ---- standby_kept.c: what clients sent to this daemon, until the journal tells it ---- */
+
+typedef struct kept_message {
+    struct link *link;
+    wire_kind kind; /* WIRE_NOTHING: the client is lost */
+    int64_t client, sequence, came_ns;
+    size_t offset, size;
+} kept_message;
+
+typedef struct kept_reader {
+    char *stream;
+    struct link *link;
+    int64_t came_ns;
+} kept_reader;
+
+typedef struct known_client {
+    int64_t client;
+    bool alive;                         /* our own link has heard it, and not of its end */
+    int64_t confirmed[WIRE_KIND_COUNT]; /* the highest sequence that the journal has told */
+} known_client;
+
+typedef struct kept {
+    ARRAY(kept_message) messages;
+    journal_bytes bytes;
+    ARRAY(kept_reader) readers;
+    ARRAY(known_client) clients;
+    pair_map place_of; /* client -> index */
+} kept;
+
+struct standby {
+    struct link *link;          /* that carries the pair */
+    peer_card card;             /* our own */
+    int64_t began_ns, lease_ns; /* monotonic */
+    int64_t round_ns;           /* of the last round */
+    int64_t quiet_ns;           /* the active one stood still: it listens until then before it says anything more */
+    ARRAY(peer_card) peers;
+
+    int64_t active;     /* the sender that we follow; 0: nobody */
+    bool in_step;       /* its state has come, and every tick since */
+    int64_t asked_ns;   /* for its state */
+    int64_t waiting_ns; /* the active one is lost, and another standby has precedence: since then; 0: not */
+    bool out_of_step;   /* to be reset as soon as the record is done */
+
+    bool state_wanted;     /* the active one: somebody asks for its state ... */
+    int64_t state_try_ns;  /* ... and the world may be fit for it then */
+    journal_bytes journal; /* of the tick that is being made */
+    wire_memory *memory;
+
+    muted_link muted[LINKS_MAX];
+    bool is_muted;
+    kept_batches batches[2]; /* of the second that runs, and of the one before */
+    int current;
+    kept kept;
+};
+
+enum { KEPT_BATCH_BYTES = 32 << 20 };
+#define KEPT_BATCHES_NS ((int64_t)1000000000)
+
+void mute_links(service *s);
+void unmute_links(service *s);
+void mute_publish_again(service *s); /* the batches that were kept; the links speak again */
+void mute_free(struct standby *p);
+
+void kept_init(kept *k);
+void kept_free(kept *k);
+void kept_clear(kept *k); /* the journal has told nothing yet; what came stays */
+void kept_message_came(service *s, struct link *from, const wire_message *m);
+void kept_lost_came(service *s, struct link *from, int64_t client);
+void kept_reader_came(service *s, struct link *from, const char *stream);
+void kept_confirm(kept *k, const wire_message *m);
+void kept_confirm_lost(kept *k, int64_t client);
+void kept_confirm_reader(kept *k, const char *stream);
+void kept_sweep(service *s); /* after a tick: what the journal has told goes */
+void kept_apply(service *s, const link_sink *sink, int64_t recent_ns); /* readers that came since then */
+bool kept_is_alive(const kept *k, int64_t client);
+
+/* standby_state.c */
+bool state_is_fit(const service *s); /* between two ticks: nothing is half-done */
+void state_put(service *s, journal_bytes *to);
+bool state_take(service *s, journal_reader *from, char *why, size_t why_size); /* into an empty service */
+
+uint8_t standby_place_of(const service *s, const struct link *l); /* among the links of the configuration */
+
+#endif
