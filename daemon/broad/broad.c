@@ -150,6 +150,12 @@ void broad_put(broad *b, const broad_move *move)
     queue_put(b, move);
 }
 
+broad_move broad_fat_box(const broad *b, uint32_t id)
+{
+    const proxy *p = &b->proxies.at[id];
+    return (broad_move){.proxy = id, .fixed = p->fixed, .box = fbox_aabb(&p->fat)};
+}
+
 void broad_remove(broad *b, uint32_t id)
 {
     change *c = pending_of(b, id);

@@ -59,6 +59,9 @@ void broad_refilter(broad *b, uint32_t proxy); /* its filter changed: ask again 
 
 void broad_update(broad *b, broad_changes *changes);
 
+/* As of the last update: put elsewhere, it has the same fat box, and so the same pairs. */
+broad_move broad_fat_box(const broad *b, uint32_t proxy);
+
 /* As of the last update. The index that stands: never BROAD_AUTO. And in words, with the reason, at most 95 characters:
  * "tree (auto: 700 proxies; sweep3 for 128 and fewer)". */
 broad_kind broad_index_kind(const broad *b);

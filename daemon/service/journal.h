@@ -4,11 +4,9 @@
 #ifndef COLLIDED_SERVICE_JOURNAL_H
 #define COLLIDED_SERVICE_JOURNAL_H
 
-#include "base/array.h"
+#include "base/bytes.h"
 #include "wire/wire_lcm.h"
 #include "wire/wire_log.h"
-
-typedef ARRAY(uint8_t) journal_bytes;
 
 typedef enum journal_kind { JOURNAL_TICK, JOURNAL_STATE, JOURNAL_WANT_STATE } journal_kind; /* of a record */
 
@@ -24,24 +22,12 @@ typedef struct journal_entry {
     wire_log_tick tick;
 } journal_entry;
 
-void journal_put_message(journal_bytes *to, uint8_t link, const wire_message *m);
-void journal_put_lost(journal_bytes *to, uint8_t link, int64_t client);
-void journal_put_reader(journal_bytes *to, uint8_t link, const char *stream);
-void journal_put_tick(journal_bytes *to, int64_t epoch, const wire_log_tick *t);
-
-typedef struct journal_reader {
-    const uint8_t *at;
-    size_t left;
-    bool broken; /* it says more than there is */
-} journal_reader;
+void journal_put_message(bytes_out *to, uint8_t link, const wire_message *m);
+void journal_put_lost(bytes_out *to, uint8_t link, int64_t client);
+void journal_put_reader(bytes_out *to, uint8_t link, const char *stream);
+void journal_put_tick(bytes_out *to, int64_t epoch, const wire_log_tick *t);
 
 /* The next entry; false: there is none, or the record is broken. */
-bool journal_next(journal_reader *r, wire_memory *memory, journal_entry *out);
-
-/* Plain bytes, for states. Reading beyond the end gives zeros and breaks the reader. */
-void journal_put(journal_bytes *to, const void *data, size_t size);
-void journal_put_text(journal_bytes *to, const char *text);
-bool journal_get(journal_reader *r, void *data, size_t size);
-const char *journal_get_text(journal_reader *r); /* "" if it is broken */
+bool journal_next(bytes_in *r, wire_memory *memory, journal_entry *out);
 
 #endif

@@ -249,6 +249,8 @@ void geometry_release(service *s, int64_t hash);
 void geometry_forget(service *s, int64_t client); /* what it announced and no body uses may go */
 void geometry_sweep(service *s);                  /* frees what nobody wants; after a tick */
 void geometry_free_all(service *s);
+/* Behind the others, as it was elsewhere: vertices, indices and announcers become its own; `has` NULL: it is whole. */
+wire_reason geometry_restore(service *s, const geometry *bare, wire_refusal *why);
 
 /* inbox.c */
 void inbox_put(service *s, struct link *from, const wire_message *m);

@@ -207,7 +207,7 @@ static bool carry_out(service *s, const journal_entry *e)
     return false;
 }
 
-static void replay_tick(service *s, journal_reader *r)
+static void replay_tick(service *s, bytes_in *r)
 {
     struct standby *p = s->standby;
     int64_t now_ns = s->now_ns, monotonic_ns = s->monotonic_ns, tick = s->tick + 1;
@@ -223,7 +223,7 @@ static void replay_tick(service *s, journal_reader *r)
     p->out_of_step = true;
 }
 
-static void take_state(service *s, journal_reader *r)
+static void take_state(service *s, bytes_in *r)
 {
     struct standby *p = s->standby;
     char why[128] = "";
@@ -241,7 +241,7 @@ static void on_record(void *context, int64_t sender, uint8_t kind, const uint8_t
 {
     service *s = context;
     struct standby *p = s->standby;
-    journal_reader r = {.at = bytes, .left = size};
+    bytes_in r = {.at = bytes, .left = size};
     if (p->card.role == PEER_ACTIVE) {
         if (kind == JOURNAL_WANT_STATE) {
             p->state_wanted = true;
@@ -395,7 +395,6 @@ void standby_after_tick(service *s)
     struct standby *p = s->standby;
     if (!p || !p->state_wanted || p->card.role != PEER_ACTIVE) return;
     p->state_try_ns = s->monotonic_ns + STATE_TRY_NS;
-    if (!state_is_fit(s)) return;
     p->state_wanted = false;
     state_put(s, &p->journal);
     log_info("the state of tick %" PRId64 " goes to a standby: %zu bytes", s->tick, p->journal.count);

@@ -15,7 +15,7 @@ typedef struct kept_batch {
 typedef struct kept_batches { /* of some time */
     int64_t began_ns;
     ARRAY(kept_batch) list;
-    journal_bytes bytes;
+    bytes_out bytes;
 } kept_batches;
 
 typedef struct muted_link {
@@ -47,7 +47,7 @@ typedef struct known_client {
 
 typedef struct kept {
     ARRAY(kept_message) messages;
-    journal_bytes bytes;
+    bytes_out bytes;
     ARRAY(kept_reader) readers;
     ARRAY(known_client) clients;
     pair_map place_of; /* client -> index */
@@ -67,9 +67,9 @@ struct standby {
     int64_t waiting_ns; /* the active one is lost, and another standby has precedence: since then; 0: not */
     bool out_of_step;   /* to be reset as soon as the record is done */
 
-    bool state_wanted;     /* the active one: somebody asks for its state ... */
-    int64_t state_try_ns;  /* ... and the world may be fit for it then */
-    journal_bytes journal; /* of the tick that is being made */
+    bool state_wanted;    /* the active one: somebody asks for its state ... */
+    int64_t state_try_ns; /* ... and the world may be fit for it then */
+    bytes_out journal;    /* of the tick that is being made */
     wire_memory *memory;
 
     muted_link muted[LINKS_MAX];
@@ -101,9 +101,8 @@ void kept_apply(service *s, const link_sink *sink, int64_t recent_ns); /* reader
 bool kept_is_alive(const kept *k, int64_t client);
 
 /* standby_state.c */
-bool state_is_fit(const service *s); /* between two ticks: nothing is half-done */
-void state_put(service *s, journal_bytes *to);
-bool state_take(service *s, journal_reader *from, char *why, size_t why_size); /* into an empty service */
+void state_put(service *s, bytes_out *to);                               /* between two ticks */
+bool state_take(service *s, bytes_in *from, char *why, size_t why_size); /* into an empty service */
 
 uint8_t standby_place_of(const service *s, const struct link *l); /* among the links of the configuration */
 
