@@ -8,7 +8,18 @@
 #include "wire/wire_lcm.h"
 #include "wire/wire_log.h"
 
-typedef enum journal_kind { JOURNAL_TICK, JOURNAL_STATE, JOURNAL_WANT_STATE } journal_kind; /* of a record */
+typedef enum journal_kind { /* of a record */
+    JOURNAL_TICK,           /* its number, and entries */
+    JOURNAL_STATE,          /* standby_state.c */
+    JOURNAL_WANT_STATE,     /* from one that joins */
+    JOURNAL_HAVE,           /* from the standby: journal_have */
+    JOURNAL_DROPPED,        /* to the standby: it was too slow, and is waited for no more */
+    JOURNAL_LEAVE           /* to the standby: go on */
+} journal_kind;
+
+typedef struct journal_have {
+    int64_t to, epoch, tick; /* whose journal; the last tick that has come */
+} journal_have;
 
 typedef enum journal_entry_kind { ENTRY_MESSAGE, ENTRY_LOST, ENTRY_READER, ENTRY_TICK } journal_entry_kind;
 

@@ -13,10 +13,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const int64_t ALONE_NS = 1000000000;    /* who has not heard of another for so long is alone; at least ... */
-static const int64_t ALONE_LEASES = 5;         /* ... so many leases */
-static const int64_t ASK_AGAIN_NS = 500000000; /* for a state */
-static const int64_t STATE_TRY_NS = 10000000;  /* the world is not fit for one: tried again then */
+static const int64_t ALONE_NS = 1000000000;     /* who has not heard of another for so long is alone; at least ... */
+static const int64_t ALONE_LEASES = 5;          /* ... so many leases */
+static const int64_t ASK_AGAIN_NS = 500000000;  /* for a state */
+static const int64_t FOLLOWED_NS = 10000000000; /* a peer that was alive may be back: it is still written for */
+static const int64_t SLOW_LEASES = 3;
 
 uint8_t standby_place_of(const service *s, const struct link *l)
 {
@@ -86,7 +87,8 @@ static void begin_anew(service *s)
     for (int i = 0; i < 2; i++) p->batches[i].list.count = p->batches[i].bytes.count = 0;
     p->journal.count = 0;
     p->active = p->asked_ns = p->waiting_ns = 0;
-    p->in_step = p->out_of_step = p->state_wanted = false;
+    p->in_step = p->out_of_step = p->state_wanted = p->left = false;
+    p->journalled_tick = p->had_tick = 0;
     p->began_ns = s->monotonic_ns;
     say(s, PEER_JOINING);
 }
@@ -115,13 +117,14 @@ static void become_active(service *s, const link_sink *sink, const char *why)
     s->epoch = goes_on ? s->epoch + 1 : wire_new_line(clock_wall_ns());
     service_set_budget(s);
     say(s, PEER_ACTIVE);
-    unmute_links(s);
+    open_links_again(s);
     rebase_clocks(s);
     if (goes_on) mute_publish_again(s);
     stream_heartbeats(s);
     s->status_due = true;
-    p->in_step = false;
+    p->in_step = p->left = false;
     p->active = p->waiting_ns = 0;
+    p->journalled_tick = p->had_tick = s->tick;
     size_t kept = p->kept.messages.count;
     kept_apply(s, sink, s->monotonic_ns - 3 * p->lease_ns);
     if (goes_on)
@@ -159,7 +162,7 @@ static void on_card(void *context, const peer_card *card)
     service *s = context;
     struct standby *p = s->standby;
     peer_card *known = peer_of(p, card->sender);
-    bool was_follower = known && known->alive && known->role == PEER_STANDBY;
+    bool was_follower = known && known->alive && known->role == PEER_STANDBY && known->epoch == s->epoch;
     if (known)
         *known = *card;
     else
@@ -172,8 +175,10 @@ static void on_card(void *context, const peer_card *card)
         return;
     }
     bool is_follower = card->alive && card->role == PEER_STANDBY && card->epoch == s->epoch;
+    if (is_follower) hold_links(s);
     if (is_follower && !was_follower) log_notice("%s is in step: it takes over when this one is gone", card->name);
     if (was_follower && !is_follower) log_notice("%s is no standby any more: lost, or out of step", card->name);
+    if (!follower(s)) open_links_again(s);
     s->status_due |= is_follower != was_follower;
 }
 
@@ -196,7 +201,10 @@ static bool carry_out(service *s, const journal_entry *e)
         stream_reader(s, from, e->stream);
         return true;
     case ENTRY_TICK:
-        if (e->epoch != s->epoch || e->tick.tick != s->tick + 1) return false;
+        if (e->epoch != s->epoch || e->tick.tick != s->tick + 1) {
+            log_error("DEBUG tick %lld after %lld epoch %lld %lld", (long long)e->tick.tick, (long long)s->tick, (long long)e->epoch, (long long)s->epoch);
+            return false;
+        }
         service_replay_budget(s, e->tick.budgeted, (uint64_t)e->tick.work);
         s->tick = e->tick.tick;
         s->now_ns = e->tick.now_ns;
@@ -207,9 +215,19 @@ static bool carry_out(service *s, const journal_entry *e)
     return false;
 }
 
+/* It has come: that is said before it is carried out, since the active one waits for it. */
+static void say_come(service *s, bytes_in *r)
+{
+    struct standby *p = s->standby;
+    journal_have have = {.to = p->active, .epoch = s->epoch};
+    bytes_get(r, &have.tick, sizeof have.tick);
+    p->link->ops->peers->send(p->link, p->card.sender, JOURNAL_HAVE, (const uint8_t *)&have, sizeof have);
+}
+
 static void replay_tick(service *s, bytes_in *r)
 {
     struct standby *p = s->standby;
+    say_come(s, r);
     int64_t now_ns = s->now_ns, monotonic_ns = s->monotonic_ns, tick = s->tick + 1;
     journal_entry e;
     bool good = true;
@@ -237,21 +255,55 @@ static void take_state(service *s, bytes_in *r)
     log_notice("in step with the active daemon, from tick %" PRId64 " on, epoch %" PRId64, s->tick, s->epoch);
 }
 
+/* ---- what the standby has ---- */
+
+static void take_have(service *s, int64_t sender, bytes_in *r)
+{
+    struct standby *p = s->standby;
+    journal_have have;
+    const peer_card *f = follower(s);
+    if (!bytes_get(r, &have, sizeof have) || have.to != p->card.sender || have.epoch != s->epoch) return;
+    if (!f || f->sender != sender || have.tick <= p->had_tick) return;
+    p->had_tick = have.tick;
+    hold_release(s);
+}
+
+/* One that lives and does not keep up is waited for no more. */
+static void drop_slow(service *s)
+{
+    struct standby *p = s->standby;
+    bool holds = p->mouth == MOUTH_HELD && p->held.first < p->held.list.count;
+    if (!holds || p->held_tick != p->had_tick) p->had_ns = s->monotonic_ns;
+    p->held_tick = p->had_tick;
+    if (s->monotonic_ns - p->had_ns < SLOW_LEASES * p->lease_ns) return;
+    peer_card *f = peer_of(p, follower(s) ? follower(s)->sender : 0);
+    log_warning("%s does not keep up: it is waited for no more, and has to join anew", f ? f->name : "the standby");
+    p->link->ops->peers->send(p->link, p->card.sender, JOURNAL_DROPPED, NULL, 0);
+    if (f) f->role = PEER_JOINING; /* until it says otherwise */
+    open_links_again(s);
+    s->status_due = true;
+}
+
+/* ---- records ---- */
+
 static void on_record(void *context, int64_t sender, uint8_t kind, const uint8_t *bytes, size_t size)
 {
     service *s = context;
     struct standby *p = s->standby;
     bytes_in r = {.at = bytes, .left = size};
     if (p->card.role == PEER_ACTIVE) {
-        if (kind == JOURNAL_WANT_STATE) {
-            p->state_wanted = true;
-            p->state_try_ns = 0;
-        }
+        if (kind == JOURNAL_WANT_STATE) p->state_wanted = true;
+        if (kind == JOURNAL_HAVE) take_have(s, sender, &r);
         return;
     }
     if (sender != p->active || p->out_of_step) return;
     if (kind == JOURNAL_STATE && !p->in_step) take_state(s, &r);
     if (kind == JOURNAL_TICK && p->in_step) replay_tick(s, &r);
+    if (kind == JOURNAL_DROPPED && p->in_step) {
+        log_warning("the active daemon waits for this one no more: its state is asked for anew");
+        p->out_of_step = true;
+    }
+    if (kind == JOURNAL_LEAVE) p->left = true;
 }
 
 static void on_gap(void *context, int64_t sender)
@@ -297,7 +349,7 @@ static void stand_by(service *s, const link_sink *sink)
 {
     struct standby *p = s->standby;
     const peer_card *active = peer_of(p, p->active), *another = peer_in_role(p, PEER_ACTIVE);
-    if (active && active->alive && active->role == PEER_ACTIVE && active->epoch == s->epoch) {
+    if (active && active->alive && active->role == PEER_ACTIVE && active->epoch == s->epoch && !p->left) {
         p->waiting_ns = 0;
         return;
     }
@@ -305,21 +357,23 @@ static void stand_by(service *s, const link_sink *sink)
         begin_anew(s);
         return;
     }
+    if (s->monotonic_ns < p->quiet_ns) return; /* it was we who stood still, perhaps: its signs may be unread */
     if (!p->waiting_ns) p->waiting_ns = s->monotonic_ns;
     if (has_precedence(p, PEER_STANDBY) && s->monotonic_ns - p->waiting_ns < 2 * p->lease_ns) return;
-    bool left = active && active->role == PEER_LEAVING;
-    become_active(s, sink, left ? "the active daemon has left" : "the active daemon is gone: its lease ran out");
+    become_active(s, sink, p->left ? "the active daemon has left" : "the active daemon is gone: its lease ran out");
 }
 
-/* An active daemon that stood still for longer than its lease may have a successor, of which it has not read yet. */
+/* An active daemon that stood still may have a successor, of which it has not read yet; a standby may not have read the
+ * signs of life of its active one. */
 static void notice_standstill(service *s)
 {
     struct standby *p = s->standby;
     int64_t gap_ns = s->monotonic_ns - p->round_ns;
-    if (!p->round_ns || gap_ns <= p->lease_ns || p->card.role != PEER_ACTIVE || !p->peers.count) return;
+    if (!p->round_ns || gap_ns <= p->lease_ns / 2 || !p->peers.count) return;
+    p->quiet_ns = s->monotonic_ns + p->lease_ns / 2;
+    if (gap_ns <= p->lease_ns || p->card.role != PEER_ACTIVE) return;
     log_warning(
         "this daemon stood still for %.3f s: it looks whether another one has taken over", 1e-9 * (double)gap_ns);
-    p->quiet_ns = s->monotonic_ns + p->lease_ns;
 }
 
 bool standby_round(service *s, const link_sink *sink)
@@ -330,7 +384,10 @@ bool standby_round(service *s, const link_sink *sink)
     notice_standstill(s);
     p->round_ns = s->monotonic_ns;
     p->link->ops->peers->receive(p->link, &peers);
+    for (size_t i = 0; i < p->peers.count; i++)
+        if (p->peers.at[i].alive) p->alive_ns = s->monotonic_ns;
     if (p->out_of_step) begin_anew(s);
+    if (p->card.role == PEER_ACTIVE) drop_slow(s);
     if (p->card.role == PEER_JOINING)
         join(s, sink);
     else if (p->card.role == PEER_STANDBY)
@@ -343,7 +400,7 @@ int64_t standby_next_ns(const service *s)
     const struct standby *p = s->standby;
     if (!p) return INT64_MAX;
     int64_t next = p->round_ns + p->lease_ns / 4;
-    return p->state_wanted && p->state_try_ns < next ? p->state_try_ns : next;
+    return standby_wants_tick(s) ? p->round_ns : next;
 }
 
 /* ---- the active one ---- */
@@ -351,24 +408,31 @@ int64_t standby_next_ns(const service *s)
 static bool is_followed(const service *s)
 {
     const struct standby *p = s->standby;
-    bool one_is_there = false;
-    for (size_t i = 0; p && i < p->peers.count; i++) one_is_there |= p->peers.at[i].alive;
-    return one_is_there && p->card.role == PEER_ACTIVE;
+    return p && p->card.role == PEER_ACTIVE && p->alive_ns && s->monotonic_ns - p->alive_ns < FOLLOWED_NS;
+}
+
+/* A record begins with the number of its tick. */
+static bytes_out *journal_of(service *s)
+{
+    bytes_out *to = &s->standby->journal;
+    int64_t tick = s->tick + 1;
+    if (!to->count) bytes_put(to, &tick, sizeof tick);
+    return to;
 }
 
 void standby_journal_message(service *s, const struct link *from, const wire_message *m)
 {
-    if (is_followed(s)) journal_put_message(&s->standby->journal, standby_place_of(s, from), m);
+    if (is_followed(s)) journal_put_message(journal_of(s), standby_place_of(s, from), m);
 }
 
 void standby_journal_lost(service *s, const struct link *from, int64_t client)
 {
-    if (is_followed(s)) journal_put_lost(&s->standby->journal, standby_place_of(s, from), client);
+    if (is_followed(s)) journal_put_lost(journal_of(s), standby_place_of(s, from), client);
 }
 
 void standby_journal_reader(service *s, const struct link *from, const char *stream)
 {
-    if (is_followed(s)) journal_put_reader(&s->standby->journal, standby_place_of(s, from), stream);
+    if (is_followed(s)) journal_put_reader(journal_of(s), standby_place_of(s, from), stream);
 }
 
 void standby_journal_tick(service *s)
@@ -377,16 +441,18 @@ void standby_journal_tick(service *s)
     if (!is_followed(s)) return;
     wire_log_tick t = {s->tick, s->now_ns, s->monotonic_ns, (int64_t)s->events_hash,
         .budgeted = s->config.budget_us > 0, .work = (int64_t)world_get_figures(s->world).work};
+    if (!p->journal.count) bytes_put(&p->journal, &s->tick, sizeof s->tick); /* nothing came */
     journal_put_tick(&p->journal, s->epoch, &t);
-    if (p->link->ops->peers->send(p->link, p->card.sender, JOURNAL_TICK, p->journal.at, p->journal.count))
-        metric_count(s->count.journalled, 1);
+    p->link->ops->peers->send(p->link, p->card.sender, JOURNAL_TICK, p->journal.at, p->journal.count);
+    metric_count(s->count.journalled, 1);
     p->journal.count = 0;
+    p->journalled_tick = s->tick;
 }
 
 bool standby_wants_tick(const service *s)
 {
     const struct standby *p = s->standby;
-    return p && p->state_wanted && p->card.role == PEER_ACTIVE && s->monotonic_ns >= p->state_try_ns;
+    return p && p->state_wanted && p->card.role == PEER_ACTIVE;
 }
 
 /* The journal is empty here: what comes from now on is of the next tick. */
@@ -394,7 +460,6 @@ void standby_after_tick(service *s)
 {
     struct standby *p = s->standby;
     if (!p || !p->state_wanted || p->card.role != PEER_ACTIVE) return;
-    p->state_try_ns = s->monotonic_ns + STATE_TRY_NS;
     p->state_wanted = false;
     state_put(s, &p->journal);
     log_info("the state of tick %" PRId64 " goes to a standby: %zu bytes", s->tick, p->journal.count);
@@ -458,7 +523,8 @@ void standby_free(service *s)
 {
     struct standby *p = s->standby;
     if (!p) return;
-    unmute_links(s);
+    mute_links(s); /* what is held is the standby's to tell */
+    for (size_t i = 0; i < s->link_count; i++) s->links[i]->ops = p->muted[i].own;
     mute_free(p);
     kept_free(&p->kept);
     array_free(&p->peers);
@@ -470,12 +536,13 @@ void standby_free(service *s)
 
 bool standby_hands_over(service *s)
 {
-    if (!s->standby) return false;
+    struct standby *p = s->standby;
+    if (!p) return false;
     if (standby_waits(s)) return true; /* nobody knows of it */
     const peer_card *to = follower(s);
     if (!to) return false;
     log_notice("%s takes over", to->name);
-    say(s, PEER_LEAVING);
+    p->link->ops->peers->send(p->link, p->card.sender, JOURNAL_LEAVE, NULL, 0);
     return true;
 }
 

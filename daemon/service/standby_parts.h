@@ -12,6 +12,20 @@ typedef struct kept_batch {
     size_t offset, size;
 } kept_batch;
 
+typedef struct held_message {
+    struct link *link;
+    size_t offset, size;
+    int64_t tick; /* that the standby must have before */
+} held_message;
+
+typedef struct held_messages { /* of an active daemon, in the order of their making */
+    ARRAY(held_message) list;
+    size_t first; /* that is still held */
+    bytes_out bytes;
+} held_messages;
+
+typedef enum mouth { MOUTH_OPEN, MOUTH_MUTED, MOUTH_HELD } mouth;
+
 typedef struct kept_batches { /* of some time */
     int64_t began_ns;
     ARRAY(kept_batch) list;
@@ -66,15 +80,20 @@ struct standby {
     int64_t asked_ns;   /* for its state */
     int64_t waiting_ns; /* the active one is lost, and another standby has precedence: since then; 0: not */
     bool out_of_step;   /* to be reset as soon as the record is done */
+    bool left;          /* the active one has left in order */
+    int64_t alive_ns;   /* a peer was alive then, the last time */
 
-    bool state_wanted;    /* the active one: somebody asks for its state ... */
-    int64_t state_try_ns; /* ... and the world may be fit for it then */
-    bytes_out journal;    /* of the tick that is being made */
+    bool state_wanted; /* the active one: somebody asks for its state */
+    bytes_out journal; /* of the tick that is being made */
     wire_memory *memory;
 
     muted_link muted[LINKS_MAX];
-    bool is_muted;
-    kept_batches batches[2]; /* of the second that runs, and of the one before */
+    mouth mouth;
+    held_messages held;
+    int64_t journalled_tick;   /* the last one sent, ... */
+    int64_t had_tick;          /* ... and the last one that the standby has */
+    int64_t had_ns, held_tick; /* when that was so, as of the last round that held something */
+    kept_batches batches[2];   /* of the second that runs, and of the one before */
     int current;
     kept kept;
 };
@@ -82,8 +101,10 @@ struct standby {
 enum { KEPT_BATCH_BYTES = 32 << 20 };
 #define KEPT_BATCHES_NS ((int64_t)1000000000)
 
-void mute_links(service *s);
-void unmute_links(service *s);
+void mute_links(service *s);         /* what is held is dropped */
+void hold_links(service *s);         /* nothing goes out before the standby has the tick that it follows from */
+void open_links_again(service *s);   /* what is held goes out */
+void hold_release(service *s);       /* what the standby has the ticks of */
 void mute_publish_again(service *s); /* the batches that were kept; the links speak again */
 void mute_free(struct standby *p);
 

@@ -10,7 +10,7 @@
 #include <string.h>
 #include <unistd.h>
 
-enum { PENDULUMS = 20, CONTACTS_MAX = 400000 };
+enum { PENDULUMS = 20, CONTACTS_MAX = 1 << 23 };
 static const double LEASE_S = 0.1;
 
 typedef struct pendulum {
