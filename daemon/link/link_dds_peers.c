@@ -27,6 +27,7 @@ void dds_peers_free(dds_peers *p)
     for (size_t i = 0; i < p->peers.count; i++) array_free(&p->peers.at[i].assembled);
     array_free(&p->peers);
     array_free(&p->news);
+    array_free(&p->writers);
     pthread_mutex_destroy(&p->lock);
 }
 
@@ -127,11 +128,20 @@ static dds_peer *peer_of_sender(dds_peers *p, int64_t sender)
     return &p->peers.at[p->peers.count - 1];
 }
 
+/* A card may be read before or after news of its writer that came earlier or later: the news alone count. */
+static bool is_alive(const dds_peers *p, dds_instance_handle_t writer)
+{
+    for (size_t i = 0; i < p->writers.count; i++)
+        if (p->writers.at[i].writer == writer) return p->writers.at[i].alive;
+    return true;
+}
+
 static void take_card(dds_peers *p, const collided_Peer *sample, dds_instance_handle_t writer, const peer_sink *sink)
 {
     dds_peer *at = peer_of_sender(p, sample->sender);
     at->writer = writer;
-    at->card = (peer_card){.sender = sample->sender, .epoch = sample->epoch, .role = sample->role, .alive = true};
+    at->card = (peer_card){
+        .sender = sample->sender, .epoch = sample->epoch, .role = sample->role, .alive = is_alive(p, writer)};
     snprintf(at->card.name, sizeof at->card.name, "%s", sample->name ? sample->name : "");
     snprintf(at->card.release, sizeof at->card.release, "%s", sample->release ? sample->release : "");
     peer_card card = at->card;
@@ -187,9 +197,12 @@ static void take_pieces(dds_peers *p, const peer_sink *sink)
     } while (n == TAKE_MAX);
 }
 
-/* Of a writer whose card has been read. */
 static void take_news(dds_peers *p, const dds_peer_news *news, const peer_sink *sink)
 {
+    size_t place = 0;
+    while (place < p->writers.count && p->writers.at[place].writer != news->writer) place++;
+    if (place == p->writers.count) array_push(&p->writers, *news);
+    p->writers.at[place].alive = news->alive;
     for (size_t i = 0; i < p->peers.count; i++) {
         dds_peer *at = &p->peers.at[i];
         if (at->writer != news->writer || at->card.alive == news->alive) continue;

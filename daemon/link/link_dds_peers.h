@@ -30,7 +30,8 @@ typedef struct dds_peers {
     void (*wake)(void *context);
     void *context;
     pthread_mutex_t lock;
-    ARRAY(dds_peer_news) news; /* under lock */
+    ARRAY(dds_peer_news) news;    /* under lock */
+    ARRAY(dds_peer_news) writers; /* of cards: the last news of each */
     ARRAY(dds_peer) peers;
 } dds_peers;
 

@@ -68,10 +68,49 @@ static const peer_card *has_precedence(const struct standby *p, peer_role role)
     return NULL;
 }
 
+/* In step with us: what we tell is held until it has it. */
 static const peer_card *follower(const service *s)
 {
-    const peer_card *c = peer_in_role(s->standby, PEER_STANDBY);
-    return c && c->epoch == s->epoch ? c : NULL;
+    struct standby *p = s->standby;
+    return p->follower && p->card.role == PEER_ACTIVE ? peer_of(p, p->follower) : NULL;
+}
+
+static bool may_follow(const service *s, const peer_card *c)
+{
+    return c->alive && c->role == PEER_STANDBY && c->epoch == s->epoch && c->sender != s->standby->dropped;
+}
+
+/* It is told so by the journal, in which it finds that before it can miss anything. */
+static void lose_follower(service *s, const char *why)
+{
+    struct standby *p = s->standby;
+    const peer_card *f = follower(s);
+    log_notice("%s %s", f ? f->name : "the standby", why);
+    p->dropped = p->follower;
+    p->link->ops->peers->send(
+        p->link, p->card.sender, JOURNAL_DROPPED, (const uint8_t *)&p->dropped, sizeof p->dropped);
+    p->follower = 0;
+    open_links_again(s);
+    s->status_due = true;
+}
+
+/* Of several the one that began first: it has precedence among themselves, too. */
+static void find_follower(service *s)
+{
+    struct standby *p = s->standby;
+    const peer_card *first = follower(s);
+    if (first && !may_follow(s, first)) lose_follower(s, "is no standby any more: lost, or out of step");
+    if (p->follower) return;
+    first = NULL;
+    for (size_t i = 0; i < p->peers.count; i++) {
+        const peer_card *c = &p->peers.at[i];
+        if (may_follow(s, c) && (!first || c->sender < first->sender)) first = c;
+    }
+    if (!first) return;
+    p->follower = first->sender;
+    hold_links(s);
+    log_notice("%s is in step: it takes over when this one is gone", first->name);
+    s->status_due = true;
 }
 
 /* ---- going over into another role ---- */
@@ -86,7 +125,7 @@ static void begin_anew(service *s)
     kept_clear(&p->kept);
     for (int i = 0; i < 2; i++) p->batches[i].list.count = p->batches[i].bytes.count = 0;
     p->journal.count = 0;
-    p->active = p->asked_ns = p->waiting_ns = 0;
+    p->active = p->asked_ns = p->waiting_ns = p->follower = p->dropped = 0;
     p->in_step = p->out_of_step = p->state_wanted = p->left = false;
     p->journalled_tick = p->had_tick = 0;
     p->began_ns = s->monotonic_ns;
@@ -162,7 +201,6 @@ static void on_card(void *context, const peer_card *card)
     service *s = context;
     struct standby *p = s->standby;
     peer_card *known = peer_of(p, card->sender);
-    bool was_follower = known && known->alive && known->role == PEER_STANDBY && known->epoch == s->epoch;
     if (known)
         *known = *card;
     else
@@ -174,12 +212,7 @@ static void on_card(void *context, const peer_card *card)
         step_down(s, card);
         return;
     }
-    bool is_follower = card->alive && card->role == PEER_STANDBY && card->epoch == s->epoch;
-    if (is_follower) hold_links(s);
-    if (is_follower && !was_follower) log_notice("%s is in step: it takes over when this one is gone", card->name);
-    if (was_follower && !is_follower) log_notice("%s is no standby any more: lost, or out of step", card->name);
-    if (!follower(s)) open_links_again(s);
-    s->status_due |= is_follower != was_follower;
+    find_follower(s);
 }
 
 static bool carry_out(service *s, const journal_entry *e)
@@ -258,9 +291,8 @@ static void take_have(service *s, int64_t sender, bytes_in *r)
 {
     struct standby *p = s->standby;
     journal_have have;
-    const peer_card *f = follower(s);
     if (!bytes_get(r, &have, sizeof have) || have.to != p->card.sender || have.epoch != s->epoch) return;
-    if (!f || f->sender != sender || have.tick <= p->had_tick) return;
+    if (sender != p->follower || have.tick <= p->had_tick) return;
     p->had_tick = have.tick;
     hold_release(s);
 }
@@ -273,12 +305,7 @@ static void drop_slow(service *s)
     if (!holds || p->held_tick != p->had_tick) p->had_ns = s->monotonic_ns;
     p->held_tick = p->had_tick;
     if (s->monotonic_ns - p->had_ns < SLOW_LEASES * p->lease_ns) return;
-    peer_card *f = peer_of(p, follower(s) ? follower(s)->sender : 0);
-    log_warning("%s does not keep up: it is waited for no more, and has to join anew", f ? f->name : "the standby");
-    p->link->ops->peers->send(p->link, p->card.sender, JOURNAL_DROPPED, NULL, 0);
-    if (f) f->role = PEER_JOINING; /* until it says otherwise */
-    open_links_again(s);
-    s->status_due = true;
+    lose_follower(s, "does not keep up: it is waited for no more, and has to join anew");
 }
 
 /* ---- records ---- */
@@ -291,6 +318,7 @@ static void on_record(void *context, int64_t sender, uint8_t kind, const uint8_t
     if (p->card.role == PEER_ACTIVE) {
         if (kind == JOURNAL_WANT_STATE) {
             p->state_wanted = true;
+            if (p->dropped == sender) p->dropped = 0;
             p->alive_ns = s->monotonic_ns; /* its card may come later: topics have no order */
         }
         if (kind == JOURNAL_HAVE) take_have(s, sender, &r);
@@ -299,7 +327,8 @@ static void on_record(void *context, int64_t sender, uint8_t kind, const uint8_t
     if (sender != p->active || p->out_of_step) return;
     if (kind == JOURNAL_STATE && !p->in_step) take_state(s, &r);
     if (kind == JOURNAL_TICK && p->in_step) replay_tick(s, &r);
-    if (kind == JOURNAL_DROPPED && p->in_step) {
+    int64_t whom = 0;
+    if (kind == JOURNAL_DROPPED && p->in_step && bytes_get(&r, &whom, sizeof whom) && whom == p->card.sender) {
         log_warning("the active daemon waits for this one no more: its state is asked for anew");
         p->out_of_step = true;
     }
@@ -337,9 +366,9 @@ static void join(service *s, const link_sink *sink)
         follow(s, active);
         return;
     }
-    if (p->active) { /* it was there, and its state never came */
+    if (p->active) { /* it was there, and its state never came: it may be back */
         p->active = 0;
-        p->began_ns = s->monotonic_ns - patience_ns;
+        p->began_ns = s->monotonic_ns;
     }
     bool waits = has_precedence(p, PEER_JOINING) || peer_in_role(p, PEER_STANDBY);
     if (!waits && s->monotonic_ns - p->began_ns >= patience_ns) become_active(s, sink, "no active daemon was heard");
@@ -353,7 +382,7 @@ static void stand_by(service *s, const link_sink *sink)
         p->waiting_ns = 0;
         return;
     }
-    if (another) { /* it has taken over before us */
+    if (another && another->sender != p->active) { /* it has taken over before us */
         begin_anew(s);
         return;
     }
@@ -370,7 +399,7 @@ static void notice_standstill(service *s)
     struct standby *p = s->standby;
     int64_t gap_ns = s->monotonic_ns - p->round_ns;
     if (!p->round_ns || gap_ns <= p->lease_ns / 2 || !p->peers.count) return;
-    p->quiet_ns = s->monotonic_ns + p->lease_ns / 2;
+    p->quiet_ns = s->monotonic_ns + p->lease_ns;
     if (gap_ns <= p->lease_ns || p->card.role != PEER_ACTIVE) return;
     log_warning(
         "this daemon stood still for %.3f s: it looks whether another one has taken over", 1e-9 * (double)gap_ns);
@@ -388,6 +417,7 @@ bool standby_round(service *s, const link_sink *sink)
         if (p->peers.at[i].alive) p->alive_ns = s->monotonic_ns;
     if (p->out_of_step) begin_anew(s);
     if (p->card.role == PEER_ACTIVE) drop_slow(s);
+    if (p->card.role == PEER_ACTIVE) find_follower(s);
     if (p->card.role == PEER_JOINING)
         join(s, sink);
     else if (p->card.role == PEER_STANDBY)
@@ -551,7 +581,7 @@ void standby_describe(const service *s, char *text, size_t size)
     const char *const ROLES[] = {"joining", "standby", "active", "leaving"};
     text[0] = '\0';
     if (!s->standby) return;
-    const peer_card *other = follower(s);
+    const peer_card *other = standby_waits(s) ? NULL : follower(s);
     snprintf(text, size, "; %s, %s%s", ROLES[s->standby->card.role], other ? "hot standby: " : "without a standby",
         other ? other->name : "");
 }

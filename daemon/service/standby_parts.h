@@ -83,6 +83,8 @@ struct standby {
     bool left;          /* the active one has left in order */
     int64_t alive_ns;   /* a peer was alive then, the last time */
 
+    int64_t follower;  /* the active one: the standby that is in step, by its sender; 0: none */
+    int64_t dropped;   /* one that is not waited for until it joins anew */
     bool state_wanted; /* the active one: somebody asks for its state */
     bytes_out journal; /* of the tick that is being made */
     wire_memory *memory;

@@ -167,6 +167,16 @@ static bool has_standby(collided *c)
     return collided_get_status(c, 1, &s) == COLLIDED_OK && strstr(s.links, "active, hot standby: ");
 }
 
+/* A busy machine may have let them change places meanwhile: whose word the client follows. */
+static pid_t active_one(collided *c)
+{
+    collided_daemon_status s;
+    assert_int_equal(collided_get_status(c, 2, &s), COLLIDED_OK);
+    const char *colon = strrchr(s.daemon, ':');
+    assert_non_null(colon);
+    return (pid_t)atoi(colon + 1);
+}
+
 static pid_t start_one(void)
 {
     return rig_daemon("--standby=yes", NULL);
@@ -195,9 +205,9 @@ static void a_killed_daemon_is_followed_without_a_lost_or_doubled_event(void **s
     enum { KILLS_MAX = 50 };
     double gaps[KILLS_MAX];
     int kills = getenv("COLLIDED_NIGHTLY") ? KILLS_MAX : getenv("COLLIDED_BRIEF") ? 2 : 5;
-    pid_t active = start_one();
+    pid_t one = start_one();
     collided *c = set_up();
-    pid_t other = start_one();
+    pid_t two = start_one();
     int64_t snapshots = m.snapshots;
     srand(8);
     for (int k = 0; k < kills; k++) {
@@ -205,6 +215,7 @@ static void a_killed_daemon_is_followed_without_a_lost_or_doubled_event(void **s
         swing(c, 0.05 + 0.3 * rand() / RAND_MAX);
         int64_t epoch = m.epoch;
         m.longest_s = 0;
+        pid_t active = active_one(c);
         rig_kill(active, SIGKILL);
         for (double end = rig_now_s() + 5; m.epoch == epoch;) {
             if (rig_now_s() > end) fail_msg("kill %d: nothing is told by the standby", k);
@@ -213,8 +224,8 @@ static void a_killed_daemon_is_followed_without_a_lost_or_doubled_event(void **s
         assert_int_equal(m.epoch, epoch + 1);
         swing(c, 0.05);
         gaps[k] = m.longest_s;
-        active = other;
-        other = start_one();
+        one = active == one ? two : one;
+        two = start_one();
     }
     judge(c);
     qsort(gaps, (size_t)kills, sizeof *gaps, compare);
@@ -223,7 +234,85 @@ static void a_killed_daemon_is_followed_without_a_lost_or_doubled_event(void **s
         kills, 1e3 * gaps[0], 1e3 * gaps[kills / 2], 1e3 * gaps[kills - 1], 1e3 * LEASE_S, (long long)m.begins,
         (long long)m.ends, (long long)(m.snapshots - snapshots));
     assert_true(gaps[kills / 2] <= LEASE_S + 0.02);
-    assert_true(rig_alive(active));
+    assert_true(rig_alive(one));
+    rig_close(c);
+}
+
+/* The one that was stopped comes back, and finds that another one has taken over. */
+static void a_stopped_daemon_that_comes_back_steps_down(void **state)
+{
+    (void)state;
+    pid_t one = start_one();
+    collided *c = set_up();
+    pid_t two = start_one();
+    for (int k = 0; k < 3; k++) {
+        await_standby(c);
+        swing(c, 0.1);
+        int64_t epoch = m.epoch;
+        pid_t active = active_one(c);
+        rig_kill(active, SIGSTOP);
+        for (double end = rig_now_s() + 5; m.epoch == epoch;) {
+            if (rig_now_s() > end) fail_msg("stop %d: nothing is told by the standby", k);
+            swing(c, 0.01);
+        }
+        swing(c, 0.3);
+        rig_kill(active, SIGCONT);
+        await_standby(c); /* the one that was stopped */
+        assert_true(m.epoch > epoch);
+    }
+    judge(c);
+    assert_true(rig_alive(one) && rig_alive(two));
+    rig_close(c);
+}
+
+static void a_daemon_that_ends_in_order_hands_over_at_once(void **state)
+{
+    (void)state;
+    pid_t one = start_one();
+    collided *c = set_up();
+    pid_t two = start_one();
+    await_standby(c);
+    swing(c, 0.1);
+    int64_t epoch = m.epoch;
+    m.longest_s = 0;
+    pid_t active = active_one(c);
+    rig_kill(active, SIGTERM);
+    for (double end = rig_now_s() + 5; m.epoch == epoch;) {
+        if (rig_now_s() > end) fail_msg("nothing is told by the standby");
+        swing(c, 0.005);
+    }
+    assert_int_equal(rig_wait(active, 5), 0);
+    swing(c, 0.1);
+    judge(c);
+    printf("handed over: silence %.0f ms at most\n", 1e3 * m.longest_s);
+    assert_true(rig_alive(active == one ? two : one));
+    rig_close(c);
+}
+
+/* A client that sleeps while one daemon is killed and the other takes over keeps what is its own, over either link. */
+static void a_sleeping_client_keeps_what_is_its_own(void **state)
+{
+    const char *uri = *state;
+    pid_t active = start_one();
+    collided *c = rig_connect(uri, 2, COLLIDED_REMOVE), *sleeper = rig_connect(uri, 5, COLLIDED_REMOVE);
+    heard h;
+    collided_body part = rig_box(c, "part", 0.75);
+    rig_box(sleeper, "table", 0);
+    assert_int_equal(collided_sync(sleeper, 5), COLLIDED_OK);
+    rig_watch(c, &h, "part");
+    assert_int_equal(collided_sync(c, 5), COLLIDED_OK);
+    UNTIL(c, 5, h.touching == 1);
+    start_one();
+    UNTIL(c, 10, has_standby(c));
+    rig_kill(active, SIGKILL);
+    UNTIL(c, 5, rig_move(c, part, 3, 0) == COLLIDED_OK && h.touching == 0);
+    assert_string_equal(h.cause[COLLIDED_END], "motion");
+    UNTIL(c, 5, rig_move(c, part, 0.75, 0) == COLLIDED_OK && h.touching == 1);
+    assert_int_equal(h.kinds[COLLIDED_END], 1);
+    THROUGHOUT(c, 2.5, h.touching == 1); /* longer than c's lease */
+    rig_close(sleeper);
+    UNTIL(c, 5, h.touching == 0);
+    assert_string_equal(h.cause[COLLIDED_END], "removed");
     rig_close(c);
 }
 
@@ -231,6 +320,9 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_teardown(a_killed_daemon_is_followed_without_a_lost_or_doubled_event, rig_end_all),
+        cmocka_unit_test_teardown(a_stopped_daemon_that_comes_back_steps_down, rig_end_all),
+        cmocka_unit_test_teardown(a_daemon_that_ends_in_order_hands_over_at_once, rig_end_all),
+        OVER_BOTH(a_sleeping_client_keeps_what_is_its_own),
     };
     rig_isolate();
     return cmocka_run_group_tests(tests, NULL, NULL);
