@@ -36,6 +36,7 @@ bool standby_waits(const service *s)
 static void say(service *s, peer_role role)
 {
     struct standby *p = s->standby;
+    p->said_ns = s->monotonic_ns;
     p->card.role = (uint8_t)role;
     p->card.epoch = role == PEER_JOINING ? 0 : s->epoch;
     p->link->ops->peers->say(p->link, &p->card);
@@ -416,6 +417,8 @@ bool standby_round(service *s, const link_sink *sink)
     for (size_t i = 0; i < p->peers.count; i++)
         if (p->peers.at[i].alive) p->alive_ns = s->monotonic_ns;
     if (p->out_of_step) begin_anew(s);
+    /* DDS takes a writer whose lease ran out for alive again only when it writes. */
+    if (s->monotonic_ns - p->said_ns >= p->lease_ns / 2) say(s, (peer_role)p->card.role);
     if (p->card.role == PEER_ACTIVE) drop_slow(s);
     if (p->card.role == PEER_ACTIVE) find_follower(s);
     if (p->card.role == PEER_JOINING)

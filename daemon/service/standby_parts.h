@@ -71,6 +71,7 @@ struct standby {
     struct link *link;          /* that carries the pair */
     peer_card card;             /* our own */
     int64_t began_ns, lease_ns; /* monotonic */
+    int64_t said_ns;            /* our card, the last time */
     int64_t round_ns;           /* of the last round */
     int64_t quiet_ns;           /* the active one stood still: it listens until then before it says anything more */
     ARRAY(peer_card) peers;

@@ -85,7 +85,7 @@ pid_t rig_daemon(const char *option, const char *value)
 {
     rig_need_network();
     const char *const arguments[] = {"collided", "--links", RIG_LINKS, "--status-period", "0.1", "--workers", "1",
-        "--log", "notice", option, value, NULL};
+        "--log", "warning", option, value, NULL};
     return rig_start(COLLIDED, arguments);
 }
 
