@@ -211,10 +211,19 @@ static void resume_from_snapshot(collided *c, interest_record *i)
     ask_for_snapshot(c, i, session_monotonic_ns());
 }
 
+/* A standby that has taken over tells again what readers may have missed, snapshots too; its ticks go on, and tell
+ * apart what a stream of the same name said that has ended. */
+static bool was_told(const interest_record *i, const wire_event_batch *b)
+{
+    bool begins = i->closed && b->snapshot && b->batch == 1;
+    return b->tick < i->tick || (b->tick == i->tick && b->batch < i->next_batch && !begins);
+}
+
 /* True if the batch continues what was told, or begins anew. */
 static bool in_order(collided *c, interest_record *i, const wire_event_batch *b)
 {
     follow_epoch(i, b);
+    if (i->unsure && was_told(i, b)) return false;
     if (b->snapshot && b->part == 0) {
         if (!i->waiting && b->batch > i->next_batch) count_lost(c, i, b->batch - i->next_batch);
         stream_drop_parts(i);
@@ -257,6 +266,8 @@ void stream_receive(collided *c, const wire_message *m)
     if (i && b->heartbeat) receive_heartbeat(c, i, m);
     if (!i || b->heartbeat || !in_order(c, i, b)) return;
     i->next_batch = b->batch + 1;
+    i->tick = b->tick;
+    i->closed = b->closing && b->part + 1 == b->parts;
     if (b->parts <= 1) {
         deliver(c, i, &m, 1);
         return;

@@ -8,6 +8,20 @@
 
 #include <stdlib.h>
 
+static uint64_t hash_of(const char *name)
+{
+    uint64_t h = 14695981039346656037u;
+    for (; *name; name++) h = (h ^ (unsigned char)*name) * 1099511628211u;
+    return h;
+}
+
+/* Numbers that begin anew: a reader would take the old ones for a gap. */
+static void forget_stream(kept_batches *k, uint64_t stream)
+{
+    for (size_t i = 0; i < k->list.count; i++)
+        if (k->list.at[i].stream == stream) k->list.at[i].link = NULL;
+}
+
 static void keep(struct link *l, const wire_message *m)
 {
     struct standby *p = ((const muted_link *)(const void *)l->ops)->owner;
@@ -19,7 +33,8 @@ static void keep(struct link *l, const wire_message *m)
         to->list.count = to->bytes.count = 0;
         to->began_ns = p->round_ns;
     }
-    kept_batch b = {l, to->bytes.count, wire_lcm_size(m)};
+    kept_batch b = {l, hash_of(m->event_batch.stream), to->bytes.count, wire_lcm_size(m)};
+    for (int i = 0; i < 2 && m->event_batch.batch == 1; i++) forget_stream(&p->batches[i], b.stream);
     array_reserve(&to->bytes, b.offset + b.size);
     to->bytes.count += wire_lcm_encode(m, to->bytes.at + b.offset, b.size);
     array_push(&to->list, b);
@@ -129,6 +144,7 @@ static void publish_again(service *s, const kept_batches *k)
         const kept_batch *b = &k->list.at[i];
         wire_message m;
         wire_refusal why;
+        if (!b->link) continue;
         wire_memory_reset(s->standby->memory);
         if (wire_lcm_decode(k->bytes.at + b->offset, b->size, s->standby->memory, &m, &why) != WIRE_OK) {
             log_error("a kept batch cannot be read: %s", why.text);

@@ -8,7 +8,8 @@
 /* ---- standby_mute.c: links that hear and do not speak ---- */
 
 typedef struct kept_batch {
-    struct link *link;
+    struct link *link; /* NULL: of a stream that has begun anew since */
+    uint64_t stream;   /* its name's hash */
     size_t offset, size;
 } kept_batch;
 

@@ -8,6 +8,7 @@
 #include "cell.h"
 #include "service/server.h"
 #include "service/service.h"
+#include "service/standby.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -22,7 +23,7 @@ typedef enum life { UNSEEN, OPEN, OVER } life;
 
 typedef struct told { /* of one stream */
     bool live;        /* a batch has come, and not the last one */
-    int64_t batch;
+    int64_t batch, tick;
     size_t open;
     bool was_live;      /* before the snapshot that is coming in parts ... */
     size_t in_snapshot; /* ... and how many it has so far */
@@ -34,11 +35,25 @@ typedef struct thing { /* a body as its owner would announce it now */
     uint64_t filter;
 } thing;
 
+typedef struct another { /* the standby of a pair */
+    server *server;
+    service *service;
+    link_sink sink;
+    memory_end *end;
+    link_ops ops; /* of the memory link, and the test's own pair */
+} another;
+
 typedef struct model {
     server *server;
     service *service;
     link_sink sink;
     memory_end *end;
+    bool paired;
+    another standby;      /* its service is NULL: there is none */
+    link_ops ops;         /* of the active one, when paired */
+    int64_t joins_ns;     /* when there is one again */
+    bool unsure[STREAMS]; /* a standby has taken over, and has not told where the stream goes on */
+    size_t takeovers, told_again;
     wire_memory *memory;
     uint64_t random;
     int64_t now_ns, epoch, sequences[OWNERS + 1];
@@ -123,8 +138,16 @@ static void learn_batch(model *m, const wire_event_batch *b)
     int number = b->stream[0] - '0';
     told *t = &m->streams[number];
     assert_int_equal(b->epoch, m->epoch);
+    bool anew = !t->live && b->snapshot && b->batch == 1, same = b->tick == t->tick && b->batch <= t->batch && !anew;
+    if (m->unsure[number] && !b->heartbeat && (b->tick < t->tick || same)) {
+        m->told_again++;
+        return;
+    }
     if (b->heartbeat) {
-        assert_true(t->live && b->batch == t->batch);
+        m->unsure[number] = false;
+        if (!t->live || b->batch != t->batch)
+            fail_msg("take-over %zu: a heartbeat of stream %d with batch %lld after %lld, which is %s", m->takeovers,
+                number, (long long)b->batch, (long long)t->batch, t->live ? "open" : "closed");
         m->heartbeats++;
         return;
     }
@@ -135,6 +158,7 @@ static void learn_batch(model *m, const wire_event_batch *b)
     bool closed = b->closing && b->part + 1 == b->parts;
     t->live = !closed;
     t->batch = b->batch;
+    t->tick = b->tick;
     if (closed) assert_int_equal(t->open, 0);
 }
 
@@ -145,7 +169,99 @@ static void learn(model *m)
         if (message.kind == WIRE_EVENT_BATCH) learn_batch(m, &message.event_batch);
 }
 
+/* ---- what the daemons of a pair say to each other: in order, and at once ---- */
+
+enum { PAIR = 2, RECORDS_MAX = 64 };
+typedef struct said {
+    peer_card cards[RECORDS_MAX];
+    size_t card_count;
+    struct {
+        int64_t sender;
+        uint8_t kind, *bytes;
+        size_t size;
+    } records[RECORDS_MAX];
+    size_t record_count;
+} said;
+static struct {
+    const struct link *members[PAIR];
+    peer_card last[PAIR]; /* their own cards */
+    said to[PAIR];
+} between;
+
+static int member(const struct link *l)
+{
+    return l == between.members[1];
+}
+
+static int peer_join(struct link *l, int64_t lease_ns)
+{
+    (void)lease_ns;
+    int mine = between.members[0] != NULL;
+    between.members[mine] = l;
+    if (between.members[!mine] && between.last[!mine].alive)
+        between.to[mine].cards[between.to[mine].card_count++] = between.last[!mine];
+    return 0;
+}
+
+static void peer_say(struct link *l, const peer_card *card)
+{
+    int mine = member(l);
+    said *to = &between.to[!mine];
+    between.last[mine] = *card;
+    between.last[mine].alive = true;
+    if (!between.members[!mine]) return;
+    assert_true(to->card_count < RECORDS_MAX);
+    to->cards[to->card_count++] = between.last[mine];
+}
+
+static bool peer_send(struct link *l, int64_t sender, uint8_t kind, const uint8_t *bytes, size_t size)
+{
+    said *to = &between.to[!member(l)];
+    if (!between.members[!member(l)]) return true;
+    assert_true(to->record_count < RECORDS_MAX);
+    uint8_t *copy = malloc(size + 1);
+    if (size) memcpy(copy, bytes, size);
+    to->records[to->record_count].sender = sender;
+    to->records[to->record_count].kind = kind;
+    to->records[to->record_count].bytes = copy;
+    to->records[to->record_count++].size = size;
+    return true;
+}
+
+static void peer_receive(struct link *l, const peer_sink *sink)
+{
+    said from = between.to[member(l)];
+    between.to[member(l)] = (said){.card_count = 0};
+    for (size_t i = 0; i < from.card_count; i++) sink->card(sink->context, &from.cards[i]);
+    for (size_t i = 0; i < from.record_count; i++) {
+        sink->record(
+            sink->context, from.records[i].sender, from.records[i].kind, from.records[i].bytes, from.records[i].size);
+        free(from.records[i].bytes);
+    }
+}
+
+static const peer_ops PEERS = {peer_join, peer_say, peer_send, peer_receive};
+
+/* The other one hears that it is gone, and of what it said before. */
+static void peer_dies(const struct link *l)
+{
+    int mine = member(l);
+    said *to = &between.to[!mine];
+    between.last[mine].alive = false;
+    to->cards[to->card_count++] = between.last[mine];
+    for (size_t i = 0; i < between.to[mine].record_count; i++) free(between.to[mine].records[i].bytes);
+    between.to[mine] = (said){.card_count = 0};
+    between.members[mine] = NULL;
+}
+
 /* ---- what clients say ---- */
+
+/* A network brings it to both. */
+static void send(const model *m, const wire_message *w)
+{
+    memory_send(m->end, w);
+    if (m->standby.end) memory_send(m->standby.end, w);
+}
 
 static bool speaks(const model *m, int client)
 {
@@ -162,7 +278,7 @@ static void hello(model *m, int client, bool leaves)
             .on_loss = (uint8_t)(client % 3),
             .lease_ns = LEASE_NS,
             .name = "model"}};
-    if (speaks(m, client)) memory_send(m->end, &c);
+    if (speaks(m, client)) send(m, &c);
 }
 
 static void put_body(model *m, int client, int32_t body)
@@ -202,7 +318,7 @@ static void put_body(model *m, int client, int32_t body)
             .rule_reasons = {rules, reason},
             .rule_paddings = {rules, padding},
             .rule_margins = {rules, padding}}};
-    if (speaks(m, client)) memory_send(m->end, &b);
+    if (speaks(m, client)) send(m, &b);
 }
 
 static void resize(model *m, int client, int32_t body)
@@ -231,7 +347,7 @@ static void remove_body(model *m, int client, int32_t body)
             .removed = 1,
             .name = "",
             .group = ""}};
-    if (speaks(m, client)) memory_send(m->end, &b);
+    if (speaks(m, client)) send(m, &b);
 }
 
 /* Three in four go a little way about a place of their own; some rest; some jump. */
@@ -251,7 +367,7 @@ static void move(model *m, int client, int32_t body, bool teleports)
             .positions = {3, p},
             .orientations = {4, orientation},
             .teleports = {teleports, teleport}}};
-    if (speaks(m, client)) memory_send(m->end, &b);
+    if (speaks(m, client)) send(m, &b);
 }
 
 /* Streams of one subscriber, but for the last one, which is an owner's. */
@@ -282,23 +398,115 @@ static void subscribe(model *m, int k, bool removed)
             .horizon_s = k == 4 ? 0.2 : 0,
             .rate_hz = k == 2 || k == 3 ? 20 : 0}};
     if (!speaks(m, client)) return;
-    memory_send(m->end, &i);
+    send(m, &i);
     m->wanted[k] = !removed;
 }
 
 /* ---- the daemon ---- */
 
-static void tick(model *m)
+static void pair_up(service *s, link_ops *ops)
+{
+    char why[256];
+    *ops = *s->links[0]->ops;
+    ops->peers = &PEERS;
+    s->links[0]->ops = ops;
+    s->config.standby = true;
+    if (standby_start(s, why, sizeof why) != 0) fail_msg("%s", why);
+}
+
+static bool standby_is_joining(const service *s)
+{
+    char text[256];
+    standby_describe(s, text, sizeof text);
+    return strstr(text, "joining") != NULL;
+}
+
+static void round_of_standby(model *m)
+{
+    service *b = m->standby.service;
+    wire_message none;
+    if (!b) return;
+    b->now_ns = b->monotonic_ns = m->now_ns;
+    b->links[0]->ops->receive(b->links[0], &m->standby.sink);
+    assert_true(standby_round(b, &m->standby.sink));
+    assert_int_equal(metric_get(b->count.out_of_step), 0); /* each tick came out the same */
+    wire_memory_reset(m->memory);
+    assert_false(memory_receive(m->standby.end, m->memory, &none)); /* it says nothing */
+}
+
+static void tick_once(model *m)
 {
     service *s = m->service;
     m->now_ns += TICK_NS;
     s->now_ns = s->monotonic_ns = m->now_ns;
     s->links[0]->ops->receive(s->links[0], &m->sink);
+    assert_false(standby_round(s, &m->sink));
     session_check_leases(s);
     s->tick++;
     service_tick(s);
+    standby_after_tick(s);
     stream_heartbeats(s);
+}
+
+static void start_standby(model *m)
+{
+    char why[256];
+    another *b = &m->standby;
+    config c = cell_config();
+    c.heartbeat = 0.05;
+    snprintf(c.links, sizeof c.links, "memory://%s", strstr(m->service->config.links, "cell") ? "other" : "cell");
+    b->server = server_create(&c, why, sizeof why);
+    if (!b->server) fail_msg("%s", why);
+    b->service = server_service(b->server);
+    b->sink = server_sink(b->server);
+    b->end = memory_connect(c.links + strlen("memory://"));
+    b->service->monotonic_ns = m->now_ns;
+    pair_up(b->service, &b->ops);
+}
+
+/* The active one is gone in the middle of what clients say: between its last tick and the next. */
+static void fail_over(model *m)
+{
+    another *b = &m->standby;
+    if (next(m) % 2) { /* the tick was done, and its journal came, but nobody was told */
+        wire_message lost;
+        tick_once(m);
+        for (wire_memory_reset(m->memory); memory_receive(m->end, m->memory, &lost);) wire_memory_reset(m->memory);
+        assert_true(true);
+    }
+    peer_dies(m->service->links[0]);
+    memory_disconnect(m->end);
+    server_destroy(m->server);
+    m->now_ns += TICK_NS;
+    b->service->now_ns = b->service->monotonic_ns = m->now_ns;
+    b->service->links[0]->ops->receive(b->service->links[0], &b->sink);
+    assert_false(standby_round(b->service, &b->sink));
+    m->server = b->server;
+    m->service = b->service;
+    m->sink = b->sink;
+    m->end = b->end;
+    m->ops = b->ops;
+    m->service->links[0]->ops = &m->ops;
+    *b = (another){.server = NULL};
+    assert_true(m->service->epoch == m->epoch + 1);
+    m->epoch++;
+    m->takeovers++;
+    for (int k = 0; k < STREAMS; k++) m->unsure[k] = true;
     learn(m);
+    m->joins_ns = m->now_ns + (int64_t)(next(m) % 200) * TICK_NS;
+}
+
+static void tick(model *m)
+{
+    tick_once(m);
+    round_of_standby(m);
+    if (m->standby.service) assert_false(standby_round(m->service, &m->sink)); /* what was held goes out */
+    learn(m);
+    if (!m->paired) return;
+    if (!m->standby.service && m->now_ns >= m->joins_ns)
+        start_standby(m);
+    else if (m->standby.service && !standby_is_joining(m->standby.service) && next(m) % 64 == 0)
+        fail_over(m);
 }
 
 static void announce(model *m)
@@ -320,6 +528,14 @@ static void start(model *m)
     m->service = server_service(m->server);
     m->sink = server_sink(m->server);
     m->end = memory_connect("cell");
+    if (m->paired) { /* alone for long enough, it is active */
+        m->service->monotonic_ns = m->now_ns;
+        pair_up(m->service, &m->ops);
+        m->service->monotonic_ns += 2000000000;
+        assert_false(standby_round(m->service, &m->sink));
+        m->joins_ns = m->now_ns;
+    }
+    memset(m->unsure, 0, sizeof m->unsure);
     assert_true(m->service->epoch > m->epoch);
     m->epoch = m->service->epoch;
     memset(m->state, 0, IDS_MAX);
@@ -331,6 +547,14 @@ static void start(model *m)
 /* In order: everything has ended, and is told so. Otherwise what was told is void with the epoch. */
 static void stop(model *m, bool in_order)
 {
+    if (m->standby.server) { /* first: otherwise it would take over */
+        peer_dies(m->standby.service->links[0]);
+        memory_disconnect(m->standby.end);
+        server_destroy(m->standby.server);
+        m->standby = (another){.server = NULL};
+        assert_false(standby_round(m->service, &m->sink));
+        learn(m);
+    }
     if (in_order) {
         server_stop(m->server);
         assert_int_equal(server_run(m->server), 0);
@@ -338,6 +562,8 @@ static void stop(model *m, bool in_order)
         for (int k = 0; k < STREAMS; k++) assert_true(!m->streams[k].live && m->streams[k].open == 0);
     }
     m->crashes += !in_order;
+    if (m->paired) peer_dies(m->service->links[0]);
+    if (m->paired) memset(&between, 0, sizeof between);
     memory_disconnect(m->end);
     server_destroy(m->server);
 }
@@ -393,11 +619,10 @@ static void operate(model *m)
 }
 
 /* 10^6 operations; with COLLIDED_NIGHTLY=1 in the environment 10^7, with COLLIDED_BRIEF=1 5 x 10^4. */
-static void each_contact_begins_once_and_ends_once_whatever_ends_it(void **state)
+static void play(bool paired, long operations)
 {
-    (void)state;
-    long operations = getenv("COLLIDED_NIGHTLY") ? 10000000 : getenv("COLLIDED_BRIEF") ? 50000 : 1000000;
     model m = {.memory = wire_memory_create(),
+        .paired = paired,
         .random = 7,
         .now_ns = 1000000000000,
         .state = calloc(IDS_MAX, 1),
@@ -416,6 +641,7 @@ static void each_contact_begins_once_and_ends_once_whatever_ends_it(void **state
     }
     tick(&m);
     stop(&m, true);
+    if (paired) print_message("%zu take-overs, %zu batches told again; ", m.takeovers, m.told_again);
     print_message("%ld operations, %zu daemons: %zu begun, %zu ended, %zu snapshots, %zu heartbeats; ended by",
         operations, m.lives, m.begun, m.over, m.snapshots, m.heartbeats);
     static const char *const CAUSES[] = {
@@ -431,10 +657,25 @@ static void each_contact_begins_once_and_ends_once_whatever_ends_it(void **state
     wire_memory_destroy(m.memory);
 }
 
+static void each_contact_begins_once_and_ends_once_whatever_ends_it(void **state)
+{
+    (void)state;
+    play(false, getenv("COLLIDED_NIGHTLY") ? 10000000 : getenv("COLLIDED_BRIEF") ? 50000 : 1000000);
+}
+
+/* The same of a pair: at random moments the active one is gone, and before or after another one takes over the state.
+ */
+static void so_it_does_when_a_standby_takes_over(void **state)
+{
+    (void)state;
+    play(true, getenv("COLLIDED_NIGHTLY") ? 3000000 : getenv("COLLIDED_BRIEF") ? 50000 : 300000);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(each_contact_begins_once_and_ends_once_whatever_ends_it),
+        cmocka_unit_test(so_it_does_when_a_standby_takes_over),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
