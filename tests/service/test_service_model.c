@@ -32,6 +32,7 @@ typedef struct told { /* of one stream */
 typedef struct thing { /* a body as its owner would announce it now */
     double place[3], half;
     bool box, odd;
+    enum { PLAIN, HULL, MESH, COMPOUND, MAKES } make; /* of a pair's bodies: what travels to a standby, too */
     uint64_t filter;
 } thing;
 
@@ -281,6 +282,59 @@ static void hello(model *m, int client, bool leaves)
     if (speaks(m, client)) send(m, &c);
 }
 
+static const double CORNERS[18] = {
+    0.3, 0, 0, -0.3, 0, 0, 0, 0.3, 0, 0, -0.3, 0, 0, 0, 0.3, 0, 0, -0.3}; /* an octahedron */
+static const int32_t SIDES[24] = {0, 2, 4, 2, 1, 4, 1, 3, 4, 3, 0, 4, 2, 0, 5, 1, 2, 5, 3, 1, 5, 0, 3, 5};
+
+/* Told with each body that is made of it: whoever announced it before may be gone. */
+static int64_t announce_octahedron(model *m, int client, bool mesh)
+{
+    const wire_f64s vertices = {18, CORNERS};
+    const wire_i32s indices = {mesh ? 24 : 0, SIDES};
+    const uint8_t kind = mesh ? WIRE_GEOMETRY_MESH : WIRE_GEOMETRY_HULL;
+    wire_message g = {.kind = WIRE_GEOMETRY,
+        .geometry = {.version = WIRE_VERSION,
+            .client = client + 1,
+            .sequence = ++m->sequences[client],
+            .kind = kind,
+            .hash = wire_geometry_hash(kind, vertices, indices),
+            .vertex_numbers = 18,
+            .index_numbers = (int32_t)indices.count,
+            .pieces = 1,
+            .vertices = vertices,
+            .indices = indices}};
+    if (speaks(m, client)) send(m, &g);
+    return g.geometry.hash;
+}
+
+/* In place of a sphere or a box. */
+static void make_of(model *m, int client, int make, wire_body *b)
+{
+    static uint8_t types[3];
+    static int64_t geometries[3];
+    static double sizes[9], radii[3], poses[21];
+    bool compound = make == COMPOUND;
+    uint32_t n = compound ? 3 : 1, first = compound;
+    for (uint32_t i = 0; i < n; i++) {
+        types[i] = WIRE_SHAPE_BOX;
+        geometries[i] = 0;
+        radii[i] = 0;
+        for (int k = 0; k < 3; k++) sizes[3 * i + (uint32_t)k] = 0.1;
+        memcpy(poses + 7 * i, (double[7]){0, 0.2 * i, 0, 0.9, 0.1, 0.3, 0}, 7 * sizeof(double));
+    }
+    types[first] = make == MESH ? WIRE_SHAPE_MESH : WIRE_SHAPE_HULL;
+    geometries[first] = announce_octahedron(m, client, make == MESH);
+    for (int k = 0; k < 3; k++) sizes[3 * first + (uint32_t)k] = 0;
+    if (compound) types[0] = WIRE_SHAPE_COMPOUND;
+    if (compound) memcpy(sizes, (double[3]){2, 0, 0}, 3 * sizeof(double));
+    b->shape_types = (wire_u8s){n, types};
+    b->shape_geometries = (wire_i64s){n, geometries};
+    b->shape_sizes = (wire_f64s){3 * n, sizes};
+    b->shape_radii = (wire_f64s){n, radii};
+    b->shape_poses = (wire_f64s){7 * n, poses};
+    b->ccd = 0;
+}
+
 static void put_body(model *m, int client, int32_t body)
 {
     static const char *const GROUPS[] = {"even", "odd"};
@@ -318,6 +372,7 @@ static void put_body(model *m, int client, int32_t body)
             .rule_reasons = {rules, reason},
             .rule_paddings = {rules, padding},
             .rule_margins = {rules, padding}}};
+    if (t->make != PLAIN) make_of(m, client, t->make, &b.body);
     if (speaks(m, client)) send(m, &b);
 }
 
@@ -326,6 +381,7 @@ static void resize(model *m, int client, int32_t body)
     thing *t = &m->things[client][body];
     t->box = next(m) % 2;
     t->half = uniform(m, 0.1, 0.4);
+    if (m->paired) t->make = next(m) % (2 * MAKES) < MAKES ? PLAIN : next(m) % MAKES;
     put_body(m, client, body);
 }
 
