@@ -13,6 +13,7 @@
 enum {
     TAKE_MAX = 64,           /* one constant: a loan writes as many pointers as the largest ever asked for */
     PIECE_BYTES = 512 << 10, /* of a record */
+    REMEMBERED = 64,         /* daemons that are gone, beside those that live */
     PIECES_KEPT = 1024       /* for a peer that is behind; what is older is lost to it */
 };
 
@@ -197,6 +198,18 @@ static void take_pieces(dds_peers *p, const peer_sink *sink)
     } while (n == TAKE_MAX);
 }
 
+/* Daemons that came and went long ago. */
+static void forget_dead(dds_peers *p)
+{
+    for (size_t i = p->peers.count; i-- > 0 && p->peers.count > REMEMBERED;) {
+        if (p->peers.at[i].card.alive) continue;
+        array_free(&p->peers.at[i].assembled);
+        p->peers.at[i] = p->peers.at[--p->peers.count];
+    }
+    for (size_t i = p->writers.count; i-- > 0 && p->writers.count > REMEMBERED;)
+        if (!p->writers.at[i].alive) p->writers.at[i] = p->writers.at[--p->writers.count];
+}
+
 static void take_news(dds_peers *p, const dds_peer_news *news, const peer_sink *sink)
 {
     size_t place = 0;
@@ -223,5 +236,6 @@ void dds_peers_receive(dds_peers *p, const peer_sink *sink)
     take_cards(p, sink);
     take_pieces(p, sink);
     for (size_t i = 0; i < news.count; i++) take_news(p, &news.at[i], sink);
+    forget_dead(p);
     array_free(&news);
 }

@@ -59,6 +59,14 @@ static const peer_card *peer_in_role(const struct standby *p, peer_role role)
     return NULL;
 }
 
+/* Alive and in that role, of whatever release. */
+static bool has_other(const struct standby *p, peer_role role)
+{
+    for (size_t i = 0; i < p->peers.count; i++)
+        if (p->peers.at[i].alive && p->peers.at[i].role == role) return true;
+    return false;
+}
+
 /* Another one that waits like us, and began before us. */
 static const peer_card *has_precedence(const struct standby *p, peer_role role)
 {
@@ -100,7 +108,8 @@ static void find_follower(service *s)
 {
     struct standby *p = s->standby;
     const peer_card *first = follower(s);
-    if (first && !may_follow(s, first)) lose_follower(s, "is no standby any more: lost, or out of step");
+    if (p->follower && !(first && may_follow(s, first)))
+        lose_follower(s, "is no standby any more: lost, or out of step");
     if (p->follower) return;
     first = NULL;
     for (size_t i = 0; i < p->peers.count; i++) {
@@ -197,23 +206,30 @@ static bool has_taken_over(const service *s, const peer_card *c)
     return c->sender < s->standby->card.sender;
 }
 
+/* One that is back is told of anew. */
+static void forget_dead(struct standby *p)
+{
+    for (size_t i = p->peers.count; i-- > 0;)
+        if (!p->peers.at[i].alive && p->peers.at[i].sender != p->active) p->peers.at[i] = p->peers.at[--p->peers.count];
+}
+
 static void on_card(void *context, const peer_card *card)
 {
     service *s = context;
     struct standby *p = s->standby;
     peer_card *known = peer_of(p, card->sender);
+    bool is_new = !known || known->role != card->role;
+    if (is_new && card->alive && strcmp(card->release, p->card.release) != 0)
+        log_warning("%s is of release %s, this one of %s: no pair", card->name, card->release, p->card.release);
     if (known)
         *known = *card;
     else
         array_push(&p->peers, *card);
-    if (card->alive && strcmp(card->release, p->card.release) != 0)
-        log_warning("%s is of release %s, this one of %s: no pair", card->name, card->release, p->card.release);
-    if (p->card.role != PEER_ACTIVE) return;
-    if (has_taken_over(s, card)) {
+    if (p->card.role == PEER_ACTIVE && has_taken_over(s, card))
         step_down(s, card);
-        return;
-    }
-    find_follower(s);
+    else if (p->card.role == PEER_ACTIVE)
+        find_follower(s);
+    forget_dead(p);
 }
 
 static bool carry_out(service *s, const journal_entry *e)
@@ -371,7 +387,9 @@ static void join(service *s, const link_sink *sink)
         p->active = 0;
         p->began_ns = s->monotonic_ns;
     }
-    bool waits = has_precedence(p, PEER_JOINING) || peer_in_role(p, PEER_STANDBY);
+    /* One of another release is left to its clients until it ends. */
+    bool waits = has_precedence(p, PEER_JOINING) || has_other(p, PEER_STANDBY) || has_other(p, PEER_ACTIVE);
+    kept_bound(s);
     if (!waits && s->monotonic_ns - p->began_ns >= patience_ns) become_active(s, sink, "no active daemon was heard");
 }
 

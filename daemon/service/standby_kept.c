@@ -3,11 +3,14 @@
  * when it takes over is applied then; copies of what was applied change nothing. Tick thread. */
 #include "standby_parts.h"
 
+#include "base/log.h"
+
 #include <stdlib.h>
 #include <string.h>
 
 /* What the active one has not told of for so long, it has refused; or it was a pose that stands no more. */
 #define KEPT_NS ((int64_t)5000000000)
+enum { KEPT_BYTES = 64 << 20 };
 
 void kept_init(kept *k)
 {
@@ -143,6 +146,15 @@ void kept_sweep(service *s)
         free(k->readers.at[i].stream);
         k->readers.at[i] = k->readers.at[--k->readers.count];
     }
+}
+
+/* While nobody's state has come, nothing is confirmed, and what comes is kept as long as it is not too much. */
+void kept_bound(service *s)
+{
+    if (s->standby->kept.bytes.count <= KEPT_BYTES) return;
+    log_warning("more than %d MB came before the state of the active daemon: what is older than %.0f s is not kept",
+        KEPT_BYTES >> 20, 1e-9 * KEPT_NS);
+    kept_sweep(s);
 }
 
 /* ---- taking over ---- */

@@ -122,6 +122,7 @@ void kept_confirm(kept *k, const wire_message *m);
 void kept_confirm_lost(kept *k, int64_t client);
 void kept_confirm_reader(kept *k, const char *stream);
 void kept_sweep(service *s); /* after a tick: what the journal has told goes */
+void kept_bound(service *s);
 void kept_apply(service *s, const link_sink *sink, int64_t recent_ns); /* readers that came since then */
 bool kept_is_alive(const kept *k, int64_t client);
 
