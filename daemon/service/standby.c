@@ -561,7 +561,8 @@ int standby_start(service *s, char *why, size_t why_size)
     p->began_ns = s->monotonic_ns;
     kept_init(&p->kept);
     if (l->ops->peers->join(l, p->lease_ns) != 0) {
-        snprintf(why, why_size, "standby = yes: DDS refuses the topics of a pair");
+        snprintf(why, why_size, "standby = yes: DDS refuses the topics of a pair%s",
+            *s->config.security ? ": with a site of an older release do: make_site --renew" : "");
         return -1;
     }
     mute_links(s);
