@@ -175,7 +175,7 @@ static void take_piece(dds_peers *p, const collided_Journal *piece, const peer_s
     }
     size_t size = piece->bytes._length;
     array_reserve(&at->assembled, at->assembled.count + size + 1);
-    memcpy(at->assembled.at + at->assembled.count, piece->bytes._buffer, size);
+    if (size) memcpy(at->assembled.at + at->assembled.count, piece->bytes._buffer, size);
     at->assembled.count += size;
     if (piece->left > 0) return;
     bool whole = !at->broken;

@@ -6,7 +6,7 @@
  *   - under an epoch one higher, of the same line (wire.h: wire_same_line). Readers of the higher one believe nothing
  *     any more that comes under the lower one, so that a daemon that was only stopped cannot be heard twice; it hears
  *     of its successor, says so, and becomes the standby;
- *   - it publishes once more the batches of the last second, which readers know by their numbers if they have them, and
+ *   - it publishes once more the batches of the last lease, which readers know by their numbers if they have them, and
  *     tells by a heartbeat the number of the last one: who was told more, or lost some, asks for a snapshot;
  *   - what clients had sent and the journal had not told yet is kept from its own links, and is applied now.
  *

@@ -1,6 +1,6 @@
 /* A link's mouth: open; muted, as long as this daemon is the standby; held, as long as it is active and has one: what
  * it publishes goes out when the standby has the tick that it follows from, so that nobody was ever told what the
- * standby would not know. Muted and held links have tables of their own. Batches are kept for one to two seconds: the
+ * standby would not know. Muted and held links have tables of their own. Batches are kept for one to two leases: the
  * active one may have journalled a tick and not lived to publish it. Tick thread. */
 #include "standby_parts.h"
 
@@ -27,7 +27,7 @@ static void keep(struct link *l, const wire_message *m)
     struct standby *p = ((const muted_link *)(const void *)l->ops)->owner;
     kept_batches *to = &p->batches[p->current];
     if (m->kind != WIRE_EVENT_BATCH || m->event_batch.heartbeat) return;
-    if (to->bytes.count > KEPT_BATCH_BYTES || p->round_ns - to->began_ns > KEPT_BATCHES_NS) {
+    if (to->bytes.count > KEPT_BATCH_BYTES || p->round_ns - to->began_ns > p->lease_ns) {
         p->current = !p->current;
         to = &p->batches[p->current];
         to->list.count = to->bytes.count = 0;

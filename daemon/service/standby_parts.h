@@ -97,13 +97,12 @@ struct standby {
     int64_t journalled_tick;   /* the last one sent, ... */
     int64_t had_tick;          /* ... and the last one that the standby has */
     int64_t had_ns, held_tick; /* when that was so, as of the last round that held something */
-    kept_batches batches[2];   /* of the second that runs, and of the one before */
+    kept_batches batches[2];   /* of the lease that runs, and of the one before */
     int current;
     kept kept;
 };
 
 enum { KEPT_BATCH_BYTES = 32 << 20 };
-#define KEPT_BATCHES_NS ((int64_t)1000000000)
 
 void mute_links(service *s);         /* what is held is dropped */
 void hold_links(service *s);         /* nothing goes out before the standby has the tick that it follows from */
