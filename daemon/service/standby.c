@@ -99,6 +99,7 @@ static void lose_follower(service *s, const char *why)
     p->link->ops->peers->send(
         p->link, p->card.sender, JOURNAL_DROPPED, (const uint8_t *)&p->dropped, sizeof p->dropped);
     p->follower = 0;
+    p->sure = false;
     open_links_again(s);
     s->status_due = true;
 }
@@ -118,9 +119,10 @@ static void find_follower(service *s)
     }
     if (!first) return;
     p->follower = first->sender;
+    p->sure_tick = p->journalled_tick;
+    p->had_tick = 0; /* it will say */
+    p->sure = false;
     hold_links(s);
-    log_notice("%s is in step: it takes over when this one is gone", first->name);
-    s->status_due = true;
 }
 
 /* ---- going over into another role ---- */
@@ -136,7 +138,7 @@ static void begin_anew(service *s)
     for (int i = 0; i < 2; i++) p->batches[i].list.count = p->batches[i].bytes.count = 0;
     p->journal.count = 0;
     p->active = p->asked_ns = p->waiting_ns = p->follower = p->dropped = 0;
-    p->in_step = p->out_of_step = p->state_wanted = p->left = false;
+    p->in_step = p->out_of_step = p->state_wanted = p->left = p->followed = p->sure = false;
     p->journalled_tick = p->had_tick = 0;
     p->began_ns = s->monotonic_ns;
     say(s, PEER_JOINING);
@@ -171,7 +173,7 @@ static void become_active(service *s, const link_sink *sink, const char *why)
     if (goes_on) mute_publish_again(s);
     stream_heartbeats(s);
     s->status_due = true;
-    p->in_step = p->left = false;
+    p->in_step = p->left = p->followed = false;
     p->active = p->waiting_ns = 0;
     p->journalled_tick = p->had_tick = s->tick;
     size_t kept = p->kept.messages.count;
@@ -263,18 +265,18 @@ static bool carry_out(service *s, const journal_entry *e)
 }
 
 /* It has come: that is said before it is carried out, since the active one waits for it. */
-static void say_come(service *s, bytes_in *r)
+static void say_have(service *s, int64_t tick)
 {
     struct standby *p = s->standby;
-    journal_have have = {.to = p->active, .epoch = s->epoch};
-    bytes_get(r, &have.tick, sizeof have.tick);
+    const journal_have have = {.to = p->active, .epoch = s->epoch, .tick = tick};
     p->link->ops->peers->send(p->link, p->card.sender, JOURNAL_HAVE, (const uint8_t *)&have, sizeof have);
 }
 
 static void replay_tick(service *s, bytes_in *r)
 {
     struct standby *p = s->standby;
-    say_come(s, r);
+    int64_t number;
+    if (bytes_get(r, &number, sizeof number)) say_have(s, number);
     int64_t now_ns = s->now_ns, monotonic_ns = s->monotonic_ns, tick = s->tick + 1;
     journal_entry e;
     bool good = true;
@@ -311,6 +313,12 @@ static void take_have(service *s, int64_t sender, bytes_in *r)
     if (!bytes_get(r, &have, sizeof have) || have.to != p->card.sender || have.epoch != s->epoch) return;
     if (sender != p->follower || have.tick <= p->had_tick) return;
     p->had_tick = have.tick;
+    if (!p->sure && p->had_tick >= p->sure_tick) {
+        p->sure = s->status_due = true;
+        p->link->ops->peers->send(
+            p->link, p->card.sender, JOURNAL_FOLLOWED, (const uint8_t *)&p->follower, sizeof p->follower);
+        log_notice("%s is in step: it takes over when this one is gone", follower(s)->name);
+    }
     hold_release(s);
 }
 
@@ -349,6 +357,8 @@ static void on_record(void *context, int64_t sender, uint8_t kind, const uint8_t
         log_warning("the active daemon waits for this one no more: its state is asked for anew");
         p->out_of_step = true;
     }
+    if (kind == JOURNAL_FOLLOWED && p->in_step && bytes_get(&r, &whom, sizeof whom) && whom == p->card.sender)
+        p->followed = true;
     if (kind == JOURNAL_LEAVE) p->left = true;
 }
 
@@ -408,6 +418,11 @@ static void stand_by(service *s, const link_sink *sink)
     if (s->monotonic_ns < p->quiet_ns) return; /* it was we who stood still, perhaps: its signs may be unread */
     if (!p->waiting_ns) p->waiting_ns = s->monotonic_ns;
     if (has_precedence(p, PEER_STANDBY) && s->monotonic_ns - p->waiting_ns < 2 * p->lease_ns) return;
+    if (!p->followed) {
+        log_warning("the active daemon is gone before it waited for this one: what it told last is not known here");
+        begin_anew(s);
+        return;
+    }
     become_active(s, sink, p->left ? "the active daemon has left" : "the active daemon is gone: its lease ran out");
 }
 
@@ -436,7 +451,10 @@ bool standby_round(service *s, const link_sink *sink)
         if (p->peers.at[i].alive) p->alive_ns = s->monotonic_ns;
     if (p->out_of_step) begin_anew(s);
     /* DDS takes a writer whose lease ran out for alive again only when it writes. */
-    if (s->monotonic_ns - p->said_ns >= p->lease_ns / 2) say(s, (peer_role)p->card.role);
+    if (s->monotonic_ns - p->said_ns >= p->lease_ns / 2) {
+        say(s, (peer_role)p->card.role);
+        if (p->card.role == PEER_STANDBY) say_have(s, s->tick); /* it may know us only now */
+    }
     if (p->card.role == PEER_ACTIVE) drop_slow(s);
     if (p->card.role == PEER_ACTIVE) find_follower(s);
     if (p->card.role == PEER_JOINING)
@@ -592,7 +610,7 @@ bool standby_hands_over(service *s)
     if (!p) return false;
     if (standby_waits(s)) return true; /* nobody knows of it */
     const peer_card *to = follower(s);
-    if (!to) return false;
+    if (!to || !p->sure) return false;
     log_notice("%s takes over", to->name);
     p->link->ops->peers->send(p->link, p->card.sender, JOURNAL_LEAVE, NULL, 0);
     return true;
@@ -603,7 +621,7 @@ void standby_describe(const service *s, char *text, size_t size)
     const char *const ROLES[] = {"joining", "standby", "active", "leaving"};
     text[0] = '\0';
     if (!s->standby) return;
-    const peer_card *other = standby_waits(s) ? NULL : follower(s);
+    const peer_card *other = standby_waits(s) || !s->standby->sure ? NULL : follower(s);
     snprintf(text, size, "; %s, %s%s", ROLES[s->standby->card.role], other ? "hot standby: " : "without a standby",
         other ? other->name : "");
 }

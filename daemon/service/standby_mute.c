@@ -123,8 +123,6 @@ void hold_links(service *s)
 {
     struct standby *p = s->standby;
     if (p->mouth == MOUTH_HELD) return;
-    p->had_tick =
-        p->journalled_tick; /* it has all up to the state that it has taken over; what came since it will say */
     set_mouth(s, MOUTH_HELD);
 }
 

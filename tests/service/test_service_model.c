@@ -470,11 +470,12 @@ static void pair_up(service *s, link_ops *ops)
     if (standby_start(s, why, sizeof why) != 0) fail_msg("%s", why);
 }
 
-static bool standby_is_joining(const service *s)
+/* The active one says so. */
+static bool has_standby(const service *s)
 {
     char text[256];
     standby_describe(s, text, sizeof text);
-    return strstr(text, "joining") != NULL;
+    return strstr(text, "hot standby") != NULL;
 }
 
 static void round_of_standby(model *m)
@@ -561,7 +562,7 @@ static void tick(model *m)
     if (!m->paired) return;
     if (!m->standby.service && m->now_ns >= m->joins_ns)
         start_standby(m);
-    else if (m->standby.service && !standby_is_joining(m->standby.service) && next(m) % 64 == 0)
+    else if (m->standby.service && has_standby(m->service) && next(m) % 64 == 0)
         fail_over(m);
 }
 
