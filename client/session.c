@@ -79,17 +79,20 @@ int session_send(collided *c, const wire_message *m)
 }
 
 /* A restarted daemon has a greater epoch (it is the time of its start). A smaller one is followed only when ours has
- * fallen silent, so that two daemons on one network do not make us change sides with every message. */
+ * fallen silent, so that two daemons on one network do not make us change sides with every message. Within one line a
+ * smaller one is of a daemon whose standby has taken over, and is never believed; a greater one is of that standby,
+ * which knows us. */
 bool session_hear(collided *c, int64_t epoch)
 {
     int64_t now = session_monotonic_ns();
-    if (epoch < c->epoch && now - c->heard_ns < SESSION_SILENCE_NS) {
+    bool goes_on = wire_same_line(epoch, c->epoch);
+    if (epoch < c->epoch && (goes_on || now - c->heard_ns < SESSION_SILENCE_NS)) {
         c->counters.foreign++;
         return false;
     }
     c->heard_ns = now;
     if (epoch == c->epoch) return true;
-    bool restarted = c->epoch != 0;
+    bool restarted = c->epoch != 0 && !goes_on;
     c->epoch = epoch;
     if (restarted) announce_to_new_daemon(c);
     session_wake_keeper(c);

@@ -50,9 +50,11 @@ typedef struct interest_record {
     char *stream;
     collided_events *callback;
     void *context;
-    int64_t epoch; /* of the last batch, 0 = none yet */
-    int64_t next_batch;
-    bool waiting; /* nothing is delivered until a snapshot comes */
+    int64_t epoch;            /* of the last batch, 0 = none yet */
+    int64_t next_batch, tick; /* tick: of the last batch */
+    bool closed;              /* that one was the last of its stream */
+    bool waiting;             /* nothing is delivered until a snapshot comes */
+    bool unsure;              /* a standby has taken over, and has not told where it goes on */
     bool each_tick;
     int64_t step; /* of the last batch since collided_step was called; 0 = none */
     int64_t lost;

@@ -195,6 +195,12 @@ static void wait_for_snapshot(interest_record *i)
 static void follow_epoch(interest_record *i, const wire_event_batch *b)
 {
     if (b->epoch == i->epoch) return;
+    if (wire_same_line(b->epoch, i->epoch)) { /* a standby has taken over, and goes on with the same numbers */
+        i->epoch = b->epoch;
+        i->unsure = !i->waiting;
+        return;
+    }
+    i->unsure = false;
     wait_for_snapshot(i);
     i->resync_ns = session_monotonic_ns() + i->resync_wait_ns;
     i->epoch = b->epoch;
@@ -207,15 +213,22 @@ static void resume_from_snapshot(collided *c, interest_record *i)
     ask_for_snapshot(c, i, session_monotonic_ns());
 }
 
+/* A standby that has taken over tells again what readers may have missed, snapshots too; its ticks go on. */
+static bool was_told(const interest_record *i, const wire_event_batch *b)
+{
+    return b->tick < i->tick || (b->tick == i->tick && b->batch < i->next_batch);
+}
+
 /* True if the batch continues what was told, or begins anew. A snapshot that others have overtaken does neither: within
  * an epoch numbers only rise, also where the stream began anew. */
 static bool in_order(collided *c, interest_record *i, const wire_event_batch *b)
 {
     follow_epoch(i, b);
-    if (b->snapshot && b->part == 0 && b->batch >= i->next_batch) {
+    if (i->unsure && was_told(i, b)) return false;
+    if (b->snapshot && b->part == 0 && (i->unsure || b->batch >= i->next_batch)) {
         if (!i->waiting && b->batch > i->next_batch) count_lost(c, i, b->batch - i->next_batch);
         stream_drop_parts(i);
-        i->waiting = false;
+        i->waiting = i->unsure = false;
         return true;
     }
     if (!i->waiting && b->batch == i->next_batch) return true;
@@ -239,7 +252,11 @@ static void receive_heartbeat(collided *c, interest_record *i, const wire_messag
         count_lost(c, i, b->batch - i->next_batch + 1 + (int64_t)i->part_count);
         resume_from_snapshot(c, i);
     } else if (b->batch == i->next_batch - 1) {
+        i->unsure = false;
         deliver(c, i, &m, 1);
+    } else if (i->unsure) { /* we were told more than the standby knew of when it took over */
+        i->unsure = false;
+        resume_from_snapshot(c, i);
     }
 }
 
@@ -250,6 +267,8 @@ void stream_receive(collided *c, const wire_message *m)
     if (i && b->heartbeat) receive_heartbeat(c, i, m);
     if (!i || b->heartbeat || !in_order(c, i, b)) return;
     i->next_batch = b->batch + 1;
+    i->tick = b->tick;
+    i->closed = b->closing && b->part + 1 == b->parts;
     if (b->parts <= 1) {
         deliver(c, i, &m, 1);
         return;

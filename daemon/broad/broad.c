@@ -165,6 +165,12 @@ bool broad_room_of(const broad *b, uint32_t id, aabb tight, broad_room *out)
     return true;
 }
 
+broad_move broad_fat_box(const broad *b, uint32_t id)
+{
+    const proxy *p = &b->proxies.at[id];
+    return (broad_move){.proxy = id, .fixed = p->fixed, .box = fbox_aabb(&p->fat)};
+}
+
 void broad_remove(broad *b, uint32_t id)
 {
     change *c = pending_of(b, id);

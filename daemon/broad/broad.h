@@ -66,6 +66,8 @@ typedef struct broad_room {
     bool slim; /* not much larger than the tight one: only when it leaves it will it get another */
 } broad_room;
 bool broad_room_of(const broad *b, uint32_t proxy, aabb tight, broad_room *out);
+/* As of the last update: put elsewhere, it has the same fat box, and so the same pairs. */
+broad_move broad_fat_box(const broad *b, uint32_t proxy);
 
 /* As of the last update. The index that stands: never BROAD_AUTO. And in words, with the reason, at most 95 characters:
  * "tree (auto: 700 proxies; sweep3 for 128 and fewer)". */

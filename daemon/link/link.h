@@ -10,6 +10,7 @@
 #define COLLIDED_LINK_LINK_H
 
 #include "base/metrics.h"
+#include "peer.h"
 #include "wire/wire.h"
 
 #include <stdbool.h>
@@ -78,6 +79,7 @@ typedef struct link_ops {
     void (*stream_close)(struct link *l, const char *stream);
     /* One line for people: what it listens on, and who can reach it. */
     void (*describe)(struct link *l, char *text, size_t size);
+    const peer_ops *peers; /* NULL: it carries no pairs of daemons */
     void (*close)(struct link *l);
 } link_ops;
 

@@ -14,6 +14,7 @@
 #include "base/clock.h"
 #include "base/log.h"
 #include "interface.h"
+#include "link_dds_peers.h"
 #include "link_dds_speakers.h"
 #include "wake.h"
 #include "wire/dds/wire_dds.h"
@@ -73,7 +74,9 @@ struct link_dds {
     ARRAY(stream *) streams; /* sorted by name */
     speakers speakers;
     atomic_bool has_discovered, has_news; /* for speakers */
-    void *sample;                         /* room for a sample of any kind, to be written */
+    dds_peers peers;
+    atomic_bool peers_arrived;
+    void *sample; /* room for a sample of any kind, to be written */
     atomic_bool woken;
     bool on_arrival; /* a thread of Cyclone's stands in for the tick thread */
     metric *messages_in, *refused, *foreign, *history_full, *messages_out, *write_failed, *no_stream;
@@ -131,6 +134,12 @@ static void on_liveliness(dds_entity_t entity, const dds_liveliness_changed_stat
     link_dds *l = ((reader *)context)->owner;
     speakers_heartbeat(&l->speakers, &status);
     notice(l, &l->has_news);
+}
+
+static void on_peers(void *context)
+{
+    link_dds *l = context;
+    notice(l, &l->peers_arrived);
 }
 
 /* While a domain is joined, the first complaint is kept: it says why it could not be. */
@@ -296,6 +305,7 @@ static void say_why(
 static void free_own(link_dds *l)
 {
     speakers_free(&l->speakers);
+    dds_peers_free(&l->peers);
     free(l->sample);
 }
 
@@ -311,6 +321,7 @@ static int dds_link_open(struct link *head, const link_options *options, char *w
     register_counters(l, options->counters);
     l->sample = base_zalloc(1, largest_sample());
     speakers_init(&l->speakers, options->max_clients ? options->max_clients : SIZE_MAX);
+    dds_peers_init(&l->peers, on_peers, l);
     dds_return_t joined = join(l, domain, config, &first);
     if (joined == DDS_RETCODE_OK && open_topics(l)) return 0;
     leave(l);
@@ -570,6 +581,37 @@ static void dds_link_stream_close(struct link *head, const char *name)
     memmove(l->streams.at + i, l->streams.at + i + 1, (l->streams.count - i) * sizeof l->streams.at[0]);
 }
 
+/* ---- the other daemon of a pair ---- */
+
+static int dds_link_peer_join(struct link *head, int64_t lease_ns)
+{
+    link_dds *l = self_of(head);
+    return dds_peers_join(&l->peers, l->participant, lease_ns) ? 0 : -1;
+}
+
+static void dds_link_peer_say(struct link *head, const peer_card *card)
+{
+    dds_peers_say(&self_of(head)->peers, card);
+}
+
+static bool dds_link_peer_send(struct link *head, int64_t sender, uint8_t kind, const uint8_t *bytes, size_t size)
+{
+    return dds_peers_send(&self_of(head)->peers, sender, kind, bytes, size);
+}
+
+static void dds_link_peer_receive(struct link *head, const peer_sink *sink)
+{
+    link_dds *l = self_of(head);
+    if (atomic_exchange(&l->peers_arrived, false)) dds_peers_receive(&l->peers, sink);
+}
+
+static const peer_ops dds_peer_ops = {
+    .join = dds_link_peer_join,
+    .say = dds_link_peer_say,
+    .send = dds_link_peer_send,
+    .receive = dds_link_peer_receive,
+};
+
 /* ---- the rest ---- */
 
 static void dds_link_describe(struct link *head, char *text, size_t size)
@@ -620,5 +662,6 @@ const link_ops link_dds_ops = {
     .stream_open = dds_link_stream_open,
     .stream_close = dds_link_stream_close,
     .describe = dds_link_describe,
+    .peers = &dds_peer_ops,
     .close = dds_link_close,
 };

@@ -102,6 +102,17 @@ static const config_option OPTIONS[] = {
         "lease of a client that has not announced its own yet",
         "A client that is silent for so long is lost; what becomes of its bodies is its own choice. Clients "
         "usually announce a lease of their own."},
+    {"standby", CONFIG_YES, FIELD(standby), 0, 0, NULL, "no", "",
+        "one of a pair: whoever is there first is active, the other computes along and takes over",
+        "Give it to both. They find each other over DDS, and need the same release, links and options. The standby "
+        "publishes nothing; when the active one is gone it goes on with the same ids and batch numbers, so that "
+        "subscribers lose nothing and are told nothing twice. Started again, the other one becomes the standby. Alone, "
+        "a daemon waits a second, or five leases, for another one before it is active."},
+    {"standby_lease", CONFIG_NUMBER, FIELD(standby_lease), 0.02, 60, NULL, "0.1", "s",
+        "of a pair: the standby takes over when the active one has given no sign of life for so long",
+        "DDS gives the signs by itself. Short leases fail over fast, and may do so where a busy machine lets the "
+        "active "
+        "one wait: nothing is lost by that, since it then becomes the standby."},
     {"max_clients", CONFIG_WHOLE, FIELD(max_clients), 1, 100000, NULL, "1000", "clients", "clients at once",
         "What exceeds a limit is refused, answered with the reason, counted, and shown in Status, whose "
         "health is then degraded."},

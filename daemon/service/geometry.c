@@ -283,6 +283,16 @@ void geometry_forget(service *s, int64_t client)
     }
 }
 
+wire_reason geometry_restore(service *s, const geometry *bare, wire_refusal *why)
+{
+    geometry g = *bare;
+    bool whole = !g.has;
+    if (whole && build_kind(&g, why) != WIRE_OK) return why->reason;
+    pair_map_put(&s->geometry_of, (uint64_t)g.hash, (uint32_t)s->geometries.count);
+    array_push(&s->geometries, g);
+    return WIRE_OK;
+}
+
 /* The world may look at a removed body's hull until the tick after its removal is over: so this runs after a tick, in
  * which ends have been told. */
 void geometry_sweep(service *s)

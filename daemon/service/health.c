@@ -1,6 +1,7 @@
 /* health: the counters of this process, the Status that carries them, and the page that Prometheus reads. Tick thread.
  */
 #include "health.h"
+#include "standby.h"
 
 #include <inttypes.h>
 #include <stdio.h>
@@ -36,10 +37,19 @@ void health_register(service *s)
     s->count.budget_over = metrics_add(m, "budget_over", "ticks that took more than 1.2 times budget_us");
     s->count.clock_steps = metrics_add(m, "clock_steps", "times that the wall clock was set back");
     s->count.record_failures = metrics_add(m, "record_failures", "records that the disk refused");
+    s->count.takeovers = metrics_add(m, "takeovers", "times that this standby went on for an active daemon");
+    s->count.steps_down = metrics_add(m, "steps_down", "times that this daemon found that another one had taken over");
+    s->count.out_of_step = metrics_add(m, "out_of_step", "times that this standby had to ask for the state anew");
+    s->count.journalled = metrics_add(m, "journalled_ticks", "ticks handed to a standby");
     s->count.busy_ns = metrics_add(m, "busy_ns", "nanoseconds spent in ticks");
     s->count.tick_ns = metrics_add(m, "last_tick_ns", "nanoseconds of the last tick");
     s->count.ticks_on_arrival =
         metrics_add(m, "ticks_on_arrival", "ticks that ran on the thread that poses arrived on, without a hand-over");
+}
+
+const char *health_release(void)
+{
+    return COLLIDED_RELEASE;
 }
 
 static void define(histogram *h, const char *name, const char *help, const double *bounds, size_t count)
@@ -158,6 +168,7 @@ static void describe_links(const service *s, char *text, size_t size)
         s->links[i]->ops->describe(s->links[i], one, sizeof one);
         used += (size_t)snprintf(text + used, size - used, "%s%s", i ? "; " : "", one);
     }
+    if (used < size) standby_describe(s, text + used, size - used);
 }
 
 static void show(service *s, const sheet *t, size_t registered)

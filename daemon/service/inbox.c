@@ -1,6 +1,7 @@
 /* inbox: the commands of one tick. A network has no call order, so one is made: by (client, sequence). Poses of known
  * bodies do not wait here: the newest sequence wins, whatever order they come in. Tick thread. */
 #include "service.h"
+#include "standby.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -21,6 +22,7 @@ void inbox_put(service *s, struct link *from, const wire_message *m)
 void inbox_put_lost(service *s, struct link *from, int64_t client)
 {
     record_lost(s, client);
+    standby_journal_lost(s, from, client);
     letter l = {.link = from, .kind = WIRE_CLIENT, .client = client, .offset = s->inbox.bytes.count};
     for (size_t i = 0; i < s->inbox.letters.count; i++) {
         const letter *other = &s->inbox.letters.at[i];

@@ -10,6 +10,7 @@
 #include "privileges.h"
 #include "replay.h"
 #include "service.h"
+#include "standby.h"
 
 #include <errno.h>
 #include <inttypes.h>
@@ -53,6 +54,7 @@ static void on_message(void *context, struct link *from, const wire_message *m)
     service *s = context;
     wire_refusal why;
     metric_count(s->count.messages_in[m->kind], 1);
+    if (standby_takes(s, from, m)) return;
     if (!steps_admit(s, m, &why)) {
         refuse(s, from, m, &why);
         return;
@@ -62,12 +64,7 @@ static void on_message(void *context, struct link *from, const wire_message *m)
         if (why.reason == WIRE_LIMIT) steps_refused(s, from, m); /* it was the client's own */
         return;
     }
-    session_heard(s, m);
-    if (m->kind != WIRE_QUERY) record_message(s, m);
-    if (m->kind == WIRE_POSE_BATCH)
-        apply_poses(s, from, &m->pose_batch, true);
-    else
-        inbox_put(s, from, m);
+    service_take(s, from, m);
 }
 
 static void on_refused(
@@ -83,12 +80,15 @@ static void on_refused(
 static void on_client_lost(void *context, struct link *from, int64_t client)
 {
     service *s = context;
-    inbox_put_lost(s, from, client);
+    if (!standby_takes_lost(s, from, client)) inbox_put_lost(s, from, client);
 }
 
 static void on_stream_reader(void *context, struct link *from, const char *stream)
 {
-    stream_reader(context, from, stream);
+    service *s = context;
+    if (standby_takes_reader(s, from, stream)) return;
+    standby_journal_reader(s, from, stream);
+    stream_reader(s, from, stream);
 }
 
 static void on_steps_done(void *context, int64_t step)
@@ -189,7 +189,45 @@ static void set_names(service *s)
         snprintf(s->daemon_name, sizeof s->daemon_name, "%s:%d", host, (int)getpid());
     s->started_ns = s->now_ns = clock_wall_ns();
     s->monotonic_ns = clock_monotonic_ns();
-    s->epoch = s->started_ns; /* later daemons have later epochs */
+    s->epoch = wire_new_line(s->started_ns); /* later daemons have later epochs */
+}
+
+static world *make_world(const config *c)
+{
+    world_options options = world_options_default();
+    options.workers = worker_count(c);
+    options.engine = engine_of(c->engine);
+    options.broad = broad_of(c->broad);
+    options.caches = c->caches;
+    options.margin = c->margin;
+    return world_create(&options);
+}
+
+static void free_clients(service *s)
+{
+    stream_free_all(s);
+    session_free_all(s);
+    world_destroy(s->world);
+    geometry_free_all(s);
+    s->inbox.letters.count = s->inbox.bytes.count = s->inbox.waiting = 0;
+}
+
+void service_reset(service *s)
+{
+    free_clients(s);
+    pair_map_init(&s->session_of);
+    pair_map_init(&s->geometry_of);
+    s->world = make_world(&s->config);
+    s->recorded_budget = s->hull_came = s->geometries_loose = false;
+    s->lock_step = (struct lock_step){.members = 0};
+    s->latest_step = (step_mark){0};
+    s->simulation = (simulation_mark){0};
+    s->wall_ahead_ns = s->last_batch = 0;
+    s->lost_count = 0;
+    s->whole = false;
+    s->latest_pose_ns = s->measured_pose_ns = 0;
+    s->tick = s->status_tick = 0;
+    s->events_hash = 0;
 }
 
 server *server_create(const config *c, char *why, size_t why_size)
@@ -209,19 +247,13 @@ server *server_create(const config *c, char *why, size_t why_size)
     health_define(&s->measures);
     set_names(s);
     s->next_heartbeat_ns = INT64_MAX;
-    world_options options = world_options_default();
-    options.workers = worker_count(c);
-    options.engine = engine_of(c->engine);
-    options.broad = broad_of(c->broad);
-    options.caches = c->caches;
-    options.margin = c->margin;
-    s->world = world_create(&options);
+    s->world = make_world(c);
     service_set_budget(s);
     if (c->metrics_port && !s->replaying) s->exporter = exporter_start((uint16_t)c->metrics_port, why, why_size);
     bool exports = s->exporter || !c->metrics_port || s->replaying;
     bool dropped = exports && privileges_drop(c->user, why, why_size) == 0; /* the port above may have needed them */
     /* The recording comes last: what fails before leaves no file. Nothing is taken from the links yet. */
-    if (!dropped || open_links(v, why, why_size) != 0 ||
+    if (!dropped || open_links(v, why, why_size) != 0 || standby_start(s, why, why_size) != 0 ||
         (*c->record && record_start(s, c->record, why, why_size) != 0)) {
         server_destroy(v);
         return NULL;
@@ -233,12 +265,11 @@ void server_destroy(server *v)
 {
     if (!v) return;
     service *s = &v->s;
+    standby_free(s);
     stream_free_all(s);
     for (size_t i = 0; i < s->link_count; i++) link_close(s->links[i]);
     record_stop(s);
-    session_free_all(s);
-    world_destroy(s->world);
-    geometry_free_all(s);
+    free_clients(s);
     wire_memory_destroy(s->inbox.memory);
     array_free(&s->inbox.letters);
     array_free(&s->inbox.bytes);
@@ -295,8 +326,8 @@ static bool due(const server *v)
 {
     const service *s = &v->s;
     if (s->config.rate > 0) return s->monotonic_ns >= v->next_tick_ns;
-    return world_changed(s->world) || s->inbox.letters.count > s->inbox.waiting || waited_long(s) ||
-           s->now_ns >= world_next_due_ns(s->world) || steps_due(s);
+    return world_changed(s->world) || standby_wants_tick(s) || s->inbox.letters.count > s->inbox.waiting ||
+           waited_long(s) || s->now_ns >= world_next_due_ns(s->world) || steps_due(s);
 }
 
 static int64_t earlier(int64_t a, int64_t b)
@@ -311,7 +342,10 @@ static int64_t next_wake_ns(const server *v)
     int64_t now = clock_monotonic_ns(), next = earlier(v->next_status_ns, session_next_lease_ns(s));
     next = earlier(next, earlier(s->next_heartbeat_ns, steps_next_ns(s)));
     next = earlier(next, ready_next_ns(s));
-    if (s->config.rate > 0)
+    if (s->standby) next = earlier(next, standby_next_ns(s));
+    if (standby_waits(s))
+        next = earlier(v->next_status_ns, standby_next_ns(s));
+    else if (s->config.rate > 0)
         next = earlier(next, v->next_tick_ns);
     else if (world_changed(s->world)) /* a budget has left something, or all of it */
         return now + (world_get_figures(s->world).work ? 0 : 1000000);
@@ -372,7 +406,8 @@ static void tell_health(const service *s)
 
 static uint8_t health_now(const service *s)
 {
-    return !s->whole ? WIRE_HEALTH_STARTING : *s->limits ? WIRE_HEALTH_DEGRADED : WIRE_HEALTH_READY;
+    if (!s->whole || standby_waits(s)) return WIRE_HEALTH_STARTING;
+    return *s->limits ? WIRE_HEALTH_DEGRADED : WIRE_HEALTH_READY;
 }
 
 /* A long round is remembered for some time: those that follow are likely to be long, or some of them. */
@@ -383,8 +418,19 @@ static void tick_if_due(server *v, int64_t began_ns)
     if (!due(v)) return;
     if (s->config.rate > 0) v->next_tick_ns = s->monotonic_ns + (int64_t)(1e9 / s->config.rate);
     tick(s);
+    standby_after_tick(s);
     int64_t took = clock_monotonic_ns() - began_ns, left = v->round_ns - v->round_ns / 16;
     v->round_ns = took > left ? took : left;
+}
+
+static void work(server *v, int64_t began_ns)
+{
+    service *s = &v->s;
+    session_check_leases(s); /* after what has come: if this process stood still, its clients did not */
+    set_clock(v);
+    tick_if_due(v, began_ns);
+    stream_heartbeats(s);
+    s->status_due |= !s->whole && ready_check(s);
 }
 
 static void one_round(server *v, const link_sink *sink)
@@ -392,15 +438,13 @@ static void one_round(server *v, const link_sink *sink)
     service *s = &v->s;
     set_clock(v);
     int64_t began_ns = s->monotonic_ns;
-    if (service_clock_back(s)) tick(s); /* before poses by the new time are held against those by the old */
+    /* Before poses by the new time are held against those by the old. */
+    if (service_clock_back(s) && !standby_waits(s)) tick(s);
     for (size_t i = 0; i < s->link_count; i++) s->links[i]->ops->receive(s->links[i], sink);
     notify_alive(&v->manager, s->monotonic_ns);
-    session_check_leases(s); /* after what has come: if this process stood still, its clients did not */
-    set_clock(v);
-    tick_if_due(v, began_ns);
-    stream_heartbeats(s);
-    bool was_whole = s->whole, is_whole = ready_check(s);
-    if (s->monotonic_ns < v->next_status_ns && is_whole == was_whole) return;
+    if (!standby_round(s, sink)) work(v, began_ns);
+    if (s->monotonic_ns < v->next_status_ns && !s->status_due) return;
+    s->status_due = false;
     uint8_t before = s->health;
     publish_status(v, health_now(s));
     if (s->health != before) tell_health(s);
@@ -421,8 +465,8 @@ static bool suits(server *v)
     int64_t pause_ns = clock_monotonic_ns() - v->offered_ns;
     bool is_close = pause_ns < PAUSE_NS || pause_ns < v->round_ns;
     v->close_offers = atomic_exchange(&v->missed, false) ? CLOSE_OFFERS_MAX : is_close ? v->close_offers + 1 : 0;
-    return v->waiting && v->close_offers < CLOSE_OFFERS_MAX && v->round_ns < LONG_ROUND_NS && !(s->config.rate > 0) &&
-           !s->recording && !s->inbox.letters.count;
+    return !s->standby && v->waiting && v->close_offers < CLOSE_OFFERS_MAX && v->round_ns < LONG_ROUND_NS &&
+           !(s->config.rate > 0) && !s->recording && !s->inbox.letters.count;
 }
 
 /* A round of poses alone: it takes no command, so it opens and closes nothing, and ends no client. Poses that have to
@@ -461,8 +505,9 @@ static void end_in_order(server *v)
     service *s = &v->s;
     set_clock(v);
     notify_stopping();
-    if (s->inbox.letters.count) tick(s); /* what came with the signal */
+    if (s->inbox.letters.count && !standby_waits(s)) tick(s); /* what came with the signal */
     record_stop(s);
+    if (standby_hands_over(s)) return;
     publish_status(v, WIRE_HEALTH_STOPPING);
     for (uint32_t i = 0; i < s->streams.count; i++)
         if (s->streams.at[i].live) stream_end(s, i, CAUSE_SHUTDOWN);

@@ -176,6 +176,7 @@ typedef struct counters { /* metrics that the service itself counts */
     metric *rejects_untold, *clients_lost, *duplicates, *batches_out, *events_out, *late_poses, *clock_steps;
     metric *budget_over, *record_failures, *heartbeats, *steps, *steps_missed, *answers, *acks, *tick_ns, *busy_ns;
     metric *ticks_on_arrival;
+    metric *takeovers, *steps_down, *out_of_step, *journalled;
 } counters;
 
 typedef struct lock_step {
@@ -243,10 +244,12 @@ typedef struct service {
     ARRAY(filter_rule) rules;
     wire_log_writer *recording;
     char recording_path[CONFIG_TEXT_MAX];
-    char limits[512];      /* named limits that were reached in the last LIMITS_TOLD_NS */
-    int64_t limit_ns;      /* when the last of them was, monotonic */
-    bool hull_came;        /* since waiting commands were last tried */
-    bool geometries_loose; /* some may have nobody who wants them any more */
+    char limits[512];        /* named limits that were reached in the last LIMITS_TOLD_NS */
+    int64_t limit_ns;        /* when the last of them was, monotonic */
+    bool hull_came;          /* since waiting commands were last tried */
+    bool geometries_loose;   /* some may have nobody who wants them any more */
+    struct standby *standby; /* NULL: not one of a pair */
+    bool status_due;         /* before its time */
     /* What a measurement asks instead of what the clients ask; NULL: nothing. */
     void (*amend_interest)(const void *context, world_interest *def);
     const void *amend_context;
@@ -290,6 +293,8 @@ void geometry_release(service *s, int64_t hash);
 void geometry_forget(service *s, int64_t client); /* what it announced and no body uses may go */
 void geometry_sweep(service *s);                  /* frees what nobody wants; after a tick */
 void geometry_free_all(service *s);
+/* Behind the others, as it was elsewhere: vertices, indices and announcers become its own; `has` NULL: it is whole. */
+wire_reason geometry_restore(service *s, const geometry *bare, wire_refusal *why);
 
 /* inbox.c */
 void inbox_put(service *s, struct link *from, const wire_message *m);
@@ -357,7 +362,8 @@ void service_set_budget(service *s);                                  /* of the 
 void service_replay_budget(service *s, bool budgeted, uint64_t work); /* of the tick that is replayed next */
 void service_tick(service *s);                                        /* of number s->tick, at s->now_ns */
 bool service_clock_back(const service *s); /* the wall clock was set back since the last tick: one is due */
-void service_tell_broad(service *s);       /* logs the broad phase that stands, if the log says another one */
+void service_take(service *s, struct link *from, const wire_message *m); /* a command that is admitted */
+void service_tell_broad(service *s); /* logs the broad phase that stands, if the log says another one */
 
 /* ready.c: is the world whole? */
 void ready_begin(service *s);            /* the links are open; it is not */
@@ -365,10 +371,14 @@ void ready_announced(service *s);        /* something that the world did not hav
 bool ready_check(service *s);            /* false: not yet, and `settling` says why. Once true, always */
 int64_t ready_next_ns(const service *s); /* when to check again, monotonic; INT64_MAX: never */
 
+/* server.c */
+void service_reset(service *s); /* clients and world are gone as if they had never been; the links stay */
+
 /* health.c */
 void health_define(measures *m);
 void health_register(service *s);
 void health_publish(service *s);
+const char *health_release(void);
 
 /* record.c, record_state.c */
 void record_state(service *s); /* all that is announced now, as if it came anew */

@@ -6,6 +6,7 @@
  * member that misses a step by the clock is let miss it by a message in its name, which is recorded like those that
  * come. */
 #include "service.h"
+#include "standby.h"
 
 #include "base/log.h"
 
@@ -201,6 +202,7 @@ void steps_refused(service *s, struct link *from, const wire_message *m)
             .positions = {3, nowhere},
             .orientations = {4, unturned}}};
     record_message(s, &mark);
+    standby_journal_message(s, from, &mark);
     apply_poses(s, from, &mark.pose_batch, true); /* as in a replay */
 }
 
@@ -311,6 +313,7 @@ static void miss(service *s, session *c)
             .version = WIRE_VERSION, .client = c->client, .sequence = STEP_IN_ITS_NAME, .step = s->lock_step.waited}};
     c->idle = true;
     record_message(s, &m);
+    standby_journal_message(s, c->link, &m);
     apply_poses(s, c->link, &m.pose_batch, true); /* as in a replay */
 }
 

@@ -2,6 +2,7 @@
 #include "base/clock.h"
 #include "base/log.h"
 #include "service.h"
+#include "standby.h"
 
 /* Rare: where auto changes its mind, it does so with hysteresis. */
 void service_tell_broad(service *s)
@@ -69,6 +70,19 @@ static void follow_clock(service *s)
 
 /* ---- the tick ---- */
 
+void service_take(service *s, struct link *from, const wire_message *m)
+{
+    session_heard(s, m);
+    if (m->kind != WIRE_QUERY) {
+        record_message(s, m);
+        standby_journal_message(s, from, m);
+    }
+    if (m->kind == WIRE_POSE_BATCH)
+        apply_poses(s, from, &m->pose_batch, true);
+    else
+        inbox_put(s, from, m);
+}
+
 /* Queries wait in the inbox like commands, and are answered from the world as the tick leaves it. */
 void service_tick(service *s)
 {
@@ -80,6 +94,7 @@ void service_tick(service *s)
     service_tell_broad(s);
     s->events_hash = batches.hash;
     record_events(s, &batches);
+    standby_journal_tick(s); /* before anybody is told: what readers have been told, the standby knows */
     if (s->on_batches) s->on_batches(s->on_batches_context, &batches);
     stream_publish(s, &batches);
     session_send_acks(s);

@@ -35,7 +35,7 @@ uint32_t world_find_body(const world *w, const char *name)
     return id == PAIR_MAP_NONE ? WORLD_NONE : id;
 }
 
-static void name_add(world *w, uint32_t body)
+void body_add_name(world *w, uint32_t body)
 {
     uint32_t taken;
     uint64_t key = name_key(w, w->bodies.at[body].name, &taken);
@@ -51,7 +51,7 @@ static void name_drop(world *w, const char *name)
     for (key = key + 1 ? key + 1 : 1;; key = key + 1 ? key + 1 : 1) {
         id = pair_map_remove(&w->names, key);
         if (id == PAIR_MAP_NONE) return;
-        name_add(w, id);
+        body_add_name(w, id);
     }
 }
 
@@ -247,7 +247,7 @@ void body_mark_dirty(world *w, uint32_t id, bool refilter)
 }
 
 /* As array_reserve does, but each body begins a cache line. */
-static void body_reserve(world *w, size_t need)
+void body_reserve(world *w, size_t need)
 {
     if (need <= w->bodies.capacity) return;
     size_t capacity = need < 2 * w->bodies.capacity ? 2 * w->bodies.capacity : need;
@@ -300,7 +300,7 @@ world_status world_put_body(world *w, uint32_t *id, const world_body *def)
     body_settle_shapes(w, b);
     if (is_new) {
         b->name = base_strdup(def->name);
-        name_add(w, *id);
+        body_add_name(w, *id);
     } else if (!same_filter(b, def)) {
         b->ruled_tick = w->figures.ticks + 1;
     }

@@ -229,9 +229,11 @@ struct world {
 _Static_assert(offsetof(body, before_ns) == 184, "what a pose touches is three cache lines");
 
 /* body.c */
-void body_settle_dirty(world *w);        /* new boxes and filters into the broad phase */
-void body_arrive(world *w, uint32_t id); /* where it is, it was at the last tick */
+void body_reserve(world *w, size_t need); /* room for so many in w->bodies */
+void body_settle_dirty(world *w);         /* new boxes and filters into the broad phase */
+void body_arrive(world *w, uint32_t id);  /* where it is, it was at the last tick */
 void body_reap(world *w);
+void body_add_name(world *w, uint32_t id);          /* to be found by it */
 void solid_free(solid *s);                          /* what it owns */
 int64_t body_age_ns(const world *w, const body *b); /* in this tick */
 int64_t body_age_at(const body *b, int64_t now_ns);

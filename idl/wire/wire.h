@@ -9,6 +9,7 @@
 #ifndef COLLIDED_WIRE_WIRE_H
 #define COLLIDED_WIRE_WIRE_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -342,7 +343,7 @@ typedef struct wire_event_batch {
     int32_t version;
     int64_t client; /* of the interest */
     int32_t interest;
-    int64_t epoch; /* changes when the daemon restarts */
+    int64_t epoch; /* changes when the daemon restarts, or its standby takes over: see wire_same_line */
     int64_t batch; /* number of the batch on this stream, from 1, without gaps */
     int64_t tick;
     int64_t stamp_ns;       /* when the tick ran */
@@ -482,6 +483,19 @@ const char *wire_reason_name(wire_reason reason); /* "wrong_version", ... */
 
 /* Client and sequence of a message (0 where it has none), and its body or interest (-1 if none): for Ack and Reject. */
 void wire_origin(const wire_message *m, int64_t *client, int64_t *sequence, int32_t *object);
+
+/* An epoch is the time of the daemon's start but for its last 16 bits, which count how often its standby took over:
+ * epochs that differ in these alone are of one line, in which streams go on, and whatever came under a lower one is not
+ * to be believed any more once a higher one was heard. */
+enum { WIRE_LINE_BITS = 16 };
+static inline int64_t wire_new_line(int64_t start_ns)
+{
+    return start_ns >> WIRE_LINE_BITS << WIRE_LINE_BITS;
+}
+static inline bool wire_same_line(int64_t a, int64_t b)
+{
+    return a >> WIRE_LINE_BITS == b >> WIRE_LINE_BITS && a != 0 && b != 0;
+}
 
 /* 64-bit content hash of a whole geometry (FNV-1a over kind, counts and the numbers' bytes, little-endian); not 0. */
 int64_t wire_geometry_hash(uint8_t kind, wire_f64s vertices, wire_i32s indices);

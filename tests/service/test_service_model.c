@@ -8,6 +8,7 @@
 #include "cell.h"
 #include "service/server.h"
 #include "service/service.h"
+#include "service/standby.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -22,7 +23,7 @@ typedef enum life { UNSEEN, OPEN, OVER } life;
 
 typedef struct told { /* of one stream */
     bool live;        /* a batch has come, and not the last one */
-    int64_t batch;
+    int64_t batch, tick;
     size_t open;
     bool was_live;      /* before the snapshot that is coming in parts ... */
     size_t in_snapshot; /* ... and how many it has so far */
@@ -31,14 +32,29 @@ typedef struct told { /* of one stream */
 typedef struct thing { /* a body as its owner would announce it now */
     double place[3], half;
     bool box, odd;
+    enum { PLAIN, HULL, MESH, COMPOUND, MAKES } make; /* of a pair's bodies: what travels to a standby, too */
     uint64_t filter;
 } thing;
+
+typedef struct another { /* the standby of a pair */
+    server *server;
+    service *service;
+    link_sink sink;
+    memory_end *end;
+    link_ops ops; /* of the memory link, and the test's own pair */
+} another;
 
 typedef struct model {
     server *server;
     service *service;
     link_sink sink;
     memory_end *end;
+    bool paired;
+    another standby;      /* its service is NULL: there is none */
+    link_ops ops;         /* of the active one, when paired */
+    int64_t joins_ns;     /* when there is one again */
+    bool unsure[STREAMS]; /* a standby has taken over, and has not told where the stream goes on */
+    size_t takeovers, told_again;
     wire_memory *memory;
     uint64_t random;
     int64_t now_ns, epoch, sequences[OWNERS + 1];
@@ -123,8 +139,16 @@ static void learn_batch(model *m, const wire_event_batch *b)
     int number = b->stream[0] - '0';
     told *t = &m->streams[number];
     assert_int_equal(b->epoch, m->epoch);
+    bool anew = !t->live && b->snapshot && b->batch == 1, same = b->tick == t->tick && b->batch <= t->batch && !anew;
+    if (m->unsure[number] && !b->heartbeat && (b->tick < t->tick || same)) {
+        m->told_again++;
+        return;
+    }
     if (b->heartbeat) {
-        assert_true(t->live && b->batch == t->batch);
+        m->unsure[number] = false;
+        if (!t->live || b->batch != t->batch)
+            fail_msg("take-over %zu: a heartbeat of stream %d with batch %lld after %lld, which is %s", m->takeovers,
+                number, (long long)b->batch, (long long)t->batch, t->live ? "open" : "closed");
         m->heartbeats++;
         return;
     }
@@ -138,6 +162,7 @@ static void learn_batch(model *m, const wire_event_batch *b)
     bool closed = b->closing && b->part + 1 == b->parts;
     t->live = !closed;
     t->batch = b->batch;
+    t->tick = b->tick;
     if (closed) assert_int_equal(t->open, 0);
 }
 
@@ -148,7 +173,99 @@ static void learn(model *m)
         if (message.kind == WIRE_EVENT_BATCH) learn_batch(m, &message.event_batch);
 }
 
+/* ---- what the daemons of a pair say to each other: in order, and at once ---- */
+
+enum { PAIR = 2, RECORDS_MAX = 64 };
+typedef struct said {
+    peer_card cards[RECORDS_MAX];
+    size_t card_count;
+    struct {
+        int64_t sender;
+        uint8_t kind, *bytes;
+        size_t size;
+    } records[RECORDS_MAX];
+    size_t record_count;
+} said;
+static struct {
+    const struct link *members[PAIR];
+    peer_card last[PAIR]; /* their own cards */
+    said to[PAIR];
+} between;
+
+static int member(const struct link *l)
+{
+    return l == between.members[1];
+}
+
+static int peer_join(struct link *l, int64_t lease_ns)
+{
+    (void)lease_ns;
+    int mine = between.members[0] != NULL;
+    between.members[mine] = l;
+    if (between.members[!mine] && between.last[!mine].alive)
+        between.to[mine].cards[between.to[mine].card_count++] = between.last[!mine];
+    return 0;
+}
+
+static void peer_say(struct link *l, const peer_card *card)
+{
+    int mine = member(l);
+    said *to = &between.to[!mine];
+    between.last[mine] = *card;
+    between.last[mine].alive = true;
+    if (!between.members[!mine]) return;
+    assert_true(to->card_count < RECORDS_MAX);
+    to->cards[to->card_count++] = between.last[mine];
+}
+
+static bool peer_send(struct link *l, int64_t sender, uint8_t kind, const uint8_t *bytes, size_t size)
+{
+    said *to = &between.to[!member(l)];
+    if (!between.members[!member(l)]) return true;
+    assert_true(to->record_count < RECORDS_MAX);
+    uint8_t *copy = malloc(size + 1);
+    if (size) memcpy(copy, bytes, size);
+    to->records[to->record_count].sender = sender;
+    to->records[to->record_count].kind = kind;
+    to->records[to->record_count].bytes = copy;
+    to->records[to->record_count++].size = size;
+    return true;
+}
+
+static void peer_receive(struct link *l, const peer_sink *sink)
+{
+    said from = between.to[member(l)];
+    between.to[member(l)] = (said){.card_count = 0};
+    for (size_t i = 0; i < from.card_count; i++) sink->card(sink->context, &from.cards[i]);
+    for (size_t i = 0; i < from.record_count; i++) {
+        sink->record(
+            sink->context, from.records[i].sender, from.records[i].kind, from.records[i].bytes, from.records[i].size);
+        free(from.records[i].bytes);
+    }
+}
+
+static const peer_ops PEERS = {peer_join, peer_say, peer_send, peer_receive};
+
+/* The other one hears that it is gone, and of what it said before. */
+static void peer_dies(const struct link *l)
+{
+    int mine = member(l);
+    said *to = &between.to[!mine];
+    between.last[mine].alive = false;
+    to->cards[to->card_count++] = between.last[mine];
+    for (size_t i = 0; i < between.to[mine].record_count; i++) free(between.to[mine].records[i].bytes);
+    between.to[mine] = (said){.card_count = 0};
+    between.members[mine] = NULL;
+}
+
 /* ---- what clients say ---- */
+
+/* A network brings it to both. */
+static void send(const model *m, const wire_message *w)
+{
+    memory_send(m->end, w);
+    if (m->standby.end) memory_send(m->standby.end, w);
+}
 
 static bool speaks(const model *m, int client)
 {
@@ -165,7 +282,60 @@ static void hello(model *m, int client, bool leaves)
             .on_loss = (uint8_t)(client % 3),
             .lease_ns = LEASE_NS,
             .name = "model"}};
-    if (speaks(m, client)) memory_send(m->end, &c);
+    if (speaks(m, client)) send(m, &c);
+}
+
+static const double CORNERS[18] = {
+    0.3, 0, 0, -0.3, 0, 0, 0, 0.3, 0, 0, -0.3, 0, 0, 0, 0.3, 0, 0, -0.3}; /* an octahedron */
+static const int32_t SIDES[24] = {0, 2, 4, 2, 1, 4, 1, 3, 4, 3, 0, 4, 2, 0, 5, 1, 2, 5, 3, 1, 5, 0, 3, 5};
+
+/* Told with each body that is made of it: whoever announced it before may be gone. */
+static int64_t announce_octahedron(model *m, int client, bool mesh)
+{
+    const wire_f64s vertices = {18, CORNERS};
+    const wire_i32s indices = {mesh ? 24 : 0, SIDES};
+    const uint8_t kind = mesh ? WIRE_GEOMETRY_MESH : WIRE_GEOMETRY_HULL;
+    wire_message g = {.kind = WIRE_GEOMETRY,
+        .geometry = {.version = WIRE_VERSION,
+            .client = client + 1,
+            .sequence = ++m->sequences[client],
+            .kind = kind,
+            .hash = wire_geometry_hash(kind, vertices, indices),
+            .vertex_numbers = 18,
+            .index_numbers = (int32_t)indices.count,
+            .pieces = 1,
+            .vertices = vertices,
+            .indices = indices}};
+    if (speaks(m, client)) send(m, &g);
+    return g.geometry.hash;
+}
+
+/* In place of a sphere or a box. */
+static void make_of(model *m, int client, int make, wire_body *b)
+{
+    static uint8_t types[3];
+    static int64_t geometries[3];
+    static double sizes[9], radii[3], poses[21];
+    bool compound = make == COMPOUND;
+    uint32_t n = compound ? 3 : 1, first = compound;
+    for (uint32_t i = 0; i < n; i++) {
+        types[i] = WIRE_SHAPE_BOX;
+        geometries[i] = 0;
+        radii[i] = 0;
+        for (int k = 0; k < 3; k++) sizes[3 * i + (uint32_t)k] = 0.1;
+        memcpy(poses + 7 * i, (double[7]){0, 0.2 * i, 0, 0.9, 0.1, 0.3, 0}, 7 * sizeof(double));
+    }
+    types[first] = make == MESH ? WIRE_SHAPE_MESH : WIRE_SHAPE_HULL;
+    geometries[first] = announce_octahedron(m, client, make == MESH);
+    for (int k = 0; k < 3; k++) sizes[3 * first + (uint32_t)k] = 0;
+    if (compound) types[0] = WIRE_SHAPE_COMPOUND;
+    if (compound) memcpy(sizes, (double[3]){2, 0, 0}, 3 * sizeof(double));
+    b->shape_types = (wire_u8s){n, types};
+    b->shape_geometries = (wire_i64s){n, geometries};
+    b->shape_sizes = (wire_f64s){3 * n, sizes};
+    b->shape_radii = (wire_f64s){n, radii};
+    b->shape_poses = (wire_f64s){7 * n, poses};
+    b->ccd = 0;
 }
 
 static void put_body(model *m, int client, int32_t body)
@@ -205,7 +375,8 @@ static void put_body(model *m, int client, int32_t body)
             .rule_reasons = {rules, reason},
             .rule_paddings = {rules, padding},
             .rule_margins = {rules, padding}}};
-    if (speaks(m, client)) memory_send(m->end, &b);
+    if (t->make != PLAIN) make_of(m, client, t->make, &b.body);
+    if (speaks(m, client)) send(m, &b);
 }
 
 static void resize(model *m, int client, int32_t body)
@@ -213,6 +384,7 @@ static void resize(model *m, int client, int32_t body)
     thing *t = &m->things[client][body];
     t->box = next(m) % 2;
     t->half = uniform(m, 0.1, 0.4);
+    if (m->paired) t->make = next(m) % (2 * MAKES) < MAKES ? PLAIN : next(m) % MAKES;
     put_body(m, client, body);
 }
 
@@ -234,7 +406,7 @@ static void remove_body(model *m, int client, int32_t body)
             .removed = 1,
             .name = "",
             .group = ""}};
-    if (speaks(m, client)) memory_send(m->end, &b);
+    if (speaks(m, client)) send(m, &b);
 }
 
 /* Three in four go a little way about a place of their own; some rest; some jump. */
@@ -254,7 +426,7 @@ static void move(model *m, int client, int32_t body, bool teleports)
             .positions = {3, p},
             .orientations = {4, orientation},
             .teleports = {teleports, teleport}}};
-    if (speaks(m, client)) memory_send(m->end, &b);
+    if (speaks(m, client)) send(m, &b);
 }
 
 /* Streams of one subscriber, but for the last one, which is an owner's. */
@@ -285,23 +457,116 @@ static void subscribe(model *m, int k, bool removed)
             .horizon_s = k == 4 ? 0.2 : 0,
             .rate_hz = k == 2 || k == 3 ? 20 : 0}};
     if (!speaks(m, client)) return;
-    memory_send(m->end, &i);
+    send(m, &i);
     m->wanted[k] = !removed;
 }
 
 /* ---- the daemon ---- */
 
-static void tick(model *m)
+static void pair_up(service *s, link_ops *ops)
+{
+    char why[256];
+    *ops = *s->links[0]->ops;
+    ops->peers = &PEERS;
+    s->links[0]->ops = ops;
+    s->config.standby = true;
+    if (standby_start(s, why, sizeof why) != 0) fail_msg("%s", why);
+}
+
+/* The active one says so. */
+static bool has_standby(const service *s)
+{
+    char text[256];
+    standby_describe(s, text, sizeof text);
+    return strstr(text, "hot standby") != NULL;
+}
+
+static void round_of_standby(model *m)
+{
+    service *b = m->standby.service;
+    wire_message none;
+    if (!b) return;
+    b->now_ns = b->monotonic_ns = m->now_ns;
+    b->links[0]->ops->receive(b->links[0], &m->standby.sink);
+    assert_true(standby_round(b, &m->standby.sink));
+    assert_int_equal(metric_get(b->count.out_of_step), 0); /* each tick came out the same */
+    wire_memory_reset(m->memory);
+    assert_false(memory_receive(m->standby.end, m->memory, &none)); /* it says nothing */
+}
+
+static void tick_once(model *m)
 {
     service *s = m->service;
     m->now_ns += TICK_NS;
     s->now_ns = s->monotonic_ns = m->now_ns;
     s->links[0]->ops->receive(s->links[0], &m->sink);
+    assert_false(standby_round(s, &m->sink));
     session_check_leases(s);
     s->tick++;
     service_tick(s);
+    standby_after_tick(s);
     stream_heartbeats(s);
+}
+
+static void start_standby(model *m)
+{
+    char why[256];
+    another *b = &m->standby;
+    config c = cell_config();
+    c.heartbeat = 0.05;
+    snprintf(c.links, sizeof c.links, "memory://%s", strstr(m->service->config.links, "cell") ? "other" : "cell");
+    b->server = server_create(&c, why, sizeof why);
+    if (!b->server) fail_msg("%s", why);
+    b->service = server_service(b->server);
+    b->sink = server_sink(b->server);
+    b->end = memory_connect(c.links + strlen("memory://"));
+    b->service->monotonic_ns = m->now_ns;
+    pair_up(b->service, &b->ops);
+}
+
+/* The active one is gone in the middle of what clients say: between its last tick and the next. */
+static void fail_over(model *m)
+{
+    another *b = &m->standby;
+    if (next(m) % 2) { /* the tick was done, and its journal came, but nobody was told */
+        wire_message lost;
+        tick_once(m);
+        for (wire_memory_reset(m->memory); memory_receive(m->end, m->memory, &lost);) wire_memory_reset(m->memory);
+        assert_true(true);
+    }
+    peer_dies(m->service->links[0]);
+    memory_disconnect(m->end);
+    server_destroy(m->server);
+    m->now_ns += TICK_NS;
+    b->service->now_ns = b->service->monotonic_ns = m->now_ns;
+    b->service->links[0]->ops->receive(b->service->links[0], &b->sink);
+    assert_false(standby_round(b->service, &b->sink));
+    m->server = b->server;
+    m->service = b->service;
+    m->sink = b->sink;
+    m->end = b->end;
+    m->ops = b->ops;
+    m->service->links[0]->ops = &m->ops;
+    *b = (another){.server = NULL};
+    assert_true(m->service->epoch == m->epoch + 1);
+    m->epoch++;
+    m->takeovers++;
+    for (int k = 0; k < STREAMS; k++) m->unsure[k] = true;
     learn(m);
+    m->joins_ns = m->now_ns + (int64_t)(next(m) % 200) * TICK_NS;
+}
+
+static void tick(model *m)
+{
+    tick_once(m);
+    round_of_standby(m);
+    if (m->standby.service) assert_false(standby_round(m->service, &m->sink)); /* what was held goes out */
+    learn(m);
+    if (!m->paired) return;
+    if (!m->standby.service && m->now_ns >= m->joins_ns)
+        start_standby(m);
+    else if (m->standby.service && has_standby(m->service) && next(m) % 64 == 0)
+        fail_over(m);
 }
 
 static void announce(model *m)
@@ -323,6 +588,14 @@ static void start(model *m)
     m->service = server_service(m->server);
     m->sink = server_sink(m->server);
     m->end = memory_connect("cell");
+    if (m->paired) { /* alone for long enough, it is active */
+        m->service->monotonic_ns = m->now_ns;
+        pair_up(m->service, &m->ops);
+        m->service->monotonic_ns += 2000000000;
+        assert_false(standby_round(m->service, &m->sink));
+        m->joins_ns = m->now_ns;
+    }
+    memset(m->unsure, 0, sizeof m->unsure);
     assert_true(m->service->epoch > m->epoch);
     m->epoch = m->service->epoch;
     memset(m->state, 0, IDS_MAX);
@@ -334,6 +607,14 @@ static void start(model *m)
 /* In order: everything has ended, and is told so. Otherwise what was told is void with the epoch. */
 static void stop(model *m, bool in_order)
 {
+    if (m->standby.server) { /* first: otherwise it would take over */
+        peer_dies(m->standby.service->links[0]);
+        memory_disconnect(m->standby.end);
+        server_destroy(m->standby.server);
+        m->standby = (another){.server = NULL};
+        assert_false(standby_round(m->service, &m->sink));
+        learn(m);
+    }
     if (in_order) {
         server_stop(m->server);
         assert_int_equal(server_run(m->server), 0);
@@ -341,6 +622,8 @@ static void stop(model *m, bool in_order)
         for (int k = 0; k < STREAMS; k++) assert_true(!m->streams[k].live && m->streams[k].open == 0);
     }
     m->crashes += !in_order;
+    if (m->paired) peer_dies(m->service->links[0]);
+    if (m->paired) memset(&between, 0, sizeof between);
     memory_disconnect(m->end);
     server_destroy(m->server);
 }
@@ -396,11 +679,10 @@ static void operate(model *m)
 }
 
 /* 10^6 operations; with COLLIDED_NIGHTLY=1 in the environment 10^7, with COLLIDED_BRIEF=1 5 x 10^4. */
-static void each_contact_begins_once_and_ends_once_whatever_ends_it(void **state)
+static void play(bool paired, long operations)
 {
-    (void)state;
-    long operations = getenv("COLLIDED_NIGHTLY") ? 10000000 : getenv("COLLIDED_BRIEF") ? 50000 : 1000000;
     model m = {.memory = wire_memory_create(),
+        .paired = paired,
         .random = 7,
         .now_ns = 1000000000000,
         .state = calloc(IDS_MAX, 1),
@@ -419,6 +701,7 @@ static void each_contact_begins_once_and_ends_once_whatever_ends_it(void **state
     }
     tick(&m);
     stop(&m, true);
+    if (paired) print_message("%zu take-overs, %zu batches told again; ", m.takeovers, m.told_again);
     print_message("%ld operations, %zu daemons: %zu begun, %zu ended, %zu snapshots, %zu heartbeats; ended by",
         operations, m.lives, m.begun, m.over, m.snapshots, m.heartbeats);
     static const char *const CAUSES[] = {
@@ -434,10 +717,25 @@ static void each_contact_begins_once_and_ends_once_whatever_ends_it(void **state
     wire_memory_destroy(m.memory);
 }
 
+static void each_contact_begins_once_and_ends_once_whatever_ends_it(void **state)
+{
+    (void)state;
+    play(false, getenv("COLLIDED_NIGHTLY") ? 10000000 : getenv("COLLIDED_BRIEF") ? 50000 : 1000000);
+}
+
+/* The same of a pair: at random moments the active one is gone, and before or after another one takes over the state.
+ */
+static void so_it_does_when_a_standby_takes_over(void **state)
+{
+    (void)state;
+    play(true, getenv("COLLIDED_NIGHTLY") ? 3000000 : getenv("COLLIDED_BRIEF") ? 50000 : 300000);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(each_contact_begins_once_and_ends_once_whatever_ends_it),
+        cmocka_unit_test(so_it_does_when_a_standby_takes_over),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -39,7 +39,7 @@ doctor_finding check_daemon(doctor *d)
         finding_problem("none was heard on %s within %g s", d->options.uri, d->options.timeout_s), "%s", command);
 }
 
-/* Nothing ranks daemons in this release: any two are of equal strength. */
+/* A hot standby publishes nothing, so it is not among those that are heard; any two that are, are of equal strength. */
 doctor_finding check_single(doctor *d)
 {
     const ear_daemon *other = NULL;
@@ -51,6 +51,8 @@ doctor_finding check_single(doctor *d)
         count++;
         if (e != d->daemon) other = e;
     }
+    const char *standby = strstr(d->daemon->links, "hot standby: ");
+    if (!other && standby) return finding_ok("it is active, with a %s", standby);
     if (!other) return finding_ok("it is alone");
     command_end(other, command);
     return finding_mend(

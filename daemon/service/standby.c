@@ -1,0 +1,631 @@
+/* standby: who of a pair is active, and what becomes of it. A daemon is joining until it has heard of an active one and
+ * taken over its state (then it is the standby), or of nobody (then it is active). Two that join at once: the one that
+ * began first is active; of two that are active, which happens when one of them only stood still or the network was
+ * parted, the one of the lower epoch steps down. Tick thread. */
+#include "standby.h"
+
+#include "base/clock.h"
+#include "base/log.h"
+#include "standby_parts.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const int64_t ALONE_NS = 1000000000;     /* who has not heard of another for so long is alone; at least ... */
+static const int64_t ALONE_LEASES = 5;          /* ... so many leases */
+static const int64_t ASK_AGAIN_NS = 500000000;  /* for a state */
+static const int64_t FOLLOWED_NS = 10000000000; /* a peer that was alive may be back: it is still written for */
+static const int64_t SLOW_LEASES = 3;
+
+uint8_t standby_place_of(const service *s, const struct link *l)
+{
+    uint8_t place = 0;
+    while (place < s->link_count && s->links[place] != l) place++;
+    return place;
+}
+
+bool standby_waits(const service *s)
+{
+    return s->standby && s->standby->card.role != PEER_ACTIVE;
+}
+
+/* ---- peers ---- */
+
+static void say(service *s, peer_role role)
+{
+    struct standby *p = s->standby;
+    p->said_ns = s->monotonic_ns;
+    p->card.role = (uint8_t)role;
+    p->card.epoch = role == PEER_JOINING ? 0 : s->epoch;
+    p->link->ops->peers->say(p->link, &p->card);
+}
+
+static peer_card *peer_of(struct standby *p, int64_t sender)
+{
+    for (size_t i = 0; i < p->peers.count; i++)
+        if (p->peers.at[i].sender == sender) return &p->peers.at[i];
+    return NULL;
+}
+
+/* Alive, of our release, and in that role. */
+static const peer_card *peer_in_role(const struct standby *p, peer_role role)
+{
+    for (size_t i = 0; i < p->peers.count; i++) {
+        const peer_card *c = &p->peers.at[i];
+        if (c->alive && c->role == role && strcmp(c->release, p->card.release) == 0) return c;
+    }
+    return NULL;
+}
+
+/* Alive and in that role, of whatever release. */
+static bool has_other(const struct standby *p, peer_role role)
+{
+    for (size_t i = 0; i < p->peers.count; i++)
+        if (p->peers.at[i].alive && p->peers.at[i].role == role) return true;
+    return false;
+}
+
+/* Another one that waits like us, and began before us. */
+static const peer_card *has_precedence(const struct standby *p, peer_role role)
+{
+    for (size_t i = 0; i < p->peers.count; i++) {
+        const peer_card *c = &p->peers.at[i];
+        if (c->alive && c->role == role && c->sender < p->card.sender) return c;
+    }
+    return NULL;
+}
+
+/* In step with us: what we tell is held until it has it. */
+static const peer_card *follower(const service *s)
+{
+    struct standby *p = s->standby;
+    return p->follower && p->card.role == PEER_ACTIVE ? peer_of(p, p->follower) : NULL;
+}
+
+static bool may_follow(const service *s, const peer_card *c)
+{
+    return c->alive && c->role == PEER_STANDBY && c->epoch == s->epoch && c->sender != s->standby->dropped;
+}
+
+/* It is told so by the journal, in which it finds that before it can miss anything. */
+static void lose_follower(service *s, const char *why)
+{
+    struct standby *p = s->standby;
+    const peer_card *f = follower(s);
+    log_notice("%s %s", f ? f->name : "the standby", why);
+    p->dropped = p->follower;
+    p->link->ops->peers->send(
+        p->link, p->card.sender, JOURNAL_DROPPED, (const uint8_t *)&p->dropped, sizeof p->dropped);
+    p->follower = 0;
+    p->sure = false;
+    open_links_again(s);
+    s->status_due = true;
+}
+
+/* Of several the one that began first: it has precedence among themselves, too. */
+static void find_follower(service *s)
+{
+    struct standby *p = s->standby;
+    const peer_card *first = follower(s);
+    if (p->follower && !(first && may_follow(s, first)))
+        lose_follower(s, "is no standby any more: lost, or out of step");
+    if (p->follower) return;
+    first = NULL;
+    for (size_t i = 0; i < p->peers.count; i++) {
+        const peer_card *c = &p->peers.at[i];
+        if (may_follow(s, c) && (!first || c->sender < first->sender)) first = c;
+    }
+    if (!first) return;
+    p->follower = first->sender;
+    p->sure_tick = p->journalled_tick;
+    p->had_tick = 0; /* it will say */
+    p->sure = false;
+    hold_links(s);
+}
+
+/* ---- going over into another role ---- */
+
+/* Nothing is left of what was: its state is the other one's, and comes from there. */
+static void begin_anew(service *s)
+{
+    struct standby *p = s->standby;
+    mute_links(s);
+    record_stop(s);
+    service_reset(s);
+    kept_clear(&p->kept);
+    for (int i = 0; i < 2; i++) p->batches[i].list.count = p->batches[i].bytes.count = 0;
+    p->journal.count = 0;
+    p->active = p->asked_ns = p->waiting_ns = p->follower = p->dropped = 0;
+    p->in_step = p->out_of_step = p->state_wanted = p->left = p->followed = p->sure = false;
+    p->journalled_tick = p->had_tick = 0;
+    p->began_ns = s->monotonic_ns;
+    say(s, PEER_JOINING);
+}
+
+/* Those that our own links have not heard are given a lease's time. */
+static void rebase_clocks(service *s)
+{
+    for (size_t i = 0; i < s->sessions.count; i++) {
+        session *c = s->sessions.at[i];
+        c->heard_ns = s->monotonic_ns;
+        c->messages = c->poses = c->rejects = (flow){0};
+        if (!kept_is_alive(&s->standby->kept, c->client)) c->announced = false;
+    }
+    for (size_t i = 0; i < s->streams.count; i++) s->streams.at[i].told_ns = 0;
+    for (size_t i = 0; i < s->inbox.letters.count; i++) s->inbox.letters.at[i].since_ns = s->monotonic_ns;
+    s->next_heartbeat_ns = 0;
+    s->lock_step.since_ns = 0;
+    s->wall_ahead_ns = 0; /* by another clock */
+    s->began_ns = s->announced_ns = s->monotonic_ns;
+    s->rejects = (flow){0};
+    s->limit_ns = s->monotonic_ns;
+    s->limits[0] = '\0';
+}
+
+static void become_active(service *s, const link_sink *sink, const char *why)
+{
+    struct standby *p = s->standby;
+    bool goes_on = p->in_step;
+    s->epoch = goes_on ? s->epoch + 1 : wire_new_line(clock_wall_ns());
+    service_set_budget(s);
+    if (!goes_on) ready_begin(s);
+    say(s, PEER_ACTIVE);
+    open_links_again(s);
+    rebase_clocks(s);
+    if (goes_on) mute_publish_again(s);
+    stream_heartbeats(s);
+    s->status_due = true;
+    p->in_step = p->left = p->followed = false;
+    p->active = p->waiting_ns = 0;
+    p->journalled_tick = p->had_tick = s->tick;
+    size_t kept = p->kept.messages.count;
+    kept_apply(s, sink, s->monotonic_ns - 3 * p->lease_ns);
+    if (goes_on)
+        log_notice("%s: this standby is active now, and goes on from tick %" PRId64 ", epoch %" PRId64
+                   "; %zu messages were not in the journal",
+            why, s->tick, s->epoch, kept);
+    else
+        log_notice("%s: this daemon is active, epoch %" PRId64, why, s->epoch);
+    metric_count(s->count.takeovers, goes_on);
+}
+
+static void step_down(service *s, const peer_card *other)
+{
+    log_warning("%s has taken over (epoch %" PRId64 ", ours was %" PRId64
+                "): this daemon steps down, and what it published since is not believed by anybody who has heard of it",
+        other->name, other->epoch, s->epoch);
+    metric_count(s->count.steps_down, 1);
+    s->health = WIRE_HEALTH_STOPPING; /* of the old epoch */
+    health_publish(s);
+    for (size_t i = 0; i < s->link_count; i++) s->links[i]->ops->flush(s->links[i]);
+    begin_anew(s);
+}
+
+/* ---- what the other one says ---- */
+
+static bool has_taken_over(const service *s, const peer_card *c)
+{
+    if (!c->alive || c->role != PEER_ACTIVE) return false;
+    if (wire_same_line(c->epoch, s->epoch) && c->epoch != s->epoch) return c->epoch > s->epoch;
+    return c->sender < s->standby->card.sender;
+}
+
+/* One that is back is told of anew. */
+static void forget_dead(struct standby *p)
+{
+    for (size_t i = p->peers.count; i-- > 0;)
+        if (!p->peers.at[i].alive && p->peers.at[i].sender != p->active) p->peers.at[i] = p->peers.at[--p->peers.count];
+}
+
+static void on_card(void *context, const peer_card *card)
+{
+    service *s = context;
+    struct standby *p = s->standby;
+    peer_card *known = peer_of(p, card->sender);
+    bool is_new = !known || known->role != card->role;
+    if (is_new && card->alive && strcmp(card->release, p->card.release) != 0)
+        log_warning("%s is of release %s, this one of %s: no pair", card->name, card->release, p->card.release);
+    if (known)
+        *known = *card;
+    else
+        array_push(&p->peers, *card);
+    if (p->card.role == PEER_ACTIVE && has_taken_over(s, card))
+        step_down(s, card);
+    else if (p->card.role == PEER_ACTIVE)
+        find_follower(s);
+    forget_dead(p);
+}
+
+static bool carry_out(service *s, const journal_entry *e)
+{
+    struct standby *p = s->standby;
+    struct link *from = e->link < s->link_count ? s->links[e->link] : NULL;
+    if (!from) return false;
+    switch (e->kind) {
+    case ENTRY_MESSAGE:
+        kept_confirm(&p->kept, &e->message);
+        service_take(s, from, &e->message);
+        return true;
+    case ENTRY_LOST:
+        kept_confirm_lost(&p->kept, e->client);
+        inbox_put_lost(s, from, e->client);
+        return true;
+    case ENTRY_READER:
+        kept_confirm_reader(&p->kept, e->stream);
+        stream_reader(s, from, e->stream);
+        return true;
+    case ENTRY_TICK:
+        if (e->epoch != s->epoch || e->tick.tick != s->tick + 1) return false;
+        service_replay_budget(s, e->tick.budgeted, (uint64_t)e->tick.work);
+        s->tick = e->tick.tick;
+        s->now_ns = e->tick.now_ns;
+        s->monotonic_ns = e->tick.monotonic_ns;
+        service_tick(s);
+        return (uint64_t)e->tick.events_hash == s->events_hash;
+    }
+    return false;
+}
+
+/* It has come: that is said before it is carried out, since the active one waits for it. */
+static void say_have(service *s, int64_t tick)
+{
+    struct standby *p = s->standby;
+    const journal_have have = {.to = p->active, .epoch = s->epoch, .tick = tick};
+    p->link->ops->peers->send(p->link, p->card.sender, JOURNAL_HAVE, (const uint8_t *)&have, sizeof have);
+}
+
+static void replay_tick(service *s, bytes_in *r)
+{
+    struct standby *p = s->standby;
+    int64_t number;
+    if (bytes_get(r, &number, sizeof number)) say_have(s, number);
+    int64_t now_ns = s->now_ns, monotonic_ns = s->monotonic_ns, tick = s->tick + 1;
+    journal_entry e;
+    bool good = true;
+    while (good && journal_next(r, p->memory, &e)) good = carry_out(s, &e);
+    s->now_ns = now_ns;
+    s->monotonic_ns = monotonic_ns;
+    kept_sweep(s);
+    if (good && !r->broken) return;
+    log_error("tick %" PRId64 " of the active daemon came out differently here: its state is asked for anew", tick);
+    metric_count(s->count.out_of_step, 1);
+    p->out_of_step = true;
+}
+
+static void take_state(service *s, bytes_in *r)
+{
+    struct standby *p = s->standby;
+    char why[128] = "";
+    if (!state_take(s, r, why, sizeof why)) {
+        log_error("the state of the active daemon cannot be taken over: %s", why);
+        p->out_of_step = true;
+        return;
+    }
+    p->in_step = true;
+    say(s, PEER_STANDBY);
+    log_notice("in step with the active daemon, from tick %" PRId64 " on, epoch %" PRId64, s->tick, s->epoch);
+}
+
+/* ---- what the standby has ---- */
+
+static void take_have(service *s, int64_t sender, bytes_in *r)
+{
+    struct standby *p = s->standby;
+    journal_have have;
+    if (!bytes_get(r, &have, sizeof have) || have.to != p->card.sender || have.epoch != s->epoch) return;
+    if (sender != p->follower || have.tick <= p->had_tick) return;
+    p->had_tick = have.tick;
+    if (!p->sure && p->had_tick >= p->sure_tick) {
+        p->sure = s->status_due = true;
+        p->link->ops->peers->send(
+            p->link, p->card.sender, JOURNAL_FOLLOWED, (const uint8_t *)&p->follower, sizeof p->follower);
+        log_notice("%s is in step: it takes over when this one is gone", follower(s)->name);
+    }
+    hold_release(s);
+}
+
+/* One that lives and does not keep up is waited for no more. */
+static void drop_slow(service *s)
+{
+    struct standby *p = s->standby;
+    bool holds = p->mouth == MOUTH_HELD && p->held.first < p->held.list.count;
+    if (!holds || p->held_tick != p->had_tick) p->had_ns = s->monotonic_ns;
+    p->held_tick = p->had_tick;
+    if (s->monotonic_ns - p->had_ns < SLOW_LEASES * p->lease_ns) return;
+    lose_follower(s, "does not keep up: it is waited for no more, and has to join anew");
+}
+
+/* ---- records ---- */
+
+static void on_record(void *context, int64_t sender, uint8_t kind, const uint8_t *bytes, size_t size)
+{
+    service *s = context;
+    struct standby *p = s->standby;
+    bytes_in r = {.at = bytes, .left = size};
+    if (p->card.role == PEER_ACTIVE) {
+        if (kind == JOURNAL_WANT_STATE) {
+            p->state_wanted = true;
+            if (p->dropped == sender) p->dropped = 0;
+            p->alive_ns = s->monotonic_ns; /* its card may come later: topics have no order */
+        }
+        if (kind == JOURNAL_HAVE) take_have(s, sender, &r);
+        return;
+    }
+    if (sender != p->active || p->out_of_step) return;
+    if (kind == JOURNAL_STATE && !p->in_step) take_state(s, &r);
+    if (kind == JOURNAL_TICK && p->in_step) replay_tick(s, &r);
+    int64_t whom = 0;
+    if (kind == JOURNAL_DROPPED && p->in_step && bytes_get(&r, &whom, sizeof whom) && whom == p->card.sender) {
+        log_warning("the active daemon waits for this one no more: its state is asked for anew");
+        p->out_of_step = true;
+    }
+    if (kind == JOURNAL_FOLLOWED && p->in_step && bytes_get(&r, &whom, sizeof whom) && whom == p->card.sender)
+        p->followed = true;
+    if (kind == JOURNAL_LEAVE) p->left = true;
+}
+
+static void on_gap(void *context, int64_t sender)
+{
+    service *s = context;
+    struct standby *p = s->standby;
+    if (p->card.role == PEER_ACTIVE || sender != p->active || !p->in_step) return;
+    log_warning("ticks of the active daemon were lost: its state is asked for anew");
+    metric_count(s->count.out_of_step, 1);
+    p->out_of_step = true;
+}
+
+/* ---- rounds ---- */
+
+static void follow(service *s, const peer_card *active)
+{
+    struct standby *p = s->standby;
+    if (p->active != active->sender) p->asked_ns = 0;
+    p->active = active->sender;
+    if (p->asked_ns && s->monotonic_ns - p->asked_ns < ASK_AGAIN_NS) return;
+    p->asked_ns = s->monotonic_ns;
+    p->link->ops->peers->send(p->link, p->card.sender, JOURNAL_WANT_STATE, NULL, 0);
+}
+
+static void join(service *s, const link_sink *sink)
+{
+    struct standby *p = s->standby;
+    int64_t patience_ns = ALONE_LEASES * p->lease_ns > ALONE_NS ? ALONE_LEASES * p->lease_ns : ALONE_NS;
+    const peer_card *active = peer_in_role(p, PEER_ACTIVE);
+    if (active) {
+        follow(s, active);
+        return;
+    }
+    if (p->active) { /* it was there, and its state never came: it may be back */
+        p->active = 0;
+        p->began_ns = s->monotonic_ns;
+    }
+    /* One of another release is left to its clients until it ends. */
+    bool waits = has_precedence(p, PEER_JOINING) || has_other(p, PEER_STANDBY) || has_other(p, PEER_ACTIVE);
+    kept_bound(s);
+    if (!waits && s->monotonic_ns - p->began_ns >= patience_ns) become_active(s, sink, "no active daemon was heard");
+}
+
+static void stand_by(service *s, const link_sink *sink)
+{
+    struct standby *p = s->standby;
+    const peer_card *active = peer_of(p, p->active), *another = peer_in_role(p, PEER_ACTIVE);
+    if (active && active->alive && active->role == PEER_ACTIVE && active->epoch == s->epoch && !p->left) {
+        p->waiting_ns = 0;
+        return;
+    }
+    if (another && another->sender != p->active) { /* it has taken over before us */
+        begin_anew(s);
+        return;
+    }
+    if (s->monotonic_ns < p->quiet_ns) return; /* it was we who stood still, perhaps: its signs may be unread */
+    if (!p->waiting_ns) p->waiting_ns = s->monotonic_ns;
+    if (has_precedence(p, PEER_STANDBY) && s->monotonic_ns - p->waiting_ns < 2 * p->lease_ns) return;
+    if (!p->followed) {
+        log_warning("the active daemon is gone before it waited for this one: what it told last is not known here");
+        begin_anew(s);
+        return;
+    }
+    become_active(s, sink, p->left ? "the active daemon has left" : "the active daemon is gone: its lease ran out");
+}
+
+/* An active daemon that stood still may have a successor, of which it has not read yet; a standby may not have read the
+ * signs of life of its active one. */
+static void notice_standstill(service *s)
+{
+    struct standby *p = s->standby;
+    int64_t gap_ns = s->monotonic_ns - p->round_ns;
+    if (!p->round_ns || gap_ns <= p->lease_ns / 2 || !p->peers.count) return;
+    p->quiet_ns = s->monotonic_ns + p->lease_ns;
+    if (gap_ns <= p->lease_ns || p->card.role != PEER_ACTIVE) return;
+    log_warning(
+        "this daemon stood still for %.3f s: it looks whether another one has taken over", 1e-9 * (double)gap_ns);
+}
+
+bool standby_round(service *s, const link_sink *sink)
+{
+    struct standby *p = s->standby;
+    if (!p) return false;
+    const peer_sink peers = {s, on_card, on_record, on_gap};
+    notice_standstill(s);
+    p->round_ns = s->monotonic_ns;
+    p->link->ops->peers->receive(p->link, &peers);
+    for (size_t i = 0; i < p->peers.count; i++)
+        if (p->peers.at[i].alive) p->alive_ns = s->monotonic_ns;
+    if (p->out_of_step) begin_anew(s);
+    /* DDS takes a writer whose lease ran out for alive again only when it writes. */
+    if (s->monotonic_ns - p->said_ns >= p->lease_ns / 2) {
+        say(s, (peer_role)p->card.role);
+        if (p->card.role == PEER_STANDBY) say_have(s, s->tick); /* it may know us only now */
+    }
+    if (p->card.role == PEER_ACTIVE) drop_slow(s);
+    if (p->card.role == PEER_ACTIVE) find_follower(s);
+    if (p->card.role == PEER_JOINING)
+        join(s, sink);
+    else if (p->card.role == PEER_STANDBY)
+        stand_by(s, sink);
+    return standby_waits(s) || s->monotonic_ns < p->quiet_ns;
+}
+
+int64_t standby_next_ns(const service *s)
+{
+    const struct standby *p = s->standby;
+    if (!p) return INT64_MAX;
+    int64_t next = p->round_ns + p->lease_ns / 4;
+    return standby_wants_tick(s) ? p->round_ns : next;
+}
+
+/* ---- the active one ---- */
+
+static bool is_followed(const service *s)
+{
+    const struct standby *p = s->standby;
+    return p && p->card.role == PEER_ACTIVE && p->alive_ns && s->monotonic_ns - p->alive_ns < FOLLOWED_NS;
+}
+
+/* A record begins with the number of its tick. */
+static bytes_out *journal_of(service *s)
+{
+    bytes_out *to = &s->standby->journal;
+    int64_t tick = s->tick + 1;
+    if (!to->count) bytes_put(to, &tick, sizeof tick);
+    return to;
+}
+
+void standby_journal_message(service *s, const struct link *from, const wire_message *m)
+{
+    if (is_followed(s)) journal_put_message(journal_of(s), standby_place_of(s, from), m);
+}
+
+void standby_journal_lost(service *s, const struct link *from, int64_t client)
+{
+    if (is_followed(s)) journal_put_lost(journal_of(s), standby_place_of(s, from), client);
+}
+
+void standby_journal_reader(service *s, const struct link *from, const char *stream)
+{
+    if (is_followed(s)) journal_put_reader(journal_of(s), standby_place_of(s, from), stream);
+}
+
+void standby_journal_tick(service *s)
+{
+    struct standby *p = s->standby;
+    if (!is_followed(s)) return;
+    wire_log_tick t = {s->tick, s->now_ns, s->monotonic_ns, (int64_t)s->events_hash,
+        .budgeted = s->config.budget_us > 0, .work = (int64_t)world_get_figures(s->world).work};
+    if (!p->journal.count) bytes_put(&p->journal, &s->tick, sizeof s->tick); /* nothing came */
+    journal_put_tick(&p->journal, s->epoch, &t);
+    p->link->ops->peers->send(p->link, p->card.sender, JOURNAL_TICK, p->journal.at, p->journal.count);
+    metric_count(s->count.journalled, 1);
+    p->journal.count = 0;
+    p->journalled_tick = s->tick;
+}
+
+bool standby_wants_tick(const service *s)
+{
+    const struct standby *p = s->standby;
+    return p && p->state_wanted && p->card.role == PEER_ACTIVE;
+}
+
+/* The journal is empty here: what comes from now on is of the next tick. */
+void standby_after_tick(service *s)
+{
+    struct standby *p = s->standby;
+    if (!p || !p->state_wanted || p->card.role != PEER_ACTIVE) return;
+    p->state_wanted = false;
+    state_put(s, &p->journal);
+    log_info("the state of tick %" PRId64 " goes to a standby: %zu bytes", s->tick, p->journal.count);
+    p->link->ops->peers->send(p->link, p->card.sender, JOURNAL_STATE, p->journal.at, p->journal.count);
+    p->journal.count = 0;
+}
+
+/* ---- what comes by the links ---- */
+
+bool standby_takes(service *s, struct link *from, const wire_message *m)
+{
+    if (!standby_waits(s)) return false;
+    if (m->kind != WIRE_QUERY) kept_message_came(s, from, m); /* a query is the active one's, and is asked again */
+    return true;
+}
+
+bool standby_takes_lost(service *s, struct link *from, int64_t client)
+{
+    if (standby_waits(s)) kept_lost_came(s, from, client);
+    return standby_waits(s);
+}
+
+bool standby_takes_reader(service *s, struct link *from, const char *stream)
+{
+    if (standby_waits(s)) kept_reader_came(s, from, stream);
+    return standby_waits(s);
+}
+
+/* ---- beginning and end ---- */
+
+int standby_start(service *s, char *why, size_t why_size)
+{
+    struct link *l = NULL;
+    if (!s->config.standby || s->replaying) return 0;
+    for (size_t i = 0; i < s->link_count && !l; i++)
+        if (s->links[i]->ops->peers) l = s->links[i];
+    if (!l) {
+        snprintf(why, why_size, "standby = yes: the daemons of a pair speak over DDS: add dds://DOMAIN to links");
+        return -1;
+    }
+    struct standby *p = s->standby = base_zalloc(1, sizeof *p);
+    p->link = l;
+    p->lease_ns = (int64_t)(1e9 * s->config.standby_lease);
+    p->card = (peer_card){.sender = s->started_ns};
+    snprintf(p->card.name, sizeof p->card.name, "%s", s->daemon_name);
+    snprintf(p->card.release, sizeof p->card.release, "%s", health_release());
+    p->memory = wire_memory_create();
+    p->began_ns = s->monotonic_ns;
+    kept_init(&p->kept);
+    if (l->ops->peers->join(l, p->lease_ns) != 0) {
+        snprintf(why, why_size, "standby = yes: DDS refuses the topics of a pair%s",
+            *s->config.security ? ": with a site of an older release do: make_site --renew" : "");
+        return -1;
+    }
+    mute_links(s);
+    world_set_budget(s->world, NULL, NULL);
+    say(s, PEER_JOINING);
+    return 0;
+}
+
+void standby_free(service *s)
+{
+    struct standby *p = s->standby;
+    if (!p) return;
+    mute_links(s); /* what is held is the standby's to tell */
+    for (size_t i = 0; i < s->link_count; i++) s->links[i]->ops = p->muted[i].own;
+    mute_free(p);
+    kept_free(&p->kept);
+    array_free(&p->peers);
+    array_free(&p->journal);
+    wire_memory_destroy(p->memory);
+    free(p);
+    s->standby = NULL;
+}
+
+bool standby_hands_over(service *s)
+{
+    struct standby *p = s->standby;
+    if (!p) return false;
+    if (standby_waits(s)) return true; /* nobody knows of it */
+    const peer_card *to = follower(s);
+    if (!to || !p->sure) return false;
+    log_notice("%s takes over", to->name);
+    p->link->ops->peers->send(p->link, p->card.sender, JOURNAL_LEAVE, NULL, 0);
+    return true;
+}
+
+void standby_describe(const service *s, char *text, size_t size)
+{
+    const char *const ROLES[] = {"joining", "standby", "active", "leaving"};
+    text[0] = '\0';
+    if (!s->standby) return;
+    const peer_card *other = standby_waits(s) || !s->standby->sure ? NULL : follower(s);
+    snprintf(text, size, "; %s, %s%s", ROLES[s->standby->card.role], other ? "hot standby: " : "without a standby",
+        other ? other->name : "");
+}

@@ -1,0 +1,136 @@
+/* standby_parts: what the files of standby.h share; nobody else includes it. */
+#ifndef COLLIDED_SERVICE_STANDBY_PARTS_H
+#define COLLIDED_SERVICE_STANDBY_PARTS_H
+
+#include "journal.h"
+#include "standby.h"
+
+/* ---- standby_mute.c: links that hear and do not speak ---- */
+
+typedef struct kept_batch {
+    struct link *link;
+    size_t offset, size;
+} kept_batch;
+
+typedef struct held_message {
+    struct link *link;
+    size_t offset, size;
+    int64_t tick; /* that the standby must have before */
+} held_message;
+
+typedef struct held_messages { /* of an active daemon, in the order of their making */
+    ARRAY(held_message) list;
+    size_t first; /* that is still held */
+    bytes_out bytes;
+} held_messages;
+
+typedef enum mouth { MOUTH_OPEN, MOUTH_MUTED, MOUTH_HELD } mouth;
+
+typedef struct kept_batches { /* of some time */
+    int64_t began_ns;
+    ARRAY(kept_batch) list;
+    bytes_out bytes;
+} kept_batches;
+
+typedef struct muted_link {
+    link_ops ops; /* first: the link points to it while it is muted */
+    const link_ops *own;
+    struct standby *owner;
+} muted_link;
+
+/* ---- standby_kept.c: what clients sent to this daemon, until the journal tells it ---- */
+
+typedef struct kept_message {
+    struct link *link;
+    wire_kind kind; /* WIRE_NOTHING: the client is lost */
+    int64_t client, sequence, came_ns;
+    size_t offset, size;
+} kept_message;
+
+typedef struct kept_reader {
+    char *stream;
+    struct link *link;
+    int64_t came_ns;
+} kept_reader;
+
+typedef struct known_client {
+    int64_t client;
+    bool alive;                         /* our own link has heard it, and not of its end */
+    int64_t confirmed[WIRE_KIND_COUNT]; /* the highest sequence that the journal has told */
+} known_client;
+
+typedef struct kept {
+    ARRAY(kept_message) messages;
+    bytes_out bytes;
+    ARRAY(kept_reader) readers;
+    ARRAY(known_client) clients;
+    pair_map place_of; /* client -> index */
+} kept;
+
+struct standby {
+    struct link *link;          /* that carries the pair */
+    peer_card card;             /* our own */
+    int64_t began_ns, lease_ns; /* monotonic */
+    int64_t said_ns;            /* our card, the last time */
+    int64_t round_ns;           /* of the last round */
+    int64_t quiet_ns;           /* the active one stood still: it listens until then before it says anything more */
+    ARRAY(peer_card) peers;
+
+    int64_t active;     /* the sender that we follow; 0: nobody */
+    bool in_step;       /* its state has come, and every tick since */
+    int64_t asked_ns;   /* for its state */
+    int64_t waiting_ns; /* the active one is lost, and another standby has precedence: since then; 0: not */
+    bool out_of_step;   /* to be reset as soon as the record is done */
+    bool followed;      /* the active one waits for us: only then are we sure to know all that was told */
+    bool left;          /* the active one has left in order */
+    int64_t alive_ns;   /* a peer was alive then, the last time */
+
+    int64_t follower;  /* the active one: the standby that is in step, by its sender; 0: none */
+    int64_t sure_tick; /* it is sure to know all that was told when it has this one; ... */
+    bool sure;         /* ... it has */
+    int64_t dropped;   /* one that is not waited for until it joins anew */
+    bool state_wanted; /* the active one: somebody asks for its state */
+    bytes_out journal; /* of the tick that is being made */
+    wire_memory *memory;
+
+    muted_link muted[LINKS_MAX];
+    mouth mouth;
+    held_messages held;
+    int64_t journalled_tick;   /* the last one sent, ... */
+    int64_t had_tick;          /* ... and the last one that the standby has */
+    int64_t had_ns, held_tick; /* when that was so, as of the last round that held something */
+    kept_batches batches[2];   /* of the lease that runs, and of the one before */
+    int current;
+    kept kept;
+};
+
+enum { KEPT_BATCH_BYTES = 32 << 20 };
+
+void mute_links(service *s);         /* what is held is dropped */
+void hold_links(service *s);         /* nothing goes out before the standby has the tick that it follows from */
+void open_links_again(service *s);   /* what is held goes out */
+void hold_release(service *s);       /* what the standby has the ticks of */
+void mute_publish_again(service *s); /* the batches that were kept; the links speak again */
+void mute_free(struct standby *p);
+
+void kept_init(kept *k);
+void kept_free(kept *k);
+void kept_clear(kept *k); /* the journal has told nothing yet; what came stays */
+void kept_message_came(service *s, struct link *from, const wire_message *m);
+void kept_lost_came(service *s, struct link *from, int64_t client);
+void kept_reader_came(service *s, struct link *from, const char *stream);
+void kept_confirm(kept *k, const wire_message *m);
+void kept_confirm_lost(kept *k, int64_t client);
+void kept_confirm_reader(kept *k, const char *stream);
+void kept_sweep(service *s); /* after a tick: what the journal has told goes */
+void kept_bound(service *s);
+void kept_apply(service *s, const link_sink *sink, int64_t recent_ns); /* readers that came since then */
+bool kept_is_alive(const kept *k, int64_t client);
+
+/* standby_state.c */
+void state_put(service *s, bytes_out *to);                               /* between two ticks */
+bool state_take(service *s, bytes_in *from, char *why, size_t why_size); /* into an empty service */
+
+uint8_t standby_place_of(const service *s, const struct link *l); /* among the links of the configuration */
+
+#endif

@@ -1,0 +1,329 @@
+/* The state of an active daemon between two ticks, for a standby that begins: clients, streams, geometries, what waits
+ * for its hull, and the world (world/saved.h). Structs are written as they are, with what they point to behind them;
+ * links by their place. Tick thread. */
+#include "geom/mesh.h"
+#include "standby_parts.h"
+#include "world/saved.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+
+typedef struct state_head {
+    uint64_t sizes[4]; /* of what is written as it lies: another build is told */
+    int64_t epoch, tick, now_ns, monotonic_ns, latest_pose_ns;
+    uint64_t events_hash, links;
+    step_mark latest_step;
+    simulation_mark simulation;
+    lock_step lock_step;
+    int64_t wall_ahead_ns, last_batch, lost_clients[LOST_KEPT];
+    uint64_t lost_count;
+    bool hull_came, geometries_loose, whole;
+} state_head;
+
+static void fill_sizes(uint64_t sizes[4])
+{
+    const uint64_t all[4] = {sizeof(session), sizeof(stream), sizeof(geometry), sizeof(letter)};
+    memcpy(sizes, all, sizeof all);
+}
+
+static struct link *link_at(const service *s, uint64_t place)
+{
+    return place < s->link_count ? s->links[place] : NULL;
+}
+
+#define NO_ARRAY(a) ((a)->at = NULL, (a)->count = (a)->capacity = 0)
+#define PUT_ARRAY(to, a) (bytes_put_count((to), (a)->count), bytes_put((to), (a)->at, (a)->count * sizeof *(a)->at))
+#define GET_ARRAY(from, a)                                                                                             \
+    do {                                                                                                               \
+        NO_ARRAY(a);                                                                                                   \
+        size_t array_count = bytes_get_count((from), sizeof *(a)->at);                                                 \
+        array_reserve((a), array_count + 1);                                                                           \
+        bytes_get((from), (a)->at, array_count * sizeof *(a)->at);                                                     \
+        (a)->count = array_count;                                                                                      \
+    } while (0)
+
+/* ---- clients ---- */
+
+static void put_session(const service *s, const session *c, bytes_out *to)
+{
+    session bare = *c;
+    bare.name = NULL;
+    bare.link = NULL;
+    NO_ARRAY(&bare.held.bytes);
+    NO_ARRAY(&bare.bodies);
+    NO_ARRAY(&bare.interests);
+    NO_ARRAY(&bare.acks);
+    bare.body_of = (pair_map){0};
+    bytes_put(to, &bare, sizeof bare);
+    bytes_put_text(to, c->name);
+    bytes_put_count(to, standby_place_of(s, c->link));
+    PUT_ARRAY(to, &c->held.bytes);
+    bytes_put_count(to, c->bodies.count);
+    for (size_t i = 0; i < c->bodies.count; i++) {
+        owned_body b = c->bodies.at[i];
+        NO_ARRAY(&b.geometries);
+        bytes_put(to, &b, sizeof b);
+        PUT_ARRAY(to, &c->bodies.at[i].geometries);
+    }
+    PUT_ARRAY(to, &c->interests);
+}
+
+static void confirm(service *s, const session *c)
+{
+    kept *k = &s->standby->kept;
+    wire_message m = {.kind = WIRE_CLIENT, .client = {.client = c->client, .sequence = c->sequence}};
+    kept_confirm(k, &m);
+    for (size_t i = 0; i < c->bodies.count; i++) {
+        const owned_body *b = &c->bodies.at[i];
+        m = (wire_message){.kind = WIRE_BODY, .body = {.client = c->client, .sequence = b->sequence}};
+        kept_confirm(k, &m);
+        m = (wire_message){.kind = WIRE_POSE_BATCH, .pose_batch = {.client = c->client, .sequence = b->pose_sequence}};
+        kept_confirm(k, &m);
+    }
+    for (size_t i = 0; i < c->interests.count; i++) {
+        m = (wire_message){
+            .kind = WIRE_INTEREST, .interest = {.client = c->client, .sequence = c->interests.at[i].sequence}};
+        kept_confirm(k, &m);
+    }
+}
+
+static const char *get_session(service *s, bytes_in *from)
+{
+    session *c = base_zalloc(1, sizeof *c);
+    bytes_get(from, c, sizeof *c);
+    c->name = base_strdup(bytes_get_text(from));
+    NO_ARRAY(&c->bodies);
+    NO_ARRAY(&c->interests);
+    NO_ARRAY(&c->acks);
+    NO_ARRAY(&c->held.bytes);
+    pair_map_init(&c->body_of);
+    array_push(&s->sessions, c); /* from here on it is freed with the others */
+    uint64_t link;
+    bytes_get(from, &link, sizeof link);
+    c->link = link_at(s, link);
+    if (from->broken || !c->link || !c->client) return "a client is cut off";
+    pair_map_put(&s->session_of, (uint64_t)c->client, (uint32_t)(s->sessions.count - 1));
+    GET_ARRAY(from, &c->held.bytes);
+    size_t bodies = bytes_get_count(from, sizeof(owned_body));
+    for (size_t i = 0; i < bodies; i++) {
+        owned_body b;
+        bytes_get(from, &b, sizeof b);
+        GET_ARRAY(from, &b.geometries);
+        pair_map_put(&c->body_of, (uint64_t)b.number + 1, (uint32_t)i);
+        array_push(&c->bodies, b);
+    }
+    GET_ARRAY(from, &c->interests);
+    confirm(s, c);
+    return from->broken ? "a client is cut off" : NULL;
+}
+
+/* ---- streams ---- */
+
+static void put_stream(const service *s, const stream *at, bytes_out *to)
+{
+    stream bare = *at;
+    bare.name = NULL;
+    bare.link = NULL;
+    bytes_put(to, &bare, sizeof bare);
+    if (!at->live) return;
+    bytes_put_text(to, at->name);
+    bytes_put_count(to, standby_place_of(s, at->link));
+}
+
+/* Its readers find it at once, long before it has to tell anything. */
+static const char *get_stream(service *s, bytes_in *from)
+{
+    stream at;
+    uint64_t link;
+    bytes_get(from, &at, sizeof at);
+    at.name = NULL;
+    at.link = NULL;
+    if (at.live) {
+        const char *name = bytes_get_text(from);
+        bytes_get(from, &link, sizeof link);
+        at.link = link_at(s, link);
+        if (from->broken || !at.link) return "a stream is cut off";
+        at.name = base_strdup(name);
+        at.link->ops->stream_open(at.link, at.name);
+    }
+    array_push(&s->streams, at);
+    return from->broken ? "a stream is cut off" : NULL;
+}
+
+/* ---- geometries ---- */
+
+static void put_geometry(const geometry *g, bytes_out *to)
+{
+    geometry bare = *g;
+    NO_ARRAY(&bare.announcers);
+    bare.vertices = NULL;
+    bare.indices = NULL;
+    bare.hull = NULL;
+    bare.mesh = NULL;
+    bare.has = NULL;
+    uint8_t comes = g->has != NULL;
+    bytes_put(to, &bare, sizeof bare);
+    bytes_put(to, &comes, 1);
+    if (comes) bytes_put(to, g->has, (size_t)g->pieces);
+    bytes_put(to, g->vertices, g->vertex_numbers * sizeof *g->vertices);
+    bytes_put(to, g->indices, g->index_numbers * sizeof *g->indices);
+    PUT_ARRAY(to, &g->announcers);
+}
+
+static const char *get_geometry(service *s, bytes_in *from)
+{
+    geometry g;
+    uint8_t comes;
+    wire_refusal why = {0};
+    bytes_get(from, &g, sizeof g);
+    bytes_get(from, &comes, 1);
+    bool fits = !from->broken && g.pieces > 0 && g.vertex_numbers <= from->left / sizeof(double) &&
+                g.index_numbers <= from->left / sizeof(int32_t) && (size_t)g.pieces <= from->left + 1;
+    if (!fits) return "a geometry is cut off";
+    g.hull = NULL;
+    g.mesh = NULL;
+    g.has = comes ? base_zalloc((size_t)g.pieces, 1) : NULL;
+    g.vertices = base_zalloc(g.vertex_numbers + 1, sizeof *g.vertices);
+    g.indices = base_zalloc(g.index_numbers + 1, sizeof *g.indices);
+    if (comes) bytes_get(from, g.has, (size_t)g.pieces);
+    bytes_get(from, g.vertices, g.vertex_numbers * sizeof *g.vertices);
+    bytes_get(from, g.indices, g.index_numbers * sizeof *g.indices);
+    GET_ARRAY(from, &g.announcers);
+    if (!from->broken && geometry_restore(s, &g, &why) == WIRE_OK) return NULL;
+    free(g.has);
+    free(g.vertices);
+    free(g.indices);
+    array_free(&g.announcers);
+    return "a geometry cannot be built";
+}
+
+/* ---- what waits for a hull ---- */
+
+static void put_letter(const service *s, const letter *l, bytes_out *to)
+{
+    letter bare = *l;
+    bare.link = NULL;
+    bare.offset = 0;
+    bytes_put(to, &bare, sizeof bare);
+    bytes_put_count(to, standby_place_of(s, l->link));
+    bytes_put(to, s->inbox.bytes.at + l->offset, l->size);
+}
+
+static const char *get_letter(service *s, bytes_in *from)
+{
+    letter l;
+    uint64_t link;
+    inbox *in = &s->inbox;
+    bytes_get(from, &l, sizeof l);
+    bytes_get(from, &link, sizeof link);
+    l.link = link_at(s, link);
+    if (from->broken || !l.link || l.size > from->left) return "a message is cut off";
+    l.offset = in->bytes.count;
+    array_reserve(&in->bytes, l.offset + l.size + 1);
+    bytes_get(from, in->bytes.at + l.offset, l.size);
+    in->bytes.count += l.size;
+    array_push(&in->letters, l);
+    return NULL;
+}
+
+/* ---- the world's hulls and meshes, by their hashes ---- */
+
+static int64_t name_of(const void *context, const shape *of)
+{
+    const service *s = context;
+    for (size_t i = 0; i < s->geometries.count; i++) {
+        const geometry *g = &s->geometries.at[i];
+        if (g->used && (of->mesh ? g->mesh == of->mesh : of->hull && g->hull == of->hull)) return g->hash;
+    }
+    return 0;
+}
+
+static bool lend(const void *context, int64_t hash, shape *to)
+{
+    const service *s = context;
+    uint32_t place = pair_map_get(&s->geometry_of, (uint64_t)hash);
+    if (hash == 0 || place == PAIR_MAP_NONE) return false;
+    const geometry *g = &s->geometries.at[place];
+    to->mesh = g->mesh;
+    to->hull = g->mesh ? g->mesh->hull : g->hull;
+    return to->hull != NULL && (to->type == SHAPE_MESH) == (g->mesh != NULL);
+}
+
+/* ---- the whole ---- */
+
+void state_put(service *s, bytes_out *to)
+{
+    state_head h = {.epoch = s->epoch,
+        .tick = s->tick,
+        .now_ns = s->now_ns,
+        .monotonic_ns = s->monotonic_ns,
+        .latest_pose_ns = s->latest_pose_ns,
+        .events_hash = s->events_hash,
+        .links = s->link_count,
+        .latest_step = s->latest_step,
+        .simulation = s->simulation,
+        .lock_step = s->lock_step,
+        .wall_ahead_ns = s->wall_ahead_ns,
+        .last_batch = s->last_batch,
+        .lost_count = s->lost_count,
+        .whole = s->whole,
+        .hull_came = s->hull_came,
+        .geometries_loose = s->geometries_loose};
+    const world_lender lender = {.context = s, .name_of = name_of};
+    size_t used = 0;
+    fill_sizes(h.sizes);
+    memcpy(h.lost_clients, s->lost_clients, sizeof h.lost_clients);
+    bytes_put(to, &h, sizeof h);
+    for (size_t i = 0; i < s->geometries.count; i++) used += s->geometries.at[i].used;
+    bytes_put_count(to, used);
+    for (size_t i = 0; i < s->geometries.count; i++)
+        if (s->geometries.at[i].used) put_geometry(&s->geometries.at[i], to);
+    bytes_put_count(to, s->sessions.count);
+    for (size_t i = 0; i < s->sessions.count; i++) put_session(s, s->sessions.at[i], to);
+    bytes_put_count(to, s->streams.count);
+    for (size_t i = 0; i < s->streams.count; i++) put_stream(s, &s->streams.at[i], to);
+    bytes_put_count(to, s->inbox.letters.count);
+    for (size_t i = 0; i < s->inbox.letters.count; i++) put_letter(s, &s->inbox.letters.at[i], to);
+    world_save(s->world, &lender, to);
+}
+
+static const char *take_all(service *s, bytes_in *from)
+{
+    state_head h;
+    uint64_t sizes[4];
+    const char *wrong = NULL;
+    fill_sizes(sizes);
+    if (!bytes_get(from, &h, sizeof h)) return "it is cut off";
+    if (memcmp(h.sizes, sizes, sizeof sizes) != 0) return "it is of another build";
+    if (h.links != s->link_count) return "its links are others: both need the same configuration";
+    s->epoch = h.epoch;
+    s->tick = h.tick;
+    s->latest_pose_ns = s->measured_pose_ns = h.latest_pose_ns;
+    s->events_hash = h.events_hash;
+    s->latest_step = h.latest_step;
+    s->simulation = h.simulation;
+    s->lock_step = h.lock_step;
+    s->wall_ahead_ns = h.wall_ahead_ns;
+    s->last_batch = h.last_batch;
+    memcpy(s->lost_clients, h.lost_clients, sizeof s->lost_clients);
+    s->lost_count = (size_t)h.lost_count;
+    s->whole = h.whole;
+    const char *(*const parts[])(service *, bytes_in *) = {get_geometry, get_session, get_stream, get_letter};
+    for (int i = 0; i < 4; i++) {
+        size_t count = bytes_get_count(from, 1);
+        for (size_t k = 0; k < count; k++)
+            if ((wrong = parts[i](s, from)) != NULL) return wrong;
+    }
+    s->inbox.waiting = s->inbox.letters.count;
+    s->hull_came = h.hull_came;
+    s->geometries_loose = h.geometries_loose;
+    const world_lender lender = {.context = s, .lend = lend};
+    return world_restore(s->world, &lender, from);
+}
+
+bool state_take(service *s, bytes_in *from, char *why, size_t why_size)
+{
+    const char *wrong = take_all(s, from);
+    if (wrong) snprintf(why, why_size, "%s", wrong);
+    return !wrong;
+}

@@ -1,0 +1,462 @@
+/* Structs are written as they are, with what they point to behind them; a pointer is never read from bytes. Names in
+ * events are those of the pair's bodies, one way round or the other. Tick thread. */
+#include "saved.h"
+
+#include "geom/compound.h"
+#include "state.h"
+
+#include <stdlib.h>
+
+/* ---- id pools ---- */
+
+static void put_pool(bytes_out *to, const id_pool *p)
+{
+    bytes_put_count(to, p->end);
+    for (uint32_t id = 0; id < p->end; id++) {
+        uint8_t taken = id_pool_has(p, id);
+        bytes_put(to, &taken, 1);
+    }
+}
+
+/* The least free one is taken first: to take some, all before them are taken for a while. */
+static void get_pool(bytes_in *from, id_pool *p)
+{
+    size_t end = bytes_get_count(from, 1);
+    const uint8_t *taken = from->at;
+    from->at += end;
+    from->left -= end;
+    for (size_t id = 0; id < end; id++) id_pool_take(p);
+    for (size_t id = 0; id < end; id++)
+        if (!taken[id]) id_pool_give(p, (uint32_t)id);
+}
+
+/* ---- shapes ---- */
+
+static void put_shape(bytes_out *to, const world_lender *l, const shape *s)
+{
+    shape bare = *s;
+    int64_t number = s->hull || s->mesh ? l->name_of(l->context, s) : 0;
+    bare.hull = NULL;
+    bare.mesh = NULL;
+    bare.compound = NULL;
+    bytes_put(to, &bare, sizeof bare);
+    bytes_put(to, &number, sizeof number);
+}
+
+static bool get_shape(bytes_in *from, const world_lender *l, shape *s)
+{
+    int64_t number;
+    bytes_get(from, s, sizeof *s);
+    s->hull = NULL;
+    s->mesh = NULL;
+    s->compound = NULL;
+    if (!bytes_get(from, &number, sizeof number)) return false;
+    bool needs = s->type == SHAPE_HULL || s->type == SHAPE_MESH;
+    return needs ? l->lend(l->context, number, s) : number == 0;
+}
+
+static void put_compound(bytes_out *to, const world_lender *l, const compound *c)
+{
+    bytes_put_count(to, c->child_count);
+    for (uint32_t i = 0; i < c->child_count; i++) {
+        compound_child bare = c->children[i];
+        put_shape(to, l, &bare.shape);
+        bare.shape = (shape){0};
+        bytes_put(to, &bare, sizeof bare);
+    }
+    bytes_put_count(to, c->node_count);
+    bytes_put(to, c->nodes, c->node_count * sizeof *c->nodes);
+}
+
+/* Built anew, and then given the very numbers: to divide an orientation by its norm again could change its last bit. */
+static compound *get_compound(bytes_in *from, const world_lender *l)
+{
+    size_t count = bytes_get_count(from, sizeof(compound_child));
+    compound_child *children = base_zalloc(count + 1, sizeof *children);
+    shape *shapes = base_zalloc(count + 1, sizeof *shapes);
+    pose *locals = base_zalloc(count + 1, sizeof *locals);
+    bool good = true;
+    for (size_t i = 0; i < count; i++) {
+        good &= get_shape(from, l, &shapes[i]);
+        bytes_get(from, &children[i], sizeof children[i]);
+        children[i].shape = shapes[i];
+        locals[i] = children[i].local;
+    }
+    compound *c = NULL;
+    size_t nodes = bytes_get_count(from, sizeof(compound_node));
+    good = good && !from->broken && compound_build(shapes, locals, count, &c) == COMPOUND_OK && c->node_count == nodes;
+    if (good) {
+        memcpy(c->children, children, count * sizeof *children);
+        bytes_get(from, c->nodes, nodes * sizeof *c->nodes);
+    } else if (c) {
+        compound_destroy(c);
+        c = NULL;
+    }
+    free(children);
+    free(shapes);
+    free(locals);
+    return c;
+}
+
+static void put_solid(bytes_out *to, const world *w, uint32_t id, const world_lender *l)
+{
+    const solid *s = &w->solids.at[id];
+    solid bare = *s;
+    bare.shape = (shape){0};
+    bare.own = NULL;
+    bytes_put(to, &id, sizeof id);
+    bytes_put(to, &bare, sizeof bare);
+    if (s->ghost) return; /* only waits for its id to be free */
+    put_shape(to, l, &s->shape);
+    uint8_t is_compound = s->own != NULL;
+    bytes_put(to, &is_compound, 1);
+    if (s->own) put_compound(to, l, s->own);
+    broad_move fat = broad_fat_box(w->broad, id);
+    bytes_put(to, &fat, sizeof fat);
+}
+
+static const char *get_solid(bytes_in *from, world *w, const world_lender *l)
+{
+    uint32_t id;
+    solid s;
+    uint8_t is_compound = 0;
+    broad_move fat;
+    bytes_get(from, &id, sizeof id);
+    if (!bytes_get(from, &s, sizeof s) || id >= w->solids.count) return "a shape is cut off";
+    s.shape = (shape){0};
+    s.own = NULL;
+    s.shape.type = SHAPE_SPHERE;
+    if (!s.ghost) {
+        if (!get_shape(from, l, &s.shape)) return "a shape's hull or mesh is not there";
+        bytes_get(from, &is_compound, 1);
+        if (is_compound && !(s.shape.compound = s.own = get_compound(from, l))) return "a compound cannot be built";
+        bytes_get(from, &fat, sizeof fat);
+        const aabb *box = &fat.box;
+        if (from->broken || !(box->lo.x <= box->hi.x && box->lo.y <= box->hi.y && box->lo.z <= box->hi.z)) {
+            compound_destroy(s.own);
+            return "a shape has no box";
+        }
+        fat = (broad_move){.proxy = id, .fixed = fat.fixed, .box = *box};
+        broad_put(w->broad, &fat);
+    }
+    w->solids.at[id] = s;
+    return NULL;
+}
+
+/* ---- bodies ---- */
+
+static void put_rule(bytes_out *to, const filter_rule *r)
+{
+    filter_rule bare = *r;
+    bare.pattern = bare.reason = NULL;
+    bytes_put(to, &bare, sizeof bare);
+    bytes_put_text(to, r->pattern);
+    bytes_put_text(to, r->reason);
+}
+
+static void get_rule(bytes_in *from, filter_rule *r)
+{
+    bytes_get(from, r, sizeof *r);
+    r->pattern = base_strdup(bytes_get_text(from));
+    r->reason = base_strdup(bytes_get_text(from));
+}
+
+static void put_body(bytes_out *to, const world *w, uint32_t id)
+{
+    const body *b = &w->bodies.at[id];
+    body bare = *b;
+    bare.name = bare.group = NULL;
+    bare.shapes = NULL;
+    bare.rules = NULL;
+    bare.match_a = bare.match_b = NULL;
+    bare.passed.at = NULL;
+    bare.passed.count = bare.passed.capacity = 0;
+    bytes_put(to, &id, sizeof id);
+    bytes_put(to, &bare, sizeof bare);
+    bytes_put_text(to, b->name);
+    bytes_put_text(to, b->group);
+    bytes_put(to, b->shapes, b->shape_count * sizeof *b->shapes);
+    for (size_t i = 0; i < b->rule_count; i++) put_rule(to, &b->rules[i]);
+    bytes_put(to, b->match_a, w->words * sizeof *b->match_a);
+    bytes_put(to, b->match_b, w->words * sizeof *b->match_b);
+}
+
+static const char *get_body(bytes_in *from, world *w)
+{
+    uint32_t id;
+    body b;
+    bytes_get(from, &id, sizeof id);
+    if (!bytes_get(from, &b, sizeof b) || id >= w->bodies.count || b.shape_count > from->left ||
+        b.rule_count > from->left || w->words > from->left)
+        return "a body is cut off";
+    b.name = base_strdup(bytes_get_text(from));
+    b.group = base_strdup(bytes_get_text(from));
+    b.shapes = b.ghost ? NULL : base_zalloc(b.shape_count + 1, sizeof *b.shapes);
+    if (b.ghost) b.shape_count = 0;
+    bytes_get(from, b.shapes, b.shape_count * sizeof *b.shapes);
+    b.rules = base_zalloc(b.rule_count + 1, sizeof *b.rules);
+    for (size_t i = 0; i < b.rule_count; i++) get_rule(from, &b.rules[i]);
+    b.match_a = base_zalloc(w->words, sizeof *b.match_a);
+    b.match_b = base_zalloc(w->words, sizeof *b.match_b);
+    bytes_get(from, b.match_a, w->words * sizeof *b.match_a);
+    bytes_get(from, b.match_b, w->words * sizeof *b.match_b);
+    b.passed.at = NULL;
+    b.passed.count = b.passed.capacity = 0;
+    w->bodies.at[id] = b;
+    if (!b.ghost) body_add_name(w, id);
+    return from->broken ? "a body is cut off" : NULL;
+}
+
+/* ---- interests ---- */
+
+static void put_interest(bytes_out *to, const world *w, uint32_t id)
+{
+    const interest *i = &w->interests.at[id];
+    interest bare = *i;
+    bare.select_a = bare.select_b = NULL;
+    bare.held.at = NULL;
+    bare.held.count = bare.held.capacity = 0;
+    bare.events.at = NULL;
+    bare.events.count = bare.events.capacity = 0;
+    bytes_put(to, &id, sizeof id);
+    bytes_put(to, &bare, sizeof bare);
+    bytes_put_text(to, i->select_a);
+    bytes_put_text(to, i->select_b);
+    bytes_put_count(to, i->held.count);
+    bytes_put(to, i->held.at, i->held.count * sizeof *i->held.at);
+}
+
+static const char *get_interest(bytes_in *from, world *w)
+{
+    uint32_t id;
+    interest i;
+    bytes_get(from, &id, sizeof id);
+    if (!bytes_get(from, &i, sizeof i) || id >= w->interests.count) return "an interest is cut off";
+    i.select_a = base_strdup(bytes_get_text(from));
+    i.select_b = base_strdup(bytes_get_text(from));
+    i.held.at = NULL;
+    i.held.count = i.held.capacity = 0;
+    i.events.at = NULL;
+    i.events.count = i.events.capacity = 0;
+    size_t held = bytes_get_count(from, sizeof *i.held.at);
+    array_reserve(&i.held, held);
+    bytes_get(from, i.held.at, held * sizeof *i.held.at);
+    i.held.count = held;
+    w->interests.at[id] = i;
+    return from->broken ? "an interest is cut off" : NULL;
+}
+
+/* ---- pairs and watches ---- */
+
+static void put_pair(bytes_out *to, const world *w, uint32_t id)
+{
+    pair bare = w->pairs.at[id];
+    bare.cache = (narrow_cache){0};
+    bytes_put(to, &id, sizeof id);
+    bytes_put(to, &bare, sizeof bare);
+}
+
+static const char *get_pair(bytes_in *from, world *w)
+{
+    uint32_t id;
+    pair p;
+    bytes_get(from, &id, sizeof id);
+    if (!bytes_get(from, &p, sizeof p) || id >= w->pairs.count || p.a >= w->solids.count || p.b >= w->solids.count)
+        return "a pair is cut off";
+    p.cache = (narrow_cache){0};
+    w->pairs.at[id] = p;
+    pair_map_put(&w->pair_of, pair_key(p.a, p.b), id);
+    return NULL;
+}
+
+typedef enum names { NAMES_NONE, NAMES_STRAIGHT, NAMES_TURNED } names; /* whose names an event has */
+
+static uint8_t names_of(const world *w, const pair *p, const world_event *e)
+{
+    if (!e->name_a) return NAMES_NONE;
+    const body *a = &w->bodies.at[w->solids.at[p->a].body];
+    return e->name_a == a->name ? NAMES_STRAIGHT : NAMES_TURNED;
+}
+
+static void give_names(const world *w, const pair *p, uint8_t which, world_event *e)
+{
+    const char *a = w->bodies.at[w->solids.at[p->a].body].name, *b = w->bodies.at[w->solids.at[p->b].body].name;
+    e->name_a = which == NAMES_NONE ? NULL : which == NAMES_STRAIGHT ? a : b;
+    e->name_b = which == NAMES_NONE ? NULL : which == NAMES_STRAIGHT ? b : a;
+}
+
+static void put_watch(bytes_out *to, const world *w, uint32_t id)
+{
+    watch bare = w->watches.at[id];
+    const pair *p = &w->pairs.at[bare.pair];
+    const uint8_t which[2] = {names_of(w, p, &bare.last), names_of(w, p, &bare.foretold)};
+    bare.last.name_a = bare.last.name_b = bare.foretold.name_a = bare.foretold.name_b = NULL;
+    bytes_put(to, &id, sizeof id);
+    bytes_put(to, &bare, sizeof bare);
+    bytes_put(to, which, sizeof which);
+}
+
+static const char *get_watch(bytes_in *from, world *w)
+{
+    uint32_t id;
+    watch v;
+    uint8_t which[2];
+    bytes_get(from, &id, sizeof id);
+    bytes_get(from, &v, sizeof v);
+    if (!bytes_get(from, which, sizeof which) || id >= w->watches.count || v.pair >= w->pairs.count ||
+        v.interest >= w->interests.count || !w->pairs.at[v.pair].used)
+        return "a watch is cut off";
+    give_names(w, &w->pairs.at[v.pair], which[0], &v.last);
+    give_names(w, &w->pairs.at[v.pair], which[1], &v.foretold);
+    w->watches.at[id] = v;
+    return NULL;
+}
+
+/* ---- the whole ---- */
+
+typedef struct head { /* and the sizes of what is written as it lies, so that another build is told */
+    uint64_t sizes[5];
+    int64_t last_tick_ns, now_ns, serial;
+    uint64_t hash, capacity, next_bound, words, round;
+    uint32_t body_serial, epoch;
+    world_figures figures;
+} head;
+
+static void fill_sizes(uint64_t sizes[5])
+{
+    const uint64_t all[5] = {sizeof(body), sizeof(solid), sizeof(interest), sizeof(pair), sizeof(watch)};
+    memcpy(sizes, all, sizeof all);
+}
+
+#define PUT_LIST(to, list)                                                                                             \
+    (bytes_put_count((to), (list)->count), bytes_put((to), (list)->at, (list)->count * sizeof *(list)->at))
+#define GET_LIST(from, list)                                                                                           \
+    do {                                                                                                               \
+        size_t list_count = bytes_get_count((from), sizeof *(list)->at);                                               \
+        array_reserve((list), list_count + 1);                                                                         \
+        bytes_get((from), (list)->at, list_count * sizeof *(list)->at);                                                \
+        (list)->count = list_count;                                                                                    \
+    } while (0)
+
+#define EACH_USED(list, call)                                                                                          \
+    do {                                                                                                               \
+        size_t used_count = 0;                                                                                         \
+        for (size_t n = 0; n < (list)->count; n++) used_count += (list)->at[n].used;                                   \
+        bytes_put_count(to, used_count);                                                                               \
+        for (uint32_t id = 0; id < (list)->count; id++)                                                                \
+            if ((list)->at[id].used) call;                                                                             \
+    } while (0)
+
+void world_save(const world *w, const world_lender *l, bytes_out *to)
+{
+    head h = {.last_tick_ns = w->last_tick_ns,
+        .now_ns = w->now_ns,
+        .serial = w->serial,
+        .hash = w->hash,
+        .capacity = w->capacity,
+        .next_bound = w->next_bound,
+        .words = w->words,
+        .round = w->round,
+        .body_serial = w->body_serial,
+        .epoch = w->epoch,
+        .figures = w->figures};
+    fill_sizes(h.sizes);
+    bytes_put(to, &h, sizeof h);
+    const id_pool *pools[] = {&w->body_ids, &w->solid_ids, &w->interest_ids, &w->pair_ids, &w->watch_ids};
+    for (int i = 0; i < 5; i++) put_pool(to, pools[i]);
+    EACH_USED(&w->interests, put_interest(to, w, id));
+    EACH_USED(&w->bodies, put_body(to, w, id));
+    EACH_USED(&w->solids, put_solid(to, w, id, l));
+    EACH_USED(&w->pairs, put_pair(to, w, id));
+    EACH_USED(&w->watches, put_watch(to, w, id));
+    PUT_LIST(to, &w->reap);
+    PUT_LIST(to, &w->reap_solids);
+    PUT_LIST(to, &w->expiries);
+    PUT_LIST(to, &w->unfinished);
+}
+
+/* There is room for them. */
+#define MAKE_PLACES(list, pool)                                                                                        \
+    do {                                                                                                               \
+        memset((list)->at, 0, ((size_t)(pool)->end + 1) * sizeof *(list)->at);                                         \
+        (list)->count = (pool)->end;                                                                                   \
+    } while (0)
+
+/* Ids that are written in the structs point to what is there. */
+static const char *check_ids(const world *w)
+{
+    for (size_t i = 0; i < w->solids.count; i++)
+        if (w->solids.at[i].used && w->solids.at[i].body >= w->bodies.count) return "a shape has no body";
+    for (size_t i = 0; i < w->bodies.count; i++)
+        for (size_t k = 0; k < w->bodies.at[i].shape_count; k++)
+            if (w->bodies.at[i].shapes[k] >= w->solids.count) return "a body has no shape";
+    return NULL;
+}
+
+/* The boxes are those of the other world, and so must the pairs be. */
+static const char *settle_pairs(world *w, size_t pairs)
+{
+    broad_changes changes;
+    broad_update(w->broad, &changes);
+    if (changes.began_count != pairs) return "its pairs are not those of its boxes";
+    for (size_t i = 0; i < changes.began_count; i++)
+        if (pair_find(w, changes.began[i].a, changes.began[i].b) == PAIR_MAP_NONE)
+            return "a pair is not among its pairs";
+    return NULL;
+}
+
+#define GET_EACH(call)                                                                                                 \
+    do {                                                                                                               \
+        size_t some = bytes_get_count(from, 1);                                                                        \
+        for (size_t n = 0; n < some; n++)                                                                              \
+            if ((wrong = (call)) != NULL) return wrong;                                                                \
+    } while (0)
+
+const char *world_restore(world *w, const world_lender *l, bytes_in *from)
+{
+    head h;
+    uint64_t sizes[5];
+    const char *wrong;
+    fill_sizes(sizes);
+    if (!bytes_get(from, &h, sizeof h)) return "it is cut off";
+    if (memcmp(h.sizes, sizes, sizeof sizes) != 0) return "it is of another build";
+    w->words = (size_t)h.words;
+    id_pool *pools[] = {&w->body_ids, &w->solid_ids, &w->interest_ids, &w->pair_ids, &w->watch_ids};
+    for (int i = 0; i < 5; i++) get_pool(from, pools[i]);
+    if (from->broken || w->interest_ids.end > 64 * h.words || h.words > from->left) return "it is cut off";
+    body_reserve(w, (size_t)w->body_ids.end + 1);
+    array_reserve(&w->solids, (size_t)w->solid_ids.end + 1);
+    array_reserve(&w->interests, (size_t)w->interest_ids.end + 1);
+    array_reserve(&w->pairs, (size_t)w->pair_ids.end + 1);
+    array_reserve(&w->watches, (size_t)w->watch_ids.end + 1);
+    MAKE_PLACES(&w->bodies, &w->body_ids);
+    MAKE_PLACES(&w->solids, &w->solid_ids);
+    MAKE_PLACES(&w->interests, &w->interest_ids);
+    MAKE_PLACES(&w->pairs, &w->pair_ids);
+    MAKE_PLACES(&w->watches, &w->watch_ids);
+    GET_EACH(get_interest(from, w));
+    GET_EACH(get_body(from, w));
+    GET_EACH(get_solid(from, w, l));
+    if ((wrong = check_ids(w)) != NULL) return wrong;
+    size_t pairs = bytes_get_count(from, sizeof(pair));
+    for (size_t i = 0; i < pairs; i++)
+        if ((wrong = get_pair(from, w)) != NULL) return wrong;
+    if ((wrong = settle_pairs(w, pairs)) != NULL) return wrong;
+    GET_EACH(get_watch(from, w));
+    GET_LIST(from, &w->reap);
+    GET_LIST(from, &w->reap_solids);
+    GET_LIST(from, &w->expiries);
+    GET_LIST(from, &w->unfinished);
+    w->last_tick_ns = h.last_tick_ns;
+    w->now_ns = h.now_ns;
+    w->serial = h.serial;
+    w->hash = h.hash;
+    w->capacity = h.capacity;
+    w->next_bound = h.next_bound;
+    w->round = h.round;
+    w->body_serial = h.body_serial;
+    w->epoch = h.epoch;
+    w->figures = h.figures;
+    w->changed = false;
+    return from->broken ? "it is cut off" : NULL;
+}
