@@ -13,7 +13,7 @@
 
 #include <cmocka.h>
 
-enum { PAIRS = 3000, ARCS = 12, DIRECTIONS = 20 };
+enum { PAIRS = 2000, ARCS = 12, DIRECTIONS = 20 };
 
 typedef struct pair {
     shape a, b;
