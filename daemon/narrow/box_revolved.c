@@ -65,9 +65,9 @@ typedef struct search {
 typedef struct quadrant {
     int j, k;
     double sign_j, sign_k;
-    plane u, v, c; /* v: the box's corner less t; c: unit, along u */
-    double ui2;    /* u_i^2 */
-    double s;      /* |u| in the plane */
+    plane u, v, c, d; /* v: the box's corner less t; c: unit, along u; d: unit, a quarter turn from there */
+    double ui2;       /* u_i^2 */
+    double s;         /* |u| in the plane */
 } quadrant;
 
 typedef struct tip { /* a direction, the support point there of the piece that the arc is of, and the cosine and sine */
@@ -206,11 +206,11 @@ static void try_circle_narrow(search *x)
 static tip tip_at(const scene *c, const quadrant *q, double slope, plane n)
 {
     tip t = {.n = n, .y = dot2(q->u, n)};
-    double along = dot2(q->c, n), beside = cross2(q->c, n);
+    double along = dot2(q->c, n), beside = dot2(q->d, n);
     t.sine = sqrt(q->ui2 * along * along + beside * beside);
     double per = t.sine > 0 ? c->b.r / t.sine : 0, on_c = per * q->ui2 * along, off_c = per * beside;
     t.p = madd2(madd2(q->v, slope, q->u), on_c, q->c);
-    t.p = madd2(t.p, off_c, (plane){-q->c.y, q->c.x});
+    t.p = madd2(t.p, off_c, q->d);
     return t;
 }
 
@@ -290,7 +290,7 @@ static bool close_arc(search *x, const quadrant *q, double slope, const tip *fro
 static plane kink_at(const scene *c, const quadrant *q, int side)
 {
     double along = c->kink / q->s, beside = side * sqrt(max_of(1 - along * along, 0));
-    return unit2((plane){along * q->c.x - beside * q->c.y, along * q->c.y + beside * q->c.x});
+    return unit2((plane){along * q->c.x + beside * q->d.x, along * q->c.y + beside * q->d.y});
 }
 
 /* Both pieces count where they meet, as rounding may have put that a little beside. */
@@ -355,6 +355,7 @@ static quadrant quadrant_of(const scene *c, int i, double sign_j, double sign_k)
     q.v = (plane){part(c->half, q.j) - sign_j * part(c->t, q.j), part(c->half, q.k) - sign_k * part(c->t, q.k)};
     q.s = c->sine[i];
     q.c = q.s > 0 ? (plane){q.u.x / q.s, q.u.y / q.s} : (plane){1, 0};
+    q.d = (plane){-q.c.y, q.c.x};
     q.ui2 = part(c->u, i) * part(c->u, i);
     return q;
 }
