@@ -1,79 +1,102 @@
-/* box_revolved: branch and bound over octants of the box and the cosine to the other axis. Pure; any thread.
+/* box_revolved: the curves of directions on which the depth of a box and a body of revolution is found. Pure; any
+ * thread.
  *
  * The box stands at the origin along the axes; u is minus the axis of B, t its centre. Along a unit axis m from A
  * towards B, with y = m.u, the cores overlap by
- *     h(m) = sum of half_i |m_i| + f(y) - t.m,   f the support function of B's outline (outline.h).
- * In an octant, with m_i = sign_i n_i and n >= 0, that is v.n + f(y), v_i = half_i - sign_i t_i; and over a strip
- * y1 <= y <= y2 without a kink inside f is nowhere below its chord:
- *     h(m) >= c + w.n,   w = v + slope * (sign u).
- * The least w.n over octant and strip has a closed form: it is at -w / |w|, or the least on a face n_i = 0, or at a
- * corner, or the least on the circle y = y1 or y = y2, or where that meets a face. A chord is off by the square of its
- * width: what falls short of the least h found by more than is allowed is split where the bound is least, which also
- * gives the next h. What the flat ends hold is cut off the range of y. */
+ *     h(m) = sum of half_i |m_i| + f(y) - t.m,   f the support function of B's outline (outline.h),
+ * the support function of C = A - B about the origin. C is the intersection of its supporting half-spaces at the points
+ * of its boundary that have one normal only (Schneider, "Convex Bodies", theorem 2.2.6), so the cores overlap where
+ * these are all above zero, and the least of them is the depth. Such a point is the difference of two points, whose
+ * cones of normals, of A and turned round of B, have one direction in common:
+ *   - B inside of a flat end: m = u or -u;
+ *   - B on its side: the cosine of the side's normal, y = kink;
+ *   - B on a rim, whose normals are a wedge, or at an apex, whose normals are a solid cone: the direction is on the
+ *     boundary of either cone: y = kink, or -u, or on the boundary of A's, which are octants: m_i = 0.
+ * What is left are two points, one circle, and three great circles.
+ *
+ * The circle y = kink: in each octant h is linear, its least is where that is least on the circle, or at the end of the
+ * octant, which is on a great circle.
+ *
+ * A great circle, quadrant by quadrant: h is the support function of the projection of C along an axis. Of B's apex it
+ * is a cosine about a fixed point, which is positive and so least at an end. Of a rim it is that of an ellipse and a
+ * point, whose radius of curvature is rho(m) = r u_i^2 / (1 - y^2)^(3/2), i the axis that is projected along. Over an
+ * arc where rho is at least rho_0, h - rho_0 is the support function of a convex curve, too; it holds
+ * q_k = p_k - rho_0 n_k, p_k the support points at the ends n_k of the arc: so
+ *     h(n) >= rho_0 + q_1.n   and   h(n) >= rho_0 + q_2.n,
+ * and the least of the greater of them has a closed form. Where it falls short of the least h found by more than is
+ * allowed, the arc is cut there. About a least rho > h: then q_k lies behind the origin, and the bound of an arc that
+ * ends there is h. It takes two or three cuts. */
 #include "box_revolved.h"
 
 #include "lanes.h"
 #include "outline.h"
 
-enum { CELLS_MAX = 48 /* open at a time */, SPLITS_MAX = 200 };
+enum { ARCS_MAX = 32 /* open at a time */, STEPS_MAX = 200 };
 
-static const double SHALLOW = 0.1;  /* of the size: less depth is found sooner by other means */
-static const double NOISE = 64;     /* rounding of a bound, in units of the last place, with room */
-static const double SLACK = 1e-12;  /* by which a point may be outside of a strip and still counts for its bound */
-static const double OUTSIDE = 1e-9; /* the same of an octant */
-static const double EDGE = 0.1;     /* no part of a strip that is split is smaller than this share */
+static const double SHALLOW = 0x1p-24; /* of the size: less depth, or none, is found by other means */
+static const double NOISE = 24;        /* rounding of a bound, in units of the last place, with room */
+static const double OUTSIDE = 1e-9;    /* by which a direction may be outside of an octant and still counts there */
+static const double FLATTEST = 4;      /* of the size: no greater radius of curvature is of use */
+static const double LESS = 1 - 16 * UNIT_ROUNDOFF; /* a radius of curvature, rounded down */
+static const double EDGE = 1e-9;                   /* an arc is not cut nearer to its end than this */
 
-/* What the faces x, y; y, z; z, x (and x, y again) of all octants share: of u in them the length, squared and inverse,
- * and by how much a point may be outside and a value off because it is short. Where it is zero, y is the same all over.
- */
-typedef struct faces {
-    double s2[LANES], per_s2[LANES], outside[LANES], blur[LANES];
-} faces;
+typedef struct plane {
+    double x, y;
+} plane;
 
 typedef struct scene {
     const unit_pair *p;
     outline b;
+    double kink, kink_sine, at_kink; /* the cosine of the side's normal, its sine, f there */
     vec3 half, u, t;
-    double noise;
-    faces faces;
+    double sine[3]; /* between u and the axes */
 } scene;
-
-typedef struct cell {
-    mark y1, y2;
-    vec3 sign;
-    double bound; /* no h in the cell is less */
-    double y;     /* where the bound is */
-} cell;
 
 typedef struct search {
     const scene *scene;
     double least;
     vec3 axis;     /* where the least h was found */
-    double proved; /* of the cells that were closed */
+    double proved; /* of what was left out */
     double short_by, enough;
     uint32_t steps;
-    bool wide;
-    int count;
-    cell open[CELLS_MAX];
 } search;
 
-static faces faces_of(vec3 u)
-{
-    const double along[LANES + 1] = {u.x, u.y, u.z, u.x, u.y};
-    faces f;
-    for (int k = 0; k < LANES; k++) {
-        double s2 = along[k] * along[k] + along[k + 1] * along[k + 1], per = s2 > 0 ? 1 / sqrt(s2) : 0;
-        f.s2[k] = s2 > 0 ? s2 : -1;
-        f.per_s2[k] = per * per;
-        f.outside[k] = -OUTSIDE - SLACK * per;
-        f.blur[k] = 8 * UNIT_ROUNDOFF * per;
-    }
-    return f;
-}
+/* A quadrant of the great circle m_i = 0, turned so that its directions are (+, +) of the axes j and k. */
+typedef struct quadrant {
+    int j, k;
+    double sign_j, sign_k;
+    plane u, v, c, d; /* v: the box's corner less t; c: unit, along u; d: unit, a quarter turn from there */
+    double ui2;       /* u_i^2 */
+    double s;         /* |u| in the plane */
+} quadrant;
 
-static vec3 times(vec3 a, vec3 b)
+typedef struct tip { /* a direction, the support point there of the piece that the arc is of, and the cosine and sine */
+    plane n, p;
+    double y, sine;
+} tip;
+
+typedef struct arc { /* counter-clockwise */
+    tip a, b;
+    double bound; /* no h on the arc is less */
+    plane at;     /* where the bound is */
+} arc;
+
+static double dot2(plane a, plane b)
 {
-    return vec(a.x * b.x, a.y * b.y, a.z * b.z);
+    return a.x * b.x + a.y * b.y;
+}
+static double cross2(plane a, plane b)
+{
+    return a.x * b.y - a.y * b.x;
+}
+static plane madd2(plane a, double s, plane b)
+{
+    return (plane){a.x + s * b.x, a.y + s * b.y};
+}
+static plane unit2(plane a)
+{
+    double per = 1 / sqrt(dot2(a, a));
+    return (plane){per * a.x, per * a.y};
 }
 
 static vec3 magnitudes(vec3 v)
@@ -81,188 +104,20 @@ static vec3 magnitudes(vec3 v)
     return vec(fabs(v.x), fabs(v.y), fabs(v.z));
 }
 
-static void take(search *x, vec3 m)
+/* ---- what has been found ---- */
+
+static void take(search *x, double h, vec3 m)
 {
-    const scene *c = x->scene;
-    double y = min_of(max_of(vec_dot(m, c->u), -1), 1);
-    double h = vec_dot(c->half, magnitudes(m)) + mark_at(&c->b, y).f - vec_dot(c->t, m);
     if (!(h < x->least)) return;
     x->least = h;
     x->axis = m;
 }
 
-/* ---- the bound of a cell ---- */
-
-/* A cell, for the search of its least w.n over unit n >= 0 with n.u in the strip. What may be the least is looked at
- * side by side and without branches: which of it is in the cell is anybody's guess. */
-typedef struct corner_case {
-    vec3 w, u;
-    const mark *from, *to;
-    double u_xyz[LANES], w_xyz[LANES]; /* x, y, z, x */
-    double value;                      /* the least so far, ... */
-    vec3 n;                            /* ... and where */
-} corner_case;
-
-LANES_INLINE lane_mask in_strip(const corner_case *q, lanes y)
-{
-    return (y >= lanes_of(q->from->v - SLACK)) & (y <= lanes_of(q->to->v + SLACK));
-}
-
-LANES_INLINE lanes3 spread(vec3 v)
-{
-    return (lanes3){lanes_of(v.x), lanes_of(v.y), lanes_of(v.z)};
-}
-
-/* Is any of those values whose mask is set less than what there is? *best: they, and INFINITY for the others. */
-LANES_INLINE bool is_lower(const corner_case *q, lane_mask valid, lanes value, lanes *best)
-{
-    *best = lanes_choose(valid, value, lanes_of(INFINITY));
-    return lanes_bits(*best < lanes_of(q->value)) != 0;
-}
-
-LANES_INLINE void take_least(corner_case *q, lanes best, lanes3 n)
-{
-    for (int k = 0; k < LANES; k++)
-        if (best[k] < q->value) q->value = best[k], q->n = vec(n.x[k], n.y[k], n.z[k]);
-}
-
-/* Where no constraint matters, in the octant or on one of its faces: -w / |w| of what w has there. */
-LANES_INLINE void try_free(corner_case *q)
-{
-    vec3 w = q->w;
-    lanes3 part = {{w.x, 0, w.x, w.x}, {w.y, w.y, 0, w.y}, {w.z, w.z, w.z, 0}};
-    lanes length = lanes_sqrt(lanes3_dot(part, part)), per = -1 / length, outside = lanes_of(-OUTSIDE);
-    lanes3 n = {part.x * per, part.y * per, part.z * per};
-    lane_mask valid = (n.x >= outside) & (n.y >= outside) & (n.z >= outside) & in_strip(q, lanes3_dot(n, spread(q->u)));
-    lanes best;
-    if (is_lower(q, valid & (length > lanes_of(0)), -length, &best)) take_least(q, best, n);
-}
-
-LANES_INLINE void try_corners(corner_case *q)
-{
-    lanes u = lanes_load(q->u_xyz), w = lanes_load(q->w_xyz);
-    lanes best;
-    if (is_lower(q, in_strip(q, u), w, &best)) take_least(q, best, (lanes3){{1, 0, 0, 1}, {0, 1, 0, 0}, {0, 0, 1, 0}});
-}
-
-LANES_INLINE void try_circles(corner_case *q)
-{
-    double along = vec_dot(q->w, q->u);
-    vec3 beside = vec_madd(q->w, -along, q->u);
-    double rest = vec_norm(beside), per = rest > 0 ? -1 / rest : 0;
-    lanes v = {q->from->v, q->to->v, q->from->v, q->to->v}, outside = lanes_of(-OUTSIDE);
-    lanes sine = {q->from->sine, q->to->sine, q->from->sine, q->to->sine}, part = sine * per;
-    lanes3 n = {v * q->u.x + part * beside.x, v * q->u.y + part * beside.y, v * q->u.z + part * beside.z};
-    lane_mask valid = (n.x >= outside) & (n.y >= outside) & (n.z >= outside);
-    lanes best;
-    if (is_lower(q, valid | (lanes_of(rest) <= lanes_of(SLACK)), v * along - sine * rest, &best))
-        take_least(q, best, n);
-}
-
-/* The circle y = v and the faces x, y; y, z; z, x: two points each. */
-LANES_INLINE void try_crossings(corner_case *q, const faces *f, double v)
-{
-    vec3 u = q->u, w = q->w;
-    lanes ua = lanes_load(q->u_xyz), ub = {u.y, u.z, u.x, u.y}, wa = lanes_load(q->w_xyz), wb = {w.y, w.z, w.x, w.y};
-    lanes q2 = lanes_load(f->s2) - v * v, zero = lanes_of(0), outside = lanes_load(f->outside);
-    lanes reach = lanes_sqrt(lanes_choose(q2 > zero, q2, zero)), per = lanes_load(f->per_s2);
-    lanes sizes = lanes_choose(wa < zero, -wa, wa) + lanes_choose(wb < zero, -wb, wb);
-    lanes blur = sizes * lanes_load(f->blur), va = v * ua, vb = v * ub;
-    lane_mask there = q2 >= lanes_of(-SLACK);
-    for (int side = -1; side <= 1; side += 2, reach = -reach) {
-        lanes a = (va + reach * ub) * per, b = (vb - reach * ua) * per, best;
-        if (is_lower(q, there & (a >= outside) & (b >= outside), wa * a + wb * b - blur, &best))
-            take_least(q, best, (lanes3){{a[0], 0, b[2], a[0]}, {b[0], a[1], 0, b[0]}, {0, b[1], a[2], 0}});
-    }
-}
-
-LANES_INLINE void find_least(corner_case *q, const faces *f)
-{
-    q->value = INFINITY;
-    try_free(q);
-    try_corners(q);
-    try_circles(q);
-    try_crossings(q, f, q->from->v);
-    try_crossings(q, f, q->to->v);
-}
-
-LANES_WIDE static void find_least_wide(corner_case *q, const faces *f)
-{
-    find_least(q, f);
-}
-
-static void find_least_narrow(corner_case *q, const faces *f)
-{
-    find_least(q, f);
-}
-
-static double level_of(const search *x)
-{
-    return min_of(x->least - x->short_by, x->enough);
-}
-
-/* The least w.n over an octant: at a corner, or at what of w is negative. */
-static inline double least_in_octant(vec3 w)
-{
-    double least = min_of(w.x, min_of(w.y, w.z));
-    if (least >= 0) return least;
-    vec3 negative = vec(min_of(w.x, 0), min_of(w.y, 0), min_of(w.z, 0));
-    return -vec_norm(negative);
-}
-
-/* True: it remains open. */
-static bool bound_cell(search *x, cell *q)
+static void take_along(search *x, vec3 m)
 {
     const scene *c = x->scene;
-    double slope = (q->y2.f - q->y1.f) / (q->y2.v - q->y1.v);
-    vec3 u = times(q->sign, c->u), v = vec_sub(c->half, times(q->sign, c->t)), w = vec_madd(v, slope, u);
-    double chord = q->y1.f - slope * q->y1.v - c->noise * (c->p->size + fabs(slope)),
-           whole = chord + least_in_octant(w);
-    if (whole >= level_of(x)) {
-        x->proved = min_of(x->proved, whole);
-        return false;
-    }
-    corner_case l = {w, u, &q->y1, &q->y2, {u.x, u.y, u.z, u.x}, {w.x, w.y, w.z, w.x}, 0, w};
-    (x->wide ? find_least_wide : find_least_narrow)(&l, &c->faces);
-    if (l.value == INFINITY) return false; /* no direction has such a cosine */
-    q->bound = chord + l.value;
-    if (q->bound >= level_of(x)) {
-        x->proved = min_of(x->proved, q->bound);
-        return false;
-    }
-    double y = vec_dot(l.n, u);
-    q->y = min_of(max_of(y, q->y1.v), q->y2.v);
-    take(x, direction_of(times(q->sign, l.n)));
-    return true;
-}
-
-/* ---- search ---- */
-
-/* False: too many cells. */
-static bool add(search *x, vec3 sign, mark y1, mark y2)
-{
-    if (!(y1.v < y2.v)) return true;
-    if (x->count == CELLS_MAX) return false;
-    cell *q = &x->open[x->count];
-    q->sign = sign, q->y1 = y1, q->y2 = y2;
-    x->count += bound_cell(x, q);
-    x->steps++;
-    return true;
-}
-
-static bool split(search *x, const cell *q)
-{
-    double least = EDGE * (q->y2.v - q->y1.v);
-    mark mid = mark_at(&x->scene->b, min_of(max_of(q->y, q->y1.v + least), q->y2.v - least));
-    return add(x, q->sign, q->y1, mid) && add(x, q->sign, mid, q->y2);
-}
-
-static int least_of(const search *x)
-{
-    int least = 0;
-    for (int i = 1; i < x->count; i++)
-        if (x->open[i].bound < x->open[least].bound) least = i;
-    return least;
+    double y = min_of(max_of(vec_dot(m, c->u), -1), 1);
+    take(x, vec_dot(c->half, magnitudes(m)) + mark_at(&c->b, y).f - vec_dot(c->t, m), m);
 }
 
 static bool is_deep(const search *x)
@@ -270,55 +125,315 @@ static bool is_deep(const search *x)
     return x->least > SHALLOW * x->scene->p->size;
 }
 
-/* Until no cell is below what is allowed. False: too many, or the cores turn out to be apart or nearly so. */
-static bool close_cells(search *x)
+/* A bound that is not below it need not be raised. */
+static double level_of(const search *x)
 {
-    for (int i = 0; i < SPLITS_MAX && x->count > 0 && is_deep(x); i++) {
-        int least = least_of(x);
-        cell q = x->open[least];
-        if (q.bound >= level_of(x)) {
-            x->proved = min_of(x->proved, q.bound);
-            return true;
-        }
-        x->open[least] = x->open[--x->count];
-        if (!split(x, &q)) return false;
-    }
-    return x->count == 0 && is_deep(x);
+    return min_of(x->least - x->short_by, x->enough);
 }
 
-/* ---- the first cells ---- */
-
-static void try_axes(search *x)
+static bool is_closed(search *x, double bound)
 {
-    const scene *c = x->scene;
-    vec3 t = c->t;
-    if (vec_norm2(t) > 0) take(x, direction_of(t));
-    if (!is_deep(x)) return;
-    take(x, vec(t.x < 0 ? -1 : 1, 0, 0));
-    take(x, vec(0, t.y < 0 ? -1 : 1, 0));
-    take(x, vec(0, 0, t.z < 0 ? -1 : 1));
+    if (!(bound >= level_of(x))) return false;
+    x->proved = min_of(x->proved, bound);
+    return true;
 }
 
-static bool open_cells(search *x)
+/* ---- single directions ---- */
+
+static void try_face(search *x, vec3 axis, double half, double t, double u, double sine)
+{
+    const outline *b = &x->scene->b;
+    take(x, half - t + height(b, u, sine), axis);
+    take(x, half + t + height(b, -u, sine), vec_neg(axis));
+}
+
+/* The faces of the box and the ends of B. False: apart, or nearly so. */
+static bool try_faces(search *x)
 {
     const scene *c = x->scene;
-    end ends[2];
-    try_axes(x);
+    vec3 t = c->t, u = c->u;
+    if (vec_norm2(t) > 0) take_along(x, direction_of(t));
     if (!is_deep(x)) return false;
-    for (int i = 0; i < 2; i++) {
-        double side = 2 * i - 1;
-        vec3 n = vec_scale(c->u, side);
-        ends[i] = end_of(&c->b, side, n, vec_sub(c->t, unit_pair_support_a(c->p, n, NULL)));
-        take(x, n);
+    try_face(x, vec(1, 0, 0), c->half.x, t.x, u.x, c->sine[0]);
+    try_face(x, vec(0, 1, 0), c->half.y, t.y, u.y, c->sine[1]);
+    try_face(x, vec(0, 0, 1), c->half.z, t.z, u.z, c->sine[2]);
+    double both = vec_dot(c->half, magnitudes(u)) + c->b.h, away = vec_dot(t, u);
+    take(x, both - away, u);
+    take(x, both + away, vec_neg(u));
+    return is_deep(x);
+}
+
+/* ---- the circle y = kink ---- */
+
+/* Four octants: the least of what h is there over all of the circle, where that is in the octant. */
+LANES_INLINE void try_octants(search *x, double sign_z)
+{
+    const scene *c = x->scene;
+    const lanes sign_x = {1, -1, 1, -1}, sign_y = {1, 1, -1, -1}, kink = lanes_of(c->kink);
+    lanes wx = sign_x * c->half.x - c->t.x, wy = sign_y * c->half.y - c->t.y,
+          wz = lanes_of(sign_z * c->half.z - c->t.z);
+    lanes along = wx * c->u.x + wy * c->u.y + wz * c->u.z;
+    lanes3 beside = {wx - along * c->u.x, wy - along * c->u.y, wz - along * c->u.z};
+    lanes rest = lanes_sqrt(lanes3_dot(beside, beside)), value = kink * along - rest * c->kink_sine + c->at_kink;
+    lane_mask lower = value < lanes_of(x->least);
+    if (!lanes_bits(lower)) return;
+    lanes per = lanes_choose(rest > lanes_of(0), c->kink_sine / rest, lanes_of(0)), outside = lanes_of(-OUTSIDE);
+    lanes3 m = {kink * c->u.x - per * beside.x, kink * c->u.y - per * beside.y, kink * c->u.z - per * beside.z};
+    lane_mask inside = (sign_x * m.x >= outside) & (sign_y * m.y >= outside) & (m.z * sign_z >= outside);
+    unsigned left = lanes_bits(lower & inside);
+    for (int k = 0; left; k++, left >>= 1) {
+        if (!(left & 1)) continue;
+        x->proved = min_of(x->proved, value[k]);
+        take_along(x, direction_of(vec(m.x[k], m.y[k], m.z[k])));
     }
-    if (!is_deep(x)) return false;
-    range at = range_of(&c->b, ends, x->least);
-    vec3 first = vec(copysign(1, c->t.x), copysign(1, c->t.y), copysign(1, c->t.z)); /* likely to hold the least */
-    for (int i = 0; i < 8; i++) {
-        vec3 sign = times(first, vec(i & 1 ? -1 : 1, i & 2 ? -1 : 1, i & 4 ? -1 : 1));
-        for (int k = 0; k < 2; k++) add(x, sign, at.at[k], at.at[k + 1]);
+}
+
+LANES_WIDE static void try_circle_wide(search *x)
+{
+    try_octants(x, 1);
+    try_octants(x, -1);
+}
+
+static void try_circle_narrow(search *x)
+{
+    try_octants(x, 1);
+    try_octants(x, -1);
+}
+
+/* ---- arcs of great circles ---- */
+
+/* `slope`: f is r sine + slope y on the piece. */
+static tip tip_at(const scene *c, const quadrant *q, double slope, plane n)
+{
+    tip t = {.n = n, .y = dot2(q->u, n)};
+    double along = dot2(q->c, n), beside = dot2(q->d, n);
+    t.sine = sqrt(q->ui2 * along * along + beside * beside);
+    double per = t.sine > 0 ? c->b.r / t.sine : 0, on_c = per * q->ui2 * along, off_c = per * beside;
+    t.p = madd2(madd2(q->v, slope, q->u), on_c, q->c);
+    t.p = madd2(t.p, off_c, q->d);
+    return t;
+}
+
+static void take_tip(search *x, const quadrant *q, const tip *t)
+{
+    double h = dot2(t->p, t->n), m[3] = {0, 0, 0};
+    if (!(h < x->least)) return;
+    m[q->j] = q->sign_j * t->n.x;
+    m[q->k] = q->sign_k * t->n.y;
+    take(x, h, vec(m[0], m[1], m[2]));
+}
+
+/* The least p.n from n1 to n2. */
+static double least_between(plane p, plane n1, plane n2, plane *at)
+{
+    if (cross2(n1, p) < 0 && cross2(n2, p) > 0) {
+        double length = sqrt(dot2(p, p));
+        *at = (plane){-p.x / length, -p.y / length};
+        return -length;
+    }
+    double at_1 = dot2(p, n1), at_2 = dot2(p, n2);
+    *at = at_1 < at_2 ? n1 : n2;
+    return min_of(at_1, at_2);
+}
+
+/* Where one point takes over from the other, if that is in the arc; any direction of it would do. */
+static plane change_at(const arc *a, plane from, plane to)
+{
+    plane n = {to.y - from.y, from.x - to.x};
+    if (!(cross2(a->a.n, n) > 0 && cross2(n, a->b.n) > 0)) n = madd2(a->a.n, 1, a->b.n);
+    return unit2(n);
+}
+
+static void bound_arc(search *x, const quadrant *q, arc *a)
+{
+    const scene *c = x->scene;
+    bool turns = (a->a.y < 0) != (a->b.y < 0);
+    double sine = turns ? 1 : max_of(a->a.sine, a->b.sine), cube = sine * sine * sine;
+    double rho = cube > 0 ? min_of(LESS * c->b.r * q->ui2 / cube, FLATTEST * c->p->size) : 0;
+    plane from = madd2(a->a.p, -rho, a->a.n), to = madd2(a->b.p, -rho, a->b.n), n = change_at(a, from, to), at;
+    a->bound = least_between(from, a->a.n, n, &a->at);
+    double other = least_between(to, n, a->b.n, &at);
+    if (other < a->bound) a->bound = other, a->at = at;
+    a->bound += rho;
+    x->steps++;
+}
+
+static plane cut_at(const arc *a)
+{
+    double before = cross2(a->a.n, a->at), behind = cross2(a->at, a->b.n);
+    return before > EDGE && behind > EDGE ? a->at : unit2(madd2(a->a.n, 1, a->b.n));
+}
+
+/* All of an arc of a rim. False: too many cuts, or not deep. */
+static bool close_arc(search *x, const quadrant *q, double slope, const tip *from, const tip *to)
+{
+    arc open[ARCS_MAX];
+    int count = 1;
+    open[0] = (arc){.a = *from, .b = *to};
+    bound_arc(x, q, &open[0]);
+    while (count) {
+        arc a = open[--count];
+        if (is_closed(x, a.bound)) continue;
+        if (count + 2 > ARCS_MAX || x->steps > STEPS_MAX) return false;
+        tip cut = tip_at(x->scene, q, slope, cut_at(&a));
+        take_tip(x, q, &cut);
+        if (!is_deep(x)) return false;
+        arc *l = &open[count++], *r = &open[count++];
+        l->a = a.a, l->b = r->a = cut, r->b = a.b;
+        bound_arc(x, q, l);
+        bound_arc(x, q, r);
     }
     return true;
+}
+
+/* The directions of the kink in the plane: with a u of length s, the two with n.u = kink. */
+static plane kink_at(const scene *c, const quadrant *q, int side)
+{
+    double along = c->kink / q->s, beside = side * sqrt(max_of(1 - along * along, 0));
+    return unit2((plane){along * q->c.x + beside * q->d.x, along * q->c.y + beside * q->d.y});
+}
+
+/* Both pieces count where they meet, as rounding may have put that a little beside. */
+static tip meet(search *x, const quadrant *q, plane n, double slope)
+{
+    const scene *c = x->scene;
+    tip t = tip_at(c, q, slope, n);
+    double rim = dot2(t.p, n), tip_h = dot2(madd2(q->v, c->b.h, q->u), n);
+    if (c->b.cone) x->proved = min_of(x->proved, tip_h);
+    if (!c->b.cone || rim >= tip_h) take_tip(x, q, &t);
+    return t;
+}
+
+static bool in_quadrant(plane n)
+{
+    return n.x > 0 && n.y > 0;
+}
+
+/* One end sees the apex (or B's other end), the other does not: which kink lies between? */
+static plane kink_between(const scene *c, const quadrant *q)
+{
+    plane n = kink_at(c, q, 1), other = kink_at(c, q, -1);
+    return min_of(n.x, n.y) >= min_of(other.x, other.y) ? n : other;
+}
+
+static bool close_cone(search *x, const quadrant *q, plane e1, plane e2)
+{
+    const scene *c = x->scene;
+    double rim = -c->b.h, steep = c->kink;
+    bool apex_1 = q->u.x >= steep, apex_2 = q->u.y >= steep;
+    if (apex_1 && apex_2) return true;
+    if (apex_1 || apex_2) {
+        tip k = meet(x, q, kink_between(c, q), rim), e = tip_at(c, q, rim, apex_1 ? e2 : e1);
+        return apex_1 ? close_arc(x, q, rim, &k, &e) : close_arc(x, q, rim, &e, &k);
+    }
+    tip from = tip_at(c, q, rim, e1), to = tip_at(c, q, rim, e2);
+    if (!(q->s > steep && in_quadrant(q->c))) return close_arc(x, q, rim, &from, &to);
+    tip first = meet(x, q, kink_at(c, q, -1), rim), second = meet(x, q, kink_at(c, q, 1), rim);
+    return close_arc(x, q, rim, &from, &first) && close_arc(x, q, rim, &second, &to);
+}
+
+static bool close_cylinder(search *x, const quadrant *q, plane e1, plane e2)
+{
+    const scene *c = x->scene;
+    double slope_1 = copysign(c->b.h, q->u.x), slope_2 = copysign(c->b.h, q->u.y);
+    tip from = tip_at(c, q, slope_1, e1), to = tip_at(c, q, slope_2, e2);
+    if (slope_1 == slope_2) return close_arc(x, q, slope_1, &from, &to);
+    plane n = kink_between(c, q);
+    tip first = meet(x, q, n, slope_1), second = meet(x, q, n, slope_2);
+    return close_arc(x, q, slope_1, &from, &first) && close_arc(x, q, slope_2, &second, &to);
+}
+
+static double part(vec3 v, int i)
+{
+    return i == 0 ? v.x : i == 1 ? v.y : v.z;
+}
+
+static quadrant quadrant_of(const scene *c, int i, double sign_j, double sign_k)
+{
+    quadrant q = {.j = (i + 1) % 3, .k = (i + 2) % 3, .sign_j = sign_j, .sign_k = sign_k};
+    q.u = (plane){sign_j * part(c->u, q.j), sign_k * part(c->u, q.k)};
+    q.v = (plane){part(c->half, q.j) - sign_j * part(c->t, q.j), part(c->half, q.k) - sign_k * part(c->t, q.k)};
+    q.s = c->sine[i];
+    q.c = q.s > 0 ? (plane){q.u.x / q.s, q.u.y / q.s} : (plane){1, 0};
+    q.d = (plane){-q.c.y, q.c.x};
+    q.ui2 = part(c->u, i) * part(c->u, i);
+    return q;
+}
+
+static bool close_quadrant(search *x, int i, double sign_j, double sign_k)
+{
+    quadrant q = quadrant_of(x->scene, i, sign_j, sign_k);
+    const plane e1 = {1, 0}, e2 = {0, 1};
+    return x->scene->b.cone ? close_cone(x, &q, e1, e2) : close_cylinder(x, &q, e1, e2);
+}
+
+/* ---- the quadrants of a great circle side by side ---- */
+
+/* The support points of B at an end of the quadrants, where the cosine is y and the sine the same in all: `along` the
+ * end and across it. */
+LANES_INLINE void end_of_quadrants(const scene *c, lanes y, lanes across, double sine, lanes *along, lanes *beside)
+{
+    const lanes zero = lanes_of(0), h = lanes_of(c->b.h), r = lanes_of(c->b.r);
+    lane_mask up = c->b.cone ? y >= lanes_of(c->kink) : y >= zero;
+    lanes slope = lanes_choose(up, h, -h), rim = c->b.cone ? lanes_choose(up, zero, r) : r;
+    double per = sine > 0 ? 1 / sine : 0;
+    *along = slope * y + rim * sine;
+    *beside = slope * across - rim * y * across * per;
+}
+
+/* Bit k: nothing proves that quadrant k, which is that of the signs (k & 1, k & 2), has no lower h inside. The bound is
+ * that of an arc with rho_0 = 0. */
+LANES_INLINE unsigned open_quadrants(search *x, int i)
+{
+    const scene *c = x->scene;
+    const lanes sign_j = {1, -1, 1, -1}, sign_k = {1, 1, -1, -1}, zero = lanes_of(0);
+    int j = (i + 1) % 3, k = (i + 2) % 3;
+    lanes uj = sign_j * part(c->u, j), uk = sign_k * part(c->u, k), level = lanes_of(level_of(x));
+    lanes vj = part(c->half, j) - sign_j * part(c->t, j), vk = part(c->half, k) - sign_k * part(c->t, k);
+    lanes x1, y1, x2, y2;
+    end_of_quadrants(c, uj, uk, c->sine[j], &x1, &y1);
+    end_of_quadrants(c, uk, uj, c->sine[k], &y2, &x2);
+    x1 += vj, y1 += vk, x2 += vj, y2 += vk;
+    lanes dx = x2 - x1, dy = y2 - y1, cross = x1 * dy - y1 * dx, length = lanes_sqrt(dx * dx + dy * dy);
+    lanes away = cross / length;
+    lane_mask closed = (dx <= zero) & (dy >= zero) & (away > zero) & (away >= level);
+    unsigned bits = lanes_bits(closed);
+    for (int n = 0; n < LANES; n++)
+        if (bits >> n & 1) x->proved = min_of(x->proved, away[n]);
+    return ~bits & 15;
+}
+
+LANES_WIDE static unsigned open_quadrants_wide(search *x, int i)
+{
+    return open_quadrants(x, i);
+}
+
+static unsigned open_quadrants_narrow(search *x, int i)
+{
+    return open_quadrants(x, i);
+}
+
+static bool close_circle(search *x, bool wide, int i)
+{
+    unsigned open = wide ? open_quadrants_wide(x, i) : open_quadrants_narrow(x, i);
+    for (int k = 0; open; k++, open >>= 1)
+        if (open & 1 && !close_quadrant(x, i, k & 1 ? -1 : 1, k & 2 ? -1 : 1)) return false;
+    return true;
+}
+
+/* ---- all of it ---- */
+
+static bool find_depth(search *x, bool wide)
+{
+    if (!try_faces(x)) return false;
+    if (wide)
+        try_circle_wide(x);
+    else
+        try_circle_narrow(x);
+    if (!is_deep(x)) return false;
+    for (int i = 0; i < 3; i++)
+        if (!close_circle(x, wide, i)) return false;
+    return is_deep(x);
 }
 
 /* From deepest points of either to such that face each other, where they are not the only ones. */
@@ -336,28 +451,36 @@ static void face(const scene *c, span *s)
 static scene scene_of(const unit_pair *p)
 {
     scene c = {.p = p, .b = outline_of(&p->b), .half = p->a.half, .u = vec_neg(p->b_in_a.r.z), .t = p->b_in_a.t};
-    c.noise = NOISE * UNIT_ROUNDOFF;
-    c.faces = faces_of(c.u);
+    double r = c.b.r, h = c.b.h, slant = sqrt(r * r + 4 * h * h);
+    c.kink = c.b.cone ? r / slant : 0;
+    c.kink_sine = c.b.cone ? 2 * h / slant : 1;
+    c.at_kink = c.b.cone ? h * c.kink : r;
+    c.sine[0] = sqrt(c.u.y * c.u.y + c.u.z * c.u.z);
+    c.sine[1] = sqrt(c.u.z * c.u.z + c.u.x * c.u.x);
+    c.sine[2] = sqrt(c.u.x * c.u.x + c.u.y * c.u.y);
     return c;
+}
+
+static search search_of(const scene *c, const narrow_goal *goal)
+{
+    return (search){.scene = c,
+        .least = INFINITY,
+        .axis = VEC_ZERO,
+        .proved = INFINITY,
+        .short_by = max_of(0.5 * goal->tolerance, 2 * NOISE * UNIT_ROUNDOFF * c->p->size),
+        .enough = -goal->near};
 }
 
 bool box_revolved_measure(const unit_pair *p, const narrow_goal *goal, span *out)
 {
     scene c = scene_of(p);
-    double rounding = 4 * c.noise * p->size;
-    search x;
-    x.scene = &c;
-    x.least = x.proved = INFINITY;
-    x.short_by = max_of(0.5 * goal->tolerance, rounding);
-    x.enough = -goal->near;
-    x.steps = 0;
-    x.wide = lanes_wide();
-    x.count = 0;
+    search x = search_of(&c, goal);
+    double noise = NOISE * UNIT_ROUNDOFF * p->size;
     out->axis = VEC_ZERO;
-    if (!open_cells(&x) || !close_cells(&x)) return false;
+    if (!(c.kink >= 0) || !find_depth(&x, lanes_wide())) return false;
     minkowski m = unit_pair_nearest_along(p, x.axis);
-    double lo = vec_dot(x.axis, m.w), hi = max_of(lo, -min_of(x.proved, x.least));
-    if (!narrow_goal_reached(goal, lo, hi) && !(hi - lo <= 2 * rounding)) return false;
+    double lo = vec_dot(x.axis, m.w), hi = max_of(lo, noise - min_of(x.proved, x.least));
+    if (!narrow_goal_reached(goal, lo, hi) && !(hi - lo <= 4 * noise)) return false;
     *out = (span){.lo = lo,
         .hi = hi,
         .axis = x.axis,

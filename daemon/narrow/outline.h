@@ -4,10 +4,10 @@
  * The support function of a cylinder is h |x| + r sqrt(1 - x^2), of a cone max(h x, r sqrt(1 - x^2) - h x), of a
  * capsule's segment h |x|; all are concave on both sides of a kink.
  *
- * At a flat end the outline rises too steeply for chords to be of use. For n = z or -z and a direction along n + d, d
- * orthogonal to n, the overlap with another body that is lowest along n at the point b (seen from this body's centre)
- * is h(n + d) |n + d| >= H + (r - |b - (b.n) n|) |d|,   H = h(n), which is at least L |n + d| up to a |d| that follows
- * from a quadratic: so far nothing is below L. */
+ * At a flat end the outline rises too steeply for chords to be of use (of revolved_pair.c). For n = z or -z and a
+ * direction along n + d, d orthogonal to n, the overlap with another body that is lowest along n at the point b (seen
+ * from this body's centre) is h(n + d) |n + d| >= H + (r - |b - (b.n) n|) |d|,   H = h(n), which is at least L |n + d|
+ * up to a |d| that follows from a quadratic: so far nothing is below L. */
 #ifndef COLLIDED_NARROW_OUTLINE_H
 #define COLLIDED_NARROW_OUTLINE_H
 

@@ -1,6 +1,6 @@
-/* The bounds of the cells in narrow/box_revolved.c, which is compiled in here: along no direction of an octant whose
- * cosine is in a strip do the cores overlap by less, by 113-bit support functions; random strips of all sizes, and
- * directions on faces and rims as often as inside; the same bits in wide and in narrow registers. */
+/* The bounds of arcs in narrow/box_revolved.c, which is compiled in here: along no direction of an arc of a great
+ * circle do the cores overlap by less, by 113-bit support functions; random arcs of all sizes and of both pieces. And
+ * what the whole search rests on: no direction at all is below what it proves. */
 #define box_revolved_measure the_copy_under_test
 #include "narrow/box_revolved.c" /* NOLINT(bugprone-suspicious-include): its inside is what is tested */
 
@@ -13,7 +13,7 @@
 
 #include <cmocka.h>
 
-enum { PAIRS = 1500, CELLS = 8, DIRECTIONS = 60 };
+enum { PAIRS = 2000, ARCS = 12, DIRECTIONS = 20 };
 
 typedef struct pair {
     shape a, b;
@@ -23,13 +23,16 @@ typedef struct pair {
 
 static void prepare(pair *x, random_state *r, uint64_t seed)
 {
+    static const quat LYING = {M_SQRT1_2, M_SQRT1_2, 0, 0};
     pose pa, pb;
     x->a = random_shape(r, SHAPE_BOX);
     x->b = random_shape(r, seed & 1 ? SHAPE_CYLINDER : SHAPE_CONE);
     x->a.radius = x->b.radius = 0;
-    random_poses(r, &x->a, &x->b, REGIME_DEEP, &pa, &pb);
+    random_poses(r, &x->a, &x->b, seed % 3 ? REGIME_DEEP : REGIME_SHALLOW, &pa, &pb);
     pose b_in_a = pose_relative(pa, pb);
-    if (seed % 7 == 0) b_in_a.q = (quat){M_SQRT1_2, M_SQRT1_2, 0, 0}; /* the axis in a face */
+    if (seed % 7 == 0) b_in_a.q = LYING;            /* the axis in a face */
+    if (seed % 11 == 0) b_in_a.q = POSE_IDENTITY.q; /* along an edge */
+    if (seed % 13 == 0) b_in_a.q = quat_unit((quat){b_in_a.q.w, b_in_a.q.x, b_in_a.q.y, b_in_a.q.z + 1e-9});
     unit_pair_init(&x->p, &x->a, &x->b, &b_in_a);
     x->oa = oracle_place(&x->a, POSE_IDENTITY, VEC_ZERO);
     x->ob = oracle_place(&x->b, b_in_a, VEC_ZERO);
@@ -40,65 +43,94 @@ static double overlap(const pair *x, vec3 axis)
     return -(double)oracle_separation(&x->oa, &x->ob, real3_of(axis)) * x->p.scale;
 }
 
-static void random_strip(random_state *r, const outline *o, mark *from, mark *to)
+static vec3 in_space(const quadrant *q, plane n)
 {
-    bool upper = random_bits(r) & 1;
-    double lo = upper ? o->kink : -1, hi = upper ? 1 : o->kink;
-    double a = random_bits(r) % 3 ? random_in(r, lo, hi) : lo, b = random_bits(r) % 3 ? random_in(r, lo, hi) : hi;
-    if (random_bits(r) & 1) b = a + 0.05 * (b - a);
-    *from = mark_at(o, min_of(a, b));
-    *to = mark_at(o, max_of(a, b));
+    double m[3] = {0, 0, 0};
+    m[q->j] = q->sign_j * n.x;
+    m[q->k] = q->sign_k * n.y;
+    return vec(m[0], m[1], m[2]);
 }
 
-/* In the octant n >= 0; as often as not on a face, now and then at a corner or at a rim of the strip. */
-static vec3 random_in_octant(random_state *r, vec3 u, const mark *rim)
+static plane at_angle(double angle)
 {
-    vec3 n = magnitudes(random_direction(r));
-    unsigned kind = random_bits(r) % 8;
-    if (kind < 3 || kind == 6) *(kind % 3 == 0 ? &n.x : kind == 1 ? &n.y : &n.z) = 0;
-    if (kind == 3) n = vec(0, 0, 1);
-    n = vec_unit(n);
-    if (kind < 5) return n;
-    vec3 beside = vec_unit(vec_madd(n, -vec_dot(n, u), u)); /* turned towards u, or away, up to the rim */
-    return vec_madd(vec_scale(u, rim->v), rim->sine, beside);
+    return (plane){cos(angle), sin(angle)};
 }
 
-static void no_direction_is_below_its_cell(void **state)
+/* Two directions of a quadrant: its ends now and then; close together as often as not. */
+static void random_arc(random_state *r, double *from, double *to)
+{
+    double a = random_bits(r) % 3 ? random_in(r, 0, M_PI_2) : 0,
+           b = random_bits(r) % 3 ? random_in(r, a, M_PI_2) : M_PI_2;
+    if (random_bits(r) & 1) b = a + random_unit(r) * random_unit(r) * (b - a);
+    *from = a;
+    *to = b;
+}
+
+static unsigned check_arc(random_state *r, const pair *x, const scene *c, uint64_t seed)
+{
+    search s = {.scene = c, .least = INFINITY, .proved = INFINITY, .enough = INFINITY};
+    unsigned bits = (unsigned)random_bits(r), near = 0;
+    quadrant q = quadrant_of(c, (int)(bits % 3), bits & 64 ? -1 : 1, bits & 128 ? -1 : 1);
+    double slope = bits & 256 && !c->b.cone ? c->b.h : -c->b.h, from, to;
+    random_arc(r, &from, &to);
+    arc a = {.a = tip_at(c, &q, slope, at_angle(from)), .b = tip_at(c, &q, slope, at_angle(to))};
+    bound_arc(&s, &q, &a);
+    if (!(cross2(a.a.n, a.at) >= -1e-12 && cross2(a.at, a.b.n) >= -1e-12))
+        fail_msg("seed %zu: cut outside", (size_t)seed);
+    for (int k = 0; k <= DIRECTIONS; k++) {
+        double h = overlap(x, in_space(&q, at_angle(from + (to - from) * k / DIRECTIONS)));
+        if (h < a.bound - x->p.error) fail_msg("seed %zu: %g below", (size_t)seed, a.bound - h);
+        near += h < a.bound + 1e-3;
+    }
+    return near;
+}
+
+static void no_direction_is_below_its_arc(void **state)
 {
     (void)state;
-    unsigned tried = 0, near = 0;
+    unsigned near = 0;
     for (uint64_t seed = 0; seed < PAIRS; seed++) {
         random_state r = {seed};
         pair x;
         prepare(&x, &r, seed);
         scene c = scene_of(&x.p);
-        for (int i = 0; i < CELLS; i++) {
-            search s = {.scene = &c, .least = INFINITY, .proved = INFINITY, .enough = INFINITY, .wide = lanes_wide()};
-            cell q = {.sign = {i & 1 ? -1 : 1, i & 2 ? -1 : 1, i & 4 ? -1 : 1}}, other;
-            random_strip(&r, &c.b, &q.y1, &q.y2);
-            if (!(q.y1.v < q.y2.v)) continue;
-            other = q;
-            bool any = bound_cell(&s, &q);
-            search narrow = {.scene = &c, .least = INFINITY, .proved = INFINITY, .enough = INFINITY};
-            assert_true(bound_cell(&narrow, &other) == any && (!any || other.bound == q.bound));
-            vec3 u = times(q.sign, c.u);
-            for (int k = 0; k < DIRECTIONS; k++) {
-                vec3 n = random_in_octant(&r, u, k & 1 ? &q.y1 : &q.y2);
-                double y = vec_dot(n, u);
-                if (n.x < 0 || n.y < 0 || n.z < 0 || y < q.y1.v || y > q.y2.v) continue;
-                if (!any) fail_msg("seed %llu: a direction in an empty cell", (unsigned long long)seed);
-                double h = overlap(&x, times(q.sign, n));
-                if (h < q.bound - x.p.error) fail_msg("seed %llu: %g below", (unsigned long long)seed, q.bound - h);
-                tried++;
-                near += h < q.bound + 0.02;
-            }
+        for (int i = 0; i < ARCS; i++) near += check_arc(&r, &x, &c, seed) > 0;
+    }
+    assert_true(near > PAIRS * ARCS / 10);
+}
+
+/* All over the sphere, and beside the least that was found: there the least of others would show. */
+static void no_direction_is_below_what_is_proved(void **state)
+{
+    (void)state;
+    unsigned deep = 0;
+    const narrow_goal finest = {.far = INFINITY, .near = -INFINITY, .above = -INFINITY, .below = INFINITY};
+    for (uint64_t seed = 0; seed < PAIRS; seed++) {
+        random_state r = {seed};
+        pair x;
+        prepare(&x, &r, seed);
+        scene c = scene_of(&x.p);
+        search s = search_of(&c, &finest), narrow = s;
+        bool found = find_depth(&s, lanes_wide());
+        if (find_depth(&narrow, false) != found) fail_msg("seed %zu: another answer", (size_t)seed);
+        if (!found) continue;
+        assert_true(s.least == narrow.least && s.proved == narrow.proved && s.steps == narrow.steps);
+        assert_true(vec_norm2(vec_sub(s.axis, narrow.axis)) == 0);
+        double proved = min_of(s.proved, s.least) - NOISE * UNIT_ROUNDOFF * x.p.size - x.p.error;
+        deep += overlap(&x, s.axis) - proved < 1e-12;
+        for (int k = 0; k < DIRECTIONS; k++) {
+            vec3 m = random_direction(&r);
+            if (k & 1) m = vec_unit(vec_madd(s.axis, random_unit(&r) * random_unit(&r), m));
+            double h = overlap(&x, m);
+            if (h < proved) fail_msg("seed %zu: %g below", (size_t)seed, proved - h);
         }
     }
-    assert_true(tried > PAIRS && near > PAIRS / 10);
+    assert_true(deep > PAIRS / 2);
 }
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(no_direction_is_below_its_cell)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(no_direction_is_below_its_arc), cmocka_unit_test(no_direction_is_below_what_is_proved)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
