@@ -244,6 +244,16 @@ static bool begins_in_contact(walk *w)
     return true;
 }
 
+/* The walk ended with parts left that may meet from `skipped` on. */
+static void tell_skipped(walk *w)
+{
+    narrow_result n;
+    look_whole(w, w->skipped, NARROW_DISTANCE, &n);
+    describe(w, w->skipped, &n);
+    if (n.hi <= w->threshold && w->request->wander == 0) w->out->hi = w->skipped;
+    w->out->status = w->out->hi == INFINITY ? TOI_UNDECIDED : TOI_HIT;
+}
+
 void toi_walk(
     const toi_mover *a, const toi_mover *b, const toi_request *request, narrow_scratch *scratch, toi_result *out)
 {
@@ -276,8 +286,7 @@ void toi_walk(
     }
     if (out->status == TOI_NEAR && out->hi == INFINITY && request->wander == 0) prove_contact(&w);
     if (w.skipped <= out->lo && w.skipped != INFINITY) {
-        out->lo = w.skipped;
-        out->status = out->hi == INFINITY ? TOI_UNDECIDED : TOI_HIT;
+        tell_skipped(&w);
     } else if (out->hi != INFINITY) {
         out->status = TOI_HIT;
     }

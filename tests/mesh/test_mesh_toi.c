@@ -8,6 +8,7 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include <cmocka.h>
 #include <stdio.h>
@@ -217,11 +218,54 @@ static void what_rests_shallow_is_free(void **state)
     soup_free(&s);
 }
 
+/* A square of n x n spikes, open, of one height. */
+static mesh *spikes(int n, double height)
+{
+    int across = 2 * n + 1;
+    size_t count = (size_t)across * (size_t)across, triangles = 8 * (size_t)n * (size_t)n;
+    soup s = {malloc(3 * count * sizeof(double)), count, malloc(3 * triangles * sizeof(int32_t)), triangles};
+    double *point = s.points;
+    int32_t *corner = s.corners;
+    for (int i = 0; i < across; i++)
+        for (int j = 0; j < across; j++) {
+            *point++ = i, *point++ = j, *point++ = i & j & 1 ? height : 0;
+            if (i + 1 == across || j + 1 == across) continue;
+            int32_t a = i * across + j, b = a + 1, c = a + across, d = c + 1;
+            bool even = (i & 1) == (j & 1); /* the diagonal goes to the top */
+            const int32_t both[6] = {a, c, even ? d : b, even ? a : c, d, b};
+            memcpy(corner, both, sizeof both), corner += 6;
+        }
+    mesh *m = soup_mesh(&s);
+    soup_free(&s);
+    return m;
+}
+
+/* Two such surfaces lie so close all over that there is more to look at than is looked at: what is told of the time
+ * that it came to is what holds then. */
+static void what_is_too_much_is_told_with_its_gap(void **state)
+{
+    (void)state;
+    mesh *m = spikes(120, 5);
+    shape s = mesh_shape(m, 0);
+    toi_mover a = {&s, POSE_IDENTITY, {.start = POSE_IDENTITY}};
+    toi_mover b = {&s, POSE_IDENTITY, {.start = {{0, 0, 0.05}, {1, 0, 0, 0}}, .linear = {0.005, 0.003, 0}}};
+    toi_request request = {.span = 1, .tolerance = 1e-6};
+    toi_result t;
+    toi_find(&a, &b, &request, VEC_ZERO, scratch, &t);
+    assert_int_equal(t.status, TOI_UNDECIDED);
+    narrow_result n = measure(&a, &b, t.lo, 1e-6);
+    assert_true(n.lo > 0 && t.gap_lo <= n.hi && n.lo <= t.gap_hi);
+    assert_true(fabs(vec_norm(t.axis) - 1) < 1e-12);
+    assert_true(fabs(vec_norm(vec_sub(t.point_b, t.point_a)) - n.hi) < 1e-5);
+    mesh_destroy(m);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(meshes_are_not_missed),
         cmocka_unit_test(the_hole_of_a_ring_is_free), cmocka_unit_test(what_begins_inside_of_a_solid_touches_it),
-        cmocka_unit_test(wholes_are_deeper_than_their_parts), cmocka_unit_test(what_rests_shallow_is_free)};
+        cmocka_unit_test(wholes_are_deeper_than_their_parts), cmocka_unit_test(what_rests_shallow_is_free),
+        cmocka_unit_test(what_is_too_much_is_told_with_its_gap)};
     scratch = aligned_alloc(64, narrow_scratch_size());
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
     free(scratch);
