@@ -106,21 +106,17 @@ static double lag_of(const body *b, int64_t start_ns)
     return b->stamp_ns && may_do_something(b) ? seconds(start_ns - b->stamp_ns) : 0;
 }
 
-static motion course_from(const body *b, double lag)
-{
-    motion m = body_course(b);
-    if (lag > 0 && vec_norm(m.angular) * lag <= MOTION_ANGLE_MAX) m.start = motion_pose(&m, lag);
-    return m;
-}
-
 /* Both from the newest pose on: an older one is carried on to it. What is foretold ends a horizon after the older one:
- * so far reach the boxes. */
-static double set_courses(const world *w, sweep *s, const body *a, const body *b, toi_mover *ma, toi_mover *mb)
+ * so far reach the boxes. `known`: where both are then. */
+static double set_courses(
+    const world *w, sweep *s, const body *a, const body *b, toi_mover *ma, toi_mover *mb, bool *known)
 {
     int64_t stamp_ns = newest(a, b);
     double lag_a = lag_of(a, stamp_ns), lag_b = lag_of(b, stamp_ns);
-    ma->motion = course_from(a, lag_a);
-    mb->motion = course_from(b, lag_b);
+    ma->motion = body_course(a);
+    mb->motion = body_course(b);
+    bool known_a = motion_begin_at(&ma->motion, lag_a), known_b = motion_begin_at(&mb->motion, lag_b);
+    *known = known_a && known_b;
     s->start_ns = stamp_ns ? stamp_ns : w->now_ns;
     s->estimated =
         (body_has_course(a) && a->speed == SPEED_ESTIMATED) || (body_has_course(b) && b->speed == SPEED_ESTIMATED);
@@ -166,11 +162,12 @@ static bool began_in_contact(const sweep *s, const toi_mover *x, const toi_mover
 enum { BARREN_MAX = 6 }; /* after so many searches for an axis in vain, one in 2^6 ticks is left */
 
 /* A pair that took a search to be foretold free is given an axis for the next tick; ways are too short to be worth it.
- * Read only: what was found is kept by keep_axis, because several interests may ask for one pair. */
-static void find(const world *w, sweep *s, const pair *p, const toi_mover *a, const toi_mover *b,
+ * Read only: what was found is kept by keep_axis, because several interests may ask for one pair. `known`: where they
+ * begin. */
+static void find(const world *w, sweep *s, const pair *p, const toi_mover *a, const toi_mover *b, bool known,
     const toi_request *request, void *scratch)
 {
-    if (can_turn(&a->motion, request->span) && can_turn(&b->motion, request->span))
+    if (known && can_turn(&a->motion, request->span) && can_turn(&b->motion, request->span))
         toi_find(a, b, request, kept_axis(w, p, s->foretells), scratch, &s->result);
     else /* service refuses such speeds; a horizon may make too many turns of them yet */
         s->result = (toi_result){.status = TOI_UNDECIDED,
@@ -198,11 +195,11 @@ static void search_ways(const world *w, sweep *s, const pair *p, const body *a, 
         double end_a = body_leg_begins(a, leg_a + 1), end_b = body_leg_begins(b, leg_b + 1);
         to = fmin(end_a, end_b);
         request->span = (to - from) * span;
-        ma->motion = body_leg(w, a, leg_a, from, span);
-        mb->motion = body_leg(w, b, leg_b, from, span);
+        bool known_a = body_leg(w, a, leg_a, from, span, &ma->motion);
+        bool known_b = body_leg(w, b, leg_b, from, span, &mb->motion);
         leg_a += end_a <= to, leg_b += end_b <= to;
         if (!(request->span > 0)) continue;
-        find(w, s, p, ma, mb, request, scratch);
+        find(w, s, p, ma, mb, known_a && known_b, request, scratch);
         queries += s->result.queries, steps += s->result.steps;
         if (s->result.status == TOI_FREE) continue;
         s->result.lo += from * span;
@@ -234,7 +231,8 @@ static void search(const world *w, sweep *s, void *scratch)
     const body *a = &w->bodies.at[x->body], *b = &w->bodies.at[y->body];
     const interest *i = &w->interests.at[s->interest];
     toi_mover ma = {&x->shape, x->local, {.start = a->pose}}, mb = {&y->shape, y->local, {.start = b->pose}};
-    double span = s->foretells ? set_courses(w, s, a, b, &ma, &mb) : set_way(w, s, a, b);
+    bool known = true;
+    double span = s->foretells ? set_courses(w, s, a, b, &ma, &mb, &known) : set_way(w, s, a, b);
     double size = (isfinite(x->reach) ? x->reach : 0) + (isfinite(y->reach) ? y->reach : 0);
     s->result = (toi_result){.status = TOI_FREE, .lo = INFINITY, .hi = INFINITY};
     if (!(span > 0)) return; /* one of them was last heard of a horizon ago */
@@ -246,7 +244,7 @@ static void search(const world *w, sweep *s, void *scratch)
         .tolerance = fmax(fmax(interest_tolerance(i, size), FINEST_SEARCH * size), 1e-300),
         .wander = wander_a + wander_b};
     if (s->foretells)
-        find(w, s, p, &ma, &mb, &request, scratch);
+        find(w, s, p, &ma, &mb, known, &request, scratch);
     else
         search_ways(w, s, p, a, b, &ma, &mb, &request, scratch);
     s->began = began_in_contact(s, &ma, &mb, a, b, &request, scratch);

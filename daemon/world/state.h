@@ -337,8 +337,11 @@ bool pair_is_foretold(const world *w, const pair *p);
 enum { WAYPOINTS_MAX = 64 }; /* of a body in one tick; beyond it every other one is left out, and counted */
 double body_span(const world *w, const body *b);   /* s, of its way since the last tick; 0: it did not move */
 double body_leg_begins(const body *b, size_t leg); /* as a share of the way's time; of the one behind the last: 1 */
-/* The leg from the share `from` on, which is in it, when the whole way takes `span` seconds instead of its own. */
-motion body_leg(const world *w, const body *b, size_t leg, double from, double span);
+/* From `late` seconds on. False: it has made too many turns until then to be told where it stands. */
+bool motion_begin_at(motion *m, double late);
+/* The leg from the share `from` on, which is in it, when the whole way takes `span` seconds instead of its own. False:
+ * as motion_begin_at. */
+bool body_leg(const world *w, const body *b, size_t leg, double from, double span, motion *m);
 void body_pass(world *w, body *b); /* another pose is coming: the one that it has may become a waypoint */
 bool body_way_turns(const body *b);
 bool body_has_course(const body *b);

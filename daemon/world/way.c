@@ -71,19 +71,25 @@ static motion leg_in(const body *b, size_t leg, double span, bool turns)
     return m;
 }
 
+bool motion_begin_at(motion *m, double late)
+{
+    if (!(late > 0)) return true;
+    if (!(vec_norm(m->angular) * late <= MOTION_ANGLE_MAX)) return false;
+    m->start = motion_pose(m, late);
+    return true;
+}
+
 /* The same way in another time. */
 static motion paced(motion m, double pace)
 {
     return (motion){m.start, vec_scale(m.linear, pace), vec_scale(m.angular, pace)};
 }
 
-motion body_leg(const world *w, const body *b, size_t leg, double from, double span)
+bool body_leg(const world *w, const body *b, size_t leg, double from, double span, motion *m)
 {
     double own = body_span(w, b), begins = body_leg_begins(b, leg), share = body_leg_begins(b, leg + 1) - begins;
-    motion m = paced(leg_in(b, leg, own * share, body_way_turns(b)), own / span);
-    double late = (from - begins) * span;
-    if (late > 0 && vec_norm(m.angular) * late <= MOTION_ANGLE_MAX) m.start = motion_pose(&m, late);
-    return m;
+    *m = paced(leg_in(b, leg, own * share, body_way_turns(b)), own / span);
+    return motion_begin_at(m, (from - begins) * span);
 }
 
 void body_pass(world *w, body *b)
