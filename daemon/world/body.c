@@ -626,6 +626,18 @@ pose solid_pose(const world *w, const solid *s)
     return b->behind ? pose_mul(settled_pose(w, b), s->local) : s->world;
 }
 
+void solid_stand(const world *w, const solid *s, pose *body_pose, pose *local)
+{
+    const body *b = &w->bodies.at[s->body];
+    *body_pose = settled_pose(w, b);
+    *local = s->local;
+    if (b->behind) return;
+    pose is = pose_mul(*body_pose, *local);
+    if (memcmp(&is, &s->world, sizeof is) == 0) return;
+    *body_pose = s->world; /* it has teleported since */
+    *local = POSE_IDENTITY;
+}
+
 void body_settle_shapes(world *w, body *b)
 {
     if (!b->behind) return;
@@ -701,11 +713,24 @@ int64_t body_age_ns(const world *w, const body *b)
 
 /* B's pose in A's frame, from the difference of the bodies' positions: exact where the bodies are near each other,
  * however far they are from the origin. */
-pose solid_relative(const world *w, const solid *a, const solid *b)
+static pose relative_of(pose body_a, pose local_a, pose body_b, pose local_b)
 {
-    pose bodies = pose_relative(w->bodies.at[a->body].pose, w->bodies.at[b->body].pose);
-    pose b_in_body_a = pose_mul(bodies, b->local);
-    pose relative = pose_relative(a->local, b_in_body_a);
+    pose bodies = pose_relative(body_a, body_b);
+    pose b_in_body_a = pose_mul(bodies, local_b);
+    pose relative = pose_relative(local_a, b_in_body_a);
     relative.q = quat_unit(relative.q);
     return relative;
+}
+
+pose solid_relative(const world *w, const solid *a, const solid *b)
+{
+    return relative_of(w->bodies.at[a->body].pose, a->local, w->bodies.at[b->body].pose, b->local);
+}
+
+pose solid_settled_relative(const world *w, const solid *a, const solid *b)
+{
+    pose body_a, local_a, body_b, local_b;
+    solid_stand(w, a, &body_a, &local_a);
+    solid_stand(w, b, &body_b, &local_b);
+    return relative_of(body_a, local_a, body_b, local_b);
 }

@@ -250,8 +250,12 @@ static inline vec3 body_step(const body *b)
 }
 void body_velocity(const body *b, vec3 *linear, vec3 *angular); /* given, or estimated from its way; else zeros */
 pose solid_pose(const world *w, const solid *s);                /* in the world, as the last tick left it */
+/* The same as where its body is, and where it is in there: solid_pose rounds by the distance from the world's origin.
+ */
+void solid_stand(const world *w, const solid *s, pose *body_pose, pose *local);
 double body_margin(const world *w, const solid *s);
-pose solid_relative(const world *w, const solid *a, const solid *b);
+pose solid_relative(const world *w, const solid *a, const solid *b); /* B's in A's frame, where the bodies are now */
+pose solid_settled_relative(const world *w, const solid *a, const solid *b); /* as the last tick left them */
 
 /* calm.c */
 /* Finds the room of a body whose shapes have just been put into the broad phase, where they could stay. */
@@ -308,6 +312,8 @@ demand ladder_demand(const world *w, const pair *p);
 /* Rungs 4 and on, from nothing: the number of narrow queries. */
 uint32_t ladder_ask(
     const world *w, const pair *p, const demand *d, narrow_cache *cache, void *scratch, narrow_result *r);
+/* The relative pose is rounded, and refined answers are as narrow as if it was not: widens these. */
+void ladder_allow_for_pose(const solid *a, const solid *b, const pose *b_in_a, narrow_result *r);
 void ladder_decide(world *w);
 double pair_size(const solid *a, const solid *b); /* m: the finite reaches */
 
