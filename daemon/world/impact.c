@@ -145,17 +145,20 @@ static vec3 kept_axis(const world *w, const pair *p, bool foretells)
 }
 
 /* Were they in contact at the last tick, where the search begins? A way that does not turn begins in the orientation of
- * its end: how the bodies stood is another question then. */
+ * its end: how the bodies stood is another question then; so it is where the rounding of the motion leaves it open. */
 static bool began_in_contact(const sweep *s, const toi_mover *x, const toi_mover *y, const body *a, const body *b,
     const toi_request *request, void *scratch)
 {
     const toi_result *r = &s->result;
     if (s->foretells || (r->status != TOI_HIT && r->status != TOI_NEAR) || r->lo > 0) return false;
-    if (body_way_turns(a) && body_way_turns(b)) return r->gap_lo <= request->threshold;
+    bool both_turn = body_way_turns(a) && body_way_turns(b), clear = r->gap_lo > request->threshold;
+    if (both_turn && (clear || r->gap_hi <= request->threshold)) return !clear;
     narrow_request ask = {.facts = NARROW_VERDICT, .tolerance = request->tolerance, .threshold = request->threshold};
     narrow_result n;
-    narrow_query_world(
-        x->shape, pose_mul(body_before(a), x->local), y->shape, pose_mul(body_before(b), y->local), &ask, scratch, &n);
+    pose was_a = body_before(a), was_b = body_before(b); /* about the origin of A's body */
+    was_b.p = vec_sub(was_b.p, was_a.p);
+    was_a.p = VEC_ZERO;
+    narrow_query_world(x->shape, pose_mul(was_a, x->local), y->shape, pose_mul(was_b, y->local), &ask, scratch, &n);
     return n.lo <= request->threshold;
 }
 
