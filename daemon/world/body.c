@@ -211,12 +211,10 @@ static bool same_filter(const body *b, const world_body *def)
 /* The farthest that a rule moves a threshold or a range out: the broad phase honours it. */
 static void measure_rules(body *b)
 {
-    b->ruled = false;
     b->rule_reach = 0;
     for (size_t i = 0; i < b->rule_count; i++) {
         const filter_rule *r = &b->rules[i];
         if (r->allow) continue;
-        b->ruled |= r->padding != 0 || r->margin != 0;
         b->rule_reach = fmax(b->rule_reach, fmax(r->padding, r->margin));
     }
 }
@@ -304,6 +302,7 @@ world_status world_put_body(world *w, uint32_t *id, const world_body *def)
     } else if (!same_filter(b, def)) {
         b->ruled_tick = w->figures.ticks + 1;
     }
+    if (is_new || !same_filter(b, def) || b->fixed != def->fixed) b->ruling = ++w->ruling;
     free(b->group);
     b->group = base_strdup(def->group ? def->group : "");
     b->fixed = def->fixed;

@@ -243,7 +243,7 @@ static void search(const world *w, sweep *s, void *scratch)
     double wander_b = s->foretells ? wander_of(b, y, a, x, i->horizon) : 0;
     double drift = s->foretells ? drift_of(a, s, wander_a, span) + drift_of(b, s, wander_b, span) : 0;
     toi_request request = {.span = span,
-        .threshold = i->threshold + pair_terms_of_paired(a, b).padding + drift,
+        .threshold = i->threshold + pair_kept_terms(p).padding + drift,
         .tolerance = fmax(fmax(interest_tolerance(i, size), FINEST_SEARCH * size), 1e-300),
         .wander = wander_a + wander_b};
     if (s->foretells)

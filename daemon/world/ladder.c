@@ -62,7 +62,7 @@ demand ladder_demand(const world *w, const pair *p)
     const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
     bool told = pair_is_told(w, p);
     const body *x = &w->bodies.at[a->body], *y = &w->bodies.at[b->body];
-    pair_terms terms = pair_terms_of_paired(x, y);
+    pair_terms terms = pair_kept_terms(p);
     double size = pair_size(a, b);
     demand d = {.request = {.tolerance = INFINITY, .range = 0, .threshold = -INFINITY, .engine = w->options.engine},
         .limit = -INFINITY,

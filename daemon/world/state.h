@@ -49,9 +49,9 @@ typedef struct body {
     uint8_t ghost_cause;
     uint64_t category, mask;
     bool one_way;
-    bool ruled;                     /* a rule of it adds to the thresholds or ranges of its pairs ... */
-    double rule_reach;              /* m, ... at most so much */
+    double rule_reach;              /* m: its rules add at most so much to the thresholds or ranges of its pairs */
     uint64_t ruled_tick;            /* the tick that its filter last changed for */
+    uint64_t ruling;                /* of world.ruling, of the filter that it has: decisions of another are void */
     int64_t deadline_ns, expiry_ns; /* INT64_MAX: never stale */
     uint32_t serial;                /* of its entry among the expiries: an older one is void */
     uint32_t pair_count;
@@ -86,6 +86,13 @@ typedef struct solid { /* a shape of a body: the broad phase's proxy under the s
     bool used, ghost;
 } solid;
 
+typedef struct ruling {          /* what the filters of two bodies say, as long as both have these */
+    uint64_t filter_a, filter_b; /* body.ruling; 0: none is kept */
+    double padding, margin;
+    bool checked;
+    int8_t looks;
+} ruling;
+
 typedef struct watch {
     uint32_t pair, interest;
     uint32_t pair_next; /* of the same pair, by rising interest */
@@ -107,7 +114,9 @@ typedef struct standing { /* bounds that were told, widened by a slack: they hol
 } standing;
 
 typedef struct pair {
-    uint32_t a, b; /* solids, in canonical order */
+    uint32_t a, b;          /* solids, in canonical order */
+    double padding, margin; /* m: of its pair_terms, as is ... */
+    int8_t looks;           /* ... this */
     uint32_t first_watch;
     uint32_t active_tick; /* low bits of the tick in which it was last put on the active list */
     bool used;
@@ -183,6 +192,8 @@ struct world {
     pair_map pair_of; /* key of two solids -> pair */
     pair_map names;   /* hash of a name -> body; colliding hashes are probed on with the next key */
     size_t words;     /* of 64 interests */
+    ruling *rulings;  /* by a hash of two bodies, see pair.c; NULL: no body has had rules */
+    uint64_t ruling;  /* counts filters, from 1 */
 
     ARRAY(uint64_t) dirty;  /* ids of bodies to be put into the broad phase; u64 because sort_keys sorts these */
     ARRAY(uint32_t) awake;  /* of these, those that were not calm, in their order: made by body_settle_dirty */
@@ -294,8 +305,11 @@ typedef struct pair_terms { /* what the filters say of two bodies */
     const char *why;
 } pair_terms;
 pair_terms pair_get_terms(const body *a, const body *b);
-/* The same for two that are a pair, without `rule` and `why`, and without looking at rules where they add nothing. */
-pair_terms pair_terms_of_paired(const body *a, const body *b);
+/* The same of a pair, without `rule` and `why`: they are kept with it. */
+static inline pair_terms pair_kept_terms(const pair *p)
+{
+    return (pair_terms){.checked = true, .looks = p->looks, .padding = p->padding, .margin = p->margin};
+}
 void pair_apply_changes(world *w, const broad_changes *changes);
 void pair_collect_active(world *w);
 uint32_t pair_find(const world *w, uint32_t solid_a, uint32_t solid_b);

@@ -96,6 +96,7 @@ void world_destroy(world *w)
     array_free(&w->solids);
     for (size_t i = 0; i < w->pairs.count; i++) free(w->pairs.at[i].cache.shell);
     array_free(&w->pairs);
+    free(w->rulings);
     array_free(&w->watches);
     array_free(&w->dirty);
     array_free(&w->awake);
