@@ -199,8 +199,9 @@ struct world {
     ARRAY(uint32_t) awake;  /* of these, those that were not calm, in their order: made by body_settle_dirty */
     ARRAY(uint32_t) glided; /* those that were, until they came into a pair in this tick */
     ARRAY(uint64_t) sort_scratch;
-    ARRAY(uint32_t) ghosts; /* removed since the last tick */
-    ARRAY(uint32_t) reap;   /* removed before it: ids free at the next */
+    ARRAY(uint32_t) changed_interests; /* in this tick */
+    ARRAY(uint32_t) ghosts;            /* removed since the last tick */
+    ARRAY(uint32_t) reap;              /* removed before it: ids free at the next */
     ARRAY(uint32_t) ghost_solids, reap_solids;
     ARRAY(expiry) expiries;       /* a heap, see expiry.c */
     ARRAY(uint32_t) held_now;     /* bodies held since the last tick */

@@ -102,6 +102,7 @@ void world_destroy(world *w)
     array_free(&w->awake);
     array_free(&w->glided);
     array_free(&w->sort_scratch);
+    array_free(&w->changed_interests);
     array_free(&w->ghosts);
     array_free(&w->reap);
     array_free(&w->ghost_solids);
