@@ -55,7 +55,8 @@ typedef struct body {
     int64_t deadline_ns, expiry_ns; /* INT64_MAX: never stale */
     uint32_t serial;                /* of its entry among the expiries: an older one is void */
     uint32_t pair_count;
-    bool expiry_queued;     /* it has one */
+    bool expiry_queued;     /* it has one, ... */
+    int64_t queued_ns;      /* ... of this time */
     bool teleported;        /* since the last tick */
     ARRAY(waypoint) passed; /* between `before` and `pose`, while an interest in impacts is there */
     world_ccd ccd;
@@ -284,6 +285,7 @@ static inline bool calm_holds(const body *b, const pose *at)
 }
 
 /* expiry.c */
+enum { SPARE_EXPIRIES = 64 };             /* entries beside two a body: what is more is void, and dropped */
 void expiry_set(world *w, uint32_t body); /* a pose has come: its deadline counts anew */
 void expiry_find(world *w);               /* fills stale_now and fresh_now, in the order of ids */
 int64_t expiry_next_ns(const world *w);   /* not later than the next one; INT64_MAX: none */

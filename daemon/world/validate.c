@@ -70,6 +70,7 @@ const char *world_validate(const world *w)
     }
     if (of_pairs != of_interests) return "watches of pairs and of interests differ";
     if (contacts != w->figures.contacts) return "contacts miscounted";
+    if (w->expiries.count > 2 * w->bodies.count + SPARE_EXPIRIES) return "deadlines of bodies that are gone pile up";
     fault = check_calm(w);
     return fault ? fault : broad_validate(w->broad);
 }
