@@ -94,7 +94,7 @@ static void tell_foretold(world *w, const sweep *s)
         events_emit(w, s->interest, &v->foretold, EVENT_FORETOLD, CAUSE_MOTION, v->foretold_id);
     } else if (!v->foretold_dirty) {
         v->foretold_dirty = true;
-        array_push(&i->held, id);
+        watch_hold_back(w, id);
     }
 }
 

@@ -100,6 +100,7 @@ typedef struct watch {
     uint32_t interest_next, interest_prev;
     int64_t touch_id, near_id, foretold_id;    /* 0 = not */
     bool used, unknown, dirty, foretold_dirty; /* dirty: an update that the rate held back */
+    bool listed;                               /* for drop_void_held */
     bool recovered;                            /* known again in this tick: its state follows, be it new or not */
     world_event last;                          /* of contact and nearness */
     world_event foretold;                      /* the last one that was foretold */
@@ -143,7 +144,8 @@ typedef struct interest {
     uint8_t closing_cause;
     size_t snapshot_first; /* of events: where this tick's snapshot begins */
     uint32_t first_watch;
-    ARRAY(uint32_t) held; /* watches with an update held back by the rate */
+    size_t watches;
+    ARRAY(uint32_t) held; /* watches with an update held back by the rate, and some that have ended since */
     ARRAY(world_event) events;
 } interest;
 
@@ -387,6 +389,7 @@ bool news_same_impact(const world_impact *a, const world_impact *b);
 void events_of_sweeps(world *w);
 
 /* events.c; what its files share is in events.h */
+enum { SPARE_HELD = 64 }; /* updates held back beside two a watch of an interest: what is more is void, and dropped */
 void events_teleported(world *w);
 void events_pair_ended(world *w, uint32_t pair, uint8_t cause);
 void events_unmatched(world *w);
