@@ -353,7 +353,7 @@ void body_velocity(const body *b, vec3 *linear, vec3 *angular)
         *linear = b->linear;
         *angular = b->angular;
     } else if (b->speed == SPEED_ESTIMATED) {
-        motion way = motion_between(b->before, b->pose, 1e-9 * (double)(b->stamp_ns - b->before_ns));
+        motion way = motion_between(b->before, b->pose, 1e-9 * (double)stamps_between(b->before_ns, b->stamp_ns));
         *linear = way.linear;
         *angular = way.angular;
     }

@@ -94,16 +94,16 @@ static int64_t newest(const body *a, const body *b)
 /* s: how long the longer way takes. */
 static double set_way(const world *w, sweep *s, const body *a, const body *b)
 {
-    double span_a = body_span(w, a), span_b = body_span(w, b), span = fmax(span_a, span_b);
+    int64_t span_a = body_span_ns(w, a), span_b = body_span_ns(w, b), span = span_a > span_b ? span_a : span_b;
     const body *longer = span_a >= span_b ? a : b;
-    s->start_ns = (longer->stamp_ns ? longer->stamp_ns : w->now_ns) - (int64_t)(1e9 * span + 0.5);
-    return span;
+    s->start_ns = stamps_between(span, longer->stamp_ns ? longer->stamp_ns : w->now_ns);
+    return seconds(span);
 }
 
 /* s: from the body's pose to the newest of the pair. */
 static double lag_of(const body *b, int64_t start_ns)
 {
-    return b->stamp_ns && may_do_something(b) ? seconds(start_ns - b->stamp_ns) : 0;
+    return b->stamp_ns && may_do_something(b) ? seconds(stamps_between(b->stamp_ns, start_ns)) : 0;
 }
 
 /* Both from the newest pose on: an older one is carried on to it. What is foretold ends a horizon after the older one:

@@ -360,8 +360,16 @@ bool pair_is_foretold(const world *w, const pair *p);
 
 /* way.c */
 enum { WAYPOINTS_MAX = 64 }; /* of a body in one tick; beyond it every other one is left out, and counted */
-double body_span(const world *w, const body *b);   /* s, of its way since the last tick; 0: it did not move */
-double body_leg_begins(const body *b, size_t leg); /* as a share of the way's time; of the one behind the last: 1 */
+/* ns, saturated: stamps are the clients', and may be anything. */
+static inline int64_t stamps_between(int64_t from_ns, int64_t to_ns)
+{
+    int64_t span;
+    if (!__builtin_sub_overflow(to_ns, from_ns, &span)) return span;
+    return to_ns > from_ns ? INT64_MAX : INT64_MIN;
+}
+int64_t body_span_ns(const world *w, const body *b); /* of its way since the last tick; 0: it did not move */
+double body_span(const world *w, const body *b);     /* the same in s */
+double body_leg_begins(const body *b, size_t leg);   /* as a share of the way's time; of the one behind the last: 1 */
 /* From `late` seconds on. False: it has made too many turns until then to be told where it stands. */
 bool motion_begin_at(motion *m, double late);
 /* The leg from the share `from` on, which is in it, when the whole way takes `span` seconds instead of its own. False:

@@ -8,12 +8,18 @@ static double seconds(int64_t ns)
 }
 
 /* By the stamps, or where there are none, by the ticks. */
-double body_span(const world *w, const body *b)
+int64_t body_span_ns(const world *w, const body *b)
 {
     if (!b->moved) return 0;
-    int64_t by_stamps = b->stamp_ns - b->before_ns, by_ticks = w->now_ns - w->last_tick_ns;
+    int64_t by_stamps = stamps_between(b->before_ns, b->stamp_ns),
+            by_ticks = stamps_between(w->last_tick_ns, w->now_ns);
     bool stamped = b->stamp_ns && b->before_ns && by_stamps > 0;
-    return stamped ? seconds(by_stamps) : by_ticks > 0 ? seconds(by_ticks) : 1;
+    return stamped ? by_stamps : by_ticks > 0 ? by_ticks : 1000000000;
+}
+
+double body_span(const world *w, const body *b)
+{
+    return seconds(body_span_ns(w, b));
 }
 
 /* Two poses hide whole turns: a given angular velocity tells how many. */
@@ -57,7 +63,8 @@ double body_leg_begins(const body *b, size_t leg)
     size_t legs = legs_of(b);
     if (leg == 0 || leg >= legs) return leg == 0 ? 0 : 1;
     if (!is_stamped(b)) return (double)leg / (double)legs;
-    return (double)(waypoint_ns(b, leg) - b->before_ns) / (double)(b->stamp_ns - b->before_ns);
+    return (double)stamps_between(b->before_ns, waypoint_ns(b, leg)) /
+           (double)stamps_between(b->before_ns, b->stamp_ns);
 }
 
 /* The leg in `span` seconds. */
