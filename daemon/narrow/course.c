@@ -210,11 +210,12 @@ vec3 course_velocity(const course *c, double time, vec3 point_a, vec3 point_b)
 
 /* ---- spun ---- */
 
-/* The least rotation that takes +z to a unit vector. */
-static quat quat_to(vec3 axis)
+/* The least rotation that takes the z axis, either way, to that of a unit vector: what is spun is the same upside down,
+ * and near -z the sum below would be rounding alone. */
+static quat quat_to_line(vec3 axis)
 {
+    if (axis.z < 0) axis = vec_neg(axis);
     vec3 half = direction_of(vec(axis.x, axis.y, axis.z + 1));
-    if (vec_norm2(half) == 0) return (quat){0, 1, 0, 0};
     return quat_unit((quat){half.z, -half.y, half.x, 0});
 }
 
@@ -234,7 +235,7 @@ static bool spin(const shape *s, pose local, const motion *m, shape *spun, toi_m
     double radius = motion_radius(s, local, axis_in_body) + shape_excess(s) + slack;
     *spun = (shape){
         .type = SHAPE_CYLINDER, .radius = s->radius, .half = {radius, radius, along + off + shape_excess(s) + slack}};
-    out->local = (pose){VEC_ZERO, quat_mul(quat_conj(m->start.q), quat_to(axis))};
+    out->local = (pose){VEC_ZERO, quat_mul(quat_conj(m->start.q), quat_to_line(axis))};
     return true;
 }
 

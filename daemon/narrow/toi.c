@@ -84,7 +84,7 @@ static bool touches(march *m, double time)
     narrow_result n;
     narrow_query(m->c->a, m->c->b, &at.b_in_a, &r, NULL, m->scratch, &n);
     m->out->queries++;
-    return n.hi <= m->request->threshold;
+    return n.hi <= m->request->threshold - m->c->slack;
 }
 
 /* ---- steps ---- */
@@ -205,8 +205,8 @@ static void tell(const march *m, toi_status status, double hi)
     out->status = status;
     out->lo = m->time;
     out->hi = hi;
-    out->gap_lo = m->near.lo;
-    out->gap_hi = m->near.hi;
+    out->gap_lo = m->near.lo - m->c->slack;
+    out->gap_hi = m->near.hi + m->c->slack;
     out->axis = m->axis;
     out->point_a = in_frame(m, m->near.point_a);
     out->point_b = in_frame(m, m->near.point_b);
@@ -216,7 +216,7 @@ static void tell(const march *m, toi_status status, double hi)
 /* Within the tolerance at m->time: goes on, ever farther, until contact is proven. False: it goes away again. */
 static bool prove_contact(march *m)
 {
-    double span = m->request->span, threshold = m->request->threshold;
+    double span = m->request->span, threshold = m->request->threshold - m->c->slack;
     if (m->near.hi <= threshold || (m->near.lo <= threshold && touches(m, m->time))) {
         tell(m, TOI_HIT, m->time);
         return true;

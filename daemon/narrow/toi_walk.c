@@ -2,19 +2,24 @@
  * convex shapes that move, so the same search says from when on their parts can meet, and what cannot meet before the
  * first contact that is found is left out. Pure; any thread.
  *
- * A solid can be entered only through its surface, so that after the first moment its triangles are all that counts. */
+ * A solid can be entered only through its surface, so that after the first moment its triangles are all that counts.
+ *
+ * With a threshold below zero contact is a depth, and no part is ever as deep as the whole: parts are walked until they
+ * touch, and from there on the whole shapes are looked at. */
 #include "toi_walk.h"
 
 #include "scalar.h"
 #include "toi_parts.h"
 #include "toi_sweep.h"
+#include "unit_pair.h"
 
 enum { VISITS_MAX = 1 << 17 };      /* pairs of boxes or parts: beyond it TOI_UNDECIDED */
 static const double ROUGHLY = 0.02; /* boxes are told apart to within so much of their size */
 
 typedef struct walk {
     const toi_mover *a, *b;
-    const toi_request *request;
+    const toi_request *request; /* of parts: its threshold is not below zero */
+    double threshold;           /* m: that of the whole shapes */
     narrow_scratch *scratch;
     double until;   /* nothing after it matters: the first proven contact, or the span */
     double skipped; /* from here on may be contacts that were not looked for any more */
@@ -114,56 +119,151 @@ static void descend(walk *w, const toi_part *a, const toi_part *b, double since,
     }
 }
 
-/* Do they touch at the beginning? A shape may lie inside of a solid without touching a triangle. */
-static bool begins_in_contact(walk *w)
+/* ---- the whole shapes ---- */
+
+/* At a time, certified: in world axes about the origin of A's body then. */
+static void look_whole(walk *w, double time, unsigned facts, narrow_result *n)
 {
-    pose at_a = pose_mul(w->a->motion.start, w->a->local), at_b = pose_mul(w->b->motion.start, w->b->local);
+    const motion *a = &w->a->motion, *b = &w->b->motion;
+    vec3 apart = vec_madd(vec_sub(b->start.p, a->start.p), time, vec_sub(b->linear, a->linear));
+    pose at_a = pose_mul((pose){VEC_ZERO, motion_pose(a, time).q}, w->a->local);
+    pose at_b = pose_mul((pose){apart, motion_pose(b, time).q}, w->b->local);
     narrow_request r = {
-        .facts = NARROW_VERDICT, .tolerance = w->request->tolerance, .threshold = w->request->threshold};
-    narrow_result n;
-    narrow_query_world(w->a->shape, at_a, w->b->shape, at_b, &r, w->scratch, &n);
+        .facts = facts, .tolerance = w->request->tolerance, .range = INFINITY, .threshold = w->threshold};
+    narrow_query_world(w->a->shape, at_a, w->b->shape, at_b, &r, w->scratch, n);
     w->out->queries++;
-    if (n.lo > w->request->threshold) return false;
-    *w->out = (toi_result){.status = n.hi <= w->request->threshold ? TOI_HIT : TOI_NEAR,
-        .lo = 0,
-        .hi = n.hi <= w->request->threshold ? 0 : INFINITY,
-        .gap_lo = n.lo,
-        .gap_hi = n.hi,
-        .axis = n.axis,
-        .point_a = vec_add(n.point_a, at_a.p),
-        .point_b = vec_add(n.point_b, at_a.p),
-        .queries = w->out->queries};
-    return true;
+    n->lo -= w->sweep.course.slack;
+    n->hi += w->sweep.course.slack;
+    n->point_a = vec_add(n->point_a, at_a.p);
+    n->point_b = vec_add(n->point_b, at_a.p);
 }
 
-enum { PROOFS_MAX = 24 };
+/* What is told of the time lo. */
+static void describe(walk *w, double time, const narrow_result *n)
+{
+    toi_result *out = w->out;
+    vec3 origin = motion_pose(&w->a->motion, time).p;
+    out->lo = time;
+    out->gap_lo = n->lo;
+    out->gap_hi = n->hi;
+    out->axis = n->axis;
+    out->point_a = vec_add(origin, n->point_a);
+    out->point_b = vec_add(origin, n->point_b);
+    out->closing = -vec_dot(n->axis, course_velocity(&w->sweep.course, time, n->point_a, n->point_b));
+}
+
+static void tell_contact(walk *w, double time)
+{
+    w->out->status = TOI_HIT;
+    w->out->hi = time;
+}
+
+enum { PROOFS_MAX = 24, DEEPER_MAX = 64 };
 
 /* Solids whose faces meet flat overlap without any two triangles that do: the whole shapes prove the contact. */
 static void prove_contact(walk *w)
 {
     toi_result *out = w->out;
-    narrow_request r = {
-        .facts = NARROW_VERDICT, .tolerance = w->request->tolerance, .threshold = w->request->threshold};
-    double gap = max_of(out->gap_hi - w->request->threshold, 0) + w->request->tolerance, time = out->lo;
+    double gap = max_of(out->gap_hi - w->threshold, 0) + w->request->tolerance, time = out->lo;
     double step = out->closing > 0 ? gap / out->closing : 0x1p-20 * w->request->span;
     for (int k = 0; k < PROOFS_MAX && time < w->request->span; k++, step *= 2) {
         time = min_of(time + step, w->request->span);
         narrow_result n;
-        narrow_query_world(w->a->shape, pose_mul(motion_pose(&w->a->motion, time), w->a->local), w->b->shape,
-            pose_mul(motion_pose(&w->b->motion, time), w->b->local), &r, w->scratch, &n);
-        out->queries++;
-        if (n.hi <= w->request->threshold) out->hi = time;
-        if (n.hi <= w->request->threshold || n.lo > w->request->threshold) return;
+        look_whole(w, time, NARROW_VERDICT, &n);
+        if (n.hi <= w->threshold) tell_contact(w, time);
+        if (n.hi <= w->threshold || n.lo > w->threshold) return;
     }
+}
+
+/* m: the least gap of the whole that counts as apart at a time. */
+static double floor_at(const walk *w, double time)
+{
+    return w->threshold + 0.5 * w->request->wander * time * time * (1 + 4 * UNIT_ROUNDOFF);
+}
+
+/* m: how far beyond that the convex hulls are along a world direction, proven. */
+static double spare_along(const walk *w, double time, vec3 direction)
+{
+    const course *c = &w->sweep.course;
+    course_place at = course_at(c, time);
+    return course_separation(c, &at, direction) - c->slack - floor_at(w, time);
+}
+
+/* m: what is left of the gap at a time, when two points that approach each other at the course's speed use it up. The
+ * gap along a direction does; so does what is left between two that are apart, and of those that do not turn any. */
+static double spare_at(const walk *w, double time, const narrow_result *n)
+{
+    double all = n->lo - floor_at(w, time), hulls = spare_along(w, time, n->axis);
+    double whole = w->sweep.course.straight ? all : min_of(all, n->lo);
+    return max_of(hulls, whole) * (1 - 64 * UNIT_ROUNDOFF);
+}
+
+/* Up to `time` they are not as deep as the threshold: goes on by the whole shapes until they may be. */
+static void deepen(walk *w, double time)
+{
+    const course *c = &w->sweep.course;
+    double span = w->request->span, wander = w->request->wander, spare = 0;
+    toi_result *out = w->out;
+    narrow_result n;
+    for (int k = 0; k < DEEPER_MAX; k++) {
+        look_whole(w, time, NARROW_DISTANCE, &n);
+        spare = spare_at(w, time, &n);
+        double last = min_of(spare_along(w, time, n.axis), spare_along(w, span, n.axis));
+        double step = course_step_until_used(spare, -(c->speed + wander * time), wander);
+        bool is_free = last > course_dip(c, span - time) || (spare > 0 && step >= span - time);
+        if (is_free) {
+            *out = (toi_result){
+                .status = TOI_FREE, .lo = INFINITY, .hi = INFINITY, .queries = out->queries, .steps = out->steps};
+            return;
+        }
+        if (spare <= w->request->tolerance || !(time + step > time)) break;
+        time += step;
+    }
+    describe(w, time, &n);
+    out->hi = INFINITY;
+    out->status = n.lo - floor_at(w, time) <= w->request->tolerance ? TOI_NEAR : TOI_UNDECIDED;
+    if (wander > 0) return;
+    if (n.hi <= w->threshold)
+        tell_contact(w, time);
+    else
+        prove_contact(w);
+}
+
+/* Do they touch at the beginning? A shape may lie inside of a solid without touching a triangle. */
+static bool begins_in_contact(walk *w)
+{
+    narrow_result n;
+    look_whole(w, 0, w->threshold < 0 ? NARROW_DISTANCE : NARROW_VERDICT, &n);
+    if (n.lo > w->threshold) {
+        if (n.lo <= 0) deepen(w, 0);
+        return n.lo <= 0;
+    }
+    describe(w, 0, &n);
+    w->out->status = n.hi <= w->threshold ? TOI_HIT : TOI_NEAR;
+    w->out->hi = n.hi <= w->threshold ? 0 : INFINITY;
+    return true;
+}
+
+/* The walk ended with parts left that may meet from `skipped` on. */
+static void tell_skipped(walk *w)
+{
+    narrow_result n;
+    look_whole(w, w->skipped, NARROW_DISTANCE, &n);
+    describe(w, w->skipped, &n);
+    if (n.hi <= w->threshold && w->request->wander == 0) w->out->hi = w->skipped;
+    w->out->status = w->out->hi == INFINITY ? TOI_UNDECIDED : TOI_HIT;
 }
 
 void toi_walk(
     const toi_mover *a, const toi_mover *b, const toi_request *request, narrow_scratch *scratch, toi_result *out)
 {
     walk w; /* its sweep is large, and makes itself ready */
+    toi_request of_parts = *request;
+    of_parts.threshold = max_of(request->threshold, 0);
     w.a = a;
     w.b = b;
-    w.request = request;
+    w.request = &of_parts;
+    w.threshold = request->threshold;
     w.scratch = scratch;
     w.until = request->span;
     w.skipped = INFINITY;
@@ -173,16 +273,20 @@ void toi_walk(
     vec3 hint = VEC_ZERO;
     toi_part_root(a->shape, &root_a);
     toi_part_root(b->shape, &root_b);
-    w.sweeps = sweep_init(&w.sweep, a, b, request);
+    w.sweeps = sweep_init(&w.sweep, a, b, &of_parts);
     double from = w.sweeps ? look(&w, &root_a, &root_b, 0, &hint) : 0;
     if (from == 0 && begins_in_contact(&w)) return;
     if (!w.sweeps) from = look(&w, &root_a, &root_b, 0, &hint);
     if (from == INFINITY) return;
     descend(&w, &root_a, &root_b, from, hint);
+    double parts_touch = min_of(out->lo, w.skipped);
+    if (w.threshold < 0) {
+        if (parts_touch < INFINITY) deepen(&w, parts_touch);
+        return;
+    }
     if (out->status == TOI_NEAR && out->hi == INFINITY && request->wander == 0) prove_contact(&w);
     if (w.skipped <= out->lo && w.skipped != INFINITY) {
-        out->lo = w.skipped;
-        out->status = out->hi == INFINITY ? TOI_UNDECIDED : TOI_HIT;
+        tell_skipped(&w);
     } else if (out->hi != INFINITY) {
         out->status = TOI_HIT;
     }

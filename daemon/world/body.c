@@ -211,12 +211,10 @@ static bool same_filter(const body *b, const world_body *def)
 /* The farthest that a rule moves a threshold or a range out: the broad phase honours it. */
 static void measure_rules(body *b)
 {
-    b->ruled = false;
     b->rule_reach = 0;
     for (size_t i = 0; i < b->rule_count; i++) {
         const filter_rule *r = &b->rules[i];
         if (r->allow) continue;
-        b->ruled |= r->padding != 0 || r->margin != 0;
         b->rule_reach = fmax(b->rule_reach, fmax(r->padding, r->margin));
     }
 }
@@ -304,6 +302,7 @@ world_status world_put_body(world *w, uint32_t *id, const world_body *def)
     } else if (!same_filter(b, def)) {
         b->ruled_tick = w->figures.ticks + 1;
     }
+    if (is_new || !same_filter(b, def) || b->fixed != def->fixed) b->ruling = ++w->ruling;
     free(b->group);
     b->group = base_strdup(def->group ? def->group : "");
     b->fixed = def->fixed;
@@ -354,7 +353,7 @@ void body_velocity(const body *b, vec3 *linear, vec3 *angular)
         *linear = b->linear;
         *angular = b->angular;
     } else if (b->speed == SPEED_ESTIMATED) {
-        motion way = motion_between(b->before, b->pose, 1e-9 * (double)(b->stamp_ns - b->before_ns));
+        motion way = motion_between(b->before, b->pose, 1e-9 * (double)stamps_between(b->before_ns, b->stamp_ns));
         *linear = way.linear;
         *angular = way.angular;
     }
@@ -626,6 +625,18 @@ pose solid_pose(const world *w, const solid *s)
     return b->behind ? pose_mul(settled_pose(w, b), s->local) : s->world;
 }
 
+void solid_stand(const world *w, const solid *s, pose *body_pose, pose *local)
+{
+    const body *b = &w->bodies.at[s->body];
+    *body_pose = settled_pose(w, b);
+    *local = s->local;
+    if (b->behind) return;
+    pose is = pose_mul(*body_pose, *local);
+    if (memcmp(&is, &s->world, sizeof is) == 0) return;
+    *body_pose = s->world; /* it has teleported since */
+    *local = POSE_IDENTITY;
+}
+
 void body_settle_shapes(world *w, body *b)
 {
     if (!b->behind) return;
@@ -701,11 +712,24 @@ int64_t body_age_ns(const world *w, const body *b)
 
 /* B's pose in A's frame, from the difference of the bodies' positions: exact where the bodies are near each other,
  * however far they are from the origin. */
-pose solid_relative(const world *w, const solid *a, const solid *b)
+static pose relative_of(pose body_a, pose local_a, pose body_b, pose local_b)
 {
-    pose bodies = pose_relative(w->bodies.at[a->body].pose, w->bodies.at[b->body].pose);
-    pose b_in_body_a = pose_mul(bodies, b->local);
-    pose relative = pose_relative(a->local, b_in_body_a);
+    pose bodies = pose_relative(body_a, body_b);
+    pose b_in_body_a = pose_mul(bodies, local_b);
+    pose relative = pose_relative(local_a, b_in_body_a);
     relative.q = quat_unit(relative.q);
     return relative;
+}
+
+pose solid_relative(const world *w, const solid *a, const solid *b)
+{
+    return relative_of(w->bodies.at[a->body].pose, a->local, w->bodies.at[b->body].pose, b->local);
+}
+
+pose solid_settled_relative(const world *w, const solid *a, const solid *b)
+{
+    pose body_a, local_a, body_b, local_b;
+    solid_stand(w, a, &body_a, &local_a);
+    solid_stand(w, b, &body_b, &local_b);
+    return relative_of(body_a, local_a, body_b, local_b);
 }

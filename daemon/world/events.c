@@ -153,6 +153,7 @@ uint32_t watch_add(world *w, uint32_t pair_id, uint32_t interest_id)
         .interest_prev = WORLD_NONE};
     if (i->first_watch != WORLD_NONE) w->watches.at[i->first_watch].interest_prev = id;
     i->first_watch = id;
+    i->watches++;
 
     uint32_t *link = &w->pairs.at[pair_id].first_watch;
     while (*link != WORLD_NONE && w->watches.at[*link].interest < interest_id) link = &w->watches.at[*link].pair_next;
@@ -173,7 +174,38 @@ void watch_drop(world *w, uint32_t id)
         w->interests.at[v->interest].first_watch = v->interest_next;
     if (v->interest_next != WORLD_NONE) w->watches.at[v->interest_next].interest_prev = v->interest_prev;
     v->used = false;
+    w->interests.at[v->interest].watches--;
     id_pool_give(&w->watch_ids, id);
+}
+
+static bool is_held_back(const world *w, uint32_t id, uint32_t interest)
+{
+    const watch *v = &w->watches.at[id];
+    return v->used && v->interest == interest && (v->dirty || v->foretold_dirty);
+}
+
+/* Leaves out watches that have ended since, and of one whose id was another's each entry but the first: in the order in
+ * which they would have been told, too. */
+static void drop_void_held(world *w, uint32_t interest_id)
+{
+    interest *i = &w->interests.at[interest_id];
+    size_t kept = 0;
+    for (size_t k = 0; k < i->held.count; k++) w->watches.at[i->held.at[k]].listed = false;
+    for (size_t k = 0; k < i->held.count; k++) {
+        watch *v = &w->watches.at[i->held.at[k]];
+        if (v->listed || !is_held_back(w, i->held.at[k], interest_id)) continue;
+        v->listed = true;
+        i->held.at[kept++] = i->held.at[k];
+    }
+    i->held.count = kept;
+}
+
+void watch_hold_back(world *w, uint32_t id)
+{
+    uint32_t interest_id = w->watches.at[id].interest;
+    interest *i = &w->interests.at[interest_id];
+    if (i->held.count >= 2 * i->watches + SPARE_HELD) drop_void_held(w, interest_id);
+    array_push(&i->held, id);
 }
 
 /* Boxes of an unknown body that part prove nothing of its motion. */
@@ -227,7 +259,7 @@ static void update(world *w, uint32_t id, uint8_t kind, int64_t contact, bool ne
         events_emit(w, v->interest, &v->last, kind, CAUSE_MOTION, contact);
     } else if (!v->dirty) {
         v->dirty = true;
-        array_push(&i->held, id);
+        watch_hold_back(w, id);
     }
 }
 
@@ -276,10 +308,10 @@ typedef struct terms { /* under which a pair is judged in this tick */
     uint8_t cause; /* of what begins or ends */
 } terms;
 
-static terms terms_of(const world *w, const body *a, const body *b)
+static terms terms_of(const world *w, const pair *p, const body *a, const body *b)
 {
     bool ruled = a->ruled_tick == w->figures.ticks || b->ruled_tick == w->figures.ticks;
-    return (terms){pair_terms_of_paired(a, b), ruled ? CAUSE_FILTER : CAUSE_MOTION};
+    return (terms){pair_kept_terms(p), ruled ? CAUSE_FILTER : CAUSE_MOTION};
 }
 
 uint8_t events_achieved(const narrow_result *r, const outcome *o, double limit)
@@ -320,7 +352,7 @@ void events_of_active(world *w)
         uint32_t id = w->active_pairs.at[k];
         const pair *p = &w->pairs.at[id];
         const body *a = &w->bodies.at[w->solids.at[p->a].body], *b = &w->bodies.at[w->solids.at[p->b].body];
-        terms t = terms_of(w, a, b);
+        terms t = terms_of(w, p, a, b);
         for (size_t word = 0; word < w->words; word++)
             for (uint64_t bits = interest_word(a, b, word); bits; bits &= bits - 1)
                 tell(w, id, &w->outcomes.at[k], (uint32_t)(word * 64) + (uint32_t)__builtin_ctzll(bits), &t);
@@ -441,7 +473,7 @@ static void release_held(world *w, uint32_t interest_id)
     interest *i = &w->interests.at[interest_id];
     for (size_t k = 0; k < i->held.count; k++) {
         watch *v = &w->watches.at[i->held.at[k]];
-        if (!v->used || v->interest != interest_id || !(v->dirty || v->foretold_dirty)) continue;
+        if (!is_held_back(w, i->held.at[k], interest_id)) continue;
         bool dirty = v->dirty, foretold = v->foretold_dirty;
         v->dirty = v->foretold_dirty = false;
         if (v->unknown) continue;

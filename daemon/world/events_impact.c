@@ -24,7 +24,7 @@ static void fill_sweep(const world *w, const sweep *s, world_event *e)
                                             : WORLD_WIDE,
         .impact = {r->lo, r->hi, s->start_ns, r->body_a, r->body_b, s->estimated},
         .closing = r->closing};
-    if (events_is_turned(x, y, s->interest, pair_terms_of_paired(x, y).looks)) events_turn_round(e);
+    if (events_is_turned(x, y, s->interest, pair_kept_terms(p).looks)) events_turn_round(e);
 }
 
 static void tell_impact(world *w, const sweep *s)
@@ -56,9 +56,8 @@ static void make_known(world *w, const sweep *s, uint32_t id)
     const pair *p = &w->pairs.at[v->pair];
     uint32_t result = w->outcomes.at[s->active].result;
     if ((v->touch_id || v->near_id) && result != WORLD_NONE) {
-        const body *a = &w->bodies.at[w->solids.at[p->a].body], *b = &w->bodies.at[w->solids.at[p->b].body];
         const interest *i = &w->interests.at[v->interest];
-        events_fill(w, p, &w->results.at[result], v->interest, pair_terms_of_paired(a, b).looks, &v->last);
+        events_fill(w, p, &w->results.at[result], v->interest, pair_kept_terms(p).looks, &v->last);
         v->last.achieved = events_achieved(&w->results.at[result], &w->outcomes.at[s->active],
             (v->touch_id ? i->threshold : i->range) + i->hysteresis);
     } else if (s->result.status != TOI_FREE) {
@@ -95,7 +94,7 @@ static void tell_foretold(world *w, const sweep *s)
         events_emit(w, s->interest, &v->foretold, EVENT_FORETOLD, CAUSE_MOTION, v->foretold_id);
     } else if (!v->foretold_dirty) {
         v->foretold_dirty = true;
-        array_push(&i->held, id);
+        watch_hold_back(w, id);
     }
 }
 

@@ -2,7 +2,9 @@
  *
  * Deadlines stand in a binary heap, by time. A pose moves its body's deadline without touching the heap: an entry that
  * comes up too early is put back at the time that holds now. So a tick looks at the bodies that moved and at entries
- * that came up, never at all bodies, and an entry comes up at most once a deadline. */
+ * that came up, never at all bodies, and an entry comes up at most once a deadline. Entries that are void
+ * (their body is gone, or has an earlier one) stay until they come up, or until there are more of them than of bodies.
+ */
 #include "state.h"
 
 #include <stdlib.h>
@@ -34,11 +36,31 @@ static expiry take_entry(world *w)
 
 /* ---- bodies ---- */
 
+/* Of a body that is gone, or of an old deadline. */
+static bool is_void(const world *w, const expiry *e)
+{
+    const body *b = &w->bodies.at[e->body];
+    return !b->used || b->ghost || b->serial != e->serial;
+}
+
+/* A body has one entry that is not void. */
+static void drop_void_entries(world *w)
+{
+    size_t count = w->expiries.count;
+    w->expiries.count = 0;
+    for (size_t i = 0; i < count; i++) {
+        expiry e = w->expiries.at[i];
+        if (!is_void(w, &e)) put_entry(w, e); /* which writes no further than here */
+    }
+}
+
 static void queue(world *w, uint32_t id)
 {
     body *b = &w->bodies.at[id];
     if (b->expiry_queued || b->expiry_ns == INT64_MAX) return;
+    if (w->expiries.count >= 2 * w->bodies.count + SPARE_EXPIRIES) drop_void_entries(w);
     b->expiry_queued = true;
+    b->queued_ns = b->expiry_ns;
     put_entry(w, (expiry){b->expiry_ns, id, b->serial});
 }
 
@@ -46,9 +68,8 @@ void expiry_set(world *w, uint32_t id)
 {
     body *b = &w->bodies.at[id];
     int64_t since = b->stamp_ns && b->stamp_ns < w->now_ns ? b->stamp_ns : w->now_ns; /* clocks of hosts may differ */
-    int64_t before = b->expiry_ns;
     if (!b->deadline_ns || __builtin_add_overflow(since, b->deadline_ns, &b->expiry_ns)) b->expiry_ns = INT64_MAX;
-    if (b->expiry_queued && b->expiry_ns < before) { /* a shorter deadline: the old entry would come too late */
+    if (b->expiry_queued && b->expiry_ns < b->queued_ns) { /* the old entry would come too late */
         b->serial = ++w->body_serial;
         b->expiry_queued = false;
     }
@@ -87,7 +108,7 @@ static void make_stale_what_is_due(world *w)
     while (w->expiries.count && w->expiries.at[0].time_ns <= w->now_ns) {
         expiry e = take_entry(w);
         body *b = &w->bodies.at[e.body];
-        if (!b->used || b->ghost || b->serial != e.serial) continue; /* of a body that is gone, or of an old deadline */
+        if (is_void(w, &e)) continue;
         b->expiry_queued = false;
         if (b->stale) continue; /* held; its next pose queues it again */
         if (b->expiry_ns <= w->now_ns)

@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-/* Linear in the text for each '*': on a mismatch only the last star is moved on. */
+/* On a mismatch only the last star is moved on: at most the text times the pattern. */
 static bool glob(const char *pattern, const char *text)
 {
     const char *star = NULL, *resume = NULL;

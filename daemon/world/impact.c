@@ -94,33 +94,29 @@ static int64_t newest(const body *a, const body *b)
 /* s: how long the longer way takes. */
 static double set_way(const world *w, sweep *s, const body *a, const body *b)
 {
-    double span_a = body_span(w, a), span_b = body_span(w, b), span = fmax(span_a, span_b);
+    int64_t span_a = body_span_ns(w, a), span_b = body_span_ns(w, b), span = span_a > span_b ? span_a : span_b;
     const body *longer = span_a >= span_b ? a : b;
-    s->start_ns = (longer->stamp_ns ? longer->stamp_ns : w->now_ns) - (int64_t)(1e9 * span + 0.5);
-    return span;
+    s->start_ns = stamps_between(span, longer->stamp_ns ? longer->stamp_ns : w->now_ns);
+    return seconds(span);
 }
 
 /* s: from the body's pose to the newest of the pair. */
 static double lag_of(const body *b, int64_t start_ns)
 {
-    return b->stamp_ns && may_do_something(b) ? seconds(start_ns - b->stamp_ns) : 0;
-}
-
-static motion course_from(const body *b, double lag)
-{
-    motion m = body_course(b);
-    if (lag > 0 && vec_norm(m.angular) * lag <= MOTION_ANGLE_MAX) m.start = motion_pose(&m, lag);
-    return m;
+    return b->stamp_ns && may_do_something(b) ? seconds(stamps_between(b->stamp_ns, start_ns)) : 0;
 }
 
 /* Both from the newest pose on: an older one is carried on to it. What is foretold ends a horizon after the older one:
- * so far reach the boxes. */
-static double set_courses(const world *w, sweep *s, const body *a, const body *b, toi_mover *ma, toi_mover *mb)
+ * so far reach the boxes. `known`: where both are then. */
+static double set_courses(
+    const world *w, sweep *s, const body *a, const body *b, toi_mover *ma, toi_mover *mb, bool *known)
 {
     int64_t stamp_ns = newest(a, b);
     double lag_a = lag_of(a, stamp_ns), lag_b = lag_of(b, stamp_ns);
-    ma->motion = course_from(a, lag_a);
-    mb->motion = course_from(b, lag_b);
+    ma->motion = body_course(a);
+    mb->motion = body_course(b);
+    bool known_a = motion_begin_at(&ma->motion, lag_a), known_b = motion_begin_at(&mb->motion, lag_b);
+    *known = known_a && known_b;
     s->start_ns = stamp_ns ? stamp_ns : w->now_ns;
     s->estimated =
         (body_has_course(a) && a->speed == SPEED_ESTIMATED) || (body_has_course(b) && b->speed == SPEED_ESTIMATED);
@@ -149,28 +145,32 @@ static vec3 kept_axis(const world *w, const pair *p, bool foretells)
 }
 
 /* Were they in contact at the last tick, where the search begins? A way that does not turn begins in the orientation of
- * its end: how the bodies stood is another question then. */
+ * its end: how the bodies stood is another question then; so it is where the rounding of the motion leaves it open. */
 static bool began_in_contact(const sweep *s, const toi_mover *x, const toi_mover *y, const body *a, const body *b,
     const toi_request *request, void *scratch)
 {
     const toi_result *r = &s->result;
     if (s->foretells || (r->status != TOI_HIT && r->status != TOI_NEAR) || r->lo > 0) return false;
-    if (body_way_turns(a) && body_way_turns(b)) return r->gap_lo <= request->threshold;
+    bool both_turn = body_way_turns(a) && body_way_turns(b), clear = r->gap_lo > request->threshold;
+    if (both_turn && (clear || r->gap_hi <= request->threshold)) return !clear;
     narrow_request ask = {.facts = NARROW_VERDICT, .tolerance = request->tolerance, .threshold = request->threshold};
     narrow_result n;
-    narrow_query_world(
-        x->shape, pose_mul(body_before(a), x->local), y->shape, pose_mul(body_before(b), y->local), &ask, scratch, &n);
+    pose was_a = body_before(a), was_b = body_before(b); /* about the origin of A's body */
+    was_b.p = vec_sub(was_b.p, was_a.p);
+    was_a.p = VEC_ZERO;
+    narrow_query_world(x->shape, pose_mul(was_a, x->local), y->shape, pose_mul(was_b, y->local), &ask, scratch, &n);
     return n.lo <= request->threshold;
 }
 
 enum { BARREN_MAX = 6 }; /* after so many searches for an axis in vain, one in 2^6 ticks is left */
 
 /* A pair that took a search to be foretold free is given an axis for the next tick; ways are too short to be worth it.
- * Read only: what was found is kept by keep_axis, because several interests may ask for one pair. */
-static void find(const world *w, sweep *s, const pair *p, const toi_mover *a, const toi_mover *b,
+ * Read only: what was found is kept by keep_axis, because several interests may ask for one pair. `known`: where they
+ * begin. */
+static void find(const world *w, sweep *s, const pair *p, const toi_mover *a, const toi_mover *b, bool known,
     const toi_request *request, void *scratch)
 {
-    if (can_turn(&a->motion, request->span) && can_turn(&b->motion, request->span))
+    if (known && can_turn(&a->motion, request->span) && can_turn(&b->motion, request->span))
         toi_find(a, b, request, kept_axis(w, p, s->foretells), scratch, &s->result);
     else /* service refuses such speeds; a horizon may make too many turns of them yet */
         s->result = (toi_result){.status = TOI_UNDECIDED,
@@ -198,11 +198,11 @@ static void search_ways(const world *w, sweep *s, const pair *p, const body *a, 
         double end_a = body_leg_begins(a, leg_a + 1), end_b = body_leg_begins(b, leg_b + 1);
         to = fmin(end_a, end_b);
         request->span = (to - from) * span;
-        ma->motion = body_leg(w, a, leg_a, from, span);
-        mb->motion = body_leg(w, b, leg_b, from, span);
+        bool known_a = body_leg(w, a, leg_a, from, span, &ma->motion);
+        bool known_b = body_leg(w, b, leg_b, from, span, &mb->motion);
         leg_a += end_a <= to, leg_b += end_b <= to;
         if (!(request->span > 0)) continue;
-        find(w, s, p, ma, mb, request, scratch);
+        find(w, s, p, ma, mb, known_a && known_b, request, scratch);
         queries += s->result.queries, steps += s->result.steps;
         if (s->result.status == TOI_FREE) continue;
         s->result.lo += from * span;
@@ -234,7 +234,8 @@ static void search(const world *w, sweep *s, void *scratch)
     const body *a = &w->bodies.at[x->body], *b = &w->bodies.at[y->body];
     const interest *i = &w->interests.at[s->interest];
     toi_mover ma = {&x->shape, x->local, {.start = a->pose}}, mb = {&y->shape, y->local, {.start = b->pose}};
-    double span = s->foretells ? set_courses(w, s, a, b, &ma, &mb) : set_way(w, s, a, b);
+    bool known = true;
+    double span = s->foretells ? set_courses(w, s, a, b, &ma, &mb, &known) : set_way(w, s, a, b);
     double size = (isfinite(x->reach) ? x->reach : 0) + (isfinite(y->reach) ? y->reach : 0);
     s->result = (toi_result){.status = TOI_FREE, .lo = INFINITY, .hi = INFINITY};
     if (!(span > 0)) return; /* one of them was last heard of a horizon ago */
@@ -242,11 +243,11 @@ static void search(const world *w, sweep *s, void *scratch)
     double wander_b = s->foretells ? wander_of(b, y, a, x, i->horizon) : 0;
     double drift = s->foretells ? drift_of(a, s, wander_a, span) + drift_of(b, s, wander_b, span) : 0;
     toi_request request = {.span = span,
-        .threshold = i->threshold + pair_terms_of_paired(a, b).padding + drift,
+        .threshold = i->threshold + pair_kept_terms(p).padding + drift,
         .tolerance = fmax(fmax(interest_tolerance(i, size), FINEST_SEARCH * size), 1e-300),
         .wander = wander_a + wander_b};
     if (s->foretells)
-        find(w, s, p, &ma, &mb, &request, scratch);
+        find(w, s, p, &ma, &mb, known, &request, scratch);
     else
         search_ways(w, s, p, a, b, &ma, &mb, &request, scratch);
     s->began = began_in_contact(s, &ma, &mb, a, b, &request, scratch);

@@ -46,13 +46,14 @@ static void widen_body(world *w, body *b)
     double reach = most_reach(w, b);
     b->widen = b->horizon = 0;
     b->impacts = false;
-    for (uint32_t i = 0; i < w->interests.count; i++) {
-        const interest *x = &w->interests.at[i];
-        if (!x->used || !(get_bit(b->match_a, i) || get_bit(b->match_b, i))) continue;
-        b->widen = fmax(b->widen, half_range(x, reach) + b->rule_reach);
-        b->impacts |= (x->facts & WORLD_IMPACT) != 0;
-        if (x->facts & WORLD_FORETELL) b->horizon = fmax(b->horizon, x->horizon);
-    }
+    for (size_t word = 0; word < w->words; word++)
+        for (uint64_t bits = b->match_a[word] | b->match_b[word]; bits; bits &= bits - 1) {
+            const interest *x = &w->interests.at[word * 64 + (size_t)__builtin_ctzll(bits)];
+            if (!x->used) continue;
+            b->widen = fmax(b->widen, half_range(x, reach) + b->rule_reach);
+            b->impacts |= (x->facts & WORLD_IMPACT) != 0;
+            if (x->facts & WORLD_FORETELL) b->horizon = fmax(b->horizon, x->horizon);
+        }
 }
 
 static bool match_one(const world *w, body *b, uint32_t id)
@@ -203,7 +204,36 @@ void world_want_all(world *w, uint32_t id)
     if (id < w->interests.count && w->interests.at[id].used) w->interests.at[id].all = true;
 }
 
-/* What was told under the old terms ends; every body that either terms concern is looked at again. */
+/* What was told under the old terms of those that changed ends. */
+static void close_changed(world *w)
+{
+    w->changed_interests.count = 0;
+    for (uint32_t id = 0; id < w->interests.count; id++) {
+        interest *i = &w->interests.at[id];
+        if (!i->used || !i->changed) continue;
+        i->changed = false;
+        w->epoch++;
+        events_close(w, id, i->closing ? i->closing_cause : (uint8_t)CAUSE_INTEREST);
+        array_push(&w->changed_interests, id);
+    }
+}
+
+/* Every body that the old or the new terms concern is looked at again. */
+static void match_changed(world *w)
+{
+    if (!w->changed_interests.count) return;
+    for (uint32_t k = 0; k < w->bodies.count; k++) {
+        body *b = &w->bodies.at[k];
+        bool concerned = false;
+        if (!b->used || b->ghost) continue;
+        for (size_t i = 0; i < w->changed_interests.count; i++)
+            concerned |= match_one(w, b, w->changed_interests.at[i]);
+        if (!concerned) continue;
+        widen_body(w, b);
+        body_mark_dirty(w, k, true);
+    }
+}
+
 void interest_settle_changes(world *w)
 {
     w->sweepers = w->askers = 0;
@@ -215,19 +245,8 @@ void interest_settle_changes(world *w)
         w->bounds_asked |= asks && i->accuracy == WORLD_BY_BOXES;
         w->sweepers += i->used && !i->closing && (i->facts & (WORLD_IMPACT | WORLD_FORETELL));
     }
-    for (uint32_t id = 0; id < w->interests.count; id++) {
-        interest *i = &w->interests.at[id];
-        if (!i->used || !i->changed) continue;
-        i->changed = false;
-        w->epoch++;
-        events_close(w, id, i->closing ? i->closing_cause : (uint8_t)CAUSE_INTEREST);
-        for (uint32_t k = 0; k < w->bodies.count; k++) {
-            body *b = &w->bodies.at[k];
-            if (!b->used || b->ghost || !match_one(w, b, id)) continue;
-            widen_body(w, b);
-            body_mark_dirty(w, k, true);
-        }
-    }
+    close_changed(w);
+    match_changed(w);
 }
 
 /* Those whose closing batch the last tick has told. */

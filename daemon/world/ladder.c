@@ -62,7 +62,7 @@ demand ladder_demand(const world *w, const pair *p)
     const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
     bool told = pair_is_told(w, p);
     const body *x = &w->bodies.at[a->body], *y = &w->bodies.at[b->body];
-    pair_terms terms = pair_terms_of_paired(x, y);
+    pair_terms terms = pair_kept_terms(p);
     double size = pair_size(a, b);
     demand d = {.request = {.tolerance = INFINITY, .range = 0, .threshold = -INFINITY, .engine = w->options.engine},
         .limit = -INFINITY,
@@ -174,8 +174,8 @@ static const uint8_t RUNG_OF_METHOD[NARROW_METHOD_COUNT] = {
     [NARROW_BY_MPR] = RUNG_MPR,
 };
 
-/* The relative pose is rounded. Answers in doubles allow for it; refined ones are as narrow as the pose is exact. */
-static void allow_for_pose(const solid *a, const solid *b, const pose *b_in_a, narrow_result *r)
+/* Answers in doubles allow for it; refined ones are as narrow as the pose is exact. */
+void ladder_allow_for_pose(const solid *a, const solid *b, const pose *b_in_a, narrow_result *r)
 {
     if (!r->refined) return;
     double moved = 0x1p-49 * (pair_size(a, b) + vec_norm(b_in_a->p));
@@ -197,7 +197,7 @@ uint32_t ladder_ask(
     if (d->verdict_only || (!told && !(request.facts & NARROW_DISTANCE))) {
         request.facts = NARROW_VERDICT;
         narrow_query(&a->shape, &b->shape, &b_in_a, &request, cache, scratch, r);
-        allow_for_pose(a, b, &b_in_a, r);
+        ladder_allow_for_pose(a, b, &b_in_a, r);
         if (d->verdict_only || r->lo > request.threshold) return 1;
         request.facts = d->request.facts;
         told = true;
@@ -206,7 +206,7 @@ uint32_t ladder_ask(
     request.facts |= NARROW_DISTANCE;
     if (told) request.range = INFINITY;
     narrow_query(&a->shape, &b->shape, &b_in_a, &request, cache, scratch, r);
-    allow_for_pose(a, b, &b_in_a, r);
+    ladder_allow_for_pose(a, b, &b_in_a, r);
     return asked + 1;
 }
 

@@ -56,17 +56,46 @@ pair_terms pair_get_terms(const body *a, const body *b)
     return t;
 }
 
-pair_terms pair_terms_of_paired(const body *a, const body *b)
+/* Rules are held against names for each two bodies, not for each two of their shapes, nor in each tick: a decision is
+ * kept where no other one takes its place, until one of the two filters changes. Which are kept changes no answer. */
+enum { RULINGS_LOG2 = 14 };
+
+/* `a` has the lower id. */
+static ruling rule_on(world *w, uint32_t a, uint32_t b)
 {
-    if (a->ruled || b->ruled || a->one_way || b->one_way) return pair_get_terms(a, b);
-    return (pair_terms){.checked = true};
+    const body *x = &w->bodies.at[a], *y = &w->bodies.at[b];
+    bool ruled = x->rule_count || y->rule_count;
+    if (ruled && !w->rulings) w->rulings = base_zalloc((size_t)1 << RULINGS_LOG2, sizeof *w->rulings);
+    ruling *kept = ruled ? &w->rulings[pair_key(a, b) * 0x9e3779b97f4a7c15u >> (64 - RULINGS_LOG2)] : NULL;
+    if (kept && kept->filter_a == x->ruling && kept->filter_b == y->ruling) return *kept;
+    pair_terms t = pair_get_terms(x, y);
+    ruling r = {x->ruling, y->ruling, t.padding, t.margin, t.checked, (int8_t)t.looks};
+    w->figures.rulings += ruled;
+    if (kept) *kept = r;
+    return r;
+}
+
+/* `looks` as of A and B. */
+static ruling decide(world *w, uint32_t a, uint32_t b)
+{
+    ruling r = a < b ? rule_on(w, a, b) : rule_on(w, b, a);
+    if (a > b) r.looks = (int8_t)-r.looks;
+    return r;
+}
+
+static void keep_terms(world *w, pair *p)
+{
+    ruling r = decide(w, w->solids.at[p->a].body, w->solids.at[p->b].body);
+    p->padding = r.padding;
+    p->margin = r.margin;
+    p->looks = r.looks;
 }
 
 bool pair_accept(void *context, uint32_t a, uint32_t b)
 {
-    const world *w = context;
+    world *w = context;
     const body *x = &w->bodies.at[w->solids.at[a].body], *y = &w->bodies.at[w->solids.at[b].body];
-    return x != y && interest_wants(w, x, y) && pair_get_terms(x, y).checked;
+    return x != y && interest_wants(w, x, y) && decide(w, w->solids.at[a].body, w->solids.at[b].body).checked;
 }
 
 bool pair_is_told(const world *w, const pair *p)
@@ -107,18 +136,19 @@ static void begin(world *w, uint32_t a, uint32_t b)
     enter_pair(w, a);
     enter_pair(w, b);
     w->pairs.at[id] = (pair){.a = in_order ? a : b, .b = in_order ? b : a, .first_watch = WORLD_NONE, .used = true};
+    keep_terms(w, &w->pairs.at[id]);
     pair_map_put(&w->pair_of, pair_key(a, b), id);
     w->figures.pairs++;
 }
 
-static uint8_t cause_of_end(const world *w, const pair *p)
+static uint8_t cause_of_end(world *w, const pair *p)
 {
     const solid *sa = &w->solids.at[p->a], *sb = &w->solids.at[p->b];
     const body *a = &w->bodies.at[sa->body], *b = &w->bodies.at[sb->body];
     if (a->ghost) return a->ghost_cause;
     if (b->ghost) return b->ghost_cause;
     if (sa->ghost || sb->ghost) return CAUSE_SHAPE;
-    if (!pair_get_terms(a, b).checked) return CAUSE_FILTER;
+    if (!decide(w, sa->body, sb->body).checked) return CAUSE_FILTER;
     if (!interest_wants(w, a, b)) return CAUSE_INTEREST;
     return a->teleported || b->teleported ? CAUSE_TELEPORT : CAUSE_MOTION;
 }
@@ -157,6 +187,8 @@ static void activate(world *w, uint32_t id)
     uint32_t tick = (uint32_t)w->figures.ticks;
     if (!p->used || p->active_tick == tick) return;
     p->active_tick = tick;
+    const body *a = &w->bodies.at[w->solids.at[p->a].body], *b = &w->bodies.at[w->solids.at[p->b].body];
+    if (a->ruled_tick == w->figures.ticks || b->ruled_tick == w->figures.ticks) keep_terms(w, p);
     array_push(&w->active_pairs, id);
 }
 

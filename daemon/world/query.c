@@ -19,24 +19,34 @@ static int64_t older(int64_t a, int64_t b)
     return a > b ? a : b;
 }
 
-static void world_of_result(vec3 origin, const narrow_result *r, world_hit *hit)
-{
-    hit->lo = r->lo;
-    hit->hi = r->hi;
-    hit->axis = r->axis;
-    hit->point_a = vec_add(r->point_a, origin);
-    hit->point_b = vec_add(r->point_b, origin);
-}
-
 /* ---- distance ---- */
 
-static narrow_result between(const world *w, const solid *a, const solid *b, double tolerance)
+/* From the relative pose that the ladder has, in canonical order: in the frame of the first. */
+static narrow_result between(const world *w, uint32_t a, uint32_t b, double tolerance, bool *in_order)
 {
+    const solid *x = &w->solids.at[a], *y = &w->solids.at[b];
+    *in_order = narrow_ordered(&x->shape, a, &y->shape, b);
+    const solid *first = *in_order ? x : y, *second = *in_order ? y : x;
     narrow_request request = {
         .facts = NARROW_DISTANCE, .tolerance = tolerance, .range = INFINITY, .engine = w->options.engine};
+    pose relative = solid_settled_relative(w, first, second);
     narrow_result r;
-    narrow_query_world(&a->shape, solid_pose(w, a), &b->shape, solid_pose(w, b), &request, w->scratch[0], &r);
+    narrow_query(&first->shape, &second->shape, &relative, &request, NULL, w->scratch[0], &r);
+    ladder_allow_for_pose(first, second, &relative, &r);
     return r;
+}
+
+/* In world axes, from A to B. */
+static void write_hit(const world *w, uint32_t a, uint32_t b, const narrow_result *r, bool in_order, world_hit *hit)
+{
+    pose first = solid_pose(w, &w->solids.at[in_order ? a : b]);
+    vec3 axis = quat_rotate(first.q, r->axis), point_1 = pose_point(first, r->point_a),
+         point_2 = pose_point(first, r->point_b);
+    hit->lo = r->lo;
+    hit->hi = r->hi;
+    hit->axis = in_order ? axis : vec_neg(axis);
+    hit->point_a = in_order ? point_1 : point_2;
+    hit->point_b = in_order ? point_2 : point_1;
 }
 
 void world_query_distance(const world *w, uint32_t a, uint32_t b, double tolerance, int64_t now_ns, world_hits *out)
@@ -47,10 +57,11 @@ void world_query_distance(const world *w, uint32_t a, uint32_t b, double toleran
     double least_lo = INFINITY;
     for (size_t i = 0; i < x->shape_count; i++) {
         for (size_t k = 0; k < y->shape_count; k++) {
-            const solid *s = &w->solids.at[x->shapes[i]];
-            narrow_result r = between(w, s, &w->solids.at[y->shapes[k]], tolerance);
+            bool in_order;
+            narrow_result r = between(w, x->shapes[i], y->shapes[k], tolerance, &in_order);
             least_lo = fmin(least_lo, r.lo);
-            if (r.hi < best.hi || (r.hi == best.hi && r.lo < best.lo)) world_of_result(solid_pose(w, s).p, &r, &best);
+            if (r.hi < best.hi || (r.hi == best.hi && r.lo < best.lo))
+                write_hit(w, x->shapes[i], y->shapes[k], &r, in_order, &best);
         }
     }
     best.lo = fmin(best.lo, least_lo);
@@ -132,7 +143,8 @@ static void explain_shapes(const world *w, const body *x, const body *y, lines *
     for (size_t i = 0; i < x->shape_count; i++) {
         for (size_t k = 0; k < y->shape_count; k++) {
             const solid *a = &w->solids.at[x->shapes[i]], *b = &w->solids.at[y->shapes[k]];
-            narrow_result r = between(w, a, b, 1e-9);
+            bool in_order;
+            narrow_result r = between(w, x->shapes[i], y->shapes[k], 1e-9, &in_order);
             bool paired = pair_find(w, x->shapes[i], y->shapes[k]) != PAIR_MAP_NONE;
             line(l, "shape %zu (%s) and shape %zu (%s): signed distance in [%.9g, %.9g] m by %s; fat boxes %s\n", i,
                 kind_of(&a->shape).text, k, kind_of(&b->shape).text, r.lo, r.hi, narrow_method_name(r.method),

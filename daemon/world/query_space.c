@@ -7,10 +7,10 @@
 
 static const double FINEST = 1e-9; /* m, the tolerance where none was asked for */
 
-/* A shape in the world's frame, and the body that it belongs to, which it does not meet. */
+/* A shape, where it is in a frame, which is in the world, and the body that it belongs to, which it does not meet. */
 typedef struct probe {
     const shape *shape;
-    pose at;
+    pose at, local;
     uint32_t body; /* or WORLD_NONE */
 } probe;
 
@@ -35,24 +35,41 @@ static bool concerns(const search *q, const solid *s)
     return !q->w->bodies.at[s->body].ghost && s->body != q->probe.body;
 }
 
-static narrow_result ask(const search *q, pose at, const solid *s, double range)
+/* The probe when it has gone on by t along the direction, and a shape, in world axes about the probe's frame then: they
+ * are as precise as their distance from each other lets them be. */
+static void place(const search *q, double t, const solid *s, pose *at, pose *there)
+{
+    pose body_pose, local, frame = {VEC_ZERO, q->probe.at.q};
+    solid_stand(q->w, s, &body_pose, &local);
+    body_pose.p = vec_madd(vec_sub(body_pose.p, q->probe.at.p), -t, q->direction);
+    *at = pose_mul(frame, q->probe.local);
+    *there = pose_mul(body_pose, local);
+}
+
+/* About the origin of the probe's frame, when that has gone on by t. */
+static narrow_result ask(const search *q, double t, const solid *s, double range)
 {
     narrow_request request = {.facts = NARROW_DISTANCE, .tolerance = q->tolerance, .range = range};
+    pose at, there;
     narrow_result r;
-    narrow_query_world(q->probe.shape, at, &s->shape, solid_pose(q->w, s), &request, q->w->scratch[0], &r);
+    place(q, t, s, &at, &there);
+    narrow_query_world(q->probe.shape, at, &s->shape, there, &request, q->w->scratch[0], &r);
+    r.point_a = vec_add(r.point_a, at.p);
+    r.point_b = vec_add(r.point_b, at.p);
     return r;
 }
 
-static world_hit hit_of(const search *q, const solid *s, const narrow_result *r, pose at)
+static world_hit hit_of(const search *q, const solid *s, const narrow_result *r, double t)
 {
+    vec3 origin = vec_madd(q->probe.at.p, t, q->direction);
     const body *b = &q->w->bodies.at[s->body];
     return (world_hit){.body_a = s->body,
         .body_b = WORLD_NONE,
         .lo = r->lo,
         .hi = r->hi,
         .axis = r->axis,
-        .point_a = vec_add(r->point_a, at.p),
-        .point_b = vec_add(r->point_b, at.p),
+        .point_a = vec_add(r->point_a, origin),
+        .point_b = vec_add(r->point_b, origin),
         .age_ns = body_age_at(b, q->now_ns),
         .stale = b->stale};
 }
@@ -61,11 +78,6 @@ static world_hit hit_of(const search *q, const solid *s, const narrow_result *r,
 
 /* A mesh or a compound is passed in steps of the distance to it, so that a long way close to it takes many. */
 enum { CAST_STEPS_MAX = 256, CAST_STEPS_MESH_MAX = 4096, TOUCH_STEPS_MAX = 40 };
-
-static pose along(const search *q, double t)
-{
-    return (pose){vec_madd(q->probe.at.p, t, q->direction), q->probe.at.q};
-}
 
 /* Of a mesh or a compound no plane separates more than what is nearest. */
 static bool is_convex(const solid *s)
@@ -78,7 +90,7 @@ static double touches_by(const search *q, const solid *s, double t, double gap)
 {
     double step = fmax(gap, q->tolerance);
     for (int i = 0; i < TOUCH_STEPS_MAX && t <= q->length; i++) {
-        narrow_result n = ask(q, along(q, t), s, INFINITY);
+        narrow_result n = ask(q, t, s, INFINITY);
         if (n.hi <= 0) return t;
         if (is_convex(s) && vec_dot(n.axis, q->direction) <= 0) return INFINITY; /* it goes away again */
         t += step;
@@ -90,9 +102,11 @@ static double touches_by(const search *q, const solid *s, double t, double gap)
 /* Is all of the shape behind the probe? */
 static bool has_passed(const search *q, const solid *s, double t)
 {
-    pose at = along(q, t), there = pose_relative(at, solid_pose(q->w, s));
+    pose at, there;
+    place(q, t, s, &at, &there);
+    pose relative = pose_relative(at, there);
     vec3 back = quat_rotate(quat_conj(at.q), vec_neg(q->direction));
-    return narrow_separation(q->probe.shape, &s->shape, &there, back, NULL, NULL) > 0;
+    return narrow_separation(q->probe.shape, &s->shape, &relative, back, NULL, NULL) > 0;
 }
 
 /* Advances by the certified distance: the plane that separates the probe from the shape still does when the probe has
@@ -106,9 +120,9 @@ static bool cast_shape(const search *q, const solid *s, world_hit *hit)
     double t = 0;
     int steps = is_convex(s) ? CAST_STEPS_MAX : CAST_STEPS_MESH_MAX;
     for (int step = 0; step < steps; step++) {
-        narrow_result n = ask(&fine, along(q, t), s, INFINITY);
+        narrow_result n = ask(&fine, t, s, INFINITY);
         double towards = vec_dot(n.axis, q->direction);
-        *hit = hit_of(q, s, &n, along(q, t));
+        *hit = hit_of(q, s, &n, t);
         hit->axis = vec_neg(n.axis);
         hit->lo = t;
         hit->hi = INFINITY; /* so it stays where the steps run out: free up to lo, and honest beyond */
@@ -142,7 +156,7 @@ void world_query_ray(
 {
     static const shape TIP = {.type = SHAPE_SPHERE};
     search q = {.w = w,
-        .probe = {&TIP, {origin, {1, 0, 0, 0}}, WORLD_NONE},
+        .probe = {&TIP, {origin, {1, 0, 0, 0}}, POSE_IDENTITY, WORLD_NONE},
         .direction = vec_unit(direction),
         .tolerance = tolerance > 0 ? tolerance : FINEST,
         .length = length,
@@ -157,7 +171,7 @@ void world_query_cast(const world *w, pose at, vec3 half, vec3 direction, double
 {
     const shape box = box_or_point(half);
     search q = {.w = w,
-        .probe = {&box, {at.p, quat_unit(at.q)}, WORLD_NONE},
+        .probe = {&box, {at.p, quat_unit(at.q)}, POSE_IDENTITY, WORLD_NONE},
         .direction = vec_unit(direction),
         .tolerance = tolerance > 0 ? tolerance : FINEST,
         .length = length,
@@ -246,8 +260,8 @@ static bool overlap_visit(void *context, uint32_t proxy)
     search *q = context;
     const solid *s = &q->w->solids.at[proxy];
     if (!concerns(q, s)) return true;
-    narrow_result r = ask(q, q->probe.at, s, 0);
-    if (r.lo <= 0) array_push(q->out, hit_of(q, s, &r, q->probe.at));
+    narrow_result r = ask(q, 0, s, 0);
+    if (r.lo <= 0) array_push(q->out, hit_of(q, s, &r, 0));
     return true;
 }
 
@@ -255,7 +269,7 @@ void world_query_box(const world *w, pose at, vec3 half, int64_t now_ns, world_h
 {
     const shape box = box_or_point(half);
     search q = {.w = w,
-        .probe = {&box, {at.p, quat_unit(at.q)}, WORLD_NONE},
+        .probe = {&box, {at.p, quat_unit(at.q)}, POSE_IDENTITY, WORLD_NONE},
         .tolerance = FINEST,
         .now_ns = now_ns,
         .out = out};
@@ -304,8 +318,8 @@ static double near_visit(void *context, uint32_t proxy, double distance)
     const solid *s = &q->w->solids.at[proxy];
     (void)distance;
     if (!concerns(q, s)) return reach_of(n);
-    narrow_result r = ask(q, q->probe.at, s, reach_of(n));
-    world_hit hit = hit_of(q, s, &r, q->probe.at);
+    narrow_result r = ask(q, 0, s, reach_of(n));
+    world_hit hit = hit_of(q, s, &r, 0);
     if (r.lo <= reach_of(n)) insert(q->out, &hit, n->most);
     return reach_of(n);
 }
@@ -313,14 +327,15 @@ static double near_visit(void *context, uint32_t proxy, double distance)
 static void look_around(nearest *n, const probe *p)
 {
     n->search.probe = *p;
-    broad_query_nearest(n->search.w->broad, shape_bounds(p->shape, p->at), reach_of(n), near_visit, n);
+    aabb box = shape_bounds(p->shape, pose_mul(p->at, p->local));
+    broad_query_nearest(n->search.w->broad, box, reach_of(n), near_visit, n);
 }
 
 void world_query_nearest(
     const world *w, pose at, vec3 half, double range, size_t most, double tolerance, int64_t now_ns, world_hits *out)
 {
     const shape box = box_or_point(half);
-    const probe one = {&box, {at.p, quat_unit(at.q)}, WORLD_NONE};
+    const probe one = {&box, {at.p, quat_unit(at.q)}, POSE_IDENTITY, WORLD_NONE};
     nearest n = {{.w = w, .tolerance = tolerance > 0 ? tolerance : FINEST, .now_ns = now_ns, .out = out}, most, range};
     if (most) look_around(&n, &one);
 }
@@ -333,6 +348,8 @@ void world_query_nearest_to(
     const body *b = &w->bodies.at[id];
     for (size_t i = 0; i < b->shape_count; i++) {
         const solid *s = &w->solids.at[b->shapes[i]];
-        look_around(&n, &(probe){&s->shape, solid_pose(w, s), id});
+        probe own = {.shape = &s->shape, .body = id};
+        solid_stand(w, s, &own.at, &own.local);
+        look_around(&n, &own);
     }
 }

@@ -49,13 +49,14 @@ typedef struct body {
     uint8_t ghost_cause;
     uint64_t category, mask;
     bool one_way;
-    bool ruled;                     /* a rule of it adds to the thresholds or ranges of its pairs ... */
-    double rule_reach;              /* m, ... at most so much */
+    double rule_reach;              /* m: its rules add at most so much to the thresholds or ranges of its pairs */
     uint64_t ruled_tick;            /* the tick that its filter last changed for */
+    uint64_t ruling;                /* of world.ruling, of the filter that it has: decisions of another are void */
     int64_t deadline_ns, expiry_ns; /* INT64_MAX: never stale */
     uint32_t serial;                /* of its entry among the expiries: an older one is void */
     uint32_t pair_count;
-    bool expiry_queued;     /* it has one */
+    bool expiry_queued;     /* it has one, ... */
+    int64_t queued_ns;      /* ... of this time */
     bool teleported;        /* since the last tick */
     ARRAY(waypoint) passed; /* between `before` and `pose`, while an interest in impacts is there */
     world_ccd ccd;
@@ -86,12 +87,20 @@ typedef struct solid { /* a shape of a body: the broad phase's proxy under the s
     bool used, ghost;
 } solid;
 
+typedef struct ruling {          /* what the filters of two bodies say, as long as both have these */
+    uint64_t filter_a, filter_b; /* body.ruling; 0: none is kept */
+    double padding, margin;
+    bool checked;
+    int8_t looks;
+} ruling;
+
 typedef struct watch {
     uint32_t pair, interest;
     uint32_t pair_next; /* of the same pair, by rising interest */
     uint32_t interest_next, interest_prev;
     int64_t touch_id, near_id, foretold_id;    /* 0 = not */
     bool used, unknown, dirty, foretold_dirty; /* dirty: an update that the rate held back */
+    bool listed;                               /* for drop_void_held */
     bool recovered;                            /* known again in this tick: its state follows, be it new or not */
     world_event last;                          /* of contact and nearness */
     world_event foretold;                      /* the last one that was foretold */
@@ -107,7 +116,9 @@ typedef struct standing { /* bounds that were told, widened by a slack: they hol
 } standing;
 
 typedef struct pair {
-    uint32_t a, b; /* solids, in canonical order */
+    uint32_t a, b;          /* solids, in canonical order */
+    double padding, margin; /* m: of its pair_terms, as is ... */
+    int8_t looks;           /* ... this */
     uint32_t first_watch;
     uint32_t active_tick; /* low bits of the tick in which it was last put on the active list */
     bool used;
@@ -133,7 +144,8 @@ typedef struct interest {
     uint8_t closing_cause;
     size_t snapshot_first; /* of events: where this tick's snapshot begins */
     uint32_t first_watch;
-    ARRAY(uint32_t) held; /* watches with an update held back by the rate */
+    size_t watches;
+    ARRAY(uint32_t) held; /* watches with an update held back by the rate, and some that have ended since */
     ARRAY(world_event) events;
 } interest;
 
@@ -183,13 +195,16 @@ struct world {
     pair_map pair_of; /* key of two solids -> pair */
     pair_map names;   /* hash of a name -> body; colliding hashes are probed on with the next key */
     size_t words;     /* of 64 interests */
+    ruling *rulings;  /* by a hash of two bodies, see pair.c; NULL: no body has had rules */
+    uint64_t ruling;  /* counts filters, from 1 */
 
     ARRAY(uint64_t) dirty;  /* ids of bodies to be put into the broad phase; u64 because sort_keys sorts these */
     ARRAY(uint32_t) awake;  /* of these, those that were not calm, in their order: made by body_settle_dirty */
     ARRAY(uint32_t) glided; /* those that were, until they came into a pair in this tick */
     ARRAY(uint64_t) sort_scratch;
-    ARRAY(uint32_t) ghosts; /* removed since the last tick */
-    ARRAY(uint32_t) reap;   /* removed before it: ids free at the next */
+    ARRAY(uint32_t) changed_interests; /* in this tick */
+    ARRAY(uint32_t) ghosts;            /* removed since the last tick */
+    ARRAY(uint32_t) reap;              /* removed before it: ids free at the next */
     ARRAY(uint32_t) ghost_solids, reap_solids;
     ARRAY(expiry) expiries;       /* a heap, see expiry.c */
     ARRAY(uint32_t) held_now;     /* bodies held since the last tick */
@@ -252,8 +267,12 @@ static inline vec3 body_step(const body *b)
 }
 void body_velocity(const body *b, vec3 *linear, vec3 *angular); /* given, or estimated from its way; else zeros */
 pose solid_pose(const world *w, const solid *s);                /* in the world, as the last tick left it */
+/* The same as where its body is, and where it is in there: solid_pose rounds by the distance from the world's origin.
+ */
+void solid_stand(const world *w, const solid *s, pose *body_pose, pose *local);
 double body_margin(const world *w, const solid *s);
-pose solid_relative(const world *w, const solid *a, const solid *b);
+pose solid_relative(const world *w, const solid *a, const solid *b); /* B's in A's frame, where the bodies are now */
+pose solid_settled_relative(const world *w, const solid *a, const solid *b); /* as the last tick left them */
 
 /* calm.c */
 /* Finds the room of a body whose shapes have just been put into the broad phase, where they could stay. */
@@ -270,6 +289,7 @@ static inline bool calm_holds(const body *b, const pose *at)
 }
 
 /* expiry.c */
+enum { SPARE_EXPIRIES = 64 };             /* entries beside two a body: what is more is void, and dropped */
 void expiry_set(world *w, uint32_t body); /* a pose has come: its deadline counts anew */
 void expiry_find(world *w);               /* fills stale_now and fresh_now, in the order of ids */
 int64_t expiry_next_ns(const world *w);   /* not later than the next one; INT64_MAX: none */
@@ -292,8 +312,11 @@ typedef struct pair_terms { /* what the filters say of two bodies */
     const char *why;
 } pair_terms;
 pair_terms pair_get_terms(const body *a, const body *b);
-/* The same for two that are a pair, without `rule` and `why`, and without looking at rules where they add nothing. */
-pair_terms pair_terms_of_paired(const body *a, const body *b);
+/* The same of a pair, without `rule` and `why`: they are kept with it. */
+static inline pair_terms pair_kept_terms(const pair *p)
+{
+    return (pair_terms){.checked = true, .looks = p->looks, .padding = p->padding, .margin = p->margin};
+}
 void pair_apply_changes(world *w, const broad_changes *changes);
 void pair_collect_active(world *w);
 uint32_t pair_find(const world *w, uint32_t solid_a, uint32_t solid_b);
@@ -310,6 +333,8 @@ demand ladder_demand(const world *w, const pair *p);
 /* Rungs 4 and on, from nothing: the number of narrow queries. */
 uint32_t ladder_ask(
     const world *w, const pair *p, const demand *d, narrow_cache *cache, void *scratch, narrow_result *r);
+/* The relative pose is rounded, and refined answers are as narrow as if it was not: widens these. */
+void ladder_allow_for_pose(const solid *a, const solid *b, const pose *b_in_a, narrow_result *r);
 void ladder_decide(world *w);
 double pair_size(const solid *a, const solid *b); /* m: the finite reaches */
 
@@ -337,10 +362,21 @@ bool pair_is_foretold(const world *w, const pair *p);
 
 /* way.c */
 enum { WAYPOINTS_MAX = 64 }; /* of a body in one tick; beyond it every other one is left out, and counted */
-double body_span(const world *w, const body *b);   /* s, of its way since the last tick; 0: it did not move */
-double body_leg_begins(const body *b, size_t leg); /* as a share of the way's time; of the one behind the last: 1 */
-/* The leg from the share `from` on, which is in it, when the whole way takes `span` seconds instead of its own. */
-motion body_leg(const world *w, const body *b, size_t leg, double from, double span);
+/* ns, saturated: stamps are the clients', and may be anything. */
+static inline int64_t stamps_between(int64_t from_ns, int64_t to_ns)
+{
+    int64_t span;
+    if (!__builtin_sub_overflow(to_ns, from_ns, &span)) return span;
+    return to_ns > from_ns ? INT64_MAX : INT64_MIN;
+}
+int64_t body_span_ns(const world *w, const body *b); /* of its way since the last tick; 0: it did not move */
+double body_span(const world *w, const body *b);     /* the same in s */
+double body_leg_begins(const body *b, size_t leg);   /* as a share of the way's time; of the one behind the last: 1 */
+/* From `late` seconds on. False: it has made too many turns until then to be told where it stands. */
+bool motion_begin_at(motion *m, double late);
+/* The leg from the share `from` on, which is in it, when the whole way takes `span` seconds instead of its own. False:
+ * as motion_begin_at. */
+bool body_leg(const world *w, const body *b, size_t leg, double from, double span, motion *m);
 void body_pass(world *w, body *b); /* another pose is coming: the one that it has may become a waypoint */
 bool body_way_turns(const body *b);
 bool body_has_course(const body *b);
@@ -363,6 +399,7 @@ bool news_same_impact(const world_impact *a, const world_impact *b);
 void events_of_sweeps(world *w);
 
 /* events.c; what its files share is in events.h */
+enum { SPARE_HELD = 64 }; /* updates held back beside two a watch of an interest: what is more is void, and dropped */
 void events_teleported(world *w);
 void events_pair_ended(world *w, uint32_t pair, uint8_t cause);
 void events_unmatched(world *w);

@@ -63,6 +63,8 @@ const char *world_validate(const world *w)
     if (fault) return fault;
     for (uint32_t i = 0; i < w->interests.count; i++) {
         if (!w->interests.at[i].used) continue;
+        if (w->interests.at[i].held.count > 2 * w->watches.count + SPARE_HELD)
+            return "updates of what has ended pile up";
         for (uint32_t v = w->interests.at[i].first_watch; v != WORLD_NONE; v = w->watches.at[v].interest_next) {
             if (w->watches.at[v].interest != i) return "a watch in another interest's list";
             of_interests++;
@@ -70,6 +72,7 @@ const char *world_validate(const world *w)
     }
     if (of_pairs != of_interests) return "watches of pairs and of interests differ";
     if (contacts != w->figures.contacts) return "contacts miscounted";
+    if (w->expiries.count > 2 * w->bodies.count + SPARE_EXPIRIES) return "deadlines of bodies that are gone pile up";
     fault = check_calm(w);
     return fault ? fault : broad_validate(w->broad);
 }

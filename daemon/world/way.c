@@ -8,12 +8,18 @@ static double seconds(int64_t ns)
 }
 
 /* By the stamps, or where there are none, by the ticks. */
-double body_span(const world *w, const body *b)
+int64_t body_span_ns(const world *w, const body *b)
 {
     if (!b->moved) return 0;
-    int64_t by_stamps = b->stamp_ns - b->before_ns, by_ticks = w->now_ns - w->last_tick_ns;
+    int64_t by_stamps = stamps_between(b->before_ns, b->stamp_ns),
+            by_ticks = stamps_between(w->last_tick_ns, w->now_ns);
     bool stamped = b->stamp_ns && b->before_ns && by_stamps > 0;
-    return stamped ? seconds(by_stamps) : by_ticks > 0 ? seconds(by_ticks) : 1;
+    return stamped ? by_stamps : by_ticks > 0 ? by_ticks : 1000000000;
+}
+
+double body_span(const world *w, const body *b)
+{
+    return seconds(body_span_ns(w, b));
 }
 
 /* Two poses hide whole turns: a given angular velocity tells how many. */
@@ -57,7 +63,8 @@ double body_leg_begins(const body *b, size_t leg)
     size_t legs = legs_of(b);
     if (leg == 0 || leg >= legs) return leg == 0 ? 0 : 1;
     if (!is_stamped(b)) return (double)leg / (double)legs;
-    return (double)(waypoint_ns(b, leg) - b->before_ns) / (double)(b->stamp_ns - b->before_ns);
+    return (double)stamps_between(b->before_ns, waypoint_ns(b, leg)) /
+           (double)stamps_between(b->before_ns, b->stamp_ns);
 }
 
 /* The leg in `span` seconds. */
@@ -71,19 +78,25 @@ static motion leg_in(const body *b, size_t leg, double span, bool turns)
     return m;
 }
 
+bool motion_begin_at(motion *m, double late)
+{
+    if (!(late > 0)) return true;
+    if (!(vec_norm(m->angular) * late <= MOTION_ANGLE_MAX)) return false;
+    m->start = motion_pose(m, late);
+    return true;
+}
+
 /* The same way in another time. */
 static motion paced(motion m, double pace)
 {
     return (motion){m.start, vec_scale(m.linear, pace), vec_scale(m.angular, pace)};
 }
 
-motion body_leg(const world *w, const body *b, size_t leg, double from, double span)
+bool body_leg(const world *w, const body *b, size_t leg, double from, double span, motion *m)
 {
     double own = body_span(w, b), begins = body_leg_begins(b, leg), share = body_leg_begins(b, leg + 1) - begins;
-    motion m = paced(leg_in(b, leg, own * share, body_way_turns(b)), own / span);
-    double late = (from - begins) * span;
-    if (late > 0 && vec_norm(m.angular) * late <= MOTION_ANGLE_MAX) m.start = motion_pose(&m, late);
-    return m;
+    *m = paced(leg_in(b, leg, own * share, body_way_turns(b)), own / span);
+    return motion_begin_at(m, (from - begins) * span);
 }
 
 void body_pass(world *w, body *b)

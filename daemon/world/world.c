@@ -96,11 +96,13 @@ void world_destroy(world *w)
     array_free(&w->solids);
     for (size_t i = 0; i < w->pairs.count; i++) free(w->pairs.at[i].cache.shell);
     array_free(&w->pairs);
+    free(w->rulings);
     array_free(&w->watches);
     array_free(&w->dirty);
     array_free(&w->awake);
     array_free(&w->glided);
     array_free(&w->sort_scratch);
+    array_free(&w->changed_interests);
     array_free(&w->ghosts);
     array_free(&w->reap);
     array_free(&w->ghost_solids);

@@ -80,12 +80,35 @@ static void two_planes_that_turn_are_not_decided(void **state)
     assert_true(t.lo == 0 && isinf(t.hi));
 }
 
+/* A rod of a kilometre turns about its own axis, which is almost -z, and a ball touches its far end all along: what the
+ * rod sweeps is the rod, and must not be tilted by what is left of the axis' z + 1. */
+static void a_rod_that_spins_about_nearly_minus_z_is_touched(void **state)
+{
+    (void)state;
+    const double length = 1000, deep = 4e-6;
+    for (double e = 1e-9; e < 2e-7; e *= 1.7)
+        for (int side = -1; side <= 1; side += 2) {
+            shape rod = {.type = SHAPE_CYLINDER, .half = {1, 1, length}}, ball = {.type = SHAPE_SPHERE, .radius = 1};
+            quat q = quat_unit((quat){0.5 * e, 0, 1, 0}); /* takes +z to -z, but for e */
+            vec3 axis = quat_rotate(q, vec(0, 0, 1));
+            toi_mover a = {&ball, POSE_IDENTITY, {.start = POSE_IDENTITY}};
+            toi_mover b = {&rod, POSE_IDENTITY, {.start = {VEC_ZERO, q}, .angular = vec_scale(axis, 20)}};
+            a.motion.start.p = vec_add(vec_scale(axis, 0.999 * length), vec(side * (2 - deep), 0, 0));
+            toi_request r = {.span = 1, .tolerance = 1e-7};
+            toi_result t;
+            toi_find(&a, &b, &r, VEC_ZERO, case_scratch(), &t);
+            if (t.status != TOI_HIT || t.lo != 0)
+                fail_msg("%g rad from -z, side %d: %s from %g s", e, side, toi_status_name(t.status), t.lo);
+        }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_speed_ends),
         cmocka_unit_test(contact_at_the_beginning_is_at_zero),
         cmocka_unit_test(two_planes_that_turn_are_not_decided),
+        cmocka_unit_test(a_rod_that_spins_about_nearly_minus_z_is_touched),
     };
     cases_create();
     int failed = cmocka_run_group_tests(tests, NULL, NULL);

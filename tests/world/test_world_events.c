@@ -3,6 +3,7 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <time.h>
 
 static void a_contact_begins_persists_and_ends_under_one_id(void **state)
 {
@@ -422,6 +423,68 @@ static void names_are_unique(void **state)
     world_destroy(w);
 }
 
+/* Contacts begin, have an update that the rate holds back, and end, again and again: nothing is kept of those that
+ * ended (see world_validate), and of the one that stands at last one update is told when the rate allows. */
+static void updates_of_what_has_ended_do_not_pile_up(void **state)
+{
+    (void)state;
+    const int64_t period = 1000000;
+    world *w = scene_world(1, true);
+    world_interest slow = scene_all(WORLD_TOUCH, 0);
+    slow.period_ns = period;
+    scene_interest(w, &slow);
+    uint32_t id = scene_sphere(w, "a", 0, 0.5);
+    scene_sphere(w, "b", 0.9, 0.5);
+    scene_sphere(w, "c", 0.95, 0.5); /* touches b all along */
+    int64_t now = 10 * period, held = 0;
+    scene_tick(w, now);
+    for (int i = 0; i < 3 * 200 + 2; i++) {
+        scene_move(w, id, i % 3 == 2 ? -1 : 1e-3 * (i % 3 + 1), 0);
+        const world_batch *b = scene_tick(w, ++now);
+        held += i % 3 == 1 && !b;
+    }
+    assert_in_range(held, 195, 201); /* nearly all, the first few may be told */
+    const world_batch *b = scene_tick(w, now + 2 * period);
+    assert_int_equal(b->count, 2); /* with b and with c, once each */
+    assert_int_equal(b->events[0].kind, EVENT_UPDATE);
+    assert_int_equal(b->events[1].kind, EVENT_UPDATE);
+    assert_null(scene_tick(w, now + 4 * period));
+    world_destroy(w);
+}
+
+/* s of the processor: a tick in which so many interests are new. */
+static double put_at_once(int interests)
+{
+    enum { BODIES = 400 };
+    world *w = scene_world(1, true);
+    char name[16];
+    for (int i = 0; i < BODIES; i++) {
+        snprintf(name, sizeof name, "b%d", i);
+        scene_sphere(w, name, 10 * i, 1);
+    }
+    scene_tick(w, 1);
+    world_interest all = scene_all(WORLD_TOUCH, 0);
+    for (int i = 0; i < interests; i++) scene_interest(w, &all);
+    world_batches batches;
+    clock_t begin = clock();
+    world_tick(w, 2, &batches);
+    double took = (double)(clock() - begin) / CLOCKS_PER_SEC;
+    world_destroy(w);
+    return took;
+}
+
+/* 32 times as many take 32 times as long, or a little more; not the square of it. */
+static void interests_put_at_once_are_matched_together(void **state)
+{
+    (void)state;
+    double few = INFINITY, many = INFINITY;
+    for (int k = 0; k < 5; k++) {
+        few = fmin(few, put_at_once(32));
+        many = fmin(many, put_at_once(32 * 32));
+    }
+    if (many > 150 * few) fail_msg("%g times as long", many / few);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -441,6 +504,8 @@ int main(void)
         cmocka_unit_test(a_rate_holds_updates_back_but_loses_none_of_their_ends),
         cmocka_unit_test(a_snapshot_tells_all_that_is),
         cmocka_unit_test(names_are_unique),
+        cmocka_unit_test(updates_of_what_has_ended_do_not_pile_up),
+        cmocka_unit_test(interests_put_at_once_are_matched_together),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

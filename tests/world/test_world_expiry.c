@@ -97,10 +97,41 @@ static void a_body_is_stale_exactly_past_its_deadline_or_while_it_is_held(void *
     world_destroy(w);
 }
 
+/* Deadlines of thirty years, of bodies that are gone or have teleported to and fro in time, do not pile up: see
+ * world_validate. And the clock may be set back meanwhile. */
+static void deadlines_do_not_pile_up(void **state)
+{
+    (void)state;
+    const int64_t ages = INT64_C(1000000000000000000);
+    model passing = {.alive = false}, staying = {.alive = false};
+    world *w = scene_world(1, true);
+    int64_t now = 20 * (int64_t)SECOND;
+    put(w, &staying, 1, ages, now);
+    for (int i = 0; i < 300; i++) {
+        put(w, &passing, 0, ages, now);
+        world_teleport_body(w, staying.id, POSE_IDENTITY, now - (i % 2 ? 5 : 1) * (int64_t)SECOND, NULL, NULL);
+        scene_tick(w, ++now);
+        world_remove_body(w, passing.id, CAUSE_REMOVED);
+        passing.alive = false;
+        scene_tick(w, ++now);
+        if (i % 50) continue;
+        world_clock_back(w, SECOND);
+        now -= SECOND;
+    }
+    put(w, &staying, 1, 100, now); /* a short one is still found */
+    scene_tick(w, now + 50);
+    assert_int_equal(world_get_figures(w).stale_bodies, 0);
+    assert_true(world_next_due_ns(w) > now && world_next_due_ns(w) <= now + 100);
+    scene_tick(w, now + 101);
+    assert_int_equal(world_get_figures(w).stale_bodies, 1);
+    world_destroy(w);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_body_is_stale_exactly_past_its_deadline_or_while_it_is_held),
+        cmocka_unit_test(deadlines_do_not_pile_up),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -188,6 +188,52 @@ static void explain_tells_the_way_and_the_padding(void **state)
     world_destroy(w);
 }
 
+/* Of two bodies of eight balls each, which meet as 64 pairs: their rules are held against each other when they meet,
+ * and again when one of them has others; neither for each two balls nor in each tick. */
+static void rules_are_matched_once_for_two_bodies(void **state)
+{
+    (void)state;
+    enum { BALLS = 8 };
+    world *w = watched_world(WORLD_TOUCH, 0);
+    world_shape balls[BALLS];
+    for (int i = 0; i < BALLS; i++)
+        balls[i] = (world_shape){.shape = {.type = SHAPE_SPHERE, .radius = 1}, .local = POSE_IDENTITY};
+    filter_rule rules[2] = {{.pattern = "nobody", .allow = true}, {.pattern = "*", .padding = 0.5}};
+    world_body def = {.group = "",
+        .category = 1,
+        .mask = 1,
+        .pose = POSE_IDENTITY,
+        .shapes = balls,
+        .shape_count = BALLS,
+        .rules = rules,
+        .rule_count = 2};
+    uint32_t id[2] = {WORLD_NONE, WORLD_NONE};
+    for (int i = 0; i < 2; i++) {
+        def.name = i ? "b" : "a";
+        def.pose.p.x = 2.3 * i;
+        assert_int_equal(world_put_body(w, &id[i], &def), WORLD_OK);
+    }
+    for (int tick = 1; tick < 5; tick++) {
+        const world_batch *b = scene_tick(w, tick);
+        assert_true(tick > 1 || b->count == BALLS * BALLS);
+        assert_int_equal(world_get_figures(w).rulings, 1);
+        scene_move(w, id[1], 2.3 + 0.01 * tick, 0);
+    }
+    rules[1].padding = 0.1; /* of the one body: of the other they stay */
+    def.pose.p.x = 2.3;
+    assert_int_equal(world_put_body(w, &id[1], &def), WORLD_OK);
+    assert_int_equal(world_get_figures(w).pairs, BALLS * BALLS);
+    const world_batch *b = scene_tick(w, 5); /* the larger padding counts */
+    for (size_t i = 0; b && i < b->count; i++) assert_int_equal(b->events[i].kind, EVENT_UPDATE);
+    assert_int_equal(world_get_figures(w).rulings, 2);
+    def.name = "a", def.pose.p.x = 0;
+    assert_int_equal(world_put_body(w, &id[0], &def), WORLD_OK);
+    const world_batch *ends = scene_tick(w, 6);
+    assert_true(ends && ends->count == BALLS * BALLS && ends->events[0].kind == EVENT_END);
+    assert_int_equal(world_get_figures(w).rulings, 3);
+    world_destroy(w);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -199,6 +245,7 @@ int main(void)
         cmocka_unit_test(a_margin_tells_distances_from_farther_away_and_the_larger_rule_counts),
         cmocka_unit_test(a_change_of_rules_begins_and_ends_and_says_that_it_was_the_filter),
         cmocka_unit_test(explain_tells_the_way_and_the_padding),
+        cmocka_unit_test(rules_are_matched_once_for_two_bodies),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

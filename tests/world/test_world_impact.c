@@ -396,6 +396,35 @@ static void a_sweep_query_tells_what_would_be_met(void **state)
     world_destroy(w);
 }
 
+/* From the first stamp that there is to the last one, in numbers. */
+static void stamps_may_be_ages_apart(void **state)
+{
+    (void)state;
+    world *w = scene_world(1, true);
+    for (int i = 0; i < 2; i++) {
+        world_shape s = {.shape = {.type = SHAPE_SPHERE, .radius = 0.5}, .local = POSE_IDENTITY};
+        world_body def = {.name = i ? "b" : "a",
+            .group = "",
+            .category = 1,
+            .mask = 1,
+            .ccd = WORLD_CCD_FULL,
+            .stamp_ns = 1,
+            .pose = {{3 * i, 0, 0}, {1, 0, 0, 0}},
+            .shapes = &s,
+            .shape_count = 1};
+        uint32_t id = WORLD_NONE;
+        assert_int_equal(world_put_body(w, &id, &def), WORLD_OK);
+    }
+    world_interest all = impacts(WORLD_IMPACT, 0);
+    scene_interest(w, &all);
+    scene_tick(w, SECOND);
+    move_to(w, world_find_body(w, "a"), 6, INT64_MAX);
+    const world_event *e = only(scene_tick(w, SECOND + 1), EVENT_IMPACT);
+    assert_int_equal(e->impact.start_ns, 1);
+    assert_true(e->impact.lo > 3e9 && e->impact.lo < 3.1e9); /* s: a third of the way */
+    world_destroy(w);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -410,6 +439,7 @@ int main(void)
         cmocka_unit_test(impacts_do_not_depend_on_workers_or_caches),
         cmocka_unit_test(an_axis_that_kept_them_apart_spares_the_next_search),
         cmocka_unit_test(a_sweep_query_tells_what_would_be_met),
+        cmocka_unit_test(stamps_may_be_ages_apart),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -44,6 +44,63 @@ static void distance_brackets_the_truth_at_any_distance_from_the_origin(void **s
     }
 }
 
+/* Two bodies whose shapes lie off their origins and turned: what is answered of them does not depend on where they are,
+ * as long as their positions are exact. The poses of the shapes in the world are not. */
+typedef struct answers {
+    double lo[5], hi[5];
+} answers;
+
+static answers ask_at(double far, int seed)
+{
+    world *w = scene_world(1, true);
+    answers got;
+    uint32_t ids[2];
+    for (int i = 0; i < 2; i++) {
+        double x = 0.3 + 0.01 * seed, y = 0.7 - 0.013 * seed;
+        world_shape s = {.shape = i ? CUBE : BALL, .local = {{x, y, -0.37}, quat_unit((quat){1, y, x, 0.3})}};
+        world_body def = {.name = i ? "b" : "a",
+            .group = "",
+            .category = 1,
+            .mask = 1,
+            .pose = {{far + 6 * i, far - 2 * i, i}, quat_unit((quat){x, 0.2, -0.5, y})},
+            .shapes = &s,
+            .shape_count = 1,
+            .stamp_ns = SECOND};
+        ids[i] = WORLD_NONE;
+        assert_int_equal(world_put_body(w, &ids[i], &def), WORLD_OK);
+    }
+    scene_tick(w, 2LL * SECOND);
+    const vec3 half = {0.1, 0.2, 0.3}, from = {far - 10, far, 0}, towards = {1, -0.1, 0};
+    for (int k = 0; k < 5; k++) {
+        world_hits hits = {0};
+        if (k == 0) world_query_distance(w, ids[0], ids[1], 1e-9, 3LL * SECOND, &hits);
+        if (k == 1) world_query_nearest_to(w, ids[1], INFINITY, 1, 1e-9, 3LL * SECOND, &hits);
+        if (k == 2) world_query_ray(w, from, towards, INFINITY, 1e-9, 3LL * SECOND, &hits);
+        if (k == 3) world_query_cast(w, (pose){from, {1, 0, 0, 0}}, half, towards, INFINITY, 1e-9, 3LL * SECOND, &hits);
+        if (k == 4) world_query_nearest(w, (pose){from, {1, 0, 0, 0}}, half, INFINITY, 1, 1e-9, 3LL * SECOND, &hits);
+        got.lo[k] = hits.count ? hits.at[0].lo : -1; /* the ray may miss */
+        got.hi[k] = hits.count ? hits.at[0].hi : -1;
+        free(hits.at);
+    }
+    world_destroy(w);
+    return got;
+}
+
+static void answers_are_the_same_everywhere(void **state)
+{
+    (void)state;
+    for (int seed = 0; seed < 20; seed++) {
+        answers here = ask_at(0, seed);
+        for (double far = 0x1p10; far <= 0x1p40; far *= 0x1p10) {
+            answers there = ask_at(far, seed);
+            for (int k = 0; k < 5; k++)
+                if (here.lo[k] != there.lo[k] || here.hi[k] != there.hi[k])
+                    fail_msg("query %d, seed %d: [%.17g, %.17g], at %g m [%.17g, %.17g]", k, seed, here.lo[k],
+                        here.hi[k], far, there.lo[k], there.hi[k]);
+        }
+    }
+}
+
 static void a_ray_hits_the_first_body_only(void **state)
 {
     (void)state;
@@ -192,6 +249,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(distance_brackets_the_truth_at_any_distance_from_the_origin),
+        cmocka_unit_test(answers_are_the_same_everywhere),
         cmocka_unit_test(a_ray_hits_the_first_body_only),
         cmocka_unit_test(a_box_finds_what_overlaps_it),
         cmocka_unit_test(a_box_is_cast_to_the_first_body_on_its_way),

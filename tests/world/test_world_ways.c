@@ -358,6 +358,56 @@ static void more_poses_than_are_kept_are_counted(void **state)
     }
 }
 
+/* A ball that makes so many turns until the other one's pose that nobody can tell how it stands then: foretold as open,
+ * not from where it was. `lag` s, at 1 m/s, of a horizon of 5 s more: they meet after about 1 s. */
+static void what_turns_too_far_until_the_newest_pose_is_open(void **state)
+{
+    (void)state;
+    static const double SPINS[] = {100, 2e5}; /* rad/s */
+    const int64_t lag = 9;
+    for (size_t k = 0; k < sizeof SPINS / sizeof *SPINS; k++) {
+        world *w = scene_world(1, true);
+        uint32_t a = ball(w, "a", VEC_ZERO, 0.5, WORLD_CCD_OFF);
+        uint32_t b = ball(w, "b", vec(lag + 2, 0.3, 0), 0.5, WORLD_CCD_OFF);
+        world_interest all = all_of(WORLD_FORETELL, 0);
+        all.horizon = lag + 5;
+        scene_interest(w, &all);
+        scene_tick(w, SECOND);
+        vec3 ahead = {1, 0, 0}, spin = {0, 0, SPINS[k]}, none = VEC_ZERO;
+        move(w, a, VEC_ZERO, UPRIGHT, SECOND + 1, &ahead, &spin);
+        move(w, b, vec(lag + 2, 0.3, 0), UPRIGHT, SECOND + 1 + lag * SECOND, &none, &none);
+        const world_batch *batch = scene_tick(w, SECOND + 2 + lag * SECOND);
+        assert_int_equal(count(batch, EVENT_FORETOLD), 1);
+        const world_impact *i = &batch->events[0].impact;
+        if (k == 0) assert_true(i->lo > 1 && isfinite(i->hi));
+        if (k > 0) assert_true(i->lo == 0 && isinf(i->hi));
+        world_destroy(w);
+    }
+}
+
+/* The same of a way: one leg of the one, four of the other, which crosses the first one's line just before the end. */
+static void what_turns_too_far_on_its_way_is_open(void **state)
+{
+    (void)state;
+    static const double SPINS[] = {0, 1000, 1e5}; /* rad/s, for 20 s */
+    static const double STAMPS[] = {0.45, 0.9, 0.95, 0.97, 1}, AT[] = {9, 9, 9, -9, -9};
+    const int64_t span = 20 * (int64_t)SECOND;
+    for (size_t k = 0; k < sizeof SPINS / sizeof *SPINS; k++) {
+        world *w = scene_world(1, true);
+        uint32_t a = ball(w, "a", VEC_ZERO, 0.5, WORLD_CCD_FULL);
+        uint32_t b = ball(w, "b", vec(9.6, 9, 0), 0.5, WORLD_CCD_FULL);
+        world_interest all = all_of(WORLD_IMPACT, 0);
+        scene_interest(w, &all);
+        scene_tick(w, SECOND);
+        vec3 none = VEC_ZERO, ahead = {0.5, 0, 0}, spin = {0, 0, SPINS[k]};
+        for (size_t i = 0; i < sizeof AT / sizeof *AT; i++)
+            move(w, b, vec(9.6, AT[i], 0), UPRIGHT, SECOND + (int64_t)(STAMPS[i] * (double)span), &none, &none);
+        move(w, a, vec(10, 0, 0), UPRIGHT, SECOND + span, &ahead, &spin);
+        assert_int_equal(count(scene_tick(w, SECOND + span), EVENT_IMPACT), 1);
+        world_destroy(w);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -373,6 +423,8 @@ int main(void)
         cmocka_unit_test(what_is_foretold_is_known_again_first),
         cmocka_unit_test(an_update_that_was_held_back_ends_with_its_contact),
         cmocka_unit_test(a_pair_that_is_none_any_more_to_one_interest_ends_there),
+        cmocka_unit_test(what_turns_too_far_until_the_newest_pose_is_open),
+        cmocka_unit_test(what_turns_too_far_on_its_way_is_open),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
