@@ -203,8 +203,7 @@ void world_want_all(world *w, uint32_t id)
     if (id < w->interests.count && w->interests.at[id].used) w->interests.at[id].all = true;
 }
 
-/* What was told under the old terms ends; every body that either terms concern is looked at again. */
-void interest_settle_changes(world *w)
+void interest_count(world *w)
 {
     w->sweepers = w->askers = 0;
     w->bounds_asked = false;
@@ -215,6 +214,12 @@ void interest_settle_changes(world *w)
         w->bounds_asked |= asks && i->accuracy == WORLD_BY_BOXES;
         w->sweepers += i->used && !i->closing && (i->facts & (WORLD_IMPACT | WORLD_FORETELL));
     }
+}
+
+/* What was told under the old terms ends; every body that either terms concern is looked at again. */
+void interest_settle_changes(world *w)
+{
+    interest_count(w);
     for (uint32_t id = 0; id < w->interests.count; id++) {
         interest *i = &w->interests.at[id];
         if (!i->used || !i->changed) continue;
