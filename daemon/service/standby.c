@@ -170,6 +170,7 @@ static void become_active(service *s, const link_sink *sink, const char *why)
     bool goes_on = p->in_step;
     s->epoch = goes_on ? s->epoch + 1 : wire_new_line(clock_wall_ns());
     service_set_budget(s);
+    service_replay_budget(s, false, 0);
     if (!goes_on) ready_begin(s);
     say(s, PEER_ACTIVE);
     open_links_again(s);

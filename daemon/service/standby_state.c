@@ -17,7 +17,7 @@ typedef struct state_head {
     lock_step lock_step;
     int64_t wall_ahead_ns, last_batch, lost_clients[LOST_KEPT];
     uint64_t lost_count;
-    bool hull_came, geometries_loose, whole;
+    bool hull_came, geometries_loose, whole, budgeted;
 } state_head;
 
 static void fill_sizes(uint64_t sizes[4])
@@ -267,6 +267,7 @@ void state_put(service *s, bytes_out *to)
         .last_batch = s->last_batch,
         .lost_count = s->lost_count,
         .whole = s->whole,
+        .budgeted = s->config.budget_us > 0,
         .hull_came = s->hull_came,
         .geometries_loose = s->geometries_loose};
     const world_lender lender = {.context = s, .name_of = name_of};
@@ -319,6 +320,7 @@ static const char *take_all(service *s, bytes_in *from)
     s->geometries_loose = h.geometries_loose;
     const world_lender lender = {.context = s, .lend = lend};
     return world_restore(s->world, &lender, from);
+    service_replay_budget(s, h.budgeted, 0); /* before the world knows what ticks can do */
 }
 
 bool state_take(service *s, bytes_in *from, char *why, size_t why_size)
