@@ -157,7 +157,8 @@ static void rebase_clocks(service *s)
     for (size_t i = 0; i < s->inbox.letters.count; i++) s->inbox.letters.at[i].since_ns = s->monotonic_ns;
     s->next_heartbeat_ns = 0;
     s->lock_step.since_ns = 0;
-    s->wall_ahead_ns = 0; /* by another clock */
+    s->wall_ahead_ns = s->standby->in_step ? s->standby->ahead_ns : 0;
+    service_follow_clock(s); /* it may have been set back meanwhile, or be behind the other one's */
     s->began_ns = s->announced_ns = s->monotonic_ns;
     s->rejects = (flow){0};
     s->limit_ns = s->monotonic_ns;
@@ -169,8 +170,8 @@ static void become_active(service *s, const link_sink *sink, const char *why)
     struct standby *p = s->standby;
     bool goes_on = p->in_step;
     s->epoch = goes_on ? s->epoch + 1 : wire_new_line(clock_wall_ns());
-    service_set_budget(s);
     service_replay_budget(s, false, 0);
+    service_set_budget(s);
     if (!goes_on) ready_begin(s);
     say(s, PEER_ACTIVE);
     open_links_again(s);
@@ -286,6 +287,7 @@ static void replay_tick(service *s, bytes_in *r)
     journal_entry e;
     bool good = true;
     while (good && journal_next(r, p->memory, &e)) good = carry_out(s, &e);
+    p->ahead_ns = s->now_ns - monotonic_ns;
     s->now_ns = now_ns;
     s->monotonic_ns = monotonic_ns;
     kept_sweep(s);

@@ -305,6 +305,7 @@ static const char *take_all(service *s, bytes_in *from)
     s->simulation = h.simulation;
     s->lock_step = h.lock_step;
     s->wall_ahead_ns = h.wall_ahead_ns;
+    s->standby->ahead_ns = h.now_ns - s->monotonic_ns;
     s->last_batch = h.last_batch;
     memcpy(s->lost_clients, h.lost_clients, sizeof s->lost_clients);
     s->lost_count = (size_t)h.lost_count;
@@ -319,8 +320,8 @@ static const char *take_all(service *s, bytes_in *from)
     s->hull_came = h.hull_came;
     s->geometries_loose = h.geometries_loose;
     const world_lender lender = {.context = s, .lend = lend};
-    return world_restore(s->world, &lender, from);
     service_replay_budget(s, h.budgeted, 0); /* before the world knows what ticks can do */
+    return world_restore(s->world, &lender, from);
 }
 
 bool state_take(service *s, bytes_in *from, char *why, size_t why_size)
