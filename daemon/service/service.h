@@ -361,6 +361,7 @@ void answer_query(service *s, struct link *from, const wire_query *q);
 void service_set_budget(service *s);                                  /* of the configuration */
 void service_replay_budget(service *s, bool budgeted, uint64_t work); /* of the tick that is replayed next */
 void service_tick(service *s);                                        /* of number s->tick, at s->now_ns */
+void service_follow_clock(service *s);                                /* what the world knows goes back with it */
 bool service_clock_back(const service *s); /* the wall clock was set back since the last tick: one is due */
 void service_take(service *s, struct link *from, const wire_message *m); /* a command that is admitted */
 void service_tell_broad(service *s); /* logs the broad phase that stands, if the log says another one */

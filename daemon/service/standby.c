@@ -109,6 +109,7 @@ static void find_follower(service *s)
 {
     struct standby *p = s->standby;
     const peer_card *first = follower(s);
+    if (s->monotonic_ns < p->quiet_ns) return; /* what was held would go out, and it may have taken over */
     if (p->follower && !(first && may_follow(s, first)))
         lose_follower(s, "is no standby any more: lost, or out of step");
     if (p->follower) return;
@@ -137,7 +138,7 @@ static void begin_anew(service *s)
     kept_clear(&p->kept);
     for (int i = 0; i < 2; i++) p->batches[i].list.count = p->batches[i].bytes.count = 0;
     p->journal.count = 0;
-    p->active = p->asked_ns = p->waiting_ns = p->follower = p->dropped = 0;
+    p->active = p->asked_ns = p->waiting_ns = p->follower = p->dropped = p->doubted = 0;
     p->in_step = p->out_of_step = p->state_wanted = p->left = p->followed = p->sure = false;
     p->journalled_tick = p->had_tick = 0;
     p->began_ns = s->monotonic_ns;
@@ -157,7 +158,8 @@ static void rebase_clocks(service *s)
     for (size_t i = 0; i < s->inbox.letters.count; i++) s->inbox.letters.at[i].since_ns = s->monotonic_ns;
     s->next_heartbeat_ns = 0;
     s->lock_step.since_ns = 0;
-    s->wall_ahead_ns = 0; /* by another clock */
+    s->wall_ahead_ns = s->standby->in_step ? s->standby->ahead_ns : 0;
+    service_follow_clock(s); /* it may have been set back meanwhile, or be behind the other one's */
     s->began_ns = s->announced_ns = s->monotonic_ns;
     s->rejects = (flow){0};
     s->limit_ns = s->monotonic_ns;
@@ -169,6 +171,7 @@ static void become_active(service *s, const link_sink *sink, const char *why)
     struct standby *p = s->standby;
     bool goes_on = p->in_step;
     s->epoch = goes_on ? s->epoch + 1 : wire_new_line(clock_wall_ns());
+    service_replay_budget(s, false, 0);
     service_set_budget(s);
     if (!goes_on) ready_begin(s);
     say(s, PEER_ACTIVE);
@@ -191,16 +194,34 @@ static void become_active(service *s, const link_sink *sink, const char *why)
     metric_count(s->count.takeovers, goes_on);
 }
 
-static void step_down(service *s, const peer_card *other)
+/* Its epoch is told to be over. */
+static void resign(service *s)
 {
-    log_warning("%s has taken over (epoch %" PRId64 ", ours was %" PRId64
-                "): this daemon steps down, and what it published since is not believed by anybody who has heard of it",
-        other->name, other->epoch, s->epoch);
     metric_count(s->count.steps_down, 1);
     s->health = WIRE_HEALTH_STOPPING; /* of the old epoch */
     health_publish(s);
     for (size_t i = 0; i < s->link_count; i++) s->links[i]->ops->flush(s->links[i]);
     begin_anew(s);
+}
+
+static void step_down(service *s, const peer_card *other)
+{
+    log_warning("%s has taken over (epoch %" PRId64 ", ours was %" PRId64
+                "): this daemon steps down, and what it published since is not believed by anybody who has heard of it",
+        other->name, other->epoch, s->epoch);
+    resign(s);
+}
+
+/* Whoever has heard of a successor would believe nothing of this line any more. */
+static void resolve_doubt(service *s)
+{
+    struct standby *p = s->standby;
+    if (!p->doubted || s->monotonic_ns < p->quiet_ns) return;
+    const peer_card *c = peer_of(p, p->doubted);
+    p->doubted = 0;
+    if (c && c->alive && c->role == PEER_STANDBY && c->epoch == s->epoch) return;
+    log_warning("the standby is gone, and may have taken over while this daemon stood still: it begins anew");
+    resign(s);
 }
 
 /* ---- what the other one says ---- */
@@ -285,6 +306,7 @@ static void replay_tick(service *s, bytes_in *r)
     journal_entry e;
     bool good = true;
     while (good && journal_next(r, p->memory, &e)) good = carry_out(s, &e);
+    p->ahead_ns = s->now_ns - monotonic_ns;
     s->now_ns = now_ns;
     s->monotonic_ns = monotonic_ns;
     kept_sweep(s);
@@ -415,7 +437,7 @@ static void stand_by(service *s, const link_sink *sink)
         p->waiting_ns = 0;
         return;
     }
-    if (another && another->sender != p->active) { /* it has taken over before us */
+    if (another && (another->sender != p->active || another->epoch != s->epoch)) { /* it was before us, or began anew */
         begin_anew(s);
         return;
     }
@@ -438,9 +460,11 @@ static void notice_standstill(service *s)
     int64_t gap_ns = s->monotonic_ns - p->round_ns;
     if (!p->round_ns || gap_ns <= p->lease_ns / 2 || !p->peers.count) return;
     p->quiet_ns = s->monotonic_ns + p->lease_ns;
+    p->had_ns = s->monotonic_ns; /* nobody was slow but we */
     if (gap_ns <= p->lease_ns || p->card.role != PEER_ACTIVE) return;
     log_warning(
         "this daemon stood still for %.3f s: it looks whether another one has taken over", 1e-9 * (double)gap_ns);
+    if (p->sure) p->doubted = p->follower;
 }
 
 bool standby_round(service *s, const link_sink *sink)
@@ -459,6 +483,7 @@ bool standby_round(service *s, const link_sink *sink)
         say(s, (peer_role)p->card.role);
         if (p->card.role == PEER_STANDBY) say_have(s, s->tick); /* it may know us only now */
     }
+    if (p->card.role == PEER_ACTIVE) resolve_doubt(s);
     if (p->card.role == PEER_ACTIVE) drop_slow(s);
     if (p->card.role == PEER_ACTIVE) find_follower(s);
     if (p->card.role == PEER_JOINING)

@@ -84,10 +84,12 @@ struct standby {
     bool followed;      /* the active one waits for us: only then are we sure to know all that was told */
     bool left;          /* the active one has left in order */
     int64_t alive_ns;   /* a peer was alive then, the last time */
+    int64_t ahead_ns;   /* of the active one's wall clock before our monotonic one, at its last tick */
 
     int64_t follower;  /* the active one: the standby that is in step, by its sender; 0: none */
     int64_t sure_tick; /* it is sure to know all that was told when it has this one; ... */
     bool sure;         /* ... it has */
+    int64_t doubted;   /* the active one stood still: its standby then, which may have taken over since; 0: none */
     int64_t dropped;   /* one that is not waited for until it joins anew */
     bool state_wanted; /* the active one: somebody asks for its state */
     bytes_out journal; /* of the tick that is being made */

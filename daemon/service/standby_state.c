@@ -17,7 +17,7 @@ typedef struct state_head {
     lock_step lock_step;
     int64_t wall_ahead_ns, last_batch, lost_clients[LOST_KEPT];
     uint64_t lost_count;
-    bool hull_came, geometries_loose, whole;
+    bool hull_came, geometries_loose, whole, budgeted;
 } state_head;
 
 static void fill_sizes(uint64_t sizes[4])
@@ -267,6 +267,7 @@ void state_put(service *s, bytes_out *to)
         .last_batch = s->last_batch,
         .lost_count = s->lost_count,
         .whole = s->whole,
+        .budgeted = s->config.budget_us > 0,
         .hull_came = s->hull_came,
         .geometries_loose = s->geometries_loose};
     const world_lender lender = {.context = s, .name_of = name_of};
@@ -304,6 +305,7 @@ static const char *take_all(service *s, bytes_in *from)
     s->simulation = h.simulation;
     s->lock_step = h.lock_step;
     s->wall_ahead_ns = h.wall_ahead_ns;
+    s->standby->ahead_ns = h.now_ns - s->monotonic_ns;
     s->last_batch = h.last_batch;
     memcpy(s->lost_clients, h.lost_clients, sizeof s->lost_clients);
     s->lost_count = (size_t)h.lost_count;
@@ -318,6 +320,7 @@ static const char *take_all(service *s, bytes_in *from)
     s->hull_came = h.hull_came;
     s->geometries_loose = h.geometries_loose;
     const world_lender lender = {.context = s, .lend = lend};
+    service_replay_budget(s, h.budgeted, 0); /* before the world knows what ticks can do */
     return world_restore(s->world, &lender, from);
 }
 

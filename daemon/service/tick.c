@@ -56,7 +56,7 @@ bool service_clock_back(const service *s)
 /* By the two clocks of ticks, which are recorded: a replay does it in the same tick. Set forward, it makes poses old
  * that are, perhaps, not, which the next ones mend; set back, it would make all that comes older than what came, and
  * let no deadline pass. */
-static void follow_clock(service *s)
+void service_follow_clock(service *s)
 {
     int64_t ahead_ns = s->now_ns - s->monotonic_ns, by_ns = s->wall_ahead_ns - ahead_ns;
     bool back = service_clock_back(s);
@@ -87,7 +87,7 @@ void service_take(service *s, struct link *from, const wire_message *m)
 void service_tick(service *s)
 {
     world_batches batches;
-    follow_clock(s);
+    service_follow_clock(s);
     inbox_apply(s);
     stream_ask_all(s);
     world_tick(s->world, s->now_ns, &batches);

@@ -234,7 +234,7 @@ static void match_changed(world *w)
     }
 }
 
-void interest_settle_changes(world *w)
+void interest_count(world *w)
 {
     w->sweepers = w->askers = 0;
     w->bounds_asked = false;
@@ -245,6 +245,11 @@ void interest_settle_changes(world *w)
         w->bounds_asked |= asks && i->accuracy == WORLD_BY_BOXES;
         w->sweepers += i->used && !i->closing && (i->facts & (WORLD_IMPACT | WORLD_FORETELL));
     }
+}
+
+void interest_settle_changes(world *w)
+{
+    interest_count(w);
     close_changed(w);
     match_changed(w);
 }

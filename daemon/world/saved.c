@@ -458,5 +458,6 @@ const char *world_restore(world *w, const world_lender *l, bytes_in *from)
     w->epoch = h.epoch;
     w->figures = h.figures;
     w->changed = false;
+    interest_count(w); /* poses may come before the first tick */
     return from->broken ? "it is cut off" : NULL;
 }

@@ -298,6 +298,7 @@ int64_t expiry_next_ns(const world *w);   /* not later than the next one; INT64_
 void interest_match_body(world *w, uint32_t body);
 bool interest_wants(const world *w, const body *a, const body *b);
 uint64_t interest_word(const body *a, const body *b, size_t word);
+void interest_count(world *w); /* how many ask for what: poses go by it */
 void interest_settle_changes(world *w);
 void interest_finish(world *w);                            /* closed ones are gone */
 double interest_tolerance(const interest *i, double size); /* m, of a pair of that size */

@@ -3,8 +3,12 @@
  * a model (storm_model.h); once it is quiet, all of them, and one that comes fresh, must know the same contacts as a
  * comparison of all bodies with all others. Their wall clock is set back and forth by up to an hour at a time.
  *
- * 20 s; 120 s with COLLIDED_NIGHTLY=1, 10 s with COLLIDED_BRIEF=1, or COLLIDED_STORM_SECONDS. The seed is random and
- * printed; COLLIDED_STORM_SEED sets it. (It sets what is done, and in which order; processes have their own time.) */
+ * "storm pair": there are two daemons, each of which may be struck at any time, and who was killed comes back as the
+ * standby of the other. "storm network": nobody is struck but the network between two hosts.
+ *
+ * 14 s each; 120 s with COLLIDED_NIGHTLY=1, 7 s with COLLIDED_BRIEF=1, or COLLIDED_STORM_SECONDS. The seed is random
+ * and printed; COLLIDED_STORM_SEED sets it. (It sets what is done, and in which order; processes have their own time.)
+ */
 #include "rig.h"
 #include "storm_model.h"
 #include "storm_network.h"
@@ -141,7 +145,9 @@ static void listen_only(storm_shared *s, int number)
 
 /* ---- whom the storm strikes ---- */
 
-enum { DAEMON = STORM_OWNERS + STORM_LISTENERS, VICTIMS };
+enum { DAEMON = STORM_OWNERS + STORM_LISTENERS, STANDBY, VICTIMS };
+
+static bool paired;
 
 typedef struct storm {
     storm_shared *shared;
@@ -149,8 +155,9 @@ typedef struct storm {
     pid_t pids[VICTIMS];     /* 0 = killed, to be started again */
     double again_s[VICTIMS]; /* when: to be started, or let go on; 0 = it runs */
     pid_t gateway;           /* that stands still until then */
-    double gateway_s, up_s;  /* since when the daemon runs */
-    collided *c[2];          /* of ours: one a link, whom nothing strikes but by others */
+    double gateway_s;
+    double up_s[VICTIMS]; /* since when a daemon runs */
+    collided *c[2];       /* of ours: one a link, whom nothing strikes but by others */
     storm_model *models[2];
     char host[16];             /* of the others: the process that has it, or "" */
     _Atomic int64_t *clock_ns; /* the wall clock of all but us is set by so much */
@@ -176,9 +183,9 @@ static void start(storm *s, int k)
 {
     char number[16];
     s->again_s[k] = 0;
-    if (k == DAEMON) {
-        s->pids[k] = interface ? far_daemon() : rig_daemon("--heartbeat", "0.2");
-        s->up_s = rig_now_s();
+    if (k >= DAEMON) {
+        s->pids[k] = interface ? far_daemon() : rig_daemon("--heartbeat=0.2", paired ? "--standby=yes" : NULL);
+        s->up_s[k] = rig_now_s();
         return;
     }
     bool owns = k < STORM_OWNERS;
@@ -197,7 +204,8 @@ static void start(storm *s, int k)
 /* Not the first one: a daemon whose gateway does not start does not, either. */
 static void strike_gateway(storm *s)
 {
-    pid_t gateway = s->again_s[DAEMON] || s->gateway_s || rig_now_s() < s->up_s + 2 ? 0 : rig_child(s->pids[DAEMON]);
+    int k = paired && roll(s, 2) ? STANDBY : DAEMON;
+    pid_t gateway = s->again_s[k] || s->gateway_s || rig_now_s() < s->up_s[k] + 2 ? 0 : rig_child(s->pids[k]);
     if (!gateway) return;
     bool kills = roll(s, 2);
     if (kill(gateway, kills ? SIGKILL : SIGSTOP) != 0) return; /* it has ended meanwhile */
@@ -217,19 +225,20 @@ static void strike_clock(storm *s)
 static void strike(storm *s)
 {
     int k = (int)roll(s, VICTIMS + 1);
+    if (paired && roll(s, 4) == 0) k = DAEMON + (int)roll(s, 2);
     if (roll(s, 12) == 0) strike_clock(s);
     if (k == VICTIMS) {
         strike_gateway(s);
         return;
     }
-    if (s->again_s[k] || (k == DAEMON && roll(s, 2))) return;
+    if (s->again_s[k] || (!paired && (k == STANDBY || (k == DAEMON && roll(s, 2))))) return;
     bool kills = roll(s, 2);
     rig_kill(s->pids[k], kills ? SIGKILL : SIGSTOP);
     s->again_s[k] = rig_now_s() + 1e-3 * (double)roll(s, roll(s, 3) ? 200 : 1500);
     if (kills) s->pids[k] = 0;
     s->kills += kills;
     s->stops += !kills;
-    s->daemon_kills += kills && k == DAEMON;
+    s->daemon_kills += kills && k >= DAEMON;
 }
 
 static void let_go_on(storm *s, bool all)
@@ -326,7 +335,7 @@ static void all_know_the_truth(storm *s)
 static double seconds_of_storm(void)
 {
     const char *told = getenv("COLLIDED_STORM_SECONDS");
-    return told ? strtod(told, NULL) : getenv("COLLIDED_NIGHTLY") ? 120 : getenv("COLLIDED_BRIEF") ? 10 : 20;
+    return told ? strtod(told, NULL) : getenv("COLLIDED_NIGHTLY") ? 120 : getenv("COLLIDED_BRIEF") ? 7 : 14;
 }
 
 static storm_shared *map(int fd)
@@ -361,6 +370,7 @@ static void set_up(storm *s)
     s->shared = map(SHARED_FD);
     assert_non_null(s->shared);
     start(s, DAEMON);
+    if (paired) start(s, STANDBY);
     for (int k = 0; k < 2; k++) {
         s->models[k] = calloc(1, sizeof *s->models[k]);
         s->c[k] = connect_without_waiting(link_of(k), 0, COLLIDED_REMOVE);
@@ -380,14 +390,15 @@ static void strike_network(storm *s)
 
 static void tell(const storm *s)
 {
-    printf("%zu killed (the daemon %zu times), %zu stopped, %zu gateways killed, %zu clock steps\n", s->kills,
+    printf("%zu killed (daemons %zu times), %zu stopped, %zu gateways killed, %zu clock steps\n", s->kills,
         s->daemon_kills, s->stops, s->gateway_kills, s->clock_steps);
     if (network) printf("%lld packets carried, %lld lost\n", (long long)network->carried, (long long)network->lost);
     for (int k = 0; k < STORM_LISTENERS + 2; k++) {
         const storm_model *m = k < 2 ? s->models[k] : &s->shared->listeners[k - 2];
-        printf("%s heard %lld begins in %lld epochs, %lld snapshots, %lld ends unheard, %lld batches lost\n",
-            link_of(k), (long long)m->begun, (long long)m->epochs, (long long)m->snapshots, (long long)m->unheard,
-            (long long)m->lost);
+        printf("%s heard %lld begins in %lld epochs, %lld take-overs, %lld snapshots, %lld ends unheard, %lld batches "
+               "lost\n",
+            link_of(k), (long long)m->begun, (long long)m->epochs, (long long)m->takeovers, (long long)m->snapshots,
+            (long long)m->unheard, (long long)m->lost);
     }
 }
 
@@ -399,7 +410,8 @@ static void each_begin_has_its_end_whoever_is_struck(void **state)
     s.random = s.seed = seed ? strtoull(seed, NULL, 10) : (uint64_t)time(NULL) ^ (uint64_t)getpid() << 32;
     double seconds = seconds_of_storm();
     rig_need_network();
-    printf("a storm of %g s, COLLIDED_STORM_SEED=%llu\n", seconds, (unsigned long long)s.seed);
+    printf("a storm%s of %g s, COLLIDED_STORM_SEED=%llu\n", paired ? " over a pair" : "", seconds,
+        (unsigned long long)s.seed);
     fflush(stdout);
     set_up(&s);
     for (double end = rig_now_s() + seconds; rig_now_s() < end;) {
@@ -433,6 +445,7 @@ int main(int argc, char **argv)
     }
     char host[16] = "";
     bool far = argc == 2 && strcmp(argv[1], "network") == 0;
+    paired = argc == 2 && strcmp(argv[1], "pair") == 0;
     pid_t other = rig_isolate() && far ? storm_network_start(&network) : 0;
     if (other < 0) return 0; /* it has said why */
     if (other > 0) {

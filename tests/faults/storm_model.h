@@ -1,7 +1,8 @@
 /* storm_model: what the processes of a storm share (storm.c), and what a listener holds against every batch that it is
  * handed: each contact id begins once and ends once, after its end nothing more is said of it, a snapshot on a stream
- * that lost nothing is what was told, and a new epoch begins with a snapshot. One thread a process; what is shared lies
- * in memory that all of them map, and is written by its owner alone. */
+ * that lost nothing is what was told, and a new epoch begins with a snapshot; one of the same line, where a standby has
+ * taken over, goes on. One thread a process; what is shared lies in memory that all of them map, and is written by its
+ * owner alone. */
 #ifndef COLLIDED_TESTS_FAULTS_STORM_MODEL_H
 #define COLLIDED_TESTS_FAULTS_STORM_MODEL_H
 
@@ -21,7 +22,7 @@ typedef struct storm_contact {
 } storm_contact;
 
 typedef struct storm_model { /* of one subscription */
-    int64_t epoch, batch, begun, ended, unheard, snapshots, lost, epochs;
+    int64_t epoch, batch, begun, ended, unheard, snapshots, lost, epochs, takeovers;
     size_t open_count;
     storm_contact open[STORM_OPEN_MAX];
     uint8_t *over;           /* a bit for each id of this epoch that has ended */

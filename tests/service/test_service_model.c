@@ -4,6 +4,7 @@
  * Messages go through the memory link, encoded and decoded, and the service is driven tick by tick with a clock of the
  * test's own: motion, teleports, bodies put, removed, resized and filtered anew, interests changed, closed and asked
  * again, clients that leave, fall silent and come back, daemons that end in order or are gone. One thread. */
+#include "base/clock.h"
 #include "base/log.h"
 #include "cell.h"
 #include "service/server.h"
@@ -57,7 +58,7 @@ typedef struct model {
     size_t takeovers, told_again;
     wire_memory *memory;
     uint64_t random;
-    int64_t now_ns, epoch, sequences[OWNERS + 1];
+    int64_t step, now_ns, epoch, sequences[OWNERS + 1];
     int64_t silent_until_ns[OWNERS + 1]; /* a client says nothing until then */
     bool wanted[STREAMS];
     thing things[OWNERS][BODIES];
@@ -94,7 +95,7 @@ static void learn_event(model *m, int number, const wire_event_batch *b, uint32_
 {
     int64_t id = b->contacts.at[i];
     uint8_t kind = b->kinds.at[i], cause = b->causes.at[i];
-    if (!id) return; /* a whole body is unknown, or known */
+    if (!id || kind == WIRE_EVENT_IMPACT) return; /* a whole body is unknown, or known; a meeting is told once */
     assert_in_range(id, 1, IDS_MAX - 1);
     if (m->state[id] == OVER) fail_msg("event %u of contact %lld after its end", kind, (long long)id);
     if (m->state[id] == OPEN && m->stream_of[id] != number) fail_msg("contact %lld on two streams", (long long)id);
@@ -124,6 +125,7 @@ static void check_snapshot(model *m, int number, const wire_event_batch *b)
     if (b->part == 0) t->was_live = t->live;
     for (uint32_t i = 0; i < b->kinds.count; i++) {
         t->in_snapshot += begins(b->kinds.at[i]);
+        assert_int_not_equal(b->kinds.at[i], WIRE_EVENT_IMPACT);
         int64_t id = b->contacts.at[i];
         if (t->was_live && id && m->state[id] != OPEN)
             fail_msg("a snapshot of stream %d has contact %lld (event %u), which is %u", number, (long long)id,
@@ -416,12 +418,15 @@ static void move(model *m, int client, int32_t body, bool teleports)
     const double orientation[4] = {1, 0, 0, uniform(m, -0.1, 0.1)};
     const uint8_t teleport[1] = {1};
     bool rests = next(m) % 4 == 0;
+    if (m->paired && next(m) % 8 == 0 && !teleports && !rests) move(m, client, body, false); /* a way of two legs */
     for (int i = 0; i < 3 && !rests; i++) p[i] = fmax(-1.5, fmin(1.5, p[i] + uniform(m, -by, by)));
     wire_message b = {.kind = WIRE_POSE_BATCH,
         .pose_batch = {.version = WIRE_VERSION,
             .client = client + 1,
             .sequence = ++m->sequences[client],
             .stamp_ns = m->now_ns,
+            .step = client == 1 ? ++m->step : 0, /* one of them simulates */
+            .simulation_ns = client == 1 ? m->now_ns / 2 : 0,
             .bodies = {1, &body},
             .positions = {3, p},
             .orientations = {4, orientation},
@@ -445,7 +450,7 @@ static void subscribe(model *m, int k, bool removed)
             .sequence = ++m->sequences[client],
             .interest = k,
             .removed = removed,
-            .facts = FACTS[k],
+            .facts = FACTS[k] | (m->paired && k == 4 ? WIRE_FACT_IMPACT : 0),
             .stream = name,
             .select_a = A[k],
             .select_b = B[k],
@@ -503,7 +508,9 @@ static void tick_once(model *m)
     assert_false(standby_round(s, &m->sink));
     session_check_leases(s);
     s->tick++;
+    pace_begin(&s->pace, clock_monotonic_ns());
     service_tick(s);
+    pace_end(&s->pace, clock_monotonic_ns(), world_get_figures(s->world).work);
     standby_after_tick(s);
     stream_heartbeats(s);
 }
@@ -514,6 +521,7 @@ static void start_standby(model *m)
     another *b = &m->standby;
     config c = cell_config();
     c.heartbeat = 0.05;
+    c.budget_us = m->service->config.budget_us;
     snprintf(c.links, sizeof c.links, "memory://%s", strstr(m->service->config.links, "cell") ? "other" : "cell");
     b->server = server_create(&c, why, sizeof why);
     if (!b->server) fail_msg("%s", why);
@@ -583,6 +591,7 @@ static void start(model *m)
     char why[256];
     config c = cell_config();
     c.heartbeat = 0.05;
+    if (m->paired && m->lives % 3 == 2) c.budget_us = 20; /* too little for all */
     m->server = server_create(&c, why, sizeof why);
     if (!m->server) fail_msg("%s", why);
     m->service = server_service(m->server);
