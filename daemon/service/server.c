@@ -415,7 +415,10 @@ static void tick_if_due(server *v, int64_t began_ns)
 {
     service *s = &v->s;
     steps_watch(s);
-    if (!due(v)) return;
+    if (!due(v)) { /* what came may have been refused all the same */
+        for (size_t i = 0; i < s->link_count; i++) s->links[i]->ops->flush(s->links[i]);
+        return;
+    }
     if (s->config.rate > 0) v->next_tick_ns = s->monotonic_ns + (int64_t)(1e9 / s->config.rate);
     tick(s);
     standby_after_tick(s);
