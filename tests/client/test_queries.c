@@ -145,12 +145,12 @@ static void a_restarted_daemon_is_asked_again(void **state)
     fake_begin((fake_options){.epoch = epoch});
     collided *c = fake_connect();
     collided_result r;
-    epoch = 2;
-    fake_set((fake_options){.epoch = 2});
+    epoch = A_LATER_EPOCH;
+    fake_set((fake_options){.epoch = A_LATER_EPOCH});
     helper h = {.n = 0, .text = "of the new one"};
     assert_int_equal(ask(c, &h, &r), COLLIDED_OK);
     assert_string_equal(r.text, "of the new one");
-    assert_int_equal(r.epoch, 2);
+    assert_int_equal(r.epoch, A_LATER_EPOCH);
     collided_result_free(&r);
     epoch = 1;
     collided_close(c);
