@@ -104,7 +104,7 @@ const char *collided_connect_error(void);
 
 /* Leaves in order, and frees the client. The bodies are removed at once, unless on_loss is KEEP. Where a firewall drops
  * what this machine sends to itself, DDS cannot be ended: it is left behind after two seconds, and collided_connect
- * refuses that domain from then on. */
+ * refuses that domain from then on. Not from a callback: it then does nothing, and collided_error says so. */
 void collided_close(collided *c);
 
 /* The last failure of this client, in one line; "" = none. Valid until the next call that takes the client. */

@@ -61,18 +61,25 @@ static const char *put_name(char **at, const char *name)
     return copy;
 }
 
+/* What an answer may lack (wire_check_events.c) is 0. */
+static void copy_vec(double to[3], wire_f64s from, uint32_t i)
+{
+    if (from.count) memcpy(to, from.at + 3 * (size_t)i, 3 * sizeof *to);
+}
+
 static void fill_hit(collided_hit *hit, const wire_answer *a, uint32_t i, char **names)
 {
+    *hit = (collided_hit){.age_s = -1.0};
     hit->name_a = put_name(names, a->names_a.at[i]);
-    hit->name_b = put_name(names, a->names_b.at[i]);
-    hit->lo = a->lo.at[i];
-    hit->hi = a->hi.at[i];
-    memcpy(hit->axis, a->axes.at + 3 * (size_t)i, sizeof hit->axis);
-    memcpy(hit->point_a, a->points_a.at + 3 * (size_t)i, sizeof hit->point_a);
-    memcpy(hit->point_b, a->points_b.at + 3 * (size_t)i, sizeof hit->point_b);
+    hit->name_b = a->names_b.count ? put_name(names, a->names_b.at[i]) : "";
+    if (a->lo.count) hit->lo = a->lo.at[i];
+    if (a->hi.count) hit->hi = a->hi.at[i];
+    copy_vec(hit->axis, a->axes, i);
+    copy_vec(hit->point_a, a->points_a, i);
+    copy_vec(hit->point_b, a->points_b, i);
     if (a->orientations.count) memcpy(hit->orientation, a->orientations.at + 4 * (size_t)i, sizeof hit->orientation);
-    hit->age_s = a->ages_ns.at[i] < 0 ? -1.0 : (double)a->ages_ns.at[i] * 1e-9;
-    hit->stale = a->stale.at[i] != 0;
+    if (a->ages_ns.count && a->ages_ns.at[i] >= 0) hit->age_s = (double)a->ages_ns.at[i] * 1e-9;
+    hit->stale = a->stale.count && a->stale.at[i] != 0;
     if (a->achieved.count) hit->achieved = (collided_achieved)a->achieved.at[i];
 }
 

@@ -428,7 +428,7 @@ static void say_goodbye(collided *c)
 
 void collided_close(collided *c)
 {
-    if (!c) return;
+    if (!c || session_from_callback(c)) return; /* which would go on with what is freed here, or wait for itself */
     for (interest_record *i = c->interests; i; i = i->next) i->removed = true; /* no callbacks from here on */
     say_goodbye(c);
     pthread_mutex_lock(&c->lock);

@@ -219,6 +219,12 @@ static bool was_told(const interest_record *i, const wire_event_batch *b)
     return b->tick < i->tick || (b->tick == i->tick && b->batch < i->next_batch);
 }
 
+/* How many were lost before that one. What was closed begins anew above the numbers of all that have ended. */
+static int64_t gap_before(const interest_record *i, int64_t batch)
+{
+    return i->closed ? 0 : batch - i->next_batch;
+}
+
 /* True if the batch continues what was told, or begins anew. A snapshot that others have overtaken does neither: within
  * an epoch numbers only rise, also where the stream began anew. */
 static bool in_order(collided *c, interest_record *i, const wire_event_batch *b)
@@ -226,7 +232,7 @@ static bool in_order(collided *c, interest_record *i, const wire_event_batch *b)
     follow_epoch(i, b);
     if (i->unsure && was_told(i, b)) return false;
     if (b->snapshot && b->part == 0 && (i->unsure || b->batch >= i->next_batch)) {
-        if (!i->waiting && b->batch > i->next_batch) count_lost(c, i, b->batch - i->next_batch);
+        if (!i->waiting && b->batch > i->next_batch) count_lost(c, i, gap_before(i, b->batch));
         stream_drop_parts(i);
         i->waiting = i->unsure = false;
         return true;
@@ -237,7 +243,7 @@ static bool in_order(collided *c, interest_record *i, const wire_event_batch *b)
         count_lost(c, i, 1);
         return false;
     }
-    count_lost(c, i, b->batch - i->next_batch + 1 + (int64_t)i->part_count);
+    count_lost(c, i, gap_before(i, b->batch) + 1 + (int64_t)i->part_count);
     resume_from_snapshot(c, i);
     return false;
 }
@@ -249,7 +255,7 @@ static void receive_heartbeat(collided *c, interest_record *i, const wire_messag
     follow_epoch(i, b);
     if (i->waiting) return;
     if (b->batch >= i->next_batch) {
-        count_lost(c, i, b->batch - i->next_batch + 1 + (int64_t)i->part_count);
+        count_lost(c, i, gap_before(i, b->batch) + 1 + (int64_t)i->part_count);
         resume_from_snapshot(c, i);
     } else if (b->batch == i->next_batch - 1) {
         i->unsure = false;

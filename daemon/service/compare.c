@@ -281,12 +281,10 @@ bool compare_batches(service *s, link_replay_told told, const world_batches *bat
     walk w = {.told = told, .memory = wire_memory_create(), .out = out};
     wire_message recorded;
     *out = (difference){.event = -1};
-    if (told.size) {
-        stream_each(s, batches, compare_one, &w);
-        if (!w.found && next_recorded(&w, &recorded)) {
-            tell_one_side(out, &recorded, true);
-            w.found = true;
-        }
+    stream_each(s, batches, compare_one, &w);
+    if (!w.found && next_recorded(&w, &recorded)) {
+        tell_one_side(out, &recorded, true);
+        w.found = true;
     }
     wire_memory_destroy(w.memory);
     return w.found;

@@ -22,8 +22,7 @@ typedef struct difference {
     size_t field_count, more; /* more: fields that differ, too, and are not told */
 } difference;
 
-/* After world_tick, before anything of it is published. False: it is what was recorded, bit for bit, or nothing was
- * recorded of this tick's events. */
+/* After world_tick, before anything of it is published. False: it is what was recorded, bit for bit. */
 bool compare_batches(service *s, link_replay_told told, const world_batches *batches, difference *out);
 
 #endif

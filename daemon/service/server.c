@@ -415,7 +415,10 @@ static void tick_if_due(server *v, int64_t began_ns)
 {
     service *s = &v->s;
     steps_watch(s);
-    if (!due(v)) return;
+    if (!due(v)) { /* what came may have been refused all the same */
+        for (size_t i = 0; i < s->link_count; i++) s->links[i]->ops->flush(s->links[i]);
+        return;
+    }
     if (s->config.rate > 0) v->next_tick_ns = s->monotonic_ns + (int64_t)(1e9 / s->config.rate);
     tick(s);
     standby_after_tick(s);
@@ -458,15 +461,24 @@ static void one_round(server *v, const link_sink *sink)
 static const int64_t LONG_ROUND_NS = 300000, LONG_RECEIVE_NS = 75000, PAUSE_NS = 10000;
 enum { CLOSE_OFFERS_MAX = 8 };
 
+/* A thread of Cyclone's belongs to its domain: within its round it must not write to another one, whose garbage
+ * collector would watch it from then on instead of its own (q_thread.h: gv is constant for internal threads). */
+static bool is_only_dds(const service *s, const struct link *from)
+{
+    bool other = false;
+    for (size_t i = 0; i < s->link_count; i++) other |= s->links[i] != from && s->links[i]->ops == from->ops;
+    return !other || strcmp(from->ops->scheme, "dds") != 0;
+}
+
 /* With the lock. The files of a recording are the tick thread's, and so are a clock's ticks. */
-static bool suits(server *v)
+static bool suits(server *v, const struct link *from)
 {
     const service *s = &v->s;
     int64_t pause_ns = clock_monotonic_ns() - v->offered_ns;
     bool is_close = pause_ns < PAUSE_NS || pause_ns < v->round_ns;
     v->close_offers = atomic_exchange(&v->missed, false) ? CLOSE_OFFERS_MAX : is_close ? v->close_offers + 1 : 0;
     return !s->standby && v->waiting && v->close_offers < CLOSE_OFFERS_MAX && v->round_ns < LONG_ROUND_NS &&
-           !(s->config.rate > 0) && !s->recording && !s->inbox.letters.count;
+           !(s->config.rate > 0) && !s->recording && !s->inbox.letters.count && is_only_dds(s, from);
 }
 
 /* A round of poses alone: it takes no command, so it opens and closes nothing, and ends no client. Poses that have to
@@ -479,7 +491,7 @@ static bool poses_arrived(void *context, struct link *from)
         v->missed = true;
         return false;
     }
-    bool here = suits(v);
+    bool here = suits(v, from);
     if (here) {
         set_clock(v);
         here = !service_clock_back(s); /* a tick comes before these poses */

@@ -65,6 +65,8 @@ void service_follow_clock(service *s)
     log_warning("the wall clock was set back by %.3f s: what the world knows goes back with it", 1e-9 * (double)by_ns);
     metric_count(s->count.clock_steps, 1);
     if (s->latest_pose_ns > s->now_ns) s->latest_pose_ns -= by_ns;
+    for (size_t i = 0; i < s->sessions.count; i++) /* their ages in Status */
+        if (s->sessions.at[i]->latest_pose_ns > s->now_ns) s->sessions.at[i]->latest_pose_ns -= by_ns;
     world_clock_back(s->world, by_ns);
 }
 

@@ -5,6 +5,9 @@
 
 #include "session.h"
 
+/* Of a daemon that was started later: those that lie closer are of one line (wire_same_line). */
+enum { A_LATER_EPOCH = 2 << WIRE_LINE_BITS };
+
 typedef struct fake_options {
     bool repeats;      /* as LCM does */
     bool deaf;         /* acknowledges nothing */

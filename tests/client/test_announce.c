@@ -118,7 +118,7 @@ static void a_restarted_daemon_is_told_everything_again_in_order(void **state)
     collided_remove_body(c, b);
     assert_int_equal(collided_sync(c, 1.0), COLLIDED_OK);
     size_t clients = fake_sent(WIRE_CLIENT);
-    fake_set((fake_options){.repeats = true, .epoch = 2});
+    fake_set((fake_options){.repeats = true, .epoch = A_LATER_EPOCH});
     fake_status(2);
     const wire_message *body = fake_message(WIRE_BODY, 3), *client = fake_message(WIRE_CLIENT, clients);
     assert_string_equal(body->body.name, "a");
@@ -138,7 +138,7 @@ static void a_transport_that_keeps_sends_only_the_newer_pose_to_a_new_daemon(voi
     collided_body a = make(c, "a");
     assert_int_equal(collided_sync(c, 1.0), COLLIDED_OK);
     assert_int_equal(collided_move(c, a, at(3.0)), COLLIDED_OK);
-    fake_set((fake_options){.epoch = 2});
+    fake_set((fake_options){.epoch = A_LATER_EPOCH});
     fake_ack(fake_message(WIRE_BODY, 0)); /* the new daemon found it in the transport */
     const wire_message *pose = fake_message(WIRE_POSE_BATCH, 1);
     assert_int_equal(pose->pose_batch.teleports.count, 1); /* it knows the pose of old: no way leads from there */

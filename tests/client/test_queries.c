@@ -87,6 +87,42 @@ static void answers_are_handed_over_whole(void **state)
     collided_close(c);
 }
 
+/* Legal on the wire: an answer that has names alone. */
+static void *answer_with_names_alone(void *context)
+{
+    const char *a[] = {"one"};
+    const wire_message *query = fake_message(WIRE_QUERY, 0);
+    const wire_message m = {.kind = WIRE_ANSWER,
+        .answer = {.version = WIRE_VERSION,
+            .client = query->query.client,
+            .sequence = query->query.sequence,
+            .epoch = epoch,
+            .kind = query->query.kind,
+            .text = "",
+            .names_a = {1, a}}};
+    wire_refusal why;
+    assert_int_equal(wire_check(&m, &why), WIRE_OK);
+    fake_give(&m);
+    return context;
+}
+
+static void what_an_answer_lacks_is_not_read(void **state)
+{
+    (void)state;
+    fake_begin((fake_options){.epoch = epoch});
+    collided *c = fake_connect();
+    collided_result r;
+    pthread_t thread;
+    assert_int_equal(pthread_create(&thread, NULL, answer_with_names_alone, NULL), 0);
+    assert_int_equal(collided_query_bodies(c, "*", 1.0, &r), COLLIDED_OK);
+    pthread_join(thread, NULL);
+    assert_int_equal(r.count, 1);
+    assert_string_equal(r.hits[0].name_a, "one");
+    assert_string_equal(r.hits[0].name_b, "");
+    collided_result_free(&r);
+    collided_close(c);
+}
+
 static void failures_have_their_own_status(void **state)
 {
     (void)state;
@@ -145,12 +181,12 @@ static void a_restarted_daemon_is_asked_again(void **state)
     fake_begin((fake_options){.epoch = epoch});
     collided *c = fake_connect();
     collided_result r;
-    epoch = 2;
-    fake_set((fake_options){.epoch = 2});
+    epoch = A_LATER_EPOCH;
+    fake_set((fake_options){.epoch = A_LATER_EPOCH});
     helper h = {.n = 0, .text = "of the new one"};
     assert_int_equal(ask(c, &h, &r), COLLIDED_OK);
     assert_string_equal(r.text, "of the new one");
-    assert_int_equal(r.epoch, 2);
+    assert_int_equal(r.epoch, A_LATER_EPOCH);
     collided_result_free(&r);
     epoch = 1;
     collided_close(c);
@@ -177,6 +213,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(answers_are_handed_over_whole),
+        cmocka_unit_test(what_an_answer_lacks_is_not_read),
         cmocka_unit_test(failures_have_their_own_status),
         cmocka_unit_test(unanswered_queries_are_repeated_under_their_sequence),
         cmocka_unit_test(waiting_ends_in_time),

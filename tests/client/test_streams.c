@@ -194,9 +194,9 @@ static void a_snapshot_that_was_overtaken_is_not_told(void **state)
     give(c, (batch_options){.batch = 7});
     for (int i = 0; i < 8; i++) collided_poll(c, 0.01);
     assert_true(h.batches == 3 && h.batch == 7 && h.lost == 0);
-    give(c, (batch_options){.epoch = 2, .batch = 1, .snapshot = true});
+    give(c, (batch_options){.epoch = A_LATER_EPOCH, .batch = 1, .snapshot = true});
     for (int i = 0; i < 4; i++) collided_poll(c, 0.01);
-    assert_true(h.batches == 4 && h.epoch == 2 && h.batch == 1);
+    assert_true(h.batches == 4 && h.epoch == A_LATER_EPOCH && h.batch == 1);
     collided_close(c);
 }
 
@@ -280,12 +280,12 @@ static void a_new_epoch_begins_with_a_snapshot(void **state)
     collided *c = fake_connect();
     subscribe(c, &h, note);
     give(c, (batch_options){.batch = 1, .snapshot = true});
-    fake_set((fake_options){.epoch = 2});
-    give(c, (batch_options){.epoch = 2, .batch = 1, .snapshot = true});
+    fake_set((fake_options){.epoch = A_LATER_EPOCH});
+    give(c, (batch_options){.epoch = A_LATER_EPOCH, .batch = 1, .snapshot = true});
     give(c, (batch_options){.epoch = 1, .batch = 2}); /* late news of the old daemon */
     (void)collided_poll(c, 0.0);
-    assert_true(h.batches == 2 && h.epoch == 2 && h.lost == 0);
-    give(c, (batch_options){.epoch = 2, .batch = 2});
+    assert_true(h.batches == 2 && h.epoch == A_LATER_EPOCH && h.lost == 0);
+    give(c, (batch_options){.epoch = A_LATER_EPOCH, .batch = 2});
     (void)collided_poll(c, 1.0);
     assert_true(h.batches == 3 && h.lost == 0);
     collided_close(c);

@@ -173,6 +173,7 @@ static void an_hour_back_refuses_no_pose_and_an_hour_on_neither(void **state)
     assert_int_equal(metric_get(r.service->count.clock_steps), 1);
     r.ahead_ns -= 48 * HOUR_NS;
     poses_go_on_to_be_taken(&r);
+    assert_true(session_find(r.service, OWNER)->latest_pose_ns <= r.service->now_ns); /* its age in Status */
     assert_int_equal(r.kinds[WIRE_EVENT_UNKNOWN], 0);
     r.ahead_ns -= TICK_NS / 10; /* slewed: no step */
     poses_go_on_to_be_taken(&r);

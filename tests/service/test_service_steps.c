@@ -148,7 +148,7 @@ static void nothing_is_seen_of_a_step_that_is_not_complete(void **state)
 static void the_first_step_waits_until_all_are_there(void **state)
 {
     (void)state;
-    hall h = enter(0.05, "go_on", "");
+    hall h = enter(0.5, "go_on", "");
     join(&h, 0, 2, 60);
     step(&h, 0, 1, 0);
     wire_reject late = cell_await(h.end, h.memory, WIRE_REJECT).reject;
