@@ -317,7 +317,7 @@ static const char *get_watch(bytes_in *from, world *w)
 typedef struct head { /* and the sizes of what is written as it lies, so that another build is told */
     uint64_t sizes[5];
     int64_t last_tick_ns, now_ns, serial;
-    uint64_t hash, capacity, next_bound, words, round;
+    uint64_t hash, capacity, next_bound, words, round, ruling;
     uint32_t body_serial, epoch;
     world_figures figures;
 } head;
@@ -357,6 +357,7 @@ void world_save(const world *w, const world_lender *l, bytes_out *to)
         .next_bound = w->next_bound,
         .words = w->words,
         .round = w->round,
+        .ruling = w->ruling,
         .body_serial = w->body_serial,
         .epoch = w->epoch,
         .figures = w->figures};
@@ -454,6 +455,7 @@ const char *world_restore(world *w, const world_lender *l, bytes_in *from)
     w->capacity = h.capacity;
     w->next_bound = h.next_bound;
     w->round = h.round;
+    w->ruling = h.ruling; /* decisions are found anew */
     w->body_serial = h.body_serial;
     w->epoch = h.epoch;
     w->figures = h.figures;
