@@ -19,7 +19,8 @@ typedef struct search {
     probe probe;
     vec3 direction; /* unit, of casts */
     double tolerance;
-    double length; /* nothing beyond is of interest; with each hit of a cast it shrinks */
+    double length; /* nothing beyond is of interest; with each hit of a cast it shrinks ... */
+    double asked;  /* ... from here: how far a hit is looked into depends on none before it */
     int64_t now_ns;
     world_hits *out;
 } search;
@@ -89,7 +90,7 @@ static bool is_convex(const solid *s)
 static double touches_by(const search *q, const solid *s, double t, double gap)
 {
     double step = fmax(gap, q->tolerance);
-    for (int i = 0; i < TOUCH_STEPS_MAX && t <= q->length; i++) {
+    for (int i = 0; i < TOUCH_STEPS_MAX && t <= q->asked; i++) {
         narrow_result n = ask(q, t, s, INFINITY);
         if (n.hi <= 0) return t;
         if (is_convex(s) && vec_dot(n.axis, q->direction) <= 0) return INFINITY; /* it goes away again */
@@ -160,6 +161,7 @@ void world_query_ray(
         .direction = vec_unit(direction),
         .tolerance = tolerance > 0 ? tolerance : FINEST,
         .length = length,
+        .asked = length,
         .now_ns = now_ns,
         .out = out};
     broad_query_ray(w->broad, origin, q.direction, length, cast_visit, &q);
@@ -175,6 +177,7 @@ void world_query_cast(const world *w, pose at, vec3 half, vec3 direction, double
         .direction = vec_unit(direction),
         .tolerance = tolerance > 0 ? tolerance : FINEST,
         .length = length,
+        .asked = length,
         .now_ns = now_ns,
         .out = out};
     broad_query_cast(w->broad, shape_bounds(&box, q.probe.at), q.direction, length, cast_visit, &q);

@@ -183,6 +183,7 @@ void world_set_budget(world *w, world_grant *grant, void *context)
     w->grant_context = context;
     w->capacity = 1000000; /* a millisecond, until ticks have shown what they can do */
     w->epoch++;            /* what stands was not kept, or is not wanted */
+    for (size_t i = 0; i < w->bodies.count; i++) w->bodies.at[i].travelled_to = w->bodies.at[i].pose; /* as bounds.c */
 }
 
 int64_t world_next_due_ns(const world *w)

@@ -117,6 +117,31 @@ static void a_teleport_may_go_back_in_time(void **state)
     poses_stand(r, 4, 2, 0);
 }
 
+/* Of one body's two poses in a batch the first counts, refused or not; the other one is told as late. */
+static void a_body_stands_in_a_batch_once(void **state)
+{
+    room *r = *state;
+    announce(r);
+    send_poses(r, ++r->sequence, 2000, 1, false);
+    await_all(r, 2);
+    const int32_t bodies[2] = {0, 0};
+    const double positions[6] = {2, 0, 0, 3, 0, 0}, orientations[8] = {1, 0, 0, 0, 1, 0, 0, 0};
+    const uint8_t teleports[2] = {0, 1};
+    wire_message m = {.kind = WIRE_POSE_BATCH,
+        .pose_batch = {.version = WIRE_VERSION,
+            .client = ALICE,
+            .sequence = ++r->sequence,
+            .stamp_ns = 1000,
+            .bodies = {2, bodies},
+            .positions = {6, positions},
+            .orientations = {8, orientations},
+            .teleports = {2, teleports}}};
+    memory_send(r->alice, &m);
+    wire_message told = cell_await(r->alice, r->memory, WIRE_REJECT);
+    assert_true(told.reject.reason == WIRE_OLD_POSE && told.reject.object == 0);
+    poses_stand(r, 2, 1, 1);
+}
+
 /* A simulator that begins at 0 again announces its bodies anew: their stamps begin again as well. */
 static void a_body_that_is_announced_again_begins_its_time_anew(void **state)
 {
@@ -199,6 +224,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         IN_A_ROOM(a_pose_with_an_older_stamp_is_refused),
         IN_A_ROOM(a_teleport_may_go_back_in_time),
+        IN_A_ROOM(a_body_stands_in_a_batch_once),
         IN_A_ROOM(a_body_that_is_announced_again_begins_its_time_anew),
         IN_A_ROOM(a_copy_of_the_announcement_does_not),
         IN_A_ROOM(a_client_that_comes_back_goes_on),

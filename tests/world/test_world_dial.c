@@ -556,6 +556,46 @@ static void what_is_left_is_done_later(void **state)
     end(&full);
 }
 
+static uint64_t plenty(void *context, uint64_t done)
+{
+    (void)context;
+    (void)done;
+    return 2000000000;
+}
+
+/* A box moves away while there is no budget, and then back to where it was when there was one: it has moved. */
+static void a_way_without_a_budget_is_no_way_back(void **state)
+{
+    (void)state;
+    static const double AT[] = {1.18, 1.18, 1.05};
+    world *w = scene_world(1, true);
+    world_interest near = scene_all(WORLD_DISTANCE, 0.1);
+    scene_interest(w, &near);
+    world_shape cube = {.shape = {.type = SHAPE_BOX, .half = {0.5, 0.5, 0.5}}, .local = POSE_IDENTITY};
+    uint32_t id[2] = {WORLD_NONE, WORLD_NONE};
+    for (int i = 0; i < 2; i++) {
+        world_body def = {.name = i ? "b" : "a",
+            .group = "",
+            .category = 1,
+            .mask = 1,
+            .pose = {{i * 1.05, 0, 0}, {1, 0, 0, 0}},
+            .shapes = &cube,
+            .shape_count = 1};
+        assert_int_equal(world_put_body(w, &id[i], &def), WORLD_OK);
+    }
+    world_set_budget(w, plenty, NULL);
+    assert_int_equal(scene_tick(w, 1)->events[0].kind, EVENT_NEAR);
+    for (int tick = 0; tick < 3; tick++) {
+        if (tick < 2) world_set_budget(w, tick ? plenty : NULL, NULL);
+        if (tick != 1) scene_move(w, id[1], AT[tick], 0);
+        if (tick == 1) world_move_body(w, id[0], (pose){{0, 0.1, 0}, {1, 0, 0, 0}}, 0, NULL, NULL);
+        const world_batch *b = scene_tick(w, 2 + tick);
+        if (tick == 0) assert_int_equal(b->events[0].kind, EVENT_FAR);
+        if (tick == 2) assert_true(b && b->events[0].kind == EVENT_NEAR);
+    }
+    world_destroy(w);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -569,6 +609,7 @@ int main(void)
         cmocka_unit_test(with_a_budget_nothing_is_missed_and_what_was_told_holds),
         cmocka_unit_test(a_replay_with_the_recorded_units_is_the_same),
         cmocka_unit_test(what_is_left_is_done_later),
+        cmocka_unit_test(a_way_without_a_budget_is_no_way_back),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -101,6 +101,43 @@ static void answers_are_the_same_everywhere(void **state)
     }
 }
 
+/* A ray that grazes a ball, and shortly after meets another one or none, made before or after it. */
+static world_hit graze(double y, double x, bool before)
+{
+    world *w = scene_world(1, true);
+    const shape small = {.type = SHAPE_SPHERE, .radius = 0.1};
+    if (x > 0 && before) add(w, "small", small, vec(x + 0.1, 0, 0), NULL);
+    add(w, "grazed", BALL, vec(5, y, 0), NULL);
+    if (x > 0 && !before) add(w, "small", small, vec(x + 0.1, 0, 0), NULL);
+    scene_tick(w, 2LL * SECOND);
+    world_hits hits = {0};
+    world_query_ray(w, VEC_ZERO, vec(1, 0, 0), 20, 0.01, SECOND, &hits);
+    assert_int_equal(hits.count, 1);
+    world_hit hit = hits.at[0];
+    free(hits.at);
+    world_destroy(w);
+    return hit;
+}
+
+static void where_a_ray_surely_touches_depends_on_nobody_else(void **state)
+{
+    (void)state;
+    int same = 0;
+    for (double y = 0.9; y < 1; y += 0.005) {
+        world_hit alone = graze(y, -1, false);
+        assert_true(alone.hi >= 5 - sqrt(1 - y * y) - 1e-12);
+        for (double x = alone.lo + 0.0005; x < alone.lo + 0.05; x += 0.001)
+            for (int before = 0; before < 2; before++) {
+                world_hit hit = graze(y, x, before);
+                if (hit.lo != alone.lo) continue; /* the small one comes first */
+                same++;
+                if (hit.hi != alone.hi)
+                    fail_msg("%g aside, another one at %g m: hi %g, alone %g", y, x, hit.hi, alone.hi);
+            }
+    }
+    assert_true(same > 500);
+}
+
 static void a_ray_hits_the_first_body_only(void **state)
 {
     (void)state;
@@ -250,6 +287,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(distance_brackets_the_truth_at_any_distance_from_the_origin),
         cmocka_unit_test(answers_are_the_same_everywhere),
+        cmocka_unit_test(where_a_ray_surely_touches_depends_on_nobody_else),
         cmocka_unit_test(a_ray_hits_the_first_body_only),
         cmocka_unit_test(a_box_finds_what_overlaps_it),
         cmocka_unit_test(a_box_is_cast_to_the_first_body_on_its_way),
