@@ -177,6 +177,7 @@ static void become_active(service *s, const link_sink *sink, const char *why)
     say(s, PEER_ACTIVE);
     open_links_again(s);
     rebase_clocks(s);
+    record_begin(s); /* of the world as it is; what was kept comes behind it */
     if (goes_on) mute_publish_again(s);
     stream_heartbeats(s);
     s->status_due = true;
