@@ -769,11 +769,55 @@ static void so_it_does_when_a_standby_takes_over(void **state)
     play(true, getenv("COLLIDED_NIGHTLY") ? 3000000 : getenv("COLLIDED_BRIEF") ? 50000 : 300000);
 }
 
+static bool round_at(model *m, int64_t later_ns)
+{
+    m->now_ns += later_ns;
+    m->service->now_ns = m->service->monotonic_ns = m->now_ns;
+    return standby_round(m->service, &m->sink);
+}
+
+/* Its standby may have taken over meanwhile, and died: whoever heard of that one believes nothing of this line. */
+static void one_that_stood_still_and_finds_no_standby_begins_anew(void **state)
+{
+    (void)state;
+    model m = {.memory = wire_memory_create(),
+        .paired = true,
+        .random = 7,
+        .now_ns = 1000000000000,
+        .state = calloc(IDS_MAX, 1),
+        .stream_of = calloc(IDS_MAX, 1)};
+    log_setup(LOG_ERROR, 0);
+    start(&m);
+    start_standby(&m);
+    for (int k = 0; !has_standby(m.service); k++) {
+        assert_true(k < 100);
+        tick_once(&m);
+        round_of_standby(&m);
+        learn(&m);
+    }
+    int64_t epoch = m.service->epoch;
+    peer_dies(m.standby.service->links[0]);
+    memory_disconnect(m.standby.end);
+    server_destroy(m.standby.server);
+    m.standby = (another){.server = NULL};
+    assert_true(round_at(&m, 1000000000)); /* it looks around, and lets go of nothing */
+    assert_false(standby_waits(m.service));
+    for (int k = 0; k < 20; k++) assert_true(round_at(&m, TICK_NS));
+    assert_true(standby_waits(m.service));
+    for (int k = 0; round_at(&m, TICK_NS); k++) assert_true(k < 300);
+    assert_false(wire_same_line(m.service->epoch, epoch));
+    stop(&m, false);
+    free(m.state);
+    free(m.stream_of);
+    wire_memory_destroy(m.memory);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(each_contact_begins_once_and_ends_once_whatever_ends_it),
         cmocka_unit_test(so_it_does_when_a_standby_takes_over),
+        cmocka_unit_test(one_that_stood_still_and_finds_no_standby_begins_anew),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
