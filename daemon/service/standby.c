@@ -344,7 +344,8 @@ static void take_have(service *s, int64_t sender, bytes_in *r)
         p->sure = s->status_due = true;
         p->link->ops->peers->send(
             p->link, p->card.sender, JOURNAL_FOLLOWED, (const uint8_t *)&p->follower, sizeof p->follower);
-        log_notice("%s is in step: it takes over when this one is gone", follower(s)->name);
+        const peer_card *f = follower(s); /* NULL: it is dead already */
+        log_notice("%s is in step: it takes over when this one is gone", f ? f->name : "the standby");
     }
     hold_release(s);
 }
