@@ -144,7 +144,8 @@ static const config_option OPTIONS[] = {
     {"record", CONFIG_TEXT, FIELD(record), 0, 0, NULL, "", "",
         "record all commands and events to this file (LCM's log format)",
         "Must not exist yet. Written from the start on; collided --replay runs it again and compares every "
-        "tick."},
+        "tick. One of a pair (standby) records while it is active, from the state that it takes over on, and beside "
+        "what is there: to FILE, FILE.1, FILE.2, and so on."},
     {"record_dir", CONFIG_TEXT, FIELD(record_dir), 0, 0, NULL, "", "",
         "folder in which clients may start recordings; empty: they may not",
         "collidectl record NAME then writes NAME into that folder. The systemd unit may write below "

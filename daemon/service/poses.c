@@ -48,6 +48,7 @@ static size_t find_bodies(service *s, session *c, const wire_pose_batch *m)
 typedef struct tally { /* of what is not carried out; first: the body's number */
     uint32_t unknown, older, late;
     int32_t first_unknown, first_older;
+    int64_t newest; /* sequence that those are late for; 0: none is */
 } tally;
 
 /* The newest sequence wins. The number of those that are newer. */
@@ -61,6 +62,7 @@ static size_t choose_newer(service *s, session *c, const wire_pose_batch *m, tal
             if (!t->unknown++) t->first_unknown = m->bodies.at[i];
         } else if (m->sequence <= b->pose_sequence) {
             t->late++;
+            if (b->pose_sequence > t->newest && b->pose_sequence != STEP_IN_ITS_NAME) t->newest = b->pose_sequence;
         } else {
             p->ids.at[chosen] = b->world_id;
             p->places.at[chosen] = i;
@@ -125,6 +127,16 @@ void apply_note_simulation(simulation_mark *last, int64_t tick, int64_t simulati
         *last = (simulation_mark){simulation_ns, tick};
 }
 
+/* A network has overtaken them, which the client knows; or they are of a new process under the same id whose clock was
+ * set back, and poses of the one before came last, with nothing that would have told of it. This tells it, as an older
+ * Client would (apply.c): it goes on from there. */
+static void tell_newest(const service *s, struct link *to, int64_t client, int64_t newest)
+{
+    const wire_message m = {
+        .kind = WIRE_ACK, .ack = {WIRE_VERSION, client, s->epoch, .sequences = {newest != 0, &newest}}};
+    if (newest) to->ops->publish(to, &m); /* no tick may come of them */
+}
+
 /* The bodies have been found. */
 static void carry_out(service *s, session *c, struct link *from, const wire_pose_batch *m)
 {
@@ -138,6 +150,7 @@ static void carry_out(service *s, session *c, struct link *from, const wire_pose
     if (c && m->stamp_ns > c->latest_pose_ns) c->latest_pose_ns = m->stamp_ns;
     if (c) c->pose_count += m->bodies.count;
     move(s, c, m, choose_newer(s, c, m, &t), &t);
+    tell_newest(s, from, m->client, t.newest);
     tell(s, from, m, &t);
 }
 

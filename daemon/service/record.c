@@ -8,6 +8,9 @@
 #include <errno.h>
 #include <stdio.h>
 #include <string.h>
+#include <unistd.h>
+
+enum { RECORDINGS_MAX = 1000 }; /* beside each other */
 
 static void check(service *s, int result)
 {
@@ -33,6 +36,16 @@ int record_start(service *s, const char *path, char *why, size_t why_size)
     if (s->recording) return 0;
     snprintf(why, why_size, "%s: the disk refuses it", path);
     return -1;
+}
+
+void record_begin(service *s)
+{
+    char path[CONFIG_TEXT_MAX + 16], why[CONFIG_TEXT_MAX + 256];
+    if (!*s->config.record || s->recording) return;
+    snprintf(path, sizeof path, "%s", s->config.record);
+    for (int n = 1; access(path, F_OK) == 0 && n < RECORDINGS_MAX; n++)
+        snprintf(path, sizeof path, "%s.%d", s->config.record, n);
+    if (record_start(s, path, why, sizeof why) != 0) log_error("record: %s", why);
 }
 
 void record_message(service *s, const wire_message *m)

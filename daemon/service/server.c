@@ -254,7 +254,7 @@ server *server_create(const config *c, char *why, size_t why_size)
     bool dropped = exports && privileges_drop(c->user, why, why_size) == 0; /* the port above may have needed them */
     /* The recording comes last: what fails before leaves no file. Nothing is taken from the links yet. */
     if (!dropped || open_links(v, why, why_size) != 0 || standby_start(s, why, why_size) != 0 ||
-        (*c->record && record_start(s, c->record, why, why_size) != 0)) {
+        (*c->record && !s->standby && record_start(s, c->record, why, why_size) != 0)) {
         server_destroy(v);
         return NULL;
     }

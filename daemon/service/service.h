@@ -384,6 +384,8 @@ const char *health_release(void);
 /* record.c, record_state.c */
 void record_state(service *s); /* all that is announced now, as if it came anew */
 int record_start(service *s, const char *path, char *why, size_t why_size);
+/* As configured, of a daemon of a pair that becomes active: FILE, or FILE.1, FILE.2, ... if it is there. */
+void record_begin(service *s);
 void record_message(service *s, const wire_message *m);
 void record_events(service *s, const world_batches *batches); /* before they are published */
 void record_tick(service *s);

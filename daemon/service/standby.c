@@ -139,7 +139,7 @@ static void begin_anew(service *s)
     for (int i = 0; i < 2; i++) p->batches[i].list.count = p->batches[i].bytes.count = 0;
     p->journal.count = 0;
     p->active = p->asked_ns = p->waiting_ns = p->follower = p->dropped = p->doubted = 0;
-    p->in_step = p->out_of_step = p->state_wanted = p->left = p->followed = p->sure = false;
+    p->in_step = p->out_of_step = p->state_wanted = p->left = p->followed = p->sure = p->missed = false;
     p->journalled_tick = p->had_tick = 0;
     p->began_ns = s->monotonic_ns;
     say(s, PEER_JOINING);
@@ -177,6 +177,7 @@ static void become_active(service *s, const link_sink *sink, const char *why)
     say(s, PEER_ACTIVE);
     open_links_again(s);
     rebase_clocks(s);
+    record_begin(s); /* of the world as it is; what was kept comes behind it */
     if (goes_on) mute_publish_again(s);
     stream_heartbeats(s);
     s->status_due = true;
@@ -343,7 +344,8 @@ static void take_have(service *s, int64_t sender, bytes_in *r)
         p->sure = s->status_due = true;
         p->link->ops->peers->send(
             p->link, p->card.sender, JOURNAL_FOLLOWED, (const uint8_t *)&p->follower, sizeof p->follower);
-        log_notice("%s is in step: it takes over when this one is gone", follower(s)->name);
+        const peer_card *f = follower(s); /* NULL: it is dead already */
+        log_notice("%s is in step: it takes over when this one is gone", f ? f->name : "the standby");
     }
     hold_release(s);
 }
@@ -385,7 +387,10 @@ static void on_record(void *context, int64_t sender, uint8_t kind, const uint8_t
     }
     if (kind == JOURNAL_FOLLOWED && p->in_step && bytes_get(&r, &whom, sizeof whom) && whom == p->card.sender)
         p->followed = true;
-    if (kind == JOURNAL_LEAVE) p->left = true;
+    if (kind == JOURNAL_LEAVE) {
+        p->left = true;
+        p->missed = false; /* all before it has come */
+    }
 }
 
 static void on_gap(void *context, int64_t sender)
@@ -435,6 +440,7 @@ static void stand_by(service *s, const link_sink *sink)
     const peer_card *active = peer_of(p, p->active), *another = peer_in_role(p, PEER_ACTIVE);
     if (active && active->alive && active->role == PEER_ACTIVE && active->epoch == s->epoch && !p->left) {
         p->waiting_ns = 0;
+        p->missed &= s->monotonic_ns < p->quiet_ns; /* it lives, so whatever it wrote comes */
         return;
     }
     if (another && (another->sender != p->active || another->epoch != s->epoch)) { /* it was before us, or began anew */
@@ -444,8 +450,9 @@ static void stand_by(service *s, const link_sink *sink)
     if (s->monotonic_ns < p->quiet_ns) return; /* it was we who stood still, perhaps: its signs may be unread */
     if (!p->waiting_ns) p->waiting_ns = s->monotonic_ns;
     if (has_precedence(p, PEER_STANDBY) && s->monotonic_ns - p->waiting_ns < 2 * p->lease_ns) return;
-    if (!p->followed) {
-        log_warning("the active daemon is gone before it waited for this one: what it told last is not known here");
+    if (!p->followed || p->missed) {
+        log_warning("the active daemon is gone %s: what it told last is not known here",
+            p->missed ? "while this one stood still" : "before it waited for this one");
         begin_anew(s);
         return;
     }
@@ -461,6 +468,7 @@ static void notice_standstill(service *s)
     if (!p->round_ns || gap_ns <= p->lease_ns / 2 || !p->peers.count) return;
     p->quiet_ns = s->monotonic_ns + p->lease_ns;
     p->had_ns = s->monotonic_ns; /* nobody was slow but we */
+    p->missed |= p->card.role == PEER_STANDBY && gap_ns > (SLOW_LEASES - 1) * p->lease_ns;
     if (gap_ns <= p->lease_ns || p->card.role != PEER_ACTIVE) return;
     log_warning(
         "this daemon stood still for %.3f s: it looks whether another one has taken over", 1e-9 * (double)gap_ns);

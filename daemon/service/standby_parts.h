@@ -82,6 +82,7 @@ struct standby {
     int64_t waiting_ns; /* the active one is lost, and another standby has precedence: since then; 0: not */
     bool out_of_step;   /* to be reset as soon as the record is done */
     bool followed;      /* the active one waits for us: only then are we sure to know all that was told */
+    bool missed;        /* we stood still for so long that it may wait for us no more, and its word of that is lost */
     bool left;          /* the active one has left in order */
     int64_t alive_ns;   /* a peer was alive then, the last time */
     int64_t ahead_ns;   /* of the active one's wall clock before our monotonic one, at its last tick */

@@ -7,7 +7,8 @@
  * (with LCM both are polled); "polled" is the same round until collided_poll has returned. Where there are two
  * processors, this process has one and all others have the other one: where threads are woken costs more than most of
  * what is measured, and must be the same for all. --security: over DDS alone, open, and in closed sites that sign and
- * that encrypt, made by script/make_site; DDS alone stays open. */
+ * that encrypt, made by script/make_site; DDS alone stays open. --standby: over DDS, one daemon, and a pair of them in
+ * turn; the standby shares the processor of the active one. */
 #include "bench.h"
 #include "raw_lcm.h"
 #include "raw_ping.h"
@@ -36,7 +37,7 @@ typedef struct scene {
 typedef struct way { /* to the daemon */
     const char *name;
     const char *protect; /* as make_site takes it; NULL = no security */
-    bool lcm;
+    bool lcm, paired;
 } way;
 
 typedef struct row {
@@ -215,6 +216,18 @@ static int64_t ticks_on_arrival(scene *s, double period_s)
     return -1;
 }
 
+static bool await_standby(scene *s, double seconds)
+{
+    collided_daemon_status status;
+    for (int64_t end = bench_now_ns() + (int64_t)(1e9 * seconds); bench_now_ns() < end;) {
+        if (collided_get_status(s->client, 2, &status) == COLLIDED_OK && strstr(status.links, "hot standby: "))
+            return true;
+        collided_poll(s->client, 0.05);
+    }
+    fprintf(stderr, "no standby is in step within %g s\n", seconds);
+    return false;
+}
+
 /* A site for the daemon and "robot", which is this program. */
 static bool make_site(const char *sites, const char *protect)
 {
@@ -237,20 +250,25 @@ static bool run_row(uint32_t domain, const way *w, const char *sites, const benc
     fprintf(stderr, "%s (%s), %zu bodies, %zu poses ...\n", links, w->name, out->world, out->poses);
     double status_s = o->seconds < 1 ? 0.05 : 1;
     const char *const arguments[] = {"collided", "--links", links, "--log", "warning", "--status_period",
-        o->seconds < 1 ? "0.05" : "1", w->protect ? "--security" : NULL, server, NULL};
+        o->seconds < 1 ? "0.05" : "1",
+        w->protect  ? "--security"
+        : w->paired ? "--standby=yes"
+                    : NULL,
+        w->protect ? server : NULL, NULL};
     scene s = {0};
-    pid_t daemon = start_elsewhere(COLLIDED, arguments);
+    pid_t daemon = start_elsewhere(COLLIDED, arguments), standby = w->paired ? start_elsewhere(COLLIDED, arguments) : 0;
     floor_of raw = {0};
     if (w->lcm)
         raw.lcm = raw_lcm_open((uint32_t)out->poses);
     else
         raw.dds = raw_open(domain_of_raw, (uint32_t)out->poses);
     bool done = (raw.dds || raw.lcm) && scene_open(&s, links, robot, out->world, out->poses) &&
-                measure(&s, &raw, o->seconds, out);
+                (!w->paired || await_standby(&s, 30)) && measure(&s, &raw, o->seconds, out);
     if (done) out->on_arrival = ticks_on_arrival(&s, status_s);
     raw_close(raw.dds);
     raw_lcm_close(raw.lcm);
     scene_close(&s);
+    if (standby) bench_end(standby);
     bench_end(daemon);
     return done;
 }
@@ -280,11 +298,11 @@ static void print_row(const row *r, bool json)
     fflush(stdout);
 }
 
-/* Takes "--security" out of the arguments. */
-static bool take_security(int *argc, char **argv)
+/* Takes that option out of the arguments. */
+static bool take_option(int *argc, char **argv, const char *option)
 {
     for (int i = 1; i < *argc; i++) {
-        if (strcmp(argv[i], "--security") != 0) continue;
+        if (strcmp(argv[i], option) != 0) continue;
         memmove(argv + i, argv + i + 1, (size_t)(*argc - i) * sizeof *argv);
         --*argc;
         return true;
@@ -300,8 +318,9 @@ static bool run_all(const way *ways, size_t way_count, const char *sites, uint32
         printf("%-9s %7s %6s | %8s %8s | %8s %8s | %8s %8s | %6s %6s | %7s %6s\n", "link", "world", "poses", "p50 us",
             "p99 us", "polled50", "polled99", "raw p50", "raw p99", "p50 x", "p99 x", "rounds", "missed");
     for (size_t i = 0; i < 9 * way_count; i++) {
-        const way *to = &ways[i / 9];
-        row r = {.link = to->name, .world = worlds[i / 3 % 3], .poses = poses[i % 3]};
+        size_t scene_of = ways[way_count - 1].paired ? i / way_count : i % 9; /* those two take turns */
+        const way *to = &ways[ways[way_count - 1].paired ? i % way_count : i / 9];
+        row r = {.link = to->name, .world = worlds[scene_of / 3], .poses = poses[scene_of % 3]};
         if (r.poses > r.world || (o->bodies && (size_t)o->bodies != r.world)) continue;
         if (run_row(domain, to, sites, o, &r))
             print_row(&r, o->json);
@@ -313,7 +332,8 @@ static bool run_all(const way *ways, size_t way_count, const char *sites, uint32
 
 static bool run_secured(uint32_t domain, const bench_options *o)
 {
-    static const way ways[] = {{"dds", NULL, false}, {"signed", "sign", false}, {"encrypted", "encrypt", false}};
+    static const way ways[] = {
+        {"dds", NULL, false, false}, {"signed", "sign", false, false}, {"encrypted", "encrypt", false, false}};
     char sites[] = "/tmp/collided-bench-XXXXXX", line[64];
     bool done =
         mkdtemp(sites) && make_site(sites, "sign") && make_site(sites, "encrypt") && run_all(ways, 3, sites, domain, o);
@@ -324,11 +344,12 @@ static bool run_secured(uint32_t domain, const bench_options *o)
 
 int main(int argc, char **argv)
 {
-    static const way ways[] = {{"dds", NULL, false}, {"lcm", NULL, true}};
+    static const way ways[] = {{"dds", NULL, false, false}, {"lcm", NULL, true, false}},
+                     pair[] = {{"dds", NULL, false, false}, {"pair", NULL, false, true}};
     bench_options o;
     if (argc == 3 && strcmp(argv[1], "--echo") == 0) return raw_echo((uint32_t)strtoul(argv[2], NULL, 10));
     if (argc == 2 && strcmp(argv[1], "--echo-lcm") == 0) return raw_lcm_echo();
-    bool secured = take_security(&argc, argv);
+    bool secured = take_option(&argc, argv, "--security"), paired = take_option(&argc, argv, "--standby");
     if (!bench_parse(argc, argv, 4, 30, &o)) return EXIT_FAILURE;
     bool isolated = bench_isolate();
     uint32_t domain = DOMAIN_FIRST + (uint32_t)getpid() % DOMAINS;
@@ -336,10 +357,12 @@ int main(int argc, char **argv)
     snprintf(echo_domain, sizeof echo_domain, "%" PRIu32, domain + 1);
     pid_t echo = start_elsewhere("/proc/self/exe", (const char *const[]){"echo", "--echo", echo_domain, NULL}),
           echo_lcm = -1;
-    if (isolated && !secured)
+    if (isolated && !secured && !paired)
         echo_lcm = start_elsewhere("/proc/self/exe", (const char *const[]){"echo", "--echo-lcm", NULL});
-    bool done = secured ? run_secured(domain, &o) : run_all(ways, isolated ? 2 : 1, "", domain, &o);
-    if (!isolated && !secured) fprintf(stderr, "lcm: skipped: its multicast must not leave a namespace\n");
+    bool done = secured  ? run_secured(domain, &o)
+                : paired ? run_all(pair, 2, "", domain, &o)
+                         : run_all(ways, isolated ? 2 : 1, "", domain, &o);
+    if (!isolated && !secured && !paired) fprintf(stderr, "lcm: skipped: its multicast must not leave a namespace\n");
     bench_end(echo);
     if (echo_lcm > 0) bench_end(echo_lcm);
     return done ? EXIT_SUCCESS : EXIT_FAILURE;

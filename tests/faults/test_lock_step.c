@@ -1,6 +1,7 @@
 /* Simulators in several processes in lock-step, by the client library, over both links: each moves a box of its own,
  * all boxes one way together, so that whoever saw a step half done would see them meet. One is killed, and one stands
- * still for a while: the others go on, and are told. */
+ * still for a while: the others go on, and are told. Of a pair of daemons the active one is killed between two steps,
+ * and in the middle of one. */
 #include "rig.h"
 
 #include <signal.h>
@@ -83,11 +84,16 @@ typedef struct yard {
     pid_t others[SIMULATORS - 1];
 } yard;
 
+static void enter_of(yard *y, const char *uri)
+{
+    for (int k = 0; k < SIMULATORS - 1; k++) y->others[k] = rig_self("simulate", uri, k ? "2" : "1");
+    assert_true(begin(&y->mine, uri, 0));
+}
+
 static void enter(yard *y, const char *uri)
 {
     rig_daemon("--step_timeout", "0.3");
-    for (int k = 0; k < SIMULATORS - 1; k++) y->others[k] = rig_self("simulate", uri, k ? "2" : "1");
-    assert_true(begin(&y->mine, uri, 0));
+    enter_of(y, uri);
 }
 
 static void all_step_together_and_see_no_step_half_done(void **state)
@@ -135,11 +141,45 @@ static void one_that_stands_still_is_missed_and_told(void **state)
     rig_close(y.mine.client);
 }
 
+static bool has_standby(collided *c)
+{
+    collided_daemon_status s;
+    return collided_get_status(c, 1, &s) == COLLIDED_OK && strstr(s.links, "active, hot standby: ");
+}
+
+static void each_step_is_done_once_whichever_daemon_does_it(void **state)
+{
+    yard y;
+    const char *name;
+    collided_daemon_status s;
+    int64_t n = 1;
+    for (int k = 0; k < 2; k++) rig_daemon("--step_timeout=3", "--standby=yes");
+    enter_of(&y, *state);
+    for (int k = 0; k < 2; k++) {
+        UNTIL(y.mine.client, 10, has_standby(y.mine.client));
+        for (int i = 0; i < 10; i++) assert_int_equal(step(&y.mine, n++), COLLIDED_OK);
+        if (k) rig_kill(y.others[0], SIGSTOP); /* what the others publish waits for it */
+        const double position[3] = {STEP_M * (double)n, 0, 0}, turn[4] = {1, 0, 0, 0};
+        collided_publish(y.mine.client, 1, &y.mine.body, position, turn, NULL, NULL, 0, n);
+        assert_int_equal(collided_get_status(y.mine.client, 2, &s), COLLIDED_OK);
+        assert_non_null(name = strrchr(s.daemon, ':'));
+        rig_kill((pid_t)strtol(name + 1, NULL, 10), SIGKILL);
+        if (k) rig_kill(y.others[0], SIGCONT);
+        for (int i = 0; i < 20; i++) assert_int_equal(step(&y.mine, n++), COLLIDED_OK);
+        assert_int_equal(y.mine.done, n - 1);
+        if (!k) rig_daemon("--step_timeout=3", "--standby=yes");
+    }
+    assert_int_equal(y.mine.meetings, 0);
+    assert_int_equal(y.mine.missed, 0);
+    rig_close(y.mine.client);
+}
+
 int main(int argc, char **argv)
 {
     if (argc == 4) return simulate_for_ever(argv[2], atoi(argv[3]));
     const struct CMUnitTest tests[] = {OVER_BOTH(all_step_together_and_see_no_step_half_done),
-        OVER_BOTH(the_others_go_on_without_one_that_was_killed), OVER_BOTH(one_that_stands_still_is_missed_and_told)};
+        OVER_BOTH(the_others_go_on_without_one_that_was_killed), OVER_BOTH(one_that_stands_still_is_missed_and_told),
+        OVER_BOTH(each_step_is_done_once_whichever_daemon_does_it)};
     rig_isolate();
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -193,6 +193,23 @@ static void a_client_that_comes_back_goes_on(void **state)
     poses_stand(r, 8, 1, 0);
 }
 
+/* A new process under the same id, whose clock was set back, and whose announcement was taken before the last poses of
+ * the one before: it hears of their number, and goes on from there. */
+static void poses_below_those_that_came_are_told_so(void **state)
+{
+    room *r = *state;
+    announce(r);
+    send_poses(r, 5000, 0, 1, false);
+    await_all(r, 2);
+    cell_hello(r->alice, ALICE, ++r->sequence, 60, WIRE_LOST_KEEP);
+    cell_await(r->alice, r->memory, WIRE_ACK);
+    send_poses(r, ++r->sequence, 0, 2, false);
+    wire_message m = cell_await(r->alice, r->memory, WIRE_ACK);
+    assert_int_equal(m.ack.sequences.count, 1);
+    assert_int_equal(m.ack.sequences.at[0], 5000);
+    poses_stand(r, 2, 0, 2);
+}
+
 static void send_spaced(room *r, int count)
 {
     for (int k = 0; k < count; k++) {
@@ -228,6 +245,7 @@ int main(void)
         IN_A_ROOM(a_body_that_is_announced_again_begins_its_time_anew),
         IN_A_ROOM(a_copy_of_the_announcement_does_not),
         IN_A_ROOM(a_client_that_comes_back_goes_on),
+        IN_A_ROOM(poses_below_those_that_came_are_told_so),
         IN_A_ROOM(poses_alone_are_ticked_where_they_arrive),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
