@@ -254,6 +254,9 @@ void body_velocity(const body *b, vec3 *linear, vec3 *angular); /* given, or est
 pose solid_pose(const world *w, const solid *s);                /* in the world, as the last tick left it */
 double body_margin(const world *w, const solid *s);
 pose solid_relative(const world *w, const solid *a, const solid *b);
+/* m: by how much a distance of two shapes, from their relative pose, may be off beyond what narrow.h allows for: the
+ * rounding of where the shapes are on their bodies. 0 where both are at their bodies' origins. */
+double solid_relative_error(const world *w, const solid *a, const solid *b);
 
 /* calm.c */
 /* Finds the room of a body whose shapes have just been put into the broad phase, where they could stay. */
