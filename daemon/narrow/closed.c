@@ -70,6 +70,7 @@ static double profile_distance(const profile *f, double r, double z, double *nr,
         if (!(length > 0)) continue;
         double height = (dz * er - dr * ez) / length; /* along the outward normal (-ez, er) */
         if (height > inside) inside = height, *nr = -ez / length, *nz = er / length;
+        if (height < 0) continue; /* from behind no edge is the nearest; a flat disc's are no farther, though */
         double s = min_of(max_of((dr * er + dz * ez) / ee, 0), 1), vr = dr - s * er, vz = dz - s * ez;
         double norm = s > 0 && s < 1 ? fabs(height) : sqrt(vr * vr + vz * vz);
         if (norm < outside) {

@@ -4,6 +4,7 @@
  * frame. Whatever is in them is no nearer and no deeper: a translation that separates the boxes separates the parts. */
 #include "compound_walk.h"
 
+#include "feature_code.h"
 #include "geom/bounds.h"
 #include "order.h"
 #include "scalar.h"
@@ -217,7 +218,7 @@ static void bring_to_a(narrow_result *r, pose frame, bool turn)
     for (uint32_t i = 0; i < r->manifold.count; i++) {
         manifold_point *p = &r->manifold.points[i];
         p->point = transform_point(&t, p->point);
-        if (turn) p->feature = p->feature << 16 | p->feature >> 16;
+        if (turn) p->feature = feature_turned(p->feature);
     }
 }
 

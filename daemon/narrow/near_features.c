@@ -45,9 +45,17 @@ bool near_features_reach_depths(const unit_pair *p, const narrow_goal *goal)
     return close && is_scanned(&p->a) && is_scanned(&p->b) && sat_affords(p->a.hull, p->b.hull);
 }
 
+/* May GJK end, its bounds closed to the tolerance, before it knows that the two overlap? */
+static bool is_shallow(const unit_pair *p, const narrow_goal *goal, const span *of)
+{
+    double depth = -0.5 * (of->lo + of->hi);
+    return !(depth > goal->tolerance + 2 * p->error);
+}
+
 bool near_features_span(const unit_pair *p, const narrow_goal *goal, const narrow_features *f, span *out)
 {
     if (!(are_boxes(p) ? box_features_span : hull_features_span)(p, f, out)) return false;
+    if (f->deep && is_shallow(p, goal, out)) return false;
     out->nearest = *f;
     out->iterations = 1;
     return out->hi + 2 * p->error <= goal->far; /* or else a search may have ended beyond it */

@@ -20,10 +20,12 @@
  * Why that gives the bits of a search from nothing. F is a facet of B - A, strict as near_features.h says but for 3, of
  * which the nearest point is inside by r >= NEAR_INSIDE; D its distance, at least NEAR_LEAST_DISTANCE, n its normal;
  * the pair's size is 1. What is proven is that all facets of the surface but those in F's plane are at least D +
- * NEAR_DEPTH_MARGIN away. Claim: a search from nothing ends with an axis within 2^-17 of n, and so reads F off it.
- * Proof: its bounds end closed to `error` (2^-49): the searches here are asked to, and where they and epa.h give up,
- * the axes of sat.h, which are all there are, come after (dispatch.c; pairs too large for sat.h remember nothing). So
- * its axis n' has a height h(n') <= D + 2 error. The ray along n' leaves the surface at h(n') at most, so in F's plane,
+ * NEAR_DEPTH_MARGIN away; and D is greater than the tolerance (near_features_span sees to that). Claim: a search from
+ * nothing ends with an axis within 2^-17 of n, and so reads F off it.
+ * Proof: GJK, which is asked for the tolerance and no more, does not end it: apart with closed bounds means lo < 0 <=
+ * hi <= lo + tolerance, where lo <= error - D. So the bounds end closed to `error` (2^-49): the searches here are asked
+ * to, and where they and epa.h give up, the axes of sat.h, which are all there are, come after (dispatch.c; pairs too
+ * large for sat.h remember nothing). So the axis n' has a height h(n') <= D + 2 error. The ray along n' leaves the surface at h(n') at most, so in F's plane,
  * inside of F: at D / cos t, t the angle of n and n'; hence D / cos t <= D + 2 error. And F has a disc of radius r
  * about D n: h(n') >= D cos t + r sin t. Together r sin t <= 2 error + D (1 - cos t) <= 4 error, so t <= 2^-34. The
  * same holds of any other facet: none is within error of F, so that the winner of a search, if it is strict, is F. Both

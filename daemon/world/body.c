@@ -733,3 +733,17 @@ pose solid_settled_relative(const world *w, const solid *a, const solid *b)
     solid_stand(w, b, &body_b, &local_b);
     return relative_of(body_a, local_a, body_b, local_b);
 }
+
+static bool is_identity(pose p)
+{
+    return p.p.x == 0 && p.p.y == 0 && p.p.z == 0 && p.q.w == 1;
+}
+
+/* Two more products of poses and one more of matrices: the positions are off by some 20 roundoffs of the arms and of
+ * what lies between the bodies, the directions by 8. */
+double solid_relative_error(const world *w, const solid *a, const solid *b)
+{
+    if (is_identity(a->local) && is_identity(b->local)) return 0;
+    vec3 between = vec_sub(w->bodies.at[b->body].pose.p, w->bodies.at[a->body].pose.p);
+    return 0x1p-48 * (vec_norm(a->local.p) + vec_norm(b->local.p) + vec_norm(between)) + 0x1p-50 * pair_size(a, b);
+}

@@ -137,11 +137,19 @@ static void stand(const world *w, pair *p, const pose *b_in_a, double slack, nar
         (standing){.b_in_a = *b_in_a, .slack = slack, .lo = r->lo, .travelled = travelled(x, y), .epoch = w->epoch};
 }
 
+static double pair_error(const world *w, const pair *p)
+{
+    return solid_relative_error(w, &w->solids.at[p->a], &w->solids.at[p->b]);
+}
+
 /* One that is beyond the limit stays there as long as the bounds stand. */
 void bounds_find(
     const world *w, pair *p, const pose *b_in_a, double limit, bool remembers, void *scratch, narrow_result *r)
 {
     find(w, p, b_in_a, remembers, scratch, r);
+    double moved = 2 * pair_error(w, p); /* now, and in the tick when they are found to stand still */
+    r->lo -= moved;
+    r->hi += moved;
     double slack = (remembers ? SLACK_OF_BUDGET : SLACK) * pair_size(&w->solids.at[p->a], &w->solids.at[p->b]);
     if (remembers) slack = fmax(slack, SLACK_OF_GAP * r->lo);
     if (r->lo > limit) slack = fmin(slack, NEARLY * (r->lo - limit));
@@ -155,7 +163,8 @@ void bounds_floor(const world *w, pair *p, const pose *b_in_a, narrow_result *r)
     const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
     double away = vec_norm(b_in_a->p), size = a->reach + b->reach;
     vec3 axis = vec_unit(b_in_a->p), by_boxes;
-    double balls = away - size - ROUNDING * (away + size), boxes = apart_by_boxes(a, b, &by_boxes);
+    double balls = away - size - ROUNDING * (away + size) - 2 * pair_error(w, p);
+    double boxes = apart_by_boxes(a, b, &by_boxes);
     if (!is_axis(axis) || boxes > balls) axis = vec_unit(by_boxes);
     *r = (narrow_result){.lo = fmax(balls, boxes),
         .hi = INFINITY,

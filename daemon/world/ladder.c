@@ -142,7 +142,7 @@ static void look(const world *w, uint32_t k)
         return;
     }
     pose b_in_a = solid_relative(w, a, b);
-    double slack = d.request.tolerance + WIDEST_ANSWER * pair_size(a, b);
+    double slack = d.request.tolerance + WIDEST_ANSWER * pair_size(a, b) + 2 * solid_relative_error(w, a, b);
     out->coarse = d.coarse;
     if (!d.coarse && !out->stands) out->settled = settle_cheaply(w, p, &b_in_a, d.limit + slack, out);
     out->floor = out->stands && p->standing.floor;
@@ -174,13 +174,23 @@ static const uint8_t RUNG_OF_METHOD[NARROW_METHOD_COUNT] = {
     [NARROW_BY_MPR] = RUNG_MPR,
 };
 
-/* Answers in doubles allow for it; refined ones are as narrow as the pose is exact. */
-void ladder_allow_for_pose(const solid *a, const solid *b, const pose *b_in_a, narrow_result *r)
+/* The relative pose is rounded. Answers in doubles allow for it, but for the bodies' arms; refined ones are as narrow
+ * as the pose is exact. */
+void ladder_allow_for_pose(
+    const world *w, const solid *a, const solid *b, const pose *b_in_a, double tolerance, narrow_result *r)
 {
-    if (!r->refined) return;
-    double moved = 0x1p-49 * (pair_size(a, b) + vec_norm(b_in_a->p));
+    double moved = solid_relative_error(w, a, b);
+    bool was_narrow = r->hi - r->lo <= tolerance;
+    if (r->refined) moved += 0x1p-49 * (pair_size(a, b) + vec_norm(b_in_a->p));
     r->lo -= moved;
     r->hi += moved;
+    if (!r->refined && was_narrow && !(r->hi - r->lo <= tolerance)) r->status = NARROW_WIDE;
+}
+
+/* What the arms will add to the answer is left out of what is asked of it, where that leaves the better part. */
+static double tolerance_within(double tolerance, double moved)
+{
+    return 4 * moved < tolerance ? tolerance - 2 * moved : tolerance;
 }
 
 /* A pair of which nobody has been told anything, and nobody asked the distance, needs only the verdict as long as it is
@@ -194,10 +204,11 @@ uint32_t ladder_ask(
     narrow_request request = d->request;
     bool told = pair_is_told(w, p);
     uint32_t asked = 0;
+    request.tolerance = tolerance_within(request.tolerance, solid_relative_error(w, a, b));
     if (d->verdict_only || (!told && !(request.facts & NARROW_DISTANCE))) {
         request.facts = NARROW_VERDICT;
         narrow_query(&a->shape, &b->shape, &b_in_a, &request, cache, scratch, r);
-        ladder_allow_for_pose(a, b, &b_in_a, r);
+        ladder_allow_for_pose(w, a, b, &b_in_a, d->request.tolerance, r);
         if (d->verdict_only || r->lo > request.threshold) return 1;
         request.facts = d->request.facts;
         told = true;
@@ -206,7 +217,7 @@ uint32_t ladder_ask(
     request.facts |= NARROW_DISTANCE;
     if (told) request.range = INFINITY;
     narrow_query(&a->shape, &b->shape, &b_in_a, &request, cache, scratch, r);
-    ladder_allow_for_pose(a, b, &b_in_a, r);
+    ladder_allow_for_pose(w, a, b, &b_in_a, d->request.tolerance, r);
     return asked + 1;
 }
 

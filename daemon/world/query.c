@@ -32,7 +32,7 @@ static narrow_result between(const world *w, uint32_t a, uint32_t b, double tole
     pose relative = solid_settled_relative(w, first, second);
     narrow_result r;
     narrow_query(&first->shape, &second->shape, &relative, &request, NULL, w->scratch[0], &r);
-    ladder_allow_for_pose(first, second, &relative, &r);
+    ladder_allow_for_pose(w, first, second, &relative, tolerance, &r);
     return r;
 }
 

@@ -273,6 +273,9 @@ void solid_stand(const world *w, const solid *s, pose *body_pose, pose *local);
 double body_margin(const world *w, const solid *s);
 pose solid_relative(const world *w, const solid *a, const solid *b); /* B's in A's frame, where the bodies are now */
 pose solid_settled_relative(const world *w, const solid *a, const solid *b); /* as the last tick left them */
+/* m: by how much a distance of two shapes, from their relative pose, may be off beyond what narrow.h allows for: the
+ * rounding of where the shapes are on their bodies. 0 where both are at their bodies' origins. */
+double solid_relative_error(const world *w, const solid *a, const solid *b);
 
 /* calm.c */
 /* Finds the room of a body whose shapes have just been put into the broad phase, where they could stay. */
@@ -334,8 +337,9 @@ demand ladder_demand(const world *w, const pair *p);
 /* Rungs 4 and on, from nothing: the number of narrow queries. */
 uint32_t ladder_ask(
     const world *w, const pair *p, const demand *d, narrow_cache *cache, void *scratch, narrow_result *r);
-/* The relative pose is rounded, and refined answers are as narrow as if it was not: widens these. */
-void ladder_allow_for_pose(const solid *a, const solid *b, const pose *b_in_a, narrow_result *r);
+/* Widens an answer by the rounding of the relative pose; one that is no longer within the tolerance says so. */
+void ladder_allow_for_pose(
+    const world *w, const solid *a, const solid *b, const pose *b_in_a, double tolerance, narrow_result *r);
 void ladder_decide(world *w);
 double pair_size(const solid *a, const solid *b); /* m: the finite reaches */
 

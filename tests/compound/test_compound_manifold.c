@@ -142,6 +142,39 @@ static void a_mesh_holds_up_a_compound_by_its_corners(void **state)
     union_free(&box);
 }
 
+static bool has_feature(const narrow_result *r, uint64_t feature)
+{
+    for (uint32_t i = 0; i < r->manifold.count; i++)
+        if (r->manifold.points[i].feature == feature) return true;
+    return false;
+}
+
+/* Of one child nothing needs to be said but what it says itself, whichever of the two is asked first. */
+static void one_child_has_the_ids_of_its_shape(void **state)
+{
+    (void)state;
+    const shape ground = {.type = SHAPE_BOX, .half = {1, 1, 1}};
+    const shape children[] = {{.type = SHAPE_BOX, .half = {0.5, 0.5, 0.5}},
+        {.type = SHAPE_CAPSULE, .half = {0, 0, 0.5}, .radius = 0.5}, {.type = SHAPE_CYLINDER, .half = {0.5, 0.5, 0.5}}};
+    const pose beside = {{0.3, 0, 0}, {0.70710678118654757, 0, 0.70710678118654757, 0}};
+    const pose at = {{0.1, 0.2, 1.48}, {1, 0, 0, 0}};
+    for (size_t k = 0; k < 3; k++) {
+        union_body one;
+        union_make(&one, &children[k], &beside, 1, 0);
+        const narrow_request request = {
+            .facts = NARROW_DISTANCE | NARROW_MANIFOLD, .tolerance = 1e-6, .range = INFINITY, .threshold = 0.1};
+        narrow_result r, plain;
+        narrow_query(&ground, &one.shape, &at, &request, NULL, union_scratch(), &r);
+        narrow_query_world(
+            &ground, POSE_IDENTITY, &children[k], pose_mul(at, beside), &request, union_scratch(), &plain);
+        assert_int_equal(r.manifold.count, plain.manifold.count);
+        assert_true(plain.manifold.count > 1);
+        for (uint32_t i = 0; i < plain.manifold.count; i++)
+            assert_true(has_feature(&r, plain.manifold.points[i].feature));
+        union_free(&one);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -149,6 +182,7 @@ int main(void)
         cmocka_unit_test(ids_name_the_child_and_stay),
         cmocka_unit_test(a_wall_beside_the_floor_brings_no_deep_points),
         cmocka_unit_test(feet_that_are_round_have_a_point_each),
+        cmocka_unit_test(one_child_has_the_ids_of_its_shape),
         cmocka_unit_test(a_mesh_holds_up_a_compound_by_its_corners),
     };
     return cmocka_run_group_tests(tests, union_make_scratch, union_free_scratch);

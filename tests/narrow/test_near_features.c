@@ -89,6 +89,7 @@ static const narrow_request REQUESTS[] = {
     {.facts = NARROW_MANIFOLD, .tolerance = 1e-9, .threshold = 0.2},
     {.facts = NARROW_VERDICT, .threshold = 0.1},
     {.facts = NARROW_DISTANCE, .tolerance = 1e-3, .range = INFINITY},
+    {.facts = NARROW_DISTANCE, .tolerance = 0.02, .range = INFINITY},
     {.facts = NARROW_DISTANCE | NARROW_VERDICT, .tolerance = 0.1, .range = INFINITY},
     {.facts = NARROW_DISTANCE | NARROW_VERDICT, .tolerance = 1, .range = INFINITY},
 };
@@ -166,6 +167,43 @@ static void boxes_followed_with_their_cache_answer_as_from_nothing(void **state)
     followed_through(SHAPE_CAPSULE, SHAPE_BOX, 73);
 }
 
+/* Hulls that overlap by little more or less than the tolerance: a search from nothing may end as soon as it knows that
+ * much, before it has seen a facet. */
+static void shallow_overlaps_do_not_tell_who_remembers(void **state)
+{
+    (void)state;
+    static const double TOLERANCES[] = {1e-3, 5e-3, 0.01, 0.02, 0.028};
+    random_state r = {76};
+    size_t remembered = 0;
+    for (size_t i = 0; i < rounds_of(1000); i++) {
+        shape a = make(&r, SHAPE_HULL, i % SIZES), b = make(&r, SHAPE_HULL, i / SIZES % SIZES);
+        if (!narrow_ordered(&a, 0, &b, 1)) {
+            shape t = a;
+            a = b, b = t;
+        }
+        double size = shape_reach(&a) + shape_reach(&b);
+        narrow_request request = {.facts = NARROW_DISTANCE, .tolerance = TOLERANCES[i % 5] * size, .range = INFINITY};
+        pose at = {vec_scale(random_direction(&r), random_in(&r, 0.2, 0.9)), random_rotation(&r)};
+        narrow_shell shell = {.point_count = 0};
+        narrow_cache cache = {.shell = &shell};
+        for (int k = 0; k < 40; k++) {
+            narrow_cache none = {.lower = 0};
+            narrow_result warm, cold;
+            narrow_query(&a, &b, &at, &request, &cache, case_scratch(), &warm);
+            narrow_query(&a, &b, &at, &request, &none, case_scratch(), &cold);
+            assert_same(&warm, &cold);
+            remembered += cache.nearest.count_a > 0 && cache.nearest.deep;
+            /* towards an overlap of about the tolerance, and about */
+            double by = 0.5 * (warm.lo + warm.hi) + random_in(&r, 0, 2) * request.tolerance;
+            at.p = vec_madd(at.p, -by, warm.axis);
+            at.p = vec_madd(at.p, 1e-3 * size * random_unit(&r), random_direction(&r));
+        }
+        unmake(&a);
+        unmake(&b);
+    }
+    assert_true(remembered > rounds_of(1000) * 8);
+}
+
 /* Whatever is written there, out of range or wrong: no bit changes. */
 static void forged_features_change_nothing(void **state)
 {
@@ -227,6 +265,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(hulls_followed_with_their_cache_answer_as_from_nothing),
         cmocka_unit_test(boxes_followed_with_their_cache_answer_as_from_nothing),
+        cmocka_unit_test(shallow_overlaps_do_not_tell_who_remembers),
         cmocka_unit_test(forged_features_change_nothing),
         cmocka_unit_test(the_search_finds_what_is_strict),
     };

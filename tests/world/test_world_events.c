@@ -3,7 +3,6 @@
 
 #include <math.h>
 #include <stdio.h>
-#include <time.h>
 
 static void a_contact_begins_persists_and_ends_under_one_id(void **state)
 {
@@ -452,39 +451,6 @@ static void updates_of_what_has_ended_do_not_pile_up(void **state)
     world_destroy(w);
 }
 
-/* s of the processor: a tick in which so many interests are new. */
-static double put_at_once(int interests)
-{
-    enum { BODIES = 400 };
-    world *w = scene_world(1, true);
-    char name[16];
-    for (int i = 0; i < BODIES; i++) {
-        snprintf(name, sizeof name, "b%d", i);
-        scene_sphere(w, name, 10 * i, 1);
-    }
-    scene_tick(w, 1);
-    world_interest all = scene_all(WORLD_TOUCH, 0);
-    for (int i = 0; i < interests; i++) scene_interest(w, &all);
-    world_batches batches;
-    clock_t begin = clock();
-    world_tick(w, 2, &batches);
-    double took = (double)(clock() - begin) / CLOCKS_PER_SEC;
-    world_destroy(w);
-    return took;
-}
-
-/* 32 times as many take 32 times as long, or a little more; not the square of it. */
-static void interests_put_at_once_are_matched_together(void **state)
-{
-    (void)state;
-    double few = INFINITY, many = INFINITY;
-    for (int k = 0; k < 5; k++) {
-        few = fmin(few, put_at_once(32));
-        many = fmin(many, put_at_once(32 * 32));
-    }
-    if (many > 150 * few) fail_msg("%g times as long", many / few);
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -505,7 +471,6 @@ int main(void)
         cmocka_unit_test(a_snapshot_tells_all_that_is),
         cmocka_unit_test(names_are_unique),
         cmocka_unit_test(updates_of_what_has_ended_do_not_pile_up),
-        cmocka_unit_test(interests_put_at_once_are_matched_together),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
