@@ -438,9 +438,9 @@ static void stand_by(service *s, const link_sink *sink)
 {
     struct standby *p = s->standby;
     const peer_card *active = peer_of(p, p->active), *another = peer_in_role(p, PEER_ACTIVE);
+    if (active && active->alive && s->monotonic_ns >= p->quiet_ns) p->missed = false; /* whatever it wrote has come */
     if (active && active->alive && active->role == PEER_ACTIVE && active->epoch == s->epoch && !p->left) {
         p->waiting_ns = 0;
-        p->missed &= s->monotonic_ns < p->quiet_ns; /* it lives, so whatever it wrote comes */
         return;
     }
     if (another && (another->sender != p->active || another->epoch != s->epoch)) { /* it was before us, or began anew */
@@ -466,10 +466,12 @@ static void notice_standstill(service *s)
     struct standby *p = s->standby;
     int64_t gap_ns = s->monotonic_ns - p->round_ns;
     if (!p->round_ns || gap_ns <= p->lease_ns / 2 || !p->peers.count) return;
+    bool active = p->card.role == PEER_ACTIVE, is_long = gap_ns > p->lease_ns;
+    if (active && !is_long && s->monotonic_ns < p->quiet_ns) return; /* it looks around already, and not for ever */
     p->quiet_ns = s->monotonic_ns + p->lease_ns;
-    p->had_ns = s->monotonic_ns; /* nobody was slow but we */
+    if (is_long) p->had_ns = s->monotonic_ns; /* nobody was slow but we */
     p->missed |= p->card.role == PEER_STANDBY && gap_ns > (SLOW_LEASES - 1) * p->lease_ns;
-    if (gap_ns <= p->lease_ns || p->card.role != PEER_ACTIVE) return;
+    if (!is_long || !active) return;
     log_warning(
         "this daemon stood still for %.3f s: it looks whether another one has taken over", 1e-9 * (double)gap_ns);
     if (p->sure) p->doubted = p->follower;

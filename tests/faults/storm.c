@@ -300,6 +300,15 @@ static size_t count_who_knows(storm *s, storm_model *fresh[2], uint64_t truth, b
     return knows;
 }
 
+static void print_status(const char *who, collided *c)
+{
+    collided_daemon_status d;
+    if (collided_get_status(c, 2, &d) != COLLIDED_OK)
+        printf("%s hears no daemon: %s\n", who, collided_error(c));
+    else
+        printf("%s hears %s, epoch %lld: %s\n", who, d.daemon, (long long)d.epoch, d.links);
+}
+
 static void all_know_the_truth(storm *s)
 {
     storm_model *fresh[2];
@@ -322,6 +331,8 @@ static void all_know_the_truth(storm *s)
         "%zu of %zu listeners know the %zu contacts after %.1f s\n", knows, everybody, contacts, rig_now_s() - began);
     if (knows < everybody) {
         count_who_knows(s, fresh, storm_truth(s->shared, &contacts), true);
+        for (int k = 0; k < 2; k++) print_status("ours", s->c[k]);
+        for (int k = 0; k < 2; k++) print_status("fresh", c[k]);
         fail_msg("not everybody knows what touches %d s after the storm%s", SETTLE_S,
             owners_are_quiet(s) ? "" : "; not even all owners are quiet");
     }
