@@ -146,11 +146,13 @@ static bool is_perpendicular(vec3 edge, vec3 d, double sine)
     return fabs(vec_dot(edge, d)) <= sine * vec_norm(edge);
 }
 
+/* Along the axis of the box that is most nearly perpendicular; of two that are it equally, along the longer. */
 static void box_edge(const shape *s, vec3 d, feature *out)
 {
+    const double along[3] = {fabs(d.x), fabs(d.y), fabs(d.z)}, half[3] = {s->half.x, s->half.y, s->half.z};
     int k = 0;
-    if (fabs(d.y) < fabs(d.x)) k = 1;
-    if (fabs(d.z) < fmin(fabs(d.x), fabs(d.y))) k = 2;
+    for (int i = 1; i < 3; i++)
+        if (along[i] < along[k] || (along[i] == along[k] && half[i] > half[k])) k = i;
     uint32_t signs = (d.x >= 0 ? 1u : 0) | (d.y >= 0 ? 2u : 0) | (d.z >= 0 ? 4u : 0);
     add_box_corner(out, s->half, signs | 1u << k);
     add_box_corner(out, s->half, signs & ~(1u << k));

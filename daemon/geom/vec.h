@@ -126,13 +126,15 @@ static inline quat quat_settled(quat a)
     return fabs(quat_norm2(a) - 1) <= 0x1p-50 ? a : quat_unit(a);
 }
 
-/* The rotation matrix of a unit quaternion. */
+/* The rotation matrix of a quaternion of about unit length. With |q|^2 = s the factor is 2 / s, or 2 (2 - s) but for
+ * 2 (s - 1)^2: a factor of 2 would be off by the s - 1 that quat_settled lets pass, up to 16 roundoffs of the matrix.
+ */
 static inline mat3 quat_matrix(quat q)
 {
     double xx = q.x * q.x, yy = q.y * q.y, zz = q.z * q.z, xy = q.x * q.y, xz = q.x * q.z, yz = q.y * q.z;
-    double wx = q.w * q.x, wy = q.w * q.y, wz = q.w * q.z;
-    return (mat3){{1 - 2 * (yy + zz), 2 * (xy + wz), 2 * (xz - wy)}, {2 * (xy - wz), 1 - 2 * (xx + zz), 2 * (yz + wx)},
-        {2 * (xz + wy), 2 * (yz - wx), 1 - 2 * (xx + yy)}};
+    double wx = q.w * q.x, wy = q.w * q.y, wz = q.w * q.z, k = 4 - 2 * (q.w * q.w + xx + (yy + zz));
+    return (mat3){{1 - k * (yy + zz), k * (xy + wz), k * (xz - wy)}, {k * (xy - wz), 1 - k * (xx + zz), k * (yz + wx)},
+        {k * (xz + wy), k * (yz - wx), 1 - k * (xx + yy)}};
 }
 
 static inline vec3 mat_mul(mat3 m, vec3 v) /* m v */

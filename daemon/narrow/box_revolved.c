@@ -30,6 +30,7 @@
 
 #include "lanes.h"
 #include "outline.h"
+#include "witness.h"
 
 enum { ARCS_MAX = 32 /* open at a time */, STEPS_MAX = 200 };
 
@@ -489,5 +490,6 @@ bool box_revolved_measure(const unit_pair *p, const narrow_goal *goal, span *out
         .method = NARROW_BY_CLOSED_FORM,
         .iterations = x.steps};
     face(&c, out);
+    witness_deepest(p, out);
     return true;
 }

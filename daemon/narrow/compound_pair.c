@@ -114,7 +114,8 @@ static double asked_width(const unit_pair *p, const narrow_request *r)
 
 static void settle(const unit_pair *p, const nearest_search *q, const narrow_request *r, narrow_result *out)
 {
-    bool narrow = out->lo == out->hi || out->hi - out->lo <= asked_width(p, r);
+    bool equal = out->lo == out->hi && (r->tolerance == 0 || isinf(out->hi));
+    bool narrow = equal || out->hi - out->lo <= asked_width(p, r);
     bool decided = !(r->facts & NARROW_DISTANCE) && decides(r) && (out->lo > r->threshold || out->hi <= r->threshold);
     bool manifold = r->facts & NARROW_MANIFOLD;
     bool enough = narrow || out->lo > q->far || (decided && !manifold);

@@ -4,6 +4,7 @@
 
 #include "box_pair.h"
 #include "exact_core.h"
+#include "finish.h"
 #include "gjk.h"
 #include "scalar.h"
 
@@ -343,8 +344,9 @@ void exact_narrow(const exact_pair *e, narrow_result *r)
         low = separation(e, r->axis);
         high = upper_bound(e, r);
     }
-    r->lo = max_of(r->lo, dd_down(dd_sub(dd_sub(low, e->radius), dd_add(error, dd_of(p->excess)))) * p->unit);
-    if (isfinite(high.hi)) r->hi = min_of(r->hi, dd_up(dd_add(dd_sub(high, e->radius), error)) * p->unit);
+    double lo = dd_down(dd_sub(dd_sub(low, e->radius), dd_add(error, dd_of(p->excess))));
+    r->lo = max_of(r->lo, real_below(p, lo));
+    if (isfinite(high.hi)) r->hi = min_of(r->hi, real_above(p, dd_up(dd_add(dd_sub(high, e->radius), error))));
     r->hi = max_of(r->lo, r->hi);
     r->refined = true;
 }

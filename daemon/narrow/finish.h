@@ -13,16 +13,24 @@
 #define LEAST_NUMBER 0x1p-1074
 #define LEAST_EXACT_UNIT 0x1p-900 /* with a smaller one bounds may become subnormal */
 
+/* In metres, rounded down or up: subnormal numbers are rounded by the product; scaled back they are exact. */
+static inline double real_below(const unit_pair *p, double lo)
+{
+    double real = lo * p->unit;
+    return p->unit < LEAST_EXACT_UNIT && real * p->scale > lo ? real - LEAST_NUMBER : real;
+}
+static inline double real_above(const unit_pair *p, double hi)
+{
+    double real = hi * p->unit;
+    return p->unit < LEAST_EXACT_UNIT && real * p->scale < hi ? real + LEAST_NUMBER : real;
+}
+
 /* Bounds of the shapes, widened by the rounding, and what is the same for every answer of doubles. */
 static inline void set_bounds(const unit_pair *p, const span *s, narrow_result *out)
 {
     double lo = s->lo - p->radius - p->error - p->excess, hi = s->hi - p->radius + p->error;
-    out->lo = lo * p->unit;
-    out->hi = hi * p->unit;
-    if (p->unit < LEAST_EXACT_UNIT) { /* subnormal numbers are rounded by the product; scaled back they are exact */
-        if (out->lo * p->scale > lo) out->lo -= LEAST_NUMBER;
-        if (out->hi * p->scale < hi) out->hi += LEAST_NUMBER;
-    }
+    out->lo = real_below(p, lo);
+    out->hi = real_above(p, hi);
     out->method = s->method;
     out->iterations = s->iterations;
     out->manifold.count = 0;
@@ -45,11 +53,13 @@ static inline void finish(const unit_pair *p, const span *s, narrow_result *out)
     out->point_b = vec_scale(vec_madd(s->point_b, -p->b.radius, towards), p->unit);
 }
 
-/* Is the interval, with the rounding of doubles on both sides, as narrow as asked? */
+/* Is the interval, with the rounding of doubles on both sides, as narrow as asked? With tolerance 0 one that could not
+ * be narrower is. */
 static inline bool is_narrow(const unit_pair *p, const narrow_request *r, const span *s)
 {
     double asked = r->tolerance > 0 ? r->tolerance * p->scale : FINEST * p->size;
-    return s->lo == s->hi || s->hi - s->lo + 2 * p->error + p->excess <= asked;
+    if (s->lo == s->hi && (r->tolerance == 0 || isinf(s->hi))) return true;
+    return s->hi - s->lo + 2 * p->error + p->excess <= asked;
 }
 
 /* What is asked of the shapes, as lengths between cores. */

@@ -301,6 +301,13 @@ static void add_overlap(const contact *c, const outline *ref, const outline *inc
     }
 }
 
+/* Two lines that touch cross, or meet at an end of their common stretch: there `from` and `to` say how far B's is to
+ * the left of A's. */
+static bool lie_aside(double from, double to, double slack)
+{
+    return min_of(from, to) > slack || max_of(from, to) < -slack;
+}
+
 /* Two almost parallel segments: the ends of their common stretch, measured along A's. */
 static void add_stretch(const contact *c, const outline *a, const outline *b, candidates *out)
 {
@@ -314,6 +321,9 @@ static void add_stretch(const contact *c, const outline *a, const outline *b, ca
     double begin = max_of(0, b_low), end = min_of(length, b_high);
     out->slack = FLUSH_RATIO * min_of(length, length_b);
     if (!(end - begin > out->slack)) return;
+    double aside = ux * (b->at[0].y - a->at[0].y) - uy * (b->at[0].x - a->at[0].x), per = (ux * by - uy * bx) / along;
+    double from = aside + (begin - start) * per, to = aside + (end - start) * per;
+    if (lie_aside(from, to, FACE_SINE * min_of(length, length_b))) return;
     for (uint32_t k = 0; k < 2; k++) {
         double at = k ? end : begin;
         bool by_a = k ? length <= b_high : b_low <= 0;

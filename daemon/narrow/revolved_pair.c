@@ -19,6 +19,7 @@
 #include "revolved_pair.h"
 
 #include "outline.h"
+#include "witness.h"
 
 enum { CELLS_MAX = 48 /* open at a time */, SPLITS_MAX = 200 };
 
@@ -326,5 +327,6 @@ bool revolved_pair_measure(const unit_pair *p, const narrow_goal *goal, span *ou
         .method = NARROW_BY_CLOSED_FORM,
         .iterations = x.steps};
     face(&c, out);
+    witness_deepest(p, out);
     return true;
 }

@@ -73,8 +73,8 @@ static inline void unit_of(double largest, double *unit, double *scale)
 }
 
 /* unit_pair.error of a pair of that size. A separation is dot(n, b - a): the pose may be off by 9 u of position and
- * rotation (product of two rounded unit quaternions, and the matrix made of it), a support point by 4 u, difference,
- * product and sum by 3 u. */
+ * rotation (product of two rounded quaternions, whatever quat_settled lets pass, and the matrix made of it), a support
+ * point by 4 u, difference, product and sum by 3 u. */
 static inline double unit_error(double size)
 {
     return 16 * UNIT_ROUNDOFF * size;

@@ -5,10 +5,10 @@
 #include "gjk.h"
 #include "scalar.h"
 
-void witness_apart(const unit_pair *p, span *s)
+static void apart_by(const unit_pair *p, double way, span *s)
 {
     unit_pair apart = *p;
-    vec3 shift = vec_scale(s->axis, -s->lo);
+    vec3 shift = vec_scale(s->axis, way);
     apart.b_in_a.t = vec_add(p->b_in_a.t, shift);
     double closely = 0.25 * (s->hi - s->lo);
     narrow_goal exactly = {closely, closely, INFINITY, -INFINITY, INFINITY, INFINITY};
@@ -19,19 +19,41 @@ void witness_apart(const unit_pair *p, span *s)
     s->iterations += touch.span.iterations;
 }
 
+void witness_apart(const unit_pair *p, span *s)
+{
+    apart_by(p, -s->lo, s);
+}
+
 /* How far the two points together fall short of the support planes, of which `top` holds a point each. */
 static double shortfall(const span *s, const minkowski *top)
 {
     return max_of(vec_dot(s->axis, vec_sub(top->a, s->point_a)), vec_dot(s->axis, vec_sub(s->point_b, top->b)));
 }
 
+/* Of the size: how far apart, across the axis, two points that face each other may be. */
+#define ASIDE 0x1p-10
+
+/* Of the size: between two curved cores that a search can tell where they are nearest. */
+#define ROOM 0x1p-32
+
+static double aside(const span *s)
+{
+    vec3 line = vec_sub(s->point_b, s->point_a);
+    return vec_norm(vec_madd(line, -vec_dot(line, s->axis), s->axis));
+}
+
 void witness_deepest(const unit_pair *p, span *s)
 {
     minkowski top = unit_pair_nearest_along(p, s->axis);
     double slack = (s->hi - s->lo) + p->error;
-    if (shortfall(s, &top) <= slack) return;
+    if (shortfall(s, &top) <= slack && aside(s) <= ASIDE * p->size) return;
     witness_apart(p, s);
     if (shortfall(s, &top) <= slack) return;
+    const double rooms[] = {2 * slack, ROOM * p->size}; /* rounding has them overlap still, or hides where they touch */
+    for (int i = 0; i < 2; i++) {
+        apart_by(p, rooms[i] - s->lo, s);
+        if (shortfall(s, &top) <= 2 * rooms[i]) return;
+    }
     s->point_a = top.a;
     s->point_b = top.b;
 }

@@ -7,8 +7,8 @@
 /* Where the cores touch once B is moved apart along s->axis by the depth: points that face each other. */
 void witness_apart(const unit_pair *p, span *s);
 
-/* Keeps s->point_a and s->point_b if they lie on the support planes of their cores along s->axis; else takes
- * witness_apart's, or where even those fall short, a support point of each. */
+/* Keeps s->point_a and s->point_b if they lie on the support planes of their cores along s->axis and face each other;
+ * else takes witness_apart's, or where even those fall short, a support point of each. */
 void witness_deepest(const unit_pair *p, span *s);
 
 #endif

@@ -345,6 +345,22 @@ static void degenerate_shapes_still_give_a_point(void **state)
             }
 }
 
+/* Two needles that overlap: the edges that are named are parallel, but 0.3 mm from each other. */
+static void edges_that_do_not_touch_have_no_contact(void **state)
+{
+    (void)state;
+    const shape a = {.type = SHAPE_BOX, .half = {0x1p-39, 0x1p-56, 0x1p-12}},
+                b = {.type = SHAPE_BOX, .half = {0x1p-19, 0x1p-2, 0x1p-32}, .radius = 0x1p-63};
+    const narrow_request request = {
+        .facts = NARROW_DISTANCE | NARROW_MANIFOLD, .tolerance = 1e-9, .range = INFINITY, .threshold = 0.01};
+    void *scratch = aligned_alloc(64, narrow_scratch_size());
+    narrow_result r;
+    narrow_query_world(&a, POSE_IDENTITY, &b, POSE_IDENTITY, &request, scratch, &r);
+    free(scratch);
+    assert_true(r.manifold.count > 0);
+    for (uint32_t i = 0; i < r.manifold.count; i++) assert_true(vec_norm(r.manifold.points[i].point) < 0x1p-18);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -364,6 +380,7 @@ int main(void)
         cmocka_unit_test(ids_stay_under_tiny_motion),
         cmocka_unit_test(faces_of_many_corners_are_sampled_and_keep_their_depth),
         cmocka_unit_test(degenerate_shapes_still_give_a_point),
+        cmocka_unit_test(edges_that_do_not_touch_have_no_contact),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

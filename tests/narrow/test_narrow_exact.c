@@ -159,6 +159,25 @@ static int destroy(void **state)
     return 0;
 }
 
+/* Points a few least numbers apart: bounds are rounded to whole ones, outwards. */
+static void subnormal_bounds_hold(void **state)
+{
+    (void)state;
+    const shape point = {.type = SHAPE_SPHERE}, box = {.type = SHAPE_BOX};
+    const narrow_request request = {.facts = NARROW_DISTANCE, .range = INFINITY};
+    for (int x = 1; x < 60; x++) {
+        for (int y = 0; y <= x; y++) {
+            pose at = {{x * 0x1p-1074, y * 0x1p-1074, 0}, {1, 0, 0, 0}};
+            for (int k = 0; k < 2; k++) {
+                narrow_result r;
+                narrow_query(&point, k ? &box : &point, &at, &request, NULL, case_scratch(), &r);
+                double lo = r.lo * 0x1p1000 * 0x1p74, hi = r.hi * 0x1p1000 * 0x1p74;
+                assert_true((lo <= 0 || lo * lo <= x * x + y * y) && hi * hi >= x * x + y * y);
+            }
+        }
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -166,6 +185,7 @@ int main(void)
         cmocka_unit_test(turned_pairs_are_proved_without_slack),
         cmocka_unit_test(no_axis_of_overlapping_boxes_is_forgotten),
         cmocka_unit_test(only_what_doubles_cannot_settle_is_refined),
+        cmocka_unit_test(subnormal_bounds_hold),
     };
     return cmocka_run_group_tests(tests, create, destroy);
 }

@@ -47,7 +47,7 @@ bool sample_agrees(const narrow_result *x, const narrow_result *y, double slack)
     double change = fabs(middle(x) - middle(y)), widths = 0.5 * (x->hi - x->lo + y->hi - y->lo);
     asked++;
     if (change <= slack) return true;
-    return change <= slack + widths && ++early <= 3 + asked / 10000;
+    return change <= slack + widths && ++early <= 6 + asked * 2 / 10000;
 }
 
 const char *sample_name(const sample *s)

@@ -12,8 +12,9 @@ typedef struct sample {
     double ulp;  /* of the size */
 } sample;
 
-/* May two answers about the same have these middles? Up to the slack, always; up to half of both widths, in one pair of
- * ten thousand: there a search among curved shapes ended early, and its interval says so. Counts the latter. */
+/* May two answers about the same have these middles? Up to the slack, always; up to half of both widths, in two
+ * comparisons of ten thousand (55 of 365,130 were counted, up to three of a pair): there a search among curved shapes
+ * ended early, and its interval says so. Counts the latter. */
 bool sample_agrees(const narrow_result *x, const narrow_result *y, double slack);
 
 /* What may differ between two answers about what is the same but for rounding: 4 ulp of gaps and of the depths of
