@@ -25,12 +25,12 @@
  * Proof: GJK, which is asked for the tolerance and no more, does not end it: apart with closed bounds means lo < 0 <=
  * hi <= lo + tolerance, where lo <= error - D. So the bounds end closed to `error` (2^-49): the searches here are asked
  * to, and where they and epa.h give up, the axes of sat.h, which are all there are, come after (dispatch.c; pairs too
- * large for sat.h remember nothing). So the axis n' has a height h(n') <= D + 2 error. The ray along n' leaves the surface at h(n') at most, so in F's plane,
- * inside of F: at D / cos t, t the angle of n and n'; hence D / cos t <= D + 2 error. And F has a disc of radius r
- * about D n: h(n') >= D cos t + r sin t. Together r sin t <= 2 error + D (1 - cos t) <= 4 error, so t <= 2^-34. The
- * same holds of any other facet: none is within error of F, so that the winner of a search, if it is strict, is F. Both
- * answer by F's formula; its hi is NEAR_DEPTH_WIDTHS errors above what it finds, which holds what either of them has
- * proven, and its lo is as far below, so that the middle is what it finds.
+ * large for sat.h remember nothing). So the axis n' has a height h(n') <= D + 2 error. The ray along n' leaves the
+ * surface at h(n') at most, so in F's plane, inside of F: at D / cos t, t the angle of n and n'; hence D / cos t <= D +
+ * 2 error. And F has a disc of radius r about D n: h(n') >= D cos t + r sin t. Together r sin t <= 2 error + D (1 - cos
+ * t) <= 4 error, so t <= 2^-34. The same holds of any other facet: none is within error of F, so that the winner of a
+ * search, if it is strict, is F. Both answer by F's formula; its hi is NEAR_DEPTH_WIDTHS errors above what it finds,
+ * which holds what either of them has proven, and its lo is as far below, so that the middle is what it finds.
  */
 #ifndef COLLIDED_NARROW_POLYTOPE_DEPTH_H
 #define COLLIDED_NARROW_POLYTOPE_DEPTH_H
