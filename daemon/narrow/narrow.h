@@ -67,7 +67,8 @@ typedef struct narrow_result {
                               `refined`; beside a mesh or a half-space 32 ulp, of hulls that overlap up to 48. Beside a
                               compound 64 and what its parts have.
                               Touching shapes give lo <= 0 <= hi. Two half-spaces that no
-                              translation separates: both -INFINITY. Of shapes with a deviation: of what
+                              translation separates: both -INFINITY; those that are back to back but for
+                              4 u count as parallel, and have the distance of the planes. Of shapes with a deviation: of what
                               they stand for, which need not be convex, so that hi is at least the sum of
                               the deviations */
     vec3 axis;             /* unit, from A towards B. It proves lo: min over B of axis.x - max over A of axis.x >= lo.
@@ -151,7 +152,11 @@ static inline pose narrow_relative(const narrow_placed *a, const narrow_placed *
 
 /* As narrow_query for shapes (in canonical order) where they stand: the answer is in the frame of world axes with its
  * origin at A's. Balls, capsules, and balls beside boxes are measured there, without a relative pose: the quickest way
- * to ask about them. `cache`, or NULL, is kept up for all others; of these it is left as it is. */
+ * to ask about them. `cache`, or NULL, is kept up for all others; of these it is left as it is.
+ *
+ * A tick of the daemon does not come this way: it asks narrow_query, by relative poses. Of all others the answer, where
+ * it is refined, is that of the relative pose as it is rounded, not of the two poses: narrow_query_world refines from
+ * those. */
 void narrow_query_placed(const narrow_placed *a, const narrow_placed *b, const narrow_request *request,
     narrow_cache *cache, narrow_scratch *scratch, narrow_result *result);
 

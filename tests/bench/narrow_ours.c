@@ -83,8 +83,9 @@ static void tell(const narrow_result *r, narrow_answer *out)
         .hi = r->hi};
 }
 
-/* In world axes where that is quicker, else in A's frame, as the world asks: with the pair's cache if that is kept, and
- * of meshes always; others read nothing from one that is new. */
+/* In world axes where that is quicker (balls, capsules, balls beside boxes: what a client of narrow.h can have; a tick
+ * of the daemon asks about these in A's frame, too), else in A's frame, as the world asks: with the pair's cache if
+ * that is kept, and of meshes always; others read nothing from one that is new. */
 static void ask(ours *o, const ours_item *it, bool keeps, narrow_result *r)
 {
     if (it->in_world) {
