@@ -10,6 +10,7 @@
  * that encrypt, made by script/make_site; DDS alone stays open. --standby: over DDS, one daemon, and a pair of them in
  * turn; the standby shares the processor of the active one. */
 #include "bench.h"
+#include "cubes.h"
 #include "raw_lcm.h"
 #include "raw_ping.h"
 
@@ -23,7 +24,7 @@
 #include <unistd.h>
 
 enum { DOMAIN_FIRST = 150, DOMAINS = 77 /* and three more after each */, WARM_UP = 200, ROUNDS_MAX = 200000 };
-static const double SPACING_M = 4, BESIDE_M = 0.9, SWAY_M = 0.02;
+static const double SWAY_M = 0.02;
 static const int64_t PATIENCE_NS = 2000000000;
 
 typedef struct scene {
@@ -71,31 +72,6 @@ static pid_t start_elsewhere(const char *path, const char *const *arguments)
 
 /* ---- the scene ---- */
 
-static void place(const scene *s, size_t i, double sway, double position[3])
-{
-    size_t columns = (size_t)ceil(sqrt((double)s->world));
-    position[0] = SPACING_M * (double)(i % columns) + sway;
-    position[1] = SPACING_M * (double)(i / columns);
-    position[2] = 0;
-}
-
-static bool create_bodies(scene *s)
-{
-    collided_shape cube = collided_box(1, 1, 1);
-    collided_body_def def = collided_body_def_default();
-    char name[32];
-    def.name = name;
-    def.shapes = &cube;
-    def.shape_count = 1;
-    for (size_t i = 0; i <= s->world; i++) {
-        place(s, i < s->world ? i : 0, i < s->world ? 0 : -BESIDE_M, def.pose.position);
-        snprintf(name, sizeof name, i < s->world ? "cube_%zu" : "beside", i);
-        s->bodies[i] = collided_create_body(s->client, &def);
-        if (i % 1000 == 999 && collided_sync(s->client, 30) != COLLIDED_OK) return false;
-    }
-    return collided_sync(s->client, 30) == COLLIDED_OK;
-}
-
 static void on_batch(void *context, const collided_batch *b)
 {
     scene *s = context;
@@ -125,7 +101,7 @@ static bool scene_open(scene *s, const char *uri, const char *security, size_t w
     watch.select_a = "cube_0";
     watch.callback = on_batch;
     watch.context = s;
-    if (create_bodies(s) && collided_subscribe(s->client, &watch).id != COLLIDED_NONE &&
+    if (cubes_create(s->client, s->world, s->bodies) && collided_subscribe(s->client, &watch).id != COLLIDED_NONE &&
         collided_sync(s->client, 30) == COLLIDED_OK)
         return true;
     fprintf(stderr, "%s: %s\n", uri, collided_error(s->client));
@@ -156,7 +132,8 @@ static int64_t floor_round_ns(const floor_of *f)
 static bool run_round(scene *s, int64_t *until_heard, int64_t *until_polled)
 {
     s->step++;
-    for (size_t i = 0; i < s->poses; i++) place(s, i, s->step % 2 ? SWAY_M : -SWAY_M, s->positions + 3 * i);
+    for (size_t i = 0; i < s->poses; i++)
+        cubes_place(s->world, i, s->step % 2 ? SWAY_M : -SWAY_M, s->positions + 3 * i);
     int64_t began = bench_now_ns(), end = began + PATIENCE_NS;
     collided_publish(
         s->client, s->poses, s->bodies, s->positions, s->orientations, NULL, NULL, bench_wall_ns(), s->step);

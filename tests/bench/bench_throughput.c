@@ -6,11 +6,11 @@
  * group has been answered in lock-step. Over LCM they go out at a fixed rate, and what the daemon has not counted is
  * lost. */
 #include "bench.h"
+#include "cubes.h"
 #include "raw_ping.h"
 
 #include <collided.h>
 #include <inttypes.h>
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -25,7 +25,7 @@ enum {
     TURNS = 4,
     WORLD = 10000
 };
-static const double SPACING_M = 4, BESIDE_M = 0.9, SWAY_M = 0.02, LCM_POSES_S = 1e6;
+static const double SWAY_M = 0.02, LCM_POSES_S = 1e6;
 static const int64_t PATIENCE_NS = 5000000000;
 
 typedef struct scene {
@@ -43,31 +43,6 @@ typedef struct figures {
 } figures;
 
 /* ---- the scene ---- */
-
-static void place(const scene *s, size_t i, double sway, double position[3])
-{
-    size_t columns = (size_t)ceil(sqrt((double)s->world));
-    position[0] = SPACING_M * (double)(i % columns) + sway;
-    position[1] = SPACING_M * (double)(i / columns);
-    position[2] = 0;
-}
-
-static bool create_bodies(scene *s)
-{
-    collided_shape cube = collided_box(1, 1, 1);
-    collided_body_def def = collided_body_def_default();
-    char name[32];
-    def.name = name;
-    def.shapes = &cube;
-    def.shape_count = 1;
-    for (size_t i = 0; i <= s->world; i++) {
-        place(s, i < s->world ? i : 0, i < s->world ? 0 : -BESIDE_M, def.pose.position);
-        snprintf(name, sizeof name, i < s->world ? "cube_%zu" : "beside", i);
-        s->bodies[i] = collided_create_body(s->client, &def);
-        if (i % 1000 == 999 && collided_sync(s->client, 30) != COLLIDED_OK) return false;
-    }
-    return collided_sync(s->client, 30) == COLLIDED_OK;
-}
 
 static void on_batch(void *context, const collided_batch *b)
 {
@@ -92,7 +67,7 @@ static bool scene_open(scene *s, const char *uri, size_t world, size_t batch)
     watch.select_a = "cube_0";
     watch.callback = on_batch;
     watch.context = s;
-    if (create_bodies(s) && collided_subscribe(s->client, &watch).id != COLLIDED_NONE &&
+    if (cubes_create(s->client, s->world, s->bodies) && collided_subscribe(s->client, &watch).id != COLLIDED_NONE &&
         collided_sync(s->client, 30) == COLLIDED_OK)
         return true;
     fprintf(stderr, "%s: %s\n", uri, collided_error(s->client));
@@ -114,7 +89,8 @@ static bool send(scene *s, int64_t number, int64_t step)
 {
     size_t share = s->batch, first = (size_t)number * share % s->world;
     if (first + share > s->world) first = s->world - share;
-    for (size_t i = first; i < first + share; i++) place(s, i, number % 2 ? SWAY_M : -SWAY_M, s->positions + 3 * i);
+    for (size_t i = first; i < first + share; i++)
+        cubes_place(s->world, i, number % 2 ? SWAY_M : -SWAY_M, s->positions + 3 * i);
     return collided_publish(s->client, share, s->bodies + first, s->positions + 3 * first, s->orientations + 4 * first,
                NULL, NULL, bench_wall_ns(), step) == COLLIDED_OK;
 }
