@@ -407,7 +407,8 @@ typedef struct collided_batch { /* all events of one tick on one stream; or a he
     int64_t simulation_ns; /* what time it is in the simulation, as the newest step's poses said it: this client's, if
                               it says it, or else whoever's; 0 = nobody has (collided_set_simulation_time) */
     int32_t missing;       /* lock-step clients that the newest step was done without */
-    int64_t undone; /* pairs of this interest that the budget of the tick left with a wider interval than it asks */
+    int64_t undone; /* pairs of this interest that the budget of the tick left with a wider interval than it asks, and
+                       all those (of any interest) that max_pairs leaves out: of these nothing is told at all */
     bool heartbeat; /* nothing has changed since the last batch, whose number this has: what was told holds still. Comes
                        when a stream has been silent for the daemon's `heartbeat`, 1 s */
     int64_t oldest_pose_ns; /* of a heartbeat: the oldest stamp of the poses that what was told rests on; 0 = none is

@@ -199,7 +199,7 @@ static void text_batch(const collided_batch *b)
         printf("%s missing  %" PRId32 " lock-step clients: step %" PRId64 " was done without them\n", when, b->missing,
             b->step);
     if (b->heartbeat) text_heartbeat(when, b);
-    if (b->undone > 0) printf("%s budget   %" PRId64 " pairs left for the next tick\n", when, b->undone);
+    if (b->undone > 0) printf("%s undone   %" PRId64 " pairs are left for a later tick\n", when, b->undone);
     if (b->closing) printf("%s closing  the stream ends\n", when);
 }
 

@@ -35,16 +35,21 @@ static void refuse(wire_refusal *why, wire_reason reason, const char *format, ..
     va_end(args);
 }
 
+/* In status, for a minute. */
+void apply_name_limit(service *s, const char *option)
+{
+    s->limit_ns = s->monotonic_ns;
+    if (strstr(s->limits, option)) return;
+    size_t used = strlen(s->limits);
+    snprintf(s->limits + used, sizeof s->limits - used, "%s%s", used ? " " : "", option);
+}
+
 /* Is the limit reached? Then it is named, here and in status. */
 bool apply_limit(service *s, size_t now, long most, const char *option, wire_refusal *why)
 {
     if (now < (size_t)most) return false;
     refuse(why, WIRE_LIMIT, "%s = %ld is reached", option, most);
-    s->limit_ns = s->monotonic_ns;
-    if (!strstr(s->limits, option)) {
-        size_t used = strlen(s->limits);
-        snprintf(s->limits + used, sizeof s->limits - used, "%s%s", used ? " " : "", option);
-    }
+    apply_name_limit(s, option);
     return true;
 }
 

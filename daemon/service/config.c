@@ -120,6 +120,11 @@ static const config_option OPTIONS[] = {
         "Counts all clients together."},
     {"max_shapes", CONFIG_WHOLE, FIELD(max_shapes), 1, 40000000, NULL, "2000000", "shapes", "shapes in the world",
         "Counts all bodies together; of a compound, it and each of its children."},
+    {"max_pairs", CONFIG_WHOLE, FIELD(max_pairs), 1, 1000000000, NULL, "2000000", "pairs",
+        "pairs of shapes that are looked at",
+        "Many shapes at one place make pairs by the square, of up to 3 KB each. What exceeds is left out, and said: "
+        "counted (pairs_left_out), in the undone of each batch, and as degraded health. It comes in as soon as others "
+        "have parted. A replay and a standby need the same limit."},
     {"max_interests", CONFIG_WHOLE, FIELD(max_interests), 1, 4096, NULL, "512", "interests", "interests at once",
         "Counts all clients together. Who matches an interest is kept as a bit a body, so each costs memory."},
     {"max_geometries", CONFIG_WHOLE, FIELD(max_geometries), 1, 1000000, NULL, "10000", "geometries",

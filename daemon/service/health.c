@@ -83,6 +83,7 @@ static void add_world(const service *s, sheet *t)
     sheet_add(t, "stale_bodies", (int64_t)f.stale_bodies);
     sheet_add(t, "interests", (int64_t)f.interests);
     sheet_add(t, "pairs", (int64_t)f.pairs);
+    sheet_add(t, "pairs_left_out", (int64_t)f.pairs_left_out);
     sheet_add(t, "contacts", (int64_t)f.contacts);
     sheet_add(t, "geometries", (int64_t)s->geometry_of.count);
     sheet_add(t, "lock_step_clients", (int64_t)s->lock_step.members);

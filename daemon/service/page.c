@@ -49,6 +49,7 @@ static const single SINGLES[] = {
     {"stale_bodies", "bodies past their deadline", true},
     {"interests", "interests that stand", true},
     {"pairs", "pairs of shapes whose fat boxes meet", true},
+    {"pairs_left_out", "pairs that are not looked at: there are max_pairs of them already", true},
     {"contacts", "contacts that stand", true},
     {"geometries", "hulls, meshes and height fields in the store", true},
     {"lost_clients", "clients whose lease ran out and whose bodies stay", true},

@@ -200,6 +200,7 @@ static world *make_world(const config *c)
     options.broad = broad_of(c->broad);
     options.caches = c->caches;
     options.margin = c->margin;
+    options.max_pairs = (size_t)c->max_pairs;
     return world_create(&options);
 }
 

@@ -4,6 +4,8 @@
 #include "service.h"
 #include "standby.h"
 
+#include <string.h>
+
 /* Rare: where auto changes its mind, it does so with hysteresis. */
 void service_tell_broad(service *s)
 {
@@ -85,6 +87,16 @@ void service_take(service *s, struct link *from, const wire_message *m)
         inbox_put(s, from, m);
 }
 
+/* Of a limit that no command is refused for. */
+static void tell_pairs_left_out(service *s)
+{
+    world_figures f = world_get_figures(s->world);
+    if (!f.pairs_left_out) return;
+    if (!strstr(s->limits, "max_pairs"))
+        log_warning("max_pairs = %ld is reached: %zu pairs are not looked at", s->config.max_pairs, f.pairs_left_out);
+    apply_name_limit(s, "max_pairs");
+}
+
 /* Queries wait in the inbox like commands, and are answered from the world as the tick leaves it. */
 void service_tick(service *s)
 {
@@ -94,6 +106,7 @@ void service_tick(service *s)
     stream_ask_all(s);
     world_tick(s->world, s->now_ns, &batches);
     service_tell_broad(s);
+    tell_pairs_left_out(s);
     s->events_hash = batches.hash;
     record_events(s, &batches);
     standby_journal_tick(s); /* before anybody is told: what readers have been told, the standby knows */

@@ -394,7 +394,7 @@ static void list_pair(void *context, uint32_t other)
 {
     pair_list *l = context;
     uint32_t id = pair_find(l->w, l->proxy, other);
-    if (l->w->pairs.at[id].first_watch != WORLD_NONE) array_push(&l->pairs, id);
+    if (id != PAIR_MAP_NONE && l->w->pairs.at[id].first_watch != WORLD_NONE) array_push(&l->pairs, id);
 }
 
 static int compare_u32(const void *a, const void *b)
@@ -577,6 +577,7 @@ void events_collect(world *w, world_batches *out)
     w->batches.count = 0;
     for (uint32_t id = 0; id < w->interests.count; id++) {
         interest *i = &w->interests.at[id];
+        i->undone += w->figures.pairs_left_out;
         bool more_or_less = i->undone != i->told; /* left undone than was told last */
         if (!i->used || !(i->events.count || i->snapshot || i->closing || more_or_less)) continue;
         bool told = i->snapshot && !i->closing;

@@ -156,6 +156,7 @@ static uint8_t cause_of_end(world *w, const pair *p)
 static void end(world *w, uint32_t a, uint32_t b)
 {
     uint32_t id = pair_map_remove(&w->pair_of, pair_key(a, b));
+    if (id == PAIR_MAP_NONE) return; /* it was left out */
     pair *p = &w->pairs.at[id];
     events_pair_ended(w, id, cause_of_end(w, p));
     free(p->cache.shell);
@@ -167,10 +168,57 @@ static void end(world *w, uint32_t a, uint32_t b)
     w->figures.pairs--;
 }
 
+/* ---- as many as max_pairs allows ---- */
+
+static size_t room_for_pairs(const world *w)
+{
+    size_t most = w->options.max_pairs ? w->options.max_pairs : SIZE_MAX;
+    return w->figures.pairs < most ? most - w->figures.pairs : 0;
+}
+
+typedef struct latecomers {
+    const world *w;
+    uint32_t proxy;
+    ARRAY(uint64_t) keys;
+} latecomers;
+
+static void find_latecomer(void *context, uint32_t other)
+{
+    latecomers *l = context;
+    if (l->proxy < other && pair_find(l->w, l->proxy, other) == PAIR_MAP_NONE)
+        array_push(&l->keys, pair_key(l->proxy, other));
+}
+
+/* Those that were left out begin in the order of their ids, and are decided like what the last tick left. To find them
+ * takes a walk over all pairs: only once there is room for all of them, or for a good share of what may be. */
+static void let_in(world *w)
+{
+    size_t out = broad_pair_count(w->broad) - w->figures.pairs, room = room_for_pairs(w);
+    if (room < out && room <= w->options.max_pairs / 16) return;
+    latecomers l = {.w = w};
+    for (uint32_t id = 0; id < w->solids.count && l.keys.count < room; id++) {
+        size_t first = l.keys.count;
+        if (!w->solids.at[id].used || w->solids.at[id].ghost) continue;
+        l.proxy = id;
+        broad_each_pair_of(w->broad, id, find_latecomer, &l);
+        array_reserve(&w->sort_scratch, l.keys.count);
+        sort_keys(l.keys.at + first, w->sort_scratch.at, l.keys.count - first);
+    }
+    for (size_t i = 0; i < l.keys.count && i < room; i++) {
+        uint32_t a = (uint32_t)(l.keys.at[i] >> 32), b = (uint32_t)l.keys.at[i];
+        begin(w, a, b);
+        array_push(&w->unfinished, pair_find(w, a, b));
+    }
+    array_free(&l.keys);
+}
+
 void pair_apply_changes(world *w, const broad_changes *changes)
 {
     for (size_t i = 0; i < changes->ended_count; i++) end(w, changes->ended[i].a, changes->ended[i].b);
-    for (size_t i = 0; i < changes->began_count; i++) begin(w, changes->began[i].a, changes->began[i].b);
+    for (size_t i = 0; i < changes->began_count && room_for_pairs(w); i++)
+        begin(w, changes->began[i].a, changes->began[i].b);
+    if (w->figures.pairs_left_out) let_in(w);
+    w->figures.pairs_left_out = broad_pair_count(w->broad) - w->figures.pairs;
 }
 
 /* ---- the active list ---- */
@@ -195,7 +243,8 @@ static void activate(world *w, uint32_t id)
 static void activate_with(void *context, uint32_t other)
 {
     collector *c = context;
-    activate(c->w, pair_find(c->w, c->proxy, other));
+    uint32_t id = pair_find(c->w, c->proxy, other);
+    if (id != PAIR_MAP_NONE) activate(c->w, id);
 }
 
 static void activate_body(world *w, const body *b)
@@ -207,7 +256,7 @@ static void activate_body(world *w, const body *b)
 }
 
 /* The pairs of what moved or was refiltered, in the order of their solids' ids. New pairs are among them: a pair begins
- * only when one of its bodies was put again. */
+ * only when one of its bodies was put again, or it was left out until now, and is unfinished. */
 void pair_collect_active(world *w)
 {
     w->active_pairs.count = 0;

@@ -394,16 +394,16 @@ static const char *check_ids(const world *w)
     return NULL;
 }
 
-/* The boxes are those of the other world, and so must the pairs be. */
-static const char *settle_pairs(world *w, size_t pairs)
+/* The boxes are those of the other world, and so must the pairs be, but for those that were left out. */
+static const char *settle_pairs(world *w, size_t pairs, size_t left_out)
 {
     broad_changes changes;
+    size_t missing = 0;
     broad_update(w->broad, &changes);
-    if (changes.began_count != pairs) return "its pairs are not those of its boxes";
+    if (changes.began_count != pairs + left_out) return "its pairs are not those of its boxes";
     for (size_t i = 0; i < changes.began_count; i++)
-        if (pair_find(w, changes.began[i].a, changes.began[i].b) == PAIR_MAP_NONE)
-            return "a pair is not among its pairs";
-    return NULL;
+        missing += pair_find(w, changes.began[i].a, changes.began[i].b) == PAIR_MAP_NONE;
+    return missing == left_out ? NULL : "a pair is not among its pairs";
 }
 
 #define GET_EACH(call)                                                                                                 \
@@ -442,7 +442,7 @@ const char *world_restore(world *w, const world_lender *l, bytes_in *from)
     size_t pairs = bytes_get_count(from, sizeof(pair));
     for (size_t i = 0; i < pairs; i++)
         if ((wrong = get_pair(from, w)) != NULL) return wrong;
-    if ((wrong = settle_pairs(w, pairs)) != NULL) return wrong;
+    if ((wrong = settle_pairs(w, pairs, h.figures.pairs_left_out)) != NULL) return wrong;
     GET_EACH(get_watch(from, w));
     GET_LIST(from, &w->reap);
     GET_LIST(from, &w->reap_solids);

@@ -30,7 +30,8 @@ static const char *check_pairs(const world *w, size_t *watches, size_t *contacts
         }
     }
     if (pairs != w->figures.pairs) return "pairs miscounted";
-    if (pairs != broad_pair_count(w->broad)) return "pairs differ from the broad phase's";
+    if (pairs + w->figures.pairs_left_out != broad_pair_count(w->broad)) return "pairs differ from the broad phase's";
+    if (w->options.max_pairs && pairs > w->options.max_pairs) return "more pairs than may be";
     return NULL;
 }
 

@@ -27,6 +27,7 @@ typedef struct world_options {
     broad_kind broad; /* how boxes that meet are found; the events are the same */
     bool caches;      /* off: every pair is decided from nothing; the events are the same (a test) */
     double margin;    /* fat boxes grow by this share of the shape's reach, and reach ahead of its motion */
+    size_t max_pairs; /* that are looked at; see world_figures.pairs_left_out. 0: as many as there are */
 } world_options;
 world_options world_options_default(void);
 
@@ -224,7 +225,8 @@ typedef struct world_batch { /* the events of one interest in one tick; a snapsh
     bool closing;  /* the interest is gone */
     const world_event *events;
     size_t count;
-    size_t undone; /* pairs of this interest that the budget left with a wider interval than it asks */
+    size_t undone; /* pairs of this interest that the budget left with a wider interval than it asks, and all that are
+                      left out: whose they would be is not looked at */
 } world_batch;
 
 typedef struct world_batches { /* in the order of interest ids; valid until the next call that changes the world */
@@ -321,6 +323,8 @@ const char *world_rung_name(world_rung rung);
 
 typedef struct world_figures {
     size_t bodies, shapes, interests, pairs, contacts, stale_bodies; /* now */
+    size_t pairs_left_out; /* now: their boxes meet, but max_pairs are there already. Nobody is told of these pairs until
+                              others have ended: then the ones with the least shape ids come first */
     uint64_t ticks, moves, pair_ticks;                               /* cumulative */
     uint64_t rungs[RUNG_COUNT];
     uint64_t narrow_queries; /* full ones */

@@ -351,7 +351,8 @@ typedef struct wire_event_batch {
     int64_t step;           /* the newest simulation step */
     int64_t simulation_ns;  /* the newest time that a simulation told with its poses; 0 = none has */
     int32_t missing;        /* lock-step clients that had not published this step when it was done without them */
-    int64_t undone;         /* pairs of this interest that the budget left with a wider interval than it asks */
+    int64_t undone;         /* pairs of this interest that the budget left with a wider interval than it asks, and all
+                               that max_pairs leaves out */
     uint8_t heartbeat;      /* 1: nothing is told, and `batch` is the number of the last batch again */
     int64_t oldest_pose_ns; /* of a heartbeat: the oldest stamp that what is told now rests on, 0 = none is stamped */
     uint8_t snapshot;       /* 1: the whole current state; forget what you knew. Sent first, and after a loss */

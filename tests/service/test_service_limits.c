@@ -274,6 +274,38 @@ static void refusals_are_counted_all_and_told_some(void **state)
     room_close(&r);
 }
 
+/* No command can be refused for these: they are left out, and that is told. */
+static void pairs_of_all(void **state)
+{
+    enum { BALLS = 12, MOST = 20, LEFT_OUT = BALLS * (BALLS - 1) / 2 - MOST };
+    (void)state;
+    room r;
+    wire_message m;
+    char name[8];
+    config c = cell_config();
+    c.max_pairs = MOST;
+    room_open(&r, &c);
+    cell_touches(r.end, BOB, ++r.sequence, 1);
+    for (int i = 0; i < BALLS; i++) {
+        snprintf(name, sizeof name, "%d", i);
+        cell_sphere(r.end, ALICE, ++r.sequence, i, name, 0.01 * i);
+    }
+    do {
+        m = cell_await(r.end, r.memory, WIRE_EVENT_BATCH);
+    } while (m.event_batch.undone != LEFT_OUT);
+    do {
+        m = cell_await(r.end, r.memory, WIRE_STATUS);
+    } while (m.status.health != WIRE_HEALTH_DEGRADED);
+    assert_non_null(strstr(m.status.limits, "max_pairs"));
+    assert_int_equal(cell_counter(&m.status, "pairs"), MOST);
+    assert_int_equal(cell_counter(&m.status, "pairs_left_out"), LEFT_OUT);
+    for (int i = 2; i < BALLS; i++) removed(&r, i);
+    do {
+        m = cell_await(r.end, r.memory, WIRE_EVENT_BATCH);
+    } while (m.event_batch.undone != 0);
+    room_close(&r);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -285,6 +317,7 @@ int main(void)
         cmocka_unit_test(messages_a_second),
         cmocka_unit_test(poses_a_second),
         cmocka_unit_test(refusals_are_counted_all_and_told_some),
+        cmocka_unit_test(pairs_of_all),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

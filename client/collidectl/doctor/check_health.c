@@ -10,7 +10,7 @@
 
 static const struct {
     const char *option, *counter;
-} limits[] = {{"max_clients", "clients"}, {"max_bodies", "bodies"}, {"max_shapes", "shapes"},
+} limits[] = {{"max_clients", "clients"}, {"max_bodies", "bodies"}, {"max_shapes", "shapes"}, {"max_pairs", "pairs"},
     {"max_interests", "interests"}, {"max_geometries", "geometries"}};
 
 doctor_finding check_health(doctor *d)

@@ -1,0 +1,163 @@
+/* max_pairs: what exceeds it is left out, said, and comes in once others have parted; what is told stays true. */
+#include "scene.h"
+#include "world/saved.h"
+
+#include <stdlib.h>
+
+enum { BALLS = 24, ALL_PAIRS = BALLS * (BALLS - 1) / 2, MOST = 40 };
+
+typedef struct crowd {
+    world *w;
+    uint32_t balls[BALLS];
+    bool touch[BALLS][BALLS]; /* as told; a < b */
+    size_t touching, undone;
+} crowd;
+
+static void set_up(crowd *c, size_t max_pairs, unsigned workers)
+{
+    world_options o = world_options_default();
+    world_interest all = scene_all(WORLD_TOUCH, 0);
+    *c = (crowd){0};
+    o.max_pairs = max_pairs;
+    o.workers = workers;
+    c->w = world_create(&o);
+    scene_interest(c->w, &all);
+    for (int i = 0; i < BALLS; i++) {
+        char name[8] = {'b', (char)('a' + i)};
+        c->balls[i] = scene_sphere(c->w, name, 10.0 * i, 1);
+    }
+}
+
+static void hear(crowd *c, const world_event *e)
+{
+    int a = e->name_a[1] - 'a', b = e->name_b[1] - 'a';
+    bool *touch = a < b ? &c->touch[a][b] : &c->touch[b][a];
+    if (e->kind != EVENT_BEGIN && e->kind != EVENT_END) return;
+    assert_int_equal(*touch, e->kind == EVENT_END); /* one begin and one end, in turns */
+    *touch = e->kind == EVENT_BEGIN;
+    c->touching += *touch ? 1 : (size_t)-1;
+}
+
+static uint64_t tick(crowd *c, int64_t now_ns)
+{
+    world_batches batches;
+    world_tick(c->w, now_ns, &batches);
+    const char *fault = world_validate(c->w);
+    if (fault) fail_msg("%s", fault);
+    for (size_t i = 0; i < batches.count; i++) {
+        c->undone = batches.at[i].undone;
+        for (size_t k = 0; !batches.at[i].snapshot && k < batches.at[i].count; k++) hear(c, &batches.at[i].events[k]);
+    }
+    return batches.hash;
+}
+
+static void gather(crowd *c, int from, int to, double x, double step, int64_t now_ns)
+{
+    for (int i = from; i < to; i++) scene_move(c->w, c->balls[i], x + step * i, now_ns);
+}
+
+static void what_exceeds_is_left_out_and_said(void **state)
+{
+    (void)state;
+    crowd c;
+    set_up(&c, MOST, 1);
+    tick(&c, 1);
+    assert_int_equal(world_get_figures(c.w).pairs_left_out, 0);
+    assert_int_equal(c.undone, 0);
+    gather(&c, 0, BALLS, 0, 0.01, 2);
+    tick(&c, 2);
+    assert_int_equal(world_get_figures(c.w).pairs, MOST);
+    assert_int_equal(world_get_figures(c.w).pairs_left_out, ALL_PAIRS - MOST);
+    assert_int_equal(c.undone, ALL_PAIRS - MOST);
+    assert_int_equal(c.touching, MOST);
+    world_destroy(c.w);
+}
+
+static void they_come_in_when_others_part(void **state)
+{
+    (void)state;
+    crowd c;
+    set_up(&c, MOST, 1);
+    gather(&c, 0, BALLS, 0, 0.01, 1);
+    tick(&c, 1);
+    gather(&c, 8, BALLS, 1000, 10, 2); /* 28 pairs of the first eight are left: nobody of these moves */
+    tick(&c, 2);
+    assert_int_equal(world_get_figures(c.w).pairs, 28);
+    assert_int_equal(world_get_figures(c.w).pairs_left_out, 0);
+    assert_int_equal(c.touching, 28);
+    assert_int_equal(c.undone, 0);
+    for (int a = 0; a < 8; a++)
+        for (int b = a + 1; b < 8; b++) assert_true(c.touch[a][b]);
+    world_destroy(c.w);
+}
+
+static double draw(uint64_t *seed)
+{
+    *seed = *seed * 6364136223846793005u + 1442695040888963407u;
+    return (double)(*seed >> 11) * 0x1p-53;
+}
+
+/* As a standby gets it. */
+static void be_reborn(crowd *c, unsigned workers)
+{
+    bytes_out bytes = {0};
+    world_options o = world_options_default();
+    world_lender none = {0};
+    world_save(c->w, &none, &bytes);
+    world_destroy(c->w);
+    o.max_pairs = MOST;
+    o.workers = workers;
+    c->w = world_create(&o);
+    bytes_in from = {.at = bytes.at, .left = bytes.count};
+    assert_null(world_restore(c->w, &none, &from));
+    array_free(&bytes);
+}
+
+/* Beside a world without a limit, and one with other workers that is saved and restored: the same boxes meet, and what
+ * is told is told there. */
+static void what_is_told_is_true(void **state)
+{
+    (void)state;
+    crowd few, many, same;
+    uint64_t seed = 5;
+    size_t full = 0, in = 0;
+    set_up(&few, MOST, 1);
+    set_up(&same, MOST, 3);
+    set_up(&many, 0, 1);
+    for (int64_t now = 1; now <= 2000; now++) {
+        if (now % 150 == 0) be_reborn(&same, 3);
+        double room = now / 100 % 2 ? 4 : 40;
+        for (int n = 0; n < 4; n++) {
+            int i = (int)(draw(&seed) * BALLS);
+            double x = room * draw(&seed);
+            scene_move(few.w, few.balls[i], x, now);
+            scene_move(same.w, same.balls[i], x, now);
+            scene_move(many.w, many.balls[i], x, now);
+        }
+        bool equal = tick(&few, now) == tick(&same, now);
+        assert_true(equal);
+        tick(&many, now);
+        world_figures f = world_get_figures(few.w), g = world_get_figures(many.w);
+        assert_int_equal(f.pairs + f.pairs_left_out, g.pairs);
+        assert_int_equal(f.pairs_left_out, few.undone);
+        for (int a = 0; a < BALLS; a++)
+            for (int b = 0; b < BALLS; b++) assert_true(!few.touch[a][b] || many.touch[a][b]);
+        if (!f.pairs_left_out) assert_int_equal(few.touching, many.touching);
+        full += f.pairs_left_out > 0;
+        in += !f.pairs_left_out;
+    }
+    assert_true(full > 200 && in > 200);
+    world_destroy(few.w);
+    world_destroy(same.w);
+    world_destroy(many.w);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(what_exceeds_is_left_out_and_said),
+        cmocka_unit_test(they_come_in_when_others_part),
+        cmocka_unit_test(what_is_told_is_true),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
