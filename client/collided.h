@@ -88,8 +88,9 @@ typedef struct collided_def {
                                  what COLLIDED_SECURITY says; "" = none. One identity a process and domain */
     bool on_arrival;          /* callbacks for events run on the thread of DDS that receives them, at once, while this
                                  client's thread waits in collided_poll or another function that waits. That saves
-                                 handing them over: about 7 us. They may publish, must not subscribe, and should be
-                                 short: nothing else is received meanwhile. Default false; no difference with LCM */
+                                 handing them over: about 7 us. They may publish with this client (not with another one), must
+                                 not subscribe, and should be          short: nothing else is received meanwhile. Default false; no
+                                 difference with LCM */
 } collided_def;
 /* The defaults that the members of collided_def name. Any thread. */
 collided_def collided_def_default(void);
@@ -406,7 +407,8 @@ typedef struct collided_batch { /* all events of one tick on one stream; or a he
     int64_t epoch, batch, tick, stamp_ns, latest_pose_ns, step;
     int64_t simulation_ns; /* what time it is in the simulation, as the newest step's poses said it: this client's, if
                               it says it, or else whoever's; 0 = nobody has (collided_set_simulation_time) */
-    int32_t missing;       /* lock-step clients that the newest step was done without */
+    int32_t missing;       /* lock-step clients that the newest step was done without; negative: so many, and this
+                              client is one of them */
     int64_t undone; /* pairs of this interest that the budget of the tick left with a wider interval than it asks, and
                        all those (of any interest) that max_pairs leaves out: of these nothing is told at all */
     bool heartbeat; /* nothing has changed since the last batch, whose number this has: what was told holds still. Comes

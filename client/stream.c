@@ -137,7 +137,7 @@ static void deliver(collided *c, interest_record *i, const wire_message *const *
         .event_count = count,
         .events = c->events};
     i->lost = 0;
-    i->step = b->step;
+    if (b->missing >= 0) i->step = b->step;
     c->in_callback = true;
     i->callback(i->context, &batch);
     c->in_callback = false;

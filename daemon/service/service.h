@@ -83,6 +83,7 @@ typedef struct session {
     int32_t lock_step; /* in lock-step with others: how many of them there are to be; 0: it is not */
     int64_t published; /* the newest step that it has published whole */
     bool idle;         /* it missed a step, and is not waited for until it publishes one */
+    bool missed;       /* the step that was done last was done without it */
     held_step held;
     int64_t latest_pose_ns; /* the newest stamp of its poses; 0: none is stamped */
     uint64_t pose_count;    /* that it sent */

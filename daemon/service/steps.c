@@ -77,7 +77,7 @@ void steps_join(service *s, session *c, int32_t lock_step)
     c->lock_step = lock_step;
     if (was != is_member(c)) {
         drop_held(c);
-        c->idle = false;
+        c->idle = c->missed = false;
         c->published = s->lock_step.done;
         s->lock_step.members += was ? (size_t)-1 : 1;
     }
@@ -112,10 +112,14 @@ static void hold(session *c, const wire_pose_batch *poses)
     c->held.poses += poses->bodies.count;
 }
 
-/* The answer may have been lost, or comes late for who missed the step. */
-static bool answer_again(service *s, session *c, const wire_pose_batch *m)
+/* The answer may have been lost. Who missed the step is told how far the others are, and that what it sends is not in
+ * it. */
+static bool answer_again(service *s, session *c, struct link *from, const wire_pose_batch *m)
 {
-    metric_count(s->count.duplicates, 1);
+    if (c->missed)
+        refuse(s, from, m, WIRE_BAD_STEP, "step %" PRId64 " is done, without this client", m->step);
+    else
+        metric_count(s->count.duplicates, 1);
     if (m->bodies.count) return true;
     c->idle = false;
     c->stepped = s->lock_step.asked_again = true;
@@ -159,7 +163,7 @@ bool steps_take(service *s, session *c, struct link *from, const wire_pose_batch
 {
     int64_t done = s->lock_step.done;
     if (!is_member(c) || !m->step) return false;
-    if (m->step == done) return answer_again(s, c, m);
+    if (m->step == done) return answer_again(s, c, from, m);
     if (m->step < done)
         return refuse(s, from, m, WIRE_BAD_STEP, "step %" PRId64 ": %" PRId64 " is done", m->step, done);
     bool in_its_name = ends_in_its_name(m);
@@ -262,7 +266,8 @@ void steps_complete(service *s)
             each_held(s, c, apply_one);
             drop_held(c);
         }
-        s->lock_step.missing += c->idle;
+        c->missed = c->idle;
+        s->lock_step.missing += c->missed;
         c->step = (step_mark){r.least, s->tick};
         apply_note_simulation(&c->simulation, s->tick, simulation_ns);
         c->stepped = true;

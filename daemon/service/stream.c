@@ -224,6 +224,13 @@ static int64_t simulation_for(service *s, const stream *to)
     return c && c->simulation.now_ns ? c->simulation.now_ns : s->simulation.now_ns;
 }
 
+/* Who missed it himself must not take the batch for the answer to what he sends of it too late. */
+static int32_t missing_for(service *s, const stream *to)
+{
+    const session *c = session_find(s, to->client);
+    return c && c->missed ? -s->lock_step.missing : s->lock_step.missing;
+}
+
 static wire_message message_for(service *s, const stream *to)
 {
     return (wire_message){.kind = WIRE_EVENT_BATCH,
@@ -237,7 +244,7 @@ static wire_message message_for(service *s, const stream *to)
             .latest_pose_ns = s->latest_pose_ns,
             .step = step_for(s, to),
             .simulation_ns = simulation_for(s, to),
-            .missing = s->lock_step.missing,
+            .missing = missing_for(s, to),
             .parts = 1,
             .stream = to->name}};
 }

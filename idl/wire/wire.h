@@ -350,7 +350,8 @@ typedef struct wire_event_batch {
     int64_t latest_pose_ns; /* the newest pose stamp that this tick applied, 0 = none */
     int64_t step;           /* the newest simulation step */
     int64_t simulation_ns;  /* the newest time that a simulation told with its poses; 0 = none has */
-    int32_t missing;        /* lock-step clients that had not published this step when it was done without them */
+    int32_t missing;        /* lock-step clients that had not published this step when it was done without them;
+                               negative: the stream's own client is among them */
     int64_t undone;         /* pairs of this interest that the budget left with a wider interval than it asks, and all
                                that max_pairs leaves out */
     uint8_t heartbeat;      /* 1: nothing is told, and `batch` is the number of the last batch again */

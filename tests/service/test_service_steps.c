@@ -88,7 +88,8 @@ static void step(hall *h, int k, int64_t number, double x)
     publish(h, k, number, 0, 0);
 }
 
-/* Each of the first `members` has a batch with that step; returns how many events there were in them. */
+/* Each of the first `members` has a batch with that step; returns how many events there were in them. Who
+ * missed it, the last one, reads so. */
 static size_t await_answers(hall *h, int members, int64_t number, int32_t missing)
 {
     bool answered[MEMBERS] = {false};
@@ -98,13 +99,22 @@ static size_t await_answers(hall *h, int members, int64_t number, int32_t missin
         int k = (int)(b.client - FIRST);
         if (k >= members || b.step < number) continue;
         assert_int_equal(b.step, number);
-        assert_int_equal(b.missing, missing);
+        assert_int_equal(b.missing, k == MEMBERS - 1 ? -missing : missing);
         assert_false(answered[k]);
         answered[k] = true;
         events += b.kinds.count;
         left--;
     }
     return events;
+}
+
+static void await_late_answer(hall *h, int k)
+{
+    wire_event_batch b;
+    do {
+        b = cell_await(h->end, h->memory, WIRE_EVENT_BATCH).event_batch;
+    } while (b.client != id_of(k));
+    assert_int_equal(b.missing, -1);
 }
 
 static bool is_silent(hall *h, int ms)
@@ -185,9 +195,15 @@ static void who_misses_a_step_is_told_to_all_and_the_others_go_on(void **state)
         step(&h, 1, n, 10);
         await_answers(&h, MEMBERS, n, 1);
     }
-    publish(&h, 2, 10, 0, 0); /* it is back, late: it hears how far they are, and publishes the next one */
-    while (cell_await(h.end, h.memory, WIRE_EVENT_BATCH).event_batch.client != id_of(2)) {
+    step(&h, 2, 10,
+        5); /* it is back, late: it hears how far they are, that this is in vain, and publishes the next one */
+    for (int k = 0; k < 2; k++) {
+        wire_reject r = cell_await(h.end, h.memory, WIRE_REJECT).reject;
+        assert_int_equal(r.client, id_of(2));
+        assert_int_equal(r.reason, WIRE_BAD_STEP);
+        assert_string_equal(r.text, "step 10 is done, without this client");
     }
+    await_late_answer(&h, 2);
     step(&h, 0, 11, 0);
     step(&h, 1, 11, 10);
     assert_true(is_silent(&h, 20));
