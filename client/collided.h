@@ -88,9 +88,9 @@ typedef struct collided_def {
                                  what COLLIDED_SECURITY says; "" = none. One identity a process and domain */
     bool on_arrival;          /* callbacks for events run on the thread of DDS that receives them, at once, while this
                                  client's thread waits in collided_poll or another function that waits. That saves
-                                 handing them over: about 7 us. They may publish with this client (not with another one), must
-                                 not subscribe, and should be          short: nothing else is received meanwhile. Default false; no
-                                 difference with LCM */
+                                 handing them over: about 7 us. They may publish with this
+                                 client (not with another one), must not subscribe, and should be short: nothing else is
+                                 received meanwhile. Default false; no difference with LCM */
 } collided_def;
 /* The defaults that the members of collided_def name. Any thread. */
 collided_def collided_def_default(void);
