@@ -1,5 +1,5 @@
 """README keeps its word: its first client compiles as it stands there, runs over DDS and over LCM, and is told of a
-contact; and every file and every script that README names exists."""
+contact; and every file, heading and script that README and the pages behind it name exists."""
 
 import os
 import re
@@ -22,8 +22,27 @@ if "README_IN_NAMESPACE" not in os.environ:
 with open(os.path.join(ROOT, "README.md"), encoding="utf-8") as f:
     readme = f.read()
 
-for target in re.findall(r"\]\(([^)#:]+)\)", readme) + re.findall(r"\b(script/[a-z_]+)\b", readme):
-    assert os.path.exists(os.path.join(ROOT, target)), f"README names {target}, which does not exist"
+PAGES = ["README.md", "daemon/README.md", "daemon/OPERATION.md", "client/README.md", "client/collidectl/README.md",
+         "client/examples/README.md", "idl/README.md", "docker/README.md"]
+
+
+def text_of(path):
+    with open(path, encoding="utf-8") as page:
+        return page.read()
+
+
+def headings(path):
+    """As anchors: lower case, blanks as hyphens, without marks."""
+    return {re.sub(r"[^\w -]", "", h).lower().replace(" ", "-") for h in re.findall(r"^#+ (.*)$", text_of(path), re.M)}
+
+
+for page in PAGES:
+    for target, anchor in re.findall(r"\]\(([^)#:]*)#?([^):]*)\)", text_of(os.path.join(ROOT, page))):
+        path = os.path.join(ROOT, os.path.dirname(page), target) if target else os.path.join(ROOT, page)
+        assert os.path.exists(path), f"{page} names {target}, which does not exist"
+        assert not anchor or anchor in headings(path), f"{page} names the heading {anchor} of {target}, which has none"
+for script in re.findall(r"\b(script/[a-z_]+)\b", readme):
+    assert os.path.exists(os.path.join(ROOT, script)), f"README names {script}, which does not exist"
 
 code = re.search(r"^```c\n(.*?)^```", readme, re.M | re.S).group(1)
 lines = [line for line in code.splitlines() if line.strip()]
