@@ -7,6 +7,9 @@
 /* Into the interest's list of this tick, and into the hash unless it is a snapshot's. */
 void events_emit(world *w, uint32_t interest, const world_event *e, uint8_t kind, uint8_t cause, int64_t contact);
 
+/* A body as a whole is unknown, or known again. */
+void events_emit_body(world *w, uint32_t body, uint32_t interest, uint8_t kind, uint8_t cause);
+
 /* What the narrow phase found out about a pair, as the interest is told it: in its order of A and B. */
 void events_fill(const world *w, const pair *p, const narrow_result *r, uint32_t interest, int looks, world_event *e);
 
@@ -26,6 +29,10 @@ const world_event *watch_last(const watch *v);
 uint32_t watch_find(const world *w, const pair *p, uint32_t interest); /* WORLD_NONE: there is none */
 uint32_t watch_add(world *w, uint32_t pair, uint32_t interest);
 void watch_drop(world *w, uint32_t id);
+/* With the ends of what stands. Boxes of an unknown body that part prove nothing of its motion. */
+void watch_end(world *w, uint32_t id, uint8_t cause);
 void watch_hold_back(world *w, uint32_t id); /* it has an update that the rate does not allow yet */
+/* Has it one still? Its id may be another's by now. */
+bool watch_is_held_back(const world *w, uint32_t id, uint32_t interest);
 
 #endif

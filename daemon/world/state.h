@@ -403,14 +403,20 @@ bool news_same_impact(const world_impact *a, const world_impact *b);
 /* events_impact.c */
 void events_of_sweeps(world *w);
 
-/* events.c; what its files share is in events.h */
+/* What the files of events share is in events.h. watch.c */
 enum { SPARE_HELD = 64 }; /* updates held back beside two a watch of an interest: what is more is void, and dropped */
-void events_teleported(world *w);
 void events_pair_ended(world *w, uint32_t pair, uint8_t cause);
 void events_unmatched(world *w);
+
+/* events.c */
 void events_of_active(world *w);
+
+/* events_stale.c */
+void events_teleported(world *w);
 void events_unknown(world *w);
 void events_known(world *w);
+
+/* events_due.c */
 void events_held_back(world *w);
 void events_snapshots(world *w);
 void events_close(world *w, uint32_t interest, uint8_t cause);

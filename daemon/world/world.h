@@ -323,9 +323,9 @@ const char *world_rung_name(world_rung rung);
 
 typedef struct world_figures {
     size_t bodies, shapes, interests, pairs, contacts, stale_bodies; /* now */
-    size_t pairs_left_out; /* now: their boxes meet, but max_pairs are there already. Nobody is told of these pairs until
-                              others have ended: then the ones with the least shape ids come first */
-    uint64_t ticks, moves, pair_ticks;                               /* cumulative */
+    size_t pairs_left_out; /* now: their boxes meet, but max_pairs are there already. Nobody is told of these pairs
+                              until others have ended: then the ones with the least shape ids come first */
+    uint64_t ticks, moves, pair_ticks; /* cumulative */
     uint64_t rungs[RUNG_COUNT];
     uint64_t narrow_queries; /* full ones */
     uint64_t manifolds, wide, refined,

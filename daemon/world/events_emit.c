@@ -1,0 +1,114 @@
+/* events_emit: one event: made out of what the narrow phase found, put into an interest's list and into the hash. Tick
+ * thread. */
+#include "events.h"
+
+#include "base/hash.h"
+#include "narrow/feature_code.h"
+
+#include <string.h>
+
+static uint64_t hash_event(uint64_t h, uint32_t interest, const world_event *e)
+{
+    h = hash_bytes(h, &interest, sizeof interest);
+    h = hash_bytes(h, &e->kind, sizeof e->kind);
+    h = hash_bytes(h, &e->cause, sizeof e->cause);
+    h = hash_bytes(h, &e->achieved, sizeof e->achieved);
+    h = hash_bytes(h, &e->contact, sizeof e->contact);
+    h = hash_bytes(h, e->name_a, strlen(e->name_a));
+    h = hash_bytes(h, e->name_b, strlen(e->name_b));
+    const double numbers[] = {e->lo, e->hi, e->axis.x, e->axis.y, e->axis.z, e->point_a.x, e->point_a.y, e->point_a.z,
+        e->point_b.x, e->point_b.y, e->point_b.z, (double)e->age_a_ns, (double)e->age_b_ns, e->closing};
+    h = hash_bytes(h, numbers, sizeof numbers);
+    for (uint32_t i = 0; i < e->manifold.count; i++) {
+        const manifold_point *p = &e->manifold.points[i];
+        const double point[] = {p->point.x, p->point.y, p->point.z, p->distance};
+        h = hash_bytes(h, point, sizeof point);
+        h = hash_bytes(h, &p->feature, sizeof p->feature);
+    }
+    if (e->kind == EVENT_IMPACT || e->kind == EVENT_FORETOLD) {
+        const double times[] = {e->impact.lo, e->impact.hi, (double)e->impact.start_ns};
+        h = hash_bytes(h, times, sizeof times);
+    }
+    return h;
+}
+
+/* What is told again in a snapshot does not count for the hash: who asks for one, and when, is no command. */
+void events_emit(world *w, uint32_t id, const world_event *e, uint8_t kind, uint8_t cause, int64_t contact)
+{
+    interest *i = &w->interests.at[id];
+    array_push(&i->events, *e);
+    world_event *mine = &i->events.at[i->events.count - 1];
+    mine->kind = kind;
+    mine->cause = cause;
+    mine->contact = contact;
+    if (kind == EVENT_UNKNOWN) {
+        mine->lo = -INFINITY;
+        mine->hi = INFINITY;
+        mine->achieved = WORLD_WIDE;
+    }
+    if (cause == CAUSE_SNAPSHOT) return;
+    w->hash = hash_event(w->hash, id, mine);
+    w->figures.events++;
+}
+
+static vec3 to_world(const solid *s, vec3 point_in_s)
+{
+    return pose_point(s->world, point_in_s);
+}
+
+void events_turn_round(world_event *e)
+{
+    world_event was = *e;
+    e->name_a = was.name_b;
+    e->name_b = was.name_a;
+    e->shape_a = was.shape_b;
+    e->shape_b = was.shape_a;
+    e->axis = vec_neg(was.axis);
+    e->point_a = was.point_b;
+    e->point_b = was.point_a;
+    e->age_a_ns = was.age_b_ns;
+    e->age_b_ns = was.age_a_ns;
+    e->impact.pose_a = was.impact.pose_b;
+    e->impact.pose_b = was.impact.pose_a;
+    for (uint32_t i = 0; i < e->manifold.count; i++)
+        e->manifold.points[i].feature = feature_turned(was.manifold.points[i].feature);
+}
+
+bool events_is_turned(const body *a, const body *b, uint32_t id, int looks)
+{
+    uint64_t mask = (uint64_t)1 << (id & 63);
+    size_t word = id >> 6;
+    bool straight = a->match_a[word] & mask && b->match_b[word] & mask;
+    bool turned = b->match_a[word] & mask && a->match_b[word] & mask;
+    return straight && turned ? looks < 0 : turned;
+}
+
+static vec3 velocity_at(const body *b, vec3 point)
+{
+    vec3 linear, angular;
+    if (b->fixed || !b->speed) return VEC_ZERO;
+    body_velocity(b, &linear, &angular);
+    return vec_add(linear, vec_cross(angular, vec_sub(point, b->pose.p)));
+}
+
+void events_fill(const world *w, const pair *p, const narrow_result *r, uint32_t interest, int looks, world_event *e)
+{
+    const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
+    const body *x = &w->bodies.at[a->body], *y = &w->bodies.at[b->body];
+    *e = (world_event){.name_a = x->name,
+        .name_b = y->name,
+        .shape_a = a->index,
+        .shape_b = b->index,
+        .lo = r->lo,
+        .hi = r->hi,
+        .axis = quat_rotate(a->world.q, r->axis),
+        .point_a = to_world(a, r->point_a),
+        .point_b = to_world(a, r->point_b),
+        .age_a_ns = body_age_ns(w, x),
+        .age_b_ns = body_age_ns(w, y),
+        .manifold = r->manifold};
+    for (uint32_t i = 0; i < e->manifold.count; i++)
+        e->manifold.points[i].point = to_world(a, e->manifold.points[i].point);
+    e->closing = vec_dot(e->axis, vec_sub(velocity_at(x, e->point_a), velocity_at(y, e->point_b)));
+    if (events_is_turned(x, y, interest, looks)) events_turn_round(e);
+}

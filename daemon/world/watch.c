@@ -1,0 +1,123 @@
+/* watch: what one interest was told of one pair, from the first event to the end. Whatever ends it, each id that stands
+ * has its end: here, or where the outcome of a tick says so (events.c, events_impact.c). Tick thread. */
+#include "events.h"
+
+#include <stdlib.h>
+
+int64_t watch_id(const watch *v)
+{
+    return v->touch_id ? v->touch_id : v->near_id ? v->near_id : v->foretold_id;
+}
+
+const world_event *watch_last(const watch *v)
+{
+    return v->touch_id || v->near_id ? &v->last : &v->foretold;
+}
+
+uint32_t watch_find(const world *w, const pair *p, uint32_t interest)
+{
+    uint32_t id = p->first_watch;
+    while (id != WORLD_NONE && w->watches.at[id].interest < interest) id = w->watches.at[id].pair_next;
+    return id != WORLD_NONE && w->watches.at[id].interest == interest ? id : WORLD_NONE;
+}
+
+uint32_t watch_add(world *w, uint32_t pair_id, uint32_t interest_id)
+{
+    uint32_t id = id_pool_take(&w->watch_ids);
+    array_reserve(&w->watches, id + 1);
+    if (id >= w->watches.count) w->watches.count = id + 1;
+    watch *v = &w->watches.at[id];
+    interest *i = &w->interests.at[interest_id];
+    *v = (watch){.used = true,
+        .pair = pair_id,
+        .interest = interest_id,
+        .interest_next = i->first_watch,
+        .interest_prev = WORLD_NONE};
+    if (i->first_watch != WORLD_NONE) w->watches.at[i->first_watch].interest_prev = id;
+    i->first_watch = id;
+    i->watches++;
+
+    uint32_t *link = &w->pairs.at[pair_id].first_watch;
+    while (*link != WORLD_NONE && w->watches.at[*link].interest < interest_id) link = &w->watches.at[*link].pair_next;
+    v->pair_next = *link;
+    *link = id;
+    return id;
+}
+
+void watch_drop(world *w, uint32_t id)
+{
+    watch *v = &w->watches.at[id];
+    uint32_t *link = &w->pairs.at[v->pair].first_watch;
+    while (*link != id) link = &w->watches.at[*link].pair_next;
+    *link = v->pair_next;
+    if (v->interest_prev != WORLD_NONE)
+        w->watches.at[v->interest_prev].interest_next = v->interest_next;
+    else
+        w->interests.at[v->interest].first_watch = v->interest_next;
+    if (v->interest_next != WORLD_NONE) w->watches.at[v->interest_next].interest_prev = v->interest_prev;
+    v->used = false;
+    w->interests.at[v->interest].watches--;
+    id_pool_give(&w->watch_ids, id);
+}
+
+bool watch_is_held_back(const world *w, uint32_t id, uint32_t interest)
+{
+    const watch *v = &w->watches.at[id];
+    return v->used && v->interest == interest && (v->dirty || v->foretold_dirty);
+}
+
+/* Leaves out watches that have ended since, and of one whose id was another's each entry but the first: in the order in
+ * which they would have been told, too. */
+static void drop_void_held(world *w, uint32_t interest_id)
+{
+    interest *i = &w->interests.at[interest_id];
+    size_t kept = 0;
+    for (size_t k = 0; k < i->held.count; k++) w->watches.at[i->held.at[k]].listed = false;
+    for (size_t k = 0; k < i->held.count; k++) {
+        watch *v = &w->watches.at[i->held.at[k]];
+        if (v->listed || !watch_is_held_back(w, i->held.at[k], interest_id)) continue;
+        v->listed = true;
+        i->held.at[kept++] = i->held.at[k];
+    }
+    i->held.count = kept;
+}
+
+void watch_hold_back(world *w, uint32_t id)
+{
+    uint32_t interest_id = w->watches.at[id].interest;
+    interest *i = &w->interests.at[interest_id];
+    if (i->held.count >= 2 * i->watches + SPARE_HELD) drop_void_held(w, interest_id);
+    array_push(&i->held, id);
+}
+
+void watch_end(world *w, uint32_t id, uint8_t cause)
+{
+    watch *v = &w->watches.at[id];
+    if (v->unknown && cause == CAUSE_MOTION) cause = CAUSE_STALE;
+    if (v->touch_id) {
+        events_emit(w, v->interest, &v->last, EVENT_END, cause, v->touch_id);
+        w->figures.contacts--;
+    }
+    if (v->near_id) events_emit(w, v->interest, &v->last, EVENT_FAR, cause, v->near_id);
+    if (v->foretold_id) events_emit(w, v->interest, &v->foretold, EVENT_AVERTED, cause, v->foretold_id);
+    watch_drop(w, id);
+}
+
+void events_pair_ended(world *w, uint32_t pair_id, uint8_t cause)
+{
+    while (w->pairs.at[pair_id].first_watch != WORLD_NONE) watch_end(w, w->pairs.at[pair_id].first_watch, cause);
+}
+
+/* Pairs that stay for others, but are none to an interest any more: a body is in another group. */
+void events_unmatched(world *w)
+{
+    for (size_t k = 0; k < w->active_pairs.count; k++) {
+        const pair *p = &w->pairs.at[w->active_pairs.at[k]];
+        const body *a = &w->bodies.at[w->solids.at[p->a].body], *b = &w->bodies.at[w->solids.at[p->b].body];
+        for (uint32_t id = p->first_watch, after; id != WORLD_NONE; id = after) {
+            uint32_t interest = w->watches.at[id].interest;
+            after = w->watches.at[id].pair_next;
+            if (!(interest_word(a, b, interest >> 6) >> (interest & 63) & 1)) watch_end(w, id, CAUSE_INTEREST);
+        }
+    }
+}
