@@ -8,7 +8,7 @@
  * one run in 20 leaves a fresh listener without its first batch. "storm network": nobody is struck but the network
  * between two hosts.
  *
- * 14 s each; 120 s with COLLIDED_NIGHTLY=1, 7 s with COLLIDED_BRIEF=1, or COLLIDED_STORM_SECONDS. The seed is random
+ * 60 s each; 120 s with COLLIDED_NIGHTLY=1, 7 s with COLLIDED_BRIEF=1, or COLLIDED_STORM_SECONDS. The seed is random
  * and printed; COLLIDED_STORM_SEED sets it. (It sets what is done, and in which order; processes have their own time.)
  */
 #include "rig.h"
@@ -348,7 +348,7 @@ static void all_know_the_truth(storm *s)
 static double seconds_of_storm(void)
 {
     const char *told = getenv("COLLIDED_STORM_SECONDS");
-    return told ? strtod(told, NULL) : getenv("COLLIDED_NIGHTLY") ? 120 : getenv("COLLIDED_BRIEF") ? 7 : 14;
+    return told ? strtod(told, NULL) : getenv("COLLIDED_NIGHTLY") ? 120 : getenv("COLLIDED_BRIEF") ? 7 : 60;
 }
 
 static storm_shared *map(int fd)
