@@ -110,7 +110,7 @@ int rig_wait(pid_t pid, double seconds)
 void rig_kill(pid_t pid, int number)
 {
     assert_int_equal(kill(pid, number), 0);
-    if (number == SIGKILL) assert_int_equal(rig_wait(pid, 5), 128 + SIGKILL);
+    if (number == SIGKILL) assert_int_equal(rig_wait(pid, RIG_PATIENCE_S), 128 + SIGKILL);
 }
 
 int rig_end_all(void **state)
@@ -163,6 +163,7 @@ collided *rig_connect(const char *uri, double lease_s, collided_on_loss on_loss)
 {
     collided_def def = collided_def_default();
     def.lease_s = lease_s;
+    def.connect_timeout_s = RIG_PATIENCE_S;
     def.on_loss = on_loss;
     collided *c = collided_connect(uri, &def);
     if (!c) fail_msg("%s: %s", uri, collided_connect_error());
@@ -238,7 +239,7 @@ void rig_watch(collided *c, heard *h, const char *name)
 int64_t rig_counter(collided *c, const char *name)
 {
     collided_daemon_status s;
-    if (collided_get_status(c, 5, &s) != COLLIDED_OK) fail_msg("status: %s", collided_error(c));
+    if (collided_get_status(c, RIG_PATIENCE_S, &s) != COLLIDED_OK) fail_msg("status: %s", collided_error(c));
     for (size_t i = 0; i < s.counter_count; i++)
         if (strcmp(s.counters[i].name, name) == 0) return s.counters[i].value;
     fail_msg("no counter %s", name);

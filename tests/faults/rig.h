@@ -18,6 +18,8 @@
 #define RIG_DDS "dds://61"
 #define RIG_LCM "lcm://"
 #define RIG_LINKS RIG_DDS " " RIG_LCM
+/* For what must come and says nothing about speed, in seconds: for a machine that has ten other things to do. */
+#define RIG_PATIENCE_S 30.0
 
 /* A user and network namespace with loopback and multicast. False after saying why not; each test is then skipped. */
 bool rig_isolate(void);
@@ -56,7 +58,7 @@ void rig_close(collided *c);
 collided_body rig_box(collided *c, const char *name, double x); /* a cube of side 1 m */
 collided_status rig_move(collided *c, collided_body body, double x, int64_t step);
 void rig_watch(collided *c, heard *h, const char *name); /* all contacts of the body of that name, each tick */
-int64_t rig_counter(collided *c, const char *name);      /* of the next Status; fails the test if there is none */
+int64_t rig_counter(collided *c, const char *name);      /* of the last Status heard: UNTIL it tells what is expected */
 
 /* Polls until the condition holds; fails the test if it does not within that time. */
 #define UNTIL(client, seconds, condition)                                                                              \
