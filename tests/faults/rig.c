@@ -132,6 +132,12 @@ bool rig_alive(pid_t pid)
     return waitpid(pid, NULL, WNOHANG) == 0;
 }
 
+bool rig_has_ended(pid_t pid)
+{
+    siginfo_t info = {0};
+    return waitid(P_PID, (id_t)pid, &info, WEXITED | WNOHANG | WNOWAIT) != 0 || info.si_pid == pid;
+}
+
 /* Whichever of its threads made the child. */
 pid_t rig_child(pid_t parent)
 {

@@ -37,6 +37,7 @@ void rig_kill(pid_t pid, int number);                                    /* a si
 /* Its exit status, or 128 + the signal that ended it. Fails the test if it has not ended within that time. */
 int rig_wait(pid_t pid, double seconds);
 bool rig_alive(pid_t pid);
+bool rig_has_ended(pid_t pid); /* rig_wait will tell how */
 pid_t rig_child(pid_t parent); /* its only child; 0 = none */
 long rig_resident_kb(pid_t pid);
 
@@ -67,6 +68,18 @@ int64_t rig_counter(collided *c, const char *name);      /* of the last Status h
         while (!(condition)) {                                                                                         \
             if (rig_now_s() > until_end_s) fail_msg("not within %g s: %s", (double)(seconds), #condition);             \
             collided_poll(client, 0.005);                                                                              \
+        }                                                                                                              \
+    } while (0)
+
+/* Polls until the condition has held for that time without a break; fails the test if it does not come to that. For
+ * what a machine that stands still for a moment may break, and a fault breaks again and again. */
+#define UNTIL_IT_HOLDS(client, seconds, condition)                                                                     \
+    do {                                                                                                               \
+        double holds_end_s = rig_now_s() + (seconds) + RIG_PATIENCE_S, holds_since_s = rig_now_s();                    \
+        while (rig_now_s() < holds_since_s + (seconds)) {                                                              \
+            collided_poll(client, 0.005);                                                                              \
+            if (!(condition)) holds_since_s = rig_now_s();                                                             \
+            if (holds_since_s > holds_end_s) fail_msg("it does not hold for %g s: %s", (double)(seconds), #condition); \
         }                                                                                                              \
     } while (0)
 
