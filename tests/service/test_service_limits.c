@@ -74,8 +74,8 @@ static bool is_limited(room *r, const char *says)
         wire_message m;
         wire_memory_reset(r->memory);
         if (!memory_receive(r->end, r->memory, &m)) continue;
+        if (m.kind == WIRE_REJECT && *says) check_limit(&m.reject, says);
         if (m.kind == WIRE_REJECT && !*says) fail_msg("refused: %s", m.reject.text);
-        if (m.kind == WIRE_REJECT) check_limit(&m.reject, says);
         limited |= m.kind == WIRE_REJECT;
         if (m.kind == WIRE_ANSWER && m.answer.sequence == r->sequence) return limited;
     }
