@@ -80,12 +80,22 @@ static void forget(pid_t pid)
         if (running[i] == pid) running[i] = 0;
 }
 
+#define ORDINARY "collided", "--links", RIG_LINKS, "--status-period", "0.1", "--workers", "1", "--log", "warning"
+
 /* Ready when a first client has heard it: the caller's rig_connect waits for that. */
 pid_t rig_daemon(const char *option, const char *value)
 {
     rig_need_network();
-    const char *const arguments[] = {"collided", "--links", RIG_LINKS, "--status-period", "0.1", "--workers", "1",
-        "--log", "warning", option, value, NULL};
+    const char *const arguments[] = {ORDINARY, option, value, NULL};
+    return rig_start(COLLIDED, arguments);
+}
+
+pid_t rig_one_of_a_pair(const char *option)
+{
+    char lease[32];
+    rig_need_network();
+    snprintf(lease, sizeof lease, "%g", RIG_PAIR_LEASE_S);
+    const char *const arguments[] = {ORDINARY, "--standby=yes", "--standby_lease", lease, option, NULL};
     return rig_start(COLLIDED, arguments);
 }
 

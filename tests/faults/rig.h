@@ -31,6 +31,10 @@ double rig_now_s(void); /* monotonic */
 /* ---- processes ---- */
 
 pid_t rig_daemon(const char *option, const char *value); /* one option more, or NULL; both links; it is ready */
+/* One of a pair, with that option more, or NULL. A pair is in step only while each gets processor time within three
+ * times its lease: that of the option table is too short for a machine that has ten other things to do. */
+#define RIG_PAIR_LEASE_S 0.3
+pid_t rig_one_of_a_pair(const char *option);
 pid_t rig_start(const char *program, const char *const *arguments);      /* ended by NULL */
 pid_t rig_self(const char *role, const char *uri, const char *argument); /* this program again, as another client */
 void rig_kill(pid_t pid, int number);                                    /* a signal; SIGKILL also waits */

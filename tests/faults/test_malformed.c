@@ -19,7 +19,7 @@
 #include <time.h>
 #include <unistd.h>
 
-enum { CAUGHT_MAX = 512, DATAGRAM_MAX = 65507, BURST = 50, LCM_PORT = 7667, PORTS_MAX = 16, ENOUGH = 20 };
+enum { CAUGHT_MAX = 512, DATAGRAM_MAX = 65507, BURST = 50, LCM_PORT = 7667, PORTS_MAX = 16, ENOUGH = 150 };
 
 typedef struct datagram {
     uint8_t *bytes;
@@ -46,12 +46,20 @@ static uint64_t roll(trap *k, uint64_t sides)
 
 /* ---- catching ---- */
 
-static bool is_wanted(const trap *k, const char *uri, uint16_t port)
+/* What a daemon said of itself to all would, changed, harm those who listen, and not the daemon: without certificates
+ * nobody can tell who speaks (tests/security). */
+static bool is_daemons(const trap *k, uint16_t port)
 {
-    if (strcmp(uri, RIG_LCM) == 0) return port == LCM_PORT;
     for (size_t n = 0; n < k->port_count; n++)
         if (k->ports[n] == port) return true;
     return false;
+}
+
+static bool is_wanted(const trap *k, const char *uri, uint16_t from, uint16_t port, const uint8_t *data, size_t size)
+{
+    static const char to_daemon[] = "collided.in.";
+    if (strcmp(uri, RIG_DDS) == 0) return is_daemons(k, port) && !is_daemons(k, from);
+    return port == LCM_PORT && size > 8 + sizeof to_daemon && memcmp(data + 8, to_daemon, sizeof to_daemon - 1) == 0;
 }
 
 static void find_ports(trap *k, pid_t daemon)
@@ -75,8 +83,9 @@ static void keep(trap *k, const char *uri, const uint8_t *packet, size_t size)
 {
     size_t head = size < 28 ? 0 : 4 * (size_t)(packet[0] & 15);
     if (head < 20 || size < head + 8 || packet[9] != IPPROTO_UDP) return;
+    uint16_t from = (uint16_t)(packet[head] << 8 | packet[head + 1]);
     uint16_t port = (uint16_t)(packet[head + 2] << 8 | packet[head + 3]);
-    if (!is_wanted(k, uri, port)) return;
+    if (!is_wanted(k, uri, from, port, packet + head + 8, size - head - 8)) return;
     datagram *d = &k->at[k->count < CAUGHT_MAX ? k->count++ : roll(k, CAUGHT_MAX)];
     free(d->bytes);
     d->size = size - head - 8;

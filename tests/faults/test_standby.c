@@ -11,7 +11,7 @@
 #include <unistd.h>
 
 enum { PENDULUMS = 20, CONTACTS_MAX = 1 << 23 };
-static const double LEASE_S = 0.1;
+static const double LEASE_S = RIG_PAIR_LEASE_S;
 
 typedef struct pendulum {
     collided_body body;
@@ -180,7 +180,7 @@ static pid_t active_one(collided *c)
 
 static pid_t start_one(void)
 {
-    return rig_daemon("--standby=yes", NULL);
+    return rig_one_of_a_pair(NULL);
 }
 
 /* The load goes on while the other one takes over the state. */
