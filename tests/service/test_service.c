@@ -98,14 +98,15 @@ static void poses_that_come_before_their_body_are_applied(void **state)
     cell_pose(r->alice, ALICE, 3, 0, 5.5); /* a network has no order: the newer one first */
     cell_sphere(r->alice, ALICE, 2, 0, "a", 0);
     wire_message m;
-    memory_end *e = r->bob;
-    while (!cell_next(r->alice, r->memory, WIRE_REJECT, 10, &m))    /* fails by the test's time */
-        if (cell_hears(e, r->memory, WIRE_EVENT_BATCH, 10)) return; /* one tick took both */
+    while (!cell_next(r->alice, r->memory, WIRE_REJECT, 10, &m)) { /* fails by the test's time */
+        if (!cell_next(r->bob, r->memory, WIRE_EVENT_BATCH, 10, &m)) continue;
+        if (m.event_batch.kinds.count && m.event_batch.kinds.at[0] == WIRE_EVENT_BEGIN) return; /* one tick took both */
+    }
     /* two ticks: the pose was refused by name, and the client sends it again on the Ack */
     assert_int_equal(m.reject.reason, WIRE_UNKNOWN_BODY);
     cell_pose(r->alice, ALICE, 4, 0, 5.5);
-    wire_event_batch b = await_event(r, e, WIRE_EVENT_BEGIN);
-    assert_string_equal(b.names_a.at[0], "a");
+    wire_event_batch b = await_event(r, r->bob, WIRE_EVENT_BEGIN);
+    assert_true(strcmp(b.names_a.at[0], "a") == 0 || strcmp(b.names_b.at[0], "a") == 0);
 }
 
 static void an_older_pose_never_overtakes_a_newer_one(void **state)
