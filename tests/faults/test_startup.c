@@ -20,7 +20,7 @@ static _Noreturn void burn_for_ever(void)
 static int visit(const char *uri, const char *name)
 {
     collided_def def = collided_def_default();
-    def.connect_timeout_s = RIG_PATIENCE_S;
+    def.connect_timeout_s = 3 * RIG_PATIENCE_S;
     collided *c = collided_connect(uri, &def);
     if (!c) {
         fprintf(stderr, "%s: %s\n", name, collided_connect_error());
@@ -47,7 +47,7 @@ static void clients_that_start_with_the_daemon_all_connect(void **state)
             snprintf(name[i], sizeof name[i], "starter %d", i);
             starters[i] = rig_self("visit", uri, name[i]);
         }
-        for (int i = 0; i < STARTERS; i++) assert_int_equal(rig_wait(starters[i], 3 * RIG_PATIENCE_S), CONNECTED);
+        for (int i = 0; i < STARTERS; i++) assert_int_equal(rig_wait(starters[i], 4 * RIG_PATIENCE_S), CONNECTED);
         rig_kill(daemon, SIGKILL);
     }
 }
