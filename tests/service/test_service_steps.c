@@ -107,11 +107,10 @@ static size_t await_answers(hall *h, int members, int64_t number, int32_t missin
     return events;
 }
 
-/* But for snapshots of nothing, which come in their own time. */
 static bool is_silent(hall *h, int ms)
 {
     wire_message m;
-    bool heard;
+    bool heard; /* but for snapshots of nothing, which come in their own time */
     while ((heard = cell_next(h->end, h->memory, WIRE_EVENT_BATCH, ms, &m)))
         if (!m.event_batch.snapshot || m.event_batch.kinds.count) break;
     return !heard;
