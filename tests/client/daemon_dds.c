@@ -8,7 +8,7 @@
 #include <string.h>
 #include <unistd.h>
 
-enum { STREAMS_MAX = 8, TAKE = 16 };
+enum { STREAMS_MAX = 64, TAKE = 16, STATUS_MS = 500 };
 static const wire_kind incoming[] = {WIRE_CLIENT, WIRE_GEOMETRY, WIRE_BODY, WIRE_POSE_BATCH, WIRE_INTEREST, WIRE_QUERY};
 static const wire_kind outgoing[] = {WIRE_ACK, WIRE_ANSWER, WIRE_STATUS, WIRE_REJECT};
 enum { INCOMING = sizeof incoming / sizeof incoming[0], OUTGOING = sizeof outgoing / sizeof outgoing[0] };
@@ -30,7 +30,7 @@ static dds_entity_t stream_writer(dds_side *side, const char *stream)
     dds_entity_t writer = dds_create_writer(publisher, side->topics[WIRE_EVENT_BATCH], qos, NULL);
     dds_delete_qos(qos);
     dds_publication_matched_status_t matched = {0};
-    for (int ms = 0; ms < 2000 && matched.current_count == 0; ms++) {
+    for (int ms = 0; ms < 20000 && matched.current_count == 0; ms++) {
         (void)dds_get_publication_matched_status(writer, &matched);
         (void)usleep(1000);
     }
@@ -89,8 +89,8 @@ void *daemon_dds(void *state)
     for (size_t i = 0; i < INCOMING; i++) open_end(&side, incoming[i], WIRE_DDS_READER);
     open_end(&side, WIRE_EVENT_BATCH, WIRE_DDS_WRITER);
     wire_message status = daemon_status();
-    send_dds(&side, &status);
-    while (!atomic_load(&side.state->stop)) {
+    for (int ms = 0; !atomic_load(&side.state->stop); ms++) {
+        if (ms % STATUS_MS == 0) send_dds(&side, &status);
         for (size_t i = 0; i < INCOMING; i++) take(&side, incoming[i]);
         (void)usleep(1000);
     }

@@ -21,6 +21,7 @@ static struct {
     size_t sent_count;
     wire_message *given[TRANSPORT_ROLES][FAKE_MAX];
     size_t given_count[TRANSPORT_ROLES];
+    bool handing; /* the keeper is given something */
     int fds[TRANSPORT_ROLES];
 } fake = {.lock = PTHREAD_MUTEX_INITIALIZER, .fds = {-1, -1}};
 
@@ -64,6 +65,7 @@ static void fake_receive(transport *t, transport_role role, const transport_sink
         pthread_mutex_lock(&fake.lock);
         wire_message *m = fake.given_count[role] ? fake.given[role][0] : NULL;
         if (m) memmove(fake.given[role], fake.given[role] + 1, --fake.given_count[role] * sizeof m);
+        if (role == TRANSPORT_CONTROL) fake.handing = m != NULL;
         pthread_mutex_unlock(&fake.lock);
         if (!m) return;
         sink->message(sink->context, m);
@@ -162,8 +164,8 @@ collided *fake_try(const collided_def *def, char *why, size_t why_size)
 collided *fake_connect(void)
 {
     collided_def def = collided_def_default();
-    def.lease_s = 0.6;
-    def.connect_timeout_s = 1.0;
+    def.lease_s = 3600;
+    def.connect_timeout_s = FAKE_PATIENCE_S;
     char why[256] = "";
     collided *c = fake_try(&def, why, sizeof why);
     if (!c) fail_msg("%s", why);
@@ -193,10 +195,22 @@ void fake_pause(int ms)
     (void)usleep((useconds_t)ms * 1000);
 }
 
+void fake_settle(void)
+{
+    bool settled = false;
+    for (int ms = 0; !settled && ms < 1000 * FAKE_PATIENCE_S; ms++) {
+        if (ms) fake_pause(1);
+        pthread_mutex_lock(&fake.lock);
+        settled = fake.given_count[TRANSPORT_CONTROL] == 0 && !fake.handing;
+        pthread_mutex_unlock(&fake.lock);
+    }
+    if (!settled) fail_msg("the keeper does not take what it is given");
+}
+
 const wire_message *fake_message(wire_kind kind, size_t n)
 {
     size_t count = 0;
-    for (int ms = 0; ms < 1000; ms++) {
+    for (int ms = 0; ms < 1000 * FAKE_PATIENCE_S; ms++) {
         const wire_message *m = find(kind, n, &count);
         if (m) return m;
         fake_pause(1);

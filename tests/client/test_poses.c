@@ -97,7 +97,7 @@ static void batches_are_split_and_only_known_bodies_are_in_them(void **state)
         positions[3 * i] = i;
         orientations[4 * i] = 1;
     }
-    assert_int_equal(collided_sync(c, 1.0), COLLIDED_OK);
+    assert_int_equal(collided_sync(c, FAKE_PATIENCE_S), COLLIDED_OK);
     fake_set((fake_options){.ignored = WIRE_BODY, .epoch = 1});
     collided_body_def def = ball_def("b5");
     assert_int_equal(collided_change_body(c, bodies[5], &def), COLLIDED_OK);
@@ -139,7 +139,7 @@ static void poses_carry_the_time_of_the_simulation(void **state)
     fake_ack(fake_message(WIRE_BODY, 0));
     assert_int_equal(fake_message(WIRE_POSE_BATCH, 0)->pose_batch.simulation_ns, 5000); /* as it was published */
     known = make(c, "known");
-    assert_int_equal(collided_sync(c, 1.0), COLLIDED_OK);
+    assert_int_equal(collided_sync(c, FAKE_PATIENCE_S), COLLIDED_OK);
     assert_int_equal(collided_teleport(c, 1, &known, p, o, NULL, NULL, 0, 2), COLLIDED_OK);
     assert_int_equal(fake_message(WIRE_POSE_BATCH, 1)->pose_batch.simulation_ns, 6000);
     assert_int_equal(collided_set_simulation_time(c, 0), COLLIDED_OK);
@@ -155,7 +155,7 @@ static void nothing_is_sent_of_a_call_with_anything_wrong(void **state)
     collided *c = fake_connect();
     collided_body bodies[] = {make(c, "a"), make(c, "b")};
     collided_remove_body(c, make(c, "gone"));
-    assert_int_equal(collided_sync(c, 1.0), COLLIDED_OK);
+    assert_int_equal(collided_sync(c, FAKE_PATIENCE_S), COLLIDED_OK);
     const double good_p[6] = {0}, good_o[8] = {1, 0, 0, 0, 1, 0, 0, 0};
     const double nan_p[6] = {0, 0, 0, 0, NAN, 0}, zero_o[8] = {1, 0, 0, 0, 0, 0, 0, 0}, inf_v[6] = {0, INFINITY};
     collided_body unknown[] = {bodies[0], {77}}, gone[] = {bodies[0], {2}};

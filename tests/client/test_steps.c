@@ -8,8 +8,8 @@
 static collided *connect_in_step(void)
 {
     collided_def def = collided_def_default();
-    def.lease_s = 5;
-    def.connect_timeout_s = 1.0;
+    def.lease_s = 3600;
+    def.connect_timeout_s = FAKE_PATIENCE_S;
     def.lock_step = 1;
     char why[256] = "";
     collided *c = fake_try(&def, why, sizeof why);
@@ -59,7 +59,7 @@ static void *run(void *context)
     const meanwhile *m = context;
     fake_pause(30);
     for (int i = 0; i < 2 && m->refused[i]; i++) fake_reject(m->refused[i], m->reason, "refused by the test");
-    fake_pause(30);
+    fake_settle(); /* what refuses a step comes before its end */
     if (m->told.id != COLLIDED_NONE) answer(m->client, m->told, m->step);
     return NULL;
 }
@@ -82,9 +82,9 @@ static void a_refused_subscription_is_not_waited_for(void **state)
     (void)subscribe(c);
     fake_ack(fake_message(WIRE_INTEREST, 0));
     fake_reject(fake_message(WIRE_INTEREST, 1), WIRE_LIMIT, "no more");
-    fake_pause(30);
+    fake_settle();
     meanwhile m = {.client = c, .told = granted, .step = 1};
-    assert_int_equal(step_with(c, 1, 1, m), COLLIDED_OK);
+    assert_int_equal(step_with(c, 1, FAKE_PATIENCE_S, m), COLLIDED_OK);
     fake_set((fake_options){.epoch = 1});
     collided_close(c);
 }
@@ -102,9 +102,9 @@ static void where_all_are_refused_nothing_is_waited_for(void **state)
         if (before) {
             fake_reject(m.refused[0], WIRE_LIMIT, "no more");
             m.refused[0] = NULL;
-            fake_pause(30);
+            fake_settle();
         }
-        assert_int_equal(step_with(c, 1, 0.5, m), COLLIDED_REJECTED);
+        assert_int_equal(step_with(c, 1, FAKE_PATIENCE_S, m), COLLIDED_REJECTED);
         assert_non_null(strstr(collided_error(c), "refused"));
         fake_set((fake_options){.epoch = 1});
         collided_close(c);
@@ -124,7 +124,7 @@ static void a_step_is_refused_by_what_belongs_to_it(void **state)
         def.name = "ball", def.shapes = &ball, def.shape_count = 1;
         collided_body body = collided_create_body(c, &def);
         const double position[] = {0, 0, 0}, orientation[] = {1, 0, 0, 0};
-        assert_int_equal(collided_sync(c, 1), COLLIDED_OK);
+        assert_int_equal(collided_sync(c, FAKE_PATIENCE_S), COLLIDED_OK);
         for (int step = 1; step <= 2; step++) {
             assert_int_equal(collided_publish(c, 1, &body, position, orientation, NULL, NULL, 0, step), COLLIDED_OK);
             if (step == 1) assert_int_equal(collided_step(c, step, 0), COLLIDED_OK);
@@ -135,7 +135,7 @@ static void a_step_is_refused_by_what_belongs_to_it(void **state)
             .told = told,
             .step = 2};
         assert_int_equal(fake_message(WIRE_POSE_BATCH, 1)->pose_batch.bodies.count, 0);
-        assert_int_equal(step_with(c, 2, 1, m), own ? COLLIDED_REJECTED : COLLIDED_OK);
+        assert_int_equal(step_with(c, 2, FAKE_PATIENCE_S, m), own ? COLLIDED_REJECTED : COLLIDED_OK);
         collided_close(c);
     }
 }

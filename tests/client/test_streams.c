@@ -55,7 +55,7 @@ static collided_interest subscribe(collided *c, heard *h, collided_events *callb
     def.context = h;
     collided_interest interest = collided_subscribe(c, &def);
     assert_int_not_equal(interest.id, COLLIDED_NONE);
-    assert_int_equal(collided_sync(c, 1.0), COLLIDED_OK);
+    assert_int_equal(collided_sync(c, FAKE_PATIENCE_S), COLLIDED_OK);
     return interest;
 }
 
@@ -239,7 +239,7 @@ static void a_first_batch_that_is_no_snapshot_is_not_told(void **state)
     (void)collided_poll(c, 0.0);
     assert_int_equal(h.batches, 0);
     double waited_s = 0; /* no snapshot comes: it is asked for again after two seconds at most */
-    for (; fake_sent(WIRE_INTEREST) < 2 && waited_s < 4; waited_s += 0.1) (void)collided_poll(c, 0.1);
+    for (; fake_sent(WIRE_INTEREST) < 2 && waited_s < FAKE_PATIENCE_S; waited_s += 0.1) (void)collided_poll(c, 0.1);
     assert_int_equal(fake_sent(WIRE_INTEREST), 2);
     give(c, (batch_options){.batch = 3, .snapshot = true});
     (void)collided_poll(c, 1.0);
@@ -304,7 +304,7 @@ static void a_callback_may_unsubscribe_but_not_wait(void **state)
     assert_int_equal(h.batches, 1);
     assert_int_equal(h.in_callback, COLLIDED_BAD_ARGUMENT);
     assert_true(fake_message(WIRE_INTEREST, 1)->interest.removed);
-    assert_int_equal(collided_sync(c, 1.0), COLLIDED_OK);
+    assert_int_equal(collided_sync(c, FAKE_PATIENCE_S), COLLIDED_OK);
     assert_int_equal(collided_unsubscribe(c, h.interest), COLLIDED_UNKNOWN_ID);
     collided_close(c);
 }

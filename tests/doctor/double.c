@@ -190,8 +190,9 @@ static int hold(const char *uri, const char *loss)
     collided_def def = collided_def_default();
     def.on_loss = strcmp(loss, "keep") == 0 ? COLLIDED_KEEP : COLLIDED_HOLD;
     def.lease_s = 0.3;
+    def.connect_timeout_s = 30;
     collided *c = collided_connect(uri, &def);
-    if (!c || box(c, "held").id == COLLIDED_NONE || collided_sync(c, 5) != COLLIDED_OK) return 1;
+    if (!c || box(c, "held").id == COLLIDED_NONE || collided_sync(c, 30) != COLLIDED_OK) return 1;
     puts("here");
     fflush(stdout);
     for (;;) collided_poll(c, 1);
@@ -199,7 +200,9 @@ static int hold(const char *uri, const char *loss)
 
 static int behave_badly(const char *uri)
 {
-    collided *c = collided_connect(uri, NULL);
+    collided_def def = collided_def_default();
+    def.connect_timeout_s = 30;
+    collided *c = collided_connect(uri, &def);
     if (!c) return 1;
     puts("here");
     fflush(stdout);

@@ -36,7 +36,7 @@ static uint32_t matched(dds_entity_t e, wire_dds_side side)
 
 static void await_match(dds_entity_t e, wire_dds_side side)
 {
-    for (int i = 0; i < 1000 && matched(e, side) == 0; i++) usleep(5000);
+    for (int i = 0; i < 6000 && matched(e, side) == 0; i++) usleep(5000);
     assert_true(matched(e, side) > 0);
 }
 
@@ -84,7 +84,7 @@ static bool take_reject(raw_dds *r, wire_reject *out)
 wire_reason raw_rejected(raw_dds *r, int64_t sequence)
 {
     wire_reject reject; /* its text is no longer there */
-    for (double end = rig_now_s() + 3; rig_now_s() < end; usleep(1000))
+    for (double end = rig_now_s() + RIG_PATIENCE_S; rig_now_s() < end; usleep(1000))
         while (take_reject(r, &reject))
             if (reject.client == RAW_CLIENT && reject.sequence == sequence) return (wire_reason)reject.reason;
     fail_msg("no Reject of message %lld", (long long)sequence);

@@ -80,12 +80,22 @@ static void forget(pid_t pid)
         if (running[i] == pid) running[i] = 0;
 }
 
+#define ORDINARY "collided", "--links", RIG_LINKS, "--status-period", "0.1", "--workers", "1", "--log", "warning"
+
 /* Ready when a first client has heard it: the caller's rig_connect waits for that. */
 pid_t rig_daemon(const char *option, const char *value)
 {
     rig_need_network();
-    const char *const arguments[] = {"collided", "--links", RIG_LINKS, "--status-period", "0.1", "--workers", "1",
-        "--log", "warning", option, value, NULL};
+    const char *const arguments[] = {ORDINARY, option, value, NULL};
+    return rig_start(COLLIDED, arguments);
+}
+
+pid_t rig_one_of_a_pair(const char *option)
+{
+    char lease[32];
+    rig_need_network();
+    snprintf(lease, sizeof lease, "%g", RIG_PAIR_LEASE_S);
+    const char *const arguments[] = {ORDINARY, "--standby=yes", "--standby_lease", lease, option, NULL};
     return rig_start(COLLIDED, arguments);
 }
 
@@ -110,7 +120,7 @@ int rig_wait(pid_t pid, double seconds)
 void rig_kill(pid_t pid, int number)
 {
     assert_int_equal(kill(pid, number), 0);
-    if (number == SIGKILL) assert_int_equal(rig_wait(pid, 5), 128 + SIGKILL);
+    if (number == SIGKILL) assert_int_equal(rig_wait(pid, RIG_PATIENCE_S), 128 + SIGKILL);
 }
 
 int rig_end_all(void **state)
@@ -130,6 +140,12 @@ int rig_end_all(void **state)
 bool rig_alive(pid_t pid)
 {
     return waitpid(pid, NULL, WNOHANG) == 0;
+}
+
+bool rig_has_ended(pid_t pid)
+{
+    siginfo_t info = {0};
+    return waitid(P_PID, (id_t)pid, &info, WEXITED | WNOHANG | WNOWAIT) != 0 || info.si_pid == pid;
 }
 
 /* Whichever of its threads made the child. */
@@ -163,6 +179,7 @@ collided *rig_connect(const char *uri, double lease_s, collided_on_loss on_loss)
 {
     collided_def def = collided_def_default();
     def.lease_s = lease_s;
+    def.connect_timeout_s = RIG_PATIENCE_S;
     def.on_loss = on_loss;
     collided *c = collided_connect(uri, &def);
     if (!c) fail_msg("%s: %s", uri, collided_connect_error());
@@ -238,7 +255,7 @@ void rig_watch(collided *c, heard *h, const char *name)
 int64_t rig_counter(collided *c, const char *name)
 {
     collided_daemon_status s;
-    if (collided_get_status(c, 5, &s) != COLLIDED_OK) fail_msg("status: %s", collided_error(c));
+    if (collided_get_status(c, RIG_PATIENCE_S, &s) != COLLIDED_OK) fail_msg("status: %s", collided_error(c));
     for (size_t i = 0; i < s.counter_count; i++)
         if (strcmp(s.counters[i].name, name) == 0) return s.counters[i].value;
     fail_msg("no counter %s", name);

@@ -18,6 +18,8 @@
 #define RIG_DDS "dds://61"
 #define RIG_LCM "lcm://"
 #define RIG_LINKS RIG_DDS " " RIG_LCM
+/* For what must come and says nothing about speed, in seconds: for a machine that has ten other things to do. */
+#define RIG_PATIENCE_S 30.0
 
 /* A user and network namespace with loopback and multicast. False after saying why not; each test is then skipped. */
 bool rig_isolate(void);
@@ -29,12 +31,17 @@ double rig_now_s(void); /* monotonic */
 /* ---- processes ---- */
 
 pid_t rig_daemon(const char *option, const char *value); /* one option more, or NULL; both links; it is ready */
+/* One of a pair, with that option more, or NULL. A pair is in step only while each gets processor time within three
+ * times its lease: that of the option table is too short for a machine that has ten other things to do. */
+#define RIG_PAIR_LEASE_S 0.3
+pid_t rig_one_of_a_pair(const char *option);
 pid_t rig_start(const char *program, const char *const *arguments);      /* ended by NULL */
 pid_t rig_self(const char *role, const char *uri, const char *argument); /* this program again, as another client */
 void rig_kill(pid_t pid, int number);                                    /* a signal; SIGKILL also waits */
 /* Its exit status, or 128 + the signal that ended it. Fails the test if it has not ended within that time. */
 int rig_wait(pid_t pid, double seconds);
 bool rig_alive(pid_t pid);
+bool rig_has_ended(pid_t pid); /* rig_wait will tell how */
 pid_t rig_child(pid_t parent); /* its only child; 0 = none */
 long rig_resident_kb(pid_t pid);
 
@@ -56,7 +63,7 @@ void rig_close(collided *c);
 collided_body rig_box(collided *c, const char *name, double x); /* a cube of side 1 m */
 collided_status rig_move(collided *c, collided_body body, double x, int64_t step);
 void rig_watch(collided *c, heard *h, const char *name); /* all contacts of the body of that name, each tick */
-int64_t rig_counter(collided *c, const char *name);      /* of the next Status; fails the test if there is none */
+int64_t rig_counter(collided *c, const char *name);      /* of the last Status heard: UNTIL it tells what is expected */
 
 /* Polls until the condition holds; fails the test if it does not within that time. */
 #define UNTIL(client, seconds, condition)                                                                              \
@@ -65,6 +72,18 @@ int64_t rig_counter(collided *c, const char *name);      /* of the next Status; 
         while (!(condition)) {                                                                                         \
             if (rig_now_s() > until_end_s) fail_msg("not within %g s: %s", (double)(seconds), #condition);             \
             collided_poll(client, 0.005);                                                                              \
+        }                                                                                                              \
+    } while (0)
+
+/* Polls until the condition has held for that time without a break; fails the test if it does not come to that. For
+ * what a machine that stands still for a moment may break, and a fault breaks again and again. */
+#define UNTIL_IT_HOLDS(client, seconds, condition)                                                                     \
+    do {                                                                                                               \
+        double holds_end_s = rig_now_s() + (seconds) + RIG_PATIENCE_S, holds_since_s = rig_now_s();                    \
+        while (rig_now_s() < holds_since_s + (seconds)) {                                                              \
+            collided_poll(client, 0.005);                                                                              \
+            if (!(condition)) holds_since_s = rig_now_s();                                                             \
+            if (holds_since_s > holds_end_s) fail_msg("it does not hold for %g s: %s", (double)(seconds), #condition); \
         }                                                                                                              \
     } while (0)
 

@@ -26,7 +26,7 @@
 #include <unistd.h>
 
 #define LEASE_S 0.6
-#define SETTLE_S 25
+#define SETTLE_S 60
 
 enum { SIDE = 12, SHARED_FD = 40 }; /* of the square that bodies are in, in grid steps */
 

@@ -38,25 +38,25 @@ static void mount_small_disk(gid_t group)
 /* More than any of the two takes; then what the world is told must still be right. */
 static void outlive_the_recording(pid_t daemon, const char *uri)
 {
-    collided *c = rig_connect(uri, 2, COLLIDED_REMOVE);
+    collided *c = rig_connect(uri, 10, COLLIDED_REMOVE);
     heard h;
     rig_box(c, "table", 0);
     collided_body part = rig_box(c, "part", 0.5);
     rig_watch(c, &h, "part");
-    UNTIL(c, 5, h.touching == 1);
+    UNTIL(c, RIG_PATIENCE_S, h.touching == 1);
     int64_t step = 0;
     for (; step < 2000; step += 50) {
         for (int i = 1; i <= 50; i++) rig_move(c, part, 0.5 + 0.0001 * (double)i, step + i);
-        UNTIL(c, 5, h.step == step + 50);
+        UNTIL(c, RIG_PATIENCE_S, h.step == step + 50);
     }
-    UNTIL(c, 3, rig_counter(c, "record_failures") == 1);
+    UNTIL(c, RIG_PATIENCE_S, rig_counter(c, "record_failures") == 1);
     rig_move(c, part, 3, ++step);
-    UNTIL(c, 3, h.touching == 0 && h.step == step);
+    UNTIL(c, RIG_PATIENCE_S, h.touching == 0 && h.step == step);
     assert_int_equal(h.lost, 0);
     assert_int_equal(rig_counter(c, "record_failures"), 1);
     rig_close(c);
     rig_kill(daemon, SIGTERM);
-    assert_int_equal(rig_wait(daemon, 8), 0);
+    assert_int_equal(rig_wait(daemon, RIG_PATIENCE_S), 0);
 }
 
 static void the_world_goes_on_when_the_disk_is_full(void **state)

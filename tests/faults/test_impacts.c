@@ -76,14 +76,14 @@ static void enter(room *r, const char *uri, unsigned facts, double horizon_s)
     def.callback = on_batch;
     def.context = r;
     assert_int_not_equal(collided_subscribe(r->c, &def).id, COLLIDED_NONE);
-    UNTIL(r->c, 5, r->snapshots > 0);
+    UNTIL(r->c, RIG_PATIENCE_S, r->snapshots > 0);
 }
 
 static void settle(room *r)
 {
     collided_result bodies = {0};
-    assert_int_equal(collided_sync(r->c, 5), COLLIDED_OK);
-    assert_int_equal(collided_query_bodies(r->c, "*", 5, &bodies), COLLIDED_OK);
+    assert_int_equal(collided_sync(r->c, RIG_PATIENCE_S), COLLIDED_OK);
+    assert_int_equal(collided_query_bodies(r->c, "*", RIG_PATIENCE_S, &bodies), COLLIDED_OK);
     collided_result_free(&bodies);
 }
 
@@ -97,10 +97,10 @@ static void put(room *r, collided_body body, double x, int64_t stamp_ns, const d
 /* The next event of that kind from `*from` on. */
 static const told *await(room *r, collided_event_kind kind, size_t *from)
 {
-    for (double end = rig_now_s() + 5;; collided_poll(r->c, 0.005)) {
+    for (double end = rig_now_s() + RIG_PATIENCE_S;; collided_poll(r->c, 0.005)) {
         while (*from < r->count)
             if (r->at[(*from)++].event.kind == kind) return &r->at[*from - 1];
-        if (rig_now_s() > end) fail_msg("no event of kind %d within 5 s", (int)kind);
+        if (rig_now_s() > end) fail_msg("no event of kind %d in time", (int)kind);
     }
 }
 
@@ -137,7 +137,7 @@ static void a_fast_body_meets_the_thin_wall_that_it_flies_through(void **state)
     settle(&r);
     assert_int_equal(count_of(&r, COLLIDED_EVENT_IMPACT), 1);
     assert_int_equal(count_of(&r, COLLIDED_BEGIN), 0); /* at neither end does it touch */
-    UNTIL(r.c, 3, rig_counter(r.c, "impacts") == 1);
+    UNTIL(r.c, RIG_PATIENCE_S, rig_counter(r.c, "impacts") == 1);
     rig_close(r.c);
 }
 
@@ -198,13 +198,13 @@ static void a_pose_from_before_is_refused_and_changes_nothing(void **state)
     settle(&r);
     put(&r, a, 1, 200 * MS, NULL);
     put(&r, a, 2, 100 * MS, NULL);
-    UNTIL(r.c, 5, r.refused == 1);
+    UNTIL(r.c, RIG_PATIENCE_S, r.refused == 1);
     assert_string_equal(r.reason, "old_pose");
     assert_string_equal(r.message, "PoseBatch");
     assert_int_equal(r.object, a.id);
-    UNTIL(r.c, 3, rig_counter(r.c, "reject_old_pose") == 1);
+    UNTIL(r.c, RIG_PATIENCE_S, rig_counter(r.c, "reject_old_pose") == 1);
     collided_result bodies = {0};
-    assert_int_equal(collided_query_bodies(r.c, "a", 5, &bodies), COLLIDED_OK);
+    assert_int_equal(collided_query_bodies(r.c, "a", RIG_PATIENCE_S, &bodies), COLLIDED_OK);
     assert_true(bodies.count == 1 && bodies.hits[0].point_a[0] == 1);
     collided_result_free(&bodies);
     rig_close(r.c);
@@ -220,19 +220,21 @@ static void a_sweep_query_tells_what_would_be_met_and_when(void **state)
     create(&r, "behind", 2, collided_sphere(0.5), COLLIDED_CCD_OFF);
     settle(&r);
     collided_result met = {0};
-    assert_int_equal(collided_query_sweep(r.c, "a", there, NULL, 10, 1e-9, 5, &met), COLLIDED_OK);
+    assert_int_equal(collided_query_sweep(r.c, "a", there, NULL, 10, 1e-9, RIG_PATIENCE_S, &met), COLLIDED_OK);
     assert_int_equal(met.count, 1);
     assert_string_equal(met.hits[0].name_a, "wall");
     expect_bracket(met.hits[0].lo, met.hits[0].hi, 1.225);
     collided_result_free(&met);
-    assert_int_equal(collided_query_sweep(r.c, "a", back, NULL, 10, 1e-9, 5, &met), COLLIDED_OK);
+    assert_int_equal(collided_query_sweep(r.c, "a", back, NULL, 10, 1e-9, RIG_PATIENCE_S, &met), COLLIDED_OK);
     assert_int_equal(met.count, 0);
     collided_result_free(&met);
-    assert_int_equal(collided_query_sweep(r.c, "nobody", there, NULL, 10, 1e-9, 5, &met), COLLIDED_UNKNOWN_ID);
-    assert_int_equal(collided_query_sweep(r.c, "a", NULL, spin, 86400, 1e-9, 5, &met), COLLIDED_UNSUPPORTED);
+    assert_int_equal(
+        collided_query_sweep(r.c, "nobody", there, NULL, 10, 1e-9, RIG_PATIENCE_S, &met), COLLIDED_UNKNOWN_ID);
+    assert_int_equal(
+        collided_query_sweep(r.c, "a", NULL, spin, 86400, 1e-9, RIG_PATIENCE_S, &met), COLLIDED_UNSUPPORTED);
     assert_non_null(strstr(collided_error(r.c), "it would turn by more than"));
-    assert_int_equal(collided_query_sweep(r.c, "a", nan, NULL, 10, 1e-9, 5, &met), COLLIDED_BAD_ARGUMENT);
-    assert_int_equal(collided_query_sweep(r.c, "a", there, NULL, 0, 1e-9, 5, &met), COLLIDED_BAD_ARGUMENT);
+    assert_int_equal(collided_query_sweep(r.c, "a", nan, NULL, 10, 1e-9, RIG_PATIENCE_S, &met), COLLIDED_BAD_ARGUMENT);
+    assert_int_equal(collided_query_sweep(r.c, "a", there, NULL, 0, 1e-9, RIG_PATIENCE_S, &met), COLLIDED_BAD_ARGUMENT);
     rig_close(r.c);
 }
 

@@ -19,7 +19,7 @@ static int never_poll(const char *uri)
     if (!c) return 1;
     rig_watch(c, &h, "part*");
     rig_box(c, "deaf", -50);
-    collided_sync(c, 5);
+    collided_sync(c, RIG_PATIENCE_S);
     for (;;) pause();
 }
 
@@ -34,7 +34,7 @@ static void cell_open(cell *l, const char *uri)
 {
     char name[32];
     l->daemon = rig_daemon(NULL, NULL);
-    l->c = rig_connect(uri, 5, COLLIDED_REMOVE);
+    l->c = rig_connect(uri, 60, COLLIDED_REMOVE);
     for (int i = 0; i < PAIRS; i++) {
         snprintf(name, sizeof name, "part %d", i);
         l->parts[i] = rig_box(l->c, name, 3 * i);
@@ -43,8 +43,8 @@ static void cell_open(cell *l, const char *uri)
     }
     rig_watch(l->c, &l->heard, "part*");
     l->deaf = rig_self("deaf", uri, "");
-    UNTIL(l->c, 5, l->heard.touching == PAIRS);
-    UNTIL(l->c, 5, rig_counter(l->c, "interests") == 2 && rig_counter(l->c, "bodies") == 2 * PAIRS + 1);
+    UNTIL(l->c, RIG_PATIENCE_S, l->heard.touching == PAIRS);
+    UNTIL(l->c, RIG_PATIENCE_S, rig_counter(l->c, "interests") == 2 && rig_counter(l->c, "bodies") == 2 * PAIRS + 1);
 }
 
 /* Every pair moves in every tick, and each tick must be told of before the next. */
@@ -57,7 +57,7 @@ static void run(cell *l, int64_t from, int64_t to)
             orientations[4 * i] = 1;
         }
         collided_publish(l->c, PAIRS, l->parts, positions, orientations, NULL, NULL, 0, step);
-        UNTIL(l->c, 2, l->heard.step == step);
+        UNTIL(l->c, RIG_PATIENCE_S, l->heard.step == step);
     }
 }
 

@@ -19,13 +19,15 @@ static _Noreturn void burn_for_ever(void)
 /* One whole visit: what it announces at once must be acknowledged, too. */
 static int visit(const char *uri, const char *name)
 {
-    collided *c = collided_connect(uri, NULL);
+    collided_def def = collided_def_default();
+    def.connect_timeout_s = 3 * RIG_PATIENCE_S;
+    collided *c = collided_connect(uri, &def);
     if (!c) {
         fprintf(stderr, "%s: %s\n", name, collided_connect_error());
         return NOT_CONNECTED;
     }
     rig_box(c, name, 0);
-    collided_status status = collided_sync(c, 5);
+    collided_status status = collided_sync(c, RIG_PATIENCE_S);
     if (status) fprintf(stderr, "%s: %s\n", name, collided_error(c));
     collided_close(c);
     return status ? NOT_SETTLED : CONNECTED;
@@ -45,7 +47,7 @@ static void clients_that_start_with_the_daemon_all_connect(void **state)
             snprintf(name[i], sizeof name[i], "starter %d", i);
             starters[i] = rig_self("visit", uri, name[i]);
         }
-        for (int i = 0; i < STARTERS; i++) assert_int_equal(rig_wait(starters[i], 15), CONNECTED);
+        for (int i = 0; i < STARTERS; i++) assert_int_equal(rig_wait(starters[i], 4 * RIG_PATIENCE_S), CONNECTED);
         rig_kill(daemon, SIGKILL);
     }
 }
@@ -53,7 +55,7 @@ static void clients_that_start_with_the_daemon_all_connect(void **state)
 static size_t bodies_known(collided *c)
 {
     collided_result bodies = {0};
-    size_t count = collided_query_bodies(c, "*", 1, &bodies) == COLLIDED_OK ? bodies.count : 0;
+    size_t count = collided_query_bodies(c, "*", 5, &bodies) == COLLIDED_OK ? bodies.count : 0;
     collided_result_free(&bodies);
     return count;
 }
@@ -67,14 +69,14 @@ static void a_daemon_that_takes_over_is_told_of_all_and_answers_all(void **state
     for (int i = 0; i < REMAINING; i++) {
         char name[16];
         snprintf(name, sizeof name, "part %d", i);
-        clients[i] = rig_connect(uri, 5, COLLIDED_REMOVE);
+        clients[i] = rig_connect(uri, 10, COLLIDED_REMOVE);
         rig_box(clients[i], name, 3 * i);
-        assert_int_equal(collided_sync(clients[i], 5), COLLIDED_OK);
+        assert_int_equal(collided_sync(clients[i], RIG_PATIENCE_S), COLLIDED_OK);
     }
     rig_kill(first, SIGKILL);
     rig_daemon(NULL, NULL);
-    UNTIL(clients[0], 10, bodies_known(clients[0]) == REMAINING);
-    for (int i = 0; i < REMAINING; i++) assert_int_equal(collided_sync(clients[i], 5), COLLIDED_OK);
+    UNTIL(clients[0], RIG_PATIENCE_S, bodies_known(clients[0]) == REMAINING);
+    for (int i = 0; i < REMAINING; i++) assert_int_equal(collided_sync(clients[i], RIG_PATIENCE_S), COLLIDED_OK);
 }
 
 int main(int argc, char **argv)

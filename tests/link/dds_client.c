@@ -50,7 +50,7 @@ static void wait_matched(dds_entity_t e, wire_dds_side side)
 {
     dds_publication_matched_status_t p = {0};
     dds_subscription_matched_status_t s = {0};
-    for (int i = 0; i < 1000 && p.current_count == 0 && s.current_count == 0; i++) {
+    for (int i = 0; i < 6000 && p.current_count == 0 && s.current_count == 0; i++) {
         if (side == WIRE_DDS_WRITER)
             dds_get_publication_matched_status(e, &p);
         else

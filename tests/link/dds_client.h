@@ -3,7 +3,7 @@
 #ifndef COLLIDED_TESTS_LINK_DDS_CLIENT_H
 #define COLLIDED_TESTS_LINK_DDS_CLIENT_H
 
-enum { CLIENT_DOMAIN = 0, CLIENT_LEASE_MS = 300, FLOOD_BATCHES = 300 };
+enum { CLIENT_DOMAIN = 0, FLOOD_BATCHES = 300 };
 
 /* "talk"    writes each kind of a client once ("sent"), then says of each kind that comes "KIND same" or "KIND
  * different" "live"    writes Client with its lease, and Body; "sent"; lives until killed "remove"  the same, then

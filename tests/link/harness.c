@@ -228,7 +228,7 @@ wire_message sample_message(wire_kind kind)
                 .client = CLIENT_ID,
                 .sequence = 1,
                 .on_loss = WIRE_LOST_HOLD,
-                .lease_ns = 300000000,
+                .lease_ns = CLIENT_LEASE_MS * INT64_C(1000000),
                 .name = "press"}};
     case WIRE_GEOMETRY:
         return geometry_message();

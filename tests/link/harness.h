@@ -16,7 +16,9 @@
 #include "link/link.h"
 #include "wire/wire_lcm.h"
 
-enum { CLIENT_ID = 7, NAME_BYTES = 128 };
+enum { CLIENT_ID = 7, NAME_BYTES = 128, CLIENT_LEASE_MS = 1000 };
+/* For what must come, in seconds, on a machine that has ten other things to do. */
+#define RIG_PATIENCE_S 30.0
 
 /* A valid message of that kind; each string and number differs from its default. Static memory. */
 wire_message sample_message(wire_kind kind);

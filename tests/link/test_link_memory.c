@@ -205,7 +205,7 @@ static void ends_may_be_used_by_other_threads(void **state)
     rig_open(&r, "memory://cell", NULL);
     pthread_t threads[2];
     for (int i = 0; i < 2; i++) pthread_create(&threads[i], NULL, send_many, "cell");
-    RIG_UNTIL(&r, 5, r.heard.messages[WIRE_CLIENT] == 2000);
+    RIG_UNTIL(&r, RIG_PATIENCE_S, r.heard.messages[WIRE_CLIENT] == 2000);
     for (int i = 0; i < 2; i++) pthread_join(threads[i], NULL);
     rig_close(&r);
 }

@@ -84,21 +84,34 @@ static dds_entity_t join(const char *security, bool lawless)
     return participant;
 }
 
+static uint32_t count_matches(const dds_entity_t *writers, int count)
+{
+    dds_publication_matched_status_t matched;
+    uint32_t matches = 0;
+    for (int i = 0; i < count; i++)
+        if (dds_get_publication_matched_status(writers[i], &matched) == DDS_RETCODE_OK) matches += matched.total_count;
+    return matches;
+}
+
+/* The lawless one is to be taken for a writer: it waits for that. */
 static int write_for(const char *security, bool lawless, double seconds)
 {
     static const wire_kind kinds[] = {WIRE_CLIENT, WIRE_BODY, WIRE_POSE_BATCH};
     enum { KINDS = sizeof kinds / sizeof kinds[0] };
     dds_entity_t writers[KINDS], participant = join(security, lawless);
-    dds_publication_matched_status_t matched;
-    uint32_t matches = 0;
     int64_t sequence = 0;
     if (participant <= 0) return STRANGER_NO_PARTICIPANT;
     for (int i = 0; i < KINDS; i++)
         if ((writers[i] = open_writer(participant, kinds[i])) <= 0) return STRANGER_NO_WRITER;
-    for (double end = rig_now_s() + seconds; rig_now_s() < end; usleep(1000))
+    double end = rig_now_s() + seconds;
+    for (bool awaits = lawless; rig_now_s() < end || (awaits && rig_now_s() < end + RIG_PATIENCE_S); usleep(1000)) {
         for (int i = 0; i < KINDS; i++) write_one(writers[i], kinds[i], ++sequence);
-    for (int i = 0; i < KINDS; i++)
-        if (dds_get_publication_matched_status(writers[i], &matched) == DDS_RETCODE_OK) matches += matched.total_count;
+        if (!awaits || !count_matches(writers, KINDS)) continue;
+        awaits = false;
+        end = rig_now_s() + seconds; /* a reader is found: from now on */
+    }
+    uint32_t matches = count_matches(writers, KINDS);
+    if (lawless) (void)dds_wait_for_acks(writers[0], DDS_SECS((int64_t)RIG_PATIENCE_S));
     return matches ? STRANGER_MATCHED : 0;
 }
 

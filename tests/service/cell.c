@@ -99,7 +99,9 @@ memory_end *cell_client(const cell *c)
     return e;
 }
 
-static bool next(memory_end *e, wire_memory *memory, wire_kind kind, int ms, wire_message *out)
+enum { PATIENCE_MS = 30000 };
+
+bool cell_next(memory_end *e, wire_memory *memory, wire_kind kind, int ms, wire_message *out)
 {
     for (int waited = 0; waited <= ms;) {
         wire_memory_reset(memory);
@@ -116,14 +118,15 @@ static bool next(memory_end *e, wire_memory *memory, wire_kind kind, int ms, wir
 wire_message cell_await(memory_end *e, wire_memory *memory, wire_kind kind)
 {
     wire_message m;
-    if (!next(e, memory, kind, 5000, &m)) fail_msg("no %s within 5 s", wire_kind_name(kind));
+    while (kind == WIRE_STATUS && memory_receive(e, memory, &m)) wire_memory_reset(memory);
+    if (!cell_next(e, memory, kind, PATIENCE_MS, &m)) fail_msg("no %s within 30 s", wire_kind_name(kind));
     return m;
 }
 
 bool cell_hears(memory_end *e, wire_memory *memory, wire_kind kind, int ms)
 {
     wire_message m;
-    return next(e, memory, kind, ms, &m);
+    return cell_next(e, memory, kind, ms, &m);
 }
 
 void cell_settle(memory_end *e, wire_memory *memory, int64_t client, int64_t sequence)

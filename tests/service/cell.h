@@ -26,9 +26,11 @@ const struct measures *cell_measures(const cell *c);
 int cell_read(const char *path, void (*look)(void *context, const wire_log_entry *e), void *context);
 memory_end *cell_client(const cell *c);
 
-/* Waits, at most 5 s, for a message of that kind; what comes before it is dropped. Fails the test if none comes. */
+/* Waits, at most 30 s, for a message of that kind; what comes before it is dropped. Fails the test if none comes. A
+ * Status is one that has not come yet: the next but one was made after all that was sent before. */
 wire_message cell_await(memory_end *e, wire_memory *memory, wire_kind kind);
 bool cell_hears(memory_end *e, wire_memory *memory, wire_kind kind, int ms); /* is one heard within that time? */
+bool cell_next(memory_end *e, wire_memory *memory, wire_kind kind, int ms, wire_message *out); /* and which */
 
 /* Waits until all that this client has sent is applied, by a query. */
 void cell_settle(memory_end *e, wire_memory *memory, int64_t client, int64_t sequence);

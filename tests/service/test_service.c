@@ -98,15 +98,15 @@ static void poses_that_come_before_their_body_are_applied(void **state)
     cell_pose(r->alice, ALICE, 3, 0, 5.5); /* a network has no order: the newer one first */
     cell_sphere(r->alice, ALICE, 2, 0, "a", 0);
     wire_message m;
-    memory_end *e = r->bob;
-    wire_event_batch b = {0};
-    if (cell_hears(e, r->memory, WIRE_EVENT_BATCH, 300)) return; /* one tick took both */
+    while (!cell_next(r->alice, r->memory, WIRE_REJECT, 10, &m)) { /* fails by the test's time */
+        if (!cell_next(r->bob, r->memory, WIRE_EVENT_BATCH, 10, &m)) continue;
+        if (m.event_batch.kinds.count && m.event_batch.kinds.at[0] == WIRE_EVENT_BEGIN) return; /* one tick took both */
+    }
     /* two ticks: the pose was refused by name, and the client sends it again on the Ack */
-    m = cell_await(r->alice, r->memory, WIRE_REJECT);
     assert_int_equal(m.reject.reason, WIRE_UNKNOWN_BODY);
     cell_pose(r->alice, ALICE, 4, 0, 5.5);
-    b = await_event(r, e, WIRE_EVENT_BEGIN);
-    assert_string_equal(b.names_a.at[0], "a");
+    wire_event_batch b = await_event(r, r->bob, WIRE_EVENT_BEGIN);
+    assert_true(strcmp(b.names_a.at[0], "a") == 0 || strcmp(b.names_b.at[0], "a") == 0);
 }
 
 static void an_older_pose_never_overtakes_a_newer_one(void **state)
@@ -247,7 +247,7 @@ static void a_lost_clients_bodies_go_and_watchers_get_the_ends(void **state)
 {
     room *r = *state;
     memory_end *carol = cell_client(r->cell);
-    cell_hello(carol, 33, 1, 0.2, WIRE_LOST_REMOVE);
+    cell_hello(carol, 33, 1, 1, WIRE_LOST_REMOVE);
     cell_sphere(carol, 33, 2, 0, "c", 0);
     cell_sphere(r->bob, BOB, 2, 0, "b", 1);
     cell_touches(r->bob, BOB, 3, 0);
@@ -263,9 +263,9 @@ static void a_lost_clients_bodies_are_held_or_kept_as_it_said(void **state)
 {
     room *r = *state;
     memory_end *carol = cell_client(r->cell), *dave = cell_client(r->cell);
-    cell_hello(carol, 33, 1, 0.2, WIRE_LOST_HOLD);
+    cell_hello(carol, 33, 1, 1, WIRE_LOST_HOLD);
     cell_sphere(carol, 33, 2, 0, "held", 0);
-    cell_hello(dave, 44, 1, 0.2, WIRE_LOST_KEEP);
+    cell_hello(dave, 44, 1, 1, WIRE_LOST_KEEP);
     cell_sphere(dave, 44, 2, 0, "kept", 10);
     cell_sphere(r->bob, BOB, 2, 0, "b", 1);
     cell_sphere(r->bob, BOB, 3, 1, "b1", 11);

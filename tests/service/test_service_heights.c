@@ -232,7 +232,7 @@ static void a_height_field_is_not_a_mesh(void **state)
     send_body(r, WIRE_SHAPE_HEIGHT_FIELD, hash + 1);
     expect_reject(r, WIRE_UNKNOWN_GEOMETRY, "height field");
     send_body(r, WIRE_SHAPE_HEIGHT_FIELD, hash);
-    assert_true(cell_hears(r->alice, r->memory, WIRE_ACK, 2000));
+    assert_true(cell_hears(r->alice, r->memory, WIRE_ACK, 30000));
     assert_int_equal(ask(r, WIRE_QUERY_BODIES, "floor", "").names_a.count, 1);
 }
 

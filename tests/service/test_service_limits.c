@@ -1,6 +1,8 @@
 /* What one client may have, and how fast it may talk: at the limit, and one beyond it. */
 #include "cell.h"
 
+#include "base/clock.h"
+
 #include <stdio.h>
 
 enum { ALICE = 11, BOB = 22 };
@@ -48,8 +50,16 @@ static void removed(room *r, int32_t body)
     memory_send(r->end, &m);
 }
 
-/* Nothing has been refused since the last Reject was looked at. The answer comes behind all of them. */
-static void assert_nothing_refused(room *r)
+static void check_limit(const wire_reject *why, const char *says)
+{
+    assert_int_equal(why->reason, WIRE_LIMIT);
+    assert_int_equal(why->client, ALICE);
+    if (!strstr(why->text, says)) fail_msg("\"%s\", not \"%s\"", why->text, says);
+}
+
+/* Has anything been refused since the last Reject was looked at, for that limit ("": for none)? The answer comes behind
+ * all of them. */
+static bool is_limited(room *r, const char *says)
 {
     wire_message q = {.kind = WIRE_QUERY,
         .query = {.version = WIRE_VERSION,
@@ -58,22 +68,28 @@ static void assert_nothing_refused(room *r)
             .kind = WIRE_QUERY_BODIES,
             .name_a = "*",
             .name_b = ""}};
+    bool limited = false;
     memory_send(r->end, &q);
     for (;;) {
         wire_message m;
         wire_memory_reset(r->memory);
         if (!memory_receive(r->end, r->memory, &m)) continue;
-        if (m.kind == WIRE_REJECT) fail_msg("refused: %s", m.reject.text);
-        if (m.kind == WIRE_ANSWER && m.answer.sequence == r->sequence) return;
+        if (m.kind == WIRE_REJECT && *says) check_limit(&m.reject, says);
+        if (m.kind == WIRE_REJECT && !*says) fail_msg("refused: %s", m.reject.text);
+        limited |= m.kind == WIRE_REJECT;
+        if (m.kind == WIRE_ANSWER && m.answer.sequence == r->sequence) return limited;
     }
+}
+
+static void assert_nothing_refused(room *r)
+{
+    (void)is_limited(r, "");
 }
 
 static void expect_limit(room *r, const char *says)
 {
     wire_message m = cell_await(r->end, r->memory, WIRE_REJECT);
-    assert_int_equal(m.reject.reason, WIRE_LIMIT);
-    assert_int_equal(m.reject.client, ALICE);
-    if (!strstr(m.reject.text, says)) fail_msg("\"%s\", not \"%s\"", m.reject.text, says);
+    check_limit(&m.reject, says);
 }
 
 static void bodies_a_client(void **state)
@@ -203,12 +219,18 @@ static void messages_a_second(void **state)
     room r;
     config c = cell_config();
     c.max_client_messages = 50;
-    room_open(&r, &c);
-    put(&r, ALICE, 0); /* the first message counted is that of a session which is there */
-    for (int i = 1; i < 50; i++) cell_pose(r.end, ALICE, ++r.sequence, 0, i);
-    assert_nothing_refused(&r);
-    cell_pose(r.end, ALICE, ++r.sequence, 0, 50);
-    expect_limit(&r, "max_client_messages = 50");
+    for (bool again = true; again;) { /* until the machine finds the time for all of it within a second */
+        room_open(&r, &c);
+        int64_t began_ns = clock_monotonic_ns();
+        put(&r, ALICE, 0); /* the first message counted is that of a session which is there */
+        for (int i = 1; i < 50; i++) cell_pose(r.end, ALICE, ++r.sequence, 0, i);
+        assert_nothing_refused(&r);
+        cell_pose(r.end, ALICE, ++r.sequence, 0, 50);
+        bool refused = is_limited(&r, "max_client_messages = 50");
+        again = !refused && clock_monotonic_ns() - began_ns > INT64_C(900000000);
+        assert_true(refused || again);
+        if (again) room_close(&r);
+    }
     put(&r, BOB, 0); /* is not concerned */
     assert_nothing_refused(&r);
     room_close(&r);
@@ -235,14 +257,19 @@ static void poses_a_second(void **state)
     room r;
     config c = cell_config();
     c.max_client_poses = 100;
-    room_open(&r, &c);
-    put(&r, ALICE, 0);
-    send_poses(&r, 40);
-    send_poses(&r, 60);
-    assert_nothing_refused(&r);
-    send_poses(&r, 1);
-    expect_limit(&r, "max_client_poses = 100");
-    room_close(&r);
+    for (bool again = true; again;) {
+        room_open(&r, &c);
+        int64_t began_ns = clock_monotonic_ns();
+        put(&r, ALICE, 0);
+        send_poses(&r, 40);
+        send_poses(&r, 60);
+        assert_nothing_refused(&r);
+        send_poses(&r, 1);
+        bool refused = is_limited(&r, "max_client_poses = 100");
+        again = !refused && clock_monotonic_ns() - began_ns > INT64_C(900000000);
+        assert_true(refused || again);
+        room_close(&r);
+    }
 }
 
 /* A flood is refused, counted to the last message, and not answered by a flood. */

@@ -224,7 +224,7 @@ static void poses_alone_are_ticked_where_they_arrive(void **state)
     room *r = *state;
     announce(r);
     int64_t sent = 0;
-    for (; sent < 2000 && !counter(r, "ticks_on_arrival"); sent += 50) send_spaced(r, 50); /* once the start is over */
+    for (; sent < 10000 && !counter(r, "ticks_on_arrival"); sent += 50) send_spaced(r, 50); /* once the start is over */
     assert_true(counter(r, "ticks_on_arrival") > 0);
     for (int k = 0; k < 50; k++, sent++) {
         cell_sphere(r->alice, ALICE, ++r->sequence, 2, "c", 100 + k);

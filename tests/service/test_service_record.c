@@ -266,21 +266,21 @@ static void a_replay_may_take_its_time(void **state)
         assert_int_equal(wire_log_tick_end(w, 1, &t), 0);
     }
     assert_int_equal(wire_log_close(w), 0);
-    double took[2];
-    for (int i = 0; i < 2; i++) {
+    double took[2] = {9, 9}; /* the least: a busy machine may take longer now and then */
+    for (int i = 0; i < 20 && (took[0] >= 0.2 || took[1] >= 0.55); i++) {
         config c = cell_config();
         snprintf(c.replay, sizeof c.replay, "%s", path);
         c.json = true;
-        c.replay_speed = i ? 2 : 0;
+        c.replay_speed = i % 2 ? 2 : 0;
         server *s = server_create(&c, why, sizeof why);
         assert_non_null(s);
         double began = now_s();
         assert_int_equal(server_run(s), EX_OK);
-        took[i] = now_s() - began;
+        took[i % 2] = fmin(took[i % 2], now_s() - began);
         server_destroy(s);
     }
     assert_true(took[0] < 0.2);
-    assert_true(took[1] >= 0.3 && took[1] < 2); /* 3 times 0.2 s, twice as fast */
+    assert_true(took[1] >= 0.3 && took[1] < 0.55); /* 3 times 0.2 s, twice as fast */
     unlink(path);
 }
 

@@ -119,7 +119,11 @@ static void await_late_answer(hall *h, int k)
 
 static bool is_silent(hall *h, int ms)
 {
-    return !cell_hears(h->end, h->memory, WIRE_EVENT_BATCH, ms);
+    wire_message m;
+    bool heard; /* but for snapshots of nothing, which come in their own time */
+    while ((heard = cell_next(h->end, h->memory, WIRE_EVENT_BATCH, ms, &m)))
+        if (!m.event_batch.snapshot || m.event_batch.kinds.count) break;
+    return !heard;
 }
 
 static void a_step_is_done_when_all_have_published_it(void **state)
@@ -143,10 +147,6 @@ static void nothing_is_seen_of_a_step_that_is_not_complete(void **state)
     for (int k = 0; k < MEMBERS; k++) join(&h, k, 1, 60);
     for (int64_t n = 1; n <= 5; n++) {
         step(&h, 0, n, 10.0 * (double)n); /* where the second one stands still */
-        if (n == 1) {
-            while (cell_hears(h.end, h.memory, WIRE_EVENT_BATCH, 50)) { /* snapshots */
-            }
-        }
         step(&h, 1, n, 10 + 10.0 * (double)n);
         assert_true(is_silent(&h, 50));
         step(&h, 2, n, 20 + 10.0 * (double)n);
@@ -158,7 +158,7 @@ static void nothing_is_seen_of_a_step_that_is_not_complete(void **state)
 static void the_first_step_waits_until_all_are_there(void **state)
 {
     (void)state;
-    hall h = enter(0.5, "go_on", "");
+    hall h = enter(1, "go_on", "");
     join(&h, 0, 2, 60);
     step(&h, 0, 1, 0);
     wire_reject late = cell_await(h.end, h.memory, WIRE_REJECT).reject;
@@ -173,7 +173,7 @@ static void the_first_step_waits_until_all_are_there(void **state)
 static void who_misses_a_step_is_told_to_all_and_the_others_go_on(void **state)
 {
     (void)state;
-    hall h = enter(0.4, "go_on", "");
+    hall h = enter(1.5, "go_on", "");
     for (int k = 0; k < MEMBERS; k++) join(&h, k, MEMBERS, 60);
     for (int k = 0; k < MEMBERS; k++) step(&h, k, 1, 10 * k);
     await_answers(&h, MEMBERS, 1, 0);
@@ -184,7 +184,7 @@ static void who_misses_a_step_is_told_to_all_and_the_others_go_on(void **state)
     for (int left = MEMBERS; left; left--) {
         wire_reject r = cell_await(h.end, h.memory, WIRE_REJECT).reject;
         assert_int_equal(r.reason, WIRE_STEP_MISSED);
-        if (!strstr(r.text, "step 2: client 0000000000000067 \"sim2\" did not publish it within 0.4 s: it is done"))
+        if (!strstr(r.text, "step 2: client 0000000000000067 \"sim2\" did not publish it within 1.5 s: it is done"))
             fail_msg("%s", r.text);
         told[r.client - FIRST] = true;
     }
@@ -238,7 +238,7 @@ static void who_is_lost_is_not_waited_for(void **state)
     (void)state;
     hall h = enter(0, "hold", "");
     join(&h, 0, 2, 60);
-    join(&h, 1, 2, 0.3);
+    join(&h, 1, 2, 1);
     step(&h, 0, 1, 0);
     step(&h, 1, 1, 10);
     await_answers(&h, 2, 1, 0);
@@ -335,11 +335,14 @@ static void nor_from_one_refused_for_its_rate(void **state)
     hall h = {.cell = cell_start(&c), .memory = wire_memory_create()};
     h.end = cell_client(h.cell);
     for (int k = 0; k < 2; k++) join(&h, k, 2, 60);
-    for (int i = 0; i < 5; i++) publish(&h, 0, 1, 1, 10); /* where the other one is; the fifth is too many */
+    for (int i = 0; i < 24; i++)
+        publish(&h, 0, 1, 1, 10); /* where the other one is; the fifth in a second is too many */
     publish(&h, 0, 1, 0, 0);
     step(&h, 1, 1, 10);
-    assert_int_equal(cell_await(h.end, h.memory, WIRE_REJECT).reject.reason, WIRE_LIMIT);
-    assert_int_equal(cell_await(h.end, h.memory, WIRE_REJECT).reject.reason, WIRE_BAD_STEP);
+    wire_reject r = cell_await(h.end, h.memory, WIRE_REJECT).reject;
+    assert_int_equal(r.reason, WIRE_LIMIT);
+    while (r.reason == WIRE_LIMIT) r = cell_await(h.end, h.memory, WIRE_REJECT).reject;
+    assert_int_equal(r.reason, WIRE_BAD_STEP);
     publish(&h, 0, 1, 0, 0); /* nothing moved after all */
     assert_int_equal(await_answers(&h, 2, 1, 0), 0);
     for (int k = 0; k < 2; k++) publish(&h, k, 2, 0, 0);
@@ -398,13 +401,13 @@ static void a_client_cannot_use_the_sequence_of_the_daemon(void **state)
 static void who_comes_and_goes_does_not_postpone_the_timeout(void **state)
 {
     (void)state;
-    hall h = enter(0.3, "go_on", "");
+    hall h = enter(1, "go_on", "");
     for (int k = 0; k < 2; k++) join(&h, k, 2, 60);
     for (int k = 0; k < 2; k++) step(&h, k, 1, 10 * k);
     await_answers(&h, 2, 1, 0);
     step(&h, 0, 2, 0);
     bool told = false;
-    for (int i = 0; i < 40 && !told; i++) {
+    for (int i = 0; i < 200 && !told; i++) {
         hello(&h, 2, i % 2 ? 0 : 2, 60);
         told = cell_hears(h.end, h.memory, WIRE_REJECT, 40);
     }
@@ -581,7 +584,7 @@ static void lock_step_replays(void **state)
     char folder[] = "/tmp/collided-steps-XXXXXX", path[sizeof folder + 16];
     assert_non_null(mkdtemp(folder));
     snprintf(path, sizeof path, "%s/steps.lcmlog", folder);
-    hall h = enter(0.3, "go_on", path);
+    hall h = enter(1.5, "go_on", path);
     for (int k = 0; k < MEMBERS; k++) join(&h, k, MEMBERS, 60);
     for (int64_t n = 1; n <= 30; n++) {
         for (int k = MEMBERS; k-- > 0;) /* the one that comes back first: the others would not wait for it */

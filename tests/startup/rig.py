@@ -49,13 +49,18 @@ def check(holds, what):
         print(f"FAILED: {what}", flush=True)
 
 
+def count_sockets():
+    with open("/proc/net/udp", encoding="ascii") as f:
+        return len(f.readlines()) - 1
+
+
 def refused(name, arguments, status, *words, program=DAEMON, before=(), preexec=None):
     """The program ends with the status and one line that has the words, and leaves nothing."""
     folder = tempfile.mkdtemp()
     ear = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     ear.bind(("127.0.0.1", 7410))  # where the first participant of domain 0 would be looked for
     try:
-        done = subprocess.run([*before, program, *arguments], cwd=folder, capture_output=True, text=True, timeout=20,
+        done = subprocess.run([*before, program, *arguments], cwd=folder, capture_output=True, text=True, timeout=60,
                               preexec_fn=preexec, check=False)
         ear.setblocking(False)
         try:
@@ -71,10 +76,9 @@ def refused(name, arguments, status, *words, program=DAEMON, before=(), preexec=
         check(word in line, f"{name}: {word!r} is not in {line!r}")
     check(not done.stdout, f"{name}: standard output: {done.stdout!r}")
     check(not os.listdir(folder), f"{name}: files are left: {os.listdir(folder)}")
-    check(not children(), f"{name}: processes are left: {children()}")
+    check(until(20, lambda: not children()), f"{name}: processes are left: {children()}")
     check(not heard, f"{name}: a participant was announced")
-    with open("/proc/net/udp", encoding="ascii") as f:
-        check(len(f.readlines()) == 1 + expected_sockets, f"{name}: sockets are left")
+    check(until(20, lambda: count_sockets() == expected_sockets), f"{name}: sockets are left")
     shutil.rmtree(folder)
     print(f"{name}: {line.strip()}", flush=True)
 

@@ -34,7 +34,7 @@ def unpack_promtool():
 
 
 def get(path, port=PORT):
-    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=5)
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=30)
     connection.request("GET", path)
     answer = connection.getresponse()
     return answer.status, answer.read().decode()
@@ -44,12 +44,31 @@ def figures(page):
     return dict(re.findall(r"^(collided_\S+) (\S+)$", page, re.M))
 
 
-def start():
-    daemon = subprocess.Popen([DAEMON, "--links", "dds://0", "--metrics-port", str(PORT), "--status-period", "0.1"],
-                              stderr=subprocess.PIPE, text=True)
+def start(settle_s):
+    daemon = subprocess.Popen([DAEMON, "--links", "dds://0", "--metrics-port", str(PORT), "--status-period", "0.1",
+                               "--settle", str(settle_s)], stderr=subprocess.PIPE, text=True)
     while "is ready" not in daemon.stderr.readline():
         check(daemon.poll() is None, "the daemon starts")
     return daemon
+
+
+def end(daemon):
+    daemon.send_signal(signal.SIGTERM)
+    check(daemon.wait(timeout=60) == 0, "it ends in order")
+    daemon.stderr.close()
+
+
+def start_and_ask():
+    """The daemon, and what it says while it starts. On a busy machine that may be over when it is asked: once more then,
+    with longer to settle."""
+    for settle_s in (1, 4, 16):
+        daemon = start(settle_s)
+        answer = get("/ready")
+        first = subprocess.run([os.path.join(BIN, "collidectl"), "--connect", "dds://0", "status", "--timeout", "30"],
+                               capture_output=True, text=True, timeout=60, check=False)
+        if first.returncode != 0 or settle_s == 16:
+            return daemon, answer, first.returncode, first.stderr
+        end(daemon)
 
 
 def a_page_that_promtool_accepts():
@@ -66,14 +85,12 @@ def a_page_that_promtool_accepts():
 
 def it_tells_what_happens():
     before = figures(get("/metrics")[1])
-    asked = subprocess.run([os.path.join(BIN, "collidectl"), "--connect", "dds://0", "query", "bodies"],
-                          capture_output=True, text=True, timeout=20, check=False)
+    asked = subprocess.run([os.path.join(BIN, "collidectl"), "--connect", "dds://0", "query", "bodies", "--timeout", "30"],
+                           capture_output=True, text=True, timeout=60, check=False)
     check(asked.returncode == 0, f"collidectl query: {asked.stderr}")
-    time.sleep(0.3)
+    for seen in ('collided_messages_in_total{kind="Client"}', "collided_ticks_total"):
+        check(until(30, lambda: int(figures(get("/metrics")[1])[seen]) > int(before[seen])), f"{seen}: {before[seen]}")
     after = figures(get("/metrics")[1])
-    seen = 'collided_messages_in_total{kind="Client"}'
-    check(int(after[seen]) > int(before[seen]), f"a client came: {before[seen]}, {after[seen]}")
-    check(int(after["collided_ticks_total"]) > int(before["collided_ticks_total"]), "ticks are counted")
     check(int(after["collided_tick_seconds_count"]) == int(after['collided_tick_seconds_bucket{le="+Inf"}']),
           "a histogram is whole")
 
@@ -95,8 +112,8 @@ def each_figure_has_help_of_its_own():
         check((types[name] == "counter") == name.endswith("_total"), f"{name} is a {types[name]}")
     twice = [text for text in helps.values() if list(helps.values()).count(text) > 1]
     check(not twice, f"help of several figures: {set(twice)}")
-    status = subprocess.run([os.path.join(BIN, "collidectl"), "--connect", "dds://0", "status", "--json"],
-                            capture_output=True, text=True, timeout=20, check=False)
+    status = subprocess.run([os.path.join(BIN, "collidectl"), "--connect", "dds://0", "status", "--json", "--timeout", "30"],
+                            capture_output=True, text=True, timeout=60, check=False)
     check(status.returncode == 0, f"collidectl status: {status.stderr}")
     own = {"client_" + name for name in ("repeats", "announced_again", "foreign_messages", "malformed_messages",
                                          "rejections_dropped", "batches_lost", "stalls", "send_failures")}
@@ -127,23 +144,23 @@ def monitoring_asks_for_figures_that_there_are():
 
 
 def it_is_ready_once_its_world_is_whole(daemon):
-    check(first_answer == (503, "starting: listens for what there was before\n"), f"/ready at the start: {first_answer}")
+    check(first_answer[0] == 503 and first_answer[1].startswith("starting: "), f"/ready at the start: {first_answer}")
     check(first_health == 75 and "the daemon is starting" in first_words, f"status: {first_health}, {first_words}")
-    check(until(5, lambda: get("/ready")[0] == 200), "it becomes ready")
+    check(until(60, lambda: get("/ready")[0] == 200), "it becomes ready")
     said = daemon.stderr.readline()
-    check(re.search(r"the world is whole after (1|0)\.\d s: 0 bodies of \d clients", said), f"the log: {said}")
+    check(re.search(r"the world is whole after \d+\.\d s: 0 bodies of \d clients", said), f"the log: {said}")
     check(get("/ready") == (200, "ready\n"), "/ready")
 
 
 def nonsense_is_bounded():
     for text in (b"\0\0\0\0", b"GET", b"POST /metrics HTTP/1.1\r\nContent-Length: 99999999\r\n\r\n", b"x" * 100000):
-        with socket.create_connection(("127.0.0.1", PORT), timeout=5) as s:
+        with socket.create_connection(("127.0.0.1", PORT), timeout=30) as s:
             try:
                 s.sendall(text)
             except OSError:
                 pass  # it was hung up on while it wrote
-    idle = [socket.create_connection(("127.0.0.1", PORT), timeout=5) for _ in range(70)]  # and say nothing
-    end, answered = time.monotonic() + 20, False
+    idle = [socket.create_connection(("127.0.0.1", PORT), timeout=30) for _ in range(70)]  # and say nothing
+    end, answered = time.monotonic() + 60, False
     while not answered and time.monotonic() < end:
         try:
             answered = get("/ready")[0] == 200
@@ -167,12 +184,8 @@ with socket.socket() as taken:
     taken.listen()
     refused("a port that is taken", ["--links", "dds://1", "--metrics-port", str(PORT)], 69, f"metrics_port = {PORT}",
             "0 for none")
-daemon = start()
+daemon, first_answer, first_health, first_words = start_and_ask()
 try:
-    first_answer = get("/ready")
-    first = subprocess.run([os.path.join(BIN, "collidectl"), "--connect", "dds://0", "status"], capture_output=True,
-                           text=True, timeout=20, check=False)
-    first_health, first_words = first.returncode, first.stderr
     it_is_ready_once_its_world_is_whole(daemon)
     a_page_that_promtool_accepts()
     it_tells_what_happens()
@@ -182,7 +195,5 @@ try:
     only_this_machine()
     nonsense_is_bounded()
 finally:
-    daemon.send_signal(signal.SIGTERM)
-    check(daemon.wait(timeout=10) == 0, "it ends in order")
-    daemon.stderr.close()
+    end(daemon)
 finish()

@@ -10,7 +10,9 @@ import time
 from rig import DAEMON, check, finish, isolate
 
 WATCHDOG_S = 1.0
-SLACK_S = 0.15  # of a machine that has other work
+SLACK_S = 0.15  # of a machine that has other work; where that is more, it is listened to again
+PATIENCE_S = 60
+TRIES = 8
 
 isolate()
 folder = tempfile.mkdtemp()
@@ -32,6 +34,14 @@ def hear(seconds):
     return heard
 
 
+def hear_until(holds, heard=()):
+    """All that is told until it holds of it, or for a long time."""
+    heard, end = list(heard), time.monotonic() + PATIENCE_S
+    while not holds([text for _, text in heard]) and time.monotonic() < end:
+        heard += hear(0.05)
+    return heard
+
+
 def start(watchdog, *options):
     environment = dict(os.environ, NOTIFY_SOCKET=path)
     if watchdog:
@@ -41,7 +51,7 @@ def start(watchdog, *options):
 
 
 def first():
-    manager.settimeout(20)
+    manager.settimeout(PATIENCE_S)
     return manager.recv(4096).decode()
 
 
@@ -56,26 +66,32 @@ def ready(daemon, words="is ready"):
 
 def end(daemon):
     daemon.send_signal(signal.SIGTERM)
-    said = [text for _, text in hear(2)]
+    said = [text for _, text in hear_until(lambda texts: any(t.startswith("STOPPING=1") for t in texts))]
     daemon.communicate()
     check(daemon.returncode == 0, f"it ends in order: {daemon.returncode}")
     check(any(text.startswith("STOPPING=1") for text in said), f"it says that it ends: {said}")
 
 
 def signs_of_life_come_twice_in_the_time_even_if_idle():
-    daemon = start(WATCHDOG_S)
+    daemon, others = start(WATCHDOG_S), []
     ready(daemon)
-    said = hear(3)
-    signs = [when for when, text in said if text == "WATCHDOG=1"]
-    check([text for _, text in said if text != "WATCHDOG=1"] == ["STATUS=ready"], f"its world is whole: {said}")
-    gaps = [b - a for a, b in zip(signs, signs[1:])]
-    check(len(signs) >= 6 and max(gaps) <= WATCHDOG_S / 2 + SLACK_S, f"signs of life: {gaps}")
-    check(min(gaps) > WATCHDOG_S / 10, f"no more of them than needed: {gaps}")
+    for _ in range(TRIES):
+        said, steady = hear(3), False
+        signs = [when for when, text in said if text == "WATCHDOG=1"]
+        gaps = [b - a for a, b in zip(signs, signs[1:])]
+        steady = len(signs) >= 6 and max(gaps) <= WATCHDOG_S / 2 + SLACK_S and min(gaps) > WATCHDOG_S / 10
+        others += [text for _, text in said if text != "WATCHDOG=1"]
+        if steady:
+            break
+    check(steady, f"signs of life, as often as needed and no more: {gaps}")
+    others += [text for _, text in hear_until(lambda texts: others or "STATUS=ready" in texts) if text != "WATCHDOG=1"]
+    check(others == ["STATUS=ready"], f"its world is whole: {others}")
     daemon.send_signal(signal.SIGSTOP)
     hear(0.1)
     check(not hear(1.5 * WATCHDOG_S), "a daemon that hangs says nothing")
     daemon.send_signal(signal.SIGCONT)
-    check(any(text == "WATCHDOG=1" for _, text in hear(1)), "it goes on")
+    said = hear_until(lambda texts: "WATCHDOG=1" in texts)
+    check(any(text == "WATCHDOG=1" for _, text in said), "it goes on")
     end(daemon)
 
 

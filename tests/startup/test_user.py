@@ -66,12 +66,12 @@ def test_becomes_the_user():
     def is_there_again():
         return [c for c in children(daemon.pid) if c not in gateway]
 
-    if until(5, is_there_again):
+    if until(30, is_there_again):
         check_is_user(is_there_again()[0], "the gateway that was started again")
     else:
         check(False, "the gateway was not started again")
     daemon.terminate()
-    check(daemon.wait(10) == 0, "it does not end in order")
+    check(daemon.wait(60) == 0, "it does not end in order")
     daemon.stderr.close()
     shutil.rmtree(folder)
 
@@ -85,7 +85,7 @@ def test_root_is_told():
             break
     check("this is root" in said, f"nobody says that it is root: {said}")
     daemon.terminate()
-    daemon.wait(10)
+    daemon.wait(60)
 
 
 rig.isolate()
