@@ -247,6 +247,23 @@ static void a_first_batch_that_is_no_snapshot_is_not_told(void **state)
     collided_close(c);
 }
 
+/* Whoever polls without ever waiting is as deaf as anybody without a snapshot, and asks for it as well. */
+static void who_never_waits_asks_again_too(void **state)
+{
+    (void)state;
+    heard h = {0};
+    fake_begin((fake_options){.epoch = 1});
+    collided *c = fake_connect();
+    subscribe(c, &h, note);
+    for (int tries = 0; fake_sent(WIRE_INTEREST) < 2 && tries < 2000; tries++) {
+        (void)collided_poll(c, 0.0);
+        fake_pause(10);
+    }
+    assert_int_equal(fake_sent(WIRE_INTEREST), 2);
+    assert_true(fake_message(WIRE_INTEREST, 1)->interest.sequence > fake_message(WIRE_INTEREST, 0)->interest.sequence);
+    collided_close(c);
+}
+
 static void parts_are_one_batch(void **state)
 {
     (void)state;
@@ -332,6 +349,7 @@ int main(void)
         cmocka_unit_test(a_snapshot_that_was_overtaken_is_not_told),
         cmocka_unit_test(a_heartbeat_is_told_and_finds_out_what_was_lost),
         cmocka_unit_test(a_first_batch_that_is_no_snapshot_is_not_told),
+        cmocka_unit_test(who_never_waits_asks_again_too),
         cmocka_unit_test(parts_are_one_batch),
         cmocka_unit_test(a_new_epoch_begins_with_a_snapshot),
         cmocka_unit_test(a_callback_may_unsubscribe_but_not_wait),
