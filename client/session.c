@@ -78,15 +78,23 @@ int session_send(collided *c, const wire_message *m)
     return sent;
 }
 
-/* A restarted daemon has a greater epoch (it is the time of its start). A smaller one is followed only when ours has
- * fallen silent, so that two daemons on one network do not make us change sides with every message. Within one line a
- * smaller one is of a daemon whose standby has taken over, and is never believed; a greater one is of that standby,
- * which knows us. */
+/* Within one line a smaller epoch is of a daemon whose standby has taken over. */
+static bool is_of_another(const collided *c, int64_t epoch, int64_t now_ns)
+{
+    bool silent = c->over == c->epoch || now_ns - c->heard_ns >= SESSION_SILENCE_NS;
+    if (epoch == c->over && epoch != c->epoch) return true;
+    return epoch < c->epoch && (!silent || wire_same_line(epoch, c->epoch));
+}
+
+/* A restarted daemon has a greater epoch (it is the time of its start); of two on one network the one with the greater
+ * epoch goes on (daemon/service/standby.c). A smaller one is followed only when ours has fallen silent, or has said
+ * that it ends, so that two daemons do not make us change sides with every message. Within one line a greater one is of
+ * the standby that has taken over, which knows us. */
 bool session_hear(collided *c, int64_t epoch)
 {
     int64_t now = session_monotonic_ns();
     bool goes_on = wire_same_line(epoch, c->epoch);
-    if (epoch < c->epoch && (goes_on || now - c->heard_ns < SESSION_SILENCE_NS)) {
+    if (is_of_another(c, epoch, now)) {
         c->counters.foreign++;
         return false;
     }
@@ -98,6 +106,12 @@ bool session_hear(collided *c, int64_t epoch)
     session_wake_keeper(c);
     session_wake_caller(c);
     return true;
+}
+
+bool session_hear_status(collided *c, const wire_status *s)
+{
+    if (s->health == WIRE_HEALTH_STOPPING) c->over = s->epoch;
+    return session_hear(c, s->epoch);
 }
 
 bool session_unheard(collided *c)

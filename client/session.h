@@ -101,6 +101,7 @@ struct collided {
     geometry_record *geometries;
     int64_t wall_ahead_ns;   /* of the monotonic clock, when poses were published last; 0 = none were */
     int64_t epoch, heard_ns; /* the daemon's; 0 = never heard */
+    int64_t over;            /* the epoch that was told last to end: nobody who comes to it follows it any more */
     int64_t heartbeat_ns;    /* when the next one is due */
     int64_t all_again_ns;    /* when everything was last announced again */
     bool all_again_wanted;   /* the daemon has lost us: when a second has passed since */
@@ -152,8 +153,9 @@ collided_status session_fail(collided *c, collided_status status, const char *fo
 collided_status session_from_callback(collided *c); /* COLLIDED_OK unless a callback is running */
 
 /* With the lock held. */
-int session_send(collided *c, const wire_message *m); /* counts what the transport refuses */
-bool session_hear(collided *c, int64_t epoch);        /* a sign of the daemon; false: of another one than ours */
+int session_send(collided *c, const wire_message *m);        /* counts what the transport refuses */
+bool session_hear(collided *c, int64_t epoch);               /* a sign of the daemon; false: of another one than ours */
+bool session_hear_status(collided *c, const wire_status *s); /* likewise; it may say that its epoch ends */
 void session_wake_keeper(collided *c);
 void session_wake_caller(collided *c);
 void session_keep_rejection(collided *c, const wire_reject *why);

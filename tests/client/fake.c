@@ -196,7 +196,7 @@ void fake_pause(int ms)
 const wire_message *fake_message(wire_kind kind, size_t n)
 {
     size_t count = 0;
-    for (int ms = 0; ms < 1000; ms++) {
+    for (int ms = 0; ms < 20000; ms++) {
         const wire_message *m = find(kind, n, &count);
         if (m) return m;
         fake_pause(1);
@@ -245,14 +245,14 @@ void fake_reject(const wire_message *sent, wire_reason reason, const char *text)
     fake_give(&m);
 }
 
-void fake_status(int64_t epoch)
+static void status(int64_t epoch, uint8_t health)
 {
     const char *names[] = {"ticks"};
     const int64_t values[] = {7};
     const wire_message m = {.kind = WIRE_STATUS,
         .status = {.version = WIRE_VERSION,
             .epoch = epoch,
-            .health = WIRE_HEALTH_READY,
+            .health = health,
             .daemon = "fake:1",
             .release = "0",
             .links = "fake",
@@ -260,4 +260,14 @@ void fake_status(int64_t epoch)
             .counter_names = {1, names},
             .counter_values = {1, values}}};
     fake_give(&m);
+}
+
+void fake_status(int64_t epoch)
+{
+    status(epoch, WIRE_HEALTH_READY);
+}
+
+void fake_end(int64_t epoch)
+{
+    status(epoch, WIRE_HEALTH_STOPPING);
 }

@@ -21,7 +21,7 @@ collided *fake_connect(void);          /* with a lease of 0.6 s and on_loss REMO
 collided *fake_try(const collided_def *def, char *why, size_t why_size);
 
 size_t fake_sent(wire_kind kind);
-/* The n-th message of that kind, from 0; waits up to a second for it, then fails the test. Valid until fake_begin. */
+/* The n-th message of that kind, from 0; waits for it with patience, then fails the test. Valid until fake_begin. */
 const wire_message *fake_message(wire_kind kind, size_t n);
 size_t fake_position(const wire_message *m); /* among everything that was sent */
 void fake_pause(int ms);
@@ -30,5 +30,6 @@ void fake_give(const wire_message *m);
 void fake_ack(const wire_message *sent); /* in the present epoch */
 void fake_reject(const wire_message *sent, wire_reason reason, const char *text);
 void fake_status(int64_t epoch);
+void fake_end(int64_t epoch); /* a Status by which the daemon of that epoch ends */
 
 #endif
