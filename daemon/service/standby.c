@@ -1,7 +1,8 @@
 /* standby: who of a pair is active, and what becomes of it. A daemon is joining until it has heard of an active one and
  * taken over its state (then it is the standby), or of nobody (then it is active). Two that join at once: the one that
  * began first is active; of two that are active, which happens when one of them only stood still or the network was
- * parted, the one of the lower epoch steps down. Tick thread. */
+ * parted, the one of the lower epoch steps down, as clients follow the higher one (client/session.c). So a daemon that
+ * goes on from nothing takes an epoch above all that it has heard of. Tick thread. */
 #include "standby.h"
 
 #include "base/clock.h"
@@ -18,6 +19,7 @@ static const int64_t ALONE_LEASES = 5;          /* ... so many leases */
 static const int64_t ASK_AGAIN_NS = 500000000;  /* for a state */
 static const int64_t FOLLOWED_NS = 10000000000; /* a peer that was alive may be back: it is still written for */
 static const int64_t SLOW_LEASES = 3;
+static const int64_t EPOCH_MOST = INT64_MAX / 2; /* no clock shows more */
 
 uint8_t standby_place_of(const service *s, const struct link *l)
 {
@@ -49,14 +51,22 @@ static peer_card *peer_of(struct standby *p, int64_t sender)
     return NULL;
 }
 
-/* Alive, of our release, and in that role. */
-static const peer_card *peer_in_role(const struct standby *p, peer_role role)
+/* Of two active daemons the one that stays. Two that began within one quantum of the clock have the same epoch. */
+static bool goes_before(int64_t epoch, int64_t sender, int64_t other_epoch, int64_t other_sender)
 {
+    return epoch != other_epoch ? epoch > other_epoch : sender < other_sender;
+}
+
+/* Alive and of our release; of several the one that stays. */
+static const peer_card *active_peer(const struct standby *p)
+{
+    const peer_card *first = NULL;
     for (size_t i = 0; i < p->peers.count; i++) {
         const peer_card *c = &p->peers.at[i];
-        if (c->alive && c->role == role && strcmp(c->release, p->card.release) == 0) return c;
+        if (!c->alive || c->role != PEER_ACTIVE || strcmp(c->release, p->card.release) != 0) continue;
+        if (!first || goes_before(c->epoch, c->sender, first->epoch, first->sender)) first = c;
     }
-    return NULL;
+    return first;
 }
 
 /* Alive and in that role, of whatever release. */
@@ -166,11 +176,21 @@ static void rebase_clocks(service *s)
     s->limits[0] = '\0';
 }
 
+/* Above all that we have had or heard of, although the clock may have been set back: clients that knew one of those
+ * would not believe a lower one until they had heard nothing for a while. */
+static int64_t new_line(const service *s)
+{
+    int64_t by_clock = wire_new_line(clock_wall_ns());
+    int64_t known = s->epoch > s->standby->heard_epoch ? s->epoch : s->standby->heard_epoch;
+    int64_t above = wire_new_line(known < EPOCH_MOST ? known : 0) + (INT64_C(1) << WIRE_LINE_BITS);
+    return by_clock > above ? by_clock : above;
+}
+
 static void become_active(service *s, const link_sink *sink, const char *why)
 {
     struct standby *p = s->standby;
     bool goes_on = p->in_step;
-    s->epoch = goes_on ? s->epoch + 1 : wire_new_line(clock_wall_ns());
+    s->epoch = goes_on ? s->epoch + 1 : new_line(s);
     service_replay_budget(s, false, 0);
     service_set_budget(s);
     if (!goes_on) ready_begin(s);
@@ -229,9 +249,7 @@ static void resolve_doubt(service *s)
 
 static bool has_taken_over(const service *s, const peer_card *c)
 {
-    if (!c->alive || c->role != PEER_ACTIVE) return false;
-    if (wire_same_line(c->epoch, s->epoch) && c->epoch != s->epoch) return c->epoch > s->epoch;
-    return c->sender < s->standby->card.sender;
+    return c->alive && c->role == PEER_ACTIVE && goes_before(c->epoch, c->sender, s->epoch, s->standby->card.sender);
 }
 
 /* One that is back is told of anew. */
@@ -247,6 +265,7 @@ static void on_card(void *context, const peer_card *card)
     struct standby *p = s->standby;
     peer_card *known = peer_of(p, card->sender);
     bool is_new = !known || known->role != card->role;
+    if (card->epoch > p->heard_epoch) p->heard_epoch = card->epoch;
     if (is_new && card->alive && strcmp(card->release, p->card.release) != 0)
         log_warning("%s is of release %s, this one of %s: no pair", card->name, card->release, p->card.release);
     if (known)
@@ -419,7 +438,7 @@ static void join(service *s, const link_sink *sink)
 {
     struct standby *p = s->standby;
     int64_t patience_ns = ALONE_LEASES * p->lease_ns > ALONE_NS ? ALONE_LEASES * p->lease_ns : ALONE_NS;
-    const peer_card *active = peer_in_role(p, PEER_ACTIVE);
+    const peer_card *active = active_peer(p);
     if (active) {
         follow(s, active);
         return;
@@ -437,7 +456,7 @@ static void join(service *s, const link_sink *sink)
 static void stand_by(service *s, const link_sink *sink)
 {
     struct standby *p = s->standby;
-    const peer_card *active = peer_of(p, p->active), *another = peer_in_role(p, PEER_ACTIVE);
+    const peer_card *active = peer_of(p, p->active), *another = active_peer(p);
     if (active && active->alive && s->monotonic_ns >= p->quiet_ns) p->missed = false; /* whatever it wrote has come */
     if (active && active->alive && active->role == PEER_ACTIVE && active->epoch == s->epoch && !p->left) {
         p->waiting_ns = 0;

@@ -75,6 +75,7 @@ struct standby {
     int64_t round_ns;           /* of the last round */
     int64_t quiet_ns;           /* the active one stood still: it listens until then before it says anything more */
     ARRAY(peer_card) peers;
+    int64_t heard_epoch; /* the highest of their cards */
 
     int64_t active;     /* the sender that we follow; 0: nobody */
     bool in_step;       /* its state has come, and every tick since */
