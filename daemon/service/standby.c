@@ -105,6 +105,7 @@ static void lose_follower(service *s, const char *why)
     struct standby *p = s->standby;
     const peer_card *f = follower(s);
     log_notice("%s %s", f ? f->name : "the standby", why);
+    if (p->sure) p->alone = s->epoch;
     p->dropped = p->follower;
     p->link->ops->peers->send(
         p->link, p->card.sender, JOURNAL_DROPPED, (const uint8_t *)&p->dropped, sizeof p->dropped);
@@ -202,7 +203,7 @@ static void become_active(service *s, const link_sink *sink, const char *why)
     stream_heartbeats(s);
     s->status_due = true;
     p->in_step = p->left = p->followed = false;
-    p->active = p->waiting_ns = 0;
+    p->active = p->waiting_ns = p->alone = 0;
     p->journalled_tick = p->had_tick = s->tick;
     size_t kept = p->kept.messages.count;
     kept_apply(s, sink, s->monotonic_ns - 3 * p->lease_ns);
@@ -230,6 +231,7 @@ static void step_down(service *s, const peer_card *other)
     log_warning("%s has taken over (epoch %" PRId64 ", ours was %" PRId64
                 "): this daemon steps down, and what it published since is not believed by anybody who has heard of it",
         other->name, other->epoch, s->epoch);
+    if (other->epoch == s->epoch) s->standby->alone = s->epoch;
     resign(s);
 }
 
@@ -346,6 +348,7 @@ static void take_state(service *s, bytes_in *r)
         return;
     }
     p->in_step = true;
+    p->alone = 0;
     say(s, PEER_STANDBY);
     log_notice("in step with the active daemon, from tick %" PRId64 " on, epoch %" PRId64, s->tick, s->epoch);
 }
@@ -382,17 +385,40 @@ static void drop_slow(service *s)
 
 /* ---- records ---- */
 
+/* Another one has told in this line what is not known here: whoever heard it would take our batches for those that come
+ * next. Under a line of their own they begin with a snapshot. */
+static void begin_line(service *s, int64_t sender)
+{
+    const peer_card *other = peer_of(s->standby, sender);
+    int64_t before = s->epoch;
+    s->epoch = new_line(s);
+    s->standby->sure = false; /* who follows has to join anew */
+    say(s, PEER_ACTIVE);
+    for (uint32_t i = 0; i < s->streams.count; i++)
+        if (s->streams.at[i].live) world_want_snapshot(s->world, i);
+    s->status_due = true;
+    log_warning("%s was active, too, while the network was parted: epoch %" PRId64 " becomes %" PRId64
+                ", and every stream begins anew",
+        other ? other->name : "another daemon", before, s->epoch);
+}
+
+static void take_wish(service *s, int64_t sender, bytes_in *r)
+{
+    struct standby *p = s->standby;
+    int64_t alone = 0;
+    p->state_wanted = true;
+    if (p->dropped == sender) p->dropped = 0;
+    p->alive_ns = s->monotonic_ns; /* its card may come later: topics have no order */
+    if (bytes_get(r, &alone, sizeof alone) && wire_same_line(alone, s->epoch)) begin_line(s, sender);
+}
+
 static void on_record(void *context, int64_t sender, uint8_t kind, const uint8_t *bytes, size_t size)
 {
     service *s = context;
     struct standby *p = s->standby;
     bytes_in r = {.at = bytes, .left = size};
     if (p->card.role == PEER_ACTIVE) {
-        if (kind == JOURNAL_WANT_STATE) {
-            p->state_wanted = true;
-            if (p->dropped == sender) p->dropped = 0;
-            p->alive_ns = s->monotonic_ns; /* its card may come later: topics have no order */
-        }
+        if (kind == JOURNAL_WANT_STATE) take_wish(s, sender, &r);
         if (kind == JOURNAL_HAVE) take_have(s, sender, &r);
         return;
     }
@@ -431,7 +457,7 @@ static void follow(service *s, const peer_card *active)
     p->active = active->sender;
     if (p->asked_ns && s->monotonic_ns - p->asked_ns < ASK_AGAIN_NS) return;
     p->asked_ns = s->monotonic_ns;
-    p->link->ops->peers->send(p->link, p->card.sender, JOURNAL_WANT_STATE, NULL, 0);
+    p->link->ops->peers->send(p->link, p->card.sender, JOURNAL_WANT_STATE, (const uint8_t *)&p->alone, sizeof p->alone);
 }
 
 static void join(service *s, const link_sink *sink)

@@ -93,6 +93,8 @@ struct standby {
     bool sure;         /* ... it has */
     int64_t doubted;   /* the active one stood still: its standby then, which may have taken over since; 0: none */
     int64_t dropped;   /* one that is not waited for until it joins anew */
+    int64_t alone; /* the epoch in which one that was sure was lost: it may have gone on from there, without what was
+                      told since; 0: none */
     bool state_wanted; /* the active one: somebody asks for its state */
     bytes_out journal; /* of the tick that is being made */
     wire_memory *memory;

@@ -1,0 +1,237 @@
+/* Two daemons of a pair that are active at the same time, because the network between them was parted, or because one
+ * began without hearing of the other: the one that clients follow stays, and nobody takes what it tells for the
+ * continuation of what the other one told.
+ *
+ * Clients speak by the memory link, the daemons by peers.h; each has a client of its own, and the clock is the test's.
+ * One thread. */
+#include "base/clock.h"
+#include "base/log.h"
+#include "cell.h"
+#include "peers.h"
+#include "service/server.h"
+#include "service/service.h"
+#include "service/standby.h"
+
+#include <stdio.h>
+
+static const int64_t TICK_NS = 10000000, S_NS = 1000000000;
+
+typedef struct side {
+    server *server; /* NULL: there is none */
+    service *service;
+    link_sink sink;
+    link_ops ops;
+    memory_end *end;
+    bool stands_still;
+    int64_t epoch; /* that the client on this side was told of last ... */
+    bool snapshot; /* ... with a snapshot */
+    size_t begun;
+} side;
+
+static side sides[2];
+static int64_t now_ns;
+static wire_memory *memory;
+
+static void start(int k)
+{
+    char why[256] = "";
+    side *a = &sides[k];
+    config c = cell_config();
+    snprintf(c.links, sizeof c.links, "memory://%d", k);
+    *a = (side){.server = server_create(&c, why, sizeof why)};
+    if (!a->server) fail_msg("%s", why);
+    service *s = a->service = server_service(a->server);
+    a->sink = server_sink(a->server);
+    a->end = memory_connect(c.links + strlen("memory://"));
+    a->ops = *s->links[0]->ops;
+    a->ops.peers = &PEERS;
+    s->links[0]->ops = &a->ops;
+    s->config.standby = true;
+    s->now_ns = s->monotonic_ns = now_ns;
+    if (standby_start(s, why, sizeof why) != 0) fail_msg("%s", why);
+}
+
+static void end(int k)
+{
+    if (!sides[k].server) return;
+    peers_die(sides[k].service->links[0]);
+    memory_disconnect(sides[k].end);
+    server_destroy(sides[k].server);
+    sides[k].server = NULL;
+}
+
+static void learn(side *a)
+{
+    wire_message m;
+    for (wire_memory_reset(memory); memory_receive(a->end, memory, &m); wire_memory_reset(memory)) {
+        if (m.kind != WIRE_EVENT_BATCH || m.event_batch.heartbeat) continue;
+        a->snapshot = (a->snapshot && m.event_batch.epoch == a->epoch) || m.event_batch.snapshot;
+        a->epoch = m.event_batch.epoch;
+        for (uint32_t i = 0; i < m.event_batch.kinds.count; i++)
+            a->begun += m.event_batch.kinds.at[i] == WIRE_EVENT_BEGIN;
+    }
+}
+
+static bool is_active(int k)
+{
+    return sides[k].server && !standby_waits(sides[k].service);
+}
+
+static void round_of(side *a)
+{
+    service *s = a->service;
+    s->now_ns = s->monotonic_ns = now_ns;
+    s->links[0]->ops->receive(s->links[0], &a->sink);
+    if (!standby_round(s, &a->sink)) {
+        s->tick++;
+        pace_begin(&s->pace, clock_monotonic_ns());
+        service_tick(s);
+        pace_end(&s->pace, clock_monotonic_ns(), world_get_figures(s->world).work);
+        standby_after_tick(s);
+        stream_heartbeats(s);
+    }
+    learn(a);
+}
+
+static void pass(int64_t ns)
+{
+    for (int64_t until_ns = now_ns + ns; now_ns < until_ns;) {
+        now_ns += TICK_NS;
+        for (int k = 0; k < 2; k++)
+            if (sides[k].server && !sides[k].stands_still) round_of(&sides[k]);
+    }
+}
+
+static bool has_standby(int k)
+{
+    char text[256];
+    standby_describe(sides[k].service, text, sizeof text);
+    return strstr(text, "hot standby") != NULL;
+}
+
+/* The one is active and the other its standby, and a client is told of two balls that are apart. */
+static void pair_up(void)
+{
+    start(0);
+    pass(2 * S_NS);
+    start(1);
+    pass(S_NS);
+    assert_true(is_active(0) && has_standby(0) && !is_active(1));
+    for (int k = 0; k < 2; k++) { /* the network brings it to both */
+        cell_hello(sides[k].end, 7, 1, 1000, WIRE_LOST_REMOVE);
+        cell_sphere(sides[k].end, 7, 2, 0, "a", 0);
+        cell_sphere(sides[k].end, 7, 3, 1, "b", 5);
+        cell_touches(sides[k].end, 7, 4, 0);
+    }
+    pass(S_NS / 10);
+    assert_true(sides[0].snapshot && sides[0].epoch == sides[0].service->epoch && sides[0].begun == 0);
+}
+
+static int set_up(void **state)
+{
+    (void)state;
+    log_setup(LOG_ERROR, 0);
+    memory = wire_memory_create();
+    now_ns = 1000 * S_NS;
+    return 0;
+}
+
+static int tear_down(void **state)
+{
+    (void)state;
+    for (int k = 0; k < 2; k++) end(k);
+    peers_forget();
+    wire_memory_destroy(memory);
+    return 0;
+}
+
+/* ---- who stays ---- */
+
+/* It is the later one, although the other began first: clients that hear both follow the higher epoch. */
+static void of_two_active_ones_the_one_with_the_higher_epoch_stays(void **state)
+{
+    (void)state;
+    peers_part(true);
+    start(0);
+    start(1);
+    pass(2 * S_NS);
+    assert_true(is_active(0) && is_active(1));
+    int higher = sides[1].service->epoch > sides[0].service->epoch;
+    if (*state) sides[higher = !higher].service->epoch += S_NS * 3600; /* the clock of that one was ahead */
+    int64_t epoch = sides[higher].service->epoch;
+    pass(S_NS);
+    peers_part(false);
+    pass(2 * S_NS);
+    assert_true(is_active(higher) && !is_active(!higher) && has_standby(higher));
+    assert_int_equal(sides[higher].service->epoch, epoch);
+}
+
+/* Whoever followed that one would not believe a lower one until he had heard nothing for a while. */
+static void who_begins_anew_is_above_all_that_it_has_heard_of(void **state)
+{
+    (void)state;
+    start(0);
+    pass(2 * S_NS);
+    int64_t epoch = sides[0].service->epoch += S_NS * 3600; /* and now the clock is set back by an hour */
+    pass(S_NS);
+    start(1);
+    now_ns += TICK_NS;
+    round_of(&sides[1]); /* it has heard of it, and has nothing of it yet */
+    end(0);
+    pass(4 * S_NS);
+    assert_true(is_active(1));
+    assert_true(sides[1].service->epoch > epoch && !wire_same_line(sides[1].service->epoch, epoch));
+}
+
+/* ---- what was told ---- */
+
+/* Each of them tells its own clients of a contact, under the same numbers. */
+static void what_one_told_alone_is_not_continued_by_the_other(void **state)
+{
+    (void)state;
+    pair_up();
+    int64_t epoch = sides[0].service->epoch;
+    peers_part(true);
+    pass(S_NS);
+    assert_true(is_active(0) && is_active(1) && sides[1].service->epoch == epoch + 1);
+    for (int k = 0; k < 2; k++) cell_pose(sides[k].end, 7, 5 + k, 1, 1.0 + 0.5 * k);
+    pass(S_NS);
+    assert_true(sides[0].begun == 1 && sides[1].begun == 1);
+    peers_part(false);
+    pass(2 * S_NS);
+    assert_true(!is_active(0) && is_active(1) && has_standby(1));
+    assert_true(sides[1].service->epoch > epoch + 1 && !wire_same_line(sides[1].service->epoch, epoch));
+    assert_true(sides[1].epoch == sides[1].service->epoch && sides[1].snapshot && sides[1].begun == 2);
+}
+
+/* It told nothing meanwhile: streams go on. */
+static void who_stood_still_disturbs_nobody(void **state)
+{
+    (void)state;
+    pair_up();
+    int64_t epoch = sides[0].service->epoch;
+    peers_part(true);
+    sides[0].stands_still = true;
+    pass(S_NS);
+    assert_true(is_active(1) && sides[1].service->epoch == epoch + 1);
+    peers_part(false);
+    sides[0].stands_still = false;
+    pass(2 * S_NS);
+    assert_true(!is_active(0) && is_active(1) && has_standby(1));
+    assert_int_equal(sides[1].service->epoch, epoch + 1);
+}
+
+int main(void)
+{
+    static int ahead = 1;
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_prestate_setup_teardown(
+            of_two_active_ones_the_one_with_the_higher_epoch_stays, set_up, tear_down, NULL),
+        {"the_same_with_the_other_clock_ahead", of_two_active_ones_the_one_with_the_higher_epoch_stays, set_up,
+            tear_down, &ahead},
+        cmocka_unit_test_setup_teardown(who_begins_anew_is_above_all_that_it_has_heard_of, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(what_one_told_alone_is_not_continued_by_the_other, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(who_stood_still_disturbs_nobody, set_up, tear_down),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
