@@ -624,6 +624,8 @@ void standby_after_tick(service *s)
 
 bool standby_takes(service *s, struct link *from, const wire_message *m)
 {
+    if (!s->standby) return false;
+    kept_hear(s, m);
     if (!standby_waits(s)) return false;
     if (m->kind != WIRE_QUERY) kept_message_came(s, from, m); /* a query is the active one's, and is asked again */
     return true;
@@ -631,6 +633,7 @@ bool standby_takes(service *s, struct link *from, const wire_message *m)
 
 bool standby_takes_lost(service *s, struct link *from, int64_t client)
 {
+    if (s->standby) kept_hear_loss(s, client);
     if (standby_waits(s)) kept_lost_came(s, from, client);
     return standby_waits(s);
 }

@@ -55,7 +55,7 @@ typedef struct kept_reader {
 
 typedef struct known_client {
     int64_t client;
-    bool alive;                         /* our own link has heard it, and not of its end */
+    bool alive;                         /* our own link has heard it, and not of its end; also while we are active */
     int64_t confirmed[WIRE_KIND_COUNT]; /* the highest sequence that the journal has told */
 } known_client;
 
@@ -65,6 +65,7 @@ typedef struct kept {
     ARRAY(kept_reader) readers;
     ARRAY(known_client) clients;
     pair_map place_of; /* client -> index */
+    bool applied;      /* what is kept is being applied: it tells nothing of who lives now */
 } kept;
 
 struct standby {
@@ -121,7 +122,9 @@ void mute_free(struct standby *p);
 
 void kept_init(kept *k);
 void kept_free(kept *k);
-void kept_clear(kept *k); /* the journal has told nothing yet; what came stays */
+void kept_clear(kept *k);                          /* the journal has told nothing yet; what came stays */
+void kept_hear(service *s, const wire_message *m); /* every message, whatever our part, before it is kept */
+void kept_hear_loss(service *s, int64_t client);
 void kept_message_came(service *s, struct link *from, const wire_message *m);
 void kept_lost_came(service *s, struct link *from, int64_t client);
 void kept_reader_came(service *s, struct link *from, const char *stream);

@@ -14,6 +14,7 @@
 
 #include <stdio.h>
 
+enum { CLIENT = 7 };
 static const int64_t TICK_NS = 10000000, S_NS = 1000000000;
 
 typedef struct side {
@@ -25,7 +26,7 @@ typedef struct side {
     bool stands_still;
     int64_t epoch; /* that the client on this side was told of last ... */
     bool snapshot; /* ... with a snapshot */
-    size_t begun;
+    size_t begun, told_lost;
 } side;
 
 static side sides[2];
@@ -45,6 +46,7 @@ static void start(int k)
     a->end = memory_connect(c.links + strlen("memory://"));
     a->ops = *s->links[0]->ops;
     a->ops.peers = &PEERS;
+    a->ops.has_liveliness = true; /* as DDS: clients need not say that they are there */
     s->links[0]->ops = &a->ops;
     s->config.standby = true;
     s->now_ns = s->monotonic_ns = now_ns;
@@ -64,6 +66,7 @@ static void learn(side *a)
 {
     wire_message m;
     for (wire_memory_reset(memory); memory_receive(a->end, memory, &m); wire_memory_reset(memory)) {
+        a->told_lost += m.kind == WIRE_REJECT && m.reject.reason == WIRE_UNKNOWN_CLIENT;
         if (m.kind != WIRE_EVENT_BATCH || m.event_batch.heartbeat) continue;
         a->snapshot = (a->snapshot && m.event_batch.epoch == a->epoch) || m.event_batch.snapshot;
         a->epoch = m.event_batch.epoch;
@@ -83,6 +86,7 @@ static void round_of(side *a)
     s->now_ns = s->monotonic_ns = now_ns;
     s->links[0]->ops->receive(s->links[0], &a->sink);
     if (!standby_round(s, &a->sink)) {
+        session_check_leases(s);
         s->tick++;
         pace_begin(&s->pace, clock_monotonic_ns());
         service_tick(s);
@@ -118,10 +122,10 @@ static void pair_up(void)
     pass(S_NS);
     assert_true(is_active(0) && has_standby(0) && !is_active(1));
     for (int k = 0; k < 2; k++) { /* the network brings it to both */
-        cell_hello(sides[k].end, 7, 1, 1000, WIRE_LOST_REMOVE);
-        cell_sphere(sides[k].end, 7, 2, 0, "a", 0);
-        cell_sphere(sides[k].end, 7, 3, 1, "b", 5);
-        cell_touches(sides[k].end, 7, 4, 0);
+        cell_hello(sides[k].end, CLIENT, 1, 1, WIRE_LOST_REMOVE);
+        cell_sphere(sides[k].end, CLIENT, 2, 0, "a", 0);
+        cell_sphere(sides[k].end, CLIENT, 3, 1, "b", 5);
+        cell_touches(sides[k].end, CLIENT, 4, 0);
     }
     pass(S_NS / 10);
     assert_true(sides[0].snapshot && sides[0].epoch == sides[0].service->epoch && sides[0].begun == 0);
@@ -157,7 +161,8 @@ static void of_two_active_ones_the_one_with_the_higher_epoch_stays(void **state)
     pass(2 * S_NS);
     assert_true(is_active(0) && is_active(1));
     int higher = sides[1].service->epoch > sides[0].service->epoch;
-    if (*state) sides[higher = !higher].service->epoch += S_NS * 3600; /* the clock of that one was ahead */
+    if (*state) higher = !higher;
+    sides[higher].service->epoch += S_NS * 3600; /* the clock of that one was ahead */
     int64_t epoch = sides[higher].service->epoch;
     pass(S_NS);
     peers_part(false);
@@ -194,7 +199,7 @@ static void what_one_told_alone_is_not_continued_by_the_other(void **state)
     peers_part(true);
     pass(S_NS);
     assert_true(is_active(0) && is_active(1) && sides[1].service->epoch == epoch + 1);
-    for (int k = 0; k < 2; k++) cell_pose(sides[k].end, 7, 5 + k, 1, 1.0 + 0.5 * k);
+    for (int k = 0; k < 2; k++) cell_pose(sides[k].end, CLIENT, 5 + k, 1, 1.0 + 0.5 * k);
     pass(S_NS);
     assert_true(sides[0].begun == 1 && sides[1].begun == 1);
     peers_part(false);
@@ -221,6 +226,90 @@ static void who_stood_still_disturbs_nobody(void **state)
     assert_int_equal(sides[1].service->epoch, epoch + 1);
 }
 
+/* ---- clients ---- */
+
+static void lose(side *a)
+{
+    a->sink.client_lost(a->sink.context, a->service->links[0], CLIENT);
+}
+
+static bool knows(const side *a)
+{
+    return session_find(a->service, CLIENT) != NULL;
+}
+
+/* It has nothing to say, and was heard by this daemon only while that was active. */
+static void a_silent_client_outlives_two_take_overs(void **state)
+{
+    (void)state;
+    pair_up();
+    for (int k = 0; k < 2; k++) {
+        peers_part(true);
+        sides[k].stands_still = true;
+        pass(S_NS);
+        assert_true(is_active(!k));
+        peers_part(false);
+        sides[k].stands_still = false;
+        pass(2 * S_NS);
+        assert_true(!is_active(k) && has_standby(!k));
+    }
+    pass(3 * S_NS); /* more than its lease */
+    assert_true(is_active(0) && knows(&sides[0]));
+    assert_true(sides[0].told_lost == 0 && sides[1].told_lost == 0);
+}
+
+/* It was told so while it was active itself, and takes over the state of one that was not told. */
+static void a_client_that_is_gone_does_not_come_back_with_a_state(void **state)
+{
+    (void)state;
+    pair_up();
+    peers_part(true);
+    pass(S_NS);
+    assert_true(is_active(0) && is_active(1));
+    lose(&sides[1]);
+    pass(S_NS);
+    assert_true(knows(&sides[0]) && !knows(&sides[1]));
+    sides[0].service->epoch += S_NS * 3600;
+    pass(S_NS);
+    peers_part(false);
+    pass(2 * S_NS);
+    assert_true(is_active(0) && has_standby(0) && knows(&sides[1]));
+    end(0);
+    pass(3 * S_NS);
+    assert_true(is_active(1) && !knows(&sides[1]));
+}
+
+/* Both have come here alone: what it said is applied, and then its loss. */
+static void what_a_lost_client_said_last_does_not_bring_it_back(void **state)
+{
+    (void)state;
+    pair_up();
+    sides[0].stands_still = true;
+    cell_pose(sides[1].end, CLIENT, 5, 1, 1);
+    now_ns += TICK_NS;
+    round_of(&sides[1]);
+    assert_true(!is_active(1));
+    lose(&sides[1]);
+    peers_part(true);
+    pass(S_NS);
+    assert_true(is_active(1) && !knows(&sides[1]));
+}
+
+/* The active one may be gone before that has gone out: a client that lives would wait for its streams for ever. */
+static void the_standby_tells_a_client_that_it_was_lost(void **state)
+{
+    (void)state;
+    pair_up();
+    now_ns += TICK_NS;
+    lose(&sides[0]);
+    for (int k = 0; k < 2; k++) round_of(&sides[k]);
+    assert_true(!knows(&sides[0]) && sides[1].told_lost == 0);
+    end(0);
+    pass(S_NS);
+    assert_true(is_active(1) && !knows(&sides[1]));
+    assert_int_equal(sides[1].told_lost, 1);
+}
+
 int main(void)
 {
     static int ahead = 1;
@@ -232,6 +321,10 @@ int main(void)
         cmocka_unit_test_setup_teardown(who_begins_anew_is_above_all_that_it_has_heard_of, set_up, tear_down),
         cmocka_unit_test_setup_teardown(what_one_told_alone_is_not_continued_by_the_other, set_up, tear_down),
         cmocka_unit_test_setup_teardown(who_stood_still_disturbs_nobody, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(a_silent_client_outlives_two_take_overs, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(a_client_that_is_gone_does_not_come_back_with_a_state, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(what_a_lost_client_said_last_does_not_bring_it_back, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(the_standby_tells_a_client_that_it_was_lost, set_up, tear_down),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
