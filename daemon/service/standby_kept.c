@@ -167,7 +167,8 @@ void kept_sweep(service *s)
     k->messages.count = left;
     k->bytes.count = bytes;
     for (size_t i = k->readers.count; i-- > 0;) {
-        if (s->monotonic_ns - k->readers.at[i].came_ns <= KEPT_NS) continue;
+        const kept_reader *r = &k->readers.at[i];
+        if (s->monotonic_ns - r->came_ns <= KEPT_NS || stream_lacks_reader(s, r->stream)) continue;
         free(k->readers.at[i].stream);
         k->readers.at[i] = k->readers.at[--k->readers.count];
     }
@@ -202,7 +203,7 @@ void kept_apply(service *s, const link_sink *sink, int64_t recent_ns)
             sink->message(sink->context, e->link, &m);
     }
     for (size_t i = 0; i < k->readers.count; i++)
-        if (k->readers.at[i].came_ns >= recent_ns)
+        if (k->readers.at[i].came_ns >= recent_ns || stream_lacks_reader(s, k->readers.at[i].stream))
             sink->stream_reader(sink->context, k->readers.at[i].link, k->readers.at[i].stream);
     k->messages.count = k->bytes.count = 0;
     free_readers(k);

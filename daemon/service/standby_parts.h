@@ -133,7 +133,8 @@ void kept_confirm_lost(kept *k, int64_t client);
 void kept_confirm_reader(kept *k, const char *stream);
 void kept_sweep(service *s); /* after a tick: what the journal has told goes */
 void kept_bound(service *s);
-void kept_apply(service *s, const link_sink *sink, int64_t recent_ns); /* readers that came since then */
+/* Of readers those that came since then, and those of streams that the active one has told nothing. */
+void kept_apply(service *s, const link_sink *sink, int64_t recent_ns);
 bool kept_is_alive(const kept *k, int64_t client);
 
 /* standby_state.c */

@@ -9,7 +9,7 @@
 
 #include <cmocka.h>
 
-enum { PAIR = 2, RECORDS_MAX = 64 };
+enum { PAIR = 2, RECORDS_MAX = 256 };
 typedef struct said {
     peer_card cards[RECORDS_MAX];
     size_t card_count;

@@ -24,9 +24,9 @@ typedef struct side {
     link_ops ops;
     memory_end *end;
     bool stands_still;
-    int64_t epoch; /* that the client on this side was told of last ... */
-    bool snapshot; /* ... with a snapshot */
-    size_t begun, told_lost;
+    int64_t epoch;                       /* that the client on this side was told of last ... */
+    bool snapshot;                       /* ... with a snapshot */
+    size_t begun, told_lost, batches[2]; /* batches: of each interest */
 } side;
 
 static side sides[2];
@@ -70,6 +70,7 @@ static void learn(side *a)
         if (m.kind != WIRE_EVENT_BATCH || m.event_batch.heartbeat) continue;
         a->snapshot = (a->snapshot && m.event_batch.epoch == a->epoch) || m.event_batch.snapshot;
         a->epoch = m.event_batch.epoch;
+        a->batches[m.event_batch.interest]++;
         for (uint32_t i = 0; i < m.event_batch.kinds.count; i++)
             a->begun += m.event_batch.kinds.at[i] == WIRE_EVENT_BEGIN;
     }
@@ -238,6 +239,22 @@ static bool knows(const side *a)
     return session_find(a->service, CLIENT) != NULL;
 }
 
+/* The active one opened the stream, and stood still before it heard of the reader. */
+static void a_reader_that_came_long_before_the_take_over_is_told(void **state)
+{
+    (void)state;
+    pair_up();
+    for (int k = 0; k < 2; k++) cell_touches(sides[k].end, CLIENT, 5, 1);
+    now_ns += TICK_NS;
+    round_of(&sides[0]);
+    sides[0].stands_still = true;
+    pass(7 * S_NS);
+    assert_true(!is_active(1) && sides[0].batches[1] == 0);
+    peers_part(true);
+    pass(S_NS);
+    assert_true(is_active(1) && sides[1].batches[1] > 0);
+}
+
 /* It has nothing to say, and was heard by this daemon only while that was active. */
 static void a_silent_client_outlives_two_take_overs(void **state)
 {
@@ -321,6 +338,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(who_begins_anew_is_above_all_that_it_has_heard_of, set_up, tear_down),
         cmocka_unit_test_setup_teardown(what_one_told_alone_is_not_continued_by_the_other, set_up, tear_down),
         cmocka_unit_test_setup_teardown(who_stood_still_disturbs_nobody, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(a_reader_that_came_long_before_the_take_over_is_told, set_up, tear_down),
         cmocka_unit_test_setup_teardown(a_silent_client_outlives_two_take_overs, set_up, tear_down),
         cmocka_unit_test_setup_teardown(a_client_that_is_gone_does_not_come_back_with_a_state, set_up, tear_down),
         cmocka_unit_test_setup_teardown(what_a_lost_client_said_last_does_not_bring_it_back, set_up, tear_down),
