@@ -240,16 +240,11 @@ static void sleep_until(collided *c, int64_t when_ns)
         (void)session_fail(c, COLLIDED_TRANSPORT, "eventfd: %s", strerror(errno));
 }
 
-/* Until something has come or is due, `next_ns` by stream_tend. */
-static void sleep_once(collided *c, int64_t next_ns, int64_t deadline_ns)
-{
-    sleep_until(c, next_ns < deadline_ns ? next_ns : deadline_ns);
-}
-
+/* Until something has come or is due. */
 void session_sleep(collided *c, int64_t deadline_ns)
 {
-    int64_t now = session_monotonic_ns();
-    if (now < deadline_ns) sleep_once(c, stream_tend(c, now), deadline_ns);
+    int64_t next = stream_next_ns(c);
+    if (session_monotonic_ns() < deadline_ns) sleep_until(c, next < deadline_ns ? next : deadline_ns);
 }
 
 bool session_wait(collided *c, int64_t deadline_ns, bool (*done)(const collided *c))
@@ -260,9 +255,9 @@ bool session_wait(collided *c, int64_t deadline_ns, bool (*done)(const collided 
         bool is_done = done(c);
         pthread_mutex_unlock(&c->lock);
         int64_t now = session_monotonic_ns();
-        int64_t next = stream_tend(c, now); /* also for who never waits: what is due would never be asked for */
+        stream_tend(c, now); /* also for who never waits: what is due would never be asked for */
         if (is_done || now >= deadline_ns) return is_done;
-        sleep_once(c, next, deadline_ns);
+        session_sleep(c, deadline_ns);
     }
 }
 

@@ -60,7 +60,8 @@ typedef struct interest_record {
     int64_t lost;
     int64_t resync_ns; /* waiting: when the snapshot is asked for again */
     int64_t resync_wait_ns;
-    wire_message **parts; /* copies, of the batch that is being put together */
+    int64_t heard_ns, patience_ns; /* not waiting: the last batch or heartbeat; after how long a silence it is asked */
+    wire_message **parts;          /* copies, of the batch that is being put together */
     size_t part_count, part_capacity;
     struct interest_record *next;
 } interest_record;
@@ -181,8 +182,9 @@ void bodies_remove_all(collided *c);
 /* interests.c and stream.c: the caller's thread, without the lock. */
 void stream_receive(collided *c, const wire_message *m);
 void stream_drop_parts(interest_record *interest);
-int64_t stream_tend(collided *c, int64_t now_ns); /* asks again for snapshots that do not come; when next */
-void interests_sweep(collided *c);                /* frees what was unsubscribed */
+void stream_tend(collided *c, int64_t now_ns); /* after receiving: asks again for what does not come */
+int64_t stream_next_ns(const collided *c);     /* when that is due */
+void interests_sweep(collided *c);             /* frees what was unsubscribed */
 void interests_free(collided *c);
 
 #endif
