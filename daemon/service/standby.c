@@ -163,7 +163,7 @@ static void rebase_clocks(service *s)
         session *c = s->sessions.at[i];
         c->heard_ns = s->monotonic_ns;
         c->messages = c->poses = c->rejects = (flow){0};
-        if (!kept_is_alive(&s->standby->kept, c->client)) c->announced = false;
+        if (!standby_hears(s, c->client)) c->announced = false;
     }
     for (size_t i = 0; i < s->streams.count; i++) s->streams.at[i].told_ns = 0;
     for (size_t i = 0; i < s->inbox.letters.count; i++) s->inbox.letters.at[i].since_ns = s->monotonic_ns;
@@ -636,6 +636,11 @@ bool standby_takes_lost(service *s, struct link *from, int64_t client)
     if (s->standby) kept_hear_loss(s, client);
     if (standby_waits(s)) kept_lost_came(s, from, client);
     return standby_waits(s);
+}
+
+bool standby_hears(const service *s, int64_t client)
+{
+    return !s->standby || standby_waits(s) || kept_is_alive(&s->standby->kept, client);
 }
 
 bool standby_takes_reader(service *s, struct link *from, const char *stream)

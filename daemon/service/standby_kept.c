@@ -74,7 +74,8 @@ static void forget_loss(kept *k, int64_t client)
 }
 
 /* A state that is taken over later may have clients that are gone, and our links do not tell again of those, nor of
- * those that live and have nothing to say. */
+ * those that live and have nothing to say. After a loss only a Client message is a sign of life: others may come late,
+ * and a link that has told of the loss tells of the next one only if the client has announced itself again. */
 void kept_hear(service *s, const wire_message *m)
 {
     kept *k = &s->standby->kept;
@@ -83,8 +84,8 @@ void kept_hear(service *s, const wire_message *m)
     wire_origin(m, &client, &sequence, &object);
     if (!client || k->applied) return;
     known_client *c = client_of(k, client);
-    if (!c->alive) forget_loss(k, client);
-    c->alive = !(m->kind == WIRE_CLIENT && m->client.removed);
+    if (!c->alive) forget_loss(k, client); /* if it is dead after all, its lease runs out: standby_hears */
+    if (m->kind == WIRE_CLIENT) c->alive = !m->client.removed;
 }
 
 void kept_hear_loss(service *s, int64_t client)

@@ -55,7 +55,7 @@ typedef struct kept_reader {
 
 typedef struct known_client {
     int64_t client;
-    bool alive;                         /* our own link has heard it, and not of its end; also while we are active */
+    bool alive; /* our own link has heard it announce itself, and not of its end since; also while we are active */
     int64_t confirmed[WIRE_KIND_COUNT]; /* the highest sequence that the journal has told */
 } known_client;
 

@@ -114,6 +114,14 @@ static bool has_standby(int k)
     return strstr(text, "hot standby") != NULL;
 }
 
+static void announce(side *a)
+{
+    cell_hello(a->end, CLIENT, 1, 1, WIRE_LOST_REMOVE);
+    cell_sphere(a->end, CLIENT, 2, 0, "a", 0);
+    cell_sphere(a->end, CLIENT, 3, 1, "b", 5);
+    cell_touches(a->end, CLIENT, 4, 0);
+}
+
 /* The one is active and the other its standby, and a client is told of two balls that are apart. */
 static void pair_up(void)
 {
@@ -122,12 +130,7 @@ static void pair_up(void)
     start(1);
     pass(S_NS);
     assert_true(is_active(0) && has_standby(0) && !is_active(1));
-    for (int k = 0; k < 2; k++) { /* the network brings it to both */
-        cell_hello(sides[k].end, CLIENT, 1, 1, WIRE_LOST_REMOVE);
-        cell_sphere(sides[k].end, CLIENT, 2, 0, "a", 0);
-        cell_sphere(sides[k].end, CLIENT, 3, 1, "b", 5);
-        cell_touches(sides[k].end, CLIENT, 4, 0);
-    }
+    for (int k = 0; k < 2; k++) announce(&sides[k]); /* the network brings it to both */
     pass(S_NS / 10);
     assert_true(sides[0].snapshot && sides[0].epoch == sides[0].service->epoch && sides[0].begun == 0);
 }
@@ -312,6 +315,30 @@ static void what_a_lost_client_said_last_does_not_bring_it_back(void **state)
     assert_true(is_active(1) && !knows(&sides[1]));
 }
 
+/* It came late, and tells nothing of its sender: a link that has told of a loss tells of no second one. */
+static void what_a_lost_client_said_late_does_not_bring_it_back(void **state)
+{
+    bool joins = *state != NULL; /* nothing was taken over */
+    if (joins) {
+        start(0);
+        announce(&sides[0]);
+    } else {
+        pair_up();
+    }
+    side *a = &sides[!joins];
+    if (!joins) sides[0].stands_still = true;
+    now_ns += TICK_NS;
+    round_of(a);
+    lose(a);
+    cell_pose(a->end, CLIENT, 5, 1, 1);
+    now_ns += TICK_NS;
+    round_of(a);
+    assert_true(standby_waits(a->service));
+    if (!joins) peers_part(true);
+    pass(4 * S_NS);
+    assert_true(!standby_waits(a->service) && !knows(a));
+}
+
 /* The active one may be gone before that has gone out: a client that lives would wait for its streams for ever. */
 static void the_standby_tells_a_client_that_it_was_lost(void **state)
 {
@@ -329,7 +356,7 @@ static void the_standby_tells_a_client_that_it_was_lost(void **state)
 
 int main(void)
 {
-    static int ahead = 1;
+    static int ahead = 1, joins = 1;
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_prestate_setup_teardown(
             of_two_active_ones_the_one_with_the_higher_epoch_stays, set_up, tear_down, NULL),
@@ -342,6 +369,9 @@ int main(void)
         cmocka_unit_test_setup_teardown(a_silent_client_outlives_two_take_overs, set_up, tear_down),
         cmocka_unit_test_setup_teardown(a_client_that_is_gone_does_not_come_back_with_a_state, set_up, tear_down),
         cmocka_unit_test_setup_teardown(what_a_lost_client_said_last_does_not_bring_it_back, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(what_a_lost_client_said_late_does_not_bring_it_back, set_up, tear_down),
+        {"the_same_before_anything_was_taken_over", what_a_lost_client_said_late_does_not_bring_it_back, set_up,
+            tear_down, &joins},
         cmocka_unit_test_setup_teardown(the_standby_tells_a_client_that_it_was_lost, set_up, tear_down),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
