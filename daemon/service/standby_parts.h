@@ -137,6 +137,31 @@ void kept_bound(service *s);
 void kept_apply(service *s, const link_sink *sink, int64_t recent_ns);
 bool kept_is_alive(const kept *k, int64_t client);
 
+/* standby_cards.c */
+void card_say(service *s, peer_role role);                /* our own */
+peer_card *card_of(struct standby *p, int64_t sender);    /* NULL: nobody has said that he is that one */
+const peer_card *card_of_active(const struct standby *p); /* alive and of our release; of several the one that stays */
+bool card_is_there(const struct standby *p, peer_role role); /* alive and in that role, of whatever release */
+/* Another one that waits like us, and began before us. */
+bool card_is_before_us(const struct standby *p, peer_role role);
+/* Of two active ones: does the first one stay? */
+bool card_stays(int64_t epoch, int64_t sender, int64_t other_epoch, int64_t other_sender);
+int64_t card_new_line(const service *s);   /* the epoch of who goes on from nothing */
+void cards_forget_dead(struct standby *p); /* one that is back is told of anew */
+
+/* standby_active.c */
+enum { SLOW_LEASES = 3 };                         /* who does not keep up for so long is waited for no more */
+const peer_card *follower_card(const service *s); /* in step with us: what we tell is held until it has it; or NULL */
+void follower_find(service *s);                   /* and lose it, if it is none any more */
+void follower_drop_slow(service *s);
+void follower_has(service *s, int64_t sender, bytes_in *r);    /* JOURNAL_HAVE */
+void follower_wishes(service *s, int64_t sender, bytes_in *r); /* JOURNAL_WANT_STATE */
+
+/* standby_replay.c */
+void standby_say_have(service *s, int64_t tick);
+void standby_replay_tick(service *s, bytes_in *r); /* JOURNAL_TICK */
+void standby_take_state(service *s, bytes_in *r);  /* JOURNAL_STATE */
+
 /* standby_state.c */
 void state_put(service *s, bytes_out *to);                               /* between two ticks */
 bool state_take(service *s, bytes_in *from, char *why, size_t why_size); /* into an empty service */
