@@ -35,6 +35,7 @@ static wire_message interest_message(
 static interest_record *add_record(collided *c, const char *stream, const collided_interest_def *def)
 {
     interest_record *i = allocate(1, sizeof *i);
+    int64_t now = session_monotonic_ns();
     *i = (interest_record){.id = c->next_interest++,
         .stream = duplicate(stream),
         .callback = def->callback,
@@ -42,7 +43,9 @@ static interest_record *add_record(collided *c, const char *stream, const collid
         .waiting = true,
         .each_tick = def->rate_hz == 0,
         .resync_wait_ns = FIRST_RESYNC_S * NS_PER_S,
-        .resync_ns = session_monotonic_ns() + FIRST_RESYNC_S * NS_PER_S,
+        .resync_ns = now + FIRST_RESYNC_S * NS_PER_S,
+        .heard_ns = now,
+        .patience_ns = c->lease_ns > SESSION_SILENCE_NS ? c->lease_ns : SESSION_SILENCE_NS,
         .next = c->interests};
     c->interests = i;
     return i;

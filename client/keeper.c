@@ -47,7 +47,7 @@ static void keeper_message(void *context, const wire_message *m)
     collided *c = context;
     if (m->kind == WIRE_ACK) take_ack(c, &m->ack);
     if (m->kind == WIRE_REJECT) take_reject(c, m);
-    if (m->kind != WIRE_STATUS || !session_hear(c, m->status.epoch)) return;
+    if (m->kind != WIRE_STATUS || !session_hear_status(c, &m->status)) return;
     free(c->status);
     c->status = message_copy(m);
     session_wake_caller(c);

@@ -78,15 +78,23 @@ int session_send(collided *c, const wire_message *m)
     return sent;
 }
 
-/* A restarted daemon has a greater epoch (it is the time of its start). A smaller one is followed only when ours has
- * fallen silent, so that two daemons on one network do not make us change sides with every message. Within one line a
- * smaller one is of a daemon whose standby has taken over, and is never believed; a greater one is of that standby,
- * which knows us. */
+/* Within one line a smaller epoch is of a daemon whose standby has taken over. */
+static bool is_of_another(const collided *c, int64_t epoch, int64_t now_ns)
+{
+    bool silent = c->over == c->epoch || now_ns - c->heard_ns >= SESSION_SILENCE_NS;
+    if (epoch == c->over && epoch != c->epoch) return true;
+    return epoch < c->epoch && (!silent || wire_same_line(epoch, c->epoch));
+}
+
+/* A restarted daemon has a greater epoch (it is the time of its start); of two on one network the one with the greater
+ * epoch goes on (daemon/service/standby.c). A smaller one is followed only when ours has fallen silent, or has said
+ * that it ends, so that two daemons do not make us change sides with every message. Within one line a greater one is of
+ * the standby that has taken over, which knows us. */
 bool session_hear(collided *c, int64_t epoch)
 {
     int64_t now = session_monotonic_ns();
     bool goes_on = wire_same_line(epoch, c->epoch);
-    if (epoch < c->epoch && (goes_on || now - c->heard_ns < SESSION_SILENCE_NS)) {
+    if (is_of_another(c, epoch, now)) {
         c->counters.foreign++;
         return false;
     }
@@ -98,6 +106,12 @@ bool session_hear(collided *c, int64_t epoch)
     session_wake_keeper(c);
     session_wake_caller(c);
     return true;
+}
+
+bool session_hear_status(collided *c, const wire_status *s)
+{
+    if (s->health == WIRE_HEALTH_STOPPING) c->over = s->epoch;
+    return session_hear(c, s->epoch);
 }
 
 bool session_unheard(collided *c)
@@ -227,16 +241,10 @@ static void sleep_until(collided *c, int64_t when_ns)
 }
 
 /* Until something has come or is due. */
-static void sleep_once(collided *c, int64_t now_ns, int64_t deadline_ns)
-{
-    int64_t next = stream_tend(c, now_ns);
-    sleep_until(c, next < deadline_ns ? next : deadline_ns);
-}
-
 void session_sleep(collided *c, int64_t deadline_ns)
 {
-    int64_t now = session_monotonic_ns();
-    if (now < deadline_ns) sleep_once(c, now, deadline_ns);
+    int64_t next = stream_next_ns(c);
+    if (session_monotonic_ns() < deadline_ns) sleep_until(c, next < deadline_ns ? next : deadline_ns);
 }
 
 bool session_wait(collided *c, int64_t deadline_ns, bool (*done)(const collided *c))
@@ -247,8 +255,9 @@ bool session_wait(collided *c, int64_t deadline_ns, bool (*done)(const collided 
         bool is_done = done(c);
         pthread_mutex_unlock(&c->lock);
         int64_t now = session_monotonic_ns();
+        stream_tend(c, now); /* also for who never waits: what is due would never be asked for */
         if (is_done || now >= deadline_ns) return is_done;
-        sleep_once(c, now, deadline_ns);
+        session_sleep(c, deadline_ns);
     }
 }
 

@@ -60,7 +60,8 @@ typedef struct interest_record {
     int64_t lost;
     int64_t resync_ns; /* waiting: when the snapshot is asked for again */
     int64_t resync_wait_ns;
-    wire_message **parts; /* copies, of the batch that is being put together */
+    int64_t heard_ns, patience_ns; /* not waiting: the last batch or heartbeat; after how long a silence it is asked */
+    wire_message **parts;          /* copies, of the batch that is being put together */
     size_t part_count, part_capacity;
     struct interest_record *next;
 } interest_record;
@@ -101,6 +102,7 @@ struct collided {
     geometry_record *geometries;
     int64_t wall_ahead_ns;   /* of the monotonic clock, when poses were published last; 0 = none were */
     int64_t epoch, heard_ns; /* the daemon's; 0 = never heard */
+    int64_t over;            /* the epoch that was told last to end: nobody who comes to it follows it any more */
     int64_t heartbeat_ns;    /* when the next one is due */
     int64_t all_again_ns;    /* when everything was last announced again */
     bool all_again_wanted;   /* the daemon has lost us: when a second has passed since */
@@ -152,8 +154,9 @@ collided_status session_fail(collided *c, collided_status status, const char *fo
 collided_status session_from_callback(collided *c); /* COLLIDED_OK unless a callback is running */
 
 /* With the lock held. */
-int session_send(collided *c, const wire_message *m); /* counts what the transport refuses */
-bool session_hear(collided *c, int64_t epoch);        /* a sign of the daemon; false: of another one than ours */
+int session_send(collided *c, const wire_message *m);        /* counts what the transport refuses */
+bool session_hear(collided *c, int64_t epoch);               /* a sign of the daemon; false: of another one than ours */
+bool session_hear_status(collided *c, const wire_status *s); /* likewise; it may say that its epoch ends */
 void session_wake_keeper(collided *c);
 void session_wake_caller(collided *c);
 void session_keep_rejection(collided *c, const wire_reject *why);
@@ -179,8 +182,9 @@ void bodies_remove_all(collided *c);
 /* interests.c and stream.c: the caller's thread, without the lock. */
 void stream_receive(collided *c, const wire_message *m);
 void stream_drop_parts(interest_record *interest);
-int64_t stream_tend(collided *c, int64_t now_ns); /* asks again for snapshots that do not come; when next */
-void interests_sweep(collided *c);                /* frees what was unsubscribed */
+void stream_tend(collided *c, int64_t now_ns); /* after receiving: asks again for what does not come */
+int64_t stream_next_ns(const collided *c);     /* when that is due */
+void interests_sweep(collided *c);             /* frees what was unsubscribed */
 void interests_free(collided *c);
 
 #endif

@@ -1,6 +1,8 @@
 /* stream: batches of events in, callbacks out. The batches of a stream are numbered: after a gap nothing is delivered
  * until the daemon, asked by announcing the interest again, has sent a snapshot; that one tells how many were lost. So
- * what a callback has been told is always a state that the world was in. The caller's thread, without the lock. */
+ * what a callback has been told is always a state that the world was in. A stream that is silent although the daemon is
+ * heard is asked for in the same way: heartbeats may be rarer than that, so after longer and longer silences. The
+ * caller's thread, without the lock. */
 #include "allocate.h"
 #include "message.h"
 #include "session.h"
@@ -8,7 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { LONGEST_RESYNC_S = 16 };
+enum { LONGEST_RESYNC_S = 16, LONGEST_PATIENCE_S = 3600 /* a daemon's heartbeat has no longer period */ };
 
 static const char *cause_name(uint8_t cause)
 {
@@ -153,24 +155,51 @@ static void count_lost(collided *c, interest_record *i, int64_t batches)
 }
 
 /* Announcing the interest again makes the daemon send a snapshot. Not while it is pending: then one comes by itself. */
-static void ask_for_snapshot(collided *c, interest_record *i, int64_t now_ns)
+static bool announce_interest_again(collided *c, interest_record *i)
 {
     pthread_mutex_lock(&c->lock);
     bool asked = i->announced.state == ANNOUNCE_ACKED;
     if (asked) announce_again(c, &i->announced);
     pthread_mutex_unlock(&c->lock);
+    return asked;
+}
+
+static void ask_for_snapshot(collided *c, interest_record *i, int64_t now_ns)
+{
+    bool asked = announce_interest_again(c, i);
     i->resync_ns = now_ns + i->resync_wait_ns;
     if (asked && i->resync_wait_ns < LONGEST_RESYNC_S * NS_PER_S) i->resync_wait_ns *= 2;
 }
 
-int64_t stream_tend(collided *c, int64_t now_ns)
+/* A daemon that is not heard at all is silent on all streams, and need not be asked. */
+static void look_into_silence(collided *c, interest_record *i, int64_t now_ns)
+{
+    i->heard_ns = now_ns;
+    if (session_unheard(c) || !announce_interest_again(c, i)) return;
+    if (i->patience_ns < LONGEST_PATIENCE_S * NS_PER_S) i->patience_ns *= 2;
+}
+
+static int64_t due_ns(const interest_record *i)
+{
+    return i->waiting ? i->resync_ns : i->heard_ns + i->patience_ns;
+}
+
+void stream_tend(collided *c, int64_t now_ns)
+{
+    for (interest_record *i = c->interests; i; i = i->next) {
+        if (i->removed || now_ns < due_ns(i)) continue;
+        if (i->waiting)
+            ask_for_snapshot(c, i, now_ns);
+        else
+            look_into_silence(c, i, now_ns);
+    }
+}
+
+int64_t stream_next_ns(const collided *c)
 {
     int64_t next = INT64_MAX;
-    for (interest_record *i = c->interests; i; i = i->next) {
-        if (!i->waiting || i->removed) continue;
-        if (now_ns >= i->resync_ns) ask_for_snapshot(c, i, now_ns);
-        if (i->resync_ns < next) next = i->resync_ns;
-    }
+    for (const interest_record *i = c->interests; i; i = i->next)
+        if (!i->removed && due_ns(i) < next) next = due_ns(i);
     return next;
 }
 
@@ -182,6 +211,7 @@ static interest_record *addressee(collided *c, const wire_event_batch *b)
     pthread_mutex_unlock(&c->lock);
     interest_record *i = ours ? c->interests : NULL;
     while (i && (i->id != b->interest || i->removed)) i = i->next;
+    if (i) i->heard_ns = session_monotonic_ns();
     return i;
 }
 

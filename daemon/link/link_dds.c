@@ -556,13 +556,24 @@ static void stream_destroy(stream *s)
     free(s);
 }
 
+/* The sink may have been told when it had no such stream. */
+static void tell_readers_again(link_dds *l, stream *s)
+{
+    dds_publication_matched_status_t status;
+    if (dds_get_publication_matched_status(s->out.entity, &status) == DDS_RETCODE_OK && status.current_count)
+        notice(l, &s->matched);
+}
+
 static void dds_link_stream_open(struct link *head, const char *name)
 {
     link_dds *l = self_of(head);
     bool found;
     assert(!l->on_arrival);
     size_t i = stream_place(l, name, &found);
-    if (found) return; /* it is open: its readers are known */
+    if (found) {
+        tell_readers_again(l, l->streams.at[i]);
+        return;
+    }
     array_reserve(&l->streams, l->streams.count + 1);
     memmove(l->streams.at + i + 1, l->streams.at + i, (l->streams.count - i) * sizeof l->streams.at[0]);
     l->streams.at[i] = stream_create(l, name);

@@ -1,6 +1,7 @@
 /* apply: commands of clients to the world; what cannot be done is refused with its reason, counted, and changes nothing
  * else. Messages have been checked by the link (wire_check): here is only what needs the world. Tick thread. */
 #include "service.h"
+#include "standby.h"
 
 #include "base/log.h"
 #include "geom/compound.h"
@@ -297,7 +298,7 @@ static void apply_client(service *s, session *c, const wire_client *m)
     }
     bool is_new = !c->announced;
     c->sequence = m->sequence;
-    c->announced = true;
+    c->announced = standby_hears(s, m->client);
     c->lost = c->left = false;
     c->lease_ns = m->lease_ns;
     c->on_loss = m->on_loss;

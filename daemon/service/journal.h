@@ -11,7 +11,7 @@
 typedef enum journal_kind { /* of a record */
     JOURNAL_TICK,           /* its number, and entries */
     JOURNAL_STATE,          /* standby_state.c */
-    JOURNAL_WANT_STATE,     /* from one that joins */
+    JOURNAL_WANT_STATE,     /* from one that joins: the epoch in which it has told what nobody else knows, or 0 */
     JOURNAL_HAVE,           /* from the standby: journal_have */
     JOURNAL_FOLLOWED,       /* to the standby, by its sender: from here on nobody is told what it does not have */
     JOURNAL_DROPPED,        /* to the standby: it was too slow, and is waited for no more */

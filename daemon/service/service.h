@@ -331,6 +331,7 @@ void stream_open(service *s, session *c, const wire_interest *m, uint32_t world_
 void stream_end(service *s, uint32_t world_id, uint8_t cause); /* and the interest with it, in the next tick */
 void stream_close(service *s, uint32_t world_id);
 void stream_reader(service *s, struct link *from, const char *name);
+bool stream_lacks_reader(service *s, const char *name); /* it is open, and none has come */
 /* What the tick tells, snapshots apart, on every stream, whether it has a reader or not: as it is recorded. The message
  * is valid during the visit. Before stream_publish, which closes streams. */
 typedef void stream_visit(void *context, const wire_message *m);

@@ -36,6 +36,9 @@ bool standby_takes(service *s, struct link *from, const wire_message *m);
 bool standby_takes_lost(service *s, struct link *from, int64_t client);
 bool standby_takes_reader(service *s, struct link *from, const char *stream);
 
+/* The active one: will the links tell when that client is lost? If not, it has to be heard within its lease. */
+bool standby_hears(const service *s, int64_t client);
+
 /* The active one's journal; the tick before its events are published. */
 void standby_journal_message(service *s, const struct link *from, const wire_message *m);
 void standby_journal_lost(service *s, const struct link *from, int64_t client);

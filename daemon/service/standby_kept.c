@@ -10,7 +10,7 @@
 
 /* What the active one has not told of for so long, it has refused; or it was a pose that stands no more. */
 #define KEPT_NS ((int64_t)5000000000)
-enum { KEPT_BYTES = 64 << 20 };
+enum { KEPT_BYTES = 64 << 20, KEPT_CLIENTS = 1 << 16 };
 
 void kept_init(kept *k)
 {
@@ -34,10 +34,20 @@ void kept_free(kept *k)
     pair_map_free(&k->place_of);
 }
 
+/* Nobody has so many at a time. Those that live are heard again, or are given a lease's time when we take over. */
+static void forget_clients(kept *k)
+{
+    log_warning("%d clients have come and gone: which of them live is forgotten", KEPT_CLIENTS);
+    pair_map_free(&k->place_of);
+    pair_map_init(&k->place_of);
+    k->clients.count = 0;
+}
+
 static known_client *client_of(kept *k, int64_t client)
 {
     uint32_t place = pair_map_get(&k->place_of, (uint64_t)client);
     if (place != PAIR_MAP_NONE) return &k->clients.at[place];
+    if (k->clients.count == KEPT_CLIENTS) forget_clients(k);
     pair_map_put(&k->place_of, (uint64_t)client, (uint32_t)k->clients.count);
     array_push(&k->clients, ((known_client){.client = client}));
     return &k->clients.at[k->clients.count - 1];
@@ -63,6 +73,26 @@ static void forget_loss(kept *k, int64_t client)
         if (k->messages.at[i].kind == WIRE_NOTHING && k->messages.at[i].client == client) k->messages.at[i].client = 0;
 }
 
+/* A state that is taken over later may have clients that are gone, and our links do not tell again of those, nor of
+ * those that live and have nothing to say. After a loss only a Client message is a sign of life: others may come late,
+ * and a link that has told of the loss tells of the next one only if the client has announced itself again. */
+void kept_hear(service *s, const wire_message *m)
+{
+    kept *k = &s->standby->kept;
+    int64_t client, sequence;
+    int32_t object;
+    wire_origin(m, &client, &sequence, &object);
+    if (!client || k->applied) return;
+    known_client *c = client_of(k, client);
+    if (!c->alive) forget_loss(k, client); /* if it is dead after all, its lease runs out: standby_hears */
+    if (m->kind == WIRE_CLIENT) c->alive = !m->client.removed;
+}
+
+void kept_hear_loss(service *s, int64_t client)
+{
+    client_of(&s->standby->kept, client)->alive = false;
+}
+
 void kept_message_came(service *s, struct link *from, const wire_message *m)
 {
     kept *k = &s->standby->kept;
@@ -70,10 +100,7 @@ void kept_message_came(service *s, struct link *from, const wire_message *m)
     int32_t object;
     wire_origin(m, &e.client, &e.sequence, &object);
     if (!e.client) return; /* nobody's: refused by the active one */
-    known_client *c = client_of(k, e.client);
-    if (!c->alive) forget_loss(k, e.client);
-    c->alive = !(m->kind == WIRE_CLIENT && m->client.removed);
-    if (e.sequence <= c->confirmed[m->kind]) return;
+    if (e.sequence <= client_of(k, e.client)->confirmed[m->kind]) return;
     e.size = wire_lcm_size(m);
     array_reserve(&k->bytes, e.offset + e.size);
     k->bytes.count += wire_lcm_encode(m, k->bytes.at + e.offset, e.size);
@@ -83,7 +110,6 @@ void kept_message_came(service *s, struct link *from, const wire_message *m)
 void kept_lost_came(service *s, struct link *from, int64_t client)
 {
     kept *k = &s->standby->kept;
-    client_of(k, client)->alive = false;
     array_push(&k->messages, ((kept_message){.link = from, .client = client, .came_ns = s->monotonic_ns}));
 }
 
@@ -142,7 +168,8 @@ void kept_sweep(service *s)
     k->messages.count = left;
     k->bytes.count = bytes;
     for (size_t i = k->readers.count; i-- > 0;) {
-        if (s->monotonic_ns - k->readers.at[i].came_ns <= KEPT_NS) continue;
+        const kept_reader *r = &k->readers.at[i];
+        if (s->monotonic_ns - r->came_ns <= KEPT_NS || stream_lacks_reader(s, r->stream)) continue;
         free(k->readers.at[i].stream);
         k->readers.at[i] = k->readers.at[--k->readers.count];
     }
@@ -162,6 +189,7 @@ void kept_bound(service *s)
 void kept_apply(service *s, const link_sink *sink, int64_t recent_ns)
 {
     kept *k = &s->standby->kept;
+    k->applied = true;
     for (size_t i = 0; i < k->messages.count; i++) {
         const kept_message *e = &k->messages.at[i];
         wire_message m;
@@ -176,8 +204,9 @@ void kept_apply(service *s, const link_sink *sink, int64_t recent_ns)
             sink->message(sink->context, e->link, &m);
     }
     for (size_t i = 0; i < k->readers.count; i++)
-        if (k->readers.at[i].came_ns >= recent_ns)
+        if (k->readers.at[i].came_ns >= recent_ns || stream_lacks_reader(s, k->readers.at[i].stream))
             sink->stream_reader(sink->context, k->readers.at[i].link, k->readers.at[i].stream);
     k->messages.count = k->bytes.count = 0;
     free_readers(k);
+    k->applied = false;
 }

@@ -8,11 +8,18 @@
 
 #include <stdlib.h>
 
+/* Batches, and what tells a client that it was lost: it may have nothing to say by which it would hear of it again. */
+static bool is_kept(const wire_message *m)
+{
+    return m->kind == WIRE_EVENT_BATCH ? !m->event_batch.heartbeat
+                                       : m->kind == WIRE_REJECT && m->reject.reason == WIRE_UNKNOWN_CLIENT;
+}
+
 static void keep(struct link *l, const wire_message *m)
 {
     struct standby *p = ((const muted_link *)(const void *)l->ops)->owner;
     kept_batches *to = &p->batches[p->current];
-    if (m->kind != WIRE_EVENT_BATCH || m->event_batch.heartbeat) return;
+    if (!is_kept(m)) return;
     if (to->bytes.count > KEPT_BATCH_BYTES || p->round_ns - to->began_ns > p->lease_ns) {
         p->current = !p->current;
         to = &p->batches[p->current];
@@ -132,7 +139,7 @@ static void publish_again(service *s, const kept_batches *k)
             log_error("a kept batch cannot be read: %s", why.text);
             continue;
         }
-        m.event_batch.epoch = s->epoch;
+        *(m.kind == WIRE_REJECT ? &m.reject.epoch : &m.event_batch.epoch) = s->epoch;
         b->link->ops->publish(b->link, &m);
     }
 }

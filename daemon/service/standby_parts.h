@@ -55,7 +55,7 @@ typedef struct kept_reader {
 
 typedef struct known_client {
     int64_t client;
-    bool alive;                         /* our own link has heard it, and not of its end */
+    bool alive; /* our own link has heard it announce itself, and not of its end since; also while we are active */
     int64_t confirmed[WIRE_KIND_COUNT]; /* the highest sequence that the journal has told */
 } known_client;
 
@@ -65,6 +65,7 @@ typedef struct kept {
     ARRAY(kept_reader) readers;
     ARRAY(known_client) clients;
     pair_map place_of; /* client -> index */
+    bool applied;      /* what is kept is being applied: it tells nothing of who lives now */
 } kept;
 
 struct standby {
@@ -75,6 +76,7 @@ struct standby {
     int64_t round_ns;           /* of the last round */
     int64_t quiet_ns;           /* the active one stood still: it listens until then before it says anything more */
     ARRAY(peer_card) peers;
+    int64_t heard_epoch; /* the highest of their cards */
 
     int64_t active;     /* the sender that we follow; 0: nobody */
     bool in_step;       /* its state has come, and every tick since */
@@ -92,6 +94,8 @@ struct standby {
     bool sure;         /* ... it has */
     int64_t doubted;   /* the active one stood still: its standby then, which may have taken over since; 0: none */
     int64_t dropped;   /* one that is not waited for until it joins anew */
+    int64_t alone; /* the epoch in which one that was sure was lost: it may have gone on from there, without what was
+                      told since; 0: none */
     bool state_wanted; /* the active one: somebody asks for its state */
     bytes_out journal; /* of the tick that is being made */
     wire_memory *memory;
@@ -118,7 +122,9 @@ void mute_free(struct standby *p);
 
 void kept_init(kept *k);
 void kept_free(kept *k);
-void kept_clear(kept *k); /* the journal has told nothing yet; what came stays */
+void kept_clear(kept *k);                          /* the journal has told nothing yet; what came stays */
+void kept_hear(service *s, const wire_message *m); /* every message, whatever our part, before it is kept */
+void kept_hear_loss(service *s, int64_t client);
 void kept_message_came(service *s, struct link *from, const wire_message *m);
 void kept_lost_came(service *s, struct link *from, int64_t client);
 void kept_reader_came(service *s, struct link *from, const char *stream);
@@ -127,8 +133,34 @@ void kept_confirm_lost(kept *k, int64_t client);
 void kept_confirm_reader(kept *k, const char *stream);
 void kept_sweep(service *s); /* after a tick: what the journal has told goes */
 void kept_bound(service *s);
-void kept_apply(service *s, const link_sink *sink, int64_t recent_ns); /* readers that came since then */
+/* Of readers those that came since then, and those of streams that the active one has told nothing. */
+void kept_apply(service *s, const link_sink *sink, int64_t recent_ns);
 bool kept_is_alive(const kept *k, int64_t client);
+
+/* standby_cards.c */
+void card_say(service *s, peer_role role);                /* our own */
+peer_card *card_of(struct standby *p, int64_t sender);    /* NULL: nobody has said that he is that one */
+const peer_card *card_of_active(const struct standby *p); /* alive and of our release; of several the one that stays */
+bool card_is_there(const struct standby *p, peer_role role); /* alive and in that role, of whatever release */
+/* Another one that waits like us, and began before us. */
+bool card_is_before_us(const struct standby *p, peer_role role);
+/* Of two active ones: does the first one stay? */
+bool card_stays(int64_t epoch, int64_t sender, int64_t other_epoch, int64_t other_sender);
+int64_t card_new_line(const service *s);   /* the epoch of who goes on from nothing */
+void cards_forget_dead(struct standby *p); /* one that is back is told of anew */
+
+/* standby_active.c */
+enum { SLOW_LEASES = 3 };                         /* who does not keep up for so long is waited for no more */
+const peer_card *follower_card(const service *s); /* in step with us: what we tell is held until it has it; or NULL */
+void follower_find(service *s);                   /* and lose it, if it is none any more */
+void follower_drop_slow(service *s);
+void follower_has(service *s, int64_t sender, bytes_in *r);    /* JOURNAL_HAVE */
+void follower_wishes(service *s, int64_t sender, bytes_in *r); /* JOURNAL_WANT_STATE */
+
+/* standby_replay.c */
+void standby_say_have(service *s, int64_t tick);
+void standby_replay_tick(service *s, bytes_in *r); /* JOURNAL_TICK */
+void standby_take_state(service *s, bytes_in *r);  /* JOURNAL_STATE */
 
 /* standby_state.c */
 void state_put(service *s, bytes_out *to);                               /* between two ticks */

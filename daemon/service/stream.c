@@ -62,7 +62,10 @@ void stream_open(service *s, session *c, const wire_interest *m, uint32_t world_
     name_of(c, m, name);
     stream *old = world_id < s->streams.count && s->streams.at[world_id].live ? &s->streams.at[world_id] : NULL;
     if (old) old->each_tick = m->rate_hz == 0;
-    if (old && old->link == c->link && strcmp(old->name, name) == 0) return;
+    if (old && old->link == c->link && strcmp(old->name, name) == 0) {
+        if (!old->read) old->link->ops->stream_open(old->link, name); /* asked again: is somebody there after all? */
+        return;
+    }
     if (old) stream_close(s, world_id);
     open_at(s, c, m, world_id, name);
 }
@@ -91,6 +94,12 @@ void stream_reader(service *s, struct link *from, const char *name)
     if (!at || at->link != from) return;
     at->read = true;
     world_want_snapshot(s->world, (uint32_t)(at - s->streams.at));
+}
+
+bool stream_lacks_reader(service *s, const char *name)
+{
+    const stream *at = find_name(s, name);
+    return at && !at->read;
 }
 
 /* ---- one part of one batch ---- */

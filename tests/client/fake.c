@@ -259,14 +259,14 @@ void fake_reject(const wire_message *sent, wire_reason reason, const char *text)
     fake_give(&m);
 }
 
-void fake_status(int64_t epoch)
+static void status(int64_t epoch, uint8_t health)
 {
     const char *names[] = {"ticks"};
     const int64_t values[] = {7};
     const wire_message m = {.kind = WIRE_STATUS,
         .status = {.version = WIRE_VERSION,
             .epoch = epoch,
-            .health = WIRE_HEALTH_READY,
+            .health = health,
             .daemon = "fake:1",
             .release = "0",
             .links = "fake",
@@ -274,4 +274,14 @@ void fake_status(int64_t epoch)
             .counter_names = {1, names},
             .counter_values = {1, values}}};
     fake_give(&m);
+}
+
+void fake_status(int64_t epoch)
+{
+    status(epoch, WIRE_HEALTH_READY);
+}
+
+void fake_end(int64_t epoch)
+{
+    status(epoch, WIRE_HEALTH_STOPPING);
 }

@@ -34,5 +34,6 @@ void fake_give(const wire_message *m);
 void fake_ack(const wire_message *sent); /* in the present epoch */
 void fake_reject(const wire_message *sent, wire_reason reason, const char *text);
 void fake_status(int64_t epoch);
+void fake_end(int64_t epoch); /* a Status by which the daemon of that epoch ends */
 
 #endif

@@ -189,6 +189,45 @@ static void an_older_daemon_is_not_followed_while_ours_speaks(void **state)
     collided_close(c);
 }
 
+/* As one of two daemons does that have found each other, when it steps down. */
+static void a_daemon_that_ends_is_left_at_once_and_followed_no_more(void **state)
+{
+    (void)state;
+    fake_begin((fake_options){.repeats = true, .epoch = A_LATER_EPOCH});
+    collided *c = fake_connect();
+    make(c, "a");
+    assert_int_equal(collided_sync(c, 1.0), COLLIDED_OK);
+    fake_end(A_LATER_EPOCH);
+    fake_set((fake_options){.repeats = true, .epoch = 1});
+    fake_status(1);
+    assert_string_equal(fake_message(WIRE_BODY, 1)->body.name, "a"); /* by one Status, without a silence */
+    fake_status(A_LATER_EPOCH);                                      /* late news of the one that ended */
+    assert_int_equal(collided_sync(c, 1.0), COLLIDED_OK);
+    collided_daemon_status status;
+    assert_int_equal(collided_get_status(c, 1.0, &status), COLLIDED_OK);
+    assert_int_equal(status.epoch, 1);
+    assert_int_equal(fake_sent(WIRE_BODY), 2);
+    collided_close(c);
+}
+
+/* DDS keeps the last Status of a daemon that has become a standby, and gives it to whoever comes. */
+static void a_daemon_that_has_ended_is_not_followed_by_who_comes_later(void **state)
+{
+    (void)state;
+    fake_begin((fake_options){.deaf = true, .epoch = 1});
+    collided_def def = collided_def_default();
+    def.connect_timeout_s = 0.0;
+    char why[256];
+    collided *c = fake_try(&def, why, sizeof why);
+    assert_non_null(c);
+    fake_end(A_LATER_EPOCH);
+    fake_status(1);
+    collided_daemon_status status;
+    assert_int_equal(collided_get_status(c, 1.0, &status), COLLIDED_OK);
+    assert_int_equal(status.epoch, 1);
+    collided_close(c);
+}
+
 typedef struct told {
     int count;
     int32_t object;
@@ -415,6 +454,8 @@ int main(void)
         cmocka_unit_test(a_restarted_daemon_is_told_everything_again_in_order),
         cmocka_unit_test(a_transport_that_keeps_sends_only_the_newer_pose_to_a_new_daemon),
         cmocka_unit_test(an_older_daemon_is_not_followed_while_ours_speaks),
+        cmocka_unit_test(a_daemon_that_ends_is_left_at_once_and_followed_no_more),
+        cmocka_unit_test(a_daemon_that_has_ended_is_not_followed_by_who_comes_later),
         cmocka_unit_test(refusals_are_told_and_end_the_wait),
         cmocka_unit_test(too_many_refusals_are_counted),
         cmocka_unit_test(a_daemon_that_lost_us_is_told_again),

@@ -247,6 +247,47 @@ static void a_first_batch_that_is_no_snapshot_is_not_told(void **state)
     collided_close(c);
 }
 
+/* Whoever polls without ever waiting is as deaf as anybody without a snapshot, and asks for it as well. */
+static void who_never_waits_asks_again_too(void **state)
+{
+    (void)state;
+    heard h = {0};
+    fake_begin((fake_options){.epoch = 1});
+    collided *c = fake_connect();
+    subscribe(c, &h, note);
+    for (int tries = 0; fake_sent(WIRE_INTEREST) < 2 && tries < 2000; tries++) {
+        (void)collided_poll(c, 0.0);
+        fake_pause(10);
+    }
+    assert_int_equal(fake_sent(WIRE_INTEREST), 2);
+    assert_true(fake_message(WIRE_INTEREST, 1)->interest.sequence > fake_message(WIRE_INTEREST, 0)->interest.sequence);
+    collided_close(c);
+}
+
+/* The daemon is heard, and may have lost the interest all the same. */
+static void a_silent_stream_is_asked_for_again(void **state)
+{
+    (void)state;
+    heard h = {0};
+    fake_begin((fake_options){.epoch = 1});
+    collided *c = fake_connect();
+    subscribe(c, &h, note);
+    give(c, (batch_options){.batch = 1, .snapshot = true});
+    fake_pause(3200);
+    fake_status(1);
+    (void)collided_poll(c, 0.1); /* nobody had looked: it was not silent */
+    assert_int_equal(fake_sent(WIRE_INTEREST), 1);
+    for (int tries = 0; fake_sent(WIRE_INTEREST) < 2 && tries < 200; tries++) {
+        fake_status(1);
+        (void)collided_poll(c, 0.1);
+    }
+    assert_int_equal(fake_sent(WIRE_INTEREST), 2);
+    give(c, (batch_options){.batch = 2, .snapshot = true});
+    (void)collided_poll(c, 0.0);
+    assert_true(h.batches == 2 && h.lost == 0);
+    collided_close(c);
+}
+
 static void parts_are_one_batch(void **state)
 {
     (void)state;
@@ -332,6 +373,8 @@ int main(void)
         cmocka_unit_test(a_snapshot_that_was_overtaken_is_not_told),
         cmocka_unit_test(a_heartbeat_is_told_and_finds_out_what_was_lost),
         cmocka_unit_test(a_first_batch_that_is_no_snapshot_is_not_told),
+        cmocka_unit_test(who_never_waits_asks_again_too),
+        cmocka_unit_test(a_silent_stream_is_asked_for_again),
         cmocka_unit_test(parts_are_one_batch),
         cmocka_unit_test(a_new_epoch_begins_with_a_snapshot),
         cmocka_unit_test(a_callback_may_unsubscribe_but_not_wait),

@@ -140,6 +140,8 @@ static void a_stream_tells_of_each_reader_that_comes(void **state)
     client_kill(&first);
     rig_receive(&r);
     assert_int_equal(r.heard.readers, 2); /* one that goes is no news */
+    r.link->ops->stream_open(r.link, "arm");
+    RIG_UNTIL(&r, 10, r.heard.readers == 3); /* opened again, it tells of who is there */
     client_kill(&second);
     rig_close(&r);
 }

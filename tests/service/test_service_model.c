@@ -7,6 +7,7 @@
 #include "base/clock.h"
 #include "base/log.h"
 #include "cell.h"
+#include "peers.h"
 #include "service/server.h"
 #include "service/service.h"
 #include "service/standby.h"
@@ -176,91 +177,6 @@ static void learn(model *m)
     wire_message message;
     for (wire_memory_reset(m->memory); memory_receive(m->end, m->memory, &message); wire_memory_reset(m->memory))
         if (message.kind == WIRE_EVENT_BATCH) learn_batch(m, &message.event_batch);
-}
-
-/* ---- what the daemons of a pair say to each other: in order, and at once ---- */
-
-enum { PAIR = 2, RECORDS_MAX = 64 };
-typedef struct said {
-    peer_card cards[RECORDS_MAX];
-    size_t card_count;
-    struct {
-        int64_t sender;
-        uint8_t kind, *bytes;
-        size_t size;
-    } records[RECORDS_MAX];
-    size_t record_count;
-} said;
-static struct {
-    const struct link *members[PAIR];
-    peer_card last[PAIR]; /* their own cards */
-    said to[PAIR];
-} between;
-
-static int member(const struct link *l)
-{
-    return l == between.members[1];
-}
-
-static int peer_join(struct link *l, int64_t lease_ns)
-{
-    (void)lease_ns;
-    int mine = between.members[0] != NULL;
-    between.members[mine] = l;
-    if (between.members[!mine] && between.last[!mine].alive)
-        between.to[mine].cards[between.to[mine].card_count++] = between.last[!mine];
-    return 0;
-}
-
-static void peer_say(struct link *l, const peer_card *card)
-{
-    int mine = member(l);
-    said *to = &between.to[!mine];
-    between.last[mine] = *card;
-    between.last[mine].alive = true;
-    if (!between.members[!mine]) return;
-    assert_true(to->card_count < RECORDS_MAX);
-    to->cards[to->card_count++] = between.last[mine];
-}
-
-static bool peer_send(struct link *l, int64_t sender, uint8_t kind, const uint8_t *bytes, size_t size)
-{
-    said *to = &between.to[!member(l)];
-    if (!between.members[!member(l)]) return true;
-    assert_true(to->record_count < RECORDS_MAX);
-    uint8_t *copy = malloc(size + 1);
-    if (size) memcpy(copy, bytes, size);
-    to->records[to->record_count].sender = sender;
-    to->records[to->record_count].kind = kind;
-    to->records[to->record_count].bytes = copy;
-    to->records[to->record_count++].size = size;
-    return true;
-}
-
-static void peer_receive(struct link *l, const peer_sink *sink)
-{
-    said from = between.to[member(l)];
-    between.to[member(l)] = (said){.card_count = 0};
-    for (size_t i = 0; i < from.card_count; i++) sink->card(sink->context, &from.cards[i]);
-    for (size_t i = 0; i < from.record_count; i++) {
-        sink->record(
-            sink->context, from.records[i].sender, from.records[i].kind, from.records[i].bytes, from.records[i].size);
-        free(from.records[i].bytes);
-    }
-}
-
-static const peer_ops PEERS = {peer_join, peer_say, peer_send, peer_receive};
-
-/* The other one hears that it is gone, and of what it said before. */
-static void peer_dies(const struct link *l)
-{
-    int mine = member(l);
-    said *to = &between.to[!mine];
-    between.last[mine].alive = false;
-    to->cards[to->card_count++] = between.last[mine];
-    for (size_t i = 0; i < between.to[mine].record_count; i++) free(between.to[mine].records[i].bytes);
-    between.to[mine] = (said){.card_count = 0};
-    between.members[mine] = NULL;
 }
 
 /* ---- what clients say ---- */
@@ -546,7 +462,7 @@ static void fail_over(model *m)
         for (wire_memory_reset(m->memory); memory_receive(m->end, m->memory, &lost);) wire_memory_reset(m->memory);
         assert_true(true);
     }
-    peer_dies(m->service->links[0]);
+    peers_die(m->service->links[0]);
     memory_disconnect(m->end);
     server_destroy(m->server);
     m->now_ns += TICK_NS;
@@ -642,7 +558,7 @@ static void start(model *m)
 static void stop(model *m, bool in_order)
 {
     if (m->standby.server) { /* first: otherwise it would take over */
-        peer_dies(m->standby.service->links[0]);
+        peers_die(m->standby.service->links[0]);
         memory_disconnect(m->standby.end);
         server_destroy(m->standby.server);
         m->standby = (another){.server = NULL};
@@ -656,8 +572,8 @@ static void stop(model *m, bool in_order)
         for (int k = 0; k < STREAMS; k++) assert_true(!m->streams[k].live && m->streams[k].open == 0);
     }
     m->crashes += !in_order;
-    if (m->paired) peer_dies(m->service->links[0]);
-    if (m->paired) memset(&between, 0, sizeof between);
+    if (m->paired) peers_die(m->service->links[0]);
+    if (m->paired) peers_forget();
     memory_disconnect(m->end);
     server_destroy(m->server);
 }
@@ -796,7 +712,7 @@ static void one_that_stood_still_and_finds_no_standby_begins_anew(void **state)
         learn(&m);
     }
     int64_t epoch = m.service->epoch;
-    peer_dies(m.standby.service->links[0]);
+    peers_die(m.standby.service->links[0]);
     memory_disconnect(m.standby.end);
     server_destroy(m.standby.server);
     m.standby = (another){.server = NULL};

@@ -1,0 +1,191 @@
+/* standby_active: the active daemon of a pair: whom it waits for, which is one standby that is in step, what that one
+ * has of its journal, and the writing of it. Tick thread. */
+#include "standby_parts.h"
+
+#include "base/log.h"
+
+#include <inttypes.h>
+
+static const int64_t FOLLOWED_NS = 10000000000; /* a peer that was alive may be back: it is still written for */
+
+/* ---- who follows ---- */
+
+const peer_card *follower_card(const service *s)
+{
+    struct standby *p = s->standby;
+    return p->follower && p->card.role == PEER_ACTIVE ? card_of(p, p->follower) : NULL;
+}
+
+static bool may_follow(const service *s, const peer_card *c)
+{
+    return c->alive && c->role == PEER_STANDBY && c->epoch == s->epoch && c->sender != s->standby->dropped;
+}
+
+/* It is told so by the journal, in which it finds that before it can miss anything. */
+static void follower_lose(service *s, const char *why)
+{
+    struct standby *p = s->standby;
+    const peer_card *f = follower_card(s);
+    log_notice("%s %s", f ? f->name : "the standby", why);
+    if (p->sure) p->alone = s->epoch;
+    p->dropped = p->follower;
+    p->link->ops->peers->send(
+        p->link, p->card.sender, JOURNAL_DROPPED, (const uint8_t *)&p->dropped, sizeof p->dropped);
+    p->follower = 0;
+    p->sure = false;
+    open_links_again(s);
+    s->status_due = true;
+}
+
+/* Of several the one that began first: it has precedence among themselves, too. */
+void follower_find(service *s)
+{
+    struct standby *p = s->standby;
+    const peer_card *first = follower_card(s);
+    if (s->monotonic_ns < p->quiet_ns) return; /* what was held would go out, and it may have taken over */
+    if (p->follower && !(first && may_follow(s, first)))
+        follower_lose(s, "is no standby any more: lost, or out of step");
+    if (p->follower) return;
+    first = NULL;
+    for (size_t i = 0; i < p->peers.count; i++) {
+        const peer_card *c = &p->peers.at[i];
+        if (may_follow(s, c) && (!first || c->sender < first->sender)) first = c;
+    }
+    if (!first) return;
+    p->follower = first->sender;
+    p->sure_tick = p->journalled_tick;
+    p->had_tick = 0; /* it will say */
+    p->sure = false;
+    hold_links(s);
+}
+
+void follower_has(service *s, int64_t sender, bytes_in *r)
+{
+    struct standby *p = s->standby;
+    journal_have have;
+    if (!bytes_get(r, &have, sizeof have) || have.to != p->card.sender || have.epoch != s->epoch) return;
+    if (sender != p->follower || have.tick <= p->had_tick) return;
+    p->had_tick = have.tick;
+    if (!p->sure && p->had_tick >= p->sure_tick) {
+        p->sure = s->status_due = true;
+        p->link->ops->peers->send(
+            p->link, p->card.sender, JOURNAL_FOLLOWED, (const uint8_t *)&p->follower, sizeof p->follower);
+        const peer_card *f = follower_card(s); /* NULL: it is dead already */
+        log_notice("%s is in step: it takes over when this one is gone", f ? f->name : "the standby");
+    }
+    hold_release(s);
+}
+
+/* One that lives and does not keep up is waited for no more. */
+void follower_drop_slow(service *s)
+{
+    struct standby *p = s->standby;
+    bool holds = p->mouth == MOUTH_HELD && p->held.first < p->held.list.count;
+    if (!holds || p->held_tick != p->had_tick) p->had_ns = s->monotonic_ns;
+    p->held_tick = p->had_tick;
+    if (s->monotonic_ns - p->had_ns < SLOW_LEASES * p->lease_ns) return;
+    follower_lose(s, "does not keep up: it is waited for no more, and has to join anew");
+}
+
+/* Another one has told in this line what is not known here: whoever heard it would take our batches for those that come
+ * next. Under a line of their own they begin with a snapshot. */
+static void begin_line(service *s, int64_t sender)
+{
+    const peer_card *other = card_of(s->standby, sender);
+    int64_t before = s->epoch;
+    s->epoch = card_new_line(s);
+    s->standby->sure = false; /* who follows has to join anew */
+    card_say(s, PEER_ACTIVE);
+    for (uint32_t i = 0; i < s->streams.count; i++)
+        if (s->streams.at[i].live) world_want_snapshot(s->world, i);
+    s->status_due = true;
+    log_warning("%s was active, too, while the network was parted: epoch %" PRId64 " becomes %" PRId64
+                ", and every stream begins anew",
+        other ? other->name : "another daemon", before, s->epoch);
+}
+
+void follower_wishes(service *s, int64_t sender, bytes_in *r)
+{
+    struct standby *p = s->standby;
+    int64_t alone = 0;
+    p->state_wanted = true;
+    if (p->dropped == sender) p->dropped = 0;
+    p->alive_ns = s->monotonic_ns; /* its card may come later: topics have no order */
+    if (bytes_get(r, &alone, sizeof alone) && wire_same_line(alone, s->epoch)) begin_line(s, sender);
+}
+
+bool standby_hands_over(service *s)
+{
+    struct standby *p = s->standby;
+    if (!p) return false;
+    if (standby_waits(s)) return true; /* nobody knows of it */
+    const peer_card *to = follower_card(s);
+    if (!to || !p->sure) return false;
+    log_notice("%s takes over", to->name);
+    p->link->ops->peers->send(p->link, p->card.sender, JOURNAL_LEAVE, NULL, 0);
+    return true;
+}
+
+/* ---- its journal ---- */
+
+static bool is_followed(const service *s)
+{
+    const struct standby *p = s->standby;
+    return p && p->card.role == PEER_ACTIVE && p->alive_ns && s->monotonic_ns - p->alive_ns < FOLLOWED_NS;
+}
+
+/* A record begins with the number of its tick. */
+static bytes_out *journal_of(service *s)
+{
+    bytes_out *to = &s->standby->journal;
+    int64_t tick = s->tick + 1;
+    if (!to->count) bytes_put(to, &tick, sizeof tick);
+    return to;
+}
+
+void standby_journal_message(service *s, const struct link *from, const wire_message *m)
+{
+    if (is_followed(s)) journal_put_message(journal_of(s), standby_place_of(s, from), m);
+}
+
+void standby_journal_lost(service *s, const struct link *from, int64_t client)
+{
+    if (is_followed(s)) journal_put_lost(journal_of(s), standby_place_of(s, from), client);
+}
+
+void standby_journal_reader(service *s, const struct link *from, const char *stream)
+{
+    if (is_followed(s)) journal_put_reader(journal_of(s), standby_place_of(s, from), stream);
+}
+
+void standby_journal_tick(service *s)
+{
+    struct standby *p = s->standby;
+    if (!is_followed(s)) return;
+    wire_log_tick t = {s->tick, s->now_ns, s->monotonic_ns, (int64_t)s->events_hash,
+        .budgeted = s->config.budget_us > 0, .work = (int64_t)world_get_figures(s->world).work};
+    if (!p->journal.count) bytes_put(&p->journal, &s->tick, sizeof s->tick); /* nothing came */
+    journal_put_tick(&p->journal, s->epoch, &t);
+    p->link->ops->peers->send(p->link, p->card.sender, JOURNAL_TICK, p->journal.at, p->journal.count);
+    metric_count(s->count.journalled, 1);
+    p->journal.count = 0;
+    p->journalled_tick = s->tick;
+}
+
+bool standby_wants_tick(const service *s)
+{
+    const struct standby *p = s->standby;
+    return p && p->state_wanted && p->card.role == PEER_ACTIVE;
+}
+
+/* The journal is empty here: what comes from now on is of the next tick. */
+void standby_after_tick(service *s)
+{
+    struct standby *p = s->standby;
+    if (!p || !p->state_wanted || p->card.role != PEER_ACTIVE) return;
+    p->state_wanted = false;
+    state_put(s, &p->journal);
+    log_info("the state of tick %" PRId64 " goes to a standby: %zu bytes", s->tick, p->journal.count);
+    p->link->ops->peers->send(p->link, p->card.sender, JOURNAL_STATE, p->journal.at, p->journal.count);
+    p->journal.count = 0;
+}

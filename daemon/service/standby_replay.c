@@ -1,0 +1,79 @@
+/* standby_replay: the standby's end of the journal: the state that it begins from, and each tick, carried out as the
+ * active daemon did. Tick thread. */
+#include "standby_parts.h"
+
+#include "base/log.h"
+
+#include <inttypes.h>
+
+static bool carry_out(service *s, const journal_entry *e)
+{
+    struct standby *p = s->standby;
+    struct link *from = e->link < s->link_count ? s->links[e->link] : NULL;
+    if (!from) return false;
+    switch (e->kind) {
+    case ENTRY_MESSAGE:
+        kept_confirm(&p->kept, &e->message);
+        service_take(s, from, &e->message);
+        return true;
+    case ENTRY_LOST:
+        kept_confirm_lost(&p->kept, e->client);
+        inbox_put_lost(s, from, e->client);
+        return true;
+    case ENTRY_READER:
+        kept_confirm_reader(&p->kept, e->stream);
+        stream_reader(s, from, e->stream);
+        return true;
+    case ENTRY_TICK:
+        if (e->epoch != s->epoch || e->tick.tick != s->tick + 1) return false;
+        service_replay_budget(s, e->tick.budgeted, (uint64_t)e->tick.work);
+        s->tick = e->tick.tick;
+        s->now_ns = e->tick.now_ns;
+        s->monotonic_ns = e->tick.monotonic_ns;
+        service_tick(s);
+        return (uint64_t)e->tick.events_hash == s->events_hash;
+    }
+    return false;
+}
+
+/* It has come: that is said before it is carried out, since the active one waits for it. */
+void standby_say_have(service *s, int64_t tick)
+{
+    struct standby *p = s->standby;
+    const journal_have have = {.to = p->active, .epoch = s->epoch, .tick = tick};
+    p->link->ops->peers->send(p->link, p->card.sender, JOURNAL_HAVE, (const uint8_t *)&have, sizeof have);
+}
+
+void standby_replay_tick(service *s, bytes_in *r)
+{
+    struct standby *p = s->standby;
+    int64_t number;
+    if (bytes_get(r, &number, sizeof number)) standby_say_have(s, number);
+    int64_t now_ns = s->now_ns, monotonic_ns = s->monotonic_ns, tick = s->tick + 1;
+    journal_entry e;
+    bool good = true;
+    while (good && journal_next(r, p->memory, &e)) good = carry_out(s, &e);
+    p->ahead_ns = s->now_ns - monotonic_ns;
+    s->now_ns = now_ns;
+    s->monotonic_ns = monotonic_ns;
+    kept_sweep(s);
+    if (good && !r->broken) return;
+    log_error("tick %" PRId64 " of the active daemon came out differently here: its state is asked for anew", tick);
+    metric_count(s->count.out_of_step, 1);
+    p->out_of_step = true;
+}
+
+void standby_take_state(service *s, bytes_in *r)
+{
+    struct standby *p = s->standby;
+    char why[128] = "";
+    if (!state_take(s, r, why, sizeof why)) {
+        log_error("the state of the active daemon cannot be taken over: %s", why);
+        p->out_of_step = true;
+        return;
+    }
+    p->in_step = true;
+    p->alone = 0;
+    card_say(s, PEER_STANDBY);
+    log_notice("in step with the active daemon, from tick %" PRId64 " on, epoch %" PRId64, s->tick, s->epoch);
+}

@@ -1,0 +1,119 @@
+/* peers: a mailbox for each of the two. */
+#include "peers.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+enum { PAIR = 2, RECORDS_MAX = 256 };
+typedef struct said {
+    peer_card cards[RECORDS_MAX];
+    size_t card_count;
+    struct {
+        int64_t sender;
+        uint8_t kind, *bytes;
+        size_t size;
+    } records[RECORDS_MAX];
+    size_t record_count;
+    bool gap; /* records were lost before these */
+} said;
+static struct {
+    const struct link *members[PAIR];
+    peer_card last[PAIR]; /* their own cards */
+    said to[PAIR];
+    bool parted;
+} between;
+
+static int member(const struct link *l)
+{
+    return l == between.members[1];
+}
+
+static void tell(int whom, peer_card card, bool alive)
+{
+    said *to = &between.to[whom];
+    card.alive = alive;
+    assert_true(to->card_count < RECORDS_MAX);
+    to->cards[to->card_count++] = card;
+}
+
+static int peer_join(struct link *l, int64_t lease_ns)
+{
+    (void)lease_ns;
+    int mine = between.members[0] != NULL;
+    between.members[mine] = l;
+    if (between.members[!mine] && between.last[!mine].alive && !between.parted) tell(mine, between.last[!mine], true);
+    return 0;
+}
+
+static void peer_say(struct link *l, const peer_card *card)
+{
+    int mine = member(l);
+    between.last[mine] = *card;
+    between.last[mine].alive = true;
+    if (between.members[!mine] && !between.parted) tell(!mine, between.last[mine], true);
+}
+
+static bool peer_send(struct link *l, int64_t sender, uint8_t kind, const uint8_t *bytes, size_t size)
+{
+    said *to = &between.to[!member(l)];
+    if (!between.members[!member(l)]) return true;
+    to->gap |= between.parted;
+    if (between.parted) return true;
+    assert_true(to->record_count < RECORDS_MAX);
+    uint8_t *copy = malloc(size + 1);
+    if (size) memcpy(copy, bytes, size);
+    to->records[to->record_count].sender = sender;
+    to->records[to->record_count].kind = kind;
+    to->records[to->record_count].bytes = copy;
+    to->records[to->record_count++].size = size;
+    return true;
+}
+
+static void peer_receive(struct link *l, const peer_sink *sink)
+{
+    int mine = member(l);
+    said from = between.to[mine];
+    between.to[mine] = (said){.gap = from.gap && !from.record_count};
+    for (size_t i = 0; i < from.card_count; i++) sink->card(sink->context, &from.cards[i]);
+    if (from.gap && from.record_count) sink->gap(sink->context, from.records[0].sender);
+    for (size_t i = 0; i < from.record_count; i++) {
+        sink->record(
+            sink->context, from.records[i].sender, from.records[i].kind, from.records[i].bytes, from.records[i].size);
+        free(from.records[i].bytes);
+    }
+}
+
+const peer_ops PEERS = {peer_join, peer_say, peer_send, peer_receive};
+
+static void forget_what_came(int whom)
+{
+    for (size_t i = 0; i < between.to[whom].record_count; i++) free(between.to[whom].records[i].bytes);
+    between.to[whom] = (said){.card_count = 0};
+}
+
+void peers_forget(void)
+{
+    for (int i = 0; i < PAIR; i++) forget_what_came(i);
+    memset(&between, 0, sizeof between);
+}
+
+void peers_die(const struct link *l)
+{
+    int mine = member(l);
+    between.last[mine].alive = false;
+    tell(!mine, between.last[mine], false);
+    forget_what_came(mine);
+    between.members[mine] = NULL;
+}
+
+void peers_part(bool parted)
+{
+    between.parted = parted;
+    for (int i = 0; i < PAIR; i++)
+        if (between.members[!i]) tell(i, between.last[!i], !parted);
+}

@@ -1,0 +1,378 @@
+/* Two daemons of a pair that are active at the same time, because the network between them was parted, or because one
+ * began without hearing of the other: the one that clients follow stays, and nobody takes what it tells for the
+ * continuation of what the other one told.
+ *
+ * Clients speak by the memory link, the daemons by peers.h; each has a client of its own, and the clock is the test's.
+ * One thread. */
+#include "base/clock.h"
+#include "base/log.h"
+#include "cell.h"
+#include "peers.h"
+#include "service/server.h"
+#include "service/service.h"
+#include "service/standby.h"
+
+#include <stdio.h>
+
+enum { CLIENT = 7 };
+static const int64_t TICK_NS = 10000000, S_NS = 1000000000;
+
+typedef struct side {
+    server *server; /* NULL: there is none */
+    service *service;
+    link_sink sink;
+    link_ops ops;
+    memory_end *end;
+    bool stands_still;
+    int64_t epoch;                       /* that the client on this side was told of last ... */
+    bool snapshot;                       /* ... with a snapshot */
+    size_t begun, told_lost, batches[2]; /* batches: of each interest */
+} side;
+
+static side sides[2];
+static int64_t now_ns;
+static wire_memory *memory;
+
+static void start(int k)
+{
+    char why[256] = "";
+    side *a = &sides[k];
+    config c = cell_config();
+    snprintf(c.links, sizeof c.links, "memory://%d", k);
+    *a = (side){.server = server_create(&c, why, sizeof why)};
+    if (!a->server) fail_msg("%s", why);
+    service *s = a->service = server_service(a->server);
+    a->sink = server_sink(a->server);
+    a->end = memory_connect(c.links + strlen("memory://"));
+    a->ops = *s->links[0]->ops;
+    a->ops.peers = &PEERS;
+    a->ops.has_liveliness = true; /* as DDS: clients need not say that they are there */
+    s->links[0]->ops = &a->ops;
+    s->config.standby = true;
+    s->now_ns = s->monotonic_ns = now_ns;
+    if (standby_start(s, why, sizeof why) != 0) fail_msg("%s", why);
+}
+
+static void end(int k)
+{
+    if (!sides[k].server) return;
+    peers_die(sides[k].service->links[0]);
+    memory_disconnect(sides[k].end);
+    server_destroy(sides[k].server);
+    sides[k].server = NULL;
+}
+
+static void learn(side *a)
+{
+    wire_message m;
+    for (wire_memory_reset(memory); memory_receive(a->end, memory, &m); wire_memory_reset(memory)) {
+        a->told_lost += m.kind == WIRE_REJECT && m.reject.reason == WIRE_UNKNOWN_CLIENT;
+        if (m.kind != WIRE_EVENT_BATCH || m.event_batch.heartbeat) continue;
+        a->snapshot = (a->snapshot && m.event_batch.epoch == a->epoch) || m.event_batch.snapshot;
+        a->epoch = m.event_batch.epoch;
+        a->batches[m.event_batch.interest]++;
+        for (uint32_t i = 0; i < m.event_batch.kinds.count; i++)
+            a->begun += m.event_batch.kinds.at[i] == WIRE_EVENT_BEGIN;
+    }
+}
+
+static bool is_active(int k)
+{
+    return sides[k].server && !standby_waits(sides[k].service);
+}
+
+static void round_of(side *a)
+{
+    service *s = a->service;
+    s->now_ns = s->monotonic_ns = now_ns;
+    s->links[0]->ops->receive(s->links[0], &a->sink);
+    if (!standby_round(s, &a->sink)) {
+        session_check_leases(s);
+        s->tick++;
+        pace_begin(&s->pace, clock_monotonic_ns());
+        service_tick(s);
+        pace_end(&s->pace, clock_monotonic_ns(), world_get_figures(s->world).work);
+        standby_after_tick(s);
+        stream_heartbeats(s);
+    }
+    learn(a);
+}
+
+static void pass(int64_t ns)
+{
+    for (int64_t until_ns = now_ns + ns; now_ns < until_ns;) {
+        now_ns += TICK_NS;
+        for (int k = 0; k < 2; k++)
+            if (sides[k].server && !sides[k].stands_still) round_of(&sides[k]);
+    }
+}
+
+static bool has_standby(int k)
+{
+    char text[256];
+    standby_describe(sides[k].service, text, sizeof text);
+    return strstr(text, "hot standby") != NULL;
+}
+
+static void announce(side *a)
+{
+    cell_hello(a->end, CLIENT, 1, 1, WIRE_LOST_REMOVE);
+    cell_sphere(a->end, CLIENT, 2, 0, "a", 0);
+    cell_sphere(a->end, CLIENT, 3, 1, "b", 5);
+    cell_touches(a->end, CLIENT, 4, 0);
+}
+
+/* The one is active and the other its standby, and a client is told of two balls that are apart. */
+static void pair_up(void)
+{
+    start(0);
+    pass(2 * S_NS);
+    start(1);
+    pass(S_NS);
+    assert_true(is_active(0) && has_standby(0) && !is_active(1));
+    for (int k = 0; k < 2; k++) announce(&sides[k]); /* the network brings it to both */
+    pass(S_NS / 10);
+    assert_true(sides[0].snapshot && sides[0].epoch == sides[0].service->epoch && sides[0].begun == 0);
+}
+
+static int set_up(void **state)
+{
+    (void)state;
+    log_setup(LOG_ERROR, 0);
+    memory = wire_memory_create();
+    now_ns = 1000 * S_NS;
+    return 0;
+}
+
+static int tear_down(void **state)
+{
+    (void)state;
+    for (int k = 0; k < 2; k++) end(k);
+    peers_forget();
+    wire_memory_destroy(memory);
+    return 0;
+}
+
+/* ---- who stays ---- */
+
+/* It is the later one, although the other began first: clients that hear both follow the higher epoch. */
+static void of_two_active_ones_the_one_with_the_higher_epoch_stays(void **state)
+{
+    (void)state;
+    peers_part(true);
+    start(0);
+    start(1);
+    pass(2 * S_NS);
+    assert_true(is_active(0) && is_active(1));
+    int higher = sides[1].service->epoch > sides[0].service->epoch;
+    if (*state) higher = !higher;
+    sides[higher].service->epoch += S_NS * 3600; /* the clock of that one was ahead */
+    int64_t epoch = sides[higher].service->epoch;
+    pass(S_NS);
+    peers_part(false);
+    pass(2 * S_NS);
+    assert_true(is_active(higher) && !is_active(!higher) && has_standby(higher));
+    assert_int_equal(sides[higher].service->epoch, epoch);
+}
+
+/* Whoever followed that one would not believe a lower one until he had heard nothing for a while. */
+static void who_begins_anew_is_above_all_that_it_has_heard_of(void **state)
+{
+    (void)state;
+    start(0);
+    pass(2 * S_NS);
+    int64_t epoch = sides[0].service->epoch += S_NS * 3600; /* and now the clock is set back by an hour */
+    pass(S_NS);
+    start(1);
+    now_ns += TICK_NS;
+    round_of(&sides[1]); /* it has heard of it, and has nothing of it yet */
+    end(0);
+    pass(4 * S_NS);
+    assert_true(is_active(1));
+    assert_true(sides[1].service->epoch > epoch && !wire_same_line(sides[1].service->epoch, epoch));
+}
+
+/* ---- what was told ---- */
+
+/* Each of them tells its own clients of a contact, under the same numbers. */
+static void what_one_told_alone_is_not_continued_by_the_other(void **state)
+{
+    (void)state;
+    pair_up();
+    int64_t epoch = sides[0].service->epoch;
+    peers_part(true);
+    pass(S_NS);
+    assert_true(is_active(0) && is_active(1) && sides[1].service->epoch == epoch + 1);
+    for (int k = 0; k < 2; k++) cell_pose(sides[k].end, CLIENT, 5 + k, 1, 1.0 + 0.5 * k);
+    pass(S_NS);
+    assert_true(sides[0].begun == 1 && sides[1].begun == 1);
+    peers_part(false);
+    pass(2 * S_NS);
+    assert_true(!is_active(0) && is_active(1) && has_standby(1));
+    assert_true(sides[1].service->epoch > epoch + 1 && !wire_same_line(sides[1].service->epoch, epoch));
+    assert_true(sides[1].epoch == sides[1].service->epoch && sides[1].snapshot && sides[1].begun == 2);
+}
+
+/* It told nothing meanwhile: streams go on. */
+static void who_stood_still_disturbs_nobody(void **state)
+{
+    (void)state;
+    pair_up();
+    int64_t epoch = sides[0].service->epoch;
+    peers_part(true);
+    sides[0].stands_still = true;
+    pass(S_NS);
+    assert_true(is_active(1) && sides[1].service->epoch == epoch + 1);
+    peers_part(false);
+    sides[0].stands_still = false;
+    pass(2 * S_NS);
+    assert_true(!is_active(0) && is_active(1) && has_standby(1));
+    assert_int_equal(sides[1].service->epoch, epoch + 1);
+}
+
+/* ---- clients ---- */
+
+static void lose(side *a)
+{
+    a->sink.client_lost(a->sink.context, a->service->links[0], CLIENT);
+}
+
+static bool knows(const side *a)
+{
+    return session_find(a->service, CLIENT) != NULL;
+}
+
+/* The active one opened the stream, and stood still before it heard of the reader. */
+static void a_reader_that_came_long_before_the_take_over_is_told(void **state)
+{
+    (void)state;
+    pair_up();
+    for (int k = 0; k < 2; k++) cell_touches(sides[k].end, CLIENT, 5, 1);
+    now_ns += TICK_NS;
+    round_of(&sides[0]);
+    sides[0].stands_still = true;
+    pass(7 * S_NS);
+    assert_true(!is_active(1) && sides[0].batches[1] == 0);
+    peers_part(true);
+    pass(S_NS);
+    assert_true(is_active(1) && sides[1].batches[1] > 0);
+}
+
+/* It has nothing to say, and was heard by this daemon only while that was active. */
+static void a_silent_client_outlives_two_take_overs(void **state)
+{
+    (void)state;
+    pair_up();
+    for (int k = 0; k < 2; k++) {
+        peers_part(true);
+        sides[k].stands_still = true;
+        pass(S_NS);
+        assert_true(is_active(!k));
+        peers_part(false);
+        sides[k].stands_still = false;
+        pass(2 * S_NS);
+        assert_true(!is_active(k) && has_standby(!k));
+    }
+    pass(3 * S_NS); /* more than its lease */
+    assert_true(is_active(0) && knows(&sides[0]));
+    assert_true(sides[0].told_lost == 0 && sides[1].told_lost == 0);
+}
+
+/* It was told so while it was active itself, and takes over the state of one that was not told. */
+static void a_client_that_is_gone_does_not_come_back_with_a_state(void **state)
+{
+    (void)state;
+    pair_up();
+    peers_part(true);
+    pass(S_NS);
+    assert_true(is_active(0) && is_active(1));
+    lose(&sides[1]);
+    pass(S_NS);
+    assert_true(knows(&sides[0]) && !knows(&sides[1]));
+    sides[0].service->epoch += S_NS * 3600;
+    pass(S_NS);
+    peers_part(false);
+    pass(2 * S_NS);
+    assert_true(is_active(0) && has_standby(0) && knows(&sides[1]));
+    end(0);
+    pass(3 * S_NS);
+    assert_true(is_active(1) && !knows(&sides[1]));
+}
+
+/* Both have come here alone: what it said is applied, and then its loss. */
+static void what_a_lost_client_said_last_does_not_bring_it_back(void **state)
+{
+    (void)state;
+    pair_up();
+    sides[0].stands_still = true;
+    cell_pose(sides[1].end, CLIENT, 5, 1, 1);
+    now_ns += TICK_NS;
+    round_of(&sides[1]);
+    assert_true(!is_active(1));
+    lose(&sides[1]);
+    peers_part(true);
+    pass(S_NS);
+    assert_true(is_active(1) && !knows(&sides[1]));
+}
+
+/* It came late, and tells nothing of its sender: a link that has told of a loss tells of no second one. */
+static void what_a_lost_client_said_late_does_not_bring_it_back(void **state)
+{
+    bool joins = *state != NULL; /* nothing was taken over */
+    if (joins) {
+        start(0);
+        announce(&sides[0]);
+    } else {
+        pair_up();
+    }
+    side *a = &sides[!joins];
+    if (!joins) sides[0].stands_still = true;
+    now_ns += TICK_NS;
+    round_of(a);
+    lose(a);
+    cell_pose(a->end, CLIENT, 5, 1, 1);
+    now_ns += TICK_NS;
+    round_of(a);
+    assert_true(standby_waits(a->service));
+    if (!joins) peers_part(true);
+    pass(4 * S_NS);
+    assert_true(!standby_waits(a->service) && !knows(a));
+}
+
+/* The active one may be gone before that has gone out: a client that lives would wait for its streams for ever. */
+static void the_standby_tells_a_client_that_it_was_lost(void **state)
+{
+    (void)state;
+    pair_up();
+    now_ns += TICK_NS;
+    lose(&sides[0]);
+    for (int k = 0; k < 2; k++) round_of(&sides[k]);
+    assert_true(!knows(&sides[0]) && sides[1].told_lost == 0);
+    end(0);
+    pass(S_NS);
+    assert_true(is_active(1) && !knows(&sides[1]));
+    assert_int_equal(sides[1].told_lost, 1);
+}
+
+int main(void)
+{
+    static int ahead = 1, joins = 1;
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_prestate_setup_teardown(
+            of_two_active_ones_the_one_with_the_higher_epoch_stays, set_up, tear_down, NULL),
+        {"the_same_with_the_other_clock_ahead", of_two_active_ones_the_one_with_the_higher_epoch_stays, set_up,
+            tear_down, &ahead},
+        cmocka_unit_test_setup_teardown(who_begins_anew_is_above_all_that_it_has_heard_of, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(what_one_told_alone_is_not_continued_by_the_other, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(who_stood_still_disturbs_nobody, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(a_reader_that_came_long_before_the_take_over_is_told, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(a_silent_client_outlives_two_take_overs, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(a_client_that_is_gone_does_not_come_back_with_a_state, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(what_a_lost_client_said_last_does_not_bring_it_back, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(what_a_lost_client_said_late_does_not_bring_it_back, set_up, tear_down),
+        {"the_same_before_anything_was_taken_over", what_a_lost_client_said_late_does_not_bring_it_back, set_up,
+            tear_down, &joins},
+        cmocka_unit_test_setup_teardown(the_standby_tells_a_client_that_it_was_lost, set_up, tear_down),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
