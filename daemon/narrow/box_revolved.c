@@ -37,6 +37,8 @@ enum { ARCS_MAX = 32 /* open at a time */, STEPS_MAX = 200 };
 static const double SHALLOW = 0x1p-24; /* of the size: less depth, or none, is found by other means */
 static const double NOISE = 24;        /* rounding of a bound, in units of the last place, with room */
 static const double OUTSIDE = 1e-9;    /* by which a direction may be outside of an octant and still counts there */
+static const double CLOSE = 0x1p-20;   /* of the size: the search goes on to here, for its last steps cost less than to
+                                          look for points that face each other along an axis that is a little off */
 static const double FLATTEST = 4;      /* of the size: no greater radius of curvature is of use */
 static const double LESS = 1 - 16 * UNIT_ROUNDOFF; /* a radius of curvature, rounded down */
 static const double EDGE = 1e-9;                   /* an arc is not cut nearer to its end than this */
@@ -215,12 +217,12 @@ static tip tip_at(const scene *c, const quadrant *q, double slope, plane n)
     return t;
 }
 
-static void take_tip(search *x, const quadrant *q, const tip *t)
+static void take_at(search *x, const quadrant *q, plane n, double h)
 {
-    double h = dot2(t->p, t->n), m[3] = {0, 0, 0};
+    double m[3] = {0, 0, 0};
     if (!(h < x->least)) return;
-    m[q->j] = q->sign_j * t->n.x;
-    m[q->k] = q->sign_k * t->n.y;
+    m[q->j] = q->sign_j * n.x;
+    m[q->k] = q->sign_k * n.y;
     take(x, h, vec(m[0], m[1], m[2]));
 }
 
@@ -277,7 +279,7 @@ static bool close_arc(search *x, const quadrant *q, double slope, const tip *fro
         if (is_closed(x, a.bound)) continue;
         if (count + 2 > ARCS_MAX || x->steps > STEPS_MAX) return false;
         tip cut = tip_at(x->scene, q, slope, cut_at(&a));
-        take_tip(x, q, &cut);
+        take_at(x, q, cut.n, dot2(cut.p, cut.n));
         if (!is_deep(x)) return false;
         arc *l = &open[count++], *r = &open[count++];
         l->a = a.a, l->b = r->a = cut, r->b = a.b;
@@ -299,9 +301,9 @@ static tip meet(search *x, const quadrant *q, plane n, double slope)
 {
     const scene *c = x->scene;
     tip t = tip_at(c, q, slope, n);
-    double rim = dot2(t.p, n), tip_h = dot2(madd2(q->v, c->b.h, q->u), n);
-    if (c->b.cone) x->proved = min_of(x->proved, tip_h);
-    if (!c->b.cone || rim >= tip_h) take_tip(x, q, &t);
+    double rim = dot2(t.p, n), tip_h = c->b.cone ? dot2(madd2(q->v, c->b.h, q->u), n) : rim;
+    x->proved = min_of(x->proved, tip_h);
+    take_at(x, q, n, max_of(rim, tip_h));
     return t;
 }
 
@@ -437,18 +439,6 @@ static bool find_depth(search *x, bool wide)
     return is_deep(x);
 }
 
-/* From deepest points of either to such that face each other, where they are not the only ones. */
-static void face(const scene *c, span *s)
-{
-    double slack = c->p->error, depth = -s->lo;
-    vec3 a = vec_madd(s->point_b, depth, s->axis), out = vec_sub(magnitudes(a), c->half);
-    vec3 b = vec_madd(s->point_a, -depth, s->axis);
-    if (out.x <= slack && out.y <= slack && out.z <= slack)
-        s->point_a = a;
-    else if (outline_holds(&c->b, mat_tmul(c->p->b_in_a.r, vec_sub(b, c->t)), slack))
-        s->point_b = b;
-}
-
 static scene scene_of(const unit_pair *p)
 {
     scene c = {.p = p, .b = outline_of(&p->b), .half = p->a.half, .u = vec_neg(p->b_in_a.r.z), .t = p->b_in_a.t};
@@ -468,7 +458,7 @@ static search search_of(const scene *c, const narrow_goal *goal)
         .least = INFINITY,
         .axis = VEC_ZERO,
         .proved = INFINITY,
-        .short_by = max_of(0.5 * goal->tolerance, 2 * NOISE * UNIT_ROUNDOFF * c->p->size),
+        .short_by = max_of(0.5 * min_of(goal->tolerance, CLOSE * c->p->size), 2 * NOISE * UNIT_ROUNDOFF * c->p->size),
         .enough = -goal->near};
 }
 
@@ -482,14 +472,7 @@ bool box_revolved_measure(const unit_pair *p, const narrow_goal *goal, span *out
     minkowski m = unit_pair_nearest_along(p, x.axis);
     double lo = vec_dot(x.axis, m.w), hi = max_of(lo, noise - min_of(x.proved, x.least));
     if (!narrow_goal_reached(goal, lo, hi) && !(hi - lo <= 4 * noise)) return false;
-    *out = (span){.lo = lo,
-        .hi = hi,
-        .axis = x.axis,
-        .point_a = m.a,
-        .point_b = m.b,
-        .method = NARROW_BY_CLOSED_FORM,
-        .iterations = x.steps};
-    face(&c, out);
-    witness_deepest(p, out);
+    *out = (span){.lo = lo, .hi = hi, .axis = x.axis, .method = NARROW_BY_CLOSED_FORM, .iterations = x.steps};
+    witness_facing(p, goal, &m, out);
     return true;
 }

@@ -11,4 +11,8 @@ void witness_apart(const unit_pair *p, span *s);
  * else takes witness_apart's, or where even those fall short, a support point of each. */
 void witness_deepest(const unit_pair *p, span *s);
 
+/* The same where the points are only known to be the support points `top` along s->axis. Of a goal that is a verdict,
+ * whose axis need not be that of the depth so that there may be none that face each other, these are the points. */
+void witness_facing(const unit_pair *p, const narrow_goal *goal, const minkowski *top, span *s);
+
 #endif
