@@ -288,6 +288,6 @@ bool revolved_pair_measure(const unit_pair *p, const narrow_goal *goal, span *ou
     double hi = max_of(lo, -min_of(x.proved, x.least));
     if (!narrow_goal_reached(goal, lo, hi) && !(hi - lo <= 2 * rounding)) return false;
     *out = (span){.lo = lo, .hi = hi, .axis = axis, .method = NARROW_BY_CLOSED_FORM, .iterations = x.steps};
-    witness_facing(p, goal, &m, out);
+    if (!witness_facing(p, &m, out) && goal->near == -INFINITY) witness_deepest(p, out);
     return true;
 }

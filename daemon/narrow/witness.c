@@ -76,11 +76,10 @@ void witness_deepest(const unit_pair *p, span *s)
     search_deepest(p, &top, s);
 }
 
-void witness_facing(const unit_pair *p, const narrow_goal *goal, const minkowski *top, span *s)
+bool witness_facing(const unit_pair *p, const minkowski *top, span *s)
 {
-    bool measured = goal->near == -INFINITY;
-    if (facing_points(p, slack_of(p, s), s) && are_deepest(p, s, top)) return;
+    if (facing_points(p, slack_of(p, s), s) && are_deepest(p, s, top)) return true;
     s->point_a = top->a;
     s->point_b = top->b;
-    if (measured) search_deepest(p, top, s);
+    return false;
 }

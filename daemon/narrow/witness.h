@@ -11,8 +11,8 @@ void witness_apart(const unit_pair *p, span *s);
  * else takes witness_apart's, or where even those fall short, a support point of each. */
 void witness_deepest(const unit_pair *p, span *s);
 
-/* The same where the points are only known to be the support points `top` along s->axis. Of a goal that is a verdict,
- * whose axis need not be that of the depth so that there may be none that face each other, these are the points. */
-void witness_facing(const unit_pair *p, const narrow_goal *goal, const minkowski *top, span *s);
+/* Writes points on the support planes that face each other, found by a formula (facing.h); of an axis that is not that
+ * of the least depth there need not be any. False: none are known, and the points are `top`, the support points. */
+bool witness_facing(const unit_pair *p, const minkowski *top, span *s);
 
 #endif
