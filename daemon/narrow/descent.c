@@ -6,8 +6,18 @@
 
 enum { ROUNDS_MAX = 6 };
 
-/* Of the pair's size: bounds that are apart by less leave the descent to find the rest. */
-static const double ROUGH = 0.03;
+/* Of the pair's size: bounds that are apart by less leave the descent to find the rest. Beside a polytope GJK soon has
+ * the very pieces; between two rims it never has the places on them. */
+static const double ROUGH = 0.006, ROUGH_BETWEEN_RIMS = 0.02;
+
+/* The square of the last step: per root of what is close, for what is left after it is of the size of that square, and
+ * the distance is off by its square; and, where that was too bold, per what is close. */
+static const double LAST_STEP2 = 0.03, LAST_STEP2_MOST = 1e-3, FINE_STEP2 = 1e-3;
+
+static bool has_rim(const shape *s)
+{
+    return s->type == SHAPE_CYLINDER || s->type == SHAPE_CONE;
+}
 
 static void raise_lower(span *s, double separation, vec3 axis)
 {
@@ -26,7 +36,7 @@ static void lower_upper(span *s, vec3 point_a, vec3 point_b)
 }
 
 /* Where the highest of the pieces is lowest, from `n`: that direction, and the points there. */
-static bool settle(const unit_pair *p, bundle *b, vec3 *n, double close, span *s)
+static bool settle(const unit_pair *p, bundle *b, vec3 *n, double near2, span *s)
 {
     pieces_face face;
     if (pieces_find_face(p, b, *n, &face)) {
@@ -35,7 +45,7 @@ static bool settle(const unit_pair *p, bundle *b, vec3 *n, double close, span *s
         return true;
     }
     view v = pieces_view(p, *n);
-    if (!pieces_descend(p, b, &v, close)) return false;
+    if (!pieces_descend(p, b, &v, near2)) return false;
     vec3 point_a, point_b;
     pieces_points(b, &v, &point_a, &point_b);
     lower_upper(s, point_a, point_b);
@@ -49,18 +59,23 @@ static bool descend(const unit_pair *p, const narrow_goal *goal, const simplex *
     bundle b;
     support_hints hints = NO_HINTS;
     vec3 n = vec_neg(s->axis);
+    double close = max_of(goal->tolerance, p->error), near2 = min_of(LAST_STEP2 * sqrt(close), LAST_STEP2_MOST);
     b.count = 0;
     pieces_add(p, &b, &from->v[0]); /* is there even when GJK ended before it counted its first point */
     for (int i = 1; i < from->count; i++) pieces_add(p, &b, &from->v[i]);
     for (int i = 0; i < ROUNDS_MAX; i++) {
-        if (!settle(p, &b, &n, max_of(goal->tolerance, p->error), s)) return false;
+        if (!settle(p, &b, &n, near2, s)) return false;
         vec3 axis = vec_neg(n);
         minkowski m = unit_pair_nearest_from(p, axis, &hints);
         raise_lower(s, vec_dot(axis, m.w), axis);
         s->iterations++;
         if (narrow_goal_reached(goal, s->lo, s->hi)) return true;
-        if (pieces_know(p, &b, &m)) return false;
-        pieces_add(p, &b, &m);
+        bool known = pieces_know(p, &b, &m);
+        if (known && near2 <= FINE_STEP2 * close) return false;
+        if (known)
+            near2 = FINE_STEP2 * close;
+        else
+            pieces_add(p, &b, &m);
     }
     return false;
 }
@@ -68,7 +83,8 @@ static bool descend(const unit_pair *p, const narrow_goal *goal, const simplex *
 void descent_distance(const unit_pair *p, const narrow_goal *goal, vec3 seed, gjk_result *out)
 {
     narrow_goal rough = *goal;
-    rough.tolerance = max_of(goal->tolerance, ROUGH * p->size);
+    bool between_rims = has_rim(&p->a) && has_rim(&p->b);
+    rough.tolerance = max_of(goal->tolerance, (between_rims ? ROUGH_BETWEEN_RIMS : ROUGH) * p->size);
     rough.above = max_of(goal->above, 0);
     rough.below = -INFINITY;
     gjk_distance(p, &rough, seed, out);

@@ -5,6 +5,7 @@
 #include "box_revolved.h"
 #include "coaxial.h"
 #include "curved_depth.h"
+#include "cylinder_pair.h"
 #include "descent.h"
 #include "ellipsoid_pair.h"
 #include "gjk.h"
@@ -25,6 +26,7 @@
 #define SPH_REV closed_sphere_revolved
 #define ELL_ELL ellipsoid_pair_measure
 #define REV_REV revolved_pair_measure
+#define CYL_CYL cylinder_pair_measure
 #define BOX_REV box_revolved_measure
 #define CAP_CAP closed_capsule_capsule
 #define BOX_BOX closed_box_box
@@ -37,9 +39,9 @@
 static closed_form *const TABLE[SHAPE_CONVEX_COUNT][SHAPE_CONVEX_COUNT] = {
     /*               sphere   capsule  box      cylinder cone     ellipsd  halfspc  hull */
     /* sphere    */ {SPH_SPH, SPH_CAP, SPH_BOX, SPH_REV, SPH_REV, ELL_ELL, ANY_HAL, GENERAL},
-    /* capsule   */ {ORDERED, CAP_CAP, BOX_BOX, REV_REV, REV_REV, GENERAL, ANY_HAL, GENERAL},
+    /* capsule   */ {ORDERED, CAP_CAP, BOX_BOX, CYL_CYL, REV_REV, GENERAL, ANY_HAL, GENERAL},
     /* box       */ {ORDERED, ORDERED, BOX_BOX, BOX_REV, BOX_REV, GENERAL, ANY_HAL, GENERAL},
-    /* cylinder  */ {ORDERED, ORDERED, ORDERED, REV_REV, REV_REV, GENERAL, ANY_HAL, GENERAL},
+    /* cylinder  */ {ORDERED, ORDERED, ORDERED, CYL_CYL, REV_REV, GENERAL, ANY_HAL, GENERAL},
     /* cone      */ {ORDERED, ORDERED, ORDERED, ORDERED, REV_REV, GENERAL, ANY_HAL, GENERAL},
     /* ellipsoid */ {ORDERED, ORDERED, ORDERED, ORDERED, ORDERED, ELL_ELL, ANY_HAL, GENERAL},
     /* halfspace */ {ORDERED, ORDERED, ORDERED, ORDERED, ORDERED, ORDERED, HAL_HAL, HAL_ANY},

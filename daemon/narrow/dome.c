@@ -122,7 +122,7 @@ bool dome_raise(const unit_pair *p, const bundle *pieces, vec3 near, double clos
     if (pieces_find_face(p, pieces, near, &face)) return raise_on_face(&face, out);
     bundle b = *pieces;
     view v = pieces_view(p, near);
-    return pieces_descend(p, &b, &v, close) && raise_on_pieces(&b, &v, out);
+    return pieces_descend(p, &b, &v, min_of(0.02 * close, 1e-8)) && raise_on_pieces(&b, &v, out);
 }
 
 /* ---- what it covers ---- */

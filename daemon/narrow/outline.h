@@ -41,14 +41,6 @@ static inline mark mark_at(const outline *o, double v)
     return (mark){v, height(o, v, sine), sine};
 }
 
-/* Is the point in the core, as far as rounding can tell? */
-static inline bool outline_holds(const outline *o, vec3 at, double slack)
-{
-    double r = o->r + slack;
-    if (o->cone) r = o->h > 0 ? 0.5 * o->r * (o->h - at.z) / o->h + slack : r;
-    return fabs(at.z) <= o->h + slack && r >= 0 && at.x * at.x + at.y * at.y <= r * r;
-}
-
 /* ---- flat ends ---- */
 
 #define OUTLINE_SURE (1 - 1e-9) /* room for the rounding of radii */

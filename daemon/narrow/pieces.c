@@ -12,6 +12,7 @@ static const double SURE = 1 - 1e-6;   /* room for the rounding of radii */
 static const double SLIM = 1e-5;       /* shorter differences of gradients, and sines, are not divided by */
 static const double FLAT = 1e-8;       /* nor smaller areas between gradients */
 static const double STRIDE = 0.5;      /* a longer step leaves what the derivatives know */
+static const double HOPELESS = -0.2;   /* a piece of three with less weight will be dropped */
 
 /* ---- pieces ---- */
 
@@ -232,12 +233,12 @@ static bool edge_on(const unit_pair *p, const view *v)
 }
 
 /* All pieces of the bundle as if all of them held the least; the weights tell whether they do. */
-static bool descend(const unit_pair *p, bundle *b, view *v, double close)
+static bool descend(const unit_pair *p, bundle *b, view *v, double near2)
 {
-    double near2 = min_of(0.02 * close, 1e-8);
     plane2 d;
     for (int i = 0; i < NEWTON_MAX; i++) {
         if (edge_on(p, v) || !step(b, v, &d)) return false;
+        if (b->count == 3 && b->weight[lightest_of(b)] < HOPELESS) return true;
         double length2 = dot2(d, d);
         if (!(length2 < STRIDE * STRIDE)) {
             double shorter = STRIDE / sqrt(length2);
@@ -250,14 +251,14 @@ static bool descend(const unit_pair *p, bundle *b, view *v, double close)
     return !edge_on(p, v) && step(b, v, &d);
 }
 
-bool pieces_descend(const unit_pair *p, bundle *b, view *v, double close)
+bool pieces_descend(const unit_pair *p, bundle *b, view *v, double near2)
 {
     const view start = *v;
     bundle rest = *b;
     for (pieces_look(&rest, &start); rest.count > 0;) {
         *b = rest;
         *v = start;
-        bool found = descend(p, b, v, close);
+        bool found = descend(p, b, v, near2);
         int lightest = lightest_of(b);
         if (found && b->weight[lightest] > SLIM) return true;
         drop(&rest, found ? lightest : lowest_of(&rest));

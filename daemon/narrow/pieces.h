@@ -74,9 +74,10 @@ void pieces_points(const bundle *b, const view *v, vec3 *point_a, vec3 *point_b)
 /* m += share r / width t t' */
 void curvature_add(curvature *m, double share, double r, double width, plane2 t);
 
-/* From v->n to where the greatest of the pieces is least, to within `close`; pieces that do not hold it are dropped.
- * Then *b and *v are of that place. False: not found. */
-bool pieces_descend(const unit_pair *p, bundle *b, view *v, double close);
+/* From v->n to where the greatest of the pieces is least; pieces that do not hold it are dropped. A step whose square
+ * is at most near2 is the last: what is left is of the size of near2, and the height is off by its square. Then *b and
+ * *v are of that place. False: not found. */
+bool pieces_descend(const unit_pair *p, bundle *b, view *v, double near2);
 
 /* Is it along the normal of a flat face of A or of B, near `near`? There h has a kink: E + G.d + r |d|, with the height
  * E and the gradient G of all but that disc. */

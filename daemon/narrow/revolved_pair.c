@@ -77,6 +77,8 @@ static scene scene_of(const unit_pair *p)
 /* The direction with these cosines, on the side of t. */
 static vec3 direction_at(const scene *c, double x, double y)
 {
+    if (fabs(x) == 1) return vec(0, 0, x);
+    if (fabs(y) == 1) return vec_scale(c->u, y);
     double e = (y - c->g * x) / c->s, k = c->side * sqrt(max_of(1 - x * x - e * e, 0));
     return direction_of(vec(e * c->across.x - k * c->across.y, e * c->across.y + k * c->across.x, x));
 }
@@ -265,40 +267,6 @@ static bool open_cells(search *x)
     return true;
 }
 
-/* ---- witnesses ---- */
-
-static bool in_b(const scene *c, vec3 at, double slack)
-{
-    return outline_holds(&c->b, mat_tmul(c->p->b_in_a.r, vec_sub(at, c->p->b_in_a.t)), slack);
-}
-
-/* Two sides that cross: the points of both that face each other. */
-static void face_sides(const scene *c, span *s, double slack)
-{
-    vec3 r = vec_madd(vec_sub(s->point_a, s->point_b), s->lo, s->axis);
-    double r_z = r.z, r_u = vec_dot(r, c->u), per = 1 / (c->s * c->s);
-    vec3 a = s->point_a, b = vec_madd(s->point_b, (r_u - c->g * r_z) * per, c->u);
-    a.z -= (r_z - c->g * r_u) * per;
-    if (!outline_holds(&c->a, a, slack) || !in_b(c, b, slack)) return;
-    s->point_a = a;
-    s->point_b = b;
-}
-
-/* From deepest points of either to such that face each other, where they are not the only ones: one of them moves in
- * its flat end or along its side, or both along their sides. */
-static void face(const scene *c, span *s)
-{
-    double slack = c->p->error, depth = -s->lo;
-    vec3 a = vec_madd(s->point_b, depth, s->axis), b = vec_madd(s->point_a, -depth, s->axis);
-    bool sides = !c->a.cone && !c->b.cone && fabs(s->axis.z) <= SLACK && fabs(vec_dot(s->axis, c->u)) <= SLACK;
-    if (outline_holds(&c->a, a, slack))
-        s->point_a = a;
-    else if (in_b(c, b, slack))
-        s->point_b = b;
-    else if (sides)
-        face_sides(c, s, slack);
-}
-
 bool revolved_pair_measure(const unit_pair *p, const narrow_goal *goal, span *out)
 {
     scene c = scene_of(p);
@@ -319,14 +287,7 @@ bool revolved_pair_measure(const unit_pair *p, const narrow_goal *goal, span *ou
     double lo = vec_dot(axis, m.w);
     double hi = max_of(lo, -min_of(x.proved, x.least));
     if (!narrow_goal_reached(goal, lo, hi) && !(hi - lo <= 2 * rounding)) return false;
-    *out = (span){.lo = lo,
-        .hi = hi,
-        .axis = axis,
-        .point_a = m.a,
-        .point_b = m.b,
-        .method = NARROW_BY_CLOSED_FORM,
-        .iterations = x.steps};
-    face(&c, out);
-    witness_deepest(p, out);
+    *out = (span){.lo = lo, .hi = hi, .axis = axis, .method = NARROW_BY_CLOSED_FORM, .iterations = x.steps};
+    if (!witness_facing(p, &m, out) && goal->near == -INFINITY) witness_deepest(p, out);
     return true;
 }

@@ -2,6 +2,7 @@
  * it interpolates may belong to an older facet, or to another of several equally deep ones. Pure; any thread. */
 #include "witness.h"
 
+#include "facing.h"
 #include "gjk.h"
 #include "scalar.h"
 
@@ -42,18 +43,43 @@ static double aside(const span *s)
     return vec_norm(vec_madd(line, -vec_dot(line, s->axis), s->axis));
 }
 
-void witness_deepest(const unit_pair *p, span *s)
+/* The slack of the points: support planes are known to no better. */
+static double slack_of(const unit_pair *p, const span *s)
 {
-    minkowski top = unit_pair_nearest_along(p, s->axis);
-    double slack = (s->hi - s->lo) + p->error;
-    if (shortfall(s, &top) <= slack && aside(s) <= ASIDE * p->size) return;
+    return (s->hi - s->lo) + p->error;
+}
+
+static bool are_deepest(const unit_pair *p, const span *s, const minkowski *top)
+{
+    return shortfall(s, top) <= slack_of(p, s) && aside(s) <= ASIDE * p->size;
+}
+
+static void search_deepest(const unit_pair *p, const minkowski *top, span *s)
+{
+    double slack = slack_of(p, s);
     witness_apart(p, s);
-    if (shortfall(s, &top) <= slack) return;
+    if (shortfall(s, top) <= slack) return;
     const double rooms[] = {2 * slack, ROOM * p->size}; /* rounding has them overlap still, or hides where they touch */
     for (int i = 0; i < 2; i++) {
         apart_by(p, rooms[i] - s->lo, s);
-        if (shortfall(s, &top) <= 2 * rooms[i]) return;
+        if (shortfall(s, top) <= 2 * rooms[i]) return;
     }
-    s->point_a = top.a;
-    s->point_b = top.b;
+    s->point_a = top->a;
+    s->point_b = top->b;
+}
+
+void witness_deepest(const unit_pair *p, span *s)
+{
+    minkowski top = unit_pair_nearest_along(p, s->axis);
+    if (are_deepest(p, s, &top)) return;
+    if (facing_points(p, slack_of(p, s), s) && are_deepest(p, s, &top)) return;
+    search_deepest(p, &top, s);
+}
+
+bool witness_facing(const unit_pair *p, const minkowski *top, span *s)
+{
+    if (facing_points(p, slack_of(p, s), s) && are_deepest(p, s, top)) return true;
+    s->point_a = top->a;
+    s->point_b = top->b;
+    return false;
 }

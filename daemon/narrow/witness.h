@@ -11,4 +11,8 @@ void witness_apart(const unit_pair *p, span *s);
  * else takes witness_apart's, or where even those fall short, a support point of each. */
 void witness_deepest(const unit_pair *p, span *s);
 
+/* Writes points on the support planes that face each other, found by a formula (facing.h); of an axis that is not that
+ * of the least depth there need not be any. False: none are known, and the points are `top`, the support points. */
+bool witness_facing(const unit_pair *p, const minkowski *top, span *s);
+
 #endif

@@ -1,8 +1,9 @@
-/* The bounds of arcs in narrow/box_revolved.c, which is compiled in here: along no direction of an arc of a great
- * circle do the cores overlap by less, by 113-bit support functions; random arcs of all sizes and of both pieces. And
- * what the whole search rests on: no direction at all is below what it proves. */
+/* The bounds of arcs in narrow/great_arc.c and narrow/box_revolved.c, which are compiled in here: along no direction of
+ * an arc of a great circle do the cores overlap by less, by 113-bit support functions; random arcs of all sizes and of
+ * both pieces. And what the whole search rests on: no direction at all is below what it proves. */
 #define box_revolved_measure the_copy_under_test
 #include "narrow/box_revolved.c" /* NOLINT(bugprone-suspicious-include): its inside is what is tested */
+#include "narrow/great_arc.c"    /* NOLINT(bugprone-suspicious-include): its inside is what is tested */
 
 #include "cases.h"
 #include "oracle.h"
@@ -45,10 +46,7 @@ static double overlap(const pair *x, vec3 axis)
 
 static vec3 in_space(const quadrant *q, plane n)
 {
-    double m[3] = {0, 0, 0};
-    m[q->j] = q->sign_j * n.x;
-    m[q->k] = q->sign_k * n.y;
-    return vec(m[0], m[1], m[2]);
+    return vec_madd(vec_scale(q->along[0], n.x), n.y, q->along[1]);
 }
 
 static plane at_angle(double angle)
@@ -68,12 +66,12 @@ static void random_arc(random_state *r, double *from, double *to)
 
 static unsigned check_arc(random_state *r, const pair *x, const scene *c, uint64_t seed)
 {
-    search s = {.scene = c, .least = INFINITY, .proved = INFINITY, .enough = INFINITY};
+    arc_search s = {.size = c->p->size, .least = INFINITY, .proved = INFINITY, .enough = INFINITY};
     unsigned bits = (unsigned)random_bits(r), near = 0;
     quadrant q = quadrant_of(c, (int)(bits % 3), bits & 64 ? -1 : 1, bits & 128 ? -1 : 1);
     double slope = bits & 256 && !c->b.cone ? c->b.h : -c->b.h, from, to;
     random_arc(r, &from, &to);
-    arc a = {.a = tip_at(c, &q, slope, at_angle(from)), .b = tip_at(c, &q, slope, at_angle(to))};
+    arc a = {.a = arc_tip(&q, slope, at_angle(from)), .b = arc_tip(&q, slope, at_angle(to))};
     bound_arc(&s, &q, &a);
     if (!(cross2(a.a.n, a.at) >= -1e-12 && cross2(a.at, a.b.n) >= -1e-12))
         fail_msg("seed %zu: cut outside", (size_t)seed);
@@ -110,12 +108,13 @@ static void no_direction_is_below_what_is_proved(void **state)
         pair x;
         prepare(&x, &r, seed);
         scene c = scene_of(&x.p);
-        search s = search_of(&c, &finest), narrow = s;
-        bool found = find_depth(&s, lanes_wide());
+        search wide = {&c, arc_search_of(&x.p, &finest)}, narrow = wide;
+        bool found = find_depth(&wide, lanes_wide());
         if (find_depth(&narrow, false) != found) fail_msg("seed %zu: another answer", (size_t)seed);
         if (!found) continue;
-        assert_true(s.least == narrow.least && s.proved == narrow.proved && s.steps == narrow.steps);
-        assert_true(vec_norm2(vec_sub(s.axis, narrow.axis)) == 0);
+        const arc_search s = wide.found, other = narrow.found;
+        assert_true(s.least == other.least && s.proved == other.proved && s.steps == other.steps);
+        assert_true(vec_norm2(vec_sub(s.axis, other.axis)) == 0);
         double proved = min_of(s.proved, s.least) - NOISE * UNIT_ROUNDOFF * x.p.size - x.p.error;
         deep += overlap(&x, s.axis) - proved < 1e-12;
         for (int k = 0; k < DIRECTIONS; k++) {

@@ -1,8 +1,8 @@
-/* Deep contacts of cylinders, cones, capsules and boxes (narrow/revolved_pair.h, narrow/box_revolved.h): what the
- * search proves holds, by 113-bit support functions, along every direction tried and along the best that a search of
- * directions finds; it answers most pairs that are deep, at random poses and at those where faces, sides and axes are
- * parallel or across; the witnesses are in the shapes and as deep as it says. The distance of a thin triangle is never
- * more than it is. */
+/* Contacts of cylinders, cones, capsules and boxes (narrow/revolved_pair.h, narrow/cylinder_pair.h,
+ * narrow/box_revolved.h): what the search proves holds, by 113-bit support functions, along every direction tried and
+ * along the best that a search of directions finds; it answers most pairs that are deep, at random poses and at those
+ * where faces, sides and axes are parallel or across; the witnesses are in the shapes and as deep as it says. The
+ * distance of a thin triangle is never more than it is. */
 #include "cases.h"
 #include "oracle.h"
 
@@ -147,6 +147,43 @@ static void regular_depths_are_proved(void **state)
     assert_true(proved > REGULAR / 4);
 }
 
+/* A and B where the support points along a random direction, mostly on rims, overlap by `depth` of the size, or are
+ * apart by as much. */
+static void touch_along(pair *x, random_state *r, const shape_type kind[2], double depth, bool finest)
+{
+    shape a = random_shape(r, kind[0]), b = random_shape(r, kind[1]);
+    pose at = {VEC_ZERO, random_rotation(r)};
+    vec3 m = random_direction(r);
+    prepare(x, &a, &b, at, finest);
+    minkowski top = unit_pair_nearest_along(&x->p, m);
+    at.p = vec_scale(vec_sub(vec_madd(top.a, -depth * x->p.size, m), top.b), x->p.unit);
+    prepare(x, &a, &b, at, finest);
+}
+
+/* Rims that cross just so, or just not: where the quick searches of shallow contacts could be wrong. */
+static void shallow_depths_are_proved(void **state)
+{
+    (void)state;
+    uint64_t count = (getenv("COLLIDED_NIGHTLY") ? 200 : 4) * pairs();
+    for (int k = 0; k < KIND_COUNT; k++) {
+        unsigned found = 0, shallow = 0, asides = 0;
+        for (uint64_t seed = 0; seed < count; seed++) {
+            random_state r = {1000000 * (uint64_t)k + seed};
+            double depth = (seed % 4 ? 0.04 : -0.04) * random_unit(&r) * random_unit(&r);
+            pair x;
+            span s;
+            touch_along(&x, &r, KINDS[k], depth, seed & 1);
+            shallow += depth > 1e-6;
+            if (!measure(&x, &s)) continue;
+            found += depth > 1e-6;
+            asides += aside(&s) > ASIDE * x.p.size;
+            check(&x, &s, &r, seed % SEARCH_EVERY < 2, seed);
+        }
+        assert_true(asides <= found / 100);
+        if (KINDS[k][1] == SHAPE_CYLINDER) assert_true(found > 0.7 * shallow);
+    }
+}
+
 static real plane_distance(const vec3 p[3])
 {
     real3 a = real3_of(p[0]), n = real3_cross(real3_sub(real3_of(p[1]), a), real3_sub(real3_of(p[2]), a));
@@ -179,6 +216,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(random_depths_are_proved),
         cmocka_unit_test(regular_depths_are_proved),
+        cmocka_unit_test(shallow_depths_are_proved),
         cmocka_unit_test(a_thin_triangle_is_no_nearer_than_it_seems),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
