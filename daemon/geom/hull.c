@@ -5,6 +5,7 @@
 
 #include "base/array.h"
 #include "hull_loops.h"
+#include "hull_map.h"
 #include "hull_support.h"
 #include "round.h"
 #include "shape.h"
@@ -450,7 +451,10 @@ static hull *try_solid(const double *points, uint32_t count, const cloud *c)
         h = build_solid(points, count, c, &loops);
         hull_loops_free(&loops);
     }
-    if (h) find_excess(h, points, c);
+    if (h) {
+        find_excess(h, points, c);
+        h->map = hull_map_build(h);
+    }
     free(white);
     return h;
 }
@@ -500,5 +504,6 @@ void hull_destroy(hull *h)
     free(h->neighbours);
     free(h->nodes);
     free(h->node_vertices);
+    free(h->map);
     free(h);
 }

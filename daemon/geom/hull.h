@@ -35,6 +35,8 @@ typedef struct hull_node {
     uint32_t skip;         /* the node after all of this one's */
 } hull_node;
 
+typedef struct hull_map hull_map;
+
 typedef struct hull {
     uint32_t vertex_count, padded_count; /* padded to a multiple of 8 by repeating the last vertex */
     double *x, *y, *z;
@@ -47,6 +49,7 @@ typedef struct hull {
     uint32_t node_count; /* 0 in a small hull, which is scanned */
     hull_node *nodes;
     uint32_t *node_vertices;
+    hull_map *map;  /* hull_map.h; NULL: it has none */
     double reach;   /* max |v|, rounded up, `excess` included */
     double excess;  /* every input point is within this of the polytope; 0 when none is outside beyond rounding */
     double max_abs; /* max |coordinate| */
