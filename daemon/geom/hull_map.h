@@ -4,7 +4,8 @@
  * Only hulls have one whose map says all there is to know of where they end: all faces are triangles, and the stored
  * normals are those of the exact triangles but for HULL_MAP_ANGLE. (A plane that holds three points to within e has
  * their normal but for the angle e / w, w the least height of their triangle.) So a facet of the polytope has a normal
- * in the map, an edge an arc, and both are where they are to within that angle. Built with the hull, immutable. */
+ * in the map, an edge an arc, and both are where they are to within that angle and the rounding of single precision.
+ * Stands behind the hull's vertices, in the same memory; immutable. */
 #ifndef COLLIDED_GEOM_HULL_MAP_H
 #define COLLIDED_GEOM_HULL_MAP_H
 
@@ -21,17 +22,29 @@ enum {
 #define HULL_MAP_LEAST_COSINE (-0.99) /* between the normals beside an edge */
 
 /* Faces and arcs in the order of the hull's faces and edges, padded to a multiple of HULL_MAP_LANES by repeating the
- * last one. */
+ * last one. An arc is a word: the faces whose normals it ends at, the vertices of its edge, and twice the cosine of its
+ * length in 255ths, rounded up. */
 struct hull_map {
     int padded_faces, padded_arcs;
     double unit; /* power of two: offset * unit is the face's */
-    float normal_x[HULL_MAP_FACES_MAX], normal_y[HULL_MAP_FACES_MAX], normal_z[HULL_MAP_FACES_MAX];
-    float offset[HULL_MAP_FACES_MAX];
-    int32_t f0[HULL_MAP_ARCS_MAX], f1[HULL_MAP_ARCS_MAX]; /* the faces whose normals an arc ends at */
-    float twice_cosine[HULL_MAP_ARCS_MAX];                /* of its length */
+    float *normal_x, *normal_y, *normal_z, *offset;
+    int32_t *arc;
 };
 
-/* NULL when the hull is too large, flat, has faces of more corners, or is too sharp. To be freed. */
-hull_map *hull_map_build(const hull *h);
+enum {
+    HULL_ARC_FACE_BITS = 6,
+    HULL_ARC_VERTEX_BITS = 5,
+    HULL_ARC_F1 = HULL_ARC_FACE_BITS, /* where in the word each begins; the first face at 0 */
+    HULL_ARC_V0 = HULL_ARC_F1 + HULL_ARC_FACE_BITS,
+    HULL_ARC_V1 = HULL_ARC_V0 + HULL_ARC_VERTEX_BITS,
+    HULL_ARC_COSINE = HULL_ARC_V1 + HULL_ARC_VERTEX_BITS, /* to the end, signed */
+    HULL_ARC_ONE = 255
+};
+
+/* Bytes for the map of a hull of so many vertices; 0 when it cannot have one. */
+size_t hull_map_room(uint32_t vertex_count);
+
+/* In `room`, aligned to 8 bytes. NULL when the hull is too large, flat, has faces of more corners, or is too sharp. */
+hull_map *hull_map_build(const hull *h, void *room);
 
 #endif

@@ -10,13 +10,13 @@
 enum { VERTICES_MAX = HULL_MAP_VERTICES_MAX, FACES_MAX = HULL_MAP_FACES_MAX, SINGLES = HULL_MAP_LANES };
 
 /* Of a height's bits: which vertex it is of. */
-enum { INDEX_BITS = VERTICES_MAX - 1 };
+enum { INDEX_BITS = VERTICES_MAX - 1, FACE = FACES_MAX - 1 };
 
 /* Of the pair's size, unless said otherwise. */
 #define SLACK 0x1p-14                 /* of what is said in single precision */
 #define SIDE_SLACK 0x1p-31            /* cosines closer to 0 than this may have the wrong sign */
 #define LEAST_CROSS2 0x1p-32          /* of two edges' squares: see try_edges */
-static const float MOST_ARC = -1.75F; /* twice the cosine of the longest arc that has a bound */
+static const float MOST_ARC = -1.74F; /* twice the cosine of the longest arc that has a bound */
 
 typedef float singles __attribute__((vector_size(32)));
 typedef int32_t words __attribute__((vector_size(32)));
@@ -157,11 +157,12 @@ LANES_INLINE words gather(const int32_t *from, words at)
 LANES_INLINE words are_left(const side *s, int i, singles limit)
 {
     const hull_map *m = s->h->map;
-    words f0 = *(const words_anywhere *)(m->f0 + i), f1 = *(const words_anywhere *)(m->f1 + i);
+    words arc = *(const words_anywhere *)(m->arc + i), f0 = arc & FACE, f1 = arc >> HULL_ARC_F1 & FACE;
     words top0 = gather(s->top, f0), top1 = gather(s->top, f1);
     words below0 = gather(s->height, (top1 & INDEX_BITS) * m->padded_faces + f0);
     words below1 = gather(s->height, (top0 & INDEX_BITS) * m->padded_faces + f1);
-    singles h0 = (singles)top0, h1 = (singles)top1, twice_cosine = load(m->twice_cosine + i);
+    singles h0 = (singles)top0, h1 = (singles)top1;
+    singles twice_cosine = __builtin_convertvector(arc >> HULL_ARC_COSINE, singles) * (1.0F / HULL_ARC_ONE);
     singles p = h0 - (singles)below0, q = h1 - (singles)below1; /* equal where n is along q n0 + p n1 */
     singles there = q * h0 + p * (singles)below1;               /* the height there, times the length of that */
     singles length2 = p * p + q * q + p * q * twice_cosine;
@@ -204,18 +205,25 @@ typedef struct edge {
     uint16_t v0, v1;
 } edge;
 
-static edge edge_of(const unit_pair *p, const side *s, uint32_t i, const columns *at)
+static vec3 normal_of(const hull_map *m, int face)
 {
-    const hull_edge *e = &s->h->edges[i];
-    vec3 from = vec(at->x[e->v0], at->y[e->v0], at->z[e->v0]);
-    vec3 to = vec(at->x[e->v1], at->y[e->v1], at->z[e->v1]), along = vec_sub(to, from);
+    return vec(m->normal_x[face], m->normal_y[face], m->normal_z[face]);
+}
+
+static edge edge_of(const unit_pair *p, const side *s, int i, const columns *at)
+{
+    const hull_map *m = s->h->map;
+    int32_t arc = m->arc[i];
+    int v0 = arc >> HULL_ARC_V0 & INDEX_BITS, v1 = arc >> HULL_ARC_V1 & INDEX_BITS;
+    vec3 from = vec(at->x[v0], at->y[v0], at->z[v0]), to = vec(at->x[v1], at->y[v1], at->z[v1]);
+    vec3 along = vec_sub(to, from);
     return (edge){.point = from,
         .direction = along,
-        .n0 = s->h->faces[e->f0].normal,
-        .n1 = s->h->faces[e->f1].normal,
+        .n0 = normal_of(m, arc & FACE),
+        .n1 = normal_of(m, arc >> HULL_ARC_F1 & FACE),
         .slack = SIDE_SLACK * vec_greatest(along) + p->error,
-        .v0 = (uint16_t)e->v0,
-        .v1 = (uint16_t)e->v1};
+        .v0 = (uint16_t)v0,
+        .v1 = (uint16_t)v1};
 }
 
 /* Surely on one side of a plane through the origin? */
@@ -325,6 +333,8 @@ static bool find_narrow(search *x)
 bool hull_axes_depth(const unit_pair *p, const narrow_goal *goal, span *out)
 {
     search x;
+    vec3 away = p->b_in_a.t;
+    if (vec_dot(away, unit_pair_nearest_along(p, away).w) > 0) return false; /* most that are apart are so along this */
     x.p = p;
     x.of_a.h = p->a.hull, x.of_b.h = p->b.hull;
     x.nearest.count_a = 0;
