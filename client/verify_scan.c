@@ -1,9 +1,12 @@
-/* verify_scan: four points at a time: twelve numbers in three registers, sorted by coordinate without changing their
- * place more than once. Which point is in which lane does not matter for a greatest value. Pure; any thread. */
+/* verify_scan: four or eight points at a time: twelve or 24 numbers in three registers, sorted by coordinate without
+ * changing their place more than once. Which point is in which lane does not matter for a greatest value. Pure; any
+ * thread. */
 #include "verify_scan.h"
 
 #include <float.h>
 #include <math.h>
+#include <stdint.h>
+#include <string.h>
 
 enum { LANES = 4, FEW = 4 /* fours in a chunk: the search for its greatest costs as much */ };
 
@@ -62,61 +65,132 @@ INLINE void look_at_four(const double *p, lanes dx, lanes dy, lanes dz, progress
     s->good &= norm2 <= lanes_of(DBL_MAX);
 }
 
-INLINE void look(const double *points, size_t count, vec d, points_scan *out)
+/* How many points make a chunk, when `whole` of them come in groups of `group`. */
+INLINE size_t chunk_of(size_t whole, size_t group)
 {
-    size_t fours = count / LANES, used = 0;
-    size_t fours_a_chunk = fours <= FEW * SCAN_CHUNKS ? FEW : (fours + SCAN_CHUNKS - 1) / SCAN_CHUNKS;
-    lanes dx = lanes_of(d.x), dy = lanes_of(d.y), dz = lanes_of(d.z);
-    progress s = {.reach2 = lanes_of(0), .good = ~(lane_mask){0, 0, 0, 0}};
-    real top = -INFINITY, reach2 = 0;
-    out->chunk = LANES * fours_a_chunk;
-    for (size_t first = 0; first < fours; first += fours_a_chunk) {
-        size_t end = first + fours_a_chunk < fours ? first + fours_a_chunk : fours;
-        s.top = lanes_of(-INFINITY);
-        for (size_t i = first; i < end; i++) look_at_four(points + 3 * LANES * i, dx, dy, dz, &s);
-        out->chunk_top[used] = greatest_of(s.top);
-        top = out->chunk_top[used] > top ? out->chunk_top[used] : top;
-        used++;
-    }
-    bool good = (s.good[0] & s.good[1] & s.good[2] & s.good[3]) != 0;
-    for (size_t i = LANES * fours; i < count; i++) { /* in no chunk */
+    size_t each = (whole + SCAN_CHUNKS - 1) / SCAN_CHUNKS, few = FEW * LANES;
+    return each <= few ? few : (each + group - 1) / group * group;
+}
+
+/* The points after the last whole group, which are in no chunk. `reach2`: of the others; infinite when one of them is
+ * not a number or its squares overflow. */
+INLINE void look_at_rest(const double *points, size_t count, vec d, real reach2, points_scan *out)
+{
+    real top = -INFINITY;
+    for (size_t i = 0; i * out->chunk < out->in_chunks; i++) top = out->chunk_top[i] > top ? out->chunk_top[i] : top;
+    for (size_t i = out->in_chunks; i < count; i++) {
         const double *p = points + 3 * i;
         real norm2 = p[0] * p[0] + p[1] * p[1] + p[2] * p[2], height = p[0] * d.x + p[1] * d.y + p[2] * d.z;
-        good &= norm2 <= DBL_MAX;
         top = height > top ? height : top;
         reach2 = norm2 > reach2 ? norm2 : reach2;
+        if (!(norm2 <= DBL_MAX)) reach2 = INFINITY;
     }
-    real others = greatest_of(s.reach2);
     out->top = top;
-    out->reach2 = good ? (others > reach2 ? others : reach2) : INFINITY;
+    out->reach2 = reach2;
 }
 
-#if defined(__x86_64__)
-__attribute__((target("avx2"))) static void look_wide(const double *points, size_t count, vec d, points_scan *out)
+INLINE void look(const double *points, size_t count, vec d, points_scan *out)
 {
-    look(points, count, d, out);
+    lanes dx = lanes_of(d.x), dy = lanes_of(d.y), dz = lanes_of(d.z);
+    progress s = {.reach2 = lanes_of(0), .good = ~(lane_mask){0, 0, 0, 0}};
+    size_t used = 0;
+    out->in_chunks = count / LANES * LANES;
+    out->chunk = chunk_of(out->in_chunks, LANES);
+    for (size_t first = 0; first < out->in_chunks; first += out->chunk) {
+        size_t end = first + out->chunk < out->in_chunks ? first + out->chunk : out->in_chunks;
+        s.top = lanes_of(-INFINITY);
+        for (size_t i = first; i < end; i += LANES) look_at_four(points + 3 * i, dx, dy, dz, &s);
+        out->chunk_top[used++] = greatest_of(s.top);
+    }
+    bool good = (s.good[0] & s.good[1] & s.good[2] & s.good[3]) != 0;
+    look_at_rest(points, count, d, good ? greatest_of(s.reach2) : INFINITY, out);
 }
 
-static bool is_wide(void)
-{
-    return __builtin_cpu_supports("avx2");
-}
-#else
-static bool is_wide(void)
-{
-    return false;
-}
-
-static void look_wide(const double *points, size_t count, vec d, points_scan *out)
-{
-    look(points, count, d, out);
-}
-#endif
+typedef void points_kernel(const double *points, size_t count, vec d, points_scan *out);
 
 static void look_narrow(const double *points, size_t count, vec d, points_scan *out)
 {
     look(points, count, d, out);
 }
+
+#if defined(__x86_64__)
+
+#include <immintrin.h>
+
+__attribute__((target("avx2"))) static void look_wide(const double *points, size_t count, vec d, points_scan *out)
+{
+    look(points, count, d, out);
+}
+
+enum { EIGHT = 8 };
+
+/* Every third number: those of u in the lanes of `of_u`, of v in those of `of_v`, and else of w. */
+#define THIRDS(of_u, of_v) _mm512_mask_blend_pd(of_u, _mm512_mask_blend_pd(of_v, w, v), u)
+
+__attribute__((target("avx512f"))) static inline __m512d turned(__m512d a, int by)
+{
+    __m512i i = _mm512_castpd_si512(a);
+    return _mm512_castsi512_pd(by == 1 ? _mm512_alignr_epi64(i, i, 1) : _mm512_alignr_epi64(i, i, 2));
+}
+
+/* The words of squares are in the order of their values, with what is not a number above all. */
+__attribute__((target("avx512f"))) static inline __m512d look_at_eight(
+    const double *p, const __m512d d[3], __m512d top, __m512i *reach2)
+{
+    __m512d u = _mm512_loadu_pd(p), v = _mm512_loadu_pd(p + EIGHT), w = _mm512_loadu_pd(p + 2 * EIGHT);
+    __m512d x = THIRDS(0x49, 0x92), y = turned(THIRDS(0x92, 0x24), 1), z = turned(THIRDS(0x24, 0x49), 2);
+    __m512d norm2 = _mm512_add_pd(_mm512_add_pd(_mm512_mul_pd(x, x), _mm512_mul_pd(y, y)), _mm512_mul_pd(z, z));
+    __m512d height =
+        _mm512_add_pd(_mm512_add_pd(_mm512_mul_pd(x, d[0]), _mm512_mul_pd(y, d[1])), _mm512_mul_pd(z, d[2]));
+    *reach2 = _mm512_max_epu64(*reach2, _mm512_castpd_si512(norm2));
+    return _mm512_max_pd(height, top);
+}
+
+__attribute__((target("avx512f"))) static void look_widest(
+    const double *points, size_t count, vec along, points_scan *out)
+{
+    const __m512d d[3] = {_mm512_set1_pd(along.x), _mm512_set1_pd(along.y), _mm512_set1_pd(along.z)};
+    __m512i most = _mm512_setzero_si512();
+    size_t used = 0;
+    out->in_chunks = count / EIGHT * EIGHT;
+    out->chunk = chunk_of(out->in_chunks, EIGHT);
+    for (size_t first = 0; first < out->in_chunks; first += out->chunk) {
+        size_t end = first + out->chunk < out->in_chunks ? first + out->chunk : out->in_chunks;
+        __m512d top = _mm512_set1_pd(-INFINITY);
+        for (size_t i = first; i < end; i += EIGHT) top = look_at_eight(points + 3 * i, d, top, &most);
+        out->chunk_top[used++] = _mm512_reduce_max_pd(top);
+    }
+    uint64_t word = _mm512_reduce_max_epu64(most);
+    real reach2;
+    memcpy(&reach2, &word, sizeof reach2);
+    look_at_rest(points, count, along, reach2 <= DBL_MAX ? reach2 : INFINITY, out);
+}
+
+bool points_look_has(points_width width)
+{
+    if (width == POINTS_AVX512) return __builtin_cpu_supports("avx512f");
+    return width == POINTS_PLAIN || __builtin_cpu_supports("avx2");
+}
+
+static points_kernel *kernel_of(points_width width)
+{
+    return width == POINTS_AVX512 ? look_widest : width == POINTS_AVX2 ? look_wide : look_narrow;
+}
+
+#else
+
+bool points_look_has(points_width width)
+{
+    return width == POINTS_PLAIN;
+}
+
+static points_kernel *kernel_of(points_width width)
+{
+    (void)width;
+    return look_narrow;
+}
+
+#endif
 
 static bool all_finite(const double *x, size_t count)
 {
@@ -125,11 +199,18 @@ static bool all_finite(const double *x, size_t count)
     return true;
 }
 
-void points_look(const double *points, size_t count, vec along, points_scan *out)
+void points_look_by(points_width width, const double *points, size_t count, vec along, points_scan *out)
 {
-    (is_wide() ? look_wide : look_narrow)(points, count, along, out);
+    kernel_of(width)(points, count, along, out);
     out->along = along;
     out->finite = out->reach2 < INFINITY || all_finite(points, 3 * count);
+}
+
+void points_look(const double *points, size_t count, vec along, points_scan *out)
+{
+    points_width width = POINTS_AVX512;
+    while (!points_look_has(width)) width--;
+    points_look_by(width, points, count, along, out);
 }
 
 static int take_top(const double *points, size_t first, size_t end, vec d, real least, vec *out, int count, int most)
@@ -143,12 +224,12 @@ static int take_top(const double *points, size_t first, size_t end, vec d, real 
 
 int points_on_top(const double *points, size_t count, const points_scan *s, real depth, vec *out, int most)
 {
-    size_t in_chunks = count / LANES * LANES, chunk = 0;
+    size_t chunk = 0;
     int found = 0;
-    for (size_t first = 0; first < in_chunks; first += s->chunk, chunk++) {
-        size_t end = first + s->chunk < in_chunks ? first + s->chunk : in_chunks;
+    for (size_t first = 0; first < s->in_chunks; first += s->chunk, chunk++) {
+        size_t end = first + s->chunk < s->in_chunks ? first + s->chunk : s->in_chunks;
         if (s->chunk_top[chunk] >= s->top - depth)
             found = take_top(points, first, end, s->along, s->top - depth, out, found, most);
     }
-    return take_top(points, in_chunks, count, s->along, s->top - depth, out, found, most);
+    return take_top(points, s->in_chunks, count, s->along, s->top - depth, out, found, most);
 }

@@ -4,11 +4,6 @@
 
 #include <math.h>
 
-real length(vec a)
-{
-    return sqrt(dot(a, a));
-}
-
 static real larger(real a, real b)
 {
     return a > b ? a : b;

@@ -7,6 +7,8 @@
 #include "collided.h"
 #include "verify_scan.h"
 
+#include <math.h>
+
 static inline vec vec_of(const double v[3])
 {
     return (vec){v[0], v[1], v[2]};
@@ -31,7 +33,10 @@ static inline vec cross(vec a, vec b)
 {
     return (vec){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
-real length(vec a);
+static inline real length(vec a)
+{
+    return sqrt(dot(a, a));
+}
 
 /* A shape where it stands. */
 typedef struct placed {

@@ -5,6 +5,7 @@
 
 #include "base/array.h"
 #include "hull_loops.h"
+#include "hull_map.h"
 #include "hull_support.h"
 #include "round.h"
 #include "shape.h"
@@ -176,14 +177,20 @@ static uint32_t place_vertices(const cloud *c, const hull_loops *loops, uint32_t
     return count;
 }
 
+/* What a query reads of a small hull stands together, in the lines that follow the structure: hull_fetch. */
+enum { HEAD = (sizeof(hull) + 63) / 64 * 64 };
+
 static hull *create_with_vertices(uint32_t count)
 {
-    hull *h = base_zalloc(1, sizeof *h);
+    size_t padded_count = ((size_t)count + PADDING - 1) / PADDING * PADDING;
+    size_t bytes = HEAD + 3 * padded_count * sizeof(double) + hull_map_room(count);
+    hull *h = base_alloc_lines(1, bytes);
+    memset(h, 0, bytes);
     h->vertex_count = count;
-    h->padded_count = (count + PADDING - 1) / PADDING * PADDING;
-    h->x = base_alloc(h->padded_count, sizeof *h->x);
-    h->y = base_alloc(h->padded_count, sizeof *h->y);
-    h->z = base_alloc(h->padded_count, sizeof *h->z);
+    h->padded_count = (uint32_t)padded_count;
+    h->x = (double *)((char *)h + HEAD);
+    h->y = h->x + padded_count;
+    h->z = h->y + padded_count;
     return h;
 }
 
@@ -450,7 +457,10 @@ static hull *try_solid(const double *points, uint32_t count, const cloud *c)
         h = build_solid(points, count, c, &loops);
         hull_loops_free(&loops);
     }
-    if (h) find_excess(h, points, c);
+    if (h) {
+        find_excess(h, points, c);
+        h->map = hull_map_build(h, h->z + h->padded_count);
+    }
     free(white);
     return h;
 }
@@ -490,9 +500,6 @@ hull_status hull_build(const double *points, size_t count, unsigned flags, hull 
 void hull_destroy(hull *h)
 {
     if (!h) return;
-    free(h->x);
-    free(h->y);
-    free(h->z);
     free(h->faces);
     free(h->face_vertices);
     free(h->edges);

@@ -35,10 +35,12 @@ typedef struct hull_node {
     uint32_t skip;         /* the node after all of this one's */
 } hull_node;
 
+typedef struct hull_map hull_map;
+
 typedef struct hull {
     uint32_t vertex_count, padded_count; /* padded to a multiple of 8 by repeating the last vertex */
-    double *x, *y, *z;
-    uint32_t face_count, edge_count; /* 0 when flat */
+    double *x, *y, *z;                   /* in one piece, behind the structure of a hull that was built */
+    uint32_t face_count, edge_count;     /* 0 when flat */
     hull_face *faces;
     uint32_t *face_vertices;
     hull_edge *edges;
@@ -47,6 +49,7 @@ typedef struct hull {
     uint32_t node_count; /* 0 in a small hull, which is scanned */
     hull_node *nodes;
     uint32_t *node_vertices;
+    hull_map *map;  /* hull_map.h; NULL: it has none */
     double reach;   /* max |v|, rounded up, `excess` included */
     double excess;  /* every input point is within this of the polytope; 0 when none is outside beyond rounding */
     double max_abs; /* max |coordinate| */
@@ -72,6 +75,14 @@ enum { HULL_ALLOW_FLAT = 1 }; /* flat input becomes a hull without faces: distan
 hull_status hull_build(const double *points, size_t count, unsigned flags, hull **out);
 void hull_destroy(hull *h);
 const char *hull_status_text(hull_status status);
+
+/* Begins to fetch what a query will read of a small hull, if it is not in the processor's cache: vertices and map stand
+ * behind the structure. */
+enum { HULL_FETCHED = 24 }; /* cache lines: up to some 20 vertices */
+static inline void hull_fetch(const hull *h)
+{
+    for (int i = 0; i < HULL_FETCHED; i++) __builtin_prefetch((const char *)h + (ptrdiff_t)64 * i);
+}
 
 static inline vec3 hull_vertex(const hull *h, uint32_t i)
 {

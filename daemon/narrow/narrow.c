@@ -9,6 +9,7 @@
 #include "exact.h"
 #include "feature_code.h"
 #include "finish.h"
+#include "geom/hull.h"
 #include "manifold.h"
 #include "mesh_pair.h"
 #include "near_features.h"
@@ -87,6 +88,7 @@ static void build_manifold(
 static void search(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
     narrow_cache *cache, narrow_scratch *scratch, unit_pair *p, narrow_result *result)
 {
+    if (a->type == SHAPE_HULL && b->type == SHAPE_HULL) hull_fetch(a->hull), hull_fetch(b->hull);
     span s = {.nearest = {.count_a = 0}};
     shape hull = *b; /* what a half-space sees of a mesh */
     if (b->type == SHAPE_MESH && !mesh_pair_applies(a, b)) hull.type = SHAPE_HULL, b = &hull;
