@@ -1,5 +1,5 @@
-/* placed_road: balls against balls, capsules and boxes, two capsules, and verdicts of two ellipsoids that are apart, in
- * world axes: their formulas need no frame of A, so that no rotations are multiplied. Pure; any thread. */
+/* placed_road: balls and capsules against each other and boxes, and verdicts of two ellipsoids, in world axes: their
+ * formulas need no frame of A, so that no rotations are multiplied. Pure; any thread. */
 #ifndef COLLIDED_NARROW_PLACED_ROAD_H
 #define COLLIDED_NARROW_PLACED_ROAD_H
 
