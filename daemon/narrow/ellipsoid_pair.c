@@ -256,25 +256,27 @@ static vec3 first_direction(const unit_pair *p)
     return best;
 }
 
-/* Down to where the slope is lost in rounding, or `close` is enough. */
-static void descend(const unit_pair *p, place *at, double close, uint32_t *steps)
+/* Down to where the slope is lost in rounding, or `close` is enough, or to a height below `enough`. */
+static void descend(const unit_pair *p, place *at, double close, double enough, uint32_t *steps)
 {
+    if (at->h < enough) return;
+    look_closer(p, at);
     for (int i = 0; i < NEWTON_MAX; i++, ++*steps)
-        if (at->gx * at->gx + at->gy * at->gy <= close || !advance(p, at)) return;
+        if (at->h < enough || at->gx * at->gx + at->gy * at->gy <= close || !advance(p, at)) return;
 }
 
 bool ellipsoid_pair_measure(const unit_pair *p, const narrow_goal *goal, span *out)
 {
     double rounding = NOISE * UNIT_ROUNDOFF * p->size, short_by = max_of(min_of(0.5 * goal->tolerance, MOST), rounding);
-    double shaved = p->shaved_a + p->shaved_b, close = 0.01 * short_by;
+    double shaved = p->shaved_a + p->shaved_b, close = 0.01 * short_by,
+           enough = shaved - max_of(goal->far, 0) - rounding;
     vec3 beyond = first_direction(p);
     out->method = NARROW_BY_CLOSED_FORM;
     out->iterations = 1;
     out->lo = -INFINITY;
     for (int i = 0; i < STARTS_MAX; i++) {
         place at = look(p, beyond);
-        look_closer(p, &at);
-        descend(p, &at, close, &out->iterations);
+        descend(p, &at, close, enough, &out->iterations);
         minkowski m = unit_pair_nearest_along(p, vec_neg(at.n));
         double lo = -vec_dot(at.n, m.w);
         if (lo <= out->lo) return false; /* the same place again, or a higher one */

@@ -1,5 +1,5 @@
-/* placed_road: balls against balls, capsules and boxes, and two capsules, in world axes: their formulas need no frame
- * of A, so that no rotations are multiplied. Pure; any thread. */
+/* placed_road: balls and capsules against each other and boxes, and verdicts of two ellipsoids, in world axes: their
+ * formulas need no frame of A, so that no rotations are multiplied. Pure; any thread. */
 #ifndef COLLIDED_NARROW_PLACED_ROAD_H
 #define COLLIDED_NARROW_PLACED_ROAD_H
 
@@ -17,7 +17,7 @@ bool placed_by_relative_pose(const narrow_placed *a, const narrow_placed *b, con
 
 /* By the two kinds: the formula, or placed_by_relative_pose where there is none or they are not in canonical order.
  * Other is all that none knows: shapes that stand for something else, too. */
-enum { PLACED_BALL, PLACED_CAPSULE, PLACED_BOX, PLACED_OTHER, PLACED_KINDS };
+enum { PLACED_BALL, PLACED_CAPSULE, PLACED_BOX, PLACED_ELLIPSOID, PLACED_OTHER, PLACED_KINDS };
 extern placed_road *const placed_roads[PLACED_KINDS][PLACED_KINDS];
 
 /* What answers for this pair: a formula, unless a manifold is asked for. */

@@ -27,6 +27,11 @@ typedef struct ours {
     narrow_shell shell;
 } ours;
 
+static bool is_measured_in_world(shape_type a, shape_type b)
+{
+    return a <= SHAPE_CAPSULE && b <= SHAPE_BOX;
+}
+
 static void *create_asking(const narrow_item *items, size_t count, double tolerance)
 {
     ours *o = calloc(1, sizeof *o);
@@ -49,7 +54,7 @@ static void *create_asking(const narrow_item *items, size_t count, double tolera
         own[i].begins = items[i].begins;
         own[i].size = size;
         own[i].mesh = own[i].b.type == SHAPE_MESH;
-        own[i].in_world = own[i].a.type == SHAPE_SPHERE ? own[i].b.type <= SHAPE_BOX : own[i].b.type == SHAPE_CAPSULE;
+        own[i].in_world = is_measured_in_world(own[i].a.type, own[i].b.type);
     }
     return o;
 }
@@ -83,9 +88,9 @@ static void tell(const narrow_result *r, narrow_answer *out)
         .hi = r->hi};
 }
 
-/* In world axes where that is quicker (balls, capsules, balls beside boxes: what a client of narrow.h can have; a tick
- * of the daemon asks about these in A's frame, too), else in A's frame, as the world asks: with the pair's cache if
- * that is kept, and of meshes always; others read nothing from one that is new. */
+/* In world axes where that is quicker (balls, capsules, both beside boxes, verdicts of ellipsoids: what a client of
+ * narrow.h can have; a tick of the daemon asks about these in A's frame, too), else in A's frame, as the world asks:
+ * with the pair's cache if that is kept, and of meshes always; others read nothing from one that is new. */
 static void ask(ours *o, const ours_item *it, bool keeps, narrow_result *r)
 {
     if (it->in_world) {
@@ -176,6 +181,8 @@ static void *create_verdict(const narrow_item *items, size_t count, const narrow
     ours *o = create_asking(items, count, INFINITY);
     (void)row;
     o->request.facts = NARROW_VERDICT;
+    for (size_t i = 0; i < count; i++)
+        o->items[i].in_world |= o->items[i].a.type == SHAPE_ELLIPSOID && o->items[i].b.type == SHAPE_ELLIPSOID;
     return o;
 }
 

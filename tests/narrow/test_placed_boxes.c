@@ -1,0 +1,245 @@
+/* A capsule and a box where they stand (narrow/placed_capsule_box.c), against brute force over all features in 113 bits
+ * (polytope_oracle.c): gaps and depths of any kind, down to a few roundings, thin and long ones, straight and turned by
+ * next to nothing; at every size the same. And how far a matrix of a quaternion is off, which the bounds rest on. */
+#include "cases.h"
+#include "narrow/placed_road.h"
+#include "polytope_oracle.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+
+#include <cmocka.h>
+
+typedef struct pair {
+    shape a, b;
+    pose at_a, at_b;
+} pair;
+
+static const shape_type TYPES[][2] = {{SHAPE_CAPSULE, SHAPE_BOX}};
+enum { KINDS = sizeof TYPES / sizeof *TYPES };
+
+static int count_of(int usual)
+{
+    return getenv("COLLIDED_NIGHTLY") ? 20 * usual : getenv("COLLIDED_BRIEF") ? usual / 10 : usual;
+}
+
+static double pick(random_state *r, const double *from, unsigned count)
+{
+    return from[random_bits(r) % count];
+}
+
+static shape some_shape(random_state *r, shape_type type)
+{
+    static const double SIDES[] = {1e-9, 1e-3, 0.1, 0.5, 0.5, 1, 1, 2, 30};
+    shape s = random_shape(r, type);
+    if (random_bits(r) % 2) return s;
+    s.half = vec(pick(r, SIDES, 9), pick(r, SIDES, 9), pick(r, SIDES, 9));
+    if (type == SHAPE_CAPSULE) s.half = vec(0, 0, s.half.z);
+    s.radius = random_bits(r) % 2 ? s.radius : 1e-3 * s.radius;
+    return s;
+}
+
+/* As the other's, or turned from it by half a turn, or by next to nothing, or anyhow. */
+static quat some_turn(random_state *r, quat other)
+{
+    static const quat STRAIGHT[] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0.5, 0.5, 0.5, 0.5}};
+    quat q = quat_mul(other, STRAIGHT[random_bits(r) % 4]), little = {1, 0, 0, 0};
+    double by = ldexp(random_unit(r), -(int)(random_bits(r) % 60));
+    little.x = by * random_in(r, -1, 1), little.y = by * random_in(r, -1, 1);
+    unsigned kind = (unsigned)(random_bits(r) % 4);
+    return kind == 0 ? q : kind == 1 ? quat_unit(quat_mul(q, little)) : random_rotation(r);
+}
+
+static pair random_pair(random_state *r, const shape_type types[2], enum regime regime)
+{
+    pair x = {.a = some_shape(r, types[0]), .b = some_shape(r, types[1])};
+    if (!narrow_ordered(&x.a, 0, &x.b, 1)) {
+        shape a = x.a;
+        x.a = x.b, x.b = a;
+    }
+    random_poses(r, &x.a, &x.b, regime, &x.at_a, &x.at_b);
+    x.at_b.q = some_turn(r, x.at_a.q);
+    return x;
+}
+
+static double size_of(const pair *x)
+{
+    return shape_reach(&x->a) + shape_reach(&x->b) + vec_norm(vec_sub(x->at_b.p, x->at_a.p));
+}
+
+/* By the formula alone: false where it leaves the pair to others. */
+static bool ask(const pair *x, const narrow_request *request, narrow_result *r)
+{
+    narrow_placed a = narrow_placed_at(&x->a, x->at_a), b = narrow_placed_at(&x->b, x->at_b);
+    return placed_road_for(a.kind, b.kind, request)(&a, &b, request, NULL, NULL, r);
+}
+
+static narrow_request distance(void)
+{
+    return (narrow_request){.facts = NARROW_DISTANCE, .tolerance = INFINITY, .range = INFINITY};
+}
+
+static void check(const pair *x, const narrow_result *r, uint64_t seed)
+{
+    placed a = oracle_place(&x->a, x->at_a, x->at_a.p), b = oracle_place(&x->b, x->at_b, x->at_a.p);
+    real truth = polytope_signed_distance(&a, &b), along = oracle_separation(&a, &b, real3_of(r->axis));
+    double size = size_of(x), u = 0x1p-53;
+    if (!(r->lo <= truth && truth <= r->hi && r->lo <= along))
+        fail_msg("seed %llu: truth %.17g, axis %.17g, of [%.17g, %.17g]", (unsigned long long)seed, (double)truth,
+            (double)along, r->lo, r->hi);
+    assert_true(r->hi - r->lo <= 42 * u * size && r->status == NARROW_CERTAIN && !r->refined);
+    assert_true(oracle_outside(&a, r->point_a) <= 64 * u * size && oracle_outside(&b, r->point_b) <= 64 * u * size);
+    vec3 line = vec_sub(r->point_b, r->point_a);
+    if (r->lo > 0) assert_true(vec_norm(line) <= r->hi);
+    if (r->hi < 0) assert_true(vec_norm(vec_madd(line, -r->lo, r->axis)) <= 100 * u * size);
+}
+
+static void what_is_told_holds(void **state)
+{
+    (void)state;
+    int asked[KINDS] = {0}, answered[KINDS] = {0};
+    for (int i = 1, n = count_of(4000) * KINDS; i <= n; i++) {
+        random_state r = {(uint64_t)i};
+        pair x = random_pair(&r, TYPES[i % KINDS], (enum regime)(i / KINDS % REGIME_COUNT));
+        const narrow_request request = distance();
+        narrow_result told;
+        asked[i % KINDS]++;
+        if (!ask(&x, &request, &told)) continue;
+        answered[i % KINDS]++;
+        check(&x, &told, (uint64_t)i);
+    }
+    for (int k = 0; k < KINDS; k++)
+        if (answered[k] < asked[k] * 0.85) fail_msg("kind %d: %d of %d are answered", k, answered[k], asked[k]);
+}
+
+/* B is moved along the axis of the distance to where the two, or their cores, touch, but for `gap` sizes. */
+static bool bring(pair *x, double gap, bool cores)
+{
+    narrow_request request = measure_exactly();
+    narrow_result r;
+    narrow_query_world(&x->a, x->at_a, &x->b, x->at_b, &request, case_scratch(), &r);
+    double by = gap * size_of(x) - r.lo - (cores ? x->a.radius + x->b.radius : 0);
+    x->at_b.p = vec_madd(x->at_b.p, by, r.axis);
+    return r.status == NARROW_CERTAIN;
+}
+
+static void it_holds_to_the_last_roundings(void **state)
+{
+    (void)state;
+    static const double GAPS[] = {0, 1e-17, 1e-16, 1e-15, 1e-14, 1e-12, 1e-9, 1e-6, 1e-3};
+    int answered = 0, n = count_of(4000) * KINDS;
+    for (int i = 1; i <= n; i++) {
+        random_state r = {(uint64_t)i};
+        pair x = random_pair(&r, TYPES[i % KINDS], i % 4 ? REGIME_SHALLOW : REGIME_NEAR);
+        if (!bring(&x, GAPS[i % 9] * (random_bits(&r) % 2 ? 1 : -1), random_bits(&r) % 2)) continue;
+        const narrow_request request = distance();
+        narrow_result told;
+        if (!ask(&x, &request, &told)) continue;
+        answered++;
+        check(&x, &told, (uint64_t)i);
+    }
+    if (answered < n / 2) fail_msg("%d of %d are answered", answered, n);
+}
+
+static pair scaled(pair x, double by)
+{
+    x.a.radius *= by, x.b.radius *= by;
+    x.a.half = vec_scale(x.a.half, by), x.b.half = vec_scale(x.b.half, by);
+    x.at_a.p = vec_scale(x.at_a.p, by), x.at_b.p = vec_scale(x.at_b.p, by);
+    return x;
+}
+
+static void at_every_size_it_is_the_same(void **state)
+{
+    (void)state;
+    static const int EXPONENTS[] = {-340, -50, -33, 3, 40, 300};
+    for (int i = 1, n = count_of(2000) * KINDS; i <= n; i++) {
+        random_state r = {(uint64_t)i};
+        pair x = random_pair(&r, TYPES[i % KINDS], (enum regime)(i / KINDS % REGIME_COUNT));
+        if (i % 50 == 0) x.at_b.p = x.at_a.p;
+        narrow_request request = distance();
+        if (i % 3 == 0) request.facts = NARROW_VERDICT;
+        narrow_result told = {0}, other = {0};
+        bool answered = ask(&x, &request, &told);
+        for (int k = 0; k < 6; k++) {
+            double by = ldexp(1, EXPONENTS[k]);
+            pair y = scaled(x, by);
+            assert_true(ask(&y, &request, &other) == answered);
+            if (!answered) continue;
+            vec3 point_a = vec_scale(told.point_a, by), point_b = vec_scale(told.point_b, by);
+            assert_true(other.lo == by * told.lo && other.hi == by * told.hi);
+            assert_memory_equal(&other.axis, &told.axis, sizeof told.axis);
+            assert_memory_equal(&other.point_a, &point_a, sizeof point_a);
+            assert_memory_equal(&other.point_b, &point_b, sizeof point_b);
+        }
+    }
+}
+
+/* ---- the matrix ---- */
+
+static real dot_of_columns(const real3 *e, const double *v, int row)
+{
+    real x[3] = {e[0].x * v[0] + e[1].x * v[1] + e[2].x * v[2], e[0].y * v[0] + e[1].y * v[1] + e[2].y * v[2],
+        e[0].z * v[0] + e[1].z * v[1] + e[2].z * v[2]};
+    return x[row];
+}
+
+/* The greatest |E v| of unit v, from below, by powers of E'E. */
+static double norm_of(const real3 e[3])
+{
+    double v[3] = {0.6, 0.48, 0.64}, norm = 0;
+    for (int i = 0; i < 20; i++) {
+        double w[3], x[3], norm2 = 0;
+        for (int k = 0; k < 3; k++) w[k] = (double)(dot_of_columns(e, v, k) * 0x1p53);
+        for (int k = 0; k < 3; k++)
+            x[k] = ((double)e[k].x * w[0] + (double)e[k].y * w[1] + (double)e[k].z * w[2]) * 0x1p53;
+        for (int k = 0; k < 3; k++) norm2 += x[k] * x[k];
+        norm = sqrt(sqrt(norm2));
+        if (!(norm > 0)) return 0;
+        for (int k = 0; k < 3; k++) v[k] = x[k] / (norm * norm);
+    }
+    return norm;
+}
+
+static quat some_quaternion(random_state *r)
+{
+    quat q = {random_in(r, -1, 1), random_in(r, -1, 1), random_in(r, -1, 1), random_in(r, -1, 1)};
+    unsigned kind = (unsigned)(random_bits(r) % 5);
+    if (kind == 1) q.w *= 1e-3;
+    if (kind == 2) q.w = 0;
+    if (kind == 3) q.x *= 0.01, q.w *= 0.01;
+    q = quat_unit(q);
+    double by = 1 + random_in(r, -0x1p-51, 0x1p-51); /* as far as it may be off unit */
+    quat off = {q.w * by, q.x * by, q.y * by, q.z * by};
+    return fabs(quat_norm2(off) - 1) <= 0x1p-50 && random_bits(r) % 2 ? off : q;
+}
+
+static void a_matrix_is_off_by_less_than_the_bounds_say(void **state)
+{
+    (void)state;
+    static const shape POINT = {.type = SHAPE_SPHERE};
+    double worst = 0;
+    for (int i = 1, n = count_of(100000); i <= n; i++) {
+        random_state r = {(uint64_t)i};
+        quat q = some_quaternion(&r);
+        mat3 m = quat_matrix(q);
+        placed exact = oracle_place(&POINT, (pose){VEC_ZERO, q}, VEC_ZERO);
+        const real3 e[3] = {
+            real3_sub(real3_of(m.x), exact.rx), real3_sub(real3_of(m.y), exact.ry), real3_sub(real3_of(m.z), exact.rz)};
+        worst = fmax(worst, norm_of(e));
+    }
+    if (!(worst > 3 && worst < 6.5)) fail_msg("%g u", worst);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(what_is_told_holds),
+        cmocka_unit_test(it_holds_to_the_last_roundings),
+        cmocka_unit_test(at_every_size_it_is_the_same),
+        cmocka_unit_test(a_matrix_is_off_by_less_than_the_bounds_say),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

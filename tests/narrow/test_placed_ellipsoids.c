@@ -1,0 +1,167 @@
+/* Verdicts of two ellipsoids where they stand (narrow/placed_ellipsoids.c): what is told holds by 113-bit support
+ * functions, down to gaps and overlaps of a few roundings, at every size the same; most pairs are answered
+ * without being measured. */
+#include "cases.h"
+#include "narrow/placed_road.h"
+#include "oracle.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+
+#include <cmocka.h>
+
+typedef struct pair {
+    shape a, b;
+    pose at_a, at_b;
+} pair;
+
+static int count_of(int usual)
+{
+    return getenv("COLLIDED_NIGHTLY") ? 20 * usual : getenv("COLLIDED_BRIEF") ? usual / 10 : usual;
+}
+
+static pair random_pair(random_state *r, enum regime regime)
+{
+    pair x = {.a = random_shape(r, SHAPE_ELLIPSOID), .b = random_shape(r, SHAPE_ELLIPSOID)};
+    if (random_bits(r) % 2) x.a.radius = x.b.radius = 0;
+    if (!narrow_ordered(&x.a, 0, &x.b, 1)) {
+        shape a = x.a;
+        x.a = x.b, x.b = a;
+    }
+    random_poses(r, &x.a, &x.b, regime, &x.at_a, &x.at_b);
+    return x;
+}
+
+static narrow_request verdict_at(double threshold)
+{
+    return (narrow_request){.facts = NARROW_VERDICT, .tolerance = INFINITY, .range = INFINITY, .threshold = threshold};
+}
+
+/* By the formula alone: false where it leaves the pair to others. */
+static bool ask(const pair *x, const narrow_request *request, narrow_result *r)
+{
+    narrow_placed a = narrow_placed_at(&x->a, x->at_a), b = narrow_placed_at(&x->b, x->at_b);
+    return placed_road_for(a.kind, b.kind, request)(&a, &b, request, NULL, NULL, r);
+}
+
+static narrow_result measure(const pair *x)
+{
+    const narrow_request request = measure_exactly();
+    narrow_result r;
+    narrow_query_world(&x->a, x->at_a, &x->b, x->at_b, &request, case_scratch(), &r);
+    return r;
+}
+
+/* `other`: an axis that separates most, or nearly, so that hi cannot be below it. */
+static void check(const pair *x, const narrow_request *request, const narrow_result *r, vec3 other, uint64_t seed)
+{
+    placed a = oracle_place(&x->a, x->at_a, x->at_a.p), b = oracle_place(&x->b, x->at_b, x->at_a.p);
+    double size = shape_reach(&x->a) + shape_reach(&x->b) + vec_norm(vec_sub(x->at_b.p, x->at_a.p));
+    if (!(oracle_separation(&a, &b, real3_of(r->axis)) >= r->lo))
+        fail_msg("seed %llu: the axis does not prove %.17g", (unsigned long long)seed, r->lo);
+    if (!(oracle_separation(&a, &b, real3_of(other)) <= r->hi))
+        fail_msg("seed %llu: an axis separates by more than %.17g", (unsigned long long)seed, r->hi);
+    assert_true(r->lo > request->threshold || r->hi <= request->threshold);
+    assert_true(r->status == NARROW_CERTAIN && r->method == NARROW_BY_CLOSED_FORM && !r->refined);
+    assert_true(fabs(vec_norm(r->axis) - 1) <= 1e-15);
+    assert_true(oracle_outside(&a, r->point_a) <= 1e-14 * size && oracle_outside(&b, r->point_b) <= 1e-14 * size);
+    if (r->lo > 0) assert_true(vec_norm(vec_sub(r->point_b, r->point_a)) <= r->hi);
+}
+
+static void what_is_told_holds(void **state)
+{
+    (void)state;
+    unsigned asked = 0, answered = 0, overlapping = 0;
+    for (int i = 1, n = count_of(6000); i <= n; i++) {
+        random_state r = {(uint64_t)i};
+        pair x = random_pair(&r, (enum regime)(i % REGIME_COUNT));
+        narrow_request request = verdict_at(i % 3 ? 0 : random_in(&r, -0.2, 0.3));
+        narrow_result told, measured = measure(&x);
+        asked += request.threshold == 0;
+        if (!ask(&x, &request, &told)) continue;
+        answered += request.threshold == 0;
+        overlapping += told.hi <= 0;
+        check(&x, &request, &told, measured.axis, (uint64_t)i);
+        assert_true(told.lo <= measured.hi && measured.lo <= told.hi);
+        placed a = oracle_place(&x.a, x.at_a, x.at_a.p), b = oracle_place(&x.b, x.at_b, x.at_a.p);
+        if (i % 40 == 0) assert_true(oracle_search(&a, &b) <= told.hi);
+    }
+    if (answered < asked * 0.75 || overlapping < asked / 5)
+        fail_msg("%u of %u are answered, of which %u overlap", answered, asked, overlapping);
+}
+
+/* Tip to tip, but for `gap`: along the x axes of both, in which B is turned by any angle. */
+static pair tip_to_tip(random_state *r, double gap)
+{
+    pair x = random_pair(r, REGIME_NEAR);
+    double angle = random_in(r, 0, 3), reach = x.a.half.x + x.a.radius + x.b.half.x + x.b.radius;
+    x.at_a.q = random_rotation(r);
+    x.at_b.q = quat_unit(quat_mul(x.at_a.q, (quat){cos(angle), sin(angle), 0, 0}));
+    x.at_b.p = vec_madd(x.at_a.p, reach + gap, quat_rotate(x.at_a.q, vec(1, 0, 0)));
+    return x;
+}
+
+static void it_holds_to_the_last_roundings(void **state)
+{
+    (void)state;
+    static const double GAPS[] = {1e-16, 1e-15, 3e-15, 1e-14, 1e-13, 1e-11, 1e-9};
+    int apart = 0, overlap = 0;
+    for (int i = 1, n = count_of(7000); i <= n; i++) {
+        random_state r = {(uint64_t)i};
+        pair x = tip_to_tip(&r, GAPS[i % 7] * (i / 7 % 2 ? 1 : -1));
+        narrow_request request = verdict_at(0);
+        narrow_result told;
+        if (!ask(&x, &request, &told)) continue;
+        check(&x, &request, &told, quat_rotate(x.at_a.q, vec(1, 0, 0)), (uint64_t)i);
+        apart += told.lo > 0;
+        overlap += told.hi <= 0;
+    }
+    int least = count_of(500);
+    if (apart < least || overlap < least) fail_msg("%d are apart, %d overlap", apart, overlap);
+}
+
+static pair scaled(pair x, double by)
+{
+    x.a.radius *= by, x.b.radius *= by;
+    x.a.half = vec_scale(x.a.half, by), x.b.half = vec_scale(x.b.half, by);
+    x.at_a.p = vec_scale(x.at_a.p, by), x.at_b.p = vec_scale(x.at_b.p, by);
+    return x;
+}
+
+static void at_every_size_it_is_the_same(void **state)
+{
+    (void)state;
+    static const int EXPONENTS[] = {-340, -50, -33, 3, 40, 300};
+    for (int i = 1, n = count_of(2000); i <= n; i++) {
+        random_state r = {(uint64_t)i};
+        pair x = random_pair(&r, (enum regime)(i % REGIME_COUNT));
+        if (i % 50 == 0) x.at_b.p = x.at_a.p; /* no line of the centres */
+        narrow_request request = verdict_at(i % 3 ? 0 : random_in(&r, -0.2, 0.3)), at_size = request;
+        narrow_result told = {0}, other = {0};
+        bool answered = ask(&x, &request, &told);
+        for (int k = 0; k < 6; k++) {
+            double by = ldexp(1, EXPONENTS[k]);
+            pair y = scaled(x, by);
+            at_size.threshold = by * request.threshold;
+            assert_true(ask(&y, &at_size, &other) == answered);
+            if (!answered) continue;
+            vec3 point_a = vec_scale(told.point_a, by), point_b = vec_scale(told.point_b, by);
+            assert_true(other.lo == by * told.lo && other.hi == by * told.hi);
+            assert_memory_equal(&other.axis, &told.axis, sizeof told.axis);
+            assert_memory_equal(&other.point_a, &point_a, sizeof point_a);
+            assert_memory_equal(&other.point_b, &point_b, sizeof point_b);
+        }
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(what_is_told_holds),
+        cmocka_unit_test(it_holds_to_the_last_roundings),
+        cmocka_unit_test(at_every_size_it_is_the_same),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
