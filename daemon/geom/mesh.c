@@ -276,6 +276,7 @@ void mesh_destroy(mesh *m)
     free(m->triangles);
     free(m->corners);
     free(m->nodes);
+    free(m->patch_points);
     free(m);
 }
 

@@ -12,8 +12,9 @@
 enum {
     MESH_TRIANGLES_MAX = 1 << 22, /* so that the hierarchy is at most MESH_DEPTH_MAX nodes deep: see mesh_tree.c */
     MESH_DEPTH_MAX = 12,
-    MESH_WIDTH = 4,   /* children of a node: as many floats as a vector register of any processor has */
-    MESH_LEAF_MAX = 4 /* triangles */
+    MESH_WIDTH = 4,        /* children of a node: as many floats as a vector register of any processor has */
+    MESH_LEAF_MAX = 4,     /* triangles */
+    MESH_PATCH_POINTS = 24 /* that stand for a patch, at most */
 };
 
 typedef struct mesh_triangle {
@@ -32,8 +33,17 @@ typedef struct mesh_node {
     uint8_t count[MESH_WIDTH];                     /* of a leaf: triangles; 0: not a leaf */
     uint8_t used;                                  /* children, 1 to MESH_WIDTH */
     float size[MESH_WIDTH];                        /* sum of the sides of the box along the axes: which to open first */
+    uint32_t first_point;                          /* in mesh.patch_points: those that stand for the patches; no ... */
+    uint8_t points;                                /* ... vertex of patch k is outside of the hull of its own by ... */
+    float excess[MESH_WIDTH];                      /* ... more than excess[k] */
     float lo[3][MESH_WIDTH], hi[3][MESH_WIDTH];    /* last: not all walks look at them */
 } mesh_node;
+
+/* One of each patch of a node, coordinate by coordinate, in units of mesh.unit. A patch may have one twice. All of them
+ * take 30 to 55 bytes a triangle, and finding them 3 us a triangle: mesh_patch.c. */
+typedef struct mesh_patch_point {
+    float at[3][MESH_WIDTH];
+} mesh_patch_point;
 
 /* What was done to the input, and why a mesh is no solid: counts, 0 = nothing of the kind. */
 typedef struct mesh_findings {
@@ -54,7 +64,9 @@ typedef struct mesh {
     mesh_triangle *triangles; /* in the order of the leaves */
     vec3 *corners;            /* three a triangle, in that order: a walk finds those of a leaf side by side */
     mesh_node *nodes;         /* the root first */
-    double unit;              /* a power of two, m: the boxes' unit, so that floats hold any mesh */
+    mesh_patch_point *patch_points;
+    uint32_t patch_point_count;
+    double unit; /* a power of two, m: the boxes' unit, so that floats hold any mesh */
     bool solid;
     mesh_findings found;
     hull *hull;             /* convex hull of all vertices; flat when the mesh is */

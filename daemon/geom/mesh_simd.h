@@ -37,6 +37,10 @@ MESH_INLINE mesh_lanes lanes_max(mesh_lanes a, mesh_lanes b) /* a > b ? a : b */
 {
     return _mm_max_ps(a, b);
 }
+MESH_INLINE mesh_lanes lanes_min(mesh_lanes a, mesh_lanes b) /* a < b ? a : b */
+{
+    return _mm_min_ps(a, b);
+}
 MESH_INLINE mesh_lanes lanes_abs(mesh_lanes a)
 {
     return _mm_andnot_ps(_mm_set1_ps(-0.0f), a);
@@ -55,6 +59,11 @@ MESH_INLINE unsigned lanes_not_above(mesh_lanes a, mesh_lanes b) /* bit k: not a
 MESH_INLINE mesh_lanes lanes_max(mesh_lanes a, mesh_lanes b)
 {
     for (int i = 0; i < MESH_WIDTH; i++) a[i] = a[i] > b[i] ? a[i] : b[i];
+    return a;
+}
+MESH_INLINE mesh_lanes lanes_min(mesh_lanes a, mesh_lanes b)
+{
+    for (int i = 0; i < MESH_WIDTH; i++) a[i] = a[i] < b[i] ? a[i] : b[i];
     return a;
 }
 MESH_INLINE mesh_lanes lanes_abs(mesh_lanes a)
@@ -130,13 +139,17 @@ MESH_INLINE void lanes_spread(const float v[3], mesh_lanes out[3])
     for (int k = 0; k < 3; k++) out[k] = lanes_of(v[k]);
 }
 
-/* The least heights of the boxes along a direction. */
-MESH_INLINE mesh_lanes mesh_feet(const mesh_node *n, const float direction[3])
+/* The least heights of the patches along a direction (about unit). */
+MESH_INLINE mesh_lanes mesh_lows(const mesh *m, const mesh_node *n, const float direction[3])
 {
-    mesh_lanes centre[3], axis[3];
+    const mesh_patch_point *p = &m->patch_points[n->first_point];
+    mesh_lanes axis[3], low = lanes_of(INFINITY);
     lanes_spread(direction, axis);
-    for (int k = 0; k < 3; k++) centre[k] = lanes_load(n->centre[k]);
-    return lanes_dots(centre, axis) - mesh_halves(n, axis);
+    for (uint32_t k = 0; k < n->points; k++, p++) {
+        mesh_lanes at[3] = {lanes_load(p->at[0]), lanes_load(p->at[1]), lanes_load(p->at[2])};
+        low = lanes_min(lanes_dots(at, axis), low);
+    }
+    return low - lanes_load(n->excess);
 }
 
 /* Bounds that are known already (without slack), and which boxes are near by them, or by further ones along three
@@ -170,12 +183,13 @@ MESH_INLINE unsigned mesh_bounds_from(
 
 /* Lower bounds of the distances between the boxes and the other, along the given axis and those directions. Bit k of
  * what is returned: that of box k is not above `limit`; when no bit is left, no further direction is tried. */
-MESH_INLINE unsigned mesh_bounds(const mesh_node *n, const mesh_other *o, float limit, float out[MESH_WIDTH])
+MESH_INLINE unsigned mesh_bounds(
+    const mesh *m, const mesh_node *n, const mesh_other *o, float limit, float out[MESH_WIDTH])
 {
     mesh_lanes bound = lanes_of(-INFINITY);
     unsigned near = (1u << n->used) - 1;
     if (o->aimed) {
-        bound = mesh_feet(n, o->axis) - lanes_of(o->level);
+        bound = mesh_lows(m, n, o->axis) - lanes_of(o->level);
         near &= lanes_not_above(bound - lanes_of(o->slack), lanes_of(limit));
         if (!near) return 0;
     }

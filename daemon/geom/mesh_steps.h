@@ -24,4 +24,14 @@ void mesh_orient(mesh *m);
 /* Puts the triangles into the order of the leaves and makes the nodes. */
 void mesh_tree_build(mesh *m);
 
+/* After that: finds the points that stand for the patches. */
+void mesh_patches_build(mesh *m);
+
+/* The least float that is not below x. */
+static inline float float_above(double x)
+{
+    float f = (float)x;
+    return (double)f < x ? nextafterf(f, INFINITY) : f;
+}
+
 #endif

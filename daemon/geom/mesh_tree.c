@@ -59,15 +59,9 @@ static uint32_t halve(builder *b, range r)
     return (leaves + 1) / 2 * MESH_LEAF_MAX;
 }
 
-static float down(double x)
+static float float_below(double x)
 {
-    float f = (float)x;
-    return (double)f > x ? nextafterf(f, -INFINITY) : f;
-}
-
-static float up(double x)
-{
-    return -down(-x);
+    return -float_above(-x);
 }
 
 static void set_box(const builder *b, mesh_node *n, int child, range r)
@@ -82,8 +76,8 @@ static void set_box(const builder *b, mesh_node *n, int child, range r)
     }
     const double low[3] = {lo.x, lo.y, lo.z}, high[3] = {hi.x, hi.y, hi.z};
     for (int k = 0; k < 3; k++) {
-        n->lo[k][child] = down(low[k] / b->m->unit);
-        n->hi[k][child] = up(high[k] / b->m->unit);
+        n->lo[k][child] = float_below(low[k] / b->m->unit);
+        n->hi[k][child] = float_above(high[k] / b->m->unit);
         n->size[child] += n->hi[k][child] - n->lo[k][child];
     }
 }
@@ -160,7 +154,7 @@ static void set_turned_box(const builder *b, mesh_node *n, int child, range r)
         n->centre[k][child] = (float)c[k];
         n->normal[k][child] = (float)normal[k];
     }
-    n->half[child] = up(half[2]);
+    n->half[child] = float_above(half[2]);
     for (int j = 0; j < 2; j++) {
         vec3 side = vec_scale(axes[j], half[j]);
         n->side[j][0][child] = (float)side.x;
@@ -236,6 +230,7 @@ void mesh_tree_build(mesh *m)
     for (uint32_t t = 0; t < m->triangle_count; t++)
         for (int k = 0; k < 3; k++) m->corners[3 * (size_t)t + (size_t)k] = mesh_corner(m, t, k);
     free(b.items);
+    mesh_patches_build(m);
 }
 
 /* ---- the check ---- */
@@ -254,6 +249,22 @@ static bool box_holds(const mesh *m, const mesh_node *n, int child, vec3 v)
     return fabs(vec_dot(p, normal)) <= (double)n->half[child];
 }
 
+/* No higher than the points that stand for the patch, in a few directions. */
+static bool points_hold(const mesh *m, const mesh_node *n, int child, vec3 v)
+{
+    vec3 at = vec_scale(v, 1 / m->unit);
+    for (int k = 0; k < 27; k += 5) {
+        vec3 d = vec_unit(vec(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1));
+        double top = -INFINITY;
+        for (uint32_t i = n->first_point; i < n->first_point + n->points; i++) {
+            const mesh_patch_point *p = &m->patch_points[i];
+            top = fmax(top, vec_dot(d, vec(p->at[0][child], p->at[1][child], p->at[2][child])));
+        }
+        if (!(vec_dot(d, at) <= top + (double)n->excess[child])) return false;
+    }
+    return true;
+}
+
 /* Triangles below the node in *seen; each must be within the boxes above it. */
 static const char *check_node(const mesh *m, uint32_t index, uint32_t depth, uint32_t *seen)
 {
@@ -268,7 +279,8 @@ static const char *check_node(const mesh *m, uint32_t index, uint32_t depth, uin
         if (fault) return fault;
         for (uint32_t t = first; t < *seen && t < m->triangle_count; t++)
             for (int k = 0; k < 3; k++)
-                if (!box_holds(m, n, i, mesh_corner(m, t, k))) return "a triangle sticks out of a box";
+                if (!box_holds(m, n, i, mesh_corner(m, t, k)) || !points_hold(m, n, i, mesh_corner(m, t, k)))
+                    return "a triangle sticks out of a box, or of the points that stand for it";
     }
     return NULL;
 }

@@ -2,11 +2,14 @@
 #include "mesh_gap.h"
 
 #include "gjk.h"
+#include "mesh_leaf.h"
 #include "mesh_part.h"
 #include "scalar.h"
 
 /* Shares of the size: by which even a search that stalls may be wrong; the widest bracket of two parts. */
 static const double SURE = 0x1p-34, COARSEST = 0x1p-20;
+/* Cosine: an axis that is so near to the one in use leaves out no more than it does. */
+static const double SAME_AXIS = 1 - 0x1p-20;
 
 typedef struct nearest_search {
     const narrow_goal *goal;
@@ -38,7 +41,7 @@ static bool nearer(mesh_walk *w, void *context)
     q->best->triangle_a = w->triangle_a;
     q->best->triangle_b = w->triangle_b;
     w->within = min_of(w->within, s.hi + q->margin);
-    if (s.lo > 0) mesh_walk_aim(w, s.axis);
+    if (s.lo > 0 && !(vec_dot(s.axis, w->axis) > SAME_AXIS)) mesh_walk_aim(w, s.axis);
     q->ended = best->hi <= w->part.error || best->hi <= q->goal->near;
     return !q->ended;
 }
@@ -112,7 +115,7 @@ static bool begin_with(mesh_walk *w, const mesh_seed *seed, const nearest_search
     mesh_spot_set(&b, w->mb, k, w->part.scale, &w->part.b_in_a);
     w->spot_a = w->ma ? &a : &w->whole;
     w->spot_b = &b;
-    w->lead = vec_sub(vec_add(b.lo, b.hi), vec_add(w->spot_a->lo, w->spot_a->hi));
+    w->lead = mesh_spots_lead(w->spot_a, w->spot_b, w->ma);
     measure.far = INFINITY;
     mesh_part_distance(w, &measure, &s);
     if (!(s.lo > w->part.error)) return false;

@@ -29,18 +29,42 @@ static double outside(double lo_a, double hi_a, double lo_b, double hi_b)
     return max_of(max_of(lo_b - hi_a, lo_a - hi_b), 0);
 }
 
-/* Along a direction of any length, one way or the other. The best so far is in w->lead, *best is the square of the gap
- * along it. */
+/* Between the middles of the boxes, twice. */
+static vec3 between_boxes(const mesh_spot *a, const mesh_spot *b)
+{
+    return vec_sub(vec_add(b->lo, b->hi), vec_add(a->lo, a->hi));
+}
+
+/* Of two triangles between the corners that are nearest: where these are the nearest points of all, as in most of the
+ * pairs that meet at a vertex, it is the axis of the answer. */
+vec3 mesh_spots_lead(const mesh_spot *a, const mesh_spot *b, bool triangles)
+{
+    vec3 lead = VEC_ZERO;
+    double least = INFINITY;
+    if (!triangles) return between_boxes(a, b);
+    for (int i = 0; i < 3; i++)
+        for (int k = 0; k < 3; k++) {
+            vec3 d = vec_sub(b->corner[k], a->corner[i]);
+            double norm2 = vec_norm2(d);
+            if (norm2 < least) least = norm2, lead = d;
+        }
+    return lead;
+}
+
+/* Along a direction of any length. The best so far is in w->lead, *best is the square of the gap along it. */
 static bool is_far_along(mesh_walk *w, vec3 u, double *best)
 {
-    vec3 between = vec_sub(vec_add(w->spot_b->lo, w->spot_b->hi), vec_add(w->spot_a->lo, w->spot_a->hi));
-    if (vec_dot(u, between) < 0) u = vec_neg(u);
     double gap = mesh_walk_foot_b(w, u) - mesh_walk_top_a(w, u), norm2 = vec_norm2(u);
     if (!(gap > 0) || !(gap * gap > *best * norm2)) return false;
     double within = w->within + 2 * w->part.error;
     *best = gap * gap / norm2;
     w->lead = u;
     return *best > within * within;
+}
+
+static vec3 towards(vec3 u, vec3 to)
+{
+    return vec_dot(u, to) < 0 ? vec_neg(u) : u;
 }
 
 /* By their boxes, or along the directions of mesh_bounds, in doubles. */
@@ -51,9 +75,11 @@ static bool is_far(mesh_walk *w)
     double x = outside(a->lo.x, a->hi.x, b->lo.x, b->hi.x), y = outside(a->lo.y, a->hi.y, b->lo.y, b->hi.y),
            z = outside(a->lo.z, a->hi.z, b->lo.z, b->hi.z);
     if (x * x + y * y + z * z > within * within) return true;
-    w->lead = vec_sub(vec_add(b->lo, b->hi), vec_add(a->lo, a->hi));
-    return is_far_along(w, w->lead, &best) || is_far_along(w, b->normal, &best) ||
-           (w->ma && is_far_along(w, a->normal, &best));
+    w->lead = mesh_spots_lead(a, b, w->ma);
+    if (is_far_along(w, w->lead, &best)) return true;
+    vec3 between = between_boxes(a, b);
+    return is_far_along(w, towards(b->normal, between), &best) ||
+           (w->ma && is_far_along(w, towards(a->normal, between), &best));
 }
 
 /* The greatest height of the triangles of A along the axis, or the least of B's, and that of each: from where they are

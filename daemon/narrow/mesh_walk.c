@@ -7,6 +7,7 @@
 #include "core.h"
 #include "geom/mesh_simd.h"
 #include "mesh_leaf.h"
+#include "mesh_stand.h"
 
 /* u_float = 2^-24. A bound of mesh_bounds is made of less than 60 terms, none greater than the mesh's unit and the
  * other's reach together, and each is off by less than 4 u_float of that; that the sides of the other's box are turned
@@ -116,6 +117,11 @@ static void spot_whole(mesh_walk *w)
     w->whole.lo = vec(-extent_of(w, vec_neg(x)), -extent_of(w, vec_neg(y)), -extent_of(w, vec_neg(z)));
 }
 
+static void forget_stands(mesh_stand *stands)
+{
+    for (int i = 0; i < MESH_STANDS; i++) stands[i].node = WHOLE;
+}
+
 static void forget_leaves(mesh_leaf *leaves)
 {
     for (int i = 0; i < MESH_LEAVES; i++) leaves[i].box.node = WHOLE;
@@ -134,6 +140,8 @@ void mesh_walk_init(mesh_walk *w, const unit_pair *p, const shape *a, const shap
     if (w->ma) {
         wear(&w->flat_a, &w->part.a);
         forget_leaves(w->leaves_a);
+        forget_stands(w->stands_a);
+        forget_stands(w->stands_b);
     } else {
         spot_whole(w);
     }
@@ -161,6 +169,7 @@ void mesh_walk_move(mesh_walk *w, vec3 position)
         w->opens_both = ratio <= ALONE_RATIO && ratio * ALONE_RATIO >= 1 && reach < ALONE_FAR;
         w->open_slack = (float)(FLOAT_SLACK * (4 + reach));
     } else {
+        w->opens_both = false;
         box_whole(w);
     }
 }
@@ -297,6 +306,11 @@ static double bound_in_doubles(const mesh_walk *w, mesh_box a, mesh_box b)
 
 /* ---- the walk ---- */
 
+MESH_INLINE unsigned all_of(const mesh_node *n)
+{
+    return (1u << n->used) - 1;
+}
+
 /* Pairs of boxes, the nearest last. */
 MESH_INLINE void put_sorted(entry *more, uint32_t *count, entry e)
 {
@@ -307,9 +321,9 @@ MESH_INLINE void put_sorted(entry *more, uint32_t *count, entry e)
 
 /* Bit k: box k of a node is near enough to the other. `size`, `bounds`: the node's unit, and in it. */
 MESH_INLINE unsigned near_boxes(
-    const mesh_walk *w, const mesh_node *n, const mesh_other *o, double size, float bounds[])
+    const mesh_walk *w, const mesh *m, const mesh_node *n, const mesh_other *o, double size, float bounds[])
 {
-    return mesh_bounds(n, o, (float)((w->within + w->part.error) / size * FLOAT_MORE), bounds);
+    return mesh_bounds(m, n, o, (float)((w->within + w->part.error) / size * FLOAT_MORE), bounds);
 }
 
 MESH_INLINE uint32_t expand_b(const mesh_walk *w, mesh_box a, uint32_t node, entry more[MESH_WIDTH])
@@ -323,7 +337,7 @@ MESH_INLINE uint32_t expand_b(const mesh_walk *w, mesh_box a, uint32_t node, ent
         face(&w->into_b, &w->ma->nodes[a.node], a.child, w->axis_in_b, w->aimed, &other);
         o = &other;
     }
-    unsigned near = o->far ? (1u << n->used) - 1 : near_boxes(w, n, o, w->size_b, bounds);
+    unsigned near = o->far ? all_of(n) : near_boxes(w, w->mb, n, o, w->size_b, bounds);
     for (uint32_t i = 0; near; i++, near >>= 1) {
         if (!(near & 1)) continue;
         mesh_box b = {node, i};
@@ -340,7 +354,7 @@ MESH_INLINE uint32_t expand_a(const mesh_walk *w, uint32_t node, mesh_box b, ent
     float bounds[MESH_WIDTH];
     uint32_t count = 0;
     face(&w->into_a, &w->mb->nodes[b.node], b.child, w->axis_in_a, w->aimed, &o);
-    unsigned near = o.far ? (1u << n->used) - 1 : near_boxes(w, n, &o, w->size_a, bounds);
+    unsigned near = o.far ? all_of(n) : near_boxes(w, w->ma, n, &o, w->size_a, bounds);
     for (uint32_t i = 0; near; i++, near >>= 1) {
         if (!(near & 1)) continue;
         mesh_box a = {node, i};
@@ -350,38 +364,43 @@ MESH_INLINE uint32_t expand_a(const mesh_walk *w, uint32_t node, mesh_box b, ent
     return count;
 }
 
-/* The tops of a node's boxes along the axis, in B's frame and unit. */
-MESH_INLINE mesh_lanes tops_of(const mesh_walk *w, const mesh_node *n)
-{
-    mesh_lanes centre[3], axis[3];
-    for (int k = 0; k < 3; k++) {
-        centre[k] = lanes_load(n->centre[k]);
-        axis[k] = lanes_of(-w->axis_in_a[k]);
-    }
-    return (lanes_dots(centre, axis) + mesh_halves(n, axis)) * lanes_of(w->into_b.ratio) + lanes_of(w->origin_level);
-}
-
-/* Both are opened: boxes of A that all of B's are beyond along the axis are not turned. */
+/* Both are opened, and there is no axis yet. */
 MESH_INLINE uint32_t expand_both(const mesh_walk *w, uint32_t node_a, uint32_t node_b, entry more[CHILDREN])
 {
     const mesh_node *na = &w->ma->nodes[node_a], *nb = &w->mb->nodes[node_b];
     float bounds[MESH_WIDTH], limit = (float)((w->within + w->part.error) / w->size_b * FLOAT_MORE);
-    mesh_lanes tops = lanes_of(INFINITY), feet = lanes_of(-INFINITY);
     uint32_t count = 0;
-    if (w->aimed) {
-        tops = tops_of(w, na);
-        feet = mesh_feet(nb, w->axis_in_b) - lanes_of(w->open_slack);
-    }
     for (uint32_t k = 0; k < na->used; k++) {
-        mesh_lanes along = feet - lanes_of(tops[k]);
-        unsigned near = lanes_not_above(along, lanes_of(limit)) & ((1u << nb->used) - 1);
+        mesh_other o;
+        face(&w->into_b, na, k, w->axis_in_b, false, &o);
+        unsigned near = mesh_bounds_from(nb, &o, lanes_of(-INFINITY), all_of(nb), limit, bounds);
+        for (uint32_t i = 0; near; i++, near >>= 1) {
+            double bound = (double)bounds[i] * w->size_b - w->part.error;
+            if (near & 1 && !(bound > w->within)) more[count++] = (entry){{node_a, k}, {node_b, i}, bound};
+        }
+    }
+    return count;
+}
+
+/* Boxes `rows` of a node of A and `columns` of one of B. */
+MESH_INLINE uint32_t expand_known(
+    mesh_walk *w, uint32_t node_a, unsigned rows, uint32_t node_b, unsigned columns, entry more[CHILDREN])
+{
+    const mesh_stand *a = stand_of_a(w, node_a), *b = stand_of_b(w, node_b);
+    const mesh_node *na = &w->ma->nodes[node_a], *nb = &w->mb->nodes[node_b];
+    float bounds[MESH_WIDTH], limit = (float)((w->within + w->part.error) / w->size_b * FLOAT_MORE);
+    mesh_lanes feet = lanes_load(b->level) - lanes_of(w->open_slack);
+    uint32_t count = 0;
+    for (uint32_t k = 0; rows >> k; k++) {
+        mesh_lanes along = feet - lanes_of(a->level[k]);
+        unsigned near = rows >> k & 1 ? lanes_not_above(along, lanes_of(limit)) & columns : 0;
         if (!near) continue;
         mesh_other o;
         face(&w->into_b, na, k, w->axis_in_b, false, &o);
         near = mesh_bounds_from(nb, &o, along, near, limit, bounds);
-        for (uint32_t i = 0; near; i++, near >>= 1) {
+        for (uint32_t i = 0; near >> i; i++) {
             double bound = (double)bounds[i] * w->size_b - w->part.error;
-            if (near & 1 && !(bound > w->within)) more[count++] = (entry){{node_a, k}, {node_b, i}, bound};
+            if (near >> i & 1 && !(bound > w->within)) more[count++] = (entry){{node_a, k}, {node_b, i}, bound};
         }
     }
     return count;
@@ -397,25 +416,33 @@ MESH_INLINE double size_of(const mesh *m, mesh_box r, double size)
     return (double)m->nodes[r.node].size[r.child] * size;
 }
 
-MESH_INLINE uint32_t open_a(const mesh_walk *w, const entry *e, entry more[CHILDREN])
+MESH_INLINE uint32_t node_below(const mesh *m, mesh_box r)
 {
-    return expand_a(w, w->ma->nodes[e->a.node].first[e->a.child], e->b, more);
+    return m->nodes[r.node].first[r.child];
 }
 
-MESH_INLINE uint32_t open_b(const mesh_walk *w, const entry *e, entry more[CHILDREN])
+/* Either box, or both, are opened. */
+MESH_INLINE uint32_t expand_aimed(mesh_walk *w, const entry *e, bool open_a, bool open_b, entry more[CHILDREN])
 {
-    return expand_b(w, e->a, w->mb->nodes[e->b.node].first[e->b.child], more);
+    uint32_t a = open_a ? node_below(w->ma, e->a) : e->a.node, b = open_b ? node_below(w->mb, e->b) : e->b.node;
+    unsigned rows = open_a ? all_of(&w->ma->nodes[a]) : 1u << e->a.child;
+    return expand_known(w, a, rows, b, open_b ? all_of(&w->mb->nodes[b]) : 1u << e->b.child, more);
 }
 
 /* Both boxes are opened where they are of about one size, otherwise the larger. */
-MESH_INLINE uint32_t expand(const mesh_walk *w, const entry *e, entry more[CHILDREN])
+MESH_INLINE uint32_t expand(mesh_walk *w, const entry *e, entry more[CHILDREN])
 {
-    if (is_leaf(w->ma, e->a)) return open_b(w, e, more);
-    if (is_leaf(w->mb, e->b)) return open_a(w, e, more);
-    double a = size_of(w->ma, e->a, w->size_a), b = size_of(w->mb, e->b, w->size_b);
-    if (!w->opens_both || a > BOTH_RATIO * b || b > BOTH_RATIO * a)
-        return a > b ? open_a(w, e, more) : open_b(w, e, more);
-    return expand_both(w, w->ma->nodes[e->a.node].first[e->a.child], w->mb->nodes[e->b.node].first[e->b.child], more);
+    bool keep_a = is_leaf(w->ma, e->a), keep_b = is_leaf(w->mb, e->b), open_both = false;
+    if (!keep_a && !keep_b) {
+        double a = size_of(w->ma, e->a, w->size_a), b = size_of(w->mb, e->b, w->size_b);
+        open_both = w->opens_both && !(a > BOTH_RATIO * b || b > BOTH_RATIO * a);
+        keep_a = b >= a;
+        keep_b = a > b;
+    }
+    return w->opens_both && w->aimed ? expand_aimed(w, e, !keep_a || open_both, !keep_b || open_both, more)
+           : open_both               ? expand_both(w, node_below(w->ma, e->a), node_below(w->mb, e->b), more)
+           : keep_a                  ? expand_b(w, e->a, node_below(w->mb, e->b), more)
+                                     : expand_a(w, node_below(w->ma, e->a), e->b, more);
 }
 
 MESH_INLINE bool is_leaves(const mesh_walk *w, const entry *e)
@@ -441,9 +468,11 @@ static bool run_below(mesh_walk *w, const entry *top, mesh_visit *visit, void *c
 }
 
 /* The pairs of boxes to begin with. */
-MESH_INLINE uint32_t start(const mesh_walk *w, entry first[CHILDREN])
+MESH_INLINE uint32_t start(mesh_walk *w, entry first[CHILDREN])
 {
     uint32_t count = 0;
+    if (w->ma && w->opens_both && w->aimed)
+        return expand_known(w, 0, all_of(&w->ma->nodes[0]), 0, all_of(&w->mb->nodes[0]), first);
     if (!w->ma) return expand_b(w, (mesh_box){WHOLE, 0}, 0, first);
     for (uint32_t i = 0; i < w->ma->nodes[0].used; i++) count += expand_b(w, (mesh_box){0, i}, 0, first + count);
     return count;
@@ -521,11 +550,6 @@ static mesh_box nearest_child(const mesh *m, uint32_t node, vec3 point)
     return nearest;
 }
 
-static uint32_t node_below(const mesh *m, mesh_box r)
-{
-    return m->nodes[r.node].first[r.child];
-}
-
 static vec3 in_a(const mesh_walk *w, mesh_box b)
 {
     const mesh_node *n = &w->mb->nodes[b.node];
@@ -580,7 +604,8 @@ MESH_WIDE static void walk_nearest_wide(mesh_walk *w, mesh_visit *visit, void *c
 
 void mesh_walk_nearest(mesh_walk *w, mesh_visit *visit, void *context)
 {
-    if (!plunge(w, visit, context)) return;
+    bool known = w->aimed && w->within < INFINITY; /* something as near as that */
+    if (!known && !plunge(w, visit, context)) return;
     if (mesh_wide())
         walk_nearest_wide(w, visit, context);
     else

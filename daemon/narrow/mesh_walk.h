@@ -13,7 +13,8 @@
 enum {
     MESH_NO_TRIANGLE = UINT32_MAX,
     TRIANGLE_PADDED = 8,
-    MESH_LEAVES = 32 /* of each mesh, that stay in place while a walk goes on; a power of two */
+    MESH_STANDS = 64, /* nodes of each mesh, that are known along the axis while it stays; a power of two */
+    MESH_LEAVES = 32  /* of each mesh, that stay in place while a walk goes on; a power of two */
 };
 
 /* A triangle in the clothes of a flat hull, for all that takes support points. */
@@ -50,6 +51,12 @@ typedef struct mesh_turn {
     float column[3][MESH_WIDTH], ratio; /* the rotation alone, and the ratio alone */
 } mesh_turn;
 
+/* How far the patches of a node reach along the axis, in B's unit, from B's origin. */
+typedef struct mesh_stand {
+    uint32_t node, aims;     /* whose, and for which axis: mesh_walk.aims */
+    float level[MESH_WIDTH]; /* of A the tops, of B the feet */
+} mesh_stand;
+
 typedef struct mesh_walk {
     unit_pair part;                   /* the pair; after mesh_walk_dress with the visited parts for shapes */
     shape whole_a, whole_b;           /* what part.a and part.b were */
@@ -70,6 +77,7 @@ typedef struct mesh_walk {
     bool aimed, opens_both;         /* opens_both: the meshes are of about one size, and not far apart */
     mesh_other whole_other;         /* of a convex A */
     mesh_spot whole;
+    mesh_stand stands_a[MESH_STANDS], stands_b[MESH_STANDS];
     mesh_leaf leaves_a[MESH_LEAVES], leaves_b[MESH_LEAVES];
 } mesh_walk;
 
