@@ -54,9 +54,27 @@ bool hull_axes_apply(const unit_pair *p)
 
 /* ---- heights ---- */
 
-LANES_INLINE void place(search *x)
+/* B's vertices in A's frame. */
+LANES_INLINE void place_b(search *x)
 {
-    const hull *a = x->p->a.hull, *b = x->p->b.hull;
+    const hull *b = x->p->b.hull;
+    const mat3 *r = &x->p->b_in_a.r;
+    vec3 t = x->p->b_in_a.t;
+    double scale = x->p->scale;
+    for (uint32_t i = 0; i < b->vertex_count; i++) {
+        double bx = b->x[i] * scale, by = b->y[i] * scale, bz = b->z[i] * scale;
+        x->b.x[i] = r->x.x * bx + r->y.x * by + r->z.x * bz + t.x;
+        x->b.y[i] = r->x.y * bx + r->y.y * by + r->z.y * bz + t.y;
+        x->b.z[i] = r->x.z * bx + r->y.z * by + r->z.z * bz + t.z;
+        x->of_a.x[i] = (float)x->b.x[i], x->of_a.y[i] = (float)x->b.y[i], x->of_a.z[i] = (float)x->b.z[i];
+    }
+    x->of_a.vertex_count = (int)b->vertex_count;
+}
+
+/* A's vertices, and where B sees them. */
+LANES_INLINE void place_a(search *x)
+{
+    const hull *a = x->p->a.hull;
     const mat3 *r = &x->p->b_in_a.r;
     vec3 t = x->p->b_in_a.t;
     double scale = x->p->scale;
@@ -68,14 +86,6 @@ LANES_INLINE void place(search *x)
         x->of_b.y[i] = (float)(r->y.x * dx + r->y.y * dy + r->y.z * dz);
         x->of_b.z[i] = (float)(r->z.x * dx + r->z.y * dy + r->z.z * dz);
     }
-    for (uint32_t i = 0; i < b->vertex_count; i++) {
-        double bx = b->x[i] * scale, by = b->y[i] * scale, bz = b->z[i] * scale;
-        x->b.x[i] = r->x.x * bx + r->y.x * by + r->z.x * bz + t.x;
-        x->b.y[i] = r->x.y * bx + r->y.y * by + r->z.y * bz + t.y;
-        x->b.z[i] = r->x.z * bx + r->y.z * by + r->z.z * bz + t.z;
-        x->of_a.x[i] = (float)x->b.x[i], x->of_a.y[i] = (float)x->b.y[i], x->of_a.z[i] = (float)x->b.z[i];
-    }
-    x->of_a.vertex_count = (int)b->vertex_count;
     x->of_b.vertex_count = (int)a->vertex_count;
 }
 
@@ -306,9 +316,10 @@ LANES_INLINE bool find(search *x)
 {
     const unit_pair *p = x->p;
     float slack = (float)(SLACK * p->size), least = (float)(NEAR_LEAST_DISTANCE * p->size);
-    place(x);
+    place_b(x);
     float depth = look(&x->of_a, p->scale);
     if (!(depth >= least)) return false; /* apart along the face, or too shallow for F to be strict */
+    place_a(x);
     depth = min_of(depth, look(&x->of_b, p->scale));
     if (!(depth >= least)) return false;
     prune(&x->of_a, depth + slack);
@@ -330,11 +341,19 @@ static bool find_narrow(search *x)
     return find(x);
 }
 
+/* Most pairs that are apart are so along the line of their origins. */
+static bool are_parted(const unit_pair *p)
+{
+    vec3 away = p->b_in_a.t, away_in_b = mat_tmul(p->b_in_a.r, away);
+    vec3 a = hull_vertex(p->a.hull, hull_scan(p->a.hull, away));
+    vec3 b = hull_vertex(p->b.hull, hull_scan(p->b.hull, vec_neg(away_in_b)));
+    return vec_norm2(away) + p->scale * (vec_dot(away_in_b, b) - vec_dot(away, a)) > 0;
+}
+
 bool hull_axes_depth(const unit_pair *p, const narrow_goal *goal, span *out)
 {
     search x;
-    vec3 away = p->b_in_a.t;
-    if (vec_dot(away, unit_pair_nearest_along(p, away).w) > 0) return false; /* most that are apart are so along this */
+    if (are_parted(p)) return false;
     x.p = p;
     x.of_a.h = p->a.hull, x.of_b.h = p->b.hull;
     x.nearest.count_a = 0;
