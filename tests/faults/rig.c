@@ -90,11 +90,16 @@ pid_t rig_daemon(const char *option, const char *value)
     return rig_start(COLLIDED, arguments);
 }
 
+double rig_pair_lease_s(void)
+{
+    return getenv("COLLIDED_NIGHTLY") ? 0.1 : 0.3;
+}
+
 pid_t rig_one_of_a_pair(const char *option)
 {
     char lease[32];
     rig_need_network();
-    snprintf(lease, sizeof lease, "%g", RIG_PAIR_LEASE_S);
+    snprintf(lease, sizeof lease, "%g", rig_pair_lease_s());
     const char *const arguments[] = {ORDINARY, "--standby=yes", "--standby_lease", lease, option, NULL};
     return rig_start(COLLIDED, arguments);
 }

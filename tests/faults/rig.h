@@ -32,8 +32,9 @@ double rig_now_s(void); /* monotonic */
 
 pid_t rig_daemon(const char *option, const char *value); /* one option more, or NULL; both links; it is ready */
 /* One of a pair, with that option more, or NULL. A pair is in step only while each gets processor time within three
- * times its lease: that of the option table is too short for a machine that has ten other things to do. */
-#define RIG_PAIR_LEASE_S 0.3
+ * times its lease: that of the option table (0.1 s) is too short for a machine that has ten other things to do, and is
+ * tried with COLLIDED_NIGHTLY=1. */
+double rig_pair_lease_s(void);
 pid_t rig_one_of_a_pair(const char *option);
 pid_t rig_start(const char *program, const char *const *arguments);      /* ended by NULL */
 pid_t rig_self(const char *role, const char *uri, const char *argument); /* this program again, as another client */
