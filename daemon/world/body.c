@@ -376,7 +376,7 @@ static inline bool may_glide(const world *w)
 /* A calm body that stays in its room: there is nothing that a tick could do about it. `to` is settled. */
 static inline bool glide(const world *w, body *b, const pose *to, int64_t stamp_ns)
 {
-    if (!b->is_calm || b->dirty || !calm_holds(b, to)) return false;
+    if (!b->is_calm || b->dirty || !(calm_holds(b, to) || calm_find_again(b, to))) return false;
     if (b->glided != w->round) {
         b->before = b->pose;
         b->before_ns = b->stamp_ns;
@@ -584,20 +584,28 @@ double body_margin(const world *w, const solid *s)
     return w->options.margin * reach;
 }
 
+/* Dirty and calm: it went the long road because ways count, or else because it has left its room. */
+static inline bool is_spared(const world *w, const body *b)
+{
+    return b->is_calm && !may_glide(w);
+}
+
 /* Those that come next are asked for while these are worked on; of one that is calm, no more than that is looked at. */
 static inline void fetch_ahead(const world *w, size_t i)
 {
-    enum { CALM_AHEAD = 12, BODIES_AHEAD = 6, SHAPES_AHEAD = 3, LINE = 64 };
+    enum { CALM_AHEAD = 12, BODIES_AHEAD = 8, LISTS_AHEAD = 4, SHAPES_AHEAD = 2, LINE = 64 };
     if (i + CALM_AHEAD >= w->dirty.count) return;
     const body *b = &w->bodies.at[w->dirty.at[i + CALM_AHEAD]];
     __builtin_prefetch(&b->pose);
     __builtin_prefetch(&b->calm_q, 1);
     b = &w->bodies.at[w->dirty.at[i + BODIES_AHEAD]];
-    if (!b->is_calm)
+    if (!is_spared(w, b))
         for (size_t at = offsetof(body, before); at < sizeof(body); at += LINE)
             __builtin_prefetch((const char *)b + at);
+    b = &w->bodies.at[w->dirty.at[i + LISTS_AHEAD]];
+    if (!is_spared(w, b)) __builtin_prefetch(b->shapes);
     b = &w->bodies.at[w->dirty.at[i + SHAPES_AHEAD]];
-    if (b->is_calm || !b->shape_count) return;
+    if (is_spared(w, b) || !b->shape_count) return;
     const char *s = (const char *)&w->solids.at[b->shapes[0]];
     for (size_t at = 0; at < sizeof(solid); at += LINE) __builtin_prefetch(s + at);
 }
@@ -650,21 +658,20 @@ void body_settle_shapes(world *w, body *b)
 
 static void put_shapes(world *w, body *b)
 {
-    bool stay = !b->refilter;
     for (size_t k = 0; k < b->shape_count; k++) {
         solid *s = &w->solids.at[b->shapes[k]];
         s->world = pose_mul(b->pose, s->local);
         s->box = shape_bounds(&s->shape, s->world);
         aabb box = body_swept_bounds(w, b, s, s->box);
-        stay &= broad_put(w->broad, &(broad_move){.proxy = b->shapes[k],
-                                        .fixed = b->fixed,
-                                        .box = aabb_grow(box, b->widen),
-                                        .margin = body_margin(w, s),
-                                        .motion = body_step(b)});
+        broad_put(w->broad, &(broad_move){.proxy = b->shapes[k],
+                                .fixed = b->fixed,
+                                .box = aabb_grow(box, b->widen),
+                                .margin = body_margin(w, s),
+                                .motion = body_step(b)});
         if (b->refilter) broad_refilter(w->broad, b->shapes[k]);
     }
-    b->refilter = b->behind = b->is_calm = false;
-    if (stay) calm_find(w, b);
+    b->refilter = b->behind = false;
+    calm_find(w, b); /* until a pair begins that it is in */
 }
 
 static void settle_body(world *w, uint32_t id)

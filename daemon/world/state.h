@@ -42,6 +42,12 @@ typedef struct body {
     _Alignas(64) pose before; /* at the tick before its last move, so if it has `moved`: at the last tick; ... */
     int64_t before_ns;        /* ... its stamp */
 
+    _Alignas(64) float fit_lo[3];     /* m: of a calm body of one shape, the fat box, from here ... */
+    float fit_hi[3];                  /* ... to here. The shape lies within ... */
+    float fit_centre[3], fit_half[3]; /* ... a box in the body's frame, m; ... */
+    float fit_least[3]; /* ... turned, this is half as wide, at least, while the fat box is not too fat for it */
+    float fit_slack;    /* m: what rounding may do, and by how much the box is widened. INFINITY: it has no such box */
+
     char *name, *group;
     bool fixed;
     bool refilter; /* its filters are put again, too */
@@ -242,6 +248,7 @@ struct world {
 };
 
 _Static_assert(offsetof(body, before_ns) == 184, "what a pose touches is three cache lines");
+_Static_assert(offsetof(body, fit_slack) == 252, "and one more where its room has to be found anew");
 
 /* body.c */
 void body_reserve(world *w, size_t need); /* room for so many in w->bodies */
@@ -278,8 +285,10 @@ pose solid_settled_relative(const world *w, const solid *a, const solid *b); /* 
 double solid_relative_error(const world *w, const solid *a, const solid *b);
 
 /* calm.c */
-/* Finds the room of a body whose shapes have just been put into the broad phase, where they could stay. */
+/* Finds the room of a body whose shapes have just been put into the broad phase. */
 void calm_find(const world *w, body *b);
+/* Where calm_holds has become false: is the body still within its fat box at that pose? Then its room is there. */
+bool calm_find_again(body *b, const pose *at);
 /* Is it within, at that pose? Then its boxes stay where they are. A NAN is not. */
 static inline bool calm_holds(const body *b, const pose *at)
 {
