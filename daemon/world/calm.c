@@ -17,8 +17,12 @@
 /* Rounding of boxes at the one pose and at the other, as a share of all that they are made of: much more than it is. */
 static const double ROUNDING = 0x1p-44;
 
-/* The quaternion is kept in floats; each component errs by at most 2^-25, and all together by twice that. */
-static const double AS_FLOATS = 2.5 * 0x1p-24;
+/* Quaternions are compared in floats; each component of the two errs by at most 2^-25, and all four together by twice
+ * that. */
+static const double AS_FLOATS = 5 * 0x1p-24;
+
+/* So is how far the body is from the middle of its room: ten roundings, as a share of the room and of the reach. */
+static const double OF_FLOATS = 0x1p-20;
 
 static bool may_be_calm(const body *b)
 {
@@ -50,15 +54,14 @@ static void find_fit(const world *w, body *b, const broad_room *room, double rea
 
 static void set_room(body *b, aabb room, quat q)
 {
-    fbox inward = fbox_inward(room);
+    const double *lo = &room.lo.x, *hi = &room.hi.x;
+    b->room.q = (calm_four){(float)q.w, (float)q.x, (float)q.y, (float)q.z};
     for (int k = 0; k < 3; k++) {
-        b->calm_lo[k] = inward.lo[k];
-        b->calm_hi[k] = inward.hi[k];
+        float middle = (float)(0.5 * (lo[k] + hi[k]));
+        b->room.middle[k] = middle;
+        b->room.half[k] = float_down(fmin(hi[k] - middle, middle - lo[k]) * (1 - OF_FLOATS));
     }
-    b->calm_q[0] = (float)q.w;
-    b->calm_q[1] = (float)q.x;
-    b->calm_q[2] = (float)q.y;
-    b->calm_q[3] = (float)q.z;
+    b->room.middle[3] = 0;
 }
 
 static void narrow_room(const body *b, const broad_room *room, double reach, aabb *all)
@@ -94,7 +97,7 @@ void calm_find(const world *w, body *b)
         if (b->shape_count == 1) find_fit(w, b, &room, reach);
     }
     set_room(b, all, b->pose.q);
-    b->calm_reach = float_up(2 * (1 + 0x1p-20) * turning);
+    b->room.half[3] = float_up(2 * (1 + OF_FLOATS) * turning);
     b->is_calm = calm_holds(b, &b->pose);
 }
 
