@@ -151,16 +151,30 @@ bool broad_put(broad *b, const broad_move *move)
     return false;
 }
 
-bool broad_room_of(const broad *b, uint32_t id, aabb tight, broad_room *out)
+/* The fat box that it will have after the next update, and where. */
+static const fbox *coming_box(const broad *b, uint32_t id, place *at)
 {
-    if (id >= b->proxies.count) return false;
     const proxy *p = &b->proxies.at[id];
-    if (p->place != INDEXED || !contains(&p->fat, &tight)) return false;
+    const change *c = p->pending == NOTHING_PENDING ? NULL : &b->pending.at[p->pending];
+    *at = c && c->put ? place_for(&c->fat) : c && c->removed ? NOWHERE : (place)p->place;
+    return c && c->put ? &c->fat : &p->fat;
+}
+
+bool broad_room_of(const broad *b, uint32_t id, aabb tight, double margin, broad_room *out)
+{
+    place at;
+    if (id >= b->proxies.count) return false;
+    const fbox *fat = coming_box(b, id, &at);
+    if (at != INDEXED || !contains(fat, &tight)) return false;
     const double *lo = &tight.lo.x, *hi = &tight.hi.x;
-    out->slim = slim(&p->fat, &tight);
+    out->fat = fbox_aabb(fat);
+    out->slim = true;
     for (int k = 0; k < 3; k++) {
-        out->down[k] = lo[k] - p->fat.lo[k];
-        out->up[k] = p->fat.hi[k] - hi[k];
+        out->down[k] = lo[k] - fat->lo[k];
+        out->up[k] = fat->hi[k] - hi[k];
+        /* A new one would be wider than the tight one by two margins, at least. */
+        out->least[k] = ((double)fat->hi[k] - fat->lo[k]) / TOO_FAT - 2 * margin;
+        out->slim &= hi[k] - lo[k] >= out->least[k];
     }
     return true;
 }

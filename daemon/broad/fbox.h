@@ -6,21 +6,33 @@
 #include "geom/bounds.h"
 
 #include <math.h>
+#include <stdint.h>
+#include <string.h>
 
 typedef struct fbox {
     float lo[3], hi[3];
 } fbox;
 
+/* nextafterf(f, -INFINITY) of one that is above: no NAN, and not -INFINITY itself. libm's is a call. */
+static inline float float_below(float f)
+{
+    uint32_t bits;
+    memcpy(&bits, &f, sizeof bits);
+    bits = f > 0 ? bits - 1 : f < 0 ? bits + 1 : UINT32_C(0x80000001);
+    memcpy(&f, &bits, sizeof f);
+    return f;
+}
+
 /* The greatest float <= x and the least float >= x. A conversion rounds to nearest; step back where it overshot. */
 static inline float float_down(double x)
 {
     float f = (float)x;
-    return (double)f > x ? nextafterf(f, -INFINITY) : f;
+    return (double)f > x ? float_below(f) : f;
 }
 static inline float float_up(double x)
 {
     float f = (float)x;
-    return (double)f < x ? nextafterf(f, INFINITY) : f;
+    return (double)f < x ? -float_below(-f) : f;
 }
 
 static inline fbox fbox_outward(aabb b)

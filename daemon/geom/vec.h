@@ -121,9 +121,13 @@ static inline quat quat_unit(quat a)
 
 /* As quat_unit, which leaves less than 8 roundoffs of the squared norm; what is within them already stays as it is, so
  * that a pose that was read and is sent back does not change. */
+static inline bool quat_is_settled(quat a)
+{
+    return fabs(quat_norm2(a) - 1) <= 0x1p-50;
+}
 static inline quat quat_settled(quat a)
 {
-    return fabs(quat_norm2(a) - 1) <= 0x1p-50 ? a : quat_unit(a);
+    return quat_is_settled(a) ? a : quat_unit(a);
 }
 
 /* The rotation matrix of a quaternion of about unit length. With |q|^2 = s the factor is 2 / s, or 2 (2 - s) but for

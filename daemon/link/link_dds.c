@@ -7,7 +7,8 @@
  * and Cyclone holds the lock of the poses' writer's proxy meanwhile. So nothing may be done there that waits for an
  * acknowledgement or for another thread of Cyclone's: all writers keep the last (wire_dds_qos.c), whose cache has no
  * high-water mark, so that a write never waits (q_entity.c, writer_new; tests/link/test_link_dds.c holds it to that),
- * and entities are created and deleted by the tick thread alone. Messages are decoded where they lie, in the loan. */
+ * and entities are created and deleted by the tick thread alone. Messages are decoded where they lie: in the loan,
+ * poses in the bytes that came. */
 #include "link_dds.h"
 
 #include "base/array.h"
@@ -24,6 +25,9 @@
 
 #include <assert.h>
 #include <dds/dds.h>
+#define asm __asm__ /* the next header is in GNU C */
+#include <dds/ddsi/ddsi_serdata.h>
+#undef asm
 #include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -109,13 +113,22 @@ static void on_discovery(dds_entity_t entity, void *context)
     notice(l, &l->has_discovered);
 }
 
-/* Behind something else that waits, poses wait as well: what was said first is heard first. */
+static bool others_wait(link_dds *l)
+{
+    bool wait = atomic_load(&l->has_discovered) || atomic_load(&l->has_news) || atomic_load(&l->peers_arrived);
+    for (size_t i = 0; i < IN_COUNT; i++)
+        wait |= l->readers[i].kind != WIRE_POSE_BATCH && atomic_load(&l->readers[i].arrived);
+    return wait;
+}
+
+/* Behind something else that waits, poses wait as well: what was said first is heard first. Poses that wait are taken
+ * with those that come. */
 static void on_poses(dds_entity_t entity, void *context)
 {
     (void)entity;
     reader *r = context;
     const link_options *o = &r->owner->head.options;
-    bool alone = o->poses && !atomic_load(&r->owner->woken);
+    bool alone = o->poses && !others_wait(r->owner);
     atomic_store(&r->arrived, true);
     if (!alone || !o->poses(o->poses_context, &r->owner->head)) notice(r->owner, &r->arrived);
 }
@@ -393,6 +406,17 @@ static bool receive_state(link_dds *l, const link_sink *sink, wire_message *m, c
     return true;
 }
 
+static bool hand_over_or_refuse(link_dds *l, const link_sink *sink, const wire_message *m,
+    const dds_sample_info_t *info, wire_reason reason, wire_refusal *why)
+{
+    bool taken = reason == WIRE_OK && is_admitted(l, m, info, why);
+    if (taken)
+        hand_over(l, sink, m);
+    else
+        refuse(l, sink, m->kind, m, why);
+    return taken;
+}
+
 static bool receive_sample(
     link_dds *l, const link_sink *sink, wire_kind kind, const void *sample, const dds_sample_info_t *info)
 {
@@ -400,17 +424,52 @@ static bool receive_sample(
     wire_refusal why = {0};
     wire_reason reason = wire_dds_decode(kind, sample, &m, &why);
     if (!info->valid_data) return receive_state(l, sink, &m, info);
-    bool taken = reason == WIRE_OK && is_admitted(l, &m, info, &why);
-    if (taken)
-        hand_over(l, sink, &m);
-    else
-        refuse(l, sink, kind, &m, &why);
+    return hand_over_or_refuse(l, sink, &m, info, reason, &why);
+}
+
+/* Cyclone's own decoding, which copies. */
+static bool receive_copy(
+    link_dds *l, const link_sink *sink, wire_kind kind, const struct ddsi_serdata *data, const dds_sample_info_t *info)
+{
+    void *sample = dds_alloc(wire_dds_sample_size(kind));
+    memset(sample, 0, wire_dds_sample_size(kind));
+    bool taken = ddsi_serdata_to_sample(data, sample, NULL, NULL) && receive_sample(l, sink, kind, sample, info);
+    dds_sample_free(sample, wire_dds_descriptor(kind), DDS_FREE_ALL);
     return taken;
+}
+
+static bool receive_bytes(
+    link_dds *l, const link_sink *sink, wire_kind kind, const struct ddsi_serdata *data, const dds_sample_info_t *info)
+{
+    ddsrt_iovec_t bytes;
+    wire_message m;
+    wire_reason reason;
+    wire_refusal why = {0};
+    struct ddsi_serdata *held = ddsi_serdata_to_ser_ref(data, 0, ddsi_serdata_size(data), &bytes);
+    bool plain = wire_dds_decode_bytes(kind, bytes.iov_base, bytes.iov_len, &m, &reason, &why);
+    bool taken = plain ? hand_over_or_refuse(l, sink, &m, info, reason, &why) : receive_copy(l, sink, kind, data, info);
+    ddsi_serdata_to_ser_unref(held, &bytes);
+    return taken;
+}
+
+/* Poses are read where Cyclone has put them: a copy would cost a third of what receiving them does. They have no key,
+ * so there is no news of them but samples. */
+static int take_poses(link_dds *l, const link_sink *sink, const reader *r, size_t *messages)
+{
+    struct ddsi_serdata *data[TAKE_MAX];
+    dds_sample_info_t infos[TAKE_MAX];
+    int n = dds_takecdr(r->entity, data, TAKE_MAX, infos, DDS_ANY_STATE);
+    for (int i = 0; i < n; i++) {
+        if (infos[i].valid_data) *messages += receive_bytes(l, sink, r->kind, data[i], &infos[i]);
+        ddsi_serdata_unref(data[i]);
+    }
+    return n > 0 ? n : 0;
 }
 
 /* Samples taken from one reader; *messages of them were messages. */
 static int take(link_dds *l, const link_sink *sink, const reader *r, size_t *messages)
 {
+    if (r->kind == WIRE_POSE_BATCH) return take_poses(l, sink, r, messages);
     void *samples[TAKE_MAX] = {NULL};
     dds_sample_info_t infos[TAKE_MAX];
     int n = dds_take(r->entity, samples, infos, TAKE_MAX, TAKE_MAX);

@@ -164,7 +164,7 @@ static wire_reason put_gathered(service *s, session *c, const wire_body *m, wire
     const double *at = m->pose.at;
     uint32_t id = b ? b->world_id : WORLD_NONE;
     pose told = {vec(at[0], at[1], at[2]), {at[3], at[4], at[5], at[6]}};
-    bool newer_pose = b && id != WORLD_NONE && b->pose_sequence > m->sequence;
+    bool newer_pose = b && id != WORLD_NONE && *session_pose_sequence(c, b) > m->sequence;
     world_body def = {.name = m->name,
         .group = m->group,
         .fixed = m->motion == WIRE_MOTION_FIXED,
@@ -188,7 +188,7 @@ static wire_reason put_gathered(service *s, session *c, const wire_body *m, wire
     if (!b) b = session_add_body(c, m->body);
     session_count_body(c, b, id, m->shape_types.count);
     b->sequence = m->sequence;
-    if (!newer_pose) b->pose_sequence = m->sequence;
+    if (!newer_pose) *session_pose_sequence(c, b) = m->sequence;
     hold_geometries(s, b, m);
     return WIRE_OK;
 }
@@ -281,7 +281,8 @@ static int64_t newest_sequence(const session *c)
     for (size_t i = 0; i < c->bodies.count; i++) {
         const owned_body *b = &c->bodies.at[i];
         if (b->sequence > newest) newest = b->sequence;
-        if (b->pose_sequence > newest && b->pose_sequence != STEP_IN_ITS_NAME) newest = b->pose_sequence;
+        int64_t pose = c->rows.sequences.at[i];
+        if (pose > newest && pose != STEP_IN_ITS_NAME) newest = pose;
     }
     for (size_t i = 0; i < c->interests.count; i++)
         if (c->interests.at[i].sequence > newest) newest = c->interests.at[i].sequence;

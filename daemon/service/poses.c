@@ -5,6 +5,7 @@
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #define UNKNOWN UINT32_MAX
 
@@ -26,12 +27,40 @@ static void make_room(posing *p, size_t count)
     array_reserve(&p->left_out, count);
 }
 
-/* Fills `owned`. The number of bodies that the client has never told of. */
+/* Clients publish their bodies, or parts of them, in the order of making. */
+static bool is_run(session *c, const wire_pose_batch *m, size_t first)
+{
+    size_t count = m->bodies.count;
+    uint32_t none = 0;
+    if (first >= c->bodies.count || count > c->bodies.count - first ||
+        memcmp(c->rows.numbers.at + first, m->bodies.at, count * sizeof m->bodies.at[0]) != 0)
+        return false;
+    for (size_t i = 0; i < count; i++) none |= c->rows.world_ids.at[first + i] == WORLD_NONE;
+    return !none;
+}
+
+static bool find_run(session *c, const wire_pose_batch *m, size_t *first)
+{
+    if (!m->bodies.count) return false;
+    *first = c->rows.next;
+    if (*first >= c->bodies.count || c->rows.numbers.at[*first] != m->bodies.at[0]) {
+        const owned_body *b = session_body(c, m->bodies.at[0]);
+        if (!b) return false;
+        *first = (size_t)(b - c->bodies.at);
+    }
+    if (!is_run(c, m, *first)) return false;
+    c->rows.next = *first + m->bodies.count;
+    return true;
+}
+
+/* Fills `owned`, unless they are a run. The number of bodies that the client has never told of. */
 static size_t find_bodies(service *s, session *c, const wire_pose_batch *m)
 {
     posing *p = &s->posing;
     size_t next = 0, unknown = 0;
     make_room(p, m->bodies.count);
+    p->is_run = c && find_run(c, m, &p->first);
+    if (p->is_run) return 0;
     for (uint32_t i = 0; i < m->bodies.count; i++) {
         if (c && next < c->bodies.count && c->bodies.at[next].number == m->bodies.at[i]) { /* in the order of making */
             p->owned.at[i] = (uint32_t)next++;
@@ -51,23 +80,39 @@ typedef struct tally { /* of what is not carried out; first: the body's number *
     int64_t newest; /* sequence that those are late for; 0: none is */
 } tally;
 
+/* Of a run of which all are newer, as they mostly are. */
+static bool choose_run(posing *p, session *c, const wire_pose_batch *m)
+{
+    size_t count = m->bodies.count;
+    int64_t *last = c->rows.sequences.at + p->first, newest = 0;
+    for (size_t i = 0; i < count; i++) newest = last[i] > newest ? last[i] : newest;
+    if (newest >= m->sequence) return false;
+    memcpy(p->sequences.at, last, count * sizeof *last);
+    for (size_t i = 0; i < count; i++) last[i] = m->sequence;
+    return true;
+}
+
 /* The newest sequence wins. The number of those that are newer. */
 static size_t choose_newer(service *s, session *c, const wire_pose_batch *m, tally *t)
 {
     posing *p = &s->posing;
     size_t chosen = 0;
+    if (p->is_run && choose_run(p, c, m)) return m->bodies.count;
+    for (uint32_t i = 0; p->is_run && i < m->bodies.count; i++) p->owned.at[i] = (uint32_t)p->first + i;
+    p->is_run = false;
     for (uint32_t i = 0; i < m->bodies.count; i++) {
-        owned_body *b = p->owned.at[i] == UNKNOWN ? NULL : &c->bodies.at[p->owned.at[i]];
-        if (!b || b->world_id == WORLD_NONE) {
+        uint32_t at = p->owned.at[i], id = at == UNKNOWN ? WORLD_NONE : c->rows.world_ids.at[at];
+        int64_t *last = id == WORLD_NONE ? NULL : &c->rows.sequences.at[at];
+        if (!last) {
             if (!t->unknown++) t->first_unknown = m->bodies.at[i];
-        } else if (m->sequence <= b->pose_sequence) {
+        } else if (m->sequence <= *last) {
             t->late++;
-            if (b->pose_sequence > t->newest && b->pose_sequence != STEP_IN_ITS_NAME) t->newest = b->pose_sequence;
+            if (*last > t->newest && *last != STEP_IN_ITS_NAME) t->newest = *last;
         } else {
-            p->ids.at[chosen] = b->world_id;
+            p->ids.at[chosen] = id;
             p->places.at[chosen] = i;
-            p->sequences.at[chosen++] = b->pose_sequence;
-            b->pose_sequence = m->sequence;
+            p->sequences.at[chosen++] = *last;
+            *last = m->sequence;
         }
     }
     return chosen;
@@ -77,7 +122,7 @@ static size_t choose_newer(service *s, session *c, const wire_pose_batch *m, tal
 static void move(service *s, session *c, const wire_pose_batch *m, size_t chosen, tally *t)
 {
     posing *p = &s->posing;
-    const world_poses poses = {.ids = p->ids.at,
+    const world_poses poses = {.ids = p->is_run ? c->rows.world_ids.at + p->first : p->ids.at,
         .places = chosen < m->bodies.count ? p->places.at : NULL,
         .count = chosen,
         .positions = m->positions.at,
@@ -88,8 +133,9 @@ static void move(service *s, session *c, const wire_pose_batch *m, size_t chosen
         .stamp_ns = m->stamp_ns};
     t->older = (uint32_t)world_move_bodies(s->world, &poses, p->left_out.at);
     for (uint32_t k = 0; k < t->older; k++) {
-        uint32_t i = p->left_out.at[k], place = p->places.at[i];
-        c->bodies.at[p->owned.at[place]].pose_sequence = p->sequences.at[i];
+        uint32_t i = p->left_out.at[k], place = p->is_run ? i : p->places.at[i];
+        size_t row = p->is_run ? p->first + i : p->owned.at[place];
+        c->rows.sequences.at[row] = p->sequences.at[i];
         if (k == 0) t->first_older = m->bodies.at[place];
     }
 }
@@ -146,6 +192,7 @@ static void carry_out(service *s, session *c, struct link *from, const wire_pose
     if (c) note_step(&c->step, s->tick, m->step);
     apply_note_simulation(&s->simulation, s->tick, m->simulation_ns);
     if (c) apply_note_simulation(&c->simulation, s->tick, m->simulation_ns);
+    if (m->step) s->stepped = true;
     if (c && m->step) c->stepped = true;
     if (c && m->stamp_ns > c->latest_pose_ns) c->latest_pose_ns = m->stamp_ns;
     if (c) c->pose_count += m->bodies.count;

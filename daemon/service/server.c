@@ -37,6 +37,8 @@ struct server {
     int64_t round_ns;      /* what rounds take: the last one, or what is left of a longer one before */
     int64_t offered_ns;    /* end of the last offer of poses, monotonic */
     unsigned close_offers; /* in a row, with no pause between them */
+    int64_t ticked_ns;     /* monotonic */
+    bool calm;             /* the last round had nothing but poses that change nothing */
 };
 
 /* ---- what the links call ---- */
@@ -225,7 +227,7 @@ void service_reset(service *s)
     s->simulation = (simulation_mark){0};
     s->wall_ahead_ns = s->last_batch = 0;
     s->lost_count = 0;
-    s->whole = false;
+    s->whole = s->stepped = false;
     s->latest_pose_ns = s->measured_pose_ns = 0;
     s->tick = s->status_tick = 0;
     s->events_hash = 0;
@@ -323,12 +325,25 @@ static bool waited_long(const service *s)
     return false;
 }
 
+/* Poses that change nothing need no tick of their own: the first that come so long after the last tick have one, and
+ * those that are left come with one that is later still. */
+static const int64_t CALM_NS = 2000000, LEFT_CALM_NS = 20000000;
+
+/* But a step is answered at once, and who records, or is one of a pair, tells of poses tick by tick. */
+static bool calm_due(const server *v)
+{
+    const service *s = &v->s;
+    if (!world_glided(s->world)) return s->stepped;
+    return s->stepped || s->recording || s->standby || s->monotonic_ns - v->ticked_ns >= CALM_NS;
+}
+
 static bool due(const server *v)
 {
     const service *s = &v->s;
     if (s->config.rate > 0) return s->monotonic_ns >= v->next_tick_ns;
-    return world_changed(s->world) || standby_wants_tick(s) || s->inbox.letters.count > s->inbox.waiting ||
-           waited_long(s) || s->now_ns >= world_next_due_ns(s->world) || steps_due(s);
+    return world_changed(s->world) || calm_due(v) || standby_wants_tick(s) ||
+           s->inbox.letters.count > s->inbox.waiting || waited_long(s) || s->now_ns >= world_next_due_ns(s->world) ||
+           steps_due(s);
 }
 
 static int64_t earlier(int64_t a, int64_t b)
@@ -352,6 +367,8 @@ static int64_t next_wake_ns(const server *v)
         return now + (world_get_figures(s->world).work ? 0 : 1000000);
     else if (world_next_due_ns(s->world) != INT64_MAX)
         next = earlier(next, now + world_next_due_ns(s->world) - clock_wall_ns());
+    if (world_glided(s->world) && !(s->config.rate > 0) && !standby_waits(s))
+        next = earlier(next, v->ticked_ns + LEFT_CALM_NS);
     return earlier(next, v->manager.next_ns);
 }
 
@@ -416,11 +433,13 @@ static void tick_if_due(server *v, int64_t began_ns)
 {
     service *s = &v->s;
     steps_watch(s);
+    v->calm = !world_changed(s->world) && !s->inbox.letters.count;
     if (!due(v)) { /* what came may have been refused all the same */
         for (size_t i = 0; i < s->link_count; i++) s->links[i]->ops->flush(s->links[i]);
         return;
     }
     if (s->config.rate > 0) v->next_tick_ns = s->monotonic_ns + (int64_t)(1e9 / s->config.rate);
+    v->ticked_ns = s->monotonic_ns;
     tick(s);
     standby_after_tick(s);
     int64_t took = clock_monotonic_ns() - began_ns, left = v->round_ns - v->round_ns / 16;
@@ -457,8 +476,9 @@ static void one_round(server *v, const link_sink *sink)
 /* ---- where poses arrive ---- */
 
 /* A hand-over to the tick thread takes about as long as a small round. But a long one would keep the link's thread from
- * its packets, and poses that follow each other closely are cheaper by the batch, while the next ones are received. How
- * long a round will be is told by those before, and by what it takes to apply its poses. */
+ * its packets, and poses that follow each other closely are cheaper by the batch, while the next ones are received,
+ * unless they change nothing: then their numbers are in the cache here, and no tick follows. How long a round will be
+ * is told by those before, and by what it takes to apply its poses. */
 static const int64_t LONG_ROUND_NS = 300000, LONG_RECEIVE_NS = 75000, PAUSE_NS = 10000;
 enum { CLOSE_OFFERS_MAX = 8 };
 
@@ -478,8 +498,9 @@ static bool suits(server *v, const struct link *from)
     int64_t pause_ns = clock_monotonic_ns() - v->offered_ns;
     bool is_close = pause_ns < PAUSE_NS || pause_ns < v->round_ns;
     v->close_offers = atomic_exchange(&v->missed, false) ? CLOSE_OFFERS_MAX : is_close ? v->close_offers + 1 : 0;
-    return !s->standby && v->waiting && v->close_offers < CLOSE_OFFERS_MAX && v->round_ns < LONG_ROUND_NS &&
-           !(s->config.rate > 0) && !s->recording && !s->inbox.letters.count && is_only_dds(s, from);
+    bool short_enough = v->close_offers < CLOSE_OFFERS_MAX && v->round_ns < LONG_ROUND_NS;
+    return !s->standby && v->waiting && (v->calm || short_enough) && !(s->config.rate > 0) && !s->recording &&
+           !s->inbox.letters.count && is_only_dds(s, from);
 }
 
 /* A round of poses alone: it takes no command, so it opens and closes nothing, and ends no client. Poses that have to
@@ -500,7 +521,8 @@ static bool poses_arrived(void *context, struct link *from)
     if (here) {
         link_sink sink = sink_of(s);
         from->ops->receive_poses(from, &sink);
-        bool small = !s->inbox.letters.count && clock_monotonic_ns() - s->monotonic_ns < LONG_RECEIVE_NS;
+        bool small = !s->inbox.letters.count && clock_monotonic_ns() - s->monotonic_ns < LONG_RECEIVE_NS &&
+                     (v->round_ns < LONG_ROUND_NS || !world_changed(s->world));
         int64_t ticks = s->tick;
         if (small) tick_if_due(v, s->monotonic_ns);
         metric_count(s->count.ticks_on_arrival, (uint64_t)(s->tick - ticks));

@@ -28,13 +28,20 @@ enum { LINKS_MAX = 8 };
 /* ---- sessions ---- */
 
 typedef struct owned_body {
-    int32_t number;        /* the client's */
-    uint32_t world_id;     /* WORLD_NONE: removed; the entry stays, so that a late copy does not bring it back */
-    uint32_t shapes;       /* in the world, as they count in limits */
-    int64_t sequence;      /* of the newest Body */
-    int64_t pose_sequence; /* of the newest pose */
+    int32_t number;    /* the client's */
+    uint32_t world_id; /* WORLD_NONE: removed; the entry stays, so that a late copy does not bring it back */
+    uint32_t shapes;   /* in the world, as they count in limits */
+    int64_t sequence;  /* of the newest Body */
     ARRAY(int64_t) geometries;
 } owned_body;
+
+/* What a pose needs to know of a client's bodies, in their order: few bytes a body, which are gone through in runs. */
+typedef struct pose_rows {
+    ARRAY(int32_t) numbers;    /* the client's */
+    ARRAY(uint32_t) world_ids; /* WORLD_NONE: removed */
+    ARRAY(int64_t) sequences;  /* of the newest pose */
+    size_t next;               /* behind the last run */
+} pose_rows;
 
 typedef struct owned_interest {
     int32_t number;
@@ -95,6 +102,7 @@ typedef struct session {
     bool left;         /* in order: what it keeps is meant to stay */
     pair_map body_of;  /* number + 1 -> index */
     ARRAY(owned_body) bodies;
+    pose_rows rows; /* of the same bodies */
     ARRAY(owned_interest) interests;
     ARRAY(int64_t) acks; /* to be sent after this tick */
 } session;
@@ -163,6 +171,8 @@ typedef struct inbox {
 /* ---- poses ---- */
 
 typedef struct posing {          /* scratch of one batch */
+    bool is_run;                 /* its bodies follow each other among its client's, and all are in the world; ... */
+    size_t first;                /* ... from here on. Then `owned`, `ids` and `places` are not filled */
     ARRAY(uint32_t) owned;       /* where its bodies are among its client's */
     ARRAY(uint32_t) ids, places; /* of those that are to be moved: in the world, in the batch, ... */
     ARRAY(int64_t) sequences;    /* ... of their newest pose before */
@@ -240,6 +250,7 @@ typedef struct service {
     pair_map geometry_of; /* hash -> index */
     inbox inbox;
     posing posing;
+    bool stepped;              /* since the last tick: its streams are told of the step */
     ARRAY(world_shape) shapes; /* scratch of apply */
     ARRAY(compound *) compounds;
     ARRAY(filter_rule) rules;
@@ -264,6 +275,11 @@ session *session_find(service *s, int64_t client);
 session *session_get(service *s, int64_t client, struct link *from); /* NULL: too many clients */
 owned_body *session_body(session *c, int32_t number);
 owned_body *session_add_body(session *c, int32_t number);
+void session_add_row(session *c, int32_t number, uint32_t world_id, int64_t pose_sequence); /* of the body added last */
+static inline int64_t *session_pose_sequence(session *c, const owned_body *b)
+{
+    return &c->rows.sequences.at[b - c->bodies.at];
+}
 void session_count_body(session *c, owned_body *b, uint32_t world_id, size_t shapes);
 owned_interest *session_interest(session *c, int32_t number);
 owned_interest *session_add_interest(session *c, int32_t number);

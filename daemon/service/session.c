@@ -75,9 +75,19 @@ static void forget_removed(session *c)
             continue;
         }
         pair_map_put(&c->body_of, (uint64_t)b->number + 1, (uint32_t)kept);
+        c->rows.numbers.at[kept] = b->number;
+        c->rows.world_ids.at[kept] = b->world_id;
+        c->rows.sequences.at[kept] = c->rows.sequences.at[i];
         c->bodies.at[kept++] = *b;
     }
-    c->bodies.count = kept;
+    c->bodies.count = c->rows.numbers.count = c->rows.world_ids.count = c->rows.sequences.count = kept;
+}
+
+void session_add_row(session *c, int32_t number, uint32_t world_id, int64_t pose_sequence)
+{
+    array_push(&c->rows.numbers, number);
+    array_push(&c->rows.world_ids, world_id);
+    array_push(&c->rows.sequences, pose_sequence);
 }
 
 owned_body *session_add_body(session *c, int32_t number)
@@ -85,6 +95,7 @@ owned_body *session_add_body(session *c, int32_t number)
     if (c->bodies.count % REMOVED_KEPT == REMOVED_KEPT - 1) forget_removed(c);
     pair_map_put(&c->body_of, (uint64_t)number + 1, (uint32_t)c->bodies.count);
     array_push(&c->bodies, ((owned_body){.number = number, .world_id = WORLD_NONE}));
+    session_add_row(c, number, WORLD_NONE, 0);
     return &c->bodies.at[c->bodies.count - 1];
 }
 
@@ -93,7 +104,7 @@ void session_count_body(session *c, owned_body *b, uint32_t world_id, size_t sha
 {
     c->body_count += (world_id != WORLD_NONE) - (b->world_id != WORLD_NONE);
     c->shape_count += shapes - b->shapes;
-    b->world_id = world_id;
+    b->world_id = c->rows.world_ids.at[b - c->bodies.at] = world_id;
     b->shapes = (uint32_t)shapes;
 }
 
@@ -142,6 +153,9 @@ static void free_session(session *c)
 {
     for (size_t i = 0; i < c->bodies.count; i++) array_free(&c->bodies.at[i].geometries);
     array_free(&c->bodies);
+    array_free(&c->rows.numbers);
+    array_free(&c->rows.world_ids);
+    array_free(&c->rows.sequences);
     array_free(&c->interests);
     array_free(&c->acks);
     steps_free(c);

@@ -53,6 +53,7 @@ static void put_session(const service *s, const session *c, bytes_out *to)
     NO_ARRAY(&bare.bodies);
     NO_ARRAY(&bare.interests);
     NO_ARRAY(&bare.acks);
+    bare.rows = (pose_rows){.next = 0};
     bare.body_of = (pair_map){0};
     bytes_put(to, &bare, sizeof bare);
     bytes_put_text(to, c->name);
@@ -63,6 +64,7 @@ static void put_session(const service *s, const session *c, bytes_out *to)
         owned_body b = c->bodies.at[i];
         NO_ARRAY(&b.geometries);
         bytes_put(to, &b, sizeof b);
+        bytes_put(to, &c->rows.sequences.at[i], sizeof c->rows.sequences.at[i]);
         PUT_ARRAY(to, &c->bodies.at[i].geometries);
     }
     PUT_ARRAY(to, &c->interests);
@@ -77,7 +79,8 @@ static void confirm(service *s, const session *c)
         const owned_body *b = &c->bodies.at[i];
         m = (wire_message){.kind = WIRE_BODY, .body = {.client = c->client, .sequence = b->sequence}};
         kept_confirm(k, &m);
-        m = (wire_message){.kind = WIRE_POSE_BATCH, .pose_batch = {.client = c->client, .sequence = b->pose_sequence}};
+        m = (wire_message){
+            .kind = WIRE_POSE_BATCH, .pose_batch = {.client = c->client, .sequence = c->rows.sequences.at[i]}};
         kept_confirm(k, &m);
     }
     for (size_t i = 0; i < c->interests.count; i++) {
@@ -93,6 +96,7 @@ static const char *get_session(service *s, bytes_in *from)
     bytes_get(from, c, sizeof *c);
     c->name = base_strdup(bytes_get_text(from));
     NO_ARRAY(&c->bodies);
+    c->rows = (pose_rows){.next = 0};
     NO_ARRAY(&c->interests);
     NO_ARRAY(&c->acks);
     NO_ARRAY(&c->held.bytes);
@@ -107,10 +111,13 @@ static const char *get_session(service *s, bytes_in *from)
     size_t bodies = bytes_get_count(from, sizeof(owned_body));
     for (size_t i = 0; i < bodies; i++) {
         owned_body b;
+        int64_t pose_sequence;
         bytes_get(from, &b, sizeof b);
+        bytes_get(from, &pose_sequence, sizeof pose_sequence);
         GET_ARRAY(from, &b.geometries);
         pair_map_put(&c->body_of, (uint64_t)b.number + 1, (uint32_t)i);
         array_push(&c->bodies, b);
+        session_add_row(c, b.number, b.world_id, pose_sequence);
     }
     GET_ARRAY(from, &c->interests);
     confirm(s, c);

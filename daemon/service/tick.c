@@ -103,6 +103,7 @@ void service_tick(service *s)
     world_batches batches;
     service_follow_clock(s);
     inbox_apply(s);
+    s->stepped = false;
     stream_ask_all(s);
     world_tick(s->world, s->now_ns, &batches);
     service_tell_broad(s);

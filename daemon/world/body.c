@@ -55,27 +55,22 @@ static void name_drop(world *w, const char *name)
     }
 }
 
-static bool is_body(const world *w, uint32_t id)
-{
-    return id < w->bodies.count && w->bodies.at[id].used && !w->bodies.at[id].ghost;
-}
-
 const char *world_body_name(const world *w, uint32_t id)
 {
-    return is_body(w, id) ? w->bodies.at[id].name : NULL;
+    return body_is(w, id) ? w->bodies.at[id].name : NULL;
 }
 pose world_body_pose(const world *w, uint32_t id)
 {
-    return is_body(w, id) ? w->bodies.at[id].pose : POSE_IDENTITY;
+    return body_is(w, id) ? w->bodies.at[id].pose : POSE_IDENTITY;
 }
 int64_t world_body_stamp_ns(const world *w, uint32_t id)
 {
-    return is_body(w, id) ? w->bodies.at[id].stamp_ns : 0;
+    return body_is(w, id) ? w->bodies.at[id].stamp_ns : 0;
 }
 
 world_status world_get_body(const world *w, uint32_t id, world_body *out, world_shape *shapes)
 {
-    if (!is_body(w, id)) return WORLD_UNKNOWN_ID;
+    if (!body_is(w, id)) return WORLD_UNKNOWN_ID;
     const body *b = &w->bodies.at[id];
     *out = (world_body){.name = b->name,
         .group = b->group,
@@ -137,7 +132,7 @@ static size_t shapes_in(const shape *s)
 size_t world_body_shapes(const world *w, uint32_t id)
 {
     size_t sum = 0;
-    for (size_t i = 0; is_body(w, id) && i < w->bodies.at[id].shape_count; i++)
+    for (size_t i = 0; body_is(w, id) && i < w->bodies.at[id].shape_count; i++)
         sum += shapes_in(&w->solids.at[w->bodies.at[id].shapes[i]].shape);
     return sum;
 }
@@ -268,13 +263,6 @@ static uint32_t new_body(world *w)
     return id;
 }
 
-static inline void set_pose(body *b, pose to, int64_t stamp_ns)
-{
-    b->pose = (pose){to.p, quat_settled(to.q)};
-    b->stamp_ns = stamp_ns;
-    b->posed = true;
-}
-
 /* Under another name it is another body: what was told under the old one ends. So it is for a stale one that changes
  * its group: who was told that it is unknown may not hear of it any more. */
 static bool is_another(const body *b, const world_body *def)
@@ -286,7 +274,7 @@ world_status world_put_body(world *w, uint32_t *id, const world_body *def)
 {
     uint32_t named = world_find_body(w, def->name);
     bool is_new = *id == WORLD_NONE;
-    if (!is_new && !is_body(w, *id)) return WORLD_UNKNOWN_ID;
+    if (!is_new && !body_is(w, *id)) return WORLD_UNKNOWN_ID;
     if (named != WORLD_NONE && named != *id) return WORLD_NAME_TAKEN;
     if (!is_new && is_another(&w->bodies.at[*id], def)) {
         world_remove_body(w, *id, CAUSE_SHAPE);
@@ -314,7 +302,7 @@ world_status world_put_body(world *w, uint32_t *id, const world_body *def)
     b->angular_acceleration = def->angular_acceleration;
     b->deadline_ns = def->deadline_ns;
     bool stays = !is_new && same_pose(b->pose, def->pose) && b->stamp_ns == def->stamp_ns;
-    set_pose(b, def->pose, def->stamp_ns);
+    body_set_pose(b, def->pose, def->stamp_ns);
     b->held = false;
     if (!stays) { /* a definition has no velocities, and no way to where it is */
         b->speed = SPEED_NONE;
@@ -334,17 +322,6 @@ world_status world_put_body(world *w, uint32_t *id, const world_body *def)
     return WORLD_OK;
 }
 
-/* Given, or to be estimated from the way since `before` where both are stamped. */
-static inline void set_speed(body *b, const vec3 *linear, const vec3 *angular)
-{
-    bool stamped = b->stamp_ns && b->before_ns && b->stamp_ns > b->before_ns;
-    b->speed = stamped ? SPEED_ESTIMATED : SPEED_NONE;
-    if (!linear && !angular) return;
-    b->speed = SPEED_GIVEN;
-    b->linear = linear ? *linear : VEC_ZERO;
-    b->angular = angular ? *angular : VEC_ZERO;
-}
-
 /* What it goes by stays as it is until its next pose, and few are asked. */
 void body_velocity(const body *b, vec3 *linear, vec3 *angular)
 {
@@ -359,152 +336,6 @@ void body_velocity(const body *b, vec3 *linear, vec3 *angular)
     }
 }
 
-/* Of one that has not moved since the last tick. */
-static inline void keep_before(const world *w, body *b)
-{
-    if (b->glided == w->round) return;
-    b->before = b->pose;
-    b->before_ns = b->stamp_ns;
-}
-
-/* Where ways count, or how far each goes, calm bodies go the long road, so that they have one. */
-static inline bool may_glide(const world *w)
-{
-    return !w->sweepers && !w->grant && !w->bounds_asked;
-}
-
-/* A calm body that stays in its room: there is nothing that a tick could do about it. `to` is settled. */
-static inline bool glide(const world *w, body *b, const pose *to, int64_t stamp_ns)
-{
-    if (!b->is_calm || b->dirty || !calm_holds(b, to)) return false;
-    if (b->glided != w->round) {
-        b->before = b->pose;
-        b->before_ns = b->stamp_ns;
-        b->glided = w->round;
-    }
-    b->behind = true;
-    b->pose = *to;
-    b->stamp_ns = stamp_ns;
-    return true;
-}
-
-static void move(world *w, uint32_t id, const pose *to, int64_t stamp_ns, const vec3 *linear, const vec3 *angular)
-{
-    body *b = &w->bodies.at[id];
-    if (!may_glide(w) || !glide(w, b, to, stamp_ns)) {
-        if (b->moved)
-            body_pass(w, b);
-        else
-            keep_before(w, b);
-        if (!b->is_calm) b->held = false;
-        set_pose(b, *to, stamp_ns);
-        b->moved = true;
-        if (!b->dirty) array_push(&w->dirty, id);
-        b->dirty = true;
-    }
-    set_speed(b, linear, angular);
-}
-
-world_status world_move_body(world *w, uint32_t id, pose to, int64_t stamp_ns, const vec3 *linear, const vec3 *angular)
-{
-    if (!is_body(w, id)) return WORLD_UNKNOWN_ID;
-    to.q = quat_settled(to.q);
-    move(w, id, &to, stamp_ns, linear, angular);
-    w->figures.moves++;
-    w->changed = true;
-    return WORLD_OK;
-}
-
-static void teleport(world *w, uint32_t id, const pose *to, int64_t stamp_ns, const vec3 *linear, const vec3 *angular)
-{
-    body *b = &w->bodies.at[id];
-    body_settle_shapes(w, b);
-    b->is_calm = false; /* it is a tick's business */
-    move(w, id, to, stamp_ns, linear, angular);
-    b->before = b->pose;
-    b->before_ns = b->stamp_ns;
-    b->moved = false;
-    b->glided = 0;
-    b->passed.count = 0;
-    if (b->speed == SPEED_ESTIMATED) b->speed = SPEED_NONE;
-    if (!b->teleported) array_push(&w->teleported, id);
-    b->teleported = b->detours = true;
-}
-
-world_status world_teleport_body(
-    world *w, uint32_t id, pose to, int64_t stamp_ns, const vec3 *linear, const vec3 *angular)
-{
-    if (!is_body(w, id)) return WORLD_UNKNOWN_ID;
-    to.q = quat_settled(to.q);
-    teleport(w, id, &to, stamp_ns, linear, angular);
-    w->figures.moves++;
-    w->changed = true;
-    return WORLD_OK;
-}
-
-/* Bodies of a large world lie beyond the caches: those that come next are asked for while these are worked on. */
-static inline void fetch_to_move(const world *w, uint32_t id)
-{
-    if (id >= w->bodies.count) return;
-    const body *b = &w->bodies.at[id];
-    __builtin_prefetch(&b->pose, 1);
-    __builtin_prefetch(&b->calm_q, 1);
-    __builtin_prefetch(&b->before, 1);
-}
-
-static inline vec3 vec_of(const double *v)
-{
-    return vec(v[0], v[1], v[2]);
-}
-
-static void move_one(world *w, const world_poses *p, size_t i, size_t at, const pose *to)
-{
-    vec3 linear, angular;
-    if (p->linear) linear = vec_of(p->linear + 3 * at);
-    if (p->angular) angular = vec_of(p->angular + 3 * at);
-    const vec3 *v = p->linear ? &linear : NULL, *spin = p->angular ? &angular : NULL;
-    if (p->teleports && p->teleports[at])
-        teleport(w, p->ids[i], to, p->stamp_ns, v, spin);
-    else
-        move(w, p->ids[i], to, p->stamp_ns, v, spin);
-}
-
-/* A stamp that is as much newer than the last tick is of a clock that has been set back since, or is wrong. */
-static const int64_t AHEAD_NS = 2000000000;
-
-/* A way back in time is none. But nothing would be taken for a body whose stamp is ahead until that time comes. Held
- * against the last tick, as a replay does. */
-static inline bool is_older(const world *w, const body *b, const world_poses *p, size_t at)
-{
-    return p->stamp_ns && p->stamp_ns < b->stamp_ns && b->stamp_ns <= w->last_tick_ns + AHEAD_NS &&
-           !(p->teleports && p->teleports[at]);
-}
-
-size_t world_move_bodies(world *w, const world_poses *p, uint32_t *left_out)
-{
-    enum { AHEAD = 12 };
-    bool plain = !p->linear && !p->angular && !p->teleports && may_glide(w);
-    size_t left = 0;
-    for (size_t i = 0; i < p->count; i++) {
-        if (i + AHEAD < p->count) fetch_to_move(w, p->ids[i + AHEAD]);
-        size_t at = p->places ? p->places[i] : i;
-        body *b = &w->bodies.at[p->ids[i]];
-        if (!is_body(w, p->ids[i]) || is_older(w, b, p, at)) {
-            left_out[left++] = (uint32_t)i;
-            continue;
-        }
-        const double *q = p->orientations + 4 * at;
-        const pose to = {vec_of(p->positions + 3 * at), quat_settled((quat){q[0], q[1], q[2], q[3]})};
-        if (plain && glide(w, b, &to, p->stamp_ns))
-            set_speed(b, NULL, NULL);
-        else
-            move_one(w, p, i, at, &to);
-    }
-    w->figures.moves += p->count - left;
-    w->changed |= p->count > left;
-    return left;
-}
-
 void body_arrive(world *w, uint32_t id)
 {
     body *b = &w->bodies.at[id];
@@ -516,7 +347,7 @@ void body_arrive(world *w, uint32_t id)
 
 world_status world_hold_body(world *w, uint32_t id)
 {
-    if (!is_body(w, id)) return WORLD_UNKNOWN_ID;
+    if (!body_is(w, id)) return WORLD_UNKNOWN_ID;
     w->bodies.at[id].held = true;
     w->bodies.at[id].is_calm = false;
     array_push(&w->held_now, id);
@@ -526,7 +357,7 @@ world_status world_hold_body(world *w, uint32_t id)
 
 world_status world_remove_body(world *w, uint32_t id, uint8_t cause)
 {
-    if (!is_body(w, id)) return WORLD_UNKNOWN_ID;
+    if (!body_is(w, id)) return WORLD_UNKNOWN_ID;
     body *b = &w->bodies.at[id];
     name_drop(w, b->name);
     w->figures.bodies--;
@@ -584,20 +415,28 @@ double body_margin(const world *w, const solid *s)
     return w->options.margin * reach;
 }
 
+/* Dirty and calm: it went the long road because ways count, or else because it has left its room. */
+static inline bool is_spared(const world *w, const body *b)
+{
+    return b->is_calm && !may_glide(w);
+}
+
 /* Those that come next are asked for while these are worked on; of one that is calm, no more than that is looked at. */
 static inline void fetch_ahead(const world *w, size_t i)
 {
-    enum { CALM_AHEAD = 12, BODIES_AHEAD = 6, SHAPES_AHEAD = 3, LINE = 64 };
+    enum { CALM_AHEAD = 12, BODIES_AHEAD = 8, LISTS_AHEAD = 4, SHAPES_AHEAD = 2, LINE = 64 };
     if (i + CALM_AHEAD >= w->dirty.count) return;
     const body *b = &w->bodies.at[w->dirty.at[i + CALM_AHEAD]];
     __builtin_prefetch(&b->pose);
-    __builtin_prefetch(&b->calm_q, 1);
+    __builtin_prefetch(&b->room, 1);
     b = &w->bodies.at[w->dirty.at[i + BODIES_AHEAD]];
-    if (!b->is_calm)
+    if (!is_spared(w, b))
         for (size_t at = offsetof(body, before); at < sizeof(body); at += LINE)
             __builtin_prefetch((const char *)b + at);
+    b = &w->bodies.at[w->dirty.at[i + LISTS_AHEAD]];
+    if (!is_spared(w, b)) __builtin_prefetch(b->shapes);
     b = &w->bodies.at[w->dirty.at[i + SHAPES_AHEAD]];
-    if (b->is_calm || !b->shape_count) return;
+    if (is_spared(w, b) || !b->shape_count) return;
     const char *s = (const char *)&w->solids.at[b->shapes[0]];
     for (size_t at = 0; at < sizeof(solid); at += LINE) __builtin_prefetch(s + at);
 }
@@ -650,21 +489,20 @@ void body_settle_shapes(world *w, body *b)
 
 static void put_shapes(world *w, body *b)
 {
-    bool stay = !b->refilter;
     for (size_t k = 0; k < b->shape_count; k++) {
         solid *s = &w->solids.at[b->shapes[k]];
         s->world = pose_mul(b->pose, s->local);
         s->box = shape_bounds(&s->shape, s->world);
         aabb box = body_swept_bounds(w, b, s, s->box);
-        stay &= broad_put(w->broad, &(broad_move){.proxy = b->shapes[k],
-                                        .fixed = b->fixed,
-                                        .box = aabb_grow(box, b->widen),
-                                        .margin = body_margin(w, s),
-                                        .motion = body_step(b)});
+        broad_put(w->broad, &(broad_move){.proxy = b->shapes[k],
+                                .fixed = b->fixed,
+                                .box = aabb_grow(box, b->widen),
+                                .margin = body_margin(w, s),
+                                .motion = body_step(b)});
         if (b->refilter) broad_refilter(w->broad, b->shapes[k]);
     }
-    b->refilter = b->behind = b->is_calm = false;
-    if (stay) calm_find(w, b);
+    b->refilter = b->behind = false;
+    calm_find(w, b); /* until a pair begins that it is in */
 }
 
 static void settle_body(world *w, uint32_t id)

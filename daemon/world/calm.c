@@ -5,7 +5,11 @@
  * The room is what the fat boxes leave around the tight ones, each taken where it was looked at last. Where the body
  * has turned since, by the quaternions q and q0, no point at a distance r of its origin has moved by more than
  * 2 |q - q0| r: with the angle a between the two, |q - q0| = 2 sin(a / 4), and the point moves by at most
- * 2 r sin(a / 2) = 4 r sin(a / 4) cos(a / 4). Tick thread. */
+ * 2 r sin(a / 2) = 4 r sin(a / 4) cos(a / 4).
+ *
+ * A body that turns is soon out of such a room, and most of them still in their fat boxes. One of a single shape has a
+ * box in its own frame that holds the shape: turned, it is looked at along each axis, in some 10 ns and without the
+ * shape, and the room is found anew. Tick thread. */
 #include "state.h"
 
 #include "broad/fbox.h"
@@ -13,12 +17,51 @@
 /* Rounding of boxes at the one pose and at the other, as a share of all that they are made of: much more than it is. */
 static const double ROUNDING = 0x1p-44;
 
-/* The quaternion is kept in floats; each component errs by at most 2^-25, and all together by twice that. */
-static const double AS_FLOATS = 2.5 * 0x1p-24;
+/* Quaternions are compared in floats; each component of the two errs by at most 2^-25, and all four together by twice
+ * that. */
+static const double AS_FLOATS = 5 * 0x1p-24;
+
+/* So is how far the body is from the middle of its room: ten roundings, as a share of the room and of the reach. */
+static const double OF_FLOATS = 0x1p-20;
 
 static bool may_be_calm(const body *b)
 {
     return !b->pair_count && !b->impacts && !(b->horizon > 0) && !b->deadline_ns && !b->stale && !b->held;
+}
+
+/* Looked at along each axis: how far a box turned so reaches is a sum of three products. The box is the core's; the
+ * radius about it turns with nothing. */
+static void find_fit(const world *w, body *b, const broad_room *room, double reach)
+{
+    const solid *s = &w->solids.at[b->shapes[0]];
+    shape core = s->shape;
+    core.radius = 0;
+    aabb own = shape_bounds(&core, s->local);
+    vec3 middle = vec_scale(vec_add(own.lo, own.hi), 0.5);
+    const double *lo = &own.lo.x, *hi = &own.hi.x, *c = &middle.x, *fat_lo = &room->fat.lo.x, *fat_hi = &room->fat.hi.x;
+    double far = 0;
+    for (int k = 0; k < 3; k++) {
+        b->fit_centre[k] = (float)c[k];
+        b->fit_half[k] = float_up(fmax(hi[k] - b->fit_centre[k], b->fit_centre[k] - lo[k]) * (1 + 0x1p-50));
+        b->fit_lo[k] = (float)fat_lo[k]; /* a float's */
+        b->fit_hi[k] = (float)fat_hi[k];
+        b->fit_least[k] = float_up(0.5 * room->least[k] - s->shape.radius);
+        far = fmax(far, fmax(fabs(fat_lo[k]), fabs(fat_hi[k])));
+    }
+    double rounding = ROUNDING * (far + 4 * (reach + b->widen)) + AS_FLOATS * reach;
+    b->fit_slack = float_up(s->shape.radius + b->widen + rounding);
+}
+
+static void set_room(body *b, aabb room, quat q)
+{
+    const double *lo = &room.lo.x, *hi = &room.hi.x;
+    b->room.q = (calm_four){(float)q.w, (float)q.x, (float)q.y, (float)q.z};
+    for (int k = 0; k < 3; k++) {
+        float middle = (float)(0.5 * (lo[k] + hi[k]));
+        b->room.middle[k] = middle;
+        b->room.half[k] = float_down(fmin(hi[k] - middle, middle - lo[k]) * (1 - OF_FLOATS));
+    }
+    b->room.middle[3] = 0;
 }
 
 static void narrow_room(const body *b, const broad_room *room, double reach, aabb *all)
@@ -35,26 +78,45 @@ static void narrow_room(const body *b, const broad_room *room, double reach, aab
 void calm_find(const world *w, body *b)
 {
     aabb all = {{-INFINITY, -INFINITY, -INFINITY}, {INFINITY, INFINITY, INFINITY}};
-    double reach = 0;
+    double reach = 0, turning = 0; /* of the shapes; of their cores, which alone turn with the body */
     b->is_calm = false;
+    b->fit_slack = INFINITY;
     if (!may_be_calm(b)) return;
     for (size_t i = 0; i < b->shape_count; i++) {
         const solid *s = &w->solids.at[b->shapes[i]];
-        reach = fmax(reach, s->reach + vec_norm(s->local.p));
+        double arm = vec_norm(s->local.p), core = s->reach - s->shape.radius + ROUNDING * s->reach;
+        reach = fmax(reach, s->reach + arm);
+        turning = fmax(turning, core + arm);
     }
     for (size_t i = 0; i < b->shape_count; i++) {
         broad_room room;
         aabb box = aabb_grow(w->solids.at[b->shapes[i]].box, b->widen);
-        if (!broad_room_of(w->broad, b->shapes[i], box, &room) || !room.slim) return;
+        double margin = body_margin(w, &w->solids.at[b->shapes[i]]);
+        if (!broad_room_of(w->broad, b->shapes[i], box, margin, &room) || !room.slim) return;
         narrow_room(b, &room, reach, &all);
+        if (b->shape_count == 1) find_fit(w, b, &room, reach);
     }
-    fbox inward = fbox_inward(all);
-    for (int k = 0; k < 3; k++) {
-        b->calm_lo[k] = inward.lo[k];
-        b->calm_hi[k] = inward.hi[k];
-    }
-    const double q[4] = {b->pose.q.w, b->pose.q.x, b->pose.q.y, b->pose.q.z};
-    for (int k = 0; k < 4; k++) b->calm_q[k] = (float)q[k];
-    b->calm_reach = float_up(2 * (1 + 0x1p-20) * reach);
+    set_room(b, all, b->pose.q);
+    b->room.half[3] = float_up(2 * (1 + OF_FLOATS) * turning);
     b->is_calm = calm_holds(b, &b->pose);
+}
+
+bool calm_find_again(body *b, const pose *at)
+{
+    const mat3 r = quat_matrix(at->q);
+    const double *p = &at->p.x, *x = &r.x.x, *y = &r.y.x, *z = &r.z.x;
+    const float *c = b->fit_centre, *h = b->fit_half;
+    bool fits = true;
+    aabb room;
+    double *lo = &room.lo.x, *hi = &room.hi.x;
+    for (int k = 0; k < 3; k++) {
+        double middle = x[k] * c[0] + y[k] * c[1] + z[k] * c[2];
+        double half = fabs(x[k]) * h[0] + fabs(y[k]) * h[1] + fabs(z[k]) * h[2], wide = half + b->fit_slack;
+        lo[k] = b->fit_lo[k] + (wide - middle);
+        hi[k] = b->fit_hi[k] - (wide + middle);
+        fits &= (p[k] >= lo[k]) & (p[k] <= hi[k]) & (half >= b->fit_least[k]);
+    }
+    if (!fits) return false;
+    set_room(b, room, at->q);
+    return true;
 }

@@ -13,6 +13,8 @@
 #include "broad/broad.h"
 #include "world.h"
 
+#include <string.h>
+
 typedef struct waypoint { /* where a body was between two ticks */
     pose pose;
     int64_t stamp_ns;
@@ -22,14 +24,25 @@ typedef struct waypoint { /* where a body was between two ticks */
  * lines: where it is, what it may do there, and where it was. */
 enum { SPEED_NONE, SPEED_ESTIMATED, SPEED_GIVEN };
 
+/* Four numbers at once. */
+typedef float calm_four __attribute__((vector_size(16)));
+typedef double calm_wide __attribute__((vector_size(32)));
+typedef int32_t calm_bits __attribute__((vector_size(16)));
+typedef int64_t calm_masks __attribute__((vector_size(16)));
+
+typedef struct calm_room { /* for a body's position; see calm.c */
+    calm_four q;           /* found where it stood so */
+    calm_four middle;      /* m, and 0 */
+    calm_four half; /* m, rounded inward; and the reach, m: turned from q by a difference of quaternions d, a body
+                       has less room, by d times this */
+} calm_room;
+
 typedef struct body {
     _Alignas(64) pose pose;
     int64_t stamp_ns;
 
-    _Alignas(64) float calm_q[4]; /* the body is calm within a room for its position, found where it stood so; ... */
-    float calm_lo[3], calm_hi[3]; /* m, ... rounded inward; ... */
-    float calm_reach; /* m: ... turned from there by a difference of quaternions d, it has less by d times this */
-    uint64_t glided;  /* world.round of the last pose that was not a tick's business; `before` is of the tick before */
+    _Alignas(64) calm_room room; /* the body is calm as long as it is in there */
+    uint64_t glided; /* world.round of the last pose that was not a tick's business; `before` is of the tick before */
     bool used : 1, ghost : 1;
     bool dirty : 1;   /* in world.dirty: its boxes are put again in the next tick */
     bool posed : 1;   /* a pose has come since the last tick: its deadline counts from it */
@@ -37,10 +50,16 @@ typedef struct body {
     bool detours : 1; /* it has teleported or passed something since the last tick */
     bool is_calm : 1; /* as long as it stays in that room, nothing depends on its poses: see calm.c */
     bool behind : 1;  /* it was calm when it moved: its shapes stand where they were, see solid_pose */
-    uint8_t speed;    /* SPEED_... */
+    uint8_t speed;    /* SPEED_...; follows these bits: see move.c */
 
     _Alignas(64) pose before; /* at the tick before its last move, so if it has `moved`: at the last tick; ... */
     int64_t before_ns;        /* ... its stamp */
+
+    _Alignas(64) float fit_lo[3];     /* m: of a calm body of one shape, the fat box, from here ... */
+    float fit_hi[3];                  /* ... to here. The shape lies within ... */
+    float fit_centre[3], fit_half[3]; /* ... a box in the body's frame, m; ... */
+    float fit_least[3]; /* ... turned, this is half as wide, at least, while the fat box is not too fat for it */
+    float fit_slack;    /* m: what rounding may do, and by how much the box is widened. INFINITY: it has no such box */
 
     char *name, *group;
     bool fixed;
@@ -236,12 +255,13 @@ struct world {
     uint64_t round; /* counts ticks as they begin, from 1: what came before this one has the round before */
     int64_t serial; /* of contacts */
     uint32_t body_serial;
-    bool changed;
+    bool changed, some_glided; /* see world.h */
     uint64_t hash;
     world_figures figures;
 };
 
 _Static_assert(offsetof(body, before_ns) == 184, "what a pose touches is three cache lines");
+_Static_assert(offsetof(body, fit_slack) == 252, "and one more where its room has to be found anew");
 
 /* body.c */
 void body_reserve(world *w, size_t need); /* room for so many in w->bodies */
@@ -277,18 +297,45 @@ pose solid_settled_relative(const world *w, const solid *a, const solid *b); /* 
  * rounding of where the shapes are on their bodies. 0 where both are at their bodies' origins. */
 double solid_relative_error(const world *w, const solid *a, const solid *b);
 
+/* move.c */
+static inline void body_set_pose(body *b, pose to, int64_t stamp_ns)
+{
+    b->pose = (pose){to.p, quat_settled(to.q)};
+    b->stamp_ns = stamp_ns;
+    b->posed = true;
+}
+static inline bool body_is(const world *w, uint32_t id)
+{
+    return id < w->bodies.count && w->bodies.at[id].used && !w->bodies.at[id].ghost;
+}
+/* Where ways count, or how far each goes, calm bodies go the long road, so that they have one. */
+static inline bool may_glide(const world *w)
+{
+    return !w->sweepers && !w->grant && !w->bounds_asked;
+}
+
 /* calm.c */
-/* Finds the room of a body whose shapes have just been put into the broad phase, where they could stay. */
+/* Finds the room of a body whose shapes have just been put into the broad phase. */
 void calm_find(const world *w, body *b);
-/* Is it within, at that pose? Then its boxes stay where they are. A NAN is not. */
+/* Where calm_holds has become false: is the body still within its fat box at that pose? Then its room is there. */
+bool calm_find_again(body *b, const pose *at);
+/* Is it within, at that position (what the fourth number is does not matter) and quaternion? Then its boxes stay where
+ * they are. A NAN is not. In floats, whose rounding the room allows for. */
+static inline __attribute__((always_inline)) bool calm_holds_at(
+    const calm_room *r, const calm_wide *p, const calm_wide *q)
+{
+    static const calm_bits magnitude = {INT32_MAX, INT32_MAX, INT32_MAX, INT32_MAX};
+    static const int64_t fourth = INT64_MIN >> 31;
+    calm_four half = r->half, turn = __builtin_convertvector(*q, calm_four) - r->q, squares = turn * turn;
+    calm_four off = __builtin_convertvector(*p - __builtin_convertvector(r->middle, calm_wide), calm_four);
+    float turned = sqrtf(squares[0] + squares[1] + (squares[2] + squares[3])) * half[3];
+    calm_masks within = (calm_masks)((calm_four)((calm_bits)off & magnitude) + turned <= half);
+    return (within[0] & (within[1] | fourth)) == -1;
+}
 static inline bool calm_holds(const body *b, const pose *at)
 {
-    double w = at->q.w - b->calm_q[0], x = at->q.x - b->calm_q[1], y = at->q.y - b->calm_q[2],
-           z = at->q.z - b->calm_q[3];
-    double turned = sqrt(w * w + x * x + (y * y + z * z)) * b->calm_reach;
-    return (at->p.x >= b->calm_lo[0] + turned) & (at->p.x <= b->calm_hi[0] - turned) &
-           (at->p.y >= b->calm_lo[1] + turned) & (at->p.y <= b->calm_hi[1] - turned) &
-           (at->p.z >= b->calm_lo[2] + turned) & (at->p.z <= b->calm_hi[2] - turned);
+    const calm_wide p = {at->p.x, at->p.y, at->p.z, 0}, q = {at->q.w, at->q.x, at->q.y, at->q.z};
+    return calm_holds_at(&b->room, &p, &q);
 }
 
 /* expiry.c */

@@ -41,7 +41,7 @@ static bool fits(const world *w, const body *b)
     for (size_t i = 0; i < b->shape_count; i++) {
         const solid *s = &w->solids.at[b->shapes[i]];
         aabb box = aabb_grow(shape_bounds(&s->shape, pose_mul(b->pose, s->local)), b->widen);
-        if (!broad_room_of(w->broad, b->shapes[i], box, &room)) return false;
+        if (!broad_room_of(w->broad, b->shapes[i], box, body_margin(w, s), &room)) return false;
     }
     return true;
 }

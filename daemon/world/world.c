@@ -142,7 +142,7 @@ static void end_tick(world *w)
     for (size_t i = 0; i < w->interests.count; i++) w->interests.at[i].all = false;
     w->last_tick_ns = w->now_ns;
     w->dirty.count = w->glided.count = 0;
-    w->changed = false;
+    w->changed = w->some_glided = false;
 }
 
 void world_tick(world *w, int64_t now_ns, world_batches *out)
@@ -194,6 +194,11 @@ int64_t world_next_due_ns(const world *w)
         if (x->used && x->held.count && x->next_update_ns < due) due = x->next_update_ns;
     }
     return due;
+}
+
+bool world_glided(const world *w)
+{
+    return w->some_glided;
 }
 
 bool world_changed(const world *w)

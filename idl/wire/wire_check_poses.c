@@ -4,24 +4,25 @@
 
 #include <math.h>
 
-/* Two doubles side by side, wherever they lie. */
-typedef double two __attribute__((vector_size(16)));
-typedef double two_anywhere __attribute__((vector_size(16), aligned(8), may_alias));
-typedef int64_t two_masks __attribute__((vector_size(16))); /* -1 or 0 each */
+/* Four doubles side by side, wherever they lie: one register or two, as the processor has them. */
+typedef double four __attribute__((vector_size(32)));
+typedef double four_anywhere __attribute__((vector_size(32), aligned(8), may_alias));
+typedef int64_t four_masks __attribute__((vector_size(32))); /* -1 or 0 each */
 
 /* All in -most..most; not a number is not. */
-static bool all_within(wire_f64s v, double most)
+static inline __attribute__((always_inline)) bool all_within(wire_f64s v, double most)
 {
-    const two_masks magnitude = {INT64_MAX, INT64_MAX};
-    const two limit = {most, most};
-    two_masks within = {-1, -1};
+    const four_masks magnitude = {INT64_MAX, INT64_MAX, INT64_MAX, INT64_MAX};
+    const four limit = {most, most, most, most};
+    four_masks within = {-1, -1, -1, -1};
     uint32_t i = 0;
-    for (; i + 2 <= v.count; i += 2) {
-        two_masks bits = (two_masks) * (const two_anywhere *)(v.at + i);
-        within &= (two)(bits & magnitude) <= limit;
+    bool rest = true;
+    for (; i + 4 <= v.count; i += 4) {
+        four_masks bits = (four_masks) * (const four_anywhere *)(v.at + i);
+        within &= (four)(bits & magnitude) <= limit;
     }
-    bool last = i == v.count || fabs(v.at[i]) <= most;
-    return last && (within[0] & within[1]);
+    for (; i < v.count; i++) rest &= fabs(v.at[i]) <= most;
+    return rest && (within[0] & within[1] & within[2] & within[3]);
 }
 
 static bool none_negative(wire_i32s v)
@@ -32,16 +33,31 @@ static bool none_negative(wire_i32s v)
 }
 
 /* Well within what check_rotation allows: however it rounds. */
-static bool all_near_unit(wire_f64s v)
+static inline __attribute__((always_inline)) bool all_near_unit(wire_f64s v)
 {
     bool far = false;
     for (uint32_t i = 0; i + 4 <= v.count; i += 4) {
-        const double *q = v.at + i;
-        two a = *(const two_anywhere *)q, b = *(const two_anywhere *)(q + 2), sums = a * a + b * b;
-        double squared = sums[0] + sums[1];
+        four q = *(const four_anywhere *)(v.at + i), squares = q * q;
+        double squared = (squares[0] + squares[2]) + (squares[1] + squares[3]);
         far |= !(fabs(squared - 1) <= 0.5);
     }
     return !far;
+}
+
+static inline __attribute__((always_inline)) bool numbers_are_plain(const wire_pose_batch *m)
+{
+    return all_near_unit(m->orientations) && all_within(m->positions, WIRE_POSITION_MAX) &&
+           all_within(m->linear, WIRE_SPEED_MAX) && all_within(m->angular, WIRE_SPIN_MAX);
+}
+
+static bool check_plain(const wire_pose_batch *m)
+{
+    return numbers_are_plain(m);
+}
+
+__attribute__((target("avx2"))) static bool check_avx2(const wire_pose_batch *m)
+{
+    return numbers_are_plain(m);
 }
 
 bool poses_are_plain(const wire_pose_batch *m)
@@ -52,6 +68,5 @@ bool poses_are_plain(const wire_pose_batch *m)
     if (m->version != WIRE_VERSION || !m->client || m->sequence < 1 || m->stamp_ns < 0 || m->simulation_ns < 0 ||
         !whole || m->teleports.count)
         return false;
-    return none_negative(m->bodies) && all_near_unit(m->orientations) && all_within(m->positions, WIRE_POSITION_MAX) &&
-           all_within(m->linear, WIRE_SPEED_MAX) && all_within(m->angular, WIRE_SPIN_MAX);
+    return none_negative(m->bodies) && (__builtin_cpu_supports("avx2") ? check_avx2 : check_plain)(m);
 }

@@ -87,6 +87,62 @@ wire_reason wire_dds_decode(wire_kind kind, const void *sample, wire_message *ou
     return wire_check(out, refusal);
 }
 
+/* ---- bytes ---- */
+
+typedef struct cursor {
+    const char *bytes; /* behind the header, from which on everything is aligned to its own size */
+    size_t size, at;
+} cursor;
+
+/* `count` of so many bytes each; NULL: they are not all there. */
+static const void *next(cursor *c, size_t count, size_t each)
+{
+    size_t at = (c->at + each - 1) & ~(each - 1);
+    if (at > c->size || count > (c->size - at) / each) return NULL;
+    c->at = at + count * each;
+    return c->bytes + at;
+}
+
+static size_t element_bytes(wire_type type)
+{
+    return number_bytes(type == WIRE_U8S ? WIRE_U8 : type == WIRE_I32S ? WIRE_I32 : WIRE_F64);
+}
+
+static bool read_field(wire_type type, cursor *from, void *to)
+{
+    if (type == WIRE_STRING || type == WIRE_STRINGS) return false;
+    if (type < WIRE_STRING) {
+        const void *number = next(from, 1, number_bytes(type));
+        if (number) memcpy(to, number, number_bytes(type));
+        return number != NULL;
+    }
+    any_array a = {0, NULL};
+    const void *count = next(from, 1, sizeof a.count);
+    if (!count) return false;
+    memcpy(&a.count, count, sizeof a.count);
+    if (a.count) a.at = next(from, a.count, element_bytes(type)); /* an empty one has no padding */
+    memcpy(to, &a, sizeof a);
+    return a.at || !a.count;
+}
+
+bool wire_dds_decode_bytes(
+    wire_kind kind, const void *bytes, size_t size, wire_message *out, wire_reason *reason, wire_refusal *refusal)
+{
+    enum { HEADER = 4 };
+    static const uint16_t one = 1;
+    const uint8_t native[2] = {0, *(const uint8_t *)&one}; /* XCDR 1, not a list of parameters */
+    const wire_schema *s = wire_schema_of(kind);
+    if (!s || size < HEADER || memcmp(bytes, native, sizeof native) != 0) return false;
+    cursor from = {(const char *)bytes + HEADER, size - HEADER, 0};
+    if ((uintptr_t)from.bytes % 8) return false;
+    memset(out, 0, sizeof *out);
+    out->kind = kind;
+    for (uint32_t i = 0; i < s->field_count; i++)
+        if (!read_field(s->fields[i].type, &from, (char *)&out->version + s->fields[i].offset)) return false;
+    *reason = wire_check(out, refusal);
+    return true;
+}
+
 void wire_dds_encode(const wire_message *m, void *sample)
 {
     const wire_schema *s = wire_schema_of(m->kind);
