@@ -74,8 +74,8 @@ typedef struct link_ops {
     /* Sends, or queues until flush. A message that cannot be sent is counted, by cause, and never blocks. */
     void (*publish)(struct link *l, const wire_message *m);
     void (*flush)(struct link *l); /* once a tick */
-    /* A stream begins or ends to exist; publish of an EventBatch goes to the stream of that name. Opened again, it tells
-     * of the readers that are there. */
+    /* A stream begins or ends to exist; publish of an EventBatch goes to the stream of that name. Opened again, it
+     * tells of the readers that are there. */
     void (*stream_open)(struct link *l, const char *stream);
     void (*stream_close)(struct link *l, const char *stream);
     /* One line for people: what it listens on, and who can reach it. */

@@ -15,6 +15,10 @@ closed_form closed_box_box;
 /* Fills lo, hi, axis, method and iterations; hi is an upper bound only when it is negative. */
 void box_pair_axes(const unit_pair *p, span *out);
 
+/* closed_box_box of boxes of which no more is known than the face that separates most, and how far. */
+struct box_pair;
+bool box_pair_apart(const struct box_pair *x, double most, int face, const narrow_goal *goal, span *out);
+
 /* The sides of a core that is a box, a segment or a point. */
 vec3 box_sides(const shape *s);
 

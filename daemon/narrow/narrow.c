@@ -220,7 +220,7 @@ static void swap_roles(narrow_result *r)
 static bool answer_placed(
     const shape *a, pose at_a, const shape *b, pose at_b, const narrow_request *request, narrow_result *result)
 {
-    if (b->type > SHAPE_BOX) return false;
+    if (b->type > SHAPE_BOX || a->type == SHAPE_BOX) return false;
     narrow_placed placed_a = narrow_placed_at(a, at_a), placed_b = narrow_placed_at(b, at_b);
     return placed_road_for(placed_a.kind, placed_b.kind, request)(&placed_a, &placed_b, request, NULL, NULL, result);
 }
@@ -257,6 +257,12 @@ bool placed_by_relative_pose(const narrow_placed *a, const narrow_placed *b, con
     narrow_query(a->shape, b->shape, &b_in_a, request, cache, scratch, result);
     turn_by(result, &a->turn);
     return true;
+}
+
+bool placed_boxes_apart(const box_pair *x, double most, int face, const narrow_request *request, narrow_cache *cache,
+    narrow_scratch *scratch, narrow_result *result)
+{
+    return short_road_boxes_apart(x, most, face, request, cache, &scratch->epa, result);
 }
 
 void narrow_query_placed(const narrow_placed *a, const narrow_placed *b, const narrow_request *request,

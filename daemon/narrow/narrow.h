@@ -64,10 +64,12 @@ typedef struct narrow_result {
     double lo, hi;         /* m; lo <= signed distance <= hi, of the shapes at the poses given, each quaternion divided
                               by its norm; of hulls, of all the points they were made of. By doubles: 16 ulp (u = 2^-53)
                               of the reaches plus the distance on both sides; where that is too wide for the request,
-                              `refined`; beside a mesh or a half-space 32 ulp, of hulls that overlap up to 48, of
-                              verdicts of ellipsoids by narrow_query_placed 32; where the core of a capsule is in a box
-                              (narrow_query_placed, narrow_query_world) 20, and outside 16 and 2 more of the gap. Beside a
-                              compound 64 and what its parts have.         Touching shapes give lo <= 0 <= hi. Two half-spaces that no
+                              `refined`; beside a mesh or a half-space 32 ulp, of hulls that overlap up to 48. Where
+                              shapes stand (narrow_query_placed, narrow_query_world): of a capsule whose core is in a
+                              box 20, else 2 more of the gap; by the first of two boxes 24, that overlap 48, of
+                              verdicts of ellipsoids 32. Beside a
+                              compound 64 and what its parts have.
+                              Touching shapes give lo <= 0 <= hi. Two half-spaces that no
                               translation separates: both -INFINITY; those that are back to back but for
                               4 u count as parallel, and have the distance of the planes. Of shapes with a deviation: of what
                               they stand for, which need not be convex, so that hi is at least the sum of
@@ -152,9 +154,9 @@ static inline pose narrow_relative(const narrow_placed *a, const narrow_placed *
 }
 
 /* As narrow_query for shapes (in canonical order) where they stand: the answer is in the frame of world axes with its
- * origin at A's. Balls, capsules, and both beside boxes are measured there, without a relative pose, and most
- * verdicts of two ellipsoids are found there: the quickest way to ask about them. `cache`, or NULL, is kept up for all
- * others; of these it is left as it is.
+ * origin at A's. Balls, capsules and boxes are measured there, without a relative pose, and most verdicts of two
+ * ellipsoids are found there: the quickest way to ask about them. `cache`, or NULL, is kept up for all others; of these
+ * it is left as it is, but for the features of two boxes.
  *
  * A tick of the daemon does not come this way: it asks narrow_query, by relative poses. Of all others the answer, where
  * it is refined, is that of the relative pose as it is rounded, not of the two poses: narrow_query_world refines from

@@ -112,6 +112,7 @@ INLINE bool end(const placed *q, const unit_pair *p, const span *s, vec3 towards
     }
 
 placed_road capsule_and_box_placed; /* placed_capsule_box.c */
+placed_road two_boxes_placed;       /* placed_boxes.c */
 placed_road two_ellipsoids_placed;  /* placed_ellipsoids.c */
 
 #endif

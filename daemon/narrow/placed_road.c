@@ -158,7 +158,7 @@ static bool ellipsoids_placed(const narrow_placed *a, const narrow_placed *b, co
 placed_road *const placed_roads[PLACED_KINDS][PLACED_KINDS] = {
     [PLACED_BALL] = {two_balls_placed, ball_and_capsule_placed, ball_and_box_placed, GENERAL, GENERAL},
     [PLACED_CAPSULE] = {GENERAL, two_capsules_placed, capsule_and_box_placed, GENERAL, GENERAL},
-    [PLACED_BOX] = {GENERAL, GENERAL, GENERAL, GENERAL, GENERAL},
+    [PLACED_BOX] = {GENERAL, GENERAL, two_boxes_placed, GENERAL, GENERAL},
     [PLACED_ELLIPSOID] = {GENERAL, GENERAL, GENERAL, ellipsoids_placed, GENERAL},
     [PLACED_OTHER] = {GENERAL, GENERAL, GENERAL, GENERAL, GENERAL},
 };

@@ -1,5 +1,6 @@
-/* placed_road: balls and capsules against each other and boxes, and verdicts of two ellipsoids, in world axes: their
- * formulas need no frame of A, so that no rotations are multiplied. Pure; any thread. */
+/* placed_road: balls, capsules and boxes against each other, and verdicts of two ellipsoids, in world axes: their
+ * formulas need no frame of A, or get there by the matrices at hand; no quaternions are multiplied. Pure; any thread.
+ */
 #ifndef COLLIDED_NARROW_PLACED_ROAD_H
 #define COLLIDED_NARROW_PLACED_ROAD_H
 
@@ -13,6 +14,11 @@ typedef bool placed_road(const narrow_placed *a, const narrow_placed *b, const n
 
 /* narrow_query by the relative pose, turned to world axes. */
 bool placed_by_relative_pose(const narrow_placed *a, const narrow_placed *b, const narrow_request *request,
+    narrow_cache *cache, narrow_scratch *scratch, narrow_result *result);
+
+/* short_road_boxes_apart, with the caller's scratch. */
+struct box_pair;
+bool placed_boxes_apart(const struct box_pair *x, double most, int face, const narrow_request *request,
     narrow_cache *cache, narrow_scratch *scratch, narrow_result *result);
 
 /* By the two kinds: the formula, or placed_by_relative_pose where there is none or they are not in canonical order.

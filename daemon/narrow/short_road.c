@@ -94,6 +94,36 @@ static bool two_capsules(const shape *a, const shape *b, const pose *at, const n
     return formula_capsule_capsule(&p, &g, &s) && settle(&p, r, &s, out);
 }
 
+static bool settle_boxes(
+    const unit_pair *p, const narrow_goal *g, const narrow_request *r, const span *s, narrow_result *out)
+{
+    finish(p, s, out);
+    out->status = NARROW_CERTAIN;
+    return status_of(p, g, r, s) == NARROW_CERTAIN && answers(r, out);
+}
+
+bool short_road_boxes_apart(const box_pair *x, double most, int face, const narrow_request *r, narrow_cache *cache,
+    epa_scratch *scratch, narrow_result *out)
+{
+    const unit_pair *p = x->p;
+    narrow_goal g = goal_of(p, r);
+    span s = {.nearest = {.count_a = 0}};
+    bool named = near_features_apply(p, &g);
+    if (!box_pair_apart(x, most, face, &g, &s)) dispatch_general(p, &g, false, s.axis, scratch, &s);
+    if (named) near_features_settle(p, &g, &s);
+    if (named && cache) cache->nearest = s.nearest;
+    return settle_boxes(p, &g, r, &s, out);
+}
+
+bool short_road_boxes_again(const unit_pair *p, const narrow_request *r, narrow_cache *cache, narrow_result *out)
+{
+    narrow_goal g = goal_of(p, r);
+    span s;
+    bool known = near_features_apply(p, &g) && near_features_recall(p, &g, &cache->nearest, &s);
+    cache->nearest = known ? s.nearest : (narrow_features){.count_a = 0};
+    return known && settle_boxes(p, &g, r, &s, out);
+}
+
 /* recall, measure and status_of of narrow.c, for two boxes. */
 static bool two_boxes(const shape *a, const shape *b, const pose *at, const narrow_request *r, narrow_cache *cache,
     epa_scratch *scratch, narrow_result *out)
@@ -109,9 +139,7 @@ static bool two_boxes(const shape *a, const shape *b, const pose *at, const narr
         if (named) near_features_settle(&p, &g, &s);
     }
     if (named && cache) cache->nearest = s.nearest;
-    finish(&p, &s, out);
-    out->status = NARROW_CERTAIN;
-    return status_of(&p, &g, r, &s) == NARROW_CERTAIN && answers(r, out);
+    return settle_boxes(&p, &g, r, &s, out);
 }
 
 /* A capsule without length is a ball: unit_pair.c knows. */

@@ -4,6 +4,7 @@
 #ifndef COLLIDED_NARROW_SHORT_ROAD_H
 #define COLLIDED_NARROW_SHORT_ROAD_H
 
+#include "box_axes.h"
 #include "epa.h"
 
 /* The answer of narrow_query, to the bit, when the pair is one of these (`cache`, or NULL, is that of boxes: kept up)
@@ -15,5 +16,11 @@ bool short_road_answer(const shape *a, const shape *b, const pose *b_in_a, const
  * names, or is proven by its shell (near_features.h, polytope_depth.h). Both are kept up. */
 bool short_road_recall(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
     narrow_cache *cache, narrow_result *out);
+
+/* The same for two boxes whose frames are known, and the face that separates most, of those that are not known to
+ * overlap; and from what the cache remembers alone, which is forgotten where it is of no use. */
+bool short_road_boxes_apart(const box_pair *x, double most, int face, const narrow_request *r, narrow_cache *cache,
+    epa_scratch *scratch, narrow_result *out);
+bool short_road_boxes_again(const unit_pair *p, const narrow_request *r, narrow_cache *cache, narrow_result *out);
 
 #endif

@@ -29,7 +29,7 @@ typedef struct ours {
 
 static bool is_measured_in_world(shape_type a, shape_type b)
 {
-    return a <= SHAPE_CAPSULE && b <= SHAPE_BOX;
+    return a <= SHAPE_BOX && b <= SHAPE_BOX;
 }
 
 static void *create_asking(const narrow_item *items, size_t count, double tolerance)
@@ -88,17 +88,17 @@ static void tell(const narrow_result *r, narrow_answer *out)
         .hi = r->hi};
 }
 
-/* In world axes where that is quicker (balls, capsules, both beside boxes, verdicts of ellipsoids: what a client of
+/* In world axes where that is quicker (balls, capsules, boxes, verdicts of ellipsoids: what a client of
  * narrow.h can have; a tick of the daemon asks about these in A's frame, too), else in A's frame, as the world asks:
  * with the pair's cache if that is kept, and of meshes always; others read nothing from one that is new. */
 static void ask(ours *o, const ours_item *it, bool keeps, narrow_result *r)
 {
-    if (it->in_world) {
-        narrow_query_placed(&it->stands_a, &it->stands_b, &o->request, NULL, o->scratch, r);
-        return;
-    }
     narrow_cache *cache = keeps || it->mesh ? &o->cache : NULL;
     if (cache && it->begins) *cache = (narrow_cache){.shell = keeps ? &o->shell : NULL};
+    if (it->in_world) {
+        narrow_query_placed(&it->stands_a, &it->stands_b, &o->request, cache, o->scratch, r);
+        return;
+    }
     pose b_in_a = narrow_relative(&it->stands_a, &it->stands_b);
     narrow_query(&it->a, &it->b, &b_in_a, &o->request, cache, o->scratch, r);
 }
