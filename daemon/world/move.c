@@ -198,6 +198,8 @@ static size_t glide_plain(world *w, const world_poses *p, size_t from)
     return glide_run(w, p, from);
 }
 
+#if defined(__x86_64__)
+
 __attribute__((target("avx2"))) static size_t glide_avx2(world *w, const world_poses *p, size_t from)
 {
     return glide_run(w, p, from);
@@ -207,6 +209,15 @@ static inline size_t glide_on(world *w, const world_poses *p, size_t from)
 {
     return (__builtin_cpu_supports("avx2") ? glide_avx2 : glide_plain)(w, p, from);
 }
+
+#else
+
+static inline size_t glide_on(world *w, const world_poses *p, size_t from)
+{
+    return glide_plain(w, p, from);
+}
+
+#endif
 
 size_t world_move_bodies(world *w, const world_poses *p, uint32_t *left_out)
 {
