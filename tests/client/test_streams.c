@@ -255,7 +255,7 @@ static void who_never_waits_asks_again_too(void **state)
     fake_begin((fake_options){.epoch = 1});
     collided *c = fake_connect();
     subscribe(c, &h, note);
-    for (int tries = 0; fake_sent(WIRE_INTEREST) < 2 && tries < 2000; tries++) {
+    for (int tries = 0; fake_sent(WIRE_INTEREST) < 2 && tries < 100 * FAKE_PATIENCE_S; tries++) {
         (void)collided_poll(c, 0.0);
         fake_pause(10);
     }
@@ -269,17 +269,20 @@ static void a_silent_stream_is_asked_for_again(void **state)
 {
     (void)state;
     heard h = {0};
+    char why[256] = "";
+    collided_def def = collided_def_default(); /* its lease: a longer one would make it more patient */
     fake_begin((fake_options){.epoch = 1});
-    collided *c = fake_connect();
+    collided *c = fake_try(&def, why, sizeof why);
+    assert_non_null(c);
     subscribe(c, &h, note);
     give(c, (batch_options){.batch = 1, .snapshot = true});
     fake_pause(3200);
     fake_status(1);
     (void)collided_poll(c, 0.1); /* nobody had looked: it was not silent */
     assert_int_equal(fake_sent(WIRE_INTEREST), 1);
-    for (int tries = 0; fake_sent(WIRE_INTEREST) < 2 && tries < 200; tries++) {
+    for (int tries = 0; fake_sent(WIRE_INTEREST) < 2 && tries < 100 * FAKE_PATIENCE_S; tries++) {
         fake_status(1);
-        (void)collided_poll(c, 0.1);
+        (void)collided_poll(c, 0.01);
     }
     assert_int_equal(fake_sent(WIRE_INTEREST), 2);
     give(c, (batch_options){.batch = 2, .snapshot = true});
