@@ -101,7 +101,17 @@ def probes_are_answered():
 
 
 def each_figure_has_help_of_its_own():
-    """And every figure of Status is there, under its own name or as a member of a family."""
+    """And every figure of Status is there, under its own name or as a member of a family. A client that stays makes sure
+    of its figures: collidectl status is one, too, in its own Status, and may have gone from the page or not be there yet."""
+    with subprocess.Popen([os.path.join(BIN, "collidectl"), "--connect", "dds://0", "watch"], stdout=subprocess.DEVNULL) as watcher:
+        try:
+            check(until(60, lambda: "# TYPE collided_stream_work_units" in get("/metrics")[1]), "a client and its stream are on the page")
+            compare_with_status()
+        finally:
+            watcher.terminate()
+
+
+def compare_with_status():
     page = get("/metrics")[1]
     helps = dict(re.findall(r"^# HELP collided_(\S+) (.*)$", page, re.M))
     types = dict(re.findall(r"^# TYPE collided_(\S+) (\S+)$", page, re.M))
