@@ -50,15 +50,26 @@ static inline __attribute__((always_inline)) bool numbers_are_plain(const wire_p
            all_within(m->linear, WIRE_SPEED_MAX) && all_within(m->angular, WIRE_SPIN_MAX);
 }
 
-static bool check_plain(const wire_pose_batch *m)
-{
-    return numbers_are_plain(m);
-}
+#if defined(__x86_64__)
 
 __attribute__((target("avx2"))) static bool check_avx2(const wire_pose_batch *m)
 {
     return numbers_are_plain(m);
 }
+
+static bool check_numbers(const wire_pose_batch *m)
+{
+    return __builtin_cpu_supports("avx2") ? check_avx2(m) : numbers_are_plain(m);
+}
+
+#else
+
+static bool check_numbers(const wire_pose_batch *m)
+{
+    return numbers_are_plain(m);
+}
+
+#endif
 
 bool poses_are_plain(const wire_pose_batch *m)
 {
@@ -68,5 +79,5 @@ bool poses_are_plain(const wire_pose_batch *m)
     if (m->version != WIRE_VERSION || !m->client || m->sequence < 1 || m->stamp_ns < 0 || m->simulation_ns < 0 ||
         !whole || m->teleports.count)
         return false;
-    return none_negative(m->bodies) && (__builtin_cpu_supports("avx2") ? check_avx2 : check_plain)(m);
+    return none_negative(m->bodies) && check_numbers(m);
 }
