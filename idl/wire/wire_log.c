@@ -242,6 +242,9 @@ static const char *decode_tick(const record *in, wire_log_entry *out)
     out->tick.events_hash = (int64_t)load_be(in->data + 24, 8);
     out->tick.budgeted = budgeted;
     out->tick.work = budgeted ? (int64_t)load_be(in->data + 32, 8) : 0;
+    /* Clocks up to the year 2116, so that differences of their differences are numbers of 64 bits, too. */
+    if ((uint64_t)out->tick.tick >> 62) return "a tick's number is absurd";
+    if ((uint64_t)out->tick.now_ns >> 62 || (uint64_t)out->tick.monotonic_ns >> 62) return "a tick's clock is absurd";
     return NULL;
 }
 

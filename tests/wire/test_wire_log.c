@@ -82,7 +82,7 @@ static void write_all_kinds(sampler *s)
             wire_message m = sample_message(s, (wire_kind)kind, MOST);
             assert_int_equal(wire_log_message(w, 1000 * round + kind, &m), 0);
         }
-        wire_log_tick tick = {round, 2, -3, INT64_MIN, round % 2, round % 2 * INT64_C(77)};
+        wire_log_tick tick = {round, 2, 3, INT64_MIN, round % 2, round % 2 * INT64_C(77)};
         assert_int_equal(wire_log_tick_end(w, round, &tick), 0);
         assert_int_equal(wire_log_lost(w, -1, INT64_MIN + round), 0);
         assert_int_equal(wire_log_steps(w, -2, INT64_MAX - round), 0);
@@ -117,7 +117,7 @@ static void everything_written_is_read_back_in_order(void **state)
         assert_int_equal(e.kind, WIRE_LOG_TICK);
         assert_int_equal(e.timestamp_us, round);
         assert_memory_equal(
-            &e.tick, (&(wire_log_tick){round, 2, -3, INT64_MIN, round % 2, round % 2 * INT64_C(77)}), sizeof e.tick);
+            &e.tick, (&(wire_log_tick){round, 2, 3, INT64_MIN, round % 2, round % 2 * INT64_C(77)}), sizeof e.tick);
         expect_entry(r, &e);
         assert_int_equal(e.kind, WIRE_LOG_LOST);
         assert_int_equal(e.lost_client, INT64_MIN + round);
@@ -252,6 +252,28 @@ static void a_damaged_sync_word_is_told_with_its_offset(void **state)
     }
 }
 
+/* Clocks whose differences are no numbers of 64 bits any more. */
+static void an_absurd_tick_is_told(void **state)
+{
+    (void)state;
+    static const int64_t WRONG[] = {-1, INT64_MIN, INT64_C(1) << 62, INT64_MAX};
+    for (size_t i = 0; i < sizeof WRONG / sizeof *WRONG; i++) {
+        for (int field = 0; field < 3; field++) {
+            wire_log_tick tick = {1, 2, 3, 4, 0, 0};
+            *(field == 0 ? &tick.tick : field == 1 ? &tick.now_ns : &tick.monotonic_ns) = WRONG[i];
+            wire_log_writer *w = create();
+            assert_int_equal(wire_log_tick_end(w, 0, &tick), 0);
+            assert_int_equal(wire_log_close(w), 0);
+            char why[256] = "";
+            int entries;
+            assert_int_equal(read_until_end(&entries, why, sizeof why), -1);
+            assert_string_equal(why,
+                field ? "damaged at byte 0: a tick's clock is absurd" : "damaged at byte 0: a tick's number is absurd");
+            unlink(path);
+        }
+    }
+}
+
 /* Under the sanitizers: whatever one byte says, reading ends, and takes no more memory than the file is long. */
 static void one_wrong_byte_anywhere_is_an_error_or_another_legal_file(void **state)
 {
@@ -317,6 +339,7 @@ int main(void)
         WITH_FILE(an_empty_record_of_others_is_passed_over),
         WITH_FILE(a_cut_at_any_byte_is_told_with_its_offset),
         WITH_FILE(a_damaged_sync_word_is_told_with_its_offset),
+        WITH_FILE(an_absurd_tick_is_told),
         WITH_FILE(one_wrong_byte_anywhere_is_an_error_or_another_legal_file),
         WITH_FILE(an_existing_file_is_not_overwritten),
         WITH_FILE(a_file_that_is_not_there_is_told),
