@@ -1,0 +1,109 @@
+/* link_dds_own: what the files of this link share, and nobody else includes: joining a domain (link_dds_join.c), taking
+ * (link_dds_take.c), streams (link_dds_streams.c), all else (link_dds.c). Whose thread runs what: see link_dds.c; where
+ * nothing is said, the tick thread's. */
+#ifndef COLLIDED_LINK_DDS_OWN_H
+#define COLLIDED_LINK_DDS_OWN_H
+
+#include "base/array.h"
+#include "link_dds.h"
+#include "link_dds_peers.h"
+#include "link_dds_speakers.h"
+
+#include <dds/dds.h>
+#include <stdatomic.h>
+
+enum {
+    LINK_DDS_IN = 7, /* kinds that clients send, */
+    LINK_DDS_OUT = 4 /* that the daemon sends, but for events */
+};
+
+typedef struct link_dds link_dds;
+
+typedef struct reader {
+    link_dds *owner;
+    wire_kind kind;
+    dds_entity_t entity;
+    atomic_bool arrived;
+} reader;
+
+typedef struct writer {
+    dds_entity_t entity;
+    bool dirty; /* written to since the last flush */
+} writer;
+
+typedef struct stream {
+    link_dds *owner;
+    char *name;
+    writer out;
+    atomic_bool matched; /* a reader has come, and the sink has not been told */
+} stream;
+
+struct link_dds {
+    struct link head;
+    dds_entity_t domain; /* 0 = the process had it already */
+    dds_entity_t participant;
+    dds_entity_t topics[WIRE_KIND_COUNT];
+    reader readers[LINK_DDS_IN];
+    writer writers[LINK_DDS_OUT];
+    ARRAY(stream *) streams; /* sorted by name */
+    speakers speakers;
+    atomic_bool has_discovered, has_news; /* for speakers */
+    dds_peers peers;
+    atomic_bool peers_arrived;
+    void *sample; /* room for a sample of any kind, to be written */
+    atomic_bool woken;
+    bool on_arrival; /* a thread of Cyclone's stands in for the tick thread */
+    metric *messages_in, *refused, *foreign, *history_full, *messages_out, *write_failed, *no_stream;
+};
+
+static inline link_dds *link_dds_of(struct link *l)
+{
+    return (link_dds *)l;
+}
+
+/* Sets the flag, and wakes the tick thread if none was set. Any thread. */
+void link_dds_notice(link_dds *l, atomic_bool *flag);
+
+/* Created when it is first asked for; below 0: DDS's error. */
+dds_entity_t link_dds_topic(link_dds *l, wire_kind kind);
+
+void link_dds_flush_writer(writer *w);
+
+/* ---- the domain ---- */
+
+/* What DDS complained of first while it was joined: why it could not be. */
+typedef struct link_dds_complaint {
+    char text[256];
+} link_dds_complaint;
+
+/* As link_ops says. */
+int link_dds_check(const link_options *options, char key[LINK_KEY_MAX], char *why, size_t why_size);
+
+/* Domain and participant, of options that were checked: 0, or DDS's error. */
+dds_return_t link_dds_join(link_dds *l, link_dds_complaint *first);
+
+void link_dds_leave(link_dds *l);
+
+/* Cyclone's own words, and what to do about those that are met in practice. */
+void link_dds_say_why(
+    const link_options *options, const link_dds_complaint *first, dds_return_t joined, char *why, size_t why_size);
+
+/* ---- taking: as link_ops says ---- */
+
+size_t link_dds_receive(struct link *head, const link_sink *sink);
+size_t link_dds_receive_poses(struct link *head, const link_sink *sink);
+
+/* ---- streams: the first two as link_ops says ---- */
+
+void link_dds_stream_open(struct link *head, const char *name);
+void link_dds_stream_close(struct link *head, const char *name);
+
+/* NULL: not open. */
+stream *link_dds_stream_find(const link_dds *l, const char *name);
+
+/* Tells the sink of readers that have come since the last call. */
+void link_dds_streams_report(link_dds *l, const link_sink *sink);
+
+void link_dds_streams_close(link_dds *l);
+
+#endif

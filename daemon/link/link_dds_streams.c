@@ -1,0 +1,115 @@
+/* link_dds_streams: each stream has a writer of its own, in a partition of its name. The tick thread, but for the
+ * listener that sees its readers come. */
+#include "base/log.h"
+#include "link_dds_own.h"
+#include "wire/dds/wire_dds_qos.h"
+
+#include <assert.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Where the stream of that name is, or would be. */
+static size_t stream_place(const link_dds *l, const char *name, bool *found)
+{
+    size_t from = 0, to = l->streams.count;
+    *found = false;
+    while (from < to && !*found) {
+        size_t middle = (from + to) / 2;
+        int order = strcmp(name, l->streams.at[middle]->name);
+        if (order > 0)
+            from = middle + 1;
+        else
+            to = middle;
+        *found = order == 0;
+    }
+    return to;
+}
+
+stream *link_dds_stream_find(const link_dds *l, const char *name)
+{
+    bool found;
+    size_t i = stream_place(l, name, &found);
+    return found ? l->streams.at[i] : NULL;
+}
+
+void link_dds_streams_report(link_dds *l, const link_sink *sink)
+{
+    for (size_t i = 0; i < l->streams.count; i++) {
+        stream *s = l->streams.at[i];
+        if (atomic_exchange(&s->matched, false)) sink->stream_reader(sink->context, &l->head, s->name);
+    }
+}
+
+/* One of Cyclone's threads. */
+static void on_matched(dds_entity_t entity, const dds_publication_matched_status_t status, void *context)
+{
+    (void)entity;
+    stream *s = context;
+    if (status.current_count_change > 0) link_dds_notice(s->owner, &s->matched);
+}
+
+static stream *stream_create(link_dds *l, const char *name)
+{
+    stream *s = base_zalloc(1, sizeof *s);
+    s->owner = l;
+    s->name = base_strdup(name);
+    dds_listener_t *listener = dds_create_listener(NULL);
+    dds_lset_publication_matched_arg(listener, on_matched, s, true);
+    dds_qos_t *qos = wire_dds_qos(WIRE_EVENT_BATCH, WIRE_DDS_WRITER, name, 0);
+    s->out.entity = dds_create_writer(l->participant, link_dds_topic(l, WIRE_EVENT_BATCH), qos, listener);
+    dds_delete_qos(qos);
+    dds_delete_listener(listener);
+    if (s->out.entity <= 0) log_error("DDS: stream %s: %s", name, dds_strretcode(s->out.entity));
+    return s;
+}
+
+/* Cyclone keeps a writer until its readers have acknowledged what was flushed, for a second at most. */
+static void stream_destroy(stream *s)
+{
+    link_dds_flush_writer(&s->out);
+    if (s->out.entity > 0) dds_delete(s->out.entity);
+    free(s->name);
+    free(s);
+}
+
+/* The sink may have been told when it had no such stream. */
+static void tell_readers_again(link_dds *l, stream *s)
+{
+    dds_publication_matched_status_t status;
+    if (dds_get_publication_matched_status(s->out.entity, &status) == DDS_RETCODE_OK && status.current_count)
+        link_dds_notice(l, &s->matched);
+}
+
+void link_dds_stream_open(struct link *head, const char *name)
+{
+    link_dds *l = link_dds_of(head);
+    bool found;
+    assert(!l->on_arrival);
+    size_t i = stream_place(l, name, &found);
+    if (found) {
+        tell_readers_again(l, l->streams.at[i]);
+        return;
+    }
+    array_reserve(&l->streams, l->streams.count + 1);
+    memmove(l->streams.at + i + 1, l->streams.at + i, (l->streams.count - i) * sizeof l->streams.at[0]);
+    l->streams.at[i] = stream_create(l, name);
+    l->streams.count++;
+}
+
+void link_dds_stream_close(struct link *head, const char *name)
+{
+    link_dds *l = link_dds_of(head);
+    bool found;
+    assert(!l->on_arrival);
+    size_t i = stream_place(l, name, &found);
+    if (!found) return;
+    stream_destroy(l->streams.at[i]);
+    l->streams.count--;
+    memmove(l->streams.at + i, l->streams.at + i + 1, (l->streams.count - i) * sizeof l->streams.at[0]);
+}
+
+void link_dds_streams_close(link_dds *l)
+{
+    for (size_t i = 0; i < l->streams.count; i++) stream_destroy(l->streams.at[i]);
+    array_free(&l->streams);
+}

@@ -1,0 +1,194 @@
+/* link_dds_take: messages from Cyclone's readers to the sink, decoded where they lie: in the loan, poses in the bytes
+ * that came. The tick thread, or the thread of Cyclone's that stands in for it (link_dds_receive_poses). */
+#include "link_dds_own.h"
+#include "wire/dds/wire_dds.h"
+#include "wire/dds/wire_dds_qos.h"
+
+#define asm __asm__ /* the next header is in GNU C */
+#include <dds/ddsi/ddsi_serdata.h>
+#undef asm
+#include <string.h>
+
+enum {
+    TAKE_MAX = 64,     /* samples a take. One constant: a loan writes as many pointers as the largest ever asked for */
+    RECEIVE_MAX = 8192 /* samples a reader and receive: a flood on one topic must not keep the tick from running */
+};
+
+static void refuse(link_dds *l, const link_sink *sink, wire_kind kind, const wire_message *m, const wire_refusal *why)
+{
+    int64_t client, sequence;
+    int32_t object;
+    wire_origin(m, &client, &sequence, &object);
+    metric_count(l->refused, 1);
+    sink->refused(sink->context, &l->head, kind, client, sequence, why);
+}
+
+/* All kinds begin alike; only those that are kept can be taken back. */
+static void mark_removed(wire_message *m, int64_t sequence)
+{
+    m->version = WIRE_VERSION;
+    m->client.sequence = sequence;
+    switch (m->kind) {
+    case WIRE_CLIENT:
+        m->client.removed = 1;
+        break;
+    case WIRE_GEOMETRY:
+        m->geometry.removed = 1;
+        break;
+    case WIRE_BODY:
+        m->body.removed = 1;
+        break;
+    case WIRE_INTEREST:
+        m->interest.removed = 1;
+        break;
+    default:
+        break;
+    }
+}
+
+static bool is_admitted(link_dds *l, const wire_message *m, const dds_sample_info_t *info, wire_refusal *why)
+{
+    bool admitted = speakers_admit(&l->speakers, m, info->publication_handle, why);
+    if (!admitted && why->reason == WIRE_NOT_YOURS) metric_count(l->foreign, 1);
+    return admitted;
+}
+
+static void hand_over(link_dds *l, const link_sink *sink, const wire_message *m)
+{
+    sink->message(sink->context, &l->head, m);
+    if (m->kind == WIRE_CLIENT && m->client.removed) speakers_release(&l->speakers, m->client.client);
+}
+
+/* News of an instance without a sample (dds_dispose): its keys are all that is known. A disposed one was taken back;
+ * the time at its source, in microseconds, stands in for the sequence number, as clients under a fixed id count. One
+ * without writers says nothing: what becomes of it is its client's choice, when that is lost. */
+static bool receive_state(link_dds *l, const link_sink *sink, wire_message *m, const dds_sample_info_t *info)
+{
+    if (info->instance_state != DDS_IST_NOT_ALIVE_DISPOSED || !wire_dds_profile_of(m->kind)->late_joiners) return false;
+    wire_refusal why;
+    mark_removed(m, info->source_timestamp / 1000);
+    if (wire_check(m, &why) != WIRE_OK || !is_admitted(l, m, info, &why)) {
+        refuse(l, sink, m->kind, m, &why);
+        return false;
+    }
+    hand_over(l, sink, m);
+    return true;
+}
+
+static bool hand_over_or_refuse(link_dds *l, const link_sink *sink, const wire_message *m,
+    const dds_sample_info_t *info, wire_reason reason, wire_refusal *why)
+{
+    bool taken = reason == WIRE_OK && is_admitted(l, m, info, why);
+    if (taken)
+        hand_over(l, sink, m);
+    else
+        refuse(l, sink, m->kind, m, why);
+    return taken;
+}
+
+static bool receive_sample(
+    link_dds *l, const link_sink *sink, wire_kind kind, const void *sample, const dds_sample_info_t *info)
+{
+    wire_message m = {.kind = kind};
+    wire_refusal why = {0};
+    wire_reason reason = wire_dds_decode(kind, sample, &m, &why);
+    if (!info->valid_data) return receive_state(l, sink, &m, info);
+    return hand_over_or_refuse(l, sink, &m, info, reason, &why);
+}
+
+/* Cyclone's own decoding, which copies. */
+static bool receive_copy(
+    link_dds *l, const link_sink *sink, wire_kind kind, const struct ddsi_serdata *data, const dds_sample_info_t *info)
+{
+    void *sample = dds_alloc(wire_dds_sample_size(kind));
+    memset(sample, 0, wire_dds_sample_size(kind));
+    bool taken = ddsi_serdata_to_sample(data, sample, NULL, NULL) && receive_sample(l, sink, kind, sample, info);
+    dds_sample_free(sample, wire_dds_descriptor(kind), DDS_FREE_ALL);
+    return taken;
+}
+
+static bool receive_bytes(
+    link_dds *l, const link_sink *sink, wire_kind kind, const struct ddsi_serdata *data, const dds_sample_info_t *info)
+{
+    ddsrt_iovec_t bytes;
+    wire_message m;
+    wire_reason reason;
+    wire_refusal why = {0};
+    struct ddsi_serdata *held = ddsi_serdata_to_ser_ref(data, 0, ddsi_serdata_size(data), &bytes);
+    bool plain = wire_dds_decode_bytes(kind, bytes.iov_base, bytes.iov_len, &m, &reason, &why);
+    bool taken = plain ? hand_over_or_refuse(l, sink, &m, info, reason, &why) : receive_copy(l, sink, kind, data, info);
+    ddsi_serdata_to_ser_unref(held, &bytes);
+    return taken;
+}
+
+/* Poses are read where Cyclone has put them: a copy would cost a third of what receiving them does. They have no key,
+ * so there is no news of them but samples. */
+static int take_poses(link_dds *l, const link_sink *sink, const reader *r, size_t *messages)
+{
+    struct ddsi_serdata *data[TAKE_MAX];
+    dds_sample_info_t infos[TAKE_MAX];
+    int n = dds_takecdr(r->entity, data, TAKE_MAX, infos, DDS_ANY_STATE);
+    for (int i = 0; i < n; i++) {
+        if (infos[i].valid_data) *messages += receive_bytes(l, sink, r->kind, data[i], &infos[i]);
+        ddsi_serdata_unref(data[i]);
+    }
+    return n > 0 ? n : 0;
+}
+
+/* Samples taken from one reader; *messages of them were messages. */
+static int take(link_dds *l, const link_sink *sink, const reader *r, size_t *messages)
+{
+    if (r->kind == WIRE_POSE_BATCH) return take_poses(l, sink, r, messages);
+    void *samples[TAKE_MAX] = {NULL};
+    dds_sample_info_t infos[TAKE_MAX];
+    int n = dds_take(r->entity, samples, infos, TAKE_MAX, TAKE_MAX);
+    if (n <= 0) return 0;
+    for (int i = 0; i < n; i++) *messages += receive_sample(l, sink, r->kind, samples[i], &infos[i]);
+    dds_return_loan(r->entity, samples, n);
+    return n;
+}
+
+static size_t take_all(link_dds *l, const link_sink *sink, reader *r)
+{
+    size_t messages = 0;
+    int total = 0, n;
+    do {
+        n = take(l, sink, r, &messages);
+        total += n;
+    } while (n == TAKE_MAX && total < RECEIVE_MAX);
+    if (n == TAKE_MAX) link_dds_notice(l, &r->arrived); /* there is more: for the next tick */
+    const wire_dds_profile *p = wire_dds_profile_of(r->kind);
+    if (!p->late_joiners && total >= p->reader_depth) metric_count(l->history_full, 1);
+    return messages;
+}
+
+/* One take: a flood is the tick thread's. */
+size_t link_dds_receive_poses(struct link *head, const link_sink *sink)
+{
+    link_dds *l = link_dds_of(head);
+    reader *r = l->readers;
+    size_t messages = 0;
+    while (r->kind != WIRE_POSE_BATCH) r++;
+    l->on_arrival = true;
+    if (atomic_exchange(&r->arrived, false) && take(l, sink, r, &messages) == TAKE_MAX) link_dds_notice(l, &r->arrived);
+    metric_count(l->messages_in, messages);
+    return messages;
+}
+
+size_t link_dds_receive(struct link *head, const link_sink *sink)
+{
+    link_dds *l = link_dds_of(head);
+    size_t messages = 0;
+    int64_t client;
+    atomic_store(&l->woken, false); /* first: what arrives from now on wakes again */
+    l->on_arrival = false;
+    if (atomic_exchange(&l->has_discovered, false)) speakers_discover(&l->speakers);
+    atomic_store(&l->has_news, false);
+    for (size_t i = 0; i < LINK_DDS_IN; i++)
+        if (atomic_exchange(&l->readers[i].arrived, false)) messages += take_all(l, sink, &l->readers[i]);
+    link_dds_streams_report(l, sink);
+    /* Last, so that nothing of a lost client comes after the news of its loss. */
+    while (speakers_lost(&l->speakers, &client)) sink->client_lost(sink->context, head, client);
+    metric_count(l->messages_in, messages);
+    return messages;
+}
