@@ -210,6 +210,22 @@ static void any_number_of_triangles_makes_a_sound_tree(void **state)
     soup_free(&s);
 }
 
+/* Down to the least numbers there are, where coordinates have few bits and triangles may lose their area. */
+static void meshes_of_any_size_are_sound_or_refused(void **state)
+{
+    (void)state;
+    for (int exponent = -1073; exponent < 30; exponent += exponent < -1000 ? 3 : 60) {
+        soup s = soup_torus(ldexp(3, exponent), ldexp(1, exponent), 12, 8);
+        mesh *m = NULL;
+        mesh_status status = mesh_build(s.points, s.point_count, s.corners, s.triangle_count, &m);
+        if (exponent > -1000) assert_int_equal(status, MESH_OK);
+        const char *fault = status == MESH_OK ? mesh_validate(m) : NULL;
+        if (fault) fail_msg("2^%d: %s", exponent, fault);
+        if (status == MESH_OK) mesh_destroy(m);
+        soup_free(&s);
+    }
+}
+
 static void one_triangle_is_a_surface(void **state)
 {
     (void)state;
@@ -286,6 +302,7 @@ int main(void)
         cmocka_unit_test(a_sliver_of_no_area_still_closes_a_seam),
         cmocka_unit_test(edges_of_four_triangles_are_said_and_a_cycle_stays_a_solid),
         cmocka_unit_test(a_fin_or_a_moebius_band_is_a_surface),
+        cmocka_unit_test(meshes_of_any_size_are_sound_or_refused),
         cmocka_unit_test(one_triangle_is_a_surface),
         cmocka_unit_test(a_solid_may_pass_through_itself),
         cmocka_unit_test(a_million_triangles_make_a_sound_solid),
