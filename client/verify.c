@@ -15,6 +15,7 @@
  * sizes that entered: the shapes' reaches and the exact distance of the bodies for lo; for points, which are world
  * coordinates, the bodies' positions too. */
 #include "collided.h"
+#include "verify_hull.h"
 #include "verify_shape.h"
 
 #include <math.h>
@@ -112,17 +113,35 @@ static collided_status judge(const pair *p, const collided_certificate *claim)
     return above == COLLIDED_OK ? below : above;
 }
 
-collided_status collided_verify(const collided_shape *a, const collided_pose *pose_a, const double *hull_a,
-    size_t hull_a_count, const collided_shape *b, const collided_pose *pose_b, const double *hull_b,
-    size_t hull_b_count, const collided_certificate *claim)
+static collided_status verify(const collided_shape *a, const collided_pose *pose_a, hull_points hull_a,
+    const collided_shape *b, const collided_pose *pose_b, hull_points hull_b, const collided_certificate *claim)
 {
     pair p;
-    if (!placed_make(&p.a, a, pose_a, hull_a, hull_a_count) || !placed_make(&p.b, b, pose_b, hull_b, hull_b_count))
-        return COLLIDED_BAD_ARGUMENT;
+    if (!placed_make(&p.a, a, pose_a, hull_a) || !placed_make(&p.b, b, pose_b, hull_b)) return COLLIDED_BAD_ARGUMENT;
     p.has_axis = proper_axis(&p, claim->axis, &p.axis);
     if (!p.has_axis) p.axis = (vec){0, 0, 0};
     if (!placed_look(&p.a, p.axis) || !placed_look(&p.b, scale(-1, p.axis))) return COLLIDED_BAD_ARGUMENT;
     p.between = sub(p.b.body, p.a.body);
     p.reach = placed_reach(&p.a) + placed_reach(&p.b);
     return judge(&p, claim);
+}
+
+collided_status collided_verify(const collided_shape *a, const collided_pose *pose_a, const double *hull_a,
+    size_t hull_a_count, const collided_shape *b, const collided_pose *pose_b, const double *hull_b,
+    size_t hull_b_count, const collided_certificate *claim)
+{
+    return verify(a, pose_a, (hull_points){hull_a, hull_a_count, NULL}, b, pose_b,
+        (hull_points){hull_b, hull_b_count, NULL}, claim);
+}
+
+static hull_points points_of(const collided_prepared_hull *h)
+{
+    return h ? (hull_points){h->points, h->count, h} : (hull_points){NULL, 0, NULL};
+}
+
+collided_status collided_verify_prepared(const collided_shape *a, const collided_pose *pose_a,
+    const collided_prepared_hull *hull_a, const collided_shape *b, const collided_pose *pose_b,
+    const collided_prepared_hull *hull_b, const collided_certificate *claim)
+{
+    return verify(a, pose_a, points_of(hull_a), b, pose_b, points_of(hull_b), claim);
 }

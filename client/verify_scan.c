@@ -1,40 +1,14 @@
 /* verify_scan: four or eight points at a time: twelve or 24 numbers in three registers, sorted by coordinate without
  * changing their place more than once. Which point is in which lane does not matter for a greatest value. Pure; any
  * thread. */
-#include "verify_scan.h"
+#include "verify_lanes.h"
 
 #include <float.h>
 #include <math.h>
 #include <stdint.h>
 #include <string.h>
 
-enum { LANES = 4, FEW = 4 /* fours in a chunk: the search for its greatest costs as much */ };
-
-typedef double lanes __attribute__((vector_size(32)));
-typedef double lanes_anywhere __attribute__((vector_size(32), aligned(8), may_alias));
-typedef long long lane_mask __attribute__((vector_size(32)));
-
-/* How such values are passed differs between processors: of no concern, all that takes them is inlined. */
-#pragma GCC diagnostic ignored "-Wpsabi"
-
-#define INLINE __attribute__((always_inline)) static inline
-
-INLINE lanes lanes_of(real x)
-{
-    return (lanes){x, x, x, x};
-}
-
-INLINE lanes greater(lanes a, lanes b)
-{
-    lane_mask m = a > b;
-    return (lanes)((m & (lane_mask)a) | (~m & (lane_mask)b));
-}
-
-INLINE real greatest_of(lanes m)
-{
-    real low = m[0] > m[1] ? m[0] : m[1], high = m[2] > m[3] ? m[2] : m[3];
-    return low > high ? low : high;
-}
+enum { FEW = 4 /* fours in a chunk: the search for its greatest costs as much */ };
 
 typedef struct columns {
     lanes x, y, z;
@@ -43,7 +17,7 @@ typedef struct columns {
 /* Points 0, 3, 2, 1 of the four at `p`. */
 INLINE columns four_points(const double *p)
 {
-    lanes u = *(const lanes_anywhere *)p, v = *(const lanes_anywhere *)(p + 4), w = *(const lanes_anywhere *)(p + 8);
+    lanes u = lanes_at(p), v = lanes_at(p + 4), w = lanes_at(p + 8);
     lanes x = __builtin_shufflevector(__builtin_shufflevector(u, v, 0, 1, 6, 3), w, 0, 5, 2, 3);
     lanes y = __builtin_shufflevector(__builtin_shufflevector(u, v, 4, 1, 2, 7), w, 0, 1, 6, 3);
     lanes z = __builtin_shufflevector(__builtin_shufflevector(u, v, 0, 5, 2, 3), w, 4, 1, 2, 7);

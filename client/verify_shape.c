@@ -83,6 +83,7 @@ static bool placed_child(const placed *whole, size_t index, placed *out)
     out->shape = child;
     out->points = NULL;
     out->point_count = 0;
+    out->prepared = NULL;
     out->body = whole->body;
     out->rounding = whole->shape->radius;
     for (int i = 0; i < 3; i++) out->columns[i] = out_of_shape(whole, column(local, i));
@@ -99,16 +100,17 @@ static bool has_children(const placed *whole)
     return true;
 }
 
-bool placed_make(placed *p, const collided_shape *shape, const collided_pose *body, const double *points, size_t count)
+bool placed_make(placed *p, const collided_shape *shape, const collided_pose *body, hull_points points)
 {
     quat world, local;
     bool is_hull = shape->type == COLLIDED_HULL;
     bool concave = shape->type == COLLIDED_MESH || shape->type == COLLIDED_HEIGHT_FIELD;
     if (concave || !is_sized(shape) || !quat_of(body, &world) || !quat_of(&shape->pose, &local)) return false;
-    if (is_hull && (!points || !count)) return false;
+    if (is_hull && (!points.at || !points.count)) return false;
     p->shape = shape;
-    p->points = points;
-    p->point_count = is_hull ? count : 0;
+    p->points = points.at;
+    p->point_count = is_hull ? points.count : 0;
+    p->prepared = points.prepared;
     p->body = vec_of(body->position);
     p->rounding = 0;
     quat both = product(world, local);
@@ -122,10 +124,25 @@ static vec into_shape(const placed *p, vec v)
     return (vec){dot(p->columns[0], v), dot(p->columns[1], v), dot(p->columns[2], v)};
 }
 
+static const real FACE_DEPTH = 1e-7; /* of the points' size: so far below the highest belong to the face */
+
+static real face_depth(const placed *p)
+{
+    return FACE_DEPTH * sqrt(p->reach2);
+}
+
 bool placed_look(placed *p, vec n)
 {
     if (!p->point_count) return true;
+    if (p->prepared) {
+        p->reach2 = p->prepared->reach2;
+        prepared_look(p->prepared, into_shape(p, n), face_depth(p), &p->prepared_scan);
+        p->top = p->prepared_scan.top;
+        return true;
+    }
     points_look(p->points, p->point_count, into_shape(p, n), &p->scan);
+    p->top = p->scan.top;
+    p->reach2 = p->scan.reach2;
     return p->scan.finite;
 }
 
@@ -157,7 +174,7 @@ real placed_reach(const placed *p)
     if (p->shape->type == COLLIDED_COMPOUND) return greatest(p, reach_of_child, p->origin);
     vec half = vec_of(p->shape->half);
     real core2 = dot(half, half);
-    if (p->point_count) core2 = larger(core2, p->scan.reach2);
+    if (p->point_count) core2 = larger(core2, p->reach2);
     return length(p->origin) + sqrt(core2) + p->shape->radius + p->rounding;
 }
 
@@ -183,7 +200,7 @@ static real core_support(const placed *p, vec d)
     case COLLIDED_HALFSPACE:
         return 0;
     case COLLIDED_HULL:
-        return p->scan.top;
+        return p->top;
     case COLLIDED_MESH: /* placed_make takes neither */
     case COLLIDED_HEIGHT_FIELD:
     case COLLIDED_COMPOUND: /* its children are asked */
@@ -348,8 +365,6 @@ static real hull_distance(const placed *p, vec q)
 /* Is q not farther than `slack` from one of the triangles (or from the corner or edge) that the points highest along n
  * make? They are the face on which witness points lie, so that for these no search is needed. */
 enum { FACE_MOST = 6 };
-static const real FACE_DEPTH = 1e-7; /* of the points' size: so far below the highest belong to the face */
-
 static bool near_segment(vec q, vec a, vec b, real slack)
 {
     vec e = sub(b, a), d = sub(q, a);
@@ -369,8 +384,8 @@ static bool near_triangle(vec q, vec a, vec b, vec c, real slack)
 static bool near_face(const placed *p, vec q, real slack)
 {
     vec v[FACE_MOST];
-    real depth = FACE_DEPTH * sqrt(p->scan.reach2);
-    int count = points_on_top(p->points, p->point_count, &p->scan, depth, v, FACE_MOST);
+    int count = p->prepared ? prepared_on_top(p->prepared, &p->prepared_scan, face_depth(p), v, FACE_MOST)
+                            : points_on_top(p->points, p->point_count, &p->scan, face_depth(p), v, FACE_MOST);
     for (int i = 0; i < count; i++) {
         if (length(sub(q, v[i])) <= slack) return true;
         for (int k = 0; k < i; k++) {

@@ -5,6 +5,7 @@
 #define COLLIDED_CLIENT_VERIFY_SHAPE_H
 
 #include "collided.h"
+#include "verify_hull.h"
 #include "verify_scan.h"
 
 #include <math.h>
@@ -43,17 +44,29 @@ typedef struct placed {
     const collided_shape *shape;
     const double *points; /* of a hull */
     size_t point_count;
-    vec columns[3];   /* the shape's axes in the world */
-    vec origin;       /* of the shape relative to its body's position, in world directions */
-    vec body;         /* position of the body */
-    real rounding;    /* of a compound's child: what the compound adds to the child's own */
-    points_scan scan; /* of a hull, by placed_look */
+    const collided_prepared_hull *prepared; /* those points; NULL if they are not */
+    vec columns[3];                         /* the shape's axes in the world */
+    vec origin;                             /* of the shape relative to its body's position, in world directions */
+    vec body;                               /* position of the body */
+    real rounding;                          /* of a compound's child: what the compound adds to the child's own */
+    real top, reach2;                       /* of a hull's points, in their frame, by placed_look */
+    union {                                 /* what it saw */
+        points_scan scan;
+        prepared_scan prepared_scan;
+    };
 } placed;
+
+/* The points of a hull, if there is one: count triples, or prepared. */
+typedef struct hull_points {
+    const double *at;
+    size_t count;
+    const collided_prepared_hull *prepared;
+} hull_points;
 
 /* False if the shape or its poses are not usable: not finite, no rotation, negative sizes, no points; or if it is a
  * mesh, a height field, or a compound of anything but convex shapes with an end and a formula. Then placed_look: false
  * if the points of a hull are not finite; `n` is the direction along which it will be asked for its support. */
-bool placed_make(placed *p, const collided_shape *shape, const collided_pose *body, const double *points, size_t count);
+bool placed_make(placed *p, const collided_shape *shape, const collided_pose *body, hull_points points);
 bool placed_look(placed *p, vec n);
 
 real placed_reach(const placed *p); /* of its points from the body's position; a half-space: of its origin */

@@ -2,5 +2,6 @@
 #include "narrow_peer.h"
 
 const narrow_peer *const narrow_contenders[] = {&narrow_ours, &narrow_ours_finest, &narrow_ours_cached,
-    &narrow_ours_again, &narrow_loop, &narrow_verify, &narrow_ccd_gjk, &narrow_ccd_gjk_fine, &narrow_ccd_mpr};
+    &narrow_ours_again, &narrow_loop, &narrow_verify, &narrow_verify_prepared, &narrow_ccd_gjk, &narrow_ccd_gjk_fine,
+    &narrow_ccd_mpr};
 const size_t narrow_contender_count = sizeof narrow_contenders / sizeof *narrow_contenders;

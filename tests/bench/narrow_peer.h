@@ -96,7 +96,8 @@ extern const narrow_peer narrow_ours, narrow_ours_finest, narrow_ours_cached, na
 extern const narrow_peer narrow_dial, narrow_dial_world, narrow_dial_boxes, narrow_dial_bounds, narrow_dial_ladder,
     narrow_dial_verdict; /* for sweeps */
 extern const narrow_peer narrow_loop;
-extern const narrow_peer narrow_verify; /* checks answers that it is given: no goal, no ratio */
+extern const narrow_peer narrow_verify,
+    narrow_verify_prepared; /* check answers that they are given: no goal, no ratio */
 extern const narrow_peer narrow_ccd_gjk, narrow_ccd_gjk_fine, narrow_ccd_mpr;
 extern const narrow_peer narrow_fcl, narrow_fcl_fine, narrow_fcl_collide, narrow_fcl_indep, narrow_fcl_indep_collide;
 extern const narrow_peer narrow_bullet_pair, narrow_bullet_epa, narrow_bullet_box;

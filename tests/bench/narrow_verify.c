@@ -1,6 +1,6 @@
-/* narrow_verify: what a client pays to check an answer. Each item's certificate is asked for before the clock starts;
- * timed is collided_verify alone, from shapes, poses and claim, as a client has them. It says no distance: a
- * certificate that it does not accept counts as failed. */
+/* narrow_verify: what a client pays to check an answer. Each item's certificate is asked for, and hulls are prepared,
+ * before the clock starts; timed is collided_verify or collided_verify_prepared alone, from shapes, poses and claim, as
+ * a client has them. They say no distance: a certificate that is not accepted counts as failed. */
 #include "narrow/narrow.h"
 #include "narrow_scene.h"
 
@@ -13,12 +13,18 @@ typedef struct client_side {
     collided_pose pose;
     const double *points;
     size_t point_count;
+    collided_prepared_hull *prepared;
 } client_side;
 
 typedef struct checked_item {
     client_side a, b;
     collided_certificate claim;
 } checked_item;
+
+typedef struct checked {
+    size_t count;
+    checked_item items[];
+} checked;
 
 static void put(vec3 v, double out[3])
 {
@@ -34,6 +40,7 @@ static client_side side_of(const narrow_body *body, const narrow_place *at)
     for (int i = 0; i < 3; i++) s.pose.position[i] = at->p[i];
     for (int i = 0; i < 4; i++) s.pose.orientation[i] = at->q[i];
     if (body->kind == KIND_HULL) s.points = body->polytope->vertices, s.point_count = body->polytope->vertex_count;
+    if (s.points) s.prepared = collided_prepare_hull(s.points, s.point_count);
     return s;
 }
 
@@ -53,29 +60,50 @@ static collided_certificate certificate_of(const narrow_item *item, double toler
 
 static void *create(const narrow_item *items, size_t count, const narrow_row *row)
 {
-    checked_item *own = calloc(count, sizeof *own);
+    checked *own = calloc(1, sizeof *own + count * sizeof own->items[0]);
     narrow_scratch *scratch = aligned_alloc(64, narrow_scratch_size());
     if (!own || !scratch) abort();
+    own->count = count;
     for (size_t i = 0; i < count; i++)
-        own[i] = (checked_item){side_of(items[i].a, &items[i].at_a), side_of(items[i].b, &items[i].at_b),
+        own->items[i] = (checked_item){side_of(items[i].a, &items[i].at_a), side_of(items[i].b, &items[i].at_b),
             certificate_of(&items[i], row->tolerance, scratch)};
     free(scratch);
     return own;
 }
 
+static void destroy(void *self)
+{
+    checked *own = self;
+    for (size_t i = 0; i < own->count; i++) {
+        collided_free_prepared_hull(own->items[i].a.prepared);
+        collided_free_prepared_hull(own->items[i].b.prepared);
+    }
+    free(own);
+}
+
+static narrow_answer answer_of(const collided_certificate *claim, collided_status status)
+{
+    return (narrow_answer){
+        .failed = status != COLLIDED_OK, .overlap = claim->lo <= 0, .bounded = true, .lo = claim->lo, .hi = claim->hi};
+}
+
 static void query(void *self, size_t first, size_t count, narrow_answer *out)
 {
-    const checked_item *items = self;
-    for (size_t i = first; i < first + count; i++, out++) {
+    const checked_item *items = ((checked *)self)->items;
+    for (size_t i = first; i < first + count; i++) {
         const client_side *a = &items[i].a, *b = &items[i].b;
-        const collided_certificate *claim = &items[i].claim;
-        collided_status status = collided_verify(
-            &a->shape, &a->pose, a->points, a->point_count, &b->shape, &b->pose, b->points, b->point_count, claim);
-        *out = (narrow_answer){.failed = status != COLLIDED_OK,
-            .overlap = claim->lo <= 0,
-            .bounded = true,
-            .lo = claim->lo,
-            .hi = claim->hi};
+        *out++ = answer_of(&items[i].claim, collided_verify(&a->shape, &a->pose, a->points, a->point_count, &b->shape,
+                                                &b->pose, b->points, b->point_count, &items[i].claim));
+    }
+}
+
+static void query_prepared(void *self, size_t first, size_t count, narrow_answer *out)
+{
+    const checked_item *items = ((checked *)self)->items;
+    for (size_t i = first; i < first + count; i++) {
+        const client_side *a = &items[i].a, *b = &items[i].b;
+        *out++ = answer_of(&items[i].claim, collided_verify_prepared(&a->shape, &a->pose, a->prepared, &b->shape,
+                                                &b->pose, b->prepared, &items[i].claim));
     }
 }
 
@@ -85,4 +113,12 @@ static bool takes_convex(const narrow_row *row)
 }
 
 const narrow_peer narrow_verify = {"collided_verify", "a client's check of our certificate, which it is given", true,
-    takes_convex, create, query, free};
+    takes_convex, create, query, destroy};
+
+static bool takes_hulls(const narrow_row *row)
+{
+    return takes_convex(row) && (row->a == KIND_HULL || row->b == KIND_HULL);
+}
+
+const narrow_peer narrow_verify_prepared = {"collided_verify_prepared", "the same, with hulls that were prepared once",
+    true, takes_hulls, create, query_prepared, destroy};

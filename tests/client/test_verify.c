@@ -156,7 +156,14 @@ static collided_certificate place(const solid *a, solid *b, double gap)
 
 static collided_status verify(const solid *a, const solid *b, const collided_certificate *claim)
 {
-    return collided_verify(&a->shape, &a->body, a->hull, HULL_POINTS, &b->shape, &b->body, b->hull, HULL_POINTS, claim);
+    collided_prepared_hull *hull_a = collided_prepare_hull(a->hull, HULL_POINTS);
+    collided_prepared_hull *hull_b = collided_prepare_hull(b->hull, HULL_POINTS);
+    collided_status said =
+        collided_verify(&a->shape, &a->body, a->hull, HULL_POINTS, &b->shape, &b->body, b->hull, HULL_POINTS, claim);
+    assert_int_equal(collided_verify_prepared(&a->shape, &a->body, hull_a, &b->shape, &b->body, hull_b, claim), said);
+    collided_free_prepared_hull(hull_a);
+    collided_free_prepared_hull(hull_b);
+    return said;
 }
 
 typedef void case_of(const solid *a, const solid *b, collided_certificate claim);
@@ -355,6 +362,17 @@ static void unusable_shapes_are_told_apart(void **state)
     collided_shape ground = collided_height_field((collided_geometry){1}); /* not convex: no axis proves anything */
     assert_int_equal(collided_verify(&ground, &pose, NULL, 0, &good, &pose, NULL, 0, &claim), COLLIDED_BAD_ARGUMENT);
     assert_int_equal(collided_verify(&hull, &pose, NULL, 0, &good, &pose, NULL, 0, &claim), COLLIDED_BAD_ARGUMENT);
+    assert_int_equal(collided_verify_prepared(&hull, &pose, NULL, &good, &pose, NULL, &claim), COLLIDED_BAD_ARGUMENT);
+}
+
+static void points_that_make_no_hull_are_not_prepared(void **state)
+{
+    (void)state;
+    const double infinite[] = {0, 0, 0, 1, INFINITY, 0};
+    assert_null(collided_prepare_hull(NULL, 3));
+    assert_null(collided_prepare_hull(infinite, 0));
+    assert_null(collided_prepare_hull(infinite, 2));
+    collided_free_prepared_hull(NULL);
 }
 
 /* A box around a smaller thing: both upper bounds, apart and overlapping, must leave room for the deviation. */
@@ -390,6 +408,7 @@ int main(void)
         cmocka_unit_test(opposite_halfspaces_are_judged),
         cmocka_unit_test(deviations_widen_what_the_points_prove),
         cmocka_unit_test(unusable_shapes_are_told_apart),
+        cmocka_unit_test(points_that_make_no_hull_are_not_prepared),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

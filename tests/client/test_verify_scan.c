@@ -1,4 +1,5 @@
-/* points_look in every width that this processor has, beside a loop over the points. */
+/* points_look in every width that this processor has, and prepared_look, beside a loop over the points. */
+#include "verify_hull.h"
 #include "verify_scan.h"
 
 #include <math.h>
@@ -10,7 +11,7 @@
 
 #include <cmocka.h>
 
-enum { POINTS_MOST = 700 };
+enum { POINTS_MOST = 3000 };
 
 static double uniform(uint64_t *state)
 {
@@ -51,9 +52,45 @@ static void check_top(const double *points, size_t count, const points_scan *s, 
     assert_int_equal(found, expected);
 }
 
+static int compare(const void *a, const void *b)
+{
+    const vec *p = a, *q = b;
+    return p->x != q->x   ? (p->x > q->x) - (p->x < q->x)
+           : p->y != q->y ? (p->y > q->y) - (p->y < q->y)
+                          : (p->z > q->z) - (p->z < q->z);
+}
+
+/* The same points on top, in any order. */
+static void check_prepared_top(
+    const double *points, size_t count, const prepared_scan *s, const collided_prepared_hull *h, double depth)
+{
+    static vec ours[POINTS_MOST], theirs[POINTS_MOST];
+    points_scan loop = {.along = s->along, .top = s->top};
+    int found = prepared_on_top(h, s, depth, ours, POINTS_MOST);
+    assert_int_equal(found, points_on_top(points, count, &loop, depth, theirs, POINTS_MOST));
+    qsort(ours, (size_t)found, sizeof *ours, compare);
+    qsort(theirs, (size_t)found, sizeof *theirs, compare);
+    for (int i = 0; i < found; i++) assert_int_equal(compare(&ours[i], &theirs[i]), 0);
+    assert_int_equal(prepared_on_top(h, s, depth, ours, 1), found > 0);
+}
+
+static void check_prepared(const double *points, size_t count, vec d, const plain *expected)
+{
+    prepared_scan s;
+    collided_prepared_hull *h = collided_prepare_hull(points, count);
+    assert_int_equal(h != NULL, expected->finite);
+    if (!h) return;
+    prepared_look(h, d, 0.1, &s);
+    assert_true(s.top == expected->top && h->reach2 == expected->reach2);
+    check_prepared_top(points, count, &s, h, 0);
+    check_prepared_top(points, count, &s, h, 0.1);
+    collided_free_prepared_hull(h);
+}
+
 static void check(const double *points, size_t count, vec d)
 {
     plain expected = look_plainly(points, count, d);
+    check_prepared(points, count, d, &expected);
     for (points_width width = POINTS_PLAIN; width < POINTS_WIDTHS; width++) {
         points_scan s;
         if (!points_look_has(width)) continue;
@@ -72,7 +109,7 @@ static void all_widths_see_what_a_loop_sees(void **state)
     static const double ODD[] = {NAN, -NAN, INFINITY, -INFINITY, 1e200, -1e200, 0};
     static double points[3 * POINTS_MOST];
     uint64_t random = 7;
-    for (size_t count = 1; count <= POINTS_MOST; count += count < 80 ? 1 : 31) {
+    for (size_t count = 1; count <= POINTS_MOST; count += count < 80 ? 1 : count < 700 ? 31 : 700) {
         for (size_t i = 0; i < 3 * count; i++) points[i] = uniform(&random);
         vec d = {uniform(&random), uniform(&random), uniform(&random)};
         check(points, count, d);
