@@ -559,15 +559,15 @@ collided_status collided_verify(const collided_shape *a, const collided_pose *po
     size_t hull_a_count, const collided_shape *b, const collided_pose *pose_b, const double *hull_b,
     size_t hull_b_count, const collided_certificate *claim);
 
-/* A hull's points, looked at and sorted once, for whoever checks many certificates of it: collided_verify looks at every
- * point each time, which of two hulls of 256 points takes twice as long. */
+/* A hull's points, looked at and sorted once, for whoever checks many certificates of it: collided_verify looks at
+ * every point each time, which of two hulls of 256 points takes twice as long. */
 typedef struct collided_prepared_hull collided_prepared_hull;
 
-/* The points (count triples x, y, z) are copied. NULL if there are none, one is not finite, or memory ran out. It is
- * yours, free it; nothing changes it, so that any threads may use it at once. */
+/* Looks at a hull's points (count triples x, y, z) and keeps a copy. NULL if there are none, one is not finite, or
+ * memory ran out. What it makes is yours to free; nothing changes it, so that any threads may use it at once. */
 collided_prepared_hull *collided_prepare_hull(const double *points, size_t count);
 
-/* Frees it. NULL is no error. */
+/* Frees what collided_prepare_hull made. NULL is no error. */
 void collided_free_prepared_hull(collided_prepared_hull *hull);
 
 /* As collided_verify, with prepared hulls: NULL for shapes that are none. Pure; any thread. */
