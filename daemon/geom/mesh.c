@@ -228,15 +228,15 @@ static bool build_hull(mesh *m, const mesh_outline *outline)
     return built;
 }
 
-/* A unit whose inverse is finite: what is smaller still is only a smaller number of units. */
-enum { MESH_UNIT_EXPONENT_MIN = -1000 };
+/* Of the unit, so that its inverse is a number: meshes may be of subnormal size. */
+enum { LEAST_EXPONENT = -1020 };
 
 static void measure(mesh *m)
 {
     int exponent;
     for (uint32_t i = 0; i < m->vertex_count; i++) m->max_abs = fmax(m->max_abs, vec_max_abs(m->vertices[i]));
     (void)frexp(m->max_abs, &exponent);
-    m->unit = ldexp(1, exponent > MESH_UNIT_EXPONENT_MIN ? exponent : MESH_UNIT_EXPONENT_MIN);
+    m->unit = ldexp(1, exponent > LEAST_EXPONENT ? exponent : LEAST_EXPONENT);
 }
 
 mesh_status mesh_build(const double *points, size_t count, const int32_t *corners, size_t triangles, mesh **out)
