@@ -356,7 +356,7 @@ static bool face_is_flat(const hull *h, const hull_face *f, double slack)
 
 static bool is_sound(const hull *h, double extent)
 {
-    double slack = HULL_PLANE_RATIO * extent + 16 * ROUND_U * h->max_abs;
+    double slack = HULL_PLANE_RATIO * extent + 16 * ROUND_U * h->max_abs + HULL_SUBNORMAL;
     if (h->vertex_count + h->face_count != h->edge_count + 2) return false;
     for (uint32_t v = 0; v < h->vertex_count; v++)
         if (h->neighbour_first[v + 1] - h->neighbour_first[v] < 3) return false;

@@ -15,6 +15,8 @@ enum { HULL_VERTICES_MAX = 65535 };
 /* How far a face's own corner may lie below its plane, relative to the hull's extent: facets that qhull cannot tell
  * apart become one face, and it promises nothing worse. */
 #define HULL_PLANE_RATIO 1e-9
+/* And what products of subnormal coordinates may be off by: three on either side. */
+#define HULL_SUBNORMAL 0x1p-1071
 
 typedef struct hull_face {
     vec3 normal;           /* unit, outward */

@@ -1,11 +1,33 @@
 /* The whole-structure check of a hull: what every other file takes for granted about one. Pure; any thread. Made for
- * tests: its time grows with faces times vertices. Each check names the first fault that it finds. */
+ * tests: its time grows with faces times vertices. Each check names the first fault that it finds.
+ *
+ * It holds for hulls of any size, so squares and quotients are only made of numbers that a power of two has brought to
+ * about 1: of one that was subnormal, no bit is lost. */
 #include "hull.h"
 
 #include "base/array.h"
 #include "round.h"
 
 #include <stdlib.h>
+
+static vec3 times_power(vec3 v, int exponent)
+{
+    return vec(ldexp(v.x, exponent), ldexp(v.y, exponent), ldexp(v.z, exponent));
+}
+
+/* The power of two that is the least above `size`. */
+static int exponent_of(double size)
+{
+    int exponent;
+    (void)frexp(size, &exponent);
+    return exponent;
+}
+
+static bool is_within_reach(const hull *h, vec3 v)
+{
+    int exponent = exponent_of(h->reach);
+    return vec_norm(times_power(v, -exponent)) <= ldexp(h->reach, -exponent);
+}
 
 static const char *vertices_fault(const hull *h)
 {
@@ -16,7 +38,7 @@ static const char *vertices_fault(const hull *h)
     for (uint32_t i = 0; i < h->padded_count; i++) {
         vec3 v = hull_vertex(h, i);
         if (!vec_finite(v)) return "vertex is not finite";
-        if (!(vec_norm(v) <= h->reach)) return "vertex lies beyond the reach";
+        if (!is_within_reach(h, v)) return "vertex lies beyond the reach";
         max_abs = fmax(max_abs, vec_max_abs(v));
     }
     vec3 last = hull_vertex(h, h->vertex_count - 1);
@@ -35,10 +57,30 @@ static double extent_of(const hull *h)
     return most;
 }
 
-static const char *loop_fault(const hull *h, const hull_face *f, double extent, uint32_t stamp, uint32_t *seen)
+static vec3 corner_from_first(const hull *h, const hull_face *f, uint32_t i)
+{
+    const uint32_t *loop = &h->face_vertices[f->first];
+    return vec_sub(hull_vertex(h, loop[i]), hull_vertex(h, loop[0]));
+}
+
+/* Along the face's normal, in squares of the face's own size. */
+static double loop_area(const hull *h, const hull_face *f)
 {
     vec3 area = VEC_ZERO, last = VEC_ZERO;
-    double below = HULL_PLANE_RATIO * extent + 16 * ROUND_U * h->max_abs;
+    double size = 0;
+    for (uint32_t i = 1; i < f->count; i++) size = fmax(size, vec_max_abs(corner_from_first(h, f, i)));
+    int exponent = exponent_of(size);
+    for (uint32_t i = 1; i < f->count; i++) {
+        vec3 d = times_power(corner_from_first(h, f, i), -exponent);
+        area = vec_add(area, vec_cross(last, d));
+        last = d;
+    }
+    return vec_dot(area, f->normal);
+}
+
+static const char *loop_fault(const hull *h, const hull_face *f, double extent, uint32_t stamp, uint32_t *seen)
+{
+    double below = HULL_PLANE_RATIO * extent + 16 * ROUND_U * h->max_abs + HULL_SUBNORMAL;
     if (f->count < 3) return "face has fewer than three corners";
     for (uint32_t i = 0; i < f->count; i++) {
         uint32_t v = h->face_vertices[f->first + i];
@@ -46,11 +88,8 @@ static const char *loop_fault(const hull *h, const hull_face *f, double extent, 
         if (seen[v] == stamp) return "face has a corner twice";
         seen[v] = stamp;
         if (vec_dot(f->normal, hull_vertex(h, v)) < f->offset - below) return "corner lies below its face's plane";
-        vec3 d = vec_scale(vec_sub(hull_vertex(h, v), hull_vertex(h, h->face_vertices[f->first])), 1 / extent);
-        area = vec_add(area, vec_cross(last, d));
-        last = d;
     }
-    return vec_dot(area, f->normal) > 0 ? NULL : "face's loop is not counter-clockwise";
+    return loop_area(h, f) > 0 ? NULL : "face's loop is not counter-clockwise";
 }
 
 static const char *plane_fault(const hull *h, const hull_face *f)

@@ -10,9 +10,6 @@
  */
 #define FINEST 1e-12
 
-#define LEAST_NUMBER 0x1p-1074
-#define LEAST_EXACT_UNIT 0x1p-900 /* with a smaller one bounds may become subnormal */
-
 /* In metres, rounded down or up: subnormal numbers are rounded by the product; scaled back they are exact. */
 static inline double real_below(const unit_pair *p, double lo)
 {

@@ -26,6 +26,10 @@ static const double FACE_SINE = 0.01;
  * the deepest point by more. */
 static const double FLUSH_RATIO = 1e-6;
 
+/* Of that: a side of the reference that is no longer is not clipped by, for its direction is rounding. A longer one is,
+ * however short: where it joins two long sides of a sliver, nothing else ends that. */
+static const double SHORT_RATIO = 1e-3;
+
 typedef struct contact_frame {
     vec3 origin, x, y, axis;
 } contact_frame;
@@ -174,7 +178,7 @@ static bool measure_side(
     spot a = ref->at[j], b = ref->at[j + 1 == ref->count ? 0 : j + 1];
     double length = flat_length(a, b), sign = ref->area > 0 ? 1 : -1;
     bool cuts = false;
-    if (length <= slack) return false;
+    if (length <= SHORT_RATIO * slack) return false;
     for (uint32_t i = 0; i < count; i++) {
         height[i] = sign * turn(a, b, in[i].at) / length;
         cuts |= height[i] < -slack;
@@ -243,7 +247,7 @@ static uint32_t clip_segment(const outline *ref, const outline *inc, double slac
     for (uint32_t j = 0; j < sides; j++) {
         spot a = ref->at[j], b = ref->at[(j + 1) % ref->count];
         double length = flat_length(a, b);
-        if (length <= slack) continue;
+        if (length <= SHORT_RATIO * slack) continue;
         double first = sign * turn(a, b, inc->at[0]) / length, second = sign * turn(a, b, inc->at[1]) / length;
         if (first >= -slack && second >= -slack) continue;
         if (first < -slack && second < -slack) return 0;

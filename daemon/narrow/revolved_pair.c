@@ -26,7 +26,8 @@ enum { CELLS_MAX = 48 /* open at a time */, SPLITS_MAX = 200 };
 static const double PARALLEL =
     0.01;                          /* sine of the angle between the axes; below, corners of cells are ill-conditioned */
 static const double SHALLOW = 0.1; /* of the size: less depth is found sooner by other means */
-static const double NOISE = 64;    /* rounding of a bound, in units of the last place, with room */
+static const double NOISE = 64;    /* rounding of a bound, in units of the last place, with room: a dozen operations */
+static const double OFF = 16;      /* of e, in units of the last place of |y| + |g x|: derived at try_corner */
 static const double SLACK = 1e-12; /* by which a point may be outside of a cell and still counts for its bound */
 static const double EDGE = 0.1;    /* no part of a cell that is split is smaller than this share */
 
@@ -37,7 +38,6 @@ typedef struct scene {
     vec3 u, across;    /* across: unit, u without its part along z; the third is z x across */
     double tz, ta, tk; /* t along z and across, and its size along the third */
     double side;       /* on which side of the plane t is */
-    double noise, blur;
 } scene;
 
 typedef struct cell {
@@ -69,8 +69,6 @@ static scene scene_of(const unit_pair *p)
     at.ta = t.x * at.across.x + t.y * at.across.y;
     at.tk = fabs(k);
     at.side = k < 0 ? -1 : 1;
-    at.noise = NOISE * UNIT_ROUNDOFF / s;
-    at.blur = at.noise;
     return at;
 }
 
@@ -113,10 +111,15 @@ static inline void try_circle(
     lower(l, value, of_x ? at->v : other, of_x ? other : at->v);
 }
 
+/* Of all only e is divided by the sine of the angle between the axes. What its rounding may be is held against the
+ * bound there, so that all else, and corners where it is none (two sides that cross: x = y = 0), lose nothing where
+ * axes are nearly parallel. u may be 3 u longer than 1, so g and s may be; s has 2 u of its own; product, difference
+ * and quotient have one each: less than 12 u (|y| + |g x|) / s. */
 static inline void try_corner(lowest *l, const scene *c, const slope *w, const mark *x, const mark *y)
 {
-    double e = (y->v - c->g * x->v) / c->s, k2 = 1 - x->v * x->v - e * e + c->blur;
-    if (k2 >= 0) lower(l, x->v * w->z + e * w->across - c->tk * sqrt(k2), x->v, y->v);
+    double gx = c->g * x->v, e = (y->v - gx) / c->s, off = OFF * UNIT_ROUNDOFF * (fabs(y->v) + fabs(gx)) / c->s;
+    double k2 = 1 - x->v * x->v - e * e + NOISE * UNIT_ROUNDOFF + off * (2 * fabs(e) + off);
+    if (k2 >= 0) lower(l, x->v * w->z + e * w->across - off * fabs(w->across) - c->tk * sqrt(k2), x->v, y->v);
 }
 
 static lowest lowest_on_rim(const scene *c, const slope *w, const cell *q)
@@ -155,7 +158,7 @@ static void bound_cell(const scene *c, cell *q)
     if (!(length > SLACK) || !between(l.x, &q->x1, &q->x2) || !between(l.y, &q->y1, &q->y2))
         l = lowest_on_rim(c, &w, q);
     double chords = q->x1.f - slope_a * q->x1.v + q->y1.f - slope_b * q->y1.v;
-    q->bound = chords + l.value - c->noise * (c->p->size + fabs(slope_a) + fabs(slope_b));
+    q->bound = chords + l.value - NOISE * UNIT_ROUNDOFF * (c->p->size + fabs(slope_a) + fabs(slope_b));
     q->x = inside(l.x, &q->x1, &q->x2);
     q->y = inside(l.y, &q->y1, &q->y2);
     q->gap_x = gap_above(&c->a, &q->x1, slope_a, q->x);
@@ -273,7 +276,7 @@ bool revolved_pair_measure(const unit_pair *p, const narrow_goal *goal, span *ou
     search x;
     out->axis = VEC_ZERO;
     if (!(c.s > PARALLEL)) return false;
-    double rounding = 4 * c.noise * p->size;
+    double rounding = 4 * (NOISE + OFF / c.s) * UNIT_ROUNDOFF * p->size;
     x.scene = &c;
     x.least = x.proved = INFINITY;
     x.x = x.y = 0;

@@ -3,6 +3,7 @@
 
 #include "core.h"
 #include "geom/compound.h"
+#include "geom/round.h"
 #include "scalar.h"
 #include "unit_pair.h"
 
@@ -88,7 +89,7 @@ static void be_triangle(toi_part *p, const shape *whole, uint32_t triangle)
         p->x[k] = v.x;
         p->y[k] = v.y;
         p->z[k] = v.z;
-        reach = max_of(reach, vec_norm(v) * (1 + 8 * UNIT_ROUNDOFF));
+        reach = max_of(reach, length_up(v));
         most = max_of(most, vec_greatest(v));
     }
     p->flat = (hull){.vertex_count = 3,

@@ -73,6 +73,7 @@ void unit_pair_init(unit_pair *p, const shape *a, const shape *b, const pose *b_
     p->size = reach_a * p->scale + reach_b * p->scale + vec_norm(p->b_in_a.t);
     if (is_plane(a) || is_plane(b)) p->size *= 2; /* a plane turns about its origin, as far as to where the other is */
     p->error = error_share(a, b) * unit_error(p->size);
+    if (p->unit < LEAST_EXACT_UNIT) p->error += LEAST_ERROR * p->scale;
     p->excess = (shape_excess(a) + shape_excess(b)) * p->scale;
     p->deviation = (a->deviation + b->deviation) * p->scale;
 }

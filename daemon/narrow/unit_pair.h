@@ -72,6 +72,13 @@ static inline void unit_of(double largest, double *unit, double *scale)
     *scale = power_of_two(-exponent);
 }
 
+#define LEAST_NUMBER 0x1p-1074
+#define LEAST_EXACT_UNIT 0x1p-900 /* with a smaller one bounds may become subnormal */
+
+/* What is added to it with such a unit: a vertex of a hull is chosen by its coordinates as they are given, and where
+ * these are subnormal, by a product of each of the three that is off by half of the least number. */
+#define LEAST_ERROR (8 * LEAST_NUMBER)
+
 /* unit_pair.error of a pair of that size. A separation is dot(n, b - a): the pose may be off by 9 u of position and
  * rotation (product of two rounded quaternions, whatever quat_settled lets pass, and the matrix made of it), a support
  * point by 4 u, difference, product and sum by 3 u. */

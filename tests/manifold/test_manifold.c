@@ -276,6 +276,26 @@ static void points_lie_within_both_features_and_reach_the_witness(void **state)
     assert_true(several > 1000);
 }
 
+/* Of a plank of almost no width, on a box or under one, beyond both of whose ends the box's face goes on: at each width
+ * about where its face is just wide enough to clip the other by, contacts end where the plank ends. */
+static void slivers_end_at_their_ends(void **state)
+{
+    (void)state;
+    for (int i = 0; i < 4000; i++) {
+        double width = pow(10, -9 + 5 * (i / 4) / 1000.0), turn = i % 4 < 2 ? 0 : 0.3;
+        shape plank = box_of(width, 0.5, 0.5), block = box_of(1, 2, 0.5);
+        bool under = i % 2;
+        manifold m;
+        build_above(under ? &plank : &block, 0.5, under ? &block : &plank,
+            (pose){{0.1, under ? -0.2 : 0.2, 1}, turned(UP, turn)}, 1e-3, &m);
+        for (uint32_t k = 0; k < m.count; k++) {
+            vec3 p = under ? m.points[k].point
+                           : quat_rotate(turned(UP, -turn), vec_sub(m.points[k].point, vec(0.1, 0.2, 1)));
+            if (fabs(p.x) > width + 3e-6 || fabs(p.y) > 0.5 + 3e-6) fail_msg("width %g: %g, %g", width, p.x, p.y);
+        }
+    }
+}
+
 static void assert_same_ids(const manifold *a, const manifold *b)
 {
     assert_int_equal(a->count, b->count);
@@ -377,6 +397,7 @@ int main(void)
         cmocka_unit_test(a_box_on_a_halfspace_touches_in_four_points),
         cmocka_unit_test(rounding_moves_the_surfaces_and_not_the_points),
         cmocka_unit_test(points_lie_within_both_features_and_reach_the_witness),
+        cmocka_unit_test(slivers_end_at_their_ends),
         cmocka_unit_test(ids_stay_under_tiny_motion),
         cmocka_unit_test(faces_of_many_corners_are_sampled_and_keep_their_depth),
         cmocka_unit_test(degenerate_shapes_still_give_a_point),

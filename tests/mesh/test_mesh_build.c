@@ -236,6 +236,26 @@ static void one_triangle_is_a_surface(void **state)
     soup_free(&s);
 }
 
+/* Of sizes whose squares vanish, and of subnormal numbers: the unit of the boxes has an inverse. */
+static void a_mesh_may_be_of_any_size(void **state)
+{
+    (void)state;
+    static const int POWERS[] = {480, -300, -530, -600, -1000, -1020, -1024, -1060, -1074};
+    for (size_t i = 0; i < sizeof POWERS / sizeof *POWERS; i++) {
+        soup s = soup_box(1, 2, 3, 4);
+        for (size_t k = 0; k < 3 * s.point_count; k++) s.points[k] = ldexp(4 * s.points[k], POWERS[i]);
+        check_mesh(&s, true, "a solid");
+        mesh *m = soup_mesh(&s);
+        const char *fault = hull_validate(m->hull);
+        if (fault) fail_msg("times 2^%d: %s", POWERS[i], fault);
+        vec3 in = vec(ldexp(3, POWERS[i]), ldexp(-7, POWERS[i]), ldexp(11, POWERS[i]));
+        assert_true(mesh_inside(m, in) && mesh_inside(m, VEC_ZERO));
+        assert_false(mesh_inside(m, vec(in.x, in.y, ldexp(13, POWERS[i]))) || mesh_inside(m, vec(1e150, 0, 0)));
+        mesh_destroy(m);
+        soup_free(&s);
+    }
+}
+
 /* Two boxes that overlap: no triangle is cut, but each point has a winding number, and where it is not 0 is inside. */
 static void a_solid_may_pass_through_itself(void **state)
 {
@@ -304,6 +324,7 @@ int main(void)
         cmocka_unit_test(a_fin_or_a_moebius_band_is_a_surface),
         cmocka_unit_test(meshes_of_any_size_are_sound_or_refused),
         cmocka_unit_test(one_triangle_is_a_surface),
+        cmocka_unit_test(a_mesh_may_be_of_any_size),
         cmocka_unit_test(a_solid_may_pass_through_itself),
         cmocka_unit_test(a_million_triangles_make_a_sound_solid),
         cmocka_unit_test(bad_input_is_refused_by_name),

@@ -79,12 +79,19 @@ static double outside(const pair *x, const span *s)
            x->p.scale;
 }
 
+/* What revolved_pair.h may leave where axes are nearly parallel. */
+static double rounding(const pair *x)
+{
+    vec3 u = x->p.b_in_a.r.z;
+    return x->a.type == SHAPE_BOX ? 0 : 0x1p-50 * (64 + 16 / sqrt(u.x * u.x + u.y * u.y)) * x->p.size;
+}
+
 /* Half of the directions are near the axis, where a bound that is wrong is wrong first. */
 static void check(const pair *x, const span *s, random_state *r, bool search, uint64_t seed)
 {
     double hi = s->hi + x->p.error, along = vec_dot(vec_sub(s->point_b, s->point_a), s->axis);
     double most = 8 * (s->hi - s->lo + x->p.error) + ROOM * x->p.size;
-    assert_true(s->lo <= s->hi && s->hi - s->lo <= x->goal.tolerance);
+    assert_true(s->lo <= s->hi && s->hi - s->lo <= fmax(x->goal.tolerance, rounding(x)));
     assert_true(separation(x, s->axis) >= s->lo - x->p.error);
     for (int i = 0; i < DIRECTIONS; i++) {
         vec3 n = i % 2 ? random_direction(r) : vec_unit(vec_madd(s->axis, random_unit(r), random_direction(r)));
@@ -96,19 +103,25 @@ static void check(const pair *x, const span *s, random_state *r, bool search, ui
         fail_msg("seed %llu: witnesses off by %g, %g", (unsigned long long)seed, outside(x, s), along - s->lo);
 }
 
+static random_state prepare_deep(pair *x, int kind, uint64_t seed)
+{
+    random_state r = {1000 * (uint64_t)kind + seed};
+    shape a = random_shape(&r, KINDS[kind][0]), b = random_shape(&r, KINDS[kind][1]);
+    pose pa, pb;
+    random_poses(&r, &a, &b, REGIME_DEEP, &pa, &pb);
+    prepare(x, &a, &b, pose_relative(pa, pb), seed & 1);
+    return r;
+}
+
 static void random_depths_are_proved(void **state)
 {
     (void)state;
     for (int k = 0; k < KIND_COUNT; k++) {
         unsigned proved = 0, deep = 0, asides = 0;
         for (uint64_t seed = 0; seed < pairs(); seed++) {
-            random_state r = {1000 * (uint64_t)k + seed};
-            shape a = random_shape(&r, KINDS[k][0]), b = random_shape(&r, KINDS[k][1]);
-            pose pa, pb;
-            random_poses(&r, &a, &b, REGIME_DEEP, &pa, &pb);
             pair x;
             span s;
-            prepare(&x, &a, &b, pose_relative(pa, pb), seed & 1);
+            random_state r = prepare_deep(&x, k, seed);
             bool found = measure(&x, &s);
             if (!found) assert_true(vec_norm2(s.axis) == 0);
             if (found) check(&x, &s, &r, seed % SEARCH_EVERY < 2, seed);
@@ -118,6 +131,26 @@ static void random_depths_are_proved(void **state)
         }
         assert_true(asides <= proved / 100);
         assert_true(deep > (double)pairs() / 40 && proved > 0.9 * deep);
+    }
+}
+
+/* Sines of 0.015 to 0.08 between the axes: bounds that were off by 64 u over the sine left up to 4e-12 open. */
+static void nearly_parallel_axes_lose_no_digits(void **state)
+{
+    (void)state;
+    static const struct {
+        int kind;
+        uint64_t seed;
+    } FOUND[] = {{0, 2343}, {0, 15759}, {0, 19333}, {1, 1343}, {1, 18333}, {2, 13759}, {3, 12759}, {4, 11759},
+        {4, 16731}};
+    for (size_t i = 0; i < sizeof FOUND / sizeof *FOUND; i++) {
+        pair x;
+        span s;
+        random_state r = prepare_deep(&x, FOUND[i].kind, FOUND[i].seed);
+        assert_true(measure(&x, &s));
+        check(&x, &s, &r, true, FOUND[i].seed);
+        if (!(s.hi - s.lo <= x.goal.tolerance))
+            fail_msg("kind %d, seed %llu: %g", FOUND[i].kind, (unsigned long long)FOUND[i].seed, s.hi - s.lo);
     }
 }
 
@@ -215,6 +248,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(random_depths_are_proved),
+        cmocka_unit_test(nearly_parallel_axes_lose_no_digits),
         cmocka_unit_test(regular_depths_are_proved),
         cmocka_unit_test(shallow_depths_are_proved),
         cmocka_unit_test(a_thin_triangle_is_no_nearer_than_it_seems),
