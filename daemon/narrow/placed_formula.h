@@ -91,15 +91,6 @@ INLINE bool end(const placed *q, const unit_pair *p, const span *s, vec3 towards
         return formula(&q, result) || formula##_of_any_size(a, b, request, cache, scratch, result);                    \
     }
 
-/* After ROAD: formula_placed_wide, for processors with 32-byte registers (lanes.h). */
-#define ROAD_WIDE(formula)                                                                                             \
-    LANES_WIDE bool formula##_placed_wide(const narrow_placed *a, const narrow_placed *b,                              \
-        const narrow_request *request, narrow_cache *cache, narrow_scratch *scratch, narrow_result *result)            \
-    {                                                                                                                  \
-        const placed q = {a->shape, b->shape, a, b, request, true};                                                    \
-        return formula(&q, result) || formula##_of_any_size(a, b, request, cache, scratch, result);                    \
-    }
-
 /* The same of a formula that may fail for other reasons than the size: then there is nothing to try again. */
 #define ROAD_AT_ONCE(formula)                                                                                          \
     APART bool formula##_otherwise(const narrow_placed *a, const narrow_placed *b, const narrow_request *request,      \

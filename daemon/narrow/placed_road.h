@@ -30,7 +30,7 @@ typedef struct placed_row {
     placed_road *with[PLACED_KINDS];
 } placed_row;
 
-/* placed_balls.c: with registers of 16 bytes, and of 32, for processors that have them (lanes.h). The same bits. */
+/* placed_balls.c; and wide: with registers of 32 bytes, for processors that have them (lanes.h). The same bits. */
 placed_road two_balls_placed, two_balls_placed_wide, ball_and_box_placed, ball_and_box_placed_wide;
 
 /* What answers for this pair: a formula, unless a manifold is asked for. */
