@@ -19,8 +19,8 @@ typedef struct ours_item { /* from cache line to cache line, as narrow.h advises
 
 typedef struct ours {
     ours_item *items;
-    double *sizes;       /* of each item the greater reach: what a rung's tolerance is relative to */
-    bool mesh, in_world; /* for all items: they are of one pair of types */
+    double *sizes;              /* of each item the greater reach: what a rung's tolerance is relative to */
+    bool mesh, boxes, in_world; /* of all items: they are of one pair of types */
     narrow_request request;
     narrow_scratch *scratch;
     narrow_cache cache;
@@ -60,6 +60,7 @@ static void *create_asking(const narrow_item *items, size_t count, double tolera
         sizes[i] = fmax(shape_reach(&a), shape_reach(&b));
     }
     o->mesh = count && own->b.type == SHAPE_MESH;
+    o->boxes = count && own->a.type == SHAPE_BOX && own->b.type == SHAPE_BOX;
     o->in_world = count && is_measured_in_world(own->a.type, own->b.type);
     return o;
 }
@@ -94,9 +95,8 @@ static void tell(const narrow_result *r, narrow_answer *out)
         .hi = r->hi};
 }
 
-/* In world axes where that is quicker (balls, capsules, boxes, verdicts of ellipsoids: what a client of
- * narrow.h can have; a tick of the daemon asks about these in A's frame, too), else in A's frame, as the world asks:
- * with the pair's cache if that is kept, and of meshes always; others read nothing from one that is new. */
+/* In A's frame, as the world asks: with the pair's cache if that is kept, and of meshes always; others read nothing
+ * from one that is new. */
 static void ask(ours *o, const ours_item *it, bool keeps, narrow_result *r)
 {
     narrow_cache *cache = keeps || o->mesh ? &o->cache : NULL;
@@ -109,9 +109,26 @@ static void ask(ours *o, const ours_item *it, bool keeps, narrow_result *r)
     narrow_query(&it->a, &it->b, &b_in_a, &o->request, cache, o->scratch, r);
 }
 
+/* In world axes where that is quicker (balls, capsules, boxes, verdicts of ellipsoids: what a client of narrow.h can
+ * have; a tick of the daemon asks about these in A's frame, too), without a cache, which of these only boxes read. */
+static void query_placed(ours *o, size_t first, size_t count, narrow_answer *out)
+{
+    for (size_t i = first; i < first + count; i++, out++) {
+        const ours_item *it = &o->items[i];
+        narrow_result r;
+        if (o->relative > 0) o->request.tolerance = o->relative * o->sizes[i];
+        narrow_query_placed(&it->stands_a, &it->stands_b, &o->request, NULL, o->scratch, &r);
+        tell(&r, out);
+    }
+}
+
 static void query(void *self, size_t first, size_t count, narrow_answer *out)
 {
     ours *o = self;
+    if (o->in_world) {
+        query_placed(o, first, count, out);
+        return;
+    }
     for (size_t i = first; i < first + count; i++, out++) {
         const ours_item *it = &o->items[i];
         narrow_result r;
@@ -206,6 +223,10 @@ static void query_kept(void *self, size_t first, size_t count, narrow_answer *ou
 /* By a relative tolerance, with the pair's cache where one is kept. */
 static void query_near(ours *o, size_t first, size_t count, narrow_answer *out)
 {
+    if (o->in_world && !(o->keeps && o->boxes)) {
+        query_placed(o, first, count, out);
+        return;
+    }
     for (size_t i = first; i < first + count; i++, out++) {
         const ours_item *it = &o->items[i];
         narrow_result r;
