@@ -87,6 +87,9 @@ LANES_INLINE lanes lanes_of(double x)
     return (lanes){x, x, x, x};
 }
 
+/* Lane k in all. */
+#define LANES_ALL(x, k) __builtin_shufflevector(x, x, k, k, k, k)
+
 LANES_INLINE lanes lanes_load(const double *from)
 {
     return *(const lanes_anywhere *)from;

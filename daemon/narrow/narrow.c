@@ -222,7 +222,7 @@ static bool answer_placed(
 {
     if (b->type > SHAPE_BOX || a->type == SHAPE_BOX) return false;
     narrow_placed placed_a = narrow_placed_at(a, at_a), placed_b = narrow_placed_at(b, at_b);
-    return placed_road_for(placed_a.kind, placed_b.kind, request)(&placed_a, &placed_b, request, NULL, NULL, result);
+    return placed_road_for(&placed_a, &placed_b, request)(&placed_a, &placed_b, request, NULL, NULL, result);
 }
 
 void narrow_query_world(const shape *a, pose pose_a, const shape *b, pose pose_b, const narrow_request *request,
@@ -268,7 +268,7 @@ bool placed_boxes_apart(const box_pair *x, double most, int face, const narrow_r
 void narrow_query_placed(const narrow_placed *a, const narrow_placed *b, const narrow_request *request,
     narrow_cache *cache, narrow_scratch *scratch, narrow_result *result)
 {
-    placed_road_for(a->kind, b->kind, request)(a, b, request, cache, scratch, result);
+    placed_road_for(a, b, request)(a, b, request, cache, scratch, result);
 }
 
 const char *narrow_method_name(narrow_method method)

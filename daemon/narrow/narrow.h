@@ -136,13 +136,18 @@ bool narrow_ordered(const shape *a, uint64_t tie_a, const shape *b, uint64_t tie
 void narrow_query_world(const shape *a, pose pose_a, const shape *b, pose pose_b, const narrow_request *request,
     narrow_scratch *scratch, narrow_result *result);
 
-/* A shape where it stands, with all that is the same for each pair that it is in. */
+/* A shape where it stands, with all that is the same for each pair that it is in. What balls are asked for comes first:
+ * at an address divisible by 64 one cache line has it. A vector is read as four doubles: another follows each. */
+struct placed_row;
 typedef struct narrow_placed {
-    uint32_t kind; /* which formulas know it: placed_road.h */
-    const shape *shape;
-    double radius, reach; /* the shape's, shape_reach */
+    const struct placed_row *row; /* the formulas that know it, and its column among them: placed_road.h */
+    uint32_t kind;
+    double radius; /* the shape's, as is half */
     pose at;
-    mat3 turn; /* of at.q */
+    vec3 half;
+    mat3 turn;    /* of at.q */
+    double reach; /* shape_reach */
+    const shape *shape;
 } narrow_placed;
 
 narrow_placed narrow_placed_at(const shape *s, pose at);

@@ -84,7 +84,7 @@ INLINE bool end(const placed *q, const unit_pair *p, const span *s, vec3 towards
         if (formula(&q, result)) return true;                                                                          \
         return placed_by_relative_pose(a, b, request, cache, scratch, result);                                         \
     }                                                                                                                  \
-    static bool formula##_placed(const narrow_placed *a, const narrow_placed *b, const narrow_request *request,        \
+    bool formula##_placed(const narrow_placed *a, const narrow_placed *b, const narrow_request *request,               \
         narrow_cache *cache, narrow_scratch *scratch, narrow_result *result)                                           \
     {                                                                                                                  \
         const placed q = {a->shape, b->shape, a, b, request, true};                                                    \
@@ -111,8 +111,9 @@ INLINE bool end(const placed *q, const unit_pair *p, const span *s, vec3 towards
         return formula(&q, result) || formula##_otherwise(a, b, request, cache, scratch, result);                      \
     }
 
-placed_road capsule_and_box_placed; /* placed_capsule_box.c */
-placed_road two_boxes_placed;       /* placed_boxes.c */
-placed_road two_ellipsoids_placed;  /* placed_ellipsoids.c */
+placed_road ball_and_capsule_placed, two_capsules_placed; /* placed_road.c */
+placed_road capsule_and_box_placed;                       /* placed_capsule_box.c */
+placed_road two_boxes_placed;                             /* placed_boxes.c */
+placed_road two_ellipsoids_placed;                        /* placed_ellipsoids.c */
 
 #endif

@@ -1,28 +1,7 @@
-/* placed_road: the formulas of balls and capsules, and the table of all. Pure; any thread. */
+/* placed_road: the formulas of capsules with balls and capsules, and the tables of all. Pure; any thread. */
 #include "placed_formula.h"
 
-/* Of a ball: its centre is all of its core, and the line to the other core's point is the axis. */
-INLINE bool end_of_ball(const placed *q, const unit_pair *p, double distance, vec3 axis, narrow_result *out)
-{
-    const span s = {.lo = distance, .hi = distance, .method = NARROW_BY_CLOSED_FORM, .iterations = 1};
-    set_bounds(p, &s, out);
-    out->axis = axis;
-    out->point_a = vec_scale(axis, p->a.radius * p->unit);
-    out->point_b = vec_scale(axis, (distance - p->b.radius) * p->unit);
-    out->status = NARROW_CERTAIN;
-    return suffices(q->request, out);
-}
-
-/* Centres that (nearly) coincide have no line. */
-INLINE bool two_balls(const placed *q, narrow_result *out)
-{
-    unit_pair p;
-    begin(q, &p);
-    double norm2 = vec_norm2(p.b_in_a.t), distance = sqrt(norm2);
-    if (!is_noticed(q, norm2) || norm2 > GREATEST_EVERYDAY) return false;
-    p.error = unit_error(p.radius + distance);
-    return end_of_ball(q, &p, distance, vec_scale(p.b_in_a.t, 1 / distance), out);
-}
+#include "lanes.h"
 
 INLINE bool ball_and_capsule(const placed *q, narrow_result *out)
 {
@@ -35,36 +14,6 @@ INLINE bool ball_and_capsule(const placed *q, narrow_result *out)
     formula_sphere_capsule(&p, &s);
     vec3 towards = s.hi > p.radius ? vec_scale(s.point_b, 1 / s.hi) : s.axis;
     return (!q->everyday || s.hi > NOTICEABLE) && end(q, &p, &s, towards, out);
-}
-
-/* From the point in a box to its nearest face, ties in the order of the axes; `at`: the box seen from the point, along
- * the box's axes. */
-INLINE double through_face(const mat3 *turn, vec3 half, vec3 at, vec3 *axis)
-{
-    double x = half.x - fabs(at.x), y = half.y - fabs(at.y), z = half.z - fabs(at.z), least = x, side = at.x;
-    vec3 face = turn->x;
-    if (y < least) least = y, side = at.y, face = turn->y;
-    if (z < least) least = z, side = at.z, face = turn->z;
-    *axis = vec_scale(face, side <= 0 ? -1 : 1);
-    return -least;
-}
-
-INLINE bool ball_and_box(const placed *q, narrow_result *out)
-{
-    unit_pair p;
-    begin(q, &p);
-    if (!is_in_range(q, &p)) return false;
-    const mat3 *turn = &q->at_b->turn;
-    vec3 h = vec_scale(q->b->half, p.scale), at = mat_tmul(*turn, p.b_in_a.t), axis;
-    vec3 v = vec(at.x - clamp_to(at.x, h.x), at.y - clamp_to(at.y, h.y), at.z - clamp_to(at.z, h.z));
-    double norm2 = vec_norm2(v), distance = sqrt(norm2);
-    if (is_noticed(q, norm2)) {
-        axis = vec_scale(mat_mul(*turn, v), 1 / distance);
-    } else {
-        if (v.x != 0 || v.y != 0 || v.z != 0) return false; /* outside, and lost */
-        distance = through_face(turn, h, at, &axis);
-    }
-    return end_of_ball(q, &p, distance, direction_again(axis), out);
 }
 
 /* Two segments: p_a(s) = s a, p_b(s) = t + s b, with unit a and b, and |s| <= h. See formulas.h, of which this is the
@@ -128,21 +77,7 @@ INLINE bool two_capsules(const placed *q, narrow_result *out)
     return end(q, &p, &s, towards, out);
 }
 
-narrow_placed narrow_placed_at(const shape *s, pose at)
-{
-    static const uint32_t KINDS[SHAPE_ELLIPSOID + 1] = {[SHAPE_SPHERE] = PLACED_BALL,
-        [SHAPE_CAPSULE] = PLACED_CAPSULE,
-        [SHAPE_BOX] = PLACED_BOX,
-        [SHAPE_CYLINDER] = PLACED_OTHER,
-        [SHAPE_CONE] = PLACED_OTHER,
-        [SHAPE_ELLIPSOID] = PLACED_ELLIPSOID};
-    bool known = s->type <= SHAPE_ELLIPSOID && !(s->deviation > 0);
-    return (narrow_placed){known ? KINDS[s->type] : PLACED_OTHER, s, s->radius, shape_reach(s), at, quat_matrix(at.q)};
-}
-
-ROAD(two_balls)
 ROAD(ball_and_capsule)
-ROAD(ball_and_box)
 ROAD(two_capsules)
 
 #define GENERAL placed_by_relative_pose
@@ -155,10 +90,27 @@ static bool ellipsoids_placed(const narrow_placed *a, const narrow_placed *b, co
     return (measure ? placed_by_relative_pose : two_ellipsoids_placed)(a, b, request, cache, scratch, result);
 }
 
-placed_road *const placed_roads[PLACED_KINDS][PLACED_KINDS] = {
-    [PLACED_BALL] = {two_balls_placed, ball_and_capsule_placed, ball_and_box_placed, GENERAL, GENERAL},
-    [PLACED_CAPSULE] = {GENERAL, two_capsules_placed, capsule_and_box_placed, GENERAL, GENERAL},
-    [PLACED_BOX] = {GENERAL, GENERAL, two_boxes_placed, GENERAL, GENERAL},
-    [PLACED_ELLIPSOID] = {GENERAL, GENERAL, GENERAL, ellipsoids_placed, GENERAL},
-    [PLACED_OTHER] = {GENERAL, GENERAL, GENERAL, GENERAL, GENERAL},
-};
+#define ALL_ROWS(two_balls, ball_and_box)                                                                              \
+    {                                                                                                                  \
+        [PLACED_BALL] = {{two_balls, ball_and_capsule_placed, ball_and_box, GENERAL, GENERAL}},                        \
+        [PLACED_CAPSULE] = {{GENERAL, two_capsules_placed, capsule_and_box_placed, GENERAL, GENERAL}},                 \
+        [PLACED_BOX] = {{GENERAL, GENERAL, two_boxes_placed, GENERAL, GENERAL}},                                       \
+        [PLACED_ELLIPSOID] = {{GENERAL, GENERAL, GENERAL, ellipsoids_placed, GENERAL}},                                \
+        [PLACED_OTHER] = {{GENERAL, GENERAL, GENERAL, GENERAL, GENERAL}},                                              \
+    }
+static const placed_row ROWS[PLACED_KINDS] = ALL_ROWS(two_balls_placed, ball_and_box_placed);
+static const placed_row ROWS_WIDE[PLACED_KINDS] = ALL_ROWS(two_balls_placed_wide, ball_and_box_placed_wide);
+
+narrow_placed narrow_placed_at(const shape *s, pose at)
+{
+    static const uint32_t KINDS[SHAPE_ELLIPSOID + 1] = {[SHAPE_SPHERE] = PLACED_BALL,
+        [SHAPE_CAPSULE] = PLACED_CAPSULE,
+        [SHAPE_BOX] = PLACED_BOX,
+        [SHAPE_CYLINDER] = PLACED_OTHER,
+        [SHAPE_CONE] = PLACED_OTHER,
+        [SHAPE_ELLIPSOID] = PLACED_ELLIPSOID};
+    bool known = s->type <= SHAPE_ELLIPSOID && !(s->deviation > 0);
+    uint32_t kind = known ? KINDS[s->type] : PLACED_OTHER;
+    const placed_row *row = &(lanes_wide() ? ROWS_WIDE : ROWS)[kind];
+    return (narrow_placed){row, kind, s->radius, at, s->half, quat_matrix(at.q), shape_reach(s), s};
+}

@@ -21,16 +21,23 @@ struct box_pair;
 bool placed_boxes_apart(const struct box_pair *x, double most, int face, const narrow_request *request,
     narrow_cache *cache, narrow_scratch *scratch, narrow_result *result);
 
-/* By the two kinds: the formula, or placed_by_relative_pose where there is none or they are not in canonical order.
- * Other is all that none knows: shapes that stand for something else, too. */
+/* What a shape is to the formulas. Other is all that none knows: shapes that stand for something else, too. */
 enum { PLACED_BALL, PLACED_CAPSULE, PLACED_BOX, PLACED_ELLIPSOID, PLACED_OTHER, PLACED_KINDS };
-extern placed_road *const placed_roads[PLACED_KINDS][PLACED_KINDS];
+
+/* With a shape of this kind as A, by the kind of B: the formula, or placed_by_relative_pose where there is none or they
+ * are not in canonical order. */
+typedef struct placed_row {
+    placed_road *with[PLACED_KINDS];
+} placed_row;
+
+/* placed_balls.c; and wide: with registers of 32 bytes, for processors that have them (lanes.h). The same bits. */
+placed_road two_balls_placed, two_balls_placed_wide, ball_and_box_placed, ball_and_box_placed_wide;
 
 /* What answers for this pair: a formula, unless a manifold is asked for. */
-static inline placed_road *placed_road_for(uint32_t kind_a, uint32_t kind_b, const narrow_request *r)
+static inline placed_road *placed_road_for(const narrow_placed *a, const narrow_placed *b, const narrow_request *r)
 {
     bool plain = ((unsigned)r->engine | (r->facts & NARROW_MANIFOLD)) == 0;
-    return plain ? placed_roads[kind_a][kind_b] : placed_by_relative_pose;
+    return plain ? a->row->with[b->kind] : placed_by_relative_pose;
 }
 
 #endif

@@ -7,17 +7,20 @@
 #include "narrow/narrow.h"
 
 #include <stdlib.h>
+#include <string.h>
 
-typedef struct ours_item {
-    narrow_placed stands_a, stands_b;
-    double size; /* the greater reach: what a rung's tolerance is relative to */
+typedef struct ours_item { /* from cache line to cache line, as narrow.h advises */
+    _Alignas(64) narrow_placed stands_a;
+    _Alignas(64) narrow_placed stands_b;
     double reach_b;
-    bool begins, mesh, in_world;
+    bool begins;
     shape a, b;
 } ours_item;
 
 typedef struct ours {
     ours_item *items;
+    double *sizes;              /* of each item the greater reach: what a rung's tolerance is relative to */
+    bool mesh, boxes, in_world; /* of all items: they are of one pair of types */
     narrow_request request;
     narrow_scratch *scratch;
     narrow_cache cache;
@@ -35,16 +38,18 @@ static bool is_measured_in_world(shape_type a, shape_type b)
 static void *create_asking(const narrow_item *items, size_t count, double tolerance)
 {
     ours *o = calloc(1, sizeof *o);
-    ours_item *own = calloc(count, sizeof *own);
+    ours_item *own = aligned_alloc(64, count * sizeof *own);
     narrow_scratch *scratch = aligned_alloc(64, narrow_scratch_size());
-    if (!o || !own || !scratch) abort();
+    double *sizes = calloc(count, sizeof *sizes);
+    if (!o || !own || !scratch || !sizes) abort();
+    memset(own, 0, count * sizeof *own);
     o->items = own;
+    o->sizes = sizes;
     o->scratch = scratch;
     o->request = (narrow_request){.facts = NARROW_DISTANCE, .tolerance = tolerance, .range = INFINITY};
     for (size_t i = 0; i < count; i++) {
         shape a = narrow_scene_shape(items[i].a), b = narrow_scene_shape(items[i].b);
         bool ordered = narrow_ordered(&a, 0, &b, 1);
-        double size = fmax(shape_reach(&a), shape_reach(&b));
         pose at_a = narrow_scene_pose(&items[i].at_a), at_b = narrow_scene_pose(&items[i].at_b);
         own[i].a = ordered ? a : b;
         own[i].b = ordered ? b : a;
@@ -52,10 +57,11 @@ static void *create_asking(const narrow_item *items, size_t count, double tolera
         own[i].stands_b = narrow_placed_at(&own[i].b, ordered ? at_b : at_a);
         own[i].reach_b = shape_reach(&own[i].b);
         own[i].begins = items[i].begins;
-        own[i].size = size;
-        own[i].mesh = own[i].b.type == SHAPE_MESH;
-        own[i].in_world = is_measured_in_world(own[i].a.type, own[i].b.type);
+        sizes[i] = fmax(shape_reach(&a), shape_reach(&b));
     }
+    o->mesh = count && own->b.type == SHAPE_MESH;
+    o->boxes = count && own->a.type == SHAPE_BOX && own->b.type == SHAPE_BOX;
+    o->in_world = count && is_measured_in_world(own->a.type, own->b.type);
     return o;
 }
 
@@ -74,6 +80,7 @@ static void destroy(void *self)
 {
     ours *o = self;
     free(o->items);
+    free(o->sizes);
     free(o->scratch);
     free(o);
 }
@@ -88,14 +95,13 @@ static void tell(const narrow_result *r, narrow_answer *out)
         .hi = r->hi};
 }
 
-/* In world axes where that is quicker (balls, capsules, boxes, verdicts of ellipsoids: what a client of
- * narrow.h can have; a tick of the daemon asks about these in A's frame, too), else in A's frame, as the world asks:
- * with the pair's cache if that is kept, and of meshes always; others read nothing from one that is new. */
+/* In A's frame, as the world asks: with the pair's cache if that is kept, and of meshes always; others read nothing
+ * from one that is new. */
 static void ask(ours *o, const ours_item *it, bool keeps, narrow_result *r)
 {
-    narrow_cache *cache = keeps || it->mesh ? &o->cache : NULL;
+    narrow_cache *cache = keeps || o->mesh ? &o->cache : NULL;
     if (cache && it->begins) *cache = (narrow_cache){.shell = keeps ? &o->shell : NULL};
-    if (it->in_world) {
+    if (o->in_world) {
         narrow_query_placed(&it->stands_a, &it->stands_b, &o->request, cache, o->scratch, r);
         return;
     }
@@ -103,9 +109,26 @@ static void ask(ours *o, const ours_item *it, bool keeps, narrow_result *r)
     narrow_query(&it->a, &it->b, &b_in_a, &o->request, cache, o->scratch, r);
 }
 
+/* In world axes where that is quicker (balls, capsules, boxes, verdicts of ellipsoids: what a client of narrow.h can
+ * have; a tick of the daemon asks about these in A's frame, too), without a cache, which of these only boxes read. */
+static void query_placed(ours *o, size_t first, size_t count, narrow_answer *out)
+{
+    for (size_t i = first; i < first + count; i++, out++) {
+        const ours_item *it = &o->items[i];
+        narrow_result r;
+        if (o->relative > 0) o->request.tolerance = o->relative * o->sizes[i];
+        narrow_query_placed(&it->stands_a, &it->stands_b, &o->request, NULL, o->scratch, &r);
+        tell(&r, out);
+    }
+}
+
 static void query(void *self, size_t first, size_t count, narrow_answer *out)
 {
     ours *o = self;
+    if (o->in_world) {
+        query_placed(o, first, count, out);
+        return;
+    }
     for (size_t i = first; i < first + count; i++, out++) {
         const ours_item *it = &o->items[i];
         narrow_result r;
@@ -181,8 +204,7 @@ static void *create_verdict(const narrow_item *items, size_t count, const narrow
     ours *o = create_asking(items, count, INFINITY);
     (void)row;
     o->request.facts = NARROW_VERDICT;
-    for (size_t i = 0; i < count; i++)
-        o->items[i].in_world |= o->items[i].a.type == SHAPE_ELLIPSOID && o->items[i].b.type == SHAPE_ELLIPSOID;
+    o->in_world |= count && o->items->a.type == SHAPE_ELLIPSOID && o->items->b.type == SHAPE_ELLIPSOID;
     return o;
 }
 
@@ -201,10 +223,14 @@ static void query_kept(void *self, size_t first, size_t count, narrow_answer *ou
 /* By a relative tolerance, with the pair's cache where one is kept. */
 static void query_near(ours *o, size_t first, size_t count, narrow_answer *out)
 {
+    if (o->in_world && !(o->keeps && o->boxes)) {
+        query_placed(o, first, count, out);
+        return;
+    }
     for (size_t i = first; i < first + count; i++, out++) {
         const ours_item *it = &o->items[i];
         narrow_result r;
-        o->request.tolerance = o->relative * it->size;
+        o->request.tolerance = o->relative * o->sizes[i];
         ask(o, it, o->keeps, &r);
         tell(&r, out);
     }
@@ -218,7 +244,7 @@ static void query_rung(void *self, size_t first, size_t count, narrow_answer *ou
         return;
     }
     for (size_t i = first; i < first + count; i++) {
-        o->request.tolerance = o->relative * o->items[i].size;
+        o->request.tolerance = o->relative * o->sizes[i];
         query_world(self, i, 1, out++);
     }
 }

@@ -74,7 +74,7 @@ static bool ask_with(
     const pair *x, const narrow_request *request, narrow_cache *cache, narrow_scratch *scratch, narrow_result *r)
 {
     narrow_placed a = narrow_placed_at(&x->a, x->at_a), b = narrow_placed_at(&x->b, x->at_b);
-    return placed_road_for(a.kind, b.kind, request)(&a, &b, request, cache, scratch, r);
+    return placed_road_for(&a, &b, request)(&a, &b, request, cache, scratch, r);
 }
 
 /* By the formula alone: false where it leaves the pair to others. Of boxes gaps are not measured by a formula alone. */

@@ -43,7 +43,7 @@ static narrow_request verdict_at(double threshold)
 static bool ask(const pair *x, const narrow_request *request, narrow_result *r)
 {
     narrow_placed a = narrow_placed_at(&x->a, x->at_a), b = narrow_placed_at(&x->b, x->at_b);
-    return placed_road_for(a.kind, b.kind, request)(&a, &b, request, NULL, NULL, r);
+    return placed_road_for(&a, &b, request)(&a, &b, request, NULL, NULL, r);
 }
 
 static narrow_result measure(const pair *x)

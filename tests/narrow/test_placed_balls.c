@@ -1,0 +1,185 @@
+/* A ball beside a ball or a box where they stand (narrow/placed_balls.h): bounds, axis and points hold by 113-bit
+ * arithmetic, from afar to a few roundings from the surface and beyond it to the centre, for plates and needles, too;
+ * and registers of 32 bytes leave the bits that those of 16 leave. */
+#include "cases.h"
+#include "narrow/lanes.h"
+#include "narrow/placed_road.h"
+#include "oracle.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+static const double U = 0x1p-53;
+
+typedef struct pair {
+    shape a, b;
+    pose at_a, at_b;
+} pair;
+
+static int count_of(int usual)
+{
+    return getenv("COLLIDED_NIGHTLY") ? 20 * usual : getenv("COLLIDED_BRIEF") ? usual / 10 : usual;
+}
+
+static double pick(random_state *r, const double *from, size_t count)
+{
+    return from[random_bits(r) % count];
+}
+
+/* Of norm 1, or off it by what quat_settled lets pass. */
+static quat some_turn(random_state *r)
+{
+    static const double OFF[] = {1, 1, 1 + 0x1.fp-52, 1 - 0x1.fp-52};
+    quat q = random_rotation(r);
+    double k = pick(r, OFF, 4);
+    quat off = {k * q.w, k * q.x, k * q.y, k * q.z};
+    return quat_is_settled(off) ? off : q;
+}
+
+static shape some_box(random_state *r)
+{
+    static const double SIDES[] = {0, 1e-12, 1e-3, 1, 1, 1, 30};
+    shape s = {.type = SHAPE_BOX, .radius = random_bits(r) % 4 ? 0 : random_in(r, 0, 0.5)};
+    double *half = &s.half.x;
+    for (int i = 0; i < 3; i++) half[i] = pick(r, SIDES, 7) * random_in(r, 0.3, 1);
+    return s;
+}
+
+/* The ball's centre, in the box's frame: by each coordinate inside, on the face but for a few roundings, or outside. */
+static vec3 some_place(random_state *r, vec3 half)
+{
+    static const double NEAR[] = {0, 1e-17, 1e-16, 1e-15, 1e-13, 1e-9, 1e-3}, AWAY[] = {1e-3, 1, 1, 100};
+    const double *h = &half.x;
+    double at[3];
+    for (int i = 0; i < 3; i++) {
+        double x = random_bits(r) % 16 ? random_in(r, -1, 1) : 0, side = x < 0 ? -1 : 1;
+        at[i] = h[i] * x;
+        if (random_bits(r) % 3 == 0) at[i] = side * h[i] * (1 + pick(r, NEAR, 7) * random_in(r, -1, 1));
+        if (random_bits(r) % 3 == 0) at[i] = side * (h[i] + pick(r, AWAY, 4) * random_in(r, 0, 1));
+    }
+    return vec(at[0], at[1], at[2]);
+}
+
+static pair some_pair(random_state *r, bool box)
+{
+    static const double RADII[] = {0, 1e-9, 0.5, 0.5, 10};
+    pair x = {.a = {.type = SHAPE_SPHERE, .radius = pick(r, RADII, 5) * random_in(r, 0.3, 1)}};
+    x.b = box ? some_box(r) : (shape){.type = SHAPE_SPHERE, .radius = pick(r, RADII, 5) * random_in(r, 0.3, 1)};
+    x.at_b = (pose){vec_scale(random_direction(r), random_in(r, 0, 3)), some_turn(r)};
+    vec3 away = box ? quat_rotate(x.at_b.q, some_place(r, x.b.half)) : some_place(r, vec(1, 1, 1));
+    x.at_a = (pose){vec_add(x.at_b.p, away), some_turn(r)};
+    return x;
+}
+
+static real greater(real a, real b)
+{
+    return a > b ? a : b;
+}
+
+/* The signed distance, from the definition: of a point from a box (or from a point, which is one without sides), less
+ * the radii. */
+static real truth_of(const placed *a, const placed *b)
+{
+    const vec3 half = b->s->type == SHAPE_BOX ? b->s->half : VEC_ZERO;
+    real3 t = real3_sub(a->p, b->p);
+    real x[3] = {real3_dot(b->rx, t), real3_dot(b->ry, t), real3_dot(b->rz, t)}, most = -INFINITY, square = 0;
+    const double *h = &half.x;
+    for (int i = 0; i < 3; i++) {
+        real beyond = (x[i] < 0 ? -x[i] : x[i]) - h[i];
+        most = greater(most, beyond);
+        square += beyond > 0 ? beyond * beyond : 0;
+    }
+    return (most > 0 ? real_sqrt(square) : most) - a->s->radius - b->s->radius;
+}
+
+static void check(const pair *x, const narrow_result *r, uint64_t seed)
+{
+    placed a = oracle_place(&x->a, x->at_a, x->at_a.p), b = oracle_place(&x->b, x->at_b, x->at_a.p);
+    real truth = truth_of(&a, &b), along = oracle_separation(&a, &b, real3_of(r->axis));
+    double reach = shape_reach(&x->a) + shape_reach(&x->b), size = reach + vec_norm(vec_sub(x->at_b.p, x->at_a.p));
+    double length = vec_norm(r->axis);
+    if (!(r->lo <= truth && truth <= r->hi))
+        fail_msg("seed %llu: %.17g outside [%.17g, %.17g]", (unsigned long long)seed, (double)truth, r->lo, r->hi);
+    if (!(r->lo <= along && r->lo <= along * length))
+        fail_msg("seed %llu: the axis proves %.17g, not %.17g", (unsigned long long)seed, (double)along, r->lo);
+    assert_true(fabs(length - 1) <= 16 * U);
+    assert_true(r->hi - r->lo <= 60 * U * size && r->status == NARROW_CERTAIN && !r->refined);
+    assert_true(r->manifold.count == 0 && r->iterations == 1 && r->peer_failures == 0);
+    assert_true(oracle_outside(&a, r->point_a) <= 64 * U * size && oracle_outside(&b, r->point_b) <= 64 * U * size);
+    vec3 line = vec_sub(r->point_b, r->point_a);
+    if (r->lo > 0) assert_true(vec_norm(line) <= r->hi);
+    assert_true(vec_norm(vec_madd(line, -r->lo, r->axis)) <= 100 * U * size);
+}
+
+/* The two differ in nothing, and one is told; both leave to others what they cannot. */
+static bool ask(const pair *x, narrow_result *r)
+{
+    narrow_placed a = narrow_placed_at(&x->a, x->at_a), b = narrow_placed_at(&x->b, x->at_b);
+    bool box = x->b.type == SHAPE_BOX;
+    const narrow_request request = {.facts = NARROW_DISTANCE, .tolerance = 1e-9, .range = INFINITY};
+    narrow_result wide;
+    memset(r, 0x55, sizeof *r);
+    memset(&wide, 0x55, sizeof wide);
+    bool told = (box ? ball_and_box_placed : two_balls_placed)(&a, &b, &request, NULL, NULL, r);
+    if (!lanes_wide()) return told;
+    assert_int_equal(
+        told, (box ? ball_and_box_placed_wide : two_balls_placed_wide)(&a, &b, &request, NULL, NULL, &wide));
+    wide.manifold.points[0] = r->manifold.points[0]; /* what is beyond the count may be written over */
+    if (told) assert_memory_equal(r, &wide, sizeof wide);
+    return told;
+}
+
+static void what_is_told_holds(void **state)
+{
+    (void)state;
+    int told = 0, n = count_of(60000);
+    for (int i = 1; i <= n; i++) {
+        random_state r = {(uint64_t)i};
+        pair x = some_pair(&r, i % 4);
+        narrow_result found;
+        if (!ask(&x, &found)) continue;
+        told++;
+        check(&x, &found, (uint64_t)i);
+    }
+    if (told < n * 0.9) fail_msg("%d of %d are told", told, n);
+}
+
+/* Where there is no line, the general road answers. */
+static void centres_that_coincide_are_answered(void **state)
+{
+    (void)state;
+    pair x = {.a = {.type = SHAPE_SPHERE, .radius = 1}, .b = {.type = SHAPE_SPHERE, .radius = 2}};
+    x.at_a = x.at_b = (pose){{1, 2, 3}, {1, 0, 0, 0}};
+    narrow_placed a = narrow_placed_at(&x.a, x.at_a), b = narrow_placed_at(&x.b, x.at_b);
+    const narrow_request request = {.facts = NARROW_DISTANCE, .tolerance = 1e-9, .range = INFINITY};
+    narrow_result r;
+    assert_false(ask(&x, &r));
+    narrow_query_placed(&a, &b, &request, NULL, case_scratch(), &r);
+    assert_true(r.lo <= -3 && -3 <= r.hi && r.hi - r.lo <= 2e-14 && fabs(vec_norm(r.axis) - 1) <= 1e-15);
+}
+
+static int create(void **state)
+{
+    (void)state;
+    cases_create();
+    return 0;
+}
+
+static int destroy(void **state)
+{
+    (void)state;
+    cases_destroy();
+    return 0;
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(what_is_told_holds), cmocka_unit_test(centres_that_coincide_are_answered)};
+    return cmocka_run_group_tests(tests, create, destroy);
+}
