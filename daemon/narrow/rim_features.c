@@ -23,6 +23,7 @@ static const double CROSS = 0x1p-10;        /* sine of the angle between two edg
 static const double CLOSED = 0x1p-46;       /* of bounds */
 static const double CELL = 0x1p-16;         /* directions */
 static const double BORDER = 0x1p-26;       /* directions */
+static const double EVEN = 0x1p-48;         /* what must be equally high is */
 static const double LEFT = 0x1p-30;         /* the most that the next step would be */
 static const double NEAR2 = 0x1p-24;        /* square of the last step of the approach */
 static const double STRIDE = 0.5;           /* a longer step leaves what the derivatives know */
@@ -210,6 +211,7 @@ static inline bool look_at(const part *x, vec3 out, look *l)
 typedef struct stand { /* both parts along n, and the next step */
     vec3 n, point_a, point_b;
     double lo, share_a, share_b; /* of the second discs */
+    double uneven;               /* the difference of what should be equally high */
     vec3 step;                   /* orthogonal to n */
 } stand;
 
@@ -224,7 +226,7 @@ static void step_free(const part *a, const part *b, const look *of_a, const look
     double whole = (g + alpha) * (g + beta) - alpha * beta * c * c;
     double x = ((g + beta) * qa - beta * c * qb) / whole, y = ((g + alpha) * qb - alpha * c * qa) / whole;
     s->lo = g;
-    s->share_a = s->share_b = 0;
+    s->share_a = s->share_b = s->uneven = 0;
     s->step = vec_scale(vec_madd(vec_madd(q, -alpha * x, of_a->t), -beta * y, of_b->t), 1 / g);
 }
 
@@ -248,6 +250,7 @@ static bool step_on_line(const part *a, const part *b, const look *of_a, const l
            jj = g + max_of(alpha, 0) * aj * aj + max_of(beta, 0) * bj * bj;
     double across = (vec_dot(w1, j) - ij * along) / jj;
     s->lo = min_of(g0, g1);
+    s->uneven = fabs(g1 - g0);
     s->share_a = two_a ? second : 0;
     s->share_b = two_a ? 0 : second;
     s->step = vec_madd(vec_scale(i, along), across, j);
@@ -266,6 +269,7 @@ static bool step_to_crossing(const look *of_a, const look *of_b, double size, st
     s->share_a = vec_dot(n, vec_cross(w, eb)) * per;
     s->share_b = vec_dot(n, vec_cross(ea, w)) * per;
     s->lo = min_of(min_of(g, ga), min_of(gb, ga + gb - g));
+    s->uneven = max_of(fabs(ga - g), fabs(gb - g));
     s->step = vec_scale(vec_madd(vec_scale(vec_cross(eb, n), ga - g), gb - g, vec_cross(n, ea)), per);
     return true;
 }
@@ -334,7 +338,7 @@ static bool arrive(const part *a, const part *b, double size, vec3 n, stand *s)
     for (int i = 0; i < LAST_MAX; i++) {
         if (!stand_at(a, b, size, s)) return false;
         double length2 = vec_norm2(s->step);
-        if (i && length2 <= LEFT * LEFT)
+        if (i && length2 <= LEFT * LEFT && s->uneven <= EVEN * size)
             return in_cell(s->n.x, cell.x) && in_cell(s->n.y, cell.y) && in_cell(s->n.z, cell.z);
         take_step(s, length2);
     }
