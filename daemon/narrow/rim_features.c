@@ -25,6 +25,7 @@ static const double CELL = 0x1p-16;         /* directions */
 static const double BORDER = 0x1p-26;       /* directions */
 static const double EVEN = 0x1p-48;         /* what must be equally high is */
 static const double LEFT = 0x1p-30;         /* the most that the next step would be */
+static const double SERIES2 = 0x1p-18;      /* square of a step, of which three terms of a series are enough */
 static const double NEAR2 = 0x1p-24;        /* square of the last step of the approach */
 static const double STRIDE = 0.5;           /* a longer step leaves what the derivatives know */
 static const double NAMING_WIDTH = 0x1p-36; /* of hi: a bracket so narrow names the features */
@@ -298,8 +299,13 @@ static bool stand_at(const part *a, const part *b, double size, stand *s)
 
 /* ---- Newton's method ---- */
 
-static void take_step(stand *s, double length2)
+/* |n + step|^2 = 1 + |step|^2: of a short step the root is its series. */
+static inline void take_step(stand *s, double length2)
 {
+    if (length2 < SERIES2) {
+        s->n = vec_scale(vec_add(s->n, s->step), 1 - length2 * (0.5 - 0.375 * length2));
+        return;
+    }
     double shorter = length2 > STRIDE * STRIDE ? STRIDE / sqrt(length2) : 1;
     s->n = direction_of(vec_madd(s->n, shorter, s->step));
 }
@@ -548,11 +554,20 @@ static bool find(const unit_pair *p, const narrow_goal *goal, span *s, span *out
     return names_features(s) ? find_along(p, goal, s, out) : try_all(p, goal, s, out);
 }
 
+bool rim_features_at(const unit_pair *p, const narrow_goal *goal, span *s)
+{
+    span out;
+    if (!rim_features_apply(p, goal) || !(s->hi >= NEAR_LEAST_DISTANCE * p->size) || !find_at(p, goal, s, &out))
+        return false;
+    out.iterations = 1;
+    *s = out;
+    return true;
+}
+
 void rim_features_settle(const unit_pair *p, const narrow_goal *goal, span *s)
 {
     span out;
-    s->nearest = (narrow_features){.count_a = 0};
+    if (s->nearest.count_a) return;
     if (!(s->hi >= 0.5 * NEAR_LEAST_DISTANCE * p->size) || s->lo > goal->far) return;
     if (find(p, goal, s, &out)) *s = out;
-    s->nearest.deep = false;
 }

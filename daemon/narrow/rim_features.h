@@ -38,8 +38,12 @@ bool rim_features_apply(const unit_pair *p, const narrow_goal *goal);
 bool rim_features_recall(
     const unit_pair *p, const narrow_goal *goal, const narrow_features *nearest, vec3 axis, span *out);
 
-/* The end of a search from nothing: *s is its bracket; it becomes the answer of the strict features if there are any:
- * then it holds them. */
+/* While a search is on: *s is its bracket; it becomes the answer of the features that its points are on, if these are
+ * strict. */
+bool rim_features_at(const unit_pair *p, const narrow_goal *goal, span *s);
+
+/* The end of a search from nothing: *s is its bracket, unless it is the answer of strict features already; it
+ * becomes that if there are any: then it holds them. */
 void rim_features_settle(const unit_pair *p, const narrow_goal *goal, span *s);
 
 #endif
