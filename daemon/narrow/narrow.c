@@ -107,7 +107,8 @@ static void search(const shape *a, const shape *b, const pose *b_in_a, const nar
     }
     if (mesh_pair_applies(a, b)) mesh_pair_prepare(p, a);
     narrow_goal g = goal_of(p, request);
-    bool gaps = near_features_apply(p, &g) || rim_features_apply(p, &g), depths = near_features_reach_depths(p, &g), by_features = gaps || depths;
+    bool gaps = near_features_apply(p, &g) || rim_features_apply(p, &g);
+    bool depths = near_features_reach_depths(p, &g), by_features = gaps || depths;
     if (cache && by_features) p->shell = cache->shell;
     if (!by_features || !recall(p, request, &g, cache, &s, result))
         answer(a, b, b_in_a, request, cache, scratch, p, &g, &s, result);
