@@ -187,22 +187,22 @@ static bool holds(const shape *s, const uint16_t side[3], vec3 out)
 
 typedef struct look { /* at a part: the top of each disc along a direction */
     vec3 top[2];
-    vec3 t;      /* unit, orthogonal to the direction and to the axis of the discs */
-    double sine; /* between these */
+    vec3 t;     /* unit, orthogonal to the direction and to the axis of the discs */
+    double per; /* 1 / sine of the angle between these */
 } look;
 
 /* `out`: unit, outward. False: along the axis of its rims. */
 static inline bool look_at(const part *x, vec3 out, look *l)
 {
     l->t = VEC_ZERO;
-    l->sine = 1;
+    l->per = 1;
     l->top[0] = x->centre[0], l->top[1] = x->centre[1];
     if (!x->has_rim) return true;
     double along_x = vec_dot(out, x->x), along_y = vec_dot(out, x->y), sine2 = along_x * along_x + along_y * along_y;
     if (!(sine2 > 0.25 * SINE * SINE)) return false;
-    double sine = sqrt(sine2), per = 1 / sine, c = per * along_x, s = per * along_y;
+    double per = 1 / sqrt(sine2), c = per * along_x, s = per * along_y;
     vec3 u = vec_madd(vec_scale(x->x, c), s, x->y);
-    l->sine = sine;
+    l->per = per;
     l->t = vec_madd(vec_scale(x->y, c), -s, x->x);
     l->top[0] = vec_madd(l->top[0], x->radius[0], u);
     l->top[1] = vec_madd(l->top[1], x->radius[1], u);
@@ -220,7 +220,7 @@ typedef struct stand { /* both parts along n, and the next step */
 static void step_free(const part *a, const part *b, const look *of_a, const look *of_b, stand *s)
 {
     vec3 w = vec_sub(of_b->top[0], of_a->top[0]), q;
-    double g = vec_dot(w, s->n), alpha = a->radius[0] / of_a->sine, beta = b->radius[0] / of_b->sine;
+    double g = vec_dot(w, s->n), alpha = a->radius[0] * of_a->per, beta = b->radius[0] * of_b->per;
     double c = vec_dot(of_a->t, of_b->t);
     q = vec_madd(w, -g, s->n);
     double qa = vec_dot(of_a->t, q), qb = vec_dot(of_b->t, q);
@@ -241,20 +241,20 @@ static bool step_on_line(const part *a, const part *b, const look *of_a, const l
     vec3 apart = vec_madd(vec_sub(w0, w1), g1 - g0, n);
     double length2 = vec_norm2(apart);
     if (!(length2 > SHORT * SHORT * size * size)) return false;
-    double per = 1 / sqrt(length2);
-    vec3 i = vec_scale(apart, per), j = vec_cross(n, i);
-    double along = (g1 - g0) * per, first = -vec_dot(w1, i) * per, second = 1 - first;
-    double alpha = (two_a ? first * a->radius[0] + second * a->radius[1] : a->radius[0]) / of_a->sine;
-    double beta = (two_a ? b->radius[0] : first * b->radius[0] + second * b->radius[1]) / of_b->sine;
-    double ai = vec_dot(of_a->t, i), aj = vec_dot(of_a->t, j), bi = vec_dot(of_b->t, i), bj = vec_dot(of_b->t, j);
-    double g = first * g0 + second * g1, ij = alpha * ai * aj + beta * bi * bj,
-           jj = g + max_of(alpha, 0) * aj * aj + max_of(beta, 0) * bj * bj;
+    double per = 1 / length2, along = (g1 - g0) * per, first = -vec_dot(w1, apart) * per, second = 1 - first;
+    vec3 j = vec_cross(n, apart); /* as long as that */
+    double alpha = (two_a ? first * a->radius[0] + second * a->radius[1] : a->radius[0]) * of_a->per;
+    double beta = (two_a ? b->radius[0] : first * b->radius[0] + second * b->radius[1]) * of_b->per;
+    double aj = vec_dot(of_a->t, j), bj = vec_dot(of_b->t, j);
+    double g = first * g0 + second * g1;
+    double ij = alpha * vec_dot(of_a->t, apart) * aj + beta * vec_dot(of_b->t, apart) * bj;
+    double jj = g * length2 + max_of(alpha, 0) * aj * aj + max_of(beta, 0) * bj * bj;
     double across = (vec_dot(w1, j) - ij * along) / jj;
     s->lo = min_of(g0, g1);
     s->uneven = fabs(g1 - g0);
     s->share_a = two_a ? second : 0;
     s->share_b = two_a ? 0 : second;
-    s->step = vec_madd(vec_scale(i, along), across, j);
+    s->step = vec_madd(vec_scale(apart, along), across, j);
     return jj > 0;
 }
 
