@@ -2,6 +2,7 @@
 #include "descent.h"
 
 #include "pieces.h"
+#include "rim_features.h"
 #include "scalar.h"
 
 enum { ROUNDS_MAX = 6 };
@@ -89,7 +90,7 @@ void descent_distance(const unit_pair *p, const narrow_goal *goal, vec3 seed, gj
     rough.below = -INFINITY;
     gjk_distance(p, &rough, seed, out);
     bool reached = narrow_goal_reached(goal, out->span.lo, out->span.hi);
-    if (reached || out->state != GJK_APART) return;
+    if (reached || out->state != GJK_APART || rim_features_at(p, goal, &out->span)) return;
     if (descend(p, goal, &out->simplex, &out->span)) return;
     span best = out->span;
     gjk_distance(p, goal, best.axis, out);

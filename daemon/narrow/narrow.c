@@ -15,6 +15,7 @@
 #include "near_features.h"
 #include "order.h"
 #include "placed_road.h"
+#include "rim_features.h"
 #include "scalar.h"
 #include "short_road.h"
 
@@ -38,7 +39,11 @@ static void measure(const unit_pair *p, const narrow_goal *g, narrow_engine engi
     closed_form *formula = only_general ? NULL : dispatch_closed_form(p->a.type, p->b.type);
     if (!formula || !formula(p, g, s))
         dispatch_general(p, g, only_general, formula ? s->axis : VEC_ZERO, &scratch->epa, s);
-    if (!only_general && !s->nearest.deep && near_features_apply(p, g)) near_features_settle(p, g, s);
+    if (only_general) return;
+    if (rim_features_apply(p, g))
+        rim_features_settle(p, g, s);
+    else if (!s->nearest.deep && near_features_apply(p, g))
+        near_features_settle(p, g, s);
 }
 
 /* The answer from the features that the pair remembers, if they or others close by are still the nearest. */
@@ -46,8 +51,11 @@ static bool recall(const unit_pair *p, const narrow_request *request, const narr
     span *s, narrow_result *result)
 {
     if (!cache || !cache->nearest.count_a || request->engine != NARROW_ENGINE_AUTO) return false;
-    if (!near_features_apply(p, g) && !cache->nearest.deep) return false;
-    if (!near_features_recall(p, g, &cache->nearest, s)) return false;
+    bool rims = rim_features_apply(p, g);
+    if (!rims && !near_features_apply(p, g) && !cache->nearest.deep) return false;
+    if (rims ? !rim_features_recall(p, g, &cache->nearest, cache->axis, s)
+             : !near_features_recall(p, g, &cache->nearest, s))
+        return false;
     finish(p, s, result);
     return true;
 }
@@ -99,7 +107,8 @@ static void search(const shape *a, const shape *b, const pose *b_in_a, const nar
     }
     if (mesh_pair_applies(a, b)) mesh_pair_prepare(p, a);
     narrow_goal g = goal_of(p, request);
-    bool gaps = near_features_apply(p, &g), depths = near_features_reach_depths(p, &g), by_features = gaps || depths;
+    bool gaps = near_features_apply(p, &g) || rim_features_apply(p, &g);
+    bool depths = near_features_reach_depths(p, &g), by_features = gaps || depths;
     if (cache && by_features) p->shell = cache->shell;
     if (!by_features || !recall(p, request, &g, cache, &s, result))
         answer(a, b, b_in_a, request, cache, scratch, p, &g, &s, result);

@@ -174,6 +174,11 @@ void narrow_query_placed(const narrow_placed *a, const narrow_placed *b, const n
 double narrow_separation(
     const shape *a, const shape *b, const pose *b_in_a, vec3 axis, uint32_t *hint_a, uint32_t *hint_b);
 
+/* Is the signed distance above `limit`? Proven along the cached axis, a guessed one, or one of two that their support
+ * points lead to: a fraction of a query's time. True: the axis, the bound and the pose in *cache are that proof. False
+ * says nothing, and of *cache changes the hints alone. */
+bool narrow_apart(const shape *a, const shape *b, const pose *b_in_a, double limit, narrow_cache *cache);
+
 /* Bounds without a search: `lo` as narrow_separation along that axis, `hi` from the support points there, which are the
  * points told. The status is NARROW_WIDE, the method NARROW_BY_CLOSED_FORM. Never with a half-space. */
 void narrow_bounds(const shape *a, const shape *b, const pose *b_in_a, vec3 axis, narrow_result *result);

@@ -91,19 +91,8 @@ static bool remembers(const world *w)
     return w->options.caches || w->grant;
 }
 
-/* Rung 3: one support query a shape. */
-static bool settle_along(const solid *a, const solid *b, narrow_cache *c, vec3 axis, const pose *b_in_a, double limit)
-{
-    double lower = narrow_separation(&a->shape, &b->shape, b_in_a, axis, &c->hint_a, &c->hint_b);
-    if (!(lower > limit)) return false;
-    c->axis = axis;
-    c->lower = lower;
-    c->b_in_a = *b_in_a;
-    return true;
-}
-
-/* Rungs 2 and 3: settled without looking at the shapes, or along the cached axis. A new pair begins with a guess in its
- * cache, and where the pair has turned away from its axis, the guess is tried before the narrow phase is asked. */
+/* Rungs 2 and 3: settled without looking at the shapes, or along the cached axis. Where there is none, or the pair has
+ * turned away from it, a guess and what its support points lead to are tried before the narrow phase is asked. */
 static bool settle_cheaply(const world *w, pair *p, const pose *b_in_a, double limit, outcome *out)
 {
     const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
@@ -115,9 +104,7 @@ static bool settle_cheaply(const world *w, pair *p, const pose *b_in_a, double l
     if (w->grant) return false; /* what looks at shapes is granted: bounds_find looks along the same axes */
     out->rung = RUNG_CACHED_AXIS;
     out->cost = WORK_AN_AXIS;
-    if (is_axis(c->axis) && settle_along(a, b, c, c->axis, b_in_a, limit)) return true;
-    vec3 guess = narrow_guess_axis(&a->shape, &b->shape, b_in_a);
-    return is_axis(guess) && settle_along(a, b, c, guess, b_in_a, limit);
+    return narrow_apart(&a->shape, &b->shape, b_in_a, limit, c);
 }
 
 static void settle(outcome *out, world_rung rung, uint32_t cost)

@@ -255,25 +255,13 @@ static void query_verdict(void *self, size_t first, size_t count, narrow_answer 
     for (size_t i = 0; i < count; i++) out[i].measured = isfinite(out[i].distance);
 }
 
-/* Is it apart along the axis? As the world, of a pair that nothing has been told of. */
-static bool apart_along(ours *o, const ours_item *it, const pose *b_in_a, vec3 axis)
-{
-    narrow_cache *c = &o->cache;
-    if (vec_norm2(axis) == 0) return false;
-    double lower = narrow_separation(&it->a, &it->b, b_in_a, axis, &c->hint_a, &c->hint_b);
-    if (!(lower > 0)) return false;
-    c->axis = axis;
-    c->lower = lower;
-    c->b_in_a = *b_in_a;
-    return true;
-}
-
+/* As the world, of a pair that nothing has been told of. */
 static bool apart_cheaply(ours *o, const ours_item *it, const pose *b_in_a)
 {
     narrow_cache *c = &o->cache;
     if (it->begins) *c = (narrow_cache){0};
     if (c->lower > 0 && c->lower - narrow_motion_bound(&c->b_in_a, b_in_a, it->reach_b) > 0) return true;
-    return apart_along(o, it, b_in_a, c->axis) || apart_along(o, it, b_in_a, narrow_guess_axis(&it->a, &it->b, b_in_a));
+    return narrow_apart(&it->a, &it->b, b_in_a, 0, c);
 }
 
 /* The world's rungs, one after the other. */
@@ -395,7 +383,7 @@ const narrow_peer narrow_dial_verdict = {"collided",
     "the verdict alone, exact; the distance is the middle of the interval that it left", true, takes_all,
     create_verdict, query_verdict, destroy};
 const narrow_peer narrow_dial_ladder = {"collided",
-    "the verdict alone, as the world finds it: motion bound, last axis, guessed axis, narrow phase", true, takes_all,
+    "the verdict alone, as the world finds it: motion bound, last axis, a guess, narrow phase", true, takes_all,
     create_verdict, query_ladder, destroy};
 const narrow_peer narrow_dial_boxes = {
     "collided", "the two boxes alone: apart, or perhaps not", true, takes_all, create_rung, query_boxes, destroy};

@@ -1,0 +1,49 @@
+/* rim_features: the distance of a cylinder or a cone from a box, a capsule, a cylinder or a cone, by the features that
+ * they are nearest at: near_features.h for bodies with rims.
+ *
+ * A feature is a corner, an edge or a face of a box (of a capsule: an end, or its segment), a rim, a flat end, an apex
+ * or the side of a body of revolution. What a pair of features F stands for: the unit axis n along which they are
+ * farthest apart, and the points that face each other there.
+ *   - A face or a flat end: n is its normal; the other is a corner, an apex or the point of a rim.
+ *   - Otherwise Newton's method finds n: every feature is one disc or two (an edge two points, a side the rims at its
+ *     ends), points are discs without a radius; n is where all of them are equally near and the gap is greatest. The
+ *     gap's second derivative is at most -gap in every direction, so that a step is always defined.
+ *
+ * Newton's last bits depend on its start. So the last steps start from a place that depends on F and n alone: the
+ * centre of the cell of a grid of directions, of 2^-16, that n is in. F is *strict* in a cell when
+ *   1. the points lie inside of their edges, sides and faces by a margin;
+ *   2. n points out of all other faces of the box by a margin, away from the ends, sides and rims that are not of F,
+ *      and is not along the axis of a rim of F, by a margin;
+ *   3. the gap is above a margin, and its bounds are closed to rounding;
+ *   4. from the cell's centre the steps end at a place where what is left of the gradient bounds the next step by
+ * 2^-30, and which lies in the cell, 2^-26 away from its border. By 1 to 3 at most one F is strict, as in
+ * near_features.h; by 4 it is so in one cell only: places that are within 2^-30 of n* cannot lie 2^-26 inside of two
+ * cells. So it does not matter who proposes F and where Newton begins, a search from nothing or the pair's past: what
+ * passes has the one F, the one cell, and these bits.
+ *
+ * Whoever searches finds it: the bracket of a search, closed to 2^-36 of the gap, has n within 2^-17 of n*, below half
+ * of every margin, so that F is read off, and Newton's method is in its last steps. Where no F is strict (parallel
+ * faces), the search from nothing answers.
+ *
+ * Pure; any thread. */
+#ifndef COLLIDED_NARROW_RIM_FEATURES_H
+#define COLLIDED_NARROW_RIM_FEATURES_H
+
+#include "unit_pair.h"
+
+/* B has a rim, A is no hull; and a gap is asked for, closely. */
+bool rim_features_apply(const unit_pair *p, const narrow_goal *goal);
+
+/* The answer from what the pair remembers, of which nothing is believed: the features, and an axis to begin from. */
+bool rim_features_recall(
+    const unit_pair *p, const narrow_goal *goal, const narrow_features *nearest, vec3 axis, span *out);
+
+/* While a search is on: *s is its bracket; it becomes the answer of the features that its points are on, if these are
+ * strict. */
+bool rim_features_at(const unit_pair *p, const narrow_goal *goal, span *s);
+
+/* The end of a search from nothing: *s is its bracket, unless it is the answer of strict features already; it
+ * becomes that if there are any: then it holds them. */
+void rim_features_settle(const unit_pair *p, const narrow_goal *goal, span *s);
+
+#endif
