@@ -24,11 +24,6 @@ void mesh_spot_set(mesh_spot *s, const mesh *m, uint32_t triangle, double scale,
     s->normal = vec_cross(vec_sub(p[1], p[0]), vec_sub(p[2], p[0]));
 }
 
-static double outside(double lo_a, double hi_a, double lo_b, double hi_b)
-{
-    return max_of(max_of(lo_b - hi_a, lo_a - hi_b), 0);
-}
-
 /* Between the middles of the boxes, twice. */
 static vec3 between_boxes(const mesh_spot *a, const mesh_spot *b)
 {
@@ -67,19 +62,13 @@ static vec3 towards(vec3 u, vec3 to)
     return vec_dot(u, to) < 0 ? vec_neg(u) : u;
 }
 
-/* By their boxes, or along the directions of mesh_bounds, in doubles. */
-static bool is_far(mesh_walk *w)
+/* A convex A, along the line between the boxes and the normal. */
+static bool is_core_far(mesh_walk *w)
 {
     const mesh_spot *a = w->spot_a, *b = w->spot_b;
-    double within = w->within + 2 * w->part.error, best = 0;
-    double x = outside(a->lo.x, a->hi.x, b->lo.x, b->hi.x), y = outside(a->lo.y, a->hi.y, b->lo.y, b->hi.y),
-           z = outside(a->lo.z, a->hi.z, b->lo.z, b->hi.z);
-    if (x * x + y * y + z * z > within * within) return true;
-    w->lead = mesh_spots_lead(a, b, w->ma);
-    if (is_far_along(w, w->lead, &best)) return true;
-    vec3 between = between_boxes(a, b);
-    return is_far_along(w, towards(b->normal, between), &best) ||
-           (w->ma && is_far_along(w, towards(a->normal, between), &best));
+    double best = 0;
+    w->lead = between_boxes(a, b);
+    return is_far_along(w, w->lead, &best) || is_far_along(w, towards(b->normal, w->lead), &best);
 }
 
 /* The greatest height of the triangles of A along the axis, or the least of B's, and that of each: from where they are
@@ -113,22 +102,53 @@ static mesh_leaf *leaf_of(mesh_walk *w, bool of_a, mesh_box box)
     return l;
 }
 
-static const mesh_spot *place(const mesh_walk *w, mesh_leaf *l, bool of_a, uint32_t i)
+static const mesh_spot *place_a(const mesh_walk *w, mesh_leaf *l, uint32_t i)
 {
-    if (!(l->placed >> i & 1))
-        mesh_spot_set(&l->spots[i], of_a ? w->ma : w->mb, l->first + i, w->part.scale, of_a ? NULL : &w->part.b_in_a);
+    if (!(l->placed >> i & 1)) mesh_spot_set(&l->spots[i], w->ma, l->first + i, w->part.scale, NULL);
     l->placed |= 1u << i;
     return &l->spots[i];
+}
+
+static const mesh_four *place_b(const mesh_walk *w, mesh_leaf *l)
+{
+    const vec3 *corners = w->mb->corners + 3 * (size_t)l->first;
+    if (!l->placed) mesh_four_set(&l->four, corners, l->count, w->part.scale, &w->part.b_in_a);
+    l->placed = 1;
+    return &l->four;
+}
+
+static double farthest2(const mesh_walk *w)
+{
+    double within = w->within + 2 * w->part.error;
+    return within * within;
+}
+
+/* Bit i: triangle i is not too far by its level. */
+static unsigned near_levels(const mesh_walk *w, const mesh_leaf *b)
+{
+    double most = w->spot_a->level + w->within + 2 * w->part.error;
+    unsigned near = 0;
+    for (uint32_t i = 0; i < b->count; i++) near |= (unsigned)!(b->spots[i].level > most) << i;
+    return near;
 }
 
 /* A part of A (in leaf `a`, NULL: all of it) and all of a leaf of B. The visitor may find a new axis. */
 static bool visit_row(mesh_walk *w, mesh_leaf *a, mesh_leaf *b, mesh_visit *visit, void *context)
 {
-    for (uint32_t i = 0; i < b->count; i++) {
-        if (b->spots[i].level - w->spot_a->level > w->within + 2 * w->part.error) continue;
-        w->spot_b = place(w, b, false, i);
+    mesh_row row;
+    unsigned near = near_levels(w, b);
+    if (!near) return true;
+    const mesh_four *four = place_b(w, b);
+    near = (w->ma ? mesh_row_near : mesh_row_near_boxes)(four, w->spot_a, near, farthest2(w), &row);
+    for (uint32_t i = 0; near >> i; i++) {
+        if (!(near >> i & 1) || row.away2[i] > farthest2(w) || !(near_levels(w, b) >> i & 1)) continue;
+        mesh_four_spot(four, i, &b->spots[i]);
+        w->spot_b = &b->spots[i];
         w->triangle_b = b->first + i;
-        if (is_far(w)) continue;
+        if (w->ma)
+            w->lead = vec(row.lead[0][i], row.lead[1][i], row.lead[2][i]);
+        else if (is_core_far(w))
+            continue;
         w->visits++;
         uint32_t aims = w->aims;
         if (!visit(w, context)) return false;
@@ -150,7 +170,7 @@ bool mesh_leaves_visit(mesh_walk *w, mesh_box box_a, mesh_box box_b, mesh_visit 
     if (b->level - a->level > w->within + 2 * w->part.error) return true;
     for (uint32_t k = 0; k < a->count; k++) {
         if (b->level - a->spots[k].level > w->within + 2 * w->part.error) continue;
-        w->spot_a = place(w, a, true, k);
+        w->spot_a = place_a(w, a, k);
         w->triangle_a = a->first + k;
         if (!visit_row(w, a, b, visit, context)) return false;
     }
