@@ -102,10 +102,16 @@ void mesh_four_spot(const mesh_four *f, uint32_t i, mesh_spot *s)
 
 /* ---- a row ---- */
 
+/* Three corners, in each lane in the order that begins with the one nearest to the other triangle. */
+typedef struct corners {
+    lanes3 at[3];
+} corners;
+
+/* Squares of the least distance that was proven along a direction: gap2 / norm2, from A to B. */
 typedef struct row {
     lanes3 a[3], b[3]; /* corners */
     lanes3 lead;
-    lanes away2, within2;
+    lanes gap2, norm2, within2;
     unsigned near;
 } row;
 
@@ -122,51 +128,32 @@ LANES_INLINE lanes boxes_away2(const mesh_four *b, const mesh_spot *a)
     return x * x + y * y + z * z;
 }
 
-/* Between the nearest of their corners. */
-LANES_INLINE lanes3 between_corners(const row *r)
+LANES_INLINE lanes3 one_of(lane_mask first, lanes3 a, lane_mask second, lanes3 b, lanes3 c)
 {
-    lanes3 lead = lanes3_sub(r->b[0], r->a[0]);
-    lanes least = lanes3_dot(lead, lead);
-    for (int i = 0; i < 3; i++)
-        for (int k = 0; k < 3; k++) {
-            if (i == 0 && k == 0) continue;
-            lanes3 d = lanes3_sub(r->b[k], r->a[i]);
-            lanes norm2 = lanes3_dot(d, d);
-            lane_mask nearer = norm2 < least;
-            least = lanes_choose(nearer, norm2, least);
-            lead = lanes3_choose(nearer, d, lead);
-        }
-    return lead;
+    return lanes3_choose(first, a, lanes3_choose(second, b, c));
 }
 
-/* Between the nearest points of an edge of A and one of B (Ericson, Real-Time Collision Detection, 5.1.9), of those
- * that are nearest. It need not be exact: whatever direction comes out is tried for what it proves. */
-LANES_INLINE lanes3 between_edges(const row *r)
+/* `away2`: what each corner is from the other triangle's nearest. */
+LANES_INLINE corners nearest_first(const lanes3 p[3], const lanes away2[3])
 {
-    lanes3 edge_b[3], best = {lanes_of(0), lanes_of(0), lanes_of(0)};
-    lanes norm2_b[3], per_b[3], least = lanes_of(INFINITY);
-    for (int k = 0; k < 3; k++) {
-        edge_b[k] = lanes3_sub(r->b[(k + 1) % 3], r->b[k]);
-        norm2_b[k] = lanes3_dot(edge_b[k], edge_b[k]);
-        per_b[k] = 1 / norm2_b[k];
-    }
-    for (int i = 0; i < 3; i++) {
-        lanes3 u = lanes3_sub(r->a[(i + 1) % 3], r->a[i]);
-        lanes norm2_a = lanes3_dot(u, u), per_a = 1 / norm2_a;
+    lane_mask first = (away2[0] <= away2[1]) & (away2[0] <= away2[2]), second = away2[1] <= away2[2];
+    return (corners){{one_of(first, p[0], second, p[1], p[2]), one_of(first, p[1], second, p[2], p[0]),
+        one_of(first, p[2], second, p[0], p[1])}};
+}
+
+/* Both triangles by their nearest corners (where several are as near, by some of these). */
+LANES_INLINE void order_corners(const row *r, corners *a, corners *b)
+{
+    lanes from_a[3], from_b[3];
+    for (int i = 0; i < 3; i++)
         for (int k = 0; k < 3; k++) {
-            lanes3 v = edge_b[k], w = lanes3_sub(r->a[i], r->b[k]);
-            lanes uv = lanes3_dot(u, v), uw = lanes3_dot(u, w), vw = lanes3_dot(v, w);
-            lanes s = share_of((uv * vw - norm2_b[k] * uw) / (norm2_a * norm2_b[k] - uv * uv));
-            lanes t = share_of((uv * s + vw) * per_b[k]);
-            s = share_of((uv * t - uw) * per_a);
-            lanes3 d = {v.x * t - u.x * s - w.x, v.y * t - u.y * s - w.y, v.z * t - u.z * s - w.z};
+            lanes3 d = lanes3_sub(r->b[k], r->a[i]);
             lanes norm2 = lanes3_dot(d, d);
-            lane_mask nearer = norm2 < least;
-            least = lanes_choose(nearer, norm2, least);
-            best = lanes3_choose(nearer, d, best);
+            from_a[i] = k == 0 ? norm2 : lesser_of(norm2, from_a[i]);
+            from_b[k] = i == 0 ? norm2 : lesser_of(norm2, from_b[k]);
         }
-    }
-    return best;
+    *a = nearest_first(r->a, from_a);
+    *b = nearest_first(r->b, from_b);
 }
 
 /* Along a direction of any length: what it separates more than those before did. */
@@ -174,11 +161,12 @@ LANES_INLINE void try_along(row *r, lanes3 u)
 {
     lanes top = greater_of(greater_of(lanes3_dot(u, r->a[0]), lanes3_dot(u, r->a[1])), lanes3_dot(u, r->a[2]));
     lanes foot = lesser_of(lesser_of(lanes3_dot(u, r->b[0]), lanes3_dot(u, r->b[1])), lanes3_dot(u, r->b[2]));
-    lanes gap = foot - top, norm2 = lanes3_dot(u, u), away2 = gap * gap / norm2;
-    lane_mask more = (gap > 0) & (away2 > r->away2);
-    r->away2 = lanes_choose(more, away2, r->away2);
+    lanes gap = foot - top, norm2 = lanes3_dot(u, u), gap2 = gap * gap;
+    lane_mask more = (gap > 0) & (gap2 * r->norm2 > r->gap2 * norm2);
+    r->gap2 = lanes_choose(more, gap2, r->gap2);
+    r->norm2 = lanes_choose(more, norm2, r->norm2);
     r->lead = lanes3_choose(more, u, r->lead);
-    r->near &= ~lanes_bits(r->away2 > r->within2);
+    r->near &= ~lanes_bits(r->gap2 > r->within2 * r->norm2);
 }
 
 LANES_INLINE lanes3 towards(lanes3 u, lanes3 to)
@@ -187,23 +175,50 @@ LANES_INLINE lanes3 towards(lanes3 u, lanes3 to)
     return lanes3_choose(lanes3_dot(u, to) < 0, back, u);
 }
 
+/* Between the nearest points of an edge of A and one of B (Ericson, Real-Time Collision Detection, 5.1.9), of the edges
+ * at the nearest corners, of those that are nearest. It need not be exact: whatever direction comes out is tried for
+ * what it proves. */
+LANES_INLINE lanes3 between_edges(const corners *a, const corners *b, lanes3 lead)
+{
+    lanes3 best = lead;
+    lanes least = lanes_of(INFINITY);
+    for (int i = 1; i < 3; i++)
+        for (int k = 1; k < 3; k++) {
+            lanes3 u = lanes3_sub(a->at[i], a->at[0]), v = lanes3_sub(b->at[k], b->at[0]);
+            lanes uu = lanes3_dot(u, u), vv = lanes3_dot(v, v), uv = lanes3_dot(u, v);
+            lanes to_b = lanes3_dot(u, lead), to_a = -lanes3_dot(v, lead);
+            lanes s = share_of((uv * to_a + vv * to_b) / (uu * vv - uv * uv));
+            lanes t = share_of((uv * s + to_a) / vv);
+            s = share_of((uv * t + to_b) / uu);
+            lanes3 d = {lead.x + v.x * t - u.x * s, lead.y + v.y * t - u.y * s, lead.z + v.z * t - u.z * s};
+            lanes norm2 = lanes3_dot(d, d);
+            lane_mask nearer = norm2 < least;
+            least = lanes_choose(nearer, norm2, least);
+            best = lanes3_choose(nearer, d, best);
+        }
+    return best;
+}
+
 LANES_INLINE unsigned row_near(const mesh_four *b, const mesh_spot *a, unsigned near, double within2, mesh_row *out)
 {
-    row r = {.within2 = lanes_of(within2), .away2 = lanes_of(0)};
     lanes boxes2 = boxes_away2(b, a);
+    row r;
+    corners of_a, of_b;
+    r.within2 = lanes_of(within2);
     r.near = near & ~lanes_bits(boxes2 > r.within2);
     if (!r.near) return 0;
     for (int k = 0; k < 3; k++) r.a[k] = spread(a->corner[k]), r.b[k] = load(b->corner[k]);
-    r.lead = between_corners(&r);
-    try_along(&r, r.lead);
+    order_corners(&r, &of_a, &of_b);
+    lanes3 lead = lanes3_sub(of_b.at[0], of_a.at[0]);
+    r.lead = lead;
+    r.gap2 = lanes_of(0), r.norm2 = lanes_of(1);
+    try_along(&r, lead);
     if (!r.near) return 0;
-    lanes3 lo = lanes3_sub(load(b->lo), spread(a->hi)), hi = lanes3_sub(load(b->hi), spread(a->lo));
-    lanes3 between = {lo.x + hi.x, lo.y + hi.y, lo.z + hi.z};
-    try_along(&r, towards(load(b->normal), between));
-    try_along(&r, towards(spread(a->normal), between));
+    try_along(&r, towards(load(b->normal), lead));
+    try_along(&r, towards(spread(a->normal), lead));
     if (!r.near) return 0;
-    try_along(&r, between_edges(&r));
-    lanes_store(out->away2, greater_of(r.away2, boxes2));
+    try_along(&r, between_edges(&of_a, &of_b, lead));
+    lanes_store(out->away2, r.gap2 / r.norm2);
     store(out->lead, r.lead);
     return r.near;
 }
