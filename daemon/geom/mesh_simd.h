@@ -143,9 +143,17 @@ MESH_INLINE void lanes_spread(const float v[3], mesh_lanes out[3])
 MESH_INLINE mesh_lanes mesh_lows(const mesh *m, const mesh_node *n, const float direction[3])
 {
     const mesh_patch_point *p = &m->patch_points[n->first_point];
-    mesh_lanes axis[3], low = lanes_of(INFINITY);
+    mesh_lanes axis[3], low = lanes_of(INFINITY), next = low;
+    uint32_t k = 0;
     lanes_spread(direction, axis);
-    for (uint32_t k = 0; k < n->points; k++, p++) {
+    for (; k + 2 <= n->points; k += 2, p += 2) { /* two at a time: each least waits for the one before it */
+        mesh_lanes at[3] = {lanes_load(p->at[0]), lanes_load(p->at[1]), lanes_load(p->at[2])};
+        mesh_lanes and[3] = {lanes_load(p[1].at[0]), lanes_load(p[1].at[1]), lanes_load(p[1].at[2])};
+        low = lanes_min(lanes_dots(at, axis), low);
+        next = lanes_min(lanes_dots(and, axis), next);
+    }
+    low = lanes_min(low, next);
+    if (k < n->points) {
         mesh_lanes at[3] = {lanes_load(p->at[0]), lanes_load(p->at[1]), lanes_load(p->at[2])};
         low = lanes_min(lanes_dots(at, axis), low);
     }

@@ -80,7 +80,7 @@ static void set_levels(const mesh_walk *w, mesh_leaf *l, bool of_a)
     const vec3 *p = (of_a ? w->ma : w->mb)->corners + 3 * (size_t)l->first;
     for (uint32_t i = 0; i < l->count; i++, p += 3) {
         double level = max_of(max_of(vec_dot(up, p[0]), vec_dot(up, p[1])), vec_dot(up, p[2])) * w->part.scale;
-        l->spots[i].level = of_a ? level : lift - level;
+        l->levels[i] = of_a ? level : lift - level;
         most = max_of(most, level);
     }
     l->level = of_a ? most : lift - most;
@@ -89,10 +89,12 @@ static void set_levels(const mesh_walk *w, mesh_leaf *l, bool of_a)
 
 static mesh_leaf *leaf_of(mesh_walk *w, bool of_a, mesh_box box)
 {
-    mesh_leaf *l = (of_a ? w->leaves_a : w->leaves_b) + (box.node * MESH_WIDTH + box.child) % MESH_LEAVES;
-    if (l->box.node != box.node || l->box.child != box.child) {
+    uint32_t room = (box.node * MESH_WIDTH + box.child) % MESH_LEAVES;
+    mesh_leaf *l = (of_a ? w->leaves_a : w->leaves_b) + room;
+    mesh_box *known = (of_a ? w->known_a : w->known_b) + room;
+    if (known->node != box.node || known->child != box.child) {
         const mesh_node *n = &(of_a ? w->ma : w->mb)->nodes[box.node];
-        l->box = box;
+        *known = box;
         l->first = n->first[box.child];
         l->count = n->count[box.child];
         l->placed = 0;
@@ -124,26 +126,26 @@ static double farthest2(const mesh_walk *w)
 }
 
 /* Bit i: triangle i is not too far by its level. */
-static unsigned near_levels(const mesh_walk *w, const mesh_leaf *b)
+static unsigned near_levels(const mesh_walk *w, double level_a, const mesh_leaf *b)
 {
-    double most = w->spot_a->level + w->within + 2 * w->part.error;
+    double most = level_a + w->within + 2 * w->part.error;
     unsigned near = 0;
-    for (uint32_t i = 0; i < b->count; i++) near |= (unsigned)!(b->spots[i].level > most) << i;
+    for (uint32_t i = 0; i < b->count; i++) near |= (unsigned)!(b->levels[i] > most) << i;
     return near;
 }
 
 /* A part of A (in leaf `a`, NULL: all of it) and all of a leaf of B. The visitor may find a new axis. */
-static bool visit_row(mesh_walk *w, mesh_leaf *a, mesh_leaf *b, mesh_visit *visit, void *context)
+static bool visit_row(mesh_walk *w, mesh_leaf *a, const double *level_a, mesh_leaf *b, mesh_visit *visit, void *context)
 {
     mesh_row row;
-    unsigned near = near_levels(w, b);
+    unsigned near = near_levels(w, *level_a, b);
     if (!near) return true;
     const mesh_four *four = place_b(w, b);
     near = (w->ma ? mesh_row_near : mesh_row_near_boxes)(four, w->spot_a, near, farthest2(w), &row);
     for (uint32_t i = 0; near >> i; i++) {
-        if (!(near >> i & 1) || row.away2[i] > farthest2(w) || !(near_levels(w, b) >> i & 1)) continue;
-        mesh_four_spot(four, i, &b->spots[i]);
-        w->spot_b = &b->spots[i];
+        if (!(near >> i & 1) || row.away2[i] > farthest2(w) || !(near_levels(w, *level_a, b) >> i & 1)) continue;
+        mesh_four_spot(four, i, &w->visited);
+        w->spot_b = &w->visited;
         w->triangle_b = b->first + i;
         if (w->ma)
             w->lead = vec(row.lead[0][i], row.lead[1][i], row.lead[2][i]);
@@ -164,15 +166,16 @@ bool mesh_leaves_visit(mesh_walk *w, mesh_box box_a, mesh_box box_b, mesh_visit 
     mesh_leaf *b = leaf_of(w, false, box_b);
     if (!w->ma) {
         w->spot_a = &w->whole;
-        return b->level - w->whole.level > w->within + 2 * w->part.error || visit_row(w, NULL, b, visit, context);
+        return b->level - w->whole_level > w->within + 2 * w->part.error ||
+               visit_row(w, NULL, &w->whole_level, b, visit, context);
     }
     mesh_leaf *a = leaf_of(w, true, box_a);
     if (b->level - a->level > w->within + 2 * w->part.error) return true;
     for (uint32_t k = 0; k < a->count; k++) {
-        if (b->level - a->spots[k].level > w->within + 2 * w->part.error) continue;
+        if (b->level - a->levels[k] > w->within + 2 * w->part.error) continue;
         w->spot_a = place_a(w, a, k);
         w->triangle_a = a->first + k;
-        if (!visit_row(w, a, b, visit, context)) return false;
+        if (!visit_row(w, a, &a->levels[k], b, visit, context)) return false;
     }
     return true;
 }

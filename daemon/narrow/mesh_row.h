@@ -10,7 +10,6 @@ typedef struct mesh_spot {
     vec3 corner[3]; /* of a triangle */
     vec3 lo, hi;    /* a box around it */
     vec3 normal;    /* of a triangle: of any length */
-    double level;   /* along the axis: of A the greatest, of B the least */
 } mesh_spot;
 
 /* The triangles of a leaf of B, coordinate by coordinate; of a leaf with fewer the last one again. */
@@ -35,7 +34,7 @@ unsigned mesh_row_near(const mesh_four *b, const mesh_spot *a, unsigned near, do
 /* The same for a convex A, by the boxes alone: no direction is written. */
 unsigned mesh_row_near_boxes(const mesh_four *b, const mesh_spot *a, unsigned near, double within2, mesh_row *row);
 
-/* One of the four, without a level. */
+/* One of the four. */
 void mesh_four_spot(const mesh_four *f, uint32_t i, mesh_spot *s);
 
 #endif
