@@ -71,10 +71,30 @@ static bool is_core_far(mesh_walk *w)
     return is_far_along(w, w->lead, &best) || is_far_along(w, towards(b->normal, w->lead), &best);
 }
 
+static const mesh_four *place_b(const mesh_walk *w, mesh_leaf *l)
+{
+    const vec3 *corners = w->mb->corners + 3 * (size_t)l->first;
+    if (!l->placed) mesh_four_set(&l->four, corners, l->count, w->part.scale, &w->part.b_in_a);
+    l->placed = 1;
+    return &l->four;
+}
+
+/* Beside a convex A all of a leaf is put in place at once. */
+static void set_levels_in_place(const mesh_walk *w, mesh_leaf *l)
+{
+    mesh_four_levels(place_b(w, l), w->axis, l->levels);
+    l->level = min_of(min_of(l->levels[0], l->levels[1]), min_of(l->levels[2], l->levels[3]));
+}
+
 /* The greatest height of the triangles of A along the axis, or the least of B's, and that of each: from where they are
  * in their own frame, so that what is far by it need not be put in place. Without an axis all levels are 0. */
 static void set_levels(const mesh_walk *w, mesh_leaf *l, bool of_a)
 {
+    l->aims = w->aims;
+    if (!w->ma) {
+        set_levels_in_place(w, l);
+        return;
+    }
     vec3 up = of_a ? w->axis : vec_neg(w->b_axis);
     double most = -INFINITY, lift = of_a ? 0 : vec_dot(w->axis, w->part.b_in_a.t);
     const vec3 *p = (of_a ? w->ma : w->mb)->corners + 3 * (size_t)l->first;
@@ -84,7 +104,6 @@ static void set_levels(const mesh_walk *w, mesh_leaf *l, bool of_a)
         most = max_of(most, level);
     }
     l->level = of_a ? most : lift - most;
-    l->aims = w->aims;
 }
 
 static mesh_leaf *leaf_of(mesh_walk *w, bool of_a, mesh_box box)
@@ -111,14 +130,6 @@ static const mesh_spot *place_a(const mesh_walk *w, mesh_leaf *l, uint32_t i)
     return &l->spots[i];
 }
 
-static const mesh_four *place_b(const mesh_walk *w, mesh_leaf *l)
-{
-    const vec3 *corners = w->mb->corners + 3 * (size_t)l->first;
-    if (!l->placed) mesh_four_set(&l->four, corners, l->count, w->part.scale, &w->part.b_in_a);
-    l->placed = 1;
-    return &l->four;
-}
-
 static double farthest2(const mesh_walk *w)
 {
     double within = w->within + 2 * w->part.error;
@@ -141,13 +152,16 @@ static bool visit_row(mesh_walk *w, mesh_leaf *a, const double *level_a, mesh_le
     unsigned near = near_levels(w, *level_a, b);
     if (!near) return true;
     const mesh_four *four = place_b(w, b);
-    near = (w->ma ? mesh_row_near : mesh_row_near_boxes)(four, w->spot_a, near, farthest2(w), &row);
+    bool box = !w->ma && w->whole_a.type == SHAPE_BOX;
+    near = (w->ma ? mesh_row_near
+            : box ? mesh_row_near_box
+                  : mesh_row_near_core)(four, w->spot_a, near, farthest2(w), &row);
     for (uint32_t i = 0; near >> i; i++) {
         if (!(near >> i & 1) || row.away2[i] > farthest2(w) || !(near_levels(w, *level_a, b) >> i & 1)) continue;
         mesh_four_spot(four, i, &w->visited);
         w->spot_b = &w->visited;
         w->triangle_b = b->first + i;
-        if (w->ma)
+        if (w->ma || box)
             w->lead = vec(row.lead[0][i], row.lead[1][i], row.lead[2][i]);
         else if (is_core_far(w))
             continue;

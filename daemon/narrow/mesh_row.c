@@ -156,17 +156,30 @@ LANES_INLINE void order_corners(const row *r, corners *a, corners *b)
     *b = nearest_first(r->b, from_b);
 }
 
-/* Along a direction of any length: what it separates more than those before did. */
-LANES_INLINE void try_along(row *r, lanes3 u)
+LANES_INLINE lanes foot_of(const lanes3 p[3], lanes3 u)
 {
-    lanes top = greater_of(greater_of(lanes3_dot(u, r->a[0]), lanes3_dot(u, r->a[1])), lanes3_dot(u, r->a[2]));
-    lanes foot = lesser_of(lesser_of(lanes3_dot(u, r->b[0]), lanes3_dot(u, r->b[1])), lanes3_dot(u, r->b[2]));
-    lanes gap = foot - top, norm2 = lanes3_dot(u, u), gap2 = gap * gap;
+    return lesser_of(lesser_of(lanes3_dot(u, p[0]), lanes3_dot(u, p[1])), lanes3_dot(u, p[2]));
+}
+LANES_INLINE lanes top_of(const lanes3 p[3], lanes3 u)
+{
+    return greater_of(greater_of(lanes3_dot(u, p[0]), lanes3_dot(u, p[1])), lanes3_dot(u, p[2]));
+}
+
+/* Along a direction of any length, along which A reaches no higher than `top`: what it separates more than those before
+ * did. */
+LANES_INLINE void try_above(row *r, lanes3 u, lanes top)
+{
+    lanes gap = foot_of(r->b, u) - top, norm2 = lanes3_dot(u, u), gap2 = gap * gap;
     lane_mask more = (gap > 0) & (gap2 * r->norm2 > r->gap2 * norm2);
     r->gap2 = lanes_choose(more, gap2, r->gap2);
     r->norm2 = lanes_choose(more, norm2, r->norm2);
     r->lead = lanes3_choose(more, u, r->lead);
     r->near &= ~lanes_bits(r->gap2 > r->within2 * r->norm2);
+}
+
+LANES_INLINE void try_along(row *r, lanes3 u)
+{
+    try_above(r, u, top_of(r->a, u));
 }
 
 LANES_INLINE lanes3 towards(lanes3 u, lanes3 to)
@@ -234,20 +247,121 @@ unsigned mesh_row_near(const mesh_four *b, const mesh_spot *a, unsigned near, do
     return lanes_wide() ? row_near_wide(b, a, near, within2, out) : row_near(b, a, near, within2, out);
 }
 
-LANES_INLINE unsigned boxes_near(const mesh_four *b, const mesh_spot *a, unsigned near, double within2, mesh_row *out)
+LANES_INLINE unsigned core_near(const mesh_four *b, const mesh_spot *a, unsigned near, double within2, mesh_row *out)
 {
     lanes away2 = boxes_away2(b, a);
     lanes_store(out->away2, away2);
     return near & ~lanes_bits(away2 > lanes_of(within2));
 }
 
-LANES_WIDE static unsigned boxes_near_wide(
+LANES_WIDE static unsigned core_near_wide(
     const mesh_four *b, const mesh_spot *a, unsigned near, double within2, mesh_row *out)
 {
-    return boxes_near(b, a, near, within2, out);
+    return core_near(b, a, near, within2, out);
 }
 
-unsigned mesh_row_near_boxes(const mesh_four *b, const mesh_spot *a, unsigned near, double within2, mesh_row *out)
+unsigned mesh_row_near_core(const mesh_four *b, const mesh_spot *a, unsigned near, double within2, mesh_row *out)
 {
-    return lanes_wide() ? boxes_near_wide(b, a, near, within2, out) : boxes_near(b, a, near, within2, out);
+    return lanes_wide() ? core_near_wide(b, a, near, within2, out) : core_near(b, a, near, within2, out);
+}
+
+/* ---- a box ---- */
+
+LANES_INLINE lanes beyond(double lo, double hi, lanes x)
+{
+    return x - lesser_of(greater_of(x, lanes_of(lo)), lanes_of(hi));
+}
+
+LANES_INLINE lanes3 from_box(const mesh_spot *a, lanes3 p)
+{
+    return (lanes3){beyond(a->lo.x, a->hi.x, p.x), beyond(a->lo.y, a->hi.y, p.y), beyond(a->lo.z, a->hi.z, p.z)};
+}
+
+/* From the box to the corner that is nearest to it. */
+LANES_INLINE lanes3 from_box_to_corner(const mesh_spot *a, const lanes3 b[3])
+{
+    lanes3 lead = from_box(a, b[0]);
+    lanes least = lanes3_dot(lead, lead);
+    for (int k = 1; k < 3; k++) {
+        lanes3 d = from_box(a, b[k]);
+        lanes norm2 = lanes3_dot(d, d);
+        lane_mask nearer = norm2 < least;
+        least = lanes_choose(nearer, norm2, least);
+        lead = lanes3_choose(nearer, d, lead);
+    }
+    return lead;
+}
+
+LANES_INLINE lanes reach_of(double lo, double hi, lanes u)
+{
+    return greater_of(u * lanes_of(lo), u * lanes_of(hi));
+}
+
+LANES_INLINE void try_from_box(row *r, const mesh_spot *a, lanes3 u)
+{
+    try_above(
+        r, u, reach_of(a->lo.x, a->hi.x, u.x) + reach_of(a->lo.y, a->hi.y, u.y) + reach_of(a->lo.z, a->hi.z, u.z));
+}
+
+/* Across the box's edges and those of the triangles. */
+LANES_INLINE void try_across(row *r, const mesh_spot *a, lanes3 lead)
+{
+    const lanes none = lanes_of(0);
+    for (int k = 0; k < 3 && r->near; k++) {
+        lanes3 e = lanes3_sub(r->b[(k + 1) % 3], r->b[k]);
+        try_from_box(r, a, towards((lanes3){none, -e.z, e.y}, lead));
+        try_from_box(r, a, towards((lanes3){e.z, none, -e.x}, lead));
+        try_from_box(r, a, towards((lanes3){-e.y, e.x, none}, lead));
+    }
+}
+
+LANES_INLINE unsigned box_near(const mesh_four *b, const mesh_spot *a, unsigned near, double within2, mesh_row *out)
+{
+    lanes boxes2 = boxes_away2(b, a);
+    row r;
+    r.within2 = lanes_of(within2);
+    r.near = near & ~lanes_bits(boxes2 > r.within2);
+    if (!r.near) return 0;
+    for (int k = 0; k < 3; k++) r.b[k] = load(b->corner[k]);
+    lanes3 lead = r.lead = from_box_to_corner(a, r.b);
+    r.gap2 = lanes_of(0), r.norm2 = lanes_of(1);
+    try_from_box(&r, a, lead);
+    try_from_box(&r, a, towards(load(b->normal), lead));
+    if (!r.near) return 0;
+    try_across(&r, a, lead);
+    lanes_store(out->away2, greater_of(r.gap2 / r.norm2, boxes2));
+    store(out->lead, r.lead);
+    return r.near;
+}
+
+LANES_WIDE static unsigned box_near_wide(
+    const mesh_four *b, const mesh_spot *a, unsigned near, double within2, mesh_row *out)
+{
+    return box_near(b, a, near, within2, out);
+}
+
+unsigned mesh_row_near_box(const mesh_four *b, const mesh_spot *a, unsigned near, double within2, mesh_row *out)
+{
+    return lanes_wide() ? box_near_wide(b, a, near, within2, out) : box_near(b, a, near, within2, out);
+}
+
+/* ---- levels ---- */
+
+LANES_INLINE void four_levels(const mesh_four *f, vec3 axis, double levels[LANES])
+{
+    const lanes3 p[3] = {load(f->corner[0]), load(f->corner[1]), load(f->corner[2])};
+    lanes_store(levels, foot_of(p, spread(axis)));
+}
+
+LANES_WIDE static void four_levels_wide(const mesh_four *f, vec3 axis, double levels[LANES])
+{
+    four_levels(f, axis, levels);
+}
+
+void mesh_four_levels(const mesh_four *f, vec3 axis, double levels[LANES])
+{
+    if (lanes_wide())
+        four_levels_wide(f, axis, levels);
+    else
+        four_levels(f, axis, levels);
 }

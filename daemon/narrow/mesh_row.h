@@ -32,7 +32,14 @@ void mesh_four_set(mesh_four *f, const vec3 *corners, uint32_t count, double sca
 unsigned mesh_row_near(const mesh_four *b, const mesh_spot *a, unsigned near, double within2, mesh_row *row);
 
 /* The same for a convex A, by the boxes alone: no direction is written. */
-unsigned mesh_row_near_boxes(const mesh_four *b, const mesh_spot *a, unsigned near, double within2, mesh_row *row);
+unsigned mesh_row_near_core(const mesh_four *b, const mesh_spot *a, unsigned near, double within2, mesh_row *row);
+
+/* The same for an A that is the box around it: then along the line from it to the nearest corner, the normal, and all
+ * directions across two edges. */
+unsigned mesh_row_near_box(const mesh_four *b, const mesh_spot *a, unsigned near, double within2, mesh_row *row);
+
+/* The least heights of the four along an axis. */
+void mesh_four_levels(const mesh_four *f, vec3 axis, double levels[MESH_LEAF_MAX]);
 
 /* One of the four. */
 void mesh_four_spot(const mesh_four *f, uint32_t i, mesh_spot *s);
