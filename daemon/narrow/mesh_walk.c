@@ -102,6 +102,8 @@ static void box_whole(mesh_walk *w)
     for (int k = 0; k < 3; k++) {
         vec3 side = vec_scale(axes[k], halves[k]);
         put(o->side[k], side);
+        put(o->square[k], axes[k]);
+        o->halves[k] = (float)halves[k];
         reach += sum_abs(side);
     }
     put(o->centre, centre);
