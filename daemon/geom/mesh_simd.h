@@ -110,6 +110,8 @@ typedef struct mesh_other {
     float centre[MESH_WIDTH], side[3][MESH_WIDTH]; /* side: from the centre to the middles of three faces */
     bool flat;                                     /* it is around a patch of a surface */
     float normal[MESH_WIDTH], half; /* whose mean normal is this (about unit): half its extent along it */
+    float square[3][MESH_WIDTH];    /* otherwise: the directions of its sides (about unit, orthogonal) ... */
+    float halves[3];                /* ... and half its extent along each */
     float axis[MESH_WIDTH], level;  /* a direction towards the node (about unit), and what no point is above along it */
     bool aimed;                     /* there is such a direction */
     float slack;                    /* what the rounding of floats may add to a bound */
@@ -143,18 +145,41 @@ MESH_INLINE void lanes_spread(const float v[3], mesh_lanes out[3])
 MESH_INLINE mesh_lanes mesh_lows(const mesh *m, const mesh_node *n, const float direction[3])
 {
     const mesh_patch_point *p = &m->patch_points[n->first_point];
-    mesh_lanes axis[3], low = lanes_of(INFINITY);
+    mesh_lanes axis[3], low = lanes_of(INFINITY), next = low;
+    uint32_t k = 0;
     lanes_spread(direction, axis);
-    for (uint32_t k = 0; k < n->points; k++, p++) {
+    for (; k + 2 <= n->points; k += 2, p += 2) { /* two at a time: each least waits for the one before it */
+        mesh_lanes at[3] = {lanes_load(p->at[0]), lanes_load(p->at[1]), lanes_load(p->at[2])};
+        mesh_lanes and[3] = {lanes_load(p[1].at[0]), lanes_load(p[1].at[1]), lanes_load(p[1].at[2])};
+        low = lanes_min(lanes_dots(at, axis), low);
+        next = lanes_min(lanes_dots(and, axis), next);
+    }
+    low = lanes_min(low, next);
+    if (k < n->points) {
         mesh_lanes at[3] = {lanes_load(p->at[0]), lanes_load(p->at[1]), lanes_load(p->at[2])};
         low = lanes_min(lanes_dots(at, axis), low);
     }
     return low - lanes_load(n->excess);
 }
 
-/* Bounds that are known already (without slack), and which boxes are near by them, or by further ones along three
- * directions: the lines between the centres, the boxes' normals, and the other's (a box's own sides are orthogonal to
- * its normal but for 2^-21 of them, which the slack has room for). As mesh_bounds. */
+/* From a box that is no patch to the boxes around the others along its sides: what is beyond it along each of three
+ * orthogonal directions is so far away together. */
+MESH_INLINE mesh_lanes mesh_beyond(const mesh_node *n, const mesh_other *o, const mesh_lanes away[3])
+{
+    mesh_lanes sum = lanes_of(0);
+    for (int k = 0; k < 3; k++) {
+        mesh_lanes axis[3];
+        lanes_spread(o->square[k], axis);
+        mesh_lanes gap = lanes_abs(lanes_dots(away, axis)) - mesh_halves(n, axis) - lanes_of(o->halves[k]);
+        gap = lanes_max(gap, lanes_of(0));
+        sum += gap * gap;
+    }
+    return lanes_sqrt(sum);
+}
+
+/* Bounds that are known already (without slack), and which boxes are near by them, or by further ones along these
+ * directions: the lines between the centres, the boxes' normals, and the other's normal or its sides (a box's own sides
+ * are orthogonal to its normal but for 2^-21 of them, which the slack has room for). As mesh_bounds. */
 MESH_INLINE unsigned mesh_bounds_from(
     const mesh_node *n, const mesh_other *o, mesh_lanes bound, unsigned near, float limit, float out[MESH_WIDTH])
 {
@@ -175,6 +200,9 @@ MESH_INLINE unsigned mesh_bounds_from(
         lanes_spread(o->normal, normal);
         mesh_lanes its = lanes_abs(lanes_dots(away, normal)) - mesh_halves(n, normal) - lanes_of(o->half);
         bound = lanes_max(bound, its);
+    } else {
+        if (!(near & lanes_not_above(bound - slack, lanes_of(limit)))) return 0;
+        bound = lanes_max(bound, mesh_beyond(n, o, away));
     }
     bound -= slack;
     memcpy(out, &bound, sizeof bound);

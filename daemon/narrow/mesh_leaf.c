@@ -24,11 +24,6 @@ void mesh_spot_set(mesh_spot *s, const mesh *m, uint32_t triangle, double scale,
     s->normal = vec_cross(vec_sub(p[1], p[0]), vec_sub(p[2], p[0]));
 }
 
-static double outside(double lo_a, double hi_a, double lo_b, double hi_b)
-{
-    return max_of(max_of(lo_b - hi_a, lo_a - hi_b), 0);
-}
-
 /* Between the middles of the boxes, twice. */
 static vec3 between_boxes(const mesh_spot *a, const mesh_spot *b)
 {
@@ -67,43 +62,58 @@ static vec3 towards(vec3 u, vec3 to)
     return vec_dot(u, to) < 0 ? vec_neg(u) : u;
 }
 
-/* By their boxes, or along the directions of mesh_bounds, in doubles. */
-static bool is_far(mesh_walk *w)
+/* A convex A, along the line between the boxes and the normal. */
+static bool is_core_far(mesh_walk *w)
 {
     const mesh_spot *a = w->spot_a, *b = w->spot_b;
-    double within = w->within + 2 * w->part.error, best = 0;
-    double x = outside(a->lo.x, a->hi.x, b->lo.x, b->hi.x), y = outside(a->lo.y, a->hi.y, b->lo.y, b->hi.y),
-           z = outside(a->lo.z, a->hi.z, b->lo.z, b->hi.z);
-    if (x * x + y * y + z * z > within * within) return true;
-    w->lead = mesh_spots_lead(a, b, w->ma);
-    if (is_far_along(w, w->lead, &best)) return true;
-    vec3 between = between_boxes(a, b);
-    return is_far_along(w, towards(b->normal, between), &best) ||
-           (w->ma && is_far_along(w, towards(a->normal, between), &best));
+    double best = 0;
+    w->lead = between_boxes(a, b);
+    return is_far_along(w, w->lead, &best) || is_far_along(w, towards(b->normal, w->lead), &best);
+}
+
+static const mesh_four *place_b(const mesh_walk *w, mesh_leaf *l)
+{
+    const vec3 *corners = w->mb->corners + 3 * (size_t)l->first;
+    if (!l->placed) mesh_four_set(&l->four, corners, l->count, w->part.scale, &w->part.b_in_a);
+    l->placed = 1;
+    return &l->four;
+}
+
+/* Beside a convex A all of a leaf is put in place at once. */
+static void set_levels_in_place(const mesh_walk *w, mesh_leaf *l)
+{
+    mesh_four_levels(place_b(w, l), w->axis, l->levels);
+    l->level = min_of(min_of(l->levels[0], l->levels[1]), min_of(l->levels[2], l->levels[3]));
 }
 
 /* The greatest height of the triangles of A along the axis, or the least of B's, and that of each: from where they are
  * in their own frame, so that what is far by it need not be put in place. Without an axis all levels are 0. */
 static void set_levels(const mesh_walk *w, mesh_leaf *l, bool of_a)
 {
+    l->aims = w->aims;
+    if (!w->ma) {
+        set_levels_in_place(w, l);
+        return;
+    }
     vec3 up = of_a ? w->axis : vec_neg(w->b_axis);
     double most = -INFINITY, lift = of_a ? 0 : vec_dot(w->axis, w->part.b_in_a.t);
     const vec3 *p = (of_a ? w->ma : w->mb)->corners + 3 * (size_t)l->first;
     for (uint32_t i = 0; i < l->count; i++, p += 3) {
         double level = max_of(max_of(vec_dot(up, p[0]), vec_dot(up, p[1])), vec_dot(up, p[2])) * w->part.scale;
-        l->spots[i].level = of_a ? level : lift - level;
+        l->levels[i] = of_a ? level : lift - level;
         most = max_of(most, level);
     }
     l->level = of_a ? most : lift - most;
-    l->aims = w->aims;
 }
 
 static mesh_leaf *leaf_of(mesh_walk *w, bool of_a, mesh_box box)
 {
-    mesh_leaf *l = (of_a ? w->leaves_a : w->leaves_b) + (box.node * MESH_WIDTH + box.child) % MESH_LEAVES;
-    if (l->box.node != box.node || l->box.child != box.child) {
+    uint32_t room = (box.node * MESH_WIDTH + box.child) % MESH_LEAVES;
+    mesh_leaf *l = (of_a ? w->leaves_a : w->leaves_b) + room;
+    mesh_box *known = (of_a ? w->known_a : w->known_b) + room;
+    if (known->node != box.node || known->child != box.child) {
         const mesh_node *n = &(of_a ? w->ma : w->mb)->nodes[box.node];
-        l->box = box;
+        *known = box;
         l->first = n->first[box.child];
         l->count = n->count[box.child];
         l->placed = 0;
@@ -113,22 +123,48 @@ static mesh_leaf *leaf_of(mesh_walk *w, bool of_a, mesh_box box)
     return l;
 }
 
-static const mesh_spot *place(const mesh_walk *w, mesh_leaf *l, bool of_a, uint32_t i)
+static const mesh_spot *place_a(const mesh_walk *w, mesh_leaf *l, uint32_t i)
 {
-    if (!(l->placed >> i & 1))
-        mesh_spot_set(&l->spots[i], of_a ? w->ma : w->mb, l->first + i, w->part.scale, of_a ? NULL : &w->part.b_in_a);
+    if (!(l->placed >> i & 1)) mesh_spot_set(&l->spots[i], w->ma, l->first + i, w->part.scale, NULL);
     l->placed |= 1u << i;
     return &l->spots[i];
 }
 
-/* A part of A (in leaf `a`, NULL: all of it) and all of a leaf of B. The visitor may find a new axis. */
-static bool visit_row(mesh_walk *w, mesh_leaf *a, mesh_leaf *b, mesh_visit *visit, void *context)
+static double farthest2(const mesh_walk *w)
 {
-    for (uint32_t i = 0; i < b->count; i++) {
-        if (b->spots[i].level - w->spot_a->level > w->within + 2 * w->part.error) continue;
-        w->spot_b = place(w, b, false, i);
+    double within = w->within + 2 * w->part.error;
+    return within * within;
+}
+
+/* Bit i: triangle i is not too far by its level. */
+static unsigned near_levels(const mesh_walk *w, double level_a, const mesh_leaf *b)
+{
+    double most = level_a + w->within + 2 * w->part.error;
+    unsigned near = 0;
+    for (uint32_t i = 0; i < b->count; i++) near |= (unsigned)!(b->levels[i] > most) << i;
+    return near;
+}
+
+/* A part of A (in leaf `a`, NULL: all of it) and all of a leaf of B. The visitor may find a new axis. */
+static bool visit_row(mesh_walk *w, mesh_leaf *a, const double *level_a, mesh_leaf *b, mesh_visit *visit, void *context)
+{
+    mesh_row row;
+    unsigned near = near_levels(w, *level_a, b);
+    if (!near) return true;
+    const mesh_four *four = place_b(w, b);
+    bool box = !w->ma && w->whole_a.type == SHAPE_BOX;
+    near = (w->ma ? mesh_row_near
+            : box ? mesh_row_near_box
+                  : mesh_row_near_core)(four, w->spot_a, near, farthest2(w), &row);
+    for (uint32_t i = 0; near >> i; i++) {
+        if (!(near >> i & 1) || row.away2[i] > farthest2(w) || !(near_levels(w, *level_a, b) >> i & 1)) continue;
+        mesh_four_spot(four, i, &w->visited);
+        w->spot_b = &w->visited;
         w->triangle_b = b->first + i;
-        if (is_far(w)) continue;
+        if (w->ma || box)
+            w->lead = vec(row.lead[0][i], row.lead[1][i], row.lead[2][i]);
+        else if (is_core_far(w))
+            continue;
         w->visits++;
         uint32_t aims = w->aims;
         if (!visit(w, context)) return false;
@@ -144,15 +180,16 @@ bool mesh_leaves_visit(mesh_walk *w, mesh_box box_a, mesh_box box_b, mesh_visit 
     mesh_leaf *b = leaf_of(w, false, box_b);
     if (!w->ma) {
         w->spot_a = &w->whole;
-        return b->level - w->whole.level > w->within + 2 * w->part.error || visit_row(w, NULL, b, visit, context);
+        return b->level - w->whole_level > w->within + 2 * w->part.error ||
+               visit_row(w, NULL, &w->whole_level, b, visit, context);
     }
     mesh_leaf *a = leaf_of(w, true, box_a);
     if (b->level - a->level > w->within + 2 * w->part.error) return true;
     for (uint32_t k = 0; k < a->count; k++) {
-        if (b->level - a->spots[k].level > w->within + 2 * w->part.error) continue;
-        w->spot_a = place(w, a, true, k);
+        if (b->level - a->levels[k] > w->within + 2 * w->part.error) continue;
+        w->spot_a = place_a(w, a, k);
         w->triangle_a = a->first + k;
-        if (!visit_row(w, a, b, visit, context)) return false;
+        if (!visit_row(w, a, &a->levels[k], b, visit, context)) return false;
     }
     return true;
 }

@@ -102,6 +102,8 @@ static void box_whole(mesh_walk *w)
     for (int k = 0; k < 3; k++) {
         vec3 side = vec_scale(axes[k], halves[k]);
         put(o->side[k], side);
+        put(o->square[k], axes[k]);
+        o->halves[k] = (float)halves[k];
         reach += sum_abs(side);
     }
     put(o->centre, centre);
@@ -122,9 +124,9 @@ static void forget_stands(mesh_stand *stands)
     for (int i = 0; i < MESH_STANDS; i++) stands[i].node = WHOLE;
 }
 
-static void forget_leaves(mesh_leaf *leaves)
+static void forget_leaves(mesh_box *known)
 {
-    for (int i = 0; i < MESH_LEAVES; i++) leaves[i].box.node = WHOLE;
+    for (int i = 0; i < MESH_LEAVES; i++) known[i].node = WHOLE;
 }
 
 void mesh_walk_init(mesh_walk *w, const unit_pair *p, const shape *a, const shape *b)
@@ -139,7 +141,7 @@ void mesh_walk_init(mesh_walk *w, const unit_pair *p, const shape *a, const shap
     w->visits = w->aims = 0;
     if (w->ma) {
         wear(&w->flat_a, &w->part.a);
-        forget_leaves(w->leaves_a);
+        forget_leaves(w->known_a);
         forget_stands(w->stands_a);
         forget_stands(w->stands_b);
     } else {
@@ -157,11 +159,11 @@ void mesh_walk_move(mesh_walk *w, vec3 position)
     w->a_in_b.t = vec_neg(mat_mul(w->a_in_b.r, position));
     w->within = INFINITY;
     w->axis = w->b_axis = VEC_ZERO;
-    w->whole.level = 0;
+    w->whole_level = 0;
     w->aimed = w->whole_other.aimed = false;
     w->aims++;
     w->triangle_a = w->triangle_b = MESH_NO_TRIANGLE;
-    forget_leaves(w->leaves_b);
+    forget_leaves(w->known_b);
     if (w->ma) {
         set_turn(&w->into_a, &w->part.b_in_a, w->size_b, w->size_a);
         set_turn(&w->into_b, &w->a_in_b, w->size_a, w->size_b);
@@ -177,10 +179,10 @@ void mesh_walk_move(mesh_walk *w, vec3 position)
 static void aim_whole(mesh_walk *w)
 {
     mesh_other *o = &w->whole_other;
-    w->whole.level = extent_of(w, w->axis);
+    w->whole_level = extent_of(w, w->axis);
     o->aimed = true;
     memcpy(o->axis, w->axis_in_b, sizeof o->axis);
-    o->level = (float)((w->whole.level - vec_dot(w->axis, w->part.b_in_a.t)) / w->size_b);
+    o->level = (float)((w->whole_level - vec_dot(w->axis, w->part.b_in_a.t)) / w->size_b);
 }
 
 void mesh_walk_aim(mesh_walk *w, vec3 axis)
@@ -287,7 +289,7 @@ static double top_of(const turned_box *b, vec3 d)
 
 static double top_in_a(const mesh_walk *w, mesh_box a)
 {
-    if (a.node == WHOLE) return w->whole.level;
+    if (a.node == WHOLE) return w->whole_level;
     turned_box box = box_of(w->ma, a, w->size_a);
     return top_of(&box, w->axis);
 }

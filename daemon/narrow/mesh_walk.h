@@ -8,6 +8,7 @@
 #define COLLIDED_NARROW_MESH_WALK_H
 
 #include "geom/mesh_simd.h"
+#include "mesh_row.h"
 #include "unit_pair.h"
 
 enum {
@@ -23,25 +24,21 @@ typedef struct triangle_part {
     double x[TRIANGLE_PADDED], y[TRIANGLE_PADDED], z[TRIANGLE_PADDED];
 } triangle_part;
 
-/* A triangle, or all of a convex A, in A's frame and units of the pair. */
-typedef struct mesh_spot {
-    vec3 corner[3]; /* of a triangle */
-    vec3 lo, hi;    /* a box around it */
-    vec3 normal;    /* of a triangle: of any length */
-    double level;   /* along the axis: of A the greatest, of B the least */
-} mesh_spot;
-
 /* A box of a mesh: a child of a node. The root's own children stand for the root. */
 typedef struct mesh_box {
     uint32_t node, child; /* node UINT32_MAX: all of a convex A */
 } mesh_box;
 
-/* The triangles of a leaf, each put in place when it is first needed; again when another leaf has taken their room. */
+/* The triangles of a leaf, put in place when they are first needed (A's one by one, B's together); again when another
+ * leaf has taken their room. */
 typedef struct mesh_leaf {
-    mesh_box box;                        /* node UINT32_MAX: none */
-    uint32_t first, count, placed, aims; /* placed: bit i: spots[i], but for its level, which is always there */
+    uint32_t first, count, placed, aims; /* placed: bit i: spots[i]; of B: four */
     double level;                        /* the greatest of A's, the least of B's */
-    mesh_spot spots[MESH_LEAF_MAX];
+    double levels[MESH_LEAF_MAX];        /* of each triangle */
+    union {
+        mesh_spot spots[MESH_LEAF_MAX]; /* of A */
+        mesh_four four;                 /* of B */
+    };
 } mesh_leaf;
 
 /* From the frame and unit of one mesh's boxes to those of the other's. */
@@ -77,7 +74,10 @@ typedef struct mesh_walk {
     bool aimed, opens_both;         /* opens_both: the meshes are of about one size, and not far apart */
     mesh_other whole_other;         /* of a convex A */
     mesh_spot whole;
+    double whole_level; /* the greatest height of a convex A along the axis */
     mesh_stand stands_a[MESH_STANDS], stands_b[MESH_STANDS];
+    mesh_spot visited;                                   /* of B: spot_b, while leaves are visited */
+    mesh_box known_a[MESH_LEAVES], known_b[MESH_LEAVES]; /* whose room is taken by which leaf; node UINT32_MAX: none */
     mesh_leaf leaves_a[MESH_LEAVES], leaves_b[MESH_LEAVES];
 } mesh_walk;
 

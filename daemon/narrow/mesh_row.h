@@ -1,0 +1,47 @@
+/* mesh_row: one triangle, or all of a convex core, beside the four triangles of a leaf, which are looked at side by
+ * side. For mesh_leaf.c. All in A's frame and units of the pair. Pure; any thread; the same bits on any processor. */
+#ifndef COLLIDED_NARROW_MESH_ROW_H
+#define COLLIDED_NARROW_MESH_ROW_H
+
+#include "geom/mesh.h"
+
+/* A triangle, or all of a convex A. */
+typedef struct mesh_spot {
+    vec3 corner[3]; /* of a triangle */
+    vec3 lo, hi;    /* a box around it */
+    vec3 normal;    /* of a triangle: of any length */
+} mesh_spot;
+
+/* The triangles of a leaf of B, coordinate by coordinate; of a leaf with fewer the last one again. */
+typedef struct mesh_four {
+    double corner[3][3][MESH_LEAF_MAX]; /* which corner, which coordinate */
+    double lo[3][MESH_LEAF_MAX], hi[3][MESH_LEAF_MAX], normal[3][MESH_LEAF_MAX];
+} mesh_four;
+
+typedef struct mesh_row {
+    double away2[MESH_LEAF_MAX]; /* square of what they are apart at least, by boxes or along `lead`, before rounding */
+    double lead[3][MESH_LEAF_MAX]; /* the direction that separates them most, of those looked at: of any length */
+} mesh_row;
+
+/* `corners`: three a triangle, in B's frame and the input's units. */
+void mesh_four_set(mesh_four *f, const vec3 *corners, uint32_t count, double scale, const transform *b_in_a);
+
+/* The bits of `near` of which the triangle is not proven to be farther from A's than the root of `within2`: by the
+ * boxes around them, then along the line between the nearest corners, both normals, and the line between the nearest
+ * points of two edges. Those bits have their places in `row`. */
+unsigned mesh_row_near(const mesh_four *b, const mesh_spot *a, unsigned near, double within2, mesh_row *row);
+
+/* The same for a convex A, by the boxes alone: no direction is written. */
+unsigned mesh_row_near_core(const mesh_four *b, const mesh_spot *a, unsigned near, double within2, mesh_row *row);
+
+/* The same for an A that is the box around it: then along the line from it to the nearest corner, the normal, and all
+ * directions across two edges. */
+unsigned mesh_row_near_box(const mesh_four *b, const mesh_spot *a, unsigned near, double within2, mesh_row *row);
+
+/* The least heights of the four along an axis. */
+void mesh_four_levels(const mesh_four *f, vec3 axis, double levels[MESH_LEAF_MAX]);
+
+/* One of the four. */
+void mesh_four_spot(const mesh_four *f, uint32_t i, mesh_spot *s);
+
+#endif
