@@ -35,8 +35,8 @@ static inline bool is_everyday(double size)
 }
 
 /* As unit_pair_separation, of two hulls as they are. */
-static double hulls_separation(const shape *a, const shape *b, const pose *b_in_a, double size, vec3 axis,
-    uint32_t *hint_a, uint32_t *hint_b)
+static double hulls_separation(
+    const shape *a, const shape *b, const pose *b_in_a, double size, vec3 axis, uint32_t *hint_a, uint32_t *hint_b)
 {
     const transform t = pose_transform(*b_in_a);
     vec3 of_a = core_hull(a->hull, 1, axis, hint_a), of_b = core_hull(b->hull, 1, mat_tmul(t.r, vec_neg(axis)), hint_b);
