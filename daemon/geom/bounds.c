@@ -32,18 +32,28 @@ static aabb halfspace_bounds(const shape *s, pose at)
     return b;
 }
 
+/* add_up of two numbers at a time. A sum of zero is exact: it is not stepped. */
+typedef double two __attribute__((vector_size(16)));
+typedef int64_t two_masks __attribute__((vector_size(16)));
+
+static inline two add_up_two(two a, two b)
+{
+    two sum = a + b, b_part = sum - a, error = (a - (sum - b_part)) + (b - b_part);
+    const two zero = {0, 0};
+    return (two)((two_masks)sum + ((error > zero) & ((sum < zero) | 1)));
+}
+
 aabb shape_bounds(const shape *s, pose at)
 {
     if (s->type == SHAPE_HALFSPACE) return halfspace_bounds(s, at);
     mat3 r = quat_matrix(at.q);
     const vec3 rows[3] = {{r.x.x, r.y.x, r.z.x}, {r.x.y, r.y.y, r.z.y}, {r.x.z, r.y.z, r.z.z}};
-    const double centre[3] = {at.p.x, at.p.y, at.p.z};
     double margin = add_up(add_up(s->radius, shape_excess(s)), rotation_slack(at.q, shape_reach(s)));
-    double lo[3], hi[3], up[3], down[3];
+    const two margins = {margin, margin};
+    double up[3], down[3];
     support_spans_up(s, rows, up, down);
-    for (int k = 0; k < 3; k++) {
-        hi[k] = add_up(centre[k], add_up(up[k], margin));
-        lo[k] = -add_up(-centre[k], add_up(down[k], margin));
-    }
-    return (aabb){{lo[0], lo[1], lo[2]}, {hi[0], hi[1], hi[2]}};
+    two x = add_up_two((two){-at.p.x, at.p.x}, add_up_two((two){down[0], up[0]}, margins));
+    two y = add_up_two((two){-at.p.y, at.p.y}, add_up_two((two){down[1], up[1]}, margins));
+    two z = add_up_two((two){-at.p.z, at.p.z}, add_up_two((two){down[2], up[2]}, margins));
+    return (aabb){{-x[0], -y[0], -z[0]}, {x[1], y[1], z[1]}};
 }

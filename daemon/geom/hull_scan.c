@@ -41,6 +41,16 @@ static uint32_t above_plain(const hull *h, vec3 d, double cut, uint16_t *found, 
     return count;
 }
 
+static double top_plain(const hull *h, vec3 d)
+{
+    double top = -INFINITY;
+    for (uint32_t i = 0; i < h->vertex_count; i++) {
+        double height = h->x[i] * d.x + h->y[i] * d.y + h->z[i] * d.z;
+        top = height > top ? height : top;
+    }
+    return top;
+}
+
 static void spans_plain(const hull *h, const vec3 d[3], double top[3], double bottom[3])
 {
     for (int k = 0; k < 3; k++) {
@@ -225,6 +235,52 @@ __attribute__((target("avx2"))) static void spans_avx2(const hull *h, const vec3
     }
 }
 
+__attribute__((target("avx512f"), always_inline)) static inline void span8(
+    __m512d x, __m512d y, __m512d z, const __m512d d[3], __m512d *top, __m512d *bottom)
+{
+    __m512d height =
+        _mm512_add_pd(_mm512_add_pd(_mm512_mul_pd(x, d[0]), _mm512_mul_pd(y, d[1])), _mm512_mul_pd(z, d[2]));
+    *top = _mm512_max_pd(height, *top);
+    *bottom = _mm512_min_pd(height, *bottom);
+}
+
+__attribute__((target("avx512f"))) static void spans_avx512(
+    const hull *h, const vec3 d[3], double top[3], double bottom[3])
+{
+    __m512d way[3][3], most[3], least[3];
+    for (int k = 0; k < 3; k++) {
+        way[k][0] = _mm512_set1_pd(d[k].x), way[k][1] = _mm512_set1_pd(d[k].y), way[k][2] = _mm512_set1_pd(d[k].z);
+        most[k] = _mm512_set1_pd(-INFINITY), least[k] = _mm512_set1_pd(INFINITY);
+    }
+    for (uint32_t i = 0; i < h->padded_count; i += LANES) {
+        __m512d x = _mm512_loadu_pd(h->x + i), y = _mm512_loadu_pd(h->y + i), z = _mm512_loadu_pd(h->z + i);
+        for (int k = 0; k < 3; k++) span8(x, y, z, way[k], &most[k], &least[k]);
+    }
+    for (int k = 0; k < 3; k++) {
+        top[k] = _mm512_reduce_max_pd(most[k]);
+        bottom[k] = _mm512_reduce_min_pd(least[k]);
+    }
+}
+
+__attribute__((target("avx2"))) static double top_avx2(const hull *h, vec3 d)
+{
+    __m256d dx = _mm256_set1_pd(d.x), dy = _mm256_set1_pd(d.y), dz = _mm256_set1_pd(d.z);
+    __m256d m0 = _mm256_set1_pd(-INFINITY), m1 = m0;
+    for (uint32_t i = 0; i < h->padded_count; i += LANES) {
+        m0 = _mm256_max_pd(heights4(h, i, dx, dy, dz), m0);
+        m1 = _mm256_max_pd(heights4(h, i + 4, dx, dy, dz), m1);
+    }
+    return _mm256_cvtsd_f64(greatest4(_mm256_max_pd(m0, m1)));
+}
+
+__attribute__((target("avx512f"))) static double top_avx512(const hull *h, vec3 d)
+{
+    __m512d dx = _mm512_set1_pd(d.x), dy = _mm512_set1_pd(d.y), dz = _mm512_set1_pd(d.z);
+    __m512d most = _mm512_set1_pd(-INFINITY);
+    for (uint32_t i = 0; i < h->padded_count; i += LANES) most = _mm512_max_pd(heights8(h, i, dx, dy, dz), most);
+    return _mm512_reduce_max_pd(most);
+}
+
 bool hull_scan_has(hull_scan_width width)
 {
     if (width == HULL_SCAN_AVX512) return __builtin_cpu_supports("avx512f");
@@ -246,12 +302,31 @@ uint32_t hull_scan_above_by(
 
 void hull_scan_spans_by(hull_scan_width width, const hull *h, const vec3 d[3], double top[3], double bottom[3])
 {
-    (width == HULL_SCAN_PLAIN ? spans_plain : spans_avx2)(h, d, top, bottom);
+    if (width == HULL_SCAN_AVX512)
+        spans_avx512(h, d, top, bottom);
+    else
+        (width == HULL_SCAN_PLAIN ? spans_plain : spans_avx2)(h, d, top, bottom);
 }
 
+/* Three directions at once keep eight lanes busy, where there is more than one load of them. */
 void hull_scan_spans(const hull *h, const vec3 d[3], double top[3], double bottom[3])
 {
-    (__builtin_cpu_supports("avx2") ? spans_avx2 : spans_plain)(h, d, top, bottom);
+    if (h->padded_count > LANES && __builtin_cpu_supports("avx512f"))
+        spans_avx512(h, d, top, bottom);
+    else
+        (__builtin_cpu_supports("avx2") ? spans_avx2 : spans_plain)(h, d, top, bottom);
+}
+
+double hull_scan_top_by(hull_scan_width width, const hull *h, vec3 direction)
+{
+    if (width == HULL_SCAN_AVX512) return top_avx512(h, direction);
+    return width == HULL_SCAN_AVX2 ? top_avx2(h, direction) : top_plain(h, direction);
+}
+
+double hull_scan_top(const hull *h, vec3 direction)
+{
+    if (h->padded_count > 2 * LANES && __builtin_cpu_supports("avx512f")) return top_avx512(h, direction);
+    return __builtin_cpu_supports("avx2") ? top_avx2(h, direction) : top_plain(h, direction);
 }
 
 /* Measured: a hull of few vertices gains nothing from eight lanes but a longer reduction. */
@@ -298,6 +373,17 @@ uint32_t hull_scan_above_by(
 uint32_t hull_scan_above(const hull *h, vec3 direction, double cut, uint16_t *found, uint32_t most)
 {
     return above_plain(h, direction, cut, found, most);
+}
+
+double hull_scan_top_by(hull_scan_width width, const hull *h, vec3 direction)
+{
+    (void)width;
+    return top_plain(h, direction);
+}
+
+double hull_scan_top(const hull *h, vec3 direction)
+{
+    return top_plain(h, direction);
 }
 
 void hull_scan_spans_by(hull_scan_width width, const hull *h, const vec3 d[3], double top[3], double bottom[3])

@@ -20,6 +20,10 @@ uint32_t hull_scan(const hull *h, vec3 direction);
  * how many there are, or `most` + 1 if more. For the same hulls. */
 uint32_t hull_scan_above(const hull *h, vec3 direction, double cut, uint16_t *found, uint32_t most);
 
+/* The greatest computed dot(direction, v) itself: -INFINITY for a direction that is not a number. For hulls of any size.
+ */
+double hull_scan_top(const hull *h, vec3 direction);
+
 /* The greatest and the least computed dot(d[k], v) of all vertices, for three directions in one pass. For the same
  * hulls. */
 void hull_scan_spans(const hull *h, const vec3 d[3], double top[3], double bottom[3]);
@@ -27,6 +31,7 @@ void hull_scan_spans(const hull *h, const vec3 d[3], double top[3], double botto
 /* The same by one kernel, for tests: only where hull_scan_has says that the processor can. */
 bool hull_scan_has(hull_scan_width width);
 uint32_t hull_scan_by(hull_scan_width width, const hull *h, vec3 direction);
+double hull_scan_top_by(hull_scan_width width, const hull *h, vec3 direction);
 uint32_t hull_scan_above_by(
     hull_scan_width width, const hull *h, vec3 direction, double cut, uint16_t *found, uint32_t most);
 void hull_scan_spans_by(hull_scan_width width, const hull *h, const vec3 d[3], double top[3], double bottom[3]);

@@ -1,6 +1,7 @@
 /* certificate: proofs that need no search: separation along one axis, and how far a pair can have moved. Pure; any
  * thread. */
 #include "closed.h"
+#include "core.h"
 #include "finish.h"
 #include "scalar.h"
 
@@ -27,9 +28,31 @@ double unit_pair_separation(const unit_pair *p, vec3 axis, uint32_t *hint_a, uin
     return (separation - p->radius - p->error - p->excess) * p->unit;
 }
 
+/* Hulls of this size leave no normal numbers below. Larger ones have a tree for their support points. */
+static inline bool is_everyday(const shape *a, const shape *b, double size)
+{
+    bool small = a->hull->padded_count <= HULL_SCAN_MAX && b->hull->padded_count <= HULL_SCAN_MAX;
+    return small && size > 0x1p-300 && size < 0x1p300;
+}
+
+/* As unit_pair_separation, of two hulls as they are: how high each reaches is enough, the support points are not looked
+ * for. Rounding: as there but for B's heights, whose direction is turned into its frame (3 u) and which are products and
+ * sums of their own (3 u), and a sum more; so half of its bound on top is more than enough. */
+static double hulls_separation(const shape *a, const shape *b, const pose *b_in_a, double size, vec3 axis)
+{
+    vec3 back = mat_tmul(quat_matrix(b_in_a->q), vec_neg(axis));
+    double between = vec_dot(axis, b_in_a->p), reached = hull_scan_top(a->hull, axis) + hull_scan_top(b->hull, back);
+    double radius = a->radius + b->radius, excess = a->hull->excess + b->hull->excess;
+    return between - reached - radius - 1.5 * unit_error(size) - excess;
+}
+
 double narrow_separation(
     const shape *a, const shape *b, const pose *b_in_a, vec3 axis, uint32_t *hint_a, uint32_t *hint_b)
 {
+    if (a->type == SHAPE_HULL && b->type == SHAPE_HULL) {
+        double size = shape_reach(a) + shape_reach(b) + vec_norm(b_in_a->p);
+        if (is_everyday(a, b, size)) return hulls_separation(a, b, b_in_a, size, axis);
+    }
     unit_pair p;
     unit_pair_init(&p, a, b, b_in_a);
     return unit_pair_separation(&p, axis, hint_a, hint_b);

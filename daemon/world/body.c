@@ -97,6 +97,12 @@ world_status world_get_body(const world *w, uint32_t id, world_body *out, world_
 
 /* ---- shapes ---- */
 
+static bool is_identity(pose p)
+{
+    const vec3 at = p.p;
+    return at.x == 0 && at.y == 0 && at.z == 0 && p.q.w == 1 && p.q.x == 0 && p.q.y == 0 && p.q.z == 0;
+}
+
 static bool same_vec(vec3 a, vec3 b)
 {
     return a.x == b.x && a.y == b.y && a.z == b.z;
@@ -105,6 +111,12 @@ static bool same_vec(vec3 a, vec3 b)
 static bool same_pose(pose a, pose b)
 {
     return same_vec(a.p, b.p) && a.q.w == b.q.w && a.q.x == b.q.x && a.q.y == b.q.y && a.q.z == b.q.z;
+}
+
+/* Where a shape is when its body is there. */
+static inline pose stand_on(pose body_pose, const solid *s)
+{
+    return s->at_origin ? body_pose : pose_mul(body_pose, s->local);
 }
 
 static bool same_shape(const solid *s, const world_shape *def)
@@ -165,11 +177,12 @@ static void add_shapes(world *w, uint32_t id, const world_body *def)
         w->solids.at[s] = (solid){.shape = *given,
             .own = own,
             .local = def->shapes[i].local,
-            .world = pose_mul(b->pose, def->shapes[i].local),
             .reach = shape_reach(given),
             .body = id,
             .index = (int32_t)i,
+            .at_origin = is_identity(def->shapes[i].local),
             .used = true};
+        w->solids.at[s].world = stand_on(b->pose, &w->solids.at[s]);
         w->solids.at[s].shape.compound = own;
         w->figures.shapes += shapes_in(&w->solids.at[s].shape);
         b->shapes[i] = s;
@@ -461,7 +474,7 @@ void body_account(world *w, uint32_t id)
 pose solid_pose(const world *w, const solid *s)
 {
     const body *b = &w->bodies.at[s->body];
-    return b->behind ? pose_mul(settled_pose(w, b), s->local) : s->world;
+    return b->behind ? stand_on(settled_pose(w, b), s) : s->world;
 }
 
 void solid_stand(const world *w, const solid *s, pose *body_pose, pose *local)
@@ -470,7 +483,7 @@ void solid_stand(const world *w, const solid *s, pose *body_pose, pose *local)
     *body_pose = settled_pose(w, b);
     *local = s->local;
     if (b->behind) return;
-    pose is = pose_mul(*body_pose, *local);
+    pose is = stand_on(*body_pose, s);
     if (memcmp(&is, &s->world, sizeof is) == 0) return;
     *body_pose = s->world; /* it has teleported since */
     *local = POSE_IDENTITY;
@@ -482,18 +495,19 @@ void body_settle_shapes(world *w, body *b)
     b->behind = false;
     for (size_t i = 0; i < b->shape_count; i++) {
         solid *s = &w->solids.at[b->shapes[i]];
-        s->world = pose_mul(settled_pose(w, b), s->local);
+        s->world = stand_on(settled_pose(w, b), s);
         s->box = shape_bounds(&s->shape, s->world);
     }
 }
 
 static void put_shapes(world *w, body *b)
 {
+    bool sweeps = b->impacts || b->horizon > 0;
     for (size_t k = 0; k < b->shape_count; k++) {
         solid *s = &w->solids.at[b->shapes[k]];
-        s->world = pose_mul(b->pose, s->local);
+        s->world = stand_on(b->pose, s);
         s->box = shape_bounds(&s->shape, s->world);
-        aabb box = body_swept_bounds(w, b, s, s->box);
+        aabb box = sweeps ? body_swept_bounds(w, b, s, s->box) : s->box;
         broad_put(w->broad, &(broad_move){.proxy = b->shapes[k],
                                 .fixed = b->fixed,
                                 .box = aabb_grow(box, b->widen),
@@ -559,8 +573,14 @@ static pose relative_of(pose body_a, pose local_a, pose body_b, pose local_b)
     return relative;
 }
 
+/* Of two shapes at their bodies' origins the same numbers, without the products that change nothing. */
 pose solid_relative(const world *w, const solid *a, const solid *b)
 {
+    if (a->at_origin && b->at_origin) {
+        pose relative = pose_relative(w->bodies.at[a->body].pose, w->bodies.at[b->body].pose);
+        relative.q = quat_unit(relative.q);
+        return relative;
+    }
     return relative_of(w->bodies.at[a->body].pose, a->local, w->bodies.at[b->body].pose, b->local);
 }
 
@@ -572,16 +592,11 @@ pose solid_settled_relative(const world *w, const solid *a, const solid *b)
     return relative_of(body_a, local_a, body_b, local_b);
 }
 
-static bool is_identity(pose p)
-{
-    return p.p.x == 0 && p.p.y == 0 && p.p.z == 0 && p.q.w == 1;
-}
-
 /* Two more products of poses and one more of matrices: the positions are off by some 20 roundoffs of the arms and of
  * what lies between the bodies, the directions by 8. */
 double solid_relative_error(const world *w, const solid *a, const solid *b)
 {
-    if (is_identity(a->local) && is_identity(b->local)) return 0;
+    if (a->at_origin && b->at_origin) return 0;
     vec3 between = vec_sub(w->bodies.at[b->body].pose.p, w->bodies.at[a->body].pose.p);
     return 0x1p-48 * (vec_norm(a->local.p) + vec_norm(b->local.p) + vec_norm(between)) + 0x1p-50 * pair_size(a, b);
 }

@@ -24,6 +24,15 @@ static const double AS_FLOATS = 5 * 0x1p-24;
 /* So is how far the body is from the middle of its room: ten roundings, as a share of the room and of the reach. */
 static const double OF_FLOATS = 0x1p-20;
 
+static inline double more_of(double a, double b)
+{
+    return a > b ? a : b;
+}
+static inline double less_of(double a, double b)
+{
+    return a < b ? a : b;
+}
+
 static bool may_be_calm(const body *b)
 {
     return !b->pair_count && !b->impacts && !(b->horizon > 0) && !b->deadline_ns && !b->stale && !b->held;
@@ -42,11 +51,11 @@ static void find_fit(const world *w, body *b, const broad_room *room, double rea
     double far = 0;
     for (int k = 0; k < 3; k++) {
         b->fit_centre[k] = (float)c[k];
-        b->fit_half[k] = float_up(fmax(hi[k] - b->fit_centre[k], b->fit_centre[k] - lo[k]) * (1 + 0x1p-50));
+        b->fit_half[k] = float_up(more_of(hi[k] - b->fit_centre[k], b->fit_centre[k] - lo[k]) * (1 + 0x1p-50));
         b->fit_lo[k] = (float)fat_lo[k]; /* a float's */
         b->fit_hi[k] = (float)fat_hi[k];
         b->fit_least[k] = float_up(0.5 * room->least[k] - s->shape.radius);
-        far = fmax(far, fmax(fabs(fat_lo[k]), fabs(fat_hi[k])));
+        far = more_of(far, more_of(fabs(fat_lo[k]), fabs(fat_hi[k])));
     }
     double rounding = ROUNDING * (far + 4 * (reach + b->widen)) + AS_FLOATS * reach;
     b->fit_slack = float_up(s->shape.radius + b->widen + rounding);
@@ -59,7 +68,7 @@ static void set_room(body *b, aabb room, quat q)
     for (int k = 0; k < 3; k++) {
         float middle = (float)(0.5 * (lo[k] + hi[k]));
         b->room.middle[k] = middle;
-        b->room.half[k] = float_down(fmin(hi[k] - middle, middle - lo[k]) * (1 - OF_FLOATS));
+        b->room.half[k] = float_down(less_of(hi[k] - middle, middle - lo[k]) * (1 - OF_FLOATS));
     }
     b->room.middle[3] = 0;
 }
@@ -70,8 +79,8 @@ static void narrow_room(const body *b, const broad_room *room, double reach, aab
     double *lo = &all->lo.x, *hi = &all->hi.x;
     for (int k = 0; k < 3; k++) {
         double slack = ROUNDING * (fabs(p[k]) + reach + b->widen) + AS_FLOATS * reach;
-        lo[k] = fmax(lo[k], p[k] - room->down[k] + slack);
-        hi[k] = fmin(hi[k], p[k] + room->up[k] - slack);
+        lo[k] = more_of(lo[k], p[k] - room->down[k] + slack);
+        hi[k] = less_of(hi[k], p[k] + room->up[k] - slack);
     }
 }
 
@@ -85,8 +94,8 @@ void calm_find(const world *w, body *b)
     for (size_t i = 0; i < b->shape_count; i++) {
         const solid *s = &w->solids.at[b->shapes[i]];
         double arm = vec_norm(s->local.p), core = s->reach - s->shape.radius + ROUNDING * s->reach;
-        reach = fmax(reach, s->reach + arm);
-        turning = fmax(turning, core + arm);
+        reach = more_of(reach, s->reach + arm);
+        turning = more_of(turning, core + arm);
     }
     for (size_t i = 0; i < b->shape_count; i++) {
         broad_room room;

@@ -97,7 +97,6 @@ static bool settle_cheaply(const world *w, pair *p, const pose *b_in_a, double l
 {
     const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
     narrow_cache *c = &p->cache;
-    if (!remembers(w) || pair_is_told(w, p)) return false;
     out->rung = RUNG_MOTION_BOUND;
     out->cost = WORK_A_MOTION_BOUND;
     if (is_axis(c->axis) && c->lower - narrow_motion_bound(&c->b_in_a, b_in_a, b->reach) > limit) return true;
@@ -112,13 +111,42 @@ static void settle(outcome *out, world_rung rung, uint32_t cost)
     *out = (outcome){.rung = (uint8_t)rung, .settled = true, .cost = cost, .result = WORLD_NONE};
 }
 
-/* Where bounds are all that is asked, those that stand are enough; otherwise they say where a budget begins. */
-static void look(const world *w, uint32_t k)
+/* As far as the cheap rungs have to prove a pair to be apart, for what is asked; the rounding of its relative pose
+ * comes on top. */
+static double far_enough(const solid *a, const solid *b, const demand *d)
 {
-    pair *p = &w->pairs.at[w->active_pairs.at[k]];
+    return d->limit + (d->request.tolerance + WIDEST_ANSWER * pair_size(a, b));
+}
+
+/* The same of a pair of which nobody has been told: kept until an interest changes, or what its bodies' rules say. */
+static double kept_far_enough(const world *w, pair *p)
+{
+    if (p->asked_epoch == w->epoch) return p->beyond;
+    demand d = ladder_demand(w, p);
+    p->asked_epoch = w->epoch;
+    p->beyond = far_enough(&w->solids.at[p->a], &w->solids.at[p->b], &d);
+    return p->beyond;
+}
+
+/* Without a budget, and where nobody asks for bounds. */
+static void look_for_proof(const world *w, pair *p, outcome *out)
+{
     const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
-    outcome *out = &w->outcomes.at[k];
-    out->stands = (w->bounds_asked || w->grant) && bounds_stand(w, p);
+    bool told = pair_is_told(w, p);
+    double beyond = told ? ladder_demand(w, p).limit : kept_far_enough(w, p);
+    if (!(beyond > -INFINITY)) {
+        settle(out, RUNG_UNASKED, 0);
+    } else if (!told && remembers(w)) {
+        pose b_in_a = solid_relative(w, a, b);
+        out->settled = settle_cheaply(w, p, &b_in_a, beyond + 2 * solid_relative_error(w, a, b), out);
+    }
+}
+
+/* Where bounds are all that is asked, those that stand are enough; otherwise they say where a budget begins. */
+static void look_at_bounds(const world *w, pair *p, outcome *out)
+{
+    const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
+    out->stands = bounds_stand(w, p);
     if (out->stands && p->standing.enough) { /* and nobody asks for more since */
         settle(out, RUNG_STANDING, WORK_A_MOTION_BOUND);
         return;
@@ -128,10 +156,12 @@ static void look(const world *w, uint32_t k)
         settle(out, RUNG_UNASKED, 0);
         return;
     }
-    pose b_in_a = solid_relative(w, a, b);
-    double slack = d.request.tolerance + WIDEST_ANSWER * pair_size(a, b) + 2 * solid_relative_error(w, a, b);
     out->coarse = d.coarse;
-    if (!d.coarse && !out->stands) out->settled = settle_cheaply(w, p, &b_in_a, d.limit + slack, out);
+    if (!d.coarse && !out->stands && remembers(w) && !pair_is_told(w, p)) {
+        pose b_in_a = solid_relative(w, a, b);
+        double beyond = far_enough(a, b, &d) + 2 * solid_relative_error(w, a, b);
+        out->settled = settle_cheaply(w, p, &b_in_a, beyond, out);
+    }
     out->floor = out->stands && p->standing.floor;
     if (out->stands) out->work = work_of(a, b, &d, p->standing.lo);
     if (out->stands) out->rung = RUNG_STANDING, out->cost = WORK_A_MOTION_BOUND;
@@ -141,6 +171,7 @@ static void decide_cheaply(void *context, size_t begin, size_t end, unsigned wor
 {
     (void)worker;
     world *w = context;
+    bool bounds = w->bounds_asked || w->grant;
     for (size_t k = begin; k < end; k++) {
         pair *p = &w->pairs.at[w->active_pairs.at[k]];
         bool stale = w->bodies.at[w->solids.at[p->a].body].stale || w->bodies.at[w->solids.at[p->b].body].stale;
@@ -148,7 +179,7 @@ static void decide_cheaply(void *context, size_t begin, size_t end, unsigned wor
         if (stale)
             p->standing.epoch = 0;
         else
-            look(w, (uint32_t)k);
+            (bounds ? look_at_bounds : look_for_proof)(w, p, &w->outcomes.at[k]);
     }
 }
 
@@ -183,19 +214,18 @@ static double tolerance_within(double tolerance, double moved)
 /* A pair of which nobody has been told anything, and nobody asked the distance, needs only the verdict as long as it is
  * apart. Whatever is told has an interval as narrow as was asked; the verdict is decided alike in both. The cache says
  * where to begin. */
-uint32_t ladder_ask(
-    const world *w, const pair *p, const demand *d, narrow_cache *cache, void *scratch, narrow_result *r)
+static uint32_t ask_at(const world *w, const pair *p, const pose *b_in_a, const demand *d, narrow_cache *cache,
+    void *scratch, narrow_result *r)
 {
     const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
-    pose b_in_a = solid_relative(w, a, b);
     narrow_request request = d->request;
     bool told = pair_is_told(w, p);
     uint32_t asked = 0;
     request.tolerance = tolerance_within(request.tolerance, solid_relative_error(w, a, b));
     if (d->verdict_only || (!told && !(request.facts & NARROW_DISTANCE))) {
         request.facts = NARROW_VERDICT;
-        narrow_query(&a->shape, &b->shape, &b_in_a, &request, cache, scratch, r);
-        ladder_allow_for_pose(w, a, b, &b_in_a, d->request.tolerance, r);
+        narrow_query(&a->shape, &b->shape, b_in_a, &request, cache, scratch, r);
+        ladder_allow_for_pose(w, a, b, b_in_a, d->request.tolerance, r);
         if (d->verdict_only || r->lo > request.threshold) return 1;
         request.facts = d->request.facts;
         told = true;
@@ -203,9 +233,16 @@ uint32_t ladder_ask(
     }
     request.facts |= NARROW_DISTANCE;
     if (told) request.range = INFINITY;
-    narrow_query(&a->shape, &b->shape, &b_in_a, &request, cache, scratch, r);
-    ladder_allow_for_pose(w, a, b, &b_in_a, d->request.tolerance, r);
+    narrow_query(&a->shape, &b->shape, b_in_a, &request, cache, scratch, r);
+    ladder_allow_for_pose(w, a, b, b_in_a, d->request.tolerance, r);
     return asked + 1;
+}
+
+uint32_t ladder_ask(
+    const world *w, const pair *p, const demand *d, narrow_cache *cache, void *scratch, narrow_result *r)
+{
+    pose b_in_a = solid_relative(w, &w->solids.at[p->a], &w->solids.at[p->b]);
+    return ask_at(w, p, &b_in_a, d, cache, scratch, r);
 }
 
 /* The points are for bounds that remember. */
@@ -230,7 +267,7 @@ static void refine(world *w, uint32_t k, narrow_result *r, void *scratch)
     demand d = ladder_demand(w, p);
     pose b_in_a = solid_relative(w, a, b);
     narrow_cache none = {.lower = 0};
-    out->asked = (uint8_t)ladder_ask(w, p, &d, w->options.caches ? &p->cache : &none, scratch, r);
+    out->asked = (uint8_t)ask_at(w, p, &b_in_a, &d, w->options.caches ? &p->cache : &none, scratch, r);
     out->cost = work_of(a, b, &d, r->lo);
     out->rung = RUNG_OF_METHOD[r->method];
     out->left = false;

@@ -54,7 +54,9 @@ static void move(world *w, uint32_t id, const pose *to, int64_t stamp_ns, const 
         else
             keep_before(w, b);
         if (!b->is_calm) b->held = false;
-        body_set_pose(b, *to, stamp_ns);
+        b->pose = *to; /* settled */
+        b->stamp_ns = stamp_ns;
+        b->posed = true;
         b->moved = true;
         if (!b->dirty) array_push(&w->dirty, id);
         b->dirty = true;

@@ -89,6 +89,7 @@ static void keep_terms(world *w, pair *p)
     p->padding = r.padding;
     p->margin = r.margin;
     p->looks = r.looks;
+    p->asked_epoch = 0;
 }
 
 bool pair_accept(void *context, uint32_t a, uint32_t b)

@@ -102,7 +102,8 @@ typedef struct solid { /* a shape of a body: the broad phase's proxy under the s
     compound *own; /* what shape.compound is, or NULL */
     double reach;  /* of the shape about its own origin */
     uint32_t body;
-    int32_t index; /* in the body */
+    int32_t index;  /* in the body */
+    bool at_origin; /* of the body, and not turned: `local` is the identity */
     bool used, ghost;
 } solid;
 
@@ -141,6 +142,8 @@ typedef struct pair {
     uint32_t first_watch;
     uint32_t active_tick; /* low bits of the tick in which it was last put on the active list */
     bool used;
+    uint32_t asked_epoch; /* of world.epoch, for which ... */
+    double beyond;        /* ... m: proven to be farther apart than this, nobody is told of it; see ladder.c */
     narrow_cache cache;
     vec3 free_axis; /* a world direction that kept it free on its course; zero: none is known */
     standing standing;

@@ -113,6 +113,7 @@ void events_unmatched(world *w)
 {
     for (size_t k = 0; k < w->active_pairs.count; k++) {
         const pair *p = &w->pairs.at[w->active_pairs.at[k]];
+        if (p->first_watch == WORLD_NONE) continue;
         const body *a = &w->bodies.at[w->solids.at[p->a].body], *b = &w->bodies.at[w->solids.at[p->b].body];
         for (uint32_t id = p->first_watch, after; id != WORLD_NONE; id = after) {
             uint32_t interest = w->watches.at[id].interest;

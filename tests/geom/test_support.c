@@ -188,6 +188,9 @@ static void spans_are_heights_both_ways(void **state)
         for (int w = 0; h->node_count == 0 && w < HULL_SCAN_WIDTHS; w++) {
             double top[3], bottom[3], top_plain[3], bottom_plain[3];
             if (!hull_scan_has((hull_scan_width)w)) continue;
+            for (int k = 0; k < 3; k++)
+                assert_true(hull_scan_top_by((hull_scan_width)w, h, d[k]) ==
+                            vec_dot(d[k], hull_vertex(h, hull_scan_by(HULL_SCAN_PLAIN, h, d[k]))));
             hull_scan_spans_by((hull_scan_width)w, h, d, top, bottom);
             hull_scan_spans_by(HULL_SCAN_PLAIN, h, d, top_plain, bottom_plain);
             for (int k = 0; k < 3; k++) assert_true(top[k] == top_plain[k] && bottom[k] == bottom_plain[k]);
