@@ -34,8 +34,8 @@ static inline bool lanes_wide(void)
 /* Bit k: lane k of the mask. */
 LANES_INLINE unsigned lanes_bits(lane_mask m)
 {
-    __m128d low = (__m128d)__builtin_shufflevector(m, m, 0, 1), high = (__m128d)__builtin_shufflevector(m, m, 2, 3);
-    return (unsigned)(_mm_movemask_pd(low) | _mm_movemask_pd(high) << 2);
+    __m128 low = (__m128)__builtin_shufflevector(m, m, 0, 1), high = (__m128)__builtin_shufflevector(m, m, 2, 3);
+    return (unsigned)_mm_movemask_ps(_mm_shuffle_ps(low, high, _MM_SHUFFLE(3, 1, 3, 1)));
 }
 
 LANES_INLINE lanes lanes_sqrt(lanes x)
@@ -50,6 +50,15 @@ LANES_INLINE lanes lanes_min(lanes x, lanes y)
     __m128d low = _mm_min_pd(__builtin_shufflevector(x, x, 0, 1), __builtin_shufflevector(y, y, 0, 1));
     __m128d high = _mm_min_pd(__builtin_shufflevector(x, x, 2, 3), __builtin_shufflevector(y, y, 2, 3));
     return __builtin_shufflevector(low, high, 0, 1, 2, 3);
+}
+
+/* The greatest of all eight. */
+LANES_INLINE double lanes_greatest(lanes x, lanes y)
+{
+    __m128d low = _mm_max_pd(__builtin_shufflevector(x, x, 0, 1), __builtin_shufflevector(y, y, 0, 1));
+    __m128d high = _mm_max_pd(__builtin_shufflevector(x, x, 2, 3), __builtin_shufflevector(y, y, 2, 3));
+    __m128d most = _mm_max_pd(low, high);
+    return _mm_cvtsd_f64(_mm_max_sd(most, _mm_unpackhi_pd(most, most)));
 }
 
 #else
@@ -78,6 +87,13 @@ LANES_INLINE lanes lanes_min(lanes x, lanes y)
 {
     for (int k = 0; k < LANES; k++) x[k] = x[k] < y[k] ? x[k] : y[k];
     return x;
+}
+
+LANES_INLINE double lanes_greatest(lanes x, lanes y)
+{
+    for (int k = 0; k < LANES; k++) x[k] = x[k] > y[k] ? x[k] : y[k];
+    double even = x[0] > x[2] ? x[0] : x[2], odd = x[1] > x[3] ? x[1] : x[3];
+    return even > odd ? even : odd;
 }
 
 #endif

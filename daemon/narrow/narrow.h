@@ -140,9 +140,10 @@ void narrow_query_world(const shape *a, pose pose_a, const shape *b, pose pose_b
 typedef struct narrow_placed {
     uint32_t kind; /* which formulas know it: placed_road.h */
     const shape *shape;
+    vec3 half;            /* the shape's. This, turn and at.p are read four numbers at a time: none is the last */
     double radius, reach; /* the shape's, shape_reach */
+    mat3 turn;            /* of at.q */
     pose at;
-    mat3 turn; /* of at.q */
 } narrow_placed;
 
 narrow_placed narrow_placed_at(const shape *s, pose at);

@@ -137,7 +137,8 @@ narrow_placed narrow_placed_at(const shape *s, pose at)
         [SHAPE_CONE] = PLACED_OTHER,
         [SHAPE_ELLIPSOID] = PLACED_ELLIPSOID};
     bool known = s->type <= SHAPE_ELLIPSOID && !(s->deviation > 0);
-    return (narrow_placed){known ? KINDS[s->type] : PLACED_OTHER, s, s->radius, shape_reach(s), at, quat_matrix(at.q)};
+    return (narrow_placed){
+        known ? KINDS[s->type] : PLACED_OTHER, s, s->half, s->radius, shape_reach(s), quat_matrix(at.q), at};
 }
 
 ROAD(two_balls)
