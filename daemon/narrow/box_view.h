@@ -24,16 +24,20 @@ LANES_INLINE lanes lanes_each(lanes v, int k) /* k constant */
                     : __builtin_shufflevector(v, v, 2, 2, 2, 2);
 }
 
+LANES_INLINE lane_mask lanes_sign(lanes v)
+{
+    return (lane_mask)v & (lane_mask)lanes_of(-0.0);
+}
+
 LANES_INLINE lanes lanes_abs(lanes v)
 {
-    return (lanes)((lane_mask)v & INT64_MAX);
+    return (lanes)((lane_mask)v & ~(lane_mask)lanes_of(-0.0));
 }
 
 LANES_INLINE lanes lanes_clamp(lanes v, lanes most) /* -most <= v <= most */
 {
     lanes size = lanes_abs(v);
-    lane_mask sign = (lane_mask)v & INT64_MIN;
-    return (lanes)((lane_mask)lanes_choose(size < most, size, most) | sign);
+    return (lanes)((lane_mask)lanes_choose(size < most, size, most) | lanes_sign(v));
 }
 
 LANES_INLINE lanes3 lanes3_transposed(lanes3 m)
@@ -81,8 +85,8 @@ LANES_INLINE void box_view_of(const narrow_placed *a, const narrow_placed *b, do
     v->half_a = lanes_load(&a->half.x) * scale, v->half_b = lanes_load(&b->half.x) * scale;
     v->between = (lanes_load(&b->at.p.x) - lanes_load(&a->at.p.x)) * scale;
     lanes3 rows_a = lanes3_transposed(box_view_axes(a)), rows_b = lanes3_transposed(box_view_axes(b));
-    v->b_from_a = (lanes3){lanes3_mul_vec(rows_a, &b->turn.x), lanes3_mul_vec(rows_a, &b->turn.y),
-        lanes3_mul_vec(rows_a, &b->turn.z)};
+    v->b_from_a = (lanes3){
+        lanes3_mul_vec(rows_a, &b->turn.x), lanes3_mul_vec(rows_a, &b->turn.y), lanes3_mul_vec(rows_a, &b->turn.z)};
     v->a_from_b = lanes3_transposed(v->b_from_a);
     v->t = lanes3_mul(rows_a, v->between), v->u = lanes3_mul(rows_b, v->between);
     v->by_a = box_view_faces(v->t, v->half_a, v->b_from_a, &b->half, scale);

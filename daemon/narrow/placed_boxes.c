@@ -108,12 +108,20 @@ INLINE bool tell_apart(const placed *q, const unit_pair *p, span *s, narrow_resu
     out->point_a = q->everyday ? s->point_a : vec_scale(s->point_a, p->unit);
     out->point_b = q->everyday ? s->point_b : vec_scale(s->point_b, p->unit);
     out->status = NARROW_CERTAIN;
-    return suffices(q->request, out);
+    return out->lo > q->request->threshold;
 }
 
 INLINE vec3 vec_of(lanes v)
 {
     return vec(v[0], v[1], v[2]);
+}
+
+/* Three vectors that lie one behind the other: each takes a number of the next along, which is written after it. */
+INLINE void write_vectors(narrow_result *out, lanes axis, lanes point_a, lanes point_b)
+{
+    lanes_store(&out->axis.x, axis);
+    lanes_store(&out->point_a.x, point_a);
+    out->point_b = vec_of(point_b);
 }
 
 /* Along a face's normal; of each box the point that is nearest to the other's centre, which is outside. Nothing waits
@@ -124,15 +132,24 @@ INLINE bool apart_by_face(
     double centre[2 * LANES];
     const narrow_placed *own = face < LANES ? q->at_a : q->at_b;
     lanes_store(centre, v->t), lanes_store(centre + LANES, v->u);
-    lane_mask away = (lane_mask)lanes_of(centre[face]) & INT64_MIN;
-    lanes axis = (lanes)((lane_mask)lanes_load(&own->turn.x.x + 3 * (face % LANES)) ^ away);
+    lanes axis = lanes_load(&own->turn.x.x + 3 * (face % LANES));
+    axis = (lanes)((lane_mask)axis ^ lanes_sign(lanes_of(centre[face])));
+    if (!(fabs(lanes_norm2(axis) - 1) <= 0x1p-50)) axis = axis * (1 / sqrt(lanes_norm2(axis)));
     lanes point_a = lanes3_mul(box_view_axes(q->at_a), lanes_clamp(v->t, v->half_a));
     lanes point_b = v->between - lanes3_mul(box_view_axes(q->at_b), lanes_clamp(v->u, v->half_b));
-    span s = {.lo = by, .hi = sqrt(lanes_norm2(point_b - point_a)), .method = NARROW_BY_SAT, .iterations = BOX_FACES};
-    s.axis = direction_again(vec_of(axis));
-    s.point_a = vec_of(point_a);
-    s.point_b = vec_of(point_b);
-    return tell_apart(q, p, &s, out);
+    lanes line = point_b - point_a;
+    span s = {.lo = by, .hi = sqrt(lanes_norm2(line)), .method = NARROW_BY_SAT, .iterations = BOX_FACES};
+    s.hi = max_of(s.lo, s.hi);
+    if (p->radius > 0) {
+        lanes towards = s.hi > p->radius ? line * (1 / s.hi) : axis;
+        point_a += towards * p->a.radius;
+        point_b -= towards * p->b.radius;
+    }
+    set_bounds(p, &s, out);
+    write_vectors(out, axis, point_a * p->unit, point_b * p->unit);
+    out->manifold.count = 0;
+    out->status = NARROW_CERTAIN;
+    return out->lo > q->request->threshold;
 }
 
 /* Can edges separate more than `best` < 0? By the products that orthogonal axes would have; `slack` is more than what
@@ -385,56 +402,32 @@ APART bool two_boxes_otherwise(const narrow_placed *a, const narrow_placed *b, c
     return placed_by_relative_pose(a, b, request, cache, scratch, result);
 }
 
-LANES_WIDE static bool distance_wide(const narrow_placed *a, const narrow_placed *b, const narrow_request *request,
-    narrow_cache *cache, narrow_scratch *scratch, narrow_result *result)
-{
-    const placed q = {a->shape, b->shape, a, b, request, true};
-    return distance_of_boxes(&q, cache, scratch, result);
-}
+/* A road by `formula`, and on by `otherwise` where that does not answer: for wide processors, and for all. */
+#define ROADS(kind, name, formula, otherwise)                                                                          \
+    kind LANES_WIDE static bool name##_wide(const narrow_placed *a, const narrow_placed *b,                            \
+        const narrow_request *request, narrow_cache *cache, narrow_scratch *scratch, narrow_result *result)            \
+    {                                                                                                                  \
+        const placed q = {a->shape, b->shape, a, b, request, true};                                                    \
+        return formula || otherwise##_wide(a, b, request, cache, scratch, result);                                     \
+    }                                                                                                                  \
+    kind static bool name##_narrow(const narrow_placed *a, const narrow_placed *b, const narrow_request *request,      \
+        narrow_cache *cache, narrow_scratch *scratch, narrow_result *result)                                           \
+    {                                                                                                                  \
+        const placed q = {a->shape, b->shape, a, b, request, true};                                                    \
+        return formula || otherwise##_narrow(a, b, request, cache, scratch, result);                                   \
+    }
+#define two_boxes_otherwise_wide two_boxes_otherwise
+#define two_boxes_otherwise_narrow two_boxes_otherwise
 
-static bool distance_narrow(const narrow_placed *a, const narrow_placed *b, const narrow_request *request,
-    narrow_cache *cache, narrow_scratch *scratch, narrow_result *result)
-{
-    const placed q = {a->shape, b->shape, a, b, request, true};
-    return distance_of_boxes(&q, cache, scratch, result);
-}
-
-LANES_WIDE static bool verdict_wide(
-    const narrow_placed *a, const narrow_placed *b, const narrow_request *request, narrow_result *result)
-{
-    const placed q = {a->shape, b->shape, a, b, request, true};
-    return verdict_by_face(&q, result);
-}
-
-static bool verdict_narrow(
-    const narrow_placed *a, const narrow_placed *b, const narrow_request *request, narrow_result *result)
-{
-    const placed q = {a->shape, b->shape, a, b, request, true};
-    return verdict_by_face(&q, result);
-}
-
-LANES_WIDE static bool verdict_by_all_wide(
-    const narrow_placed *a, const narrow_placed *b, const narrow_request *request, narrow_result *result)
-{
-    const placed q = {a->shape, b->shape, a, b, request, true};
-    return verdict_by_all(&q, result);
-}
-
-static bool verdict_by_all_narrow(
-    const narrow_placed *a, const narrow_placed *b, const narrow_request *request, narrow_result *result)
-{
-    const placed q = {a->shape, b->shape, a, b, request, true};
-    return verdict_by_all(&q, result);
-}
+ROADS(, distance, distance_of_boxes(&q, cache, scratch, result), two_boxes_otherwise)
+ROADS(__attribute__((noinline)), verdict_closely, verdict_by_all(&q, result), two_boxes_otherwise)
+ROADS(, verdict, verdict_by_face(&q, result), verdict_closely)
 
 bool two_boxes_placed(const narrow_placed *a, const narrow_placed *b, const narrow_request *request,
     narrow_cache *cache, narrow_scratch *scratch, narrow_result *result)
 {
-    bool wide = lanes_wide(), told;
+    bool wide = lanes_wide();
     if (request->facts & NARROW_DISTANCE)
-        told = (wide ? distance_wide : distance_narrow)(a, b, request, cache, scratch, result);
-    else
-        told = (wide ? verdict_wide : verdict_narrow)(a, b, request, result) ||
-               (wide ? verdict_by_all_wide : verdict_by_all_narrow)(a, b, request, result);
-    return told || two_boxes_otherwise(a, b, request, cache, scratch, result);
+        return (wide ? distance_wide : distance_narrow)(a, b, request, cache, scratch, result);
+    return (wide ? verdict_wide : verdict_narrow)(a, b, request, cache, scratch, result);
 }
