@@ -37,7 +37,8 @@ LANES_INLINE lanes lanes_abs(lanes v)
 LANES_INLINE lanes lanes_clamp(lanes v, lanes most) /* -most <= v <= most */
 {
     lanes size = lanes_abs(v);
-    return (lanes)((lane_mask)lanes_choose(size < most, size, most) | lanes_sign(v));
+    for (int k = 0; k < LANES; k++) size[k] = size[k] < most[k] ? size[k] : most[k];
+    return (lanes)((lane_mask)size | lanes_sign(v));
 }
 
 LANES_INLINE lanes3 lanes3_transposed(lanes3 m)

@@ -52,15 +52,6 @@ LANES_INLINE lanes lanes_min(lanes x, lanes y)
     return __builtin_shufflevector(low, high, 0, 1, 2, 3);
 }
 
-/* The greatest of all eight. */
-LANES_INLINE double lanes_greatest(lanes x, lanes y)
-{
-    __m128d low = _mm_max_pd(__builtin_shufflevector(x, x, 0, 1), __builtin_shufflevector(y, y, 0, 1));
-    __m128d high = _mm_max_pd(__builtin_shufflevector(x, x, 2, 3), __builtin_shufflevector(y, y, 2, 3));
-    __m128d most = _mm_max_pd(low, high);
-    return _mm_cvtsd_f64(_mm_max_sd(most, _mm_unpackhi_pd(most, most)));
-}
-
 #else
 
 #define LANES_WIDE
@@ -89,14 +80,15 @@ LANES_INLINE lanes lanes_min(lanes x, lanes y)
     return x;
 }
 
+#endif
+
+/* The greatest of all eight. */
 LANES_INLINE double lanes_greatest(lanes x, lanes y)
 {
     for (int k = 0; k < LANES; k++) x[k] = x[k] > y[k] ? x[k] : y[k];
     double even = x[0] > x[2] ? x[0] : x[2], odd = x[1] > x[3] ? x[1] : x[3];
     return even > odd ? even : odd;
 }
-
-#endif
 
 LANES_INLINE lanes lanes_of(double x)
 {

@@ -139,6 +139,7 @@ void narrow_query_world(const shape *a, pose pose_a, const shape *b, pose pose_b
 /* A shape where it stands, with all that is the same for each pair that it is in. */
 typedef struct narrow_placed {
     uint32_t kind; /* which formulas know it: placed_road.h */
+    bool unit;     /* the columns of `turn` may be told as axes: their squares are 1 but for 8 u */
     const shape *shape;
     vec3 half;            /* the shape's. This, turn and at.p are read four numbers at a time: none is the last */
     double radius, reach; /* the shape's, shape_reach */

@@ -134,7 +134,7 @@ INLINE bool apart_by_face(
     lanes_store(centre, v->t), lanes_store(centre + LANES, v->u);
     lanes axis = lanes_load(&own->turn.x.x + 3 * (face % LANES));
     axis = (lanes)((lane_mask)axis ^ lanes_sign(lanes_of(centre[face])));
-    if (!(fabs(lanes_norm2(axis) - 1) <= 0x1p-50)) axis = axis * (1 / sqrt(lanes_norm2(axis)));
+    if (!own->unit) axis = axis * (1 / sqrt(lanes_norm2(axis)));
     lanes point_a = lanes3_mul(box_view_axes(q->at_a), lanes_clamp(v->t, v->half_a));
     lanes point_b = v->between - lanes3_mul(box_view_axes(q->at_b), lanes_clamp(v->u, v->half_b));
     lanes line = point_b - point_a;
@@ -345,8 +345,8 @@ INLINE bool verdict_by_face(const placed *q, narrow_result *out)
     unsigned face;
     if (!prepare(q, &p)) return false;
     box_view_of(q->at_a, q->at_b, p.scale, &v);
-    double enough = max_of(q->request->threshold * p.scale + p.radius + p.error, 0), most = box_view_most(&v, &face);
-    return most > enough && apart_by_face(q, &p, &v, face, most, out);
+    double enough = q->request->threshold * p.scale + p.radius + p.error, most = box_view_most(&v, &face);
+    return most > enough && most > 0 && apart_by_face(q, &p, &v, face, most, out);
 }
 
 /* Where no face decides it. */

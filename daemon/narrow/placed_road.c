@@ -137,8 +137,15 @@ narrow_placed narrow_placed_at(const shape *s, pose at)
         [SHAPE_CONE] = PLACED_OTHER,
         [SHAPE_ELLIPSOID] = PLACED_ELLIPSOID};
     bool known = s->type <= SHAPE_ELLIPSOID && !(s->deviation > 0);
-    return (narrow_placed){
-        known ? KINDS[s->type] : PLACED_OTHER, s, s->half, s->radius, shape_reach(s), quat_matrix(at.q), at};
+    mat3 turn = quat_matrix(at.q);
+    return (narrow_placed){.kind = known ? KINDS[s->type] : PLACED_OTHER,
+        .unit = is_direction(turn.x) && is_direction(turn.y) && is_direction(turn.z),
+        .shape = s,
+        .half = s->half,
+        .radius = s->radius,
+        .reach = shape_reach(s),
+        .turn = turn,
+        .at = at};
 }
 
 ROAD(two_balls)
