@@ -19,7 +19,7 @@
 #include "box_axes.h"
 #include "box_pair.h"
 #include "box_view.h"
-#include "short_road.h"
+#include "placed_box_features.h"
 
 INLINE void put(double out[3], vec3 v)
 {
@@ -124,6 +124,20 @@ INLINE void write_vectors(narrow_result *out, lanes axis, lanes point_a, lanes p
     out->point_b = vec_of(point_b);
 }
 
+/* The answer by an axis and points of the cores, which are `hi` apart. */
+INLINE void tell_points(const unit_pair *p, const span *s, lanes axis, lanes point_a, lanes point_b, narrow_result *out)
+{
+    if (p->radius > 0) {
+        lanes towards = s->hi > p->radius ? (point_b - point_a) * (1 / s->hi) : axis;
+        point_a += towards * p->a.radius;
+        point_b -= towards * p->b.radius;
+    }
+    set_bounds(p, s, out);
+    write_vectors(out, axis, point_a * p->unit, point_b * p->unit);
+    out->manifold.count = 0;
+    out->status = NARROW_CERTAIN;
+}
+
 /* Along a face's normal; of each box the point that is nearest to the other's centre, which is outside. Nothing waits
  * for which face it is but the axis. */
 INLINE bool apart_by_face(
@@ -137,18 +151,9 @@ INLINE bool apart_by_face(
     if (!own->unit) axis = axis * (1 / sqrt(lanes_norm2(axis)));
     lanes point_a = lanes3_mul(box_view_axes(q->at_a), lanes_clamp(v->t, v->half_a));
     lanes point_b = v->between - lanes3_mul(box_view_axes(q->at_b), lanes_clamp(v->u, v->half_b));
-    lanes line = point_b - point_a;
-    span s = {.lo = by, .hi = sqrt(lanes_norm2(line)), .method = NARROW_BY_SAT, .iterations = BOX_FACES};
+    span s = {.lo = by, .hi = sqrt(lanes_norm2(point_b - point_a)), .method = NARROW_BY_SAT, .iterations = BOX_FACES};
     s.hi = max_of(s.lo, s.hi);
-    if (p->radius > 0) {
-        lanes towards = s.hi > p->radius ? line * (1 / s.hi) : axis;
-        point_a += towards * p->a.radius;
-        point_b -= towards * p->b.radius;
-    }
-    set_bounds(p, &s, out);
-    write_vectors(out, axis, point_a * p->unit, point_b * p->unit);
-    out->manifold.count = 0;
-    out->status = NARROW_CERTAIN;
+    tell_points(p, &s, axis, point_a, point_b, out);
     return out->lo > q->request->threshold;
 }
 
@@ -209,6 +214,7 @@ INLINE double to_frame_of_a(const placed *q, const unit_pair *from, const mat3 *
     p->size = from->size * by, p->error = from->error * by;
     p->shaved_a = p->shaved_b = p->deviation = p->excess = 0;
     p->shell = NULL;
+    p->stand = NULL;
     return by;
 }
 
@@ -300,27 +306,33 @@ INLINE bool turned(const placed *q, narrow_result *out)
     return true;
 }
 
-/* What is apart, and to be measured: from the features that the pair remembers, ... */
-static bool gap_again(const placed *q, const unit_pair *from, narrow_cache *cache, narrow_result *out)
+/* What is apart, and to be measured: by the features that are named, if they are strict (near_features.h), ... */
+INLINE bool gap_by_features(const placed *q, const unit_pair *p, const narrow_features *f, narrow_result *out)
 {
-    unit_pair p;
-    const mat3 *a = &q->at_a->turn, *b = &q->at_b->turn,
-               r = {mat_tmul(*a, b->x), mat_tmul(*a, b->y), mat_tmul(*a, b->z)};
-    to_frame_of_a(q, from, &r, mat_tmul(*a, from->b_in_a.t), &p);
-    return short_road_boxes_again(&p, q->request, cache, out) && turned(q, out);
+    box_facing m;
+    narrow_goal g = goal_of(p, q->request);
+    if (!near_features_apply_to_boxes(&g, p->size)) return false;
+    if (!placed_box_facing(q->at_a, q->at_b, p->scale, p->size, f, &m)) return false;
+    if (!(m.hi + 2 * p->error <= g.far)) return false; /* or else a search may have ended beyond it */
+    span s = {.lo = m.lo, .hi = m.hi, .method = NARROW_BY_SAT, .iterations = 1};
+    tell_points(p, &s, m.axis, m.point_a, m.point_b, out);
+    return status_of(p, &g, q->request, &s) == NARROW_CERTAIN && suffices(q->request, out);
 }
 
-/* ... or by a search, given the face that separates most. */
-static bool gap_of_boxes(const placed *q, const unit_pair *from, box_pair *x, double most, int index,
-    narrow_cache *cache, narrow_scratch *scratch, narrow_result *out)
+/* ... which are found by a search, given the face that separates most. Where there are none, the search's answer. */
+static bool gap_by_search(const placed *q, const unit_pair *from, box_pair *x, double most, int index,
+    narrow_scratch *scratch, narrow_features *nearest, narrow_result *out)
 {
     unit_pair p;
+    const box_stand stand = {q->at_a, q->at_b};
     const mat3 r = {vec(x->r[0][0], x->r[1][0], x->r[2][0]), vec(x->r[0][1], x->r[1][1], x->r[2][1]),
         vec(x->r[0][2], x->r[1][2], x->r[2][2])};
     double by = to_frame_of_a(q, from, &r, vec(x->t[0], x->t[1], x->t[2]), &p);
+    p.stand = &stand;
     x->p = &p;
     for (int i = 0; i < 3; i++) x->a[i] *= by, x->b[i] *= by, x->t[i] *= by, x->u[i] *= by;
-    return placed_boxes_apart(x, most * by, index, q->request, cache, scratch, out) && turned(q, out);
+    return placed_boxes_apart(x, most * by, index, q->request, scratch, nearest, out) &&
+           (nearest->count_a || turned(q, out));
 }
 
 /* Of the two in doubles: where they stand, and the bound of rounding. */
@@ -329,6 +341,7 @@ INLINE bool prepare(const placed *q, unit_pair *p)
     begin(q, p);
     if (!is_in_range(q, p)) return false;
     p->error = 1.5 * unit_error(p->size);
+    p->deviation = 0;
     return true;
 }
 
@@ -367,13 +380,23 @@ INLINE bool verdict_by_all(const placed *q, narrow_result *out)
     return depth_of_boxes(q, &p, &x, most, index, out);
 }
 
+/* The distance, from what the pair remembers. */
+INLINE bool distance_again(const placed *q, narrow_cache *cache, narrow_result *out)
+{
+    unit_pair p;
+    if (!cache || !cache->nearest.count_a || !prepare(q, &p)) return false;
+    return gap_by_features(q, &p, &cache->nearest, out);
+}
+
+/* From nothing. */
 INLINE bool distance_of_boxes(const placed *q, narrow_cache *cache, narrow_scratch *scratch, narrow_result *out)
 {
     unit_pair p;
     box_view v;
     box_pair x;
     if (!prepare(q, &p)) return false;
-    if (cache && cache->nearest.count_a && gap_again(q, &p, cache, out)) return true;
+    narrow_features nearest = {.count_a = 0};
+    if (cache) cache->nearest = nearest; /* the general road need not try again */
     box_view_of(q->at_a, q->at_b, p.scale, &v);
     unsigned face;
     double most = box_view_most(&v, &face), deepest = most;
@@ -381,13 +404,16 @@ INLINE bool distance_of_boxes(const placed *q, narrow_cache *cache, narrow_scrat
     multiply(&p, &v, &x);
     if (most < 0) try_all(&p, &x, &deepest, &axis);
     if (most < 0 && depth_of_boxes(q, &p, &x, deepest, axis, out)) return true;
-    return scratch && gap_of_boxes(q, &p, &x, most, index, cache, scratch, out);
+    if (!scratch || !gap_by_search(q, &p, &x, most, index, scratch, &nearest, out)) return false;
+    if (cache) cache->nearest = nearest;
+    return !nearest.count_a || gap_by_features(q, &p, &nearest, out);
 }
 
 INLINE bool two_boxes(const placed *q, narrow_cache *cache, narrow_scratch *scratch, narrow_result *out)
 {
     bool measure = q->request->facts & NARROW_DISTANCE;
-    return measure ? distance_of_boxes(q, cache, scratch, out) : verdict_by_face(q, out) || verdict_by_all(q, out);
+    if (!measure) return verdict_by_face(q, out) || verdict_by_all(q, out);
+    return distance_again(q, cache, out) || distance_of_boxes(q, cache, scratch, out);
 }
 
 APART bool two_boxes_otherwise(const narrow_placed *a, const narrow_placed *b, const narrow_request *request,
@@ -419,7 +445,8 @@ APART bool two_boxes_otherwise(const narrow_placed *a, const narrow_placed *b, c
 #define two_boxes_otherwise_wide two_boxes_otherwise
 #define two_boxes_otherwise_narrow two_boxes_otherwise
 
-ROADS(, distance, distance_of_boxes(&q, cache, scratch, result), two_boxes_otherwise)
+ROADS(__attribute__((noinline)), distance_closely, distance_of_boxes(&q, cache, scratch, result), two_boxes_otherwise)
+ROADS(, distance, distance_again(&q, cache, result), distance_closely)
 ROADS(__attribute__((noinline)), verdict_closely, verdict_by_all(&q, result), two_boxes_otherwise)
 ROADS(, verdict, verdict_by_face(&q, result), verdict_closely)
 
