@@ -102,4 +102,23 @@ LANES_INLINE double box_view_most(const box_view *v, unsigned *face)
     return most;
 }
 
+/* Sides of a box, as features are named: BETWEEN, HIGH, LOW by bits. */
+LANES_INLINE void box_sides_write(unsigned high, unsigned low, uint16_t side[3])
+{
+    for (int k = 0; k < 3; k++) side[k] = (uint16_t)((high >> k & 1) | (low >> k & 1) << 1);
+}
+
+/* A guess at the features that are nearest: where the other's centre is. */
+LANES_INLINE void box_view_features(const box_view *v, narrow_features *f)
+{
+    const lanes none = {0, 0, 0, 0};
+    unsigned out_a = lanes_bits(lanes_abs(v->t) > v->half_a) & 7, out_b = lanes_bits(lanes_abs(v->u) > v->half_b) & 7;
+    unsigned high_a = lanes_bits(v->t > none), high_b = lanes_bits(v->u < none);
+    int free_a = 3 - __builtin_popcount(out_a), free_b = 3 - __builtin_popcount(out_b);
+    if (free_a && free_b && free_a + free_b > 2) out_b = 7;
+    *f = (narrow_features){.count_a = 3, .count_b = 3};
+    box_sides_write(out_a & high_a, out_a & ~high_a, f->a);
+    box_sides_write(out_b & high_b, out_b & ~high_b, f->b);
+}
+
 #endif

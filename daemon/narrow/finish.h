@@ -55,7 +55,7 @@ static inline void finish(const unit_pair *p, const span *s, narrow_result *out)
 
 /* Is the interval, with the rounding of doubles on both sides, as narrow as asked? With tolerance 0 one that could not
  * be narrower is. */
-__attribute__((always_inline)) static inline bool is_narrow(const unit_pair *p, const narrow_request *r, const span *s)
+static inline bool is_narrow(const unit_pair *p, const narrow_request *r, const span *s)
 {
     double asked = r->tolerance > 0 ? r->tolerance * p->scale : FINEST * p->size;
     if (s->lo == s->hi && (r->tolerance == 0 || isinf(s->hi))) return true;
@@ -84,8 +84,7 @@ static inline narrow_goal goal_of(const unit_pair *p, const narrow_request *r)
     };
 }
 
-__attribute__((always_inline)) static inline narrow_status status_of(
-    const unit_pair *p, const narrow_goal *g, const narrow_request *r, const span *s)
+static inline narrow_status status_of(const unit_pair *p, const narrow_goal *g, const narrow_request *r, const span *s)
 {
     return is_narrow(p, r, s) || s->lo > g->far || s->hi <= g->near ? NARROW_CERTAIN : NARROW_WIDE;
 }

@@ -4,7 +4,8 @@
 LANES_INLINE bool span_of(const unit_pair *p, const narrow_features *f, span *out)
 {
     box_facing m;
-    if (!placed_box_facing(p->stand->a, p->stand->b, p->scale, p->size, f, &m)) return false;
+    narrow_features same = *f;
+    if (!placed_box_facing(p->stand->a, p->stand->b, p->scale, p->size, 0, &same, &m)) return false;
     out->lo = m.lo, out->hi = m.hi;
     out->axis = vec(m.axis[0], m.axis[1], m.axis[2]);
     out->point_a = vec(m.point_a[0], m.point_a[1], m.point_a[2]);
@@ -13,7 +14,7 @@ LANES_INLINE bool span_of(const unit_pair *p, const narrow_features *f, span *ou
     return true;
 }
 
-LANES_WIDE static bool span_wide(const unit_pair *p, const narrow_features *f, span *out)
+LANES_WHOLE static bool span_wide(const unit_pair *p, const narrow_features *f, span *out)
 {
     return span_of(p, f, out);
 }

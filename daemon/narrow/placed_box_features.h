@@ -26,24 +26,46 @@ typedef struct box_feature {
     int free;   /* axes along which it lies between */
 } box_feature;
 
-LANES_INLINE box_feature box_feature_of(lanes half, const uint16_t side[3])
+LANES_INLINE void box_feature_set(lanes half, lanes side, box_feature *x)
 {
-    static const double SIGN[4] = {0, 1, -1, 0};
     const lanes none = {0, 0, 0, 0};
-    box_feature x = {.half = half, .side = {SIGN[side[0] & 3], SIGN[side[1] & 3], SIGN[side[2] & 3], 1}};
-    x.at = x.side * half;
-    x.between = x.side == none;
-    x.free = __builtin_popcount(lanes_bits(x.between));
-    x.named = lanes_bits((half > none) | (x.side > none)) == 15;
-    return x;
+    x->half = half, x->side = side;
+    x->at = side * half;
+    x->between = side == none;
+    x->free = __builtin_popcount(lanes_bits(x->between));
+    x->named = lanes_bits((half > none) | (side > none)) == 15;
 }
 
-/* Between its sides where it is said to lie there, and the direction out of the others: by more than a margin. */
-LANES_INLINE bool box_feature_holds(const box_feature *x, lanes at, lanes direction, double margin)
+LANES_INLINE void box_feature_read(lanes half, const uint16_t side[3], box_feature *x)
+{
+    static const double SIGN[4] = {0, 1, -1, 0};
+    const lanes sides = {SIGN[side[0] & 3], SIGN[side[1] & 3], SIGN[side[2] & 3], 1};
+    box_feature_set(half, sides, x);
+}
+
+/* Where it lies between its sides as it is said to, and where the direction is out of a side: by more than a margin. */
+LANES_INLINE lane_mask box_feature_holds(const box_feature *x, lanes at, lanes direction, double margin)
 {
     const lanes none = {0, 0, 0, 0};
     lane_mask in = x->half - lanes_abs(at) > margin, out = x->side * direction > NEAR_SINE_MARGIN;
-    return (lanes_bits((x->between & in) | (~x->between & (out | (x->half == none)))) & 7) == 7;
+    return (x->between & in) | (~x->between & (out | (x->half == none)));
+}
+
+/* What does not hold otherwise: a side that the point lies beyond, or between two out of neither of which the
+ * direction is. */
+LANES_INLINE void box_feature_step(lane_mask holds, lanes at, box_feature *x)
+{
+    const lanes one = {1, 1, 1, 1};
+    lane_mask beyond = ((lane_mask)one | lanes_sign(at)) & x->between; /* 0 where it was on a side */
+    lanes other = (lanes)beyond, side = lanes_choose(holds, x->side, other);
+    side[3] = 1;
+    box_feature_set(x->half, side, x);
+}
+
+LANES_INLINE void box_feature_write(const box_feature *x, uint16_t side[3])
+{
+    const lanes none = {0, 0, 0, 0};
+    box_sides_write(lanes_bits(x->side > none), lanes_bits(x->side < none), side);
 }
 
 LANES_INLINE double lanes_sum3(lanes v)
@@ -130,20 +152,40 @@ LANES_INLINE bool box_meeting_settle(const narrow_placed *b, box_meeting *m)
     return m->a.free == 1 && m->b.free == 1 && box_meeting_of_edges(b, m);
 }
 
-/* The answer by these features, if they are strict; `size` is the pair's, times `scale`. */
+LANES_INLINE bool box_meeting_holds(const box_meeting *m, double size, lane_mask *a, lane_mask *b)
+{
+    double margin = NEAR_HEIGHT_MARGIN * size;
+    *a = box_feature_holds(&m->a, m->at_a, m->seen_a, margin);
+    *b = box_feature_holds(&m->b, m->at_b, m->seen_b, margin);
+    return (lanes_bits(*a & *b) & 7) == 7;
+}
+
+/* The features on from these, until they are strict. */
+LANES_INLINE bool box_meeting_descend(const narrow_placed *b, double size, int steps, box_meeting *m)
+{
+    for (int i = 0; m->a.named && m->b.named && box_meeting_settle(b, m); i++) {
+        lane_mask holds_a, holds_b;
+        if (box_meeting_holds(m, size, &holds_a, &holds_b)) return true;
+        if (i == steps) return false;
+        box_feature_step(holds_a, m->at_a, &m->a);
+        box_feature_step(holds_b, m->at_b, &m->b);
+    }
+    return false;
+}
+
+/* The answer by these features, or by those that a descent of a few steps from them ends at, if they are strict: then
+ * they are written. `size` is the pair's, times `scale`. */
+enum { BOX_STEPS = 3 };
 LANES_INLINE bool placed_box_facing(const narrow_placed *a, const narrow_placed *b, double scale, double size,
-    const narrow_features *f, box_facing *out)
+    int steps, narrow_features *f, box_facing *out)
 {
     box_meeting m = {.axes_a = box_view_axes(a), .axes_b = box_view_axes(b)};
     if (f->count_a != 3 || f->count_b != 3) return false;
     m.rows_a = lanes3_transposed(m.axes_a), m.rows_b = lanes3_transposed(m.axes_b);
     m.between = (lanes_load(&b->at.p.x) - lanes_load(&a->at.p.x)) * scale;
-    m.a = box_feature_of(lanes_load(&a->half.x) * scale, f->a);
-    m.b = box_feature_of(lanes_load(&b->half.x) * scale, f->b);
-    if (!m.a.named || !m.b.named || !box_meeting_settle(b, &m)) return false;
-    double margin = NEAR_HEIGHT_MARGIN * size;
-    if (!box_feature_holds(&m.a, m.at_a, m.seen_a, margin) || !box_feature_holds(&m.b, m.at_b, m.seen_b, margin))
-        return false;
+    box_feature_read(lanes_load(&a->half.x) * scale, f->a, &m.a);
+    box_feature_read(lanes_load(&b->half.x) * scale, f->b, &m.b);
+    if (!box_meeting_descend(b, size, steps, &m)) return false;
     out->lo = lanes_sum3(m.axis * m.between - lanes_abs(m.seen_a) * m.a.half - lanes_abs(m.seen_b) * m.b.half);
     out->hi = sqrt(lanes_norm2(m.point_b - m.point_a));
     if (!(out->lo >= NEAR_LEAST_DISTANCE * size)) return false;
@@ -151,6 +193,7 @@ LANES_INLINE bool placed_box_facing(const narrow_placed *a, const narrow_placed 
     double norm2 = lanes_norm2(m.axis);
     out->axis = fabs(norm2 - 1) <= 0x1p-50 ? m.axis : m.axis * (1 / sqrt(norm2));
     out->point_a = m.point_a, out->point_b = m.point_b;
+    if (steps > 0) box_feature_write(&m.a, f->a), box_feature_write(&m.b, f->b);
     return true;
 }
 

@@ -307,12 +307,12 @@ INLINE bool turned(const placed *q, narrow_result *out)
 }
 
 /* What is apart, and to be measured: by the features that are named, if they are strict (near_features.h), ... */
-INLINE bool gap_by_features(const placed *q, const unit_pair *p, const narrow_features *f, narrow_result *out)
+INLINE bool gap_by_features(const placed *q, const unit_pair *p, narrow_features *f, narrow_result *out)
 {
     box_facing m;
     narrow_goal g = goal_of(p, q->request);
     if (!near_features_apply_to_boxes(&g, p->size)) return false;
-    if (!placed_box_facing(q->at_a, q->at_b, p->scale, p->size, f, &m)) return false;
+    if (!placed_box_facing(q->at_a, q->at_b, p->scale, p->size, BOX_STEPS, f, &m)) return false;
     if (!(m.hi + 2 * p->error <= g.far)) return false; /* or else a search may have ended beyond it */
     span s = {.lo = m.lo, .hi = m.hi, .method = NARROW_BY_SAT, .iterations = 1};
     tell_points(p, &s, m.axis, m.point_a, m.point_b, out);
@@ -320,8 +320,8 @@ INLINE bool gap_by_features(const placed *q, const unit_pair *p, const narrow_fe
 }
 
 /* ... which are found by a search, given the face that separates most. Where there are none, the search's answer. */
-static bool gap_by_search(const placed *q, const unit_pair *from, box_pair *x, double most, int index,
-    narrow_scratch *scratch, narrow_features *nearest, narrow_result *out)
+__attribute__((noinline)) static bool gap_by_search(const placed *q, const unit_pair *from, box_pair *x, double most,
+    int index, narrow_scratch *scratch, narrow_features *nearest, narrow_result *out)
 {
     unit_pair p;
     const box_stand stand = {q->at_a, q->at_b};
@@ -395,12 +395,18 @@ INLINE bool distance_of_boxes(const placed *q, narrow_cache *cache, narrow_scrat
     box_view v;
     box_pair x;
     if (!prepare(q, &p)) return false;
-    narrow_features nearest = {.count_a = 0};
+    narrow_features nearest = {.count_a = 0}, likely;
     if (cache) cache->nearest = nearest; /* the general road need not try again */
     box_view_of(q->at_a, q->at_b, p.scale, &v);
     unsigned face;
     double most = box_view_most(&v, &face), deepest = most;
     int index = face_index(face), axis = index;
+    if (most > 0) {
+        box_view_features(&v, &likely);
+        bool found = gap_by_features(q, &p, &likely, out);
+        if (cache && found) cache->nearest = likely;
+        if (found) return true;
+    }
     multiply(&p, &v, &x);
     if (most < 0) try_all(&p, &x, &deepest, &axis);
     if (most < 0 && depth_of_boxes(q, &p, &x, deepest, axis, out)) return true;
@@ -430,7 +436,7 @@ APART bool two_boxes_otherwise(const narrow_placed *a, const narrow_placed *b, c
 
 /* A road by `formula`, and on by `otherwise` where that does not answer: for wide processors, and for all. */
 #define ROADS(kind, name, formula, otherwise)                                                                          \
-    kind LANES_WIDE static bool name##_wide(const narrow_placed *a, const narrow_placed *b,                            \
+    kind LANES_WHOLE static bool name##_wide(const narrow_placed *a, const narrow_placed *b,                           \
         const narrow_request *request, narrow_cache *cache, narrow_scratch *scratch, narrow_result *result)            \
     {                                                                                                                  \
         const placed q = {a->shape, b->shape, a, b, request, true};                                                    \
