@@ -268,10 +268,10 @@ bool placed_by_relative_pose(const narrow_placed *a, const narrow_placed *b, con
     return true;
 }
 
-bool placed_boxes_apart(const box_pair *x, double most, int face, const narrow_request *request, narrow_cache *cache,
-    narrow_scratch *scratch, narrow_result *result)
+bool placed_boxes_apart(const box_pair *x, double most, int face, const narrow_request *request,
+    narrow_scratch *scratch, narrow_features *nearest, narrow_result *result)
 {
-    return short_road_boxes_apart(x, most, face, request, cache, &scratch->epa, result);
+    return short_road_boxes_apart(x, most, face, request, &scratch->epa, nearest, result);
 }
 
 void narrow_query_placed(const narrow_placed *a, const narrow_placed *b, const narrow_request *request,

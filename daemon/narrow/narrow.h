@@ -142,6 +142,7 @@ struct placed_row;
 typedef struct narrow_placed {
     const struct placed_row *row; /* the formulas that know it, and its column among them: placed_road.h */
     uint32_t kind;
+    bool unit;     /* the columns of `turn` may be told as axes: their squares are 1 but for 8 u */
     double radius; /* the shape's, as is half */
     pose at;
     vec3 half;

@@ -11,9 +11,7 @@
 /* Of hi: a bracket so narrow names the features. */
 #define NAMING_WIDTH 0x1p-36
 
-/* Of the size: who asks for less than this is served quicker by a search that stops. Of hulls it stops so little sooner
- * that features, which the next frame begins with, are worth more. */
-#define CLOSE_TOLERANCE 0x1p-16
+/* Of hulls a search stops so little sooner that features, which the next frame begins with, are worth more. */
 #define CLOSE_TOLERANCE_OF_HULLS 0x1p-9
 
 static bool is_scanned(const shape *s)
@@ -34,7 +32,7 @@ static bool are_boxes(const unit_pair *p)
 bool near_features_apply(const unit_pair *p, const narrow_goal *goal)
 {
     if (goal->near != -INFINITY) return false;
-    if (are_boxes(p)) return goal->tolerance <= CLOSE_TOLERANCE * p->size;
+    if (are_boxes(p)) return near_features_apply_to_boxes(goal, p->size);
     return goal->tolerance <= CLOSE_TOLERANCE_OF_HULLS * p->size && near_features_scans(&p->a, &p->b);
 }
 
@@ -54,7 +52,9 @@ static bool is_shallow(const unit_pair *p, const narrow_goal *goal, const span *
 
 bool near_features_span(const unit_pair *p, const narrow_goal *goal, const narrow_features *f, span *out)
 {
-    if (!(are_boxes(p) ? box_features_span : hull_features_span)(p, f, out)) return false;
+    bool (*const of_boxes)(const unit_pair *, const narrow_features *, span *) =
+        p->stand ? placed_box_features_span : box_features_span;
+    if (!(are_boxes(p) ? of_boxes : hull_features_span)(p, f, out)) return false;
     if (f->deep && is_shallow(p, goal, out)) return false;
     out->nearest = *f;
     out->iterations = 1;

@@ -40,6 +40,13 @@
  */
 bool near_features_apply(const unit_pair *p, const narrow_goal *goal);
 
+/* Of the size: who asks for less than this of boxes is served quicker by a search that stops. */
+#define NEAR_CLOSE_TOLERANCE 0x1p-16
+static inline bool near_features_apply_to_boxes(const narrow_goal *goal, double size)
+{
+    return goal->near == -INFINITY && goal->tolerance <= NEAR_CLOSE_TOLERANCE * size;
+}
+
 bool near_features_scans(const shape *a, const shape *b); /* two hulls that apply */
 
 /* Depths: two hulls whose edges are few enough for sat.h, and bounds wider than a few roundings will do; up to
@@ -74,6 +81,7 @@ bool near_features_try_all(const unit_pair *p, const narrow_goal *goal, span *ou
 #define NEAR_SLIVER2 0x1p-20 /* square of the least ratio: edge to size, height of a triangle to its longest edge */
 
 bool hull_features_span(const unit_pair *p, const narrow_features *f, span *out);
+bool placed_box_features_span(const unit_pair *p, const narrow_features *f, span *out); /* p->stand; in world axes */
 void hull_features_of(const minkowski *const *m, int count, narrow_features *out); /* the vertices they are made of */
 static inline minkowski hull_pair_of(const unit_pair *p, uint32_t a, uint32_t b)   /* of two vertices */
 {

@@ -18,21 +18,23 @@
 
 #include "box_axes.h"
 #include "box_pair.h"
-#include "short_road.h"
+#include "box_view.h"
+#include "placed_box_features.h"
 
 INLINE void put(double out[3], vec3 v)
 {
     out[0] = v.x, out[1] = v.y, out[2] = v.z;
 }
 
-INLINE void multiply(const placed *q, box_pair *x)
+/* What the view tells, for the axes of edges. */
+INLINE void multiply(const unit_pair *p, const box_view *v, box_pair *x)
 {
-    const mat3 *a = &q->at_a->turn, *b = &q->at_b->turn;
-    put(x->r[0], mat_tmul(*b, a->x));
-    put(x->r[1], mat_tmul(*b, a->y));
-    put(x->r[2], mat_tmul(*b, a->z));
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++) x->abs[i][j] = fabs(x->r[i][j]);
+    const lanes columns[3] = {v->b_from_a.x, v->b_from_a.y, v->b_from_a.z};
+    x->p = p;
+    for (int i = 0; i < 3; i++) {
+        x->a[i] = v->half_a[i], x->b[i] = v->half_b[i], x->t[i] = v->t[i], x->u[i] = v->u[i];
+        for (int j = 0; j < 3; j++) x->r[i][j] = columns[j][i], x->abs[i][j] = fabs(x->r[i][j]);
+    }
 }
 
 /* A box's face that the other faces with a corner: the normal from A to B, and which corner. */
@@ -87,25 +89,72 @@ INLINE bool points_of_face(
     return on;
 }
 
-/* The corner of the one box, and a point that is on the other's face, not far from it: all that a verdict needs. */
-INLINE void points_apart(const placed *q, const unit_pair *p, const box_pair *x, int index, span *s)
+/* The points where the shapes' surfaces are, on from the cores': along the line between those where they are farther
+ * apart than the radii, else along the axis. */
+INLINE void add_radii(const unit_pair *p, span *s)
 {
-    (void)points_of_face(q, p, x, index, s->lo, INFINITY, s);
-    if (index < 3)
-        s->point_a = vec_scale(s->axis, x->a[index]);
-    else
-        s->point_b = vec_madd(p->b_in_a.t, -x->b[index - 3], s->axis);
-    s->hi = max_of(s->lo, vec_norm(vec_sub(s->point_b, s->point_a)));
+    vec3 towards = s->hi > p->radius ? direction_of(vec_sub(s->point_b, s->point_a)) : s->axis;
+    s->point_a = vec_madd(s->point_a, p->a.radius, towards);
+    s->point_b = vec_madd(s->point_b, -p->b.radius, towards);
 }
 
-/* Apart along a face's normal, by more than the verdict needs. */
-INLINE bool apart_by_face(
-    const placed *q, const unit_pair *p, const box_pair *x, int index, double by, narrow_result *out)
+/* Apart by more than the verdict needs: the bounds, and between them points that are not far from each other. */
+INLINE bool tell_apart(const placed *q, const unit_pair *p, span *s, narrow_result *out)
 {
-    span s = {.lo = by, .method = NARROW_BY_SAT, .iterations = BOX_FACES};
-    points_apart(q, p, x, index, &s);
-    bool by_line = p->radius > 0 && s.hi > p->radius;
-    return end(q, p, &s, by_line ? direction_of(vec_sub(s.point_b, s.point_a)) : s.axis, out);
+    s->hi = max_of(s->lo, s->hi);
+    if (p->radius > 0) add_radii(p, s);
+    set_bounds(p, s, out);
+    out->axis = s->axis;
+    out->point_a = q->everyday ? s->point_a : vec_scale(s->point_a, p->unit);
+    out->point_b = q->everyday ? s->point_b : vec_scale(s->point_b, p->unit);
+    out->status = NARROW_CERTAIN;
+    return out->lo > q->request->threshold;
+}
+
+INLINE vec3 vec_of(lanes v)
+{
+    return vec(v[0], v[1], v[2]);
+}
+
+/* Three vectors that lie one behind the other: each takes a number of the next along, which is written after it. */
+INLINE void write_vectors(narrow_result *out, lanes axis, lanes point_a, lanes point_b)
+{
+    lanes_store(&out->axis.x, axis);
+    lanes_store(&out->point_a.x, point_a);
+    out->point_b = vec_of(point_b);
+}
+
+/* The answer by an axis and points of the cores, which are `hi` apart. */
+INLINE void tell_points(const unit_pair *p, const span *s, lanes axis, lanes point_a, lanes point_b, narrow_result *out)
+{
+    if (p->radius > 0) {
+        lanes towards = s->hi > p->radius ? (point_b - point_a) * (1 / s->hi) : axis;
+        point_a += towards * p->a.radius;
+        point_b -= towards * p->b.radius;
+    }
+    set_bounds(p, s, out);
+    write_vectors(out, axis, point_a * p->unit, point_b * p->unit);
+    out->manifold.count = 0;
+    out->status = NARROW_CERTAIN;
+}
+
+/* Along a face's normal; of each box the point that is nearest to the other's centre, which is outside. Nothing waits
+ * for which face it is but the axis. */
+INLINE bool apart_by_face(
+    const placed *q, const unit_pair *p, const box_view *v, unsigned face, double by, narrow_result *out)
+{
+    double centre[2 * LANES];
+    const narrow_placed *own = face < LANES ? q->at_a : q->at_b;
+    lanes_store(centre, v->t), lanes_store(centre + LANES, v->u);
+    lanes axis = lanes_load(&own->turn.x.x + 3 * (face % LANES));
+    axis = (lanes)((lane_mask)axis ^ lanes_sign(lanes_of(centre[face])));
+    if (!own->unit) axis = axis * (1 / sqrt(lanes_norm2(axis)));
+    lanes point_a = lanes3_mul(box_view_axes(q->at_a), lanes_clamp(v->t, v->half_a));
+    lanes point_b = v->between - lanes3_mul(box_view_axes(q->at_b), lanes_clamp(v->u, v->half_b));
+    span s = {.lo = by, .hi = sqrt(lanes_norm2(point_b - point_a)), .method = NARROW_BY_SAT, .iterations = BOX_FACES};
+    s.hi = max_of(s.lo, s.hi);
+    tell_points(p, &s, axis, point_a, point_b, out);
+    return out->lo > q->request->threshold;
 }
 
 /* Can edges separate more than `best` < 0? By the products that orthogonal axes would have; `slack` is more than what
@@ -165,6 +214,7 @@ INLINE double to_frame_of_a(const placed *q, const unit_pair *from, const mat3 *
     p->size = from->size * by, p->error = from->error * by;
     p->shaved_a = p->shaved_b = p->deviation = p->excess = 0;
     p->shell = NULL;
+    p->stand = NULL;
     return by;
 }
 
@@ -195,12 +245,48 @@ INLINE bool points_of_edges(const placed *q, const unit_pair *p, const box_pair 
     return v_i * v_i + v_h * v_h + v_k * v_k <= p->error * p->error;
 }
 
+/* How far a box reaches from its centre along a unit vector, and the corner that is there. */
+INLINE double reach_along(const mat3 *turn, vec3 half, vec3 axis, vec3 *corner)
+{
+    vec3 seen = mat_tmul(*turn, axis);
+    *corner = mat_mul(*turn, vec(copysign(half.x, seen.x), copysign(half.y, seen.y), copysign(half.z, seen.z)));
+    return half.x * fabs(seen.x) + half.y * fabs(seen.y) + half.z * fabs(seen.z);
+}
+
+/* Apart along the axis of two edges, and by more than `enough`: what the axis proves as it is told, not by the products
+ * that named it. */
+INLINE bool apart_by_edges(
+    const placed *q, const unit_pair *p, const box_pair *x, int index, double enough, narrow_result *out)
+{
+    span s = {.method = NARROW_BY_SAT, .iterations = 15};
+    int i = (index - BOX_FACES) / 3, j = (index - BOX_FACES) % 3, h = i == 2 ? 0 : i + 1, k = i == 0 ? 2 : i - 1;
+    double nh = -x->r[k][j], nk = x->r[h][j];
+    vec3 a[3], half_a = vec(x->a[0], x->a[1], x->a[2]), half_b = vec(x->b[0], x->b[1], x->b[2]);
+    vec3 between = vec_scale(vec_sub(q->at_b->at.p, q->at_a->at.p), p->scale), corner;
+    columns_of(&q->at_a->turn, a);
+    s.axis = direction_of(vec_madd(vec_scale(a[h], nh), nk, a[k]));
+    double along = vec_dot(s.axis, between);
+    if (along < 0) s.axis = vec_neg(s.axis), along = -along;
+    s.lo = along - reach_along(&q->at_a->turn, half_a, s.axis, &s.point_a);
+    s.lo -= reach_along(&q->at_b->turn, half_b, s.axis, &corner);
+    if (!(s.lo > enough)) return false;
+    s.point_b = vec_sub(between, corner);
+    s.hi = vec_norm(vec_sub(s.point_b, s.point_a));
+    s.axis = direction_again(s.axis);
+    return tell_apart(q, p, &s, out);
+}
+
+/* The greatest of all fifteen, given that of the faces, where the boxes may overlap. */
+INLINE void try_all(const unit_pair *p, const box_pair *x, double *best, int *index)
+{
+    unsigned in_question = edges_in_question(x, *best, 4 * p->error);
+    if (in_question) try_edges(x, in_question, best, index);
+}
+
 /* False where edges separate, or where the points that face each other are not where they are looked for. */
 INLINE bool depth_of_boxes(const placed *q, unit_pair *p, const box_pair *x, double best, int index, narrow_result *out)
 {
     span s = {.method = NARROW_BY_SAT, .iterations = 15};
-    unsigned in_question = edges_in_question(x, best, 4 * p->error);
-    if (in_question) try_edges(x, in_question, &best, &index);
     if (!(best < -0x1p-8 * p->error)) return false; /* touching, or apart */
     s.lo = s.hi = best;
     bool found =
@@ -208,62 +294,6 @@ INLINE bool depth_of_boxes(const placed *q, unit_pair *p, const box_pair *x, dou
     if (!found) return false;
     p->error = 3 * unit_error(p->size);
     return end(q, p, &s, s.axis, out);
-}
-
-/* The greatest separation by a face; ties go to the first. */
-INLINE double most_by_faces(const box_pair *x, int *index)
-{
-    double most = box_face_of_a(x, 0);
-    *index = 0;
-    for (int i = 1; i < BOX_FACES; i++) {
-        double by = i < 3 ? box_face_of_a(x, i) : box_face_of_b(x, i - 3);
-        bool more = by > most;
-        *index = more ? i : *index;
-        most = more ? by : most;
-    }
-    return most;
-}
-
-/* The face that is the farthest below the other's centre. */
-INLINE int likeliest_face(const box_pair *x)
-{
-    double most = fabs(x->t[0]) - x->a[0];
-    int best = 0;
-    for (int i = 1; i < BOX_FACES; i++) {
-        double above = i < 3 ? fabs(x->t[i]) - x->a[i] : fabs(x->u[i - 3]) - x->b[i - 3];
-        bool more = above > most;
-        best = more ? i : best;
-        most = more ? above : most;
-    }
-    return best;
-}
-
-/* One face's axis without the others'. */
-INLINE double face_alone(const placed *q, box_pair *x, int index)
-{
-    vec3 a[3], b[3];
-    columns_of(&q->at_a->turn, a);
-    columns_of(&q->at_b->turn, b);
-    if (index < 3) {
-        put(x->r[index], mat_tmul(q->at_b->turn, a[index]));
-        for (int j = 0; j < 3; j++) x->abs[index][j] = fabs(x->r[index][j]);
-        return box_face_of_a(x, index);
-    }
-    int j = index - 3;
-    vec3 seen = mat_tmul(q->at_a->turn, b[j]);
-    x->r[0][j] = seen.x, x->r[1][j] = seen.y, x->r[2][j] = seen.z;
-    for (int i = 0; i < 3; i++) x->abs[i][j] = fabs(x->r[i][j]);
-    return box_face_of_b(x, j);
-}
-
-/* Both in each other's frame. */
-INLINE void see(const placed *q, const unit_pair *p, box_pair *x)
-{
-    x->p = p;
-    put(x->a, vec_scale(q->a->half, p->scale));
-    put(x->b, vec_scale(q->b->half, p->scale));
-    put(x->t, mat_tmul(q->at_a->turn, p->b_in_a.t));
-    put(x->u, mat_tmul(q->at_b->turn, p->b_in_a.t));
 }
 
 /* From A's frame to world axes. */
@@ -276,51 +306,120 @@ INLINE bool turned(const placed *q, narrow_result *out)
     return true;
 }
 
-/* What is apart, and to be measured: from the features that the pair remembers, ... */
-static bool gap_again(const placed *q, const unit_pair *from, narrow_cache *cache, narrow_result *out)
+/* What is apart, and to be measured: by the features that are named, if they are strict (near_features.h), ... */
+INLINE bool gap_by_features(const placed *q, const unit_pair *p, narrow_features *f, narrow_result *out)
 {
-    unit_pair p;
-    const mat3 *a = &q->at_a->turn, *b = &q->at_b->turn,
-               r = {mat_tmul(*a, b->x), mat_tmul(*a, b->y), mat_tmul(*a, b->z)};
-    to_frame_of_a(q, from, &r, mat_tmul(*a, from->b_in_a.t), &p);
-    return short_road_boxes_again(&p, q->request, cache, out) && turned(q, out);
+    box_facing m;
+    narrow_goal g = goal_of(p, q->request);
+    if (!near_features_apply_to_boxes(&g, p->size)) return false;
+    if (!placed_box_facing(q->at_a, q->at_b, p->scale, p->size, BOX_STEPS, f, &m)) return false;
+    if (!(m.hi + 2 * p->error <= g.far)) return false; /* or else a search may have ended beyond it */
+    span s = {.lo = m.lo, .hi = m.hi, .method = NARROW_BY_SAT, .iterations = 1};
+    tell_points(p, &s, m.axis, m.point_a, m.point_b, out);
+    return status_of(p, &g, q->request, &s) == NARROW_CERTAIN && suffices(q->request, out);
 }
 
-/* ... or by a search, given the face that separates most. */
-static bool gap_of_boxes(const placed *q, const unit_pair *from, box_pair *x, double most, int index,
-    narrow_cache *cache, narrow_scratch *scratch, narrow_result *out)
+/* ... which are found by a search, given the face that separates most. Where there are none, the search's answer. */
+__attribute__((noinline)) static bool gap_by_search(const placed *q, const unit_pair *from, box_pair *x, double most,
+    int index, narrow_scratch *scratch, narrow_features *nearest, narrow_result *out)
 {
     unit_pair p;
+    const box_stand stand = {q->at_a, q->at_b};
     const mat3 r = {vec(x->r[0][0], x->r[1][0], x->r[2][0]), vec(x->r[0][1], x->r[1][1], x->r[2][1]),
         vec(x->r[0][2], x->r[1][2], x->r[2][2])};
     double by = to_frame_of_a(q, from, &r, vec(x->t[0], x->t[1], x->t[2]), &p);
+    p.stand = &stand;
     x->p = &p;
     for (int i = 0; i < 3; i++) x->a[i] *= by, x->b[i] *= by, x->t[i] *= by, x->u[i] *= by;
-    return placed_boxes_apart(x, most * by, index, q->request, cache, scratch, out) && turned(q, out);
+    return placed_boxes_apart(x, most * by, index, q->request, scratch, nearest, out) &&
+           (nearest->count_a || turned(q, out));
+}
+
+/* Of the two in doubles: where they stand, and the bound of rounding. */
+INLINE bool prepare(const placed *q, unit_pair *p)
+{
+    begin(q, p);
+    if (!is_in_range(q, p)) return false;
+    p->error = 1.5 * unit_error(p->size);
+    p->deviation = 0;
+    return true;
+}
+
+INLINE int face_index(unsigned face)
+{
+    return (int)(face < LANES ? face : face - 1);
+}
+
+/* The verdict alone, by a face. */
+INLINE bool verdict_by_face(const placed *q, narrow_result *out)
+{
+    unit_pair p;
+    box_view v;
+    unsigned face;
+    if (!prepare(q, &p)) return false;
+    box_view_of(q->at_a, q->at_b, p.scale, &v);
+    double enough = q->request->threshold * p.scale + p.radius + p.error, most = box_view_most(&v, &face);
+    return most > enough && most > 0 && apart_by_face(q, &p, &v, face, most, out);
+}
+
+/* Where no face decides it. */
+INLINE bool verdict_by_all(const placed *q, narrow_result *out)
+{
+    unit_pair p;
+    box_view v;
+    box_pair x;
+    unsigned face;
+    if (!prepare(q, &p)) return false;
+    box_view_of(q->at_a, q->at_b, p.scale, &v);
+    double enough = max_of(q->request->threshold * p.scale + p.radius + p.error, 0), most = box_view_most(&v, &face);
+    if (!(most < 0)) return false;
+    int index = face_index(face);
+    multiply(&p, &v, &x);
+    try_all(&p, &x, &most, &index);
+    if (most > enough) return apart_by_edges(q, &p, &x, index, enough, out);
+    return depth_of_boxes(q, &p, &x, most, index, out);
+}
+
+/* The distance, from what the pair remembers. */
+INLINE bool distance_again(const placed *q, narrow_cache *cache, narrow_result *out)
+{
+    unit_pair p;
+    if (!cache || !cache->nearest.count_a || !prepare(q, &p)) return false;
+    return gap_by_features(q, &p, &cache->nearest, out);
+}
+
+/* From nothing. */
+INLINE bool distance_of_boxes(const placed *q, narrow_cache *cache, narrow_scratch *scratch, narrow_result *out)
+{
+    unit_pair p;
+    box_view v;
+    box_pair x;
+    if (!prepare(q, &p)) return false;
+    narrow_features nearest = {.count_a = 0}, likely;
+    if (cache) cache->nearest = nearest; /* the general road need not try again */
+    box_view_of(q->at_a, q->at_b, p.scale, &v);
+    unsigned face;
+    double most = box_view_most(&v, &face), deepest = most;
+    int index = face_index(face), axis = index;
+    if (most > 0) {
+        box_view_features(&v, &likely);
+        bool found = gap_by_features(q, &p, &likely, out);
+        if (cache && found) cache->nearest = likely;
+        if (found) return true;
+    }
+    multiply(&p, &v, &x);
+    if (most < 0) try_all(&p, &x, &deepest, &axis);
+    if (most < 0 && depth_of_boxes(q, &p, &x, deepest, axis, out)) return true;
+    if (!scratch || !gap_by_search(q, &p, &x, most, index, scratch, &nearest, out)) return false;
+    if (cache) cache->nearest = nearest;
+    return !nearest.count_a || gap_by_features(q, &p, &nearest, out);
 }
 
 INLINE bool two_boxes(const placed *q, narrow_cache *cache, narrow_scratch *scratch, narrow_result *out)
 {
-    unit_pair p;
-    box_pair x;
-    begin(q, &p);
-    if (!is_in_range(q, &p)) return false;
-    p.error = 1.5 * unit_error(p.size);
     bool measure = q->request->facts & NARROW_DISTANCE;
-    if (measure && cache && cache->nearest.count_a && gap_again(q, &p, cache, out)) return true;
-    see(q, &p, &x);
-    double enough = max_of(q->request->threshold * p.scale + p.radius + p.error, 0);
-    int index;
-    if (!measure) {
-        index = likeliest_face(&x);
-        double by = face_alone(q, &x, index);
-        if (by > enough) return apart_by_face(q, &p, &x, index, by, out);
-    }
-    multiply(q, &x);
-    double most = most_by_faces(&x, &index);
-    if (most < 0 && depth_of_boxes(q, &p, &x, most, index, out)) return true;
-    if (most > enough && !measure) return apart_by_face(q, &p, &x, index, most, out);
-    return measure && scratch && gap_of_boxes(q, &p, &x, most, index, cache, scratch, out);
+    if (!measure) return verdict_by_face(q, out) || verdict_by_all(q, out);
+    return distance_again(q, cache, out) || distance_of_boxes(q, cache, scratch, out);
 }
 
 APART bool two_boxes_otherwise(const narrow_placed *a, const narrow_placed *b, const narrow_request *request,
@@ -335,9 +434,33 @@ APART bool two_boxes_otherwise(const narrow_placed *a, const narrow_placed *b, c
     return placed_by_relative_pose(a, b, request, cache, scratch, result);
 }
 
+/* A road by `formula`, and on by `otherwise` where that does not answer: for wide processors, and for all. */
+#define ROADS(kind, name, formula, otherwise)                                                                          \
+    kind LANES_WHOLE static bool name##_wide(const narrow_placed *a, const narrow_placed *b,                           \
+        const narrow_request *request, narrow_cache *cache, narrow_scratch *scratch, narrow_result *result)            \
+    {                                                                                                                  \
+        const placed q = {a->shape, b->shape, a, b, request, true};                                                    \
+        return formula || otherwise##_wide(a, b, request, cache, scratch, result);                                     \
+    }                                                                                                                  \
+    kind static bool name##_narrow(const narrow_placed *a, const narrow_placed *b, const narrow_request *request,      \
+        narrow_cache *cache, narrow_scratch *scratch, narrow_result *result)                                           \
+    {                                                                                                                  \
+        const placed q = {a->shape, b->shape, a, b, request, true};                                                    \
+        return formula || otherwise##_narrow(a, b, request, cache, scratch, result);                                   \
+    }
+#define two_boxes_otherwise_wide two_boxes_otherwise
+#define two_boxes_otherwise_narrow two_boxes_otherwise
+
+ROADS(__attribute__((noinline)), distance_closely, distance_of_boxes(&q, cache, scratch, result), two_boxes_otherwise)
+ROADS(, distance, distance_again(&q, cache, result), distance_closely)
+ROADS(__attribute__((noinline)), verdict_closely, verdict_by_all(&q, result), two_boxes_otherwise)
+ROADS(, verdict, verdict_by_face(&q, result), verdict_closely)
+
 bool two_boxes_placed(const narrow_placed *a, const narrow_placed *b, const narrow_request *request,
     narrow_cache *cache, narrow_scratch *scratch, narrow_result *result)
 {
-    const placed q = {a->shape, b->shape, a, b, request, true};
-    return two_boxes(&q, cache, scratch, result) || two_boxes_otherwise(a, b, request, cache, scratch, result);
+    bool wide = lanes_wide();
+    if (request->facts & NARROW_DISTANCE)
+        return (wide ? distance_wide : distance_narrow)(a, b, request, cache, scratch, result);
+    return (wide ? verdict_wide : verdict_narrow)(a, b, request, cache, scratch, result);
 }

@@ -112,5 +112,7 @@ narrow_placed narrow_placed_at(const shape *s, pose at)
     bool known = s->type <= SHAPE_ELLIPSOID && !(s->deviation > 0);
     uint32_t kind = known ? KINDS[s->type] : PLACED_OTHER;
     const placed_row *row = &(lanes_wide() ? ROWS_WIDE : ROWS)[kind];
-    return (narrow_placed){row, kind, s->radius, at, s->half, quat_matrix(at.q), shape_reach(s), s};
+    mat3 turn = quat_matrix(at.q);
+    bool unit = is_direction(turn.x) && is_direction(turn.y) && is_direction(turn.z);
+    return (narrow_placed){row, kind, unit, s->radius, at, s->half, turn, shape_reach(s), s};
 }

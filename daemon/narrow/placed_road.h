@@ -19,7 +19,7 @@ bool placed_by_relative_pose(const narrow_placed *a, const narrow_placed *b, con
 /* short_road_boxes_apart, with the caller's scratch. */
 struct box_pair;
 bool placed_boxes_apart(const struct box_pair *x, double most, int face, const narrow_request *request,
-    narrow_cache *cache, narrow_scratch *scratch, narrow_result *result);
+    narrow_scratch *scratch, narrow_features *nearest, narrow_result *result);
 
 /* What a shape is to the formulas. Other is all that none knows: shapes that stand for something else, too. */
 enum { PLACED_BALL, PLACED_CAPSULE, PLACED_BOX, PLACED_ELLIPSOID, PLACED_OTHER, PLACED_KINDS };

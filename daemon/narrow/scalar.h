@@ -52,10 +52,16 @@ static inline vec3 direction_of(vec3 v)
     return norm2 > 0x1p-900 && norm2 < 0x1p900 ? vec_scale(v, 1 / sqrt(norm2)) : vec_unit(v);
 }
 
+/* Is it one already, as near as need be? */
+static inline bool is_direction(vec3 v)
+{
+    return fabs(vec_norm2(v) - 1) <= 0x1p-50;
+}
+
 /* The same for a vector that is a unit vector already, but for the rounding of what made it. */
 static inline vec3 direction_again(vec3 v)
 {
-    return fabs(vec_norm2(v) - 1) <= 0x1p-50 ? v : direction_of(v);
+    return is_direction(v) ? v : direction_of(v);
 }
 
 #endif

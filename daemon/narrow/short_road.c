@@ -39,6 +39,7 @@ static inline void pair_of(
     p->radius = p->a.radius + p->b.radius;
     p->size = reach_a * p->scale + reach_b * p->scale + vec_norm(p->b_in_a.t);
     p->error = unit_error(p->size);
+    p->stand = NULL;
     p->shell = NULL;
     p->shaved_a = p->shaved_b = p->excess = p->deviation = 0;
 }
@@ -102,8 +103,8 @@ static bool settle_boxes(
     return status_of(p, g, r, s) == NARROW_CERTAIN && answers(r, out);
 }
 
-bool short_road_boxes_apart(const box_pair *x, double most, int face, const narrow_request *r, narrow_cache *cache,
-    epa_scratch *scratch, narrow_result *out)
+bool short_road_boxes_apart(const box_pair *x, double most, int face, const narrow_request *r, epa_scratch *scratch,
+    narrow_features *nearest, narrow_result *out)
 {
     const unit_pair *p = x->p;
     narrow_goal g = goal_of(p, r);
@@ -111,17 +112,8 @@ bool short_road_boxes_apart(const box_pair *x, double most, int face, const narr
     bool named = near_features_apply(p, &g);
     if (!box_pair_apart(x, most, face, &g, &s)) dispatch_general(p, &g, false, s.axis, scratch, &s);
     if (named) near_features_settle(p, &g, &s);
-    if (named && cache) cache->nearest = s.nearest;
-    return settle_boxes(p, &g, r, &s, out);
-}
-
-bool short_road_boxes_again(const unit_pair *p, const narrow_request *r, narrow_cache *cache, narrow_result *out)
-{
-    narrow_goal g = goal_of(p, r);
-    span s;
-    bool known = near_features_apply(p, &g) && near_features_recall(p, &g, &cache->nearest, &s);
-    cache->nearest = known ? s.nearest : (narrow_features){.count_a = 0};
-    return known && settle_boxes(p, &g, r, &s, out);
+    *nearest = named ? s.nearest : (narrow_features){.count_a = 0};
+    return nearest->count_a || settle_boxes(p, &g, r, &s, out);
 }
 
 /* recall, measure and status_of of narrow.c, for two boxes. */

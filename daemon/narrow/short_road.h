@@ -18,9 +18,8 @@ bool short_road_recall(const shape *a, const shape *b, const pose *b_in_a, const
     narrow_cache *cache, narrow_result *out);
 
 /* The same for two boxes whose frames are known, and the face that separates most, of those that are not known to
- * overlap; and from what the cache remembers alone, which is forgotten where it is of no use. */
-bool short_road_boxes_apart(const box_pair *x, double most, int face, const narrow_request *r, narrow_cache *cache,
-    epa_scratch *scratch, narrow_result *out);
-bool short_road_boxes_again(const unit_pair *p, const narrow_request *r, narrow_cache *cache, narrow_result *out);
+ * overlap. Where the features that are nearest are found, they are told in place of the answer. */
+bool short_road_boxes_apart(const box_pair *x, double most, int face, const narrow_request *r, epa_scratch *scratch,
+    narrow_features *nearest, narrow_result *out);
 
 #endif

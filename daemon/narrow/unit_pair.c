@@ -69,6 +69,7 @@ void unit_pair_init(unit_pair *p, const shape *a, const shape *b, const pose *b_
     p->b_in_a.r = quat_matrix(b_in_a->q);
     p->b_in_a.t = vec_scale(b_in_a->p, p->scale);
     p->radius = p->a.radius + p->b.radius;
+    p->stand = NULL;
     p->shell = NULL;
     p->size = reach_a * p->scale + reach_b * p->scale + vec_norm(p->b_in_a.t);
     if (is_plane(a) || is_plane(b)) p->size *= 2; /* a plane turns about its origin, as far as to where the other is */

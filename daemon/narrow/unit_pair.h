@@ -21,13 +21,19 @@ typedef struct unit_pair {
     double radius;    /* of a plus of b */
     double shaved_a;  /* by which the core of an ellipsoid is smaller than its half axes say; in a.radius, too */
     double shaved_b;
-    double size;         /* bounds every |coordinate| that enters: reach of A + reach of B + |position|; the reach of a
-                            half-space is as far as the other shape is from its origin */
-    double error;        /* of any separation along a unit axis: pose, support point, product and sum */
-    double deviation;    /* of a plus of b: only upper bounds need it */
-    narrow_shell *shell; /* where a search for the depth of hulls leaves its surface; may be NULL */
-    double excess;       /* by which points that hulls were made of may be outside of them: only lower bounds need it */
+    double size;      /* bounds every |coordinate| that enters: reach of A + reach of B + |position|; the reach of a
+                         half-space is as far as the other shape is from its origin */
+    double error;     /* of any separation along a unit axis: pose, support point, product and sum */
+    double deviation; /* of a plus of b: only upper bounds need it */
+    const struct box_stand *stand; /* two boxes of which features are tried where they stand, or NULL */
+    narrow_shell *shell;           /* where a search for the depth of hulls leaves its surface; may be NULL */
+    double excess; /* by which points that hulls were made of may be outside of them: only lower bounds need it */
 } unit_pair;
+
+/* Two boxes in the world. */
+typedef struct box_stand {
+    const narrow_placed *a, *b;
+} box_stand;
 
 /* What ends a search. Lengths between cores. */
 typedef struct narrow_goal {
