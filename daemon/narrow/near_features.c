@@ -26,6 +26,12 @@ bool near_features_scans(const shape *a, const shape *b)
     return is_scanned(a) && is_scanned(b);
 }
 
+bool near_features_name_depths(const shape *a, const shape *b)
+{
+    if (a->type == SHAPE_BOX) return is_scanned(b);
+    return near_features_scans(a, b) && sat_affords(a->hull, b->hull);
+}
+
 static bool are_boxes(const unit_pair *p)
 {
     return (p->a.type == SHAPE_BOX || p->a.type == SHAPE_CAPSULE) && p->b.type == SHAPE_BOX;
@@ -42,7 +48,7 @@ bool near_features_reach_depths(const unit_pair *p, const narrow_goal *goal)
 {
     bool close = goal->near == -INFINITY && goal->tolerance <= ROUGH_TOLERANCE * p->size &&
                  goal->tolerance >= 4 * NEAR_DEPTH_WIDTHS * p->error;
-    return close && is_scanned(&p->a) && is_scanned(&p->b) && sat_affords(p->a.hull, p->b.hull);
+    return close && near_features_name_depths(&p->a, &p->b);
 }
 
 /* May GJK end, its bounds closed to the tolerance, before it knows that the two overlap? */

@@ -42,9 +42,11 @@ bool near_features_apply(const unit_pair *p, const narrow_goal *goal);
 
 bool near_features_scans(const shape *a, const shape *b); /* two hulls that apply */
 
-/* Depths: two hulls whose edges are few enough for sat.h, and bounds wider than a few roundings will do; up to
- * ROUGH_TOLERANCE, for between few facets no search ends much sooner. */
+/* Depths: a box and a hull, or two hulls whose edges are few enough for sat.h, and bounds wider than a few roundings
+ * will do; up to ROUGH_TOLERANCE, for between few facets no search ends much sooner. */
 bool near_features_reach_depths(const unit_pair *p, const narrow_goal *goal);
+
+bool near_features_name_depths(const shape *a, const shape *b); /* such a pair */
 
 /* The answer, if `f` (of which nothing is believed) is strict. Else false, and *out counts for nothing. With f->deep
  * it is one only where all other facets of B - A are known to be farther away. */
@@ -73,12 +75,19 @@ bool near_features_try_all(const unit_pair *p, const narrow_goal *goal, span *ou
 #define NEAR_DEPTH_WIDTHS 2       /* errors: by which the bounds of a depth are on either side of the facet's */
 #define NEAR_SLIVER2 0x1p-20 /* square of the least ratio: edge to size, height of a triangle to its longest edge */
 
+/* A feature of a box: for each of its axes the side that the nearest point lies on, or that it lies between the two. */
+enum { NEAR_BETWEEN, NEAR_HIGH, NEAR_LOW, NEAR_SIDES };
+
 bool hull_features_span(const unit_pair *p, const narrow_features *f, span *out);
 void hull_features_of(const minkowski *const *m, int count, narrow_features *out); /* the vertices they are made of */
-static inline minkowski hull_pair_of(const unit_pair *p, uint32_t a, uint32_t b)   /* of two vertices */
+
+/* The same of a facet's corners, where the two overlap: A may be a box. */
+void hull_features_of_facet(const unit_pair *p, const minkowski *const *m, narrow_features *out);
+
+static inline minkowski hull_pair_of(const unit_pair *p, uint32_t a, uint32_t b) /* of two vertices */
 {
     minkowski m = {.vertex_a = a, .vertex_b = b};
-    m.a = vec_scale(hull_vertex(p->a.hull, a), p->scale);
+    m.a = p->a.type == SHAPE_BOX ? box_corner(p->a.half, a) : vec_scale(hull_vertex(p->a.hull, a), p->scale);
     m.b_local = vec_scale(hull_vertex(p->b.hull, b), p->scale);
     m.b = transform_point(&p->b_in_a, m.b_local);
     m.w = vec_sub(m.b, m.a);

@@ -6,7 +6,7 @@
 
 #include <string.h>
 
-enum { CLOSED_MAX = 8 };
+enum { CLOSED_MAX = 8, BOX_CORNERS = 8 };
 
 typedef struct search {
     const unit_pair *p;
@@ -78,7 +78,7 @@ static void write_witnesses(const search *x)
     }
     x->best->point_a = a;
     x->best->point_b = b;
-    if (x->p->a.type == SHAPE_HULL && x->p->b.type == SHAPE_HULL) hull_features_of(m, 3, &x->best->nearest);
+    if (x->p->a.type >= SHAPE_BOX && x->p->b.type == SHAPE_HULL) hull_features_of_facet(x->p, m, &x->best->nearest);
 }
 
 /* ---- the surface, remembered ---- */
@@ -110,10 +110,11 @@ static void save(const surface *s, narrow_shell *to)
 
 static bool load_points(const unit_pair *p, const narrow_shell *from, surface *s)
 {
+    uint32_t count_a = p->a.type == SHAPE_BOX ? BOX_CORNERS : p->a.hull->vertex_count;
     s->point_count = from->point_count;
     if (s->point_count < 4 || s->point_count >= POINTS_MAX) return false;
     for (int i = 0; i < s->point_count; i++) {
-        if (from->vertex_a[i] >= p->a.hull->vertex_count || from->vertex_b[i] >= p->b.hull->vertex_count) return false;
+        if (from->vertex_a[i] >= count_a || from->vertex_b[i] >= p->b.hull->vertex_count) return false;
         s->point[i] = hull_pair_of(p, from->vertex_a[i], from->vertex_b[i]);
     }
     return true;
@@ -169,23 +170,32 @@ static bool is_one_of(uint32_t vertex, const uint16_t *set, uint8_t count)
     return false;
 }
 
-static bool point_is_in(const minkowski *m, const narrow_features *f)
-{
-    return is_one_of(m->vertex_a, f->a, f->count_a) && is_one_of(m->vertex_b, f->b, f->count_b);
-}
-
-static bool is_in(const surface *s, const uint8_t corner[3], const narrow_features *f)
+static bool is_on_sides(uint32_t corner, const uint16_t side[3])
 {
     for (int k = 0; k < 3; k++)
-        if (!point_is_in(&s->point[corner[k]], f)) return false;
+        if (side[k] == (corner >> k & 1 ? NEAR_LOW : NEAR_HIGH)) return false;
+    return true;
+}
+
+static bool point_is_in(const unit_pair *p, const minkowski *m, const narrow_features *f)
+{
+    bool in = p->a.type == SHAPE_BOX ? is_on_sides(m->vertex_a, f->a) : is_one_of(m->vertex_a, f->a, f->count_a);
+    return in && is_one_of(m->vertex_b, f->b, f->count_b);
+}
+
+static bool is_in(const unit_pair *p, const surface *s, const uint8_t corner[3], const narrow_features *f)
+{
+    for (int k = 0; k < 3; k++)
+        if (!point_is_in(p, &s->point[corner[k]], f)) return false;
     return true;
 }
 
 /* The facets in F's plane are as near as F: nothing more is to be known of them. */
-static void set_aside(const narrow_shell *from, surface *s, const narrow_features *f)
+static void set_aside(const unit_pair *p, surface *s, const narrow_features *f)
 {
+    const narrow_shell *from = p->shell;
     uint64_t in = 0;
-    for (int i = 0; i < s->point_count; i++) in |= (uint64_t)point_is_in(&s->point[i], f) << i;
+    for (int i = 0; i < s->point_count; i++) in |= (uint64_t)point_is_in(p, &s->point[i], f) << i;
     for (int i = 0; i < s->facet_count; i++)
         if (in >> from->corner[0][i] & in >> from->corner[1][i] & in >> from->corner[2][i] & 1) s->bound[i] = INFINITY;
 }
@@ -195,7 +205,7 @@ static bool facets_are_in(const search *x, const narrow_features *f, double with
 {
     if (x->closed_count > CLOSED_MAX) return false;
     for (int i = 0; i < x->closed_count; i++)
-        if (!(x->closed_at[i] >= within) && !is_in(x->s, x->closed[i], f)) return false;
+        if (!(x->closed_at[i] >= within) && !is_in(x->p, x->s, x->closed[i], f)) return false;
     return true;
 }
 
@@ -228,7 +238,7 @@ LANES_INLINE bool search_again(search *x, const narrow_goal *goal, const narrow_
     if (!load_points(p, p->shell, x->s) || !load_facets(p->shell, x->s)) return false;
     bool same = near_features_span(p, goal, &f, out);
     if (same) {
-        set_aside(p->shell, x->s, &f);
+        set_aside(p, x->s, &f);
         x->winner = 0, x->proved = depth_of(out);
     }
     if (!grow(x, margin, &grown)) return false;
