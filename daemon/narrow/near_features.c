@@ -3,6 +3,8 @@
 
 #include "geom/hull_scan.h"
 #include "gjk.h"
+#include "hull_axes.h"
+#include "hull_seek.h"
 #include "polytope_depth.h"
 #include "rough_depth.h"
 #include "sat.h"
@@ -161,6 +163,31 @@ void near_features_settle(const unit_pair *p, const narrow_goal *goal, span *s)
         settle_distance(p, goal, &proposed, s);
     else if (near_features_reach_depths(p, goal))
         settle_depth(p, goal, &proposed, s);
+}
+
+/* Along how many axes two hulls are looked at to see that they are apart: before and after their faces were. */
+enum { FIRST_LOOK = 1, LAST_LOOK = 16 };
+
+/* *apart: they are, whatever is answered. */
+static bool seek_gap(const unit_pair *p, const narrow_goal *goal, int patience, bool *apart, span *out)
+{
+    narrow_features f = {.count_a = 0};
+    hull_seek_end end = hull_seek(p, patience, &f);
+    *apart = end != HULL_SEEK_UNKNOWN;
+    return end == HULL_SEEK_PROPOSES && near_features_span(p, goal, &f, out);
+}
+
+bool near_features_at_once(const unit_pair *p, const narrow_goal *goal, span *out)
+{
+    bool apart = false;
+    if (p->a.type != SHAPE_HULL || p->b.type != SHAPE_HULL) return false;
+    bool gaps = near_features_apply(p, goal);
+    if (gaps && seek_gap(p, goal, FIRST_LOOK, &apart, out)) return true;
+    /* with room for a surface, the search leaves one for the next frame, which is quicker still */
+    if (apart || p->shell || !near_features_reach_depths(p, goal) || !hull_axes_apply(p)) return false;
+    if (!gaps && hull_axes_parted(p)) return false;
+    if (hull_axes_depth(p, goal, &apart, out)) return true;
+    return gaps && apart && seek_gap(p, goal, LAST_LOOK, &apart, out);
 }
 
 static bool seek(const unit_pair *p, const narrow_goal *goal, const narrow_features *from, span *out)

@@ -52,6 +52,10 @@ bool near_features_name_depths(const shape *a, const shape *b); /* such a pair *
  * it is one only where all other facets of B - A are known to be farther away. */
 bool near_features_span(const unit_pair *p, const narrow_goal *goal, const narrow_features *f, span *out);
 
+/* Two hulls, from nothing: the answer, if they are apart or small, and their features are strict. False: it cannot be
+ * told by quick means, and *out counts for nothing. */
+bool near_features_at_once(const unit_pair *p, const narrow_goal *goal, span *out);
+
 /* The answer from what the pair remembers: its features, those that a descent from them ends at (hulls alone), or where
  * it overlapped the surface in p->shell (polytope_depth.h). For pairs and goals that apply. */
 bool near_features_recall(const unit_pair *p, const narrow_goal *goal, const narrow_features *nearest, span *out);
