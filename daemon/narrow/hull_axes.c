@@ -316,7 +316,7 @@ LANES_INLINE void try_faces(search *x, const side *s, void (*try)(search *x, uin
 LANES_INLINE bool find(search *x)
 {
     const unit_pair *p = x->p;
-    float slack = (float)(SLACK * p->size), least = (float)(NEAR_LEAST_DISTANCE * p->size);
+    float slack = (float)(SLACK * p->size), least = (float)(NEAR_LEAST_DEPTH * p->size);
     place_b(x);
     float depth = look(&x->of_a, p->scale);
     x->apart = !(depth >= least); /* or too shallow for F to be strict */

@@ -234,7 +234,7 @@ bool hull_features_span(const unit_pair *p, const narrow_features *f, span *out)
     for (int i = 0; i < m.count_a; i++) top_a = max_of(top_a, vec_dot(m.n, m.a[i]));
     for (int j = 0; j < m.count_b; j++) bottom_b = min_of(bottom_b, vec_dot(m.n, m.b[j]));
     double lo = bottom_b - top_a;
-    double least = NEAR_LEAST_DISTANCE * p->size;
+    double least = (f->deep ? NEAR_LEAST_DEPTH : NEAR_LEAST_DISTANCE) * p->size;
     if (f->deep ? !(lo <= -least && m.inside >= NEAR_INSIDE * p->size) : !(lo >= least)) return false;
     if (!is_a_top(p, m.n, f) || !are_top(p->b.hull, mat_tmul(p->b_in_a.r, vec_neg(m.n)), margin, f->b, f->count_b))
         return false;

@@ -71,6 +71,7 @@ bool near_features_try_all(const unit_pair *p, const narrow_goal *goal, span *ou
 
 /* Of the pair's size, unless said otherwise. */
 #define NEAR_LEAST_DISTANCE 0x1p-10
+#define NEAR_LEAST_DEPTH 0x1p-16   /* far above all rounding: polytope_depth.h asks no more of it */
 #define NEAR_HEIGHT_MARGIN 0x1p-15 /* other vertices are lower by more than this */
 #define NEAR_SINE_MARGIN 0x1p-13   /* between n and the sides of a box */
 #define NEAR_WEIGHT_MARGIN 0x1p-13

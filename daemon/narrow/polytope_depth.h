@@ -18,7 +18,7 @@
  * have come too near are grown on; where a facet is a sliver or would have the origin outside, it is given up.
  *
  * Why that gives the bits of a search from nothing. F is a facet of B - A, strict as near_features.h says but for 3, of
- * which the nearest point is inside by r >= NEAR_INSIDE; D its distance, at least NEAR_LEAST_DISTANCE, n its normal;
+ * which the nearest point is inside by r >= NEAR_INSIDE; D its distance, at least NEAR_LEAST_DEPTH, n its normal;
  * the pair's size is 1. What is proven is that all facets of the surface but those in F's plane are at least D +
  * NEAR_DEPTH_MARGIN away; and D is greater than the tolerance (near_features_span sees to that). Claim: a search from
  * nothing ends with an axis within 2^-17 of n, and so reads F off it.
