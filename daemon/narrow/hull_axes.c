@@ -43,7 +43,6 @@ typedef struct search {
     const unit_pair *p;
     columns a, b; /* in A's frame */
     side of_a, of_b;
-    bool apart;           /* beyond a face, but for little */
     double depth, second; /* of all that have been tried */
     narrow_features nearest;
 } search;
@@ -319,12 +318,10 @@ LANES_INLINE bool find(search *x)
     float slack = (float)(SLACK * p->size), least = (float)(NEAR_LEAST_DEPTH * p->size);
     place_b(x);
     float depth = look(&x->of_a, p->scale);
-    x->apart = !(depth >= least); /* or too shallow for F to be strict */
-    if (x->apart) return false;
+    if (!(depth >= least)) return false; /* apart along the face, or too shallow for F to be strict */
     place_a(x);
     depth = min_of(depth, look(&x->of_b, p->scale));
-    x->apart = !(depth >= least);
-    if (x->apart) return false;
+    if (!(depth >= least)) return false;
     prune(&x->of_a, depth + slack);
     prune(&x->of_b, depth + slack);
     x->depth = depth + slack, x->second = INFINITY;
@@ -353,15 +350,13 @@ bool hull_axes_parted(const unit_pair *p)
     return vec_norm2(away) + p->scale * (vec_dot(away_in_b, b) - vec_dot(away, a)) > 0;
 }
 
-bool hull_axes_depth(const unit_pair *p, const narrow_goal *goal, bool *apart, span *out)
+bool hull_axes_depth(const unit_pair *p, const narrow_goal *goal, span *out)
 {
     search x;
     x.p = p;
     x.of_a.h = p->a.hull, x.of_b.h = p->b.hull;
     x.nearest.count_a = 0;
-    bool found = (lanes_wide() ? find_wide : find_narrow)(&x);
-    *apart = x.apart;
-    if (!found || !x.nearest.count_a) return false;
+    if (!(lanes_wide() ? find_wide : find_narrow)(&x) || !x.nearest.count_a) return false;
     x.nearest.deep = true;
     if (!near_features_span(p, goal, &x.nearest, out)) return false;
     return x.second >= -0.5 * (out->lo + out->hi) + 2 * NEAR_DEPTH_MARGIN * p->size;

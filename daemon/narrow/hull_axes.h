@@ -28,7 +28,7 @@ bool hull_axes_apply(const unit_pair *p);
 bool hull_axes_parted(const unit_pair *p);
 
 /* For goals that near_features_reach_depths takes. False: it cannot be told by these means, and *out counts for
- * nothing. *apart: they seem to be, beyond a face of one of them. */
-bool hull_axes_depth(const unit_pair *p, const narrow_goal *goal, bool *apart, span *out);
+ * nothing. */
+bool hull_axes_depth(const unit_pair *p, const narrow_goal *goal, span *out);
 
 #endif

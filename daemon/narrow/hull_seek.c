@@ -16,7 +16,6 @@ typedef struct corner {
 } corner;
 
 typedef struct seeker {
-    const unit_pair *p;
     corner at[4];
     int count;
     vec3 nearest; /* of the simplex to the origin; points from A to B */
@@ -25,10 +24,16 @@ typedef struct seeker {
 
 static inline corner corner_along(const unit_pair *p, vec3 axis)
 {
-    uint32_t a = hull_scan(p->a.hull, axis), b = hull_scan(p->b.hull, mat_tmul(p->b_in_a.r, vec_neg(axis)));
-    vec3 on_a = hull_vertex(p->a.hull, a), on_b = hull_vertex(p->b.hull, b);
-    vec3 w = vec_sub(vec_madd(p->b_in_a.t, p->scale, mat_mul(p->b_in_a.r, on_b)), vec_scale(on_a, p->scale));
-    return (corner){w, (uint16_t)a, (uint16_t)b};
+    uint32_t a, b = hull_scan(p->b.hull, mat_tmul(p->b_in_a.r, vec_neg(axis)));
+    vec3 on_a, on_b = vec_madd(p->b_in_a.t, p->scale, mat_mul(p->b_in_a.r, hull_vertex(p->b.hull, b)));
+    if (p->a.type == SHAPE_BOX) {
+        a = (axis.x < 0 ? 0 : 1U) | (axis.y < 0 ? 0 : 2U) | (axis.z < 0 ? 0 : 4U);
+        on_a = box_corner(p->a.half, a);
+    } else {
+        a = hull_scan(p->a.hull, axis);
+        on_a = vec_scale(hull_vertex(p->a.hull, a), p->scale);
+    }
+    return (corner){vec_sub(on_b, on_a), (uint16_t)a, (uint16_t)b};
 }
 
 static inline bool known(const seeker *s, const corner *c)
@@ -80,7 +85,7 @@ static inline vec3 normal_of(const corner *at, uint8_t i, uint8_t j, uint8_t k)
 }
 
 /* The newest point is the last: the nearest of the simplex is on a part that has it, for it was nearer than all others
- * along the axis. False when the origin is inside. */
+ * along the axis. False when the origin is inside: of a tetrahedron, which is left as it is; or on a lesser part. */
 static bool reduce(seeker *s)
 {
     part best = {.norm2 = INFINITY};
@@ -136,21 +141,28 @@ static hull_seek_end propose(const seeker *s, narrow_features *out)
     return HULL_SEEK_PROPOSES;
 }
 
-hull_seek_end hull_seek(const unit_pair *p, int patience, narrow_features *out)
+static hull_seek_end tell_inside(const seeker *s, hull_corners *holds)
+{
+    if (s->count < 4) return HULL_SEEK_UNKNOWN;
+    for (int i = 0; i < 4; i++) holds->a[i] = s->at[i].a, holds->b[i] = s->at[i].b;
+    return HULL_SEEK_INSIDE;
+}
+
+hull_seek_end hull_seek(const unit_pair *p, int patience, narrow_features *out, hull_corners *holds)
 {
     seeker s;
     bool apart = false;
-    s.p = p;
     s.count = 0;
     s.nearest = p->b_in_a.t;
     for (int i = 0; i < STEPS_MOST; i++) {
         corner c = corner_along(p, s.nearest);
         double along = vec_dot(c.w, s.nearest);
         apart |= along > 0;
-        if (!apart && i + 1 >= patience) return HULL_SEEK_UNKNOWN;
+        if (apart && patience == HULL_SEEK_OVERLAPS) return HULL_SEEK_APART;
+        if (!apart && patience != HULL_SEEK_OVERLAPS && i + 1 >= patience) return HULL_SEEK_UNKNOWN;
         if (s.count && (known(&s, &c) || !(along < s.norm2 * (1 - NO_NEARER)))) return propose(&s, out);
         s.at[s.count++] = c;
-        if (!reduce(&s)) break;
+        if (!reduce(&s)) return apart ? HULL_SEEK_APART : tell_inside(&s, holds);
     }
     return apart ? HULL_SEEK_APART : HULL_SEEK_UNKNOWN;
 }

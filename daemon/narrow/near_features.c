@@ -9,6 +9,7 @@
 #include "rough_depth.h"
 #include "sat.h"
 #include "scalar.h"
+#include "witness.h"
 
 /* Of hi: a bracket so narrow names the features. */
 #define NAMING_WIDTH 0x1p-36
@@ -165,29 +166,44 @@ void near_features_settle(const unit_pair *p, const narrow_goal *goal, span *s)
         settle_depth(p, goal, &proposed, s);
 }
 
-/* Along how many axes two hulls are looked at to see that they are apart: before and after their faces were. */
-enum { FIRST_LOOK = 1, LAST_LOOK = 16 };
+/* Along the line of their origins most that are apart are. */
+enum { FIRST_LOOK = 1 };
 
-/* *apart: they are, whatever is answered. */
-static bool seek_gap(const unit_pair *p, const narrow_goal *goal, int patience, bool *apart, span *out)
+/* The facet, if the search has ended on one that is strict; else its bounds. */
+static bool finish_depth(const unit_pair *p, const narrow_goal *goal, span *out)
+{
+    near_features_settle(p, goal, out);
+    if (out->lo < 0 && !out->nearest.deep) witness_deepest(p, out);
+    return true;
+}
+
+/* From four corners of B - A with the origin between them; or, if `gaps` are asked for, by the features of one. */
+static bool settle_at_once(const unit_pair *p, const narrow_goal *goal, bool gaps, span *out)
 {
     narrow_features f = {.count_a = 0};
-    hull_seek_end end = hull_seek(p, patience, &f);
-    *apart = end != HULL_SEEK_UNKNOWN;
-    return end == HULL_SEEK_PROPOSES && near_features_span(p, goal, &f, out);
+    narrow_goal closely = *goal;
+    hull_corners holds;
+    closely.tolerance = goal->finest;
+    if (polytope_depth_at_once(p, &closely, out)) return finish_depth(p, goal, out);
+    hull_seek_end end = hull_seek(p, gaps ? HULL_SEEK_GAPS : HULL_SEEK_OVERLAPS, &f, &holds);
+    if (end == HULL_SEEK_PROPOSES) return gaps && near_features_span(p, goal, &f, out);
+    if (end != HULL_SEEK_INSIDE) return false;
+    return polytope_depth_from(p, &closely, &holds, out) && finish_depth(p, goal, out);
 }
 
 bool near_features_at_once(const unit_pair *p, const narrow_goal *goal, span *out)
 {
-    bool apart = false;
-    if (p->a.type != SHAPE_HULL || p->b.type != SHAPE_HULL) return false;
-    bool gaps = near_features_apply(p, goal);
-    if (gaps && seek_gap(p, goal, FIRST_LOOK, &apart, out)) return true;
-    /* with room for a surface, the search leaves one for the next frame, which is quicker still */
-    if (apart || p->shell || !near_features_reach_depths(p, goal) || !hull_axes_apply(p)) return false;
-    if (!gaps && hull_axes_parted(p)) return false;
-    if (hull_axes_depth(p, goal, &apart, out)) return true;
-    return gaps && apart && seek_gap(p, goal, LAST_LOOK, &apart, out);
+    narrow_features f = {.count_a = 0};
+    hull_corners unused;
+    if ((p->a.type != SHAPE_HULL && p->a.type != SHAPE_BOX) || p->b.type != SHAPE_HULL) return false;
+    bool gaps = near_features_apply(p, goal), depths = near_features_reach_depths(p, goal);
+    if (!gaps && !depths) return false;
+    hull_seek_end end = gaps ? hull_seek(p, FIRST_LOOK, &f, &unused) : HULL_SEEK_UNKNOWN;
+    if (end != HULL_SEEK_UNKNOWN) return end == HULL_SEEK_PROPOSES && near_features_span(p, goal, &f, out);
+    if (!depths) return false;
+    /* the same bits; with room for a surface, the search leaves one for the next frame, which is quicker still */
+    bool axes = !p->shell && hull_axes_apply(p) && (gaps || !hull_axes_parted(p));
+    return (axes && hull_axes_depth(p, goal, out)) || settle_at_once(p, goal, gaps, out);
 }
 
 static bool seek(const unit_pair *p, const narrow_goal *goal, const narrow_features *from, span *out)

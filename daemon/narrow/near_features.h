@@ -52,8 +52,8 @@ bool near_features_name_depths(const shape *a, const shape *b); /* such a pair *
  * it is one only where all other facets of B - A are known to be farther away. */
 bool near_features_span(const unit_pair *p, const narrow_goal *goal, const narrow_features *f, span *out);
 
-/* Two hulls, from nothing: the answer, if they are apart or small, and their features are strict. False: it cannot be
- * told by quick means, and *out counts for nothing. */
+/* Two hulls, or where they overlap a box and a hull, from nothing, for goals of which one of the two above is true: the
+ * answer, by the quickest means. False: it cannot be told by these, and *out counts for nothing. */
 bool near_features_at_once(const unit_pair *p, const narrow_goal *goal, span *out);
 
 /* The answer from what the pair remembers: its features, those that a descent from them ends at (hulls alone), or where

@@ -343,12 +343,16 @@ bool polytope_depth(const unit_pair *p, const narrow_goal *goal, const gjk_resul
     return polytope_depth_by(lanes_wide(), p, goal, start, out);
 }
 
-/* ---- from six support points ---- */
+/* ---- from six support points, or from four corners ---- */
 
 /* Points 0 and 1 along +x and -x, 2 and 3 along y, 4 and 5 along z. */
 static const narrow_shell OCTAHEDRON = {.point_count = 6,
     .facet_count = 8,
     .corner = {{0, 1, 0, 1, 0, 1, 0, 1}, {2, 4, 4, 3, 5, 2, 3, 5}, {4, 2, 3, 4, 2, 5, 5, 3}}};
+
+/* Of points that turn like x, y, z seen from the first. */
+static const narrow_shell TETRAHEDRON = {
+    .point_count = 4, .facet_count = 4, .corner = {{1, 0, 0, 0}, {2, 2, 1, 3}, {3, 1, 3, 2}}};
 
 /* The point that is farthest along -axis; the separation along the axis. */
 static double put_support(search *x, vec3 axis, int i)
@@ -361,21 +365,21 @@ static double put_support(search *x, vec3 axis, int i)
     return separation;
 }
 
-LANES_INLINE bool search_at_once(search *x, const narrow_goal *goal, double *least)
+LANES_INLINE bool search_at_once(search *x, const narrow_shell *from, const narrow_goal *goal, double *least)
 {
-    if (!load_facets(&OCTAHEDRON, x->s)) return false;
-    link_facets(&OCTAHEDRON, x->s);
+    if (!load_facets(from, x->s)) return false;
+    link_facets(from, x->s);
     return run(x, goal, least) && x->winner != NONE;
 }
 
-LANES_WIDE static bool search_at_once_wide(search *x, const narrow_goal *goal, double *least)
+LANES_WIDE static bool search_at_once_wide(search *x, const narrow_shell *from, const narrow_goal *goal, double *least)
 {
-    return search_at_once(x, goal, least);
+    return search_at_once(x, from, goal, least);
 }
 
-static bool search_at_once_narrow(search *x, const narrow_goal *goal, double *least)
+static bool search_at_once_narrow(search *x, const narrow_shell *from, const narrow_goal *goal, double *least)
 {
-    return search_at_once(x, goal, least);
+    return search_at_once(x, from, goal, least);
 }
 
 /* Of the two extents along the line of the origins: when these are farther apart than that, the overlap is not deep. */
@@ -399,7 +403,24 @@ bool polytope_depth_at_once(const unit_pair *p, const narrow_goal *goal, span *o
     put_support(&x, vec_neg(w), 4);
     put_support(&x, w, 5);
     s.point_count = OCTAHEDRON.point_count;
-    if (!(lanes_wide() ? search_at_once_wide : search_at_once_narrow)(&x, goal, &least)) return false;
+    if (!(lanes_wide() ? search_at_once_wide : search_at_once_narrow)(&x, &OCTAHEDRON, goal, &least)) return false;
+    tell(&x, least);
+    return true;
+}
+
+bool polytope_depth_from(const unit_pair *p, const narrow_goal *goal, const hull_corners *holds, span *out)
+{
+    surface s;
+    search x = {.p = p, .s = &s, .best = out, .eps = 4 * UNIT_ROUNDOFF * p->size, .winner = NONE, .hints = NO_HINTS};
+    double least;
+    for (int i = 0; i < 4; i++) s.point[i] = hull_pair_of(p, holds->a[i], holds->b[i]);
+    vec3 w = s.point[0].w;
+    if (!(vec_dot(triangle_normal(w, s.point[1].w, s.point[2].w), vec_sub(s.point[3].w, w)) > 0))
+        s.point[0] = hull_pair_of(p, holds->a[1], holds->b[1]), s.point[1] = hull_pair_of(p, holds->a[0], holds->b[0]);
+    s.point_count = TETRAHEDRON.point_count;
+    *out = (span){.lo = -INFINITY, .hi = INFINITY};
+    if (!(lanes_wide() ? search_at_once_wide : search_at_once_narrow)(&x, &TETRAHEDRON, goal, &least)) return false;
+    if (!(out->lo <= -NEAR_LEAST_DEPTH * p->size)) return false;
     tell(&x, least);
     return true;
 }

@@ -36,6 +36,7 @@
 #define COLLIDED_NARROW_POLYTOPE_DEPTH_H
 
 #include "gjk.h"
+#include "hull_seek.h"
 
 /* True when both cores are points, segments, boxes or hulls. */
 bool polytope_depth_applies(const unit_pair *p);
@@ -44,9 +45,13 @@ bool polytope_depth_applies(const unit_pair *p);
  * many points: epa_depth has to answer, *out is as if nothing had been tried but for the count of iterations. */
 bool polytope_depth(const unit_pair *p, const narrow_goal *goal, const gjk_result *start, span *out);
 
-/* For two hulls that lie deep in each other, without GJK: from the octahedron of six support points, if it holds the
- * origin. False: they do not, or it does not, or as above; *out counts for nothing. */
+/* For two hulls, or a box and a hull, that lie deep in each other, without GJK: from the octahedron of six support
+ * points, if it holds the origin. False: they do not, or it does not, or as above; *out counts for nothing. */
 bool polytope_depth_at_once(const unit_pair *p, const narrow_goal *goal, span *out);
+
+/* The same from four corners that hull_seek found. False: as above, or the overlap is too shallow to go without care.
+ */
+bool polytope_depth_from(const unit_pair *p, const narrow_goal *goal, const hull_corners *holds, span *out);
 
 /* The answer of a search from nothing, to the bit, by the surface in p->shell; it is kept up. False: that cannot be
  * told, and *out counts for nothing. `nearest`: the facet that won before; nothing is believed of it. */

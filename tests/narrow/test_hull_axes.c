@@ -96,8 +96,7 @@ static bool answers(const shape *a, const shape *b, const pose *at, const narrow
     double tolerance = request->tolerance * p.scale - 2 * p.error - p.excess;
     narrow_goal goal = {.tolerance = tolerance, .far = INFINITY, .near = -INFINITY};
     if (!near_features_reach_depths(&p, &goal) || !hull_axes_apply(&p)) return false;
-    bool apart;
-    return hull_axes_depth(&p, &goal, &apart, out);
+    return hull_axes_depth(&p, &goal, out);
 }
 
 static void ask(const shape *a, const shape *b, const pose *at, const narrow_request *request, narrow_result *out)
