@@ -99,8 +99,8 @@ typedef struct narrow_features {
 
 enum { SHELL_POINTS_MAX = 64, SHELL_FACETS_MAX = 128 };
 
-/* Of two hulls that overlapped: points of B - A, as vertices of both, and the closed surface of triangles over them
- * that proved the depth. Written by narrow_query, of one pair alone; zeroed = empty. */
+/* Of two hulls, or a box and a hull, that overlapped: points of B - A, as vertices of both, and the closed surface of
+ * triangles over them that proved the depth. Written by narrow_query, of one pair alone; zeroed = empty. */
 typedef struct narrow_shell {
     uint8_t point_count, facet_count;
     uint16_t vertex_a[SHELL_POINTS_MAX], vertex_b[SHELL_POINTS_MAX];
