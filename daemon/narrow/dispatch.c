@@ -9,7 +9,6 @@
 #include "descent.h"
 #include "ellipsoid_pair.h"
 #include "gjk.h"
-#include "hull_axes.h"
 #include "moved_apart.h"
 #include "near_features.h"
 #include "pieces.h"
@@ -95,8 +94,6 @@ void dispatch_general(
     bool roughly = !measured || asked->tolerance > ROUGH_TOLERANCE * p->size;
     bool few = !roughly && !only_general && is_small(&p->a) && is_small(&p->b) && polytope_depth_applies(p);
     if (named || few) closely.tolerance = goal->finest;
-    /* the same bits; with room for a surface, the search leaves one for the next frame, which is quicker still */
-    if (named && !p->shell && hull_axes_apply(p) && hull_axes_depth(p, asked, out)) return;
     if (!roughly && !only_general && are_hulls(p) && polytope_depth_at_once(p, &closely, out)) {
         finish_depth(p, asked, named, out);
         return;

@@ -315,7 +315,7 @@ LANES_INLINE void try_faces(search *x, const side *s, void (*try)(search *x, uin
 LANES_INLINE bool find(search *x)
 {
     const unit_pair *p = x->p;
-    float slack = (float)(SLACK * p->size), least = (float)(NEAR_LEAST_DISTANCE * p->size);
+    float slack = (float)(SLACK * p->size), least = (float)(NEAR_LEAST_DEPTH * p->size);
     place_b(x);
     float depth = look(&x->of_a, p->scale);
     if (!(depth >= least)) return false; /* apart along the face, or too shallow for F to be strict */
@@ -342,7 +342,7 @@ static bool find_narrow(search *x)
 }
 
 /* Most pairs that are apart are so along the line of their origins. */
-static bool are_parted(const unit_pair *p)
+bool hull_axes_parted(const unit_pair *p)
 {
     vec3 away = p->b_in_a.t, away_in_b = mat_tmul(p->b_in_a.r, away);
     vec3 a = hull_vertex(p->a.hull, hull_scan(p->a.hull, away));
@@ -353,7 +353,6 @@ static bool are_parted(const unit_pair *p)
 bool hull_axes_depth(const unit_pair *p, const narrow_goal *goal, span *out)
 {
     search x;
-    if (are_parted(p)) return false;
     x.p = p;
     x.of_a.h = p->a.hull, x.of_b.h = p->b.hull;
     x.nearest.count_a = 0;

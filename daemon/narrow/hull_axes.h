@@ -24,6 +24,9 @@
 
 bool hull_axes_apply(const unit_pair *p);
 
+/* Are they apart along the line of their origins? Most that are apart are, and need not be looked at here. */
+bool hull_axes_parted(const unit_pair *p);
+
 /* For goals that near_features_reach_depths takes. False: it cannot be told by these means, and *out counts for
  * nothing. */
 bool hull_axes_depth(const unit_pair *p, const narrow_goal *goal, span *out);

@@ -1,5 +1,5 @@
 /* hull_features: the formulas for vertices, edges and triangles of two hulls, and the proof that nothing else is as
- * near (near_features.h). Pure; any thread. */
+ * near (near_features.h); where they overlap, A may also be a box. Pure; any thread. */
 #include "geom/hull_scan.h"
 #include "near_features.h"
 #include "scalar.h"
@@ -10,6 +10,7 @@ enum { SIDE_MOST = 3, BOTH_MOST = 4 };
 /* The vertices of a feature pair in A's frame, and what the formula makes of them. */
 typedef struct meeting {
     vec3 a[SIDE_MOST], b[SIDE_MOST];
+    int count_a, count_b;
     double weight_a[SIDE_MOST], weight_b[SIDE_MOST];
     vec3 n;        /* unit, from A towards B */
     double inside; /* of a facet of B - A: how far the nearest point is inside of it, at least */
@@ -22,8 +23,82 @@ static bool are_vertices(const hull *h, const uint16_t *vertex, uint8_t count)
     return true;
 }
 
+/* ---- a box as A: for each of its axes the side, or between (near_features.h) ---- */
+
+static const double SIGN[NEAR_SIDES] = {0, 1, -1};
+
+static inline double along(vec3 v, int axis)
+{
+    return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
+}
+
+static inline void put_along(vec3 *v, int axis, double x)
+{
+    *(axis == 0 ? &v->x : axis == 1 ? &v->y : &v->z) = x;
+}
+
+static inline int free_axes(const uint16_t side[3])
+{
+    return (side[0] == NEAR_BETWEEN) + (side[1] == NEAR_BETWEEN) + (side[2] == NEAR_BETWEEN);
+}
+
+static bool are_box_features(const unit_pair *p, const narrow_features *f)
+{
+    if (!f->deep || f->count_a != 3) return false;
+    for (int k = 0; k < 3; k++)
+        if (f->a[k] >= NEAR_SIDES) return false;
+    return f->count_b + free_axes(f->a) == 3 && are_vertices(p->b.hull, f->b, f->count_b);
+}
+
+/* A corner, the ends of an edge, or the middle of a face. */
+static int place_box(const shape *box, const uint16_t side[3], vec3 at[2])
+{
+    at[0] = vec(SIGN[side[0]] * box->half.x, SIGN[side[1]] * box->half.y, SIGN[side[2]] * box->half.z);
+    if (free_axes(side) != 1) return 1;
+    int axis = side[0] == NEAR_BETWEEN ? 0 : side[1] == NEAR_BETWEEN ? 1 : 2;
+    double half = along(box->half, axis);
+    at[1] = at[0];
+    put_along(&at[0], axis, -half);
+    put_along(&at[1], axis, half);
+    return 2;
+}
+
+/* A vertex of B below a face of A. */
+static bool nearest_on_side(const shape *box, const uint16_t side[3], meeting *m)
+{
+    int axis = side[0] != NEAR_BETWEEN ? 0 : side[1] != NEAR_BETWEEN ? 1 : 2;
+    vec3 face = m->a[0];
+    m->a[0] = m->b[0];
+    put_along(&m->a[0], axis, along(face, axis));
+    m->n = VEC_ZERO;
+    put_along(&m->n, axis, SIGN[side[axis]]);
+    m->inside = INFINITY;
+    for (int k = 0; k < 3; k++)
+        if (k != axis) m->inside = min_of(m->inside, along(box->half, k) - fabs(along(m->b[0], k)));
+    return m->inside > 0;
+}
+
+/* Is the box higher at the sides that are named than at those across, by more than the margin? */
+static bool are_top_sides(const shape *box, vec3 n, double margin, const uint16_t side[3])
+{
+    for (int k = 0; k < 3; k++)
+        if (side[k] != NEAR_BETWEEN && !(2 * SIGN[side[k]] * along(n, k) * along(box->half, k) > margin)) return false;
+    return true;
+}
+
+static void sides_along(const shape *box, vec3 n, double slab, uint16_t side[3])
+{
+    for (int k = 0; k < 3; k++) {
+        double higher = 2 * along(n, k) * along(box->half, k);
+        side[k] = higher > slab ? NEAR_HIGH : higher < -slab ? NEAR_LOW : NEAR_BETWEEN;
+    }
+}
+
+/* ---- two hulls, or one and a box ---- */
+
 static bool are_features(const unit_pair *p, const narrow_features *f)
 {
+    if (p->a.type == SHAPE_BOX) return are_box_features(p, f);
     if (f->count_a < 1 || f->count_b < 1 || f->count_a > SIDE_MOST || f->count_b > SIDE_MOST) return false;
     return f->count_a + f->count_b <= BOTH_MOST && are_vertices(p->a.hull, f->a, f->count_a) &&
            are_vertices(p->b.hull, f->b, f->count_b);
@@ -31,7 +106,11 @@ static bool are_features(const unit_pair *p, const narrow_features *f)
 
 static void place(const unit_pair *p, const narrow_features *f, meeting *m)
 {
-    for (uint8_t i = 0; i < f->count_a; i++) m->a[i] = vec_scale(hull_vertex(p->a.hull, f->a[i]), p->scale);
+    m->count_a = f->count_a, m->count_b = f->count_b;
+    if (p->a.type == SHAPE_BOX)
+        m->count_a = place_box(&p->a, f->a, m->a);
+    else
+        for (uint8_t i = 0; i < f->count_a; i++) m->a[i] = vec_scale(hull_vertex(p->a.hull, f->a[i]), p->scale);
     for (uint8_t i = 0; i < f->count_b; i++)
         m->b[i] = transform_point(&p->b_in_a, vec_scale(hull_vertex(p->b.hull, f->b[i]), p->scale));
 }
@@ -106,9 +185,10 @@ static bool meet(const unit_pair *p, const narrow_features *f, meeting *m)
     double least2 = NEAR_SLIVER2 * p->size * p->size;
     vec3 w[SIDE_MOST];
     m->weight_a[0] = m->weight_b[0] = 1;
-    if (f->count_a == 2 && f->count_b == 2) return nearest_edges(m, least2, f->deep);
-    bool on_a = f->count_a > 1;
-    int count = on_a ? f->count_a : f->count_b;
+    if (m->count_a == 2 && m->count_b == 2) return nearest_edges(m, least2, f->deep);
+    if (p->a.type == SHAPE_BOX && m->count_b == 1) return nearest_on_side(&p->a, f->a, m);
+    bool on_a = m->count_a > 1;
+    int count = on_a ? m->count_a : m->count_b;
     double *weight = on_a ? m->weight_a : m->weight_b;
     for (int i = 0; i < count; i++) w[i] = vec_sub(m->b[on_a ? 0 : i], m->a[on_a ? i : 0]);
     if (count == 3) return nearest_on_triangle(w, least2, f->deep, weight, m);
@@ -130,6 +210,13 @@ static bool are_top(const hull *h, vec3 d, double margin, const uint16_t *vertex
     return true;
 }
 
+static bool is_a_top(const unit_pair *p, vec3 n, const narrow_features *f)
+{
+    double margin = NEAR_HEIGHT_MARGIN * p->size;
+    if (p->a.type == SHAPE_BOX) return are_top_sides(&p->a, n, margin, f->a);
+    return are_top(p->a.hull, n, margin * p->unit, f->a, f->count_a);
+}
+
 static vec3 mean(const vec3 *at, const double *weight, int count)
 {
     vec3 sum = vec_scale(at[0], weight[0]);
@@ -144,16 +231,15 @@ bool hull_features_span(const unit_pair *p, const narrow_features *f, span *out)
     place(p, f, &m);
     if (!meet(p, f, &m)) return false;
     double top_a = -INFINITY, bottom_b = INFINITY, margin = NEAR_HEIGHT_MARGIN * p->size * p->unit;
-    for (int i = 0; i < f->count_a; i++) top_a = max_of(top_a, vec_dot(m.n, m.a[i]));
-    for (int j = 0; j < f->count_b; j++) bottom_b = min_of(bottom_b, vec_dot(m.n, m.b[j]));
+    for (int i = 0; i < m.count_a; i++) top_a = max_of(top_a, vec_dot(m.n, m.a[i]));
+    for (int j = 0; j < m.count_b; j++) bottom_b = min_of(bottom_b, vec_dot(m.n, m.b[j]));
     double lo = bottom_b - top_a;
-    double least = NEAR_LEAST_DISTANCE * p->size;
+    double least = (f->deep ? NEAR_LEAST_DEPTH : NEAR_LEAST_DISTANCE) * p->size;
     if (f->deep ? !(lo <= -least && m.inside >= NEAR_INSIDE * p->size) : !(lo >= least)) return false;
-    if (!are_top(p->a.hull, m.n, margin, f->a, f->count_a) ||
-        !are_top(p->b.hull, mat_tmul(p->b_in_a.r, vec_neg(m.n)), margin, f->b, f->count_b))
+    if (!is_a_top(p, m.n, f) || !are_top(p->b.hull, mat_tmul(p->b_in_a.r, vec_neg(m.n)), margin, f->b, f->count_b))
         return false;
-    out->point_a = mean(m.a, m.weight_a, f->count_a);
-    out->point_b = mean(m.b, m.weight_b, f->count_b);
+    out->point_a = mean(m.a, m.weight_a, m.count_a);
+    out->point_b = mean(m.b, m.weight_b, m.count_b);
     out->axis = m.n;
     double apart = vec_norm(vec_sub(out->point_b, out->point_a)), either_side = NEAR_DEPTH_WIDTHS * p->error;
     out->lo = f->deep ? lo - either_side : lo; /* a depth: what it is most likely is in the middle */
@@ -172,9 +258,12 @@ static bool top_of(const hull *h, vec3 d, double slab, uint16_t vertex[SIDE_MOST
 
 bool hull_features_along(const unit_pair *p, vec3 axis, narrow_features *out)
 {
-    double slab = 0.5 * NEAR_HEIGHT_MARGIN * p->size * p->unit;
-    return top_of(p->a.hull, axis, slab, out->a, &out->count_a) &&
-           top_of(p->b.hull, mat_tmul(p->b_in_a.r, vec_neg(axis)), slab, out->b, &out->count_b);
+    double slab = 0.5 * NEAR_HEIGHT_MARGIN * p->size, unscaled = slab * p->unit;
+    if (p->a.type == SHAPE_BOX)
+        out->count_a = 3, sides_along(&p->a, axis, slab, out->a);
+    else if (!top_of(p->a.hull, axis, unscaled, out->a, &out->count_a))
+        return false;
+    return top_of(p->b.hull, mat_tmul(p->b_in_a.r, vec_neg(axis)), unscaled, out->b, &out->count_b);
 }
 
 /* Into an ascending set of up to four. */
@@ -195,6 +284,20 @@ void hull_features_of(const minkowski *const *m, int count, narrow_features *out
         include(m[i]->vertex_a, out->a, &out->count_a);
         include(m[i]->vertex_b, out->b, &out->count_b);
     }
+}
+
+/* The sides that all of these corners are on. */
+static void sides_of(const minkowski *const *m, int count, uint16_t side[3])
+{
+    uint32_t all = UINT32_MAX, any = 0;
+    for (int i = 0; i < count; i++) all &= m[i]->vertex_a, any |= m[i]->vertex_a;
+    for (int k = 0; k < 3; k++) side[k] = all >> k & 1 ? NEAR_HIGH : any >> k & 1 ? NEAR_BETWEEN : NEAR_LOW;
+}
+
+void hull_features_of_facet(const unit_pair *p, const minkowski *const *m, narrow_features *out)
+{
+    hull_features_of(m, 3, out);
+    if (p->a.type == SHAPE_BOX) out->count_a = 3, sides_of(m, 3, out->a);
 }
 
 /* ---- from where the pair was, to where it is ---- */

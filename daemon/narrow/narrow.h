@@ -64,7 +64,8 @@ typedef struct narrow_result {
     double lo, hi;         /* m; lo <= signed distance <= hi, of the shapes at the poses given, each quaternion divided
                               by its norm; of hulls, of all the points they were made of. By doubles: 16 ulp (u = 2^-53)
                               of the reaches plus the distance on both sides; where that is too wide for the request,
-                              `refined`; beside a mesh or a half-space 32 ulp, of hulls that overlap up to 48. Where
+                              `refined`; beside a mesh or a half-space 32 ulp, of hulls that overlap, or a
+                              hull and a box, up to 48. Where
                               shapes stand (narrow_query_placed, narrow_query_world): of a capsule whose core is in a
                               box 20, else 2 more of the gap; by the first of two boxes 24, that overlap 48, of
                               verdicts of ellipsoids 32. Beside a
@@ -98,8 +99,8 @@ typedef struct narrow_features {
 
 enum { SHELL_POINTS_MAX = 64, SHELL_FACETS_MAX = 128 };
 
-/* Of two hulls that overlapped: points of B - A, as vertices of both, and the closed surface of triangles over them
- * that proved the depth. Written by narrow_query, of one pair alone; zeroed = empty. */
+/* Of two hulls, or a box and a hull, that overlapped: points of B - A, as vertices of both, and the closed surface of
+ * triangles over them that proved the depth. Written by narrow_query, of one pair alone; zeroed = empty. */
 typedef struct narrow_shell {
     uint8_t point_count, facet_count;
     uint16_t vertex_a[SHELL_POINTS_MAX], vertex_b[SHELL_POINTS_MAX];

@@ -3,10 +3,13 @@
 
 #include "geom/hull_scan.h"
 #include "gjk.h"
+#include "hull_axes.h"
+#include "hull_seek.h"
 #include "polytope_depth.h"
 #include "rough_depth.h"
 #include "sat.h"
 #include "scalar.h"
+#include "witness.h"
 
 /* Of hi: a bracket so narrow names the features. */
 #define NAMING_WIDTH 0x1p-36
@@ -22,6 +25,12 @@ static bool is_scanned(const shape *s)
 bool near_features_scans(const shape *a, const shape *b)
 {
     return is_scanned(a) && is_scanned(b);
+}
+
+bool near_features_name_depths(const shape *a, const shape *b)
+{
+    if (a->type == SHAPE_BOX) return is_scanned(b);
+    return near_features_scans(a, b) && sat_affords(a->hull, b->hull);
 }
 
 static bool are_boxes(const unit_pair *p)
@@ -40,7 +49,7 @@ bool near_features_reach_depths(const unit_pair *p, const narrow_goal *goal)
 {
     bool close = goal->near == -INFINITY && goal->tolerance <= ROUGH_TOLERANCE * p->size &&
                  goal->tolerance >= 4 * NEAR_DEPTH_WIDTHS * p->error;
-    return close && is_scanned(&p->a) && is_scanned(&p->b) && sat_affords(p->a.hull, p->b.hull);
+    return close && near_features_name_depths(&p->a, &p->b);
 }
 
 /* May GJK end, its bounds closed to the tolerance, before it knows that the two overlap? */
@@ -155,6 +164,46 @@ void near_features_settle(const unit_pair *p, const narrow_goal *goal, span *s)
         settle_distance(p, goal, &proposed, s);
     else if (near_features_reach_depths(p, goal))
         settle_depth(p, goal, &proposed, s);
+}
+
+/* Along the line of their origins most that are apart are. */
+enum { FIRST_LOOK = 1 };
+
+/* The facet, if the search has ended on one that is strict; else its bounds. */
+static bool finish_depth(const unit_pair *p, const narrow_goal *goal, span *out)
+{
+    near_features_settle(p, goal, out);
+    if (out->lo < 0 && !out->nearest.deep) witness_deepest(p, out);
+    return true;
+}
+
+/* From four corners of B - A with the origin between them; or, if `gaps` are asked for, by the features of one. */
+static bool settle_at_once(const unit_pair *p, const narrow_goal *goal, bool gaps, span *out)
+{
+    narrow_features f = {.count_a = 0};
+    narrow_goal closely = *goal;
+    hull_corners holds;
+    closely.tolerance = goal->finest;
+    if (polytope_depth_at_once(p, &closely, out)) return finish_depth(p, goal, out);
+    hull_seek_end end = hull_seek(p, gaps ? HULL_SEEK_GAPS : HULL_SEEK_OVERLAPS, &f, &holds);
+    if (end == HULL_SEEK_PROPOSES) return gaps && near_features_span(p, goal, &f, out);
+    if (end != HULL_SEEK_INSIDE) return false;
+    return polytope_depth_from(p, &closely, &holds, out) && finish_depth(p, goal, out);
+}
+
+bool near_features_at_once(const unit_pair *p, const narrow_goal *goal, span *out)
+{
+    narrow_features f = {.count_a = 0};
+    hull_corners unused;
+    if ((p->a.type != SHAPE_HULL && p->a.type != SHAPE_BOX) || p->b.type != SHAPE_HULL) return false;
+    bool gaps = near_features_apply(p, goal), depths = near_features_reach_depths(p, goal);
+    if (!gaps && !depths) return false;
+    hull_seek_end end = gaps ? hull_seek(p, FIRST_LOOK, &f, &unused) : HULL_SEEK_UNKNOWN;
+    if (end != HULL_SEEK_UNKNOWN) return end == HULL_SEEK_PROPOSES && near_features_span(p, goal, &f, out);
+    if (!depths) return false;
+    /* the same bits; with room for a surface, the search leaves one for the next frame, which is quicker still */
+    bool axes = !p->shell && hull_axes_apply(p) && (gaps || !hull_axes_parted(p));
+    return (axes && hull_axes_depth(p, goal, out)) || settle_at_once(p, goal, gaps, out);
 }
 
 static bool seek(const unit_pair *p, const narrow_goal *goal, const narrow_features *from, span *out)

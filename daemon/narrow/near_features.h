@@ -49,13 +49,19 @@ static inline bool near_features_apply_to_boxes(const narrow_goal *goal, double 
 
 bool near_features_scans(const shape *a, const shape *b); /* two hulls that apply */
 
-/* Depths: two hulls whose edges are few enough for sat.h, and bounds wider than a few roundings will do; up to
- * ROUGH_TOLERANCE, for between few facets no search ends much sooner. */
+/* Depths: a box and a hull, or two hulls whose edges are few enough for sat.h, and bounds wider than a few roundings
+ * will do; up to ROUGH_TOLERANCE, for between few facets no search ends much sooner. */
 bool near_features_reach_depths(const unit_pair *p, const narrow_goal *goal);
+
+bool near_features_name_depths(const shape *a, const shape *b); /* such a pair */
 
 /* The answer, if `f` (of which nothing is believed) is strict. Else false, and *out counts for nothing. With f->deep
  * it is one only where all other facets of B - A are known to be farther away. */
 bool near_features_span(const unit_pair *p, const narrow_goal *goal, const narrow_features *f, span *out);
+
+/* Two hulls, or where they overlap a box and a hull, from nothing, for goals of which one of the two above is true: the
+ * answer, by the quickest means. False: it cannot be told by these, and *out counts for nothing. */
+bool near_features_at_once(const unit_pair *p, const narrow_goal *goal, span *out);
 
 /* The answer from what the pair remembers: its features, those that a descent from them ends at (hulls alone), or where
  * it overlapped the surface in p->shell (polytope_depth.h). For pairs and goals that apply. */
@@ -72,6 +78,7 @@ bool near_features_try_all(const unit_pair *p, const narrow_goal *goal, span *ou
 
 /* Of the pair's size, unless said otherwise. */
 #define NEAR_LEAST_DISTANCE 0x1p-10
+#define NEAR_LEAST_DEPTH 0x1p-16   /* far above all rounding: polytope_depth.h asks no more of it */
 #define NEAR_HEIGHT_MARGIN 0x1p-15 /* other vertices are lower by more than this */
 #define NEAR_SINE_MARGIN 0x1p-13   /* between n and the sides of a box */
 #define NEAR_WEIGHT_MARGIN 0x1p-13
@@ -80,13 +87,20 @@ bool near_features_try_all(const unit_pair *p, const narrow_goal *goal, span *ou
 #define NEAR_DEPTH_WIDTHS 2       /* errors: by which the bounds of a depth are on either side of the facet's */
 #define NEAR_SLIVER2 0x1p-20 /* square of the least ratio: edge to size, height of a triangle to its longest edge */
 
+/* A feature of a box: for each of its axes the side that the nearest point lies on, or that it lies between the two. */
+enum { NEAR_BETWEEN, NEAR_HIGH, NEAR_LOW, NEAR_SIDES };
+
 bool hull_features_span(const unit_pair *p, const narrow_features *f, span *out);
 bool placed_box_features_span(const unit_pair *p, const narrow_features *f, span *out); /* p->stand; in world axes */
 void hull_features_of(const minkowski *const *m, int count, narrow_features *out); /* the vertices they are made of */
-static inline minkowski hull_pair_of(const unit_pair *p, uint32_t a, uint32_t b)   /* of two vertices */
+
+/* The same of a facet's corners, where the two overlap: A may be a box. */
+void hull_features_of_facet(const unit_pair *p, const minkowski *const *m, narrow_features *out);
+
+static inline minkowski hull_pair_of(const unit_pair *p, uint32_t a, uint32_t b) /* of two vertices */
 {
     minkowski m = {.vertex_a = a, .vertex_b = b};
-    m.a = vec_scale(hull_vertex(p->a.hull, a), p->scale);
+    m.a = p->a.type == SHAPE_BOX ? box_corner(p->a.half, a) : vec_scale(hull_vertex(p->a.hull, a), p->scale);
     m.b_local = vec_scale(hull_vertex(p->b.hull, b), p->scale);
     m.b = transform_point(&p->b_in_a, m.b_local);
     m.w = vec_sub(m.b, m.a);

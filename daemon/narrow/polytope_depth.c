@@ -6,7 +6,7 @@
 
 #include <string.h>
 
-enum { CLOSED_MAX = 8 };
+enum { CLOSED_MAX = 8, BOX_CORNERS = 8 };
 
 typedef struct search {
     const unit_pair *p;
@@ -78,7 +78,7 @@ static void write_witnesses(const search *x)
     }
     x->best->point_a = a;
     x->best->point_b = b;
-    if (x->p->a.type == SHAPE_HULL && x->p->b.type == SHAPE_HULL) hull_features_of(m, 3, &x->best->nearest);
+    if (x->p->a.type >= SHAPE_BOX && x->p->b.type == SHAPE_HULL) hull_features_of_facet(x->p, m, &x->best->nearest);
 }
 
 /* ---- the surface, remembered ---- */
@@ -110,10 +110,11 @@ static void save(const surface *s, narrow_shell *to)
 
 static bool load_points(const unit_pair *p, const narrow_shell *from, surface *s)
 {
+    uint32_t count_a = p->a.type == SHAPE_BOX ? BOX_CORNERS : p->a.hull->vertex_count;
     s->point_count = from->point_count;
     if (s->point_count < 4 || s->point_count >= POINTS_MAX) return false;
     for (int i = 0; i < s->point_count; i++) {
-        if (from->vertex_a[i] >= p->a.hull->vertex_count || from->vertex_b[i] >= p->b.hull->vertex_count) return false;
+        if (from->vertex_a[i] >= count_a || from->vertex_b[i] >= p->b.hull->vertex_count) return false;
         s->point[i] = hull_pair_of(p, from->vertex_a[i], from->vertex_b[i]);
     }
     return true;
@@ -169,23 +170,32 @@ static bool is_one_of(uint32_t vertex, const uint16_t *set, uint8_t count)
     return false;
 }
 
-static bool point_is_in(const minkowski *m, const narrow_features *f)
-{
-    return is_one_of(m->vertex_a, f->a, f->count_a) && is_one_of(m->vertex_b, f->b, f->count_b);
-}
-
-static bool is_in(const surface *s, const uint8_t corner[3], const narrow_features *f)
+static bool is_on_sides(uint32_t corner, const uint16_t side[3])
 {
     for (int k = 0; k < 3; k++)
-        if (!point_is_in(&s->point[corner[k]], f)) return false;
+        if (side[k] == (corner >> k & 1 ? NEAR_LOW : NEAR_HIGH)) return false;
+    return true;
+}
+
+static bool point_is_in(const unit_pair *p, const minkowski *m, const narrow_features *f)
+{
+    bool in = p->a.type == SHAPE_BOX ? is_on_sides(m->vertex_a, f->a) : is_one_of(m->vertex_a, f->a, f->count_a);
+    return in && is_one_of(m->vertex_b, f->b, f->count_b);
+}
+
+static bool is_in(const unit_pair *p, const surface *s, const uint8_t corner[3], const narrow_features *f)
+{
+    for (int k = 0; k < 3; k++)
+        if (!point_is_in(p, &s->point[corner[k]], f)) return false;
     return true;
 }
 
 /* The facets in F's plane are as near as F: nothing more is to be known of them. */
-static void set_aside(const narrow_shell *from, surface *s, const narrow_features *f)
+static void set_aside(const unit_pair *p, surface *s, const narrow_features *f)
 {
+    const narrow_shell *from = p->shell;
     uint64_t in = 0;
-    for (int i = 0; i < s->point_count; i++) in |= (uint64_t)point_is_in(&s->point[i], f) << i;
+    for (int i = 0; i < s->point_count; i++) in |= (uint64_t)point_is_in(p, &s->point[i], f) << i;
     for (int i = 0; i < s->facet_count; i++)
         if (in >> from->corner[0][i] & in >> from->corner[1][i] & in >> from->corner[2][i] & 1) s->bound[i] = INFINITY;
 }
@@ -195,7 +205,7 @@ static bool facets_are_in(const search *x, const narrow_features *f, double with
 {
     if (x->closed_count > CLOSED_MAX) return false;
     for (int i = 0; i < x->closed_count; i++)
-        if (!(x->closed_at[i] >= within) && !is_in(x->s, x->closed[i], f)) return false;
+        if (!(x->closed_at[i] >= within) && !is_in(x->p, x->s, x->closed[i], f)) return false;
     return true;
 }
 
@@ -228,7 +238,7 @@ LANES_INLINE bool search_again(search *x, const narrow_goal *goal, const narrow_
     if (!load_points(p, p->shell, x->s) || !load_facets(p->shell, x->s)) return false;
     bool same = near_features_span(p, goal, &f, out);
     if (same) {
-        set_aside(p->shell, x->s, &f);
+        set_aside(p, x->s, &f);
         x->winner = 0, x->proved = depth_of(out);
     }
     if (!grow(x, margin, &grown)) return false;
@@ -333,12 +343,16 @@ bool polytope_depth(const unit_pair *p, const narrow_goal *goal, const gjk_resul
     return polytope_depth_by(lanes_wide(), p, goal, start, out);
 }
 
-/* ---- from six support points ---- */
+/* ---- from six support points, or from four corners ---- */
 
 /* Points 0 and 1 along +x and -x, 2 and 3 along y, 4 and 5 along z. */
 static const narrow_shell OCTAHEDRON = {.point_count = 6,
     .facet_count = 8,
     .corner = {{0, 1, 0, 1, 0, 1, 0, 1}, {2, 4, 4, 3, 5, 2, 3, 5}, {4, 2, 3, 4, 2, 5, 5, 3}}};
+
+/* Of points that turn like x, y, z seen from the first. */
+static const narrow_shell TETRAHEDRON = {
+    .point_count = 4, .facet_count = 4, .corner = {{1, 0, 0, 0}, {2, 2, 1, 3}, {3, 1, 3, 2}}};
 
 /* The point that is farthest along -axis; the separation along the axis. */
 static double put_support(search *x, vec3 axis, int i)
@@ -351,21 +365,21 @@ static double put_support(search *x, vec3 axis, int i)
     return separation;
 }
 
-LANES_INLINE bool search_at_once(search *x, const narrow_goal *goal, double *least)
+LANES_INLINE bool search_at_once(search *x, const narrow_shell *from, const narrow_goal *goal, double *least)
 {
-    if (!load_facets(&OCTAHEDRON, x->s)) return false;
-    link_facets(&OCTAHEDRON, x->s);
+    if (!load_facets(from, x->s)) return false;
+    link_facets(from, x->s);
     return run(x, goal, least) && x->winner != NONE;
 }
 
-LANES_WIDE static bool search_at_once_wide(search *x, const narrow_goal *goal, double *least)
+LANES_WIDE static bool search_at_once_wide(search *x, const narrow_shell *from, const narrow_goal *goal, double *least)
 {
-    return search_at_once(x, goal, least);
+    return search_at_once(x, from, goal, least);
 }
 
-static bool search_at_once_narrow(search *x, const narrow_goal *goal, double *least)
+static bool search_at_once_narrow(search *x, const narrow_shell *from, const narrow_goal *goal, double *least)
 {
-    return search_at_once(x, goal, least);
+    return search_at_once(x, from, goal, least);
 }
 
 /* Of the two extents along the line of the origins: when these are farther apart than that, the overlap is not deep. */
@@ -389,7 +403,24 @@ bool polytope_depth_at_once(const unit_pair *p, const narrow_goal *goal, span *o
     put_support(&x, vec_neg(w), 4);
     put_support(&x, w, 5);
     s.point_count = OCTAHEDRON.point_count;
-    if (!(lanes_wide() ? search_at_once_wide : search_at_once_narrow)(&x, goal, &least)) return false;
+    if (!(lanes_wide() ? search_at_once_wide : search_at_once_narrow)(&x, &OCTAHEDRON, goal, &least)) return false;
+    tell(&x, least);
+    return true;
+}
+
+bool polytope_depth_from(const unit_pair *p, const narrow_goal *goal, const hull_corners *holds, span *out)
+{
+    surface s;
+    search x = {.p = p, .s = &s, .best = out, .eps = 4 * UNIT_ROUNDOFF * p->size, .winner = NONE, .hints = NO_HINTS};
+    double least;
+    for (int i = 0; i < 4; i++) s.point[i] = hull_pair_of(p, holds->a[i], holds->b[i]);
+    vec3 w = s.point[0].w;
+    if (!(vec_dot(triangle_normal(w, s.point[1].w, s.point[2].w), vec_sub(s.point[3].w, w)) > 0))
+        s.point[0] = hull_pair_of(p, holds->a[1], holds->b[1]), s.point[1] = hull_pair_of(p, holds->a[0], holds->b[0]);
+    s.point_count = TETRAHEDRON.point_count;
+    *out = (span){.lo = -INFINITY, .hi = INFINITY};
+    if (!(lanes_wide() ? search_at_once_wide : search_at_once_narrow)(&x, &TETRAHEDRON, goal, &least)) return false;
+    if (!(out->lo <= -NEAR_LEAST_DEPTH * p->size)) return false;
     tell(&x, least);
     return true;
 }

@@ -18,7 +18,7 @@
  * have come too near are grown on; where a facet is a sliver or would have the origin outside, it is given up.
  *
  * Why that gives the bits of a search from nothing. F is a facet of B - A, strict as near_features.h says but for 3, of
- * which the nearest point is inside by r >= NEAR_INSIDE; D its distance, at least NEAR_LEAST_DISTANCE, n its normal;
+ * which the nearest point is inside by r >= NEAR_INSIDE; D its distance, at least NEAR_LEAST_DEPTH, n its normal;
  * the pair's size is 1. What is proven is that all facets of the surface but those in F's plane are at least D +
  * NEAR_DEPTH_MARGIN away; and D is greater than the tolerance (near_features_span sees to that). Claim: a search from
  * nothing ends with an axis within 2^-17 of n, and so reads F off it.
@@ -36,6 +36,7 @@
 #define COLLIDED_NARROW_POLYTOPE_DEPTH_H
 
 #include "gjk.h"
+#include "hull_seek.h"
 
 /* True when both cores are points, segments, boxes or hulls. */
 bool polytope_depth_applies(const unit_pair *p);
@@ -44,9 +45,13 @@ bool polytope_depth_applies(const unit_pair *p);
  * many points: epa_depth has to answer, *out is as if nothing had been tried but for the count of iterations. */
 bool polytope_depth(const unit_pair *p, const narrow_goal *goal, const gjk_result *start, span *out);
 
-/* For two hulls that lie deep in each other, without GJK: from the octahedron of six support points, if it holds the
- * origin. False: they do not, or it does not, or as above; *out counts for nothing. */
+/* For two hulls, or a box and a hull, that lie deep in each other, without GJK: from the octahedron of six support
+ * points, if it holds the origin. False: they do not, or it does not, or as above; *out counts for nothing. */
 bool polytope_depth_at_once(const unit_pair *p, const narrow_goal *goal, span *out);
+
+/* The same from four corners that hull_seek found. False: as above, or the overlap is too shallow to go without care.
+ */
+bool polytope_depth_from(const unit_pair *p, const narrow_goal *goal, const hull_corners *holds, span *out);
 
 /* The answer of a search from nothing, to the bit, by the surface in p->shell; it is kept up. False: that cannot be
  * told, and *out counts for nothing. `nearest`: the facet that won before; nothing is believed of it. */

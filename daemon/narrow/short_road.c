@@ -170,13 +170,14 @@ bool short_road_recall(const shape *a, const shape *b, const pose *b_in_a, const
     narrow_cache *cache, narrow_result *out)
 {
     narrow_features *nearest = &cache->nearest;
-    bool like = a->type == b->type && (a->type == SHAPE_BOX || near_features_scans(a, b));
+    bool like = a->type == b->type ? a->type == SHAPE_BOX || near_features_scans(a, b)
+                                   : nearest->deep && a->type == SHAPE_BOX && near_features_name_depths(a, b);
     bool plain =
         request->facts == NARROW_DISTANCE && request->range == INFINITY && request->engine == NARROW_ENGINE_AUTO;
     if (!nearest->count_a || !like || !plain) return false;
     unit_pair p;
     pair_of(a, reach_of(a), b, reach_of(b), b_in_a, &p);
-    if (a->type == SHAPE_HULL) p.excess = (a->hull->excess + b->hull->excess) * p.scale;
+    if (b->type == SHAPE_HULL) p.excess = ((a->type == SHAPE_HULL ? a->hull->excess : 0) + b->hull->excess) * p.scale;
     narrow_goal goal = goal_of_distance(&p, a, b, request);
     span s;
     p.shell = cache->shell;

@@ -97,6 +97,11 @@ void unit_pair_nearest_to(const unit_pair *p, vec3 axis, support_hints *hints, m
         a = core_hull(p->a.hull, p->scale, axis, &hints->a);
         b_local = core_hull(p->b.hull, p->scale, back, &hints->b);
         m->vertex_a = hints->a, m->vertex_b = hints->b;
+    } else if (p->a.type == SHAPE_BOX && p->b.type == SHAPE_HULL) {
+        m->vertex_a = (signbit(axis.x) ? 0 : 1U) | (signbit(axis.y) ? 0 : 2U) | (signbit(axis.z) ? 0 : 4U);
+        a = box_corner(p->a.half, m->vertex_a);
+        b_local = core_hull(p->b.hull, p->scale, back, &hints->b);
+        m->vertex_b = hints->b;
     } else {
         a = core_shaved(&p->a, p->scale, p->shaved_a, axis, &hints->a);
         b_local = core_shaved(&p->b, p->scale, p->shaved_b, back, &hints->b);

@@ -64,8 +64,14 @@ typedef struct span {
 typedef struct minkowski {
     vec3 w, a, b;
     vec3 b_local;                /* b in B's frame: unlike b not rounded */
-    uint32_t vertex_a, vertex_b; /* of two hulls: which they are */
+    uint32_t vertex_a, vertex_b; /* of two hulls, or a box and a hull: which they are */
 } minkowski;
+
+/* A box's corners by number: bit k is set at the high side of axis k. */
+static inline vec3 box_corner(vec3 half, uint32_t i)
+{
+    return vec(i & 1 ? half.x : -half.x, i & 2 ? half.y : -half.y, i & 4 ? half.z : -half.z);
+}
 
 /* The least power of two above the largest number of a pair (1 when all are zero), and its inverse: both finite and
  * normal. */

@@ -480,12 +480,15 @@ static void count_outcomes(world *w)
     }
 }
 
-/* Hulls that overlap remember the surface that proved their depth: from the next tick on, until the pair ends. */
+/* Hulls that overlap, or a hull and a box, remember the surface that proved their depth: from the next tick on, until
+ * the pair ends. */
 static void lend_shells(world *w)
 {
     for (size_t i = w->bounds; i < w->open.count && w->options.caches; i++) {
         pair *p = &w->pairs.at[w->active_pairs.at[w->open.at[i]]];
-        bool hulls = w->solids.at[p->a].shape.type == SHAPE_HULL && w->solids.at[p->b].shape.type == SHAPE_HULL;
+        shape_type a = w->solids.at[p->a].shape.type, b = w->solids.at[p->b].shape.type;
+        bool hulls =
+            (a == SHAPE_HULL || a == SHAPE_BOX) && (b == SHAPE_HULL || b == SHAPE_BOX) && a + b != 2 * SHAPE_BOX;
         if (hulls && w->results.at[i].hi < 0 && !p->cache.shell)
             p->cache.shell = base_zalloc(1, sizeof *p->cache.shell);
     }
