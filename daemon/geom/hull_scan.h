@@ -20,7 +20,8 @@ uint32_t hull_scan(const hull *h, vec3 direction);
  * how many there are, or `most` + 1 if more. For the same hulls. */
 uint32_t hull_scan_above(const hull *h, vec3 direction, double cut, uint16_t *found, uint32_t most);
 
-/* The greatest computed dot(direction, v) itself: -INFINITY for a direction that is not a number. For hulls of any size.
+/* The greatest computed dot(direction, v) itself: -INFINITY for a direction that is not a number. For hulls of any
+ * size.
  */
 double hull_scan_top(const hull *h, vec3 direction);
 

@@ -36,8 +36,8 @@ static inline bool is_everyday(const shape *a, const shape *b, double size)
 }
 
 /* As unit_pair_separation, of two hulls as they are: how high each reaches is enough, the support points are not looked
- * for. Rounding: as there but for B's heights, whose direction is turned into its frame (3 u) and which are products and
- * sums of their own (3 u), and a sum more; so half of its bound on top is more than enough. */
+ * for. Rounding: as there but for B's heights, whose direction is turned into its frame (3 u) and which are products
+ * and sums of their own (3 u), and a sum more; so half of its bound on top is more than enough. */
 static double hulls_separation(const shape *a, const shape *b, const pose *b_in_a, double size, vec3 axis)
 {
     vec3 back = mat_tmul(quat_matrix(b_in_a->q), vec_neg(axis));

@@ -169,6 +169,29 @@ static void a_change_of_rules_begins_and_ends_and_says_that_it_was_the_filter(vo
     world_destroy(w);
 }
 
+/* A pair that was proven apart by more than was asked then, and stands where it stood. */
+static void a_padding_that_comes_later_reaches_a_pair_that_was_apart(void **state)
+{
+    (void)state;
+    filter_rule far = {.pattern = "a", .padding = 0.16}, near = {.pattern = "a", .padding = 0.14};
+    world *w = watched_world(WORLD_TOUCH, 0);
+    put(w, WORLD_NONE, (actor){"a", 0, 1, 1, false, NULL});
+    uint32_t id = put(w, WORLD_NONE, (actor){"b", 2.15, 1, 1, false, NULL});
+    for (int tick = 1; tick < 3; tick++) {
+        const world_batch *b = scene_tick(w, tick);
+        assert_true(!b || !b->count);
+        assert_int_equal(world_get_figures(w).pairs, 1);
+        world_move_body(w, id, (pose){{2.15, 0, 0}, {1, 0, 0, 0}}, tick, NULL, NULL);
+    }
+    put(w, id, (actor){"b", 2.15, 1, 1, false, &far});
+    const world_batch *begins = scene_tick(w, 3);
+    assert_true(begins && begins->count == 1 && begins->events[0].kind == EVENT_BEGIN);
+    put(w, id, (actor){"b", 2.15, 1, 1, false, &near});
+    const world_batch *ends = scene_tick(w, 4);
+    assert_true(ends && ends->count == 1 && ends->events[0].kind == EVENT_END);
+    world_destroy(w);
+}
+
 static void explain_tells_the_way_and_the_padding(void **state)
 {
     (void)state;
@@ -244,6 +267,7 @@ int main(void)
         cmocka_unit_test(negative_padding_lets_a_pair_sink_in),
         cmocka_unit_test(a_margin_tells_distances_from_farther_away_and_the_larger_rule_counts),
         cmocka_unit_test(a_change_of_rules_begins_and_ends_and_says_that_it_was_the_filter),
+        cmocka_unit_test(a_padding_that_comes_later_reaches_a_pair_that_was_apart),
         cmocka_unit_test(explain_tells_the_way_and_the_padding),
         cmocka_unit_test(rules_are_matched_once_for_two_bodies),
     };
