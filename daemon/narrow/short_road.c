@@ -40,6 +40,8 @@ static inline void pair_of(
     p->size = reach_a * p->scale + reach_b * p->scale + vec_norm(p->b_in_a.t);
     p->error = unit_error(p->size);
     p->shell = NULL;
+    p->apart_along = VEC_ZERO;
+    p->remembers = false;
     p->shaved_a = p->shaved_b = p->excess = p->deviation = 0;
 }
 
