@@ -5,7 +5,7 @@
  * pair's own past.
  *
  * What a feature pair F is: vertices S_A of A and S_B of B (one and one, one and two, one and three, two and two); for
- * boxes the sides that the nearest points lie on. Its formula gives the unit normal n of the plane, edge or pair of
+ * boxes, one of which may overlap a hull, the sides that the nearest points lie on. Its formula gives the unit normal n of the plane, edge or pair of
  * edges, the nearest points as weighted means of the vertices, lo = the least n.(b - a) of the pair, hi = the points'
  * distance. F is *strict* when
  *   1. every weight is above a margin, and edges and triangles are no slivers;
