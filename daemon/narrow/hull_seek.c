@@ -148,7 +148,7 @@ static hull_seek_end tell_inside(const seeker *s, hull_corners *holds)
     return HULL_SEEK_INSIDE;
 }
 
-hull_seek_end hull_seek(const unit_pair *p, int patience, narrow_features *out, hull_corners *holds)
+hull_seek_end hull_seek(const unit_pair *p, int patience, bool proposes, narrow_features *out, hull_corners *holds)
 {
     seeker s;
     bool apart = false;
@@ -158,8 +158,8 @@ hull_seek_end hull_seek(const unit_pair *p, int patience, narrow_features *out, 
         corner c = corner_along(p, s.nearest);
         double along = vec_dot(c.w, s.nearest);
         apart |= along > 0;
-        if (apart && patience == HULL_SEEK_OVERLAPS) return HULL_SEEK_APART;
-        if (!apart && patience != HULL_SEEK_OVERLAPS && i + 1 >= patience) return HULL_SEEK_UNKNOWN;
+        if (apart && !proposes) return HULL_SEEK_APART;
+        if (!apart && i + 1 >= patience) return HULL_SEEK_UNKNOWN;
         if (s.count && (known(&s, &c) || !(along < s.norm2 * (1 - NO_NEARER)))) return propose(&s, out);
         s.at[s.count++] = c;
         if (!reduce(&s)) return apart ? HULL_SEEK_APART : tell_inside(&s, holds);

@@ -20,11 +20,10 @@ typedef struct hull_corners { /* by the vertices that they are made of (box_corn
     uint16_t a[4], b[4];
 } hull_corners;
 
-/* In place of a patience: to the end; and until it is known whether they overlap. */
-enum { HULL_SEEK_OVERLAPS = 0, HULL_SEEK_GAPS = 1 << 20 };
+enum { HULL_SEEK_ON = 1 << 20 }; /* a patience without end */
 
 /* For two hulls of up to HULL_SCAN_MAX vertices, or a box and such a hull. `patience`: the number of axes after which
- * it is given up unless along one of them they are apart. */
-hull_seek_end hull_seek(const unit_pair *p, int patience, narrow_features *out, hull_corners *holds);
+ * it is given up unless along one of them they are apart. Unless it `proposes`, it ends as soon as they are. */
+hull_seek_end hull_seek(const unit_pair *p, int patience, bool proposes, narrow_features *out, hull_corners *holds);
 
 #endif

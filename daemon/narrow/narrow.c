@@ -93,6 +93,14 @@ static void build_manifold(
         manifold_build(a, b, &t, result->axis, result->point_a, result->point_b, threshold, &result->manifold);
 }
 
+/* What changes the time of an answer and no bit of it. */
+static void remember(unit_pair *p, const narrow_cache *cache)
+{
+    p->shell = cache->shell;
+    p->remembers = vec_norm2(cache->axis) > 0;
+    if (cache->lower > 0) p->apart_along = cache->axis;
+}
+
 /* The answer of the search in doubles, in A's frame. */
 static void search(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
     narrow_cache *cache, narrow_scratch *scratch, unit_pair *p, narrow_result *result)
@@ -110,7 +118,7 @@ static void search(const shape *a, const shape *b, const pose *b_in_a, const nar
     narrow_goal g = goal_of(p, request);
     bool gaps = near_features_apply(p, &g) || rim_features_apply(p, &g);
     bool depths = near_features_reach_depths(p, &g), by_features = gaps || depths;
-    if (cache && by_features) p->shell = cache->shell;
+    if (cache && by_features) remember(p, cache);
     if (!by_features || !recall(p, request, &g, cache, &s, result))
         answer(a, b, b_in_a, request, cache, scratch, p, &g, &s, result);
     if (!gaps && !s.nearest.deep) s.nearest.count_a = 0; /* a proposal that nobody has tested */

@@ -177,18 +177,25 @@ static bool finish_depth(const unit_pair *p, const narrow_goal *goal, span *out)
     return true;
 }
 
-/* From four corners of B - A with the origin between them; or, if `gaps` are asked for, by the features of one. */
-static bool settle_at_once(const unit_pair *p, const narrow_goal *goal, bool gaps, span *out)
+/* From four corners of B - A with the origin between them; or, if features of a gap are to be proposed, by these. */
+static bool settle_at_once(const unit_pair *p, const narrow_goal *goal, bool proposes, span *out)
 {
     narrow_features f = {.count_a = 0};
     narrow_goal closely = *goal;
     hull_corners holds;
     closely.tolerance = goal->finest;
     if (polytope_depth_at_once(p, &closely, out)) return finish_depth(p, goal, out);
-    hull_seek_end end = hull_seek(p, gaps ? HULL_SEEK_GAPS : HULL_SEEK_OVERLAPS, &f, &holds);
-    if (end == HULL_SEEK_PROPOSES) return gaps && near_features_span(p, goal, &f, out);
+    hull_seek_end end = hull_seek(p, HULL_SEEK_ON, proposes, &f, &holds);
+    if (end == HULL_SEEK_PROPOSES) return near_features_span(p, goal, &f, out);
     if (end != HULL_SEEK_INSIDE) return false;
     return polytope_depth_from(p, &closely, &holds, out) && finish_depth(p, goal, out);
+}
+
+/* And still are, surely. */
+static bool were_apart(const unit_pair *p)
+{
+    vec3 axis = p->apart_along;
+    return vec_norm2(axis) > 0 && vec_dot(axis, unit_pair_nearest_along(p, axis).w) > 2 * p->error;
 }
 
 bool near_features_at_once(const unit_pair *p, const narrow_goal *goal, span *out)
@@ -198,12 +205,14 @@ bool near_features_at_once(const unit_pair *p, const narrow_goal *goal, span *ou
     if ((p->a.type != SHAPE_HULL && p->a.type != SHAPE_BOX) || p->b.type != SHAPE_HULL) return false;
     bool gaps = near_features_apply(p, goal), depths = near_features_reach_depths(p, goal);
     if (!gaps && !depths) return false;
-    hull_seek_end end = gaps ? hull_seek(p, FIRST_LOOK, &f, &unused) : HULL_SEEK_UNKNOWN;
+    if (were_apart(p)) return false;
+    bool proposes = gaps && !p->remembers;
+    hull_seek_end end = gaps ? hull_seek(p, FIRST_LOOK, proposes, &f, &unused) : HULL_SEEK_UNKNOWN;
     if (end != HULL_SEEK_UNKNOWN) return end == HULL_SEEK_PROPOSES && near_features_span(p, goal, &f, out);
     if (!depths) return false;
     /* the same bits; with room for a surface, the search leaves one for the next frame, which is quicker still */
     bool axes = !p->shell && hull_axes_apply(p) && (gaps || !hull_axes_parted(p));
-    return (axes && hull_axes_depth(p, goal, out)) || settle_at_once(p, goal, gaps, out);
+    return (axes && hull_axes_depth(p, goal, out)) || settle_at_once(p, goal, proposes, out);
 }
 
 static bool seek(const unit_pair *p, const narrow_goal *goal, const narrow_features *from, span *out)

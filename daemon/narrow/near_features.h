@@ -5,9 +5,9 @@
  * pair's own past.
  *
  * What a feature pair F is: vertices S_A of A and S_B of B (one and one, one and two, one and three, two and two); for
- * boxes the sides that the nearest points lie on. Its formula gives the unit normal n of the plane, edge or pair of
- * edges, the nearest points as weighted means of the vertices, lo = the least n.(b - a) of the pair, hi = the points'
- * distance. F is *strict* when
+ * boxes, one of which may overlap a hull, the sides that the nearest points lie on. Its formula gives the unit normal n
+ * of the plane, edge or pair of edges, the nearest points as weighted means of the vertices, lo = the least n.(b - a)
+ * of the pair, hi = the points' distance. F is *strict* when
  *   1. every weight is above a margin, and edges and triangles are no slivers;
  *   2. every other vertex of A is lower along n, and every other one of B higher, by more than a margin (of boxes: n
  *      points out of each of the sides by more than a margin);

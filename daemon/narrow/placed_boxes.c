@@ -215,6 +215,8 @@ INLINE double to_frame_of_a(const placed *q, const unit_pair *from, const mat3 *
     p->shaved_a = p->shaved_b = p->deviation = p->excess = 0;
     p->shell = NULL;
     p->stand = NULL;
+    p->apart_along = VEC_ZERO;
+    p->remembers = false;
     return by;
 }
 

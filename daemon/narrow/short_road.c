@@ -41,6 +41,8 @@ static inline void pair_of(
     p->error = unit_error(p->size);
     p->stand = NULL;
     p->shell = NULL;
+    p->apart_along = VEC_ZERO;
+    p->remembers = false;
     p->shaved_a = p->shaved_b = p->excess = p->deviation = 0;
 }
 

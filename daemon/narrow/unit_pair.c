@@ -71,6 +71,8 @@ void unit_pair_init(unit_pair *p, const shape *a, const shape *b, const pose *b_
     p->radius = p->a.radius + p->b.radius;
     p->stand = NULL;
     p->shell = NULL;
+    p->apart_along = VEC_ZERO;
+    p->remembers = false;
     p->size = reach_a * p->scale + reach_b * p->scale + vec_norm(p->b_in_a.t);
     if (is_plane(a) || is_plane(b)) p->size *= 2; /* a plane turns about its origin, as far as to where the other is */
     p->error = error_share(a, b) * unit_error(p->size);

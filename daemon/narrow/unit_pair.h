@@ -27,6 +27,8 @@ typedef struct unit_pair {
     double deviation; /* of a plus of b: only upper bounds need it */
     const struct box_stand *stand; /* two boxes of which features are tried where they stand, or NULL */
     narrow_shell *shell;           /* where a search for the depth of hulls leaves its surface; may be NULL */
+    vec3 apart_along;              /* of a pair that remembers: it was apart along that axis; else zero */
+    bool remembers;                /* it was asked about before: strict features are not to be sought, but remembered */
     double excess; /* by which points that hulls were made of may be outside of them: only lower bounds need it */
 } unit_pair;
 
