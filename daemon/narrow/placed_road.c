@@ -75,8 +75,9 @@ INLINE bool two_capsules(const placed *q, narrow_result *out)
     if (q->everyday && !(p.size > LEAST_EVERYDAY && max_of(p.size, norm2) < GREATEST_EVERYDAY)) return false;
     if (!is_noticed(q, norm2)) return false;
     p.error = unit_error(p.size) + unit_error(1) * s.hi;
-    vec3 towards = s.axis = vec_scale(v, s.hi * (1 / norm2)); /* the quotient and the root are found side by side */
-    s.lo = apart_along(&g, s.axis);
+    double per = s.hi * (1 / norm2); /* the quotient and the root are found side by side, and what is along v, too */
+    vec3 towards = s.axis = vec_scale(v, per);
+    s.lo = apart_along(&g, v) * per;
     if (!(s.hi - s.lo <= 0.25 * p.error)) {
         s.axis = sharper_axis(&g, across, s_a, s_b, v);
         s.lo = apart_along(&g, s.axis);
@@ -99,16 +100,17 @@ static bool ellipsoids_placed(const narrow_placed *a, const narrow_placed *b, co
     return (measure ? placed_by_relative_pose : two_ellipsoids_placed)(a, b, request, cache, scratch, result);
 }
 
-#define ALL_ROWS(two_balls, ball_and_box)                                                                              \
+#define ALL_ROWS(two_balls, ball_and_box, two_capsules)                                                                \
     {                                                                                                                  \
         [PLACED_BALL] = {{two_balls, ball_and_capsule_placed, ball_and_box, GENERAL, GENERAL}},                        \
-        [PLACED_CAPSULE] = {{GENERAL, two_capsules_placed, capsule_and_box_placed, GENERAL, GENERAL}},                 \
+        [PLACED_CAPSULE] = {{GENERAL, two_capsules, capsule_and_box_placed, GENERAL, GENERAL}},                        \
         [PLACED_BOX] = {{GENERAL, GENERAL, two_boxes_placed, GENERAL, GENERAL}},                                       \
         [PLACED_ELLIPSOID] = {{GENERAL, GENERAL, GENERAL, ellipsoids_placed, GENERAL}},                                \
         [PLACED_OTHER] = {{GENERAL, GENERAL, GENERAL, GENERAL, GENERAL}},                                              \
     }
-static const placed_row ROWS[PLACED_KINDS] = ALL_ROWS(two_balls_placed, ball_and_box_placed);
-static const placed_row ROWS_WIDE[PLACED_KINDS] = ALL_ROWS(two_balls_placed_wide, ball_and_box_placed_wide);
+static const placed_row ROWS[PLACED_KINDS] = ALL_ROWS(two_balls_placed, ball_and_box_placed, two_capsules_placed);
+static const placed_row ROWS_WIDE[PLACED_KINDS] =
+    ALL_ROWS(two_balls_placed_wide, ball_and_box_placed_wide, two_capsules_placed_wide);
 
 narrow_placed narrow_placed_at(const shape *s, pose at)
 {
