@@ -65,13 +65,11 @@ typedef struct narrow_result {
                               by its norm; of hulls, of all the points they were made of. By doubles: 16 ulp (u = 2^-53)
                               of the reaches plus the distance on both sides; where that is too wide for the request,
                               `refined`; beside a mesh or a half-space 32 ulp, of hulls that overlap up to 48. Where
-                              shapes stand (narrow_query_placed, narrow_query_world): of a ball and a box 20 of its
-                              radius, 24 of the box's reach and 28 of the gap; of two capsules 20 of the reaches; of a
-                              capsule whose core is in a box 20, else 2 more of the gap; by the first of two boxes 24,
-                              that overlap 48, of verdicts of ellipsoids 32. Beside a
-                              compound 64 and what its parts have.
-                              Touching shapes give lo <= 0 <= hi. Two half-spaces that no
-                              translation separates: both -INFINITY; those that are back to back but for
+                              shapes stand (narrow_query_placed, narrow_query_world): of a ball and a box 24 of the
+                              reaches and 28 of the gap; of two capsules 20 of the reaches; of a capsule whose core is in a box
+                              20, else 2 more of the gap; by the first of two boxes 24,         that overlap 48, of verdicts of
+                              ellipsoids 32. Beside a         compound 64 and what its parts have.         Touching shapes give lo <= 0 <= hi.
+                              Two half-spaces that no         translation separates: both -INFINITY; those that are back to back but for
                               4 u count as parallel, and have the distance of the planes. Of shapes with a deviation: of what
                               they stand for, which need not be convex, so that hi is at least the sum of
                               the deviations */

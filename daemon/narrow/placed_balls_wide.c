@@ -28,9 +28,9 @@ LANES_INLINE bool two_capsules(const placed *q, narrow_result *out)
     }
     lanes point_a = triple_scale(a, s_a), point_b = t + triple_scale(b, s_b), v = point_b - point_a;
     double norm2 = triple_norm2(v), distance = sqrt(norm2);
-    p.size = 1.25 * ((q->at_a->reach + q->at_b->reach) * p.scale);
+    p.size = (q->at_a->reach + q->at_b->reach) * p.scale;
     if (!(p.size > LEAST_EVERYDAY && max_of(p.size, norm2) < GREATEST_EVERYDAY) || !is_noticed(q, norm2)) return false;
-    p.error = unit_error(p.size) + unit_error(1) * distance;
+    p.error = unit_error(1.25) * p.size + unit_error(1) * distance;
     double per = inverse_of(norm2, distance);
     lanes axis = triple_scale(v, per), along = triple_sums(v * t, v * a, v * b);
     span s = {.hi = distance, .method = NARROW_BY_CLOSED_FORM, .iterations = 1};

@@ -71,10 +71,10 @@ INLINE bool two_capsules(const placed *q, narrow_result *out)
     vec3 v = vec_sub(s.point_b, s.point_a);
     double norm2 = vec_norm2(v);
     s.hi = sqrt(norm2);
-    p.size = 1.25 * ((q->at_a->reach + q->at_b->reach) * p.scale);
+    p.size = (q->at_a->reach + q->at_b->reach) * p.scale;
     if (q->everyday && !(p.size > LEAST_EVERYDAY && max_of(p.size, norm2) < GREATEST_EVERYDAY)) return false;
     if (!is_noticed(q, norm2)) return false;
-    p.error = unit_error(p.size) + unit_error(1) * s.hi;
+    p.error = unit_error(1.25) * p.size + unit_error(1) * s.hi;
     double per = s.hi * (1 / norm2); /* the quotient and the root are found side by side, and what is along v, too */
     vec3 towards = s.axis = vec_scale(v, per);
     s.lo = apart_along(&g, v) * per;
