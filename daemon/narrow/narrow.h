@@ -64,21 +64,21 @@ typedef struct narrow_result {
     double lo, hi;         /* m; lo <= signed distance <= hi, of the shapes at the poses given, each quaternion divided
                               by its norm; of hulls, of all the points they were made of. By doubles: 16 ulp (u = 2^-53)
                               of the reaches plus the distance on both sides; where that is too wide for the request,
-                              `refined`; beside a mesh or a half-space 32 ulp, of hulls that overlap, or a
-                              hull and a box, up to 48. Where
-                              shapes stand (narrow_query_placed, narrow_query_world): of a capsule whose core is in a
-                              box 20, else 2 more of the gap; by the first of two boxes 24, that overlap 48, of
-                              verdicts of ellipsoids 32. Beside a
-                              compound 64 and what its parts have.
+                              `refined`; beside a mesh or a half-space 32 ulp, of hulls that overlap, or a hull and a
+                              box, up to 48. Where
+                              shapes stand (narrow_query_placed, narrow_query_world): of a ball and a box 24 of the
+                              reaches and 28 of the gap; of two capsules 20 of the reaches; of a capsule whose core is
+                              in a box 20, else 2 more of the gap; by the first of two boxes 24, that overlap 48, of
+                              verdicts of ellipsoids 32. Beside a compound 64 and what its parts have.
                               Touching shapes give lo <= 0 <= hi. Two half-spaces that no
                               translation separates: both -INFINITY; those that are back to back but for
                               4 u count as parallel, and have the distance of the planes. Of shapes with a deviation: of what
                               they stand for, which need not be convex, so that hi is at least the sum of
                               the deviations */
-    vec3 axis;             /* unit, from A towards B. It proves lo: min over B of axis.x - max over A of axis.x >= lo.
-                              Moving B along it by -lo (and rounding) separates. Of a mesh or a compound, which are
-                              not convex, it proves no positive lo: every triangle or child was looked at or ruled
-                              out; and of their overlap only that that move separates them */
+    vec3 axis;             /* unit (but for 16 u), from A towards B. It proves lo: min over B of axis.x - max over A of
+                              axis.x >= lo. Moving B along it by -lo (and rounding) separates. Of a mesh or a compound,
+                              which are not convex, it proves no positive lo: every triangle or child was looked at or
+                              ruled out; and of their overlap only that that move separates them */
     vec3 point_a, point_b; /* on the surfaces (radius included). Separated: |point_b - point_a| proves hi. Overlapping:
                               the deepest points along axis */
     manifold manifold;     /* with NARROW_MANIFOLD */

@@ -14,7 +14,7 @@
  *     another 10 e: less than 28 e + 24 g + 18 r.
  *   The centre in the box: R't by 11.2 g, its height and sum by 3 g; along a column of R the product by 4.7 g, the
  *     height by 6.5 g, and its length, made 1, by 6.5 g: less than 24 g + 9 r.
- * The error is 28 e + 24 g + 20 r. */
+ * The error is 28 e + 24 (g + r). */
 #ifndef COLLIDED_NARROW_PLACED_BALLS_H
 #define COLLIDED_NARROW_PLACED_BALLS_H
 
@@ -93,9 +93,9 @@ INLINE bool ball_and_box(const placed *q, narrow_result *out)
     triple beyond = triple_sub(triple_abs(at), scaled(q, &p, triple_load(&q->at_b->half)));
     triple v = triple_signed(beyond, at);
     double norm2 = triple_norm2(v), distance = sqrt(norm2);
-    p.size = 1.25 * p.a.radius + 1.5 * (q->at_b->reach * p.scale);
+    p.size = p.a.radius + q->at_b->reach * p.scale;
     if (q->everyday && !(p.size > LEAST_EVERYDAY && max_of(p.size, norm2) < GREATEST_EVERYDAY)) return false;
-    p.error = unit_error(p.size) + unit_error(1.75) * distance;
+    p.error = unit_error(1.5) * p.size + unit_error(1.75) * distance;
     if (__builtin_expect(is_noticed(q, norm2), true))
         return end_of_ball(q, &p, distance, triple_scale(triple_mul(turn, v), inverse_of(norm2, distance)), out);
     triple axis;

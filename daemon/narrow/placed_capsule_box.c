@@ -193,8 +193,8 @@ INLINE bool capsule_and_box(const placed *q, narrow_result *out)
     if (!is_in_range(q, &p)) return false;
     const mat3 *turn = &q->at_b->turn;
     vec3 along = q->at_a->turn.z;
-    const beam g = {vec_neg(mat_tmul(*turn, p.b_in_a.t)), mat_tmul(*turn, along), vec_scale(q->b->half, p.scale),
-        q->a->half.z * p.scale, TOUCHING * TOUCHING * p.size * p.size};
+    const beam g = {vec_neg(mat_tmul(*turn, p.b_in_a.t)), mat_tmul(*turn, along), vec_scale(q->at_b->half, p.scale),
+        q->at_a->half.z * p.scale, TOUCHING * TOUCHING * p.size * p.size};
     beam_place at;
     gap found;
     double close = 0.25 * p.error;

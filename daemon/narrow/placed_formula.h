@@ -111,9 +111,9 @@ INLINE bool end(const placed *q, const unit_pair *p, const span *s, vec3 towards
         return formula(&q, result) || formula##_otherwise(a, b, request, cache, scratch, result);                      \
     }
 
-placed_road ball_and_capsule_placed, two_capsules_placed; /* placed_road.c */
-placed_road capsule_and_box_placed;                       /* placed_capsule_box.c */
-placed_road two_boxes_placed;                             /* placed_boxes.c */
-placed_road two_ellipsoids_placed;                        /* placed_ellipsoids.c */
+placed_road ball_and_capsule_placed; /* placed_road.c */
+placed_road capsule_and_box_placed;  /* placed_capsule_box.c */
+placed_road two_boxes_placed;        /* placed_boxes.c */
+placed_road two_ellipsoids_placed;   /* placed_ellipsoids.c */
 
 #endif

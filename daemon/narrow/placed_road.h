@@ -32,6 +32,7 @@ typedef struct placed_row {
 
 /* placed_balls.c; and wide: with registers of 32 bytes, for processors that have them (lanes.h). The same bits. */
 placed_road two_balls_placed, two_balls_placed_wide, ball_and_box_placed, ball_and_box_placed_wide;
+placed_road two_capsules_placed, two_capsules_placed_wide; /* placed_road.c, placed_balls_wide.c */
 
 /* What answers for this pair: a formula, unless a manifold is asked for. */
 static inline placed_road *placed_road_for(const narrow_placed *a, const narrow_placed *b, const narrow_request *r)

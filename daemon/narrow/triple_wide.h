@@ -50,13 +50,18 @@ LANES_INLINE double triple_norm2(triple v)
     return squares[0] + squares[1] + squares[2];
 }
 
-/* m' v */
-LANES_INLINE triple triple_tmul(const mat3 *m, triple v)
+/* Of each of the three the sum of its coordinates. */
+LANES_INLINE triple triple_sums(triple x, triple y, triple z)
 {
-    lanes x = triple_load(&m->x) * v, y = triple_load(&m->y) * v, z = triple_load(&m->z) * v;
     lanes first = __builtin_shufflevector(x, y, 0, 4, 2, 6), second = __builtin_shufflevector(x, y, 1, 5, 3, 7);
     return __builtin_shufflevector(first, z, 0, 1, 4, 5) + __builtin_shufflevector(second, z, 0, 1, 5, 4) +
            __builtin_shufflevector(first, z, 2, 3, 6, 7);
+}
+
+/* m' v */
+LANES_INLINE triple triple_tmul(const mat3 *m, triple v)
+{
+    return triple_sums(triple_load(&m->x) * v, triple_load(&m->y) * v, triple_load(&m->z) * v);
 }
 
 /* m v */
