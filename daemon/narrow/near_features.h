@@ -57,8 +57,9 @@ bool near_features_reach_depths(const unit_pair *p, const narrow_goal *goal);
  * it is one only where all other facets of B - A are known to be farther away. */
 bool near_features_span(const unit_pair *p, const narrow_goal *goal, const narrow_features *f, span *out);
 
-/* The answer from what the pair remembers: its features, those that a descent from them ends at (hulls alone), or where
- * it overlapped the surface in p->shell (polytope_depth.h). For pairs and goals that apply. */
+/* The answer from what the pair remembers: its features, those that a descent from them ends at (hulls here; boxes
+ * where they stand, placed_box_features.h), or where it overlapped the surface in p->shell (polytope_depth.h). For
+ * pairs and goals that apply. */
 bool near_features_recall(const unit_pair *p, const narrow_goal *goal, const narrow_features *nearest, span *out);
 
 /* The end of a search from nothing: *s is its bracket and may hold a proposal; it becomes the answer of the strict
