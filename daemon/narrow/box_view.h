@@ -36,9 +36,10 @@ LANES_INLINE lanes lanes_abs(lanes v)
 
 LANES_INLINE lanes lanes_clamp(lanes v, lanes most) /* -most <= v <= most */
 {
-    lanes size = lanes_abs(v);
-    for (int k = 0; k < LANES; k++) size[k] = size[k] < most[k] ? size[k] : most[k];
-    return (lanes)((lane_mask)size | lanes_sign(v));
+    lanes least = 0 - most;
+    for (int k = 0; k < LANES; k++) v[k] = v[k] < most[k] ? v[k] : most[k];
+    for (int k = 0; k < LANES; k++) v[k] = v[k] > least[k] ? v[k] : least[k];
+    return v;
 }
 
 LANES_INLINE lanes3 lanes3_transposed(lanes3 m)
