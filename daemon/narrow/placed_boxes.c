@@ -357,7 +357,7 @@ INLINE bool verdict_by_face(const placed *q, narrow_result *out)
     unsigned face;
     if (!prepare(q, &p)) return false;
     box_view_of(q->at_a, q->at_b, p.scale, &v);
-    double enough = q->request->threshold * p.scale + p.radius + p.error, most = box_view_most(&v, &face);
+    double enough = q->request->threshold * p.scale + p.radius + p.error, most = box_view_most_above(&v, &face);
     return most > enough && most > 0 && apart_by_face(q, &p, &v, face, most, out);
 }
 
