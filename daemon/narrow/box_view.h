@@ -7,6 +7,8 @@
 #include "lanes.h"
 #include "narrow.h"
 
+#include <string.h>
+
 /* What is told of three axes is in the first three of four lanes: of A's in 0 to 2, of B's in 4 to 6. */
 enum { BOX_VIEW = 2 * LANES };
 
@@ -36,9 +38,10 @@ LANES_INLINE lanes lanes_abs(lanes v)
 
 LANES_INLINE lanes lanes_clamp(lanes v, lanes most) /* -most <= v <= most */
 {
-    lanes size = lanes_abs(v);
-    for (int k = 0; k < LANES; k++) size[k] = size[k] < most[k] ? size[k] : most[k];
-    return (lanes)((lane_mask)size | lanes_sign(v));
+    lanes least = 0 - most;
+    for (int k = 0; k < LANES; k++) v[k] = v[k] < most[k] ? v[k] : most[k];
+    for (int k = 0; k < LANES; k++) v[k] = v[k] > least[k] ? v[k] : least[k];
+    return v;
 }
 
 LANES_INLINE lanes3 lanes3_transposed(lanes3 m)
@@ -99,6 +102,20 @@ LANES_INLINE double box_view_most(const box_view *v, unsigned *face)
 {
     double most = lanes_greatest(v->by_a, v->by_b);
     *face = (unsigned)__builtin_ctz(lanes_bits(v->by_a == most) | lanes_bits(v->by_b == most) << LANES | 1u << 7);
+    return most;
+}
+
+/* The same where it is above 0, and but for the last three bits, which are 0: in them each face's number goes along
+ * through the comparisons. Of faces that are equal but for those bits the first wins. */
+LANES_INLINE double box_view_most_above(const box_view *v, unsigned *face)
+{
+    const lane_mask rest = {~7, ~7, ~7, ~7}, a = {7, 6, 5, 5}, b = {3, 2, 1, 1};
+    double most = lanes_greatest((lanes)(((lane_mask)v->by_a & rest) | a), (lanes)(((lane_mask)v->by_b & rest) | b));
+    uint64_t bits;
+    memcpy(&bits, &most, sizeof bits);
+    *face = 7 - (unsigned)(bits & 7);
+    bits &= ~UINT64_C(7);
+    memcpy(&most, &bits, sizeof most);
     return most;
 }
 

@@ -63,8 +63,9 @@ bool near_features_span(const unit_pair *p, const narrow_goal *goal, const narro
  * answer, by the quickest means. False: it cannot be told by these, and *out counts for nothing. */
 bool near_features_at_once(const unit_pair *p, const narrow_goal *goal, span *out);
 
-/* The answer from what the pair remembers: its features, those that a descent from them ends at (hulls alone), or where
- * it overlapped the surface in p->shell (polytope_depth.h). For pairs and goals that apply. */
+/* The answer from what the pair remembers: its features, those that a descent from them ends at (hulls here; boxes
+ * where they stand, placed_box_features.h), or where it overlapped the surface in p->shell (polytope_depth.h). For
+ * pairs and goals that apply. */
 bool near_features_recall(const unit_pair *p, const narrow_goal *goal, const narrow_features *nearest, span *out);
 
 /* The end of a search from nothing: *s is its bracket and may hold a proposal; it becomes the answer of the strict

@@ -1,30 +1,29 @@
 /* placed_boxes: two boxes where they stand. Pure; any thread.
  *
- * Depths by the fifteen axes (box_pair.h), of which the edges' are looked at closely only where they may win; verdicts
- * that a face decides. What is apart otherwise goes on in A's frame, as on the short road, but by the product of the
- * two matrices in place of that of the quaternions.
+ * Depths by the fifteen axes (box_pair.h), of which the edges' are looked at closely only where they may win. Verdicts
+ * by the greatest separation of six faces side by side (box_view.h), else by the edges'. Distances by the features that
+ * the pair remembers, or by a guess at them (placed_box_features.h); else a search in A's frame finds them, as on the
+ * short road, but by the product of the two matrices in place of that of the quaternions. Whoever names them, the same
+ * formula answers: a cache changes no bit.
  *
  * Rounding, in u = 2^-53, of the half diagonals g of both and |t|, with e <= |t| the gap. A matrix is off by less than
  * 6.5 u (test_placed_boxes), its product with t by 4.7 u, with the other's axes by 3.7 u.
  *   lo along one axis: the heights by 6.5 and 13.9 g, t by 4.7, the product with it by 3, four sums by 4, the length of
  *     the axis by 11 e: less than 24 of them all.
- *   hi of a gap, between two points: t by 11.2, B's point by 20.4 of its length, of which that is at most g, or |t| + e
- *     and the other g, with e^2 and it below their square: less than 24 of them all.
- *   hi of a depth. Along a face's normal: the product with t by 11.2, the other's height by 16.7 and its sum by 3.
- * Along an edge's: what is computed is that of two bodies that are off by 11.2 |t| + 16.7 g, A's a box, B's one with
- * axes that are not quite orthogonal, by less than 16.7, so that its faces' normals are off by 33.4 from those that are
- *     asked about: 44.6 |t| + 33.4 g + 16.7 g and a few sums, less than 48 of them all. */
+ *   lo along an axis as it is told, of edges: t by 4, the heights by 6.5 (the matrix), 5.2 (the product) and 3 g, and
+ * lo by 3 for the axis: less than 24 of them all. hi of a gap, between two points: t by 11.2, B's point by 20.4 of its
+ * length, of which that is at most g, or |t| + e and the other g, with e^2 and it below their square: less than 24 of
+ * them all. Of points that are put in the world each by its own matrix: each by 11.7 g, t by 2, the distance by 4. hi
+ * of a depth. Along a face's normal: the product with t by 11.2, the other's height by 16.7 and its sum by 3. Along an
+ * edge's: what is computed is that of two bodies that are off by 11.2 |t| + 16.7 g, A's a box, B's one with axes that
+ * are not quite orthogonal, by less than 16.7, so that its faces' normals are off by 33.4 from those that are asked
+ * about: 44.6 |t| + 33.4 g + 16.7 g and a few sums, less than 48 of them all. */
 #include "placed_formula.h"
 
 #include "box_axes.h"
 #include "box_pair.h"
 #include "box_view.h"
 #include "placed_box_features.h"
-
-INLINE void put(double out[3], vec3 v)
-{
-    out[0] = v.x, out[1] = v.y, out[2] = v.z;
-}
 
 /* What the view tells, for the axes of edges. */
 INLINE void multiply(const unit_pair *p, const box_view *v, box_pair *x)
@@ -360,7 +359,7 @@ INLINE bool verdict_by_face(const placed *q, narrow_result *out)
     unsigned face;
     if (!prepare(q, &p)) return false;
     box_view_of(q->at_a, q->at_b, p.scale, &v);
-    double enough = q->request->threshold * p.scale + p.radius + p.error, most = box_view_most(&v, &face);
+    double enough = q->request->threshold * p.scale + p.radius + p.error, most = box_view_most_above(&v, &face);
     return most > enough && most > 0 && apart_by_face(q, &p, &v, face, most, out);
 }
 

@@ -76,6 +76,15 @@ static void mix_pair(hash *h, const shape *a, pose pa, const shape *b, pose pb)
     mix_result(h, &r);
     mix_number(h, narrow_separation(a, b, &b_in_a, r.axis, &cache.hint_a, &cache.hint_b));
     mix_vec(h, narrow_guess_axis(a, b, &b_in_a));
+    cache = (narrow_cache){.lower = 0};
+    for (int i = 0; i < 3; i++) { /* where they stand, and a little farther on */
+        narrow_placed x = narrow_placed_at(a, pa), y = narrow_placed_at(b, pb);
+        narrow_query_placed(&x, &y, &REQUESTS[i % 2 + 1], NULL, case_scratch(), &r);
+        mix_result(h, &r);
+        narrow_query_placed(&x, &y, &REQUESTS[1], &cache, case_scratch(), &r);
+        mix_result(h, &r);
+        pb.p = vec_madd(pb.p, 0.01, pa.p);
+    }
 }
 
 /* B flies through where A turns. */
