@@ -119,8 +119,8 @@ static void face_points(const box_pair *x, const minkowski *top, int index, span
     const double *half = index < FACES_B ? x->a : x->b;
     double *at[3] = {&on_face.x, &on_face.y, &on_face.z};
     int facing = index % 3;
-    for (int i = 0; i < 3; i++)
-        *at[i] = i == facing ? copysign(half[i], index < FACES_B ? x->t[i] : -x->u[i]) : clamp_to(*at[i], half[i]);
+    bool upward = index < FACES_B ? !(x->t[facing] < 0) : x->u[facing] < 0; /* as direction(): -0 is no less than 0 */
+    for (int i = 0; i < 3; i++) *at[i] = i == facing ? (upward ? half[i] : -half[i]) : clamp_to(*at[i], half[i]);
     out->point_a = index < FACES_B ? on_face : top->a;
     out->point_b = index < FACES_B ? top->b : transform_point(&p->b_in_a, on_face);
 }

@@ -135,6 +135,29 @@ static void boxes_on_a_grid_are_right_in_every_tie(void **state)
     }
 }
 
+/* Centres that coincide along the axis of the depth, by a zero of either sign: axis and witnesses agree on the side. */
+static void minus_zero_is_a_side_like_zero(void **state)
+{
+    (void)state;
+    static const quat TURNS[] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}};
+    static const vec3 HALVES[] = {{0.25, 2, 1}, {2, 0.25, 1}, {2, 1, 0.25}};
+    const narrow_request request = {.facts = NARROW_DISTANCE, .tolerance = 1e-9, .range = INFINITY};
+    for (int i = 0; i < 3 * 8 * 16; i++) {
+        vec3 half = HALVES[i % 3], at = vec(i & 1 ? -0.0 : 0, i & 2 ? -0.0 : 0, i & 4 ? -0.0 : 0);
+        shape a = {.type = SHAPE_BOX, .half = half}, b = {.type = SHAPE_BOX, .half = vec_scale(half, 0.75)};
+        pose pa = {at, TURNS[i / 8 % 4]}, pb = {VEC_ZERO, TURNS[i / 32 % 4]}, b_in_a = {at, pb.q};
+        narrow_placed on_a = narrow_placed_at(&a, pa), on_b = narrow_placed_at(&b, pb);
+        narrow_result r[3];
+        narrow_query(&a, &b, &b_in_a, &request, NULL, case_scratch(), &r[0]);
+        narrow_query_world(&a, pa, &b, pb, &request, case_scratch(), &r[1]);
+        narrow_query_placed(&on_a, &on_b, &request, NULL, case_scratch(), &r[2]);
+        for (int k = 0; k < 3; k++) {
+            double along = vec_dot(vec_sub(r[k].point_b, r[k].point_a), r[k].axis);
+            if (!(fabs(along + 0.4375) <= 1e-14)) fail_msg("case %d, road %d: %g", i, k, along);
+        }
+    }
+}
+
 /* The oracle knows nothing of shaving: the axis proves lo of the whole ellipsoids, no direction separates by more than
  * hi, and the points are of the whole ones. */
 static void shaved_ellipsoids_measure_as_whole_ones(void **state)
@@ -235,6 +258,7 @@ int main(void)
         cmocka_unit_test(the_short_road_ends_where_the_general_one_does),
         cmocka_unit_test(the_answer_for_boxes_is_that_of_the_general_road),
         cmocka_unit_test(boxes_on_a_grid_are_right_in_every_tie),
+        cmocka_unit_test(minus_zero_is_a_side_like_zero),
         cmocka_unit_test(shaved_ellipsoids_measure_as_whole_ones),
         cmocka_unit_test(where_they_stand_the_answer_is_proven),
     };

@@ -141,8 +141,8 @@ static void nearly_parallel_axes_lose_no_digits(void **state)
     static const struct {
         int kind;
         uint64_t seed;
-    } FOUND[] = {{0, 2343}, {0, 15759}, {0, 19333}, {1, 1343}, {1, 18333}, {2, 13759}, {3, 12759}, {4, 11759},
-        {4, 16731}};
+    } FOUND[] = {
+        {0, 2343}, {0, 15759}, {0, 19333}, {1, 1343}, {1, 18333}, {2, 13759}, {3, 12759}, {4, 11759}, {4, 16731}};
     for (size_t i = 0; i < sizeof FOUND / sizeof *FOUND; i++) {
         pair x;
         span s;
