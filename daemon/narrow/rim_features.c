@@ -191,21 +191,37 @@ typedef struct look { /* at a part: the top of each disc along a direction */
     double per; /* 1 / sine of the angle between these */
 } look;
 
-/* `out`: unit, outward. False: along the axis of its rims. */
-static inline bool look_at(const part *x, vec3 out, look *l)
+/* `out`: unit, outward. False: along the axis of its rims. A is the one in whose frame all is. */
+static inline bool look_at_a(const part *a, vec3 out, look *l)
 {
     l->t = VEC_ZERO;
     l->per = 1;
-    l->top[0] = x->centre[0], l->top[1] = x->centre[1];
-    if (!x->has_rim) return true;
-    double along_x = vec_dot(out, x->x), along_y = vec_dot(out, x->y), sine2 = along_x * along_x + along_y * along_y;
+    l->top[0] = a->centre[0], l->top[1] = a->centre[1];
+    if (!a->has_rim) return true;
+    double sine2 = out.x * out.x + out.y * out.y;
+    if (!(sine2 > 0.25 * SINE * SINE)) return false;
+    double per = 1 / sqrt(sine2), c = per * out.x, s = per * out.y;
+    l->per = per;
+    l->t = vec(-s, c, 0);
+    l->top[0].x += a->radius[0] * c, l->top[0].y += a->radius[0] * s;
+    l->top[1].x += a->radius[1] * c, l->top[1].y += a->radius[1] * s;
+    return true;
+}
+
+static inline bool look_at_b(const part *b, vec3 out, look *l)
+{
+    l->t = VEC_ZERO;
+    l->per = 1;
+    l->top[0] = b->centre[0], l->top[1] = b->centre[1];
+    if (!b->has_rim) return true;
+    double along_x = vec_dot(out, b->x), along_y = vec_dot(out, b->y), sine2 = along_x * along_x + along_y * along_y;
     if (!(sine2 > 0.25 * SINE * SINE)) return false;
     double per = 1 / sqrt(sine2), c = per * along_x, s = per * along_y;
-    vec3 u = vec_madd(vec_scale(x->x, c), s, x->y);
+    vec3 u = vec_madd(vec_scale(b->x, c), s, b->y);
     l->per = per;
-    l->t = vec_madd(vec_scale(x->y, c), -s, x->x);
-    l->top[0] = vec_madd(l->top[0], x->radius[0], u);
-    l->top[1] = vec_madd(l->top[1], x->radius[1], u);
+    l->t = vec_madd(vec_scale(b->y, c), -s, b->x);
+    l->top[0] = vec_madd(l->top[0], b->radius[0], u);
+    l->top[1] = vec_madd(l->top[1], b->radius[1], u);
     return true;
 }
 
@@ -284,7 +300,7 @@ static vec3 between(const part *x, const look *l, double share)
 static bool stand_at(const part *a, const part *b, double size, stand *s)
 {
     look of_a, of_b;
-    if (!look_at(a, s->n, &of_a) || !look_at(b, vec_neg(s->n), &of_b)) return false;
+    if (!look_at_a(a, s->n, &of_a) || !look_at_b(b, vec_neg(s->n), &of_b)) return false;
     if (a->discs == 2 && b->discs == 2) {
         if (!step_to_crossing(&of_a, &of_b, size, s)) return false;
     } else if (a->discs == 2 || b->discs == 2) {
@@ -382,7 +398,7 @@ static bool stand_on_face(const part *face, const part *other, double sign, stan
 {
     look l;
     vec3 in = vec_neg(face->axis);
-    if (other->is_face || other->discs == 2 || !look_at(other, in, &l)) return false;
+    if (other->is_face || other->discs == 2 || !(sign > 0 ? look_at_b : look_at_a)(other, in, &l)) return false;
     double gap = vec_dot(face->axis, vec_sub(l.top[0], face->centre[0]));
     vec3 foot = vec_madd(l.top[0], -gap, face->axis);
     s->n = vec_scale(face->axis, sign);
