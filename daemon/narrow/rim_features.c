@@ -31,7 +31,7 @@ static const double STRIDE = 0.5;           /* a longer step leaves what the der
 static const double NAMING_WIDTH = 0x1p-36; /* of hi: a bracket so narrow names the features */
 static const double ON = 0x1p-30;           /* points are on a side to within this */
 
-/* Half of CLOSE_TOLERANCE_OF_HULLS would do as well: a search that stops so little sooner is not worth it. */
+/* Of the size: who asks for less is served quicker by a search that stops. */
 #define CLOSE_TOLERANCE 0x1p-9
 
 static bool is_revolved(const shape *s)
@@ -415,6 +415,11 @@ static bool is_inside(const part *x, double share)
     return x->discs == 1 || (share > SHARE && share < 1 - SHARE);
 }
 
+static vec3 in_frame_of_b(const unit_pair *p, vec3 at)
+{
+    return mat_tmul(p->b_in_a.r, vec_sub(at, p->b_in_a.t));
+}
+
 static bool find_stand(const unit_pair *p, const narrow_features *f, vec3 from, stand *s)
 {
     part a, b;
@@ -422,12 +427,8 @@ static bool find_stand(const unit_pair *p, const narrow_features *f, vec3 from, 
     if (!part_of(&p->a, f->a, f->count_a, &a) || !part_of(&p->b, f->b, f->count_b, &b)) return false;
     place(&p->b_in_a, &b);
     if (a.is_face) return stand_on_face(&a, &b, 1, s) && inside_face(&p->a, f->a, s->point_a, margin);
-    if (b.is_face) {
-        vec3 at = VEC_ZERO;
-        if (!stand_on_face(&b, &a, -1, s)) return false;
-        at = mat_tmul(p->b_in_a.r, vec_sub(s->point_b, p->b_in_a.t));
-        return inside_face(&p->b, f->b, at, margin);
-    }
+    if (b.is_face)
+        return stand_on_face(&b, &a, -1, s) && inside_face(&p->b, f->b, in_frame_of_b(p, s->point_b), margin);
     return find_place(&a, &b, p->size, from, s) && is_inside(&a, s->share_a) && is_inside(&b, s->share_b);
 }
 
@@ -492,11 +493,6 @@ static void features_along(const shape *s, vec3 out, uint16_t side[3])
     }
     for (int i = 0; i < 3; i++)
         side[i] = half[i] == 0 ? HIGH : fabs(d[i]) <= 0.5 * LEAN ? BETWEEN : d[i] > 0 ? HIGH : LOW;
-}
-
-static vec3 in_frame_of_b(const unit_pair *p, vec3 at)
-{
-    return mat_tmul(p->b_in_a.r, vec_sub(at, p->b_in_a.t));
 }
 
 static bool find_at(const unit_pair *p, const narrow_goal *goal, const span *s, span *out)
