@@ -14,7 +14,7 @@ enum { ROUND, FLAT };               /* a body of revolution: its rim or apex, or
 enum { APPROACH_MAX = 8, LAST_MAX = 3, CELLS_TRIED = 3 };
 
 /* Of the size, unless said otherwise. */
-static const double SINE = 0x1p-8;          /* between n and the axis of a rim */
+static const double SINE = 0x1p-11;         /* between n and the axis of a rim */
 static const double LEAN = 0x1p-13;         /* sine of the angle by which n points out of other faces, ends and sides */
 static const double SHARE = 0x1p-13;        /* of an edge: how far inside of it a point is */
 static const double INSIDE = 0x1p-13;       /* of a face */
@@ -28,7 +28,7 @@ static const double LEFT = 0x1p-30;         /* the most that the next step would
 static const double SERIES2 = 0x1p-18;      /* square of a step, of which three terms of a series are enough */
 static const double NEAR2 = 0x1p-24;        /* square of the last step of the approach */
 static const double STRIDE = 0.5;           /* a longer step leaves what the derivatives know */
-static const double NAMING_WIDTH = 0x1p-36; /* of hi: a bracket so narrow names the features */
+static const double NAMING_ANGLE = 0x1p-14; /* an axis that is so near to n* names the features */
 static const double ON = 0x1p-30;           /* points are on a side to within this */
 
 /* Of the size: who asks for less is served quicker by a search that stops. */
@@ -478,21 +478,32 @@ static void features_at(const shape *s, vec3 at, vec3 out, double near, uint16_t
         side[i] = half[i] == 0 || half[i] - x[i] <= near ? HIGH : half[i] + x[i] <= near ? LOW : BETWEEN;
 }
 
-static void features_along(const shape *s, vec3 out, uint16_t side[3])
+/* Can the direction that a strict feature has be within `off` of this one? */
+static bool box_may_be(const shape *s, const uint16_t side[3], vec3 out, double off)
 {
+    static const double SIGN[SIDES] = {0, 1, -1};
     double half[3], d[3];
+    bool may = true;
     put(half_of(s), half);
     put(out, d);
-    if (is_revolved(s)) {
-        double up = upward(s, out);
-        bool flat = out.x * out.x + out.y * out.y <= 0.25 * SINE * SINE;
-        side[0] = fabs(up) <= 0.5 * LEAN ? BETWEEN : up > 0 ? HIGH : LOW;
-        side[1] = flat && !(s->type == SHAPE_CONE && side[0] == HIGH) ? FLAT : ROUND;
-        side[2] = 0;
-        return;
+    for (int i = 0; i < 3; i++) {
+        bool between = half[i] > 0 && fabs(d[i]) <= off;
+        may &= half[i] == 0 ? side[i] == HIGH : side[i] == BETWEEN ? between : SIGN[side[i]] * d[i] > LEAN - off;
     }
-    for (int i = 0; i < 3; i++)
-        side[i] = half[i] == 0 ? HIGH : fabs(d[i]) <= 0.5 * LEAN ? BETWEEN : d[i] > 0 ? HIGH : LOW;
+    return may;
+}
+
+static bool revolved_may_be(const shape *s, const uint16_t side[3], vec3 out, double off)
+{
+    double up = upward(s, out), sine = sqrt(out.x * out.x + out.y * out.y);
+    bool apex = s->type == SHAPE_CONE && side[0] == HIGH;
+    if (side[1] == FLAT ? apex || side[0] == BETWEEN || sine > off : !apex && sine < SINE - off) return false;
+    return side[0] == BETWEEN ? fabs(up) <= off : (side[0] == HIGH ? up : -up) > LEAN - off;
+}
+
+static bool may_be(const shape *s, const uint16_t side[3], vec3 out, double off)
+{
+    return is_revolved(s) ? revolved_may_be(s, side, out, off) : box_may_be(s, side, out, off);
 }
 
 static bool find_at(const unit_pair *p, const narrow_goal *goal, const span *s, span *out)
@@ -501,14 +512,6 @@ static bool find_at(const unit_pair *p, const narrow_goal *goal, const span *s, 
     double near = ON * p->size;
     features_at(&p->a, s->point_a, s->axis, near, f.a);
     features_at(&p->b, in_frame_of_b(p, s->point_b), mat_tmul(p->b_in_a.r, vec_neg(s->axis)), near, f.b);
-    return features_span(p, goal, &f, s->axis, out);
-}
-
-static bool find_along(const unit_pair *p, const narrow_goal *goal, const span *s, span *out)
-{
-    narrow_features f = {.count_a = 3, .count_b = 3};
-    features_along(&p->a, s->axis, f.a);
-    features_along(&p->b, mat_tmul(p->b_in_a.r, vec_neg(s->axis)), f.b);
     return features_span(p, goal, &f, s->axis, out);
 }
 
@@ -526,22 +529,27 @@ static void numbered(const shape *s, uint32_t i, uint16_t side[3])
     side[2] = (uint16_t)(is_revolved(s) ? 0 : i / 9);
 }
 
-static bool try_all(const unit_pair *p, const narrow_goal *goal, const span *s, span *out)
+/* The square of the angle between the bracket's axis and n* is at most 2 (hi - lo) / hi. */
+static double angle_of(const span *s)
+{
+    return sqrt(2 * max_of(s->hi - s->lo, 0) / s->hi) + 0x1p-30;
+}
+
+/* All that the bracket leaves. Below half of the least margin of directions that is one feature of each at most. */
+static bool find_along(const unit_pair *p, const narrow_goal *goal, const span *s, span *out)
 {
     narrow_features f = {.count_a = 3, .count_b = 3};
+    vec3 back = mat_tmul(p->b_in_a.r, vec_neg(s->axis));
+    double off = angle_of(s);
     for (uint32_t i = 0; i < count_of(&p->a); i++) {
         numbered(&p->a, i, f.a);
+        if (!may_be(&p->a, f.a, s->axis, off)) continue;
         for (uint32_t k = 0; k < count_of(&p->b); k++) {
             numbered(&p->b, k, f.b);
-            if (features_span(p, goal, &f, s->axis, out)) return true;
+            if (may_be(&p->b, f.b, back, off) && features_span(p, goal, &f, s->axis, out)) return true;
         }
     }
     return false;
-}
-
-static bool names_features(const span *s)
-{
-    return s->hi - s->lo <= NAMING_WIDTH * s->hi;
 }
 
 /* The bracket of a search that goes on for as long as doubles let it. */
@@ -559,11 +567,11 @@ static void narrow_down(const unit_pair *p, const narrow_goal *goal, span *s)
 static bool find(const unit_pair *p, const narrow_goal *goal, span *s, span *out)
 {
     if (find_at(p, goal, s, out)) return true;
-    if (!names_features(s)) {
+    if (angle_of(s) > NAMING_ANGLE) {
         narrow_down(p, goal, s);
         if (find_at(p, goal, s, out)) return true;
     }
-    return names_features(s) ? find_along(p, goal, s, out) : try_all(p, goal, s, out);
+    return find_along(p, goal, s, out);
 }
 
 bool rim_features_at(const unit_pair *p, const narrow_goal *goal, span *s)

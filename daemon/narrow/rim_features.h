@@ -22,9 +22,9 @@
  * 2^-30 of n* cannot lie 2^-26 inside of two cells. So it does not matter who proposes F and where Newton begins, a
  * search from nothing or the pair's past: what passes has the one F, the one cell, and these bits.
  *
- * Whoever searches finds it: the bracket of a search, closed to 2^-36 of the gap, has n within 2^-17 of n*, below half
- * of every margin, so that F is read off, and Newton's method is in its last steps. Where no F is strict (parallel
- * faces), the search from nothing answers.
+ * Whoever searches finds it: the angle between n* and the axis of a bracket is bounded by angle^2 <= 2 (hi - lo) / hi.
+ * When it is below half of the least margin of directions, 2^-14, one feature of each is left; of a search that ends
+ * wider all that are left are tried. Where no F is strict (parallel faces), the search from nothing answers.
  *
  * Pure; any thread. */
 #ifndef COLLIDED_NARROW_RIM_FEATURES_H
