@@ -506,13 +506,23 @@ static bool may_be(const shape *s, const uint16_t side[3], vec3 out, double off)
     return is_revolved(s) ? revolved_may_be(s, side, out, off) : box_may_be(s, side, out, off);
 }
 
+static bool make_round(const shape *s, uint16_t side[3])
+{
+    bool flat = is_revolved(s) && side[1] == FLAT;
+    if (flat) side[1] = ROUND;
+    return flat;
+}
+
+/* Of a rough bracket, whose points on a rim are between others, an end may be taken to be flat that is not. */
 static bool find_at(const unit_pair *p, const narrow_goal *goal, const span *s, span *out)
 {
     narrow_features f = {.count_a = 3, .count_b = 3};
     double near = ON * p->size;
     features_at(&p->a, s->point_a, s->axis, near, f.a);
     features_at(&p->b, in_frame_of_b(p, s->point_b), mat_tmul(p->b_in_a.r, vec_neg(s->axis)), near, f.b);
-    return features_span(p, goal, &f, s->axis, out);
+    if (features_span(p, goal, &f, s->axis, out)) return true;
+    bool a = make_round(&p->a, f.a), b = make_round(&p->b, f.b);
+    return (a || b) && features_span(p, goal, &f, s->axis, out);
 }
 
 /* All features of a body, by number: 27 of a box; of a body of revolution three, and its two flat ends. */
