@@ -108,9 +108,9 @@ typedef struct narrow_shell {
 } narrow_shell;
 
 /* What a pair remembers. For narrow_separation, narrow_apart and narrow_motion_bound to prove separation again, and the
- * hints of the first two; narrow_query writes these, and of them reads the axis, beside features of cylinders and cones.
- * And for narrow_query the triangles, features and surfaces with which it begins: triangles and the axis only say where,
- * the others it proves from nothing, and answers from as a search without them would have (near_features.h,
+ * hints of the first two; narrow_query writes these, and of them reads the axis, beside features of cylinders and
+ * cones. And for narrow_query the triangles, features and surfaces with which it begins: triangles and the axis only
+ * say where, the others it proves from nothing, and answers from as a search without them would have (near_features.h,
  * rim_features.h): no cache enters an answer. Zeroed = empty. */
 typedef struct narrow_cache {
     vec3 axis;                       /* in A's frame, unit; zero = none */
