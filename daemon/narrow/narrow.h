@@ -90,8 +90,9 @@ typedef struct narrow_result {
     bool refined;           /* the bounds were computed again in double-double, because doubles did not suffice */
 } narrow_result;
 
-/* The features at which two hulls or two boxes were nearest, for the next query to try first: vertices of hulls,
- * ascending; of a box for each axis the side, or between. Counts of 0: none. */
+/* The features at which two hulls, two boxes, or a cylinder or cone and another were nearest, for the next query to try
+ * first: vertices of hulls, ascending; of a box for each axis the side, or between; of a body of revolution the end or
+ * between, and whether it is inside of that end. Counts of 0: none. */
 typedef struct narrow_features {
     uint16_t a[3], b[3];
     uint8_t count_a, count_b;
@@ -108,10 +109,11 @@ typedef struct narrow_shell {
     uint8_t corner[3][SHELL_FACETS_MAX]; /* counter-clockwise from outside */
 } narrow_shell;
 
-/* What a pair remembers. For narrow_separation and narrow_motion_bound to prove separation again, and the hints of
- * narrow_separation; narrow_query writes these and never reads them. And for narrow_query the triangles, features and
- * surfaces with which it begins: triangles only say where, the others it proves from nothing, and answers from as a
- * search without them would have (near_features.h): no cache enters an answer. Zeroed = empty. */
+/* What a pair remembers. For narrow_separation, narrow_apart and narrow_motion_bound to prove separation again, and the
+ * hints of the first two; narrow_query writes these, and of them reads the axis, beside features of cylinders and
+ * cones. And for narrow_query the triangles, features and surfaces with which it begins: triangles and the axis only
+ * say where, the others it proves from nothing, and answers from as a search without them would have (near_features.h,
+ * rim_features.h): no cache enters an answer. Zeroed = empty. */
 typedef struct narrow_cache {
     vec3 axis;                       /* in A's frame, unit; zero = none */
     pose b_in_a;                     /* where `lower` was certified */

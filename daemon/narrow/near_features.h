@@ -1,4 +1,5 @@
-/* near_features: the distance of two hulls, or of two boxes, by a formula of the features that they are nearest at.
+/* near_features: the distance of two hulls, or of two boxes, by a formula of the features that they are nearest at
+ * (bodies with rims: rim_features.h).
  *
  * A search may start anywhere and stop anywhere within its tolerance; so its last bits depend on its start. Here the
  * answer is made anew from the features alone, and it does not matter who named them: a search from nothing, or the

@@ -14,7 +14,7 @@ enum { ROUND, FLAT };               /* a body of revolution: its rim or apex, or
 enum { APPROACH_MAX = 8, LAST_MAX = 3, CELLS_TRIED = 3 };
 
 /* Of the size, unless said otherwise. */
-static const double SINE = 0x1p-8;          /* between n and the axis of a rim */
+static const double SINE = 0x1p-11;         /* between n and the axis of a rim */
 static const double LEAN = 0x1p-13;         /* sine of the angle by which n points out of other faces, ends and sides */
 static const double SHARE = 0x1p-13;        /* of an edge: how far inside of it a point is */
 static const double INSIDE = 0x1p-13;       /* of a face */
@@ -28,10 +28,10 @@ static const double LEFT = 0x1p-30;         /* the most that the next step would
 static const double SERIES2 = 0x1p-18;      /* square of a step, of which three terms of a series are enough */
 static const double NEAR2 = 0x1p-24;        /* square of the last step of the approach */
 static const double STRIDE = 0.5;           /* a longer step leaves what the derivatives know */
-static const double NAMING_WIDTH = 0x1p-36; /* of hi: a bracket so narrow names the features */
+static const double NAMING_ANGLE = 0x1p-14; /* an axis that is so near to n* names the features */
 static const double ON = 0x1p-30;           /* points are on a side to within this */
 
-/* Half of CLOSE_TOLERANCE_OF_HULLS would do as well: a search that stops so little sooner is not worth it. */
+/* Of the size: who asks for less is served quicker by a search that stops. */
 #define CLOSE_TOLERANCE 0x1p-9
 
 static bool is_revolved(const shape *s)
@@ -191,21 +191,37 @@ typedef struct look { /* at a part: the top of each disc along a direction */
     double per; /* 1 / sine of the angle between these */
 } look;
 
-/* `out`: unit, outward. False: along the axis of its rims. */
-static inline bool look_at(const part *x, vec3 out, look *l)
+/* `out`: unit, outward. False: along the axis of its rims. A is the one in whose frame all is. */
+static inline bool look_at_a(const part *a, vec3 out, look *l)
 {
     l->t = VEC_ZERO;
     l->per = 1;
-    l->top[0] = x->centre[0], l->top[1] = x->centre[1];
-    if (!x->has_rim) return true;
-    double along_x = vec_dot(out, x->x), along_y = vec_dot(out, x->y), sine2 = along_x * along_x + along_y * along_y;
+    l->top[0] = a->centre[0], l->top[1] = a->centre[1];
+    if (!a->has_rim) return true;
+    double sine2 = out.x * out.x + out.y * out.y;
+    if (!(sine2 > 0.25 * SINE * SINE)) return false;
+    double per = 1 / sqrt(sine2), c = per * out.x, s = per * out.y;
+    l->per = per;
+    l->t = vec(-s, c, 0);
+    l->top[0].x += a->radius[0] * c, l->top[0].y += a->radius[0] * s;
+    l->top[1].x += a->radius[1] * c, l->top[1].y += a->radius[1] * s;
+    return true;
+}
+
+static inline bool look_at_b(const part *b, vec3 out, look *l)
+{
+    l->t = VEC_ZERO;
+    l->per = 1;
+    l->top[0] = b->centre[0], l->top[1] = b->centre[1];
+    if (!b->has_rim) return true;
+    double along_x = vec_dot(out, b->x), along_y = vec_dot(out, b->y), sine2 = along_x * along_x + along_y * along_y;
     if (!(sine2 > 0.25 * SINE * SINE)) return false;
     double per = 1 / sqrt(sine2), c = per * along_x, s = per * along_y;
-    vec3 u = vec_madd(vec_scale(x->x, c), s, x->y);
+    vec3 u = vec_madd(vec_scale(b->x, c), s, b->y);
     l->per = per;
-    l->t = vec_madd(vec_scale(x->y, c), -s, x->x);
-    l->top[0] = vec_madd(l->top[0], x->radius[0], u);
-    l->top[1] = vec_madd(l->top[1], x->radius[1], u);
+    l->t = vec_madd(vec_scale(b->y, c), -s, b->x);
+    l->top[0] = vec_madd(l->top[0], b->radius[0], u);
+    l->top[1] = vec_madd(l->top[1], b->radius[1], u);
     return true;
 }
 
@@ -284,7 +300,7 @@ static vec3 between(const part *x, const look *l, double share)
 static bool stand_at(const part *a, const part *b, double size, stand *s)
 {
     look of_a, of_b;
-    if (!look_at(a, s->n, &of_a) || !look_at(b, vec_neg(s->n), &of_b)) return false;
+    if (!look_at_a(a, s->n, &of_a) || !look_at_b(b, vec_neg(s->n), &of_b)) return false;
     if (a->discs == 2 && b->discs == 2) {
         if (!step_to_crossing(&of_a, &of_b, size, s)) return false;
     } else if (a->discs == 2 || b->discs == 2) {
@@ -382,7 +398,7 @@ static bool stand_on_face(const part *face, const part *other, double sign, stan
 {
     look l;
     vec3 in = vec_neg(face->axis);
-    if (other->is_face || other->discs == 2 || !look_at(other, in, &l)) return false;
+    if (other->is_face || other->discs == 2 || !(sign > 0 ? look_at_b : look_at_a)(other, in, &l)) return false;
     double gap = vec_dot(face->axis, vec_sub(l.top[0], face->centre[0]));
     vec3 foot = vec_madd(l.top[0], -gap, face->axis);
     s->n = vec_scale(face->axis, sign);
@@ -399,6 +415,11 @@ static bool is_inside(const part *x, double share)
     return x->discs == 1 || (share > SHARE && share < 1 - SHARE);
 }
 
+static vec3 in_frame_of_b(const unit_pair *p, vec3 at)
+{
+    return mat_tmul(p->b_in_a.r, vec_sub(at, p->b_in_a.t));
+}
+
 static bool find_stand(const unit_pair *p, const narrow_features *f, vec3 from, stand *s)
 {
     part a, b;
@@ -406,12 +427,8 @@ static bool find_stand(const unit_pair *p, const narrow_features *f, vec3 from, 
     if (!part_of(&p->a, f->a, f->count_a, &a) || !part_of(&p->b, f->b, f->count_b, &b)) return false;
     place(&p->b_in_a, &b);
     if (a.is_face) return stand_on_face(&a, &b, 1, s) && inside_face(&p->a, f->a, s->point_a, margin);
-    if (b.is_face) {
-        vec3 at = VEC_ZERO;
-        if (!stand_on_face(&b, &a, -1, s)) return false;
-        at = mat_tmul(p->b_in_a.r, vec_sub(s->point_b, p->b_in_a.t));
-        return inside_face(&p->b, f->b, at, margin);
-    }
+    if (b.is_face)
+        return stand_on_face(&b, &a, -1, s) && inside_face(&p->b, f->b, in_frame_of_b(p, s->point_b), margin);
     return find_place(&a, &b, p->size, from, s) && is_inside(&a, s->share_a) && is_inside(&b, s->share_b);
 }
 
@@ -461,43 +478,51 @@ static void features_at(const shape *s, vec3 at, vec3 out, double near, uint16_t
         side[i] = half[i] == 0 || half[i] - x[i] <= near ? HIGH : half[i] + x[i] <= near ? LOW : BETWEEN;
 }
 
-static void features_along(const shape *s, vec3 out, uint16_t side[3])
+/* Can the direction that a strict feature has be within `off` of this one? */
+static bool box_may_be(const shape *s, const uint16_t side[3], vec3 out, double off)
 {
+    static const double SIGN[SIDES] = {0, 1, -1};
     double half[3], d[3];
+    bool may = true;
     put(half_of(s), half);
     put(out, d);
-    if (is_revolved(s)) {
-        double up = upward(s, out);
-        bool flat = out.x * out.x + out.y * out.y <= 0.25 * SINE * SINE;
-        side[0] = fabs(up) <= 0.5 * LEAN ? BETWEEN : up > 0 ? HIGH : LOW;
-        side[1] = flat && !(s->type == SHAPE_CONE && side[0] == HIGH) ? FLAT : ROUND;
-        side[2] = 0;
-        return;
+    for (int i = 0; i < 3; i++) {
+        bool between = half[i] > 0 && fabs(d[i]) <= off;
+        may &= half[i] == 0 ? side[i] == HIGH : side[i] == BETWEEN ? between : SIGN[side[i]] * d[i] > LEAN - off;
     }
-    for (int i = 0; i < 3; i++)
-        side[i] = half[i] == 0 ? HIGH : fabs(d[i]) <= 0.5 * LEAN ? BETWEEN : d[i] > 0 ? HIGH : LOW;
+    return may;
 }
 
-static vec3 in_frame_of_b(const unit_pair *p, vec3 at)
+static bool revolved_may_be(const shape *s, const uint16_t side[3], vec3 out, double off)
 {
-    return mat_tmul(p->b_in_a.r, vec_sub(at, p->b_in_a.t));
+    double up = upward(s, out), sine = sqrt(out.x * out.x + out.y * out.y);
+    bool apex = s->type == SHAPE_CONE && side[0] == HIGH;
+    if (side[1] == FLAT ? apex || side[0] == BETWEEN || sine > off : !apex && sine < SINE - off) return false;
+    return side[0] == BETWEEN ? fabs(up) <= off : (side[0] == HIGH ? up : -up) > LEAN - off;
 }
 
+static bool may_be(const shape *s, const uint16_t side[3], vec3 out, double off)
+{
+    return is_revolved(s) ? revolved_may_be(s, side, out, off) : box_may_be(s, side, out, off);
+}
+
+static bool make_round(const shape *s, uint16_t side[3])
+{
+    bool flat = is_revolved(s) && side[1] == FLAT;
+    if (flat) side[1] = ROUND;
+    return flat;
+}
+
+/* Of a rough bracket, whose points on a rim are between others, an end may be taken to be flat that is not. */
 static bool find_at(const unit_pair *p, const narrow_goal *goal, const span *s, span *out)
 {
     narrow_features f = {.count_a = 3, .count_b = 3};
     double near = ON * p->size;
     features_at(&p->a, s->point_a, s->axis, near, f.a);
     features_at(&p->b, in_frame_of_b(p, s->point_b), mat_tmul(p->b_in_a.r, vec_neg(s->axis)), near, f.b);
-    return features_span(p, goal, &f, s->axis, out);
-}
-
-static bool find_along(const unit_pair *p, const narrow_goal *goal, const span *s, span *out)
-{
-    narrow_features f = {.count_a = 3, .count_b = 3};
-    features_along(&p->a, s->axis, f.a);
-    features_along(&p->b, mat_tmul(p->b_in_a.r, vec_neg(s->axis)), f.b);
-    return features_span(p, goal, &f, s->axis, out);
+    if (features_span(p, goal, &f, s->axis, out)) return true;
+    bool a = make_round(&p->a, f.a), b = make_round(&p->b, f.b);
+    return (a || b) && features_span(p, goal, &f, s->axis, out);
 }
 
 /* All features of a body, by number: 27 of a box; of a body of revolution three, and its two flat ends. */
@@ -514,22 +539,27 @@ static void numbered(const shape *s, uint32_t i, uint16_t side[3])
     side[2] = (uint16_t)(is_revolved(s) ? 0 : i / 9);
 }
 
-static bool try_all(const unit_pair *p, const narrow_goal *goal, const span *s, span *out)
+/* The square of the angle between the bracket's axis and n* is at most 2 (hi - lo) / hi. */
+static double angle_of(const span *s)
+{
+    return sqrt(2 * max_of(s->hi - s->lo, 0) / s->hi) + 0x1p-30;
+}
+
+/* All that the bracket leaves. Below half of the least margin of directions that is one feature of each at most. */
+static bool find_along(const unit_pair *p, const narrow_goal *goal, const span *s, span *out)
 {
     narrow_features f = {.count_a = 3, .count_b = 3};
+    vec3 back = mat_tmul(p->b_in_a.r, vec_neg(s->axis));
+    double off = angle_of(s);
     for (uint32_t i = 0; i < count_of(&p->a); i++) {
         numbered(&p->a, i, f.a);
+        if (!may_be(&p->a, f.a, s->axis, off)) continue;
         for (uint32_t k = 0; k < count_of(&p->b); k++) {
             numbered(&p->b, k, f.b);
-            if (features_span(p, goal, &f, s->axis, out)) return true;
+            if (may_be(&p->b, f.b, back, off) && features_span(p, goal, &f, s->axis, out)) return true;
         }
     }
     return false;
-}
-
-static bool names_features(const span *s)
-{
-    return s->hi - s->lo <= NAMING_WIDTH * s->hi;
 }
 
 /* The bracket of a search that goes on for as long as doubles let it. */
@@ -547,11 +577,11 @@ static void narrow_down(const unit_pair *p, const narrow_goal *goal, span *s)
 static bool find(const unit_pair *p, const narrow_goal *goal, span *s, span *out)
 {
     if (find_at(p, goal, s, out)) return true;
-    if (!names_features(s)) {
+    if (angle_of(s) > NAMING_ANGLE) {
         narrow_down(p, goal, s);
         if (find_at(p, goal, s, out)) return true;
     }
-    return names_features(s) ? find_along(p, goal, s, out) : try_all(p, goal, s, out);
+    return find_along(p, goal, s, out);
 }
 
 bool rim_features_at(const unit_pair *p, const narrow_goal *goal, span *s)

@@ -16,14 +16,15 @@
  *      and is not along the axis of a rim of F, by a margin;
  *   3. the gap is above a margin, and its bounds are closed to rounding;
  *   4. from the cell's centre the steps end at a place where what is left of the gradient bounds the next step by
- * 2^-30, and which lies in the cell, 2^-26 away from its border. By 1 to 3 at most one F is strict, as in
- * near_features.h; by 4 it is so in one cell only: places that are within 2^-30 of n* cannot lie 2^-26 inside of two
- * cells. So it does not matter who proposes F and where Newton begins, a search from nothing or the pair's past: what
- * passes has the one F, the one cell, and these bits.
+ *      2^-30, and which lies in the cell, 2^-26 away from its border.
  *
- * Whoever searches finds it: the bracket of a search, closed to 2^-36 of the gap, has n within 2^-17 of n*, below half
- * of every margin, so that F is read off, and Newton's method is in its last steps. Where no F is strict (parallel
- * faces), the search from nothing answers.
+ * By 1 to 3 at most one F is strict, as in near_features.h; by 4 it is so in one cell only: places that are within
+ * 2^-30 of n* cannot lie 2^-26 inside of two cells. So it does not matter who proposes F and where Newton begins, a
+ * search from nothing or the pair's past: what passes has the one F, the one cell, and these bits.
+ *
+ * Whoever searches finds it: the angle between n* and the axis of a bracket is bounded by angle^2 <= 2 (hi - lo) / hi.
+ * When it is below half of the least margin of directions, 2^-14, one feature of each is left; of a search that ends
+ * wider all that are left are tried. Where no F is strict (parallel faces), the search from nothing answers.
  *
  * Pure; any thread. */
 #ifndef COLLIDED_NARROW_RIM_FEATURES_H

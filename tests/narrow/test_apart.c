@@ -59,7 +59,7 @@ static void what_is_remembered_comes_first(void **state)
     shape box = {.type = SHAPE_BOX, .half = {1, 1, 1}};
     pose at = {{4, 1, 0}, {1, 0, 0, 0}};
     vec3 slanted = vec_unit(vec(1, 0.5, 0.25));
-    narrow_cache cache = {.axis = slanted};
+    narrow_cache cache = {.axis = slanted, .lower = 3};
     assert_true(narrow_apart(&box, &box, &at, 0.1, &cache));
     assert_memory_equal(&cache.axis, &slanted, sizeof slanted);
     assert_false(narrow_apart(&box, &box, &at, 2.5, &cache));

@@ -75,12 +75,12 @@ enum { REQUEST_COUNT = sizeof REQUESTS / sizeof *REQUESTS };
 /* Upright, lying, or as it comes; and now and then by a hair off that. */
 static quat stance(random_state *r)
 {
-    double s = sqrt(0.5);
-    static const quat UPRIGHT = {1, 0, 0, 0};
-    double which = random_unit(r);
-    quat q = which < 0.1 ? UPRIGHT : which < 0.2 ? (quat){s, s, 0, 0} : random_rotation(r);
-    if (which > 0.05 && which < 0.2) q = quat_unit(quat_mul(q, (quat){1, 1e-5 * random_unit(r), 1e-9, 0}));
-    return q;
+    static const double TILTS[] = {0, 1e-12, 1e-9, 1e-7, 1e-5, 1e-4, 1e-3, 1e-2};
+    double s = sqrt(0.5), which = random_unit(r), tilt = TILTS[random_bits(r) % 8];
+    vec3 axis = vec_scale(random_direction(r), tilt);
+    if (which > 0.3) return random_rotation(r);
+    quat q = which < 0.15 ? (quat){1, 0, 0, 0} : (quat){s, s, 0, 0};
+    return quat_unit(quat_mul(q, (quat){1, axis.x, axis.y, axis.z}));
 }
 
 /* The bounds hold what bounds in double-double hold, and are as close as was asked. */
@@ -98,7 +98,7 @@ typedef struct tally {
 
 static void follow(random_state *r, const shape *a, const shape *b, tally *t)
 {
-    vec3 towards = random_direction(r), axis = random_direction(r);
+    vec3 towards = random_unit(r) < 0.1 ? vec(0, 0, 1) : random_direction(r), axis = random_direction(r);
     quat q = stance(r);
     double most = shape_reach(a) + shape_reach(b), step = random_in(r, 0, 0.02) * most,
            away = random_in(r, 0.5, 1.3) * most, rate = random_unit(r) < 0.2 ? 0 : random_in(r, 0, 0.02);
@@ -134,8 +134,7 @@ static void followed_with_their_cache_they_answer_as_from_nothing(void **state)
             else
                 follow(&r, &b, &a, &t);
         }
-        print_message("%d %d: %zu of %zu\n", PAIRS[k][0], PAIRS[k][1], t.remembered, t.apart);
-        assert_true(4 * t.remembered > 3 * t.apart); /* or else nothing has been tested */
+        assert_true(3 * t.remembered > 2 * t.apart); /* or else nothing has been tested */
     }
 }
 
