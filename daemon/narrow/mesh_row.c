@@ -193,17 +193,22 @@ LANES_INLINE lanes3 towards(lanes3 u, lanes3 to)
  * what it proves. */
 LANES_INLINE lanes3 between_edges(const corners *a, const corners *b, lanes3 lead)
 {
-    lanes3 best = lead;
-    lanes least = lanes_of(INFINITY);
-    for (int i = 1; i < 3; i++)
-        for (int k = 1; k < 3; k++) {
-            lanes3 u = lanes3_sub(a->at[i], a->at[0]), v = lanes3_sub(b->at[k], b->at[0]);
-            lanes uu = lanes3_dot(u, u), vv = lanes3_dot(v, v), uv = lanes3_dot(u, v);
-            lanes to_b = lanes3_dot(u, lead), to_a = -lanes3_dot(v, lead);
-            lanes s = share_of((uv * to_a + vv * to_b) / (uu * vv - uv * uv));
-            lanes t = share_of((uv * s + to_a) / vv);
-            s = share_of((uv * t + to_b) / uu);
-            lanes3 d = {lead.x + v.x * t - u.x * s, lead.y + v.y * t - u.y * s, lead.z + v.z * t - u.z * s};
+    lanes3 best = lead, u[2], v[2];
+    lanes least = lanes_of(INFINITY), uu[2], vv[2], to_a[2], to_b[2], per_uu[2], per_vv[2];
+    for (int i = 0; i < 2; i++) {
+        u[i] = lanes3_sub(a->at[i + 1], a->at[0]), v[i] = lanes3_sub(b->at[i + 1], b->at[0]);
+        uu[i] = lanes3_dot(u[i], u[i]), vv[i] = lanes3_dot(v[i], v[i]);
+        to_b[i] = lanes3_dot(u[i], lead), to_a[i] = -lanes3_dot(v[i], lead);
+        per_uu[i] = 1 / uu[i], per_vv[i] = 1 / vv[i];
+    }
+    for (int i = 0; i < 2; i++)
+        for (int k = 0; k < 2; k++) {
+            lanes uv = lanes3_dot(u[i], v[k]);
+            lanes s = share_of((uv * to_a[k] + vv[k] * to_b[i]) / (uu[i] * vv[k] - uv * uv));
+            lanes t = share_of((uv * s + to_a[k]) * per_vv[k]);
+            s = share_of((uv * t + to_b[i]) * per_uu[i]);
+            lanes3 d = {
+                lead.x + v[k].x * t - u[i].x * s, lead.y + v[k].y * t - u[i].y * s, lead.z + v[k].z * t - u[i].z * s};
             lanes norm2 = lanes3_dot(d, d);
             lane_mask nearer = norm2 < least;
             least = lanes_choose(nearer, norm2, least);
@@ -221,10 +226,14 @@ LANES_INLINE unsigned row_near(const mesh_four *b, const mesh_spot *a, unsigned 
     r.near = near & ~lanes_bits(boxes2 > r.within2);
     if (!r.near) return 0;
     for (int k = 0; k < 3; k++) r.a[k] = spread(a->corner[k]), r.b[k] = load(b->corner[k]);
+    lanes3 lo = lanes3_sub(load(b->lo), spread(a->hi)), hi = lanes3_sub(load(b->hi), spread(a->lo));
+    lanes3 between = {lo.x + hi.x, lo.y + hi.y, lo.z + hi.z};
+    r.lead = between;
+    r.gap2 = lanes_of(0), r.norm2 = lanes_of(1);
+    try_along(&r, between);
+    if (!r.near) return 0;
     order_corners(&r, &of_a, &of_b);
     lanes3 lead = lanes3_sub(of_b.at[0], of_a.at[0]);
-    r.lead = lead;
-    r.gap2 = lanes_of(0), r.norm2 = lanes_of(1);
     try_along(&r, lead);
     if (!r.near) return 0;
     try_along(&r, towards(load(b->normal), lead));

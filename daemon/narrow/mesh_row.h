@@ -27,8 +27,8 @@ typedef struct mesh_row {
 void mesh_four_set(mesh_four *f, const vec3 *corners, uint32_t count, double scale, const transform *b_in_a);
 
 /* The bits of `near` of which the triangle is not proven to be farther from A's than the root of `within2`: by the
- * boxes around them, then along the line between the nearest corners, both normals, and the line between the nearest
- * points of two edges. Those bits have their places in `row`. */
+ * boxes around them, then along the lines between the boxes' middles and between the nearest corners, both normals, and
+ * the line between the nearest points of two edges. Those bits have their places in `row`. */
 unsigned mesh_row_near(const mesh_four *b, const mesh_spot *a, unsigned near, double within2, mesh_row *row);
 
 /* The same for a convex A, by the boxes alone: no direction is written. */
