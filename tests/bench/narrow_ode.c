@@ -6,6 +6,7 @@
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <unistd.h>
 
 enum { CONTACTS_MAX = 16 };
 
@@ -44,6 +45,20 @@ static void start_ode(void)
     started = true;
 }
 
+/* Of hulls that do not hold their origin it says so past its handler, on stdout: that goes to stderr, too. */
+static dGeomID create_convex(const narrow_polytope *p, const ode_hull *own)
+{
+    fflush(stdout);
+    int kept = dup(STDOUT_FILENO);
+    if (kept < 0 || dup2(STDERR_FILENO, STDOUT_FILENO) < 0) abort();
+    dGeomID g =
+        dCreateConvex(0, own->planes, (unsigned)p->face_count, own->points, (unsigned)p->vertex_count, own->polygons);
+    fflush(stdout);
+    if (dup2(kept, STDOUT_FILENO) < 0) abort();
+    close(kept);
+    return g;
+}
+
 static dGeomID hull_geom(const narrow_polytope *p, ode_hull *own)
 {
     size_t corners = p->face_first[p->face_count], at = 0;
@@ -56,8 +71,7 @@ static dGeomID hull_geom(const narrow_polytope *p, ode_hull *own)
         own->polygons[at++] = p->face_first[f + 1] - p->face_first[f];
         for (uint32_t i = p->face_first[f]; i < p->face_first[f + 1]; i++) own->polygons[at++] = p->face_vertices[i];
     }
-    return dCreateConvex(
-        0, own->planes, (unsigned)p->face_count, own->points, (unsigned)p->vertex_count, own->polygons);
+    return create_convex(p, own);
 }
 
 static dGeomID geom_of(const narrow_body *b, ode_hull *own)
