@@ -40,7 +40,7 @@ static void radix_pass(const uint64_t *from, uint64_t *to, size_t count, unsigne
     for (size_t i = 0; i < count; i++) to[place[from[i] >> shift & 0xff]++] = from[i];
 }
 
-void sort_keys(uint64_t *keys, uint64_t *scratch, size_t count)
+void sort_keys_above(uint64_t *keys, uint64_t *scratch, size_t count, unsigned bits)
 {
     if (in_order(keys, count)) return;
     if (count <= INSERTION_MOST) {
@@ -50,7 +50,7 @@ void sort_keys(uint64_t *keys, uint64_t *scratch, size_t count)
     uint64_t differing = 0;
     for (size_t i = 1; i < count; i++) differing |= keys[i] ^ keys[0];
     uint64_t *from = keys, *to = scratch;
-    for (unsigned shift = 0; shift < 64; shift += 8) {
+    for (unsigned shift = bits; shift < 64; shift += 8) {
         if (!(differing >> shift & 0xff)) continue;
         radix_pass(from, to, count, shift);
         uint64_t *swapped = from;
@@ -58,4 +58,9 @@ void sort_keys(uint64_t *keys, uint64_t *scratch, size_t count)
         to = swapped;
     }
     if (from != keys) memcpy(keys, from, count * sizeof *keys);
+}
+
+void sort_keys(uint64_t *keys, uint64_t *scratch, size_t count)
+{
+    sort_keys_above(keys, scratch, count, 0);
 }

@@ -8,4 +8,7 @@
 /* `scratch` has room for `count` keys. Linear in `count`; keys already in order cost one look at each. */
 void sort_keys(uint64_t *keys, uint64_t *scratch, size_t count);
 
+/* Where the lowest `bits` of two keys differ, the others do, too: their order is that of the others. */
+void sort_keys_above(uint64_t *keys, uint64_t *scratch, size_t count, unsigned bits);
+
 #endif

@@ -301,7 +301,7 @@ world_status world_put_body(world *w, uint32_t *id, const world_body *def)
         b->name = base_strdup(def->name);
         body_add_name(w, *id);
     } else if (!same_filter(b, def)) {
-        b->ruled_tick = w->figures.ticks + 1;
+        b->ruled_tick = w->ruled_tick = w->figures.ticks + 1;
     }
     if (is_new || !same_filter(b, def) || b->fixed != def->fixed) b->ruling = ++w->ruling;
     free(b->group);

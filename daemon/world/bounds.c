@@ -55,7 +55,7 @@ bool bounds_stand(const world *w, const pair *p)
     const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
     const body *x = &w->bodies.at[a->body], *y = &w->bodies.at[b->body];
     if (x->teleported || y->teleported) return false;
-    if (x->ruled_tick == w->figures.ticks || y->ruled_tick == w->figures.ticks) return false;
+    if (bodies_ruled_now(w, x, y)) return false;
     for (uint32_t id = p->first_watch; id != WORLD_NONE; id = w->watches.at[id].pair_next)
         if (w->watches.at[id].unknown) return false;
     if (travelled_since(travelled(x, y), s->travelled) <= s->slack) return true;

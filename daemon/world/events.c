@@ -76,8 +76,7 @@ typedef struct terms { /* under which a pair is judged in this tick */
 
 static terms terms_of(const world *w, const pair *p, const body *a, const body *b)
 {
-    bool ruled = a->ruled_tick == w->figures.ticks || b->ruled_tick == w->figures.ticks;
-    return (terms){pair_kept_terms(p), ruled ? CAUSE_FILTER : CAUSE_MOTION};
+    return (terms){pair_kept_terms(p), bodies_ruled_now(w, a, b) ? CAUSE_FILTER : CAUSE_MOTION};
 }
 
 uint8_t events_achieved(const narrow_result *r, const outcome *o, double limit)

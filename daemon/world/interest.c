@@ -56,13 +56,14 @@ static void widen_body(world *w, body *b)
         }
 }
 
-static bool match_one(const world *w, body *b, uint32_t id)
+static bool match_one(world *w, body *b, uint32_t id)
 {
     const interest *i = &w->interests.at[id];
     bool on = i->used && !i->closing;
     bool a = on && filter_matches(i->select_a, b->name, b->group);
     bool c = on && filter_matches(i->select_b, b->name, b->group);
-    bool concerned = a || c || get_bit(b->match_a, id) || get_bit(b->match_b, id);
+    bool was_a = get_bit(b->match_a, id), was_c = get_bit(b->match_b, id), concerned = a || c || was_a || was_c;
+    w->rematched |= a != was_a || c != was_c;
     set_bit(b->match_a, id, a);
     set_bit(b->match_b, id, c);
     return concerned;

@@ -237,22 +237,60 @@ static void activate(world *w, uint32_t id)
     if (!p->used || p->active_tick == tick) return;
     p->active_tick = tick;
     const body *a = &w->bodies.at[w->solids.at[p->a].body], *b = &w->bodies.at[w->solids.at[p->b].body];
-    if (a->ruled_tick == w->figures.ticks || b->ruled_tick == w->figures.ticks) keep_terms(w, p);
+    if (bodies_ruled_now(w, a, b)) keep_terms(w, p);
     array_push(&w->active_pairs, id);
 }
 
+/* Two that both moved have their pair in both lists: the second is passed over. */
 static void activate_with(void *context, uint32_t other)
 {
     collector *c = context;
+    if (c->w->bodies.at[c->w->solids.at[other].body].gathered_tick == c->w->figures.ticks) return;
     uint32_t id = pair_find(c->w, c->proxy, other);
     if (id != PAIR_MAP_NONE) activate(c->w, id);
 }
 
-static void activate_body(world *w, const body *b)
+static void activate_body(world *w, body *b)
 {
     for (size_t i = 0; i < b->shape_count; i++) {
         collector c = {w, b->shapes[i]};
         broad_each_pair_of(w->broad, b->shapes[i], activate_with, &c);
+    }
+    b->gathered_tick = w->figures.ticks;
+}
+
+static unsigned bits_of(size_t count)
+{
+    unsigned bits = 0;
+    while (bits < 64 && count >> bits) bits++;
+    return bits;
+}
+
+/* By the keys of pairs, which stand in w->active in their order then. Where the ids of two solids and of the pair fit
+ * into one number, none has to be looked up again. */
+static void sort_active(world *w)
+{
+    size_t count = w->active_pairs.count;
+    unsigned of_solids = bits_of(w->solids.count), of_pairs = bits_of(w->pairs.count);
+    bool fits = 2 * of_solids + of_pairs <= 64;
+    array_reserve(&w->active, count);
+    array_reserve(&w->sort_scratch, count);
+    w->active.count = count;
+    for (size_t i = 0; i < count; i++) {
+        uint32_t id = w->active_pairs.at[i];
+        uint64_t key = pair_key(w->pairs.at[id].a, w->pairs.at[id].b);
+        w->active.at[i] = fits ? (key >> 32 << of_solids | (uint32_t)key) << of_pairs | id : key;
+    }
+    sort_keys_above(w->active.at, w->sort_scratch.at, count, fits ? of_pairs : 0);
+    for (size_t i = 0; i < count; i++) {
+        uint64_t key = w->active.at[i];
+        if (fits) {
+            w->active_pairs.at[i] = (uint32_t)(key & ((UINT64_C(1) << of_pairs) - 1));
+            key >>= of_pairs;
+            w->active.at[i] = key >> of_solids << 32 | (key & ((UINT64_C(1) << of_solids) - 1));
+        } else {
+            w->active_pairs.at[i] = pair_map_get(&w->pair_of, key);
+        }
     }
 }
 
@@ -262,19 +300,10 @@ void pair_collect_active(world *w)
 {
     w->active_pairs.count = 0;
     for (size_t i = 0; i < w->awake.count; i++) {
-        const body *b = &w->bodies.at[w->awake.at[i]];
+        body *b = &w->bodies.at[w->awake.at[i]];
         if (b->used && !b->ghost) activate_body(w, b);
     }
     for (size_t i = 0; i < w->fresh_now.count; i++) activate_body(w, &w->bodies.at[w->fresh_now.at[i]]);
     for (size_t i = 0; i < w->unfinished.count; i++) activate(w, w->unfinished.at[i]);
-
-    w->active.count = 0;
-    array_reserve(&w->active, w->active_pairs.count);
-    for (size_t i = 0; i < w->active_pairs.count; i++) {
-        const pair *p = &w->pairs.at[w->active_pairs.at[i]];
-        w->active.at[w->active.count++] = pair_key(p->a, p->b);
-    }
-    array_reserve(&w->sort_scratch, w->active.count);
-    sort_keys(w->active.at, w->sort_scratch.at, w->active.count);
-    for (size_t i = 0; i < w->active.count; i++) w->active_pairs.at[i] = pair_map_get(&w->pair_of, w->active.at[i]);
+    sort_active(w);
 }

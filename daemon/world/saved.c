@@ -203,6 +203,7 @@ static const char *get_body(bytes_in *from, world *w)
     b.passed.at = NULL;
     b.passed.count = b.passed.capacity = 0;
     w->bodies.at[id] = b;
+    if (b.ruled_tick > w->ruled_tick) w->ruled_tick = b.ruled_tick;
     if (!b.ghost) body_add_name(w, id);
     return from->broken ? "a body is cut off" : NULL;
 }

@@ -70,6 +70,7 @@ typedef struct body {
     bool one_way;
     double rule_reach;              /* m: its rules add at most so much to the thresholds or ranges of its pairs */
     uint64_t ruled_tick;            /* the tick that its filter last changed for */
+    uint64_t gathered_tick;         /* the tick whose active list its pairs were last put on */
     uint64_t ruling;                /* of world.ruling, of the filter that it has: decisions of another are void */
     int64_t deadline_ns, expiry_ns; /* INT64_MAX: never stale */
     uint32_t serial;                /* of its entry among the expiries: an older one is void */
@@ -229,6 +230,7 @@ struct world {
     ARRAY(uint32_t) reap;              /* removed before it: ids free at the next */
     ARRAY(uint32_t) ghost_solids, reap_solids;
     ARRAY(expiry) expiries;       /* a heap, see expiry.c */
+    uint64_t ruled_tick;          /* the greatest of the bodies' */
     ARRAY(uint32_t) held_now;     /* bodies held since the last tick */
     ARRAY(uint32_t) stale_now;    /* bodies that became stale in this tick */
     ARRAY(uint32_t) fresh_now;    /* and those that are known again */
@@ -259,6 +261,7 @@ struct world {
     int64_t serial; /* of contacts */
     uint32_t body_serial;
     bool changed, some_glided; /* see world.h */
+    bool rematched;            /* since the last tick: some body is in an interest, or out of one, that it was not */
     uint64_t hash;
     world_figures figures;
 };
@@ -307,6 +310,13 @@ static inline void body_set_pose(body *b, pose to, int64_t stamp_ns)
     b->stamp_ns = stamp_ns;
     b->posed = true;
 }
+/* Has the filter of one of the two changed for this tick? */
+static inline bool bodies_ruled_now(const world *w, const body *a, const body *b)
+{
+    uint64_t now = w->figures.ticks;
+    return w->ruled_tick == now && (a->ruled_tick == now || b->ruled_tick == now);
+}
+
 static inline bool body_is(const world *w, uint32_t id)
 {
     return id < w->bodies.count && w->bodies.at[id].used && !w->bodies.at[id].ghost;

@@ -142,7 +142,7 @@ static void end_tick(world *w)
     for (size_t i = 0; i < w->interests.count; i++) w->interests.at[i].all = false;
     w->last_tick_ns = w->now_ns;
     w->dirty.count = w->glided.count = 0;
-    w->changed = w->some_glided = false;
+    w->changed = w->some_glided = w->rematched = false;
 }
 
 void world_tick(world *w, int64_t now_ns, world_batches *out)

@@ -35,6 +35,24 @@ static void keys_come_out_as_qsort_has_them(void **state)
     }
 }
 
+/* Keys that differ in their upper bits, each with a payload below. */
+static void payloads_go_with_their_keys(void **state)
+{
+    (void)state;
+    static uint64_t keys[MOST], expected[MOST], scratch[MOST];
+    prng random = {7};
+    for (unsigned bits = 0; bits < 32; bits += 3) {
+        for (size_t count = 40; count < MOST; count *= 5) {
+            for (size_t i = 0; i < count; i++)
+                expected[i] = (i * 7919 % count) << bits | (prng_next(&random) & ((UINT64_C(1) << bits) - 1));
+            for (size_t i = 0; i < count; i++) keys[i] = expected[i];
+            qsort(expected, count, sizeof *expected, compare);
+            sort_keys_above(keys, scratch, count, bits);
+            assert_memory_equal(keys, expected, count * sizeof *keys);
+        }
+    }
+}
+
 static void nothing_is_sorted_too(void **state)
 {
     (void)state;
@@ -45,6 +63,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(keys_come_out_as_qsort_has_them),
+        cmocka_unit_test(payloads_go_with_their_keys),
         cmocka_unit_test(nothing_is_sorted_too),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
