@@ -209,15 +209,23 @@ static int take(const double *p, size_t count, vec d, real least, vec *out, int 
     return found;
 }
 
+/* Of a ball, from the columns that were looked at just now. */
+static int take_of_ball(
+    const collided_prepared_hull *h, uint32_t ball, vec d, real least, vec *out, int found, int most)
+{
+    const double *x = h->eight + ball * (size_t)TRIPLES, *y = x + EIGHT, *z = y + EIGHT;
+    size_t first = ball * (size_t)EIGHT, left = first < h->count ? h->count - first : 0;
+    for (size_t i = 0; i < EIGHT && i < left && found < most; i++)
+        if (x[i] * d.x + y[i] * d.y + z[i] * d.z >= least) out[found++] = (vec){x[i], y[i], z[i]};
+    return found;
+}
+
 int prepared_on_top(const collided_prepared_hull *h, const prepared_scan *s, real depth, vec *out, int most)
 {
     real least = s->top - depth;
     int found = 0;
     if (s->forgot) return take(h->points, h->count, s->along, least, out, 0, most);
-    for (int i = 0; i < s->count; i++) {
-        size_t first = s->ball[i] * (size_t)EIGHT, left = first < h->count ? h->count - first : 0;
-        if (!(s->ball_top[i] >= least)) continue;
-        found = take(h->points + 3 * first, left < EIGHT ? left : EIGHT, s->along, least, out, found, most);
-    }
+    for (int i = 0; i < s->count; i++)
+        if (s->ball_top[i] >= least) found = take_of_ball(h, s->ball[i], s->along, least, out, found, most);
     return found;
 }
