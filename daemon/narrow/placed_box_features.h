@@ -160,21 +160,21 @@ LANES_INLINE bool box_meeting_holds(const box_meeting *m, double size, lane_mask
     return (lanes_bits(*a & *b) & 7) == 7;
 }
 
-/* The features on from these, until they are strict. */
-LANES_INLINE bool box_meeting_descend(const narrow_placed *b, double size, int steps, box_meeting *m)
+/* The features on from these, until they are strict. Returns after how many steps, or -1. */
+LANES_INLINE int box_meeting_descend(const narrow_placed *b, double size, int steps, box_meeting *m)
 {
     for (int i = 0; m->a.named && m->b.named && box_meeting_settle(b, m); i++) {
         lane_mask holds_a, holds_b;
-        if (box_meeting_holds(m, size, &holds_a, &holds_b)) return true;
-        if (i == steps) return false;
+        if (box_meeting_holds(m, size, &holds_a, &holds_b)) return i;
+        if (i == steps) return -1;
         box_feature_step(holds_a, m->at_a, &m->a);
         box_feature_step(holds_b, m->at_b, &m->b);
     }
-    return false;
+    return -1;
 }
 
 /* The answer by these features, or by those that a descent of a few steps from them ends at, if they are strict: then
- * they are written. `size` is the pair's, times `scale`. */
+ * these are written. `size` is the pair's, times `scale`. */
 enum { BOX_STEPS = 3 };
 LANES_INLINE bool placed_box_facing(const narrow_placed *a, const narrow_placed *b, double scale, double size,
     int steps, narrow_features *f, box_facing *out)
@@ -185,7 +185,8 @@ LANES_INLINE bool placed_box_facing(const narrow_placed *a, const narrow_placed 
     m.between = (lanes_load(&b->at.p.x) - lanes_load(&a->at.p.x)) * scale;
     box_feature_read(lanes_load(&a->half.x) * scale, f->a, &m.a);
     box_feature_read(lanes_load(&b->half.x) * scale, f->b, &m.b);
-    if (!box_meeting_descend(b, size, steps, &m)) return false;
+    int taken = box_meeting_descend(b, size, steps, &m);
+    if (taken < 0) return false;
     out->lo = lanes_sum3(m.axis * m.between - lanes_abs(m.seen_a) * m.a.half - lanes_abs(m.seen_b) * m.b.half);
     out->hi = sqrt(lanes_norm2(m.point_b - m.point_a));
     if (!(out->lo >= NEAR_LEAST_DISTANCE * size)) return false;
@@ -193,7 +194,7 @@ LANES_INLINE bool placed_box_facing(const narrow_placed *a, const narrow_placed 
     double norm2 = lanes_norm2(m.axis);
     out->axis = fabs(norm2 - 1) <= 0x1p-50 ? m.axis : m.axis * (1 / sqrt(norm2));
     out->point_a = m.point_a, out->point_b = m.point_b;
-    if (steps > 0) box_feature_write(&m.a, f->a), box_feature_write(&m.b, f->b);
+    if (taken > 0) box_feature_write(&m.a, f->a), box_feature_write(&m.b, f->b);
     return true;
 }
 
