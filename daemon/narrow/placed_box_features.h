@@ -22,8 +22,8 @@ typedef struct box_feature {
     lanes half, side; /* 1, -1, or 0 for between */
     lanes at;         /* the nearest point in its own frame, 0 where it lies between */
     lane_mask between;
-    bool named; /* as box_features_along would: HIGH across no extent */
-    int free;   /* axes along which it lies between */
+    lane_mask named; /* as box_features_along would: HIGH across no extent */
+    int free;        /* axes along which it lies between */
 } box_feature;
 
 LANES_INLINE void box_feature_set(lanes half, lanes side, box_feature *x)
@@ -33,7 +33,7 @@ LANES_INLINE void box_feature_set(lanes half, lanes side, box_feature *x)
     x->at = side * half;
     x->between = side == none;
     x->free = __builtin_popcount(lanes_bits(x->between));
-    x->named = lanes_bits((half > none) | (side > none)) == 15;
+    x->named = (half > none) | (side > none);
 }
 
 LANES_INLINE void box_feature_read(lanes half, const uint16_t side[3], box_feature *x)
@@ -152,21 +152,26 @@ LANES_INLINE bool box_meeting_settle(const narrow_placed *b, box_meeting *m)
     return m->a.free == 1 && m->b.free == 1 && box_meeting_of_edges(b, m);
 }
 
+LANES_INLINE bool is_of_all_axes(lane_mask m)
+{
+    return (lanes_bits(m) & 7) == 7;
+}
+
 LANES_INLINE bool box_meeting_holds(const box_meeting *m, double size, lane_mask *a, lane_mask *b)
 {
     double margin = NEAR_HEIGHT_MARGIN * size;
     *a = box_feature_holds(&m->a, m->at_a, m->seen_a, margin);
     *b = box_feature_holds(&m->b, m->at_b, m->seen_b, margin);
-    return (lanes_bits(*a & *b) & 7) == 7;
+    return is_of_all_axes(*a & *b & m->a.named & m->b.named);
 }
 
 /* The features on from these, until they are strict. Returns after how many steps, or -1. */
 LANES_INLINE int box_meeting_descend(const narrow_placed *b, double size, int steps, box_meeting *m)
 {
-    for (int i = 0; m->a.named && m->b.named && box_meeting_settle(b, m); i++) {
+    for (int i = 0; box_meeting_settle(b, m); i++) {
         lane_mask holds_a, holds_b;
         if (box_meeting_holds(m, size, &holds_a, &holds_b)) return i;
-        if (i == steps) return -1;
+        if (i == steps || !is_of_all_axes(m->a.named & m->b.named)) return -1;
         box_feature_step(holds_a, m->at_a, &m->a);
         box_feature_step(holds_b, m->at_b, &m->b);
     }
