@@ -56,7 +56,7 @@ static inline bool is_narrow(const unit_pair *p, const narrow_request *r, const 
 {
     double asked = r->tolerance > 0 ? r->tolerance * p->scale : FINEST * p->size;
     if (s->hi - s->lo + 2 * p->error + p->excess <= asked) return true;
-    return (r->tolerance == 0 || isinf(s->hi)) && s->lo == s->hi; /* last, for nobody can guess whether they are equal */
+    return (r->tolerance == 0 || isinf(s->hi)) && s->lo == s->hi; /* last: nobody can guess whether they are equal */
 }
 
 /* What is asked of the shapes, as lengths between cores. */
