@@ -55,8 +55,8 @@ static inline void finish(const unit_pair *p, const span *s, narrow_result *out)
 static inline bool is_narrow(const unit_pair *p, const narrow_request *r, const span *s)
 {
     double asked = r->tolerance > 0 ? r->tolerance * p->scale : FINEST * p->size;
-    if (s->lo == s->hi && (r->tolerance == 0 || isinf(s->hi))) return true;
-    return s->hi - s->lo + 2 * p->error + p->excess <= asked;
+    if (s->hi - s->lo + 2 * p->error + p->excess <= asked) return true;
+    return (r->tolerance == 0 || isinf(s->hi)) && s->lo == s->hi; /* last: nobody can guess whether they are equal */
 }
 
 /* What is asked of the shapes, as lengths between cores. */

@@ -49,13 +49,6 @@ LANES_INLINE lanes lanes_sqrt(lanes x)
     return __builtin_shufflevector(low, high, 0, 1, 2, 3);
 }
 
-LANES_INLINE lanes lanes_min(lanes x, lanes y)
-{
-    __m128d low = _mm_min_pd(__builtin_shufflevector(x, x, 0, 1), __builtin_shufflevector(y, y, 0, 1));
-    __m128d high = _mm_min_pd(__builtin_shufflevector(x, x, 2, 3), __builtin_shufflevector(y, y, 2, 3));
-    return __builtin_shufflevector(low, high, 0, 1, 2, 3);
-}
-
 #else
 
 #define LANES_WIDE
@@ -75,12 +68,6 @@ LANES_INLINE unsigned lanes_bits(lane_mask m)
 LANES_INLINE lanes lanes_sqrt(lanes x)
 {
     for (int k = 0; k < LANES; k++) x[k] = sqrt(x[k]);
-    return x;
-}
-
-LANES_INLINE lanes lanes_min(lanes x, lanes y)
-{
-    for (int k = 0; k < LANES; k++) x[k] = x[k] < y[k] ? x[k] : y[k];
     return x;
 }
 

@@ -22,8 +22,8 @@ typedef struct box_feature {
     lanes half, side; /* 1, -1, or 0 for between */
     lanes at;         /* the nearest point in its own frame, 0 where it lies between */
     lane_mask between;
-    bool named; /* as box_features_along would: HIGH across no extent */
-    int free;   /* axes along which it lies between */
+    lane_mask named; /* as box_features_along would: HIGH across no extent */
+    int free;        /* axes along which it lies between */
 } box_feature;
 
 LANES_INLINE void box_feature_set(lanes half, lanes side, box_feature *x)
@@ -33,7 +33,7 @@ LANES_INLINE void box_feature_set(lanes half, lanes side, box_feature *x)
     x->at = side * half;
     x->between = side == none;
     x->free = __builtin_popcount(lanes_bits(x->between));
-    x->named = lanes_bits((half > none) | (side > none)) == 15;
+    x->named = (half > none) | (side > none);
 }
 
 LANES_INLINE void box_feature_read(lanes half, const uint16_t side[3], box_feature *x)
@@ -152,29 +152,34 @@ LANES_INLINE bool box_meeting_settle(const narrow_placed *b, box_meeting *m)
     return m->a.free == 1 && m->b.free == 1 && box_meeting_of_edges(b, m);
 }
 
+LANES_INLINE bool is_of_all_axes(lane_mask m)
+{
+    return (lanes_bits(m) & 7) == 7;
+}
+
 LANES_INLINE bool box_meeting_holds(const box_meeting *m, double size, lane_mask *a, lane_mask *b)
 {
     double margin = NEAR_HEIGHT_MARGIN * size;
     *a = box_feature_holds(&m->a, m->at_a, m->seen_a, margin);
     *b = box_feature_holds(&m->b, m->at_b, m->seen_b, margin);
-    return (lanes_bits(*a & *b) & 7) == 7;
+    return is_of_all_axes(*a & *b & m->a.named & m->b.named);
 }
 
-/* The features on from these, until they are strict. */
-LANES_INLINE bool box_meeting_descend(const narrow_placed *b, double size, int steps, box_meeting *m)
+/* The features on from these, until they are strict. Returns after how many steps, or -1. */
+LANES_INLINE int box_meeting_descend(const narrow_placed *b, double size, int steps, box_meeting *m)
 {
-    for (int i = 0; m->a.named && m->b.named && box_meeting_settle(b, m); i++) {
+    for (int i = 0; box_meeting_settle(b, m); i++) {
         lane_mask holds_a, holds_b;
-        if (box_meeting_holds(m, size, &holds_a, &holds_b)) return true;
-        if (i == steps) return false;
+        if (box_meeting_holds(m, size, &holds_a, &holds_b)) return i;
+        if (i == steps || !is_of_all_axes(m->a.named & m->b.named)) return -1;
         box_feature_step(holds_a, m->at_a, &m->a);
         box_feature_step(holds_b, m->at_b, &m->b);
     }
-    return false;
+    return -1;
 }
 
 /* The answer by these features, or by those that a descent of a few steps from them ends at, if they are strict: then
- * they are written. `size` is the pair's, times `scale`. */
+ * these are written. `size` is the pair's, times `scale`. */
 enum { BOX_STEPS = 3 };
 LANES_INLINE bool placed_box_facing(const narrow_placed *a, const narrow_placed *b, double scale, double size,
     int steps, narrow_features *f, box_facing *out)
@@ -185,7 +190,8 @@ LANES_INLINE bool placed_box_facing(const narrow_placed *a, const narrow_placed 
     m.between = (lanes_load(&b->at.p.x) - lanes_load(&a->at.p.x)) * scale;
     box_feature_read(lanes_load(&a->half.x) * scale, f->a, &m.a);
     box_feature_read(lanes_load(&b->half.x) * scale, f->b, &m.b);
-    if (!box_meeting_descend(b, size, steps, &m)) return false;
+    int taken = box_meeting_descend(b, size, steps, &m);
+    if (taken < 0) return false;
     out->lo = lanes_sum3(m.axis * m.between - lanes_abs(m.seen_a) * m.a.half - lanes_abs(m.seen_b) * m.b.half);
     out->hi = sqrt(lanes_norm2(m.point_b - m.point_a));
     if (!(out->lo >= NEAR_LEAST_DISTANCE * size)) return false;
@@ -193,7 +199,7 @@ LANES_INLINE bool placed_box_facing(const narrow_placed *a, const narrow_placed 
     double norm2 = lanes_norm2(m.axis);
     out->axis = fabs(norm2 - 1) <= 0x1p-50 ? m.axis : m.axis * (1 / sqrt(norm2));
     out->point_a = m.point_a, out->point_b = m.point_b;
-    if (steps > 0) box_feature_write(&m.a, f->a), box_feature_write(&m.b, f->b);
+    if (taken > 0) box_feature_write(&m.a, f->a), box_feature_write(&m.b, f->b);
     return true;
 }
 

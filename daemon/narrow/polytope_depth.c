@@ -133,7 +133,9 @@ LANES_INLINE lane_mask load_four(const narrow_shell *from, surface *s, int i)
     lanes_store(s->nz + i, lanes_load(planes.nz));
     lanes_store(s->offset + i, offset);
     lanes_store(s->bound + i, offset - lanes_of(PLANE_SLACK));
-    return (lanes_load(planes.sine2) > lanes_of(SURE_SINE2)) & (offset > lanes_of(0));
+    lane_mask sure;
+    memcpy(&sure, planes.sure, sizeof sure);
+    return sure & (offset > lanes_of(0));
 }
 
 /* Their planes alone: see link_facets. The shell is filled up to a multiple of LANES with a facet that there is. */

@@ -9,6 +9,8 @@
 #include "scalar.h"
 #include "simplex.h"
 
+#include <string.h>
+
 /* Places for facets come in blocks, so that the loops over them run a number of rounds that can be foreseen. */
 enum { POINTS_MAX = 64, FACETS_MAX = 2 * POINTS_MAX, HORIZON_MAX = POINTS_MAX, BLOCK = 4 * LANES, NONE = -1 };
 
@@ -62,15 +64,13 @@ LANES_INLINE facets seen_by(const surface *s, vec3 w, double eps)
     return seen;
 }
 
+/* One by one: the bounds of a new cone are on their way to the cache, which a wider load would have to wait for. */
 LANES_INLINE double least_bound(const surface *s)
 {
-    lanes least = lanes_of(INFINITY);
-    for (int block = 0; block < s->facet_count; block += BLOCK) {
-        const double *bound = s->bound + block;
-        lanes low = lanes_min(lanes_load(bound), lanes_load(bound + LANES));
-        lanes high = lanes_min(lanes_load(bound + 2 * LANES), lanes_load(bound + 3 * LANES));
-        least = lanes_min(least, lanes_min(low, high));
-    }
+    double least[LANES] = {INFINITY, INFINITY, INFINITY, INFINITY};
+    for (int block = 0; block < s->facet_count; block += BLOCK)
+        for (int i = block; i < block + BLOCK; i += LANES)
+            for (int k = 0; k < LANES; k++) least[k] = min_of(least[k], s->bound[i + k]);
     return min_of(min_of(least[0], least[1]), min_of(least[2], least[3]));
 }
 
@@ -110,9 +110,10 @@ LANES_INLINE int next_place(surface *s, facets *seen)
     return s->facet_count++;
 }
 
-/* Planes of the cone from a point over the horizon. `sine2`: squared, of an angle of the triangle. */
+/* Planes of the cone from a point over the horizon. `sure`: -1, or 0 of a sliver: see SURE_SINE2. */
 typedef struct planes {
-    double nx[HORIZON_MAX], ny[HORIZON_MAX], nz[HORIZON_MAX], offset[HORIZON_MAX], sine2[HORIZON_MAX];
+    double nx[HORIZON_MAX], ny[HORIZON_MAX], nz[HORIZON_MAX], offset[HORIZON_MAX];
+    int64_t sure[HORIZON_MAX];
 } planes;
 
 LANES_INLINE lanes3 gather(const surface *s, const uint8_t index[LANES])
@@ -137,7 +138,8 @@ LANES_INLINE void four_planes(lanes3 u, lanes3 v, lanes3 apex, int i, planes *ou
     lanes_store(out->ny + i, n.y);
     lanes_store(out->nz + i, n.z);
     lanes_store(out->offset + i, lanes3_dot(n, apex));
-    lanes_store(out->sine2 + i, n2 / (lanes3_dot(first, first) * lanes3_dot(second, second)));
+    lane_mask sure = n2 > lanes3_dot(first, first) * lanes3_dot(second, second) * lanes_of(SURE_SINE2);
+    memcpy(out->sure + i, &sure, sizeof sure);
 }
 
 /* The horizon is filled up to a multiple of LANES with edges that there are. */
@@ -150,7 +152,7 @@ LANES_INLINE void cone_planes(const surface *s, const horizon *h, vec3 apex, pla
 LANES_INLINE bool put_facet(surface *s, facets *places, int u, int v, int w, const planes *planes, int i)
 {
     int f = next_place(s, places);
-    if (f == NONE || !(planes->sine2[i] > SURE_SINE2) || (s->star && !(planes->offset[i] > 0))) return false;
+    if (f == NONE || !planes->sure[i] || (s->star && !(planes->offset[i] > 0))) return false;
     s->nx[f] = planes->nx[i], s->ny[f] = planes->ny[i], s->nz[f] = planes->nz[i];
     s->offset[f] = planes->offset[i];
     s->bound[f] = planes->offset[i] - PLANE_SLACK;
