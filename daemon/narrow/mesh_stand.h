@@ -1,9 +1,14 @@
-/* mesh_stand: how far the patches of nodes of two meshes reach along the axis of a walk. For mesh_walk.c. Pure; any
- * thread. What is known of a node serves each pair that it is in. */
+/* mesh_stand: how far the patches of nodes of two meshes reach along the axis of a walk, and where those of A are as
+ * B's nodes see them. For mesh_walk.c. What is known of a node serves each pair that it is in. Pure; any thread. */
 #ifndef COLLIDED_NARROW_MESH_STAND_H
 #define COLLIDED_NARROW_MESH_STAND_H
 
 #include "mesh_walk.h"
+
+/* u_float = 2^-24. A bound of mesh_bounds is made of less than 60 terms, none greater than the mesh's unit and the
+ * other's reach together, and each is off by less than 4 u_float of that; that the sides of the other's box are turned
+ * in floats makes 60 more of them: 480 u_float, 15/16 of this, so that the reach may be summed in floats. */
+#define FLOAT_SLACK 0x1p-15f
 
 MESH_INLINE void stand_keep(float to[MESH_WIDTH], mesh_lanes v)
 {

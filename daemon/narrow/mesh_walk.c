@@ -7,12 +7,8 @@
 #include "core.h"
 #include "geom/mesh_simd.h"
 #include "mesh_leaf.h"
-
-/* u_float = 2^-24. A bound of mesh_bounds is made of less than 60 terms, none greater than the mesh's unit and the
- * other's reach together, and each is off by less than 4 u_float of that; that the sides of the other's box are turned
- * in floats makes 60 more of them. */
-#define FLOAT_SLACK 0x1p-15f
 #include "mesh_stand.h"
+
 /* Boxes of meshes lie within 1 of the origin; floats are of no use for what reaches beyond this. */
 #define FLOAT_FAR 0x1p40
 /* Two boxes are opened together where neither mesh is more than this times as large as the other, nor farther away than
