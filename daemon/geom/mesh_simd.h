@@ -95,6 +95,16 @@ MESH_INLINE mesh_lanes lanes_load(const float *p)
     memcpy(&v, p, sizeof v);
     return v;
 }
+/* Rows to columns. */
+MESH_INLINE void lanes_turn(mesh_lanes v[MESH_WIDTH])
+{
+    mesh_lanes a = __builtin_shufflevector(v[0], v[1], 0, 4, 1, 5), b = __builtin_shufflevector(v[2], v[3], 0, 4, 1, 5);
+    mesh_lanes c = __builtin_shufflevector(v[0], v[1], 2, 6, 3, 7), d = __builtin_shufflevector(v[2], v[3], 2, 6, 3, 7);
+    v[0] = __builtin_shufflevector(a, b, 0, 1, 4, 5);
+    v[1] = __builtin_shufflevector(a, b, 2, 3, 6, 7);
+    v[2] = __builtin_shufflevector(c, d, 0, 1, 4, 5);
+    v[3] = __builtin_shufflevector(c, d, 2, 3, 6, 7);
+}
 MESH_INLINE mesh_lanes lanes_dot(const mesh_lanes u[3], const float v[3])
 {
     return u[0] * lanes_of(v[0]) + u[1] * lanes_of(v[1]) + u[2] * lanes_of(v[2]);
@@ -175,6 +185,39 @@ MESH_INLINE mesh_lanes mesh_beyond(const mesh_node *n, const mesh_other *o, cons
         sum += gap * gap;
     }
     return lanes_sqrt(sum);
+}
+
+/* A box around a patch of another mesh, as the nodes of this one see it: the part of mesh_other that walks down two
+ * meshes look at. */
+typedef struct mesh_patch_box {
+    float centre[MESH_WIDTH], side[2][MESH_WIDTH], normal[MESH_WIDTH], half, slack;
+} mesh_patch_box;
+
+/* As mesh_bounds_from. */
+MESH_INLINE unsigned mesh_patch_bounds(
+    const mesh_node *n, const mesh_patch_box *o, mesh_lanes bound, unsigned near, float limit, float out[MESH_WIDTH])
+{
+    mesh_lanes own[3], away[3], normal[3], slack = lanes_of(o->slack), half = lanes_of(o->half);
+    for (int k = 0; k < 3; k++) {
+        own[k] = lanes_load(n->normal[k]);
+        away[k] = lanes_load(n->centre[k]) - lanes_of(o->centre[k]);
+    }
+    lanes_spread(o->normal, normal);
+    mesh_lanes up = lanes_abs(lanes_dots(away, normal)), along = lanes_abs(lanes_dots(own, normal));
+    mesh_lanes side_0[3] = {lanes_load(n->side[0][0]), lanes_load(n->side[0][1]), lanes_load(n->side[0][2])};
+    mesh_lanes side_1[3] = {lanes_load(n->side[1][0]), lanes_load(n->side[1][1]), lanes_load(n->side[1][2])};
+    mesh_lanes own_half = lanes_load(n->half), own_up = lanes_abs(lanes_dots(away, own));
+    mesh_lanes length = lanes_sqrt(lanes_max(lanes_dots(away, away), lanes_of(0x1p-100f)));
+    mesh_lanes halves = lanes_abs(lanes_dots(away, side_0)) + lanes_abs(lanes_dots(away, side_1)) + own_up * own_half;
+    halves += lanes_abs(lanes_dot(away, o->side[0])) + lanes_abs(lanes_dot(away, o->side[1])) + up * half;
+    bound = lanes_max(bound, length - halves / length);
+    near &= lanes_not_above(bound - slack, lanes_of(limit));
+    if (!near) return 0;
+    mesh_lanes mine = lanes_abs(lanes_dot(own, o->side[0])) + lanes_abs(lanes_dot(own, o->side[1])) + along * half;
+    mesh_lanes its = lanes_abs(lanes_dots(side_0, normal)) + lanes_abs(lanes_dots(side_1, normal)) + along * own_half;
+    bound = lanes_max(bound, lanes_max(own_up - own_half - mine, up - its - half)) - slack;
+    memcpy(out, &bound, sizeof bound);
+    return near & lanes_not_above(bound, lanes_of(limit));
 }
 
 /* Bounds that are known already (without slack), and which boxes are near by them, or by further ones along these

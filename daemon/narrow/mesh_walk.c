@@ -9,10 +9,6 @@
 #include "mesh_leaf.h"
 #include "mesh_stand.h"
 
-/* u_float = 2^-24. A bound of mesh_bounds is made of less than 60 terms, none greater than the mesh's unit and the
- * other's reach together, and each is off by less than 4 u_float of that; that the sides of the other's box are turned
- * in floats makes 60 more of them. */
-#define FLOAT_SLACK 0x1p-15
 /* Boxes of meshes lie within 1 of the origin; floats are of no use for what reaches beyond this. */
 #define FLOAT_FAR 0x1p40
 /* Two boxes are opened together where neither mesh is more than this times as large as the other, nor farther away than
@@ -124,6 +120,11 @@ static void forget_stands(mesh_stand *stands)
     for (int i = 0; i < MESH_STANDS; i++) stands[i].node = WHOLE;
 }
 
+static void forget_faces(mesh_walk *w)
+{
+    for (int i = 0; i < MESH_FACES; i++) w->faced[i] = WHOLE;
+}
+
 static void forget_leaves(mesh_box *known)
 {
     for (int i = 0; i < MESH_LEAVES; i++) known[i].node = WHOLE;
@@ -169,6 +170,7 @@ void mesh_walk_move(mesh_walk *w, vec3 position)
         set_turn(&w->into_b, &w->a_in_b, w->size_a, w->size_b);
         double ratio = w->size_a / w->size_b, reach = sum_abs(w->into_b.t) + 8 * ratio;
         w->opens_both = ratio <= ALONE_RATIO && ratio * ALONE_RATIO >= 1 && reach < ALONE_FAR;
+        forget_faces(w);
         w->open_slack = (float)(FLOAT_SLACK * (4 + reach));
     } else {
         w->opens_both = false;
@@ -389,7 +391,8 @@ MESH_INLINE uint32_t expand_known(
     mesh_walk *w, uint32_t node_a, unsigned rows, uint32_t node_b, unsigned columns, entry more[CHILDREN])
 {
     const mesh_stand *a = stand_of_a(w, node_a), *b = stand_of_b(w, node_b);
-    const mesh_node *na = &w->ma->nodes[node_a], *nb = &w->mb->nodes[node_b];
+    const mesh_patch_box *faces = NULL;
+    const mesh_node *nb = &w->mb->nodes[node_b];
     float bounds[MESH_WIDTH], limit = (float)((w->within + w->part.error) / w->size_b * FLOAT_MORE);
     mesh_lanes feet = lanes_load(b->level) - lanes_of(w->open_slack);
     uint32_t count = 0;
@@ -397,9 +400,8 @@ MESH_INLINE uint32_t expand_known(
         mesh_lanes along = feet - lanes_of(a->level[k]);
         unsigned near = rows >> k & 1 ? lanes_not_above(along, lanes_of(limit)) & columns : 0;
         if (!near) continue;
-        mesh_other o;
-        face(&w->into_b, na, k, w->axis_in_b, false, &o);
-        near = mesh_bounds_from(nb, &o, along, near, limit, bounds);
+        if (!faces) faces = faces_of_a(w, node_a);
+        near = mesh_patch_bounds(nb, &faces[k], along, near, limit, bounds);
         for (uint32_t i = 0; near >> i; i++) {
             double bound = (double)bounds[i] * w->size_b - w->part.error;
             if (near >> i & 1 && !(bound > w->within)) more[count++] = (entry){{node_a, k}, {node_b, i}, bound};

@@ -15,6 +15,7 @@ enum {
     MESH_NO_TRIANGLE = UINT32_MAX,
     TRIANGLE_PADDED = 8,
     MESH_STANDS = 64, /* nodes of each mesh, that are known along the axis while it stays; a power of two */
+    MESH_FACES = 32,  /* nodes of A, that are known as B's nodes see them; a power of two */
     MESH_LEAVES = 32  /* of each mesh, that stay in place while a walk goes on; a power of two */
 };
 
@@ -54,6 +55,11 @@ typedef struct mesh_stand {
     float level[MESH_WIDTH]; /* of A the tops, of B the feet */
 } mesh_stand;
 
+/* The patches of a node of A as B's nodes see them. */
+typedef struct mesh_faces {
+    mesh_patch_box box[MESH_WIDTH];
+} mesh_faces;
+
 typedef struct mesh_walk {
     unit_pair part;                   /* the pair; after mesh_walk_dress with the visited parts for shapes */
     shape whole_a, whole_b;           /* what part.a and part.b were */
@@ -76,6 +82,8 @@ typedef struct mesh_walk {
     mesh_spot whole;
     double whole_level; /* the greatest height of a convex A along the axis */
     mesh_stand stands_a[MESH_STANDS], stands_b[MESH_STANDS];
+    uint32_t faced[MESH_FACES]; /* whose they are; UINT32_MAX: none */
+    mesh_faces faces_a[MESH_FACES];
     mesh_spot visited;                                   /* of B: spot_b, while leaves are visited */
     mesh_box known_a[MESH_LEAVES], known_b[MESH_LEAVES]; /* whose room is taken by which leaf; node UINT32_MAX: none */
     mesh_leaf leaves_a[MESH_LEAVES], leaves_b[MESH_LEAVES];

@@ -1,0 +1,313 @@
+/* mesh_row_lanes: what mesh_row.c and mesh_row_wide.c are made of: four triangles in the four lanes of lanes.h. What is
+ * not a number separates nothing.
+ *
+ * Whoever includes it says before what ROW_INLINE is, and has greater_of and lesser_of (the second where one is not a
+ * number), choose, and bits_of (bit k: lane k of a mask). All that uses them is here, so that both give the same bits.
+ * Pure; any thread. */
+#ifndef COLLIDED_NARROW_MESH_ROW_LANES_H
+#define COLLIDED_NARROW_MESH_ROW_LANES_H
+
+#include "lanes.h"
+#include "mesh_row.h"
+
+/* What must be of one width is so here. */
+_Static_assert((int)LANES == (int)MESH_LEAF_MAX, "a leaf fills the lanes");
+
+ROW_INLINE lanes3 choose3(lane_mask m, lanes3 yes, lanes3 no)
+{
+    return (lanes3){choose(m, yes.x, no.x), choose(m, yes.y, no.y), choose(m, yes.z, no.z)};
+}
+ROW_INLINE lanes share_of(lanes x) /* 0 to 1 */
+{
+    return lesser_of(greater_of(x, lanes_of(0)), lanes_of(1));
+}
+
+ROW_INLINE lanes3 spread(vec3 v)
+{
+    return (lanes3){lanes_of(v.x), lanes_of(v.y), lanes_of(v.z)};
+}
+ROW_INLINE lanes3 load(const double v[3][LANES])
+{
+    return (lanes3){lanes_load(v[0]), lanes_load(v[1]), lanes_load(v[2])};
+}
+ROW_INLINE void store(double v[3][LANES], lanes3 x)
+{
+    lanes_store(v[0], x.x);
+    lanes_store(v[1], x.y);
+    lanes_store(v[2], x.z);
+}
+ROW_INLINE lanes3 scaled(lanes3 v, lanes s)
+{
+    return (lanes3){v.x * s, v.y * s, v.z * s};
+}
+
+/* ---- a leaf in its place ---- */
+
+ROW_INLINE lanes3 corners_at(const vec3 *corners, const uint32_t at[LANES], uint32_t k)
+{
+    const vec3 *p = &corners[at[0] + k], *q = &corners[at[1] + k], *r = &corners[at[2] + k], *s = &corners[at[3] + k];
+    return (lanes3){{p->x, q->x, r->x, s->x}, {p->y, q->y, r->y, s->y}, {p->z, q->z, r->z, s->z}};
+}
+
+/* transform_point, lane by lane. */
+ROW_INLINE lanes3 moved(const transform *t, lanes3 v)
+{
+    const mat3 *m = &t->r;
+    return (lanes3){lanes_of(m->x.x) * v.x + lanes_of(m->y.x) * v.y + lanes_of(m->z.x) * v.z + lanes_of(t->t.x),
+        lanes_of(m->x.y) * v.x + lanes_of(m->y.y) * v.y + lanes_of(m->z.y) * v.z + lanes_of(t->t.y),
+        lanes_of(m->x.z) * v.x + lanes_of(m->y.z) * v.y + lanes_of(m->z.z) * v.z + lanes_of(t->t.z)};
+}
+
+ROW_INLINE lanes3 least3(lanes3 a, lanes3 b)
+{
+    return (lanes3){lesser_of(a.x, b.x), lesser_of(a.y, b.y), lesser_of(a.z, b.z)};
+}
+ROW_INLINE lanes3 most3(lanes3 a, lanes3 b)
+{
+    return (lanes3){greater_of(a.x, b.x), greater_of(a.y, b.y), greater_of(a.z, b.z)};
+}
+
+ROW_INLINE void four_set(mesh_four *f, const vec3 *corners, uint32_t count, double scale, const transform *b_in_a)
+{
+    uint32_t at[LANES];
+    lanes3 p[3];
+    for (uint32_t i = 0; i < LANES; i++) at[i] = 3 * (i < count ? i : count - 1);
+    for (uint32_t k = 0; k < 3; k++) {
+        p[k] = moved(b_in_a, scaled(corners_at(corners, at, k), lanes_of(scale)));
+        store(f->corner[k], p[k]);
+    }
+    store(f->lo, least3(least3(p[0], p[1]), p[2]));
+    store(f->hi, most3(most3(p[0], p[1]), p[2]));
+    store(f->normal, lanes3_cross(lanes3_sub(p[1], p[0]), lanes3_sub(p[2], p[0])));
+}
+
+/* ---- a row ---- */
+
+/* Three corners, in each lane in the order that begins with the one nearest to the other triangle. */
+typedef struct corners {
+    lanes3 at[3];
+} corners;
+
+/* Squares of the least distance that was proven along a direction: gap2 / norm2, from A to B. */
+typedef struct row {
+    lanes3 a[3], b[3]; /* corners */
+    lanes3 lead;
+    lanes gap2, norm2, within2;
+    unsigned near;
+} row;
+
+ROW_INLINE lanes outside(double lo_a, double hi_a, lanes lo_b, lanes hi_b)
+{
+    return greater_of(greater_of(lo_b - lanes_of(hi_a), lanes_of(lo_a) - hi_b), lanes_of(0));
+}
+
+ROW_INLINE lanes boxes_away2(const mesh_four *b, const mesh_spot *a)
+{
+    lanes x = outside(a->lo.x, a->hi.x, lanes_load(b->lo[0]), lanes_load(b->hi[0]));
+    lanes y = outside(a->lo.y, a->hi.y, lanes_load(b->lo[1]), lanes_load(b->hi[1]));
+    lanes z = outside(a->lo.z, a->hi.z, lanes_load(b->lo[2]), lanes_load(b->hi[2]));
+    return x * x + y * y + z * z;
+}
+
+ROW_INLINE lanes3 one_of(lane_mask first, lanes3 a, lane_mask second, lanes3 b, lanes3 c)
+{
+    return choose3(first, a, choose3(second, b, c));
+}
+
+/* `away2`: what each corner is from the other triangle's nearest. */
+ROW_INLINE corners nearest_first(const lanes3 p[3], const lanes away2[3])
+{
+    lane_mask first = (away2[0] <= away2[1]) & (away2[0] <= away2[2]), second = away2[1] <= away2[2];
+    return (corners){{one_of(first, p[0], second, p[1], p[2]), one_of(first, p[1], second, p[2], p[0]),
+        one_of(first, p[2], second, p[0], p[1])}};
+}
+
+/* Both triangles by their nearest corners (where several are as near, by some of these). */
+ROW_INLINE void order_corners(const row *r, corners *a, corners *b)
+{
+    lanes from_a[3], from_b[3];
+    for (int i = 0; i < 3; i++)
+        for (int k = 0; k < 3; k++) {
+            lanes3 d = lanes3_sub(r->b[k], r->a[i]);
+            lanes norm2 = lanes3_dot(d, d);
+            from_a[i] = k == 0 ? norm2 : lesser_of(norm2, from_a[i]);
+            from_b[k] = i == 0 ? norm2 : lesser_of(norm2, from_b[k]);
+        }
+    *a = nearest_first(r->a, from_a);
+    *b = nearest_first(r->b, from_b);
+}
+
+ROW_INLINE lanes foot_of(const lanes3 p[3], lanes3 u)
+{
+    return lesser_of(lesser_of(lanes3_dot(u, p[0]), lanes3_dot(u, p[1])), lanes3_dot(u, p[2]));
+}
+ROW_INLINE lanes top_of(const lanes3 p[3], lanes3 u)
+{
+    return greater_of(greater_of(lanes3_dot(u, p[0]), lanes3_dot(u, p[1])), lanes3_dot(u, p[2]));
+}
+
+/* Along a direction of any length, along which A reaches no higher than `top`: what it separates more than those before
+ * did. */
+ROW_INLINE void try_above(row *r, lanes3 u, lanes top)
+{
+    lanes gap = foot_of(r->b, u) - top, norm2 = lanes3_dot(u, u), gap2 = gap * gap;
+    lane_mask more = (gap > 0) & (gap2 * r->norm2 > r->gap2 * norm2);
+    r->gap2 = choose(more, gap2, r->gap2);
+    r->norm2 = choose(more, norm2, r->norm2);
+    r->lead = choose3(more, u, r->lead);
+    r->near &= ~bits_of(r->gap2 > r->within2 * r->norm2);
+}
+
+ROW_INLINE void try_along(row *r, lanes3 u)
+{
+    try_above(r, u, top_of(r->a, u));
+}
+
+ROW_INLINE lanes3 towards(lanes3 u, lanes3 to)
+{
+    lanes3 back = {-u.x, -u.y, -u.z};
+    return choose3(lanes3_dot(u, to) < 0, back, u);
+}
+
+/* Between the nearest points of an edge of A and one of B (Ericson, Real-Time Collision Detection, 5.1.9), of the edges
+ * at the nearest corners, of those that are nearest. It need not be exact: whatever direction comes out is tried for
+ * what it proves. */
+ROW_INLINE lanes3 between_edges(const corners *a, const corners *b, lanes3 lead)
+{
+    lanes3 best = lead, u[2], v[2];
+    lanes least = lanes_of(INFINITY), uu[2], vv[2], to_a[2], to_b[2], per_uu[2], per_vv[2];
+    for (int i = 0; i < 2; i++) {
+        u[i] = lanes3_sub(a->at[i + 1], a->at[0]), v[i] = lanes3_sub(b->at[i + 1], b->at[0]);
+        uu[i] = lanes3_dot(u[i], u[i]), vv[i] = lanes3_dot(v[i], v[i]);
+        to_b[i] = lanes3_dot(u[i], lead), to_a[i] = -lanes3_dot(v[i], lead);
+        per_uu[i] = 1 / uu[i], per_vv[i] = 1 / vv[i];
+    }
+    for (int i = 0; i < 2; i++)
+        for (int k = 0; k < 2; k++) {
+            lanes uv = lanes3_dot(u[i], v[k]);
+            lanes s = share_of((uv * to_a[k] + vv[k] * to_b[i]) / (uu[i] * vv[k] - uv * uv));
+            lanes t = share_of((uv * s + to_a[k]) * per_vv[k]);
+            s = share_of((uv * t + to_b[i]) * per_uu[i]);
+            lanes3 d = {
+                lead.x + v[k].x * t - u[i].x * s, lead.y + v[k].y * t - u[i].y * s, lead.z + v[k].z * t - u[i].z * s};
+            lanes norm2 = lanes3_dot(d, d);
+            lane_mask nearer = norm2 < least;
+            least = choose(nearer, norm2, least);
+            best = choose3(nearer, d, best);
+        }
+    return best;
+}
+
+ROW_INLINE unsigned row_near(const mesh_four *b, const mesh_spot *a, unsigned near, double within2, mesh_row *out)
+{
+    lanes boxes2 = boxes_away2(b, a);
+    row r;
+    corners of_a, of_b;
+    r.within2 = lanes_of(within2);
+    r.near = near & ~bits_of(boxes2 > r.within2);
+    if (!r.near) return 0;
+    for (int k = 0; k < 3; k++) r.a[k] = spread(a->corner[k]), r.b[k] = load(b->corner[k]);
+    lanes3 lo = lanes3_sub(load(b->lo), spread(a->hi)), hi = lanes3_sub(load(b->hi), spread(a->lo));
+    lanes3 between = {lo.x + hi.x, lo.y + hi.y, lo.z + hi.z};
+    r.lead = between;
+    r.gap2 = lanes_of(0), r.norm2 = lanes_of(1);
+    try_along(&r, between);
+    if (!r.near) return 0;
+    order_corners(&r, &of_a, &of_b);
+    lanes3 lead = lanes3_sub(of_b.at[0], of_a.at[0]);
+    try_along(&r, lead);
+    if (!r.near) return 0;
+    try_along(&r, towards(load(b->normal), lead));
+    try_along(&r, towards(spread(a->normal), lead));
+    if (!r.near) return 0;
+    try_along(&r, between_edges(&of_a, &of_b, lead));
+    lanes_store(out->away2, r.gap2 / r.norm2);
+    store(out->lead, r.lead);
+    return r.near;
+}
+
+ROW_INLINE unsigned core_near(const mesh_four *b, const mesh_spot *a, unsigned near, double within2, mesh_row *out)
+{
+    lanes away2 = boxes_away2(b, a);
+    lanes_store(out->away2, away2);
+    return near & ~bits_of(away2 > lanes_of(within2));
+}
+
+/* ---- a box ---- */
+
+ROW_INLINE lanes beyond(double lo, double hi, lanes x)
+{
+    return x - lesser_of(greater_of(x, lanes_of(lo)), lanes_of(hi));
+}
+
+ROW_INLINE lanes3 from_box(const mesh_spot *a, lanes3 p)
+{
+    return (lanes3){beyond(a->lo.x, a->hi.x, p.x), beyond(a->lo.y, a->hi.y, p.y), beyond(a->lo.z, a->hi.z, p.z)};
+}
+
+/* From the box to the corner that is nearest to it. */
+ROW_INLINE lanes3 from_box_to_corner(const mesh_spot *a, const lanes3 b[3])
+{
+    lanes3 lead = from_box(a, b[0]);
+    lanes least = lanes3_dot(lead, lead);
+    for (int k = 1; k < 3; k++) {
+        lanes3 d = from_box(a, b[k]);
+        lanes norm2 = lanes3_dot(d, d);
+        lane_mask nearer = norm2 < least;
+        least = choose(nearer, norm2, least);
+        lead = choose3(nearer, d, lead);
+    }
+    return lead;
+}
+
+ROW_INLINE lanes reach_of(double lo, double hi, lanes u)
+{
+    return greater_of(u * lanes_of(lo), u * lanes_of(hi));
+}
+
+ROW_INLINE void try_from_box(row *r, const mesh_spot *a, lanes3 u)
+{
+    try_above(
+        r, u, reach_of(a->lo.x, a->hi.x, u.x) + reach_of(a->lo.y, a->hi.y, u.y) + reach_of(a->lo.z, a->hi.z, u.z));
+}
+
+/* Across the box's edges and those of the triangles. */
+ROW_INLINE void try_across(row *r, const mesh_spot *a, lanes3 lead)
+{
+    const lanes none = lanes_of(0);
+    for (int k = 0; k < 3 && r->near; k++) {
+        lanes3 e = lanes3_sub(r->b[(k + 1) % 3], r->b[k]);
+        try_from_box(r, a, towards((lanes3){none, -e.z, e.y}, lead));
+        try_from_box(r, a, towards((lanes3){e.z, none, -e.x}, lead));
+        try_from_box(r, a, towards((lanes3){-e.y, e.x, none}, lead));
+    }
+}
+
+ROW_INLINE unsigned box_near(const mesh_four *b, const mesh_spot *a, unsigned near, double within2, mesh_row *out)
+{
+    lanes boxes2 = boxes_away2(b, a);
+    row r;
+    r.within2 = lanes_of(within2);
+    r.near = near & ~bits_of(boxes2 > r.within2);
+    if (!r.near) return 0;
+    for (int k = 0; k < 3; k++) r.b[k] = load(b->corner[k]);
+    lanes3 lead = r.lead = from_box_to_corner(a, r.b);
+    r.gap2 = lanes_of(0), r.norm2 = lanes_of(1);
+    try_from_box(&r, a, lead);
+    try_from_box(&r, a, towards(load(b->normal), lead));
+    if (!r.near) return 0;
+    try_across(&r, a, lead);
+    lanes_store(out->away2, greater_of(r.gap2 / r.norm2, boxes2));
+    store(out->lead, r.lead);
+    return r.near;
+}
+
+/* ---- levels ---- */
+
+ROW_INLINE void four_levels(const mesh_four *f, vec3 axis, double levels[LANES])
+{
+    const lanes3 p[3] = {load(f->corner[0]), load(f->corner[1]), load(f->corner[2])};
+    lanes_store(levels, foot_of(p, spread(axis)));
+}
+
+#endif
