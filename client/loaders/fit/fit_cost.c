@@ -1,6 +1,6 @@
 /* fit_cost: what tests/bench/results/pareto.md says of separated pairs at an error of at most 1e-6 (cold; tests/fit
- * holds this table against it): box-box 312 ns, cylinder-cylinder 1,040, cone-box 1,290, ellipsoid-ellipsoid 450,
- * hull16 710, hull64 1,070, hull256 2,860, mesh-mesh 79,000 at 5,000 triangles each; of sphere-sphere 26 and
+ * holds this table against it): box-box 211 ns, cylinder-cylinder 835, cone-box 840, ellipsoid-ellipsoid 431,
+ * hull16 501, hull64 771, hull256 2,500, mesh-mesh 39,200 at 5,000 triangles each; of sphere-sphere 26 and
  * capsule-capsule 64, as a tick asks for them (the page does in world axes, where it is quicker); and 40 to keep a pair
  * that is far apart (coherent). Rounding costs nothing. Between and beyond the sizes measured: hulls by a straight
  * line, meshes by the root of their triangles. */
@@ -14,16 +14,16 @@ static double cost_of_one(const load_shape *s)
 {
     static const double ns[] = {[COLLIDED_SPHERE] = 26,
         [COLLIDED_CAPSULE] = 64,
-        [COLLIDED_BOX] = 312,
-        [COLLIDED_CYLINDER] = 1040,
-        [COLLIDED_CONE] = 1290,
-        [COLLIDED_ELLIPSOID] = 450,
+        [COLLIDED_BOX] = 211,
+        [COLLIDED_CYLINDER] = 835,
+        [COLLIDED_CONE] = 840,
+        [COLLIDED_ELLIPSOID] = 431,
         [COLLIDED_HALFSPACE] = 30};
     switch (s->shape.type) {
     case COLLIDED_HULL:
-        return 560 + 9 * (double)s->points.count;
+        return 340 + 8.2 * (double)s->points.count;
     case COLLIDED_MESH:
-        return 1120 * sqrt(fmax((double)s->triangles.count, 1));
+        return 554 * sqrt(fmax((double)s->triangles.count, 1));
     case COLLIDED_HEIGHT_FIELD:
     case COLLIDED_COMPOUND:
         return 100000;
