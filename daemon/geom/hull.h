@@ -51,10 +51,10 @@ typedef struct hull {
     uint32_t node_count; /* 0 in a small hull, which is scanned */
     hull_node *nodes;
     uint32_t *node_vertices;
-    hull_map *map; /* hull_map.h; NULL: it has none */
-    double reach;  /* max |v|, rounded up, `excess` included */
-    double excess; /* every input point is within this of the polytope; 0 when none is outside beyond rounding, some ...
-                      ... 10 u of max_abs: doubles have room for that, refined bounds leave it out of account */
+    hull_map *map;  /* hull_map.h; NULL: it has none */
+    double reach;   /* max |v|, rounded up, `excess` included */
+    double excess;  /* every input point is within this of the polytope; 0 when none is outside by more than rounding,
+                       some 10 u of max_abs: bounds in doubles have room for that, refined ones (exact.c) do not */
     double max_abs; /* max |coordinate| */
     int dimension;  /* 3; 2, 1 or 0 when flat, a line or a point (only with HULL_ALLOW_FLAT) */
 } hull;

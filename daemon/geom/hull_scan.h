@@ -21,8 +21,7 @@ uint32_t hull_scan(const hull *h, vec3 direction);
 uint32_t hull_scan_above(const hull *h, vec3 direction, double cut, uint16_t *found, uint32_t most);
 
 /* The greatest computed dot(direction, v) itself: -INFINITY for a direction that is not a number. For hulls of any
- * size.
- */
+ * size. */
 double hull_scan_top(const hull *h, vec3 direction);
 
 /* The greatest and the least computed dot(d[k], v) of all vertices, for three directions in one pass. For the same

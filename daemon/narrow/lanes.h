@@ -15,9 +15,6 @@ typedef double lanes __attribute__((vector_size(32)));
 typedef int64_t lane_mask __attribute__((vector_size(32))); /* -1 or 0 in each lane */
 typedef double lanes_anywhere __attribute__((vector_size(32), aligned(8), may_alias));
 
-/* How such values are passed differs between processors: of no concern, all that takes them is inlined. */
-#pragma GCC diagnostic ignored "-Wpsabi"
-
 /* The same with all that it calls inlined: gcc calls functions without AVX2 and leaves the upper halves of registers in
  * use, which costs 100 ns there. */
 #define LANES_WHOLE __attribute__((flatten)) LANES_WIDE
