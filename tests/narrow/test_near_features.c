@@ -11,6 +11,8 @@
 
 #include <cmocka.h>
 
+#include "same_answer.h"
+
 enum { TRACKS = 240, FRAMES = 60, SIZES = 5 };
 
 static const size_t POINTS[SIZES] = {4, 8, 16, 64, 200};
@@ -59,41 +61,6 @@ static void unmake(shape *s)
 {
     if (s->hull) hull_destroy((hull *)(uintptr_t)s->hull);
 }
-
-static void assert_same_vec(vec3 x, vec3 y)
-{
-    assert_memory_equal(&x, &y, sizeof x);
-}
-
-static void assert_same(const narrow_result *x, const narrow_result *y)
-{
-    assert_true(x->lo == y->lo && x->hi == y->hi);
-    assert_same_vec(x->axis, y->axis);
-    assert_same_vec(x->point_a, y->point_a);
-    assert_same_vec(x->point_b, y->point_b);
-    assert_true(x->status == y->status && x->method == y->method && x->iterations == y->iterations);
-    assert_true(x->peer_failures == y->peer_failures && x->refined == y->refined);
-    assert_int_equal(x->manifold.count, y->manifold.count);
-    for (uint32_t i = 0; i < x->manifold.count; i++) {
-        const manifold_point *p = &x->manifold.points[i], *q = &y->manifold.points[i];
-        assert_same_vec(p->point, q->point);
-        assert_true(p->distance == q->distance && p->feature == q->feature);
-    }
-}
-
-static const narrow_request REQUESTS[] = {
-    {.facts = NARROW_DISTANCE, .tolerance = 1e-9, .range = INFINITY},
-    {.facts = NARROW_DISTANCE | NARROW_MANIFOLD | NARROW_VERDICT, .tolerance = 1e-6, .range = 1, .threshold = 0.05},
-    {.facts = NARROW_DISTANCE, .tolerance = 0, .range = INFINITY},
-    {.facts = NARROW_DISTANCE, .tolerance = 1e-9, .range = 0.3},
-    {.facts = NARROW_MANIFOLD, .tolerance = 1e-9, .threshold = 0.2},
-    {.facts = NARROW_VERDICT, .threshold = 0.1},
-    {.facts = NARROW_DISTANCE, .tolerance = 1e-3, .range = INFINITY},
-    {.facts = NARROW_DISTANCE, .tolerance = 0.02, .range = INFINITY},
-    {.facts = NARROW_DISTANCE | NARROW_VERDICT, .tolerance = 0.1, .range = INFINITY},
-    {.facts = NARROW_DISTANCE | NARROW_VERDICT, .tolerance = 1, .range = INFINITY},
-};
-enum { REQUEST_COUNT = sizeof REQUESTS / sizeof *REQUESTS };
 
 /* The bounds hold what bounds in double-double hold, and are as close as was asked. */
 static void assert_true_to(const shape *a, const shape *b, const pose *at, const narrow_result *r)
