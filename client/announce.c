@@ -147,10 +147,26 @@ void announce_drop(collided *c, announcement *a)
     a->message = NULL;
 }
 
+void announce_leaves_name(collided *c, announcement *a)
+{
+    c->names_leaving += !a->leaves_name;
+    a->leaves_name = true;
+}
+
+/* Its old name is free, or stays its own. */
+static void has_left_name(collided *c, announcement *a)
+{
+    if (!a->leaves_name) return;
+    a->leaves_name = false;
+    c->names_leaving--;
+    c->name_left_ns = session_monotonic_ns();
+}
+
 /* The object is gone on both sides: its record ends. */
 static void settle_removal(collided *c, announcement *a)
 {
     wire_kind kind = a->message->kind;
+    has_left_name(c, a);
     if (c->link->ops->forget) c->link->ops->forget(c->link, a->message);
     if (kind == WIRE_CLIENT) {
         set_state(c, a, ANNOUNCE_ACKED);
@@ -215,6 +231,7 @@ void announce_acked(collided *c, int64_t sequence)
         return;
     }
     set_state(c, a, ANNOUNCE_ACKED);
+    has_left_name(c, a);
     if (a->message->kind == WIRE_BODY) body_acked(c, (body_record *)a);
 }
 
@@ -223,10 +240,20 @@ static bool may_renew(const announcement *a)
     return session_monotonic_ns() - a->renewed_ns >= NS_PER_S;
 }
 
-/* A network has no order between topics: what depends on something that has not come yet is announced again, later. */
-static bool is_matter_of_order(const announcement *a, wire_reason reason)
+/* A body of ours that is removed or renamed may still have the name when the next one that bears it is heard of; and
+ * that it had may be told after it was told to be gone. */
+static bool may_be_left_name(const collided *c)
 {
-    return (reason == WIRE_UNKNOWN_CLIENT || reason == WIRE_UNKNOWN_GEOMETRY) && a->tries < ANNOUNCE_ORDER_TRIES;
+    return c->names_leaving || (c->name_left_ns && session_monotonic_ns() - c->name_left_ns < NS_PER_S);
+}
+
+/* A network has no order between topics, and one that repeats what it has lost none at all: what depends on something
+ * that has not come yet is announced again, later. */
+static bool is_matter_of_order(const collided *c, const announcement *a, wire_reason reason)
+{
+    bool waits = reason == WIRE_UNKNOWN_CLIENT || reason == WIRE_UNKNOWN_GEOMETRY;
+    if (reason == WIRE_NAME_TAKEN) waits = may_be_left_name(c);
+    return waits && a->tries < ANNOUNCE_ORDER_TRIES;
 }
 
 /* A refused message that is no announcement. The daemon may have lost us while we stood still: it is told again who we
@@ -257,7 +284,7 @@ void announce_rejected(collided *c, const wire_reject *why)
         if (!repair(c, why)) session_keep_rejection(c, why);
         return;
     }
-    if (is_matter_of_order(a, (wire_reason)why->reason)) {
+    if (is_matter_of_order(c, a, (wire_reason)why->reason)) {
         if (c->client.state == ANNOUNCE_ACKED && why->reason == WIRE_UNKNOWN_CLIENT && may_renew(&c->client))
             announce_again(c, &c->client);
         make_due(c, a, true, session_monotonic_ns() + repeat_after_ns(c, a->tries));
@@ -265,5 +292,6 @@ void announce_rejected(collided *c, const wire_reject *why)
     }
     set_state(c, a, ANNOUNCE_REFUSED);
     session_keep_rejection(c, why);
+    has_left_name(c, a);
     if (is_removal(a->message)) settle_removal(c, a); /* what the daemon does not know needs no removal */
 }

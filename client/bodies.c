@@ -245,9 +245,11 @@ collided_status collided_change_body(collided *c, collided_body body, const coll
     pthread_mutex_lock(&c->lock);
     body_record *record = alive(c, body.id);
     wire_message *m = record ? checked_body(c, body.id, def) : NULL;
-    if (m)
+    if (m) {
+        const wire_message *old = record->announced.message;
+        if (!old || strcmp(old->body.name, m->body.name) != 0) announce_leaves_name(c, &record->announced);
         announce(c, &record->announced, m);
-    else if (record)
+    } else if (record)
         status = COLLIDED_BAD_ARGUMENT;
     else
         status = session_fail(c, COLLIDED_UNKNOWN_ID, "there is no body %d", body.id);
@@ -260,6 +262,7 @@ static void remove_record(collided *c, body_record *record)
     const wire_message m = {.kind = WIRE_BODY,
         .body = {.version = WIRE_VERSION, .client = c->id, .body = record->id, .removed = 1, .name = "", .group = ""}};
     record->removed = true;
+    announce_leaves_name(c, &record->announced);
     announce(c, &record->announced, message_copy(&m));
 }
 

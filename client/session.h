@@ -92,9 +92,11 @@ struct collided {
     announcement client;
     announcement *first, *last; /* the record */
     size_t pending;
-    table by_sequence;  /* to announcement */
-    table bodies;       /* id to body_record */
-    void **body_blocks; /* memory of body records, side by side */
+    size_t names_leaving; /* bodies of which it is not acknowledged yet that they leave their names */
+    int64_t name_left_ns; /* when it was last; 0 = never */
+    table by_sequence;    /* to announcement */
+    table bodies;         /* id to body_record */
+    void **body_blocks;   /* memory of body records, side by side */
     size_t body_block_count, body_block_capacity;
     body_record *spare_bodies; /* linked by announced.next */
     body_record **published;   /* of the poses that are being published */

@@ -388,6 +388,48 @@ static void leaving_keeps_what_was_to_be_kept(void **state)
     assert_int_equal(fake_message(WIRE_POSE_BATCH, 0)->pose_batch.client, 77);
 }
 
+/* As over a network that lost the removal at first: the new body is heard of before the old one is gone, or the answer
+ * to that is. */
+static void a_name_that_is_being_left_is_taken_in_the_end(void **state)
+{
+    (void)state;
+    for (int late = 0; late < 2; late++)
+        for (int renamed = 0; renamed < 2; renamed++) {
+            fake_begin((fake_options){.repeats = true, .epoch = 1});
+            collided *c = fake_connect();
+            collided_body old = make(c, "a");
+            assert_int_equal(collided_sync(c, FAKE_PATIENCE_S), COLLIDED_OK);
+            fake_set((fake_options){.repeats = true, .ignored = WIRE_BODY, .epoch = 1});
+            const collided_shape ball = collided_sphere(0.1);
+            collided_body_def def = collided_body_def_default();
+            def.name = "b";
+            def.shapes = &ball;
+            def.shape_count = 1;
+            assert_int_equal(renamed ? collided_change_body(c, old, &def) : collided_remove_body(c, old), COLLIDED_OK);
+            const wire_message *left = fake_message(WIRE_BODY, 1);
+            make(c, "a");
+            const wire_message *heir = fake_message(WIRE_BODY, 2);
+            for (size_t n = 3; strcmp(heir->body.name, "a") != 0; n++) heir = fake_message(WIRE_BODY, n);
+            if (late) fake_ack(left);
+            fake_reject(heir, WIRE_NAME_TAKEN, "a");
+            fake_settle();
+            fake_set((fake_options){.repeats = true, .epoch = 1});
+            assert_int_equal(collided_sync(c, FAKE_PATIENCE_S), COLLIDED_OK);
+            collided_close(c);
+        }
+}
+
+static void a_name_that_another_one_has_is_refused(void **state)
+{
+    (void)state;
+    fake_begin((fake_options){.repeats = true, .ignored = WIRE_BODY, .epoch = 1});
+    collided *c = fake_connect();
+    make(c, "a");
+    fake_reject(fake_message(WIRE_BODY, 0), WIRE_NAME_TAKEN, "a");
+    assert_int_equal(collided_sync(c, FAKE_PATIENCE_S), COLLIDED_REJECTED);
+    collided_close(c);
+}
+
 static void hulls_are_announced_once_and_in_pieces(void **state)
 {
     (void)state;
@@ -465,6 +507,8 @@ int main(void)
         cmocka_unit_test(leaving_removes_bodies_before_the_client),
         cmocka_unit_test(leaving_keeps_what_was_to_be_kept),
         cmocka_unit_test(a_shape_s_deviation_is_announced),
+        cmocka_unit_test(a_name_that_is_being_left_is_taken_in_the_end),
+        cmocka_unit_test(a_name_that_another_one_has_is_refused),
         cmocka_unit_test(hulls_are_announced_once_and_in_pieces),
         cmocka_unit_test(height_fields_are_announced_whole),
     };
