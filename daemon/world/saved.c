@@ -249,10 +249,17 @@ static const char *get_interest(bytes_in *from, world *w)
 
 /* ---- pairs and watches ---- */
 
+/* Of its cache what bounds begin with: with a budget they are told, and must be the other world's. The rest changes the
+ * time alone. */
+static narrow_cache bare_cache(const narrow_cache *c)
+{
+    return (narrow_cache){.axis = c->axis, .b_in_a = c->b_in_a, .lower = c->lower};
+}
+
 static void put_pair(bytes_out *to, const world *w, uint32_t id)
 {
     pair bare = w->pairs.at[id];
-    bare.cache = (narrow_cache){0};
+    bare.cache = bare_cache(&w->pairs.at[id].cache);
     bytes_put(to, &id, sizeof id);
     bytes_put(to, &bare, sizeof bare);
 }
@@ -264,7 +271,7 @@ static const char *get_pair(bytes_in *from, world *w)
     bytes_get(from, &id, sizeof id);
     if (!bytes_get(from, &p, sizeof p) || id >= w->pairs.count || p.a >= w->solids.count || p.b >= w->solids.count)
         return "a pair is cut off";
-    p.cache = (narrow_cache){0};
+    p.cache = bare_cache(&p.cache);
     w->pairs.at[id] = p;
     pair_map_put(&w->pair_of, pair_key(p.a, p.b), id);
     return NULL;

@@ -5,6 +5,7 @@
 #include "geom/hull.h"
 #include "geom/mesh.h"
 #include "scene.h"
+#include "world/saved.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -522,6 +523,64 @@ static void a_replay_with_the_recorded_units_is_the_same(void **state)
     }
 }
 
+static int64_t name_of(const void *context, const shape *s)
+{
+    (void)context;
+    return s->mesh ? 2 : 1;
+}
+
+static bool lend(const void *context, int64_t number, shape *to)
+{
+    const run *r = context;
+    to->hull = number == 2 ? r->dented->hull : r->stone;
+    to->mesh = number == 2 ? r->dented : NULL;
+    return number == 1 || number == 2;
+}
+
+/* As a standby gets it. */
+static void be_reborn(run *r, const world_options *options, world_grant *by)
+{
+    const world_lender lender = {.context = r, .name_of = name_of, .lend = lend};
+    bytes_out bytes = {0};
+    world_save(r->w, &lender, &bytes);
+    world_destroy(r->w);
+    r->w = world_create(options);
+    world_set_budget(r->w, by, r);
+    bytes_in from = {.at = bytes.at, .left = bytes.count};
+    assert_null(world_restore(r->w, &lender, &from));
+    array_free(&bytes);
+}
+
+/* What was looked at last says where bounds begin, and they are told: a standby needs to know it. */
+static void a_restored_world_goes_on_alike(void **state)
+{
+    (void)state;
+    static run r;
+    static uint64_t hashes[4000];
+    world_options options = world_options_default();
+    for (uint64_t units = 4000; units <= 64000; units *= 4) {
+        begin(&r, &options, &NEAR);
+        r.grant = units;
+        world_set_budget(r.w, grant, &r);
+        for (int t = 0; t < ticks_to_run(); t++) {
+            if (t) move(&r, 0.02);
+            hashes[t] = tick(&r);
+        }
+        end(&r);
+        uint64_t work[4000];
+        memcpy(work, r.work, sizeof work);
+        begin(&r, &options, &NEAR);
+        memcpy(r.work, work, sizeof work);
+        world_set_budget(r.w, grant_as_before, &r);
+        for (int t = 0; t < ticks_to_run(); t++) {
+            if (t % 8 == 7) be_reborn(&r, &options, grant_as_before);
+            if (t) move(&r, 0.02);
+            if (tick(&r) != hashes[t]) fail_msg("with %llu units tick %d differs", (unsigned long long)units, t);
+        }
+        end(&r);
+    }
+}
+
 /* Nothing moves any more: tick by tick the intervals become those of a world without a budget. */
 static void what_is_left_is_done_later(void **state)
 {
@@ -608,6 +667,7 @@ int main(void)
         cmocka_unit_test(with_no_interest_nothing_is_looked_at),
         cmocka_unit_test(with_a_budget_nothing_is_missed_and_what_was_told_holds),
         cmocka_unit_test(a_replay_with_the_recorded_units_is_the_same),
+        cmocka_unit_test(a_restored_world_goes_on_alike),
         cmocka_unit_test(what_is_left_is_done_later),
         cmocka_unit_test(a_way_without_a_budget_is_no_way_back),
     };
