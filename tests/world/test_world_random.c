@@ -40,6 +40,7 @@ typedef struct run {
     pose at[BODIES], before[BODIES]; /* now, and at the last tick */
     int64_t stamps[BODIES], now_ns;
     bool moved[BODIES], teleported[BODIES]; /* since the last tick */
+    bool bent[BODIES];                      /* its way since then is none that is sampled */
     bool held[BODIES];
     world_ccd ccd[BODIES];
     shape shapes[BODIES];
@@ -123,6 +124,12 @@ static void put(run *r, int i)
     r->held[i] = false;
 }
 
+/* Nearly: which way round it went, a given velocity says. */
+static bool is_half_a_turn(quat a, quat b)
+{
+    return fabs(a.w * b.w + a.x * b.x + a.y * b.y + a.z * b.z) < 0.3;
+}
+
 static void move(run *r, int i, bool teleports)
 {
     uint64_t velocity = next(&r->random) % 4;
@@ -136,6 +143,7 @@ static void move(run *r, int i, bool teleports)
         world_move_body(r->w, r->ids[i], r->at[i], r->now_ns, v, spin);
     if (teleports) r->before[i] = r->at[i];
     r->teleported[i] |= teleports;
+    r->bent[i] |= r->moved[i] || (v && is_half_a_turn(r->before[i].q, r->at[i].q));
     r->moved[i] = !teleports;
     r->held[i] = false;
 }
@@ -306,7 +314,10 @@ static void open_contacts_equal_those_of_all_pairs(run *r)
         size_t told = 0, least = 0, most = 0;
         for (size_t b = 0; b < all.count; b++)
             if (all.at[b].interest == r->interests[id])
-                for (size_t e = 0; e < all.at[b].count; e++) told += all.at[b].events[e].cause == CAUSE_SNAPSHOT;
+                for (size_t e = 0; e < all.at[b].count; e++) {
+                    const world_event *v = &all.at[b].events[e];
+                    told += v->cause == CAUSE_SNAPSHOT && v->kind != EVENT_UNKNOWN; /* that comes on top */
+                }
         for (int i = 0; i < BODIES; i++) {
             for (int k = 0; k < i; k++) {
                 if (!is_checked(r, i, k)) continue;
@@ -359,6 +370,7 @@ static size_t what_meets_on_its_way_is_told(const run *r)
     size_t met = 0;
     for (int i = 0; i < BODIES; i++) {
         for (int k = 0; k < i; k++) {
+            if (r->bent[i] || r->bent[k]) continue;
             if (!is_checked(r, i, k) || !(r->moved[i] || r->moved[k]) || !(r->ccd[i] || r->ccd[k])) continue;
             if ((r->held[i] && !r->moved[i]) || (r->held[k] && !r->moved[k])) continue;
             if (!meets(r, i, k, scratch)) continue;
@@ -375,7 +387,7 @@ static void arrive(run *r)
 {
     for (int i = 0; i < BODIES; i++) {
         r->before[i] = r->at[i];
-        r->moved[i] = r->teleported[i] = false;
+        r->moved[i] = r->teleported[i] = r->bent[i] = false;
     }
 }
 
@@ -427,7 +439,7 @@ static played play_within(const world_options *options, int ticks, bool check, u
     if (check) {
         const mirror *m = r.mirror;
         size_t enough = (size_t)ticks / 200;
-        assert_true(met > enough && m->impacts > 4 * enough && m->teleported > enough);
+        assert_true(2 * met > enough && m->impacts > 4 * enough && m->teleported > enough);
         assert_true(m->foretold > enough && m->averted == m->foretold);
         assert_true(m->came_to_be_known > enough && m->came_to_be_unknown > m->came_to_be_known);
     }
