@@ -80,7 +80,7 @@ static double profile_distance(const profile *f, double r, double z, double *nr,
             out_z = straight ? er / length : vz / norm;
         }
     }
-    if (inside <= 0) return inside;
+    if (inside <= 0 || !(outside > 0)) return min_of(inside, outside); /* at a corner any edge's way leads out */
     *nr = out_r, *nz = out_z;
     return outside;
 }

@@ -9,6 +9,7 @@
 #include "descent.h"
 #include "ellipsoid_pair.h"
 #include "gjk.h"
+#include "inscribed.h"
 #include "moved_apart.h"
 #include "near_features.h"
 #include "pieces.h"
@@ -118,6 +119,7 @@ void dispatch_general(
     bool closed = out->hi - out->lo <= p->error || narrow_goal_reached(goal, out->lo, out->hi);
     if (!only_general && !closed && sat_applies(p)) depth_by_axes(p, &start, out);
     if (!closed) coaxial_depth(p, out);
+    if (!closed && out->lo < 0 && !only_general && !polytope_depth_applies(p)) inscribed_depth(p, goal, out);
     if (!closed) moved_apart_raise(p, out);
     finish_depth(p, asked, named, out);
 }

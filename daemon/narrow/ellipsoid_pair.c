@@ -9,6 +9,7 @@
 enum { NEWTON_MAX = 16, HALVINGS_MAX = 6, TURNS_MAX = 4, STARTS_MAX = 4 };
 
 static const double STRIDE = 0.7; /* a longer step leaves what the derivatives know */
+static const double FLAT = 1e-9;  /* of the steeper second derivative: the least that the other one counts */
 static const double BOWL = 1e-3;  /* a second derivative with less of a determinant is taken without its -h */
 static const double MOST = 1e-6;  /* by which a proof falls short of the truth, whatever was asked */
 static const double NOISE = 1024; /* rounding of products of lengths, in units of the last place, with room */
@@ -154,17 +155,25 @@ static form adjugate_of(const form *k)
         .k22 = k->k00 * k->k11 - k->k01 * k->k01};
 }
 
-static double value_at(const form *k, vec3 r)
+/* r.inverse(K) r by K = L D L'; infinite unless all of D is above `noise`, and so K > 0. Where centres are one and many
+ * directions are equally deep, two of D are next to nothing and a determinant is lost in rounding: these are not. */
+static double value_of_inverse(const form *k, vec3 r, double noise)
 {
-    return k->k00 * r.x * r.x + k->k11 * r.y * r.y + k->k22 * r.z * r.z +
-           2 * (k->k01 * r.x * r.y + k->k02 * r.x * r.z + k->k12 * r.y * r.z);
+    double d0 = k->k00, l1 = k->k01 / d0, l2 = k->k02 / d0;
+    double d1 = k->k11 - l1 * k->k01, l3 = (k->k12 - l1 * k->k02) / d1;
+    double d2 = k->k22 - l2 * k->k02 - l3 * (k->k12 - l1 * k->k02);
+    double x = r.x, y = r.y - l1 * x, z = r.z - l2 * x - l3 * y;
+    return d0 > noise && d1 > noise && d2 > noise ? x * x / d0 + y * y / d1 + z * z / d2 : INFINITY;
 }
 
-/* Where a form is negative, or nearly: the longest column of its adjugate. Unit, or zero. */
-static vec3 weakest_of(const form *adjugate)
+/* Where a form is negative, or nearly: the longest column of its adjugate. Unit, or zero. Of one that is negative to
+ * all sides of n0, as on the far side of a centre that lies on an axis, the one that leads to -x. */
+static vec3 weakest_of(const form *k)
 {
-    vec3 x = {adjugate->k00, adjugate->k01, adjugate->k02}, y = {adjugate->k01, adjugate->k11, adjugate->k12};
-    vec3 z = {adjugate->k02, adjugate->k12, adjugate->k22}, longest = vec_norm2(x) >= vec_norm2(y) ? x : y;
+    const form adjugate = adjugate_of(k);
+    if (k->k11 < 0 && adjugate.k00 > 0) return vec(0.70710678118654752, 0.70710678118654752, 0);
+    vec3 x = {adjugate.k00, adjugate.k01, adjugate.k02}, y = {adjugate.k01, adjugate.k11, adjugate.k12};
+    vec3 z = {adjugate.k02, adjugate.k12, adjugate.k22}, longest = vec_norm2(x) >= vec_norm2(y) ? x : y;
     return direction_of(vec_norm2(z) > vec_norm2(longest) ? z : longest);
 }
 
@@ -172,8 +181,9 @@ static vec3 weakest_of(const form *adjugate)
  * enough that F(n) = n.H n + 2 d c.n - d^2 >= 0 for all unit n. For any l let K = H - l and r = K n0 + d c: then
  *     F(n) = (n - n0).K (n - n0) + 2 r.(n - n0) + F(n0),   F(n0) = |M n0|^2 - (d - c.n0)^2,
  * and K > 0 makes the first two at least -r.inverse(K) r. That is least at the l which leaves r orthogonal to n0; but
- * there K has no room when the centres are one, so half of F(n0) is given up for some. `adjugate`: of K. */
-static bool proves(const unit_pair *p, const place *at, const vec3 m[3], double short_by, form *adjugate)
+ * there K has no room when the centres are one, so half of F(n0) is given up for some. *weakest: where K is negative,
+ * or nearly. */
+static bool proves(const unit_pair *p, const place *at, const vec3 m[3], double short_by, vec3 *weakest)
 {
     vec3 c = {vec_dot(p->b_in_a.t, at->n), vec_dot(p->b_in_a.t, at->x), vec_dot(p->b_in_a.t, at->y)};
     double d = at->h - short_by, noise = NOISE * UNIT_ROUNDOFF * p->size * p->size;
@@ -185,12 +195,11 @@ static bool proves(const unit_pair *p, const place *at, const vec3 m[3], double 
         .k11 = vec_norm2(m[1]) - c.y * c.y - l,
         .k12 = vec_dot(m[1], m[2]) - c.y * c.z,
         .k22 = vec_norm2(m[2]) - c.z * c.z - l};
-    *adjugate = adjugate_of(&k);
-    double trace = k.k00 + k.k11 + k.k22;
-    double whole = k.k00 * adjugate->k00 + k.k01 * adjugate->k01 + k.k02 * adjugate->k02;
-    if (!(k.k00 > 0 && adjugate->k22 > 0 && whole > noise * trace * trace)) return false;
     vec3 r = {room, k.k01 + d * c.y, k.k02 + d * c.z};
-    return have >= (1 + SLACK) * value_at(adjugate, r) / whole + noise / 16; /* of a few products */
+    double value = value_of_inverse(&k, r, noise);
+    if (have >= (1 + SLACK) * value + noise / 16) return true; /* of a few products */
+    *weakest = weakest_of(&k);
+    return false;
 }
 
 /* By ellipsoids that are made to reach farther where the last one did not far enough. *beyond: where h may be less. */
@@ -198,11 +207,9 @@ static bool is_least(const unit_pair *p, const place *at, double short_by, vec3 
 {
     turn t = turn_of(p, at);
     for (int i = 0; i < TURNS_MAX; i++) {
-        form adjugate;
-        vec3 m[3];
+        vec3 m[3], e;
         inner_ellipsoid(&t, m);
-        if (proves(p, at, m, short_by, &adjugate)) return true;
-        vec3 e = weakest_of(&adjugate);
+        if (proves(p, at, m, short_by, &e)) return true;
         vec3 a = vec_madd(vec_madd(vec_scale(t.a[0], e.x), e.y, t.a[1]), e.z, t.a[2]);
         vec3 b = vec_madd(vec_madd(vec_scale(t.b[0], e.x), e.y, t.b[1]), e.z, t.b[2]);
         gain_along(&t, FARTHER, a, b);
@@ -213,18 +220,42 @@ static bool is_least(const unit_pair *p, const place *at, double short_by, vec3 
 
 /* ---- search ---- */
 
+/* Where h is a gutter, which of bodies of revolution has no slope along it: Newton's step by its two principal
+ * directions, of which the flat one counts as bent by a little, or as much as it is bent the wrong way. */
+static void step_in_gutter(const place *at, double xx, double yy, double *dx, double *dy)
+{
+    double mean = 0.5 * (xx + yy), half = 0.5 * (xx - yy), root = sqrt(half * half + at->xy * at->xy);
+    double steep = mean + root, flat = max_of(fabs(mean - root), FLAT * steep);
+    double ux = half >= 0 ? half + root : at->xy, uy = half >= 0 ? at->xy : root - half;
+    double norm = sqrt(ux * ux + uy * uy);
+    ux = norm > 0 ? ux / norm : 1, uy = norm > 0 ? uy / norm : 0;
+    double down = -(ux * at->gx + uy * at->gy) / steep, along = (uy * at->gx - ux * at->gy) / flat;
+    *dx = down * ux - along * uy, *dy = down * uy + along * ux;
+}
+
+static void shorten(double *dx, double *dy)
+{
+    double norm2 = *dx * *dx + *dy * *dy, shorter = norm2 > STRIDE * STRIDE ? STRIDE / sqrt(norm2) : 1;
+    *dx *= shorter, *dy *= shorter;
+}
+
 /* Newton's step; where h is no bowl, that of the sum of norms alone, which is convex. */
 static void step_of(const place *at, double *dx, double *dy)
 {
     double xx = at->xx - at->h, yy = at->yy - at->h, whole = xx * yy - at->xy * at->xy;
     if (!(xx > 0 && whole > BOWL * xx * xx)) {
+        if (xx + yy > 0) {
+            step_in_gutter(at, xx, yy, dx, dy);
+            shorten(dx, dy);
+            return;
+        }
         double least = BOWL * (at->xx + at->yy);
         xx = at->xx + least, yy = at->yy + least, whole = xx * yy - at->xy * at->xy;
     }
     double x = (at->xy * at->gy - yy * at->gx) / whole, y = (at->xy * at->gx - xx * at->gy) / whole;
     if (!(whole > 0)) x = y = 0; /* a point has no slopes */
-    double norm2 = x * x + y * y, shorter = norm2 > STRIDE * STRIDE ? STRIDE / sqrt(norm2) : 1;
-    *dx = x * shorter, *dy = y * shorter;
+    *dx = x, *dy = y;
+    shorten(dx, dy);
 }
 
 /* A step that does not lower h is halved. */
@@ -265,34 +296,40 @@ static void descend(const unit_pair *p, place *at, double close, double enough, 
         if (at->h < enough || at->gx * at->gx + at->gy * at->gy <= close || !advance(p, at)) return;
 }
 
+/* What the place that was found says. False: it is not proven to be the least. */
+static bool tell(const unit_pair *p, const place *at, double short_by, vec3 *beyond, span *out)
+{
+    minkowski m = unit_pair_nearest_along(p, vec_neg(at->n));
+    double lo = -vec_dot(at->n, m.w), shaved = p->shaved_a + p->shaved_b;
+    *out = (span){.lo = lo,
+        .axis = vec_neg(at->n),
+        .point_a = m.a,
+        .point_b = m.b,
+        .method = NARROW_BY_CLOSED_FORM,
+        .iterations = out->iterations};
+    bool least = lo > 0 || is_least(p, at, short_by, beyond);
+    out->hi = max_of(lo, lo > 0 ? vec_norm(m.w) : short_by + shaved - at->h);
+    return least;
+}
+
 bool ellipsoid_pair_measure(const unit_pair *p, const narrow_goal *goal, span *out)
 {
     double rounding = NOISE * UNIT_ROUNDOFF * p->size, short_by = max_of(min_of(0.5 * goal->tolerance, MOST), rounding);
-    double shaved = p->shaved_a + p->shaved_b, close = 0.01 * short_by,
-           enough = shaved - max_of(goal->far, 0) - rounding;
+    double close = 0.01 * short_by, enough = p->shaved_a + p->shaved_b - max_of(goal->far, 0) - rounding;
+    double highest = -INFINITY;
     vec3 beyond = first_direction(p);
-    out->method = NARROW_BY_CLOSED_FORM;
     out->iterations = 1;
-    out->lo = -INFINITY;
     for (int i = 0; i < STARTS_MAX; i++) {
         place at = look(p, beyond);
         descend(p, &at, close, enough, &out->iterations);
-        minkowski m = unit_pair_nearest_along(p, vec_neg(at.n));
-        double lo = -vec_dot(at.n, m.w);
-        if (lo <= out->lo) return false; /* the same place again, or a higher one */
-        *out = (span){.lo = lo,
-            .axis = vec_neg(at.n),
-            .point_a = m.a,
-            .point_b = m.b,
-            .method = out->method,
-            .iterations = out->iterations};
-        if (lo > 0)
-            out->hi = max_of(lo, vec_norm(m.w));
-        else if (is_least(p, &at, short_by, &beyond))
-            out->hi = max_of(lo, short_by + shaved - at.h);
-        else
-            continue;
-        return narrow_goal_reached(goal, out->lo, out->hi) || out->hi - out->lo <= 2 * rounding;
+        bool told = tell(p, &at, short_by, &beyond, out);
+        if (out->lo <= highest) return false; /* the same place again, or a higher one */
+        if (!told) {                          /* where h is bent by little, a slope of little is far from the least */
+            descend(p, &at, 0, enough, &out->iterations);
+            told = tell(p, &at, short_by, &beyond, out);
+        }
+        highest = out->lo;
+        if (told) return narrow_goal_reached(goal, out->lo, out->hi) || out->hi - out->lo <= 2 * rounding;
     }
     return false;
 }

@@ -20,11 +20,13 @@ static inline bool exact(span *out, double distance, vec3 axis, vec3 point_a, ve
     return true;
 }
 
-/* v without its part along the unit vector u; twice, because the first pass leaves what cancelled. */
+/* v without its part along the unit vector u; twice, because the first pass leaves what cancelled. Zero where v lies
+ * along u but for rounding: what is left then points anywhere, along u where the length of u is not quite 1. */
 static inline vec3 orthogonal_part(vec3 v, vec3 u)
 {
-    v = vec_madd(v, -vec_dot(v, u), u);
-    return vec_madd(v, -vec_dot(v, u), u);
+    vec3 n = vec_madd(v, -vec_dot(v, u), u);
+    n = vec_madd(n, -vec_dot(n, u), u);
+    return vec_norm2(n) > 0x1p-60 * vec_norm2(v) ? n : VEC_ZERO;
 }
 
 static inline vec3 unit_or(vec3 v, vec3 otherwise)
@@ -46,11 +48,14 @@ static inline bool formula_sphere_sphere(const unit_pair *p, span *out)
     return exact(out, vec_norm(t), unit_or(t, vec(1, 0, 0)), VEC_ZERO, t);
 }
 
+/* The ball is level with the segment, or at its end but for rounding. */
 static inline bool formula_sphere_capsule(const unit_pair *p, span *out)
 {
     vec3 u = p->b_in_a.r.z, t = p->b_in_a.t;
     double h = p->b.half.z, s = clamp_to(-vec_dot(t, u), h);
-    vec3 v = vec_madd(t, s, u), n = fabs(s) < h ? orthogonal_part(v, u) : v;
+    vec3 v = vec_madd(t, s, u);
+    bool level = fabs(s) < h || s * vec_dot(v, u) > 0;
+    vec3 n = level ? orthogonal_part(v, u) : v;
     return exact(out, vec_norm(v), unit_or_across(n, u), VEC_ZERO, v);
 }
 

@@ -29,6 +29,11 @@ enum regime { REGIME_APART, REGIME_NEAR, REGIME_SHALLOW, REGIME_DEEP, REGIME_COU
 /* A pose of B such that the pair is, roughly, in the regime. */
 void random_poses(random_state *r, const shape *a, const shape *b, enum regime where, pose *pose_a, pose *pose_b);
 
+/* As machines are built and things are stacked: sizes and positions in eighths, turned by quarters and halves of right
+ * angles; every third pair disturbed by 1e-16 to 1e-3. */
+shape lattice_shape(random_state *r, shape_type type);
+void lattice_poses(random_state *r, const shape *a, const shape *b, pose *pose_a, pose *pose_b);
+
 /* Scratch for one thread, aligned; static. */
 narrow_scratch *case_scratch(void);
 
