@@ -383,6 +383,9 @@ static inline pair_terms pair_kept_terms(const pair *p)
 }
 void pair_apply_changes(world *w, const broad_changes *changes);
 void pair_collect_active(world *w);
+/* Brings active_pairs into the order of their keys, which stand in w->active then. Where the ids of two solids and of
+ * the pair, of so many bits each, fit into one number, none has to be looked up again: the same lists. */
+void pair_sort_active(world *w, unsigned of_solids, unsigned of_pairs);
 uint32_t pair_find(const world *w, uint32_t solid_a, uint32_t solid_b);
 
 /* ladder.c */
