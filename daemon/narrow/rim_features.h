@@ -26,14 +26,24 @@
  * When it is below half of the least margin of directions, 2^-14, one feature of each is left; of a search that ends
  * wider all that are left are tried. Where no F is strict (parallel faces), the search from nothing answers.
  *
+ * What the features of one body are stands in rim_parts.c, Newton's method in rim_newton.c, and in rim_features.c what
+ * proves the answer and who proposes F.
+ *
  * Pure; any thread. */
 #ifndef COLLIDED_NARROW_RIM_FEATURES_H
 #define COLLIDED_NARROW_RIM_FEATURES_H
 
-#include "unit_pair.h"
+#include "rim_parts.h"
+
+/* Of the size: who asks for less is served quicker by a search that stops. */
+#define RIM_CLOSE_TOLERANCE 0x1p-9
 
 /* B has a rim, A is no hull; and a gap is asked for, closely. */
-bool rim_features_apply(const unit_pair *p, const narrow_goal *goal);
+static inline bool rim_features_apply(const unit_pair *p, const narrow_goal *goal)
+{
+    bool kinds = rim_is_revolved(&p->b) && p->a.type >= SHAPE_CAPSULE && p->a.type <= SHAPE_CONE;
+    return kinds && goal->near == -INFINITY && goal->tolerance <= RIM_CLOSE_TOLERANCE * p->size;
+}
 
 /* The answer from what the pair remembers, of which nothing is believed: the features, and an axis to begin from. */
 bool rim_features_recall(

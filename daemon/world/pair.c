@@ -266,12 +266,9 @@ static unsigned bits_of(size_t count)
     return bits;
 }
 
-/* By the keys of pairs, which stand in w->active in their order then. Where the ids of two solids and of the pair fit
- * into one number, none has to be looked up again. */
-static void sort_active(world *w)
+void pair_sort_active(world *w, unsigned of_solids, unsigned of_pairs)
 {
     size_t count = w->active_pairs.count;
-    unsigned of_solids = bits_of(w->solids.count), of_pairs = bits_of(w->pairs.count);
     bool fits = 2 * of_solids + of_pairs <= 64;
     array_reserve(&w->active, count);
     array_reserve(&w->sort_scratch, count);
@@ -305,5 +302,5 @@ void pair_collect_active(world *w)
     }
     for (size_t i = 0; i < w->fresh_now.count; i++) activate_body(w, &w->bodies.at[w->fresh_now.at[i]]);
     for (size_t i = 0; i < w->unfinished.count; i++) activate(w, w->unfinished.at[i]);
-    sort_active(w);
+    pair_sort_active(w, bits_of(w->solids.count), bits_of(w->pairs.count));
 }

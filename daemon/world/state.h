@@ -271,16 +271,11 @@ _Static_assert(offsetof(body, fit_slack) == 252, "and one more where its room ha
 
 /* body.c */
 void body_reserve(world *w, size_t need); /* room for so many in w->bodies */
-void body_settle_dirty(world *w);         /* new boxes and filters into the broad phase */
 void body_arrive(world *w, uint32_t id);  /* where it is, it was at the last tick */
 void body_reap(world *w);
-void body_add_name(world *w, uint32_t id);          /* to be found by it */
-void solid_free(solid *s);                          /* what it owns */
 int64_t body_age_ns(const world *w, const body *b); /* in this tick */
 int64_t body_age_at(const body *b, int64_t now_ns);
 void body_mark_dirty(world *w, uint32_t id, bool refilter);
-void body_account(world *w, uint32_t id);   /* it comes into a pair: its shapes are where it is, and it has a way */
-void body_settle_shapes(world *w, body *b); /* those that are behind stand where their body does */
 /* At the last tick. */
 static inline pose body_before(const body *b)
 {
@@ -292,11 +287,36 @@ static inline vec3 body_step(const body *b)
     return vec_sub(b->pose.p, b->before.p);
 }
 void body_velocity(const body *b, vec3 *linear, vec3 *angular); /* given, or estimated from its way; else zeros */
-pose solid_pose(const world *w, const solid *s);                /* in the world, as the last tick left it */
+
+/* body_names.c */
+void body_add_name(world *w, uint32_t body); /* to be found by it */
+void body_drop_name(world *w, const char *name);
+
+/* body_shapes.c */
+static inline bool pose_same(pose a, pose b)
+{
+    bool there = a.p.x == b.p.x && a.p.y == b.p.y && a.p.z == b.p.z;
+    return there && a.q.w == b.q.w && a.q.x == b.q.x && a.q.y == b.q.y && a.q.z == b.q.z;
+}
+bool body_same_shapes(const world *w, const body *b, const world_body *def);
+void body_add_shapes(world *w, uint32_t id, const world_body *def); /* to one that has none */
+void body_drop_shapes(world *w, body *b);
+void solid_free(solid *s); /* what it owns */
+
+/* solid.c */
+/* Where it is when its body is there. */
+static inline pose solid_at(pose body_pose, const solid *s)
+{
+    return s->at_origin ? body_pose : pose_mul(body_pose, s->local);
+}
+void body_settle_dirty(world *w); /* new boxes and filters into the broad phase */
+double body_margin(const world *w, const solid *s);
+void body_account(world *w, uint32_t id);   /* it comes into a pair: its shapes are where it is, and it has a way */
+void body_settle_shapes(world *w, body *b); /* those that are behind stand where their body does */
+pose solid_pose(const world *w, const solid *s); /* in the world, as the last tick left it */
 /* The same as where its body is, and where it is in there: solid_pose rounds by the distance from the world's origin.
  */
 void solid_stand(const world *w, const solid *s, pose *body_pose, pose *local);
-double body_margin(const world *w, const solid *s);
 pose solid_relative(const world *w, const solid *a, const solid *b); /* B's in A's frame, where the bodies are now */
 pose solid_settled_relative(const world *w, const solid *a, const solid *b); /* as the last tick left them */
 /* m: by how much a distance of two shapes, from their relative pose, may be off beyond what narrow.h allows for: the
@@ -383,6 +403,9 @@ static inline pair_terms pair_kept_terms(const pair *p)
 }
 void pair_apply_changes(world *w, const broad_changes *changes);
 void pair_collect_active(world *w);
+/* Brings active_pairs into the order of their keys, which stand in w->active then. Where the ids of two solids and of
+ * the pair, of so many bits each, fit into one number, none has to be looked up again: the same lists. */
+void pair_sort_active(world *w, unsigned of_solids, unsigned of_pairs);
 uint32_t pair_find(const world *w, uint32_t solid_a, uint32_t solid_b);
 
 /* ladder.c */

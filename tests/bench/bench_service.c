@@ -6,6 +6,7 @@
  * The scene: cubes of side 1 m on a grid of 4 m, each going round a circle of radius 0.5 m at 0.5 m/s while it turns
  * about z at 1 rad/s. 1 % of them, in pairs, are in contact all the time, so that each step has events. */
 #include "bench.h"
+#include "cubes.h"
 #include "raw_ping.h"
 
 #include <collided.h>
@@ -17,7 +18,7 @@
 #include <unistd.h>
 
 enum { HZ = 100, STEP_NS = 1000000000 / HZ, WARM_UP_STEPS = 50, DOMAIN_FIRST = 150, DOMAINS = 79 };
-static const double CONTACT_SHARE = 0.01, SPACING_M = 4, RADIUS_M = 0.5, OVERLAP_AT_M = 0.8;
+static const double CONTACT_SHARE = 0.01, RADIUS_M = 0.5, OVERLAP_AT_M = 0.8;
 
 typedef struct scene {
     collided *client;
@@ -43,15 +44,12 @@ typedef struct row {
 /* A pair shares its first body's place, angle and phase. */
 static void place(scene *s, size_t i, double t)
 {
-    size_t columns = (size_t)ceil(sqrt((double)s->count));
     bool second = i < s->paired && i % 2 == 1;
     size_t cell = second ? i - 1 : i;
     double phase = t + (double)cell;
     double *p = s->positions + 3 * i, *q = s->orientations + 4 * i;
-    size_t line = cell / columns;
-    p[0] = SPACING_M * (double)(cell % columns) + RADIUS_M * cos(phase) + (second ? OVERLAP_AT_M : 0);
-    p[1] = SPACING_M * (double)line + RADIUS_M * sin(phase);
-    p[2] = 0;
+    cubes_place(s->count, cell, RADIUS_M * cos(phase) + (second ? OVERLAP_AT_M : 0), p);
+    p[1] += RADIUS_M * sin(phase);
     q[0] = cos(0.5 * phase);
     q[1] = q[2] = 0;
     q[3] = sin(0.5 * phase);
@@ -59,18 +57,14 @@ static void place(scene *s, size_t i, double t)
 
 static bool create_bodies(scene *s)
 {
-    collided_shape cube = collided_box(1, 1, 1);
-    collided_body_def def = collided_body_def_default();
+    collided_pose at;
     char name[32];
-    def.name = name;
-    def.shapes = &cube;
-    def.shape_count = 1;
     for (size_t i = 0; i < s->count; i++) {
         place(s, i, 0);
         snprintf(name, sizeof name, "cube_%zu", i);
-        memcpy(def.pose.position, s->positions + 3 * i, sizeof def.pose.position);
-        memcpy(def.pose.orientation, s->orientations + 4 * i, sizeof def.pose.orientation);
-        s->bodies[i] = collided_create_body(s->client, &def);
+        memcpy(at.position, s->positions + 3 * i, sizeof at.position);
+        memcpy(at.orientation, s->orientations + 4 * i, sizeof at.orientation);
+        s->bodies[i] = cubes_put(s->client, name, &at);
     }
     return collided_sync(s->client, 10) == COLLIDED_OK;
 }

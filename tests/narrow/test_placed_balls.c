@@ -1,36 +1,20 @@
 /* A ball beside a ball or a box where they stand (narrow/placed_balls.h), and two capsules (placed_road.c): bounds,
  * axis and points hold by 113-bit arithmetic, from afar to a few roundings from the surface and beyond it to the
  * centre, for plates and needles, too; and registers of 32 bytes leave the bits that those of 16 leave. */
-#include "cases.h"
 #include "narrow/lanes.h"
-#include "narrow/placed_road.h"
 #include "oracle.h"
 #include "polytope_oracle.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include <cmocka.h>
 
+#include "placed_pair.h"
+
 static const double U = 0x1p-53;
-
-typedef struct pair {
-    shape a, b;
-    pose at_a, at_b;
-} pair;
-
-static int count_of(int usual)
-{
-    return getenv("COLLIDED_NIGHTLY") ? 20 * usual : getenv("COLLIDED_BRIEF") ? usual / 10 : usual;
-}
-
-static double pick(random_state *r, const double *from, size_t count)
-{
-    return from[random_bits(r) % count];
-}
 
 /* Of norm 1, or off it by what quat_settled lets pass. */
 static quat some_turn(random_state *r)
@@ -102,8 +86,7 @@ static void check(const pair *x, const narrow_result *r, real truth, uint64_t se
 {
     placed a = oracle_place(&x->a, x->at_a, x->at_a.p), b = oracle_place(&x->b, x->at_b, x->at_a.p);
     real along = oracle_separation(&a, &b, real3_of(r->axis));
-    double reach = shape_reach(&x->a) + shape_reach(&x->b), size = reach + vec_norm(vec_sub(x->at_b.p, x->at_a.p));
-    double length = vec_norm(r->axis);
+    double size = size_of(x), length = vec_norm(r->axis);
     if (!(r->lo <= truth && truth <= r->hi))
         fail_msg("seed %llu: %.17g outside [%.17g, %.17g]", (unsigned long long)seed, (double)truth, r->lo, r->hi);
     if (!(r->lo <= along && r->lo <= along * length))

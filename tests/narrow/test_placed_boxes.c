@@ -2,34 +2,18 @@
  * force over all features in 113 bits (polytope_oracle.c): gaps, depths and verdicts of any kind, down to a few
  * roundings, thin and long ones, straight and turned by next to nothing; at every size the same, and the same with a
  * cache as without. And how far a matrix of a quaternion is off, which the bounds rest on. */
-#include "cases.h"
-#include "narrow/placed_road.h"
 #include "polytope_oracle.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
-#include <stdlib.h>
 
 #include <cmocka.h>
 
-typedef struct pair {
-    shape a, b;
-    pose at_a, at_b;
-} pair;
+#include "placed_pair.h"
 
 static const shape_type TYPES[][2] = {{SHAPE_CAPSULE, SHAPE_BOX}, {SHAPE_BOX, SHAPE_BOX}};
 enum { KINDS = sizeof TYPES / sizeof *TYPES };
-
-static int count_of(int usual)
-{
-    return getenv("COLLIDED_NIGHTLY") ? 20 * usual : getenv("COLLIDED_BRIEF") ? usual / 10 : usual;
-}
-
-static double pick(random_state *r, const double *from, unsigned count)
-{
-    return from[random_bits(r) % count];
-}
 
 static shape some_shape(random_state *r, shape_type type)
 {
@@ -56,31 +40,21 @@ static quat some_turn(random_state *r, quat other)
 static pair random_pair(random_state *r, const shape_type types[2], enum regime regime)
 {
     pair x = {.a = some_shape(r, types[0]), .b = some_shape(r, types[1])};
-    if (!narrow_ordered(&x.a, 0, &x.b, 1)) {
-        shape a = x.a;
-        x.a = x.b, x.b = a;
-    }
+    put_in_order(&x);
     random_poses(r, &x.a, &x.b, regime, &x.at_a, &x.at_b);
     x.at_b.q = some_turn(r, x.at_a.q);
     return x;
 }
 
-static double size_of(const pair *x)
+/* Of boxes gaps are not measured by a formula alone. */
+static narrow_scratch *scratch_for(const pair *x)
 {
-    return shape_reach(&x->a) + shape_reach(&x->b) + vec_norm(vec_sub(x->at_b.p, x->at_a.p));
+    return x->a.type == SHAPE_BOX ? case_scratch() : NULL;
 }
 
-static bool ask_with(
-    const pair *x, const narrow_request *request, narrow_cache *cache, narrow_scratch *scratch, narrow_result *r)
-{
-    narrow_placed a = narrow_placed_at(&x->a, x->at_a), b = narrow_placed_at(&x->b, x->at_b);
-    return placed_road_for(&a, &b, request)(&a, &b, request, cache, scratch, r);
-}
-
-/* By the formula alone: false where it leaves the pair to others. Of boxes gaps are not measured by a formula alone. */
 static bool ask(const pair *x, const narrow_request *request, narrow_result *r)
 {
-    return ask_with(x, request, NULL, x->a.type == SHAPE_BOX ? case_scratch() : NULL, r);
+    return ask_with(x, request, NULL, scratch_for(x), r);
 }
 
 static narrow_request distance_of(const pair *x)
@@ -209,39 +183,16 @@ static void a_cache_changes_no_bit(void **state)
     }
 }
 
-static pair scaled(pair x, double by)
-{
-    x.a.radius *= by, x.b.radius *= by;
-    x.a.half = vec_scale(x.a.half, by), x.b.half = vec_scale(x.b.half, by);
-    x.at_a.p = vec_scale(x.at_a.p, by), x.at_b.p = vec_scale(x.at_b.p, by);
-    return x;
-}
-
 static void at_every_size_it_is_the_same(void **state)
 {
     (void)state;
-    static const int EXPONENTS[] = {-340, -50, -33, 3, 40, 300};
     for (int i = 1, n = count_of(1000) * KINDS; i <= n; i++) {
         random_state r = {(uint64_t)i};
         pair x = random_pair(&r, TYPES[i % KINDS], (enum regime)(i / KINDS % REGIME_COUNT));
         if (i % 50 == 0) x.at_b.p = x.at_a.p;
         narrow_request request = distance_of(&x);
         if (i / KINDS % 3 == 0) request.facts = NARROW_VERDICT;
-        narrow_request at_size = request;
-        narrow_result told = {0}, other = {0};
-        bool answered = ask(&x, &request, &told);
-        for (int k = 0; k < 6; k++) {
-            double by = ldexp(1, EXPONENTS[k]);
-            pair y = scaled(x, by);
-            at_size.tolerance = by * request.tolerance;
-            assert_true(ask(&y, &at_size, &other) == answered);
-            if (!answered) continue;
-            vec3 point_a = vec_scale(told.point_a, by), point_b = vec_scale(told.point_b, by);
-            assert_true(other.lo == by * told.lo && other.hi == by * told.hi);
-            assert_memory_equal(&other.axis, &told.axis, sizeof told.axis);
-            assert_memory_equal(&other.point_a, &point_a, sizeof point_a);
-            assert_memory_equal(&other.point_b, &point_b, sizeof point_b);
-        }
+        assert_same_at_every_size(&x, &request, scratch_for(&x));
     }
 }
 

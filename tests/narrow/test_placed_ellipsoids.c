@@ -1,35 +1,21 @@
 /* Verdicts of two ellipsoids where they stand (narrow/placed_ellipsoids.c): what is told holds by 113-bit support
  * functions, down to gaps and overlaps of a few roundings, at every size the same; most pairs are answered
  * without being measured. */
-#include "cases.h"
-#include "narrow/placed_road.h"
 #include "oracle.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
-#include <stdlib.h>
 
 #include <cmocka.h>
 
-typedef struct pair {
-    shape a, b;
-    pose at_a, at_b;
-} pair;
-
-static int count_of(int usual)
-{
-    return getenv("COLLIDED_NIGHTLY") ? 20 * usual : getenv("COLLIDED_BRIEF") ? usual / 10 : usual;
-}
+#include "placed_pair.h"
 
 static pair random_pair(random_state *r, enum regime regime)
 {
     pair x = {.a = random_shape(r, SHAPE_ELLIPSOID), .b = random_shape(r, SHAPE_ELLIPSOID)};
     if (random_bits(r) % 2) x.a.radius = x.b.radius = 0;
-    if (!narrow_ordered(&x.a, 0, &x.b, 1)) {
-        shape a = x.a;
-        x.a = x.b, x.b = a;
-    }
+    put_in_order(&x);
     random_poses(r, &x.a, &x.b, regime, &x.at_a, &x.at_b);
     return x;
 }
@@ -42,8 +28,7 @@ static narrow_request verdict_at(double threshold)
 /* By the formula alone: false where it leaves the pair to others. */
 static bool ask(const pair *x, const narrow_request *request, narrow_result *r)
 {
-    narrow_placed a = narrow_placed_at(&x->a, x->at_a), b = narrow_placed_at(&x->b, x->at_b);
-    return placed_road_for(&a, &b, request)(&a, &b, request, NULL, NULL, r);
+    return ask_with(x, request, NULL, NULL, r);
 }
 
 static narrow_result measure(const pair *x)
@@ -58,7 +43,7 @@ static narrow_result measure(const pair *x)
 static void check(const pair *x, const narrow_request *request, const narrow_result *r, vec3 other, uint64_t seed)
 {
     placed a = oracle_place(&x->a, x->at_a, x->at_a.p), b = oracle_place(&x->b, x->at_b, x->at_a.p);
-    double size = shape_reach(&x->a) + shape_reach(&x->b) + vec_norm(vec_sub(x->at_b.p, x->at_a.p));
+    double size = size_of(x);
     if (!(oracle_separation(&a, &b, real3_of(r->axis)) >= r->lo))
         fail_msg("seed %llu: the axis does not prove %.17g", (unsigned long long)seed, r->lo);
     if (!(oracle_separation(&a, &b, real3_of(other)) <= r->hi))
@@ -122,37 +107,15 @@ static void it_holds_to_the_last_roundings(void **state)
     if (apart < least || overlap < least) fail_msg("%d are apart, %d overlap", apart, overlap);
 }
 
-static pair scaled(pair x, double by)
-{
-    x.a.radius *= by, x.b.radius *= by;
-    x.a.half = vec_scale(x.a.half, by), x.b.half = vec_scale(x.b.half, by);
-    x.at_a.p = vec_scale(x.at_a.p, by), x.at_b.p = vec_scale(x.at_b.p, by);
-    return x;
-}
-
 static void at_every_size_it_is_the_same(void **state)
 {
     (void)state;
-    static const int EXPONENTS[] = {-340, -50, -33, 3, 40, 300};
     for (int i = 1, n = count_of(2000); i <= n; i++) {
         random_state r = {(uint64_t)i};
         pair x = random_pair(&r, (enum regime)(i % REGIME_COUNT));
         if (i % 50 == 0) x.at_b.p = x.at_a.p; /* no line of the centres */
-        narrow_request request = verdict_at(i % 3 ? 0 : random_in(&r, -0.2, 0.3)), at_size = request;
-        narrow_result told = {0}, other = {0};
-        bool answered = ask(&x, &request, &told);
-        for (int k = 0; k < 6; k++) {
-            double by = ldexp(1, EXPONENTS[k]);
-            pair y = scaled(x, by);
-            at_size.threshold = by * request.threshold;
-            assert_true(ask(&y, &at_size, &other) == answered);
-            if (!answered) continue;
-            vec3 point_a = vec_scale(told.point_a, by), point_b = vec_scale(told.point_b, by);
-            assert_true(other.lo == by * told.lo && other.hi == by * told.hi);
-            assert_memory_equal(&other.axis, &told.axis, sizeof told.axis);
-            assert_memory_equal(&other.point_a, &point_a, sizeof point_a);
-            assert_memory_equal(&other.point_b, &point_b, sizeof point_b);
-        }
+        narrow_request request = verdict_at(i % 3 ? 0 : random_in(&r, -0.2, 0.3));
+        assert_same_at_every_size(&x, &request, NULL);
     }
 }
 

@@ -1,6 +1,9 @@
 /* peers: a mailbox for each of the two. */
 #include "peers.h"
 
+#include "base/clock.h"
+#include "service/standby.h"
+
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -88,7 +91,7 @@ static void peer_receive(struct link *l, const peer_sink *sink)
     }
 }
 
-const peer_ops PEERS = {peer_join, peer_say, peer_send, peer_receive};
+static const peer_ops PEERS = {peer_join, peer_say, peer_send, peer_receive};
 
 static void forget_what_came(int whom)
 {
@@ -116,4 +119,32 @@ void peers_part(bool parted)
     between.parted = parted;
     for (int i = 0; i < PAIR; i++)
         if (between.members[!i]) tell(i, between.last[!i], !parted);
+}
+
+void peers_pair_up(service *s, link_ops *ops)
+{
+    char why[256] = "";
+    *ops = *s->links[0]->ops;
+    ops->peers = &PEERS;
+    s->links[0]->ops = ops;
+    s->config.standby = true;
+    if (standby_start(s, why, sizeof why) != 0) fail_msg("%s", why);
+}
+
+void peers_work(service *s)
+{
+    session_check_leases(s);
+    s->tick++;
+    pace_begin(&s->pace, clock_monotonic_ns());
+    service_tick(s);
+    pace_end(&s->pace, clock_monotonic_ns(), world_get_figures(s->world).work);
+    standby_after_tick(s);
+    stream_heartbeats(s);
+}
+
+bool peers_have_standby(const service *s)
+{
+    char text[256];
+    standby_describe(s, text, sizeof text);
+    return strstr(text, "hot standby") != NULL;
 }

@@ -1,11 +1,17 @@
-/* peers: what two daemons of a pair say to each other, in one process: in order, and at once. One thread. */
+/* peers: two daemons of a pair in one process: what they say to each other, in order, and at once; and their rounds, by
+ * the test's own clock. One thread. */
 #ifndef COLLIDED_TESTS_SERVICE_PEERS_H
 #define COLLIDED_TESTS_SERVICE_PEERS_H
 
 #include "link/link.h"
 #include "link/peer.h"
+#include "service/service.h"
 
-extern const peer_ops PEERS; /* to be put into a copy of the ops of the memory link, before standby_start */
+/* One of the two from here on: its first link speaks to the other one. `ops` become those of that link and what is
+ * needed for it, and outlive it. The clock of `s` is set. */
+void peers_pair_up(service *s, link_ops *ops);
+void peers_work(service *s);               /* where standby_round leaves a round to it: all that follows, with a tick */
+bool peers_have_standby(const service *s); /* the active one says so */
 
 void peers_forget(void);              /* all of them */
 void peers_die(const struct link *l); /* the other one hears that it is gone, and of what it said before */

@@ -4,7 +4,6 @@
  * Messages go through the memory link, encoded and decoded, and the service is driven tick by tick with a clock of the
  * test's own: motion, teleports, bodies put, removed, resized and filtered anew, interests changed, closed and asked
  * again, clients that leave, fall silent and come back, daemons that end in order or are gone. One thread. */
-#include "base/clock.h"
 #include "base/log.h"
 #include "cell.h"
 #include "peers.h"
@@ -387,24 +386,6 @@ static void subscribe(model *m, int k, bool removed)
 
 /* ---- the daemon ---- */
 
-static void pair_up(service *s, link_ops *ops)
-{
-    char why[256];
-    *ops = *s->links[0]->ops;
-    ops->peers = &PEERS;
-    s->links[0]->ops = ops;
-    s->config.standby = true;
-    if (standby_start(s, why, sizeof why) != 0) fail_msg("%s", why);
-}
-
-/* The active one says so. */
-static bool has_standby(const service *s)
-{
-    char text[256];
-    standby_describe(s, text, sizeof text);
-    return strstr(text, "hot standby") != NULL;
-}
-
 static void round_of_standby(model *m)
 {
     service *b = m->standby.service;
@@ -425,13 +406,7 @@ static void tick_once(model *m)
     s->now_ns = s->monotonic_ns = m->now_ns;
     s->links[0]->ops->receive(s->links[0], &m->sink);
     assert_false(standby_round(s, &m->sink));
-    session_check_leases(s);
-    s->tick++;
-    pace_begin(&s->pace, clock_monotonic_ns());
-    service_tick(s);
-    pace_end(&s->pace, clock_monotonic_ns(), world_get_figures(s->world).work);
-    standby_after_tick(s);
-    stream_heartbeats(s);
+    peers_work(s);
 }
 
 static void start_standby(model *m)
@@ -449,7 +424,7 @@ static void start_standby(model *m)
     b->sink = server_sink(b->server);
     b->end = memory_connect(c.links + strlen("memory://"));
     b->service->monotonic_ns = m->now_ns;
-    pair_up(b->service, &b->ops);
+    peers_pair_up(b->service, &b->ops);
 }
 
 /* The active one is gone in the middle of what clients say: between its last tick and the next. */
@@ -496,7 +471,7 @@ static void tick(model *m)
     if (!m->paired) return;
     if (!m->standby.service && m->now_ns >= m->joins_ns)
         start_standby(m);
-    else if (m->standby.service && has_standby(m->service) && next(m) % 64 == 0)
+    else if (m->standby.service && peers_have_standby(m->service) && next(m) % 64 == 0)
         fail_over(m);
 }
 
@@ -540,7 +515,7 @@ static void start(model *m)
     m->end = memory_connect("cell");
     if (m->paired) { /* alone for long enough, it is active */
         m->service->monotonic_ns = m->now_ns;
-        pair_up(m->service, &m->ops);
+        peers_pair_up(m->service, &m->ops);
         m->service->monotonic_ns += 2000000000;
         assert_false(standby_round(m->service, &m->sink));
         m->joins_ns = m->now_ns;
@@ -705,7 +680,7 @@ static void one_that_stood_still_and_finds_no_standby_begins_anew(void **state)
     log_setup(LOG_ERROR, 0);
     start(&m);
     start_standby(&m);
-    for (int k = 0; !has_standby(m.service); k++) {
+    for (int k = 0; !peers_have_standby(m.service); k++) {
         assert_true(k < 100);
         tick_once(&m);
         round_of_standby(&m);

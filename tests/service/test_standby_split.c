@@ -4,7 +4,6 @@
  *
  * Clients speak by the memory link, the daemons by peers.h; each has a client of its own, and the clock is the test's.
  * One thread. */
-#include "base/clock.h"
 #include "base/log.h"
 #include "cell.h"
 #include "peers.h"
@@ -44,13 +43,9 @@ static void start(int k)
     service *s = a->service = server_service(a->server);
     a->sink = server_sink(a->server);
     a->end = memory_connect(c.links + strlen("memory://"));
-    a->ops = *s->links[0]->ops;
-    a->ops.peers = &PEERS;
-    a->ops.has_liveliness = true; /* as DDS: clients need not say that they are there */
-    s->links[0]->ops = &a->ops;
-    s->config.standby = true;
     s->now_ns = s->monotonic_ns = now_ns;
-    if (standby_start(s, why, sizeof why) != 0) fail_msg("%s", why);
+    peers_pair_up(s, &a->ops);
+    a->ops.has_liveliness = true; /* as DDS: clients need not say that they are there */
 }
 
 static void end(int k)
@@ -86,15 +81,7 @@ static void round_of(side *a)
     service *s = a->service;
     s->now_ns = s->monotonic_ns = now_ns;
     s->links[0]->ops->receive(s->links[0], &a->sink);
-    if (!standby_round(s, &a->sink)) {
-        session_check_leases(s);
-        s->tick++;
-        pace_begin(&s->pace, clock_monotonic_ns());
-        service_tick(s);
-        pace_end(&s->pace, clock_monotonic_ns(), world_get_figures(s->world).work);
-        standby_after_tick(s);
-        stream_heartbeats(s);
-    }
+    if (!standby_round(s, &a->sink)) peers_work(s);
     learn(a);
 }
 
@@ -109,9 +96,7 @@ static void pass(int64_t ns)
 
 static bool has_standby(int k)
 {
-    char text[256];
-    standby_describe(sides[k].service, text, sizeof text);
-    return strstr(text, "hot standby") != NULL;
+    return peers_have_standby(sides[k].service);
 }
 
 static void announce(side *a)

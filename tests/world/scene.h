@@ -14,20 +14,25 @@
 
 enum { SECOND = 1000000000 };
 
-static inline uint32_t scene_sphere(world *w, const char *name, double x, double radius)
+/* A body of one shape, not turned, that looks at all others. */
+static inline uint32_t scene_body(world *w, const char *name, world_shape one, vec3 at)
 {
-    world_shape ball = {.shape = {.type = SHAPE_SPHERE, .radius = radius}, .local = POSE_IDENTITY};
     world_body def = {.name = name,
         .group = "",
         .category = 1,
         .mask = UINT64_MAX,
-        .pose = POSE_IDENTITY,
-        .shapes = &ball,
+        .pose = {at, {1, 0, 0, 0}},
+        .shapes = &one,
         .shape_count = 1};
     uint32_t id = WORLD_NONE;
-    def.pose.p.x = x;
     assert_int_equal(world_put_body(w, &id, &def), WORLD_OK);
     return id;
+}
+
+static inline uint32_t scene_sphere(world *w, const char *name, double x, double radius)
+{
+    world_shape ball = {.shape = {.type = SHAPE_SPHERE, .radius = radius}, .local = POSE_IDENTITY};
+    return scene_body(w, name, ball, vec(x, 0, 0));
 }
 
 static inline void scene_move(world *w, uint32_t id, double x, int64_t stamp_ns)

@@ -22,21 +22,6 @@ static quat turned(uint64_t *state)
     return quat_unit((quat){uniform(state, -1, 1), v.x, v.y, v.z});
 }
 
-static uint32_t put_ball(world *w, const char *name, double radius, pose local)
-{
-    world_shape ball = {.shape = {.type = SHAPE_SPHERE, .radius = radius}, .local = local};
-    world_body def = {.name = name,
-        .group = "",
-        .category = 1,
-        .mask = UINT64_MAX,
-        .pose = POSE_IDENTITY,
-        .shapes = &ball,
-        .shape_count = 1};
-    uint32_t id = WORLD_NONE;
-    assert_int_equal(world_put_body(w, &id, &def), WORLD_OK);
-    return id;
-}
-
 static real3 centre(pose body, pose local, vec3 origin)
 {
     placed at = oracle_place(&(shape){.type = SHAPE_SPHERE}, body, origin);
@@ -73,7 +58,9 @@ static void answers_hold_what_the_bodies_poses_say(void **state)
         scene_interest(w, &all);
         double arm = ARMS[round % 4], radius = 0.05;
         pose local_a = {somewhere(&seed, arm), turned(&seed)}, local_b = {somewhere(&seed, arm), turned(&seed)};
-        uint32_t a = put_ball(w, "a", radius, local_a), b = put_ball(w, "b", radius, local_b);
+        shape ball = {.type = SHAPE_SPHERE, .radius = radius};
+        uint32_t a = scene_body(w, "a", (world_shape){ball, local_a}, VEC_ZERO);
+        uint32_t b = scene_body(w, "b", (world_shape){ball, local_b}, VEC_ZERO);
         for (int64_t t = 1; t <= 50; t++) {
             pose at_a = {somewhere(&seed, round % 8 < 4 ? 3 : 1e5), turned(&seed)}, at_b = {VEC_ZERO, turned(&seed)};
             vec3 near = vec_madd(pose_point(at_a, local_a.p), 0.2, somewhere(&seed, 1));

@@ -34,17 +34,7 @@ static mesh *trough(void)
 
 static uint32_t put(world *w, const char *name, shape s, vec3 at)
 {
-    world_shape one = {.shape = s, .local = POSE_IDENTITY};
-    world_body def = {.name = name,
-        .group = "",
-        .category = 1,
-        .mask = 1,
-        .pose = {at, {1, 0, 0, 0}},
-        .shapes = &one,
-        .shape_count = 1};
-    uint32_t id = WORLD_NONE;
-    assert_int_equal(world_put_body(w, &id, &def), WORLD_OK);
-    return id;
+    return scene_body(w, name, (world_shape){s, POSE_IDENTITY}, at);
 }
 
 static shape shape_of(const mesh *m)

@@ -1,0 +1,95 @@
+/* body_shapes: the shapes of a body, which are solids: they are made when a definition brings others, and stay as
+ * ghosts as a removed body does. Tick thread. */
+#include "state.h"
+
+#include "geom/bounds.h"
+#include "geom/compound.h"
+
+#include <stdlib.h>
+
+static bool is_identity(pose p)
+{
+    const vec3 at = p.p;
+    return at.x == 0 && at.y == 0 && at.z == 0 && p.q.w == 1 && p.q.x == 0 && p.q.y == 0 && p.q.z == 0;
+}
+
+static bool same_vec(vec3 a, vec3 b)
+{
+    return a.x == b.x && a.y == b.y && a.z == b.z;
+}
+
+static bool same_shape(const solid *s, const world_shape *def)
+{
+    const shape *a = &s->shape, *b = &def->shape;
+    bool same = a->type == b->type && a->radius == b->radius && a->deviation == b->deviation &&
+                same_vec(a->half, b->half) && a->hull == b->hull && pose_same(s->local, def->local);
+    return same && (a->type != SHAPE_COMPOUND || compound_equal(a->compound, b->compound));
+}
+
+bool body_same_shapes(const world *w, const body *b, const world_body *def)
+{
+    if (b->shape_count != def->shape_count) return false;
+    for (size_t i = 0; i < b->shape_count; i++)
+        if (!same_shape(&w->solids.at[b->shapes[i]], &def->shapes[i])) return false;
+    return true;
+}
+
+/* It and its children. */
+static size_t shapes_in(const shape *s)
+{
+    return 1 + (s->type == SHAPE_COMPOUND ? s->compound->child_count : 0);
+}
+
+size_t world_body_shapes(const world *w, uint32_t id)
+{
+    size_t sum = 0;
+    for (size_t i = 0; body_is(w, id) && i < w->bodies.at[id].shape_count; i++)
+        sum += shapes_in(&w->solids.at[w->bodies.at[id].shapes[i]].shape);
+    return sum;
+}
+
+void body_drop_shapes(world *w, body *b)
+{
+    for (size_t i = 0; i < b->shape_count; i++) {
+        solid *s = &w->solids.at[b->shapes[i]];
+        s->ghost = true;
+        w->figures.shapes -= shapes_in(&s->shape);
+        array_push(&w->ghost_solids, b->shapes[i]);
+        broad_remove(w->broad, b->shapes[i]);
+    }
+    free(b->shapes);
+    b->shapes = NULL;
+    b->shape_count = 0;
+}
+
+void body_add_shapes(world *w, uint32_t id, const world_body *def)
+{
+    body *b = &w->bodies.at[id];
+    b->shapes = base_alloc(def->shape_count ? def->shape_count : 1, sizeof *b->shapes);
+    b->shape_count = def->shape_count;
+    for (size_t i = 0; i < def->shape_count; i++) {
+        uint32_t s = id_pool_take(&w->solid_ids);
+        array_reserve(&w->solids, s + 1);
+        if (s >= w->solids.count) w->solids.count = s + 1;
+        const shape *given = &def->shapes[i].shape;
+        compound *own = given->type == SHAPE_COMPOUND ? compound_copy(given->compound) : NULL;
+        w->solids.at[s] = (solid){.shape = *given,
+            .own = own,
+            .local = def->shapes[i].local,
+            .reach = shape_reach(given),
+            .body = id,
+            .index = (int32_t)i,
+            .at_origin = is_identity(def->shapes[i].local),
+            .used = true};
+        w->solids.at[s].world = solid_at(b->pose, &w->solids.at[s]);
+        w->solids.at[s].shape.compound = own;
+        w->figures.shapes += shapes_in(&w->solids.at[s].shape);
+        b->shapes[i] = s;
+    }
+}
+
+void solid_free(solid *s)
+{
+    compound_destroy(s->own);
+    *s = (solid){.used = false};
+}
