@@ -1,8 +1,7 @@
-/* Is a point in a hull, and if not, how far out at most? A point o strictly inside is known from four vertices. The ray
- * from o through p leaves the polytope by some face; the corners of a triangle of that face and o are a tetrahedron in
- * the hull, and four exact signs say whether p is in it. If not, p is about on the surface: some point of that face, or
- * of one beside it, is nearest. Which face is looked at is found in doubles, and is no part of the proof: whatever
- * triangle or side is taken, it belongs to the hull, so that its distance is an upper bound. */
+/* Is a point p in a hull, and if not, how far out at most? A point o strictly inside is known from four vertices. The
+ * ray from o through p leaves the polytope by some face, which a walk over the faces finds. The corners of a triangle
+ * of that face and o are a tetrahedron in the hull, and exact signs say whether p is in it. If not, p is beyond the
+ * face: its distance from it is an upper bound, whatever face it is. */
 #include "hull_excess.h"
 
 #include "base/array.h"
@@ -22,8 +21,7 @@ typedef struct body {
     const vec3 *vertex;
     vec3 inside;        /* o; strictly in the hull of four vertices, if `has_inside` */
     bool has_inside;    /* else no point is shown to be inside */
-    const vec3 *dual;   /* of each face: its normal, divided by how far o is below it */
-    uint32_t *adjacent; /* of face f from its `first` on: the faces beyond its sides */
+    uint32_t *adjacent; /* of face f from its `first` on: the faces beyond its sides, from corner i to i + 1 */
 } body;
 
 typedef struct sum { /* an expansion without zeros */
@@ -214,57 +212,46 @@ static double from_face(const body *k, const hull_face *f, uint32_t start, vec3 
     return least;
 }
 
-/* The face by which the ray from o through p leaves: where dot(dual, p - o) is greatest. That is a linear function on
- * the vertices of the dual polytope, whose edges lead there from any of them. */
-static uint32_t face_towards(const body *k, vec3 p, uint32_t from)
+static const uint32_t NOWHERE = UINT32_MAX;
+
+/* The face by which the ray from o through p leaves: inside of the planes through o and its sides. Each step over a
+ * side that p is beyond leads to a face whose plane the ray meets earlier, so that it ends; but for faces that are
+ * convex only to rounding, of which it might turn in a circle: NOWHERE. */
+static uint32_t walk(const body *k, uint32_t from, vec3 p)
 {
-    const hull *h = k->h;
-    vec3 d = vec_sub(p, k->inside);
-    double most = vec_dot(k->dual[from], d);
-    for (bool moved = true; moved;) {
-        moved = false;
-        const hull_face *f = &h->faces[from];
-        for (uint32_t i = 0; i < f->count; i++) {
-            uint32_t next = k->adjacent[f->first + i];
-            double far = vec_dot(k->dual[next], d);
-            if (far > most) most = far, from = next, moved = true;
-        }
+    for (uint32_t steps = 0; steps < k->h->face_count; steps++) {
+        const hull_face *f = &k->h->faces[from];
+        uint32_t i = 0;
+        while (i < f->count && side_of(corner(k, f, i), corner(k, f, i + 1), p, k->inside) >= 0) i++;
+        if (i == f->count) return from;
+        from = k->adjacent[f->first + i];
     }
-    return from;
+    return NOWHERE;
 }
 
-/* Where rays through p and through some vertex of many faces cannot be told apart in doubles, the face may be any of
- * these. Other faces cannot hold p. */
-static const double NEARLY_LEAVES = 1 - 0x1p-20;
-
-static bool any_face_holds(const body *k, uint32_t towards, vec3 p)
+/* Not below the distance of p from the hull; 0 where it is known to be in it. For want of a walk. */
+static double outside_of_all(const body *k, vec3 p)
 {
-    vec3 d = vec_sub(p, k->inside);
-    double most = vec_dot(k->dual[towards], d);
-    for (uint32_t f = 0; f < k->h->face_count; f++)
-        if (vec_dot(k->dual[f], d) >= NEARLY_LEAVES * most && face_holds(k, &k->h->faces[f], 0, p)) return true;
-    return false;
+    double least = INFINITY;
+    for (uint32_t f = 0; f < k->h->face_count; f++) {
+        if (k->has_inside && face_holds(k, &k->h->faces[f], 0, p)) return 0;
+        least = fmin(least, from_face(k, &k->h->faces[f], 0, p));
+    }
+    return least;
 }
 
 enum { FANS_MAX = 8 }; /* of a face whose corners are not in one plane: triangles between any of them are in the hull */
 
-/* Not below the distance of p from the hull; 0 where it is known to be in it. When it is found not to be above `known`,
- * it is not made less. */
-static double outside(const body *k, uint32_t face, vec3 p, double known)
+/* Of p beyond the face. When it is found not to be above `known`, it is not made less. */
+static double outside_of_face(const body *k, const hull_face *f, vec3 p, double known)
 {
-    const hull_face *f = &k->h->faces[face];
-    if (k->has_inside && face_holds(k, f, 0, p)) return 0;
-    double least = from_face(k, f, 0, p);
-    for (uint32_t i = 0; i < f->count && least > known; i++) {
-        const hull_face *beside = &k->h->faces[k->adjacent[f->first + i]];
-        if (k->has_inside && face_holds(k, beside, 0, p)) return 0;
-        least = fmin(least, from_face(k, beside, 0, p));
-    }
-    for (uint32_t start = 1; f->count > 3 && start < f->count && start < FANS_MAX && least > known; start++) {
-        if (k->has_inside && face_holds(k, f, start, p)) return 0;
+    double least = INFINITY;
+    uint32_t fans = f->count == 3 ? 1 : f->count < FANS_MAX ? f->count : FANS_MAX;
+    for (uint32_t start = 0; start < fans && least > known; start++) {
+        if (face_holds(k, f, start, p)) return 0;
         least = fmin(least, from_face(k, f, start, p));
     }
-    return k->has_inside && least > known && any_face_holds(k, face, p) ? 0 : least;
+    return least;
 }
 
 /* The vertex farthest from what is known: a point, a line, a plane. */
@@ -294,27 +281,32 @@ static void find_inside(body *k)
                     side_of(v[2], v[3], v[0], k->inside) == way;
 }
 
-static void find_adjacent(body *k)
+/* Edges are in the order of their vertices. */
+static const hull_edge *edge_between(const hull *h, uint32_t a, uint32_t b)
 {
-    const hull *h = k->h;
-    uint32_t *used = base_zalloc(h->face_count, sizeof *used);
-    for (uint32_t e = 0; e < h->edge_count; e++) {
-        uint32_t f0 = h->edges[e].f0, f1 = h->edges[e].f1;
-        k->adjacent[h->faces[f0].first + used[f0]++] = f1;
-        k->adjacent[h->faces[f1].first + used[f1]++] = f0;
+    uint32_t v0 = a < b ? a : b, v1 = a < b ? b : a, low = 0, high = h->edge_count;
+    while (high - low > 1) {
+        uint32_t middle = low + (high - low) / 2;
+        const hull_edge *e = &h->edges[middle];
+        if (e->v0 < v0 || (e->v0 == v0 && e->v1 <= v1))
+            low = middle;
+        else
+            high = middle;
     }
-    free(used);
+    return &h->edges[low];
 }
 
-static vec3 *duals_of(const body *k)
+static uint32_t *find_adjacent(const hull *h)
 {
-    vec3 *dual = base_alloc(k->h->face_count, sizeof *dual);
-    for (uint32_t f = 0; f < k->h->face_count; f++) {
-        const hull_face *face = &k->h->faces[f];
-        double below = vec_dot(face->normal, vec_sub(corner(k, face, 0), k->inside));
-        dual[f] = vec_scale(face->normal, 1 / fmax(below, 0x1p-100)); /* less is noise, of a hull almost flat */
+    uint32_t *adjacent = base_alloc(2 * (size_t)h->edge_count, sizeof *adjacent);
+    for (uint32_t f = 0; f < h->face_count; f++) {
+        const uint32_t *loop = &h->face_vertices[h->faces[f].first], count = h->faces[f].count;
+        for (uint32_t i = 0; i < count; i++) {
+            const hull_edge *e = edge_between(h, loop[i], loop[(i + 1) % count]);
+            adjacent[h->faces[f].first + i] = e->f0 == f ? e->f1 : e->f0;
+        }
     }
-    return dual;
+    return adjacent;
 }
 
 static double snapped(double x, int exponent, bool *moved)
@@ -338,21 +330,17 @@ double hull_excess_of(const hull *h, const vec3 *points, uint32_t count)
     frexp(h->max_abs, &exponent);
     vec3 *vertex = base_alloc(h->vertex_count, sizeof *vertex);
     for (uint32_t i = 0; i < h->vertex_count; i++) vertex[i] = at_unit_size(hull_vertex(h, i), exponent, &moved);
-    body k = {.h = h, .vertex = vertex};
+    body k = {.h = h, .vertex = vertex, .adjacent = find_adjacent(h)};
     find_inside(&k);
-    vec3 *dual = duals_of(&k);
-    k.dual = dual;
-    k.adjacent = base_alloc(2 * h->edge_count + 1, sizeof *k.adjacent);
-    find_adjacent(&k);
     double most = 0;
-    uint32_t face = 0;
+    uint32_t last = 0;
     for (uint32_t i = 0; i < count; i++) {
         vec3 p = at_unit_size(points[i], exponent, &moved);
-        face = face_towards(&k, p, face);
-        most = fmax(most, outside(&k, face, p, most));
+        uint32_t face = k.has_inside ? walk(&k, last, p) : NOWHERE;
+        most = fmax(most, face == NOWHERE ? outside_of_all(&k, p) : outside_of_face(&k, &h->faces[face], p, most));
+        if (face != NOWHERE) last = face;
     }
     free(k.adjacent);
-    free(dual);
     free(vertex);
     if (moved) most = add_up(most, SNAPPED);
     double real = ldexp(most, exponent);
