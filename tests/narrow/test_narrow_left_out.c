@@ -26,7 +26,7 @@ typedef struct interval {
 
 static int rounds(void)
 {
-    return getenv("COLLIDED_NIGHTLY") ? 4000 : getenv("COLLIDED_BRIEF") ? 40 : 250;
+    return getenv("COLLIDED_NIGHTLY") ? 4000 : getenv("COLLIDED_BRIEF") ? 24 : 120;
 }
 
 static vec3 surface_point(random_state *r, int kind)
@@ -91,11 +91,14 @@ static bool shares_of(const real3 *v, int count, real *share)
         }
     }
     bool inside = true;
+    real whole = 0;
     for (int i = 0; i < count; i++) {
         share[i] = m[i][n] / m[i][i];
+        whole += share[i];
         inside = inside && share[i] >= 0;
     }
-    return inside;
+    for (int i = 0; i < count; i++) share[i] /= whole; /* so that, however they were rounded, it is a point inside */
+    return inside && whole > 0;
 }
 
 typedef struct simplex {
