@@ -4,6 +4,7 @@
 #include "hull.h"
 
 #include "base/array.h"
+#include "hull_excess.h"
 #include "hull_loops.h"
 #include "hull_map.h"
 #include "hull_support.h"
@@ -385,57 +386,19 @@ static hull *build_solid(const double *points, uint32_t count, const cloud *c, c
     return NULL;
 }
 
-/* Of the polytope's coordinates: what its faces' planes may be off by rounding. A point outside by no more is on it. */
-#define ON_PLANE (4 * ROUND_U)
-
-static const hull_face *most_violated(const hull *h, vec3 p, double *by)
+static void find_excess(hull *h, const double *points, const cloud *c, const hull_loops *loops)
 {
-    const hull_face *worst = NULL;
-    *by = ON_PLANE * h->max_abs;
-    for (uint32_t f = 0; f < h->face_count; f++) {
-        double above = vec_dot(h->faces[f].normal, p) - h->faces[f].offset;
-        if (above > *by) *by = above, worst = &h->faces[f];
-    }
-    return worst;
-}
-
-static double nearest_vertex_distance(const hull *h, vec3 p)
-{
-    double least = INFINITY;
-    for (uint32_t i = 0; i < h->vertex_count; i++) least = fmin(least, length_up(vec_sub(hull_vertex(h, i), p)));
-    return least;
-}
-
-enum { PROJECTIONS_MAX = 32 };
-
-/* How far a point is from the polytope at most: the length of a path that leads inside, from violated plane to violated
- * plane, or else to the nearest vertex. */
-static double outside_at_most(const hull *h, vec3 p)
-{
-    double path = 0, by;
-    vec3 at = p;
-    for (int i = 0; i < PROJECTIONS_MAX; i++) {
-        const hull_face *f = most_violated(h, at, &by);
-        if (!f) return path > 0 ? path + ON_PLANE * h->max_abs : 0;
-        at = vec_madd(at, -by, f->normal);
-        path += by;
-    }
-    return nearest_vertex_distance(h, p);
-}
-
-/* Beyond it each point is not looked at alone: the bound that is_sound holds for the faces is taken for all. */
-#define EXCESS_TESTS_MAX 0x1p28
-
-static void find_excess(hull *h, const double *points, const cloud *c)
-{
-    uint32_t dropped = c->count - h->vertex_count;
-    if (dropped == 0) return;
-    if ((double)c->count * h->face_count > EXCESS_TESTS_MAX)
-        h->excess = HULL_PLANE_RATIO * c->size;
-    else
-        for (uint32_t i = 0; i < c->count; i++)
-            h->excess = fmax(h->excess, outside_at_most(h, input_point(points, c->source[i])));
+    if (c->count == h->vertex_count) return;
+    uint8_t *kept = base_zalloc(c->count, 1);
+    for (uint32_t i = 0; i < loops->corner_count; i++) kept[loops->corners[i]] = 1;
+    vec3 *left = base_alloc(c->count, sizeof *left);
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < c->count; i++)
+        if (!kept[i]) left[count++] = input_point(points, c->source[i]);
+    h->excess = hull_excess_of(h, left, count);
     h->reach = add_up(h->reach, h->excess);
+    free(left);
+    free(kept);
 }
 
 /* The first attempt that gives a sound polytope is taken. Plainly, qhull merges what rounding cannot tell apart.
@@ -455,12 +418,10 @@ static hull *try_solid(const double *points, uint32_t count, const cloud *c)
         hull_loops loops;
         if (!hull_loops_find(attempts[i].whiten ? white : c->at, c->count, attempts[i].options, &loops)) continue;
         h = build_solid(points, count, c, &loops);
+        if (h) find_excess(h, points, c, &loops);
         hull_loops_free(&loops);
     }
-    if (h) {
-        find_excess(h, points, c);
-        h->map = hull_map_build(h, h->z + h->padded_count);
-    }
+    if (h) h->map = hull_map_build(h, h->z + h->padded_count);
     free(white);
     return h;
 }

@@ -53,8 +53,8 @@ typedef struct hull {
     uint32_t *node_vertices;
     hull_map *map;  /* hull_map.h; NULL: it has none */
     double reach;   /* max |v|, rounded up, `excess` included */
-    double excess;  /* every input point is within this of the polytope; 0 when none is outside by more than rounding,
-                       some 10 u of max_abs: bounds in doubles have room for that, refined ones (exact.c) do not */
+    double excess;  /* every input point is within this of the vertices' convex hull, found exactly (hull_excess.h); 0
+                       when none is outside. All lower bounds are less by it, so that they hold for the input */
     double max_abs; /* max |coordinate| */
     int dimension;  /* 3; 2, 1 or 0 when flat, a line or a point (only with HULL_ALLOW_FLAT) */
 } hull;
@@ -73,8 +73,8 @@ enum { HULL_ALLOW_FLAT = 1 }; /* flat input becomes a hull without faces: distan
 /* `points`: count triples x, y, z. On HULL_OK *out is owned by the caller, who frees it by hull_destroy. The vertices
  * are in the order of the input; any order of the same points gives the same polytope. Left out are points that are
  * inside, that equal an earlier one, or that are outside by no more than rounding: 1e-13 of the extent, or
- * HULL_PLANE_RATIO where the input is coplanar only to some noise: hull.excess says by how much. A flat hull keeps
- * every distinct point. Flat means thinner than 2^-40 of its length. */
+ * HULL_PLANE_RATIO where the input is coplanar only to some noise: hull.excess says by how much at most. A flat
+ * hull keeps every distinct point. Flat means thinner than 2^-40 of its length. */
 hull_status hull_build(const double *points, size_t count, unsigned flags, hull **out);
 void hull_destroy(hull *h);
 const char *hull_status_text(hull_status status);

@@ -253,12 +253,18 @@ static dd weighted_distance(const dd3 *w, const double *weight, int count)
     return dd_div(dd3_norm(sum), whole);
 }
 
+/* From 0 to 1, to the last digit: a share whose upper half is 1 may be above it. */
+static bool is_share(dd s)
+{
+    return s.hi >= 0 && !dd_less(dd_of(1), s);
+}
+
 /* Of the point of a line, or of a plane, that is nearest to the origin; infinite where it is outside of the corners. */
 static dd edge_distance(const dd3 *w)
 {
     dd3 e = dd3_sub(w[1], w[0]);
     dd s = dd_div(dd_neg(dd3_dot(w[0], e)), dd3_dot(e, e));
-    return s.hi >= 0 && s.hi <= 1 ? dd3_norm(dd3_add(w[0], dd3_scale(e, s))) : dd_of(INFINITY);
+    return is_share(s) ? dd3_norm(dd3_add(w[0], dd3_scale(e, s))) : dd_of(INFINITY);
 }
 
 static dd triangle_distance(const dd3 *w)
@@ -267,7 +273,7 @@ static dd triangle_distance(const dd3 *w)
     dd a = dd3_dot(e1, e1), b = dd3_dot(e1, e2), c = dd3_dot(e2, e2), x = dd3_dot(w[0], e1), y = dd3_dot(w[0], e2);
     dd whole = dd_sub(dd_mul(a, c), dd_mul(b, b));
     dd s = dd_div(dd_sub(dd_mul(b, y), dd_mul(c, x)), whole), t = dd_div(dd_sub(dd_mul(b, x), dd_mul(a, y)), whole);
-    if (!(s.hi >= 0 && t.hi >= 0 && dd_add(s, t).hi <= 1)) return dd_of(INFINITY);
+    if (!(is_share(s) && is_share(t) && is_share(dd_add(s, t)))) return dd_of(INFINITY);
     return dd3_norm(dd3_add(w[0], dd3_add(dd3_scale(e1, s), dd3_scale(e2, t))));
 }
 

@@ -305,14 +305,48 @@ static void add_overlap(const contact *c, const outline *ref, const outline *inc
     }
 }
 
-/* Two lines that touch cross, or meet at an end of their common stretch: there `from` and `to` say how far B's is to
- * the left of A's. */
-static bool lie_aside(double from, double to, double slack)
+/* A stretch of two lines, from `begin` to `end` along A's: how far B's is to the left of A's, and above it. */
+typedef struct stretch {
+    double begin, end, aside[2], above[2];
+} stretch;
+
+static double along_stretch(const double ends[2], double share)
 {
-    return min_of(from, to) > slack || max_of(from, to) < -slack;
+    return ends[0] + share * (ends[1] - ends[0]);
 }
 
-/* Two almost parallel segments: the ends of their common stretch, measured along A's. */
+/* How far aside two edges still touch that are `above` each other where they are nearest: edges that are sharp, by as
+ * much; round ones (by the sum of the radii), where the one has fallen off by as much. */
+static double touching_width(const contact *c, double above, double slack)
+{
+    double room = slack + fabs(above - c->radius_a - c->radius_b);
+    return room + sqrt(2 * (c->radius_a + c->radius_b) * room);
+}
+
+/* Two lines that touch cross, or meet at an end of their common stretch: it ends where they are farther than `most`
+ * from each other sideways, or where they are no more than above or below each other. False if they are so all along.
+ */
+static bool end_aside(const contact *c, double slack, double most, stretch *s)
+{
+    double turns = s->aside[1] - s->aside[0], length = s->end - s->begin;
+    double crossing = turns != 0 ? min_of(max_of(-s->aside[0] / turns, 0), 1) : 0;
+    double width = min_of(touching_width(c, along_stretch(s->above, crossing), slack), most);
+    if (fabs(along_stretch(s->aside, crossing)) > width) return false;
+    double room = turns != 0 ? (width - fabs(along_stretch(s->aside, crossing))) / fabs(turns) : 1;
+    if (fabs(s->aside[1]) > width) s->end = s->begin + length * min_of(crossing + room, 1);
+    if (fabs(s->aside[0]) > width) s->begin += length * max_of(crossing - room, 0);
+    return true;
+}
+
+/* From A's edge over to B's, in the ratio of the radii: there two round edges that are beside each other touch. */
+static spot between_edges(const contact *c, spot on_a, spot on_b)
+{
+    double radius = c->radius_a + c->radius_b, share = radius > 0 ? c->radius_a / radius : 0;
+    return (spot){on_a.x + share * (on_b.x - on_a.x), on_a.y + share * (on_b.y - on_a.y), on_a.h};
+}
+
+/* Two almost parallel segments: the ends of their common stretch, measured along A's. What ends it names it, though it
+ * touches only in the middle. */
 static void add_stretch(const contact *c, const outline *a, const outline *b, candidates *out)
 {
     double length = flat_length(a->at[0], a->at[1]), length_b = flat_length(b->at[0], b->at[1]);
@@ -322,20 +356,24 @@ static void add_stretch(const contact *c, const outline *a, const outline *b, ca
     double along = ux * bx + uy * by, start = ux * (b->at[0].x - a->at[0].x) + uy * (b->at[0].y - a->at[0].y);
     uint32_t low = along > 0 ? 0 : 1;
     double b_low = min_of(start, start + along), b_high = max_of(start, start + along);
-    double begin = max_of(0, b_low), end = min_of(length, b_high);
+    stretch s = {.begin = max_of(0, b_low), .end = min_of(length, b_high)};
     out->slack = FLUSH_RATIO * min_of(length, length_b);
-    if (!(end - begin > out->slack)) return;
+    if (!(s.end - s.begin > out->slack)) return;
     double aside = ux * (b->at[0].y - a->at[0].y) - uy * (b->at[0].x - a->at[0].x), per = (ux * by - uy * bx) / along;
-    double from = aside + (begin - start) * per, to = aside + (end - start) * per;
-    if (lie_aside(from, to, FACE_SINE * min_of(length, length_b))) return;
     for (uint32_t k = 0; k < 2; k++) {
-        double at = k ? end : begin;
+        double at = k ? s.end : s.begin;
+        s.aside[k] = aside + (at - start) * per;
+        s.above[k] = between(b->at[0], b->at[1], (at - start) / along).h - between(a->at[0], a->at[1], at / length).h;
+    }
+    if (!end_aside(c, out->slack, FACE_SINE * min_of(length, length_b), &s)) return;
+    for (uint32_t k = 0; k < 2; k++) {
+        double at = k ? s.end : s.begin;
         bool by_a = k ? length <= b_high : b_low <= 0;
         spot on_a = between(a->at[0], a->at[1], at / length), on_b = between(b->at[0], b->at[1], (at - start) / along);
         uint32_t code_a = by_a ? feature_code(FEATURE_VERTEX, a->corner_id[k]) : feature_code(FEATURE_FACE, a->face_id);
         uint32_t code_b = by_a ? feature_code(FEATURE_FACE, b->face_id)
                                : feature_code(FEATURE_VERTEX, b->corner_id[k ? 1 - low : low]);
-        add_candidate(c, on_a, on_b.h, code_a, code_b, out);
+        add_candidate(c, between_edges(c, on_a, on_b), on_b.h, code_a, code_b, out);
     }
 }
 

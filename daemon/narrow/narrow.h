@@ -62,8 +62,7 @@ typedef enum narrow_method { /* who settled it: counted and shown */
 
 typedef struct narrow_result {
     double lo, hi;         /* m; lo <= signed distance <= hi, of the shapes at the poses given, each quaternion divided
-                              by its norm; of hulls, of all the points they were made of (when `refined`, but for those
-                              that rounding cannot tell from their faces: hull.h). By doubles: 16 ulp (u = 2^-53)
+                              by its norm; of hulls, of all the points they were made of. By doubles: 16 ulp (u = 2^-53)
                               of the reaches plus the distance on both sides; where that is too wide for the request,
                               `refined`; beside a mesh or a half-space 32 ulp, of hulls that overlap, or a hull and a
                               box, up to 48. Where

@@ -1,6 +1,7 @@
 /* Properties of contact manifolds. Axis and witnesses are given by construction (a face of A along +z, B's lowest
  * support point above or below it), so the oracle is the geometry of the case and not another narrow phase. */
 #include "geom/support.h"
+#include "narrow/feature_code.h"
 #include "narrow/manifold.h"
 #include "random_shapes.h"
 
@@ -128,6 +129,47 @@ static void parallel_edges_touch_along_their_common_stretch(void **state)
     assert_int_equal(m.count, 2);
     assert_true(has_point(&m, vec_add(touch, vec(1, 0, 0)), 1e-12));
     assert_true(has_point(&m, vec_add(touch, vec(-1, 0, 0)), 1e-12));
+}
+
+static double outside_box(const shape *box, vec3 p)
+{
+    vec3 over = {fabs(p.x) - box->half.x, fabs(p.y) - box->half.y, fabs(p.z) - box->half.z};
+    return vec_norm(vec(fmax(over.x, 0), fmax(over.y, 0), fmax(over.z, 0))) - box->radius;
+}
+
+/* Two planks that stand on edge, the one across the other at an angle of almost nothing, and that touch, sink in or are
+ * a little apart: where the one edge is beside the other by more than that, there is no contact. */
+static void edges_that_are_almost_parallel_touch_only_where_they_cross(void **state)
+{
+    (void)state;
+    int stretches = 0, points = 0;
+    for (int i = 0; i < 2000; i++) {
+        uint64_t seed = (uint64_t)i;
+        double radius = i % 4 ? 0 : 0.01, gap = pow(10, random_in(&seed, -12, -3)) * (i % 3 - 1);
+        shape a = box_of(1, 0.02, 0.02), b = box_of(0.5, 0.03, 0.03);
+        a.radius = radius;
+        quat lean = turned(vec(1, 0, 0), PI / 4); /* an edge of either along x is on top */
+        quat turn = turned(UP, pow(10, random_in(&seed, -9, -2.1)) * (i % 2 ? 1 : -1));
+        vec3 up = quat_rotate(quat_conj(lean), UP), top = vec_scale(up, 0.02 * sqrt(2));
+        pose at = {vec(0, 0, 0.05 * sqrt(2) + radius + gap), quat_mul(turn, lean)};
+        vec3 along = vec_scale(quat_rotate(turn, vec(1, 0, 0)), random_in(&seed, -0.9, 0.9));
+        at.p = vec_add(at.p, along); /* the edges still cross above the middle of A's, or beyond an end of B's */
+        pose in_a = {quat_rotate(quat_conj(lean), at.p), quat_mul(quat_conj(lean), at.q)};
+        transform t = pose_transform(in_a);
+        vec3 on_b = vec_madd(top, radius + gap, up), on_a = vec_madd(top, radius, up);
+        manifold m;
+        manifold_build(&a, &b, &t, up, on_a, on_b, 0.01, &m);
+        stretches += m.count > 1;
+        for (uint32_t k = 0; k < m.count; k++) {
+            vec3 p = m.points[k].point, local = quat_rotate(quat_conj(in_a.q), vec_sub(p, in_a.p));
+            double room = 2 * fabs(gap) + 4e-6; /* on either side of the flush ratio's */
+            if (m.points[k].feature == feature_witness()) continue;
+            if (outside_box(&a, p) > room || outside_box(&b, local) > room)
+                fail_msg("%d: gap %g, out of A %g, of B %g", i, gap, outside_box(&a, p), outside_box(&b, local));
+            points++;
+        }
+    }
+    assert_true(stretches > 500 && points > 1000);
 }
 
 static void a_capsule_lying_on_a_box_touches_in_two_points(void **state)
@@ -389,6 +431,7 @@ int main(void)
         cmocka_unit_test(a_box_turned_by_an_eighth_keeps_four_of_the_eight_corners_of_the_octagon),
         cmocka_unit_test(crossing_edges_touch_in_one_point),
         cmocka_unit_test(parallel_edges_touch_along_their_common_stretch),
+        cmocka_unit_test(edges_that_are_almost_parallel_touch_only_where_they_cross),
         cmocka_unit_test(a_capsule_lying_on_a_box_touches_in_two_points),
         cmocka_unit_test(a_cylinder_standing_on_a_box_touches_in_four_points_of_its_disc),
         cmocka_unit_test(a_cylinder_lying_on_a_box_touches_in_two_points),
