@@ -37,8 +37,10 @@ static bool has_formula(const shape *s)
     return dispatch_closed_form(SHAPE_SPHERE, s->type) != NULL && s->type != SHAPE_HALFSPACE;
 }
 
-static void lower_by(const unit_pair *p, vec3 axis, double hi, span *s)
+/* Where they may be apart, hi is told by points. */
+static void narrow_by(const unit_pair *p, vec3 axis, double hi, span *s)
 {
+    if (!(hi < -2 * p->error)) return;
     double lo = vec_dot(axis, unit_pair_nearest_along(p, axis).w);
     s->iterations++;
     if (lo > s->lo) s->lo = lo, s->axis = axis;
@@ -66,13 +68,13 @@ void inscribed_depth(const unit_pair *p, const narrow_goal *goal, span *s)
     if (has_formula(&p->b) && p->a.type != SHAPE_HULL) {
         ball in_a = ball_towards(&p->a, p->shaved_a, at->t);
         transform b_from_ball = {at->r, vec_sub(at->t, in_a.centre)};
-        if (measure_point(p, goal, &p->b, &b_from_ball, &of)) lower_by(p, of.axis, of.hi - in_a.radius + p->error, s);
+        if (measure_point(p, goal, &p->b, &b_from_ball, &of)) narrow_by(p, of.axis, of.hi - in_a.radius + p->error, s);
     }
     if (has_formula(&p->a) && p->b.type != SHAPE_HULL) {
         static const mat3 STRAIGHT = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
         ball in_b = ball_towards(&p->b, p->shaved_b, vec_neg(mat_tmul(at->r, at->t)));
         transform a_from_ball = {STRAIGHT, vec_neg(vec_add(mat_mul(at->r, in_b.centre), at->t))};
         if (measure_point(p, goal, &p->a, &a_from_ball, &of))
-            lower_by(p, vec_neg(of.axis), of.hi - in_b.radius + p->error, s);
+            narrow_by(p, vec_neg(of.axis), of.hi - in_b.radius + p->error, s);
     }
 }

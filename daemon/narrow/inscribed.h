@@ -1,7 +1,8 @@
 /* inscribed: an upper bound of deep curved pairs by a ball in one core. B is no deeper in A than in A's ball:
  *     separation(A, B) <= separation(ball in A, B) = signed distance of the ball's centre from B - its radius,
  * and the distance of a point has a formula. About one axis, or about one centre, many directions are equally deep, and
- * a surface of support points has to be refined along all of them; the ball touches them all at once. Pure; any thread. */
+ * a surface of support points has to be refined along all of them; the ball touches them all at once. Pure; any
+ * thread. */
 #ifndef COLLIDED_NARROW_INSCRIBED_H
 #define COLLIDED_NARROW_INSCRIBED_H
 
