@@ -12,6 +12,7 @@ static const double STRIDE = 0.7; /* a longer step leaves what the derivatives k
 static const double FLAT = 1e-9;  /* of the steeper second derivative: the least that the other one counts */
 static const double BOWL = 1e-3;  /* a second derivative with less of a determinant is taken without its -h */
 static const double MOST = 1e-6;  /* by which a proof falls short of the truth, whatever was asked */
+static const double ROUGH = 1e-9; /* ... and may, where less is not proven */
 static const double NOISE = 1024; /* rounding of products of lengths, in units of the last place, with room */
 static const double SLACK = 0.1;  /* for the rounding of a quotient of determinants */
 static const double FARTHER = 3;  /* against 1 of all directions along the sphere; measured */
@@ -329,6 +330,8 @@ bool ellipsoid_pair_measure(const unit_pair *p, const narrow_goal *goal, span *o
             told = tell(p, &at, short_by, &beyond, out);
         }
         highest = out->lo;
+        for (double s = 2 * short_by; !told && s < ROUGH; s *= 2) told = tell(p, &at, s, &beyond, out);
+        if (told && out->lo < 0 && out->hi - out->lo < 2 * ROUGH) return true; /* no other method comes closer */
         if (told) return narrow_goal_reached(goal, out->lo, out->hi) || out->hi - out->lo <= 2 * rounding;
     }
     return false;

@@ -120,9 +120,23 @@ static void set_neighbours(epa_scratch *e, uint16_t facet, int n0, int n1, int n
     e->facet[facet].neighbour[2] = (uint16_t)n2;
 }
 
+static double height_over(const expansion *x, const epa_facet *f, vec3 w)
+{
+    return vec_dot(f->normal, vec_sub(w, vertex_at(x->e, f->vertex[0])));
+}
+
 static bool sees(const expansion *x, const epa_facet *f, vec3 w)
 {
-    return vec_dot(f->normal, vec_sub(w, vertex_at(x->e, f->vertex[0]))) > x->eps;
+    return height_over(x, f, w) > x->eps;
+}
+
+/* A facet in whose plane `w` lies, and over which the new one at the edge of `seen` would be folded, goes, too. */
+static bool sees_across(const expansion *x, const epa_facet *seen, int edge, const epa_facet *f, vec3 w)
+{
+    double height = height_over(x, f, w);
+    if (!(fabs(height) <= x->eps)) return height > 0;
+    vec3 p = vertex_at(x->e, seen->vertex[edge]), q = vertex_at(x->e, seen->vertex[(edge + 1) % 3]);
+    return vec_dot(triangle_normal(p, q, w), f->normal) < 0;
 }
 
 /* Marks what `w` sees, starting at `seed`, by this round's number; their indices go to e->visible. */
@@ -135,8 +149,9 @@ static uint32_t flood(const expansion *x, uint16_t seed, vec3 w)
     e->visible[count++] = seed;
     for (uint32_t next = 0; next < count; next++)
         for (int k = 0; k < 3; k++) {
-            uint16_t j = e->facet[e->visible[next]].neighbour[k];
-            if (e->facet[j].visit == e->round || !sees(x, &e->facet[j], w)) continue;
+            const epa_facet *seen = &e->facet[e->visible[next]];
+            uint16_t j = seen->neighbour[k];
+            if (e->facet[j].visit == e->round || !sees_across(x, seen, k, &e->facet[j], w)) continue;
             e->facet[j].visit = e->round;
             e->visible[count++] = j;
         }

@@ -146,7 +146,7 @@ static void each_proof_holds(void **state)
         }
     cases_destroy();
     print_message("%zu pairs, %zu wider than 1e-6 of their size\n", all, wide);
-    assert_true(wide <= all / 500);
+    assert_true(wide <= all / 1000);
 }
 
 int main(void)
