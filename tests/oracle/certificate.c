@@ -60,7 +60,8 @@ const char *oracle_check(const oracle_body *a, const oracle_body *b, const oracl
     if (!(oracle_outside(b, point_b) <= slack)) return "point_b is outside of B";
     if (claim->hi > 0 && claim->lo > 0) {
         /* of turned points the coordinates are rounded once more */
-        if (!(q_norm(q_sub(point_b, point_a)) <= claim->hi * (1 + (quad)0x1p-50))) return "the points are farther apart than hi";
+        if (!(q_norm(q_sub(point_b, point_a)) <= claim->hi * (1 + (quad)0x1p-50)))
+            return "the points are farther apart than hi";
         return NULL;
     }
     if (claim->hi < 0 && !on_support_plane(a, axis, point_a, slack)) return "point_a is not deepest along the axis";
