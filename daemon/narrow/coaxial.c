@@ -4,8 +4,8 @@
 
 #include "scalar.h"
 
-/* Farther from one axis than this part of the size, the pair is not coaxial. */
-#define COAXIAL_ULPS 64
+/* Farther from one axis than this part of the size, the pair is not worth a look. */
+#define COAXIAL 0x1p-10
 
 /* Corners (r, z) and outward unit normals (r, z) of the outline; those on the axis of revolution are left out. */
 typedef struct outline {
@@ -35,27 +35,39 @@ static bool revolved(const shape *s)
     return s->type == SHAPE_CAPSULE || s->type == SHAPE_CYLINDER || s->type == SHAPE_CONE;
 }
 
-static void try_normal(const outline *a, const outline *b, double nr, double nz, double *best, vec3 *axis)
+typedef struct plane_axis {
+    double separation, r, z;
+} plane_axis;
+
+static void try_normal(const outline *a, const outline *b, double nr, double nz, plane_axis *best)
 {
     double s = separation(a, b, nr, nz);
-    if (!(s > *best)) return;
-    *best = s;
-    *axis = vec(nr, 0, nz);
+    if (s > best->separation) *best = (plane_axis){s, nr, nz};
+}
+
+/* Where B is off the axis, or across where it leans: there the separation is greatest. */
+static vec3 towards(vec3 off, vec3 lean)
+{
+    bool leans = lean.x * lean.x + lean.y * lean.y > off.x * off.x + off.y * off.y;
+    vec3 n = direction_of(leans ? vec(-lean.y, lean.x, 0) : vec(off.x, off.y, 0));
+    return vec_norm2(n) > 0 ? n : vec(1, 0, 0);
 }
 
 void coaxial_depth(const unit_pair *p, span *s)
 {
-    vec3 up = p->b_in_a.r.z, t = p->b_in_a.t, axis = s->axis;
+    vec3 up = p->b_in_a.r.z, t = p->b_in_a.t;
     double off = vec_norm(vec(t.x, t.y, 0)) + vec_norm(vec(up.x, up.y, 0)) * p->size;
-    if (!revolved(&p->a) || !revolved(&p->b) || off > COAXIAL_ULPS * UNIT_ROUNDOFF * p->size) return;
+    if (!revolved(&p->a) || !revolved(&p->b) || off > COAXIAL * p->size) return;
     outline a = outline_of(&p->a, 1, 0), b = outline_of(&p->b, up.z < 0 ? -1 : 1, t.z);
-    double best = -INFINITY;
-    for (int i = 0; i < a.normals; i++) try_normal(&a, &b, a.nr[i], a.nz[i], &best, &axis);
-    for (int i = 0; i < b.normals; i++) try_normal(&a, &b, b.nr[i], -b.nz[i], &best, &axis);
+    plane_axis best = {.separation = -INFINITY};
+    for (int i = 0; i < a.normals; i++) try_normal(&a, &b, a.nr[i], a.nz[i], &best);
+    for (int i = 0; i < b.normals; i++) try_normal(&a, &b, b.nr[i], -b.nz[i], &best);
+    vec3 side = towards(t, vec_scale(up, p->size)), axis = vec(best.r * side.x, best.r * side.y, best.z);
     double proved = vec_dot(axis, unit_pair_nearest_along(p, axis).w);
     if (proved > s->lo) {
         s->lo = proved;
         s->axis = axis;
     }
-    s->hi = max_of(s->lo, min_of(s->hi, best + off)); /* moved onto the axis by `off`, B is where `best` is the truth */
+    double high = best.separation + off; /* moved onto the axis by `off`, B is where the one formula is the truth */
+    s->hi = max_of(s->lo, min_of(s->hi, high));
 }

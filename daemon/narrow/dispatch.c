@@ -74,6 +74,19 @@ static void finish_depth(const unit_pair *p, const narrow_goal *asked, bool name
     if (out->lo < 0 && !out->nearest.deep) witness_deepest(p, out);
 }
 
+/* What is equally deep along many directions at once is not searched for if it is known. */
+static bool about_one_axis(const unit_pair *p, const narrow_goal *goal, span *out)
+{
+    if (!inscribed_promises(p)) return false;
+    span s = *out;
+    coaxial_depth(p, &s);
+    inscribed_depth(p, goal, &s);
+    if (!(s.lo < 0) || !narrow_goal_reached(goal, s.lo, s.hi)) return false;
+    s.method = NARROW_BY_CLOSED_FORM;
+    *out = s;
+    return true;
+}
+
 static bool are_hulls(const unit_pair *p)
 {
     return p->a.type == SHAPE_HULL && p->b.type == SHAPE_HULL;
@@ -111,6 +124,10 @@ void dispatch_general(
     if (!only_general && sat_is_quick(p)) {
         depth_by_axes(p, &start, out);
         if (out->lo < 0) witness_deepest(p, out);
+        return;
+    }
+    if (!only_general && !polytope_depth_applies(p) && about_one_axis(p, goal, out)) {
+        finish_depth(p, asked, named, out);
         return;
     }
     bool curved = !only_general && pieces_apply(p) && curved_depth(p, goal, &start, out);

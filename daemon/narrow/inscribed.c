@@ -4,6 +4,8 @@
 #include "dispatch.h"
 #include "scalar.h"
 
+static const double NEARLY = 0x1p-10; /* of the size */
+
 typedef struct ball {
     vec3 centre; /* in the core's frame */
     double radius;
@@ -58,6 +60,13 @@ static bool measure_point(
     x.shaved_a = 0;
     x.shaved_b = core == &p->a ? p->shaved_a : p->shaved_b;
     return dispatch_closed_form(SHAPE_SPHERE, core->type)(&x, goal, s);
+}
+
+bool inscribed_promises(const unit_pair *p)
+{
+    vec3 in_a = p->b_in_a.t, in_b = mat_tmul(p->b_in_a.r, in_a);
+    double off_a = in_a.x * in_a.x + in_a.y * in_a.y, off_b = in_b.x * in_b.x + in_b.y * in_b.y;
+    return min_of(off_a, off_b) < NEARLY * NEARLY * p->size * p->size;
 }
 
 void inscribed_depth(const unit_pair *p, const narrow_goal *goal, span *s)

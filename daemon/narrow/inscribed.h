@@ -8,6 +8,9 @@
 
 #include "unit_pair.h"
 
+/* Is the centre of either core about on the other's axis? Else two directions are seldom equally deep. */
+bool inscribed_promises(const unit_pair *p);
+
 /* Narrows *s, of cores that overlap, from both sides where the ball of either is nearer to the truth. */
 void inscribed_depth(const unit_pair *p, const narrow_goal *goal, span *s);
 
