@@ -30,22 +30,6 @@ static vec3 between_boxes(const mesh_spot *a, const mesh_spot *b)
     return vec_sub(vec_add(b->lo, b->hi), vec_add(a->lo, a->hi));
 }
 
-/* Of two triangles between the corners that are nearest: where these are the nearest points of all, as in most of the
- * pairs that meet at a vertex, it is the axis of the answer. */
-vec3 mesh_spots_lead(const mesh_spot *a, const mesh_spot *b, bool triangles)
-{
-    vec3 lead = VEC_ZERO;
-    double least = INFINITY;
-    if (!triangles) return between_boxes(a, b);
-    for (int i = 0; i < 3; i++)
-        for (int k = 0; k < 3; k++) {
-            vec3 d = vec_sub(b->corner[k], a->corner[i]);
-            double norm2 = vec_norm2(d);
-            if (norm2 < least) least = norm2, lead = d;
-        }
-    return lead;
-}
-
 /* Along a direction of any length. The best so far is in w->lead, *best is the square of the gap along it. */
 static bool is_far_along(mesh_walk *w, vec3 u, double *best)
 {
@@ -145,6 +129,13 @@ static unsigned near_levels(const mesh_walk *w, double level_a, const mesh_leaf 
     return near;
 }
 
+static void tell_row(mesh_walk *w, const mesh_row *row, uint32_t i)
+{
+    w->lead = vec(row->lead[0][i], row->lead[1][i], row->lead[2][i]);
+    w->from = vec(row->from[0][i], row->from[1][i], row->from[2][i]);
+    w->edges = vec(row->edges[0][i], row->edges[1][i], row->edges[2][i]);
+}
+
 /* A part of A (in leaf `a`, NULL: all of it) and all of a leaf of B. The visitor may find a new axis. */
 static bool visit_row(mesh_walk *w, mesh_leaf *a, const double *level_a, mesh_leaf *b, mesh_visit *visit, void *context)
 {
@@ -161,7 +152,9 @@ static bool visit_row(mesh_walk *w, mesh_leaf *a, const double *level_a, mesh_le
         mesh_four_spot(four, i, &w->visited);
         w->spot_b = &w->visited;
         w->triangle_b = b->first + i;
-        if (w->ma || box)
+        if (w->ma)
+            tell_row(w, &row, i);
+        else if (box)
             w->lead = vec(row.lead[0][i], row.lead[1][i], row.lead[2][i]);
         else if (is_core_far(w))
             continue;
@@ -173,6 +166,22 @@ static bool visit_row(mesh_walk *w, mesh_leaf *a, const double *level_a, mesh_le
         set_levels(w, b, false);
     }
     return true;
+}
+
+void mesh_leaf_visit_alone(mesh_walk *w, uint32_t triangle_a, uint32_t triangle_b)
+{
+    mesh_four four;
+    mesh_row row;
+    mesh_four_set(&four, w->mb->corners + 3 * (size_t)triangle_b, 1, w->part.scale, &w->part.b_in_a);
+    mesh_four_spot(&four, 0, &w->visited);
+    w->spot_b = &w->visited;
+    w->spot_a = &w->whole;
+    w->triangle_b = triangle_b;
+    w->lead = between_boxes(w->spot_a, w->spot_b);
+    if (!w->ma) return;
+    w->triangle_a = triangle_a;
+    mesh_spot_set(&w->whole, w->ma, triangle_a, w->part.scale, NULL);
+    if (mesh_row_near(&four, &w->whole, 1, INFINITY, &row)) tell_row(w, &row, 0);
 }
 
 bool mesh_leaves_visit(mesh_walk *w, mesh_box box_a, mesh_box box_b, mesh_visit *visit, void *context)

@@ -1,5 +1,5 @@
-/* The search of gjk.c, for a triangle of which all corners are in A's frame, and another or a convex core. Pure; any
- * thread. */
+/* Two triangles by the nearest points of their edges, where these answer; otherwise the search of gjk.c, for a triangle
+ * of which all corners are in A's frame, and another or a convex core. Pure; any thread. */
 #include "mesh_part.h"
 
 #include "core.h"
@@ -43,6 +43,24 @@ static void lower_upper(span *best, double norm, const simplex *s)
     simplex_witness(s, &best->point_a, &best->point_b);
 }
 
+/* ---- two triangles, where the nearest points are known ---- */
+
+/* Do the nearest points of the two edges answer? Their own distance is the upper bound, how far the line between them
+ * parts the triangles the lower. */
+static bool edges_answer(const mesh_walk *w, const narrow_goal *goal, span *best)
+{
+    double norm2 = vec_norm2(w->edges);
+    if (!(norm2 > 0)) return false;
+    best->hi = sqrt(norm2);
+    best->axis = vec_scale(w->edges, 1 / best->hi);
+    best->lo = mesh_walk_foot_b(w, best->axis) - mesh_walk_top_a(w, best->axis);
+    best->point_a = w->from;
+    best->point_b = vec_add(w->from, w->edges);
+    return narrow_goal_reached(goal, best->lo, best->hi);
+}
+
+/* ---- the search ---- */
+
 /* As in gjk.c. */
 static bool advance(const mesh_walk *w, simplex *s, span *best, vec3 *axis)
 {
@@ -63,9 +81,12 @@ static bool advance(const mesh_walk *w, simplex *s, span *best, vec3 *axis)
 void mesh_part_distance(const mesh_walk *w, const narrow_goal *goal, span *best)
 {
     simplex s = {.count = 0};
+    *best = (span){.lo = -INFINITY, .hi = INFINITY, .method = NARROW_BY_GJK, .iterations = 1};
+    if (w->ma && edges_answer(w, goal, best)) return;
     vec3 axis = direction_of(w->lead);
     if (!(vec_norm2(axis) > 0)) axis = vec(1, 0, 0);
-    *best = (span){.lo = -INFINITY, .hi = INFINITY, .method = NARROW_BY_GJK};
+    best->lo = -INFINITY;
+    best->hi = INFINITY;
     for (best->iterations = 1; best->iterations <= ITERATIONS_MAX; best->iterations++) {
         minkowski *m = &s.v[s.count];
         *m = nearest_along(w, axis);

@@ -21,6 +21,8 @@ typedef struct mesh_four {
 typedef struct mesh_row {
     double away2[MESH_LEAF_MAX]; /* square of what they are apart at least, by boxes or along `lead`, before rounding */
     double lead[3][MESH_LEAF_MAX]; /* the direction that separates them most, of those looked at: of any length */
+    /* Of two triangles: the points that are nearest to each other on edges at the corners that are. */
+    double from[3][MESH_LEAF_MAX], edges[3][MESH_LEAF_MAX]; /* the point on A's; from there to the point on B's */
 } mesh_row;
 
 /* `corners`: three a triangle, in B's frame and the input's units. */

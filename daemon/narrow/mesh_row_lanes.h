@@ -170,11 +170,12 @@ ROW_INLINE lanes3 towards(lanes3 u, lanes3 to)
 }
 
 /* Between the nearest points of an edge of A and one of B (Ericson, Real-Time Collision Detection, 5.1.9), of the edges
- * at the nearest corners, of those that are nearest. It need not be exact: whatever direction comes out is tried for
- * what it proves. */
-ROW_INLINE lanes3 between_edges(const corners *a, const corners *b, lanes3 lead)
+ * at the nearest corners, of those that are nearest; `along`: from A's nearest corner to the point on its edge. It need
+ * not be exact: whatever direction comes out is tried for what it proves. */
+ROW_INLINE lanes3 between_edges(const corners *a, const corners *b, lanes3 lead, lanes3 *along)
 {
     lanes3 best = lead, u[2], v[2];
+    *along = spread(VEC_ZERO);
     lanes least = lanes_of(INFINITY), uu[2], vv[2], to_a[2], to_b[2], per_uu[2], per_vv[2];
     for (int i = 0; i < 2; i++) {
         u[i] = lanes3_sub(a->at[i + 1], a->at[0]), v[i] = lanes3_sub(b->at[i + 1], b->at[0]);
@@ -188,12 +189,13 @@ ROW_INLINE lanes3 between_edges(const corners *a, const corners *b, lanes3 lead)
             lanes s = share_of((uv * to_a[k] + vv[k] * to_b[i]) / (uu[i] * vv[k] - uv * uv));
             lanes t = share_of((uv * s + to_a[k]) * per_vv[k]);
             s = share_of((uv * t + to_b[i]) * per_uu[i]);
-            lanes3 d = {
-                lead.x + v[k].x * t - u[i].x * s, lead.y + v[k].y * t - u[i].y * s, lead.z + v[k].z * t - u[i].z * s};
+            lanes3 us = scaled(u[i], s);
+            lanes3 d = {lead.x + v[k].x * t - us.x, lead.y + v[k].y * t - us.y, lead.z + v[k].z * t - us.z};
             lanes norm2 = lanes3_dot(d, d);
             lane_mask nearer = norm2 < least;
             least = choose(nearer, norm2, least);
             best = choose3(nearer, d, best);
+            *along = choose3(nearer, us, *along);
         }
     return best;
 }
@@ -220,9 +222,14 @@ ROW_INLINE unsigned row_near(const mesh_four *b, const mesh_spot *a, unsigned ne
     try_along(&r, towards(load(b->normal), lead));
     try_along(&r, towards(spread(a->normal), lead));
     if (!r.near) return 0;
-    try_along(&r, between_edges(&of_a, &of_b, lead));
+    lanes3 along, edges = between_edges(&of_a, &of_b, lead, &along);
+    try_along(&r, edges);
+    if (!r.near) return 0;
     lanes_store(out->away2, r.gap2 / r.norm2);
     store(out->lead, r.lead);
+    store(out->edges, edges);
+    const lanes3 *from = &of_a.at[0];
+    store(out->from, (lanes3){from->x + along.x, from->y + along.y, from->z + along.z});
     return r.near;
 }
 

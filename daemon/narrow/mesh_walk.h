@@ -70,6 +70,7 @@ typedef struct mesh_walk {
     uint32_t triangle_a, triangle_b;  /* the parts that are visited; triangle_a MESH_NO_TRIANGLE: all of A */
     const mesh_spot *spot_a, *spot_b; /* where they are */
     vec3 lead;                        /* of any length: the direction that separates them most, of those looked at */
+    vec3 from, edges;                 /* of two triangles: as in mesh_row */
     uint32_t visits, aims;            /* aims: counts the axes */
     triangle_part flat_a, flat_b;
     transform a_in_b; /* the inverse of part.b_in_a */
