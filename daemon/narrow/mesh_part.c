@@ -50,7 +50,7 @@ static void lower_upper(span *best, double norm, const simplex *s)
 static bool edges_answer(const mesh_walk *w, const narrow_goal *goal, span *best)
 {
     double norm2 = vec_norm2(w->edges);
-    if (!(norm2 > 0)) return false;
+    if (!(norm2 > 0x1p-900)) return false;
     best->hi = sqrt(norm2);
     best->axis = vec_scale(w->edges, 1 / best->hi);
     best->lo = mesh_walk_foot_b(w, best->axis) - mesh_walk_top_a(w, best->axis);

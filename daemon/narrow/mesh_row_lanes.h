@@ -2,8 +2,8 @@
  * not a number separates nothing.
  *
  * Whoever includes it says before what ROW_INLINE is, and has greater_of and lesser_of (the second where one is not a
- * number), choose, and bits_of (bit k: lane k of a mask). All that uses them is here, so that both give the same bits.
- * Pure; any thread. */
+ * number), choose, pick (lane k: that of which[k]), and bits_of (bit k: lane k of a mask). All that uses them is here,
+ * so that both give the same bits. Pure; any thread. */
 #ifndef COLLIDED_NARROW_MESH_ROW_LANES_H
 #define COLLIDED_NARROW_MESH_ROW_LANES_H
 
@@ -73,7 +73,8 @@ ROW_INLINE void four_set(mesh_four *f, const vec3 *corners, uint32_t count, doub
     lanes3 p[3];
     for (uint32_t i = 0; i < LANES; i++) at[i] = 3 * (i < count ? i : count - 1);
     for (uint32_t k = 0; k < 3; k++) {
-        p[k] = moved(b_in_a, scaled(corners_at(corners, at, k), lanes_of(scale)));
+        p[k] = scaled(corners_at(corners, at, k), lanes_of(scale));
+        if (b_in_a) p[k] = moved(b_in_a, p[k]);
         store(f->corner[k], p[k]);
     }
     store(f->lo, least3(least3(p[0], p[1]), p[2]));
@@ -200,30 +201,28 @@ ROW_INLINE lanes3 between_edges(const corners *a, const corners *b, lanes3 lead,
     return best;
 }
 
-ROW_INLINE unsigned row_near(const mesh_four *b, const mesh_spot *a, unsigned near, double within2, mesh_row *out)
+ROW_INLINE lanes3 pick3(const double v[3][LANES], uint32_t which)
 {
-    lanes boxes2 = boxes_away2(b, a);
+    return (lanes3){pick(v[0], which), pick(v[1], which), pick(v[2], which)};
+}
+
+ROW_INLINE unsigned row_near(const mesh_four *a, const mesh_four *b, const mesh_picks *p, double within2, mesh_row *out)
+{
     row r;
     corners of_a, of_b;
     r.within2 = lanes_of(within2);
-    r.near = near & ~bits_of(boxes2 > r.within2);
-    if (!r.near) return 0;
-    for (int k = 0; k < 3; k++) r.a[k] = spread(a->corner[k]), r.b[k] = load(b->corner[k]);
-    lanes3 lo = lanes3_sub(load(b->lo), spread(a->hi)), hi = lanes3_sub(load(b->hi), spread(a->lo));
-    lanes3 between = {lo.x + hi.x, lo.y + hi.y, lo.z + hi.z};
-    r.lead = between;
-    r.gap2 = lanes_of(0), r.norm2 = lanes_of(1);
-    try_along(&r, between);
-    if (!r.near) return 0;
+    r.near = (1u << p->count) - 1;
+    for (int k = 0; k < 3; k++) r.a[k] = pick3(a->corner[k], p->a), r.b[k] = pick3(b->corner[k], p->b);
     order_corners(&r, &of_a, &of_b);
-    lanes3 lead = lanes3_sub(of_b.at[0], of_a.at[0]);
+    lanes3 lead = r.lead = lanes3_sub(of_b.at[0], of_a.at[0]);
+    r.gap2 = lanes_of(0), r.norm2 = lanes_of(1);
     try_along(&r, lead);
-    if (!r.near) return 0;
-    try_along(&r, towards(load(b->normal), lead));
-    try_along(&r, towards(spread(a->normal), lead));
     if (!r.near) return 0;
     lanes3 along, edges = between_edges(&of_a, &of_b, lead, &along);
     try_along(&r, edges);
+    if (!r.near) return 0;
+    try_along(&r, towards(pick3(b->normal, p->b), lead));
+    try_along(&r, towards(pick3(a->normal, p->a), lead));
     if (!r.near) return 0;
     lanes_store(out->away2, r.gap2 / r.norm2);
     store(out->lead, r.lead);
@@ -238,6 +237,44 @@ ROW_INLINE unsigned core_near(const mesh_four *b, const mesh_spot *a, unsigned n
     lanes away2 = boxes_away2(b, a);
     lanes_store(out->away2, away2);
     return near & ~bits_of(away2 > lanes_of(within2));
+}
+
+/* ---- all of two leaves ---- */
+
+ROW_INLINE double sum_of(lanes x)
+{
+    return x[0] + x[2] + (x[1] + x[3]);
+}
+
+/* Between the middles of the boxes around all triangles. */
+ROW_INLINE vec3 between_fours(const mesh_four *a, const mesh_four *b)
+{
+    double d[3];
+    for (int k = 0; k < 3; k++) {
+        lanes lo = lanes_load(b->lo[k]) - lanes_load(a->lo[k]), hi = lanes_load(b->hi[k]) - lanes_load(a->hi[k]);
+        d[k] = sum_of(lo + hi);
+    }
+    return vec(d[0], d[1], d[2]);
+}
+
+/* The pairs of which B's foot is not above A's top. */
+ROW_INLINE unsigned not_above(lanes foot, lanes top)
+{
+    unsigned above = bits_of(foot > LANES_ALL(top, 0)) | bits_of(foot > LANES_ALL(top, 1)) << 4 |
+                     bits_of(foot > LANES_ALL(top, 2)) << 8 | bits_of(foot > LANES_ALL(top, 3)) << 12;
+    return ~above & 0xffff;
+}
+
+ROW_INLINE unsigned fours_near(
+    const mesh_four *a, const mesh_four *b, const double levels_a[LANES], const double levels_b[LANES], double within)
+{
+    const lanes3 of_a[3] = {load(a->corner[0]), load(a->corner[1]), load(a->corner[2])};
+    const lanes3 of_b[3] = {load(b->corner[0]), load(b->corner[1]), load(b->corner[2])};
+    vec3 between = between_fours(a, b);
+    lanes3 u = spread(between);
+    lanes limit = lanes_of(within * vec_norm(between));
+    return not_above(lanes_load(levels_b), lanes_load(levels_a) + lanes_of(within)) &
+           not_above(foot_of(of_b, u), top_of(of_a, u) + limit);
 }
 
 /* ---- a box ---- */

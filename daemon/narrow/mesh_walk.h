@@ -30,16 +30,13 @@ typedef struct mesh_box {
     uint32_t node, child; /* node UINT32_MAX: all of a convex A */
 } mesh_box;
 
-/* The triangles of a leaf, put in place when they are first needed (A's one by one, B's together); again when another
- * leaf has taken their room. */
+/* The triangles of a leaf, put in place when they are first needed; again when another leaf has taken their room. */
 typedef struct mesh_leaf {
-    uint32_t first, count, placed, aims; /* placed: bit i: spots[i]; of B: four */
-    double level;                        /* the greatest of A's, the least of B's */
-    double levels[MESH_LEAF_MAX];        /* of each triangle */
-    union {
-        mesh_spot spots[MESH_LEAF_MAX]; /* of A */
-        mesh_four four;                 /* of B */
-    };
+    uint32_t first, count, aims;
+    bool placed;
+    double level;                 /* the greatest of A's, the least of B's */
+    double levels[MESH_LEAF_MAX]; /* of each triangle; beside A a mesh, where there is none, infinitely far */
+    mesh_four four;
 } mesh_leaf;
 
 /* From the frame and unit of one mesh's boxes to those of the other's. */
@@ -51,8 +48,8 @@ typedef struct mesh_turn {
 
 /* How far the patches of a node reach along the axis, in B's unit, from B's origin. */
 typedef struct mesh_stand {
-    uint32_t node, aims;     /* whose, and for which axis: mesh_walk.aims */
-    float level[MESH_WIDTH]; /* of A the tops, of B the feet */
+    uint32_t node, aims;                  /* whose, and for which axis: mesh_walk.aims */
+    _Alignas(16) float level[MESH_WIDTH]; /* of A the tops, of B the feet */
 } mesh_stand;
 
 /* The patches of a node of A as B's nodes see them. */
@@ -85,7 +82,7 @@ typedef struct mesh_walk {
     mesh_stand stands_a[MESH_STANDS], stands_b[MESH_STANDS];
     uint32_t faced[MESH_FACES]; /* whose they are; UINT32_MAX: none */
     mesh_faces faces_a[MESH_FACES];
-    mesh_spot visited;                                   /* of B: spot_b, while leaves are visited */
+    mesh_spot visited_a, visited;                        /* spot_a (of a mesh) and spot_b, while leaves are visited */
     mesh_box known_a[MESH_LEAVES], known_b[MESH_LEAVES]; /* whose room is taken by which leaf; node UINT32_MAX: none */
     mesh_leaf leaves_a[MESH_LEAVES], leaves_b[MESH_LEAVES];
 } mesh_walk;
@@ -105,9 +102,6 @@ void mesh_walk_nearest(mesh_walk *w, mesh_visit *visit, void *context); /* the n
 
 /* For a visitor: makes `part` the pair of the visited parts. */
 void mesh_walk_dress(mesh_walk *w);
-
-/* A triangle where it is; A's when `b_in_a` is NULL. Box and normal, too, but no level. */
-void mesh_spot_set(mesh_spot *s, const mesh *m, uint32_t triangle, double scale, const transform *b_in_a);
 
 /* The greatest and least heights of the visited parts along a direction, in A's frame. */
 double mesh_walk_top_a(const mesh_walk *w, vec3 direction);
