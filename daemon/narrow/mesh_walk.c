@@ -310,6 +310,13 @@ static double bound_in_doubles(const mesh_walk *w, mesh_box a, mesh_box b)
 
 /* ---- the walk ---- */
 
+static const mesh_box ALL_OF_A = {WHOLE, 0, true};
+
+MESH_INLINE mesh_box child_of(const mesh *m, uint32_t node, uint32_t child)
+{
+    return (mesh_box){node, (uint16_t)child, m->nodes[node].count[child] > 0};
+}
+
 MESH_INLINE unsigned all_of(const mesh_node *n)
 {
     return (1u << n->used) - 1;
@@ -344,7 +351,7 @@ MESH_INLINE uint32_t expand_b(const mesh_walk *w, mesh_box a, uint32_t node, ent
     unsigned near = o->far ? all_of(n) : near_boxes(w, w->mb, n, o, w->size_b, bounds);
     for (uint32_t i = 0; near; i++, near >>= 1) {
         if (!(near & 1)) continue;
-        mesh_box b = {node, i};
+        mesh_box b = child_of(w->mb, node, i);
         double bound = o->far ? bound_in_doubles(w, a, b) : (double)bounds[i] * w->size_b - w->part.error;
         if (!(bound > w->within)) put_sorted(more, &count, (entry){a, b, bound});
     }
@@ -361,7 +368,7 @@ MESH_INLINE uint32_t expand_a(const mesh_walk *w, uint32_t node, mesh_box b, ent
     unsigned near = o.far ? all_of(n) : near_boxes(w, w->ma, n, &o, w->size_a, bounds);
     for (uint32_t i = 0; near; i++, near >>= 1) {
         if (!(near & 1)) continue;
-        mesh_box a = {node, i};
+        mesh_box a = child_of(w->ma, node, i);
         double bound = o.far ? bound_in_doubles(w, a, b) : (double)bounds[i] * w->size_a - w->part.error;
         if (!(bound > w->within)) put_sorted(more, &count, (entry){a, b, bound});
     }
@@ -380,7 +387,8 @@ MESH_INLINE uint32_t expand_both(const mesh_walk *w, uint32_t node_a, uint32_t n
         unsigned near = mesh_bounds_from(nb, &o, lanes_of(-INFINITY), all_of(nb), limit, bounds);
         for (uint32_t i = 0; near; i++, near >>= 1) {
             double bound = (double)bounds[i] * w->size_b - w->part.error;
-            if (near & 1 && !(bound > w->within)) more[count++] = (entry){{node_a, k}, {node_b, i}, bound};
+            if (near & 1 && !(bound > w->within))
+                more[count++] = (entry){child_of(w->ma, node_a, k), child_of(w->mb, node_b, i), bound};
         }
     }
     return count;
@@ -396,23 +404,20 @@ MESH_INLINE uint32_t expand_known(
     float bounds[MESH_WIDTH], limit = (float)((w->within + w->part.error) / w->size_b * FLOAT_MORE);
     mesh_lanes feet = lanes_load(b->level) - lanes_of(w->open_slack);
     uint32_t count = 0;
-    for (uint32_t k = 0; rows >> k; k++) {
+    for (; rows; rows &= rows - 1) {
+        uint32_t k = (uint32_t)__builtin_ctz(rows);
         mesh_lanes along = feet - lanes_of(a->level[k]);
-        unsigned near = rows >> k & 1 ? lanes_not_above(along, lanes_of(limit)) & columns : 0;
+        unsigned near = lanes_not_above(along, lanes_of(limit)) & columns;
         if (!near) continue;
         if (!faces) faces = faces_of_a(w, node_a);
         near = mesh_patch_bounds(nb, &faces[k], along, near, limit, bounds);
-        for (uint32_t i = 0; near >> i; i++) {
-            double bound = (double)bounds[i] * w->size_b - w->part.error;
-            if (near >> i & 1 && !(bound > w->within)) more[count++] = (entry){{node_a, k}, {node_b, i}, bound};
+        mesh_box box_a = child_of(w->ma, node_a, k);
+        for (; near; near &= near - 1) {
+            uint32_t i = (uint32_t)__builtin_ctz(near);
+            more[count++] = (entry){box_a, child_of(w->mb, node_b, i), (double)bounds[i] * w->size_b - w->part.error};
         }
     }
     return count;
-}
-
-MESH_INLINE bool is_leaf(const mesh *m, mesh_box r)
-{
-    return r.node == WHOLE || m->nodes[r.node].count[r.child] > 0;
 }
 
 MESH_INLINE double size_of(const mesh *m, mesh_box r, double size)
@@ -436,7 +441,7 @@ MESH_INLINE uint32_t expand_aimed(mesh_walk *w, const entry *e, bool open_a, boo
 /* Both boxes are opened where they are of about one size, otherwise the larger. */
 MESH_INLINE uint32_t expand(mesh_walk *w, const entry *e, entry more[CHILDREN])
 {
-    bool keep_a = is_leaf(w->ma, e->a), keep_b = is_leaf(w->mb, e->b), open_both = false;
+    bool keep_a = e->a.leaf, keep_b = e->b.leaf, open_both = false;
     if (!keep_a && !keep_b) {
         double a = size_of(w->ma, e->a, w->size_a), b = size_of(w->mb, e->b, w->size_b);
         open_both = w->opens_both && !(a > BOTH_RATIO * b || b > BOTH_RATIO * a);
@@ -449,11 +454,6 @@ MESH_INLINE uint32_t expand(mesh_walk *w, const entry *e, entry more[CHILDREN])
                                      : expand_a(w, node_below(w->ma, e->a), e->b, more);
 }
 
-MESH_INLINE bool is_leaves(const mesh_walk *w, const entry *e)
-{
-    return is_leaf(w->ma, e->a) && is_leaf(w->mb, e->b);
-}
-
 /* All below one pair of boxes, depth first. False: enough. */
 static bool run_below(mesh_walk *w, const entry *top, mesh_visit *visit, void *context)
 {
@@ -463,7 +463,7 @@ static bool run_below(mesh_walk *w, const entry *top, mesh_visit *visit, void *c
     while (open) {
         entry e = stack[--open];
         if (e.bound > w->within) continue;
-        if (!is_leaves(w, &e))
+        if (!(e.a.leaf && e.b.leaf))
             open += expand(w, &e, stack + open);
         else if (!mesh_leaves_visit(w, e.a, e.b, visit, context))
             return false;
@@ -477,8 +477,8 @@ MESH_INLINE uint32_t start(mesh_walk *w, entry first[CHILDREN])
     uint32_t count = 0;
     if (w->ma && w->opens_both && w->aimed)
         return expand_known(w, 0, all_of(&w->ma->nodes[0]), 0, all_of(&w->mb->nodes[0]), first);
-    if (!w->ma) return expand_b(w, (mesh_box){WHOLE, 0}, 0, first);
-    for (uint32_t i = 0; i < w->ma->nodes[0].used; i++) count += expand_b(w, (mesh_box){0, i}, 0, first + count);
+    if (!w->ma) return expand_b(w, ALL_OF_A, 0, first);
+    for (uint32_t i = 0; i < w->ma->nodes[0].used; i++) count += expand_b(w, child_of(w->ma, 0, i), 0, first + count);
     return count;
 }
 
@@ -545,13 +545,13 @@ static vec3 centre_of(const mesh_walk *w, mesh_box a)
 static mesh_box nearest_child(const mesh *m, uint32_t node, vec3 point)
 {
     const mesh_node *n = &m->nodes[node];
-    mesh_box nearest = {node, 0};
+    uint32_t nearest = 0;
     double least = INFINITY;
     for (uint32_t i = 0; i < n->used; i++) {
         double away2 = vec_norm2(vec_sub(vec(n->centre[0][i], n->centre[1][i], n->centre[2][i]), point));
-        if (away2 < least) least = away2, nearest.child = i;
+        if (away2 < least) least = away2, nearest = i;
     }
-    return nearest;
+    return child_of(m, node, nearest);
 }
 
 static vec3 in_a(const mesh_walk *w, mesh_box b)
@@ -565,16 +565,16 @@ static vec3 in_a(const mesh_walk *w, mesh_box b)
  * it: its triangles are near enough to spare the walk most of the rest. */
 static bool plunge(mesh_walk *w, mesh_visit *visit, void *context)
 {
-    mesh_box a = {WHOLE, 0}, b;
+    mesh_box a = ALL_OF_A, b;
     vec3 from = VEC_ZERO;
     if (w->ma) {
         a = nearest_child(w->ma, 0, vec_scale(w->part.b_in_a.t, 1 / w->size_a));
         from = centre_of(w, a);
     }
     b = nearest_child(w->mb, 0, vec_scale(transform_point(&w->a_in_b, from), 1 / w->size_b));
-    while (!is_leaf(w->ma, a) || !is_leaf(w->mb, b)) {
-        if (!is_leaf(w->ma, a)) a = nearest_child(w->ma, node_below(w->ma, a), vec_scale(in_a(w, b), 1 / w->size_a));
-        if (is_leaf(w->mb, b)) continue;
+    while (!a.leaf || !b.leaf) {
+        if (!a.leaf) a = nearest_child(w->ma, node_below(w->ma, a), vec_scale(in_a(w, b), 1 / w->size_a));
+        if (b.leaf) continue;
         from = transform_point(&w->a_in_b, centre_of(w, a));
         b = nearest_child(w->mb, node_below(w->mb, b), vec_scale(from, 1 / w->size_b));
     }
@@ -592,7 +592,7 @@ MESH_INLINE void walk_nearest(mesh_walk *w, mesh_visit *visit, void *context)
     while (q.count) {
         entry e = queue_pop(&q);
         if (e.bound > w->within) continue;
-        bool full = q.count + CHILDREN > QUEUE, leaves = is_leaves(w, &e);
+        bool full = q.count + CHILDREN > QUEUE, leaves = e.a.leaf && e.b.leaf;
         if (leaves ? !mesh_leaves_visit(w, e.a, e.b, visit, context) : full && !run_below(w, &e, visit, context))
             return;
         if (leaves || full) continue;

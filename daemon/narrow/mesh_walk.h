@@ -27,7 +27,9 @@ typedef struct triangle_part {
 
 /* A box of a mesh: a child of a node. The root's own children stand for the root. */
 typedef struct mesh_box {
-    uint32_t node, child; /* node UINT32_MAX: all of a convex A */
+    uint32_t node; /* UINT32_MAX: all of a convex A */
+    uint16_t child;
+    bool leaf; /* or all of a convex A */
 } mesh_box;
 
 /* The triangles of a leaf, put in place when they are first needed; again when another leaf has taken their room. */
