@@ -178,27 +178,38 @@ ROW_INLINE lanes gap_along(const pairing *p, lanes3 d)
     return gap_of(lanes3_dot(d, p->lead), u, v);
 }
 
+/* Of two by one division. */
+ROW_INLINE void inverses(const lanes x[2], lanes per_x[2])
+{
+    lanes per_both = 1 / (x[0] * x[1]);
+    per_x[0] = x[1] * per_both;
+    per_x[1] = x[0] * per_both;
+}
+
 /* Between the nearest points of an edge of A and one of B (Ericson, Real-Time Collision Detection, 5.1.9), of the edges
  * at the nearest corners, of those that are nearest: `norm2` is the square of the line between these points, `along`
  * goes from A's nearest corner to the point on its edge. It need not be exact: whatever direction comes out is tried
  * for what it proves. */
 ROW_INLINE lanes3 between_edges(const pairing *p, lanes *least, lanes3 *along)
 {
-    lanes uu[2], vv[2], per_uu[2], per_vv[2];
+    lanes uu[2], vv[2], uv[2][2], per_uu[2], per_vv[2], per_both[2][2];
     lanes3 best = p->lead;
-    for (int i = 0; i < 2; i++) {
-        uu[i] = lanes3_dot(p->u[i], p->u[i]), vv[i] = lanes3_dot(p->v[i], p->v[i]);
-        per_uu[i] = 1 / uu[i], per_vv[i] = 1 / vv[i];
-    }
+    for (int i = 0; i < 2; i++) uu[i] = lanes3_dot(p->u[i], p->u[i]), vv[i] = lanes3_dot(p->v[i], p->v[i]);
+    for (int i = 0; i < 2; i++)
+        for (int k = 0; k < 2; k++) {
+            uv[i][k] = lanes3_dot(p->u[i], p->v[k]);
+            per_both[i][k] = 1 / (uu[i] * vv[k] - uv[i][k] * uv[i][k]);
+        }
+    inverses(uu, per_uu);
+    inverses(vv, per_vv);
     *least = p->norm2;
     *along = spread(VEC_ZERO);
     for (int i = 0; i < 2; i++)
         for (int k = 0; k < 2; k++) {
             const lanes3 *u = &p->u[i], *v = &p->v[k];
-            lanes uv = lanes3_dot(*u, *v);
-            lanes s = share_of((vv[k] * p->along_u[i] - uv * p->along_v[k]) / (uu[i] * vv[k] - uv * uv));
-            lanes t = share_of((uv * s - p->along_v[k]) * per_vv[k]);
-            s = share_of((uv * t + p->along_u[i]) * per_uu[i]);
+            lanes s = share_of((vv[k] * p->along_u[i] - uv[i][k] * p->along_v[k]) * per_both[i][k]);
+            lanes t = share_of((uv[i][k] * s - p->along_v[k]) * per_vv[k]);
+            s = share_of((uv[i][k] * t + p->along_u[i]) * per_uu[i]);
             lanes3 us = scaled(*u, s);
             lanes3 d = {p->lead.x + v->x * t - us.x, p->lead.y + v->y * t - us.y, p->lead.z + v->z * t - us.z};
             lanes norm2 = lanes3_dot(d, d);
