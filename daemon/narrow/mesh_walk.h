@@ -13,6 +13,7 @@
 
 enum {
     MESH_NO_TRIANGLE = UINT32_MAX,
+    MESH_WHOLE = UINT32_MAX, /* for a node: all of a convex A */
     TRIANGLE_PADDED = 8,
     MESH_STANDS = 64, /* nodes of each mesh, that are known along the axis while it stays; a power of two */
     MESH_FACES = 32,  /* nodes of A, that are known as B's nodes see them; a power of two */
@@ -27,7 +28,7 @@ typedef struct triangle_part {
 
 /* A box of a mesh: a child of a node. The root's own children stand for the root. */
 typedef struct mesh_box {
-    uint32_t node; /* UINT32_MAX: all of a convex A */
+    uint32_t node; /* or MESH_WHOLE */
     uint16_t child;
     bool leaf; /* or all of a convex A */
 } mesh_box;
@@ -82,10 +83,10 @@ typedef struct mesh_walk {
     mesh_spot whole;
     double whole_level; /* the greatest height of a convex A along the axis */
     mesh_stand stands_a[MESH_STANDS], stands_b[MESH_STANDS];
-    uint32_t faced[MESH_FACES]; /* whose they are; UINT32_MAX: none */
+    uint32_t faced[MESH_FACES]; /* whose they are; MESH_WHOLE: none */
     mesh_faces faces_a[MESH_FACES];
     mesh_spot visited_a, visited;                        /* spot_a (of a mesh) and spot_b, while leaves are visited */
-    mesh_box known_a[MESH_LEAVES], known_b[MESH_LEAVES]; /* whose room is taken by which leaf; node UINT32_MAX: none */
+    mesh_box known_a[MESH_LEAVES], known_b[MESH_LEAVES]; /* whose room is taken by which leaf; node MESH_WHOLE: none */
     mesh_leaf leaves_a[MESH_LEAVES], leaves_b[MESH_LEAVES];
 } mesh_walk;
 
