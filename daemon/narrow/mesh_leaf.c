@@ -84,7 +84,7 @@ static void set_levels(const mesh_walk *w, mesh_leaf *l, bool of_a)
         most = max_of(most, level);
     }
     l->level = of_a ? most : lift - most;
-    for (uint32_t i = l->count; i < MESH_LEAF_MAX; i++) l->levels[i] = of_a ? -INFINITY : INFINITY;
+    for (uint32_t i = l->count; i < MESH_LEAF_MAX; i++) l->levels[i] = 0;
 }
 
 static mesh_leaf *leaf_of(mesh_walk *w, bool of_a, mesh_box box)
@@ -171,6 +171,11 @@ void mesh_leaf_visit_alone(mesh_walk *w, uint32_t triangle_a, uint32_t triangle_
     if (mesh_row_near(&a, &b, &only, INFINITY, &row)) tell_row(w, &row, 0);
 }
 
+static unsigned all_pairs(const mesh_leaf *a, const mesh_leaf *b)
+{
+    return ((1u << MESH_LEAF_MAX * a->count) - 1) & ((1u << b->count) - 1) * 0x1111;
+}
+
 /* The next pairs of `*pairs`, which are taken out. */
 static void next_picks(unsigned *pairs, mesh_picks *p)
 {
@@ -219,7 +224,7 @@ bool mesh_leaves_visit(mesh_walk *w, mesh_box box_a, mesh_box box_b, mesh_visit 
     if (!w->ma) return b->level - w->whole_level > farthest(w) || visit_beside_core(w, b, visit, context);
     mesh_leaf *a = leaf_of(w, true, box_a);
     if (b->level - a->level > farthest(w)) return true;
-    unsigned pairs = mesh_fours_near(place_a(w, a), place_b(w, b), a->levels, b->levels, farthest(w));
+    unsigned pairs = mesh_fours_near(place_a(w, a), place_b(w, b), a->levels, b->levels, farthest(w)) & all_pairs(a, b);
     while (pairs) {
         mesh_picks picks;
         next_picks(&pairs, &picks);

@@ -39,8 +39,8 @@ typedef struct mesh_row {
 void mesh_four_set(mesh_four *f, const vec3 *corners, uint32_t count, double scale, const transform *b_in_a);
 
 /* Bit 4 i + k: triangle i of A and k of B are not proven to be farther apart than `within`: by their levels (the
- * greatest of each of A's along some axis, the least of B's, infinitely far where there is none), and along the line
- * between the middles of the leaves. */
+ * greatest of each of A's along some axis, the least of B's), and along the line between the middles of the leaves.
+ * Bits of what only repeats the last of a leaf mean nothing. */
 unsigned mesh_fours_near(const mesh_four *a, const mesh_four *b, const double levels_a[MESH_LEAF_MAX],
     const double levels_b[MESH_LEAF_MAX], double within);
 

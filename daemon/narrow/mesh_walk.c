@@ -312,7 +312,7 @@ typedef struct queue {
 
 MESH_INLINE void queue_init(queue *q, double greatest_bound)
 {
-    for (uint16_t i = 0; i < QUEUE; i++) q->next[i] = (uint16_t)(i + 1);
+    for (uint32_t i = 0; i < QUEUE; i++) q->next[i] = (uint16_t)(i + 1);
     q->unused = 0;
     q->filled = 0;
     q->count = 0;

@@ -38,7 +38,7 @@ typedef struct mesh_leaf {
     uint32_t first, count, aims;
     bool placed;
     double level;                 /* the greatest of A's, the least of B's */
-    double levels[MESH_LEAF_MAX]; /* of each triangle; beside A a mesh, where there is none, infinitely far */
+    double levels[MESH_LEAF_MAX]; /* of each triangle; beside A a mesh 0 where there is none */
     mesh_four four;
 } mesh_leaf;
 
