@@ -190,7 +190,8 @@ MESH_INLINE mesh_lanes mesh_beyond(const mesh_node *n, const mesh_other *o, cons
 /* A box around a patch of another mesh, as the nodes of this one see it: the part of mesh_other that walks down two
  * meshes look at. */
 typedef struct mesh_patch_box {
-    float centre[MESH_WIDTH], side[2][MESH_WIDTH], normal[MESH_WIDTH], half, slack;
+    _Alignas(16) float centre[MESH_WIDTH], side[2][MESH_WIDTH], normal[MESH_WIDTH];
+    float half, slack;
 } mesh_patch_box;
 
 /* As mesh_bounds_from. */

@@ -106,16 +106,11 @@ static void aim_by_hulls(mesh_walk *w)
  * are so near that the walk may end anywhere. */
 static bool begin_with(mesh_walk *w, const mesh_seed *seed, const nearest_search *q)
 {
-    mesh_spot a, b;
     span s;
     narrow_goal measure = q->part;
     uint32_t i = seed->triangle_a, k = seed->triangle_b;
     if (k >= w->mb->triangle_count || (w->ma && i >= w->ma->triangle_count)) return false;
-    if (w->ma) mesh_spot_set(&a, w->ma, i, w->part.scale, NULL);
-    mesh_spot_set(&b, w->mb, k, w->part.scale, &w->part.b_in_a);
-    w->spot_a = w->ma ? &a : &w->whole;
-    w->spot_b = &b;
-    w->lead = mesh_spots_lead(w->spot_a, w->spot_b, w->ma);
+    mesh_leaf_visit_alone(w, i, k);
     measure.far = INFINITY;
     mesh_part_distance(w, &measure, &s);
     if (!(s.lo > w->part.error)) return false;

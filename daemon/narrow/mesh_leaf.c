@@ -3,47 +3,20 @@
 
 #include "scalar.h"
 
-static vec3 least_of(vec3 a, vec3 b)
-{
-    return vec(min_of(a.x, b.x), min_of(a.y, b.y), min_of(a.z, b.z));
-}
-static vec3 most_of(vec3 a, vec3 b)
-{
-    return vec(max_of(a.x, b.x), max_of(a.y, b.y), max_of(a.z, b.z));
-}
-
-void mesh_spot_set(mesh_spot *s, const mesh *m, uint32_t triangle, double scale, const transform *b_in_a)
-{
-    vec3 *p = s->corner;
-    for (int k = 0; k < 3; k++) {
-        p[k] = vec_scale(m->corners[3 * (size_t)triangle + (size_t)k], scale);
-        if (b_in_a) p[k] = transform_point(b_in_a, p[k]);
-    }
-    s->lo = least_of(least_of(p[0], p[1]), p[2]);
-    s->hi = most_of(most_of(p[0], p[1]), p[2]);
-    s->normal = vec_cross(vec_sub(p[1], p[0]), vec_sub(p[2], p[0]));
-}
-
 /* Between the middles of the boxes, twice. */
 static vec3 between_boxes(const mesh_spot *a, const mesh_spot *b)
 {
     return vec_sub(vec_add(b->lo, b->hi), vec_add(a->lo, a->hi));
 }
 
-/* Of two triangles between the corners that are nearest: where these are the nearest points of all, as in most of the
- * pairs that meet at a vertex, it is the axis of the answer. */
-vec3 mesh_spots_lead(const mesh_spot *a, const mesh_spot *b, bool triangles)
+static double farthest(const mesh_walk *w)
 {
-    vec3 lead = VEC_ZERO;
-    double least = INFINITY;
-    if (!triangles) return between_boxes(a, b);
-    for (int i = 0; i < 3; i++)
-        for (int k = 0; k < 3; k++) {
-            vec3 d = vec_sub(b->corner[k], a->corner[i]);
-            double norm2 = vec_norm2(d);
-            if (norm2 < least) least = norm2, lead = d;
-        }
-    return lead;
+    return w->within + 2 * w->part.error;
+}
+
+static double farthest2(const mesh_walk *w)
+{
+    return farthest(w) * farthest(w);
 }
 
 /* Along a direction of any length. The best so far is in w->lead, *best is the square of the gap along it. */
@@ -51,7 +24,7 @@ static bool is_far_along(mesh_walk *w, vec3 u, double *best)
 {
     double gap = mesh_walk_foot_b(w, u) - mesh_walk_top_a(w, u), norm2 = vec_norm2(u);
     if (!(gap > 0) || !(gap * gap > *best * norm2)) return false;
-    double within = w->within + 2 * w->part.error;
+    double within = farthest(w);
     *best = gap * gap / norm2;
     w->lead = u;
     return *best > within * within;
@@ -71,11 +44,18 @@ static bool is_core_far(mesh_walk *w)
     return is_far_along(w, w->lead, &best) || is_far_along(w, towards(b->normal, w->lead), &best);
 }
 
+static const mesh_four *place_a(const mesh_walk *w, mesh_leaf *l)
+{
+    if (!l->placed) mesh_four_set(&l->four, w->ma->corners + 3 * (size_t)l->first, l->count, w->part.scale, NULL);
+    l->placed = true;
+    return &l->four;
+}
+
 static const mesh_four *place_b(const mesh_walk *w, mesh_leaf *l)
 {
     const vec3 *corners = w->mb->corners + 3 * (size_t)l->first;
     if (!l->placed) mesh_four_set(&l->four, corners, l->count, w->part.scale, &w->part.b_in_a);
-    l->placed = 1;
+    l->placed = true;
     return &l->four;
 }
 
@@ -104,6 +84,7 @@ static void set_levels(const mesh_walk *w, mesh_leaf *l, bool of_a)
         most = max_of(most, level);
     }
     l->level = of_a ? most : lift - most;
+    for (uint32_t i = l->count; i < MESH_LEAF_MAX; i++) l->levels[i] = 0;
 }
 
 static mesh_leaf *leaf_of(mesh_walk *w, bool of_a, mesh_box box)
@@ -116,60 +97,122 @@ static mesh_leaf *leaf_of(mesh_walk *w, bool of_a, mesh_box box)
         *known = box;
         l->first = n->first[box.child];
         l->count = n->count[box.child];
-        l->placed = 0;
+        l->placed = false;
         l->aims = w->aims - 1;
     }
     if (l->aims != w->aims) set_levels(w, l, of_a);
     return l;
 }
 
-static const mesh_spot *place_a(const mesh_walk *w, mesh_leaf *l, uint32_t i)
-{
-    if (!(l->placed >> i & 1)) mesh_spot_set(&l->spots[i], w->ma, l->first + i, w->part.scale, NULL);
-    l->placed |= 1u << i;
-    return &l->spots[i];
-}
-
-static double farthest2(const mesh_walk *w)
-{
-    double within = w->within + 2 * w->part.error;
-    return within * within;
-}
+/* ---- a convex A and a leaf ---- */
 
 /* Bit i: triangle i is not too far by its level. */
-static unsigned near_levels(const mesh_walk *w, double level_a, const mesh_leaf *b)
+static unsigned near_levels(const mesh_walk *w, const mesh_leaf *b)
 {
-    double most = level_a + w->within + 2 * w->part.error;
+    double most = w->whole_level + farthest(w);
     unsigned near = 0;
     for (uint32_t i = 0; i < b->count; i++) near |= (unsigned)!(b->levels[i] > most) << i;
     return near;
 }
 
-/* A part of A (in leaf `a`, NULL: all of it) and all of a leaf of B. The visitor may find a new axis. */
-static bool visit_row(mesh_walk *w, mesh_leaf *a, const double *level_a, mesh_leaf *b, mesh_visit *visit, void *context)
+/* The visitor may find a new axis. */
+static bool visit_beside_core(mesh_walk *w, mesh_leaf *b, mesh_visit *visit, void *context)
 {
     mesh_row row;
-    unsigned near = near_levels(w, *level_a, b);
+    unsigned near = near_levels(w, b);
+    w->spot_a = &w->whole;
     if (!near) return true;
     const mesh_four *four = place_b(w, b);
-    bool box = !w->ma && w->whole_a.type == SHAPE_BOX;
-    near = (w->ma ? mesh_row_near
-            : box ? mesh_row_near_box
-                  : mesh_row_near_core)(four, w->spot_a, near, farthest2(w), &row);
+    bool box = w->whole_a.type == SHAPE_BOX;
+    near = (box ? mesh_row_near_box : mesh_row_near_core)(four, w->spot_a, near, farthest2(w), &row);
     for (uint32_t i = 0; near >> i; i++) {
-        if (!(near >> i & 1) || row.away2[i] > farthest2(w) || !(near_levels(w, *level_a, b) >> i & 1)) continue;
+        if (!(near >> i & 1) || row.away2[i] > farthest2(w) || !(near_levels(w, b) >> i & 1)) continue;
         mesh_four_spot(four, i, &w->visited);
         w->spot_b = &w->visited;
         w->triangle_b = b->first + i;
-        if (w->ma || box)
+        if (box)
             w->lead = vec(row.lead[0][i], row.lead[1][i], row.lead[2][i]);
         else if (is_core_far(w))
             continue;
         w->visits++;
         uint32_t aims = w->aims;
         if (!visit(w, context)) return false;
+        if (aims != w->aims) set_levels(w, b, false);
+    }
+    return true;
+}
+
+/* ---- two leaves ---- */
+
+static void tell_row(mesh_walk *w, const mesh_row *row, uint32_t i)
+{
+    w->lead = vec(row->lead[0][i], row->lead[1][i], row->lead[2][i]);
+    w->from = vec(row->from[0][i], row->from[1][i], row->from[2][i]);
+    w->edges = vec(row->edges[0][i], row->edges[1][i], row->edges[2][i]);
+}
+
+void mesh_leaf_visit_alone(mesh_walk *w, uint32_t triangle_a, uint32_t triangle_b)
+{
+    mesh_four a, b;
+    mesh_row row;
+    const mesh_picks only = {.count = 1};
+    mesh_four_set(&b, w->mb->corners + 3 * (size_t)triangle_b, 1, w->part.scale, &w->part.b_in_a);
+    mesh_four_spot(&b, 0, &w->visited);
+    w->spot_b = &w->visited;
+    w->triangle_b = triangle_b;
+    w->spot_a = &w->whole;
+    w->lead = between_boxes(w->spot_a, w->spot_b);
+    if (!w->ma) return;
+    mesh_four_set(&a, w->ma->corners + 3 * (size_t)triangle_a, 1, w->part.scale, NULL);
+    mesh_four_spot(&a, 0, &w->visited_a);
+    w->spot_a = &w->visited_a;
+    w->triangle_a = triangle_a;
+    w->edges = VEC_ZERO;
+    if (mesh_row_near(&a, &b, &only, INFINITY, &row)) tell_row(w, &row, 0);
+}
+
+static unsigned all_pairs(const mesh_leaf *a, const mesh_leaf *b)
+{
+    return ((1u << MESH_LEAF_MAX * a->count) - 1) & ((1u << b->count) - 1) * 0x1111;
+}
+
+/* The next pairs of `*pairs`, which are taken out. */
+static void next_picks(unsigned *pairs, mesh_picks *p)
+{
+    *p = (mesh_picks){0};
+    for (; *pairs && p->count < MESH_LEAF_MAX; p->count++, *pairs &= *pairs - 1) {
+        unsigned pair = (unsigned)__builtin_ctz(*pairs);
+        p->a |= pair / MESH_LEAF_MAX << 8 * p->count;
+        p->b |= pair % MESH_LEAF_MAX << 8 * p->count;
+    }
+}
+
+static bool is_far_by_now(
+    const mesh_walk *w, const mesh_leaf *a, const mesh_leaf *b, const mesh_picks *p, const mesh_row *row, uint32_t i)
+{
+    return row->away2[i] > farthest2(w) || b->levels[mesh_pick(p->b, i)] - a->levels[mesh_pick(p->a, i)] > farthest(w);
+}
+
+/* The visitor may find a new axis. */
+static bool visit_picks(mesh_walk *w, mesh_leaf *a, mesh_leaf *b, const mesh_picks *p, mesh_visit *visit, void *context)
+{
+    mesh_row row;
+    unsigned near = mesh_row_near(&a->four, &b->four, p, farthest2(w), &row);
+    for (uint32_t i = 0; near >> i; i++) {
+        if (!(near >> i & 1) || is_far_by_now(w, a, b, p, &row, i)) continue;
+        uint32_t of_a = mesh_pick(p->a, i), of_b = mesh_pick(p->b, i);
+        mesh_four_spot(&a->four, of_a, &w->visited_a);
+        mesh_four_spot(&b->four, of_b, &w->visited);
+        w->spot_a = &w->visited_a;
+        w->spot_b = &w->visited;
+        w->triangle_a = a->first + of_a;
+        w->triangle_b = b->first + of_b;
+        tell_row(w, &row, i);
+        w->visits++;
+        uint32_t aims = w->aims;
+        if (!visit(w, context)) return false;
         if (aims == w->aims) continue;
-        if (a) set_levels(w, a, true);
+        set_levels(w, a, true);
         set_levels(w, b, false);
     }
     return true;
@@ -178,18 +221,14 @@ static bool visit_row(mesh_walk *w, mesh_leaf *a, const double *level_a, mesh_le
 bool mesh_leaves_visit(mesh_walk *w, mesh_box box_a, mesh_box box_b, mesh_visit *visit, void *context)
 {
     mesh_leaf *b = leaf_of(w, false, box_b);
-    if (!w->ma) {
-        w->spot_a = &w->whole;
-        return b->level - w->whole_level > w->within + 2 * w->part.error ||
-               visit_row(w, NULL, &w->whole_level, b, visit, context);
-    }
+    if (!w->ma) return b->level - w->whole_level > farthest(w) || visit_beside_core(w, b, visit, context);
     mesh_leaf *a = leaf_of(w, true, box_a);
-    if (b->level - a->level > w->within + 2 * w->part.error) return true;
-    for (uint32_t k = 0; k < a->count; k++) {
-        if (b->level - a->levels[k] > w->within + 2 * w->part.error) continue;
-        w->spot_a = place_a(w, a, k);
-        w->triangle_a = a->first + k;
-        if (!visit_row(w, a, &a->levels[k], b, visit, context)) return false;
+    if (b->level - a->level > farthest(w)) return true;
+    unsigned pairs = mesh_fours_near(place_a(w, a), place_b(w, b), a->levels, b->levels, farthest(w)) & all_pairs(a, b);
+    while (pairs) {
+        mesh_picks picks;
+        next_picks(&pairs, &picks);
+        if (!visit_picks(w, a, b, &picks, visit, context)) return false;
     }
     return true;
 }

@@ -8,7 +8,7 @@
  * of a convex A is the only part. False: the visitor has had enough. */
 bool mesh_leaves_visit(mesh_walk *w, mesh_box box_a, mesh_box box_b, mesh_visit *visit, void *context);
 
-/* A first direction from A to B, of any length, that belongs to the two parts alone. */
-vec3 mesh_spots_lead(const mesh_spot *a, const mesh_spot *b, bool triangles);
+/* As if these two parts were visited, however far they are; A's triangle only where A is a mesh. */
+void mesh_leaf_visit_alone(mesh_walk *w, uint32_t triangle_a, uint32_t triangle_b);
 
 #endif

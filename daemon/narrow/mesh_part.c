@@ -1,4 +1,5 @@
-/* The search of gjk.c, for a triangle of which all corners are in A's frame, and another or a convex core. Pure; any
+/* Two triangles by the nearest points of their edges or of a corner and a face, where these answer; otherwise the
+ * search of gjk.c, for a triangle of which all corners are in A's frame, and another or a convex core. Pure; any
  * thread. */
 #include "mesh_part.h"
 
@@ -43,6 +44,58 @@ static void lower_upper(span *best, double norm, const simplex *s)
     simplex_witness(s, &best->point_a, &best->point_b);
 }
 
+/* ---- two triangles, where the nearest points are known ---- */
+
+/* Do the nearest points of the two edges answer? Their own distance is the upper bound, how far the line between them
+ * parts the triangles the lower. */
+static bool edges_answer(const mesh_walk *w, const narrow_goal *goal, span *best)
+{
+    double norm2 = vec_norm2(w->edges);
+    if (!(norm2 > 0x1p-900)) return false;
+    best->hi = sqrt(norm2);
+    best->axis = vec_scale(w->edges, 1 / best->hi);
+    best->lo = mesh_walk_foot_b(w, best->axis) - mesh_walk_top_a(w, best->axis);
+    best->point_a = w->from;
+    best->point_b = vec_add(w->from, w->edges);
+    return narrow_goal_reached(goal, best->lo, best->hi);
+}
+
+static bool is_normal(vec3 u, vec3 normal)
+{
+    vec3 back = vec_neg(normal);
+    return (u.x == normal.x && u.y == normal.y && u.z == normal.z) || (u.x == back.x && u.y == back.y && u.z == back.z);
+}
+
+/* From a corner to the point of a face that is beside it; false: there is none. */
+static bool to_face(vec3 corner, const mesh_spot *face, vec3 *to)
+{
+    vec3 p = vec_sub(face->corner[0], corner), q = vec_sub(face->corner[1], corner);
+    vec3 r = vec_sub(face->corner[2], corner), n = face->normal;
+    double of_p = vec_dot(n, vec_cross(q, r)), of_q = vec_dot(n, vec_cross(r, p)), of_r = vec_dot(n, vec_cross(p, q));
+    double whole = 1 / (of_p + of_q + of_r);
+    if (!(of_p > 0 && of_q > 0 && of_r > 0)) return false;
+    *to = vec_madd(vec_madd(vec_scale(p, of_p * whole), of_q * whole, q), of_r * whole, r);
+    return true;
+}
+
+/* Does a face answer? Where a normal is what parts them most, and the nearest corner along it is beside the face. */
+static bool face_answers(const mesh_walk *w, const narrow_goal *goal, span *best)
+{
+    bool of_b = is_normal(w->lead, w->spot_b->normal);
+    vec3 to;
+    if (!of_b && !is_normal(w->lead, w->spot_a->normal)) return false;
+    best->axis = direction_of(w->lead);
+    minkowski m = nearest_along(w, best->axis);
+    best->lo = vec_dot(best->axis, m.w);
+    if (!to_face(of_b ? m.a : m.b, of_b ? w->spot_b : w->spot_a, &to)) return false;
+    best->hi = vec_norm(to);
+    best->point_a = of_b ? m.a : vec_add(m.b, to);
+    best->point_b = of_b ? vec_add(m.a, to) : m.b;
+    return narrow_goal_reached(goal, best->lo, best->hi);
+}
+
+/* ---- the search ---- */
+
 /* As in gjk.c. */
 static bool advance(const mesh_walk *w, simplex *s, span *best, vec3 *axis)
 {
@@ -63,9 +116,12 @@ static bool advance(const mesh_walk *w, simplex *s, span *best, vec3 *axis)
 void mesh_part_distance(const mesh_walk *w, const narrow_goal *goal, span *best)
 {
     simplex s = {.count = 0};
+    *best = (span){.lo = -INFINITY, .hi = INFINITY, .method = NARROW_BY_GJK, .iterations = 1};
+    if (w->ma && (edges_answer(w, goal, best) || face_answers(w, goal, best))) return;
     vec3 axis = direction_of(w->lead);
     if (!(vec_norm2(axis) > 0)) axis = vec(1, 0, 0);
-    *best = (span){.lo = -INFINITY, .hi = INFINITY, .method = NARROW_BY_GJK};
+    best->lo = -INFINITY;
+    best->hi = INFINITY;
     for (best->iterations = 1; best->iterations <= ITERATIONS_MAX; best->iterations++) {
         minkowski *m = &s.v[s.count];
         *m = nearest_along(w, axis);

@@ -4,8 +4,8 @@
 
 #include "mesh_walk.h"
 
-/* As gjk_distance, from a direction that belongs to the parts alone (w->lead): so the answer about two parts does not
- * depend on which others were looked at before. */
+/* As gjk_distance, from what belongs to the parts alone (w->lead, w->from, w->edges): so the answer about two parts
+ * does not depend on which others were looked at before. */
 void mesh_part_distance(const mesh_walk *w, const narrow_goal *goal, span *out);
 
 #endif

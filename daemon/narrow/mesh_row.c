@@ -22,6 +22,10 @@ LANES_INLINE lanes lesser_of(lanes x, lanes y)
 {
     return lanes_choose(x < y, x, y);
 }
+LANES_INLINE lanes pick(const double v[LANES], uint32_t which)
+{
+    return (lanes){v[mesh_pick(which, 0)], v[mesh_pick(which, 1)], v[mesh_pick(which, 2)], v[mesh_pick(which, 3)]};
+}
 LANES_INLINE unsigned bits_of(lane_mask m)
 {
     return lanes_bits(m);
@@ -37,9 +41,16 @@ void mesh_four_set(mesh_four *f, const vec3 *corners, uint32_t count, double sca
         four_set(f, corners, count, scale, b_in_a);
 }
 
-unsigned mesh_row_near(const mesh_four *b, const mesh_spot *a, unsigned near, double within2, mesh_row *out)
+unsigned mesh_row_near(const mesh_four *a, const mesh_four *b, const mesh_picks *p, double within2, mesh_row *out)
 {
-    return lanes_wide() ? mesh_row_near_wide(b, a, near, within2, out) : row_near(b, a, near, within2, out);
+    return lanes_wide() ? mesh_row_near_wide(a, b, p, within2, out) : row_near(a, b, p, within2, out);
+}
+
+unsigned mesh_fours_near(const mesh_four *a, const mesh_four *b, const double levels_a[MESH_LEAF_MAX],
+    const double levels_b[MESH_LEAF_MAX], double within)
+{
+    return lanes_wide() ? mesh_fours_near_wide(a, b, levels_a, levels_b, within)
+                        : fours_near(a, b, levels_a, levels_b, within);
 }
 
 unsigned mesh_row_near_core(const mesh_four *b, const mesh_spot *a, unsigned near, double within2, mesh_row *out)

@@ -2,8 +2,8 @@
  * not a number separates nothing.
  *
  * Whoever includes it says before what ROW_INLINE is, and has greater_of and lesser_of (the second where one is not a
- * number), choose, and bits_of (bit k: lane k of a mask). All that uses them is here, so that both give the same bits.
- * Pure; any thread. */
+ * number), choose, pick (lane k: that of which[k]), and bits_of (bit k: lane k of a mask). All that uses them is here,
+ * so that both give the same bits. Pure; any thread. */
 #ifndef COLLIDED_NARROW_MESH_ROW_LANES_H
 #define COLLIDED_NARROW_MESH_ROW_LANES_H
 
@@ -73,7 +73,8 @@ ROW_INLINE void four_set(mesh_four *f, const vec3 *corners, uint32_t count, doub
     lanes3 p[3];
     for (uint32_t i = 0; i < LANES; i++) at[i] = 3 * (i < count ? i : count - 1);
     for (uint32_t k = 0; k < 3; k++) {
-        p[k] = moved(b_in_a, scaled(corners_at(corners, at, k), lanes_of(scale)));
+        p[k] = scaled(corners_at(corners, at, k), lanes_of(scale));
+        if (b_in_a) p[k] = moved(b_in_a, p[k]);
         store(f->corner[k], p[k]);
     }
     store(f->lo, least3(least3(p[0], p[1]), p[2]));
@@ -82,19 +83,6 @@ ROW_INLINE void four_set(mesh_four *f, const vec3 *corners, uint32_t count, doub
 }
 
 /* ---- a row ---- */
-
-/* Three corners, in each lane in the order that begins with the one nearest to the other triangle. */
-typedef struct corners {
-    lanes3 at[3];
-} corners;
-
-/* Squares of the least distance that was proven along a direction: gap2 / norm2, from A to B. */
-typedef struct row {
-    lanes3 a[3], b[3]; /* corners */
-    lanes3 lead;
-    lanes gap2, norm2, within2;
-    unsigned near;
-} row;
 
 ROW_INLINE lanes outside(double lo_a, double hi_a, lanes lo_b, lanes hi_b)
 {
@@ -109,34 +97,6 @@ ROW_INLINE lanes boxes_away2(const mesh_four *b, const mesh_spot *a)
     return x * x + y * y + z * z;
 }
 
-ROW_INLINE lanes3 one_of(lane_mask first, lanes3 a, lane_mask second, lanes3 b, lanes3 c)
-{
-    return choose3(first, a, choose3(second, b, c));
-}
-
-/* `away2`: what each corner is from the other triangle's nearest. */
-ROW_INLINE corners nearest_first(const lanes3 p[3], const lanes away2[3])
-{
-    lane_mask first = (away2[0] <= away2[1]) & (away2[0] <= away2[2]), second = away2[1] <= away2[2];
-    return (corners){{one_of(first, p[0], second, p[1], p[2]), one_of(first, p[1], second, p[2], p[0]),
-        one_of(first, p[2], second, p[0], p[1])}};
-}
-
-/* Both triangles by their nearest corners (where several are as near, by some of these). */
-ROW_INLINE void order_corners(const row *r, corners *a, corners *b)
-{
-    lanes from_a[3], from_b[3];
-    for (int i = 0; i < 3; i++)
-        for (int k = 0; k < 3; k++) {
-            lanes3 d = lanes3_sub(r->b[k], r->a[i]);
-            lanes norm2 = lanes3_dot(d, d);
-            from_a[i] = k == 0 ? norm2 : lesser_of(norm2, from_a[i]);
-            from_b[k] = i == 0 ? norm2 : lesser_of(norm2, from_b[k]);
-        }
-    *a = nearest_first(r->a, from_a);
-    *b = nearest_first(r->b, from_b);
-}
-
 ROW_INLINE lanes foot_of(const lanes3 p[3], lanes3 u)
 {
     return lesser_of(lesser_of(lanes3_dot(u, p[0]), lanes3_dot(u, p[1])), lanes3_dot(u, p[2]));
@@ -145,6 +105,230 @@ ROW_INLINE lanes top_of(const lanes3 p[3], lanes3 u)
 {
     return greater_of(greater_of(lanes3_dot(u, p[0]), lanes3_dot(u, p[1])), lanes3_dot(u, p[2]));
 }
+
+ROW_INLINE lanes3 towards(lanes3 u, lanes3 to)
+{
+    lanes3 back = {-u.x, -u.y, -u.z};
+    return choose3(lanes3_dot(u, to) < 0, back, u);
+}
+
+/* Two triangles, in each lane from the corners that are nearest to each other (where several are, from some of these).
+ */
+typedef struct pairing {
+    lanes3 from, lead;                   /* A's corner; from there to B's */
+    lanes3 u[2], v[2];                   /* from those corners along the edges of A, of B */
+    lanes norm2, along_u[2], along_v[2]; /* of the lead; products with it */
+} pairing;
+
+ROW_INLINE void swap_where(lane_mask m, lanes *x, lanes *y)
+{
+    lane_mask both = ((lane_mask)*x ^ (lane_mask)*y) & m;
+    *x = (lanes)((lane_mask)*x ^ both);
+    *y = (lanes)((lane_mask)*y ^ both);
+}
+
+ROW_INLINE void swap3_where(lane_mask m, lanes3 *x, lanes3 *y)
+{
+    swap_where(m, &x->x, &y->x);
+    swap_where(m, &x->y, &y->y);
+    swap_where(m, &x->z, &y->z);
+}
+
+/* `away2`: what each corner is from the other triangle's nearest. */
+ROW_INLINE void nearest_first(lanes3 p[3], const lanes away2[3])
+{
+    swap3_where(away2[1] < away2[0], &p[0], &p[1]);
+    swap3_where(away2[2] < lesser_of(away2[1], away2[0]), &p[0], &p[2]);
+}
+
+ROW_INLINE void set_pairing(pairing *p, lanes3 a[3], lanes3 b[3])
+{
+    lanes from_a[3], from_b[3];
+    for (int i = 0; i < 3; i++)
+        for (int k = 0; k < 3; k++) {
+            lanes3 d = lanes3_sub(b[k], a[i]);
+            lanes norm2 = lanes3_dot(d, d);
+            from_a[i] = k == 0 ? norm2 : lesser_of(norm2, from_a[i]);
+            from_b[k] = i == 0 ? norm2 : lesser_of(norm2, from_b[k]);
+        }
+    nearest_first(a, from_a);
+    nearest_first(b, from_b);
+    p->from = a[0];
+    p->lead = lanes3_sub(b[0], a[0]);
+    p->norm2 = lanes3_dot(p->lead, p->lead);
+    for (int i = 0; i < 2; i++) {
+        p->u[i] = lanes3_sub(a[i + 1], a[0]), p->v[i] = lanes3_sub(b[i + 1], b[0]);
+        p->along_u[i] = lanes3_dot(p->u[i], p->lead), p->along_v[i] = lanes3_dot(p->v[i], p->lead);
+    }
+}
+
+/* What parts them, not below 0: of products with the lead and with the edges. */
+ROW_INLINE lanes gap_of(lanes lead, const lanes u[2], const lanes v[2])
+{
+    const lanes none = lanes_of(0);
+    lanes top = greater_of(greater_of(u[0], u[1]), none), foot = lesser_of(lesser_of(v[0], v[1]), none);
+    return greater_of(lead + foot - top, none);
+}
+
+/* Along a direction of any length. */
+ROW_INLINE lanes gap_along(const pairing *p, lanes3 d)
+{
+    const lanes u[2] = {lanes3_dot(d, p->u[0]), lanes3_dot(d, p->u[1])};
+    const lanes v[2] = {lanes3_dot(d, p->v[0]), lanes3_dot(d, p->v[1])};
+    return gap_of(lanes3_dot(d, p->lead), u, v);
+}
+
+/* Of two by one division. */
+ROW_INLINE void inverses(const lanes x[2], lanes per_x[2])
+{
+    lanes per_both = 1 / (x[0] * x[1]);
+    per_x[0] = x[1] * per_both;
+    per_x[1] = x[0] * per_both;
+}
+
+/* Between the nearest points of an edge of A and one of B (Ericson, Real-Time Collision Detection, 5.1.9), of the edges
+ * at the nearest corners, of those that are nearest: `norm2` is the square of the line between these points, `along`
+ * goes from A's nearest corner to the point on its edge. It need not be exact: whatever direction comes out is tried
+ * for what it proves. */
+ROW_INLINE lanes3 between_edges(const pairing *p, lanes *least, lanes3 *along)
+{
+    lanes uu[2], vv[2], uv[2][2], per_uu[2], per_vv[2], per_both[2][2];
+    lanes3 best = p->lead;
+    for (int i = 0; i < 2; i++) uu[i] = lanes3_dot(p->u[i], p->u[i]), vv[i] = lanes3_dot(p->v[i], p->v[i]);
+    for (int i = 0; i < 2; i++)
+        for (int k = 0; k < 2; k++) {
+            uv[i][k] = lanes3_dot(p->u[i], p->v[k]);
+            per_both[i][k] = 1 / (uu[i] * vv[k] - uv[i][k] * uv[i][k]);
+        }
+    inverses(uu, per_uu);
+    inverses(vv, per_vv);
+    *least = p->norm2;
+    *along = spread(VEC_ZERO);
+    for (int i = 0; i < 2; i++)
+        for (int k = 0; k < 2; k++) {
+            const lanes3 *u = &p->u[i], *v = &p->v[k];
+            lanes s = share_of((vv[k] * p->along_u[i] - uv[i][k] * p->along_v[k]) * per_both[i][k]);
+            lanes t = share_of((uv[i][k] * s - p->along_v[k]) * per_vv[k]);
+            s = share_of((uv[i][k] * t + p->along_u[i]) * per_uu[i]);
+            lanes3 us = scaled(*u, s);
+            lanes3 d = {p->lead.x + v->x * t - us.x, p->lead.y + v->y * t - us.y, p->lead.z + v->z * t - us.z};
+            lanes norm2 = lanes3_dot(d, d);
+            lane_mask nearer = norm2 < *least;
+            *least = lesser_of(norm2, *least);
+            best = choose3(nearer, d, best);
+            *along = choose3(nearer, us, *along);
+        }
+    return best;
+}
+
+ROW_INLINE lanes3 pick3(const double v[3][LANES], uint32_t which)
+{
+    return (lanes3){pick(v[0], which), pick(v[1], which), pick(v[2], which)};
+}
+
+/* The direction that parts them most, of those tried: squares, gap2 / norm2. */
+typedef struct parting {
+    lanes3 lead;
+    lanes gap2, norm2;
+} parting;
+
+ROW_INLINE void part_along(parting *best, lanes3 u, lanes gap, lanes norm2)
+{
+    lanes gap2 = gap * gap;
+    lane_mask more = gap2 * best->norm2 > best->gap2 * norm2;
+    best->gap2 = choose(more, gap2, best->gap2);
+    best->norm2 = choose(more, norm2, best->norm2);
+    best->lead = choose3(more, u, best->lead);
+}
+
+ROW_INLINE void part_along_normal(parting *best, const pairing *p, lanes3 normal)
+{
+    lanes3 u = towards(normal, p->lead);
+    part_along(best, u, gap_along(p, u), lanes3_dot(u, u));
+}
+
+#define LEAST_NORM2 0x1p-1000 /* of a lead, where two corners are one */
+
+ROW_INLINE unsigned row_near(const mesh_four *a, const mesh_four *b, const mesh_picks *p, double within2, mesh_row *out)
+{
+    lanes3 of_a[3], of_b[3], along;
+    lanes most2 = lanes_of(within2), norm2;
+    pairing q;
+    for (int k = 0; k < 3; k++) of_a[k] = pick3(a->corner[k], p->a), of_b[k] = pick3(b->corner[k], p->b);
+    set_pairing(&q, of_a, of_b);
+    lanes by_corners = gap_of(q.norm2, q.along_u, q.along_v);
+    unsigned near = ((1u << p->count) - 1) & ~bits_of(by_corners * by_corners > most2 * q.norm2);
+    if (!near) return 0;
+    lanes3 edges = between_edges(&q, &norm2, &along);
+    lanes by_edges = gap_along(&q, edges);
+    near &= ~bits_of(by_edges * by_edges > most2 * norm2);
+    if (!near) return 0;
+    parting best = {q.lead, by_corners * by_corners, greater_of(q.norm2, lanes_of(LEAST_NORM2))};
+    part_along(&best, edges, by_edges, norm2);
+    part_along_normal(&best, &q, pick3(b->normal, p->b));
+    part_along_normal(&best, &q, pick3(a->normal, p->a));
+    near &= ~bits_of(best.gap2 > most2 * best.norm2);
+    lanes_store(out->away2, best.gap2 / best.norm2);
+    store(out->lead, best.lead);
+    store(out->edges, edges);
+    store(out->from, (lanes3){q.from.x + along.x, q.from.y + along.y, q.from.z + along.z});
+    return near;
+}
+
+ROW_INLINE unsigned core_near(const mesh_four *b, const mesh_spot *a, unsigned near, double within2, mesh_row *out)
+{
+    lanes away2 = boxes_away2(b, a);
+    lanes_store(out->away2, away2);
+    return near & ~bits_of(away2 > lanes_of(within2));
+}
+
+/* ---- all of two leaves ---- */
+
+ROW_INLINE double sum_of(lanes x)
+{
+    return x[0] + x[2] + (x[1] + x[3]);
+}
+
+/* Between the middles of the boxes around all triangles. */
+ROW_INLINE vec3 between_fours(const mesh_four *a, const mesh_four *b)
+{
+    double d[3];
+    for (int k = 0; k < 3; k++) {
+        lanes lo = lanes_load(b->lo[k]) - lanes_load(a->lo[k]), hi = lanes_load(b->hi[k]) - lanes_load(a->hi[k]);
+        d[k] = sum_of(lo + hi);
+    }
+    return vec(d[0], d[1], d[2]);
+}
+
+/* The pairs of which B's foot is not above A's top. */
+ROW_INLINE unsigned not_above(lanes foot, lanes top)
+{
+    unsigned above = bits_of(foot > LANES_ALL(top, 0)) | bits_of(foot > LANES_ALL(top, 1)) << 4 |
+                     bits_of(foot > LANES_ALL(top, 2)) << 8 | bits_of(foot > LANES_ALL(top, 3)) << 12;
+    return ~above & 0xffff;
+}
+
+ROW_INLINE unsigned fours_near(
+    const mesh_four *a, const mesh_four *b, const double levels_a[LANES], const double levels_b[LANES], double within)
+{
+    const lanes3 of_a[3] = {load(a->corner[0]), load(a->corner[1]), load(a->corner[2])};
+    const lanes3 of_b[3] = {load(b->corner[0]), load(b->corner[1]), load(b->corner[2])};
+    vec3 between = between_fours(a, b);
+    lanes3 u = spread(between);
+    lanes limit = lanes_of(within * vec_norm(between));
+    return not_above(lanes_load(levels_b), lanes_load(levels_a) + lanes_of(within)) &
+           not_above(foot_of(of_b, u), top_of(of_a, u) + limit);
+}
+
+/* ---- a box ---- */
+
+/* Squares of the least distance that was proven along a direction: gap2 / norm2, from A to B. */
+typedef struct row {
+    lanes3 b[3]; /* corners */
+    lanes3 lead;
+    lanes gap2, norm2, within2;
+    unsigned near;
+} row;
 
 /* Along a direction of any length, along which A reaches no higher than `top`: what it separates more than those before
  * did. */
@@ -157,83 +341,6 @@ ROW_INLINE void try_above(row *r, lanes3 u, lanes top)
     r->lead = choose3(more, u, r->lead);
     r->near &= ~bits_of(r->gap2 > r->within2 * r->norm2);
 }
-
-ROW_INLINE void try_along(row *r, lanes3 u)
-{
-    try_above(r, u, top_of(r->a, u));
-}
-
-ROW_INLINE lanes3 towards(lanes3 u, lanes3 to)
-{
-    lanes3 back = {-u.x, -u.y, -u.z};
-    return choose3(lanes3_dot(u, to) < 0, back, u);
-}
-
-/* Between the nearest points of an edge of A and one of B (Ericson, Real-Time Collision Detection, 5.1.9), of the edges
- * at the nearest corners, of those that are nearest. It need not be exact: whatever direction comes out is tried for
- * what it proves. */
-ROW_INLINE lanes3 between_edges(const corners *a, const corners *b, lanes3 lead)
-{
-    lanes3 best = lead, u[2], v[2];
-    lanes least = lanes_of(INFINITY), uu[2], vv[2], to_a[2], to_b[2], per_uu[2], per_vv[2];
-    for (int i = 0; i < 2; i++) {
-        u[i] = lanes3_sub(a->at[i + 1], a->at[0]), v[i] = lanes3_sub(b->at[i + 1], b->at[0]);
-        uu[i] = lanes3_dot(u[i], u[i]), vv[i] = lanes3_dot(v[i], v[i]);
-        to_b[i] = lanes3_dot(u[i], lead), to_a[i] = -lanes3_dot(v[i], lead);
-        per_uu[i] = 1 / uu[i], per_vv[i] = 1 / vv[i];
-    }
-    for (int i = 0; i < 2; i++)
-        for (int k = 0; k < 2; k++) {
-            lanes uv = lanes3_dot(u[i], v[k]);
-            lanes s = share_of((uv * to_a[k] + vv[k] * to_b[i]) / (uu[i] * vv[k] - uv * uv));
-            lanes t = share_of((uv * s + to_a[k]) * per_vv[k]);
-            s = share_of((uv * t + to_b[i]) * per_uu[i]);
-            lanes3 d = {
-                lead.x + v[k].x * t - u[i].x * s, lead.y + v[k].y * t - u[i].y * s, lead.z + v[k].z * t - u[i].z * s};
-            lanes norm2 = lanes3_dot(d, d);
-            lane_mask nearer = norm2 < least;
-            least = choose(nearer, norm2, least);
-            best = choose3(nearer, d, best);
-        }
-    return best;
-}
-
-ROW_INLINE unsigned row_near(const mesh_four *b, const mesh_spot *a, unsigned near, double within2, mesh_row *out)
-{
-    lanes boxes2 = boxes_away2(b, a);
-    row r;
-    corners of_a, of_b;
-    r.within2 = lanes_of(within2);
-    r.near = near & ~bits_of(boxes2 > r.within2);
-    if (!r.near) return 0;
-    for (int k = 0; k < 3; k++) r.a[k] = spread(a->corner[k]), r.b[k] = load(b->corner[k]);
-    lanes3 lo = lanes3_sub(load(b->lo), spread(a->hi)), hi = lanes3_sub(load(b->hi), spread(a->lo));
-    lanes3 between = {lo.x + hi.x, lo.y + hi.y, lo.z + hi.z};
-    r.lead = between;
-    r.gap2 = lanes_of(0), r.norm2 = lanes_of(1);
-    try_along(&r, between);
-    if (!r.near) return 0;
-    order_corners(&r, &of_a, &of_b);
-    lanes3 lead = lanes3_sub(of_b.at[0], of_a.at[0]);
-    try_along(&r, lead);
-    if (!r.near) return 0;
-    try_along(&r, towards(load(b->normal), lead));
-    try_along(&r, towards(spread(a->normal), lead));
-    if (!r.near) return 0;
-    try_along(&r, between_edges(&of_a, &of_b, lead));
-    lanes_store(out->away2, r.gap2 / r.norm2);
-    store(out->lead, r.lead);
-    return r.near;
-}
-
-ROW_INLINE unsigned core_near(const mesh_four *b, const mesh_spot *a, unsigned near, double within2, mesh_row *out)
-{
-    lanes away2 = boxes_away2(b, a);
-    lanes_store(out->away2, away2);
-    return near & ~bits_of(away2 > lanes_of(within2));
-}
-
-/* ---- a box ---- */
 
 ROW_INLINE lanes beyond(double lo, double hi, lanes x)
 {

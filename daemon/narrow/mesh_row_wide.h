@@ -6,7 +6,9 @@
 #include "mesh_row.h"
 
 void mesh_four_set_wide(mesh_four *f, const vec3 *corners, uint32_t count, double scale, const transform *b_in_a);
-unsigned mesh_row_near_wide(const mesh_four *b, const mesh_spot *a, unsigned near, double within2, mesh_row *out);
+unsigned mesh_fours_near_wide(const mesh_four *a, const mesh_four *b, const double levels_a[MESH_LEAF_MAX],
+    const double levels_b[MESH_LEAF_MAX], double within);
+unsigned mesh_row_near_wide(const mesh_four *a, const mesh_four *b, const mesh_picks *p, double within2, mesh_row *out);
 unsigned mesh_row_near_core_wide(const mesh_four *b, const mesh_spot *a, unsigned near, double within2, mesh_row *out);
 unsigned mesh_row_near_box_wide(const mesh_four *b, const mesh_spot *a, unsigned near, double within2, mesh_row *out);
 void mesh_four_levels_wide(const mesh_four *f, vec3 axis, double levels[MESH_LEAF_MAX]);

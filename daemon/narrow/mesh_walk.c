@@ -4,23 +4,16 @@
  * floats may have added to a bound. */
 #include "mesh_walk.h"
 
-#include "core.h"
 #include "geom/mesh_simd.h"
 #include "mesh_leaf.h"
 #include "mesh_stand.h"
 
-/* Boxes of meshes lie within 1 of the origin; floats are of no use for what reaches beyond this. */
-#define FLOAT_FAR 0x1p40
-/* Two boxes are opened together where neither mesh is more than this times as large as the other, nor farther away than
- * ALONE_FAR times its size: elsewhere floats are better of one box at a time. */
-#define ALONE_RATIO 16
-#define ALONE_FAR 64
+/* Both of two boxes are opened where neither is more than this times as large as the other. */
 #define BOTH_RATIO 2
 /* So that a bound in floats is compared with no less than `within`. */
 #define FLOAT_MORE (1 + 0x1p-20)
 
 enum {
-    WHOLE = UINT32_MAX,
     CHILDREN = MESH_WIDTH * MESH_WIDTH, /* of a pair of boxes that are opened together */
     STACK = MESH_DEPTH_MAX * (CHILDREN - 1 + MESH_WIDTH - 1) + CHILDREN,
     QUEUE = 512,
@@ -31,190 +24,6 @@ typedef struct entry {
     mesh_box a, b;
     double bound;
 } entry;
-
-/* ---- where things are ---- */
-
-static void wear(triangle_part *t, shape *s)
-{
-    t->hull =
-        (hull){.vertex_count = 3, .padded_count = TRIANGLE_PADDED, .x = t->x, .y = t->y, .z = t->z, .dimension = 2};
-    *s = (shape){.type = SHAPE_HULL, .radius = s->radius, .hull = &t->hull};
-}
-
-static void put_on(triangle_part *t, const mesh *m, uint32_t triangle)
-{
-    for (int k = 0; k < TRIANGLE_PADDED; k++) {
-        vec3 v = mesh_corner(m, triangle, k % 3);
-        t->x[k] = v.x;
-        t->y[k] = v.y;
-        t->z[k] = v.z;
-    }
-}
-
-void mesh_walk_dress(mesh_walk *w)
-{
-    put_on(&w->flat_b, w->mb, w->triangle_b);
-    if (w->ma) put_on(&w->flat_a, w->ma, w->triangle_a);
-}
-
-MESH_INLINE double sum_abs(vec3 v)
-{
-    return fabs(v.x) + fabs(v.y) + fabs(v.z);
-}
-
-MESH_INLINE void put(float to[MESH_WIDTH], vec3 v)
-{
-    to[0] = (float)v.x;
-    to[1] = (float)v.y;
-    to[2] = (float)v.z;
-    to[3] = 0;
-}
-
-static void set_turn(mesh_turn *turn, const transform *t, double size_from, double size_to)
-{
-    double ratio = size_from / size_to;
-    turn->r = (mat3){vec_scale(t->r.x, ratio), vec_scale(t->r.y, ratio), vec_scale(t->r.z, ratio)};
-    turn->t = vec_scale(t->t, 1 / size_to);
-    turn->ratio = (float)ratio;
-    put(turn->column[0], t->r.x);
-    put(turn->column[1], t->r.y);
-    put(turn->column[2], t->r.z);
-}
-
-static double extent_of(const mesh_walk *w, vec3 d)
-{
-    return vec_dot(d, core_support(&w->whole_a, w->part.scale, d, NULL));
-}
-
-/* The box of a convex A as B's nodes see it. */
-static void box_whole(mesh_walk *w)
-{
-    mesh_other *o = &w->whole_other;
-    vec3 half = vec_scale(vec_sub(w->whole.hi, w->whole.lo), 0.5), middle = vec_add(w->whole.lo, half);
-    vec3 centre = vec_scale(transform_point(&w->a_in_b, middle), 1 / w->size_b);
-    const double halves[3] = {half.x / w->size_b, half.y / w->size_b, half.z / w->size_b};
-    const vec3 axes[3] = {w->a_in_b.r.x, w->a_in_b.r.y, w->a_in_b.r.z};
-    double reach = sum_abs(centre);
-    for (int k = 0; k < 3; k++) {
-        vec3 side = vec_scale(axes[k], halves[k]);
-        put(o->side[k], side);
-        put(o->square[k], axes[k]);
-        o->halves[k] = (float)halves[k];
-        reach += sum_abs(side);
-    }
-    put(o->centre, centre);
-    o->far = !(reach < FLOAT_FAR);
-    o->slack = (float)(FLOAT_SLACK * (4 + reach));
-    o->flat = false;
-}
-
-static void spot_whole(mesh_walk *w)
-{
-    const vec3 x = {1, 0, 0}, y = {0, 1, 0}, z = {0, 0, 1};
-    w->whole.hi = vec(extent_of(w, x), extent_of(w, y), extent_of(w, z));
-    w->whole.lo = vec(-extent_of(w, vec_neg(x)), -extent_of(w, vec_neg(y)), -extent_of(w, vec_neg(z)));
-}
-
-static void forget_stands(mesh_stand *stands)
-{
-    for (int i = 0; i < MESH_STANDS; i++) stands[i].node = WHOLE;
-}
-
-static void forget_faces(mesh_walk *w)
-{
-    for (int i = 0; i < MESH_FACES; i++) w->faced[i] = WHOLE;
-}
-
-static void forget_leaves(mesh_box *known)
-{
-    for (int i = 0; i < MESH_LEAVES; i++) known[i].node = WHOLE;
-}
-
-void mesh_walk_init(mesh_walk *w, const unit_pair *p, const shape *a, const shape *b)
-{
-    w->part = *p;
-    w->whole_a = p->a;
-    w->whole_b = p->b;
-    w->ma = a->type == SHAPE_MESH ? a->mesh : NULL;
-    w->mb = b->mesh;
-    w->size_a = w->ma ? w->ma->unit * p->scale : 0;
-    w->size_b = w->mb->unit * p->scale;
-    w->visits = w->aims = 0;
-    if (w->ma) {
-        wear(&w->flat_a, &w->part.a);
-        forget_leaves(w->known_a);
-        forget_stands(w->stands_a);
-        forget_stands(w->stands_b);
-    } else {
-        spot_whole(w);
-    }
-    wear(&w->flat_b, &w->part.b);
-    vec3 x = p->b_in_a.r.x, y = p->b_in_a.r.y, z = p->b_in_a.r.z;
-    w->a_in_b.r = (mat3){{x.x, y.x, z.x}, {x.y, y.y, z.y}, {x.z, y.z, z.z}};
-    mesh_walk_move(w, p->b_in_a.t);
-}
-
-void mesh_walk_move(mesh_walk *w, vec3 position)
-{
-    w->part.b_in_a.t = position;
-    w->a_in_b.t = vec_neg(mat_mul(w->a_in_b.r, position));
-    w->within = INFINITY;
-    w->axis = w->b_axis = VEC_ZERO;
-    w->whole_level = 0;
-    w->aimed = w->whole_other.aimed = false;
-    w->aims++;
-    w->triangle_a = w->triangle_b = MESH_NO_TRIANGLE;
-    forget_leaves(w->known_b);
-    if (w->ma) {
-        set_turn(&w->into_a, &w->part.b_in_a, w->size_b, w->size_a);
-        set_turn(&w->into_b, &w->a_in_b, w->size_a, w->size_b);
-        double ratio = w->size_a / w->size_b, reach = sum_abs(w->into_b.t) + 8 * ratio;
-        w->opens_both = ratio <= ALONE_RATIO && ratio * ALONE_RATIO >= 1 && reach < ALONE_FAR;
-        forget_faces(w);
-        w->open_slack = (float)(FLOAT_SLACK * (4 + reach));
-    } else {
-        w->opens_both = false;
-        box_whole(w);
-    }
-}
-
-static void aim_whole(mesh_walk *w)
-{
-    mesh_other *o = &w->whole_other;
-    w->whole_level = extent_of(w, w->axis);
-    o->aimed = true;
-    memcpy(o->axis, w->axis_in_b, sizeof o->axis);
-    o->level = (float)((w->whole_level - vec_dot(w->axis, w->part.b_in_a.t)) / w->size_b);
-}
-
-void mesh_walk_aim(mesh_walk *w, vec3 axis)
-{
-    w->axis = axis;
-    w->aimed = true;
-    w->aims++;
-    put(w->axis_in_a, vec_neg(axis));
-    w->b_axis = mat_tmul(w->part.b_in_a.r, axis);
-    put(w->axis_in_b, w->b_axis);
-    if (w->ma)
-        w->origin_level = (float)(-vec_dot(axis, w->part.b_in_a.t) / w->size_b);
-    else
-        aim_whole(w);
-}
-
-double mesh_walk_top_a(const mesh_walk *w, vec3 d)
-{
-    if (!w->ma) return vec_dot(d, core_support(&w->whole_a, w->part.scale, d, NULL));
-    double top = -INFINITY;
-    for (int k = 0; k < 3; k++) top = max_of(top, vec_dot(d, w->spot_a->corner[k]));
-    return top;
-}
-
-double mesh_walk_foot_b(const mesh_walk *w, vec3 d)
-{
-    double foot = INFINITY;
-    for (int k = 0; k < 3; k++) foot = min_of(foot, vec_dot(d, w->spot_b->corner[k]));
-    return foot;
-}
 
 /* ---- bounds ---- */
 
@@ -251,7 +60,7 @@ MESH_INLINE void face(
     mesh_lanes side_1 = ratio * turned(t, n->side[1][0][c], n->side[1][1][c], n->side[1][2][c]);
     o->half = t->ratio * n->half[c];
     mesh_lanes side_2 = normal * lanes_of(o->half);
-    put(o->centre, centre);
+    put3(o->centre, centre);
     keep_side(o, 0, side_0);
     keep_side(o, 1, side_1);
     keep_side(o, 2, side_2);
@@ -291,7 +100,7 @@ static double top_of(const turned_box *b, vec3 d)
 
 static double top_in_a(const mesh_walk *w, mesh_box a)
 {
-    if (a.node == WHOLE) return w->whole_level;
+    if (a.node == MESH_WHOLE) return w->whole_level;
     turned_box box = box_of(w->ma, a, w->size_a);
     return top_of(&box, w->axis);
 }
@@ -309,6 +118,13 @@ static double bound_in_doubles(const mesh_walk *w, mesh_box a, mesh_box b)
 }
 
 /* ---- the walk ---- */
+
+static const mesh_box ALL_OF_A = {MESH_WHOLE, 0, true};
+
+MESH_INLINE mesh_box child_of(const mesh *m, uint32_t node, uint32_t child)
+{
+    return (mesh_box){node, (uint16_t)child, m->nodes[node].count[child] > 0};
+}
 
 MESH_INLINE unsigned all_of(const mesh_node *n)
 {
@@ -337,14 +153,14 @@ MESH_INLINE uint32_t expand_b(const mesh_walk *w, mesh_box a, uint32_t node, ent
     const mesh_other *o = &w->whole_other;
     float bounds[MESH_WIDTH];
     uint32_t count = 0;
-    if (a.node != WHOLE) {
+    if (a.node != MESH_WHOLE) {
         face(&w->into_b, &w->ma->nodes[a.node], a.child, w->axis_in_b, w->aimed, &other);
         o = &other;
     }
     unsigned near = o->far ? all_of(n) : near_boxes(w, w->mb, n, o, w->size_b, bounds);
     for (uint32_t i = 0; near; i++, near >>= 1) {
         if (!(near & 1)) continue;
-        mesh_box b = {node, i};
+        mesh_box b = child_of(w->mb, node, i);
         double bound = o->far ? bound_in_doubles(w, a, b) : (double)bounds[i] * w->size_b - w->part.error;
         if (!(bound > w->within)) put_sorted(more, &count, (entry){a, b, bound});
     }
@@ -361,7 +177,7 @@ MESH_INLINE uint32_t expand_a(const mesh_walk *w, uint32_t node, mesh_box b, ent
     unsigned near = o.far ? all_of(n) : near_boxes(w, w->ma, n, &o, w->size_a, bounds);
     for (uint32_t i = 0; near; i++, near >>= 1) {
         if (!(near & 1)) continue;
-        mesh_box a = {node, i};
+        mesh_box a = child_of(w->ma, node, i);
         double bound = o.far ? bound_in_doubles(w, a, b) : (double)bounds[i] * w->size_a - w->part.error;
         if (!(bound > w->within)) put_sorted(more, &count, (entry){a, b, bound});
     }
@@ -380,7 +196,8 @@ MESH_INLINE uint32_t expand_both(const mesh_walk *w, uint32_t node_a, uint32_t n
         unsigned near = mesh_bounds_from(nb, &o, lanes_of(-INFINITY), all_of(nb), limit, bounds);
         for (uint32_t i = 0; near; i++, near >>= 1) {
             double bound = (double)bounds[i] * w->size_b - w->part.error;
-            if (near & 1 && !(bound > w->within)) more[count++] = (entry){{node_a, k}, {node_b, i}, bound};
+            if (near & 1 && !(bound > w->within))
+                more[count++] = (entry){child_of(w->ma, node_a, k), child_of(w->mb, node_b, i), bound};
         }
     }
     return count;
@@ -396,23 +213,20 @@ MESH_INLINE uint32_t expand_known(
     float bounds[MESH_WIDTH], limit = (float)((w->within + w->part.error) / w->size_b * FLOAT_MORE);
     mesh_lanes feet = lanes_load(b->level) - lanes_of(w->open_slack);
     uint32_t count = 0;
-    for (uint32_t k = 0; rows >> k; k++) {
+    for (; rows; rows &= rows - 1) {
+        uint32_t k = (uint32_t)__builtin_ctz(rows);
         mesh_lanes along = feet - lanes_of(a->level[k]);
-        unsigned near = rows >> k & 1 ? lanes_not_above(along, lanes_of(limit)) & columns : 0;
+        unsigned near = lanes_not_above(along, lanes_of(limit)) & columns;
         if (!near) continue;
         if (!faces) faces = faces_of_a(w, node_a);
         near = mesh_patch_bounds(nb, &faces[k], along, near, limit, bounds);
-        for (uint32_t i = 0; near >> i; i++) {
-            double bound = (double)bounds[i] * w->size_b - w->part.error;
-            if (near >> i & 1 && !(bound > w->within)) more[count++] = (entry){{node_a, k}, {node_b, i}, bound};
+        mesh_box box_a = child_of(w->ma, node_a, k);
+        for (; near; near &= near - 1) {
+            uint32_t i = (uint32_t)__builtin_ctz(near);
+            more[count++] = (entry){box_a, child_of(w->mb, node_b, i), (double)bounds[i] * w->size_b - w->part.error};
         }
     }
     return count;
-}
-
-MESH_INLINE bool is_leaf(const mesh *m, mesh_box r)
-{
-    return r.node == WHOLE || m->nodes[r.node].count[r.child] > 0;
 }
 
 MESH_INLINE double size_of(const mesh *m, mesh_box r, double size)
@@ -436,7 +250,7 @@ MESH_INLINE uint32_t expand_aimed(mesh_walk *w, const entry *e, bool open_a, boo
 /* Both boxes are opened where they are of about one size, otherwise the larger. */
 MESH_INLINE uint32_t expand(mesh_walk *w, const entry *e, entry more[CHILDREN])
 {
-    bool keep_a = is_leaf(w->ma, e->a), keep_b = is_leaf(w->mb, e->b), open_both = false;
+    bool keep_a = e->a.leaf, keep_b = e->b.leaf, open_both = false;
     if (!keep_a && !keep_b) {
         double a = size_of(w->ma, e->a, w->size_a), b = size_of(w->mb, e->b, w->size_b);
         open_both = w->opens_both && !(a > BOTH_RATIO * b || b > BOTH_RATIO * a);
@@ -449,11 +263,6 @@ MESH_INLINE uint32_t expand(mesh_walk *w, const entry *e, entry more[CHILDREN])
                                      : expand_a(w, node_below(w->ma, e->a), e->b, more);
 }
 
-MESH_INLINE bool is_leaves(const mesh_walk *w, const entry *e)
-{
-    return is_leaf(w->ma, e->a) && is_leaf(w->mb, e->b);
-}
-
 /* All below one pair of boxes, depth first. False: enough. */
 static bool run_below(mesh_walk *w, const entry *top, mesh_visit *visit, void *context)
 {
@@ -463,7 +272,7 @@ static bool run_below(mesh_walk *w, const entry *top, mesh_visit *visit, void *c
     while (open) {
         entry e = stack[--open];
         if (e.bound > w->within) continue;
-        if (!is_leaves(w, &e))
+        if (!(e.a.leaf && e.b.leaf))
             open += expand(w, &e, stack + open);
         else if (!mesh_leaves_visit(w, e.a, e.b, visit, context))
             return false;
@@ -477,8 +286,8 @@ MESH_INLINE uint32_t start(mesh_walk *w, entry first[CHILDREN])
     uint32_t count = 0;
     if (w->ma && w->opens_both && w->aimed)
         return expand_known(w, 0, all_of(&w->ma->nodes[0]), 0, all_of(&w->mb->nodes[0]), first);
-    if (!w->ma) return expand_b(w, (mesh_box){WHOLE, 0}, 0, first);
-    for (uint32_t i = 0; i < w->ma->nodes[0].used; i++) count += expand_b(w, (mesh_box){0, i}, 0, first + count);
+    if (!w->ma) return expand_b(w, ALL_OF_A, 0, first);
+    for (uint32_t i = 0; i < w->ma->nodes[0].used; i++) count += expand_b(w, child_of(w->ma, 0, i), 0, first + count);
     return count;
 }
 
@@ -503,7 +312,7 @@ typedef struct queue {
 
 MESH_INLINE void queue_init(queue *q, double greatest_bound)
 {
-    for (uint16_t i = 0; i < QUEUE; i++) q->next[i] = (uint16_t)(i + 1);
+    for (uint32_t i = 0; i < QUEUE; i++) q->next[i] = (uint16_t)(i + 1);
     q->unused = 0;
     q->filled = 0;
     q->count = 0;
@@ -537,7 +346,7 @@ MESH_INLINE entry queue_pop(queue *q)
 
 static vec3 centre_of(const mesh_walk *w, mesh_box a)
 {
-    if (a.node == WHOLE) return vec_scale(vec_add(w->whole.lo, w->whole.hi), 0.5);
+    if (a.node == MESH_WHOLE) return vec_scale(vec_add(w->whole.lo, w->whole.hi), 0.5);
     const mesh_node *n = &w->ma->nodes[a.node];
     return vec_scale(vec(n->centre[0][a.child], n->centre[1][a.child], n->centre[2][a.child]), w->size_a);
 }
@@ -545,13 +354,13 @@ static vec3 centre_of(const mesh_walk *w, mesh_box a)
 static mesh_box nearest_child(const mesh *m, uint32_t node, vec3 point)
 {
     const mesh_node *n = &m->nodes[node];
-    mesh_box nearest = {node, 0};
+    uint32_t nearest = 0;
     double least = INFINITY;
     for (uint32_t i = 0; i < n->used; i++) {
         double away2 = vec_norm2(vec_sub(vec(n->centre[0][i], n->centre[1][i], n->centre[2][i]), point));
-        if (away2 < least) least = away2, nearest.child = i;
+        if (away2 < least) least = away2, nearest = i;
     }
-    return nearest;
+    return child_of(m, node, nearest);
 }
 
 static vec3 in_a(const mesh_walk *w, mesh_box b)
@@ -565,16 +374,16 @@ static vec3 in_a(const mesh_walk *w, mesh_box b)
  * it: its triangles are near enough to spare the walk most of the rest. */
 static bool plunge(mesh_walk *w, mesh_visit *visit, void *context)
 {
-    mesh_box a = {WHOLE, 0}, b;
+    mesh_box a = ALL_OF_A, b;
     vec3 from = VEC_ZERO;
     if (w->ma) {
         a = nearest_child(w->ma, 0, vec_scale(w->part.b_in_a.t, 1 / w->size_a));
         from = centre_of(w, a);
     }
     b = nearest_child(w->mb, 0, vec_scale(transform_point(&w->a_in_b, from), 1 / w->size_b));
-    while (!is_leaf(w->ma, a) || !is_leaf(w->mb, b)) {
-        if (!is_leaf(w->ma, a)) a = nearest_child(w->ma, node_below(w->ma, a), vec_scale(in_a(w, b), 1 / w->size_a));
-        if (is_leaf(w->mb, b)) continue;
+    while (!a.leaf || !b.leaf) {
+        if (!a.leaf) a = nearest_child(w->ma, node_below(w->ma, a), vec_scale(in_a(w, b), 1 / w->size_a));
+        if (b.leaf) continue;
         from = transform_point(&w->a_in_b, centre_of(w, a));
         b = nearest_child(w->mb, node_below(w->mb, b), vec_scale(from, 1 / w->size_b));
     }
@@ -592,7 +401,7 @@ MESH_INLINE void walk_nearest(mesh_walk *w, mesh_visit *visit, void *context)
     while (q.count) {
         entry e = queue_pop(&q);
         if (e.bound > w->within) continue;
-        bool full = q.count + CHILDREN > QUEUE, leaves = is_leaves(w, &e);
+        bool full = q.count + CHILDREN > QUEUE, leaves = e.a.leaf && e.b.leaf;
         if (leaves ? !mesh_leaves_visit(w, e.a, e.b, visit, context) : full && !run_below(w, &e, visit, context))
             return;
         if (leaves || full) continue;

@@ -13,6 +13,7 @@
 
 enum {
     MESH_NO_TRIANGLE = UINT32_MAX,
+    MESH_WHOLE = UINT32_MAX, /* for a node: all of a convex A */
     TRIANGLE_PADDED = 8,
     MESH_STANDS = 64, /* nodes of each mesh, that are known along the axis while it stays; a power of two */
     MESH_FACES = 32,  /* nodes of A, that are known as B's nodes see them; a power of two */
@@ -27,19 +28,18 @@ typedef struct triangle_part {
 
 /* A box of a mesh: a child of a node. The root's own children stand for the root. */
 typedef struct mesh_box {
-    uint32_t node, child; /* node UINT32_MAX: all of a convex A */
+    uint32_t node; /* or MESH_WHOLE */
+    uint16_t child;
+    bool leaf; /* or all of a convex A */
 } mesh_box;
 
-/* The triangles of a leaf, put in place when they are first needed (A's one by one, B's together); again when another
- * leaf has taken their room. */
+/* The triangles of a leaf, put in place when they are first needed; again when another leaf has taken their room. */
 typedef struct mesh_leaf {
-    uint32_t first, count, placed, aims; /* placed: bit i: spots[i]; of B: four */
-    double level;                        /* the greatest of A's, the least of B's */
-    double levels[MESH_LEAF_MAX];        /* of each triangle */
-    union {
-        mesh_spot spots[MESH_LEAF_MAX]; /* of A */
-        mesh_four four;                 /* of B */
-    };
+    uint32_t first, count, aims;
+    bool placed;
+    double level;                 /* the greatest of A's, the least of B's */
+    double levels[MESH_LEAF_MAX]; /* of each triangle; beside A a mesh 0 where there is none */
+    mesh_four four;
 } mesh_leaf;
 
 /* From the frame and unit of one mesh's boxes to those of the other's. */
@@ -51,8 +51,8 @@ typedef struct mesh_turn {
 
 /* How far the patches of a node reach along the axis, in B's unit, from B's origin. */
 typedef struct mesh_stand {
-    uint32_t node, aims;     /* whose, and for which axis: mesh_walk.aims */
-    float level[MESH_WIDTH]; /* of A the tops, of B the feet */
+    uint32_t node, aims;                  /* whose, and for which axis: mesh_walk.aims */
+    _Alignas(16) float level[MESH_WIDTH]; /* of A the tops, of B the feet */
 } mesh_stand;
 
 /* The patches of a node of A as B's nodes see them. */
@@ -70,6 +70,7 @@ typedef struct mesh_walk {
     uint32_t triangle_a, triangle_b;  /* the parts that are visited; triangle_a MESH_NO_TRIANGLE: all of A */
     const mesh_spot *spot_a, *spot_b; /* where they are */
     vec3 lead;                        /* of any length: the direction that separates them most, of those looked at */
+    vec3 from, edges;                 /* of two triangles: as in mesh_row */
     uint32_t visits, aims;            /* aims: counts the axes */
     triangle_part flat_a, flat_b;
     transform a_in_b; /* the inverse of part.b_in_a */
@@ -82,10 +83,10 @@ typedef struct mesh_walk {
     mesh_spot whole;
     double whole_level; /* the greatest height of a convex A along the axis */
     mesh_stand stands_a[MESH_STANDS], stands_b[MESH_STANDS];
-    uint32_t faced[MESH_FACES]; /* whose they are; UINT32_MAX: none */
+    uint32_t faced[MESH_FACES]; /* whose they are; MESH_WHOLE: none */
     mesh_faces faces_a[MESH_FACES];
-    mesh_spot visited;                                   /* of B: spot_b, while leaves are visited */
-    mesh_box known_a[MESH_LEAVES], known_b[MESH_LEAVES]; /* whose room is taken by which leaf; node UINT32_MAX: none */
+    mesh_spot visited_a, visited;                        /* spot_a (of a mesh) and spot_b, while leaves are visited */
+    mesh_box known_a[MESH_LEAVES], known_b[MESH_LEAVES]; /* whose room is taken by which leaf; node MESH_WHOLE: none */
     mesh_leaf leaves_a[MESH_LEAVES], leaves_b[MESH_LEAVES];
 } mesh_walk;
 
@@ -104,9 +105,6 @@ void mesh_walk_nearest(mesh_walk *w, mesh_visit *visit, void *context); /* the n
 
 /* For a visitor: makes `part` the pair of the visited parts. */
 void mesh_walk_dress(mesh_walk *w);
-
-/* A triangle where it is; A's when `b_in_a` is NULL. Box and normal, too, but no level. */
-void mesh_spot_set(mesh_spot *s, const mesh *m, uint32_t triangle, double scale, const transform *b_in_a);
 
 /* The greatest and least heights of the visited parts along a direction, in A's frame. */
 double mesh_walk_top_a(const mesh_walk *w, vec3 direction);

@@ -1,7 +1,10 @@
-/* A triangle or a box beside four triangles: what is told to be far is, by 113 bits, however thin, small or near the
- * triangles are; what is proven stands along the direction that is told; most of what is far is told to be. */
+/* Pairs of triangles, leaves of four, and a box beside four triangles: what is told to be far is, by 113 bits, however
+ * thin, small or near the triangles are; what is proven stands along the direction that is told; most of what is far is
+ * told to be. */
 #include "brute.h"
 #include "narrow/mesh_row.h"
+#include "narrow/mesh_walk.h"
+#include "solids.h"
 
 #include <math.h>
 #include <setjmp.h>
@@ -65,6 +68,15 @@ static double distance_from(const soup *a, const vec3 p[3])
     return (double)brute_distance(a, &b, &HERE);
 }
 
+/* How far a point is from a triangle, which may be a point itself. */
+static double away_from(vec3 point, const vec3 p[3])
+{
+    double points[9];
+    int32_t corners[3];
+    soup of_p = soup_of(p, points, corners);
+    return fmin((double)brute_point_distance(&of_p, point), vec_norm(vec_sub(point, p[0])));
+}
+
 /* They are as far apart as was told along the lead, or by the boxes around them. */
 static void hold_lead(const vec3 *a, int count_a, const vec3 b[3], const mesh_row *row, int i)
 {
@@ -98,6 +110,9 @@ static double random_within(dice *d)
     return dice_between(d, 0, 1) < 0.2 ? 0 : pow(10, dice_between(d, -3, 0.2));
 }
 
+static const transform IDENTITY = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 0, 0}};
+
+/* One of A's beside four of B's. */
 static void triangles_that_are_left_out_are_far(void **state)
 {
     (void)state;
@@ -105,21 +120,100 @@ static void triangles_that_are_left_out_are_far(void **state)
     counts c = {0};
     for (int n = 0; n < rounds(); n++) {
         vec3 a[3], b[4][3];
-        mesh_four four;
+        mesh_four four_a, four;
         mesh_row row;
         double points[9], within = random_within(&d);
         int32_t corners[3];
         random_triangle(&d, a);
         for (int i = 0; i < 4; i++) random_triangle(&d, b[i]);
         if (n % 7 == 0) b[1][0] = a[0]; /* they touch */
-        const transform here = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 0, 0}};
-        mesh_four_set(&four, b[0], 4, 1, &here);
-        mesh_spot spot = spot_of(a);
+        mesh_four_set(&four_a, a, 1, 1, NULL);
+        mesh_four_set(&four, b[0], 4, 1, &IDENTITY);
+        const mesh_picks all = {.a = 0x03020100, .b = 0x03020100, .count = 4};
         soup of_a = soup_of(a, points, corners);
-        hold_row(&of_a, a, 3, b, within, mesh_row_near(&four, &spot, 15, within * within, &row), &row, &c);
+        hold_row(&of_a, a, 3, b, within, mesh_row_near(&four_a, &four, &all, within * within, &row), &row, &c);
     }
     assert_true(c.kept > rounds() / 4 && c.far > rounds());
     assert_true(c.rejected > c.far - c.far / 100); /* that is what it is for */
+}
+
+/* What is told of a pair is a matter of its two triangles alone: of the lane, of those beside it and of what is asked
+ * nothing depends. The points on edges are points of the triangles. */
+static void a_pair_is_told_the_same_in_any_company(void **state)
+{
+    (void)state;
+    dice d = {24};
+    for (int n = 0; n < rounds(); n++) {
+        vec3 a[4][3], b[4][3];
+        mesh_four four_a, four_b;
+        mesh_row row, alone;
+        for (int i = 0; i < 4; i++) random_triangle(&d, a[i]), random_triangle(&d, b[i]);
+        mesh_four_set(&four_a, a[0], 4, 1, NULL);
+        mesh_four_set(&four_b, b[0], 4, 1, &IDENTITY);
+        mesh_picks picks = {.a = (uint32_t)n * 0x9e3779b1 & 0x03030303, .b = (uint32_t)n * 0x85ebca6b & 0x03030303};
+        picks.count = 1 + (uint32_t)n % 4;
+        double within = n % 3 ? random_within(&d) : INFINITY;
+        unsigned near = mesh_row_near(&four_a, &four_b, &picks, within * within, &row);
+        assert_int_equal(near >> picks.count, 0);
+        for (uint32_t i = 0; near >> i; i++) {
+            mesh_picks one = {mesh_pick(picks.a, i), mesh_pick(picks.b, i), 1};
+            if (!(near >> i & 1)) continue;
+            assert_int_equal(mesh_row_near(&four_a, &four_b, &one, INFINITY, &alone), 1);
+            assert_memory_equal(&row.away2[i], &alone.away2[0], sizeof(double));
+            for (int k = 0; k < 3; k++) {
+                assert_memory_equal(&row.lead[k][i], &alone.lead[k][0], sizeof(double));
+                assert_memory_equal(&row.from[k][i], &alone.from[k][0], sizeof(double));
+                assert_memory_equal(&row.edges[k][i], &alone.edges[k][0], sizeof(double));
+            }
+            vec3 from = {row.from[0][i], row.from[1][i], row.from[2][i]}, to;
+            to = vec_add(from, vec(row.edges[0][i], row.edges[1][i], row.edges[2][i]));
+            assert_true(away_from(from, a[one.a]) < ROUNDING && away_from(to, b[one.b]) < ROUNDING);
+        }
+    }
+}
+
+static void soup_distances(const vec3 a[4][3], const vec3 b[4][3], double out[16])
+{
+    for (int i = 0; i < 4; i++) {
+        double points[9];
+        int32_t corners[3];
+        soup of_a = soup_of(a[i], points, corners);
+        for (int k = 0; k < 4; k++) out[4 * i + k] = distance_from(&of_a, b[k]);
+    }
+}
+
+/* Leaves of one to four triangles, some beside each other, with levels along any axis. */
+static void pairs_of_two_leaves_that_are_left_out_are_far(void **state)
+{
+    (void)state;
+    dice d = {25};
+    int far = 0, rejected = 0;
+    for (int n = 0; n < rounds() / 4; n++) {
+        vec3 a[4][3], b[4][3], axis = vec_unit(dice_vec(&d, -1, 1));
+        mesh_four four_a, four_b;
+        double levels_a[4], levels_b[4], apart[16], within = random_within(&d);
+        uint32_t count_a = 1 + (uint32_t)n % 4, count_b = 1 + (uint32_t)n / 4 % 4;
+        for (int i = 0; i < 4; i++) random_triangle(&d, a[i]), random_triangle(&d, b[i]);
+        mesh_four_set(&four_a, a[0], count_a, 1, NULL);
+        mesh_four_set(&four_b, b[0], count_b, 1, &IDENTITY);
+        for (uint32_t i = 0; i < 4; i++) {
+            levels_a[i] = levels_b[i] = 0;
+            for (int k = 0; k < 3 && i < count_a; k++)
+                levels_a[i] = k ? fmax(levels_a[i], vec_dot(axis, a[i][k])) : vec_dot(axis, a[i][k]);
+            for (int k = 0; k < 3 && i < count_b; k++)
+                levels_b[i] = k ? fmin(levels_b[i], vec_dot(axis, b[i][k])) : vec_dot(axis, b[i][k]);
+        }
+        soup_distances(a, b, apart);
+        unsigned near = mesh_fours_near(&four_a, &four_b, levels_a, levels_b, within);
+        assert_int_equal(near >> 16, 0);
+        for (uint32_t i = 0; i < 16; i++) {
+            bool there = i / 4 < count_a && i % 4 < count_b, kept = near >> i & 1;
+            if (there && !kept) assert_true(apart[i] > within - ROUNDING);
+            far += there && apart[i] > 2 * within;
+            rejected += there && apart[i] > 2 * within && !kept;
+        }
+    }
+    assert_true(far > rounds() / 4 && rejected > far / 4);
 }
 
 static void beside_a_box_what_is_left_out_is_far(void **state)
@@ -135,8 +229,7 @@ static void beside_a_box_what_is_left_out_is_far(void **state)
         for (int k = 0; k < 8; k++)
             corner[k] = vec(k & 1 ? half.x : -half.x, k & 2 ? half.y : -half.y, k & 4 ? half.z : -half.z);
         for (int i = 0; i < 4; i++) random_triangle(&d, b[i]);
-        const transform here = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 0, 0}};
-        mesh_four_set(&four, b[0], 4, 1, &here);
+        mesh_four_set(&four, b[0], 4, 1, &IDENTITY);
         mesh_spot spot = {.lo = vec_neg(half), .hi = half};
         soup box = soup_box(half.x, half.y, half.z, 1);
         unsigned near = mesh_row_near_box(&four, &spot, 15, within * within, &row);
@@ -179,10 +272,55 @@ static void four_are_placed_as_one_is(void **state)
     }
 }
 
+/* How often each pair of triangles is visited. */
+typedef struct visits {
+    uint8_t *of_pair;
+    uint32_t columns;
+} visits;
+
+static bool count_visit(mesh_walk *w, void *context)
+{
+    visits *v = context;
+    assert_true(w->triangle_a < w->ma->triangle_count && w->triangle_b < v->columns);
+    v->of_pair[w->triangle_a * v->columns + w->triangle_b]++;
+    return true;
+}
+
+/* Where nothing is known to leave pairs out by, each pair is visited, and once: none that is not there. */
+static void each_pair_is_visited_once(void **state)
+{
+    (void)state;
+    soup ball = soup_icosphere(0.7, 1), box = soup_box(0.3, 0.5, 0.4, 1), torus = soup_torus(0.6, 0.2, 9, 5);
+    const soup *solids[3] = {&ball, &box, &torus};
+    const pose b_in_a = {{0.9, -0.4, 0.3}, {0.8, 0.36, 0.48, 0}};
+    for (int i = 0; i < 9; i++) {
+        mesh *a = soup_mesh(solids[i / 3]), *b = soup_mesh(solids[i % 3]);
+        shape of_a = mesh_shape(a, 0), of_b = mesh_shape(b, 0);
+        unit_pair p;
+        mesh_walk *w = aligned_alloc(64, (sizeof *w + 63) / 64 * 64);
+        visits v = {calloc(a->triangle_count, b->triangle_count), b->triangle_count};
+        assert_true(w && v.of_pair);
+        unit_pair_init(&p, &of_a, &of_b, &b_in_a);
+        mesh_walk_init(w, &p, &of_a, &of_b);
+        mesh_walk_run(w, count_visit, &v);
+        for (uint32_t k = 0; k < a->triangle_count * b->triangle_count; k++) assert_int_equal(v.of_pair[k], 1);
+        free(v.of_pair);
+        free(w);
+        mesh_destroy(a);
+        mesh_destroy(b);
+    }
+    soup_free(&ball);
+    soup_free(&box);
+    soup_free(&torus);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(triangles_that_are_left_out_are_far),
+        cmocka_unit_test(a_pair_is_told_the_same_in_any_company),
+        cmocka_unit_test(pairs_of_two_leaves_that_are_left_out_are_far),
+        cmocka_unit_test(each_pair_is_visited_once),
         cmocka_unit_test(beside_a_box_what_is_left_out_is_far),
         cmocka_unit_test(four_are_placed_as_one_is),
     };
