@@ -264,12 +264,13 @@ static wire_reason apply_interest(service *s, session *c, const wire_interest *m
         return WIRE_OK;
     }
     if (!m->removed) return put_interest(s, c, m, why);
-    if (i && i->live) {
+    if (!i) i = session_add_interest(c, m->interest); /* so that a late copy of its Interest does not begin it */
+    if (i->live) {
         stream_end(s, i->world_id, CAUSE_INTEREST);
         c->interest_count--;
-        i->live = false;
-        i->sequence = m->sequence;
     }
+    i->live = false;
+    i->sequence = m->sequence;
     return WIRE_OK;
 }
 
@@ -313,16 +314,25 @@ static void apply_client(service *s, session *c, const wire_client *m)
         log_info("client %016" PRIx64 " \"%s\" is here, by %s", (uint64_t)c->client, c->name, c->link->ops->scheme);
 }
 
-/* Answered at once, because there is no session any more; a copy of it makes none. */
+/* Answered at once, because there is no session any more; a copy of it makes none. What came later is of the next
+ * process under that id, which may not have said yet that it is there. */
 static void apply_leave(service *s, struct link *from, const wire_client *m)
 {
     session *c = session_find(s, m->client);
-    if (c && m->sequence >= c->sequence) {
+    if (c && m->sequence < newest_sequence(c)) {
+        metric_count(s->count.duplicates, 1);
+    } else if (c) {
         c->sequence = m->sequence;
         session_leave(s, c);
     }
     wire_message ack = {.kind = WIRE_ACK, .ack = {WIRE_VERSION, m->client, s->epoch, .sequences = {1, &m->sequence}}};
     from->ops->publish(from, &ack);
+}
+
+/* It has been long on its way, and nobody would end what it begins. */
+static bool is_of_one_who_left(const session *c, wire_kind kind, int64_t sequence)
+{
+    return c->left && kind != WIRE_CLIENT && sequence < c->sequence;
 }
 
 bool apply_command(service *s, struct link *from, const wire_message *m, bool may_wait)
@@ -342,6 +352,11 @@ bool apply_command(service *s, struct link *from, const wire_message *m, bool ma
         return true;
     }
     session_remind(s, c, m->kind);
+    if (is_of_one_who_left(c, m->kind, sequence)) {
+        metric_count(s->count.duplicates, 1);
+        session_ack(c, sequence);
+        return true;
+    }
     switch (m->kind) {
     case WIRE_CLIENT:
         apply_client(s, c, &m->client);

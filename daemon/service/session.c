@@ -142,11 +142,16 @@ static void end_bodies(service *s, session *c, uint8_t cause)
     }
 }
 
+/* The entries stay, so that late copies do not bring back what nobody would end: who leaves bodies behind has no lease
+ * that could run out. */
 static void end_interests(service *s, session *c, uint8_t cause)
 {
-    for (size_t i = 0; i < c->interests.count; i++)
-        if (c->interests.at[i].live) stream_end(s, c->interests.at[i].world_id, cause);
-    c->interests.count = c->interest_count = 0;
+    for (size_t i = 0; i < c->interests.count; i++) {
+        owned_interest *at = &c->interests.at[i];
+        if (at->live) stream_end(s, at->world_id, cause);
+        at->live = false;
+    }
+    c->interest_count = 0;
 }
 
 static void free_session(session *c)

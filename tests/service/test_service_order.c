@@ -1,0 +1,153 @@
+/* What comes of messages that a network lost, delayed, brought twice or in another order. */
+#include "cell.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <unistd.h>
+
+enum { ALICE = 11, BOB = 22 };
+
+typedef struct room {
+    cell *cell;
+    memory_end *end; /* hears all that the link sends, and speaks for all clients */
+    wire_memory *memory;
+    int64_t sequence;
+} room;
+
+static room here; /* of the test that runs */
+
+static room *enter(const config *c)
+{
+    here = (room){.cell = cell_start(c), .memory = wire_memory_create(), .sequence = 100};
+    here.end = cell_client(here.cell);
+    return &here;
+}
+
+static int leave(void **state)
+{
+    (void)state;
+    memory_disconnect(here.end);
+    int status = cell_stop(here.cell);
+    wire_memory_destroy(here.memory);
+    return status;
+}
+
+static void settle(room *r)
+{
+    cell_settle(r->end, r->memory, BOB, ++r->sequence);
+}
+
+static int64_t counter(room *r, const char *name)
+{
+    settle(r);
+    cell_await(r->end, r->memory, WIRE_STATUS);
+    wire_message m = cell_await(r->end, r->memory, WIRE_STATUS);
+    return cell_counter(&m.status, name);
+}
+
+static void say_goodbye(room *r, int64_t client, int64_t sequence)
+{
+    memory_send(r->end, &(wire_message){.kind = WIRE_CLIENT,
+                            .client = {.version = WIRE_VERSION,
+                                .client = client,
+                                .sequence = sequence,
+                                .removed = 1,
+                                .lease_ns = 1000000000,
+                                .name = ""}});
+}
+
+static void unsubscribe(room *r, int64_t client, int64_t sequence, int32_t interest)
+{
+    memory_send(r->end, &(wire_message){.kind = WIRE_INTEREST,
+                            .interest = {.version = WIRE_VERSION,
+                                .client = client,
+                                .sequence = sequence,
+                                .interest = interest,
+                                .removed = 1,
+                                .stream = "",
+                                .select_a = "",
+                                .select_b = ""}});
+}
+
+/* ---- what is over stays over ---- */
+
+static void an_interest_that_its_removal_has_overtaken_does_not_begin(void **state)
+{
+    (void)state;
+    config c = cell_config();
+    room *r = enter(&c);
+    cell_hello(r->end, ALICE, 1, 60, WIRE_LOST_REMOVE);
+    unsubscribe(r, ALICE, 3, 0);
+    settle(r);
+    cell_touches(r->end, ALICE, 2, 0);
+    assert_int_equal(counter(r, "interests"), 0);
+    cell_touches(r->end, ALICE, 4, 0); /* a newer word is one */
+    assert_int_equal(counter(r, "interests"), 1);
+    unsubscribe(r, ALICE, 6, 0);
+    settle(r);
+    unsubscribe(r, ALICE, 8, 0); /* once more */
+    settle(r);
+    cell_touches(r->end, ALICE, 7, 0);
+    assert_int_equal(counter(r, "interests"), 0);
+}
+
+/* Its bodies stay, and so would that interest, with nobody who could end it. */
+static void late_words_on_interests_begin_nothing(bool leaves)
+{
+    config c = cell_config();
+    room *r = enter(&c);
+    cell_hello(r->end, ALICE, 1, leaves ? 60 : 0.1, WIRE_LOST_KEEP);
+    cell_sphere(r->end, ALICE, 2, 0, "a", 0);
+    cell_touches(r->end, ALICE, 3, 0);
+    if (leaves) assert_int_equal(counter(r, "interests"), 1);
+    if (leaves) say_goodbye(r, ALICE, 9);
+    while (counter(r, "interests") != 0 || counter(r, "lost_clients") == (leaves != 0)) continue;
+    cell_touches(r->end, ALICE, 3, 0);
+    if (leaves) cell_touches(r->end, ALICE, 4, 1); /* which has been long on its way */
+    assert_int_equal(counter(r, "interests"), 0);
+    cell_hello(r->end, ALICE, 11, 60, WIRE_LOST_KEEP);
+    cell_touches(r->end, ALICE, 12, 0);
+    assert_int_equal(counter(r, "interests"), 1);
+}
+
+static void interests_of_a_client_that_left_bodies_behind_do_not_come_back(void **state)
+{
+    (void)state;
+    late_words_on_interests_begin_nothing(true);
+}
+
+static void interests_of_a_lost_client_do_not_come_back(void **state)
+{
+    (void)state;
+    late_words_on_interests_begin_nothing(false);
+}
+
+/* It comes when the next process under that id has said something already, and not yet who it is. */
+static void a_goodbye_does_not_end_what_the_next_process_has_begun(void **state)
+{
+    (void)state;
+    config c = cell_config();
+    room *r = enter(&c);
+    cell_hello(r->end, ALICE, 1, 60, WIRE_LOST_REMOVE);
+    cell_sphere(r->end, ALICE, 2, 0, "a", 0);
+    settle(r);
+    cell_sphere(r->end, ALICE, 51, 0, "a", 5); /* of the next one */
+    settle(r);
+    say_goodbye(r, ALICE, 9);
+    settle(r);
+    cell_hello(r->end, ALICE, 50, 60, WIRE_LOST_REMOVE);
+    assert_int_equal(counter(r, "bodies"), 1);
+    say_goodbye(r, ALICE, 60);
+    assert_int_equal(counter(r, "bodies"), 0);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_teardown(an_interest_that_its_removal_has_overtaken_does_not_begin, leave),
+        cmocka_unit_test_teardown(interests_of_a_client_that_left_bodies_behind_do_not_come_back, leave),
+        cmocka_unit_test_teardown(interests_of_a_lost_client_do_not_come_back, leave),
+        cmocka_unit_test_teardown(a_goodbye_does_not_end_what_the_next_process_has_begun, leave),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
