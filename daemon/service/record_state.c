@@ -108,9 +108,38 @@ static void fill_rules(columns *c, const world_body *def, wire_body *m)
     m->rule_margins = (wire_f64s){n, c->margins};
 }
 
+/* Late copies of what was before do not bring it back, here as there. */
+static void tell_removed_body(service *s, const session *c, const owned_body *b)
+{
+    const wire_message m = {.kind = WIRE_BODY,
+        .body = {.version = WIRE_VERSION,
+            .client = c->client,
+            .sequence = b->sequence,
+            .body = b->number,
+            .removed = 1,
+            .name = "",
+            .group = ""}};
+    record_message(s, &m);
+}
+
+static void tell_removed_interest(service *s, const session *c, const owned_interest *i)
+{
+    const wire_message m = {.kind = WIRE_INTEREST,
+        .interest = {.version = WIRE_VERSION,
+            .client = c->client,
+            .sequence = i->sequence,
+            .interest = i->number,
+            .removed = 1,
+            .stream = "",
+            .select_a = "",
+            .select_b = ""}};
+    record_message(s, &m);
+}
+
 static void tell_body(service *s, const session *c, const owned_body *b, columns *scratch)
 {
     world_body def;
+    if (b->world_id == WORLD_NONE) tell_removed_body(s, c, b);
     if (b->world_id == WORLD_NONE || world_get_body(s->world, b->world_id, &def, scratch->shapes) != WORLD_OK) return;
     put_pose(scratch->pose, def.pose);
     wire_message m = {.kind = WIRE_BODY,
@@ -138,6 +167,7 @@ static void tell_body(service *s, const session *c, const owned_body *b, columns
 static void tell_interest(service *s, const session *c, const owned_interest *i)
 {
     world_interest def;
+    if (!i->live) tell_removed_interest(s, c, i);
     if (!i->live || world_get_interest(s->world, i->world_id, &def) != WORLD_OK) return;
     wire_message m = {.kind = WIRE_INTEREST,
         .interest = {.version = WIRE_VERSION,
@@ -192,10 +222,14 @@ void record_state(service *s)
                 .lock_step = c->lock_step,
                 .name = c->name}};
         record_message(s, &m);
+        m.client.removed = 1;
         for (size_t k = 0; k < c->bodies.count; k++) tell_body(s, c, &c->bodies.at[k], scratch);
         for (size_t k = 0; k < c->interests.count; k++) tell_interest(s, c, &c->interests.at[k]);
         steps_record(s, c);
-        if (c->lost) record_lost(s, c->client);
+        if (c->left)
+            record_message(s, &m);
+        else if (c->lost)
+            record_lost(s, c->client);
     }
     tell_waiting(s);
     free(scratch);
