@@ -381,7 +381,9 @@ bool apply_command(service *s, struct link *from, const wire_message *m, bool ma
         break;
     }
     if (why.reason == WIRE_UNKNOWN_GEOMETRY && may_wait) return false;
-    if (why.reason != WIRE_OK) apply_reject(s, from, m->kind, client, sequence, object, &why);
-    session_ack(c, sequence);
+    if (why.reason == WIRE_OK)
+        session_ack(c, sequence);
+    else /* which may be lost, or not told, and is told again when the message comes again */
+        apply_reject(s, from, m->kind, client, sequence, object, &why);
     return true;
 }

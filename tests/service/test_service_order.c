@@ -3,6 +3,7 @@
 
 #include <stdio.h>
 #include <stdlib.h>
+#include <sysexits.h>
 #include <unistd.h>
 
 enum { ALICE = 11, BOB = 22 };
@@ -141,6 +142,109 @@ static void a_goodbye_does_not_end_what_the_next_process_has_begun(void **state)
     assert_int_equal(counter(r, "bodies"), 0);
 }
 
+/* ---- what is refused is not done ---- */
+
+static void a_refusal_that_is_not_told_is_not_acknowledged_either(void **state)
+{
+    (void)state;
+    enum { MANY = 150 };
+    config c = cell_config();
+    room *r = enter(&c);
+    cell_hello(r->end, ALICE, 1, 60, WIRE_LOST_REMOVE);
+    cell_sphere(r->end, ALICE, 2, 0, "a", 0);
+    settle(r);
+    bool refused[MANY] = {false}, acknowledged[MANY] = {false};
+    for (int32_t i = 0; i < MANY; i++) cell_sphere(r->end, ALICE, 1000 + i, 1 + i, "a", 0);
+    memory_send(r->end, &(wire_message){.kind = WIRE_QUERY,
+                            .query = {.version = WIRE_VERSION,
+                                .client = BOB,
+                                .sequence = ++r->sequence,
+                                .kind = WIRE_QUERY_BODIES,
+                                .name_a = "*",
+                                .name_b = ""}});
+    wire_message m = {.kind = WIRE_NOTHING};
+    while (m.kind != WIRE_ANSWER) {
+        wire_memory_reset(r->memory);
+        if (!memory_receive(r->end, r->memory, &m)) continue;
+        if (m.kind == WIRE_REJECT && m.reject.sequence >= 1000) refused[m.reject.sequence - 1000] = true;
+        for (uint32_t i = 0; m.kind == WIRE_ACK && i < m.ack.sequences.count; i++)
+            if (m.ack.sequences.at[i] >= 1000) acknowledged[m.ack.sequences.at[i] - 1000] = true;
+    }
+    int told = 0;
+    for (int i = 0; i < MANY; i++) {
+        told += refused[i];
+        if (acknowledged[i] && !refused[i]) fail_msg("number %d was refused, and heard that it is done", i);
+    }
+    assert_true(told >= 100);
+}
+
+/* ---- the same in a recording that begins in the middle ---- */
+
+static uint8_t ask_to_record(room *r, const char *name, int64_t sequence)
+{
+    memory_send(r->end, &(wire_message){.kind = WIRE_QUERY,
+                            .query = {.version = WIRE_VERSION,
+                                .client = BOB,
+                                .sequence = sequence,
+                                .kind = WIRE_QUERY_RECORD,
+                                .name_a = name,
+                                .name_b = ""}});
+    wire_message m;
+    do {
+        m = cell_await(r->end, r->memory, WIRE_ANSWER);
+    } while (m.answer.sequence != sequence);
+    return m.answer.status;
+}
+
+static void remove_body(room *r, int64_t client, int64_t sequence, int32_t body)
+{
+    memory_send(r->end, &(wire_message){.kind = WIRE_BODY,
+                            .body = {.version = WIRE_VERSION,
+                                .client = client,
+                                .sequence = sequence,
+                                .body = body,
+                                .removed = 1,
+                                .name = "",
+                                .group = ""}});
+}
+
+/* Nothing has touched before: so the hashes are those of the live session. */
+static void late_words_change_nothing_in_a_replay(void **state)
+{
+    (void)state;
+    char folder[] = "/tmp/collided-order-XXXXXX", path[sizeof folder + 16];
+    assert_non_null(mkdtemp(folder));
+    snprintf(path, sizeof path, "%s/middle.lcmlog", folder);
+    config c = cell_config();
+    snprintf(c.record_dir, sizeof c.record_dir, "%s", folder);
+    room *r = enter(&c);
+    cell_hello(r->end, ALICE, 1, 60, WIRE_LOST_KEEP);
+    cell_sphere(r->end, ALICE, 2, 0, "a", 0);
+    cell_sphere(r->end, ALICE, 3, 1, "b", 5);
+    cell_touches(r->end, ALICE, 4, 0);
+    settle(r);
+    remove_body(r, ALICE, 5, 1);
+    unsubscribe(r, ALICE, 6, 0);
+    settle(r);
+    say_goodbye(r, ALICE, 9);
+    cell_hello(r->end, BOB, ++r->sequence, 60, WIRE_LOST_REMOVE);
+    cell_sphere(r->end, BOB, ++r->sequence, 0, "c", 5.5);
+    settle(r);
+    assert_int_equal(ask_to_record(r, "middle", ++r->sequence), WIRE_ANSWER_OK);
+    cell_sphere(r->end, ALICE, 3, 1, "b", 5);
+    cell_touches(r->end, ALICE, 4, 0);
+    cell_touches(r->end, ALICE, 7, 1);
+    cell_touches(r->end, BOB, ++r->sequence, 0);
+    settle(r);
+    cell_pose(r->end, BOB, ++r->sequence, 0, 0.3);
+    assert_int_equal(counter(r, "bodies"), 2);
+    assert_int_equal(counter(r, "interests"), 1);
+    assert_int_equal(ask_to_record(r, "", ++r->sequence), WIRE_ANSWER_OK);
+    assert_int_equal(leave(NULL), 0);
+    assert_int_equal(cell_replay(path, 1, true), EX_OK);
+    assert_int_equal(unlink(path) | rmdir(folder), 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -148,6 +252,8 @@ int main(void)
         cmocka_unit_test_teardown(interests_of_a_client_that_left_bodies_behind_do_not_come_back, leave),
         cmocka_unit_test_teardown(interests_of_a_lost_client_do_not_come_back, leave),
         cmocka_unit_test_teardown(a_goodbye_does_not_end_what_the_next_process_has_begun, leave),
+        cmocka_unit_test_teardown(a_refusal_that_is_not_told_is_not_acknowledged_either, leave),
+        cmocka_unit_test(late_words_change_nothing_in_a_replay),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
