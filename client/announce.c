@@ -240,8 +240,9 @@ static bool may_renew(const announcement *a)
     return session_monotonic_ns() - a->renewed_ns >= NS_PER_S;
 }
 
-/* A body of ours that is removed or renamed may still have the name when the next one that bears it is heard of; and
- * that it had may be told after it was told to be gone. */
+/* A body of ours that is removed or renamed may still have the name when the next one that bears it is heard of, and an
+ * interest its stream, or both their place among as many as may be; and that it had may be told after it was told to be
+ * gone. */
 static bool may_be_left_name(const collided *c)
 {
     return c->names_leaving || (c->name_left_ns && session_monotonic_ns() - c->name_left_ns < NS_PER_S);
@@ -252,7 +253,8 @@ static bool may_be_left_name(const collided *c)
 static bool is_matter_of_order(const collided *c, const announcement *a, wire_reason reason)
 {
     bool waits = reason == WIRE_UNKNOWN_CLIENT || reason == WIRE_UNKNOWN_GEOMETRY;
-    if (reason == WIRE_NAME_TAKEN) waits = may_be_left_name(c);
+    if (reason == WIRE_NAME_TAKEN || reason == WIRE_LIMIT) waits = may_be_left_name(c);
+    if (reason == WIRE_LIMIT && is_removal(a->message)) waits = true; /* of how much may come in a second */
     return waits && a->tries < ANNOUNCE_ORDER_TRIES;
 }
 
@@ -284,6 +286,7 @@ void announce_rejected(collided *c, const wire_reject *why)
         if (!repair(c, why)) session_keep_rejection(c, why);
         return;
     }
+    if (a->state != ANNOUNCE_PENDING) return; /* of a copy, to which the next one was answered before or like this */
     if (is_matter_of_order(c, a, (wire_reason)why->reason)) {
         if (c->client.state == ANNOUNCE_ACKED && why->reason == WIRE_UNKNOWN_CLIENT && may_renew(&c->client))
             announce_again(c, &c->client);

@@ -92,7 +92,7 @@ struct collided {
     announcement client;
     announcement *first, *last; /* the record */
     size_t pending;
-    size_t names_leaving; /* bodies of which it is not acknowledged yet that they leave their names */
+    size_t names_leaving; /* bodies and interests of which it is not acknowledged yet that they leave their names */
     int64_t name_left_ns; /* when it was last; 0 = never */
     table by_sequence;    /* to announcement */
     table bodies;         /* id to body_record */

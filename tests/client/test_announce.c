@@ -430,6 +430,100 @@ static void a_name_that_another_one_has_is_refused(void **state)
     collided_close(c);
 }
 
+static void ignore(void *context, const collided_batch *b)
+{
+    (void)context;
+    (void)b;
+}
+
+static collided_interest subscribe_to(collided *c, const char *stream)
+{
+    collided_interest_def def = collided_interest_def_default();
+    def.stream = stream;
+    def.callback = ignore;
+    collided_interest interest = collided_subscribe(c, &def);
+    assert_int_not_equal(interest.id, COLLIDED_NONE);
+    return interest;
+}
+
+/* The same of the name of a stream. */
+static void a_stream_that_is_being_left_is_taken_in_the_end(void **state)
+{
+    (void)state;
+    fake_begin((fake_options){.repeats = true, .epoch = 1});
+    collided *c = fake_connect();
+    collided_interest old = subscribe_to(c, "arm");
+    assert_int_equal(collided_sync(c, FAKE_PATIENCE_S), COLLIDED_OK);
+    fake_set((fake_options){.repeats = true, .ignored = WIRE_INTEREST, .epoch = 1});
+    assert_int_equal(collided_unsubscribe(c, old), COLLIDED_OK);
+    fake_message(WIRE_INTEREST, 1);
+    (void)subscribe_to(c, "arm");
+    const wire_message *heir = fake_message(WIRE_INTEREST, 2);
+    for (size_t n = 3; heir->interest.removed; n++) heir = fake_message(WIRE_INTEREST, n);
+    fake_reject(heir, WIRE_NAME_TAKEN, "arm");
+    fake_settle();
+    fake_set((fake_options){.repeats = true, .epoch = 1});
+    assert_int_equal(collided_sync(c, FAKE_PATIENCE_S), COLLIDED_OK);
+    collided_close(c);
+}
+
+/* And of the place among as many as may be. */
+static void a_place_that_is_being_left_is_taken_in_the_end(void **state)
+{
+    (void)state;
+    fake_begin((fake_options){.repeats = true, .epoch = 1});
+    collided *c = fake_connect();
+    collided_body old = make(c, "a");
+    assert_int_equal(collided_sync(c, FAKE_PATIENCE_S), COLLIDED_OK);
+    fake_set((fake_options){.repeats = true, .ignored = WIRE_BODY, .epoch = 1});
+    assert_int_equal(collided_remove_body(c, old), COLLIDED_OK);
+    fake_message(WIRE_BODY, 1);
+    make(c, "b");
+    const wire_message *heir = fake_message(WIRE_BODY, 2);
+    for (size_t n = 3; heir->body.removed; n++) heir = fake_message(WIRE_BODY, n);
+    fake_reject(heir, WIRE_LIMIT, "max_bodies = 1 is reached");
+    fake_settle();
+    fake_set((fake_options){.repeats = true, .epoch = 1});
+    assert_int_equal(collided_sync(c, FAKE_PATIENCE_S), COLLIDED_OK);
+    collided_close(c);
+}
+
+/* It came when too much came: what it takes back is there as before. */
+static void a_removal_that_was_too_much_is_repeated(void **state)
+{
+    (void)state;
+    fake_begin((fake_options){.epoch = 1});
+    collided *c = fake_connect();
+    collided_body old = make(c, "a");
+    assert_int_equal(collided_sync(c, FAKE_PATIENCE_S), COLLIDED_OK);
+    fake_set((fake_options){.ignored = WIRE_BODY, .epoch = 1});
+    assert_int_equal(collided_remove_body(c, old), COLLIDED_OK);
+    const wire_message *removal = fake_message(WIRE_BODY, 1);
+    fake_reject(removal, WIRE_LIMIT, "max_client_messages = 10 is reached");
+    for (size_t n = 2; removal->body.sequence == fake_message(WIRE_BODY, 1)->body.sequence; n++)
+        removal = fake_message(WIRE_BODY, n);
+    assert_int_equal(removal->body.removed, 1);
+    fake_set((fake_options){.epoch = 1});
+    assert_int_equal(collided_sync(c, FAKE_PATIENCE_S), COLLIDED_OK);
+    collided_close(c);
+}
+
+/* Of a copy that came before there was room for it, or its name was free; it was overtaken by the answer to the next.
+ */
+static void a_refusal_of_what_has_been_acknowledged_is_of_before(void **state)
+{
+    (void)state;
+    fake_begin((fake_options){.repeats = true, .epoch = 1});
+    collided *c = fake_connect();
+    collided_body body = make(c, "a");
+    assert_int_equal(collided_sync(c, FAKE_PATIENCE_S), COLLIDED_OK);
+    fake_reject(fake_message(WIRE_BODY, 0), WIRE_NAME_TAKEN, "a");
+    fake_settle();
+    assert_int_equal(collided_sync(c, FAKE_PATIENCE_S), COLLIDED_OK);
+    assert_int_equal(collided_move(c, body, at(1.0)), COLLIDED_OK);
+    collided_close(c);
+}
+
 static void hulls_are_announced_once_and_in_pieces(void **state)
 {
     (void)state;
@@ -509,6 +603,10 @@ int main(void)
         cmocka_unit_test(a_shape_s_deviation_is_announced),
         cmocka_unit_test(a_name_that_is_being_left_is_taken_in_the_end),
         cmocka_unit_test(a_name_that_another_one_has_is_refused),
+        cmocka_unit_test(a_stream_that_is_being_left_is_taken_in_the_end),
+        cmocka_unit_test(a_place_that_is_being_left_is_taken_in_the_end),
+        cmocka_unit_test(a_removal_that_was_too_much_is_repeated),
+        cmocka_unit_test(a_refusal_of_what_has_been_acknowledged_is_of_before),
         cmocka_unit_test(hulls_are_announced_once_and_in_pieces),
         cmocka_unit_test(height_fields_are_announced_whole),
     };
