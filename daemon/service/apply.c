@@ -278,7 +278,7 @@ static wire_reason apply_interest(service *s, session *c, const wire_interest *m
 
 static int64_t newest_sequence(const session *c)
 {
-    int64_t newest = c->sequence;
+    int64_t newest = c->ended > c->sequence ? c->ended : c->sequence;
     for (size_t i = 0; i < c->bodies.count; i++) {
         const owned_body *b = &c->bodies.at[i];
         if (b->sequence > newest) newest = b->sequence;

@@ -89,6 +89,7 @@ typedef struct session {
     flow messages, poses, rejects;                  /* of the second that runs */
     int32_t lock_step; /* in lock-step with others: how many of them there are to be; 0: it is not */
     int64_t published; /* the newest step that it has published whole */
+    int64_t ended;     /* the sequence by which it ended one last; 0: it has ended none */
     bool idle;         /* it missed a step, and is not waited for until it publishes one */
     bool missed;       /* the step that was done last was done without it */
     held_step held;
