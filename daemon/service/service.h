@@ -202,6 +202,12 @@ typedef struct lock_step {
     bool told;        /* that it takes long */
 } lock_step;
 
+typedef struct record_wish { /* the last one on recordings, and what was answered */
+    int64_t client, sequence;
+    uint8_t status;
+    char text[WIRE_TEXT_MAX + 1];
+} record_wish;
+
 typedef struct measures { /* for the page that Prometheus reads */
     histogram latency, tick, age, width;
     quantiles latencies, ticks; /* since the last Status, which tells them */
@@ -257,6 +263,7 @@ typedef struct service {
     ARRAY(filter_rule) rules;
     wire_log_writer *recording;
     char recording_path[CONFIG_TEXT_MAX];
+    record_wish record_wish;
     char limits[512];        /* named limits that were reached in the last LIMITS_TOLD_NS */
     int64_t limit_ns;        /* when the last of them was, monotonic */
     bool hull_came;          /* since waiting commands were last tried */

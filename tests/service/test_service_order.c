@@ -245,6 +245,27 @@ static void late_words_change_nothing_in_a_replay(void **state)
     assert_int_equal(unlink(path) | rmdir(folder), 0);
 }
 
+/* Its answer may be lost: the client asks again, under the same sequence. */
+static void a_recording_begins_and_ends_once(void **state)
+{
+    (void)state;
+    char folder[] = "/tmp/collided-order-XXXXXX", first[sizeof folder + 16], second[sizeof folder + 16];
+    assert_non_null(mkdtemp(folder));
+    snprintf(first, sizeof first, "%s/first.lcmlog", folder);
+    snprintf(second, sizeof second, "%s/second.lcmlog", folder);
+    config c = cell_config();
+    snprintf(c.record_dir, sizeof c.record_dir, "%s", folder);
+    room *r = enter(&c);
+    for (int copy = 0; copy < 2; copy++) assert_int_equal(ask_to_record(r, "first", 1000), WIRE_ANSWER_OK);
+    assert_int_equal(ask_to_record(r, "second", 1001), WIRE_ANSWER_UNSUPPORTED);
+    for (int copy = 0; copy < 2; copy++) assert_int_equal(ask_to_record(r, "", 1002), WIRE_ANSWER_OK);
+    assert_int_equal(ask_to_record(r, "second", 1003), WIRE_ANSWER_OK);
+    assert_int_equal(ask_to_record(r, "", 1002), WIRE_ANSWER_UNSUPPORTED); /* late */
+    assert_int_equal(ask_to_record(r, "", 1004), WIRE_ANSWER_OK);
+    assert_int_equal(ask_to_record(r, "", 1005), WIRE_ANSWER_UNSUPPORTED);
+    assert_int_equal(unlink(first) | unlink(second) | rmdir(folder), 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -254,6 +275,7 @@ int main(void)
         cmocka_unit_test_teardown(a_goodbye_does_not_end_what_the_next_process_has_begun, leave),
         cmocka_unit_test_teardown(a_refusal_that_is_not_told_is_not_acknowledged_either, leave),
         cmocka_unit_test(late_words_change_nothing_in_a_replay),
+        cmocka_unit_test_teardown(a_recording_begins_and_ends_once, leave),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
