@@ -524,6 +524,52 @@ static void a_refusal_of_what_has_been_acknowledged_is_of_before(void **state)
     collided_close(c);
 }
 
+/* What is refused of a body or an interest that is gone since, or has another word on it, is not refused any more. */
+static void a_refusal_of_a_word_that_was_replaced_is_of_before(void **state)
+{
+    (void)state;
+    static const wire_reason REASONS[] = {WIRE_NAME_TAKEN, WIRE_LIMIT, WIRE_UNKNOWN_GEOMETRY};
+    for (size_t i = 0; i < sizeof REASONS / sizeof *REASONS; i++) {
+        fake_begin((fake_options){.repeats = true, .ignored = WIRE_BODY, .epoch = 1});
+        collided *c = fake_connect();
+        collided_body body = make(c, "a");
+        const wire_message *first = fake_message(WIRE_BODY, 0);
+        assert_int_equal(collided_remove_body(c, body), COLLIDED_OK);
+        fake_reject(first, REASONS[i], "");
+        fake_settle();
+        fake_set((fake_options){.repeats = true, .epoch = 1});
+        assert_int_equal(collided_sync(c, FAKE_PATIENCE_S), COLLIDED_OK);
+        collided_close(c);
+    }
+}
+
+/* They came when the body was gone, which had been told after them. */
+static void poses_of_a_body_that_is_gone_are_not_missed(void **state)
+{
+    (void)state;
+    fake_begin((fake_options){.repeats = true, .epoch = 1});
+    collided *c = fake_connect();
+    collided_body body = make(c, "a");
+    assert_int_equal(collided_sync(c, FAKE_PATIENCE_S), COLLIDED_OK);
+    assert_int_equal(collided_move(c, body, at(1.0)), COLLIDED_OK);
+    const wire_message *pose = fake_message(WIRE_POSE_BATCH, 0);
+    assert_int_equal(collided_remove_body(c, body), COLLIDED_OK);
+    assert_int_equal(collided_sync(c, FAKE_PATIENCE_S), COLLIDED_OK);
+    const wire_message why = {.kind = WIRE_REJECT,
+        .reject = {.version = WIRE_VERSION,
+            .client = collided_client_id(c),
+            .sequence = pose->pose_batch.sequence,
+            .epoch = 1,
+            .kind = WIRE_POSE_BATCH,
+            .object = body.id,
+            .reason = WIRE_UNKNOWN_BODY,
+            .text = ""}};
+    fake_give(&why);
+    fake_settle();
+    assert_int_equal(collided_sync(c, FAKE_PATIENCE_S), COLLIDED_OK);
+    collided_close(c);
+}
+
 static void hulls_are_announced_once_and_in_pieces(void **state)
 {
     (void)state;
@@ -607,6 +653,8 @@ int main(void)
         cmocka_unit_test(a_place_that_is_being_left_is_taken_in_the_end),
         cmocka_unit_test(a_removal_that_was_too_much_is_repeated),
         cmocka_unit_test(a_refusal_of_what_has_been_acknowledged_is_of_before),
+        cmocka_unit_test(a_refusal_of_a_word_that_was_replaced_is_of_before),
+        cmocka_unit_test(poses_of_a_body_that_is_gone_are_not_missed),
         cmocka_unit_test(hulls_are_announced_once_and_in_pieces),
         cmocka_unit_test(height_fields_are_announced_whole),
     };
