@@ -319,20 +319,30 @@ static void apply_client(service *s, session *c, const wire_client *m)
 static void apply_leave(service *s, struct link *from, const wire_client *m)
 {
     session *c = session_find(s, m->client);
+    session_remember_left(s, m->client, m->sequence);
     if (c && m->sequence < newest_sequence(c)) {
-        metric_count(s->count.duplicates, 1);
+        session_leave_before(s, c, m->sequence);
     } else if (c) {
-        c->sequence = m->sequence;
+        c->sequence = c->left_sequence = m->sequence;
         session_leave(s, c);
     }
     wire_message ack = {.kind = WIRE_ACK, .ack = {WIRE_VERSION, m->client, s->epoch, .sequences = {1, &m->sequence}}};
     from->ops->publish(from, &ack);
 }
 
-/* It has been long on its way, and nobody would end what it begins. */
-static bool is_of_one_who_left(const session *c, wire_kind kind, int64_t sequence)
+/* It has been long on its way, and what it begins nobody would end. Or it is of a new process under the same id, whose
+ * clock was set back: that one is told where to go on from. */
+static bool is_of_one_who_left(service *s, struct link *from, const wire_message *m)
 {
-    return c->left && kind != WIRE_CLIENT && sequence < c->sequence;
+    int64_t client, sequence;
+    int32_t object;
+    wire_origin(m, &client, &sequence, &object);
+    int64_t left = session_left_at(s, client);
+    if (sequence > left) return false;
+    metric_count(s->count.duplicates, 1);
+    wire_message ack = {.kind = WIRE_ACK, .ack = {WIRE_VERSION, client, s->epoch, .sequences = {1, &left}}};
+    if (m->kind == WIRE_CLIENT) from->ops->publish(from, &ack);
+    return true;
 }
 
 bool apply_command(service *s, struct link *from, const wire_message *m, bool may_wait)
@@ -345,6 +355,7 @@ bool apply_command(service *s, struct link *from, const wire_message *m, bool ma
         apply_leave(s, from, &m->client);
         return true;
     }
+    if (is_of_one_who_left(s, from, m)) return true;
     session *c = session_get(s, client, from);
     if (!c) {
         apply_limit(s, s->sessions.count, s->config.max_clients, "max_clients", &why);
@@ -352,11 +363,6 @@ bool apply_command(service *s, struct link *from, const wire_message *m, bool ma
         return true;
     }
     session_remind(s, c, m->kind);
-    if (is_of_one_who_left(c, m->kind, sequence)) {
-        metric_count(s->count.duplicates, 1);
-        session_ack(c, sequence);
-        return true;
-    }
     switch (m->kind) {
     case WIRE_CLIENT:
         apply_client(s, c, &m->client);

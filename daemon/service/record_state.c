@@ -204,10 +204,23 @@ static void tell_waiting(service *s)
     wire_memory_destroy(memory);
 }
 
+static void tell_left(service *s)
+{
+    for (size_t i = 0; i < LOST_KEPT; i++) {
+        const left_client *l = &s->left_clients[i];
+        const wire_message m = {.kind = WIRE_CLIENT,
+            .client = {
+                .version = WIRE_VERSION, .client = l->client, .sequence = l->sequence, .removed = 1, .name = ""}};
+        bool late = s->monotonic_ns - l->since_ns < LATE_NS && !session_find(s, l->client);
+        if (l->client && late) record_message(s, &m);
+    }
+}
+
 void record_state(service *s)
 {
     columns *scratch = base_alloc(1, sizeof *scratch);
     record_steps(s);
+    tell_left(s);
     for (size_t i = 0; i < s->geometries.count; i++)
         if (s->geometries.at[i].used)
             tell_geometry(s, &s->geometries.at[i], s->sessions.count ? s->sessions.at[0]->client : 1);

@@ -74,11 +74,20 @@ typedef struct flow { /* how many in a second that began with the first of them;
 
 enum { LOST_KEPT = 1024 };
 
+/* What a client said before it left may come later than its goodbye, but not so much later. */
+#define LATE_NS ((int64_t)5000000000)
+
+typedef struct left_client {  /* in order */
+    int64_t client, sequence; /* of its goodbye */
+    int64_t since_ns;         /* monotonic */
+} left_client;
+
 typedef struct session {
     int64_t client;
     char *name;
     struct link *link;                              /* by which it came; answers go there */
     int64_t sequence;                               /* of the newest Client */
+    int64_t left_sequence;                          /* of the goodbye of the process before it; 0: none is known */
     int64_t lease_ns, heard_ns;                     /* monotonic */
     int64_t letters_tick;                           /* the tick before which the newest of its commands came */
     step_mark step;                                 /* of its poses; step 0: it counts none */
@@ -252,6 +261,8 @@ typedef struct service {
     pair_map session_of;             /* client -> index */
     int64_t lost_clients[LOST_KEPT]; /* a ring of the newest that were lost, some of which may live */
     size_t lost_count;
+    left_client left_clients[LOST_KEPT]; /* a ring of the newest */
+    size_t left_count;
     ARRAY(stream) streams; /* by the world's interest id */
     ARRAY(geometry) geometries;
     pair_map geometry_of; /* hash -> index */
@@ -297,6 +308,11 @@ void session_lost(service *s, session *c, const char *how);
  */
 void session_remind(service *s, session *c, wire_kind kind);
 void session_leave(service *s, session *c);
+/* Its goodbye came later than words of the next process under that id: what it had, and nothing else, ends. */
+void session_leave_before(service *s, session *c, int64_t sequence);
+void session_remember_left(service *s, int64_t client, int64_t sequence);
+/* The sequence of its goodbye, if it left a short time ago, or another process under its id has come since; else 0. */
+int64_t session_left_at(service *s, int64_t client);
 void session_check_leases(service *s);
 int64_t session_next_lease_ns(const service *s); /* monotonic; INT64_MAX: none */
 void session_ack(session *c, int64_t sequence);

@@ -23,6 +23,28 @@ static bool was_lost(const service *s, int64_t client)
     return false;
 }
 
+void session_remember_left(service *s, int64_t client, int64_t sequence)
+{
+    for (size_t i = 0; i < LOST_KEPT; i++) {
+        left_client *l = &s->left_clients[i];
+        if (l->client != client) continue;
+        if (sequence > l->sequence) *l = (left_client){client, sequence, s->monotonic_ns};
+        return;
+    }
+    s->left_clients[s->left_count++ % LOST_KEPT] = (left_client){client, sequence, s->monotonic_ns};
+}
+
+int64_t session_left_at(service *s, int64_t client)
+{
+    const session *c = session_find(s, client);
+    if (c) return c->left_sequence;
+    for (size_t i = 0; i < LOST_KEPT && s->left_count; i++) {
+        const left_client *l = &s->left_clients[i];
+        if (l->client == client) return s->monotonic_ns - l->since_ns < LATE_NS ? l->sequence : 0;
+    }
+    return 0;
+}
+
 /* A client is known from its first message on, whichever this is: topics have no order among each other. Its Client
  * message fills in name, lease and wishes. */
 session *session_get(service *s, int64_t client, struct link *from)
@@ -30,8 +52,10 @@ session *session_get(service *s, int64_t client, struct link *from)
     session *c = session_find(s, client);
     if (!c && s->sessions.count >= (size_t)s->config.max_clients) return NULL;
     if (!c) {
+        int64_t left = session_left_at(s, client);
         c = base_zalloc(1, sizeof *c);
         c->client = client;
+        c->left_sequence = left;
         c->name = base_strdup("");
         c->lease_ns = (int64_t)(s->config.lease * 1e9);
         c->letters_tick = -1;
@@ -130,16 +154,18 @@ owned_interest *session_interest(session *c, int32_t number)
 
 /* ---- the end of a session ---- */
 
+static void end_body(service *s, session *c, owned_body *b, uint8_t cause)
+{
+    if (b->world_id == WORLD_NONE) return;
+    world_remove_body(s->world, b->world_id, cause);
+    for (size_t k = 0; k < b->geometries.count; k++) geometry_release(s, b->geometries.at[k]);
+    b->geometries.count = 0;
+    session_count_body(c, b, WORLD_NONE, 0);
+}
+
 static void end_bodies(service *s, session *c, uint8_t cause)
 {
-    for (size_t i = 0; i < c->bodies.count; i++) {
-        owned_body *b = &c->bodies.at[i];
-        if (b->world_id == WORLD_NONE) continue;
-        world_remove_body(s->world, b->world_id, cause);
-        for (size_t k = 0; k < b->geometries.count; k++) geometry_release(s, b->geometries.at[k]);
-        b->geometries.count = 0;
-        session_count_body(c, b, WORLD_NONE, 0);
-    }
+    for (size_t i = 0; i < c->bodies.count; i++) end_body(s, c, &c->bodies.at[i], cause);
 }
 
 /* The entries stay, so that late copies do not bring back what nobody would end: who leaves bodies behind has no lease
@@ -236,7 +262,7 @@ void session_lost(service *s, session *c, const char *how)
 /* It left in order: nothing is held, but KEEP keeps. */
 void session_leave(service *s, session *c)
 {
-    if (c->lost) return;
+    if (c->left) return;
     log_info("client %016" PRIx64 " \"%s\" left", (uint64_t)c->client, c->name);
     steps_join(s, c, 0);
     end_interests(s, c, CAUSE_INTEREST);
@@ -246,6 +272,23 @@ void session_leave(service *s, session *c)
     }
     end_bodies(s, c, CAUSE_REMOVED);
     forget(s, c);
+}
+
+void session_leave_before(service *s, session *c, int64_t sequence)
+{
+    if (sequence > c->left_sequence) c->left_sequence = sequence;
+    for (size_t i = 0; i < c->interests.count; i++) {
+        owned_interest *at = &c->interests.at[i];
+        if (!at->live || at->sequence >= sequence) continue;
+        stream_end(s, at->world_id, CAUSE_INTEREST);
+        c->interest_count--;
+        at->live = false;
+    }
+    for (size_t i = 0; i < c->bodies.count && c->on_loss != WIRE_LOST_KEEP; i++) {
+        owned_body *b = &c->bodies.at[i];
+        bool before = b->sequence < sequence && *session_pose_sequence(c, b) < sequence;
+        if (before) end_body(s, c, b, CAUSE_REMOVED);
+    }
 }
 
 /* ---- leases ---- */

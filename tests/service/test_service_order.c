@@ -142,6 +142,85 @@ static void a_goodbye_does_not_end_what_the_next_process_has_begun(void **state)
     assert_int_equal(counter(r, "bodies"), 0);
 }
 
+/* Nor does it leave behind what the process that says it had, when the next one has come first. */
+static void a_late_goodbye_ends_what_was_before_it(void **state)
+{
+    (void)state;
+    config c = cell_config();
+    room *r = enter(&c);
+    cell_hello(r->end, ALICE, 1, 60, WIRE_LOST_REMOVE);
+    cell_sphere(r->end, ALICE, 2, 0, "a", 0);
+    cell_sphere(r->end, ALICE, 3, 1, "b", 5);
+    cell_sphere(r->end, ALICE, 4, 2, "c", 10);
+    cell_touches(r->end, ALICE, 5, 0);
+    cell_touches(r->end, ALICE, 6, 1);
+    settle(r);
+    cell_hello(r->end, ALICE, 50, 60, WIRE_LOST_REMOVE);
+    cell_sphere(r->end, ALICE, 51, 0, "a", 0);
+    cell_touches(r->end, ALICE, 52, 0);
+    cell_pose(r->end, ALICE, 53, 2, 11); /* which it has adopted */
+    settle(r);
+    say_goodbye(r, ALICE, 9);
+    assert_int_equal(counter(r, "bodies"), 2);
+    assert_int_equal(counter(r, "interests"), 1);
+}
+
+/* The next process under that id would keep alive what they begin. */
+static void copies_of_a_process_that_left_begin_nothing(void **state)
+{
+    (void)state;
+    for (int back = 0; back < 2; back++) {
+        config c = cell_config();
+        room *r = enter(&c);
+        cell_hello(r->end, ALICE, 1, 60, WIRE_LOST_REMOVE);
+        cell_sphere(r->end, ALICE, 2, 0, "a", 0);
+        cell_touches(r->end, ALICE, 3, 0);
+        settle(r);
+        say_goodbye(r, ALICE, 9);
+        if (back) cell_hello(r->end, ALICE, 50, 60, WIRE_LOST_REMOVE);
+        settle(r);
+        cell_hello(r->end, ALICE, 1, 60, WIRE_LOST_REMOVE);
+        cell_sphere(r->end, ALICE, 2, 0, "a", 0);
+        cell_touches(r->end, ALICE, 3, 0);
+        settle(r);
+        if (!back) cell_hello(r->end, ALICE, 50, 60, WIRE_LOST_REMOVE);
+        assert_int_equal(counter(r, "bodies"), 0);
+        assert_int_equal(counter(r, "interests"), 0);
+        assert_int_equal(counter(r, "clients"), 1);
+        if (!back) assert_int_equal(leave(NULL), 0);
+    }
+}
+
+/* Its clock was set back: it is told how far the one before has counted, and goes on from there. */
+static void a_process_that_begins_below_a_goodbye_is_told_so(void **state)
+{
+    (void)state;
+    config c = cell_config();
+    room *r = enter(&c);
+    cell_hello(r->end, ALICE, 1000, 60, WIRE_LOST_REMOVE);
+    say_goodbye(r, ALICE, 1001);
+    settle(r);
+    cell_hello(r->end, ALICE, 5, 60, WIRE_LOST_REMOVE);
+    wire_message m = cell_await(r->end, r->memory, WIRE_ACK);
+    assert_int_equal(m.ack.client, ALICE);
+    assert_int_equal(m.ack.sequences.at[0], 1001);
+    cell_hello(r->end, ALICE, 1002, 60, WIRE_LOST_REMOVE);
+    assert_int_equal(counter(r, "clients"), 1);
+}
+
+static void a_lost_client_that_leaves_is_gone(void **state)
+{
+    (void)state;
+    config c = cell_config();
+    room *r = enter(&c);
+    cell_hello(r->end, ALICE, 1, 0.1, WIRE_LOST_HOLD);
+    cell_sphere(r->end, ALICE, 2, 0, "a", 0);
+    while (counter(r, "lost_clients") == 0) continue;
+    say_goodbye(r, ALICE, 9);
+    assert_int_equal(counter(r, "bodies"), 0);
+    assert_int_equal(counter(r, "clients"), 0);
+}
+
 /* ---- what is refused is not done ---- */
 
 static void a_refusal_that_is_not_told_is_not_acknowledged_either(void **state)
@@ -273,6 +352,10 @@ int main(void)
         cmocka_unit_test_teardown(interests_of_a_client_that_left_bodies_behind_do_not_come_back, leave),
         cmocka_unit_test_teardown(interests_of_a_lost_client_do_not_come_back, leave),
         cmocka_unit_test_teardown(a_goodbye_does_not_end_what_the_next_process_has_begun, leave),
+        cmocka_unit_test_teardown(a_late_goodbye_ends_what_was_before_it, leave),
+        cmocka_unit_test_teardown(copies_of_a_process_that_left_begin_nothing, leave),
+        cmocka_unit_test_teardown(a_process_that_begins_below_a_goodbye_is_told_so, leave),
+        cmocka_unit_test_teardown(a_lost_client_that_leaves_is_gone, leave),
         cmocka_unit_test_teardown(a_refusal_that_is_not_told_is_not_acknowledged_either, leave),
         cmocka_unit_test(late_words_change_nothing_in_a_replay),
         cmocka_unit_test_teardown(a_recording_begins_and_ends_once, leave),
