@@ -224,10 +224,11 @@ static void tell_lost(service *s, session *c, const char *how)
 
 /* The Reject above is said once, and over LCM, or to one that cannot be reached just then, it may not arrive: the
  * client would keep its lease by heartbeats, and wait for its streams for ever. So as long as it says no more than that
- * it is here, it is told again, a few times: it may have nothing else to say. */
+ * it is here, it is told again, a few times: it may have nothing else to say; and what it says before,
+ * of a new body or of one whose poses were refused, does not show that it knows. */
 void session_remind(service *s, session *c, wire_kind kind)
 {
-    if (kind != WIRE_CLIENT) c->reminders = 0;
+    if (kind != WIRE_CLIENT && c->reminders < REMINDERS) c->reminders = 0;
     if (!c->reminders || !c->announced || c->lost) return; /* the first word may be followed by all the others */
     c->reminders--;
     tell_lost(s, c, "it was lost, and is heard again");

@@ -221,6 +221,32 @@ static void a_lost_client_that_leaves_is_gone(void **state)
     assert_int_equal(counter(r, "clients"), 0);
 }
 
+/* It was not told of its loss, the network was down: what it says of one body, whose pose was refused, does not show
+ * that it knows. */
+static void who_was_lost_is_told_although_it_says_something(void **state)
+{
+    (void)state;
+    config c = cell_config();
+    room *r = enter(&c);
+    wire_message m;
+    cell_hello(r->end, ALICE, 1, 0.1, WIRE_LOST_REMOVE);
+    cell_sphere(r->end, ALICE, 2, 0, "arm", 0);
+    cell_sphere(r->end, ALICE, 3, 1, "table", 5);
+    assert_true(cell_next(r->end, r->memory, WIRE_REJECT, 30000, &m)); /* is lost */
+    int64_t sequence = 10;
+    cell_hello(r->end, ALICE, ++sequence, 60, WIRE_LOST_REMOVE);
+    settle(r);
+    cell_sphere(r->end, ALICE, ++sequence, 0, "arm", 0);
+    settle(r);
+    cell_hello(r->end, ALICE, ++sequence, 60, WIRE_LOST_REMOVE);
+    assert_true(cell_next(r->end, r->memory, WIRE_REJECT, 3000, &m));
+    assert_int_equal(m.reject.reason, WIRE_UNKNOWN_CLIENT);
+    cell_sphere(r->end, ALICE, ++sequence, 0, "arm", 0); /* now it knows */
+    cell_sphere(r->end, ALICE, ++sequence, 1, "table", 5);
+    for (int k = 0; k < 3; k++) cell_hello(r->end, ALICE, ++sequence, 60, WIRE_LOST_REMOVE);
+    assert_false(cell_hears(r->end, r->memory, WIRE_REJECT, 100));
+}
+
 /* ---- what is refused is not done ---- */
 
 static void a_refusal_that_is_not_told_is_not_acknowledged_either(void **state)
@@ -356,6 +382,7 @@ int main(void)
         cmocka_unit_test_teardown(copies_of_a_process_that_left_begin_nothing, leave),
         cmocka_unit_test_teardown(a_process_that_begins_below_a_goodbye_is_told_so, leave),
         cmocka_unit_test_teardown(a_lost_client_that_leaves_is_gone, leave),
+        cmocka_unit_test_teardown(who_was_lost_is_told_although_it_says_something, leave),
         cmocka_unit_test_teardown(a_refusal_that_is_not_told_is_not_acknowledged_either, leave),
         cmocka_unit_test(late_words_change_nothing_in_a_replay),
         cmocka_unit_test_teardown(a_recording_begins_and_ends_once, leave),
