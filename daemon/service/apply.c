@@ -315,15 +315,21 @@ static void apply_client(service *s, session *c, const wire_client *m)
 }
 
 /* Answered at once, because there is no session any more; a copy of it makes none. What came later is of the next
- * process under that id, which may not have said yet that it is there. */
+ * process under that id, which may not have said yet that it is there. A number far beyond what came before is no
+ * goodbye's, but the time of a disposal (link_dds_take.c), which says nothing of what may come late. */
 static void apply_leave(service *s, struct link *from, const wire_client *m)
 {
+    static const int64_t FAR = 1 << 20;
     session *c = session_find(s, m->client);
-    session_remember_left(s, m->client, m->sequence);
-    if (c && m->sequence < newest_sequence(c)) {
+    int64_t newest = c ? newest_sequence(c) : 0;
+    if (c && m->sequence - newest < FAR) {
+        c->left_sequence = m->sequence > c->left_sequence ? m->sequence : c->left_sequence;
+        session_remember_left(s, m->client, m->sequence);
+    }
+    if (c && m->sequence < newest) {
         session_leave_before(s, c, m->sequence);
     } else if (c) {
-        c->sequence = c->left_sequence = m->sequence;
+        c->sequence = m->sequence;
         session_leave(s, c);
     }
     wire_message ack = {.kind = WIRE_ACK, .ack = {WIRE_VERSION, m->client, s->epoch, .sequences = {1, &m->sequence}}};

@@ -204,15 +204,19 @@ static void tell_waiting(service *s)
     wire_memory_destroy(memory);
 }
 
+/* Clients that left so short a time ago that copies of what they said may yet come: each comes, and leaves. */
 static void tell_left(service *s)
 {
     for (size_t i = 0; i < LOST_KEPT; i++) {
         const left_client *l = &s->left_clients[i];
-        const wire_message m = {.kind = WIRE_CLIENT,
-            .client = {
-                .version = WIRE_VERSION, .client = l->client, .sequence = l->sequence, .removed = 1, .name = ""}};
         bool late = s->monotonic_ns - l->since_ns < LATE_NS && !session_find(s, l->client);
-        if (l->client && late) record_message(s, &m);
+        wire_message m = {.kind = WIRE_CLIENT,
+            .client = {
+                .version = WIRE_VERSION, .client = l->client, .sequence = l->sequence, .lease_ns = 1, .name = ""}};
+        for (uint8_t leaves = 0; leaves < 2 && late && l->client; leaves++) {
+            m.client.removed = leaves;
+            record_message(s, &m);
+        }
     }
 }
 

@@ -277,7 +277,6 @@ void session_leave(service *s, session *c)
 
 void session_leave_before(service *s, session *c, int64_t sequence)
 {
-    if (sequence > c->left_sequence) c->left_sequence = sequence;
     for (size_t i = 0; i < c->interests.count; i++) {
         owned_interest *at = &c->interests.at[i];
         if (!at->live || at->sequence >= sequence) continue;

@@ -6,7 +6,7 @@
 #include <sysexits.h>
 #include <unistd.h>
 
-enum { ALICE = 11, BOB = 22 };
+enum { ALICE = 11, BOB = 22, CAROL = 33 };
 
 typedef struct room {
     cell *cell;
@@ -208,6 +208,19 @@ static void a_process_that_begins_below_a_goodbye_is_told_so(void **state)
     assert_int_equal(counter(r, "clients"), 1);
 }
 
+/* Over DDS who knows a client by its keys alone numbers its end by the time. */
+static void a_goodbye_by_the_time_is_not_held_against_who_comes_back(void **state)
+{
+    (void)state;
+    config c = cell_config();
+    room *r = enter(&c);
+    cell_hello(r->end, ALICE, 1, 60, WIRE_LOST_REMOVE);
+    say_goodbye(r, ALICE, INT64_C(1700000000000000));
+    settle(r);
+    cell_hello(r->end, ALICE, 1, 60, WIRE_LOST_REMOVE);
+    assert_int_equal(counter(r, "clients"), 1);
+}
+
 static void a_lost_client_that_leaves_is_gone(void **state)
 {
     (void)state;
@@ -332,6 +345,10 @@ static void late_words_change_nothing_in_a_replay(void **state)
     unsubscribe(r, ALICE, 6, 0);
     settle(r);
     say_goodbye(r, ALICE, 9);
+    cell_hello(r->end, CAROL, 1, 60, WIRE_LOST_REMOVE);
+    cell_sphere(r->end, CAROL, 2, 0, "d", 0.2);
+    settle(r);
+    say_goodbye(r, CAROL, 3);
     cell_hello(r->end, BOB, ++r->sequence, 60, WIRE_LOST_REMOVE);
     cell_sphere(r->end, BOB, ++r->sequence, 0, "c", 5.5);
     settle(r);
@@ -339,6 +356,7 @@ static void late_words_change_nothing_in_a_replay(void **state)
     cell_sphere(r->end, ALICE, 3, 1, "b", 5);
     cell_touches(r->end, ALICE, 4, 0);
     cell_touches(r->end, ALICE, 7, 1);
+    cell_sphere(r->end, CAROL, 2, 0, "d", 0.2);
     cell_touches(r->end, BOB, ++r->sequence, 0);
     settle(r);
     cell_pose(r->end, BOB, ++r->sequence, 0, 0.3);
@@ -381,6 +399,7 @@ int main(void)
         cmocka_unit_test_teardown(a_late_goodbye_ends_what_was_before_it, leave),
         cmocka_unit_test_teardown(copies_of_a_process_that_left_begin_nothing, leave),
         cmocka_unit_test_teardown(a_process_that_begins_below_a_goodbye_is_told_so, leave),
+        cmocka_unit_test_teardown(a_goodbye_by_the_time_is_not_held_against_who_comes_back, leave),
         cmocka_unit_test_teardown(a_lost_client_that_leaves_is_gone, leave),
         cmocka_unit_test_teardown(who_was_lost_is_told_although_it_says_something, leave),
         cmocka_unit_test_teardown(a_refusal_that_is_not_told_is_not_acknowledged_either, leave),
