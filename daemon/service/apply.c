@@ -346,8 +346,10 @@ static bool is_of_one_who_left(service *s, struct link *from, const wire_message
     int64_t left = session_left_at(s, client);
     if (sequence > left) return false;
     metric_count(s->count.duplicates, 1);
-    wire_message ack = {.kind = WIRE_ACK, .ack = {WIRE_VERSION, client, s->epoch, .sequences = {1, &left}}};
-    if (m->kind == WIRE_CLIENT) from->ops->publish(from, &ack);
+    bool done = (m->kind == WIRE_BODY && m->body.removed) || (m->kind == WIRE_INTEREST && m->interest.removed);
+    wire_message ack = {
+        .kind = WIRE_ACK, .ack = {WIRE_VERSION, client, s->epoch, .sequences = {1, done ? &sequence : &left}}};
+    if (done || m->kind == WIRE_CLIENT) from->ops->publish(from, &ack);
     return true;
 }
 

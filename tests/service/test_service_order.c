@@ -70,6 +70,18 @@ static void unsubscribe(room *r, int64_t client, int64_t sequence, int32_t inter
                                 .select_b = ""}});
 }
 
+static void remove_body(room *r, int64_t client, int64_t sequence, int32_t body)
+{
+    memory_send(r->end, &(wire_message){.kind = WIRE_BODY,
+                            .body = {.version = WIRE_VERSION,
+                                .client = client,
+                                .sequence = sequence,
+                                .body = body,
+                                .removed = 1,
+                                .name = "",
+                                .group = ""}});
+}
+
 /* ---- what is over stays over ---- */
 
 static void an_interest_that_its_removal_has_overtaken_does_not_begin(void **state)
@@ -189,6 +201,27 @@ static void copies_of_a_process_that_left_begin_nothing(void **state)
         assert_int_equal(counter(r, "clients"), 1);
         if (!back) assert_int_equal(leave(NULL), 0);
     }
+}
+
+/* The acknowledgements of what came with the goodbye went with the session: who asks again is told that it is done. */
+static void removals_of_a_process_that_left_are_done(void **state)
+{
+    (void)state;
+    config c = cell_config();
+    room *r = enter(&c);
+    cell_hello(r->end, ALICE, 1, 60, WIRE_LOST_REMOVE);
+    cell_sphere(r->end, ALICE, 2, 0, "a", 0);
+    cell_touches(r->end, ALICE, 3, 0);
+    settle(r);
+    say_goodbye(r, ALICE, 9);
+    settle(r);
+    remove_body(r, ALICE, 7, 0);
+    wire_message m = cell_await(r->end, r->memory, WIRE_ACK);
+    assert_int_equal(m.ack.sequences.at[0], 7);
+    unsubscribe(r, ALICE, 8, 0);
+    m = cell_await(r->end, r->memory, WIRE_ACK);
+    assert_int_equal(m.ack.sequences.at[0], 8);
+    assert_int_equal(counter(r, "clients"), 0);
 }
 
 /* Its clock was set back: it is told how far the one before has counted, and goes on from there. */
@@ -314,18 +347,6 @@ static uint8_t ask_to_record(room *r, const char *name, int64_t sequence)
     return m.answer.status;
 }
 
-static void remove_body(room *r, int64_t client, int64_t sequence, int32_t body)
-{
-    memory_send(r->end, &(wire_message){.kind = WIRE_BODY,
-                            .body = {.version = WIRE_VERSION,
-                                .client = client,
-                                .sequence = sequence,
-                                .body = body,
-                                .removed = 1,
-                                .name = "",
-                                .group = ""}});
-}
-
 /* Nothing has touched before: so the hashes are those of the live session. */
 static void late_words_change_nothing_in_a_replay(void **state)
 {
@@ -398,6 +419,7 @@ int main(void)
         cmocka_unit_test_teardown(a_goodbye_does_not_end_what_the_next_process_has_begun, leave),
         cmocka_unit_test_teardown(a_late_goodbye_ends_what_was_before_it, leave),
         cmocka_unit_test_teardown(copies_of_a_process_that_left_begin_nothing, leave),
+        cmocka_unit_test_teardown(removals_of_a_process_that_left_are_done, leave),
         cmocka_unit_test_teardown(a_process_that_begins_below_a_goodbye_is_told_so, leave),
         cmocka_unit_test_teardown(a_goodbye_by_the_time_is_not_held_against_who_comes_back, leave),
         cmocka_unit_test_teardown(a_lost_client_that_leaves_is_gone, leave),
