@@ -136,7 +136,24 @@ static void tell_removed_interest(service *s, const session *c, const owned_inte
     record_message(s, &m);
 }
 
-static void tell_body(service *s, const session *c, const owned_body *b, columns *scratch)
+/* Older poses that come late do not count: the number of the one that it has is told with that. */
+static void tell_pose(service *s, session *c, const owned_body *b, const world_body *def, const double pose[7])
+{
+    int64_t sequence = *session_pose_sequence(c, b);
+    const uint8_t teleport = 1;
+    const wire_message m = {.kind = WIRE_POSE_BATCH,
+        .pose_batch = {.version = WIRE_VERSION,
+            .client = c->client,
+            .sequence = sequence,
+            .stamp_ns = def->stamp_ns,
+            .bodies = {1, &b->number},
+            .positions = {3, pose},
+            .orientations = {4, pose + 3},
+            .teleports = {1, &teleport}}};
+    if (sequence > b->sequence && sequence != STEP_IN_ITS_NAME) record_message(s, &m);
+}
+
+static void tell_body(service *s, session *c, const owned_body *b, columns *scratch)
 {
     world_body def;
     if (b->world_id == WORLD_NONE) tell_removed_body(s, c, b);
@@ -162,6 +179,7 @@ static void tell_body(service *s, const session *c, const owned_body *b, columns
     fill_shapes(scratch, &def, b, &m.body);
     fill_rules(scratch, &def, &m.body);
     record_message(s, &m);
+    tell_pose(s, c, b, &def, scratch->pose);
 }
 
 static void tell_interest(service *s, const session *c, const owned_interest *i)

@@ -372,6 +372,8 @@ static void late_words_change_nothing_in_a_replay(void **state)
     say_goodbye(r, CAROL, 3);
     cell_hello(r->end, BOB, ++r->sequence, 60, WIRE_LOST_REMOVE);
     cell_sphere(r->end, BOB, ++r->sequence, 0, "c", 5.5);
+    int64_t late = ++r->sequence;
+    cell_pose(r->end, BOB, ++r->sequence, 0, 6);
     settle(r);
     assert_int_equal(ask_to_record(r, "middle", ++r->sequence), WIRE_ANSWER_OK);
     cell_sphere(r->end, ALICE, 3, 1, "b", 5);
@@ -379,6 +381,7 @@ static void late_words_change_nothing_in_a_replay(void **state)
     cell_touches(r->end, ALICE, 7, 1);
     cell_sphere(r->end, CAROL, 2, 0, "d", 0.2);
     cell_touches(r->end, BOB, ++r->sequence, 0);
+    cell_pose(r->end, BOB, late, 0, 0.1);
     settle(r);
     cell_pose(r->end, BOB, ++r->sequence, 0, 0.3);
     assert_int_equal(counter(r, "bodies"), 2);
