@@ -276,26 +276,12 @@ static wire_reason apply_interest(service *s, session *c, const wire_interest *m
 
 /* ---- clients ---- */
 
-static int64_t newest_sequence(const session *c)
-{
-    int64_t newest = c->ended > c->sequence ? c->ended : c->sequence;
-    for (size_t i = 0; i < c->bodies.count; i++) {
-        const owned_body *b = &c->bodies.at[i];
-        if (b->sequence > newest) newest = b->sequence;
-        int64_t pose = c->rows.sequences.at[i];
-        if (pose > newest && pose != STEP_IN_ITS_NAME) newest = pose;
-    }
-    for (size_t i = 0; i < c->interests.count; i++)
-        if (c->interests.at[i].sequence > newest) newest = c->interests.at[i].sequence;
-    return newest;
-}
-
 /* An older word than the newest: a late copy, or a new process under the same id whose clock was set back, so that it
  * begins below what its bodies have. The acknowledgement of the newest of all tells it: it goes on from there. */
 static void apply_client(service *s, session *c, const wire_client *m)
 {
     if (m->sequence < c->sequence) {
-        session_ack(c, newest_sequence(c));
+        session_ack(c, session_newest_sequence(c));
         return;
     }
     bool is_new = !c->announced;
@@ -321,7 +307,7 @@ static void apply_leave(service *s, struct link *from, const wire_client *m)
 {
     static const int64_t FAR = 1 << 20;
     session *c = session_find(s, m->client);
-    int64_t newest = c ? newest_sequence(c) : 0;
+    int64_t newest = c ? session_newest_sequence(c) : 0;
     if (c && m->sequence - newest < FAR) {
         c->left_sequence = m->sequence > c->left_sequence ? m->sequence : c->left_sequence;
         session_remember_left(s, m->client, m->sequence);

@@ -74,6 +74,11 @@ typedef struct flow { /* how many in a second that began with the first of them;
 
 enum { LOST_KEPT = 1024 };
 
+typedef struct lost_client {
+    int64_t client;
+    uint32_t had; /* bodies and interests */
+} lost_client;
+
 /* What a client said before it left may come later than its goodbye, but not so much later. */
 #define LATE_NS ((int64_t)5000000000)
 
@@ -108,7 +113,9 @@ typedef struct session {
     uint8_t on_loss;
     bool announced; /* its Client has come */
     bool lost;
-    uint8_t reminders; /* it was lost, and may not know: how often it is yet told so */
+    uint8_t reminders; /* it was lost, and may not know: how often it is yet told so, ... */
+    uint32_t had;      /* ... until it has announced so many bodies and interests again, ... */
+    int64_t lost_at;   /* ... beyond this sequence */
     bool left;         /* in order: what it keeps is meant to stay */
     pair_map body_of;  /* number + 1 -> index */
     ARRAY(owned_body) bodies;
@@ -258,8 +265,8 @@ typedef struct service {
 
     flow rejects; /* of clients without a session */
     ARRAY(session *) sessions;
-    pair_map session_of;             /* client -> index */
-    int64_t lost_clients[LOST_KEPT]; /* a ring of the newest that were lost, some of which may live */
+    pair_map session_of;                 /* client -> index */
+    lost_client lost_clients[LOST_KEPT]; /* a ring of the newest that were lost, some of which may live */
     size_t lost_count;
     left_client left_clients[LOST_KEPT]; /* a ring of the newest */
     size_t left_count;
@@ -302,10 +309,11 @@ static inline int64_t *session_pose_sequence(session *c, const owned_body *b)
 void session_count_body(session *c, owned_body *b, uint32_t world_id, size_t shapes);
 owned_interest *session_interest(session *c, int32_t number);
 owned_interest *session_add_interest(session *c, int32_t number);
+int64_t session_newest_sequence(const session *c);     /* of all that it said and was applied */
 void session_heard(service *s, const wire_message *m); /* a sign of life, before it is applied */
 void session_lost(service *s, session *c, const char *how);
-/* A lost client that is heard again, with a message of that kind, is told that it was lost, until it says what is its.
- */
+/* A lost client that is heard again, with a message of that kind, is told that it was lost, until it has announced as
+ * much as it had. */
 void session_remind(service *s, session *c, wire_kind kind);
 void session_leave(service *s, session *c);
 /* Its goodbye came later than words of the next process under that id: what it had, and nothing else, ends. */

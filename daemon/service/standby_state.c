@@ -15,7 +15,8 @@ typedef struct state_head {
     step_mark latest_step;
     simulation_mark simulation;
     lock_step lock_step;
-    int64_t wall_ahead_ns, last_batch, lost_clients[LOST_KEPT];
+    int64_t wall_ahead_ns, last_batch;
+    lost_client lost_clients[LOST_KEPT];
     uint64_t lost_count, left_count;
     left_client left_clients[LOST_KEPT];
     bool hull_came, geometries_loose, whole, budgeted;

@@ -278,12 +278,14 @@ static void who_was_lost_is_told_although_it_says_something(void **state)
     cell_hello(r->end, ALICE, 1, 0.1, WIRE_LOST_REMOVE);
     cell_sphere(r->end, ALICE, 2, 0, "arm", 0);
     cell_sphere(r->end, ALICE, 3, 1, "table", 5);
-    assert_true(cell_next(r->end, r->memory, WIRE_REJECT, 30000, &m)); /* is lost */
     int64_t sequence = 10;
-    cell_hello(r->end, ALICE, ++sequence, 60, WIRE_LOST_REMOVE);
-    settle(r);
-    cell_sphere(r->end, ALICE, ++sequence, 0, "arm", 0);
-    settle(r);
+    for (int times = 0; times < 2; times++) { /* is lost, and comes back with an arm */
+        assert_true(cell_next(r->end, r->memory, WIRE_REJECT, 30000, &m));
+        cell_hello(r->end, ALICE, ++sequence, times ? 60 : 0.1, WIRE_LOST_REMOVE);
+        settle(r);
+        cell_sphere(r->end, ALICE, ++sequence, 0, "arm", 0);
+        settle(r);
+    }
     cell_hello(r->end, ALICE, ++sequence, 60, WIRE_LOST_REMOVE);
     assert_true(cell_next(r->end, r->memory, WIRE_REJECT, 3000, &m));
     assert_int_equal(m.reject.reason, WIRE_UNKNOWN_CLIENT);
