@@ -284,7 +284,10 @@ static bool repair(collided *c, const wire_reject *why)
     if (why->reason != WIRE_UNKNOWN_BODY) return false;
     body_record *body = table_get(&c->bodies, why->object);
     if (!body || !body->announced.message) return false;
-    if (body->announced.state == ANNOUNCE_ACKED && may_renew(&body->announced)) announce_again(c, &body->announced);
+    if (body->announced.state != ANNOUNCE_ACKED || why->sequence < message_sequence(body->announced.message))
+        return true;            /* it may know it by now */
+    c->all_again_wanted = true; /* it had it, and has lost all; of those that do not move it would not ask */
+    if (may_renew(&body->announced)) announce_again(c, &body->announced);
     return true;
 }
 

@@ -543,6 +543,42 @@ static void a_refusal_of_a_word_that_was_replaced_is_of_before(void **state)
     }
 }
 
+static void reject_pose(const wire_message *pose, int32_t body)
+{
+    const wire_message why = {.kind = WIRE_REJECT,
+        .reject = {.version = WIRE_VERSION,
+            .client = pose->pose_batch.client,
+            .sequence = pose->pose_batch.sequence,
+            .epoch = 1,
+            .kind = WIRE_POSE_BATCH,
+            .object = body,
+            .reason = WIRE_UNKNOWN_BODY,
+            .text = ""}};
+    fake_give(&why);
+}
+
+/* A body that it had: so it has lost them all, and of those that do not move nobody would ask. */
+static void a_daemon_that_has_lost_one_body_is_told_of_all(void **state)
+{
+    (void)state;
+    fake_begin((fake_options){.repeats = true, .epoch = 1});
+    collided *c = fake_connect();
+    collided_body arm = make(c, "arm");
+    make(c, "table");
+    assert_int_equal(collided_sync(c, FAKE_PATIENCE_S), COLLIDED_OK);
+    assert_int_equal(collided_move(c, arm, at(1.0)), COLLIDED_OK);
+    reject_pose(fake_message(WIRE_POSE_BATCH, 0), arm.id);
+    const wire_message *again = fake_message(WIRE_BODY, 2);
+    for (size_t n = 3; strcmp(again->body.name, "table") != 0; n++) again = fake_message(WIRE_BODY, n);
+    assert_int_equal(collided_sync(c, FAKE_PATIENCE_S), COLLIDED_OK);
+    size_t clients = fake_sent(WIRE_CLIENT);
+    reject_pose(fake_message(WIRE_POSE_BATCH, 0), arm.id); /* of before it was told */
+    fake_settle();
+    fake_pause(1200);
+    assert_int_equal(fake_sent(WIRE_CLIENT), clients);
+    collided_close(c);
+}
+
 /* They came when the body was gone, which had been told after them. */
 static void poses_of_a_body_that_is_gone_are_not_missed(void **state)
 {
@@ -555,16 +591,7 @@ static void poses_of_a_body_that_is_gone_are_not_missed(void **state)
     const wire_message *pose = fake_message(WIRE_POSE_BATCH, 0);
     assert_int_equal(collided_remove_body(c, body), COLLIDED_OK);
     assert_int_equal(collided_sync(c, FAKE_PATIENCE_S), COLLIDED_OK);
-    const wire_message why = {.kind = WIRE_REJECT,
-        .reject = {.version = WIRE_VERSION,
-            .client = collided_client_id(c),
-            .sequence = pose->pose_batch.sequence,
-            .epoch = 1,
-            .kind = WIRE_POSE_BATCH,
-            .object = body.id,
-            .reason = WIRE_UNKNOWN_BODY,
-            .text = ""}};
-    fake_give(&why);
+    reject_pose(pose, body.id);
     fake_settle();
     assert_int_equal(collided_sync(c, FAKE_PATIENCE_S), COLLIDED_OK);
     collided_close(c);
@@ -654,6 +681,7 @@ int main(void)
         cmocka_unit_test(a_removal_that_was_too_much_is_repeated),
         cmocka_unit_test(a_refusal_of_what_has_been_acknowledged_is_of_before),
         cmocka_unit_test(a_refusal_of_a_word_that_was_replaced_is_of_before),
+        cmocka_unit_test(a_daemon_that_has_lost_one_body_is_told_of_all),
         cmocka_unit_test(poses_of_a_body_that_is_gone_are_not_missed),
         cmocka_unit_test(hulls_are_announced_once_and_in_pieces),
         cmocka_unit_test(height_fields_are_announced_whole),
