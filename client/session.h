@@ -106,6 +106,8 @@ struct collided {
     int64_t epoch, heard_ns; /* the daemon's; 0 = never heard */
     int64_t over;            /* the epoch that was told last to end: nobody who comes to it follows it any more */
     int64_t heartbeat_ns;    /* when the next one is due */
+    int64_t heartbeat;       /* sequence of the last one */
+    int64_t heard_us_ns;     /* when one, or our announcement, was acknowledged last; 0 = never */
     int64_t all_again_ns;    /* when everything was last announced again */
     bool all_again_wanted;   /* the daemon has lost us: when a second has passed since */
     wire_message *status;

@@ -119,6 +119,27 @@ static void heartbeats_come_three_times_a_lease(void **state)
     collided_close(c);
 }
 
+/* The daemon has heard none of them, then, and has lost us; nor would we have heard that. */
+static void heartbeats_that_were_not_answered_for_a_lease_have_all_announced_again(void **state)
+{
+    (void)state;
+    fake_begin((fake_options){.repeats = true, .epoch = 1});
+    collided_def def = collided_def_default();
+    def.lease_s = 0.6;
+    def.connect_timeout_s = FAKE_PATIENCE_S;
+    char why[256] = "";
+    collided *c = fake_try(&def, why, sizeof why);
+    assert_non_null(c);
+    make(c, "table");
+    assert_int_equal(collided_sync(c, FAKE_PATIENCE_S), COLLIDED_OK);
+    fake_set((fake_options){.repeats = true, .ignored = WIRE_CLIENT, .epoch = 1});
+    fake_pause(1000);
+    fake_set((fake_options){.repeats = true, .epoch = 1});
+    assert_string_equal(fake_message(WIRE_BODY, 1)->body.name, "table");
+    assert_int_equal(collided_sync(c, FAKE_PATIENCE_S), COLLIDED_OK);
+    collided_close(c);
+}
+
 static collided_pose at(double x)
 {
     collided_pose pose = collided_pose_identity();
@@ -660,6 +681,7 @@ int main(void)
         cmocka_unit_test(unacknowledged_announcements_are_repeated_with_growing_pauses),
         cmocka_unit_test(a_transport_that_keeps_announcements_repeats_what_is_not_answered),
         cmocka_unit_test(heartbeats_come_three_times_a_lease),
+        cmocka_unit_test(heartbeats_that_were_not_answered_for_a_lease_have_all_announced_again),
         cmocka_unit_test(a_restarted_daemon_is_told_everything_again_in_order),
         cmocka_unit_test(a_transport_that_keeps_sends_only_the_newer_pose_to_a_new_daemon),
         cmocka_unit_test(an_older_daemon_is_not_followed_while_ours_speaks),
