@@ -240,8 +240,9 @@ static bool may_renew(const announcement *a)
     return session_monotonic_ns() - a->renewed_ns >= NS_PER_S;
 }
 
-/* A body of ours that is removed or renamed may still have the name when the next one that bears it is heard of; and
- * that it had may be told after it was told to be gone. */
+/* A body of ours that is removed or renamed may still have the name when the next one that bears it is heard of, and an
+ * interest its stream, or both their place among as many as may be; and that it had may be told after it was told to be
+ * gone. */
 static bool may_be_left_name(const collided *c)
 {
     return c->names_leaving || (c->name_left_ns && session_monotonic_ns() - c->name_left_ns < NS_PER_S);
@@ -249,11 +250,25 @@ static bool may_be_left_name(const collided *c)
 
 /* A network has no order between topics, and one that repeats what it has lost none at all: what depends on something
  * that has not come yet is announced again, later. */
+static bool comes_of_order(const collided *c, wire_reason reason)
+{
+    if (reason == WIRE_NAME_TAKEN || reason == WIRE_LIMIT) return may_be_left_name(c);
+    return reason == WIRE_UNKNOWN_CLIENT || reason == WIRE_UNKNOWN_GEOMETRY;
+}
+
 static bool is_matter_of_order(const collided *c, const announcement *a, wire_reason reason)
 {
-    bool waits = reason == WIRE_UNKNOWN_CLIENT || reason == WIRE_UNKNOWN_GEOMETRY;
-    if (reason == WIRE_NAME_TAKEN) waits = may_be_left_name(c);
-    return waits && a->tries < ANNOUNCE_ORDER_TRIES;
+    bool too_much = reason == WIRE_LIMIT && is_removal(a->message); /* in a second */
+    return (too_much || comes_of_order(c, reason)) && a->tries < ANNOUNCE_ORDER_TRIES;
+}
+
+/* Of a word that is not the newest on its object any more, or of poses of a body that is gone: nobody waits for it. */
+static bool is_of_before(const collided *c, const wire_reject *why)
+{
+    if (why->kind == WIRE_POSE_BATCH)
+        return why->reason == WIRE_UNKNOWN_BODY && why->object >= 0 && !table_get(&c->bodies, why->object);
+    bool announces = why->kind == WIRE_BODY || why->kind == WIRE_INTEREST || why->kind == WIRE_GEOMETRY;
+    return announces && comes_of_order(c, (wire_reason)why->reason);
 }
 
 /* A refused message that is no announcement. The daemon may have lost us while we stood still: it is told again who we
@@ -269,7 +284,10 @@ static bool repair(collided *c, const wire_reject *why)
     if (why->reason != WIRE_UNKNOWN_BODY) return false;
     body_record *body = table_get(&c->bodies, why->object);
     if (!body || !body->announced.message) return false;
-    if (body->announced.state == ANNOUNCE_ACKED && may_renew(&body->announced)) announce_again(c, &body->announced);
+    if (body->announced.state != ANNOUNCE_ACKED || why->sequence < message_sequence(body->announced.message))
+        return true;            /* it may know it by now */
+    c->all_again_wanted = true; /* it had it, and has lost all; of those that do not move it would not ask */
+    if (may_renew(&body->announced)) announce_again(c, &body->announced);
     return true;
 }
 
@@ -281,9 +299,10 @@ void announce_rejected(collided *c, const wire_reject *why)
     announcement *a = announce_find(c, why->sequence);
     if (why->reason == WIRE_NOT_YOURS) a = NULL;
     if (!a) {
-        if (!repair(c, why)) session_keep_rejection(c, why);
+        if (!repair(c, why) && !is_of_before(c, why)) session_keep_rejection(c, why);
         return;
     }
+    if (a->state != ANNOUNCE_PENDING) return; /* of a copy, to which the next one was answered before or like this */
     if (is_matter_of_order(c, a, (wire_reason)why->reason)) {
         if (c->client.state == ANNOUNCE_ACKED && why->reason == WIRE_UNKNOWN_CLIENT && may_renew(&c->client))
             announce_again(c, &c->client);

@@ -12,7 +12,7 @@ typedef struct announcement {
     wire_message *message; /* owned; NULL: known to the daemon, but never announced by this process */
     announce_state state;
     bool renew;         /* the next sending is a new announcement: new sequence, newest pose */
-    bool leaves_name;   /* of a body: the daemon may know it by a name that it no longer has */
+    bool leaves_name;   /* of a body or interest: the daemon may know it by a name or stream that it no longer has */
     unsigned tries;     /* sendings since it became pending */
     int64_t due_ns;     /* pending: when it is sent (again), by the monotonic clock */
     int64_t renewed_ns; /* when it was last announced anew after an answer that asked for it */
@@ -29,8 +29,8 @@ enum {
 
 /* Announces `message` (ownership passes) as the newest word on the record, and sends it. */
 void announce(collided *c, announcement *a, wire_message *message);
-/* Said before it: a body's name goes with this message. Until that is settled, and a second longer, the answer that a
- * name is taken is a matter of order. */
+/* Said before it: a body's name, or an interest's stream, goes with this message. Until that is settled, and a second
+ * longer, the answer that a name is taken, or a limit reached, is a matter of order. */
 void announce_leaves_name(collided *c, announcement *a);
 void announce_again(collided *c, announcement *a); /* with a new sequence, at once */
 void announce_all_again(collided *c);              /* by the library's thread, with new sequences */

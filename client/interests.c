@@ -96,6 +96,7 @@ collided_status collided_unsubscribe(collided *c, collided_interest interest)
             .select_b = ""}};
     i->removed = true;
     pthread_mutex_lock(&c->lock);
+    announce_leaves_name(c, &i->announced);
     announce(c, &i->announced, message_copy(&m));
     pthread_mutex_unlock(&c->lock);
     return COLLIDED_OK;

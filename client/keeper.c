@@ -17,14 +17,25 @@ static void count_on_from(collided *c, int64_t sequence)
     announce_all_again(c);
 }
 
+/* The daemon has heard that we are here. If it had not for a lease, it has lost us meanwhile, and its word of that was
+ * lost like the others. A heartbeat comes three times a lease, so that this takes two unanswered ones at least. */
+static void take_sign_of_hearing(collided *c)
+{
+    int64_t now = session_monotonic_ns(), since = c->heard_us_ns;
+    c->heard_us_ns = now;
+    if (c->link->ops->repeats && since && now - since > c->lease_ns - c->lease_ns / 10) c->all_again_wanted = true;
+}
+
 static void take_ack(collided *c, const wire_ack *ack)
 {
     if (ack->client != c->id || !session_hear(c, ack->epoch)) return;
     for (uint32_t i = 0; i < ack->sequences.count; i++) {
-        if (ack->sequences.at[i] > c->sequence)
-            count_on_from(c, ack->sequences.at[i]);
+        int64_t sequence = ack->sequences.at[i];
+        if (sequence == c->heartbeat || announce_find(c, sequence) == &c->client) take_sign_of_hearing(c);
+        if (sequence > c->sequence)
+            count_on_from(c, sequence);
         else
-            announce_acked(c, ack->sequences.at[i]);
+            announce_acked(c, sequence);
     }
 }
 
@@ -67,7 +78,7 @@ static int64_t heartbeat(collided *c, int64_t now_ns)
     c->heartbeat_ns = now_ns + c->lease_ns / 3;
     if (c->client.state == ANNOUNCE_ACKED) {
         wire_message m = *c->client.message;
-        m.client.sequence = ++c->sequence;
+        m.client.sequence = c->heartbeat = ++c->sequence;
         (void)session_send(c, &m);
     }
     return c->heartbeat_ns;

@@ -92,7 +92,7 @@ struct collided {
     announcement client;
     announcement *first, *last; /* the record */
     size_t pending;
-    size_t names_leaving; /* bodies of which it is not acknowledged yet that they leave their names */
+    size_t names_leaving; /* bodies and interests of which it is not acknowledged yet that they leave their names */
     int64_t name_left_ns; /* when it was last; 0 = never */
     table by_sequence;    /* to announcement */
     table bodies;         /* id to body_record */
@@ -106,6 +106,8 @@ struct collided {
     int64_t epoch, heard_ns; /* the daemon's; 0 = never heard */
     int64_t over;            /* the epoch that was told last to end: nobody who comes to it follows it any more */
     int64_t heartbeat_ns;    /* when the next one is due */
+    int64_t heartbeat;       /* sequence of the last one */
+    int64_t heard_us_ns;     /* when one, or our announcement, was acknowledged last; 0 = never */
     int64_t all_again_ns;    /* when everything was last announced again */
     bool all_again_wanted;   /* the daemon has lost us: when a second has passed since */
     wire_message *status;

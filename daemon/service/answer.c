@@ -165,6 +165,18 @@ static bool sweep_body(reply *r, const wire_query *q, world_hits *hits)
     return body != WORLD_NONE && sane;
 }
 
+/* Other queries change nothing; this one may do so once only: a copy of it is answered like the first. */
+static bool was_carried_out(reply *r, const wire_query *q)
+{
+    const record_wish *last = &r->s->record_wish;
+    if (last->client != q->client || q->sequence > last->sequence) return false;
+    if (q->sequence == last->sequence)
+        fail(r, last->status, "%s", last->text);
+    else
+        fail(r, WIRE_ANSWER_UNSUPPORTED, "of what this client has said of recordings since, it is an older word");
+    return true;
+}
+
 static void record(reply *r, const wire_query *q)
 {
     service *s = r->s;
@@ -233,7 +245,10 @@ void answer_query(service *s, struct link *from, const wire_query *q)
         send(&r);
         return;
     case WIRE_QUERY_RECORD:
+        if (was_carried_out(&r, q)) return;
         record(&r, q);
+        s->record_wish = (record_wish){.client = q->client, .sequence = q->sequence, .status = r.answer.status};
+        memcpy(s->record_wish.text, r.text, sizeof r.text);
         return;
     default:
         fail(&r, WIRE_ANSWER_UNSUPPORTED, "this kind of query is not supported by this release");

@@ -264,37 +264,24 @@ static wire_reason apply_interest(service *s, session *c, const wire_interest *m
         return WIRE_OK;
     }
     if (!m->removed) return put_interest(s, c, m, why);
-    if (i && i->live) {
+    if (!i) i = session_add_interest(c, m->interest); /* so that a late copy of its Interest does not begin it */
+    if (i->live) {
         stream_end(s, i->world_id, CAUSE_INTEREST);
         c->interest_count--;
-        i->live = false;
-        i->sequence = m->sequence;
     }
+    i->live = false;
+    i->sequence = m->sequence;
     return WIRE_OK;
 }
 
 /* ---- clients ---- */
-
-static int64_t newest_sequence(const session *c)
-{
-    int64_t newest = c->sequence;
-    for (size_t i = 0; i < c->bodies.count; i++) {
-        const owned_body *b = &c->bodies.at[i];
-        if (b->sequence > newest) newest = b->sequence;
-        int64_t pose = c->rows.sequences.at[i];
-        if (pose > newest && pose != STEP_IN_ITS_NAME) newest = pose;
-    }
-    for (size_t i = 0; i < c->interests.count; i++)
-        if (c->interests.at[i].sequence > newest) newest = c->interests.at[i].sequence;
-    return newest;
-}
 
 /* An older word than the newest: a late copy, or a new process under the same id whose clock was set back, so that it
  * begins below what its bodies have. The acknowledgement of the newest of all tells it: it goes on from there. */
 static void apply_client(service *s, session *c, const wire_client *m)
 {
     if (m->sequence < c->sequence) {
-        session_ack(c, newest_sequence(c));
+        session_ack(c, session_newest_sequence(c));
         return;
     }
     bool is_new = !c->announced;
@@ -313,16 +300,43 @@ static void apply_client(service *s, session *c, const wire_client *m)
         log_info("client %016" PRIx64 " \"%s\" is here, by %s", (uint64_t)c->client, c->name, c->link->ops->scheme);
 }
 
-/* Answered at once, because there is no session any more; a copy of it makes none. */
+/* Answered at once, because there is no session any more; a copy of it makes none. What came later is of the next
+ * process under that id, which may not have said yet that it is there. A number far beyond what came before is no
+ * goodbye's, but the time of a disposal (link_dds_take.c), which says nothing of what may come late. */
 static void apply_leave(service *s, struct link *from, const wire_client *m)
 {
+    static const int64_t FAR = 1 << 20;
     session *c = session_find(s, m->client);
-    if (c && m->sequence >= c->sequence) {
+    int64_t newest = c ? session_newest_sequence(c) : 0;
+    if (c && m->sequence - newest < FAR) {
+        c->left_sequence = m->sequence > c->left_sequence ? m->sequence : c->left_sequence;
+        session_remember_left(s, m->client, m->sequence);
+    }
+    if (c && m->sequence < newest) {
+        session_leave_before(s, c, m->sequence);
+    } else if (c) {
         c->sequence = m->sequence;
         session_leave(s, c);
     }
     wire_message ack = {.kind = WIRE_ACK, .ack = {WIRE_VERSION, m->client, s->epoch, .sequences = {1, &m->sequence}}};
     from->ops->publish(from, &ack);
+}
+
+/* It has been long on its way, and what it begins nobody would end. Or it is of a new process under the same id, whose
+ * clock was set back: that one is told where to go on from. */
+static bool is_of_one_who_left(service *s, struct link *from, const wire_message *m)
+{
+    int64_t client, sequence;
+    int32_t object;
+    wire_origin(m, &client, &sequence, &object);
+    int64_t left = session_left_at(s, client);
+    if (sequence > left) return false;
+    metric_count(s->count.duplicates, 1);
+    bool done = (m->kind == WIRE_BODY && m->body.removed) || (m->kind == WIRE_INTEREST && m->interest.removed);
+    wire_message ack = {
+        .kind = WIRE_ACK, .ack = {WIRE_VERSION, client, s->epoch, .sequences = {1, done ? &sequence : &left}}};
+    if (done || m->kind == WIRE_CLIENT) from->ops->publish(from, &ack);
+    return true;
 }
 
 bool apply_command(service *s, struct link *from, const wire_message *m, bool may_wait)
@@ -335,6 +349,7 @@ bool apply_command(service *s, struct link *from, const wire_message *m, bool ma
         apply_leave(s, from, &m->client);
         return true;
     }
+    if (is_of_one_who_left(s, from, m)) return true;
     session *c = session_get(s, client, from);
     if (!c) {
         apply_limit(s, s->sessions.count, s->config.max_clients, "max_clients", &why);
@@ -366,7 +381,9 @@ bool apply_command(service *s, struct link *from, const wire_message *m, bool ma
         break;
     }
     if (why.reason == WIRE_UNKNOWN_GEOMETRY && may_wait) return false;
-    if (why.reason != WIRE_OK) apply_reject(s, from, m->kind, client, sequence, object, &why);
-    session_ack(c, sequence);
+    if (why.reason == WIRE_OK)
+        session_ack(c, sequence);
+    else /* which may be lost, or not told, and is told again when the message comes again */
+        apply_reject(s, from, m->kind, client, sequence, object, &why);
     return true;
 }

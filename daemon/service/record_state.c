@@ -108,9 +108,55 @@ static void fill_rules(columns *c, const world_body *def, wire_body *m)
     m->rule_margins = (wire_f64s){n, c->margins};
 }
 
-static void tell_body(service *s, const session *c, const owned_body *b, columns *scratch)
+/* Late copies of what was before do not bring it back, here as there. */
+static void tell_removed_body(service *s, const session *c, const owned_body *b)
+{
+    const wire_message m = {.kind = WIRE_BODY,
+        .body = {.version = WIRE_VERSION,
+            .client = c->client,
+            .sequence = b->sequence,
+            .body = b->number,
+            .removed = 1,
+            .name = "",
+            .group = ""}};
+    record_message(s, &m);
+}
+
+static void tell_removed_interest(service *s, const session *c, const owned_interest *i)
+{
+    const wire_message m = {.kind = WIRE_INTEREST,
+        .interest = {.version = WIRE_VERSION,
+            .client = c->client,
+            .sequence = i->sequence,
+            .interest = i->number,
+            .removed = 1,
+            .stream = "",
+            .select_a = "",
+            .select_b = ""}};
+    record_message(s, &m);
+}
+
+/* Older poses that come late do not count: the number of the one that it has is told with that. */
+static void tell_pose(service *s, session *c, const owned_body *b, const world_body *def, const double pose[7])
+{
+    int64_t sequence = *session_pose_sequence(c, b);
+    const uint8_t teleport = 1;
+    const wire_message m = {.kind = WIRE_POSE_BATCH,
+        .pose_batch = {.version = WIRE_VERSION,
+            .client = c->client,
+            .sequence = sequence,
+            .stamp_ns = def->stamp_ns,
+            .bodies = {1, &b->number},
+            .positions = {3, pose},
+            .orientations = {4, pose + 3},
+            .teleports = {1, &teleport}}};
+    if (sequence > b->sequence && sequence != STEP_IN_ITS_NAME) record_message(s, &m);
+}
+
+static void tell_body(service *s, session *c, const owned_body *b, columns *scratch)
 {
     world_body def;
+    if (b->world_id == WORLD_NONE) tell_removed_body(s, c, b);
     if (b->world_id == WORLD_NONE || world_get_body(s->world, b->world_id, &def, scratch->shapes) != WORLD_OK) return;
     put_pose(scratch->pose, def.pose);
     wire_message m = {.kind = WIRE_BODY,
@@ -133,11 +179,13 @@ static void tell_body(service *s, const session *c, const owned_body *b, columns
     fill_shapes(scratch, &def, b, &m.body);
     fill_rules(scratch, &def, &m.body);
     record_message(s, &m);
+    tell_pose(s, c, b, &def, scratch->pose);
 }
 
 static void tell_interest(service *s, const session *c, const owned_interest *i)
 {
     world_interest def;
+    if (!i->live) tell_removed_interest(s, c, i);
     if (!i->live || world_get_interest(s->world, i->world_id, &def) != WORLD_OK) return;
     wire_message m = {.kind = WIRE_INTEREST,
         .interest = {.version = WIRE_VERSION,
@@ -174,10 +222,27 @@ static void tell_waiting(service *s)
     wire_memory_destroy(memory);
 }
 
+/* Clients that left so short a time ago that copies of what they said may yet come: each comes, and leaves. */
+static void tell_left(service *s)
+{
+    for (size_t i = 0; i < LOST_KEPT; i++) {
+        const left_client *l = &s->left_clients[i];
+        bool late = s->monotonic_ns - l->since_ns < LATE_NS && !session_find(s, l->client);
+        wire_message m = {.kind = WIRE_CLIENT,
+            .client = {
+                .version = WIRE_VERSION, .client = l->client, .sequence = l->sequence, .lease_ns = 1, .name = ""}};
+        for (uint8_t leaves = 0; leaves < 2 && late && l->client; leaves++) {
+            m.client.removed = leaves;
+            record_message(s, &m);
+        }
+    }
+}
+
 void record_state(service *s)
 {
     columns *scratch = base_alloc(1, sizeof *scratch);
     record_steps(s);
+    tell_left(s);
     for (size_t i = 0; i < s->geometries.count; i++)
         if (s->geometries.at[i].used)
             tell_geometry(s, &s->geometries.at[i], s->sessions.count ? s->sessions.at[0]->client : 1);
@@ -192,10 +257,14 @@ void record_state(service *s)
                 .lock_step = c->lock_step,
                 .name = c->name}};
         record_message(s, &m);
+        m.client.removed = 1;
         for (size_t k = 0; k < c->bodies.count; k++) tell_body(s, c, &c->bodies.at[k], scratch);
         for (size_t k = 0; k < c->interests.count; k++) tell_interest(s, c, &c->interests.at[k]);
         steps_record(s, c);
-        if (c->lost) record_lost(s, c->client);
+        if (c->left)
+            record_message(s, &m);
+        else if (c->lost)
+            record_lost(s, c->client);
     }
     tell_waiting(s);
     free(scratch);

@@ -226,7 +226,8 @@ void service_reset(service *s)
     s->latest_step = (step_mark){0};
     s->simulation = (simulation_mark){0};
     s->wall_ahead_ns = s->last_batch = 0;
-    s->lost_count = 0;
+    s->lost_count = s->left_count = 0;
+    memset(s->left_clients, 0, sizeof s->left_clients);
     s->whole = s->stepped = false;
     s->latest_pose_ns = s->measured_pose_ns = 0;
     s->tick = s->status_tick = 0;

@@ -74,11 +74,25 @@ typedef struct flow { /* how many in a second that began with the first of them;
 
 enum { LOST_KEPT = 1024 };
 
+typedef struct lost_client {
+    int64_t client;
+    uint32_t had; /* bodies and interests */
+} lost_client;
+
+/* What a client said before it left may come later than its goodbye, but not so much later. */
+#define LATE_NS ((int64_t)5000000000)
+
+typedef struct left_client {  /* in order */
+    int64_t client, sequence; /* of its goodbye */
+    int64_t since_ns;         /* monotonic */
+} left_client;
+
 typedef struct session {
     int64_t client;
     char *name;
     struct link *link;                              /* by which it came; answers go there */
     int64_t sequence;                               /* of the newest Client */
+    int64_t left_sequence;                          /* of the goodbye of the process before it; 0: none is known */
     int64_t lease_ns, heard_ns;                     /* monotonic */
     int64_t letters_tick;                           /* the tick before which the newest of its commands came */
     step_mark step;                                 /* of its poses; step 0: it counts none */
@@ -89,6 +103,7 @@ typedef struct session {
     flow messages, poses, rejects;                  /* of the second that runs */
     int32_t lock_step; /* in lock-step with others: how many of them there are to be; 0: it is not */
     int64_t published; /* the newest step that it has published whole */
+    int64_t ended;     /* the sequence by which it ended one last; 0: it has ended none */
     bool idle;         /* it missed a step, and is not waited for until it publishes one */
     bool missed;       /* the step that was done last was done without it */
     held_step held;
@@ -98,7 +113,9 @@ typedef struct session {
     uint8_t on_loss;
     bool announced; /* its Client has come */
     bool lost;
-    uint8_t reminders; /* it was lost, and may not know: how often it is yet told so */
+    uint8_t reminders; /* it was lost, and may not know: how often it is yet told so, ... */
+    uint32_t had;      /* ... until it has announced so many bodies and interests again, ... */
+    int64_t lost_at;   /* ... beyond this sequence */
     bool left;         /* in order: what it keeps is meant to stay */
     pair_map body_of;  /* number + 1 -> index */
     ARRAY(owned_body) bodies;
@@ -201,6 +218,12 @@ typedef struct lock_step {
     bool told;        /* that it takes long */
 } lock_step;
 
+typedef struct record_wish { /* the last one on recordings, and what was answered */
+    int64_t client, sequence;
+    uint8_t status;
+    char text[WIRE_TEXT_MAX + 1];
+} record_wish;
+
 typedef struct measures { /* for the page that Prometheus reads */
     histogram latency, tick, age, width;
     quantiles latencies, ticks; /* since the last Status, which tells them */
@@ -242,9 +265,11 @@ typedef struct service {
 
     flow rejects; /* of clients without a session */
     ARRAY(session *) sessions;
-    pair_map session_of;             /* client -> index */
-    int64_t lost_clients[LOST_KEPT]; /* a ring of the newest that were lost, some of which may live */
+    pair_map session_of;                 /* client -> index */
+    lost_client lost_clients[LOST_KEPT]; /* a ring of the newest that were lost, some of which may live */
     size_t lost_count;
+    left_client left_clients[LOST_KEPT]; /* a ring of the newest */
+    size_t left_count;
     ARRAY(stream) streams; /* by the world's interest id */
     ARRAY(geometry) geometries;
     pair_map geometry_of; /* hash -> index */
@@ -256,6 +281,7 @@ typedef struct service {
     ARRAY(filter_rule) rules;
     wire_log_writer *recording;
     char recording_path[CONFIG_TEXT_MAX];
+    record_wish record_wish;
     char limits[512];        /* named limits that were reached in the last LIMITS_TOLD_NS */
     int64_t limit_ns;        /* when the last of them was, monotonic */
     bool hull_came;          /* since waiting commands were last tried */
@@ -283,12 +309,18 @@ static inline int64_t *session_pose_sequence(session *c, const owned_body *b)
 void session_count_body(session *c, owned_body *b, uint32_t world_id, size_t shapes);
 owned_interest *session_interest(session *c, int32_t number);
 owned_interest *session_add_interest(session *c, int32_t number);
+int64_t session_newest_sequence(const session *c);     /* of all that it said and was applied */
 void session_heard(service *s, const wire_message *m); /* a sign of life, before it is applied */
 void session_lost(service *s, session *c, const char *how);
-/* A lost client that is heard again, with a message of that kind, is told that it was lost, until it says what is its.
- */
+/* A lost client that is heard again, with a message of that kind, is told that it was lost, until it has announced as
+ * much as it had. */
 void session_remind(service *s, session *c, wire_kind kind);
 void session_leave(service *s, session *c);
+/* Its goodbye came later than words of the next process under that id: what it had, and nothing else, ends. */
+void session_leave_before(service *s, session *c, int64_t sequence);
+void session_remember_left(service *s, int64_t client, int64_t sequence);
+/* The sequence of its goodbye, if it left a short time ago, or another process under its id has come since; else 0. */
+int64_t session_left_at(service *s, int64_t client);
 void session_check_leases(service *s);
 int64_t session_next_lease_ns(const service *s); /* monotonic; INT64_MAX: none */
 void session_ack(session *c, int64_t sequence);

@@ -16,11 +16,34 @@ session *session_find(service *s, int64_t client)
     return index == PAIR_MAP_NONE ? NULL : s->sessions.at[index];
 }
 
-static bool was_lost(const service *s, int64_t client)
+/* How many bodies and interests it had, the last time; 0: it was not lost. */
+static uint32_t had_when_lost(const service *s, int64_t client)
 {
-    for (size_t i = 0; i < LOST_KEPT; i++)
-        if (s->lost_clients[i] == client) return true;
-    return false;
+    for (size_t i = s->lost_count; i-- > 0 && s->lost_count - i <= LOST_KEPT;)
+        if (s->lost_clients[i % LOST_KEPT].client == client) return s->lost_clients[i % LOST_KEPT].had;
+    return 0;
+}
+
+void session_remember_left(service *s, int64_t client, int64_t sequence)
+{
+    for (size_t i = 0; i < LOST_KEPT; i++) {
+        left_client *l = &s->left_clients[i];
+        if (l->client != client) continue;
+        if (sequence > l->sequence) *l = (left_client){client, sequence, s->monotonic_ns};
+        return;
+    }
+    s->left_clients[s->left_count++ % LOST_KEPT] = (left_client){client, sequence, s->monotonic_ns};
+}
+
+int64_t session_left_at(service *s, int64_t client)
+{
+    const session *c = session_find(s, client);
+    if (c) return c->left_sequence;
+    for (size_t i = 0; i < LOST_KEPT && s->left_count; i++) {
+        const left_client *l = &s->left_clients[i];
+        if (l->client == client) return s->monotonic_ns - l->since_ns < LATE_NS ? l->sequence : 0;
+    }
+    return 0;
 }
 
 /* A client is known from its first message on, whichever this is: topics have no order among each other. Its Client
@@ -30,12 +53,15 @@ session *session_get(service *s, int64_t client, struct link *from)
     session *c = session_find(s, client);
     if (!c && s->sessions.count >= (size_t)s->config.max_clients) return NULL;
     if (!c) {
+        int64_t left = session_left_at(s, client);
         c = base_zalloc(1, sizeof *c);
         c->client = client;
+        c->left_sequence = left;
         c->name = base_strdup("");
         c->lease_ns = (int64_t)(s->config.lease * 1e9);
         c->letters_tick = -1;
-        c->reminders = was_lost(s, client) ? REMINDERS : 0;
+        c->had = had_when_lost(s, client);
+        c->reminders = REMINDERS;
         pair_map_init(&c->body_of);
         pair_map_put(&s->session_of, (uint64_t)client, (uint32_t)s->sessions.count);
         array_push(&s->sessions, c);
@@ -128,25 +154,46 @@ owned_interest *session_interest(session *c, int32_t number)
     return NULL;
 }
 
+int64_t session_newest_sequence(const session *c)
+{
+    int64_t newest = c->ended > c->sequence ? c->ended : c->sequence;
+    for (size_t i = 0; i < c->bodies.count; i++) {
+        const owned_body *b = &c->bodies.at[i];
+        if (b->sequence > newest) newest = b->sequence;
+        int64_t pose = c->rows.sequences.at[i];
+        if (pose > newest && pose != STEP_IN_ITS_NAME) newest = pose;
+    }
+    for (size_t i = 0; i < c->interests.count; i++)
+        if (c->interests.at[i].sequence > newest) newest = c->interests.at[i].sequence;
+    return newest;
+}
+
 /* ---- the end of a session ---- */
+
+static void end_body(service *s, session *c, owned_body *b, uint8_t cause)
+{
+    if (b->world_id == WORLD_NONE) return;
+    world_remove_body(s->world, b->world_id, cause);
+    for (size_t k = 0; k < b->geometries.count; k++) geometry_release(s, b->geometries.at[k]);
+    b->geometries.count = 0;
+    session_count_body(c, b, WORLD_NONE, 0);
+}
 
 static void end_bodies(service *s, session *c, uint8_t cause)
 {
-    for (size_t i = 0; i < c->bodies.count; i++) {
-        owned_body *b = &c->bodies.at[i];
-        if (b->world_id == WORLD_NONE) continue;
-        world_remove_body(s->world, b->world_id, cause);
-        for (size_t k = 0; k < b->geometries.count; k++) geometry_release(s, b->geometries.at[k]);
-        b->geometries.count = 0;
-        session_count_body(c, b, WORLD_NONE, 0);
-    }
+    for (size_t i = 0; i < c->bodies.count; i++) end_body(s, c, &c->bodies.at[i], cause);
 }
 
+/* The entries stay, so that late copies do not bring back what nobody would end: who leaves bodies behind has no lease
+ * that could run out. */
 static void end_interests(service *s, session *c, uint8_t cause)
 {
-    for (size_t i = 0; i < c->interests.count; i++)
-        if (c->interests.at[i].live) stream_end(s, c->interests.at[i].world_id, cause);
-    c->interests.count = c->interest_count = 0;
+    for (size_t i = 0; i < c->interests.count; i++) {
+        owned_interest *at = &c->interests.at[i];
+        if (at->live) stream_end(s, at->world_id, cause);
+        at->live = false;
+    }
+    c->interest_count = 0;
 }
 
 static void free_session(session *c)
@@ -191,13 +238,27 @@ static void tell_lost(service *s, session *c, const char *how)
     c->link->ops->publish(c->link, &m);
 }
 
+static bool has_said_all_again(const session *c)
+{
+    uint32_t said = 0;
+    for (size_t i = 0; i < c->bodies.count; i++) {
+        const owned_body *b = &c->bodies.at[i];
+        said += b->world_id != WORLD_NONE && b->sequence > c->lost_at;
+    }
+    for (size_t i = 0; i < c->interests.count; i++)
+        said += c->interests.at[i].live && c->interests.at[i].sequence > c->lost_at;
+    return said >= c->had;
+}
+
 /* The Reject above is said once, and over LCM, or to one that cannot be reached just then, it may not arrive: the
- * client would keep its lease by heartbeats, and wait for its streams for ever. So as long as it says no more than that
- * it is here, it is told again, a few times: it may have nothing else to say. */
+ * client would keep its lease by heartbeats, and wait for its streams, and for what its fixed bodies meet, for ever. So
+ * it is told again, a few times, until it has as much as it had: to announce something does not show that it knows, be
+ * it new, or of a body whose poses were refused. */
 void session_remind(service *s, session *c, wire_kind kind)
 {
-    if (kind != WIRE_CLIENT) c->reminders = 0;
-    if (!c->reminders || !c->announced || c->lost) return; /* the first word may be followed by all the others */
+    if (kind != WIRE_CLIENT || !c->reminders || !c->announced || c->lost) return; /* its first word leads the others */
+    if (has_said_all_again(c)) c->reminders = 0;
+    if (!c->reminders) return;
     c->reminders--;
     tell_lost(s, c, "it was lost, and is heard again");
 }
@@ -213,7 +274,11 @@ void session_lost(service *s, session *c, const char *how)
                                        : "kept");
     metric_count(s->count.clients_lost, 1);
     tell_lost(s, c, how);
-    s->lost_clients[s->lost_count++ % LOST_KEPT] = c->client;
+    bool knows = has_said_all_again(c); /* of the loss before, if there was one */
+    uint32_t has = (uint32_t)(session_bodies(c) + c->interest_count);
+    if (knows || has > c->had) c->had = has;
+    c->lost_at = session_newest_sequence(c);
+    s->lost_clients[s->lost_count++ % LOST_KEPT] = (lost_client){c->client, c->had};
     steps_join(s, c, 0);
     end_interests(s, c, CAUSE_OWNER_LOST);
     if (c->on_loss == WIRE_LOST_REMOVE || !session_bodies(c)) {
@@ -231,7 +296,7 @@ void session_lost(service *s, session *c, const char *how)
 /* It left in order: nothing is held, but KEEP keeps. */
 void session_leave(service *s, session *c)
 {
-    if (c->lost) return;
+    if (c->left) return;
     log_info("client %016" PRIx64 " \"%s\" left", (uint64_t)c->client, c->name);
     steps_join(s, c, 0);
     end_interests(s, c, CAUSE_INTEREST);
@@ -241,6 +306,22 @@ void session_leave(service *s, session *c)
     }
     end_bodies(s, c, CAUSE_REMOVED);
     forget(s, c);
+}
+
+void session_leave_before(service *s, session *c, int64_t sequence)
+{
+    for (size_t i = 0; i < c->interests.count; i++) {
+        owned_interest *at = &c->interests.at[i];
+        if (!at->live || at->sequence >= sequence) continue;
+        stream_end(s, at->world_id, CAUSE_INTEREST);
+        c->interest_count--;
+        at->live = false;
+    }
+    for (size_t i = 0; i < c->bodies.count && c->on_loss != WIRE_LOST_KEEP; i++) {
+        owned_body *b = &c->bodies.at[i];
+        bool before = b->sequence < sequence && *session_pose_sequence(c, b) < sequence;
+        if (before) end_body(s, c, b, CAUSE_REMOVED);
+    }
 }
 
 /* ---- leases ---- */

@@ -58,6 +58,7 @@ static void rebase_clocks(service *s)
         c->messages = c->poses = c->rejects = (flow){0};
         if (!standby_hears(s, c->client)) c->announced = false;
     }
+    for (size_t i = 0; i < LOST_KEPT; i++) s->left_clients[i].since_ns = s->monotonic_ns;
     for (size_t i = 0; i < s->streams.count; i++) s->streams.at[i].told_ns = 0;
     for (size_t i = 0; i < s->inbox.letters.count; i++) s->inbox.letters.at[i].since_ns = s->monotonic_ns;
     s->next_heartbeat_ns = 0;

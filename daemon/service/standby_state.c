@@ -15,8 +15,10 @@ typedef struct state_head {
     step_mark latest_step;
     simulation_mark simulation;
     lock_step lock_step;
-    int64_t wall_ahead_ns, last_batch, lost_clients[LOST_KEPT];
-    uint64_t lost_count;
+    int64_t wall_ahead_ns, last_batch;
+    lost_client lost_clients[LOST_KEPT];
+    uint64_t lost_count, left_count;
+    left_client left_clients[LOST_KEPT];
     bool hull_came, geometries_loose, whole, budgeted;
 } state_head;
 
@@ -273,6 +275,7 @@ void state_put(service *s, bytes_out *to)
         .wall_ahead_ns = s->wall_ahead_ns,
         .last_batch = s->last_batch,
         .lost_count = s->lost_count,
+        .left_count = s->left_count,
         .whole = s->whole,
         .budgeted = s->config.budget_us > 0,
         .hull_came = s->hull_came,
@@ -281,6 +284,7 @@ void state_put(service *s, bytes_out *to)
     size_t used = 0;
     fill_sizes(h.sizes);
     memcpy(h.lost_clients, s->lost_clients, sizeof h.lost_clients);
+    memcpy(h.left_clients, s->left_clients, sizeof h.left_clients);
     bytes_put(to, &h, sizeof h);
     for (size_t i = 0; i < s->geometries.count; i++) used += s->geometries.at[i].used;
     bytes_put_count(to, used);
@@ -316,6 +320,8 @@ static const char *take_all(service *s, bytes_in *from)
     s->last_batch = h.last_batch;
     memcpy(s->lost_clients, h.lost_clients, sizeof s->lost_clients);
     s->lost_count = (size_t)h.lost_count;
+    memcpy(s->left_clients, h.left_clients, sizeof s->left_clients);
+    s->left_count = (size_t)h.left_count;
     s->whole = h.whole;
     const char *(*const parts[])(service *, bytes_in *) = {get_geometry, get_session, get_stream, get_letter};
     for (int i = 0; i < 4; i++) {

@@ -79,6 +79,7 @@ void steps_join(service *s, session *c, int32_t lock_step)
         drop_held(c);
         c->idle = c->missed = false;
         c->published = s->lock_step.done;
+        c->ended = 0;
         s->lock_step.members += was ? (size_t)-1 : 1;
     }
     roll after = call_roll(s);
@@ -112,12 +113,25 @@ static void hold(session *c, const wire_pose_batch *poses)
     c->held.poses += poses->bodies.count;
 }
 
+/* Has the end of the step overtaken them? Then it is done without them. Copies of what was in it are no news, and what
+ * is sent again comes behind the end. */
+static bool is_too_late(session *c, const wire_pose_batch *m)
+{
+    for (uint32_t i = 0; m->sequence < c->ended && i < m->bodies.count; i++) {
+        const owned_body *b = session_body(c, m->bodies.at[i]);
+        if (b && *session_pose_sequence(c, b) < m->sequence) return true;
+    }
+    return false;
+}
+
 /* The answer may have been lost. Who missed the step is told how far the others are, and that what it sends is not in
  * it. */
 static bool answer_again(service *s, session *c, struct link *from, const wire_pose_batch *m)
 {
     if (c->missed)
         refuse(s, from, m, WIRE_BAD_STEP, "step %" PRId64 " is done, without this client", m->step);
+    else if (is_too_late(c, m))
+        refuse(s, from, m, WIRE_BAD_STEP, "step %" PRId64 " is done, without these poses: its end came first", m->step);
     else
         metric_count(s->count.duplicates, 1);
     if (m->bodies.count) return true;
@@ -149,6 +163,7 @@ static bool is_mark(const wire_pose_batch *m)
 /* What is there is not taken for the whole: it has to be sent again. */
 static bool end_step(service *s, session *c, struct link *from, const wire_pose_batch *m)
 {
+    if (!ends_in_its_name(m)) c->ended = m->sequence;
     if (c->held.broken) {
         drop_held(c);
         return refuse(s, from, m, WIRE_BAD_STEP,
@@ -171,7 +186,12 @@ bool steps_take(service *s, session *c, struct link *from, const wire_pose_batch
     if (in_its_name) drop_held(c);
     if (c->held.step && m->step != c->held.step)
         return refuse(s, from, m, WIRE_BAD_STEP, "step %" PRId64 ": %" PRId64 " is not done", m->step, c->held.step);
-    if (c->published > done) { /* sent again: it stands for what was sent */
+    if (!m->bodies.count && m->sequence <= c->ended) { /* a copy: it is not the end of what came since */
+        metric_count(s->count.duplicates, 1);
+        return true;
+    }
+    /* Sent again, it stands for what was sent; what the end has overtaken belongs to that. */
+    if (c->published > done && m->sequence > c->ended) {
         drop_held(c);
         c->published = done;
     }
@@ -183,6 +203,7 @@ bool steps_take(service *s, session *c, struct link *from, const wire_pose_batch
     if (is_mark(m)) return true;
     if (apply_limit(s, c->held.poses + m->bodies.count - 1, s->config.max_step_poses, "max_step_poses", &why)) {
         c->held.broken = true;
+        c->published = c->published < done ? c->published : done; /* if it was ended */
         apply_reject(s, from, WIRE_POSE_BATCH, m->client, m->sequence, -1, &why);
     } else {
         hold(c, m);
@@ -393,6 +414,7 @@ static void record_word(service *s, session *c, bool mark)
         .pose_batch = {.version = WIRE_VERSION,
             .client = c->client,
             .sequence = mark             ? STEP_IN_ITS_NAME
+                        : c->ended       ? c->ended
                         : c->held.newest ? c->held.newest
                                          : 1,
             .step = c->held.step,

@@ -443,7 +443,8 @@ typedef struct wire_reject {
     const char *text;
 } wire_reject;
 
-/* Ack: these messages have been applied (Client, Geometry, Body, Interest), or refused: a Reject says so. */
+/* Ack: these messages have been applied (Client, Geometry, Body, Interest). One that is refused has a Reject instead.
+ */
 typedef struct wire_ack {
     int32_t version;
     int64_t client;

@@ -119,6 +119,27 @@ static void heartbeats_come_three_times_a_lease(void **state)
     collided_close(c);
 }
 
+/* The daemon has heard none of them, then, and has lost us; nor would we have heard that. */
+static void heartbeats_that_were_not_answered_for_a_lease_have_all_announced_again(void **state)
+{
+    (void)state;
+    fake_begin((fake_options){.repeats = true, .epoch = 1});
+    collided_def def = collided_def_default();
+    def.lease_s = 0.6;
+    def.connect_timeout_s = FAKE_PATIENCE_S;
+    char why[256] = "";
+    collided *c = fake_try(&def, why, sizeof why);
+    assert_non_null(c);
+    make(c, "table");
+    assert_int_equal(collided_sync(c, FAKE_PATIENCE_S), COLLIDED_OK);
+    fake_set((fake_options){.repeats = true, .ignored = WIRE_CLIENT, .epoch = 1});
+    fake_pause(1000);
+    fake_set((fake_options){.repeats = true, .epoch = 1});
+    assert_string_equal(fake_message(WIRE_BODY, 1)->body.name, "table");
+    assert_int_equal(collided_sync(c, FAKE_PATIENCE_S), COLLIDED_OK);
+    collided_close(c);
+}
+
 static collided_pose at(double x)
 {
     collided_pose pose = collided_pose_identity();
@@ -430,6 +451,173 @@ static void a_name_that_another_one_has_is_refused(void **state)
     collided_close(c);
 }
 
+static void ignore(void *context, const collided_batch *b)
+{
+    (void)context;
+    (void)b;
+}
+
+static collided_interest subscribe_to(collided *c, const char *stream)
+{
+    collided_interest_def def = collided_interest_def_default();
+    def.stream = stream;
+    def.callback = ignore;
+    collided_interest interest = collided_subscribe(c, &def);
+    assert_int_not_equal(interest.id, COLLIDED_NONE);
+    return interest;
+}
+
+/* The same of the name of a stream. */
+static void a_stream_that_is_being_left_is_taken_in_the_end(void **state)
+{
+    (void)state;
+    fake_begin((fake_options){.repeats = true, .epoch = 1});
+    collided *c = fake_connect();
+    collided_interest old = subscribe_to(c, "arm");
+    assert_int_equal(collided_sync(c, FAKE_PATIENCE_S), COLLIDED_OK);
+    fake_set((fake_options){.repeats = true, .ignored = WIRE_INTEREST, .epoch = 1});
+    assert_int_equal(collided_unsubscribe(c, old), COLLIDED_OK);
+    fake_message(WIRE_INTEREST, 1);
+    (void)subscribe_to(c, "arm");
+    const wire_message *heir = fake_message(WIRE_INTEREST, 2);
+    for (size_t n = 3; heir->interest.removed; n++) heir = fake_message(WIRE_INTEREST, n);
+    fake_reject(heir, WIRE_NAME_TAKEN, "arm");
+    fake_settle();
+    fake_set((fake_options){.repeats = true, .epoch = 1});
+    assert_int_equal(collided_sync(c, FAKE_PATIENCE_S), COLLIDED_OK);
+    collided_close(c);
+}
+
+/* And of the place among as many as may be. */
+static void a_place_that_is_being_left_is_taken_in_the_end(void **state)
+{
+    (void)state;
+    fake_begin((fake_options){.repeats = true, .epoch = 1});
+    collided *c = fake_connect();
+    collided_body old = make(c, "a");
+    assert_int_equal(collided_sync(c, FAKE_PATIENCE_S), COLLIDED_OK);
+    fake_set((fake_options){.repeats = true, .ignored = WIRE_BODY, .epoch = 1});
+    assert_int_equal(collided_remove_body(c, old), COLLIDED_OK);
+    fake_message(WIRE_BODY, 1);
+    make(c, "b");
+    const wire_message *heir = fake_message(WIRE_BODY, 2);
+    for (size_t n = 3; heir->body.removed; n++) heir = fake_message(WIRE_BODY, n);
+    fake_reject(heir, WIRE_LIMIT, "max_bodies = 1 is reached");
+    fake_settle();
+    fake_set((fake_options){.repeats = true, .epoch = 1});
+    assert_int_equal(collided_sync(c, FAKE_PATIENCE_S), COLLIDED_OK);
+    collided_close(c);
+}
+
+/* It came when too much came: what it takes back is there as before. */
+static void a_removal_that_was_too_much_is_repeated(void **state)
+{
+    (void)state;
+    fake_begin((fake_options){.epoch = 1});
+    collided *c = fake_connect();
+    collided_body old = make(c, "a");
+    assert_int_equal(collided_sync(c, FAKE_PATIENCE_S), COLLIDED_OK);
+    fake_set((fake_options){.ignored = WIRE_BODY, .epoch = 1});
+    assert_int_equal(collided_remove_body(c, old), COLLIDED_OK);
+    const wire_message *removal = fake_message(WIRE_BODY, 1);
+    fake_reject(removal, WIRE_LIMIT, "max_client_messages = 10 is reached");
+    for (size_t n = 2; removal->body.sequence == fake_message(WIRE_BODY, 1)->body.sequence; n++)
+        removal = fake_message(WIRE_BODY, n);
+    assert_int_equal(removal->body.removed, 1);
+    fake_set((fake_options){.epoch = 1});
+    assert_int_equal(collided_sync(c, FAKE_PATIENCE_S), COLLIDED_OK);
+    collided_close(c);
+}
+
+/* Of a copy that came before there was room for it, or its name was free; it was overtaken by the answer to the next.
+ */
+static void a_refusal_of_what_has_been_acknowledged_is_of_before(void **state)
+{
+    (void)state;
+    fake_begin((fake_options){.repeats = true, .epoch = 1});
+    collided *c = fake_connect();
+    collided_body body = make(c, "a");
+    assert_int_equal(collided_sync(c, FAKE_PATIENCE_S), COLLIDED_OK);
+    fake_reject(fake_message(WIRE_BODY, 0), WIRE_NAME_TAKEN, "a");
+    fake_settle();
+    assert_int_equal(collided_sync(c, FAKE_PATIENCE_S), COLLIDED_OK);
+    assert_int_equal(collided_move(c, body, at(1.0)), COLLIDED_OK);
+    collided_close(c);
+}
+
+/* What is refused of a body or an interest that is gone since, or has another word on it, is not refused any more. */
+static void a_refusal_of_a_word_that_was_replaced_is_of_before(void **state)
+{
+    (void)state;
+    static const wire_reason REASONS[] = {WIRE_NAME_TAKEN, WIRE_LIMIT, WIRE_UNKNOWN_GEOMETRY};
+    for (size_t i = 0; i < sizeof REASONS / sizeof *REASONS; i++) {
+        fake_begin((fake_options){.repeats = true, .ignored = WIRE_BODY, .epoch = 1});
+        collided *c = fake_connect();
+        collided_body body = make(c, "a");
+        const wire_message *first = fake_message(WIRE_BODY, 0);
+        assert_int_equal(collided_remove_body(c, body), COLLIDED_OK);
+        fake_reject(first, REASONS[i], "");
+        fake_settle();
+        fake_set((fake_options){.repeats = true, .epoch = 1});
+        assert_int_equal(collided_sync(c, FAKE_PATIENCE_S), COLLIDED_OK);
+        collided_close(c);
+    }
+}
+
+static void reject_pose(const wire_message *pose, int32_t body)
+{
+    const wire_message why = {.kind = WIRE_REJECT,
+        .reject = {.version = WIRE_VERSION,
+            .client = pose->pose_batch.client,
+            .sequence = pose->pose_batch.sequence,
+            .epoch = 1,
+            .kind = WIRE_POSE_BATCH,
+            .object = body,
+            .reason = WIRE_UNKNOWN_BODY,
+            .text = ""}};
+    fake_give(&why);
+}
+
+/* A body that it had: so it has lost them all, and of those that do not move nobody would ask. */
+static void a_daemon_that_has_lost_one_body_is_told_of_all(void **state)
+{
+    (void)state;
+    fake_begin((fake_options){.repeats = true, .epoch = 1});
+    collided *c = fake_connect();
+    collided_body arm = make(c, "arm");
+    make(c, "table");
+    assert_int_equal(collided_sync(c, FAKE_PATIENCE_S), COLLIDED_OK);
+    assert_int_equal(collided_move(c, arm, at(1.0)), COLLIDED_OK);
+    reject_pose(fake_message(WIRE_POSE_BATCH, 0), arm.id);
+    const wire_message *again = fake_message(WIRE_BODY, 2);
+    for (size_t n = 3; strcmp(again->body.name, "table") != 0; n++) again = fake_message(WIRE_BODY, n);
+    assert_int_equal(collided_sync(c, FAKE_PATIENCE_S), COLLIDED_OK);
+    size_t clients = fake_sent(WIRE_CLIENT);
+    reject_pose(fake_message(WIRE_POSE_BATCH, 0), arm.id); /* of before it was told */
+    fake_settle();
+    fake_pause(1200);
+    assert_int_equal(fake_sent(WIRE_CLIENT), clients);
+    collided_close(c);
+}
+
+/* They came when the body was gone, which had been told after them. */
+static void poses_of_a_body_that_is_gone_are_not_missed(void **state)
+{
+    (void)state;
+    fake_begin((fake_options){.repeats = true, .epoch = 1});
+    collided *c = fake_connect();
+    collided_body body = make(c, "a");
+    assert_int_equal(collided_sync(c, FAKE_PATIENCE_S), COLLIDED_OK);
+    assert_int_equal(collided_move(c, body, at(1.0)), COLLIDED_OK);
+    const wire_message *pose = fake_message(WIRE_POSE_BATCH, 0);
+    assert_int_equal(collided_remove_body(c, body), COLLIDED_OK);
+    assert_int_equal(collided_sync(c, FAKE_PATIENCE_S), COLLIDED_OK);
+    reject_pose(pose, body.id);
+    fake_settle();
+    assert_int_equal(collided_sync(c, FAKE_PATIENCE_S), COLLIDED_OK);
+    collided_close(c);
+}
+
 static void hulls_are_announced_once_and_in_pieces(void **state)
 {
     (void)state;
@@ -493,6 +681,7 @@ int main(void)
         cmocka_unit_test(unacknowledged_announcements_are_repeated_with_growing_pauses),
         cmocka_unit_test(a_transport_that_keeps_announcements_repeats_what_is_not_answered),
         cmocka_unit_test(heartbeats_come_three_times_a_lease),
+        cmocka_unit_test(heartbeats_that_were_not_answered_for_a_lease_have_all_announced_again),
         cmocka_unit_test(a_restarted_daemon_is_told_everything_again_in_order),
         cmocka_unit_test(a_transport_that_keeps_sends_only_the_newer_pose_to_a_new_daemon),
         cmocka_unit_test(an_older_daemon_is_not_followed_while_ours_speaks),
@@ -509,6 +698,13 @@ int main(void)
         cmocka_unit_test(a_shape_s_deviation_is_announced),
         cmocka_unit_test(a_name_that_is_being_left_is_taken_in_the_end),
         cmocka_unit_test(a_name_that_another_one_has_is_refused),
+        cmocka_unit_test(a_stream_that_is_being_left_is_taken_in_the_end),
+        cmocka_unit_test(a_place_that_is_being_left_is_taken_in_the_end),
+        cmocka_unit_test(a_removal_that_was_too_much_is_repeated),
+        cmocka_unit_test(a_refusal_of_what_has_been_acknowledged_is_of_before),
+        cmocka_unit_test(a_refusal_of_a_word_that_was_replaced_is_of_before),
+        cmocka_unit_test(a_daemon_that_has_lost_one_body_is_told_of_all),
+        cmocka_unit_test(poses_of_a_body_that_is_gone_are_not_missed),
         cmocka_unit_test(hulls_are_announced_once_and_in_pieces),
         cmocka_unit_test(height_fields_are_announced_whole),
     };

@@ -415,6 +415,89 @@ static void who_comes_and_goes_does_not_postpone_the_timeout(void **state)
     leave(&h);
 }
 
+/* ---- a network that brings things twice, or in another order ---- */
+
+static void publish_as(hall *h, int k, int64_t sequence, int64_t step, uint32_t count, double x)
+{
+    int64_t newest = h->sequences[k];
+    h->sequences[k] = sequence - 1;
+    publish(h, k, step, count, x);
+    h->sequences[k] = newest > sequence ? newest : sequence;
+    cell_settle(h->end, h->memory, id_of(k), h->sequences[k] + 100);
+}
+
+/* The first of two says of step 1, in that order: P its pose, in which it touches the other one's ball, E its end, each
+ * once or twice under the same sequence. Then the other one ends the step. */
+static void step_of_two(const char *said)
+{
+    hall h = enter(0, "go_on", "");
+    for (int k = 0; k < 2; k++) join(&h, k, 2, 60);
+    int64_t pose = h.sequences[0] + 10, end = pose + 1;
+    for (; *said; said++) publish_as(&h, 0, *said == 'P' ? pose : end, 1, *said == 'P', 8.5);
+    publish(&h, 1, 1, 0, 0);
+    assert_int_equal(await_answers(&h, 2, 1, 0), 2);
+    leave(&h);
+}
+
+static void copies_of_a_step_change_nothing_in_it(void **state)
+{
+    (void)state;
+    step_of_two("PE");
+    step_of_two("PPE");
+    step_of_two("PEE");
+    step_of_two("PEP");
+    step_of_two("PEPE");
+}
+
+static void what_the_end_of_a_step_has_overtaken_is_in_it(void **state)
+{
+    (void)state;
+    step_of_two("EP");
+    step_of_two("EPE");
+    step_of_two("EPP");
+}
+
+static void sent_again_it_stands_for_what_was_sent(void **state)
+{
+    (void)state;
+    hall h = enter(0, "go_on", "");
+    for (int k = 0; k < 2; k++) join(&h, k, 2, 60);
+    int64_t first = h.sequences[0] + 10;
+    publish_as(&h, 0, first, 1, 1, 8.5);
+    publish_as(&h, 0, first + 1, 1, 0, 0);
+    publish_as(&h, 0, first + 2, 1, 1, 0);
+    publish_as(&h, 0, first + 1, 1, 0, 0); /* a copy of the end of before */
+    publish(&h, 1, 1, 0, 0);
+    assert_true(is_silent(&h, 50));
+    publish(&h, 0, 1, 0, 0);
+    assert_int_equal(await_answers(&h, 2, 1, 0), 0);
+    leave(&h);
+}
+
+/* The step is done without them, and that is said; copies of what was in it are none of that. */
+static void poses_that_come_after_their_step_are_refused(void **state)
+{
+    (void)state;
+    hall h = enter(0, "go_on", "");
+    for (int k = 0; k < 2; k++) join(&h, k, 2, 60);
+    publish(&h, 1, 1, 0, 0);
+    int64_t pose = h.sequences[0] + 10;
+    publish_as(&h, 0, pose + 1, 1, 0, 0);
+    h.sequences[0] = pose - 1;
+    publish(&h, 0, 1, 1, 8.5);
+    wire_reject r = cell_await(h.end, h.memory, WIRE_REJECT).reject;
+    assert_int_equal(r.reason, WIRE_BAD_STEP);
+    assert_int_equal(r.sequence, pose);
+    h.sequences[0] = pose + 10;
+    step(&h, 0, 2, 0.5);
+    h.sequences[0] = pose + 10;
+    publish(&h, 1, 2, 0, 0);
+    await_answers(&h, 2, 2, 0);
+    publish(&h, 0, 2, 1, 0.5); /* a copy */
+    assert_false(cell_hears(h.end, h.memory, WIRE_REJECT, 50));
+    leave(&h);
+}
+
 static void ask_to_record(hall *h, const char *name)
 {
     wire_message q = {.kind = WIRE_QUERY,
@@ -617,6 +700,10 @@ int main(void)
         cmocka_unit_test(the_latency_is_that_of_the_step),
         cmocka_unit_test(answers_carry_the_time_of_the_simulation),
         cmocka_unit_test(lock_step_replays),
+        cmocka_unit_test(copies_of_a_step_change_nothing_in_it),
+        cmocka_unit_test(what_the_end_of_a_step_has_overtaken_is_in_it),
+        cmocka_unit_test(sent_again_it_stands_for_what_was_sent),
+        cmocka_unit_test(poses_that_come_after_their_step_are_refused),
         cmocka_unit_test(a_recording_that_begins_between_steps_replays),
         cmocka_unit_test(so_does_one_that_begins_before_the_first_step),
     };
