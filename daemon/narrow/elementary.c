@@ -34,6 +34,8 @@ typedef struct moving { /* the polygon of differences, scaled to at most 1; not 
     int corners; /* 3, or 4 of a parallelogram, in cyclic order */
     vec3 most;   /* greatest |coordinate| on each axis */
     double separation;
+    bool met,
+        meets;    /* corners of both are one point at the start, at the end; before scaling, which may lose a little */
     int exponent; /* lengths are in units of 2^exponent m */
 } moving;
 
@@ -349,11 +351,11 @@ static void tell_hit(const moving *m, double t, const nearest *n, elementary_res
     out->t_lo = out->t_hi = t;
     if (!is_number(m)) {
         out->proof = ELEMENTARY_UNDECIDED, out->gap = INFINITY;
-    } else if (t <= 0 && (coincident(m, m->start) || gap <= 0)) {
+    } else if (t <= 0 && (m->met || gap <= 0)) {
         out->proof = ELEMENTARY_CERTAIN, out->gap = 0;
     } else if (prove(m, t, &until)) {
         out->proof = ELEMENTARY_CERTAIN, out->gap = 0, out->t_hi = until;
-    } else if (coincident(m, m->end)) {
+    } else if (m->meets) {
         out->proof = ELEMENTARY_CERTAIN, out->gap = 0, out->t_hi = 1;
     } else {
         gap += 0x1p-52 * m->separation; /* of the difference above */
@@ -419,6 +421,8 @@ static vec3 most_of(vec3 a, vec3 b)
 static void answer(moving *m, double separation, elementary_result *out)
 {
     m->separation = separation;
+    m->met = coincident(m, m->start);
+    m->meets = coincident(m, m->end);
     m->most = VEC_ZERO;
     for (int i = 0; i < m->corners; i++) m->most = most_of(most_of(m->most, m->start[i]), m->end[i]);
     m->exponent = 0;
