@@ -64,7 +64,11 @@ static real separation(const pair *p, vec n)
     return dot(n, p->between) - placed_support(&p->a, n) - placed_support(&p->b, scale(-1, n));
 }
 
-/* Points named as the deepest may fall short of it by as much as the depth is unknown. */
+/* Of the sizes: how far points named as the deepest may fall short of it, where a search found them. They prove nothing
+ * of how deep the shapes are in each other; they say where. */
+#define SHORT_OF_DEEPEST 0x1p-31
+
+/* And by as much as the depth is unknown. */
 static double width(const collided_certificate *claim)
 {
     return claim->lo > -INFINITY ? claim->hi - claim->lo : 0;
@@ -87,7 +91,8 @@ static collided_status judge_points(const pair *p, const collided_certificate *c
         !placed_holds(&p->b, b, scale(-1, n), slack, &deviation_b))
         return COLLIDED_REJECTED;
     real apart = length(sub(b, a)), along = dot(n, sub(b, a)), deviation = deviation_a + deviation_b;
-    if (claim->hi < 0 && deviation == 0) return along <= claim->hi + width(claim) + slack ? COLLIDED_OK : unproven(p);
+    if (claim->hi < 0 && deviation == 0)
+        return along <= claim->hi + width(claim) + SHORT_OF_DEEPEST * p->reach + slack ? COLLIDED_OK : unproven(p);
     real nearest = deviation > 0 && along < 0 ? 0 : apart;
     return nearest + deviation <= claim->hi + slack && apart >= claim->lo - slack ? COLLIDED_OK : COLLIDED_REJECTED;
 }

@@ -283,9 +283,11 @@ static real det3(vec a, vec b, vec c)
 }
 
 /* Nearest point to the origin of the plane, line or point through the vertices chosen by `mask`; false unless it lies
- * within them. The normal equations of at most three unknowns, by Cramer's rule. */
+ * within them. The normal equations of at most three unknowns, by Cramer's rule, and again for what that leaves: of
+ * thin triangles and flat tetrahedra it leaves much. */
 static bool nearest_inside(const simplex *s, unsigned mask, vec *nearest)
 {
+    enum { ROUNDS = 3 };
     vec y[4];
     int n = 0;
     for (int i = 0; i < s->count; i++)
@@ -294,24 +296,22 @@ static bool nearest_inside(const simplex *s, unsigned mask, vec *nearest)
     for (int i = 1; i < n; i++) e[i - 1] = sub(y[i], y[0]);
     /* Unused unknowns get the identity, so that one formula serves all. */
     vec row[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-    real right[3] = {0, 0, 0};
-    for (int i = 0; i < n - 1; i++) {
-        row[i] = (vec){dot(e[i], e[0]), dot(e[i], e[1]), dot(e[i], e[2])};
-        right[i] = -dot(e[i], y[0]);
-    }
-    vec b = {right[0], right[1], right[2]};
+    for (int i = 0; i < n - 1; i++) row[i] = (vec){dot(e[i], e[0]), dot(e[i], e[1]), dot(e[i], e[2])};
     vec c0 = {row[0].x, row[1].x, row[2].x}, c1 = {row[0].y, row[1].y, row[2].y}, c2 = {row[0].z, row[1].z, row[2].z};
     real det = det3(c0, c1, c2);
     if (!(det > 0)) return false; /* Gram determinants are positive; zero: the vertices are degenerate */
-    real w[] = {det3(b, c1, c2) / det, det3(c0, b, c2) / det, det3(c0, c1, b) / det};
-    real first = 1;
+    real w[3] = {0, 0, 0};
     *nearest = y[0];
-    for (int i = 0; i < n - 1; i++) {
-        if (w[i] < 0) return false;
-        first -= w[i];
-        *nearest = add(*nearest, scale(w[i], e[i]));
+    for (int round = 0; round < ROUNDS; round++) {
+        vec b = {-dot(e[0], *nearest), -dot(e[1], *nearest), -dot(e[2], *nearest)};
+        const real more[] = {det3(b, c1, c2) / det, det3(c0, b, c2) / det, det3(c0, c1, b) / det};
+        *nearest = y[0];
+        for (int i = 0; i < n - 1; i++) {
+            w[i] += more[i];
+            *nearest = add(*nearest, scale(w[i], e[i]));
+        }
     }
-    return first >= 0;
+    return w[0] >= 0 && w[1] >= 0 && w[2] >= 0 && w[0] + w[1] + w[2] <= 1;
 }
 
 /* The simplex shrinks to the vertices that carry its nearest point. */

@@ -220,11 +220,18 @@ static dd3 nearest_in(const shape *core, const dd_mat *r, dd3 origin, dd3 point)
     return dd3_add(origin, dd3_scale(r->z, exact_clamp(core, along).z));
 }
 
+/* An upper bound, and points of the cores that are so far apart, but for the rounding of their coordinates. */
+typedef struct proof {
+    dd high;
+    bool by_points;
+    vec3 a, b;
+} proof;
+
 enum { PROJECTIONS = 2 };
 
 /* Points that start at the witness on A, within rounding of the nearest ones, are projected to and fro: each time
  * nearer, and always in their cores. */
-static dd box_distance(const exact_pair *e, const narrow_result *r)
+static proof box_distance(const exact_pair *e, const narrow_result *r)
 {
     const unit_pair *p = e->p;
     const dd3 origin = dd3_of(VEC_ZERO);
@@ -233,7 +240,7 @@ static dd box_distance(const exact_pair *e, const narrow_result *r)
         on_a = nearest_in(&p->a, &e->ra, origin, on_b);
         on_b = nearest_in(&p->b, &e->rb, e->t, on_a);
     }
-    return dd3_norm(dd3_sub(on_b, on_a));
+    return (proof){dd3_norm(dd3_sub(on_b, on_a)), true, dd3_round(on_a), dd3_round(on_b)};
 }
 
 static dd3 corner(const exact_pair *e, const minkowski *m)
@@ -259,26 +266,29 @@ static bool is_share(dd s)
     return s.hi >= 0 && !dd_less(dd_of(1), s);
 }
 
-/* Of the point of a line, or of a plane, that is nearest to the origin; infinite where it is outside of the corners. */
-static dd edge_distance(const dd3 *w)
+/* Of the point of a line, or of a plane, that is nearest to the origin; infinite where it is outside of the corners.
+ * `weight`: theirs in that point. */
+static dd edge_distance(const dd3 *w, double *weight)
 {
     dd3 e = dd3_sub(w[1], w[0]);
     dd s = dd_div(dd_neg(dd3_dot(w[0], e)), dd3_dot(e, e));
+    weight[0] = 1 - s.hi, weight[1] = s.hi;
     return is_share(s) ? dd3_norm(dd3_add(w[0], dd3_scale(e, s))) : dd_of(INFINITY);
 }
 
-static dd triangle_distance(const dd3 *w)
+static dd triangle_distance(const dd3 *w, double *weight)
 {
     dd3 e1 = dd3_sub(w[1], w[0]), e2 = dd3_sub(w[2], w[0]);
     dd a = dd3_dot(e1, e1), b = dd3_dot(e1, e2), c = dd3_dot(e2, e2), x = dd3_dot(w[0], e1), y = dd3_dot(w[0], e2);
     dd whole = dd_sub(dd_mul(a, c), dd_mul(b, b));
     dd s = dd_div(dd_sub(dd_mul(b, y), dd_mul(c, x)), whole), t = dd_div(dd_sub(dd_mul(b, x), dd_mul(a, y)), whole);
+    weight[0] = 1 - dd_add(s, t).hi, weight[1] = s.hi, weight[2] = t.hi;
     if (!(is_share(s) && is_share(t) && is_share(dd_add(s, t)))) return dd_of(INFINITY);
     return dd3_norm(dd3_add(w[0], dd3_add(dd3_scale(e1, s), dd3_scale(e2, t))));
 }
 
 /* The corners of B - A between which the search in doubles finds the nearest point, and that point again. */
-static dd corner_distance(const exact_pair *e, vec3 axis_in_a)
+static proof corner_distance(const exact_pair *e, vec3 axis_in_a)
 {
     const narrow_goal exactly = {.far = INFINITY, .near = -INFINITY, .above = INFINITY, .below = INFINITY};
     gjk_result g;
@@ -287,10 +297,20 @@ static dd corner_distance(const exact_pair *e, vec3 axis_in_a)
     if (s->count == 0) *s = (simplex){{unit_pair_nearest_along(e->p, axis_in_a)}, {1}, 1}; /* the first was nearest */
     dd3 w[4];
     for (int i = 0; i < s->count; i++) w[i] = corner(e, &s->v[i]);
-    dd distance = weighted_distance(w, s->weight, s->count);
-    if (s->count == 2) distance = dd_min(distance, edge_distance(w));
-    if (s->count == 3) distance = dd_min(distance, triangle_distance(w));
-    return distance;
+    proof found = {.high = weighted_distance(w, s->weight, s->count), .by_points = true};
+    double weight[3];
+    dd again = dd_of(INFINITY);
+    if (s->count == 2) again = edge_distance(w, weight);
+    if (s->count == 3) again = triangle_distance(w, weight);
+    if (again.hi < found.high.hi || (again.hi == found.high.hi && again.lo < found.high.lo)) {
+        found.high = again;
+        memcpy(s->weight, weight, (size_t)s->count * sizeof *weight);
+    }
+    simplex_witness(s, &found.a, &found.b); /* in A's frame, which of a ball has been left out */
+    const mat3 frame = quat_matrix(e->qa);
+    found.a = mat_mul(frame, found.a);
+    found.b = mat_mul(frame, found.b);
+    return found;
 }
 
 static bool is_polytope(const shape *s)
@@ -308,18 +328,18 @@ bool exact_applies(const unit_pair *p)
 }
 
 /* An upper bound of the cores' signed distance; infinite where there is no formula. */
-static dd upper_bound(const exact_pair *e, const narrow_result *r)
+static proof upper_bound(const exact_pair *e, const narrow_result *r)
 {
     const unit_pair *p = e->p;
     bool apart = r->lo * p->scale + e->radius.hi > p->error;
-    if (p->b.type == SHAPE_SPHERE) return dd3_norm(e->t);
+    if (p->b.type == SHAPE_SPHERE) return (proof){.high = dd3_norm(e->t)};
     if (p->a.type == SHAPE_SPHERE && exact_has_distance(&p->b))
-        return exact_distance(&p->b, into(&e->rb, e->t, dd3_of(VEC_ZERO)));
+        return (proof){.high = exact_distance(&p->b, into(&e->rb, e->t, dd3_of(VEC_ZERO)))};
     if (p->a.type <= SHAPE_BOX && p->b.type <= SHAPE_BOX) {
         dd s = apart ? dd_of(INFINITY) : box_separation(e);
-        return s.hi <= 0 ? s : box_distance(e, r);
+        return s.hi <= 0 ? (proof){.high = s} : box_distance(e, r);
     }
-    if (r->hi * p->scale + e->radius.hi < -p->error) return dd_of(INFINITY);
+    if (r->hi * p->scale + e->radius.hi < -p->error) return (proof){.high = dd_of(INFINITY)};
     return corner_distance(e, dd3_round(dd_mat_tmul(&e->ra, dd3_of(r->axis))));
 }
 
@@ -339,20 +359,33 @@ void exact_draw_together(const unit_pair *p, narrow_result *r)
     r->point_b = r->point_a;
 }
 
+/* The points that the search in doubles found may be others, and farther apart than they are. */
+static void take_points(const unit_pair *p, const proof *found, narrow_result *r)
+{
+    double far = vec_norm(vec_sub(r->point_b, r->point_a));
+    vec3 line = direction_of(vec_sub(found->b, found->a));
+    if (!found->by_points || !(r->lo > 0) || !(far > r->hi * (1 + 0x1p-46)) || !(vec_norm2(line) > 0)) return;
+    r->point_a = vec_scale(vec_madd(found->a, p->a.radius, line), p->unit);
+    r->point_b = vec_scale(vec_madd(found->b, -p->b.radius, line), p->unit);
+}
+
 void exact_narrow(const exact_pair *e, narrow_result *r)
 {
     const unit_pair *p = e->p;
     bool plane_a = p->a.type == SHAPE_HALFSPACE, plane_b = p->b.type == SHAPE_HALFSPACE;
     dd error = dd_of(EXACT_ERROR * p->size), low, high;
+    proof found = {.by_points = false};
     if (plane_a || plane_b) {
         plane_bounds(e, r->axis, &low, &high);
     } else {
         low = separation(e, r->axis);
-        high = upper_bound(e, r);
+        found = upper_bound(e, r);
+        high = found.high;
     }
     double lo = dd_down(dd_sub(dd_sub(low, e->radius), dd_add(error, dd_of(p->excess))));
     r->lo = max_of(r->lo, real_below(p, lo));
     if (isfinite(high.hi)) r->hi = min_of(r->hi, real_above(p, dd_up(dd_add(dd_sub(high, e->radius), error))));
     r->hi = max_of(r->lo, r->hi);
+    take_points(p, &found, r);
     r->refined = true;
 }

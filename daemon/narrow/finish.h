@@ -35,12 +35,12 @@ static inline void set_bounds(const unit_pair *p, const span *s, narrow_result *
     out->refined = false;
 }
 
-/* From cores to shapes: radii along the line of the witnesses when the shapes are apart, along the axis when they are
- * not; back to real size. */
+/* From cores to shapes: radii along the line of the witnesses when the shapes are apart, or may be, along the axis when
+ * they are not; back to real size. */
 static inline void finish(const unit_pair *p, const span *s, narrow_result *out)
 {
     vec3 towards = s->axis;
-    if (s->hi > p->radius && p->radius > 0) {
+    if (s->hi + p->error > p->radius && p->radius > 0) {
         vec3 line = direction_of(vec_sub(s->point_b, s->point_a));
         if (vec_norm2(line) > 0) towards = line;
     }

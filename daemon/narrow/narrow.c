@@ -178,6 +178,18 @@ static void deviate(const shape *a, const shape *b, const narrow_request *r, nar
     result->status = settled ? NARROW_CERTAIN : NARROW_WIDE;
 }
 
+/* Shapes that may overlap or be apart are told to be no nearer than the points that prove it. */
+static void keep_to_points(const narrow_request *r, narrow_result *result)
+{
+    if (!(result->lo < 0 && result->hi >= 0) || result->refined) return;
+    double far = vec_norm(vec_sub(result->point_b, result->point_a)) * (1 + 4 * UNIT_ROUNDOFF);
+    if (!(far > result->hi)) return;
+    bool measure = r->facts & NARROW_DISTANCE, verdict = r->facts == 0 || (r->facts & ~(unsigned)NARROW_DISTANCE);
+    result->hi = far;
+    bool measured = far - result->lo <= r->tolerance || result->lo > r->range;
+    if ((measure && !measured) || (verdict && !measure && !decided(r, result))) result->status = NARROW_WIDE;
+}
+
 void narrow_query(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
     narrow_cache *cache, narrow_scratch *scratch, narrow_result *result)
 {
@@ -191,6 +203,7 @@ void narrow_query(const shape *a, const shape *b, const pose *b_in_a, const narr
             settle(&p, request, result);
         }
     }
+    keep_to_points(request, result);
     deviate(a, b, request, result);
     if (cache) {
         cache->axis = result->axis;
@@ -261,6 +274,7 @@ void narrow_query_world(const shape *a, pose pose_a, const shape *b, pose pose_b
         exact_pair e = exact_pair_of(&p, shape_1, first, shape_2, second);
         exact_narrow(&e, result);
     }
+    keep_to_points(request, result);
     move_origin(result, vec_sub(first.p, pose_a.p));
     if (refine) settle(&p, request, result);
     deviate(shape_1, shape_2, request, result);
