@@ -129,7 +129,8 @@ static void orbit(random_state *r, int axis, toi_pair *p)
 {
     vec3 turn = unit_axis(axis, some_turns(r));
     toi_mover *b = &p->b;
-    pose at = pose_mul(b->motion.start, b->local), centre = {p->a.motion.start.p, pick(r, 2) ? b->motion.start.q : POSE_IDENTITY.q};
+    pose at = pose_mul(b->motion.start, b->local),
+         centre = {p->a.motion.start.p, pick(r, 2) ? b->motion.start.q : POSE_IDENTITY.q};
     if (pick(r, 3) == 0) centre.p = vec_add(centre.p, eighths_vec(r, 8));
     b->local = pose_relative(centre, at);
     b->motion.start = centre;
@@ -211,15 +212,18 @@ toi_lattice_way toi_lattice_make(uint64_t seed, int type_a, int type_b, toi_pair
     p->b = (toi_mover){.shape = &p->shapes[1], .local = POSE_IDENTITY};
     shape ball = {.type = SHAPE_SPHERE, .radius = 1};
     bool wide_a = p->shapes[0].type == SHAPE_HALFSPACE, wide_b = p->shapes[1].type == SHAPE_HALFSPACE;
-    lattice_poses(&r, wide_a ? &ball : &p->shapes[0], wide_b ? &ball : &p->shapes[1], &p->a.motion.start, &p->b.motion.start);
-    if (pick(&r, 4) == 0) p->b.local = (pose){eighths_vec(&r, 8), {0.70710678118654752440, 0.70710678118654752440, 0, 0}};
+    lattice_poses(
+        &r, wide_a ? &ball : &p->shapes[0], wide_b ? &ball : &p->shapes[1], &p->a.motion.start, &p->b.motion.start);
+    if (pick(&r, 4) == 0)
+        p->b.local = (pose){eighths_vec(&r, 8), {0.70710678118654752440, 0.70710678118654752440, 0, 0}};
     if (pick(&r, 6) == 0) p->a.local.p = eighths_vec(&r, 8);
     p->request = (toi_request){.span = SPANS[pick(&r, 6)], .threshold = THRESHOLDS[pick(&r, 6)]};
     int axis = pick(&r, 3);
     double gap = pick(&r, 4) ? place_along(&r, axis, p) : p->request.threshold;
     toi_lattice_way way = (toi_lattice_way)pick(&r, LATTICE_WAYS);
     set_off(&r, way, axis, gap, p);
-    double far = vec_norm(vec_sub(p->b.motion.start.p, p->a.motion.start.p)) + vec_norm(p->a.motion.linear) + vec_norm(p->b.motion.linear);
+    double far = vec_norm(vec_sub(p->b.motion.start.p, p->a.motion.start.p)) + vec_norm(p->a.motion.linear) +
+                 vec_norm(p->b.motion.linear);
     p->size = reach_of(&p->a) + reach_of(&p->b) + far;
     p->request.tolerance = TOLERANCES[pick(&r, 4)] * p->size;
     over(p->request.span, &p->a.motion);
