@@ -305,9 +305,41 @@ static void what_machines_do_is_told_truly(void **state)
     assert_true(total.touches <= total.all / 400 + 2);
 }
 
+/* What went wrong, and how it has to end. */
+static void what_was_found_stays_mended(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *what;
+        uint64_t seed;
+        int type_a, type_b;
+        toi_status status;
+    } FOUND[] = {
+        {"a search for depth told the gap of the time before", 0x90000522f, SHAPE_SPHERE, TOI_LATTICE_COMPOUND,
+            TOI_HIT},
+        {"the gap was that of two parts, others were nearer", 0x308000052d4, SHAPE_CYLINDER, TOI_LATTICE_MESH, TOI_HIT},
+        {"it begins within rounding of contact and goes on", 0x70900000012, SHAPE_HULL, TOI_LATTICE_COMPOUND, TOI_HIT},
+        {"it is in a solid and touches a face from inside", 0x80000518f, SHAPE_SPHERE, TOI_LATTICE_MESH, TOI_HIT},
+        {"a ball that turns about another's centre", 0x532d, SHAPE_SPHERE, SHAPE_SPHERE, TOI_FREE},
+        {"two that turn as one body", 0x30500005010, SHAPE_CYLINDER, SHAPE_ELLIPSOID, TOI_FREE},
+    };
+    tally counts[LATTICE_WAYS] = {{0}};
+    for (size_t i = 0; i < sizeof FOUND / sizeof *FOUND; i++) {
+        toi_pair p;
+        (void)toi_lattice_make(FOUND[i].seed, FOUND[i].type_a, FOUND[i].type_b, &p);
+        toi_status status = toi_pair_find(&p).status;
+        if (status != FOUND[i].status)
+            fail_msg("%s: %s instead of %s", FOUND[i].what, toi_status_name(status), toi_status_name(FOUND[i].status));
+        check(FOUND[i].seed, FOUND[i].type_a, FOUND[i].type_b, counts);
+    }
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(what_machines_do_is_told_truly)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(what_was_found_stays_mended),
+        cmocka_unit_test(what_machines_do_is_told_truly),
+    };
     toi_lattice_create();
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
     toi_lattice_destroy();

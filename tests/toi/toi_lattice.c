@@ -67,7 +67,7 @@ static shape shape_of(random_state *r, int type)
 {
     if (type < SHAPE_CONVEX_COUNT) return lattice_shape(r, (shape_type)type);
     double radius = pick(r, 4) == 0 ? 0.125 : 0;
-    if (type == SHAPE_CONVEX_COUNT) return mesh_shape(meshes[pick(r, SOLIDS)], radius);
+    if (type == TOI_LATTICE_MESH) return mesh_shape(meshes[pick(r, SOLIDS)], radius);
     return (shape){.type = SHAPE_COMPOUND, .radius = radius, .compound = compounds[pick(r, SOLIDS)]};
 }
 

@@ -10,7 +10,7 @@
 void toi_lattice_create(void);
 void toi_lattice_destroy(void);
 
-enum { TOI_LATTICE_TYPES = SHAPE_CONVEX_COUNT + 2 }; /* the convex types, a mesh, a compound */
+enum { TOI_LATTICE_MESH = SHAPE_CONVEX_COUNT, TOI_LATTICE_COMPOUND, TOI_LATTICE_TYPES }; /* after the convex types */
 
 typedef enum toi_lattice_way {
     LATTICE_SLIDES,     /* across the axis along which they are placed */
