@@ -248,13 +248,14 @@ static bool begins_in_contact(walk *w)
         if (n.lo <= 0) deepen(w, 0);
         return n.lo <= 0;
     }
-    if (n.hi > w->threshold) look_whole(w, 0, NARROW_DISTANCE, INFINITY, &n); /* touches a face, maybe from inside */
+    if (n.hi > w->threshold && w->threshold >= 0) /* a verdict does not tell a face that is touched from inside */
+        look_whole(w, 0, NARROW_DISTANCE, INFINITY, &n);
     describe(w, 0, &n);
     w->out->status = TOI_NEAR;
     w->out->hi = INFINITY;
     if (n.hi <= w->threshold)
         tell_contact(w, 0);
-    else if (w->request->wander == 0)
+    else if (w->request->wander == 0 && n.hi <= w->threshold + w->request->tolerance)
         prove_contact(w);
     return true;
 }
