@@ -248,7 +248,7 @@ static bool begins_in_contact(walk *w)
         if (n.lo <= 0) deepen(w, 0);
         return n.lo <= 0;
     }
-    if (n.hi > w->threshold && w->threshold >= 0) /* a verdict does not tell a face that is touched from inside */
+    if (n.hi > w->threshold && w->threshold >= 0) /* a verdict stops short of the motion's rounding */
         look_whole(w, 0, NARROW_DISTANCE, INFINITY, &n);
     describe(w, 0, &n);
     w->out->status = TOI_NEAR;
