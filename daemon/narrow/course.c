@@ -18,6 +18,13 @@ static double reach_of(const shape *s, pose local)
     return (vec_norm(local.p) + shape_reach(s) + shape_excess(s)) * (1 + 8 * UNIT_ROUNDOFF);
 }
 
+static double core_reach_of(const shape *s, pose local)
+{
+    shape core = *s;
+    core.radius = 0;
+    return reach_of(&core, local);
+}
+
 /* Of the core about the axis through its body's origin. */
 static double radius_of(const shape *s, pose local, const motion *m)
 {
@@ -101,6 +108,8 @@ bool course_bounds(course *c, const toi_mover *a, const toi_mover *b, double spa
     if (planes && !c->straight) return false;
     c->reach_a = reach_of(a->shape, a->local);
     c->reach_b = reach_of(b->shape, b->local);
+    c->core_a = core_reach_of(a->shape, a->local);
+    c->core_b = core_reach_of(b->shape, b->local);
     bound(c, span);
     c->slack = slack_of(c, &a->motion, &b->motion, span);
     return true;
@@ -167,12 +176,17 @@ double course_separation(const course *c, const course_place *at, vec3 direction
     return narrow_separation(c->a, c->b, &at->b_in_a, axis, NULL, NULL);
 }
 
-/* In a frame that turns at w about its body's origin, a point x of the other one has the acceleration
- * |x'' - 2 w x x' - w x (x' ...)| <= |x''| + 2 w |x'| + w^2 |x|. */
-static double bend_with(const motion *frame, const motion *other, double other_radius, double far, double line)
+/* In a frame that turns at w about its body's origin, a point x of the other one's core has the acceleration
+ * |x'' - 2 w x x' - w x (x' ...)| <= |x''| + 2 w |x'| + w^2 |x|. With x = p + y, p the other body's origin, y turns by
+ * v - w there, and has |(v - w) x (v x y) - w x ((v - w) x y)|: what turns as one body has none. */
+static double bend_with(
+    const motion *frame, const motion *other, double other_radius, double other_core, double far, double line)
 {
     double w = turning(frame), v = turning(other);
-    double bend = w * w * far + 2 * w * (line + v * other_radius) + v * v * other_radius;
+    double against = vec_norm(vec_sub(other->angular, frame->angular)) * (1 + 8 * UNIT_ROUNDOFF);
+    double apiece = w * w * other_core + 2 * w * v * other_radius + v * v * other_radius;
+    double together = against * (v * other_radius + w * other_core);
+    double bend = w * w * far + 2 * w * line + min_of(apiece, together);
     return bend * (1 + 64 * UNIT_ROUNDOFF);
 }
 
@@ -188,8 +202,8 @@ double course_bend(const course *c, course_frame frame, double from, double to)
     double line = vec_norm(c->body_b.linear), apart = course_far(c, from, to);
     if (frame == COURSE_STILL)
         return (c->plane_turn2 * (apart + c->plane_extent) + c->plane_bend) * (1 + 64 * UNIT_ROUNDOFF);
-    return frame == COURSE_WITH_A ? bend_with(&c->body_a, &c->body_b, c->radius_b, apart + c->reach_b, line)
-                                  : bend_with(&c->body_b, &c->body_a, c->radius_a, apart + c->reach_a, line);
+    return frame == COURSE_WITH_A ? bend_with(&c->body_a, &c->body_b, c->radius_b, c->core_b, apart, line)
+                                  : bend_with(&c->body_b, &c->body_a, c->radius_a, c->core_a, apart, line);
 }
 
 vec3 course_carry(course_frame frame, const course_place *from, vec3 axis_in_a, const course_place *to)

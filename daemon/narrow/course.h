@@ -31,6 +31,7 @@ typedef struct course {
     double speed;        /* m/s: no two points approach each other faster */
     double radius_a, radius_b; /* m: of the cores about the axes that they turn about */
     double reach_a, reach_b;   /* m: of the shapes from the origins of their bodies; of half-spaces: their frames */
+    double core_a, core_b;     /* m: the same of the cores: a radius is the same all round, however a direction turns */
     double slack;              /* m: rounding of all poses up to the end of the span */
 } course;
 

@@ -79,12 +79,12 @@ static double spare_rate(const march *m)
 static bool touches(march *m, double time)
 {
     course_place at = course_at(m->c, time);
-    narrow_request r = {
-        .facts = NARROW_VERDICT, .tolerance = m->request->tolerance, .threshold = m->request->threshold};
+    double threshold = m->request->threshold - m->c->slack; /* a verdict stops as soon as it says */
+    narrow_request r = {.facts = NARROW_VERDICT, .tolerance = m->request->tolerance, .threshold = threshold};
     narrow_result n;
     narrow_query(m->c->a, m->c->b, &at.b_in_a, &r, NULL, m->scratch, &n);
     m->out->queries++;
-    return n.hi <= m->request->threshold - m->c->slack;
+    return n.hi <= threshold;
 }
 
 /* ---- steps ---- */

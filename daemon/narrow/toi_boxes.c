@@ -22,7 +22,7 @@ static const double DIP_SHARE = 0.75; /* of the gap that a step may use up by it
 static double bend_across(const moving_boxes *m, const box_axis *n, double from, double to)
 {
     double w = m->c->spin_a.speed + m->c->spin_b.speed, apart = moving_boxes_apart(m, to);
-    double far = course_far(m->c, from, to) + m->c->reach_a + m->c->reach_b;
+    double far = course_far(m->c, from, to) + m->c->core_a + m->c->core_b;
     return (w * w * (far + apart) + 2 * w * m->c->speed + m->c->bend) / n->length * (1 + 64 * UNIT_ROUNDOFF);
 }
 

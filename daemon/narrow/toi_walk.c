@@ -122,14 +122,13 @@ static void descend(walk *w, const toi_part *a, const toi_part *b, double since,
 /* ---- the whole shapes ---- */
 
 /* At a time, certified: in world axes about the origin of A's body then. */
-static void look_whole(walk *w, double time, unsigned facts, narrow_result *n)
+static void look_whole(walk *w, double time, unsigned facts, double range, narrow_result *n)
 {
     const motion *a = &w->a->motion, *b = &w->b->motion;
     vec3 apart = vec_madd(vec_sub(b->start.p, a->start.p), time, vec_sub(b->linear, a->linear));
     pose at_a = pose_mul((pose){VEC_ZERO, motion_pose(a, time).q}, w->a->local);
     pose at_b = pose_mul((pose){apart, motion_pose(b, time).q}, w->b->local);
-    narrow_request r = {
-        .facts = facts, .tolerance = w->request->tolerance, .range = INFINITY, .threshold = w->threshold};
+    narrow_request r = {.facts = facts, .tolerance = w->request->tolerance, .range = range, .threshold = w->threshold};
     narrow_query_world(w->a->shape, at_a, w->b->shape, at_b, &r, w->scratch, n);
     w->out->queries++;
     n->lo -= w->sweep.course.slack;
@@ -169,7 +168,7 @@ static void prove_contact(walk *w)
     for (int k = 0; k < PROOFS_MAX && time < w->request->span; k++, step *= 2) {
         time = min_of(time + step, w->request->span);
         narrow_result n;
-        look_whole(w, time, NARROW_VERDICT, &n);
+        look_whole(w, time, NARROW_VERDICT, INFINITY, &n);
         if (n.hi <= w->threshold) tell_contact(w, time);
         if (n.hi <= w->threshold || n.lo > w->threshold) return;
     }
@@ -205,8 +204,8 @@ static void deepen(walk *w, double time)
     double span = w->request->span, wander = w->request->wander, spare = 0;
     toi_result *out = w->out;
     narrow_result n;
-    for (int k = 0; k < DEEPER_MAX; k++) {
-        look_whole(w, time, NARROW_DISTANCE, &n);
+    for (int k = 0;; k++) {
+        look_whole(w, time, NARROW_DISTANCE, INFINITY, &n);
         spare = spare_at(w, time, &n);
         double last = min_of(spare_along(w, time, n.axis), spare_along(w, span, n.axis));
         double step = course_step_until_used(spare, -(c->speed + wander * time), wander);
@@ -216,7 +215,7 @@ static void deepen(walk *w, double time)
                 .status = TOI_FREE, .lo = INFINITY, .hi = INFINITY, .queries = out->queries, .steps = out->steps};
             return;
         }
-        if (spare <= w->request->tolerance || !(time + step > time)) break;
+        if (spare <= w->request->tolerance || !(time + step > time) || k == DEEPER_MAX) break;
         time += step;
     }
     describe(w, time, &n);
@@ -229,18 +228,35 @@ static void deepen(walk *w, double time)
         prove_contact(w);
 }
 
+/* What was kept is of the two parts that meet first; at that time others may be nearer. The whole is no farther apart
+ * than any two of its parts, and apart before. */
+static void tell_nearest(walk *w)
+{
+    toi_result *out = w->out;
+    narrow_result n;
+    look_whole(w, out->lo, NARROW_DISTANCE, out->gap_hi + 4 * w->sweep.course.slack, &n);
+    if (n.hi < out->gap_lo) describe(w, out->lo, &n);
+    out->gap_lo = min_of(out->gap_lo, max_of(n.lo, w->threshold));
+}
+
 /* Do they touch at the beginning? A shape may lie inside of a solid without touching a triangle. */
 static bool begins_in_contact(walk *w)
 {
     narrow_result n;
-    look_whole(w, 0, w->threshold < 0 ? NARROW_DISTANCE : NARROW_VERDICT, &n);
+    look_whole(w, 0, w->threshold < 0 ? NARROW_DISTANCE : NARROW_VERDICT, INFINITY, &n);
     if (n.lo > w->threshold) {
         if (n.lo <= 0) deepen(w, 0);
         return n.lo <= 0;
     }
+    if (n.hi > w->threshold && w->threshold >= 0) /* a verdict stops short of the motion's rounding */
+        look_whole(w, 0, NARROW_DISTANCE, INFINITY, &n);
     describe(w, 0, &n);
-    w->out->status = n.hi <= w->threshold ? TOI_HIT : TOI_NEAR;
-    w->out->hi = n.hi <= w->threshold ? 0 : INFINITY;
+    w->out->status = TOI_NEAR;
+    w->out->hi = INFINITY;
+    if (n.hi <= w->threshold)
+        tell_contact(w, 0);
+    else if (w->request->wander == 0 && n.hi <= w->threshold + w->request->tolerance)
+        prove_contact(w);
     return true;
 }
 
@@ -248,7 +264,7 @@ static bool begins_in_contact(walk *w)
 static void tell_skipped(walk *w)
 {
     narrow_result n;
-    look_whole(w, w->skipped, NARROW_DISTANCE, &n);
+    look_whole(w, w->skipped, NARROW_DISTANCE, INFINITY, &n);
     describe(w, w->skipped, &n);
     if (n.hi <= w->threshold && w->request->wander == 0) w->out->hi = w->skipped;
     w->out->status = w->out->hi == INFINITY ? TOI_UNDECIDED : TOI_HIT;
@@ -287,7 +303,8 @@ void toi_walk(
     if (out->status == TOI_NEAR && out->hi == INFINITY && request->wander == 0) prove_contact(&w);
     if (w.skipped <= out->lo && w.skipped != INFINITY) {
         tell_skipped(&w);
-    } else if (out->hi != INFINITY) {
-        out->status = TOI_HIT;
+        return;
     }
+    if (out->hi != INFINITY) out->status = TOI_HIT;
+    if (out->status != TOI_FREE) tell_nearest(&w);
 }

@@ -201,10 +201,66 @@ static void pass_by(elementary_query *q, uint64_t *s)
         q->start[i] = vec_madd(q->start[i], distance, n), q->end[i] = vec_madd(q->end[i], distance, n);
 }
 
+static vec3 along_axis(uint64_t axis, double length)
+{
+    return vec(axis == 0 ? length : 0, axis == 1 ? length : 0, axis == 2 ? length : 0);
+}
+
+static double eighths_either_way(uint64_t *s, uint64_t most)
+{
+    return eighths(s, 2 * most) - (double)most / 8;
+}
+
+/* A corner of a lattice, and from there along an axis, or an arm of a right angle; or nowhere. */
+static void draw_part(elementary_query *q, uint64_t *s, int from, int to)
+{
+    uint64_t axis = below(s, 3), kind = below(s, 8);
+    for (int i = from; i < to; i++) {
+        q->start[i] = i == from ? vec_scale(on_grid(s, 8), 0.125) : q->start[from];
+        if (i == from || kind == 0) continue;
+        uint64_t along = kind == 1 ? axis : (axis + (uint64_t)(i - from)) % 3; /* 1: all in a line */
+        q->start[i] = vec_add(q->start[i], along_axis(along, eighths_either_way(s, 8)));
+        if (kind == 2) q->start[i] = vec_add(q->start[i], along_axis(below(s, 3), eighths_either_way(s, 8)));
+    }
+}
+
+static vec3 draw_step(uint64_t *s)
+{
+    static const double FAST[] = {1, 1, 1, 64};
+    if (below(s, 4) == 0) return VEC_ZERO;
+    vec3 step = below(s, 3) ? along_axis(below(s, 3), eighths_either_way(s, 16)) : vec_scale(on_grid(s, 8), 0.125);
+    return vec_scale(step, FAST[below(s, 4)]);
+}
+
+static void disturb(elementary_query *q, uint64_t *s, int first)
+{
+    static const double NOISE[] = {1e-15, 1e-13, 1e-11, 1e-9, 1e-7, 1e-5, 1e-3};
+    vec3 by = along_axis(below(s, 3), NOISE[below(s, 7)] * (below(s, 2) ? 1 : -1));
+    bool only_at_the_end = below(s, 2);
+    for (int i = 0; i < first; i++) {
+        if (!only_at_the_end) q->start[i] = vec_add(q->start[i], by);
+        q->end[i] = vec_add(q->end[i], by);
+    }
+}
+
+static void go_along_axes(elementary_query *q, uint64_t *s)
+{
+    int first = q->kind == ELEMENTARY_VF ? 1 : 2; /* of the second part's points */
+    draw_part(q, s, 0, first);
+    draw_part(q, s, first, 4);
+    vec3 a = draw_step(s), b = below(s, 3) ? VEC_ZERO : below(s, 2) ? a : draw_step(s);
+    for (int i = 0; i < 4; i++) q->end[i] = vec_add(q->start[i], i < first ? a : b);
+    if (below(s, 6) == 0) q->end[below(s, 4)] = vec_scale(on_grid(s, 8), 0.125); /* it bends or turns */
+    static const double WHEN[] = {0, 0, 0.5, 1, 1};
+    double u = eighths(s, q->kind == ELEMENTARY_VF ? 4 : 8), v = eighths(s, q->kind == ELEMENTARY_VF ? 4 : 8);
+    if (below(s, 3)) make_contact(q, WHEN[below(s, 5)], below(s, 2) ? u : 0, below(s, 2) ? v : 0);
+    if (below(s, 3) == 0) disturb(q, s, first);
+}
+
 const char *elementary_class_name(elementary_class c)
 {
     static const char *const NAMES[ELEMENTARY_CLASSES] = {"random", "grid", "built", "coplanar", "turning plane",
-        "sliver", "zero length", "coincident", "far", "cloth", "near miss"};
+        "sliver", "zero length", "coincident", "far", "cloth", "near miss", "lattice"};
     return NAMES[c];
 }
 
@@ -243,6 +299,9 @@ elementary_query elementary_make(elementary_class c, uint64_t n)
         break;
     case ELEMENTARY_NEAR_MISS:
         pass_by(&q, s);
+        break;
+    case ELEMENTARY_LATTICE:
+        go_along_axes(&q, s);
         break;
     default:
         fill(&q, s, 1);

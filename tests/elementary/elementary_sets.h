@@ -20,6 +20,8 @@ typedef enum elementary_class {
     ELEMENTARY_FAR,         /* a contact, shifted by 2^20 to 2^40 sizes */
     ELEMENTARY_CLOTH,       /* two sheets: size 1, motion 0.1 a step, mostly passing by */
     ELEMENTARY_NEAR_MISS,   /* past each other at 1e-3 to 1e-9 of the size */
+    ELEMENTARY_LATTICE,     /* as machines go: axis-parallel edges and faces in eighths that rest, slide in contact,
+                               graze, end exactly in contact or part from it; some off by 1e-15 to 1e-3 */
     ELEMENTARY_CLASSES,
 } elementary_class;
 

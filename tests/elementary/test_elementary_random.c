@@ -73,12 +73,24 @@ static void hold_with_a_separation(void **state)
     }
 }
 
+/* Thresholds on the lattice, exactly reached or missed. */
+static void hold_with_a_separation_on_the_lattice(void **state)
+{
+    (void)state;
+    elementary_tally tally = {0};
+    for (size_t n = 0; n < wanted(4000); n++)
+        hold(ELEMENTARY_LATTICE, 4000000 + n, 0.125 * (double)(1 + n / 2 % 4), &tally);
+    elementary_print_tally("on the lattice", &tally);
+    assert_true(tally.certain > tally.queries / 20);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(hold_without_separation),
         cmocka_unit_test(what_is_less_than_scales_is_not_lost),
         cmocka_unit_test(hold_with_a_separation),
+        cmocka_unit_test(hold_with_a_separation_on_the_lattice),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
