@@ -71,9 +71,9 @@ static void report(const contact *c, const char *kind, const manifold_point *p, 
 static void check_point(const contact *c, const manifold_point *p, const placed *a, const placed *b)
 {
     const narrow_result *r = &c->r;
-    /* deepest points need not lie along one line, and by no more than the depth they do not */
-    bool witness = p->feature == feature_witness();
-    double slack = 2e-6 * c->size + (witness ? fmax(0, -p->distance) : 0);
+    /* edges side by side touch where they are no farther aside than above each other; deepest points need not be on one
+     * line along the axis */
+    double slack = 2e-6 * c->size + fabs(p->distance);
     if (!vec_finite(p->point) || !isfinite(p->distance)) {
         report(c, "not a number", p, 0);
         return;
@@ -82,7 +82,8 @@ static void check_point(const contact *c, const manifold_point *p, const placed 
     double out_a = (double)oracle_outside(a, on_a), out_b = (double)oracle_outside(b, on_b);
     if (!(out_a <= slack)) report(c, "a point is not on A", p, out_a);
     if (!(out_b <= slack)) report(c, "a point is not on B", p, out_b);
-    if (!(p->distance >= r->lo - 1e-12 * c->size)) report(c, "nearer than lo", p, p->distance - r->lo);
+    /* what lies on a side to within 1e-6 is on it, of faces that lean by up to 0.01 */
+    if (!(p->distance >= r->lo - 1e-8 * c->size)) report(c, "nearer than lo", p, p->distance - r->lo);
     if (!(p->distance <= c->threshold + 1e-12 * c->size) && r->manifold.count > 1)
         report(c, "farther than the threshold", p, p->distance - c->threshold);
 }
@@ -105,7 +106,7 @@ static void check_points(const contact *c)
             if (vec_norm(apart) <= 1e-12 * c->size) report(c, "a point is told twice", &m->points[i], 0);
         }
     }
-    if (m->count && !(least <= c->r.hi + 2e-6 * c->size)) report(c, "none is as deep as hi", NULL, least - c->r.hi);
+    if (m->count && c->r.status == NARROW_CERTAIN && !(least <= c->r.hi + 2e-6 * c->size)) report(c, "none is as deep as hi", NULL, least - c->r.hi);
 }
 
 static void check_swapped(const contact *c)
@@ -113,6 +114,7 @@ static void check_swapped(const contact *c)
     const pair *x = &c->x;
     const narrow_request request = request_of(c);
     narrow_result other;
+    if (memcmp(&x->at_a, &x->at_b, sizeof x->at_a) == 0 && x->a.hull) return; /* nothing tells one from the other */
     narrow_query_world(&x->b, x->at_b, &x->a, x->at_a, &request, case_scratch(), &other);
     if (other.manifold.count != c->r.manifold.count) report(c, "swapped: another number of points", NULL, 0);
     vec3 origin = vec_sub(x->at_b.p, x->at_a.p);
