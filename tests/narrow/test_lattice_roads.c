@@ -58,6 +58,18 @@ static bool is_polytope(const shape *s)
     return s->type <= SHAPE_BOX || s->type == SHAPE_HULL;
 }
 
+/* Along the axes of either, which such pairs are deepest along, they are no farther apart than hi. */
+static void check_directions(const lattice_case *c, const narrow_result *r, double rounded)
+{
+    const pair *x = &c->x;
+    placed a = oracle_place(&x->a, x->at_a, x->at_a.p), b = oracle_place(&x->b, x->at_b, x->at_a.p);
+    const real3 axes[6] = {a.rx, a.ry, a.rz, b.rx, b.ry, b.rz};
+    for (int k = 0; k < 12; k++) {
+        double by = (double)(oracle_separation(&a, &b, real3_scale(axes[k / 2], k % 2 ? -1 : 1)) - r->hi);
+        if (by > rounded) report(c, "a direction separates by more than hi", r, by);
+    }
+}
+
 /* `r` in world axes with its origin at A's. */
 static void check_proof(const lattice_case *c, const narrow_result *r, bool exactly)
 {
@@ -77,6 +89,7 @@ static void check_proof(const lattice_case *c, const narrow_result *r, bool exac
     if (!(out_a <= slack)) report(c, "the point of A is outside", r, out_a);
     if (!(out_b <= slack)) report(c, "the point of B is outside", r, out_b);
     if (r->lo > 0 && !(line <= r->hi + rounded)) report(c, "the points do not prove hi", r, line - r->hi);
+    if (exactly && !is_plane(&x->a) && !is_plane(&x->b)) check_directions(c, r, rounded);
     if (!exactly || !is_polytope(&x->a) || !is_polytope(&x->b)) return;
     real truth = polytope_signed_distance(&a, &b);
     if (!((real)r->lo - rounded <= truth && truth <= (real)r->hi + rounded))
