@@ -82,6 +82,7 @@ void mesh_part_distance(const mesh_walk *w, const narrow_goal *goal, span *best)
             best->point_a = m->a;
             best->point_b = m->b;
         }
-        if (narrow_goal_reached(goal, best->lo, best->hi) || known(&s, m->w) || !advance(w, &s, best, &axis, &stalls)) break;
+        if (narrow_goal_reached(goal, best->lo, best->hi) || known(&s, m->w) || !advance(w, &s, best, &axis, &stalls))
+            break;
     }
 }

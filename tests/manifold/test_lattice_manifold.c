@@ -106,7 +106,8 @@ static void check_points(const contact *c)
             if (vec_norm(apart) <= 1e-12 * c->size) report(c, "a point is told twice", &m->points[i], 0);
         }
     }
-    if (m->count && c->r.status == NARROW_CERTAIN && !(least <= c->r.hi + 2e-6 * c->size)) report(c, "none is as deep as hi", NULL, least - c->r.hi);
+    if (m->count && c->r.status == NARROW_CERTAIN && !(least <= c->r.hi + 2e-6 * c->size))
+        report(c, "none is as deep as hi", NULL, least - c->r.hi);
 }
 
 static void check_swapped(const contact *c)

@@ -107,9 +107,9 @@ static soup prism(const double (*outline)[2], int count, double half)
         int j = (i + 1) % count;
         const int32_t faces[4][3] = {
             {i, j, count + j}, {i, count + j, count + i}, {0, j, i}, {count, count + i, count + j}};
-        for (int f = 0; f < (i && j ? 4 : 2); f++)
-            for (int k = 0; k < 3; k++)
-                s.corners[3 * s.triangle_count + (size_t)k] = faces[f][k], k == 2 ? s.triangle_count++ : 0;
+        int count_here = i && j ? 4 : 2; /* no caps at the first corner */
+        memcpy(s.corners + 3 * s.triangle_count, faces, (size_t)count_here * sizeof faces[0]);
+        s.triangle_count += (size_t)count_here;
     }
     return s;
 }
