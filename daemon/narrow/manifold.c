@@ -47,7 +47,7 @@ typedef struct outline {
     double slope_x, slope_y; /* of a polygon's plane: h = at[0].h + slope_x (x - at[0].x) + slope_y (y - at[0].y) */
     double facing;           /* |cosine| between its normal and the axis; 0 for segments */
     double area;             /* twice, signed: positive when it runs counter-clockwise in x, y */
-    double span;
+    double span;             /* in x, y; of a segment its length: one that stands upright is no less for that */
 } outline;
 
 /* A corner of the overlap, on its way through the clipping. */
@@ -124,7 +124,8 @@ static void outline_of(const feature *f, const transform *to_a, const contact_fr
     out->at[0] = out->at[1] = (spot){0, 0, 0};
     for (uint32_t i = 0; i < f->count; i++) {
         out->at[i] = to_spot(frame, to_a ? transform_point(to_a, f->corner[i]) : f->corner[i]);
-        span2 = max_of(span2, flat_length2(out->at[0], out->at[i]));
+        double rise = f->count == 2 ? out->at[i].h - out->at[0].h : 0;
+        span2 = max_of(span2, flat_length2(out->at[0], out->at[i]) + rise * rise);
         if (i > 1) out->area += turn(out->at[0], out->at[i - 1], out->at[i]);
     }
     out->span = sqrt(span2);
@@ -269,19 +270,23 @@ typedef struct contact {
     double radius_a, radius_b, threshold;
 } contact;
 
+/* Of two in one spot the deeper one counts, where that is more than noise: the lower end of a segment upright. */
 static void add_candidate(
     const contact *c, spot on_a, double height_b, uint32_t code_a, uint32_t code_b, candidates *out)
 {
     double top_a = on_a.h + c->radius_a, bottom_b = height_b - c->radius_b;
-    candidate *to = &out->at[out->count];
-    for (uint32_t i = 0; i < out->count; i++)
-        if (max_of(fabs(out->at[i].x - on_a.x), fabs(out->at[i].y - on_a.y)) <= out->slack) return;
+    uint32_t place = 0;
+    while (
+        place < out->count && !(max_of(fabs(out->at[place].x - on_a.x), fabs(out->at[place].y - on_a.y)) <= out->slack))
+        place++;
+    candidate *to = &out->at[place];
+    if (place < out->count && !(bottom_b - top_a < to->point.distance - out->slack)) return;
     to->x = on_a.x;
     to->y = on_a.y;
     to->point.distance = bottom_b - top_a;
     to->point.point = from_spot(&c->frame, (spot){on_a.x, on_a.y, 0.5 * (top_a + bottom_b)});
     to->point.feature = feature_id(code_a, code_b);
-    if (to->point.distance <= c->threshold) out->count++;
+    if (place == out->count && to->point.distance <= c->threshold) out->count++;
 }
 
 /* Face against face or segment: what of `inc` lies over `ref`. */

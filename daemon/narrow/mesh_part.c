@@ -7,7 +7,12 @@
 #include "scalar.h"
 #include "simplex.h"
 
-enum { ITERATIONS_MAX = 128 };
+enum { ITERATIONS_MAX = 128, STALLS_MAX = 16 };
+
+/* Share of the size: while the bounds are farther apart than this, it goes on without coming nearer. Of triangles that
+ * are parallel to the other but for 1e-9 the points are the nearest to the last bit long before the axis is: an axis
+ * that is off by x costs lo x, and the points by which it is found x^2. */
+static const double STALLED = 0x1p-38;
 
 static vec3 corner_along(const vec3 p[3], vec3 d)
 {
@@ -96,8 +101,8 @@ static bool face_answers(const mesh_walk *w, const narrow_goal *goal, span *best
 
 /* ---- the search ---- */
 
-/* As in gjk.c. */
-static bool advance(const mesh_walk *w, simplex *s, span *best, vec3 *axis)
+/* As in gjk.c, but for stalls. */
+static bool advance(const mesh_walk *w, simplex *s, span *best, vec3 *axis, int *stalls)
 {
     s->count++;
     nearest_feature n = simplex_reduce(s);
@@ -108,7 +113,8 @@ static bool advance(const mesh_walk *w, simplex *s, span *best, vec3 *axis)
     bool decreased = n.norm < best->hi || best->iterations == 1;
     if (n.norm < best->hi) lower_upper(best, n.norm, s);
     *axis = n.axis;
-    if (best->hi > 8 * UNIT_ROUNDOFF * w->part.size && decreased) return true;
+    bool goes_on = decreased || (best->hi - best->lo > STALLED * w->part.size && ++*stalls <= STALLS_MAX);
+    if (best->hi > 8 * UNIT_ROUNDOFF * w->part.size && goes_on) return true;
     raise_lower(best, vec_dot(n.axis, nearest_along(w, n.axis).w), n.axis);
     return false;
 }
@@ -118,6 +124,7 @@ void mesh_part_distance(const mesh_walk *w, const narrow_goal *goal, span *best)
     simplex s = {.count = 0};
     *best = (span){.lo = -INFINITY, .hi = INFINITY, .method = NARROW_BY_GJK, .iterations = 1};
     if (w->ma && (edges_answer(w, goal, best) || face_answers(w, goal, best))) return;
+    int stalls = 0;
     vec3 axis = direction_of(w->lead);
     if (!(vec_norm2(axis) > 0)) axis = vec(1, 0, 0);
     best->lo = -INFINITY;
@@ -131,6 +138,7 @@ void mesh_part_distance(const mesh_walk *w, const narrow_goal *goal, span *best)
             best->point_a = m->a;
             best->point_b = m->b;
         }
-        if (narrow_goal_reached(goal, best->lo, best->hi) || known(&s, m->w) || !advance(w, &s, best, &axis)) break;
+        if (narrow_goal_reached(goal, best->lo, best->hi) || known(&s, m->w) || !advance(w, &s, best, &axis, &stalls))
+            break;
     }
 }

@@ -41,7 +41,8 @@ INLINE void nearest_of_lines(const lines *g, vec3 across, double *s_a, double *s
 }
 
 /* Where rounding keeps the line between the points from proving their distance, for it is short: across both segments,
- * across the one whose end has no part in it, or from end to end. */
+ * across the one whose end has no part in it, or from end to end. Zero where nothing is left of that: where one ends on
+ * the other's line, or they are parallel. */
 INLINE vec3 sharper_axis(const lines *g, vec3 across, double s_a, double s_b, vec3 v)
 {
     bool inner_a = fabs(s_a) < g->ha, inner_b = fabs(s_b) < g->hb;
@@ -81,7 +82,7 @@ INLINE bool two_capsules(const placed *q, narrow_result *out)
     if (!(s.hi - s.lo <= 0.25 * p.error)) {
         s.axis = sharper_axis(&g, across, s_a, s_b, v);
         s.lo = apart_along(&g, s.axis);
-        if (!(s.hi - s.lo <= 0.25 * p.error)) return false;
+        if (!(s.hi - s.lo <= 0.25 * p.error) || !(vec_norm2(s.axis) > 0)) return false;
         if (s.hi <= p.radius) towards = s.axis;
     }
     return end(q, &p, &s, towards, out);

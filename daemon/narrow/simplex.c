@@ -212,6 +212,20 @@ static void try_edges(nearest *best, const vec3 *p)
     try_edge(best, p, 0, 2);
 }
 
+/* Of a thin triangle rounding may have missed that the origin's foot is on the face: then the edge that was found is
+ * too far, and corners are less high above the origin than it, along its own direction. The least of them is a lower
+ * bound, and so is the height of the plane. */
+static double edge_or_less(const vec3 p[3], double distance, vec3 axis, vec3 normal)
+{
+    double along = INFINITY, plane = INFINITY, size = 0;
+    for (int i = 0; i < 3; i++) {
+        along = min_of(along, vec_dot(axis, p[i]));
+        plane = min_of(plane, fabs(vec_dot(normal, p[i])));
+        size = max_of(size, vec_greatest(p[i]));
+    }
+    return along >= distance - 16 * UNIT_ROUNDOFF * size ? distance : min_of(distance, max_of(along, plane));
+}
+
 double triangle_nearest(vec3 p0, vec3 p1, vec3 p2, double weight[3], vec3 *normal, vec3 *axis)
 {
     const vec3 p[3] = {p0, p1, p2};
@@ -224,7 +238,8 @@ double triangle_nearest(vec3 p0, vec3 p1, vec3 p2, double weight[3], vec3 *norma
     *axis = best.count == 3 ? *normal : direction_of(best.point);
     /* On a face a weight errs by u / |n|, and the point slides in the plane: of a thin triangle close to the origin
      * farther than it is away. The height of the plane at that point knows nothing of it, nor is it ever more. */
-    return best.count == 3 ? fabs(vec_dot(*normal, best.point)) : sqrt(best.norm2);
+    if (best.count == 3) return fabs(vec_dot(*normal, best.point));
+    return edge_or_less(p, sqrt(best.norm2), *axis, *normal);
 }
 
 void simplex_witness(const simplex *s, vec3 *point_a, vec3 *point_b)

@@ -187,6 +187,28 @@ static void a_capsule_lying_on_a_box_touches_in_two_points(void **state)
     assert_true(has_point(&m, vec(2, 0, 0.995), 1e-12)); /* cut off at the edge */
 }
 
+/* Upright but for noise: its lower end alone, by one id, whichever end that is. */
+static void a_capsule_standing_on_a_box_touches_in_one_point(void **state)
+{
+    (void)state;
+    shape a = box_of(1, 1, 1), b = capsule_of(0.5, 0.25), plane = {.type = SHAPE_HALFSPACE};
+    static const double LEANS[] = {0, 1e-16, 1e-13, 1e-11, 1e-8};
+    for (int upside_down = 0; upside_down < 2; upside_down++)
+        for (int on_plane = 0; on_plane < 2; on_plane++) {
+            uint64_t feature = 0;
+            for (size_t i = 0; i < sizeof LEANS / sizeof *LEANS; i++) {
+                quat q = quat_unit(quat_mul(turned(vec(1, 0, 0), LEANS[i]), turned(vec(0, 1, 0), upside_down * PI)));
+                double top = on_plane ? 0 : 1;
+                manifold m;
+                build_above(on_plane ? &plane : &a, top, &b, (pose){{0.1, 0.2, top + 0.125}, q}, 0, &m);
+                assert_int_equal(m.count, 1);
+                assert_true(fabs(m.points[0].distance + 0.625) < 1e-12);
+                if (i) assert_int_equal(m.points[0].feature, feature);
+                feature = m.points[0].feature;
+            }
+        }
+}
+
 static void a_cylinder_standing_on_a_box_touches_in_four_points_of_its_disc(void **state)
 {
     (void)state;
@@ -433,6 +455,7 @@ int main(void)
         cmocka_unit_test(parallel_edges_touch_along_their_common_stretch),
         cmocka_unit_test(edges_that_are_almost_parallel_touch_only_where_they_cross),
         cmocka_unit_test(a_capsule_lying_on_a_box_touches_in_two_points),
+        cmocka_unit_test(a_capsule_standing_on_a_box_touches_in_one_point),
         cmocka_unit_test(a_cylinder_standing_on_a_box_touches_in_four_points_of_its_disc),
         cmocka_unit_test(a_cylinder_lying_on_a_box_touches_in_two_points),
         cmocka_unit_test(a_tilted_cylinder_touches_at_the_lowest_point_of_its_rim),

@@ -173,6 +173,27 @@ static void regular_poses_are_certified(void **state)
     }
 }
 
+/* A cylinder that lies on a plate but for 1e-12, as a pair on a lattice was: where the surface that the search grows is
+ * thin, the nearest point of a facet was not found, and its depth told to be twice what it is. */
+static void thin_facets_are_no_deeper_than_they_are(void **state)
+{
+    (void)state;
+    static const double TOLERANCES[] = {0, 1e-12, 1e-11, 1e-9, 1e-6};
+    const shape plate = {.type = SHAPE_BOX, .half = {1, 1, 0.25}},
+                roll = {.type = SHAPE_CYLINDER, .half = {1, 1, 0.75}};
+    const pose at = {{5.6100209372449377e-12, -7.8465782560255161e-12, 1.2500000000026379},
+        {-0.27059805007596827, -0.27059805006557824, 0.65328148244323525, 0.65328148243506778}};
+    placed a = oracle_place(&plate, POSE_IDENTITY, VEC_ZERO), b = oracle_place(&roll, at, VEC_ZERO);
+    double upward = (double)oracle_separation(&a, &b, real3_of(vec(0, 0, 1)));
+    for (size_t i = 0; i < sizeof TOLERANCES / sizeof *TOLERANCES; i++) {
+        const narrow_request request = {.facts = NARROW_DISTANCE, .tolerance = TOLERANCES[i], .range = INFINITY};
+        narrow_result r;
+        narrow_query_world(&plate, POSE_IDENTITY, &roll, at, &request, case_scratch(), &r);
+        assert_true(upward <= r.hi);
+        check(&plate, POSE_IDENTITY, &roll, at, TOLERANCES[i], false, i);
+    }
+}
+
 static int create(void **state)
 {
     (void)state;
@@ -194,6 +215,7 @@ int main(void)
         cmocka_unit_test(domes_cover_every_low_direction_through_a_triangle),
         cmocka_unit_test(random_intervals_are_as_narrow_as_asked),
         cmocka_unit_test(regular_poses_are_certified),
+        cmocka_unit_test(thin_facets_are_no_deeper_than_they_are),
     };
     return cmocka_run_group_tests(tests, create, destroy);
 }

@@ -187,6 +187,26 @@ static void centres_that_coincide_are_answered(void **state)
     assert_true(r.lo <= -3 && -3 <= r.hi && r.hi - r.lo <= 2e-14 && fabs(vec_norm(r.axis) - 1) <= 1e-15);
 }
 
+/* The one's core ends, but for rounding, on the middle of the other's: what is left between them points nowhere. */
+static void a_core_that_ends_on_the_other_has_an_axis(void **state)
+{
+    (void)state;
+    pair x = {.a = {.type = SHAPE_CAPSULE, .radius = 0.375, .half = {0, 0, 0.375}},
+        .b = {.type = SHAPE_CAPSULE, .radius = 0.5, .half = {0, 0, 0.625}},
+        .at_a = {{-0.875, -1, 0}, {0.5, 0.5, 0.5, 0.5}},
+        .at_b = {{-0.875, -1.375, 0},
+            {0.27059805007309851, 0.65328148243818829, -0.27059805007309851, 0.65328148243818829}}};
+    const narrow_request request = {.facts = NARROW_DISTANCE, .tolerance = 1e-9, .range = INFINITY};
+    narrow_result r;
+    for (int k = 0; k < 16; k++) {
+        x.at_a.p.x = -0.875 + (k % 4) * 0.125, x.at_b.p.x = x.at_a.p.x;
+        x.at_a.p.y = -1 + (k / 4) * 0.125, x.at_b.p.y = x.at_a.p.y - 0.375;
+        narrow_placed a = narrow_placed_at(&x.a, x.at_a), b = narrow_placed_at(&x.b, x.at_b);
+        narrow_query_placed(&a, &b, &request, NULL, case_scratch(), &r);
+        assert_true(r.lo <= -0.875 && -0.875 <= r.hi && fabs(vec_norm(r.axis) - 1) <= 1e-15);
+    }
+}
+
 static int create(void **state)
 {
     (void)state;
@@ -204,6 +224,7 @@ static int destroy(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(what_is_told_holds), cmocka_unit_test(capsules_hold),
-        cmocka_unit_test(centres_that_coincide_are_answered)};
+        cmocka_unit_test(centres_that_coincide_are_answered),
+        cmocka_unit_test(a_core_that_ends_on_the_other_has_an_axis)};
     return cmocka_run_group_tests(tests, create, destroy);
 }
