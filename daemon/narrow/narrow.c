@@ -181,13 +181,11 @@ static void deviate(const shape *a, const shape *b, const narrow_request *r, nar
 /* Shapes that may overlap or be apart are told to be no nearer than the points that prove it. */
 static void keep_to_points(const narrow_request *r, narrow_result *result)
 {
-    if (!(result->lo < 0 && result->hi >= 0) || result->refined) return;
+    if (!(result->lo < 0 && result->hi >= 0) || result->refined || !(r->facts & NARROW_DISTANCE)) return;
     double far = vec_norm(vec_sub(result->point_b, result->point_a)) * (1 + 4 * UNIT_ROUNDOFF);
     if (!(far > result->hi)) return;
-    bool measure = r->facts & NARROW_DISTANCE, verdict = r->facts == 0 || (r->facts & ~(unsigned)NARROW_DISTANCE);
     result->hi = far;
-    bool measured = far - result->lo <= r->tolerance || result->lo > r->range;
-    if ((measure && !measured) || (verdict && !measure && !decided(r, result))) result->status = NARROW_WIDE;
+    if (!(far - result->lo <= r->tolerance)) result->status = NARROW_WIDE;
 }
 
 void narrow_query(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
