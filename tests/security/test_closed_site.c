@@ -311,6 +311,14 @@ static void a_subscriber_hears_and_is_told_that_it_may_not_write(void **state)
     rig_close(cell.c);
 }
 
+/* What Cyclone DDS says of participants that it heard before the end is none of the daemon's own lines. */
+static const char *own_lines(const char *text)
+{
+    static const char HEARD[] = "warning: DDS: Remote ";
+    while (strncmp(text, HEARD, sizeof HEARD - 1) == 0 && strchr(text, '\n')) text = strchr(text, '\n') + 1;
+    return text;
+}
+
 /* One line, a status, and nothing half-started. */
 static void a_folder_that_will_not_do_is_told_in_one_line(void **state)
 {
@@ -344,9 +352,9 @@ static void a_folder_that_will_not_do_is_told_in_one_line(void **state)
         int status = rig_wait(rig_start(COLLIDED, arguments), RIG_PATIENCE_S);
         noise_no_more();
         noise_read(text, sizeof text);
-        const char *line_end = strchr(text, '\n');
+        const char *own = own_lines(text), *line_end = strchr(own, '\n');
         bool one_line = line_end && !line_end[1];
-        if (status != cases[i].status || !one_line || !strstr(text, cases[i].says))
+        if (status != cases[i].status || !one_line || !strstr(own, cases[i].says))
             fail_msg("case %d: status %d, not %d, says: %s", i, status, cases[i].status, text);
     }
 }
