@@ -32,6 +32,9 @@ size_t narrow_scratch_size(void)
  * depth of hulls is told with NEAR_DEPTH_WIDTHS more on either side). */
 #define ROUNDING_WIDTHS (2 + 2 * NEAR_DEPTH_WIDTHS)
 
+/* Of the sizes: shapes that overlap by less, or are that near, touch but for a little. */
+#define LITTLE 0x1p-20
+
 static void measure(const unit_pair *p, const narrow_goal *g, narrow_engine engine, narrow_scratch *scratch, span *s)
 {
     bool plane = p->a.type == SHAPE_HALFSPACE || p->b.type == SHAPE_HALFSPACE;
@@ -178,12 +181,14 @@ static void deviate(const shape *a, const shape *b, const narrow_request *r, nar
     result->status = settled ? NARROW_CERTAIN : NARROW_WIDE;
 }
 
-/* Shapes that may overlap or be apart are told to be no nearer than the points that prove it. */
-static void keep_to_points(const narrow_request *r, narrow_result *result)
+/* Shapes that touch but for a little are told to be no nearer than the points that prove it. That others overlap is
+ * known without points, and of a common point hi is 0. */
+static void keep_to_points(const shape *a, const shape *b, const narrow_request *r, narrow_result *result)
 {
-    if (!(result->lo < 0 && result->hi >= 0) || result->refined || !(r->facts & NARROW_DISTANCE)) return;
+    if (!(result->lo < 0 && result->hi > 0) || result->refined || !(r->facts & NARROW_DISTANCE)) return;
     double far = vec_norm(vec_sub(result->point_b, result->point_a)) * (1 + 4 * UNIT_ROUNDOFF);
-    if (!(far > result->hi)) return;
+    double little = LITTLE * (shape_reach(a) + shape_reach(b));
+    if (!(far > result->hi && far <= little && -result->lo <= little)) return;
     result->hi = far;
     if (!(far - result->lo <= r->tolerance)) result->status = NARROW_WIDE;
 }
@@ -201,7 +206,7 @@ void narrow_query(const shape *a, const shape *b, const pose *b_in_a, const narr
             settle(&p, request, result);
         }
     }
-    keep_to_points(request, result);
+    keep_to_points(a, b, request, result);
     deviate(a, b, request, result);
     if (cache) {
         cache->axis = result->axis;
@@ -272,7 +277,7 @@ void narrow_query_world(const shape *a, pose pose_a, const shape *b, pose pose_b
         exact_pair e = exact_pair_of(&p, shape_1, first, shape_2, second);
         exact_narrow(&e, result);
     }
-    keep_to_points(request, result);
+    keep_to_points(shape_1, shape_2, request, result);
     move_origin(result, vec_sub(first.p, pose_a.p));
     if (refine) settle(&p, request, result);
     deviate(shape_1, shape_2, request, result);

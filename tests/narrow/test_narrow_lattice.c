@@ -75,6 +75,7 @@ static void check_proof(const pair *x, const narrow_result *r, bool exactly)
     if (!(r->lo <= r->hi)) fail_pair("lo above hi", x, r, r->lo - r->hi);
     double proved = (double)(oracle_separation(&a, &b, real3_of(r->axis)) - r->lo);
     if (!(proved >= 0)) fail_pair("the axis does not prove lo", x, r, proved);
+    if (r->lo < -0.01 * x->size && r->hi > 0) fail_pair("deep, and perhaps apart", x, r, r->hi);
     random_state random = {x->seed};
     for (int i = 0; i < 4 && !is_plane(&x->a) && !is_plane(&x->b); i++) {
         double by = (double)(oracle_separation(&a, &b, real3_of(random_direction(&random))) - r->hi);
