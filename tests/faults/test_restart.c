@@ -62,7 +62,7 @@ static void ready_is_said_when_the_world_is_whole(void **state)
         c[0], RIG_PATIENCE_S, collided_get_status(c[0], 1, &status) == COLLIDED_OK && !strcmp(status.health, "ready"));
     int64_t before = status.epoch;
     rig_kill(first, SIGKILL);
-    pid_t second = rig_daemon("--settle", "2"); /* on a busy machine the clients may hear of it late */
+    pid_t second = rig_daemon("--settle", "6"); /* on a busy machine the clients may hear of it late */
     bool was_starting = false, is_ready = false;
     for (double end = rig_now_s() + RIG_PATIENCE_S; !is_ready && rig_now_s() < end;) {
         for (int k = 0; k < CLIENTS; k++) (void)collided_poll(c[k], 0.01);
