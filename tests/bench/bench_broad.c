@@ -85,8 +85,8 @@ static const char *number(char out[32], double value, int decimals)
 static void print_race_json(const race_row *r)
 {
     char ratio[32], means[32];
-    printf("{\"bench\":\"broad\",\"scene\":\"race\",\"n\":%zu,\"moving\":%g,\"contender\":\"%s\",", r->count,
-        r->percent, r->contender);
+    printf("{\"bench\":\"broad\",\"scene\":\"race\",\"n\":%zu,\"moving\":%g,\"contender\":\"%s\",\"entry\":\"%s\",",
+        r->count, r->percent, r->contender, r->called);
     if (r->left_out[0]) {
         printf("\"us_per_step\":null,\"ns_per_moved\":null,\"ratio_to_best_peer\":null,\"left_out\":\"%s\"}\n",
             r->left_out);
@@ -163,9 +163,10 @@ static bool run_race(const options *o)
 /* The keys that each line has; ours alone has no peer. */
 static void print_alone_keys(const char *part, size_t count, double percent, double us, double moved)
 {
-    printf("{\"bench\":\"broad\",\"scene\":\"%s\",\"n\":%zu,\"moving\":%g,\"contender\":\"%s\",\"us_per_step\":%.3f,"
+    printf("{\"bench\":\"broad\",\"scene\":\"%s\",\"n\":%zu,\"moving\":%g,\"contender\":\"%s\",\"entry\":\"%s\",\"us_"
+           "per_step\":%.3f,"
            "\"ns_per_moved\":%.2f,\"ratio_to_best_peer\":null,",
-        part, count, percent, peer_ours.name, us, 1e3 * us / moved);
+        part, count, percent, peer_ours.name, peer_ours.entry, us, 1e3 * us / moved);
 }
 
 static void print_one(const options *o, const alone_one *r)
@@ -251,10 +252,11 @@ static void run_memory(const options *o)
     fprintf(stderr, "memory of %zu\n", count);
     alone_memory r = alone_bytes(count);
     if (o->json)
-        printf("{\"bench\":\"broad\",\"scene\":\"memory\",\"n\":%zu,\"moving\":100,\"contender\":\"%s\","
-               "\"us_per_step\":null,\"ns_per_moved\":null,\"ratio_to_best_peer\":null,\"bytes_per_body\":%.1f,"
-               "\"bytes_per_pair\":%.1f,\"pairs\":%zu}\n",
-            r.count, peer_ours.name, r.bytes_per_body, r.bytes_per_pair, r.pairs);
+        printf(
+            "{\"bench\":\"broad\",\"scene\":\"memory\",\"n\":%zu,\"moving\":100,\"contender\":\"%s\",\"entry\":\"%s\","
+            "\"us_per_step\":null,\"ns_per_moved\":null,\"ratio_to_best_peer\":null,\"bytes_per_body\":%.1f,"
+            "\"bytes_per_pair\":%.1f,\"pairs\":%zu}\n",
+            r.count, peer_ours.name, peer_ours.entry, r.bytes_per_body, r.bytes_per_pair, r.pairs);
     else
         printf("\nmemory of %zu bodies with %zu pairs: %.1f bytes a body, %.1f bytes a pair\n", r.count, r.pairs,
             r.bytes_per_body, r.bytes_per_pair);

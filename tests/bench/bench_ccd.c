@@ -105,9 +105,9 @@ static void print(const impact_kind *kind, const impact_scene *s, const lane *l,
     if (json) {
         printf("{\"bench\":\"ccd\",\"scene\":\"%s\",\"contender\":\"%s\",\"us_median\":%.3f,\"us_p99\":%.3f,"
                "\"misses\":%zu,\"false_hits\":%zu,\"late\":%zu,\"toi_error_max\":%.3g,\"pairs\":%zu,\"hits\":%zu,"
-               "\"failed\":%zu}\n",
+               "\"failed\":%zu,\"entry\":\"%s\"}\n",
             kind->name, l->peer->name, l->us_median, l->us_p99, l->misses, l->false_hits, l->late, l->error_max,
-            s->count, s->hits, l->failed);
+            s->count, s->hits, l->failed, l->peer->entry);
         return;
     }
     char goal[64] = "";
@@ -140,7 +140,8 @@ int main(int argc, char **argv)
     if (!bench_parse(argc, argv, SECONDS, SECONDS_FULL, &o)) return 64;
     if (!o.json) {
         for (size_t k = 0; k < impact_contender_count; k++)
-            printf("%-10s %s\n", impact_contenders[k]->name, impact_contenders[k]->settings);
+            printf("%-10s %s: %s\n", impact_contenders[k]->name, impact_contenders[k]->entry,
+                impact_contenders[k]->settings);
         printf("\n%-22s %5s %5s  %-10s %9s %9s %7s %11s %6s %10s  %s\n", "scene", "pairs", "hits", "contender", "us",
             "p99", "misses", "false hits", "late", "error", "goal");
     }

@@ -208,7 +208,8 @@ static void print(shared *s, const char *link, int clients, const bench_options 
     for (int k = ALL_READ; k <= ONE_DEAF; k++) {
         const char *who = k == ALL_READ ? "all read" : "one never reads";
         double ratio = p99[k] / p99[ALL_READ];
-        printf(o->json ? "{\"bench\":\"crowd\",\"link\":\"%s\",\"clients\":%d,\"contender\":\"%s\",\"us_p50\":%.1f,"
+        printf(o->json ? "{\"bench\":\"crowd\",\"entry\":\"the daemon, by its client "
+                         "library\",\"link\":\"%s\",\"clients\":%d,\"contender\":\"%s\",\"us_p50\":%.1f,"
                          "\"us_p99\":%.1f,\"ratio_p99\":%.3f,\"rounds\":%" PRId64 ",\"missed\":%" PRId64 "}\n"
                        : "%-4s %7d | %-16s | %8.1f %8.1f | %6.2f | %7" PRId64 " %6" PRId64 "\n",
             link, clients, who, p50[k], p99[k], ratio, (int64_t)s->next[k], (int64_t)s->missed[k]);

@@ -87,7 +87,8 @@ static void tell_notch(const coherence_scene *scene, const notch *n, const playe
     double ticks = (double)f.ticks, pairs = (double)f.pair_ticks / ticks, queries = (double)f.narrow_queries / ticks,
            told = (double)p->told / ticks, ratio = default_us / p->us;
     if (json)
-        printf("{\"bench\":\"dial\",\"scene\":\"%s\",\"accuracy\":\"%s\",\"us_per_tick\":%.3f,\"us_p99\":%.3f,"
+        printf("{\"bench\":\"dial\",\"entry\":\"world_tick\",\"scene\":\"%s\",\"accuracy\":\"%s\",\"us_per_tick\":%.3f,"
+               "\"us_p99\":%.3f,"
                "\"times_cheaper\":%.3f,\"pairs\":%.1f,\"queries\":%.2f,\"events\":%.2f,\"manifolds\":%llu}\n",
             scene->name, n->name, p->us, p->us_p99, ratio, pairs, queries, told, (unsigned long long)f.manifolds);
     else
@@ -303,7 +304,8 @@ static void tell_budget(
     world_figures f = world_get_figures(c->w);
     if (json)
         printf(
-            "{\"bench\":\"dial\",\"scene\":\"%s\",\"budget_us\":%.0f,\"us_per_tick\":%.3f,\"us_p99\":%.3f,"
+            "{\"bench\":\"dial\",\"entry\":\"world_tick\",\"scene\":\"%s\",\"budget_us\":%.0f,\"us_per_tick\":%.3f,"
+            "\"us_p99\":%.3f,"
             "\"p50_of_budget\":%.4f,\"p99_of_budget\":%.4f,\"ticks_over\":%llu,\"ticks\":%llu,\"us_full\":%.3f,"
             "\"contacts\":%zu,\"missed\":%zu,\"undone\":%llu,\"unbounded\":%llu,\"width_mean\":%.6g,\"pairs\":%.1f}\n",
             scene, BUDGET_US, us, p99, us / BUDGET_US, p99 / BUDGET_US, (unsigned long long)c->over,

@@ -147,8 +147,10 @@ static void print_json(
     FILE *out, const axis *x, double value, const narrow_pair *pair, const narrow_entry *e, const figures *f)
 {
     bool named = !(e->own > 0);
-    fprintf(out, "{\"bench\":\"extremes\",\"axis\":\"%s\",\"value\":%.17g,\"pair\":\"%s\",\"contender\":\"%s\",",
-        x->name, value, pair->name, e->peer->name);
+    fprintf(out,
+        "{\"bench\":\"extremes\",\"axis\":\"%s\",\"value\":%.17g,\"pair\":\"%s\",\"contender\":\"%s\",\"entry\":\"%"
+        "s\",",
+        x->name, value, pair->name, e->peer->name, e->peer->entry);
     fprintf(out, "\"tolerance\":%s%s%s,\"error_max\":", named ? "\"" : "", e->label, named ? "\"" : "");
     if (isnan(f->error_max))
         fprintf(out, "null");
@@ -212,7 +214,9 @@ static void print_limit(FILE *out, const extremes_limit *l)
         fprintf(out, "%.17g", l->value);
     else
         fprintf(out, "\"%s\"", isnan(l->value) ? "NaN" : "infinity");
-    fprintf(out, ",\"pair\":\"-\",\"contender\":\"collided\",\"error_max\":null,\"wrong\":%d,\"failed\":0,",
+    fprintf(out,
+        ",\"pair\":\"-\",\"contender\":\"collided\",\"entry\":\"wire_check\",\"error_max\":null,\"wrong\":%d,"
+        "\"failed\":0,",
         l->beyond != l->refused || (l->refused && !l->named));
     fprintf(out, "\"refused\":%s,\"text\":\"%s\"}\n", l->refused ? "true" : "false", l->text);
 }

@@ -220,7 +220,8 @@ static void tell(const subject *s, const char *facts, const char *motion, player
         double mean = 1e-3 * (double)players[i].sum_ns / (double)players[i].ticks.count;
         double us = bench_percentile_us(&players[i].ticks, 0.5), p99 = bench_percentile_us(&players[i].ticks, 0.99);
         if (json)
-            printf("{\"bench\":\"fit\",\"robot\":\"%s\",\"facts\":\"%s\",\"motion\":\"%s\",\"contender\":\"%s\","
+            printf("{\"bench\":\"fit\",\"entry\":\"world_tick\",\"robot\":\"%s\",\"facts\":\"%s\",\"motion\":\"%s\","
+                   "\"contender\":\"%s\","
                    "\"excess_m\":%g,\"us_per_tick\":%.3f,\"us_mean\":%.3f,\"us_p99\":%.3f,\"times_cheaper\":%.3f,"
                    "\"events\":%llu}\n",
                 s->robot.model.name, facts, motion, NAMES[i], i == 2 ? EXCESS : 0, us, mean, p99, mesh / us,

@@ -254,7 +254,8 @@ static bool run_row(uint32_t domain, const way *w, const char *sites, const benc
 
 static void print_contender(const row *r, const char *contender, double p50, double p99)
 {
-    printf("{\"bench\":\"latency\",\"link\":\"%s\",\"world\":%zu,\"poses\":%zu,\"contender\":\"%s\",\"us_p50\":%.1f,"
+    printf("{\"bench\":\"latency\",\"entry\":\"the daemon, by its client "
+           "library\",\"link\":\"%s\",\"world\":%zu,\"poses\":%zu,\"contender\":\"%s\",\"us_p50\":%.1f,"
            "\"us_p99\":%.1f,\"ratio_p50\":%.3f,\"ratio_p99\":%.3f,\"missed\":%zu,"
            "\"on_arrival\":%" PRId64 "}\n",
         r->link, r->world, r->poses, contender, p50, p99, p50 / r->raw_us_p50, p99 / r->raw_us_p99, r->missed,

@@ -127,9 +127,9 @@ static void print_json(const narrow_figures *f)
     printf("\"wrong\":%zu,\"failed\":%zu,\"measured\":%zu,\"missed_truth\":%zu,\"right\":%s,", f->wrong, f->failed,
         f->measured, f->missed_truth, f->right ? "true" : "false");
     printf("\"ratio_to_best_right_peer\":%s,\"goal_ratio\":%s,\"items\":%zu,\"samples\":%zu,\"block\":%d,"
-           "\"settings\":\"%s\"}\n",
+           "\"entry\":\"%s\",\"settings\":\"%s\"}\n",
         number(text[3], f->ratio, "%.4f", "null"), number(text[4], f->goal_ratio, "%.4f", "null"), f->items, f->samples,
-        NARROW_BLOCK, f->settings);
+        NARROW_BLOCK, f->called, f->settings);
 }
 
 static void print_head(const narrow_figures *f)
@@ -169,7 +169,8 @@ static void print_figures(void *context, const narrow_figures *f)
 static void print_settings(void)
 {
     for (size_t i = 0; i < narrow_contender_count; i++)
-        printf("%-18s %s\n", narrow_contenders[i]->name, narrow_contenders[i]->settings);
+        printf(
+            "%-18s %s: %s\n", narrow_contenders[i]->name, narrow_contenders[i]->entry, narrow_contenders[i]->settings);
     printf("one sample = %d queries; ratio: to the best peer that is right\n", NARROW_BLOCK);
 }
 

@@ -144,11 +144,12 @@ static void print_json(FILE *out, const narrow_figures *f, bool dominated)
     fprintf(out, "\"error_max\":%s,\"error_p99\":%s,\"missed\":%zu,\"false\":%zu,\"failed\":%zu,",
         number(text[0], f->error_max, "null"), number(text[1], f->error_p99, "null"), f->missed, f->false_hits,
         f->failed);
-    fprintf(out, "\"measured\":%zu,\"items\":%zu,\"dominated\":%s,\"settings\":\"%s\"}\n", f->measured, f->items,
+    fprintf(out, "\"measured\":%zu,\"items\":%zu,\"dominated\":%s,\"entry\":\"%s\",\"settings\":\"%s\"}\n", f->measured,
+        f->items,
         f->ours     ? "null"
         : dominated ? "true"
                     : "false",
-        f->settings);
+        f->called, f->settings);
 }
 
 static void print_head(const narrow_figures *f)

@@ -196,7 +196,8 @@ static void print_row(const row *r, bool json)
             r->link, r->bodies, HZ, 100 * r->core_share, r->us_p50, r->us_p99, r->raw_us_p50, r->raw_us_p99, r->ticks,
             r->events, r->lost, r->missed);
     } else {
-        printf("{\"bench\":\"service\",\"link\":\"%s\",\"bodies\":%zu,\"hz\":%d,\"core_share\":%.4f,\"us_p50\":%.1f,"
+        printf("{\"bench\":\"service\",\"entry\":\"the daemon, by its client "
+               "library\",\"link\":\"%s\",\"bodies\":%zu,\"hz\":%d,\"core_share\":%.4f,\"us_p50\":%.1f,"
                "\"us_p99\":%.1f,",
             r->link, r->bodies, HZ, r->core_share, r->us_p50, r->us_p99);
         /* JSON has no NaN: a ping-pong that never came back has no time. */

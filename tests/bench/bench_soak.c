@@ -184,7 +184,8 @@ static void print(const soak *s, const sample *at, double seconds, bool json)
 {
     if (!json) printf("%10s %12s\n", "events", "resident KiB");
     for (int i = SAMPLES / 10 - 1; i < SAMPLES; i += SAMPLES / 10)
-        printf(json ? "{\"bench\":\"soak\",\"link\":\"dds\",\"events\":%" PRId64 ",\"resident_kib\":%ld}\n"
+        printf(json ? "{\"bench\":\"soak\",\"entry\":\"the daemon, by its client "
+                      "library\",\"link\":\"dds\",\"events\":%" PRId64 ",\"resident_kib\":%ld}\n"
                     : "%10" PRId64 " %12ld\n",
             at[i].events, at[i].resident_kb);
     if (!json)

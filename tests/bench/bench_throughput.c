@@ -188,7 +188,8 @@ static void print_row(const char *link, size_t world, const figures *f, bool jso
     double core_ratio = f->raw_poses_core_s > 0 ? f->poses_core_s / f->raw_poses_core_s : 0;
     double ratio = f->raw_poses_s > 0 ? f->poses_s / f->raw_poses_s : 0;
     if (json)
-        printf("{\"bench\":\"throughput\",\"link\":\"%s\",\"world\":%zu,\"poses_s\":%.0f,\"poses_core_s\":%.0f,"
+        printf("{\"bench\":\"throughput\",\"entry\":\"the daemon, by its client "
+               "library\",\"link\":\"%s\",\"world\":%zu,\"poses_s\":%.0f,\"poses_core_s\":%.0f,"
                "\"raw_poses_s\":%.0f,\"raw_poses_core_s\":%.0f,\"ratio\":%.3f,\"core_ratio\":%.3f,\"sent\":%" PRId64
                ",\"lost\":%" PRId64 "}\n",
             link, world, f->poses_s, f->poses_core_s, f->raw_poses_s, f->raw_poses_core_s, ratio, core_ratio, f->sent,

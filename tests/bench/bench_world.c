@@ -70,7 +70,8 @@ static void tell_coherence(const coherence_scene *scene, player *cached, player 
     double us = bench_percentile_us(&cached->ticks, 0.5), us_cold = bench_percentile_us(&cold->ticks, 0.5);
     double p99 = bench_percentile_us(&cached->ticks, 0.99), p99_cold = bench_percentile_us(&cold->ticks, 0.99);
     if (json)
-        printf("{\"bench\":\"world\",\"scene\":\"%s\",\"pair_ticks\":%llu,\"separated\":%.0f,\"motion_bound\":%.5f,"
+        printf("{\"bench\":\"world\",\"entry\":\"world_tick\",\"scene\":\"%s\",\"pair_ticks\":%llu,\"separated\":%.0f,"
+               "\"motion_bound\":%.5f,"
                "\"cached_axis\":%.5f,\"us_per_tick\":%.3f,\"us_p99\":%.3f,\"us_without_caches\":%.3f,"
                "\"us_p99_without_caches\":%.3f,\"same_events\":%s}\n",
             scene->name, (unsigned long long)f.pair_ticks, separated, motion, axis, us, p99, us_cold, p99_cold,
@@ -144,8 +145,8 @@ static void measure_one(bool json, size_t bodies)
     }
     double us = bench_percentile_us(&ticks, 0.5), p99 = bench_percentile_us(&ticks, 0.99);
     if (json)
-        printf(
-            "{\"bench\":\"world\",\"scene\":\"one body moves\",\"bodies\":%zu,\"us_per_tick\":%.3f,\"us_p99\":%.3f}\n",
+        printf("{\"bench\":\"world\",\"entry\":\"world_tick\",\"scene\":\"one body "
+               "moves\",\"bodies\":%zu,\"us_per_tick\":%.3f,\"us_p99\":%.3f}\n",
             bodies, us, p99);
     else
         printf("%-12zu %10.2f %10.2f\n", bodies, us, p99);
@@ -260,7 +261,8 @@ static void tell_flight(const flight_kind *k, flight *f, bool json)
            by_axis = (double)n.sweeps_by_axis / ticks;
     if (json)
         printf(
-            "{\"bench\":\"world\",\"scene\":\"%s\",\"bodies\":%zu,\"hz\":%d,\"us_per_tick\":%.3f,\"us_p99\":%.3f,"
+            "{\"bench\":\"world\",\"entry\":\"world_tick\",\"scene\":\"%s\",\"bodies\":%zu,\"hz\":%d,\"us_per_tick\":%."
+            "3f,\"us_p99\":%.3f,"
             "\"core_share\":%.5f,\"sweeps\":%.2f,\"sweep_queries\":%.2f,\"sweeps_by_axis\":%.2f,\"undecided\":%llu}\n",
             k->scene, f->bodies, HZ, us, p99, share, sweeps, queries, by_axis, (unsigned long long)n.undecided);
     else

@@ -29,6 +29,7 @@ typedef struct peer {
      * must do each tick, and nothing else: the time of this call is the figure. Ids ascend. */
     size_t (*step)(void *world, const uint32_t *ids, const peer_body *bodies, size_t count);
     void (*pairs)(void *world, peer_visit *visit, void *context); /* as of the last step, each once */
+    const char *entry;                                            /* the functions that are timed */
 } peer;
 
 /* Ours come first; which others are there is CMake's choice (contenders_all.c, contenders_ours.c). */

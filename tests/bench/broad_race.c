@@ -348,6 +348,7 @@ static void report_lane(const race *r, lane *l)
         .moved = r->mover_count,
         .percent = r->percent,
         .contender = l->peer->name,
+        .called = l->peer->entry,
         .ours = l->ours,
         .neighbours = 2 * (double)r->true_pairs / (double)r->scene.count,
         .ratio = NAN,

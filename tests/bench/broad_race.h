@@ -14,7 +14,7 @@ typedef struct race_limits {
 typedef struct race_row {
     size_t count, moved;
     double percent;
-    const char *contender;
+    const char *contender, *called; /* called: the functions that are timed */
     bool ours;
     char left_out[96]; /* why; empty = it took part, and the rest is valid */
     size_t ticks;      /* measured */

@@ -33,6 +33,8 @@ def broken(name, row):
     """What a line says that cannot be; None = it is well."""
     if row.get("bench") != name:
         return f'"bench" is not "{name}"'
+    if not row.get("entry"):
+        return "does not say which functions are timed"
     wrong = [key for key in KEYS[name] if not isinstance(row.get(key), (int, float)) or row[key] < 0]
     if wrong:
         return f"missing or no number: {', '.join(wrong)}"

@@ -75,4 +75,4 @@ bool takes(narrow_kind a, narrow_kind b)
 
 const impact_peer impact_bullet = {"bullet",
     "btContinuousConvexCollision with btGjkEpaPenetrationDepthSolver, double, margin 0, in pieces of at most 0.75 rad",
-    false, takes, create, ask, destroy};
+    false, takes, create, ask, destroy, "btContinuousConvexCollision::calcTimeOfImpact"};

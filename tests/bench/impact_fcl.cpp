@@ -106,4 +106,4 @@ bool takes(narrow_kind, narrow_kind)
 const impact_peer impact_fcl = {"fcl",
     "continuousCollide(), conservative advancement, libccd's solver, 10 iterations and 1e-4 (its defaults), in pieces "
     "of at most 3 rad",
-    false, takes, create, ask, destroy};
+    false, takes, create, ask, destroy, "fcl::continuousCollide"};

@@ -55,5 +55,5 @@ static void destroy(void *self)
     free(o);
 }
 
-const impact_peer impact_ours = {
-    "collided", "toi_find, tolerance 1e-6 of the pair's size, no cached direction", true, takes, create, ask, destroy};
+const impact_peer impact_ours = {"collided", "toi_find, tolerance 1e-6 of the pair's size, no cached direction", true,
+    takes, create, ask, destroy, "toi_find"};

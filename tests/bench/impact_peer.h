@@ -44,6 +44,7 @@ typedef struct impact_peer {
     void *(*create)(const impact_item *items, size_t count);
     impact_answer (*ask)(void *self, size_t item); /* the time of this is the figure */
     void (*destroy)(void *self);
+    const char *entry; /* the functions that are timed */
 } impact_peer;
 
 /* Ours comes first; which others are there is CMake's choice (impact_all.c, impact_alone.c). */

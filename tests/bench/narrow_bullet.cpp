@@ -141,9 +141,9 @@ bool takes_boxes(const narrow_row *row)
 
 const narrow_peer narrow_bullet_pair = {"bullet_pair",
     "btGjkPairDetector with btGjkEpaPenetrationDepthSolver, double, margin 0; coherent: last axis", false, takes_convex,
-    create, query_pair, destroy};
+    create, query_pair, destroy, "btGjkPairDetector::getClosestPoints"};
 const narrow_peer narrow_bullet_epa = {"bullet_epa",
     "btGjkEpaSolver2 Distance or Penetration, double, margin 0; coherent: last normal as guess", false, takes_convex,
-    create, query_epa, destroy};
-const narrow_peer narrow_bullet_box = {
-    "bullet_boxbox", "btBoxBoxDetector, double", false, takes_boxes, create, query_box, destroy};
+    create, query_epa, destroy, "btGjkEpaSolver2::Distance, btGjkEpaSolver2::Penetration"};
+const narrow_peer narrow_bullet_box = {"bullet_boxbox", "btBoxBoxDetector, double", false, takes_boxes, create,
+    query_box, destroy, "btBoxBoxDetector::getClosestPoints"};

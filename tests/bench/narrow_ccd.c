@@ -174,10 +174,10 @@ static bool takes_contact(const narrow_row *row)
 const narrow_peer narrow_ccd_gjk = {"ccd_gjk",
     "ccdGJKPenetration, epa_tolerance 1e-4 (default); separated: "
     "ccdGJKIntersect, the last direction first",
-    false, takes_convex, create, query_gjk, destroy};
-const narrow_peer narrow_ccd_gjk_fine = {
-    "ccd_gjk_fine", "ccdGJKPenetration, epa_tolerance 1e-10", false, takes_contact, create_fine, query_gjk, destroy};
+    false, takes_convex, create, query_gjk, destroy, "ccdGJKPenetration, ccdGJKIntersect"};
+const narrow_peer narrow_ccd_gjk_fine = {"ccd_gjk_fine", "ccdGJKPenetration, epa_tolerance 1e-10", false, takes_contact,
+    create_fine, query_gjk, destroy, "ccdGJKPenetration"};
 const narrow_peer narrow_ccd_mpr = {"ccd_mpr",
     "ccdMPRPenetration, mpr_tolerance 1e-4 (default); separated: "
     "ccdMPRIntersect, the last direction first",
-    false, takes_convex, create, query_mpr, destroy};
+    false, takes_convex, create, query_mpr, destroy, "ccdMPRPenetration, ccdMPRIntersect"};

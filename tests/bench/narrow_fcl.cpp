@@ -158,13 +158,13 @@ bool takes_gaps(const narrow_row *row)
 } // namespace
 
 const narrow_peer narrow_fcl = {"fcl", "distance(), libccd's solver, tolerance 1e-6 (default), signed in contact",
-    false, takes_all, create, query_distance, destroy};
+    false, takes_all, create, query_distance, destroy, "fcl::distance"};
 const narrow_peer narrow_fcl_fine = {"fcl_fine", "distance(), libccd's solver, tolerance 1e-12, signed in contact",
-    false, takes_all, create_fine, query_distance, destroy};
+    false, takes_all, create_fine, query_distance, destroy, "fcl::distance"};
 const narrow_peer narrow_fcl_collide = {"fcl_collide", "collide(), libccd's solver, tolerance 1e-6, 8 contacts", false,
-    takes_contact, create, query_collide, destroy};
+    takes_contact, create, query_collide, destroy, "fcl::collide"};
 const narrow_peer narrow_fcl_indep = {
-    "fcl_indep", "distance(), FCL's solver", false, takes_gaps, create_indep, query_distance, destroy};
+    "fcl_indep", "distance(), FCL's solver", false, takes_gaps, create_indep, query_distance, destroy, "fcl::distance"};
 const narrow_peer narrow_fcl_indep_collide = {"fcl_indep_collide",
     "collide(), FCL's solver, 8 contacts; coherent: cached guess", false, takes_contact, create_indep, query_collide,
-    destroy};
+    destroy, "fcl::collide"};

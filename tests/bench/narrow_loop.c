@@ -76,4 +76,5 @@ static bool takes(const narrow_row *row)
 }
 
 const narrow_peer narrow_loop = {"loop_over_children",
-    "collided's own query for each pair of boxes, as far as the best", false, takes, create, query, destroy};
+    "collided's own query for each pair of boxes, as far as the best", false, takes, create, query, destroy,
+    "narrow_query"};

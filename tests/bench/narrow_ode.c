@@ -152,4 +152,4 @@ static bool takes(const narrow_row *row)
 const narrow_peer narrow_ode = {"ode",
     "dCollide, double, 16 contacts, the deepest; its convex pairs and cylinders "
     "by libccd's MPR",
-    false, takes, create, query, destroy};
+    false, takes, create, query, destroy, "dCollide"};

@@ -1,6 +1,7 @@
-/* narrow_ours: our narrow phase: shapes in canonical order, where they stand in the world, one query. Timed is all of
- * that but the order, which a pair has for good, and the matrices of the two orientations, which a body has for all its
- * pairs (the peers are given theirs, too). The relative pose, where it is needed, is timed. */
+/* narrow_ours: our narrow phase as the daemon calls it: shapes in canonical order, the pose of B in A's frame from the
+ * two world poses, as each tick computes it, and narrow_query with the cache of the pair (empty where the pair is new);
+ * or narrow_query_world, as shape casts and searches for the nearest do. All of that is timed, but for the order, which
+ * a pair has for good. `entry` names the functions; tests/bench/check_shipped.py holds that the world calls them. */
 #include "narrow_scene.h"
 
 #include "geom/bounds.h"
@@ -9,40 +10,32 @@
 #include <stdlib.h>
 #include <string.h>
 
-typedef struct ours_item { /* from cache line to cache line, as narrow.h advises */
-    _Alignas(64) narrow_placed stands_a;
-    _Alignas(64) narrow_placed stands_b;
+typedef struct ours_item {
+    shape a, b;
+    pose at_a, at_b;
     double reach_b;
     bool begins;
-    shape a, b;
 } ours_item;
 
 typedef struct ours {
     ours_item *items;
-    double *sizes;              /* of each item the greater reach: what a rung's tolerance is relative to */
-    bool mesh, boxes, in_world; /* of all items: they are of one pair of types */
+    double *sizes; /* of each item the greater reach: what a tolerance of a sweep is relative to */
     narrow_request request;
     narrow_scratch *scratch;
     narrow_cache cache;
-    double relative; /* tolerance of a rung, in sizes; 0 = as narrow as arithmetic gives */
-    bool keeps;      /* of a rung: the pair's cache, from frame to frame */
+    double relative; /* tolerance of a sweep, in sizes; 0 = as narrow as arithmetic gives */
+    bool keeps;      /* the pair's cache, from frame to frame */
     bool from_world; /* asked about the world poses to the last bit, as the daemon's queries are; exact always is */
     narrow_shell shell;
 } ours;
 
-static bool is_measured_in_world(shape_type a, shape_type b)
-{
-    return a <= SHAPE_BOX && b <= SHAPE_BOX;
-}
-
 static void *create_asking(const narrow_item *items, size_t count, double tolerance)
 {
     ours *o = calloc(1, sizeof *o);
-    ours_item *own = aligned_alloc(64, count * sizeof *own);
+    ours_item *own = calloc(count, sizeof *own);
     narrow_scratch *scratch = aligned_alloc(64, narrow_scratch_size());
     double *sizes = calloc(count, sizeof *sizes);
     if (!o || !own || !scratch || !sizes) abort();
-    memset(own, 0, count * sizeof *own);
     o->items = own;
     o->sizes = sizes;
     o->scratch = scratch;
@@ -53,15 +46,12 @@ static void *create_asking(const narrow_item *items, size_t count, double tolera
         pose at_a = narrow_scene_pose(&items[i].at_a), at_b = narrow_scene_pose(&items[i].at_b);
         own[i].a = ordered ? a : b;
         own[i].b = ordered ? b : a;
-        own[i].stands_a = narrow_placed_at(&own[i].a, ordered ? at_a : at_b);
-        own[i].stands_b = narrow_placed_at(&own[i].b, ordered ? at_b : at_a);
+        own[i].at_a = ordered ? at_a : at_b;
+        own[i].at_b = ordered ? at_b : at_a;
         own[i].reach_b = shape_reach(&own[i].b);
         own[i].begins = items[i].begins;
         sizes[i] = fmax(shape_reach(&a), shape_reach(&b));
     }
-    o->mesh = count && own->b.type == SHAPE_MESH;
-    o->boxes = count && own->a.type == SHAPE_BOX && own->b.type == SHAPE_BOX;
-    o->in_world = count && is_measured_in_world(own->a.type, own->b.type);
     return o;
 }
 
@@ -95,44 +85,20 @@ static void tell(const narrow_result *r, narrow_answer *out)
         .hi = r->hi};
 }
 
-/* In A's frame, as the world asks: with the pair's cache if that is kept, and of meshes always; others read nothing
- * from one that is new. */
+/* As a tick asks: a pair that is new has an empty cache. */
 static void ask(ours *o, const ours_item *it, bool keeps, narrow_result *r)
 {
-    narrow_cache *cache = keeps || o->mesh ? &o->cache : NULL;
-    if (cache && it->begins) *cache = (narrow_cache){.shell = keeps ? &o->shell : NULL};
-    if (o->in_world) {
-        narrow_query_placed(&it->stands_a, &it->stands_b, &o->request, cache, o->scratch, r);
-        return;
-    }
-    pose b_in_a = narrow_relative(&it->stands_a, &it->stands_b);
-    narrow_query(&it->a, &it->b, &b_in_a, &o->request, cache, o->scratch, r);
-}
-
-/* In world axes where that is quicker (balls, capsules, boxes, verdicts of ellipsoids: what a client of narrow.h can
- * have; a tick of the daemon asks about these in A's frame, too), without a cache, which of these only boxes read. */
-static void query_placed(ours *o, size_t first, size_t count, narrow_answer *out)
-{
-    for (size_t i = first; i < first + count; i++, out++) {
-        const ours_item *it = &o->items[i];
-        narrow_result r;
-        if (o->relative > 0) o->request.tolerance = o->relative * o->sizes[i];
-        narrow_query_placed(&it->stands_a, &it->stands_b, &o->request, NULL, o->scratch, &r);
-        tell(&r, out);
-    }
+    pose b_in_a = pose_relative(it->at_a, it->at_b);
+    if (!keeps || it->begins) o->cache = (narrow_cache){.shell = keeps ? &o->shell : NULL};
+    narrow_query(&it->a, &it->b, &b_in_a, &o->request, &o->cache, o->scratch, r);
 }
 
 static void query(void *self, size_t first, size_t count, narrow_answer *out)
 {
     ours *o = self;
-    if (o->in_world) {
-        query_placed(o, first, count, out);
-        return;
-    }
     for (size_t i = first; i < first + count; i++, out++) {
-        const ours_item *it = &o->items[i];
         narrow_result r;
-        ask(o, it, false, &r);
+        ask(o, &o->items[i], false, &r);
         tell(&r, out);
     }
 }
@@ -144,12 +110,12 @@ static void query_world(void *self, size_t first, size_t count, narrow_answer *o
     for (size_t i = first; i < first + count; i++, out++) {
         const ours_item *it = &o->items[i];
         narrow_result r;
-        narrow_query_world(&it->a, it->stands_a.at, &it->b, it->stands_b.at, &o->request, o->scratch, &r);
+        narrow_query_world(&it->a, it->at_a, &it->b, it->at_b, &o->request, o->scratch, &r);
         tell(&r, out);
     }
 }
 
-/* The rungs that the world climbs before it asks in full: the way moved since the last proof, and the last axis. */
+/* What the world tries before it asks in full: how far the pair moved since the last proof, and the last axis. */
 static bool still_apart(narrow_cache *c, const ours_item *it, const pose *b_in_a, double *lower)
 {
     if (!(c->lower > 0)) return false;
@@ -167,7 +133,7 @@ static void query_cached(void *self, size_t first, size_t count, narrow_answer *
     ours *o = self;
     for (size_t i = first; i < first + count; i++, out++) {
         const ours_item *it = &o->items[i];
-        pose b_in_a = narrow_relative(&it->stands_a, &it->stands_b);
+        pose b_in_a = pose_relative(it->at_a, it->at_b);
         double lower;
         if (it->begins) o->cache = (narrow_cache){0};
         if (still_apart(&o->cache, it, &b_in_a, &lower)) {
@@ -180,14 +146,13 @@ static void query_cached(void *self, size_t first, size_t count, narrow_answer *
     }
 }
 
-/* ---- the rungs of the dial ---- */
+/* ---- sweeps over tolerances ---- */
 
 static void *create_rung(const narrow_item *items, size_t count, const narrow_row *row)
 {
     ours *o = create_asking(items, count, 0);
     o->relative = row->own;
     o->keeps = row->coherent;
-    o->from_world = !(row->own > 0);
     o->request.facts |= NARROW_VERDICT;
     return o;
 }
@@ -204,7 +169,6 @@ static void *create_verdict(const narrow_item *items, size_t count, const narrow
     ours *o = create_asking(items, count, INFINITY);
     (void)row;
     o->request.facts = NARROW_VERDICT;
-    o->in_world |= count && o->items->a.type == SHAPE_ELLIPSOID && o->items->b.type == SHAPE_ELLIPSOID;
     return o;
 }
 
@@ -223,10 +187,6 @@ static void query_kept(void *self, size_t first, size_t count, narrow_answer *ou
 /* By a relative tolerance, with the pair's cache where one is kept. */
 static void query_near(ours *o, size_t first, size_t count, narrow_answer *out)
 {
-    if (o->in_world && !(o->keeps && o->boxes)) {
-        query_placed(o, first, count, out);
-        return;
-    }
     for (size_t i = first; i < first + count; i++, out++) {
         const ours_item *it = &o->items[i];
         narrow_result r;
@@ -264,13 +224,13 @@ static bool apart_cheaply(ours *o, const ours_item *it, const pose *b_in_a)
     return narrow_apart(&it->a, &it->b, b_in_a, 0, c);
 }
 
-/* The world's rungs, one after the other. */
+/* The world's cheap proofs, then the query. */
 static void query_ladder(void *self, size_t first, size_t count, narrow_answer *out)
 {
     ours *o = self;
     for (size_t i = first; i < first + count; i++, out++) {
         const ours_item *it = &o->items[i];
-        pose b_in_a = narrow_relative(&it->stands_a, &it->stands_b);
+        pose b_in_a = pose_relative(it->at_a, it->at_b);
         if (apart_cheaply(o, it, &b_in_a)) {
             *out = (narrow_answer){.bounded = true, .lo = 0, .hi = INFINITY};
             continue;
@@ -293,7 +253,7 @@ static void query_boxes(void *self, size_t first, size_t count, narrow_answer *o
     ours *o = self;
     for (size_t i = first; i < first + count; i++, out++) {
         const ours_item *it = &o->items[i];
-        aabb a = shape_bounds(&it->a, it->stands_a.at), b = shape_bounds(&it->b, it->stands_b.at);
+        aabb a = shape_bounds(&it->a, it->at_a), b = shape_bounds(&it->b, it->at_b);
         vec3 gap = {gap_of(a.lo.x, a.hi.x, b.lo.x, b.hi.x), gap_of(a.lo.y, a.hi.y, b.lo.y, b.hi.y),
             gap_of(a.lo.z, a.hi.z, b.lo.z, b.hi.z)};
         bool overlap = aabb_overlap(a, b);
@@ -315,7 +275,7 @@ static void raise_bounds(const ours_item *it, const pose *b_in_a, vec3 axis, nar
 
 static double apart_by_boxes(const ours_item *it, vec3 *axis)
 {
-    aabb a = shape_bounds(&it->a, it->stands_a.at), b = shape_bounds(&it->b, it->stands_b.at);
+    aabb a = shape_bounds(&it->a, it->at_a), b = shape_bounds(&it->b, it->at_b);
     const double up[3] = {b.lo.x - a.hi.x, b.lo.y - a.hi.y, b.lo.z - a.hi.z};
     const double down[3] = {a.lo.x - b.hi.x, a.lo.y - b.hi.y, a.lo.z - b.hi.z};
     double most = -INFINITY, n[3] = {0, 0, 0};
@@ -326,7 +286,7 @@ static double apart_by_boxes(const ours_item *it, vec3 *axis)
         n[0] = n[1] = n[2] = 0;
         n[i] = down[i] > up[i] ? -1 : 1;
     }
-    *axis = quat_rotate(quat_conj(it->stands_a.at.q), vec(n[0], n[1], n[2]));
+    *axis = quat_rotate(quat_conj(it->at_a.q), vec(n[0], n[1], n[2]));
     return most;
 }
 
@@ -335,7 +295,7 @@ static void query_bounds(void *self, size_t first, size_t count, narrow_answer *
     const ours *o = self;
     for (size_t i = first; i < first + count; i++, out++) {
         const ours_item *it = &o->items[i];
-        pose b_in_a = narrow_relative(&it->stands_a, &it->stands_b);
+        pose b_in_a = pose_relative(it->at_a, it->at_b);
         narrow_result r = {.lo = -INFINITY, .hi = INFINITY};
         vec3 by_boxes;
         double boxes = apart_by_boxes(it, &by_boxes);
@@ -364,33 +324,32 @@ static bool takes_coherent(const narrow_row *row)
 }
 
 const narrow_peer narrow_ours = {
-    "collided", "tolerance 1e-9 m; of curved pairs 1e-6 m", true, takes_all, create, query, destroy};
-const narrow_peer narrow_ours_finest = {
-    "collided_finest", "tolerance 0, from world poses", true, takes_all, create_finest, query_world, destroy};
+    "collided", "tolerance 1e-9 m; of curved pairs 1e-6 m", true, takes_all, create, query, destroy, "narrow_query"};
+const narrow_peer narrow_ours_finest = {"collided_finest", "tolerance 0, from world poses", true, takes_all,
+    create_finest, query_world, destroy, "narrow_query_world"};
 const narrow_peer narrow_ours_cached = {"collided_cached",
     "motion bound, cached axis, then the full query: proves the "
     "gap, measures it only where that fails",
-    true, takes_coherent_gaps, create, query_cached, destroy};
+    true, takes_coherent_gaps, create, query_cached, destroy, "narrow_motion_bound, narrow_separation, narrow_query"};
 
 const narrow_peer narrow_dial = {"collided",
-    "verdict and distance, interval no wider than the tolerance times the size; "
-    "exact: as narrow as arithmetic gives, from world poses",
-    true, takes_all, create_rung, query_rung, destroy};
+    "verdict and distance, interval no wider than the tolerance times the size", true, takes_all, create_rung,
+    query_rung, destroy, "narrow_query"};
 const narrow_peer narrow_dial_world = {"collided",
-    "verdict and distance from world poses, as the daemon answers queries", true, takes_all, create_world_rung,
-    query_rung, destroy};
+    "verdict and distance from world poses, as shape casts ask; exact: as narrow as arithmetic gives", true, takes_all,
+    create_world_rung, query_rung, destroy, "narrow_query_world"};
 const narrow_peer narrow_dial_verdict = {"collided",
     "the verdict alone, exact; the distance is the middle of the interval that it left", true, takes_all,
-    create_verdict, query_verdict, destroy};
+    create_verdict, query_verdict, destroy, "narrow_query"};
 const narrow_peer narrow_dial_ladder = {"collided",
     "the verdict alone, as the world finds it: motion bound, last axis, a guess, narrow phase", true, takes_all,
-    create_verdict, query_ladder, destroy};
-const narrow_peer narrow_dial_boxes = {
-    "collided", "the two boxes alone: apart, or perhaps not", true, takes_all, create_rung, query_boxes, destroy};
+    create_verdict, query_ladder, destroy, "narrow_motion_bound, narrow_apart, narrow_query"};
+const narrow_peer narrow_dial_boxes = {"collided", "the two boxes alone: apart, or perhaps not", true, takes_all,
+    create_rung, query_boxes, destroy, "shape_bounds"};
 const narrow_peer narrow_dial_bounds = {"collided",
     "an interval without a search, as the world tells it who asks for no more: one axis or two; a verdict where that "
     "decides",
-    true, takes_all, create_rung, query_bounds, destroy};
+    true, takes_all, create_rung, query_bounds, destroy, "narrow_guess_axis, narrow_bounds"};
 const narrow_peer narrow_ours_again = {"collided_again",
     "the full query, with the cache of the frame before: the same bits", true, takes_coherent, create, query_kept,
-    destroy};
+    destroy, "narrow_query"};

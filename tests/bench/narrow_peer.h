@@ -87,6 +87,7 @@ typedef struct narrow_peer {
     void *(*create)(const narrow_item *items, size_t count, const narrow_row *row);
     void (*query)(void *self, size_t first, size_t count, narrow_answer *out); /* the time of this is the figure */
     void (*destroy)(void *self);
+    const char *entry; /* the functions that are timed */
 } narrow_peer;
 
 /* Ours come first; which others are there is CMake's choice (narrow_all.c, narrow_alone.c). */

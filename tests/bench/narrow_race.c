@@ -236,6 +236,7 @@ static void report_all(race *r, narrow_report *report, void *context)
         f->contender = l->peer->name;
         f->entry = l->entry;
         f->settings = l->peer->settings;
+        f->called = l->peer->entry;
         bool finds = l->peer != &narrow_verify && l->peer != &narrow_verify_prepared;
         f->ratio = isfinite(best) && finds ? f->ns_median / best : NAN;
         f->goal_ratio = finds ? goal : NAN;

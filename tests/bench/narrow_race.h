@@ -30,8 +30,8 @@ typedef struct narrow_figures {
     const narrow_pair *pair;
     narrow_regime regime;
     bool coherent, ours;
-    const char *contender, *settings;
-    const narrow_entry *entry; /* of a sweep */
+    const char *contender, *settings, *called; /* called: the functions that are timed */
+    const narrow_entry *entry;                 /* of a sweep */
     size_t items, samples;
     double ns_median, ns_p99;
     double ns_mean; /* over the blocks, of each the median of its rounds: what else the machine does stays outside */

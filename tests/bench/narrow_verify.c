@@ -113,7 +113,7 @@ static bool takes_convex(const narrow_row *row)
 }
 
 const narrow_peer narrow_verify = {"collided_verify", "a client's check of our certificate, which it is given", true,
-    takes_convex, create, query, destroy};
+    takes_convex, create, query, destroy, "collided_verify"};
 
 static bool takes_hulls(const narrow_row *row)
 {
@@ -121,4 +121,4 @@ static bool takes_hulls(const narrow_row *row)
 }
 
 const narrow_peer narrow_verify_prepared = {"collided_verify_prepared", "the same, with hulls that were prepared once",
-    true, takes_hulls, create, query_prepared, destroy};
+    true, takes_hulls, create, query_prepared, destroy, "collided_verify_prepared"};

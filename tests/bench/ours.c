@@ -98,20 +98,35 @@ static void pairs(void *world, peer_visit *visit, void *context)
 /* Building such a world takes a sweep 0.1 s; one ten times as large, 10 s. */
 enum { SWEEP_MOST = 10000 };
 
-const peer peer_ours = {.name = "collided", .create = create, .destroy = destroy, .step = step, .pairs = pairs};
-const peer peer_ours_tree = {
-    .name = "collided_tree", .create = create_tree, .destroy = destroy, .step = step, .pairs = pairs};
+const peer peer_ours = {.name = "collided",
+    .create = create,
+    .destroy = destroy,
+    .step = step,
+    .pairs = pairs,
+    .entry = "broad_put, broad_update"};
+const peer peer_ours_tree = {.name = "collided_tree",
+    .create = create_tree,
+    .destroy = destroy,
+    .step = step,
+    .pairs = pairs,
+    .entry = "broad_put, broad_update"};
 const peer peer_ours_sweep3 = {.name = "collided_sweep3",
     .most = SWEEP_MOST,
     .create = create_sweep3,
     .destroy = destroy,
     .step = step,
-    .pairs = pairs};
+    .pairs = pairs,
+    .entry = "broad_put, broad_update"};
 const peer peer_ours_sweep1 = {.name = "collided_sweep1",
     .most = SWEEP_MOST,
     .create = create_sweep1,
     .destroy = destroy,
     .step = step,
-    .pairs = pairs};
-const peer peer_ours_empty = {
-    .name = "collided, no pairs", .create = create_empty, .destroy = destroy, .step = step, .pairs = pairs};
+    .pairs = pairs,
+    .entry = "broad_put, broad_update"};
+const peer peer_ours_empty = {.name = "collided, no pairs",
+    .create = create_empty,
+    .destroy = destroy,
+    .step = step,
+    .pairs = pairs,
+    .entry = "broad_put, broad_update"};

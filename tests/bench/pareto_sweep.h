@@ -18,7 +18,7 @@ extern const size_t pareto_sweep_count;
         {&narrow_dial, 1e-6, "1e-6", true, true}, {&narrow_dial, 1e-9, "1e-9", true, true},                            \
         {&narrow_dial, 1e-12, "1e-12", true, true},                                                                    \
     {                                                                                                                  \
-        &narrow_dial, 0, "exact", true, true                                                                           \
+        &narrow_dial_world, 0, "exact", true, true                                                                     \
     }
 
 /* libccd: gaps it does not measure, so that no tolerance enters. */

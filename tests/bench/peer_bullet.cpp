@@ -87,6 +87,9 @@ void pairs(void *context, peer_visit *visit, void *visit_context)
 
 } // namespace
 
-const peer peer_bullet_dbvt = {"bullet_dbvt", 0, create_dbvt, destroy, step, pairs};
-const peer peer_bullet_sweep16 = {"bullet_sweep16", 16384, create_sweep<btAxisSweep3>, destroy, step, pairs};
-const peer peer_bullet_sweep32 = {"bullet_sweep32", 0, create_sweep<bt32BitAxisSweep3>, destroy, step, pairs};
+const peer peer_bullet_dbvt = {
+    "bullet_dbvt", 0, create_dbvt, destroy, step, pairs, "btBroadphaseInterface::setAabb, calculateOverlappingPairs"};
+const peer peer_bullet_sweep16 = {"bullet_sweep16", 16384, create_sweep<btAxisSweep3>, destroy, step, pairs,
+    "btBroadphaseInterface::setAabb, calculateOverlappingPairs"};
+const peer peer_bullet_sweep32 = {"bullet_sweep32", 0, create_sweep<bt32BitAxisSweep3>, destroy, step, pairs,
+    "btBroadphaseInterface::setAabb, calculateOverlappingPairs"};

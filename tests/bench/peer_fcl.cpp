@@ -111,5 +111,7 @@ void pairs(void *context, peer_visit *visit, void *visit_context)
 
 } // namespace
 
-const peer peer_fcl_update = {"fcl_update", 0, create, destroy, step_update, pairs};
-const peer peer_fcl_refit = {"fcl_refit", 0, create, destroy, step_refit, pairs};
+const peer peer_fcl_update = {
+    "fcl_update", 0, create, destroy, step_update, pairs, "DynamicAABBTreeCollisionManager::update, collide"};
+const peer peer_fcl_refit = {
+    "fcl_refit", 0, create, destroy, step_refit, pairs, "DynamicAABBTreeCollisionManager::update, collide"};

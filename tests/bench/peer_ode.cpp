@@ -104,5 +104,5 @@ void pairs(void *context, peer_visit *visit, void *visit_context)
 
 } // namespace
 
-const peer peer_ode_hash = {"ode_hash", 0, create_hash, destroy, step, pairs};
-const peer peer_ode_sweep = {"ode_sweep", 0, create_sweep, destroy, step, pairs};
+const peer peer_ode_hash = {"ode_hash", 0, create_hash, destroy, step, pairs, "dSpaceCollide"};
+const peer peer_ode_sweep = {"ode_sweep", 0, create_sweep, destroy, step, pairs, "dSpaceCollide"};
