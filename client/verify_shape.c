@@ -222,13 +222,15 @@ static real length_of(real x, real y)
     return sqrt(x * x + y * y);
 }
 
-/* In the half plane (distance from the axis, height): the cone is a triangle. */
+/* In the half plane (distance from the axis, height) the cone is the triangle of rim (r, -h), apex (0, h) and (0, -h),
+ * which may be flat, a segment or a point. */
 static real cone_distance(vec q, real r, real h)
 {
-    real rho = sqrt(q.x * q.x + q.y * q.y);
-    if (q.z >= -h && rho * 2 * h <= r * (h - q.z)) return 0;
+    real rho = length_of(q.x, q.y), square = r * r + 4 * h * h;
+    if (fabs(q.z) <= h && rho <= r && (h == 0 || rho <= r * ((h - q.z) / (2 * h)))) return 0;
     real base = length_of(larger(rho - r, 0), q.z + h);
-    real along = (-r * (rho - r) + 2 * h * (q.z + h)) / (r * r + 4 * h * h); /* on the slant from rim (0) to apex (1) */
+    real along =
+        square > 0 ? (-r * (rho - r) + 2 * h * (q.z + h)) / square : 0; /* on the slant from rim (0) to apex (1) */
     along = along < 0 ? 0 : along > 1 ? 1 : along;
     real slant = length_of(rho - (1 - along) * r, q.z + h - along * 2 * h);
     return base < slant ? base : slant;
@@ -254,8 +256,8 @@ static real ellipsoid_distance(vec q, const double a[3])
     for (int step = 0; step < 160; step++) {
         real t = (low + high) / 2, sum = 0;
         for (int i = 0; i < 3; i++) {
-            real x = a[i] * p[i] / (a[i] * (real)a[i] + t);
-            sum += p[i] != 0 ? x * x : 0;
+            real x = p[i] != 0 && a[i] != 0 ? a[i] * p[i] / (a[i] * a[i] + t) : 0;
+            sum += x * x;
         }
         if (sum > 1)
             low = t;
@@ -264,7 +266,8 @@ static real ellipsoid_distance(vec q, const double a[3])
     }
     real square = 0;
     for (int i = 0; i < 3; i++) {
-        real away = p[i] != 0 ? p[i] * high / (a[i] * (real)a[i] + high) : 0;
+        if (p[i] == 0) continue;
+        real away = a[i] != 0 ? p[i] * high / (a[i] * a[i] + high) : p[i]; /* flat along that axis */
         square += away * away;
     }
     return sqrt(square);
