@@ -333,7 +333,9 @@ typedef enum collided_event_kind { /* numbers as on the wire */
     COLLIDED_BEGIN = 1,
     COLLIDED_UPDATE,
     COLLIDED_END,
-    COLLIDED_NEAR,
+    COLLIDED_NEAR, /* within range_m, also where they touch or overlap: who asks for distances alone is told of these by
+                      nothing else; beside touches it has an id of its own, and updates are the contact's while that is
+                    */
     COLLIDED_FAR,
     COLLIDED_UNKNOWN,
     COLLIDED_KNOWN,
@@ -352,7 +354,8 @@ typedef struct collided_impact {
     bool estimated;               /* foretold: a velocity was estimated from two poses */
 } collided_impact;
 
-/* How far a pair is looked into for its touch, distance and manifold (README, "The dial"). */
+/* How far a pair is looked into for its touch, distance and manifold
+ * (/usr/share/doc/libcollided-dev/README.md, "The dial"). */
 typedef enum collided_accuracy { /* numbers as on the wire */
     COLLIDED_BY_TOLERANCE,       /* until its interval is as narrow as the tolerance */
     COLLIDED_BY_BOXES,  /* touch, distance: bounds by boxes and one support point a shape. Told anew only when they
@@ -390,8 +393,8 @@ typedef struct collided_event {
     double age_a_s, age_b_s;       /* age of the poses used, at the batch's stamp_ns; -1 = fixed or not stamped */
     double closing_m_s; /* at which the two points approach along the axis, as far as velocities are known; negative:
                            they part (in an impact: while others of the pair are about to meet, or contact is not
-                           proven). With lo and the ages it tells what separation is left (README, "Separation in a
-                           robot cell"); not safety-rated */
+                           proven). With lo and the ages it tells what separation is left (in
+                           /usr/share/doc/libcollided-dev/README.md, "Separation in a robot cell"); not safety-rated */
     collided_achieved achieved;
     const collided_contact_point *points;
     size_t point_count;

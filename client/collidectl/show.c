@@ -60,3 +60,12 @@ void show_span(double s, char *out, size_t size)
     else
         snprintf(out, size, "%.3g ms", 1e3 * s);
 }
+
+const char *show_achieved(collided_achieved achieved)
+{
+    static const char *const names[] = {[COLLIDED_CERTAIN] = "certain",
+        [COLLIDED_WITHIN] = "within_tolerance",
+        [COLLIDED_WIDE] = "wide",
+        [COLLIDED_STOPPED] = "stopped_by_budget"};
+    return (unsigned)achieved <= COLLIDED_STOPPED ? names[achieved] : "?";
+}

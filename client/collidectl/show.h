@@ -2,7 +2,10 @@
 #ifndef COLLIDED_COLLIDECTL_SHOW_H
 #define COLLIDED_COLLIDECTL_SHOW_H
 
-#include <stddef.h>
+#include <collided.h>
+
+/* "certain", "within_tolerance", "wide", "stopped_by_budget" */
+const char *show_achieved(collided_achieved achieved);
 
 void show_interval(double lo_m, double hi_m, char *out, size_t size); /* "[22.134, 22.135] mm" */
 void show_bracket(double lo_s, double hi_s, char *out, size_t size);  /* "[0.730000, 0.730001] s" */

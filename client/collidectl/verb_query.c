@@ -140,9 +140,11 @@ static int ask_bodies(ctl *c, char **a, collided_result *out)
 static void print_distance(const collided_hit *h)
 {
     char interval[96], age[32];
+    bool doubtful = h->achieved != COLLIDED_CERTAIN;
     show_interval(h->lo, h->hi, interval, sizeof interval);
     show_age(h->age_s, age, sizeof age);
-    printf("%-24s %-24s %26s  age %s%s\n", h->name_a, h->name_b, interval, age, h->stale ? "  unknown: stale" : "");
+    printf("%-24s %-24s %26s  age %s%s%s%s\n", h->name_a, h->name_b, interval, age, doubtful ? ", " : "",
+        doubtful ? show_achieved(h->achieved) : "", h->stale ? "  unknown: stale" : "");
 }
 
 /* lo and hi are times: proven to be apart before the one, and to touch at the other. */
@@ -177,6 +179,7 @@ static void json_hit(json *j, const collided_hit *h)
     json_numbers(j, "orientation", h->orientation, 4);
     json_number(j, "age_s", h->age_s);
     json_bool(j, "stale", h->stale);
+    json_text(j, "achieved", show_achieved(h->achieved));
     json_close(j, '}');
 }
 

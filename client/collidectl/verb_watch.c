@@ -28,15 +28,6 @@ static const char *kind_name(collided_event_kind kind)
     return kind >= COLLIDED_BEGIN && kind <= COLLIDED_EVENT_AVERTED ? kinds[kind] : "?";
 }
 
-static const char *achieved_name(collided_achieved achieved)
-{
-    static const char *const names[] = {[COLLIDED_CERTAIN] = "certain",
-        [COLLIDED_WITHIN] = "within_tolerance",
-        [COLLIDED_WIDE] = "wide",
-        [COLLIDED_STOPPED] = "stopped_by_budget"};
-    return achieved <= COLLIDED_STOPPED ? names[achieved] : "?";
-}
-
 /* ---- JSON ---- */
 
 static void open_line(json *j, const char *event, const collided_batch *b)
@@ -93,7 +84,7 @@ static void json_event(json *j, const collided_batch *b, const collided_event *e
     json_integer(j, "shape_b", e->shape_b);
     json_number(j, "lo", e->lo);
     json_number(j, "hi", e->hi);
-    json_text(j, "achieved", achieved_name(e->achieved));
+    json_text(j, "achieved", show_achieved(e->achieved));
     json_numbers(j, "axis", e->axis, 3);
     json_numbers(j, "point_a", e->point_a, 3);
     json_numbers(j, "point_b", e->point_b, 3);
@@ -173,7 +164,7 @@ static void text_event(const char *when, const collided_event *e)
                     e->kind == COLLIDED_KNOWN;
     bool doubtful = measured && e->achieved != COLLIDED_CERTAIN;
     printf("%s %-8s %-24s %-24s %26s  age %-7s %s%s%s\n", when, kind_name(e->kind), e->name_a, e->name_b,
-        measured ? interval : "", age, e->cause, doubtful ? ", " : "", doubtful ? achieved_name(e->achieved) : "");
+        measured ? interval : "", age, e->cause, doubtful ? ", " : "", doubtful ? show_achieved(e->achieved) : "");
     if (e->impact) text_impact(e);
     for (size_t i = 0; i < e->point_count; i++)
         printf("%12s %-8s point %" PRId64 " at %.6f %.6f %.6f, %.3f mm\n", "", "", e->points[i].feature,

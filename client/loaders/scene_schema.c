@@ -166,11 +166,19 @@ static const cyaml_schema_field_t scene_fields[] = {
 };
 static const cyaml_schema_value_t top = {CYAML_VALUE_MAPPING(CYAML_FLAG_POINTER, yaml_scene, scene_fields)};
 
-/* libcyaml logs first what is wrong, then the way to it, innermost first, each with "(line: L, column: C)". */
+/* libcyaml logs first what is wrong, then the way to it, innermost first, each with "(line: L, column: C)". In a
+ * mapping that is where its last good value began, or its first key. */
 typedef struct complaint {
     char what[256];
-    int line; /* 0 = not told */
+    int line, column; /* from 1; 0 = not said */
+    int entry_line;   /* of the innermost entry of a list on the way */
 } complaint;
+
+static int number_after(const char *text, const char *word)
+{
+    const char *found = strstr(text, word);
+    return found ? (int)strtol(found + strlen(word), NULL, 10) : 0;
+}
 
 static void listen(cyaml_log_t level, void *context, const char *format, va_list arguments)
 {
@@ -180,11 +188,55 @@ static void listen(cyaml_log_t level, void *context, const char *format, va_list
     (void)level;
     vsnprintf(text, sizeof text, format, arguments);
     text[strcspn(text, "\n")] = '\0';
-    const char *line = strstr(text, "line: ");
-    if (line && c->line == 0) c->line = (int)strtol(line + strlen("line: "), NULL, 10);
+    int line = number_after(text, "line: ");
+    if (c->line == 0) c->line = line, c->column = number_after(text, "column: ");
+    if (c->entry_line == 0 && strstr(text, "in sequence entry")) c->entry_line = line;
     const char *what = strncmp(text, prefix, sizeof prefix - 1) == 0 ? text + sizeof prefix - 1 : text;
     bool of_the_way = *what == ' ' || strncmp(what, "Backtrace", 9) == 0;
     if (!c->what[0] && !of_the_way) snprintf(c->what, sizeof c->what, "%.255s", what);
+}
+
+/* Does the key stand in this line of text, from that column on? */
+static bool has_key(const char *text, size_t length, size_t column, const char *key)
+{
+    size_t n = strlen(key);
+    for (size_t i = column; i + n < length; i++) {
+        size_t after = i + n;
+        while (after < length && text[after] == ' ') after++;
+        bool begins = i == 0 || strchr(" -{,\"'", text[i - 1]);
+        if (begins && strncmp(text + i, key, n) == 0 && after < length && strchr(":\"'", text[after])) return true;
+    }
+    return false;
+}
+
+/* A key that is wrong stands behind the last good value: in its line (unless that is a list of lines), or in the next
+ * one that is indented no more. */
+static int line_of_key(const complaint *c, const char *key, const char *data, size_t size)
+{
+    const char *text = data, *end = data + size;
+    for (int line = 1; text < end; line++) {
+        const char *stop = memchr(text, '\n', (size_t)(end - text));
+        size_t length = (size_t)((stop ? stop : end) - text), indent = 0;
+        while (indent < length && strchr(" -", text[indent])) indent++;
+        bool same = line == c->line && (size_t)c->column <= length && text[c->column - 1] != '-',
+             later = line > c->line && indent < (size_t)c->column;
+        size_t from = same ? (size_t)c->column - 1 : indent;
+        if ((same || later) && from < length && has_key(text, length, from, key)) return line;
+        text += length + 1;
+    }
+    return c->line;
+}
+
+static int line_of(const complaint *c, const char *data, size_t size)
+{
+    static const char *const of_keys[] = {"Unexpected key: ", "Mapping field already seen: "};
+    if (c->line == 0 || c->column == 0) return c->line;
+    if (strncmp(c->what, "Missing required", 16) == 0 && c->entry_line > 0) return c->entry_line;
+    for (size_t i = 0; i < sizeof of_keys / sizeof *of_keys; i++) {
+        size_t n = strlen(of_keys[i]);
+        if (strncmp(c->what, of_keys[i], n) == 0) return line_of_key(c, c->what + n, data, size);
+    }
+    return c->line;
 }
 
 static cyaml_config_t config_with(complaint *c)
@@ -204,8 +256,9 @@ yaml_scene *yaml_scene_read(const char *data, size_t size, const char *file, loa
     cyaml_err_t status = cyaml_load_data((const uint8_t *)data, size, &config, &top, (cyaml_data_t **)&scene, NULL);
     if (status == CYAML_OK && scene) return scene;
     const char *what = c.what[0] ? c.what : status == CYAML_OK ? "the file is empty" : cyaml_strerror(status);
-    if (c.line > 0)
-        load_fail(r, "%s:%d: %s", file, c.line, what);
+    int line = line_of(&c, data, size);
+    if (line > 0)
+        load_fail(r, "%s:%d: %s", file, line, what);
     else
         load_fail(r, "%s: %s", file, what);
     return NULL;

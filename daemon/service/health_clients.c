@@ -1,6 +1,5 @@
 /* health_clients: what Status tells of each client: who it is, what it has, how old it is, and what it costs; and of
- * those that were lost. Of the first SHEET_NAMED_MAX by the order of their coming; the others count in the sums. Tick
- * thread. */
+ * those that were lost. Of the first SHEET_NAMED_MAX; the others count in the sums. Tick thread. */
 #include "health.h"
 
 #include <inttypes.h>
@@ -8,14 +7,29 @@
 
 typedef char figure_name[WIRE_NAME_MAX + 48];
 
-/* One figure of each; `value` says false where a client has none. */
-static void add_each(const service *s, sheet *t, figure_name names[SHEET_NAMED_MAX], const char *prefix,
-    bool (*value)(const service *s, const session *c, int64_t *out))
+/* Those that have figures of their own: who is here comes before who left in order and whose bodies stay. */
+typedef struct named_clients {
+    const session *at[SHEET_NAMED_MAX];
+    size_t count;
+} named_clients;
+
+static named_clients name_clients(const service *s)
 {
-    for (size_t i = 0; i < s->sessions.count && i < SHEET_NAMED_MAX; i++) {
-        const session *c = s->sessions.at[i];
+    named_clients n = {.count = 0};
+    for (int left = 0; left < 2; left++)
+        for (size_t i = 0; i < s->sessions.count && n.count < SHEET_NAMED_MAX; i++)
+            if (s->sessions.at[i]->left == left) n.at[n.count++] = s->sessions.at[i];
+    return n;
+}
+
+/* One figure of each; `value` says false where a client has none. */
+static void add_each(const service *s, sheet *t, const named_clients *clients, figure_name names[SHEET_NAMED_MAX],
+    const char *prefix, bool (*value)(const service *s, const session *c, int64_t *out))
+{
+    for (size_t i = 0; i < clients->count; i++) {
+        const session *c = clients->at[i];
         int64_t number;
-        if (c->left || !value(s, c, &number)) continue;
+        if (!value(s, c, &number)) continue;
         snprintf(names[i], sizeof names[i], "%s%016" PRIx64, prefix, (uint64_t)c->client);
         sheet_add(t, names[i], number);
     }
@@ -28,16 +42,23 @@ static bool bodies_of(const service *s, const session *c, int64_t *out)
     return true;
 }
 
+static bool left_of(const service *s, const session *c, int64_t *out)
+{
+    (void)s;
+    *out = 1;
+    return c->left;
+}
+
 static bool silence_of(const service *s, const session *c, int64_t *out)
 {
     *out = s->monotonic_ns > c->heard_ns ? s->monotonic_ns - c->heard_ns : 0;
-    return true;
+    return !c->left;
 }
 
 static bool pose_age_of(const service *s, const session *c, int64_t *out)
 {
     *out = s->now_ns - c->latest_pose_ns;
-    return c->latest_pose_ns != 0;
+    return c->latest_pose_ns != 0 && !c->left;
 }
 
 static bool poses_of(const service *s, const session *c, int64_t *out)
@@ -51,14 +72,13 @@ static bool work_of(const service *s, const session *c, int64_t *out)
 {
     (void)s;
     *out = (int64_t)c->work;
-    return true;
+    return !c->left;
 }
 
-static void add_names(const service *s, sheet *t, figure_name names[SHEET_NAMED_MAX])
+static void add_names(sheet *t, const named_clients *clients, figure_name names[SHEET_NAMED_MAX])
 {
-    for (size_t i = 0; i < s->sessions.count && i < SHEET_NAMED_MAX; i++) {
-        const session *c = s->sessions.at[i];
-        if (c->left) continue;
+    for (size_t i = 0; i < clients->count; i++) {
+        const session *c = clients->at[i];
         snprintf(names[i], sizeof names[i], "client_name_%016" PRIx64 "_%s", (uint64_t)c->client, c->name);
         sheet_add(t, names[i], 1);
     }
@@ -66,13 +86,15 @@ static void add_names(const service *s, sheet *t, figure_name names[SHEET_NAMED_
 
 void health_add_clients(service *s, sheet *t)
 {
-    static figure_name names[6][SHEET_NAMED_MAX];
-    add_names(s, t, names[0]);
-    add_each(s, t, names[1], "client_bodies_", bodies_of);
-    add_each(s, t, names[2], "client_silent_ns_", silence_of);
-    add_each(s, t, names[3], "client_pose_age_ns_", pose_age_of);
-    add_each(s, t, names[4], "client_poses_", poses_of);
-    add_each(s, t, names[5], "client_work_", work_of);
+    static figure_name names[7][SHEET_NAMED_MAX];
+    const named_clients clients = name_clients(s);
+    add_names(t, &clients, names[0]);
+    add_each(s, t, &clients, names[1], "client_bodies_", bodies_of);
+    add_each(s, t, &clients, names[2], "client_silent_ns_", silence_of);
+    add_each(s, t, &clients, names[3], "client_pose_age_ns_", pose_age_of);
+    add_each(s, t, &clients, names[4], "client_poses_", poses_of);
+    add_each(s, t, &clients, names[5], "client_work_", work_of);
+    add_each(s, t, &clients, names[6], "client_left_", left_of);
     for (size_t i = 0; i < s->sessions.count; i++) s->sessions.at[i]->work = 0;
 }
 

@@ -27,6 +27,7 @@ static const family FAMILIES[] = {
     {"lost_client_", "lost_client_bodies", "client", "bodies that stay of a client whose lease ran out", true, NULL},
     {"client_name_", "client_info", "client", "always 1: the name of a client", true, "name"},
     {"client_bodies_", "client_bodies", "client", "bodies of a client in the world", true, NULL},
+    {"client_left_", "client_left", "client", "1: the client left in order, and its bodies stay", true, NULL},
     {"client_silent_ns_", "client_silent_seconds", "client", "since the last sign of life of a client", true, NULL},
     {"client_pose_age_ns_", "client_pose_age_seconds", "client", "since the stamp of the newest pose of a client", true,
         NULL},

@@ -42,6 +42,11 @@ write_basic_package_version_file(${prepared}/collidedConfigVersion.cmake COMPATI
 install(FILES ${prepared}/collidedConfig.cmake ${prepared}/collidedConfigVersion.cmake
   DESTINATION ${config} COMPONENT libcollided-dev)
 
+# The pages that collided.h names, and the protocol for clients that are written without this library.
+install(FILES ${PROJECT_SOURCE_DIR}/client/README.md DESTINATION ${doc}/libcollided-dev COMPONENT libcollided-dev)
+install(FILES ${PROJECT_SOURCE_DIR}/idl/README.md DESTINATION ${doc}/libcollided-dev RENAME protocol.md
+  COMPONENT libcollided-dev)
+
 # The examples that need nothing but the library; the arm's controller needs the loaders, which are internal.
 foreach(file hello.c example.c example.h example_shapes.c vehicle_simulator.c cell_watcher.c impact_simulator.c
     impact_scene.c impact_scene.h billiards.c billiards_picture.c box_stack.c lockstep.c lockstep.h impact_heap.c

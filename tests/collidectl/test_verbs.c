@@ -202,6 +202,7 @@ static void queries_and_recordings_are_asked_for(void **state)
     prints("[22.13489100, 22.13489110] mm  age -\n");
     ask("query ray 0,0,0 0,0,-1 --json");
     prints("{\"query\":\"ray\",");
+    prints("\"stale\":false,\"achieved\":\"certain\"}");
     ask("query sweep arm --linear 1,0,0 --span 2");
     says("arm goes by 1 0 0, 0 0 0 for 2\nquery sweep\n");
     prints("a                        in [0.02213489100, 0.02213489110] s  normal");

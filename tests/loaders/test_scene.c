@@ -165,6 +165,27 @@ static void what_does_not_follow_the_schema_is_refused_with_its_line(void **stat
     scene_is_refused("a: &a [x,x,x]\nb: &b [*a,*a,*a]\nc: [*b,*b,*b]\n", "Unexpected key: a");
 }
 
+/* libcyaml says where the last good value began; the key that is wrong stands behind it. */
+static void wrong_keys_are_told_in_their_own_line(void **state)
+{
+    (void)state;
+#define WITH_BOX(head, tail) head "      - type: box\n        size: [1, 2, 3]\n" tail
+    scene_is_refused(
+        WITH_BOX("bodies:\n  - name: a\n    shapes:\n", "        wide: 3\n"), "test.yaml:6: Unexpected key: wide");
+    scene_is_refused(
+        WITH_BOX("bodies:\n  - name: a\n    shapes:\n", "    type: 3\n"), "test.yaml:6: Unexpected key: type");
+    scene_is_refused(
+        WITH_BOX("bodies:\n  - name: a\n    shapes:\n", "\n# b\n  - nome: b\n"), "test.yaml:8: Unexpected key: nome");
+    scene_is_refused(
+        WITH_BOX("bodies:\n  - name: a\n    shapes:\n", "\nrobot: 3\n"), "test.yaml:7: Unexpected key: robot");
+    scene_is_refused(WITH_BOX("bodies:\n  - shapes:\n", ""), "test.yaml:2: Missing required mapping field: name");
+    scene_is_refused("bodies:\n  - name: a\n    name: b\n", "test.yaml:3: Mapping field already seen: name");
+    scene_is_refused("bodies:\r\n- name: a\r\n  shapes: [{type: halfspace}]\r\n  colour: 1\r\n",
+        "test.yaml:4: Unexpected key: colour");
+    scene_is_refused(
+        "bodies:\n- name: a\n  shapes: [{type: halfspace}]\nrobot: 1", "test.yaml:4: Unexpected key: robot");
+}
+
 static void motions_that_cannot_be_are_refused(void **state)
 {
     (void)state;
@@ -394,6 +415,7 @@ int main(void)
         cmocka_unit_test(links_may_have_other_shapes),
         cmocka_unit_test(links_that_are_not_there_are_refused),
         cmocka_unit_test(what_does_not_follow_the_schema_is_refused_with_its_line),
+        cmocka_unit_test(wrong_keys_are_told_in_their_own_line),
         cmocka_unit_test(motions_that_cannot_be_are_refused),
         cmocka_unit_test(shapes_that_cannot_be_are_refused),
         cmocka_unit_test(poses_names_and_joints_that_cannot_be_are_refused),

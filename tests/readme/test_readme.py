@@ -41,6 +41,13 @@ for page in PAGES:
         path = os.path.join(ROOT, os.path.dirname(page), target) if target else os.path.join(ROOT, page)
         assert os.path.exists(path), f"{page} names {target}, which does not exist"
         assert not anchor or anchor in headings(path), f"{page} names the heading {anchor} of {target}, which has none"
+for page in PAGES:
+    cells, table = 0, False
+    for number, line in enumerate(text_of(os.path.join(ROOT, page)).splitlines(), 1):
+        before, table = table, line.startswith("|")
+        has = len(re.findall(r"(?<!\\)\|", re.sub(r"`[^`]*`", "", line)))
+        assert not (before and table) or has == cells, f"{page}:{number}: a row of another number of cells"
+        cells = has
 for script in re.findall(r"\b(script/[a-z_]+)\b", readme):
     assert os.path.exists(os.path.join(ROOT, script)), f"README names {script}, which does not exist"
 

@@ -71,6 +71,15 @@ static int64_t status_counter(room *r, memory_end *e, const char *name)
     return cell_counter(&m.status, name);
 }
 
+static bool status_has(room *r, memory_end *e, const char *name)
+{
+    cell_await(e, r->memory, WIRE_STATUS);
+    wire_message m = cell_await(e, r->memory, WIRE_STATUS);
+    for (uint32_t i = 0; i < m.status.counter_names.count; i++)
+        if (strcmp(m.status.counter_names.at[i], name) == 0) return true;
+    return false;
+}
+
 static void a_contact_of_two_clients_bodies_reaches_the_subscriber(void **state)
 {
     room *r = *state;
@@ -454,6 +463,25 @@ static void what_one_client_says_is_applied_in_its_order(void **state)
     assert_true(a.points_a.at[0] == 5);
 }
 
+/* As `collidectl load` does: the bodies stay, and it is told whose they are, but not that he is silent. */
+static void who_left_and_kept_his_bodies_is_named(void **state)
+{
+    room *r = *state;
+    memory_end *carol = cell_client(r->cell);
+    cell_hello(carol, 33, 1, 1, WIRE_LOST_KEEP);
+    cell_sphere(carol, 33, 2, 0, "kept", 10);
+    assert_int_equal(status_counter(r, r->bob, "client_bodies_0000000000000021"), 1);
+    assert_false(status_has(r, r->bob, "client_left_0000000000000021"));
+    wire_message goodbye = {.kind = WIRE_CLIENT,
+        .client = {
+            .version = WIRE_VERSION, .client = 33, .sequence = 3, .removed = 1, .name = "", .on_loss = WIRE_LOST_KEEP}};
+    memory_send(carol, &goodbye);
+    assert_int_equal(status_counter(r, r->bob, "client_left_0000000000000021"), 1);
+    assert_int_equal(status_counter(r, r->bob, "client_bodies_0000000000000021"), 1);
+    assert_false(status_has(r, r->bob, "client_silent_ns_0000000000000021"));
+    memory_disconnect(carol);
+}
+
 static void a_lost_client_that_kept_nothing_is_forgotten(void **state)
 {
     room *r = *state;
@@ -539,6 +567,7 @@ int main(void)
         IN_A_ROOM(flat_hulls_and_false_hashes_are_refused),
         IN_A_ROOM(a_lost_clients_bodies_go_and_watchers_get_the_ends),
         IN_A_ROOM(a_lost_clients_bodies_are_held_or_kept_as_it_said),
+        IN_A_ROOM(who_left_and_kept_his_bodies_is_named),
         IN_A_ROOM(a_subscriber_that_asks_again_gets_the_whole_state),
         IN_A_ROOM(copies_are_acknowledged_and_change_nothing),
         IN_A_ROOM(queries_are_answered),
