@@ -263,12 +263,14 @@ mesh_status mesh_build_within(const double *points, size_t count, const int32_t 
         status = MESH_NO_TRIANGLES;
     else if (!build_hull(m, outline))
         status = MESH_WIDE_HULL;
-    if (status == MESH_OK)
-        mesh_tree_build(m);
-    else
+    if (status != MESH_OK) {
         mesh_destroy(m);
-    if (status == MESH_OK) *out = m;
-    return status;
+        return status;
+    }
+    mesh_tree_build(m);
+    mesh_components_build(m);
+    *out = m;
+    return MESH_OK;
 }
 
 void mesh_destroy(mesh *m)
@@ -280,6 +282,7 @@ void mesh_destroy(mesh *m)
     free(m->corners);
     free(m->nodes);
     free(m->patch_points);
+    free(m->components);
     free(m);
 }
 

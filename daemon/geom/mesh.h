@@ -45,6 +45,13 @@ typedef struct mesh_patch_point {
     float at[3][MESH_WIDTH];
 } mesh_patch_point;
 
+/* What hangs together by common vertices. Where no surface meets a solid's, all of a component is inside of it, or
+ * nothing: so one point of each tells. */
+typedef struct mesh_component {
+    uint32_t triangle;  /* its first one, in the order of the leaves */
+    float lo[3], hi[3]; /* a box around it along the axes, rounded outward, in units of mesh.unit */
+} mesh_component;
+
 /* What was done to the input, and why a mesh is no solid: counts, 0 = nothing of the kind. */
 typedef struct mesh_findings {
     uint32_t welded;       /* vertices that equal an earlier one, or that no triangle uses: left out */
@@ -66,7 +73,9 @@ typedef struct mesh {
     mesh_node *nodes;         /* the root first */
     mesh_patch_point *patch_points;
     uint32_t patch_point_count;
-    double unit; /* a power of two, m: the boxes' unit, so that floats hold any mesh */
+    uint32_t component_count;   /* at least 1 */
+    mesh_component *components; /* in the order of their first triangles */
+    double unit;                /* a power of two, m: the boxes' unit, so that floats hold any mesh */
     bool solid;
     mesh_findings found;
     hull *hull;             /* convex hull of all vertices; flat when the mesh is */

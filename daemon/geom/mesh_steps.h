@@ -27,6 +27,9 @@ void mesh_tree_build(mesh *m);
 /* After that: finds the points that stand for the patches. */
 void mesh_patches_build(mesh *m);
 
+/* After the tree: finds what hangs together. */
+void mesh_components_build(mesh *m);
+
 /* The least float that is not below x. */
 static inline float float_above(double x)
 {

@@ -3,6 +3,7 @@
 
 #include "dispatch.h"
 #include "gjk.h"
+#include "mesh_held.h"
 #include "scalar.h"
 
 enum { ROUNDS_MAX = 12, BACK_ROUNDS = 3, EXTRA_GROWTH = 4 };
@@ -168,14 +169,21 @@ static double width_along(const unit_pair *p, const shape *s, const mat3 *r, vec
     return vec_dot(d, vec_sub(unit_pair_support_a(&alone, d, NULL), unit_pair_support_a(&alone, vec_neg(d), NULL)));
 }
 
-/* What is held must go to the surface, and then its own width. */
-static double way_out(const travel *t, const mesh_gap *gap)
+/* Of what is held, along the direction of travel. */
+static double width_of_held(const travel *t, const mesh_gap *gap)
 {
     unit_pair hulls = mesh_depth_hulls(t->whole);
     bool a_is_held = gap->relation == MESH_HOLDS_A;
-    return gap->nearest.hi + t->clear +
-           (a_is_held ? width_along(&hulls, &hulls.a, NULL, t->direction)
-                      : width_along(&hulls, &hulls.b, &hulls.b_in_a.r, t->direction));
+    const mesh *held = a_is_held ? t->w->ma : t->w->mb;
+    if (held && held->component_count > 1) return mesh_component_width(t->w, a_is_held, gap->component, t->direction);
+    return a_is_held ? width_along(&hulls, &hulls.a, NULL, t->direction)
+                     : width_along(&hulls, &hulls.b, &hulls.b_in_a.r, t->direction);
+}
+
+/* What is held must go to the surface, and then its own width. */
+static double way_out(const travel *t, const mesh_gap *gap)
+{
+    return gap->nearest.hi + t->clear + width_of_held(t, gap);
 }
 
 /* Is it proven that the shapes are apart there? *spare: by how much more than needed. */
