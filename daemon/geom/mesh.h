@@ -21,7 +21,16 @@ typedef struct mesh_triangle {
     uint32_t v[3];
     uint32_t edge[3]; /* of the mesh: k from v[k] to v[k + 1], numbered in the order of their vertices */
     uint32_t source;  /* which triangle of the input it was */
+    uint32_t form;    /* mesh_form */
 } mesh_triangle;
+
+/* What a triangle covers. One without an area is kept where it is more than a part of the edges of others, or closes a
+ * solid; folded ones repeat their last corner. */
+typedef enum mesh_form {
+    MESH_AREA,
+    MESH_NEEDLE, /* its corners lie on a line, but for rounding: it is the longest of its sides */
+    MESH_FOLDED  /* two of its corners are one, and it is a segment; or all three, and it is a point */
+} mesh_form;
 
 /* Up to four patches of the surface, coordinate by coordinate, in units of mesh.unit: each in a box along the axes,
  * rounded outward, and in a turned box, which lies along its mean normal: patches are flat. Empty places come last. */
@@ -55,7 +64,8 @@ typedef struct mesh_component {
 /* What was done to the input, and why a mesh is no solid: counts, 0 = nothing of the kind. */
 typedef struct mesh_findings {
     uint32_t welded;       /* vertices that equal an earlier one, or that no triangle uses: left out */
-    uint32_t zero_area;    /* triangles without area: left out */
+    uint32_t zero_area;    /* triangles without area: left out, because others cover all of them */
+    uint32_t needles;      /* triangles without area: kept as segments or points */
     uint32_t repeated;     /* triangles that equal an earlier one: left out */
     uint32_t turned;       /* triangles whose orientation was turned to agree with their neighbours */
     bool inside_out;       /* all were turned, because their normals pointed inward */

@@ -23,9 +23,21 @@ typedef struct deepest_search {
     bool found;
 } deepest_search;
 
+/* Of a triangle; of one without area some direction across its longest side. */
+static vec3 normal_of(const mesh_spot *s)
+{
+    vec3 normal = direction_of(s->normal), longest = VEC_ZERO;
+    if (vec_norm2(normal) > 0) return normal;
+    for (int k = 0; k < 3; k++) {
+        vec3 side = vec_sub(s->corner[(k + 1) % 3], s->corner[k]);
+        if (vec_norm2(side) > vec_norm2(longest)) longest = side;
+    }
+    return vec_norm2(longest) > 0 ? vec_unit_orthogonal(direction_of(longest)) : vec(1, 0, 0);
+}
+
 static vec3 normal_b(const mesh_walk *w)
 {
-    return direction_of(w->spot_b->normal);
+    return normal_of(w->spot_b);
 }
 
 static vec3 facing(vec3 n, vec3 towards)
@@ -68,7 +80,7 @@ static bool deeper(mesh_walk *w, void *context)
         q->part = s;
         if (!(vec_norm2(s.axis) > 0)) q->part.axis = n;
         q->normals[0] = facing(n, q->part.axis);
-        q->normals[1] = w->ma ? facing(direction_of(w->spot_a->normal), q->part.axis) : VEC_ZERO;
+        q->normals[1] = w->ma ? facing(normal_of(w->spot_a), q->part.axis) : VEC_ZERO;
         q->found = true;
     }
     return -q->depth > q->goal->near;
