@@ -216,19 +216,19 @@ static int longest_side(const mesh *m, uint32_t triangle)
     return longest;
 }
 
-/* In a solid only what is exactly on a line covers nothing of a ray, of which mesh_inside takes count. */
+/* Of a seam only what is exactly on a line meets no ray (mesh_inside.c). */
 static bool closes_solid(const mesh *m, uint32_t triangle)
 {
     vec3 p[3];
     for (int k = 0; k < 3; k++) p[k] = vec_scale(mesh_corner(m, triangle, k), 1 / m->unit);
-    return m->solid && m->triangles[triangle].form == MESH_NEEDLE && !mesh_points_in_line(p[0], p[1], p[2]);
+    return m->triangles[triangle].form == MESH_SEAM && !mesh_points_in_line(p[0], p[1], p[2]);
 }
 
 static bool is_covered(const covered *c, const mesh_triangle *t, int longest)
 {
     if (t->v[0] == t->v[2]) return c->vertices[t->v[0]];
     if (c->edges[t->edge[longest]]) return true;
-    return t->form == MESH_NEEDLE && c->edges[t->edge[(longest + 1) % 3]] && c->edges[t->edge[(longest + 2) % 3]];
+    return t->form != MESH_FOLDED && c->edges[t->edge[(longest + 1) % 3]] && c->edges[t->edge[(longest + 2) % 3]];
 }
 
 /* Leaves out those that others cover: a triangle whose corners lie on a line closes a gap between edges, but adds no

@@ -25,10 +25,11 @@ typedef struct mesh_triangle {
 } mesh_triangle;
 
 /* What a triangle covers. One without an area is kept where it is more than a part of the edges of others, or closes a
- * solid; folded ones repeat their last corner. */
+ * solid; folded ones repeat their last corner. Only the first two are of the surface around a solid. */
 typedef enum mesh_form {
     MESH_AREA,
-    MESH_NEEDLE, /* its corners lie on a line, but for rounding: it is the longest of its sides */
+    MESH_SEAM,   /* its corners lie on a line, but for rounding: it closes what the others leave open */
+    MESH_NEEDLE, /* the same, but it closes nothing: it is the longest of its sides */
     MESH_FOLDED  /* two of its corners are one, and it is a segment; or all three, and it is a point */
 } mesh_form;
 

@@ -219,6 +219,7 @@ void mesh_orient(mesh *m)
     bool beside = with_area < unfolded && !closes(m, unfolded) && closes(m, with_area);
     m->triangle_count = beside ? with_area : unfolded;
     orient(m);
+    for (uint32_t t = with_area; m->solid && t < m->triangle_count; t++) m->triangles[t].form = MESH_SEAM;
     if (m->triangle_count == all) return;
     m->triangle_count = all;
     side *sides = sorted_sides(m);

@@ -91,6 +91,7 @@ static int below_plane(vec3 p, vec3 q, vec3 r, vec3 c)
 static int crossing(const mesh *m, uint32_t t, vec3 c)
 {
     double scale = 1 / m->unit; /* a power of two: exact */
+    if (m->triangles[t].form > MESH_SEAM) return 0;
     vec3 p = vec_scale(mesh_corner(m, t, 0), scale), q = vec_scale(mesh_corner(m, t, 1), scale),
          r = vec_scale(mesh_corner(m, t, 2), scale);
     int side = side_of(p, q, c);
