@@ -87,13 +87,22 @@ static int below_plane(vec3 p, vec3 q, vec3 r, vec3 c)
     return expansion_sign(n, e);
 }
 
+/* Is all of a triangle to one side of the ray, or below where it begins? Strictly, so that the move aside does not
+ * matter. */
+static bool is_beside(vec3 p, vec3 q, vec3 r, vec3 c)
+{
+    return (p.x < c.x && q.x < c.x && r.x < c.x) || (p.x > c.x && q.x > c.x && r.x > c.x) ||
+           (p.y < c.y && q.y < c.y && r.y < c.y) || (p.y > c.y && q.y > c.y && r.y > c.y) ||
+           (p.z < c.z && q.z < c.z && r.z < c.z);
+}
+
 /* 1 or -1 if the ray from c passes through the triangle, by the way it faces; 0 if it does not. */
 static int crossing(const mesh *m, uint32_t t, vec3 c)
 {
+    const vec3 *at = m->corners + 3 * (size_t)t;
     double scale = 1 / m->unit; /* a power of two: exact */
-    if (m->triangles[t].form > MESH_SEAM) return 0;
-    vec3 p = vec_scale(mesh_corner(m, t, 0), scale), q = vec_scale(mesh_corner(m, t, 1), scale),
-         r = vec_scale(mesh_corner(m, t, 2), scale);
+    vec3 p = vec_scale(at[0], scale), q = vec_scale(at[1], scale), r = vec_scale(at[2], scale);
+    if (is_beside(p, q, r, c) || m->triangles[t].form > MESH_SEAM) return 0;
     int side = side_of(p, q, c);
     if (side == 0 || side_of(q, r, c) != side || side_of(r, p, c) != side) return 0;
     return below_plane(p, q, r, c) == side ? side : 0;

@@ -7,7 +7,7 @@
 
 #include "core.h"
 
-enum { FEW = 2 }; /* components that are rather asked each than by a box */
+enum { FEW = MESH_LEAF_MAX }; /* components that are rather asked each than by a box */
 
 typedef struct held_search {
     const mesh_walk *w;
@@ -18,7 +18,7 @@ typedef struct held_search {
 vec3 mesh_component_point(const mesh_walk *w, bool of_a, uint32_t component)
 {
     const mesh *m = of_a ? w->ma : w->mb;
-    vec3 own = vec_scale(mesh_corner(m, m->components[component].triangle, 0), w->part.scale);
+    vec3 own = vec_scale(m->corners[3 * (size_t)m->components[component].triangle], w->part.scale);
     return of_a ? own : transform_point(&w->part.b_in_a, own);
 }
 
@@ -34,15 +34,14 @@ double mesh_component_width(const mesh_walk *w, bool of_a, uint32_t component, v
 
 static bool is_inside(const held_search *q, uint32_t component)
 {
-    vec3 own = vec_scale(mesh_corner(q->m, q->m->components[component].triangle, 0), q->w->part.scale);
+    vec3 own = vec_scale(q->m->corners[3 * (size_t)q->m->components[component].triangle], q->w->part.scale);
     vec3 there = transform_point(q->of_a ? &q->w->a_in_b : &q->w->part.b_in_a, own);
     return mesh_inside(q->solid, vec_scale(there, q->w->part.unit));
 }
 
-/* The first one that begins at a triangle or after it. */
-static uint32_t component_from(const mesh *m, uint32_t triangle)
+/* The first of those from `first` to `end` that begins at a triangle or after it; `end`: none does. */
+static uint32_t component_from(const mesh *m, uint32_t first, uint32_t end, uint32_t triangle)
 {
-    uint32_t first = 0, end = m->component_count;
     while (first < end) {
         uint32_t middle = first + (end - first) / 2;
         if (m->components[middle].triangle < triangle)
@@ -72,7 +71,7 @@ static uint32_t search(const held_search *q, uint32_t node, uint32_t first, uint
     const mesh_node *n = &q->m->nodes[node];
     if (end - first <= FEW) return ask_each(q, first, end);
     for (uint32_t i = 0, next; i < n->used; i++, first = next) {
-        next = i + 1 < n->used ? component_from(q->m, first_triangle(q->m, node, i + 1)) : end;
+        next = i + 1 < n->used ? component_from(q->m, first, end, first_triangle(q->m, node, i + 1)) : end;
         bool few = next - first <= FEW, clear = !few && mesh_walk_is_clear(q->w, q->of_a, node, i);
         uint32_t held = few || n->count[i] > 0 || clear ? ask_each(q, first, clear ? first + 1 : next)
                                                         : search(q, n->first[i], first, next);
