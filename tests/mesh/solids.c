@@ -157,8 +157,8 @@ soup soup_of(const double *points, size_t count, const int32_t *corners, size_t 
 {
     soup s = soup_new();
     if (count > SOUP_MAX || triangle_count > SOUP_MAX) abort();
-    memcpy(s.points, points, 3 * count * sizeof *points);
-    memcpy(s.corners, corners, 3 * triangle_count * sizeof *corners);
+    if (count) memcpy(s.points, points, 3 * count * sizeof *points);
+    if (triangle_count) memcpy(s.corners, corners, 3 * triangle_count * sizeof *corners);
     s.point_count = count;
     s.triangle_count = triangle_count;
     return s;
