@@ -122,8 +122,8 @@ static inline vec3 mesh_corner(const mesh *m, uint32_t triangle, int corner)
  * any thread. */
 bool mesh_inside(const mesh *m, vec3 point);
 
-/* Whole-structure check for tests: each triangle in exactly one leaf, boxes around all below them, depth. The first
- * fault found, or NULL. */
+/* Whole-structure check for tests: each triangle in exactly one leaf, boxes around all below them, depth, components.
+ * The first fault found, or NULL. */
 const char *mesh_validate(const mesh *m);
 
 #endif

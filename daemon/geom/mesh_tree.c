@@ -303,10 +303,29 @@ static const char *check_node(const mesh *m, uint32_t index, uint32_t depth, uin
     return NULL;
 }
 
+/* In the order of their first triangles, which are in their boxes. */
+static const char *check_components(const mesh *m)
+{
+    if (m->component_count == 0 || m->components[0].triangle != 0) return "no component begins with the first triangle";
+    for (uint32_t i = 0; i < m->component_count; i++) {
+        const mesh_component *c = &m->components[i];
+        if (i && c->triangle <= c[-1].triangle) return "a component is out of order";
+        if (c->triangle >= m->triangle_count) return "a component has no triangle";
+        for (int k = 0; k < 3; k++) {
+            vec3 v = vec_scale(mesh_corner(m, c->triangle, k), 1 / m->unit);
+            bool in = (double)c->lo[0] <= v.x && v.x <= (double)c->hi[0] && (double)c->lo[1] <= v.y &&
+                      v.y <= (double)c->hi[1] && (double)c->lo[2] <= v.z && v.z <= (double)c->hi[2];
+            if (!in) return "a component sticks out of its box";
+        }
+    }
+    return NULL;
+}
+
 const char *mesh_validate(const mesh *m)
 {
     uint32_t seen = 0;
     const char *fault = check_node(m, 0, 1, &seen);
+    if (!fault) fault = check_components(m);
     if (!fault && seen != m->triangle_count) fault = "triangles are missing in the leaves";
     return fault ? fault : m->depth > MESH_DEPTH_MAX ? "too deep" : NULL;
 }
