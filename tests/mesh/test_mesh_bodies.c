@@ -96,6 +96,33 @@ static void a_needle_in_a_cube_touches_it(void **state)
     soup_free(&cube);
 }
 
+/* On the face of a box, and of one that is a mesh: at its ends, in whatever form it came. */
+static void a_needle_that_lies_on_a_face_touches_at_its_ends(void **state)
+{
+    (void)state;
+    static const double POINTS[] = {-0.5, 0, -0x1p-7, 0.5, 0, -0x1p-7, 0.25, 0, -0x1p-7, 0, 0, 7, 1, 0, 7, 0, 1, 7};
+    static const int32_t CORNERS[][6] = {{0, 1, 2, 3, 4, 5}, {0, 1, 1, 3, 4, 5}, {2, 1, 0, 3, 4, 5}};
+    soup cube = soup_box(1, 1, 1, 1);
+    mesh *solid = soup_mesh(&cube);
+    const shape box = {.type = SHAPE_BOX, .half = {1, 1, 1}}, as_mesh = mesh_shape(solid, 0);
+    for (int k = 0; k < 6; k++) {
+        mesh *m;
+        assert_int_equal(mesh_build(POINTS, 6, CORNERS[k % 3], 2, &m), MESH_OK);
+        shape a = mesh_shape(m, 0);
+        const double depth = k < 3 ? 0x1p-7 : 0; /* of a needle that is inside of a mesh, only one point is told */
+        const pose below = {{0, 0, depth - 1 - 0x1p-7}, {1, 0, 0, 0}};
+        narrow_result r = ask(&a, k < 3 ? &box : &as_mesh, below, NARROW_DISTANCE | NARROW_MANIFOLD);
+        assert_true(r.lo <= -depth + 1e-12 && r.hi >= -depth - 1e-12);
+        assert_int_equal(r.manifold.count, 2);
+        double x = r.manifold.points[0].point.x, y = r.manifold.points[1].point.x;
+        assert_true(fabs(fmin(x, y) + 0.5) < 1e-9 && fabs(fmax(x, y) - 0.5) < 1e-9);
+        for (int i = 0; i < 2; i++) assert_true(fabs(r.manifold.points[i].distance + depth) < 1e-9);
+        mesh_destroy(m);
+    }
+    mesh_destroy(solid);
+    soup_free(&cube);
+}
+
 /* ---- the class: bodies of up to three pieces on a lattice ---- */
 
 enum { PIECES_MAX = 3, DIRECTIONS = 3, SAMPLES = 6 };
@@ -556,6 +583,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(one_of_two_bodies_of_a_mesh_is_inside_of_a_solid),
         cmocka_unit_test(a_needle_in_a_cube_touches_it),
+        cmocka_unit_test(a_needle_that_lies_on_a_face_touches_at_its_ends),
         cmocka_unit_test(bodies_of_several_pieces_agree_with_brute_force),
         cmocka_unit_test(one_of_many_loose_triangles_is_inside),
         cmocka_unit_test(a_half_space_meets_the_lowest_of_all_pieces),
