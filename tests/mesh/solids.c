@@ -153,7 +153,7 @@ soup soup_plane(double half, int cuts)
     return s;
 }
 
-soup soup_of(const double *points, size_t count, const int32_t *corners, size_t triangle_count)
+soup soup_from(const double *points, size_t count, const int32_t *corners, size_t triangle_count)
 {
     soup s = soup_new();
     if (count > SOUP_MAX || triangle_count > SOUP_MAX) abort();

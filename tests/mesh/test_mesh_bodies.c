@@ -176,17 +176,17 @@ static soup piece_of(piece_kind kind, double h)
     soup s;
     switch (kind) {
     case PIECE_TETRAHEDRON:
-        return soup_of(points, 4, TETRAHEDRON, 4);
+        return soup_from(points, 4, TETRAHEDRON, 4);
     case PIECE_PLANE:
         return soup_plane(h, 1);
     case PIECE_SLIVER:
     case PIECE_THREAD:
     case PIECE_NEEDLE:
-        return soup_of(line, 3, NEEDLE, 1);
+        return soup_from(line, 3, NEEDLE, 1);
     case PIECE_SEGMENT:
-        return soup_of(line, 3, SEGMENT, 1);
+        return soup_from(line, 3, SEGMENT, 1);
     case PIECE_POINT:
-        return soup_of(line, 3, POINT, 1);
+        return soup_from(line, 3, POINT, 1);
     default:
         s = soup_box(h, h, h, 1);
         if (kind == PIECE_OPEN_CUBE) soup_drop(&s, 3);
@@ -269,7 +269,7 @@ static void draw_convex(dice *d, thing *t, bool as_hull)
 static void draw(dice *d, thing *t, bool any)
 {
     memset(t, 0, sizeof *t);
-    t->all = soup_of(NULL, 0, NULL, 0);
+    t->all = soup_from(NULL, 0, NULL, 0);
     t->solid = t->sound = true;
     double kind = any ? dice_between(d, 0, 1) : 0;
     if (kind < 0.6)
@@ -486,8 +486,8 @@ static void meshes_of_convex_bodies_are_these(void **state)
     (void)state;
     for (uint64_t seed = 1; seed <= (uint64_t)rounds(1500); seed++) {
         dice d = {seed * 104729};
-        thing a = {.all = soup_of(NULL, 0, NULL, 0), .solid = true}, b = a;
-        b.all = soup_of(NULL, 0, NULL, 0);
+        thing a = {.all = soup_from(NULL, 0, NULL, 0), .solid = true}, b = a;
+        b.all = soup_from(NULL, 0, NULL, 0);
         draw_convex(&d, &a, seed % 2);
         draw_convex(&d, &b, seed / 2 % 2);
         mesh *ma = soup_mesh(&a.all), *mb = soup_mesh(&b.all);
@@ -519,7 +519,7 @@ enum { LOOSE = 120 };
 static soup loose_pieces(dice *d, const soup *solid, double size, bool outside, bool inside)
 {
     static const int32_t SHAPES[3][3] = {{0, 1, 2}, {0, 1, 1}, {0, 0, 0}};
-    soup s = soup_of(NULL, 0, NULL, 0);
+    soup s = soup_from(NULL, 0, NULL, 0);
     for (int count = 0; count < LOOSE;) {
         vec3 at = vec_scale(dice_vec(d, -1.4, 1.4), size);
         if (brute_point_distance(solid, at) < 0.02 * size) continue;
@@ -527,7 +527,7 @@ static soup loose_pieces(dice *d, const soup *solid, double size, bool outside, 
         if (!(in ? inside && count == LOOSE / 2 : outside && !(inside && count == LOOSE / 2))) continue;
         double points[9];
         for (int k = 0; k < 9; k++) points[k] = dice_between(d, -0.01, 0.01) * size;
-        soup one = soup_of(points, 3, SHAPES[count % 3 * (count > 0)], 1);
+        soup one = soup_from(points, 3, SHAPES[count % 3 * (count > 0)], 1);
         soup_add(&s, &one, at);
         soup_free(&one);
         count++;
