@@ -203,9 +203,10 @@ collided_geometry collided_create_hull(collided *c, const double *points, size_t
 /* Makes a triangle mesh. There are `count` points (x, y, z each, in metres) and `triangle_count` triangles, three
  * indices of points each, counter-clockwise seen from outside. When every edge is walked once in either direction the
  * mesh is a solid, and what is inside of it touches it; otherwise it is a surface. The daemon mends what it can
- * (triangles turned the wrong way, without area, or given twice; points given twice), and says in its log and in the
- * answer of `collidectl explain` what the mesh is. The same triangles give the same geometry. Copied. Hash 0 on
- * failure.
+ * (triangles turned the wrong way or given twice; points given twice; triangles without area, which become segments
+ * and points, and are left out where others cover them), and says in its log and in the answer of `collidectl explain`
+ * what the mesh is. It may be of several bodies, one inside of another, too. The same triangles give the same geometry.
+ * Copied. Hash 0 on failure.
  */
 collided_geometry collided_create_mesh(
     collided *c, const double *points, size_t count, const int32_t *triangles, size_t triangle_count);

@@ -83,9 +83,12 @@ static bool cone_base_faces(const shape *s, vec3 d)
     return -d.z >= side.x * sqrt(d.x * d.x + d.y * d.y) + side.z * d.z;
 }
 
+/* Of two points without a face: the segment between them, as a capsule's. */
 static void hull_side(const hull *h, vec3 d, feature *out)
 {
     uint32_t best = 0;
+    if (h->face_count == 0 && h->vertex_count == 2)
+        for (uint32_t i = 0; i < 2; i++) add_corner(out, hull_vertex(h, i), i);
     if (h->face_count == 0) return;
     for (uint32_t f = 1; f < h->face_count; f++)
         if (vec_dot(h->faces[f].normal, d) > vec_dot(h->faces[best].normal, d)) best = f;

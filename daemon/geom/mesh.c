@@ -1,4 +1,4 @@
-/* Building meshes: weld the vertices, leave out what has no area, look at the edges, build the hierarchy and the hull.
+/* Building meshes: weld the vertices, look at the edges, leave out what others cover, build the hierarchy and the hull.
  * Any thread. Every step sorts by content and index, so the same input gives the same mesh. */
 #include "mesh.h"
 
@@ -110,22 +110,38 @@ static int compare_triangles(const void *left, const void *right)
     return (a->source > b->source) - (a->source < b->source);
 }
 
-static int compare_sources(const void *left, const void *right)
+static int compare_forms(const void *left, const void *right)
 {
     const mesh_triangle *a = left, *b = right;
+    if (a->form != b->form) return a->form < b->form ? -1 : 1;
     return (a->source > b->source) - (a->source < b->source);
 }
 
-/* Triangles with two equal corners go at once: their sides cancel, so nothing opens. */
+/* A triangle with two equal corners: the lesser first, the other twice. */
+static void fold(mesh_triangle *t)
+{
+    uint32_t lo = t->v[0], hi = t->v[0];
+    for (int k = 1; k < 3; k++) {
+        lo = t->v[k] < lo ? t->v[k] : lo;
+        hi = t->v[k] > hi ? t->v[k] : hi;
+    }
+    t->v[0] = lo;
+    t->v[1] = t->v[2] = hi;
+    t->form = MESH_FOLDED;
+}
+
 static void take_triangles(mesh *m, const int32_t *corners, uint32_t count, const uint32_t *first)
 {
     m->triangles = base_alloc(count, sizeof *m->triangles);
+    m->triangle_count = count;
     for (uint32_t i = 0; i < count; i++) {
-        mesh_triangle t = {.source = i};
+        mesh_triangle t = {.source = i, .form = MESH_AREA};
         for (int k = 0; k < 3; k++) t.v[k] = first[corners[3 * i + (uint32_t)k]];
-        bool folded = t.v[0] == t.v[1] || t.v[1] == t.v[2] || t.v[2] == t.v[0];
-        m->found.zero_area += folded;
-        if (!folded) m->triangles[m->triangle_count++] = least_first(t);
+        if (t.v[0] == t.v[1] || t.v[1] == t.v[2] || t.v[2] == t.v[0])
+            fold(&t);
+        else
+            t = least_first(t);
+        m->triangles[i] = t;
     }
 }
 
@@ -138,20 +154,6 @@ static void drop_repeated(mesh *m)
         bool again = last && last->v[0] == t->v[0] && last->v[1] == t->v[1] && last->v[2] == t->v[2];
         m->found.repeated += again;
         if (!again) m->triangles[kept++] = *t;
-    }
-    m->triangle_count = kept;
-    qsort(m->triangles, kept, sizeof *m->triangles, compare_sources);
-}
-
-/* After the edges have been looked at: a triangle whose corners lie on one line closes a gap between edges, but adds no
- * point of its own. */
-static void drop_flat(mesh *m)
-{
-    uint32_t kept = 0;
-    for (uint32_t i = 0; i < m->triangle_count; i++) {
-        bool flat = has_no_area(mesh_corner(m, i, 0), mesh_corner(m, i, 1), mesh_corner(m, i, 2));
-        m->found.zero_area += flat;
-        if (!flat) m->triangles[kept++] = m->triangles[i];
     }
     m->triangle_count = kept;
 }
@@ -173,6 +175,87 @@ static void take_vertices(mesh *m, const double *points, uint32_t count)
     m->vertex_count = used;
     m->found.welded = count - used;
     free(place);
+}
+
+/* ---- triangles without area ---- */
+
+/* How many have one; in the order of their forms, and each form in that of the input. */
+static uint32_t find_forms(mesh *m)
+{
+    uint32_t with_area = 0;
+    for (uint32_t i = 0; i < m->triangle_count; i++) {
+        mesh_triangle *t = &m->triangles[i];
+        bool flat = has_no_area(mesh_corner(m, i, 0), mesh_corner(m, i, 1), mesh_corner(m, i, 2));
+        if (flat && t->form == MESH_AREA) t->form = MESH_NEEDLE;
+        with_area += t->form == MESH_AREA;
+    }
+    qsort(m->triangles, m->triangle_count, sizeof *m->triangles, compare_forms);
+    return with_area;
+}
+
+/* What triangles that stay cover. */
+typedef struct covered {
+    bool *edges, *vertices;
+} covered;
+
+static void cover(const covered *c, const mesh_triangle *t, int side)
+{
+    c->edges[t->edge[side]] = true;
+    for (int k = 0; k < 3; k++) c->vertices[t->v[k]] = true;
+}
+
+static int longest_side(const mesh *m, uint32_t triangle)
+{
+    int longest = 0;
+    double length = -1;
+    for (int k = 0; k < 3; k++) {
+        vec3 side = vec_sub(mesh_corner(m, triangle, (k + 1) % 3), mesh_corner(m, triangle, k));
+        double here = vec_norm(vec_scale(side, 1 / m->unit));
+        if (here > length) length = here, longest = k;
+    }
+    return longest;
+}
+
+/* Of a seam only what is exactly on a line meets no ray (mesh_inside.c). */
+static bool closes_solid(const mesh *m, uint32_t triangle)
+{
+    vec3 p[3];
+    for (int k = 0; k < 3; k++) p[k] = vec_scale(mesh_corner(m, triangle, k), 1 / m->unit);
+    return m->triangles[triangle].form == MESH_SEAM && !mesh_points_in_line(p[0], p[1], p[2]);
+}
+
+static bool is_covered(const covered *c, const mesh_triangle *t, int longest)
+{
+    if (t->v[0] == t->v[2]) return c->vertices[t->v[0]];
+    if (c->edges[t->edge[longest]]) return true;
+    return t->form != MESH_FOLDED && c->edges[t->edge[(longest + 1) % 3]] && c->edges[t->edge[(longest + 2) % 3]];
+}
+
+/* Leaves out those that others cover: a triangle whose corners lie on a line closes a gap between edges, but adds no
+ * point of its own there. Points come last: what is a point of a segment is covered by it. */
+static void leave_out_covered(mesh *m)
+{
+    uint32_t kept = 0, count = m->triangle_count;
+    covered c = {base_zalloc(3 * (size_t)count, sizeof *c.edges), base_zalloc(m->vertex_count, sizeof *c.vertices)};
+    for (int points = 0; points < 2; points++) {
+        kept = 0;
+        for (uint32_t i = 0; i < m->triangle_count; i++) {
+            mesh_triangle *t = &m->triangles[i];
+            bool point = t->v[0] == t->v[1] && t->v[1] == t->v[2], stays = true;
+            if (t->form != MESH_AREA && point == (points == 1)) {
+                int longest = longest_side(m, i);
+                stays = closes_solid(m, i) || !is_covered(&c, t, longest);
+                m->found.needles += stays;
+                m->found.zero_area += !stays;
+                if (stays) cover(&c, t, longest);
+            }
+            for (int k = 0; t->form == MESH_AREA && k < 3; k++) cover(&c, t, k);
+            if (stays) m->triangles[kept++] = *t;
+        }
+        m->triangle_count = kept;
+    }
+    free(c.edges);
+    free(c.vertices);
 }
 
 /* ---- hull ---- */
@@ -257,18 +340,21 @@ mesh_status mesh_build_within(const double *points, size_t count, const int32_t 
     drop_repeated(m);
     take_vertices(m, points, (uint32_t)count);
     measure(m);
+    uint32_t with_area = find_forms(m);
     mesh_orient(m);
-    drop_flat(m);
-    if (m->triangle_count == 0)
+    if (with_area < m->triangle_count) leave_out_covered(m);
+    if (with_area == 0)
         status = MESH_NO_TRIANGLES;
     else if (!build_hull(m, outline))
         status = MESH_WIDE_HULL;
-    if (status == MESH_OK)
-        mesh_tree_build(m);
-    else
+    if (status != MESH_OK) {
         mesh_destroy(m);
-    if (status == MESH_OK) *out = m;
-    return status;
+        return status;
+    }
+    mesh_tree_build(m);
+    mesh_components_build(m);
+    *out = m;
+    return MESH_OK;
 }
 
 void mesh_destroy(mesh *m)
@@ -280,6 +366,7 @@ void mesh_destroy(mesh *m)
     free(m->corners);
     free(m->nodes);
     free(m->patch_points);
+    free(m->components);
     free(m);
 }
 
@@ -310,6 +397,7 @@ int mesh_describe(const mesh *m, char *text, size_t size)
     say(&s, "; normals pointed inward and were turned: ", f->inside_out ? m->triangle_count : 0, "triangle",
         "triangles");
     say(&s, "; left out: ", f->zero_area, "triangle without area", "triangles without area");
+    say(&s, "; kept as segments or points: ", f->needles, "triangle without area", "triangles without area");
     say(&s, "; left out: ", f->repeated, "repeated triangle", "repeated triangles");
     say(&s, "; left out: ", f->welded, "vertex that is repeated or unused", "vertices that are repeated or unused");
     return s.length;

@@ -21,7 +21,17 @@ typedef struct mesh_triangle {
     uint32_t v[3];
     uint32_t edge[3]; /* of the mesh: k from v[k] to v[k + 1], numbered in the order of their vertices */
     uint32_t source;  /* which triangle of the input it was */
+    uint32_t form;    /* mesh_form */
 } mesh_triangle;
+
+/* What a triangle covers. One without an area is kept where it is more than a part of the edges of others, or closes a
+ * solid; folded ones repeat their last corner. Only the first two are of the surface around a solid. */
+typedef enum mesh_form {
+    MESH_AREA,
+    MESH_SEAM,   /* its corners lie on a line, but for rounding: it closes what the others leave open */
+    MESH_NEEDLE, /* the same, but it closes nothing: it is the longest of its sides */
+    MESH_FOLDED  /* two of its corners are one, and it is a segment; or all three, and it is a point */
+} mesh_form;
 
 /* Up to four patches of the surface, coordinate by coordinate, in units of mesh.unit: each in a box along the axes,
  * rounded outward, and in a turned box, which lies along its mean normal: patches are flat. Empty places come last. */
@@ -45,10 +55,18 @@ typedef struct mesh_patch_point {
     float at[3][MESH_WIDTH];
 } mesh_patch_point;
 
+/* What hangs together by common vertices. Where no surface meets a solid's, all of a component is inside of it, or
+ * nothing: so one point of each tells. */
+typedef struct mesh_component {
+    uint32_t triangle;  /* its first one, in the order of the leaves */
+    float lo[3], hi[3]; /* a box around it along the axes, rounded outward, in units of mesh.unit */
+} mesh_component;
+
 /* What was done to the input, and why a mesh is no solid: counts, 0 = nothing of the kind. */
 typedef struct mesh_findings {
     uint32_t welded;       /* vertices that equal an earlier one, or that no triangle uses: left out */
-    uint32_t zero_area;    /* triangles without area: left out */
+    uint32_t zero_area;    /* triangles without area: left out, because others cover all of them */
+    uint32_t needles;      /* triangles without area: kept as segments or points */
     uint32_t repeated;     /* triangles that equal an earlier one: left out */
     uint32_t turned;       /* triangles whose orientation was turned to agree with their neighbours */
     bool inside_out;       /* all were turned, because their normals pointed inward */
@@ -66,7 +84,9 @@ typedef struct mesh {
     mesh_node *nodes;         /* the root first */
     mesh_patch_point *patch_points;
     uint32_t patch_point_count;
-    double unit; /* a power of two, m: the boxes' unit, so that floats hold any mesh */
+    uint32_t component_count;   /* at least 1 */
+    mesh_component *components; /* in the order of their first triangles */
+    double unit;                /* a power of two, m: the boxes' unit, so that floats hold any mesh */
     bool solid;
     mesh_findings found;
     hull *hull;             /* convex hull of all vertices; flat when the mesh is */
@@ -102,8 +122,8 @@ static inline vec3 mesh_corner(const mesh *m, uint32_t triangle, int corner)
  * any thread. */
 bool mesh_inside(const mesh *m, vec3 point);
 
-/* Whole-structure check for tests: each triangle in exactly one leaf, boxes around all below them, depth. The first
- * fault found, or NULL. */
+/* Whole-structure check for tests: each triangle in exactly one leaf, boxes around all below them, depth, components.
+ * The first fault found, or NULL. */
 const char *mesh_validate(const mesh *m);
 
 #endif

@@ -179,7 +179,7 @@ static void number_edges(mesh *m, const side *sides)
     }
 }
 
-void mesh_orient(mesh *m)
+static void orient(mesh *m)
 {
     side *sides = sorted_sides(m);
     m->solid = count_edges(m, sides);
@@ -190,6 +190,39 @@ void mesh_orient(mesh *m)
         m->solid = count_edges(m, sides);
     }
     if (m->solid) turn_outward(m);
+    number_edges(m, sides);
+    free(sides);
+}
+
+/* Do the sides of the first `count` triangles cancel? */
+static bool closes(mesh *m, uint32_t count)
+{
+    uint32_t all = m->triangle_count;
+    m->triangle_count = count;
+    side *sides = sorted_sides(m);
+    bool closed = count_edges(m, sides);
+    m->triangle_count = all;
+    free(sides);
+    return closed;
+}
+
+static uint32_t count_up_to(const mesh *m, mesh_form form)
+{
+    uint32_t count = 0;
+    while (count < m->triangle_count && m->triangles[count].form <= (uint32_t)form) count++;
+    return count;
+}
+
+void mesh_orient(mesh *m)
+{
+    uint32_t all = m->triangle_count, with_area = count_up_to(m, MESH_AREA), unfolded = count_up_to(m, MESH_NEEDLE);
+    bool beside = with_area < unfolded && !closes(m, unfolded) && closes(m, with_area);
+    m->triangle_count = beside ? with_area : unfolded;
+    orient(m);
+    for (uint32_t t = with_area; m->solid && t < m->triangle_count; t++) m->triangles[t].form = MESH_SEAM;
+    if (m->triangle_count == all) return;
+    m->triangle_count = all;
+    side *sides = sorted_sides(m);
     number_edges(m, sides);
     free(sides);
 }

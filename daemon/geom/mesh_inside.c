@@ -5,7 +5,7 @@
  * from doubles where those suffice and from exact sums where they do not. The point is not on the surface, so whether
  * a triangle that the ray's line meets is above it is never a tie. */
 #include "expansion.h"
-#include "mesh.h"
+#include "mesh_steps.h"
 
 /* Shewchuk's bounds for the determinants in doubles are (3 + 16 u) u and (7 + 56 u) u of the sums of magnitudes. */
 #define FILTER_2 0x1p-51
@@ -29,16 +29,28 @@ static int add_product(int n, double *e, const difference *p, const difference *
     return expansion_add_scaled(n, e, 2, p->e, sign * q->e[1]);
 }
 
+static int sign_of_cross(const difference *px, const difference *qy, const difference *py, const difference *qx)
+{
+    double e[16];
+    int n = add_product(0, e, px, qy, 1);
+    return expansion_sign(add_product(n, e, py, qx, -1), e);
+}
+
+bool mesh_points_in_line(vec3 p, vec3 q, vec3 r)
+{
+    difference px = minus(p.x, r.x), py = minus(p.y, r.y), pz = minus(p.z, r.z);
+    difference qx = minus(q.x, r.x), qy = minus(q.y, r.y), qz = minus(q.z, r.z);
+    return sign_of_cross(&px, &qy, &py, &qx) == 0 && sign_of_cross(&py, &qz, &pz, &qy) == 0 &&
+           sign_of_cross(&pz, &qx, &px, &qz) == 0;
+}
+
 /* On which side of the line from p to q, seen along z, is c? 1: to its left. Ties by the move aside. */
 static int side_of(vec3 p, vec3 q, vec3 c)
 {
     double left = (p.x - c.x) * (q.y - c.y), right = (p.y - c.y) * (q.x - c.x), value = left - right;
     if (fabs(value) > FILTER_2 * (fabs(left) + fabs(right))) return value > 0 ? 1 : -1;
     difference px = minus(p.x, c.x), py = minus(p.y, c.y), qx = minus(q.x, c.x), qy = minus(q.y, c.y);
-    double e[16];
-    int n = add_product(0, e, &px, &qy, 1);
-    n = add_product(n, e, &py, &qx, -1);
-    int sign = expansion_sign(n, e);
+    int sign = sign_of_cross(&px, &qy, &py, &qx);
     if (sign) return sign;
     if (p.y != q.y) return p.y > q.y ? 1 : -1; /* the value grows with c.x by p.y - q.y */
     return (q.x > p.x) - (q.x < p.x);          /* and with c.y by q.x - p.x */
@@ -75,12 +87,22 @@ static int below_plane(vec3 p, vec3 q, vec3 r, vec3 c)
     return expansion_sign(n, e);
 }
 
+/* Is all of a triangle to one side of the ray, or below where it begins? Strictly, so that the move aside does not
+ * matter. */
+static bool is_beside(vec3 p, vec3 q, vec3 r, vec3 c)
+{
+    return (p.x < c.x && q.x < c.x && r.x < c.x) || (p.x > c.x && q.x > c.x && r.x > c.x) ||
+           (p.y < c.y && q.y < c.y && r.y < c.y) || (p.y > c.y && q.y > c.y && r.y > c.y) ||
+           (p.z < c.z && q.z < c.z && r.z < c.z);
+}
+
 /* 1 or -1 if the ray from c passes through the triangle, by the way it faces; 0 if it does not. */
 static int crossing(const mesh *m, uint32_t t, vec3 c)
 {
+    const vec3 *at = m->corners + 3 * (size_t)t;
     double scale = 1 / m->unit; /* a power of two: exact */
-    vec3 p = vec_scale(mesh_corner(m, t, 0), scale), q = vec_scale(mesh_corner(m, t, 1), scale),
-         r = vec_scale(mesh_corner(m, t, 2), scale);
+    vec3 p = vec_scale(at[0], scale), q = vec_scale(at[1], scale), r = vec_scale(at[2], scale);
+    if (is_beside(p, q, r, c) || m->triangles[t].form > MESH_SEAM) return 0;
     int side = side_of(p, q, c);
     if (side == 0 || side_of(q, r, c) != side || side_of(r, p, c) != side) return 0;
     return below_plane(p, q, r, c) == side ? side : 0;

@@ -17,15 +17,23 @@ typedef struct mesh_outline {
 mesh_status mesh_build_within(const double *points, size_t count, const int32_t *corners, size_t triangle_count,
     const mesh_outline *outline, mesh **out);
 
-/* Looks at the edges: turns triangles that disagree with their neighbours where that mends it, and says whether what
- * comes out has an inside. Fills found.turned, inside_out, *_edges, and solid; numbers the edges. */
+/* Looks at the edges of the triangles that are no needles, and of needles that close what those leave open: turns
+ * triangles that disagree with their neighbours where that mends it, and says whether what comes out has an inside.
+ * Fills found.turned, inside_out, *_edges, and solid; numbers the edges of all. Triangles stand in the order of their
+ * forms. */
 void mesh_orient(mesh *m);
+
+/* Do three points lie on one line, exactly? Coordinates below 1. */
+bool mesh_points_in_line(vec3 p, vec3 q, vec3 r);
 
 /* Puts the triangles into the order of the leaves and makes the nodes. */
 void mesh_tree_build(mesh *m);
 
 /* After that: finds the points that stand for the patches. */
 void mesh_patches_build(mesh *m);
+
+/* After the tree: finds what hangs together. */
+void mesh_components_build(mesh *m);
 
 /* The least float that is not below x. */
 static inline float float_above(double x)

@@ -87,7 +87,25 @@ static vec3 unit_corner(const builder *b, uint32_t item, int k)
     return vec_scale(b->m->vertices[b->items[item].triangle.v[k]], 1 / b->m->unit);
 }
 
-/* Of the triangles, weighted by area; any direction would do. */
+static vec3 across(vec3 d)
+{
+    vec3 least = fabs(d.x) < 0.5 ? vec(1, 0, 0) : vec(0, 1, 0);
+    return vec_unit(vec_cross(d, least));
+}
+
+/* Of the longest of the triangles' sides. */
+static vec3 longest_of_sides(const builder *b, range r)
+{
+    vec3 longest = VEC_ZERO;
+    for (uint32_t i = r.first; i < r.first + r.count; i++)
+        for (int k = 0; k < 3; k++) {
+            vec3 side = vec_sub(unit_corner(b, i, (k + 1) % 3), unit_corner(b, i, k));
+            if (vec_norm(side) > vec_norm(longest)) longest = side;
+        }
+    return vec_unit(longest);
+}
+
+/* Of the triangles, weighted by area, or across the longest of needles; any direction would do. */
 static vec3 mean_normal(const builder *b, range r)
 {
     vec3 sum = VEC_ZERO;
@@ -96,14 +114,14 @@ static vec3 mean_normal(const builder *b, range r)
         sum = vec_add(sum, vec_cross(vec_sub(unit_corner(b, i, 1), p), vec_sub(unit_corner(b, i, 2), p)));
     }
     sum = vec_unit(sum);
+    if (!(vec_max_abs(sum) > 0)) sum = across(longest_of_sides(b, r));
     return vec_max_abs(sum) > 0 ? sum : vec(0, 0, 1);
 }
 
 /* The direction across `normal` in which the corners are spread most: of the 2 x 2 matrix of their second moments. */
 static vec3 longest_across(const builder *b, range r, vec3 normal, vec3 middle)
 {
-    vec3 least = fabs(normal.x) < 0.5 ? vec(1, 0, 0) : vec(0, 1, 0);
-    vec3 u = vec_unit(vec_cross(normal, least)), v = vec_cross(normal, u);
+    vec3 u = across(normal), v = vec_cross(normal, u);
     double uu = 0, uv = 0, vv = 0;
     for (uint32_t i = r.first; i < r.first + r.count; i++)
         for (int k = 0; k < 3; k++) {
@@ -285,10 +303,29 @@ static const char *check_node(const mesh *m, uint32_t index, uint32_t depth, uin
     return NULL;
 }
 
+/* In the order of their first triangles, which are in their boxes. */
+static const char *check_components(const mesh *m)
+{
+    if (m->component_count == 0 || m->components[0].triangle != 0) return "no component begins with the first triangle";
+    for (uint32_t i = 0; i < m->component_count; i++) {
+        const mesh_component *c = &m->components[i];
+        if (i && c->triangle <= c[-1].triangle) return "a component is out of order";
+        if (c->triangle >= m->triangle_count) return "a component has no triangle";
+        for (int k = 0; k < 3; k++) {
+            vec3 v = vec_scale(mesh_corner(m, c->triangle, k), 1 / m->unit);
+            bool in = (double)c->lo[0] <= v.x && v.x <= (double)c->hi[0] && (double)c->lo[1] <= v.y &&
+                      v.y <= (double)c->hi[1] && (double)c->lo[2] <= v.z && v.z <= (double)c->hi[2];
+            if (!in) return "a component sticks out of its box";
+        }
+    }
+    return NULL;
+}
+
 const char *mesh_validate(const mesh *m)
 {
     uint32_t seen = 0;
     const char *fault = check_node(m, 0, 1, &seen);
+    if (!fault) fault = check_components(m);
     if (!fault && seen != m->triangle_count) fault = "triangles are missing in the leaves";
     return fault ? fault : m->depth > MESH_DEPTH_MAX ? "too deep" : NULL;
 }

@@ -3,6 +3,7 @@
 
 #include "dispatch.h"
 #include "gjk.h"
+#include "mesh_held.h"
 #include "scalar.h"
 
 enum { ROUNDS_MAX = 12, BACK_ROUNDS = 3, EXTRA_GROWTH = 4 };
@@ -22,9 +23,21 @@ typedef struct deepest_search {
     bool found;
 } deepest_search;
 
+/* Of a triangle; of one without area some direction across its longest side. */
+static vec3 normal_of(const mesh_spot *s)
+{
+    vec3 normal = direction_of(s->normal), longest = VEC_ZERO;
+    if (vec_norm2(normal) > 0) return normal;
+    for (int k = 0; k < 3; k++) {
+        vec3 side = vec_sub(s->corner[(k + 1) % 3], s->corner[k]);
+        if (vec_norm2(side) > vec_norm2(longest)) longest = side;
+    }
+    return vec_norm2(longest) > 0 ? vec_unit_orthogonal(direction_of(longest)) : vec(1, 0, 0);
+}
+
 static vec3 normal_b(const mesh_walk *w)
 {
-    return direction_of(w->spot_b->normal);
+    return normal_of(w->spot_b);
 }
 
 static vec3 facing(vec3 n, vec3 towards)
@@ -67,7 +80,7 @@ static bool deeper(mesh_walk *w, void *context)
         q->part = s;
         if (!(vec_norm2(s.axis) > 0)) q->part.axis = n;
         q->normals[0] = facing(n, q->part.axis);
-        q->normals[1] = w->ma ? facing(direction_of(w->spot_a->normal), q->part.axis) : VEC_ZERO;
+        q->normals[1] = w->ma ? facing(normal_of(w->spot_a), q->part.axis) : VEC_ZERO;
         q->found = true;
     }
     return -q->depth > q->goal->near;
@@ -168,14 +181,21 @@ static double width_along(const unit_pair *p, const shape *s, const mat3 *r, vec
     return vec_dot(d, vec_sub(unit_pair_support_a(&alone, d, NULL), unit_pair_support_a(&alone, vec_neg(d), NULL)));
 }
 
-/* What is held must go to the surface, and then its own width. */
-static double way_out(const travel *t, const mesh_gap *gap)
+/* Of what is held, along the direction of travel. */
+static double width_of_held(const travel *t, const mesh_gap *gap)
 {
     unit_pair hulls = mesh_depth_hulls(t->whole);
     bool a_is_held = gap->relation == MESH_HOLDS_A;
-    return gap->nearest.hi + t->clear +
-           (a_is_held ? width_along(&hulls, &hulls.a, NULL, t->direction)
-                      : width_along(&hulls, &hulls.b, &hulls.b_in_a.r, t->direction));
+    const mesh *held = a_is_held ? t->w->ma : t->w->mb;
+    if (held && held->component_count > 1) return mesh_component_width(t->w, a_is_held, gap->component, t->direction);
+    return a_is_held ? width_along(&hulls, &hulls.a, NULL, t->direction)
+                     : width_along(&hulls, &hulls.b, &hulls.b_in_a.r, t->direction);
+}
+
+/* What is held must go to the surface, and then its own width. */
+static double way_out(const travel *t, const mesh_gap *gap)
+{
+    return gap->nearest.hi + t->clear + width_of_held(t, gap);
 }
 
 /* Is it proven that the shapes are apart there? *spare: by how much more than needed. */

@@ -2,6 +2,7 @@
 #include "mesh_gap.h"
 
 #include "gjk.h"
+#include "mesh_held.h"
 #include "mesh_leaf.h"
 #include "mesh_part.h"
 #include "scalar.h"
@@ -59,30 +60,6 @@ static void set_goal(const mesh_walk *w, const narrow_goal *goal, nearest_search
     q->margin = 2 * q->part.tolerance + SURE * w->part.size;
 }
 
-/* A point of A's core, or of its surface, in A's frame; and of B's. */
-static vec3 some_point_a(const mesh_walk *w)
-{
-    if (w->ma) return vec_scale(w->ma->vertices[0], w->part.scale);
-    bool hull = w->whole_a.type == SHAPE_HULL;
-    return hull ? vec_scale(hull_vertex(w->whole_a.hull, 0), w->part.scale) : VEC_ZERO;
-}
-static vec3 some_point_b(const mesh_walk *w)
-{
-    return transform_point(&w->part.b_in_a, vec_scale(w->mb->vertices[0], w->part.scale));
-}
-
-/* No surface is within rounding of the other: so any one point tells for all, and its own rounding does not matter. */
-static mesh_relation containment(const mesh_walk *w)
-{
-    const transform *t = &w->part.b_in_a;
-    if (w->mb->solid) {
-        vec3 in_b = mat_tmul(t->r, vec_sub(some_point_a(w), t->t));
-        if (mesh_inside(w->mb, vec_scale(in_b, w->part.unit))) return MESH_HOLDS_A;
-    }
-    if (w->ma && w->ma->solid && mesh_inside(w->ma, vec_scale(some_point_b(w), w->part.unit))) return MESH_HOLDS_B;
-    return MESH_APART;
-}
-
 /* The axis between the convex hulls, if they are apart, is a good one to begin with. */
 static void aim_by_hulls(mesh_walk *w)
 {
@@ -134,6 +111,69 @@ static bool search(mesh_walk *w, const narrow_goal *goal, const mesh_seed *seed,
     return seeded;
 }
 
+/* ---- containment ---- */
+
+/* A point of a convex core, in A's frame. */
+static vec3 point_of_core(const mesh_walk *w)
+{
+    bool hull = w->whole_a.type == SHAPE_HULL;
+    return hull ? vec_scale(hull_vertex(w->whole_a.hull, 0), w->part.scale) : VEC_ZERO;
+}
+
+/* No surface is within rounding of the other: so any one point tells for a core or a component of a mesh, and its own
+ * rounding does not matter. What is inside of a convex core crosses it: its inside is a part like its surface. */
+static void find_held(mesh_walk *w, mesh_gap *out)
+{
+    out->relation = MESH_APART;
+    if (w->ma) {
+        out->component = mesh_held_component(w, true);
+        if (out->component != MESH_NOT_HELD) out->relation = MESH_HOLDS_A;
+        if (out->relation != MESH_APART) return;
+        out->component = mesh_held_component(w, false);
+        if (out->component != MESH_NOT_HELD) out->relation = MESH_HOLDS_B;
+    } else if (w->mb->solid) {
+        vec3 in_b = transform_point(&w->a_in_b, point_of_core(w));
+        if (mesh_inside(w->mb, vec_scale(in_b, w->part.unit))) out->relation = MESH_HOLDS_A;
+    }
+}
+
+/* Of a mesh of several components the nearest may be another than the one that is held: a point of that one is at least
+ * as deep, and tells the way out. */
+static void measure_held(const mesh_walk *w, const narrow_goal *goal, mesh_gap *out)
+{
+    bool of_a = out->relation == MESH_HOLDS_A;
+    const mesh *held = of_a ? w->ma : w->mb;
+    if (!held || held->component_count == 1) return;
+    const shape spot = {.type = SHAPE_SPHERE};
+    vec3 point = mesh_component_point(w, of_a, out->component);
+    unit_pair p = w->part;
+    narrow_goal measure = *goal;
+    mesh_walk inner;
+    nearest_search q;
+    mesh_gap found;
+    measure.far = INFINITY;
+    measure.near = -INFINITY;
+    p.a = spot;
+    p.b = of_a ? w->whole_b : w->whole_a;
+    if (!of_a) p.b_in_a = pose_transform(POSE_IDENTITY);
+    p.b_in_a.t = vec_sub(p.b_in_a.t, point);
+    mesh_walk_init(&inner, &p, &spot, &p.b);
+    search(&inner, &measure, NULL, &q, &found);
+    span *s = &found.nearest;
+    s->lo = q.ended ? -INFINITY : min_of(q.least, s->hi);
+    if (!(s->lo > w->part.error)) return;
+    s->iterations = out->nearest.iterations;
+    s->point_a = vec_add(s->point_a, point);
+    s->point_b = vec_add(s->point_b, point);
+    if (!of_a) {
+        vec3 point_a = s->point_b;
+        s->axis = vec_neg(s->axis);
+        s->point_b = s->point_a;
+        s->point_a = point_a;
+    }
+    out->nearest = *s;
+}
+
 void mesh_gap_find(mesh_walk *w, const narrow_goal *goal, const mesh_seed *seed, mesh_gap *out)
 {
     nearest_search q;
@@ -141,5 +181,8 @@ void mesh_gap_find(mesh_walk *w, const narrow_goal *goal, const mesh_seed *seed,
     if (q.ended && seeded) search(w, goal, NULL, &q, out); /* where it ended depends on the way */
     span *s = &out->nearest;
     s->lo = q.ended ? -INFINITY : min_of(q.least, s->hi);
-    out->relation = s->lo <= w->part.error ? MESH_CROSSING : containment(w);
+    out->relation = MESH_CROSSING;
+    if (s->lo <= w->part.error) return;
+    find_held(w, out);
+    if (out->relation != MESH_APART) measure_held(w, goal, out);
 }

@@ -9,14 +9,16 @@ typedef enum mesh_relation {
     MESH_APART,    /* the cores have no point in common */
     MESH_CROSSING, /* a surface passes through the other core, or is so near that rounding decides, or nearer than
                       narrow_goal.near: then lo is -INFINITY */
-    MESH_HOLDS_A,  /* A's core is inside of B, which is a solid, and crosses no triangle */
-    MESH_HOLDS_B   /* the other way round */
+    MESH_HOLDS_A, /* A's core, or a component of a mesh A, is inside of B, which is a solid; no surface meets another */
+    MESH_HOLDS_B  /* the other way round */
 } mesh_relation;
 
 typedef struct mesh_gap {
-    span nearest; /* of the surfaces: lo <= distance <= hi, the axis from A to B, the nearest points */
-    uint32_t triangle_a, triangle_b;
+    span nearest; /* of the surfaces: lo <= distance <= hi, the axis from A to B, the nearest points. Where one of
+                     several components is held: of a point of it, and the surface about it */
+    uint32_t triangle_a, triangle_b; /* the nearest of the surfaces */
     mesh_relation relation;
+    uint32_t component; /* of a mesh, that is held: the first in its order */
 } mesh_gap;
 
 /* The parts that were the nearest at another time; any would do. */

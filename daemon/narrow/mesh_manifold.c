@@ -22,12 +22,17 @@ static const double FAR_SIDE = 1e-6;
 static const double NO_WITNESS = 0x1p500;
 
 /* A triangle with two faces, three edges and their neighbours, as manifold_build looks for them. The back face has
- * corners of its own, 3 to 5, so that they tell which way it was walked round. */
+ * corners of its own, 3 to 5, so that they tell which way it was walked round. One without area is the segment that is
+ * its longest side. */
 typedef struct thin_hull {
     hull hull;
     hull_face faces[2];
     uint32_t loops[6], first[4], neighbours[6];
+    int side; /* of a segment: from which corner of the triangle on; NO_SIDE: of a triangle */
+    double x[TRIANGLE_PADDED], y[TRIANGLE_PADDED], z[TRIANGLE_PADDED];
 } thin_hull;
+
+enum { NO_SIDE = -1 };
 
 typedef struct point_search {
     const shape *a, *b; /* in metres */
@@ -42,11 +47,38 @@ typedef struct point_search {
     vec3 u, v;            /* across the axis */
 } point_search;
 
-static void thin_init(thin_hull *t, const triangle_part *from, shape *s)
+static int longest_side(const vec3 p[3])
+{
+    int longest = 0;
+    for (int k = 1; k < 3; k++)
+        if (vec_norm(vec_sub(p[(k + 1) % 3], p[k])) > vec_norm(vec_sub(p[(longest + 1) % 3], p[longest]))) longest = k;
+    return longest;
+}
+
+static void segment_init(thin_hull *t, const vec3 p[3])
+{
+    t->side = longest_side(p);
+    for (int k = 0; k < TRIANGLE_PADDED; k++) {
+        vec3 v = p[k == 0 ? t->side : (t->side + 1) % 3];
+        t->x[k] = v.x;
+        t->y[k] = v.y;
+        t->z[k] = v.z;
+    }
+    t->first[0] = 0, t->first[1] = 1, t->first[2] = 2;
+    t->neighbours[0] = 1, t->neighbours[1] = 0;
+    t->hull = (hull){.vertex_count = 2,
+        .padded_count = TRIANGLE_PADDED,
+        .x = t->x,
+        .y = t->y,
+        .z = t->z,
+        .neighbour_first = t->first,
+        .neighbours = t->neighbours,
+        .dimension = 1};
+}
+
+static void triangle_init(thin_hull *t, const triangle_part *from, const vec3 p[3])
 {
     static const uint32_t LOOPS[6] = {0, 1, 2, 3, 5, 4}, FIRST[4] = {0, 2, 4, 6}, NEIGHBOURS[6] = {1, 2, 0, 2, 0, 1};
-    vec3 p[3];
-    for (int k = 0; k < 3; k++) p[k] = vec(from->x[k], from->y[k], from->z[k]);
     vec3 n = vec_unit(vec_cross(vec_unit(vec_sub(p[1], p[0])), vec_unit(vec_sub(p[2], p[0]))));
     memcpy(t->loops, LOOPS, sizeof LOOPS);
     memcpy(t->first, FIRST, sizeof FIRST);
@@ -59,17 +91,30 @@ static void thin_init(thin_hull *t, const triangle_part *from, shape *s)
     t->hull.face_vertices = t->loops;
     t->hull.neighbour_first = t->first;
     t->hull.neighbours = t->neighbours;
+    t->side = NO_SIDE;
+}
+
+static void thin_init(thin_hull *t, const triangle_part *from, bool has_area, shape *s)
+{
+    vec3 p[3];
+    for (int k = 0; k < 3; k++) p[k] = vec(from->x[k], from->y[k], from->z[k]);
+    if (has_area)
+        triangle_init(t, from, p);
+    else
+        segment_init(t, p);
     *s = (shape){.type = SHAPE_HULL, .radius = s->radius, .hull = &t->hull};
 }
 
 /* From the triangle's own numbering to the mesh's: faces by the triangle of the input. A side is known by the corner at
  * which it begins: on the back face, corner 3 + k, it is the one that ends there on the front. */
-static uint32_t code_in_mesh(const mesh *m, uint32_t triangle, uint32_t code)
+static uint32_t code_in_mesh(const mesh *m, uint32_t triangle, const thin_hull *thin, uint32_t code)
 {
     const mesh_triangle *t = &m->triangles[triangle];
     uint32_t kind = feature_kind(code), corner = feature_index(code);
     if (kind == FEATURE_WITNESS) return code;
     if (kind == FEATURE_FACE) return feature_code(kind, t->source);
+    if (thin->side != NO_SIDE && kind == FEATURE_EDGE) return feature_code(kind, t->edge[thin->side]);
+    if (thin->side != NO_SIDE) return feature_code(kind, t->v[((uint32_t)thin->side + corner) % 3]);
     if (kind == FEATURE_EDGE) return feature_code(kind, t->edge[corner < 3 ? corner : (corner + 2) % 3]);
     return feature_code(kind, t->v[corner % 3]);
 }
@@ -108,9 +153,9 @@ static void consider(point_search *q, const manifold_point *p)
 }
 
 /* Is it a side of a solid that faces away from the other shape? */
-static bool is_far_side(const mesh *m, const hull_face *front, vec3 towards_other)
+static bool is_far_side(const mesh *m, const thin_hull *t, vec3 towards_other)
 {
-    return m->solid && vec_dot(front->normal, towards_other) < -FAR_SIDE;
+    return m->solid && t->side == NO_SIDE && vec_dot(t->faces[0].normal, towards_other) < -FAR_SIDE;
 }
 
 static bool clip(mesh_walk *w, void *context)
@@ -121,11 +166,11 @@ static bool clip(mesh_walk *w, void *context)
     vec3 axis = q->answer->axis;
     manifold points;
     mesh_walk_dress(w);
-    thin_init(&thin_b, &w->flat_b, &b);
-    if (is_far_side(w->mb, &thin_b.faces[0], mat_tmul(q->b_in_a->r, vec_neg(axis)))) return true;
+    thin_init(&thin_b, &w->flat_b, w->mb->triangles[w->triangle_b].form == MESH_AREA, &b);
+    if (is_far_side(w->mb, &thin_b, mat_tmul(q->b_in_a->r, vec_neg(axis)))) return true;
     if (w->ma) {
-        thin_init(&thin_a, &w->flat_a, &a);
-        if (is_far_side(w->ma, &thin_a.faces[0], axis)) return true;
+        thin_init(&thin_a, &w->flat_a, w->ma->triangles[w->triangle_a].form == MESH_AREA, &a);
+        if (is_far_side(w->ma, &thin_a, axis)) return true;
     }
     vec3 point = q->answer->point_a;
     manifold_build(&a, &b, q->b_in_a, axis, point, vec_madd(point, NO_WITNESS, axis), q->threshold, &points);
@@ -133,8 +178,8 @@ static bool clip(mesh_walk *w, void *context)
         manifold_point *p = &points.points[i];
         uint32_t code_a = feature_code_a(p->feature), code_b = feature_code_b(p->feature);
         if (p->feature == feature_witness()) continue;
-        code_b = code_in_mesh(w->mb, w->triangle_b, code_b);
-        if (w->ma) code_a = code_in_mesh(w->ma, w->triangle_a, code_a);
+        code_b = code_in_mesh(w->mb, w->triangle_b, &thin_b, code_b);
+        if (w->ma) code_a = code_in_mesh(w->ma, w->triangle_a, &thin_a, code_a);
         p->feature = feature_id(code_a, code_b);
         consider(q, p);
     }

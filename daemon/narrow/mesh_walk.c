@@ -299,6 +299,23 @@ void mesh_walk_run(mesh_walk *w, mesh_visit *visit, void *context)
         if (!run_below(w, &first[--count], visit, context)) return;
 }
 
+bool mesh_walk_is_clear(const mesh_walk *w, bool of_a, uint32_t node, uint32_t child)
+{
+    const mesh_box box = child_of(of_a ? w->ma : w->mb, node, child);
+    uint32_t stack[MESH_DEPTH_MAX * MESH_WIDTH], open = 0;
+    stack[open++] = 0;
+    while (open) {
+        entry more[MESH_WIDTH];
+        uint32_t other = stack[--open], count = of_a ? expand_b(w, box, other, more) : expand_a(w, other, box, more);
+        for (uint32_t i = 0; i < count; i++) {
+            mesh_box near = of_a ? more[i].b : more[i].a;
+            if (near.leaf) return false;
+            stack[open++] = node_below(of_a ? w->mb : w->ma, near);
+        }
+    }
+    return true;
+}
+
 /* ---- nearest first: pairs of boxes in buckets, by their bounds; of a bucket the last that came ---- */
 
 typedef struct queue {

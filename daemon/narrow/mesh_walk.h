@@ -103,6 +103,10 @@ typedef bool mesh_visit(mesh_walk *w, void *context); /* false: enough */
 void mesh_walk_run(mesh_walk *w, mesh_visit *visit, void *context);
 void mesh_walk_nearest(mesh_walk *w, mesh_visit *visit, void *context); /* the nearest boxes first of all */
 
+/* Is no box of the other mesh's leaves near this box of A or of B? `child` of `node`, which is no leaf's. Both are
+ * meshes; what counts as near is `within`. */
+bool mesh_walk_is_clear(const mesh_walk *w, bool of_a, uint32_t node, uint32_t child);
+
 /* For a visitor: makes `part` the pair of the visited parts. */
 void mesh_walk_dress(mesh_walk *w);
 

@@ -91,7 +91,8 @@ static void tell_findings(const geometry *g)
     char text[512];
     const mesh_findings *f = &g->mesh->found;
     mesh_describe(g->mesh, text, sizeof text);
-    if (!g->mesh->solid || f->zero_area || f->repeated || f->turned || f->inside_out || f->shared_edges)
+    bool mended = f->zero_area || f->needles || f->repeated || f->turned || f->inside_out;
+    if (!g->mesh->solid || mended || f->shared_edges)
         log_warning("mesh %016" PRIx64 " is %s", (uint64_t)g->hash, text);
     else
         log_info("mesh %016" PRIx64 " is %s", (uint64_t)g->hash, text);

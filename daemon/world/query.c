@@ -120,7 +120,7 @@ static void explain_interests(const world *w, const body *x, const body *y, line
 }
 
 typedef struct kind_text {
-    char text[64];
+    char text[512];
 } kind_text;
 
 static kind_text kind_of(const shape *s)
@@ -130,7 +130,7 @@ static kind_text kind_of(const shape *s)
     if (m && m->rows)
         snprintf(kind.text, sizeof kind.text, "height field, %u x %u", m->rows, m->columns);
     else if (m)
-        snprintf(kind.text, sizeof kind.text, "mesh, a %s", m->solid ? "solid" : "surface without an inside");
+        mesh_describe(m, kind.text + snprintf(kind.text, sizeof kind.text, "mesh, "), sizeof kind.text - 6);
     else if (s->type == SHAPE_COMPOUND)
         snprintf(kind.text, sizeof kind.text, "compound of %u", s->compound->child_count);
     else

@@ -387,6 +387,34 @@ static void an_open_mesh_becomes_one_hull_with_a_warning(void **state)
     pool_free(&m.pool);
 }
 
+/* Two triangles that have two corners in one place: of one the segment is a side of the solid, of the other it sticks
+ * out, and some hull holds it. */
+static void a_segment_that_sticks_out_is_in_a_hull(void **state)
+{
+    (void)state;
+    model m;
+    decomposition d;
+    load_report r = {0};
+    make_model(&m, U);
+    double *points = pool_alloc(&m.pool, m.mesh.point_count + 1, 3 * sizeof *points);
+    int32_t *corners = pool_alloc(&m.pool, m.mesh.count + 2, 3 * sizeof *corners);
+    int32_t tip = (int32_t)m.mesh.point_count, more[6] = {tip, 0, 0, m.corners[0], m.corners[1], m.corners[1]};
+    const double at[3] = {2, 0.1, 0.1};
+    memcpy(points, m.points, 3 * m.mesh.point_count * sizeof *points);
+    memcpy(points + 3 * m.mesh.point_count, at, sizeof at);
+    memcpy(corners, m.corners, 3 * m.mesh.count * sizeof *corners);
+    memcpy(corners + 3 * m.mesh.count, more, sizeof more);
+    const mesh_triangles mesh = {points, m.mesh.point_count + 1, corners, m.mesh.count + 2};
+    assert_true(decompose_mesh(&m.pool, &mesh, &(decompose_options){.name = "U"}, &d, &r));
+    assert_true(d.closed);
+    assert_int_equal(d.dropped, 1);
+    double most = -INFINITY;
+    for (size_t i = 0; i < d.count; i++)
+        for (size_t k = 0; k < d.hulls[i].points.count; k++) most = fmax(most, d.hulls[i].points.at[3 * k]);
+    assert_true(most >= 2 - 1e-9);
+    pool_free(&m.pool);
+}
+
 static void a_flat_mesh_is_refused(void **state)
 {
     (void)state;
@@ -409,6 +437,7 @@ int main(void)
         cmocka_unit_test(the_same_mesh_gives_the_same_hulls),
         cmocka_unit_test(a_target_ends_the_cutting),
         cmocka_unit_test(an_open_mesh_becomes_one_hull_with_a_warning),
+        cmocka_unit_test(a_segment_that_sticks_out_is_in_a_hull),
         cmocka_unit_test(a_flat_mesh_is_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

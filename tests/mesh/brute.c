@@ -37,7 +37,8 @@ static quad root(quad x) /* Newton from the double's root */
 static quad point_segment2(quad3 p, quad3 a, quad3 b)
 {
     quad3 e = minus(b, a);
-    quad3 d = minus(p, step(a, clamp(dot(minus(p, a), e) / dot(e, e)), e));
+    quad ee = dot(e, e); /* 0: of a triangle without area */
+    quad3 d = minus(p, step(a, ee > 0 ? clamp(dot(minus(p, a), e) / ee) : 0, e));
     return dot(d, d);
 }
 
@@ -115,6 +116,25 @@ static quad3 place(const pose *at, quad3 v)
     return step(turned, 1, (quad3){at->p.x, at->p.y, at->p.z});
 }
 
+/* The square of the distance of the boxes around two triangles: no more than that of the triangles. */
+static quad boxes2(const quad3 a[3], const quad3 b[3])
+{
+    quad sum = 0;
+    for (int axis = 0; axis < 3; axis++) {
+        quad lo[2], hi[2];
+        for (int i = 0; i < 2; i++)
+            for (int k = 0; k < 3; k++) {
+                const quad3 *p = i ? &b[k] : &a[k];
+                quad x = axis == 0 ? p->x : axis == 1 ? p->y : p->z;
+                if (k == 0 || x < lo[i]) lo[i] = x;
+                if (k == 0 || x > hi[i]) hi[i] = x;
+            }
+        quad gap = lo[0] > hi[1] ? lo[0] - hi[1] : lo[1] > hi[0] ? lo[1] - hi[0] : 0;
+        sum += gap * gap;
+    }
+    return sum;
+}
+
 quad brute_distance(const soup *a, const soup *b, const pose *b_in_a)
 {
     quad least = (quad)1e300;
@@ -124,6 +144,7 @@ quad brute_distance(const soup *a, const soup *b, const pose *b_in_a)
         for (int k = 0; k < 3; k++) tb[k] = place(b_in_a, tb[k]);
         for (size_t j = 0; j < a->triangle_count; j++) {
             corners_of(a, j, ta);
+            if (boxes2(ta, tb) >= least) continue;
             quad d2 = triangles2(ta, tb);
             if (d2 < least) least = d2;
         }

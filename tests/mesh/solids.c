@@ -153,6 +153,17 @@ soup soup_plane(double half, int cuts)
     return s;
 }
 
+soup soup_from(const double *points, size_t count, const int32_t *corners, size_t triangle_count)
+{
+    soup s = soup_new();
+    if (count > SOUP_MAX || triangle_count > SOUP_MAX) abort();
+    if (count) memcpy(s.points, points, 3 * count * sizeof *points);
+    if (triangle_count) memcpy(s.corners, corners, 3 * triangle_count * sizeof *corners);
+    s.point_count = count;
+    s.triangle_count = triangle_count;
+    return s;
+}
+
 void soup_turn(soup *s, size_t t)
 {
     int32_t second = s->corners[3 * t + 1];

@@ -20,6 +20,7 @@ soup soup_torus(double ring, double tube, int around, int across);
 /* A trough along y: outer half extents (1, 1, 1), walls and floor 0.25 thick, open at +z. */
 soup soup_trough(void);
 soup soup_plane(double half, int cuts); /* z = 0, facing up; open */
+soup soup_from(const double *points, size_t count, const int32_t *corners, size_t triangle_count);
 void soup_free(soup *s);
 
 void soup_turn(soup *s, size_t triangle); /* its orientation */

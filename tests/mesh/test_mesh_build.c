@@ -122,6 +122,53 @@ static void a_sliver_of_no_area_still_closes_a_seam(void **state)
     mesh_destroy(m);
 }
 
+/* Beside a cube: a needle and a point; and segments and points that these or the cube's own edges have already. */
+static void what_has_no_area_is_kept_where_nothing_else_is(void **state)
+{
+    (void)state;
+    static const double MORE[] = {2, 0, 0, 3, 0, 0, 2.25, 0, 0, 5, 5, 5};
+    soup s = soup_box(1, 1, 1, 1);
+    int32_t first = (int32_t)s.point_count, *to = s.corners + 3 * s.triangle_count;
+    const int32_t more[18] = {first, first + 2, first + 1, first, first + 1, first + 1, first + 2, first + 2, first + 2,
+        first + 3, first + 3, first + 3, 0, 1, 1, 2, 2, 2};
+    memcpy(s.points + 3 * s.point_count, MORE, sizeof MORE);
+    memcpy(to, more, sizeof more);
+    s.point_count += 4;
+    s.triangle_count += 1;
+    check_mesh(&s, true, "kept as segments or points: 1 triangle without area");
+    s.triangle_count += 5;
+    check_mesh(&s, true, "left out: 4 triangles without area; kept as segments or points: 2 triangles without area");
+    mesh *m = soup_mesh(&s);
+    assert_int_equal(m->triangle_count, 14);
+    assert_int_equal(m->component_count, 3);
+    check_edges(m);
+    uint32_t needles = 0, points = 0;
+    for (uint32_t t = 0; t < m->triangle_count; t++) {
+        needles += m->triangles[t].form == MESH_NEEDLE;
+        points += m->triangles[t].form == MESH_FOLDED;
+    }
+    assert_true(needles == 1 && points == 1);
+    mesh_destroy(m);
+    soup_free(&s);
+}
+
+/* The seam again, cut 1e-17 beside the line: a ray that goes through the sliver counts. */
+static void a_sliver_that_is_not_quite_a_line_still_closes_for_rays(void **state)
+{
+    (void)state;
+    static const double POINTS[] = {0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 1, -1, 0.5, 1e-17, 0};
+    static const int32_t CLOSED[] = {0, 2, 1, 0, 3, 2, 1, 2, 3, 0, 4, 3, 4, 1, 3, 0, 1, 4};
+    mesh *m;
+    assert_int_equal(mesh_build(POINTS, 5, CLOSED, 6, &m), MESH_OK);
+    assert_true(m->solid && m->found.needles == 1 && m->triangle_count == 6);
+    for (int i = 1; i < 8; i++) {
+        double x = 0.125 * i, y = 0.5 * fmin(x, 1 - x) * 1e-17; /* in the sliver, seen along z */
+        assert_true(mesh_inside(m, vec(x, y, 0.25 * (1 - x))) == mesh_inside(m, vec(x, 1e-6, 0.25 * (1 - x))));
+        assert_true(mesh_inside(m, vec(x, y, -1e-3)) == mesh_inside(m, vec(x, -1e-6, -1e-3)));
+    }
+    mesh_destroy(m);
+}
+
 static void edges_of_four_triangles_are_said_and_a_cycle_stays_a_solid(void **state)
 {
     (void)state;
@@ -320,6 +367,8 @@ int main(void)
         cmocka_unit_test(a_mesh_that_is_inside_out_is_turned),
         cmocka_unit_test(what_has_no_area_or_comes_twice_is_left_out),
         cmocka_unit_test(a_sliver_of_no_area_still_closes_a_seam),
+        cmocka_unit_test(what_has_no_area_is_kept_where_nothing_else_is),
+        cmocka_unit_test(a_sliver_that_is_not_quite_a_line_still_closes_for_rays),
         cmocka_unit_test(edges_of_four_triangles_are_said_and_a_cycle_stays_a_solid),
         cmocka_unit_test(a_fin_or_a_moebius_band_is_a_surface),
         cmocka_unit_test(meshes_of_any_size_are_sound_or_refused),

@@ -132,12 +132,49 @@ static void rays_and_boxes_see_the_hollow(void **state)
     mesh_destroy(m);
 }
 
+/* A tetrahedron far away, a needle, and a segment that the tetrahedron has: a body that passes through the trough's
+ * wall at the needle, and is told of as what it is. */
+static void a_needle_is_met_by_contacts_rays_and_casts(void **state)
+{
+    (void)state;
+    static const double POINTS[] = {9, 0, 0, 10, 0, 0, 9, 1, 0, 9, 0, 1, -0.05, 0, 0, 0.05, 0, 0, 0.02, 0, 0};
+    static const int32_t CORNERS[] = {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3, 4, 6, 5, 0, 1, 1};
+    mesh *m = trough(), *needle;
+    assert_int_equal(mesh_build(POINTS, 7, CORNERS, 6, &needle), MESH_OK);
+    world *w = scene_world(1, true);
+    uint32_t a = put(w, "trough", shape_of(m), VEC_ZERO), b = put(w, "needle", shape_of(needle), vec(0.6, 0, 0.5));
+    world_interest all = scene_all(WORLD_TOUCH | WORLD_MANIFOLD, 0);
+    scene_interest(w, &all);
+    assert_int_equal(count_events(scene_tick(w, 0), EVENT_BEGIN), 0);
+    world_move_body(w, b, (pose){{0.875, 0, 0.5}, {1, 0, 0, 0}}, 0, NULL, NULL); /* wholly in the wall */
+    const world_batch *batch = scene_tick(w, 0);
+    assert_int_equal(count_events(batch, EVENT_BEGIN), 1);
+    assert_true(batch->events[0].lo <= -0.125 && batch->events[0].hi < 0);
+    world_move_body(w, b, (pose){{3, 0, 0.5}, {1, 0, 0, 0}}, 0, NULL, NULL);
+    assert_int_equal(count_events(scene_tick(w, 0), EVENT_END), 1);
+    world_hits hits = {0};
+    world_query_ray(w, vec(3.01, 0, 5), vec(0, 0, -1), INFINITY, 1e-6, 0, &hits);
+    assert_int_equal(hits.count, 1);
+    assert_true(hits.at[0].body_a == b && hits.at[0].lo <= 4.5 && hits.at[0].lo > 4.499);
+    hits.count = 0;
+    world_query_box(w, (pose){{3, 0, 0.5}, {1, 0, 0, 0}}, vec(0.2, 0.2, 0.2), 0, &hits);
+    assert_true(hits.count == 1 && hits.at[0].body_a == b);
+    char text[2048];
+    assert_true(world_explain(w, a, b, 0, text, sizeof text) > 0);
+    assert_non_null(strstr(text, "mesh, a solid; left out: 1 triangle without area; kept as segments or points: 1 "));
+    free(hits.at);
+    world_destroy(w);
+    mesh_destroy(needle);
+    mesh_destroy(m);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_box_in_the_hollow_of_a_trough_does_not_touch_it),
         cmocka_unit_test(a_ball_passes_through_a_solid_in_one_contact),
         cmocka_unit_test(rays_and_boxes_see_the_hollow),
+        cmocka_unit_test(a_needle_is_met_by_contacts_rays_and_casts),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

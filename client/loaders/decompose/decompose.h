@@ -41,7 +41,8 @@ typedef struct decomposition {
     double deviation_m; /* the largest of the hulls' */
     bool closed;        /* false: the mesh has no inside. It is one hull then, and its deviation is the distance from
                            the triangles */
-    size_t united, dropped; /* repaired: corners at the place of another; triangles without area */
+    size_t united, dropped; /* repaired: corners at the place of another; triangles without area, that others
+                               cover */
 } decomposition;
 
 /* False, with the reason in the report, if the mesh is flat or larger than DECOMPOSE_TRIANGLES_MAX. An open mesh is

@@ -48,20 +48,61 @@ static int32_t *unite(making *m)
     return same;
 }
 
-/* A triangle with two corners in one place adds an edge and takes it away again: closed stays closed. */
+static int by_ends(const void *left, const void *right)
+{
+    const int32_t *a = left, *b = right;
+    return a[0] != b[0] ? (a[0] > b[0]) - (a[0] < b[0]) : (a[1] > b[1]) - (a[1] < b[1]);
+}
+
+static void keep_triangle(making *m, int32_t a, int32_t b, int32_t c)
+{
+    m->corners[m->count][0] = a, m->corners[m->count][1] = b, m->corners[m->count++][2] = c;
+}
+
+/* Of those with two corners in one place, or three: the segments and points that no other triangle has for a side or a
+ * corner. They add an edge and take it away again: closed stays closed. `folded`: their ends, the lesser first. */
+static void keep_folded(making *m, int32_t (*folded)[2], size_t count)
+{
+    size_t sides = 3 * m->count, whole = m->count;
+    int32_t(*known)[2] = pool_alloc(m->work, sides + 1, sizeof *known);
+    bool *corner = pool_alloc(m->work, m->mesh->point_count, sizeof *corner);
+    for (size_t i = 0; i < sides; i++) {
+        int32_t a = m->corners[i / 3][i % 3], b = m->corners[i / 3][(i + 1) % 3];
+        known[i][0] = a < b ? a : b, known[i][1] = a < b ? b : a;
+        corner[a] = true;
+    }
+    qsort(known, sides, sizeof *known, by_ends);
+    qsort(folded, count, sizeof *folded, by_ends);
+    for (int points = 0; points < 2; points++) /* what is a point of a segment is covered by it */
+        for (size_t i = 0; i < count; i++) {
+            int32_t a = folded[i][0], b = folded[i][1];
+            if ((a == b) != (points == 1)) continue;
+            bool again = i > 0 && by_ends(folded[i], folded[i - 1]) == 0;
+            bool covered = points ? corner[a] : bsearch(folded[i], known, sides, sizeof *known, by_ends) != NULL;
+            if (again || covered) continue;
+            keep_triangle(m, a, b, b);
+            corner[a] = corner[b] = true;
+        }
+    m->out->dropped = count - (m->count - whole);
+}
+
 static void keep_triangles(making *m)
 {
     const int32_t *same = unite(m);
+    size_t count = 0;
+    int32_t(*folded)[2] = pool_alloc(m->work, m->mesh->count, sizeof *folded);
     m->corners = pool_alloc(m->work, m->mesh->count, sizeof *m->corners);
     for (size_t i = 0; i < m->mesh->count; i++) {
         const int32_t *c = m->mesh->corners + 3 * i;
         int32_t a = same[c[0]], b = same[c[1]], d = same[c[2]];
         if (a == b || b == d || d == a) {
-            m->out->dropped++;
+            int32_t other = a == b ? d : b; /* than a, if there is one */
+            folded[count][0] = a < other ? a : other, folded[count++][1] = a < other ? other : a;
             continue;
         }
-        m->corners[m->count][0] = a, m->corners[m->count][1] = b, m->corners[m->count++][2] = d;
+        keep_triangle(m, a, b, d);
     }
+    keep_folded(m, folded, count);
 }
 
 static double signed_volume(const making *m)
@@ -106,15 +147,17 @@ static int by_points(const void *left, const void *right)
     return (a->triangle > b->triangle) - (a->triangle < b->triangle);
 }
 
-static half_edge *sorted_edges(const making *m)
+static half_edge *sorted_edges(const making *m, size_t *total)
 {
     half_edge *edges = pool_alloc(m->work, 3 * m->count, sizeof *edges), *e = edges;
     for (uint32_t i = 0; i < m->count; i++)
         for (int k = 0; k < 3; k++) {
             int32_t from = m->corners[i][k], to = m->corners[i][(k + 1) % 3];
+            if (from == to) continue;
             *e++ = from < to ? (half_edge){from, to, 1, i} : (half_edge){to, from, -1, i};
         }
-    qsort(edges, 3 * m->count, sizeof *edges, by_points);
+    *total = (size_t)(e - edges);
+    qsort(edges, *total, sizeof *edges, by_points);
     return edges;
 }
 
@@ -149,13 +192,14 @@ static void add_reflex(making *m, const half_edge *e, bool *bent)
 
 static void study_edges(making *m, pool *p)
 {
-    half_edge *edges = sorted_edges(m);
+    size_t total;
+    half_edge *edges = sorted_edges(m, &total);
     bool *bent = pool_alloc(m->work, m->mesh->point_count, sizeof *bent);
     m->out->closed = m->count > 0;
     m->out->reflex = pool_alloc(p, 3 * m->count, sizeof *m->out->reflex);
-    for (size_t i = 0, end; i < 3 * m->count; i = end) {
+    for (size_t i = 0, end; i < total; i = end) {
         int balance = 0;
-        for (end = i; end < 3 * m->count && edges[end].low == edges[i].low && edges[end].high == edges[i].high; end++)
+        for (end = i; end < total && edges[end].low == edges[i].low && edges[end].high == edges[i].high; end++)
             balance += edges[end].way;
         if (balance != 0) m->out->closed = false;
         if (!edge_is_convex(m, &edges[i], end - i)) add_reflex(m, &edges[i], bent);

@@ -1,5 +1,6 @@
-/* solid: a triangle mesh made ready for questions about the volume that it encloses: points united, triangles without
- * area left out, a tree of boxes over them. The solid is the triangles and every point that they wind around.
+/* solid: a triangle mesh made ready for questions about the volume that it encloses: points united, triangles
+ * without area left out where others cover them, a tree of boxes over them. The solid is the triangles and every point
+ * that they wind around.
  *
  * Made in a pool and lives there; immutable afterwards. Lengths in the mesh's own unit (m), in its own frame. */
 #ifndef COLLIDED_LOADERS_DECOMPOSE_SOLID_H
@@ -33,7 +34,7 @@ typedef struct solid {
     double lo[3], hi[3], diagonal;
     double most;               /* greatest |coordinate| */
     struct overhang *overhang; /* where nearest points can be: overhang.h; NULL = not known */
-    size_t united, dropped;    /* corners that repeated another's place; triangles without area */
+    size_t united, dropped;    /* corners that repeated another's place; triangles that others cover: see keep_folded */
     bool closed;               /* each edge is walked as often one way as the other */
 } solid;
 
