@@ -84,7 +84,7 @@ static void teleport(world *w, uint32_t id, const pose *to, int64_t stamp_ns, co
     b->glided = 0;
     b->passed.count = 0;
     if (b->speed == SPEED_ESTIMATED) b->speed = SPEED_NONE;
-    if (!b->teleported) array_push(&w->teleported, id);
+    w->some_teleported = true;
     b->teleported = b->detours = true;
 }
 
