@@ -409,6 +409,9 @@ typedef struct collided_batch { /* all events of one tick on one stream; or a he
                               it says it, or else whoever's; 0 = nobody has (collided_set_simulation_time) */
     int32_t missing;       /* lock-step clients that the newest step was done without; negative: so many, and this
                               client is one of them */
+    int32_t refused;       /* poses of the newest step that this client published and the daemon refused: they are not
+                              in it ... */
+    const char *refusal;   /* ... and why the first of them was: "old_pose", ...; "" = none was */
     int64_t undone; /* pairs of this interest that the budget of the tick left with a wider interval than it asks, and
                        all those (of any interest) that max_pairs leaves out: of these nothing is told at all */
     bool heartbeat; /* nothing has changed since the last batch, whose number this has: what was told holds still. Comes

@@ -122,14 +122,22 @@ bool session_unheard(collided *c)
     return silent;
 }
 
-/* That another client missed a step is told as a refusal, but is none of ours. What is refused of a step before the one
- * that is waited for may come late. */
+/* What is refused of a step before the one that is waited for may come late; what is refused of the next one, before
+ * that is ended. Poses that were refused when the step was done are counted in the answer to it. */
+static void keep_refusal_of_step(collided *c, const wire_reject *why)
+{
+    if (why->kind != WIRE_POSE_BATCH || why->sequence <= c->step_begin) return;
+    bool is_end = why->sequence == c->step_end;
+    if (why->reason != WIRE_BAD_STEP && !is_end) return;
+    c->step_refused |= why->sequence <= c->step_end;
+    c->step_spoilt |= why->sequence > c->step_end;
+    (void)snprintf(c->step_refusal, sizeof c->step_refusal, "%s", why->text);
+}
+
+/* That another client missed a step is told as a refusal, but is none of ours. */
 void session_keep_rejection(collided *c, const wire_reject *why)
 {
-    if (why->reason == WIRE_BAD_STEP && why->sequence > c->step_begin && why->sequence <= c->step_end) {
-        c->step_refused = true;
-        (void)snprintf(c->step_refusal, sizeof c->step_refusal, "%s", why->text);
-    }
+    keep_refusal_of_step(c, why);
     if (!c->refused && why->reason != WIRE_STEP_MISSED) {
         c->refused = true;
         (void)snprintf(c->first_refusal, sizeof c->first_refusal, "%s %d: %s: %s", wire_kind_name((wire_kind)why->kind),

@@ -86,6 +86,7 @@ typedef struct body {
     double horizon; /* s: the farthest that an interest wants foretold of it: its box holds all that it may do */
     double reach, travelled; /* m, of its shapes about its origin; by how much its points have moved, at most, added up
                                 over all ticks: kept while somebody asks for bounds, or there is a budget; ... */
+    int64_t announced_ns;    /* stamp of the announcement, where that is not the pose's; 0: it is */
     pose travelled_to;       /* ... up to here; set anew when a budget is */
     double widen; /* m, half of the farthest range that an interest wants of it, and all of its rules' reach */
     uint32_t *shapes;
