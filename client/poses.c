@@ -261,8 +261,8 @@ static bool is_ended(const collided *c, int64_t step)
     return step == c->awaited_step && !c->step_resumed && !c->step_refused;
 }
 
-/* With the lock held. False: poses of it were refused already, and it would be done without them. */
-static bool begin_end_of_step(collided *c, int64_t step)
+/* With the lock held. */
+static void begin_end_of_step(collided *c, int64_t step)
 {
     for (interest_record *i = c->interests; i; i = i->next) i->step = 0;
     c->awaited_step = step;
@@ -271,9 +271,7 @@ static bool begin_end_of_step(collided *c, int64_t step)
     c->step_sent_ns = 0;
     c->step_begin = c->step_end;
     c->step_end = ++c->sequence;
-    c->step_refused = c->step_spoilt;
-    c->step_spoilt = false;
-    return !c->step_refused;
+    c->step_refused = false;
 }
 
 /* Once more under the same sequence: a copy ends nothing that came since. Not with each call of who looks often. With
@@ -314,8 +312,8 @@ collided_status collided_step(collided *c, int64_t step, double timeout_s)
     collided_status status = timeout_s > 0 ? check_hearing(c) : COLLIDED_OK;
     if (status) return status;
     pthread_mutex_lock(&c->lock);
-    bool sound = is_ended(c, step) || begin_end_of_step(c, step);
-    int failed = sound && !step_is_told(c) ? send_end_of_step(c) : 0;
+    if (!is_ended(c, step)) begin_end_of_step(c, step);
+    int failed = step_is_told(c) ? 0 : send_end_of_step(c);
     pthread_mutex_unlock(&c->lock);
     if (failed) return session_fail(c, COLLIDED_TRANSPORT, "the transport did not take the end of the step");
     if (!c->in_callback) (void)session_wait(c, session_monotonic_ns() + session_seconds(timeout_s), step_is_over);

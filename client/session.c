@@ -122,15 +122,14 @@ bool session_unheard(collided *c)
     return silent;
 }
 
-/* What is refused of a step before the one that is waited for may come late; what is refused of the next one, before
- * that is ended. Poses that were refused when the step was done are counted in the answer to it. */
+/* What is refused of a step before the one that is waited for may come late. Poses that were refused when the step was
+ * done are counted in the answer to it; those that were refused before, the daemon wants before it takes the end. */
 static void keep_refusal_of_step(collided *c, const wire_reject *why)
 {
-    if (why->kind != WIRE_POSE_BATCH || why->sequence <= c->step_begin) return;
+    bool is_of_step = why->sequence > c->step_begin && why->sequence <= c->step_end;
     bool is_end = why->sequence == c->step_end;
-    if (why->reason != WIRE_BAD_STEP && !is_end) return;
-    c->step_refused |= why->sequence <= c->step_end;
-    c->step_spoilt |= why->sequence > c->step_end;
+    if (why->kind != WIRE_POSE_BATCH || !is_of_step || !(is_end || why->reason == WIRE_BAD_STEP)) return;
+    c->step_refused = true;
     (void)snprintf(c->step_refusal, sizeof c->step_refusal, "%s", why->text);
 }
 

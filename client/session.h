@@ -118,7 +118,6 @@ struct collided {
     bool refused;                  /* since the last sync */
     int64_t step_end, step_begin;  /* sequences of the last end of a step that was sent, and of the one before */
     bool step_refused;             /* the end of that step, or what was published for it after its end before */
-    bool step_spoilt;              /* what was published since, for the next one */
     char step_refusal[SESSION_ERROR_MAX];
     char first_refusal[SESSION_ERROR_MAX];
     int64_t query, query_epoch; /* sequence that the caller waits for, 0 = none; the epoch it was sent in */

@@ -146,10 +146,10 @@ void apply_forget_refused(session *c, int64_t tick, int64_t step)
 }
 
 /* The answer to the step says so, too: a Reject may come later than that. */
-static void count_refused(session *c, const tally *t)
+void apply_count_refused(session *c, uint32_t more, wire_reason reason)
 {
-    uint32_t more = t->unknown + t->older, room = INT32_MAX - (uint32_t)c->refused.count;
-    if (more && !c->refused.count) c->refused.reason = t->unknown ? WIRE_UNKNOWN_BODY : WIRE_OLD_POSE;
+    uint32_t room = INT32_MAX - (uint32_t)c->refused.count;
+    if (more && !c->refused.count) c->refused.reason = (uint8_t)reason;
     c->refused.count += (int32_t)(more < room ? more : room);
 }
 
@@ -212,7 +212,8 @@ static void carry_out(service *s, session *c, struct link *from, const wire_pose
     if (c) c->pose_count += m->bodies.count;
     move(s, c, m, choose_newer(s, c, m, &t), &t);
     tell_newest(s, from, m->client, t.newest);
-    if (c && m->step) count_refused(c, &t);
+    if (c && m->step) apply_count_refused(c, t.unknown, WIRE_UNKNOWN_BODY);
+    if (c && m->step) apply_count_refused(c, t.older, WIRE_OLD_POSE);
     tell(s, from, m, &t);
 }
 

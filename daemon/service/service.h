@@ -69,11 +69,15 @@ typedef struct digests { /* what the pose batches of a step say, but for when th
     bool sorted;
 } digests;
 
-typedef struct held_step {  /* poses of a lock-step client, until the step is complete */
-    int64_t step;           /* 0: none */
-    ARRAY(uint8_t) bytes;   /* messages, each behind its size */
-    ARRAY(uint8_t) earlier; /* those with which it was ended before, while it is sent again */
-    digests digests;        /* of the messages */
+typedef struct owed_pose { /* a pose of that step is to come (again) before its end counts */
+    int64_t step;
+    int32_t body;
+} owed_pose;
+
+typedef struct held_step { /* poses of a lock-step client, until the step is complete */
+    int64_t step;          /* 0: none */
+    ARRAY(uint8_t) bytes;  /* messages, each behind its size */
+    digests digests;       /* of the messages */
     size_t poses;
     int64_t newest;        /* sequence among them; 0: none */
     bool broken;           /* some were refused: it cannot be ended by what is here */
@@ -120,6 +124,7 @@ typedef struct session {
     bool idle;         /* it missed a step, and is not waited for until it publishes one */
     bool missed;       /* the step that was done last was done without it */
     held_step held;
+    ARRAY(owed_pose) owed;  /* what was sent for steps and dropped or refused */
     digests done;           /* of the last step that was done with it */
     int64_t latest_pose_ns; /* the newest stamp of its poses; 0: none is stamped */
     uint64_t pose_count;    /* that it sent */
@@ -369,6 +374,7 @@ void inbox_answer(service *s); /* the queries among them; after the tick */
 void apply_note_simulation(simulation_mark *last, int64_t tick, int64_t simulation_ns);
 void apply_poses(service *s, struct link *from, const wire_pose_batch *m, bool may_wait);
 void apply_forget_refused(session *c, int64_t tick, int64_t step); /* before the poses of that step */
+void apply_count_refused(session *c, uint32_t more, wire_reason reason);
 void apply_poses_now(service *s, session *c, struct link *from, const wire_pose_batch *m); /* c: NULL if unknown */
 void poses_free(service *s);
 

@@ -27,7 +27,7 @@ static bool is_member(const session *c)
 static void drop_held(session *c)
 {
     c->held.step = c->held.simulation_ns = 0;
-    c->held.bytes.count = c->held.earlier.count = c->held.poses = 0;
+    c->held.bytes.count = c->held.poses = 0;
     c->held.newest = 0;
     c->held.broken = false;
     c->held.digests.list.count = 0;
@@ -37,7 +37,7 @@ static void drop_held(session *c)
 void steps_free(session *c)
 {
     array_free(&c->held.bytes);
-    array_free(&c->held.earlier);
+    array_free(&c->owed);
     array_free(&c->held.digests.list);
     array_free(&c->done.list);
 }
@@ -183,9 +183,10 @@ static bool answer_again(service *s, session *c, struct link *from, const wire_p
 {
     if (c->missed)
         refuse(s, from, m, WIRE_BAD_STEP, "step %" PRId64 " is done, without this client", m->step);
-    else if (m->bodies.count && !was_done(c, m))
+    else if (m->bodies.count && !was_done(c, m)) {
+        apply_count_refused(c, m->bodies.count, WIRE_BAD_STEP);
         refuse(s, from, m, WIRE_BAD_STEP, "step %" PRId64 " is done, without these poses: its end came first", m->step);
-    else
+    } else
         metric_count(s->count.duplicates, 1);
     if (m->bodies.count) return true;
     c->idle = false;
@@ -213,54 +214,60 @@ static bool is_mark(const wire_pose_batch *m)
     return m->sequence == STEP_IN_ITS_NAME && m->bodies.count;
 }
 
+/* ---- what a step owes: nothing that was sent for it may be left out in silence ---- */
+
+static void owe(service *s, session *c, const wire_pose_batch *m)
+{
+    for (uint32_t i = 0; i < m->bodies.count && c->owed.count < (size_t)s->config.max_step_poses; i++)
+        array_push(&c->owed, ((owed_pose){m->step, m->bodies.at[i]}));
+}
+
+typedef struct owner {
+    service *service;
+    session *session;
+} owner;
+
+static void owe_one(void *context, const wire_message *m)
+{
+    const owner *of = context;
+    owe(of->service, of->session, &m->pose_batch);
+}
+
 /* What comes behind its end begins it anew: all of it is to come again. */
 static void reopen(service *s, session *c)
 {
     int64_t step = c->held.step;
-    c->held.earlier.count = 0;
-    array_reserve(&c->held.earlier, c->held.bytes.count + 1);
-    if (c->held.bytes.count) memcpy(c->held.earlier.at, c->held.bytes.at, c->held.bytes.count);
-    size_t kept = c->held.bytes.count;
+    each_message(c->held.bytes.at, c->held.bytes.count, owe_one, &(owner){s, c});
     drop_held(c);
-    c->held.earlier.count = kept;
     c->held.step = step;
     c->published = s->lock_step.done;
 }
 
-typedef struct roster { /* bodies of one client, by their numbers */
-    pair_map of;
-    size_t lacking;
-    int32_t first;
-} roster;
-
 static void enter(void *context, const wire_message *m)
 {
-    roster *r = context;
+    pair_map *bodies = context;
     for (uint32_t i = 0; i < m->pose_batch.bodies.count; i++)
-        pair_map_put(&r->of, (uint64_t)m->pose_batch.bodies.at[i] + 1, 1);
+        pair_map_put(bodies, (uint64_t)m->pose_batch.bodies.at[i] + 1, 1);
 }
 
-static void look_for(void *context, const wire_message *m)
+/* How many bodies have no pose among those that are held, and should: settled by that, for this step and those before.
+ */
+static size_t settle_owed(session *c, int64_t step, int32_t *first)
 {
-    roster *r = context;
-    for (uint32_t i = 0; i < m->pose_batch.bodies.count; i++) {
-        int32_t body = m->pose_batch.bodies.at[i];
-        if (!pair_map_put(&r->of, (uint64_t)body + 1, 1)) continue;
-        if (!r->lacking++) r->first = body;
+    size_t lacking = 0, kept = 0;
+    pair_map bodies;
+    if (!c->owed.count) return 0;
+    pair_map_init(&bodies);
+    each_message(c->held.bytes.at, c->held.bytes.count, enter, &bodies);
+    for (size_t i = 0; i < c->owed.count; i++) {
+        owed_pose o = c->owed.at[i];
+        if (o.step > step) c->owed.at[kept++] = o;
+        if (o.step != step || !pair_map_put(&bodies, (uint64_t)o.body + 1, 1)) continue;
+        if (!lacking++) *first = o.body;
     }
-}
-
-/* How many bodies had a pose when the step was ended before, and have none now. */
-static size_t count_lacking(const session *c, int32_t *first)
-{
-    roster r = {.lacking = 0};
-    if (!c->held.earlier.count) return 0;
-    pair_map_init(&r.of);
-    each_message(c->held.bytes.at, c->held.bytes.count, enter, &r);
-    each_message(c->held.earlier.at, c->held.earlier.count, look_for, &r);
-    pair_map_free(&r.of);
-    *first = r.first;
-    return r.lacking;
+    pair_map_free(&bodies);
+    c->owed.count = kept;
+    return lacking;
 }
 
 /* What is there is not taken for the whole: it has to be sent again. */
@@ -273,15 +280,14 @@ static bool end_step(service *s, session *c, struct link *from, const wire_pose_
             "step %" PRId64 ": some of its poses were refused: send all of it again", m->step);
     }
     int32_t first = 0;
-    size_t lacking = count_lacking(c, &first);
-    if (lacking) {
+    size_t lacking = settle_owed(c, m->step, &first);
+    if (lacking && !ends_in_its_name(m)) {
         drop_held(c);
         return refuse(s, from, m, WIRE_BAD_STEP,
-            "step %" PRId64 ": it was ended with poses of %zu bodies that have none now, the first is %d: send all of "
-            "it again",
+            "step %" PRId64 ": poses of %zu bodies were refused or replaced, and did not come again, the first is %d: "
+            "send all of it again",
             m->step, lacking, first);
     }
-    c->held.earlier.count = 0;
     c->published = m->step;
     c->idle = ends_in_its_name(m);
     return true;
@@ -303,8 +309,10 @@ bool steps_take(service *s, session *c, struct link *from, const wire_pose_batch
     bool in_its_name = ends_in_its_name(m);
     if (in_its_name && c->published > done) return true; /* it came in time after all */
     if (in_its_name) drop_held(c);
-    if (c->held.step && m->step != c->held.step)
+    if (c->held.step && m->step != c->held.step) {
+        owe(s, c, m);
         return refuse(s, from, m, WIRE_BAD_STEP, "step %" PRId64 ": %" PRId64 " is not done", m->step, c->held.step);
+    }
     bool is_copy = !m->bodies.count && m->sequence <= c->ended; /* it is not the end of what came since */
     if (is_copy || is_ended_twice(s, c, m)) {
         if (!is_copy) c->ended = m->sequence;
@@ -357,11 +365,6 @@ bool steps_due(const service *s)
     roll r = call_roll(s);
     return s->lock_step.asked_again || is_complete(s, &r);
 }
-
-typedef struct owner {
-    service *service;
-    session *session;
-} owner;
 
 static void apply_one(void *context, const wire_message *m)
 {
@@ -522,33 +525,44 @@ void steps_began(service *s, int64_t done)
     s->lock_step.done = done;
 }
 
-/* What it says of the step is put behind the poses of it: commands of a tick are sorted by their sequences. */
-static void record_word(service *s, session *c, bool mark)
+/* In the client's name. Commands of a tick are sorted by their sequences. */
+static void record_word(service *s, session *c, int64_t sequence, int64_t step, const int32_t *body)
 {
-    const int32_t body = 0;
     const double nowhere[3] = {0}, unturned[4] = {1};
-    uint32_t bodies = mark;
+    uint32_t bodies = body != NULL;
     wire_message m = {.kind = WIRE_POSE_BATCH,
         .pose_batch = {.version = WIRE_VERSION,
             .client = c->client,
-            .sequence = mark             ? STEP_IN_ITS_NAME
-                        : c->ended       ? c->ended
-                        : c->held.newest ? c->held.newest
-                                         : 1,
-            .step = c->held.step,
+            .sequence = sequence,
+            .step = step,
             .simulation_ns = c->held.simulation_ns,
-            .bodies = {bodies, &body},
+            .bodies = {bodies, body},
             .positions = {3 * bodies, nowhere},
             .orientations = {4 * bodies, unturned}}};
     record_message(s, &m);
 }
 
+/* Of a step that is sent again: as if what was replaced had been elsewhere. Of a later one: it is refused again. */
+static void record_owed(service *s, session *c)
+{
+    bool again = false;
+    for (size_t i = 0; i < c->owed.count; i++) {
+        const owed_pose *o = &c->owed.at[i];
+        bool is_of_this = c->ended && o->step == c->held.step && o->step > s->lock_step.done;
+        if (is_of_this || o->step > c->held.step)
+            record_word(s, c, is_of_this ? c->ended - 1 : STEP_IN_ITS_NAME - 1, o->step, &o->body);
+        again |= is_of_this;
+    }
+    if (again) record_word(s, c, c->ended, c->held.step, NULL);
+}
+
 void steps_record(service *s, session *c)
 {
     if (!is_member(c)) return;
-    each_message(c->held.earlier.at, c->held.earlier.count, record_one, s);
-    if (c->held.earlier.count) record_word(s, c, false); /* it was ended with these */
+    const int32_t any = 0;
+    int64_t last = c->ended ? c->ended : c->held.newest ? c->held.newest : 1;
+    record_owed(s, c);
     each_message(c->held.bytes.at, c->held.bytes.count, record_one, s);
-    if (c->held.broken) record_word(s, c, true);
-    if (c->published > s->lock_step.done) record_word(s, c, false);
+    if (c->held.broken) record_word(s, c, STEP_IN_ITS_NAME, c->held.step, &any);
+    if (c->published > s->lock_step.done) record_word(s, c, last, c->held.step, NULL);
 }
