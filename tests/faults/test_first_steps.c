@@ -93,6 +93,14 @@ static void put(room *r, collided_body body, double x, int64_t stamp_ns, int64_t
     put_at(r, body, x, 0, stamp_ns, step);
 }
 
+/* What it has published has arrived: two clients overtake each other on the network. */
+static void settle(room *r)
+{
+    collided_result result = {0};
+    must(r, collided_query_bodies(r->c, "none", RIG_PATIENCE_S, &result));
+    collided_result_free(&result);
+}
+
 /* ---- the first step ---- */
 
 static void meet_in_the_first_step(const char *uri)
@@ -307,6 +315,7 @@ static void poses_behind_the_end_of_their_step_are_in_it_or_refused(void **state
     put(&t.a, t.body_a[0], -0.18, 0, 1); /* all of it, otherwise */
     put_at(&t.a, t.body_a[1], 0, 6, 0, 1);
     assert_int_equal(collided_step(t.a.c, 1, 0), COLLIDED_TIMEOUT);
+    settle(&t.a);
     must(&t.b, collided_step(t.b.c, 1, RIG_PATIENCE_S));
     must(&t.a, collided_step(t.a.c, 1, RIG_PATIENCE_S));
     assert_int_equal(t.a.kinds[COLLIDED_BEGIN], 1);
@@ -314,7 +323,7 @@ static void poses_behind_the_end_of_their_step_are_in_it_or_refused(void **state
     must(&t.a, collided_step(t.a.c, 1, RIG_PATIENCE_S));
     put(&t.a, t.body_a[0], -0.3, 0, 1); /* too late */
     assert_int_equal(collided_step(t.a.c, 1, RIG_PATIENCE_S), COLLIDED_REJECTED);
-    if (!strstr(collided_error(t.a.c), "is done, without these poses")) fail_msg("%s", collided_error(t.a.c));
+    if (!strstr(collided_error(t.a.c), "step 1 is done, ")) fail_msg("%s", collided_error(t.a.c)); /* which way first */
     close_two(&t);
 }
 
