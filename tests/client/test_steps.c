@@ -148,11 +148,42 @@ static void a_step_is_refused_by_what_belongs_to_it(void **state)
     }
 }
 
+/* Its end goes out under one sequence, however often it is asked for; the answer says what was refused of it. */
+static void a_step_is_ended_once_and_says_what_was_refused_of_it(void **state)
+{
+    (void)state;
+    for (int32_t refused = 0; refused < 2; refused++) {
+        fake_begin((fake_options){.epoch = 1});
+        collided *c = connect_in_step();
+        assert_int_equal(collided_step(c, 1, 0), COLLIDED_TIMEOUT); /* nobody can tell */
+        collided_interest told = subscribe(c);
+        fake_settle();
+        for (int i = 0; i < 3; i++) assert_int_equal(collided_step(c, 2, 0), COLLIDED_TIMEOUT);
+        assert_int_equal(collided_step(c, 2, 0.25), COLLIDED_TIMEOUT);
+        assert_int_equal(collided_step(c, 2, 0.01), COLLIDED_TIMEOUT);
+        answer_without(c, told, 2, 3 * refused);
+        for (int i = 0; i < 3; i++) {
+            collided_status status = collided_step(c, 2, i ? FAKE_PATIENCE_S : 0);
+            assert_int_equal(status, refused ? COLLIDED_REJECTED : COLLIDED_OK);
+            const char *why = "step 2 is done, but 3 of this client's poses were refused: old_pose";
+            if (refused) assert_string_equal(collided_error(c), why);
+        }
+        const wire_message *end = fake_message(WIRE_POSE_BATCH, 1);
+        for (size_t n = 2; n < fake_sent(WIRE_POSE_BATCH); n++)
+            assert_int_equal(fake_message(WIRE_POSE_BATCH, n)->pose_batch.sequence, end->pose_batch.sequence);
+        assert_in_range(fake_sent(WIRE_POSE_BATCH), 3, 4); /* of step 1; of step 2, and once more */
+        assert_int_equal(collided_step(c, 3, 0), COLLIDED_TIMEOUT);
+        assert_true(fake_message(WIRE_POSE_BATCH, fake_sent(WIRE_POSE_BATCH) - 1)->pose_batch.step == 3);
+        collided_close(c);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_refused_subscription_is_not_waited_for),
         cmocka_unit_test(where_all_are_refused_nothing_is_waited_for),
+        cmocka_unit_test(a_step_is_ended_once_and_says_what_was_refused_of_it),
         cmocka_unit_test(a_step_is_refused_by_what_belongs_to_it),
     };
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
