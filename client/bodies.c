@@ -107,6 +107,7 @@ static wire_message body_message(const collided *c, int32_t id, const collided_b
             .one_way = def->one_way,
             .deadline_ns = session_seconds(def->deadline_s),
             .stamp_ns = def->stamp_ns ? def->stamp_ns : session_now_ns(),
+            .stamp_is_now = !def->stamp_ns,
             .pose = {7, a->pose},
             .shape_types = {n, a->types},
             .shape_sizes = {3 * n, a->sizes},
@@ -248,6 +249,7 @@ collided_status collided_change_body(collided *c, collided_body body, const coll
     if (m) {
         const wire_message *old = record->announced.message;
         if (!old || strcmp(old->body.name, m->body.name) != 0) announce_leaves_name(c, &record->announced);
+        record->stamp_ns = 0; /* its pose is the definition's */
         announce(c, &record->announced, m);
     } else if (record)
         status = COLLIDED_BAD_ARGUMENT;
@@ -300,10 +302,17 @@ collided_body collided_adopt_body(collided *c, int32_t id)
     return body;
 }
 
+bool body_has_newer_pose(const body_record *body)
+{
+    const wire_body *m = &body->announced.message->body;
+    return body->stamp_ns && (m->stamp_is_now || body->stamp_ns >= m->stamp_ns);
+}
+
 void body_refresh(body_record *body)
 {
     wire_body *m = &body->announced.message->body;
-    if (body->stamp_ns <= m->stamp_ns) return;
+    if (!body_has_newer_pose(body)) return;
     memcpy((double *)m->pose.at, body->pose, sizeof body->pose); /* in the announcement's own block */
     m->stamp_ns = body->stamp_ns;
+    m->stamp_is_now = 0;
 }

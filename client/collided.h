@@ -120,8 +120,10 @@ collided_status collided_poll(collided *c, double timeout_s);
 /* Sends what is buffered now. collided_poll and collided_sync do so too. */
 void collided_flush(collided *c);
 
-/* Waits until the daemon has applied, or refused, all changes. These are what was created, changed or removed.
- * COLLIDED_REJECTED if it refused any since the last call (collided_error tells the first). */
+/* Waits until the daemon has applied, or refused, all changes. These are what was created, changed or removed. And
+ * until the first batch of each subscription has come: what the daemon tells from then on arrives on all of them, or is
+ * told to be lost (collided_batch.lost). COLLIDED_REJECTED if it refused any since the last call (collided_error tells
+ * the first); COLLIDED_TIMEOUT if something of that is outstanding. */
 collided_status collided_sync(collided *c, double timeout_s);
 
 /* What the daemon refused, and why. Valid during the callback. */
@@ -260,7 +262,7 @@ typedef struct collided_body_def {
     double angular_acceleration_rad_s2; /* ... and so much; default 0: it moves on as it does */
     double deadline_s; /* a pose older than this is stale: its pairs are unknown, never free. 0 = never */
     collided_pose pose;
-    int64_t stamp_ns; /* of the pose; 0 = now */
+    int64_t stamp_ns; /* of the pose; 0 = now, and that makes no pose of it old, whatever clock those are stamped by */
     const collided_shape *shapes;
     size_t shape_count;
     const collided_rule *rules;
@@ -283,8 +285,9 @@ collided_body collided_adopt_body(collided *c, int32_t id);
 
 /* Publishes the poses of many bodies. Plain arrays for `count` bodies: positions 3 each, orientations 4 each; linear
  * (m/s, at most 1e9) and angular (rad/s, world axes, at most 1e5) 3 each or NULL: what the bodies do from here on, for
- * what is foretold, and how many whole turns they made on their way. stamp_ns: when they were true (0 = now); one that
- * is older than the last pose of a body is refused ("old_pose", told to the callback of collided_on_rejected); step: of
+ * what is foretold, and how many whole turns they made on their way. stamp_ns: when they were true (0 = now), on one
+ * clock for all poses of a body, be it a simulator's; one that is older than the last pose of a body is refused
+ * ("old_pose", told to the callback of collided_on_rejected, and of a step counted in collided_batch.refused); step: of
  * a simulator, or 0. Sent by the next flush or poll. Several poses of a body that fall into one tick make one way,
  * straight from the last tick's to the newest. Lock-step: a step that is not 0 is answered on each of this client's own
  * subscriptions of rate_hz 0 by a batch whose `step` is that one, without events if there is nothing to tell. When it
@@ -297,13 +300,26 @@ collided_status collided_publish(collided *c, size_t count, const collided_body 
  * number of calls, and has ended it by this one, which one that has nothing to publish calls, too. The daemon keeps
  * what is published until then, applies it as a whole, and answers each of them on its subscriptions of rate_hz 0 by a
  * batch with that step, in which all is told that it moved, new or not. Steps are numbered alike by all, from above 0,
- * rising. One that is late by the daemon's step_timeout is gone on without, or waited for, by its step_policy:
- * "step_missed" is told to the callback of collided_on_rejected of each of them, and collided_batch.missing counts it;
- * it is waited for again once it ends a step. Over LCM, where an answer may be lost: publish the same step again on
- * COLLIDED_TIMEOUT. With lock_step = 1 a client alone has its steps done as a whole. Create bodies, and collided_sync,
- * before the first step. timeout_s 0: does not wait. COLLIDED_TIMEOUT if it was not done within that time;
- * COLLIDED_REJECTED if the others are beyond that step, or the one before is not done, or the daemon refused each
- * subscription of rate_hz 0; COLLIDED_BAD_ARGUMENT if this client is not in lock-step, or has no such subscription. */
+ * rising. Create bodies, subscribe, and collided_sync, before the first step. With lock_step = 1 a client alone has its
+ * steps done as a whole.
+ *
+ * End now, wait later: with timeout_s 0 it sends the end, runs the callbacks of what has come, and does not wait
+ * (called from a callback it runs none). Called again with the same step it waits for the same end, however often;
+ * nothing is ended twice. Poses that are published for a step after its end begin it anew, as long as it is not done:
+ * all of them have to come again, and another end. Over LCM, which may lose them: so on COLLIDED_TIMEOUT publish the
+ * same step again. Without a pose of each body that it had before, the end is refused; and poses for a step that is
+ * done are, unless they are the same again.
+ *
+ * One that is late by the daemon's step_timeout is gone on without, or waited for, by its step_policy: "step_missed" is
+ * told to the callback of collided_on_rejected of each of them, and collided_batch.missing counts it; it is waited for
+ * again once it ends a step.
+ *
+ * COLLIDED_OK: it is done, with all that reached the daemon of what was published for it. COLLIDED_TIMEOUT: it is not
+ * known to be done within that time (0: not yet). COLLIDED_REJECTED: it is done, but without some of this client's
+ * poses, which were refused (collided_error tells how many and why, as collided_batch.refused does); or its end was
+ * refused: the others are beyond that step, or the one before is not done, or poses are to be sent again; or the daemon
+ * refused each subscription of rate_hz 0. COLLIDED_BAD_ARGUMENT: this client is not in lock-step, or is to wait and has
+ * no such subscription. */
 collided_status collided_step(collided *c, int64_t step, double timeout_s);
 /* Says what time it is in the simulation. In nanoseconds on its own clock, at least 0; 0 (as at the beginning) = it is
  * not told. What is published from now on, ends of steps included, carries it, and so do the batches that follow from
@@ -413,6 +429,9 @@ typedef struct collided_batch { /* all events of one tick on one stream; or a he
                               it says it, or else whoever's; 0 = nobody has (collided_set_simulation_time) */
     int32_t missing;       /* lock-step clients that the newest step was done without; negative: so many, and this
                               client is one of them */
+    int32_t refused;       /* poses that this client published for that step and the daemon refused: they are not in it,
+                              ... */
+    const char *refusal;   /* ... and why the first of them was: "old_pose", "unknown_body", ...; "" = none was */
     int64_t undone; /* pairs of this interest that the budget of the tick left with a wider interval than it asks, and
                        all those (of any interest) that max_pairs leaves out: of these nothing is told at all */
     bool heartbeat; /* nothing has changed since the last batch, whose number this has: what was told holds still. Comes
@@ -453,8 +472,10 @@ typedef struct collided_interest_def {
 /* The defaults that the members of collided_interest_def name; no callback. Any thread. */
 collided_interest_def collided_interest_def_default(void);
 
-/* Asks to be told. The first batch is a snapshot of the current state. Does not wait. COLLIDED_NONE if the definition
- * is wrong. */
+/* Asks to be told. The first batch is a snapshot of the current state: contacts and what is near or foretold by then
+ * are in it. Does not wait, and what happens before that batch and leaves no state is not told: impacts, and what began
+ * and ended. Who must not miss any of it, the impacts of the first step, say, calls collided_sync before. COLLIDED_NONE
+ * if the definition is wrong. */
 collided_interest collided_subscribe(collided *c, const collided_interest_def *def);
 /* Ends a subscription: its callback is not called again. */
 collided_status collided_unsubscribe(collided *c, collided_interest interest);

@@ -104,9 +104,24 @@ collided_status collided_poll(collided *c, double timeout_s)
     return session_fail(c, COLLIDED_NO_DAEMON, "no daemon has been heard for 3 s");
 }
 
+/* Its first batch has come: the daemon knows that we listen, and whatever it tells from here on comes, or is told to be
+ * lost. What is published before may be told to nobody. */
+static bool has_begun(const collided *c, const interest_record *i)
+{
+    if (i->removed || i->announced.state == ANNOUNCE_REFUSED) return true;
+    return i->told_epoch && wire_same_line(i->told_epoch, c->epoch);
+}
+
+static const char *silent_stream(const collided *c)
+{
+    for (const interest_record *i = c->interests; i; i = i->next)
+        if (!has_begun(c, i)) return i->stream;
+    return NULL;
+}
+
 static bool is_settled(const collided *c)
 {
-    return c->pending == 0;
+    return c->pending == 0 && !silent_stream(c);
 }
 
 collided_status collided_sync(collided *c, double timeout_s)
@@ -118,10 +133,13 @@ collided_status collided_sync(collided *c, double timeout_s)
     pthread_mutex_lock(&c->lock);
     bool refused = c->refused;
     size_t pending = c->pending;
+    const char *silent = silent_stream(c);
     if (refused) (void)session_fail(c, COLLIDED_REJECTED, "%s", c->first_refusal);
     c->refused = false;
     pthread_mutex_unlock(&c->lock);
     if (refused) return COLLIDED_REJECTED;
     if (settled) return COLLIDED_OK;
+    if (!pending && silent)
+        return session_fail(c, COLLIDED_TIMEOUT, "the stream '%s' has not begun after %g s", silent, timeout_s);
     return session_fail(c, COLLIDED_TIMEOUT, "%zu announcements are not acknowledged after %g s", pending, timeout_s);
 }

@@ -159,6 +159,7 @@ static collided_status publish(collided *c, poses p)
     if (status == COLLIDED_OK) status = check_numbers(c, &p);
     if (status == COLLIDED_OK) status = send_known(c, &p);
     pthread_mutex_unlock(&c->lock);
+    if (p.step && p.step == c->awaited_step) c->step_resumed = true;
     return status;
 }
 
@@ -185,7 +186,7 @@ void body_acked(collided *c, body_record *body)
 {
     bool teleported = body->teleported;
     body->teleported = false;
-    if (body->stamp_ns == 0 || body->stamp_ns < body->announced.message->body.stamp_ns) return;
+    if (!body_has_newer_pose(body)) return;
     const collided_body id = {body->id};
     const poses p = {1, &id, body->pose, body->pose + 3, body->has_linear ? body->velocity : NULL,
         body->has_angular ? body->velocity + 3 : NULL, body->stamp_ns, c->lock_step ? 0 : body->step,
@@ -211,12 +212,23 @@ static bool tells_of_steps(const interest_record *i)
     return !i->removed && i->each_tick && i->announced.state != ANNOUNCE_REFUSED;
 }
 
-static bool step_is_done(const collided *c)
+static bool step_is_told(const collided *c)
 {
-    bool done = true;
+    size_t tell = 0, told = 0;
+    for (const interest_record *i = c->interests; i; i = i->next) {
+        tell += tells_of_steps(i);
+        told += tells_of_steps(i) && i->step >= c->awaited_step;
+    }
+    return tell && told == tell;
+}
+
+/* Nobody to tell of it any more: there is nothing to wait for. */
+static bool step_is_over(const collided *c)
+{
+    bool awaited = false;
     for (const interest_record *i = c->interests; i; i = i->next)
-        done = done && (!tells_of_steps(i) || i->step >= c->awaited_step);
-    return done || c->step_refused;
+        awaited = awaited || (tells_of_steps(i) && i->step < c->awaited_step);
+    return !awaited || c->step_refused;
 }
 
 /* COLLIDED_OK if a subscription can tell when a step is done. */
@@ -234,20 +246,62 @@ static collided_status check_hearing(collided *c)
     return session_fail(c, COLLIDED_BAD_ARGUMENT, "no subscription of rate_hz 0 could tell when a step is done");
 }
 
-static int send_end_of_step(collided *c, int64_t step)
+void step_answered(collided *c, interest_record *interest, const wire_event_batch *b)
 {
+    if (b->missing < 0) return; /* it was done without us */
+    interest->step = b->step;
+    if (b->step != c->awaited_step || !b->refused) return;
+    c->step_lacks = b->refused;
+    c->step_lacks_why = b->refusal;
+}
+
+/* Has it been ended already, with all that was published for it? What was refused has to be sent anew. */
+static bool is_ended(const collided *c, int64_t step)
+{
+    return step == c->awaited_step && !c->step_resumed && !c->step_refused;
+}
+
+/* With the lock held. */
+static void begin_end_of_step(collided *c, int64_t step)
+{
+    for (interest_record *i = c->interests; i; i = i->next) i->step = 0;
+    c->awaited_step = step;
+    c->step_resumed = false;
+    c->step_lacks = 0;
+    c->step_sent_ns = 0;
+    c->step_begin = c->step_end;
+    c->step_end = ++c->sequence;
+    c->step_refused = false;
+}
+
+/* Once more under the same sequence: a copy ends nothing that came since. Not with each call of who looks often. With
+ * the lock held. */
+static int send_end_of_step(collided *c)
+{
+    const int64_t now = session_monotonic_ns(), often_ns = ANNOUNCE_FIRST_DOUBT_MS * NS_PER_MS;
+    if (c->step_sent_ns && now - c->step_sent_ns < often_ns) return 0;
     const wire_message m = {.kind = WIRE_POSE_BATCH,
         .pose_batch = {.version = WIRE_VERSION,
             .client = c->id,
-            .sequence = ++c->sequence,
-            .step = step,
+            .sequence = c->step_end,
+            .step = c->awaited_step,
             .simulation_ns = c->simulation_ns}};
-    c->step_begin = c->step_end;
-    c->step_end = c->sequence;
-    c->step_refused = false;
+    c->step_sent_ns = now;
     int failed = session_send(c, &m);
     c->link->ops->flush(c->link);
     return failed;
+}
+
+/* With the lock held. */
+static collided_status outcome_of_step(collided *c, double timeout_s)
+{
+    long long step = (long long)c->awaited_step;
+    if (c->step_refused) return session_fail(c, COLLIDED_REJECTED, "%s", c->step_refusal);
+    if (timeout_s > 0 ? !step_is_over(c) : !step_is_told(c))
+        return session_fail(c, COLLIDED_TIMEOUT, "step %lld is not done after %g s", step, timeout_s);
+    if (!c->step_lacks) return COLLIDED_OK;
+    return session_fail(c, COLLIDED_REJECTED, "step %lld is done, but %d of this client's poses were refused: %s", step,
+        c->step_lacks, wire_reason_name((wire_reason)c->step_lacks_why));
 }
 
 collided_status collided_step(collided *c, int64_t step, double timeout_s)
@@ -257,18 +311,14 @@ collided_status collided_step(collided *c, int64_t step, double timeout_s)
     if (!c->lock_step) return session_fail(c, COLLIDED_BAD_ARGUMENT, "this client is not in lock-step: collided_def");
     collided_status status = timeout_s > 0 ? check_hearing(c) : COLLIDED_OK;
     if (status) return status;
-    for (interest_record *i = c->interests; i; i = i->next) i->step = 0;
-    c->awaited_step = step;
     pthread_mutex_lock(&c->lock);
-    int failed = send_end_of_step(c, step);
+    if (!is_ended(c, step)) begin_end_of_step(c, step);
+    int failed = step_is_told(c) ? 0 : send_end_of_step(c);
     pthread_mutex_unlock(&c->lock);
     if (failed) return session_fail(c, COLLIDED_TRANSPORT, "the transport did not take the end of the step");
-    if (!(timeout_s > 0)) return COLLIDED_OK;
-    bool done = session_wait(c, session_monotonic_ns() + session_seconds(timeout_s), step_is_done);
+    if (!c->in_callback) (void)session_wait(c, session_monotonic_ns() + session_seconds(timeout_s), step_is_over);
     pthread_mutex_lock(&c->lock);
-    status = c->step_refused ? session_fail(c, COLLIDED_REJECTED, "%s", c->step_refusal)
-             : done          ? COLLIDED_OK
-                    : session_fail(c, COLLIDED_TIMEOUT, "step %lld is not done after %g s", (long long)step, timeout_s);
+    status = outcome_of_step(c, timeout_s);
     pthread_mutex_unlock(&c->lock);
     /* The daemon may have refused meanwhile what was waited for; a callback may end its own subscription. */
     if (status == COLLIDED_OK && check_hearing(c) == COLLIDED_REJECTED) return COLLIDED_REJECTED;

@@ -122,14 +122,21 @@ bool session_unheard(collided *c)
     return silent;
 }
 
-/* That another client missed a step is told as a refusal, but is none of ours. What is refused of a step before the one
- * that is waited for may come late. */
+/* What is refused of a step before the one that is waited for may come late. Poses that were refused when the step was
+ * done are counted in the answer to it; those that were refused before, the daemon wants before it takes the end. */
+static void keep_refusal_of_step(collided *c, const wire_reject *why)
+{
+    bool is_of_step = why->sequence > c->step_begin && why->sequence <= c->step_end;
+    bool is_end = why->sequence == c->step_end;
+    if (why->kind != WIRE_POSE_BATCH || !is_of_step || !(is_end || why->reason == WIRE_BAD_STEP)) return;
+    c->step_refused = true;
+    (void)snprintf(c->step_refusal, sizeof c->step_refusal, "%s", why->text);
+}
+
+/* That another client missed a step is told as a refusal, but is none of ours. */
 void session_keep_rejection(collided *c, const wire_reject *why)
 {
-    if (why->reason == WIRE_BAD_STEP && why->sequence > c->step_begin && why->sequence <= c->step_end) {
-        c->step_refused = true;
-        (void)snprintf(c->step_refusal, sizeof c->step_refusal, "%s", why->text);
-    }
+    keep_refusal_of_step(c, why);
     if (!c->refused && why->reason != WIRE_STEP_MISSED) {
         c->refused = true;
         (void)snprintf(c->first_refusal, sizeof c->first_refusal, "%s %d: %s: %s", wire_kind_name((wire_kind)why->kind),

@@ -56,7 +56,8 @@ typedef struct interest_record {
     bool waiting;             /* nothing is delivered until a snapshot comes */
     bool unsure;              /* a standby has taken over, and has not told where it goes on */
     bool each_tick;
-    int64_t step; /* of the last batch since collided_step was called; 0 = none */
+    int64_t step;       /* of the last batch since a step was ended; 0 = none */
+    int64_t told_epoch; /* of the last batch that was delivered; 0 = none was */
     int64_t lost;
     int64_t resync_ns; /* waiting: when the snapshot is asked for again */
     int64_t resync_wait_ns;
@@ -116,7 +117,7 @@ struct collided {
     int64_t rejections_overflowed; /* not kept since the last delivery */
     bool refused;                  /* since the last sync */
     int64_t step_end, step_begin;  /* sequences of the last end of a step that was sent, and of the one before */
-    bool step_refused;             /* the end of that step, or poses that were published for it */
+    bool step_refused;             /* the end of that step, or what was published for it after its end before */
     char step_refusal[SESSION_ERROR_MAX];
     char first_refusal[SESSION_ERROR_MAX];
     int64_t query, query_epoch; /* sequence that the caller waits for, 0 = none; the epoch it was sent in */
@@ -127,9 +128,13 @@ struct collided {
     interest_record *interests;
     int32_t next_body, next_interest;
     bool in_callback;
-    size_t delivered; /* callbacks run */
-    int64_t awaited_step;
-    int64_t simulation_ns; /* told with poses; 0 = not told */
+    size_t delivered;       /* callbacks run */
+    int64_t awaited_step;   /* the one that was ended last; 0 = none was */
+    int64_t step_sent_ns;   /* when its end was sent last, monotonic */
+    bool step_resumed;      /* poses were published for it since */
+    int32_t step_lacks;     /* poses of it that the daemon refused ... */
+    uint8_t step_lacks_why; /* ... and why the first of them was */
+    int64_t simulation_ns;  /* told with poses; 0 = not told */
     wire_message *answer;
     collided_rejected *on_rejected;
     void *on_rejected_context;
@@ -177,11 +182,15 @@ bool session_unheard(collided *c);     /* no daemon has been heard for SESSION_S
 void *keeper_run(void *client); /* the keeper's thread */
 
 /* bodies.c and poses.c: with the lock held. */
-void body_free(collided *c, body_record *body);  /* its memory is for the next one */
-void bodies_free(collided *c);                   /* the memory of all */
-void body_refresh(body_record *body);            /* the announcement takes the newest pose */
-void body_acked(collided *c, body_record *body); /* sends the pose that was kept until now */
+void body_free(collided *c, body_record *body);    /* its memory is for the next one */
+void bodies_free(collided *c);                     /* the memory of all */
+bool body_has_newer_pose(const body_record *body); /* than the one that is announced */
+void body_refresh(body_record *body);              /* the announcement takes the newest pose */
+void body_acked(collided *c, body_record *body);   /* sends the pose that was kept until now */
 void bodies_remove_all(collided *c);
+
+/* poses.c: a batch that tells of a step is about to be delivered; the caller's thread. */
+void step_answered(collided *c, interest_record *interest, const wire_event_batch *b);
 
 /* interests.c and stream.c: the caller's thread, without the lock. */
 void stream_receive(collided *c, const wire_message *m);

@@ -130,6 +130,8 @@ static void deliver(collided *c, interest_record *i, const wire_message *const *
         .step = b->step,
         .simulation_ns = b->simulation_ns,
         .missing = b->missing,
+        .refused = b->refused,
+        .refusal = b->refused ? wire_reason_name((wire_reason)b->refusal) : "",
         .undone = b->undone,
         .heartbeat = b->heartbeat,
         .oldest_pose_ns = b->oldest_pose_ns,
@@ -139,7 +141,8 @@ static void deliver(collided *c, interest_record *i, const wire_message *const *
         .event_count = count,
         .events = c->events};
     i->lost = 0;
-    if (b->missing >= 0) i->step = b->step;
+    i->told_epoch = b->epoch;
+    step_answered(c, i, b);
     c->in_callback = true;
     i->callback(i->context, &batch);
     c->in_callback = false;

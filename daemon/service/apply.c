@@ -176,6 +176,7 @@ static wire_reason put_gathered(service *s, session *c, const wire_body *m, wire
         .angular_acceleration = m->angular_acceleration_rad_s2,
         .deadline_ns = m->deadline_ns,
         .stamp_ns = newer_pose ? world_body_stamp_ns(s->world, id) : m->stamp_ns,
+        .stamp_is_now = !newer_pose && m->stamp_is_now,
         .pose = newer_pose ? world_body_pose(s->world, id) : told,
         .shapes = s->shapes.at,
         .shape_count = s->shapes.count,

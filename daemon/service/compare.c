@@ -11,7 +11,8 @@
 /* What differs between two runs and says nothing about the world. */
 static bool is_of_the_run(const char *field)
 {
-    return !strcmp(field, "epoch") || !strcmp(field, "batch") || !strcmp(field, "latest_pose_ns");
+    return !strcmp(field, "epoch") || !strcmp(field, "batch") || !strcmp(field, "latest_pose_ns") ||
+           !strcmp(field, "refused") || !strcmp(field, "refusal");
 }
 
 /* ---- one number of one field ---- */

@@ -140,6 +140,19 @@ static void move(service *s, session *c, const wire_pose_batch *m, size_t chosen
     }
 }
 
+void apply_forget_refused(session *c, int64_t tick, int64_t step)
+{
+    if (step != c->step.step && tick != c->step.tick) c->refused = (refused_poses){0};
+}
+
+/* The answer to the step says so, too: a Reject may come later than that. */
+void apply_count_refused(session *c, uint32_t more, wire_reason reason)
+{
+    uint32_t room = INT32_MAX - (uint32_t)c->refused.count;
+    if (more && !c->refused.count) c->refused.reason = (uint8_t)reason;
+    c->refused.count += (int32_t)(more < room ? more : room);
+}
+
 static void tell(service *s, struct link *from, const wire_pose_batch *m, const tally *t)
 {
     wire_refusal why;
@@ -189,6 +202,7 @@ static void carry_out(service *s, session *c, struct link *from, const wire_pose
     tally t = {.first_unknown = -1, .first_older = -1};
     if (m->stamp_ns > s->latest_pose_ns) s->latest_pose_ns = m->stamp_ns;
     note_step(&s->latest_step, s->tick, m->step);
+    if (c && m->step) apply_forget_refused(c, s->tick, m->step);
     if (c) note_step(&c->step, s->tick, m->step);
     apply_note_simulation(&s->simulation, s->tick, m->simulation_ns);
     if (c) apply_note_simulation(&c->simulation, s->tick, m->simulation_ns);
@@ -198,6 +212,8 @@ static void carry_out(service *s, session *c, struct link *from, const wire_pose
     if (c) c->pose_count += m->bodies.count;
     move(s, c, m, choose_newer(s, c, m, &t), &t);
     tell_newest(s, from, m->client, t.newest);
+    if (c && m->step) apply_count_refused(c, t.unknown, WIRE_UNKNOWN_BODY);
+    if (c && m->step) apply_count_refused(c, t.older, WIRE_OLD_POSE);
     tell(s, from, m, &t);
 }
 

@@ -175,6 +175,7 @@ static void tell_body(service *s, session *c, const owned_body *b, columns *scra
             .angular_acceleration_rad_s2 = def.angular_acceleration,
             .deadline_ns = def.deadline_ns,
             .stamp_ns = def.stamp_ns,
+            .stamp_is_now = def.stamp_is_now,
             .pose = {7, scratch->pose}}};
     fill_shapes(scratch, &def, b, &m.body);
     fill_rules(scratch, &def, &m.body);

@@ -59,9 +59,25 @@ typedef struct simulation_mark { /* the time in a simulation: the latest of the 
     int64_t now_ns, tick;
 } simulation_mark;
 
+typedef struct refused_poses { /* of the newest step of a client */
+    int32_t count;
+    uint8_t reason; /* of the first of them, a wire_reason */
+} refused_poses;
+
+typedef struct digests { /* what the pose batches of a step say, but for when they were sent */
+    ARRAY(uint64_t) list;
+    bool sorted;
+} digests;
+
+typedef struct owed_pose { /* a pose of that step is to come (again) before its end counts */
+    int64_t step;
+    int32_t body;
+} owed_pose;
+
 typedef struct held_step { /* poses of a lock-step client, until the step is complete */
     int64_t step;          /* 0: none */
     ARRAY(uint8_t) bytes;  /* messages, each behind its size */
+    digests digests;       /* of the messages */
     size_t poses;
     int64_t newest;        /* sequence among them; 0: none */
     bool broken;           /* some were refused: it cannot be ended by what is here */
@@ -96,6 +112,7 @@ typedef struct session {
     int64_t lease_ns, heard_ns;                     /* monotonic */
     int64_t letters_tick;                           /* the tick before which the newest of its commands came */
     step_mark step;                                 /* of its poses; step 0: it counts none */
+    refused_poses refused;                          /* of that step */
     simulation_mark simulation;                     /* of its poses */
     bool stepped;                                   /* one has come since the last tick ended */
     size_t body_count, shape_count, interest_count; /* in the world */
@@ -107,6 +124,8 @@ typedef struct session {
     bool idle;         /* it missed a step, and is not waited for until it publishes one */
     bool missed;       /* the step that was done last was done without it */
     held_step held;
+    ARRAY(owed_pose) owed;  /* what was sent for steps and dropped or refused */
+    digests done;           /* of the last step that was done with it */
     int64_t latest_pose_ns; /* the newest stamp of its poses; 0: none is stamped */
     uint64_t pose_count;    /* that it sent */
     uint64_t work;          /* units a tick of its subscriptions, while a Status is made */
@@ -354,6 +373,8 @@ void inbox_answer(service *s); /* the queries among them; after the tick */
 /* poses.c */
 void apply_note_simulation(simulation_mark *last, int64_t tick, int64_t simulation_ns);
 void apply_poses(service *s, struct link *from, const wire_pose_batch *m, bool may_wait);
+void apply_forget_refused(session *c, int64_t tick, int64_t step); /* before the poses of that step */
+void apply_count_refused(session *c, uint32_t more, wire_reason reason);
 void apply_poses_now(service *s, session *c, struct link *from, const wire_pose_batch *m); /* c: NULL if unknown */
 void poses_free(service *s);
 

@@ -52,6 +52,9 @@ static void put_session(const service *s, const session *c, bytes_out *to)
     bare.name = NULL;
     bare.link = NULL;
     NO_ARRAY(&bare.held.bytes);
+    NO_ARRAY(&bare.owed);
+    NO_ARRAY(&bare.held.digests.list);
+    NO_ARRAY(&bare.done.list);
     NO_ARRAY(&bare.bodies);
     NO_ARRAY(&bare.interests);
     NO_ARRAY(&bare.acks);
@@ -61,6 +64,9 @@ static void put_session(const service *s, const session *c, bytes_out *to)
     bytes_put_text(to, c->name);
     bytes_put_count(to, standby_place_of(s, c->link));
     PUT_ARRAY(to, &c->held.bytes);
+    PUT_ARRAY(to, &c->owed);
+    PUT_ARRAY(to, &c->held.digests.list);
+    PUT_ARRAY(to, &c->done.list);
     bytes_put_count(to, c->bodies.count);
     for (size_t i = 0; i < c->bodies.count; i++) {
         owned_body b = c->bodies.at[i];
@@ -102,6 +108,9 @@ static const char *get_session(service *s, bytes_in *from)
     NO_ARRAY(&c->interests);
     NO_ARRAY(&c->acks);
     NO_ARRAY(&c->held.bytes);
+    NO_ARRAY(&c->owed);
+    NO_ARRAY(&c->held.digests.list);
+    NO_ARRAY(&c->done.list);
     pair_map_init(&c->body_of);
     array_push(&s->sessions, c); /* from here on it is freed with the others */
     uint64_t link;
@@ -110,6 +119,9 @@ static const char *get_session(service *s, bytes_in *from)
     if (from->broken || !c->link || !c->client) return "a client is cut off";
     pair_map_put(&s->session_of, (uint64_t)c->client, (uint32_t)(s->sessions.count - 1));
     GET_ARRAY(from, &c->held.bytes);
+    GET_ARRAY(from, &c->owed);
+    GET_ARRAY(from, &c->held.digests.list);
+    GET_ARRAY(from, &c->done.list);
     size_t bodies = bytes_get_count(from, sizeof(owned_body));
     for (size_t i = 0; i < bodies; i++) {
         owned_body b;

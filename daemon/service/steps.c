@@ -8,6 +8,7 @@
 #include "service.h"
 #include "standby.h"
 
+#include "base/hash.h"
 #include "base/log.h"
 
 #include <inttypes.h>
@@ -29,11 +30,59 @@ static void drop_held(session *c)
     c->held.bytes.count = c->held.poses = 0;
     c->held.newest = 0;
     c->held.broken = false;
+    c->held.digests.list.count = 0;
+    c->held.digests.sorted = false;
 }
 
 void steps_free(session *c)
 {
     array_free(&c->held.bytes);
+    array_free(&c->owed);
+    array_free(&c->held.digests.list);
+    array_free(&c->done.list);
+}
+
+/* ---- what a batch says, so that a copy of it under another sequence is known ---- */
+
+static uint64_t mix(uint64_t h, const void *data, size_t size)
+{
+    const char *at = data;
+    for (; size >= sizeof h; size -= sizeof h, at += sizeof h) {
+        uint64_t word;
+        memcpy(&word, at, sizeof word);
+        h = (h ^ word) * UINT64_C(0x9e3779b97f4a7c15);
+        h ^= h >> 32;
+    }
+    return hash_bytes(h, at, size);
+}
+
+static uint64_t digest_of(const wire_pose_batch *m)
+{
+    const uint32_t counts[] = {m->bodies.count, m->linear.count, m->angular.count, m->teleports.count};
+    uint64_t h = mix(HASH_START, counts, sizeof counts);
+    h = mix(h, m->bodies.at, m->bodies.count * sizeof *m->bodies.at);
+    h = mix(h, m->positions.at, m->positions.count * sizeof *m->positions.at);
+    h = mix(h, m->orientations.at, m->orientations.count * sizeof *m->orientations.at);
+    h = mix(h, m->linear.at, m->linear.count * sizeof *m->linear.at);
+    h = mix(h, m->angular.at, m->angular.count * sizeof *m->angular.at);
+    return mix(h, m->teleports.at, m->teleports.count * sizeof *m->teleports.at);
+}
+
+static int compare_digests(const void *a, const void *b)
+{
+    uint64_t x = *(const uint64_t *)a, y = *(const uint64_t *)b;
+    return (x > y) - (x < y);
+}
+
+/* Was it in the step that was done last? */
+static bool was_done(session *c, const wire_pose_batch *m)
+{
+    digests *d = &c->done;
+    uint64_t digest = digest_of(m);
+    if (!d->list.count) return false;
+    if (!d->sorted) qsort(d->list.at, d->list.count, sizeof *d->list.at, compare_digests);
+    d->sorted = true;
+    return bsearch(&digest, d->list.at, d->list.count, sizeof *d->list.at, compare_digests);
 }
 
 typedef struct roll {
@@ -101,6 +150,20 @@ __attribute__((format(printf, 5, 6))) static bool refuse(
     return true;
 }
 
+static void each_message(
+    const uint8_t *bytes, size_t count, void (*call)(void *context, const wire_message *m), void *context)
+{
+    wire_memory *memory = count ? wire_memory_create() : NULL;
+    for (size_t at = 0, size; at < count; at += sizeof size + size) {
+        wire_message m;
+        wire_refusal why;
+        memcpy(&size, bytes + at, sizeof size);
+        wire_memory_reset(memory);
+        if (wire_lcm_decode(bytes + at + sizeof size, size, memory, &m, &why) == WIRE_OK) call(context, &m);
+    }
+    wire_memory_destroy(memory);
+}
+
 static void hold(session *c, const wire_pose_batch *poses)
 {
     const wire_message m = {.kind = WIRE_POSE_BATCH, .pose_batch = *poses};
@@ -111,28 +174,19 @@ static void hold(session *c, const wire_pose_batch *poses)
     c->held.bytes.count += sizeof size + size;
     if (poses->sequence > c->held.newest) c->held.newest = poses->sequence;
     c->held.poses += poses->bodies.count;
+    array_push(&c->held.digests.list, digest_of(poses));
 }
 
-/* Has the end of the step overtaken them? Then it is done without them. Copies of what was in it are no news, and what
- * is sent again comes behind the end. */
-static bool is_too_late(session *c, const wire_pose_batch *m)
-{
-    for (uint32_t i = 0; m->sequence < c->ended && i < m->bodies.count; i++) {
-        const owned_body *b = session_body(c, m->bodies.at[i]);
-        if (b && *session_pose_sequence(c, b) < m->sequence) return true;
-    }
-    return false;
-}
-
-/* The answer may have been lost. Who missed the step is told how far the others are, and that what it sends is not in
- * it. */
+/* The answer may have been lost, and all is sent again: copies of what was in the step are no news, and anything else
+ * is not in it. Who missed the step is told how far the others are. */
 static bool answer_again(service *s, session *c, struct link *from, const wire_pose_batch *m)
 {
     if (c->missed)
         refuse(s, from, m, WIRE_BAD_STEP, "step %" PRId64 " is done, without this client", m->step);
-    else if (is_too_late(c, m))
+    else if (m->bodies.count && !was_done(c, m)) {
+        apply_count_refused(c, m->bodies.count, WIRE_BAD_STEP);
         refuse(s, from, m, WIRE_BAD_STEP, "step %" PRId64 " is done, without these poses: its end came first", m->step);
-    else
+    } else
         metric_count(s->count.duplicates, 1);
     if (m->bodies.count) return true;
     c->idle = false;
@@ -160,6 +214,62 @@ static bool is_mark(const wire_pose_batch *m)
     return m->sequence == STEP_IN_ITS_NAME && m->bodies.count;
 }
 
+/* ---- what a step owes: nothing that was sent for it may be left out in silence ---- */
+
+static void owe(service *s, session *c, const wire_pose_batch *m)
+{
+    for (uint32_t i = 0; i < m->bodies.count && c->owed.count < (size_t)s->config.max_step_poses; i++)
+        array_push(&c->owed, ((owed_pose){m->step, m->bodies.at[i]}));
+}
+
+typedef struct owner {
+    service *service;
+    session *session;
+} owner;
+
+static void owe_one(void *context, const wire_message *m)
+{
+    const owner *of = context;
+    owe(of->service, of->session, &m->pose_batch);
+}
+
+/* What comes behind its end begins it anew: all of it is to come again. */
+static void reopen(service *s, session *c)
+{
+    int64_t step = c->held.step;
+    each_message(c->held.bytes.at, c->held.bytes.count, owe_one, &(owner){s, c});
+    drop_held(c);
+    c->held.step = step;
+    c->published = s->lock_step.done;
+}
+
+static void enter(void *context, const wire_message *m)
+{
+    pair_map *bodies = context;
+    for (uint32_t i = 0; i < m->pose_batch.bodies.count; i++)
+        pair_map_put(bodies, (uint64_t)m->pose_batch.bodies.at[i] + 1, 1);
+}
+
+/* How many bodies have no pose among those that are held, and should: settled by that, for this step and those before.
+ */
+static size_t settle_owed(session *c, int64_t step, int32_t *first)
+{
+    size_t lacking = 0, kept = 0;
+    pair_map bodies;
+    if (!c->owed.count) return 0;
+    pair_map_init(&bodies);
+    each_message(c->held.bytes.at, c->held.bytes.count, enter, &bodies);
+    for (size_t i = 0; i < c->owed.count; i++) {
+        owed_pose o = c->owed.at[i];
+        if (o.step > step) c->owed.at[kept++] = o;
+        if (o.step != step || !pair_map_put(&bodies, (uint64_t)o.body + 1, 1)) continue;
+        if (!lacking++) *first = o.body;
+    }
+    pair_map_free(&bodies);
+    c->owed.count = kept;
+    return lacking;
+}
+
 /* What is there is not taken for the whole: it has to be sent again. */
 static bool end_step(service *s, session *c, struct link *from, const wire_pose_batch *m)
 {
@@ -169,9 +279,24 @@ static bool end_step(service *s, session *c, struct link *from, const wire_pose_
         return refuse(s, from, m, WIRE_BAD_STEP,
             "step %" PRId64 ": some of its poses were refused: send all of it again", m->step);
     }
+    int32_t first = 0;
+    size_t lacking = settle_owed(c, m->step, &first);
+    if (lacking && !ends_in_its_name(m)) {
+        drop_held(c);
+        return refuse(s, from, m, WIRE_BAD_STEP,
+            "step %" PRId64 ": poses of %zu bodies were refused or replaced, and did not come again, the first is %d: "
+            "send all of it again",
+            m->step, lacking, first);
+    }
     c->published = m->step;
     c->idle = ends_in_its_name(m);
     return true;
+}
+
+/* Nothing has come since it was ended: it is not ended by this, and nothing of it is sent again. */
+static bool is_ended_twice(const service *s, const session *c, const wire_pose_batch *m)
+{
+    return !m->bodies.count && c->published > s->lock_step.done && m->sequence > c->ended;
 }
 
 bool steps_take(service *s, session *c, struct link *from, const wire_pose_batch *m)
@@ -184,17 +309,18 @@ bool steps_take(service *s, session *c, struct link *from, const wire_pose_batch
     bool in_its_name = ends_in_its_name(m);
     if (in_its_name && c->published > done) return true; /* it came in time after all */
     if (in_its_name) drop_held(c);
-    if (c->held.step && m->step != c->held.step)
+    if (c->held.step && m->step != c->held.step) {
+        owe(s, c, m);
         return refuse(s, from, m, WIRE_BAD_STEP, "step %" PRId64 ": %" PRId64 " is not done", m->step, c->held.step);
-    if (!m->bodies.count && m->sequence <= c->ended) { /* a copy: it is not the end of what came since */
+    }
+    bool is_copy = !m->bodies.count && m->sequence <= c->ended; /* it is not the end of what came since */
+    if (is_copy || is_ended_twice(s, c, m)) {
+        if (!is_copy) c->ended = m->sequence;
         metric_count(s->count.duplicates, 1);
         return true;
     }
-    /* Sent again, it stands for what was sent; what the end has overtaken belongs to that. */
-    if (c->published > done && m->sequence > c->ended) {
-        drop_held(c);
-        c->published = done;
-    }
+    /* What the end has overtaken belongs to the step. */
+    if (c->published > done && m->sequence > c->ended) reopen(s, c);
     c->held.step = m->step;
     if (m->simulation_ns > c->held.simulation_ns) c->held.simulation_ns = m->simulation_ns;
     if (!m->bodies.count) return end_step(s, c, from, m);
@@ -240,22 +366,19 @@ bool steps_due(const service *s)
     return s->lock_step.asked_again || is_complete(s, &r);
 }
 
-static void each_held(service *s, session *c, void (*call)(service *s, session *c, const wire_message *m))
+static void apply_one(void *context, const wire_message *m)
 {
-    wire_memory *memory = c->held.bytes.count ? wire_memory_create() : NULL;
-    for (size_t at = 0, size; at < c->held.bytes.count; at += sizeof size + size) {
-        wire_message m;
-        wire_refusal why;
-        memcpy(&size, c->held.bytes.at + at, sizeof size);
-        wire_memory_reset(memory);
-        if (wire_lcm_decode(c->held.bytes.at + at + sizeof size, size, memory, &m, &why) == WIRE_OK) call(s, c, &m);
-    }
-    wire_memory_destroy(memory);
+    const owner *of = context;
+    apply_poses_now(of->service, of->session, of->session->link, &m->pose_batch);
 }
 
-static void apply_one(service *s, session *c, const wire_message *m)
+static void apply_held(service *s, session *c)
 {
-    apply_poses_now(s, c, c->link, &m->pose_batch);
+    digests before = c->done;
+    each_message(c->held.bytes.at, c->held.bytes.count, apply_one, &(owner){s, c});
+    c->done = c->held.digests;
+    c->held.digests = before;
+    drop_held(c);
 }
 
 /* What time it is in the step that all have published: the latest that any of them says; 0: nobody does. */
@@ -283,10 +406,9 @@ void steps_complete(service *s)
     for (size_t i = 0; i < s->sessions.count; i++) {
         session *c = s->sessions.at[i];
         if (!is_member(c)) continue;
-        if (c->held.step <= r.least) {
-            each_held(s, c, apply_one);
-            drop_held(c);
-        }
+        apply_forget_refused(c, s->tick, r.least);
+        c->done.list.count = 0;
+        if (c->held.step <= r.least) apply_held(s, c);
         c->missed = c->idle;
         s->lock_step.missing += c->missed;
         c->step = (step_mark){r.least, s->tick};
@@ -392,10 +514,9 @@ int64_t steps_next_ns(const service *s)
 
 /* ---- a recording that begins in the middle ---- */
 
-static void record_one(service *s, session *c, const wire_message *m)
+static void record_one(void *context, const wire_message *m)
 {
-    (void)c;
-    record_message(s, m);
+    record_message(context, m);
 }
 
 void steps_began(service *s, int64_t done)
@@ -404,31 +525,44 @@ void steps_began(service *s, int64_t done)
     s->lock_step.done = done;
 }
 
-/* What it says of the step is put behind the poses of it: commands of a tick are sorted by their sequences. */
-static void record_word(service *s, session *c, bool mark)
+/* In the client's name. Commands of a tick are sorted by their sequences. */
+static void record_word(service *s, session *c, int64_t sequence, int64_t step, const int32_t *body)
 {
-    const int32_t body = 0;
     const double nowhere[3] = {0}, unturned[4] = {1};
-    uint32_t bodies = mark;
+    uint32_t bodies = body != NULL;
     wire_message m = {.kind = WIRE_POSE_BATCH,
         .pose_batch = {.version = WIRE_VERSION,
             .client = c->client,
-            .sequence = mark             ? STEP_IN_ITS_NAME
-                        : c->ended       ? c->ended
-                        : c->held.newest ? c->held.newest
-                                         : 1,
-            .step = c->held.step,
+            .sequence = sequence,
+            .step = step,
             .simulation_ns = c->held.simulation_ns,
-            .bodies = {bodies, &body},
+            .bodies = {bodies, body},
             .positions = {3 * bodies, nowhere},
             .orientations = {4 * bodies, unturned}}};
     record_message(s, &m);
 }
 
+/* Of a step that is sent again: as if what was replaced had been elsewhere. Of a later one: it is refused again. */
+static void record_owed(service *s, session *c)
+{
+    bool again = false;
+    for (size_t i = 0; i < c->owed.count; i++) {
+        const owed_pose *o = &c->owed.at[i];
+        bool is_of_this = c->ended && o->step == c->held.step && o->step > s->lock_step.done;
+        if (is_of_this || o->step > c->held.step)
+            record_word(s, c, is_of_this ? c->ended - 1 : STEP_IN_ITS_NAME - 1, o->step, &o->body);
+        again |= is_of_this;
+    }
+    if (again) record_word(s, c, c->ended, c->held.step, NULL);
+}
+
 void steps_record(service *s, session *c)
 {
     if (!is_member(c)) return;
-    each_held(s, c, record_one);
-    if (c->held.broken) record_word(s, c, true);
-    if (c->published > s->lock_step.done) record_word(s, c, false);
+    const int32_t any = 0;
+    int64_t last = c->ended ? c->ended : c->held.newest ? c->held.newest : 1;
+    record_owed(s, c);
+    each_message(c->held.bytes.at, c->held.bytes.count, record_one, s);
+    if (c->held.broken) record_word(s, c, STEP_IN_ITS_NAME, c->held.step, &any);
+    if (c->published > s->lock_step.done) record_word(s, c, last, c->held.step, NULL);
 }

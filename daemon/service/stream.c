@@ -240,8 +240,16 @@ static int32_t missing_for(service *s, const stream *to)
     return c && c->missed ? -s->lock_step.missing : s->lock_step.missing;
 }
 
+/* Of the step that it is told. */
+static refused_poses refused_for(service *s, const stream *to)
+{
+    const session *c = session_find(s, to->client);
+    return c && c->step.step ? c->refused : (refused_poses){0};
+}
+
 static wire_message message_for(service *s, const stream *to)
 {
+    refused_poses refused = refused_for(s, to);
     return (wire_message){.kind = WIRE_EVENT_BATCH,
         .event_batch = {.version = WIRE_VERSION,
             .client = to->client,
@@ -254,6 +262,8 @@ static wire_message message_for(service *s, const stream *to)
             .step = step_for(s, to),
             .simulation_ns = simulation_for(s, to),
             .missing = missing_for(s, to),
+            .refused = refused.count,
+            .refusal = refused.reason,
             .parts = 1,
             .stream = to->name}};
 }

@@ -133,6 +133,7 @@ world_status world_put_body(world *w, uint32_t *id, const world_body *def)
     b->deadline_ns = def->deadline_ns;
     bool stays = !is_new && pose_same(b->pose, def->pose) && b->stamp_ns == def->stamp_ns;
     body_set_pose(b, def->pose, def->stamp_ns);
+    b->announced_ns = def->stamp_is_now ? def->stamp_ns : 0;
     b->held = false;
     if (!stays) { /* a definition has no velocities, and no way to where it is */
         b->speed = SPEED_NONE;
@@ -262,6 +263,7 @@ world_status world_get_body(const world *w, uint32_t id, world_body *out, world_
         .angular_acceleration = b->angular_acceleration,
         .deadline_ns = b->deadline_ns,
         .stamp_ns = b->stamp_ns,
+        .stamp_is_now = b->announced_ns && b->stamp_ns == b->announced_ns,
         .pose = b->pose,
         .shapes = shapes,
         .shape_count = b->shape_count,

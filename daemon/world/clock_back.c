@@ -15,6 +15,7 @@ static void shift_body(body *b, int64_t old_ns, int64_t by_ns)
 {
     shift_stamp(&b->stamp_ns, old_ns, by_ns);
     shift_stamp(&b->before_ns, old_ns, by_ns);
+    shift_stamp(&b->announced_ns, old_ns, by_ns);
     for (size_t i = 0; i < b->passed.count; i++) shift_stamp(&b->passed.at[i].stamp_ns, old_ns, by_ns);
     if (b->expiry_ns != INT64_MAX) b->expiry_ns -= by_ns;
     if (b->expiry_queued) b->queued_ns -= by_ns;

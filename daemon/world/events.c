@@ -3,8 +3,9 @@
  * thread.
  *
  * Pairs are walked in the order of their solids' ids and interests by theirs, so ids and order of events follow from
- * the commands. A contact id has exactly one begin and one end: it is taken in `begin_or_end_touch` and given up there,
- * or in `watch_end` when the pair or the interest goes. */
+ * the commands, and from nothing that is in the broad phase: neither how fat its boxes are, nor in which order it has
+ * found pairs, nor the ids that these were given. A contact id has exactly one begin and one end: it is taken in
+ * `begin_or_end_touch` and given up there, or in `watch_end` when the pair or the interest goes. */
 #include "events.h"
 
 #include <string.h>

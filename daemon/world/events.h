@@ -29,7 +29,7 @@ const world_event *watch_last(const watch *v);
 uint32_t watch_find(const world *w, const pair *p, uint32_t interest); /* WORLD_NONE: there is none */
 uint32_t watch_add(world *w, uint32_t pair, uint32_t interest);
 void watch_drop(world *w, uint32_t id);
-/* With the ends of what stands. Boxes of an unknown body that part prove nothing of its motion. */
+/* With the ends of what stands. */
 void watch_end(world *w, uint32_t id, uint8_t cause);
 void watch_hold_back(world *w, uint32_t id); /* it has an update that the rate does not allow yet */
 /* Has it one still? Its id may be another's by now. */

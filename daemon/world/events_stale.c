@@ -26,58 +26,62 @@ static void tell_whole_body(world *w, uint32_t body_id, uint8_t kind, uint8_t ca
             events_emit_body(w, body_id, (uint32_t)(word * 64) + (uint32_t)__builtin_ctzll(bits), kind, cause);
 }
 
-typedef struct pair_list {
+typedef struct watched { /* pairs of a solid that somebody was told of, by their keys: ids of pairs follow from boxes */
     const world *w;
-    uint32_t proxy;
-    ARRAY(uint32_t) pairs;
-} pair_list;
+    uint32_t solid;
+    ARRAY(uint64_t) keys;
+} watched;
 
 static void list_pair(void *context, uint32_t other)
 {
-    pair_list *l = context;
-    uint32_t id = pair_find(l->w, l->proxy, other);
-    if (id != PAIR_MAP_NONE && l->w->pairs.at[id].first_watch != WORLD_NONE) array_push(&l->pairs, id);
+    watched *l = context;
+    uint32_t id = pair_find(l->w, l->solid, other);
+    if (id != PAIR_MAP_NONE && l->w->pairs.at[id].first_watch != WORLD_NONE)
+        array_push(&l->keys, pair_key(l->w->pairs.at[id].a, l->w->pairs.at[id].b));
 }
 
-static int compare_u32(const void *a, const void *b)
+static void list_lingering(watched *l)
 {
-    uint32_t x = *(const uint32_t *)a, y = *(const uint32_t *)b;
+    for (size_t i = 0; i < l->w->lingering.count; i++) {
+        const pair *p = &l->w->pairs.at[l->w->lingering.at[i]];
+        if (p->a == l->solid || p->b == l->solid) array_push(&l->keys, pair_key(p->a, p->b));
+    }
+}
+
+static int compare_keys(const void *a, const void *b)
+{
+    uint64_t x = *(const uint64_t *)a, y = *(const uint64_t *)b;
     return (x > y) - (x < y);
 }
 
 static void tell_watches_unknown(world *w, uint32_t solid_id)
 {
-    pair_list list = {.w = w, .proxy = solid_id};
+    watched list = {.w = w, .solid = solid_id};
     broad_each_pair_of(w->broad, solid_id, list_pair, &list);
-    if (list.pairs.count) qsort(list.pairs.at, list.pairs.count, sizeof *list.pairs.at, compare_u32);
-    for (size_t i = 0; i < list.pairs.count; i++) {
-        for (uint32_t id = w->pairs.at[list.pairs.at[i]].first_watch; id != WORLD_NONE;
-             id = w->watches.at[id].pair_next) {
+    list_lingering(&list);
+    if (list.keys.count) qsort(list.keys.at, list.keys.count, sizeof *list.keys.at, compare_keys);
+    for (size_t i = 0; i < list.keys.count; i++) {
+        const pair *p = &w->pairs.at[pair_map_get(&w->pair_of, list.keys.at[i])];
+        for (uint32_t id = p->first_watch; id != WORLD_NONE; id = w->watches.at[id].pair_next) {
             watch *v = &w->watches.at[id];
             if (v->unknown) continue;
             v->unknown = true;
             events_emit(w, v->interest, watch_last(v), EVENT_UNKNOWN, CAUSE_STALE, watch_id(v));
         }
     }
-    array_free(&list.pairs);
+    array_free(&list.keys);
 }
 
-/* What they were to each other ends where they were. */
+/* What they were to each other ends where they were. All pairs of what was moved are active. */
 void events_teleported(world *w)
 {
-    if (w->teleported.count) qsort(w->teleported.at, w->teleported.count, sizeof *w->teleported.at, compare_u32);
-    for (size_t i = 0; i < w->teleported.count; i++) {
-        const body *b = &w->bodies.at[w->teleported.at[i]];
-        if (!b->used || b->ghost || !b->teleported) continue;
-        for (size_t k = 0; k < b->shape_count; k++) {
-            pair_list list = {.w = w, .proxy = b->shapes[k]};
-            broad_each_pair_of(w->broad, b->shapes[k], list_pair, &list);
-            if (list.pairs.count) qsort(list.pairs.at, list.pairs.count, sizeof *list.pairs.at, compare_u32);
-            for (size_t n = 0; n < list.pairs.count; n++) events_pair_ended(w, list.pairs.at[n], CAUSE_TELEPORT);
-            array_free(&list.pairs);
-        }
+    if (!w->some_teleported) return;
+    for (size_t k = 0; k < w->active_pairs.count; k++) {
+        const pair *p = &w->pairs.at[w->active_pairs.at[k]];
+        const body *a = &w->bodies.at[w->solids.at[p->a].body], *b = &w->bodies.at[w->solids.at[p->b].body];
+        if (a->teleported || b->teleported) events_pair_ended(w, w->active_pairs.at[k], CAUSE_TELEPORT);
     }
-    w->teleported.count = 0;
+    w->some_teleported = false;
 }
 
 void events_unknown(world *w)

@@ -84,7 +84,7 @@ static void teleport(world *w, uint32_t id, const pose *to, int64_t stamp_ns, co
     b->glided = 0;
     b->passed.count = 0;
     if (b->speed == SPEED_ESTIMATED) b->speed = SPEED_NONE;
-    if (!b->teleported) array_push(&w->teleported, id);
+    w->some_teleported = true;
     b->teleported = b->detours = true;
 }
 
@@ -130,11 +130,14 @@ static void move_one(world *w, const world_poses *p, size_t i, size_t at, const 
 static const int64_t AHEAD_NS = 2000000000;
 
 /* A way back in time is none. But nothing would be taken for a body whose stamp is ahead until that time comes. Held
- * against the last tick, as a replay does. */
-static inline bool is_older(const world *w, const body *b, const world_poses *p, size_t at)
+ * against the last tick, as a replay does. When it was announced is no time of its pose, and may be by another clock
+ * than those of its poses, a simulator's: the first that is older takes its place, and then there was no stamp. */
+static inline bool is_older(const world *w, body *b, const world_poses *p, size_t at)
 {
-    return p->stamp_ns && p->stamp_ns < b->stamp_ns && b->stamp_ns <= w->last_tick_ns + AHEAD_NS &&
-           !(p->teleports && p->teleports[at]);
+    if (!p->stamp_ns || p->stamp_ns >= b->stamp_ns || (p->teleports && p->teleports[at])) return false;
+    if (b->stamp_ns != b->announced_ns) return b->stamp_ns <= w->last_tick_ns + AHEAD_NS;
+    b->stamp_ns = 0;
+    return false;
 }
 
 /* Written down for `glide_on`: the bits and the byte behind body.glided, as one number. */

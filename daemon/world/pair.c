@@ -154,27 +154,102 @@ static uint8_t cause_of_end(world *w, const pair *p)
     return a->teleported || b->teleported ? CAUSE_TELEPORT : CAUSE_MOTION;
 }
 
-static void end(world *w, uint32_t a, uint32_t b)
+static void end(world *w, uint32_t id)
 {
-    uint32_t id = pair_map_remove(&w->pair_of, pair_key(a, b));
-    if (id == PAIR_MAP_NONE) return; /* it was left out */
     pair *p = &w->pairs.at[id];
+    pair_map_remove(&w->pair_of, pair_key(p->a, p->b));
     events_pair_ended(w, id, cause_of_end(w, p));
     free(p->cache.shell);
     p->cache.shell = NULL;
-    p->used = false;
-    w->bodies.at[w->solids.at[a].body].pair_count--;
-    w->bodies.at[w->solids.at[b].body].pair_count--;
+    w->lingers -= p->lingers;
+    p->used = p->lingers = false;
+    w->bodies.at[w->solids.at[p->a].body].pair_count--;
+    w->bodies.at[w->solids.at[p->b].body].pair_count--;
     id_pool_give(&w->pair_ids, id);
     w->figures.pairs--;
 }
 
+/* ---- whose boxes have parted ----
+ *
+ * Boxes are fat, and by how much must not show: nothing that is told follows from them. A pair that somebody has been
+ * told of lingers, and is decided like any other, until its last watch has ended. */
+
+static bool may_linger(world *w, const pair *p)
+{
+    uint8_t cause = cause_of_end(w, p);
+    return p->first_watch != WORLD_NONE && (cause == CAUSE_MOTION || cause == CAUSE_TELEPORT);
+}
+
+static void part(world *w, uint32_t a, uint32_t b)
+{
+    uint32_t id = pair_find(w, a, b);
+    if (id == PAIR_MAP_NONE) return; /* it was left out */
+    if (may_linger(w, &w->pairs.at[id])) {
+        w->pairs.at[id].lingers = true;
+        w->lingers++;
+        array_push(&w->lingering, id);
+    } else {
+        end(w, id);
+    }
+}
+
+/* Ends those that may not linger any more, and forgets those whose boxes have met again. */
+static void end_lingering(world *w)
+{
+    size_t kept = 0;
+    for (size_t i = 0; i < w->lingering.count; i++) {
+        uint32_t id = w->lingering.at[i];
+        if (!w->pairs.at[id].lingers) continue;
+        if (may_linger(w, &w->pairs.at[id]))
+            w->lingering.at[kept++] = id;
+        else
+            end(w, id);
+    }
+    w->lingering.count = kept;
+}
+
+void pair_end_unwatched(world *w)
+{
+    size_t kept = 0;
+    for (size_t i = 0; i < w->lingering.count; i++) {
+        uint32_t id = w->lingering.at[i];
+        if (w->pairs.at[id].first_watch != WORLD_NONE)
+            w->lingering.at[kept++] = id;
+        else
+            end(w, id);
+    }
+    w->lingering.count = kept;
+}
+
 /* ---- as many as max_pairs allows ---- */
+
+/* Those that linger are about to end, and take no room. */
+static size_t meeting(const world *w)
+{
+    return w->figures.pairs - w->lingers;
+}
+
+static size_t left_out(const world *w)
+{
+    return broad_pair_count(w->broad) - meeting(w);
+}
 
 static size_t room_for_pairs(const world *w)
 {
     size_t most = w->options.max_pairs ? w->options.max_pairs : SIZE_MAX;
-    return w->figures.pairs < most ? most - w->figures.pairs : 0;
+    return meeting(w) < most ? most - meeting(w) : 0;
+}
+
+static void meet(world *w, uint32_t a, uint32_t b)
+{
+    if (!room_for_pairs(w)) return;
+    uint32_t id = pair_find(w, a, b);
+    if (id == PAIR_MAP_NONE) {
+        begin(w, a, b);
+    } else {
+        w->lingers -= w->pairs.at[id].lingers;
+        w->pairs.at[id].lingers = false;
+    }
 }
 
 typedef struct latecomers {
@@ -186,7 +261,8 @@ typedef struct latecomers {
 static void find_latecomer(void *context, uint32_t other)
 {
     latecomers *l = context;
-    if (l->proxy < other && pair_find(l->w, l->proxy, other) == PAIR_MAP_NONE)
+    uint32_t id = pair_find(l->w, l->proxy, other);
+    if (l->proxy < other && (id == PAIR_MAP_NONE || l->w->pairs.at[id].lingers))
         array_push(&l->keys, pair_key(l->proxy, other));
 }
 
@@ -194,7 +270,7 @@ static void find_latecomer(void *context, uint32_t other)
  * takes a walk over all pairs: only once there is room for all of them, or for a good share of what may be. */
 static void let_in(world *w)
 {
-    size_t out = broad_pair_count(w->broad) - w->figures.pairs, room = room_for_pairs(w);
+    size_t out = left_out(w), room = room_for_pairs(w);
     if (room < out && room <= w->options.max_pairs / 16) return;
     latecomers l = {.w = w};
     for (uint32_t id = 0; id < w->solids.count && l.keys.count < room; id++) {
@@ -207,7 +283,7 @@ static void let_in(world *w)
     }
     for (size_t i = 0; i < l.keys.count && i < room; i++) {
         uint32_t a = (uint32_t)(l.keys.at[i] >> 32), b = (uint32_t)l.keys.at[i];
-        begin(w, a, b);
+        meet(w, a, b);
         array_push(&w->unfinished, pair_find(w, a, b));
     }
     array_free(&l.keys);
@@ -215,11 +291,11 @@ static void let_in(world *w)
 
 void pair_apply_changes(world *w, const broad_changes *changes)
 {
-    for (size_t i = 0; i < changes->ended_count; i++) end(w, changes->ended[i].a, changes->ended[i].b);
-    for (size_t i = 0; i < changes->began_count && room_for_pairs(w); i++)
-        begin(w, changes->began[i].a, changes->began[i].b);
+    for (size_t i = 0; i < changes->ended_count; i++) part(w, changes->ended[i].a, changes->ended[i].b);
+    for (size_t i = 0; i < changes->began_count; i++) meet(w, changes->began[i].a, changes->began[i].b);
     if (w->figures.pairs_left_out) let_in(w);
-    w->figures.pairs_left_out = broad_pair_count(w->broad) - w->figures.pairs;
+    end_lingering(w);
+    w->figures.pairs_left_out = left_out(w);
 }
 
 /* ---- the active list ---- */
@@ -257,6 +333,13 @@ static void activate_body(world *w, body *b)
         broad_each_pair_of(w->broad, b->shapes[i], activate_with, &c);
     }
     b->gathered_tick = w->figures.ticks;
+}
+
+static void activate_lingering(world *w, uint32_t id)
+{
+    const pair *p = &w->pairs.at[id];
+    const body *a = &w->bodies.at[w->solids.at[p->a].body], *b = &w->bodies.at[w->solids.at[p->b].body];
+    if (a->gathered_tick == w->figures.ticks || b->gathered_tick == w->figures.ticks) activate(w, id);
 }
 
 static unsigned bits_of(size_t count)
@@ -302,5 +385,6 @@ void pair_collect_active(world *w)
     }
     for (size_t i = 0; i < w->fresh_now.count; i++) activate_body(w, &w->bodies.at[w->fresh_now.at[i]]);
     for (size_t i = 0; i < w->unfinished.count; i++) activate(w, w->unfinished.at[i]);
+    for (size_t i = 0; i < w->lingering.count; i++) activate_lingering(w, w->lingering.at[i]);
     pair_sort_active(w, bits_of(w->solids.count), bits_of(w->pairs.count));
 }

@@ -273,6 +273,8 @@ static const char *get_pair(bytes_in *from, world *w)
         return "a pair is cut off";
     p.cache = bare_cache(&p.cache);
     w->pairs.at[id] = p;
+    if (p.lingers) array_push(&w->lingering, id);
+    w->lingers += p.lingers;
     pair_map_put(&w->pair_of, pair_key(p.a, p.b), id);
     return NULL;
 }
@@ -402,15 +404,21 @@ static const char *check_ids(const world *w)
     return NULL;
 }
 
-/* The boxes are those of the other world, and so must the pairs be, but for those that were left out. */
+static bool is_whole(const world *w, uint32_t a, uint32_t b)
+{
+    uint32_t id = pair_find(w, a, b);
+    return id != PAIR_MAP_NONE && !w->pairs.at[id].lingers;
+}
+
+/* The boxes are those of the other world, and so must the pairs be, but for those that were left out; `pairs`: those
+ * that do not linger. */
 static const char *settle_pairs(world *w, size_t pairs, size_t left_out)
 {
     broad_changes changes;
     size_t missing = 0;
     broad_update(w->broad, &changes);
     if (changes.began_count != pairs + left_out) return "its pairs are not those of its boxes";
-    for (size_t i = 0; i < changes.began_count; i++)
-        missing += pair_find(w, changes.began[i].a, changes.began[i].b) == PAIR_MAP_NONE;
+    for (size_t i = 0; i < changes.began_count; i++) missing += !is_whole(w, changes.began[i].a, changes.began[i].b);
     return missing == left_out ? NULL : "a pair is not among its pairs";
 }
 
@@ -450,7 +458,7 @@ const char *world_restore(world *w, const world_lender *l, bytes_in *from)
     size_t pairs = bytes_get_count(from, sizeof(pair));
     for (size_t i = 0; i < pairs; i++)
         if ((wrong = get_pair(from, w)) != NULL) return wrong;
-    if ((wrong = settle_pairs(w, pairs, h.figures.pairs_left_out)) != NULL) return wrong;
+    if ((wrong = settle_pairs(w, pairs - w->lingers, h.figures.pairs_left_out)) != NULL) return wrong;
     GET_EACH(get_watch(from, w));
     GET_LIST(from, &w->reap);
     GET_LIST(from, &w->reap_solids);

@@ -86,6 +86,7 @@ typedef struct body {
     double horizon; /* s: the farthest that an interest wants foretold of it: its box holds all that it may do */
     double reach, travelled; /* m, of its shapes about its origin; by how much its points have moved, at most, added up
                                 over all ticks: kept while somebody asks for bounds, or there is a budget; ... */
+    int64_t announced_ns;    /* stamp of the announcement, where that is not the pose's; 0: it is */
     pose travelled_to;       /* ... up to here; set anew when a budget is */
     double widen; /* m, half of the farthest range that an interest wants of it, and all of its rules' reach */
     uint32_t *shapes;
@@ -143,6 +144,7 @@ typedef struct pair {
     uint32_t first_watch;
     uint32_t active_tick; /* low bits of the tick in which it was last put on the active list */
     bool used;
+    bool lingers;         /* its boxes have parted, but somebody was told of it: no event follows from boxes */
     uint32_t asked_epoch; /* of world.epoch, for which ... */
     double beyond;        /* ... m: proven to be farther apart than this, nobody is told of it; see ladder.c */
     narrow_cache cache;
@@ -241,6 +243,8 @@ struct world {
     size_t bounds, bounded;     /* of open: the first ones get bounds; of them those that the budget allows */
     ARRAY(uint64_t) needs;      /* active pairs to be refined, the neediest first: see work.c */
     ARRAY(uint32_t) unfinished; /* pairs that the last tick left */
+    ARRAY(uint32_t) lingering;  /* pairs that linger, and some that do no more */
+    size_t lingers;             /* so many do */
     world_grant *grant;         /* NULL: no budget */
     void *grant_context;
     uint64_t capacity;   /* units: what takes more is set aside; see work.c */
@@ -250,9 +254,9 @@ struct world {
     uint32_t first_asker;
     bool bounds_asked; /* by an interest */
     ARRAY(narrow_result) results;
-    ARRAY(sweep) sweeps;        /* in the order of active_pairs, then of interests */
-    size_t sweepers;            /* interests that want impacts, or something foretold */
-    ARRAY(uint32_t) teleported; /* bodies, since the last tick */
+    ARRAY(sweep) sweeps;  /* in the order of active_pairs, then of interests */
+    size_t sweepers;      /* interests that want impacts, or something foretold */
+    bool some_teleported; /* since the last tick */
     int64_t last_tick_ns;
     ARRAY(world_batch) batches;
 
@@ -403,6 +407,7 @@ static inline pair_terms pair_kept_terms(const pair *p)
 }
 void pair_apply_changes(world *w, const broad_changes *changes);
 void pair_collect_active(world *w);
+void pair_end_unwatched(world *w); /* of those that linger, what nobody is told of any more */
 /* Brings active_pairs into the order of their keys, which stand in w->active then. Where the ids of two solids and of
  * the pair, of so many bits each, fit into one number, none has to be looked up again: the same lists. */
 void pair_sort_active(world *w, unsigned of_solids, unsigned of_pairs);

@@ -13,11 +13,13 @@ static const char *check_watch(const world *w, uint32_t id)
 
 static const char *check_pairs(const world *w, size_t *watches, size_t *contacts)
 {
-    size_t pairs = 0;
+    size_t pairs = 0, lingering = 0;
     for (uint32_t p = 0; p < w->pairs.count; p++) {
         const pair *at = &w->pairs.at[p];
         if (!at->used) continue;
         pairs++;
+        lingering += at->lingers;
+        if (at->lingers && at->first_watch == WORLD_NONE) return "a pair lingers for nobody";
         if (pair_find(w, at->a, at->b) != p) return "a pair is not in the map";
         uint32_t last = 0;
         for (uint32_t v = at->first_watch; v != WORLD_NONE; v = w->watches.at[v].pair_next) {
@@ -30,8 +32,10 @@ static const char *check_pairs(const world *w, size_t *watches, size_t *contacts
         }
     }
     if (pairs != w->figures.pairs) return "pairs miscounted";
-    if (pairs + w->figures.pairs_left_out != broad_pair_count(w->broad)) return "pairs differ from the broad phase's";
-    if (w->options.max_pairs && pairs > w->options.max_pairs) return "more pairs than may be";
+    if (lingering != w->lingers || lingering != w->lingering.count) return "lingering pairs miscounted";
+    if (pairs - lingering + w->figures.pairs_left_out != broad_pair_count(w->broad))
+        return "pairs differ from the broad phase's";
+    if (w->options.max_pairs && pairs - lingering > w->options.max_pairs) return "more pairs than may be";
     return NULL;
 }
 

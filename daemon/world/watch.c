@@ -93,7 +93,6 @@ void watch_hold_back(world *w, uint32_t id)
 void watch_end(world *w, uint32_t id, uint8_t cause)
 {
     watch *v = &w->watches.at[id];
-    if (v->unknown && cause == CAUSE_MOTION) cause = CAUSE_STALE;
     if (v->touch_id) {
         events_emit(w, v->interest, &v->last, EVENT_END, cause, v->touch_id);
         w->figures.contacts--;

@@ -117,9 +117,9 @@ void world_destroy(world *w)
     array_free(&w->open);
     array_free(&w->needs);
     array_free(&w->unfinished);
+    array_free(&w->lingering);
     array_free(&w->results);
     array_free(&w->sweeps);
-    array_free(&w->teleported);
     array_free(&w->batches);
     free(w);
 }
@@ -137,6 +137,7 @@ static void begin_tick(world *w, int64_t now_ns)
 /* What was put or moved stands where it is from here on. */
 static void end_tick(world *w)
 {
+    pair_end_unwatched(w);
     for (size_t i = 0; i < w->dirty.count; i++) body_arrive(w, (uint32_t)w->dirty.at[i]);
     for (size_t i = 0; i < w->glided.count; i++) body_arrive(w, w->glided.at[i]);
     for (size_t i = 0; i < w->interests.count; i++) w->interests.at[i].all = false;

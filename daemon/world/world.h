@@ -75,6 +75,7 @@ typedef struct world_body { /* copied, but for hulls */
     double angular_acceleration; /* rad/s^2, >= 0: ... and so much */
     int64_t deadline_ns;         /* 0 = never stale */
     int64_t stamp_ns;            /* of the pose; 0 = unknown */
+    bool stamp_is_now;           /* it is that of the announcement: it makes no pose old, whatever clock that is by */
     pose pose;
     const world_shape *shapes;
     size_t shape_count;

@@ -146,6 +146,7 @@ typedef struct wire_body {
     uint8_t one_way;       /* 1: its own mask alone decides about pairs with bodies that are not one-way */
     int64_t deadline_ns;   /* a pose older than this is stale: its pairs are unknown. 0 = never */
     int64_t stamp_ns;      /* of `pose` */
+    uint8_t stamp_is_now;  /* 1: it is that of the announcement, and makes no pose old */
     wire_f64s pose;        /* 7 numbers: position, quaternion */
     wire_u8s shape_types;  /* a shape each, as WIRE_SHAPE_* */
     wire_f64s shape_sizes; /* 3 a shape; see WIRE_SHAPE_* */
@@ -352,6 +353,8 @@ typedef struct wire_event_batch {
     int64_t simulation_ns;  /* the newest time that a simulation told with its poses; 0 = none has */
     int32_t missing;        /* lock-step clients that had not published this step when it was done without them;
                                negative: the stream's own client is among them */
+    int32_t refused;        /* poses of this step, of the stream's own client, that were refused ... */
+    uint8_t refusal;        /* ... and why the first of them was: a wire_reason; WIRE_OK: none was */
     int64_t undone;         /* pairs of this interest that the budget left with a wider interval than it asks, and all
                                that max_pairs leaves out */
     uint8_t heartbeat;      /* 1: nothing is told, and `batch` is the number of the last batch again */

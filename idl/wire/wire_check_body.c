@@ -216,6 +216,7 @@ wire_reason check_body(const wire_body *m, wire_refusal *why)
     TRY(check_label("group", m->group, why));
     TRY(check_between("deadline_ns", m->deadline_ns, 0, INT64_MAX, why));
     TRY(check_between("stamp_ns", m->stamp_ns, 0, INT64_MAX, why));
+    TRY(check_between("stamp_is_now", m->stamp_is_now, 0, 1, why));
     TRY(check_count("pose", m->pose.count, 7, 1, why));
     TRY(check_poses("pose", m->pose, why));
     TRY(check_shapes(m, why));

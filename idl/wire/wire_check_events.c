@@ -83,6 +83,8 @@ wire_reason check_event_batch(const wire_event_batch *m, wire_refusal *why)
     TRY(check_between("undone", m->undone, 0, INT64_MAX, why));
     TRY(check_between("simulation_ns", m->simulation_ns, 0, INT64_MAX, why));
     TRY(check_between("missing", m->missing, -INT32_MAX, INT32_MAX, why));
+    TRY(check_between("refused", m->refused, 0, INT32_MAX, why));
+    TRY(check_between("refusal", m->refusal, WIRE_OK, WIRE_REASON_COUNT - 1, why));
     TRY(check_between("heartbeat", m->heartbeat, 0, 1, why));
     if (m->heartbeat) TRY(check_count("kinds", m->kinds.count, 0, 0, why));
     TRY(check_between("parts", m->parts, 1, INT32_MAX, why));

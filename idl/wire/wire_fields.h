@@ -46,6 +46,7 @@
     F(S, one_way, U8, 0, FINITE)                                                                                       \
     F(S, deadline_ns, I64, 0, FINITE)                                                                                  \
     F(S, stamp_ns, I64, 0, FINITE)                                                                                     \
+    F(S, stamp_is_now, U8, 0, FINITE)                                                                                  \
     F(S, pose, F64S, 7, FINITE)                                                                                        \
     F(S, shape_types, U8S, WIRE_SHAPES_MAX, FINITE)                                                                    \
     F(S, shape_sizes, F64S, 3 * WIRE_SHAPES_MAX, FINITE)                                                               \
@@ -155,6 +156,8 @@
     F(S, step, I64, 0, FINITE)                                                                                         \
     F(S, simulation_ns, I64, 0, FINITE)                                                                                \
     F(S, missing, I32, 0, FINITE)                                                                                      \
+    F(S, refused, I32, 0, FINITE)                                                                                      \
+    F(S, refusal, U8, 0, FINITE)                                                                                       \
     F(S, undone, I64, 0, FINITE)                                                                                       \
     F(S, heartbeat, U8, 0, FINITE)                                                                                     \
     F(S, oldest_pose_ns, I64, 0, FINITE)                                                                               \

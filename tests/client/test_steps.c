@@ -30,19 +30,26 @@ static collided_interest subscribe(collided *c)
     return collided_subscribe(c, &def);
 }
 
-static void answer(const collided *c, collided_interest interest, int64_t step)
+static void answer_without(const collided *c, collided_interest interest, int64_t step, int32_t refused)
 {
     const wire_message m = {.kind = WIRE_EVENT_BATCH,
         .event_batch = {.version = WIRE_VERSION,
             .client = collided_client_id(c),
             .interest = interest.id,
             .epoch = 1,
-            .batch = step,
+            .batch = step + 1,
             .step = step,
+            .refused = refused,
+            .refusal = refused ? WIRE_OLD_POSE : WIRE_OK,
             .snapshot = true,
             .parts = 1,
             .stream = "s"}};
     fake_give(&m);
+}
+
+static void answer(const collided *c, collided_interest interest, int64_t step)
+{
+    answer_without(c, interest, step, 0);
 }
 
 /* What happens while the client waits for the end of a step: the refusals, one after the other, then the answer. */
@@ -124,10 +131,11 @@ static void a_step_is_refused_by_what_belongs_to_it(void **state)
         def.name = "ball", def.shapes = &ball, def.shape_count = 1;
         collided_body body = collided_create_body(c, &def);
         const double position[] = {0, 0, 0}, orientation[] = {1, 0, 0, 0};
+        answer(c, told, 0);
         assert_int_equal(collided_sync(c, FAKE_PATIENCE_S), COLLIDED_OK);
         for (int step = 1; step <= 2; step++) {
             assert_int_equal(collided_publish(c, 1, &body, position, orientation, NULL, NULL, 0, step), COLLIDED_OK);
-            if (step == 1) assert_int_equal(collided_step(c, step, 0), COLLIDED_OK);
+            if (step == 1) assert_int_equal(collided_step(c, step, 0), COLLIDED_TIMEOUT);
         }
         meanwhile m = {.client = c,
             .refused = {fake_message(WIRE_POSE_BATCH, 1), own ? fake_message(WIRE_POSE_BATCH, 2) : NULL},
@@ -140,11 +148,42 @@ static void a_step_is_refused_by_what_belongs_to_it(void **state)
     }
 }
 
+/* Its end goes out under one sequence, however often it is asked for; the answer says what was refused of it. */
+static void a_step_is_ended_once_and_says_what_was_refused_of_it(void **state)
+{
+    (void)state;
+    for (int32_t refused = 0; refused < 2; refused++) {
+        fake_begin((fake_options){.epoch = 1});
+        collided *c = connect_in_step();
+        assert_int_equal(collided_step(c, 1, 0), COLLIDED_TIMEOUT); /* nobody can tell */
+        collided_interest told = subscribe(c);
+        fake_settle();
+        for (int i = 0; i < 3; i++) assert_int_equal(collided_step(c, 2, 0), COLLIDED_TIMEOUT);
+        assert_int_equal(collided_step(c, 2, 0.25), COLLIDED_TIMEOUT);
+        assert_int_equal(collided_step(c, 2, 0.01), COLLIDED_TIMEOUT);
+        answer_without(c, told, 2, 3 * refused);
+        for (int i = 0; i < 3; i++) {
+            collided_status status = collided_step(c, 2, i ? FAKE_PATIENCE_S : 0);
+            assert_int_equal(status, refused ? COLLIDED_REJECTED : COLLIDED_OK);
+            const char *why = "step 2 is done, but 3 of this client's poses were refused: old_pose";
+            if (refused) assert_string_equal(collided_error(c), why);
+        }
+        const wire_message *end = fake_message(WIRE_POSE_BATCH, 1);
+        for (size_t n = 2; n < fake_sent(WIRE_POSE_BATCH); n++)
+            assert_int_equal(fake_message(WIRE_POSE_BATCH, n)->pose_batch.sequence, end->pose_batch.sequence);
+        assert_true(fake_sent(WIRE_POSE_BATCH) >= 3); /* of step 1; of step 2, and once more, but not each time */
+        assert_int_equal(collided_step(c, 3, 0), COLLIDED_TIMEOUT);
+        assert_true(fake_message(WIRE_POSE_BATCH, fake_sent(WIRE_POSE_BATCH) - 1)->pose_batch.step == 3);
+        collided_close(c);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_refused_subscription_is_not_waited_for),
         cmocka_unit_test(where_all_are_refused_nothing_is_waited_for),
+        cmocka_unit_test(a_step_is_ended_once_and_says_what_was_refused_of_it),
         cmocka_unit_test(a_step_is_refused_by_what_belongs_to_it),
     };
     int failed = cmocka_run_group_tests(tests, NULL, NULL);

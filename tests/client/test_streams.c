@@ -55,7 +55,7 @@ static collided_interest subscribe(collided *c, heard *h, collided_events *callb
     def.context = h;
     collided_interest interest = collided_subscribe(c, &def);
     assert_int_not_equal(interest.id, COLLIDED_NONE);
-    assert_int_equal(collided_sync(c, FAKE_PATIENCE_S), COLLIDED_OK);
+    fake_settle(); /* acknowledged */
     return interest;
 }
 
@@ -353,6 +353,34 @@ static void a_callback_may_unsubscribe_but_not_wait(void **state)
     collided_close(c);
 }
 
+/* What is told before the daemon knows that somebody listens is told to nobody. The same again of one that begins
+ * anew, of another daemon. */
+static void a_sync_waits_for_the_first_batch_of_each_stream(void **state)
+{
+    (void)state;
+    heard h = {0};
+    fake_begin((fake_options){.epoch = 1});
+    collided *c = fake_connect();
+    subscribe(c, &h, note);
+    assert_int_equal(collided_sync(c, 0.05), COLLIDED_TIMEOUT);
+    if (!strstr(collided_error(c), "has not begun")) fail_msg("%s", collided_error(c));
+    give(c, (batch_options){.batch = 3}); /* lost its snapshot: nothing is delivered */
+    assert_int_equal(collided_sync(c, 0.05), COLLIDED_TIMEOUT);
+    give(c, (batch_options){.batch = 4, .snapshot = true, .parts = 2});
+    assert_int_equal(collided_sync(c, 0.05), COLLIDED_TIMEOUT);
+    give(c, (batch_options){.batch = 5, .snapshot = true, .part = 1, .parts = 2});
+    assert_int_equal(collided_sync(c, FAKE_PATIENCE_S), COLLIDED_OK);
+    assert_int_equal(collided_sync(c, 0), COLLIDED_OK);
+    fake_set((fake_options){.epoch = A_LATER_EPOCH});
+    fake_status(A_LATER_EPOCH);
+    fake_settle();
+    assert_int_equal(collided_sync(c, 0.05), COLLIDED_TIMEOUT);
+    for (int64_t n = 1; n <= 2; n++) /* the interest is announced to it */
+        give(c, (batch_options){.epoch = A_LATER_EPOCH, .batch = n, .snapshot = n == 1});
+    assert_int_equal(collided_sync(c, FAKE_PATIENCE_S), COLLIDED_OK);
+    collided_close(c);
+}
+
 static void bad_interests_are_refused(void **state)
 {
     (void)state;
@@ -380,6 +408,7 @@ int main(void)
         cmocka_unit_test(a_silent_stream_is_asked_for_again),
         cmocka_unit_test(parts_are_one_batch),
         cmocka_unit_test(a_new_epoch_begins_with_a_snapshot),
+        cmocka_unit_test(a_sync_waits_for_the_first_batch_of_each_stream),
         cmocka_unit_test(a_callback_may_unsubscribe_but_not_wait),
         cmocka_unit_test(bad_interests_are_refused),
     };

@@ -32,6 +32,7 @@ static wire_message body_message(void)
             .one_way = 1,
             .deadline_ns = 1000000,
             .stamp_ns = 17,
+            .stamp_is_now = 1,
             .pose = {7, pose},
             .shape_types = {1, type},
             .shape_sizes = {3, size},

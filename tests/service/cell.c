@@ -62,11 +62,16 @@ const struct measures *cell_measures(const cell *c)
 
 int cell_replay(const char *path, long workers, bool caches)
 {
-    char why[512] = "";
     config c = cell_config();
-    snprintf(c.replay, sizeof c.replay, "%s", path);
     c.workers = workers;
     c.caches = caches;
+    return cell_replay_as(path, c);
+}
+
+int cell_replay_as(const char *path, config c)
+{
+    char why[512] = "";
+    snprintf(c.replay, sizeof c.replay, "%s", path);
     c.json = true;
     server *s = server_create(&c, why, sizeof why);
     if (!s) fail_msg("%s", why);

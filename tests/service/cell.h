@@ -20,6 +20,7 @@ cell *cell_start(const config *c);                            /* links = memory:
 config cell_config(void);                                     /* one worker, quick status, no heartbeats */
 int cell_stop(cell *c);                                       /* in order; the exit status */
 int cell_replay(const char *path, long workers, bool caches); /* of a recording; the exit status */
+int cell_replay_as(const char *path, config c);               /* under another configuration */
 /* What its loop measured; to be looked at after the answer of a tick that came later. */
 const struct measures *cell_measures(const cell *c);
 /* Looks at each entry of a recording; fails the test if it is damaged. How many ticks are in it. */

@@ -238,6 +238,15 @@ static void a_session_of_impacts_replays_with_the_same_hash(void **state)
     static const long workers[] = {1, 2, 8};
     for (int i = 0; i < 3; i++) assert_int_equal(cell_replay(c.record, workers[i], true), EX_OK);
     assert_int_equal(cell_replay(c.record, 1, false), EX_OK);
+    static const double margins[] = {0, 0.02, 0.5, 3};
+    static const char *const broads[] = {"auto", "tree", "sweep1", "sweep3"};
+    for (int i = 0; i < 4; i++) {
+        config as = cell_config();
+        as.margin = margins[i];
+        as.workers = 2 * i + 1;
+        snprintf(as.broad, sizeof as.broad, "%s", broads[i]);
+        if (cell_replay_as(c.record, as) != EX_OK) fail_msg("margin %g, broad %s", margins[i], broads[i]);
+    }
 }
 
 typedef struct findings {

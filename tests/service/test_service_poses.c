@@ -100,6 +100,54 @@ static void a_pose_with_an_older_stamp_is_refused(void **state)
     poses_stand(r, 4, 1, 2);
 }
 
+/* As a client announces a body to which it gave no stamp; or with the stamp of its pose. */
+static void announce_at(room *r, int64_t stamp_ns, bool is_now)
+{
+    const double pose[7] = {0, 0, 0, 1, 0, 0, 0}, size[3] = {0}, radius[1] = {1};
+    const uint8_t type[1] = {WIRE_SHAPE_SPHERE};
+    const int64_t none[1] = {0};
+    for (int32_t i = 0; i < 2; i++)
+        memory_send(r->alice, &(wire_message){.kind = WIRE_BODY,
+                                  .body = {.version = WIRE_VERSION,
+                                      .client = ALICE,
+                                      .sequence = ++r->sequence,
+                                      .body = i,
+                                      .name = i ? "b" : "a",
+                                      .group = "",
+                                      .category = 1,
+                                      .mask = -1,
+                                      .stamp_ns = stamp_ns,
+                                      .stamp_is_now = is_now,
+                                      .pose = {7, pose},
+                                      .shape_types = {1, type},
+                                      .shape_sizes = {3, size},
+                                      .shape_radii = {1, radius},
+                                      .shape_poses = {7, pose},
+                                      .shape_geometries = {1, none}}});
+}
+
+/* Poses are by a simulator's clock, or have been on their way. From the first one on stamps order them, and so does a
+ * stamp that was given. */
+static void when_a_body_was_announced_makes_no_pose_old(void **state)
+{
+    room *r = *state;
+    const int64_t announced_ns = 1000000000;
+    announce_at(r, announced_ns, true);
+    send_poses(r, ++r->sequence, 2000, 1, false);
+    await_all(r, 2);
+    send_poses(r, ++r->sequence, 1000, 2, false);
+    assert_int_equal(cell_await(r->alice, r->memory, WIRE_REJECT).reject.reason, WIRE_OLD_POSE);
+    send_poses(r, ++r->sequence, announced_ns - 1, 3, false);
+    poses_stand(r, 4, 1, 0);
+    announce_at(r, announced_ns, true); /* anew */
+    send_poses(r, ++r->sequence, 3000, 4, false);
+    poses_stand(r, 6, 1, 0);
+    announce_at(r, announced_ns, false);
+    send_poses(r, ++r->sequence, 4000, 5, false);
+    assert_int_equal(cell_await(r->alice, r->memory, WIRE_REJECT).reject.reason, WIRE_OLD_POSE);
+    poses_stand(r, 6, 2, 0);
+}
+
 /* The one that teleports goes back in time, the other one of the batch is refused. */
 static void a_teleport_may_go_back_in_time(void **state)
 {
@@ -240,6 +288,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         IN_A_ROOM(a_pose_with_an_older_stamp_is_refused),
+        IN_A_ROOM(when_a_body_was_announced_makes_no_pose_old),
         IN_A_ROOM(a_teleport_may_go_back_in_time),
         IN_A_ROOM(a_body_stands_in_a_batch_once),
         IN_A_ROOM(a_body_that_is_announced_again_begins_its_time_anew),

@@ -427,16 +427,27 @@ static void publish_as(hall *h, int k, int64_t sequence, int64_t step, uint32_t 
 }
 
 /* The first of two says of step 1, in that order: P its pose, in which it touches the other one's ball, E its end, each
- * once or twice under the same sequence. Then the other one ends the step. */
+ * once or twice under the same sequence; e its end under a sequence of its own, each time. Then the other one ends the
+ * step, also once more than needed. */
 static void step_of_two(const char *said)
 {
     hall h = enter(0, "go_on", "");
     for (int k = 0; k < 2; k++) join(&h, k, 2, 60);
-    int64_t pose = h.sequences[0] + 10, end = pose + 1;
-    for (; *said; said++) publish_as(&h, 0, *said == 'P' ? pose : end, 1, *said == 'P', 8.5);
+    int64_t pose = h.sequences[0] + 10, end = pose + 1, other = end;
+    for (; *said; said++) publish_as(&h, 0, *said == 'P' ? pose : *said == 'E' ? end : ++other, 1, *said == 'P', 8.5);
     publish(&h, 1, 1, 0, 0);
     assert_int_equal(await_answers(&h, 2, 1, 0), 2);
+    assert_false(cell_hears(h.end, h.memory, WIRE_REJECT, 0));
     leave(&h);
+}
+
+/* Who ends a step now, and once more to wait for it, has ended it once. */
+static void a_step_that_is_ended_again_keeps_its_poses(void **state)
+{
+    (void)state;
+    static const char *const said[] = {
+        "Pee", "Peee", "PEe", "PeE", "PeeEe", "PeP", "PePe", "ePe", "eeP", "EeP", "ePeP"};
+    for (size_t i = 0; i < sizeof said / sizeof *said; i++) step_of_two(said[i]);
 }
 
 static void copies_of_a_step_change_nothing_in_it(void **state)
@@ -471,6 +482,104 @@ static void sent_again_it_stands_for_what_was_sent(void **state)
     assert_true(is_silent(&h, 50));
     publish(&h, 0, 1, 0, 0);
     assert_int_equal(await_answers(&h, 2, 1, 0), 0);
+    leave(&h);
+}
+
+static void publish_body(hall *h, int k, int64_t step, int32_t body, double x)
+{
+    const double position[3] = {x, 0, 0}, orientation[4] = {1, 0, 0, 0};
+    wire_message m = {.kind = WIRE_POSE_BATCH,
+        .pose_batch = {.version = WIRE_VERSION,
+            .client = id_of(k),
+            .sequence = ++h->sequences[k],
+            .step = step,
+            .bodies = {1, &body},
+            .positions = {3, position},
+            .orientations = {4, orientation}}};
+    memory_send(h->end, &m);
+}
+
+static wire_reject await_refusal(hall *h, int64_t sequence)
+{
+    wire_reject r;
+    do {
+        r = cell_await(h->end, h->memory, WIRE_REJECT).reject;
+    } while (r.sequence < sequence);
+    assert_int_equal(r.sequence, sequence);
+    assert_int_equal(r.reason, WIRE_BAD_STEP);
+    return r;
+}
+
+static void join_with_two_bodies(hall *h)
+{
+    for (int k = 0; k < 2; k++) join(h, k, 2, 60);
+    cell_sphere(h->end, id_of(0), ++h->sequences[0], 1, "second", 50);
+    cell_settle(h->end, h->memory, id_of(0), ++h->sequences[0]);
+}
+
+/* What is sent again lacks one of the bodies that the step was ended with: which of both poses is meant? */
+static void what_is_sent_again_has_to_be_all_of_it(void **state)
+{
+    (void)state;
+    hall h = enter(0, "go_on", "");
+    join_with_two_bodies(&h);
+    publish_body(&h, 0, 1, 0, 8.5);
+    publish(&h, 0, 1, 0, 0);
+    publish_body(&h, 0, 1, 1, 51);
+    publish(&h, 0, 1, 0, 0);
+    wire_reject r = await_refusal(&h, h.sequences[0]);
+    if (!strstr(r.text, "poses of 1 bodies were refused or replaced, and did not come again, the first is 0"))
+        fail_msg("%s", r.text);
+    publish(&h, 1, 1, 0, 0);
+    assert_true(is_silent(&h, 30));
+    publish_body(&h, 0, 1, 0, 8.5);
+    publish_body(&h, 0, 1, 1, 51);
+    publish(&h, 0, 1, 0, 0);
+    assert_int_equal(await_answers(&h, 2, 1, 0), 2);
+    leave(&h);
+}
+
+/* Refused, because the step before is not done: the next one is not done without them. */
+static void poses_that_came_too_early_have_to_come_again(void **state)
+{
+    (void)state;
+    hall h = enter(0, "go_on", "");
+    join_with_two_bodies(&h);
+    publish(&h, 0, 1, 0, 0);
+    publish_body(&h, 0, 2, 0, 8.5);
+    await_refusal(&h, h.sequences[0]);
+    publish(&h, 1, 1, 0, 0);
+    await_answers(&h, 2, 1, 0);
+    publish_body(&h, 0, 2, 1, 51);
+    publish(&h, 0, 2, 0, 0);
+    await_refusal(&h, h.sequences[0]);
+    publish_body(&h, 0, 2, 0, 8.5);
+    publish_body(&h, 0, 2, 1, 51);
+    publish(&h, 0, 2, 0, 0);
+    publish(&h, 1, 2, 0, 0);
+    assert_int_equal(await_answers(&h, 2, 2, 0), 2);
+    leave(&h);
+}
+
+/* Neither a copy of what was in the step nor in time: refused, and the answer that comes again counts it. */
+static void other_poses_for_a_step_that_is_done_are_refused(void **state)
+{
+    (void)state;
+    hall h = enter(0, "go_on", "");
+    for (int k = 0; k < 2; k++) join(&h, k, 2, 60);
+    step(&h, 0, 1, 0.25);
+    publish(&h, 1, 1, 0, 0);
+    await_answers(&h, 2, 1, 0);
+    step(&h, 0, 1, 0.25);
+    wire_event_batch again = cell_await(h.end, h.memory, WIRE_EVENT_BATCH).event_batch;
+    assert_true(again.step == 1 && again.refused == 0);
+    publish(&h, 0, 1, 1, 8.5);
+    await_refusal(&h, h.sequences[0]);
+    publish(&h, 0, 1, 0, 0);
+    again = cell_await(h.end, h.memory, WIRE_EVENT_BATCH).event_batch;
+    assert_true(again.client == id_of(0) && again.step == 1 && again.refused == 1 && again.refusal == WIRE_BAD_STEP);
+    for (int k = 0; k < 2; k++) publish(&h, k, 2, 0, 0);
+    for (int k = 0; k < 2; k++) assert_int_equal(cell_await(h.end, h.memory, WIRE_EVENT_BATCH).event_batch.refused, 0);
     leave(&h);
 }
 
@@ -578,6 +687,42 @@ static void the_other_comes(hall *h)
     join(h, 1, 2, 60);
     step(h, 1, 1, 10);
     await_answers(h, 2, 1, 0);
+}
+
+static void one_begins_its_step_anew(hall *h)
+{
+    cell_sphere(h->end, id_of(0), ++h->sequences[0], 1, "second", 50);
+    cell_settle(h->end, h->memory, id_of(0), ++h->sequences[0]);
+    for (int k = 0; k < 2; k++) step(h, k, 1, 10 * k);
+    await_answers(h, 2, 1, 0);
+    publish_body(h, 0, 2, 0, 1);
+    publish_body(h, 0, 2, 1, 51);
+    publish(h, 0, 2, 0, 0);
+    publish_body(h, 0, 2, 0, 8.5);
+    publish_body(h, 0, 3, 1, 52); /* too early */
+    cell_settle(h->end, h->memory, id_of(0), ++h->sequences[0]);
+}
+
+static void and_the_rest_of_it_comes(hall *h)
+{
+    publish(h, 0, 2, 0, 0); /* without the second: refused */
+    cell_settle(h->end, h->memory, id_of(0), ++h->sequences[0]);
+    publish_body(h, 0, 2, 0, 8.5);
+    publish_body(h, 0, 2, 1, 53);
+    publish(h, 0, 2, 0, 0);
+    publish(h, 0, 2, 0, 0);
+    publish(h, 1, 2, 0, 0);
+    await_answers(h, 2, 2, 0);
+    publish(h, 0, 3, 0, 0); /* refused */
+    publish(h, 0, 3, 0, 0);
+    publish(h, 1, 3, 0, 0);
+    await_answers(h, 2, 3, 0);
+}
+
+static void so_does_one_that_begins_in_a_step_that_is_sent_again(void **state)
+{
+    (void)state;
+    replays_from_the_middle(2, one_begins_its_step_anew, and_the_rest_of_it_comes);
 }
 
 static void so_does_one_that_begins_before_the_first_step(void **state)
@@ -702,6 +847,11 @@ int main(void)
         cmocka_unit_test(lock_step_replays),
         cmocka_unit_test(copies_of_a_step_change_nothing_in_it),
         cmocka_unit_test(what_the_end_of_a_step_has_overtaken_is_in_it),
+        cmocka_unit_test(a_step_that_is_ended_again_keeps_its_poses),
+        cmocka_unit_test(what_is_sent_again_has_to_be_all_of_it),
+        cmocka_unit_test(poses_that_came_too_early_have_to_come_again),
+        cmocka_unit_test(other_poses_for_a_step_that_is_done_are_refused),
+        cmocka_unit_test(so_does_one_that_begins_in_a_step_that_is_sent_again),
         cmocka_unit_test(sent_again_it_stands_for_what_was_sent),
         cmocka_unit_test(poses_that_come_after_their_step_are_refused),
         cmocka_unit_test(a_recording_that_begins_between_steps_replays),

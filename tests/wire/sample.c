@@ -207,7 +207,8 @@ static wire_body body(sampler *s, uint32_t most)
         .shape_radii = {shapes, radii}, .shape_deviations = margins(s, coin(s) ? shapes : 0),
         .shape_poses = poses(s, shapes), .shape_geometries = {shapes, hashes}, .rule_patterns = names(s, rules),
         .rule_actions = u8s(s, rules, 0, 1), .rule_reasons = names(s, rules), .one_way = (uint8_t)sample_below(s, 2),
-        .rule_paddings = f64s(s, rules, WIRE_SIZE_MAX), .rule_margins = margins(s, rules)};
+        .stamp_is_now = (uint8_t)sample_below(s, 2), .rule_paddings = f64s(s, rules, WIRE_SIZE_MAX),
+        .rule_margins = margins(s, rules)};
 }
 
 static wire_pose_batch pose_batch(sampler *s, uint32_t most)
@@ -306,8 +307,8 @@ static wire_event_batch event_batch(sampler *s, uint32_t most)
         .shapes_a = i32s(s, n, WIRE_SHAPES_MAX), .shapes_b = i32s(s, n, WIRE_SHAPES_MAX), .axes = f64s(s, 3 * n, 1),
         .points_a = f64s(s, 3 * n, 1e12), .points_b = f64s(s, 3 * n, 1e12), .ages_a_ns = i64s(s, n),
         .ages_b_ns = i64s(s, n), .closings = f64s(s, n, 100), .achieved = u8s(s, n, 0, 3), .undone = positive(s),
-        .simulation_ns = positive(s), .missing = (int32_t)sample_below(s, 3), .heartbeat = n == 0 && coin(s),
-        .oldest_pose_ns = positive(s)};
+        .simulation_ns = positive(s), .missing = (int32_t)sample_below(s, 3), .refused = (int32_t)sample_below(s, 3),
+        .refusal = (uint8_t)sample_below(s, 4), .heartbeat = n == 0 && coin(s), .oldest_pose_ns = positive(s)};
     intervals(s, n, &m.lo, &m.hi);
     manifolds(s, &m);
     impacts(s, &m);

@@ -160,6 +160,8 @@ static void body_rules(void **state)
     REFUSED(WIRE_BODY, m.body.motion = 2, WIRE_MALFORMED, "motion is 2: 0 to 1");
     ACCEPTED(WIRE_BODY, m.body.ccd = WIRE_CCD_FULL);
     REFUSED(WIRE_BODY, m.body.ccd = 3, WIRE_MALFORMED, "ccd is 3: 0 to 2");
+    ACCEPTED(WIRE_BODY, m.body.stamp_is_now = 1);
+    REFUSED(WIRE_BODY, m.body.stamp_is_now = 2, WIRE_MALFORMED, "stamp_is_now is 2: 0 to 1");
     ACCEPTED(WIRE_BODY, m.body.one_way = 1);
     REFUSED(WIRE_BODY, m.body.one_way = 2, WIRE_MALFORMED, "one_way is 2: 0 to 1");
     REFUSED(WIRE_BODY, m.body.name = "", WIRE_BAD_NAME, "name is empty");

@@ -451,6 +451,40 @@ static void updates_of_what_has_ended_do_not_pile_up(void **state)
     world_destroy(w);
 }
 
+/* Far away in one tick, beyond any box: it ends with the distance that it has then. What is unknown does not end. */
+static void an_end_tells_how_they_are_then_whatever_their_boxes(void **state)
+{
+    (void)state;
+    for (int margin = 0; margin <= 100; margin += 50) {
+        world_options o = world_options_default();
+        o.margin = margin;
+        world *w = world_create(&o);
+        uint32_t a = scene_sphere(w, "a", 0, 1);
+        scene_sphere(w, "b", 1.5, 1);
+        world_interest all = scene_all(WORLD_TOUCH | WORLD_DISTANCE, 0.5);
+        scene_interest(w, &all);
+        scene_tick(w, 1);
+        scene_move(w, a, -30, 2);
+        const world_batch *b = scene_tick(w, 2);
+        assert_int_equal(b->count, 2);
+        for (size_t i = 0; i < 2; i++) {
+            assert_int_equal(b->events[i].kind, i ? EVENT_FAR : EVENT_END);
+            assert_true(fabs(b->events[i].lo - 29.5) < 1e-6 && b->events[i].cause == CAUSE_MOTION);
+        }
+        scene_move(w, a, 0, 3);
+        assert_int_equal(scene_tick(w, 3)->count, 2);
+        uint32_t other = world_find_body(w, "b");
+        world_hold_body(w, other);
+        scene_tick(w, 4);
+        scene_move(w, a, -30, 5);
+        assert_null(scene_tick(w, 5));
+        scene_move(w, other, 1.5, 6);
+        b = scene_tick(w, 6);
+        assert_true(b->count > 2 && b->events[b->count - 2].kind == EVENT_END && b->events[b->count - 2].lo > 29);
+        world_destroy(w);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -458,6 +492,7 @@ int main(void)
         cmocka_unit_test(touching_exactly_counts_as_contact),
         cmocka_unit_test(whatever_ends_a_contact_it_ends_once_and_the_cause_is_told),
         cmocka_unit_test(distances_are_told_within_the_range_only),
+        cmocka_unit_test(an_end_tells_how_they_are_then_whatever_their_boxes),
         cmocka_unit_test(selectors_decide_who_is_a),
         cmocka_unit_test(nobody_interested_means_no_narrow_phase),
         cmocka_unit_test(past_its_deadline_a_body_is_unknown_not_free),
