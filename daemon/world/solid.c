@@ -4,6 +4,7 @@
 
 #include "base/sort.h"
 #include "geom/bounds.h"
+#include "narrow/order.h"
 
 #include <stddef.h>
 
@@ -179,4 +180,11 @@ double solid_relative_error(const world *w, const solid *a, const solid *b)
     if (a->at_origin && b->at_origin) return 0;
     vec3 between = vec_sub(w->bodies.at[b->body].pose.p, w->bodies.at[a->body].pose.p);
     return 0x1p-48 * (vec_norm(a->local.p) + vec_norm(b->local.p) + vec_norm(between)) + 0x1p-50 * pair_size(a, b);
+}
+
+bool solids_in_order(const world *w, const solid *a, const solid *b)
+{
+    int c = order_shapes(&a->shape, &b->shape);
+    if (c == 0) c = strcmp(w->bodies.at[a->body].name, w->bodies.at[b->body].name);
+    return c ? c < 0 : a->index <= b->index;
 }
