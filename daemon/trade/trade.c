@@ -98,6 +98,7 @@ static int open_run(run *r, size_t level, const config *c)
     if (!r->server) return fail_with(EX_UNAVAILABLE, c, why); /* as without a trade; the recording has been read */
     r->service = server_service(r->server);
     r->sink = server_sink(r->server);
+    r->sink.state = NULL; /* its interests ask for what they asked, and not for what is compared */
     r->service->amend_interest = level_amend;
     r->service->amend_context = &trade_levels[level];
     link_replay_listen(r->service->links[0], hear, r);

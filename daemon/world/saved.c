@@ -2,6 +2,7 @@
  * events are those of the pair's bodies, one way round or the other. Tick thread. */
 #include "saved.h"
 
+#include "base/hash.h"
 #include "geom/compound.h"
 #include "state.h"
 
@@ -322,18 +323,19 @@ static const char *get_watch(bytes_in *from, world *w)
 
 /* ---- the whole ---- */
 
-typedef struct head { /* and the sizes of what is written as it lies, so that another build is told */
-    uint64_t sizes[5];
+typedef struct head {
     int64_t last_tick_ns, now_ns, serial;
     uint64_t hash, capacity, next_bound, words, round, ruling;
     uint32_t body_serial, epoch;
     world_figures figures;
 } head;
 
-static void fill_sizes(uint64_t sizes[5])
+uint64_t world_saved_layout(void)
 {
-    const uint64_t all[5] = {sizeof(body), sizeof(solid), sizeof(interest), sizeof(pair), sizeof(watch)};
-    memcpy(sizes, all, sizeof all);
+    const uint64_t all[] = {sizeof(head), sizeof(body), sizeof(solid), sizeof(interest), sizeof(pair), sizeof(watch),
+        sizeof(shape), sizeof(compound_child), sizeof(compound_node), sizeof(broad_move), offsetof(body, passed),
+        offsetof(interest, events), offsetof(pair, standing), offsetof(watch, last)};
+    return hash_bytes(HASH_START, all, sizeof all);
 }
 
 #define PUT_LIST(to, list)                                                                                             \
@@ -369,7 +371,6 @@ void world_save(const world *w, const world_lender *l, bytes_out *to)
         .body_serial = w->body_serial,
         .epoch = w->epoch,
         .figures = w->figures};
-    fill_sizes(h.sizes);
     bytes_put(to, &h, sizeof h);
     const id_pool *pools[] = {&w->body_ids, &w->solid_ids, &w->interest_ids, &w->pair_ids, &w->watch_ids};
     for (int i = 0; i < 5; i++) put_pool(to, pools[i]);
@@ -424,11 +425,8 @@ static const char *settle_pairs(world *w, size_t pairs, size_t left_out)
 const char *world_restore(world *w, const world_lender *l, bytes_in *from)
 {
     head h;
-    uint64_t sizes[5];
     const char *wrong;
-    fill_sizes(sizes);
     if (!bytes_get(from, &h, sizeof h)) return "it is cut off";
-    if (memcmp(h.sizes, sizes, sizeof sizes) != 0) return "it is of another build";
     w->words = (size_t)h.words;
     id_pool *pools[] = {&w->body_ids, &w->solid_ids, &w->interest_ids, &w->pair_ids, &w->watch_ids};
     for (int i = 0; i < 5; i++) get_pool(from, pools[i]);
