@@ -96,7 +96,7 @@ static void take_piece(link_replay *l, const link_sink *sink, const wire_log_ent
     memcpy(l->whole.at + have, e->data, e->data_size);
     l->whole.count += e->data_size;
     if (l->whole.count < e->state.total) return;
-    if (hash_bytes(HASH_START, l->whole.at, l->whole.count) != e->state.hash)
+    if (hash_words(HASH_START, l->whole.at, l->whole.count) != e->state.hash)
         fail(l, "the state that it begins with is not what was written");
     else if (sink->state)
         sink->state(sink->context, l->whole.at, l->whole.count);

@@ -49,7 +49,7 @@ static void record_whole_state(service *s)
     s->state_due = false;
     if (!s->recording) return;
     state_put(s, &whole);
-    uint64_t hash = hash_bytes(HASH_START, whole.at, whole.count);
+    uint64_t hash = hash_words(HASH_START, whole.at, whole.count);
     check(s, wire_log_whole_state(s->recording, s->now_ns / 1000, whole.at, whole.count, hash));
     array_free(&whole);
 }

@@ -4,7 +4,6 @@
 
 #include "base/sort.h"
 #include "geom/bounds.h"
-#include "narrow/order.h"
 
 #include <stddef.h>
 
@@ -184,7 +183,8 @@ double solid_relative_error(const world *w, const solid *a, const solid *b)
 
 bool solids_in_order(const world *w, const solid *a, const solid *b)
 {
-    int c = order_shapes(&a->shape, &b->shape);
-    if (c == 0) c = strcmp(w->bodies.at[a->body].name, w->bodies.at[b->body].name);
+    bool first = narrow_ordered(&a->shape, 0, &b->shape, 1);
+    if (!first || !narrow_ordered(&b->shape, 0, &a->shape, 1)) return first;
+    int c = strcmp(w->bodies.at[a->body].name, w->bodies.at[b->body].name); /* they are equal */
     return c ? c < 0 : a->index <= b->index;
 }

@@ -134,7 +134,7 @@ static void a_state_is_handed_over_whole_or_not_at_all(void **state)
     char why[256] = "";
     uint8_t *bytes = calloc(SIZE, 1);
     bytes[0] = 's';
-    uint64_t hash = hash_bytes(HASH_START, bytes, SIZE);
+    uint64_t hash = hash_words(HASH_START, bytes, SIZE);
     free(bytes);
     assert_true(hear_state(SIZE, hash, -1, true, why));
     assert_true(whole.calls == 1 && whole.size == SIZE && whole.bytes[0] == 's');

@@ -126,9 +126,9 @@ static void rewrite_state(const char *to, size_t at, const char *with)
         if (e.kind == WIRE_LOG_STATE) {
             for (size_t i = 0; i < e.data_size; i++) array_push(&state, e.data[i]);
             if (state.count < e.state.total) continue;
-            assert_true(hash_bytes(HASH_START, state.at, state.count) == e.state.hash);
+            assert_true(hash_words(HASH_START, state.at, state.count) == e.state.hash);
             memcpy(state.at + at, with, strlen(with));
-            uint64_t hash = hash_bytes(HASH_START, state.at, state.count);
+            uint64_t hash = hash_words(HASH_START, state.at, state.count);
             written = wire_log_whole_state(w, e.timestamp_us, state.at, state.count, hash);
         }
         assert_int_equal(written, 0);

@@ -465,10 +465,38 @@ static void events_belong_to_names_and_not_to_the_order_of_announcement(void **s
     print_message("\n");
 }
 
+/* Of two who ask for a verdict, one with hysteresis: neither is told less because he asked first. */
+static void how_far_a_pair_is_looked_into_depends_on_no_order_of_interests(void **state)
+{
+    (void)state;
+    world_event told[2];
+    for (int turned = 0; turned < 2; turned++) {
+        world *w = scene_world(1, true);
+        world_interest plain = scene_all(WORLD_TOUCH, 0), sticky = plain;
+        plain.accuracy = sticky.accuracy = WORLD_BY_VERDICT;
+        sticky.hysteresis = 0.02;
+        scene_interest(w, turned ? &sticky : &plain);
+        scene_interest(w, turned ? &plain : &sticky);
+        world_shape stone = {.shape = shape_of(6), .local = POSE_IDENTITY}, egg = {shape_of(5), POSE_IDENTITY};
+        scene_body(w, "stone", stone, vec(0, 0, 0));
+        scene_body(w, "egg", egg, vec(0.2, 0.1, 0.15));
+        world_batches batches;
+        world_tick(w, SECOND, &batches);
+        for (size_t i = 0; i < batches.count; i++)
+            if (batches.at[i].count) told[turned] = batches.at[i].events[0];
+        told[turned].name_a = told[turned].name_b = NULL;
+        world_destroy(w);
+    }
+    assert_int_equal(told[0].kind, EVENT_BEGIN);
+    assert_true(told[0].lo == told[1].lo && told[0].hi == told[1].hi);
+    assert_memory_equal(&told[0].axis, &told[1].axis, sizeof told[0].axis);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(events_belong_to_names_and_not_to_the_order_of_announcement),
+        cmocka_unit_test(how_far_a_pair_is_looked_into_depends_on_no_order_of_interests),
     };
     return cmocka_run_group_tests(tests, make_shapes, drop_shapes);
 }
