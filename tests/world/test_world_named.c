@@ -281,6 +281,8 @@ static void begin(run *r, const plan *p)
 {
     world_options o = world_options_default();
     o.broad = p->came_before[0] ? BROAD_SWEEP3 : BROAD_TREE;
+    o.caches = !p->came_before[1];
+    o.workers = p->came_before[2] ? 2 : 1;
     *r = (run){.w = world_create(&o), .now_ns = 1000000000};
     uint64_t random = 17;
     for (int i = 0; i < BODIES; i++) {
@@ -421,12 +423,12 @@ static void end(run *r)
     free(r->contacts);
 }
 
-/* 60 steps of 5 orders; with COLLIDED_NIGHTLY=1 in the environment 1000 of 20. */
+/* 60 steps of 5 orders; with COLLIDED_NIGHTLY=1 in the environment 400 of 10. */
 static void events_belong_to_names_and_not_to_the_order_of_announcement(void **state)
 {
     (void)state;
     bool nightly = getenv("COLLIDED_NIGHTLY") != NULL;
-    int orders = nightly ? 20 : 5, steps = nightly ? 1000 : 60;
+    int orders = nightly ? 10 : 5, steps = nightly ? 400 : 60;
     size_t told = 0, kinds[EVENT_AVERTED + 1] = {0};
     for (int n = 0; n < orders; n++) {
         uint64_t random = 100 + (uint64_t)n;
