@@ -140,9 +140,9 @@ static bool take_line(reading *r, char *line)
     for (char *f = strtok_r(line, "\t", &rest); f && count < FIELDS_MAX; f = strtok_r(NULL, "\t", &rest))
         field[count++] = f;
     if (!count) return false;
-    if (!r->begun) return r->begun = count == 2 && !strcmp(field[0], "trade") && !strcmp(field[1], "1");
+    if (!r->begun) return r->begun = count == 2 && !strcmp(field[0], "trade") && !strcmp(field[1], "2");
     if (!strcmp(field[0], "session"))
-        return take_numbers(field, count, (double *[]){&t->ticks, &t->seconds, &t->interests}, 3);
+        return take_numbers(field, count, (double *[]){&t->ticks, &t->seconds, &t->interests, &t->left_out}, 4);
     if (!strcmp(field[0], "answers")) return take_numbers(field, count, (double *[]){&t->answers, &t->measured}, 2);
     if (!strcmp(field[0], "row")) return take_row(r, field, count);
     if (!strcmp(field[0], "end")) return r->ended = true;

@@ -12,6 +12,9 @@ static void show_counts(const trade *t)
         t->interests == 1 ? "" : "s", t->answers);
     if (t->measured < t->answers) printf(", of which %.0f were measured", t->measured);
     puts(", each asked at every accuracy");
+    if (t->left_out > 0)
+        printf("the times of %.0f tick%s in which something was announced are left out\n", t->left_out,
+            t->left_out == 1 ? "" : "s");
 }
 
 /* "-" where nothing was measured. */
@@ -89,6 +92,7 @@ void trade_show_json(const trade *t, const trade_advice *a, bool pictures, const
     json_text(&j, "use", a->use->accuracy);
     json_text(&j, "reason", a->reason);
     json_integer(&j, "ticks", (int64_t)t->ticks);
+    json_integer(&j, "ticks_left_out", (int64_t)t->left_out);
     json_number(&j, "seconds", t->seconds);
     json_integer(&j, "interests", (int64_t)t->interests);
     json_integer(&j, "answers", (int64_t)t->answers);

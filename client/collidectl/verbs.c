@@ -53,7 +53,8 @@ const ctl_verb ctl_verbs[] = {
         "  query explain A B              why is this pair checked, or not\n"
         "  query bodies [PATTERN]         bodies and their poses\n"},
     {"record", "NAME", 1, 1, verb_record, "Records, on the daemon, all that it is told",
-        "The daemon chooses the folder.\n"},
+        "The daemon chooses the folder. It may begin at any time: the whole state of the daemon is in it, so that a\n"
+        "replay by the same release is equal, tick by tick.\n"},
     {"replay", "FILE", 1, 1, verb_replay, "Runs a recording through a daemon of its own, without network",
         "Runs 'collided --replay', found beside collidectl or in PATH. Each tick is held against what was recorded; of "
         "the\n"
@@ -74,7 +75,7 @@ const ctl_verb ctl_verbs[] = {
         "  kB/s    of the batches of events, in LCM's encoding, if somebody reads every stream; 'bodies'\n"
         "          is what was told of whole ones\n"
         "  tick    deciding and telling, the least of three replays: mean without the slowest 1 %, and 99th\n"
-        "          percentile\n"
+        "          percentile; ticks in which a geometry, a body or an interest is announced are left out\n"
         "\n"
         "Recommended is, of the accuracies that tell the same events as exact, the finest that costs at most a\n"
         "tenth more per tick than the cheapest; interests ask for it by relative_tolerance, watch by --relative,\n"

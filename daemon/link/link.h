@@ -35,6 +35,9 @@ typedef struct link_sink {
     /* A recording began in the middle, when the clients in lock-step had done that step. Replay alone calls it; NULL:
      * nobody wants to know. */
     void (*steps_done)(void *context, int64_t step);
+    /* A recording began in the middle with this state, which holds all that came before it. Replay alone calls it;
+     * NULL: what was announced until then is enough. */
+    void (*state)(void *context, const uint8_t *bytes, size_t size);
 } link_sink;
 
 typedef struct link_options {

@@ -3,6 +3,7 @@
 #include "link_replay.h"
 
 #include "base/array.h"
+#include "base/hash.h"
 #include "wake.h"
 
 #include <stdio.h>
@@ -17,8 +18,9 @@ typedef struct link_replay {
     wire_log_reader *reader;
     replay_state state;
     wire_log_tick tick;
-    char why[256];       /* what is wrong with the log; "" = nothing */
-    ARRAY(uint8_t) told; /* events of the tick, as link_replay_events tells them */
+    char why[256];        /* what is wrong with the log; "" = nothing */
+    ARRAY(uint8_t) told;  /* events of the tick, as link_replay_events tells them */
+    ARRAY(uint8_t) whole; /* what has come of a state */
     link_replay_listener listener;
     void *listener_context;
     metric *messages_in, *skipped, *unfinished;
@@ -74,6 +76,33 @@ static void hand_over(link_replay *l, const link_sink *sink, const wire_log_entr
         sink->client_lost(sink->context, &l->head, e->lost_client);
 }
 
+static const char MISSING[] = "a piece of the state that it begins with is missing";
+
+static void fail(link_replay *l, const char *why)
+{
+    snprintf(l->why, sizeof l->why, "damaged: %s", why);
+    l->state = REPLAY_ENDED;
+}
+
+/* One piece follows the other. */
+static void take_piece(link_replay *l, const link_sink *sink, const wire_log_entry *e)
+{
+    size_t have = l->whole.count;
+    if (e->state.offset != have) {
+        fail(l, MISSING);
+        return;
+    }
+    array_reserve(&l->whole, have + e->data_size);
+    memcpy(l->whole.at + have, e->data, e->data_size);
+    l->whole.count += e->data_size;
+    if (l->whole.count < e->state.total) return;
+    if (hash_words(HASH_START, l->whole.at, l->whole.count) != e->state.hash)
+        fail(l, "the state that it begins with is not what was written");
+    else if (sink->state)
+        sink->state(sink->context, l->whole.at, l->whole.count);
+    array_free(&l->whole);
+}
+
 /* Up to the end of the tick, or of the log. */
 static size_t replay_receive(struct link *head, const link_sink *sink)
 {
@@ -88,11 +117,15 @@ static size_t replay_receive(struct link *head, const link_sink *sink)
         if (got != 1) {
             l->state = REPLAY_ENDED;
             metric_count(l->unfinished, messages);
+        } else if (e.kind == WIRE_LOG_TICK && l->whole.count) {
+            fail(l, MISSING);
         } else if (e.kind == WIRE_LOG_TICK) {
             l->tick = e.tick;
             l->state = REPLAY_TICK_READ;
         } else if (e.kind == WIRE_LOG_MESSAGE && e.message.kind == WIRE_EVENT_BATCH) {
             keep_told(l, &e);
+        } else if (e.kind == WIRE_LOG_STATE) {
+            take_piece(l, sink, &e);
         } else {
             hand_over(l, sink, &e);
             messages += e.kind == WIRE_LOG_MESSAGE;
@@ -145,6 +178,7 @@ static void replay_close(struct link *head)
 {
     wire_log_end(self_of(head)->reader);
     array_free(&self_of(head)->told);
+    array_free(&self_of(head)->whole);
 }
 
 const link_ops link_replay_ops = {

@@ -131,7 +131,7 @@ size_t narrow_scratch_size(void);             /* bytes, to be aligned to 64 */
 void narrow_query(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
     narrow_cache *cache, narrow_scratch *scratch, narrow_result *result);
 
-/* The canonical order of a pair: by type, then by the sizes, then by `tie` (for example the shapes' ids). */
+/* The canonical order of a pair: by type, then by the sizes, then by `tie`, which has to be the same in every run. */
 bool narrow_ordered(const shape *a, uint64_t tie_a, const shape *b, uint64_t tie_b);
 
 /* As narrow_query for shapes at world poses in any order: orders them, asks, and turns the answer back, so that

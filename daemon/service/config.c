@@ -161,7 +161,10 @@ static const config_option OPTIONS[] = {
         "demo's robot cell an event takes 220 bytes, and the recording is 3.5 times as large with them."},
     {"replay", CONFIG_TEXT, FIELD(replay), 0, 0, NULL, "", "",
         "run a recording instead of live links, compare its hashes, and end",
-        "No link is opened. The exit status is 0 if every tick is equal to the recording."},
+        "No link is opened. The exit status is 0 if every tick is equal to the recording, wherever in a session that "
+        "begins. One that begins in the middle holds the daemon's state, which is believed: replay recordings of "
+        "people "
+        "whose programs you would run."},
     {"replay_speed", CONFIG_NUMBER, FIELD(replay_speed), 0, 1000000, NULL, "0", "times",
         "how fast to replay, as a multiple of the recorded time; 0: as fast as possible",
         "The events are the same at any speed: ticks are given the recorded clock. SIGINT ends it after the tick that "

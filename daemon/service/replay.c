@@ -23,7 +23,11 @@ typedef struct progress {
 bool replay_take(service *s, const link_sink *sink, wire_log_tick *t, char *why, size_t why_size)
 {
     s->links[0]->ops->receive(s->links[0], sink);
-    if (!link_replay_tick(s->links[0], t, why, why_size)) return false;
+    bool ended = !link_replay_tick(s->links[0], t, why, why_size);
+    if (*s->taken.wrong) snprintf(why, why_size, "the state that it begins with cannot be taken: %s", s->taken.wrong);
+    if (ended || *s->taken.wrong) return false;
+    s->taken.stands = s->taken.is_there && s->tick == t->tick;
+    s->taken.is_there = false;
     s->tick = t->tick;
     s->now_ns = t->now_ns;
     s->monotonic_ns = t->monotonic_ns;
@@ -126,16 +130,22 @@ static void tell_difference(int64_t tick, const difference *d)
 static void report(const progress *p)
 {
     const service *s = p->service;
-    world_figures f = world_get_figures(s->world);
+    uint64_t events = world_get_figures(s->world).events - s->taken.events;
     if (s->config.json) {
         printf("{\"event\":\"replay\",\"ticks\":%" PRId64 ",\"events\":%" PRIu64 ",\"hash\":\"%016" PRIx64
                "\",\"recorded\":\"%016" PRIx64 "\",\"first_different_tick\":%" PRId64,
-            p->ticks, f.events, s->events_hash, p->recorded_hash, p->first_different);
+            p->ticks, events, s->events_hash, p->recorded_hash, p->first_different);
+        if (*s->taken.left) printf(",\"state_left_out\":");
+        if (*s->taken.left) print_text(s->taken.left);
         if (p->differs_tick) print_difference(p->differs_tick, &p->what);
         printf("}\n");
         return;
     }
-    printf("replayed %" PRId64 " ticks, %" PRIu64 " events, hash %016" PRIx64 "\n", p->ticks, f.events, s->events_hash);
+    printf("replayed %" PRId64 " ticks, %" PRIu64 " events, hash %016" PRIx64 "\n", p->ticks, events, s->events_hash);
+    if (*s->taken.left)
+        printf("The state that it begins with was left out: %s. It was begun with what is announced in it instead, so "
+               "that velocities are missing at first, and contacts have other numbers\n",
+            s->taken.left);
     if (!p->first_different) {
         printf("equal to the recording, tick by tick\n");
         return;
@@ -158,7 +168,10 @@ int replay_run(service *s, const link_sink *sink, const _Atomic bool *stop)
     while (!*stop && replay_take(s, sink, &p.tick, why, sizeof why)) {
         wait_for(&p, stop);
         service_replay_budget(s, p.tick.budgeted, (uint64_t)p.tick.work);
-        service_tick(s); /* what it publishes goes to nobody */
+        if (s->taken.stands)
+            record_tick(s);
+        else
+            service_tick(s); /* what it publishes goes to nobody */
         count_tick(&p);
     }
     s->on_batches = NULL;

@@ -98,9 +98,24 @@ static void on_steps_done(void *context, int64_t step)
     steps_began(context, step);
 }
 
+/* Of a recording that begins in the middle. What has been announced in it until here stands there for who cannot take
+ * the state, which holds all of it. */
+static void on_state(void *context, const uint8_t *bytes, size_t size)
+{
+    service *s = context;
+    taken_state *t = &s->taken;
+    bytes_in from = {.at = bytes, .left = size};
+    *t = (taken_state){.is_there = false};
+    if (!state_fits(bytes, size, t->left, sizeof t->left)) return;
+    service_reset(s);
+    t->is_there = state_take(s, &from, t->wrong, sizeof t->wrong);
+    t->events = world_get_figures(s->world).events;
+    s->state_due = s->recording != NULL;
+}
+
 static link_sink sink_of(service *s)
 {
-    return (link_sink){s, on_message, on_refused, on_client_lost, on_stream_reader, on_steps_done};
+    return (link_sink){s, on_message, on_refused, on_client_lost, on_stream_reader, on_steps_done, on_state};
 }
 
 /* ---- set-up ---- */

@@ -11,6 +11,7 @@
 #define COLLIDED_SERVICE_SERVICE_H
 
 #include "base/array.h"
+#include "base/bytes.h"
 #include "base/metrics.h"
 #include "base/pace.h"
 #include "base/pair_map.h"
@@ -248,6 +249,13 @@ typedef struct measures { /* for the page that Prometheus reads */
     quantiles latencies, ticks; /* since the last Status, which tells them */
 } measures;
 
+typedef struct taken_state {    /* of the recording that is replayed */
+    bool is_there;              /* since the last tick ended; ... */
+    bool stands;                /* ... and it is that of the tick that ends now, which is not run */
+    uint64_t events;            /* that the daemon had told until then */
+    char wrong[128], left[192]; /* it is damaged; or it is of another build, and was left out: "" = not */
+} taken_state;
+
 typedef struct service {
     config config;
     char daemon_name[128];
@@ -274,7 +282,8 @@ typedef struct service {
     pace pace;              /* of a budget */
     uint64_t recorded_work; /* of this tick, in a replay ... */
     bool recorded_budget;   /* ... of one with a budget */
-    int64_t status_tick;    /* of the last Status */
+    taken_state taken;
+    int64_t status_tick; /* of the last Status */
     bool replaying, stopping;
     broad_kind told_broad; /* what the log says last; BROAD_AUTO: nothing yet */
     uint8_t health;
@@ -300,6 +309,7 @@ typedef struct service {
     ARRAY(filter_rule) rules;
     wire_log_writer *recording;
     char recording_path[CONFIG_TEXT_MAX];
+    bool state_due; /* the recording began in the middle: its state is written when the tick ends */
     record_wish record_wish;
     char limits[512];        /* named limits that were reached in the last LIMITS_TOLD_NS */
     int64_t limit_ns;        /* when the last of them was, monotonic */
@@ -453,9 +463,15 @@ void health_register(service *s);
 void health_publish(service *s);
 const char *health_release(void);
 
+/* standby_state.c: the whole state between two ticks, for a standby, and for a recording that begins in the middle */
+void state_put(service *s, bytes_out *to);
+/* Of this release and build? If not, it says of which. */
+bool state_fits(const uint8_t *bytes, size_t size, char *why, size_t why_size);
+bool state_take(service *s, bytes_in *from, char *why, size_t why_size); /* into an empty service */
+
 /* record.c, record_state.c */
 void record_state(service *s); /* all that is announced now, as if it came anew */
-int record_start(service *s, const char *path, char *why, size_t why_size);
+int record_start(service *s, const char *path, char *why, size_t why_size); /* the state follows with the tick's end */
 /* As configured, of a daemon of a pair that becomes active: FILE, or FILE.1, FILE.2, ... if it is there. */
 void record_begin(service *s);
 void record_message(service *s, const wire_message *m);

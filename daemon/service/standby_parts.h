@@ -162,10 +162,6 @@ void standby_say_have(service *s, int64_t tick);
 void standby_replay_tick(service *s, bytes_in *r); /* JOURNAL_TICK */
 void standby_take_state(service *s, bytes_in *r);  /* JOURNAL_STATE */
 
-/* standby_state.c */
-void state_put(service *s, bytes_out *to);                               /* between two ticks */
-bool state_take(service *s, bytes_in *from, char *why, size_t why_size); /* into an empty service */
-
 uint8_t standby_place_of(const service *s, const struct link *l); /* among the links of the configuration */
 
 #endif

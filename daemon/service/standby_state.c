@@ -1,6 +1,7 @@
-/* The state of an active daemon between two ticks, for a standby that begins: clients, streams, geometries, what waits
- * for its hull, and the world (world/saved.h). Structs are written as they are, with what they point to behind them;
- * links by their place. Tick thread. */
+/* The state of a daemon between two ticks, for a standby, or a recording, that begins: clients, streams, geometries,
+ * what waits for its hull, and the world (world/saved.h). Structs are written as they are, with what they point to
+ * behind them; links by their place: a replay has one for all. Tick thread. */
+#include "base/hash.h"
 #include "geom/mesh.h"
 #include "standby_parts.h"
 #include "world/saved.h"
@@ -9,7 +10,8 @@
 #include <stdlib.h>
 
 typedef struct state_head {
-    uint64_t sizes[4]; /* of what is written as it lies: another build is told */
+    char release[32];
+    uint64_t layout; /* of what is written as it lies: another build is told */
     int64_t epoch, tick, now_ns, monotonic_ns, latest_pose_ns;
     uint64_t events_hash, links;
     step_mark latest_step;
@@ -22,14 +24,16 @@ typedef struct state_head {
     bool hull_came, geometries_loose, whole, budgeted;
 } state_head;
 
-static void fill_sizes(uint64_t sizes[4])
+static uint64_t layout_here(void)
 {
-    const uint64_t all[4] = {sizeof(session), sizeof(stream), sizeof(geometry), sizeof(letter)};
-    memcpy(sizes, all, sizeof all);
+    const uint64_t all[6] = {
+        sizeof(session), sizeof(stream), sizeof(geometry), sizeof(letter), sizeof(owned_body), world_saved_layout()};
+    return hash_bytes(HASH_START, all, sizeof all);
 }
 
 static struct link *link_at(const service *s, uint64_t place)
 {
+    if (s->replaying) return s->links[0];
     return place < s->link_count ? s->links[place] : NULL;
 }
 
@@ -80,6 +84,7 @@ static void put_session(const service *s, const session *c, bytes_out *to)
 
 static void confirm(service *s, const session *c)
 {
+    if (!s->standby) return;
     kept *k = &s->standby->kept;
     wire_message m = {.kind = WIRE_CLIENT, .client = {.client = c->client, .sequence = c->sequence}};
     kept_confirm(k, &m);
@@ -274,7 +279,8 @@ static bool lend(const void *context, int64_t hash, shape *to)
 
 void state_put(service *s, bytes_out *to)
 {
-    state_head h = {.epoch = s->epoch,
+    state_head h = {.layout = layout_here(),
+        .epoch = s->epoch,
         .tick = s->tick,
         .now_ns = s->now_ns,
         .monotonic_ns = s->monotonic_ns,
@@ -294,7 +300,7 @@ void state_put(service *s, bytes_out *to)
         .geometries_loose = s->geometries_loose};
     const world_lender lender = {.context = s, .name_of = name_of};
     size_t used = 0;
-    fill_sizes(h.sizes);
+    snprintf(h.release, sizeof h.release, "%s", health_release());
     memcpy(h.lost_clients, s->lost_clients, sizeof h.lost_clients);
     memcpy(h.left_clients, s->left_clients, sizeof h.left_clients);
     bytes_put(to, &h, sizeof h);
@@ -311,15 +317,26 @@ void state_put(service *s, bytes_out *to)
     world_save(s->world, &lender, to);
 }
 
+bool state_fits(const uint8_t *bytes, size_t size, char *why, size_t why_size)
+{
+    state_head h = {.release = ""};
+    memcpy(&h, bytes, size < sizeof h ? size : sizeof h);
+    h.release[sizeof h.release - 1] = '\0';
+    bool released = strcmp(h.release, health_release()) == 0;
+    if (released && h.layout == layout_here() && size >= sizeof h) return true;
+    if (released)
+        snprintf(why, why_size, "it is of another build of release %s", h.release);
+    else
+        snprintf(why, why_size, "it is of release %s, and this is %s", h.release, health_release());
+    return false;
+}
+
 static const char *take_all(service *s, bytes_in *from)
 {
     state_head h;
-    uint64_t sizes[4];
     const char *wrong = NULL;
-    fill_sizes(sizes);
     if (!bytes_get(from, &h, sizeof h)) return "it is cut off";
-    if (memcmp(h.sizes, sizes, sizeof sizes) != 0) return "it is of another build";
-    if (h.links != s->link_count) return "its links are others: both need the same configuration";
+    if (h.links != s->link_count && !s->replaying) return "its links are others: both need the same configuration";
     s->epoch = h.epoch;
     s->tick = h.tick;
     s->latest_pose_ns = s->measured_pose_ns = h.latest_pose_ns;
@@ -328,7 +345,10 @@ static const char *take_all(service *s, bytes_in *from)
     s->simulation = h.simulation;
     s->lock_step = h.lock_step;
     s->wall_ahead_ns = h.wall_ahead_ns;
-    s->standby->ahead_ns = h.now_ns - s->monotonic_ns;
+    if (s->standby)
+        s->standby->ahead_ns = h.now_ns - s->monotonic_ns;
+    else
+        s->now_ns = h.now_ns, s->monotonic_ns = h.monotonic_ns; /* what comes next in a recording came then */
     s->last_batch = h.last_batch;
     memcpy(s->lost_clients, h.lost_clients, sizeof s->lost_clients);
     s->lost_count = (size_t)h.lost_count;
@@ -351,6 +371,7 @@ static const char *take_all(service *s, bytes_in *from)
 
 bool state_take(service *s, bytes_in *from, char *why, size_t why_size)
 {
+    if (!state_fits(from->at, from->left, why, why_size)) return false;
     const char *wrong = take_all(s, from);
     if (wrong) snprintf(why, why_size, "%s", wrong);
     return !wrong;

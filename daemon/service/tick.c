@@ -115,7 +115,7 @@ void service_tick(service *s)
     stream_publish(s, &batches);
     session_send_acks(s);
     inbox_answer(s);
-    record_tick(s);
     geometry_sweep(s);
+    record_tick(s); /* perhaps with the state as the next tick finds it */
     for (size_t i = 0; i < s->link_count; i++) s->links[i]->ops->flush(s->links[i]);
 }

@@ -1,14 +1,15 @@
 /* report: what a trade found, as lines of tab-separated values. `collidectl trade` reads them.
  *
- *   trade 1                               the version of this format
- *   session TICKS SECONDS INTERESTS       what is in the recording
+ *   trade 2                               the version of this format
+ *   session TICKS SECONDS INTERESTS LEFT_OUT  what is in the recording; ticks in which something was announced
  *   progress SHARE                        0 to 1, while it works
  *   answers ASKED MEASURED
  *   row PAIR ACCURACY MEASURED TIME_MEAN_NS TIME_P99_NS ERRORS ERROR_MAX_M ERROR_MEAN_M OUTSIDE EVENTS MISSED FALSE
  *       BYTES_PER_S TICK_MEAN_NS TICK_P99_NS
  *   end                                   all of it has been told
  *
- * A row for each pair of shape types and level, then one for "all" of them, which alone has times of ticks. */
+ * A row for each pair of shape types and level, then one for "all" of them, which alone has times of ticks: of those
+ * that are not left out. */
 #ifndef COLLIDED_TRADE_REPORT_H
 #define COLLIDED_TRADE_REPORT_H
 

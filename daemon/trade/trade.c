@@ -1,6 +1,7 @@
 /* trade: the runs, in lock-step, and what is heard of them. Main thread; each world may have workers of its own. */
 #include "trade.h"
 
+#include "base/array.h"
 #include "base/clock.h"
 #include "link/link_replay.h"
 #include "report.h"
@@ -24,6 +25,9 @@ typedef struct run { /* of one level */
 
 typedef struct contents { /* what is in the recording */
     int64_t ticks, interests, first_ns, last_ns;
+    ARRAY(bool) builds; /* of each tick: something is announced in it, or taken back */
+    int64_t left_out;   /* such ticks: what they cost is no question of accuracy */
+    bool building;      /* such a command has come since the last tick */
 } contents;
 
 enum { PASSES = 3 }; /* of a tick's times, the least counts, so that the scheduler has no say */
@@ -51,12 +55,30 @@ static int fail(const config *c, const char *why)
 
 /* ---- what is in it ---- */
 
+/* Geometries are built, bodies put, pairs found and interests matched in the tick of these. */
+static bool is_built(const wire_message *m)
+{
+    return m->kind == WIRE_GEOMETRY || m->kind == WIRE_BODY || m->kind == WIRE_INTEREST;
+}
+
 static void count_entry(contents *s, const wire_log_entry *e)
 {
     if (e->kind == WIRE_LOG_MESSAGE) s->interests += e->message.kind == WIRE_INTEREST && !e->message.interest.removed;
+    s->building |= e->kind == WIRE_LOG_MESSAGE && is_built(&e->message);
     if (e->kind != WIRE_LOG_TICK) return;
     if (!s->ticks++) s->first_ns = e->tick.monotonic_ns;
     s->last_ns = e->tick.monotonic_ns;
+    array_push(&s->builds, s->building);
+    s->left_out += s->building;
+    s->building = false;
+}
+
+/* Where there is no other tick, all are measured. */
+static void leave_none_out(contents *s)
+{
+    if (s->left_out < s->ticks) return;
+    for (size_t i = 0; i < s->builds.count; i++) s->builds.at[i] = false;
+    s->left_out = 0;
 }
 
 static int look_through(const config *c, contents *s)
@@ -74,6 +96,7 @@ static int look_through(const config *c, contents *s)
         return fail(c, text);
     }
     if (!s->ticks) return fail(c, "no tick is in it: record while bodies move");
+    leave_none_out(s);
     if (!s->interests)
         return fail(c, "no interest is in it, so that nothing is asked: record while somebody listens, for example "
                        "'collidectl watch'");
@@ -98,6 +121,7 @@ static int open_run(run *r, size_t level, const config *c)
     if (!r->server) return fail_with(EX_UNAVAILABLE, c, why); /* as without a trade; the recording has been read */
     r->service = server_service(r->server);
     r->sink = server_sink(r->server);
+    r->sink.state = NULL; /* its interests ask for what they asked, and not for what is compared */
     r->service->amend_interest = level_amend;
     r->service->amend_context = &trade_levels[level];
     link_replay_listen(r->service->links[0], hear, r);
@@ -174,7 +198,8 @@ static void print_result(comparison *v)
     trade_result result = {.meter = v->meter, .seconds = 1e-9 * (double)(v->in->last_ns - v->in->first_ns)};
     spread *ticks = base_zalloc(TRADE_LEVELS, sizeof *ticks);
     for (size_t i = 0; i < TRADE_LEVELS; i++) {
-        for (int64_t tick = 0; tick < v->in->ticks; tick++) spread_add(&ticks[i], v->ticks_ns[i][tick]);
+        for (int64_t tick = 0; tick < v->in->ticks; tick++)
+            if (!v->in->builds.at[tick]) spread_add(&ticks[i], v->ticks_ns[i][tick]);
         episodes_sort(&v->runs[i].told);
         result.told[i] = &v->runs[i].told;
         result.ticks[i] = &ticks[i];
@@ -224,14 +249,18 @@ int trade_run(const config *c)
     contents in = {.ticks = 0};
     config each = *c;
     int status = look_through(c, &in);
-    if (status) return status;
-    printf("trade\t1\nsession\t%" PRId64 "\t%.3f\t%" PRId64 "\n", in.ticks, 1e-9 * (double)(in.last_ns - in.first_ns),
-        in.interests);
+    if (status) {
+        array_free(&in.builds);
+        return status;
+    }
+    printf("trade\t2\nsession\t%" PRId64 "\t%.3f\t%" PRId64 "\t%" PRId64 "\n", in.ticks,
+        1e-9 * (double)(in.last_ns - in.first_ns), in.interests, in.left_out);
     each.record[0] = '\0';               /* six daemons would write it */
     if (!each.workers) each.workers = 1; /* the worlds run one at a time, and are compared */
     comparison *v = comparison_create(&each, &in);
     status = compare(v);
     comparison_destroy(v);
+    array_free(&in.builds);
     if (fflush(stdout) == 0 || status) return status;
     fprintf(stderr, "collided: standard output cannot be written\n");
     return EX_IOERR;

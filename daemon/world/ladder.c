@@ -40,7 +40,9 @@ static void add_demand(demand *d, const interest *i, const pair_terms *terms, do
     double wider = told ? i->hysteresis : 0;
     double threshold = i->threshold + terms->padding + wider, range = i->range + terms->margin + wider;
     bool touch = i->facts & (WORLD_TOUCH | WORLD_MANIFOLD);
-    bool other = touch && r->facts && (threshold != r->threshold || i->hysteresis > 0);
+    d->hysteresis |= touch && i->hysteresis > 0;
+    bool other = touch && d->touch && (threshold != r->threshold || d->hysteresis);
+    d->touch |= touch;
     d->coarse &= i->accuracy == WORLD_BY_BOXES;
     d->verdict_only &= i->accuracy == WORLD_BY_VERDICT && !other;
     r->tolerance = fmin(r->tolerance, tolerance_of(i, size));

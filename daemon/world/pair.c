@@ -133,7 +133,7 @@ static void begin(world *w, uint32_t a, uint32_t b)
     uint32_t id = id_pool_take(&w->pair_ids);
     array_reserve(&w->pairs, id + 1);
     if (id >= w->pairs.count) w->pairs.count = id + 1;
-    bool in_order = narrow_ordered(&w->solids.at[a].shape, a, &w->solids.at[b].shape, b);
+    bool in_order = solids_in_order(w, &w->solids.at[a], &w->solids.at[b]);
     enter_pair(w, a);
     enter_pair(w, b);
     w->pairs.at[id] = (pair){.a = in_order ? a : b, .b = in_order ? b : a, .first_watch = WORLD_NONE, .used = true};

@@ -25,7 +25,7 @@ static int64_t older(int64_t a, int64_t b)
 static narrow_result between(const world *w, uint32_t a, uint32_t b, double tolerance, bool *in_order)
 {
     const solid *x = &w->solids.at[a], *y = &w->solids.at[b];
-    *in_order = narrow_ordered(&x->shape, a, &y->shape, b);
+    *in_order = solids_in_order(w, x, y);
     const solid *first = *in_order ? x : y, *second = *in_order ? y : x;
     narrow_request request = {
         .facts = NARROW_DISTANCE, .tolerance = tolerance, .range = INFINITY, .engine = w->options.engine};
@@ -53,7 +53,7 @@ void world_query_distance(const world *w, uint32_t a, uint32_t b, double toleran
 {
     if (!alive(w, a) || !alive(w, b)) return;
     const body *x = &w->bodies.at[a], *y = &w->bodies.at[b];
-    world_hit best = {.body_a = a, .body_b = b, .lo = INFINITY, .hi = INFINITY};
+    world_hit best = {.body_a = a, .body_b = b, .name_a = x->name, .shape_a = -1, .lo = INFINITY, .hi = INFINITY};
     double least_lo = INFINITY;
     for (size_t i = 0; i < x->shape_count; i++) {
         for (size_t k = 0; k < y->shape_count; k++) {
@@ -79,6 +79,8 @@ void world_query_bodies(const world *w, const char *pattern, int64_t now_ns, wor
         if (!alive(w, id) || !filter_matches(pattern, b->name, b->group)) continue;
         array_push(out, ((world_hit){.body_a = id,
                             .body_b = WORLD_NONE,
+                            .name_a = b->name,
+                            .shape_a = -1,
                             .point_a = b->pose.p,
                             .stale = b->stale,
                             .age_ns = body_age_at(b, now_ns)}));

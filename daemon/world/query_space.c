@@ -66,6 +66,8 @@ static world_hit hit_of(const search *q, const solid *s, const narrow_result *r,
     const body *b = &q->w->bodies.at[s->body];
     return (world_hit){.body_a = s->body,
         .body_b = WORLD_NONE,
+        .name_a = b->name,
+        .shape_a = s->index,
         .lo = r->lo,
         .hi = r->hi,
         .axis = r->axis,
@@ -73,6 +75,19 @@ static world_hit hit_of(const search *q, const solid *s, const narrow_result *r,
         .point_b = vec_add(r->point_b, origin),
         .age_ns = body_age_at(b, q->now_ns),
         .stale = b->stale};
+}
+
+/* Shapes are met in an order that follows from ids. Of hits that are equally near, or shapes of one body, the one stays
+ * whose name, or index, comes first. */
+static int by_name(const world_hit *x, const world_hit *y)
+{
+    int c = x->body_a == y->body_a ? 0 : strcmp(x->name_a, y->name_a);
+    return c ? c : x->shape_a - y->shape_a;
+}
+
+static bool comes_before(const world_hit *x, const world_hit *y)
+{
+    return x->lo < y->lo || (x->lo == y->lo && by_name(x, y) < 0);
 }
 
 /* ---- along a line ---- */
@@ -145,7 +160,7 @@ static bool cast_visit(void *context, uint32_t proxy)
     world_hit hit;
     if (!concerns(q, s) || !cast_shape(q, s, &hit)) return true;
     world_hit *best = q->out->count ? &q->out->at[0] : NULL;
-    if (best && !(hit.lo < best->lo || (hit.lo == best->lo && hit.body_a < best->body_a))) return true;
+    if (best && !comes_before(&hit, best)) return true;
     q->out->count = 0;
     array_push(q->out, hit);
     q->length = fmin(q->length, hit.lo + q->tolerance);
@@ -201,13 +216,19 @@ static bool sweep_visit(void *context, uint32_t proxy)
     toi_mover mover = {&x->shape, x->local, m->motion}, still = {&s->shape, s->local, {.start = b->pose}};
     toi_request request = {.span = m->q.length, .tolerance = m->q.tolerance};
     toi_result t;
-    bool in_order = narrow_ordered(&x->shape, m->of - w->solids.at, &s->shape, proxy);
-    toi_find(in_order ? &mover : &still, in_order ? &still : &mover, &request, VEC_ZERO, w->scratch[0], &t);
+    bool in_order = solids_in_order(w, x, s);
+    const toi_mover *first = in_order ? &mover : &still, *second = in_order ? &still : &mover;
+    toi_find(first, second, &request, VEC_ZERO, w->scratch[0], &t);
+    if (t.status == TOI_FREE) return true;
+    if (request.span < m->q.asked) { /* what is told depends on no hit before it */
+        request.span = m->q.asked;
+        toi_find(first, second, &request, VEC_ZERO, w->scratch[0], &t);
+    }
     world_hit *best = m->q.out->count ? &m->q.out->at[0] : NULL;
-    if (t.status == TOI_FREE || (best && best->lo <= t.lo && !(best->lo == t.lo && s->body < best->body_a)))
-        return true;
     world_hit hit = {.body_a = s->body,
         .body_b = WORLD_NONE,
+        .name_a = b->name,
+        .shape_a = s->index,
         .lo = t.lo,
         .hi = t.hi,
         .axis = in_order ? t.axis : vec_neg(t.axis),
@@ -215,6 +236,7 @@ static bool sweep_visit(void *context, uint32_t proxy)
         .point_b = in_order ? t.point_b : t.point_a,
         .age_ns = body_age_at(b, m->q.now_ns),
         .stale = b->stale};
+    if (t.status == TOI_FREE || (best && !comes_before(&hit, best))) return true;
     m->q.out->count = 0;
     array_push(m->q.out, hit);
     m->q.length = fmin(m->q.length, fmax(t.lo * (1 + 1e-12), 1e-300));
@@ -229,6 +251,7 @@ void world_query_sweep(const world *w, uint32_t id, vec3 linear, vec3 angular, d
                     .probe.body = id,
                     .tolerance = tolerance > 0 ? tolerance : FINEST,
                     .length = span,
+                    .asked = span,
                     .now_ns = now_ns,
                     .out = out},
         .motion = {b->pose, linear, angular}};
@@ -244,11 +267,11 @@ void world_query_sweep(const world *w, uint32_t id, vec3 linear, vec3 angular, d
 static int by_body(const void *a, const void *b)
 {
     const world_hit *x = a, *y = b;
-    if (x->body_a != y->body_a) return x->body_a < y->body_a ? -1 : 1;
-    return (x->lo > y->lo) - (x->lo < y->lo);
+    if (x->body_a != y->body_a) return strcmp(x->name_a, y->name_a);
+    return comes_before(y, x) - comes_before(x, y);
 }
 
-/* Of several shapes of one body the nearest, or deepest, stays; in the order of ids. */
+/* Of several shapes of one body the nearest, or deepest, stays; in the order of names. */
 static void one_a_body(world_hits *hits)
 {
     size_t kept = 0;
@@ -287,11 +310,6 @@ typedef struct nearest {
     size_t most;
     double range;
 } nearest;
-
-static bool comes_before(const world_hit *x, const world_hit *y)
-{
-    return x->lo < y->lo || (x->lo == y->lo && x->body_a < y->body_a);
-}
 
 /* Into the hits, which stand by rising distance, one a body. */
 static void insert(world_hits *hits, const world_hit *hit, size_t most)

@@ -15,6 +15,8 @@ typedef struct world_lender {
     bool (*lend)(const void *context, int64_t number, shape *to); /* sets its hull and mesh; false: unknown */
 } world_lender;
 
+/* Of the structs that are written as they lie: another number is another build's. */
+uint64_t world_saved_layout(void);
 void world_save(const world *w, const world_lender *lender, bytes_out *to);
 /* Into a world that was just created. NULL, or what is wrong; the world is then of no use but to be destroyed. */
 const char *world_restore(world *w, const world_lender *lender, bytes_in *from);

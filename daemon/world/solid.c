@@ -180,3 +180,11 @@ double solid_relative_error(const world *w, const solid *a, const solid *b)
     vec3 between = vec_sub(w->bodies.at[b->body].pose.p, w->bodies.at[a->body].pose.p);
     return 0x1p-48 * (vec_norm(a->local.p) + vec_norm(b->local.p) + vec_norm(between)) + 0x1p-50 * pair_size(a, b);
 }
+
+bool solids_in_order(const world *w, const solid *a, const solid *b)
+{
+    bool first = narrow_ordered(&a->shape, 0, &b->shape, 1);
+    if (!first || !narrow_ordered(&b->shape, 0, &a->shape, 1)) return first;
+    int c = strcmp(w->bodies.at[a->body].name, w->bodies.at[b->body].name); /* they are equal */
+    return c ? c < 0 : a->index <= b->index;
+}

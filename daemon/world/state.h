@@ -326,6 +326,9 @@ pose solid_settled_relative(const world *w, const solid *a, const solid *b); /* 
 /* m: by how much a distance of two shapes, from their relative pose, may be off beyond what narrow.h allows for: the
  * rounding of where the shapes are on their bodies. 0 where both are at their bodies' origins. */
 double solid_relative_error(const world *w, const solid *a, const solid *b);
+/* Is A the first of the two in canonical order (narrow_ordered)? Where their shapes are equal, by the names of their
+ * bodies, and of one body by the index: ids follow from the order of announcement, on which no answer may depend. */
+bool solids_in_order(const world *w, const solid *a, const solid *b);
 
 /* move.c */
 static inline void body_set_pose(body *b, pose to, int64_t stamp_ns)
@@ -418,6 +421,8 @@ typedef struct demand { /* what all interests in a pair ask together */
     narrow_request request;
     double limit;      /* m: beyond it nobody is told anything */
     bool coarse;       /* bounds will do for all */
+    bool touch;        /* somebody asks whether they touch ... */
+    bool hysteresis;   /* ... and somebody of these with hysteresis */
     bool verdict_only; /* a verdict will, of one threshold */
 } demand;
 /* Of a pair of which somebody was told something, hysteresis is part of what is asked. */

@@ -267,6 +267,8 @@ bool world_glided(const world *w);
 
 typedef struct world_hit {
     uint32_t body_a, body_b; /* WORLD_NONE where there is only one */
+    const char *name_a;      /* of body_a, the world's own ... */
+    int32_t shape_a;         /* ... and which of its shapes; -1: not one of them */
     double lo, hi;
     vec3 axis, point_a, point_b;
     int64_t age_ns;
@@ -294,13 +296,13 @@ void world_query_sweep(const world *w, uint32_t body, vec3 linear, vec3 angular,
     int64_t now_ns, world_hits *out);
 /* The `most` nearest bodies within `range` (may be INFINITY) of a box, or of a body, by rising lower bound; touching
  * ones are below 0. Bounds are certified within `tolerance`, so that two nearer to each other than it may change
- * places.
+ * places. Here as in all searches, of equal ones the body whose name comes first is told: no answer depends on ids.
  */
 void world_query_nearest(
     const world *w, pose at, vec3 half, double range, size_t most, double tolerance, int64_t now_ns, world_hits *out);
 void world_query_nearest_to(
     const world *w, uint32_t body, double range, size_t most, double tolerance, int64_t now_ns, world_hits *out);
-/* Every body that overlaps a box, in the order of ids. */
+/* Every body that overlaps a box, in the order of names. */
 void world_query_box(const world *w, pose at, vec3 half, int64_t now_ns, world_hits *out);
 /* Every body whose name matches, in the order of ids: point_a = position. */
 void world_query_bodies(const world *w, const char *pattern, int64_t now_ns, world_hits *out);

@@ -14,8 +14,9 @@
 #define TICK_CHANNEL CHANNEL_PREFIX "tick"
 #define LOST_CHANNEL CHANNEL_PREFIX "lost"
 #define STEPS_CHANNEL CHANNEL_PREFIX "steps"
+#define STATE_CHANNEL CHANNEL_PREFIX "state"
 
-enum { HEADER_BYTES = 28, TICK_BYTES = 32, BUDGETED_TICK_BYTES = 40, NUMBER_BYTES = 8 };
+enum { HEADER_BYTES = 28, TICK_BYTES = 32, BUDGETED_TICK_BYTES = 40, NUMBER_BYTES = 8, STATE_HEAD_BYTES = 24 };
 
 static void store_be(uint8_t *at, uint64_t v, int bytes)
 {
@@ -130,6 +131,21 @@ int wire_log_lost(wire_log_writer *w, int64_t timestamp_us, int64_t client)
 int wire_log_steps(wire_log_writer *w, int64_t timestamp_us, int64_t done)
 {
     return write_number(w, timestamp_us, STEPS_CHANNEL, done);
+}
+
+int wire_log_whole_state(wire_log_writer *w, int64_t timestamp_us, const uint8_t *bytes, size_t size, uint64_t hash)
+{
+    enum { MOST = STATE_HEAD_BYTES + WIRE_LOG_PIECE_BYTES };
+    if (!reserve(&w->buffer, &w->capacity, MOST)) return fail(w, ENOMEM);
+    for (size_t at = 0, piece; at < size; at += piece) {
+        piece = size - at < WIRE_LOG_PIECE_BYTES ? size - at : WIRE_LOG_PIECE_BYTES;
+        store_be(w->buffer, at, 8);
+        store_be(w->buffer + 8, size, 8);
+        store_be(w->buffer + 16, hash, 8);
+        memcpy(w->buffer + STATE_HEAD_BYTES, bytes + at, piece);
+        if (write_record(w, timestamp_us, STATE_CHANNEL, w->buffer, STATE_HEAD_BYTES + piece) != 0) return -1;
+    }
+    return 0;
 }
 
 int wire_log_close(wire_log_writer *w)
@@ -264,6 +280,18 @@ static const char *decode_steps(const record *in, wire_log_entry *out)
     return out->steps_done < 1 ? "a step that is done is above 0" : NULL;
 }
 
+/* It is nowhere said to be longer than the file. */
+static const char *decode_state(const wire_log_reader *r, const record *in, wire_log_entry *out)
+{
+    if (in->data_size <= STATE_HEAD_BYTES) return "a piece of a state has 25 bytes or more";
+    out->kind = WIRE_LOG_STATE;
+    out->data = in->data + STATE_HEAD_BYTES;
+    out->data_size = in->data_size - STATE_HEAD_BYTES;
+    out->state = (wire_log_state){load_be(in->data, 8), load_be(in->data + 8, 8), load_be(in->data + 16, 8)};
+    if (out->state.total > r->size || out->state.offset > out->state.total) return "a state is longer than the file";
+    return out->data_size > out->state.total - out->state.offset ? "a piece is longer than its state" : NULL;
+}
+
 static const char *decode_record(wire_log_reader *r, const record *in, wire_log_entry *out, wire_refusal *refusal)
 {
     memset(out, 0, sizeof *out);
@@ -271,6 +299,7 @@ static const char *decode_record(wire_log_reader *r, const record *in, wire_log_
     if (on_channel(in, TICK_CHANNEL)) return decode_tick(in, out);
     if (on_channel(in, LOST_CHANNEL)) return decode_lost(in, out);
     if (on_channel(in, STEPS_CHANNEL)) return decode_steps(in, out);
+    if (on_channel(in, STATE_CHANNEL)) return decode_state(r, in, out);
     wire_memory_reset(r->memory);
     out->data = in->data;
     out->data_size = in->data_size;

@@ -4,8 +4,8 @@
  * data length (i32), all big-endian, then channel and data. Messages are stored under their LCM channels in their LCM
  * encoding: commands as they came, and what each tick told, before its end. Beside them stand records of our own:
  * "collided.tick" ends the commands of a tick, "collided.lost" is a client whose lease ran out, "collided.steps" how
- * far lock-step was when the recording began. Reading is bounds-checked: a damaged file gives an error with its offset,
- * never a crash.
+ * far lock-step was when the recording began, and "collided.state" a piece of the daemon's whole state then. Reading is
+ * bounds-checked: a damaged file gives an error with its offset, never a crash.
  */
 #ifndef COLLIDED_WIRE_LOG_H
 #define COLLIDED_WIRE_LOG_H
@@ -15,7 +15,13 @@
 
 #include <stdbool.h>
 
-typedef enum wire_log_entry_kind { WIRE_LOG_MESSAGE, WIRE_LOG_TICK, WIRE_LOG_LOST, WIRE_LOG_STEPS } wire_log_entry_kind;
+typedef enum wire_log_entry_kind {
+    WIRE_LOG_MESSAGE,
+    WIRE_LOG_TICK,
+    WIRE_LOG_LOST,
+    WIRE_LOG_STEPS,
+    WIRE_LOG_STATE
+} wire_log_entry_kind;
 
 typedef struct wire_log_tick {
     int64_t tick;
@@ -26,12 +32,20 @@ typedef struct wire_log_tick {
     int64_t work;        /* ... and did so many units of work */
 } wire_log_tick;
 
+typedef struct wire_log_state { /* of so many bytes in all, those from `offset` on */
+    uint64_t offset, total;
+    uint64_t hash; /* of all of them, as their writer says */
+} wire_log_state;
+
+enum { WIRE_LOG_PIECE_BYTES = 60000 }; /* of a state, at most: a datagram for who plays the file */
+
 typedef struct wire_log_entry {
     wire_log_entry_kind kind;
     int64_t timestamp_us;
     wire_message message; /* WIRE_LOG_MESSAGE; borrows from the reader until its next call ... */
-    const uint8_t *data;  /* ... and so does this: its LCM encoding */
+    const uint8_t *data;  /* ... and so does this: its LCM encoding, or WIRE_LOG_STATE: the bytes of the piece */
     size_t data_size;
+    wire_log_state state;
     wire_log_tick tick;
     int64_t lost_client;
     int64_t steps_done;
@@ -44,6 +58,8 @@ int wire_log_message(wire_log_writer *w, int64_t timestamp_us, const wire_messag
 int wire_log_tick_end(wire_log_writer *w, int64_t timestamp_us, const wire_log_tick *tick);
 int wire_log_lost(wire_log_writer *w, int64_t timestamp_us, int64_t client);
 int wire_log_steps(wire_log_writer *w, int64_t timestamp_us, int64_t done);
+/* In pieces. */
+int wire_log_whole_state(wire_log_writer *w, int64_t timestamp_us, const uint8_t *bytes, size_t size, uint64_t hash);
 int wire_log_close(wire_log_writer *w); /* -1 if not all could be written */
 
 typedef struct wire_log_reader wire_log_reader;

@@ -11,10 +11,26 @@ static void known_answers(void **state)
     assert_true(hash_bytes(hash_bytes(HASH_START, "foo", 3), "bar", 3) == UINT64_C(0x85944171f73967e8));
 }
 
+/* Words at once: whichever bit is another one, the hash is. */
+static void words_differ_in_every_bit(void **state)
+{
+    (void)state;
+    unsigned char key[37] = "eight bytes at once, and some behind";
+    uint64_t whole = hash_words(HASH_START, key, sizeof key);
+    for (size_t bit = 0; bit < 8 * sizeof key; bit++) {
+        key[bit / 8] ^= (unsigned char)(1u << bit % 8);
+        assert_true(hash_words(HASH_START, key, sizeof key) != whole);
+        key[bit / 8] ^= (unsigned char)(1u << bit % 8);
+    }
+    assert_true(hash_words(hash_words(HASH_START, key, 16), key + 16, sizeof key - 16) == whole);
+    assert_true(hash_words(HASH_START, "foo", 3) == hash_bytes(HASH_START, "foo", 3));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(known_answers),
+        cmocka_unit_test(words_differ_in_every_bit),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -148,18 +148,23 @@ static void a_recording_replays_to_the_same_hash_for_any_number_of_workers(void 
     char first[64] = "", hash[64];
     open_daemon(*state);
     ctl(0, "load --srdf " DATA "/crane.srdf " DATA "/crane.urdf");
+    collided *c = rig_connect(*state, 10, COLLIDED_REMOVE);
+    collided_body box = rig_box(c, "box", 5), other = rig_box(c, "other", 5.5);
+    heard h;
+    rig_watch(c, &h, "*");
+    UNTIL(c, RIG_PATIENCE_S, h.touching > 0);                        /* there are contacts when it begins */
     const char *name = strcmp(*state, RIG_DDS) == 0 ? "dds" : "lcm"; /* a recording is never overwritten */
     const char *const arguments[] = {"collidectl", "record", name, "--seconds", "2.5", NULL};
     pid_t recorder = rig_start(COLLIDECTL, arguments);
-    collided *c = rig_connect(*state, 10, COLLIDED_REMOVE);
     char file[80];
     snprintf(file, sizeof file, "%s/%s.lcmlog", recordings, name);
     UNTIL(c, RIG_PATIENCE_S, access(file, F_OK) == 0);
-    heard h;
-    rig_watch(c, &h, "*");
+    size_t batches = h.batches, ends = h.kinds[COLLIDED_END];
     for (int i = 0; i < 3; i++) ctl(0, "move hook 0.0%d,0,0.5", i);
     ctl(0, "joints crane slew=1");
-    UNTIL(c, RIG_PATIENCE_S, h.batches > 3);
+    assert_int_equal(rig_move(c, box, 5.1, 0), COLLIDED_OK);
+    assert_int_equal(rig_move(c, other, 9, 0), COLLIDED_OK);
+    UNTIL(c, RIG_PATIENCE_S, h.batches > batches && h.kinds[COLLIDED_END] > ends);
     rig_close(c);
     assert_int_equal(rig_wait(recorder, RIG_PATIENCE_S), 0);
     for (int workers = 1; workers <= 4; workers *= 2) {

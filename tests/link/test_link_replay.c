@@ -1,6 +1,7 @@
 /* A recording as a link: its ticks come one by one, whole, and a damaged one says so. */
 #include "harness.h"
 
+#include "base/hash.h"
 #include "link/link_replay.h"
 
 #include <stdio.h>
@@ -80,6 +81,73 @@ static void a_damaged_recording_says_so(void **state)
     rig_close(&r);
 }
 
+/* ---- a state ---- */
+
+typedef struct heard_state {
+    size_t calls, size;
+    uint8_t bytes[64];
+} heard_state;
+
+static heard_state whole;
+
+static void on_state(void *context, const uint8_t *bytes, size_t size)
+{
+    (void)context;
+    whole.calls++;
+    whole.size = size;
+    memcpy(whole.bytes, bytes, size < sizeof whole.bytes ? size : sizeof whole.bytes);
+}
+
+/* Of `size` bytes, in pieces, of which that one is left out; -1: none. */
+static bool hear_state(size_t size, uint64_t hash, int left_out, bool listens, char why[256])
+{
+    uint8_t *bytes = calloc(size, 1);
+    bytes[0] = 's';
+    unlink(path);
+    wire_log_writer *w = wire_log_create(path, why, 256);
+    assert_non_null(w);
+    assert_int_equal(wire_log_whole_state(w, 1, bytes, size, hash), 0);
+    assert_int_equal(wire_log_tick_end(w, 1, &(wire_log_tick){.tick = 1, .now_ns = 1, .monotonic_ns = 1}), 0);
+    assert_int_equal(wire_log_close(w), 0);
+    if (left_out >= 0) { /* its record and its channel become another's */
+        FILE *f = fopen(path, "r+");
+        fseek(f, left_out * (28 + 14 + 24 + WIRE_LOG_PIECE_BYTES) + 28, SEEK_SET);
+        assert_int_equal(fputc('x', f), 'x');
+        assert_int_equal(fclose(f), 0);
+    }
+    rig r;
+    wire_log_tick tick;
+    whole = (heard_state){.calls = 0};
+    rig_open(&r, uri, NULL);
+    if (listens) r.sink.state = on_state;
+    rig_receive(&r);
+    bool got = link_replay_tick(r.link, &tick, why, 256);
+    rig_close(&r);
+    free(bytes);
+    return got;
+}
+
+static void a_state_is_handed_over_whole_or_not_at_all(void **state)
+{
+    (void)state;
+    enum { SIZE = 2 * WIRE_LOG_PIECE_BYTES + 9 };
+    char why[256] = "";
+    uint8_t *bytes = calloc(SIZE, 1);
+    bytes[0] = 's';
+    uint64_t hash = hash_words(HASH_START, bytes, SIZE);
+    free(bytes);
+    assert_true(hear_state(SIZE, hash, -1, true, why));
+    assert_true(whole.calls == 1 && whole.size == SIZE && whole.bytes[0] == 's');
+    assert_true(hear_state(SIZE, hash, -1, false, why)); /* nobody wants to know */
+    for (int piece = 0; piece < 3; piece++) {
+        assert_false(hear_state(SIZE, hash, piece, true, why));
+        assert_string_equal(why, "damaged: a piece of the state that it begins with is missing");
+    }
+    assert_false(hear_state(SIZE, hash ^ 1, -1, true, why));
+    assert_string_equal(why, "damaged: the state that it begins with is not what was written");
+    assert_int_equal(whole.calls, 0);
+}
+
 static void a_recording_that_is_not_there_is_refused(void **state)
 {
     (void)state;
@@ -97,6 +165,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(each_receive_gives_one_tick),
         cmocka_unit_test(a_damaged_recording_says_so),
+        cmocka_unit_test(a_state_is_handed_over_whole_or_not_at_all),
         cmocka_unit_test(a_recording_that_is_not_there_is_refused),
     };
     int failed = cmocka_run_group_tests(tests, NULL, NULL);

@@ -2,6 +2,8 @@
  * and from its middle. */
 #include "cell.h"
 
+#include "base/array.h"
+#include "base/hash.h"
 #include "service/server.h"
 
 #include <math.h>
@@ -90,7 +92,7 @@ static void says(const char *words)
     if (!strstr(told, words)) fail_msg("no %s in: %s", words, told);
 }
 
-static void a_recording_that_begins_in_the_middle_replays_alike_each_time(void **state)
+static void a_recording_that_begins_in_the_middle_replays_equal(void **state)
 {
     (void)state;
     char path[sizeof folder + 32];
@@ -102,9 +104,53 @@ static void a_recording_that_begins_in_the_middle_replays_alike_each_time(void *
     assert_int_equal(cell_stop(daemon), 0);
     int64_t hash;
     assert_in_range(cell_read(path, take_hash, &hash), 5, 100000);
-    assert_int_equal(replay_and_hear(path), EX_SOFTWARE); /* contact ids are counted anew: it says so */
-    says("{\"field\":\"contacts\",\"recorded\":\"");
+    assert_int_equal(replay_and_hear(path), EX_OK);
+    for (long workers = 1; workers <= 4; workers *= 2)
+        assert_int_equal(cell_replay(path, workers, workers != 2), EX_OK);
+}
+
+/* A copy of that recording with a state of which so many bytes, from `at` on, are `with`; all of it is whole. */
+static void rewrite_state(const char *to, size_t at, const char *with)
+{
+    char why[256] = "", from[sizeof folder + 32];
+    ARRAY(uint8_t) state = {0};
+    snprintf(from, sizeof from, "%s/middle.lcmlog", folder);
+    unlink(to);
+    wire_log_reader *r = wire_log_open(from, why, sizeof why);
+    wire_log_writer *w = wire_log_create(to, why, sizeof why);
+    assert_true(r && w);
+    for (wire_log_entry e; wire_log_next(r, &e, NULL, why, sizeof why) == 1;) {
+        int written = 0;
+        if (e.kind == WIRE_LOG_MESSAGE) written = wire_log_message(w, e.timestamp_us, &e.message);
+        if (e.kind == WIRE_LOG_TICK) written = wire_log_tick_end(w, e.timestamp_us, &e.tick);
+        if (e.kind == WIRE_LOG_STATE) {
+            for (size_t i = 0; i < e.data_size; i++) array_push(&state, e.data[i]);
+            if (state.count < e.state.total) continue;
+            assert_true(hash_words(HASH_START, state.at, state.count) == e.state.hash);
+            memcpy(state.at + at, with, strlen(with));
+            uint64_t hash = hash_words(HASH_START, state.at, state.count);
+            written = wire_log_whole_state(w, e.timestamp_us, state.at, state.count, hash);
+        }
+        assert_int_equal(written, 0);
+    }
+    assert_true(state.count > 0);
+    wire_log_end(r);
+    assert_int_equal(wire_log_close(w), 0);
+    array_free(&state);
+}
+
+/* As it lies in memory it means something to this build alone. What was announced is there for all others. */
+static void a_state_of_another_release_is_left_out_and_said_to_be(void **state)
+{
+    (void)state;
+    char path[sizeof folder + 32];
+    snprintf(path, sizeof path, "%s/changed.lcmlog", folder);
+    rewrite_state(path, 0, "0.0.9");
+    assert_int_equal(replay_and_hear(path), EX_SOFTWARE);
+    says("\"state_left_out\":\"it is of release 0.0.9, and this is ");
+    says("{\"field\":\"contacts\",\"recorded\":\""); /* they are counted anew, and nothing else */
     assert_null(strstr(told, "\"field\":\"lo\""));
+    unlink(path);
 }
 
 /* ---- what differs is told ---- */
@@ -316,7 +362,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_session_replays_with_the_same_hash_for_any_number_of_workers),
-        cmocka_unit_test(a_recording_that_begins_in_the_middle_replays_alike_each_time),
+        cmocka_unit_test(a_recording_that_begins_in_the_middle_replays_equal),
+        cmocka_unit_test(a_state_of_another_release_is_left_out_and_said_to_be),
         cmocka_unit_test(the_first_difference_is_told_with_both_values),
         cmocka_unit_test(a_replay_may_take_its_time),
         cmocka_unit_test(an_existing_recording_is_not_overwritten),

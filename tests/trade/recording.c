@@ -102,6 +102,8 @@ void record_session(const char *path, const recording *r)
                        .range_m = r->range,
                        .tolerance_m = 1e-6}});
     for (int tick = 0; tick < r->ticks; tick++) {
+        bool again = r->again < 0 || (tick % 10 == 9 && tick / 10 < r->again);
+        if (again) put_body(w, &sequence, 0);
         put_poses(w, &sequence, tick, r);
         const wire_log_tick end = {
             .tick = tick + 1, .now_ns = 1000000000 + 10000000ll * tick, .monotonic_ns = 1 + 10000000ll * tick};

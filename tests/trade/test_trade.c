@@ -88,6 +88,27 @@ static void every_pair_has_its_figures_and_finer_is_never_worse(void **state)
     assert_non_null(strstr(line, "picture.png"));
 }
 
+/* What it takes to build geometries and to find all pairs is the same at each accuracy, and much more than a tick. */
+static void ticks_in_which_something_is_announced_are_left_out(void **state)
+{
+    (void)state;
+    static const int AGAIN[] = {0, 3, -1},
+                     LEFT_OUT[] = {1, 4, 0}; /* the first one; in the last case there is no other */
+    for (size_t i = 0; i < sizeof AGAIN / sizeof *AGAIN; i++) {
+        recording announced = SESSION;
+        announced.ticks = 60;
+        announced.again = AGAIN[i];
+        unlink(path("announced"));
+        record_session(path("announced"), &announced);
+        trade("--json", "announced");
+        if (r.status != EX_OK) fail_msg("status %d: %s", r.status, r.err);
+        assert_true(number(r.out, "ticks") == 60 && number(r.out, "ticks_left_out") == LEFT_OUT[i]);
+        assert_true(number(strstr(r.out, "\"pair\":\"all\""), "tick_ns_mean") > 0);
+        trade("", "announced");
+        assert_true(!strstr(r.out, "are left out") == !LEFT_OUT[i]);
+    }
+}
+
 static void people_get_a_table_a_recommendation_and_a_picture(void **state)
 {
     (void)state;
@@ -185,6 +206,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_pair_has_its_figures_and_finer_is_never_worse),
+        cmocka_unit_test(ticks_in_which_something_is_announced_are_left_out),
         cmocka_unit_test(people_get_a_table_a_recommendation_and_a_picture),
         cmocka_unit_test(without_gnuplot_the_data_stays_and_the_package_is_named),
         cmocka_unit_test(what_holds_nothing_to_compare_is_refused),

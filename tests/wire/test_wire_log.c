@@ -132,6 +132,29 @@ static void everything_written_is_read_back_in_order(void **state)
     wire_memory_destroy(expected.memory);
 }
 
+static void a_state_comes_back_in_pieces(void **state)
+{
+    (void)state;
+    enum { SIZE = 2 * WIRE_LOG_PIECE_BYTES + 7 };
+    uint8_t *bytes = malloc(SIZE);
+    char why[256] = "";
+    for (size_t i = 0; i < SIZE; i++) bytes[i] = (uint8_t)(i * 7 + i / 251);
+    wire_log_writer *w = create();
+    assert_int_equal(wire_log_whole_state(w, 5, bytes, SIZE, UINT64_C(0xfedcba9876543210)), 0);
+    assert_int_equal(wire_log_close(w), 0);
+    wire_log_reader *r = open_log();
+    wire_log_entry e;
+    for (size_t at = 0; at < SIZE; at += e.data_size) {
+        expect_entry(r, &e);
+        assert_true(e.kind == WIRE_LOG_STATE && e.timestamp_us == 5 && e.data_size <= WIRE_LOG_PIECE_BYTES);
+        assert_true(e.state.offset == at && e.state.total == SIZE && e.state.hash == UINT64_C(0xfedcba9876543210));
+        assert_memory_equal(e.data, bytes + at, e.data_size);
+    }
+    assert_int_equal(wire_log_next(r, &e, NULL, why, sizeof why), 0);
+    wire_log_end(r);
+    free(bytes);
+}
+
 /* LCM's own layout, by hand: sync word, number, time, sizes, channel, data. */
 static void records_have_the_layout_of_lcm_logger(void **state)
 {
@@ -197,6 +220,29 @@ static int read_until_end(int *entries, char *why, size_t why_size)
     for (*entries = 0; (got = wire_log_next(r, &e, NULL, why, why_size)) == 1;) ++*entries;
     wire_log_end(r);
     return got;
+}
+
+/* Nobody is to take memory for it. */
+static void a_state_longer_than_the_file_is_told(void **state)
+{
+    (void)state;
+    static const size_t TOTAL_AT = HEADER + sizeof "collided.state" - 1 + 8;
+    uint8_t bytes[256];
+    char why[256] = "";
+    int entries;
+    wire_log_writer *w = create();
+    assert_int_equal(wire_log_whole_state(w, 0, (const uint8_t *)"state", 5, 1), 0);
+    assert_int_equal(wire_log_close(w), 0);
+    size_t size = read_bytes(bytes, sizeof bytes);
+    bytes[TOTAL_AT] = 1;
+    write_bytes(bytes, size);
+    assert_int_equal(read_until_end(&entries, why, sizeof why), -1);
+    assert_string_equal(why, "damaged at byte 0: a state is longer than the file");
+    bytes[TOTAL_AT] = 0;
+    bytes[TOTAL_AT + 7] = 4;
+    write_bytes(bytes, size);
+    assert_int_equal(read_until_end(&entries, why, sizeof why), -1);
+    assert_string_equal(why, "damaged at byte 0: a piece is longer than its state");
 }
 
 /* A tick, then a message: the size of the whole, and where the message's record begins. */
@@ -334,6 +380,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         WITH_FILE(everything_written_is_read_back_in_order),
+        WITH_FILE(a_state_comes_back_in_pieces),
+        WITH_FILE(a_state_longer_than_the_file_is_told),
         WITH_FILE(records_have_the_layout_of_lcm_logger),
         WITH_FILE(channels_of_others_are_passed_over_and_counted),
         WITH_FILE(an_empty_record_of_others_is_passed_over),
