@@ -4,6 +4,7 @@
 #include "message.h"
 #include "session.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -57,6 +58,24 @@ static wire_message piece_of(const collided *c, const content *g, int32_t piece)
             .indices = {indices, indices ? g->indices.at + index : NULL}}};
 }
 
+/* Content under a known hash is compared number by number: other content may have the same hash. */
+static bool is_announced(const collided *c, const geometry_record *known, const content *g)
+{
+    bool same = known->piece_count == g->pieces;
+    for (int32_t i = 0; same && i < g->pieces; i++) {
+        const wire_geometry *had = &known->pieces[i].message->geometry;
+        wire_message now = piece_of(c, g, i);
+        const wire_geometry *m = &now.geometry;
+        same = had->kind == m->kind && had->vertices.count == m->vertices.count &&
+               had->indices.count == m->indices.count &&
+               (!m->vertices.count ||
+                   memcmp(had->vertices.at, m->vertices.at, m->vertices.count * sizeof *m->vertices.at) == 0) &&
+               (!m->indices.count ||
+                   memcmp(had->indices.at, m->indices.at, m->indices.count * sizeof *m->indices.at) == 0);
+    }
+    return same;
+}
+
 static void announce_geometry(collided *c, const content *from)
 {
     geometry_record *g = allocate(1, sizeof *g);
@@ -75,7 +94,13 @@ static collided_geometry create(collided *c, const content *g, const char *what)
 {
     wire_refusal why = {.reason = WIRE_OK};
     pthread_mutex_lock(&c->lock);
-    bool is_new = !known(c, g->hash);
+    const geometry_record *before = known(c, g->hash);
+    bool is_new = !before;
+    if (before && !is_announced(c, before, g)) {
+        why.reason = WIRE_BAD_HASH;
+        snprintf(
+            why.text, sizeof why.text, "other geometry of yours has the same hash: change a number in its last bits");
+    }
     for (int32_t i = 0; is_new && i < g->pieces && why.reason == WIRE_OK; i++) {
         wire_message m = piece_of(c, g, i);
         why.reason = wire_check(&m, &why);

@@ -72,7 +72,7 @@ static bool shape_at(service *s, const wire_body *m, uint32_t i, world_shape *ou
                              .half = vec(size[0], size[1], size[2])},
         .local = {vec(at[0], at[1], at[2]), quat_unit((quat){at[3], at[4], at[5], at[6]})}};
     int64_t hash = m->shape_geometries.at[i];
-    if (hash == 0 || geometry_lend(s, hash, type, &out->shape)) return true;
+    if (hash == 0 || geometry_lend(s, geometry_claimed(s, m->client, hash), type, &out->shape)) return true;
     refuse(why, WIRE_UNKNOWN_GEOMETRY, "shape_geometries[%u]: %s %016" PRIx64 " has not come", i,
         type == WIRE_SHAPE_HEIGHT_FIELD ? "height field" : shape_type_name(out->shape.type), (uint64_t)hash);
     return false;
@@ -137,12 +137,15 @@ static void gather_rules(service *s, const wire_body *m)
 
 static void hold_geometries(service *s, owned_body *b, const wire_body *m)
 {
-    for (uint32_t i = 0; i < m->shape_types.count; i++)
-        if (m->shape_geometries.at[i] != 0) geometry_hold(s, m->shape_geometries.at[i]);
-    for (size_t i = 0; i < b->geometries.count; i++) geometry_release(s, b->geometries.at[i]);
-    b->geometries.count = 0;
-    for (uint32_t i = 0; i < m->shape_types.count; i++)
-        if (m->shape_geometries.at[i] != 0) array_push(&b->geometries, m->shape_geometries.at[i]);
+    size_t before = b->geometries.count;
+    for (uint32_t i = 0; i < m->shape_types.count; i++) {
+        if (m->shape_geometries.at[i] == 0) continue;
+        array_push(&b->geometries, geometry_claimed(s, m->client, m->shape_geometries.at[i]));
+        geometry_hold(s, b->geometries.at[b->geometries.count - 1]);
+    }
+    for (size_t i = 0; i < before; i++) geometry_release(s, b->geometries.at[i]);
+    b->geometries.count -= before;
+    memmove(b->geometries.at, b->geometries.at + before, b->geometries.count * sizeof *b->geometries.at);
 }
 
 static bool room_for(service *s, const session *c, const owned_body *b, const wire_body *m, wire_refusal *why)

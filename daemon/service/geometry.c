@@ -1,5 +1,7 @@
-/* geometry: hulls, meshes and height fields by the hash of their content. One is built when its last piece has come; it
- * goes when no body holds it and its sender is gone or took it back. Tick thread. */
+/* geometry: hulls, meshes and height fields. Content is known by the numbers themselves: a hash is what a client calls
+ * it by, and what one client sends under a hash neither changes nor hinders what another sends under the same. While it
+ * comes it belongs to its client; when its last piece has come it is compared with what is there, and shared if it is
+ * the same number by number, or else built. It goes when no body holds it and nobody claims it. Tick thread. */
 #include "service.h"
 
 #include "base/log.h"
@@ -10,10 +12,15 @@
 #include <stdlib.h>
 #include <string.h>
 
-static geometry *find(const service *s, int64_t hash)
+static geometry *find(const service *s, int64_t id)
 {
-    uint32_t index = pair_map_get(&s->geometry_of, (uint64_t)hash);
-    return index == PAIR_MAP_NONE ? NULL : &s->geometries.at[index];
+    uint32_t place = id ? pair_map_get(&s->geometry_of, (uint64_t)id) : PAIR_MAP_NONE;
+    return place == PAIR_MAP_NONE ? NULL : &s->geometries.at[place];
+}
+
+const geometry *geometry_at(const service *s, int64_t id)
+{
+    return find(s, id);
 }
 
 static bool is_whole(const geometry *g)
@@ -33,15 +40,82 @@ int64_t geometry_bytes(int64_t vertex_numbers, int64_t index_numbers)
     return vertex_numbers * (int64_t)sizeof(double) + index_numbers * (int64_t)sizeof(int32_t);
 }
 
+/* ---- who means what by a hash ---- */
+
+static int compare_claims(const geometry_claim *x, int64_t client, int64_t hash)
+{
+    if (x->client != client) return x->client < client ? -1 : 1;
+    return (x->hash > hash) - (x->hash < hash);
+}
+
+/* The first that is not less. */
+static size_t place_of_claim(const service *s, int64_t client, int64_t hash)
+{
+    size_t low = 0, high = s->claims.count;
+    while (low < high) {
+        size_t middle = low + (high - low) / 2;
+        if (compare_claims(&s->claims.at[middle], client, hash) < 0)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low;
+}
+
+static geometry_claim *find_claim(const service *s, int64_t client, int64_t hash)
+{
+    size_t at = place_of_claim(s, client, hash);
+    bool found = at < s->claims.count && compare_claims(&s->claims.at[at], client, hash) == 0;
+    return found ? &s->claims.at[at] : NULL;
+}
+
+int64_t geometry_claimed(const service *s, int64_t client, int64_t hash)
+{
+    const geometry_claim *c = find_claim(s, client, hash);
+    return c ? c->geometry : 0;
+}
+
+static int64_t bytes_of(const geometry *g)
+{
+    return geometry_bytes((int64_t)g->vertex_numbers, (int64_t)g->index_numbers);
+}
+
+static void claim(service *s, int64_t client, geometry *g)
+{
+    size_t at = place_of_claim(s, client, g->hash);
+    session *payer = session_find(s, client);
+    array_push(&s->claims, (geometry_claim){.client = 0});
+    memmove(&s->claims.at[at + 1], &s->claims.at[at], (s->claims.count - 1 - at) * sizeof *s->claims.at);
+    s->claims.at[at] = (geometry_claim){client, g->hash, g->id};
+    g->claims++;
+    if (payer) payer->geometry_bytes += bytes_of(g);
+}
+
+/* The claim at that place goes; what it was for goes at the next sweep, if nobody else wants it. */
+static void disclaim(service *s, size_t at)
+{
+    geometry_claim c = s->claims.at[at];
+    geometry *g = find(s, c.geometry);
+    session *payer = session_find(s, c.client);
+    int64_t bytes = bytes_of(g);
+    if (payer) payer->geometry_bytes = payer->geometry_bytes > bytes ? payer->geometry_bytes - bytes : 0;
+    g->claims--;
+    s->geometries_loose = true;
+    s->claims.count--;
+    memmove(&s->claims.at[at], &s->claims.at[at + 1], (s->claims.count - at) * sizeof *s->claims.at);
+}
+
+/* ---- the store ---- */
+
 static geometry *add(service *s, const wire_geometry *m)
 {
-    size_t index = 0;
-    while (index < s->geometries.count && s->geometries.at[index].used) index++;
-    if (index == s->geometries.count) array_push(&s->geometries, (geometry){.used = false});
-    geometry *g = &s->geometries.at[index];
-    *g = (geometry){.used = true,
+    size_t place = 0;
+    while (place < s->geometries.count && s->geometries.at[place].id) place++;
+    if (place == s->geometries.count) array_push(&s->geometries, (geometry){.id = 0});
+    geometry *g = &s->geometries.at[place];
+    *g = (geometry){.id = ++s->geometry_last,
         .hash = m->hash,
-        .payer = m->client,
+        .same = PAIR_MAP_NONE,
         .kind = m->kind,
         .pieces = m->pieces,
         .vertex_numbers = (size_t)m->vertex_numbers,
@@ -49,30 +123,39 @@ static geometry *add(service *s, const wire_geometry *m)
     g->vertices = base_zalloc(g->vertex_numbers ? g->vertex_numbers : 1, sizeof *g->vertices);
     g->indices = base_zalloc(g->index_numbers ? g->index_numbers : 1, sizeof *g->indices);
     g->has = base_zalloc((size_t)m->pieces, 1);
-    pair_map_put(&s->geometry_of, (uint64_t)m->hash, (uint32_t)index);
-    session *payer = session_find(s, m->client);
-    if (payer) payer->geometry_bytes += geometry_bytes(m->vertex_numbers, m->index_numbers);
+    pair_map_put(&s->geometry_of, (uint64_t)g->id, (uint32_t)place);
+    claim(s, m->client, g);
     return g;
 }
 
-static void pay_back(service *s, const geometry *g)
+static void enter_whole(service *s, geometry *g)
 {
-    session *payer = session_find(s, g->payer);
-    int64_t bytes = geometry_bytes((int64_t)g->vertex_numbers, (int64_t)g->index_numbers);
-    if (payer) payer->geometry_bytes = payer->geometry_bytes > bytes ? payer->geometry_bytes - bytes : 0;
+    g->same = pair_map_get(&s->geometry_whole, (uint64_t)g->hash);
+    pair_map_put(&s->geometry_whole, (uint64_t)g->hash, (uint32_t)(g - s->geometries.at));
+}
+
+static void leave_whole(service *s, const geometry *g)
+{
+    uint32_t place = (uint32_t)(g - s->geometries.at), at = pair_map_get(&s->geometry_whole, (uint64_t)g->hash);
+    if (at == place && g->same == PAIR_MAP_NONE)
+        pair_map_remove(&s->geometry_whole, (uint64_t)g->hash);
+    else if (at == place)
+        pair_map_put(&s->geometry_whole, (uint64_t)g->hash, g->same);
+    else
+        for (; at != PAIR_MAP_NONE; at = s->geometries.at[at].same)
+            if (s->geometries.at[at].same == place) s->geometries.at[at].same = g->same;
 }
 
 static void drop(service *s, geometry *g)
 {
-    pay_back(s, g);
-    pair_map_remove(&s->geometry_of, (uint64_t)g->hash);
+    if (is_whole(g)) leave_whole(s, g);
+    pair_map_remove(&s->geometry_of, (uint64_t)g->id);
     free(g->vertices);
     free(g->indices);
     free(g->has);
     hull_destroy(g->hull);
     mesh_destroy(g->mesh);
-    array_free(&g->announcers);
-    *g = (geometry){.used = false};
+    *g = (geometry){.id = 0};
 }
 
 static wire_reason build_hull(geometry *g, wire_refusal *why)
@@ -148,19 +231,40 @@ static wire_reason build_kind(geometry *g, wire_refusal *why)
     }
 }
 
-static wire_reason build(service *s, geometry *g, wire_refusal *why)
+static bool has_content(const geometry *g, const geometry *of)
+{
+    return g->hash == of->hash && g->kind == of->kind && g->vertex_numbers == of->vertex_numbers &&
+           g->index_numbers == of->index_numbers &&
+           memcmp(g->vertices, of->vertices, of->vertex_numbers * sizeof *of->vertices) == 0 &&
+           memcmp(g->indices, of->indices, of->index_numbers * sizeof *of->indices) == 0;
+}
+
+static geometry *find_whole(const service *s, const geometry *like)
+{
+    uint32_t at = pair_map_get(&s->geometry_whole, (uint64_t)like->hash);
+    while (at != PAIR_MAP_NONE && !has_content(&s->geometries.at[at], like)) at = s->geometries.at[at].same;
+    return at == PAIR_MAP_NONE ? NULL : &s->geometries.at[at];
+}
+
+/* All pieces have come: it is shared with who sent the same before, or built. Refused, it is gone with its claim. */
+static wire_reason complete(service *s, geometry *g, int64_t client, wire_refusal *why)
 {
     wire_f64s vertices = {(uint32_t)g->vertex_numbers, g->vertices};
-    if (wire_geometry_hash(g->kind, vertices, (wire_i32s){(uint32_t)g->index_numbers, g->indices}) != g->hash) {
+    bool right = wire_geometry_hash(g->kind, vertices, (wire_i32s){(uint32_t)g->index_numbers, g->indices}) == g->hash;
+    geometry *there = right ? find_whole(s, g) : NULL;
+    if (there) {
+        find_claim(s, client, g->hash)->geometry = there->id;
+        there->claims++;
         drop(s, g);
-        return refuse(why, WIRE_BAD_HASH, "hash: the content has another one");
-    }
-    if (build_kind(g, why) != WIRE_OK) {
+    } else if (!right || build_kind(g, why) != WIRE_OK) {
+        disclaim(s, place_of_claim(s, client, g->hash));
         drop(s, g);
-        return why->reason;
+        return right ? why->reason : refuse(why, WIRE_BAD_HASH, "hash: the content has another one");
+    } else {
+        free(g->has);
+        g->has = NULL;
+        enter_whole(s, g);
     }
-    free(g->has);
-    g->has = NULL;
     s->hull_came = true;
     return WIRE_OK;
 }
@@ -175,7 +279,7 @@ geometry_share geometry_share_of(const geometry *g, int32_t piece)
     return share;
 }
 
-/* Pieces may come in any order and more than once. */
+/* Pieces may come in any order and more than once; what comes again must be the same. */
 static wire_reason put_piece(service *s, geometry *g, const wire_geometry *m, wire_refusal *why)
 {
     if (m->kind != g->kind || m->pieces != g->pieces || (size_t)m->vertex_numbers != g->vertex_numbers ||
@@ -184,30 +288,17 @@ static wire_reason put_piece(service *s, geometry *g, const wire_geometry *m, wi
     geometry_share share = geometry_share_of(g, m->piece);
     if (m->vertices.count != share.vertices || m->indices.count != share.indices)
         return refuse(why, WIRE_MALFORMED, "pieces: one does not hold its share of the whole");
-    if (share.vertices) memcpy(g->vertices + share.first_vertex, m->vertices.at, share.vertices * sizeof *g->vertices);
-    if (share.indices) memcpy(g->indices + share.first_index, m->indices.at, share.indices * sizeof *g->indices);
-    g->come += !g->has[m->piece];
+    size_t v = share.vertices * sizeof *g->vertices, i = share.indices * sizeof *g->indices;
+    bool has = is_whole(g) || g->has[m->piece];
+    bool other = has && ((v && memcmp(g->vertices + share.first_vertex, m->vertices.at, v) != 0) ||
+                            (i && memcmp(g->indices + share.first_index, m->indices.at, i) != 0));
+    if (other) return refuse(why, WIRE_BAD_HASH, "hash: you have sent other content under it");
+    if (has) return WIRE_OK;
+    if (v) memcpy(g->vertices + share.first_vertex, m->vertices.at, v);
+    if (i) memcpy(g->indices + share.first_index, m->indices.at, i);
+    g->come++;
     g->has[m->piece] = 1;
-    return g->come == g->pieces ? build(s, g, why) : WIRE_OK;
-}
-
-/* ---- who announces it: several clients may send the same hull ---- */
-
-static void announce(geometry *g, int64_t client)
-{
-    for (size_t i = 0; i < g->announcers.count; i++)
-        if (g->announcers.at[i] == client) return;
-    array_push(&g->announcers, client);
-}
-
-static void retract(service *s, geometry *g, int64_t client)
-{
-    for (size_t i = 0; i < g->announcers.count; i++) {
-        if (g->announcers.at[i] != client) continue;
-        g->announcers.at[i] = g->announcers.at[--g->announcers.count];
-        s->geometries_loose = true;
-        return;
-    }
+    return g->come == g->pieces ? complete(s, g, m->client, why) : WIRE_OK;
 }
 
 /* So large a hull, mesh or height field is refused at its first piece, before memory is set aside for it. Each height
@@ -232,17 +323,16 @@ static wire_reason check_size(const wire_geometry *m, wire_refusal *why)
 
 wire_reason geometry_put(service *s, const wire_geometry *m, wire_refusal *why)
 {
-    geometry *g = find(s, m->hash);
+    geometry *g = find(s, geometry_claimed(s, m->client, m->hash));
     if (m->removed) {
-        if (g) retract(s, g, m->client);
+        if (g) disclaim(s, place_of_claim(s, m->client, m->hash));
         return WIRE_OK;
     }
     if (check_size(m, why) != WIRE_OK) return why->reason;
     if (!g && apply_limit(s, s->geometry_of.count, s->config.max_geometries, "max_geometries", why)) return why->reason;
     if (!g && !limits_geometry(s, session_find(s, m->client), m, why)) return why->reason;
     if (!g) g = add(s, m);
-    announce(g, m->client);
-    return is_whole(g) ? WIRE_OK : put_piece(s, g, m, why);
+    return put_piece(s, g, m, why);
 }
 
 /* What a shape of this type on the wire is made of. */
@@ -252,36 +342,32 @@ static uint8_t kind_for(uint8_t wire_type)
     return wire_type == WIRE_SHAPE_MESH ? WIRE_GEOMETRY_MESH : WIRE_GEOMETRY_HULL;
 }
 
-bool geometry_lend(const service *s, int64_t hash, uint8_t wire_type, shape *to)
+bool geometry_lend(const service *s, int64_t id, uint8_t wire_type, shape *to)
 {
-    const geometry *g = find(s, hash);
+    const geometry *g = find(s, id);
     if (!g || !is_whole(g) || g->kind != kind_for(wire_type)) return false;
     to->mesh = g->mesh;
     to->hull = g->mesh ? g->mesh->hull : g->hull;
     return true;
 }
 
-void geometry_hold(service *s, int64_t hash)
+void geometry_hold(service *s, int64_t id)
 {
-    geometry *g = find(s, hash);
+    geometry *g = find(s, id);
     if (g) g->users++;
 }
 
-void geometry_release(service *s, int64_t hash)
+void geometry_release(service *s, int64_t id)
 {
-    geometry *g = find(s, hash);
+    geometry *g = find(s, id);
     if (g && g->users) g->users--;
     s->geometries_loose = true;
 }
 
 void geometry_forget(service *s, int64_t client)
 {
-    for (size_t i = 0; i < s->geometries.count; i++) {
-        geometry *g = &s->geometries.at[i];
-        if (!g->used) continue;
-        retract(s, g, client);
-        if (g->payer == client) g->payer = 0; /* one who comes back under that number has not paid for it */
-    }
+    size_t at = place_of_claim(s, client, INT64_MIN);
+    while (at < s->claims.count && s->claims.at[at].client == client) disclaim(s, at);
 }
 
 wire_reason geometry_restore(service *s, const geometry *bare, wire_refusal *why)
@@ -289,8 +375,9 @@ wire_reason geometry_restore(service *s, const geometry *bare, wire_refusal *why
     geometry g = *bare;
     bool whole = !g.has;
     if (whole && build_kind(&g, why) != WIRE_OK) return why->reason;
-    pair_map_put(&s->geometry_of, (uint64_t)g.hash, (uint32_t)s->geometries.count);
+    pair_map_put(&s->geometry_of, (uint64_t)g.id, (uint32_t)s->geometries.count);
     array_push(&s->geometries, g);
+    if (whole) enter_whole(s, &s->geometries.at[s->geometries.count - 1]);
     return WIRE_OK;
 }
 
@@ -302,14 +389,16 @@ void geometry_sweep(service *s)
     s->geometries_loose = false;
     for (size_t i = 0; i < s->geometries.count; i++) {
         geometry *g = &s->geometries.at[i];
-        if (g->used && !g->users && !g->announcers.count) drop(s, g);
+        if (g->id && !g->users && !g->claims) drop(s, g);
     }
 }
 
 void geometry_free_all(service *s)
 {
     for (size_t i = 0; i < s->geometries.count; i++)
-        if (s->geometries.at[i].used) drop(s, &s->geometries.at[i]);
+        if (s->geometries.at[i].id) drop(s, &s->geometries.at[i]);
     array_free(&s->geometries);
+    array_free(&s->claims);
     pair_map_free(&s->geometry_of);
+    pair_map_free(&s->geometry_whole);
 }

@@ -21,7 +21,7 @@ static size_t parts_of_geometries(const service *s)
 {
     size_t count = 0;
     for (size_t i = 0; i < s->geometries.count; i++)
-        count += s->geometries.at[i].used && s->geometries.at[i].come < s->geometries.at[i].pieces;
+        count += s->geometries.at[i].id && s->geometries.at[i].come < s->geometries.at[i].pieces;
     return count;
 }
 

@@ -7,7 +7,6 @@
 
 #include <stdlib.h>
 
-/* `client`: whose it is when none announces it any more, but a body holds it. */
 static void tell_geometry(service *s, const geometry *g, int64_t client)
 {
     for (int32_t piece = 0; piece < g->pieces; piece++) {
@@ -15,7 +14,7 @@ static void tell_geometry(service *s, const geometry *g, int64_t client)
         geometry_share share = geometry_share_of(g, piece);
         wire_message m = {.kind = WIRE_GEOMETRY,
             .geometry = {.version = WIRE_VERSION,
-                .client = g->announcers.count ? g->announcers.at[0] : client,
+                .client = client,
                 .sequence = 1,
                 .kind = g->kind,
                 .hash = g->hash,
@@ -53,6 +52,7 @@ static uint8_t wire_type_of(const shape *s)
 
 typedef struct shape_writer {
     columns *c;
+    const service *s;
     const owned_body *b;
     uint32_t count;
     size_t lent; /* of the body's geometries */
@@ -70,12 +70,12 @@ static void put_shape(shape_writer *w, const shape *s, pose local)
     c->radii[i] = s->radius;
     c->deviations[i] = s->deviation;
     put_pose(c->poses + 7 * (size_t)i, local);
-    c->geometries[i] = lent ? w->b->geometries.at[w->lent++] : 0;
+    c->geometries[i] = lent ? geometry_at(w->s, w->b->geometries.at[w->lent++])->hash : 0;
 }
 
-static void fill_shapes(columns *c, const world_body *def, const owned_body *b, wire_body *m)
+static void fill_shapes(const service *of, columns *c, const world_body *def, const owned_body *b, wire_body *m)
 {
-    shape_writer w = {c, b, 0, 0};
+    shape_writer w = {c, of, b, 0, 0};
     for (size_t i = 0; i < def->shape_count; i++) {
         const shape *s = &c->shapes[i].shape;
         put_shape(&w, s, c->shapes[i].local);
@@ -177,7 +177,7 @@ static void tell_body(service *s, session *c, const owned_body *b, columns *scra
             .stamp_ns = def.stamp_ns,
             .stamp_is_now = def.stamp_is_now,
             .pose = {7, scratch->pose}}};
-    fill_shapes(scratch, &def, b, &m.body);
+    fill_shapes(s, scratch, &def, b, &m.body);
     fill_rules(scratch, &def, &m.body);
     record_message(s, &m);
     tell_pose(s, c, b, &def, scratch->pose);
@@ -239,14 +239,27 @@ static void tell_left(service *s)
     }
 }
 
+/* What each client claims; and what it has taken back, but its bodies hold. */
+static void tell_geometries(service *s)
+{
+    for (size_t i = 0; i < s->claims.count; i++)
+        tell_geometry(s, geometry_at(s, s->claims.at[i].geometry), s->claims.at[i].client);
+    for (size_t i = 0; i < s->sessions.count; i++) {
+        const session *c = s->sessions.at[i];
+        for (size_t k = 0; k < c->bodies.count; k++)
+            for (size_t n = 0; n < c->bodies.at[k].geometries.count; n++) {
+                const geometry *g = geometry_at(s, c->bodies.at[k].geometries.at[n]);
+                if (geometry_claimed(s, c->client, g->hash) != g->id) tell_geometry(s, g, c->client);
+            }
+    }
+}
+
 void record_state(service *s)
 {
     columns *scratch = base_alloc(1, sizeof *scratch);
     record_steps(s);
     tell_left(s);
-    for (size_t i = 0; i < s->geometries.count; i++)
-        if (s->geometries.at[i].used)
-            tell_geometry(s, &s->geometries.at[i], s->sessions.count ? s->sessions.at[0]->client : 1);
+    tell_geometries(s);
     for (size_t i = 0; i < s->sessions.count; i++) {
         session *c = s->sessions.at[i];
         wire_message m = {.kind = WIRE_CLIENT,

@@ -235,6 +235,8 @@ void service_reset(service *s)
     free_clients(s);
     pair_map_init(&s->session_of);
     pair_map_init(&s->geometry_of);
+    pair_map_init(&s->geometry_whole);
+    s->geometry_last = 0;
     s->world = make_world(&s->config);
     s->recorded_budget = s->hull_came = s->geometries_loose = false;
     s->lock_step = (struct lock_step){.members = 0};
@@ -262,6 +264,7 @@ server *server_create(const config *c, char *why, size_t why_size)
     s->inbox.memory = wire_memory_create();
     pair_map_init(&s->session_of);
     pair_map_init(&s->geometry_of);
+    pair_map_init(&s->geometry_whole);
     health_register(s);
     health_define(&s->measures);
     set_names(s);

@@ -29,11 +29,11 @@ enum { LINKS_MAX = 8 };
 /* ---- sessions ---- */
 
 typedef struct owned_body {
-    int32_t number;    /* the client's */
-    uint32_t world_id; /* WORLD_NONE: removed; the entry stays, so that a late copy does not bring it back */
-    uint32_t shapes;   /* in the world, as they count in limits */
-    int64_t sequence;  /* of the newest Body */
-    ARRAY(int64_t) geometries;
+    int32_t number;            /* the client's */
+    uint32_t world_id;         /* WORLD_NONE: removed; the entry stays, so that a late copy does not bring it back */
+    uint32_t shapes;           /* in the world, as they count in limits */
+    int64_t sequence;          /* of the newest Body */
+    ARRAY(int64_t) geometries; /* ids of those that it holds, in the order of its shapes */
 } owned_body;
 
 /* What a pose needs to know of a client's bodies, in their order: few bytes a body, which are gone through in runs. */
@@ -117,7 +117,7 @@ typedef struct session {
     simulation_mark simulation;                     /* of its poses */
     bool stepped;                                   /* one has come since the last tick ended */
     size_t body_count, shape_count, interest_count; /* in the world */
-    int64_t geometry_bytes;                         /* of geometries that it was the first to announce */
+    int64_t geometry_bytes;                         /* of the geometries that it claims */
     flow messages, poses, rejects;                  /* of the second that runs */
     int32_t lock_step; /* in lock-step with others: how many of them there are to be; 0: it is not */
     int64_t published; /* the newest step that it has published whole */
@@ -166,10 +166,12 @@ typedef struct stream {
 
 /* ---- geometries ---- */
 
+/* Content. While it comes it is one client's; whole, it may be shared by all who sent the very same numbers. */
 typedef struct geometry {
-    int64_t hash;
-    int64_t payer; /* the client whose limit it counts against, from its first piece on; 0: that one has gone */
-    ARRAY(int64_t) announcers; /* clients that announce it and have not taken it back */
+    int64_t id;      /* the daemon's own, never used again; 0: this place is free */
+    int64_t hash;    /* as its senders say, and as its content has it when whole: other content may have the same */
+    uint32_t claims; /* clients that announce it and have not taken it back */
+    uint32_t same;   /* place of another whole one with the same hash; PAIR_MAP_NONE: there is none */
     uint8_t kind;
     int32_t pieces, come; /* come: pieces that have arrived */
     size_t vertex_numbers, index_numbers;
@@ -179,8 +181,13 @@ typedef struct geometry {
     hull *hull;     /* when whole: this one ... */
     mesh *mesh;     /* ... or this one, by its kind */
     uint32_t users; /* bodies that hold it */
-    bool used;
 } geometry;
+
+/* What a client means by a hash. */
+typedef struct geometry_claim {
+    int64_t client, hash;
+    int64_t geometry; /* id */
+} geometry_claim;
 
 /* ---- inbox ---- */
 
@@ -300,7 +307,10 @@ typedef struct service {
     size_t left_count;
     ARRAY(stream) streams; /* by the world's interest id */
     ARRAY(geometry) geometries;
-    pair_map geometry_of; /* hash -> index */
+    pair_map geometry_of;         /* id -> place */
+    pair_map geometry_whole;      /* hash -> place of one that is whole; `same` leads to the others */
+    int64_t geometry_last;        /* the newest id */
+    ARRAY(geometry_claim) claims; /* by client, then hash */
     inbox inbox;
     posing posing;
     bool stepped;              /* since the last tick: its streams are told of the step */
@@ -364,14 +374,16 @@ typedef struct geometry_share { /* what one piece holds of the whole: vertices f
 int64_t geometry_bytes(int64_t vertex_numbers, int64_t index_numbers); /* of its numbers in memory */
 geometry_share geometry_share_of(const geometry *g, int32_t piece);
 wire_reason geometry_put(service *s, const wire_geometry *m, wire_refusal *why);
-/* The hull or mesh of a shape of that type, WIRE_SHAPE_*; false: it has not come, or is of another kind. */
-bool geometry_lend(const service *s, int64_t hash, uint8_t wire_type, shape *to);
-void geometry_hold(service *s, int64_t hash);
-void geometry_release(service *s, int64_t hash);
-void geometry_forget(service *s, int64_t client); /* what it announced and no body uses may go */
+int64_t geometry_claimed(const service *s, int64_t client, int64_t hash); /* its id; 0: the client has sent none */
+const geometry *geometry_at(const service *s, int64_t id);                /* NULL: there is none */
+/* The hull or mesh of a shape of that type, WIRE_SHAPE_*; false: it is not whole, or of another kind. */
+bool geometry_lend(const service *s, int64_t id, uint8_t wire_type, shape *to);
+void geometry_hold(service *s, int64_t id);
+void geometry_release(service *s, int64_t id);
+void geometry_forget(service *s, int64_t client); /* what it alone announced and no body holds may go */
 void geometry_sweep(service *s);                  /* frees what nobody wants; after a tick */
 void geometry_free_all(service *s);
-/* Behind the others, as it was elsewhere: vertices, indices and announcers become its own; `has` NULL: it is whole. */
+/* Behind the others, as it was elsewhere: vertices and indices become its own; `has` NULL: it is whole. */
 wire_reason geometry_restore(service *s, const geometry *bare, wire_refusal *why);
 
 /* inbox.c */

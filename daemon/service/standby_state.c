@@ -22,6 +22,7 @@ typedef struct state_head {
     uint64_t lost_count, left_count;
     left_client left_clients[LOST_KEPT];
     bool hull_came, geometries_loose, whole, budgeted;
+    int64_t geometry_last;
 } state_head;
 
 static uint64_t layout_here(void)
@@ -181,7 +182,6 @@ static const char *get_stream(service *s, bytes_in *from)
 static void put_geometry(const geometry *g, bytes_out *to)
 {
     geometry bare = *g;
-    NO_ARRAY(&bare.announcers);
     bare.vertices = NULL;
     bare.indices = NULL;
     bare.hull = NULL;
@@ -193,7 +193,6 @@ static void put_geometry(const geometry *g, bytes_out *to)
     if (comes) bytes_put(to, g->has, (size_t)g->pieces);
     bytes_put(to, g->vertices, g->vertex_numbers * sizeof *g->vertices);
     bytes_put(to, g->indices, g->index_numbers * sizeof *g->indices);
-    PUT_ARRAY(to, &g->announcers);
 }
 
 static const char *get_geometry(service *s, bytes_in *from)
@@ -214,12 +213,10 @@ static const char *get_geometry(service *s, bytes_in *from)
     if (comes) bytes_get(from, g.has, (size_t)g.pieces);
     bytes_get(from, g.vertices, g.vertex_numbers * sizeof *g.vertices);
     bytes_get(from, g.indices, g.index_numbers * sizeof *g.indices);
-    GET_ARRAY(from, &g.announcers);
     if (!from->broken && geometry_restore(s, &g, &why) == WIRE_OK) return NULL;
     free(g.has);
     free(g.vertices);
     free(g.indices);
-    array_free(&g.announcers);
     return "a geometry cannot be built";
 }
 
@@ -252,24 +249,22 @@ static const char *get_letter(service *s, bytes_in *from)
     return NULL;
 }
 
-/* ---- the world's hulls and meshes, by their hashes ---- */
+/* ---- the world's hulls and meshes, by their ids ---- */
 
 static int64_t name_of(const void *context, const shape *of)
 {
     const service *s = context;
     for (size_t i = 0; i < s->geometries.count; i++) {
         const geometry *g = &s->geometries.at[i];
-        if (g->used && (of->mesh ? g->mesh == of->mesh : of->hull && g->hull == of->hull)) return g->hash;
+        if (g->id && (of->mesh ? g->mesh == of->mesh : of->hull && g->hull == of->hull)) return g->id;
     }
     return 0;
 }
 
-static bool lend(const void *context, int64_t hash, shape *to)
+static bool lend(const void *context, int64_t id, shape *to)
 {
-    const service *s = context;
-    uint32_t place = pair_map_get(&s->geometry_of, (uint64_t)hash);
-    if (hash == 0 || place == PAIR_MAP_NONE) return false;
-    const geometry *g = &s->geometries.at[place];
+    const geometry *g = geometry_at(context, id);
+    if (!g) return false;
     to->mesh = g->mesh;
     to->hull = g->mesh ? g->mesh->hull : g->hull;
     return to->hull != NULL && (to->type == SHAPE_MESH) == (g->mesh != NULL);
@@ -297,17 +292,19 @@ void state_put(service *s, bytes_out *to)
         .whole = s->whole,
         .budgeted = s->config.budget_us > 0,
         .hull_came = s->hull_came,
-        .geometries_loose = s->geometries_loose};
+        .geometries_loose = s->geometries_loose,
+        .geometry_last = s->geometry_last};
     const world_lender lender = {.context = s, .name_of = name_of};
     size_t used = 0;
     snprintf(h.release, sizeof h.release, "%s", health_release());
     memcpy(h.lost_clients, s->lost_clients, sizeof h.lost_clients);
     memcpy(h.left_clients, s->left_clients, sizeof h.left_clients);
     bytes_put(to, &h, sizeof h);
-    for (size_t i = 0; i < s->geometries.count; i++) used += s->geometries.at[i].used;
+    for (size_t i = 0; i < s->geometries.count; i++) used += s->geometries.at[i].id != 0;
     bytes_put_count(to, used);
     for (size_t i = 0; i < s->geometries.count; i++)
-        if (s->geometries.at[i].used) put_geometry(&s->geometries.at[i], to);
+        if (s->geometries.at[i].id) put_geometry(&s->geometries.at[i], to);
+    PUT_ARRAY(to, &s->claims);
     bytes_put_count(to, s->sessions.count);
     for (size_t i = 0; i < s->sessions.count; i++) put_session(s, s->sessions.at[i], to);
     bytes_put_count(to, s->streams.count);
@@ -360,10 +357,12 @@ static const char *take_all(service *s, bytes_in *from)
         size_t count = bytes_get_count(from, 1);
         for (size_t k = 0; k < count; k++)
             if ((wrong = parts[i](s, from)) != NULL) return wrong;
+        if (i == 0) GET_ARRAY(from, &s->claims);
     }
     s->inbox.waiting = s->inbox.letters.count;
     s->hull_came = h.hull_came;
     s->geometries_loose = h.geometries_loose;
+    s->geometry_last = h.geometry_last;
     const world_lender lender = {.context = s, .lend = lend};
     service_replay_budget(s, h.budgeted, 0); /* before the world knows what ticks can do */
     return world_restore(s->world, &lender, from);

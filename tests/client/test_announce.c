@@ -650,6 +650,20 @@ static void hulls_are_announced_once_and_in_pieces(void **state)
     collided_close(c);
 }
 
+/* The two hulls have one hash (tests/service/test_service_geometry.c): the second is not taken for the first. */
+static void other_numbers_with_the_same_hash_are_refused(void **state)
+{
+    (void)state;
+    const double one[12] = {-1, 0, 0, 1, 0, 0, 0, -1, 0, 0, 0x1.e5ceed43p+0, 0x1.36e7a321p+0};
+    const double other[12] = {-1, 0, 0, 1, 0, 0, 0, -1, 0, 0, 0x1.8e2a310fp+0, 0x1.53a20b52p+0};
+    fake_begin((fake_options){.repeats = true, .epoch = 1});
+    collided *c = fake_connect();
+    assert_int_not_equal(collided_create_hull(c, one, 4).hash, 0);
+    assert_int_equal(collided_create_hull(c, other, 4).hash, 0);
+    assert_non_null(strstr(collided_error(c), "the same hash"));
+    collided_close(c);
+}
+
 static void height_fields_are_announced_whole(void **state)
 {
     (void)state;
@@ -716,6 +730,7 @@ int main(void)
         cmocka_unit_test(a_daemon_that_has_lost_one_body_is_told_of_all),
         cmocka_unit_test(poses_of_a_body_that_is_gone_are_not_missed),
         cmocka_unit_test(hulls_are_announced_once_and_in_pieces),
+        cmocka_unit_test(other_numbers_with_the_same_hash_are_refused),
         cmocka_unit_test(height_fields_are_announced_whole),
     };
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
