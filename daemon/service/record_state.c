@@ -239,19 +239,27 @@ static void tell_left(service *s)
     }
 }
 
-/* What each client claims; and what it has taken back, but its bodies hold. */
+/* What the bodies of a client hold, though it has taken it back: each once. */
+static void tell_held(service *s, const session *c)
+{
+    pair_map told;
+    pair_map_init(&told);
+    for (size_t k = 0; k < c->bodies.count; k++)
+        for (size_t n = 0; n < c->bodies.at[k].geometries.count; n++) {
+            const geometry *g = geometry_at(s, c->bodies.at[k].geometries.at[n]);
+            bool claimed = geometry_claimed(s, c->client, g->hash) == g->id;
+            if (claimed || pair_map_get(&told, (uint64_t)g->id) != PAIR_MAP_NONE) continue;
+            pair_map_put(&told, (uint64_t)g->id, 0);
+            tell_geometry(s, g, c->client);
+        }
+    pair_map_free(&told);
+}
+
 static void tell_geometries(service *s)
 {
     for (size_t i = 0; i < s->claims.count; i++)
         tell_geometry(s, geometry_at(s, s->claims.at[i].geometry), s->claims.at[i].client);
-    for (size_t i = 0; i < s->sessions.count; i++) {
-        const session *c = s->sessions.at[i];
-        for (size_t k = 0; k < c->bodies.count; k++)
-            for (size_t n = 0; n < c->bodies.at[k].geometries.count; n++) {
-                const geometry *g = geometry_at(s, c->bodies.at[k].geometries.at[n]);
-                if (geometry_claimed(s, c->client, g->hash) != g->id) tell_geometry(s, g, c->client);
-            }
-    }
+    for (size_t i = 0; i < s->sessions.count; i++) tell_held(s, s->sessions.at[i]);
 }
 
 void record_state(service *s)
