@@ -51,7 +51,8 @@ typedef struct transport_dds {
     void *sample; /* room for any kind; written under the client's mutex */
 } transport_dds;
 
-static const wire_kind outgoing[] = {WIRE_CLIENT, WIRE_GEOMETRY, WIRE_BODY, WIRE_POSE_BATCH, WIRE_INTEREST, WIRE_QUERY};
+static const wire_kind outgoing[] = {
+    WIRE_CLIENT, WIRE_GEOMETRY, WIRE_BODY, WIRE_POSE_BATCH, WIRE_INTEREST, WIRE_QUERY, WIRE_RECEIPT};
 enum { OUTGOING = sizeof outgoing / sizeof outgoing[0] };
 
 /* ---- the domain, shared by the clients of a process ---- */
