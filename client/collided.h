@@ -440,13 +440,20 @@ typedef struct collided_batch { /* all events of one tick on one stream; or a he
                                stamped. Poses that are sent again unchanged are no events, but count here */
     bool snapshot;          /* the whole current state: forget what you knew */
     bool closing;
-    int64_t lost; /* batches that were lost before this one, which is then a snapshot: after a loss nothing is delivered
-                     until the library has asked for one and got it */
+    int64_t lost;   /* batches that were lost, or skipped since this client reads too slowly, before this one, which is
+                       then a snapshot: after a loss nothing is delivered until the library has asked for one and got it,
+                       or for what is missing */
+    int32_t behind; /* so many messages of this stream, from this one on, waited in the daemon until this client had
+                       read what came before: it comes late, or much came at once. 0 = it is up to date */
+    bool starved;   /* a notice without events: nothing whole has come for 3 s, though the daemon is heard, and what was
+                       delivered last is old. Given once; the next batch goes on, or is a snapshot */
     const collided_event *events;
     size_t event_count;
 } collided_batch;
 
-/* Receives the batches of a subscription, in order, inside collided_poll and functions that wait. */
+/* Receives the batches of a subscription, in order, inside collided_poll and functions that wait. Who polls too rarely
+ * for what he asks gets less, but never anything wrong: see `behind`, `lost` and `starved`. Nobody else waits for
+ * him; the daemon's health is degraded, and names him, as long as he starves. */
 typedef void collided_events(void *context, const collided_batch *batch);
 
 /* What is to be told; begin with collided_interest_def_default. Names and patterns are copied. */

@@ -41,6 +41,7 @@ static interest_record *add_record(collided *c, const char *stream, const collid
         .callback = def->callback,
         .context = def->context,
         .waiting = true,
+        .lacks_ns = now,
         .each_tick = def->rate_hz == 0,
         .resync_wait_ns = FIRST_RESYNC_S * NS_PER_S,
         .resync_ns = now + FIRST_RESYNC_S * NS_PER_S,

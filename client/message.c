@@ -122,6 +122,9 @@ void message_set_sequence(wire_message *m, int64_t sequence)
     case WIRE_QUERY:
         m->query.sequence = sequence;
         break;
+    case WIRE_RECEIPT:
+        m->receipt.sequence = sequence;
+        break;
     default:
         assert(!"clients do not send this kind");
     }

@@ -50,11 +50,21 @@ typedef struct interest_record {
     char *stream;
     collided_events *callback;
     void *context;
-    int64_t epoch;            /* of the last batch, 0 = none yet */
-    int64_t next_batch, tick; /* tick: of the last batch */
-    bool closed;              /* that one was the last of its stream */
-    bool waiting;             /* nothing is delivered until a snapshot comes */
-    bool unsure;              /* a standby has taken over, and has not told where it goes on */
+    int64_t epoch;                         /* of the last batch, 0 = none yet */
+    int64_t next_batch, tick;              /* tick: of the last batch */
+    bool closed;                           /* that one was the last of its stream */
+    bool waiting;                          /* nothing is delivered until what is missing, or a snapshot, comes */
+    bool gathering;                        /* parts of a snapshot come */
+    int64_t snapshot_batch, snapshot_tick; /* of the last snapshot, if nothing came behind it; tick 0: something did */
+    int32_t snapshot_part;                 /* its last part that came */
+    bool asked;                            /* for what is missing here */
+    unsigned receipts;                     /* so often, since something came in order */
+    unsigned owed;                         /* messages that came in order since the last receipt */
+    bool eager;                            /* the daemon waits for receipts */
+    int32_t behind;                        /* messages that it said to wait */
+    bool starved;                          /* and its callback has had the notice */
+    int64_t lacks_ns;                      /* waiting or gathering: since then */
+    bool unsure;                           /* a standby has taken over, and has not told where it goes on */
     bool each_tick;
     int64_t step;       /* of the last batch since a step was ended; 0 = none */
     int64_t told_epoch; /* of the last batch that was delivered; 0 = none was */

@@ -1,8 +1,11 @@
-/* stream: batches of events in, callbacks out. The batches of a stream are numbered: after a gap nothing is delivered
- * until the daemon, asked by announcing the interest again, has sent a snapshot; that one tells how many were lost. So
- * what a callback has been told is always a state that the world was in. A stream that is silent although the daemon is
- * heard is asked for in the same way: heartbeats may be rarer than that, so after longer and longer silences. The
- * caller's thread, without the lock. */
+/* stream: batches of events in, callbacks and receipts out. The batches of a stream are numbered: after a gap nothing
+ * is delivered until the daemon, by a receipt that says how far we have got, has sent on from there, or a snapshot;
+ * that one says how many were lost. So what a callback has heard is always a state that the world was in. Receipts also
+ * pace what is large: the daemon sends only so much beyond them. A callback whose stream starves, since nothing whole
+ * comes for long, hears of it. A stream that is silent although the daemon is heard is asked for by announcing the
+ * interest again: heartbeats may be rarer than that, so after longer and longer silences. The caller's thread, without
+ * the lock.
+ */
 #include "allocate.h"
 #include "message.h"
 #include "session.h"
@@ -10,7 +13,15 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { LONGEST_RESYNC_S = 16, LONGEST_PATIENCE_S = 3600 /* a daemon's heartbeat has no longer period */ };
+enum {
+    FIRST_RESYNC_MS = 250,
+    LONGEST_RESYNC_S = 16,
+    RECEIPTS_MOST = 4,         /* in vain: then the interest is announced again */
+    LONGEST_PATIENCE_S = 3600, /* a daemon's heartbeat has no longer period */
+    STARVED_S = 3,
+    RECEIPT_EACH = 64,      /* messages, while the stream is up to date: half of what the daemon sends without */
+    RECEIPT_EACH_BEHIND = 8 /* and at the end of each turn, while it is not */
+};
 
 static const char *cause_name(uint8_t cause)
 {
@@ -30,6 +41,14 @@ static const char *cause_name(uint8_t cause)
 void stream_drop_parts(interest_record *i)
 {
     while (i->part_count) free(i->parts[--i->part_count]);
+}
+
+/* Parts of a batch that will not be whole were not delivered: they count as lost. */
+static void give_up_parts(interest_record *i)
+{
+    if (!i->gathering) i->next_batch -= (int64_t)i->part_count;
+    i->gathering = false;
+    stream_drop_parts(i);
 }
 
 static double age_s(int64_t age_ns)
@@ -138,6 +157,7 @@ static void deliver(collided *c, interest_record *i, const wire_message *const *
         .snapshot = b->snapshot,
         .closing = b->closing,
         .lost = i->lost,
+        .behind = parts[0]->event_batch.behind,
         .event_count = count,
         .events = c->events};
     i->lost = 0;
@@ -155,6 +175,37 @@ static void count_lost(collided *c, interest_record *i, int64_t batches)
     pthread_mutex_lock(&c->lock);
     c->counters.batches_lost += batches;
     pthread_mutex_unlock(&c->lock);
+    (void)session_fail(c, COLLIDED_TRANSPORT, "stream '%s': %lld batches were lost, and a snapshot came in their place",
+        i->stream, (long long)batches);
+}
+
+/* ---- what we have, and what is missing ---- */
+
+static bool lacks(const interest_record *i)
+{
+    return i->waiting || i->gathering;
+}
+
+/* False: nothing has come yet that it could name, or we may not write it. */
+static bool send_receipt(collided *c, interest_record *i, bool missing)
+{
+    bool names = i->next_batch > 0 || i->gathering;
+    if (!names || (c->link->ops->permits && !c->link->ops->permits(c->link, WIRE_RECEIPT))) return false;
+    wire_message m = {.kind = WIRE_RECEIPT,
+        .receipt = {.version = WIRE_VERSION,
+            .client = c->id,
+            .interest = i->id,
+            .epoch = i->epoch,
+            .batch = i->snapshot_tick ? i->snapshot_batch : i->next_batch - 1,
+            .tick = i->snapshot_tick,
+            .part = i->snapshot_part,
+            .missing = missing}};
+    pthread_mutex_lock(&c->lock);
+    message_set_sequence(&m, ++c->sequence);
+    (void)session_send(c, &m);
+    pthread_mutex_unlock(&c->lock);
+    i->owed = 0;
+    return true;
 }
 
 /* Announcing the interest again makes the daemon send a snapshot. Not while it is pending: then one comes by itself. */
@@ -167,11 +218,35 @@ static bool announce_interest_again(collided *c, interest_record *i)
     return asked;
 }
 
-static void ask_for_snapshot(collided *c, interest_record *i, int64_t now_ns)
+static void ask_for_missing(collided *c, interest_record *i, int64_t now_ns)
 {
-    bool asked = announce_interest_again(c, i);
+    bool asked = i->receipts < RECEIPTS_MOST && send_receipt(c, i, true);
+    i->receipts += asked;
+    if (!asked) asked = announce_interest_again(c, i);
+    i->asked = true;
     i->resync_ns = now_ns + i->resync_wait_ns;
     if (asked && i->resync_wait_ns < LONGEST_RESYNC_S * NS_PER_S) i->resync_wait_ns *= 2;
+}
+
+/* Once for each place: what follows there is of no use either. */
+static void note_missing(collided *c, interest_record *i)
+{
+    int64_t now = session_monotonic_ns();
+    if (!lacks(i)) i->lacks_ns = now;
+    if (!i->waiting) i->resync_wait_ns = FIRST_RESYNC_MS * NS_PER_MS;
+    i->waiting = true;
+    if (!i->asked) ask_for_missing(c, i, now);
+}
+
+static void take_in_order(collided *c, interest_record *i, const wire_event_batch *b)
+{
+    i->asked = false;
+    i->receipts = 0;
+    i->waiting = i->gathering;
+    i->resync_wait_ns = FIRST_RESYNC_MS * NS_PER_MS;
+    i->resync_ns = i->heard_ns + i->resync_wait_ns;
+    i->eager = b->behind || b->snapshot;
+    if (++i->owed >= (i->eager ? RECEIPT_EACH_BEHIND : RECEIPT_EACH)) (void)send_receipt(c, i, false);
 }
 
 /* A daemon that is not heard at all is silent on all streams, and need not be asked. */
@@ -182,18 +257,53 @@ static void look_into_silence(collided *c, interest_record *i, int64_t now_ns)
     if (i->patience_ns < LONGEST_PATIENCE_S * NS_PER_S) i->patience_ns *= 2;
 }
 
+static int64_t starves_ns(const interest_record *i)
+{
+    return lacks(i) && !i->starved ? i->lacks_ns + STARVED_S * NS_PER_S : INT64_MAX;
+}
+
+/* Not while its announcement, or the daemon, is what one waits for. */
+static void tell_starving(collided *c, interest_record *i, int64_t now_ns)
+{
+    pthread_mutex_lock(&c->lock);
+    bool expected = i->announced.state == ANNOUNCE_ACKED;
+    pthread_mutex_unlock(&c->lock);
+    if (!expected || session_unheard(c)) {
+        i->lacks_ns = now_ns;
+        return;
+    }
+    i->starved = true;
+    (void)session_fail(
+        c, COLLIDED_TIMEOUT, "stream '%s' starves: nothing whole has come for %d s", i->stream, STARVED_S);
+    const collided_batch notice = {.interest = {i->id},
+        .stream = i->stream,
+        .epoch = i->epoch,
+        .batch = i->next_batch - 1,
+        .tick = i->tick,
+        .behind = i->behind > 0 ? i->behind : 1,
+        .starved = true,
+        .events = c->events};
+    c->in_callback = true;
+    i->callback(i->context, &notice);
+    c->in_callback = false;
+    c->delivered++;
+}
+
 static int64_t due_ns(const interest_record *i)
 {
-    return i->waiting ? i->resync_ns : i->heard_ns + i->patience_ns;
+    int64_t asks_ns = lacks(i) ? i->resync_ns : i->heard_ns + i->patience_ns;
+    return starves_ns(i) < asks_ns ? starves_ns(i) : asks_ns;
 }
 
 void stream_tend(collided *c, int64_t now_ns)
 {
     for (interest_record *i = c->interests; i; i = i->next) {
+        if (!i->removed && i->owed && i->eager) (void)send_receipt(c, i, false);
         if (i->removed || now_ns < due_ns(i)) continue;
-        if (i->waiting)
-            ask_for_snapshot(c, i, now_ns);
-        else
+        if (now_ns >= starves_ns(i)) tell_starving(c, i, now_ns);
+        if (lacks(i) && now_ns >= i->resync_ns)
+            ask_for_missing(c, i, now_ns);
+        else if (!lacks(i))
             look_into_silence(c, i, now_ns);
     }
 }
@@ -218,33 +328,70 @@ static interest_record *addressee(collided *c, const wire_event_batch *b)
     return i;
 }
 
-static void wait_for_snapshot(interest_record *i)
-{
-    stream_drop_parts(i);
-    i->waiting = true;
-    i->resync_wait_ns = NS_PER_S;
-}
-
 static void follow_epoch(interest_record *i, const wire_event_batch *b)
 {
     if (b->epoch == i->epoch) return;
     if (wire_same_line(b->epoch, i->epoch)) { /* a standby has taken over, and goes on with the same numbers */
         i->epoch = b->epoch;
-        i->unsure = !i->waiting;
+        i->unsure = !lacks(i);
         return;
     }
-    i->unsure = false;
-    wait_for_snapshot(i);
+    give_up_parts(i);
+    i->unsure = i->asked = false;
+    if (!i->waiting) i->lacks_ns = session_monotonic_ns();
+    i->waiting = true;
+    i->receipts = 0;
+    i->resync_wait_ns = NS_PER_S;
     i->resync_ns = session_monotonic_ns() + i->resync_wait_ns;
     i->epoch = b->epoch;
-    i->next_batch = 0;
+    i->next_batch = i->snapshot_tick = i->snapshot_batch = i->snapshot_part = 0;
 }
 
-static void resume_from_snapshot(collided *c, interest_record *i)
+/* ---- snapshots: as of the batch whose number they have ---- */
+
+static bool is_of_snapshot(const interest_record *i, const wire_event_batch *b)
 {
-    wait_for_snapshot(i);
-    ask_for_snapshot(c, i, session_monotonic_ns());
+    return i->snapshot_tick && b->batch == i->snapshot_batch && b->tick == i->snapshot_tick;
 }
+
+/* The daemon numbers ticks from 1; 0 stands for none. */
+static void begin_gathering(interest_record *i, const wire_event_batch *b)
+{
+    if (!lacks(i)) i->lacks_ns = session_monotonic_ns();
+    give_up_parts(i);
+    i->gathering = true;
+    i->unsure = false;
+    i->snapshot_batch = b->batch;
+    i->snapshot_tick = b->tick;
+    i->snapshot_part = 0;
+}
+
+static void end_gathering(collided *c, interest_record *i, const wire_event_batch *b)
+{
+    int64_t lost = i->next_batch && !i->closed ? b->batch + 1 - i->next_batch : 0;
+    if (lost > 0) count_lost(c, i, lost);
+    i->gathering = false;
+    i->next_batch = b->batch + 1;
+}
+
+/* One that others have overtaken is none: within an epoch numbers only rise, also where the stream began anew. */
+static bool takes_part(collided *c, interest_record *i, const wire_event_batch *b)
+{
+    bool same = is_of_snapshot(i, b);
+    if (same && b->part <= i->snapshot_part) return false; /* a copy */
+    if (same && i->gathering && b->part == i->snapshot_part + 1)
+        i->snapshot_part = b->part;
+    else if (!same && b->part == 0 && (i->unsure || b->batch + 1 >= i->next_batch))
+        begin_gathering(i, b);
+    else {
+        if (lacks(i) || b->batch >= i->next_batch) note_missing(c, i);
+        return false;
+    }
+    if (b->part + 1 == b->parts) end_gathering(c, i, b);
+    return true;
+}
+
+/* ---- batches ---- */
 
 /* A standby that has taken over tells again what readers may have missed, snapshots too; its ticks go on. */
 static bool was_told(const interest_record *i, const wire_event_batch *b)
@@ -252,50 +399,42 @@ static bool was_told(const interest_record *i, const wire_event_batch *b)
     return b->tick < i->tick || (b->tick == i->tick && b->batch < i->next_batch);
 }
 
-/* How many were lost before that one. What was closed begins anew above the numbers of all that have ended. */
-static int64_t gap_before(const interest_record *i, int64_t batch)
-{
-    return i->closed ? 0 : batch - i->next_batch;
-}
-
-/* True if the batch continues what was told, or begins anew. A snapshot that others have overtaken does neither: within
- * an epoch numbers only rise, also where the stream began anew. */
+/* True if the batch continues what was delivered, or begins anew. */
 static bool in_order(collided *c, interest_record *i, const wire_event_batch *b)
 {
     follow_epoch(i, b);
     if (i->unsure && was_told(i, b)) return false;
-    if (b->snapshot && b->part == 0 && (i->unsure || b->batch >= i->next_batch)) {
-        if (!i->waiting && b->batch > i->next_batch) count_lost(c, i, gap_before(i, b->batch));
-        stream_drop_parts(i);
-        i->waiting = i->unsure = false;
+    if (b->snapshot) return takes_part(c, i, b);
+    if (!i->gathering && i->next_batch && b->batch == i->next_batch) {
+        i->next_batch++;
+        i->snapshot_tick = i->snapshot_batch = i->snapshot_part = 0;
         return true;
     }
-    if (!i->waiting && b->batch == i->next_batch) return true;
-    if (!i->waiting && b->batch < i->next_batch) return false; /* told already */
-    if (i->waiting) {
-        count_lost(c, i, 1);
-        return false;
-    }
-    count_lost(c, i, gap_before(i, b->batch) + 1 + (int64_t)i->part_count);
-    resume_from_snapshot(c, i);
+    bool had = i->gathering ? b->batch <= i->snapshot_batch : b->batch < i->next_batch;
+    if (!had && (i->next_batch || i->gathering)) note_missing(c, i);
     return false;
 }
 
-/* It has the number of the last batch that was sent, which may be one that has not come. */
+/* It has the number of the last batch that there is, which may be one that has not come, or waits to be sent. */
 static void receive_heartbeat(collided *c, interest_record *i, const wire_message *m)
 {
     const wire_event_batch *b = &m->event_batch;
     follow_epoch(i, b);
-    if (i->waiting) return;
-    if (b->batch >= i->next_batch) {
-        count_lost(c, i, gap_before(i, b->batch) + 1 + (int64_t)i->part_count);
-        resume_from_snapshot(c, i);
+    i->behind = b->behind;
+    bool names = i->next_batch > 0 || i->gathering;
+    if (!names) return;
+    if (b->behind) { /* what it waits for is a receipt, or was lost */
+        if (session_monotonic_ns() >= i->resync_ns) note_missing(c, i);
+    } else if (i->gathering || b->batch >= i->next_batch) {
+        note_missing(c, i);
     } else if (b->batch == i->next_batch - 1) {
         i->unsure = false;
-        deliver(c, i, &m, 1);
+        if (!i->waiting) deliver(c, i, &m, 1);
     } else if (i->unsure) { /* we were told more than the standby knew of when it took over */
         i->unsure = false;
-        resume_from_snapshot(c, i);
+        i->next_batch = b->batch + 1;
+        i->snapshot_tick = 0;
+        note_missing(c, i);
     }
 }
 
@@ -305,16 +444,19 @@ void stream_receive(collided *c, const wire_message *m)
     interest_record *i = addressee(c, b);
     if (i && b->heartbeat) receive_heartbeat(c, i, m);
     if (!i || b->heartbeat || !in_order(c, i, b)) return;
-    i->next_batch = b->batch + 1;
+    i->behind = b->behind;
     i->tick = b->tick;
     i->closed = b->closing && b->part + 1 == b->parts;
-    if (b->parts <= 1) {
-        deliver(c, i, &m, 1);
-        return;
+    take_in_order(c, i, b);
+    if (b->parts > 1) {
+        i->parts = reserve(i->parts, &i->part_capacity, i->part_count + 1, sizeof(wire_message *));
+        i->parts[i->part_count++] = message_copy(m);
     }
-    i->parts = reserve(i->parts, &i->part_capacity, i->part_count + 1, sizeof(wire_message *));
-    i->parts[i->part_count++] = message_copy(m);
     if (b->part + 1 < b->parts) return;
-    deliver(c, i, (const wire_message *const *)i->parts, i->part_count);
+    i->starved = false;
+    if (b->parts <= 1)
+        deliver(c, i, &m, 1);
+    else
+        deliver(c, i, (const wire_message *const *)i->parts, i->part_count);
     stream_drop_parts(i);
 }

@@ -53,7 +53,8 @@ typedef struct transport_dds {
 
 /* In the order in which their writers are made known: whoever has heard an announcement, and acknowledges it, has found
  * the writers of what is volatile before. */
-static const wire_kind outgoing[] = {WIRE_POSE_BATCH, WIRE_QUERY, WIRE_CLIENT, WIRE_GEOMETRY, WIRE_BODY, WIRE_INTEREST};
+static const wire_kind outgoing[] = {
+    WIRE_POSE_BATCH, WIRE_QUERY, WIRE_RECEIPT, WIRE_CLIENT, WIRE_GEOMETRY, WIRE_BODY, WIRE_INTEREST};
 enum { OUTGOING = sizeof outgoing / sizeof outgoing[0] };
 
 /* ---- the domain, shared by the clients of a process ---- */

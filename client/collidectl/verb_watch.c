@@ -112,9 +112,14 @@ static void json_batch(const collided_batch *b)
         json_integer(&j, "batches", b->lost);
         close_line(&j);
     }
+    if (b->starved) {
+        open_line(&j, "starves", b);
+        close_line(&j);
+    }
     if (b->snapshot) {
         open_line(&j, "snapshot", b);
         json_integer(&j, "events", (int64_t)b->event_count);
+        json_integer(&j, "behind", b->behind);
         close_line(&j);
     }
     for (size_t i = 0; i < b->event_count; i++) json_event(&j, b, &b->events[i]);
@@ -182,6 +187,10 @@ static void text_batch(const collided_batch *b)
 {
     char when[48];
     text_time(b->stamp_ns, when);
+    if (b->starved) {
+        printf("the stream starves: nothing whole has come for long, and all above is old\n");
+        return;
+    }
     if (b->simulation_ns) snprintf(when + strlen(when), 32, " sim %.6f s", 1e-9 * (double)b->simulation_ns);
     if (b->lost > 0) printf("%s lost     %" PRId64 " batches; the whole state follows\n", when, b->lost);
     if (b->snapshot) printf("%s snapshot %zu pairs: the whole current state\n", when, b->event_count);

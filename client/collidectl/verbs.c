@@ -38,7 +38,7 @@ const ctl_verb ctl_verbs[] = {
         "both are in seconds from the pose that the way began with, or from the newest pose: apart before\n"
         "the first, touching at the second, both proven; inf is a contact that is not proven. alive (JSON:\n"
         "heartbeat): nothing has changed for a second. missing: clients in lock-step that a step was done\n"
-        "without.\n"},
+        "without. starves: nothing whole has come for 3 s, though the daemon is heard.\n"},
     {"query", "KIND ...", 1, 4, verb_query, "Asks once",
         "  query ray X,Y,Z DX,DY,DZ       the first body along a ray\n"
         "  query distance A B             certified distance of two bodies\n"

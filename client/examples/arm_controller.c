@@ -81,7 +81,7 @@ static void on_distances(void *context, const collided_batch *batch)
 {
     senses *s = context;
     if (batch->snapshot) s->count = 0; /* the whole state follows */
-    s->informed = true;
+    s->informed = !batch->starved;     /* what it knows is old, until the next one comes */
     for (size_t i = 0; i < batch->event_count; i++) {
         const collided_event *e = &batch->events[i];
         if (e->kind == COLLIDED_FAR || (e->kind == COLLIDED_KNOWN && e->contact == 0))

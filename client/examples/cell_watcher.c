@@ -42,6 +42,7 @@ static double age_of(const collided_event *e)
 static bool is_repetition(watcher *w, const collided_batch *batch, bool *has_first)
 {
     bool again = batch->snapshot && *has_first;
+    if (batch->starved) fprintf(stderr, "cell_watcher: nothing whole has come for long: what is above is old\n");
     *has_first = *has_first || batch->snapshot;
     if (batch->lost > 0) {
         w->lost += (unsigned long)batch->lost;

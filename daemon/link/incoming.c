@@ -5,7 +5,7 @@
 
 wire_reason incoming_check_kind(wire_kind kind, wire_refusal *refusal)
 {
-    if (kind >= WIRE_CLIENT && kind <= WIRE_QUERY) return WIRE_OK;
+    if (kind >= WIRE_CLIENT && kind <= WIRE_RECEIPT) return WIRE_OK;
     refusal->reason = WIRE_MALFORMED;
     snprintf(refusal->text, sizeof refusal->text, "%s: clients do not send this", wire_kind_name(kind));
     return WIRE_MALFORMED;

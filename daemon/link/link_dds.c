@@ -24,7 +24,7 @@
 enum { LAST_WORDS_MS = 500 /* closing: for acknowledgements still to come */ };
 
 static const wire_kind kinds_in[] = {
-    WIRE_CLIENT, WIRE_GEOMETRY, WIRE_BODY, WIRE_INTEREST, WIRE_POSE_BATCH, WIRE_VERTEX_BATCH, WIRE_QUERY};
+    WIRE_CLIENT, WIRE_GEOMETRY, WIRE_BODY, WIRE_INTEREST, WIRE_POSE_BATCH, WIRE_VERTEX_BATCH, WIRE_QUERY, WIRE_RECEIPT};
 static const wire_kind kinds_out[] = {WIRE_ANSWER, WIRE_STATUS, WIRE_REJECT, WIRE_ACK};
 static_assert(sizeof kinds_in / sizeof kinds_in[0] == LINK_DDS_IN, "a reader each");
 static_assert(sizeof kinds_out / sizeof kinds_out[0] == LINK_DDS_OUT, "a writer each");
@@ -55,7 +55,8 @@ static bool others_wait(link_dds *l)
 {
     bool wait = atomic_load(&l->has_discovered) || atomic_load(&l->has_news) || atomic_load(&l->peers_arrived);
     for (size_t i = 0; i < LINK_DDS_IN; i++)
-        wait |= l->readers[i].kind != WIRE_POSE_BATCH && atomic_load(&l->readers[i].arrived);
+        wait |= l->readers[i].kind != WIRE_POSE_BATCH && l->readers[i].kind != WIRE_RECEIPT &&
+                atomic_load(&l->readers[i].arrived);
     return wait;
 }
 

@@ -13,7 +13,7 @@
 #include <stdatomic.h>
 
 enum {
-    LINK_DDS_IN = 7, /* kinds that clients send, */
+    LINK_DDS_IN = 8, /* kinds that clients send, */
     LINK_DDS_OUT = 4 /* that the daemon sends, but for events */
 };
 

@@ -28,6 +28,8 @@ void health_register(service *s)
     s->count.duplicates = metrics_add(m, "duplicates", "copies of messages that had been applied");
     s->count.late_poses = metrics_add(m, "late_poses", "poses older than one already applied");
     s->count.batches_out = metrics_add(m, "batches_out", "event batches published");
+    s->count.batches_skipped =
+        metrics_add(m, "batches_skipped", "event batches not sent to a subscriber that was behind: a snapshot follows");
     s->count.heartbeats = metrics_add(m, "heartbeats", "heartbeats of streams that had nothing to tell");
     s->count.steps = metrics_add(m, "steps", "steps of lock-step that were done");
     s->count.steps_missed = metrics_add(m, "steps_missed", "steps that a lock-step client did not publish in time");
@@ -117,8 +119,9 @@ static void add_world(const service *s, sheet *t)
 /* What each stream tells, and costs: units of work a tick, since the last Status; those beyond the named together. */
 static void add_streams(service *s, sheet *t)
 {
-    static char names[2][SHEET_NAMED_MAX][WIRE_NAME_MAX + 16];
+    static char names[3][SHEET_NAMED_MAX][WIRE_NAME_MAX + 16];
     uint64_t works[SHEET_NAMED_MAX], rest = 0, events[SHEET_NAMED_MAX];
+    int64_t behind[SHEET_NAMED_MAX];
     size_t named = 0, live = 0;
     int64_t ticks = s->tick > s->status_tick ? s->tick - s->status_tick : 1;
     for (uint32_t i = 0; i < s->streams.count; i++) {
@@ -135,13 +138,19 @@ static void add_streams(service *s, sheet *t)
         }
         snprintf(names[0][named], sizeof names[0][0], "work_of_%s", to->name);
         snprintf(names[1][named], sizeof names[1][0], "events_of_%s", to->name);
+        snprintf(names[2][named], sizeof names[2][0], "behind_of_%s", to->name);
+        behind[named] = backlog_count(&to->backlog);
         events[named] = to->events;
         works[named++] = since;
     }
     sheet_add(t, "streams", (int64_t)live);
+    sheet_add(t, "streams_behind", (int64_t)s->streams_behind);
+    sheet_add(t, "streams_starving", (int64_t)s->streams_starving);
     for (size_t i = 0; i < named; i++) sheet_add(t, names[0][i], (int64_t)works[i]);
     if (live > named) sheet_add(t, "other_streams_work", (int64_t)rest);
     for (size_t i = 0; i < named; i++) sheet_add(t, names[1][i], (int64_t)events[i]);
+    for (size_t i = 0; i < named; i++)
+        if (behind[i]) sheet_add(t, names[2][i], behind[i]);
     s->status_tick = s->tick;
 }
 
@@ -188,12 +197,18 @@ static void show(service *s, const sheet *t, size_t registered)
                                             : NULL);
 }
 
+void health_limits(const service *s, char *text, size_t size)
+{
+    snprintf(text, size, "%s%s%s", s->limits, *s->limits && *s->starving ? "; " : "", s->starving);
+}
+
 void health_publish(service *s)
 {
     static sheet t; /* the tick thread's */
-    char links[WIRE_TEXT_MAX];
+    char links[WIRE_TEXT_MAX], limits[sizeof s->limits + sizeof s->starving];
     describe_links(s, links, sizeof links);
     if (s->monotonic_ns - s->limit_ns > LIMITS_TOLD_NS) s->limits[0] = '\0';
+    health_limits(s, limits, sizeof limits);
     t.count = 0;
     add_world(s, &t);
     health_add_lost(s, &t);
@@ -211,7 +226,7 @@ void health_publish(service *s)
             .daemon = s->daemon_name,
             .release = COLLIDED_RELEASE,
             .links = links,
-            .limits = s->limits,
+            .limits = limits,
             .stamp_ns = s->now_ns,
             .started_ns = s->started_ns,
             .tick = s->tick,

@@ -51,11 +51,24 @@ static void refuse(service *s, struct link *from, const wire_message *m, const w
     apply_reject(s, from, m->kind, client, sequence, object, why);
 }
 
+/* It is no command: it is not recorded, the standby does not hear of it, and nobody waits for an answer. */
+static void take_receipt(service *s, struct link *from, const wire_message *m)
+{
+    wire_refusal why;
+    if (!session_find(s, m->receipt.client) || !limits_admit(s, from, m, &why)) return;
+    session_heard(s, m);
+    stream_receipt(s, &m->receipt);
+}
+
 static void on_message(void *context, struct link *from, const wire_message *m)
 {
     service *s = context;
     wire_refusal why;
     metric_count(s->count.messages_in[m->kind], 1);
+    if (m->kind == WIRE_RECEIPT) {
+        if (!standby_waits(s)) take_receipt(s, from, m);
+        return;
+    }
     if (standby_takes(s, from, m)) return;
     if (!steps_admit(s, m, &why)) {
         refuse(s, from, m, &why);
@@ -249,6 +262,7 @@ void service_reset(service *s)
     s->latest_pose_ns = s->measured_pose_ns = 0;
     s->tick = s->status_tick = 0;
     s->events_hash = 0;
+    s->starving[0] = '\0';
 }
 
 server *server_create(const config *c, char *why, size_t why_size)
@@ -268,7 +282,7 @@ server *server_create(const config *c, char *why, size_t why_size)
     health_register(s);
     health_define(&s->measures);
     set_names(s);
-    s->next_heartbeat_ns = INT64_MAX;
+    s->next_heartbeat_ns = s->next_watch_ns = INT64_MAX;
     s->world = make_world(c);
     service_set_budget(s);
     if (c->metrics_port && !s->replaying) s->exporter = exporter_start((uint16_t)c->metrics_port, why, why_size);
@@ -293,6 +307,7 @@ void server_destroy(server *v)
     record_stop(s);
     free_clients(s);
     wire_memory_destroy(s->inbox.memory);
+    if (s->backlog_memory) wire_memory_destroy(s->backlog_memory);
     array_free(&s->inbox.letters);
     array_free(&s->inbox.bytes);
     array_free(&s->shapes);
@@ -376,6 +391,7 @@ static int64_t next_wake_ns(const server *v)
     const service *s = &v->s;
     int64_t now = clock_monotonic_ns(), next = earlier(v->next_status_ns, session_next_lease_ns(s));
     next = earlier(next, earlier(s->next_heartbeat_ns, steps_next_ns(s)));
+    next = earlier(next, s->next_watch_ns);
     next = earlier(next, ready_next_ns(s));
     if (s->standby) next = earlier(next, standby_next_ns(s));
     if (standby_waits(s))
@@ -436,15 +452,16 @@ static void publish_status(server *v, uint8_t health)
 /* To the service manager, when it changes. */
 static void tell_health(const service *s)
 {
-    char state[sizeof s->limits + 32];
-    snprintf(state, sizeof state, *s->limits ? "degraded: limits reached: %s" : "ready", s->limits);
+    char state[sizeof s->limits + sizeof s->starving + 48], limits[sizeof s->limits + sizeof s->starving];
+    health_limits(s, limits, sizeof limits);
+    snprintf(state, sizeof state, *limits ? "degraded: %s" : "ready", limits);
     notify_state(state);
 }
 
 static uint8_t health_now(const service *s)
 {
     if (!s->whole || standby_waits(s)) return WIRE_HEALTH_STARTING;
-    return *s->limits ? WIRE_HEALTH_DEGRADED : WIRE_HEALTH_READY;
+    return *s->limits || *s->starving ? WIRE_HEALTH_DEGRADED : WIRE_HEALTH_READY;
 }
 
 /* A long round is remembered for some time: those that follow are likely to be long, or some of them. */
@@ -472,6 +489,7 @@ static void work(server *v, int64_t began_ns)
     set_clock(v);
     tick_if_due(v, began_ns);
     stream_heartbeats(s);
+    backlog_watch(s);
     s->status_due |= !s->whole && ready_check(s);
 }
 

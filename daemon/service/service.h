@@ -5,7 +5,8 @@
  *   poses    batches of poses to the world
  *   apply    commands to the world, refusals                 geometry hulls, meshes, height fields by content hash
  *   stream   the world's events to the links                 answer   queries
- *   health   status and counters                             record   recordings
+ *   backlog  what waits for a slow reader                    record   recordings
+ *   health   status and counters
  *   tick     one tick, live or replayed                  server   the loop */
 #ifndef COLLIDED_SERVICE_SERVICE_H
 #define COLLIDED_SERVICE_SERVICE_H
@@ -146,6 +147,34 @@ typedef struct session {
 
 /* ---- streams ---- */
 
+typedef struct backlog_entry { /* a message that is not acknowledged yet, encoded */
+    uint8_t *data;
+    size_t size;
+    int64_t batch, tick;
+    int32_t part, parts;
+    bool snapshot;
+} backlog_entry;
+
+typedef struct backlog {
+    ARRAY(backlog_entry) entries;
+    size_t first, next;         /* the first that is not acknowledged, and the first that is not sent */
+    size_t bytes;               /* of those */
+    bool anew;                  /* more came than is kept: a snapshot follows when the rest has been read */
+    bool wants;                 /* that snapshot, in a moment */
+    bool receipts;              /* its subscriber sends them */
+    int64_t receipt;            /* the newest one's sequence */
+    int64_t received;           /* and the last batch that it names */
+    unsigned window, threshold; /* messages that may be under way; up to where that grows fast */
+    bool lossy;                 /* something was lost: `threshold` says when */
+    unsigned again;             /* without receipts: how often a snapshot was asked for again */
+    int64_t snapshot_ns;        /* when the last one came to wait, monotonic */
+    int64_t due_ns;             /* without receipts: when the next ones go out, monotonic */
+    int64_t moved_ns;           /* when something was acknowledged last, while something waits; monotonic */
+    int64_t skipped;            /* batches that were not kept since it was up to date */
+    bool starves, warned;
+    int64_t warned_ns;
+} backlog;
+
 typedef struct stream {
     bool live;
     bool read;   /* a reader has come: before, there is nobody to tell */
@@ -156,12 +185,13 @@ typedef struct stream {
     struct link *link;
     bool each_tick;     /* its updates are not held back: it answers the steps of its client, too */
     bool told;          /* a batch has been sent */
-    int64_t batch;      /* of the last batch sent ... */
-    int64_t batch_tick; /* ... and the tick of that */
+    int64_t batch;      /* of the last batch made ... */
+    int64_t batch_tick; /* ... and the tick of that; a snapshot is none */
     int64_t told_ns;    /* when it last said something, monotonic */
     uint64_t work;      /* units of the world's, told in Status so far */
     uint64_t events;    /* told on it */
     int64_t recorded;   /* the number of its last batch in a recording */
+    backlog backlog;
 } stream;
 
 /* ---- geometries ---- */
@@ -231,6 +261,7 @@ typedef struct counters { /* metrics that the service itself counts */
     metric *rejects_untold, *clients_lost, *duplicates, *batches_out, *events_out, *late_poses, *clock_steps;
     metric *budget_over, *record_failures, *heartbeats, *steps, *steps_missed, *answers, *acks, *tick_ns, *busy_ns;
     metric *ticks_on_arrival;
+    metric *batches_skipped;
     metric *takeovers, *steps_down, *out_of_step, *journalled;
 } counters;
 
@@ -285,6 +316,10 @@ typedef struct service {
     lock_step lock_step;
     int64_t last_batch;        /* the highest number in streams that have ended */
     int64_t next_heartbeat_ns; /* monotonic; none is due before */
+    int64_t next_watch_ns;     /* of what waits on streams, monotonic; INT64_MAX: nothing does */
+    size_t streams_behind, streams_starving;
+    char starving[384]; /* the first stream that starves, for people; "" = none does */
+    wire_memory *backlog_memory;
     uint64_t events_hash;
     pace pace;              /* of a budget */
     uint64_t recorded_work; /* of this tick, in a replay ... */
@@ -432,6 +467,21 @@ void stream_publish(service *s, const world_batches *batches);
 void stream_heartbeats(service *s); /* on those that have been silent for a period */
 void stream_free_all(service *s);
 
+void stream_receipt(service *s, const wire_receipt *m);
+
+/* backlog.c */
+bool backlog_is_behind(const backlog *b); /* something waits */
+int64_t backlog_count(const backlog *b);  /* so many messages */
+bool backlog_is_passed(const service *s, const stream *to, const world_batch *batch, int32_t parts);
+bool backlog_begin(service *s, stream *to, const world_batch *batch); /* false: it is not kept, but skipped */
+void backlog_skip(service *s, stream *to, int32_t parts);
+void backlog_put(stream *to, const wire_message *m);
+void backlog_send(service *s, stream *to); /* as much as may be under way */
+void backlog_receipt(service *s, stream *to, const wire_receipt *m);
+void backlog_watch(service *s); /* sends what is due, and finds out who starves; each round */
+void backlog_clear(backlog *b);
+void backlog_free(backlog *b);
+
 /* steps.c */
 /* The sequence of what the daemon says in a client's name, and records. A batch without bodies ends a step for a client
  * that missed it: what it published of it is dropped. One with a body says that poses of that step were refused. */
@@ -473,6 +523,7 @@ void service_reset(service *s); /* clients and world are gone as if they had nev
 void health_define(measures *m);
 void health_register(service *s);
 void health_publish(service *s);
+void health_limits(const service *s, char *text, size_t size); /* and starving streams; "" = none, all is well */
 const char *health_release(void);
 
 /* standby_state.c: the whole state between two ticks, for a standby, and for a recording that begins in the middle */

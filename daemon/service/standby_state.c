@@ -151,6 +151,7 @@ static void put_stream(const service *s, const stream *at, bytes_out *to)
     stream bare = *at;
     bare.name = NULL;
     bare.link = NULL;
+    bare.backlog = (backlog){.anew = false}; /* whose reader will say what it lacks */
     bytes_put(to, &bare, sizeof bare);
     if (!at->live) return;
     bytes_put_text(to, at->name);

@@ -82,6 +82,7 @@ void stream_close(service *s, uint32_t world_id)
     stream at = s->streams.at[world_id];
     if (!at.live) return;
     s->streams.at[world_id] = (stream){.live = false};
+    backlog_free(&at.backlog);
     if (at.batch > s->last_batch) s->last_batch = at.batch;
     const stream *heir = find_name(s, at.name);
     if (!heir || heir->link != at.link) at.link->ops->stream_close(at.link, at.name);
@@ -100,6 +101,15 @@ bool stream_lacks_reader(service *s, const char *name)
 {
     const stream *at = find_name(s, name);
     return at && !at->read;
+}
+
+void stream_receipt(service *s, const wire_receipt *m)
+{
+    session *c = session_find(s, m->client);
+    const owned_interest *i = c ? session_interest(c, m->interest) : NULL;
+    bool live = i && i->live && i->world_id < s->streams.count && s->streams.at[i->world_id].live;
+    stream *to = live ? &s->streams.at[i->world_id] : NULL;
+    if (to && to->told && !to->ending) backlog_receipt(s, to, m);
 }
 
 /* ---- one part of one batch ---- */
@@ -319,23 +329,40 @@ void stream_each(service *s, const world_batches *batches, stream_visit *visit, 
     }
 }
 
-/* Numbers go on above those of all streams that have ended: one of the same name, of a client that was lost and is
- * back, may be told of to somebody who knows the old one and has heard neither its end nor the new one's beginning. */
-static void publish(service *s, stream *to, const world_batch *b)
+/* At once, or when its subscriber has read what waits. */
+static void send_or_keep(service *s, stream *to, const world_batch *b)
 {
     int32_t parts = parts_of(b);
-    if (!to->told) to->batch = s->last_batch; /* what ends in this tick has been published */
+    bool passes = backlog_is_passed(s, to, b, parts), kept = passes || backlog_begin(s, to, b);
     for (int32_t i = 0; i < parts; i++) {
-        to->batch++;
+        to->batch += !b->snapshot;
+        if (!kept) continue;
         wire_message m = part_of(s, to, b, i);
-        to->link->ops->publish(to->link, &m);
+        if (passes)
+            to->link->ops->publish(to->link, &m);
+        else
+            backlog_put(to, &m);
     }
+    if (passes) {
+        to->told_ns = s->monotonic_ns;
+        metric_count(s->count.batches_out, (uint64_t)parts);
+        return;
+    }
+    if (!kept) backlog_skip(s, to, parts);
+    backlog_send(s, to);
+}
+
+/* Numbers go on above those of all streams that have ended: one of the same name, of a client that was lost and is
+ * back, may be told of to somebody who knows the old one and has heard neither its end nor the new one's beginning. A
+ * snapshot is no batch, and has the number of the one that it follows: numbers do not depend on who asks for one. */
+static void publish(service *s, stream *to, const world_batch *b)
+{
+    if (!to->told) to->batch = s->last_batch + 1; /* what ends in this tick has been published */
+    send_or_keep(s, to, b);
     measure(s, b);
     to->told = true;
-    to->batch_tick = s->tick;
-    to->told_ns = s->monotonic_ns;
+    if (!b->snapshot) to->batch_tick = s->tick;
     expect_heartbeat(s, to);
-    metric_count(s->count.batches_out, (uint64_t)parts);
     metric_count(s->count.events_out, b->count);
     to->events += b->count;
 }
@@ -390,6 +417,7 @@ static void beat(service *s, uint32_t id)
     stream *to = &s->streams.at[id];
     wire_message m = message_for(s, to);
     m.event_batch.heartbeat = 1;
+    m.event_batch.behind = (int32_t)backlog_count(&to->backlog);
     m.event_batch.oldest_pose_ns = world_oldest_stamp_ns(s->world, id);
     to->link->ops->publish(to->link, &m);
     metric_count(s->count.heartbeats, 1);

@@ -67,6 +67,7 @@ typedef enum wire_kind {
     WIRE_VERTEX_BATCH,
     WIRE_INTEREST,
     WIRE_QUERY,
+    WIRE_RECEIPT,
     /* from the daemon */
     WIRE_ANSWER,
     WIRE_EVENT_BATCH,
@@ -287,6 +288,20 @@ typedef struct wire_query {
     double span_s;     /* > 0 for a sweep */
 } wire_query;
 
+/* Receipt: how far a subscriber has got with the stream of one of its interests. It paces what is sent, and is no
+ * command. */
+typedef struct wire_receipt {
+    int32_t version;
+    int64_t client;
+    int64_t sequence;
+    int32_t interest;
+    int64_t epoch;
+    int64_t batch;   /* the last one that came in order; 0 = none */
+    int64_t tick;    /* of a snapshot that is not whole yet: its tick; 0 = `batch` itself has come */
+    int32_t part;    /* of that snapshot: the last part that came in order; otherwise 0 */
+    uint8_t missing; /* 1: something behind it is missing: send on from there */
+} wire_receipt;
+
 enum { WIRE_ANSWER_OK = 0, WIRE_ANSWER_UNKNOWN_NAME = 1, WIRE_ANSWER_UNSUPPORTED = 2, WIRE_ANSWER_TRUNCATED = 3 };
 
 /* Answer: arrays with one entry a hit. */
@@ -359,10 +374,13 @@ typedef struct wire_event_batch {
                                that max_pairs leaves out */
     uint8_t heartbeat;      /* 1: nothing is told, and `batch` is the number of the last batch again */
     int64_t oldest_pose_ns; /* of a heartbeat: the oldest stamp that what is told now rests on, 0 = none is stamped */
-    uint8_t snapshot;       /* 1: the whole current state; forget what you knew. Sent first, and after a loss */
+    uint8_t snapshot;       /* 1: the whole state as of `batch`; forget what you knew. Sent first, and after a loss */
     uint8_t closing;        /* 1: the stream ends with this batch */
-    int32_t part;           /* a large batch comes in parts, 0 .. parts - 1, each with a number of its own */
+    int32_t part; /* a large batch comes in parts, 0 .. parts - 1. Each has a number of its own, but those of a
+                     snapshot all have that of the last batch before it */
     int32_t parts;
+    int32_t behind; /* messages of this stream, this one and those behind it, that wait for receipts; 0 = none:
+                       it is up to date */
     const char *stream;
     wire_u8s kinds;     /* WIRE_EVENT_* */
     wire_u8s causes;    /* WIRE_CAUSE_* */
@@ -466,6 +484,7 @@ typedef struct wire_message {
         wire_vertex_batch vertex_batch;
         wire_interest interest;
         wire_query query;
+        wire_receipt receipt;
         wire_answer answer;
         wire_event_batch event_batch;
         wire_status status;

@@ -217,6 +217,16 @@ static wire_reason check_query(const wire_query *m, wire_refusal *why)
     return check_between("most", m->most, 0, WIRE_ANSWERS_MAX, why);
 }
 
+static wire_reason check_receipt(const wire_receipt *m, wire_refusal *why)
+{
+    TRY(check_sender(m->client, m->sequence, why));
+    TRY(check_between("interest", m->interest, 0, INT32_MAX, why));
+    TRY(check_between("batch", m->batch, 0, INT64_MAX, why));
+    TRY(check_between("tick", m->tick, 0, INT64_MAX, why));
+    TRY(check_between("part", m->part, 0, INT32_MAX, why));
+    return check_between("missing", m->missing, 0, 1, why);
+}
+
 static wire_reason check_status(const wire_status *m, wire_refusal *why)
 {
     TRY(check_between("health", m->health, WIRE_HEALTH_STARTING, WIRE_HEALTH_STOPPING, why));
@@ -253,6 +263,8 @@ static wire_reason check_own_rules(const wire_message *m, wire_refusal *why)
         return check_interest(&m->interest, why);
     case WIRE_QUERY:
         return check_query(&m->query, why);
+    case WIRE_RECEIPT:
+        return check_receipt(&m->receipt, why);
     case WIRE_ANSWER:
         return check_answer(&m->answer, why);
     case WIRE_EVENT_BATCH:

@@ -89,6 +89,7 @@ wire_reason check_event_batch(const wire_event_batch *m, wire_refusal *why)
     if (m->heartbeat) TRY(check_count("kinds", m->kinds.count, 0, 0, why));
     TRY(check_between("parts", m->parts, 1, INT32_MAX, why));
     TRY(check_between("part", m->part, 0, m->parts - 1, why));
+    TRY(check_between("behind", m->behind, 0, INT32_MAX, why));
     TRY(check_name("stream", m->stream, why));
     TRY(check_stream(m->stream, why));
     TRY(check_event_counts(m, why));

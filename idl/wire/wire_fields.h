@@ -122,6 +122,17 @@
     F(S, angular, F64S, 3, FINITE)                                                                                     \
     F(S, span_s, F64, 0, FINITE)
 
+#define WIRE_FIELDS_receipt(F, S)                                                                                      \
+    F(S, version, I32, 0, FINITE)                                                                                      \
+    F(S, client, I64, 0, FINITE)                                                                                       \
+    F(S, sequence, I64, 0, FINITE)                                                                                     \
+    F(S, interest, I32, 0, FINITE)                                                                                     \
+    F(S, epoch, I64, 0, FINITE)                                                                                        \
+    F(S, batch, I64, 0, FINITE)                                                                                        \
+    F(S, tick, I64, 0, FINITE)                                                                                         \
+    F(S, part, I32, 0, FINITE)                                                                                         \
+    F(S, missing, U8, 0, FINITE)
+
 #define WIRE_FIELDS_answer(F, S)                                                                                       \
     F(S, version, I32, 0, FINITE)                                                                                      \
     F(S, client, I64, 0, FINITE)                                                                                       \
@@ -165,6 +176,7 @@
     F(S, closing, U8, 0, FINITE)                                                                                       \
     F(S, part, I32, 0, FINITE)                                                                                         \
     F(S, parts, I32, 0, FINITE)                                                                                        \
+    F(S, behind, I32, 0, FINITE)                                                                                       \
     F(S, stream, STRING, WIRE_NAME_MAX, FINITE)                                                                        \
     F(S, kinds, U8S, WIRE_EVENTS_MAX, FINITE)                                                                          \
     F(S, causes, U8S, WIRE_EVENTS_MAX, FINITE)                                                                         \
@@ -230,6 +242,7 @@
     M(WIRE_VERTEX_BATCH, vertex_batch, VertexBatch)                                                                    \
     M(WIRE_INTEREST, interest, Interest)                                                                               \
     M(WIRE_QUERY, query, Query)                                                                                        \
+    M(WIRE_RECEIPT, receipt, Receipt)                                                                                  \
     M(WIRE_ANSWER, answer, Answer)                                                                                     \
     M(WIRE_EVENT_BATCH, event_batch, EventBatch)                                                                       \
     M(WIRE_STATUS, status, Status)                                                                                     \

@@ -52,6 +52,7 @@ void wire_origin(const wire_message *m, int64_t *client, int64_t *sequence, int3
     *sequence = number ? *number : 0;
     *object = m->kind == WIRE_BODY          ? m->body.body
               : m->kind == WIRE_INTEREST    ? m->interest.interest
+              : m->kind == WIRE_RECEIPT     ? m->receipt.interest
               : m->kind == WIRE_EVENT_BATCH ? m->event_batch.interest
                                             : -1;
 }

@@ -428,9 +428,10 @@ static void *run(void *server)
     return NULL;
 }
 
-static void a_daemon_comes_to_know_what_is_wanted(void **state)
+static pthread_t thread;
+
+static server *start(void)
 {
-    (void)state;
     char why[256] = "";
     config c;
     config_default(&c);
@@ -441,8 +442,21 @@ static void a_daemon_comes_to_know_what_is_wanted(void **state)
     log_setup(LOG_ERROR, 0);
     server *s = server_create(&c, why, sizeof why);
     if (!s) fail_msg("%s", why);
-    pthread_t thread;
     assert_int_equal(pthread_create(&thread, NULL, run, s), 0);
+    return s;
+}
+
+static void stop(server *s)
+{
+    server_stop(s);
+    pthread_join(thread, NULL);
+    server_destroy(s);
+}
+
+static void a_daemon_comes_to_know_what_is_wanted(void **state)
+{
+    (void)state;
+    server *s = start();
     static one all[CLIENTS];
     for (int k = 0; k < CLIENTS; k++) all[k].number = k;
     for (int k = 0; k < CLIENTS; k++) join(&all[k]);
@@ -457,13 +471,57 @@ static void a_daemon_comes_to_know_what_is_wanted(void **state)
             if (session_monotonic_ns() > until) fail_msg("round %d: it does not know what is wanted", round);
     }
     for (int k = 0; k < CLIENTS; k++) collided_close(all[k].client);
-    server_stop(s);
-    pthread_join(thread, NULL);
-    server_destroy(s);
+    stop(s);
+}
+
+/* More contacts than go out at once, and all that is sent is in the storm: parts of the snapshot are lost, doubled and
+ * out of order, and so are receipts. Meanwhile one of the bodies comes and goes. */
+static void a_large_snapshot_comes_through_a_storm(void **state)
+{
+    (void)state;
+    enum { BALLS = 80, PAIRS = BALLS * (BALLS - 1) / 2 };
+    server *s = start();
+    one o = {.number = 0};
+    collided_body balls[BALLS];
+    stormy = false;
+    join(&o);
+    for (int i = 0; i < BALLS; i++) {
+        char name[16];
+        (void)snprintf(name, sizeof name, "ball %d", i);
+        collided_shape ball = collided_sphere(1);
+        collided_body_def def = collided_body_def_default();
+        def.name = name;
+        def.shapes = &ball;
+        def.shape_count = 1;
+        balls[i] = collided_create_body(o.client, &def);
+    }
+    assert_int_equal(collided_sync(o.client, PATIENCE_S), COLLIDED_OK);
+    reading *r = &o.readings[0];
+    collided_interest_def def = collided_interest_def_default();
+    def.callback = hear;
+    def.context = r;
+    (void)snprintf(r->stream, sizeof r->stream, "balls");
+    stormy = true;
+    assert_int_not_equal(collided_subscribe(o.client, &def).id, COLLIDED_NONE);
+    int64_t until = session_monotonic_ns() + 2 * session_seconds(PATIENCE_S);
+    size_t expected = 0;
+    for (int n = 0; n < 10 || r->contacts != expected; n++) {
+        collided_pose pose = collided_pose_identity();
+        bool apart = n % 2 && n < 10;
+        pose.position[0] = apart ? 100 : 0;
+        expected = apart ? PAIRS - (BALLS - 1) : PAIRS;
+        assert_int_equal(collided_move(o.client, balls[0], pose), COLLIDED_OK);
+        (void)collided_poll(o.client, 0.05);
+        if (session_monotonic_ns() > until) fail_msg("%zu of %d contacts are known", r->contacts, PAIRS);
+    }
+    stormy = false;
+    collided_close(o.client);
+    stop(s);
 }
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(a_daemon_comes_to_know_what_is_wanted)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(a_daemon_comes_to_know_what_is_wanted),
+        cmocka_unit_test(a_large_snapshot_comes_through_a_storm)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

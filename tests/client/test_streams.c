@@ -18,11 +18,15 @@ typedef struct heard {
     collided_status in_callback;
     int heartbeats, missing;
     int64_t oldest_pose_ns, simulation_ns;
+    int notices, behind;
 } heard;
 
 static void note(void *context, const collided_batch *b)
 {
     heard *h = context;
+    h->behind = b->behind;
+    h->notices += b->starved;
+    if (b->starved) return;
     h->batches++;
     h->batch = b->batch;
     h->lost = b->lost;
@@ -60,9 +64,9 @@ static collided_interest subscribe(collided *c, heard *h, collided_events *callb
 }
 
 typedef struct batch_options {
-    int64_t epoch, batch;
+    int64_t epoch, batch, tick; /* tick: 0 = 100 more than the batch */
     bool snapshot;
-    int32_t part, parts;
+    int32_t part, parts, behind;
     const char *name;
 } batch_options;
 
@@ -84,10 +88,11 @@ static void give(collided *c, batch_options o)
             .client = collided_client_id(c),
             .epoch = o.epoch ? o.epoch : 1,
             .batch = o.batch,
-            .tick = 100 + o.batch,
+            .tick = o.tick ? o.tick : 100 + o.batch,
             .snapshot = o.snapshot,
             .part = o.part,
             .parts = o.parts ? o.parts : 1,
+            .behind = o.behind,
             .stream = "s",
             .kinds = {1, kind},
             .causes = {1, cause},
@@ -152,6 +157,12 @@ static void events_arrive_as_they_were_sent(void **state)
     collided_close(c);
 }
 
+static const wire_receipt *last_receipt(void)
+{
+    assert_true(fake_sent(WIRE_RECEIPT) > 0);
+    return &fake_message(WIRE_RECEIPT, fake_sent(WIRE_RECEIPT) - 1)->receipt;
+}
+
 static void after_a_gap_nothing_is_told_until_a_snapshot_comes(void **state)
 {
     (void)state;
@@ -164,18 +175,21 @@ static void after_a_gap_nothing_is_told_until_a_snapshot_comes(void **state)
     give(c, (batch_options){.batch = 4});
     (void)collided_poll(c, 0.0);
     assert_true(h.batches == 2 && h.batch == 2);
-    const wire_interest *again = &fake_message(WIRE_INTEREST, 1)->interest;
-    assert_true(again->sequence > fake_message(WIRE_INTEREST, 0)->interest.sequence && again->interest == 0);
+    const wire_receipt *lacks = last_receipt();
+    assert_true(lacks->missing && lacks->interest == 0 && lacks->epoch == 1 && lacks->batch == 2 && lacks->tick == 0);
+    int sent = fake_sent(WIRE_RECEIPT);
     give(c, (batch_options){.batch = 5});
     (void)collided_poll(c, 0.0);
     assert_int_equal(h.batches, 2);
-    give(c, (batch_options){.batch = 6, .snapshot = true});
+    assert_int_equal(fake_sent(WIRE_RECEIPT), sent); /* it has been said */
+    give(c, (batch_options){.batch = 5, .snapshot = true});
     (void)collided_poll(c, 1.0);
     assert_true(h.batches == 3 && h.snapshot && h.lost == 3); /* 3, 4 and 5 */
-    give(c, (batch_options){.batch = 7});
+    assert_non_null(strstr(collided_error(c), "3 batches were lost"));
+    give(c, (batch_options){.batch = 6});
     (void)collided_poll(c, 1.0);
     assert_true(h.batches == 4 && h.lost == 0 && !h.snapshot);
-    give(c, (batch_options){.batch = 7}); /* a duplicate */
+    give(c, (batch_options){.batch = 6}); /* a duplicate */
     (void)collided_poll(c, 0.0);
     assert_int_equal(h.batches, 4);
     collided_close(c);
@@ -221,8 +235,9 @@ static void a_heartbeat_is_told_and_finds_out_what_was_lost(void **state)
     give_heartbeat(c, 3); /* 2 and 3 have not come */
     (void)collided_poll(c, 0.0);
     assert_int_equal(h.batches, 3);
-    assert_true(fake_message(WIRE_INTEREST, 1)->interest.sequence > fake_message(WIRE_INTEREST, 0)->interest.sequence);
-    give(c, (batch_options){.batch = 4, .snapshot = true});
+    assert_int_equal(fake_sent(WIRE_INTEREST), 1);
+    assert_true(last_receipt()->missing && last_receipt()->batch == 1 && last_receipt()->tick == 101);
+    give(c, (batch_options){.batch = 3, .snapshot = true});
     (void)collided_poll(c, 1.0);
     assert_true(h.batches == 4 && h.snapshot && h.lost == 2);
     collided_close(c);
@@ -243,7 +258,7 @@ static void a_first_batch_that_is_no_snapshot_is_not_told(void **state)
     assert_int_equal(fake_sent(WIRE_INTEREST), 2);
     give(c, (batch_options){.batch = 3, .snapshot = true});
     (void)collided_poll(c, 1.0);
-    assert_true(h.batches == 1 && h.lost == 1);
+    assert_true(h.batches == 1 && h.lost == 0); /* what came before is none of ours */
     collided_close(c);
 }
 
@@ -285,7 +300,7 @@ static void a_silent_stream_is_asked_for_again(void **state)
         (void)collided_poll(c, 0.01);
     }
     assert_int_equal(fake_sent(WIRE_INTEREST), 2);
-    give(c, (batch_options){.batch = 2, .snapshot = true});
+    give(c, (batch_options){.batch = 1, .tick = 200, .snapshot = true});
     (void)collided_poll(c, 0.0);
     assert_true(h.batches == 2 && h.lost == 0);
     collided_close(c);
@@ -301,18 +316,119 @@ static void parts_are_one_batch(void **state)
     give(c, (batch_options){.batch = 1, .snapshot = true, .part = 0, .parts = 2, .name = "first"});
     (void)collided_poll(c, 0.0);
     assert_int_equal(h.batches, 0);
-    give(c, (batch_options){.batch = 2, .snapshot = true, .part = 1, .parts = 2, .name = "second"});
+    give(c, (batch_options){.batch = 1, .snapshot = true, .part = 1, .parts = 2, .name = "second"});
     (void)collided_poll(c, 1.0);
-    assert_true(h.batches == 1 && h.events == 2 && h.snapshot && h.batch == 2);
+    assert_true(h.batches == 1 && h.events == 2 && h.snapshot && h.batch == 1);
     assert_string_equal(h.name_a[0], "first");
     assert_string_equal(h.name_a[1], "second");
-    give(c, (batch_options){.batch = 3, .part = 0, .parts = 3});
-    give(c, (batch_options){.batch = 5, .part = 2, .parts = 3}); /* the middle is lost: so is the whole */
+    give(c, (batch_options){.batch = 2, .part = 0, .parts = 3});
+    give(c, (batch_options){.batch = 4, .part = 2, .parts = 3}); /* the middle is lost: so is the whole */
     (void)collided_poll(c, 0.0);
     assert_int_equal(h.batches, 1);
-    give(c, (batch_options){.batch = 6, .snapshot = true});
+    assert_true(last_receipt()->missing && last_receipt()->batch == 2);
+    give(c, (batch_options){.batch = 4, .snapshot = true});
     (void)collided_poll(c, 1.0);
     assert_true(h.batches == 2 && h.lost == 3);
+    give(c, (batch_options){.batch = 5, .part = 0, .parts = 3});
+    give(c, (batch_options){.batch = 7, .part = 2, .parts = 3});
+    (void)collided_poll(c, 0.0);
+    give(c, (batch_options){.batch = 6, .part = 1, .parts = 3}); /* sent again from there: nothing is lost */
+    give(c, (batch_options){.batch = 7, .part = 2, .parts = 3});
+    (void)collided_poll(c, 1.0);
+    assert_true(h.batches == 3 && h.lost == 0 && h.events == 3 && !h.snapshot);
+    collided_close(c);
+}
+
+/* What of a snapshot has come is kept: it goes on behind that, and is delivered when it is whole. */
+static void a_snapshot_goes_on_where_it_was_cut(void **state)
+{
+    (void)state;
+    heard h = {0};
+    fake_begin((fake_options){.epoch = 1});
+    collided *c = fake_connect();
+    subscribe(c, &h, note);
+    give(c, (batch_options){.batch = 1, .snapshot = true, .part = 0, .parts = 4, .behind = 4});
+    give(c, (batch_options){.batch = 1, .snapshot = true, .part = 1, .parts = 4, .behind = 3});
+    (void)collided_poll(c, 0.0);
+    assert_true(!last_receipt()->missing && last_receipt()->batch == 1 && last_receipt()->tick == 101);
+    assert_int_equal(last_receipt()->part, 1);
+    give(c, (batch_options){.batch = 1, .snapshot = true, .part = 3, .parts = 4, .behind = 1}); /* without 2 */
+    give(c, (batch_options){.batch = 2});
+    (void)collided_poll(c, 0.0);
+    assert_true(last_receipt()->missing && last_receipt()->tick == 101 && last_receipt()->part == 1);
+    give(c, (batch_options){.batch = 1, .snapshot = true, .part = 1, .parts = 4, .behind = 3}); /* a copy */
+    give(c, (batch_options){.batch = 1, .snapshot = true, .part = 2, .parts = 4, .behind = 2});
+    give(c, (batch_options){.batch = 1, .snapshot = true, .part = 3, .parts = 4, .behind = 1});
+    (void)collided_poll(c, 1.0);
+    assert_true(h.batches == 1 && h.snapshot && h.events == 4 && h.lost == 0 && h.behind == 4);
+    assert_true(!last_receipt()->missing && last_receipt()->tick == 101 && last_receipt()->part == 3);
+    give(c, (batch_options){.batch = 2});
+    (void)collided_poll(c, 1.0);
+    assert_true(h.batches == 2 && !h.snapshot && h.lost == 0 && h.behind == 0);
+    assert_int_equal(fake_sent(WIRE_INTEREST), 1);
+    collided_close(c);
+}
+
+/* Another one begins before that one is whole: nothing of the first is delivered. */
+static void of_two_snapshots_the_newer_one_counts(void **state)
+{
+    (void)state;
+    heard h = {0};
+    fake_begin((fake_options){.epoch = 1});
+    collided *c = fake_connect();
+    subscribe(c, &h, note);
+    give(c, (batch_options){.batch = 1, .snapshot = true, .part = 0, .parts = 3});
+    give(c, (batch_options){.batch = 1, .tick = 200, .snapshot = true, .part = 0, .parts = 2, .name = "x"});
+    give(c, (batch_options){.batch = 1, .snapshot = true, .part = 1, .parts = 3});
+    give(c, (batch_options){.batch = 1, .tick = 200, .snapshot = true, .part = 1, .parts = 2, .name = "y"});
+    (void)collided_poll(c, 1.0);
+    assert_true(h.batches == 1 && h.events == 2 && h.lost == 0);
+    assert_string_equal(h.name_a[0], "x");
+    assert_string_equal(h.name_a[1], "y");
+    collided_close(c);
+}
+
+static void a_callback_hears_that_its_stream_starves(void **state)
+{
+    (void)state;
+    heard h = {0};
+    fake_begin((fake_options){.epoch = 1});
+    collided *c = fake_connect();
+    subscribe(c, &h, note);
+    give(c, (batch_options){.batch = 1, .snapshot = true});
+    give(c, (batch_options){.batch = 3});
+    for (int tries = 0; !h.notices && tries < 100 * FAKE_PATIENCE_S; tries++) {
+        fake_status(1); /* the daemon is heard */
+        (void)collided_poll(c, 0.01);
+    }
+    assert_true(h.notices == 1 && h.batches == 1);
+    assert_non_null(strstr(collided_error(c), "starves"));
+    assert_true(fake_sent(WIRE_RECEIPT) > 2); /* it was asked again */
+    for (int tries = 0; fake_sent(WIRE_INTEREST) < 2 && tries < 100 * FAKE_PATIENCE_S; tries++) {
+        fake_status(1); /* in vain: then as for the first time */
+        (void)collided_poll(c, 0.01);
+    }
+    give(c, (batch_options){.batch = 3, .snapshot = true});
+    (void)collided_poll(c, 1.0);
+    assert_true(h.notices == 1 && h.batches == 2 && h.snapshot && h.lost == 2);
+    collided_close(c);
+}
+
+static void who_keeps_up_says_so_now_and_then(void **state)
+{
+    (void)state;
+    heard h = {0};
+    fake_begin((fake_options){.epoch = 1});
+    collided *c = fake_connect();
+    subscribe(c, &h, note);
+    give(c, (batch_options){.batch = 1, .snapshot = true});
+    (void)collided_poll(c, 1.0);
+    (void)collided_poll(c, 0.0);
+    assert_int_equal(fake_sent(WIRE_RECEIPT), 1);
+    for (int64_t batch = 2; batch <= 129; batch++) give(c, (batch_options){.batch = batch});
+    while (h.batch < 129) (void)collided_poll(c, 1.0);
+    assert_int_equal(fake_sent(WIRE_RECEIPT), 3);
+    assert_true(last_receipt()->batch == 129 && last_receipt()->tick == 0 && !last_receipt()->missing);
     collided_close(c);
 }
 
@@ -407,6 +523,10 @@ int main(void)
         cmocka_unit_test(who_never_waits_asks_again_too),
         cmocka_unit_test(a_silent_stream_is_asked_for_again),
         cmocka_unit_test(parts_are_one_batch),
+        cmocka_unit_test(a_snapshot_goes_on_where_it_was_cut),
+        cmocka_unit_test(of_two_snapshots_the_newer_one_counts),
+        cmocka_unit_test(a_callback_hears_that_its_stream_starves),
+        cmocka_unit_test(who_keeps_up_says_so_now_and_then),
         cmocka_unit_test(a_new_epoch_begins_with_a_snapshot),
         cmocka_unit_test(a_sync_waits_for_the_first_batch_of_each_stream),
         cmocka_unit_test(a_callback_may_unsubscribe_but_not_wait),

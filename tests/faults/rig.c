@@ -234,6 +234,7 @@ static void count_event(heard *h, const collided_event *e)
 static void on_batch(void *context, const collided_batch *b)
 {
     heard *h = context;
+    if (b->starved) return;
     h->batches++;
     h->epoch = b->epoch;
     h->batch = b->batch;

@@ -160,8 +160,8 @@ static void on_batch(void *context, const collided_batch *b)
     storm_model *m = context;
     follow_epoch(m, b);
     m->lost += b->lost;
-    if (b->heartbeat && b->event_count) fault(m, b, "a heartbeat with events");
-    if (b->heartbeat) return;
+    if ((b->heartbeat || b->starved) && b->event_count) fault(m, b, "a heartbeat, or a notice, with events");
+    if (b->heartbeat || b->starved) return;
     if (!b->snapshot && b->batch <= m->batch) fault(m, b, "an old batch");
     if (!b->snapshot && b->lost) fault(m, b, "no snapshot after a loss");
     size_t before = m->open_count;

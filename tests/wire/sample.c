@@ -249,6 +249,12 @@ static wire_query query(sampler *s)
         .angular = f64s(s, coin(s) ? 3 : 0, WIRE_SPIN_MAX), .span_s = size(s, WIRE_SPAN_MAX)};
 }
 
+static wire_receipt receipt(sampler *s)
+{
+    return (wire_receipt){WIRE_VERSION, positive(s), positive(s), (int32_t)sample_below(s, INT32_MAX), positive(s),
+        positive(s), coin(s) ? positive(s) : 0, (int32_t)sample_below(s, INT32_MAX), coin(s)};
+}
+
 /* Certified intervals, some of them without bound. */
 static void intervals(sampler *s, uint32_t n, wire_f64s *lo, wire_f64s *hi)
 {
@@ -351,6 +357,8 @@ wire_message sample_message(sampler *s, wire_kind kind, uint32_t most)
         return (wire_message){kind, .interest = interest(s)};
     case WIRE_QUERY:
         return (wire_message){kind, .query = query(s)};
+    case WIRE_RECEIPT:
+        return (wire_message){kind, .receipt = receipt(s)};
     case WIRE_ANSWER:
         return (wire_message){kind, .answer = answer(s, most)};
     case WIRE_EVENT_BATCH:

@@ -126,6 +126,17 @@ static void query_rules(void **state)
     REFUSED(WIRE_QUERY, m.query.most = -1, WIRE_MALFORMED, "most is -1");
 }
 
+static void receipt_rules(void **state)
+{
+    (void)state;
+    ACCEPTED(WIRE_RECEIPT, (m.receipt.batch = INT64_MAX, m.receipt.tick = INT64_MAX, m.receipt.part = INT32_MAX));
+    REFUSED(WIRE_RECEIPT, m.receipt.interest = -1, WIRE_MALFORMED, "interest is -1: 0 to");
+    REFUSED(WIRE_RECEIPT, m.receipt.batch = -1, WIRE_MALFORMED, "batch is -1: 0 to");
+    REFUSED(WIRE_RECEIPT, m.receipt.tick = -1, WIRE_MALFORMED, "tick is -1: 0 to");
+    REFUSED(WIRE_RECEIPT, m.receipt.part = -1, WIRE_MALFORMED, "part is -1: 0 to");
+    REFUSED(WIRE_RECEIPT, m.receipt.missing = 2, WIRE_MALFORMED, "missing is 2: 0 to 1");
+}
+
 /* What each kind of query cannot do without. */
 static void query_kinds_have_what_they_need(void **state)
 {
@@ -183,6 +194,8 @@ static void event_batch_rules(void **state)
     REFUSED(WIRE_EVENT_BATCH, m.event_batch.parts = 0, WIRE_MALFORMED, "parts is 0");
     REFUSED(WIRE_EVENT_BATCH, m.event_batch.parts = INT32_MIN, WIRE_MALFORMED, "parts is -2147483648");
     REFUSED(WIRE_EVENT_BATCH, m.event_batch.part = 1, WIRE_MALFORMED, "part is 1: 0 to 0");
+    ACCEPTED(WIRE_EVENT_BATCH, m.event_batch.behind = INT32_MAX);
+    REFUSED(WIRE_EVENT_BATCH, m.event_batch.behind = -1, WIRE_MALFORMED, "behind is -1: 0 to");
     REFUSED(WIRE_EVENT_BATCH, m.event_batch.stream = "", WIRE_BAD_NAME, "stream is empty");
     REFUSED(WIRE_EVENT_BATCH, m.event_batch.stream = "?", WIRE_BAD_NAME, "letters, digits");
     ACCEPTED(WIRE_EVENT_BATCH, plain.kinds[0] = WIRE_EVENT_KNOWN);
@@ -225,7 +238,7 @@ static void rules_of_the_daemon_s_other_messages(void **state)
     REFUSED(WIRE_STATUS, m.status.health = 4, WIRE_MALFORMED, "health is 4: 0 to 3");
     REFUSED(WIRE_STATUS, m.status.counter_values.count = 1, WIRE_MALFORMED, "counter_values has 1");
     ACCEPTED(WIRE_REJECT, (m.reject.client = 0, m.reject.kind = WIRE_NOTHING));
-    REFUSED(WIRE_REJECT, m.reject.kind = WIRE_KIND_COUNT, WIRE_MALFORMED, "kind is 13");
+    REFUSED(WIRE_REJECT, m.reject.kind = WIRE_KIND_COUNT, WIRE_MALFORMED, "kind is 14");
     REFUSED(WIRE_REJECT, m.reject.object = -2, WIRE_MALFORMED, "object is -2");
     REFUSED(WIRE_REJECT, m.reject.reason = WIRE_OK, WIRE_MALFORMED, "reason is 0");
     REFUSED(WIRE_REJECT, m.reject.reason = WIRE_REASON_COUNT, WIRE_MALFORMED, "reason is 20");
@@ -353,6 +366,7 @@ int main(void)
         cmocka_unit_test(vertex_batch_rules),
         cmocka_unit_test(interest_rules),
         cmocka_unit_test(query_rules),
+        cmocka_unit_test(receipt_rules),
         cmocka_unit_test(query_kinds_have_what_they_need),
         cmocka_unit_test(answer_rules),
         cmocka_unit_test(event_batch_rules),

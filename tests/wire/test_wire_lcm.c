@@ -21,6 +21,7 @@
 #include "collided_Interest.h"
 #include "collided_PoseBatch.h"
 #include "collided_Query.h"
+#include "collided_Receipt.h"
 #include "collided_Reject.h"
 #include "collided_Status.h"
 #include "collided_VertexBatch.h"

@@ -22,6 +22,12 @@ doctor_finding check_health(doctor *d)
         command_ctl(d, "status --wait 30", command);
         return finding_mend(finding_problem("the daemon is starting"), "%s", command);
     }
+    if (ear_value(e, "streams_starving") > 0) {
+        command_ctl(d, "top", command);
+        return finding_mend(finding_problem("degraded: %s", e->limits),
+            "%s   # that client polls too rarely: let it poll more often, or ask for less (facts, select, rate_hz)",
+            command);
+    }
     doctor_finding f = finding_problem("degraded, limits were reached: %s", e->limits);
     for (size_t i = 0; i < sizeof limits / sizeof *limits; i++) {
         if (!strstr(e->limits, limits[i].option)) continue;
@@ -61,6 +67,7 @@ static const struct {
     {"reject_", "journalctl -u collided -n 50   # names the client and the field: mend that program"},
     {"late_poses", "journalctl -u collided -n 50   # a client sends under old sequence numbers: mend that program"},
     {"dds_history_full", "collidectl status   # ticks take too long for this flow: see last_tick_ns, raise workers"},
+    {"batches_skipped", "collidectl top   # who is behind polls too rarely for what it asks: see limits"},
     {"dds_refused", "journalctl -u collided -n 50   # names the client and the field: mend that program"},
     {"dds_write_failed", "journalctl -u collided -n 50"},
     {"lcm_refused", "journalctl -u collided -n 50   # names the client and the field: mend that program"},

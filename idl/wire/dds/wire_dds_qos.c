@@ -18,6 +18,7 @@ static const wire_dds_profile profiles[WIRE_KIND_COUNT] = {
     [WIRE_VERTEX_BATCH] = {.writer_depth = 64, .reader_depth = 256},
     [WIRE_INTEREST] = {.late_joiners = true, .writer_depth = 1, .reader_depth = 1},
     [WIRE_QUERY] = {.writer_depth = 256, .reader_depth = 1024},
+    [WIRE_RECEIPT] = {.writer_depth = 256, .reader_depth = 1024},
     [WIRE_ANSWER] = {.writer_depth = 1024, .reader_depth = 1024},
     [WIRE_EVENT_BATCH] = {.by_partition = true, .writer_depth = 256, .reader_depth = 256},
     [WIRE_STATUS] = {.late_joiners = true, .writer_depth = 1, .reader_depth = 1},
