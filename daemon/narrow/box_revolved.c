@@ -101,7 +101,9 @@ LANES_INLINE void try_octants(search *x, double sign_z)
     for (int k = 0; left; k++, left >>= 1) {
         if (!(left & 1)) continue;
         x->found.proved = min_of(x->found.proved, value[k]);
-        take_along(x, direction_of(vec(m.x[k], m.y[k], m.z[k])));
+        bool level = !(rest[k] > 0); /* all along the circle: each of its directions is as good */
+        vec3 any = vec_madd(vec_scale(c->u, c->kink), c->kink_sine, vec_unit_orthogonal(c->u));
+        take_along(x, direction_of(level ? any : vec(m.x[k], m.y[k], m.z[k])));
     }
 }
 
