@@ -70,8 +70,8 @@ static edge_view edge_seen(const profile *f, int i, double r, double z)
 {
     double er = f->r[i + 1] - f->r[i], ez = f->z[i + 1] - f->z[i], length = sqrt(er * er + ez * ez);
     double dr = r - f->r[i], dz = z - f->z[i], next_r = r - f->r[i + 1], next_z = z - f->z[i + 1];
-    return (edge_view){(dz * er - dr * ez) / length, dr * er + dz * ez, next_r * er + next_z * ez, -ez / length,
-        er / length};
+    return (edge_view){
+        (dz * er - dr * ez) / length, dr * er + dz * ez, next_r * er + next_z * ez, -ez / length, er / length};
 }
 
 /* Signed distance of the point (r, z) from the profile, and the unit direction (*nr, *nz) in which it leaves.

@@ -364,8 +364,8 @@ void exact_draw_together(const unit_pair *p, narrow_result *r)
 static void take_points(const unit_pair *p, const proof *found, narrow_result *r)
 {
     vec3 between = vec_sub(r->point_b, r->point_a), line = direction_of(vec_sub(found->b, found->a));
-    bool farther = r->lo > 0 ? vec_norm(between) > r->hi * (1 + 0x1p-46)
-                             : vec_dot(between, r->axis) > r->hi + p->error * p->unit;
+    bool farther =
+        r->lo > 0 ? vec_norm(between) > r->hi * (1 + 0x1p-46) : vec_dot(between, r->axis) > r->hi + p->error * p->unit;
     if (!(r->lo > 0)) line = r->axis; /* these may be so near that the line is of rounding */
     if (!found->by_points || !farther || !(vec_norm2(line) > 0)) return;
     r->point_a = vec_scale(vec_madd(found->a, p->a.radius, line), p->unit);

@@ -1,8 +1,8 @@
 /* Two ways for each pair of convex types: what NARROW_ENGINE_AUTO answers by formulas and special searches against the
  * general method (NARROW_ENGINE_GJK), where formulas have their seams: features of one shape set on features of the
  * other, sizes of zero, coplanar and coaxial axes, equal sizes, one centre in the other, needles and slivers, rational
- * rotations, pairs that just touch, and all of that but for a little. Beside a half-space, of which there is one formula only, the second way
- * is the oracle's separation along the normal.
+ * rotations, pairs that just touch, and all of that but for a little. Beside a half-space, of which there is one
+ * formula only, the second way is the oracle's separation along the normal.
  *
  * Held: the two intervals intersect, without slack; the axis is unit; the axis proves lo and the points prove hi (in
  * 113 bits, by oracle.h); what is certain is as narrow as asked, or decided; verdicts, manifolds and placed queries
@@ -33,11 +33,12 @@ static size_t comparisons, disjoint;
 
 /* ---- hulls ---- */
 
-enum { HULLS = 8 };
+enum { HULLS = 11, FLAT = 8 };
 
 static hull *hulls[HULLS];
 
-/* A cube, a tetrahedron, an octahedron, a wedge, a needle, a sliver, a thin bar, and a prism of six sides. */
+/* A cube, a tetrahedron, an octahedron, a wedge, a needle, a sliver, a thin bar, and a prism of six sides; flat ones: a
+ * square, a segment and a point. */
 static void create_hulls(void)
 {
     static const double POINTS[HULLS][12][3] = {
@@ -50,12 +51,13 @@ static void create_hulls(void)
         {{1, 1e-3, 1e-3}, {-1, 1e-3, 1e-3}, {1, -1e-3, 1e-3}, {-1, -1e-3, 1e-3}, {1, 1e-3, -1e-3}, {-1, 1e-3, -1e-3},
             {1, -1e-3, -1e-3}, {-1, -1e-3, -1e-3}},
         {{2, 0, 1}, {1, 1, 1}, {-1, 1, 1}, {-2, 0, 1}, {-1, -1, 1}, {1, -1, 1}, {2, 0, -1}, {1, 1, -1}, {-1, 1, -1},
-            {-2, 0, -1}, {-1, -1, -1}, {1, -1, -1}}};
-    static const size_t COUNTS[HULLS] = {8, 4, 6, 6, 4, 4, 8, 12};
+            {-2, 0, -1}, {-1, -1, -1}, {1, -1, -1}},
+        {{1, 1, 0}, {-1, 1, 0}, {-1, -1, 0}, {1, -1, 0}}, {{1, 0, 0}, {-1, 0, 0}}, {{0, 0, 0}}};
+    static const size_t COUNTS[HULLS] = {8, 4, 6, 6, 4, 4, 8, 12, 4, 2, 1};
     for (int i = 0; i < HULLS; i++) {
         double points[36];
         for (size_t k = 0; k < 3 * COUNTS[i]; k++) points[k] = 0.5 * POINTS[i][k / 3][k % 3];
-        if (hull_build(points, COUNTS[i], 0, &hulls[i]) != HULL_OK) abort();
+        if (hull_build(points, COUNTS[i], i < FLAT ? 0 : HULL_ALLOW_FLAT, &hulls[i]) != HULL_OK) abort();
     }
 }
 
@@ -236,8 +238,8 @@ typedef struct question {
 
 static void print_shape(char *text, size_t size, const char *name, const shape *s, unsigned which)
 {
-    snprintf(text, size, "shape %s = {.type = %d /* %s */, .radius = %a, .half = {%a, %a, %a}}; /* hull %u */\n  ", name,
-        (int)s->type, shape_type_name(s->type), s->radius, s->half.x, s->half.y, s->half.z, which);
+    snprintf(text, size, "shape %s = {.type = %d /* %s */, .radius = %a, .half = {%a, %a, %a}}; /* hull %u */\n  ",
+        name, (int)s->type, shape_type_name(s->type), s->radius, s->half.x, s->half.y, s->half.z, which);
 }
 
 static void print_pose(char *text, size_t size, const char *name, pose p)
@@ -249,10 +251,11 @@ static void print_pose(char *text, size_t size, const char *name, pose p)
 static void report(const question *x, const char *kind, const narrow_result *r, double by)
 {
     char text[2048];
-    size_t end = (size_t)snprintf(text, sizeof text, "%s-%s, %s: [%.17g, %.17g], axis (%g, %g, %g), %s%s by %s; off by %g\n  ",
-        shape_type_name(x->c->a.type), shape_type_name(x->c->b.type), x->asked, r->lo, r->hi, r->axis.x, r->axis.y,
-        r->axis.z, r->status == NARROW_CERTAIN ? "certain" : "wide", r->refined ? ", refined," : "",
-        narrow_method_name(r->method), by);
+    size_t end =
+        (size_t)snprintf(text, sizeof text, "%s-%s, %s: [%.17g, %.17g], axis (%g, %g, %g), %s%s by %s; off by %g\n  ",
+            shape_type_name(x->c->a.type), shape_type_name(x->c->b.type), x->asked, r->lo, r->hi, r->axis.x, r->axis.y,
+            r->axis.z, r->status == NARROW_CERTAIN ? "certain" : "wide", r->refined ? ", refined," : "",
+            narrow_method_name(r->method), by);
     print_shape(text + end, sizeof text - end, "a", &x->c->a, x->c->hull_a), end += strlen(text + end);
     print_shape(text + end, sizeof text - end, "b", &x->c->b, x->c->hull_b), end += strlen(text + end);
     print_pose(text + end, sizeof text - end, "at_a", x->c->at_a), end += strlen(text + end);
@@ -356,8 +359,10 @@ static void check_swapped(const question *x, const narrow_result *r, const narro
 
 static question question_of(const hostile *c, const char *asked, pose at_a, pose at_b)
 {
-    question x = {.c = c, .asked = asked, .a = oracle_place(&c->a, at_a, at_a.p), .b = oracle_place(&c->b, at_b, at_a.p)};
-    double away = vec_norm(vec_sub(at_b.p, at_a.p)), reach_a = is_plane(&c->a) ? away + c->a.radius : shape_reach(&c->a),
+    question x = {
+        .c = c, .asked = asked, .a = oracle_place(&c->a, at_a, at_a.p), .b = oracle_place(&c->b, at_b, at_a.p)};
+    double away = vec_norm(vec_sub(at_b.p, at_a.p)),
+           reach_a = is_plane(&c->a) ? away + c->a.radius : shape_reach(&c->a),
            reach_b = is_plane(&c->b) ? away + c->b.radius : shape_reach(&c->b);
     x.size = reach_a + reach_b + away;
     return x;
@@ -367,8 +372,10 @@ static question question_of(const hostile *c, const char *asked, pose at_a, pose
 static narrow_result second_way(question *x, const pose *b_in_a, uint64_t i)
 {
     static const double FINENESS[] = {1e-9, 1e-3, 1e-6, 1e-4, 1e-2, 1e-3, 1e-5, 1e-3}; /* by the general method dear */
-    narrow_request request = {
-        .facts = NARROW_DISTANCE, .tolerance = (x->c->touching ? 1e-9 : FINENESS[i % 8]) * x->size, .range = INFINITY, .engine = NARROW_ENGINE_GJK};
+    narrow_request request = {.facts = NARROW_DISTANCE,
+        .tolerance = (x->c->touching ? 1e-9 : FINENESS[i % 8]) * x->size,
+        .range = INFINITY,
+        .engine = NARROW_ENGINE_GJK};
     const hostile *c = x->c;
     narrow_result r;
     if (!is_plane(&c->a) && !is_plane(&c->b)) {
@@ -403,6 +410,17 @@ static void check_answer(
     if (request->facts & NARROW_MANIFOLD) check_manifold(x, r, request->threshold);
 }
 
+/* What a pair remembers of another place changes no bit. */
+static void check_cached(question *x, const pose *b_in_a, const narrow_request *request, const narrow_result *r)
+{
+    pose elsewhere = {vec_madd(b_in_a->p, 0.01, vec(1, 2, -3)), quat_unit(quat_mul(b_in_a->q, (quat){1, 0.01, 0, 0}))};
+    narrow_cache cache = {.lower = 0};
+    narrow_result kept;
+    narrow_query(&x->c->a, &x->c->b, &elsewhere, request, &cache, case_scratch(), &kept);
+    narrow_query(&x->c->a, &x->c->b, b_in_a, request, &cache, case_scratch(), &kept);
+    if (!same_answer(r, &kept)) report(x, "what is remembered changes it", &kept, kept.lo - r->lo);
+}
+
 /* About the relative pose as it is rounded. */
 static narrow_result check_relative(const hostile *c, uint64_t i)
 {
@@ -415,6 +433,7 @@ static narrow_result check_relative(const hostile *c, uint64_t i)
         narrow_query(&c->a, &c->b, &b_in_a, &request, NULL, case_scratch(), &r);
         check_answer(&x, &request, &r, &general, 0);
     }
+    if (i % 2) check_cached(&x, &b_in_a, &request, &r);
     x.asked = "verdict";
     for (uint64_t k = 0; k < 3; k++) {
         request.facts = (i + k) % 4 ? NARROW_VERDICT : NARROW_DISTANCE | NARROW_VERDICT;
@@ -576,7 +595,7 @@ static void a_ball_on_a_rim_is_told_along_a_normal_of_it(void **state)
 
 static uint64_t cases_each(void)
 {
-    const char *chosen = getenv("TWO_WAYS_CASES"); /* of each pair, for a longer look by hand */
+    const char *chosen = getenv("COLLIDED_TWO_WAYS"); /* of each pair, for a longer look by hand */
     if (chosen) return strtoull(chosen, NULL, 10);
     return getenv("COLLIDED_NIGHTLY") ? CASES_NIGHTLY : getenv("COLLIDED_BRIEF") ? CASES_BRIEF : CASES_EACH;
 }
