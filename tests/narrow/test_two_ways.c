@@ -324,7 +324,8 @@ static void check_status(const question *x, const narrow_result *r, const narrow
         report(x, "certain, but undecided", r, request->threshold);
 }
 
-/* Of a contact: points, none of them farther apart than the axis proves. */
+/* Of a contact: points, each of them at both shapes (edges that are nearly parallel may pass beside each other), and
+ * none of them farther apart than the axis proves. */
 static void check_manifold(const question *x, const narrow_result *r, double threshold)
 {
     uint32_t count = r->manifold.count;
@@ -335,6 +336,9 @@ static void check_manifold(const question *x, const narrow_result *r, double thr
         if (!vec_finite(m->point) || !isfinite(m->distance)) report(x, "a point of contact is no number", r, 0);
         double far = r->lo - 8e-9 * x->size - m->distance; /* faces of hulls are planes but for 1e-9 */
         if (far > 0) report(x, "a point of contact is deeper than the depth", r, far);
+        double room = 0.02 * x->size + fabs(m->distance);
+        double aside = (double)oracle_outside(&x->a, m->point), aside_b = (double)oracle_outside(&x->b, m->point);
+        if (!(fmax(aside, aside_b) <= room)) report(x, "a point of contact is off the shapes", r, fmax(aside, aside_b));
     }
 }
 
@@ -593,6 +597,20 @@ static void a_ball_on_a_rim_is_told_along_a_normal_of_it(void **state)
     assert_nothing_found();
 }
 
+/* What lies over the tip of a sliver to within the width of its other end was taken to lie over it, however far beyond
+ * the tip that was: half a metre. */
+static void a_needle_has_no_contact_beyond_its_tip(void **state)
+{
+    (void)state;
+    hostile c = {.a = revolved(SHAPE_CONE, 0x1.0624dd2f1a9fcp-10, 0x1.999999999999ap-2, 0),
+        .b = {.type = SHAPE_HULL, .hull = hulls[4]},
+        .hull_b = 4,
+        .at_a = POSE_IDENTITY,
+        .at_b = {{0, 0, 0x1.3333333335663p-1}, {0, 0, 1, 0}}};
+    for (uint64_t i = 0; i < EACH_WAY; i++) check_case(&c, i);
+    assert_nothing_found();
+}
+
 static uint64_t cases_each(void)
 {
     const char *chosen = getenv("COLLIDED_TWO_WAYS"); /* of each pair, for a longer look by hand */
@@ -640,6 +658,7 @@ int main(void)
         cmocka_unit_test(a_disc_that_touches_a_cone_is_not_in_it),
         cmocka_unit_test(a_cylinder_about_a_corner_of_a_box_is_as_deep_as_its_radius),
         cmocka_unit_test(a_ball_on_a_rim_is_told_along_a_normal_of_it),
+        cmocka_unit_test(a_needle_has_no_contact_beyond_its_tip),
         cmocka_unit_test(each_pair_of_types_agrees_with_the_general_method),
     };
     return cmocka_run_group_tests(tests, create, destroy);
