@@ -61,17 +61,16 @@ static profile profile_of(const shape *s)
 }
 
 /* Of an edge as a point sees it: how high the point is above its line, how far it is past its beginning and past its
- * end, times the length, and the outward normal. */
+ * end, and the outward normal. However short it is, an edge has a direction. */
 typedef struct edge_view {
     double height, past_begin, past_end, nr, nz;
 } edge_view;
 
 static edge_view edge_seen(const profile *f, int i, double r, double z)
 {
-    double er = f->r[i + 1] - f->r[i], ez = f->z[i + 1] - f->z[i], length = sqrt(er * er + ez * ez);
+    vec3 e = direction_of(vec(f->r[i + 1] - f->r[i], f->z[i + 1] - f->z[i], 0));
     double dr = r - f->r[i], dz = z - f->z[i], next_r = r - f->r[i + 1], next_z = z - f->z[i + 1];
-    return (edge_view){
-        (dz * er - dr * ez) / length, dr * er + dz * ez, next_r * er + next_z * ez, -ez / length, er / length};
+    return (edge_view){dz * e.x - dr * e.y, dr * e.x + dz * e.y, next_r * e.x + next_z * e.y, -e.y, e.x};
 }
 
 /* Signed distance of the point (r, z) from the profile, and the unit direction (*nr, *nz) in which it leaves.

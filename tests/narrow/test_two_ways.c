@@ -550,6 +550,23 @@ static void a_ball_in_the_plane_of_a_disc_is_as_far_from_it_as_its_rim(void **st
     assert_nothing_found();
 }
 
+/* So are discs and rods that are so thin that the square of that is no number. */
+static void a_ball_beside_what_has_next_to_no_thickness_is_apart(void **state)
+{
+    (void)state;
+    for (int k = 0; k < 2; k++) {
+        shape_type type = k ? SHAPE_CONE : SHAPE_CYLINDER;
+        hostile disc = {.a = ball(0.1), .b = revolved(type, 1, 1e-170, 0), .at_a = placed_at(3, 0, 0)};
+        hostile rod = {.a = ball(0.1), .b = revolved(type, 1e-170, 1, 0), .at_a = placed_at(0, 0, 3)};
+        disc.at_b = rod.at_b = POSE_IDENTITY;
+        check_known(disc, 1.9, 1e-14);
+        check_known(rod, 1.9, 1e-14);
+        rod.at_a = placed_at(0, 3, 0.5);
+        check_known(rod, 2.9, 1e-14);
+    }
+    assert_nothing_found();
+}
+
 /* The same, of the largest ball in a cone, whose centre is in the plane of a disc that touches the cone: the depth told
  * was up to 3e-3 of the size too great. */
 static void a_disc_that_touches_a_cone_is_not_in_it(void **state)
@@ -657,6 +674,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_ball_in_the_plane_of_a_disc_is_as_far_from_it_as_its_rim),
+        cmocka_unit_test(a_ball_beside_what_has_next_to_no_thickness_is_apart),
         cmocka_unit_test(a_disc_that_touches_a_cone_is_not_in_it),
         cmocka_unit_test(a_cylinder_about_a_corner_of_a_box_is_as_deep_as_its_radius),
         cmocka_unit_test(a_ball_on_a_rim_is_told_along_a_normal_of_it),
