@@ -76,8 +76,8 @@ static double one_of(random_state *r, const double *from, size_t count)
 
 static double hostile_size(random_state *r)
 {
-    static const double USUAL[] = {0.5, 1, 0.25, 0.3, 0.4, 0.75, 0.1}, ODD[] = {0, 0, 0, 1e-6, 1e-3, 1e3, 1e6, 1e-9};
-    return below(r, 4) ? one_of(r, USUAL, 7) : one_of(r, ODD, 8);
+    static const double USUAL[] = {0.5, 1, 0.25, 0.3, 0.4, 0.75, 0.1}, ODD[] = {0, 0, 0, 1e-6, 1e-3, 1e3, 1e6, 1e-9, 1e-170};
+    return below(r, 4) ? one_of(r, USUAL, 7) : one_of(r, ODD, 9);
 }
 
 static double hostile_radius(random_state *r)
