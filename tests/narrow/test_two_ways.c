@@ -76,7 +76,8 @@ static double one_of(random_state *r, const double *from, size_t count)
 
 static double hostile_size(random_state *r)
 {
-    static const double USUAL[] = {0.5, 1, 0.25, 0.3, 0.4, 0.75, 0.1}, ODD[] = {0, 0, 0, 1e-6, 1e-3, 1e3, 1e6, 1e-9, 1e-170};
+    static const double USUAL[] = {0.5, 1, 0.25, 0.3, 0.4, 0.75, 0.1},
+                        ODD[] = {0, 0, 0, 1e-6, 1e-3, 1e3, 1e6, 1e-9, 1e-170};
     return below(r, 4) ? one_of(r, USUAL, 7) : one_of(r, ODD, 9);
 }
 
@@ -564,6 +565,11 @@ static void a_ball_beside_what_has_next_to_no_thickness_is_apart(void **state)
         rod.at_a = placed_at(0, 3, 0.5);
         check_known(rod, 2.9, 1e-14);
     }
+    /* The way out of a box, by which a centre is outside of it, had no length, and was taken for a part of an axis. */
+    hostile box = {.a = ball(1e-6), .b = {.type = SHAPE_BOX, .half = {1e-170, 1e-170, 1e-170}}, .at_a = POSE_IDENTITY};
+    box.at_b = (pose){{-0x1.9c37a35177e3ep-564, 0x1.9c37a35177e3fp-566, -0x1.9c37a35177e3cp-566},
+        {0x1.a20bd700c2c3fp-2, 0x1.a20bd700c2c3fp-1, 0, 0x1.a20bd700c2c3fp-2}};
+    check_known(box, -1e-6, 1e-20);
     assert_nothing_found();
 }
 
