@@ -202,6 +202,7 @@ static bool corners_meet(const box_pair *x, const narrow_goal *goal, span *out)
         out->iterations++;
         if (distance < out->hi) out->hi = distance, out->point_a = point_a, out->point_b = point_b;
         if (met(p, goal, out)) return true;
+        if (!(distance > 0)) return false; /* they touch: that is no direction */
         axis = direction_of(line);
     }
     return false;

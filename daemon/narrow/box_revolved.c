@@ -101,7 +101,9 @@ LANES_INLINE void try_octants(search *x, double sign_z)
     for (int k = 0; left; k++, left >>= 1) {
         if (!(left & 1)) continue;
         x->found.proved = min_of(x->found.proved, value[k]);
-        take_along(x, direction_of(vec(m.x[k], m.y[k], m.z[k])));
+        bool level = !(rest[k] > 0); /* all along the circle: each of its directions is as good */
+        vec3 any = vec_madd(vec_scale(c->u, c->kink), c->kink_sine, vec_unit_orthogonal(c->u));
+        take_along(x, direction_of(level ? any : vec(m.x[k], m.y[k], m.z[k])));
     }
 }
 
@@ -170,7 +172,8 @@ static bool close_cylinder(search *x, const quadrant *q, plane e1, plane e2)
     const scene *c = x->scene;
     double slope_1 = copysign(c->b.h, q->u.x), slope_2 = copysign(c->b.h, q->u.y);
     tip from = arc_tip(q, slope_1, e1), to = arc_tip(q, slope_2, e2);
-    if (slope_1 == slope_2) return arc_close(&x->found, q, slope_1, &from, &to);
+    bool level = !(q->s > 0); /* all of the arc is across u: either end will do, and there is no kink */
+    if (slope_1 == slope_2 || level) return arc_close(&x->found, q, slope_1, &from, &to);
     plane n = kink_between(c, q);
     tip first = meet(x, q, n, slope_1), second = meet(x, q, n, slope_2);
     return arc_close(&x->found, q, slope_1, &from, &first) && arc_close(&x->found, q, slope_2, &second, &to);

@@ -46,41 +46,56 @@ bool closed_capsule_capsule(const unit_pair *p, const narrow_goal *goal, span *o
     return out->hi - out->lo <= max_of(goal->tolerance, p->error);
 }
 
-/* The profile of a body of revolution in the half-plane (radius, z), from the axis round to the axis. */
+/* The profile of a body of revolution in the half-plane (radius, z), from the axis round to the axis: corners, and the
+ * edges between them, none of which is without length. A disc has two, back to back. */
 typedef struct profile {
-    int count;
+    int edges;
     double r[4], z[4];
 } profile;
 
 static profile profile_of(const shape *s)
 {
     double r = s->half.x, h = s->half.z;
-    if (s->type == SHAPE_CONE) return (profile){3, {0, r, 0}, {h, -h, -h}};
-    return (profile){4, {0, r, r, 0}, {h, h, -h, -h}};
+    if (s->type == SHAPE_CONE || h == 0) return (profile){2, {0, r, 0}, {s->type == SHAPE_CONE ? h : 0, -h, -h}};
+    return (profile){3, {0, r, r, 0}, {h, h, -h, -h}};
 }
 
-/* Signed distance of the point (r, z) from the profile, and the unit direction (*nr, *nz) in which it leaves. Outside:
- * the nearest point of the edges. Inside: the nearest of the edges' lines (the profile is convex). */
+/* Of an edge as a point sees it: how high the point is above its line, how far it is past its beginning and past its
+ * end, and the outward normal. However short it is, an edge has a direction. */
+typedef struct edge_view {
+    double height, past_begin, past_end, nr, nz;
+} edge_view;
+
+static edge_view edge_seen(const profile *f, int i, double r, double z)
+{
+    vec3 e = direction_of(vec(f->r[i + 1] - f->r[i], f->z[i + 1] - f->z[i], 0));
+    double dr = r - f->r[i], dz = z - f->z[i], next_r = r - f->r[i + 1], next_z = z - f->z[i + 1];
+    return (edge_view){dz * e.x - dr * e.y, dr * e.x + dz * e.y, next_r * e.x + next_z * e.y, -e.y, e.x};
+}
+
+/* Signed distance of the point (r, z) from the profile, and the unit direction (*nr, *nz) in which it leaves.
+ *
+ * Outside: of the nearest point. That is in an edge, beyond which the point is; or at a corner, of which the point is
+ * past both edges. That is asked of the very vector from the corner to the point, however short it is: so the direction
+ * is always one of the corner's normals, and proves the distance. Inside: of the nearest line of an edge, for the
+ * profile is convex; rounding may also have put a point there that is as near to the outline as that. */
 static double profile_distance(const profile *f, double r, double z, double *nr, double *nz)
 {
     double inside = -INFINITY, outside = INFINITY, out_r = 0, out_z = 1;
-    for (int i = 0; i + 1 < f->count; i++) {
-        double er = f->r[i + 1] - f->r[i], ez = f->z[i + 1] - f->z[i], ee = er * er + ez * ez;
-        double dr = r - f->r[i], dz = z - f->z[i], length = sqrt(ee);
-        if (!(length > 0)) continue;
-        double height = (dz * er - dr * ez) / length; /* along the outward normal (-ez, er) */
-        if (height > inside) inside = height, *nr = -ez / length, *nz = er / length;
-        if (height < 0) continue; /* from behind no edge is the nearest; a flat disc's are no farther, though */
-        double s = min_of(max_of((dr * er + dz * ez) / ee, 0), 1), vr = dr - s * er, vz = dz - s * ez;
-        double norm = s > 0 && s < 1 ? fabs(height) : sqrt(vr * vr + vz * vz);
-        if (norm < outside) {
-            outside = norm;
-            bool straight = s > 0 && s < 1;
-            out_r = straight ? -ez / length : vr / norm;
-            out_z = straight ? er / length : vz / norm;
-        }
+    bool past = true; /* of the edge before, as is `before` */
+    double before = -INFINITY;
+    for (int i = 0; i <= f->edges; i++) {
+        edge_view e = i < f->edges ? edge_seen(f, i, r, z) : (edge_view){.height = -INFINITY};
+        double cr = r - f->r[i], cz = z - f->z[i], corner = sqrt(cr * cr + cz * cz);
+        bool above = before >= 0 || e.height >= 0;
+        if (past && above && e.past_begin <= 0 && corner > 0 && corner < outside)
+            outside = corner, out_r = cr / corner, out_z = cz / corner;
+        if (e.height >= 0 && e.past_begin > 0 && e.past_end < 0 && e.height < outside)
+            outside = e.height, out_r = e.nr, out_z = e.nz;
+        if (e.height > inside) inside = e.height, *nr = e.nr, *nz = e.nz;
+        past = e.past_end >= 0, before = e.height;
     }
-    if (inside <= 0 || !(outside > 0)) return min_of(inside, outside); /* at a corner any edge's way leads out */
+    if (inside < 0 || !(outside > 0) || isinf(outside)) return inside;
     *nr = out_r, *nz = out_z;
     return outside;
 }

@@ -68,10 +68,16 @@ static void depth_by_axes(const unit_pair *p, const gjk_result *start, span *out
     if (out->lo >= 0) out->hi = max_of(out->lo, start->span.hi);
 }
 
+/* Of cores that touch, but for rounding, a search may have met anywhere in a thin one. */
+static void find_witnesses(const unit_pair *p, span *out)
+{
+    if (out->lo <= p->error) witness_deepest(p, out);
+}
+
 static void finish_depth(const unit_pair *p, const narrow_goal *asked, bool named, span *out)
 {
     if (named) near_features_settle(p, asked, out);
-    if (out->lo < 0 && !out->nearest.deep) witness_deepest(p, out);
+    if (!out->nearest.deep) find_witnesses(p, out);
 }
 
 /* What is equally deep along many directions at once is not searched for if it is known. */
@@ -123,7 +129,7 @@ void dispatch_general(
     goal = &closely;
     if (!only_general && sat_is_quick(p)) {
         depth_by_axes(p, &start, out);
-        if (out->lo < 0) witness_deepest(p, out);
+        find_witnesses(p, out);
         return;
     }
     if (!only_general && !polytope_depth_applies(p) && about_one_axis(p, goal, out)) {

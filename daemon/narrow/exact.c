@@ -359,12 +359,15 @@ void exact_draw_together(const unit_pair *p, narrow_result *r)
     r->point_b = r->point_a;
 }
 
-/* The points that the search in doubles found may be others, and farther apart than they are. */
+/* The points that the search in doubles found may be others, and farther apart than they are; of shapes that overlap by
+ * their radii less deep. */
 static void take_points(const unit_pair *p, const proof *found, narrow_result *r)
 {
-    double far = vec_norm(vec_sub(r->point_b, r->point_a));
-    vec3 line = direction_of(vec_sub(found->b, found->a));
-    if (!found->by_points || !(r->lo > 0) || !(far > r->hi * (1 + 0x1p-46)) || !(vec_norm2(line) > 0)) return;
+    vec3 between = vec_sub(r->point_b, r->point_a), line = direction_of(vec_sub(found->b, found->a));
+    bool farther =
+        r->lo > 0 ? vec_norm(between) > r->hi * (1 + 0x1p-46) : vec_dot(between, r->axis) > r->hi + p->error * p->unit;
+    if (!(r->lo > 0)) line = r->axis; /* these may be so near that the line is of rounding */
+    if (!found->by_points || !farther || !(vec_norm2(line) > 0)) return;
     r->point_a = vec_scale(vec_madd(found->a, p->a.radius, line), p->unit);
     r->point_b = vec_scale(vec_madd(found->b, -p->b.radius, line), p->unit);
 }

@@ -65,7 +65,10 @@ static inline narrow_goal goal_of(const unit_pair *p, const narrow_request *r)
     bool decide = r->facts == 0 || (r->facts & (NARROW_VERDICT | NARROW_MANIFOLD));
     bool measure = r->facts & (NARROW_DISTANCE | NARROW_MANIFOLD);
     double margin = p->radius + p->error, threshold = r->threshold * p->scale;
-    double above = threshold + margin + p->excess, below = threshold + margin - 2 * p->error - p->deviation;
+    /* The same sums in another order, when the answer is made, are to come to the same verdict. */
+    double sums = 4 * UNIT_ROUNDOFF * (min_of(fabs(threshold), p->size) + margin + p->excess + p->deviation);
+    double above = threshold + margin + p->excess + sums;
+    double below = threshold + margin - 2 * p->error - p->deviation - sums;
     double finest = 2 * UNIT_ROUNDOFF * p->size, range = r->range * p->scale + margin + p->excess;
     double tolerance = r->tolerance * p->scale - 2 * p->error - p->excess;
     if (p->deviation < tolerance) tolerance -= p->deviation; /* where it is more, no search makes up for it */

@@ -143,7 +143,8 @@ static inline bool formula_sphere_box(const unit_pair *p, span *out)
     vec3 q = vec(clamp_to(c.x, h.x), clamp_to(c.y, h.y), clamp_to(c.z, h.z)), v = vec_sub(q, c);
     double distance = vec_norm(v);
     vec3 axis = direction_of(v);
-    if (!(distance > 0)) {
+    if (!(distance > 0)) { /* inside; or outside by what has no square, and then v is no axis of what follows */
+        axis = VEC_ZERO;
         int i = nearest_face(c, h, &distance);
         double side = *component(&c, i) >= 0 ? 1 : -1;
         *component(&q, i) = side * *component(&h, i);

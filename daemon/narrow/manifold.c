@@ -26,6 +26,9 @@ static const double FACE_SINE = 0.01;
  * the deepest point by more. */
 static const double FLUSH_RATIO = 1e-6;
 
+/* Of the reference's width: the same of a sliver, whose corners a wider margin would leave behind by its length. */
+static const double FLUSH_WIDTH = 1e-3;
+
 /* Of that: a side of the reference that is no longer is not clipped by, for its direction is rounding. A longer one is,
  * however short: where it joins two long sides of a sliver, nothing else ends that. */
 static const double SHORT_RATIO = 1e-3;
@@ -47,6 +50,7 @@ typedef struct outline {
     double slope_x, slope_y; /* of a polygon's plane: h = at[0].h + slope_x (x - at[0].x) + slope_y (y - at[0].y) */
     double facing;           /* |cosine| between its normal and the axis; 0 for segments */
     double area;             /* twice, signed: positive when it runs counter-clockwise in x, y */
+    double low, high;        /* of its corners */
     double span;             /* in x, y; of a segment its length: one that stands upright is no less for that */
 } outline;
 
@@ -122,16 +126,19 @@ static void outline_of(const feature *f, const transform *to_a, const contact_fr
     out->slope_x = out->slope_y = out->area = 0;
     double span2 = 0;
     out->at[0] = out->at[1] = (spot){0, 0, 0};
+    out->low = INFINITY, out->high = -INFINITY;
     for (uint32_t i = 0; i < f->count; i++) {
         out->at[i] = to_spot(frame, to_a ? transform_point(to_a, f->corner[i]) : f->corner[i]);
         double rise = f->count == 2 ? out->at[i].h - out->at[0].h : 0;
         span2 = max_of(span2, flat_length2(out->at[0], out->at[i]) + rise * rise);
         if (i > 1) out->area += turn(out->at[0], out->at[i - 1], out->at[i]);
+        out->low = min_of(out->low, out->at[i].h), out->high = max_of(out->high, out->at[i].h);
     }
     out->span = sqrt(span2);
     if (f->unbounded) {
         out->at[0] = to_spot(frame, to_a ? to_a->t : VEC_ZERO);
         out->span = INFINITY;
+        out->low = -INFINITY, out->high = INFINITY;
     }
     out->facing = f->count == 2 ? 0 : fabs(nh);
     if (nh == 0) return;
@@ -139,9 +146,11 @@ static void outline_of(const feature *f, const transform *to_a, const contact_fr
     out->slope_y = -vec_dot(normal, frame->y) / nh;
 }
 
+/* Of a spot that is over it, or flush: it never leaves the heights of the corners. */
 static double plane_height(const outline *o, spot p)
 {
-    return o->at[0].h + o->slope_x * (p.x - o->at[0].x) + o->slope_y * (p.y - o->at[0].y);
+    double h = o->at[0].h + o->slope_x * (p.x - o->at[0].x) + o->slope_y * (p.y - o->at[0].y);
+    return min_of(max_of(h, o->low), o->high);
 }
 
 /* Does a face (or plane) lie across the axis? */
@@ -296,6 +305,7 @@ static void add_overlap(const contact *c, const outline *ref, const outline *inc
     const corner *corners = buffers[0];
     uint32_t count;
     out->slack = FLUSH_RATIO * min_of(ref->span, inc->span);
+    if (!ref->unbounded) out->slack = min_of(out->slack, FLUSH_WIDTH * fabs(ref->area) / ref->span);
     if (inc->count == 2)
         count = clip_segment(ref, inc, out->slack, buffers[0]);
     else

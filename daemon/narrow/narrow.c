@@ -182,10 +182,11 @@ static void deviate(const shape *a, const shape *b, const narrow_request *r, nar
 }
 
 /* Shapes that touch but for a little are told to be no nearer than the points that prove it. That others overlap is
- * known without points, and of a common point hi is 0. */
+ * known without points, and of a common point hi is 0. An interval that is not wider than its place is of a gap that
+ * points have proved. */
 static void keep_to_points(const shape *a, const shape *b, const narrow_request *r, narrow_result *result)
 {
-    if (!(result->lo < 0 && result->hi > 0) || result->refined || !(r->facts & NARROW_DISTANCE)) return;
+    if (!(2 * result->lo < result->hi && result->hi > 0) || result->refined || !(r->facts & NARROW_DISTANCE)) return;
     double far = vec_norm(vec_sub(result->point_b, result->point_a)) * (1 + 4 * UNIT_ROUNDOFF);
     double little = LITTLE * (shape_reach(a) + shape_reach(b));
     if (!(far > result->hi && far <= little && -result->lo <= little)) return;

@@ -79,8 +79,9 @@ typedef struct narrow_result {
                               axis.x >= lo. Moving B along it by -lo (and rounding) separates. Of a mesh or a compound,
                               which are not convex, it proves no positive lo: every triangle or child was looked at or
                               ruled out; and of their overlap only that that move separates them */
-    vec3 point_a, point_b; /* on the surfaces (radius included). Separated: |point_b - point_a| proves hi. Overlapping:
-                              the deepest points along axis */
+    vec3 point_a, point_b; /* on the surfaces (radius included). Separated: |point_b - point_a| proves hi (of a verdict
+                              alone, where they touch but for rounding, but for that). Overlapping: the deepest points
+                              along axis */
     manifold manifold;     /* with NARROW_MANIFOLD */
     narrow_status status;
     narrow_method method;

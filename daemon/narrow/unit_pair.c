@@ -31,6 +31,7 @@ static void reduce(shape *s)
         s->radius += s->half.x;
         s->type = SHAPE_SPHERE;
     }
+    if (s->type == SHAPE_CONE && s->half.z == 0) s->type = SHAPE_CYLINDER; /* a disc */
     if ((s->type == SHAPE_CYLINDER || s->type == SHAPE_CONE) && s->half.x == 0) s->type = SHAPE_CAPSULE;
     if (s->type == SHAPE_CAPSULE && s->half.z == 0) s->type = SHAPE_SPHERE;
 }

@@ -6,6 +6,7 @@ static const real UNBOUNDED = 1e4000Q;
 real real_sqrt(real x)
 {
     if (!(x > 0)) return 0;
+    if (x > UNBOUNDED) return x;
     real scale = 1;
     while (x > 0x1p200Q) x *= 0x1p-200Q, scale *= 0x1p100Q;
     while (x < 0x1p-200Q) x *= 0x1p200Q, scale *= 0x1p-100Q;
@@ -174,6 +175,21 @@ static real outside_profile(const shape *s, real r, real z)
     return most > bottom ? most : bottom;
 }
 
+/* Radially, times the least axis; beside axes of no length as far as the point is off along those. */
+static real outside_ellipsoid(vec3 half, real3 x)
+{
+    const double h[3] = {half.x, half.y, half.z};
+    const real at[3] = {x.x, x.y, x.z};
+    real least = UNBOUNDED, k2 = 0, off2 = 0;
+    for (int i = 0; i < 3; i++) {
+        if (h[i] > 0) k2 += (at[i] / h[i]) * (at[i] / h[i]);
+        if (h[i] > 0 && h[i] < least) least = h[i];
+        if (!(h[i] > 0)) off2 += at[i] * at[i];
+    }
+    real radial = k2 > 0 ? (real_sqrt(k2) - 1) * least : 0, off = real_sqrt(off2);
+    return off > radial ? off : radial;
+}
+
 static real outside_core(const shape *s, real3 x)
 {
     real ax = magnitude(x.x) - s->half.x, ay = magnitude(x.y) - s->half.y, az = magnitude(x.z) - s->half.z;
@@ -187,12 +203,8 @@ static real outside_core(const shape *s, real3 x)
     case SHAPE_CYLINDER:
     case SHAPE_CONE:
         return outside_profile(s, real_sqrt(x.x * x.x + x.y * x.y), x.z);
-    case SHAPE_ELLIPSOID: {
-        real least = s->half.x < s->half.y ? s->half.x : s->half.y;
-        least = least < s->half.z ? least : s->half.z;
-        real k = norm((real3){x.x / s->half.x, x.y / s->half.y, x.z / s->half.z}); /* radial, times the least axis */
-        return (k - 1) * least;
-    }
+    case SHAPE_ELLIPSOID:
+        return outside_ellipsoid(s->half, x);
     case SHAPE_HALFSPACE:
         return x.z;
     case SHAPE_HULL:
