@@ -1,9 +1,11 @@
 /* toi_sweep: from when on two parts of shapes can meet, by directions alone: no distance is asked. Pure; any thread.
  *
- * The span is cut into pieces so short that no gap along a direction that stands still dips much below its chord
- * (toi.h). Of two parts, a gap along a direction at both ends of a piece tells until when it is open; from there
- * another direction is tried, until none opens the way any further; then the piece is cut, and what is left of it cut
- * again. The places at the ends of pieces are made when they are first needed, and kept for other parts. */
+ * A stretch of the span is cut into pieces so short that no gap along a direction dips much below its chord (toi.h). A
+ * direction stands still, or turns with one of the two bodies: in whichever frame gaps dip the least; two bodies that
+ * turn as one do not turn there at all. Of two parts, a gap along a direction at both ends of a piece tells until when
+ * it is open; from there another direction is tried, until none opens the way any further; then the piece is cut, and
+ * what is left of it cut again. The places at the ends of pieces are made when they are first needed, and kept for other
+ * parts. */
 #ifndef COLLIDED_NARROW_TOI_SWEEP_H
 #define COLLIDED_NARROW_TOI_SWEEP_H
 
@@ -17,6 +19,9 @@ enum {
     SWEEP_PLACES = 128  /* that are kept; a power of two */
 };
 
+/* What things cost, in units of about 20 ns: so that an end to a search is a function of the motion, not of a clock. */
+enum { SWEEP_WORK_TRY = 3, SWEEP_WORK_PLACE = 10, SWEEP_WORK_LEAVES = 5, SWEEP_WORK_LEAVES_TRY = 3 };
+
 typedef struct sweep_place { /* the frames of both shapes, in the course's frame */
     transform a, b;
     double floor; /* m: the least gap that counts as apart then, with the rounding in it */
@@ -26,17 +31,46 @@ typedef struct sweep_place { /* the frames of both shapes, in the course's frame
 typedef struct sweep {
     course course;
     const toi_request *request;
+    double size; /* m */
+    double start, end; /* s: the stretch */
+    course_frame frame; /* in which directions stand still */
+    double bend;        /* m/s^2: the course's, in that frame and stretch */
     uint32_t ends, longest; /* the least pieces, and how many make up a whole one */
     double least;           /* s */
-    double size;            /* m */
+    uint64_t work;          /* that was done, in the units above */
     sweep_place at[SWEEP_PLACES];
 } sweep;
 
-/* False: they turn so far that it is of no use. */
+/* False: there is no course. */
 bool sweep_init(sweep *s, const toi_mover *a, const toi_mover *b, const toi_request *request);
 
-/* Given that they do not meet before `from`: a time before which they do not, either. INFINITY: not before `until`.
- * *hint: a direction to try first, and then the one that went farthest; zero = none. */
+/* From `start` on: a stretch up to `end`, or as much of it as pieces of use make up; s->end says. */
+void sweep_begin(sweep *s, double start, double end);
+
+/* Given that they do not meet before `from`, in the stretch: a time before which they do not, either. INFINITY: not
+ * before `until`, or the end of the stretch. *hint: a direction to try first, and then the one that went farthest; zero
+ * = none. */
 double sweep_entry(sweep *s, const toi_part *a, const toi_part *b, double from, double until, vec3 *hint);
+
+/* The place at the end of so many least pieces. */
+const sweep_place *sweep_place_at(sweep *s, uint32_t index);
+
+/* s: the end of so many least pieces; and how many there are at a time. */
+static inline double sweep_time(const sweep *s, double pieces)
+{
+    return pieces < s->ends ? s->start + pieces * s->least : s->end;
+}
+static inline double sweep_index(const sweep *s, double time)
+{
+    double pieces = (time - s->start) / s->least;
+    return pieces > 0 ? pieces : 0;
+}
+
+/* m: how far a gap along a direction dips within so many pieces at most. */
+static inline double sweep_dip(const sweep *s, uint32_t pieces)
+{
+    double time = pieces * s->least * (1 + 8 * 0x1p-53);
+    return s->bend * time * time / 8 * (1 + 0x1p-48);
+}
 
 #endif
