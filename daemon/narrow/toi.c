@@ -277,8 +277,9 @@ static double free_while_spun(const march *m, double from)
     course spinning;
     toi_mover a = {m->c->a, m->c->local_a, m->c->body_a}, b = {m->c->b, m->c->local_b, m->c->body_b};
     if (a.shape->type == SHAPE_HALFSPACE) return 0; /* the cylinder would have to go first */
-    if (!course_spin(&a, &spun[0], &a) || !course_spin(&b, &spun[1], &b)) return 0;
-    if (!course_init(&spinning, &a, &b, m->c->span)) return 0;
+    toi_mover spun_a, spun_b;
+    if (!course_spin(&a, &spun[0], &spun_a) || !course_spin(&b, &spun[1], &spun_b)) return 0;
+    if (!course_init(&spinning, &spun_a, &spun_b, m->c->span)) return 0;
     toi_request request = *m->request;
     request.tolerance = max_of(request.tolerance, ROUGHLY * (spinning.reach_a + spinning.reach_b));
     toi_result r = {.status = TOI_FREE, .lo = INFINITY};

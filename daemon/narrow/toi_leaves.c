@@ -6,7 +6,7 @@
 
 typedef struct leaf { /* a triangle a lane; the last one again where there are fewer */
     lanes3 corner[3];
-    lanes3 normal; /* of any length */
+    vec3 normal[MESH_LEAF_MAX]; /* unit, or zero */
     uint32_t count;
     double margin;
 } leaf;
@@ -26,9 +26,8 @@ static void load(const toi_part *p, leaf *out)
         const vec3 *v = &m->corners[3 * (n->first[p->child] + (k < out->count ? k : out->count - 1))];
         for (int c = 0; c < 3; c++)
             out->corner[c].x[k] = v[c].x, out->corner[c].y[k] = v[c].y, out->corner[c].z[k] = v[c].z;
+        if (k < out->count) out->normal[k] = direction_of(vec_cross(vec_sub(v[1], v[0]), vec_sub(v[2], v[0])));
     }
-    out->normal = lanes3_cross(
-        lanes3_sub(out->corner[1], out->corner[0]), lanes3_sub(out->corner[2], out->corner[0]));
 }
 
 typedef struct heights {
@@ -54,7 +53,10 @@ LANES_INLINE heights heights_of(const leaf *l, const transform *at, vec3 d)
     return (heights){least_of(u, least_of(v, w)) + origin, most_of(u, most_of(v, w)) + origin};
 }
 
-enum { DIRECTIONS_MAX = 2 * MESH_LEAF_MAX }; /* across each triangle of both */
+enum {
+    DIRECTIONS_MAX = 2 * MESH_LEAF_MAX, /* across each triangle of both */
+    TRIED_SIDES = 8                     /* what those of one pair take, in directions of all */
+};
 
 typedef struct looked { /* along a direction, at the beginning of a piece */
     vec3 d;
@@ -66,16 +68,16 @@ typedef struct leaves {
     looked at[DIRECTIONS_MAX];
     uint32_t count;
     lanes best[MESH_LEAF_MAX]; /* m: the widest gap of triangle i of A and each of B, then */
+    unsigned sided;            /* of pairs: none of the directions is of use, but its own */
+    vec3 own[LEAF_PAIRS];
 } leaves;
 
 LANES_INLINE void look_across(leaves *l, const leaf *of, const transform *turn, const sweep_place *p)
 {
     lanes floor = lanes_of(l->a.margin + l->b.margin + p->floor);
     for (uint32_t k = 0; k < of->count; k++) {
-        vec3 n = vec(of->normal.x[k], of->normal.y[k], of->normal.z[k]);
-        if (!(vec_norm2(n) > 0)) continue;
         looked *x = &l->at[l->count++];
-        x->d = direction_of(mat_mul(turn->r, n));
+        x->d = mat_mul(turn->r, of->normal[k]);
         x->a = heights_of(&l->a, &p->a, x->d);
         x->b = heights_of(&l->b, &p->b, x->d);
         for (int i = 0; i < MESH_LEAF_MAX; i++) {
@@ -123,19 +125,161 @@ LANES_INLINE unsigned free_pairs(const leaves *l, const piece *p, unsigned open,
     return free;
 }
 
-/* The pairs that a direction keeps apart at the beginning, and how far the closest of them. */
-LANES_INLINE unsigned apart_pairs(const leaves *l, unsigned open, double *least)
+static void begin_narrow(leaves *l, const sweep_place *p)
 {
-    unsigned apart = 0;
-    *least = INFINITY;
-    for (unsigned i = 0; i < LEAF_PAIRS; i++) {
-        double gap = l->best[i / MESH_LEAF_MAX][i % MESH_LEAF_MAX];
-        if (!(open >> i & 1) || !(gap > 0)) continue;
-        apart |= 1u << i;
-        *least = min_of(*least, gap);
-    }
-    return apart;
+    look_at_beginning(l, p);
 }
+
+LANES_WHOLE static void begin_wide(leaves *l, const sweep_place *p)
+{
+    look_at_beginning(l, p);
+}
+
+static unsigned free_narrow(const leaves *l, const piece *p, unsigned open, uint32_t *tried)
+{
+    return free_pairs(l, p, open, tried);
+}
+
+LANES_WHOLE static unsigned free_wide(const leaves *l, const piece *p, unsigned open, uint32_t *tried)
+{
+    return free_pairs(l, p, open, tried);
+}
+
+/* ---- one pair ---- */
+
+static vec3 corner_at(const leaf *l, int triangle, int corner, const transform *at)
+{
+    const lanes3 *c = &l->corner[corner];
+    return transform_point(at, vec(c->x[triangle], c->y[triangle], c->z[triangle]));
+}
+
+typedef struct two_triangles { /* at a place */
+    vec3 a[3], b[3];
+    double apart; /* m: a lesser gap counts as none */
+} two_triangles;
+
+static two_triangles pair_at(const leaves *l, int pair, const sweep_place *p)
+{
+    two_triangles t = {.apart = l->a.margin + l->b.margin + p->floor};
+    for (int c = 0; c < 3; c++) {
+        t.a[c] = corner_at(&l->a, pair / MESH_LEAF_MAX, c, &p->a);
+        t.b[c] = corner_at(&l->b, pair % MESH_LEAF_MAX, c, &p->b);
+    }
+    return t;
+}
+
+static double gap_along(const two_triangles *t, vec3 d)
+{
+    double top = max_of(vec_dot(d, t->a[0]), max_of(vec_dot(d, t->a[1]), vec_dot(d, t->a[2])));
+    return min_of(vec_dot(d, t->b[0]), min_of(vec_dot(d, t->b[1]), vec_dot(d, t->b[2]))) - top - t->apart;
+}
+
+/* The same of a pair at a place. */
+static double gap_of(const leaves *l, int pair, const sweep_place *at, vec3 d)
+{
+    vec3 in_a = mat_tmul(at->a.r, d), in_b = mat_tmul(at->b.r, d);
+    int i = pair / MESH_LEAF_MAX, k = pair % MESH_LEAF_MAX;
+    double top = -INFINITY, foot = INFINITY;
+    for (int c = 0; c < 3; c++) {
+        const lanes3 *a = &l->a.corner[c], *b = &l->b.corner[c];
+        top = max_of(top, in_a.x * a->x[i] + in_a.y * a->y[i] + in_a.z * a->z[i]);
+        foot = min_of(foot, in_b.x * b->x[k] + in_b.y * b->y[k] + in_b.z * b->z[k]);
+    }
+    return foot - top + vec_dot(d, vec_sub(at->b.t, at->a.t)) - l->a.margin - l->b.margin - at->floor;
+}
+
+typedef struct chosen { /* the direction of a pair that keeps the widest gap at both ends of a piece */
+    two_triangles first, last;
+    vec3 d;
+    double kept; /* m */
+} chosen;
+
+static void offer(chosen *c, vec3 towards, vec3 against)
+{
+    double norm2 = vec_norm2(towards);
+    if (!(norm2 > 0)) return;
+    vec3 d = direction_of(vec_dot(towards, against) > 0 ? vec_neg(towards) : towards);
+    double gap = gap_along(&c->first, d);
+    if (gap > c->kept) gap = min_of(gap, gap_along(&c->last, d));
+    if (gap > c->kept) c->kept = gap, c->d = d;
+}
+
+/* Across a side of each, with A behind its own; and in the plane of one, across a side of it. Where two triangles are
+ * apart, one of these or of their normals says so. */
+static chosen best_of_sides(const leaves *l, int pair, const piece *p)
+{
+    chosen c = {pair_at(l, pair, p->from), pair_at(l, pair, p->to), VEC_ZERO, 0};
+    const two_triangles *t = &c.first;
+    vec3 side_a[3], side_b[3];
+    for (int k = 0; k < 3; k++) {
+        side_a[k] = vec_sub(t->a[(k + 1) % 3], t->a[k]);
+        side_b[k] = vec_sub(t->b[(k + 1) % 3], t->b[k]);
+    }
+    vec3 normal_a = vec_cross(side_a[0], side_a[1]), normal_b = vec_cross(side_b[0], side_b[1]);
+    for (int i = 0; i < 3; i++) {
+        vec3 in_a = vec_neg(side_a[(i + 2) % 3]), out_b = side_b[(i + 2) % 3];
+        for (int k = 0; k < 3; k++) offer(&c, vec_cross(side_a[i], side_b[k]), in_a);
+        offer(&c, vec_cross(side_a[i], normal_a), in_a);
+        offer(&c, vec_cross(side_b[i], normal_b), out_b);
+    }
+    return c;
+}
+
+/* What directions across triangles do not keep apart is given one of its own, if there is one. */
+static void turn_to_sides(leaves *l, const piece *p, unsigned pairs, uint32_t *tried)
+{
+    for (int i = 0; i < LEAF_PAIRS; i++) {
+        if (!(pairs >> i & 1)) continue;
+        chosen c = best_of_sides(l, i, p);
+        *tried += TRIED_SIDES;
+        l->own[i] = c.d;
+        if (c.kept > 0)
+            l->sided |= 1u << i;
+        else
+            l->sided &= ~(1u << i);
+    }
+}
+
+/* How far apart the closest pair is at the beginning. Of those that have a direction of their own, the ones to which it
+ * is of no use any more lose it. */
+static double least_gap(leaves *l, const sweep_place *at, unsigned open, unsigned *across)
+{
+    double least = INFINITY;
+    for (int i = 0; i < LEAF_PAIRS; i++) {
+        if (!(open >> i & 1)) continue;
+        double gap = l->best[i / MESH_LEAF_MAX][i % MESH_LEAF_MAX];
+        if (gap > 0) *across |= 1u << i;
+        if (l->sided >> i & 1) {
+            double own = gap_of(l, i, at, l->own[i]);
+            if (own > gap)
+                gap = own;
+            else
+                l->sided &= ~(1u << i);
+        }
+        if (gap > 0) least = min_of(least, gap);
+    }
+    return least;
+}
+
+/* Of the pairs that have a direction of their own, those that it keeps apart all along a piece. */
+static unsigned free_by_sides(const leaves *l, const piece *p, unsigned open)
+{
+    unsigned free = 0;
+    for (int i = 0; i < LEAF_PAIRS; i++) {
+        if (!(open >> i & 1)) continue;
+        double first = gap_of(l, i, p->from, l->own[i]) - p->dip, last = gap_of(l, i, p->to, l->own[i]) - p->dip;
+        if (first > 0 && first + p->share * (last - first) > 0) free |= 1u << i;
+    }
+    return free;
+}
+
+static unsigned free_in(leaves *l, const piece *p, unsigned open, uint32_t *tried)
+{
+    unsigned sided = open & l->sided, free = free_by_sides(l, p, sided);
+    return free | (lanes_wide() ? free_wide : free_narrow)(l, p, open & ~sided, tried);
+}
+
+/* ---- a stretch ---- */
 
 static void enter(double entry[LEAF_PAIRS], unsigned pairs, double time)
 {
@@ -144,7 +288,7 @@ static void enter(double entry[LEAF_PAIRS], unsigned pairs, double time)
 }
 
 /* From one piece to the next, each as long as the least gap allows. */
-LANES_INLINE void find_entries(sweep *s, leaves *l, double from, double until, double entry[LEAF_PAIRS])
+static void find_entries(sweep *s, leaves *l, double from, double until, double entry[LEAF_PAIRS])
 {
     unsigned open = 0;
     for (uint32_t i = 0; i < LEAF_PAIRS; i++) {
@@ -153,19 +297,23 @@ LANES_INLINE void find_entries(sweep *s, leaves *l, double from, double until, d
     }
     double time = sweep_index(s, from), end = sweep_index(s, until);
     while (open && time < s->ends && sweep_time(s, time) <= until) {
-        uint32_t first = (uint32_t)time, length = s->longest, tried = 0;
+        uint32_t first = (uint32_t)time, length = s->whole, tried = 0;
         sweep_place at = *sweep_place_at(s, first);
-        look_at_beginning(l, &at);
-        double least, now = max_of(sweep_time(s, time), from);
-        unsigned apart = apart_pairs(l, open, &least);
-        enter(entry, open & ~apart, now);
-        open = apart;
+        (lanes_wide() ? begin_wide : begin_narrow)(l, &at);
         tried += l->count;
-        while (length > 1 && (first % length != 0 || sweep_dip(s, length) > 0.5 * least)) length /= SWEEP_CUT;
-        while (open) {
+        unsigned across = 0; /* pairs that a direction across a triangle keeps apart at the beginning */
+        double least = least_gap(l, &at, open, &across), now = max_of(sweep_time(s, time), from);
+        while (length > 1 && (first % length != 0 || first + length > s->ends || sweep_dip(s, length) > 0.5 * least))
+            length /= SWEEP_CUT;
+        for (bool is_first = true; open; is_first = false) {
             piece p = {&at, sweep_place_at(s, first + length), sweep_dip(s, length),
                 min_of((end - first) / length * (1 + 0x1p-40), 1)};
-            unsigned left = open & ~free_pairs(l, &p, open, &tried);
+            unsigned left = open & ~free_in(l, &p, open, &tried);
+            unsigned turned = length == 1 ? left : is_first ? left & ~across : 0;
+            if (turned) {
+                turn_to_sides(l, &p, turned, &tried);
+                left &= ~free_by_sides(l, &p, turned & l->sided);
+            }
             if (left && length == 1) enter(entry, left, now);
             if (length == 1) open &= ~left;
             if (!left || length == 1) break;
@@ -176,22 +324,13 @@ LANES_INLINE void find_entries(sweep *s, leaves *l, double from, double until, d
     }
 }
 
-static void find_narrow(sweep *s, leaves *l, double from, double until, double entry[LEAF_PAIRS])
-{
-    find_entries(s, l, from, until, entry);
-}
-
-LANES_WIDE static void find_wide(sweep *s, leaves *l, double from, double until, double entry[LEAF_PAIRS])
-{
-    find_entries(s, l, from, until, entry);
-}
-
 void toi_leaves_entries(
     sweep *s, const toi_part *a, const toi_part *b, double from, double until, double entry[LEAF_PAIRS])
 {
     leaves l;
+    l.sided = 0;
     load(a, &l.a);
     load(b, &l.b);
     s->work += SWEEP_WORK_LEAVES;
-    (lanes_wide() ? find_wide : find_narrow)(s, &l, from, until, entry);
+    find_entries(s, &l, from, until, entry);
 }

@@ -6,7 +6,7 @@
 
 enum { ROUNDS_MAX = 8, ALTERNATIONS = 1 }; /* directions are looked for so often in a piece */
 static const double FINE = 0.001;      /* of the pair's size: so much may a gap dip in a whole piece, ... */
-static const double COARSE = 0.01;     /* ... and in one of SWEEP_PIECES_MAX: more makes the stretch shorter */
+static const double STRETCH = 0.25;    /* ... and in all of a stretch: about 1.5 rad of a turn */
 static const double LEAST_GAIN = 0.02; /* of a piece: below it no further direction is looked for */
 
 static const uint32_t NOWHERE = UINT32_MAX;
@@ -37,15 +37,16 @@ void sweep_begin(sweep *s, double start, double end)
     s->start = start;
     s->end = end;
     choose_frame(s);
-    double length = end - start, most = SWEEP_PIECES_MAX * sqrt(8 * COARSE * s->size / s->bend);
+    double length = end - start, most = sqrt(8 * STRETCH * s->size / s->bend);
     if (length > most) s->end = min_of(start + most, end);
     length = s->end - start;
     double pieces = 1 + sqrt(s->bend * length * length / 8 / (FINE * s->size));
     bool cut = s->bend > 0;
-    uint32_t whole = pieces < SWEEP_PIECES_MAX ? (uint32_t)pieces : SWEEP_PIECES_MAX;
+    uint32_t whole = pieces < SWEEP_PIECES_MAX ? (uint32_t)pieces : SWEEP_PIECES_MAX; /* 16, but for rounding */
     whole = (whole + SWEEP_CUT - 1) / SWEEP_CUT * SWEEP_CUT;
     s->longest = cut ? SWEEP_LONGEST : 1;
     s->ends = cut ? whole * s->longest : 1;
+    for (s->whole = 1; s->whole * SWEEP_CUT <= s->ends;) s->whole *= SWEEP_CUT;
     s->least = length / s->ends;
     for (int k = 0; k < SWEEP_PLACES; k++) s->at[k].index = NOWHERE;
 }
@@ -200,45 +201,6 @@ static void try_directions(way *w, const extents *ea, const extents *eb)
     try_direction(w, facing(mat_mul(from->a.r, w->a->normal), line));
 }
 
-static vec3 corner_of(const toi_part *p, int k)
-{
-    return vec(p->x[k], p->y[k], p->z[k]);
-}
-
-typedef struct sides { /* of a triangle at the beginning of a piece */
-    vec3 along[3], inward[3]; /* each side, and from it to the corner across */
-    vec3 normal;
-} sides;
-
-static sides sides_of(const toi_part *p, const mat3 *turn)
-{
-    sides s = {.normal = mat_mul(*turn, p->normal)};
-    for (int k = 0; k < 3; k++) {
-        s.along[k] = mat_mul(*turn, vec_sub(corner_of(p, (k + 1) % 3), corner_of(p, k)));
-        s.inward[k] = mat_mul(*turn, vec_sub(corner_of(p, (k + 2) % 3), corner_of(p, k)));
-    }
-    return s;
-}
-
-/* Of two triangles: across a side of each, with A behind its side; and in the plane of one, across a side of it. Where
- * they are apart, one of these or of their normals says so. */
-static void try_sides(way *w)
-{
-    sides a = sides_of(w->a, &w->from->a.r), b = sides_of(w->b, &w->from->b.r);
-    double before = w->share;
-    for (int i = 0; i < 3; i++)
-        for (int k = 0; k < 3; k++) {
-            try_direction(w, facing(vec_cross(a.along[i], b.along[k]), vec_neg(a.inward[i])));
-            if (w->share > before) return;
-        }
-    for (int k = 0; k < 3; k++) {
-        try_direction(w, facing(vec_cross(b.along[k], b.normal), b.inward[k]));
-        if (w->share > before) return;
-        try_direction(w, facing(vec_cross(a.along[k], a.normal), vec_neg(a.inward[k])));
-        if (w->share > before) return;
-    }
-}
-
 /* The share of a piece that is free, given that so much is; not to be found out beyond `enough`. */
 static double free_share(sweep *s, const toi_part *a, const toi_part *b, uint32_t first, uint32_t length, double share,
     double enough, vec3 *hint)
@@ -246,7 +208,6 @@ static double free_share(sweep *s, const toi_part *a, const toi_part *b, uint32_
     sweep_place from = *sweep_place_at(s, first);
     way w = {.a = a, .b = b, .from = &from, .to = sweep_place_at(s, first + length), .share = share, .hint = hint};
     w.dip = sweep_dip(s, length);
-    bool sides = a->form == TOI_PART_TRIANGLE && b->form == TOI_PART_TRIANGLE;
     try_direction(&w, *hint);
     if (w.share < enough) {
         extents ea, eb;
@@ -255,7 +216,6 @@ static double free_share(sweep *s, const toi_part *a, const toi_part *b, uint32_
         for (int round = 0; round < ROUNDS_MAX && w.share < enough; round++) {
             double before = w.share;
             try_directions(&w, &ea, &eb);
-            if (w.share - before < LEAST_GAIN && sides && w.share < enough) try_sides(&w);
             if (w.share - before < LEAST_GAIN) break;
         }
     }

@@ -13,7 +13,7 @@
 #include "toi_parts.h"
 
 enum {
-    SWEEP_PIECES_MAX = 64,
+    SWEEP_PIECES_MAX = 32,
     SWEEP_CUT = 4,      /* a piece into so many, ... */
     SWEEP_LONGEST = 16, /* ... twice */
     SWEEP_PLACES = 128  /* that are kept; a power of two */
@@ -36,6 +36,7 @@ typedef struct sweep {
     course_frame frame; /* in which directions stand still */
     double bend;        /* m/s^2: the course's, in that frame and stretch */
     uint32_t ends, longest; /* the least pieces, and how many make up a whole one */
+    uint32_t whole;         /* a power of SWEEP_CUT of them, up to all */
     double least;           /* s */
     uint64_t work;          /* that was done, in the units above */
     sweep_place at[SWEEP_PLACES];

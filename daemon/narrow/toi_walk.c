@@ -13,12 +13,11 @@
 #include "unit_pair.h"
 
 /* What a search may cost. Each of its steps counts by what it takes, in units of about 20 ns (toi_sweep.h), and beyond
- * these the answer is TOI_UNDECIDED: 3,000,000 are 60 ms, which leaves 40 of the 100 ms that a search may take for the
- * distances of the whole shapes at its beginning and its end. */
+ * these the answer is TOI_UNDECIDED: 4,000,000 are 80 ms, of the 100 that a search may take. */
 enum {
-    WORK_MAX = 3000000,
+    WORK_MAX = 4000000,
     WORK_VISIT = 5,        /* a pair of boxes or parts, made ready */
-    WORK_QUERY = 25,       /* a distance or verdict of two parts */
+    WORK_QUERY = 50,       /* a distance or verdict of two parts */
     WORK_WHOLE = 50,       /* a distance or verdict of the whole shapes, and ... */
     WORK_WHOLE_TRIANGLE = 1 /* ... for each triangle that they have */
 };
@@ -26,6 +25,8 @@ enum {
 /* A stretch of time that takes more than this share of what is left is given up, and a shorter one begun. */
 static const double SHARE = 0.75;
 enum { SHORTER = 8, LONGER = 2, GIVEN_UP_MAX = 6 };
+
+enum { NEARS_MAX = 16 }; /* parts that come near at about one time: whether that is contact is then asked of the whole */
 
 static const double WHOLE_TURNS = 6; /* rad: from here on what it sweeps is looked at first, ... */
 static const double ROUGHLY = 0.002; /* ... to within so much of its size */
@@ -38,6 +39,7 @@ typedef struct walk {
     double until;     /* nothing after it matters: the time of a contact that was found, or the end of the stretch */
     double skipped;   /* from here on may be contacts that were not looked for any more */
     uint64_t allowed; /* work, up to which it goes on */
+    uint32_t nears;   /* parts that came within the tolerance */
     bool rough;       /* within the tolerance is as good as contact */
     sweep sweep;
     toi_result *out;
@@ -75,7 +77,8 @@ static void keep(walk *w, const toi_result *r)
     out->hi = hi;
     out->queries = queries;
     out->steps = steps;
-    bool settled = w->request->wander > 0 || hi < INFINITY; /* what comes later changes nothing any more */
+    w->nears += r->status == TOI_NEAR;
+    bool settled = w->request->wander > 0 || hi < INFINITY || w->nears > NEARS_MAX; /* what comes later does not count */
     if (settled) w->until = min_of(w->until, out->lo);
 }
 
@@ -177,6 +180,7 @@ static void walk_stretch(walk *w, double from)
     toi_part_root(w->b->shape, &b);
     w->until = w->sweep.end;
     w->skipped = INFINITY;
+    w->nears = 0;
     double at = look(w, &a, &b, from, &hint);
     if (at == INFINITY) return;
     if (a.is_leaf && b.is_leaf)
