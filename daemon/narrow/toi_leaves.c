@@ -58,6 +58,8 @@ enum {
     TRIED_SIDES = 8                     /* what those of one pair take, in directions of all */
 };
 
+static const double MUCH_CLOSER = 0.1;
+
 typedef struct looked { /* along a direction, at the beginning of a piece */
     vec3 d;
     heights a, b;
@@ -225,52 +227,72 @@ static chosen best_of_sides(const leaves *l, int pair, const piece *p)
     return c;
 }
 
-/* What directions across triangles do not keep apart is given one of its own, if there is one. */
-static void turn_to_sides(leaves *l, const piece *p, unsigned pairs, uint32_t *tried)
+/* Does a direction keep a pair apart all along a piece? */
+static bool keeps(const leaves *l, int pair, const piece *p, vec3 d)
 {
-    for (int i = 0; i < LEAF_PAIRS; i++) {
-        if (!(pairs >> i & 1)) continue;
-        chosen c = best_of_sides(l, i, p);
-        *tried += TRIED_SIDES;
-        l->own[i] = c.d;
-        if (c.kept > 0)
-            l->sided |= 1u << i;
-        else
-            l->sided &= ~(1u << i);
-    }
+    double first = gap_of(l, pair, p->from, d) - p->dip;
+    if (!(first > 0)) return false;
+    double last = gap_of(l, pair, p->to, d) - p->dip;
+    return first + p->share * (last - first) > 0;
 }
 
-/* How far apart the closest pair is at the beginning. Of those that have a direction of their own, the ones to which it
- * is of no use any more lose it. */
-static double least_gap(leaves *l, const sweep_place *at, unsigned open, unsigned *across)
-{
-    double least = INFINITY;
-    for (int i = 0; i < LEAF_PAIRS; i++) {
-        if (!(open >> i & 1)) continue;
-        double gap = l->best[i / MESH_LEAF_MAX][i % MESH_LEAF_MAX];
-        if (gap > 0) *across |= 1u << i;
-        if (l->sided >> i & 1) {
-            double own = gap_of(l, i, at, l->own[i]);
-            if (own > gap)
-                gap = own;
-            else
-                l->sided &= ~(1u << i);
-        }
-        if (gap > 0) least = min_of(least, gap);
-    }
-    return least;
-}
-
-/* Of the pairs that have a direction of their own, those that it keeps apart all along a piece. */
 static unsigned free_by_sides(const leaves *l, const piece *p, unsigned open)
 {
     unsigned free = 0;
+    for (int i = 0; i < LEAF_PAIRS; i++)
+        if (open >> i & 1 && keeps(l, i, p, l->own[i])) free |= 1u << i;
+    return free;
+}
+
+/* What directions across triangles do not keep apart is given one of its own, if there is one: that of the pair before,
+ * or the best. Those that it keeps apart. */
+static unsigned turn_to_sides(leaves *l, const piece *p, unsigned pairs, uint32_t *tried)
+{
+    unsigned free = 0;
+    vec3 before = VEC_ZERO;
     for (int i = 0; i < LEAF_PAIRS; i++) {
-        if (!(open >> i & 1)) continue;
-        double first = gap_of(l, i, p->from, l->own[i]) - p->dip, last = gap_of(l, i, p->to, l->own[i]) - p->dip;
-        if (first > 0 && first + p->share * (last - first) > 0) free |= 1u << i;
+        if (!(pairs >> i & 1)) continue;
+        l->sided |= 1u << i;
+        if (vec_greatest(before) > 0 && keeps(l, i, p, before)) {
+            l->own[i] = before;
+            free |= 1u << i;
+            continue;
+        }
+        chosen c = best_of_sides(l, i, p);
+        *tried += TRIED_SIDES;
+        l->own[i] = c.d;
+        if (!(c.kept > 0)) l->sided &= ~(1u << i);
+        if (!(c.kept > 0) || !keeps(l, i, p, c.d)) continue;
+        before = c.d;
+        free |= 1u << i;
     }
     return free;
+}
+
+/* How far apart pairs are at the beginning: the closest of those that are not much closer than the farthest are. The
+ * others are in *close. A direction of its own that is of no use any more is forgotten. */
+static double typical_gap(leaves *l, const sweep_place *at, unsigned open, unsigned *close)
+{
+    double gaps[LEAF_PAIRS], most = 0, least = INFINITY;
+    for (int i = 0; i < LEAF_PAIRS; i++) {
+        if (!(open >> i & 1)) continue;
+        gaps[i] = l->best[i / MESH_LEAF_MAX][i % MESH_LEAF_MAX];
+        if (l->sided >> i & 1) {
+            double own = gap_of(l, i, at, l->own[i]);
+            if (!(own > gaps[i])) l->sided &= ~(1u << i);
+            gaps[i] = max_of(own, gaps[i]);
+        }
+        most = max_of(most, gaps[i]);
+    }
+    *close = 0;
+    for (int i = 0; i < LEAF_PAIRS; i++) {
+        if (!(open >> i & 1)) continue;
+        if (gaps[i] > MUCH_CLOSER * most)
+            least = min_of(least, gaps[i]);
+        else
+            *close |= 1u << i;
+    }
+    return least;
 }
 
 static unsigned free_in(leaves *l, const piece *p, unsigned open, uint32_t *tried)
@@ -287,7 +309,7 @@ static void enter(double entry[LEAF_PAIRS], unsigned pairs, double time)
         if (pairs >> i & 1) entry[i] = time;
 }
 
-/* From one piece to the next, each as long as the least gap allows. */
+/* From one piece to the next, each as long as gaps allow. */
 static void find_entries(sweep *s, leaves *l, double from, double until, double entry[LEAF_PAIRS])
 {
     unsigned open = 0;
@@ -301,19 +323,16 @@ static void find_entries(sweep *s, leaves *l, double from, double until, double 
         sweep_place at = *sweep_place_at(s, first);
         (lanes_wide() ? begin_wide : begin_narrow)(l, &at);
         tried += l->count;
-        unsigned across = 0; /* pairs that a direction across a triangle keeps apart at the beginning */
-        double least = least_gap(l, &at, open, &across), now = max_of(sweep_time(s, time), from);
-        while (length > 1 && (first % length != 0 || first + length > s->ends || sweep_dip(s, length) > 0.5 * least))
+        unsigned close;
+        double typical = typical_gap(l, &at, open, &close), now = max_of(sweep_time(s, time), from);
+        while (length > 1 && (first % length != 0 || first + length > s->ends || sweep_dip(s, length) > 0.5 * typical))
             length /= SWEEP_CUT;
         for (bool is_first = true; open; is_first = false) {
             piece p = {&at, sweep_place_at(s, first + length), sweep_dip(s, length),
                 min_of((end - first) / length * (1 + 0x1p-40), 1)};
             unsigned left = open & ~free_in(l, &p, open, &tried);
-            unsigned turned = length == 1 ? left : is_first ? left & ~across : 0;
-            if (turned) {
-                turn_to_sides(l, &p, turned, &tried);
-                left &= ~free_by_sides(l, &p, turned & l->sided);
-            }
+            unsigned turned = length == 1 ? left : is_first ? left & close : 0;
+            if (turned) left &= ~turn_to_sides(l, &p, turned, &tried);
             if (left && length == 1) enter(entry, left, now);
             if (length == 1) open &= ~left;
             if (!left || length == 1) break;

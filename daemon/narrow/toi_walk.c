@@ -12,20 +12,20 @@
 #include "toi_leaves.h"
 #include "unit_pair.h"
 
-/* What a search may cost. Each of its steps counts by what it takes, in units of about 20 ns (toi_sweep.h), and beyond
- * these the answer is TOI_UNDECIDED: 4,000,000 are 80 ms, of the 100 that a search may take. */
+/* What the steps of a search count for, besides those of toi_sweep.h, in the units of TOI_WORK_MAX. */
 enum {
-    WORK_MAX = 4000000,
     WORK_VISIT = 5,        /* a pair of boxes or parts, made ready */
-    WORK_QUERY = 50,       /* a distance or verdict of two parts */
+    WORK_QUERY = 60,       /* a distance or verdict of two parts */
     WORK_WHOLE = 50,       /* a distance or verdict of the whole shapes, and ... */
     WORK_WHOLE_TRIANGLE = 1 /* ... for each triangle that they have */
 };
 
-/* A stretch of time that takes more than this share of what is left is given up, and a shorter one begun. */
-static const double SHARE = 0.75;
+/* A stretch of time that takes more than this share of what is left is given up, and a shorter one begun: most of it at
+ * first, so that what can be decided is; then half, so that some of the time is. */
+static const double SHARE = 0.95, SHARE_AGAIN = 0.5;
 enum { SHORTER = 8, LONGER = 2, GIVEN_UP_MAX = 6 };
 
+static const double BLUR = 0.25; /* of the tolerance */
 enum { NEARS_MAX = 16 }; /* parts that come near at about one time: whether that is contact is then asked of the whole */
 
 static const double WHOLE_TURNS = 6; /* rad: from here on what it sweeps is looked at first, ... */
@@ -39,6 +39,7 @@ typedef struct walk {
     double until;     /* nothing after it matters: the time of a contact that was found, or the end of the stretch */
     double skipped;   /* from here on may be contacts that were not looked for any more */
     uint64_t allowed; /* work, up to which it goes on */
+    double blur;      /* s: so much earlier than contact all others are told apart in, well above rounding */
     uint32_t nears;   /* parts that came within the tolerance */
     bool rough;       /* within the tolerance is as good as contact */
     sweep sweep;
@@ -79,7 +80,7 @@ static void keep(walk *w, const toi_result *r)
     out->steps = steps;
     w->nears += r->status == TOI_NEAR;
     bool settled = w->request->wander > 0 || hi < INFINITY || w->nears > NEARS_MAX; /* what comes later does not count */
-    if (settled) w->until = min_of(w->until, out->lo);
+    if (settled) w->until = min_of(w->until, max_of(out->lo - w->blur, w->sweep.start));
 }
 
 /* Two parts that do not meet before `from`, by the search for convex shapes. */
@@ -203,20 +204,26 @@ static void walk_stretches(walk *w, double from)
 {
     double span = w->request->span, length = span - from, done = from;
     uint64_t all = w->allowed;
+    w->blur = w->sweep.course.speed > 0 ? BLUR * w->request->tolerance / w->sweep.course.speed : 0;
+    w->skipped = INFINITY;
     for (int given_up = 0; done < span;) {
         uint64_t left = all > w->sweep.work ? all - w->sweep.work : 0;
-        w->allowed = w->sweep.work + (uint64_t)(SHARE * (double)left);
+        w->allowed = w->sweep.work + (uint64_t)((given_up ? SHARE_AGAIN : SHARE) * (double)left);
         sweep_begin(&w->sweep, done, min_of(done + length, span));
+        walk_stretch(w, done);
+        toi_result *out = w->out;
+        if (out->status != TOI_FREE && out->lo < w->skipped) { /* it comes before all that was not looked at */
+            out->lo = min_of(out->lo, w->until);
+            w->skipped = INFINITY;
+            return;
+        }
         double begun = w->sweep.end - done;
-        if (begun > 0) walk_stretch(w, done);
         if (w->skipped == INFINITY && begun > 0) {
-            if (w->out->status != TOI_FREE) return;
             done = w->sweep.end;
             length = LONGER * begun;
             continue;
         }
-        if (begun > 0 && w->out->lo < w->skipped) return; /* what comes before all that was not looked at */
-        done = max_of(done, begun > 0 ? w->skipped : done);
+        done = max_of(done, min_of(w->skipped, w->sweep.end));
         forget(w);
         length = begun / SHORTER;
         if (++given_up > GIVEN_UP_MAX || !(done + length > done)) break;
@@ -358,7 +365,7 @@ static void deepen(walk *w, double time)
                 .status = TOI_FREE, .lo = INFINITY, .hi = INFINITY, .queries = out->queries, .steps = out->steps};
             return;
         }
-        if (spare <= w->request->tolerance || !(time + step > time) || k == DEEPER_MAX || w->sweep.work > WORK_MAX) break;
+        if (spare <= w->request->tolerance || !(time + step > time) || k == DEEPER_MAX || w->sweep.work > TOI_WORK_MAX) break;
         time += step;
     }
     describe(w, time, &n);
@@ -377,9 +384,10 @@ static void tell_nearest(walk *w)
 {
     toi_result *out = w->out;
     narrow_result n;
-    look_whole(w, out->lo, NARROW_DISTANCE, out->gap_hi + 4 * w->sweep.course.slack, &n);
-    if (n.hi < out->gap_lo) describe(w, out->lo, &n);
-    out->gap_lo = min_of(out->gap_lo, max_of(n.lo, w->threshold));
+    double gap_lo = out->gap_lo, blur = w->blur * w->sweep.course.speed;
+    look_whole(w, out->lo, NARROW_DISTANCE, out->gap_hi + 4 * w->sweep.course.slack + blur, &n);
+    describe(w, out->lo, &n);
+    out->gap_lo = min_of(gap_lo, max_of(n.lo, w->threshold));
 }
 
 /* May the boxes around them? */
@@ -425,6 +433,26 @@ static void tell_skipped(walk *w)
     w->out->status = w->out->hi == INFINITY ? TOI_UNDECIDED : TOI_HIT;
 }
 
+static void find(walk *w)
+{
+    const toi_request *request = w->request;
+    toi_result *out = w->out;
+    if (touch_at_first(w) && begins_in_contact(w)) return;
+    walk_stretches(w, free_while_spun(w));
+    double parts_touch = min_of(out->lo, w->skipped);
+    if (w->threshold < 0) {
+        if (parts_touch < INFINITY) deepen(w, parts_touch);
+        return;
+    }
+    if (out->status == TOI_NEAR && out->hi == INFINITY && request->wander == 0) prove_contact(w);
+    if (w->skipped <= out->lo && w->skipped != INFINITY) {
+        tell_skipped(w);
+        return;
+    }
+    if (out->hi != INFINITY) out->status = TOI_HIT;
+    if (out->status != TOI_FREE) tell_nearest(w);
+}
+
 void toi_walk(
     const toi_mover *a, const toi_mover *b, const toi_request *request, narrow_scratch *scratch, toi_result *out)
 {
@@ -436,26 +464,15 @@ void toi_walk(
     w.request = &of_parts;
     w.threshold = request->threshold;
     w.scratch = scratch;
-    w.allowed = WORK_MAX;
+    w.allowed = TOI_WORK_MAX;
     w.rough = request->wander > 0;
     w.out = out;
-    if (!sweep_init(&w.sweep, a, b, &of_parts)) {
-        out->status = TOI_UNDECIDED;
-        out->lo = 0, out->gap_lo = -INFINITY, out->gap_hi = INFINITY;
+    if (sweep_init(&w.sweep, a, b, &of_parts)) {
+        find(&w);
+        out->work = (uint32_t)min_of((double)w.sweep.work, UINT32_MAX);
         return;
     }
-    if (touch_at_first(&w) && begins_in_contact(&w)) return;
-    walk_stretches(&w, free_while_spun(&w));
-    double parts_touch = min_of(out->lo, w.skipped);
-    if (w.threshold < 0) {
-        if (parts_touch < INFINITY) deepen(&w, parts_touch);
-        return;
-    }
-    if (out->status == TOI_NEAR && out->hi == INFINITY && request->wander == 0) prove_contact(&w);
-    if (w.skipped <= out->lo && w.skipped != INFINITY) {
-        tell_skipped(&w);
-        return;
-    }
-    if (out->hi != INFINITY) out->status = TOI_HIT;
-    if (out->status != TOI_FREE) tell_nearest(&w);
+    out->status = TOI_UNDECIDED;
+    out->lo = 0;
+    out->gap_lo = -INFINITY, out->gap_hi = INFINITY;
 }

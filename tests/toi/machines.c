@@ -373,6 +373,17 @@ static void fan_scene(machine *m, int kind)
     if (kind == 1) m->movers[0].motion.linear = vec(0, 0, 0.3);
 }
 
+/* Two rings of 352 triangles that turn by 1,850 rad in all, each about a diameter: one within the other, or linked so
+ * that they turn in their own tubes. */
+static void ring_scene(machine *m, int kind)
+{
+    of_mesh(m, 0, soup_torus(1, 0.1, 16, 11));
+    of_mesh(m, 1, kind ? soup_torus(1, 0.1, 16, 11) : soup_torus(0.5, 0.1, 16, 11));
+    m->movers[0].motion.angular = kind ? vec(0, 0, 900) : vec(900, 0, 0);
+    m->movers[1].motion.angular = vec(0, 950, 0);
+    if (kind) m->movers[1].motion.start = (pose){{1, 0, 0}, {sqrt(0.5), sqrt(0.5), 0, 0}};
+}
+
 void machine_make(int scene, int size, machine *m)
 {
     static const struct {
@@ -386,7 +397,7 @@ void machine_make(int scene, int size, machine *m)
         {"piston that comes to the end", 33}, {"piston that spins", 34}, {"drawer", 40}, {"drawer on a robot", 41},
         {"drawer that shuts", 42}, {"gears", 50}, {"gears, fast", 51}, {"guide", 60}, {"guide that drives", 61},
         {"guide that drifts", 62}, {"brushes that part", 70}, {"brushes, carried and turned", 71}, {"fan in its housing", 80},
-        {"fan that leaves its housing", 81}};
+        {"fan that leaves its housing", 81}, {"rings that tumble", 90}, {"rings that spin, linked", 91}};
     int kind = SCENES[scene].kind % 10;
     *m = (machine){.name = SCENES[scene].name, .hit = INFINITY, .request = {.span = 1, .tolerance = 1e-6}};
     for (int k = 0; k < 2; k++)
@@ -416,9 +427,11 @@ void machine_make(int scene, int size, machine *m)
     case 7:
         brush_scene(m, size, kind);
         break;
-    default:
+    case 8:
         fan_scene(m, kind);
         break;
+    default:
+        ring_scene(m, kind);
     }
 }
 
