@@ -32,6 +32,7 @@ typedef struct toi_request {
                          absence is proven with fewer steps than are worth it */
     double wander;    /* m/s^2, >= 0: by how much all points may accelerate besides: what is free then is free for every
                          motion that leaves this one by no more than wander t^2 / 2; contact is then never proven */
+    uint32_t spent;   /* of TOI_WORK_MAX: by searches for the legs of the same way that come before */
 } toi_request;
 
 typedef enum toi_status {

@@ -38,6 +38,7 @@ typedef struct walk {
     narrow_scratch *scratch;
     double until;     /* nothing after it matters: the time of a contact that was found, or the end of the stretch */
     double skipped;   /* from here on may be contacts that were not looked for any more */
+    uint64_t most;    /* work, for all */
     uint64_t allowed; /* work, up to which it goes on */
     double blur;      /* s: so much earlier than contact all others are told apart in, well above rounding */
     uint32_t nears;   /* parts that came within the tolerance */
@@ -365,7 +366,7 @@ static void deepen(walk *w, double time)
                 .status = TOI_FREE, .lo = INFINITY, .hi = INFINITY, .queries = out->queries, .steps = out->steps};
             return;
         }
-        if (spare <= w->request->tolerance || !(time + step > time) || k == DEEPER_MAX || w->sweep.work > TOI_WORK_MAX) break;
+        if (spare <= w->request->tolerance || !(time + step > time) || k == DEEPER_MAX || w->sweep.work > w->most) break;
         time += step;
     }
     describe(w, time, &n);
@@ -464,7 +465,7 @@ void toi_walk(
     w.request = &of_parts;
     w.threshold = request->threshold;
     w.scratch = scratch;
-    w.allowed = TOI_WORK_MAX;
+    w.most = w.allowed = request->spent < TOI_WORK_MAX ? TOI_WORK_MAX - request->spent : 0;
     w.rough = request->wander > 0;
     w.out = out;
     if (sweep_init(&w.sweep, a, b, &of_parts)) {

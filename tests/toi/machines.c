@@ -119,21 +119,21 @@ static soup wavy(int n, double height)
     return s;
 }
 
-/* Plates across x, 2 mm thick, 10 mm apart. */
-static soup comb(int plates, double from)
+/* Plates across x, one each 10 mm. */
+static soup comb(int plates, double from, double half)
 {
     soup s = nothing();
-    for (int k = 0; k < plates; k++) add_box(&s, vec(from + 0.01 * k, 0, 0), vec(0.001, 0.1, 0.05));
+    for (int k = 0; k < plates; k++) add_box(&s, vec(from + 0.01 * k, 0, 0), vec(half, 0.1, 0.05));
     return s;
 }
 
-static compound *comb_of_boxes(int plates, double from)
+static compound *comb_of_boxes(int plates, double from, double half)
 {
     shape *boxes = calloc((size_t)plates, sizeof *boxes);
     pose *at = calloc((size_t)plates, sizeof *at);
     compound *c = NULL;
     for (int k = 0; k < plates; k++) {
-        boxes[k] = (shape){.type = SHAPE_BOX, .half = {0.001, 0.1, 0.05}};
+        boxes[k] = (shape){.type = SHAPE_BOX, .half = {half, 0.1, 0.05}};
         at[k] = (pose){{from + 0.01 * k, 0, 0}, POSE_IDENTITY.q};
     }
     if (compound_build(boxes, at, (size_t)plates, &c) != COMPOUND_OK) abort();
@@ -242,16 +242,17 @@ static void carry(machine *m, vec3 linear, vec3 angular)
 static void comb_scene(machine *m, int size, int kind)
 {
     int plates = 20 * size;
+    double half = 0.0025 - 0.0015 * m->shrink; /* 2 mm thick, with 3 mm between two combs */
     if (kind == 3) {
-        of_compound(m, 0, comb_of_boxes(plates, 0));
-        of_compound(m, 1, comb_of_boxes(plates, 0.005));
+        of_compound(m, 0, comb_of_boxes(plates, 0, half));
+        of_compound(m, 1, comb_of_boxes(plates, 0.005, half));
     } else {
-        of_mesh(m, 0, comb(plates, 0));
-        of_mesh(m, 1, comb(plates, 0.005));
+        of_mesh(m, 0, comb(plates, 0, half));
+        of_mesh(m, 1, comb(plates, 0.005, half));
     }
     m->movers[1].motion.linear = vec(0, 0.15, 0);
     if (kind == 1) m->movers[1].motion.angular = vec(0.3, 0, 0);       /* in the plates' planes */
-    if (kind == 2) m->movers[1].motion.angular = vec(0, 0, 0.001 / size); /* out of them, by less than the gap */
+    if (kind == 2) m->movers[1].motion.angular = vec(0, 0, 0.001 * m->shrink / size); /* out of them, by less than the gap */
 }
 
 static void wavy_scene(machine *m, int size, int kind)
@@ -259,10 +260,10 @@ static void wavy_scene(machine *m, int size, int kind)
     int n = 24 * size;
     of_mesh(m, 0, kind == 3 ? one_grid(n) : wavy(n, 0.05));
     of_mesh(m, 1, kind == 3 ? one_grid(n) : wavy(n, 0.05));
-    m->movers[1].motion.start.p = vec(0, 0, 1e-5);
+    m->movers[1].motion.start.p = vec(0, 0, 1e-5 * m->shrink);
     m->movers[1].motion.linear = vec(0, 0, 0.2);
     if (kind == 1) m->movers[1].motion.linear = vec(0.02, -0.01, 0.2);
-    if (kind == 2) m->movers[1].motion.linear = vec(0, 0, -4e-5), m->hit = 0.25;
+    if (kind == 2) m->movers[1].motion.linear = vec(0, 0, -4e-5 * m->shrink), m->hit = 0.25;
     if (kind == 3) m->movers[1].motion.linear = vec(0.3, 0.1, 0); /* flat, and shears along */
     if (kind == 4) m->movers[1].motion.angular = vec(0, -0.05, 0); /* opens about the edge x = 0, and lifts */
 }
@@ -271,13 +272,13 @@ static void door_scene(machine *m, int kind)
 {
     of_mesh(m, 0, one_box(vec(0.4, -0.02, 0), vec(0.4, 0.02, 1))); /* it turns about z, in its corner */
     soup frame = one_box(vec(-0.06, -0.02, 0), vec(0.06 - 1e-4 - 0.04, 0.02, 1.1));
-    add_box(&frame, vec(0.4, 0.01 + 1e-5, 0), vec(0.4, 0.01, 1.1)); /* what it shuts against */
+    add_box(&frame, vec(0.4, 0.01 + 1e-5 * m->shrink, 0), vec(0.4, 0.01, 1.1)); /* what it shuts against */
     of_mesh(m, 1, frame);
     m->movers[0].motion.angular = vec(0, 0, -1.5);
-    if (kind == 1) { /* opened by 1 rad, it shuts, all but for 1e-5 at its edge */
+    if (kind == 1) { /* opened by 1 rad, it shuts, all but for a little at its edge */
         m->movers[0].motion.start.q = quat_unit((quat){cos(0.5), 0, 0, -sin(0.5)});
         m->movers[0].motion.angular = vec(0, 0, 1.25);
-        m->hit = (1 + asin(1e-5 / 0.8)) / 1.25;
+        m->hit = (1 + asin(1e-5 * m->shrink / 0.8)) / 1.25;
     }
 }
 
@@ -286,9 +287,9 @@ static void piston_scene(machine *m, int size, int kind)
     int sides = 24 * size > SIDES_MAX / 2 ? SIDES_MAX / 2 : 24 * size;
     of_mesh(m, 1, kind == 3 ? closed_tube(0.04, sides, 0.2) : one_tube(0.04, sides, 0.2));
     if (kind == 1)
-        m->shapes[0] = (shape){.type = SHAPE_CYLINDER, .half = {0.04 - 5e-5, 0.04 - 5e-5, 0.05}};
+        m->shapes[0] = (shape){.type = SHAPE_CYLINDER, .half = {0.04 - 5e-5 * m->shrink, 0.04 - 5e-5 * m->shrink, 0.05}};
     else
-        of_mesh(m, 0, one_rod(0.04 - 5e-5, sides + 5, -0.05, 0.1));
+        of_mesh(m, 0, one_rod(0.04 - 5e-5 * m->shrink, sides + 5, -0.05, 0.1));
     m->movers[0].motion.start.p = vec(0, 0, 0.06);
     m->movers[0].motion.linear = vec(0, 0, 0.3);
     if (kind == 2) m->movers[0].motion.angular = vec(0, 0, 1);
@@ -328,10 +329,10 @@ static void gear_scene(machine *m, int kind)
 static void guide_scene(machine *m, int kind)
 {
     of_mesh(m, 0, rail(0.5));
-    of_mesh(m, 1, guide(0.05, 5e-5));
+    of_mesh(m, 1, guide(0.05, 5e-5 * m->shrink));
     m->movers[1].motion.linear = vec(0, 0.4, 0);
     if (kind == 1) carry(m, vec(0.5, 0.1, 0.2), VEC_ZERO);
-    if (kind == 2) m->movers[1].motion.linear = vec(1e-4, 0.4, 0), m->hit = 0.5; /* it drifts into the side */
+    if (kind == 2) m->movers[1].motion.linear = vec(1e-4 * m->shrink, 0.4, 0), m->hit = 0.5; /* it drifts into the side */
 }
 
 /* Rods side by side, 10 mm apart, between those of the other one; or a peg in a square hole of boxes. */
@@ -378,13 +379,13 @@ static void fan_scene(machine *m, int kind)
 static void ring_scene(machine *m, int kind)
 {
     of_mesh(m, 0, soup_torus(1, 0.1, 16, 11));
-    of_mesh(m, 1, kind ? soup_torus(1, 0.1, 16, 11) : soup_torus(0.5, 0.1, 16, 11));
-    m->movers[0].motion.angular = kind ? vec(0, 0, 900) : vec(900, 0, 0);
+    of_mesh(m, 1, kind == 1 ? soup_torus(1, 0.1, 16, 11) : soup_torus(kind == 2 ? 0.78 : 0.5, 0.1, 16, 11));
+    m->movers[0].motion.angular = kind == 1 ? vec(0, 0, 900) : vec(900, 0, 0);
     m->movers[1].motion.angular = vec(0, 950, 0);
-    if (kind) m->movers[1].motion.start = (pose){{1, 0, 0}, {sqrt(0.5), sqrt(0.5), 0, 0}};
+    if (kind == 1) m->movers[1].motion.start = (pose){{1, 0, 0}, {sqrt(0.5), sqrt(0.5), 0, 0}};
 }
 
-void machine_make(int scene, int size, machine *m)
+void machine_make(int scene, int size, double shrink, machine *m)
 {
     static const struct {
         const char *name;
@@ -397,9 +398,10 @@ void machine_make(int scene, int size, machine *m)
         {"piston that comes to the end", 33}, {"piston that spins", 34}, {"drawer", 40}, {"drawer on a robot", 41},
         {"drawer that shuts", 42}, {"gears", 50}, {"gears, fast", 51}, {"guide", 60}, {"guide that drives", 61},
         {"guide that drifts", 62}, {"brushes that part", 70}, {"brushes, carried and turned", 71}, {"fan in its housing", 80},
-        {"fan that leaves its housing", 81}, {"rings that tumble", 90}, {"rings that spin, linked", 91}};
+        {"fan that leaves its housing", 81}, {"rings that tumble", 90}, {"rings that spin, linked", 91},
+        {"rings that tumble closely", 92}};
     int kind = SCENES[scene].kind % 10;
-    *m = (machine){.name = SCENES[scene].name, .hit = INFINITY, .request = {.span = 1, .tolerance = 1e-6}};
+    *m = (machine){.name = SCENES[scene].name, .hit = INFINITY, .shrink = shrink, .request = {.span = 1, .tolerance = 1e-6}};
     for (int k = 0; k < 2; k++)
         m->movers[k] = (toi_mover){&m->shapes[k], POSE_IDENTITY, {POSE_IDENTITY, VEC_ZERO, VEC_ZERO}};
     switch (SCENES[scene].kind / 10) {

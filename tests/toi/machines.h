@@ -15,12 +15,13 @@ typedef struct machine {
     compound *compounds[2]; /* the same */
     toi_mover movers[2];    /* of these shapes: a machine must not be copied */
     toi_request request;
+    double shrink;
     double hit; /* s: when they touch; INFINITY: never */
 } machine;
 
-/* The scenes, and how many there are; `size` from 1 on multiplies what they are made of. */
-enum { MACHINES = 30 };
-void machine_make(int scene, int size, machine *out);
+/* The scenes, and how many there are; `size` from 1 on multiplies what they are made of, `shrink` the clearances. */
+enum { MACHINES = 31 };
+void machine_make(int scene, int size, double shrink, machine *out);
 void machine_free(machine *m);
 
 /* toi_find, in canonical order whichever way round they are. */
