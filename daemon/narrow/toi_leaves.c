@@ -62,6 +62,7 @@ static const double MUCH_CLOSER = 0.1;
 
 typedef struct looked { /* along a direction, at the beginning of a piece */
     vec3 d;
+    double share; /* of the dip that it has */
     heights a, b;
 } looked;
 
@@ -69,72 +70,86 @@ typedef struct leaves {
     leaf a, b;
     looked at[DIRECTIONS_MAX];
     uint32_t count;
-    lanes best[MESH_LEAF_MAX]; /* m: the widest gap of triangle i of A and each of B, then */
+    lanes best[MESH_LEAF_MAX]; /* m: the widest gap of triangle i of A and each of B, then, for all of the dip */
     unsigned sided;            /* of pairs: none of the directions is of use, but its own */
     vec3 own[LEAF_PAIRS];
 } leaves;
 
-LANES_INLINE void look_across(leaves *l, const leaf *of, const transform *turn, const sweep_place *p)
+LANES_INLINE void look_across(const sweep *s, leaves *l, const leaf *of, const transform *turn, const sweep_place *p)
 {
     lanes floor = lanes_of(l->a.margin + l->b.margin + p->floor);
     for (uint32_t k = 0; k < of->count; k++) {
         looked *x = &l->at[l->count++];
         x->d = mat_mul(turn->r, of->normal[k]);
+        x->share = sweep_share(s, x->d);
+        lanes weight = lanes_of(1 / x->share);
         x->a = heights_of(&l->a, &p->a, x->d);
         x->b = heights_of(&l->b, &p->b, x->d);
         for (int i = 0; i < MESH_LEAF_MAX; i++) {
             lanes above = x->b.least - lanes_of(x->a.most[i]), below = lanes_of(x->a.least[i]) - x->b.most;
-            l->best[i] = most_of(l->best[i], most_of(above, below) - floor);
+            l->best[i] = most_of(l->best[i], (most_of(above, below) - floor) * weight);
         }
     }
 }
 
-LANES_INLINE void look_at_beginning(leaves *l, const sweep_place *p)
+LANES_INLINE void look_at_beginning(const sweep *s, leaves *l, const sweep_place *p)
 {
     l->count = 0;
     for (int i = 0; i < MESH_LEAF_MAX; i++) l->best[i] = lanes_of(-INFINITY);
-    look_across(l, &l->b, &p->b, p);
-    look_across(l, &l->a, &p->a, p);
+    look_across(s, l, &l->b, &p->b, p);
+    look_across(s, l, &l->a, &p->a, p);
 }
 
 typedef struct piece {
+    const sweep *s;
     const sweep_place *from, *to;
     double dip;
     double share; /* of it that matters: gaps are above their chord less the dip */
 } piece;
 
+/* sweep_keeps_open, lane by lane; or, up to the share that matters, above the chord less the dip. */
+LANES_INLINE lane_mask stay_open(lanes first, lanes last, lanes dip, lanes share)
+{
+    lanes bow = 4 * dip, change = last - first, slow = bow - most_of(change, -change);
+    lanes sag = lanes_choose(slow > 0, slow * slow / (4 * bow) * (1 + 0x1p-40), lanes_of(0));
+    lanes less = least_of(first, first + share * change);
+    return ((first > sag) & (last > sag)) | (less > dip);
+}
+
 /* Bit MESH_LEAF_MAX i + k: triangle i of A and k of B are apart by more than the dip along one of the directions, the
  * same way at both ends of a piece. */
 LANES_INLINE unsigned free_pairs(const leaves *l, const piece *p, unsigned open, uint32_t *tried)
 {
-    double apart = l->a.margin + l->b.margin + p->dip;
-    lanes first = lanes_of(apart + p->from->floor), last = lanes_of(apart + p->to->floor), share = lanes_of(p->share);
+    lanes share = lanes_of(p->share);
     unsigned free = 0;
     for (uint32_t k = 0; k < l->count && (open & ~free); k++) {
         const looked *x = &l->at[k];
+        double apart = l->a.margin + l->b.margin;
+        lanes first = lanes_of(apart + p->from->floor), last = lanes_of(apart + p->to->floor);
+        lanes dip = lanes_of(p->dip * x->share);
         heights a = heights_of(&l->a, &p->to->a, x->d), b = heights_of(&l->b, &p->to->b, x->d);
         lanes over_first = x->a.most + first, over_last = a.most + last;
         lanes under_first = x->a.least - first, under_last = a.least - last;
         for (int i = 0; i < MESH_LEAF_MAX; i++) {
-            lanes above = x->b.least - lanes_of(over_first[i]), above_last = b.least - lanes_of(over_last[i]);
-            lanes below = lanes_of(under_first[i]) - x->b.most, below_last = lanes_of(under_last[i]) - b.most;
-            lane_mask is_above = (above > 0) & (above + share * (above_last - above) > 0);
-            lane_mask is_below = (below > 0) & (below + share * (below_last - below) > 0);
-            free |= lanes_bits(is_above | is_below) << (MESH_LEAF_MAX * i);
+            lanes above = x->b.least - lanes_of(over_first[i]), below = lanes_of(under_first[i]) - x->b.most;
+            lanes above_last = b.least - lanes_of(over_last[i]), below_last = lanes_of(under_last[i]) - b.most;
+            lane_mask open_above = stay_open(above, above_last, dip, share);
+            lane_mask open_below = stay_open(below, below_last, dip, share);
+            free |= lanes_bits(open_above | open_below) << (MESH_LEAF_MAX * i);
         }
         ++*tried;
     }
     return free;
 }
 
-static void begin_narrow(leaves *l, const sweep_place *p)
+static void begin_narrow(const sweep *s, leaves *l, const sweep_place *p)
 {
-    look_at_beginning(l, p);
+    look_at_beginning(s, l, p);
 }
 
-LANES_WHOLE static void begin_wide(leaves *l, const sweep_place *p)
+LANES_WHOLE static void begin_wide(const sweep *s, leaves *l, const sweep_place *p)
 {
-    look_at_beginning(l, p);
+    look_at_beginning(s, l, p);
 }
 
 static unsigned free_narrow(const leaves *l, const piece *p, unsigned open, uint32_t *tried)
@@ -230,10 +245,10 @@ static chosen best_of_sides(const leaves *l, int pair, const piece *p)
 /* Does a direction keep a pair apart all along a piece? */
 static bool keeps(const leaves *l, int pair, const piece *p, vec3 d)
 {
-    double first = gap_of(l, pair, p->from, d) - p->dip;
+    double dip = p->dip * sweep_share(p->s, d), first = gap_of(l, pair, p->from, d);
     if (!(first > 0)) return false;
-    double last = gap_of(l, pair, p->to, d) - p->dip;
-    return first + p->share * (last - first) > 0;
+    double last = gap_of(l, pair, p->to, d), less = min_of(first, first + p->share * (last - first));
+    return sweep_keeps_open(first, last, dip) || less > dip;
 }
 
 static unsigned free_by_sides(const leaves *l, const piece *p, unsigned open)
@@ -271,14 +286,14 @@ static unsigned turn_to_sides(leaves *l, const piece *p, unsigned pairs, uint32_
 
 /* How far apart pairs are at the beginning: the closest of those that are not much closer than the farthest are. The
  * others are in *close. A direction of its own that is of no use any more is forgotten. */
-static double typical_gap(leaves *l, const sweep_place *at, unsigned open, unsigned *close)
+static double typical_gap(const sweep *s, leaves *l, const sweep_place *at, unsigned open, unsigned *close)
 {
     double gaps[LEAF_PAIRS], most = 0, least = INFINITY;
     for (int i = 0; i < LEAF_PAIRS; i++) {
         if (!(open >> i & 1)) continue;
         gaps[i] = l->best[i / MESH_LEAF_MAX][i % MESH_LEAF_MAX];
         if (l->sided >> i & 1) {
-            double own = gap_of(l, i, at, l->own[i]);
+            double own = gap_of(l, i, at, l->own[i]) / sweep_share(s, l->own[i]);
             if (!(own > gaps[i])) l->sided &= ~(1u << i);
             gaps[i] = max_of(own, gaps[i]);
         }
@@ -321,14 +336,14 @@ static void find_entries(sweep *s, leaves *l, double from, double until, double 
     while (open && time < s->ends && sweep_time(s, time) <= until) {
         uint32_t first = (uint32_t)time, length = s->whole, tried = 0;
         sweep_place at = *sweep_place_at(s, first);
-        (lanes_wide() ? begin_wide : begin_narrow)(l, &at);
+        (lanes_wide() ? begin_wide : begin_narrow)(s, l, &at);
         tried += l->count;
         unsigned close;
-        double typical = typical_gap(l, &at, open, &close), now = max_of(sweep_time(s, time), from);
+        double typical = typical_gap(s, l, &at, open, &close), now = max_of(sweep_time(s, time), from);
         while (length > 1 && (first % length != 0 || first + length > s->ends || sweep_dip(s, length) > 0.5 * typical))
             length /= SWEEP_CUT;
         for (bool is_first = true; open; is_first = false) {
-            piece p = {&at, sweep_place_at(s, first + length), sweep_dip(s, length),
+            piece p = {s, &at, sweep_place_at(s, first + length), sweep_dip(s, length),
                 min_of((end - first) / length * (1 + 0x1p-40), 1)};
             unsigned left = open & ~free_in(l, &p, open, &tried);
             unsigned turned = length == 1 ? left : is_first ? left & close : 0;

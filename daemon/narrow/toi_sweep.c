@@ -24,6 +24,10 @@ bool sweep_init(sweep *s, const toi_mover *a, const toi_mover *b, const toi_requ
 static void choose_frame(sweep *s)
 {
     s->bend = INFINITY;
+    const course *c = &s->course;
+    double a = c->spin_a.speed * c->spin_a.speed * c->radius_a, b = c->spin_b.speed * c->spin_b.speed * c->radius_b;
+    s->bend_a = a + b > 0 ? a / (a + b) * (1 + 0x1p-45) : 0;
+    s->bend_b = a + b > 0 ? b / (a + b) * (1 + 0x1p-45) : 0;
     for (int frame = COURSE_STILL; frame < COURSE_FRAMES; frame++) {
         double bend = course_bend(&s->course, (course_frame)frame, s->start, s->end);
         if (bend >= s->bend) continue;
@@ -122,6 +126,7 @@ SWEEP_INLINE double gap_at(const sweep_place *at, const toi_part *a, const toi_p
 }
 
 typedef struct way { /* through one piece */
+    const sweep *s;
     const toi_part *a, *b;
     const sweep_place *from, *to;
     vec3 *hint; /* the direction that went farthest */
@@ -136,11 +141,15 @@ static void try_direction(way *w, vec3 towards)
     if (!(vec_norm2(towards) > 0)) return;
     w->tried++;
     vec3 d = direction_of(towards);
-    double first = gap_at(w->from, w->a, w->b, d) - w->dip;
+    double dip = w->dip * sweep_share(w->s, d);
+    double first = gap_at(w->from, w->a, w->b, d);
     if (!(first > 0) && w->share == 0) return;
-    double last = gap_at(w->to, w->a, w->b, d) - w->dip;
-    if (!(first + (last - first) * w->share > 0)) return;
-    double share = last > 0 ? 1 : first / (first - last);
+    double last = gap_at(w->to, w->a, w->b, d), share = 1;
+    if (!sweep_keeps_open(first, last, dip)) {
+        first -= dip, last -= dip;
+        if (!(first + (last - first) * w->share > 0)) return;
+        share = last > 0 ? 1 : first / (first - last);
+    }
     if (share > w->share) *w->hint = d;
     w->share = max_of(w->share, share);
 }
@@ -206,7 +215,7 @@ static double free_share(sweep *s, const toi_part *a, const toi_part *b, uint32_
     double enough, vec3 *hint)
 {
     sweep_place from = *sweep_place_at(s, first);
-    way w = {.a = a, .b = b, .from = &from, .to = sweep_place_at(s, first + length), .share = share, .hint = hint};
+    way w = {.s = s, .a = a, .b = b, .from = &from, .to = sweep_place_at(s, first + length), .share = share, .hint = hint};
     w.dip = sweep_dip(s, length);
     try_direction(&w, *hint);
     if (w.share < enough) {

@@ -35,6 +35,7 @@ typedef struct sweep {
     double start, end; /* s: the stretch */
     course_frame frame; /* in which directions stand still */
     double bend;        /* m/s^2: the course's, in that frame and stretch */
+    double bend_a, bend_b; /* of directions that stand still: the shares of both turnings in it */
     uint32_t ends, longest; /* the least pieces, and how many make up a whole one */
     uint32_t whole;         /* a power of SWEEP_CUT of them, up to all */
     double least;           /* s */
@@ -53,6 +54,14 @@ void sweep_begin(sweep *s, double start, double end);
  * = none. */
 double sweep_entry(sweep *s, const toi_part *a, const toi_part *b, double from, double until, vec3 *hint);
 
+/* Is a gap open all along a piece at both of whose ends it is? At a share x of it a gap is above its chord less
+ * 4 dip x (1 - x): where it grows or closes quickly, that is least at an end, and else the parabola's own least. */
+static inline bool sweep_keeps_open(double first, double last, double dip)
+{
+    double bow = 4 * dip, slow = bow - fabs(last - first), sag = slow > 0 ? slow * slow / (4 * bow) * (1 + 0x1p-40) : 0;
+    return first > sag && last > sag;
+}
+
 /* The place at the end of so many least pieces. */
 const sweep_place *sweep_place_at(sweep *s, uint32_t index);
 
@@ -67,7 +76,16 @@ static inline double sweep_index(const sweep *s, double time)
     return pieces > 0 ? pieces : 0;
 }
 
-/* m: how far a gap along a direction dips within so many pieces at most. */
+/* The share of the dip that a direction has: none along the axis that a body turns about. */
+static inline double sweep_share(const sweep *s, vec3 d)
+{
+    if (s->frame != COURSE_STILL) return 1;
+    double across_a = vec_norm(vec_cross(d, s->course.spin_a.axis));
+    double across_b = vec_norm(vec_cross(d, s->course.spin_b.axis));
+    return s->bend_a * across_a + s->bend_b * across_b + 0x1p-45;
+}
+
+/* m: how far a gap along any direction dips within so many pieces at most. */
 static inline double sweep_dip(const sweep *s, uint32_t pieces)
 {
     double time = pieces * s->least * (1 + 8 * 0x1p-53);
