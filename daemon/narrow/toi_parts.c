@@ -117,7 +117,8 @@ static int mesh_children(const toi_part *p, toi_part *out)
     }
     for (uint32_t k = 0; k < n->used; k++) {
         bool inner = n->count[k] == 0;
-        out[k] = (toi_part){.whole = p->whole, .node = inner ? n->first[k] : p->node, .child = inner ? TOI_WHOLE_NODE : k};
+        out[k] =
+            (toi_part){.whole = p->whole, .node = inner ? n->first[k] : p->node, .child = inner ? TOI_WHOLE_NODE : k};
         be_box(&out[k], corner_of(n->lo, (int)k, unit), corner_of(n->hi, (int)k, unit));
         be_turned(&out[k], n, k, unit);
     }

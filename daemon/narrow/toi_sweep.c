@@ -5,9 +5,9 @@
 #include "scalar.h"
 
 enum { ROUNDS_MAX = 8, ALTERNATIONS = 1 }; /* directions are looked for so often in a piece */
-static const double FINE = 0.001;      /* of the pair's size: so much may a gap dip in a whole piece, ... */
-static const double STRETCH = 0.25;    /* ... and in all of a stretch: about 1.5 rad of a turn */
-static const double LEAST_GAIN = 0.02; /* of a piece: below it no further direction is looked for */
+static const double FINE = 0.001;          /* of the pair's size: so much may a gap dip in a whole piece, ... */
+static const double STRETCH = 0.25;        /* ... and in all of a stretch: about 1.5 rad of a turn */
+static const double LEAST_GAIN = 0.02;     /* of a piece: below it no further direction is looked for */
 
 static const uint32_t NOWHERE = UINT32_MAX;
 
@@ -84,7 +84,8 @@ static void make_place(const sweep *s, uint32_t index, sweep_place *p)
     set_frames(s, &at, p);
     p->floor = s->request->threshold + s->course.slack +
                0.5 * s->request->wander * time * time * (1 + 4 * UNIT_ROUNDOFF) +
-               UNIT_ROUNDOFF * (128 * (vec_norm(p->a.t) + vec_norm(p->b.t) + s->size) + 32 * s->course.speed * s->request->span);
+               UNIT_ROUNDOFF *
+                   (128 * (vec_norm(p->a.t) + vec_norm(p->b.t) + s->size) + 32 * s->course.speed * s->request->span);
 }
 
 const sweep_place *sweep_place_at(sweep *s, uint32_t index)
@@ -215,7 +216,8 @@ static double free_share(sweep *s, const toi_part *a, const toi_part *b, uint32_
     double enough, vec3 *hint)
 {
     sweep_place from = *sweep_place_at(s, first);
-    way w = {.s = s, .a = a, .b = b, .from = &from, .to = sweep_place_at(s, first + length), .share = share, .hint = hint};
+    way w = {
+        .s = s, .a = a, .b = b, .from = &from, .to = sweep_place_at(s, first + length), .share = share, .hint = hint};
     w.dip = sweep_dip(s, length);
     try_direction(&w, *hint);
     if (w.share < enough) {

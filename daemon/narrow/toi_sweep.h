@@ -4,8 +4,8 @@
  * direction stands still, or turns with one of the two bodies: in whichever frame gaps dip the least; two bodies that
  * turn as one do not turn there at all. Of two parts, a gap along a direction at both ends of a piece tells until when
  * it is open; from there another direction is tried, until none opens the way any further; then the piece is cut, and
- * what is left of it cut again. The places at the ends of pieces are made when they are first needed, and kept for other
- * parts. */
+ * what is left of it cut again. The places at the ends of pieces are made when they are first needed, and kept for
+ * other parts. */
 #ifndef COLLIDED_NARROW_TOI_SWEEP_H
 #define COLLIDED_NARROW_TOI_SWEEP_H
 
@@ -31,11 +31,11 @@ typedef struct sweep_place { /* the frames of both shapes, in the course's frame
 typedef struct sweep {
     course course;
     const toi_request *request;
-    double size; /* m */
-    double start, end; /* s: the stretch */
-    course_frame frame; /* in which directions stand still */
-    double bend;        /* m/s^2: the course's, in that frame and stretch */
-    double bend_a, bend_b; /* of directions that stand still: the shares of both turnings in it */
+    double size;            /* m */
+    double start, end;      /* s: the stretch */
+    course_frame frame;     /* in which directions stand still */
+    double bend;            /* m/s^2: the course's, in that frame and stretch */
+    double bend_a, bend_b;  /* of directions that stand still: the shares of both turnings in it */
     uint32_t ends, longest; /* the least pieces, and how many make up a whole one */
     uint32_t whole;         /* a power of SWEEP_CUT of them, up to all */
     double least;           /* s */

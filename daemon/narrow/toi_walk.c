@@ -1,6 +1,9 @@
-/* toi_walk: boxes of two hierarchies along their motions, the earliest first: each pair of boxes is itself a pair of
- * convex shapes that move, so the same search says from when on their parts can meet, and what cannot meet before the
- * first contact that is found is left out. Pure; any thread.
+/* toi_walk: boxes of two hierarchies along their motions, the earliest first: directions say from when on their parts can
+ * meet (toi_sweep.h), and what cannot meet before the first contact that is found is left out. Triangles that no
+ * direction keeps apart are two convex shapes that move, for the search of toi.h. Pure; any thread.
+ *
+ * Stretch by stretch of the time, each short enough for the boxes to be told apart again where they have parted; what
+ * it takes is counted, and where it is too much, the answer is the time up to which they are apart.
  *
  * A solid can be entered only through its surface, so that after the first moment its triangles are all that counts.
  *
@@ -14,10 +17,11 @@
 
 /* What the steps of a search count for, besides those of toi_sweep.h, in the units of TOI_WORK_MAX. */
 enum {
-    WORK_VISIT = 5,        /* a pair of boxes or parts, made ready */
-    WORK_QUERY = 60,       /* a distance or verdict of two parts */
-    WORK_WHOLE = 50,       /* a distance or verdict of the whole shapes, and ... */
-    WORK_WHOLE_TRIANGLE = 1 /* ... for each triangle that they have */
+    WORK_VISIT = 5,  /* a pair of boxes or parts, made ready */
+    WORK_QUERY = 60, /* a distance or verdict of two parts */
+    WORK_WHOLE = 50, /* a distance or verdict of the whole shapes, and ... */
+    WORK_WHOLE_TRIANGLE = 1,
+    WORK_DEPTH_TRIANGLE = 64 /* ... for each triangle that they have; more where a depth is asked for */
 };
 
 /* A stretch of time that takes more than this share of what is left is given up, and a shorter one begun: most of it at
@@ -26,7 +30,9 @@ static const double SHARE = 0.95, SHARE_AGAIN = 0.5;
 enum { SHORTER = 8, LONGER = 2, GIVEN_UP_MAX = 6 };
 
 static const double BLUR = 0.25; /* of the tolerance */
-enum { NEARS_MAX = 16 }; /* parts that come near at about one time: whether that is contact is then asked of the whole */
+enum {
+    NEARS_MAX = 16
+}; /* parts that come near at about one time: whether that is contact is then asked of the whole */
 
 static const double WHOLE_TURNS = 6; /* rad: from here on what it sweeps is looked at first, ... */
 static const double ROUGHLY = 0.002; /* ... to within so much of its size */
@@ -80,7 +86,8 @@ static void keep(walk *w, const toi_result *r)
     out->queries = queries;
     out->steps = steps;
     w->nears += r->status == TOI_NEAR;
-    bool settled = w->request->wander > 0 || hi < INFINITY || w->nears > NEARS_MAX; /* what comes later does not count */
+    bool settled =
+        w->request->wander > 0 || hi < INFINITY || w->nears > NEARS_MAX; /* what comes later does not count */
     if (settled) w->until = min_of(w->until, max_of(out->lo - w->blur, w->sweep.start));
 }
 
@@ -266,9 +273,11 @@ static double free_while_spun(walk *w)
 
 /* ---- the whole shapes ---- */
 
-static uint64_t whole_work(const shape *s)
+static uint64_t whole_work(const walk *w, const shape *s, unsigned facts)
 {
-    return WORK_WHOLE + (s->type == SHAPE_MESH ? WORK_WHOLE_TRIANGLE * (uint64_t)s->mesh->triangle_count : 0);
+    bool deep = w->threshold < 0 && facts == NARROW_DISTANCE;
+    uint64_t triangles = s->type == SHAPE_MESH ? s->mesh->triangle_count : 0;
+    return WORK_WHOLE + (deep ? WORK_DEPTH_TRIANGLE : WORK_WHOLE_TRIANGLE) * triangles;
 }
 
 /* At a time, certified: in world axes about the origin of A's body then. */
@@ -281,7 +290,7 @@ static void look_whole(walk *w, double time, unsigned facts, double range, narro
     narrow_request r = {.facts = facts, .tolerance = w->request->tolerance, .range = range, .threshold = w->threshold};
     narrow_query_world(w->a->shape, at_a, w->b->shape, at_b, &r, w->scratch, n);
     w->out->queries++;
-    w->sweep.work += whole_work(w->a->shape) + whole_work(w->b->shape);
+    w->sweep.work += whole_work(w, w->a->shape, facts) + whole_work(w, w->b->shape, facts);
     n->lo -= w->sweep.course.slack;
     n->hi += w->sweep.course.slack;
     n->point_a = vec_add(n->point_a, at_a.p);
@@ -366,7 +375,8 @@ static void deepen(walk *w, double time)
                 .status = TOI_FREE, .lo = INFINITY, .hi = INFINITY, .queries = out->queries, .steps = out->steps};
             return;
         }
-        if (spare <= w->request->tolerance || !(time + step > time) || k == DEEPER_MAX || w->sweep.work > w->most) break;
+        if (spare <= w->request->tolerance || !(time + step > time) || k == DEEPER_MAX || w->sweep.work > w->most)
+            break;
         time += step;
     }
     describe(w, time, &n);

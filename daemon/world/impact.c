@@ -187,7 +187,8 @@ static void find(const world *w, sweep *s, const pair *p, const toi_mover *a, co
 }
 
 /* Both ways take as long as the longer one, so that they are where they are at the same share of it. Leg by leg, the
- * shorter of the two; a hit ends it, or what is not known to be free. What a search may take is for all legs together. */
+ * shorter of the two; a hit ends it, or what is not known to be free. What a search may take is for all legs together.
+ */
 static void search_ways(const world *w, sweep *s, const pair *p, const body *a, const body *b, toi_mover *ma,
     toi_mover *mb, toi_request *request, void *scratch)
 {

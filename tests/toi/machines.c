@@ -251,8 +251,9 @@ static void comb_scene(machine *m, int size, int kind)
         of_mesh(m, 1, comb(plates, 0.005, half));
     }
     m->movers[1].motion.linear = vec(0, 0.15, 0);
-    if (kind == 1) m->movers[1].motion.angular = vec(0.3, 0, 0);       /* in the plates' planes */
-    if (kind == 2) m->movers[1].motion.angular = vec(0, 0, 0.001 * m->shrink / size); /* out of them, by less than the gap */
+    if (kind == 1) m->movers[1].motion.angular = vec(0.3, 0, 0); /* in the plates' planes */
+    if (kind == 2)
+        m->movers[1].motion.angular = vec(0, 0, 0.001 * m->shrink / size); /* out of them, by less than the gap */
 }
 
 static void wavy_scene(machine *m, int size, int kind)
@@ -264,7 +265,7 @@ static void wavy_scene(machine *m, int size, int kind)
     m->movers[1].motion.linear = vec(0, 0, 0.2);
     if (kind == 1) m->movers[1].motion.linear = vec(0.02, -0.01, 0.2);
     if (kind == 2) m->movers[1].motion.linear = vec(0, 0, -4e-5 * m->shrink), m->hit = 0.25;
-    if (kind == 3) m->movers[1].motion.linear = vec(0.3, 0.1, 0); /* flat, and shears along */
+    if (kind == 3) m->movers[1].motion.linear = vec(0.3, 0.1, 0);  /* flat, and shears along */
     if (kind == 4) m->movers[1].motion.angular = vec(0, -0.05, 0); /* opens about the edge x = 0, and lifts */
 }
 
@@ -287,7 +288,8 @@ static void piston_scene(machine *m, int size, int kind)
     int sides = 24 * size > SIDES_MAX / 2 ? SIDES_MAX / 2 : 24 * size;
     of_mesh(m, 1, kind == 3 ? closed_tube(0.04, sides, 0.2) : one_tube(0.04, sides, 0.2));
     if (kind == 1)
-        m->shapes[0] = (shape){.type = SHAPE_CYLINDER, .half = {0.04 - 5e-5 * m->shrink, 0.04 - 5e-5 * m->shrink, 0.05}};
+        m->shapes[0] =
+            (shape){.type = SHAPE_CYLINDER, .half = {0.04 - 5e-5 * m->shrink, 0.04 - 5e-5 * m->shrink, 0.05}};
     else
         of_mesh(m, 0, one_rod(0.04 - 5e-5 * m->shrink, sides + 5, -0.05, 0.1));
     m->movers[0].motion.start.p = vec(0, 0, 0.06);
@@ -332,7 +334,8 @@ static void guide_scene(machine *m, int kind)
     of_mesh(m, 1, guide(0.05, 5e-5 * m->shrink));
     m->movers[1].motion.linear = vec(0, 0.4, 0);
     if (kind == 1) carry(m, vec(0.5, 0.1, 0.2), VEC_ZERO);
-    if (kind == 2) m->movers[1].motion.linear = vec(1e-4 * m->shrink, 0.4, 0), m->hit = 0.5; /* it drifts into the side */
+    if (kind == 2)
+        m->movers[1].motion.linear = vec(1e-4 * m->shrink, 0.4, 0), m->hit = 0.5; /* it drifts into the side */
 }
 
 /* Rods side by side, 10 mm apart, between those of the other one; or a peg in a square hole of boxes. */
@@ -397,11 +400,12 @@ void machine_make(int scene, int size, double shrink, machine *m)
         {"door that shuts", 21}, {"piston", 30}, {"piston, a cylinder", 31}, {"piston that turns", 32},
         {"piston that comes to the end", 33}, {"piston that spins", 34}, {"drawer", 40}, {"drawer on a robot", 41},
         {"drawer that shuts", 42}, {"gears", 50}, {"gears, fast", 51}, {"guide", 60}, {"guide that drives", 61},
-        {"guide that drifts", 62}, {"brushes that part", 70}, {"brushes, carried and turned", 71}, {"fan in its housing", 80},
-        {"fan that leaves its housing", 81}, {"rings that tumble", 90}, {"rings that spin, linked", 91},
-        {"rings that tumble closely", 92}};
+        {"guide that drifts", 62}, {"brushes that part", 70}, {"brushes, carried and turned", 71},
+        {"fan in its housing", 80}, {"fan that leaves its housing", 81}, {"rings that tumble", 90},
+        {"rings that spin, linked", 91}, {"rings that tumble closely", 92}};
     int kind = SCENES[scene].kind % 10;
-    *m = (machine){.name = SCENES[scene].name, .hit = INFINITY, .shrink = shrink, .request = {.span = 1, .tolerance = 1e-6}};
+    *m = (machine){
+        .name = SCENES[scene].name, .hit = INFINITY, .shrink = shrink, .request = {.span = 1, .tolerance = 1e-6}};
     for (int k = 0; k < 2; k++)
         m->movers[k] = (toi_mover){&m->shapes[k], POSE_IDENTITY, {POSE_IDENTITY, VEC_ZERO, VEC_ZERO}};
     switch (SCENES[scene].kind / 10) {

@@ -1,5 +1,5 @@
-/* What machines do is decided, and truly: sliding with little clearance, lifting off, turning about a hinge, coming to a
- * stop. And what takes more than a search may ends in time, with what is proven of the time before. */
+/* What machines do is decided, and truly: sliding with little clearance, lifting off, turning about a hinge, coming to
+ * a stop. And what takes more than a search may ends in time, with what is proven of the time before. */
 #include "machines.h"
 #include "toi_truth.h"
 
