@@ -17,6 +17,7 @@ bool sweep_init(sweep *s, const toi_mover *a, const toi_mover *b, const toi_requ
     s->request = request;
     s->size = s->course.reach_a + s->course.reach_b;
     s->work = 0;
+    s->begun = false;
     return true;
 }
 
@@ -38,8 +39,10 @@ static void choose_frame(sweep *s)
 
 void sweep_begin(sweep *s, double start, double end)
 {
+    if (s->begun && s->start == start && s->asked == end) return;
+    s->begun = true;
     s->start = start;
-    s->end = end;
+    s->end = s->asked = end;
     choose_frame(s);
     double length = end - start, most = sqrt(8 * STRETCH * s->size / s->bend);
     if (length > most) s->end = min_of(start + most, end);

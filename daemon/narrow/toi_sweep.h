@@ -39,6 +39,8 @@ typedef struct sweep {
     uint32_t ends, longest; /* the least pieces, and how many make up a whole one */
     uint32_t whole;         /* a power of SWEEP_CUT of them, up to all */
     double least;           /* s */
+    bool begun;             /* the places are of the stretch from `start`, ... */
+    double asked;           /* ... which was asked for up to then */
     uint64_t work;          /* that was done, in the units above */
     sweep_place at[SWEEP_PLACES];
 } sweep;
@@ -79,7 +81,7 @@ static inline double sweep_index(const sweep *s, double time)
 /* The share of the dip that a direction has: none along the axis that a body turns about. */
 static inline double sweep_share(const sweep *s, vec3 d)
 {
-    if (s->frame != COURSE_STILL) return 1;
+    if (s->frame != COURSE_STILL || s->course.straight) return 1;
     double across_a = vec_norm(vec_cross(d, s->course.spin_a.axis));
     double across_b = vec_norm(vec_cross(d, s->course.spin_b.axis));
     return s->bend_a * across_a + s->bend_b * across_b + 0x1p-45;

@@ -1,5 +1,5 @@
-/* toi_walk: boxes of two hierarchies along their motions, the earliest first: directions say from when on their parts can
- * meet (toi_sweep.h), and what cannot meet before the first contact that is found is left out. Triangles that no
+/* toi_walk: boxes of two hierarchies along their motions, the earliest first: directions say from when on their parts
+ * can meet (toi_sweep.h), and what cannot meet before the first contact that is found is left out. Triangles that no
  * direction keeps apart are two convex shapes that move, for the search of toi.h. Pure; any thread.
  *
  * Stretch by stretch of the time, each short enough for the boxes to be told apart again where they have parted; what
