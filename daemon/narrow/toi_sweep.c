@@ -145,11 +145,15 @@ static void try_direction(way *w, vec3 towards)
     if (!(vec_norm2(towards) > 0)) return;
     w->tried++;
     vec3 d = direction_of(towards);
-    double dip = w->dip * sweep_share(w->s, d);
-    double first = gap_at(w->from, w->a, w->b, d);
+    double dip = w->dip, first = gap_at(w->from, w->a, w->b, d);
     if (!(first > 0) && w->share == 0) return;
     double last = gap_at(w->to, w->a, w->b, d), share = 1;
-    if (!sweep_keeps_open(first, last, dip)) {
+    bool is_open = sweep_keeps_open(first, last, dip);
+    if (!is_open) {
+        dip *= sweep_share(w->s, d);
+        is_open = sweep_keeps_open(first, last, dip);
+    }
+    if (!is_open) {
         first -= dip, last -= dip;
         if (!(first + (last - first) * w->share > 0)) return;
         share = last > 0 ? 1 : first / (first - last);

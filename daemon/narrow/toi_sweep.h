@@ -82,8 +82,8 @@ static inline double sweep_index(const sweep *s, double time)
 static inline double sweep_share(const sweep *s, vec3 d)
 {
     if (s->frame != COURSE_STILL || s->course.straight) return 1;
-    double across_a = vec_norm(vec_cross(d, s->course.spin_a.axis));
-    double across_b = vec_norm(vec_cross(d, s->course.spin_b.axis));
+    double across_a = s->bend_a > 0 ? vec_norm(vec_cross(d, s->course.spin_a.axis)) : 0;
+    double across_b = s->bend_b > 0 ? vec_norm(vec_cross(d, s->course.spin_b.axis)) : 0;
     return s->bend_a * across_a + s->bend_b * across_b + 0x1p-45;
 }
 
