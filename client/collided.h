@@ -362,8 +362,9 @@ typedef enum collided_event_kind { /* numbers as on the wire */
 } collided_event_kind;
 
 /* When two bodies meet. Proven in seconds after `start_ns`: they are apart before `lo_s`, and touch at `hi_s`. hi_s is
- * INFINITY where contact is not proven: they come nearer than the tolerance, or the search ended there; take it for a
- * contact. */
+ * INFINITY where contact is not proven; take it for a contact. The event's `achieved` says why: COLLIDED_CERTAIN,
+ * contact is proven; COLLIDED_WITHIN, they come nearer than the tolerance; COLLIDED_WIDE, the search ended at lo_s, of
+ * which it may take about 100 ms a pair, and of what comes after nothing is known. */
 typedef struct collided_impact {
     double lo_s, hi_s;
     int64_t start_ns; /* impact: stamp of the pose that the way began with; foretold: of the newest pose of the two */

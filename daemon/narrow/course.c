@@ -233,30 +233,40 @@ static quat quat_to_line(vec3 axis)
     return quat_unit((quat){half.z, -half.y, half.x, 0});
 }
 
-static bool spin(const shape *s, pose local, const motion *m, shape *spun, toi_mover *out)
+/* How far a shape of vertices reaches from the axis through its body's origin, and along it. */
+static void spin_vertices(const hull *h, pose local, vec3 axis, double *radius, double *along)
 {
-    *out = (toi_mover){.shape = spun, .local = local, .motion = {m->start, m->linear, VEC_ZERO}};
+    double most = 0, far = 0;
+    mat3 turn = quat_matrix(quat_unit(local.q));
+    for (uint32_t k = 0; k < h->vertex_count; k++) {
+        vec3 v = vec_add(mat_mul(turn, hull_vertex(h, k)), local.p);
+        most = max_of(most, vec_norm2(vec_cross(axis, v)));
+        far = max_of(far, fabs(vec_dot(axis, v)));
+    }
+    *radius = sqrt(most);
+    *along = far;
+}
+
+bool course_spin(const toi_mover *m, shape *spun, toi_mover *out)
+{
+    const shape *s = m->shape;
+    const motion *body = &m->motion;
+    *out = (toi_mover){.shape = spun, .local = m->local, .motion = {body->start, body->linear, VEC_ZERO}};
     *spun = *s;
-    if (vec_greatest(m->angular) == 0) return true;
+    if (vec_greatest(body->angular) == 0) return true;
     if (s->type == SHAPE_HALFSPACE) return false;
-    vec3 axis = direction_of(m->angular), axis_in_body = quat_rotate(quat_conj(m->start.q), axis);
-    vec3 in_shape = quat_rotate(quat_conj(local.q), axis_in_body);
+    vec3 axis = direction_of(body->angular), axis_in_body = quat_rotate(quat_conj(body->start.q), axis);
+    vec3 in_shape = quat_rotate(quat_conj(m->local.q), axis_in_body);
     vec3 h = s->half;
     bool sized = s->type <= SHAPE_ELLIPSOID;
     double along = sized ? fabs(in_shape.x) * h.x + fabs(in_shape.y) * h.y + fabs(in_shape.z) * h.z : shape_reach(s);
-    double off = fabs(vec_dot(local.p, axis_in_body));
-    double slack = 64 * UNIT_ROUNDOFF * reach_of(s, local);
-    double radius = motion_radius(s, local, axis_in_body) + shape_excess(s) + slack;
-    *spun = (shape){
-        .type = SHAPE_CYLINDER, .radius = s->radius, .half = {radius, radius, along + off + shape_excess(s) + slack}};
-    out->local = (pose){VEC_ZERO, quat_mul(quat_conj(m->start.q), quat_to_line(axis))};
+    double off = fabs(vec_dot(m->local.p, axis_in_body));
+    double slack = 64 * UNIT_ROUNDOFF * reach_of(s, m->local);
+    double radius = motion_radius(s, m->local, axis_in_body), length = along + off;
+    if (s->hull) spin_vertices(s->hull, m->local, axis_in_body, &radius, &length);
+    radius += shape_excess(s) + slack;
+    length += shape_excess(s) + slack;
+    *spun = (shape){.type = SHAPE_CYLINDER, .radius = s->radius, .half = {radius, radius, length}};
+    out->local = (pose){VEC_ZERO, quat_mul(quat_conj(body->start.q), quat_to_line(axis))};
     return true;
-}
-
-bool course_spin(const course *c, shape spun[2], course *out)
-{
-    toi_mover a, b;
-    if (c->a->type == SHAPE_HALFSPACE) return false; /* the cylinder would have to go first */
-    return spin(c->a, c->local_a, &c->body_a, &spun[0], &a) && spin(c->b, c->local_b, &c->body_b, &spun[1], &b) &&
-           course_init(out, &a, &b, c->span);
 }

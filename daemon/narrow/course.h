@@ -81,8 +81,9 @@ double course_bend(const course *c, course_frame frame, double from, double to);
 /* An axis of A's frame at one time as it is in A's frame at another, when it belongs to a frame. */
 vec3 course_carry(course_frame frame, const course_place *from, vec3 axis_in_a, const course_place *to);
 
-/* Both shapes as what they sweep when they turn for ever: a cylinder about the axis of turning. Their course is
- * straight, and while it is free, so is the turning one. `spun`: two shapes, the caller's. False: there is none. */
-bool course_spin(const course *c, shape spun[2], course *out);
+/* A shape as what it sweeps when it turns for ever: a cylinder about the axis of turning, which does not turn; while
+ * that is free, so is the shape. One that does not turn stays what it is. `spun`: a shape, the caller's. False: there
+ * is none. */
+bool course_spin(const toi_mover *m, shape *spun, toi_mover *out);
 
 #endif

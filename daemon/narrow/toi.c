@@ -271,17 +271,21 @@ static const double ROUGHLY = 0.01;  /* ... to within so much of its reach */
 static const double MANY_TURNS = 40; /* rad: the same for boxes, whose march is quick */
 
 /* A time up to which what they sweep is apart; INFINITY: always. */
-static double free_while_spun(const march *m)
+static double free_while_spun(const march *m, double from)
 {
     shape spun[2];
     course spinning;
-    if (!course_spin(m->c, spun, &spinning)) return 0;
+    toi_mover a = {m->c->a, m->c->local_a, m->c->body_a}, b = {m->c->b, m->c->local_b, m->c->body_b};
+    if (a.shape->type == SHAPE_HALFSPACE) return 0; /* the cylinder would have to go first */
+    toi_mover spun_a, spun_b;
+    if (!course_spin(&a, &spun[0], &spun_a) || !course_spin(&b, &spun[1], &spun_b)) return 0;
+    if (!course_init(&spinning, &spun_a, &spun_b, m->c->span)) return 0;
     toi_request request = *m->request;
     request.tolerance = max_of(request.tolerance, ROUGHLY * (spinning.reach_a + spinning.reach_b));
     toi_result r = {.status = TOI_FREE, .lo = INFINITY};
     march spin = {.c = &spinning, .request = &request, .scratch = m->scratch, .out = &r, .rough = true};
     spin.target = m->request->threshold + spinning.slack;
-    march_convex(&spin, 0);
+    march_convex(&spin, from);
     m->out->queries += r.queries;
     m->out->steps += r.steps;
     return r.status == TOI_FREE ? INFINITY : r.lo;
@@ -324,8 +328,8 @@ void toi_convex(const toi_mover *a, const toi_mover *b, const toi_request *reque
         if (vec_greatest(guess) == 0 && whole) guess = guess_axis(&c);
         if (vec_greatest(guess) > 0 && proves_free(&m, guess)) return;
     }
-    double turned = (c.spin_a.speed + c.spin_b.speed) * request->span;
-    if (turned > (boxes ? MANY_TURNS : WHOLE_TURNS)) from = max_of(free_while_spun(&m), from);
+    double turned = (c.spin_a.speed + c.spin_b.speed) * (request->span - from);
+    if (turned > (boxes ? MANY_TURNS : WHOLE_TURNS)) from = max_of(free_while_spun(&m, from), from);
     if (boxes && from < request->span) {
         from = toi_boxes_march(&c, request, from, rough, out);
         if (from < request->span) course_make_places(&c);

@@ -11,8 +11,8 @@
  * Two balls, and a ball and a box that do not turn, have closed forms, proven at both ends (toi_spheres.h,
  * toi_ball_box.h). Balls, capsules and boxes march by separating axes in place of distances (toi_boxes.h).
  *
- * Meshes and compounds are walked: boxes of their hierarchy, then parts, each a convex shape that moves with the body.
- */
+ * Meshes and compounds are walked: boxes of their hierarchy, then parts, each a convex shape that moves with the body;
+ * what that may take is bounded, by a count and not by a clock (TOI_WORK_MAX). */
 #ifndef COLLIDED_NARROW_TOI_H
 #define COLLIDED_NARROW_TOI_H
 
@@ -32,13 +32,15 @@ typedef struct toi_request {
                          absence is proven with fewer steps than are worth it */
     double wander;    /* m/s^2, >= 0: by how much all points may accelerate besides: what is free then is free for every
                          motion that leaves this one by no more than wander t^2 / 2; contact is then never proven */
+    uint32_t spent;   /* of TOI_WORK_MAX: by searches for the legs of the same way that come before */
 } toi_request;
 
 typedef enum toi_status {
     TOI_FREE, /* proven: no contact from 0 to span */
     TOI_HIT,  /* proven: apart before lo, touching at hi */
     TOI_NEAR, /* apart before lo, within the tolerance of contact at lo; whether it comes to contact is not proven */
-    TOI_UNDECIDED /* apart before lo; the steps ended there. To be taken for a hit */
+    TOI_UNDECIDED /* apart before lo; what a search may take ended there. Nothing is known of later: to be taken for a
+                     hit */
 } toi_status;
 
 typedef struct toi_result {
@@ -51,7 +53,13 @@ typedef struct toi_result {
     double closing;        /* m/s at lo, along the axis, of the nearest points; positive = they approach */
     uint32_t queries;      /* distances and verdicts that were asked */
     uint32_t steps;
+    uint32_t work; /* of shapes of parts: what it took, at most about TOI_WORK_MAX */
 } toi_result;
+
+/* What a search of shapes of parts may take. Its steps count by what they cost, in units of about 17 ns; where these
+ * are not enough the answer is TOI_UNDECIDED, at the same lo on every machine. A search may take 100 ms: 4,000,000 are
+ * 70, which leaves 30 for the distances of the whole shapes when it begins and where it ends. */
+enum { TOI_WORK_MAX = 4000000 };
 
 /* A and B must be in canonical order (narrow_ordered). `guess`: a world direction that may prove it free (a cached
  * axis), or zero. It changes the time and never the answer: it is believed where the gap that it keeps is above twice

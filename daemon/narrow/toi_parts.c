@@ -7,8 +7,6 @@
 #include "scalar.h"
 #include "unit_pair.h"
 
-enum { WHOLE_NODE = UINT32_MAX };
-
 bool toi_parts_apply(const shape *a, const shape *b)
 {
     return a->type != SHAPE_HALFSPACE && (a->type >= SHAPE_CONVEX_COUNT || b->type >= SHAPE_CONVEX_COUNT);
@@ -70,7 +68,7 @@ static void be_mesh_node(toi_part *p, const shape *whole, uint32_t node)
 {
     const mesh_node *n = &whole->mesh->nodes[node];
     double unit = whole->mesh->unit;
-    *p = (toi_part){.whole = whole, .node = node, .child = WHOLE_NODE};
+    *p = (toi_part){.whole = whole, .node = node, .child = TOI_WHOLE_NODE};
     vec3 lo = corner_of(n->lo, 0, unit), hi = corner_of(n->hi, 0, unit);
     for (int k = 1; k < n->used; k++) {
         lo = vec_min(lo, corner_of(n->lo, k, unit));
@@ -113,13 +111,14 @@ static int mesh_children(const toi_part *p, toi_part *out)
 {
     const mesh_node *n = &p->whole->mesh->nodes[p->node];
     double unit = p->whole->mesh->unit;
-    if (p->child != WHOLE_NODE) { /* the triangles of one child */
+    if (p->child != TOI_WHOLE_NODE) { /* the triangles of one child */
         for (int k = 0; k < n->count[p->child]; k++) be_triangle(&out[k], p->whole, n->first[p->child] + (uint32_t)k);
         return n->count[p->child];
     }
     for (uint32_t k = 0; k < n->used; k++) {
         bool inner = n->count[k] == 0;
-        out[k] = (toi_part){.whole = p->whole, .node = inner ? n->first[k] : p->node, .child = inner ? WHOLE_NODE : k};
+        out[k] =
+            (toi_part){.whole = p->whole, .node = inner ? n->first[k] : p->node, .child = inner ? TOI_WHOLE_NODE : k};
         be_box(&out[k], corner_of(n->lo, (int)k, unit), corner_of(n->hi, (int)k, unit));
         be_turned(&out[k], n, k, unit);
     }

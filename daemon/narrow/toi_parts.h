@@ -8,6 +8,8 @@
 
 enum { PART_CHILDREN_MAX = MESH_WIDTH };
 
+#define TOI_WHOLE_NODE UINT32_MAX
+
 typedef enum toi_part_form { TOI_PART_SHAPE, TOI_PART_BOX, TOI_PART_TRIANGLE } toi_part_form;
 
 typedef struct toi_part {
@@ -15,7 +17,7 @@ typedef struct toi_part {
     shape shape; /* a box around all below it, or the part itself; with the rounding of the whole */
     pose local;  /* of `shape` in the frame of the whole */
     bool is_leaf;
-    uint32_t node, child; /* where its children are */
+    uint32_t node, child; /* where its children are; of a mesh: one child of a node, or TOI_WHOLE_NODE */
     double size;          /* m: its reach */
     toi_part_form form;   /* what toi_sweep.c sees, in the frame of the whole: `shape`, or ... */
     vec3 centre, side[3]; /* ... a box, which may be turned; of others their extents, but of triangles no sides */

@@ -6,48 +6,98 @@
 
 enum { ROUNDS_MAX = 8, ALTERNATIONS = 1 }; /* directions are looked for so often in a piece */
 static const double FINE = 0.001;          /* of the pair's size: so much may a gap dip in a whole piece, ... */
-static const double COARSE = 0.1;          /* ... and where it would by more than this, no sweep is of use */
+static const double STRETCH = 0.25;        /* ... and in all of a stretch: about 1.5 rad of a turn */
 static const double LEAST_GAIN = 0.02;     /* of a piece: below it no further direction is looked for */
 
 static const uint32_t NOWHERE = UINT32_MAX;
 
 bool sweep_init(sweep *s, const toi_mover *a, const toi_mover *b, const toi_request *request)
 {
-    course *c = &s->course;
-    if (!course_init(c, a, b, request->span)) return false;
+    if (!course_init(&s->course, a, b, request->span)) return false;
     s->request = request;
-    s->size = c->reach_a + c->reach_b;
-    double pieces = 1 + sqrt(course_dip(c, request->span) / (FINE * s->size));
-    if (!(pieces < 0x1p20)) return false;
-    uint32_t whole = pieces < SWEEP_PIECES_MAX ? (uint32_t)pieces : SWEEP_PIECES_MAX;
-    if (!(course_dip(c, request->span / whole) <= COARSE * s->size)) return false;
-    whole = (whole + SWEEP_CUT - 1) / SWEEP_CUT * SWEEP_CUT;
-    s->longest = c->straight ? 1 : SWEEP_LONGEST;
-    s->ends = c->straight ? 1 : whole * s->longest;
-    s->least = request->span / s->ends;
-    for (int k = 0; k < SWEEP_PLACES; k++) s->at[k].index = NOWHERE;
+    s->size = s->course.reach_a + s->course.reach_b;
+    s->work = 0;
+    s->begun = false;
     return true;
+}
+
+/* In which directions stand still, so that gaps dip the least. */
+static void choose_frame(sweep *s)
+{
+    s->bend = INFINITY;
+    const course *c = &s->course;
+    double a = c->spin_a.speed * c->spin_a.speed * c->radius_a, b = c->spin_b.speed * c->spin_b.speed * c->radius_b;
+    s->bend_a = a + b > 0 ? a / (a + b) * (1 + 0x1p-45) : 0;
+    s->bend_b = a + b > 0 ? b / (a + b) * (1 + 0x1p-45) : 0;
+    for (int frame = COURSE_STILL; frame < COURSE_FRAMES; frame++) {
+        double bend = course_bend(&s->course, (course_frame)frame, s->start, s->end);
+        if (bend >= s->bend) continue;
+        s->frame = (course_frame)frame;
+        s->bend = bend;
+    }
+}
+
+void sweep_begin(sweep *s, double start, double end)
+{
+    if (s->begun && s->start == start && s->asked == end) return;
+    s->begun = true;
+    s->start = start;
+    s->end = s->asked = end;
+    choose_frame(s);
+    double length = end - start, most = sqrt(8 * STRETCH * s->size / s->bend);
+    if (length > most) s->end = min_of(start + most, end);
+    length = s->end - start;
+    double pieces = 1 + sqrt(s->bend * length * length / 8 / (FINE * s->size));
+    bool cut = s->bend > 0;
+    uint32_t whole = pieces < SWEEP_PIECES_MAX ? (uint32_t)pieces : SWEEP_PIECES_MAX; /* 16, but for rounding */
+    whole = (whole + SWEEP_CUT - 1) / SWEEP_CUT * SWEEP_CUT;
+    s->longest = cut ? SWEEP_LONGEST : 1;
+    s->ends = cut ? whole * s->longest : 1;
+    for (s->whole = 1; s->whole * SWEEP_CUT <= s->ends;) s->whole *= SWEEP_CUT;
+    s->least = length / s->ends;
+    for (int k = 0; k < SWEEP_PLACES; k++) s->at[k].index = NOWHERE;
+}
+
+/* Of both shapes, in the frame of the course, or of one of the two. */
+static void set_frames(const sweep *s, const course_place *at, sweep_place *p)
+{
+    mat3 turned = quat_matrix(at->b_in_a.q), own = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    transform b_in_a = {turned, at->b_in_a.p}, still = {own, VEC_ZERO};
+    mat3 w = at->world_of_a;
+    switch (s->frame) {
+    case COURSE_WITH_A:
+        p->a = still, p->b = b_in_a;
+        break;
+    case COURSE_WITH_B:
+        p->a.r = (mat3){mat_tmul(turned, own.x), mat_tmul(turned, own.y), mat_tmul(turned, own.z)};
+        p->a.t = vec_neg(mat_tmul(turned, b_in_a.t)), p->b = still;
+        break;
+    default:
+        p->a = (transform){w, at->arm};
+        p->b.r = (mat3){mat_mul(w, turned.x), mat_mul(w, turned.y), mat_mul(w, turned.z)};
+        p->b.t = vec_add(at->arm, mat_mul(w, b_in_a.t));
+    }
 }
 
 static void make_place(const sweep *s, uint32_t index, sweep_place *p)
 {
-    double time = index < s->ends ? index * s->least : s->request->span;
+    double time = sweep_time(s, index);
     course_place at = course_at(&s->course, time);
-    mat3 turned = quat_matrix(at.b_in_a.q);
     p->index = index;
-    p->a = (transform){at.world_of_a, at.arm};
-    p->b.r =
-        (mat3){mat_mul(at.world_of_a, turned.x), mat_mul(at.world_of_a, turned.y), mat_mul(at.world_of_a, turned.z)};
-    p->b.t = vec_add(at.arm, mat_mul(at.world_of_a, at.b_in_a.p));
+    set_frames(s, &at, p);
     p->floor = s->request->threshold + s->course.slack +
                0.5 * s->request->wander * time * time * (1 + 4 * UNIT_ROUNDOFF) +
-               UNIT_ROUNDOFF * (128 * (vec_norm(p->b.t) + s->size) + 32 * s->course.speed * s->request->span);
+               UNIT_ROUNDOFF *
+                   (128 * (vec_norm(p->a.t) + vec_norm(p->b.t) + s->size) + 32 * s->course.speed * s->request->span);
 }
 
-static const sweep_place *place_at(sweep *s, uint32_t index)
+const sweep_place *sweep_place_at(sweep *s, uint32_t index)
 {
     sweep_place *p = &s->at[(index ^ index / SWEEP_LONGEST) % SWEEP_PLACES]; /* most are multiples of it */
-    if (p->index != index) make_place(s, index, p);
+    if (p->index != index) {
+        make_place(s, index, p);
+        s->work += SWEEP_WORK_PLACE;
+    }
     return p;
 }
 
@@ -80,23 +130,34 @@ SWEEP_INLINE double gap_at(const sweep_place *at, const toi_part *a, const toi_p
 }
 
 typedef struct way { /* through one piece */
+    const sweep *s;
     const toi_part *a, *b;
     const sweep_place *from, *to;
     vec3 *hint; /* the direction that went farthest */
     double dip;
     double share; /* of the piece that is free */
+    uint32_t tried;
 } way;
 
 /* How far into the piece the gap along a direction lets the way go on. */
 static void try_direction(way *w, vec3 towards)
 {
     if (!(vec_norm2(towards) > 0)) return;
+    w->tried++;
     vec3 d = direction_of(towards);
-    double first = gap_at(w->from, w->a, w->b, d) - w->dip;
+    double dip = w->dip, first = gap_at(w->from, w->a, w->b, d);
     if (!(first > 0) && w->share == 0) return;
-    double last = gap_at(w->to, w->a, w->b, d) - w->dip;
-    if (!(first + (last - first) * w->share > 0)) return;
-    double share = last > 0 ? 1 : first / (first - last);
+    double last = gap_at(w->to, w->a, w->b, d), share = 1;
+    bool is_open = sweep_keeps_open(first, last, dip);
+    if (!is_open) {
+        dip *= sweep_share(w->s, d);
+        is_open = sweep_keeps_open(first, last, dip);
+    }
+    if (!is_open) {
+        first -= dip, last -= dip;
+        if (!(first + (last - first) * w->share > 0)) return;
+        share = last > 0 ? 1 : first / (first - last);
+    }
     if (share > w->share) *w->hint = d;
     w->share = max_of(w->share, share);
 }
@@ -161,30 +222,33 @@ static void try_directions(way *w, const extents *ea, const extents *eb)
 static double free_share(sweep *s, const toi_part *a, const toi_part *b, uint32_t first, uint32_t length, double share,
     double enough, vec3 *hint)
 {
-    sweep_place from = *place_at(s, first);
-    way w = {.a = a, .b = b, .from = &from, .to = place_at(s, first + length), .share = share, .hint = hint};
-    w.dip = course_dip(&s->course, length * s->least * (1 + 8 * UNIT_ROUNDOFF));
+    sweep_place from = *sweep_place_at(s, first);
+    way w = {
+        .s = s, .a = a, .b = b, .from = &from, .to = sweep_place_at(s, first + length), .share = share, .hint = hint};
+    w.dip = sweep_dip(s, length);
     try_direction(&w, *hint);
-    if (w.share >= enough) return w.share;
-    extents ea, eb;
-    turn_extents(a, &from.a.r, &ea);
-    turn_extents(b, &from.b.r, &eb);
-    for (int round = 0; round < ROUNDS_MAX && w.share < enough; round++) {
-        double before = w.share;
-        try_directions(&w, &ea, &eb);
-        if (w.share - before < LEAST_GAIN) break;
+    if (w.share < enough) {
+        extents ea, eb;
+        turn_extents(a, &from.a.r, &ea);
+        turn_extents(b, &from.b.r, &eb);
+        for (int round = 0; round < ROUNDS_MAX && w.share < enough; round++) {
+            double before = w.share;
+            try_directions(&w, &ea, &eb);
+            if (w.share - before < LEAST_GAIN) break;
+        }
     }
+    s->work += SWEEP_WORK_TRY * w.tried;
     return w.share;
 }
 
 double sweep_entry(sweep *s, const toi_part *a, const toi_part *b, double from, double until, vec3 *hint)
 {
     uint32_t shortest = a->is_leaf && b->is_leaf ? 1 : s->longest, length = s->longest;
-    double time = from / s->least; /* in least pieces */
-    while (time < s->ends && time * s->least <= until) {
+    double time = sweep_index(s, from), last = sweep_index(s, until); /* in least pieces */
+    while (time < s->ends && sweep_time(s, time) <= until) {
         uint32_t first = (uint32_t)time / length * length;
         double share = min_of(max_of((time - first) / length, 0), 1);
-        double enough = min_of((until / s->least - first) / length * (1 + 0x1p-40), 1);
+        double enough = min_of((last - first) / length * (1 + 0x1p-40), 1);
         share = free_share(s, a, b, first, length, share, enough, hint);
         if (share >= 1) {
             time = first + length;
@@ -192,7 +256,8 @@ double sweep_entry(sweep *s, const toi_part *a, const toi_part *b, double from, 
             continue;
         }
         time = max_of(time, first + share * length);
-        if (length == shortest) return time * s->least > until ? INFINITY : max_of(time * s->least, from);
+        double entry = sweep_time(s, time);
+        if (length == shortest) return entry > until ? INFINITY : max_of(entry, from);
         length /= SWEEP_CUT;
     }
     return INFINITY;

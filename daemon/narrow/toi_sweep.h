@@ -1,9 +1,11 @@
 /* toi_sweep: from when on two parts of shapes can meet, by directions alone: no distance is asked. Pure; any thread.
  *
- * The span is cut into pieces so short that no gap along a direction that stands still dips much below its chord
- * (toi.h). Of two parts, a gap along a direction at both ends of a piece tells until when it is open; from there
- * another direction is tried, until none opens the way any further; then the piece is cut, and what is left of it cut
- * again. The places at the ends of pieces are made when they are first needed, and kept for other parts. */
+ * A stretch of the span is cut into pieces so short that no gap along a direction dips much below its chord (toi.h). A
+ * direction stands still, or turns with one of the two bodies: in whichever frame gaps dip the least; two bodies that
+ * turn as one do not turn there at all. Of two parts, a gap along a direction at both ends of a piece tells until when
+ * it is open; from there another direction is tried, until none opens the way any further; then the piece is cut, and
+ * what is left of it cut again. The places at the ends of pieces are made when they are first needed, and kept for
+ * other parts. */
 #ifndef COLLIDED_NARROW_TOI_SWEEP_H
 #define COLLIDED_NARROW_TOI_SWEEP_H
 
@@ -11,11 +13,14 @@
 #include "toi_parts.h"
 
 enum {
-    SWEEP_PIECES_MAX = 64,
+    SWEEP_PIECES_MAX = 32,
     SWEEP_CUT = 4,      /* a piece into so many, ... */
     SWEEP_LONGEST = 16, /* ... twice */
     SWEEP_PLACES = 128  /* that are kept; a power of two */
 };
+
+/* What things cost, in units of about 20 ns: so that an end to a search is a function of the motion, not of a clock. */
+enum { SWEEP_WORK_TRY = 3, SWEEP_WORK_PLACE = 10, SWEEP_WORK_LEAVES = 5, SWEEP_WORK_LEAVES_TRY = 3 };
 
 typedef struct sweep_place { /* the frames of both shapes, in the course's frame */
     transform a, b;
@@ -26,17 +31,67 @@ typedef struct sweep_place { /* the frames of both shapes, in the course's frame
 typedef struct sweep {
     course course;
     const toi_request *request;
-    uint32_t ends, longest; /* the least pieces, and how many make up a whole one */
-    double least;           /* s */
     double size;            /* m */
+    double start, end;      /* s: the stretch */
+    course_frame frame;     /* in which directions stand still */
+    double bend;            /* m/s^2: the course's, in that frame and stretch */
+    double bend_a, bend_b;  /* of directions that stand still: the shares of both turnings in it */
+    uint32_t ends, longest; /* the least pieces, and how many make up a whole one */
+    uint32_t whole;         /* a power of SWEEP_CUT of them, up to all */
+    double least;           /* s */
+    bool begun;             /* the places are of the stretch from `start`, ... */
+    double asked;           /* ... which was asked for up to then */
+    uint64_t work;          /* that was done, in the units above */
     sweep_place at[SWEEP_PLACES];
 } sweep;
 
-/* False: they turn so far that it is of no use. */
+/* False: there is no course. */
 bool sweep_init(sweep *s, const toi_mover *a, const toi_mover *b, const toi_request *request);
 
-/* Given that they do not meet before `from`: a time before which they do not, either. INFINITY: not before `until`.
- * *hint: a direction to try first, and then the one that went farthest; zero = none. */
+/* From `start` on: a stretch up to `end`, or as much of it as pieces of use make up; s->end says. */
+void sweep_begin(sweep *s, double start, double end);
+
+/* Given that they do not meet before `from`, in the stretch: a time before which they do not, either. INFINITY: not
+ * before `until`, or the end of the stretch. *hint: a direction to try first, and then the one that went farthest; zero
+ * = none. */
 double sweep_entry(sweep *s, const toi_part *a, const toi_part *b, double from, double until, vec3 *hint);
+
+/* Is a gap open all along a piece at both of whose ends it is? At a share x of it a gap is above its chord less
+ * 4 dip x (1 - x): where it grows or closes quickly, that is least at an end, and else the parabola's own least. */
+static inline bool sweep_keeps_open(double first, double last, double dip)
+{
+    double bow = 4 * dip, slow = bow - fabs(last - first), sag = slow > 0 ? slow * slow / (4 * bow) * (1 + 0x1p-40) : 0;
+    return first > sag && last > sag;
+}
+
+/* The place at the end of so many least pieces. */
+const sweep_place *sweep_place_at(sweep *s, uint32_t index);
+
+/* s: the end of so many least pieces; and how many there are at a time. */
+static inline double sweep_time(const sweep *s, double pieces)
+{
+    return pieces < s->ends ? s->start + pieces * s->least : s->end;
+}
+static inline double sweep_index(const sweep *s, double time)
+{
+    double pieces = (time - s->start) / s->least;
+    return pieces > 0 ? pieces : 0;
+}
+
+/* The share of the dip that a direction has: none along the axis that a body turns about. */
+static inline double sweep_share(const sweep *s, vec3 d)
+{
+    if (s->frame != COURSE_STILL || s->course.straight) return 1;
+    double across_a = s->bend_a > 0 ? vec_norm(vec_cross(d, s->course.spin_a.axis)) : 0;
+    double across_b = s->bend_b > 0 ? vec_norm(vec_cross(d, s->course.spin_b.axis)) : 0;
+    return s->bend_a * across_a + s->bend_b * across_b + 0x1p-45;
+}
+
+/* m: how far a gap along any direction dips within so many pieces at most. */
+static inline double sweep_dip(const sweep *s, uint32_t pieces)
+{
+    double time = pieces * s->least * (1 + 8 * 0x1p-53);
+    return s->bend * time * time / 8 * (1 + 0x1p-48);
+}
 
 #endif

@@ -1,6 +1,9 @@
-/* toi_walk: boxes of two hierarchies along their motions, the earliest first: each pair of boxes is itself a pair of
- * convex shapes that move, so the same search says from when on their parts can meet, and what cannot meet before the
- * first contact that is found is left out. Pure; any thread.
+/* toi_walk: boxes of two hierarchies along their motions, the earliest first: directions say from when on their parts
+ * can meet (toi_sweep.h), and what cannot meet before the first contact that is found is left out. Triangles that no
+ * direction keeps apart are two convex shapes that move, for the search of toi.h. Pure; any thread.
+ *
+ * Stretch by stretch of the time, each short enough for the boxes to be told apart again where they have parted; what
+ * it takes is counted, and where it is too much, the answer is the time up to which they are apart.
  *
  * A solid can be entered only through its surface, so that after the first moment its triangles are all that counts.
  *
@@ -9,22 +12,43 @@
 #include "toi_walk.h"
 
 #include "scalar.h"
-#include "toi_parts.h"
-#include "toi_sweep.h"
+#include "toi_leaves.h"
 #include "unit_pair.h"
 
-enum { VISITS_MAX = 1 << 17 };      /* pairs of boxes or parts: beyond it TOI_UNDECIDED */
-static const double ROUGHLY = 0.02; /* boxes are told apart to within so much of their size */
+/* What the steps of a search count for, besides those of toi_sweep.h, in the units of TOI_WORK_MAX. */
+enum {
+    WORK_VISIT = 5,  /* a pair of boxes or parts, made ready */
+    WORK_QUERY = 60, /* a distance or verdict of two parts */
+    WORK_WHOLE = 50, /* a distance or verdict of the whole shapes, and ... */
+    WORK_WHOLE_TRIANGLE = 1,
+    WORK_DEPTH_TRIANGLE = 64 /* ... for each triangle that they have; more where a depth is asked for */
+};
+
+/* A stretch of time that takes more than this share of what is left is given up, and a shorter one begun: most of it at
+ * first, so that what can be decided is; then half, so that some of the time is. */
+static const double SHARE = 0.95, SHARE_AGAIN = 0.5;
+enum { SHORTER = 8, LONGER = 2, GIVEN_UP_MAX = 6 };
+
+static const double BLUR = 0.25; /* of the tolerance */
+enum {
+    NEARS_MAX = 16
+}; /* parts that come near at about one time: whether that is contact is then asked of the whole */
+
+static const double WHOLE_TURNS = 6; /* rad: from here on what it sweeps is looked at first, ... */
+static const double ROUGHLY = 0.002; /* ... to within so much of its size */
 
 typedef struct walk {
     const toi_mover *a, *b;
     const toi_request *request; /* of parts: its threshold is not below zero */
     double threshold;           /* m: that of the whole shapes */
     narrow_scratch *scratch;
-    double until;   /* nothing after it matters: the first proven contact, or the span */
-    double skipped; /* from here on may be contacts that were not looked for any more */
-    uint32_t visits;
-    bool sweeps; /* parts are told apart by toi_sweep.h, otherwise as two shapes that move */
+    double until;     /* nothing after it matters: the time of a contact that was found, or the end of the stretch */
+    double skipped;   /* from here on may be contacts that were not looked for any more */
+    uint64_t most;    /* work, for all */
+    uint64_t allowed; /* work, up to which it goes on */
+    double blur;      /* s: so much earlier than contact all others are told apart in, well above rounding */
+    uint32_t nears;   /* parts that came within the tolerance */
+    bool rough;       /* within the tolerance is as good as contact */
     sweep sweep;
     toi_result *out;
 } walk;
@@ -61,65 +85,200 @@ static void keep(walk *w, const toi_result *r)
     out->hi = hi;
     out->queries = queries;
     out->steps = steps;
-    w->until = min_of(w->until, w->request->wander > 0 ? out->lo : hi);
+    w->nears += r->status == TOI_NEAR;
+    bool settled =
+        w->request->wander > 0 || hi < INFINITY || w->nears > NEARS_MAX; /* what comes later does not count */
+    if (settled) w->until = min_of(w->until, max_of(out->lo - w->blur, w->sweep.start));
 }
 
-/* Until when two parts that do not meet before `from` are apart, by the search for convex shapes; leaves are kept. */
-static double search(walk *w, const toi_part *a, const toi_part *b, double from)
+/* Two parts that do not meet before `from`, by the search for convex shapes. */
+static void search(walk *w, const toi_part *a, const toi_part *b, double from)
 {
     toi_result r;
-    bool leaves = a->is_leaf && b->is_leaf;
-    double tolerance = w->request->tolerance;
-    if (w->until <= 0) return INFINITY; /* nothing comes before the beginning */
-    if (!leaves) tolerance = max_of(tolerance, ROUGHLY * (a->size + b->size));
-    ask(w, a, b, from, tolerance, !leaves || w->request->wander > 0, &r);
+    if (w->until <= 0) return; /* nothing comes before the beginning */
+    ask(w, a, b, from, w->request->tolerance, w->rough, &r);
     w->out->queries += r.queries;
     w->out->steps += r.steps;
-    if (r.status == TOI_FREE) return INFINITY;
-    if (leaves) keep(w, &r);
-    return r.lo;
+    w->sweep.work += WORK_QUERY * (uint64_t)r.queries + r.steps;
+    if (r.status != TOI_FREE) keep(w, &r);
 }
 
-/* Until when they are certainly apart. Leaves of which that is not clear enough are searched when it is their turn. */
+/* Until when they are certainly apart. */
 static double look(walk *w, const toi_part *a, const toi_part *b, double from, vec3 *hint)
 {
-    w->visits++;
     if (w->until <= 0) return INFINITY;
-    if (!w->sweeps) return search(w, a, b, from);
     w->out->steps++;
+    w->sweep.work += WORK_VISIT;
     return sweep_entry(&w->sweep, a, b, from, w->until, hint);
+}
+
+/* The earliest of some times that are not beyond `until`; -1: there is none. It is taken out. */
+static int take_earliest(double *from, int count, double until, double *at)
+{
+    int first = 0;
+    for (int k = 1; k < count; k++)
+        if (from[k] < from[first]) first = k;
+    *at = from[first];
+    from[first] = INFINITY;
+    return *at == INFINITY || *at > until ? -1 : first;
+}
+
+/* More than is allowed was done: what is left may meet from then on. */
+static bool skips(walk *w, double at)
+{
+    if (w->sweep.work <= w->allowed) return false;
+    w->skipped = min_of(w->skipped, at);
+    return true;
+}
+
+/* Two leaves of meshes. */
+static void meet_leaves(walk *w, const toi_part *a, const toi_part *b, double since, vec3 hint)
+{
+    double from[LEAF_PAIRS], at;
+    toi_part of_a[PART_CHILDREN_MAX], of_b[PART_CHILDREN_MAX];
+    bool made = false;
+    w->out->steps++;
+    toi_leaves_entries(&w->sweep, a, b, since, w->until, from);
+    for (int k; (k = take_earliest(from, LEAF_PAIRS, w->until, &at)) >= 0;) {
+        if (skips(w, at)) return;
+        if (!made) {
+            (void)toi_part_children(a, of_a);
+            (void)toi_part_children(b, of_b);
+            made = true;
+        }
+        vec3 own = hint;
+        const toi_part *x = &of_a[k / MESH_LEAF_MAX], *y = &of_b[k % MESH_LEAF_MAX];
+        double entry = look(w, x, y, at, &own);
+        if (entry != INFINITY) search(w, x, y, entry);
+    }
 }
 
 static void descend(walk *w, const toi_part *a, const toi_part *b, double since, vec3 hint)
 {
     toi_part children[PART_CHILDREN_MAX];
-    double from[PART_CHILDREN_MAX];
-    bool of_a = !a->is_leaf && (b->is_leaf || a->size >= b->size);
+    double from[PART_CHILDREN_MAX], at;
+    bool leaf_a = toi_leaves_apply(a), leaf_b = toi_leaves_apply(b);
+    if (leaf_a && leaf_b) {
+        meet_leaves(w, a, b, since, hint);
+        return;
+    }
+    bool last_a = a->is_leaf || (leaf_a && !b->is_leaf), last_b = b->is_leaf || (leaf_b && !a->is_leaf);
+    bool of_a = !last_a && (last_b || a->size >= b->size);
     int count = toi_part_children(of_a ? a : b, children);
-    bool is_last = of_a ? b->is_leaf : a->is_leaf;
     vec3 hints[PART_CHILDREN_MAX];
     for (int k = 0; k < count; k++) {
         hints[k] = hint;
         from[k] = look(w, of_a ? &children[k] : a, of_a ? b : &children[k], since, &hints[k]);
     }
-    for (int n = 0; n < count; n++) {
-        int first = 0;
-        for (int k = 1; k < count; k++)
-            if (from[k] < from[first]) first = k;
-        double at = from[first];
-        const toi_part *part_a = of_a ? &children[first] : a, *part_b = of_a ? b : &children[first];
-        from[first] = INFINITY;
-        if (at > w->until || at == INFINITY) return;
-        if (w->visits > VISITS_MAX)
-            w->skipped = min_of(w->skipped, at);
-        else if (!is_last || !children[first].is_leaf)
-            descend(w, part_a, part_b, at, hints[first]);
-        else if (w->sweeps) /* otherwise it was searched when it was looked at */
-            (void)search(w, part_a, part_b, at);
+    for (int k; (k = take_earliest(from, count, w->until, &at)) >= 0;) {
+        const toi_part *part_a = of_a ? &children[k] : a, *part_b = of_a ? b : &children[k];
+        if (skips(w, at)) return;
+        if (part_a->is_leaf && part_b->is_leaf)
+            search(w, part_a, part_b, at);
+        else
+            descend(w, part_a, part_b, at, hints[k]);
     }
 }
 
+/* From `from` to the end of the stretch: all that may meet in it. */
+static void walk_stretch(walk *w, double from)
+{
+    toi_part a, b;
+    vec3 hint = VEC_ZERO;
+    toi_part_root(w->a->shape, &a);
+    toi_part_root(w->b->shape, &b);
+    w->until = w->sweep.end;
+    w->skipped = INFINITY;
+    w->nears = 0;
+    double at = look(w, &a, &b, from, &hint);
+    if (at == INFINITY) return;
+    if (a.is_leaf && b.is_leaf)
+        search(w, &a, &b, at);
+    else
+        descend(w, &a, &b, at, hint);
+}
+
+/* Nothing was kept, but what it took. */
+static void forget(walk *w)
+{
+    *w->out = (toi_result){
+        .status = TOI_FREE, .lo = INFINITY, .hi = INFINITY, .queries = w->out->queries, .steps = w->out->steps};
+}
+
+/* Stretch by stretch from `from` on, given that they do not meet before. What one finds is the first of all; one that
+ * takes too much is given up for a shorter one, so that what is left is spent on the earliest times. Then, or where
+ * parts are left that were not looked at, w->skipped is the time up to which they are apart. */
+static void walk_stretches(walk *w, double from)
+{
+    double span = w->request->span, length = span - from, done = from;
+    uint64_t all = w->allowed;
+    w->blur = w->sweep.course.speed > 0 ? BLUR * w->request->tolerance / w->sweep.course.speed : 0;
+    w->skipped = INFINITY;
+    for (int given_up = 0; done < span;) {
+        uint64_t left = all > w->sweep.work ? all - w->sweep.work : 0;
+        w->allowed = w->sweep.work + (uint64_t)((given_up ? SHARE_AGAIN : SHARE) * (double)left);
+        sweep_begin(&w->sweep, done, min_of(done + length, span));
+        walk_stretch(w, done);
+        toi_result *out = w->out;
+        if (out->status != TOI_FREE && out->lo < w->skipped) { /* it comes before all that was not looked at */
+            out->lo = min_of(out->lo, w->until);
+            w->skipped = INFINITY;
+            return;
+        }
+        double begun = w->sweep.end - done;
+        if (w->skipped == INFINITY && begun > 0) {
+            done = w->sweep.end;
+            length = LONGER * begun;
+            continue;
+        }
+        done = max_of(done, min_of(w->skipped, w->sweep.end));
+        forget(w);
+        length = begun / SHORTER;
+        if (++given_up > GIVEN_UP_MAX || !(done + length > done)) break;
+    }
+    w->skipped = done < span ? done : INFINITY;
+}
+
+/* A time up to which what they sweep, when those that turn much turn for ever, is apart. */
+static double free_while_spun(walk *w)
+{
+    const toi_mover *a = w->a, *b = w->b;
+    double span = w->request->span;
+    bool spin_a = vec_norm(a->motion.angular) * span > WHOLE_TURNS;
+    bool spin_b = vec_norm(b->motion.angular) * span > WHOLE_TURNS;
+    if (!spin_a && !spin_b) return 0;
+    shape shape_a, shape_b;
+    toi_mover spun_a = *a, spun_b = *b;
+    if (spin_a && !course_spin(a, &shape_a, &spun_a)) return 0;
+    if (spin_b && !course_spin(b, &shape_b, &spun_b)) return 0;
+    toi_request request = *w->request;
+    toi_result r = {.status = TOI_FREE, .lo = INFINITY, .hi = INFINITY};
+    walk v; /* its sweep is large, and makes itself ready */
+    v.a = &spun_a;
+    v.b = &spun_b;
+    v.request = &request;
+    v.threshold = request.threshold;
+    v.scratch = w->scratch;
+    v.rough = true;
+    v.out = &r;
+    if (!sweep_init(&v.sweep, &spun_a, &spun_b, &request)) return 0;
+    request.tolerance = max_of(request.tolerance, ROUGHLY * v.sweep.size);
+    v.allowed = w->allowed / 4;
+    walk_stretches(&v, 0);
+    w->out->queries += r.queries;
+    w->out->steps += r.steps;
+    w->sweep.work += v.sweep.work;
+    return min_of(r.lo, v.skipped);
+}
+
 /* ---- the whole shapes ---- */
+
+static uint64_t whole_work(const walk *w, const shape *s, unsigned facts)
+{
+    bool deep = w->threshold < 0 && facts == NARROW_DISTANCE;
+    uint64_t triangles = s->type == SHAPE_MESH ? s->mesh->triangle_count : 0;
+    return WORK_WHOLE + (deep ? WORK_DEPTH_TRIANGLE : WORK_WHOLE_TRIANGLE) * triangles;
+}
 
 /* At a time, certified: in world axes about the origin of A's body then. */
 static void look_whole(walk *w, double time, unsigned facts, double range, narrow_result *n)
@@ -131,6 +290,7 @@ static void look_whole(walk *w, double time, unsigned facts, double range, narro
     narrow_request r = {.facts = facts, .tolerance = w->request->tolerance, .range = range, .threshold = w->threshold};
     narrow_query_world(w->a->shape, at_a, w->b->shape, at_b, &r, w->scratch, n);
     w->out->queries++;
+    w->sweep.work += whole_work(w, w->a->shape, facts) + whole_work(w, w->b->shape, facts);
     n->lo -= w->sweep.course.slack;
     n->hi += w->sweep.course.slack;
     n->point_a = vec_add(n->point_a, at_a.p);
@@ -215,7 +375,8 @@ static void deepen(walk *w, double time)
                 .status = TOI_FREE, .lo = INFINITY, .hi = INFINITY, .queries = out->queries, .steps = out->steps};
             return;
         }
-        if (spare <= w->request->tolerance || !(time + step > time) || k == DEEPER_MAX) break;
+        if (spare <= w->request->tolerance || !(time + step > time) || k == DEEPER_MAX || w->sweep.work > w->most)
+            break;
         time += step;
     }
     describe(w, time, &n);
@@ -234,9 +395,22 @@ static void tell_nearest(walk *w)
 {
     toi_result *out = w->out;
     narrow_result n;
-    look_whole(w, out->lo, NARROW_DISTANCE, out->gap_hi + 4 * w->sweep.course.slack, &n);
-    if (n.hi < out->gap_lo) describe(w, out->lo, &n);
-    out->gap_lo = min_of(out->gap_lo, max_of(n.lo, w->threshold));
+    double gap_lo = out->gap_lo, blur = w->blur * w->sweep.course.speed;
+    look_whole(w, out->lo, NARROW_DISTANCE, out->gap_hi + 4 * w->sweep.course.slack + blur, &n);
+    describe(w, out->lo, &n);
+    out->gap_lo = min_of(gap_lo, max_of(n.lo, w->threshold));
+}
+
+/* May the boxes around them? */
+static bool touch_at_first(walk *w)
+{
+    toi_part a, b;
+    vec3 hint = VEC_ZERO;
+    toi_part_root(w->a->shape, &a);
+    toi_part_root(w->b->shape, &b);
+    sweep_begin(&w->sweep, 0, w->request->span);
+    w->until = w->sweep.end;
+    return look(w, &a, &b, 0, &hint) == 0;
 }
 
 /* Do they touch at the beginning? A shape may lie inside of a solid without touching a triangle. */
@@ -270,6 +444,26 @@ static void tell_skipped(walk *w)
     w->out->status = w->out->hi == INFINITY ? TOI_UNDECIDED : TOI_HIT;
 }
 
+static void find(walk *w)
+{
+    const toi_request *request = w->request;
+    toi_result *out = w->out;
+    if (touch_at_first(w) && begins_in_contact(w)) return;
+    walk_stretches(w, free_while_spun(w));
+    double parts_touch = min_of(out->lo, w->skipped);
+    if (w->threshold < 0) {
+        if (parts_touch < INFINITY) deepen(w, parts_touch);
+        return;
+    }
+    if (out->status == TOI_NEAR && out->hi == INFINITY && request->wander == 0) prove_contact(w);
+    if (w->skipped <= out->lo && w->skipped != INFINITY) {
+        tell_skipped(w);
+        return;
+    }
+    if (out->hi != INFINITY) out->status = TOI_HIT;
+    if (out->status != TOI_FREE) tell_nearest(w);
+}
+
 void toi_walk(
     const toi_mover *a, const toi_mover *b, const toi_request *request, narrow_scratch *scratch, toi_result *out)
 {
@@ -281,30 +475,15 @@ void toi_walk(
     w.request = &of_parts;
     w.threshold = request->threshold;
     w.scratch = scratch;
-    w.until = request->span;
-    w.skipped = INFINITY;
-    w.visits = 0;
+    w.most = w.allowed = request->spent < TOI_WORK_MAX ? TOI_WORK_MAX - request->spent : 0;
+    w.rough = request->wander > 0;
     w.out = out;
-    toi_part root_a, root_b;
-    vec3 hint = VEC_ZERO;
-    toi_part_root(a->shape, &root_a);
-    toi_part_root(b->shape, &root_b);
-    w.sweeps = sweep_init(&w.sweep, a, b, &of_parts);
-    double from = w.sweeps ? look(&w, &root_a, &root_b, 0, &hint) : 0;
-    if (from == 0 && begins_in_contact(&w)) return;
-    if (!w.sweeps) from = look(&w, &root_a, &root_b, 0, &hint);
-    if (from == INFINITY) return;
-    descend(&w, &root_a, &root_b, from, hint);
-    double parts_touch = min_of(out->lo, w.skipped);
-    if (w.threshold < 0) {
-        if (parts_touch < INFINITY) deepen(&w, parts_touch);
+    if (sweep_init(&w.sweep, a, b, &of_parts)) {
+        find(&w);
+        out->work = (uint32_t)min_of((double)w.sweep.work, UINT32_MAX);
         return;
     }
-    if (out->status == TOI_NEAR && out->hi == INFINITY && request->wander == 0) prove_contact(&w);
-    if (w.skipped <= out->lo && w.skipped != INFINITY) {
-        tell_skipped(&w);
-        return;
-    }
-    if (out->hi != INFINITY) out->status = TOI_HIT;
-    if (out->status != TOI_FREE) tell_nearest(&w);
+    out->status = TOI_UNDECIDED;
+    out->lo = 0;
+    out->gap_lo = -INFINITY, out->gap_hi = INFINITY;
 }

@@ -187,12 +187,13 @@ static void find(const world *w, sweep *s, const pair *p, const toi_mover *a, co
 }
 
 /* Both ways take as long as the longer one, so that they are where they are at the same share of it. Leg by leg, the
- * shorter of the two; a hit ends it. */
+ * shorter of the two; a hit ends it, or what is not known to be free. What a search may take is for all legs together.
+ */
 static void search_ways(const world *w, sweep *s, const pair *p, const body *a, const body *b, toi_mover *ma,
     toi_mover *mb, toi_request *request, void *scratch)
 {
     double span = fmax(body_span(w, a), body_span(w, b));
-    uint32_t queries = 0, steps = 0;
+    uint32_t queries = 0, steps = 0, work = 0;
     size_t leg_a = 0, leg_b = 0;
     for (double from = 0, to; from < 1; from = to) {
         double end_a = body_leg_begins(a, leg_a + 1), end_b = body_leg_begins(b, leg_b + 1);
@@ -202,8 +203,9 @@ static void search_ways(const world *w, sweep *s, const pair *p, const body *a, 
         bool known_b = body_leg(w, b, leg_b, from, span, &mb->motion);
         leg_a += end_a <= to, leg_b += end_b <= to;
         if (!(request->span > 0)) continue;
+        request->spent = work;
         find(w, s, p, ma, mb, known_a && known_b, request, scratch);
-        queries += s->result.queries, steps += s->result.steps;
+        queries += s->result.queries, steps += s->result.steps, work += s->result.work;
         if (s->result.status == TOI_FREE) continue;
         s->result.lo += from * span;
         s->result.hi += from * span;
@@ -211,6 +213,7 @@ static void search_ways(const world *w, sweep *s, const pair *p, const body *a, 
     }
     s->result.queries = queries;
     s->result.steps = steps;
+    s->result.work = work;
 }
 
 static void keep_axis(world *w, const sweep *s)

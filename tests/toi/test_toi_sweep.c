@@ -114,7 +114,11 @@ static void no_part_is_said_to_be_apart_when_it_is_not(void **state)
             if (parts[i].form == TOI_PART_TRIANGLE) parts[i].shape.hull = &parts[i].flat;
         vec3 hint = VEC_ZERO;
         assert_true(sweep_init(&s, &movers[0], &movers[1], &request));
-        double entry = sweep_entry(&s, &parts[0], &parts[1], 0, request.span, &hint), least = INFINITY;
+        double entry = INFINITY, least = INFINITY;
+        for (double from = 0; from < request.span && entry == INFINITY; from = s.end) {
+            sweep_begin(&s, from, request.span);
+            entry = sweep_entry(&s, &parts[0], &parts[1], from, request.span, &hint);
+        }
         toi_part leaves[2] = {leaf_below(&d, &parts[0]), leaf_below(&d, &parts[1])};
         for (int i = 0; i < 2; i++)
             if (leaves[i].form == TOI_PART_TRIANGLE) {
