@@ -230,10 +230,10 @@ void compound_parts_query(const compound_walk *w, uint32_t part_a, uint32_t part
     shape a = compound_part(&w->a, part_a, &local_a), b = compound_part(&w->b, part_b, &local_b);
     if (order_shapes(&a, &b) > 0) {
         pose back = inverse(relative);
-        narrow_query(&b, &a, &back, request, NULL, scratch, out);
+        narrow_query_part(&b, &a, &back, request, scratch, out);
         bring_to_a(out, pose_mul(local_a, relative), true);
     } else {
-        narrow_query(&a, &b, &relative, request, NULL, scratch, out);
+        narrow_query_part(&a, &b, &relative, request, scratch, out);
         if (is_placed(&w->a, part_a)) bring_to_a(out, local_a, false);
     }
     bool rounded = (w->a.rounding > 0 || w->b.rounding > 0);

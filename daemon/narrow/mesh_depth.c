@@ -53,7 +53,9 @@ static bool deeper(mesh_walk *w, void *context)
     gjk_result start;
     span s;
     vec3 n = normal_b(w);
+    if (w->effort) effort_spend(w->effort, EFFORT_NEED);
     if (deepest_possible(w, n) <= q->depth) return true;
+    if (w->effort) effort_spend(w->effort, EFFORT_DEEP_PARTS);
     narrow_goal goal = *q->goal;
     goal.far = 0;
     goal.near = -INFINITY;
@@ -152,6 +154,7 @@ static vec3 position_at(const travel *t, double gone)
 static bool count_need(mesh_walk *w, void *context)
 {
     travel *t = context;
+    if (w->effort) effort_spend(w->effort, EFFORT_NEED);
     double straight = overlap_along(w, t->direction) + t->clear;
     vec3 n = normal_b(w);
     double slope = vec_dot(n, t->direction);

@@ -34,6 +34,7 @@ static bool nearer(mesh_walk *w, void *context)
     span s, *best = &q->best->nearest;
     q->part.far = w->within + 2 * w->part.error;
     mesh_part_distance(w, &q->part, &s);
+    if (w->effort) effort_spend(w->effort, (int64_t)s.iterations * EFFORT_PART_STEP);
     if (s.lo > q->part.far) return true;
     q->least = min_of(q->least, s.lo);
     if (!is_nearer(w, q->best, s.hi)) return true;
@@ -114,23 +115,46 @@ static bool begin_with(mesh_walk *w, const mesh_seed *seed, const nearest_search
     measure.far = INFINITY;
     mesh_part_distance(w, &measure, &s);
     if (!(s.lo > w->part.error)) return false;
-    w->within = s.hi + q->margin + 2 * w->part.error;
-    mesh_walk_aim(w, s.axis);
+    double within = s.hi + q->margin + 2 * w->part.error;
+    if (within < w->within) mesh_walk_aim(w, s.axis);
+    w->within = min_of(w->within, within);
     return true;
+}
+
+/* What a walk may cost that begins with what the pair remembers must not be a matter of that: it is not counted, and
+ * only done where it is certain that a walk without it would end, too. There are few pairs of leaves, or few below the
+ * boxes that are as near as the first parts that are looked at. Where that is not certain, nothing that is remembered
+ * is used, and the walk is counted. (A search for a depth, or of a part of a compound, remembers nothing, and is always
+ * counted.) */
+static double leaves_uncounted(const mesh_walk *w)
+{
+    int parts = w->ma ? MESH_LEAF_MAX * MESH_LEAF_MAX * EFFORT_PART_STEP : MESH_LEAF_MAX * EFFORT_CORE;
+    return (double)EFFORT_OF_A_QUERY / (EFFORT_NODES + EFFORT_LEAVES + parts);
 }
 
 /* True: it began with the seed. */
 static bool search(mesh_walk *w, const narrow_goal *goal, const mesh_seed *seed, nearest_search *q, mesh_gap *out)
 {
+    mesh_front front;
+    effort *counted = w->part.effort;
     *q = (nearest_search){.goal = goal, .best = out, .least = INFINITY};
     *out = (mesh_gap){.nearest = {.lo = -INFINITY, .hi = INFINITY, .method = NARROW_BY_GJK},
         .triangle_a = MESH_NO_TRIANGLE,
         .triangle_b = MESH_NO_TRIANGLE};
     set_goal(w, goal, q);
     mesh_walk_move(w, w->part.b_in_a.t);
-    bool seeded = seed && begin_with(w, seed, q);
-    if (!seeded) aim_by_hulls(w);
-    mesh_walk_nearest(w, nearer, q);
+    w->effort = counted && counted->counts ? counted : NULL;
+    w->unseen = INFINITY;
+    double leaves = leaves_uncounted(w);
+    bool few = mesh_walk_leaves(w) <= leaves, seeded = few && seed && begin_with(w, seed, q);
+    if (!seeded) {
+        aim_by_hulls(w);
+        if (!mesh_walk_plunge(w, nearer, q)) return false;
+    }
+    bool is_short = !few && mesh_walk_is_short(w, leaves, &front);
+    if (is_short) seeded = seed && begin_with(w, seed, q);
+    if (!few && !is_short) w->effort = counted;
+    mesh_walk_nearest(w, is_short ? &front : NULL, nearer, q);
     return seeded;
 }
 
@@ -140,6 +164,8 @@ void mesh_gap_find(mesh_walk *w, const narrow_goal *goal, const mesh_seed *seed,
     bool seeded = search(w, goal, seed, &q, out);
     if (q.ended && seeded) search(w, goal, NULL, &q, out); /* where it ended depends on the way */
     span *s = &out->nearest;
-    s->lo = q.ended ? -INFINITY : min_of(q.least, s->hi);
+    s->lo = q.ended ? -INFINITY : min_of(min_of(q.least, w->unseen), s->hi);
+    out->cut = w->unseen < INFINITY;
+    w->effort = w->part.effort;
     out->relation = s->lo <= w->part.error ? MESH_CROSSING : containment(w);
 }

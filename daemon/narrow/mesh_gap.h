@@ -8,7 +8,7 @@
 typedef enum mesh_relation {
     MESH_APART,    /* the cores have no point in common */
     MESH_CROSSING, /* a surface passes through the other core, or is so near that rounding decides, or nearer than
-                      narrow_goal.near: then lo is -INFINITY */
+                      narrow_goal.near: then lo is -INFINITY; or it is not known, because the effort ended */
     MESH_HOLDS_A,  /* A's core is inside of B, which is a solid, and crosses no triangle */
     MESH_HOLDS_B   /* the other way round */
 } mesh_relation;
@@ -17,6 +17,7 @@ typedef struct mesh_gap {
     span nearest; /* of the surfaces: lo <= distance <= hi, the axis from A to B, the nearest points */
     uint32_t triangle_a, triangle_b;
     mesh_relation relation;
+    bool cut; /* the effort of the query ended before it was certain which pair of parts is the nearest */
 } mesh_gap;
 
 /* The parts that were the nearest at another time; any would do. */

@@ -43,6 +43,11 @@ void mesh_pair_measure(const unit_pair *p, const shape *a, const shape *b, const
     bool apart = gap.relation == MESH_APART && gap.nearest.lo > p->radius + p->error + p->excess;
     *out = gap.nearest;
     if (apart) return;
+    if (p->effort) p->effort->counts = true; /* from here on it is a matter of shapes and poses alone */
+    if (gap.cut) {
+        mesh_depth_rough(p, out);
+        return;
+    }
     if (gap.relation < MESH_HOLDS_A && gap.nearest.hi <= goal->near)
         mesh_depth_rough(p, out);
     else

@@ -21,6 +21,7 @@
 
 struct narrow_scratch {
     epa_scratch epa;
+    effort effort; /* of the query that runs */
 };
 
 size_t narrow_scratch_size(void)
@@ -113,6 +114,7 @@ static void search(const shape *a, const shape *b, const pose *b_in_a, const nar
     shape hull = *b; /* what a half-space sees of a mesh */
     if (b->type == SHAPE_MESH && !mesh_pair_applies(a, b)) hull.type = SHAPE_HULL, b = &hull;
     unit_pair_init(p, a, b, b_in_a);
+    p->effort = &scratch->effort;
     if (compound_pair_applies(b)) {
         compound_pair_query(p, a, b, b_in_a, request, scratch, &scratch->epa, result);
         return;
@@ -193,7 +195,7 @@ static void keep_to_points(const shape *a, const shape *b, const narrow_request 
     if (!(far - result->lo <= r->tolerance)) result->status = NARROW_WIDE;
 }
 
-void narrow_query(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
+static void query(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
     narrow_cache *cache, narrow_scratch *scratch, narrow_result *result)
 {
     bool recalled = cache && short_road_recall(a, b, b_in_a, request, cache, result);
@@ -213,6 +215,25 @@ void narrow_query(const shape *a, const shape *b, const pose *b_in_a, const narr
         cache->b_in_a = *b_in_a;
         cache->lower = result->lo;
     }
+}
+
+/* Only meshes and compounds can take much. */
+static void begin_effort(const shape *b, narrow_scratch *scratch)
+{
+    if (b->type > SHAPE_HULL) scratch->effort = (effort){.left = EFFORT_OF_A_QUERY};
+}
+
+void narrow_query(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
+    narrow_cache *cache, narrow_scratch *scratch, narrow_result *result)
+{
+    begin_effort(b, scratch);
+    query(a, b, b_in_a, request, cache, scratch, result);
+}
+
+void narrow_query_part(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
+    narrow_scratch *scratch, narrow_result *result)
+{
+    query(a, b, b_in_a, request, NULL, scratch, result);
 }
 
 /* A's frame to world axes. */
@@ -267,6 +288,7 @@ void narrow_query_world(const shape *a, pose pose_a, const shape *b, pose pose_b
     pose first = swapped ? pose_b : pose_a, second = swapped ? pose_a : pose_b;
     const shape *shape_1 = swapped ? b : a, *shape_2 = swapped ? a : b;
     unit_pair p;
+    begin_effort(shape_2, scratch);
     if (!answer_placed(shape_1, first, shape_2, second, request, result)) {
         pose relative = pose_relative(first, second);
         search(shape_1, shape_2, &relative, request, NULL, scratch, &p, result);

@@ -71,6 +71,7 @@ void unit_pair_init(unit_pair *p, const shape *a, const shape *b, const pose *b_
     p->radius = p->a.radius + p->b.radius;
     p->stand = NULL;
     p->shell = NULL;
+    p->effort = NULL;
     p->apart_along = VEC_ZERO;
     p->remembers = false;
     p->size = reach_a * p->scale + reach_b * p->scale + vec_norm(p->b_in_a.t);

@@ -1,0 +1,49 @@
+/* effort: how much one query may do. It is counted by a table of prices, not by the clock, so that where a search ends
+ * is a matter of the shapes and their poses alone: the same on any machine, for any number of workers, live or
+ * replayed. A search that ends early tells an interval that holds and is wider than asked (NARROW_WIDE).
+ *
+ * A unit is a nanosecond of the machine that the prices were measured on, or less. Pure; any thread. */
+#ifndef COLLIDED_NARROW_EFFORT_H
+#define COLLIDED_NARROW_EFFORT_H
+
+#include "narrow.h"
+
+/* Of one query. A query of a pair of meshes or compounds then takes at most 20 ms, with a factor of two to spare for
+ * prices that are too low on some input, and for slower machines. */
+#define EFFORT_OF_A_QUERY 8000000
+/* Of these, for the contact points of a query that asks for them: kept back from the search for the interval, so that a
+ * pair whose depth takes all there is still has points. A quarter for each of the four. */
+#define EFFORT_OF_POINTS 2000000
+
+enum {
+    EFFORT_NODES = 120,        /* two nodes of hierarchies are opened */
+    EFFORT_LEAVES = 60,        /* the triangles of two leaves, as far as boxes and levels part them */
+    EFFORT_PART_STEP = 60,     /* an iteration for the distance of two triangles, or of a core and a triangle */
+    EFFORT_CORE = 600,         /* of a core and a triangle, all of them */
+    EFFORT_DEEP_PARTS = 3000,  /* the depth of two parts */
+    EFFORT_NEED = 40,          /* how far two parts overlap along a direction */
+    EFFORT_CLIP = 1500,        /* the contact points of two parts */
+    EFFORT_BOXES = 60,         /* two boxes of hierarchies of compounds are held against each other */
+    EFFORT_PARTS = 400,        /* two convex parts of compounds are asked about, at least, ... */
+    EFFORT_PARTS_STEP = 120,   /* ... for each iteration of the search, ... */
+    EFFORT_PARTS_VERTICES = 2  /* ... and for each vertex of a hull */
+};
+
+typedef struct effort {
+    int64_t left;
+    bool counts; /* false: the search that runs may have begun with what the pair remembers, so that what it does is no
+                    matter of shapes and poses alone, and is not counted: then it is bounded by other means */
+} effort;
+
+/* False: there is nothing left. What is begun may be finished, so that `left` may be below 0. */
+static inline bool effort_spend(effort *e, int64_t units)
+{
+    e->left -= units;
+    return e->left >= 0;
+}
+
+/* As narrow_query of a part of a shape, within a query: it has what is left of the query's effort. */
+void narrow_query_part(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
+    narrow_scratch *scratch, narrow_result *result);
+
+#endif
