@@ -122,6 +122,11 @@ static void settle(const unit_pair *p, const nearest_search *q, const narrow_req
     out->status = enough ? NARROW_CERTAIN : NARROW_WIDE;
 }
 
+static int64_t max_effort(int64_t a, int64_t b)
+{
+    return a > b ? a : b;
+}
+
 void compound_pair_query(const unit_pair *p, const shape *a, const shape *b, const pose *b_in_a,
     const narrow_request *request, narrow_scratch *scratch, epa_scratch *epa, narrow_result *out)
 {
@@ -132,7 +137,10 @@ void compound_pair_query(const unit_pair *p, const shape *a, const shape *b, con
         return;
     }
     nearest_search q = search_for(request, scratch);
+    w.effort->counts = true; /* nothing is remembered */
+    w.effort->left -= EFFORT_OF_WAYS_OUT;
     compound_walk_run(&w, INFINITY, nearer, &q);
+    w.effort->left = max_effort(w.effort->left, 0) + EFFORT_OF_WAYS_OUT;
     *out = q.best;
     out->manifold.count = 0;
     bool ended = q.best.hi <= q.near;
@@ -148,6 +156,8 @@ void compound_pair_query(const unit_pair *p, const shape *a, const shape *b, con
     out->iterations = q.iterations + w.visits;
     out->peer_failures = q.peer_failures;
     settle(p, &q, request, out);
-    if ((request->facts & NARROW_MANIFOLD) && out->lo <= request->threshold)
-        compound_manifold(&w, out, request->threshold, scratch, &out->manifold);
+    if (!(request->facts & NARROW_MANIFOLD) || !(out->lo <= request->threshold)) return;
+    w.effort->left = EFFORT_OF_POINTS;
+    compound_manifold(&w, out, request->threshold, scratch, &out->manifold);
+    if (w.effort->left < 0) out->status = NARROW_WIDE;
 }

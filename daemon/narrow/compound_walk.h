@@ -30,6 +30,8 @@ typedef struct compound_walk {
     double within;   /* signed, in units of the pair; a visitor may lower it */
     double left_out; /* the least bound of what was left out */
     uint32_t visits;
+    effort *effort; /* of the query */
+    bool cut;       /* it ended before all that is near had been visited; left_out has the bound of the rest */
 } compound_walk;
 
 /* `p`: the whole pair; `a`, `b`: the shapes that it was made of. */

@@ -15,10 +15,15 @@
  * pair whose depth takes all there is still has points. A quarter for each of the four. */
 #define EFFORT_OF_POINTS 2000000
 
+/* And for a translation that parts two compounds that overlap. */
+#define EFFORT_OF_WAYS_OUT 3000000
+/* At most, of a search that is not counted (mesh_gap.c): twice as much, for few are as long as they could be. */
+#define EFFORT_UNCOUNTED 16000000
+
 enum {
     EFFORT_NODES = 120,        /* two nodes of hierarchies are opened */
     EFFORT_LEAVES = 60,        /* the triangles of two leaves, as far as boxes and levels part them */
-    EFFORT_PART_STEP = 60,     /* an iteration for the distance of two triangles, or of a core and a triangle */
+    EFFORT_PART_STEP = 40,     /* an iteration for the distance of two triangles, or of a core and a triangle */
     EFFORT_CORE = 600,         /* of a core and a triangle, all of them */
     EFFORT_DEEP_PARTS = 3000,  /* the depth of two parts */
     EFFORT_NEED = 40,          /* how far two parts overlap along a direction */

@@ -1,7 +1,6 @@
 /* The distance of surfaces by branch and bound, and containment by winding numbers. Pure; any thread. */
 #include "mesh_gap.h"
 
-#include "gjk.h"
 #include "mesh_leaf.h"
 #include "mesh_part.h"
 #include "scalar.h"
@@ -84,25 +83,6 @@ static mesh_relation containment(const mesh_walk *w)
     return MESH_APART;
 }
 
-/* The axis between the convex hulls, if they are apart, is a good one to begin with. */
-static void aim_by_hulls(mesh_walk *w)
-{
-    const narrow_goal rough = {.tolerance = 1e-3 * w->part.size,
-        .finest = 1e-3 * w->part.size,
-        .far = INFINITY,
-        .near = 0,
-        .above = -INFINITY,
-        .below = INFINITY};
-    gjk_result r;
-    if (!w->ma) return;
-    unit_pair hulls = w->part;
-    hulls.a = w->whole_a;
-    hulls.b = w->whole_b;
-    hulls.a.type = hulls.b.type = SHAPE_HULL;
-    gjk_distance(&hulls, &rough, VEC_ZERO, &r);
-    if (r.span.lo > 0) mesh_walk_aim(w, r.span.axis);
-}
-
 /* The parts that were the nearest before: within their distance are those that are now. False: they are not there, or
  * are so near that the walk may end anywhere. */
 static bool begin_with(mesh_walk *w, const mesh_seed *seed, const nearest_search *q)
@@ -129,7 +109,7 @@ static bool begin_with(mesh_walk *w, const mesh_seed *seed, const nearest_search
 static double leaves_uncounted(const mesh_walk *w)
 {
     int parts = w->ma ? MESH_LEAF_MAX * MESH_LEAF_MAX * EFFORT_PART_STEP : MESH_LEAF_MAX * EFFORT_CORE;
-    return (double)EFFORT_OF_A_QUERY / (EFFORT_NODES + EFFORT_LEAVES + parts);
+    return (double)EFFORT_UNCOUNTED / (EFFORT_NODES + EFFORT_LEAVES + parts);
 }
 
 /* True: it began with the seed. */
@@ -147,10 +127,7 @@ static bool search(mesh_walk *w, const narrow_goal *goal, const mesh_seed *seed,
     w->unseen = INFINITY;
     double leaves = leaves_uncounted(w);
     bool few = mesh_walk_leaves(w) <= leaves, seeded = few && seed && begin_with(w, seed, q);
-    if (!seeded) {
-        aim_by_hulls(w);
-        if (!mesh_walk_plunge(w, nearer, q)) return false;
-    }
+    if (!seeded && !mesh_walk_plunge(w, nearer, q)) return false;
     bool is_short = !few && mesh_walk_is_short(w, leaves, &front);
     if (is_short) seeded = seed && begin_with(w, seed, q);
     if (!few && !is_short) w->effort = counted;

@@ -91,10 +91,13 @@ static void build_manifold(
     const unit_pair *p, const shape *a, const shape *b, const pose *b_in_a, double threshold, narrow_result *result)
 {
     transform t = pose_transform(*b_in_a);
-    if (mesh_pair_applies(a, b))
-        mesh_pair_manifold(p, a, b, b_in_a, result, threshold, &result->manifold);
-    else
+    if (!mesh_pair_applies(a, b)) {
         manifold_build(a, b, &t, result->axis, result->point_a, result->point_b, threshold, &result->manifold);
+        return;
+    }
+    p->effort->left = EFFORT_OF_POINTS;
+    mesh_pair_manifold(p, a, b, b_in_a, result, threshold, &result->manifold);
+    if (p->effort->left < 0) result->status = NARROW_WIDE; /* there may be better points among the parts not seen */
 }
 
 /* What changes the time of an answer and no bit of it. */
@@ -129,8 +132,8 @@ static void search(const shape *a, const shape *b, const pose *b_in_a, const nar
     if (!gaps && !s.nearest.deep) s.nearest.count_a = 0; /* a proposal that nobody has tested */
     if (cache && by_features) cache->nearest = s.nearest;
     result->status = status_of(p, &g, request, &s);
-    if ((request->facts & NARROW_MANIFOLD) && result->lo <= request->threshold)
-        build_manifold(p, a, b, b_in_a, request->threshold, result);
+    if (!(request->facts & NARROW_MANIFOLD) || !(result->lo <= request->threshold)) return;
+    build_manifold(p, a, b, b_in_a, request->threshold, result);
 }
 
 static double asked_width(const unit_pair *p, const narrow_request *r)
