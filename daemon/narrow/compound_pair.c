@@ -95,6 +95,7 @@ static void lower_bound(const unit_pair *p, compound_walk *w, const nearest_sear
     out->lo = -way.length * p->unit;
     if (way.length < INFINITY) out->axis = way.axis;
     if (out->hi - out->lo <= asked) return;
+    effort_give_back(w->effort, EFFORT_OF_HULLS);
     double open = min_of((out->hi - out->lo) * p->scale, p->size);
     by_hulls(p, max_of(asked * p->scale, HULL_SHARE * open), epa, out);
 }
@@ -122,11 +123,6 @@ static void settle(const unit_pair *p, const nearest_search *q, const narrow_req
     out->status = enough ? NARROW_CERTAIN : NARROW_WIDE;
 }
 
-static int64_t max_effort(int64_t a, int64_t b)
-{
-    return a > b ? a : b;
-}
-
 void compound_pair_query(const unit_pair *p, const shape *a, const shape *b, const pose *b_in_a,
     const narrow_request *request, narrow_scratch *scratch, epa_scratch *epa, narrow_result *out)
 {
@@ -138,9 +134,9 @@ void compound_pair_query(const unit_pair *p, const shape *a, const shape *b, con
     }
     nearest_search q = search_for(request, scratch);
     w.effort->counts = true; /* nothing is remembered */
-    w.effort->left -= EFFORT_OF_WAYS_OUT;
+    effort_keep_back(w.effort, EFFORT_OF_WAYS_OUT);
     compound_walk_run(&w, INFINITY, nearer, &q);
-    w.effort->left = max_effort(w.effort->left, 0) + EFFORT_OF_WAYS_OUT;
+    effort_give_back(w.effort, EFFORT_OF_WAYS_OUT);
     *out = q.best;
     out->manifold.count = 0;
     bool ended = q.best.hi <= q.near;

@@ -255,8 +255,8 @@ void compound_parts_query(const compound_walk *w, uint32_t part_a, uint32_t part
         if (is_placed(&w->a, part_a)) bring_to_a(out, local_a, false);
     }
     int64_t vertices = vertices_of(&a) + vertices_of(&b);
-    effort_spend(
-        w->effort, EFFORT_PARTS + out->iterations * EFFORT_PARTS_STEP + vertices * EFFORT_PARTS_VERTICES);
+    int64_t steps = out->iterations * (EFFORT_PARTS_STEP + vertices / EFFORT_VERTICES);
+    effort_spend(w->effort, EFFORT_PARTS + steps + vertices * EFFORT_PARTS_VERTICES);
     bool rounded = (w->a.rounding > 0 || w->b.rounding > 0);
     double widening = composed || rounded ? w->error * w->unit : 0;
     out->lo -= widening;

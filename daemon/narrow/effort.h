@@ -15,23 +15,30 @@
  * pair whose depth takes all there is still has points. A quarter for each of the four. */
 #define EFFORT_OF_POINTS 2000000
 
-/* And for a translation that parts two compounds that overlap. */
+/* And for a translation that parts two that overlap; and for the depth of convex hulls. */
 #define EFFORT_OF_WAYS_OUT 3000000
+#define EFFORT_OF_HULLS 1500000
 /* At most, of a search that is not counted (mesh_gap.c): twice as much, for few are as long as they could be. */
 #define EFFORT_UNCOUNTED 16000000
 
 enum {
-    EFFORT_NODES = 120,        /* two nodes of hierarchies are opened */
+    EFFORT_NODES = 250,        /* two nodes of hierarchies are opened */
     EFFORT_LEAVES = 60,        /* the triangles of two leaves, as far as boxes and levels part them */
-    EFFORT_PART_STEP = 40,     /* an iteration for the distance of two triangles, or of a core and a triangle */
-    EFFORT_CORE = 600,         /* of a core and a triangle, all of them */
+    EFFORT_ROW = 80,           /* up to four pairs of triangles, side by side */
+    EFFORT_PART_STEP = 40,     /* an iteration for the distance of two triangles, ... */
+    EFFORT_CORE_STEP = 120,    /* ... and of a convex core and a triangle, ... */
+    EFFORT_CORE = 600,         /* ... all of them together */
     EFFORT_DEEP_PARTS = 3000,  /* the depth of two parts */
     EFFORT_NEED = 40,          /* how far two parts overlap along a direction */
     EFFORT_CLIP = 1500,        /* the contact points of two parts */
     EFFORT_BOXES = 60,         /* two boxes of hierarchies of compounds are held against each other */
     EFFORT_PARTS = 400,        /* two convex parts of compounds are asked about, at least, ... */
     EFFORT_PARTS_STEP = 120,   /* ... for each iteration of the search, ... */
-    EFFORT_PARTS_VERTICES = 2  /* ... and for each vertex of a hull */
+    EFFORT_PARTS_VERTICES = 2, /* ... and for each vertex of a hull (and in each iteration: EFFORT_VERTICES) */
+    EFFORT_FACET = 300,        /* the expanding polytope grows by a point: beside two support points, ... */
+    EFFORT_SUPPORT = 20,       /* ... each that of a convex part, ... */
+    EFFORT_VERTICES = 4,       /* ... and of a hull, for each so many vertices one more */
+    EFFORT_LARGE_HULL = 4096   /* vertices: two hulls of fewer in all need not be counted */
 };
 
 typedef struct effort {
@@ -45,6 +52,16 @@ static inline bool effort_spend(effort *e, int64_t units)
 {
     e->left -= units;
     return e->left >= 0;
+}
+
+/* Part of what is left is not for the next search, but for one that follows it. */
+static inline void effort_keep_back(effort *e, int64_t units)
+{
+    if (e) e->left -= units;
+}
+static inline void effort_give_back(effort *e, int64_t units)
+{
+    if (e) e->left = (e->left > 0 ? e->left : 0) + units;
 }
 
 /* As narrow_query of a part of a shape, within a query: it has what is left of the query's effort. */

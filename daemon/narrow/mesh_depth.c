@@ -271,6 +271,7 @@ static void lower_bound(const unit_pair *whole, mesh_walk *w, const narrow_goal 
     for (int i = 0; i < 2; i++)
         if (!narrow_goal_reached(goal, out->lo, out->hi) && vec_norm2(normals[i]) > 0)
             try_way(whole, w, normals[i], NULL, out);
+    effort_give_back(w->effort, EFFORT_OF_HULLS);
     if (!narrow_goal_reached(goal, out->lo, out->hi)) try_hulls(whole, goal, scratch, out);
 }
 
@@ -291,7 +292,9 @@ void mesh_depth_find(
     if (gap->relation == MESH_CROSSING) {
         mesh_walk_move(w, whole->b_in_a.t);
         w->within = whole->error;
+        effort_keep_back(w->effort, EFFORT_OF_WAYS_OUT);
         mesh_walk_run(w, deeper, &q);
+        effort_give_back(w->effort, EFFORT_OF_WAYS_OUT);
         if (q.found) {
             out->hi = min_of(out->hi, -q.depth);
             out->axis = q.part.axis;

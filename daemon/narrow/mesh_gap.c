@@ -33,7 +33,7 @@ static bool nearer(mesh_walk *w, void *context)
     span s, *best = &q->best->nearest;
     q->part.far = w->within + 2 * w->part.error;
     mesh_part_distance(w, &q->part, &s);
-    if (w->effort) effort_spend(w->effort, (int64_t)s.iterations * EFFORT_PART_STEP);
+    if (w->effort) effort_spend(w->effort, s.iterations * (int64_t)(w->ma ? EFFORT_PART_STEP : EFFORT_CORE_STEP));
     if (s.lo > q->part.far) return true;
     q->least = min_of(q->least, s.lo);
     if (!is_nearer(w, q->best, s.hi)) return true;

@@ -110,14 +110,14 @@ static void remember(unit_pair *p, const narrow_cache *cache)
 
 /* The answer of the search in doubles, in A's frame. */
 static void search(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
-    narrow_cache *cache, narrow_scratch *scratch, unit_pair *p, narrow_result *result)
+    narrow_cache *cache, narrow_scratch *scratch, effort *effort, unit_pair *p, narrow_result *result)
 {
     if (a->type == SHAPE_HULL && b->type == SHAPE_HULL) hull_fetch(a->hull), hull_fetch(b->hull);
     span s = {.nearest = {.count_a = 0}};
     shape hull = *b; /* what a half-space sees of a mesh */
     if (b->type == SHAPE_MESH && !mesh_pair_applies(a, b)) hull.type = SHAPE_HULL, b = &hull;
     unit_pair_init(p, a, b, b_in_a);
-    p->effort = &scratch->effort;
+    p->effort = effort;
     if (compound_pair_applies(b)) {
         compound_pair_query(p, a, b, b_in_a, request, scratch, &scratch->epa, result);
         return;
@@ -199,12 +199,12 @@ static void keep_to_points(const shape *a, const shape *b, const narrow_request 
 }
 
 static void query(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
-    narrow_cache *cache, narrow_scratch *scratch, narrow_result *result)
+    narrow_cache *cache, narrow_scratch *scratch, effort *effort, narrow_result *result)
 {
     bool recalled = cache && short_road_recall(a, b, b_in_a, request, cache, result);
     if (!recalled && !short_road_answer(a, b, b_in_a, request, cache, &scratch->epa, result)) {
         unit_pair p;
-        search(a, b, b_in_a, request, cache, scratch, &p, result);
+        search(a, b, b_in_a, request, cache, scratch, effort, &p, result);
         if (wants_refining(&p, request, result)) {
             exact_pair e = exact_pair_of(&p, a, POSE_IDENTITY, b, *b_in_a);
             exact_narrow(&e, result);
@@ -220,23 +220,30 @@ static void query(const shape *a, const shape *b, const pose *b_in_a, const narr
     }
 }
 
-/* Only meshes and compounds can take much. */
-static void begin_effort(const shape *b, narrow_scratch *scratch)
+static uint32_t vertices_of(const shape *s)
 {
-    if (b->type > SHAPE_HULL) scratch->effort = (effort){.left = EFFORT_OF_A_QUERY};
+    return s->type == SHAPE_HULL ? s->hull->vertex_count : 0;
+}
+
+/* NULL: no search takes so long that it has to be counted. */
+static effort *begin_effort(const shape *a, const shape *b, narrow_scratch *scratch)
+{
+    if (b->type < SHAPE_HULL || (b->type == SHAPE_HULL && vertices_of(a) + vertices_of(b) < EFFORT_LARGE_HULL))
+        return NULL;
+    scratch->effort = (effort){.left = EFFORT_OF_A_QUERY};
+    return &scratch->effort;
 }
 
 void narrow_query(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
     narrow_cache *cache, narrow_scratch *scratch, narrow_result *result)
 {
-    begin_effort(b, scratch);
-    query(a, b, b_in_a, request, cache, scratch, result);
+    query(a, b, b_in_a, request, cache, scratch, begin_effort(a, b, scratch), result);
 }
 
 void narrow_query_part(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
     narrow_scratch *scratch, narrow_result *result)
 {
-    query(a, b, b_in_a, request, NULL, scratch, result);
+    query(a, b, b_in_a, request, NULL, scratch, &scratch->effort, result);
 }
 
 /* A's frame to world axes. */
@@ -291,10 +298,10 @@ void narrow_query_world(const shape *a, pose pose_a, const shape *b, pose pose_b
     pose first = swapped ? pose_b : pose_a, second = swapped ? pose_a : pose_b;
     const shape *shape_1 = swapped ? b : a, *shape_2 = swapped ? a : b;
     unit_pair p;
-    begin_effort(shape_2, scratch);
     if (!answer_placed(shape_1, first, shape_2, second, request, result)) {
         pose relative = pose_relative(first, second);
-        search(shape_1, shape_2, &relative, request, NULL, scratch, &p, result);
+        effort *effort = begin_effort(shape_1, shape_2, scratch);
+        search(shape_1, shape_2, &relative, request, NULL, scratch, effort, &p, result);
         turn(result, first.q);
         refine = wants_refining(&p, request, result);
     }

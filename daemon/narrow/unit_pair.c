@@ -4,6 +4,8 @@
 #include "unit_pair.h"
 
 #include "core.h"
+#include "geom/compound.h"
+#include "geom/hull.h"
 
 static bool is_plane(const shape *s)
 {
@@ -91,6 +93,20 @@ vec3 unit_pair_support_b(const unit_pair *p, vec3 direction, uint32_t *hint)
 {
     return transform_point(
         &p->b_in_a, core_shaved(&p->b, p->scale, p->shaved_b, mat_tmul(p->b_in_a.r, direction), hint));
+}
+
+static int64_t support_price(const shape *s)
+{
+    int64_t price = EFFORT_SUPPORT;
+    if (s->type == SHAPE_HULL) price += s->hull->vertex_count / EFFORT_VERTICES;
+    for (uint32_t i = 0; s->type == SHAPE_COMPOUND && i < s->compound->child_count; i++)
+        price += support_price(&s->compound->children[i].shape);
+    return price;
+}
+
+int64_t unit_pair_support_price(const unit_pair *p)
+{
+    return p->effort ? support_price(&p->a) + support_price(&p->b) : 0;
 }
 
 void unit_pair_nearest_to(const unit_pair *p, vec3 axis, support_hints *hints, minkowski *m)

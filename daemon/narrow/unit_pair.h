@@ -115,6 +115,9 @@ typedef struct support_hints {
 } support_hints;
 static const support_hints NO_HINTS = {UINT32_MAX, UINT32_MAX};
 
+/* What both cost, in units of effort. */
+int64_t unit_pair_support_price(const unit_pair *p);
+
 /* The point of B - A with the least dot(axis, w): the separation along a unit axis is dot(axis, w). */
 void unit_pair_nearest_to(const unit_pair *p, vec3 axis, support_hints *hints, minkowski *out); /* written in place */
 minkowski unit_pair_nearest_from(const unit_pair *p, vec3 axis, support_hints *hints);
