@@ -111,7 +111,7 @@ static bool clip(compound_walk *w, uint32_t part_a, uint32_t part_b, void *conte
 {
     point_search *q = context;
     part_pair pair = pair_of(w, part_a, part_b);
-    effort_spend(w->effort, EFFORT_CLIP);
+    effort_spend(w->effort, EFFORT_CLIP + compound_vertices(&pair.first, &pair.second) * EFFORT_PARTS_VERTICES);
     transform frame = pose_transform(pair.frame);
     manifold points;
     narrow_result own;

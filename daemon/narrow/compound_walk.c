@@ -235,9 +235,9 @@ static void bring_to_a(narrow_result *r, pose frame, bool turn)
     }
 }
 
-static int64_t vertices_of(const shape *s)
+int64_t compound_vertices(const shape *a, const shape *b)
 {
-    return s->type == SHAPE_HULL ? s->hull->vertex_count : 0;
+    return (a->type == SHAPE_HULL ? a->hull->vertex_count : 0) + (b->type == SHAPE_HULL ? b->hull->vertex_count : 0);
 }
 
 void compound_parts_query(const compound_walk *w, uint32_t part_a, uint32_t part_b, const narrow_request *request,
@@ -254,8 +254,8 @@ void compound_parts_query(const compound_walk *w, uint32_t part_a, uint32_t part
         narrow_query_part(&a, &b, &relative, request, scratch, out);
         if (is_placed(&w->a, part_a)) bring_to_a(out, local_a, false);
     }
-    int64_t vertices = vertices_of(&a) + vertices_of(&b);
-    int64_t steps = out->iterations * (EFFORT_PARTS_STEP + vertices / EFFORT_VERTICES);
+    int64_t vertices = compound_vertices(&a, &b);
+    int64_t steps = out->iterations * (EFFORT_PARTS_STEP + vertices);
     effort_spend(w->effort, EFFORT_PARTS + steps + vertices * EFFORT_PARTS_VERTICES);
     bool rounded = (w->a.rounding > 0 || w->b.rounding > 0);
     double widening = composed || rounded ? w->error * w->unit : 0;

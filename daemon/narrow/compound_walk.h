@@ -55,6 +55,9 @@ shape compound_part(const compound_side *s, uint32_t part, pose *local);
 void compound_parts_query(const compound_walk *w, uint32_t part_a, uint32_t part_b, const narrow_request *request,
     narrow_scratch *scratch, narrow_result *out);
 
+/* Of two parts, as far as they are hulls: what a query of them, and their contact, costs grows with it. */
+int64_t compound_vertices(const shape *a, const shape *b);
+
 /* B's part in the frame of A's part. *composed: it is not simply the pose of B in A. */
 pose compound_parts_pose(const compound_walk *w, uint32_t part_a, uint32_t part_b, bool *composed);
 

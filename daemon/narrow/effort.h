@@ -34,7 +34,7 @@ enum {
     EFFORT_BOXES = 60,         /* two boxes of hierarchies of compounds are held against each other */
     EFFORT_PARTS = 400,        /* two convex parts of compounds are asked about, at least, ... */
     EFFORT_PARTS_STEP = 120,   /* ... for each iteration of the search, ... */
-    EFFORT_PARTS_VERTICES = 2, /* ... and for each vertex of a hull (and in each iteration: EFFORT_VERTICES) */
+    EFFORT_PARTS_VERTICES = 2, /* ... and for each vertex of a hull (and one in each iteration) */
     EFFORT_FACET = 300,        /* the expanding polytope grows by a point: beside two support points, ... */
     EFFORT_SUPPORT = 20,       /* ... each that of a convex part, ... */
     EFFORT_VERTICES = 4,       /* ... and of a hull, for each so many vertices one more */
