@@ -270,7 +270,7 @@ static double outside_of_all(const body *k, vec3 p)
 }
 
 enum {
-    FANS_MAX = 8, /* of a face whose corners are not in one plane: triangles between any of them are in the hull */
+    FANS_MAX = 8,     /* of a face whose corners are not in one plane: triangles between any of them are in the hull */
     MANY_CORNERS = 64 /* of a face of which not all triangles are looked at for each point */
 };
 

@@ -22,7 +22,7 @@ typedef struct link_pair {
 typedef struct reader {
     qhT *qh;
     const vec3 *points; /* as qhull sees them: joggled, if it was asked to */
-    link_pair *links; /* one a point; all empty between facets */
+    link_pair *links;   /* one a point; all empty between facets */
     hull_loops *out;
 } reader;
 

@@ -27,8 +27,8 @@ typedef struct merger {
     uint32_t *across; /* of each side: the triangle beyond it */
     uint32_t *face;   /* of each triangle */
     uint32_t *queue;
-    uint32_t *leads;  /* of each point: the corner where the side of this face's outline begins that leaves it */
-    uint32_t *uses;   /* of each point: outlines that it is in */
+    uint32_t *leads; /* of each point: the corner where the side of this face's outline begins that leaves it */
+    uint32_t *uses;  /* of each point: outlines that it is in */
 } merger;
 
 static uint32_t next_corner(uint32_t at)

@@ -32,8 +32,8 @@ static void remember(narrow_cache *cache, const mesh_gap *gap)
     cache->triangle_b = gap->triangle_b + 1;
 }
 
-/* The effort ended before it was known whether the surfaces meet: what the convex hulls prove, along the axis that parts
- * them, or that of the nearest parts that were found. */
+/* The effort ended before it was known whether the surfaces meet: what the convex hulls prove, along the axis that
+ * parts them, or that of the nearest parts that were found. */
 static void bound_by_hulls(const unit_pair *p, span *out)
 {
     const narrow_goal rough = {.tolerance = 1e-3 * p->size,

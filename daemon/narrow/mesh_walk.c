@@ -432,8 +432,8 @@ MESH_INLINE void walk_nearest(mesh_walk *w, const mesh_front *from, mesh_visit *
         if (e.bound > w->within) continue;
         bool full = q.count + CHILDREN > QUEUE, leaves = e.a.leaf && e.b.leaf, ended = !go_on(w, leaves);
         if (ended) leave(w, &e);
-        if (ended || (leaves ? !mesh_leaves_visit(w, e.a, e.b, visit, context)
-                             : full && !run_below(w, &e, visit, context))) {
+        if (ended ||
+            (leaves ? !mesh_leaves_visit(w, e.a, e.b, visit, context) : full && !run_below(w, &e, visit, context))) {
             if (ended || w->unseen < INFINITY) leave_queue(w, &q);
             return;
         }
