@@ -470,7 +470,7 @@ static const double WIDEST_EXCESS = 1e-6;
 /* As try_solid, of many points. They are joggled, so that qhull has nothing to merge, by 1e-13 to 1e-11 of their
  * extents (or as much more as it takes); what is in one plane becomes one face by the coordinates that were given,
  * noise in which makes planes thicker. What joggling has hidden is outside by as much: how much, hull.excess says.
- * Points on curves that are bent by less than that are told apart where there are fewer of them. */
+ * Points on curves that are bent by less than that are corners again where there are fewer of them. */
 static hull *try_many(const double *points, uint32_t count, const cloud *c)
 {
     static const struct {

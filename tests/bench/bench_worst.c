@@ -33,7 +33,7 @@ static double now_ms(void)
 
 /* ---- one query ---- */
 
-/* As ladder.c asks of a pair: relative tolerance 1e-6; of what somebody was told the distance. */
+/* As ladder.c asks of a pair: relative tolerance 1e-6; the range is that of a pair that is in an event. */
 static const struct asked {
     const char *name;
     unsigned facts;

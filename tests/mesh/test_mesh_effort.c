@@ -1,5 +1,5 @@
-/* The effort of a query ends: what is told then contains the truth (which the construction says), is told as wide, and
- * is the same bits with whatever the pair remembers. Sizes below that end, and beyond it. */
+/* The effort of a query ends: the interval then contains the truth (which the construction says), its status is wide,
+ * and it is the same bits with whatever the pair remembers. Sizes below that end, and beyond it. */
 #include "geom/compound.h"
 #include "narrow/effort.h"
 #include "narrow/narrow.h"
