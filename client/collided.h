@@ -386,7 +386,9 @@ typedef enum collided_accuracy { /* numbers as on the wire */
 typedef enum collided_achieved { /* numbers as on the wire */
     COLLIDED_CERTAIN,            /* as narrow as asked; and that they touch, are near, or are not, is proven */
     COLLIDED_WITHIN,             /* as narrow as asked; but the threshold (range, or 0) lies within it */
-    COLLIDED_WIDE,               /* wider than asked: arithmetic or iterations ended */
+    COLLIDED_WIDE,               /* wider than asked: arithmetic, iterations, or the effort of one query of meshes,
+                                    compounds or large hulls ended (about 10 ms, counted in steps, not by the clock); of
+                                    a manifold, that not all parts were looked at for points */
     COLLIDED_STOPPED             /* wider than asked: the daemon's budget of a tick ended; it goes on in the next one */
 } collided_achieved;
 

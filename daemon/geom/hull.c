@@ -7,6 +7,7 @@
 #include "hull_excess.h"
 #include "hull_loops.h"
 #include "hull_map.h"
+#include "hull_merge.h"
 #include "hull_support.h"
 #include "round.h"
 #include "shape.h"
@@ -17,6 +18,10 @@
 /* Thinner than this part of its length, a cloud of points has no inside: far above the rounding of the coordinates'
  * differences (about 1e-16), far below what anybody means by a plate. */
 static const double FLAT_RATIO = 0x1p-40;
+
+/* Distinct points. qhull merges facets in a time that is the square of their corners: of 2,000 points in two rings 0.1
+ * s, of 40,000 it would take 80 s. More are joggled and merged afterwards, in n log n. */
+enum { MERGED_BY_QHULL_MAX = 2000 };
 
 enum { PADDING = 8 }; /* vertices; support.c scans that many at once */
 
@@ -401,6 +406,94 @@ static void find_excess(hull *h, const double *points, const cloud *c, const hul
     free(kept);
 }
 
+/* The lesser excess stays. */
+static hull *better_of(hull *a, hull *b)
+{
+    if (!a || !b) return a ? a : b;
+    bool first = a->excess <= b->excess;
+    hull_destroy(first ? b : a);
+    return first ? a : b;
+}
+
+static hull *try_triangles(const double *points, uint32_t count, const cloud *c, const hull_loops *triangles)
+{
+    static const double TOLERANCES[] = {1e-13, 1e-11};
+    hull *best = NULL;
+    for (size_t i = 0; i < sizeof TOLERANCES / sizeof *TOLERANCES; i++) {
+        hull_loops loops;
+        if (!hull_merge(c->at, c->count, triangles, TOLERANCES[i], &loops)) continue;
+        hull *h = build_solid(points, count, c, &loops);
+        if (h) find_excess(h, points, c, &loops);
+        hull_loops_free(&loops);
+        best = better_of(best, h);
+        if (best && best->excess <= HULL_PLANE_RATIO * c->size) break;
+    }
+    return best;
+}
+
+/* Of each `share` points about one, chosen by their numbers so that no pattern of the input is met, and those that are
+ * farthest along the axes. Returns how many. */
+static uint32_t choose_points(const vec3 *at, uint32_t count, uint32_t share, uint32_t *chosen)
+{
+    uint32_t ends[6] = {0}, n = 0;
+    for (uint32_t i = 0; i < count; i++)
+        for (int k = 0; k < 6; k++) {
+            const double here[3] = {at[i].x, at[i].y, at[i].z}, end[3] = {at[ends[k]].x, at[ends[k]].y, at[ends[k]].z};
+            if (k < 3 ? here[k] > end[k] : here[k - 3] < end[k - 3]) ends[k] = i;
+        }
+    for (uint32_t i = 0; i < count; i++) {
+        bool keep = i * UINT32_C(2654435761) / (UINT32_MAX / share + 1) == 0;
+        for (int k = 0; k < 6; k++) keep |= ends[k] == i;
+        if (keep) chosen[n++] = i;
+    }
+    return n;
+}
+
+/* The triangles around the chosen points, joggled. */
+static bool find_triangles(const vec3 *white, uint32_t count, uint32_t share, const char *joggle, hull_loops *triangles)
+{
+    if (share == 1) return hull_loops_find(white, count, joggle, triangles);
+    uint32_t *chosen = base_alloc(count, sizeof *chosen), n = choose_points(white, count, share, chosen);
+    vec3 *at = base_alloc(n, sizeof *at);
+    for (uint32_t i = 0; i < n; i++) at[i] = white[chosen[i]];
+    bool found = hull_loops_find(at, n, joggle, triangles);
+    for (uint32_t i = 0; found && i < triangles->corner_count; i++)
+        triangles->corners[i] = chosen[triangles->corners[i]];
+    free(at);
+    free(chosen);
+    return found;
+}
+
+/* A hull that leaves points farther outside than this share of its size is none. */
+static const double WIDEST_EXCESS = 1e-6;
+
+/* As try_solid, of many points. They are joggled, so that qhull has nothing to merge, by 1e-13 to 1e-11 of their
+ * extents (or as much more as it takes); what is in one plane becomes one face by the coordinates that were given,
+ * noise in which makes planes thicker. What joggling has hidden is outside by as much: how much, hull.excess says.
+ * Points on curves that are bent by less than that are corners again where there are fewer of them. */
+static hull *try_many(const double *points, uint32_t count, const cloud *c)
+{
+    static const struct {
+        const char *joggle;
+        uint32_t share;
+    } ATTEMPTS[] = {{"QJ1e-12", 1}, {"QJ", 1}, {"QJ1e-13", 1}, {"QJ1e-12", 2}, {"QJ1e-12", 4}, {"QJ1e-12", 8}};
+    enum { ATTEMPT_COUNT = sizeof ATTEMPTS / sizeof *ATTEMPTS };
+    vec3 *white = whitened(c);
+    hull *best = NULL;
+    for (size_t i = 0; i < ATTEMPT_COUNT; i++) {
+        hull_loops triangles;
+        if (!find_triangles(white, c->count, ATTEMPTS[i].share, ATTEMPTS[i].joggle, &triangles)) continue;
+        best = better_of(best, try_triangles(points, count, c, &triangles));
+        hull_loops_free(&triangles);
+        double enough = ATTEMPTS[i + 1 < ATTEMPT_COUNT ? i + 1 : i].share == 1 ? HULL_PLANE_RATIO : WIDEST_EXCESS;
+        if (best && best->excess <= enough * c->size) break;
+    }
+    free(white);
+    if (!best || best->excess <= WIDEST_EXCESS * c->size) return best;
+    hull_destroy(best);
+    return NULL;
+}
+
 /* The first attempt that gives a sound polytope is taken. Plainly, qhull merges what rounding cannot tell apart.
  * Needles and plates want whitening. Points that are coplanar only to some noise leave facets without a usable normal:
  * then merging (C-n: facets convex to less than n) goes a little wider, to at most HULL_PLANE_RATIO. At last the points
@@ -421,7 +514,6 @@ static hull *try_solid(const double *points, uint32_t count, const cloud *c)
         if (h) find_excess(h, points, c, &loops);
         hull_loops_free(&loops);
     }
-    if (h) h->map = hull_map_build(h, h->z + h->padded_count);
     free(white);
     return h;
 }
@@ -449,10 +541,11 @@ hull_status hull_build(const double *points, size_t count, unsigned flags, hull 
     if (status != HULL_OK) return status;
     cloud *c = cloud_create(points, (uint32_t)count);
     if (c->dimension == 3)
-        *out = try_solid(points, (uint32_t)count, c);
+        *out = (c->count > MERGED_BY_QHULL_MAX ? try_many : try_solid)(points, (uint32_t)count, c);
     else if (flags & HULL_ALLOW_FLAT)
         *out = build_flat(points, (uint32_t)count, c);
     bool flat = c->dimension < 3;
+    if (*out && !flat) (*out)->map = hull_map_build(*out, (*out)->z + (*out)->padded_count);
     cloud_destroy(c);
     if (*out) return HULL_OK;
     return flat ? HULL_FLAT : HULL_FAILED;

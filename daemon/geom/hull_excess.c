@@ -212,7 +212,37 @@ static double from_face(const body *k, const hull_face *f, uint32_t start, vec3 
     return least;
 }
 
+/* Is p, seen from o, not to the right of the line from corner i to corner j? */
+static bool is_left(const body *k, const hull_face *f, uint32_t i, uint32_t j, vec3 p)
+{
+    return side_of(corner(k, f, i), corner(k, f, j), p, k->inside) >= 0;
+}
+
+/* Of the fan about corner 0: the i of the triangle 0, i, i + 1 in whose wedge p is, seen from o. In the logarithm of
+ * the corners; p is not beyond the sides at corner 0. */
+static uint32_t wedge_of(const body *k, const hull_face *f, vec3 p)
+{
+    uint32_t low = 1, high = f->count - 1;
+    while (high - low > 1) {
+        uint32_t middle = low + (high - low) / 2;
+        if (is_left(k, f, 0, middle, p))
+            low = middle;
+        else
+            high = middle;
+    }
+    return low;
+}
+
 static const uint32_t NOWHERE = UINT32_MAX;
+
+/* A side that p is beyond, seen from o; NOWHERE: p is beyond none. */
+static uint32_t side_beyond(const body *k, const hull_face *f, vec3 p)
+{
+    if (!is_left(k, f, 0, 1, p)) return 0;
+    if (!is_left(k, f, f->count - 1, 0, p)) return f->count - 1;
+    uint32_t i = wedge_of(k, f, p);
+    return is_left(k, f, i, i + 1, p) ? NOWHERE : i;
+}
 
 /* The face by which the ray from o through p leaves: inside of the planes through o and its sides. Each step over a
  * side that p is beyond leads to a face whose plane the ray meets earlier, so that it ends; but for faces that are
@@ -221,9 +251,8 @@ static uint32_t walk(const body *k, uint32_t from, vec3 p)
 {
     for (uint32_t steps = 0; steps < k->h->face_count; steps++) {
         const hull_face *f = &k->h->faces[from];
-        uint32_t i = 0;
-        while (i < f->count && side_of(corner(k, f, i), corner(k, f, i + 1), p, k->inside) >= 0) i++;
-        if (i == f->count) return from;
+        uint32_t i = side_beyond(k, f, p);
+        if (i == NOWHERE) return from;
         from = k->adjacent[f->first + i];
     }
     return NOWHERE;
@@ -240,12 +269,29 @@ static double outside_of_all(const body *k, vec3 p)
     return least;
 }
 
-enum { FANS_MAX = 8 }; /* of a face whose corners are not in one plane: triangles between any of them are in the hull */
+enum {
+    FANS_MAX = 8,     /* of a face whose corners are not in one plane: triangles between any of them are in the hull */
+    MANY_CORNERS = 64 /* of a face of which not all triangles are looked at for each point */
+};
+
+/* By the triangle that p is above, and its neighbours. */
+static double outside_of_wedge(const body *k, const hull_face *f, vec3 p)
+{
+    int axis = greatest_axis(f->normal);
+    uint32_t middle = wedge_of(k, f, p), first = middle > 1 ? middle - 1 : 1;
+    double least = INFINITY;
+    for (uint32_t i = first; i <= middle + 1 && i + 1 < f->count; i++) {
+        if (holds(k->inside, corner(k, f, 0), corner(k, f, i), corner(k, f, i + 1), p)) return 0;
+        least = fmin(least, from_triangle(corner(k, f, 0), corner(k, f, i), corner(k, f, i + 1), axis, p));
+    }
+    return least;
+}
 
 /* Of p beyond the face. When it is found not to be above `known`, it is not made less. */
 static double outside_of_face(const body *k, const hull_face *f, vec3 p, double known)
 {
-    double least = INFINITY;
+    double least = f->count > MANY_CORNERS ? outside_of_wedge(k, f, p) : INFINITY;
+    if (least < INFINITY) return least;
     uint32_t fans = f->count == 3 ? 1 : f->count < FANS_MAX ? f->count : FANS_MAX;
     for (uint32_t start = 0; start < fans && least > known; start++) {
         if (face_holds(k, f, start, p)) return 0;

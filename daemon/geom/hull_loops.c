@@ -21,8 +21,8 @@ typedef struct link_pair {
 
 typedef struct reader {
     qhT *qh;
-    const vec3 *points;
-    link_pair *links; /* one a point; all empty between facets */
+    const vec3 *points; /* as qhull sees them: joggled, if it was asked to */
+    link_pair *links;   /* one a point; all empty between facets */
     hull_loops *out;
 } reader;
 
@@ -146,7 +146,7 @@ bool hull_loops_find(const vec3 *points, uint32_t count, const char *options, hu
     vec3 *own = base_alloc(count, sizeof *own); /* qhull takes them as its to change */
     memcpy(own, points, count * sizeof *own);
     qhT *qh = base_zalloc(1, sizeof *qh);
-    bool good = run_qhull(qh, own, count, options) == 0 && read_facets(qh, points, count, out);
+    bool good = run_qhull(qh, own, count, options) == 0 && read_facets(qh, (const vec3 *)qh->first_point, count, out);
     int long_bytes, long_blocks;
     qh_freeqhull(qh, !qh_ALL);
     qh_memfreeshort(qh, &long_bytes, &long_blocks);

@@ -99,7 +99,8 @@ compound_way compound_way_out(
         t = (trial){.planes = &p, .scratch = scratch, .worst = {.lo = INFINITY}, .clear = true};
         compound_walk_move(w, vec_add(start, way));
         compound_walk_run(w, 0, still_overlaps, &t);
-        if (t.clear) break;
+        t.clear &= !w->cut;
+        if (t.clear || w->cut) break;
         double more = (-t.worst.lo * w->scale) + CLEARANCE_ERRORS * w->error;
         plane next = {t.worst.axis, vec_dot(t.worst.axis, way) + more, t.part_a, t.part_b};
         if (!add_plane(&p, next)) break;

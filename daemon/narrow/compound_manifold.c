@@ -26,6 +26,7 @@ typedef struct point_search {
     const narrow_result *answer;
     narrow_scratch *scratch;
     double threshold;
+    effort *effort;
     manifold_choice choice;
 } point_search;
 
@@ -89,6 +90,7 @@ static void clip_parts(
         unit_pair p;
         unit_pair_init(&p, &pair->first, &pair->second, &pair->second_in_first);
         mesh_pair_prepare(&p, &pair->first);
+        p.effort = q->effort;
         mesh_pair_manifold(&p, &pair->first, &pair->second, &pair->second_in_first, &here, q->threshold, out);
     } else {
         manifold_build(&pair->first, &pair->second, &t, here.axis, here.point_a, here.point_b, q->threshold, out);
@@ -109,6 +111,7 @@ static bool clip(compound_walk *w, uint32_t part_a, uint32_t part_b, void *conte
 {
     point_search *q = context;
     part_pair pair = pair_of(w, part_a, part_b);
+    effort_spend(w->effort, EFFORT_CLIP + compound_vertices(&pair.first, &pair.second) * EFFORT_PARTS_VERTICES);
     transform frame = pose_transform(pair.frame);
     manifold points;
     narrow_result own;
@@ -132,12 +135,18 @@ static bool clip(compound_walk *w, uint32_t part_a, uint32_t part_b, void *conte
 void compound_manifold(
     compound_walk *w, const narrow_result *answer, double threshold, narrow_scratch *scratch, manifold *out)
 {
-    point_search q = {.answer = answer, .scratch = scratch, .threshold = threshold};
+    point_search q = {.answer = answer, .scratch = scratch, .threshold = threshold, .effort = w->effort};
     double within = max_of(threshold * w->scale, 0) + 2 * w->error;
     manifold_choice_begin(&q.choice, answer->axis, SAME_POINT * w->size * w->unit);
-    do {
+    int64_t share = w->effort->left / MANIFOLD_POINTS_MAX, left = w->effort->left;
+    bool cut = false;
+    do { /* each walk sees as much as the others, where the effort does not suffice for all */
+        w->effort->left = share;
         compound_walk_run(w, within, clip, &q);
+        left -= share - w->effort->left;
+        cut |= w->cut || w->effort->left < 0;
     } while (manifold_choice_next(&q.choice));
+    w->effort->left = cut ? -1 : left;
     if (q.choice.chosen.count == 0) {
         vec3 middle = vec_scale(vec_add(answer->point_a, answer->point_b), 0.5);
         double distance = vec_dot(vec_sub(answer->point_b, answer->point_a), answer->axis);

@@ -95,6 +95,7 @@ static void lower_bound(const unit_pair *p, compound_walk *w, const nearest_sear
     out->lo = -way.length * p->unit;
     if (way.length < INFINITY) out->axis = way.axis;
     if (out->hi - out->lo <= asked) return;
+    effort_give_back(w->effort, EFFORT_OF_HULLS);
     double open = min_of((out->hi - out->lo) * p->scale, p->size);
     by_hulls(p, max_of(asked * p->scale, HULL_SHARE * open), epa, out);
 }
@@ -132,7 +133,10 @@ void compound_pair_query(const unit_pair *p, const shape *a, const shape *b, con
         return;
     }
     nearest_search q = search_for(request, scratch);
+    w.effort->counts = true; /* nothing is remembered */
+    effort_keep_back(w.effort, EFFORT_OF_WAYS_OUT);
     compound_walk_run(&w, INFINITY, nearer, &q);
+    effort_give_back(w.effort, EFFORT_OF_WAYS_OUT);
     *out = q.best;
     out->manifold.count = 0;
     bool ended = q.best.hi <= q.near;
@@ -148,6 +152,8 @@ void compound_pair_query(const unit_pair *p, const shape *a, const shape *b, con
     out->iterations = q.iterations + w.visits;
     out->peer_failures = q.peer_failures;
     settle(p, &q, request, out);
-    if ((request->facts & NARROW_MANIFOLD) && out->lo <= request->threshold)
-        compound_manifold(&w, out, request->threshold, scratch, &out->manifold);
+    if (!(request->facts & NARROW_MANIFOLD) || !(out->lo <= request->threshold)) return;
+    w.effort->left = EFFORT_OF_POINTS;
+    compound_manifold(&w, out, request->threshold, scratch, &out->manifold);
+    if (w.effort->left < 0) out->status = NARROW_WIDE;
 }

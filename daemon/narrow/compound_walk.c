@@ -54,7 +54,8 @@ void compound_walk_init(compound_walk *w, const unit_pair *p, const shape *a, co
         .unit = p->unit,
         .error = p->error,
         .size = p->size,
-        .within = INFINITY};
+        .within = INFINITY,
+        .effort = p->effort};
     const mat3 *r = &p->b_in_a.r;
     w->spread = (mat3){absolute(r->x), absolute(r->y), absolute(r->z)};
 }
@@ -143,6 +144,13 @@ static uint32_t open_entry(compound_walk *w, const entry *e, entry *stack, uint3
     return open;
 }
 
+/* The effort has ended. */
+static void leave_all(compound_walk *w, const entry *e, uint32_t count)
+{
+    w->cut = true;
+    for (uint32_t i = 0; i < count; i++) w->left_out = min_of(w->left_out, e[i].bound);
+}
+
 static uint32_t part_at(const compound_side *s, uint32_t node)
 {
     return s->compound ? s->compound->nodes[node].child : 0;
@@ -154,11 +162,16 @@ void compound_walk_run(compound_walk *w, double within, compound_visit *visit, v
     uint32_t open = 0;
     w->within = within;
     w->left_out = INFINITY;
+    w->cut = false;
     entry root = entry_of(w, 0, 0);
     if (!is_left_out(w, &root)) stack[open++] = root;
     while (open) {
         entry e = stack[--open];
         if (is_left_out(w, &e)) continue;
+        if (!effort_spend(w->effort, EFFORT_BOXES)) {
+            leave_all(w, stack, open + 1);
+            return;
+        }
         if (!is_leaf(&w->a, e.a) || !is_leaf(&w->b, e.b)) {
             open = open_entry(w, &e, stack, open);
             continue;
@@ -222,6 +235,11 @@ static void bring_to_a(narrow_result *r, pose frame, bool turn)
     }
 }
 
+int64_t compound_vertices(const shape *a, const shape *b)
+{
+    return (a->type == SHAPE_HULL ? a->hull->vertex_count : 0) + (b->type == SHAPE_HULL ? b->hull->vertex_count : 0);
+}
+
 void compound_parts_query(const compound_walk *w, uint32_t part_a, uint32_t part_b, const narrow_request *request,
     narrow_scratch *scratch, narrow_result *out)
 {
@@ -230,12 +248,15 @@ void compound_parts_query(const compound_walk *w, uint32_t part_a, uint32_t part
     shape a = compound_part(&w->a, part_a, &local_a), b = compound_part(&w->b, part_b, &local_b);
     if (order_shapes(&a, &b) > 0) {
         pose back = inverse(relative);
-        narrow_query(&b, &a, &back, request, NULL, scratch, out);
+        narrow_query_part(&b, &a, &back, request, scratch, out);
         bring_to_a(out, pose_mul(local_a, relative), true);
     } else {
-        narrow_query(&a, &b, &relative, request, NULL, scratch, out);
+        narrow_query_part(&a, &b, &relative, request, scratch, out);
         if (is_placed(&w->a, part_a)) bring_to_a(out, local_a, false);
     }
+    int64_t vertices = compound_vertices(&a, &b);
+    int64_t steps = out->iterations * (EFFORT_PARTS_STEP + vertices);
+    effort_spend(w->effort, EFFORT_PARTS + steps + vertices * EFFORT_PARTS_VERTICES);
     bool rounded = (w->a.rounding > 0 || w->b.rounding > 0);
     double widening = composed || rounded ? w->error * w->unit : 0;
     out->lo -= widening;

@@ -30,6 +30,8 @@ typedef struct compound_walk {
     double within;   /* signed, in units of the pair; a visitor may lower it */
     double left_out; /* the least bound of what was left out */
     uint32_t visits;
+    effort *effort; /* of the query */
+    bool cut;       /* it ended before all that is near had been visited; left_out has the bound of the rest */
 } compound_walk;
 
 /* `p`: the whole pair; `a`, `b`: the shapes that it was made of. */
@@ -52,6 +54,9 @@ shape compound_part(const compound_side *s, uint32_t part, pose *local);
  * The types of the parts may be in any order. */
 void compound_parts_query(const compound_walk *w, uint32_t part_a, uint32_t part_b, const narrow_request *request,
     narrow_scratch *scratch, narrow_result *out);
+
+/* Of two parts, as far as they are hulls: what a query of them, and their contact, costs grows with it. */
+int64_t compound_vertices(const shape *a, const shape *b);
 
 /* B's part in the frame of A's part. *composed: it is not simply the pose of B in A. */
 pose compound_parts_pose(const compound_walk *w, uint32_t part_a, uint32_t part_b, bool *composed);

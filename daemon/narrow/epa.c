@@ -473,11 +473,13 @@ void epa_depth(const unit_pair *p, const narrow_goal *goal, const gjk_result *st
     if (!start_surface(&x, &start->simplex) || !encloses(&x, start)) return;
     /* a bound once proved stays proved; when rounding has begun to fold the surface there is nothing more to gain */
     double least = 0, proved = 0;
+    const int64_t price = EFFORT_FACET + unit_pair_support_price(p);
     for (;;) {
         uint16_t f = nearest_facet(scratch, &least);
         if (least < proved - x.eps && x.dome_count == 0) break;
         proved = max_of(proved, least);
         if (-out->lo - proved <= p->error || narrow_goal_reached(goal, out->lo, -proved) || f == NONE) break;
+        if (p->effort && !effort_spend(p->effort, price)) break;
         if (!settle(&x, f)) refine(&x, f, goal);
     }
     out->hi = max_of(out->lo, min_of(out->hi, -proved));

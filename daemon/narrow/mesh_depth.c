@@ -66,7 +66,9 @@ static bool deeper(mesh_walk *w, void *context)
     gjk_result start;
     span s;
     vec3 n = normal_b(w);
+    if (w->effort) effort_spend(w->effort, EFFORT_NEED);
     if (deepest_possible(w, n) <= q->depth) return true;
+    if (w->effort) effort_spend(w->effort, EFFORT_DEEP_PARTS);
     narrow_goal goal = *q->goal;
     goal.far = 0;
     goal.near = -INFINITY;
@@ -165,6 +167,7 @@ static vec3 position_at(const travel *t, double gone)
 static bool count_need(mesh_walk *w, void *context)
 {
     travel *t = context;
+    if (w->effort) effort_spend(w->effort, EFFORT_NEED);
     double straight = overlap_along(w, t->direction) + t->clear;
     vec3 n = normal_b(w);
     double slope = vec_dot(n, t->direction);
@@ -288,6 +291,7 @@ static void lower_bound(const unit_pair *whole, mesh_walk *w, const narrow_goal 
     for (int i = 0; i < 2; i++)
         if (!narrow_goal_reached(goal, out->lo, out->hi) && vec_norm2(normals[i]) > 0)
             try_way(whole, w, normals[i], NULL, out);
+    effort_give_back(w->effort, EFFORT_OF_HULLS);
     if (!narrow_goal_reached(goal, out->lo, out->hi)) try_hulls(whole, goal, scratch, out);
 }
 
@@ -308,7 +312,9 @@ void mesh_depth_find(
     if (gap->relation == MESH_CROSSING) {
         mesh_walk_move(w, whole->b_in_a.t);
         w->within = whole->error;
+        effort_keep_back(w->effort, EFFORT_OF_WAYS_OUT);
         mesh_walk_run(w, deeper, &q);
+        effort_give_back(w->effort, EFFORT_OF_WAYS_OUT);
         if (q.found) {
             out->hi = min_of(out->hi, -q.depth);
             out->axis = q.part.axis;

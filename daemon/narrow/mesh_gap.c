@@ -1,7 +1,6 @@
 /* The distance of surfaces by branch and bound, and containment by winding numbers. Pure; any thread. */
 #include "mesh_gap.h"
 
-#include "gjk.h"
 #include "mesh_held.h"
 #include "mesh_leaf.h"
 #include "mesh_part.h"
@@ -35,6 +34,7 @@ static bool nearer(mesh_walk *w, void *context)
     span s, *best = &q->best->nearest;
     q->part.far = w->within + 2 * w->part.error;
     mesh_part_distance(w, &q->part, &s);
+    if (w->effort) effort_spend(w->effort, s.iterations * (int64_t)(w->ma ? EFFORT_PART_STEP : EFFORT_CORE_STEP));
     if (s.lo > q->part.far) return true;
     q->least = min_of(q->least, s.lo);
     if (!is_nearer(w, q->best, s.hi)) return true;
@@ -60,25 +60,6 @@ static void set_goal(const mesh_walk *w, const narrow_goal *goal, nearest_search
     q->margin = 2 * q->part.tolerance + SURE * w->part.size;
 }
 
-/* The axis between the convex hulls, if they are apart, is a good one to begin with. */
-static void aim_by_hulls(mesh_walk *w)
-{
-    const narrow_goal rough = {.tolerance = 1e-3 * w->part.size,
-        .finest = 1e-3 * w->part.size,
-        .far = INFINITY,
-        .near = 0,
-        .above = -INFINITY,
-        .below = INFINITY};
-    gjk_result r;
-    if (!w->ma) return;
-    unit_pair hulls = w->part;
-    hulls.a = w->whole_a;
-    hulls.b = w->whole_b;
-    hulls.a.type = hulls.b.type = SHAPE_HULL;
-    gjk_distance(&hulls, &rough, VEC_ZERO, &r);
-    if (r.span.lo > 0) mesh_walk_aim(w, r.span.axis);
-}
-
 /* The parts that were the nearest before: within their distance are those that are now. False: they are not there, or
  * are so near that the walk may end anywhere. */
 static bool begin_with(mesh_walk *w, const mesh_seed *seed, const nearest_search *q)
@@ -91,23 +72,43 @@ static bool begin_with(mesh_walk *w, const mesh_seed *seed, const nearest_search
     measure.far = INFINITY;
     mesh_part_distance(w, &measure, &s);
     if (!(s.lo > w->part.error)) return false;
-    w->within = s.hi + q->margin + 2 * w->part.error;
-    mesh_walk_aim(w, s.axis);
+    double within = s.hi + q->margin + 2 * w->part.error;
+    if (within < w->within) mesh_walk_aim(w, s.axis);
+    w->within = min_of(w->within, within);
     return true;
+}
+
+/* What a walk may cost that begins with what the pair remembers must not be a matter of that: it is not counted, and
+ * only done where it is certain that a walk without it would end, too. There are few pairs of leaves, or few below the
+ * boxes that are as near as the first parts that are looked at. Where that is not certain, nothing that is remembered
+ * is used, and the walk is counted. (A search for a depth, or of a part of a compound, remembers nothing, and is always
+ * counted.) */
+static double leaves_uncounted(const mesh_walk *w)
+{
+    int parts = w->ma ? MESH_LEAF_MAX * MESH_LEAF_MAX * EFFORT_PART_STEP : MESH_LEAF_MAX * EFFORT_CORE;
+    return (double)EFFORT_UNCOUNTED / (EFFORT_NODES + EFFORT_LEAVES + parts);
 }
 
 /* True: it began with the seed. */
 static bool search(mesh_walk *w, const narrow_goal *goal, const mesh_seed *seed, nearest_search *q, mesh_gap *out)
 {
+    mesh_front front;
+    effort *counted = w->part.effort;
     *q = (nearest_search){.goal = goal, .best = out, .least = INFINITY};
     *out = (mesh_gap){.nearest = {.lo = -INFINITY, .hi = INFINITY, .method = NARROW_BY_GJK},
         .triangle_a = MESH_NO_TRIANGLE,
         .triangle_b = MESH_NO_TRIANGLE};
     set_goal(w, goal, q);
     mesh_walk_move(w, w->part.b_in_a.t);
-    bool seeded = seed && begin_with(w, seed, q);
-    if (!seeded) aim_by_hulls(w);
-    mesh_walk_nearest(w, nearer, q);
+    w->effort = counted && counted->counts ? counted : NULL;
+    w->unseen = INFINITY;
+    double leaves = leaves_uncounted(w);
+    bool few = mesh_walk_leaves(w) <= leaves, seeded = few && seed && begin_with(w, seed, q);
+    if (!seeded && !mesh_walk_plunge(w, nearer, q)) return false;
+    bool is_short = !few && mesh_walk_is_short(w, leaves, &front);
+    if (is_short) seeded = seed && begin_with(w, seed, q);
+    if (!few && !is_short) w->effort = counted;
+    mesh_walk_nearest(w, is_short ? &front : NULL, nearer, q);
     return seeded;
 }
 
@@ -126,11 +127,12 @@ static void find_held(mesh_walk *w, mesh_gap *out)
 {
     out->relation = MESH_APART;
     if (w->ma) {
-        out->component = mesh_held_component(w, true);
-        if (out->component != MESH_NOT_HELD) out->relation = MESH_HOLDS_A;
-        if (out->relation != MESH_APART) return;
-        out->component = mesh_held_component(w, false);
-        if (out->component != MESH_NOT_HELD) out->relation = MESH_HOLDS_B;
+        bool of_a = true;
+        out->component = mesh_held_component(w, of_a);
+        if (out->component == MESH_NOT_HELD) out->component = mesh_held_component(w, of_a = false);
+        if (out->component == MESH_NOT_HELD) return;
+        out->cut |= out->component == MESH_HELD_UNKNOWN;
+        out->relation = out->cut ? MESH_CROSSING : of_a ? MESH_HOLDS_A : MESH_HOLDS_B;
     } else if (w->mb->solid) {
         vec3 in_b = transform_point(&w->a_in_b, point_of_core(w));
         if (mesh_inside(w->mb, vec_scale(in_b, w->part.unit))) out->relation = MESH_HOLDS_A;
@@ -160,7 +162,7 @@ static void measure_held(const mesh_walk *w, const narrow_goal *goal, mesh_gap *
     mesh_walk_init(&inner, &p, &spot, &p.b);
     search(&inner, &measure, NULL, &q, &found);
     span *s = &found.nearest;
-    s->lo = q.ended ? -INFINITY : min_of(q.least, s->hi);
+    s->lo = q.ended ? -INFINITY : min_of(min_of(q.least, inner.unseen), s->hi);
     if (!(s->lo > w->part.error)) return;
     s->iterations = out->nearest.iterations;
     s->point_a = vec_add(s->point_a, point);
@@ -180,9 +182,11 @@ void mesh_gap_find(mesh_walk *w, const narrow_goal *goal, const mesh_seed *seed,
     bool seeded = search(w, goal, seed, &q, out);
     if (q.ended && seeded) search(w, goal, NULL, &q, out); /* where it ended depends on the way */
     span *s = &out->nearest;
-    s->lo = q.ended ? -INFINITY : min_of(q.least, s->hi);
+    s->lo = q.ended ? -INFINITY : min_of(min_of(q.least, w->unseen), s->hi);
+    out->cut = w->unseen < INFINITY;
+    w->effort = w->part.effort;
     out->relation = MESH_CROSSING;
     if (s->lo <= w->part.error) return;
     find_held(w, out);
-    if (out->relation != MESH_APART) measure_held(w, goal, out);
+    if (out->relation >= MESH_HOLDS_A) measure_held(w, goal, out);
 }

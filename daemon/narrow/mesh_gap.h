@@ -19,6 +19,7 @@ typedef struct mesh_gap {
     uint32_t triangle_a, triangle_b; /* the nearest of the surfaces */
     mesh_relation relation;
     uint32_t component; /* of a mesh, that is held: the first in its order */
+    bool cut;           /* the effort of the query ended before it was certain which pair of parts is the nearest */
 } mesh_gap;
 
 /* The parts that were the nearest at another time; any would do. */

@@ -60,8 +60,10 @@ static uint32_t first_triangle(const mesh *m, uint32_t node, uint32_t child)
 
 static uint32_t ask_each(const held_search *q, uint32_t first, uint32_t end)
 {
-    for (uint32_t i = first; i < end; i++)
+    for (uint32_t i = first; i < end; i++) {
+        if (q->w->effort && !effort_spend(q->w->effort, EFFORT_INSIDE)) return MESH_HELD_UNKNOWN;
         if (is_inside(q, i)) return i;
+    }
     return MESH_NOT_HELD;
 }
 

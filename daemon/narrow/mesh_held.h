@@ -4,10 +4,12 @@
 
 #include "mesh_walk.h"
 
-enum { MESH_NOT_HELD = UINT32_MAX };
+#define MESH_NOT_HELD UINT32_MAX
+#define MESH_HELD_UNKNOWN (UINT32_MAX - 1) /* the effort of the query ended */
 
 /* No surface is within rounding of the other. The first component of B (`of_a`: of A) in the order of its mesh that is
- * inside of the other, whatever the walk is aimed at and within; it is moved to where it is, and forgets its axis. */
+ * inside of the other, whatever the walk is aimed at and within; it is moved to where it is, and forgets its axis.
+ * Or one of the two above. */
 uint32_t mesh_held_component(mesh_walk *w, bool of_a);
 
 /* A point of a component, in A's frame and units of the pair. */

@@ -197,6 +197,7 @@ static bool is_far_by_now(
 static bool visit_picks(mesh_walk *w, mesh_leaf *a, mesh_leaf *b, const mesh_picks *p, mesh_visit *visit, void *context)
 {
     mesh_row row;
+    if (w->effort) effort_spend(w->effort, EFFORT_ROW);
     unsigned near = mesh_row_near(&a->four, &b->four, p, farthest2(w), &row);
     for (uint32_t i = 0; near >> i; i++) {
         if (!(near >> i & 1) || is_far_by_now(w, a, b, p, &row, i)) continue;

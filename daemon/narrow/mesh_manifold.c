@@ -162,6 +162,7 @@ static bool clip(mesh_walk *w, void *context)
 {
     point_search *q = context;
     thin_hull thin_a, thin_b;
+    effort_spend(w->effort, EFFORT_CLIP);
     shape a = *q->a, b = *q->b;
     vec3 axis = q->answer->axis;
     manifold points;
@@ -206,14 +207,20 @@ void mesh_pair_manifold(const unit_pair *p, const shape *a, const shape *b, cons
     q.u = vec_unit_orthogonal(answer->axis);
     q.v = vec_cross(answer->axis, q.u);
     mesh_walk_init(&w, p, a, b);
+    int64_t left = w.effort->left, share = left / MANIFOLD_POINTS_MAX; /* each walk sees as much as the others */
+    bool cut = false;
     for (q.walk = 0; q.walk < MANIFOLD_POINTS_MAX; q.walk++) {
         q.found = false;
         mesh_walk_move(&w, p->b_in_a.t);
         w.within = max_of(threshold * p->scale + p->radius, 0) + 2 * p->error;
+        w.effort->left = share;
         mesh_walk_run(&w, clip, &q);
+        left -= share - w.effort->left;
+        cut |= w.unseen < INFINITY;
         if (q.found) q.chosen.points[q.chosen.count++] = q.point;
         if (!q.found && q.walk < 2) break;
     }
+    w.effort->left = cut ? -1 : left;
     if (q.chosen.count == 0) {
         vec3 middle = vec_scale(vec_add(answer->point_a, answer->point_b), 0.5);
         double distance = vec_dot(vec_sub(answer->point_b, answer->point_a), answer->axis);

@@ -1,6 +1,7 @@
 /* Pairs with a mesh: the surfaces' distance decides, unless they overlap. Pure; any thread. */
 #include "mesh_pair.h"
 
+#include "gjk.h"
 #include "mesh_depth.h"
 #include "scalar.h"
 
@@ -31,6 +32,23 @@ static void remember(narrow_cache *cache, const mesh_gap *gap)
     cache->triangle_b = gap->triangle_b + 1;
 }
 
+/* The effort ended before it was known whether the surfaces meet: what the convex hulls prove, along the axis that
+ * parts them, or that of the nearest parts that were found. */
+static void bound_by_hulls(const unit_pair *p, span *out)
+{
+    const narrow_goal rough = {.tolerance = 1e-3 * p->size,
+        .finest = 1e-3 * p->size,
+        .far = INFINITY,
+        .near = 0,
+        .above = -INFINITY,
+        .below = INFINITY};
+    unit_pair hulls = mesh_depth_hulls(p);
+    gjk_result r;
+    gjk_distance(&hulls, &rough, VEC_ZERO, &r);
+    if (r.span.lo > 0) out->axis = r.span.axis;
+    mesh_depth_rough(p, out);
+}
+
 void mesh_pair_measure(const unit_pair *p, const shape *a, const shape *b, const narrow_goal *goal, narrow_cache *cache,
     epa_scratch *scratch, span *out)
 {
@@ -43,6 +61,11 @@ void mesh_pair_measure(const unit_pair *p, const shape *a, const shape *b, const
     bool apart = gap.relation == MESH_APART && gap.nearest.lo > p->radius + p->error + p->excess;
     *out = gap.nearest;
     if (apart) return;
+    if (p->effort) p->effort->counts = true; /* from here on it is a matter of shapes and poses alone */
+    if (gap.cut) {
+        bound_by_hulls(p, out);
+        return;
+    }
     if (gap.relation < MESH_HOLDS_A && gap.nearest.hi <= goal->near)
         mesh_depth_rough(p, out);
     else

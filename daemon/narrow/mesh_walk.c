@@ -20,10 +20,7 @@ enum {
     BUCKETS = 64
 };
 
-typedef struct entry {
-    mesh_box a, b;
-    double bound;
-} entry;
+typedef mesh_boxes entry;
 
 /* ---- bounds ---- */
 
@@ -263,6 +260,24 @@ MESH_INLINE uint32_t expand(mesh_walk *w, const entry *e, entry more[CHILDREN])
                                      : expand_a(w, node_below(w->ma, e->a), e->b, more);
 }
 
+/* ---- the end of the effort ---- */
+
+/* False: there is none left. */
+MESH_INLINE bool go_on(mesh_walk *w, bool leaves)
+{
+    return !w->effort || effort_spend(w->effort, leaves ? EFFORT_LEAVES : EFFORT_NODES);
+}
+
+static void leave(mesh_walk *w, const entry *e)
+{
+    if (e->bound < w->unseen) w->unseen = e->bound;
+}
+
+static void leave_all(mesh_walk *w, const entry *e, uint32_t count)
+{
+    for (uint32_t i = 0; i < count; i++) leave(w, &e[i]);
+}
+
 /* All below one pair of boxes, depth first. False: enough. */
 static bool run_below(mesh_walk *w, const entry *top, mesh_visit *visit, void *context)
 {
@@ -272,6 +287,10 @@ static bool run_below(mesh_walk *w, const entry *top, mesh_visit *visit, void *c
     while (open) {
         entry e = stack[--open];
         if (e.bound > w->within) continue;
+        if (!go_on(w, e.a.leaf && e.b.leaf)) {
+            leave_all(w, stack, open + 1);
+            return false;
+        }
         if (!(e.a.leaf && e.b.leaf))
             open += expand(w, &e, stack + open);
         else if (!mesh_leaves_visit(w, e.a, e.b, visit, context))
@@ -295,8 +314,10 @@ void mesh_walk_run(mesh_walk *w, mesh_visit *visit, void *context)
 {
     entry first[CHILDREN];
     uint32_t count = start(w, first);
+    w->unseen = INFINITY;
     while (count)
-        if (!run_below(w, &first[--count], visit, context)) return;
+        if (!run_below(w, &first[--count], visit, context)) break;
+    if (w->unseen < INFINITY) leave_all(w, first, count);
 }
 
 bool mesh_walk_is_clear(const mesh_walk *w, bool of_a, uint32_t node, uint32_t child)
@@ -361,6 +382,14 @@ MESH_INLINE entry queue_pop(queue *q)
     return q->entries[at];
 }
 
+static void leave_queue(mesh_walk *w, queue *q)
+{
+    while (q->count) {
+        entry e = queue_pop(q);
+        leave(w, &e);
+    }
+}
+
 static vec3 centre_of(const mesh_walk *w, mesh_box a)
 {
     if (a.node == MESH_WHOLE) return vec_scale(vec_add(w->whole.lo, w->whole.hi), 0.5);
@@ -389,7 +418,7 @@ static vec3 in_a(const mesh_walk *w, mesh_box b)
 
 /* Visits the pair of leaves whose boxes' centres are nearest to each other, as a way down by the nearest centres finds
  * it: its triangles are near enough to spare the walk most of the rest. */
-static bool plunge(mesh_walk *w, mesh_visit *visit, void *context)
+bool mesh_walk_plunge(mesh_walk *w, mesh_visit *visit, void *context)
 {
     mesh_box a = ALL_OF_A, b;
     vec3 from = VEC_ZERO;
@@ -408,36 +437,109 @@ static bool plunge(mesh_walk *w, mesh_visit *visit, void *context)
     return mesh_leaves_visit(w, e.a, e.b, visit, context);
 }
 
-MESH_INLINE void walk_nearest(mesh_walk *w, mesh_visit *visit, void *context)
+MESH_INLINE void walk_nearest(mesh_walk *w, const mesh_front *from, mesh_visit *visit, void *context)
 {
     queue q;
     entry more[CHILDREN];
-    uint32_t count = start(w, more);
+    uint32_t count = from ? from->count : start(w, more);
     queue_init(&q, w->within < w->part.size ? w->within : w->part.size);
-    for (uint32_t i = 0; i < count; i++) queue_push(&q, &more[i]);
+    for (uint32_t i = 0; i < count; i++) queue_push(&q, from ? &from->at[i] : &more[i]);
     while (q.count) {
         entry e = queue_pop(&q);
         if (e.bound > w->within) continue;
-        bool full = q.count + CHILDREN > QUEUE, leaves = e.a.leaf && e.b.leaf;
-        if (leaves ? !mesh_leaves_visit(w, e.a, e.b, visit, context) : full && !run_below(w, &e, visit, context))
+        bool full = q.count + CHILDREN > QUEUE, leaves = e.a.leaf && e.b.leaf, ended = !go_on(w, leaves);
+        if (ended) leave(w, &e);
+        if (ended ||
+            (leaves ? !mesh_leaves_visit(w, e.a, e.b, visit, context) : full && !run_below(w, &e, visit, context))) {
+            if (ended || w->unseen < INFINITY) leave_queue(w, &q);
             return;
+        }
         if (leaves || full) continue;
         count = expand(w, &e, more);
         for (uint32_t i = 0; i < count; i++) queue_push(&q, &more[i]);
     }
 }
 
-MESH_WIDE static void walk_nearest_wide(mesh_walk *w, mesh_visit *visit, void *context)
+MESH_WIDE static void walk_nearest_wide(mesh_walk *w, const mesh_front *from, mesh_visit *visit, void *context)
 {
-    walk_nearest(w, visit, context);
+    walk_nearest(w, from, visit, context);
 }
 
-void mesh_walk_nearest(mesh_walk *w, mesh_visit *visit, void *context)
+void mesh_walk_nearest(mesh_walk *w, const mesh_front *from, mesh_visit *visit, void *context)
 {
-    bool known = w->aimed && w->within < INFINITY; /* something as near as that */
-    if (!known && !plunge(w, visit, context)) return;
+    w->unseen = INFINITY;
     if (mesh_wide())
-        walk_nearest_wide(w, visit, context);
+        walk_nearest_wide(w, from, visit, context);
     else
-        walk_nearest(w, visit, context);
+        walk_nearest(w, from, visit, context);
+}
+
+/* ---- how long a walk can be ---- */
+
+/* Each node hands at most a quarter of its leaves, rounded up, to a child (mesh_tree.c). */
+static uint32_t below(uint32_t leaves)
+{
+    return (leaves + MESH_WIDTH - 1) / MESH_WIDTH;
+}
+
+static uint32_t leaves_of(const mesh *m)
+{
+    return m ? (m->triangle_count + MESH_LEAF_MAX - 1) / MESH_LEAF_MAX : 1;
+}
+
+static bool is_same(mesh_box x, mesh_box y)
+{
+    return x.node == y.node && x.child == y.child;
+}
+
+/* A pair of boxes, and at most how many leaves are below either. */
+typedef struct counted {
+    entry e;
+    uint32_t a, b;
+} counted;
+
+static double pairs_below(const counted *c, uint32_t count)
+{
+    double sum = 0;
+    for (uint32_t i = 0; i < count; i++) sum += (double)c[i].a * c[i].b;
+    return sum;
+}
+
+/* One level further; 0 where there is no place for all of them. */
+static uint32_t open_level(mesh_walk *w, const counted *from, uint32_t count, counted *to)
+{
+    uint32_t n = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        entry more[CHILDREN] = {from[i].e};
+        bool leaves = from[i].e.a.leaf && from[i].e.b.leaf;
+        uint32_t found = leaves ? 1 : expand(w, &from[i].e, more);
+        if (n + found > MESH_FRONT) return 0;
+        for (uint32_t k = 0; k < found; k++) {
+            bool same_a = is_same(more[k].a, from[i].e.a), same_b = is_same(more[k].b, from[i].e.b);
+            uint32_t a = same_a ? from[i].a : below(from[i].a), b = same_b ? from[i].b : below(from[i].b);
+            to[n++] = (counted){more[k], more[k].a.leaf ? 1 : a, more[k].b.leaf ? 1 : b};
+        }
+    }
+    return n;
+}
+
+double mesh_walk_leaves(const mesh_walk *w)
+{
+    return (double)leaves_of(w->ma) * leaves_of(w->mb);
+}
+
+bool mesh_walk_is_short(mesh_walk *w, double leaves, mesh_front *front)
+{
+    counted now[MESH_FRONT], next[MESH_FRONT];
+    entry first[CHILDREN];
+    uint32_t a = leaves_of(w->ma), b = leaves_of(w->mb), count = start(w, first);
+    for (uint32_t i = 0; i < count; i++) now[i] = (counted){first[i], w->ma ? below(a) : 1, below(b)};
+    while (pairs_below(now, count) > leaves) {
+        count = open_level(w, now, count, next);
+        if (count == 0) return false;
+        memcpy(now, next, count * sizeof *now);
+    }
+    front->count = count;
+    for (uint32_t i = 0; i < count; i++) front->at[i] = now[i].e;
+    return true;
 }

@@ -17,7 +17,8 @@ enum {
     TRIANGLE_PADDED = 8,
     MESH_STANDS = 64, /* nodes of each mesh, that are known along the axis while it stays; a power of two */
     MESH_FACES = 32,  /* nodes of A, that are known as B's nodes see them; a power of two */
-    MESH_LEAVES = 32  /* of each mesh, that stay in place while a walk goes on; a power of two */
+    MESH_LEAVES = 32, /* of each mesh, that stay in place while a walk goes on; a power of two */
+    MESH_FRONT = 192  /* pairs of boxes of a mesh_front, at most */
 };
 
 /* A triangle in the clothes of a flat hull, for all that takes support points. */
@@ -32,6 +33,18 @@ typedef struct mesh_box {
     uint16_t child;
     bool leaf; /* or all of a convex A */
 } mesh_box;
+
+/* Two boxes, and what they are apart at least, in units of the pair. */
+typedef struct mesh_boxes {
+    mesh_box a, b;
+    double bound;
+} mesh_boxes;
+
+/* Pairs of boxes that have all parts below them which may be near: where a walk begins. */
+typedef struct mesh_front {
+    uint32_t count;
+    mesh_boxes at[MESH_FRONT];
+} mesh_front;
 
 /* The triangles of a leaf, put in place when they are first needed; again when another leaf has taken their room. */
 typedef struct mesh_leaf {
@@ -72,6 +85,8 @@ typedef struct mesh_walk {
     vec3 lead;                        /* of any length: the direction that separates them most, of those looked at */
     vec3 from, edges;                 /* of two triangles: as in mesh_row */
     uint32_t visits, aims;            /* aims: counts the axes */
+    effort *effort;                   /* of the query; NULL: the walk is not counted */
+    double unseen; /* after a walk: what is left out because the effort ended is no nearer; INFINITY: it did not end */
     triangle_part flat_a, flat_b;
     transform a_in_b; /* the inverse of part.b_in_a */
     vec3 b_axis;      /* the axis in B's frame */
@@ -101,7 +116,20 @@ void mesh_walk_aim(mesh_walk *w, vec3 axis);
 
 typedef bool mesh_visit(mesh_walk *w, void *context); /* false: enough */
 void mesh_walk_run(mesh_walk *w, mesh_visit *visit, void *context);
-void mesh_walk_nearest(mesh_walk *w, mesh_visit *visit, void *context); /* the nearest boxes first of all */
+
+/* The nearest boxes first of all; `from`, or NULL: where to begin. */
+void mesh_walk_nearest(mesh_walk *w, const mesh_front *from, mesh_visit *visit, void *context);
+
+/* Visits the parts of two leaves that are likely to be near each other. What it finds, and where, is a matter of the
+ * shapes and their poses. False: the visitor has had enough. */
+bool mesh_walk_plunge(mesh_walk *w, mesh_visit *visit, void *context);
+
+/* How many pairs of leaves there are. */
+double mesh_walk_leaves(const mesh_walk *w);
+
+/* Are there at most so many below those boxes that are near? They are opened level by level; a walk from *front visits
+ * no others. */
+bool mesh_walk_is_short(mesh_walk *w, double leaves, mesh_front *front);
 
 /* Is no box of the other mesh's leaves near this box of A or of B? `child` of `node`, which is no leaf's. Both are
  * meshes; what counts as near is `within`. */

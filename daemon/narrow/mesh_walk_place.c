@@ -102,6 +102,8 @@ void mesh_walk_init(mesh_walk *w, const unit_pair *p, const shape *a, const shap
     w->size_a = w->ma ? w->ma->unit * p->scale : 0;
     w->size_b = w->mb->unit * p->scale;
     w->visits = w->aims = 0;
+    w->effort = p->effort;
+    w->unseen = INFINITY;
     if (w->ma) {
         wear(&w->flat_a, &w->part.a);
         forget_leaves(w->known_a);

@@ -21,6 +21,7 @@
 
 struct narrow_scratch {
     epa_scratch epa;
+    effort effort; /* of the query that runs */
 };
 
 size_t narrow_scratch_size(void)
@@ -90,10 +91,13 @@ static void build_manifold(
     const unit_pair *p, const shape *a, const shape *b, const pose *b_in_a, double threshold, narrow_result *result)
 {
     transform t = pose_transform(*b_in_a);
-    if (mesh_pair_applies(a, b))
-        mesh_pair_manifold(p, a, b, b_in_a, result, threshold, &result->manifold);
-    else
+    if (!mesh_pair_applies(a, b)) {
         manifold_build(a, b, &t, result->axis, result->point_a, result->point_b, threshold, &result->manifold);
+        return;
+    }
+    p->effort->left = EFFORT_OF_POINTS;
+    mesh_pair_manifold(p, a, b, b_in_a, result, threshold, &result->manifold);
+    if (p->effort->left < 0) result->status = NARROW_WIDE; /* there may be better points among the parts not seen */
 }
 
 /* What changes the time of an answer and no bit of it. */
@@ -106,13 +110,14 @@ static void remember(unit_pair *p, const narrow_cache *cache)
 
 /* The answer of the search in doubles, in A's frame. */
 static void search(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
-    narrow_cache *cache, narrow_scratch *scratch, unit_pair *p, narrow_result *result)
+    narrow_cache *cache, narrow_scratch *scratch, effort *effort, unit_pair *p, narrow_result *result)
 {
     if (a->type == SHAPE_HULL && b->type == SHAPE_HULL) hull_fetch(a->hull), hull_fetch(b->hull);
     span s = {.nearest = {.count_a = 0}};
     shape hull = *b; /* what a half-space sees of a mesh */
     if (b->type == SHAPE_MESH && !mesh_pair_applies(a, b)) hull.type = SHAPE_HULL, b = &hull;
     unit_pair_init(p, a, b, b_in_a);
+    p->effort = effort;
     if (compound_pair_applies(b)) {
         compound_pair_query(p, a, b, b_in_a, request, scratch, &scratch->epa, result);
         return;
@@ -127,8 +132,8 @@ static void search(const shape *a, const shape *b, const pose *b_in_a, const nar
     if (!gaps && !s.nearest.deep) s.nearest.count_a = 0; /* a proposal that nobody has tested */
     if (cache && by_features) cache->nearest = s.nearest;
     result->status = status_of(p, &g, request, &s);
-    if ((request->facts & NARROW_MANIFOLD) && result->lo <= request->threshold)
-        build_manifold(p, a, b, b_in_a, request->threshold, result);
+    if (!(request->facts & NARROW_MANIFOLD) || !(result->lo <= request->threshold)) return;
+    build_manifold(p, a, b, b_in_a, request->threshold, result);
 }
 
 static double asked_width(const unit_pair *p, const narrow_request *r)
@@ -194,13 +199,13 @@ static void keep_to_points(const shape *a, const shape *b, const narrow_request 
     if (!(far - result->lo <= r->tolerance)) result->status = NARROW_WIDE;
 }
 
-void narrow_query(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
-    narrow_cache *cache, narrow_scratch *scratch, narrow_result *result)
+static void query(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
+    narrow_cache *cache, narrow_scratch *scratch, effort *effort, narrow_result *result)
 {
     bool recalled = cache && short_road_recall(a, b, b_in_a, request, cache, result);
     if (!recalled && !short_road_answer(a, b, b_in_a, request, cache, &scratch->epa, result)) {
         unit_pair p;
-        search(a, b, b_in_a, request, cache, scratch, &p, result);
+        search(a, b, b_in_a, request, cache, scratch, effort, &p, result);
         if (wants_refining(&p, request, result)) {
             exact_pair e = exact_pair_of(&p, a, POSE_IDENTITY, b, *b_in_a);
             exact_narrow(&e, result);
@@ -214,6 +219,32 @@ void narrow_query(const shape *a, const shape *b, const pose *b_in_a, const narr
         cache->b_in_a = *b_in_a;
         cache->lower = result->lo;
     }
+}
+
+static uint32_t vertices_of(const shape *s)
+{
+    return s->type == SHAPE_HULL ? s->hull->vertex_count : 0;
+}
+
+/* NULL: no search takes so long that it has to be counted. */
+static effort *begin_effort(const shape *a, const shape *b, narrow_scratch *scratch)
+{
+    if (b->type < SHAPE_HULL || (b->type == SHAPE_HULL && vertices_of(a) + vertices_of(b) < EFFORT_LARGE_HULL))
+        return NULL;
+    scratch->effort = (effort){.left = EFFORT_OF_A_QUERY};
+    return &scratch->effort;
+}
+
+void narrow_query(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
+    narrow_cache *cache, narrow_scratch *scratch, narrow_result *result)
+{
+    query(a, b, b_in_a, request, cache, scratch, begin_effort(a, b, scratch), result);
+}
+
+void narrow_query_part(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
+    narrow_scratch *scratch, narrow_result *result)
+{
+    query(a, b, b_in_a, request, NULL, scratch, &scratch->effort, result);
 }
 
 /* A's frame to world axes. */
@@ -270,7 +301,8 @@ void narrow_query_world(const shape *a, pose pose_a, const shape *b, pose pose_b
     unit_pair p;
     if (!answer_placed(shape_1, first, shape_2, second, request, result)) {
         pose relative = pose_relative(first, second);
-        search(shape_1, shape_2, &relative, request, NULL, scratch, &p, result);
+        effort *effort = begin_effort(shape_1, shape_2, scratch);
+        search(shape_1, shape_2, &relative, request, NULL, scratch, effort, &p, result);
         turn(result, first.q);
         refine = wants_refining(&p, request, result);
     }

@@ -47,7 +47,8 @@ typedef struct manifold {
 
 typedef enum narrow_status {
     NARROW_CERTAIN, /* the interval is as narrow as asked, or decides what was asked */
-    NARROW_WIDE,    /* it contains the truth but is wider than asked: arithmetic or iterations ended */
+    NARROW_WIDE,    /* it contains the truth but is wider than asked: arithmetic, iterations or the effort of a query
+                       (effort.h) ended; or that ended before all parts of a mesh or compound were looked at for points */
 } narrow_status;
 
 typedef enum narrow_method { /* who settled it: counted and shown */

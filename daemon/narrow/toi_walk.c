@@ -297,6 +297,13 @@ static void look_whole(walk *w, double time, unsigned facts, double range, narro
     n->point_b = vec_add(n->point_b, at_a.p);
 }
 
+/* An interval that is wider than asked, because the effort of a query has ended, does not say that they are near. */
+static toi_status near_or_undecided(const walk *w, double floor, const narrow_result *n)
+{
+    bool is_near = n->hi - floor <= 2 * (w->request->tolerance + w->sweep.course.slack);
+    return is_near ? TOI_NEAR : TOI_UNDECIDED;
+}
+
 /* What is told of the time lo. */
 static void describe(walk *w, double time, const narrow_result *n)
 {
@@ -381,7 +388,7 @@ static void deepen(walk *w, double time)
     }
     describe(w, time, &n);
     out->hi = INFINITY;
-    out->status = n.lo - floor_at(w, time) <= w->request->tolerance ? TOI_NEAR : TOI_UNDECIDED;
+    out->status = near_or_undecided(w, floor_at(w, time), &n);
     if (wander > 0) return;
     if (n.hi <= w->threshold)
         tell_contact(w, time);
@@ -425,7 +432,7 @@ static bool begins_in_contact(walk *w)
     if (n.hi > w->threshold && w->threshold >= 0) /* a verdict stops short of the motion's rounding */
         look_whole(w, 0, NARROW_DISTANCE, INFINITY, &n);
     describe(w, 0, &n);
-    w->out->status = TOI_NEAR;
+    w->out->status = near_or_undecided(w, w->threshold, &n);
     w->out->hi = INFINITY;
     if (n.hi <= w->threshold)
         tell_contact(w, 0);

@@ -4,6 +4,8 @@
 #include "unit_pair.h"
 
 #include "core.h"
+#include "geom/compound.h"
+#include "geom/hull.h"
 
 static bool is_plane(const shape *s)
 {
@@ -72,6 +74,7 @@ void unit_pair_init(unit_pair *p, const shape *a, const shape *b, const pose *b_
     p->radius = p->a.radius + p->b.radius;
     p->stand = NULL;
     p->shell = NULL;
+    p->effort = NULL;
     p->apart_along = VEC_ZERO;
     p->remembers = false;
     p->size = reach_a * p->scale + reach_b * p->scale + vec_norm(p->b_in_a.t);
@@ -91,6 +94,20 @@ vec3 unit_pair_support_b(const unit_pair *p, vec3 direction, uint32_t *hint)
 {
     return transform_point(
         &p->b_in_a, core_shaved(&p->b, p->scale, p->shaved_b, mat_tmul(p->b_in_a.r, direction), hint));
+}
+
+static int64_t support_price(const shape *s)
+{
+    int64_t price = EFFORT_SUPPORT;
+    if (s->type == SHAPE_HULL) price += s->hull->vertex_count / EFFORT_VERTICES;
+    for (uint32_t i = 0; s->type == SHAPE_COMPOUND && i < s->compound->child_count; i++)
+        price += support_price(&s->compound->children[i].shape);
+    return price;
+}
+
+int64_t unit_pair_support_price(const unit_pair *p)
+{
+    return p->effort ? support_price(&p->a) + support_price(&p->b) : 0;
 }
 
 void unit_pair_nearest_to(const unit_pair *p, vec3 axis, support_hints *hints, minkowski *m)

@@ -6,7 +6,7 @@
 #ifndef COLLIDED_NARROW_UNIT_PAIR_H
 #define COLLIDED_NARROW_UNIT_PAIR_H
 
-#include "narrow.h"
+#include "effort.h"
 #include "scalar.h"
 
 #define UNIT_ROUNDOFF 0x1p-53
@@ -29,6 +29,7 @@ typedef struct unit_pair {
     narrow_shell *shell;           /* where a search for the depth of hulls leaves its surface; may be NULL */
     vec3 apart_along;              /* of a pair that remembers: it was apart along that axis; else zero */
     bool remembers;                /* it was asked about before: strict features are not to be sought, but remembered */
+    effort *effort;                /* of the query; NULL: searches end by themselves, or are not counted */
     double excess; /* by which points that hulls were made of may be outside of them: only lower bounds need it */
 } unit_pair;
 
@@ -113,6 +114,9 @@ typedef struct support_hints {
     uint32_t a, b;
 } support_hints;
 static const support_hints NO_HINTS = {UINT32_MAX, UINT32_MAX};
+
+/* What both cost, in units of effort. */
+int64_t unit_pair_support_price(const unit_pair *p);
 
 /* The point of B - A with the least dot(axis, w): the separation along a unit axis is dot(axis, w). */
 void unit_pair_nearest_to(const unit_pair *p, vec3 axis, support_hints *hints, minkowski *out); /* written in place */

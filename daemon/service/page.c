@@ -82,7 +82,7 @@ static const single SINGLES[] = {
     {"events", "events of the world", false},
     {"narrow_queries", "full queries of the narrow phase", false},
     {"manifolds", "answers with contact points", false},
-    {"wide_answers", "answers wider than asked: arithmetic ended", false},
+    {"wide_answers", "answers wider than asked: arithmetic, or the effort of a query, ended", false},
     {"refined_answers", "answers decided beyond doubles", false},
     {"ccd_failures", "proposals of libccd that could not be certified", false},
     {"sweeps", "searches for a time of impact", false},

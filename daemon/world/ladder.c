@@ -14,7 +14,8 @@
 
 #include <stdlib.h>
 
-/* No answer is wider than this share of the pair's size (narrow.h): the cheap rungs keep that distance. */
+/* No answer is wider than this share of the pair's size (narrow.h), unless the effort of its query ended: the cheap
+ * proofs keep that distance. */
 static const double WIDEST_ANSWER = 1e-6;
 
 enum { PAIRS_A_CHUNK = 32 };

@@ -202,7 +202,7 @@ typedef struct world_impact { /* of EVENT_IMPACT and EVENT_FORETOLD */
 typedef enum world_achieved { /* numbers as on the wire: what an interval is, beside what was asked */
     WORLD_CERTAIN,            /* as narrow as asked; and what is told (touching, near, or not) is proven */
     WORLD_WITHIN,             /* as narrow as asked; the threshold (range) lies within it */
-    WORLD_WIDE,               /* wider than asked: arithmetic or iterations ended */
+    WORLD_WIDE,               /* wider than asked: arithmetic, iterations or the effort of a query ended */
     WORLD_STOPPED             /* wider than asked: the budget ended */
 } world_achieved;
 

@@ -20,6 +20,7 @@ KEYS = {
     "elementary": ["queries", "contacts", "ns_median", "ns_p99", "misses", "false_hits", "late", "late_max"],
     "pareto": ["ns_mean", "ns_p99", "missed", "false", "failed", "measured", "items"],
     "extremes": ["wrong", "failed"],
+    "worst": ["ms_max", "elements", "tried", "wide", "undecided"],
     "ccd": ["us_median", "us_p99", "misses", "false_hits", "late", "toi_error_max", "pairs", "hits", "failed"],
 }
 # Of the world's scenes of impacts, all numbers a tick: searches for a time of impact ("sweeps"), the distances and
@@ -89,6 +90,8 @@ def broken(name, row):
     if name == "extremes" and row["contender"] == "collided" and (
             row["wrong"] or row["failed"] or row.get("missed_truth")):
         return "ours is wrong"
+    if name == "worst" and not all(row.get(key) for key in ("case", "entry", "asked", "ms_max", "elements", "tried")):
+        return "no case, entry, time or size"
     if name == "ccd" and not (row.get("scene") and row.get("contender") and row["pairs"]):
         return "no scene, contender or pairs"
     if name == "ccd" and row["contender"] == "collided" and (

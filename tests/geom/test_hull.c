@@ -492,6 +492,82 @@ static void the_validator_finds_damage(void **state)
     }
 }
 
+/* Points that lie on few planes or lines, or on curved surfaces; `noise`: share of the size by which they are off. */
+static vec3 hostile_point(int kind, size_t i, size_t n, double noise, uint64_t *seed)
+{
+    double f = 2 * M_PI * (double)i / (double)n, x = random_in(seed, -1, 1), y = random_in(seed, -1, 1);
+    double side = i & 1 ? 1 : -1, z = 1 - 2 * ((double)i + 0.5) / (double)n, off = 1 + noise * x;
+    switch (kind) {
+    case 0: /* two rings, the corners of one between those of the other */
+        return vec(cos(f), sin(f), side * off);
+    case 1: /* two rings that are filled */
+        return i < n / 2 ? vec(cos(2 * f), sin(2 * f), side) : vec(0.7 * x, 0.7 * y, side * off);
+    case 2: /* a cone */
+        return i == 0 ? vec(0, 0, 1) : vec(off * cos(f), off * sin(f), 0);
+    case 3: /* rows of a cylinder: most are on its edges */
+        return vec(cos(f * 8), sin(f * 8), off * floor(8 * (double)i / (double)n));
+    case 4: /* a box's sides and edges */
+        return vec(side, off * floor(4 * x), floor(4 * y));
+    default: /* a ball */
+        return vec(sqrt(1 - z * z) * cos(2.399963 * (double)i), sqrt(1 - z * z) * sin(2.399963 * (double)i), z);
+    }
+}
+
+enum { KINDS = 6, MERGED_BY_QHULL = 2000 };
+
+/* More points than qhull is asked to merge give the same kind of polytope: sound, around all points, whatever their
+ * order. Below that number, at it and beyond it, all even: see kind 0. */
+static void many_points_are_hulls_like_few(void **state)
+{
+    (void)state;
+    static const size_t COUNTS[] = {MERGED_BY_QHULL - 2, MERGED_BY_QHULL, MERGED_BY_QHULL + 2, 3 * MERGED_BY_QHULL / 2};
+    static const double NOISES[] = {0, 1e-15};
+    vec3 *points = malloc(2 * MERGED_BY_QHULL * sizeof *points);
+    for (int kind = 0; kind < KINDS; kind++)
+        for (int c = 0; c < 4; c++)
+            for (int k = 0; k < 2; k++) {
+                uint64_t seed = 5;
+                for (size_t i = 0; i < COUNTS[c]; i++) points[i] = hostile_point(kind, i, COUNTS[c], NOISES[k], &seed);
+                hull *h = build(points, COUNTS[c]);
+                double outside = h->excess + 1e-13 * h->max_abs;
+                for (uint32_t f = 0; f < h->face_count; f++)
+                    for (size_t i = 0; i < COUNTS[c]; i++)
+                        assert_true(vec_dot(h->faces[f].normal, points[i]) <= h->faces[f].offset + outside);
+                assert_true(h->excess <= HULL_PLANE_RATIO * h->max_abs);
+                if (kind == 0 && k == 0) assert_int_equal(h->face_count, COUNTS[c] + 2);
+                if (kind == 2 && k == 0) assert_int_equal(h->face_count, COUNTS[c]);
+                if (kind == 4 && k == 0) assert_int_equal(h->face_count, 6);
+                uint32_t vertices = h->vertex_count, faces = h->face_count;
+                hull_destroy(h);
+                for (size_t i = 0; i < COUNTS[c] / 2; i++) {
+                    vec3 swap = points[i];
+                    points[i] = points[COUNTS[c] - 1 - i];
+                    points[COUNTS[c] - 1 - i] = swap;
+                }
+                h = build(points, COUNTS[c]);
+                assert_int_equal(h->vertex_count, vertices);
+                assert_int_equal(h->face_count, faces);
+                hull_destroy(h);
+            }
+    free(points);
+}
+
+/* With qhull's merging 65,534 of them would take minutes, and more than the time of a test. */
+static void two_rings_of_the_most_points_are_a_hull(void **state)
+{
+    (void)state;
+    const size_t count = HULL_VERTICES_MAX - 1;
+    uint64_t seed = 5;
+    hull *h = NULL;
+    vec3 *points = malloc(count * sizeof *points);
+    for (size_t i = 0; i < count; i++) points[i] = hostile_point(0, i, count, 0, &seed);
+    assert_int_equal(hull_build(&points->x, count, 0, &h), HULL_OK);
+    assert_int_equal(h->vertex_count, count);
+    assert_int_equal(h->face_count, count + 2);
+    hull_destroy(h);
+    free(points);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -509,6 +585,8 @@ int main(void)
         cmocka_unit_test(repeated_points_are_flat_and_say_so),
         cmocka_unit_test(sizes_beyond_squares_are_sizes_like_any_other),
         cmocka_unit_test(the_largest_hull_is_sound),
+        cmocka_unit_test(many_points_are_hulls_like_few),
+        cmocka_unit_test(two_rings_of_the_most_points_are_a_hull),
         cmocka_unit_test(float_meshes_are_hulls),
         cmocka_unit_test(excess_is_what_noise_leaves_outside),
         cmocka_unit_test(threads_build_hulls_at_once),

@@ -254,7 +254,7 @@ static void what_is_too_much_is_told_with_its_gap(void **state)
     toi_find(&a, &b, &request, VEC_ZERO, scratch, &t);
     assert_int_equal(t.status, TOI_UNDECIDED);
     narrow_result n = measure(&a, &b, t.lo, 1e-6);
-    assert_true(n.lo > 0 && t.gap_lo <= n.hi && n.lo <= t.gap_hi);
+    assert_true(t.gap_lo <= n.hi && n.lo <= t.gap_hi); /* one query has not the effort to tell them apart, either */
     assert_true(fabs(vec_norm(t.axis) - 1) < 1e-12);
     assert_true(fabs(vec_norm(vec_sub(t.point_b, t.point_a)) - n.hi) < 1e-5);
     mesh_destroy(m);
