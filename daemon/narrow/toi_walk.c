@@ -420,6 +420,36 @@ static bool touch_at_first(walk *w)
     return look(w, &a, &b, 0, &hint) == 0;
 }
 
+enum { HELD_ASKED = 1000 }; /* components of a mesh: of more it is not asked whether one is held */
+
+/* Is a point of each component, or of a convex core, inside of the other, a solid? Where no surface meets another, that
+ * tells whether one holds the other. True also where it is not asked. */
+static bool may_be_held(const shape *solid, pose at_solid, const shape *other, pose at_other)
+{
+    pose relative = pose_relative(at_solid, at_other);
+    uint32_t count = other->mesh ? other->mesh->component_count : 1;
+    if (!solid->mesh || !solid->mesh->solid) return false;
+    if (other->type == SHAPE_COMPOUND || count > HELD_ASKED) return true;
+    for (uint32_t i = 0; i < count; i++) {
+        vec3 own = other->mesh                 ? other->mesh->corners[3 * (size_t)other->mesh->components[i].triangle]
+                   : other->type == SHAPE_HULL ? hull_vertex(other->hull, 0)
+                                               : VEC_ZERO;
+        if (mesh_inside(solid->mesh, pose_point(relative, own))) return true;
+    }
+    return false;
+}
+
+/* The effort of one query did not suffice to say whether they touch at the beginning. Triangles that do are found by
+ * the walk; what it does not see is a shape that a solid holds. */
+static bool is_for_the_walk(const walk *w, const narrow_result *n)
+{
+    pose at_a = pose_mul(motion_pose(&w->a->motion, 0), w->a->local);
+    pose at_b = pose_mul(motion_pose(&w->b->motion, 0), w->b->local);
+    const shape *a = w->a->shape, *b = w->b->shape;
+    bool open = w->threshold >= 0 && n->lo <= w->threshold && near_or_undecided(w, w->threshold, n) == TOI_UNDECIDED;
+    return open && (a->mesh || b->mesh) && !may_be_held(a, at_a, b, at_b) && !may_be_held(b, at_b, a, at_a);
+}
+
 /* Do they touch at the beginning? A shape may lie inside of a solid without touching a triangle. */
 static bool begins_in_contact(walk *w)
 {
@@ -431,6 +461,7 @@ static bool begins_in_contact(walk *w)
     }
     if (n.hi > w->threshold && w->threshold >= 0) /* a verdict stops short of the motion's rounding */
         look_whole(w, 0, NARROW_DISTANCE, INFINITY, &n);
+    if (is_for_the_walk(w, &n)) return false;
     describe(w, 0, &n);
     w->out->status = near_or_undecided(w, w->threshold, &n);
     w->out->hi = INFINITY;

@@ -484,7 +484,7 @@ static void a_sync_waits_for_the_first_batch_of_each_stream(void **state)
     assert_int_equal(collided_sync(c, 0.05), COLLIDED_TIMEOUT);
     give(c, (batch_options){.batch = 4, .snapshot = true, .parts = 2});
     assert_int_equal(collided_sync(c, 0.05), COLLIDED_TIMEOUT);
-    give(c, (batch_options){.batch = 5, .snapshot = true, .part = 1, .parts = 2});
+    give(c, (batch_options){.batch = 4, .snapshot = true, .part = 1, .parts = 2});
     assert_int_equal(collided_sync(c, FAKE_PATIENCE_S), COLLIDED_OK);
     assert_int_equal(collided_sync(c, 0), COLLIDED_OK);
     fake_set((fake_options){.epoch = A_LATER_EPOCH});
