@@ -267,13 +267,16 @@ mesh_status mesh_build_within(const double *points, size_t count, const int32_t 
         mesh_tree_build(m);
     else
         mesh_destroy(m);
-    if (status == MESH_OK) *out = m;
+    if (status != MESH_OK) return status;
+    mesh_pieces_build(m);
+    *out = m;
     return status;
 }
 
 void mesh_destroy(mesh *m)
 {
     if (!m) return;
+    mesh_pieces_destroy(m);
     hull_destroy(m->hull);
     free(m->vertices);
     free(m->triangles);

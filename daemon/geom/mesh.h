@@ -14,7 +14,8 @@ enum {
     MESH_DEPTH_MAX = 12,
     MESH_WIDTH = 4,        /* children of a node: as many floats as a vector register of any processor has */
     MESH_LEAF_MAX = 4,     /* triangles */
-    MESH_PATCH_POINTS = 24 /* that stand for a patch, at most */
+    MESH_PATCH_POINTS = 24, /* that stand for a patch, at most */
+    MESH_PIECES_MAX = 48
 };
 
 typedef struct mesh_triangle {
@@ -45,6 +46,12 @@ typedef struct mesh_patch_point {
     float at[3][MESH_WIDTH];
 } mesh_patch_point;
 
+/* A convex part of a solid. */
+typedef struct mesh_piece {
+    hull *hull;
+    double slack; /* m: moved inward by no more than this, as a whole convex body, it is inside of the solid, proven */
+} mesh_piece;
+
 /* What was done to the input, and why a mesh is no solid: counts, 0 = nothing of the kind. */
 typedef struct mesh_findings {
     uint32_t welded;       /* vertices that equal an earlier one, or that no triangle uses: left out */
@@ -71,6 +78,9 @@ typedef struct mesh {
     mesh_findings found;
     hull *hull;             /* convex hull of all vertices; flat when the mesh is */
     double max_abs;         /* max |coordinate| */
+    mesh_piece *pieces; /* of a solid: they overlap, and their union may be less than the solid: mesh_pieces.c */
+    uint32_t piece_count;
+    bool convex;            /* a solid that its hull is, but for the slack of pieces[0], which has that hull */
     uint32_t rows, columns; /* of the height field that it was made of (height_field.h); 0: of none */
 } mesh;
 

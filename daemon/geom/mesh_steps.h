@@ -27,6 +27,10 @@ void mesh_tree_build(mesh *m);
 /* After that: finds the points that stand for the patches. */
 void mesh_patches_build(mesh *m);
 
+/* After that: finds convex pieces of a solid. */
+void mesh_pieces_build(mesh *m);
+void mesh_pieces_destroy(mesh *m);
+
 /* The least float that is not below x. */
 static inline float float_above(double x)
 {

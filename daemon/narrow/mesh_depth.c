@@ -5,6 +5,8 @@
 #include "gjk.h"
 #include "scalar.h"
 
+/* Work for one pair: counted, so that an answer depends on the poses alone. */
+enum { PARTS_MEASURED_MAX = 128, PIECES_WORK = 400000 };
 enum { ROUNDS_MAX = 12, BACK_ROUNDS = 3, EXTRA_GROWTH = 4 };
 
 /* The bound by the hulls is worth knowing to this part of the bracket that there is without it. */
@@ -18,6 +20,7 @@ typedef struct deepest_search {
     epa_scratch *scratch;
     double depth; /* of the deepest pair of parts so far */
     span part;
+    uint32_t left;   /* pairs that may still be measured */
     vec3 normals[2]; /* of B's triangle and of A's, the same way as part.axis; 0 of a convex A */
     bool found;
 } deepest_search;
@@ -55,6 +58,7 @@ static bool deeper(mesh_walk *w, void *context)
     vec3 n = normal_b(w);
     if (deepest_possible(w, n) <= q->depth) return true;
     narrow_goal goal = *q->goal;
+    if (q->left-- == 0) return false;
     goal.far = 0;
     goal.near = -INFINITY;
     mesh_walk_dress(w);
@@ -135,11 +139,26 @@ static void try_deepest_point(const unit_pair *whole, const narrow_goal *goal, s
 
 /* ---- a translation that separates ---- */
 
+/* The distance of the cores at which the shapes are proven to be apart. */
+static double clear_of(const unit_pair *whole)
+{
+    return whole->radius + 2 * whole->error + whole->excess;
+}
+
+/* By how much points may be outside of the hulls that stand for meshes. */
+static double hull_excess_of(const unit_pair *whole)
+{
+    double of_a = whole->a.type == SHAPE_MESH ? shape_excess(&whole->a) : 0;
+    return (of_a + shape_excess(&whole->b)) * whole->scale;
+}
+
 typedef struct travel {
     const unit_pair *whole;
     mesh_walk *w;
     vec3 direction; /* unit, of B */
     double gone;
+    double most;  /* farther is of no use */
+    mesh_gap gap; /* where it ended */
     double clear; /* distance of the cores at which the shapes are apart */
     double need;  /* of the parts that still overlap: how much farther the farthest must go */
 } travel;
@@ -198,13 +217,15 @@ static bool is_clear(travel *t, double gone, mesh_gap *gap, double *spare)
 static double go(travel *t, double start)
 {
     mesh_gap gap;
-    double spare, extra = 2 * t->whole->error; /* curved parts that all but touch are hard to prove apart */
+    double spare = 0, extra = 2 * t->whole->error; /* curved parts that all but touch are hard to prove apart */
     t->gone = start;
-    for (int round = 0; round < ROUNDS_MAX; round++) {
+    for (int round = 0; round < ROUNDS_MAX && t->gone < t->most; round++) {
         if (is_clear(t, t->gone, &gap, &spare)) {
+            t->gap = gap;
             for (int back = 0; back < BACK_ROUNDS; back++) {
                 t->gone -= spare;
                 if (spare <= t->whole->error || !is_clear(t, t->gone, &gap, &spare)) break;
+                t->gap = gap;
             }
             return max_of(t->gone, 0);
         }
@@ -225,14 +246,14 @@ void mesh_depth_rough(const unit_pair *whole, span *out)
 {
     unit_pair hulls = mesh_depth_hulls(whole);
     double lo = vec_dot(out->axis, unit_pair_nearest_along(&hulls, out->axis).w);
-    out->lo = min_of(lo - shape_excess(&hulls.b) * whole->scale, out->hi);
+    out->lo = min_of(lo - hull_excess_of(whole), out->hi);
 }
 
 /* Out along a direction, if that is shorter than what is known. */
 static void try_way(const unit_pair *whole, mesh_walk *w, vec3 direction, const mesh_gap *held, span *out)
 {
     travel t = {
-        .whole = whole, .w = w, .direction = direction, .clear = whole->radius + 2 * whole->error + whole->excess};
+        .whole = whole, .w = w, .direction = direction, .most = INFINITY, .clear = clear_of(whole)};
     double lo = whole->radius + whole->excess - go(&t, held ? way_out(&t, held) : 0);
     if (!(lo > out->lo)) return;
     out->lo = lo;
@@ -249,7 +270,7 @@ static void try_hulls(const unit_pair *whole, const narrow_goal *goal, epa_scrat
     measure.tolerance = max_of(goal->tolerance, HULL_SHARE * min_of(out->hi - out->lo, whole->size));
     span s;
     dispatch_general(&hulls, &measure, false, VEC_ZERO, scratch, &s);
-    s.lo -= shape_excess(&hulls.b) * whole->scale;
+    s.lo -= hull_excess_of(whole);
     if (s.lo <= out->lo) return;
     out->lo = s.lo;
     out->axis = s.axis;
@@ -278,13 +299,77 @@ static void both_bounds(const unit_pair *whole, mesh_walk *w, const narrow_goal 
     if (!narrow_goal_reached(goal, out->lo, out->hi)) try_deepest_point(whole, goal, out);
 }
 
-void mesh_depth_find(
-    const unit_pair *whole, mesh_walk *w, const narrow_goal *goal, const mesh_gap *gap, epa_scratch *scratch, span *out)
+/* ---- convex pieces ---- */
+
+static bool is_convex(const shape *s)
+{
+    return s->type != SHAPE_MESH || s->mesh->convex;
+}
+
+static double slack_of(const shape *s)
+{
+    return s->type == SHAPE_MESH ? s->mesh->pieces[0].slack : 0;
+}
+
+/* A convex mesh is its hull. True: the goal is reached. */
+static bool depth_of_hulls(const unit_pair *whole, const narrow_goal *goal, epa_scratch *scratch, span *out)
+{
+    if (!is_convex(&whole->a) || !is_convex(&whole->b)) return false;
+    unit_pair hulls = mesh_depth_hulls(whole);
+    span s = *out;
+    double slack = (slack_of(&whole->a) + slack_of(&whole->b)) * whole->scale + whole->error;
+    dispatch_general(&hulls, goal, false, VEC_ZERO, scratch, &s);
+    if (!(s.hi + slack < 0)) return false;
+    s.lo -= hull_excess_of(whole);
+    s.hi = min_of(s.hi + slack, out->hi);
+    s.nearest.count_a = 0;
+    s.nearest.deep = false;
+    *out = s;
+    return narrow_goal_reached(goal, s.lo, s.hi);
+}
+
+typedef struct piece_search {
+    travel t;
+    span *out;
+} piece_search;
+
+/* Where the search has come to: on from there, until all triangles are proven to be apart. */
+static double go_on(void *context, vec3 way)
+{
+    piece_search *q = context;
+    const unit_pair *whole = q->t.whole;
+    double length = vec_norm(way), reserve = q->t.clear + 2 * whole->error;
+    if (!(length > 0)) return INFINITY;
+    q->t.direction = vec_scale(way, 1 / length);
+    q->t.most = whole->radius + whole->excess - q->out->lo;
+    double gone = go(&q->t, length + reserve), lo = whole->radius + whole->excess - gone;
+    if (!(lo > q->out->lo)) return INFINITY;
+    q->out->lo = lo;
+    q->out->axis = q->t.direction;
+    q->out->point_a = q->t.gap.nearest.point_a;
+    q->out->point_b = vec_madd(q->t.gap.nearest.point_b, -gone, q->t.direction);
+    return -lo;
+}
+
+/* Both bounds by the convex pieces that fill the meshes, or most of them. */
+static void depth_of_pieces(const unit_pair *whole, mesh_walk *w, const narrow_goal *goal, union_scratch *u, span *out)
+{
+    if (!union_side_init(&u->a, &whole->a, whole->scale, NULL)) return;
+    if (!union_side_init(&u->b, &whole->b, whole->scale, &whole->b_in_a)) return;
+    piece_search q = {.t = {.whole = whole, .w = w, .clear = clear_of(whole)}, .out = out};
+    union_bounds bounds = union_depth(u, -out->lo, goal->tolerance, 2 * whole->error, PIECES_WORK, go_on, &q);
+    out->iterations += bounds.work / 64;
+    out->hi = min_of(out->hi, -bounds.least);
+}
+
+void mesh_depth_find(const unit_pair *whole, mesh_walk *w, const narrow_goal *goal, const mesh_gap *gap,
+    epa_scratch *scratch, union_scratch *pieces, span *out)
 {
     uint32_t visits = w->visits; /* how many that were depends on where the search for the gap began */
     *out = gap->nearest;
     out->method = NARROW_BY_EPA;
-    deepest_search q = {.goal = goal, .scratch = scratch, .depth = 0};
+    if (gap->relation != MESH_APART && depth_of_hulls(whole, goal, scratch, out)) return;
+    deepest_search q = {.goal = goal, .scratch = scratch, .depth = 0, .left = PARTS_MEASURED_MAX};
     if (gap->relation == MESH_CROSSING) {
         mesh_walk_move(w, whole->b_in_a.t);
         w->within = whole->error;
@@ -306,6 +391,8 @@ void mesh_depth_find(
         mesh_depth_rough(whole, out);
     else
         both_bounds(whole, w, goal, gap, q.normals, scratch, out);
-    out->iterations = iterations + w->visits - visits;
+    if (out->hi > goal->near && !narrow_goal_reached(goal, out->lo, out->hi))
+        depth_of_pieces(whole, w, goal, pieces, out);
+    out->iterations += iterations + w->visits - visits;
     out->lo = min_of(out->lo, out->hi);
 }

@@ -10,11 +10,12 @@
 
 #include "epa.h"
 #include "mesh_gap.h"
+#include "union_depth.h"
 
 /* `whole`: the pair with its meshes; `gap`: what mesh_gap_find said of it. Fills *out as if the depth were one of cores
  * (narrow.c takes the radii off both bounds). */
 void mesh_depth_find(const unit_pair *whole, mesh_walk *w, const narrow_goal *goal, const mesh_gap *gap,
-    epa_scratch *scratch, span *out);
+    epa_scratch *scratch, union_scratch *pieces, span *out);
 
 /* Where a verdict is all that was asked: out->lo from the convex hulls along out->axis. */
 void mesh_depth_rough(const unit_pair *whole, span *out);

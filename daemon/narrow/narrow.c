@@ -21,6 +21,7 @@
 
 struct narrow_scratch {
     epa_scratch epa;
+    union_scratch pieces;
 };
 
 size_t narrow_scratch_size(void)
@@ -70,7 +71,7 @@ static void answer(const shape *a, const shape *b, const pose *b_in_a, const nar
     narrow_result *result)
 {
     if (mesh_pair_applies(a, b)) {
-        mesh_pair_measure(p, a, b, g, cache, &scratch->epa, s);
+        mesh_pair_measure(p, a, b, g, cache, &scratch->epa, &scratch->pieces, s);
         finish(p, s, result);
         return;
     }
