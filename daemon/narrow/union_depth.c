@@ -5,6 +5,8 @@
 #include "geom/hull.h"
 #include "geom/mesh.h"
 #include "scalar.h"
+#include <stdio.h>
+#include <stdlib.h>
 
 /* Lengths in units of the pair. */
 static const double INSIDE = 0x1p-38; /* a translation this far inside of a difference is inside */
@@ -12,6 +14,7 @@ static const double ROUNDING = 0x1p-34;    /* what a bound may be off by: system
 static const double BORDERLINE = 0x1p-30;  /* of the products of the test for edges */
 static const double SAME_NORMAL = 0x1p-40; /* squared distance of unit normals */
 static const double FEASIBLE = 0x1p-42;    /* by which a constraint may be missed */
+static const double MARGIN = 0x1p-34;
 static const double DEPENDENT = 0x1p-32, MISSED = 0x1p-13;
 
 enum { STEPS_MAX = 40, LEAVES_MAX = 12 };
@@ -487,6 +490,50 @@ static void list_pairs(union_scratch *u)
             u->pairs[u->pair_count++] = (union_pair){.part_a = (uint16_t)i, .part_b = (uint16_t)k};
 }
 
+/* How far outside of the difference, at most INFINITY; *plane: along which of its facets. */
+static double outside_by(const union_scratch *u, const union_pair *pair, vec3 way, uint32_t *plane)
+{
+    double most = -INFINITY;
+    for (uint32_t i = pair->first; i < pair->first + pair->count; i++) {
+        double by = vec_dot(u->planes[i].normal, way) - u->planes[i].offset;
+        if (by > most) most = by, *plane = i;
+    }
+    return most;
+}
+
+static void add_wide(const union_scratch *u, program *p, uint32_t plane, double margin)
+{
+    p->normal[p->count] = u->planes[plane].normal;
+    p->offset[p->count++] = u->planes[plane].offset + margin;
+}
+
+/* A way out that keeps `margin` from all differences: it slides along none of them, so that rounding does not hide that
+ * it is one. False: it would have to fit in between two. */
+static bool keep_clear(union_search *s, const union_node *leaf, double margin, vec3 *way)
+{
+    const union_scratch *u = s->u;
+    program p = {.count = 0};
+    for (uint32_t i = 0; i < leaf->plane_count; i++)
+        if (leaf->active >> i & 1) add_wide(u, &p, leaf->planes[i], margin);
+    for (bool all = false; !all;) {
+        all = true;
+        if (!solve(&p)) return false;
+        for (uint32_t i = 0; i < u->pair_count; i++) {
+            const union_pair *pair = &u->pairs[i];
+            uint32_t plane = 0;
+            if (pair->dead || !pair->made || !pair->count) continue;
+            s->work += 1 + pair->count / 8;
+            if (outside_by(u, pair, p.x, &plane) >= margin - 2 * FEASIBLE) continue;
+            if (p.count == UNION_PLANES_A_NODE) return false;
+            add_wide(u, &p, plane, margin);
+            all = false;
+            break;
+        }
+    }
+    *way = p.x;
+    return true;
+}
+
 union_bounds union_depth(union_scratch *u, double within, double tolerance, double error, uint32_t work,
     union_try *try_way, void *context)
 {
@@ -510,13 +557,16 @@ union_bounds union_depth(union_scratch *u, double within, double tolerance, doub
             continue;
         }
         give_up(&s, node.length);
+        vec3 way = node.way;
         if (++leaves > LEAVES_MAX) break;
-        double length = try_way(context, node.way);
+        if (!keep_clear(&s, &node, 2 * s.shrink + MARGIN, &way)) continue;
+        double length = try_way(context, way);
         s.work += 3000;
         if (!(length < s.length)) continue;
         s.length = length;
-        out.direction = vec_norm(node.way) > 0 ? direction_of(node.way) : VEC_ZERO;
+        out.direction = vec_norm(way) > 0 ? direction_of(way) : VEC_ZERO;
     }
+    if (getenv("DBG")) fprintf(stderr,"union: parts %u %u nodes %u planes %u work %u/%u leaves %d floor %g length %g within %g top %g\n",u->a.part_count,u->b.part_count,u->node_count,u->plane_count,s.work,work,leaves,s.floor,s.length,within,u->node_count?u->nodes[0].length:-1.);
     double least = u->node_count ? min_of(u->nodes[0].length, s.floor) : s.floor;
     out.least = max_of(min_of(least, s.length) - ROUNDING, 0);
     out.length = s.length;

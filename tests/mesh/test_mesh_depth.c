@@ -1,0 +1,232 @@
+/* The depth of overlapping meshes: against the exact depth of unions of boxes, by moves that must separate and moves
+ * that must not, and where it is known. */
+#include "brute.h"
+#include "cad.h"
+#include "narrow/narrow.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+static narrow_scratch *scratch;
+
+static int rounds(int nightly)
+{
+    return getenv("COLLIDED_NIGHTLY") ? nightly : nightly / 10;
+}
+
+static narrow_result ask_depth(const shape *a, const shape *b, pose b_in_a, double tolerance)
+{
+    narrow_result r;
+    const narrow_request q = {.facts = NARROW_DISTANCE, .tolerance = tolerance, .range = INFINITY};
+    narrow_query(a, b, &b_in_a, &q, NULL, scratch, &r);
+    return r;
+}
+
+static bool are_apart(const shape *a, const shape *b, pose b_in_a)
+{
+    narrow_result r;
+    const narrow_request q = {.facts = NARROW_VERDICT, .range = INFINITY};
+    narrow_query(a, b, &b_in_a, &q, NULL, scratch, &r);
+    return r.lo > 0;
+}
+
+/* ---- bodies of blocks ---- */
+
+enum { CELLS = 3 };
+
+typedef struct blocks { /* cell (i, j, k) is between grid[0][i] and grid[0][i + 1], ... */
+    double grid[3][CELLS + 1];
+    bool full[CELLS][CELLS][CELLS];
+} blocks;
+
+/* Multiples of 1/64, so that all sums are exact. */
+static blocks random_blocks(dice *d, double share)
+{
+    blocks b;
+    for (int axis = 0; axis < 3; axis++) {
+        b.grid[axis][0] = -(double)(int)dice_between(d, 32, 96) / 64;
+        for (int i = 0; i < CELLS; i++) b.grid[axis][i + 1] = b.grid[axis][i] + (int)dice_between(d, 8, 64) / 64.0;
+    }
+    int count = 0;
+    for (int i = 0; i < CELLS * CELLS * CELLS; i++) {
+        bool full = dice_between(d, 0, 1) < share;
+        b.full[i / 9][i / 3 % 3][i % 3] = full;
+        count += full;
+    }
+    if (!count) b.full[1][1][1] = true;
+    return b;
+}
+
+static bool is_full(const blocks *b, const int c[3])
+{
+    for (int k = 0; k < 3; k++)
+        if (c[k] < 0 || c[k] >= CELLS) return false;
+    return b->full[c[0]][c[1]][c[2]];
+}
+
+/* Faces between a full cell and an empty one. */
+static soup soup_blocks(const blocks *b)
+{
+    soup s = soup_new();
+    for (int i = 0; i < CELLS * CELLS * CELLS; i++) {
+        int c[3] = {i / 9, i / 3 % 3, i % 3};
+        if (!is_full(b, c)) continue;
+        for (int side = 0; side < 6; side++) {
+            int axis = side / 2, u = (axis + 1) % 3, v = (axis + 2) % 3, next[3] = {c[0], c[1], c[2]};
+            int32_t at[4];
+            next[axis] += side & 1 ? 1 : -1;
+            if (is_full(b, next)) continue;
+            for (int k = 0; k < 4; k++) {
+                double p[3];
+                p[axis] = b->grid[axis][c[axis] + (side & 1)];
+                p[u] = b->grid[u][c[u] + (k == 1 || k == 2)];
+                p[v] = b->grid[v][c[v] + (k >= 2)];
+                at[k] = soup_point(&s, vec(p[0], p[1], p[2]));
+            }
+            if (side & 1)
+                soup_quad(&s, at[0], at[1], at[2], at[3]);
+            else
+                soup_quad(&s, at[3], at[2], at[1], at[0]);
+        }
+    }
+    return s;
+}
+
+/* Do they overlap with B moved so? */
+static bool blocks_overlap(const blocks *a, const blocks *b, const double move[3])
+{
+    for (int i = 0; i < CELLS * CELLS * CELLS; i++) {
+        const int p[3] = {i / 9, i / 3 % 3, i % 3};
+        if (!is_full(a, p)) continue;
+        for (int k = 0; k < CELLS * CELLS * CELLS; k++) {
+            const int q[3] = {k / 9, k / 3 % 3, k % 3};
+            bool meet = is_full(b, q);
+            for (int x = 0; x < 3 && meet; x++)
+                meet = a->grid[x][p[x]] < b->grid[x][q[x] + 1] + move[x] &&
+                       b->grid[x][q[x]] + move[x] < a->grid[x][p[x] + 1];
+            if (meet) return true;
+        }
+    }
+    return false;
+}
+
+/* The nearest point outside of a union of boxes has coordinates that are 0 or those of faces. */
+static double blocks_depth(const blocks *a, const blocks *b)
+{
+    enum { MOST = 1 + (CELLS + 1) * (CELLS + 1) };
+    double at[3][MOST], best = INFINITY;
+    for (int x = 0; x < 3; x++) {
+        int count = 0;
+        at[x][count++] = 0;
+        for (int i = 0; i <= CELLS; i++)
+            for (int k = 0; k <= CELLS; k++) at[x][count++] = a->grid[x][i] - b->grid[x][k];
+    }
+    for (int i = 0; i < MOST; i++)
+        for (int k = 0; k < MOST; k++)
+            for (int l = 0; l < MOST; l++) {
+                const double move[3] = {at[0][i], at[1][k], at[2][l]};
+                double length2 = move[0] * move[0] + move[1] * move[1] + move[2] * move[2];
+                if (length2 < best && !blocks_overlap(a, b, move)) best = length2;
+            }
+    return sqrt(best);
+}
+
+static void blocks_are_as_deep_as_brute_force_finds(void **state)
+{
+    (void)state;
+    dice d = {91};
+    int overlaps = 0, narrow = 0;
+    for (int k = 0; k < rounds(1000); k++) {
+        blocks x = random_blocks(&d, 0.3 + 0.6 * (k % 3) / 2), y = random_blocks(&d, 0.3 + 0.6 * (k % 5) / 4);
+        const double still[3] = {0, 0, 0};
+        soup s = soup_blocks(&x), t = soup_blocks(&y);
+        mesh *m = soup_mesh(&s), *n = soup_mesh(&t);
+        shape a = mesh_shape(m, 0), b = mesh_shape(n, 0);
+        narrow_result r = ask_depth(&a, &b, POSE_IDENTITY, 1e-6);
+        if (blocks_overlap(&x, &y, still)) {
+            double depth = blocks_depth(&x, &y);
+            if (!(r.lo <= -depth + 1e-12 && -depth - 1e-12 <= r.hi))
+                fail_msg("%d: [%.12g, %.12g], depth %.12g", k, r.lo, r.hi, depth);
+            overlaps++;
+            narrow += r.hi - r.lo <= 1e-6;
+            assert_true((r.hi - r.lo <= 1e-6) == (r.status == NARROW_CERTAIN));
+        } else {
+            assert_true(r.hi >= 0);
+        }
+        mesh_destroy(m);
+        mesh_destroy(n);
+        soup_free(&s);
+        soup_free(&t);
+    }
+    if (overlaps < rounds(500) || narrow < 0.9 * overlaps) fail_msg("%d of %d are narrow", narrow, overlaps);
+}
+
+/* ---- machine parts ---- */
+
+static pose moved(pose at, vec3 way)
+{
+    return (pose){vec_add(at.p, way), at.q};
+}
+
+/* The move that is told separates: all pairs of triangles, in 113 bits, and no point of either in the other. */
+static void expect_separated(const soup *x, const soup *y, const shape *a, const shape *b, pose at, const narrow_result *r)
+{
+    pose there = moved(at, vec_scale(r->axis, -r->lo + 1e-9));
+    if (!(brute_distance(x, y, &there) > 0)) fail_msg("still in contact after %g", -r->lo);
+    vec3 of_b = pose_point(there, b->mesh->vertices[0]);
+    vec3 of_a = pose_point(pose_relative(there, POSE_IDENTITY), a->mesh->vertices[0]);
+    assert_false(mesh_inside(a->mesh, of_b) || mesh_inside(b->mesh, of_a));
+}
+
+/* No shorter move does. */
+static void expect_no_shorter_way(const shape *a, const shape *b, pose at, const narrow_result *r, dice *d, int count)
+{
+    for (int k = 0; k < count; k++) {
+        vec3 way = k ? vec_unit(dice_vec(d, -1, 1)) : r->axis;
+        double length = -r->hi * (k % 2 ? dice_between(d, 0.5, 1) : 1) - 1e-9;
+        if (length > 0 && are_apart(a, b, moved(at, vec_scale(way, length))))
+            fail_msg("[%g, %g], but %g is enough", r->lo, r->hi, length);
+    }
+}
+
+static void the_bounds_of_machine_parts_hold(void **state)
+{
+    (void)state;
+    dice d = {92};
+    int overlaps = 0, narrow = 0;
+    for (int k = 0; k < rounds(1500); k++) {
+        soup x = cad_solid((cad_kind)(k % CAD_KIND_COUNT), &d), y = cad_solid((cad_kind)(k / 7 % CAD_KIND_COUNT), &d);
+        mesh *m = soup_mesh(&x), *n = soup_mesh(&y);
+        shape a = mesh_shape(m, 0), b = mesh_shape(n, 0);
+        pose at = {dice_vec(&d, -0.8, 0.8), k % 4 ? dice_quat(&d) : (quat){1, 0, 0, 0}};
+        double size = shape_reach(&a) + shape_reach(&b);
+        narrow_result r = ask_depth(&a, &b, at, 1e-6 * size);
+        if (r.hi < 0) {
+            expect_separated(&x, &y, &a, &b, at, &r);
+            expect_no_shorter_way(&a, &b, at, &r, &d, 40);
+            overlaps++;
+            narrow += r.hi - r.lo <= -0.1 * r.lo;
+        }
+        mesh_destroy(m);
+        mesh_destroy(n);
+        soup_free(&x);
+        soup_free(&y);
+    }
+    if (overlaps < rounds(600) || narrow < 0.85 * overlaps) fail_msg("%d of %d are narrow", narrow, overlaps);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(blocks_are_as_deep_as_brute_force_finds),
+        cmocka_unit_test(the_bounds_of_machine_parts_hold),
+    };
+    scratch = aligned_alloc(64, narrow_scratch_size());
+    int failed = cmocka_run_group_tests(tests, NULL, NULL);
+    free(scratch);
+    return failed;
+}
