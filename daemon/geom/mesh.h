@@ -80,6 +80,7 @@ typedef struct mesh {
     double max_abs;         /* max |coordinate| */
     mesh_piece *pieces; /* of a solid: they overlap, and their union may be less than the solid: mesh_pieces.c */
     uint32_t piece_count;
+    bool filled;            /* each triangle is on the surface of a piece: they are the solid, or about it */
     bool convex;            /* a solid that its hull is, but for the slack of pieces[0], which has that hull */
     uint32_t rows, columns; /* of the height field that it was made of (height_field.h); 0: of none */
 } mesh;

@@ -380,6 +380,15 @@ static void grow_pieces(grower *w)
         }
 }
 
+static bool is_filled(const grower *w)
+{
+    for (uint32_t t = 0; t < w->m->triangle_count; t++) {
+        const vec3 *c = w->corners + 3 * (size_t)t;
+        if (!is_held(w, vec_scale(vec_add(vec_add(c[0], c[1]), c[2]), 1.0 / 3), TOUCHING)) return false;
+    }
+    return true;
+}
+
 /* ---- convex meshes ---- */
 
 /* How far the farthest triangle is below the hull, seen along its own normal; in units. */
@@ -420,12 +429,14 @@ void mesh_pieces_build(mesh *m)
         w.normals[t] = vec_unit(vec_cross(vec_sub(c[1], c[0]), vec_sub(c[2], c[0])));
     }
     m->convex = is_convex(&w, &slack);
+    m->filled = m->convex;
     m->pieces = base_zalloc(m->convex ? 1 : MESH_PIECES_MAX, sizeof *m->pieces);
     if (m->convex) {
         m->pieces[0] = (mesh_piece){m->hull, slack};
         m->piece_count = 1;
     } else if (m->triangle_count <= TRIANGLES_MAX) {
         grow_pieces(&w);
+        m->filled = is_filled(&w);
     }
     free(w.corners);
     free(w.normals);

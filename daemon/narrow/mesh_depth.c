@@ -351,25 +351,33 @@ static double go_on(void *context, vec3 way)
     return -lo;
 }
 
-/* Both bounds by the convex pieces that fill the meshes, or most of them. */
-static void depth_of_pieces(const unit_pair *whole, mesh_walk *w, const narrow_goal *goal, union_scratch *u, span *out)
+/* Both bounds by the convex pieces that fill the meshes, or most of them, if what is known leaves something open. */
+static void depth_of_pieces(
+    const unit_pair *whole, mesh_walk *w, const narrow_goal *goal, epa_scratch *scratch, union_scratch *u, span *out)
 {
+    if (narrow_goal_reached(goal, out->lo, out->hi)) return;
     if (!union_side_init(&u->a, &whole->a, whole->scale, NULL)) return;
     if (!union_side_init(&u->b, &whole->b, whole->scale, &whole->b_in_a)) return;
+    if (out->lo == -INFINITY) try_hulls(whole, goal, scratch, out);
     piece_search q = {.t = {.whole = whole, .w = w, .clear = clear_of(whole)}, .out = out};
     union_bounds bounds = union_depth(u, -out->lo, goal->tolerance, 2 * whole->error, PIECES_WORK, go_on, &q);
     out->iterations += bounds.work / 64;
     out->hi = min_of(out->hi, -bounds.least);
 }
 
-void mesh_depth_find(const unit_pair *whole, mesh_walk *w, const narrow_goal *goal, const mesh_gap *gap,
-    epa_scratch *scratch, union_scratch *pieces, span *out)
+static bool is_filled(const shape *s)
 {
-    uint32_t visits = w->visits; /* how many that were depends on where the search for the gap began */
+    return s->type != SHAPE_MESH || s->mesh->filled;
+}
+
+/* Both bounds by the triangles that cross, the way out of what is held, and the hulls. */
+static void depth_of_surfaces(
+    const unit_pair *whole, mesh_walk *w, const narrow_goal *goal, const mesh_gap *gap, epa_scratch *scratch, span *out)
+{
+    const span known = *out;
+    deepest_search q = {.goal = goal, .scratch = scratch, .depth = 0, .left = PARTS_MEASURED_MAX};
     *out = gap->nearest;
     out->method = NARROW_BY_EPA;
-    if (gap->relation != MESH_APART && depth_of_hulls(whole, goal, scratch, out)) return;
-    deepest_search q = {.goal = goal, .scratch = scratch, .depth = 0, .left = PARTS_MEASURED_MAX};
     if (gap->relation == MESH_CROSSING) {
         mesh_walk_move(w, whole->b_in_a.t);
         w->within = whole->error;
@@ -386,13 +394,28 @@ void mesh_depth_find(const unit_pair *whole, mesh_walk *w, const narrow_goal *go
     }
     double centre = out->hi > goal->near ? depth_of_centre(whole, goal) : 0;
     if (centre > 0) out->hi = min_of(out->hi, -centre);
-    uint32_t iterations = out->iterations;
     if (out->hi <= goal->near)
         mesh_depth_rough(whole, out);
     else
         both_bounds(whole, w, goal, gap, q.normals, scratch, out);
-    if (out->hi > goal->near && !narrow_goal_reached(goal, out->lo, out->hi))
-        depth_of_pieces(whole, w, goal, pieces, out);
-    out->iterations += iterations + w->visits - visits;
+    double hi = min_of(out->hi, known.hi);
+    if (known.lo >= out->lo) *out = known;
+    out->hi = hi;
+}
+
+/* What fills is searched first; what does not, where the surfaces do not tell. */
+void mesh_depth_find(const unit_pair *whole, mesh_walk *w, const narrow_goal *goal, const mesh_gap *gap,
+    epa_scratch *scratch, union_scratch *pieces, span *out)
+{
+    uint32_t visits = w->visits; /* how many that were depends on where the search for the gap began */
+    bool measured = goal->near == -INFINITY, first = measured && is_filled(&whole->a) && is_filled(&whole->b);
+    *out = gap->nearest;
+    out->method = NARROW_BY_EPA;
+    out->lo = -INFINITY;
+    if (gap->relation != MESH_APART && depth_of_hulls(whole, goal, scratch, out)) return;
+    if (first && gap->relation != MESH_APART) depth_of_pieces(whole, w, goal, scratch, pieces, out);
+    if (!narrow_goal_reached(goal, out->lo, out->hi)) depth_of_surfaces(whole, w, goal, gap, scratch, out);
+    if (!first && measured) depth_of_pieces(whole, w, goal, scratch, pieces, out);
+    out->iterations = gap->nearest.iterations + w->visits - visits;
     out->lo = min_of(out->lo, out->hi);
 }

@@ -17,7 +17,7 @@ static const double FEASIBLE = 0x1p-42;    /* by which a constraint may be misse
 static const double MARGIN = 0x1p-34;
 static const double DEPENDENT = 0x1p-32, MISSED = 0x1p-13;
 
-enum { STEPS_MAX = 40, LEAVES_MAX = 12 };
+enum { STEPS_MAX = 40, LEAVES_MAX = 12, DIVE_MAX = 16, WORK_A_TRY = 3000 };
 
 /* ---- sides ---- */
 
@@ -395,7 +395,9 @@ typedef struct union_search {
     double length;  /* of the shortest way that is known */
     double shrink;
     double floor;   /* least bound of the regions that were given up */
-    uint32_t work, work_max;
+    uint32_t work;
+    union_try *try_way;
+    void *context;
 } union_search;
 
 /* How far inside of the difference the translation is; negative as soon as it is outside. */
@@ -417,28 +419,61 @@ static double inside_by(union_scratch *u, union_pair *pair, vec3 way, uint32_t *
     return least;
 }
 
-static bool boxes_meet(const union_scratch *u, const union_pair *pair, vec3 way)
+/* How far the boxes of two parts overlap, along the axes of the frame. */
+static double box_depth(const union_scratch *u, const union_pair *pair, vec3 way)
 {
     const union_part *a = &u->a.parts[pair->part_a], *b = &u->b.parts[pair->part_b];
-    return b->lo.x + way.x < a->hi.x && a->lo.x < b->hi.x + way.x && b->lo.y + way.y < a->hi.y &&
-           a->lo.y < b->hi.y + way.y && b->lo.z + way.z < a->hi.z && a->lo.z < b->hi.z + way.z;
+    vec3 up = vec_sub(vec_sub(a->hi, b->lo), way), down = vec_add(vec_sub(b->hi, a->lo), way);
+    return min_of(min_of(min_of(up.x, up.y), min_of(up.z, down.x)), min_of(down.y, down.z));
 }
 
-/* The difference in which the translation is the deepest; NULL: it is in none. */
-static union_pair *deepest_difference(union_search *s, vec3 way)
+/* Before its planes are made: is there a face of either part along which the translation parts them, by so much? */
+static bool is_outside_by_faces(union_search *s, union_pair *pair, vec3 way, double by)
+{
+    const union_scratch *u = s->u;
+    const union_part *a = &u->a.parts[pair->part_a], *b = &u->b.parts[pair->part_b];
+    uint32_t count = a->face_count + b->face_count;
+    for (uint32_t i = 0; i < count; i++) {
+        uint32_t face = (pair->last + i) % count, of_b = face - a->face_count;
+        bool first = face < a->face_count;
+        vec3 n = first ? u->a.normals[a->first_face + face] : vec_neg(u->b.normals[b->first_face + of_b]);
+        double top = first ? u->a.tops[a->first_face + face] + top_of(&u->b, b, vec_neg(n))
+                           : u->b.tops[b->first_face + of_b] + top_of(&u->a, a, n);
+        s->work += 1 + (first ? b : a)->point_count / 8;
+        if (vec_dot(n, way) - (top - s->shrink) < by) continue;
+        pair->last = face;
+        return true;
+    }
+    return false;
+}
+
+/* A difference that the translation is inside of: the deepest of those of which the planes are made, or else the first
+ * by the overlap of boxes, of which they are made now. NULL: it is in none. */
+static union_pair *some_difference(union_search *s, vec3 way)
 {
     union_scratch *u = s->u;
     union_pair *best = NULL;
     double most = 0;
     for (uint32_t i = 0; i < u->pair_count; i++) {
         union_pair *pair = &u->pairs[i];
-        if (pair->dead || !boxes_meet(u, pair, way)) continue;
-        if (!pair->made) s->work += make_planes(u, pair, s->length, s->shrink);
-        if (pair->dead) continue;
+        pair->depth = pair->made ? 0 : box_depth(u, pair, way);
+        if (!pair->made || pair->dead) continue;
         double by = inside_by(u, pair, way, &s->work);
         if (by > most) most = by, best = pair;
     }
-    s->work += u->pair_count / 8;
+    s->work += u->pair_count / 4;
+    while (!best) {
+        union_pair *next = NULL;
+        most = 0;
+        for (uint32_t i = 0; i < u->pair_count; i++)
+            if (u->pairs[i].depth > most) next = &u->pairs[i], most = next->depth;
+        s->work += u->pair_count / 8;
+        if (!next) break;
+        next->depth = 0;
+        if (is_outside_by_faces(s, next, way, -INSIDE)) continue;
+        s->work += make_planes(u, next, s->length, s->shrink);
+        if (!next->dead && inside_by(u, next, way, &s->work) > 0) best = next;
+    }
     return best;
 }
 
@@ -447,17 +482,21 @@ static void give_up(union_search *s, double length)
     s->floor = min_of(s->floor, length);
 }
 
-/* Beyond one plane more. */
-static void add_child(union_search *s, const union_node *node, uint32_t plane)
+/* The region beyond one plane more. False: it has nothing shorter than what is known. The point of the node's region
+ * that is nearest to the origin is x, so that any other point y of it has |y|^2 >= |x|^2 + |y - x|^2. */
+static bool child_of_node(union_search *s, const union_node *node, uint32_t plane, union_node *out)
 {
     union_scratch *u = s->u;
     program p = {.count = 0};
     union_node child = {.plane_count = 0};
-    s->work += 8;
+    double beyond = u->planes[plane].offset - vec_dot(u->planes[plane].normal, node->way);
+    double least2 = max_of(node->length * node->length + beyond * beyond, u->planes[plane].offset * u->planes[plane].offset);
+    if (least2 * (1 - 0x1p-40) >= s->length * s->length) return false;
+    s->work += 16;
     for (uint32_t i = 0; i < node->plane_count; i++) {
         if (node->planes[i] == plane) { /* it was beyond this plane already: rounding ends here */
             give_up(s, node->length);
-            return;
+            return false;
         }
         bool spare = node->plane_count == UNION_PLANES_A_NODE && !(node->active >> i & 1);
         if (spare && p.count + 1 + (node->plane_count - i) > UNION_PLANES_A_NODE) continue;
@@ -469,17 +508,27 @@ static void add_child(union_search *s, const union_node *node, uint32_t plane)
     child.planes[p.count] = (uint16_t)plane;
     p.normal[p.count] = u->planes[plane].normal;
     p.offset[p.count++] = u->planes[plane].offset;
-    if (!solve(&p)) return;
+    if (!solve(&p)) return false;
     child.plane_count = (uint8_t)p.count;
-    for (uint32_t k = 0; k < p.active_count; k++)
-        child.active |= (uint16_t)(1u << p.active[k]);
+    for (uint32_t k = 0; k < p.active_count; k++) child.active |= (uint16_t)(1u << p.active[k]);
     child.way = p.x;
     child.length = max_of(vec_norm(p.x), node->length);
-    if (!(child.length < s->length)) return;
-    if (u->node_count == UNION_NODES_MAX)
-        give_up(s, child.length);
-    else
-        push(u, &child);
+    *out = child;
+    return child.length < s->length;
+}
+
+static void add_children(union_search *s, const union_node *node, const union_pair *pair)
+{
+    union_scratch *u = s->u;
+    union_node child;
+    s->work += 1 + pair->count / 4;
+    for (uint32_t i = pair->first; i < pair->first + pair->count; i++) {
+        if (!child_of_node(s, node, i, &child)) continue;
+        if (u->node_count == UNION_NODES_MAX)
+            give_up(s, child.length);
+        else
+            push(u, &child);
+    }
 }
 
 static void list_pairs(union_scratch *u)
@@ -511,7 +560,7 @@ static void add_wide(const union_scratch *u, program *p, uint32_t plane, double 
  * it is one. False: it would have to fit in between two. */
 static bool keep_clear(union_search *s, const union_node *leaf, double margin, vec3 *way)
 {
-    const union_scratch *u = s->u;
+    union_scratch *u = s->u;
     program p = {.count = 0};
     for (uint32_t i = 0; i < leaf->plane_count; i++)
         if (leaf->active >> i & 1) add_wide(u, &p, leaf->planes[i], margin);
@@ -519,8 +568,10 @@ static bool keep_clear(union_search *s, const union_node *leaf, double margin, v
         all = true;
         if (!solve(&p)) return false;
         for (uint32_t i = 0; i < u->pair_count; i++) {
-            const union_pair *pair = &u->pairs[i];
+            union_pair *pair = &u->pairs[i];
             uint32_t plane = 0;
+            if (!pair->made && box_depth(u, pair, p.x) > -margin && !is_outside_by_faces(s, pair, p.x, margin))
+                s->work += make_planes(u, pair, s->length, s->shrink);
             if (pair->dead || !pair->made || !pair->count) continue;
             s->work += 1 + pair->count / 8;
             if (outside_by(u, pair, p.x, &plane) >= margin - 2 * FEASIBLE) continue;
@@ -534,42 +585,63 @@ static bool keep_clear(union_search *s, const union_node *leaf, double margin, v
     return true;
 }
 
+/* A way out from where the node has come to, tried on the shapes. */
+static void try_leaf(union_search *s, const union_node *leaf)
+{
+    vec3 way = leaf->way;
+    if (!keep_clear(s, leaf, 2 * s->shrink + MARGIN, &way)) return;
+    double length = s->try_way(s->context, way);
+    s->work += WORK_A_TRY;
+    if (!(length < s->length)) return;
+    s->length = length;
+}
+
+/* From difference to difference by the nearest facet: some way out, that is short more often than not. */
+static void dive(union_search *s)
+{
+    union_node node = {.length = 0}, child;
+    for (int depth = 0; depth < DIVE_MAX; depth++) {
+        union_node best = {.length = INFINITY};
+        union_pair *pair = some_difference(s, node.way);
+        if (!pair) {
+            try_leaf(s, &node);
+            return;
+        }
+        for (uint32_t i = pair->first; i < pair->first + pair->count; i++)
+            if (child_of_node(s, &node, i, &child) && child.length < best.length) best = child;
+        if (best.length == INFINITY) return;
+        node = best;
+    }
+}
+
 union_bounds union_depth(union_scratch *u, double within, double tolerance, double error, uint32_t work,
     union_try *try_way, void *context)
 {
-    union_search s = {.u = u, .length = within, .floor = INFINITY, .work_max = work};
-    union_bounds out = {.least = 0, .length = within, .direction = VEC_ZERO};
+    union_search s = {.u = u, .length = within, .floor = INFINITY, .try_way = try_way, .context = context};
     const union_node all = {.length = 0};
     s.shrink = u->a.slack + u->b.slack + error;
     int leaves = 0;
     list_pairs(u);
+    dive(&s);
     push(u, &all);
-    while (u->node_count && s.work < s.work_max) {
+    s.floor = INFINITY;
+    while (u->node_count && s.work < work) {
         union_node node = pop(u);
         double least = min_of(node.length, s.floor);
         if (!(node.length < s.length) || s.length - least + ROUNDING <= tolerance) {
             push(u, &node);
             break;
         }
-        union_pair *pair = deepest_difference(&s, node.way);
+        union_pair *pair = some_difference(&s, node.way);
         if (pair) {
-            for (uint32_t i = pair->first; i < pair->first + pair->count; i++) add_child(&s, &node, i);
+            add_children(&s, &node, pair);
             continue;
         }
         give_up(&s, node.length);
-        vec3 way = node.way;
         if (++leaves > LEAVES_MAX) break;
-        if (!keep_clear(&s, &node, 2 * s.shrink + MARGIN, &way)) continue;
-        double length = try_way(context, way);
-        s.work += 3000;
-        if (!(length < s.length)) continue;
-        s.length = length;
-        out.direction = vec_norm(way) > 0 ? direction_of(way) : VEC_ZERO;
+        try_leaf(&s, &node);
     }
     if (getenv("DBG")) fprintf(stderr,"union: parts %u %u nodes %u planes %u work %u/%u leaves %d floor %g length %g within %g top %g\n",u->a.part_count,u->b.part_count,u->node_count,u->plane_count,s.work,work,leaves,s.floor,s.length,within,u->node_count?u->nodes[0].length:-1.);
-    double least = u->node_count ? min_of(u->nodes[0].length, s.floor) : s.floor;
-    out.least = max_of(min_of(least, s.length) - ROUNDING, 0);
-    out.length = s.length;
-    out.work = s.work;
-    return out;
+    double known = u->node_count ? min_of(u->nodes[0].length, s.floor) : s.floor;
+    return (union_bounds){max_of(min_of(known, s.length) - ROUNDING, 0), s.length, s.work};
 }

@@ -54,7 +54,8 @@ typedef struct union_plane { /* dot(normal, t) < offset inside */
 typedef struct union_pair {
     uint16_t part_a, part_b;
     uint32_t first, count; /* planes, once they are made */
-    uint32_t last;         /* the plane that parted them the last time */
+    uint32_t last;         /* the plane, or before they are made the face, that parted them the last time */
+    double depth;          /* overlap of their boxes, for one translation */
     bool made, dead;       /* dead: it plays no part within the bound, or there is no room for it */
 } union_pair;
 
@@ -83,9 +84,8 @@ bool union_side_init(union_side *side, const shape *s, double scale, const trans
 typedef double union_try(void *context, vec3 way);
 
 typedef struct union_bounds {
-    double least;      /* no shorter translation separates */
-    double length;     /* of the shortest that is known to; the one asked for at first if none was found */
-    vec3 direction;    /* of that; zero: none was found */
+    double least;  /* no shorter translation separates */
+    double length; /* of the shortest that is known to; the one given at first where none was found */
     uint32_t work;
 } union_bounds;
 
