@@ -6,7 +6,7 @@
 #include "scalar.h"
 
 /* Work for one pair: counted, so that an answer depends on the poses alone. */
-enum { PARTS_MEASURED_MAX = 128, PIECES_WORK = 400000 };
+enum { PARTS_MEASURED_MAX = 128, PIECES_WORK = 200000 };
 enum { ROUNDS_MAX = 12, BACK_ROUNDS = 3, EXTRA_GROWTH = 4 };
 
 /* The bound by the hulls is worth knowing to this part of the bracket that there is without it. */
@@ -360,7 +360,7 @@ static void depth_of_pieces(
     if (!union_side_init(&u->b, &whole->b, whole->scale, &whole->b_in_a)) return;
     if (out->lo == -INFINITY) try_hulls(whole, goal, scratch, out);
     piece_search q = {.t = {.whole = whole, .w = w, .clear = clear_of(whole)}, .out = out};
-    union_bounds bounds = union_depth(u, -out->lo, goal->tolerance, 2 * whole->error, PIECES_WORK, go_on, &q);
+    union_bounds bounds = union_depth(u, -out->lo, goal, 2 * whole->error, PIECES_WORK, go_on, &q);
     out->iterations += bounds.work / 64;
     out->hi = min_of(out->hi, -bounds.least);
 }
@@ -415,7 +415,7 @@ void mesh_depth_find(const unit_pair *whole, mesh_walk *w, const narrow_goal *go
     if (gap->relation != MESH_APART && depth_of_hulls(whole, goal, scratch, out)) return;
     if (first && gap->relation != MESH_APART) depth_of_pieces(whole, w, goal, scratch, pieces, out);
     if (!narrow_goal_reached(goal, out->lo, out->hi)) depth_of_surfaces(whole, w, goal, gap, scratch, out);
-    if (!first && measured) depth_of_pieces(whole, w, goal, scratch, pieces, out);
+    if (!first) depth_of_pieces(whole, w, goal, scratch, pieces, out);
     out->iterations = gap->nearest.iterations + w->visits - visits;
     out->lo = min_of(out->lo, out->hi);
 }

@@ -614,7 +614,7 @@ static void dive(union_search *s)
     }
 }
 
-union_bounds union_depth(union_scratch *u, double within, double tolerance, double error, uint32_t work,
+union_bounds union_depth(union_scratch *u, double within, const narrow_goal *goal, double error, uint32_t work,
     union_try *try_way, void *context)
 {
     union_search s = {.u = u, .length = within, .floor = INFINITY, .try_way = try_way, .context = context};
@@ -628,7 +628,7 @@ union_bounds union_depth(union_scratch *u, double within, double tolerance, doub
     while (u->node_count && s.work < work) {
         union_node node = pop(u);
         double least = min_of(node.length, s.floor);
-        if (!(node.length < s.length) || s.length - least + ROUNDING <= tolerance) {
+        if (!(node.length < s.length) || narrow_goal_reached(goal, -s.length, ROUNDING - least)) {
             push(u, &node);
             break;
         }

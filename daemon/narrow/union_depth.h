@@ -15,9 +15,9 @@ enum {
     UNION_PARTS_MAX = 64, /* of a side */
     UNION_POINTS_MAX = 2048,
     UNION_FACES_MAX = 2048,
-    UNION_EDGES_MAX = 4096,
+    UNION_EDGES_MAX = 3072,
     UNION_PAIRS_MAX = 2304,
-    UNION_PLANES_MAX = 12288,
+    UNION_PLANES_MAX = 8192,
     UNION_NODES_MAX = 2048,
     UNION_PLANES_A_NODE = 10
 };
@@ -89,9 +89,9 @@ typedef struct union_bounds {
     uint32_t work;
 } union_bounds;
 
-/* `within`: a translation of that length is known. Ends when the bounds are within `tolerance`, or after `work` units of
- * about 10 ns. */
-union_bounds union_depth(union_scratch *u, double within, double tolerance, double error, uint32_t work,
+/* `within`: a translation of that length is known. Ends when minus the bounds reach the goal, or after `work` units of 10
+ * to 30 ns; `error`: of the points of both. */
+union_bounds union_depth(union_scratch *u, double within, const narrow_goal *goal, double error, uint32_t work,
     union_try *try_way, void *context);
 
 #endif
