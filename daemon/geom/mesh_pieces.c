@@ -21,14 +21,23 @@ enum {
     CORNERS_MAX = 3 + PLANES_MAX,    /* of a triangle that was clipped */
     TRIANGLES_MAX = 20000,           /* of a mesh that is not convex */
     GROWTH_MAX = 200000,             /* triangles looked at, for all pieces of a mesh together */
-    SEEDS_MAX = 400
+    SEEDS_MAX = 400,
+    FAILURES_MAX = 6, /* of growing without giving anything up: it is curved all over */
+    FIRST_PLANES = 16,
+    POINTS_MAX = 1600, /* of all pieces together */
+    EDGES_MAX = 2600
 };
 
 /* In units of mesh.unit: lengths up to 1. */
 static const double TOUCHING = 0x1p-34, CLEARANCE = 0x1p-36, SLACK_MAX = 0x1p-24, LEAST_RADIUS = 0x1p-12;
-/* Shares of the distance to a plane by which it is moved inward, so that one plane cuts off many triangles of a curved
- * surface: tried one after the other. */
-static const double GIVEN_UP[3] = {0, 0.04, 0.12};
+
+/* A share of the distance to each plane by which it is moved inward, so that one plane cuts off many triangles of a
+ * curved surface. Tried one after the other. */
+typedef struct attempt {
+    double given_up;
+    uint32_t planes; /* at most */
+} attempt;
+static const attempt ATTEMPTS[3] = {{0, PLANES_MAX}, {0.08, 24}, {0.2, 24}};
 
 typedef struct region { /* dot(normal, x) <= offset */
     uint32_t count;
@@ -52,7 +61,7 @@ typedef struct grower {
     vec3 *corners; /* three a triangle, in units */
     vec3 *normals; /* of triangles, unit */
     near_triangle *order;
-    uint32_t looked_at;
+    uint32_t looked_at, points, edges, failures;
 } grower;
 
 /* ---- points and triangles ---- */
@@ -126,12 +135,12 @@ static int compare_near(const void *left, const void *right)
     return (a->triangle > b->triangle) - (a->triangle < b->triangle);
 }
 
-static bool cut_off(const grower *w, region *r, vec3 from, uint32_t t, const polygon *left, double given_up)
+static bool cut_off(const grower *w, region *r, vec3 from, uint32_t t, const polygon *left, const attempt *how)
 {
     const vec3 *c = w->corners + 3 * (size_t)t;
     vec3 n = w->normals[t];
     double least = fmin(vec_dot(n, c[0]), fmin(vec_dot(n, c[1]), vec_dot(n, c[2]))), height = vec_dot(n, from);
-    if (r->count == PLANES_MAX) return false;
+    if (r->count == how->planes) return false;
     if (!(least - height > 0x1p-24)) { /* the point is not behind it */
         vec3 to = nearest_of_polygon(left, from);
         n = vec_unit(vec_sub(to, from));
@@ -140,23 +149,50 @@ static bool cut_off(const grower *w, region *r, vec3 from, uint32_t t, const pol
         if (!(least - height > 0x1p-24)) return false;
     }
     r->normal[r->count] = n;
-    r->offset[r->count++] = least - given_up * (least - height);
+    r->offset[r->count++] = least - how->given_up * (least - height);
     return true;
 }
 
-static bool grow(grower *w, vec3 from, double given_up, region *r)
+/* Leaves out what the newest plane cuts off. */
+static uint32_t thin_order(const grower *w, const region *r, uint32_t count)
+{
+    vec3 n = r->normal[r->count - 1];
+    double limit = r->offset[r->count - 1] - TOUCHING;
+    uint32_t kept = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        const vec3 *c = w->corners + 3 * (size_t)w->order[i].triangle;
+        if (!(vec_dot(n, c[0]) > limit && vec_dot(n, c[1]) > limit && vec_dot(n, c[2]) > limit))
+            w->order[kept++] = w->order[i];
+    }
+    return kept;
+}
+
+static bool grow(grower *w, vec3 from, const attempt *how, region *r)
 {
     polygon left;
+    uint32_t count = w->m->triangle_count;
     r->count = 0;
-    w->looked_at += w->m->triangle_count;
-    for (uint32_t t = 0; t < w->m->triangle_count; t++) {
+    w->looked_at += count;
+    for (uint32_t t = 0; t < count; t++) {
         const vec3 *c = w->corners + 3 * (size_t)t;
         w->order[t] = (near_triangle){vec_norm2(vec_sub(nearest_of_triangle(from, c[0], c[1], c[2]), from)), t};
     }
-    qsort(w->order, w->m->triangle_count, sizeof *w->order, compare_near);
-    for (uint32_t i = 0; i < w->m->triangle_count; i++) {
+    for (int k = 0; k < FIRST_PLANES && count; k++) { /* they cut off most; then the order of the rest is found */
+        uint32_t nearest = 0;
+        for (uint32_t i = 1; i < count; i++)
+            if (compare_near(&w->order[i], &w->order[nearest]) < 0) nearest = i;
+        uint32_t t = w->order[nearest].triangle;
+        if (!reaches_in(r, w->corners + 3 * (size_t)t, TOUCHING, &left))
+            w->order[nearest] = w->order[--count];
+        else if (cut_off(w, r, from, t, &left, how))
+            count = thin_order(w, r, count);
+        else
+            return false;
+    }
+    qsort(w->order, count, sizeof *w->order, compare_near);
+    for (uint32_t i = 0; i < count; i++) {
         uint32_t t = w->order[i].triangle;
-        if (reaches_in(r, w->corners + 3 * (size_t)t, TOUCHING, &left) && !cut_off(w, r, from, t, &left, given_up))
+        if (reaches_in(r, w->corners + 3 * (size_t)t, TOUCHING, &left) && !cut_off(w, r, from, t, &left, how))
             return false;
     }
     return true;
@@ -323,20 +359,26 @@ static void add_piece(grower *w, hull *h, double slack)
     }
     m->pieces[kept] = (mesh_piece){h, slack};
     m->piece_count = kept + 1;
+    w->points = w->edges = 0;
+    for (uint32_t i = 0; i <= kept; i++) {
+        w->points += m->pieces[i].hull->vertex_count;
+        w->edges += m->pieces[i].hull->edge_count;
+    }
 }
 
 static bool is_done(const grower *w)
 {
-    return w->m->piece_count == MESH_PIECES_MAX || w->looked_at >= GROWTH_MAX;
+    return w->m->piece_count == MESH_PIECES_MAX || w->looked_at >= GROWTH_MAX || w->points >= POINTS_MAX ||
+           w->edges >= EDGES_MAX;
 }
 
 static void grow_piece(grower *w, vec3 from)
 {
     region r;
     double slack;
-    for (int k = 0; k < 3 && !is_done(w); k++) {
-        if (!grow(w, from, GIVEN_UP[k], &r)) continue;
-        hull *h = hull_of_region(w, &r, from);
+    for (int k = w->failures < FAILURES_MAX ? 0 : 1; k < 3 && !is_done(w); k++) {
+        hull *h = grow(w, from, &ATTEMPTS[k], &r) ? hull_of_region(w, &r, from) : NULL;
+        if (k == 0) w->failures += !h;
         if (h && is_piece(w, h, &slack)) {
             add_piece(w, h, slack);
             return;

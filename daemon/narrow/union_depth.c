@@ -395,7 +395,7 @@ typedef struct union_search {
     double length;  /* of the shortest way that is known */
     double shrink;
     double floor;   /* least bound of the regions that were given up */
-    uint32_t work;
+    uint32_t work, work_max;
     union_try *try_way;
     void *context;
 } union_search;
@@ -448,7 +448,7 @@ static bool is_outside_by_faces(union_search *s, union_pair *pair, vec3 way, dou
 }
 
 /* A difference that the translation is inside of: the deepest of those of which the planes are made, or else the first
- * by the overlap of boxes, of which they are made now. NULL: it is in none. */
+ * by the overlap of boxes, of which they are made now. NULL: it is in none, or the work is done. */
 static union_pair *some_difference(union_search *s, vec3 way)
 {
     union_scratch *u = s->u;
@@ -462,7 +462,7 @@ static union_pair *some_difference(union_search *s, vec3 way)
         if (by > most) most = by, best = pair;
     }
     s->work += u->pair_count / 4;
-    while (!best) {
+    while (!best && s->work < s->work_max) {
         union_pair *next = NULL;
         most = 0;
         for (uint32_t i = 0; i < u->pair_count; i++)
@@ -600,13 +600,11 @@ static void try_leaf(union_search *s, const union_node *leaf)
 static void dive(union_search *s)
 {
     union_node node = {.length = 0}, child;
-    for (int depth = 0; depth < DIVE_MAX; depth++) {
+    for (int depth = 0; depth < DIVE_MAX && s->work < s->work_max / 2; depth++) {
         union_node best = {.length = INFINITY};
         union_pair *pair = some_difference(s, node.way);
-        if (!pair) {
-            try_leaf(s, &node);
-            return;
-        }
+        if (!pair && s->work < s->work_max) try_leaf(s, &node);
+        if (!pair) return;
         for (uint32_t i = pair->first; i < pair->first + pair->count; i++)
             if (child_of_node(s, &node, i, &child) && child.length < best.length) best = child;
         if (best.length == INFINITY) return;
@@ -617,7 +615,7 @@ static void dive(union_search *s)
 union_bounds union_depth(union_scratch *u, double within, const narrow_goal *goal, double error, uint32_t work,
     union_try *try_way, void *context)
 {
-    union_search s = {.u = u, .length = within, .floor = INFINITY, .try_way = try_way, .context = context};
+    union_search s = {.u = u, .length = within, .floor = INFINITY, .work_max = work, .try_way = try_way, .context = context};
     const union_node all = {.length = 0};
     s.shrink = u->a.slack + u->b.slack + error;
     int leaves = 0;
@@ -638,7 +636,7 @@ union_bounds union_depth(union_scratch *u, double within, const narrow_goal *goa
             continue;
         }
         give_up(&s, node.length);
-        if (++leaves > LEAVES_MAX) break;
+        if (s.work >= work || ++leaves > LEAVES_MAX) break;
         try_leaf(&s, &node);
     }
     if (getenv("DBG")) fprintf(stderr,"union: parts %u %u nodes %u planes %u work %u/%u leaves %d floor %g length %g within %g top %g\n",u->a.part_count,u->b.part_count,u->node_count,u->plane_count,s.work,work,leaves,s.floor,s.length,within,u->node_count?u->nodes[0].length:-1.);
