@@ -6,11 +6,22 @@
 #include "scalar.h"
 
 /* Work for one pair: counted, so that an answer depends on the poses alone. */
-enum { PARTS_MEASURED_MAX = 128, PIECES_WORK = 200000 };
+enum {
+    PARTS_CROSSING_MAX = 2000, /* pairs of triangles that are measured where there is nothing else to go by; and ... */
+    PARTS_SHALLOW_MAX = 200,   /* ... where there are pieces: more cross where the overlap is deep */
+    PARTS_COUNTED_MAX = 150,   /* that say how much farther to go */
+    SHALLOW_ROUNDS = 3,        /* of going on, where there are pieces */
+    PIECES_WORK = 200000,     /* of union_depth.h, where the pieces are the meshes ... */
+    SOME_PIECES_WORK = 60000  /* ... and where they are some of it */
+};
 enum { ROUNDS_MAX = 12, BACK_ROUNDS = 3, EXTRA_GROWTH = 4 };
 
 /* The bound by the hulls is worth knowing to this part of the bracket that there is without it. */
 static const double HULL_SHARE = 0.01;
+
+/* Of the size: how far to go on at least where not all parts that overlap are asked; and how much farther each time
+ * than the last, because there are others behind them. */
+static const double LEAST_STRIDE = 0x1p-7, LONGER = 1.5;
 
 /* Axes that are nearly across the direction of travel say little about how far it must go. */
 static const double LEAST_SLOPE = 0.05;
@@ -20,7 +31,7 @@ typedef struct deepest_search {
     epa_scratch *scratch;
     double depth; /* of the deepest pair of parts so far */
     span part;
-    uint32_t left;   /* pairs that may still be measured */
+    uint32_t left;   /* pairs that may still be looked at */
     vec3 normals[2]; /* of B's triangle and of A's, the same way as part.axis; 0 of a convex A */
     bool found;
 } deepest_search;
@@ -56,9 +67,9 @@ static bool deeper(mesh_walk *w, void *context)
     gjk_result start;
     span s;
     vec3 n = normal_b(w);
+    if (q->left-- == 0) return false;
     if (deepest_possible(w, n) <= q->depth) return true;
     narrow_goal goal = *q->goal;
-    if (q->left-- == 0) return false;
     goal.far = 0;
     goal.near = -INFINITY;
     mesh_walk_dress(w);
@@ -161,6 +172,8 @@ typedef struct travel {
     mesh_gap gap; /* where it ended */
     double clear; /* distance of the cores at which the shapes are apart */
     double need;  /* of the parts that still overlap: how much farther the farthest must go */
+    uint32_t left; /* parts that may still be counted */
+    int rounds;    /* at most */
 } travel;
 
 static vec3 position_at(const travel *t, double gone)
@@ -177,7 +190,7 @@ static bool count_need(mesh_walk *w, void *context)
     if (slope < 0) n = vec_neg(n), slope = -slope;
     if (slope > LEAST_SLOPE) straight = min_of(straight, (overlap_along(w, n) + t->clear) / slope);
     t->need = max_of(t->need, straight);
-    return true;
+    return --t->left > 0;
 }
 
 static double width_along(const unit_pair *p, const shape *s, const mat3 *r, vec3 direction)
@@ -217,9 +230,10 @@ static bool is_clear(travel *t, double gone, mesh_gap *gap, double *spare)
 static double go(travel *t, double start)
 {
     mesh_gap gap;
+    double stride = LEAST_STRIDE * t->whole->size;
     double spare = 0, extra = 2 * t->whole->error; /* curved parts that all but touch are hard to prove apart */
     t->gone = start;
-    for (int round = 0; round < ROUNDS_MAX && t->gone < t->most; round++) {
+    for (int round = 0; round < t->rounds && t->gone < t->most; round++) {
         if (is_clear(t, t->gone, &gap, &spare)) {
             t->gap = gap;
             for (int back = 0; back < BACK_ROUNDS; back++) {
@@ -230,11 +244,13 @@ static double go(travel *t, double start)
             return max_of(t->gone, 0);
         }
         t->need = 0;
+        t->left = PARTS_COUNTED_MAX;
         mesh_walk_move(t->w, position_at(t, t->gone));
         t->w->within = t->clear;
         mesh_walk_run(t->w, count_need, t);
         if (gap.relation == MESH_HOLDS_A || gap.relation == MESH_HOLDS_B) t->need = max_of(t->need, way_out(t, &gap));
-        t->gone += max_of(t->need, 0) + extra;
+        stride = max_of(t->need, (round || t->left == 0) * LONGER * stride); /* other parts come in its way */
+        t->gone += stride + extra;
         extra *= EXTRA_GROWTH;
     }
     return INFINITY;
@@ -249,11 +265,22 @@ void mesh_depth_rough(const unit_pair *whole, span *out)
     out->lo = min_of(lo - hull_excess_of(whole), out->hi);
 }
 
-/* Out along a direction, if that is shorter than what is known. */
-static void try_way(const unit_pair *whole, mesh_walk *w, vec3 direction, const mesh_gap *held, span *out)
+/* Farther than that is no better than what is known. */
+static double most_of(const unit_pair *whole, const span *out)
 {
-    travel t = {
-        .whole = whole, .w = w, .direction = direction, .most = INFINITY, .clear = clear_of(whole)};
+    return whole->radius + whole->excess - out->lo;
+}
+
+/* Out along a direction, if that is shorter than what is known. */
+static void try_way(
+    const unit_pair *whole, mesh_walk *w, vec3 direction, int most_rounds, const mesh_gap *held, span *out)
+{
+    travel t = {.whole = whole,
+        .w = w,
+        .direction = direction,
+        .most = most_of(whole, out),
+        .rounds = most_rounds,
+        .clear = clear_of(whole)};
     double lo = whole->radius + whole->excess - go(&t, held ? way_out(&t, held) : 0);
     if (!(lo > out->lo)) return;
     out->lo = lo;
@@ -279,23 +306,23 @@ static void try_hulls(const unit_pair *whole, const narrow_goal *goal, epa_scrat
 /* Out through the nearest point of the surface, or apart along the axis of the deepest parts; the axis of a curved part
  * is known less well than its depth, so along the normals of the deepest triangles, too. */
 static void lower_bound(const unit_pair *whole, mesh_walk *w, const narrow_goal *goal, const mesh_gap *gap,
-    const vec3 normals[2], epa_scratch *scratch, span *out)
+    const vec3 normals[2], int rounds, epa_scratch *scratch, span *out)
 {
     bool held = gap->relation == MESH_HOLDS_A || gap->relation == MESH_HOLDS_B;
     vec3 first = held ? vec_neg(gap->nearest.axis) : out->axis;
     out->lo = -INFINITY;
     out->axis = first;
-    try_way(whole, w, first, held ? gap : NULL, out);
+    try_way(whole, w, first, rounds, held ? gap : NULL, out);
     for (int i = 0; i < 2; i++)
         if (!narrow_goal_reached(goal, out->lo, out->hi) && vec_norm2(normals[i]) > 0)
-            try_way(whole, w, normals[i], NULL, out);
+            try_way(whole, w, normals[i], rounds, NULL, out);
     if (!narrow_goal_reached(goal, out->lo, out->hi)) try_hulls(whole, goal, scratch, out);
 }
 
 static void both_bounds(const unit_pair *whole, mesh_walk *w, const narrow_goal *goal, const mesh_gap *gap,
-    const vec3 normals[2], epa_scratch *scratch, span *out)
+    const vec3 normals[2], int rounds, epa_scratch *scratch, span *out)
 {
-    lower_bound(whole, w, goal, gap, normals, scratch, out);
+    lower_bound(whole, w, goal, gap, normals, rounds, scratch, out);
     if (!narrow_goal_reached(goal, out->lo, out->hi)) try_deepest_point(whole, goal, out);
 }
 
@@ -341,7 +368,7 @@ static double go_on(void *context, vec3 way)
     double length = vec_norm(way), reserve = q->t.clear + 2 * whole->error;
     if (!(length > 0)) return INFINITY;
     q->t.direction = vec_scale(way, 1 / length);
-    q->t.most = whole->radius + whole->excess - q->out->lo;
+    q->t.most = most_of(whole, q->out);
     double gone = go(&q->t, length + reserve), lo = whole->radius + whole->excess - gone;
     if (!(lo > q->out->lo)) return INFINITY;
     q->out->lo = lo;
@@ -353,14 +380,15 @@ static double go_on(void *context, vec3 way)
 
 /* Both bounds by the convex pieces that fill the meshes, or most of them, if what is known leaves something open. */
 static void depth_of_pieces(
-    const unit_pair *whole, mesh_walk *w, const narrow_goal *goal, epa_scratch *scratch, union_scratch *u, span *out)
+    const unit_pair *whole, mesh_walk *w, const narrow_goal *goal, uint32_t work, epa_scratch *scratch,
+    union_scratch *u, span *out)
 {
     if (narrow_goal_reached(goal, out->lo, out->hi)) return;
     if (!union_side_init(&u->a, &whole->a, whole->scale, NULL)) return;
     if (!union_side_init(&u->b, &whole->b, whole->scale, &whole->b_in_a)) return;
     if (out->lo == -INFINITY) try_hulls(whole, goal, scratch, out);
-    piece_search q = {.t = {.whole = whole, .w = w, .clear = clear_of(whole)}, .out = out};
-    union_bounds bounds = union_depth(u, -out->lo, goal, 2 * whole->error, PIECES_WORK, go_on, &q);
+    piece_search q = {.t = {.whole = whole, .w = w, .rounds = ROUNDS_MAX, .clear = clear_of(whole)}, .out = out};
+    union_bounds bounds = union_depth(u, -out->lo, goal, 2 * whole->error, work, go_on, &q);
     out->iterations += bounds.work / 64;
     out->hi = min_of(out->hi, -bounds.least);
 }
@@ -370,12 +398,18 @@ static bool is_filled(const shape *s)
     return s->type != SHAPE_MESH || s->mesh->filled;
 }
 
-/* Both bounds by the triangles that cross, the way out of what is held, and the hulls. */
-static void depth_of_surfaces(
-    const unit_pair *whole, mesh_walk *w, const narrow_goal *goal, const mesh_gap *gap, epa_scratch *scratch, span *out)
+static bool has_pieces(const shape *s)
+{
+    return s->type == SHAPE_MESH ? s->mesh->piece_count > 0 : union_side_takes(s->type);
+}
+
+/* Both bounds by the triangles that cross, the way out of what is held, and the hulls. `deep`: there are pieces to
+ * ask where many cross. */
+static void depth_of_surfaces(const unit_pair *whole, mesh_walk *w, const narrow_goal *goal, const mesh_gap *gap,
+    bool deep, epa_scratch *scratch, span *out)
 {
     const span known = *out;
-    deepest_search q = {.goal = goal, .scratch = scratch, .depth = 0, .left = PARTS_MEASURED_MAX};
+    deepest_search q = {.goal = goal, .scratch = scratch, .depth = 0, .left = deep ? PARTS_SHALLOW_MAX : PARTS_CROSSING_MAX};
     *out = gap->nearest;
     out->method = NARROW_BY_EPA;
     if (gap->relation == MESH_CROSSING) {
@@ -394,10 +428,13 @@ static void depth_of_surfaces(
     }
     double centre = out->hi > goal->near ? depth_of_centre(whole, goal) : 0;
     if (centre > 0) out->hi = min_of(out->hi, -centre);
+    out->lo = -INFINITY;
     if (out->hi <= goal->near)
         mesh_depth_rough(whole, out);
-    else
-        both_bounds(whole, w, goal, gap, q.normals, scratch, out);
+    else if (!(deep && q.left == UINT32_MAX))
+        both_bounds(whole, w, goal, gap, q.normals, deep ? SHALLOW_ROUNDS : ROUNDS_MAX, scratch, out);
+    else if (known.lo == -INFINITY)
+        try_hulls(whole, goal, scratch, out);
     double hi = min_of(out->hi, known.hi);
     if (known.lo >= out->lo) *out = known;
     out->hi = hi;
@@ -408,14 +445,17 @@ void mesh_depth_find(const unit_pair *whole, mesh_walk *w, const narrow_goal *go
     epa_scratch *scratch, union_scratch *pieces, span *out)
 {
     uint32_t visits = w->visits; /* how many that were depends on where the search for the gap began */
-    bool measured = goal->near == -INFINITY, first = measured && is_filled(&whole->a) && is_filled(&whole->b);
+    bool measured = goal->near == -INFINITY, filled = is_filled(&whole->a) && is_filled(&whole->b);
+    bool in_pieces = gap->relation != MESH_APART && has_pieces(&whole->a) && has_pieces(&whole->b);
+    uint32_t work = filled ? PIECES_WORK : SOME_PIECES_WORK;
     *out = gap->nearest;
     out->method = NARROW_BY_EPA;
     out->lo = -INFINITY;
     if (gap->relation != MESH_APART && depth_of_hulls(whole, goal, scratch, out)) return;
-    if (first && gap->relation != MESH_APART) depth_of_pieces(whole, w, goal, scratch, pieces, out);
-    if (!narrow_goal_reached(goal, out->lo, out->hi)) depth_of_surfaces(whole, w, goal, gap, scratch, out);
-    if (!first) depth_of_pieces(whole, w, goal, scratch, pieces, out);
+    if (in_pieces && filled && measured) depth_of_pieces(whole, w, goal, work, scratch, pieces, out);
+    if (!narrow_goal_reached(goal, out->lo, out->hi))
+        depth_of_surfaces(whole, w, goal, gap, in_pieces, scratch, out);
+    if (in_pieces && !(filled && measured)) depth_of_pieces(whole, w, goal, work, scratch, pieces, out);
     out->iterations = gap->nearest.iterations + w->visits - visits;
     out->lo = min_of(out->lo, out->hi);
 }

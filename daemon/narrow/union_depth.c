@@ -17,7 +17,7 @@ static const double FEASIBLE = 0x1p-42;    /* by which a constraint may be misse
 static const double MARGIN = 0x1p-34;
 static const double DEPENDENT = 0x1p-32, MISSED = 0x1p-13;
 
-enum { STEPS_MAX = 40, LEAVES_MAX = 12, DIVE_MAX = 16, WORK_A_TRY = 3000 };
+enum { STEPS_MAX = 40, LEAVES_MAX = 64, TRIES_MAX = 5, DIVE_MAX = 16, WORK_A_TRY = 3000 };
 
 /* ---- sides ---- */
 
@@ -395,7 +395,7 @@ typedef struct union_search {
     double length;  /* of the shortest way that is known */
     double shrink;
     double floor;   /* least bound of the regions that were given up */
-    uint32_t work, work_max;
+    uint32_t work, work_max, tries;
     union_try *try_way;
     void *context;
 } union_search;
@@ -589,8 +589,10 @@ static bool keep_clear(union_search *s, const union_node *leaf, double margin, v
 static void try_leaf(union_search *s, const union_node *leaf)
 {
     vec3 way = leaf->way;
+    if (s->tries == TRIES_MAX) return;
     if (!keep_clear(s, leaf, 2 * s->shrink + MARGIN, &way)) return;
     double length = s->try_way(s->context, way);
+    s->tries++;
     s->work += WORK_A_TRY;
     if (!(length < s->length)) return;
     s->length = length;
@@ -636,7 +638,7 @@ union_bounds union_depth(union_scratch *u, double within, const narrow_goal *goa
             continue;
         }
         give_up(&s, node.length);
-        if (s.work >= work || ++leaves > LEAVES_MAX) break;
+        if (s.work >= work || ++leaves > LEAVES_MAX || s.tries == TRIES_MAX) break;
         try_leaf(&s, &node);
     }
     if (getenv("DBG")) fprintf(stderr,"union: parts %u %u nodes %u planes %u work %u/%u leaves %d floor %g length %g within %g top %g\n",u->a.part_count,u->b.part_count,u->node_count,u->plane_count,s.work,work,leaves,s.floor,s.length,within,u->node_count?u->nodes[0].length:-1.);

@@ -75,6 +75,13 @@ typedef struct union_scratch {
     union_node nodes[UNION_NODES_MAX]; /* a heap, the least length first */
 } union_scratch;
 
+/* Of meshes those that have pieces. */
+static inline bool union_side_takes(shape_type type)
+{
+    return type == SHAPE_SPHERE || type == SHAPE_CAPSULE || type == SHAPE_BOX || type == SHAPE_HULL ||
+           type == SHAPE_MESH;
+}
+
 /* The parts of a shape as a side; false: they are none, or too many, or not all polytopes. `place`: its pose, scaled, or
  * NULL: A. */
 bool union_side_init(union_side *side, const shape *s, double scale, const transform *place);
