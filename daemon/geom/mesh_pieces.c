@@ -20,8 +20,9 @@ enum {
     PLANES_MAX = 96,
     CORNERS_MAX = 3 + PLANES_MAX,    /* of a triangle that was clipped */
     TRIANGLES_MAX = 20000,           /* of a mesh that is not convex */
-    GROWTH_MAX = 200000,             /* triangles looked at, for all pieces of a mesh together */
-    SEEDS_MAX = 400,
+    GROWTH_MAX = 120000,             /* triangles looked at, for all pieces of a mesh together */
+    SEEDS_MAX = 400,                 /* points to grow from, and ... */
+    CHORDS_MAX = 300000,             /* ... triangles that are asked for them */
     FAILURES_MAX = 6, /* of growing without giving anything up: it is curved all over */
     FIRST_PLANES = 16,
     POINTS_MAX = 1600, /* of all pieces together */
@@ -409,7 +410,8 @@ static double chord(const grower *w, vec3 from, vec3 way, uint32_t self)
  * surface. */
 static void grow_pieces(grower *w)
 {
-    uint32_t count = w->m->triangle_count, step = count > SEEDS_MAX ? count / SEEDS_MAX : 1;
+    uint32_t count = w->m->triangle_count, seeds = CHORDS_MAX / count < SEEDS_MAX ? CHORDS_MAX / count : SEEDS_MAX;
+    uint32_t step = count > seeds ? (count + seeds - 1) / seeds : 1;
     for (int close = 0; close < 2; close++)
         for (uint32_t t = 0; t < count && !is_done(w); t += step) {
             const vec3 *c = w->corners + 3 * (size_t)t;
