@@ -11,6 +11,8 @@ enum {
     PARTS_SHALLOW_MAX = 200,   /* ... where there are pieces: more cross where the overlap is deep */
     PARTS_COUNTED_MAX = 150,   /* that say how much farther to go */
     SHALLOW_ROUNDS = 3,        /* of going on, where there are pieces */
+    PARTS_IN_BRIEF = 24,       /* as the first, for who asked for no more than a bracket */
+    BRIEF_WORK = 6000,         /* of union_depth.h, for them */
     PIECES_WORK = 200000,     /* of union_depth.h, where the pieces are the meshes ... */
     SOME_PIECES_WORK = 60000  /* ... and where they are some of it */
 };
@@ -22,6 +24,9 @@ static const double HULL_SHARE = 0.01;
 /* Of the size: how far to go on at least where not all parts that overlap are asked; and how much farther each time
  * than the last, because there are others behind them. */
 static const double LEAST_STRIDE = 0x1p-7, LONGER = 1.5;
+
+/* A bracket in which the lower bound is no more than twice the upper needs no triangles. */
+static const double HALF_TOLD = 0.5;
 
 /* Axes that are nearly across the direction of travel say little about how far it must go. */
 static const double LEAST_SLOPE = 0.05;
@@ -440,6 +445,26 @@ static void depth_of_surfaces(const unit_pair *whole, mesh_walk *w, const narrow
     out->hi = hi;
 }
 
+/* The first bracket: by the pieces, where they fill and soon tell; by the first triangles that cross, and the hulls. */
+static void depth_in_brief(const unit_pair *whole, mesh_walk *w, const narrow_goal *goal, const mesh_gap *gap,
+    bool filled, epa_scratch *scratch, union_scratch *pieces, span *out)
+{
+    deepest_search q = {.goal = goal, .scratch = scratch, .depth = 0, .left = PARTS_IN_BRIEF};
+    if (filled) depth_of_pieces(whole, w, goal, BRIEF_WORK, scratch, pieces, out);
+    if (gap->relation == MESH_CROSSING && !(out->hi < HALF_TOLD * out->lo)) {
+        mesh_walk_move(w, whole->b_in_a.t);
+        w->within = whole->error;
+        mesh_walk_run(w, deeper, &q);
+        out->hi = min_of(out->hi, -q.depth);
+    } else if (gap->relation != MESH_CROSSING && gap->relation != MESH_APART) {
+        out->hi = min_of(out->hi, -gap->nearest.lo);
+    }
+    if (out->lo == -INFINITY) try_hulls(whole, goal, scratch, out);
+    if (!q.found || narrow_goal_reached(goal, out->lo, out->hi)) return;
+    out->point_a = q.part.point_a;
+    out->point_b = q.part.point_b;
+}
+
 /* What fills is searched first; what does not, where the surfaces do not tell. */
 void mesh_depth_find(const unit_pair *whole, mesh_walk *w, const narrow_goal *goal, const mesh_gap *gap,
     epa_scratch *scratch, union_scratch *pieces, span *out)
@@ -452,6 +477,11 @@ void mesh_depth_find(const unit_pair *whole, mesh_walk *w, const narrow_goal *go
     out->method = NARROW_BY_EPA;
     out->lo = -INFINITY;
     if (gap->relation != MESH_APART && depth_of_hulls(whole, goal, scratch, out)) return;
+    if (goal->brief && measured) {
+        depth_in_brief(whole, w, goal, gap, in_pieces && filled, scratch, pieces, out);
+        out->lo = min_of(out->lo, out->hi);
+        return;
+    }
     if (in_pieces && filled && measured) depth_of_pieces(whole, w, goal, work, scratch, pieces, out);
     if (!narrow_goal_reached(goal, out->lo, out->hi))
         depth_of_surfaces(whole, w, goal, gap, in_pieces, scratch, out);

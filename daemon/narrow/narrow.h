@@ -30,6 +30,7 @@ typedef struct narrow_request {
     double range;     /* m; beyond it a lower bound is enough. INFINITY = always measure */
     double threshold; /* m; for NARROW_VERDICT and NARROW_MANIFOLD */
     narrow_engine engine;
+    bool brief; /* of how deep a mesh is in something the first bracket is enough, as wide as it is */
 } narrow_request;
 
 enum { MANIFOLD_POINTS_MAX = 4 };

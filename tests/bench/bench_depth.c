@@ -26,7 +26,7 @@ static narrow_result ask(const shape *a, const shape *b, pose b_in_a, bool brief
     const double size = shape_reach(a) + shape_reach(b);
     narrow_request q = {
         .facts = NARROW_VERDICT | NARROW_DISTANCE, .tolerance = 1e-6 * size, .range = INFINITY, .threshold = 0};
-    if (brief) q.facts = NARROW_VERDICT;
+    q.brief = brief;
     narrow_query(a, b, &b_in_a, &q, NULL, scratch, &r);
     return r;
 }
