@@ -223,9 +223,190 @@ static void the_bounds_of_machine_parts_hold(void **state)
     if (overlaps < rounds(600) || narrow < 0.85 * overlaps) fail_msg("%d of %d are narrow", narrow, overlaps);
 }
 
+/* ---- where it is known ---- */
+
+static void expect_depth(const shape *a, const shape *b, pose at, double depth)
+{
+    double size = shape_reach(a) + shape_reach(b);
+    narrow_result r = ask_depth(a, b, at, 1e-6 * size);
+    if (!(r.lo <= -depth + 1e-12 && -depth - 1e-12 <= r.hi && r.hi - r.lo <= 1e-6 * size))
+        fail_msg("[%.12g, %.12g], depth %.12g", r.lo, r.hi, depth);
+    assert_int_equal(r.status, NARROW_CERTAIN);
+}
+
+static void expect_mesh_depth(soup x, soup y, pose at, double depth)
+{
+    mesh *m = soup_mesh(&x), *n = soup_mesh(&y);
+    shape a = mesh_shape(m, 0), b = mesh_shape(n, 0);
+    expect_depth(&a, &b, at, depth);
+    mesh_destroy(m);
+    mesh_destroy(n);
+    soup_free(&x);
+    soup_free(&y);
+}
+
+static pose at_point(double x, double y, double z)
+{
+    return (pose){{x, y, z}, {1, 0, 0, 0}};
+}
+
+static void concentric_cubes_are_as_deep_as_they_are_wide(void **state)
+{
+    (void)state;
+    expect_mesh_depth(soup_box(1, 1, 1, 1), soup_box(1, 1, 1, 1), POSE_IDENTITY, 2);
+    expect_mesh_depth(soup_box(1, 1, 1, 4), soup_box(1, 1, 1, 3), POSE_IDENTITY, 2);
+    expect_mesh_depth(soup_box(1, 1, 1, 1), soup_box(0.5, 0.5, 0.5, 1), POSE_IDENTITY, 1.5); /* one holds the other */
+    expect_mesh_depth(soup_box(1, 1, 1, 2), soup_box(1, 1, 1, 1), at_point(0.25, -0.125, 0.5), 1.5);
+}
+
+static const double ELL[6][2] = {{-1, -1}, {1, -1}, {1, -0.5}, {-0.5, -0.5}, {-0.5, 1}, {-1, 1}};
+static const double PROFILE_U[8][2] = {
+    {-1, -1}, {1, -1}, {1, 1}, {0.75, 1}, {0.75, -0.75}, {-0.75, -0.75}, {-0.75, 1}, {-1, 1}};
+
+/* A small cube in the corner of an L, that is in both arms: out by the inner corner. */
+static void what_is_in_a_corner_leaves_it(void **state)
+{
+    (void)state;
+    soup cube = soup_box(0.25, 0.25, 0.25, 1);
+    for (int k = 0; k < 3; k++) { /* 0.05 into the floor, 0.12 into the wall: both have to be left */
+        double down = k == 1 ? 0 : 0.05, aside = k == 2 ? 0 : 0.12;
+        soup a = cad_extruded(ELL, NULL, 6, 1), b = soup_new();
+        soup_add(&b, &cube, VEC_ZERO);
+        expect_mesh_depth(a, b, at_point(-0.25 - aside - 1e-9, -0.25 - down - 1e-9, 0), hypot(aside, down) + 1e-9);
+    }
+    soup_free(&cube);
+}
+
+static void expect_in_profile(double wide, double x, double y, double depth)
+{
+    soup a = cad_extruded(PROFILE_U, NULL, 8, 2);
+    expect_mesh_depth(a, soup_box(wide, 0.25, 0.25, 1), at_point(x, y, 0), depth);
+}
+
+/* Between the walls of a U, that it fits in, and that it does not. */
+static void what_is_in_a_groove_leaves_it(void **state)
+{
+    (void)state;
+    expect_in_profile(0.5, 0.3125, 0, 0.0625);  /* back from one wall */
+    expect_in_profile(0.5, 0, -0.625, 0.125);   /* up from the floor */
+    expect_in_profile(0.875, 0, 0.5, 0.75);     /* does not fit: up and out */
+    expect_in_profile(0.3125, 0.875, 0, 0.4375); /* in a wall: inward there is room, outward is farther */
+}
+
+/* A ring about a bar that is too thick, and one about a bar that hangs aside. */
+static void a_ring_about_a_bar(void **state)
+{
+    (void)state;
+    const double outer[8][2] = {{2, 2}, {0, 2}, {-2, 2}, {-2, 0}, {-2, -2}, {0, -2}, {2, -2}, {2, 0}};
+    const double inner[8][2] = {{1, 1}, {0, 1}, {-1, 1}, {-1, 0}, {-1, -1}, {0, -1}, {1, -1}, {1, 0}};
+    for (int k = 0; k < 3; k++) {
+        soup a = cad_extruded(outer, inner, 8, 0.5);
+        double wide = k == 0 ? 0.75 : 1.25, x = k == 0 ? 0.375 : k == 1 ? 0 : 0.125;
+        /* back by 0.125; across by 0.25 in the ring is as short as beyond it; out along the bar, which is 2 long */
+        expect_mesh_depth(a, soup_box(wide, 0.5, 2, 1), at_point(x, 0, 0), k == 0 ? 0.125 : k == 1 ? 2.5 : 2.5);
+    }
+}
+
+/* ---- relations ---- */
+
+static void a_convex_mesh_is_its_hull(void **state)
+{
+    (void)state;
+    dice d = {93};
+    for (int k = 0; k < rounds(1000); k++) {
+        static const cad_kind KINDS[3] = {CAD_BOX, CAD_CYLINDER, CAD_CONE};
+        soup x = cad_solid(KINDS[k % 3], &d), y = cad_solid(KINDS[k / 3 % 3], &d);
+        mesh *m = soup_mesh(&x), *n = soup_mesh(&y);
+        assert_true(m->convex && n->convex && m->piece_count == 1);
+        shape a = mesh_shape(m, 0), b = mesh_shape(n, 0), ha = a, hb = b;
+        ha.type = hb.type = SHAPE_HULL;
+        pose at = {dice_vec(&d, -0.7, 0.7), dice_quat(&d)};
+        double size = shape_reach(&a) + shape_reach(&b);
+        narrow_result r = ask_depth(&a, &b, at, 1e-6 * size), h = ask_depth(&ha, &hb, at, 0);
+        if (h.hi < 0 && !(r.lo <= h.hi && h.lo <= r.hi && r.hi - r.lo <= 1e-6 * size))
+            fail_msg("[%.12g, %.12g], of hulls [%.12g, %.12g]", r.lo, r.hi, h.lo, h.hi);
+        mesh_destroy(m);
+        mesh_destroy(n);
+        soup_free(&x);
+        soup_free(&y);
+    }
+}
+
+/* Any point of a piece that is inside by more than its slack is inside of the mesh. */
+static void pieces_are_inside(void **state)
+{
+    (void)state;
+    dice d = {94};
+    for (int k = 0; k < CAD_KIND_COUNT * rounds(40); k++) {
+        soup s = cad_solid((cad_kind)(k % CAD_KIND_COUNT), &d);
+        mesh *m = soup_mesh(&s);
+        assert_true(m->solid && m->filled && m->piece_count > 0);
+        for (uint32_t i = 0; i < m->piece_count; i++) {
+            const hull *h = m->pieces[i].hull;
+            vec3 centre = VEC_ZERO;
+            assert_true(m->pieces[i].slack < 1e-8);
+            for (uint32_t v = 0; v < h->vertex_count; v++)
+                centre = vec_madd(centre, 1.0 / h->vertex_count, hull_vertex(h, v));
+            for (uint32_t v = 0; v < h->vertex_count; v++) {
+                vec3 near = vec_madd(hull_vertex(h, v), 1e-6, vec_sub(centre, hull_vertex(h, v)));
+                assert_true(mesh_inside(m, near));
+            }
+        }
+        mesh_destroy(m);
+        soup_free(&s);
+    }
+}
+
+/* The other order negates, a power of two scales, and neither changes a bit more; nor does what a pair remembers. */
+static void order_scale_and_memory_change_nothing(void **state)
+{
+    (void)state;
+    dice d = {95};
+    for (int k = 0; k < rounds(400); k++) {
+        soup x = cad_solid((cad_kind)(k % CAD_KIND_COUNT), &d), y = cad_solid((cad_kind)(k / 5 % CAD_KIND_COUNT), &d);
+        soup big_x = soup_new(), big_y = soup_new();
+        soup_add(&big_x, &x, VEC_ZERO);
+        soup_add(&big_y, &y, VEC_ZERO);
+        for (size_t i = 0; i < 3 * x.point_count; i++) big_x.points[i] *= 4;
+        for (size_t i = 0; i < 3 * y.point_count; i++) big_y.points[i] *= 4;
+        mesh *m = soup_mesh(&x), *n = soup_mesh(&y), *big_m = soup_mesh(&big_x), *big_n = soup_mesh(&big_y);
+        shape a = mesh_shape(m, 0), b = mesh_shape(n, 0), big_a = mesh_shape(big_m, 0), big_b = mesh_shape(big_n, 0);
+        pose at_a = {dice_vec(&d, -0.5, 0.5), dice_quat(&d)}, at_b = {dice_vec(&d, -0.5, 0.5), dice_quat(&d)};
+        narrow_request q = {.facts = NARROW_DISTANCE, .tolerance = 1e-6, .range = INFINITY, .brief = k % 3 == 0};
+        narrow_result r, turned, big, kept, cold;
+        narrow_query_world(&a, at_a, &b, at_b, &q, scratch, &r);
+        narrow_query_world(&b, at_b, &a, at_a, &q, scratch, &turned);
+        assert_true(r.lo == turned.lo && r.hi == turned.hi && vec_norm(vec_add(r.axis, turned.axis)) == 0);
+        pose at = pose_relative(at_a, at_b), big_at = {vec_scale(at.p, 4), at.q};
+        const shape *first = narrow_ordered(&a, 0, &b, 1) ? &a : &b, *second = first == &a ? &b : &a;
+        if (first == &a) {
+            narrow_cache cache = {.lower = 0};
+            narrow_query(first, second, &at, &q, NULL, scratch, &cold);
+            for (int times = 0; times < 2; times++) {
+                narrow_query(first, second, &at, &q, &cache, scratch, &kept);
+                assert_true(kept.lo == cold.lo && kept.hi == cold.hi);
+                assert_memory_equal(&kept.axis, &cold.axis, sizeof kept.axis);
+                assert_memory_equal(&kept.point_a, &cold.point_a, 2 * sizeof kept.point_a);
+            }
+            q.tolerance *= 4;
+            narrow_query(&big_a, &big_b, &big_at, &q, NULL, scratch, &big);
+            assert_true(big.lo == 4 * cold.lo && big.hi == 4 * cold.hi);
+        }
+        mesh_destroy(m), mesh_destroy(n), mesh_destroy(big_m), mesh_destroy(big_n);
+        soup_free(&x), soup_free(&y), soup_free(&big_x), soup_free(&big_y);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(concentric_cubes_are_as_deep_as_they_are_wide),
+        cmocka_unit_test(what_is_in_a_corner_leaves_it),
+        cmocka_unit_test(what_is_in_a_groove_leaves_it),
+        cmocka_unit_test(a_ring_about_a_bar),
+        cmocka_unit_test(a_convex_mesh_is_its_hull),
+        cmocka_unit_test(pieces_are_inside),
+        cmocka_unit_test(order_scale_and_memory_change_nothing),
         cmocka_unit_test(blocks_are_as_deep_as_brute_force_finds),
         cmocka_unit_test(the_bounds_of_machine_parts_hold),
     };
