@@ -115,7 +115,7 @@ static void search(const shape *a, const shape *b, const pose *b_in_a, const nar
     if (b->type == SHAPE_MESH && !mesh_pair_applies(a, b)) hull.type = SHAPE_HULL, b = &hull;
     unit_pair_init(p, a, b, b_in_a);
     if (compound_pair_applies(b)) {
-        compound_pair_query(p, a, b, b_in_a, request, scratch, &scratch->epa, result);
+        compound_pair_query(p, a, b, b_in_a, request, scratch, &scratch->epa, &scratch->pieces, result);
         return;
     }
     if (mesh_pair_applies(a, b)) mesh_pair_prepare(p, a);

@@ -23,7 +23,7 @@ enum { STEPS_MAX = 40, LEAVES_MAX = 64, TRIES_MAX = 5, DIVE_MAX = 16, WORK_A_TRY
 
 static bool has_room(const union_side *s, uint32_t points, uint32_t faces, uint32_t edges)
 {
-    return s->part_count < UNION_PARTS_MAX && s->point_count + points <= UNION_POINTS_MAX &&
+    return s->part_count < UNION_SIDE_PARTS && s->point_count + points <= UNION_POINTS_MAX &&
            s->face_count + faces <= UNION_FACES_MAX && s->edge_count + edges <= UNION_EDGES_MAX;
 }
 
@@ -133,10 +133,8 @@ static bool put_mesh(union_side *s, const mesh *m, double scale, const transform
     return m->piece_count > 0;
 }
 
-bool union_side_init(union_side *side, const shape *s, double scale, const transform *place)
+static bool put_shape(union_side *side, const shape *s, double scale, const transform *place)
 {
-    side->part_count = side->point_count = side->face_count = side->edge_count = 0;
-    side->slack = 0;
     switch (s->type) {
     case SHAPE_SPHERE:
         return put_segment(side, 0, place);
@@ -151,6 +149,37 @@ bool union_side_init(union_side *side, const shape *s, double scale, const trans
     default:
         return false;
     }
+}
+
+static void clear_side(union_side *side)
+{
+    side->part_count = side->point_count = side->face_count = side->edge_count = 0;
+    side->slack = 0;
+}
+
+bool union_side_of_children(union_side *side, const compound *c, double scale, const transform *place, double *rounding)
+{
+    clear_side(side);
+    *rounding = INFINITY;
+    for (uint32_t i = 0; i < c->child_count; i++) {
+        const compound_child *child = &c->children[i];
+        transform t = {child->place.r, vec_scale(child->place.t, scale)};
+        if (place) {
+            t.t = transform_point(place, t.t);
+            t.r = (mat3){mat_mul(place->r, t.r.x), mat_mul(place->r, t.r.y), mat_mul(place->r, t.r.z)};
+        }
+        *rounding = min_of(*rounding, child->shape.radius * scale);
+        shape part = child->shape;
+        part.half = vec_scale(part.half, scale);
+        if (part.type == SHAPE_MESH || part.deviation > 0 || !put_shape(side, &part, scale, &t)) return false;
+    }
+    return true;
+}
+
+bool union_side_init(union_side *side, const shape *s, double scale, const transform *place)
+{
+    clear_side(side);
+    return put_shape(side, s, scale, place);
 }
 
 /* ---- the facets of a difference ---- */

@@ -12,7 +12,7 @@
 #include "unit_pair.h"
 
 enum {
-    UNION_PARTS_MAX = 64, /* of a side */
+    UNION_SIDE_PARTS = 64, /* of a side */
     UNION_POINTS_MAX = 2048,
     UNION_FACES_MAX = 2048,
     UNION_EDGES_MAX = 3072,
@@ -39,7 +39,7 @@ typedef struct union_part { /* of the side's arrays */
 typedef struct union_side {
     uint32_t part_count, point_count, face_count, edge_count;
     double slack; /* the greatest of its parts': how much less than them may be solid */
-    union_part parts[UNION_PARTS_MAX];
+    union_part parts[UNION_SIDE_PARTS];
     vec3 points[UNION_POINTS_MAX];
     vec3 normals[UNION_FACES_MAX]; /* unit */
     double tops[UNION_FACES_MAX];  /* of the part along its face's normal */
@@ -81,6 +81,11 @@ static inline bool union_side_takes(shape_type type)
     return type == SHAPE_SPHERE || type == SHAPE_CAPSULE || type == SHAPE_BOX || type == SHAPE_HULL ||
            type == SHAPE_MESH;
 }
+
+/* The children of a compound; false: there are too many, or not all are polytopes but for their rounding. Of those only
+ * the least is told. */
+bool union_side_of_children(
+    union_side *side, const struct compound *c, double scale, const transform *place, double *rounding);
 
 /* The parts of a shape as a side; false: they are none, or too many, or not all polytopes. `place`: its pose, scaled, or
  * NULL: A. */
