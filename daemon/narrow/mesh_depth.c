@@ -11,7 +11,8 @@ enum {
     PARTS_SHALLOW_MAX = 200,   /* ... where there are pieces: more cross where the overlap is deep */
     PARTS_COUNTED_MAX = 150,   /* that say how much farther to go */
     SHALLOW_ROUNDS = 3,        /* of going on, where there are pieces */
-    PARTS_IN_BRIEF = 24,       /* as the first, for who asked for no more than a bracket */
+    PARTS_IN_BRIEF = 64,       /* as the first, for who asked for no more than a bracket; and ... */
+    BRIEF_ROUNDS = 2,          /* ... of going on, where these are all */
     BRIEF_WORK = 6000,         /* of union_depth.h, for them */
     PIECES_WORK = 200000,     /* of union_depth.h, where the pieces are the meshes ... */
     SOME_PIECES_WORK = 60000  /* ... and where they are some of it */
@@ -456,6 +457,7 @@ static void depth_in_brief(const unit_pair *whole, mesh_walk *w, const narrow_go
         w->within = whole->error;
         mesh_walk_run(w, deeper, &q);
         out->hi = min_of(out->hi, -q.depth);
+        if (q.found && q.left != UINT32_MAX) try_way(whole, w, q.part.axis, BRIEF_ROUNDS, NULL, out);
     } else if (gap->relation != MESH_CROSSING && gap->relation != MESH_APART) {
         out->hi = min_of(out->hi, -gap->nearest.lo);
     }
