@@ -12,8 +12,8 @@
 enum {
     MESH_TRIANGLES_MAX = 1 << 22, /* so that the hierarchy is at most MESH_DEPTH_MAX nodes deep: see mesh_tree.c */
     MESH_DEPTH_MAX = 12,
-    MESH_WIDTH = 4,        /* children of a node: as many floats as a vector register of any processor has */
-    MESH_LEAF_MAX = 4,     /* triangles */
+    MESH_WIDTH = 4,         /* children of a node: as many floats as a vector register of any processor has */
+    MESH_LEAF_MAX = 4,      /* triangles */
     MESH_PATCH_POINTS = 24, /* that stand for a patch, at most */
     MESH_PIECES_MAX = 48
 };
@@ -76,8 +76,8 @@ typedef struct mesh {
     double unit; /* a power of two, m: the boxes' unit, so that floats hold any mesh */
     bool solid;
     mesh_findings found;
-    hull *hull;             /* convex hull of all vertices; flat when the mesh is */
-    double max_abs;         /* max |coordinate| */
+    hull *hull;         /* convex hull of all vertices; flat when the mesh is */
+    double max_abs;     /* max |coordinate| */
     mesh_piece *pieces; /* of a solid: they overlap, and their union may be less than the solid: mesh_pieces.c */
     uint32_t piece_count;
     bool filled;            /* each triangle is on the surface of a piece: they are the solid, or about it */

@@ -18,12 +18,12 @@
 
 enum {
     PLANES_MAX = 96,
-    CORNERS_MAX = 3 + PLANES_MAX,    /* of a triangle that was clipped */
-    TRIANGLES_MAX = 20000,           /* of a mesh that is not convex */
-    GROWTH_MAX = 120000,             /* triangles looked at, for all pieces of a mesh together */
-    SEEDS_MAX = 400,                 /* points to grow from, and ... */
-    CHORDS_MAX = 300000,             /* ... triangles that are asked for them */
-    FAILURES_MAX = 6, /* of growing without giving anything up: it is curved all over */
+    CORNERS_MAX = 3 + PLANES_MAX, /* of a triangle that was clipped */
+    TRIANGLES_MAX = 20000,        /* of a mesh that is not convex */
+    GROWTH_MAX = 120000,          /* triangles looked at, for all pieces of a mesh together */
+    SEEDS_MAX = 400,              /* points to grow from, and ... */
+    CHORDS_MAX = 300000,          /* ... triangles that are asked for them */
+    FAILURES_MAX = 6,             /* of growing without giving anything up: it is curved all over */
     FIRST_PLANES = 16,
     POINTS_MAX = 1600, /* of all pieces together */
     EDGES_MAX = 2600
@@ -78,8 +78,7 @@ static vec3 nearest_of_triangle(vec3 p, vec3 a, vec3 b, vec3 c)
     double vc = d1 * d4 - d3 * d2, vb = d5 * d2 - d1 * d6, va = d3 * d6 - d5 * d4;
     if (vc <= 0 && d1 >= 0 && d3 <= 0) return vec_madd(a, d1 / (d1 - d3), ab);
     if (vb <= 0 && d2 >= 0 && d6 <= 0) return vec_madd(a, d2 / (d2 - d6), ac);
-    if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0)
-        return vec_madd(b, (d4 - d3) / ((d4 - d3) + (d5 - d6)), vec_sub(c, b));
+    if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) return vec_madd(b, (d4 - d3) / ((d4 - d3) + (d5 - d6)), vec_sub(c, b));
     double whole = va + vb + vc;
     if (!(whole > 0)) return a;
     return vec_madd(vec_madd(a, vb / whole, ab), vc / whole, ac);

@@ -4,7 +4,10 @@
  * far along n: a plane that bounds where B may go. The shortest way beyond all planes that are known is tried, the pair
  * that overlaps most there adds its own plane, and so on, until all pairs are proven apart. So a part that is wedged
  * between two finds its way out along neither one's axis. Not always the shortest way out, because each pair had other
- * planes to choose from: but a way. */
+ * planes to choose from: but a way, and where one pair is all that overlaps, the shortest. Where that leaves the
+ * bracket wider than asked and all parts are polytopes, rounded or not, the search of union_depth.h narrows it from
+ * both sides.
+ */
 #include "compound_pair.h"
 #include "scalar.h"
 
@@ -148,8 +151,8 @@ static double go_on_apart(void *context, vec3 way)
     return INFINITY;
 }
 
-static bool side_of_shape(union_side *side, const shape *s, const shape *scaled, double scale, const transform *place,
-    double *rounding)
+static bool side_of_shape(
+    union_side *side, const shape *s, const shape *scaled, double scale, const transform *place, double *rounding)
 {
     *rounding = 0;
     if (s->type != SHAPE_COMPOUND) return s->type != SHAPE_MESH && union_side_init(side, scaled, scale, place);

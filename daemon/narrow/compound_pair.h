@@ -1,7 +1,8 @@
 /* compound_pair: what narrow.c asks of pairs with a compound. Pure; any thread.
  *
  * The signed distance of a union: apart, that of its nearest pair of parts, found by branch and bound; overlapping, no
- * less than that of the deepest pair, and no more than a translation that is proven to part all pairs. */
+ * less than that of the deepest pair, and no more than a translation that is proven to part all pairs; between them a
+ * search over the differences of all pairs. */
 #ifndef COLLIDED_NARROW_COMPOUND_PAIR_H
 #define COLLIDED_NARROW_COMPOUND_PAIR_H
 

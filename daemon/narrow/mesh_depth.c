@@ -14,8 +14,8 @@ enum {
     PARTS_IN_BRIEF = 64,       /* as the first, for who asked for no more than a bracket; and ... */
     BRIEF_ROUNDS = 2,          /* ... of going on, where these are all */
     BRIEF_WORK = 6000,         /* of union_depth.h, for them */
-    PIECES_WORK = 200000,     /* of union_depth.h, where the pieces are the meshes ... */
-    SOME_PIECES_WORK = 60000  /* ... and where they are some of it */
+    PIECES_WORK = 200000,      /* of union_depth.h, where the pieces are the meshes ... */
+    SOME_PIECES_WORK = 60000   /* ... and where they are some of it */
 };
 enum { ROUNDS_MAX = 12, BACK_ROUNDS = 3, EXTRA_GROWTH = 4 };
 
@@ -174,10 +174,10 @@ typedef struct travel {
     mesh_walk *w;
     vec3 direction; /* unit, of B */
     double gone;
-    double most;  /* farther is of no use */
-    mesh_gap gap; /* where it ended */
-    double clear; /* distance of the cores at which the shapes are apart */
-    double need;  /* of the parts that still overlap: how much farther the farthest must go */
+    double most;   /* farther is of no use */
+    mesh_gap gap;  /* where it ended */
+    double clear;  /* distance of the cores at which the shapes are apart */
+    double need;   /* of the parts that still overlap: how much farther the farthest must go */
     uint32_t left; /* parts that may still be counted */
     int rounds;    /* at most */
 } travel;
@@ -385,9 +385,8 @@ static double go_on(void *context, vec3 way)
 }
 
 /* Both bounds by the convex pieces that fill the meshes, or most of them, if what is known leaves something open. */
-static void depth_of_pieces(
-    const unit_pair *whole, mesh_walk *w, const narrow_goal *goal, uint32_t work, epa_scratch *scratch,
-    union_scratch *u, span *out)
+static void depth_of_pieces(const unit_pair *whole, mesh_walk *w, const narrow_goal *goal, uint32_t work,
+    epa_scratch *scratch, union_scratch *u, span *out)
 {
     if (narrow_goal_reached(goal, out->lo, out->hi)) return;
     if (!union_side_init(&u->a, &whole->a, whole->scale, NULL)) return;
@@ -415,7 +414,8 @@ static void depth_of_surfaces(const unit_pair *whole, mesh_walk *w, const narrow
     bool deep, epa_scratch *scratch, span *out)
 {
     const span known = *out;
-    deepest_search q = {.goal = goal, .scratch = scratch, .depth = 0, .left = deep ? PARTS_SHALLOW_MAX : PARTS_CROSSING_MAX};
+    deepest_search q = {
+        .goal = goal, .scratch = scratch, .depth = 0, .left = deep ? PARTS_SHALLOW_MAX : PARTS_CROSSING_MAX};
     *out = gap->nearest;
     out->method = NARROW_BY_EPA;
     if (gap->relation == MESH_CROSSING) {
@@ -485,8 +485,7 @@ void mesh_depth_find(const unit_pair *whole, mesh_walk *w, const narrow_goal *go
         return;
     }
     if (in_pieces && filled && measured) depth_of_pieces(whole, w, goal, work, scratch, pieces, out);
-    if (!narrow_goal_reached(goal, out->lo, out->hi))
-        depth_of_surfaces(whole, w, goal, gap, in_pieces, scratch, out);
+    if (!narrow_goal_reached(goal, out->lo, out->hi)) depth_of_surfaces(whole, w, goal, gap, in_pieces, scratch, out);
     if (in_pieces && !(filled && measured)) depth_of_pieces(whole, w, goal, work, scratch, pieces, out);
     out->iterations = gap->nearest.iterations + w->visits - visits;
     out->lo = min_of(out->lo, out->hi);

@@ -30,7 +30,7 @@ typedef struct narrow_request {
     double range;     /* m; beyond it a lower bound is enough. INFINITY = always measure */
     double threshold; /* m; for NARROW_VERDICT and NARROW_MANIFOLD */
     narrow_engine engine;
-    bool brief; /* of how deep a mesh is in something the first bracket is enough, as wide as it is */
+    bool brief; /* of how deep a mesh is in something the first bracket is enough, though wider than `tolerance` */
 } narrow_request;
 
 enum { MANIFOLD_POINTS_MAX = 4 };
@@ -48,7 +48,8 @@ typedef struct manifold {
 
 typedef enum narrow_status {
     NARROW_CERTAIN, /* the interval is as narrow as asked, or decides what was asked */
-    NARROW_WIDE,    /* it contains the truth but is wider than asked: arithmetic or iterations ended */
+    NARROW_WIDE, /* it contains the truth but is wider than asked: arithmetic, iterations or the work that a pair gets
+                    ended, or the request was brief */
 } narrow_status;
 
 typedef enum narrow_method { /* who settled it: counted and shown */

@@ -5,12 +5,10 @@
 #include "geom/hull.h"
 #include "geom/mesh.h"
 #include "scalar.h"
-#include <stdio.h>
-#include <stdlib.h>
 
 /* Lengths in units of the pair. */
-static const double INSIDE = 0x1p-38; /* a translation this far inside of a difference is inside */
-static const double ROUNDING = 0x1p-34;    /* what a bound may be off by: systems of planes are solved to 2^16 roundoffs */
+static const double INSIDE = 0x1p-38;   /* a translation this far inside of a difference is inside */
+static const double ROUNDING = 0x1p-34; /* what a bound may be off by: systems of planes are solved to 2^16 roundoffs */
 static const double BORDERLINE = 0x1p-30;  /* of the products of the test for edges */
 static const double SAME_NORMAL = 0x1p-40; /* squared distance of unit normals */
 static const double FEASIBLE = 0x1p-42;    /* by which a constraint may be missed */
@@ -421,9 +419,9 @@ static union_node pop(union_scratch *u)
 
 typedef struct union_search {
     union_scratch *u;
-    double length;  /* of the shortest way that is known */
+    double length; /* of the shortest way that is known */
     double shrink;
-    double floor;   /* least bound of the regions that were given up */
+    double floor; /* least bound of the regions that were given up */
     uint32_t work, work_max, tries;
     union_try *try_way;
     void *context;
@@ -519,7 +517,8 @@ static bool child_of_node(union_search *s, const union_node *node, uint32_t plan
     program p = {.count = 0};
     union_node child = {.plane_count = 0};
     double beyond = u->planes[plane].offset - vec_dot(u->planes[plane].normal, node->way);
-    double least2 = max_of(node->length * node->length + beyond * beyond, u->planes[plane].offset * u->planes[plane].offset);
+    double least2 =
+        max_of(node->length * node->length + beyond * beyond, u->planes[plane].offset * u->planes[plane].offset);
     if (least2 * (1 - 0x1p-40) >= s->length * s->length) return false;
     s->work += 16;
     for (uint32_t i = 0; i < node->plane_count; i++) {
@@ -646,7 +645,8 @@ static void dive(union_search *s)
 union_bounds union_depth(union_scratch *u, double within, const narrow_goal *goal, double error, uint32_t work,
     union_try *try_way, void *context)
 {
-    union_search s = {.u = u, .length = within, .floor = INFINITY, .work_max = work, .try_way = try_way, .context = context};
+    union_search s = {
+        .u = u, .length = within, .floor = INFINITY, .work_max = work, .try_way = try_way, .context = context};
     const union_node all = {.length = 0};
     s.shrink = u->a.slack + u->b.slack + error;
     int leaves = 0;
@@ -670,7 +670,6 @@ union_bounds union_depth(union_scratch *u, double within, const narrow_goal *goa
         if (s.work >= work || ++leaves > LEAVES_MAX || s.tries == TRIES_MAX) break;
         try_leaf(&s, &node);
     }
-    if (getenv("DBG")) fprintf(stderr,"union: parts %u %u nodes %u planes %u work %u/%u leaves %d floor %g length %g within %g top %g\n",u->a.part_count,u->b.part_count,u->node_count,u->plane_count,s.work,work,leaves,s.floor,s.length,within,u->node_count?u->nodes[0].length:-1.);
     double known = u->node_count ? min_of(u->nodes[0].length, s.floor) : s.floor;
     return (union_bounds){max_of(min_of(known, s.length) - ROUNDING, 0), s.length, s.work};
 }

@@ -1,4 +1,5 @@
-/* union_depth: the depth of two overlapping unions of convex polytopes, bracketed by branch and bound. Pure; any thread.
+/* union_depth: the depth of two overlapping unions of convex polytopes, bracketed by branch and bound. Pure; any
+ * thread.
  *
  * B moved by t meets A while t is inside of one of the differences C = P - Q of a part P of A and a part Q of B: the
  * depth is the distance of the origin from where none of them is. The search (Land and Doig 1960; here each node is a
@@ -87,8 +88,8 @@ static inline bool union_side_takes(shape_type type)
 bool union_side_of_children(
     union_side *side, const struct compound *c, double scale, const transform *place, double *rounding);
 
-/* The parts of a shape as a side; false: they are none, or too many, or not all polytopes. `place`: its pose, scaled, or
- * NULL: A. */
+/* The parts of a shape as a side; false: they are none, or too many, or not all polytopes. `place`: its pose, scaled,
+ * or NULL: A. */
 bool union_side_init(union_side *side, const shape *s, double scale, const transform *place);
 
 /* Is it proven that B, moved by `way`, is apart? Returns the length along the same direction after which it is, at
@@ -101,8 +102,8 @@ typedef struct union_bounds {
     uint32_t work;
 } union_bounds;
 
-/* `within`: a translation of that length is known. Ends when minus the bounds reach the goal, or after `work` units of 10
- * to 30 ns; `error`: of the points of both. */
+/* `within`: a translation of that length is known. Ends when minus the bounds reach the goal, or after `work` units of
+ * 10 to 30 ns; `error`: of the points of both. */
 union_bounds union_depth(union_scratch *u, double within, const narrow_goal *goal, double error, uint32_t work,
     union_try *try_way, void *context);
 

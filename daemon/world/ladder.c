@@ -40,8 +40,8 @@ static void add_demand(demand *d, const interest *i, const pair_terms *terms, do
     double wider = told ? i->hysteresis : 0;
     double threshold = i->threshold + terms->padding + wider, range = i->range + terms->margin + wider;
     bool touch = i->facts & (WORLD_TOUCH | WORLD_MANIFOLD);
-    bool asks_depth = i->facts & (WORLD_DISTANCE | WORLD_MANIFOLD) ||
-                      (i->accuracy == WORLD_BY_TOLERANCE && i->tolerance > 0);
+    bool asks_depth =
+        i->facts & (WORLD_DISTANCE | WORLD_MANIFOLD) || (i->accuracy == WORLD_BY_TOLERANCE && i->tolerance > 0);
     bool other = touch && r->facts && (threshold != r->threshold || i->hysteresis > 0);
     d->coarse &= i->accuracy == WORLD_BY_BOXES;
     d->verdict_only &= i->accuracy == WORLD_BY_VERDICT && !other;
@@ -67,7 +67,11 @@ demand ladder_demand(const world *w, const pair *p)
     const body *x = &w->bodies.at[a->body], *y = &w->bodies.at[b->body];
     pair_terms terms = pair_kept_terms(p);
     double size = pair_size(a, b);
-    demand d = {.request = {.tolerance = INFINITY, .range = 0, .threshold = -INFINITY, .engine = w->options.engine, .brief = true},
+    demand d = {.request = {.tolerance = INFINITY,
+                    .range = 0,
+                    .threshold = -INFINITY,
+                    .engine = w->options.engine,
+                    .brief = true},
         .limit = -INFINITY,
         .coarse = true,
         .verdict_only = true};

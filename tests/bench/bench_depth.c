@@ -83,8 +83,8 @@ static void tell(const char *scene, const char *asked, sample *s)
                "\"width_p90\":%.3g,\"certain\":%.3f,\"us_median\":%.1f,\"us_max\":%.1f}\n",
             scene, asked, s->count, median, p90, sure, us, us_max);
     else
-        printf("%-18s %-9s %6zu %9.2g %9.2g %7.0f %% %9.1f %9.1f\n", scene, asked, s->count, median, p90, 100 * sure, us,
-            us_max);
+        printf("%-18s %-9s %6zu %9.2g %9.2g %7.0f %% %9.1f %9.1f\n", scene, asked, s->count, median, p90, 100 * sure,
+            us, us_max);
     fflush(stdout);
 }
 
@@ -147,8 +147,8 @@ static soup bumpy(double x, double y, double z)
         soup_triangle(&s, foot, 2 + k, 2 + j);
         soup_triangle(&s, top, last + j, last + k);
         for (int i = 0; i + 1 < RINGS; i++)
-            soup_quad(&s, 2 + i * SECTORS + k, 2 + (i + 1) * SECTORS + k, 2 + (i + 1) * SECTORS + j,
-                2 + i * SECTORS + j);
+            soup_quad(
+                &s, 2 + i * SECTORS + k, 2 + (i + 1) * SECTORS + k, 2 + (i + 1) * SECTORS + j, 2 + i * SECTORS + j);
     }
     return s;
 }

@@ -1,5 +1,5 @@
-/* cad: closed meshes of the kinds that machines are drawn with, of random sizes: extruded profiles, plates and bars with
- * holes, tubes, stepped shafts, gears, brackets of several bodies. */
+/* cad: closed meshes of the kinds that machines are drawn with, of random sizes: extruded profiles, plates and bars
+ * with holes, tubes, stepped shafts, gears, brackets of several bodies. */
 #ifndef MESH_CAD_H
 #define MESH_CAD_H
 

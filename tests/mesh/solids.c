@@ -144,7 +144,8 @@ soup soup_plane(double half, int cuts)
 {
     soup s = soup_new();
     for (int i = 0; i <= cuts; i++)
-        for (int k = 0; k <= cuts; k++) soup_point(&s, vec(half * (2.0 * i / cuts - 1), half * (2.0 * k / cuts - 1), 0));
+        for (int k = 0; k <= cuts; k++)
+            soup_point(&s, vec(half * (2.0 * i / cuts - 1), half * (2.0 * k / cuts - 1), 0));
     for (int i = 0; i < cuts; i++)
         for (int k = 0; k < cuts; k++) {
             int at = i * (cuts + 1) + k;

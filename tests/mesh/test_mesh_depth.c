@@ -175,9 +175,10 @@ static pose moved(pose at, vec3 way)
 enum { BRUTE_PAIRS_MAX = 4000 }; /* of triangles: it is slow */
 
 /* The move that is told separates: all pairs of triangles, in 113 bits, and no point of either in the other. */
-static void expect_separated(const soup *x, const soup *y, const shape *a, const shape *b, pose at, const narrow_result *r)
+static void expect_separated(
+    const soup *x, const soup *y, const shape *a, const shape *b, pose at, const narrow_result *r)
 {
-    pose there = moved(at, vec_scale(r->axis, -r->lo + 1e-9));
+    pose there = moved(at, vec_scale(r->axis, -r->lo + 1e-12));
     bool few = x->triangle_count * y->triangle_count <= BRUTE_PAIRS_MAX;
     if (!(few ? brute_distance(x, y, &there) > 0 : are_apart(a, b, there)))
         fail_msg("still in contact after %g", -r->lo);
@@ -287,9 +288,9 @@ static void expect_in_profile(double wide, double x, double y, double depth)
 static void what_is_in_a_groove_leaves_it(void **state)
 {
     (void)state;
-    expect_in_profile(0.5, 0.3125, 0, 0.0625);  /* back from one wall */
-    expect_in_profile(0.5, 0, -0.625, 0.125);   /* up from the floor */
-    expect_in_profile(0.875, 0, 0.5, 0.75);     /* does not fit: up and out */
+    expect_in_profile(0.5, 0.3125, 0, 0.0625);   /* back from one wall */
+    expect_in_profile(0.5, 0, -0.625, 0.125);    /* up from the floor */
+    expect_in_profile(0.875, 0, 0.5, 0.75);      /* does not fit: up and out */
     expect_in_profile(0.3125, 0.875, 0, 0.4375); /* in a wall: inward there is room, outward is farther */
 }
 
