@@ -6,12 +6,16 @@
 #include "geom/mesh.h"
 #include "scalar.h"
 
+/* By how many times that the planes of a hull may reach beyond it, at its sharp corners. */
+static const double UNEVEN = 16;
+
 /* Lengths in units of the pair. */
 static const double INSIDE = 0x1p-38;   /* a translation this far inside of a difference is inside */
 static const double ROUNDING = 0x1p-34; /* what a bound may be off by: systems of planes are solved to 2^16 roundoffs */
-static const double BORDERLINE = 0x1p-30;  /* of the products of the test for edges */
-static const double SAME_NORMAL = 0x1p-40; /* squared distance of unit normals */
-static const double FEASIBLE = 0x1p-42;    /* by which a constraint may be missed */
+static const double BORDERLINE = 0x1p-30;                 /* of the products of the test for edges */
+static const double SAME_NORMAL = 0x1p-40;                /* squared distance of unit normals */
+static const double PARALLEL = 0x1p-80, SLIVER = 0x1p-40; /* squared sines of two edges */
+static const double FEASIBLE = 0x1p-42;                   /* by which a constraint may be missed */
 static const double MARGIN = 0x1p-34;
 static const double DEPENDENT = 0x1p-32, MISSED = 0x1p-13;
 
@@ -80,6 +84,18 @@ static vec3 turned_by(const transform *t, vec3 v)
     return t ? mat_mul(t->r, v) : v;
 }
 
+/* How far corners of its faces are below them, where facets that are not quite in one plane were made one. */
+static double unevenness(const hull *h)
+{
+    double most = 0;
+    for (uint32_t i = 0; i < h->face_count; i++) {
+        const hull_face *f = &h->faces[i];
+        for (uint32_t k = f->first; k < f->first + f->count; k++)
+            most = max_of(most, f->offset - vec_dot(f->normal, hull_vertex(h, h->face_vertices[k])));
+    }
+    return most;
+}
+
 static bool put_hull(union_side *s, const hull *h, double scale, const transform *t)
 {
     if (h->dimension < 3 || !has_room(s, h->vertex_count, h->face_count, h->edge_count)) return false;
@@ -88,6 +104,7 @@ static bool put_hull(union_side *s, const hull *h, double scale, const transform
     for (uint32_t i = 0; i < h->face_count; i++) put_face(s, p, turned_by(t, h->faces[i].normal));
     for (uint32_t i = 0; i < h->edge_count; i++)
         put_edge(s, p, h->edges[i].v0, h->edges[i].v1, h->edges[i].f0, h->edges[i].f1);
+    s->slack = max_of(s->slack, UNEVEN * unevenness(h) * scale);
     return true;
 }
 
@@ -125,8 +142,10 @@ static bool put_segment(union_side *s, double half, const transform *t)
 static bool put_mesh(union_side *s, const mesh *m, double scale, const transform *t)
 {
     for (uint32_t i = 0; i < m->piece_count; i++) {
+        double others = s->slack;
+        s->slack = 0;
         if (!put_hull(s, m->pieces[i].hull, scale, t)) return false;
-        s->slack = max_of(s->slack, m->pieces[i].slack * scale);
+        s->slack = max_of(others, s->slack + m->pieces[i].slack * scale);
     }
     return m->piece_count > 0;
 }
@@ -224,16 +243,17 @@ static bool is_known_normal(const facets *f, vec3 n)
     return false;
 }
 
-/* A facet that is there, or may be but for rounding: then its height is that of the whole difference. */
+/* A facet that is there, or may be but for rounding, or is a sliver of which the normal is not known well: then its
+ * height is that of the whole difference, which is right for any normal. */
 static void put_edges(facets *f, const union_edge *e, const union_edge *g, vec3 outward, bool sure)
 {
     const union_side *a = &f->u->a, *b = &f->u->b;
     vec3 n = vec_cross(e->along, g->along);
-    double norm2 = vec_norm2(n);
-    if (!(norm2 > 0x1p-60 * vec_norm2(e->along) * vec_norm2(g->along)) || !(norm2 > 0)) return;
+    double norm2 = vec_norm2(n), area2 = vec_norm2(e->along) * vec_norm2(g->along);
+    if (!(norm2 > PARALLEL * area2)) return;
     n = vec_scale(n, 1 / sqrt(norm2));
     if (vec_dot(n, outward) < 0) n = vec_neg(n);
-    if (sure) {
+    if (sure && norm2 > SLIVER * area2) {
         put_plane(f, n, vec_dot(n, vec_sub(a->points[e->from], b->points[g->from])));
     } else if (!is_known_normal(f, n)) {
         put_plane(f, n, top_of(a, f->a, n) + top_of(b, f->b, vec_neg(n)));
