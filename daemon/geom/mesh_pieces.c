@@ -289,7 +289,7 @@ static vec3 centre_of(const hull *h, double scale)
 }
 
 /* By how much points are moved that the hull is scaled about a point inside the mesh, so that its planes come inward by
- * `clearance`; INFINITY where that cannot be told. */
+ * `clearance`; INFINITY where that cannot be said. */
 static double slack_for(const mesh *m, const hull *h, double clearance)
 {
     double scale = 1 / m->unit, radius = INFINITY, reach = 0;

@@ -27,7 +27,7 @@ static const double HULL_SHARE = 0.01;
 static const double LEAST_STRIDE = 0x1p-7, LONGER = 1.5;
 
 /* A bracket in which the lower bound is no more than twice the upper needs no triangles. */
-static const double HALF_TOLD = 0.5;
+static const double HALF_KNOWN = 0.5;
 
 /* Axes that are nearly across the direction of travel say little about how far it must go. */
 static const double LEAST_SLOPE = 0.05;
@@ -452,7 +452,7 @@ static void depth_in_brief(const unit_pair *whole, mesh_walk *w, const narrow_go
 {
     deepest_search q = {.goal = goal, .scratch = scratch, .depth = 0, .left = PARTS_IN_BRIEF};
     if (filled) depth_of_pieces(whole, w, goal, BRIEF_WORK, scratch, pieces, out);
-    if (gap->relation == MESH_CROSSING && !(out->hi < HALF_TOLD * out->lo)) {
+    if (gap->relation == MESH_CROSSING && !(out->hi < HALF_KNOWN * out->lo)) {
         mesh_walk_move(w, whole->b_in_a.t);
         w->within = whole->error;
         mesh_walk_run(w, deeper, &q);

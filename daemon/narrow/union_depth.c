@@ -23,7 +23,7 @@ enum { STEPS_MAX = 40, LEAVES_MAX = 64, TRIES_MAX = 5, DIVE_MAX = 16, WORK_A_TRY
 
 /* ---- sides ---- */
 
-static bool has_room(const union_side *s, uint32_t points, uint32_t faces, uint32_t edges)
+static bool has_space(const union_side *s, uint32_t points, uint32_t faces, uint32_t edges)
 {
     return s->part_count < UNION_SIDE_PARTS && s->point_count + points <= UNION_POINTS_MAX &&
            s->face_count + faces <= UNION_FACES_MAX && s->edge_count + edges <= UNION_EDGES_MAX;
@@ -98,7 +98,7 @@ static double unevenness(const hull *h)
 
 static bool put_hull(union_side *s, const hull *h, double scale, const transform *t)
 {
-    if (h->dimension < 3 || !has_room(s, h->vertex_count, h->face_count, h->edge_count)) return false;
+    if (h->dimension < 3 || !has_space(s, h->vertex_count, h->face_count, h->edge_count)) return false;
     union_part *p = begin_part(s);
     for (uint32_t i = 0; i < h->vertex_count; i++) put_point(s, p, placed(t, vec_scale(hull_vertex(h, i), scale)));
     for (uint32_t i = 0; i < h->face_count; i++) put_face(s, p, turned_by(t, h->faces[i].normal));
@@ -115,7 +115,7 @@ static vec3 unit_along(int axis, double length)
 
 static bool put_box(union_side *s, vec3 half, const transform *t)
 {
-    if (!has_room(s, 8, 6, 12) || !(min_of(half.x, min_of(half.y, half.z)) > 0)) return false;
+    if (!has_space(s, 8, 6, 12) || !(min_of(half.x, min_of(half.y, half.z)) > 0)) return false;
     union_part *p = begin_part(s);
     for (uint32_t i = 0; i < 8; i++) put_point(s, p, placed(t, box_corner(half, i)));
     for (int k = 0; k < 6; k++) put_face(s, p, turned_by(t, unit_along(k / 2, k & 1 ? 1 : -1)));
@@ -129,7 +129,7 @@ static bool put_box(union_side *s, vec3 half, const transform *t)
 
 static bool put_segment(union_side *s, double half, const transform *t)
 {
-    if (!has_room(s, 2, 0, 1)) return false;
+    if (!has_space(s, 2, 0, 1)) return false;
     union_part *p = begin_part(s);
     p->flat = true;
     put_point(s, p, placed(t, vec(0, 0, -half)));

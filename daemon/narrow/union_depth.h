@@ -57,7 +57,7 @@ typedef struct union_pair {
     uint32_t first, count; /* planes, once they are made */
     uint32_t last;         /* the plane, or before they are made the face, that parted them the last time */
     double depth;          /* overlap of their boxes, for one translation */
-    bool made, dead;       /* dead: it plays no part within the bound, or there is no room for it */
+    bool made, dead;       /* dead: it plays no part within the bound, or its planes do not fit */
 } union_pair;
 
 typedef struct union_node {
@@ -84,7 +84,7 @@ static inline bool union_side_takes(shape_type type)
 }
 
 /* The children of a compound; false: there are too many, or not all are polytopes but for their rounding. Of those only
- * the least is told. */
+ * the least is given. */
 bool union_side_of_children(
     union_side *side, const struct compound *c, double scale, const transform *place, double *rounding);
 

@@ -174,7 +174,7 @@ static pose moved(pose at, vec3 way)
 
 enum { BRUTE_PAIRS_MAX = 4000 }; /* of triangles: it is slow */
 
-/* The move that is told separates: all pairs of triangles, in 113 bits, and no point of either in the other. */
+/* The move that is named separates: all pairs of triangles, in 113 bits, and no point of either in the other. */
 static void expect_separated(
     const soup *x, const soup *y, const shape *a, const shape *b, pose at, const narrow_result *r)
 {
