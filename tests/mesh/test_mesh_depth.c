@@ -198,6 +198,45 @@ static void expect_no_shorter_way(const shape *a, const shape *b, pose at, const
     }
 }
 
+/* Who asks for less gets a wider bracket of the same depth. */
+static void expect_brief_agrees(const shape *a, const shape *b, pose at, const narrow_result *r)
+{
+    narrow_result brief;
+    const narrow_request q = {
+        .facts = NARROW_VERDICT | NARROW_DISTANCE, .tolerance = 1e-6, .range = INFINITY, .brief = true};
+    narrow_query(a, b, &at, &q, NULL, scratch, &brief);
+    if (!(brief.lo <= r->hi && r->lo <= brief.hi && brief.hi <= 1e-12))
+        fail_msg("[%g, %g], in brief [%g, %g]", r->lo, r->hi, brief.lo, brief.hi);
+    if (!are_apart(a, b, moved(at, vec_scale(brief.axis, -brief.lo + 1e-12)))) fail_msg("in brief: still in contact");
+}
+
+/* Curved inward and outward: pieces fill them only in part. */
+static void the_bounds_of_curved_meshes_hold(void **state)
+{
+    (void)state;
+    dice d = {96};
+    int overlaps = 0;
+    for (int k = 0; k < rounds(200); k++) {
+        soup x = soup_torus(1, 0.4, 40, 20), y = k % 2 ? soup_torus(0.8, 0.25, 30, 15) : soup_icosphere(0.7, 2);
+        mesh *m = soup_mesh(&x), *n = soup_mesh(&y);
+        shape a = mesh_shape(n, 0), b = mesh_shape(m, 0), box = {.type = SHAPE_BOX, .half = {0.3, 0.5, 0.2}};
+        const shape *first = k % 3 ? &a : &box;
+        pose at = {dice_vec(&d, -1, 1), dice_quat(&d)};
+        narrow_result r = ask_depth(first, &b, at, 1e-6);
+        if (r.hi < 0) {
+            if (!are_apart(first, &b, moved(at, vec_scale(r.axis, -r.lo + 1e-12)))) fail_msg("%d: in contact", k);
+            expect_no_shorter_way(first, &b, at, &r, &d, 40);
+            expect_brief_agrees(first, &b, at, &r);
+            overlaps++;
+        }
+        mesh_destroy(m);
+        mesh_destroy(n);
+        soup_free(&x);
+        soup_free(&y);
+    }
+    assert_true(overlaps >= rounds(80));
+}
+
 static void the_bounds_of_machine_parts_hold(void **state)
 {
     (void)state;
@@ -213,6 +252,7 @@ static void the_bounds_of_machine_parts_hold(void **state)
         if (r.hi < 0) {
             expect_separated(&x, &y, &a, &b, at, &r);
             expect_no_shorter_way(&a, &b, at, &r, &d, 40);
+            expect_brief_agrees(&a, &b, at, &r);
             overlaps++;
             narrow += r.hi - r.lo <= -0.1 * r.lo;
         }
@@ -410,6 +450,7 @@ int main(void)
         cmocka_unit_test(order_scale_and_memory_change_nothing),
         cmocka_unit_test(blocks_are_as_deep_as_brute_force_finds),
         cmocka_unit_test(the_bounds_of_machine_parts_hold),
+        cmocka_unit_test(the_bounds_of_curved_meshes_hold),
     };
     scratch = aligned_alloc(64, narrow_scratch_size());
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
