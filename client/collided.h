@@ -470,7 +470,9 @@ typedef struct collided_interest_def {
     collided_accuracy accuracy; /* default COLLIDED_BY_TOLERANCE */
     double tolerance_m;         /* asked width of the intervals; default 0: relative_tolerance says it */
     double relative_tolerance;  /* the same as a share of the pair's size (the reaches of both shapes together), where
-                                   tolerance_m is 0; 1e-15 to 1, default 1e-6. Both 0: as narrow as arithmetic gives */
+                                   tolerance_m is 0; 1e-15 to 1, default 1e-6. Both 0: as narrow as arithmetic gives.
+                                   COLLIDED_TOUCH alone, with tolerance_m 0: of how deep a mesh is in something the
+                                   first bracket is sent, COLLIDED_WIDE where it is wider */
     double hysteresis_m; /* >= 0, default 0: a contact ends, and near turns far, only so much beyond threshold_m and
                             range_m, so that what trembles there begins once and ends once */
     double horizon_s; /* COLLIDED_FORETELL: how far ahead, from the newest pose of a pair on, to which an older one is

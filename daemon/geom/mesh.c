@@ -353,6 +353,7 @@ mesh_status mesh_build_within(const double *points, size_t count, const int32_t 
     }
     mesh_tree_build(m);
     mesh_components_build(m);
+    mesh_pieces_build(m);
     *out = m;
     return MESH_OK;
 }
@@ -360,6 +361,7 @@ mesh_status mesh_build_within(const double *points, size_t count, const int32_t 
 void mesh_destroy(mesh *m)
 {
     if (!m) return;
+    mesh_pieces_destroy(m);
     hull_destroy(m->hull);
     free(m->vertices);
     free(m->triangles);

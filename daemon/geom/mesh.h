@@ -12,9 +12,10 @@
 enum {
     MESH_TRIANGLES_MAX = 1 << 22, /* so that the hierarchy is at most MESH_DEPTH_MAX nodes deep: see mesh_tree.c */
     MESH_DEPTH_MAX = 12,
-    MESH_WIDTH = 4,        /* children of a node: as many floats as a vector register of any processor has */
-    MESH_LEAF_MAX = 4,     /* triangles */
-    MESH_PATCH_POINTS = 24 /* that stand for a patch, at most */
+    MESH_WIDTH = 4,         /* children of a node: as many floats as a vector register of any processor has */
+    MESH_LEAF_MAX = 4,      /* triangles */
+    MESH_PATCH_POINTS = 24, /* that stand for a patch, at most */
+    MESH_PIECES_MAX = 48
 };
 
 typedef struct mesh_triangle {
@@ -62,6 +63,12 @@ typedef struct mesh_component {
     float lo[3], hi[3]; /* a box around it along the axes, rounded outward, in units of mesh.unit */
 } mesh_component;
 
+/* A convex part of a solid. */
+typedef struct mesh_piece {
+    hull *hull;
+    double slack; /* m: moved inward by no more than this, as a whole convex body, it is inside of the solid, proven */
+} mesh_piece;
+
 /* What was done to the input, and why a mesh is no solid: counts, 0 = nothing of the kind. */
 typedef struct mesh_findings {
     uint32_t welded;       /* vertices that equal an earlier one, or that no triangle uses: left out */
@@ -89,8 +96,12 @@ typedef struct mesh {
     double unit;                /* a power of two, m: the boxes' unit, so that floats hold any mesh */
     bool solid;
     mesh_findings found;
-    hull *hull;             /* convex hull of all vertices; flat when the mesh is */
-    double max_abs;         /* max |coordinate| */
+    hull *hull;         /* convex hull of all vertices; flat when the mesh is */
+    double max_abs;     /* max |coordinate| */
+    mesh_piece *pieces; /* of a solid: they overlap, and their union may be less than the solid: mesh_pieces.c */
+    uint32_t piece_count;
+    bool filled;            /* each triangle is on the surface of a piece: they are the solid, or about it */
+    bool convex;            /* a solid that its hull is, but for the slack of pieces[0], which has that hull */
     uint32_t rows, columns; /* of the height field that it was made of (height_field.h); 0: of none */
 } mesh;
 

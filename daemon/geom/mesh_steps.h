@@ -35,6 +35,10 @@ void mesh_patches_build(mesh *m);
 /* After the tree: finds what hangs together. */
 void mesh_components_build(mesh *m);
 
+/* After that: finds convex pieces of a solid. */
+void mesh_pieces_build(mesh *m);
+void mesh_pieces_destroy(mesh *m);
+
 /* The least float that is not below x. */
 static inline float float_above(double x)
 {

@@ -4,11 +4,19 @@
  * far along n: a plane that bounds where B may go. The shortest way beyond all planes that are known is tried, the pair
  * that overlaps most there adds its own plane, and so on, until all pairs are proven apart. So a part that is wedged
  * between two finds its way out along neither one's axis. Not always the shortest way out, because each pair had other
- * planes to choose from: but a way. */
+ * planes to choose from: but a way, and where one pair is all that overlaps, the shortest. Where that leaves the
+ * bracket wider than asked and all parts are polytopes, rounded or not, the search of union_depth.h narrows it from
+ * both sides.
+ */
 #include "compound_pair.h"
 #include "scalar.h"
 
 enum { PLANES_MAX = 12, ROUNDS_MAX = 16, SWEEPS_MAX = 200 };
+
+enum { GO_ON_ROUNDS = 6, SEARCH_WORK = 100000 };
+
+/* Axes that are nearly across the direction of travel say little about how far it must go. */
+static const double LEAST_SLOPE = 0.05;
 
 /* Beyond what is needed, in errors of a separation: that a pair is apart must still be provable there. */
 static const double CLEARANCE_ERRORS = 4;
@@ -110,4 +118,69 @@ compound_way compound_way_out(
     if (!t.clear) return none;
     if (p.count == 1) return (compound_way){p.at[0].normal, p.at[0].level};
     return (compound_way){direction_of(way), vec_norm(way) + w->error};
+}
+
+/* ---- both sides ---- */
+
+typedef struct way_search {
+    compound_walk *w;
+    narrow_scratch *scratch;
+    vec3 start, direction;
+    double rounding; /* the least of both sides' parts */
+} way_search;
+
+/* Where the search has come to: on from there, until all parts are proven to be apart. */
+static double go_on_apart(void *context, vec3 way)
+{
+    way_search *q = context;
+    compound_walk *w = q->w;
+    const planes none = {.count = 0};
+    double length = vec_norm(way) + q->rounding + CLEARANCE_ERRORS * w->error;
+    if (!(vec_norm(way) > 0)) return INFINITY;
+    vec3 direction = direction_of(way);
+    for (int round = 0; round < GO_ON_ROUNDS && length < w->size; round++) {
+        trial t = {.planes = &none, .scratch = q->scratch, .worst = {.lo = INFINITY}, .clear = true};
+        compound_walk_move(w, vec_madd(q->start, length, direction));
+        compound_walk_run(w, 0, still_overlaps, &t);
+        if (t.clear) {
+            q->direction = direction;
+            return length - q->rounding;
+        }
+        double slope = max_of(vec_dot(t.worst.axis, direction), LEAST_SLOPE);
+        length += (-t.worst.lo * w->scale + CLEARANCE_ERRORS * w->error) / slope;
+    }
+    return INFINITY;
+}
+
+static bool side_of_shape(
+    union_side *side, const shape *s, const shape *scaled, double scale, const transform *place, double *rounding)
+{
+    *rounding = 0;
+    if (s->type != SHAPE_COMPOUND) return s->type != SHAPE_MESH && union_side_init(side, scaled, scale, place);
+    return union_side_of_children(side, s->compound, scale, place, rounding);
+}
+
+void compound_search_depth(const unit_pair *p, compound_walk *w, const shape *a, const shape *b, double asked,
+    narrow_scratch *scratch, union_scratch *parts, narrow_result *out)
+{
+    double of_a, of_b, radius = p->radius;
+    if (a->deviation + b->deviation > 0) return;
+    if (!side_of_shape(&parts->a, a, &p->a, p->scale, NULL, &of_a)) return;
+    if (!side_of_shape(&parts->b, b, &p->b, p->scale, &p->b_in_a, &of_b)) return;
+    way_search q = {.w = w, .scratch = scratch, .start = w->placed.t, .rounding = radius + of_a + of_b};
+    const narrow_goal goal = {.tolerance = asked * p->scale,
+        .finest = asked * p->scale,
+        .far = INFINITY,
+        .near = -INFINITY,
+        .above = -INFINITY,
+        .below = INFINITY};
+    double known = -out->lo * p->scale - q.rounding;
+    union_bounds bounds = union_depth(parts, known, &goal, 4 * p->error, SEARCH_WORK, go_on_apart, &q);
+    compound_walk_move(w, q.start);
+    if (bounds.length < known) {
+        out->lo = -(bounds.length + q.rounding + w->error) * p->unit;
+        out->axis = q.direction;
+    }
+    /* the ball of `least` is in the union of the differences of the cores: so is, rounded, one larger by that */
+    if (bounds.least > 0) out->hi = min_of(out->hi, -(bounds.least + q.rounding - w->error) * p->unit);
 }

@@ -124,7 +124,7 @@ static void settle(const unit_pair *p, const nearest_search *q, const narrow_req
 }
 
 void compound_pair_query(const unit_pair *p, const shape *a, const shape *b, const pose *b_in_a,
-    const narrow_request *request, narrow_scratch *scratch, epa_scratch *epa, narrow_result *out)
+    const narrow_request *request, narrow_scratch *scratch, epa_scratch *epa, union_scratch *parts, narrow_result *out)
 {
     compound_walk w;
     compound_walk_init(&w, p, a, b, *b_in_a);
@@ -148,6 +148,8 @@ void compound_pair_query(const unit_pair *p, const shape *a, const shape *b, con
         out->lo = min_of(least, out->hi);
     else
         lower_bound(&hulls, &w, &q, asked_width(p, request), scratch, epa, out);
+    if (!ended && out->hi < 0 && out->hi - out->lo > asked_width(p, request))
+        compound_search_depth(p, &w, a, b, asked_width(p, request), scratch, parts, out);
     out->lo = min_of(out->lo, out->hi);
     out->iterations = q.iterations + w.visits;
     out->peer_failures = q.peer_failures;

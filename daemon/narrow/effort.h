@@ -22,19 +22,19 @@
 #define EFFORT_UNCOUNTED 16000000
 
 enum {
-    EFFORT_NODES = 250,        /* two nodes of hierarchies are opened */
-    EFFORT_LEAVES = 60,        /* the triangles of two leaves, as far as boxes and levels part them */
-    EFFORT_ROW = 80,           /* up to four pairs of triangles, side by side */
-    EFFORT_PART_STEP = 40,     /* an iteration for the distance of two triangles, ... */
-    EFFORT_CORE_STEP = 120,    /* ... and of a convex core and a triangle, ... */
-    EFFORT_CORE = 600,         /* ... all of them together */
-    EFFORT_DEEP_PARTS = 3000,  /* the depth of two parts */
-    EFFORT_NEED = 40,          /* how far two parts overlap along a direction */
-    EFFORT_CLIP = 1500,        /* the contact points of two parts */
-    EFFORT_INSIDE = 600,       /* a ray from a point through a solid mesh, and a box around components on the way to it */
-    EFFORT_BOXES = 60,         /* two boxes of hierarchies of compounds are held against each other */
-    EFFORT_PARTS = 400,        /* two convex parts of compounds are asked about, at least, ... */
-    EFFORT_PARTS_STEP = 120,   /* ... for each iteration of the search, ... */
+    EFFORT_NODES = 250,       /* two nodes of hierarchies are opened */
+    EFFORT_LEAVES = 60,       /* the triangles of two leaves, as far as boxes and levels part them */
+    EFFORT_ROW = 80,          /* up to four pairs of triangles, side by side */
+    EFFORT_PART_STEP = 40,    /* an iteration for the distance of two triangles, ... */
+    EFFORT_CORE_STEP = 120,   /* ... and of a convex core and a triangle, ... */
+    EFFORT_CORE = 600,        /* ... all of them together */
+    EFFORT_DEEP_PARTS = 3000, /* the depth of two parts */
+    EFFORT_NEED = 40,         /* how far two parts overlap along a direction */
+    EFFORT_CLIP = 1500,       /* the contact points of two parts */
+    EFFORT_INSIDE = 600,     /* a ray from a point through a solid mesh, and a box around components on the way to it */
+    EFFORT_BOXES = 60,       /* two boxes of hierarchies of compounds are held against each other */
+    EFFORT_PARTS = 400,      /* two convex parts of compounds are asked about, at least, ... */
+    EFFORT_PARTS_STEP = 120, /* ... for each iteration of the search, ... */
     EFFORT_PARTS_VERTICES = 2, /* ... and for each vertex of a hull (and one in each iteration) */
     EFFORT_FACET = 300,        /* the expanding polytope grows by a point: beside two support points, ... */
     EFFORT_SUPPORT = 20,       /* ... each that of a convex part, ... */

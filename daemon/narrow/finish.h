@@ -81,6 +81,7 @@ static inline narrow_goal goal_of(const unit_pair *p, const narrow_request *r)
         .near = measure ? -INFINITY : below,
         .above = above,
         .below = decide ? below : INFINITY,
+        .brief = r->brief,
     };
 }
 

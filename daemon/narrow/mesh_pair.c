@@ -50,7 +50,7 @@ static void bound_by_hulls(const unit_pair *p, span *out)
 }
 
 void mesh_pair_measure(const unit_pair *p, const shape *a, const shape *b, const narrow_goal *goal, narrow_cache *cache,
-    epa_scratch *scratch, span *out)
+    epa_scratch *scratch, union_scratch *pieces, span *out)
 {
     mesh_walk w;
     mesh_gap gap;
@@ -69,5 +69,5 @@ void mesh_pair_measure(const unit_pair *p, const shape *a, const shape *b, const
     if (gap.relation < MESH_HOLDS_A && gap.nearest.hi <= goal->near)
         mesh_depth_rough(p, out);
     else
-        mesh_depth_find(p, &w, goal, &gap, scratch, out);
+        mesh_depth_find(p, &w, goal, &gap, scratch, pieces, out);
 }

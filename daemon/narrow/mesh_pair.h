@@ -3,6 +3,7 @@
 #define COLLIDED_NARROW_MESH_PAIR_H
 
 #include "epa.h"
+#include "union_depth.h"
 
 /* Is one a mesh, and the other no half-space? A half-space meets a mesh as it meets its convex hull. */
 bool mesh_pair_applies(const shape *a, const shape *b);
@@ -12,7 +13,7 @@ void mesh_pair_prepare(unit_pair *p, const shape *a);
 
 /* `cache` (or NULL): its triangles are where the search begins, and come to be the nearest ones. */
 void mesh_pair_measure(const unit_pair *p, const shape *a, const shape *b, const narrow_goal *goal, narrow_cache *cache,
-    epa_scratch *scratch, span *out);
+    epa_scratch *scratch, union_scratch *pieces, span *out);
 
 /* As manifold_build, over all triangles. */
 void mesh_pair_manifold(const unit_pair *p, const shape *a, const shape *b, const pose *b_in_a,

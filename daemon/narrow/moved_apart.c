@@ -16,7 +16,7 @@ void moved_apart_raise(const unit_pair *p, span *s)
         if (-s->lo > ALMOST_NOTHING * p->size) return;
         unit_pair moved = *p;
         moved.b_in_a.t = vec_madd(p->b_in_a.t, max_of(-2 * s->lo, 4 * p->error), s->axis);
-        const narrow_goal measure = {p->error, p->error, INFINITY, -INFINITY, -INFINITY, INFINITY};
+        const narrow_goal measure = {p->error, p->error, INFINITY, -INFINITY, -INFINITY, INFINITY, false};
         gjk_result r;
         gjk_distance(&moved, &measure, s->axis, &r);
         s->iterations += r.span.iterations;

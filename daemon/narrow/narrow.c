@@ -22,6 +22,7 @@
 struct narrow_scratch {
     epa_scratch epa;
     effort effort; /* of the query that runs */
+    union_scratch pieces;
 };
 
 size_t narrow_scratch_size(void)
@@ -71,7 +72,7 @@ static void answer(const shape *a, const shape *b, const pose *b_in_a, const nar
     narrow_result *result)
 {
     if (mesh_pair_applies(a, b)) {
-        mesh_pair_measure(p, a, b, g, cache, &scratch->epa, s);
+        mesh_pair_measure(p, a, b, g, cache, &scratch->epa, &scratch->pieces, s);
         finish(p, s, result);
         return;
     }
@@ -119,7 +120,7 @@ static void search(const shape *a, const shape *b, const pose *b_in_a, const nar
     unit_pair_init(p, a, b, b_in_a);
     p->effort = effort;
     if (compound_pair_applies(b)) {
-        compound_pair_query(p, a, b, b_in_a, request, scratch, &scratch->epa, result);
+        compound_pair_query(p, a, b, b_in_a, request, scratch, &scratch->epa, &scratch->pieces, result);
         return;
     }
     if (mesh_pair_applies(a, b)) mesh_pair_prepare(p, a);

@@ -30,6 +30,7 @@ typedef struct narrow_request {
     double range;     /* m; beyond it a lower bound is enough. INFINITY = always measure */
     double threshold; /* m; for NARROW_VERDICT and NARROW_MANIFOLD */
     narrow_engine engine;
+    bool brief; /* of how deep a mesh is in something the first bracket is enough, though wider than `tolerance` */
 } narrow_request;
 
 enum { MANIFOLD_POINTS_MAX = 4 };
@@ -48,7 +49,8 @@ typedef struct manifold {
 typedef enum narrow_status {
     NARROW_CERTAIN, /* the interval is as narrow as asked, or decides what was asked */
     NARROW_WIDE,    /* it contains the truth but is wider than asked: arithmetic, iterations or the effort of a query
-                       (effort.h) ended; or that ended before all parts of a mesh or compound were looked at for points */
+                       (effort.h) ended, or the request was brief; or that ended before all parts of a mesh or compound
+                       were looked at for points */
 } narrow_status;
 
 typedef enum narrow_method { /* who settled it: counted and shown */

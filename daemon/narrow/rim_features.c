@@ -104,7 +104,7 @@ static bool find_along(const unit_pair *p, const narrow_goal *goal, const span *
 /* The bracket of a search that goes on for as long as doubles let it. */
 static void narrow_down(const unit_pair *p, const narrow_goal *goal, span *s)
 {
-    narrow_goal exactly = {goal->finest, goal->finest, INFINITY, -INFINITY, INFINITY, INFINITY};
+    narrow_goal exactly = {goal->finest, goal->finest, INFINITY, -INFINITY, INFINITY, INFINITY, false};
     gjk_result r;
     descent_distance(p, &exactly, s->axis, &r);
     if (!(r.span.hi - r.span.lo < s->hi - s->lo)) return;

@@ -46,6 +46,7 @@ typedef struct narrow_goal {
     double near;      /* an upper bound at or below it is enough; -INFINITY when a measure is asked for */
     double above;     /* the verdict: an interval that is narrow enough must also be above `above`, ... */
     double below;     /* ... or at or below `below`; INFINITY when no verdict is asked for */
+    bool brief;       /* narrow_request.brief */
 } narrow_goal;
 
 static inline bool narrow_goal_reached(const narrow_goal *g, double lo, double hi)

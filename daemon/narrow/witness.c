@@ -12,7 +12,7 @@ static void apart_by(const unit_pair *p, double way, span *s)
     vec3 shift = vec_scale(s->axis, way);
     apart.b_in_a.t = vec_add(p->b_in_a.t, shift);
     double closely = 0.25 * (s->hi - s->lo);
-    narrow_goal exactly = {closely, closely, INFINITY, -INFINITY, INFINITY, INFINITY};
+    narrow_goal exactly = {closely, closely, INFINITY, -INFINITY, INFINITY, INFINITY, false};
     gjk_result touch;
     gjk_distance(&apart, &exactly, s->axis, &touch);
     s->point_a = touch.span.point_a;

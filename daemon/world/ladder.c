@@ -44,9 +44,12 @@ static void add_demand(demand *d, const interest *i, const pair_terms *terms, do
     d->hysteresis |= touch && i->hysteresis > 0;
     bool other = touch && d->touch && (threshold != r->threshold || d->hysteresis);
     d->touch |= touch;
+    bool asks_depth =
+        i->facts & (WORLD_DISTANCE | WORLD_MANIFOLD) || (i->accuracy == WORLD_BY_TOLERANCE && i->tolerance > 0);
     d->coarse &= i->accuracy == WORLD_BY_BOXES;
     d->verdict_only &= i->accuracy == WORLD_BY_VERDICT && !other;
     r->tolerance = fmin(r->tolerance, tolerance_of(i, size));
+    r->brief &= !asks_depth;
     if (i->facts & WORLD_DISTANCE) {
         r->facts |= NARROW_DISTANCE;
         r->range = fmax(r->range, range);
@@ -67,7 +70,11 @@ demand ladder_demand(const world *w, const pair *p)
     const body *x = &w->bodies.at[a->body], *y = &w->bodies.at[b->body];
     pair_terms terms = pair_kept_terms(p);
     double size = pair_size(a, b);
-    demand d = {.request = {.tolerance = INFINITY, .range = 0, .threshold = -INFINITY, .engine = w->options.engine},
+    demand d = {.request = {.tolerance = INFINITY,
+                    .range = 0,
+                    .threshold = -INFINITY,
+                    .engine = w->options.engine,
+                    .brief = true},
         .limit = -INFINITY,
         .coarse = true,
         .verdict_only = true};

@@ -19,6 +19,7 @@ KEYS = {
     "narrow": ["coherent", "ns_median", "ns_p99", "wrong", "failed", "missed_truth", "items", "samples"],
     "elementary": ["queries", "contacts", "ns_median", "ns_p99", "misses", "false_hits", "late", "late_max"],
     "pareto": ["ns_mean", "ns_p99", "missed", "false", "failed", "measured", "items"],
+    "depth": ["pairs", "width_median", "width_p90", "certain", "us_median", "us_max"],
     "extremes": ["wrong", "failed"],
     "worst": ["ms_max", "elements", "tried", "wide", "undecided"],
     "ccd": ["us_median", "us_p99", "misses", "false_hits", "late", "toi_error_max", "pairs", "hits", "failed"],
@@ -78,6 +79,10 @@ def broken(name, row):
         return "no scene, contender or queries"
     if name == "elementary" and row["contender"] == "collided" and (row["misses"] or row["late"]):
         return "ours missed a contact, or was late"
+    if name == "depth" and not (row.get("scene") and row.get("asked") and row["pairs"]):
+        return "no scene, no pairs, or not what was asked"
+    if name == "depth" and row["scene"] == "all" and row["asked"] == "measured" and row["width_median"] > 0.1:
+        return "half of the depths are told no better than to a tenth"
     if name == "pareto" and not ("error_max" in row and all(row.get(key) for key in ("pair", "contender", "tolerance"))):
         return "no pair, contender, tolerance or error"
     if name == "pareto" and row["contender"] == "collided" and (row["missed"] or row["failed"]):

@@ -5,7 +5,7 @@
 
 static narrow_scratch *scratch(void)
 {
-    static _Alignas(64) unsigned char memory[1 << 20]; /* one thread */
+    static _Alignas(64) unsigned char memory[1 << 21]; /* one thread */
     if (narrow_scratch_size() > sizeof memory) abort();
     return (narrow_scratch *)(void *)memory;
 }

@@ -295,7 +295,7 @@ static const char *depth_separates(trial *t, uint64_t *random)
 /* A pair followed through a motion in small steps, with its cache, answers each time what a cold one answers. */
 static const char *cache_changes_nothing(trial *t, uint64_t *random)
 {
-    static _Alignas(64) unsigned char memory[1 << 20];
+    static _Alignas(64) unsigned char memory[1 << 21];
     narrow_scratch *scratch = (narrow_scratch *)(void *)memory;
     const narrow_request request = {.facts = NARROW_DISTANCE, .range = INFINITY};
     if (narrow_scratch_size() > sizeof memory) return "the scratch does not fit";

@@ -113,6 +113,95 @@ static void one_side_is_as_deep_as_its_part(void **state)
     union_free(&corner);
 }
 
+enum { BOXES = 4 };
+
+typedef struct box_union {
+    size_t count;
+    double lo[BOXES][3], hi[BOXES][3];
+} box_union;
+
+/* Multiples of 1/64: all sums are exact. */
+static box_union random_box_union(dice *d, size_t count, union_body *u)
+{
+    box_union b = {.count = count};
+    shape parts[BOXES];
+    pose at[BOXES];
+    for (size_t i = 0; i < count; i++) {
+        double c[3], h[3];
+        for (int x = 0; x < 3; x++) {
+            h[x] = (int)dice_between(d, 4, 48) / 64.0;
+            c[x] = (int)dice_between(d, -32, 32) / 64.0;
+            b.lo[i][x] = c[x] - h[x];
+            b.hi[i][x] = c[x] + h[x];
+        }
+        parts[i] = (shape){.type = SHAPE_BOX, .half = {h[0], h[1], h[2]}};
+        at[i] = (pose){{c[0], c[1], c[2]}, {1, 0, 0, 0}};
+    }
+    union_make(u, parts, at, count, 0);
+    return b;
+}
+
+static bool box_unions_overlap(const box_union *a, const box_union *b, const double move[3])
+{
+    for (size_t i = 0; i < a->count; i++)
+        for (size_t k = 0; k < b->count; k++) {
+            bool meet = true;
+            for (int x = 0; x < 3; x++)
+                meet &= a->lo[i][x] < b->hi[k][x] + move[x] && b->lo[k][x] + move[x] < a->hi[i][x];
+            if (meet) return true;
+        }
+    return false;
+}
+
+/* The nearest point outside of a union of boxes has coordinates that are 0 or those of faces. */
+static double box_unions_depth(const box_union *a, const box_union *b)
+{
+    double at[3][1 + 2 * BOXES * BOXES], best = INFINITY;
+    size_t count = 0;
+    for (int x = 0; x < 3; x++) {
+        count = 0;
+        at[x][count++] = 0;
+        for (size_t i = 0; i < a->count; i++)
+            for (size_t k = 0; k < b->count; k++) {
+                at[x][count++] = a->hi[i][x] - b->lo[k][x];
+                at[x][count++] = a->lo[i][x] - b->hi[k][x];
+            }
+    }
+    for (size_t i = 0; i < count; i++)
+        for (size_t k = 0; k < count; k++)
+            for (size_t l = 0; l < count; l++) {
+                const double move[3] = {at[0][i], at[1][k], at[2][l]};
+                double length2 = move[0] * move[0] + move[1] * move[1] + move[2] * move[2];
+                if (length2 < best && !box_unions_overlap(a, b, move)) best = length2;
+            }
+    return sqrt(best);
+}
+
+static void unions_of_boxes_are_as_deep_as_brute_force_finds(void **state)
+{
+    (void)state;
+    dice d = {45};
+    int overlaps = 0, narrow = 0;
+    for (int k = 0; k < rounds(1000); k++) {
+        union_body u, v;
+        const double still[3] = {0, 0, 0};
+        box_union x = random_box_union(&d, 1 + (size_t)k % BOXES, &u);
+        box_union y = random_box_union(&d, 2 + (size_t)k / 4 % (BOXES - 1), &v);
+        narrow_result r = union_ask(&u.shape, &v.shape, POSE_IDENTITY, 1e-6);
+        if (box_unions_overlap(&x, &y, still)) {
+            double depth = box_unions_depth(&x, &y);
+            if (!(r.lo <= -depth + 1e-12 && -depth - 1e-12 <= r.hi))
+                fail_msg("%d: [%.12g, %.12g], depth %.12g", k, r.lo, r.hi, depth);
+            assert_true((r.status == NARROW_CERTAIN) == (r.hi - r.lo <= 1e-6));
+            overlaps++;
+            narrow += r.hi - r.lo <= 1e-6;
+        }
+        union_free(&u);
+        union_free(&v);
+    }
+    if (overlaps < rounds(700) || narrow < 0.95 * overlaps) fail_msg("%d of %d are narrow", narrow, overlaps);
+}
+
 /* Above a half-space nothing is hidden: as deep as the deepest child, to the last digits. */
 static void a_half_space_is_left_along_its_normal(void **state)
 {
@@ -144,6 +233,7 @@ int main(void)
         cmocka_unit_test(no_sampled_move_is_shorter),
         cmocka_unit_test(what_is_wedged_finds_its_way_out),
         cmocka_unit_test(one_side_is_as_deep_as_its_part),
+        cmocka_unit_test(unions_of_boxes_are_as_deep_as_brute_force_finds),
         cmocka_unit_test(a_half_space_is_left_along_its_normal),
     };
     return cmocka_run_group_tests(tests, union_make_scratch, union_free_scratch);

@@ -100,8 +100,8 @@ static void an_only_child_answers_for_itself(void **state)
 {
     (void)state;
     dice d = {23};
-    static const narrow_request REQUESTS[] = {{NARROW_DISTANCE | NARROW_MANIFOLD, 0, INFINITY, 0.01, 0},
-        {NARROW_VERDICT, 0, 0, 0.02, 0}, {NARROW_DISTANCE, 1e-3, 0.5, 0, 0}};
+    static const narrow_request REQUESTS[] = {{NARROW_DISTANCE | NARROW_MANIFOLD, 0, INFINITY, 0.01, 0, false},
+        {NARROW_VERDICT, 0, 0, 0.02, 0, false}, {NARROW_DISTANCE, 1e-3, 0.5, 0, 0, false}};
     for (int k = 0; k < rounds(2000); k++) {
         union_body only;
         shape a = random_part(&d, 0.1, 0.5), b = random_part(&d, 0.1, 0.5);

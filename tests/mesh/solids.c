@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static soup soup_new(void)
+soup soup_new(void)
 {
     return (soup){calloc(3 * SOUP_MAX, sizeof(double)), 0, calloc(3 * SOUP_MAX, sizeof(int32_t)), 0};
 }
@@ -15,7 +15,7 @@ void soup_free(soup *s)
     free(s->corners);
 }
 
-static int32_t add_point(soup *s, vec3 p)
+int32_t soup_point(soup *s, vec3 p)
 {
     if (s->point_count >= SOUP_MAX) abort();
     double *to = s->points + 3 * s->point_count;
@@ -25,7 +25,7 @@ static int32_t add_point(soup *s, vec3 p)
     return (int32_t)s->point_count++;
 }
 
-static void add_triangle(soup *s, int32_t a, int32_t b, int32_t c)
+void soup_triangle(soup *s, int32_t a, int32_t b, int32_t c)
 {
     if (s->triangle_count >= SOUP_MAX) abort();
     int32_t *to = s->corners + 3 * s->triangle_count++;
@@ -34,10 +34,10 @@ static void add_triangle(soup *s, int32_t a, int32_t b, int32_t c)
     to[2] = c;
 }
 
-static void add_quad(soup *s, int32_t a, int32_t b, int32_t c, int32_t d)
+void soup_quad(soup *s, int32_t a, int32_t b, int32_t c, int32_t d)
 {
-    add_triangle(s, a, b, c);
-    add_triangle(s, a, c, d);
+    soup_triangle(s, a, b, c);
+    soup_triangle(s, a, c, d);
 }
 
 static vec3 point_of(const soup *s, int32_t i)
@@ -56,8 +56,8 @@ soup soup_icosphere(double radius, int subdivisions)
     soup s = soup_new();
     for (int i = 0; i < 20; i++) {
         int32_t p[3];
-        for (int k = 0; k < 3; k++) p[k] = add_point(&s, vec_scale(vec_unit(corners[FACES[i][k]]), radius));
-        add_triangle(&s, p[0], p[1], p[2]);
+        for (int k = 0; k < 3; k++) p[k] = soup_point(&s, vec_scale(vec_unit(corners[FACES[i][k]]), radius));
+        soup_triangle(&s, p[0], p[1], p[2]);
     }
     for (int round = 0; round < subdivisions; round++) {
         soup next = soup_new();
@@ -68,8 +68,8 @@ soup soup_icosphere(double radius, int subdivisions)
             const vec3 parts[4][3] = {{v[0], m[0], m[2]}, {m[0], v[1], m[1]}, {m[2], m[1], v[2]}, {m[0], m[1], m[2]}};
             for (int i = 0; i < 4; i++) { /* one after the other: C evaluates arguments in any order */
                 int32_t p[3];
-                for (int k = 0; k < 3; k++) p[k] = add_point(&next, parts[i][k]);
-                add_triangle(&next, p[0], p[1], p[2]);
+                for (int k = 0; k < 3; k++) p[k] = soup_point(&next, parts[i][k]);
+                soup_triangle(&next, p[0], p[1], p[2]);
             }
         }
         soup_free(&s);
@@ -93,12 +93,12 @@ soup soup_box(double hx, double hy, double hz, int cuts)
                     n[face / 2] = side;
                     n[(face / 2 + 1) % 3] = u;
                     n[(face / 2 + 2) % 3] = v;
-                    at[c] = add_point(&s, vec(n[0] * half.x, n[1] * half.y, n[2] * half.z));
+                    at[c] = soup_point(&s, vec(n[0] * half.x, n[1] * half.y, n[2] * half.z));
                 }
                 if (side > 0)
-                    add_quad(&s, at[0], at[1], at[2], at[3]);
+                    soup_quad(&s, at[0], at[1], at[2], at[3]);
                 else
-                    add_quad(&s, at[3], at[2], at[1], at[0]);
+                    soup_quad(&s, at[3], at[2], at[1], at[0]);
             }
         }
     }
@@ -111,12 +111,12 @@ soup soup_torus(double ring, double tube, int around, int across)
     for (int i = 0; i < around; i++)
         for (int k = 0; k < across; k++) {
             double a = 2 * M_PI * i / around, b = 2 * M_PI * k / across, r = ring + tube * cos(b);
-            add_point(&s, vec(r * cos(a), r * sin(a), tube * sin(b)));
+            soup_point(&s, vec(r * cos(a), r * sin(a), tube * sin(b)));
         }
     for (int i = 0; i < around; i++)
         for (int k = 0; k < across; k++) {
             int j = (i + 1) % around, l = (k + 1) % across;
-            add_quad(&s, i * across + k, j * across + k, j * across + l, i * across + l);
+            soup_quad(&s, i * across + k, j * across + k, j * across + l, i * across + l);
         }
     return s;
 }
@@ -129,13 +129,13 @@ soup soup_trough(void)
     static const int CAPS[6][3] = {{0, 1, 4}, {0, 4, 5}, {1, 2, 3}, {1, 3, 4}, {0, 5, 6}, {0, 6, 7}};
     soup s = soup_new();
     for (int end = 0; end < 2; end++)
-        for (int i = 0; i < 8; i++) add_point(&s, vec(OUTLINE[i][0], end ? 1 : -1, OUTLINE[i][1]));
+        for (int i = 0; i < 8; i++) soup_point(&s, vec(OUTLINE[i][0], end ? 1 : -1, OUTLINE[i][1]));
     for (int i = 0; i < 8; i++) {
         int j = (i + 1) % 8;
-        add_quad(&s, i, 8 + i, 8 + j, j);
+        soup_quad(&s, i, 8 + i, 8 + j, j);
         if (i >= 6) continue;
-        add_triangle(&s, CAPS[i][0], CAPS[i][1], CAPS[i][2]);
-        add_triangle(&s, 8 + CAPS[i][0], 8 + CAPS[i][2], 8 + CAPS[i][1]);
+        soup_triangle(&s, CAPS[i][0], CAPS[i][1], CAPS[i][2]);
+        soup_triangle(&s, 8 + CAPS[i][0], 8 + CAPS[i][2], 8 + CAPS[i][1]);
     }
     return s;
 }
@@ -144,11 +144,12 @@ soup soup_plane(double half, int cuts)
 {
     soup s = soup_new();
     for (int i = 0; i <= cuts; i++)
-        for (int k = 0; k <= cuts; k++) add_point(&s, vec(half * (2.0 * i / cuts - 1), half * (2.0 * k / cuts - 1), 0));
+        for (int k = 0; k <= cuts; k++)
+            soup_point(&s, vec(half * (2.0 * i / cuts - 1), half * (2.0 * k / cuts - 1), 0));
     for (int i = 0; i < cuts; i++)
         for (int k = 0; k < cuts; k++) {
             int at = i * (cuts + 1) + k;
-            add_quad(&s, at, at + cuts + 1, at + cuts + 2, at + 1);
+            soup_quad(&s, at, at + cuts + 1, at + cuts + 2, at + 1);
         }
     return s;
 }
@@ -180,9 +181,9 @@ void soup_drop(soup *s, size_t t)
 void soup_add(soup *s, const soup *other, vec3 at)
 {
     int32_t first = (int32_t)s->point_count;
-    for (size_t i = 0; i < other->point_count; i++) add_point(s, vec_add(point_of(other, (int32_t)i), at));
+    for (size_t i = 0; i < other->point_count; i++) soup_point(s, vec_add(point_of(other, (int32_t)i), at));
     for (size_t t = 0; t < other->triangle_count; t++)
-        add_triangle(
+        soup_triangle(
             s, first + other->corners[3 * t], first + other->corners[3 * t + 1], first + other->corners[3 * t + 2]);
 }
 

@@ -23,6 +23,12 @@ soup soup_plane(double half, int cuts); /* z = 0, facing up; open */
 soup soup_from(const double *points, size_t count, const int32_t *corners, size_t triangle_count);
 void soup_free(soup *s);
 
+/* To make others of: room for SOUP_MAX points and triangles; the corners of a face counter-clockwise from outside. */
+soup soup_new(void);
+int32_t soup_point(soup *s, vec3 p);
+void soup_triangle(soup *s, int32_t a, int32_t b, int32_t c);
+void soup_quad(soup *s, int32_t a, int32_t b, int32_t c, int32_t d);
+
 void soup_turn(soup *s, size_t triangle); /* its orientation */
 void soup_drop(soup *s, size_t triangle);
 void soup_add(soup *s, const soup *other, vec3 at);

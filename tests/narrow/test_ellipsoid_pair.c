@@ -14,7 +14,7 @@
 
 enum { PAIRS = 2000, DIRECTIONS = 30, SEARCH_EVERY = 100 };
 
-static const narrow_goal GOAL = {1e-6, 1e-15, INFINITY, -INFINITY, INFINITY, INFINITY};
+static const narrow_goal GOAL = {1e-6, 1e-15, INFINITY, -INFINITY, INFINITY, INFINITY, false};
 
 typedef struct pair {
     shape a, b;

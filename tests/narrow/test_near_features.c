@@ -212,7 +212,7 @@ static void the_search_finds_what_is_strict(void **state)
 {
     (void)state;
     random_state r = {75};
-    static const narrow_goal CLOSELY = {1e-9, 0x1p-50, INFINITY, -INFINITY, INFINITY, INFINITY};
+    static const narrow_goal CLOSELY = {1e-9, 0x1p-50, INFINITY, -INFINITY, INFINITY, INFINITY, false};
     size_t found = 0;
     for (size_t i = 0; i < rounds_of(1600); i++) {
         shape_type type = i % 2 ? SHAPE_HULL : SHAPE_BOX;

@@ -13,7 +13,7 @@
 
 #include <cmocka.h>
 
-static const narrow_goal FINEST = {0, 0x1p-50, INFINITY, -INFINITY, INFINITY, INFINITY};
+static const narrow_goal FINEST = {0, 0x1p-50, INFINITY, -INFINITY, INFINITY, INFINITY, false};
 
 static hull *ball(random_state *r, size_t count, vec3 half)
 {
