@@ -164,7 +164,8 @@ void compound_search_depth(const unit_pair *p, compound_walk *w, const shape *a,
     narrow_scratch *scratch, union_scratch *parts, narrow_result *out)
 {
     double of_a, of_b, radius = p->radius;
-    if (a->deviation + b->deviation > 0) return;
+    uint32_t work = effort_grant(w->effort, SEARCH_WORK, EFFORT_UNION);
+    if (a->deviation + b->deviation > 0 || work == 0) return;
     if (!side_of_shape(&parts->a, a, &p->a, p->scale, NULL, &of_a)) return;
     if (!side_of_shape(&parts->b, b, &p->b, p->scale, &p->b_in_a, &of_b)) return;
     way_search q = {.w = w, .scratch = scratch, .start = w->placed.t, .rounding = radius + of_a + of_b};
@@ -175,7 +176,8 @@ void compound_search_depth(const unit_pair *p, compound_walk *w, const shape *a,
         .above = -INFINITY,
         .below = INFINITY};
     double known = -out->lo * p->scale - q.rounding;
-    union_bounds bounds = union_depth(parts, known, &goal, 4 * p->error, SEARCH_WORK, go_on_apart, &q);
+    union_bounds bounds = union_depth(parts, known, &goal, 4 * p->error, work, go_on_apart, &q);
+    effort_spend(w->effort, bounds.work * (int64_t)EFFORT_UNION);
     compound_walk_move(w, q.start);
     if (bounds.length < known) {
         out->lo = -(bounds.length + q.rounding + w->error) * p->unit;

@@ -91,11 +91,12 @@ static const double HULL_SHARE = 0.01;
 static void lower_bound(const unit_pair *p, compound_walk *w, const nearest_search *q, double asked,
     narrow_scratch *scratch, epa_scratch *epa, narrow_result *out)
 {
+    int64_t kept = effort_keep_back(w->effort, EFFORT_OF_HULLS);
     compound_way way = compound_way_out(w, &q->best, q->parts, scratch);
     out->lo = -way.length * p->unit;
     if (way.length < INFINITY) out->axis = way.axis;
+    effort_give_back(w->effort, kept);
     if (out->hi - out->lo <= asked) return;
-    effort_give_back(w->effort, EFFORT_OF_HULLS);
     double open = min_of((out->hi - out->lo) * p->scale, p->size);
     by_hulls(p, max_of(asked * p->scale, HULL_SHARE * open), epa, out);
 }
@@ -134,9 +135,9 @@ void compound_pair_query(const unit_pair *p, const shape *a, const shape *b, con
     }
     nearest_search q = search_for(request, scratch);
     w.effort->counts = true; /* nothing is remembered */
-    effort_keep_back(w.effort, EFFORT_OF_WAYS_OUT);
+    int64_t kept = effort_keep_back(w.effort, EFFORT_OF_WAYS_OUT);
     compound_walk_run(&w, INFINITY, nearer, &q);
-    effort_give_back(w.effort, EFFORT_OF_WAYS_OUT);
+    effort_give_back(w.effort, kept);
     *out = q.best;
     out->manifold.count = 0;
     bool ended = q.best.hi <= q.near;

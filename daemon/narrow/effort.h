@@ -39,6 +39,7 @@ enum {
     EFFORT_FACET = 300,        /* the expanding polytope grows by a point: beside two support points, ... */
     EFFORT_SUPPORT = 20,       /* ... each that of a convex part, ... */
     EFFORT_VERTICES = 4,       /* ... and of a hull, for each so many vertices one more */
+    EFFORT_UNION = 20,         /* a unit of work of union_depth.h */
     EFFORT_LARGE_HULL = 4096   /* vertices: two hulls of fewer in all need not be counted */
 };
 
@@ -55,14 +56,24 @@ static inline bool effort_spend(effort *e, int64_t units)
     return e->left >= 0;
 }
 
-/* Part of what is left is not for the next search, but for one that follows it. */
-static inline void effort_keep_back(effort *e, int64_t units)
+/* Part of what is left, at most so much, is not for the next search, but for one that follows it: returns how much.
+ * Many parts of one query may ask for this, one after the other: none is given more than there was. */
+static inline int64_t effort_keep_back(effort *e, int64_t units)
 {
-    if (e) e->left -= units;
+    int64_t kept = !e || e->left <= 0 ? 0 : e->left < units ? e->left : units;
+    if (e) e->left -= kept;
+    return kept;
 }
-static inline void effort_give_back(effort *e, int64_t units)
+static inline void effort_give_back(effort *e, int64_t kept)
 {
-    if (e) e->left = (e->left > 0 ? e->left : 0) + units;
+    if (e) e->left = (e->left > 0 ? e->left : 0) + kept;
+}
+
+/* How many units of work at that price may be done: at most so many. */
+static inline uint32_t effort_grant(const effort *e, uint32_t most, int64_t price)
+{
+    int64_t left = e && e->left > 0 ? e->left / price : 0;
+    return !e || left > most ? most : (uint32_t)left;
 }
 
 /* As narrow_query of a part of a shape, within a query: it has what is left of the query's effort. */

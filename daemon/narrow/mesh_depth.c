@@ -339,13 +339,14 @@ static void lower_bound(const unit_pair *whole, mesh_walk *w, const narrow_goal 
 {
     bool held = gap->relation == MESH_HOLDS_A || gap->relation == MESH_HOLDS_B;
     vec3 first = held ? vec_neg(gap->nearest.axis) : out->axis;
+    int64_t kept = effort_keep_back(w->effort, EFFORT_OF_HULLS);
     out->lo = -INFINITY;
     out->axis = first;
     try_way(whole, w, first, rounds, held ? gap : NULL, out);
     for (int i = 0; i < 2; i++)
         if (!narrow_goal_reached(goal, out->lo, out->hi) && vec_norm2(normals[i]) > 0)
             try_way(whole, w, normals[i], rounds, NULL, out);
-    effort_give_back(w->effort, EFFORT_OF_HULLS);
+    effort_give_back(w->effort, kept);
     if (!narrow_goal_reached(goal, out->lo, out->hi)) try_hulls(whole, goal, scratch, out);
 }
 
@@ -412,13 +413,15 @@ static double go_on(void *context, vec3 way)
 static void depth_of_pieces(const unit_pair *whole, mesh_walk *w, const narrow_goal *goal, uint32_t work,
     epa_scratch *scratch, union_scratch *u, span *out)
 {
-    if (narrow_goal_reached(goal, out->lo, out->hi)) return;
+    work = effort_grant(w->part.effort, work, EFFORT_UNION);
+    if (work == 0 || narrow_goal_reached(goal, out->lo, out->hi)) return;
     if (!union_side_init(&u->a, &whole->a, whole->scale, NULL)) return;
     if (!union_side_init(&u->b, &whole->b, whole->scale, &whole->b_in_a)) return;
     if (out->lo == -INFINITY) try_hulls(whole, goal, scratch, out);
     piece_search q = {.t = {.whole = whole, .w = w, .rounds = ROUNDS_MAX, .clear = clear_of(whole)}, .out = out};
     union_bounds bounds = union_depth(u, -out->lo, goal, 2 * whole->error, work, go_on, &q);
     out->iterations += bounds.work / 64;
+    if (w->part.effort) effort_spend(w->part.effort, bounds.work * (int64_t)EFFORT_UNION);
     out->hi = min_of(out->hi, -bounds.least);
 }
 
@@ -445,9 +448,9 @@ static void depth_of_surfaces(const unit_pair *whole, mesh_walk *w, const narrow
     if (gap->relation == MESH_CROSSING) {
         mesh_walk_move(w, whole->b_in_a.t);
         w->within = whole->error;
-        effort_keep_back(w->effort, EFFORT_OF_WAYS_OUT);
+        int64_t kept = effort_keep_back(w->effort, EFFORT_OF_WAYS_OUT);
         mesh_walk_run(w, deeper, &q);
-        effort_give_back(w->effort, EFFORT_OF_WAYS_OUT);
+        effort_give_back(w->effort, kept);
         if (q.found) {
             out->hi = min_of(out->hi, -q.depth);
             out->axis = q.part.axis;
