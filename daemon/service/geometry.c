@@ -355,10 +355,15 @@ static size_t count_wanted(const service *s)
     return count;
 }
 
+/* A number far beyond what came before is the time of a disposal (link_dds_take.c), and says nothing of what may come
+ * late: what was announced until then does. */
 static void take_back(service *s, session *c, const wire_geometry *m)
 {
+    static const int64_t FAR = 1 << 20;
+    int64_t newest = c->sequence > c->geometry_sequence ? c->sequence : c->geometry_sequence;
     geometry_claim *at = claim_of(s, c, m->hash);
     disclaim(s, c, at);
+    if (m->sequence - newest >= FAR) return;
     at->sequence = m->sequence;
     if (m->sequence > c->geometry_sequence) c->geometry_sequence = m->sequence;
 }

@@ -252,6 +252,21 @@ static void late_copies_neither_take_back_nor_bring_back(void **state)
     assert_true(fabs(height_of(r, LOW, 0) - LOW[11]) < 1e-6);
 }
 
+/* DDS may tell of a disposal without a sample: the time stands in for its sequence. */
+static void a_disposal_does_not_shut_out_what_is_sent_next(void **state)
+{
+    room *r = *state;
+    wire_message first = hull_message(r, VICTIM, LOW, hash_of(LOW)), disposal = taken_back(r, VICTIM, LOW);
+    disposal.geometry.sequence = 1795420829587079;
+    send_and_settle(r, &first);
+    send_and_settle(r, &disposal);
+    send_and_settle(r, &first);
+    assert_int_equal(counter(r, "geometries"), 0);
+    send_hull(r, VICTIM, LOW);
+    send_body(r, VICTIM, 0, "mine", hash_of(LOW), 0);
+    assert_true(fabs(height_of(r, LOW, 0) - LOW[11]) < 1e-6);
+}
+
 /* In one tick, in order: what a body was announced with is its own. */
 static void what_is_taken_back_behind_its_body_was_there(void **state)
 {
@@ -302,6 +317,7 @@ int main(void)
         IN_A_ROOM(equal_numbers_are_kept_once_and_as_long_as_one_wants_them),
         IN_A_ROOM(one_hash_stands_for_one_thing_of_a_client),
         IN_A_ROOM(late_copies_neither_take_back_nor_bring_back),
+        IN_A_ROOM(a_disposal_does_not_shut_out_what_is_sent_next),
         cmocka_unit_test_setup_teardown(what_is_taken_back_behind_its_body_was_there, open_slow_room, close_room),
         cmocka_unit_test_setup_teardown(one_that_goes_makes_room_for_the_next, open_slow_room, close_room),
     };
