@@ -259,9 +259,9 @@ bool pieces_descend(const unit_pair *p, bundle *b, view *v, double near2)
         *b = rest;
         *v = start;
         bool found = descend(p, b, v, near2);
-        int lightest = lightest_of(b);
-        if (found && b->weight[lightest] > SLIM) return true;
-        drop(&rest, found ? lightest : lowest_of(&rest));
+        int least = found ? lightest_of(b) : lowest_of(&rest); /* where none is found, none has a weight */
+        if (found && b->weight[least] > SLIM) return true;
+        drop(&rest, least);
     }
     return false;
 }

@@ -367,7 +367,7 @@ bool apply_command(service *s, struct link *from, const wire_message *m, bool ma
         break;
     case WIRE_GEOMETRY:
         ready_announced(s);
-        geometry_put(s, &m->geometry, &why);
+        geometry_put(s, c, &m->geometry, &why);
         break;
     case WIRE_BODY:
         ready_announced(s);

@@ -124,11 +124,12 @@ static const config_option OPTIONS[] = {
         "pairs of shapes that are looked at",
         "Many shapes at one place make pairs by the square, of up to 3 KB each. What exceeds is left out, and said: "
         "counted (pairs_left_out), in the undone of each batch, and as degraded health. It comes in as soon as others "
-        "have parted. A replay and a standby need the same limit."},
+        "have parted. A standby needs the same limit."},
     {"max_interests", CONFIG_WHOLE, FIELD(max_interests), 1, 4096, NULL, "512", "interests", "interests at once",
         "Counts all clients together. Who matches an interest is kept as a bit a body, so each costs memory."},
     {"max_geometries", CONFIG_WHOLE, FIELD(max_geometries), 1, 1000000, NULL, "10000", "geometries",
-        "hulls in the store", "A hull is stored once however many bodies use it, and is forgotten when nobody does."},
+        "hulls, meshes and height fields in the store",
+        "One is stored once however many bodies use it, and is forgotten when nobody does."},
     {"max_step_poses", CONFIG_WHOLE, FIELD(max_step_poses), 1, 100000000, NULL, "1000000", "poses",
         "poses of one client that wait for a step of lock-step to be complete",
         "A step is kept until all have published it."},
@@ -140,7 +141,8 @@ static const config_option OPTIONS[] = {
         "interests of one client", "Each has a stream."},
     {"max_client_geometry", CONFIG_WHOLE, FIELD(max_client_geometry), 1, 1048576, NULL, "4096", "MiB",
         "geometry of one client: hulls, meshes and height fields",
-        "Counts the numbers of what the client was the first to announce, from the first piece on, until it is freed."},
+        "Counts the numbers of what the client announces, shared with others or not, from the first piece on, until it "
+        "takes them back."},
     {"max_client_messages", CONFIG_WHOLE, FIELD(max_client_messages), 1, 100000000, NULL, "1000000", "messages/s",
         "messages of one client in a second",
         "Of all kinds; what exceeds is refused, and told at most 100 times a second."},
@@ -163,8 +165,8 @@ static const config_option OPTIONS[] = {
         "run a recording instead of live links, compare its hashes, and end",
         "No link is opened. The exit status is 0 if every tick is equal to the recording, wherever in a session that "
         "begins. One that begins in the middle holds the daemon's state, which is believed: replay recordings of "
-        "people "
-        "whose programs you would run."},
+        "people whose programs you would run. What decides which commands are refused and what is told (engine, and "
+        "limits other than rates) is taken from the recording, where it is not given to the replay."},
     {"replay_speed", CONFIG_NUMBER, FIELD(replay_speed), 0, 1000000, NULL, "0", "times",
         "how fast to replay, as a multiple of the recorded time; 0: as fast as possible",
         "The events are the same at any speed: ticks are given the recorded clock. SIGINT ends it after the tick that "
@@ -415,6 +417,53 @@ static const config_exit EXITS[] = {
     {EX_CONFIG, "EX_CONFIG",
         "the configuration file is broken, or the links or the user are, or a trade has nothing to replay"},
 };
+
+/* ---- what a replay has to have in common with the session ---- */
+
+/* Rates are looked at before a message is recorded. */
+static bool is_deciding(const config_option *o)
+{
+    bool is_rate = !strcmp(o->key, "max_client_messages") || !strcmp(o->key, "max_client_poses");
+    return !strcmp(o->key, "engine") || (!strncmp(o->key, "max_", 4) && !is_rate);
+}
+
+static void write_value(const config *c, const config_option *o, char value[CONFIG_TEXT_MAX])
+{
+    const char *at = (const char *)c + o->offset;
+    if (o->type == CONFIG_WHOLE)
+        snprintf(value, CONFIG_TEXT_MAX, "%ld", *(const long *)at);
+    else
+        snprintf(value, CONFIG_TEXT_MAX, "%s", at);
+}
+
+void config_tell_deciding(const config *c, char text[CONFIG_DECIDING_MAX])
+{
+    size_t used = 0;
+    text[0] = '\0';
+    for (size_t i = 0; i < OPTION_COUNT; i++) {
+        char value[CONFIG_TEXT_MAX];
+        if (!is_deciding(&OPTIONS[i])) continue;
+        write_value(c, &OPTIONS[i], value);
+        if (strcmp(value, OPTIONS[i].value) != 0)
+            used += (size_t)snprintf(text + used, CONFIG_DECIDING_MAX - used, "%s = %s\n", OPTIONS[i].key, value);
+    }
+}
+
+int config_take_deciding(config *c, const char *text, size_t size, char *why, size_t why_size)
+{
+    config told;
+    config_default(&told);
+    if (config_parse(&told, text, size, "the recording's settings", why, why_size) != 0) return -1;
+    for (size_t i = 0; i < OPTION_COUNT; i++) {
+        const config_option *o = &OPTIONS[i];
+        char here[CONFIG_TEXT_MAX], there[CONFIG_TEXT_MAX];
+        if (!is_deciding(o)) continue;
+        write_value(c, o, here);
+        write_value(&told, o, there);
+        if (strcmp(here, o->value) == 0 && config_set(c, o->key, there, why, why_size) != 0) return -1;
+    }
+    return 0;
+}
 
 const config_exit *config_exits(size_t *count)
 {

@@ -60,6 +60,13 @@ int config_read(config *c, const char *path, char *why, size_t why_size);
  * set to it. */
 int config_arguments(config *c, int argc, char **argv, const char **asked, char *why, size_t why_size);
 
+/* What decides which commands are refused and which numbers are told, as far as it is not the default: lines of
+ * key = value, of at most CONFIG_DECIDING_MAX characters. A recording has it. */
+enum { CONFIG_DECIDING_MAX = 1024 };
+void config_tell_deciding(const config *c, char text[CONFIG_DECIDING_MAX]);
+/* Takes it over from there, but for what c has that is not the default. -1: it is not such text, one line in `why`. */
+int config_take_deciding(config *c, const char *text, size_t size, char *why, size_t why_size);
+
 /* How the daemon ends: by sysexits.h. */
 typedef struct config_exit {
     int status;

@@ -12,6 +12,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+enum { TAKEN_BACK_KEPT = 4096 }; /* hashes that a client's session remembers, against late copies */
+
 static geometry *find(const service *s, int64_t id)
 {
     uint32_t place = id ? pair_map_get(&s->geometry_of, (uint64_t)id) : PAIR_MAP_NONE;
@@ -80,34 +82,53 @@ static int64_t bytes_of(const geometry *g)
     return geometry_bytes((int64_t)g->vertex_numbers, (int64_t)g->index_numbers);
 }
 
-static void claim(service *s, int64_t client, geometry *g)
+/* Its entries go that claim nothing. */
+static void forget_taken_back(service *s, session *c)
 {
-    size_t at = place_of_claim(s, client, g->hash);
-    session *payer = session_find(s, client);
-    array_push(&s->claims, (geometry_claim){.client = 0});
-    memmove(&s->claims.at[at + 1], &s->claims.at[at], (s->claims.count - 1 - at) * sizeof *s->claims.at);
-    s->claims.at[at] = (geometry_claim){client, g->hash, g->id};
-    g->claims++;
-    if (payer) payer->geometry_bytes += bytes_of(g);
+    size_t at = place_of_claim(s, c->client, INT64_MIN), kept = at;
+    for (; at < s->claims.count; at++)
+        if (s->claims.at[at].client != c->client || s->claims.at[at].geometry) s->claims.at[kept++] = s->claims.at[at];
+    s->claims.count = kept;
+    c->geometries_taken_back = 0;
 }
 
-/* The claim at that place goes; what it was for goes at the next sweep, if nobody else wants it. */
-static void disclaim(service *s, size_t at)
+/* The client's entry under that hash; a new one claims nothing. */
+static geometry_claim *claim_of(service *s, session *c, int64_t hash)
 {
-    geometry_claim c = s->claims.at[at];
-    geometry *g = find(s, c.geometry);
-    session *payer = session_find(s, c.client);
-    int64_t bytes = bytes_of(g);
-    if (payer) payer->geometry_bytes = payer->geometry_bytes > bytes ? payer->geometry_bytes - bytes : 0;
+    geometry_claim *there = find_claim(s, c->client, hash);
+    if (there) return there;
+    if (c->geometries_taken_back >= TAKEN_BACK_KEPT) forget_taken_back(s, c);
+    size_t at = place_of_claim(s, c->client, hash);
+    array_push(&s->claims, (geometry_claim){.client = 0});
+    memmove(&s->claims.at[at + 1], &s->claims.at[at], (s->claims.count - 1 - at) * sizeof *s->claims.at);
+    s->claims.at[at] = (geometry_claim){.client = c->client, .hash = hash};
+    c->geometries_taken_back++;
+    return &s->claims.at[at];
+}
+
+static void claim(service *s, session *c, geometry *g)
+{
+    claim_of(s, c, g->hash)->geometry = g->id;
+    c->geometries_taken_back--;
+    g->claims++;
+    c->geometry_bytes += bytes_of(g);
+}
+
+/* What it was for goes at the next sweep, if nobody else wants it. */
+static void disclaim(service *s, session *c, geometry_claim *at)
+{
+    geometry *g = find(s, at->geometry);
+    if (!g) return;
+    c->geometry_bytes -= bytes_of(g);
+    c->geometries_taken_back++;
     g->claims--;
     s->geometries_loose = true;
-    s->claims.count--;
-    memmove(&s->claims.at[at], &s->claims.at[at + 1], (s->claims.count - at) * sizeof *s->claims.at);
+    at->geometry = 0;
 }
 
 /* ---- the store ---- */
 
-static geometry *add(service *s, const wire_geometry *m)
+static geometry *add(service *s, session *c, const wire_geometry *m)
 {
     size_t place = 0;
     while (place < s->geometries.count && s->geometries.at[place].id) place++;
@@ -124,7 +145,7 @@ static geometry *add(service *s, const wire_geometry *m)
     g->indices = base_zalloc(g->index_numbers ? g->index_numbers : 1, sizeof *g->indices);
     g->has = base_zalloc((size_t)m->pieces, 1);
     pair_map_put(&s->geometry_of, (uint64_t)g->id, (uint32_t)place);
-    claim(s, m->client, g);
+    claim(s, c, g);
     return g;
 }
 
@@ -247,17 +268,19 @@ static geometry *find_whole(const service *s, const geometry *like)
 }
 
 /* All pieces have come: it is shared with who sent the same before, or built. Refused, it is gone with its claim. */
-static wire_reason complete(service *s, geometry *g, int64_t client, wire_refusal *why)
+static wire_reason complete(service *s, geometry *g, session *c, wire_refusal *why)
 {
     wire_f64s vertices = {(uint32_t)g->vertex_numbers, g->vertices};
     bool right = wire_geometry_hash(g->kind, vertices, (wire_i32s){(uint32_t)g->index_numbers, g->indices}) == g->hash;
     geometry *there = right ? find_whole(s, g) : NULL;
     if (there) {
-        find_claim(s, client, g->hash)->geometry = there->id;
+        find_claim(s, c->client, g->hash)->geometry = there->id;
         there->claims++;
         drop(s, g);
     } else if (!right || build_kind(g, why) != WIRE_OK) {
-        disclaim(s, place_of_claim(s, client, g->hash));
+        geometry_claim *refused = find_claim(s, c->client, g->hash);
+        disclaim(s, c, refused);
+        refused->sequence = 0; /* a copy is refused, too */
         drop(s, g);
         return right ? why->reason : refuse(why, WIRE_BAD_HASH, "hash: the content has another one");
     } else {
@@ -280,7 +303,7 @@ geometry_share geometry_share_of(const geometry *g, int32_t piece)
 }
 
 /* Pieces may come in any order and more than once; what comes again must be the same. */
-static wire_reason put_piece(service *s, geometry *g, const wire_geometry *m, wire_refusal *why)
+static wire_reason put_piece(service *s, session *c, geometry *g, const wire_geometry *m, wire_refusal *why)
 {
     if (m->kind != g->kind || m->pieces != g->pieces || (size_t)m->vertex_numbers != g->vertex_numbers ||
         (size_t)m->index_numbers != g->index_numbers)
@@ -298,7 +321,7 @@ static wire_reason put_piece(service *s, geometry *g, const wire_geometry *m, wi
     if (i) memcpy(g->indices + share.first_index, m->indices.at, i);
     g->come++;
     g->has[m->piece] = 1;
-    return g->come == g->pieces ? complete(s, g, m->client, why) : WIRE_OK;
+    return g->come == g->pieces ? complete(s, g, c, why) : WIRE_OK;
 }
 
 /* So large a hull, mesh or height field is refused at its first piece, before memory is set aside for it. Each height
@@ -321,18 +344,52 @@ static wire_reason check_size(const wire_geometry *m, wire_refusal *why)
     return why->reason = WIRE_TOO_LARGE;
 }
 
-wire_reason geometry_put(service *s, const wire_geometry *m, wire_refusal *why)
+/* Those that go at the next sweep are not counted. */
+static size_t count_wanted(const service *s)
 {
-    geometry *g = find(s, geometry_claimed(s, m->client, m->hash));
+    size_t count = s->geometry_of.count;
+    for (size_t i = 0; s->geometries_loose && i < s->geometries.count; i++) {
+        const geometry *g = &s->geometries.at[i];
+        count -= g->id && !g->users && !g->claims;
+    }
+    return count;
+}
+
+/* A number far beyond what came before is the time of a disposal (link_dds_take.c), and says nothing of what may come
+ * late: what was announced until then does. */
+static void take_back(service *s, session *c, const wire_geometry *m)
+{
+    static const int64_t FAR = 1 << 20;
+    int64_t newest = c->sequence > c->geometry_sequence ? c->sequence : c->geometry_sequence;
+    geometry_claim *at = claim_of(s, c, m->hash);
+    disclaim(s, c, at);
+    if (m->sequence - newest >= FAR) return;
+    at->sequence = m->sequence;
+    if (m->sequence > c->geometry_sequence) c->geometry_sequence = m->sequence;
+}
+
+/* Of two words on one hash the higher sequence stands. */
+wire_reason geometry_put(service *s, session *c, const wire_geometry *m, wire_refusal *why)
+{
+    geometry_claim *at = find_claim(s, m->client, m->hash);
+    geometry *g = at ? find(s, at->geometry) : NULL;
+    if (at && m->sequence <= at->sequence && (m->removed || !g)) {
+        metric_count(s->count.duplicates, 1);
+        return WIRE_OK;
+    }
     if (m->removed) {
-        if (g) disclaim(s, place_of_claim(s, m->client, m->hash));
+        take_back(s, c, m);
         return WIRE_OK;
     }
     if (check_size(m, why) != WIRE_OK) return why->reason;
-    if (!g && apply_limit(s, s->geometry_of.count, s->config.max_geometries, "max_geometries", why)) return why->reason;
-    if (!g && !limits_geometry(s, session_find(s, m->client), m, why)) return why->reason;
-    if (!g) g = add(s, m);
-    return put_piece(s, g, m, why);
+    if (!g && apply_limit(s, count_wanted(s), s->config.max_geometries, "max_geometries", why)) return why->reason;
+    if (!g && !limits_geometry(s, c, m, why)) return why->reason;
+    if (!g) g = add(s, c, m);
+    if (put_piece(s, c, g, m, why) != WIRE_OK) return why->reason;
+    at = find_claim(s, m->client, m->hash);
+    if (m->sequence > at->sequence) at->sequence = m->sequence;
+    if (m->sequence > c->geometry_sequence) c->geometry_sequence = m->sequence;
+    return WIRE_OK;
 }
 
 /* What a shape of this type on the wire is made of. */
@@ -364,10 +421,11 @@ void geometry_release(service *s, int64_t id)
     s->geometries_loose = true;
 }
 
-void geometry_forget(service *s, int64_t client)
+void geometry_forget(service *s, session *c)
 {
-    size_t at = place_of_claim(s, client, INT64_MIN);
-    while (at < s->claims.count && s->claims.at[at].client == client) disclaim(s, at);
+    size_t at = place_of_claim(s, c->client, INT64_MIN);
+    for (; at < s->claims.count && s->claims.at[at].client == c->client; at++) disclaim(s, c, &s->claims.at[at]);
+    forget_taken_back(s, c);
 }
 
 wire_reason geometry_restore(service *s, const geometry *bare, wire_refusal *why)

@@ -11,6 +11,7 @@ void inbox_put(service *s, struct link *from, const wire_message *m)
     int32_t object;
     letter l = {.link = from, .kind = m->kind, .offset = s->inbox.bytes.count, .size = wire_lcm_size(m), .since_ns = 0};
     wire_origin(m, &l.client, &l.sequence, &object);
+    l.takes_back = m->kind == WIRE_GEOMETRY && m->geometry.removed;
     array_reserve(&s->inbox.bytes, l.offset + l.size);
     s->inbox.bytes.count += wire_lcm_encode(m, s->inbox.bytes.at + l.offset, l.size);
     array_push(&s->inbox.letters, l);
@@ -67,6 +68,19 @@ static bool apply_letter(service *s, letter *l)
     return apply_command(s, l->link, &m, !time_is_up);
 }
 
+/* What a client takes back stays for those of its bodies that it has announced before. */
+static void apply_geometries(service *s)
+{
+    inbox *in = &s->inbox;
+    int64_t has_bodies = 0; /* a client, before the letter that is looked at */
+    for (size_t i = 0; i < in->letters.count; i++) {
+        letter *l = &in->letters.at[i];
+        if (l->kind == WIRE_BODY) has_bodies = l->client;
+        if (l->kind != WIRE_GEOMETRY || (l->takes_back && l->client == has_bodies)) continue;
+        if (apply_letter(s, l)) l->kind = WIRE_NOTHING;
+    }
+}
+
 /* Hulls first, then the other commands, then poses that came with them or before their bodies. Queries stay until the
  * tick is over, commands that wait for a hull until it comes or their time is up. */
 void inbox_apply(service *s)
@@ -74,10 +88,7 @@ void inbox_apply(service *s)
     inbox *in = &s->inbox;
     wire_message m;
     if (in->letters.count) qsort(in->letters.at, in->letters.count, sizeof *in->letters.at, compare);
-    for (size_t i = 0; i < in->letters.count; i++) {
-        letter *l = &in->letters.at[i];
-        if (l->kind == WIRE_GEOMETRY && apply_letter(s, l)) l->kind = WIRE_NOTHING;
-    }
+    apply_geometries(s);
     for (size_t i = 0; i < in->letters.count; i++) {
         letter *l = &in->letters.at[i];
         if (l->kind != WIRE_NOTHING && l->kind != WIRE_POSE_BATCH && l->kind != WIRE_QUERY && apply_letter(s, l))

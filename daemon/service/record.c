@@ -35,6 +35,9 @@ int record_start(service *s, const char *path, char *why, size_t why_size)
     snprintf(s->recording_path, sizeof s->recording_path, "%s", path);
     log_notice("recording to %s", path);
     for (size_t i = 0; i < s->streams.count; i++) s->streams.at[i].recorded = 0;
+    char settings[CONFIG_DECIDING_MAX];
+    config_tell_deciding(&s->config, settings);
+    if (*settings) check(s, wire_log_settings(s->recording, s->now_ns / 1000, settings));
     record_state(s);
     s->state_due = s->tick > 0;
     if (s->recording) return 0;

@@ -28,6 +28,19 @@ static void tell_geometry(service *s, const geometry *g, int64_t client)
     }
 }
 
+static void tell_taken_back(service *s, const geometry_claim *c)
+{
+    const wire_message m = {.kind = WIRE_GEOMETRY,
+        .geometry = {.version = WIRE_VERSION,
+            .client = c->client,
+            .sequence = c->sequence,
+            .removed = 1,
+            .kind = WIRE_GEOMETRY_HULL,
+            .hash = c->hash,
+            .pieces = 1}};
+    record_message(s, &m);
+}
+
 static void put_pose(double at[7], pose p)
 {
     const double numbers[7] = {p.p.x, p.p.y, p.p.z, p.q.w, p.q.x, p.q.y, p.q.z};
@@ -258,8 +271,11 @@ static void tell_held(service *s, const session *c)
 static void tell_geometries(service *s)
 {
     for (size_t i = 0; i < s->claims.count; i++)
-        tell_geometry(s, geometry_at(s, s->claims.at[i].geometry), s->claims.at[i].client);
+        if (s->claims.at[i].geometry)
+            tell_geometry(s, geometry_at(s, s->claims.at[i].geometry), s->claims.at[i].client);
     for (size_t i = 0; i < s->sessions.count; i++) tell_held(s, s->sessions.at[i]);
+    for (size_t i = 0; i < s->claims.count; i++)
+        if (!s->claims.at[i].geometry && s->claims.at[i].sequence) tell_taken_back(s, &s->claims.at[i]);
 }
 
 void record_state(service *s)

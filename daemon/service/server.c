@@ -265,8 +265,23 @@ void service_reset(service *s)
     s->starving[0] = '\0';
 }
 
-server *server_create(const config *c, char *why, size_t why_size)
+/* Of a recording, its first entry; where it cannot be read, the link says so. */
+static int take_settings(config *c, char *why, size_t why_size)
 {
+    char unread[256];
+    wire_log_entry e;
+    wire_log_reader *r = wire_log_open(c->replay, unread, sizeof unread);
+    int status = 0;
+    if (r && wire_log_next(r, &e, NULL, unread, sizeof unread) == 1 && e.kind == WIRE_LOG_SETTINGS)
+        status = config_take_deciding(c, (const char *)e.data, e.data_size, why, why_size);
+    wire_log_end(r);
+    return status;
+}
+
+server *server_create(const config *given, char *why, size_t why_size)
+{
+    config whole = *given, *c = &whole;
+    if (*c->replay && take_settings(c, why, why_size) != 0) return NULL;
     privileges_no_more();
     server *v = base_zalloc(1, sizeof *v);
     service *s = &v->s;

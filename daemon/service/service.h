@@ -119,6 +119,8 @@ typedef struct session {
     bool stepped;                                   /* one has come since the last tick ended */
     size_t body_count, shape_count, interest_count; /* in the world */
     int64_t geometry_bytes;                         /* of the geometries that it claims */
+    int64_t geometry_sequence;                      /* of its newest word on one */
+    size_t geometries_taken_back;                   /* entries that stay */
     flow messages, poses, rejects;                  /* of the second that runs */
     int32_t lock_step; /* in lock-step with others: how many of them there are to be; 0: it is not */
     int64_t published; /* the newest step that it has published whole */
@@ -216,7 +218,8 @@ typedef struct geometry {
 /* What a client means by a hash. */
 typedef struct geometry_claim {
     int64_t client, hash;
-    int64_t geometry; /* id */
+    int64_t geometry; /* id; 0: taken back. The entry stays, so that a late copy does not bring it back */
+    int64_t sequence; /* of its newest word on it */
 } geometry_claim;
 
 /* ---- inbox ---- */
@@ -226,6 +229,7 @@ typedef struct letter {
     int64_t since_ns; /* monotonic: the tick in which it came; a Body waits for its hulls for HULL_WAIT_NS */
     struct link *link;
     wire_kind kind;
+    bool takes_back;     /* a Geometry */
     size_t offset, size; /* of its bytes in inbox.bytes; 0 bytes: the client is lost */
 } letter;
 
@@ -408,15 +412,15 @@ typedef struct geometry_share { /* what one piece holds of the whole: vertices f
 } geometry_share;
 int64_t geometry_bytes(int64_t vertex_numbers, int64_t index_numbers); /* of its numbers in memory */
 geometry_share geometry_share_of(const geometry *g, int32_t piece);
-wire_reason geometry_put(service *s, const wire_geometry *m, wire_refusal *why);
+wire_reason geometry_put(service *s, session *c, const wire_geometry *m, wire_refusal *why);
 int64_t geometry_claimed(const service *s, int64_t client, int64_t hash); /* its id; 0: the client has sent none */
 const geometry *geometry_at(const service *s, int64_t id);                /* NULL: there is none */
 /* The hull or mesh of a shape of that type, WIRE_SHAPE_*; false: it is not whole, or of another kind. */
 bool geometry_lend(const service *s, int64_t id, uint8_t wire_type, shape *to);
 void geometry_hold(service *s, int64_t id);
 void geometry_release(service *s, int64_t id);
-void geometry_forget(service *s, int64_t client); /* what it alone announced and no body holds may go */
-void geometry_sweep(service *s);                  /* frees what nobody wants; after a tick */
+void geometry_forget(service *s, session *c); /* what it alone announced and no body holds may go */
+void geometry_sweep(service *s);              /* frees what nobody wants; after a tick */
 void geometry_free_all(service *s);
 /* Behind the others, as it was elsewhere: vertices and indices become its own; `has` NULL: it is whole. */
 wire_reason geometry_restore(service *s, const geometry *bare, wire_refusal *why);

@@ -157,6 +157,7 @@ owned_interest *session_interest(session *c, int32_t number)
 int64_t session_newest_sequence(const session *c)
 {
     int64_t newest = c->ended > c->sequence ? c->ended : c->sequence;
+    if (c->geometry_sequence > newest) newest = c->geometry_sequence;
     for (size_t i = 0; i < c->bodies.count; i++) {
         const owned_body *b = &c->bodies.at[i];
         if (b->sequence > newest) newest = b->sequence;
@@ -219,7 +220,7 @@ static void forget(service *s, session *c)
         s->sessions.at[index] = last;
         pair_map_put(&s->session_of, (uint64_t)last->client, index);
     }
-    geometry_forget(s, c->client);
+    geometry_forget(s, c);
     free_session(c);
 }
 

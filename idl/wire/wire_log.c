@@ -15,6 +15,7 @@
 #define LOST_CHANNEL CHANNEL_PREFIX "lost"
 #define STEPS_CHANNEL CHANNEL_PREFIX "steps"
 #define STATE_CHANNEL CHANNEL_PREFIX "state"
+#define SETTINGS_CHANNEL CHANNEL_PREFIX "settings"
 
 enum { HEADER_BYTES = 28, TICK_BYTES = 32, BUDGETED_TICK_BYTES = 40, NUMBER_BYTES = 8, STATE_HEAD_BYTES = 24 };
 
@@ -131,6 +132,11 @@ int wire_log_lost(wire_log_writer *w, int64_t timestamp_us, int64_t client)
 int wire_log_steps(wire_log_writer *w, int64_t timestamp_us, int64_t done)
 {
     return write_number(w, timestamp_us, STEPS_CHANNEL, done);
+}
+
+int wire_log_settings(wire_log_writer *w, int64_t timestamp_us, const char *text)
+{
+    return write_record(w, timestamp_us, SETTINGS_CHANNEL, (const uint8_t *)text, strlen(text));
 }
 
 int wire_log_whole_state(wire_log_writer *w, int64_t timestamp_us, const uint8_t *bytes, size_t size, uint64_t hash)
@@ -300,6 +306,12 @@ static const char *decode_record(wire_log_reader *r, const record *in, wire_log_
     if (on_channel(in, LOST_CHANNEL)) return decode_lost(in, out);
     if (on_channel(in, STEPS_CHANNEL)) return decode_steps(in, out);
     if (on_channel(in, STATE_CHANNEL)) return decode_state(r, in, out);
+    if (on_channel(in, SETTINGS_CHANNEL)) {
+        out->kind = WIRE_LOG_SETTINGS;
+        out->data = in->data;
+        out->data_size = in->data_size;
+        return NULL;
+    }
     wire_memory_reset(r->memory);
     out->data = in->data;
     out->data_size = in->data_size;

@@ -4,7 +4,8 @@
  * data length (i32), all big-endian, then channel and data. Messages are stored under their LCM channels in their LCM
  * encoding: commands as they came, and what each tick told, before its end. Beside them stand records of our own:
  * "collided.tick" ends the commands of a tick, "collided.lost" is a client whose lease ran out, "collided.steps" how
- * far lock-step was when the recording began, and "collided.state" a piece of the daemon's whole state then. Reading is
+ * far lock-step was when the recording began, "collided.state" a piece of the daemon's whole state then, and
+ * "collided.settings" what of its configuration is not the default and decides what is told. Reading is
  * bounds-checked: a damaged file gives an error with its offset, never a crash.
  */
 #ifndef COLLIDED_WIRE_LOG_H
@@ -20,7 +21,8 @@ typedef enum wire_log_entry_kind {
     WIRE_LOG_TICK,
     WIRE_LOG_LOST,
     WIRE_LOG_STEPS,
-    WIRE_LOG_STATE
+    WIRE_LOG_STATE,
+    WIRE_LOG_SETTINGS
 } wire_log_entry_kind;
 
 typedef struct wire_log_tick {
@@ -43,7 +45,8 @@ typedef struct wire_log_entry {
     wire_log_entry_kind kind;
     int64_t timestamp_us;
     wire_message message; /* WIRE_LOG_MESSAGE; borrows from the reader until its next call ... */
-    const uint8_t *data;  /* ... and so does this: its LCM encoding, or WIRE_LOG_STATE: the bytes of the piece */
+    const uint8_t *data;  /* ... and so does this: its LCM encoding, or WIRE_LOG_STATE: the bytes of the piece, or
+                             WIRE_LOG_SETTINGS: text, without an end */
     size_t data_size;
     wire_log_state state;
     wire_log_tick tick;
@@ -58,6 +61,7 @@ int wire_log_message(wire_log_writer *w, int64_t timestamp_us, const wire_messag
 int wire_log_tick_end(wire_log_writer *w, int64_t timestamp_us, const wire_log_tick *tick);
 int wire_log_lost(wire_log_writer *w, int64_t timestamp_us, int64_t client);
 int wire_log_steps(wire_log_writer *w, int64_t timestamp_us, int64_t done);
+int wire_log_settings(wire_log_writer *w, int64_t timestamp_us, const char *text); /* lines of key = value */
 /* In pieces. */
 int wire_log_whole_state(wire_log_writer *w, int64_t timestamp_us, const uint8_t *bytes, size_t size, uint64_t hash);
 int wire_log_close(wire_log_writer *w); /* -1 if not all could be written */

@@ -216,6 +216,96 @@ static void one_hash_stands_for_one_thing_of_a_client(void **state)
     assert_true(fabs(height_of(r, LOW, 0) - LOW[11]) < 1e-6);
 }
 
+static wire_message taken_back(room *r, int64_t client, const double hull[12])
+{
+    wire_message m = hull_message(r, client, hull, hash_of(hull));
+    m.geometry.removed = 1;
+    return m;
+}
+
+static void send_and_settle(room *r, const wire_message *m)
+{
+    memory_send(r->victim, m);
+    cell_settle(r->victim, r->memory, VICTIM, ++r->sequence);
+}
+
+/* Of two words on one hash the higher sequence stands, in whichever order they come, and however often. */
+static void late_copies_neither_take_back_nor_bring_back(void **state)
+{
+    room *r = *state;
+    wire_message first = hull_message(r, VICTIM, LOW, hash_of(LOW)), back = taken_back(r, VICTIM, LOW);
+    wire_message again = hull_message(r, VICTIM, LOW, hash_of(LOW)), never = taken_back(r, VICTIM, HIGH);
+    send_and_settle(r, &first);
+    send_and_settle(r, &back);
+    assert_int_equal(counter(r, "geometries"), 0);
+    send_and_settle(r, &first);
+    assert_int_equal(counter(r, "geometries"), 0);
+    send_and_settle(r, &again);
+    send_and_settle(r, &back);
+    send_and_settle(r, &first);
+    send_body(r, VICTIM, 0, "mine", hash_of(LOW), 0);
+    assert_true(fabs(height_of(r, LOW, 0) - LOW[11]) < 1e-6);
+    never.geometry.sequence = ++r->sequence;
+    send_and_settle(r, &never); /* nor does what was overtaken by its end */
+    first.geometry.vertices.at = HIGH;
+    send_and_settle(r, &first);
+    assert_true(fabs(height_of(r, LOW, 0) - LOW[11]) < 1e-6);
+}
+
+/* DDS may tell of a disposal without a sample: the time stands in for its sequence. */
+static void a_disposal_does_not_shut_out_what_is_sent_next(void **state)
+{
+    room *r = *state;
+    wire_message first = hull_message(r, VICTIM, LOW, hash_of(LOW)), disposal = taken_back(r, VICTIM, LOW);
+    disposal.geometry.sequence = 1795420829587079;
+    send_and_settle(r, &first);
+    send_and_settle(r, &disposal);
+    send_and_settle(r, &first);
+    assert_int_equal(counter(r, "geometries"), 0);
+    send_hull(r, VICTIM, LOW);
+    send_body(r, VICTIM, 0, "mine", hash_of(LOW), 0);
+    assert_true(fabs(height_of(r, LOW, 0) - LOW[11]) < 1e-6);
+}
+
+/* In one tick, in order: what a body was announced with is its own. */
+static void what_is_taken_back_behind_its_body_was_there(void **state)
+{
+    room *r = *state;
+    wire_message came = hull_message(r, VICTIM, LOW, hash_of(LOW));
+    memory_send(r->victim, &came);
+    send_body(r, VICTIM, 0, "mine", hash_of(LOW), 0);
+    wire_message back = taken_back(r, VICTIM, LOW);
+    send_and_settle(r, &back);
+    assert_true(fabs(height_of(r, LOW, 0) - LOW[11]) < 1e-6);
+}
+
+static int open_slow_room(void **state)
+{
+    static room r;
+    config c = cell_config();
+    c.rate = 4; /* so that what is sent at once is of one tick */
+    c.max_geometries = 1;
+    r = (room){.cell = cell_start(&c), .memory = wire_memory_create(), .sequence = 1};
+    r.victim = cell_client(r.cell);
+    r.stranger = cell_client(r.cell);
+    cell_hello(r.victim, VICTIM, 1, 60, WIRE_LOST_REMOVE);
+    cell_settle(r.victim, r.memory, VICTIM, ++r.sequence);
+    *state = &r;
+    return 0;
+}
+
+static void one_that_goes_makes_room_for_the_next(void **state)
+{
+    room *r = *state;
+    send_hull(r, VICTIM, LOW);
+    wire_message back = taken_back(r, VICTIM, LOW), other = hull_message(r, VICTIM, HIGH, hash_of(HIGH));
+    memory_send(r->victim, &back);
+    send_and_settle(r, &other);
+    send_body(r, VICTIM, 0, "mine", hash_of(HIGH), 0);
+    cell_settle(r->victim, r->memory, VICTIM, ++r->sequence);
+    assert_true(fabs(height_of(r, HIGH, 0) - HIGH[11]) < 1e-6);
+}
+
 int main(void)
 {
 #define IN_A_ROOM(test) cmocka_unit_test_setup_teardown(test, open_room, close_room)
@@ -226,6 +316,10 @@ int main(void)
         IN_A_ROOM(a_body_has_no_use_of_what_others_sent),
         IN_A_ROOM(equal_numbers_are_kept_once_and_as_long_as_one_wants_them),
         IN_A_ROOM(one_hash_stands_for_one_thing_of_a_client),
+        IN_A_ROOM(late_copies_neither_take_back_nor_bring_back),
+        IN_A_ROOM(a_disposal_does_not_shut_out_what_is_sent_next),
+        cmocka_unit_test_setup_teardown(what_is_taken_back_behind_its_body_was_there, open_slow_room, close_room),
+        cmocka_unit_test_setup_teardown(one_that_goes_makes_room_for_the_next, open_slow_room, close_room),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
