@@ -72,8 +72,9 @@ static void hear(void *context, const collided_batch *b)
     r->lost += b->lost;
     r->notices += b->starved;
     if (b->behind > r->behind) r->behind = b->behind;
-    if (b->starved || b->heartbeat) return;
-    if (b->step > r->step) r->step = b->step;
+    if (b->starved) return;
+    if (b->step > r->step && !(b->heartbeat && b->behind)) r->step = b->step; /* a step may bring nothing about */
+    if (b->heartbeat) return;
     if (r->batch && !b->snapshot && !b->lost && b->batch <= r->batch) fail_msg("%s: out of order", r->name);
     r->batch = b->batch;
     if (b->snapshot)
@@ -185,7 +186,7 @@ static void who_reads_late_comes_to_know_it_and_says_so(void **state)
     printf("read again: up to date after %.2f s; %lld batches were skipped, up to %lld waited\n", rig_now_s() - began,
         (long long)slow.lost, (long long)slow.behind);
     assert_true(slow.behind > 0); /* whether some were skipped, too, is a matter of time */
-    assert_non_null(strstr(collided_error(late), "stream 'slow'"));
+    if (slow.lost) assert_non_null(strstr(collided_error(late), "stream 'slow'"));
     assert_memory_equal(quick.touch, slow.touch, sizeof quick.touch);
     UNTIL(late, RIG_PATIENCE_S, health_is(late, "ready", ""));
     UNTIL(c, RIG_PATIENCE_S, rig_counter(c, "streams_behind") == 0);
