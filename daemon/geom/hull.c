@@ -9,6 +9,7 @@
 #include "hull_map.h"
 #include "hull_merge.h"
 #include "hull_support.h"
+#include "hull_thin.h"
 #include "round.h"
 #include "shape.h"
 
@@ -449,11 +450,14 @@ static uint32_t choose_points(const vec3 *at, uint32_t count, uint32_t share, ui
     return n;
 }
 
-/* The triangles around the chosen points, joggled. */
-static bool find_triangles(const vec3 *white, uint32_t count, uint32_t share, const char *joggle, hull_loops *triangles)
+/* The triangles around the chosen points, joggled: one of each `share`, or such that all are `apart` if that is not 0.
+ */
+static bool find_triangles(
+    const vec3 *white, uint32_t count, uint32_t share, double apart, const char *joggle, hull_loops *triangles)
 {
-    if (share == 1) return hull_loops_find(white, count, joggle, triangles);
-    uint32_t *chosen = base_alloc(count, sizeof *chosen), n = choose_points(white, count, share, chosen);
+    if (share == 1 && apart == 0) return hull_loops_find(white, count, joggle, triangles);
+    uint32_t n, *chosen = base_alloc(count, sizeof *chosen);
+    n = apart > 0 ? hull_thin(white, count, apart, chosen) : choose_points(white, count, share, chosen);
     vec3 *at = base_alloc(n, sizeof *at);
     for (uint32_t i = 0; i < n; i++) at[i] = white[chosen[i]];
     bool found = hull_loops_find(at, n, joggle, triangles);
@@ -470,22 +474,26 @@ static const double WIDEST_EXCESS = 1e-6;
 /* As try_solid, of many points. They are joggled, so that qhull has nothing to merge, by 1e-13 to 1e-11 of their
  * extents (or as much more as it takes); what is in one plane becomes one face by the coordinates that were given,
  * noise in which makes planes thicker. What joggling has hidden is outside by as much: how much, hull.excess says.
- * Points on curves that are bent by less than that are corners again where there are fewer of them. */
+ * Points on curves that are bent by less than that are corners again where there are fewer of them; those that crowd
+ * together in places, where none are left that are close to each other. */
 static hull *try_many(const double *points, uint32_t count, const cloud *c)
 {
     static const struct {
         const char *joggle;
         uint32_t share;
-    } ATTEMPTS[] = {{"QJ1e-12", 1}, {"QJ", 1}, {"QJ1e-13", 1}, {"QJ1e-12", 2}, {"QJ1e-12", 4}, {"QJ1e-12", 8}};
-    enum { ATTEMPT_COUNT = sizeof ATTEMPTS / sizeof *ATTEMPTS };
+        double apart;
+    } ATTEMPTS[] = {{"QJ1e-12", 1, 0}, {"QJ", 1, 0}, {"QJ1e-13", 1, 0}, {"QJ1e-12", 2, 0}, {"QJ1e-12", 4, 0},
+        {"QJ1e-12", 8, 0}, {"QJ1e-14", 1, 0x1p-12}, {"QJ1e-14", 1, 0x1p-11}};
+    enum { FULL_ATTEMPTS = 3, ATTEMPT_COUNT = sizeof ATTEMPTS / sizeof *ATTEMPTS };
     vec3 *white = whitened(c);
     hull *best = NULL;
     for (size_t i = 0; i < ATTEMPT_COUNT; i++) {
         hull_loops triangles;
-        if (!find_triangles(white, c->count, ATTEMPTS[i].share, ATTEMPTS[i].joggle, &triangles)) continue;
+        if (!find_triangles(white, c->count, ATTEMPTS[i].share, ATTEMPTS[i].apart, ATTEMPTS[i].joggle, &triangles))
+            continue;
         best = better_of(best, try_triangles(points, count, c, &triangles));
         hull_loops_free(&triangles);
-        double enough = ATTEMPTS[i + 1 < ATTEMPT_COUNT ? i + 1 : i].share == 1 ? HULL_PLANE_RATIO : WIDEST_EXCESS;
+        double enough = i + 1 < FULL_ATTEMPTS ? HULL_PLANE_RATIO : WIDEST_EXCESS;
         if (best && best->excess <= enough * c->size) break;
     }
     free(white);

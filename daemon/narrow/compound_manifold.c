@@ -147,10 +147,6 @@ void compound_manifold(
         cut |= w->cut || w->effort->left < 0;
     } while (manifold_choice_next(&q.choice));
     w->effort->left = cut ? -1 : left;
-    if (q.choice.chosen.count == 0) {
-        vec3 middle = vec_scale(vec_add(answer->point_a, answer->point_b), 0.5);
-        double distance = vec_dot(vec_sub(answer->point_b, answer->point_a), answer->axis);
-        q.choice.chosen.points[q.choice.chosen.count++] = (manifold_point){middle, distance, feature_witness()};
-    }
+    if (q.choice.chosen.count == 0) q.choice.chosen.points[q.choice.chosen.count++] = manifold_witness(answer);
     manifold_choice_write(&q.choice, out);
 }

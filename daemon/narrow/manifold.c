@@ -519,3 +519,11 @@ void manifold_build(const shape *a, const shape *b, const transform *b_in_a, vec
     memset(out, 0, sizeof *out);
     write_points(&all, out);
 }
+
+manifold_point manifold_witness(const narrow_result *answer)
+{
+    double along = vec_dot(vec_sub(answer->point_b, answer->point_a), answer->axis);
+    return (manifold_point){.point = vec_scale(vec_add(answer->point_a, answer->point_b), 0.5),
+        .distance = max_of(answer->lo, min_of(along, answer->hi)),
+        .feature = feature_witness()};
+}

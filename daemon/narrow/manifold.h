@@ -17,4 +17,8 @@
 void manifold_build(const shape *a, const shape *b, const transform *b_in_a, vec3 axis, vec3 point_a, vec3 point_b,
     double threshold, manifold *out);
 
+/* The one point of an answer whose parts bring none: midway between its points. The axis need not be that of the parts
+ * whose points these are, so the distance along it is taken into the interval. */
+manifold_point manifold_witness(const narrow_result *answer);
+
 #endif

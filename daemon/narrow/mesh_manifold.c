@@ -221,10 +221,6 @@ void mesh_pair_manifold(const unit_pair *p, const shape *a, const shape *b, cons
         if (!q.found && q.walk < 2) break;
     }
     w.effort->left = cut ? -1 : left;
-    if (q.chosen.count == 0) {
-        vec3 middle = vec_scale(vec_add(answer->point_a, answer->point_b), 0.5);
-        double distance = vec_dot(vec_sub(answer->point_b, answer->point_a), answer->axis);
-        q.chosen.points[q.chosen.count++] = (manifold_point){middle, distance, feature_witness()};
-    }
+    if (q.chosen.count == 0) q.chosen.points[q.chosen.count++] = manifold_witness(answer);
     write_sorted(&q.chosen, out);
 }

@@ -553,6 +553,32 @@ static void many_points_are_hulls_like_few(void **state)
 }
 
 /* With qhull's merging 65,534 of them would take minutes, and more than the time of a test. */
+/* At random angles some of them are next to each other, and the faces between narrower than anything can tell. */
+static void rings_of_points_that_crowd_together_are_hulls(void **state)
+{
+    (void)state;
+    static double points[3 * 10000];
+    uint64_t x = UINT64_C(88172645463325252);
+    for (size_t i = 0; i < 10000; i++) {
+        x ^= x << 13, x ^= x >> 7, x ^= x << 17;
+        double angle = 0x1p-53 * (double)(x >> 11) * 6.283185307179586;
+        points[3 * i] = cos(angle), points[3 * i + 1] = sin(angle), points[3 * i + 2] = i % 2;
+    }
+    hull *h;
+    assert_int_equal(hull_build(points, 10000, 0, &h), HULL_OK);
+    assert_null(hull_validate(h));
+    assert_true(h->excess <= 2.1e-6);
+    for (int k = 0; k < 40; k++) {
+        double angle = 0.157 * k, all = -INFINITY, own = -INFINITY;
+        vec3 u = vec_unit(vec(cos(angle), sin(angle), 0.1 * (k % 7 - 3)));
+        for (size_t i = 0; i < 10000; i++)
+            all = fmax(all, vec_dot(u, vec(points[3 * i], points[3 * i + 1], points[3 * i + 2])));
+        for (uint32_t i = 0; i < h->vertex_count; i++) own = fmax(own, vec_dot(u, hull_vertex(h, i)));
+        assert_true(all <= own + h->excess + 1e-15);
+    }
+    hull_destroy(h);
+}
+
 static void two_rings_of_the_most_points_are_a_hull(void **state)
 {
     (void)state;
@@ -586,6 +612,7 @@ int main(void)
         cmocka_unit_test(sizes_beyond_squares_are_sizes_like_any_other),
         cmocka_unit_test(the_largest_hull_is_sound),
         cmocka_unit_test(many_points_are_hulls_like_few),
+        cmocka_unit_test(rings_of_points_that_crowd_together_are_hulls),
         cmocka_unit_test(two_rings_of_the_most_points_are_a_hull),
         cmocka_unit_test(float_meshes_are_hulls),
         cmocka_unit_test(excess_is_what_noise_leaves_outside),

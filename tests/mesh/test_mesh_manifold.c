@@ -1,6 +1,8 @@
 /* Contact points over triangles: where a box on a flat face has them, whatever the face is cut into, and with one axis.
  */
 #include "brute.h"
+#include "cad.h"
+#include "geom/compound.h"
 #include "narrow/feature_code.h"
 #include "narrow/narrow.h"
 
@@ -264,6 +266,54 @@ static void codes_hold_any_index(void **state)
         }
 }
 
+/* Bodies of many parts leave each other along no part's own axis: whatever point is told of them, moving by -lo parts
+ * them there, too, and it is no farther off than what counts as contact. */
+static void expect_depths_within(const shape *a, const shape *b, pose at, int round)
+{
+    narrow_result r = ask(a, b, at);
+    if (r.hi > 0) return;
+    assert_true(r.manifold.count > 0);
+    for (uint32_t i = 0; i < r.manifold.count; i++) {
+        double d = r.manifold.points[i].distance;
+        if (!(d >= r.lo - 1e-6 && d <= 0.01))
+            fail_msg("round %d: a point at %.17g of [%.17g, %.17g]", round, d, r.lo, r.hi);
+    }
+}
+
+static void no_point_is_deeper_than_the_whole_nor_beyond_the_threshold(void **state)
+{
+    (void)state;
+    for (int round = 0; round < 150; round++) {
+        dice d = {7919 * (uint64_t)round + 3};
+        soup s[2];
+        mesh *m[2];
+        compound *c[2];
+        for (int k = 0; k < 2; k++) {
+            shape boxes[5];
+            pose at[5];
+            for (int i = 0; i < 5; i++) {
+                boxes[i] = (shape){.type = SHAPE_BOX, .half = dice_vec(&d, 0.1, 0.7)};
+                at[i] = (pose){dice_vec(&d, -0.7, 0.7), dice_quat(&d)};
+            }
+            assert_int_equal(compound_build(boxes, at, 5, &c[k]), COMPOUND_OK);
+            s[k] = cad_solid((cad_kind)dice_between(&d, 0, CAD_KIND_COUNT - 1e-9), &d);
+            m[k] = soup_mesh(&s[k]);
+        }
+        const shape meshes[2] = {mesh_shape(m[0], 0), mesh_shape(m[1], round % 2 * 0x1p-4)};
+        const shape unions[2] = {
+            {.type = SHAPE_COMPOUND, .compound = c[0]}, {.type = SHAPE_COMPOUND, .compound = c[1]}};
+        pose at = {dice_vec(&d, -0.6, 0.6), dice_quat(&d)};
+        expect_depths_within(&meshes[0], &meshes[1], at, round);
+        expect_depths_within(&unions[0], &unions[1], at, round);
+        expect_depths_within(&meshes[0], &unions[0], at, round);
+        for (int k = 0; k < 2; k++) {
+            compound_destroy(c[k]);
+            mesh_destroy(m[k]);
+            soup_free(&s[k]);
+        }
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -272,6 +322,7 @@ int main(void)
         cmocka_unit_test(a_cylinder_that_rolls_over_inner_edges_does_not_feel_them),
         cmocka_unit_test(how_deep_a_curved_solid_is_in_one_side_is_known),
         cmocka_unit_test(ids_stay_while_the_pose_hardly_moves),
+        cmocka_unit_test(no_point_is_deeper_than_the_whole_nor_beyond_the_threshold),
         cmocka_unit_test(no_two_triangles_share_an_id),
         cmocka_unit_test(no_two_points_share_an_id),
         cmocka_unit_test(codes_hold_any_index),
