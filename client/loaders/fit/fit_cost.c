@@ -1,9 +1,8 @@
 /* fit_cost: what tests/bench/results/pareto.md says of separated pairs at an error of at most 1e-6 (cold; tests/fit
- * holds this table against it): box-box 211 ns, cylinder-cylinder 835, cone-box 840, ellipsoid-ellipsoid 431,
- * hull16 501, hull64 771, hull256 2,500, mesh-mesh 39,200 at 5,000 triangles each; of sphere-sphere 26 and
- * capsule-capsule 64, as a tick asks for them (the page does in world axes, where it is quicker); and 40 to keep a pair
- * that is far apart (coherent). Rounding costs nothing. Between and beyond the sizes measured: hulls by a straight
- * line, meshes by the root of their triangles. */
+ * holds this table against it): sphere-sphere 49 ns, capsule-capsule 86, box-box 366, cylinder-cylinder 1,060, cone-box
+ * 1,100, ellipsoid-ellipsoid 457, hull16 585, hull64 847, hull256 2,140, mesh-mesh 36,800 at 5,000 triangles each; and
+ * 40 to keep a pair that is far apart (coherent). Rounding costs nothing. Between and beyond the sizes measured: hulls
+ * by a straight line, meshes by the root of their triangles. */
 #include "fit_cost.h"
 
 #include <math.h>
@@ -12,18 +11,18 @@ enum { PAIR_NS = 40 };
 
 static double cost_of_one(const load_shape *s)
 {
-    static const double ns[] = {[COLLIDED_SPHERE] = 26,
-        [COLLIDED_CAPSULE] = 64,
-        [COLLIDED_BOX] = 211,
-        [COLLIDED_CYLINDER] = 835,
-        [COLLIDED_CONE] = 840,
-        [COLLIDED_ELLIPSOID] = 431,
+    static const double ns[] = {[COLLIDED_SPHERE] = 49,
+        [COLLIDED_CAPSULE] = 86,
+        [COLLIDED_BOX] = 366,
+        [COLLIDED_CYLINDER] = 1060,
+        [COLLIDED_CONE] = 1100,
+        [COLLIDED_ELLIPSOID] = 457,
         [COLLIDED_HALFSPACE] = 30};
     switch (s->shape.type) {
     case COLLIDED_HULL:
-        return 340 + 8.2 * (double)s->points.count;
+        return 500 + 6.5 * (double)s->points.count;
     case COLLIDED_MESH:
-        return 554 * sqrt(fmax((double)s->triangles.count, 1));
+        return 520 * sqrt(fmax((double)s->triangles.count, 1));
     case COLLIDED_HEIGHT_FIELD:
     case COLLIDED_COMPOUND:
         return 100000;
