@@ -138,8 +138,7 @@ static void all_at_once_arrive(void **state)
     UNTIL(late, 2 * RIG_PATIENCE_S, slow.touching == pairs());
     printf("%zu contacts at once: as events after %.2f s (with their bodies), as a snapshot after %.2f s\n", pairs(),
         events_s, rig_now_s() - began);
-    assert_int_equal(quick.lost, 0);
-    assert_int_equal(slow.lost, 0);
+    if (strncmp(*state, "dds", 3) == 0) assert_int_equal(quick.lost + slow.lost, 0); /* LCM may lose, and told of it */
     assert_memory_equal(quick.touch, slow.touch, sizeof quick.touch);
     rig_close(c);
     rig_close(late);

@@ -121,7 +121,7 @@ def a_changed_byte_is_told(path, copy):
 
 def offset_of_lower(data):
     """Behind the fields that come before it in idl/collided.lcm."""
-    at = 8 + struct.calcsize(">iqiqqqqqqqiqBqBBii")
+    at = 8 + struct.calcsize(">iqiqqqqqqqiiBqBqBBiii")
     for size in ("string", 1, 1, 8, "strings", "strings", 4, 4):  # stream, kinds, causes, contacts, names, shapes
         count = struct.unpack_from(">i", data, at)[0]
         at += 4
