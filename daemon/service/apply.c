@@ -145,7 +145,8 @@ static void hold_geometries(service *s, owned_body *b, const wire_body *m)
     }
     for (size_t i = 0; i < before; i++) geometry_release(s, b->geometries.at[i]);
     b->geometries.count -= before;
-    memmove(b->geometries.at, b->geometries.at + before, b->geometries.count * sizeof *b->geometries.at);
+    if (b->geometries.count)
+        memmove(b->geometries.at, b->geometries.at + before, b->geometries.count * sizeof *b->geometries.at);
 }
 
 static bool room_for(service *s, const session *c, const owned_body *b, const wire_body *m, wire_refusal *why)

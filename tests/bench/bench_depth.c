@@ -73,6 +73,7 @@ static double measure(const shape *a, const shape *b, pose at, bool brief, narro
     return least;
 }
 
+/* And frees it. */
 static void tell(const char *scene, const char *asked, sample *s)
 {
     double median = at_share(s->widths, s->count, 0.5), p90 = at_share(s->widths, s->count, 0.9);
@@ -87,6 +88,8 @@ static void tell(const char *scene, const char *asked, sample *s)
         printf("%-18s %-9s %6zu %9.2g %9.2g %7.0f %% %9.1f %9.1f\n", scene, asked, s->count, median, p90, 100 * sure,
             us, us_max);
     fflush(stdout);
+    free(s->widths);
+    free(s->us);
 }
 
 /* ---- machine parts ---- */
