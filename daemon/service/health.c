@@ -45,6 +45,8 @@ void health_register(service *s)
     s->count.journalled = metrics_add(m, "journalled_ticks", "ticks handed to a standby");
     s->count.busy_ns = metrics_add(m, "busy_ns", "nanoseconds spent in ticks");
     s->count.tick_ns = metrics_add(m, "last_tick_ns", "nanoseconds of the last tick");
+    s->count.round_longest_ns = metrics_add(m, "round_longest_ns",
+        "nanoseconds of the longest round of the loop since the start: receiving, ticks, answers");
     s->count.ticks_on_arrival =
         metrics_add(m, "ticks_on_arrival", "ticks that ran on the thread that poses arrived on, without a hand-over");
 }

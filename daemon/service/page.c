@@ -63,6 +63,7 @@ static const single SINGLES[] = {
     {"undone_ticks", "ticks whose budget left something", false},
     {"other_streams_work", "units of the ladder's work a tick, of subscribers beyond those that are named", true},
     {"last_tick_ns", "duration of the last tick", true},
+    {"round_longest_ns", "the longest round of the loop since the start: receiving, ticks, answers", true},
     {"streams", "streams that stand", true},
     {"streams_behind", "streams whose subscriber has not read what waits for it", true},
     {"streams_starving", "of those, the ones whose subscriber reads too little", true},

@@ -508,6 +508,13 @@ static void work(server *v, int64_t began_ns)
     s->status_due |= !s->whole && ready_check(s);
 }
 
+/* Whatever makes everybody wait is in here. */
+static void note_round(service *s, int64_t began_ns)
+{
+    uint64_t took = (uint64_t)(clock_monotonic_ns() - began_ns);
+    if (took > metric_get(s->count.round_longest_ns)) metric_set(s->count.round_longest_ns, took);
+}
+
 static void one_round(server *v, const link_sink *sink)
 {
     service *s = &v->s;
@@ -624,7 +631,9 @@ int server_run(server *v)
     pthread_mutex_lock(&v->lock);
     begin(v);
     while (!v->stop) {
+        int64_t began_ns = clock_monotonic_ns();
         one_round(v, &sink);
+        note_round(&v->s, began_ns);
         wait_for_work(v);
     }
     end_in_order(v);

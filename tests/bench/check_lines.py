@@ -10,6 +10,7 @@ KEYS = {
     "throughput": ["world", "poses_s", "poses_core_s", "raw_poses_s", "raw_poses_core_s", "ratio", "core_ratio",
                    "sent", "lost"],
     "crowd": ["clients", "us_p50", "us_p99", "ratio_p99", "rounds", "missed"],
+    "hostile": ["neighbour_ms_p99", "longest_tick_ms", "rss_mb", "restarts", "wrong", "unanswered"],
     "soak": ["events", "resident_kib"],
     "world": ["us_per_tick", "us_p99"],
     "dial": ["us_per_tick", "us_p99"],
