@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
+#include <unistd.h>
 
 static const double PATIENCE_S = 300, PATIENCE_SHORT_S = 20;
 
@@ -396,6 +397,154 @@ static void recordings(const char *uri, bool full)
     collided_close(c);
 }
 
+/* ---- far and fast ---- */
+
+static void ask_for(collided *c, unsigned facts, double range_m, double horizon_s)
+{
+    collided_interest_def def = collided_interest_def_default();
+    def.facts = facts;
+    def.range_m = range_m;
+    def.horizon_s = horizon_s;
+    def.callback = on_nothing;
+    def.context = &batches;
+    (void)collided_subscribe(c, &def);
+}
+
+/* Everything is near everything, for who asks so. */
+static void wide_range(const char *uri, bool full)
+{
+    collided_shape ball = collided_sphere(0.5);
+    collided *c = enter(uri, "wide");
+    size_t count = full ? 3000 : 400;
+    ask_for(c, COLLIDED_DISTANCE, 1e9, 0);
+    for (size_t i = 0; i < count; i++) put(c, "far %zu", i, &ball, 3.0 * (double)i);
+    wait_for_all(c, full);
+    stay(c, 2);
+    collided_close(c);
+}
+
+/* Bodies that fly through each other's ways for a day to come, told over and over that they do. */
+static void fast_and_foretold(const char *uri, bool full)
+{
+    size_t count = full ? 2000 : 300;
+    collided_shape box = collided_box(0.3, 0.2, 0.1);
+    collided *c = enter(uri, "fast");
+    collided_body *bodies = room(count, sizeof *bodies);
+    double *at = room(3 * count, sizeof *at), *turn = room(4 * count, sizeof *turn);
+    double *speed = room(3 * count, sizeof *speed), *spin = room(3 * count, sizeof *spin);
+    ask_for(c, COLLIDED_IMPACT | COLLIDED_FORETELL, 0, 86400);
+    for (size_t i = 0; i < count; i++) {
+        char name[32];
+        collided_body_def def = collided_body_def_default();
+        snprintf(name, sizeof name, "fast %zu", i);
+        def.name = name;
+        def.ccd = COLLIDED_CCD_FULL;
+        def.shapes = &box;
+        def.shape_count = 1;
+        def.pose.position[0] = (double)i;
+        bodies[i] = collided_create_body(c, &def);
+    }
+    wait_for_all(c, full);
+    double end = now_s() + (full ? 20 : 3);
+    for (int round = 1; now_s() < end; round++) {
+        for (size_t i = 0; i < count; i++) {
+            at[3 * i] = (double)i + 0.1 * (round % 5);
+            turn[4 * i] = 1;
+            speed[3 * i] = i % 2 ? 1e3 : -1e3;
+            speed[3 * i + 1] = 1e-3 * (double)i;
+            spin[3 * i + 2] = 1e4;
+        }
+        collided_publish(c, count, bodies, at, turn, speed, spin, 0, 0);
+        collided_poll(c, 0.02);
+    }
+    collided_close(c);
+    free(bodies);
+    free(at);
+    free(turn);
+    free(speed);
+    free(spin);
+}
+
+/* Bodies put and taken away without a pause, with all that asks for them. */
+static void churn(const char *uri, bool full)
+{
+    collided_shape ball = collided_sphere(0.5);
+    collided *c = enter(uri, "churn");
+    watch(c, "churn *", "*");
+    double end = now_s() + (full ? 20 : 3);
+    while (now_s() < end) {
+        collided_body bodies[200];
+        for (size_t i = 0; i < 200; i++) bodies[i] = put(c, "churn %zu", i, &ball, 1e-3 * (double)i);
+        collided_poll(c, 0.01);
+        for (size_t i = 0; i < 200; i++) (void)collided_remove_body(c, bodies[i]);
+        collided_poll(c, 0);
+    }
+    collided_close(c);
+}
+
+/* What a body would meet on its way, with hundreds in its way, asked again and again. */
+static void sweeps(const char *uri, bool full)
+{
+    size_t count = full ? 20000 : 1500;
+    collided_shape box = collided_box(0.1, 0.2, 0.3);
+    const double linear[3] = {10, 1, 0.5}, angular[3] = {1, 20, 3};
+    collided *c = enter(uri, "sweeps");
+    for (size_t i = 0; i < count; i++) put(c, "swept %zu", i, &box, 0.2 * (double)(i % 50));
+    wait_for_all(c, full);
+    double end = now_s() + (full ? 20 : 4);
+    while (now_s() < end) {
+        collided_result result = {0};
+        (void)collided_query_sweep(c, "swept 0", linear, angular, 3600, 1e-9, 1e-3, &result);
+        collided_result_free(&result);
+    }
+    collided_close(c);
+}
+
+/* As many bodies as there is room for, whose client then falls silent for good. */
+static void lost_with_all(const char *uri, bool full)
+{
+    size_t count = full ? 200000 : 10000;
+    collided_shape ball = collided_sphere(0.5);
+    collided_def def = collided_def_default();
+    def.name = "lost";
+    def.lease_s = 0.5;
+    def.connect_timeout_s = PATIENCE_SHORT_S;
+    collided *c = collided_connect(uri, &def);
+    if (!c) exit(1);
+    watch(c, "lost *", "lost *");
+    for (size_t i = 0; i < count; i++) put(c, "lost %zu", i, &ball, 0.9 * (double)i);
+    wait_for_all(c, full);
+    _exit(0); /* as if killed */
+}
+
+/* In lock-step with many who never come, and with steps that are begun and not ended. */
+static void lock_step_alone(const char *uri, bool full)
+{
+    collided_shape ball = collided_sphere(0.5);
+    collided_def def = collided_def_default();
+    def.name = "step";
+    def.lease_s = 60;
+    def.connect_timeout_s = PATIENCE_SHORT_S;
+    def.lock_step = 2;
+    collided *c = collided_connect(uri, &def);
+    if (!c) exit(1);
+    size_t count = full ? 50000 : 2000;
+    collided_body *bodies = room(count, sizeof *bodies);
+    double *at = room(3 * count, sizeof *at), *turn = room(4 * count, sizeof *turn);
+    for (size_t i = 0; i < count; i++) bodies[i] = put(c, "step %zu", i, &ball, 2.0 * (double)i);
+    wait_for_all(c, full);
+    for (size_t i = 0; i < count; i++) turn[4 * i] = 1;
+    double end = now_s() + (full ? 10 : 3);
+    for (int64_t step = 1; now_s() < end; step++) {
+        collided_publish(c, count, bodies, at, turn, NULL, NULL, 0, step);
+        collided_poll(c, 0.001);
+    }
+    collided_close(c);
+    free(bodies);
+    free(at);
+    free(turn);
+}
+
 const attack attacks[] = {
     {"height_field", "the largest height field", height_field},
     {"meshes", "two large meshes, one through the other, moving", meshes},
@@ -411,5 +560,11 @@ const attack attacks[] = {
     {"queries", "queries whose answers name every body, without waiting for them", queries},
     {"names", "one process that is many clients", names},
     {"recordings", "recordings begun and ended without a pause", recordings},
+    {"wide_range", "everybody is asked to be told of from everywhere", wide_range},
+    {"fast_and_foretold", "bodies that fly and spin, and are foretold for a day", fast_and_foretold},
+    {"churn", "bodies put and removed without a pause", churn},
+    {"sweeps", "what a body would meet within an hour, asked without a pause", sweeps},
+    {"lost_with_all", "a client with many bodies that is killed", lost_with_all},
+    {"lock_step_alone", "steps that are never ended, in step with one who never comes", lock_step_alone},
 };
 const size_t attack_count = sizeof attacks / sizeof *attacks;
