@@ -87,8 +87,6 @@ static uint32_t new_body(world *w)
     body_reserve(w, id + 1);
     if (id >= w->bodies.count) w->bodies.count = id + 1;
     w->bodies.at[id] = (body){.used = true, .serial = ++w->body_serial, .expiry_ns = INT64_MAX};
-    w->bodies.at[id].match_a = base_zalloc(w->words, sizeof(uint64_t));
-    w->bodies.at[id].match_b = base_zalloc(w->words, sizeof(uint64_t));
     w->figures.bodies++;
     return id;
 }
@@ -121,6 +119,7 @@ world_status world_put_body(world *w, uint32_t *id, const world_body *def)
         b->ruled_tick = w->ruled_tick = w->figures.ticks + 1;
     }
     if (is_new || !same_filter(b, def) || b->fixed != def->fixed) b->ruling = ++w->ruling;
+    b->matched &= !is_new && strcmp(b->group, def->group ? def->group : "") == 0;
     free(b->group);
     b->group = base_strdup(def->group ? def->group : "");
     b->fixed = def->fixed;
@@ -148,7 +147,7 @@ world_status world_put_body(world *w, uint32_t *id, const world_body *def)
         body_drop_shapes(w, b);
         body_add_shapes(w, *id, def);
     }
-    interest_match_body(w, *id);
+    match_put_body(w, *id);
     body_mark_dirty(w, *id, true);
     return WORLD_OK;
 }
@@ -208,8 +207,7 @@ static void free_body(world *w, uint32_t id)
     body *b = &w->bodies.at[id];
     free(b->name);
     free(b->group);
-    free(b->match_a);
-    free(b->match_b);
+    match_change_class(&w->match, &b->match, 0);
     free(b->shapes);
     array_free(&b->passed);
     free_rules(b);

@@ -119,8 +119,7 @@ void events_of_active(world *w)
         const pair *p = &w->pairs.at[id];
         const body *a = &w->bodies.at[w->solids.at[p->a].body], *b = &w->bodies.at[w->solids.at[p->b].body];
         terms t = terms_of(w, p, a, b);
-        for (size_t word = 0; word < w->words; word++)
-            for (uint64_t bits = interest_word(a, b, word); bits; bits &= bits - 1)
-                tell(w, id, &w->outcomes.at[k], (uint32_t)(word * 64) + (uint32_t)__builtin_ctzll(bits), &t);
+        match_list wanted = interest_list(w, p);
+        for (uint32_t i = 0; i < wanted.count; i++) tell(w, id, &w->outcomes.at[k], wanted.at[i], &t);
     }
 }

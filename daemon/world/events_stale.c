@@ -18,12 +18,14 @@ void events_emit_body(world *w, uint32_t body_id, uint32_t interest, uint8_t kin
     events_emit(w, interest, &e, kind, cause, 0);
 }
 
+/* Who changed in this tick has not heard of a body that is gone. */
 static void tell_whole_body(world *w, uint32_t body_id, uint8_t kind, uint8_t cause)
 {
     const body *b = &w->bodies.at[body_id];
-    for (size_t word = 0; word < w->words; word++)
-        for (uint64_t bits = b->match_a[word] | b->match_b[word]; bits; bits &= bits - 1)
-            events_emit_body(w, body_id, (uint32_t)(word * 64) + (uint32_t)__builtin_ctzll(bits), kind, cause);
+    match_list all = match_of_class(&w->match, b->match);
+    for (uint32_t k = 0; k < all.count; k++)
+        if (!b->ghost || w->interests.at[all.at[k]].changed_tick != w->figures.ticks)
+            events_emit_body(w, body_id, all.at[k], kind, cause);
 }
 
 typedef struct watched { /* pairs of a solid that somebody was told of, by their keys: ids of pairs follow from boxes */

@@ -314,6 +314,7 @@ static void activate(world *w, uint32_t id)
     p->active_tick = tick;
     const body *a = &w->bodies.at[w->solids.at[p->a].body], *b = &w->bodies.at[w->solids.at[p->b].body];
     if (bodies_ruled_now(w, a, b)) keep_terms(w, p);
+    p->wanted = match_wanted(&w->match, a->match, b->match);
     array_push(&w->active_pairs, id);
 }
 

@@ -72,11 +72,13 @@ void world_query_distance(const world *w, uint32_t a, uint32_t b, double toleran
 
 /* ---- bodies ---- */
 
-void world_query_bodies(const world *w, const char *pattern, int64_t now_ns, world_hits *out)
+void world_query_bodies(const world *w, const char *pattern_text, int64_t now_ns, world_hits *out)
 {
+    pattern ready;
+    pattern_init(&ready, pattern_text);
     for (uint32_t id = 0; id < w->bodies.count; id++) {
         const body *b = &w->bodies.at[id];
-        if (!alive(w, id) || !filter_matches(pattern, b->name, b->group)) continue;
+        if (!alive(w, id) || !pattern_matches(&ready, b->name, b->group)) continue;
         array_push(out, ((world_hit){.body_a = id,
                             .body_b = WORLD_NONE,
                             .name_a = b->name,
@@ -85,6 +87,7 @@ void world_query_bodies(const world *w, const char *pattern, int64_t now_ns, wor
                             .stale = b->stale,
                             .age_ns = body_age_at(b, now_ns)}));
     }
+    pattern_free(&ready);
 }
 
 /* ---- explain ---- */
@@ -107,9 +110,12 @@ static void line(lines *l, const char *format, ...)
 
 static void explain_interests(const world *w, const body *x, const body *y, lines *l)
 {
+    bool any = false;
     for (uint32_t id = 0; id < w->interests.count; id++) {
         const interest *i = &w->interests.at[id];
-        if (!i->used || !(interest_word(x, y, id >> 6) >> (id & 63) & 1)) continue;
+        interest_sides sides = interest_sides_of(w, id, x, y);
+        if (!i->used || !(sides.straight || sides.turned)) continue;
+        any = true;
         line(l, "wanted by interest %u: \"%s\" against \"%s\",%s%s%s tolerance %g %s%s\n", id, i->select_a, i->select_b,
             i->facts & WORLD_TOUCH ? " touch," : "", i->facts & WORLD_MANIFOLD ? " manifold," : "",
             i->facts & WORLD_DISTANCE ? " distance," : "", i->tolerance > 0 ? i->tolerance : i->relative_tolerance,
@@ -118,7 +124,7 @@ static void explain_interests(const world *w, const body *x, const body *y, line
             : i->accuracy == WORLD_BY_VERDICT ? ", by verdict"
                                               : "");
     }
-    if (!interest_wants(w, x, y)) line(l, "nobody is interested in it: it is not looked at\n");
+    if (!any) line(l, "nobody is interested in it: it is not looked at\n");
 }
 
 typedef struct kind_text {

@@ -169,7 +169,6 @@ static void put_body(bytes_out *to, const world *w, uint32_t id)
     bare.name = bare.group = NULL;
     bare.shapes = NULL;
     bare.rules = NULL;
-    bare.match_a = bare.match_b = NULL;
     bare.passed.at = NULL;
     bare.passed.count = bare.passed.capacity = 0;
     bytes_put(to, &id, sizeof id);
@@ -178,8 +177,7 @@ static void put_body(bytes_out *to, const world *w, uint32_t id)
     bytes_put_text(to, b->group);
     bytes_put(to, b->shapes, b->shape_count * sizeof *b->shapes);
     for (size_t i = 0; i < b->rule_count; i++) put_rule(to, &b->rules[i]);
-    bytes_put(to, b->match_a, w->words * sizeof *b->match_a);
-    bytes_put(to, b->match_b, w->words * sizeof *b->match_b);
+    match_save_class(&w->match, b->match, to);
 }
 
 static const char *get_body(bytes_in *from, world *w)
@@ -188,7 +186,7 @@ static const char *get_body(bytes_in *from, world *w)
     body b;
     bytes_get(from, &id, sizeof id);
     if (!bytes_get(from, &b, sizeof b) || id >= w->bodies.count || b.shape_count > from->left ||
-        b.rule_count > from->left || w->words > from->left)
+        b.rule_count > from->left)
         return "a body is cut off";
     b.name = base_strdup(bytes_get_text(from));
     b.group = base_strdup(bytes_get_text(from));
@@ -197,10 +195,8 @@ static const char *get_body(bytes_in *from, world *w)
     bytes_get(from, b.shapes, b.shape_count * sizeof *b.shapes);
     b.rules = base_zalloc(b.rule_count + 1, sizeof *b.rules);
     for (size_t i = 0; i < b.rule_count; i++) get_rule(from, &b.rules[i]);
-    b.match_a = base_zalloc(w->words, sizeof *b.match_a);
-    b.match_b = base_zalloc(w->words, sizeof *b.match_b);
-    bytes_get(from, b.match_a, w->words * sizeof *b.match_a);
-    bytes_get(from, b.match_b, w->words * sizeof *b.match_b);
+    b.match = 0;
+    match_restore_class(&w->match, &b.match, from);
     b.passed.at = NULL;
     b.passed.count = b.passed.capacity = 0;
     w->bodies.at[id] = b;
@@ -346,7 +342,7 @@ static const char *get_watch(bytes_in *from, world *w)
 
 typedef struct head {
     int64_t last_tick_ns, now_ns, serial;
-    uint64_t hash, capacity, next_bound, words, round, ruling;
+    uint64_t hash, capacity, next_bound, round, ruling;
     uint32_t body_serial, epoch;
     world_figures figures;
 } head;
@@ -386,7 +382,6 @@ void world_save(const world *w, const world_lender *l, bytes_out *to)
         .hash = w->hash,
         .capacity = w->capacity,
         .next_bound = w->next_bound,
-        .words = w->words,
         .round = w->round,
         .ruling = w->ruling,
         .body_serial = w->body_serial,
@@ -396,6 +391,7 @@ void world_save(const world *w, const world_lender *l, bytes_out *to)
     const id_pool *pools[] = {&w->body_ids, &w->solid_ids, &w->interest_ids, &w->pair_ids, &w->watch_ids};
     for (int i = 0; i < 5; i++) put_pool(to, pools[i]);
     EACH_USED(&w->interests, put_interest(to, w, id));
+    match_save(w, to);
     EACH_USED(&w->bodies, put_body(to, w, id));
     EACH_USED(&w->solids, put_solid(to, w, id, l));
     EACH_USED(&w->pairs, put_pair(to, w, id));
@@ -454,10 +450,9 @@ const char *world_restore(world *w, const world_lender *l, bytes_in *from)
     head h;
     const char *wrong;
     if (!bytes_get(from, &h, sizeof h)) return "it is cut off";
-    w->words = (size_t)h.words;
     id_pool *pools[] = {&w->body_ids, &w->solid_ids, &w->interest_ids, &w->pair_ids, &w->watch_ids};
     for (int i = 0; i < 5; i++) get_pool(from, pools[i]);
-    if (from->broken || w->interest_ids.end > 64 * h.words || h.words > from->left) return "it is cut off";
+    if (from->broken) return "it is cut off";
     body_reserve(w, (size_t)w->body_ids.end + 1);
     array_reserve(&w->solids, (size_t)w->solid_ids.end + 1);
     array_reserve(&w->interests, (size_t)w->interest_ids.end + 1);
@@ -469,6 +464,8 @@ const char *world_restore(world *w, const world_lender *l, bytes_in *from)
     MAKE_PLACES(&w->pairs, &w->pair_ids);
     MAKE_PLACES(&w->watches, &w->watch_ids);
     GET_EACH(get_interest(from, w));
+    interest_restored(w);
+    if ((wrong = match_restore(w, from)) != NULL) return wrong;
     GET_EACH(get_body(from, w));
     GET_EACH(get_solid(from, w, l));
     if ((wrong = check_ids(w)) != NULL) return wrong;
@@ -493,6 +490,5 @@ const char *world_restore(world *w, const world_lender *l, bytes_in *from)
     w->epoch = h.epoch;
     w->figures = h.figures;
     w->changed = false;
-    interest_count(w); /* poses may come before the first tick */
     return from->broken ? "it is cut off" : NULL;
 }

@@ -11,6 +11,7 @@
 #include "base/pair_map.h"
 #include "base/workers.h"
 #include "broad/broad.h"
+#include "match.h"
 #include "world.h"
 
 #include <string.h>
@@ -93,7 +94,9 @@ typedef struct body {
     size_t shape_count;
     filter_rule *rules;
     size_t rule_count;
-    uint64_t *match_a, *match_b; /* interests whose select_a, select_b it matches: world.words words each */
+    uint32_t match; /* its class: see match.h */
+    bool matched;   /* it is that of its name and group; ... */
+    bool queued;    /* ... or it waits among match.unmatched */
 } body;
 
 typedef struct solid { /* a shape of a body: the broad phase's proxy under the same id */
@@ -142,6 +145,7 @@ typedef struct pair {
     double padding, margin; /* m: of its pair_terms, as is ... */
     int8_t looks;           /* ... this */
     uint32_t first_watch;
+    uint32_t wanted; /* index of match.lists, while it is active */
     uint32_t active_tick; /* low bits of the tick in which it was last put on the active list */
     bool used;
     bool lingers;         /* its boxes have parted, but somebody was told of it: no event follows from boxes */
@@ -156,6 +160,8 @@ typedef struct pair {
     uint8_t barren;      /* searches for one in a row that were in vain: the next one comes so much later */
 } pair;
 
+enum { SETTLED, SETTLES_NEXT, SETTLES_NOW };
+
 typedef struct interest {
     char *select_a, *select_b;
     unsigned facts;
@@ -164,6 +170,10 @@ typedef struct interest {
     uint64_t work;       /* units of the ladder, since it was put */
     size_t undone, told; /* pairs that the budget left in this tick, and in the last one that was told of */
     int64_t period_ns, next_update_ns;
+    uint32_t selection;    /* of match.selections; WORLD_NONE: none */
+    uint64_t changed_tick; /* the tick that its terms last changed for */
+    uint8_t settling;      /* the pass that looks at all bodies for it is the next one, or under way */
+    bool lively, listed;   /* among world.lively, among world.unsettled */
     bool used, closing, snapshot, changed;
     bool all; /* in this tick, updates without news are told, too */
     uint8_t closing_cause;
@@ -173,6 +183,10 @@ typedef struct interest {
     ARRAY(uint32_t) held; /* watches with an update held back by the rate, and some that have ended since */
     ARRAY(world_event) events;
 } interest;
+
+typedef struct interest_counts { /* that ask how pairs stand now, of these for bounds, and for ways */
+    size_t now, bounds, sweeps;
+} interest_counts;
 
 typedef struct expiry { /* when a body may become stale, unless a pose comes */
     int64_t time_ns;
@@ -219,7 +233,7 @@ struct world {
     id_pool body_ids, solid_ids, interest_ids, pair_ids, watch_ids;
     pair_map pair_of; /* key of two solids -> pair */
     pair_map names;   /* hash of a name -> body; colliding hashes are probed on with the next key */
-    size_t words;     /* of 64 interests */
+    match match;      /* which interests want which bodies */
     ruling *rulings;  /* by a hash of two bodies, see pair.c; NULL: no body has had rules */
     uint64_t ruling;  /* counts filters, from 1 */
 
@@ -227,7 +241,10 @@ struct world {
     ARRAY(uint32_t) awake;  /* of these, those that were not calm, in their order: made by body_settle_dirty */
     ARRAY(uint32_t) glided; /* those that were, until they came into a pair in this tick */
     ARRAY(uint64_t) sort_scratch;
-    ARRAY(uint32_t) changed_interests; /* in this tick */
+    ARRAY(uint32_t) changed_interests; /* since the last tick, or closed by it */
+    ARRAY(uint32_t) unsettled;         /* interests for which not all bodies have been looked at */
+    ARRAY(uint64_t) lively;            /* interests that may have something to be told; sort_keys sorts them */
+    size_t told_in_common;             /* what all interests were last told to be undone; see events_collect */
     ARRAY(uint32_t) ghosts;            /* removed since the last tick */
     ARRAY(uint32_t) reap;              /* removed before it: ids free at the next */
     ARRAY(uint32_t) ghost_solids, reap_solids;
@@ -250,7 +267,8 @@ struct world {
     uint64_t capacity;   /* units: what takes more is set aside; see work.c */
     uint64_t next_bound; /* key of the pair that is bounded first, if not all can be */
     uint32_t epoch;      /* of the interests: counts their changes, from 1 */
-    size_t askers;       /* interests in how pairs stand now; the first one */
+    interest_counts asking; /* by the commands; the tick goes by ... */
+    size_t askers;       /* ... these: interests in how pairs stand now; the first one */
     uint32_t first_asker;
     bool bounds_asked; /* by an interest */
     ARRAY(narrow_result) results;
@@ -385,12 +403,29 @@ void expiry_find(world *w);               /* fills stale_now and fresh_now, in t
 int64_t expiry_next_ns(const world *w);   /* not later than the next one; INT64_MAX: none */
 
 /* interest.c */
-void interest_match_body(world *w, uint32_t body);
-bool interest_wants(const world *w, const body *a, const body *b);
-uint64_t interest_word(const body *a, const body *b, size_t word);
-void interest_count(world *w); /* how many ask for what: poses go by it */
 void interest_settle_changes(world *w);
-void interest_finish(world *w);                            /* closed ones are gone */
+void interest_begin_tick(world *w);
+void interest_end_tick(world *w);
+void interest_restored(world *w);
+void interest_wake(world *w, uint32_t id); /* it may have something to be told in this tick, or the next */
+void interest_sort_lively(world *w);       /* so that what they are told comes in their order */
+void interest_pass_began(world *w);
+void interest_pass_ended(world *w);
+size_t interest_unseen(const world *w, const interest *i); /* bodies that have not been looked at for it */
+bool interest_has(const world *w, uint32_t id, const body *b); /* as A or B */
+typedef struct interest_sides {
+    bool straight, turned; /* the first is A, or B, and the other the other */
+} interest_sides;
+interest_sides interest_sides_of(const world *w, uint32_t id, const body *a, const body *b);
+static inline bool interest_wants(world *w, const body *a, const body *b)
+{
+    return match_wanted(&w->match, a->match, b->match);
+}
+/* Who wants an active pair, by rising id. */
+static inline match_list interest_list(const world *w, const pair *p)
+{
+    return w->match.lists.at[p->wanted];
+}
 double interest_tolerance(const interest *i, double size); /* m, of a pair of that size */
 
 /* pair.c */

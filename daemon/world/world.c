@@ -29,7 +29,7 @@ world *world_create(const world_options *options)
     id_pool_init(&w->watch_ids);
     pair_map_init(&w->pair_of);
     pair_map_init(&w->names);
-    w->words = 1;
+    match_init(&w->match);
     w->epoch = 1;
     w->round = 1;
     w->hash = HASH_START;
@@ -58,8 +58,6 @@ static void free_bodies(world *w)
         free(b->name);
         free(b->group);
         free(b->shapes);
-        free(b->match_a);
-        free(b->match_b);
         array_free(&b->passed);
     }
     array_free(&w->bodies);
@@ -85,6 +83,9 @@ void world_destroy(world *w)
     broad_destroy(w->broad);
     free_bodies(w);
     free_interests(w);
+    match_free(&w->match);
+    array_free(&w->unsettled);
+    array_free(&w->lively);
     id_pool_free(&w->body_ids);
     id_pool_free(&w->solid_ids);
     id_pool_free(&w->interest_ids);
@@ -129,8 +130,7 @@ static void begin_tick(world *w, int64_t now_ns)
     w->now_ns = now_ns;
     w->figures.ticks++;
     w->round++;
-    interest_finish(w);
-    for (size_t i = 0; i < w->interests.count; i++) w->interests.at[i].events.count = 0;
+    interest_begin_tick(w);
     body_reap(w);
 }
 
@@ -140,7 +140,7 @@ static void end_tick(world *w)
     pair_end_unwatched(w);
     for (size_t i = 0; i < w->dirty.count; i++) body_arrive(w, (uint32_t)w->dirty.at[i]);
     for (size_t i = 0; i < w->glided.count; i++) body_arrive(w, w->glided.at[i]);
-    for (size_t i = 0; i < w->interests.count; i++) w->interests.at[i].all = false;
+    interest_end_tick(w);
     w->last_tick_ns = w->now_ns;
     w->dirty.count = w->glided.count = 0;
     w->changed = w->some_glided = w->rematched = false;
@@ -190,8 +190,8 @@ void world_set_budget(world *w, world_grant *grant, void *context)
 int64_t world_next_due_ns(const world *w)
 {
     int64_t due = expiry_next_ns(w);
-    for (size_t i = 0; i < w->interests.count; i++) {
-        const interest *x = &w->interests.at[i];
+    for (size_t i = 0; i < w->lively.count; i++) {
+        const interest *x = &w->interests.at[w->lively.at[i]];
         if (x->used && x->held.count && x->next_update_ns < due) due = x->next_update_ns;
     }
     return due;
@@ -204,7 +204,7 @@ bool world_glided(const world *w)
 
 bool world_changed(const world *w)
 {
-    return w->changed || w->unfinished.count;
+    return w->changed || w->unfinished.count || match_is_unsettled(&w->match);
 }
 
 world_figures world_get_figures(const world *w)
