@@ -1,5 +1,4 @@
 /* body: the life of a body: put, held, removed, and gone. Tick thread. */
-#include "filter.h"
 #include "state.h"
 
 #include <stdlib.h>
@@ -42,7 +41,7 @@ static void measure_rules(body *b)
     }
 }
 
-static void copy_rules(body *b, const world_body *def)
+static void copy_rules(world *w, body *b, const world_body *def)
 {
     free_rules(b);
     b->rules = base_alloc(def->rule_count ? def->rule_count : 1, sizeof *b->rules);
@@ -53,6 +52,7 @@ static void copy_rules(body *b, const world_body *def)
             .padding = def->rules[i].padding,
             .margin = def->rules[i].margin};
     b->rule_count = def->rule_count;
+    rules_choose(&w->rules, &b->rule_set, b->rules, b->rule_count);
     measure_rules(b);
 }
 
@@ -142,7 +142,7 @@ world_status world_put_body(world *w, uint32_t *id, const world_body *def)
         b->before = b->pose;
         b->before_ns = b->stamp_ns;
     }
-    copy_rules(b, def);
+    copy_rules(w, b, def);
     if (is_new || !body_same_shapes(w, b, def)) {
         body_drop_shapes(w, b);
         body_add_shapes(w, *id, def);
@@ -211,6 +211,7 @@ static void free_body(world *w, uint32_t id)
     free(b->shapes);
     array_free(&b->passed);
     free_rules(b);
+    rules_choose(&w->rules, &b->rule_set, NULL, 0);
     *b = (body){.used = false};
 }
 

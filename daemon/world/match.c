@@ -10,8 +10,8 @@
 void match_init(match *m)
 {
     *m = (match){.generation = 1, .pass = 1};
-    pattern_set_init(&m->settled);
-    pattern_set_init(&m->pending);
+    pattern_set_init(&m->settled, false);
+    pattern_set_init(&m->pending, false);
     pair_map_init(&m->selector_of);
     pair_map_init(&m->selection_of);
     pair_map_init(&m->class_of);

@@ -1,6 +1,5 @@
 /* pair: which pairs exist, and which ones a tick has to decide again: only those of bodies that changed. Tick thread.
  */
-#include "filter.h"
 #include "state.h"
 
 #include "base/sort.h"
@@ -33,10 +32,22 @@ static bool masks_meet(const body *a, const body *b, int *looks)
     return a_looks || b_looks;
 }
 
-pair_terms pair_get_terms(const body *a, const body *b)
+/* The first rule of A that matches B, or NULL. */
+static const filter_rule *first_rule(const world *w, const body *a, const body *b)
 {
-    const filter_rule *ra = filter_first(a->rules, a->rule_count, b->name, b->group);
-    const filter_rule *rb = filter_first(b->rules, b->rule_count, a->name, a->group);
+    rule_sets *answered = (rule_sets *)&w->rules; /* what it remembers changes no answer */
+    uint32_t first = rules_first(answered, a->rule_set, b->ruling, b->name, b->group);
+    return first == WORLD_NONE ? NULL : &a->rules[first];
+}
+
+size_t pair_price(const world *w, const body *a, const body *b)
+{
+    return 1 + rules_price(&w->rules, a->rule_set) + rules_price(&w->rules, b->rule_set);
+}
+
+pair_terms pair_get_terms(const world *w, const body *a, const body *b)
+{
+    const filter_rule *ra = first_rule(w, a, b), *rb = first_rule(w, b, a);
     bool insists = checks(ra) || checks(rb);
     pair_terms t = {.rule = ra && (!rb || ra->allow == !insists) ? ra : rb};
     bool meet = masks_meet(a, b, &t.looks);
@@ -68,7 +79,7 @@ static ruling rule_on(world *w, uint32_t a, uint32_t b)
     if (ruled && !w->rulings) w->rulings = base_zalloc((size_t)1 << RULINGS_LOG2, sizeof *w->rulings);
     ruling *kept = ruled ? &w->rulings[pair_key(a, b) * 0x9e3779b97f4a7c15u >> (64 - RULINGS_LOG2)] : NULL;
     if (kept && kept->filter_a == x->ruling && kept->filter_b == y->ruling) return *kept;
-    pair_terms t = pair_get_terms(x, y);
+    pair_terms t = pair_get_terms(w, x, y);
     ruling r = {x->ruling, y->ruling, t.padding, t.margin, t.checked, (int8_t)t.looks};
     w->figures.rulings += ruled;
     if (kept) *kept = r;

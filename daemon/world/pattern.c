@@ -124,9 +124,9 @@ bool pattern_matches(const pattern *p, const char *name, const char *group)
 
 /* ---- sets ---- */
 
-void pattern_set_init(pattern_set *s)
+void pattern_set_init(pattern_set *s, bool few)
 {
-    *s = (pattern_set){.count = 0};
+    *s = (pattern_set){.few = few};
     pair_map_init(&s->lists);
 }
 
@@ -163,13 +163,13 @@ static uint64_t key_of_length(uint64_t key, size_t length)
 }
 
 /* By the longer of head and tail: fewer have it. */
-static void choose_key(pattern_entry *e)
+static void choose_key(pattern_entry *e, bool few)
 {
     const pattern *p = &e->pattern;
     e->by_tail = p->tail > p->head;
     uint32_t length = e->by_tail ? p->tail : p->head;
     e->length = (uint8_t)(length < PATTERN_KEY_MAX ? length : PATTERN_KEY_MAX);
-    if (!e->length) return;
+    if (!e->length || few) return;
     uint64_t key = key_start(p->of_group, e->by_tail);
     for (uint32_t i = 0; i < e->length; i++) key = key_step(key, e->by_tail ? p->text[p->length - 1 - i] : p->text[i]);
     e->key = key_of_length(key, e->length);
@@ -178,9 +178,7 @@ static void choose_key(pattern_entry *e)
 static void link_entry(pattern_set *s, uint32_t id)
 {
     pattern_entry *e = &s->entries.at[id];
-    uint32_t *longest = &s->longest[e->pattern.of_group][e->by_tail];
-    s->lengths[e->pattern.of_group][e->by_tail][e->length]++;
-    if (e->length > *longest) *longest = e->length;
+    s->lengths[e->pattern.of_group][e->by_tail][e->length >> 6] |= (uint64_t)1 << (e->length & 63);
     e->next = pair_map_get(&s->lists, e->key);
     e->previous = PAIR_MAP_NONE;
     if (e->next != PAIR_MAP_NONE) s->entries.at[e->next].previous = id;
@@ -189,7 +187,6 @@ static void link_entry(pattern_set *s, uint32_t id)
 
 static void unlink_entry(pattern_set *s, const pattern_entry *e)
 {
-    s->lengths[e->pattern.of_group][e->by_tail][e->length]--;
     if (e->next != PAIR_MAP_NONE) s->entries.at[e->next].previous = e->previous;
     if (e->previous != PAIR_MAP_NONE)
         s->entries.at[e->previous].next = e->next;
@@ -206,7 +203,7 @@ void pattern_set_add(pattern_set *s, uint32_t id, const char *text)
     pattern_entry *e = &s->entries.at[id];
     *e = (pattern_entry){.used = true};
     pattern_init(&e->pattern, text);
-    choose_key(e);
+    choose_key(e, s->few);
     s->count++;
     if (e->key) {
         link_entry(s, id);
@@ -228,7 +225,7 @@ void pattern_set_remove(pattern_set *s, uint32_t id)
     }
     pattern_free(&e->pattern);
     e->used = false;
-    s->count--;
+    if (!--s->count) memset(s->lengths, 0, sizeof s->lengths);
 }
 
 typedef struct search {
@@ -254,13 +251,14 @@ static void try_one(search *f, uint32_t id)
 static void try_lists(search *f, bool of_group, bool tail)
 {
     const char *text = of_group ? f->group : f->name;
-    size_t length = strlen(text), longest = f->set->longest[of_group][tail];
-    const uint32_t *lengths = f->set->lengths[of_group][tail];
+    size_t length = strlen(text), last = length < PATTERN_KEY_MAX ? length : PATTERN_KEY_MAX;
+    const uint64_t *lengths = f->set->lengths[of_group][tail];
+    size_t longest = lengths[1] ? 127 - (size_t)__builtin_clzll(lengths[1]) : 63 - (size_t)__builtin_clzll(lengths[0]);
     uint64_t key = key_start(of_group, tail);
-    if (longest > length) longest = length;
-    for (size_t i = 1; i <= longest; i++) {
+    if (longest < last) last = longest;
+    for (size_t i = 1; i <= last; i++) {
         key = key_step(key, tail ? text[length - i] : text[i - 1]);
-        if (!lengths[i]) continue;
+        if (!(lengths[i >> 6] >> (i & 63) & 1)) continue;
         uint32_t id = pair_map_get(&f->set->lists, key_of_length(key, i));
         for (; id != PAIR_MAP_NONE; id = f->set->entries.at[id].next) {
             const pattern_entry *e = &f->set->entries.at[id]; /* keys of others may clash with theirs */
@@ -273,7 +271,7 @@ static void search_all(search *f)
 {
     for (int of_group = 0; of_group < 2; of_group++)
         for (int tail = 0; tail < 2; tail++)
-            if (f->set->longest[of_group][tail]) try_lists(f, of_group, tail);
+            if (f->set->lengths[of_group][tail][0] | f->set->lengths[of_group][tail][1]) try_lists(f, of_group, tail);
     for (size_t i = 0; i < f->set->loose.count; i++) try_one(f, f->set->loose.at[i]);
 }
 

@@ -1,5 +1,6 @@
-/* pattern: name patterns made ready to be matched often, and sets of them that are matched at once. The grammar is that
- * of filter.h, which says in a few lines what has to come out here. Nothing is shared: any thread, each with its own.
+/* pattern: name patterns made ready to be matched often, and sets of them that are matched at once. '*' = any run of
+ * bytes, '?' = any one; "group:PATTERN" is held against the group instead of the name, and no group is not a group.
+ * Nothing is shared: any thread, each with its own.
  *
  * One pattern costs at most the text times the pattern's length / 64, whatever its stars are. In a set, a pattern is
  * found by the literal text that it begins or ends with, so that a name costs in proportion to those that may match it;
@@ -41,14 +42,14 @@ typedef struct pattern_entry {
 
 typedef struct pattern_set { /* zeros = empty, but for pattern_set_init */
     ARRAY(pattern_entry) entries;
-    pair_map lists;                                 /* of a head or a tail -> the first of those that have it */
-    uint32_t lengths[2][2][PATTERN_KEY_MAX + 1];    /* [group][tail]: how many have one of this length */
-    uint32_t longest[2][2];                         /* at most: of those lengths */
-    ARRAY(uint32_t) loose;                          /* neither begin nor end with a literal */
+    pair_map lists;            /* of a head or a tail -> the first of those that have it */
+    uint64_t lengths[2][2][2]; /* [group][tail], a bit a length: some have had a key of it */
+    ARRAY(uint32_t) loose;     /* neither begin nor end with a literal; or all, where there are few */
     size_t count;
+    bool few; /* no more than a look-up costs: all are tried */
 } pattern_set;
 
-void pattern_set_init(pattern_set *s);
+void pattern_set_init(pattern_set *s, bool few);
 void pattern_set_free(pattern_set *s);
 /* Under an id that is not in it. Ids are dense. */
 void pattern_set_add(pattern_set *s, uint32_t id, const char *text);

@@ -1,6 +1,5 @@
 /* query: answers about bodies by name: distance, poses, why a pair is looked at. As the last tick left the world.
  * Nothing is changed and no cache is used; called by the tick thread between ticks. */
-#include "filter.h"
 #include "geom/compound.h"
 #include "geom/mesh.h"
 #include "state.h"
@@ -168,7 +167,7 @@ int world_explain(const world *w, uint32_t a, uint32_t b, int64_t now_ns, char *
     lines l = {text, size, 0};
     if (!alive(w, a) || !alive(w, b)) return 0;
     const body *x = &w->bodies.at[a], *y = &w->bodies.at[b];
-    pair_terms terms = pair_get_terms(x, y);
+    pair_terms terms = pair_get_terms(w, x, y);
     line(&l, "%s and %s: %s, %s\n", x->name, y->name, terms.checked ? "checked" : "not checked", terms.why);
     if (terms.rule)
         line(&l, "decided by the rule \"%s\": %s%s%s\n", terms.rule->pattern, terms.rule->allow ? "allow" : "check",

@@ -195,7 +195,8 @@ static const char *get_body(bytes_in *from, world *w)
     bytes_get(from, b.shapes, b.shape_count * sizeof *b.shapes);
     b.rules = base_zalloc(b.rule_count + 1, sizeof *b.rules);
     for (size_t i = 0; i < b.rule_count; i++) get_rule(from, &b.rules[i]);
-    b.match = 0;
+    b.match = b.rule_set = 0;
+    rules_choose(&w->rules, &b.rule_set, b.rules, b.rule_count);
     match_restore_class(&w->match, &b.match, from);
     b.passed.at = NULL;
     b.passed.count = b.passed.capacity = 0;

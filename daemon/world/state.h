@@ -12,6 +12,7 @@
 #include "base/workers.h"
 #include "broad/broad.h"
 #include "match.h"
+#include "rules.h"
 #include "world.h"
 
 #include <string.h>
@@ -94,6 +95,7 @@ typedef struct body {
     size_t shape_count;
     filter_rule *rules;
     size_t rule_count;
+    uint32_t rule_set; /* of world.rules: the patterns of these */
     uint32_t match; /* its class: see match.h */
     bool matched;   /* it is that of its name and group; ... */
     bool queued;    /* ... or it waits among match.unmatched */
@@ -234,6 +236,7 @@ struct world {
     pair_map pair_of; /* key of two solids -> pair */
     pair_map names;   /* hash of a name -> body; colliding hashes are probed on with the next key */
     match match;      /* which interests want which bodies */
+    rule_sets rules;  /* what the patterns of rules say of names */
     ruling *rulings;  /* by a hash of two bodies, see pair.c; NULL: no body has had rules */
     uint64_t ruling;  /* counts filters, from 1 */
 
@@ -437,7 +440,10 @@ typedef struct pair_terms { /* what the filters say of two bodies */
     const filter_rule *rule; /* that decided, or NULL */
     const char *why;
 } pair_terms;
-pair_terms pair_get_terms(const body *a, const body *b);
+pair_terms pair_get_terms(const world *w, const body *a, const body *b);
+/* Names that are tried against patterns, at most, to find the terms of two bodies, and one more: the same whatever has
+ * been found before. For whoever decides how many new pairs a tick takes. */
+size_t pair_price(const world *w, const body *a, const body *b);
 /* The same of a pair, without `rule` and `why`: they are kept with it. */
 static inline pair_terms pair_kept_terms(const pair *p)
 {

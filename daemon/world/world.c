@@ -30,6 +30,7 @@ world *world_create(const world_options *options)
     pair_map_init(&w->pair_of);
     pair_map_init(&w->names);
     match_init(&w->match);
+    rules_init(&w->rules);
     w->epoch = 1;
     w->round = 1;
     w->hash = HASH_START;
@@ -84,6 +85,7 @@ void world_destroy(world *w)
     free_bodies(w);
     free_interests(w);
     match_free(&w->match);
+    rules_free(&w->rules);
     array_free(&w->unsettled);
     array_free(&w->lively);
     id_pool_free(&w->body_ids);
