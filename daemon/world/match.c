@@ -9,7 +9,7 @@
 
 void match_init(match *m)
 {
-    *m = (match){.generation = 1, .pass = 1};
+    *m = (match){.generation = 1, .pass = 1, .steps_a_tick = MATCH_STEPS_A_TICK};
     pattern_set_init(&m->settled, false);
     pattern_set_init(&m->pending, false);
     pair_map_init(&m->selector_of);
@@ -195,6 +195,7 @@ static uint32_t take_selector(match *m, const char *text)
     match_selector *s = &m->selectors.at[id];
     s->used = s->live = s->pending = true;
     s->reach_known = false;
+    s->bodies = 0;
     match_place_selector(m, id, text);
     return id;
 }
@@ -271,14 +272,23 @@ static void join_selection(world *w, uint32_t interest_id, uint32_t a, uint32_t 
     touch(m, id);
 }
 
+/* To find the pairs that are wanted now, or no more, it is enough to put the bodies of one of the two again: those that
+ * come to match a new pattern are put anyway, and of two old ones the fewer. */
+static void concern(match *m, uint32_t a, uint32_t b)
+{
+    const match_selector *x = &m->selectors.at[a], *y = &m->selectors.at[b];
+    bool first = x->pending || (!y->pending && x->bodies <= y->bodies);
+    match_next_pass(m, a, first);
+    match_next_pass(m, b, !first);
+}
+
 void match_attach(world *w, uint32_t interest_id)
 {
     match *m = &w->match;
     const interest *i = &w->interests.at[interest_id];
     uint32_t a = take_selector(m, i->select_a), b = take_selector(m, i->select_b);
     join_selection(w, interest_id, a, b);
-    match_next_pass(m, a);
-    match_next_pass(m, b);
+    concern(m, a, b);
 }
 
 bool match_reattach(world *w, uint32_t interest_id)
@@ -299,8 +309,7 @@ void match_detach(world *w, uint32_t interest_id)
     match_selection *s = &m->selections.at[i->selection];
     s->interests--;
     touch(m, i->selection);
-    match_next_pass(m, s->selectors[0]);
-    match_next_pass(m, s->selectors[1]);
+    concern(m, s->selectors[0], s->selectors[1]);
     i->selection = WORLD_NONE;
 }
 
@@ -441,9 +450,17 @@ uint32_t match_renew_class(match *m, uint32_t id, const char *name, const char *
     return same && m->found.count == kept ? id : match_class_of_found(m);
 }
 
+static void count_bodies(match *m, uint32_t id, size_t by)
+{
+    const match_class *c = &m->classes.at[id];
+    for (uint32_t i = 0; i < c->count; i++) m->selectors.at[c->selectors[i]].bodies += by;
+}
+
 void match_change_class(match *m, uint32_t *of_body, uint32_t to)
 {
     if (*of_body == to) return;
+    count_bodies(m, to, 1);
+    count_bodies(m, *of_body, (size_t)-1);
     m->idle_classes -= to && !m->classes.at[to].bodies;
     m->classes.at[to].bodies += to != 0;
     m->classes.at[*of_body].bodies -= *of_body != 0;
@@ -451,14 +468,17 @@ void match_change_class(match *m, uint32_t *of_body, uint32_t to)
     *of_body = to;
 }
 
-bool match_class_concerned(match *m, uint32_t id)
+const match_class *match_concern(match *m, uint32_t id)
 {
     match_class *c = &m->classes.at[id];
-    if (c->concern_of == m->pass) return c->concerned;
+    if (c->concern_of == m->pass) return c;
     c->concern_of = m->pass;
-    c->concerned = false;
-    for (uint32_t i = 0; i < c->count; i++) c->concerned |= m->selectors.at[c->selectors[i]].concerned;
-    return c->concerned;
+    c->concerned = c->marked = false;
+    for (uint32_t i = 0; i < c->count; i++) {
+        c->concerned |= m->selectors.at[c->selectors[i]].concerned;
+        c->marked |= m->selectors.at[c->selectors[i]].marked;
+    }
+    return c;
 }
 
 /* ---- who wants ---- */

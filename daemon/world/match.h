@@ -35,7 +35,9 @@ typedef struct match_reach { /* how far, how long and for what a body is asked f
 typedef struct match_selector {
     bool used, live;            /* live: interests select by it; otherwise bodies may still have it, until a pass ends */
     bool pending;               /* not every body has been held against it */
-    bool concerned, next;       /* in the lists of this name */
+    bool concerned, next;       /* in the lists of this name, and ... */
+    bool marked, next_marked;   /* ... all its bodies are put again */
+    size_t bodies;              /* that match it, as far as is known */
     ARRAY(uint32_t) sides[2];   /* selections in which it is A's, B's */
     bool reach_known;
     match_reach reach;          /* of its interests */
@@ -56,7 +58,7 @@ typedef struct match_class {
     size_t bodies;
     uint64_t reach_of, concern_of; /* match.generation, match.pass, for which ... */
     match_reach reach;
-    bool concerned;                /* ... by one of its selectors */
+    bool concerned, marked;        /* ... by one of its selectors */
 } match_class;
 
 typedef struct match_list { /* interests, by rising id */
@@ -65,6 +67,7 @@ typedef struct match_list { /* interests, by rising id */
     bool own; /* several selections' put together */
 } match_list;
 
+enum { MATCH_STEPS_A_TICK = 1000000 }; /* of some nanoseconds, at most: then a tick goes on with its other work */
 enum { MATCH_NEAR = 256 }; /* look-ups of two classes that are remembered without a search */
 
 typedef struct match_near {
@@ -101,7 +104,8 @@ typedef struct match {
     size_t first_unmatched;    /* of these */
     size_t tried;              /* patterns against names of bodies that were put, since the last tick */
 
-    pattern_ids found; /* scratch */
+    size_t steps_a_tick;       /* of passes: see match_pass.c */
+    pattern_ids found;         /* scratch */
     ARRAY(uint64_t) scratch;
 } match;
 
@@ -123,7 +127,7 @@ void match_change_class(match *m, uint32_t *of_body, uint32_t to);
 uint32_t match_renew_class(match *m, uint32_t id, const char *name, const char *group, size_t *tried); /* NULL: no name */
 bool match_class_has(const match *m, uint32_t id, uint32_t selector);
 const match_reach *match_class_reach(match *m, uint32_t id);
-bool match_class_concerned(match *m, uint32_t id);
+const match_class *match_concern(match *m, uint32_t id); /* with `concerned` and `marked` as of this pass */
 /* Interests in bodies of this class, by rising id: valid until the next call. */
 match_list match_of_class(match *m, uint32_t id);
 
@@ -138,7 +142,7 @@ static inline uint32_t match_wanted(match *m, uint32_t a, uint32_t b)
 /* match_pass.c */
 /* The name is held against all patterns, now or, where many have been tried in this tick, in one of the next. */
 void match_put_body(struct world *w, uint32_t body);
-void match_next_pass(match *m, uint32_t selector); /* the next one is about it */
+void match_next_pass(match *m, uint32_t selector, bool marked); /* the next one is about it */
 void match_run(struct world *w);                   /* as far as this tick's steps go */
 bool match_is_unsettled(const match *m);
 void match_save(const struct world *w, bytes_out *to);

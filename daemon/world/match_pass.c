@@ -15,7 +15,6 @@
 #include <stdlib.h>
 
 enum { /* a step is some nanoseconds */
-    STEPS_A_TICK = 1000000,
     STEPS_A_TRY = 10,    /* of one name against one pattern */
     STEPS_A_BODY = 50,   /* whose boxes are put again, with the look at its neighbours */
     TRIES_OF_PUTS = 50000 /* of bodies that are put between two ticks, at most, but for bodies with few */
@@ -24,8 +23,11 @@ enum { FEW_TRIES = 64 };
 
 /* ---- bodies ---- */
 
-static void widen(world *w, body *b)
+/* Whether it is asked for otherwise than before. */
+static bool widen(world *w, body *b)
 {
+    double was = b->widen, horizon = b->horizon;
+    bool impacts = b->impacts;
     const match_reach *r = match_class_reach(&w->match, b->match);
     double reach = 0;
     b->widen = 0;
@@ -37,6 +39,7 @@ static void widen(world *w, body *b)
         b->widen = fmax(b->widen, r->ranges[i].fixed + r->ranges[i].relative * reach + b->rule_reach);
     b->impacts = r->impacts;
     b->horizon = r->horizon;
+    return b->widen != was || b->horizon != horizon || b->impacts != impacts;
 }
 
 static void classify(world *w, body *b, size_t *tried)
@@ -66,7 +69,7 @@ void match_put_body(world *w, uint32_t id)
 static size_t match_queued(world *w, size_t steps)
 {
     match *m = &w->match;
-    while (m->first_unmatched < m->unmatched.count && steps < STEPS_A_TICK) {
+    while (m->first_unmatched < m->unmatched.count && steps < m->steps_a_tick) {
         uint32_t id = m->unmatched.at[m->first_unmatched++];
         body *b = &w->bodies.at[id];
         size_t tried = 0;
@@ -85,11 +88,12 @@ static size_t match_queued(world *w, size_t steps)
 
 /* ---- passes ---- */
 
-void match_next_pass(match *m, uint32_t id)
+void match_next_pass(match *m, uint32_t id, bool marked)
 {
     match_selector *s = &m->selectors.at[id];
     if (!s->next) array_push(&m->next, id);
     s->next = true;
+    s->next_marked |= marked;
 }
 
 static void begin_pass(world *w)
@@ -98,8 +102,9 @@ static void begin_pass(world *w)
     m->concerned.count = 0;
     for (size_t i = 0; i < m->next.count; i++) {
         match_selector *s = &m->selectors.at[m->next.at[i]];
-        s->next = false;
         s->concerned = true;
+        s->marked = s->next_marked;
+        s->next = s->next_marked = false;
         array_push(&m->concerned, m->next.at[i]);
     }
     m->next.count = 0;
@@ -134,7 +139,7 @@ static void end_pass(world *w)
     for (size_t i = 0; i < m->concerned.count; i++) {
         uint32_t id = m->concerned.at[i];
         match_selector *s = &m->selectors.at[id];
-        s->concerned = false;
+        s->concerned = s->marked = false;
         if (s->pending) settle_selector(m, id);
         if (s->live || s->next) continue;
         s->used = false;
@@ -145,8 +150,9 @@ static void end_pass(world *w)
     interest_pass_ended(w);
 }
 
-/* What is concerned is put into the broad phase again, and its pairs are decided again, for those that want them now. A
- * ghost only gives up what nobody selects by any more. */
+/* What is put into the broad phase again has its pairs decided again, for those that want them now. A body that is asked
+ * for from farther away, or less far, is put again for that alone. A ghost only gives up what nobody selects by any
+ * more. */
 static size_t look_at(world *w, uint32_t id)
 {
     match *m = &w->match;
@@ -154,12 +160,13 @@ static size_t look_at(world *w, uint32_t id)
     size_t tried = 0;
     if (!b->used || !b->matched) return 1;
     uint32_t class = match_renew_class(m, b->match, b->ghost ? NULL : b->name, b->group, &tried);
-    bool concerned = class != b->match || match_class_concerned(m, class);
-    w->rematched |= class != b->match && !b->ghost;
+    const match_class *c = match_concern(m, class);
+    bool is_new = class != b->match, put = is_new || c->marked;
     match_change_class(m, &b->match, class);
-    if (!concerned || b->ghost) return 1 + STEPS_A_TRY * tried;
-    widen(w, b);
-    if (b->dirty && b->refilter) return 1 + STEPS_A_TRY * tried; /* in this tick for any reason */
+    if (b->ghost) return 1 + STEPS_A_TRY * tried;
+    w->rematched |= is_new;
+    if (is_new || c->concerned) put |= widen(w, b);
+    if (!put || (b->dirty && b->refilter)) return 1 + STEPS_A_TRY * tried;
     body_mark_dirty(w, id, true);
     return STEPS_A_BODY + STEPS_A_TRY * tried;
 }
@@ -169,10 +176,10 @@ void match_run(world *w)
     match *m = &w->match;
     size_t steps = match_queued(w, 0);
     m->tried = 0;
-    while (steps < STEPS_A_TICK && (m->passing || m->next.count)) {
+    while (steps < m->steps_a_tick && (m->passing || m->next.count)) {
         if (!m->passing) begin_pass(w);
         w->epoch++; /* other interests in the pairs of a body than there were */
-        while (m->cursor < w->bodies.count && steps < STEPS_A_TICK) steps += look_at(w, m->cursor++);
+        while (m->cursor < w->bodies.count && steps < m->steps_a_tick) steps += look_at(w, m->cursor++);
         if (m->cursor == w->bodies.count) end_pass(w);
     }
 }
@@ -191,7 +198,8 @@ void match_save(const world *w, bytes_out *to)
     bytes_put_count(to, m->selectors.count);
     for (uint32_t id = 0; id < m->selectors.count; id++) {
         const match_selector *s = &m->selectors.at[id];
-        uint8_t flags = (uint8_t)(s->used | s->live << 1 | s->pending << 2 | s->concerned << 3 | s->next << 4);
+        uint8_t flags = (uint8_t)(s->used | s->live << 1 | s->pending << 2 | s->concerned << 3 | s->next << 4 |
+                                  s->marked << 5 | s->next_marked << 6);
         bytes_put(to, &flags, 1);
         if (!s->live) continue;
         char *text = text_of(&(s->pending ? &m->pending : &m->settled)->entries.at[id].pattern);
@@ -211,7 +219,9 @@ static void restore_selector(match *m, uint32_t id, uint8_t flags, const char *t
         .live = flags >> 1 & 1,
         .pending = flags >> 2 & 1,
         .concerned = flags >> 3 & 1,
-        .next = flags >> 4 & 1};
+        .next = flags >> 4 & 1,
+        .marked = flags >> 5 & 1,
+        .next_marked = flags >> 6 & 1};
     if (s->live) match_place_selector(m, id, text);
     if (s->concerned) array_push(&m->concerned, id);
     if (s->next) array_push(&m->next, id);

@@ -59,7 +59,7 @@ static bool stands(const char *piece, size_t length, const char *text)
     return true;
 }
 
-enum { WIDEST_PIECE = 128 };
+enum { SHORT_PIECE = 8, WIDEST_PIECE = 128 };
 
 /* Shift-And (Baeza-Yates and Gonnet, A new approach to text searching, 1992): bit i of `state` is set while the last
  * i + 1 bytes of the text are the first ones of the piece. */
@@ -83,14 +83,14 @@ static const char *find_with_gaps(const char *piece, size_t length, const char *
     return NULL;
 }
 
-/* The first place of the piece, or NULL. No message has one so long that every place has to be tried. */
+/* The first place of the piece, or NULL. Of a short one every place is tried. No message has one that is too long. */
 static const char *find_piece(const char *piece, size_t length, const char *text, const char *end)
 {
     if ((size_t)(end - text) < length) return NULL;
-    if (!memchr(piece, '?', length)) return memmem(text, (size_t)(end - text), piece, length);
-    if (length <= WIDEST_PIECE) return find_with_gaps(piece, length, text, end);
-    for (const char *at = text; (size_t)(end - at) >= length; at++)
-        if (stands(piece, length, at)) return at;
+    if (length > SHORT_PIECE && !memchr(piece, '?', length)) return memmem(text, (size_t)(end - text), piece, length);
+    if (length > SHORT_PIECE && length <= WIDEST_PIECE) return find_with_gaps(piece, length, text, end);
+    for (const char *at = text, *last = end - length; at <= last; at++)
+        if ((*piece == *at || *piece == '?') && stands(piece + 1, length - 1, at + 1)) return at;
     return NULL;
 }
 
@@ -106,8 +106,8 @@ static bool matches(const pattern *p, const char *text, size_t length)
     text += front;
     end -= back;
     while (star < final) {
-        const char *piece = star + 1;
-        star = memchr(piece, '*', (size_t)(last - piece));
+        const char *piece = ++star;
+        while (*star != '*') star++;
         size_t wide = (size_t)(star - piece);
         text = find_piece(piece, wide, text, end);
         if (!text) return false;

@@ -8,7 +8,7 @@
 #include <string.h>
 
 enum { FEW_RULES = 8 };
-enum { ANSWERS_FIRST_LOG2 = 10, ANSWERS_MOST_LOG2 = 18 };
+enum { ANSWERS_FIRST_LOG2 = 14, ANSWERS_MOST_LOG2 = 18 };
 
 void rules_init(rule_sets *r)
 {
