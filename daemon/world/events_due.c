@@ -123,7 +123,7 @@ void events_collect(world *w, world_batches *out)
     w->batches.count = 0;
     for (uint32_t id = 0; id < w->interests.count; id++) {
         interest *i = &w->interests.at[id];
-        i->undone += w->figures.pairs_left_out;
+        i->undone += w->figures.pairs_left_out + (slices_concern(w, id) ? w->figures.pending_pairs : 0);
         bool more_or_less = i->undone != i->told; /* left undone than was told last */
         if (!i->used || !(i->events.count || i->snapshot || i->closing || more_or_less)) continue;
         bool told = i->snapshot && !i->closing;

@@ -89,6 +89,13 @@ bool interest_wants(const world *w, const body *a, const body *b)
     return false;
 }
 
+bool body_is_asked_for(const world *w, const body *b)
+{
+    for (size_t word = 0; word < w->words; word++)
+        if (b->match_a[word] | b->match_b[word]) return true;
+    return false;
+}
+
 static uint64_t *wider(uint64_t *words, size_t old, size_t count)
 {
     uint64_t *bits = base_zalloc(count, sizeof *bits);

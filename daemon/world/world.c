@@ -30,6 +30,7 @@ world *world_create(const world_options *options)
     pair_map_init(&w->pair_of);
     pair_map_init(&w->names);
     w->words = 1;
+    w->slice = UINT64_MAX;
     w->epoch = 1;
     w->round = 1;
     w->hash = HASH_START;
@@ -118,6 +119,8 @@ void world_destroy(world *w)
     array_free(&w->needs);
     array_free(&w->unfinished);
     array_free(&w->lingering);
+    array_free(&w->purses);
+    array_free(&w->concerned);
     array_free(&w->results);
     array_free(&w->sweeps);
     array_free(&w->batches);
@@ -132,6 +135,7 @@ static void begin_tick(world *w, int64_t now_ns)
     interest_finish(w);
     for (size_t i = 0; i < w->interests.count; i++) w->interests.at[i].events.count = 0;
     body_reap(w);
+    slices_begin(w);
 }
 
 /* What was put or moved stands where it is from here on. */
@@ -158,6 +162,7 @@ void world_tick(world *w, int64_t now_ns, world_batches *out)
 
     /* which pairs it concerns */
     broad_update(w->broad, &changes);
+    w->sliced |= broad_was_put_off(w->broad);
     pair_apply_changes(w, &changes);
     pair_collect_active(w);
 
@@ -174,6 +179,7 @@ void world_tick(world *w, int64_t now_ns, world_batches *out)
     events_of_active(w);
     events_held_back(w);
     events_snapshots(w);
+    slices_tell(w);
     events_collect(w, out);
     end_tick(w);
 }
@@ -204,7 +210,7 @@ bool world_glided(const world *w)
 
 bool world_changed(const world *w)
 {
-    return w->changed || w->unfinished.count;
+    return w->changed || w->unfinished.count || w->due;
 }
 
 world_figures world_get_figures(const world *w)
