@@ -126,6 +126,7 @@ world_status world_put_body(world *w, uint32_t *id, const world_body *def)
     b->category = def->category;
     b->mask = def->mask;
     b->one_way = def->one_way;
+    b->owner = def->owner;
     b->ccd = def->ccd;
     b->acceleration = def->acceleration;
     b->angular_acceleration = def->angular_acceleration;
@@ -190,6 +191,7 @@ world_status world_remove_body(world *w, uint32_t id, uint8_t cause)
     if (!body_is(w, id)) return WORLD_UNKNOWN_ID;
     body *b = &w->bodies.at[id];
     body_drop_name(w, b->name);
+    slices_forget(w, id);
     w->figures.bodies--;
     body_drop_shapes(w, b);
     b->ghost = true;
@@ -258,6 +260,7 @@ world_status world_get_body(const world *w, uint32_t id, world_body *out, world_
         .mask = b->mask,
         .one_way = b->one_way,
         .ccd = b->ccd,
+        .owner = b->owner,
         .acceleration = b->acceleration,
         .angular_acceleration = b->angular_acceleration,
         .deadline_ns = b->deadline_ns,

@@ -143,7 +143,7 @@ void events_collect(world *w, world_batches *out)
     for (size_t k = 0; k < w->lively.count; k++) {
         uint32_t id = (uint32_t)w->lively.at[k];
         interest *i = &w->interests.at[id];
-        i->undone += common + interest_unseen(w, i);
+        i->undone += common + interest_unseen(w, i) + (slices_concern(w, id) ? w->figures.pending_pairs : 0);
         bool more_or_less = i->undone != i->told; /* left undone than was told last */
         if (!i->used || !(i->events.count || i->snapshot || i->closing || more_or_less)) continue;
         bool told = gets_snapshot(i);

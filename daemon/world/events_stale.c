@@ -74,14 +74,13 @@ static void tell_watches_unknown(world *w, uint32_t solid_id)
     array_free(&list.keys);
 }
 
-/* What they were to each other ends where they were. All pairs of what was moved are active. */
+/* What they were to each other ends where they were. All pairs of what was moved are active, or will be. */
 void events_teleported(world *w)
 {
     if (!w->some_teleported) return;
     for (size_t k = 0; k < w->active_pairs.count; k++) {
         const pair *p = &w->pairs.at[w->active_pairs.at[k]];
-        const body *a = &w->bodies.at[w->solids.at[p->a].body], *b = &w->bodies.at[w->solids.at[p->b].body];
-        if (a->teleported || b->teleported) events_pair_ended(w, w->active_pairs.at[k], CAUSE_TELEPORT);
+        if (p->jumped) events_pair_ended(w, w->active_pairs.at[k], CAUSE_TELEPORT);
     }
     w->some_teleported = false;
 }

@@ -139,6 +139,8 @@ static inline uint32_t match_wanted(match *m, uint32_t a, uint32_t b)
     return n->a == a && n->b == b && n->generation == (uint32_t)m->generation ? n->list : match_search(m, a, b);
 }
 
+void match_wake(struct world *w, uint32_t selector); /* the interests that select by it */
+
 /* match_pass.c */
 /* The name is held against all patterns, now or, where many have been tried in this tick, in one of the next. */
 void match_put_body(struct world *w, uint32_t body);

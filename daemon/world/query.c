@@ -186,6 +186,8 @@ int world_explain(const world *w, uint32_t a, uint32_t b, int64_t now_ns, char *
         else if (!one->fixed && one->stamp_ns)
             line(&l, "%s: pose is %.3f s old\n", one->name, (double)(now_ns - one->stamp_ns) * 1e-9);
     }
+    if (x->is_due || y->is_due || x->is_parked || y->is_parked)
+        line(&l, "pending: more pairs have changed than a tick decides; what was told stands until it is their turn\n");
     explain_shapes(w, x, y, &l);
     return l.length;
 }

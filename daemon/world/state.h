@@ -72,7 +72,14 @@ typedef struct body {
     bool one_way;
     double rule_reach;              /* m: its rules add at most so much to the thresholds or ranges of its pairs */
     uint64_t ruled_tick;            /* the tick that its filter last changed for */
-    uint64_t gathered_tick;         /* the tick whose active list its pairs were last put on */
+    uint64_t gathered_tick;         /* the tick whose active list its pairs were last put on, all of them */
+    uint64_t changed_tick;          /* the tick that it was last put again for: what is decided before it is out of
+                                       date; see slices.c */
+    uint64_t teleport_tick;         /* likewise, that it teleported for */
+    uint64_t owner;                 /* as it was put */
+    uint32_t weight;                /* in world.pending */
+    uint32_t purse, due_next, due_before; /* while it is due: whose turn it waits for, and behind and before whom */
+    bool is_due, is_parked;
     uint64_t ruling;                /* of world.ruling, of the filter that it has: decisions of another are void */
     int64_t deadline_ns, expiry_ns; /* INT64_MAX: never stale */
     uint32_t serial;                /* of its entry among the expiries: an older one is void */
@@ -111,6 +118,7 @@ typedef struct solid { /* a shape of a body: the broad phase's proxy under the s
     uint32_t body;
     int32_t index;  /* in the body */
     bool at_origin; /* of the body, and not turned: `local` is the identity */
+    float apart, overlapping; /* units that it adds to a refinement (work.c) */
     bool used, ghost;
 } solid;
 
@@ -148,8 +156,9 @@ typedef struct pair {
     int8_t looks;           /* ... this */
     uint32_t first_watch;
     uint32_t wanted; /* index of match.lists, while it is active */
-    uint32_t active_tick; /* low bits of the tick in which it was last put on the active list */
+    uint64_t active_tick; /* in which it was last put on the active list; of one that has just begun, the one before */
     bool used;
+    bool ruled, jumped;   /* active: since it was so last, a filter of the two has changed; one has teleported */
     bool lingers;         /* its boxes have parted, but somebody was told of it: no event follows from boxes */
     uint32_t asked_epoch; /* of world.epoch, for which ... */
     double beyond;        /* ... m: proven to be farther apart than this, nobody is told of it; see ladder.c */
@@ -221,6 +230,13 @@ typedef struct sweep { /* a search for a time of impact: one pair, one interest 
     toi_result result;
 } sweep;
 
+typedef struct purse { /* of one owner: his bodies that are due, in the order in which they go on */
+    uint64_t owner;
+    uint32_t first, last;
+    uint32_t count; /* 0: it may become another's */
+    int64_t credit; /* units that he may still take in this turn; negative: took too much */
+} purse;
+
 struct world {
     world_options options;
     workers *workers;
@@ -265,6 +281,13 @@ struct world {
     ARRAY(uint32_t) unfinished; /* pairs that the last tick left */
     ARRAY(uint32_t) lingering;  /* pairs that linger, and some that do no more */
     size_t lingers;             /* so many do */
+    uint64_t slice;             /* units that finding and deciding pairs may take in a tick; UINT64_MAX: all of them */
+    ARRAY(purse) purses;
+    uint32_t turn;              /* the purse that goes first */
+    size_t due, parked;         /* bodies; those that wait for max_pairs */
+    uint64_t pending;           /* pairs, at least, that wait */
+    bool sliced;                /* in this tick something was put off, or had been */
+    ARRAY(uint64_t) concerned;  /* selectors that have a body which is due or parked: bits; made where some are */
     world_grant *grant;         /* NULL: no budget */
     void *grant_context;
     uint64_t capacity;   /* units: what takes more is set aside; see work.c */
@@ -358,13 +381,6 @@ static inline void body_set_pose(body *b, pose to, int64_t stamp_ns)
     b->stamp_ns = stamp_ns;
     b->posed = true;
 }
-/* Has the filter of one of the two changed for this tick? */
-static inline bool bodies_ruled_now(const world *w, const body *a, const body *b)
-{
-    uint64_t now = w->figures.ticks;
-    return w->ruled_tick == now && (a->ruled_tick == now || b->ruled_tick == now);
-}
-
 static inline bool body_is(const world *w, uint32_t id)
 {
     return id < w->bodies.count && w->bodies.at[id].used && !w->bodies.at[id].ghost;
@@ -451,6 +467,26 @@ static inline pair_terms pair_kept_terms(const pair *p)
 }
 void pair_apply_changes(world *w, const broad_changes *changes);
 void pair_collect_active(world *w);
+/* For slices.c. The boxes of two shapes have met: their pair, PAIR_MAP_NONE if there is no room for it; have parted:
+ * theirs, if it lingers. Puts one on the active list: the units that it takes, 0 if it is there. */
+uint32_t pair_meet(world *w, uint32_t a, uint32_t b);
+uint32_t pair_part(world *w, uint32_t a, uint32_t b);
+uint64_t pair_activate(world *w, uint32_t id);
+uint64_t pair_units(const world *w, const pair *p);
+size_t pair_left_out(const world *w);
+/* Have its bodies changed since it was decided? */
+static inline bool pair_is_pending(const world *w, const pair *p)
+{
+    const body *a = &w->bodies.at[w->solids.at[p->a].body], *b = &w->bodies.at[w->solids.at[p->b].body];
+    return p->active_tick < a->changed_tick || p->active_tick < b->changed_tick;
+}
+
+/* slices.c */
+void slices_begin(world *w);             /* a tick: how far the broad phase may go */
+void slices_take(world *w);              /* puts the pairs of this tick on the active list */
+void slices_forget(world *w, uint32_t body); /* it is gone */
+bool slices_concern(const world *w, uint32_t interest); /* is one of its bodies due? */
+void slices_tell(world *w); /* after the tick: what is pending */
 void pair_end_unwatched(world *w); /* of those that linger, what nobody is told of any more */
 /* Brings active_pairs into the order of their keys, which stand in w->active then. Where the ids of two solids and of
  * the pair, of so many bits each, fit into one number, none has to be looked up again: the same lists. */
@@ -489,6 +525,7 @@ void bounds_floor(const world *w, pair *p, const pose *b_in_a, narrow_result *r)
 /* work.c */
 enum { WORK_A_MOTION_BOUND = 30, WORK_AN_AXIS = 120 }; /* units */
 uint32_t work_of_bounds(const solid *a, const solid *b);
+void work_price(solid *s); /* fills apart, overlapping */
 uint32_t work_of(const solid *a, const solid *b, const demand *d, double lo); /* units of a refinement */
 /* Fills world.needs; returns how many of the first ones are to be refined, the others are set aside. */
 size_t work_order(world *w);

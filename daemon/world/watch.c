@@ -111,7 +111,7 @@ void events_pair_ended(world *w, uint32_t pair_id, uint8_t cause)
 /* Pairs that stay for others, but are none to an interest any more: a body is in another group. */
 void events_unmatched(world *w)
 {
-    if (!w->rematched) return;
+    if (!w->rematched && !w->sliced) return;
     for (size_t k = 0; k < w->active_pairs.count; k++) {
         const pair *p = &w->pairs.at[w->active_pairs.at[k]];
         if (p->first_watch == WORLD_NONE) continue;

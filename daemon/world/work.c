@@ -40,6 +40,13 @@ static price price_of(const shape *s)
     return p;
 }
 
+void work_price(solid *s)
+{
+    price p = price_of(&s->shape);
+    s->apart = (float)fmin(p.apart, 1e9);
+    s->overlapping = (float)fmin(p.overlapping, 1e9);
+}
+
 static uint32_t whole(double work)
 {
     return (uint32_t)fmin(work, 1e9);

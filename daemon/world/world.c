@@ -31,6 +31,7 @@ world *world_create(const world_options *options)
     pair_map_init(&w->names);
     match_init(&w->match);
     rules_init(&w->rules);
+    w->slice = UINT64_MAX;
     w->epoch = 1;
     w->round = 1;
     w->hash = HASH_START;
@@ -121,6 +122,8 @@ void world_destroy(world *w)
     array_free(&w->needs);
     array_free(&w->unfinished);
     array_free(&w->lingering);
+    array_free(&w->purses);
+    array_free(&w->concerned);
     array_free(&w->results);
     array_free(&w->sweeps);
     array_free(&w->batches);
@@ -134,6 +137,7 @@ static void begin_tick(world *w, int64_t now_ns)
     w->round++;
     interest_begin_tick(w);
     body_reap(w);
+    slices_begin(w);
 }
 
 /* What was put or moved stands where it is from here on. */
@@ -160,6 +164,7 @@ void world_tick(world *w, int64_t now_ns, world_batches *out)
 
     /* which pairs it concerns */
     broad_update(w->broad, &changes);
+    w->sliced |= broad_was_put_off(w->broad);
     pair_apply_changes(w, &changes);
     pair_collect_active(w);
 
@@ -176,6 +181,7 @@ void world_tick(world *w, int64_t now_ns, world_batches *out)
     events_of_active(w);
     events_held_back(w);
     events_snapshots(w);
+    slices_tell(w);
     events_collect(w, out);
     end_tick(w);
 }
@@ -206,7 +212,7 @@ bool world_glided(const world *w)
 
 bool world_changed(const world *w)
 {
-    return w->changed || w->unfinished.count || match_is_unsettled(&w->match);
+    return w->changed || w->unfinished.count || w->due || match_is_unsettled(&w->match);
 }
 
 world_figures world_get_figures(const world *w)
