@@ -47,6 +47,7 @@ void broad_destroy(broad *b)
     array_free(&b->unbounded);
     array_free(&b->listed);
     array_free(&b->marks);
+    array_free(&b->asked);
     array_free(&b->pending);
     array_free(&b->order);
     array_free(&b->unsettled);

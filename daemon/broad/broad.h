@@ -94,6 +94,13 @@ typedef bool broad_leave(void *context, uint32_t other);
 bool broad_search(broad *b, uint32_t proxy, uint64_t units, broad_leave *is_left, void *context,
     broad_changes *changes, uint64_t *spent);
 bool broad_was_refiltered(const broad *b, uint32_t proxy); /* of one that is unsearched */
+/* Units that it takes to ask the filter about two, where that is more than usual; NULL: nowhere, to begin with. Sums of
+ * it count for the limits above, and a search may stop behind each that was asked. */
+typedef uint64_t broad_price(void *context, uint32_t a, uint32_t b);
+void broad_set_price(broad *b, broad_price *price);
+/* How far the search of an unsearched proxy has come with those that have a price, and that it goes on from there. */
+uint64_t broad_asked_until(const broad *b, uint32_t proxy);
+void broad_take_asked(broad *b, uint32_t proxy, uint64_t until);
 /* For a state that was saved in the middle: an update with a limit of 0 puts all off; then these two are a pair (each
  * of the two is there, which is checked: false; and they are none yet, which is not), and this one is searched. */
 bool broad_take_pair(broad *b, uint32_t x, uint32_t y);

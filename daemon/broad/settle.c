@@ -52,8 +52,8 @@ void broad_mark_partners(broad *b, uint32_t id)
 
 static void begin_pair(broad *b, uint32_t x, uint32_t y)
 {
-    b->spent += UNITS_ASKED;
-    if (!broad_accepts(b, x, y)) return;
+    b->spent += UNITS_ASKED + broad_price_of(b, x, y);
+    if (b->spent > b->limit || !broad_accepts(b, x, y)) return;
     b->spent += UNITS_BEGUN;
     pairs_begin(&b->pairs, x, y);
     array_push(&b->began, pair_key(x, y));
@@ -134,17 +134,26 @@ static uint64_t count_parted(const broad *b, uint64_t most)
     return parted;
 }
 
+static uint64_t price_of_pairs(const broad *b, uint32_t id)
+{
+    uint64_t sum = 0;
+    for (uint32_t link = pairs_first(&b->pairs, id); link != PAIRS_NO_LINK; link = pairs_next(&b->pairs, link))
+        sum += broad_price_of(b, id, pairs_other(&b->pairs, link));
+    return sum;
+}
+
 /* Those that a filter refuses now count as those that part; how many they are is not known before it is asked. */
 static bool may_end_parted(broad *b)
 {
-    uint64_t pairs = 0, asked = 0;
+    uint64_t pairs = 0, asked = 0, dear = 0;
     for (size_t i = 0; i < b->unsettled.count; i++) {
         const change *c = &b->pending.at[b->unsettled.at[i]];
         uint32_t of = pairs_of(&b->pairs, c->proxy);
         pairs += of;
         asked += c->refilter ? of : 0;
+        dear += c->refilter && b->price ? price_of_pairs(b, c->proxy) : 0;
     }
-    b->spent = UNITS_A_PAIR_KEPT * pairs + (UNITS_ASKED + UNITS_ENDED) * asked;
+    b->spent = UNITS_A_PAIR_KEPT * pairs + (UNITS_ASKED + UNITS_ENDED) * asked + dear;
     if (b->spent + UNITS_ENDED * pairs <= b->limit) return true;
     if (b->spent > b->limit) return false;
     b->spent += UNITS_ENDED * count_parted(b, b->limit / UNITS_ENDED);

@@ -40,9 +40,75 @@ uint32_t broad_pairs_of(const broad *b, uint32_t id)
     return pairs_of(&b->pairs, id);
 }
 
+/* ---- where asking has a price ----
+ *
+ * Then those that are refused take a share of the units, too, and a search goes on behind the last that it has asked:
+ * first its partners by rising ids (1 and up), if it was refiltered, then its candidates (2^32 and up). What comes to
+ * be one of them meanwhile is unsearched itself, and finds it. */
+
+void broad_set_price(broad *b, broad_price *price)
+{
+    b->price = price;
+}
+
+uint64_t broad_asked_until(const broad *b, uint32_t id)
+{
+    return id < b->asked.count ? b->asked.at[id] : 0;
+}
+
+void broad_take_asked(broad *b, uint32_t id, uint64_t until)
+{
+    if (id >= b->asked.count && !until) return;
+    array_reserve(&b->asked, (size_t)id + 1);
+    while (b->asked.count <= id) b->asked.at[b->asked.count++] = 0;
+    b->asked.at[id] = until;
+}
+
+static const uint64_t CANDIDATES = (uint64_t)1 << 32;
+
+uint64_t broad_price_of(const broad *b, uint32_t x, uint32_t y)
+{
+    if (!b->price) return 0;
+    return x < y ? b->price(b->filter_context, x, y) : b->price(b->filter_context, y, x);
+}
+
+static void sort_found(broad *b, key_array *keys)
+{
+    array_reserve(&b->scratch, keys->count);
+    sort_keys(keys->at, b->scratch.at, keys->count);
+}
+
+/* False: the units do not reach for all. */
+static bool ask_partners(broad *b, uint32_t id, uint64_t units)
+{
+    const proxy *p = &b->proxies.at[id];
+    uint64_t until = broad_asked_until(b, id);
+    b->met.count = 0;
+    for (uint32_t link = pairs_first(&b->pairs, id); link != PAIRS_NO_LINK; link = pairs_next(&b->pairs, link))
+        array_push(&b->met, (uint64_t)pairs_other(&b->pairs, link) << 32 | link);
+    sort_found(b, &b->met);
+    for (size_t i = 0, asked = 0; i < b->met.count; i++) {
+        uint32_t other = (uint32_t)(b->met.at[i] >> 32);
+        const proxy *q = &b->proxies.at[other];
+        if (other + (uint64_t)1 <= until) continue;
+        if (asked++ && b->spent >= units) return false;
+        b->spent += UNITS_A_PAIR_KEPT + UNITS_ASKED + broad_price_of(b, id, other);
+        broad_take_asked(b, id, other + (uint64_t)1);
+        if (may_pair(&p->fat, p->fixed, &q->fat, q->fixed) && broad_accepts(b, id, other)) continue;
+        array_push(&b->ended, pair_key(id, other));
+        pairs_end(&b->pairs, (uint32_t)b->met.at[i]);
+        b->spent += UNITS_ENDED;
+    }
+    broad_take_asked(b, id, CANDIDATES);
+    return true;
+}
+
+/* ---- what is unsearched ---- */
+
 void broad_take_searched(broad *b, uint32_t id, bool searched, bool refiltered)
 {
     proxy *p = &b->proxies.at[id];
+    broad_take_asked(b, id, 0);
     b->unsearched = b->unsearched - p->unsearched + !searched;
     p->unsearched = !searched;
     p->refiltered = !searched && (p->refiltered || refiltered);
@@ -55,12 +121,6 @@ void broad_forget_put_off(broad *b, uint32_t id)
 
 /* ---- a search ---- */
 
-static void sort_found(broad *b, key_array *keys)
-{
-    array_reserve(&b->scratch, keys->count);
-    sort_keys(keys->at, b->scratch.at, keys->count);
-}
-
 static bool goes_on(const broad *b, uint64_t units, size_t done)
 {
     return b->spent < units || done < SOME_AT_LEAST;
@@ -70,13 +130,15 @@ static bool goes_on(const broad *b, uint64_t units, size_t done)
 static bool end_parted(broad *b, uint32_t id, uint64_t units)
 {
     const proxy *p = &b->proxies.at[id];
+    if (b->price && p->refiltered && broad_asked_until(b, id) < CANDIDATES) return ask_partners(b, id, units);
+    bool ask = p->refiltered && broad_asked_until(b, id) < CANDIDATES;
     b->met.count = 0;
     for (uint32_t link = pairs_first(&b->pairs, id); link != PAIRS_NO_LINK; link = pairs_next(&b->pairs, link)) {
         uint32_t other = pairs_other(&b->pairs, link);
         const proxy *q = &b->proxies.at[other];
-        b->spent += UNITS_A_PAIR_KEPT + (p->refiltered ? UNITS_ASKED : 0);
+        b->spent += UNITS_A_PAIR_KEPT + (ask ? UNITS_ASKED : 0);
         bool stays =
-            may_pair(&p->fat, p->fixed, &q->fat, q->fixed) && (!p->refiltered || broad_accepts(b, id, other));
+            may_pair(&p->fat, p->fixed, &q->fat, q->fixed) && (!ask || broad_accepts(b, id, other));
         if (!stays) array_push(&b->met, (uint64_t)other << 32 | link);
     }
     sort_found(b, &b->met);
@@ -124,12 +186,17 @@ static void find_candidates(broad *b, uint32_t id, const hunt *h)
 /* False: some are still to be begun. */
 static bool begin_missing(broad *b, uint32_t id, uint64_t units, const hunt *h)
 {
-    size_t begun = 0;
+    size_t begun = 0, asked = 0;
+    uint64_t before = broad_asked_until(b, id), until = before > CANDIDATES ? before - CANDIDATES : 0;
     find_candidates(b, id, h);
     for (size_t i = 0; i < b->met.count; i++) {
         uint32_t other = (uint32_t)b->met.at[i];
-        if (!goes_on(b, units, begun)) return false;
-        b->spent += UNITS_ASKED;
+        uint64_t price = broad_price_of(b, id, other);
+        if (other < until) continue;
+        if (!goes_on(b, units, begun) || (price && asked && b->spent >= units)) return false;
+        b->spent += UNITS_ASKED + price;
+        asked += price > 0;
+        if (price) broad_take_asked(b, id, CANDIDATES + other + 1);
         if (!broad_accepts(b, id, other)) continue;
         if (b->pairs.count >= b->most_pairs) return false;
         pairs_begin(&b->pairs, id, other);

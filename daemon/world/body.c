@@ -119,7 +119,9 @@ world_status world_put_body(world *w, uint32_t *id, const world_body *def)
         b->ruled_tick = w->ruled_tick = w->figures.ticks + 1;
     }
     if (is_new || !same_filter(b, def) || b->fixed != def->fixed) b->ruling = ++w->ruling;
-    b->matched &= !is_new && strcmp(b->group, def->group ? def->group : "") == 0;
+    bool same_name = !is_new && strcmp(b->group, def->group ? def->group : "") == 0;
+    b->matched &= same_name;
+    if (!same_name) b->label = b->ruling;
     free(b->group);
     b->group = base_strdup(def->group ? def->group : "");
     b->fixed = def->fixed;

@@ -29,6 +29,7 @@ static void free_lists(match *m)
     for (size_t i = 1; i < m->lists.count; i++)
         if (m->lists.at[i].own) free((uint32_t *)m->lists.at[i].at);
     m->lists.count = 1;
+    m->own_ids = 0;
     pair_map_free(&m->list_of);
     pair_map_init(&m->list_of);
 }
@@ -355,13 +356,14 @@ static void drop_idle_classes(match *m)
     m->idle_classes = 0;
 }
 
-enum { IDLE_CLASSES = 1024 }; /* are kept, beside as many as there are in use */
+enum { IDLE_CLASSES = 1024 };        /* are kept, beside as many as there are in use */
+enum { OWN_IDS_MOST = 16 * 1024 * 1024 }; /* 64 MB of lists: with more, those that are needed are made anew */
 
 void match_refresh(world *w)
 {
     match *m = &w->match;
     bool crowded = m->idle_classes > IDLE_CLASSES + m->classes.count / 2;
-    if (!m->touched.count && !crowded) return;
+    if (!m->touched.count && !crowded && m->own_ids <= OWN_IDS_MOST) return;
     for (size_t i = 0; i < m->touched.count; i++) {
         match_selection *s = &m->selections.at[m->touched.at[i]];
         s->touched = false;
@@ -514,6 +516,7 @@ static match_list list_of_found(match *m)
     }
     sort_keys(m->scratch.at, m->scratch.at + count, count);
     uint32_t *ids = base_alloc(count, sizeof *ids);
+    m->own_ids += count;
     for (size_t i = 0; i < count; i++) ids[i] = (uint32_t)m->scratch.at[i];
     return (match_list){ids, (uint32_t)count, true};
 }

@@ -92,6 +92,7 @@ typedef struct match {
 
     ARRAY(match_list) lists; /* 0 is empty */
     pair_map list_of;        /* of two classes */
+    size_t own_ids;          /* in the lists of their own */
     match_near near[MATCH_NEAR];
     uint64_t generation; /* counts changes of selections, from 1: lists and reaches of another are void */
 

@@ -15,9 +15,9 @@
 #include <stdlib.h>
 
 enum { /* a step is some nanoseconds */
-    STEPS_A_TRY = 10,    /* of one name against one pattern */
+    STEPS_A_TRY = 20,    /* of one name against one pattern */
     STEPS_A_BODY = 50,   /* whose boxes are put again, with the look at its neighbours */
-    TRIES_OF_PUTS = 50000 /* of bodies that are put between two ticks, at most, but for bodies with few */
+    TRIES_OF_PUTS = 20000 /* of bodies that are put between two ticks, at most, but for bodies with few */
 };
 enum { FEW_TRIES = 64 };
 
@@ -54,7 +54,6 @@ void match_put_body(world *w, uint32_t id)
 {
     match *m = &w->match;
     body *b = &w->bodies.at[id];
-    match_refresh(w);
     if (!b->matched && (m->tried <= TRIES_OF_PUTS || m->settled.count + m->pending.count <= FEW_TRIES)) {
         classify(w, b, &m->tried);
     } else if (!b->matched) {

@@ -36,13 +36,17 @@ static bool masks_meet(const body *a, const body *b, int *looks)
 static const filter_rule *first_rule(const world *w, const body *a, const body *b)
 {
     rule_sets *answered = (rule_sets *)&w->rules; /* what it remembers changes no answer */
-    uint32_t first = rules_first(answered, a->rule_set, b->ruling, b->name, b->group);
+    uint32_t first = rules_first(answered, a->rule_set, b->label, b->name, b->group);
     return first == WORLD_NONE ? NULL : &a->rules[first];
 }
 
-size_t pair_price(const world *w, const body *a, const body *b)
+uint64_t pair_price(void *context, uint32_t a, uint32_t b)
 {
-    return 1 + rules_price(&w->rules, a->rule_set) + rules_price(&w->rules, b->rule_set);
+    enum { A_TRY = 200 }; /* of one name against one pattern, with pieces that are found late */
+    const world *w = context;
+    const body *x = &w->bodies.at[w->solids.at[a].body], *y = &w->bodies.at[w->solids.at[b].body];
+    size_t tries = rules_price(&w->rules, x->rule_set) + rules_price(&w->rules, y->rule_set);
+    return tries > 2 * RULES_CHEAP ? A_TRY * (uint64_t)tries : 0;
 }
 
 pair_terms pair_get_terms(const world *w, const body *a, const body *b)
@@ -337,6 +341,7 @@ uint64_t pair_units(const world *w, const pair *p)
  * search has been put off, is left to that. */
 uint64_t pair_activate(world *w, uint32_t id)
 {
+    enum { A_WISH = 20 }; /* to list an interest that wants it, and to hold what is found against its terms */
     pair *p = &w->pairs.at[id];
     uint64_t tick = w->figures.ticks, since = p->active_tick;
     if (!p->used || since == tick) return 0;
@@ -350,7 +355,7 @@ uint64_t pair_activate(world *w, uint32_t id)
     if (ruled) keep_terms(w, p);
     p->wanted = match_wanted(&w->match, a->match, b->match);
     array_push(&w->active_pairs, id);
-    return pair_units(w, p);
+    return pair_units(w, p) + A_WISH * (uint64_t)interest_list(w, p).count;
 }
 
 static void activate_lingering(world *w, uint32_t id)

@@ -58,6 +58,7 @@ static uint32_t new_set(rule_sets *r, uint64_t hash, const filter_rule *rules, s
     pattern_set_init(&s->patterns, count <= FEW_RULES);
     for (uint32_t i = 0; i < count; i++) pattern_set_add(&s->patterns, i, rules[i].pattern);
     s->price = pattern_set_price(&s->patterns);
+    r->dear += s->price > RULES_CHEAP;
     s->next = pair_map_get(&r->set_of, hash);
     pair_map_put(&r->set_of, hash, id);
     return id;
@@ -75,6 +76,7 @@ static void drop_set(rule_sets *r, uint32_t id)
     } else {
         pair_map_remove(&r->set_of, s->hash);
     }
+    r->dear -= s->price > RULES_CHEAP;
     pattern_set_free(&s->patterns);
     *s = (rule_set){.next = PAIR_MAP_NONE};
     id_pool_give(&r->ids, id);
@@ -115,14 +117,14 @@ static rule_answer *place_of(const rule_sets *r, uint64_t set, uint64_t other)
     return &r->answers[h >> (64 - r->answers_log2)];
 }
 
-uint32_t rules_first(rule_sets *r, uint32_t set, uint64_t ruling, const char *name, const char *group)
+uint32_t rules_first(rule_sets *r, uint32_t set, uint64_t label, const char *name, const char *group)
 {
     const rule_set *s = &r->sets.at[set];
     if (!set) return WORLD_NONE;
     grow_answers(r);
-    rule_answer *a = place_of(r, s->number, ruling);
-    if (a->set == s->number && a->other == ruling) return a->first;
-    *a = (rule_answer){s->number, ruling, pattern_set_first(&s->patterns, name, group)};
+    rule_answer *a = place_of(r, s->number, label);
+    if (a->set == s->number && a->other == label) return a->first;
+    *a = (rule_answer){s->number, label, pattern_set_first(&s->patterns, name, group)};
     r->answered++;
     return a->first;
 }

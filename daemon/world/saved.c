@@ -99,8 +99,13 @@ static compound *get_compound(bytes_in *from, const world_lender *l)
     return c;
 }
 
-/* Solids whose search has been put off, in the order of their ids, and above each 1, or 2 if its filter changed. */
-typedef ARRAY(uint64_t) unsearched;
+/* Solids whose search has been put off, in the order of their ids. */
+typedef struct put_off {
+    uint32_t solid;
+    bool refiltered;
+    uint64_t asked;
+} put_off_solid;
+typedef ARRAY(put_off_solid) unsearched;
 
 static void put_solid(bytes_out *to, const world *w, uint32_t id, const world_lender *l)
 {
@@ -118,7 +123,9 @@ static void put_solid(bytes_out *to, const world *w, uint32_t id, const world_le
     broad_move fat = broad_fat_box(w->broad, id);
     bytes_put(to, &fat, sizeof fat);
     uint8_t search = broad_is_unsearched(w->broad, id) ? 1 + broad_was_refiltered(w->broad, id) : 0;
+    uint64_t asked = broad_asked_until(w->broad, id);
     bytes_put(to, &search, 1);
+    if (search) bytes_put(to, &asked, sizeof asked);
 }
 
 static const char *get_solid(bytes_in *from, world *w, const world_lender *l, unsearched *put_off)
@@ -144,7 +151,9 @@ static const char *get_solid(bytes_in *from, world *w, const world_lender *l, un
         }
         fat = (broad_move){.proxy = id, .fixed = fat.fixed, .passive = fat.passive, .box = *box};
         broad_put(w->broad, &fat);
-        if (bytes_get(from, &search, 1) && search) array_push(put_off, (uint64_t)search << 32 | id);
+        uint64_t asked;
+        if (bytes_get(from, &search, 1) && search && bytes_get(from, &asked, sizeof asked))
+            array_push(put_off, ((put_off_solid){id, search > 1, asked}));
     }
     w->solids.at[id] = s;
     return NULL;
@@ -490,9 +499,10 @@ static const char *take_pairs(bytes_in *from, world *w, const unsearched *put_of
     for (size_t i = 0; i < keys.count; i++)
         good &= broad_take_pair(w->broad, (uint32_t)(keys.at[i] >> 32), (uint32_t)keys.at[i]);
     for (size_t i = 0, k = 0; i < w->solids.count; i++) {
-        uint64_t search = k < put_off->count && (uint32_t)put_off->at[k] == i ? put_off->at[k++] >> 32 : 0;
-        if (w->solids.at[i].used && !w->solids.at[i].ghost)
-            broad_take_searched(w->broad, (uint32_t)i, !search, search > 1);
+        const put_off_solid *p = k < put_off->count && put_off->at[k].solid == i ? &put_off->at[k++] : NULL;
+        if (!w->solids.at[i].used || w->solids.at[i].ghost) continue;
+        broad_take_searched(w->broad, (uint32_t)i, !p, p && p->refiltered);
+        if (p) broad_take_asked(w->broad, (uint32_t)i, p->asked);
     }
     array_free(&keys);
     return good && !from->broken ? NULL : "a pair has no boxes";

@@ -39,6 +39,7 @@ void slices_begin(world *w)
     size_t most = w->options.max_pairs;
     w->sliced = w->due || w->parked;
     w->figures.slice_units = 0;
+    broad_set_price(w->broad, w->rules.dear ? pair_price : NULL);
     broad_set_limit(w->broad, w->slice, most && w->slice != UINT64_MAX ? most + LEFT_OUT_MOST : SIZE_MAX);
 }
 

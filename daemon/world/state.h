@@ -80,6 +80,7 @@ typedef struct body {
     uint32_t weight;                /* in world.pending */
     uint32_t purse, due_next, due_before; /* while it is due: whose turn it waits for, and behind and before whom */
     bool is_due, is_parked;
+    uint64_t label;                 /* of world.ruling, of its name and group: what rules say of another is void */
     uint64_t ruling;                /* of world.ruling, of the filter that it has: decisions of another are void */
     int64_t deadline_ns, expiry_ns; /* INT64_MAX: never stale */
     uint32_t serial;                /* of its entry among the expiries: an older one is void */
@@ -457,9 +458,9 @@ typedef struct pair_terms { /* what the filters say of two bodies */
     const char *why;
 } pair_terms;
 pair_terms pair_get_terms(const world *w, const body *a, const body *b);
-/* Names that are tried against patterns, at most, to find the terms of two bodies, and one more: the same whatever has
- * been found before. For whoever decides how many new pairs a tick takes. */
-size_t pair_price(const world *w, const body *a, const body *b);
+/* Units that it may take to hold the rules of two solids' bodies against each other, where that is more than usual: the
+ * same whatever has been found before. A broad_price. */
+uint64_t pair_price(void *context, uint32_t a, uint32_t b);
 /* The same of a pair, without `rule` and `why`: they are kept with it. */
 static inline pair_terms pair_kept_terms(const pair *p)
 {
