@@ -653,6 +653,101 @@ static void bodies_that_many_patterns_are_tried_against_wait(void **state)
     world_destroy(w);
 }
 
+/* ---- rules in slices ---- */
+
+enum { RULED = 24, RULES_EACH = 1024 };
+
+/* Hostile names and rules: each name is nearly matched by each pattern, and a third of the bodies allow some others. */
+static void put_ruled(world *w, int i, int version)
+{
+    static char texts[RULES_EACH][128];
+    static filter_rule rules[RULES_EACH];
+    char name[128];
+    memset(name, 'a', 110);
+    snprintf(name + 100, 27, "%d_", i);
+    for (int k = 0; k < RULES_EACH; k++) {
+        memset(texts[k], 'a', 60);
+        texts[k][0] = '*';
+        if (k == RULES_EACH - 1 && i % 3 == 0)
+            snprintf(texts[k] + 1, 60, "a%d_*", (i + version) % RULED);
+        else
+            snprintf(texts[k] + 50, 60, "ab?*%d.%d*", i, k);
+        rules[k] = (filter_rule){.pattern = texts[k], .allow = true, .reason = ""};
+    }
+    world_shape ball = {.shape = {.type = SHAPE_SPHERE, .radius = 1}, .local = POSE_IDENTITY};
+    world_body def = {.name = name,
+        .group = "",
+        .category = 1,
+        .mask = 1,
+        .pose = {{version ? 0 : 3.0 * i, 0, 0}, {1, 0, 0, 0}},
+        .shapes = &ball,
+        .shape_count = 1,
+        .rules = rules,
+        .rule_count = RULES_EACH};
+    uint32_t id = version ? (uint32_t)i : (uint32_t)WORLD_NONE;
+    assert_int_equal(world_put_body(w, &id, &def), WORLD_OK);
+    assert_int_equal(id, i);
+}
+
+static world *restored(const world *w)
+{
+    static const world_lender NOBODY = {0};
+    bytes_out saved = {0};
+    world_save(w, &NOBODY, &saved);
+    world *copy = scene_world(1, true);
+    bytes_in from = {.at = saved.at, .left = saved.count};
+    const char *wrong = world_restore(copy, &NOBODY, &from);
+    if (wrong) fail_msg("%s", wrong);
+    array_free(&saved);
+    return copy;
+}
+
+/* 100 bodies with 1,024 rules each held a tick for 25 s. */
+static void rules_are_held_against_names_in_slices(void **state)
+{
+    (void)state;
+    enum { SLICE = 4000000 };
+    size_t contacts[2] = {0}, ticks = 0;
+    for (int sliced = 0; sliced < 2; sliced++) {
+        world *w = scene_world(1, true), *copy = NULL;
+        int64_t now = 0;
+        if (sliced) world_set_slice(w, SLICE);
+        want(w, "*", "*");
+        for (int i = 0; i < RULED; i++) put_ruled(w, i, 0);
+        settle(w, &now);
+        for (int version = 1; version < 4; version++) {
+            for (int i = 0; i < RULED; i++) put_ruled(w, i, version);
+            bool undone = false;
+            longest_ms = 0;
+            for (ticks = 0; !ticks || world_changed(w); ticks++) {
+                world_batches out, same;
+                double before = thread_ms(), took;
+                world_tick(w, ++now, &out);
+                took = thread_ms() - before;
+                longest_ms = took > longest_ms ? took : longest_ms;
+                for (size_t i = 0; i < out.count; i++) undone |= out.at[i].undone > 0;
+                if (copy) world_tick(copy, now, &same);
+                if (copy) assert_true(same.hash == out.hash);
+                assert_null(world_validate(w));
+                if (sliced && ticks % 3 == 0) {
+                    world_destroy(copy);
+                    copy = restored(w);
+                    world_set_slice(copy, SLICE);
+                }
+            }
+            assert_int_equal(undone, sliced);
+            assert_true(!sliced || (ticks > 10 && longest_ms < 150)); /* 4 in a release build */
+            world_destroy(copy);
+            copy = NULL;
+            size_t found = world_get_figures(w).contacts;
+            if (version == 3) contacts[sliced] = found;
+        }
+        world_destroy(w);
+    }
+    assert_int_equal(contacts[0], contacts[1]);
+    assert_true(contacts[0] < RULED * (RULED - 1) / 2 && contacts[0] > RULED * (RULED - 1) / 4);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -668,6 +763,7 @@ int main(void)
         cmocka_unit_test(a_hundred_thousand_interests_cost_what_they_match),
         cmocka_unit_test(wildcards_over_many_bodies_hold_no_tick),
         cmocka_unit_test(bodies_that_many_patterns_are_tried_against_wait),
+        cmocka_unit_test(rules_are_held_against_names_in_slices),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
