@@ -15,7 +15,7 @@ void pairs_init(pairs *p)
 void pairs_free(pairs *p)
 {
     array_free(&p->records);
-    array_free(&p->first);
+    array_free(&p->lists);
     pairs_init(p);
 }
 
@@ -35,13 +35,14 @@ static void hang_in(pairs *p, uint32_t index, unsigned side)
 {
     pair_record *r = &p->records.at[index];
     uint32_t proxy = r->proxy[side], link = index << 1 | side;
-    array_reserve(&p->first, (size_t)proxy + 1);
-    while (p->first.count <= proxy) p->first.at[p->first.count++] = PAIRS_NO_LINK;
-    uint32_t next = p->first.at[proxy];
+    array_reserve(&p->lists, (size_t)proxy + 1);
+    while (p->lists.count <= proxy) p->lists.at[p->lists.count++] = (pair_list){.first = PAIRS_NO_LINK};
+    uint32_t next = p->lists.at[proxy].first;
     r->next[side] = next;
     r->prev[side] = PAIRS_NO_LINK;
     if (next != PAIRS_NO_LINK) p->records.at[next >> 1].prev[next & 1] = link;
-    p->first.at[proxy] = link;
+    p->lists.at[proxy].first = link;
+    p->lists.at[proxy].count++;
 }
 
 static void take_out(pairs *p, uint32_t index, unsigned side)
@@ -52,7 +53,8 @@ static void take_out(pairs *p, uint32_t index, unsigned side)
     if (prev != PAIRS_NO_LINK)
         p->records.at[prev >> 1].next[prev & 1] = next;
     else
-        p->first.at[r->proxy[side]] = next;
+        p->lists.at[r->proxy[side]].first = next;
+    p->lists.at[r->proxy[side]].count--;
 }
 
 void pairs_begin(pairs *p, uint32_t a, uint32_t b)
@@ -86,20 +88,20 @@ static size_t count_links(const pairs *p, uint32_t proxy, uint32_t *met_by)
         const pair_record *r = &p->records.at[link >> 1];
         uint32_t other = pairs_other(p, link);
         if (r->proxy[link & 1] != proxy || r->prev[link & 1] != prev) return SIZE_MAX;
-        if (other >= p->first.count || met_by[other] == proxy) return SIZE_MAX;
+        if (other >= p->lists.count || met_by[other] == proxy) return SIZE_MAX;
         met_by[other] = proxy;
         count++;
         prev = link;
     }
-    return count;
+    return count == pairs_of(p, proxy) ? count : SIZE_MAX;
 }
 
 const char *pairs_validate(const pairs *p)
 {
     size_t links = 0;
-    uint32_t *met_by = base_alloc(p->first.count, sizeof *met_by);
-    for (size_t i = 0; i < p->first.count; i++) met_by[i] = UINT32_MAX;
-    for (uint32_t proxy = 0; proxy < p->first.count && links != SIZE_MAX; proxy++) {
+    uint32_t *met_by = base_alloc(p->lists.count, sizeof *met_by);
+    for (size_t i = 0; i < p->lists.count; i++) met_by[i] = UINT32_MAX;
+    for (uint32_t proxy = 0; proxy < p->lists.count && links != SIZE_MAX; proxy++) {
         size_t count = count_links(p, proxy, met_by);
         links = count == SIZE_MAX ? count : links + count;
     }

@@ -125,8 +125,10 @@ static const config_option OPTIONS[] = {
         "Many shapes at one place make pairs by the square, of up to 3 KB each. What exceeds is left out, and said: "
         "counted (pairs_left_out), in the undone of each batch, and as degraded health. It comes in as soon as others "
         "have parted. A standby needs the same limit."},
-    {"max_interests", CONFIG_WHOLE, FIELD(max_interests), 1, 4096, NULL, "512", "interests", "interests at once",
-        "Counts all clients together. Who matches an interest is kept as a bit a body, so each costs memory."},
+    {"max_interests", CONFIG_WHOLE, FIELD(max_interests), 1, 100000, NULL, "4096", "interests",
+        "interests at once",
+        "Counts all clients together. An interest costs 1 kB, and time for what it is told. Each has a stream, which over "
+        "DDS is a writer of @STREAM_KB@ kB, discovered by each client: more than some thousands are for LCM."},
     {"max_geometries", CONFIG_WHOLE, FIELD(max_geometries), 1, 1000000, NULL, "10000", "geometries",
         "hulls, meshes and height fields in the store",
         "One is stored once however many bodies use it, and is forgotten when nobody does."},

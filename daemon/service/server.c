@@ -247,6 +247,8 @@ void service_reset(service *s)
 {
     free_clients(s);
     pair_map_init(&s->session_of);
+    pair_map_init(&s->open_streams);
+    pair_map_init(&s->ending_streams);
     pair_map_init(&s->geometry_of);
     pair_map_init(&s->geometry_whole);
     s->geometry_last = 0;
@@ -292,6 +294,8 @@ server *server_create(const config *given, char *why, size_t why_size)
     s->metrics = metrics_create();
     s->inbox.memory = wire_memory_create();
     pair_map_init(&s->session_of);
+    pair_map_init(&s->open_streams);
+    pair_map_init(&s->ending_streams);
     pair_map_init(&s->geometry_of);
     pair_map_init(&s->geometry_whole);
     health_register(s);

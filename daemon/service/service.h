@@ -143,6 +143,7 @@ typedef struct session {
     pair_map body_of;  /* number + 1 -> index */
     ARRAY(owned_body) bodies;
     pose_rows rows; /* of the same bodies */
+    pair_map interest_of; /* number + 1 -> index */
     ARRAY(owned_interest) interests;
     ARRAY(int64_t) acks; /* to be sent after this tick */
 } session;
@@ -346,6 +347,7 @@ typedef struct service {
     left_client left_clients[LOST_KEPT]; /* a ring of the newest */
     size_t left_count;
     ARRAY(stream) streams; /* by the world's interest id */
+    pair_map open_streams, ending_streams; /* by name: see stream_names.c */
     ARRAY(geometry) geometries;
     pair_map geometry_of;         /* id -> place */
     pair_map geometry_whole;      /* hash -> place of one that is whole; `same` leads to the others */
@@ -388,6 +390,7 @@ static inline int64_t *session_pose_sequence(session *c, const owned_body *b)
 void session_count_body(session *c, owned_body *b, uint32_t world_id, size_t shapes);
 owned_interest *session_interest(session *c, int32_t number);
 owned_interest *session_add_interest(session *c, int32_t number);
+void session_find_interests(session *c); /* by their numbers, where all have come at once */
 int64_t session_newest_sequence(const session *c);     /* of all that it said and was applied */
 void session_heard(service *s, const wire_message *m); /* a sign of life, before it is applied */
 void session_lost(service *s, session *c, const char *how);
@@ -461,6 +464,11 @@ bool stream_taken(service *s, const session *c, const wire_interest *m, uint32_t
 void stream_open(service *s, session *c, const wire_interest *m, uint32_t world_id);
 void stream_end(service *s, uint32_t world_id, uint8_t cause); /* and the interest with it, in the next tick */
 void stream_close(service *s, uint32_t world_id);
+/* stream_names.c: to be found by its name, which has to be there, and by whether it ends. */
+void stream_names_add(service *s, uint32_t world_id);
+void stream_names_drop(service *s, uint32_t world_id);
+stream *stream_named(service *s, const char *name);         /* the open one, or NULL */
+const stream *stream_ending(service *s, const char *name); /* the one of them that ended last, or NULL */
 void stream_reader(service *s, struct link *from, const char *name);
 bool stream_lacks_reader(service *s, const char *name); /* it is open, and none has come */
 /* What the tick tells, snapshots apart, on every stream, whether it has a reader or not: as it is recorded. The message

@@ -63,6 +63,7 @@ session *session_get(service *s, int64_t client, struct link *from)
         c->had = had_when_lost(s, client);
         c->reminders = REMINDERS;
         pair_map_init(&c->body_of);
+        pair_map_init(&c->interest_of);
         pair_map_put(&s->session_of, (uint64_t)client, (uint32_t)s->sessions.count);
         array_push(&s->sessions, c);
     }
@@ -134,6 +135,14 @@ void session_count_body(session *c, owned_body *b, uint32_t world_id, size_t sha
     b->shapes = (uint32_t)shapes;
 }
 
+void session_find_interests(session *c)
+{
+    pair_map_free(&c->interest_of);
+    pair_map_init(&c->interest_of);
+    for (size_t i = 0; i < c->interests.count; i++)
+        pair_map_put(&c->interest_of, (uint64_t)(uint32_t)c->interests.at[i].number + 1, (uint32_t)i);
+}
+
 /* As with bodies: removed ones are remembered for a while only. */
 owned_interest *session_add_interest(session *c, int32_t number)
 {
@@ -142,16 +151,17 @@ owned_interest *session_add_interest(session *c, int32_t number)
         for (size_t i = 0; i < c->interests.count; i++)
             if (c->interests.at[i].live) c->interests.at[kept++] = c->interests.at[i];
         c->interests.count = kept;
+        session_find_interests(c);
     }
+    pair_map_put(&c->interest_of, (uint64_t)(uint32_t)number + 1, (uint32_t)c->interests.count);
     array_push(&c->interests, (owned_interest){.number = number});
     return &c->interests.at[c->interests.count - 1];
 }
 
 owned_interest *session_interest(session *c, int32_t number)
 {
-    for (size_t i = 0; i < c->interests.count; i++)
-        if (c->interests.at[i].number == number) return &c->interests.at[i];
-    return NULL;
+    uint32_t index = pair_map_get(&c->interest_of, (uint64_t)(uint32_t)number + 1);
+    return index == PAIR_MAP_NONE ? NULL : &c->interests.at[index];
 }
 
 int64_t session_newest_sequence(const session *c)
@@ -208,6 +218,7 @@ static void free_session(session *c)
     array_free(&c->acks);
     steps_free(c);
     pair_map_free(&c->body_of);
+    pair_map_free(&c->interest_of);
     free(c->name);
     free(c);
 }

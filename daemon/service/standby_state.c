@@ -118,6 +118,7 @@ static const char *get_session(service *s, bytes_in *from)
     NO_ARRAY(&c->held.digests.list);
     NO_ARRAY(&c->done.list);
     pair_map_init(&c->body_of);
+    pair_map_init(&c->interest_of);
     array_push(&s->sessions, c); /* from here on it is freed with the others */
     uint64_t link;
     bytes_get(from, &link, sizeof link);
@@ -140,6 +141,7 @@ static const char *get_session(service *s, bytes_in *from)
         session_add_row(c, b.number, b.world_id, pose_sequence);
     }
     GET_ARRAY(from, &c->interests);
+    session_find_interests(c);
     confirm(s, c);
     return from->broken ? "a client is cut off" : NULL;
 }
@@ -175,6 +177,7 @@ static const char *get_stream(service *s, bytes_in *from)
         at.link->ops->stream_open(at.link, at.name);
     }
     array_push(&s->streams, at);
+    if (at.live) stream_names_add(s, (uint32_t)(s->streams.count - 1));
     return from->broken ? "a stream is cut off" : NULL;
 }
 

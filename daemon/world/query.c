@@ -1,6 +1,5 @@
 /* query: answers about bodies by name: distance, poses, why a pair is looked at. As the last tick left the world.
  * Nothing is changed and no cache is used; called by the tick thread between ticks. */
-#include "filter.h"
 #include "geom/compound.h"
 #include "geom/mesh.h"
 #include "state.h"
@@ -72,11 +71,13 @@ void world_query_distance(const world *w, uint32_t a, uint32_t b, double toleran
 
 /* ---- bodies ---- */
 
-void world_query_bodies(const world *w, const char *pattern, int64_t now_ns, world_hits *out)
+void world_query_bodies(const world *w, const char *pattern_text, int64_t now_ns, world_hits *out)
 {
+    pattern ready;
+    pattern_init(&ready, pattern_text);
     for (uint32_t id = 0; id < w->bodies.count; id++) {
         const body *b = &w->bodies.at[id];
-        if (!alive(w, id) || !filter_matches(pattern, b->name, b->group)) continue;
+        if (!alive(w, id) || !pattern_matches(&ready, b->name, b->group)) continue;
         array_push(out, ((world_hit){.body_a = id,
                             .body_b = WORLD_NONE,
                             .name_a = b->name,
@@ -85,6 +86,7 @@ void world_query_bodies(const world *w, const char *pattern, int64_t now_ns, wor
                             .stale = b->stale,
                             .age_ns = body_age_at(b, now_ns)}));
     }
+    pattern_free(&ready);
 }
 
 /* ---- explain ---- */
@@ -107,9 +109,12 @@ static void line(lines *l, const char *format, ...)
 
 static void explain_interests(const world *w, const body *x, const body *y, lines *l)
 {
+    bool any = false;
     for (uint32_t id = 0; id < w->interests.count; id++) {
         const interest *i = &w->interests.at[id];
-        if (!i->used || !(interest_word(x, y, id >> 6) >> (id & 63) & 1)) continue;
+        interest_sides sides = interest_sides_of(w, id, x, y);
+        if (!i->used || !(sides.straight || sides.turned)) continue;
+        any = true;
         line(l, "wanted by interest %u: \"%s\" against \"%s\",%s%s%s tolerance %g %s%s\n", id, i->select_a, i->select_b,
             i->facts & WORLD_TOUCH ? " touch," : "", i->facts & WORLD_MANIFOLD ? " manifold," : "",
             i->facts & WORLD_DISTANCE ? " distance," : "", i->tolerance > 0 ? i->tolerance : i->relative_tolerance,
@@ -118,7 +123,7 @@ static void explain_interests(const world *w, const body *x, const body *y, line
             : i->accuracy == WORLD_BY_VERDICT ? ", by verdict"
                                               : "");
     }
-    if (!interest_wants(w, x, y)) line(l, "nobody is interested in it: it is not looked at\n");
+    if (!any) line(l, "nobody is interested in it: it is not looked at\n");
 }
 
 typedef struct kind_text {
@@ -162,7 +167,7 @@ int world_explain(const world *w, uint32_t a, uint32_t b, int64_t now_ns, char *
     lines l = {text, size, 0};
     if (!alive(w, a) || !alive(w, b)) return 0;
     const body *x = &w->bodies.at[a], *y = &w->bodies.at[b];
-    pair_terms terms = pair_get_terms(x, y);
+    pair_terms terms = pair_get_terms(w, x, y);
     line(&l, "%s and %s: %s, %s\n", x->name, y->name, terms.checked ? "checked" : "not checked", terms.why);
     if (terms.rule)
         line(&l, "decided by the rule \"%s\": %s%s%s\n", terms.rule->pattern, terms.rule->allow ? "allow" : "check",
@@ -181,6 +186,8 @@ int world_explain(const world *w, uint32_t a, uint32_t b, int64_t now_ns, char *
         else if (!one->fixed && one->stamp_ns)
             line(&l, "%s: pose is %.3f s old\n", one->name, (double)(now_ns - one->stamp_ns) * 1e-9);
     }
+    if (x->is_due || y->is_due || x->is_parked || y->is_parked)
+        line(&l, "pending: more pairs have changed than a tick decides; what was told stands until it is their turn\n");
     explain_shapes(w, x, y, &l);
     return l.length;
 }

@@ -212,7 +212,7 @@ static bool sweep_visit(void *context, uint32_t proxy)
     const world *w = m->q.w;
     const solid *s = &w->solids.at[proxy], *x = m->of;
     const body *a = &w->bodies.at[x->body], *b = &w->bodies.at[s->body];
-    if (!concerns(&m->q, s) || !pair_get_terms(a, b).checked) return true;
+    if (!concerns(&m->q, s) || !pair_get_terms(w, a, b).checked) return true;
     toi_mover mover = {&x->shape, x->local, m->motion}, still = {&s->shape, s->local, {.start = b->pose}};
     toi_request request = {.span = m->q.length, .tolerance = m->q.tolerance};
     toi_result t;
