@@ -336,7 +336,8 @@ static bool admit_geometry(service *s, purse *p, const wire_message *m, wire_ref
     bool fits = may_have(s, p, GEOMETRIES, !now.is && !g->removed, why) && may_have(s, p, GEOMETRY_BYTES, bytes, why);
     if (!fits) return false;
     give(p, GEOMETRIES, !now.is && !g->removed, now.is && g->removed);
-    give(p, GEOMETRY_BYTES, bytes, 0); /* what is taken back is counted when the tick is over */
+    const geometry *had = g->removed ? geometry_at(s, id) : NULL;
+    give(p, GEOMETRY_BYTES, bytes, had ? (size_t)geometry_bytes((int64_t)had->vertex_numbers, (int64_t)had->index_numbers) : 0);
     comes(s, key, (there){!g->removed, 0});
     return true;
 }
