@@ -128,7 +128,7 @@ static void keep_waiting(inbox *in)
     array_free(&bytes);
 }
 
-static const int64_t ANSWERS_NS = 20000000; /* of a tick; what is not answered then comes first in the next */
+static const int64_t ANSWERS_NS = 10000000; /* of a tick; what is not answered then comes first in the next */
 
 /* In the order in which they came, so that it is their turn who were late in the last tick. The first that is not
  * answered. */

@@ -270,6 +270,7 @@ typedef struct counters { /* metrics that the service itself counts */
     metric *budget_over, *record_failures, *heartbeats, *steps, *steps_missed, *answers, *acks, *tick_ns, *busy_ns;
     metric *ticks_on_arrival;
     metric *batches_skipped;
+    metric *queries_cut;
     metric *takeovers, *steps_down, *out_of_step, *journalled;
 } counters;
 
