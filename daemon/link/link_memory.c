@@ -102,7 +102,8 @@ void memory_send_bytes(memory_end *e, const void *data, size_t size)
     link_memory *hub = e->hub;
     bool first = false;
     if (hub) {
-        bool fits = size <= PIPE_DATA_MAX && pipe_used(&hub->incoming) + pipe_frame_size(sizeof e->number, size) <= QUEUE_BYTES;
+        bool fits =
+            size <= PIPE_DATA_MAX && pipe_used(&hub->incoming) + pipe_frame_size(sizeof e->number, size) <= QUEUE_BYTES;
         first = fits && pipe_used(&hub->incoming) == 0;
         if (!fits) metric_count(hub->queue_full, 1);
         if (fits)

@@ -52,8 +52,8 @@ bool owners_knows(const owners *o, uint64_t writer);
 uint64_t owners_participant_of(const owners *o, uint64_t writer); /* 0: it is not known */
 
 /* May what this writer says under that client's name be taken? The first one claims the name, if there are not as many
- * claims as there may be (OWNERS_FULL), or of one participant (OWNERS_SHARE). A writer that is not known, since it is gone already, may speak for whom nobody else speaks,
- * and claims nothing. */
+ * claims as there may be (OWNERS_FULL), or of one participant (OWNERS_SHARE). A writer that is not known, since it is
+ * gone already, may speak for whom nobody else speaks, and claims nothing. */
 owners_verdict owners_admit(owners *o, uint64_t writer, int64_t client, bool announces);
 void owners_release(owners *o, int64_t client); /* it has left in order */
 

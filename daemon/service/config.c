@@ -135,7 +135,8 @@ static const config_option OPTIONS[] = {
         "A step is kept until all have published it."},
     {"share", CONFIG_WHOLE, FIELD(share), 1, 100, NULL, "75", "%",
         "what one participant may have of each limit, under all its names; the rest stays free for others",
-        "Of max_clients, max_bodies, max_shapes, max_interests, max_geometries and max_waiting. Who comes over DDS is a "
+        "Of max_clients, max_bodies, max_shapes, max_interests, max_geometries and max_waiting. Who comes over DDS is "
+        "a "
         "participant, whatever clients it names; over LCM nobody can be told apart: there each client has its share, "
         "and all of LCM together, if there are other links. 100: nothing is kept free."},
     {"max_client_bodies", CONFIG_WHOLE, FIELD(max_client_bodies), 0, 10000000, NULL, "0", "bodies",

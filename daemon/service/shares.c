@@ -10,10 +10,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double TICK_US = 20000;   /* of expected work that a tick takes, of all together */
-static const double DIRECT_US = 2000;  /* of that a purse may have before others have had their turn */
-static const double TURN_US = 1000;    /* of what waits, before the next one's turn */
-static const double BURST_S = 4;       /* what may be saved up, seconds of what may be spent in one */
+static const double TICK_US = 20000;  /* of expected work that a tick takes, of all together */
+static const double DIRECT_US = 2000; /* of that a purse may have before others have had their turn */
+static const double TURN_US = 1000;   /* of what waits, before the next one's turn */
+static const double BURST_S = 4;      /* what may be saved up, seconds of what may be spent in one */
 enum { GREETED_BY = 10 /* characters of the operator's tool's name */, WAITING_MAX = 1 << 20 /* messages */ };
 static const char OPERATOR[] = "collidectl";
 
@@ -22,6 +22,7 @@ typedef enum goods { CLIENTS, BODIES, SHAPES, INTERESTS, GEOMETRIES, GEOMETRY_BY
 typedef struct held {
     struct link *link;
     int64_t client, origin;
+    uint64_t key; /* of the message: a copy of it need not wait, too */
     wire_kind kind;
     uint8_t *data; /* encoded */
     size_t size;
@@ -29,13 +30,14 @@ typedef struct held {
 
 typedef struct purse {
     uint64_t key;
-    struct purse *parent; /* pays, and holds, with it: all of a link where nobody is told apart; all without a session */
-    double rate;          /* us a second */
-    double left_us;       /* what it may spend; below 0: it owes */
-    double direct_us;     /* spent in this tick without waiting */
-    double factor;        /* by how much its queries take longer than their prices say, of late; at least 1 */
-    int64_t filled_ns;    /* monotonic */
-    size_t has[GOODS];    /* of the world, and of what was admitted in this tick */
+    struct purse
+        *parent;       /* pays, and holds, with it: all of a link where nobody is told apart; all without a session */
+    double rate;       /* us a second */
+    double left_us;    /* what it may spend; below 0: it owes */
+    double direct_us;  /* spent in this tick without waiting */
+    double factor;     /* by how much its queries take longer than their prices say, of late; at least 1 */
+    int64_t filled_ns; /* monotonic */
+    size_t has[GOODS]; /* of the world, and of what was admitted in this tick */
     ARRAY(held) queue;
     size_t first; /* of the queue */
     size_t bytes; /* in the queue */
@@ -48,10 +50,11 @@ typedef struct newcomer {
 
 struct shares {
     ARRAY(purse *) purses;
-    pair_map purse_of; /* key -> place */
-    size_t turn;       /* whose it is */
+    pair_map purse_of;         /* key -> place */
+    size_t turn;               /* whose it is */
     ARRAY(newcomer) newcomers; /* clients that this tick begins */
     pair_map come;             /* bodies, interests, geometries that were admitted in this tick: what is there then */
+    pair_map waits;            /* keys of what waits, and how often it does */
     size_t waiting, bytes;     /* in all queues */
     size_t bodies;             /* in the world */
     double left_us;            /* of this tick */
@@ -66,6 +69,7 @@ shares *shares_create(void)
     shares *h = base_zalloc(1, sizeof *h);
     pair_map_init(&h->purse_of);
     pair_map_init(&h->come);
+    pair_map_init(&h->waits);
     h->memory = wire_memory_create();
     h->left_us = TICK_US;
     return h;
@@ -86,6 +90,7 @@ void shares_destroy(shares *h)
     array_free(&h->newcomers);
     pair_map_free(&h->purse_of);
     pair_map_free(&h->come);
+    pair_map_free(&h->waits);
     wire_memory_destroy(h->memory);
     free(h);
 }
@@ -213,8 +218,8 @@ static long most_of_world(const service *s, goods g)
 static long most_of_one(const service *s, goods g)
 {
     const config *c = &s->config;
-    const long most[GOODS] = {0, c->max_client_bodies, c->max_client_shapes, c->max_client_interests, 0,
-        c->max_client_geometry * (1L << 20)};
+    const long most[GOODS] = {
+        0, c->max_client_bodies, c->max_client_shapes, c->max_client_interests, 0, c->max_client_geometry * (1L << 20)};
     return most[g];
 }
 
@@ -239,8 +244,8 @@ static bool refuse_share(service *s, const purse *p, const purse *owner, goods g
         snprintf(why->text, sizeof why->text, "%s = %ld%s is reached by this participant, all its clients together",
             option, g == GEOMETRY_BYTES ? most >> 20 : most, g == GEOMETRY_BYTES ? " MiB" : "");
     else
-        snprintf(why->text, sizeof why->text, "%s: %ld of %ld are the share of %s; the rest stays free for others", option,
-            most, most_of_world(s, g),
+        snprintf(why->text, sizeof why->text, "%s: %ld of %ld are the share of %s; the rest stays free for others",
+            option, most, most_of_world(s, g),
             p == owner ? "one participant, all its clients together" : "all by this link, which tells nobody apart");
     apply_name_limit(s, option);
     metric_count(s->shares->refused, 1);
@@ -337,7 +342,8 @@ static bool admit_geometry(service *s, purse *p, const wire_message *m, wire_ref
     if (!fits) return false;
     give(p, GEOMETRIES, !now.is && !g->removed, now.is && g->removed);
     const geometry *had = g->removed ? geometry_at(s, id) : NULL;
-    give(p, GEOMETRY_BYTES, bytes, had ? (size_t)geometry_bytes((int64_t)had->vertex_numbers, (int64_t)had->index_numbers) : 0);
+    give(p, GEOMETRY_BYTES, bytes,
+        had ? (size_t)geometry_bytes((int64_t)had->vertex_numbers, (int64_t)had->index_numbers) : 0);
     comes(s, key, (there){!g->removed, 0});
     return true;
 }
@@ -452,7 +458,8 @@ static bool refuse_waiting(service *s, const wire_message *m, const purse *p, wi
 {
     why->reason = WIRE_LIMIT;
     snprintf(why->text, sizeof why->text,
-        "max_waiting: %zu messages of this participant wait for max_client_work = %ld ms/s, which is their share; %s is "
+        "max_waiting: %zu messages of this participant wait for max_client_work = %ld ms/s, which is their share; %s "
+        "is "
         "refused, send it again later",
         p->queue.count - p->first, s->config.max_client_work, wire_kind_name(m->kind));
     apply_name_limit(s, m->kind == WIRE_QUERY && p->key == visitors_purse(s)->key ? "max_query_work" : "max_waiting");
@@ -460,27 +467,58 @@ static bool refuse_waiting(service *s, const wire_message *m, const purse *p, wi
     return false;
 }
 
-static held hold(struct link *from, int64_t client, const wire_message *m)
+static uint64_t key_of_message(const wire_message *m)
 {
-    held l = {.link = from, .client = client, .origin = from->origin, .kind = m->kind, .size = wire_lcm_size(m)};
+    int64_t client, sequence;
+    int32_t object;
+    wire_origin(m, &client, &sequence, &object);
+    return key_of_object(m, client, sequence);
+}
+
+static held hold(shares *h, struct link *from, int64_t client, const wire_message *m)
+{
+    held l = {.link = from,
+        .client = client,
+        .origin = from->origin,
+        .key = key_of_message(m),
+        .kind = m->kind,
+        .size = wire_lcm_size(m)};
+    uint32_t before = pair_map_get(&h->waits, l.key);
     l.data = base_alloc(l.size, 1);
     l.size = wire_lcm_encode(m, l.data, l.size);
+    pair_map_put(&h->waits, l.key, before == PAIR_MAP_NONE ? 1 : before + 1);
     return l;
+}
+
+static void forget_key(shares *h, uint64_t key)
+{
+    uint32_t times = key ? pair_map_remove(&h->waits, key) : PAIR_MAP_NONE;
+    if (times != PAIR_MAP_NONE && times > 1) pair_map_put(&h->waits, key, times - 1);
+}
+
+/* Who is not acknowledged sends it again (LCM), and may do so while it waits. */
+static bool is_copy(service *s, const wire_message *m)
+{
+    bool keeps = m->kind == WIRE_GEOMETRY || m->kind == WIRE_BODY || m->kind == WIRE_INTEREST;
+    bool copy = keeps && pair_map_get(&s->shares->waits, key_of_message(m)) != PAIR_MAP_NONE;
+    if (copy) metric_count(s->count.duplicates, 1);
+    return copy;
 }
 
 static bool wait(service *s, purse *p, struct link *from, int64_t client, const wire_message *m, wire_refusal *why)
 {
     shares *h = s->shares;
     size_t size = wire_lcm_size(m), most = (size_t)s->config.max_waiting << 20;
+    session_heard(s, m);
+    if (is_copy(s, m)) return true;
     bool full = p->bytes + size > (size_t)share_of(s, (long)most) || h->bytes + size > most ||
                 p->queue.count - p->first >= (size_t)share_of(s, WAITING_MAX) || h->waiting >= WAITING_MAX;
     if (full) return refuse_waiting(s, m, p, why);
-    array_push(&p->queue, hold(from, client, m));
+    array_push(&p->queue, hold(h, from, client, m));
     p->bytes += size;
     h->bytes += size;
     h->waiting++;
     metric_count(h->waited, 1);
-    session_heard(s, m);
     tell_waiting(h);
     return true;
 }
@@ -489,6 +527,7 @@ static void drop_first(shares *h, purse *p)
 {
     held *l = &p->queue.at[p->first++];
     free(l->data);
+    forget_key(h, l->key);
     p->bytes -= l->size;
     h->bytes -= l->size;
     h->waiting--;
@@ -600,9 +639,16 @@ void shares_forget(service *s, int64_t client)
 {
     shares *h = s->shares;
     h->dirty = true;
-    for (size_t i = 0; h->waiting && i < h->purses.count; i++)
-        for (size_t k = h->purses.at[i]->first; k < h->purses.at[i]->queue.count; k++)
-            if (h->purses.at[i]->queue.at[k].client == client) h->purses.at[i]->queue.at[k].client = 0;
+    for (size_t i = 0; h->waiting && i < h->purses.count; i++) {
+        const purse *p = h->purses.at[i];
+        for (size_t k = p->first; k < p->queue.count; k++) {
+            held *l = &p->queue.at[k];
+            if (l->client != client) continue;
+            forget_key(h, l->key);
+            l->client = 0;
+            l->key = 0;
+        }
+    }
 }
 
 /* ---- what comes ---- */
@@ -634,16 +680,18 @@ static bool greet(service *s, struct link *from, const wire_message *m)
 {
     if (m->kind != WIRE_CLIENT || m->client.removed || session_find(s, m->client.client)) return false;
     if (strncmp(m->client.name, OPERATOR, GREETED_BY) != 0) return false;
-    const wire_message ack = {.kind = WIRE_ACK,
-        .ack = {WIRE_VERSION, m->client.client, s->epoch, .sequences = {1, &m->client.sequence}}};
+    const wire_message ack = {
+        .kind = WIRE_ACK, .ack = {WIRE_VERSION, m->client.client, s->epoch, .sequences = {1, &m->client.sequence}}};
     from->ops->publish(from, &ack);
     metric_count(s->shares->greeted, 1);
     return true;
 }
 
-static bool refuse_full(service *s, wire_refusal *why)
+/* Its own share is the reason, or that of all is used up. */
+static void refuse_place(service *s, struct link *from, int64_t client, wire_refusal *why)
 {
-    return !apply_limit(s, (size_t)s->config.max_clients, s->config.max_clients, "max_clients", why);
+    if (may_have(s, purse_of(s, from, from->origin, client), CLIENTS, 1, why))
+        apply_limit(s, (size_t)s->config.max_clients, s->config.max_clients, "max_clients", why);
 }
 
 shares_verdict shares_admit(service *s, struct link *from, const wire_message *m, wire_refusal *why)
@@ -656,7 +704,10 @@ shares_verdict shares_admit(service *s, struct link *from, const wire_message *m
     bool is_new = begins_session(m) && !session_find(s, client);
     bool no_place = is_new && (s->sessions.count >= (size_t)s->config.max_clients || from->unclaimed);
     if (no_place && greet(s, from, m)) return SHARES_DONE;
-    if (no_place && !refuse_full(s, why)) return SHARES_REFUSED;
+    if (no_place) {
+        refuse_place(s, from, client, why);
+        return SHARES_REFUSED;
+    }
     purse *p = payer_of(s, from, from->origin, m);
     if (must_wait(s, p, m)) return wait(s, p, from, client, m, why) ? SHARES_WAIT : SHARES_REFUSED;
     if (admit(s, p, from, m, why)) return SHARES_GO;
@@ -683,11 +734,10 @@ void shares_defer(service *s, const letter *l, const wire_message *m)
     shares *h = s->shares;
     purse *p = payer_of(s, l->link, l->origin, m);
     l->link->origin = l->origin;
-    held first = hold(l->link, l->client, m);
+    held first = hold(h, l->link, l->client, m);
     pay(p, -price_for(s, p, m).in_all);
     array_push(&p->queue, first);
-    memmove(p->queue.at + p->first + 1, p->queue.at + p->first,
-        (p->queue.count - 1 - p->first) * sizeof *p->queue.at);
+    memmove(p->queue.at + p->first + 1, p->queue.at + p->first, (p->queue.count - 1 - p->first) * sizeof *p->queue.at);
     p->queue.at[p->first] = first;
     p->bytes += first.size;
     h->bytes += first.size;

@@ -322,7 +322,8 @@ void world_query_box(const world *w, pose at, vec3 half, int64_t now_ns, world_h
 void world_query_bodies(const world *w, const char *pattern, int64_t now_ns, world_hits *out);
 /* Why is this pair looked at, or not, and what is known of it: lines for people. Returns what snprintf would. */
 int world_explain(const world *w, uint32_t a, uint32_t b, int64_t now_ns, char *text, size_t size);
-/* The same, as long as `patience`, which gets no hits, lets it go on; then it says how many pairs of shapes are left. */
+/* The same, as long as `patience`, which gets no hits, lets it go on; then it says how many pairs of shapes are left.
+ */
 int world_explain_within(
     const world *w, uint32_t a, uint32_t b, int64_t now_ns, world_hits *patience, char *text, size_t size);
 

@@ -326,6 +326,8 @@ static void what_waits_keeps_its_order(void **state)
     (void)settle_bob(&r);
     forget(&r, r.crowd);
     for (int i = 0; i < BODIES; i++) put(&r, r.crowd, CROWD, i);
+    int64_t copy = r.sequence;
+    cell_sphere(r.crowd, CROWD, copy, BODIES - 1, "11.7999", 0);           /* of the last one: it waits once */
     cell_pose(r.crowd, CROWD, ++r.sequence, BODIES - 1, 100000.0 * CROWD); /* into the first one */
     int64_t last = ++r.sequence;
     ask(r.crowd, CROWD, last, "*");
@@ -341,6 +343,7 @@ static void what_waits_keeps_its_order(void **state)
     assert_true(cell_await(r.bob, r.memory, WIRE_STATUS).kind == WIRE_STATUS);
     m = cell_await(r.bob, r.memory, WIRE_STATUS);
     assert_in_range(cell_counter(&m.status, "commands_waited"), 100, BODIES + 2);
+    assert_int_equal(cell_counter(&m.status, "duplicates"), 1);
     assert_int_equal(cell_counter(&m.status, "waiting_messages"), 0);
     assert_in_range(cell_counter(&m.status, "client_spent_ms_000000000000000b"), 20, 1000);
     room_close(&r);
