@@ -58,6 +58,7 @@ static const single SINGLES[] = {
     {"contacts", "contacts that stand", true},
     {"geometries", "hulls, meshes and height fields in the store", true},
     {"waiting_messages", "messages that wait for their participant's share of work", true},
+    {"purses", "participants, or clients where nobody is told apart, that have a share", true},
     {"waiting_bytes", "memory that these take", true},
     {"lost_clients", "clients whose lease ran out and whose bodies stay", true},
     {"lost_bodies", "bodies of clients whose lease ran out", true},

@@ -14,7 +14,11 @@ static const double TICK_US = 20000;  /* of expected work that a tick takes, of 
 static const double DIRECT_US = 2000; /* of that a purse may have before others have had their turn */
 static const double TURN_US = 1000;   /* of what waits, before the next one's turn */
 static const double BURST_S = 4;      /* what may be saved up, seconds of what may be spent in one */
-enum { GREETED_BY = 10 /* characters of the operator's tool's name */, WAITING_MAX = 1 << 20 /* messages */ };
+enum {
+    GREETED_BY = 10 /* characters of the operator's tool's name */,
+    WAITING_MAX = 1 << 20 /* messages */,
+    PURSES_IDLE = 64
+};
 static const char OPERATOR[] = "collidectl";
 
 typedef enum goods { CLIENTS, BODIES, SHAPES, INTERESTS, GEOMETRIES, GEOMETRY_BYTES, GOODS } goods;
@@ -61,7 +65,7 @@ struct shares {
     bool dirty;                /* what purses have is to be counted anew */
     wire_memory *memory;
     metric *waited, *refused, *deferrals, *greeted;
-    metric *waiting_now, *bytes_now;
+    metric *waiting_now, *bytes_now, *purses_now;
 };
 
 shares *shares_create(void)
@@ -102,6 +106,7 @@ void shares_register(shares *h, metrics *m)
     h->deferrals = metrics_add(m, "queries_deferred", "queries that were left to the next tick");
     h->greeted = metrics_add(m, "operators_greeted", "times that collidectl was let ask without a place as a client");
     h->waiting_now = metrics_add(m, "waiting_messages", "messages that wait for their participant's share of work");
+    h->purses_now = metrics_add(m, "purses", "participants, or clients where nobody is told apart, that have a share");
     h->bytes_now = metrics_add(m, "waiting_bytes", "memory that these take");
 }
 
@@ -149,7 +154,13 @@ static purse *purse_of(service *s, const struct link *from, int64_t origin, int6
     return purse_at(s, key_of(KEY_CLIENT, (uint64_t)client), all, client_ms(s));
 }
 
-/* Who asks without a session has no client's purse, where links know nobody. */
+static bool begins_session(const wire_message *m)
+{
+    return (m->kind == WIRE_CLIENT && !m->client.removed) || m->kind == WIRE_GEOMETRY || m->kind == WIRE_BODY ||
+           m->kind == WIRE_INTEREST || m->kind == WIRE_VERTEX_BATCH;
+}
+
+/* Who asks without a session, or says what begins none, has no client's purse, where links know nobody. */
 static purse *visitors_purse(service *s)
 {
     purse *p = purse_at(s, key_of(KEY_VISITORS, 0), NULL, (double)s->config.max_query_work);
@@ -164,12 +175,41 @@ static purse *visitor(service *s, int64_t origin)
     return origin ? purse_at(s, key_of(KEY_VISITORS, (uint64_t)origin), all, each) : all;
 }
 
+/* An object that was admitted in this tick, or is in the world: there, with so many shapes (or bytes). */
+typedef struct there {
+    bool is;
+    uint32_t size;
+} there;
+
+static uint64_t key_of_object(const wire_message *m, int64_t client, int64_t number)
+{
+    const int64_t words[3] = {m->kind, client, number};
+    uint64_t key = hash_words(HASH_START, words, sizeof words);
+    return key ? key : 1;
+}
+
+static bool came(const service *s, uint64_t key, there *t)
+{
+    uint32_t value = pair_map_get(&s->shares->come, key);
+    if (value == PAIR_MAP_NONE) return false;
+    *t = (there){value & 1, value >> 1};
+    return true;
+}
+
+/* It is a client, or becomes one in this tick. */
+static bool is_client(service *s, int64_t client)
+{
+    there now;
+    uint64_t key = key_of_object(&(wire_message){.kind = WIRE_CLIENT}, client, 0);
+    return session_find(s, client) || came(s, key, &now);
+}
+
 static purse *payer_of(service *s, const struct link *from, int64_t origin, const wire_message *m)
 {
     int64_t client, sequence;
     int32_t object;
     wire_origin(m, &client, &sequence, &object);
-    bool visits = m->kind == WIRE_QUERY && !session_find(s, client);
+    bool visits = !begins_session(m) && !is_client(s, client);
     return visits ? visitor(s, origin) : purse_of(s, from, origin, client);
 }
 
@@ -270,27 +310,6 @@ static void give(purse *p, goods g, size_t more, size_t less)
     for (; p; p = p->parent) p->has[g] = p->has[g] + more > less ? p->has[g] + more - less : 0;
 }
 
-/* An object that was admitted in this tick, or is in the world: there, with so many shapes (or bytes). */
-typedef struct there {
-    bool is;
-    uint32_t size;
-} there;
-
-static uint64_t key_of_object(const wire_message *m, int64_t client, int64_t number)
-{
-    const int64_t words[3] = {m->kind, client, number};
-    uint64_t key = hash_words(HASH_START, words, sizeof words);
-    return key ? key : 1;
-}
-
-static bool came(const service *s, uint64_t key, there *t)
-{
-    uint32_t value = pair_map_get(&s->shares->come, key);
-    if (value == PAIR_MAP_NONE) return false;
-    *t = (there){value & 1, value >> 1};
-    return true;
-}
-
 static void comes(service *s, uint64_t key, there t)
 {
     pair_map_put(&s->shares->come, key, (t.size << 1 | t.is) & (UINT32_MAX >> 1));
@@ -348,19 +367,12 @@ static bool admit_geometry(service *s, purse *p, const wire_message *m, wire_ref
     return true;
 }
 
-static bool begins_session(const wire_message *m)
-{
-    return (m->kind == WIRE_CLIENT && !m->client.removed) || m->kind == WIRE_GEOMETRY || m->kind == WIRE_BODY ||
-           m->kind == WIRE_INTEREST || m->kind == WIRE_VERTEX_BATCH;
-}
-
 static bool admit_client(service *s, purse *p, int64_t client, int64_t origin, const wire_message *m, wire_refusal *why)
 {
     shares *h = s->shares;
     uint64_t key = key_of_object(&(wire_message){.kind = WIRE_CLIENT}, client, 0);
-    there now = {false, 0};
     if (m->kind == WIRE_CLIENT) h->dirty = true; /* it may leave, or be back */
-    if (!begins_session(m) || session_find(s, client) || came(s, key, &now)) return true;
+    if (!begins_session(m) || is_client(s, client)) return true;
     if (!may_have(s, p, CLIENTS, 1, why)) return false;
     give(p, CLIENTS, 1, 0);
     comes(s, key, (there){true, 0});
@@ -383,7 +395,7 @@ static bool admit(service *s, purse *p, const struct link *from, const wire_mess
     pay(p, cost.in_all);
     s->shares->left_us -= cost.in_tick;
     if (c) c->spent_us += cost.in_all;
-    if (c) c->origin = from->origin;
+    if (c && m->kind != WIRE_QUERY) c->origin = from->origin; /* anybody may ask in any name */
     return true;
 }
 
@@ -440,8 +452,9 @@ void shares_ticked(service *s)
 {
     shares *h = s->shares;
     if (s->replaying || standby_waits(s)) return;
-    if (h->dirty) count_anew(s);
+    if (h->dirty || h->purses.count > s->sessions.count + PURSES_IDLE) count_anew(s);
     h->bodies = world_get_figures(s->world).bodies;
+    metric_set(h->purses_now, h->purses.count);
     h->left_us = TICK_US;
     for (size_t i = 0; i < h->purses.count; i++) h->purses.at[i]->direct_us = 0;
 }

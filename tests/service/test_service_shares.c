@@ -309,6 +309,63 @@ static void a_flood_of_queries(void **state)
     }
 }
 
+static wire_message ask_space(room *r, wire_query q)
+{
+    static const double origin[3] = {0, 0, 0}, half[3] = {1e7, 1e7, 1e7}, turned[4] = {1, 0, 0, 0};
+    q.version = WIRE_VERSION;
+    q.client = BOB;
+    q.sequence = ++r->sequence;
+    q.name_a = q.name_b = "";
+    q.origin = (wire_f64s){3, origin};
+    q.half = (wire_f64s){3, half};
+    q.orientation = (wire_f64s){4, turned};
+    memory_send(r->bob, &(wire_message){.kind = WIRE_QUERY, .query = q});
+    return cell_await(r->bob, r->memory, WIRE_ANSWER);
+}
+
+/* A search through all of a large world is given up: what it found of all in a box is true, and said to be a part; of
+ * the nearest nothing is said. */
+static void searches_that_are_given_up(void **state)
+{
+    enum { BODIES = 60000 };
+    (void)state;
+    room r;
+    config c = cell_config();
+    room_open(&r, &c);
+    for (int i = 0; i < BODIES; i++) put(&r, r.crowd, CROWD, i);
+    (void)settle(&r);
+    forget(&r, r.bob);
+    wire_message m = ask_space(&r, (wire_query){.kind = WIRE_QUERY_BOX});
+    assert_int_equal(m.answer.status, WIRE_ANSWER_TRUNCATED);
+    assert_in_range(m.answer.lo.count, 1, WIRE_ANSWERS_MAX);
+    if (!strstr(m.answer.text, "took too long")) fail_msg("%s", m.answer.text);
+    m = ask_space(&r, (wire_query){.kind = WIRE_QUERY_NEAREST, .length_m = 1e7, .tolerance_m = 1e-6});
+    assert_int_equal(m.answer.status, WIRE_ANSWER_UNSUPPORTED);
+    assert_int_equal(m.answer.lo.count, 0);
+    if (!strstr(m.answer.text, "given up")) fail_msg("%s", m.answer.text);
+    m = cell_await(r.bob, r.memory, WIRE_STATUS);
+    m = cell_await(r.bob, r.memory, WIRE_STATUS);
+    assert_int_equal(cell_counter(&m.status, "queries_cut"), 2);
+    room_close(&r);
+}
+
+/* Poses of clients that nobody knows, under ever new names, leave nothing behind. */
+static void strangers_leave_no_purse(void **state)
+{
+    (void)state;
+    room r;
+    config c = cell_config();
+    room_open(&r, &c);
+    for (int i = 0; i < 20000; i++) cell_pose(r.crowd, 100000 + i, ++r.sequence, 0, i);
+    (void)settle(&r);
+    forget(&r, r.bob);
+    put(&r, r.bob, BOB, 0);
+    wire_message m = cell_await(r.bob, r.memory, WIRE_STATUS);
+    m = cell_await(r.bob, r.memory, WIRE_STATUS);
+    assert_in_range(cell_counter(&m.status, "purses"), 1, 4);
+    room_close(&r);
+}
+
 /* What a large scene exceeds its share by waits, in its order, while others go on; a recording has it as it was taken,
  * and a pose of a body that waits waits with it. */
 static void what_waits_keeps_its_order(void **state)
@@ -396,6 +453,8 @@ int main(void)
         cmocka_unit_test(the_operator_may_ask_in_any_crowd),
         cmocka_unit_test(leases_of_an_hour),
         cmocka_unit_test(a_flood_of_queries),
+        cmocka_unit_test(searches_that_are_given_up),
+        cmocka_unit_test(strangers_leave_no_purse),
         cmocka_unit_test(what_waits_keeps_its_order),
         cmocka_unit_test(what_waits_has_a_limit),
     };
