@@ -162,10 +162,11 @@ static const config_option OPTIONS[] = {
         "commands and queries that wait for max_client_work, of all participants",
         "Of which each has its share. What exceeds is refused, and its sender told."},
     {"max_client_messages", CONFIG_WHOLE, FIELD(max_client_messages), 1, 100000000, NULL, "1000000", "messages/s",
-        "messages of one client in a second",
+        "messages of one participant in a second, all its clients together",
         "Of all kinds; what exceeds is refused, and told at most 100 times a second."},
     {"max_client_poses", CONFIG_WHOLE, FIELD(max_client_poses), 1, 1000000000, NULL, "100000000", "poses/s",
-        "poses of one client in a second", "A batch that exceeds is refused as a whole."},
+        "poses of one participant in a second, all its clients together",
+        "A batch that exceeds is refused as a whole."},
     {"record", CONFIG_TEXT, FIELD(record), 0, 0, NULL, "", "",
         "record all commands and events to this file (LCM's log format)",
         "Must not exist yet. Written from the start on; collided --replay runs it again and compares every "

@@ -1,7 +1,7 @@
 /* limits: what one client may have in the world, how fast it may talk, and by which link. A limit that is reached is
  * named in the Reject and in Status. Rates are looked at before a message is recorded, and not in a replay: what was
  * refused live is not in the recording. Tick thread. */
-#include "service.h"
+#include "shares.h"
 
 #include <inttypes.h>
 #include <stdio.h>
@@ -49,10 +49,11 @@ bool limits_admit(service *s, struct link *from, const wire_message *m, wire_ref
     if (m->kind == WIRE_CLIENT && !is_lease(&m->client, why)) return false;
     if (!c) return true;
     if (!is_by_its_link(c, from, why)) return false;
-    int64_t messages = flow_add(&c->messages, s->monotonic_ns, 1);
+    int64_t messages = flow_add(shares_flow(s, from, client, SHARES_MESSAGES), s->monotonic_ns, 1);
     if (apply_limit(s, (size_t)messages - 1, s->config.max_client_messages, "max_client_messages", why)) return false;
     if (m->kind != WIRE_POSE_BATCH || !m->pose_batch.bodies.count) return true;
-    int64_t poses = flow_add(&c->poses, s->monotonic_ns, m->pose_batch.bodies.count);
+    flow *all = shares_flow(s, from, client, SHARES_POSES);
+    int64_t poses = flow_add(all, s->monotonic_ns, m->pose_batch.bodies.count);
     return !apply_limit(s, (size_t)poses - 1, s->config.max_client_poses, "max_client_poses", why);
 }
 

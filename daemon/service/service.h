@@ -124,7 +124,7 @@ typedef struct session {
     double spent_us;                                /* of expected work (shares.h), since it is here */
     int64_t geometry_sequence;                      /* of its newest word on one */
     size_t geometries_taken_back;                   /* entries that stay */
-    flow messages, poses, rejects;                  /* of the second that runs */
+    flow rejects;                                   /* told in the second that runs */
     int32_t lock_step; /* in lock-step with others: how many of them there are to be; 0: it is not */
     int64_t published; /* the newest step that it has published whole */
     int64_t ended;     /* the sequence by which it ended one last; 0: it has ended none */

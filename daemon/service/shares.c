@@ -41,6 +41,7 @@ typedef struct purse {
     double direct_us;  /* spent in this tick without waiting */
     double factor;     /* by how much its queries take longer than their prices say, of late; at least 1 */
     int64_t filled_ns; /* monotonic */
+    flow flows[2];     /* messages and poses of the second that runs */
     size_t has[GOODS]; /* of the world, and of what was admitted in this tick */
     ARRAY(held) queue;
     size_t first; /* of the queue */
@@ -76,6 +77,7 @@ shares *shares_create(void)
     pair_map_init(&h->waits);
     h->memory = wire_memory_create();
     h->left_us = TICK_US;
+    h->dirty = true;
     return h;
 }
 
@@ -211,6 +213,11 @@ static purse *payer_of(service *s, const struct link *from, int64_t origin, cons
     wire_origin(m, &client, &sequence, &object);
     bool visits = !begins_session(m) && !is_client(s, client);
     return visits ? visitor(s, origin) : purse_of(s, from, origin, client);
+}
+
+flow *shares_flow(service *s, const struct link *from, int64_t client, shares_flow_kind kind)
+{
+    return &purse_of(s, from, from->origin, client)->flows[kind];
 }
 
 static void fill(purse *p, int64_t now_ns)
@@ -469,13 +476,15 @@ static void tell_waiting(shares *h)
 
 static bool refuse_waiting(service *s, const wire_message *m, const purse *p, wire_refusal *why)
 {
+    const purse *visitors = visitors_purse(s);
+    bool visits = p == visitors || p->parent == visitors;
     why->reason = WIRE_LIMIT;
     snprintf(why->text, sizeof why->text,
-        "max_waiting: %zu messages of this participant wait for max_client_work = %ld ms/s, which is their share; %s "
-        "is "
-        "refused, send it again later",
-        p->queue.count - p->first, s->config.max_client_work, wire_kind_name(m->kind));
-    apply_name_limit(s, m->kind == WIRE_QUERY && p->key == visitors_purse(s)->key ? "max_query_work" : "max_waiting");
+        "max_waiting: %zu messages wait for this participant's share of work (%s = %ld ms/s); %s is refused: send it "
+        "later",
+        p->queue.count - p->first, visits ? "max_query_work" : "max_client_work",
+        visits ? s->config.max_query_work : s->config.max_client_work, wire_kind_name(m->kind));
+    apply_name_limit(s, visits ? "max_query_work" : "max_waiting");
     metric_count(s->shares->refused, 1);
     return false;
 }

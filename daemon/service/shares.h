@@ -42,6 +42,10 @@ int64_t shares_next_ns(const service *s);
 /* Something waits for the next tick, which makes room. */
 bool shares_want_tick(const service *s);
 
+/* What came of all clients of a participant in the second that runs: for limits.c. Valid until another message. */
+typedef enum shares_flow_kind { SHARES_MESSAGES, SHARES_POSES } shares_flow_kind;
+flow *shares_flow(service *s, const struct link *from, int64_t client, shares_flow_kind kind);
+
 /* A client is lost: what it said and was not taken is dropped. */
 void shares_forget(service *s, int64_t client);
 
