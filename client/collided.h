@@ -78,7 +78,7 @@ typedef struct collided_def {
     const char *name;         /* for people; default: the program's name */
     int64_t id;               /* 0 = random. A fixed id lets a later process go on with the same bodies: sequence
                                  numbers start from the wall clock in microseconds, so that they keep growing */
-    double lease_s;           /* lost after so long without a sign of life; default 2 */
+    double lease_s;           /* lost after so long without a sign of life, at most 3600; default 2 */
     collided_on_loss on_loss; /* default COLLIDED_REMOVE */
     double connect_timeout_s; /* how long collided_connect waits for a daemon; default 5; 0 = do not wait */
     int32_t lock_step;        /* in lock-step with other simulators: how many there are together, with this one; the

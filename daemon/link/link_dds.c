@@ -25,7 +25,7 @@ enum { LAST_WORDS_MS = 500 /* closing: for acknowledgements still to come */ };
 
 static const wire_kind kinds_in[] = {
     WIRE_CLIENT, WIRE_GEOMETRY, WIRE_BODY, WIRE_INTEREST, WIRE_POSE_BATCH, WIRE_VERTEX_BATCH, WIRE_QUERY, WIRE_RECEIPT};
-static const wire_kind kinds_out[] = {WIRE_ANSWER, WIRE_STATUS, WIRE_REJECT, WIRE_ACK};
+static const wire_kind kinds_out[] = {WIRE_ANSWER, WIRE_STATUS, WIRE_REJECT, WIRE_ACK, WIRE_ANSWER};
 static_assert(sizeof kinds_in / sizeof kinds_in[0] == LINK_DDS_IN, "a reader each");
 static_assert(sizeof kinds_out / sizeof kinds_out[0] == LINK_DDS_OUT, "a writer each");
 
@@ -121,9 +121,14 @@ static bool open_speakers(link_dds *l)
     return opened;
 }
 
+/* A reader that does not acknowledge makes a writer keep as many answers as its history holds, of up to 1.6 MB each. So
+ * the large ones, which are few, have a writer with a short one: 16 MB and 51 MB at most. */
+enum { ANSWERS_LARGE = LINK_DDS_OUT - 1, ANSWER_SMALL_HITS = 40, ANSWERS_LARGE_DEPTH = 32 };
+
 static bool open_writer(link_dds *l, writer *w, wire_kind kind)
 {
     dds_qos_t *qos = wire_dds_qos(kind, WIRE_DDS_WRITER, NULL, 0);
+    if (w == &l->writers[ANSWERS_LARGE]) dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, ANSWERS_LARGE_DEPTH);
     w->entity = dds_create_writer(l->participant, link_dds_topic(l, kind), qos, NULL);
     dds_delete_qos(qos);
     return w->entity > 0;
@@ -171,7 +176,7 @@ static int dds_link_open(struct link *head, const link_options *options, char *w
     if (link_dds_check(options, key, why, why_size) != EX_OK) return -1;
     register_counters(l, options->counters);
     l->sample = base_zalloc(1, largest_sample());
-    speakers_init(&l->speakers, options->max_clients ? options->max_clients : SIZE_MAX);
+    speakers_init(&l->speakers, options->max_clients, options->client_share);
     dds_peers_init(&l->peers, on_peers, l);
     dds_return_t joined = link_dds_join(l, &first);
     if (joined == DDS_RETCODE_OK && open_topics(l)) return 0;
@@ -190,6 +195,7 @@ static writer *writer_for(link_dds *l, const wire_message *m)
         if (!s) metric_count(l->no_stream, 1);
         return s ? &s->out : NULL;
     }
+    if (m->kind == WIRE_ANSWER && m->answer.lo.count > ANSWER_SMALL_HITS) return &l->writers[ANSWERS_LARGE];
     for (size_t i = 0; i < LINK_DDS_OUT; i++)
         if (kinds_out[i] == m->kind) return &l->writers[i];
     return NULL;

@@ -14,7 +14,7 @@
 
 enum {
     LINK_DDS_IN = 8, /* kinds that clients send, */
-    LINK_DDS_OUT = 4 /* that the daemon sends, but for events */
+    LINK_DDS_OUT = 5 /* that the daemon sends, but for events; large answers have a writer of their own */
 };
 
 typedef struct link_dds link_dds;
@@ -52,6 +52,7 @@ struct link_dds {
     atomic_bool peers_arrived;
     void *sample; /* room for a sample of any kind, to be written */
     atomic_bool woken;
+    size_t poses;    /* taken by the receive that runs */
     bool on_arrival; /* a thread of Cyclone's stands in for the tick thread */
     metric *messages_in, *refused, *foreign, *history_full, *messages_out, *write_failed, *no_stream;
 };

@@ -9,9 +9,10 @@
 
 enum { TAKE_MAX = 64 /* one constant: a loan writes as many pointers as the largest ever asked for */ };
 
-void speakers_init(speakers *s, size_t max_clients)
+void speakers_init(speakers *s, size_t max_clients, size_t each)
 {
-    owners_init(&s->owners, max_clients);
+    owners_init(&s->owners, max_clients ? max_clients : SIZE_MAX);
+    s->owners.each = each;
     pthread_mutex_init(&s->lock, NULL);
 }
 
@@ -57,16 +58,28 @@ void speakers_heartbeat(speakers *s, const dds_liveliness_changed_status_t *news
     pthread_mutex_unlock(&s->lock);
 }
 
-bool speakers_admit(speakers *s, const wire_message *m, dds_instance_handle_t writer, wire_refusal *why)
+int64_t speakers_origin(const speakers *s, dds_instance_handle_t writer)
+{
+    return (int64_t)owners_participant_of(&s->owners, writer);
+}
+
+bool speakers_admit(
+    speakers *s, const wire_message *m, dds_instance_handle_t writer, bool *unclaimed, wire_refusal *why)
 {
     int64_t client, sequence;
     int32_t object;
     wire_origin(m, &client, &sequence, &object);
     if (!owners_knows(&s->owners, writer)) speakers_discover(s);
     owners_verdict verdict = owners_admit(&s->owners, writer, client, m->kind == WIRE_CLIENT);
-    if (verdict == OWNERS_FULL && m->kind == WIRE_QUERY) return true; /* it needs no claim */
-    why->reason = verdict == OWNERS_FULL ? WIRE_LIMIT : WIRE_NOT_YOURS;
-    if (verdict == OWNERS_FULL)
+    bool full = verdict == OWNERS_FULL || verdict == OWNERS_SHARE;
+    *unclaimed = full && (m->kind == WIRE_QUERY || (m->kind == WIRE_CLIENT && !m->client.removed));
+    if (*unclaimed) return true;
+    why->reason = full ? WIRE_LIMIT : WIRE_NOT_YOURS;
+    if (verdict == OWNERS_SHARE)
+        snprintf(why->text, sizeof why->text,
+            "max_clients: %zu of %zu are the share of one participant; the rest stays free for others", s->owners.each,
+            s->owners.most);
+    else if (full)
         snprintf(
             why->text, sizeof why->text, "max_clients = %zu is reached by those who speak over DDS", s->owners.most);
     else

@@ -135,21 +135,40 @@ static const config_option OPTIONS[] = {
     {"max_step_poses", CONFIG_WHOLE, FIELD(max_step_poses), 1, 100000000, NULL, "1000000", "poses",
         "poses of one client that wait for a step of lock-step to be complete",
         "A step is kept until all have published it."},
-    {"max_client_bodies", CONFIG_WHOLE, FIELD(max_client_bodies), 1, 10000000, NULL, "1000000", "bodies",
-        "bodies of one client", "The limits of one client let nobody use up what is there for all."},
-    {"max_client_shapes", CONFIG_WHOLE, FIELD(max_client_shapes), 1, 40000000, NULL, "2000000", "shapes",
-        "shapes of one client", "Counted like max_shapes."},
-    {"max_client_interests", CONFIG_WHOLE, FIELD(max_client_interests), 1, 4096, NULL, "512", "interests",
-        "interests of one client", "Each has a stream."},
+    {"share", CONFIG_WHOLE, FIELD(share), 1, 100, NULL, "75", "%",
+        "what one participant may have of each limit, under all its names; the rest stays free for others",
+        "Of max_clients, max_bodies, max_shapes, max_interests, max_geometries and max_waiting. Who comes over DDS is "
+        "a "
+        "participant, whatever clients it names; over LCM nobody can be told apart: there each client has its share, "
+        "and all of LCM together, if there are other links. 100: nothing is kept free."},
+    {"max_client_bodies", CONFIG_WHOLE, FIELD(max_client_bodies), 0, 10000000, NULL, "0", "bodies",
+        "bodies of one participant, all its clients together; 0: its share of max_bodies",
+        "The limits of one client let nobody use up what is there for all."},
+    {"max_client_shapes", CONFIG_WHOLE, FIELD(max_client_shapes), 0, 40000000, NULL, "0", "shapes",
+        "shapes of one participant, all its clients together; 0: its share of max_shapes", "Counted like max_shapes."},
+    {"max_client_interests", CONFIG_WHOLE, FIELD(max_client_interests), 0, 4096, NULL, "0", "interests",
+        "interests of one participant, all its clients together; 0: its share of max_interests", "Each has a stream."},
     {"max_client_geometry", CONFIG_WHOLE, FIELD(max_client_geometry), 1, 1048576, NULL, "4096", "MiB",
-        "geometry of one client: hulls, meshes and height fields",
+        "geometry of one participant, all its clients together: hulls, meshes and height fields",
         "Counts the numbers of what the client announces, shared with others or not, from the first piece on, until it "
         "takes them back."},
+    {"max_client_work", CONFIG_WHOLE, FIELD(max_client_work), 1, 1000000, NULL, "750", "ms/s",
+        "expected work of the commands and queries of one participant in a second",
+        "Each has a price in microseconds, by its triangles, points, shapes, rules and the bodies in the world; four "
+        "seconds' worth may be saved up, enough for 100,000 bodies or 100 meshes at once. What exceeds waits, in its "
+        "order, while others go on; so does what would make a tick long. Poses have a limit of their own."},
+    {"max_query_work", CONFIG_WHOLE, FIELD(max_query_work), 1, 1000000, NULL, "250", "ms/s",
+        "expected work of the queries of all who are no clients, in a second",
+        "Of which each participant has its share. A query that takes longer than expected is charged what it took."},
+    {"max_waiting", CONFIG_WHOLE, FIELD(max_waiting), 1, 65536, NULL, "128", "MiB",
+        "commands and queries that wait for max_client_work, of all participants",
+        "Of which each has its share. What exceeds is refused, and its sender told."},
     {"max_client_messages", CONFIG_WHOLE, FIELD(max_client_messages), 1, 100000000, NULL, "1000000", "messages/s",
-        "messages of one client in a second",
+        "messages of one participant in a second, all its clients together",
         "Of all kinds; what exceeds is refused, and told at most 100 times a second."},
     {"max_client_poses", CONFIG_WHOLE, FIELD(max_client_poses), 1, 1000000000, NULL, "100000000", "poses/s",
-        "poses of one client in a second", "A batch that exceeds is refused as a whole."},
+        "poses of one participant in a second, all its clients together",
+        "A batch that exceeds is refused as a whole."},
     {"record", CONFIG_TEXT, FIELD(record), 0, 0, NULL, "", "",
         "record all commands and events to this file (LCM's log format)",
         "Must not exist yet. Written from the start on; collided --replay runs it again and compares every "
@@ -425,7 +444,9 @@ static const config_exit EXITS[] = {
 /* Rates are looked at before a message is recorded. */
 static bool is_deciding(const config_option *o)
 {
-    bool is_rate = !strcmp(o->key, "max_client_messages") || !strcmp(o->key, "max_client_poses");
+    bool is_rate = !strcmp(o->key, "max_client_messages") || !strcmp(o->key, "max_client_poses") ||
+                   !strcmp(o->key, "max_client_work") || !strcmp(o->key, "max_query_work") ||
+                   !strcmp(o->key, "max_waiting");
     return !strcmp(o->key, "engine") || (!strncmp(o->key, "max_", 4) && !is_rate);
 }
 

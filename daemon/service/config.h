@@ -31,6 +31,7 @@ typedef struct config {
     long max_clients, max_bodies, max_shapes, max_pairs, max_interests, max_geometries, max_step_poses;
     long max_client_bodies, max_client_shapes, max_client_interests, max_client_geometry;
     long max_client_messages, max_client_poses;
+    long share, max_client_work, max_query_work, max_waiting;
 } config;
 
 typedef enum config_type { CONFIG_TEXT, CONFIG_CHOICE, CONFIG_WHOLE, CONFIG_NUMBER, CONFIG_YES } config_type;

@@ -111,6 +111,7 @@ static void claim(service *s, session *c, geometry *g)
     claim_of(s, c, g->hash)->geometry = g->id;
     c->geometries_taken_back--;
     g->claims++;
+    c->geometry_count++;
     c->geometry_bytes += bytes_of(g);
 }
 
@@ -119,6 +120,7 @@ static void disclaim(service *s, session *c, geometry_claim *at)
 {
     geometry *g = find(s, at->geometry);
     if (!g) return;
+    c->geometry_count--;
     c->geometry_bytes -= bytes_of(g);
     c->geometries_taken_back++;
     g->claims--;

@@ -75,6 +75,13 @@ static bool work_of(const service *s, const session *c, int64_t *out)
     return !c->left;
 }
 
+static bool spent_of(const service *s, const session *c, int64_t *out)
+{
+    (void)s;
+    *out = (int64_t)(c->spent_us / 1e3);
+    return !c->left;
+}
+
 static void add_names(sheet *t, const named_clients *clients, figure_name names[SHEET_NAMED_MAX])
 {
     for (size_t i = 0; i < clients->count; i++) {
@@ -86,7 +93,7 @@ static void add_names(sheet *t, const named_clients *clients, figure_name names[
 
 void health_add_clients(service *s, sheet *t)
 {
-    static figure_name names[7][SHEET_NAMED_MAX];
+    static figure_name names[8][SHEET_NAMED_MAX];
     const named_clients clients = name_clients(s);
     add_names(t, &clients, names[0]);
     add_each(s, t, &clients, names[1], "client_bodies_", bodies_of);
@@ -95,6 +102,7 @@ void health_add_clients(service *s, sheet *t)
     add_each(s, t, &clients, names[4], "client_poses_", poses_of);
     add_each(s, t, &clients, names[5], "client_work_", work_of);
     add_each(s, t, &clients, names[6], "client_left_", left_of);
+    add_each(s, t, &clients, names[7], "client_spent_ms_", spent_of);
     for (size_t i = 0; i < s->sessions.count; i++) s->sessions.at[i]->work = 0;
 }
 

@@ -1,7 +1,10 @@
 /* inbox: the commands of one tick. A network has no call order, so one is made: by (client, sequence). Poses of known
  * bodies do not wait here: the newest sequence wins, whatever order they come in. Tick thread. */
 #include "service.h"
+#include "shares.h"
 #include "standby.h"
+
+#include "base/clock.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -11,6 +14,7 @@ void inbox_put(service *s, struct link *from, const wire_message *m)
     int32_t object;
     letter l = {.link = from, .kind = m->kind, .offset = s->inbox.bytes.count, .size = wire_lcm_size(m), .since_ns = 0};
     wire_origin(m, &l.client, &l.sequence, &object);
+    l.origin = from->origin;
     l.takes_back = m->kind == WIRE_GEOMETRY && m->geometry.removed;
     array_reserve(&s->inbox.bytes, l.offset + l.size);
     s->inbox.bytes.count += wire_lcm_encode(m, s->inbox.bytes.at + l.offset, l.size);
@@ -22,6 +26,7 @@ void inbox_put(service *s, struct link *from, const wire_message *m)
 /* The loss of a client comes behind what it said before, live as in a replay. */
 void inbox_put_lost(service *s, struct link *from, int64_t client)
 {
+    shares_forget(s, client);
     record_lost(s, client);
     standby_journal_lost(s, from, client);
     letter l = {.link = from, .kind = WIRE_CLIENT, .client = client, .offset = s->inbox.bytes.count};
@@ -123,19 +128,51 @@ static void keep_waiting(inbox *in)
     array_free(&bytes);
 }
 
+static const int64_t ANSWERS_NS = 10000000; /* of a tick; what is not answered then comes first in the next */
+
+/* In the order in which they came, so that it is their turn who were late in the last tick. The first that is not
+ * answered. */
+static size_t answer_some(service *s, const letter *queries, size_t count)
+{
+    int64_t began_ns = clock_monotonic_ns(), now_ns = began_ns;
+    size_t i = 0;
+    for (; i < count && (now_ns - began_ns < ANSWERS_NS || s->replaying); i++) {
+        wire_message m;
+        const letter *l = &queries[i];
+        int64_t before_ns = now_ns;
+        if (!open_letter(s, l, &m)) continue;
+        answer_query(s, l->link, &m.query);
+        now_ns = clock_monotonic_ns();
+        shares_answered(s, l, &m, now_ns - before_ns);
+    }
+    return i;
+}
+
+static int compare_offsets(const void *a, const void *b)
+{
+    const letter *x = a, *y = b;
+    return (x->offset > y->offset) - (x->offset < y->offset);
+}
+
 void inbox_answer(service *s)
 {
     inbox *in = &s->inbox;
     wire_message m;
     bool some_wait = false;
+    ARRAY(letter) queries = {0};
     for (size_t i = 0; i < in->letters.count; i++) {
         letter *l = &in->letters.at[i];
         if (l->kind == WIRE_QUERY) {
-            if (open_letter(s, l, &m)) answer_query(s, l->link, &m.query);
+            array_push(&queries, *l);
             l->kind = WIRE_NOTHING;
         }
         some_wait |= l->kind != WIRE_NOTHING;
     }
+    if (queries.count > 1) qsort(queries.at, queries.count, sizeof *queries.at, compare_offsets);
+    size_t answered = answer_some(s, queries.at, queries.count);
+    for (size_t i = queries.count; i-- > answered;)
+        if (open_letter(s, &queries.at[i], &m)) shares_defer(s, &queries.at[i], &m);
+    array_free(&queries);
     if (some_wait)
         keep_waiting(in);
     else

@@ -34,6 +34,8 @@ static const family FAMILIES[] = {
     {"client_pose_age_ns_", "client_pose_age_seconds", "client", "since the stamp of the newest pose of a client", true,
         NULL},
     {"client_poses_", "client_poses_total", "client", "poses that a client sent", false, NULL},
+    {"client_spent_ms_", "client_spent_milliseconds_total", "client",
+        "expected work of the commands and queries of a client", false, NULL},
     {"client_work_", "client_work_units", "client", "units of the ladder's work a tick, of a client's subscriptions",
         true, NULL},
 };
@@ -55,6 +57,9 @@ static const single SINGLES[] = {
     {"pairs_left_out", "pairs that are not looked at: there are max_pairs of them already", true},
     {"contacts", "contacts that stand", true},
     {"geometries", "hulls, meshes and height fields in the store", true},
+    {"waiting_messages", "messages that wait for their participant's share of work", true},
+    {"purses", "participants, or clients where nobody is told apart, that have a share", true},
+    {"waiting_bytes", "memory that these take", true},
     {"lost_clients", "clients whose lease ran out and whose bodies stay", true},
     {"lost_bodies", "bodies of clients whose lease ran out", true},
     {"work", "units of work of the last tick; 0 without a budget", true},

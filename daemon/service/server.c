@@ -10,6 +10,7 @@
 #include "privileges.h"
 #include "replay.h"
 #include "service.h"
+#include "shares.h"
 #include "standby.h"
 
 #include <errno.h>
@@ -79,7 +80,9 @@ static void on_message(void *context, struct link *from, const wire_message *m)
         if (why.reason == WIRE_LIMIT) steps_refused(s, from, m); /* it was the client's own */
         return;
     }
-    service_take(s, from, m);
+    shares_verdict verdict = shares_admit(s, from, m, &why);
+    if (verdict == SHARES_GO) service_take(s, from, m);
+    if (verdict == SHARES_REFUSED) refuse(s, from, m, &why);
 }
 
 static void on_refused(
@@ -169,6 +172,7 @@ static int open_link(server *v, const char *uri, char *why, size_t why_size)
         .security = s->config.security,
         .program = s->config.gateway,
         .max_clients = (size_t)s->config.max_clients,
+        .client_share = (size_t)(s->config.max_clients * s->config.share / 100 + (s->config.max_clients == 1)),
         .must_start = true};
     if (s->link_count == LINKS_MAX) {
         snprintf(why, why_size, "links: more than %d", LINKS_MAX);
@@ -299,6 +303,8 @@ server *server_create(const config *given, char *why, size_t why_size)
     pair_map_init(&s->geometry_of);
     pair_map_init(&s->geometry_whole);
     health_register(s);
+    s->shares = shares_create();
+    shares_register(s->shares, s->metrics);
     health_define(&s->measures);
     set_names(s);
     s->next_heartbeat_ns = s->next_watch_ns = INT64_MAX;
@@ -325,6 +331,7 @@ void server_destroy(server *v)
     for (size_t i = 0; i < s->link_count; i++) link_close(s->links[i]);
     record_stop(s);
     free_clients(s);
+    shares_destroy(s->shares);
     wire_memory_destroy(s->inbox.memory);
     if (s->backlog_memory) wire_memory_destroy(s->backlog_memory);
     array_free(&s->inbox.letters);
@@ -396,7 +403,7 @@ static bool due(const server *v)
     if (s->config.rate > 0) return s->monotonic_ns >= v->next_tick_ns;
     return world_changed(s->world) || calm_due(v) || standby_wants_tick(s) ||
            s->inbox.letters.count > s->inbox.waiting || waited_long(s) || s->now_ns >= world_next_due_ns(s->world) ||
-           steps_due(s);
+           steps_due(s) || shares_want_tick(s);
 }
 
 static int64_t earlier(int64_t a, int64_t b)
@@ -411,7 +418,7 @@ static int64_t next_wake_ns(const server *v)
     int64_t now = clock_monotonic_ns(), next = earlier(v->next_status_ns, session_next_lease_ns(s));
     next = earlier(next, earlier(s->next_heartbeat_ns, steps_next_ns(s)));
     next = earlier(next, s->next_watch_ns);
-    next = earlier(next, ready_next_ns(s));
+    next = earlier(next, earlier(ready_next_ns(s), shares_next_ns(s)));
     if (s->standby) next = earlier(next, standby_next_ns(s));
     if (standby_waits(s))
         next = earlier(v->next_status_ns, standby_next_ns(s));
@@ -527,6 +534,7 @@ static void one_round(server *v, const link_sink *sink)
     /* Before poses by the new time are held against those by the old. */
     if (service_clock_back(s) && !standby_waits(s)) tick(s);
     for (size_t i = 0; i < s->link_count; i++) s->links[i]->ops->receive(s->links[i], sink);
+    shares_release(s);
     notify_alive(&v->manager, s->monotonic_ns);
     if (!standby_round(s, sink)) work(v, began_ns);
     if (s->monotonic_ns < v->next_status_ns && !s->status_due) return;

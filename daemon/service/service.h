@@ -119,9 +119,12 @@ typedef struct session {
     bool stepped;                                   /* one has come since the last tick ended */
     size_t body_count, shape_count, interest_count; /* in the world */
     int64_t geometry_bytes;                         /* of the geometries that it claims */
+    size_t geometry_count;                          /* of those */
+    int64_t origin;                                 /* who speaks for it, as its link knows it; 0: nobody knows */
+    double spent_us;                                /* of expected work (shares.h), since it is here */
     int64_t geometry_sequence;                      /* of its newest word on one */
     size_t geometries_taken_back;                   /* entries that stay */
-    flow messages, poses, rejects;                  /* of the second that runs */
+    flow rejects;                                   /* told in the second that runs */
     int32_t lock_step; /* in lock-step with others: how many of them there are to be; 0: it is not */
     int64_t published; /* the newest step that it has published whole */
     int64_t ended;     /* the sequence by which it ended one last; 0: it has ended none */
@@ -228,6 +231,7 @@ typedef struct geometry_claim {
 typedef struct letter {
     int64_t client, sequence;
     int64_t since_ns; /* monotonic: the tick in which it came; a Body waits for its hulls for HULL_WAIT_NS */
+    int64_t origin;   /* whose it is, as its link knows it (link.h) */
     struct link *link;
     wire_kind kind;
     bool takes_back;     /* a Geometry */
@@ -268,6 +272,7 @@ typedef struct counters { /* metrics that the service itself counts */
         *round_longest_ns;
     metric *ticks_on_arrival;
     metric *batches_skipped;
+    metric *queries_cut;
     metric *takeovers, *steps_down, *out_of_step, *journalled;
 } counters;
 
@@ -299,6 +304,8 @@ typedef struct taken_state {    /* of the recording that is replayed */
     uint64_t events;            /* that the daemon had told until then */
     char wrong[128], left[192]; /* it is damaged; or it is of another build, and was left out: "" = not */
 } taken_state;
+
+typedef struct shares shares; /* shares.h */
 
 typedef struct service {
     config config;
@@ -368,6 +375,7 @@ typedef struct service {
     bool hull_came;          /* since waiting commands were last tried */
     bool geometries_loose;   /* some may have nobody who wants them any more */
     struct standby *standby; /* NULL: not one of a pair */
+    shares *shares;          /* of each participant */
     bool status_due;         /* before its time */
     /* What a measurement asks instead of what the clients ask; NULL: nothing. */
     void (*amend_interest)(const void *context, world_interest *def);

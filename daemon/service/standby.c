@@ -55,7 +55,7 @@ static void rebase_clocks(service *s)
     for (size_t i = 0; i < s->sessions.count; i++) {
         session *c = s->sessions.at[i];
         c->heard_ns = s->monotonic_ns;
-        c->messages = c->poses = c->rejects = (flow){0};
+        c->rejects = (flow){0};
         if (!standby_hears(s, c->client)) c->announced = false;
     }
     for (size_t i = 0; i < LOST_KEPT; i++) s->left_clients[i].since_ns = s->monotonic_ns;

@@ -2,6 +2,7 @@
 #include "base/clock.h"
 #include "base/log.h"
 #include "service.h"
+#include "shares.h"
 #include "standby.h"
 
 #include <string.h>
@@ -116,6 +117,7 @@ void service_tick(service *s)
     session_send_acks(s);
     inbox_answer(s);
     geometry_sweep(s);
+    shares_ticked(s);
     record_tick(s); /* perhaps with the state as the next tick finds it */
     for (size_t i = 0; i < s->link_count; i++) s->links[i]->ops->flush(s->links[i]);
 }

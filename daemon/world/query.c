@@ -55,7 +55,7 @@ void world_query_distance(const world *w, uint32_t a, uint32_t b, double toleran
     world_hit best = {.body_a = a, .body_b = b, .name_a = x->name, .shape_a = -1, .lo = INFINITY, .hi = INFINITY};
     double least_lo = INFINITY;
     for (size_t i = 0; i < x->shape_count; i++) {
-        for (size_t k = 0; k < y->shape_count; k++) {
+        for (size_t k = 0; k < y->shape_count && world_may_go_on(out); k++) {
             bool in_order;
             narrow_result r = between(w, x->shapes[i], y->shapes[k], tolerance, &in_order);
             least_lo = fmin(least_lo, r.lo);
@@ -77,7 +77,12 @@ void world_query_bodies(const world *w, const char *pattern_text, int64_t now_ns
     pattern_init(&ready, pattern_text);
     for (uint32_t id = 0; id < w->bodies.count; id++) {
         const body *b = &w->bodies.at[id];
+        if (id % 256 == 0 && !world_may_go_on(out)) return;
         if (!alive(w, id) || !pattern_matches(&ready, b->name, b->group)) continue;
+        if (out->most && out->count == out->most) {
+            out->left_out++;
+            continue;
+        }
         array_push(out, ((world_hit){.body_a = id,
                             .body_b = WORLD_NONE,
                             .name_a = b->name,
@@ -145,10 +150,15 @@ static kind_text kind_of(const shape *s)
     return kind;
 }
 
-static void explain_shapes(const world *w, const body *x, const body *y, lines *l)
+static void explain_shapes(const world *w, const body *x, const body *y, world_hits *patience, lines *l)
 {
     for (size_t i = 0; i < x->shape_count; i++) {
         for (size_t k = 0; k < y->shape_count; k++) {
+            if (!world_may_go_on(patience)) {
+                line(l, "%zu more pairs of shapes are not looked into: it took too long\n",
+                    (x->shape_count - i) * y->shape_count - k);
+                return;
+            }
             const solid *a = &w->solids.at[x->shapes[i]], *b = &w->solids.at[y->shapes[k]];
             bool in_order;
             narrow_result r = between(w, x->shapes[i], y->shapes[k], 1e-9, &in_order);
@@ -163,6 +173,13 @@ static void explain_shapes(const world *w, const body *x, const body *y, lines *
 }
 
 int world_explain(const world *w, uint32_t a, uint32_t b, int64_t now_ns, char *text, size_t size)
+{
+    world_hits all = {.at = NULL};
+    return world_explain_within(w, a, b, now_ns, &all, text, size);
+}
+
+int world_explain_within(
+    const world *w, uint32_t a, uint32_t b, int64_t now_ns, world_hits *patience, char *text, size_t size)
 {
     lines l = {text, size, 0};
     if (!alive(w, a) || !alive(w, b)) return 0;
@@ -188,6 +205,6 @@ int world_explain(const world *w, uint32_t a, uint32_t b, int64_t now_ns, char *
     }
     if (x->is_due || y->is_due || x->is_parked || y->is_parked)
         line(&l, "pending: more pairs have changed than a tick decides; what was told stands until it is their turn\n");
-    explain_shapes(w, x, y, &l);
+    explain_shapes(w, x, y, patience, &l);
     return l.length;
 }

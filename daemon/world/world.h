@@ -294,7 +294,21 @@ typedef struct world_hit {
 typedef struct world_hits { /* the caller's, empty; freed with free(at) */
     world_hit *at;
     size_t count, capacity;
+    size_t most;     /* of bodies by name: so many are kept, others are counted; 0: any number */
+    size_t left_out; /* those that are counted */
+    /* Asked again and again during a search: may it go on? NULL: always. If not, the search ends where it is, and says
+     * so in `gave_up`: then what was found of all bodies in a box, or by name, is true and not all, and what was found
+     * of the nearest, or the first, is no answer. */
+    bool (*go_on)(void *context);
+    void *go_on_context;
+    bool gave_up;
 } world_hits;
+
+static inline bool world_may_go_on(world_hits *hits)
+{
+    if (hits->go_on && !hits->gave_up) hits->gave_up = !hits->go_on(hits->go_on_context);
+    return !hits->gave_up;
+}
 
 /* The least signed distance of the shapes of two bodies, within `tolerance`. */
 void world_query_distance(const world *w, uint32_t a, uint32_t b, double tolerance, int64_t now_ns, world_hits *out);
@@ -324,6 +338,10 @@ void world_query_box(const world *w, pose at, vec3 half, int64_t now_ns, world_h
 void world_query_bodies(const world *w, const char *pattern, int64_t now_ns, world_hits *out);
 /* Why is this pair looked at, or not, and what is known of it: lines for people. Returns what snprintf would. */
 int world_explain(const world *w, uint32_t a, uint32_t b, int64_t now_ns, char *text, size_t size);
+/* The same, as long as `patience`, which gets no hits, lets it go on; then it says how many pairs of shapes are left.
+ */
+int world_explain_within(
+    const world *w, uint32_t a, uint32_t b, int64_t now_ns, world_hits *patience, char *text, size_t size);
 
 /* ---- figures ---- */
 

@@ -92,7 +92,7 @@ typedef struct wire_client {
     uint8_t removed;  /* 1: I leave, in order */
     uint8_t on_loss;  /* what becomes of my bodies when I am lost: WIRE_LOST_REMOVE; _HOLD (they stay, and count as
                          stale at once, until I am back); _KEEP (they stay as they are) */
-    int64_t lease_ns; /* without a sign of life for this long, I am lost */
+    int64_t lease_ns; /* without a sign of life for this long, I am lost; the daemon takes an hour at most */
     int32_t
         lock_step;    /* in lock-step with others, so many with me: a step is done when each has published it. 0 = no */
     const char *name; /* for people */
