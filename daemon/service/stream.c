@@ -233,7 +233,7 @@ static void measure(service *s, const world_batch *b)
 static int64_t step_for(service *s, const stream *to)
 {
     const session *c = session_find(s, to->client);
-    return c && c->step.step ? c->step.step : s->latest_step.step;
+    return c && c->step.step ? c->answered_step : s->latest_step.step;
 }
 
 /* Likewise. */
@@ -254,7 +254,7 @@ static int32_t missing_for(service *s, const stream *to)
 static refused_poses refused_for(service *s, const stream *to)
 {
     const session *c = session_find(s, to->client);
-    return c && c->step.step ? c->refused : (refused_poses){0};
+    return c && c->step.step && c->answered_step == c->step.step ? c->refused : (refused_poses){0};
 }
 
 static wire_message message_for(service *s, const stream *to)
@@ -385,9 +385,9 @@ static void answer_steps(service *s)
         stream *to = &s->streams.at[i];
         if (!to->live || !to->read || !to->told || !to->each_tick || to->batch_tick == s->tick) continue;
         const session *c = session_find(s, to->client);
-        if (c && c->stepped) publish(s, to, &(world_batch){.interest = i});
+        if (c && c->stepped && !c->withheld) publish(s, to, &(world_batch){.interest = i});
     }
-    for (size_t i = 0; i < s->sessions.count; i++) s->sessions.at[i]->stepped = false;
+    for (size_t i = 0; i < s->sessions.count; i++) s->sessions.at[i]->stepped &= s->sessions.at[i]->withheld;
 }
 
 /* Before its first reader has come, a stream says nothing: its first batch is the whole state, for that reader. */

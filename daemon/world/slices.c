@@ -378,6 +378,7 @@ void slices_tell(world *w)
     bool some = w->due || w->parked;
     if (!some || w->figures.ticks % NOW_AND_THEN == 0) find_concerned(w);
     w->figures.pending_bodies = w->due;
+    w->figures.parked_bodies = w->parked;
     w->figures.pending_pairs = (size_t)w->pending;
     w->figures.sliced_ticks += w->sliced;
 }

@@ -366,6 +366,7 @@ typedef struct world_figures {
     /* The slices. Now: bodies that are pending, and how many pairs that concerns, at least (what has not been found is
      * not counted); units that the last tick took; cumulative: ticks in which the slice made a difference. */
     size_t pending_bodies, pending_pairs;
+    size_t parked_bodies; /* that wait for max_pairs */
     uint64_t slice_units, sliced_ticks;
 } world_figures;
 world_figures world_get_figures(const world *w);
