@@ -56,12 +56,12 @@ struct broad {
     uint32_t mark;
     pairs pairs;
 
-    uint64_t limit;      /* units that an update may take; what takes more is put off, see broad_search */
-    size_t most_pairs;   /* beyond which no search begins any */
-    size_t unsearched;   /* proxies */
-    bool all_ask;        /* in this batch: each proxy is searched around, and what is found there counts */
-    bool put_off;        /* in the last update something was */
-    uint64_t spent;      /* units of this batch, or of this search */
+    uint64_t limit;    /* units that an update may take; what takes more is put off, see broad_search */
+    size_t most_pairs; /* beyond which no search begins any */
+    size_t unsearched; /* proxies */
+    bool all_ask;      /* in this batch: each proxy is searched around, and what is found there counts */
+    bool put_off;      /* in the last update something was */
+    uint64_t spent;    /* units of this batch, or of this search */
 
     ARRAY(change) pending;
     key_array order;           /* position << 32 | index into `pending` */

@@ -203,8 +203,8 @@ static void show(service *s, const sheet *t, size_t registered)
 void health_limits(const service *s, char *text, size_t size)
 {
     snprintf(text, size, "%s%s%s%s%s", s->limits, *s->limits && service_is_behind(s) ? " " : "",
-        service_is_behind(s) ? "pending_pairs" : "",
-        (*s->limits || service_is_behind(s)) && *s->starving ? "; " : "", s->starving);
+        service_is_behind(s) ? "pending_pairs" : "", (*s->limits || service_is_behind(s)) && *s->starving ? "; " : "",
+        s->starving);
 }
 
 void health_publish(service *s)

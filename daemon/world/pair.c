@@ -131,13 +131,16 @@ static void enter_pair(world *w, uint32_t solid)
 static uint32_t begin(world *w, uint32_t a, uint32_t b)
 {
     uint32_t id = id_pool_take(&w->pair_ids);
-    array_reserve(&w->pairs, id + 1);
+    array_reserve_in_place(&w->pairs, (size_t)id + 1);
     if (id >= w->pairs.count) w->pairs.count = id + 1;
     bool in_order = solids_in_order(w, &w->solids.at[a], &w->solids.at[b]);
     enter_pair(w, a);
     enter_pair(w, b);
-    w->pairs.at[id] = (pair){.a = in_order ? a : b, .b = in_order ? b : a, 
-        .first_watch = WORLD_NONE, .active_tick = w->figures.ticks - 1, .used = true};
+    w->pairs.at[id] = (pair){.a = in_order ? a : b,
+        .b = in_order ? b : a,
+        .first_watch = WORLD_NONE,
+        .active_tick = w->figures.ticks - 1,
+        .used = true};
     keep_terms(w, &w->pairs.at[id]);
     pair_map_put(&w->pair_of, pair_key(a, b), id);
     w->figures.pairs++;

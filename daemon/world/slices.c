@@ -18,10 +18,10 @@
 #include <stdlib.h>
 
 enum {
-    A_BODY = 100,      /* units */
-    A_PAIR_SEEN = 25,  /* one that is looked at, and perhaps not pending */
-    MANY_PAIRS = 256,  /* a body with fewer is never taken in parts */
-    SHARES = 8,        /* of a slice: so many turns in it at least, ... */
+    A_BODY = 100,         /* units */
+    A_PAIR_SEEN = 25,     /* one that is looked at, and perhaps not pending */
+    MANY_PAIRS = 256,     /* a body with fewer is never taken in parts */
+    SHARES = 8,           /* of a slice: so many turns in it at least, ... */
     LEAST_SHARE = 200000, /* ... but none of fewer units */
     FAR_MORE = 4
 };

@@ -69,7 +69,7 @@ typedef struct world_body { /* copied, but for hulls */
     bool fixed;             /* not checked against other fixed bodies */
     uint64_t category, mask;
     uint64_t owner; /* whose work its pairs are, see world_set_slice */
-    bool one_way; /* its mask alone decides, whatever the masks of those that it meets say (a hit box) */
+    bool one_way;   /* its mask alone decides, whatever the masks of those that it meets say (a hit box) */
     world_ccd ccd;
     double acceleration;         /* m/s^2, >= 0: what is foretold of it holds for all motions that accelerate by at most
                                     so much, ... */

@@ -17,8 +17,14 @@
 #define STATE_CHANNEL CHANNEL_PREFIX "state"
 #define SETTINGS_CHANNEL CHANNEL_PREFIX "settings"
 
-enum { HEADER_BYTES = 28, TICK_BYTES = 32, BUDGETED_TICK_BYTES = 40,
-    SLICED_TICK_BYTES = 56, NUMBER_BYTES = 8, STATE_HEAD_BYTES = 24 };
+enum {
+    HEADER_BYTES = 28,
+    TICK_BYTES = 32,
+    BUDGETED_TICK_BYTES = 40,
+    SLICED_TICK_BYTES = 56,
+    NUMBER_BYTES = 8,
+    STATE_HEAD_BYTES = 24
+};
 
 static void store_be(uint8_t *at, uint64_t v, int bytes)
 {
