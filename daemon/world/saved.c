@@ -211,6 +211,7 @@ static const char *get_body(bytes_in *from, world *w)
     b.passed.count = b.passed.capacity = 0;
     w->bodies.at[id] = b;
     if (b.ruled_tick > w->ruled_tick) w->ruled_tick = b.ruled_tick;
+    if (b.teleport_tick > w->teleport_tick) w->teleport_tick = b.teleport_tick;
     if (!b.ghost) body_add_name(w, id);
     return from->broken ? "a body is cut off" : NULL;
 }

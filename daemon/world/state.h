@@ -247,13 +247,13 @@ struct world {
     ARRAY(uint32_t) ghosts;            /* removed since the last tick */
     ARRAY(uint32_t) reap;              /* removed before it: ids free at the next */
     ARRAY(uint32_t) ghost_solids, reap_solids;
-    ARRAY(expiry) expiries;       /* a heap, see expiry.c */
-    uint64_t ruled_tick;          /* the greatest of the bodies' */
-    ARRAY(uint32_t) held_now;     /* bodies held since the last tick */
-    ARRAY(uint32_t) stale_now;    /* bodies that became stale in this tick */
-    ARRAY(uint32_t) fresh_now;    /* and those that are known again */
-    ARRAY(uint64_t) active;       /* keys of the pairs to be decided, sorted ... */
-    ARRAY(uint32_t) active_pairs; /* ... and their pairs, in that order */
+    ARRAY(expiry) expiries;             /* a heap, see expiry.c */
+    uint64_t ruled_tick, teleport_tick; /* the greatest of the bodies' */
+    ARRAY(uint32_t) held_now;           /* bodies held since the last tick */
+    ARRAY(uint32_t) stale_now;          /* bodies that became stale in this tick */
+    ARRAY(uint32_t) fresh_now;          /* and those that are known again */
+    ARRAY(uint64_t) active;             /* keys of the pairs to be decided, sorted ... */
+    ARRAY(uint32_t) active_pairs;       /* ... and their pairs, in that order */
     ARRAY(outcome) outcomes;
     ARRAY(uint32_t) open;       /* active pairs that have a result, in its place */
     size_t bounds, bounded;     /* of open: the first ones get bounds; of them those that the budget allows */
