@@ -137,8 +137,7 @@ static bool end_parted(broad *b, uint32_t id, uint64_t units)
         uint32_t other = pairs_other(&b->pairs, link);
         const proxy *q = &b->proxies.at[other];
         b->spent += UNITS_A_PAIR_KEPT + (ask ? UNITS_ASKED : 0);
-        bool stays =
-            may_pair(&p->fat, p->fixed, &q->fat, q->fixed) && (!ask || broad_accepts(b, id, other));
+        bool stays = may_pair(&p->fat, p->fixed, &q->fat, q->fixed) && (!ask || broad_accepts(b, id, other));
         if (!stays) array_push(&b->met, (uint64_t)other << 32 | link);
     }
     sort_found(b, &b->met);
@@ -207,8 +206,8 @@ static bool begin_missing(broad *b, uint32_t id, uint64_t units, const hunt *h)
     return true;
 }
 
-bool broad_search(broad *b, uint32_t id, uint64_t units, broad_leave *is_left, void *context, broad_changes *changes,
-    uint64_t *spent)
+bool broad_search(
+    broad *b, uint32_t id, uint64_t units, broad_leave *is_left, void *context, broad_changes *changes, uint64_t *spent)
 {
     const hunt h = {b, id, is_left, context};
     b->spent = 0;

@@ -56,14 +56,14 @@ struct broad {
     uint32_t mark;
     pairs pairs;
 
-    uint64_t limit;      /* units that an update may take; what takes more is put off, see broad_search */
-    size_t most_pairs;   /* beyond which no search begins any */
-    size_t unsearched;   /* proxies */
-    broad_price *price;  /* see broad_set_price */
+    uint64_t limit;        /* units that an update may take; what takes more is put off, see broad_search */
+    size_t most_pairs;     /* beyond which no search begins any */
+    size_t unsearched;     /* proxies */
+    broad_price *price;    /* see broad_set_price */
     ARRAY(uint64_t) asked; /* by proxy: see slices.c; only where there was a price */
-    bool all_ask;        /* in this batch: each proxy is searched around, and what is found there counts */
-    bool put_off;        /* in the last update something was */
-    uint64_t spent;      /* units of this batch, or of this search */
+    bool all_ask;          /* in this batch: each proxy is searched around, and what is found there counts */
+    bool put_off;          /* in the last update something was */
+    uint64_t spent;        /* units of this batch, or of this search */
 
     ARRAY(change) pending;
     key_array order;           /* position << 32 | index into `pending` */
@@ -85,7 +85,7 @@ enum { UNITS_A_CANDIDATE = 25, UNITS_A_PAIR_KEPT = 15, UNITS_ASKED = 60, UNITS_B
 void broad_settle(broad *b);
 bool broad_accepts(const broad *b, uint32_t x, uint32_t y);
 uint64_t broad_price_of(const broad *b, uint32_t x, uint32_t y); /* of asking that */
-void broad_mark_partners(broad *b, uint32_t id); /* in `marks` */
+void broad_mark_partners(broad *b, uint32_t id);                 /* in `marks` */
 /* Before a batch: may what is found around its proxies come near the limit? */
 bool broad_must_ask(const broad *b);
 void broad_forget_put_off(broad *b, uint32_t id);

@@ -65,6 +65,12 @@ static const config_option OPTIONS[] = {
         "All pairs are bounded first; then those that matter most are refined, until the time is used. What is left "
         "keeps an interval that is wider than asked but holds, is told as stopped by the budget, counted (undone), and "
         "goes first in the next tick, which follows at once. Searches for impacts are not cut short."},
+    {"slice_us", CONFIG_NUMBER, FIELD(slice_us), 0, 10000000, NULL, "20000", "us",
+        "time that finding and deciding pairs may hold a tick; 0: as long as it needs",
+        "What is left after it is pending: unknown, counted (pending_pairs, undone), and goes on in the next tick, "
+        "which "
+        "follows at once, so that queries and other clients wait no longer than that. Clients take turns. A step is "
+        "answered when nothing of it is pending."},
     {"lock_memory", CONFIG_YES, FIELD(lock_memory), 0, 0, NULL, "no", "",
         "keep all memory resident: nothing is paged out",
         "For steady answers on a machine that is short of memory. Needs LimitMEMLOCK=infinity (ulimit -l unlimited); "
@@ -125,9 +131,9 @@ static const config_option OPTIONS[] = {
         "Many shapes at one place make pairs by the square, of up to 3 KB each. What exceeds is left out, and said: "
         "counted (pairs_left_out), in the undone of each batch, and as degraded health. It comes in as soon as others "
         "have parted. A standby needs the same limit."},
-    {"max_interests", CONFIG_WHOLE, FIELD(max_interests), 1, 100000, NULL, "4096", "interests",
-        "interests at once",
-        "Counts all clients together. An interest costs 1 kB, and time for what it is told. Each has a stream, which over "
+    {"max_interests", CONFIG_WHOLE, FIELD(max_interests), 1, 100000, NULL, "4096", "interests", "interests at once",
+        "Counts all clients together. An interest costs 1 kB, and time for what it is told. Each has a stream, which "
+        "over "
         "DDS is a writer of @STREAM_KB@ kB, discovered by each client: more than some thousands are for LCM."},
     {"max_geometries", CONFIG_WHOLE, FIELD(max_geometries), 1, 1000000, NULL, "10000", "geometries",
         "hulls, meshes and height fields in the store",

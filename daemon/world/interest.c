@@ -1,8 +1,8 @@
-/* interest: who wants to know what, from the command that puts it to the batch that closes it. Which bodies and pairs it
- * is about is found by match.c. Tick thread.
+/* interest: who wants to know what, from the command that puts it to the batch that closes it. Which bodies and pairs
+ * it is about is found by match.c. Tick thread.
  *
- * A tick costs nothing for an interest that has nothing to be told: what concerns one puts it on the list of the lively,
- * and only that is walked. */
+ * A tick costs nothing for an interest that has nothing to be told: what concerns one puts it on the list of the
+ * lively, and only that is walked. */
 #include "base/sort.h"
 #include "state.h"
 

@@ -78,7 +78,8 @@ static match_reach reach_of(const interest *i)
         .horizon = i->facts & WORLD_FORETELL ? i->horizon : 0};
 }
 
-/* Of more than there is room for, the last two become one that is no less than either: boxes may be wider than asked. */
+/* Of more than there is room for, the last two become one that is no less than either: boxes may be wider than asked.
+ */
 static void add_range(match_reach *to, match_range r)
 {
     uint32_t kept = 0;
@@ -356,7 +357,7 @@ static void drop_idle_classes(match *m)
     m->idle_classes = 0;
 }
 
-enum { IDLE_CLASSES = 1024 };        /* are kept, beside as many as there are in use */
+enum { IDLE_CLASSES = 1024 };             /* are kept, beside as many as there are in use */
 enum { OWN_IDS_MOST = 16 * 1024 * 1024 }; /* 64 MB of lists: with more, those that are needed are made anew */
 
 void match_refresh(world *w)

@@ -1,5 +1,5 @@
-/* match: which interests want which bodies. Names are held against patterns once a name and pattern, whatever the number
- * of interests that share a pattern, and of bodies that are a pair.
+/* match: which interests want which bodies. Names are held against patterns once a name and pattern, whatever the
+ * number of interests that share a pattern, and of bodies that are a pair.
  *
  * A selector is one pattern by which interests select; a selection is two of them, A's and B's, and the interests that
  * have these. The selectors that a body matches are its class, shared by all bodies that match the same ones; which
@@ -33,14 +33,14 @@ typedef struct match_reach { /* how far, how long and for what a body is asked f
 } match_reach;
 
 typedef struct match_selector {
-    bool used, live;            /* live: interests select by it; otherwise bodies may still have it, until a pass ends */
-    bool pending;               /* not every body has been held against it */
-    bool concerned, next;       /* in the lists of this name, and ... */
-    bool marked, next_marked;   /* ... all its bodies are put again */
-    size_t bodies;              /* that match it, as far as is known */
-    ARRAY(uint32_t) sides[2];   /* selections in which it is A's, B's */
+    bool used, live;          /* live: interests select by it; otherwise bodies may still have it, until a pass ends */
+    bool pending;             /* not every body has been held against it */
+    bool concerned, next;     /* in the lists of this name, and ... */
+    bool marked, next_marked; /* ... all its bodies are put again */
+    size_t bodies;            /* that match it, as far as is known */
+    ARRAY(uint32_t) sides[2]; /* selections in which it is A's, B's */
     bool reach_known;
-    match_reach reach;          /* of its interests */
+    match_reach reach; /* of its interests */
 } match_selector;
 
 typedef struct match_selection {
@@ -52,13 +52,13 @@ typedef struct match_selection {
 } match_selection;
 
 typedef struct match_class {
-    uint32_t *selectors; /* rising */
+    uint32_t *selectors;  /* rising */
     uint32_t count, next; /* next: of the same hash */
     uint64_t hash;
     size_t bodies;
     uint64_t reach_of, concern_of; /* match.generation, match.pass, for which ... */
     match_reach reach;
-    bool concerned, marked;        /* ... by one of its selectors */
+    bool concerned, marked; /* ... by one of its selectors */
 } match_class;
 
 typedef struct match_list { /* interests, by rising id */
@@ -68,7 +68,7 @@ typedef struct match_list { /* interests, by rising id */
 } match_list;
 
 enum { MATCH_STEPS_A_TICK = 1000000 }; /* of some nanoseconds, at most: then a tick goes on with its other work */
-enum { MATCH_NEAR = 256 }; /* look-ups of two classes that are remembered without a search */
+enum { MATCH_NEAR = 256 };             /* look-ups of two classes that are remembered without a search */
 
 typedef struct match_near {
     uint32_t a, b, list, generation;
@@ -105,8 +105,8 @@ typedef struct match {
     size_t first_unmatched;    /* of these */
     size_t tried;              /* patterns against names of bodies that were put, since the last tick */
 
-    size_t steps_a_tick;       /* of passes: see match_pass.c */
-    pattern_ids found;         /* scratch */
+    size_t steps_a_tick; /* of passes: see match_pass.c */
+    pattern_ids found;   /* scratch */
     ARRAY(uint64_t) scratch;
 } match;
 
@@ -125,7 +125,8 @@ void match_refresh(struct world *w);
 uint32_t match_find_class(match *m, const char *name, const char *group, size_t *tried);
 void match_change_class(match *m, uint32_t *of_body, uint32_t to);
 /* The same class, with what the pending selectors say of the name, and without those that live no more. */
-uint32_t match_renew_class(match *m, uint32_t id, const char *name, const char *group, size_t *tried); /* NULL: no name */
+uint32_t match_renew_class(
+    match *m, uint32_t id, const char *name, const char *group, size_t *tried); /* NULL: no name */
 bool match_class_has(const match *m, uint32_t id, uint32_t selector);
 const match_reach *match_class_reach(match *m, uint32_t id);
 const match_class *match_concern(match *m, uint32_t id); /* with `concerned` and `marked` as of this pass */
@@ -146,7 +147,7 @@ void match_wake(struct world *w, uint32_t selector); /* the interests that selec
 /* The name is held against all patterns, now or, where many have been tried in this tick, in one of the next. */
 void match_put_body(struct world *w, uint32_t body);
 void match_next_pass(match *m, uint32_t selector, bool marked); /* the next one is about it */
-void match_run(struct world *w);                   /* as far as this tick's steps go */
+void match_run(struct world *w);                                /* as far as this tick's steps go */
 bool match_is_unsettled(const match *m);
 void match_save(const struct world *w, bytes_out *to);
 const char *match_restore(struct world *w, bytes_in *from); /* once the interests are there; NULL, or what is wrong */
@@ -155,7 +156,7 @@ void match_restore_class(match *m, uint32_t *id, bytes_in *from);
 
 /* match.c, for these */
 void match_place_selector(match *m, uint32_t id, const char *text); /* a live one, by its pattern */
-bool match_reattach(struct world *w, uint32_t interest);             /* to selectors that are there */
-uint32_t match_class_of_found(match *m);                             /* of the selectors in `found`, in any order */
+bool match_reattach(struct world *w, uint32_t interest);            /* to selectors that are there */
+uint32_t match_class_of_found(match *m);                            /* of the selectors in `found`, in any order */
 
 #endif

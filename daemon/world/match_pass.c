@@ -1,5 +1,5 @@
-/* match_pass: bodies are looked at for interests that are new, changed or gone, so many steps a tick, counted, so that a
- * replay and a standby stop at the same body. Tick thread.
+/* match_pass: bodies are looked at for interests that are new, changed or gone, so many steps a tick, counted, so that
+ * a replay and a standby stop at the same body. Tick thread.
  *
  * A pass goes once through all bodies, in the order of their ids, for all selectors that were concerned when it began;
  * those that come meanwhile wait for the next one. Until its pass has ended an interest is unsettled: what it is told
@@ -14,9 +14,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-enum { /* a step is some nanoseconds */
-    STEPS_A_TRY = 20,    /* of one name against one pattern */
-    STEPS_A_BODY = 50,   /* whose boxes are put again, with the look at its neighbours */
+enum {                    /* a step is some nanoseconds */
+    STEPS_A_TRY = 20,     /* of one name against one pattern */
+    STEPS_A_BODY = 50,    /* whose boxes are put again, with the look at its neighbours */
     TRIES_OF_PUTS = 20000 /* of bodies that are put between two ticks, at most, but for bodies with few */
 };
 enum { FEW_TRIES = 64 };
@@ -149,9 +149,9 @@ static void end_pass(world *w)
     interest_pass_ended(w);
 }
 
-/* What is put into the broad phase again has its pairs decided again, for those that want them now. A body that is asked
- * for from farther away, or less far, is put again for that alone. A ghost only gives up what nobody selects by any
- * more. */
+/* What is put into the broad phase again has its pairs decided again, for those that want them now. A body that is
+ * asked for from farther away, or less far, is put again for that alone. A ghost only gives up what nobody selects by
+ * any more. */
 static size_t look_at(world *w, uint32_t id)
 {
     match *m = &w->match;

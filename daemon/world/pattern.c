@@ -1,6 +1,6 @@
-/* pattern: a pattern is cut at its stars; what stands before the first and behind the last has its place in the text, and
- * of what lies between each piece is looked for behind the one before it. The first place that fits is as good as any:
- * it leaves the most text for the rest. */
+/* pattern: a pattern is cut at its stars; what stands before the first and behind the last has its place in the text,
+ * and of what lies between each piece is looked for behind the one before it. The first place that fits is as good as
+ * any: it leaves the most text for the rest. */
 #include "pattern.h"
 
 #include "base/hash.h"

@@ -77,7 +77,7 @@ void world_query_bodies(const world *w, const char *pattern_text, int64_t now_ns
     pattern_init(&ready, pattern_text);
     for (uint32_t id = 0; id < w->bodies.count; id++) {
         const body *b = &w->bodies.at[id];
-        if (id % 256 == 0 && !world_may_go_on(out)) return;
+        if (id % 256 == 0 && !world_may_go_on(out)) break;
         if (!alive(w, id) || !pattern_matches(&ready, b->name, b->group)) continue;
         if (out->most && out->count == out->most) {
             out->left_out++;

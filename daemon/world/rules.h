@@ -26,7 +26,7 @@ typedef struct rule_sets {
     id_pool ids;
     pair_map set_of; /* hash -> the first set that has it */
     uint64_t numbers;
-    size_t dear; /* sets whose price is more than RULES_CHEAP */
+    size_t dear;          /* sets whose price is more than RULES_CHEAP */
     rule_answer *answers; /* by a hash of both; NULL: none was asked for */
     unsigned answers_log2;
     size_t answered; /* since it grew */
