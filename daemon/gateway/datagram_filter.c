@@ -65,9 +65,9 @@ static void require_channel(program *p, uint32_t at)
     add(p, BPF_RET | BPF_K, DROP);
 }
 
-/* The fragment lies within its message, which is no larger than any that is legal; and each but the last holds its share
- * of the message, so that nobody has memory reserved by datagrams that bring nothing. Nothing wraps around: sizes are
- * below 2^24, and 2^16 fragments of 2^16 bytes at most. Ends the program. */
+/* The fragment lies within its message, which is no larger than any that is legal; and each but the last holds its
+ * share of the message, so that nobody has memory reserved by datagrams that bring nothing. Nothing wraps around: sizes
+ * are below 2^24, and 2^16 fragments of 2^16 bytes at most. Ends the program. */
 static void require_fragment(program *p)
 {
     add(p, BPF_LD | BPF_W | BPF_LEN, 0);

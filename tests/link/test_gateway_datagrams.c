@@ -31,7 +31,7 @@ enum {
     CI_DATAGRAMS = 60000,
     NIGHTLY_DATAGRAMS = 1000000,
     FRAGMENTS_MOST = 5,
-    AT_BODIES = 52, /* how many, in the data of a PoseBatch: behind fingerprint, version and five numbers */
+    AT_BODIES = 52,     /* how many, in the data of a PoseBatch: behind fingerprint, version and five numbers */
     RING_TWICE = 20000, /* datagrams as large as the marker */
     PATIENCE_MS = 30000
 };
@@ -171,8 +171,7 @@ static void end_burst(rig *r)
     clock_gettime(CLOCK_MONOTONIC, &begin);
     for (int wait_ms = 20; r->marker != sequence; wait_ms = wait_ms < 500 ? 2 * wait_ms : wait_ms) {
         send_marker(r, sequence);
-        for (int waited = 0; r->marker != sequence && waited < wait_ms; waited += 5)
-            assert_alive(r, take_frames(r, 5));
+        for (int waited = 0; r->marker != sequence && waited < wait_ms; waited += 5) assert_alive(r, take_frames(r, 5));
         clock_gettime(CLOCK_MONOTONIC, &now);
         if ((now.tv_sec - begin.tv_sec) * 1000 > PATIENCE_MS) fail_msg("nothing comes behind datagram %u", r->number);
     }
@@ -214,8 +213,8 @@ static void change_bytes(rig *r, uint8_t *bytes, size_t size)
 
 static uint32_t some_size(rig *r, uint32_t right)
 {
-    static const uint32_t edges[] = {
-        0, 1, 65487, 65535, 65536, 1 << 24, (1 << 24) + 1, 1 << 28, INT32_MAX, 0x80000000, UINT32_MAX - 511, UINT32_MAX};
+    static const uint32_t edges[] = {0, 1, 65487, 65535, 65536, 1 << 24, (1 << 24) + 1, 1 << 28, INT32_MAX, 0x80000000,
+        UINT32_MAX - 511, UINT32_MAX};
     switch (below(r, 6)) {
     case 0:
         return edges[below(r, sizeof edges / sizeof *edges)];
@@ -325,8 +324,8 @@ static void rig_open(rig *r, uint64_t seed)
     r->out = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
     assert_int_equal(setsockopt(r->out, IPPROTO_IP, IP_MULTICAST_TTL, &ttl, sizeof ttl), 0);
     if (!gateway_program(GATEWAY, program, why, sizeof why)) fail_msg("%s", why);
-    r->pipe = gateway_start(
-        program, "udpm://239.255.76.67:7667?recv_buf_size=4194304&ttl=0", "", &r->gateway, &r->words);
+    r->pipe =
+        gateway_start(program, "udpm://239.255.76.67:7667?recv_buf_size=4194304&ttl=0", "", &r->gateway, &r->words);
     assert_true(r->pipe >= 0);
     end_burst(r); /* it runs */
 }

@@ -1,6 +1,8 @@
 /* The properties of DDS Security 1.1, and what is wrong with a folder. Nothing is kept between calls. */
 #include "wire_dds_security.h"
 
+#include "wire/wire_file.h"
+
 #include <dds/dds.h>
 #include <dlfcn.h>
 #include <errno.h>
@@ -25,7 +27,7 @@ static const struct {
     {"dds.sec.access.governance", "governance.p7s"},
     {"dds.sec.access.permissions", "permissions.p7s"},
 };
-enum { FILE_COUNT = sizeof files / sizeof files[0] };
+enum { FILE_COUNT = sizeof files / sizeof files[0], FILE_BYTES_MAX = 1 << 20 };
 
 static const struct {
     const char *property, *library, *name;
@@ -67,7 +69,8 @@ static FILE *open_file(const char *folder, const char *file)
 {
     char path[PATH_MAX];
     snprintf(path, sizeof path, "%s/%s", folder, file);
-    return fopen(path, "re");
+    char fault[256];
+    return wire_file_open(path, FILE_BYTES_MAX, NULL, fault, sizeof fault);
 }
 
 static X509 *read_certificate(const char *folder, const char *file)
