@@ -72,6 +72,17 @@ static void on_poses(dds_entity_t entity, void *context)
     if (!alone || !o->poses(o->poses_context, &r->owner->head)) link_dds_notice(r->owner, &r->arrived);
 }
 
+/* What Cyclone itself notices: samples that were to come and are gone. What was forged it does not: see unheard.c. */
+static void on_sample_lost(dds_entity_t entity, const dds_sample_lost_status_t status, void *context)
+{
+    (void)entity;
+    const reader *r = context;
+    if (status.total_count_change <= 0) return;
+    metric_count(r->owner->samples_lost, (uint64_t)status.total_count_change);
+    log_warning(
+        "DDS: %d messages of kind %s were lost on their way", status.total_count_change, wire_kind_name(r->kind));
+}
+
 /* A client's liveliness is that of its writer of Client. */
 static void on_liveliness(dds_entity_t entity, const dds_liveliness_changed_status_t status, void *context)
 {
@@ -104,6 +115,7 @@ static bool open_reader(link_dds *l, reader *r, wire_kind kind)
     r->kind = kind;
     dds_listener_t *listener = dds_create_listener(NULL);
     dds_lset_data_available_arg(listener, kind == WIRE_POSE_BATCH ? on_poses : on_data, r, true);
+    dds_lset_sample_lost_arg(listener, on_sample_lost, r, true);
     if (kind == WIRE_CLIENT) dds_lset_liveliness_changed_arg(listener, on_liveliness, r, true);
     dds_qos_t *qos = wire_dds_qos(kind, WIRE_DDS_READER, NULL, 0);
     r->entity = dds_create_reader(l->participant, link_dds_topic(l, kind), qos, listener);
@@ -153,6 +165,7 @@ static void register_counters(link_dds *l, metrics *m)
     l->history_full = metrics_add(m, "dds_history_full", "takes that found a reader's history full: older were lost");
     l->messages_out = metrics_add(m, "dds_messages_out", "messages written to DDS");
     l->write_failed = metrics_add(m, "dds_write_failed", "messages that DDS refused to write");
+    l->samples_lost = metrics_add(m, "dds_samples_lost", "messages that DDS found to be lost on their way to us");
     l->no_stream = metrics_add(m, "dds_no_stream", "event batches for a stream that is not open");
 }
 

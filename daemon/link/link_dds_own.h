@@ -53,7 +53,7 @@ struct link_dds {
     void *sample; /* room for a sample of any kind, to be written */
     atomic_bool woken;
     bool on_arrival; /* a thread of Cyclone's stands in for the tick thread */
-    metric *messages_in, *refused, *foreign, *history_full, *messages_out, *write_failed, *no_stream;
+    metric *messages_in, *refused, *foreign, *history_full, *messages_out, *write_failed, *no_stream, *samples_lost;
 };
 
 static inline link_dds *link_dds_of(struct link *l)

@@ -28,6 +28,13 @@ doctor_finding check_health(doctor *d)
             "%s   # that client polls too rarely: let it poll more often, or ask for less (facts, select, rate_hz)",
             command);
     }
+    if (ear_value(e, "clients_unheard") > 0) {
+        command_ctl(d, "status", command);
+        return finding_mend(finding_problem("degraded: %s", e->limits),
+            "%s   # in an open domain anybody can forge packets in its name: close the site (make_site), or find who "
+            "sends",
+            command);
+    }
     doctor_finding f = finding_problem("degraded, limits were reached: %s", e->limits);
     for (size_t i = 0; i < sizeof limits / sizeof *limits; i++) {
         if (!strstr(e->limits, limits[i].option)) continue;
