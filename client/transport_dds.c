@@ -72,6 +72,15 @@ static struct dds_shared_domain {
     bool left_behind; /* Cyclone could not end it: whoever opened it again would wait for ever */
 } domains[DDS_DOMAIN_LAST + 1];
 
+/* To standard error: connecting works all the same, and nobody else would say it. */
+static void warn_of_key(const char *security)
+{
+    static atomic_bool warned;
+    char text[1024];
+    if (wire_dds_security_key_is_private(security, text, sizeof text) || atomic_exchange(&warned, true)) return;
+    (void)fprintf(stderr, "collided: warning: %s\n", text);
+}
+
 /* When the program has made this domain itself, its configuration stands, and it is not ours to delete. */
 static bool domain_use(dds_domainid_t id, const transport_options *options, char *why, size_t why_size)
 {
@@ -83,6 +92,7 @@ static bool domain_use(dds_domainid_t id, const transport_options *options, char
         return false;
     }
     if (*security && !wire_dds_security_check(security, why, why_size)) return false;
+    if (*security) warn_of_key(security);
     dds_return_t result = DDS_RETCODE_OK;
     pthread_mutex_lock(&domains_lock);
     bool left_behind = domains[id].left_behind,

@@ -14,6 +14,7 @@
 #include "wake.h"
 #include "wire/dds/wire_dds.h"
 #include "wire/dds/wire_dds_qos.h"
+#include "wire/dds/wire_dds_security.h"
 
 #include <assert.h>
 #include <stdio.h>
@@ -187,6 +188,11 @@ static int dds_link_open(struct link *head, const link_options *options, char *w
     speakers_init(&l->speakers, options->max_clients ? options->max_clients : SIZE_MAX);
     dds_peers_init(&l->peers, on_peers, l);
     dds_return_t joined = link_dds_join(l, &first);
+    if (*options->security) {
+        l->certificate_days = metrics_add(
+            options->counters, "certificate_days", "days until the first certificate of the security folder expires");
+        l->certificate_end_s = wire_dds_security_ends_s(options->security);
+    }
     if (joined == DDS_RETCODE_OK && open_topics(l)) return 0;
     link_dds_leave(l);
     link_dds_say_why(options, &first, joined, why, why_size);
@@ -270,12 +276,15 @@ static void dds_link_describe(struct link *head, char *text, size_t size)
 {
     const link_options *o = &head->options;
     const char *user = getenv("CYCLONEDDS_URI");
-    snprintf(text, size, "DDS domain %s on %s: %s%s%s", o->address[0] ? o->address : "0",
+    link_dds *l = link_dds_of(head);
+    char expiry[64] = "";
+    if (l->certificate_days) snprintf(expiry, sizeof expiry, ", for %lld days more", (long long)link_dds_days_left(l));
+    snprintf(text, size, "DDS domain %s on %s: %s%s%s%s", o->address[0] ? o->address : "0",
         o->interface[0] ? o->interface : "lo",
         o->security[0]    ? "whoever has a certificate of this site"
         : o->interface[0] ? "anyone on that network: no security is set up"
                           : "programs on this machine, of any user",
-        user && user[0] ? ", and as CYCLONEDDS_URI says: " : "", user && user[0] ? user : "");
+        expiry, user && user[0] ? ", and as CYCLONEDDS_URI says: " : "", user && user[0] ? user : "");
 }
 
 /* The last words of the daemon (ends of streams, status) may still be under way. */
