@@ -41,7 +41,7 @@ static bool lacks_poses(const service *s, const hearing *h)
     return h->said > h->newest && s->monotonic_ns - h->waits_ns > UNDER_WAY_S * SECOND_NS;
 }
 
-/* A process that stands still is lost when its lease is over, and until then not blamed. */
+/* A process that stands still is lost when its lease is over; where that is long it is missed before, as it should. */
 static bool is_silent(const service *s, const session *c)
 {
     int64_t least = SILENCE_LEAST_S * SECOND_NS, most = SILENCE_MOST_S * SECOND_NS;

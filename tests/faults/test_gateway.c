@@ -1,5 +1,5 @@
-/* The LCM gateway is killed: it comes back, and nobody loses more than the moment. A crafted datagram does not reach it.
- */
+/* The LCM gateway is killed: it comes back, and nobody loses more than the moment. A crafted datagram does not reach
+ * it. */
 #include "rig.h"
 
 #include <arpa/inet.h>
