@@ -73,7 +73,7 @@ static int end(void **state)
 
 static const struct {
     const char *name, *words;
-} CASES[] = {{"fifo", "is not a file, but a FIFO"}, {"sub", "is not a file, but a folder"},
+} CASES[] = {{"fifo", "is not a file, but a FIFO"}, {"sub", "is not a file, but a directory"},
     {"socket", "is not a file, but a socket"}, {"/dev/zero", "is not a file, but a device"},
     {"huge", "has 3221225472 bytes, more than the"}, {"none", "No such file"}};
 enum { CASE_COUNT = sizeof CASES / sizeof *CASES, HUGE_CASE = 4 };
