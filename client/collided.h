@@ -130,7 +130,8 @@ collided_status collided_sync(collided *c, double timeout_s);
 typedef struct collided_rejection {
     const char *message; /* "Body", ... */
     int32_t object;      /* body or interest, COLLIDED_NONE */
-    const char *reason;  /* "name_taken", ... */
+    const char *reason;  /* "name_taken", ...; "unheard" refuses nothing: what is published does not come to the daemon,
+                            since packets are lost or forged. The newest poses are sent again, by new writers */
     const char *text;
 } collided_rejection;
 /* Called for each refusal, inside collided_poll and functions that wait. */

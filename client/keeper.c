@@ -43,6 +43,10 @@ static void take_reject(collided *c, const wire_message *m)
 {
     const wire_reject *why = &m->reject;
     if (why->client != c->id || !session_hear(c, why->epoch)) return;
+    if (why->reason == WIRE_UNHEARD) {
+        unheard_told(c, why);
+        return;
+    }
     if (why->kind != WIRE_QUERY) {
         announce_rejected(c, why);
         return;
@@ -106,10 +110,12 @@ void *keeper_run(void *client)
     while (!c->stopping) {
         c->link->ops->receive(c->link, TRANSPORT_CONTROL, &sink);
         int64_t now = session_monotonic_ns();
-        int64_t repeat = announce_tend(c, now), beat = heartbeat(c, now);
+        int64_t repeat = announce_tend(c, now), beat = heartbeat(c, now), word = unheard_tend(c, now);
+        if (beat < repeat) repeat = beat;
         c->link->ops->flush(c->link);
         pthread_mutex_unlock(&c->lock);
-        sleep_until(c, now, repeat < beat ? repeat : beat);
+        if (c->link->ops->retire) c->link->ops->retire(c->link);
+        sleep_until(c, now, repeat < word ? repeat : word);
         pthread_mutex_lock(&c->lock);
         if (session_monotonic_ns() - now > c->lease_ns) {
             c->counters.stalls++;

@@ -24,7 +24,10 @@ enum {
     DDS_DOMAIN_LAST = 230,
     DDS_TAKE = 64 /* always the same: Cyclone writes as many loans as the most ever asked */
 };
-enum { DDS_PEERS = 16 /* daemons that are matched at one time */ };
+enum {
+    DDS_PEERS = 16, /* daemons that are matched at one time */
+    DDS_RETIRED = 8 /* writers that were replaced, and are not deleted yet */
+};
 
 typedef struct dds_inbox {
     dds_entity_t reader;
@@ -40,6 +43,8 @@ typedef struct transport_dds {
     dds_entity_t participant;
     dds_entity_t topics[WIRE_KIND_COUNT];
     dds_entity_t writers[WIRE_KIND_COUNT];
+    dds_entity_t retired[DDS_RETIRED];
+    size_t retired_count; /* the library's thread's */
     dds_inbox control[3]; /* Ack, Reject, Status */
     dds_inbox *streams;   /* Answer, then one a stream */
     size_t stream_count, stream_capacity;
@@ -67,6 +72,15 @@ static struct dds_shared_domain {
     bool left_behind; /* Cyclone could not end it: whoever opened it again would wait for ever */
 } domains[DDS_DOMAIN_LAST + 1];
 
+/* To standard error: connecting works all the same, and nobody else would say it. */
+static void warn_of_key(const char *security)
+{
+    static atomic_bool warned;
+    char text[1024];
+    if (wire_dds_security_key_is_private(security, text, sizeof text) || atomic_exchange(&warned, true)) return;
+    (void)fprintf(stderr, "collided: warning: %s\n", text);
+}
+
 /* When the program has made this domain itself, its configuration stands, and it is not ours to delete. */
 static bool domain_use(dds_domainid_t id, const transport_options *options, char *why, size_t why_size)
 {
@@ -78,6 +92,7 @@ static bool domain_use(dds_domainid_t id, const transport_options *options, char
         return false;
     }
     if (*security && !wire_dds_security_check(security, why, why_size)) return false;
+    if (*security) warn_of_key(security);
     dds_return_t result = DDS_RETCODE_OK;
     pthread_mutex_lock(&domains_lock);
     bool left_behind = domains[id].left_behind,
@@ -228,18 +243,49 @@ static bool open_topic(transport_dds *t, wire_kind kind)
 
 /* What our permissions do not let us write has no writer: see dds_permits. Poses wait for the flush; all else goes out
  * with its write. The switch is Cyclone's and applies to the writers that are created while it is on. */
-static bool open_writer(transport_dds *t, wire_kind kind, int64_t lease_ns)
+static dds_entity_t create_writer(transport_dds *t, wire_kind kind, int64_t lease_ns)
 {
-    if (!open_topic(t, kind)) return t->topics[kind] == DDS_RETCODE_NOT_ALLOWED_BY_SECURITY;
     dds_qos_t *qos = wire_dds_qos(kind, WIRE_DDS_WRITER, NULL, kind == WIRE_CLIENT ? lease_ns : 0);
     dds_listener_t *listener = dds_create_listener(t);
     dds_lset_publication_matched(listener, on_writer_matched);
     if (kind == WIRE_POSE_BATCH) dds_write_set_batch(true);
-    t->writers[kind] = dds_create_writer(t->participant, t->topics[kind], qos, listener);
+    dds_entity_t writer = dds_create_writer(t->participant, t->topics[kind], qos, listener);
     if (kind == WIRE_POSE_BATCH) dds_write_set_batch(false);
     dds_delete_listener(listener);
     dds_delete_qos(qos);
+    return writer;
+}
+
+static bool open_writer(transport_dds *t, wire_kind kind, int64_t lease_ns)
+{
+    if (!open_topic(t, kind)) return t->topics[kind] == DDS_RETCODE_NOT_ALLOWED_BY_SECURITY;
+    t->writers[kind] = create_writer(t, kind, lease_ns);
     return t->writers[kind] > 0 || t->writers[kind] == DDS_RETCODE_NOT_ALLOWED_BY_SECURITY;
+}
+
+/* That of Client stays: its liveliness is our lease. */
+static void dds_renew(transport *base, bool all)
+{
+    static const wire_kind flows[] = {
+        WIRE_POSE_BATCH, WIRE_QUERY, WIRE_RECEIPT, WIRE_GEOMETRY, WIRE_BODY, WIRE_INTEREST};
+    enum { ALL = sizeof flows / sizeof flows[0], FLOWS = 3 };
+    transport_dds *t = (transport_dds *)base;
+    for (size_t i = 0; i < (all ? ALL : FLOWS); i++) {
+        if (t->retired_count == DDS_RETIRED || t->writers[flows[i]] <= 0) continue;
+        dds_entity_t fresh = create_writer(t, flows[i], 0), old = t->writers[flows[i]];
+        if (fresh <= 0) continue;
+        t->writers[flows[i]] = fresh;
+        t->retired[t->retired_count++] = old;
+    }
+    atomic_store(&t->matched, false);
+    atomic_store(&t->rematched, true);
+}
+
+/* A writer waits for acknowledgements that will not come, for a second at most. */
+static void dds_retire(transport *base)
+{
+    transport_dds *t = (transport_dds *)base;
+    while (t->retired_count) (void)dds_delete(t->retired[--t->retired_count]);
 }
 
 static bool open_inbox(transport_dds *t, dds_inbox *inbox, wire_kind kind, transport_role role, const char *stream)
@@ -471,6 +517,8 @@ const transport_ops transport_dds_ops = {
     .receive = dds_receive,
     .stream_open = dds_stream_open,
     .stream_close = dds_stream_close,
+    .renew = dds_renew,
+    .retire = dds_retire,
     .forget = dds_forget,
     .close = dds_close_transport,
 };

@@ -14,6 +14,7 @@
 #include "wake.h"
 #include "wire/dds/wire_dds.h"
 #include "wire/dds/wire_dds_qos.h"
+#include "wire/dds/wire_dds_security.h"
 
 #include <assert.h>
 #include <stdio.h>
@@ -72,6 +73,17 @@ static void on_poses(dds_entity_t entity, void *context)
     if (!alone || !o->poses(o->poses_context, &r->owner->head)) link_dds_notice(r->owner, &r->arrived);
 }
 
+/* What Cyclone itself notices: samples that were to come and are gone. What was forged it does not: see unheard.c. */
+static void on_sample_lost(dds_entity_t entity, const dds_sample_lost_status_t status, void *context)
+{
+    (void)entity;
+    const reader *r = context;
+    if (status.total_count_change <= 0) return;
+    metric_count(r->owner->samples_lost, (uint64_t)status.total_count_change);
+    log_warning(
+        "DDS: %d messages of kind %s were lost on their way", status.total_count_change, wire_kind_name(r->kind));
+}
+
 /* A client's liveliness is that of its writer of Client. */
 static void on_liveliness(dds_entity_t entity, const dds_liveliness_changed_status_t status, void *context)
 {
@@ -104,6 +116,7 @@ static bool open_reader(link_dds *l, reader *r, wire_kind kind)
     r->kind = kind;
     dds_listener_t *listener = dds_create_listener(NULL);
     dds_lset_data_available_arg(listener, kind == WIRE_POSE_BATCH ? on_poses : on_data, r, true);
+    dds_lset_sample_lost_arg(listener, on_sample_lost, r, true);
     if (kind == WIRE_CLIENT) dds_lset_liveliness_changed_arg(listener, on_liveliness, r, true);
     dds_qos_t *qos = wire_dds_qos(kind, WIRE_DDS_READER, NULL, 0);
     r->entity = dds_create_reader(l->participant, link_dds_topic(l, kind), qos, listener);
@@ -158,6 +171,7 @@ static void register_counters(link_dds *l, metrics *m)
     l->history_full = metrics_add(m, "dds_history_full", "takes that found a reader's history full: older were lost");
     l->messages_out = metrics_add(m, "dds_messages_out", "messages written to DDS");
     l->write_failed = metrics_add(m, "dds_write_failed", "messages that DDS refused to write");
+    l->samples_lost = metrics_add(m, "dds_samples_lost", "messages that DDS found to be lost on their way to us");
     l->no_stream = metrics_add(m, "dds_no_stream", "event batches for a stream that is not open");
 }
 
@@ -179,6 +193,11 @@ static int dds_link_open(struct link *head, const link_options *options, char *w
     speakers_init(&l->speakers, options->max_clients, options->client_share);
     dds_peers_init(&l->peers, on_peers, l);
     dds_return_t joined = link_dds_join(l, &first);
+    if (*options->security) {
+        l->certificate_days = metrics_add(
+            options->counters, "certificate_days", "days until the first certificate of the security folder expires");
+        l->certificate_end_s = wire_dds_security_ends_s(options->security);
+    }
     if (joined == DDS_RETCODE_OK && open_topics(l)) return 0;
     link_dds_leave(l);
     link_dds_say_why(options, &first, joined, why, why_size);
@@ -263,12 +282,15 @@ static void dds_link_describe(struct link *head, char *text, size_t size)
 {
     const link_options *o = &head->options;
     const char *user = getenv("CYCLONEDDS_URI");
-    snprintf(text, size, "DDS domain %s on %s: %s%s%s", o->address[0] ? o->address : "0",
+    link_dds *l = link_dds_of(head);
+    char expiry[64] = "";
+    if (l->certificate_days) snprintf(expiry, sizeof expiry, ", for %lld days more", (long long)link_dds_days_left(l));
+    snprintf(text, size, "DDS domain %s on %s: %s%s%s%s", o->address[0] ? o->address : "0",
         o->interface[0] ? o->interface : "lo",
         o->security[0]    ? "whoever has a certificate of this site"
         : o->interface[0] ? "anyone on that network: no security is set up"
                           : "programs on this machine, of any user",
-        user && user[0] ? ", and as CYCLONEDDS_URI says: " : "", user && user[0] ? user : "");
+        expiry, user && user[0] ? ", and as CYCLONEDDS_URI says: " : "", user && user[0] ? user : "");
 }
 
 /* The last words of the daemon (ends of streams, status) may still be under way. */

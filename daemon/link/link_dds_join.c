@@ -1,5 +1,6 @@
 /* link_dds_join: joining a DDS domain: what is asked for, is it possible, and why it was not; and DDS's log, which goes
  * into ours. The tick thread; the log also Cyclone's. */
+#include "base/clock.h"
 #include "base/log.h"
 #include "interface.h"
 #include "link_dds_own.h"
@@ -60,6 +61,19 @@ dds_return_t link_dds_join(link_dds *l, link_dds_complaint *first)
     return DDS_RETCODE_OK;
 }
 
+int64_t link_dds_days_left(link_dds *l)
+{
+    enum { DAY_S = 86400, WARNED_DAYS = 30 };
+    int64_t now_s = clock_wall_ns() / INT64_C(1000000000), days = (l->certificate_end_s - now_s) / DAY_S;
+    if (l->certificate_end_s <= now_s) days = 0;
+    metric_set(l->certificate_days, (uint64_t)days);
+    if (days >= WARNED_DAYS || now_s / DAY_S == l->certificate_day) return days;
+    l->certificate_day = now_s / DAY_S;
+    log_warning("security = \"%s\": a certificate expires in %lld days: renew it: make_site --renew",
+        l->head.options.security, (long long)days);
+    return days;
+}
+
 void link_dds_leave(link_dds *l)
 {
     if (l->participant > 0) dds_delete(l->participant);
@@ -82,7 +96,9 @@ int link_dds_check(const link_options *options, char key[LINK_KEY_MAX], char *wh
             options->interface);
     else if (!interface_is_there(options->interface, why, why_size))
         return EX_NOHOST;
-    else if (options->security && *options->security && !wire_dds_security_check(options->security, why, why_size))
+    else if (options->security && *options->security &&
+             !(wire_dds_security_check(options->security, why, why_size) &&
+                 wire_dds_security_key_is_private(options->security, why, why_size)))
         return EX_NOINPUT;
     else
         return snprintf(key, LINK_KEY_MAX, "dds %u", domain) > 0 ? EX_OK : EX_SOFTWARE;

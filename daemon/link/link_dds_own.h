@@ -54,7 +54,10 @@ struct link_dds {
     atomic_bool woken;
     size_t poses;    /* taken by the receive that runs */
     bool on_arrival; /* a thread of Cyclone's stands in for the tick thread */
-    metric *messages_in, *refused, *foreign, *history_full, *messages_out, *write_failed, *no_stream;
+    metric *messages_in, *refused, *foreign, *history_full, *messages_out, *write_failed, *no_stream, *samples_lost;
+    metric *certificate_days;  /* NULL: no security */
+    int64_t certificate_end_s; /* of the first that expires, seconds since the Unix epoch */
+    int64_t certificate_day;   /* of the last warning, days since then */
 };
 
 static inline link_dds *link_dds_of(struct link *l)
@@ -76,6 +79,9 @@ void link_dds_flush_writer(writer *w);
 typedef struct link_dds_complaint {
     char text[256];
 } link_dds_complaint;
+
+/* Days until the first certificate expires; warns of it once a day, from 30 days on. */
+int64_t link_dds_days_left(link_dds *l);
 
 /* As link_ops says. */
 int link_dds_check(const link_options *options, char key[LINK_KEY_MAX], char *why, size_t why_size);

@@ -1,6 +1,8 @@
 /* config: the table of options, and what is made from it. Main thread, at start. */
 #include "config.h"
 
+#include "wire/wire_file.h"
+
 #include <errno.h>
 #include <math.h>
 #include <stdio.h>
@@ -351,12 +353,15 @@ int config_parse(config *c, const char *text, size_t size, const char *path, cha
 int config_read(config *c, const char *path, char *why, size_t why_size)
 {
     enum { FILE_MAX = 1 << 20 };
-    FILE *file = fopen(path, "rb");
+    char fault[256];
+    FILE *file = wire_file_open(path, UINT64_MAX, NULL, fault, sizeof fault);
     char *text = file ? malloc(FILE_MAX + 1) : NULL;
     size_t size = text ? fread(text, 1, FILE_MAX + 1, file) : 0;
-    int error = text && !ferror(file) ? 0 : errno, status = EX_OK;
-    if (error) {
-        snprintf(why, why_size, "%s: %s: name a readable file with --config, or leave it out", path, strerror(error));
+    bool unread = !text || ferror(file);
+    int status = EX_OK;
+    if (unread) {
+        snprintf(why, why_size, "%s: %s: name a readable file with --config, or leave it out", path,
+            file ? strerror(errno) : fault);
         status = EX_NOINPUT;
     } else if (size > FILE_MAX) {
         snprintf(why, why_size, "%s: larger than %d bytes: it cannot be a configuration", path, FILE_MAX);

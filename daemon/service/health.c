@@ -25,6 +25,8 @@ void health_register(service *s)
     }
     s->count.rejects_untold = metrics_add(m, "rejects_untold", "refusals not told to their client: too many a second");
     s->count.clients_lost = metrics_add(m, "clients_lost", "clients whose lease ran out");
+    s->count.unheard =
+        metrics_add(m, "unheard", "times that a client was found to be alive while what it publishes did not come");
     s->count.duplicates = metrics_add(m, "duplicates", "copies of messages that had been applied");
     s->count.late_poses = metrics_add(m, "late_poses", "poses older than one already applied");
     s->count.batches_out = metrics_add(m, "batches_out", "event batches published");
@@ -83,6 +85,7 @@ static void add_world(const service *s, sheet *t)
     sheet_add(t, "ready", s->whole && s->health != WIRE_HEALTH_STOPPING);
     sheet_add(t, "limits_reached", *s->limits != '\0');
     sheet_add(t, "clients", (int64_t)s->sessions.count);
+    sheet_add(t, "clients_unheard", (int64_t)s->clients_unheard);
     sheet_add(t, "bodies", (int64_t)f.bodies);
     sheet_add(t, "shapes", (int64_t)f.shapes);
     sheet_add(t, "stale_bodies", (int64_t)f.stale_bodies);
@@ -205,15 +208,17 @@ static void show(service *s, const sheet *t, size_t registered)
 
 void health_limits(const service *s, char *text, size_t size)
 {
-    snprintf(text, size, "%s%s%s%s%s", s->limits, *s->limits && service_is_behind(s) ? " " : "",
-        service_is_behind(s) ? "pending_pairs" : "", (*s->limits || service_is_behind(s)) && *s->starving ? "; " : "",
-        s->starving);
+    const char *const all[] = {s->limits, service_is_behind(s) ? "pending_pairs" : "", s->starving, s->unheard};
+    size_t used = 0;
+    text[0] = '\0';
+    for (size_t i = 0; i < sizeof all / sizeof *all && used < size; i++)
+        if (*all[i]) used += (size_t)snprintf(text + used, size - used, "%s%s", used ? "; " : "", all[i]);
 }
 
 void health_publish(service *s)
 {
     static sheet t; /* the tick thread's */
-    char links[WIRE_TEXT_MAX], limits[sizeof s->limits + sizeof s->starving + 16];
+    char links[WIRE_TEXT_MAX], limits[HEALTH_LIMITS_MAX];
     describe_links(s, links, sizeof links);
     if (s->monotonic_ns - s->limit_ns > LIMITS_TOLD_NS) s->limits[0] = '\0';
     health_limits(s, limits, sizeof limits);

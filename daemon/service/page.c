@@ -75,6 +75,8 @@ static const single SINGLES[] = {
     {"round_longest_ns", "the longest round of the loop since the start: receiving, ticks, answers", true},
     {"streams", "streams that stand", true},
     {"streams_behind", "streams whose subscriber has not read what waits for it", true},
+    {"certificate_days", "days until the first certificate of the security folder expires", true},
+    {"clients_unheard", "clients that are alive while what they publish does not come", true},
     {"streams_starving", "of those, the ones whose subscriber reads too little", true},
     {"waiting_commands", "commands that wait for a geometry", true},
     {"budget_ns", "time that a tick may take; 0 without a budget", true},

@@ -58,7 +58,10 @@ static void take_receipt(service *s, struct link *from, const wire_message *m)
     wire_refusal why;
     if (!session_find(s, m->receipt.client) || !limits_admit(s, from, m, &why)) return;
     session_heard(s, m);
-    stream_receipt(s, &m->receipt);
+    if (m->receipt.epoch)
+        stream_receipt(s, &m->receipt);
+    else
+        unheard_word(s, &m->receipt);
 }
 
 static void on_message(void *context, struct link *from, const wire_message *m)
@@ -70,6 +73,7 @@ static void on_message(void *context, struct link *from, const wire_message *m)
         if (!standby_waits(s)) take_receipt(s, from, m);
         return;
     }
+    if (m->kind == WIRE_POSE_BATCH) unheard_poses(s, &m->pose_batch);
     if (standby_takes(s, from, m)) return;
     if (!steps_admit(s, m, &why)) {
         refuse(s, from, m, &why);
@@ -480,16 +484,18 @@ static void publish_status(server *v, uint8_t health)
 /* To the service manager, when it changes. */
 static void tell_health(const service *s)
 {
-    char state[sizeof s->limits + sizeof s->starving + 64], limits[sizeof s->limits + sizeof s->starving + 16];
+    char state[HEALTH_LIMITS_MAX + 48], limits[HEALTH_LIMITS_MAX];
     health_limits(s, limits, sizeof limits);
     snprintf(state, sizeof state, *limits ? "degraded: %s" : "ready", limits);
     notify_state(state);
 }
 
-static uint8_t health_now(const service *s)
+static uint8_t health_now(service *s)
 {
+    unheard_watch(s);
     if (!s->whole || standby_waits(s)) return WIRE_HEALTH_STARTING;
-    return *s->limits || *s->starving || service_is_behind(s) ? WIRE_HEALTH_DEGRADED : WIRE_HEALTH_READY;
+    bool degraded = *s->limits || *s->starving || *s->unheard || service_is_behind(s);
+    return degraded ? WIRE_HEALTH_DEGRADED : WIRE_HEALTH_READY;
 }
 
 /* A long round is remembered for some time: those that follow are likely to be long, or some of them. */

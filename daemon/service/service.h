@@ -105,6 +105,15 @@ typedef struct left_client {  /* in order */
     int64_t since_ns;         /* monotonic */
 } left_client;
 
+/* What a client says that it has published, and what of it has come: unheard.c. Sequences; times are monotonic. */
+typedef struct hearing {
+    int64_t newest;         /* PoseBatch that has come, whatever became of it */
+    int64_t said, waits_ns; /* the PoseBatch that is waited for, if it is beyond `newest`: since then */
+    int64_t said_ns;        /* its last word; 0: it has said none */
+    int64_t tell_ns;        /* when it may be told again */
+    int64_t tell_wait_s;    /* 0: it is heard */
+} hearing;
+
 typedef struct session {
     int64_t client;
     char *name;
@@ -127,6 +136,7 @@ typedef struct session {
     int64_t geometry_sequence;                      /* of its newest word on one */
     size_t geometries_taken_back;                   /* entries that stay */
     flow rejects;                                   /* told in the second that runs */
+    hearing hearing;
     int32_t lock_step; /* in lock-step with others: how many of them there are to be; 0: it is not */
     int64_t published; /* the newest step that it has published whole */
     int64_t ended;     /* the sequence by which it ended one last; 0: it has ended none */
@@ -272,7 +282,7 @@ typedef struct counters { /* metrics that the service itself counts */
     metric *rejects_untold, *clients_lost, *duplicates, *batches_out, *events_out, *late_poses, *clock_steps;
     metric *budget_over, *record_failures, *heartbeats, *steps, *steps_missed, *answers, *acks, *tick_ns, *busy_ns,
         *round_longest_ns;
-    metric *ticks_on_arrival;
+    metric *ticks_on_arrival, *unheard;
     metric *batches_skipped;
     metric *queries_cut;
     metric *takeovers, *steps_down, *out_of_step, *journalled;
@@ -335,6 +345,8 @@ typedef struct service {
     int64_t next_watch_ns;     /* of what waits on streams, monotonic; INT64_MAX: nothing does */
     size_t streams_behind, streams_starving;
     char starving[384]; /* the first stream that starves, for people; "" = none does */
+    size_t clients_unheard;
+    char unheard[256]; /* the first of them, for people; "" = all are heard */
     wire_memory *backlog_memory;
     uint64_t events_hash;
     pace pace;                           /* of a budget */
@@ -465,6 +477,11 @@ void apply_reject(service *s, struct link *to, wire_kind kind, int64_t client, i
 void apply_name_limit(service *s, const char *option); /* it is reached */
 bool apply_limit(service *s, size_t now, long most, const char *option, wire_refusal *why);
 
+/* unheard.c: clients that publish, and of whom nothing comes */
+void unheard_poses(service *s, const wire_pose_batch *m); /* one has come, whatever becomes of it */
+void unheard_word(service *s, const wire_receipt *m);     /* a Receipt of no stream: epoch 0 */
+void unheard_watch(service *s);                           /* before each Status */
+
 /* limits.c: what a client may have, and how fast it may talk */
 bool limits_admit(service *s, struct link *from, const wire_message *m, wire_refusal *why);
 bool limits_bodies(service *s, const session *c, bool is_new, wire_refusal *why);
@@ -557,7 +574,8 @@ void service_reset(service *s); /* clients and world are gone as if they had nev
 void health_define(measures *m);
 void health_register(service *s);
 void health_publish(service *s);
-void health_limits(const service *s, char *text, size_t size); /* and starving streams; "" = none, all is well */
+enum { HEALTH_LIMITS_MAX = 1200 };
+void health_limits(const service *s, char *text, size_t size); /* starving streams, unheard clients; "" = all is well */
 const char *health_release(void);
 
 /* standby_state.c: the whole state between two ticks, for a standby, and for a recording that begins in the middle */

@@ -289,7 +289,8 @@ typedef struct wire_query {
 } wire_query;
 
 /* Receipt: how far a subscriber has got with the stream of one of its interests. It paces what is sent, and is no
- * command. */
+ * command. With epoch 0 it is of no stream, and says what its sender has published: `batch` is the sequence of the
+ * newest PoseBatch, 0 = none. */
 typedef struct wire_receipt {
     int32_t version;
     int64_t client;
@@ -449,6 +450,7 @@ typedef enum wire_reason {
     WIRE_OLD_POSE,    /* its stamp is older than that of the pose before */
     WIRE_BAD_STEP,    /* of lock-step: done already, or the step before is not done yet */
     WIRE_STEP_MISSED, /* no refusal: a lock-step client has not published a step in time, and what comes of it */
+    WIRE_UNHEARD,     /* no refusal: what the client says that it has published does not come */
     WIRE_REASON_COUNT
 } wire_reason;
 

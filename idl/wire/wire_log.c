@@ -2,6 +2,8 @@
  * from a file is held against what is left of the file before memory is taken for it. */
 #include "wire_log.h"
 
+#include "wire_file.h"
+
 #include <errno.h>
 #include <inttypes.h>
 #include <stdarg.h>
@@ -209,9 +211,10 @@ wire_log_reader *wire_log_open(const char *path, char *why, size_t why_size)
         free(r);
         return NULL;
     }
-    r->file = fopen(path, "rb");
+    char fault[256];
+    r->file = wire_file_open(path, UINT64_MAX, NULL, fault, sizeof fault);
     if (r->file && find_size(r)) return r;
-    say(why, why_size, "%s: %s", path, strerror(errno));
+    say(why, why_size, "%s: %s", path, r->file ? strerror(errno) : fault);
     wire_log_end(r);
     return NULL;
 }

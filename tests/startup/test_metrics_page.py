@@ -127,7 +127,8 @@ def compare_with_status():
                             capture_output=True, text=True, timeout=60, check=False)
     check(status.returncode == 0, f"collidectl status: {status.stderr}")
     own = {"client_" + name for name in ("repeats", "announced_again", "foreign_messages", "malformed_messages",
-                                         "rejections_dropped", "batches_lost", "stalls", "send_failures")}
+                                         "rejections_dropped", "batches_lost", "stalls", "send_failures", "unheard",
+                                         "renewals", "silent_streams")}
     for name in json.loads(status.stdout)["counters"].keys() - own:
         family = next((f for prefix, f in FAMILIES.items() if name.startswith(prefix)), None)
         alone = [name.replace("_ns", "_seconds") + end for end in ("", "_total")]

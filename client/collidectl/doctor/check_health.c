@@ -13,10 +13,16 @@ static const struct {
 } limits[] = {{"max_clients", "clients"}, {"max_bodies", "bodies"}, {"max_shapes", "shapes"}, {"max_pairs", "pairs"},
     {"max_interests", "interests"}, {"max_geometries", "geometries"}};
 
+enum { CERTIFICATE_DAYS_WARNED = 30 };
+
 doctor_finding check_health(doctor *d)
 {
     const ear_daemon *e = d->daemon;
     char command[COMMAND_MAX];
+    const ear_counter *days = ear_counter_of(e, "certificate_days");
+    if (e->health == WIRE_HEALTH_READY && days && days->last < CERTIFICATE_DAYS_WARNED)
+        return finding_mend(finding_problem("a certificate of the daemon expires in %lld days", (long long)days->last),
+            "make_site --renew SITE   # then copy SITE/daemon to the daemon's machine, and restart it");
     if (e->health == WIRE_HEALTH_READY) return finding_ok("ready, no limit was reached lately");
     if (e->health != WIRE_HEALTH_DEGRADED) {
         command_ctl(d, "status --wait 30", command);
@@ -26,6 +32,13 @@ doctor_finding check_health(doctor *d)
         command_ctl(d, "top", command);
         return finding_mend(finding_problem("degraded: %s", e->limits),
             "%s   # that client polls too rarely: let it poll more often, or ask for less (facts, select, rate_hz)",
+            command);
+    }
+    if (ear_value(e, "clients_unheard") > 0) {
+        command_ctl(d, "status", command);
+        return finding_mend(finding_problem("degraded: %s", e->limits),
+            "%s   # in an open domain anybody can forge packets in its name: close the site (make_site), or find who "
+            "sends",
             command);
     }
     doctor_finding f = finding_problem("degraded, limits were reached: %s", e->limits);
