@@ -161,6 +161,18 @@ static const config_option OPTIONS[] = {
         "record also what is told, so that a replay that differs says what differs",
         "Without, a recording has the commands and a hash of the events: it is replayed alike, and is smaller. In the "
         "demo's robot cell an event takes 220 bytes, and the recording is 3.5 times as large with them."},
+    {"record_max_size", CONFIG_WHOLE, FIELD(record_max_size), 1, 1000000000, NULL, "16384", "MiB", "size of a recording",
+        "One that would be larger ends behind its last whole tick. That is logged, counted (record_failures) and told "
+        "as degraded health, as with the limits below and with a disk that refuses or does not keep up."},
+    {"record_keep_free", CONFIG_NUMBER, FIELD(record_keep_free), 0, 100, NULL, "2", "%",
+        "of the disk that is recorded to: what stays free",
+        "A recording that would leave less ends, or does not begin."},
+    {"record_max_files", CONFIG_WHOLE, FIELD(record_max_files), 1, 1000000, NULL, "100", "files",
+        "recordings in record_dir", "Counts what ends in .lcmlog there. With as many, clients may begin no further one."},
+    {"record_max_time", CONFIG_NUMBER, FIELD(record_max_time), 0.1, 31536000, NULL, "86400", "s",
+        "how long a recording takes that a client has begun",
+        "Who has begun a recording may end it, and nobody else: the operator ends any by SIGUSR1. If its client is "
+        "gone it ends by this limit, or by one of the others."},
     {"replay", CONFIG_TEXT, FIELD(replay), 0, 0, NULL, "", "",
         "run a recording instead of live links, compare its hashes, and end",
         "No link is opened. The exit status is 0 if every tick is equal to the recording, wherever in a session that "

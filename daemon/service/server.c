@@ -29,6 +29,7 @@ struct server {
     service s;
     pthread_mutex_t lock; /* guards all but what is atomic */
     _Atomic bool stop;
+    _Atomic bool record_end; /* the operator asks for the end of the recording */
     _Atomic bool waiting; /* the tick thread, until wakes_ns: set under the lock, reset before it is asked for again */
     _Atomic bool missed;  /* poses came while a round was on */
     int64_t next_status_ns, next_tick_ns; /* monotonic */
@@ -305,7 +306,7 @@ server *server_create(const config *given, char *why, size_t why_size)
     bool dropped = exports && privileges_drop(c->user, why, why_size) == 0; /* the port above may have needed them */
     /* The recording comes last: what fails before leaves no file. Nothing is taken from the links yet. */
     if (!dropped || open_links(v, why, why_size) != 0 || standby_start(s, why, why_size) != 0 ||
-        (*c->record && !s->standby && record_start(s, c->record, why, why_size) != 0)) {
+        (*c->record && !s->standby && record_start(s, c->record, NULL, why, why_size) != 0)) {
         server_destroy(v);
         return NULL;
     }
@@ -319,7 +320,7 @@ void server_destroy(server *v)
     standby_free(s);
     stream_free_all(s);
     for (size_t i = 0; i < s->link_count; i++) link_close(s->links[i]);
-    record_stop(s);
+    record_stop_now(s);
     free_clients(s);
     wire_memory_destroy(s->inbox.memory);
     if (s->backlog_memory) wire_memory_destroy(s->backlog_memory);
@@ -407,7 +408,7 @@ static int64_t next_wake_ns(const server *v)
     int64_t now = clock_monotonic_ns(), next = earlier(v->next_status_ns, session_next_lease_ns(s));
     next = earlier(next, earlier(s->next_heartbeat_ns, steps_next_ns(s)));
     next = earlier(next, s->next_watch_ns);
-    next = earlier(next, ready_next_ns(s));
+    next = earlier(next, earlier(ready_next_ns(s), record_next_ns(s)));
     if (s->standby) next = earlier(next, standby_next_ns(s));
     if (standby_waits(s))
         next = earlier(v->next_status_ns, standby_next_ns(s));
@@ -518,6 +519,11 @@ static void one_round(server *v, const link_sink *sink)
     for (size_t i = 0; i < s->link_count; i++) s->links[i]->ops->receive(s->links[i], sink);
     notify_alive(&v->manager, s->monotonic_ns);
     if (!standby_round(s, sink)) work(v, began_ns);
+    if (atomic_exchange(&v->record_end, false) && s->recording) {
+        log_notice("signal: the recording ends");
+        record_stop(s);
+    }
+    record_watch(s);
     if (s->monotonic_ns < v->next_status_ns && !s->status_due) return;
     s->status_due = false;
     uint8_t before = s->health;
@@ -646,5 +652,12 @@ void server_stop(server *v)
 {
     uint64_t one = 1;
     v->stop = true;
+    if (write(v->s.wake_fd, &one, sizeof one) < 0) log_error("wake-up: %s", strerror(errno));
+}
+
+void server_end_recording(server *v)
+{
+    uint64_t one = 1;
+    v->record_end = true;
     if (write(v->s.wake_fd, &one, sizeof one) < 0) log_error("wake-up: %s", strerror(errno));
 }
