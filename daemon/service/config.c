@@ -190,8 +190,16 @@ static const config_option OPTIONS[] = {
     {"json", CONFIG_YES, FIELD(json), 0, 0, NULL, "no", "", "print the result of a replay as a JSON object",
         "Only of use with replay."},
     {"metrics_port", CONFIG_WHOLE, FIELD(metrics_port), 0, 65535, NULL, "0", "TCP port",
-        "port on loopback with figures for Prometheus (/metrics) and for probes (/ready); 0: none",
-        "Only this machine can reach it. Figures are renewed with each Status; collidectl status shows the same ones."},
+        "port with figures for Prometheus (/metrics) and for probes (/ready); 0: none",
+        "Only this machine can reach it, unless metrics_address says otherwise. Figures are renewed with each Status; collidectl status shows the same ones."},
+    {"metrics_address", CONFIG_TEXT, FIELD(metrics_address), 0, 0, NULL, "127.0.0.1", "",
+        "address of this machine, as a number, that metrics_port is on; 0.0.0.0: all of them",
+        "Whoever reaches it can read the figures: there is no password and no encryption."},
+    {"metrics_hosts", CONFIG_TEXT, FIELD(metrics_hosts), 0, 0, NULL, "", "",
+        "names that requests for figures may give as their Host, divided by spaces; *: any",
+        "On loopback localhost and its addresses are taken without this, on another metrics_address all addresses and "
+        "names without a dot (http://collided:9464). So no page of a stranger's in a browser gets to the figures under "
+        "a name of the stranger's. Requests with a foreign Origin are refused in any case."},
     {"log", CONFIG_CHOICE, FIELD(log), 0, 0, "error|warning|notice|info|debug", "notice", "", "least level to log",
         "Lines go to standard error. A flood of like lines is cut to ten a second, and counted."},
     {"journal", CONFIG_YES, FIELD(journal), 0, 0, NULL, "no", "", "mark log lines with their level for the journal",

@@ -21,6 +21,8 @@ typedef struct config {
     char record_dir[CONFIG_TEXT_MAX];
     char replay[CONFIG_TEXT_MAX];
     char log[16];
+    char metrics_address[64];
+    char metrics_hosts[CONFIG_TEXT_MAX];
     char cpus[128];
     char engine[16];
     char broad[16];

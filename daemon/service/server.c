@@ -301,7 +301,8 @@ server *server_create(const config *given, char *why, size_t why_size)
     s->next_heartbeat_ns = s->next_watch_ns = INT64_MAX;
     s->world = make_world(c);
     service_set_budget(s);
-    if (c->metrics_port && !s->replaying) s->exporter = exporter_start((uint16_t)c->metrics_port, why, why_size);
+    if (c->metrics_port && !s->replaying) 
+        s->exporter = exporter_start((uint16_t)c->metrics_port, c->metrics_address, c->metrics_hosts, why, why_size);
     bool exports = s->exporter || !c->metrics_port || s->replaying;
     bool dropped = exports && privileges_drop(c->user, why, why_size) == 0; /* the port above may have needed them */
     /* The recording comes last: what fails before leaves no file. Nothing is taken from the links yet. */
