@@ -185,7 +185,7 @@ static void record(reply *r, const wire_query *q)
 {
     service *s = r->s;
     char path[2 * CONFIG_TEXT_MAX], why[CONFIG_TEXT_MAX + 256];
-    if (!*q->name_a && !s->recording) {
+    if (!*q->name_a && !s->recording_to) {
         fail(r, WIRE_ANSWER_UNSUPPORTED, "nothing is being recorded: it was not begun, or the disk refused it");
     } else if (!*q->name_a && !record_may_end(s, q->client, why, sizeof why)) {
         log_notice("client %016" PRIx64 " may not end the recording: %s", (uint64_t)q->client, why);
@@ -207,7 +207,9 @@ static void record(reply *r, const wire_query *q)
             metric_count(s->count.records_refused, 1);
             fail(r, WIRE_ANSWER_UNSUPPORTED, "%s", why);
         } else {
-            fail(r, WIRE_ANSWER_OK, "%s", path);
+            answer_owed(s); /* an earlier one */
+            snprintf(r->text, sizeof r->text, "%s", path);
+            s->record_reply = (record_reply){.to = r->to, .answer = r->answer};
         }
     }
 }
@@ -272,7 +274,7 @@ void answer_query(service *s, struct link *from, const wire_query *q)
         record(&r, q);
         s->record_wish = (record_wish){.client = q->client, .sequence = q->sequence, .status = r.answer.status};
         memcpy(s->record_wish.text, r.text, sizeof r.text);
-        if (!s->record_ends.count) answer_owed(s);
+        if (!s->record_ends.count && !s->record_next) answer_owed(s);
         return;
     default:
         fail(&r, WIRE_ANSWER_UNSUPPORTED, "this kind of query is not supported by this release");

@@ -15,6 +15,7 @@
 
 enum {
     HERE_MS = 10,        /* a tick waits for a disk so long: most are quicker */
+    AT_ONCE = 4 << 20,   /* bytes that a recording begins with within the tick it was asked for in */
     ENDS_MAX = 4,        /* recordings that a slow disk has yet to finish */
     AGAIN_NS = 5000000,  /* they are looked after so often */
     LAST_WAIT_MS = 60000 /* for those, when the daemon ends */
@@ -23,8 +24,9 @@ enum {
 /* No more is put into it. */
 static void let_go(service *s)
 {
-    wire_log_close(s->recording);
-    s->recording = NULL;
+    wire_log_close(s->recording ? s->recording : s->record_next);
+    s->recording = s->record_next = NULL;
+    array_free(&s->record_room);
     s->state_due = false;
     array_push(&s->record_ends, s->recording_to);
     s->recording_to = NULL;
@@ -41,8 +43,13 @@ static void tell_end(service *s, const record_file *f, const char *path)
 
 static void check_file(service *s)
 {
-    if (!s->recording || record_file_look(s->recording_to, 0) != RECORD_FILE_ENDED) return;
+    const char *option;
+    if (!s->recording_to || record_file_look(s->recording_to, 0) != RECORD_FILE_ENDED) return;
     tell_end(s, s->recording_to, record_file_path(s->recording_to));
+    if (s->record_next && s->record_reply.to) { /* whoever asked for it is told that it did not come to that */
+        s->record_reply.answer.status = s->record_wish.status = WIRE_ANSWER_UNSUPPORTED;
+        snprintf(s->record_wish.text, sizeof s->record_wish.text, "%.400s", record_file_why(s->recording_to, &option));
+    }
     let_go(s);
 }
 
@@ -80,13 +87,25 @@ static int open_file(service *s, const record_terms *terms, int wait_ms, char *w
         return -1;
     }
     s->recording_to = f;
-    s->recording = wire_log_to(record_file_put, f, 0);
+    s->record_next = wire_log_to(record_file_put, f, 0);
     return 0;
+}
+
+static void announce(service *s)
+{
+    s->recording = s->record_next;
+    s->record_next = NULL;
+    for (size_t i = 0; i < s->streams.count; i++) s->streams.at[i].recorded = 0;
+    char settings[CONFIG_DECIDING_MAX];
+    config_tell_deciding(&s->config, settings);
+    if (*settings) check(s, wire_log_settings(s->recording, s->now_ns / 1000, settings));
+    record_state(s);
+    s->state_due = s->tick > 0;
 }
 
 static int start(service *s, const record_terms *terms, const int64_t *client, int wait_ms, char *why, size_t why_size)
 {
-    if (s->recording) {
+    if (s->recording_to) {
         snprintf(why, why_size, "already recording to %s", record_file_path(s->recording_to));
         return -1;
     }
@@ -94,12 +113,12 @@ static int start(service *s, const record_terms *terms, const int64_t *client, i
     s->recording_of =
         (record_beginner){.by_query = client != NULL, .client = client ? *client : 0, .since_ns = s->monotonic_ns};
     log_notice("recording to %s", record_file_path(s->recording_to));
-    for (size_t i = 0; i < s->streams.count; i++) s->streams.at[i].recorded = 0;
-    char settings[CONFIG_DECIDING_MAX];
-    config_tell_deciding(&s->config, settings);
-    if (*settings) check(s, wire_log_settings(s->recording, s->now_ns / 1000, settings));
-    record_state(s);
-    s->state_due = s->tick > 0;
+    size_t bytes = record_state_size(s), state_bytes = state_size(s);
+    if (client && bytes + state_bytes > AT_ONCE) {
+        record_file_ask_room(s->recording_to, bytes, state_bytes + state_bytes / 16);
+        return 0;
+    }
+    announce(s);
     if (s->recording) return 0;
     snprintf(why, why_size, "%s: it cannot be written", terms->path);
     return -1;
@@ -121,7 +140,8 @@ int record_start(service *s, const char *path, const int64_t *client, char *why,
 /* What was recorded before is in it, what is recorded from here on comes after it. */
 static void record_whole_state(service *s)
 {
-    bytes_out whole = {0};
+    bytes_out whole = s->record_room;
+    s->record_room = (bytes_out){0};
     s->state_due = false;
     if (!s->recording) return;
     state_put(s, &whole);
@@ -153,7 +173,7 @@ static void record_one(void *context, const wire_message *m)
 
 void record_events(service *s, const world_batches *batches)
 {
-    if (s->recording && s->config.record_events) stream_each(s, batches, record_one, s);
+    if (s->recording && !s->state_due && s->config.record_events) stream_each(s, batches, record_one, s);
 }
 
 void record_tick(service *s)
@@ -161,6 +181,10 @@ void record_tick(service *s)
     wire_log_tick t = {s->tick, s->now_ns, s->monotonic_ns, (int64_t)s->events_hash,
         .budgeted = s->replaying ? s->recorded_budget : s->config.budget_us > 0,
         .work = (int64_t)world_get_figures(s->world).work};
+    if (s->record_next && record_file_take_room(s->recording_to, &s->record_room)) {
+        announce(s); /* what is announced is one tick's work, and the state the next one's */
+        return;
+    }
     if (s->state_due) record_whole_state(s);
     if (s->recording) check(s, wire_log_tick_end(s->recording, s->now_ns / 1000, &t));
     if (s->recording) record_file_tick(s->recording_to, s->replaying);
@@ -193,11 +217,11 @@ bool record_may_end(const service *s, int64_t client, char *why, size_t why_size
 
 void record_stop(service *s)
 {
-    if (!s->recording) return;
+    if (!s->recording_to) return;
     char path[2 * CONFIG_TEXT_MAX];
     snprintf(path, sizeof path, "%s", record_file_path(s->recording_to));
     check_file(s);
-    if (!s->recording) return;
+    if (!s->recording_to) return;
     let_go(s);
     log_notice("recording to %s ended", path);
     close_ended(s, HERE_MS);
@@ -225,15 +249,21 @@ static void watch_time(service *s)
 void record_watch(service *s)
 {
     check_file(s);
-    if (s->recording && s->recording_of.by_query) watch_beginner(s);
-    if (s->recording) watch_time(s);
+    if (s->recording_to && s->recording_of.by_query) watch_beginner(s);
+    if (s->recording_to) watch_time(s);
     if (s->record_ends.count) close_ended(s, 0);
-    if (!s->record_ends.count) answer_owed(s);
+    bool begins = s->record_next || (s->recording && s->state_due);
+    if (!s->record_ends.count && !begins) answer_owed(s);
+}
+
+bool record_wants_tick(const service *s)
+{
+    return s->record_next || (s->recording && s->state_due);
 }
 
 int64_t record_next_ns(const service *s)
 {
-    return s->record_ends.count ? s->monotonic_ns + AGAIN_NS : INT64_MAX;
+    return s->record_ends.count || record_wants_tick(s) ? s->monotonic_ns + AGAIN_NS : INT64_MAX;
 }
 
 void record_stop_now(service *s)

@@ -47,6 +47,8 @@ struct record_file {
     bool closing, closed; /* no more comes; the thread has ended */
     char path[PATH_ROOM], why[PATH_ROOM + 256];
     const char *option;
+    size_t asked_bytes[2]; /* of room; 0: for none, or it is there, ... */
+    bytes_out room[2];     /* ... here */
     /* the tick thread's */
     bytes_out tick; /* what the tick that is on has said */
     /* the thread's */
@@ -303,10 +305,36 @@ static void write_and_sync(record_file *f)
     if (f->unsynced) sync_file(f);
 }
 
+/* Touched, page by page: whoever fills it finds it there. */
+static bytes_out make_room(size_t size)
+{
+    bytes_out room = {0};
+    array_reserve(&room, size);
+    memset(room.at, 0, room.capacity);
+    return room;
+}
+
+static void make_rooms(record_file *f)
+{
+    pthread_mutex_lock(&f->lock);
+    while (!f->asked_bytes[0] && !f->first && !no_more_comes(f)) pthread_cond_wait(&f->came, &f->lock);
+    size_t sizes[2] = {f->asked_bytes[0], f->asked_bytes[1]};
+    pthread_mutex_unlock(&f->lock);
+    if (!sizes[0]) return;
+    bytes_out rooms[2] = {make_room(sizes[0]), make_room(sizes[1])};
+    pthread_mutex_lock(&f->lock);
+    memcpy(f->room, rooms, sizeof rooms);
+    f->asked_bytes[0] = f->asked_bytes[1] = 0;
+    pthread_mutex_unlock(&f->lock);
+}
+
 static void *keep_file(void *context)
 {
     record_file *f = context;
-    if (open_file(f)) write_and_sync(f);
+    if (open_file(f)) {
+        make_rooms(f);
+        write_and_sync(f);
+    }
     if (f->fd >= 0 && close(f->fd) != 0) end_with_error(f, "");
     pthread_mutex_lock(&f->lock);
     f->closed = true;
@@ -333,6 +361,8 @@ static void free_all(record_file *f)
         free_piece(p);
     }
     array_free(&f->tick);
+    array_free(&f->room[0]);
+    array_free(&f->room[1]);
     pthread_cond_destroy(&f->came);
     pthread_cond_destroy(&f->gone);
     pthread_mutex_destroy(&f->lock);
@@ -387,6 +417,29 @@ const char *record_file_why(const record_file *f, const char **option)
 {
     *option = f->option;
     return f->why;
+}
+
+void record_file_ask_room(record_file *f, size_t bytes, size_t state_bytes)
+{
+    pthread_mutex_lock(&f->lock);
+    f->asked_bytes[0] = bytes;
+    f->asked_bytes[1] = state_bytes;
+    pthread_cond_signal(&f->came);
+    pthread_mutex_unlock(&f->lock);
+}
+
+bool record_file_take_room(record_file *f, bytes_out *state)
+{
+    pthread_mutex_lock(&f->lock);
+    bool there = f->room[0].capacity > 0;
+    bytes_out rooms[2] = {f->room[0], f->room[1]};
+    if (there) f->room[0] = f->room[1] = (bytes_out){0};
+    pthread_mutex_unlock(&f->lock);
+    if (!there) return false;
+    array_free(&f->tick);
+    f->tick = rooms[0];
+    *state = rooms[1];
+    return true;
 }
 
 int record_file_put(void *file, const uint8_t *bytes, size_t size)

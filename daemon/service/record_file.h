@@ -39,6 +39,11 @@ const char *record_file_path(const record_file *f);
 /* When it has ended: one line, and the option whose limit was reached, or "" if the disk refused. */
 const char *record_file_why(const record_file *f, const char **option);
 
+/* Where much is to be put at once, the memory for it is asked for first, which takes longer than putting it: the thread
+ * makes room for so many bytes. True when it is there; the second is for a state. */
+void record_file_ask_room(record_file *f, size_t bytes, size_t state_bytes);
+bool record_file_take_room(record_file *f, bytes_out *state);
+
 int record_file_put(void *f, const uint8_t *bytes, size_t size); /* of the tick that is on; a wire_log_put */
 /* A whole state, framed by the thread; takes the bytes over. What was put before comes before it. */
 void record_file_put_state(record_file *f, bytes_out *state, int64_t first_record, int64_t timestamp_us);

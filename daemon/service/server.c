@@ -392,7 +392,7 @@ static bool due(const server *v)
 {
     const service *s = &v->s;
     if (s->config.rate > 0) return s->monotonic_ns >= v->next_tick_ns;
-    return world_changed(s->world) || calm_due(v) || standby_wants_tick(s) ||
+    return world_changed(s->world) || calm_due(v) || standby_wants_tick(s) || record_wants_tick(s) ||
            s->inbox.letters.count > s->inbox.waiting || waited_long(s) || s->now_ns >= world_next_due_ns(s->world) ||
            steps_due(s);
 }
@@ -520,8 +520,8 @@ static void one_round(server *v, const link_sink *sink)
     for (size_t i = 0; i < s->link_count; i++) s->links[i]->ops->receive(s->links[i], sink);
     notify_alive(&v->manager, s->monotonic_ns);
     if (!standby_round(s, sink)) work(v, began_ns);
-    if (atomic_exchange(&v->record_end, false) && s->recording) {
-        log_notice("signal: the recording ends");
+    if (atomic_exchange(&v->record_end, false)) {
+        log_notice("signal: the recording ends, if there is one");
         record_stop(s);
     }
     record_watch(s);
@@ -558,7 +558,7 @@ static bool suits(server *v, const struct link *from)
     bool is_close = pause_ns < PAUSE_NS || pause_ns < v->round_ns;
     v->close_offers = atomic_exchange(&v->missed, false) ? CLOSE_OFFERS_MAX : is_close ? v->close_offers + 1 : 0;
     bool short_enough = v->close_offers < CLOSE_OFFERS_MAX && v->round_ns < LONG_ROUND_NS;
-    return !s->standby && v->waiting && (v->calm || short_enough) && !(s->config.rate > 0) && !s->recording &&
+    return !s->standby && !s->record_next && v->waiting && (v->calm || short_enough) && !(s->config.rate > 0) && !s->recording &&
            !s->inbox.letters.count && is_only_dds(s, from);
 }
 

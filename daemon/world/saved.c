@@ -378,6 +378,17 @@ uint64_t world_saved_layout(void)
             if ((list)->at[id].used) call;                                                                             \
     } while (0)
 
+size_t world_saved_size(const world *w)
+{
+    enum { TEXTS = 64, BESIDE = 32 };
+    size_t a_body = sizeof(body) + TEXTS + BESIDE + 2 * w->words * sizeof(uint64_t);
+    size_t a_solid = sizeof(solid) + sizeof(shape) + sizeof(broad_move) + BESIDE;
+    size_t a_watch = WATCH_HEAD + sizeof(world_event) + BESIDE;
+    return sizeof(head) + w->bodies.count * a_body + w->solids.count * a_solid +
+           w->pairs.count * (sizeof(pair) + BESIDE) + w->watches.count * a_watch +
+           w->interests.count * (sizeof(interest) + TEXTS + BESIDE) + w->expiries.count * sizeof *w->expiries.at;
+}
+
 void world_save(const world *w, const world_lender *l, bytes_out *to)
 {
     head h = {.last_tick_ns = w->last_tick_ns,
