@@ -161,14 +161,16 @@ static const config_option OPTIONS[] = {
         "record also what is told, so that a replay that differs says what differs",
         "Without, a recording has the commands and a hash of the events: it is replayed alike, and is smaller. In the "
         "demo's robot cell an event takes 220 bytes, and the recording is 3.5 times as large with them."},
-    {"record_max_size", CONFIG_WHOLE, FIELD(record_max_size), 1, 1000000000, NULL, "16384", "MiB", "size of a recording",
+    {"record_max_size", CONFIG_WHOLE, FIELD(record_max_size), 1, 1000000000, NULL, "16384", "MiB",
+        "size of a recording",
         "One that would be larger ends behind its last whole tick. That is logged, counted (record_failures) and told "
         "as degraded health, as with the limits below and with a disk that refuses or does not keep up."},
     {"record_keep_free", CONFIG_NUMBER, FIELD(record_keep_free), 0, 100, NULL, "2", "%",
         "of the disk that is recorded to: what stays free",
         "A recording that would leave less ends, or does not begin."},
     {"record_max_files", CONFIG_WHOLE, FIELD(record_max_files), 1, 1000000, NULL, "100", "files",
-        "recordings in record_dir", "Counts what ends in .lcmlog there. With as many, clients may begin no further one."},
+        "recordings in record_dir",
+        "Counts what ends in .lcmlog there. With as many, clients may begin no further one."},
     {"record_max_time", CONFIG_NUMBER, FIELD(record_max_time), 0.1, 31536000, NULL, "86400", "s",
         "how long a recording takes that a client has begun",
         "Who has begun a recording may end it, and nobody else: the operator ends any by SIGUSR1. If its client is "
@@ -191,7 +193,8 @@ static const config_option OPTIONS[] = {
         "Only of use with replay."},
     {"metrics_port", CONFIG_WHOLE, FIELD(metrics_port), 0, 65535, NULL, "0", "TCP port",
         "port with figures for Prometheus (/metrics) and for probes (/ready); 0: none",
-        "Only this machine can reach it, unless metrics_address says otherwise. Figures are renewed with each Status; collidectl status shows the same ones."},
+        "Only this machine can reach it, unless metrics_address says otherwise. Figures are renewed with each Status; "
+        "collidectl status shows the same ones."},
     {"metrics_address", CONFIG_TEXT, FIELD(metrics_address), 0, 0, NULL, "127.0.0.1", "",
         "address of this machine, as a number, that metrics_port is on; 0.0.0.0: all of them",
         "Whoever reaches it can read the figures: there is no password and no encryption."},

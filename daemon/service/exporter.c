@@ -1,6 +1,6 @@
-/* exporter: a thread that waits for its connections with poll. What it shares with the tick thread is `shown`: the page,
- * under a lock that is held for a copy of a pointer only. A connection is in one of three states, each of which has an
- * end in time; where there are as many as there may be, the one that has been longest in its state goes. */
+/* exporter: a thread that waits for its connections with poll. What it shares with the tick thread is `shown`: the
+ * page, under a lock that is held for a copy of a pointer only. A connection is in one of three states, each of which
+ * has an end in time; where there are as many as there may be, the one that has been longest in its state goes. */
 #include "exporter.h"
 
 #include "base/array.h"
@@ -24,10 +24,10 @@
 #include <unistd.h>
 
 enum {
-    CONNECTIONS_MAX = 128,   /* in all, ... */
-    OF_ONE_MAX = 64,         /* ... and of one address */
-    HANDLED_MAX = 16,        /* requests that are answered at once when they come together: then others have their turn */
-    LEFT_MAX = 1 << 18,      /* bytes that are read of who was refused and goes on talking */
+    CONNECTIONS_MAX = 128, /* in all, ... */
+    OF_ONE_MAX = 64,       /* ... and of one address */
+    HANDLED_MAX = 16,      /* requests that are answered at once when they come together: then others have their turn */
+    LEFT_MAX = 1 << 18,    /* bytes that are read of who was refused and goes on talking */
     BACKLOG = 512,
     HEADER_ROOM = 512
 };
@@ -260,9 +260,7 @@ static void go_on(exporter *e, connection *c)
 {
     bool more = true;
     for (int i = 0; i < HANDLED_MAX && more && c->state != FREE; i++)
-        more = c->state == READING     ? read_some(e, c)
-               : c->state == ANSWERING ? answer_some(e, c)
-                                       : leave_some(e, c);
+        more = c->state == READING ? read_some(e, c) : c->state == ANSWERING ? answer_some(e, c) : leave_some(e, c);
 }
 
 static int64_t end_of(const connection *c)
@@ -327,11 +325,12 @@ static int wait_ms(const exporter *e)
 
 static void wait_and_go_on(exporter *e)
 {
-    struct pollfd waits[CONNECTIONS_MAX + 2] = {{.fd = e->wakes, .events = POLLIN}, {.fd = e->listens, .events = POLLIN}};
+    struct pollfd waits[CONNECTIONS_MAX + 2] = {
+        {.fd = e->wakes, .events = POLLIN}, {.fd = e->listens, .events = POLLIN}};
     for (size_t i = 0; i < CONNECTIONS_MAX; i++) {
         const connection *c = &e->connections[i];
-        waits[i + 2] = (struct pollfd){
-            .fd = c->state == FREE ? -1 : c->fd, .events = c->state == ANSWERING ? POLLOUT : POLLIN};
+        waits[i + 2] =
+            (struct pollfd){.fd = c->state == FREE ? -1 : c->fd, .events = c->state == ANSWERING ? POLLOUT : POLLIN};
     }
     if (poll(waits, CONNECTIONS_MAX + 2, wait_ms(e)) < 0) return;
     int64_t now = clock_monotonic_ns();

@@ -126,8 +126,9 @@ static int start(service *s, const record_terms *terms, const int64_t *client, i
 
 static record_terms terms_of(const service *s, const char *path)
 {
-    return (record_terms){
-        .path = path, .most_bytes = (int64_t)s->config.record_max_size << 20, .keep_free = s->config.record_keep_free / 100};
+    return (record_terms){.path = path,
+        .most_bytes = (int64_t)s->config.record_max_size << 20,
+        .keep_free = s->config.record_keep_free / 100};
 }
 
 int record_start(service *s, const char *path, const int64_t *client, char *why, size_t why_size)
@@ -208,7 +209,8 @@ bool record_may_end(const service *s, int64_t client, char *why, size_t why_size
     if (!b->by_query)
         snprintf(why, why_size, "the daemon's configuration began this recording: %s, not by a query", ELSE);
     else if (b->gone)
-        snprintf(why, why_size, "client %016" PRIx64 " began this recording and is gone: %s", (uint64_t)b->client, ELSE);
+        snprintf(
+            why, why_size, "client %016" PRIx64 " began this recording and is gone: %s", (uint64_t)b->client, ELSE);
     else
         snprintf(why, why_size, "client %016" PRIx64 " began this recording: it alone may end it, or %s",
             (uint64_t)b->client, ELSE);

@@ -1,5 +1,5 @@
-/* record_file: what is between the tick thread and the file's own is under the lock: the queue, and how the file stands.
- * The lock is held for as long as it takes to hand a piece over. */
+/* record_file: what is between the tick thread and the file's own is under the lock: the queue, and how the file
+ * stands. The lock is held for as long as it takes to hand a piece over. */
 #include "record_file.h"
 
 #include "base/clock.h"
@@ -143,7 +143,8 @@ static bool is_too_full(const record_file *f, size_t more)
 static void say_too_full(record_file *f)
 {
     char why[PATH_ROOM + 128];
-    snprintf(why, sizeof why, "record_keep_free = %g %% is reached: the disk has no more to give", 100 * f->terms.keep_free);
+    snprintf(
+        why, sizeof why, "record_keep_free = %g %% is reached: the disk has no more to give", 100 * f->terms.keep_free);
     end_with(f, "record_keep_free", why);
 }
 

@@ -301,7 +301,7 @@ server *server_create(const config *given, char *why, size_t why_size)
     s->next_heartbeat_ns = s->next_watch_ns = INT64_MAX;
     s->world = make_world(c);
     service_set_budget(s);
-    if (c->metrics_port && !s->replaying) 
+    if (c->metrics_port && !s->replaying)
         s->exporter = exporter_start((uint16_t)c->metrics_port, c->metrics_address, c->metrics_hosts, why, why_size);
     bool exports = s->exporter || !c->metrics_port || s->replaying;
     bool dropped = exports && privileges_drop(c->user, why, why_size) == 0; /* the port above may have needed them */
@@ -558,8 +558,8 @@ static bool suits(server *v, const struct link *from)
     bool is_close = pause_ns < PAUSE_NS || pause_ns < v->round_ns;
     v->close_offers = atomic_exchange(&v->missed, false) ? CLOSE_OFFERS_MAX : is_close ? v->close_offers + 1 : 0;
     bool short_enough = v->close_offers < CLOSE_OFFERS_MAX && v->round_ns < LONG_ROUND_NS;
-    return !s->standby && !s->record_next && v->waiting && (v->calm || short_enough) && !(s->config.rate > 0) && !s->recording &&
-           !s->inbox.letters.count && is_only_dds(s, from);
+    return !s->standby && !s->record_next && v->waiting && (v->calm || short_enough) && !(s->config.rate > 0) &&
+           !s->recording && !s->inbox.letters.count && is_only_dds(s, from);
 }
 
 /* A round of poses alone: it takes no command, so it opens and closes nothing, and ends no client. Poses that have to

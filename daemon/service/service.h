@@ -294,7 +294,7 @@ typedef struct record_beginner { /* who may end it */
 } record_beginner;
 
 typedef struct record_reply { /* the answer to who ended a recording: when all of it is on the disk */
-    struct link *to;         /* NULL: none is owed */
+    struct link *to;          /* NULL: none is owed */
     wire_answer answer;
 } record_reply;
 
@@ -368,9 +368,9 @@ typedef struct service {
     ARRAY(world_shape) shapes; /* scratch of apply */
     ARRAY(compound *) compounds;
     ARRAY(filter_rule) rules;
-    wire_log_writer *recording;    /* NULL: nothing is recorded, ... */
-    wire_log_writer *record_next;  /* ... but this is about to, when there is room for its beginning */
-    bytes_out record_room;         /* for the state that it begins with */
+    wire_log_writer *recording;   /* NULL: nothing is recorded, ... */
+    wire_log_writer *record_next; /* ... but this is about to, when there is room for its beginning */
+    bytes_out record_room;        /* for the state that it begins with */
     struct record_file *recording_to;
     record_beginner recording_of;
     ARRAY(struct record_file *) record_ends; /* recordings that have ended, and are not on the disk yet */
@@ -557,7 +557,7 @@ bool state_take(service *s, bytes_in *from, char *why, size_t why_size); /* into
 
 /* record.c, record_state.c */
 size_t record_state_size(const service *s); /* about as many bytes as record_state takes */
-void record_state(service *s); /* all that is announced now, as if it came anew */
+void record_state(service *s);              /* all that is announced now, as if it came anew */
 /* The state follows with the tick's end. `client`: who asked for it, or NULL: the configuration. */
 int record_start(service *s, const char *path, const int64_t *client, char *why, size_t why_size);
 /* May a query of that client end it? If not, it says who may. */
@@ -565,7 +565,7 @@ bool record_may_end(const service *s, int64_t client, char *why, size_t why_size
 void record_watch(service *s); /* notices recordings that end of themselves, and that are on the disk; each round */
 bool record_wants_tick(const service *s); /* it is about to begin */
 int64_t record_next_ns(const service *s); /* when to do so again, monotonic; INT64_MAX: with anything else */
-void record_stop_now(service *s); /* of a daemon that ends: waits for the disk */
+void record_stop_now(service *s);         /* of a daemon that ends: waits for the disk */
 /* As configured, of a daemon of a pair that becomes active: FILE, or FILE.1, FILE.2, ... if it is there. */
 void record_begin(service *s);
 void record_message(service *s, const wire_message *m);

@@ -107,7 +107,8 @@ static void huge_header(int s, int i)
 
 static void upgrade(int s, int i)
 {
-    static const char *const TO[] = {"websocket\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13",
+    static const char *const TO[] = {
+        "websocket\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13",
         "h2c\r\nHTTP2-Settings: AAMAAABkAAQAoAAAAAIAAAAA"};
     char text[512];
     snprintf(text, sizeof text, GET_METRICS "Connection: Upgrade\r\nUpgrade: %s\r\n\r\n", TO[i % 2]);

@@ -1,5 +1,5 @@
-/* A power cut while the daemon records: of the recording that is there which was synced, and nothing else. It replays up
- * to a whole tick, and what is not in it was told within the last moments. */
+/* A power cut while the daemon records: of the recording that is there which was synced, and nothing else. It replays
+ * up to a whole tick, and what is not in it was told within the last moments. */
 #include "rig.h"
 
 #include <signal.h>
@@ -13,8 +13,8 @@ static char folder[] = "/tmp/power_cut_XXXXXX", synced[64], left[96], session[96
 static pid_t daemon_that_records(void)
 {
     rig_need_network();
-    const char *const arguments[] = {"collided", "--links", RIG_DDS, "--status-period", "0.1", "--workers", "1", "--log",
-        "warning", "--record", session, NULL};
+    const char *const arguments[] = {"collided", "--links", RIG_DDS, "--status-period", "0.1", "--workers", "1",
+        "--log", "warning", "--record", session, NULL};
     setenv("LD_PRELOAD", DISK, 1);
     setenv("DISK_SYNCED", synced, 1);
     pid_t pid = rig_start(COLLIDED, arguments);

@@ -14,8 +14,8 @@ static char folder[] = "/tmp/slow_disk_XXXXXX", still[64], session[64];
 static pid_t daemon_with(const char *option, const char *value)
 {
     rig_need_network();
-    const char *const arguments[] = {"collided", "--links", RIG_DDS, "--status-period", "0.1", "--workers", "1", "--log",
-        "warning", option, value, NULL};
+    const char *const arguments[] = {"collided", "--links", RIG_DDS, "--status-period", "0.1", "--workers", "1",
+        "--log", "warning", option, value, NULL};
     setenv("LD_PRELOAD", DISK, 1);
     setenv("DISK_STILL", still, 1);
     pid_t pid = rig_start(COLLIDED, arguments);

@@ -95,7 +95,8 @@ static void noise_is_no_request(void **state)
 {
     (void)state;
     uint64_t seed = 1;
-    static const char BASE[] = "GET /metrics HTTP/1.1\r\n" H "Origin: http://localhost:9464\r\nConnection: close\r\n\r\n";
+    static const char BASE[] =
+        "GET /metrics HTTP/1.1\r\n" H "Origin: http://localhost:9464\r\nConnection: close\r\n\r\n";
     for (int i = 0; i < 100000; i++) {
         size_t size = sizeof BASE - 1;
         char *head = malloc(size);
