@@ -114,7 +114,7 @@ static int start(service *s, const record_terms *terms, const int64_t *client, i
         (record_beginner){.by_query = client != NULL, .client = client ? *client : 0, .since_ns = s->monotonic_ns};
     log_notice("recording to %s", record_file_path(s->recording_to));
     size_t bytes = record_state_size(s), state_bytes = state_size(s);
-    if (client && bytes + state_bytes > AT_ONCE) {
+    if (s->tick > 0 && !s->replaying && bytes + state_bytes > AT_ONCE) {
         record_file_ask_room(s->recording_to, bytes, state_bytes + state_bytes / 16);
         return 0;
     }
