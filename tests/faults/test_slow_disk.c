@@ -78,6 +78,15 @@ static void ask(collided *c, const char *name, collided_status expected)
     collided_result result;
     collided_status status = collided_record(c, name, RIG_PATIENCE_S, &result);
     if (status != expected) fail_msg("record \"%s\": %s", name ? name : "", result.text ? result.text : "?");
+    collided_result_free(&result);
+}
+
+static bool begins(collided *c, const char *name)
+{
+    collided_result result;
+    bool begun = collided_record(c, name, RIG_PATIENCE_S, &result) == COLLIDED_OK;
+    collided_result_free(&result);
+    return begun;
 }
 
 static void the_recording_of_another_is_not_ended(void **state)
@@ -100,8 +109,7 @@ static void the_recording_of_another_is_not_ended(void **state)
     UNTIL(bob, RIG_PATIENCE_S, rig_counter(bob, "clients") == 1);
     ask(bob, NULL, COLLIDED_UNSUPPORTED);
     rig_kill(daemon, SIGUSR1); /* but the operator */
-    collided_result result;
-    UNTIL(bob, RIG_PATIENCE_S, collided_record(bob, "his", RIG_PATIENCE_S, &result) == COLLIDED_OK);
+    UNTIL(bob, RIG_PATIENCE_S, begins(bob, "his"));
     rig_close(bob);
     end_daemon(daemon);
     assert_int_equal(replay(path), 0);
