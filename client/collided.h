@@ -548,7 +548,7 @@ collided_status collided_query_explain(
 collided_status collided_query_bodies(collided *c, const char *pattern, double timeout_s, collided_result *out);
 
 /* Starts or ends a recording on the daemon. It is in its record_dir, under a plain name without '/'; NULL or "" ends
- * it. The answer's text tells the path. */
+ * it, which only who began it may. The answer's text tells the path, or why not (COLLIDED_UNSUPPORTED). */
 collided_status collided_record(collided *c, const char *name, double timeout_s, collided_result *out);
 
 /* ---- the daemon's state ---- */

@@ -9,7 +9,7 @@ die() { say "$*"; exit 1; }
 
 # What the daemon, its client library and the tools are built from.
 packages_build=(cmake ninja-build gcc g++ libc6-dev pkg-config cyclonedds-dev cyclonedds-tools liblcm-dev liblcm-bin
-    libglib2.0-dev libsystemd-dev libccd-dev libqhull-dev libwebsockets-dev libssl-dev openssl
+    libglib2.0-dev libsystemd-dev libccd-dev libqhull-dev libssl-dev openssl
     libassimp-dev libxml2-dev libcyaml-dev libpng-dev
     iproute2 util-linux python3)
 # What the tests and benchmarks need beside it.

@@ -3,7 +3,9 @@
 #include "service.h"
 
 #include "base/clock.h"
+#include "base/log.h"
 
+#include <inttypes.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -211,6 +213,7 @@ static bool was_carried_out(reply *r, const wire_query *q)
 {
     const record_wish *last = &r->s->record_wish;
     if (last->client != q->client || q->sequence > last->sequence) return false;
+    if (q->sequence == last->sequence && r->s->record_reply.to) return true; /* it comes */
     if (q->sequence == last->sequence)
         fail(r, last->status, "%s", last->text);
     else
@@ -221,24 +224,45 @@ static bool was_carried_out(reply *r, const wire_query *q)
 static void record(reply *r, const wire_query *q)
 {
     service *s = r->s;
-    char path[2 * CONFIG_TEXT_MAX], why[256];
-    if (!*q->name_a && !s->recording) {
+    char path[2 * CONFIG_TEXT_MAX], why[CONFIG_TEXT_MAX + 256];
+    if (!*q->name_a && !s->recording_to) {
         fail(r, WIRE_ANSWER_UNSUPPORTED, "nothing is being recorded: it was not begun, or the disk refused it");
+    } else if (!*q->name_a && !record_may_end(s, q->client, why, sizeof why)) {
+        log_notice("client %016" PRIx64 " may not end the recording: %s", (uint64_t)q->client, why);
+        metric_count(s->count.records_refused, 1);
+        fail(r, WIRE_ANSWER_UNSUPPORTED, "%s", why);
     } else if (!*q->name_a) {
         record_stop(s);
+        answer_owed(s); /* an earlier one */
         snprintf(r->text, sizeof r->text, "recording ended");
-        send(r);
+        s->record_reply = (record_reply){.to = r->to, .answer = r->answer};
     } else if (!*s->config.record_dir) {
         fail(r, WIRE_ANSWER_UNSUPPORTED, "the daemon was started without record_dir: it does not let clients record");
     } else if (strchr(q->name_a, '/') || q->name_a[0] == '.') {
         fail(r, WIRE_ANSWER_UNSUPPORTED, "a recording needs a plain name, without '/' and not starting with '.'");
     } else {
         snprintf(path, sizeof path, "%s/%s.lcmlog", s->config.record_dir, q->name_a);
-        if (record_start(s, path, why, sizeof why) != 0)
+        if (record_start(s, path, &q->client, why, sizeof why) != 0) {
+            log_notice("client %016" PRIx64 " may not record: %s", (uint64_t)q->client, why);
+            metric_count(s->count.records_refused, 1);
             fail(r, WIRE_ANSWER_UNSUPPORTED, "%s", why);
-        else
-            fail(r, WIRE_ANSWER_OK, "%s", path);
+        } else {
+            answer_owed(s); /* an earlier one */
+            snprintf(r->text, sizeof r->text, "%s", path);
+            s->record_reply = (record_reply){.to = r->to, .answer = r->answer};
+        }
     }
+}
+
+void answer_owed(service *s)
+{
+    record_reply *owed = &s->record_reply;
+    if (!owed->to) return;
+    owed->answer.text = s->record_wish.text;
+    metric_count(s->count.answers, 1);
+    owed->to->ops->publish(owed->to, &(wire_message){.kind = WIRE_ANSWER, .answer = owed->answer});
+    owed->to->ops->flush(owed->to);
+    owed->to = NULL;
 }
 
 void answer_query(service *s, struct link *from, const wire_query *q)
@@ -291,6 +315,7 @@ void answer_query(service *s, struct link *from, const wire_query *q)
         record(&r, q);
         s->record_wish = (record_wish){.client = q->client, .sequence = q->sequence, .status = r.answer.status};
         memcpy(s->record_wish.text, r.text, sizeof r.text);
+        if (!s->record_ends.count && !s->record_next) answer_owed(s);
         return;
     default:
         fail(&r, WIRE_ANSWER_UNSUPPORTED, "this kind of query is not supported by this release");

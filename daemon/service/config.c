@@ -190,6 +190,20 @@ static const config_option OPTIONS[] = {
         "record also what is told, so that a replay that differs says what differs",
         "Without, a recording has the commands and a hash of the events: it is replayed alike, and is smaller. In the "
         "demo's robot cell an event takes 220 bytes, and the recording is 3.5 times as large with them."},
+    {"record_max_size", CONFIG_WHOLE, FIELD(record_max_size), 1, 1000000000, NULL, "16384", "MiB",
+        "size of a recording",
+        "One that would be larger ends behind its last whole tick. That is logged, counted (record_failures) and told "
+        "as degraded health, as with the limits below and with a disk that refuses or does not keep up."},
+    {"record_keep_free", CONFIG_NUMBER, FIELD(record_keep_free), 0, 100, NULL, "2", "%",
+        "of the disk that is recorded to: what stays free",
+        "A recording that would leave less ends, or does not begin."},
+    {"record_max_files", CONFIG_WHOLE, FIELD(record_max_files), 1, 1000000, NULL, "100", "files",
+        "recordings in record_dir",
+        "Counts what ends in .lcmlog there. With as many, clients may begin no further one."},
+    {"record_max_time", CONFIG_NUMBER, FIELD(record_max_time), 0.1, 31536000, NULL, "86400", "s",
+        "how long a recording takes that a client has begun",
+        "Who has begun a recording may end it, and nobody else: the operator ends any by SIGUSR1. If its client is "
+        "gone it ends by this limit, or by one of the others."},
     {"replay", CONFIG_TEXT, FIELD(replay), 0, 0, NULL, "", "",
         "run a recording instead of live links, compare its hashes, and end",
         "No link is opened. The exit status is 0 if every tick is equal to the recording, wherever in a session that "
@@ -207,8 +221,17 @@ static const config_option OPTIONS[] = {
     {"json", CONFIG_YES, FIELD(json), 0, 0, NULL, "no", "", "print the result of a replay as a JSON object",
         "Only of use with replay."},
     {"metrics_port", CONFIG_WHOLE, FIELD(metrics_port), 0, 65535, NULL, "0", "TCP port",
-        "port on loopback with figures for Prometheus (/metrics) and for probes (/ready); 0: none",
-        "Only this machine can reach it. Figures are renewed with each Status; collidectl status shows the same ones."},
+        "port with figures for Prometheus (/metrics) and for probes (/ready); 0: none",
+        "Only this machine can reach it, unless metrics_address says otherwise. Figures are renewed with each Status; "
+        "collidectl status shows the same ones."},
+    {"metrics_address", CONFIG_TEXT, FIELD(metrics_address), 0, 0, NULL, "127.0.0.1", "",
+        "address of this machine, as a number, that metrics_port is on; 0.0.0.0: all of them",
+        "Whoever reaches it can read the figures: there is no password and no encryption."},
+    {"metrics_hosts", CONFIG_TEXT, FIELD(metrics_hosts), 0, 0, NULL, "", "",
+        "names that requests for figures may give as their Host, divided by spaces; *: any",
+        "On loopback localhost and its addresses are taken without this, on another metrics_address all addresses and "
+        "names without a dot (http://collided:9464). So no page of a stranger's in a browser gets to the figures under "
+        "a name of the stranger's. Requests with a foreign Origin are refused in any case."},
     {"log", CONFIG_CHOICE, FIELD(log), 0, 0, "error|warning|notice|info|debug", "notice", "", "least level to log",
         "Lines go to standard error. A flood of like lines is cut to ten a second, and counted."},
     {"journal", CONFIG_YES, FIELD(journal), 0, 0, NULL, "no", "", "mark log lines with their level for the journal",

@@ -21,12 +21,16 @@ typedef struct config {
     char record_dir[CONFIG_TEXT_MAX];
     char replay[CONFIG_TEXT_MAX];
     char log[16];
+    char metrics_address[64];
+    char metrics_hosts[CONFIG_TEXT_MAX];
     char cpus[128];
     char engine[16];
     char broad[16];
     char step_policy[16];
     long workers, metrics_port, fifo_priority;
     bool caches, json, journal, trade, lock_memory, record_events, standby;
+    double record_keep_free, record_max_time;
+    long record_max_size, record_max_files;
     double margin, rate, budget_us, slice_us, settle, replay_speed, status_period, lease, heartbeat, step_timeout,
         standby_lease;
     long max_clients, max_bodies, max_shapes, max_pairs, max_interests, max_geometries, max_step_poses;

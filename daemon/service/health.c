@@ -41,7 +41,8 @@ void health_register(service *s)
     s->count.acks = metrics_add(m, "acks", "messages acknowledged");
     s->count.budget_over = metrics_add(m, "budget_over", "ticks that took more than 1.2 times budget_us");
     s->count.clock_steps = metrics_add(m, "clock_steps", "times that the wall clock was set back");
-    s->count.record_failures = metrics_add(m, "record_failures", "records that the disk refused");
+    s->count.record_failures = metrics_add(m, "record_failures", "recordings that the disk, or a limit, ended");
+    s->count.records_refused = metrics_add(m, "records_refused", "wishes to end or begin a recording, refused");
     s->count.takeovers = metrics_add(m, "takeovers", "times that this standby went on for an active daemon");
     s->count.steps_down = metrics_add(m, "steps_down", "times that this daemon found that another one had taken over");
     s->count.out_of_step = metrics_add(m, "out_of_step", "times that this standby had to ask for the state anew");

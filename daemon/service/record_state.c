@@ -278,6 +278,18 @@ static void tell_geometries(service *s)
         if (!s->claims.at[i].geometry && s->claims.at[i].sequence) tell_taken_back(s, &s->claims.at[i]);
 }
 
+size_t record_state_size(const service *s)
+{
+    enum { A_MESSAGE = 512, A_BODY = 640, A_SHAPE = 128 };
+    size_t size = A_MESSAGE * s->streams.count + s->inbox.bytes.count;
+    for (size_t i = 0; i < s->sessions.count; i++) {
+        const session *c = s->sessions.at[i];
+        size += A_MESSAGE + A_BODY * c->bodies.count + A_SHAPE * c->shape_count + c->held.bytes.count +
+                (size_t)c->geometry_bytes + c->geometry_bytes / 16;
+    }
+    return size;
+}
+
 void record_state(service *s)
 {
     columns *scratch = base_alloc(1, sizeof *scratch);

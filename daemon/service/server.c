@@ -30,6 +30,7 @@ struct server {
     service s;
     pthread_mutex_t lock; /* guards all but what is atomic */
     _Atomic bool stop;
+    _Atomic bool record_end; /* the operator asks for the end of the recording */
     _Atomic bool waiting; /* the tick thread, until wakes_ns: set under the lock, reset before it is asked for again */
     _Atomic bool missed;  /* poses came while a round was on */
     int64_t next_status_ns, next_tick_ns; /* monotonic */
@@ -314,12 +315,13 @@ server *server_create(const config *given, char *why, size_t why_size)
     s->next_heartbeat_ns = s->next_watch_ns = INT64_MAX;
     s->world = make_world(c);
     service_set_budget(s);
-    if (c->metrics_port && !s->replaying) s->exporter = exporter_start((uint16_t)c->metrics_port, why, why_size);
+    if (c->metrics_port && !s->replaying)
+        s->exporter = exporter_start((uint16_t)c->metrics_port, c->metrics_address, c->metrics_hosts, why, why_size);
     bool exports = s->exporter || !c->metrics_port || s->replaying;
     bool dropped = exports && privileges_drop(c->user, why, why_size) == 0; /* the port above may have needed them */
     /* The recording comes last: what fails before leaves no file. Nothing is taken from the links yet. */
     if (!dropped || open_links(v, why, why_size) != 0 || standby_start(s, why, why_size) != 0 ||
-        (*c->record && !s->standby && record_start(s, c->record, why, why_size) != 0)) {
+        (*c->record && !s->standby && record_start(s, c->record, NULL, why, why_size) != 0)) {
         server_destroy(v);
         return NULL;
     }
@@ -333,7 +335,7 @@ void server_destroy(server *v)
     standby_free(s);
     stream_free_all(s);
     for (size_t i = 0; i < s->link_count; i++) link_close(s->links[i]);
-    record_stop(s);
+    record_stop_now(s);
     free_clients(s);
     shares_destroy(s->shares);
     wire_memory_destroy(s->inbox.memory);
@@ -407,7 +409,7 @@ static bool due(const server *v)
 {
     const service *s = &v->s;
     if (s->config.rate > 0) return s->monotonic_ns >= v->next_tick_ns;
-    return world_changed(s->world) || calm_due(v) || standby_wants_tick(s) ||
+    return world_changed(s->world) || calm_due(v) || standby_wants_tick(s) || record_wants_tick(s) ||
            s->inbox.letters.count > s->inbox.waiting || waited_long(s) || s->now_ns >= world_next_due_ns(s->world) ||
            steps_due(s) || shares_want_tick(s);
 }
@@ -424,7 +426,7 @@ static int64_t next_wake_ns(const server *v)
     int64_t now = clock_monotonic_ns(), next = earlier(v->next_status_ns, session_next_lease_ns(s));
     next = earlier(next, earlier(s->next_heartbeat_ns, steps_next_ns(s)));
     next = earlier(next, s->next_watch_ns);
-    next = earlier(next, earlier(ready_next_ns(s), shares_next_ns(s)));
+    next = earlier(next, earlier(ready_next_ns(s), earlier(shares_next_ns(s), record_next_ns(s))));
     if (s->standby) next = earlier(next, standby_next_ns(s));
     if (standby_waits(s))
         next = earlier(v->next_status_ns, standby_next_ns(s));
@@ -545,6 +547,11 @@ static void one_round(server *v, const link_sink *sink)
     shares_release(s);
     notify_alive(&v->manager, s->monotonic_ns);
     if (!standby_round(s, sink)) work(v, began_ns);
+    if (atomic_exchange(&v->record_end, false)) {
+        log_notice("signal: the recording ends, if there is one");
+        record_stop(s);
+    }
+    record_watch(s);
     if (s->monotonic_ns < v->next_status_ns && !s->status_due) return;
     s->status_due = false;
     uint8_t before = s->health;
@@ -578,8 +585,8 @@ static bool suits(server *v, const struct link *from)
     bool is_close = pause_ns < PAUSE_NS || pause_ns < v->round_ns;
     v->close_offers = atomic_exchange(&v->missed, false) ? CLOSE_OFFERS_MAX : is_close ? v->close_offers + 1 : 0;
     bool short_enough = v->close_offers < CLOSE_OFFERS_MAX && v->round_ns < LONG_ROUND_NS;
-    return !s->standby && v->waiting && (v->calm || short_enough) && !(s->config.rate > 0) && !s->recording &&
-           !s->inbox.letters.count && is_only_dds(s, from);
+    return !s->standby && !s->record_next && v->waiting && (v->calm || short_enough) && !(s->config.rate > 0) &&
+           !s->recording && !s->inbox.letters.count && is_only_dds(s, from);
 }
 
 /* A round of poses alone: it takes no command, so it opens and closes nothing, and ends no client. Poses that have to
@@ -675,5 +682,12 @@ void server_stop(server *v)
 {
     uint64_t one = 1;
     v->stop = true;
+    if (write(v->s.wake_fd, &one, sizeof one) < 0) log_error("wake-up: %s", strerror(errno));
+}
+
+void server_end_recording(server *v)
+{
+    uint64_t one = 1;
+    v->record_end = true;
     if (write(v->s.wake_fd, &one, sizeof one) < 0) log_error("wake-up: %s", strerror(errno));
 }

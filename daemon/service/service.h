@@ -283,6 +283,7 @@ typedef struct counters { /* metrics that the service itself counts */
     metric *budget_over, *record_failures, *heartbeats, *steps, *steps_missed, *answers, *acks, *tick_ns, *busy_ns,
         *round_longest_ns;
     metric *ticks_on_arrival, *unheard;
+    metric *records_refused;
     metric *batches_skipped;
     metric *queries_cut;
     metric *takeovers, *steps_down, *out_of_step, *journalled;
@@ -305,6 +306,17 @@ typedef struct record_wish { /* the last one on recordings, and what was answere
     uint8_t status;
     char text[WIRE_TEXT_MAX + 1];
 } record_wish;
+
+typedef struct record_beginner { /* who may end it */
+    bool by_query;               /* not: the configuration */
+    bool watched, gone;          /* its link tells when it goes; it is gone: nobody may, but the operator */
+    int64_t client, since_ns;    /* monotonic */
+} record_beginner;
+
+typedef struct record_reply { /* the answer to who ended a recording: when all of it is on the disk */
+    struct link *to;          /* NULL: none is owed */
+    wire_answer answer;
+} record_reply;
 
 typedef struct measures { /* for the page that Prometheus reads */
     histogram latency, tick, age, width;
@@ -384,10 +396,15 @@ typedef struct service {
     ARRAY(world_shape) shapes; /* scratch of apply */
     ARRAY(compound *) compounds;
     ARRAY(filter_rule) rules;
-    wire_log_writer *recording;
-    char recording_path[CONFIG_TEXT_MAX];
+    wire_log_writer *recording;   /* NULL: nothing is recorded, ... */
+    wire_log_writer *record_next; /* ... but this is about to, when there is room for its beginning */
+    bytes_out record_room;        /* for the state that it begins with */
+    struct record_file *recording_to;
+    record_beginner recording_of;
+    ARRAY(struct record_file *) record_ends; /* recordings that have ended, and are not on the disk yet */
     bool state_due; /* the recording began in the middle: its state is written when the tick ends */
     record_wish record_wish;
+    record_reply record_reply;
     char limits[512];        /* named limits that were reached in the last LIMITS_TOLD_NS */
     int64_t limit_ns;        /* when the last of them was, monotonic */
     bool hull_came;          /* since waiting commands were last tried */
@@ -545,6 +562,7 @@ void steps_free(session *c);
 
 /* answer.c */
 void answer_query(service *s, struct link *from, const wire_query *q);
+void answer_owed(service *s); /* to who ended a recording */
 
 /* tick.c */
 void service_set_budget(service *s);                                  /* of the configuration */
@@ -580,13 +598,22 @@ const char *health_release(void);
 
 /* standby_state.c: the whole state between two ticks, for a standby, and for a recording that begins in the middle */
 void state_put(service *s, bytes_out *to);
+size_t state_size(const service *s); /* about as many bytes as that will be */
 /* Of this release and build? If not, it says of which. */
 bool state_fits(const uint8_t *bytes, size_t size, char *why, size_t why_size);
 bool state_take(service *s, bytes_in *from, char *why, size_t why_size); /* into an empty service */
 
 /* record.c, record_state.c */
-void record_state(service *s); /* all that is announced now, as if it came anew */
-int record_start(service *s, const char *path, char *why, size_t why_size); /* the state follows with the tick's end */
+size_t record_state_size(const service *s); /* about as many bytes as record_state takes */
+void record_state(service *s);              /* all that is announced now, as if it came anew */
+/* The state follows with the tick's end. `client`: who asked for it, or NULL: the configuration. */
+int record_start(service *s, const char *path, const int64_t *client, char *why, size_t why_size);
+/* May a query of that client end it? If not, it says who may. */
+bool record_may_end(const service *s, int64_t client, char *why, size_t why_size);
+void record_watch(service *s); /* notices recordings that end of themselves, and that are on the disk; each round */
+bool record_wants_tick(const service *s); /* it is about to begin */
+int64_t record_next_ns(const service *s); /* when to do so again, monotonic; INT64_MAX: with anything else */
+void record_stop_now(service *s);         /* of a daemon that ends: waits for the disk */
 /* As configured, of a daemon of a pair that becomes active: FILE, or FILE.1, FILE.2, ... if it is there. */
 void record_begin(service *s);
 void record_message(service *s, const wire_message *m);

@@ -318,6 +318,19 @@ void state_put(service *s, bytes_out *to)
     world_save(s->world, &lender, to);
 }
 
+size_t state_size(const service *s)
+{
+    size_t size = sizeof(state_head) + world_saved_size(s->world) + s->inbox.bytes.count +
+                  s->claims.count * sizeof(geometry_claim) + s->streams.count * (sizeof(stream) + WIRE_NAME_MAX);
+    for (size_t i = 0; i < s->geometries.count; i++)
+        size += sizeof(geometry) + s->geometries.at[i].vertex_numbers * sizeof(double) +
+                s->geometries.at[i].index_numbers * sizeof(int32_t);
+    for (size_t i = 0; i < s->sessions.count; i++)
+        size += sizeof(session) + s->sessions.at[i]->held.bytes.count +
+                s->sessions.at[i]->bodies.count * (sizeof(owned_body) + 2 * sizeof(int64_t));
+    return size;
+}
+
 bool state_fits(const uint8_t *bytes, size_t size, char *why, size_t why_size)
 {
     state_head h = {.release = ""};

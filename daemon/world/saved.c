@@ -421,6 +421,17 @@ static void put_left_out(bytes_out *to, const world *w)
     array_free(&l.keys);
 }
 
+size_t world_saved_size(const world *w)
+{
+    enum { TEXTS = 64, BESIDE = 32 };
+    size_t a_body = sizeof(body) + TEXTS + BESIDE;
+    size_t a_solid = sizeof(solid) + sizeof(shape) + sizeof(broad_move) + BESIDE;
+    size_t a_watch = WATCH_HEAD + sizeof(world_event) + BESIDE;
+    return sizeof(head) + w->bodies.count * a_body + w->solids.count * a_solid +
+           w->pairs.count * (sizeof(pair) + BESIDE) + w->watches.count * a_watch +
+           w->interests.count * (sizeof(interest) + TEXTS + BESIDE) + w->expiries.count * sizeof *w->expiries.at;
+}
+
 void world_save(const world *w, const world_lender *l, bytes_out *to)
 {
     head h = {.last_tick_ns = w->last_tick_ns,

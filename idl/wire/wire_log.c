@@ -62,21 +62,36 @@ static bool reserve(uint8_t **buffer, size_t *capacity, size_t size)
 /* ---- writing ---- */
 
 struct wire_log_writer {
-    FILE *file;
+    wire_log_put *put;
+    void *context;
+    FILE *file; /* its own, or NULL */
     int64_t events;
     int error; /* errno of the first failure; all that follows is refused */
     uint8_t *buffer;
     size_t capacity;
 };
 
+static int put_to_file(void *context, const uint8_t *bytes, size_t size)
+{
+    return size == 0 || fwrite(bytes, size, 1, context) == 1 ? 0 : -1;
+}
+
 wire_log_writer *wire_log_create(const char *path, char *why, size_t why_size)
 {
     wire_log_writer *w = calloc(1, sizeof *w);
-    if (w) w->file = fopen(path, "wbx");
+    if (w) w->context = w->file = fopen(path, "wbx");
+    if (w) w->put = put_to_file;
     if (w && w->file) return w;
     say(why, why_size, "%s: %s", path, w ? strerror(errno) : "out of memory");
     free(w);
     return NULL;
+}
+
+wire_log_writer *wire_log_to(wire_log_put *put, void *context, int64_t first_record)
+{
+    wire_log_writer *w = calloc(1, sizeof *w);
+    if (w) *w = (wire_log_writer){.put = put, .context = context, .events = first_record};
+    return w;
 }
 
 static int fail(wire_log_writer *w, int error)
@@ -97,8 +112,9 @@ static int write_record(wire_log_writer *w, int64_t timestamp_us, const char *ch
     store_be(header + 12, (uint64_t)timestamp_us, 8);
     store_be(header + 20, channel_size, 4);
     store_be(header + 24, size, 4);
-    bool written = fwrite(header, sizeof header, 1, w->file) == 1 && fwrite(channel, channel_size, 1, w->file) == 1 &&
-                   (size == 0 || fwrite(data, size, 1, w->file) == 1);
+    bool written = w->put(w->context, header, sizeof header) == 0 &&
+                   w->put(w->context, (const uint8_t *)channel, channel_size) == 0 &&
+                   w->put(w->context, data, size) == 0;
     if (!written) return fail(w, errno);
     w->events++;
     return 0;
@@ -166,10 +182,17 @@ int wire_log_whole_state(wire_log_writer *w, int64_t timestamp_us, const uint8_t
     return 0;
 }
 
+int64_t wire_log_leave_state(wire_log_writer *w, size_t size)
+{
+    int64_t first = w->events;
+    w->events += (int64_t)((size + WIRE_LOG_PIECE_BYTES - 1) / WIRE_LOG_PIECE_BYTES);
+    return first;
+}
+
 int wire_log_close(wire_log_writer *w)
 {
     if (!w) return 0;
-    if (fclose(w->file) != 0) fail(w, errno);
+    if (w->file && fclose(w->file) != 0) fail(w, errno);
     int error = w->error;
     free(w->buffer);
     free(w);

@@ -57,6 +57,10 @@ typedef struct wire_log_entry {
 
 typedef struct wire_log_writer wire_log_writer;
 wire_log_writer *wire_log_create(const char *path, char *why, size_t why_size); /* refuses to overwrite */
+/* To somewhere else than a file: `put` takes the bytes as they follow each other, and returns 0, or -1 with errno. The
+ * first record has that number. NULL: no memory. */
+typedef int wire_log_put(void *context, const uint8_t *bytes, size_t size);
+wire_log_writer *wire_log_to(wire_log_put *put, void *context, int64_t first_record);
 /* Each: 0, or -1 when the disk refused (errno kept): the writer stays valid and refuses all that follows. */
 int wire_log_message(wire_log_writer *w, int64_t timestamp_us, const wire_message *m);
 int wire_log_tick_end(wire_log_writer *w, int64_t timestamp_us, const wire_log_tick *tick);
@@ -65,6 +69,8 @@ int wire_log_steps(wire_log_writer *w, int64_t timestamp_us, int64_t done);
 int wire_log_settings(wire_log_writer *w, int64_t timestamp_us, const char *text); /* lines of key = value */
 /* In pieces. */
 int wire_log_whole_state(wire_log_writer *w, int64_t timestamp_us, const uint8_t *bytes, size_t size, uint64_t hash);
+/* Another writer puts a state of that size here: the number of its first record. */
+int64_t wire_log_leave_state(wire_log_writer *w, size_t size);
 int wire_log_close(wire_log_writer *w); /* -1 if not all could be written */
 
 typedef struct wire_log_reader wire_log_reader;

@@ -86,7 +86,7 @@ static const struct {
     {"lcm_refused", "journalctl -u collided -n 50   # names the client and the field: mend that program"},
     {"lcm_queue_full", "collidectl status   # ticks take too long for this flow: see last_tick_ns, raise workers"},
     {"lcm_out_dropped", "sysctl -w net.core.wmem_max=4194304"},
-    {"record_failures", "df -h   # the disk refuses the recording"},
+    {"record_failures", "df -h   # the disk, or a limit (record_max_size, record_keep_free), ended the recording"},
 };
 enum { LOSSES = sizeof losses / sizeof *losses };
 
