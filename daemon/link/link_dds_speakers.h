@@ -33,6 +33,8 @@ void speakers_heartbeat(speakers *s, const dds_liveliness_changed_status_t *news
 
 /* May what this writer says under its client's name be taken? False with the reason in `why`. */
 bool speakers_admit(speakers *s, const wire_message *m, dds_instance_handle_t writer, wire_refusal *why);
+/* Whose replies go where: the partition of replies, from 1, in which this client reads; 0: the one without a name. */
+int speakers_group(const speakers *s, int64_t client);
 void speakers_release(speakers *s, int64_t client); /* it has left in order */
 
 /* When all messages have been read. The next client whose participant is lost; false: no more. */

@@ -205,7 +205,7 @@ static void on_log(void *context, const dds_log_data_t *line)
 static bool join(ear_dds *e, const ear_options *o, char *why, size_t why_size)
 {
     char config[8192];
-    if (!wire_dds_config(config, sizeof config, o->interface, false)) {
+    if (!wire_dds_config(config, sizeof config, o->interface, WIRE_DDS_ANYBODY)) {
         snprintf(why, why_size, "'%s' is no interface, or CYCLONEDDS_URI is too long", o->interface);
         return false;
     }
