@@ -39,6 +39,7 @@ typedef struct transport_dds {
     dds_domainid_t domain;
     dds_entity_t participant, group; /* group: the subscriber of what answers us (WIRE_DDS_REPLIES) */
     char replies[WIRE_DDS_PARTITION_MAX];
+    uint8_t sought; /* so often, modulo 256 */
     dds_entity_t topics[WIRE_KIND_COUNT];
     dds_entity_t writers[WIRE_KIND_COUNT];
     dds_inbox control[3]; /* Ack, Reject, Status */
@@ -215,6 +216,18 @@ static bool dds_ready(transport *base)
         all_among(&acking, peers_of_reader(t->streams[0].reader));
     atomic_store(&t->matched, matched);
     return matched;
+}
+
+/* Where there is no multicast, a daemon does not know where clients are, which have any port: they tell it, when they
+ * begin, and then every 8 s. To change the participant's user data tells it at once. */
+static void dds_seek(transport *base)
+{
+    transport_dds *t = (transport_dds *)base;
+    dds_qos_t *qos = dds_create_qos();
+    t->sought++;
+    dds_qset_userdata(qos, &t->sought, sizeof t->sought);
+    (void)dds_set_qos(t->participant, qos); /* if it is refused, those 8 s remain */
+    dds_delete_qos(qos);
 }
 
 /* ---- opening and closing ---- */
@@ -482,6 +495,7 @@ const transport_ops transport_dds_ops = {
     .flush = dds_flush,
     .drain = dds_drain,
     .ready = dds_ready,
+    .seek = dds_seek,
     .fd = dds_fd,
     .receive = dds_receive,
     .stream_open = dds_stream_open,

@@ -109,13 +109,19 @@ static bool daemon_speaks(const char *uri)
     return true;
 }
 
-static void print(const shared *s, int clients, double seconds, double client_mb, double core_s, double mb, bool json)
+typedef struct figures {
+    double seconds, client_mb, client_core_s; /* the latter two: of one, the mean */
+    double daemon_core_s, daemon_mb;
+} figures;
+
+static void print(const shared *s, int clients, const figures *f, bool json)
 {
     if (!json && s->complaint[0]) printf("the first of %d that failed: %s\n", s->failed, s->complaint);
     printf(json ? "{\"bench\":\"clients\",\"entry\":\"the daemon, by its client library\",\"link\":\"dds\",\"clients\":%d,"
-                  "\"joined\":%d,\"seconds\":%.3f,\"client_mb\":%.3f,\"daemon_core_s\":%.3f,\"daemon_mb\":%.3f}\n"
-                : "%7d | %6d %8.2f s | %9.2f MB | %8.2f s %7.1f MB\n",
-        clients, s->joined, seconds, client_mb, core_s, mb);
+                  "\"joined\":%d,\"seconds\":%.3f,\"client_mb\":%.3f,\"client_core_s\":%.4f,"
+                  "\"daemon_core_s\":%.3f,\"daemon_mb\":%.3f}\n"
+                : "%7d | %6d %8.2f s | %8.2f MB %7.4f s | %8.2f s %7.1f MB\n",
+        clients, s->joined, f->seconds, f->client_mb, f->client_core_s, f->daemon_core_s, f->daemon_mb);
     fflush(stdout);
 }
 
@@ -130,13 +136,17 @@ static bool run(shared *s, int clients, const bench_options *o)
     s->patience_s = o->seconds;
     pid_t daemon = start_daemon(uri);
     if (!daemon_speaks(uri)) return bench_end(daemon), false;
-    double before_s = bench_cpu_s(daemon), client_mb = 0;
+    double before_s = bench_cpu_s(daemon);
     int64_t began = bench_now_ns(), end = began + (int64_t)(1e9 * o->seconds);
     for (int i = 0; i < clients; i++) pids[i] = start_client(uri, i);
     while (s->joined + s->failed < clients && bench_now_ns() < end) bench_sleep_until(bench_now_ns() + 5000000);
-    double seconds = 1e-9 * (double)(bench_now_ns() - began), core_s = bench_cpu_s(daemon) - before_s;
-    for (int i = 0; i < clients; i++) client_mb += field_mb(pids[i], "smaps_rollup", "Pss:") / clients;
-    print(s, clients, seconds, client_mb, core_s, field_mb(daemon, "status", "VmRSS:"), o->json);
+    figures f = {.seconds = 1e-9 * (double)(bench_now_ns() - began), .daemon_core_s = bench_cpu_s(daemon) - before_s};
+    f.daemon_mb = field_mb(daemon, "status", "VmRSS:");
+    for (int i = 0; i < clients; i++) {
+        f.client_mb += field_mb(pids[i], "smaps_rollup", "Pss:") / clients;
+        f.client_core_s += bench_cpu_s(pids[i]) / clients;
+    }
+    print(s, clients, &f, o->json);
     bool all = s->joined == clients;
     bench_end(daemon);
     s->over = 1;
@@ -158,7 +168,7 @@ int main(int argc, char **argv)
     const int rows[] = {50, 200, 1000};
     size_t count = o.seconds >= FULL_PATIENCE_S ? 3 : 2;
     bool all = true;
-    if (!o.json) printf("clients | joined   all in after | a client | daemon: cores, memory\n");
+    if (!o.json) printf("clients | joined   all in after | a client: memory, cores | daemon: cores, memory\n");
     if (o.bodies) return run(s, (int)o.bodies, &o) ? EXIT_SUCCESS : EXIT_FAILURE;
     for (size_t i = 0; i < count; i++) all &= run(s, rows[i], &o);
     return all ? EXIT_SUCCESS : EXIT_FAILURE;

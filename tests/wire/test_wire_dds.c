@@ -204,6 +204,9 @@ static void an_interface_is_put_into_the_configuration_or_refused(void **state)
     assert_non_null(strstr(config, "<NetworkInterface address=\"10.0.0.1\"/>"));
     assert_true(wire_dds_config(config, sizeof config, NULL, WIRE_DDS_ANYBODY));
     assert_non_null(strstr(config, "<AllowMulticast>false</AllowMulticast>"));
+    assert_non_null(strstr(config, "<ParticipantIndex>auto</ParticipantIndex>"));
+    assert_true(wire_dds_config(config, sizeof config, NULL, WIRE_DDS_CLIENT_LIBRARY));
+    assert_non_null(strstr(config, "<ParticipantIndex>none</ParticipantIndex>"));
     assert_false(wire_dds_config(config, sizeof config, "\"/><x a=\"", WIRE_DDS_ANYBODY));
     assert_false(wire_dds_config(config, 100, "", WIRE_DDS_ANYBODY));
 }

@@ -100,14 +100,16 @@ static const char *const loopback[] = {
     [WIRE_DDS_CLIENT_LIBRARY] = LOOPBACK("none", ""),
 };
 
-/* The intervals keep the 99th percentile at 20 ms when 5 % of the packets are lost (300 ms by default). But the daemon
- * on loopback, where packets are lost only when a process does not get to reading them, is more patient: a heartbeat
- * goes to all readers of a writer as long as one of them has not acknowledged, and of hundreds that start at once some
- * never have; every 5 ms, heartbeats and the answers to them take all the time that there is. A sample beyond
- * MaxSampleSize is not assembled: the largest legal message, a full PoseBatch, has 7 MB. */
-static const char tuning[] = "<Internal><HeartbeatInterval>%s</HeartbeatInterval><NackDelay>1ms</NackDelay>"
+/* The intervals keep the 99th percentile at 20 ms when 5 % of the packets are lost (300 ms by default). On loopback,
+ * where packets are lost only when a process does not get to reading them, the daemon and its clients are more patient:
+ * a heartbeat goes to all readers of a writer as long as one of them has not acknowledged, and of hundreds that start
+ * at once some never have; every 5 ms, heartbeats and the answers to them would take all the time that there is. A
+ * sample beyond MaxSampleSize is not assembled: the largest legal message, a full PoseBatch, has 7 MB. */
+static const char tuning[] = "<Internal>%s<NackDelay>1ms</NackDelay>"
                              "<AckDelay>1ms</AckDelay><MaxSampleSize>16MB</MaxSampleSize>"
                              "<WriteBatch>%s</WriteBatch></Internal>";
+static const char soon[] = "<HeartbeatInterval>5ms</HeartbeatInterval>";
+static const char late[] = "<HeartbeatInterval min=\"20ms\">100ms</HeartbeatInterval>";
 
 /* Names and addresses of interfaces have none of XML's special characters; anything else is no interface. */
 static bool is_interface(const char *text)
@@ -126,9 +128,9 @@ bool wire_dds_config(char *out, size_t size, const char *interface, wire_dds_rol
             interface);
         if (n < 0 || (size_t)n >= sizeof general || !is_interface(interface)) return false;
     }
-    char internal[sizeof tuning + 16];
-    bool daemon = role == WIRE_DDS_DAEMON;
-    snprintf(internal, sizeof internal, tuning, daemon && !open ? "100ms" : "5ms", daemon ? "true" : "false");
+    char internal[sizeof tuning + sizeof late + 8];
+    snprintf(internal, sizeof internal, tuning, open || role == WIRE_DDS_ANYBODY ? soon : late,
+        role == WIRE_DDS_DAEMON ? "true" : "false");
     const char *user = getenv("CYCLONEDDS_URI");
     bool appended = user && user[0];
     int n = snprintf(out, size, "<CycloneDDS><Domain Id=\"any\">%s%s</Domain></CycloneDDS>%s%s",
