@@ -200,11 +200,13 @@ static int dds_link_open(struct link *head, const link_options *options, char *w
 
 /* ---- publishing ---- */
 
-/* In the group of the client that it is for; NULL: it is for all, or for one in no group. */
+/* In the group of the client that it is for; NULL: it is for all, or for one in no group. Who speaks under the name of
+ * another may read elsewhere than that one does: what he is told, all are told. */
 static writer *reply_writer_for(link_dds *l, const wire_message *m)
 {
     int64_t client, sequence;
     int32_t object;
+    if (m->kind == WIRE_REJECT && m->reject.reason == WIRE_NOT_YOURS) return NULL;
     for (size_t i = 0; i < LINK_DDS_REPLIES; i++) {
         if (kinds_reply[i] != m->kind) continue;
         wire_origin(m, &client, &sequence, &object);
