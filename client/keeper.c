@@ -88,6 +88,21 @@ static int64_t heartbeat(collided *c, int64_t now_ns)
     return c->heartbeat_ns;
 }
 
+/* A daemon tells its status once a second. */
+static const int64_t QUIET_NS = 1200 * NS_PER_MS, SEEK_FIRST_NS = 300 * NS_PER_MS, SEEK_NS = NS_PER_S;
+
+static int64_t seek(collided *c, int64_t now_ns)
+{
+    if (!c->link->ops->seek) return INT64_MAX;
+    if (c->heard_ns && now_ns - c->heard_ns < QUIET_NS) {
+        c->seek_ns = 0;
+        return c->heard_ns + QUIET_NS;
+    }
+    if (c->seek_ns && now_ns >= c->seek_ns) c->link->ops->seek(c->link);
+    if (!c->seek_ns || now_ns >= c->seek_ns) c->seek_ns = now_ns + (c->seek_ns ? SEEK_NS : SEEK_FIRST_NS);
+    return c->seek_ns;
+}
+
 /* Sleeps at most a third of the lease, so that a longer absence shows that the process stood still (SIGSTOP, swap):
  * the daemon has lost us meanwhile, and wants to be told everything again. */
 static void sleep_until(collided *c, int64_t now_ns, int64_t when_ns)
@@ -111,7 +126,9 @@ void *keeper_run(void *client)
         c->link->ops->receive(c->link, TRANSPORT_CONTROL, &sink);
         int64_t now = session_monotonic_ns();
         int64_t repeat = announce_tend(c, now), beat = heartbeat(c, now), word = unheard_tend(c, now);
+        int64_t look = seek(c, now);
         if (beat < repeat) repeat = beat;
+        if (look < repeat) repeat = look;
         c->link->ops->flush(c->link);
         pthread_mutex_unlock(&c->lock);
         if (c->link->ops->retire) c->link->ops->retire(c->link);

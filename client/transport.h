@@ -45,6 +45,8 @@ typedef struct transport_ops {
     void (*drain)(transport *t, int64_t timeout_ns);
     /* The daemon is matched in both directions: a query will be heard, and so will its answer. */
     bool (*ready)(transport *t);
+    /* No daemon is heard: tells those of us that may have begun since we told them last. NULL: it need not be asked. */
+    void (*seek)(transport *t);
     int (*fd)(transport *t, transport_role role); /* readable when there is something to receive */
     void (*receive)(transport *t, transport_role role, const transport_sink *sink); /* all that has come; no waiting */
     /* Begins and ends to read a stream; by the thread of the role TRANSPORT_STREAMS, outside of receive. */

@@ -25,7 +25,7 @@ enum {
     DDS_TAKE = 64 /* always the same: Cyclone writes as many loans as the most ever asked */
 };
 enum {
-    DDS_PEERS = 16, /* daemons that are matched at one time */
+    DDS_PEERS = 32,  /* writers or readers of daemons that are matched at one time */
     DDS_RETIRED = 8 /* writers that were replaced, and are not deleted yet */
 };
 
@@ -40,7 +40,9 @@ typedef struct dds_inbox {
 typedef struct transport_dds {
     transport head;
     dds_domainid_t domain;
-    dds_entity_t participant;
+    dds_entity_t participant, group; /* group: the subscriber of what answers us (WIRE_DDS_REPLIES) */
+    char replies[WIRE_DDS_PARTITION_MAX];
+    uint8_t sought; /* so often, modulo 256 */
     dds_entity_t topics[WIRE_KIND_COUNT];
     dds_entity_t writers[WIRE_KIND_COUNT];
     dds_entity_t retired[DDS_RETIRED];
@@ -86,7 +88,7 @@ static bool domain_use(dds_domainid_t id, const transport_options *options, char
 {
     char config[4096];
     const char *interface = options->interface, *security = options->security;
-    if (!wire_dds_config(config, sizeof config, interface, false)) {
+    if (!wire_dds_config(config, sizeof config, interface, WIRE_DDS_CLIENT_LIBRARY)) {
         (void)snprintf(why, why_size,
             "dds: '%s' is not the name or address of an interface, or CYCLONEDDS_URI is too long", interface);
         return false;
@@ -231,6 +233,18 @@ static bool dds_ready(transport *base)
     return matched;
 }
 
+/* Where there is no multicast, a daemon does not know where clients are, which have any port: they tell it, when they
+ * begin, and then every 8 s. To change the participant's user data tells it at once. */
+static void dds_seek(transport *base)
+{
+    transport_dds *t = (transport_dds *)base;
+    dds_qos_t *qos = dds_create_qos();
+    t->sought++;
+    dds_qset_userdata(qos, &t->sought, sizeof t->sought);
+    (void)dds_set_qos(t->participant, qos); /* if it is refused, those 8 s remain */
+    dds_delete_qos(qos);
+}
+
 /* ---- opening and closing ---- */
 
 static bool open_topic(transport_dds *t, wire_kind kind)
@@ -246,6 +260,7 @@ static bool open_topic(transport_dds *t, wire_kind kind)
 static dds_entity_t create_writer(transport_dds *t, wire_kind kind, int64_t lease_ns)
 {
     dds_qos_t *qos = wire_dds_qos(kind, WIRE_DDS_WRITER, NULL, kind == WIRE_CLIENT ? lease_ns : 0);
+    if (kind == WIRE_CLIENT) dds_qset_userdata(qos, t->replies, strlen(t->replies));
     dds_listener_t *listener = dds_create_listener(t);
     dds_lset_publication_matched(listener, on_writer_matched);
     if (kind == WIRE_POSE_BATCH) dds_write_set_batch(true);
@@ -297,7 +312,8 @@ static bool open_inbox(transport_dds *t, dds_inbox *inbox, wire_kind kind, trans
     dds_lset_data_available(listener, role == TRANSPORT_CONTROL ? on_control : on_stream);
     dds_lset_subscription_matched(listener, on_reader_matched);
     if (stream) inbox->subscriber = dds_create_subscriber(t->participant, qos, NULL);
-    inbox->reader = dds_create_reader(stream ? inbox->subscriber : t->participant, t->topics[kind], qos, listener);
+    dds_entity_t parent = stream ? inbox->subscriber : kind == WIRE_STATUS ? t->participant : t->group;
+    inbox->reader = dds_create_reader(parent, t->topics[kind], qos, listener);
     dds_delete_listener(listener);
     dds_delete_qos(qos);
     if (inbox->reader <= 0) return false;
@@ -317,6 +333,18 @@ static bool add_stream(transport_dds *t, wire_kind kind, const char *stream)
     return true;
 }
 
+/* A daemon of before the groups answers in the partition without a name. */
+static bool open_group(transport_dds *t, int64_t client)
+{
+    wire_dds_replies(wire_dds_replies_of(client), t->replies);
+    const char *partitions[] = {"", t->replies};
+    dds_qos_t *qos = dds_create_qos();
+    dds_qset_partition(qos, 2, partitions);
+    t->group = dds_create_subscriber(t->participant, qos, NULL);
+    dds_delete_qos(qos);
+    return t->group > 0;
+}
+
 /* Discovery tells of readers in the order of their creation. That of acks comes last: by the time that an ack reaches
  * us, its sender also knows who reads its answers and refusals, which are volatile as well. */
 static bool open_entities(transport_dds *t, const transport_options *options)
@@ -324,7 +352,7 @@ static bool open_entities(transport_dds *t, const transport_options *options)
     dds_qos_t *secured = wire_dds_security_qos(options->security);
     t->participant = dds_create_participant(t->domain, secured, NULL);
     dds_delete_qos(secured);
-    if (t->participant <= 0) return false;
+    if (t->participant <= 0 || !open_group(t, options->client)) return false;
     bool opened = add_stream(t, WIRE_ANSWER, NULL) &&
                   open_inbox(t, &t->control[1], WIRE_REJECT, TRANSPORT_CONTROL, NULL) &&
                   open_inbox(t, &t->control[2], WIRE_STATUS, TRANSPORT_CONTROL, NULL) &&
@@ -513,6 +541,7 @@ const transport_ops transport_dds_ops = {
     .flush = dds_flush,
     .drain = dds_drain,
     .ready = dds_ready,
+    .seek = dds_seek,
     .fd = dds_fd,
     .receive = dds_receive,
     .stream_open = dds_stream_open,

@@ -27,8 +27,10 @@ enum { LAST_WORDS_MS = 500 /* closing: for acknowledgements still to come */ };
 static const wire_kind kinds_in[] = {
     WIRE_CLIENT, WIRE_GEOMETRY, WIRE_BODY, WIRE_INTEREST, WIRE_POSE_BATCH, WIRE_VERTEX_BATCH, WIRE_QUERY, WIRE_RECEIPT};
 static const wire_kind kinds_out[] = {WIRE_ANSWER, WIRE_STATUS, WIRE_REJECT, WIRE_ACK, WIRE_ANSWER};
+static const wire_kind kinds_reply[] = {WIRE_ANSWER, WIRE_REJECT, WIRE_ACK, WIRE_ANSWER};
 static_assert(sizeof kinds_in / sizeof kinds_in[0] == LINK_DDS_IN, "a reader each");
 static_assert(sizeof kinds_out / sizeof kinds_out[0] == LINK_DDS_OUT, "a writer each");
+static_assert(sizeof kinds_reply / sizeof kinds_reply[0] == LINK_DDS_REPLIES, "a writer each, in each group");
 
 /* ---- Cyclone's threads ---- */
 
@@ -136,7 +138,18 @@ static bool open_speakers(link_dds *l)
 
 /* A reader that does not acknowledge makes a writer keep as many answers as its history holds, of up to 1.6 MB each. So
  * the large ones, which are few, have a writer with a short one: 16 MB and 51 MB at most. */
-enum { ANSWERS_LARGE = LINK_DDS_OUT - 1, ANSWER_SMALL_HITS = 40, ANSWERS_LARGE_DEPTH = 32 };
+enum {
+    ANSWERS_LARGE = LINK_DDS_OUT - 1,
+    REPLIES_LARGE = LINK_DDS_REPLIES - 1,
+    ANSWER_SMALL_HITS = 40,
+    ANSWERS_LARGE_DEPTH = 32,
+    REPLIES_LARGE_DEPTH = 4 /* of one group */
+};
+
+static bool is_large(const wire_message *m)
+{
+    return m->kind == WIRE_ANSWER && m->answer.lo.count > ANSWER_SMALL_HITS;
+}
 
 static bool open_writer(link_dds *l, writer *w, wire_kind kind)
 {
@@ -147,9 +160,25 @@ static bool open_writer(link_dds *l, writer *w, wire_kind kind)
     return w->entity > 0;
 }
 
+static bool open_replies(link_dds *l, writer *w, wire_kind kind, unsigned group)
+{
+    char partition[WIRE_DDS_PARTITION_MAX];
+    wire_dds_replies(group, partition);
+    dds_qos_t *qos = wire_dds_qos(kind, WIRE_DDS_WRITER, NULL, 0);
+    dds_qset_partition1(qos, partition);
+    if (w == &l->replies[group][REPLIES_LARGE]) dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, REPLIES_LARGE_DEPTH);
+    w->entity = dds_create_writer(l->participant, link_dds_topic(l, kind), qos, NULL);
+    dds_delete_qos(qos);
+    return w->entity > 0;
+}
+
+/* Writers are discovered in the order of their creation: by the time that a client knows the last, that of acks in the
+ * partition without a name, it knows those of its group. */
 static bool open_topics(link_dds *l)
 {
     bool ok = open_speakers(l) && link_dds_topic(l, WIRE_EVENT_BATCH) > 0;
+    for (unsigned g = 0; g < WIRE_DDS_REPLIES; g++)
+        for (size_t i = 0; i < LINK_DDS_REPLIES && ok; i++) ok = open_replies(l, &l->replies[g][i], kinds_reply[i], g);
     for (size_t i = 0; i < LINK_DDS_IN && ok; i++) ok = open_reader(l, &l->readers[i], kinds_in[i]);
     for (size_t i = 0; i < LINK_DDS_OUT && ok; i++) ok = open_writer(l, &l->writers[i], kinds_out[i]);
     return ok;
@@ -207,14 +236,32 @@ static int dds_link_open(struct link *head, const link_options *options, char *w
 
 /* ---- publishing ---- */
 
+/* In the group of the client that it is for; NULL: it is for all, or for one in no group. Who speaks under the name of
+ * another may read elsewhere than that one does: what he is told, all are told. */
+static writer *reply_writer_for(link_dds *l, const wire_message *m)
+{
+    int64_t client, sequence;
+    int32_t object;
+    if (m->kind == WIRE_REJECT && m->reject.reason == WIRE_NOT_YOURS) return NULL;
+    for (size_t i = 0; i < LINK_DDS_REPLIES; i++) {
+        if (kinds_reply[i] != m->kind) continue;
+        wire_origin(m, &client, &sequence, &object);
+        int group = speakers_group(&l->speakers, client);
+        return group ? &l->replies[group - 1][is_large(m) ? REPLIES_LARGE : i] : NULL;
+    }
+    return NULL;
+}
+
 static writer *writer_for(link_dds *l, const wire_message *m)
 {
+    writer *reply = reply_writer_for(l, m);
+    if (reply) return reply;
     if (m->kind == WIRE_EVENT_BATCH) {
         stream *s = link_dds_stream_find(l, m->event_batch.stream);
         if (!s) metric_count(l->no_stream, 1);
         return s ? &s->out : NULL;
     }
-    if (m->kind == WIRE_ANSWER && m->answer.lo.count > ANSWER_SMALL_HITS) return &l->writers[ANSWERS_LARGE];
+    if (is_large(m)) return &l->writers[ANSWERS_LARGE];
     for (size_t i = 0; i < LINK_DDS_OUT; i++)
         if (kinds_out[i] == m->kind) return &l->writers[i];
     return NULL;
@@ -242,6 +289,7 @@ static void dds_link_flush(struct link *head)
 {
     link_dds *l = link_dds_of(head);
     for (size_t i = 0; i < LINK_DDS_OUT; i++) link_dds_flush_writer(&l->writers[i]);
+    for (size_t i = 0; i < (size_t)WIRE_DDS_REPLIES * LINK_DDS_REPLIES; i++) link_dds_flush_writer(&l->replies[0][0] + i);
     for (size_t i = 0; i < l->streams.count; i++) link_dds_flush_writer(&l->streams.at[i]->out);
 }
 
@@ -293,15 +341,19 @@ static void dds_link_describe(struct link *head, char *text, size_t size)
         expiry, user && user[0] ? ", and as CYCLONEDDS_URI says: " : "", user && user[0] ? user : "");
 }
 
+static void wait_for(const writer *w, int64_t until)
+{
+    int64_t left = until - clock_monotonic_ns();
+    if (w->entity > 0) dds_wait_for_acks(w->entity, left > 0 ? left : 0);
+}
+
 /* The last words of the daemon (ends of streams, status) may still be under way. */
 static void wait_for_acknowledgements(link_dds *l)
 {
     int64_t until = clock_monotonic_ns() + DDS_MSECS(LAST_WORDS_MS);
-    for (size_t i = 0; i < LINK_DDS_OUT + l->streams.count; i++) {
-        const writer *w = i < LINK_DDS_OUT ? &l->writers[i] : &l->streams.at[i - LINK_DDS_OUT]->out;
-        int64_t left = until - clock_monotonic_ns();
-        if (w->entity > 0) dds_wait_for_acks(w->entity, left > 0 ? left : 0);
-    }
+    for (size_t i = 0; i < LINK_DDS_OUT; i++) wait_for(&l->writers[i], until);
+    for (size_t i = 0; i < (size_t)WIRE_DDS_REPLIES * LINK_DDS_REPLIES; i++) wait_for(&l->replies[0][0] + i, until);
+    for (size_t i = 0; i < l->streams.count; i++) wait_for(&l->streams.at[i]->out, until);
 }
 
 static void dds_link_close(struct link *head)

@@ -46,7 +46,7 @@ dds_return_t link_dds_join(link_dds *l, link_dds_complaint *first)
     dds_domainid_t domain = 0;
     char config[CONFIG_BYTES];
     parse_domain(l->head.options.address, &domain);
-    wire_dds_config(config, sizeof config, l->head.options.interface, true);
+    wire_dds_config(config, sizeof config, l->head.options.interface, WIRE_DDS_DAEMON);
     dds_set_log_sink(on_log, first);
     dds_set_trace_sink(on_log, first);
     dds_entity_t made = dds_create_domain(domain, config);
@@ -89,7 +89,7 @@ int link_dds_check(const link_options *options, char key[LINK_KEY_MAX], char *wh
     if (!parse_domain(options->address, &domain))
         snprintf(
             why, why_size, "dds://%.60s: expected a domain from 0 to %d, as in dds://0", options->address, DOMAIN_MAX);
-    else if (!wire_dds_config(config, sizeof config, options->interface, true))
+    else if (!wire_dds_config(config, sizeof config, options->interface, WIRE_DDS_DAEMON))
         snprintf(why, why_size,
             "interface = \"%.60s\" is no name or address, or CYCLONEDDS_URI is too long: let it name a file: "
             "file:///path",

@@ -8,13 +8,15 @@
 #include "link_dds.h"
 #include "link_dds_peers.h"
 #include "link_dds_speakers.h"
+#include "wire/dds/wire_dds_qos.h"
 
 #include <dds/dds.h>
 #include <stdatomic.h>
 
 enum {
     LINK_DDS_IN = 8, /* kinds that clients send, */
-    LINK_DDS_OUT = 5 /* that the daemon sends, but for events; large answers have a writer of their own */
+    LINK_DDS_OUT = 5,    /* that the daemon sends, but for events; large answers have a writer of their own, the last */
+    LINK_DDS_REPLIES = 4 /* of these, those that are for one client; likewise */
 };
 
 typedef struct link_dds link_dds;
@@ -45,6 +47,7 @@ struct link_dds {
     dds_entity_t topics[WIRE_KIND_COUNT];
     reader readers[LINK_DDS_IN];
     writer writers[LINK_DDS_OUT];
+    writer replies[WIRE_DDS_REPLIES][LINK_DDS_REPLIES]; /* by group and kind: see wire_dds_qos.h */
     ARRAY(stream *) streams; /* sorted by name */
     speakers speakers;
     atomic_bool has_discovered, has_news; /* for speakers */

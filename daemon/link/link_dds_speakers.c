@@ -2,6 +2,8 @@
  * wait until the messages have been read. */
 #include "link_dds_speakers.h"
 
+#include "wire/dds/wire_dds_qos.h"
+
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -30,11 +32,28 @@ void speakers_free(speakers *s)
     pthread_mutex_destroy(&s->lock);
 }
 
+/* Which partition of replies its user data names, from 1; 0: none. */
+static int group_of(const dds_builtintopic_endpoint_t *writer)
+{
+    void *data = NULL;
+    size_t size = 0;
+    char partition[WIRE_DDS_PARTITION_MAX];
+    int group = WIRE_DDS_REPLIES;
+    bool is_there = writer->qos && dds_qget_userdata(writer->qos, &data, &size) && data;
+    for (bool found = false; is_there && group > 0 && !found; group -= !found) {
+        wire_dds_replies((unsigned)group - 1, partition);
+        found = size == strlen(partition) && memcmp(data, partition, size) == 0;
+    }
+    dds_free(data);
+    return is_there ? group : 0;
+}
+
 static void hear_of(speakers *s, const dds_builtintopic_endpoint_t *writer, const dds_sample_info_t *info)
 {
     bool ours = info->valid_data && strncmp(writer->topic_name, "collided_", 9) == 0;
     bool announces = ours && strcmp(writer->topic_name, "collided_Client") == 0;
     if (ours) owners_come(&s->owners, info->instance_handle, writer->participant_instance_handle, announces);
+    if (announces) owners_put_in_group(&s->owners, info->instance_handle, group_of(writer));
     if (info->instance_state != DDS_IST_ALIVE) array_push(&s->gone, info->instance_handle);
 }
 
@@ -86,6 +105,11 @@ bool speakers_admit(
         snprintf(why->text, sizeof why->text, "another participant speaks for client %016" PRIx64 ", and is alive",
             (uint64_t)client);
     return verdict == OWNERS_YES;
+}
+
+int speakers_group(const speakers *s, int64_t client)
+{
+    return owners_group(&s->owners, client);
 }
 
 void speakers_release(speakers *s, int64_t client)

@@ -36,7 +36,9 @@ void speakers_heartbeat(speakers *s, const dds_liveliness_changed_status_t *news
 bool speakers_admit(
     speakers *s, const wire_message *m, dds_instance_handle_t writer, bool *unclaimed, wire_refusal *why);
 int64_t speakers_origin(const speakers *s, dds_instance_handle_t writer); /* its participant; 0: not known */
-void speakers_release(speakers *s, int64_t client);                       /* it has left in order */
+/* Whose replies go where: the partition of replies, from 1, in which this client reads; 0: the one without a name. */
+int speakers_group(const speakers *s, int64_t client);
+void speakers_release(speakers *s, int64_t client); /* it has left in order */
 
 /* When all messages have been read. The next client whose participant is lost; false: no more. */
 bool speakers_lost(speakers *s, int64_t *client);

@@ -74,6 +74,19 @@ void owners_come(owners *o, uint64_t writer, uint64_t participant, bool announce
     p->has_announced |= announces;
 }
 
+void owners_put_in_group(owners *o, uint64_t writer, int group)
+{
+    const owners_writer *w = writer_at(o, writer);
+    if (w) participant_at(o, w->participant)->group = group;
+}
+
+int owners_group(const owners *o, int64_t client)
+{
+    const owners_claim *c = claim_at(o, (uint64_t)client);
+    const owners_participant *p = c ? participant_at(o, c->participant) : NULL;
+    return p ? p->group : 0;
+}
+
 static void drop_participant(owners *o, const owners_participant *p)
 {
     uint32_t place = pair_map_remove(&o->participant_of, p->handle);

@@ -22,6 +22,7 @@ typedef struct owners_participant {
     uint32_t writers, announcing; /* announcing: its writers of Client that are alive */
     bool has_announced;           /* it has, or had, such a writer: without a living one it is lost */
     size_t claims;
+    int group;                    /* see owners_put_in_group; 0 = none */
 } owners_participant;
 
 typedef struct owners_claim {
@@ -50,6 +51,9 @@ void owners_go(owners *o, uint64_t writer);                                     
 void owners_liveliness(owners *o, uint64_t writer, bool alive);                     /* its lease ran out; it is back */
 bool owners_knows(const owners *o, uint64_t writer);
 uint64_t owners_participant_of(const owners *o, uint64_t writer); /* 0: it is not known */
+/* Where this writer's participant wants answers to its clients to go, a number above 0; and that of the client's. */
+void owners_put_in_group(owners *o, uint64_t writer, int group);
+int owners_group(const owners *o, int64_t client); /* 0: none, or nobody speaks for the client */
 
 /* May what this writer says under that client's name be taken? The first one claims the name, if there are not as many
  * claims as there may be (OWNERS_FULL), or of one participant (OWNERS_SHARE). A writer that is not known, since it is

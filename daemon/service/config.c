@@ -121,7 +121,7 @@ static const config_option OPTIONS[] = {
         "DDS gives the signs by itself. Short leases fail over fast, and may do so where a busy machine lets the "
         "active "
         "one wait: nothing is lost by that, since it then becomes the standby."},
-    {"max_clients", CONFIG_WHOLE, FIELD(max_clients), 1, 100000, NULL, "1000", "clients", "clients at once",
+    {"max_clients", CONFIG_WHOLE, FIELD(max_clients), 1, 100000, NULL, "1200", "clients", "clients at once",
         "What exceeds a limit is refused, answered with the reason, counted, and shown in Status, whose "
         "health is then degraded."},
     {"max_bodies", CONFIG_WHOLE, FIELD(max_bodies), 1, 10000000, NULL, "1000000", "bodies", "bodies in the world",

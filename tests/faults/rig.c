@@ -14,7 +14,7 @@
 #include <time.h>
 #include <unistd.h>
 
-enum { PROCESSES_MAX = 16, CLIENTS_MAX = 16 };
+enum { PROCESSES_MAX = 256, CLIENTS_MAX = 16 };
 static pid_t running[PROCESSES_MAX];   /* 0 = free */
 static collided *clients[CLIENTS_MAX]; /* NULL = free */
 static bool isolated;
