@@ -38,6 +38,9 @@ typedef struct link_sink {
     /* A recording began in the middle with this state, which holds all that came before it. Replay alone calls it;
      * NULL: what was announced until then is enough. */
     void (*state)(void *context, const uint8_t *bytes, size_t size);
+    /* In this tick the build of a geometry was put off, or was over. Replay alone calls it; NULL: all is built when it
+     * has come. */
+    void (*build)(void *context, int64_t client, int64_t hash, bool ready);
 } link_sink;
 
 typedef struct link_options {

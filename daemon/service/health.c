@@ -99,7 +99,7 @@ static void add_world(const service *s, sheet *t)
     sheet_add(t, "contacts", (int64_t)f.contacts);
     sheet_add(t, "geometries", (int64_t)s->geometry_of.count);
     sheet_add(t, "lock_step_clients", (int64_t)s->lock_step.members);
-    sheet_add(t, "waiting_commands", (int64_t)s->inbox.waiting);
+    sheet_add(t, "waiting_commands", (int64_t)s->pending.count);
     sheet_add(t, "budget_ns", (int64_t)(1e3 * s->config.budget_us));
     sheet_add(t, "ticks", (int64_t)f.ticks);
     sheet_add(t, "moves", (int64_t)f.moves);

@@ -56,21 +56,22 @@ static bool open_letter(service *s, const letter *l, wire_message *m)
     return false;
 }
 
-/* One command: true if it is done with. A letter without a time came in this tick. */
-static bool apply_letter(service *s, letter *l)
+/* One command. A letter without a time came in this tick. */
+static void apply_letter(service *s, letter *l)
 {
     wire_message m;
     if (!l->size) {
         session *c = session_find(s, l->client);
         if (c && c->link == l->link)
             session_lost(s, c, c->link->ops->has_liveliness ? "its liveliness ended" : "its lease ran out");
-        return true;
+        return;
     }
     bool time_is_up = l->since_ns && s->monotonic_ns - l->since_ns >= HULL_WAIT_NS;
-    if (l->since_ns && !s->hull_came && !time_is_up) return false; /* nothing has changed for it */
-    if (!open_letter(s, l, &m)) return true;
+    if (!open_letter(s, l, &m)) return;
     if (!l->since_ns) l->since_ns = s->monotonic_ns;
-    return apply_command(s, l->link, &m, !time_is_up);
+    s->carried.has_waited = l->has_waited;
+    s->carried.pose = l->pose ? s->inbox.poses.at[l->pose - 1] : (kept_pose){.sequence = 0};
+    if (!apply_command(s, l->link, &m, !time_is_up)) pending_put(s, l, &m.body);
 }
 
 /* What a client takes back stays for those of its bodies that it has announced before. */
@@ -78,26 +79,39 @@ static void apply_geometries(service *s)
 {
     inbox *in = &s->inbox;
     int64_t has_bodies = 0; /* a client, before the letter that is looked at */
+    const session *c;
     for (size_t i = 0; i < in->letters.count; i++) {
         letter *l = &in->letters.at[i];
         if (l->kind == WIRE_BODY) has_bodies = l->client;
         if (l->kind != WIRE_GEOMETRY || (l->takes_back && l->client == has_bodies)) continue;
-        if (apply_letter(s, l)) l->kind = WIRE_NOTHING;
+        if (l->takes_back && (c = session_find(s, l->client)) != NULL && c->pending_count &&
+            pending_before(s, l->client, l->sequence))
+            continue;
+        apply_letter(s, l);
+        l->kind = WIRE_NOTHING;
     }
 }
 
-/* Hulls first, then the other commands, then poses that came with them or before their bodies. Queries stay until the
- * tick is over, commands that wait for a hull until it comes or their time is up. */
+static void sort_letters(inbox *in)
+{
+    if (in->letters.count) qsort(in->letters.at, in->letters.count, sizeof *in->letters.at, compare);
+}
+
+/* Hulls first, then the other commands, with those that have waited for a hull (pending.c) in their order, then poses
+ * that came with them or before their bodies. Queries stay until the tick is over. */
 void inbox_apply(service *s)
 {
     inbox *in = &s->inbox;
     wire_message m;
-    if (in->letters.count) qsort(in->letters.at, in->letters.count, sizeof *in->letters.at, compare);
+    geometry_builds_end(s);
+    sort_letters(in);
     apply_geometries(s);
+    if (pending_wake(s)) sort_letters(in);
     for (size_t i = 0; i < in->letters.count; i++) {
         letter *l = &in->letters.at[i];
-        if (l->kind != WIRE_NOTHING && l->kind != WIRE_POSE_BATCH && l->kind != WIRE_QUERY && apply_letter(s, l))
-            l->kind = WIRE_NOTHING;
+        if (l->kind == WIRE_NOTHING || l->kind == WIRE_POSE_BATCH || l->kind == WIRE_QUERY) continue;
+        apply_letter(s, l);
+        l->kind = WIRE_NOTHING;
     }
     for (size_t i = 0; i < in->letters.count; i++) {
         letter *l = &in->letters.at[i];
@@ -106,26 +120,9 @@ void inbox_apply(service *s)
         l->kind = WIRE_NOTHING;
     }
     s->hull_came = false;
+    s->told_builds.count = 0;
+    geometry_let_go(s);
     steps_complete(s);
-}
-
-static void keep_waiting(inbox *in)
-{
-    ARRAY(uint8_t) bytes = {0};
-    size_t kept = 0;
-    for (size_t i = 0; i < in->letters.count; i++) {
-        letter l = in->letters.at[i];
-        if (l.kind == WIRE_NOTHING) continue;
-        array_reserve(&bytes, bytes.count + l.size);
-        memcpy(bytes.at + bytes.count, in->bytes.at + l.offset, l.size);
-        l.offset = bytes.count;
-        bytes.count += l.size;
-        in->letters.at[kept++] = l;
-    }
-    in->letters.count = in->waiting = kept;
-    if (bytes.count) memcpy(in->bytes.at, bytes.at, bytes.count);
-    in->bytes.count = bytes.count;
-    array_free(&bytes);
 }
 
 static const int64_t ANSWERS_NS = 10000000; /* of a tick; what is not answered then comes first in the next */
@@ -158,23 +155,13 @@ void inbox_answer(service *s)
 {
     inbox *in = &s->inbox;
     wire_message m;
-    bool some_wait = false;
     ARRAY(letter) queries = {0};
-    for (size_t i = 0; i < in->letters.count; i++) {
-        letter *l = &in->letters.at[i];
-        if (l->kind == WIRE_QUERY) {
-            array_push(&queries, *l);
-            l->kind = WIRE_NOTHING;
-        }
-        some_wait |= l->kind != WIRE_NOTHING;
-    }
+    for (size_t i = 0; i < in->letters.count; i++)
+        if (in->letters.at[i].kind == WIRE_QUERY) array_push(&queries, in->letters.at[i]);
     if (queries.count > 1) qsort(queries.at, queries.count, sizeof *queries.at, compare_offsets);
     size_t answered = answer_some(s, queries.at, queries.count);
     for (size_t i = queries.count; i-- > answered;)
         if (open_letter(s, &queries.at[i], &m)) shares_defer(s, &queries.at[i], &m);
     array_free(&queries);
-    if (some_wait)
-        keep_waiting(in);
-    else
-        in->letters.count = in->bytes.count = in->waiting = 0;
+    in->letters.count = in->bytes.count = in->poses.count = 0;
 }

@@ -196,6 +196,11 @@ void record_lost(service *s, int64_t client)
     if (s->recording) check(s, wire_log_lost(s->recording, s->now_ns / 1000, client));
 }
 
+void record_build(service *s, int64_t client, int64_t hash, bool ready)
+{
+    if (s->recording) check(s, wire_log_build(s->recording, s->now_ns / 1000, client, hash, ready));
+}
+
 void record_steps(service *s)
 {
     if (s->recording && s->lock_step.begun) check(s, wire_log_steps(s->recording, s->now_ns / 1000, s->lock_step.done));

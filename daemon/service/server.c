@@ -134,9 +134,14 @@ static void on_state(void *context, const uint8_t *bytes, size_t size)
     s->state_due = s->recording != NULL;
 }
 
+static void on_build(void *context, int64_t client, int64_t hash, bool ready)
+{
+    geometry_tell(context, client, hash, ready);
+}
+
 static link_sink sink_of(service *s)
 {
-    return (link_sink){s, on_message, on_refused, on_client_lost, on_stream_reader, on_steps_done, on_state};
+    return (link_sink){s, on_message, on_refused, on_client_lost, on_stream_reader, on_steps_done, on_state, on_build};
 }
 
 /* ---- set-up ---- */
@@ -248,8 +253,9 @@ static void free_clients(service *s)
     stream_free_all(s);
     session_free_all(s);
     world_destroy(s->world);
+    pending_free_all(s);
     geometry_free_all(s);
-    s->inbox.letters.count = s->inbox.bytes.count = s->inbox.waiting = 0;
+    s->inbox.letters.count = s->inbox.bytes.count = s->inbox.poses.count = 0;
 }
 
 void service_reset(service *s)
@@ -289,6 +295,12 @@ static int take_settings(config *c, char *why, size_t why_size)
     return status;
 }
 
+static void stay_alive(void *context)
+{
+    server *v = context;
+    if (v->manager.period_ns) notify_alive(&v->manager, clock_monotonic_ns());
+}
+
 server *server_create(const config *given, char *why, size_t why_size)
 {
     config whole = *given, *c = &whole;
@@ -300,6 +312,9 @@ server *server_create(const config *given, char *why, size_t why_size)
     s->config = *c;
     s->replaying = *c->replay != '\0';
     s->wake_fd = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
+    s->builds = builds_create(s->wake_fd, !s->replaying);
+    s->on_waiting = stay_alive;
+    s->on_waiting_context = v;
     s->metrics = metrics_create();
     s->inbox.memory = wire_memory_create();
     pair_map_init(&s->session_of);
@@ -338,10 +353,12 @@ void server_destroy(server *v)
     record_stop_now(s);
     free_clients(s);
     shares_destroy(s->shares);
+    builds_destroy(s->builds);
     wire_memory_destroy(s->inbox.memory);
     if (s->backlog_memory) wire_memory_destroy(s->backlog_memory);
     array_free(&s->inbox.letters);
     array_free(&s->inbox.bytes);
+    array_free(&s->inbox.poses);
     array_free(&s->shapes);
     array_free(&s->compounds);
     array_free(&s->rules);
@@ -384,13 +401,10 @@ static void tick(service *s)
     metric_set(s->count.tick_ns, (uint64_t)took);
 }
 
-/* A command that waits for a hull is refused in a tick of its own, if there is no other. */
-static bool waited_long(const service *s)
+/* Whatever comes, and on whichever thread: a tick is due for what waits. */
+static bool commands_wait(const service *s)
 {
-    if (s->inbox.waiting && s->hull_came) return true;
-    for (size_t i = 0; i < s->inbox.waiting; i++)
-        if (s->monotonic_ns - s->inbox.letters.at[i].since_ns >= HULL_WAIT_NS) return true;
-    return false;
+    return s->inbox.letters.count || pending_due(s) || builds_ready(s->builds);
 }
 
 /* Poses that change nothing need no tick of their own: the first that come so long after the last tick have one, and
@@ -410,8 +424,7 @@ static bool due(const server *v)
     const service *s = &v->s;
     if (s->config.rate > 0) return s->monotonic_ns >= v->next_tick_ns;
     return world_changed(s->world) || calm_due(v) || standby_wants_tick(s) || record_wants_tick(s) ||
-           s->inbox.letters.count > s->inbox.waiting || waited_long(s) || s->now_ns >= world_next_due_ns(s->world) ||
-           steps_due(s) || shares_want_tick(s);
+           commands_wait(s) || s->now_ns >= world_next_due_ns(s->world) || steps_due(s) || shares_want_tick(s);
 }
 
 static int64_t earlier(int64_t a, int64_t b)
@@ -427,6 +440,7 @@ static int64_t next_wake_ns(const server *v)
     next = earlier(next, earlier(s->next_heartbeat_ns, steps_next_ns(s)));
     next = earlier(next, s->next_watch_ns);
     next = earlier(next, earlier(ready_next_ns(s), earlier(shares_next_ns(s), record_next_ns(s))));
+    next = earlier(next, pending_next_ns(s));
     if (s->standby) next = earlier(next, standby_next_ns(s));
     if (standby_waits(s))
         next = earlier(v->next_status_ns, standby_next_ns(s));
@@ -602,7 +616,7 @@ static bool poses_arrived(void *context, struct link *from)
     bool here = suits(v, from);
     if (here) {
         set_clock(v);
-        here = !service_clock_back(s); /* a tick comes before these poses */
+        here = !service_clock_back(s) && !commands_wait(s); /* a tick comes before these poses */
     }
     if (here) {
         link_sink sink = sink_of(s);
@@ -610,7 +624,9 @@ static bool poses_arrived(void *context, struct link *from)
         bool small = !s->inbox.letters.count && clock_monotonic_ns() - s->monotonic_ns < LONG_RECEIVE_NS &&
                      (v->round_ns < LONG_ROUND_NS || !world_changed(s->world));
         int64_t ticks = s->tick;
+        s->poses_only = true;
         if (small) tick_if_due(v, s->monotonic_ns);
+        s->poses_only = false;
         metric_count(s->count.ticks_on_arrival, (uint64_t)(s->tick - ticks));
         if (!small || next_wake_ns(v) < v->wakes_ns) wake(s->wake_fd);
     }

@@ -4,6 +4,7 @@
  *   inbox    commands of a tick, in canonical order          session  clients, and what is theirs
  *   poses    batches of poses to the world
  *   apply    commands to the world, refusals                 geometry hulls, meshes, height fields by content hash
+ *   pending  bodies that wait for their geometry             builds   threads that build geometry
  *   stream   the world's events to the links                 answer   queries
  *   backlog  what waits for a slow reader                    record   recordings
  *   health   status and counters
@@ -17,6 +18,7 @@
 #include "base/pace.h"
 #include "base/pair_map.h"
 #include "base/quantiles.h"
+#include "builds.h"
 #include "config.h"
 #include "exporter.h"
 #include "link/link.h"
@@ -135,6 +137,9 @@ typedef struct session {
     double spent_us;                                /* of expected work (shares.h), since it is here */
     int64_t geometry_sequence;                      /* of its newest word on one */
     size_t geometries_taken_back;                   /* entries that stay */
+    pair_map pending_of;                            /* number of a body that waits for a build + 1 -> its place */
+    int64_t pending_bytes;                          /* of those */
+    size_t pending_count;                           /* of its bodies, all that wait */
     flow rejects;                                   /* told in the second that runs */
     hearing hearing;
     int32_t lock_step; /* in lock-step with others: how many of them there are to be; 0: it is not */
@@ -223,22 +228,43 @@ typedef struct geometry {
     uint8_t kind;
     int32_t pieces, come; /* come: pieces that have arrived */
     size_t vertex_numbers, index_numbers;
-    double *vertices; /* as they came, with the indices: a recording tells them again */
-    int32_t *indices;
-    uint8_t *has;   /* a flag a piece, while it is coming */
-    hull *hull;     /* when whole: this one ... */
-    mesh *mesh;     /* ... or this one, by its kind */
-    uint32_t users; /* bodies that hold it */
+    geometry_numbers *numbers; /* as they came: a recording tells them again; ... */
+    double *vertices;          /* ... they own these ... */
+    int32_t *indices;          /* ... and these */
+    uint8_t *has;              /* a flag a piece, while it is coming */
+    int64_t client;            /* who sent it first: in its name it is built */
+    int64_t completed;         /* the how-manieth of all whose last piece has come; 0: it has not */
+    bool is_building;          /* all has come; bodies wait for it */
+    build *build;              /* while it is */
+    hull *hull;                /* when ready: this one ... */
+    mesh *mesh;                /* ... or this one, by its kind */
+    uint32_t users;            /* bodies that hold it */
 } geometry;
 
 /* What a client means by a hash. */
 typedef struct geometry_claim {
     int64_t client, hash;
-    int64_t geometry; /* id; 0: taken back. The entry stays, so that a late copy does not bring it back */
-    int64_t sequence; /* of its newest word on it */
+    int64_t geometry;   /* id; 0: taken back. The entry stays, so that a late copy does not bring it back */
+    int64_t sequence;   /* of its newest word on it */
+    int64_t unanswered; /* the sequence of the piece that came last of all, while it is being built: acknowledged, or
+                           refused, when that is over; 0: there is none */
+    int32_t last_piece; /* that piece */
+    bool leaves;        /* taken back, but a body that waits, and was announced before, is to have it */
 } geometry_claim;
 
+typedef struct told_build { /* to a replay, or a standby: what the daemon that decides did in this tick */
+    int64_t client, hash;
+    bool ready; /* or put off */
+} told_build;
+
 /* ---- inbox ---- */
+
+typedef struct kept_pose { /* the newest one of a body that waits */
+    int64_t sequence;      /* 0: none */
+    int64_t stamp_ns;
+    double position[3], orientation[4], linear[3], angular[3];
+    bool has_linear, has_angular;
+} kept_pose;
 
 typedef struct letter {
     int64_t client, sequence;
@@ -248,6 +274,8 @@ typedef struct letter {
     wire_kind kind;
     bool takes_back;     /* a Geometry */
     size_t offset, size; /* of its bytes in inbox.bytes; 0 bytes: the client is lost */
+    bool has_waited;     /* a Body, for a build: it may be tried whatever came since */
+    uint32_t pose;       /* the place of its pose in inbox.poses + 1; 0: it has none */
 } letter;
 
 /* Topics have no order among each other: a Body may come before the Geometry that it names. */
@@ -256,9 +284,29 @@ typedef struct letter {
 typedef struct inbox {
     ARRAY(letter) letters;
     ARRAY(uint8_t) bytes;
-    size_t waiting; /* letters, the first ones, that have been looked at and wait */
+    ARRAY(kept_pose) poses; /* of bodies that have waited */
     wire_memory *memory;
 } inbox;
+
+/* ---- bodies that wait for their geometry ---- */
+
+/* A Body that names a geometry that has not come, or is being built: the latter is waited for without end. */
+typedef struct pending_body {
+    int64_t client, sequence;
+    int64_t since_ns; /* monotonic: since then it waits for what has not come */
+    int64_t hash;     /* of the first geometry that it lacks */
+    struct link *link;
+    int32_t body;
+    uint32_t shapes;
+    bool is_new; /* the client has no such body in the world */
+    bool builds; /* what it lacks is being built */
+    kept_pose pose;
+    char *name;
+    ARRAY(int64_t) hashes; /* of all its geometries */
+    ARRAY(uint8_t) bytes;  /* the message */
+} pending_body;
+
+typedef ARRAY(pending_body) pending_bodies;
 
 /* A limit that was reached is told in Status for so long. */
 #define LIMITS_TOLD_NS ((int64_t)60000000000)
@@ -390,6 +438,21 @@ typedef struct service {
     pair_map geometry_whole;      /* hash -> place of one that is whole; `same` leads to the others */
     int64_t geometry_last;        /* the newest id */
     ARRAY(geometry_claim) claims; /* by client, then hash */
+    bool claims_leave;            /* some may be taken back once no body waits */
+    size_t geometry_hint;         /* no place before it is free */
+    int64_t geometries_completed;
+    size_t geometries_building;
+    builds *builds;
+    uint64_t built_units;          /* in this tick, at once */
+    ARRAY(told_build) told_builds; /* for this tick */
+    pending_bodies pending;
+    size_t pending_new, pending_shapes; /* of those that wait for a build: bodies that are new, and shapes */
+    struct {
+        int64_t lacks;   /* the first geometry that it lacks */
+        bool has_waited; /* for a build */
+        kept_pose pose;  /* of a body that has */
+    } carried;           /* with the command that is carried out */
+    bool poses_only;     /* a link's thread stands in: nothing but poses is carried out */
     inbox inbox;
     posing posing;
     bool stepped;              /* since the last tick: its streams are told of the step */
@@ -418,6 +481,9 @@ typedef struct service {
     /* Who hears of each tick before it is published; NULL: nobody. */
     void (*on_batches)(void *context, const world_batches *batches);
     void *on_batches_context;
+    /* Called ten times a second while a standby waits for a build that the active daemon has had; NULL: nobody. */
+    void (*on_waiting)(void *context);
+    void *on_waiting_context;
 } service;
 
 /* session.c */
@@ -459,7 +525,8 @@ typedef struct geometry_share { /* what one piece holds of the whole: vertices f
 } geometry_share;
 int64_t geometry_bytes(int64_t vertex_numbers, int64_t index_numbers); /* of its numbers in memory */
 geometry_share geometry_share_of(const geometry *g, int32_t piece);
-wire_reason geometry_put(service *s, session *c, const wire_geometry *m, wire_refusal *why);
+/* *later: it is not acknowledged now, but when it has been built. */
+wire_reason geometry_put(service *s, session *c, const wire_geometry *m, wire_refusal *why, bool *later);
 int64_t geometry_claimed(const service *s, int64_t client, int64_t hash); /* its id; 0: the client has sent none */
 const geometry *geometry_at(const service *s, int64_t id);                /* NULL: there is none */
 /* The hull or mesh of a shape of that type, WIRE_SHAPE_*; false: it is not whole, or of another kind. */
@@ -469,8 +536,15 @@ void geometry_release(service *s, int64_t id);
 void geometry_forget(service *s, session *c); /* what it alone announced and no body holds may go */
 void geometry_sweep(service *s);              /* frees what nobody wants; after a tick */
 void geometry_free_all(service *s);
-/* Behind the others, as it was elsewhere: vertices and indices become its own; `has` NULL: it is whole. */
+/* Behind the others, as it was elsewhere: numbers and `has` become its own. It is built, if it was. */
 wire_reason geometry_restore(service *s, const geometry *bare, wire_refusal *why);
+void geometry_restore_builds(service *s); /* when all are there: what was being built is being built again */
+typedef enum geometry_state { GEOMETRY_MISSING, GEOMETRY_BUILDING, GEOMETRY_READY } geometry_state;
+/* Of what the client means by that hash. */
+geometry_state geometry_state_of(const service *s, int64_t client, int64_t hash);
+void geometry_builds_end(service *s); /* the first thing in a tick: what is ready from then on */
+void geometry_tell(service *s, int64_t client, int64_t hash, bool ready); /* what another daemon did in this tick */
+void geometry_let_go(service *s); /* what was taken back, and no body waits for any more */
 
 /* inbox.c */
 void inbox_put(service *s, struct link *from, const wire_message *m);
@@ -478,12 +552,31 @@ void inbox_put_lost(service *s, struct link *from, int64_t client);
 void inbox_apply(service *s);
 void inbox_answer(service *s); /* the queries among them; after the tick */
 
+/* pending.c */
+/* That letter, a Body, was tried in vain: s->carried.lacks says why. Answered, if a limit refuses it. */
+void pending_put(service *s, const letter *l, const wire_body *m);
+/* Is it newer than what waits of the same body for a build, or the same, or older? */
+typedef enum pending_copy { PENDING_NEWER, PENDING_SAME, PENDING_OLDER } pending_copy;
+pending_copy pending_is_copy(const service *s, const session *c, const wire_body *m);
+/* It has been carried out, or waits: what waited for a build before it is gone, but its pose, if that is newer. */
+void pending_supersede(service *s, session *c, const wire_body *m, kept_pose *pose);
+bool pending_wake(service *s); /* those that may be tried become letters again, behind the others: were there any? */
+bool pending_due(const service *s);
+int64_t pending_next_ns(const service *s); /* when one of them has waited too long, monotonic; INT64_MAX: never */
+bool pending_needs(const service *s, int64_t client, int64_t hash, int64_t before); /* a body announced before that */
+bool pending_keeps_pose(service *s, session *c, const wire_pose_batch *m, uint32_t i); /* of a body that waits */
+bool pending_before(const service *s, int64_t client, int64_t sequence); /* a body that was announced before that */
+void pending_forget(service *s, int64_t client, int64_t before);         /* of that client, announced before */
+void pending_restore(service *s, pending_body *p);                       /* becomes the service's */
+void pending_free_all(service *s);
+
 /* poses.c */
 void apply_note_simulation(simulation_mark *last, int64_t tick, int64_t simulation_ns);
 void apply_poses(service *s, struct link *from, const wire_pose_batch *m, bool may_wait);
 void apply_forget_refused(session *c, int64_t tick, int64_t step); /* before the poses of that step */
 void apply_count_refused(session *c, uint32_t more, wire_reason reason);
 void apply_poses_now(service *s, session *c, struct link *from, const wire_pose_batch *m); /* c: NULL if unknown */
+void poses_give(service *s, session *c, const owned_body *b, const kept_pose *p);          /* if none is newer */
 void poses_free(service *s);
 
 /* apply.c */
@@ -620,6 +713,7 @@ void record_message(service *s, const wire_message *m);
 void record_events(service *s, const world_batches *batches); /* before they are published */
 void record_tick(service *s);
 void record_lost(service *s, int64_t client);
+void record_build(service *s, int64_t client, int64_t hash, bool ready);
 void record_steps(service *s); /* how far lock-step is, if it has begun */
 void record_stop(service *s);
 

@@ -64,6 +64,7 @@ session *session_get(service *s, int64_t client, struct link *from)
         c->reminders = REMINDERS;
         pair_map_init(&c->body_of);
         pair_map_init(&c->interest_of);
+        pair_map_init(&c->pending_of);
         pair_map_put(&s->session_of, (uint64_t)client, (uint32_t)s->sessions.count);
         array_push(&s->sessions, c);
     }
@@ -219,12 +220,14 @@ static void free_session(session *c)
     steps_free(c);
     pair_map_free(&c->body_of);
     pair_map_free(&c->interest_of);
+    pair_map_free(&c->pending_of);
     free(c->name);
     free(c);
 }
 
 static void forget(service *s, session *c)
 {
+    pending_forget(s, c->client, INT64_MAX);
     uint32_t index = pair_map_remove(&s->session_of, (uint64_t)c->client);
     session *last = s->sessions.at[--s->sessions.count];
     if (last != c) {
@@ -293,7 +296,7 @@ void session_lost(service *s, session *c, const char *how)
     s->lost_clients[s->lost_count++ % LOST_KEPT] = (lost_client){c->client, c->had};
     steps_join(s, c, 0);
     end_interests(s, c, CAUSE_OWNER_LOST);
-    if (c->on_loss == WIRE_LOST_REMOVE || !session_bodies(c)) {
+    if (c->on_loss == WIRE_LOST_REMOVE || !(session_bodies(c) || c->pending_of.count)) {
         end_bodies(s, c, CAUSE_OWNER_LOST);
         forget(s, c);
         return;
@@ -312,7 +315,7 @@ void session_leave(service *s, session *c)
     log_info("client %016" PRIx64 " \"%s\" left", (uint64_t)c->client, c->name);
     steps_join(s, c, 0);
     end_interests(s, c, CAUSE_INTEREST);
-    if (c->on_loss == WIRE_LOST_KEEP && session_bodies(c)) {
+    if (c->on_loss == WIRE_LOST_KEEP && (session_bodies(c) || c->pending_of.count)) {
         c->lost = c->left = true;
         return;
     }
@@ -334,6 +337,7 @@ void session_leave_before(service *s, session *c, int64_t sequence)
         bool before = b->sequence < sequence && *session_pose_sequence(c, b) < sequence;
         if (before) end_body(s, c, b, CAUSE_REMOVED);
     }
+    if (c->on_loss != WIRE_LOST_KEEP) pending_forget(s, c->client, sequence);
 }
 
 /* ---- leases ---- */

@@ -153,6 +153,11 @@ void standby_journal_lost(service *s, const struct link *from, int64_t client)
     if (is_followed(s)) journal_put_lost(journal_of(s), standby_place_of(s, from), client);
 }
 
+void standby_journal_build(service *s, int64_t client, int64_t hash, bool ready)
+{
+    if (is_followed(s)) journal_put_build(journal_of(s), client, hash, ready);
+}
+
 void standby_journal_reader(service *s, const struct link *from, const char *stream)
 {
     if (is_followed(s)) journal_put_reader(journal_of(s), standby_place_of(s, from), stream);

@@ -16,6 +16,8 @@
 #define TICK_CHANNEL CHANNEL_PREFIX "tick"
 #define LOST_CHANNEL CHANNEL_PREFIX "lost"
 #define STEPS_CHANNEL CHANNEL_PREFIX "steps"
+#define LATER_CHANNEL CHANNEL_PREFIX "later"
+#define BUILT_CHANNEL CHANNEL_PREFIX "built"
 #define STATE_CHANNEL CHANNEL_PREFIX "state"
 #define SETTINGS_CHANNEL CHANNEL_PREFIX "settings"
 
@@ -25,6 +27,7 @@ enum {
     BUDGETED_TICK_BYTES = 40,
     SLICED_TICK_BYTES = 56,
     NUMBER_BYTES = 8,
+    BUILD_BYTES = 16,
     STATE_HEAD_BYTES = 24
 };
 
@@ -160,6 +163,14 @@ int wire_log_lost(wire_log_writer *w, int64_t timestamp_us, int64_t client)
 int wire_log_steps(wire_log_writer *w, int64_t timestamp_us, int64_t done)
 {
     return write_number(w, timestamp_us, STEPS_CHANNEL, done);
+}
+
+int wire_log_build(wire_log_writer *w, int64_t timestamp_us, int64_t client, int64_t hash, bool ready)
+{
+    uint8_t data[BUILD_BYTES];
+    store_be(data, (uint64_t)client, 8);
+    store_be(data + 8, (uint64_t)hash, 8);
+    return write_record(w, timestamp_us, ready ? BUILT_CHANNEL : LATER_CHANNEL, data, sizeof data);
 }
 
 int wire_log_settings(wire_log_writer *w, int64_t timestamp_us, const char *text)
@@ -326,6 +337,14 @@ static const char *decode_steps(const record *in, wire_log_entry *out)
     return out->steps_done < 1 ? "a step that is done is above 0" : NULL;
 }
 
+static const char *decode_build(const record *in, wire_log_entry *out, bool ready)
+{
+    if (in->data_size != BUILD_BYTES) return "a build has 16 bytes";
+    out->kind = WIRE_LOG_BUILD;
+    out->build = (wire_log_built){(int64_t)load_be(in->data, 8), (int64_t)load_be(in->data + 8, 8), ready};
+    return NULL;
+}
+
 /* It is nowhere said to be longer than the file. */
 static const char *decode_state(const wire_log_reader *r, const record *in, wire_log_entry *out)
 {
@@ -345,6 +364,8 @@ static const char *decode_record(wire_log_reader *r, const record *in, wire_log_
     if (on_channel(in, TICK_CHANNEL)) return decode_tick(in, out);
     if (on_channel(in, LOST_CHANNEL)) return decode_lost(in, out);
     if (on_channel(in, STEPS_CHANNEL)) return decode_steps(in, out);
+    if (on_channel(in, LATER_CHANNEL)) return decode_build(in, out, false);
+    if (on_channel(in, BUILT_CHANNEL)) return decode_build(in, out, true);
     if (on_channel(in, STATE_CHANNEL)) return decode_state(r, in, out);
     if (on_channel(in, SETTINGS_CHANNEL)) {
         out->kind = WIRE_LOG_SETTINGS;

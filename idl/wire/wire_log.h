@@ -4,7 +4,8 @@
  * data length (i32), all big-endian, then channel and data. Messages are stored under their LCM channels in their LCM
  * encoding: commands as they came, and what each tick told, before its end. Beside them stand records of our own:
  * "collided.tick" ends the commands of a tick, "collided.lost" is a client whose lease ran out, "collided.steps" how
- * far lock-step was when the recording began, "collided.state" a piece of the daemon's whole state then, and
+ * far lock-step was when the recording began, "collided.later" and "collided.built" that a geometry, whole, was not
+ * built within the tick, and the tick from which on it was there, "collided.state" a piece of the daemon's whole state then, and
  * "collided.settings" what of its configuration is not the default and decides what is told. Reading is
  * bounds-checked: a damaged file gives an error with its offset, never a crash.
  */
@@ -22,7 +23,8 @@ typedef enum wire_log_entry_kind {
     WIRE_LOG_LOST,
     WIRE_LOG_STEPS,
     WIRE_LOG_STATE,
-    WIRE_LOG_SETTINGS
+    WIRE_LOG_SETTINGS,
+    WIRE_LOG_BUILD
 } wire_log_entry_kind;
 
 typedef struct wire_log_tick {
@@ -40,6 +42,11 @@ typedef struct wire_log_state { /* of so many bytes in all, those from `offset` 
     uint64_t hash; /* of all of them, as their writer says */
 } wire_log_state;
 
+typedef struct wire_log_built { /* of a geometry that has come */
+    int64_t client, hash;
+    bool ready; /* from this tick on; otherwise it is built later than this tick. Without either: in this tick */
+} wire_log_built;
+
 enum { WIRE_LOG_PIECE_BYTES = 60000 }; /* of a state, at most: a datagram for who plays the file */
 
 typedef struct wire_log_entry {
@@ -53,6 +60,7 @@ typedef struct wire_log_entry {
     wire_log_tick tick;
     int64_t lost_client;
     int64_t steps_done;
+    wire_log_built build;
 } wire_log_entry;
 
 typedef struct wire_log_writer wire_log_writer;
@@ -66,6 +74,7 @@ int wire_log_message(wire_log_writer *w, int64_t timestamp_us, const wire_messag
 int wire_log_tick_end(wire_log_writer *w, int64_t timestamp_us, const wire_log_tick *tick);
 int wire_log_lost(wire_log_writer *w, int64_t timestamp_us, int64_t client);
 int wire_log_steps(wire_log_writer *w, int64_t timestamp_us, int64_t done);
+int wire_log_build(wire_log_writer *w, int64_t timestamp_us, int64_t client, int64_t hash, bool ready);
 int wire_log_settings(wire_log_writer *w, int64_t timestamp_us, const char *text); /* lines of key = value */
 /* In pieces. */
 int wire_log_whole_state(wire_log_writer *w, int64_t timestamp_us, const uint8_t *bytes, size_t size, uint64_t hash);

@@ -345,7 +345,7 @@ static void audit(play *p)
             taken_back += s->claims.at[k].client == s->sessions.at[i]->client && !s->claims.at[k].geometry;
         assert_int_equal(taken_back, s->sessions.at[i]->geometries_taken_back);
     }
-    p->waiting += s->inbox.waiting > 0;
+    p->waiting += s->pending.count > 0;
 }
 
 /* ---- a session, recorded from some tick on ---- */
