@@ -127,8 +127,8 @@ static const config_option OPTIONS[] = {
         "have parted. A standby needs the same limit."},
     {"max_interests", CONFIG_WHOLE, FIELD(max_interests), 1, 100000, NULL, "4096", "interests",
         "interests at once",
-        "Counts all clients together. An interest costs 1 kB, and time for what it is told. Each has a stream, which over "
-        "DDS is a writer of @STREAM_KB@ kB, discovered by each client: more than some thousands are for LCM."},
+        "Counts all clients together. An interest takes about 1 kB, and time for what it is told. Over DDS its stream is a "
+        "writer, too, of 7 kB here and 2.3 kB in each participant that discovers it: more than 10000 are for LCM."},
     {"max_geometries", CONFIG_WHOLE, FIELD(max_geometries), 1, 1000000, NULL, "10000", "geometries",
         "hulls, meshes and height fields in the store",
         "One is stored once however many bodies use it, and is forgotten when nobody does."},
@@ -139,7 +139,7 @@ static const config_option OPTIONS[] = {
         "bodies of one client", "The limits of one client let nobody use up what is there for all."},
     {"max_client_shapes", CONFIG_WHOLE, FIELD(max_client_shapes), 1, 40000000, NULL, "2000000", "shapes",
         "shapes of one client", "Counted like max_shapes."},
-    {"max_client_interests", CONFIG_WHOLE, FIELD(max_client_interests), 1, 4096, NULL, "512", "interests",
+    {"max_client_interests", CONFIG_WHOLE, FIELD(max_client_interests), 1, 100000, NULL, "1024", "interests",
         "interests of one client", "Each has a stream."},
     {"max_client_geometry", CONFIG_WHOLE, FIELD(max_client_geometry), 1, 1048576, NULL, "4096", "MiB",
         "geometry of one client: hulls, meshes and height fields",
