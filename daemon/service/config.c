@@ -133,10 +133,10 @@ static const config_option OPTIONS[] = {
         "Many shapes at one place make pairs by the square, of up to 3 KB each. What exceeds is left out, and said: "
         "counted (pairs_left_out), in the undone of each batch, and as degraded health. It comes in as soon as others "
         "have parted. A standby needs the same limit."},
-    {"max_interests", CONFIG_WHOLE, FIELD(max_interests), 1, 100000, NULL, "4096", "interests", "interests at once",
-        "Counts all clients together. An interest costs 1 kB, and time for what it is told. Each has a stream, which "
-        "over "
-        "DDS is a writer of @STREAM_KB@ kB, discovered by each client: more than some thousands are for LCM."},
+    {"max_interests", CONFIG_WHOLE, FIELD(max_interests), 1, 100000, NULL, "4096", "interests",
+        "interests at once",
+        "Counts all clients together. An interest takes about 1 kB, and time for what it is told. Over DDS its stream is a "
+        "writer, too, of 7 kB here and 2.3 kB in each participant that discovers it: more than 10000 are for LCM."},
     {"max_geometries", CONFIG_WHOLE, FIELD(max_geometries), 1, 1000000, NULL, "10000", "geometries",
         "hulls, meshes and height fields in the store",
         "One is stored once however many bodies use it, and is forgotten when nobody does."},
@@ -146,15 +146,14 @@ static const config_option OPTIONS[] = {
     {"share", CONFIG_WHOLE, FIELD(share), 1, 100, NULL, "75", "%",
         "what one participant may have of each limit, under all its names; the rest stays free for others",
         "Of max_clients, max_bodies, max_shapes, max_interests, max_geometries and max_waiting. Who comes over DDS is "
-        "a "
-        "participant, whatever clients it names; over LCM nobody can be told apart: there each client has its share, "
+        "a participant, whatever clients it names; over LCM nobody can be told apart: there each client has its share, "
         "and all of LCM together, if there are other links. 100: nothing is kept free."},
     {"max_client_bodies", CONFIG_WHOLE, FIELD(max_client_bodies), 0, 10000000, NULL, "0", "bodies",
         "bodies of one participant, all its clients together; 0: its share of max_bodies",
         "The limits of one client let nobody use up what is there for all."},
     {"max_client_shapes", CONFIG_WHOLE, FIELD(max_client_shapes), 0, 40000000, NULL, "0", "shapes",
         "shapes of one participant, all its clients together; 0: its share of max_shapes", "Counted like max_shapes."},
-    {"max_client_interests", CONFIG_WHOLE, FIELD(max_client_interests), 0, 4096, NULL, "0", "interests",
+    {"max_client_interests", CONFIG_WHOLE, FIELD(max_client_interests), 0, 100000, NULL, "0", "interests",
         "interests of one participant, all its clients together; 0: its share of max_interests", "Each has a stream."},
     {"max_client_geometry", CONFIG_WHOLE, FIELD(max_client_geometry), 1, 1048576, NULL, "4096", "MiB",
         "geometry of one participant, all its clients together: hulls, meshes and height fields",
