@@ -88,19 +88,23 @@ static int64_t heartbeat(collided *c, int64_t now_ns)
     return c->heartbeat_ns;
 }
 
-/* A daemon tells its status once a second. */
-static const int64_t QUIET_NS = 1200 * NS_PER_MS, SEEK_FIRST_NS = 300 * NS_PER_MS, SEEK_NS = NS_PER_S;
+/* A daemon tells its status once a second. Each search costs a datagram a well-known port, and a thousand clients that
+ * search often leave the daemon no time to hear them: so they do it less and less often. */
+static const int64_t QUIET_NS = 1200 * NS_PER_MS, SEEK_FIRST_NS = 300 * NS_PER_MS, SEEK_LAST_NS = 4 * NS_PER_S;
 
 static int64_t seek(collided *c, int64_t now_ns)
 {
     if (!c->link->ops->seek) return INT64_MAX;
     if (c->heard_ns && now_ns - c->heard_ns < QUIET_NS) {
         c->seek_ns = 0;
+        c->seek_wait_ns = SEEK_FIRST_NS;
         return c->heard_ns + QUIET_NS;
     }
-    if (c->seek_ns && now_ns >= c->seek_ns) c->link->ops->seek(c->link);
-    if (!c->seek_ns || now_ns >= c->seek_ns) c->seek_ns = now_ns + (c->seek_ns ? SEEK_NS : SEEK_FIRST_NS);
-    return c->seek_ns;
+    if (c->seek_ns && now_ns < c->seek_ns) return c->seek_ns;
+    if (c->seek_ns) c->link->ops->seek(c->link);
+    c->seek_wait_ns = c->seek_ns ? 2 * c->seek_wait_ns : SEEK_FIRST_NS;
+    if (c->seek_wait_ns > SEEK_LAST_NS) c->seek_wait_ns = SEEK_LAST_NS;
+    return c->seek_ns = now_ns + c->seek_wait_ns;
 }
 
 /* Sleeps at most a third of the lease, so that a longer absence shows that the process stood still (SIGSTOP, swap):

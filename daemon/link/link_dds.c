@@ -289,7 +289,8 @@ static void dds_link_flush(struct link *head)
 {
     link_dds *l = link_dds_of(head);
     for (size_t i = 0; i < LINK_DDS_OUT; i++) link_dds_flush_writer(&l->writers[i]);
-    for (size_t i = 0; i < (size_t)WIRE_DDS_REPLIES * LINK_DDS_REPLIES; i++) link_dds_flush_writer(&l->replies[0][0] + i);
+    for (size_t i = 0; i < (size_t)WIRE_DDS_REPLIES * LINK_DDS_REPLIES; i++)
+        link_dds_flush_writer(&l->replies[0][0] + i);
     for (size_t i = 0; i < l->streams.count; i++) link_dds_flush_writer(&l->streams.at[i]->out);
 }
 

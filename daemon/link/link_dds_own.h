@@ -14,7 +14,7 @@
 #include <stdatomic.h>
 
 enum {
-    LINK_DDS_IN = 8, /* kinds that clients send, */
+    LINK_DDS_IN = 8,     /* kinds that clients send, */
     LINK_DDS_OUT = 5,    /* that the daemon sends, but for events; large answers have a writer of their own, the last */
     LINK_DDS_REPLIES = 4 /* of these, those that are for one client; likewise */
 };
@@ -48,7 +48,7 @@ struct link_dds {
     reader readers[LINK_DDS_IN];
     writer writers[LINK_DDS_OUT];
     writer replies[WIRE_DDS_REPLIES][LINK_DDS_REPLIES]; /* by group and kind: see wire_dds_qos.h */
-    ARRAY(stream *) streams; /* sorted by name */
+    ARRAY(stream *) streams;                            /* sorted by name */
     speakers speakers;
     atomic_bool has_discovered, has_news; /* for speakers */
     dds_peers peers;

@@ -1,8 +1,8 @@
-/* bench_clients: a crowd that comes at once. Each client is a process of its own that starts, connects over DDS, creates
- * a body, subscribes to its contacts, and is in when both are acknowledged and its stream has begun. What is measured:
- * the time from the start of the first process until the last is in (or until patience ends: "joined" says how many
- * are), the memory of a client's process when all are in (proportional set size, shared pages shared: the mean over
- * all), and the processor time and memory of the daemon until then.
+/* bench_clients: a crowd that comes at once. Each client is a process of its own that starts, connects over DDS,
+ * creates a body, subscribes to its contacts, and is in when both are acknowledged and its stream has begun. What is
+ * measured: the time from the start of the first process until the last is in (or until patience ends: "joined" says
+ * how many are), the memory of a client's process when all are in (proportional set size, shared pages shared: the mean
+ * over all), and the processor time and memory of the daemon until then.
  *
  * The processes run in a network namespace of their own, with the daemon that ships. `--bodies` chooses one number of
  * clients; `--full` adds 1,000. `--seconds` is the patience.
@@ -117,10 +117,11 @@ typedef struct figures {
 static void print(const shared *s, int clients, const figures *f, bool json)
 {
     if (!json && s->complaint[0]) printf("the first of %d that failed: %s\n", s->failed, s->complaint);
-    printf(json ? "{\"bench\":\"clients\",\"entry\":\"the daemon, by its client library\",\"link\":\"dds\",\"clients\":%d,"
-                  "\"joined\":%d,\"seconds\":%.3f,\"client_mb\":%.3f,\"client_core_s\":%.4f,"
-                  "\"daemon_core_s\":%.3f,\"daemon_mb\":%.3f}\n"
-                : "%7d | %6d %8.2f s | %8.2f MB %7.4f s | %8.2f s %7.1f MB\n",
+    printf(
+        json ? "{\"bench\":\"clients\",\"entry\":\"the daemon, by its client library\",\"link\":\"dds\",\"clients\":%d,"
+               "\"joined\":%d,\"seconds\":%.3f,\"client_mb\":%.3f,\"client_core_s\":%.4f,"
+               "\"daemon_core_s\":%.3f,\"daemon_mb\":%.3f}\n"
+             : "%7d | %6d %8.2f s | %8.2f MB %7.4f s | %8.2f s %7.1f MB\n",
         clients, s->joined, f->seconds, f->client_mb, f->client_core_s, f->daemon_core_s, f->daemon_mb);
     fflush(stdout);
 }

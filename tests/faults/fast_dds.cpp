@@ -16,7 +16,7 @@ using namespace eprosima::fastdds::dds;
 
 class listener : public DomainParticipantListener
 {
-public:
+  public:
     void on_publisher_discovery(DomainParticipant *, eprosima::fastrtps::rtps::WriterDiscoveryInfo &&found) override
     {
         std::lock_guard<std::mutex> guard(lock);
@@ -30,7 +30,7 @@ public:
         return news.wait_for(guard, std::chrono::duration<double>(seconds), [this] { return has_found; });
     }
 
-private:
+  private:
     std::mutex lock;
     std::condition_variable news;
     bool has_found = false;

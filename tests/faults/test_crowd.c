@@ -143,7 +143,8 @@ static void another_vendor_finds_the_daemon(void **state)
         assert_int_equal(rig_wait(rig_start(FAST_DDS, arguments), 2 * RIG_PATIENCE_S), 0);
         if (rig_now_s() - began > longest) longest = rig_now_s() - began;
     }
-    print_message("Fast DDS found the daemon %d times, in %.2f s at most, with its start and its end\n", FOREIGN, longest);
+    print_message(
+        "Fast DDS found the daemon %d times, in %.2f s at most, with its start and its end\n", FOREIGN, longest);
     assert_true(longest < 5); /* it was up to 8 s; what it is, the line above says */
 }
 #endif

@@ -53,8 +53,8 @@ unsigned wire_dds_replies_of(int64_t client);
 enum { WIRE_DDS_INDICES = 64 };
 
 typedef enum wire_dds_role {
-    WIRE_DDS_ANYBODY, /* takes a well-known port, as tools and tests do */
-    WIRE_DDS_DAEMON,  /* the same; is found by others at once; small samples wait for dds_write_flush */
+    WIRE_DDS_ANYBODY,       /* takes a well-known port, as tools and tests do */
+    WIRE_DDS_DAEMON,        /* the same; is found by others at once; small samples wait for dds_write_flush */
     WIRE_DDS_CLIENT_LIBRARY /* takes any port, finds daemons, and is found by nobody else */
 } wire_dds_role;
 
