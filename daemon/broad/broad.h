@@ -91,8 +91,8 @@ uint32_t broad_pairs_of(const broad *b, uint32_t proxy);
  * ids, as far as `units` go (some of them at least); *spent: what it took. Those with an unsearched proxy that
  * `is_left` are left to its search. True: it is searched. `changes` as of broad_update, until the next call. */
 typedef bool broad_leave(void *context, uint32_t other);
-bool broad_search(broad *b, uint32_t proxy, uint64_t units, broad_leave *is_left, void *context,
-    broad_changes *changes, uint64_t *spent);
+bool broad_search(broad *b, uint32_t proxy, uint64_t units, broad_leave *is_left, void *context, broad_changes *changes,
+    uint64_t *spent);
 bool broad_was_refiltered(const broad *b, uint32_t proxy); /* of one that is unsearched */
 /* Units that it takes to ask the filter about two, where that is more than usual; NULL: nowhere, to begin with. Sums of
  * it count for the limits above, and a search may stop behind each that was asked. */

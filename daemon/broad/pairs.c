@@ -14,7 +14,7 @@ void pairs_init(pairs *p)
 
 void pairs_free(pairs *p)
 {
-    array_free(&p->records);
+    array_free_in_place(&p->records);
     array_free(&p->lists);
     pairs_init(p);
 }
@@ -23,7 +23,8 @@ static uint32_t take_record(pairs *p)
 {
     if (p->free_record == PAIRS_NO_LINK) {
         assert(p->records.count < MOST_RECORDS);
-        array_push(&p->records, (pair_record){0});
+        array_reserve_in_place(&p->records, p->records.count + 1);
+        p->records.at[p->records.count++] = (pair_record){0};
         return (uint32_t)p->records.count - 1;
     }
     uint32_t index = p->free_record;

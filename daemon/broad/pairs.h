@@ -18,7 +18,7 @@ typedef struct pair_record {
 } pair_record;
 
 typedef struct pair_list { /* of one proxy */
-    uint32_t first; /* link */
+    uint32_t first;        /* link */
     uint32_t count;
 } pair_list;
 

@@ -29,7 +29,8 @@ static void end_parted_pairs(broad *b, const change *c)
         next = pairs_next(&b->pairs, link);
         uint32_t other = pairs_other(&b->pairs, link);
         const proxy *q = &b->proxies.at[other];
-        bool stays = may_pair(&p->fat, p->fixed, &q->fat, q->fixed) && (!c->refilter || broad_accepts(b, c->proxy, other));
+        bool stays =
+            may_pair(&p->fat, p->fixed, &q->fat, q->fixed) && (!c->refilter || broad_accepts(b, c->proxy, other));
         if (!stays) end_pair(b, c->proxy, link);
     }
 }

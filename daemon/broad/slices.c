@@ -207,8 +207,8 @@ static bool begin_missing(broad *b, uint32_t id, uint64_t units, const hunt *h)
     return true;
 }
 
-bool broad_search(broad *b, uint32_t id, uint64_t units, broad_leave *is_left, void *context, broad_changes *changes,
-    uint64_t *spent)
+bool broad_search(
+    broad *b, uint32_t id, uint64_t units, broad_leave *is_left, void *context, broad_changes *changes, uint64_t *spent)
 {
     const hunt h = {b, id, is_left, context};
     b->spent = 0;

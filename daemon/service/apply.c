@@ -175,6 +175,7 @@ static wire_reason put_gathered(service *s, session *c, const wire_body *m, wire
         .category = (uint64_t)m->category,
         .mask = (uint64_t)m->mask,
         .one_way = m->one_way,
+        .owner = (uint64_t)c->client,
         .ccd = (world_ccd)m->ccd,
         .acceleration = m->acceleration_m_s2,
         .angular_acceleration = m->angular_acceleration_rad_s2,

@@ -65,6 +65,12 @@ static const config_option OPTIONS[] = {
         "All pairs are bounded first; then those that matter most are refined, until the time is used. What is left "
         "keeps an interval that is wider than asked but holds, is told as stopped by the budget, counted (undone), and "
         "goes first in the next tick, which follows at once. Searches for impacts are not cut short."},
+    {"slice_us", CONFIG_NUMBER, FIELD(slice_us), 0, 10000000, NULL, "20000", "us",
+        "time that finding and deciding pairs may hold a tick; 0: as long as it needs",
+        "What is left after it is pending: unknown, counted (pending_pairs, undone), and goes on in the next tick, "
+        "which "
+        "follows at once, so that queries and other clients wait no longer than that. Clients take turns. A step is "
+        "answered when nothing of it is pending."},
     {"lock_memory", CONFIG_YES, FIELD(lock_memory), 0, 0, NULL, "no", "",
         "keep all memory resident: nothing is paged out",
         "For steady answers on a machine that is short of memory. Needs LimitMEMLOCK=infinity (ulimit -l unlimited); "

@@ -27,7 +27,8 @@ typedef struct config {
     char step_policy[16];
     long workers, metrics_port, fifo_priority;
     bool caches, json, journal, trade, lock_memory, record_events, standby;
-    double margin, rate, budget_us, settle, replay_speed, status_period, lease, heartbeat, step_timeout, standby_lease;
+    double margin, rate, budget_us, slice_us, settle, replay_speed, status_period, lease, heartbeat, step_timeout,
+        standby_lease;
     long max_clients, max_bodies, max_shapes, max_pairs, max_interests, max_geometries, max_step_poses;
     long max_client_bodies, max_client_shapes, max_client_interests, max_client_geometry;
     long max_client_messages, max_client_poses;

@@ -86,6 +86,9 @@ static void add_world(const service *s, sheet *t)
     sheet_add(t, "interests", (int64_t)f.interests);
     sheet_add(t, "pairs", (int64_t)f.pairs);
     sheet_add(t, "pairs_left_out", (int64_t)f.pairs_left_out);
+    sheet_add(t, "pending_pairs", (int64_t)f.pending_pairs);
+    sheet_add(t, "pending_bodies", (int64_t)f.pending_bodies);
+    sheet_add(t, "sliced_ticks", (int64_t)f.sliced_ticks);
     sheet_add(t, "contacts", (int64_t)f.contacts);
     sheet_add(t, "geometries", (int64_t)s->geometry_of.count);
     sheet_add(t, "lock_step_clients", (int64_t)s->lock_step.members);
@@ -199,13 +202,15 @@ static void show(service *s, const sheet *t, size_t registered)
 
 void health_limits(const service *s, char *text, size_t size)
 {
-    snprintf(text, size, "%s%s%s", s->limits, *s->limits && *s->starving ? "; " : "", s->starving);
+    snprintf(text, size, "%s%s%s%s%s", s->limits, *s->limits && service_is_behind(s) ? " " : "",
+        service_is_behind(s) ? "pending_pairs" : "", (*s->limits || service_is_behind(s)) && *s->starving ? "; " : "",
+        s->starving);
 }
 
 void health_publish(service *s)
 {
     static sheet t; /* the tick thread's */
-    char links[WIRE_TEXT_MAX], limits[sizeof s->limits + sizeof s->starving];
+    char links[WIRE_TEXT_MAX], limits[sizeof s->limits + sizeof s->starving + 16];
     describe_links(s, links, sizeof links);
     if (s->monotonic_ns - s->limit_ns > LIMITS_TOLD_NS) s->limits[0] = '\0';
     health_limits(s, limits, sizeof limits);

@@ -351,10 +351,12 @@ static void tick(service *s)
     uint64_t told = metric_get(s->count.events_out);
     s->tick++;
     pace_begin(&s->pace, began);
+    service_choose_slice(s);
     service_tick(s);
     int64_t newest = s->latest_pose_ns; /* now: commands of the tick, and steps, have poses, too */
     int64_t ended = clock_monotonic_ns(), took = ended - began;
     pace_end(&s->pace, ended, world_get_figures(s->world).work);
+    service_learn_slice(s, took);
     if (s->config.budget_us > 0 && (double)took > OVER * 1e3 * s->config.budget_us)
         metric_count(s->count.budget_over, 1);
     if (newest != s->measured_pose_ns && metric_get(s->count.events_out) != told) {
@@ -418,7 +420,7 @@ static int64_t next_wake_ns(const server *v)
     else if (s->config.rate > 0)
         next = earlier(next, v->next_tick_ns);
     else if (world_changed(s->world)) /* a budget has left something, or all of it */
-        return now + (world_get_figures(s->world).work ? 0 : 1000000);
+        return now + (world_get_figures(s->world).work || world_get_figures(s->world).pending_bodies ? 0 : 1000000);
     else if (world_next_due_ns(s->world) != INT64_MAX)
         next = earlier(next, now + world_next_due_ns(s->world) - clock_wall_ns());
     if (world_glided(s->world) && !(s->config.rate > 0) && !standby_waits(s))
@@ -471,7 +473,7 @@ static void publish_status(server *v, uint8_t health)
 /* To the service manager, when it changes. */
 static void tell_health(const service *s)
 {
-    char state[sizeof s->limits + sizeof s->starving + 48], limits[sizeof s->limits + sizeof s->starving];
+    char state[sizeof s->limits + sizeof s->starving + 64], limits[sizeof s->limits + sizeof s->starving + 16];
     health_limits(s, limits, sizeof limits);
     snprintf(state, sizeof state, *limits ? "degraded: %s" : "ready", limits);
     notify_state(state);
@@ -480,7 +482,7 @@ static void tell_health(const service *s)
 static uint8_t health_now(const service *s)
 {
     if (!s->whole || standby_waits(s)) return WIRE_HEALTH_STARTING;
-    return *s->limits || *s->starving ? WIRE_HEALTH_DEGRADED : WIRE_HEALTH_READY;
+    return *s->limits || *s->starving || service_is_behind(s) ? WIRE_HEALTH_DEGRADED : WIRE_HEALTH_READY;
 }
 
 /* A long round is remembered for some time: those that follow are likely to be long, or some of them. */

@@ -116,7 +116,9 @@ typedef struct session {
     step_mark step;                                 /* of its poses; step 0: it counts none */
     refused_poses refused;                          /* of that step */
     simulation_mark simulation;                     /* of its poses */
-    bool stepped;                                   /* one has come since the last tick ended */
+    bool stepped;                                   /* one has come since the last tick that it was answered in */
+    bool withheld;                                  /* its answer is: something that the step brought is pending */
+    int64_t answered_step;                          /* the last one of which nothing is */
     size_t body_count, shape_count, interest_count; /* in the world */
     int64_t geometry_bytes;                         /* of the geometries that it claims */
     int64_t geometry_sequence;                      /* of its newest word on one */
@@ -276,6 +278,7 @@ typedef struct lock_step {
     int64_t done;     /* the last step that was */
     int32_t missing;  /* members that it was done without */
     bool asked_again; /* a member has not heard of that one */
+    bool pending;     /* something of that one is, so that the next one waits */
     int64_t waited;   /* the step that somebody waits for, ... */
     int64_t since_ns; /* ... since then, monotonic; 0: nobody does */
     bool told;        /* that it takes long */
@@ -326,9 +329,12 @@ typedef struct service {
     char starving[384]; /* the first stream that starves, for people; "" = none does */
     wire_memory *backlog_memory;
     uint64_t events_hash;
-    pace pace;              /* of a budget */
-    uint64_t recorded_work; /* of this tick, in a replay ... */
-    bool recorded_budget;   /* ... of one with a budget */
+    pace pace;                           /* of a budget */
+    uint64_t slice;                      /* units of this tick's slice; 0: it is not cut */
+    double slice_unit_ns;                /* what a unit of it takes, as learnt */
+    int64_t pending_ns, pending_last_ns; /* since when something has been pending, and at which tick last, monotonic */
+    uint64_t recorded_work;              /* of this tick, in a replay ... */
+    bool recorded_budget;                /* ... of one with a budget */
     taken_state taken;
     int64_t status_tick; /* of the last Status */
     bool replaying, stopping;
@@ -506,6 +512,7 @@ bool steps_due(const service *s);           /* a step is complete, or asked for 
 void steps_complete(service *s);            /* applies a step that is */
 void steps_watch(service *s);               /* who misses a step; before each round, not in a replay */
 int64_t steps_next_ns(const service *s);    /* when somebody may miss one, monotonic; INT64_MAX: nobody */
+void steps_settle(service *s);              /* after the world's tick: who may be answered */
 void steps_began(service *s, int64_t done); /* a replay begins in the middle, before its first tick */
 void steps_record(service *s, session *c);
 void steps_free(session *c);
@@ -516,9 +523,15 @@ void answer_query(service *s, struct link *from, const wire_query *q);
 /* tick.c */
 void service_set_budget(service *s);                                  /* of the configuration */
 void service_replay_budget(service *s, bool budgeted, uint64_t work); /* of the tick that is replayed next */
-void service_tick(service *s);                                        /* of number s->tick, at s->now_ns */
-void service_follow_clock(service *s);                                /* what the world knows goes back with it */
-bool service_clock_back(const service *s); /* the wall clock was set back since the last tick: one is due */
+/* tick.c. A slice is chosen by what earlier ones took, before the tick, and is recorded where it made a difference: so
+ * a replay, which is told it, does the same. */
+void service_choose_slice(service *s);
+void service_learn_slice(service *s, int64_t took_ns);
+bool service_is_behind(const service *s);      /* something is pending for long, or was so a moment ago */
+uint64_t service_slice_told(const service *s); /* for the recording; 0: it made none */
+void service_tick(service *s);                 /* of number s->tick, at s->now_ns */
+void service_follow_clock(service *s);         /* what the world knows goes back with it */
+bool service_clock_back(const service *s);     /* the wall clock was set back since the last tick: one is due */
 void service_take(service *s, struct link *from, const wire_message *m); /* a command that is admitted */
 void service_tell_broad(service *s); /* logs the broad phase that stands, if the log says another one */
 

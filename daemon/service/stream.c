@@ -225,7 +225,7 @@ static void measure(service *s, const world_batch *b)
 static int64_t step_for(service *s, const stream *to)
 {
     const session *c = session_find(s, to->client);
-    return c && c->step.step ? c->step.step : s->latest_step.step;
+    return c && c->step.step ? c->answered_step : s->latest_step.step;
 }
 
 /* Likewise. */
@@ -246,7 +246,7 @@ static int32_t missing_for(service *s, const stream *to)
 static refused_poses refused_for(service *s, const stream *to)
 {
     const session *c = session_find(s, to->client);
-    return c && c->step.step ? c->refused : (refused_poses){0};
+    return c && c->step.step && c->answered_step == c->step.step ? c->refused : (refused_poses){0};
 }
 
 static wire_message message_for(service *s, const stream *to)
@@ -384,7 +384,8 @@ static void answer_steps(service *s)
 {
     for (size_t i = 0; i < s->sessions.count; i++) {
         session *c = s->sessions.at[i];
-        for (size_t k = 0; c->stepped && k < c->interests.count; k++)
+        if (!c->stepped || c->withheld) continue;
+        for (size_t k = 0; k < c->interests.count; k++)
             if (c->interests.at[k].live) answer_step(s, c->interests.at[k].world_id);
         c->stepped = false;
     }

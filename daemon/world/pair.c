@@ -146,13 +146,16 @@ static void enter_pair(world *w, uint32_t solid)
 static uint32_t begin(world *w, uint32_t a, uint32_t b)
 {
     uint32_t id = id_pool_take(&w->pair_ids);
-    array_reserve(&w->pairs, id + 1);
+    array_reserve_in_place(&w->pairs, (size_t)id + 1);
     if (id >= w->pairs.count) w->pairs.count = id + 1;
     bool in_order = solids_in_order(w, &w->solids.at[a], &w->solids.at[b]);
     enter_pair(w, a);
     enter_pair(w, b);
-    w->pairs.at[id] = (pair){.a = in_order ? a : b, .b = in_order ? b : a, 
-        .first_watch = WORLD_NONE, .active_tick = w->figures.ticks - 1, .used = true};
+    w->pairs.at[id] = (pair){.a = in_order ? a : b,
+        .b = in_order ? b : a,
+        .first_watch = WORLD_NONE,
+        .active_tick = w->figures.ticks - 1,
+        .used = true};
     keep_terms(w, &w->pairs.at[id]);
     pair_map_put(&w->pair_of, pair_key(a, b), id);
     w->figures.pairs++;
@@ -323,8 +326,10 @@ void pair_apply_changes(world *w, const broad_changes *changes)
 uint64_t pair_units(const world *w, const pair *p)
 {
     enum { A_LOOK = 150, A_WATCH = 1500, A_SEARCH = 4000 };
-    const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
+    if (w->slice == UINT64_MAX) return A_LOOK; /* nobody counts */
     bool told = p->first_watch != WORLD_NONE, is_new = p->asked_epoch == 0;
+    if (!told && !is_new && p->cache.lower > 0 && !w->sweepers) return A_LOOK;
+    const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
     double units = A_LOOK;
     if (told)
         units += (double)a->overlapping + b->overlapping;
@@ -346,11 +351,11 @@ uint64_t pair_activate(world *w, uint32_t id)
     uint64_t tick = w->figures.ticks, since = p->active_tick;
     if (!p->used || since == tick) return 0;
     const body *a = &w->bodies.at[w->solids.at[p->a].body], *b = &w->bodies.at[w->solids.at[p->b].body];
-    bool ruled = a->ruled_tick > since || b->ruled_tick > since;
+    bool ruled = w->ruled_tick > since && (a->ruled_tick > since || b->ruled_tick > since);
     if (ruled && w->sliced && !decide(w, w->solids.at[p->a].body, w->solids.at[p->b].body).checked) return 0;
     p->active_tick = tick;
     p->ruled = ruled;
-    p->jumped = a->teleport_tick > since || b->teleport_tick > since;
+    p->jumped = w->teleport_tick > since && (a->teleport_tick > since || b->teleport_tick > since);
     w->some_teleported |= p->jumped;
     if (ruled) keep_terms(w, p);
     p->wanted = match_wanted(&w->match, a->match, b->match);

@@ -217,6 +217,7 @@ static const char *get_body(bytes_in *from, world *w)
     b.passed.count = b.passed.capacity = 0;
     w->bodies.at[id] = b;
     if (b.ruled_tick > w->ruled_tick) w->ruled_tick = b.ruled_tick;
+    if (b.teleport_tick > w->teleport_tick) w->teleport_tick = b.teleport_tick;
     if (!b.ghost) body_add_name(w, id);
     return from->broken ? "a body is cut off" : NULL;
 }
@@ -367,8 +368,8 @@ typedef struct head {
 uint64_t world_saved_layout(void)
 {
     const uint64_t all[] = {sizeof(head), sizeof(body), sizeof(solid), sizeof(interest), sizeof(pair), sizeof(watch),
-        sizeof(shape), sizeof(compound_child), sizeof(compound_node), sizeof(broad_move), sizeof(purse), offsetof(body, passed),
-        offsetof(interest, events), offsetof(pair, standing), offsetof(watch, last)};
+        sizeof(shape), sizeof(compound_child), sizeof(compound_node), sizeof(broad_move), sizeof(purse),
+        offsetof(body, passed), offsetof(interest, events), offsetof(pair, standing), offsetof(watch, last)};
     return hash_bytes(HASH_START, all, sizeof all);
 }
 
@@ -543,8 +544,8 @@ const char *world_restore(world *w, const world_lender *l, bytes_in *from)
     body_reserve(w, (size_t)w->body_ids.end + 1);
     array_reserve(&w->solids, (size_t)w->solid_ids.end + 1);
     array_reserve(&w->interests, (size_t)w->interest_ids.end + 1);
-    array_reserve(&w->pairs, (size_t)w->pair_ids.end + 1);
-    array_reserve(&w->watches, (size_t)w->watch_ids.end + 1);
+    array_reserve_in_place(&w->pairs, (size_t)w->pair_ids.end + 1);
+    array_reserve_in_place(&w->watches, (size_t)w->watch_ids.end + 1);
     MAKE_PLACES(&w->bodies, &w->body_ids);
     MAKE_PLACES(&w->solids, &w->solid_ids);
     MAKE_PLACES(&w->interests, &w->interest_ids);

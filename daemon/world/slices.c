@@ -18,10 +18,10 @@
 #include <stdlib.h>
 
 enum {
-    A_BODY = 100,      /* units */
-    A_PAIR_SEEN = 25,  /* one that is looked at, and perhaps not pending */
-    MANY_PAIRS = 256,  /* a body with fewer is never taken in parts */
-    SHARES = 8,        /* of a slice: so many turns in it at least, ... */
+    A_BODY = 100,         /* units */
+    A_PAIR_SEEN = 25,     /* one that is looked at, and perhaps not pending */
+    MANY_PAIRS = 256,     /* a body with fewer is never taken in parts */
+    SHARES = 8,           /* of a slice: so many turns in it at least, ... */
     LEAST_SHARE = 200000, /* ... but none of fewer units */
     FAR_MORE = 4
 };
@@ -191,7 +191,9 @@ static bool is_waiting(turn *t, uint32_t other, uint32_t *id)
     const body *o = &w->bodies.at[w->solids.at[other].body];
     if (is_done(t, o)) return false;
     *id = pair_find(w, t->solid, other);
-    if (*id == PAIR_MAP_NONE || !pair_is_pending(w, &w->pairs.at[*id])) return false;
+    if (*id == PAIR_MAP_NONE) return false;
+    bool changed_now = t->body->changed_tick == w->figures.ticks; /* then it has not been decided since, but here */
+    if (!changed_now && !pair_is_pending(w, &w->pairs.at[*id])) return false;
     bool left = is_left_to(t, o);
     t->left |= left;
     return !left;
@@ -243,7 +245,7 @@ static bool activate_oldest(turn *t, const body *b, uint64_t units)
         t->solid = b->shapes[i];
         broad_each_pair_of(t->w->broad, b->shapes[i], list_with, &q);
     }
-    bool fits = t->spent + q.units <= units;
+    bool fits = t->spent + q.units <= units; /* one that is on the list takes nothing */
     if (!fits) qsort(q.list.at, q.list.count, sizeof *q.list.at, compare_waiting);
     size_t done = 0;
     for (; done < q.list.count && (fits || done < SOME_AT_LEAST || t->spent < units); done++)
@@ -392,6 +394,7 @@ void slices_tell(world *w)
     if (!some || w->figures.ticks % NOW_AND_THEN == 0) find_concerned(w);
     wake_concerned(w);
     w->figures.pending_bodies = w->due;
+    w->figures.parked_bodies = w->parked;
     w->figures.pending_pairs = (size_t)w->pending;
     w->figures.sliced_ticks += w->sliced;
 }

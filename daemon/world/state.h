@@ -70,14 +70,14 @@ typedef struct body {
     uint8_t ghost_cause;
     uint64_t category, mask;
     bool one_way;
-    double rule_reach;              /* m: its rules add at most so much to the thresholds or ranges of its pairs */
-    uint64_t ruled_tick;            /* the tick that its filter last changed for */
-    uint64_t gathered_tick;         /* the tick whose active list its pairs were last put on, all of them */
-    uint64_t changed_tick;          /* the tick that it was last put again for: what is decided before it is out of
-                                       date; see slices.c */
-    uint64_t teleport_tick;         /* likewise, that it teleported for */
-    uint64_t owner;                 /* as it was put */
-    uint32_t weight;                /* in world.pending */
+    double rule_reach;      /* m: its rules add at most so much to the thresholds or ranges of its pairs */
+    uint64_t ruled_tick;    /* the tick that its filter last changed for */
+    uint64_t gathered_tick; /* the tick whose active list its pairs were last put on, all of them */
+    uint64_t changed_tick;  /* the tick that it was last put again for: what is decided before it is out of
+                               date; see slices.c */
+    uint64_t teleport_tick; /* likewise, that it teleported for */
+    uint64_t owner;         /* as it was put */
+    uint32_t weight;        /* in world.pending */
     uint32_t purse, due_next, due_before; /* while it is due: whose turn it waits for, and behind and before whom */
     bool is_due, is_parked;
     uint64_t label;                 /* of world.ruling, of its name and group: what rules say of another is void */
@@ -117,8 +117,8 @@ typedef struct solid { /* a shape of a body: the broad phase's proxy under the s
     compound *own; /* what shape.compound is, or NULL */
     double reach;  /* of the shape about its own origin */
     uint32_t body;
-    int32_t index;  /* in the body */
-    bool at_origin; /* of the body, and not turned: `local` is the identity */
+    int32_t index;            /* in the body */
+    bool at_origin;           /* of the body, and not turned: `local` is the identity */
     float apart, overlapping; /* units that it adds to a refinement (work.c) */
     bool used, ghost;
 } solid;
@@ -268,13 +268,13 @@ struct world {
     ARRAY(uint32_t) ghosts;            /* removed since the last tick */
     ARRAY(uint32_t) reap;              /* removed before it: ids free at the next */
     ARRAY(uint32_t) ghost_solids, reap_solids;
-    ARRAY(expiry) expiries;       /* a heap, see expiry.c */
-    uint64_t ruled_tick;          /* the greatest of the bodies' */
-    ARRAY(uint32_t) held_now;     /* bodies held since the last tick */
-    ARRAY(uint32_t) stale_now;    /* bodies that became stale in this tick */
-    ARRAY(uint32_t) fresh_now;    /* and those that are known again */
-    ARRAY(uint64_t) active;       /* keys of the pairs to be decided, sorted ... */
-    ARRAY(uint32_t) active_pairs; /* ... and their pairs, in that order */
+    ARRAY(expiry) expiries;             /* a heap, see expiry.c */
+    uint64_t ruled_tick, teleport_tick; /* the greatest of the bodies' */
+    ARRAY(uint32_t) held_now;           /* bodies held since the last tick */
+    ARRAY(uint32_t) stale_now;          /* bodies that became stale in this tick */
+    ARRAY(uint32_t) fresh_now;          /* and those that are known again */
+    ARRAY(uint64_t) active;             /* keys of the pairs to be decided, sorted ... */
+    ARRAY(uint32_t) active_pairs;       /* ... and their pairs, in that order */
     ARRAY(outcome) outcomes;
     ARRAY(uint32_t) open;       /* active pairs that have a result, in its place */
     size_t bounds, bounded;     /* of open: the first ones get bounds; of them those that the budget allows */
@@ -284,12 +284,12 @@ struct world {
     size_t lingers;             /* so many do */
     uint64_t slice;             /* units that finding and deciding pairs may take in a tick; UINT64_MAX: all of them */
     ARRAY(purse) purses;
-    uint32_t turn;              /* the purse that goes first */
-    size_t due, parked;         /* bodies; those that wait for max_pairs */
-    uint64_t pending;           /* pairs, at least, that wait */
-    bool sliced;                /* in this tick something was put off, or had been */
-    ARRAY(uint64_t) concerned;  /* selectors that have a body which is due or parked: bits; made where some are */
-    world_grant *grant;         /* NULL: no budget */
+    uint32_t turn;             /* the purse that goes first */
+    size_t due, parked;        /* bodies; those that wait for max_pairs */
+    uint64_t pending;          /* pairs, at least, that wait */
+    bool sliced;               /* in this tick something was put off, or had been */
+    ARRAY(uint64_t) concerned; /* selectors that have a body which is due or parked: bits; made where some are */
+    world_grant *grant;        /* NULL: no budget */
     void *grant_context;
     uint64_t capacity;   /* units: what takes more is set aside; see work.c */
     uint64_t next_bound; /* key of the pair that is bounded first, if not all can be */
@@ -483,12 +483,12 @@ static inline bool pair_is_pending(const world *w, const pair *p)
 }
 
 /* slices.c */
-void slices_begin(world *w);             /* a tick: how far the broad phase may go */
-void slices_take(world *w);              /* puts the pairs of this tick on the active list */
-void slices_forget(world *w, uint32_t body); /* it is gone */
+void slices_begin(world *w);                            /* a tick: how far the broad phase may go */
+void slices_take(world *w);                             /* puts the pairs of this tick on the active list */
+void slices_forget(world *w, uint32_t body);            /* it is gone */
 bool slices_concern(const world *w, uint32_t interest); /* is one of its bodies due? */
-void slices_tell(world *w); /* after the tick: what is pending */
-void pair_end_unwatched(world *w); /* of those that linger, what nobody is told of any more */
+void slices_tell(world *w);                             /* after the tick: what is pending */
+void pair_end_unwatched(world *w);                      /* of those that linger, what nobody is told of any more */
 /* Brings active_pairs into the order of their keys, which stand in w->active then. Where the ids of two solids and of
  * the pair, of so many bits each, fit into one number, none has to be looked up again: the same lists. */
 void pair_sort_active(world *w, unsigned of_solids, unsigned of_pairs);
@@ -526,7 +526,7 @@ void bounds_floor(const world *w, pair *p, const pose *b_in_a, narrow_result *r)
 /* work.c */
 enum { WORK_A_MOTION_BOUND = 30, WORK_AN_AXIS = 120 }; /* units */
 uint32_t work_of_bounds(const solid *a, const solid *b);
-void work_price(solid *s); /* fills apart, overlapping */
+void work_price(solid *s);                                                    /* fills apart, overlapping */
 uint32_t work_of(const solid *a, const solid *b, const demand *d, double lo); /* units of a refinement */
 /* Fills world.needs; returns how many of the first ones are to be refined, the others are set aside. */
 size_t work_order(world *w);

@@ -24,7 +24,7 @@ uint32_t watch_find(const world *w, const pair *p, uint32_t interest)
 uint32_t watch_add(world *w, uint32_t pair_id, uint32_t interest_id)
 {
     uint32_t id = id_pool_take(&w->watch_ids);
-    array_reserve(&w->watches, id + 1);
+    array_reserve_in_place(&w->watches, (size_t)id + 1);
     if (id >= w->watches.count) w->watches.count = id + 1;
     watch *v = &w->watches.at[id];
     interest *i = &w->interests.at[interest_id];

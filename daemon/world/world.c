@@ -99,9 +99,9 @@ void world_destroy(world *w)
     for (size_t i = 0; i < w->solids.count; i++) solid_free(&w->solids.at[i]);
     array_free(&w->solids);
     for (size_t i = 0; i < w->pairs.count; i++) free(w->pairs.at[i].cache.shell);
-    array_free(&w->pairs);
+    array_free_in_place(&w->pairs);
     free(w->rulings);
-    array_free(&w->watches);
+    array_free_in_place(&w->watches);
     array_free(&w->dirty);
     array_free(&w->awake);
     array_free(&w->glided);

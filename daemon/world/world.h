@@ -69,7 +69,7 @@ typedef struct world_body { /* copied, but for hulls */
     bool fixed;             /* not checked against other fixed bodies */
     uint64_t category, mask;
     uint64_t owner; /* whose work its pairs are, see world_set_slice */
-    bool one_way; /* its mask alone decides, whatever the masks of those that it meets say (a hit box) */
+    bool one_way;   /* its mask alone decides, whatever the masks of those that it meets say (a hit box) */
     world_ccd ccd;
     double acceleration;         /* m/s^2, >= 0: what is foretold of it holds for all motions that accelerate by at most
                                     so much, ... */
@@ -366,6 +366,7 @@ typedef struct world_figures {
     /* The slices. Now: bodies that are pending, and how many pairs that concerns, at least (what has not been found is
      * not counted); units that the last tick took; cumulative: ticks in which the slice made a difference. */
     size_t pending_bodies, pending_pairs;
+    size_t parked_bodies; /* that wait for max_pairs */
     uint64_t slice_units, sliced_ticks;
 } world_figures;
 world_figures world_get_figures(const world *w);

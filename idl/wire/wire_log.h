@@ -32,6 +32,7 @@ typedef struct wire_log_tick {
     int64_t events_hash; /* running hash of all events so far */
     int64_t budgeted;    /* 1: the tick had a budget, ... */
     int64_t work;        /* ... and did so many units of work */
+    int64_t slice;       /* > 0: finding and deciding pairs was cut off after so many units, or had been before */
 } wire_log_tick;
 
 typedef struct wire_log_state { /* of so many bytes in all, those from `offset` on */

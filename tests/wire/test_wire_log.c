@@ -82,7 +82,8 @@ static void write_all_kinds(sampler *s)
             wire_message m = sample_message(s, (wire_kind)kind, MOST);
             assert_int_equal(wire_log_message(w, 1000 * round + kind, &m), 0);
         }
-        wire_log_tick tick = {round, 2, 3, INT64_MIN, round % 2, round % 2 * INT64_C(77)};
+        wire_log_tick tick = {
+            round, 2, 3, INT64_MIN, round % 2, round % 2 * INT64_C(77), round % 3 * INT64_C(20000000)};
         assert_int_equal(wire_log_tick_end(w, round, &tick), 0);
         assert_int_equal(wire_log_lost(w, -1, INT64_MIN + round), 0);
         assert_int_equal(wire_log_steps(w, -2, INT64_MAX - round), 0);
@@ -116,8 +117,10 @@ static void everything_written_is_read_back_in_order(void **state)
         expect_entry(r, &e);
         assert_int_equal(e.kind, WIRE_LOG_TICK);
         assert_int_equal(e.timestamp_us, round);
-        assert_memory_equal(
-            &e.tick, (&(wire_log_tick){round, 2, 3, INT64_MIN, round % 2, round % 2 * INT64_C(77)}), sizeof e.tick);
+        assert_memory_equal(&e.tick,
+            (&(wire_log_tick){
+                round, 2, 3, INT64_MIN, round % 2, round % 2 * INT64_C(77), round % 3 * INT64_C(20000000)}),
+            sizeof e.tick);
         expect_entry(r, &e);
         assert_int_equal(e.kind, WIRE_LOG_LOST);
         assert_int_equal(e.lost_client, INT64_MIN + round);
@@ -305,7 +308,7 @@ static void an_absurd_tick_is_told(void **state)
     static const int64_t WRONG[] = {-1, INT64_MIN, INT64_C(1) << 62, INT64_MAX};
     for (size_t i = 0; i < sizeof WRONG / sizeof *WRONG; i++) {
         for (int field = 0; field < 3; field++) {
-            wire_log_tick tick = {1, 2, 3, 4, 0, 0};
+            wire_log_tick tick = {1, 2, 3, 4, 0, 0, 0};
             *(field == 0 ? &tick.tick : field == 1 ? &tick.now_ns : &tick.monotonic_ns) = WRONG[i];
             wire_log_writer *w = create();
             assert_int_equal(wire_log_tick_end(w, 0, &tick), 0);
