@@ -384,8 +384,8 @@ static void answer_steps(service *s)
 {
     for (size_t i = 0; i < s->sessions.count; i++) {
         session *c = s->sessions.at[i];
-        if (c->withheld) continue;
-        for (size_t k = 0; c->stepped && k < c->interests.count; k++)
+        if (!c->stepped || c->withheld) continue;
+        for (size_t k = 0; k < c->interests.count; k++)
             if (c->interests.at[k].live) answer_step(s, c->interests.at[k].world_id);
         c->stepped = false;
     }
