@@ -133,9 +133,9 @@ static const config_option OPTIONS[] = {
         "Many shapes at one place make pairs by the square, of up to 3 KB each. What exceeds is left out, and said: "
         "counted (pairs_left_out), in the undone of each batch, and as degraded health. It comes in as soon as others "
         "have parted. A standby needs the same limit."},
-    {"max_interests", CONFIG_WHOLE, FIELD(max_interests), 1, 100000, NULL, "4096", "interests",
-        "interests at once",
-        "Counts all clients together. An interest takes about 1 kB, and time for what it is told. Over DDS its stream is a "
+    {"max_interests", CONFIG_WHOLE, FIELD(max_interests), 1, 100000, NULL, "4096", "interests", "interests at once",
+        "Counts all clients together. An interest takes about 1 kB, and time for what it is told. Over DDS its stream "
+        "is a "
         "writer, too, of 7 kB here and 2.3 kB in each participant that discovers it: more than 10000 are for LCM."},
     {"max_geometries", CONFIG_WHOLE, FIELD(max_geometries), 1, 1000000, NULL, "10000", "geometries",
         "hulls, meshes and height fields in the store",

@@ -60,6 +60,11 @@ const struct measures *cell_measures(const cell *c)
     return &server_service(c->server)->measures;
 }
 
+struct builds *cell_builds(const cell *c)
+{
+    return server_service(c->server)->builds;
+}
+
 int cell_replay(const char *path, long workers, bool caches)
 {
     config c = cell_config();
