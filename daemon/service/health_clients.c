@@ -118,7 +118,7 @@ static void add_pending(const service *s, sheet *t)
 
 void health_add_clients(service *s, sheet *t)
 {
-    static figure_name names[8][SHEET_NAMED_MAX];
+    static figure_name names[9][SHEET_NAMED_MAX];
     const named_clients clients = name_clients(s);
     add_names(t, &clients, names[0]);
     add_each(s, t, &clients, names[1], "client_bodies_", bodies_of);
