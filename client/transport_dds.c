@@ -25,7 +25,7 @@ enum {
     DDS_TAKE = 64 /* always the same: Cyclone writes as many loans as the most ever asked */
 };
 enum {
-    DDS_PEERS = 32,  /* writers or readers of daemons that are matched at one time */
+    DDS_PEERS = 32, /* writers or readers of daemons that are matched at one time */
     DDS_RETIRED = 8 /* writers that were replaced, and are not deleted yet */
 };
 

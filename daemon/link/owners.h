@@ -22,7 +22,7 @@ typedef struct owners_participant {
     uint32_t writers, announcing; /* announcing: its writers of Client that are alive */
     bool has_announced;           /* it has, or had, such a writer: without a living one it is lost */
     size_t claims;
-    int group;                    /* see owners_put_in_group; 0 = none */
+    int group; /* see owners_put_in_group; 0 = none */
 } owners_participant;
 
 typedef struct owners_claim {

@@ -1,5 +1,5 @@
-/* Many interests of many clients: all of them are answered, a movement is told to those that it concerns alone, and what
- * is left takes no time from a tick. In CI 10,000 interests; with COLLIDED_NIGHTLY 100,000. */
+/* Many interests of many clients: all of them are answered, a movement is told to those that it concerns alone, and
+ * what is left takes no time from a tick. In CI 10,000 interests; with COLLIDED_NIGHTLY 100,000. */
 #include "cell.h"
 
 #include <stdio.h>

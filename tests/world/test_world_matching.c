@@ -86,8 +86,7 @@ static void long_pieces_are_found_where_they_are(void **state)
             for (uint32_t k = 0; k < before + length + behind; k++) name[k] = below(12) ? 'a' : 'b';
             name[before + length + behind] = '\0';
             text[at++] = '*';
-            for (uint32_t k = 0; k < length; k++)
-                text[at++] = i % 2 && below(6) == 0 ? '?' : name[before + k];
+            for (uint32_t k = 0; k < length; k++) text[at++] = i % 2 && below(6) == 0 ? '?' : name[before + k];
             if (i % 4 > 1) text[1 + below(length)] = 'b'; /* perhaps nowhere */
             text[at++] = '*';
             text[at] = '\0';
@@ -260,8 +259,8 @@ static void bodies_with_the_same_rules_share_one_set(void **state)
         assert_int_equal(world_put_body(w, &id, &def), WORLD_OK);
     }
     scene_tick(w, 1);
-    assert_int_equal(w->rules.ids.taken, 2);   /* and that of no rules */
-    assert_int_equal(w->rules.answered, 50);   /* names: not 1,225 pairs */
+    assert_int_equal(w->rules.ids.taken, 2); /* and that of no rules */
+    assert_int_equal(w->rules.answered, 50); /* names: not 1,225 pairs */
     assert_true(world_get_figures(w).contacts > 100);
     world_destroy(w);
 }
@@ -566,13 +565,14 @@ static void a_hundred_thousand_interests_cost_what_they_match(void **state)
         snprintf(b, sizeof b, i / CLIENTS % 2 ? "*" : "c%d/%d", i % CLIENTS, i / CLIENTS % LINKS);
         want(w, a, b);
     }
-    /* Two pairs touch at each client; each of its interests with "*" is told of both, the others of those with theirs. */
+    /* Two pairs touch at each client; each of its interests with "*" is told of both, the others of those with theirs.
+     */
     size_t of_one = 0;
     for (int i = 0; i < EACH; i++) of_one += i % 2 ? 2 : i % LINKS == 1 ? 2 : 1;
     size_t begun = settle(w, &now);
     assert_int_equal(begun, 2 * CLIENTS * of_one); /* as begins, and in snapshots */
     settle(w, &now);
-    assert_int_equal(w->lively.count, 0);     /* a tick walks none of them */
+    assert_int_equal(w->lively.count, 0); /* a tick walks none of them */
     assert_true(w->match.lists.count < 4 * CLIENTS);
     scene_move(w, world_find_body(w, "c77/0"), 770.1, 0);
     settle(w, &now);
