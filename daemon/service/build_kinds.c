@@ -49,7 +49,8 @@ bool geometry_numbers_equal(const geometry_numbers *a, const geometry_numbers *b
 build_cost build_cost_of(uint8_t kind, size_t vertex_numbers, size_t index_numbers)
 {
     enum { BUILT_BYTES = 400, TRIANGLE_UNITS = 2 };
-    build_cost c = {.points = vertex_numbers / 3, .bytes = (uint64_t)geometry_bytes((int64_t)vertex_numbers, (int64_t)index_numbers)};
+    build_cost c = {.points = vertex_numbers / 3,
+        .bytes = (uint64_t)geometry_bytes((int64_t)vertex_numbers, (int64_t)index_numbers)};
     if (kind == WIRE_GEOMETRY_MESH) c.triangles = index_numbers / 3;
     if (kind == WIRE_GEOMETRY_HEIGHT_FIELD) {
         c.points = vertex_numbers > WIRE_FIELD_HEAD ? vertex_numbers - WIRE_FIELD_HEAD : 0;

@@ -42,7 +42,8 @@ typedef struct garbage {
 struct builds {
     pthread_mutex_t lock; /* guards all below but what is atomic */
     pthread_cond_t work, ready;
-    ARRAY(build *) all; /* in the order of their coming, but for those that are ready: in the order in which they were */
+    ARRAY(build *)
+    all; /* in the order of their coming, but for those that are ready: in the order in which they were */
     ARRAY(garbage) garbage;
     _Atomic size_t ready_count; /* that builds_take may give */
     int64_t last_client;        /* whose build was begun last */

@@ -1,6 +1,6 @@
-/* builds: hulls, meshes and height fields are built by threads of their own, at a low priority, so that no content holds
- * the tick. What is built follows from the numbers alone; when it is ready is decided by the clock, so the tick thread
- * makes a recorded command of it (geometry.c).
+/* builds: hulls, meshes and height fields are built by threads of their own, at a low priority, so that no content
+ * holds the tick. What is built follows from the numbers alone; when it is ready is decided by the clock, so the tick
+ * thread makes a recorded command of it (geometry.c).
  *
  * One thread takes what comes, another one only what is short, so that what is short never waits for what is long; both
  * go round the clients that have something waiting. They also free what is large. Without threads (a replay) a build is
@@ -25,8 +25,8 @@ typedef struct geometry_numbers {
 } geometry_numbers;
 
 geometry_numbers *geometry_numbers_create(uint8_t kind, int64_t hash, size_t vertex_numbers, size_t index_numbers);
-geometry_numbers *geometry_numbers_keep(geometry_numbers *n);   /* any thread, which has it already */
-void geometry_numbers_release(geometry_numbers *n);             /* any thread; the last one frees them. NULL: nothing */
+geometry_numbers *geometry_numbers_keep(geometry_numbers *n); /* any thread, which has it already */
+void geometry_numbers_release(geometry_numbers *n);           /* any thread; the last one frees them. NULL: nothing */
 bool geometry_numbers_equal(const geometry_numbers *a, const geometry_numbers *b); /* number by number, and the kind */
 
 /* What a build costs, by counts: for prices, limits, and who goes first. */

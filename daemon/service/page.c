@@ -35,7 +35,8 @@ static const family FAMILIES[] = {
         NULL},
     {"client_poses_", "client_poses_total", "client", "poses that a client sent", false, NULL},
     {"client_pending_", "client_pending_bodies", "client", "bodies of a client that wait for a geometry", true, NULL},
-    {"pending_body_ns_", "pending_body_seconds", "body", "since it waits for a geometry; of the first of them", true, NULL},
+    {"pending_body_ns_", "pending_body_seconds", "body", "since it waits for a geometry; of the first of them", true,
+        NULL},
     {"client_work_", "client_work_units", "client", "units of the ladder's work a tick, of a client's subscriptions",
         true, NULL},
 };

@@ -1,8 +1,8 @@
 /* ready: is the world whole? A daemon that was started again knows nothing: its clients hear of a new epoch, or its
  * readers are discovered, and what it had comes anew, in any order and from clients that it has never heard of. Nobody
  * knows how many there are; so the world counts as whole when nothing that it did not have has come for `settle`, no
- * command waits for a geometry, and none of them is there in part, or being built. Where announcements never end (a simulation that
- * makes bodies all the time) it counts as whole after ten times as long. Tick thread. */
+ * command waits for a geometry, and none of them is there in part, or being built. Where announcements never end (a
+ * simulation that makes bodies all the time) it counts as whole after ten times as long. Tick thread. */
 #include "service.h"
 
 #include "base/log.h"

@@ -404,8 +404,8 @@ static bool due(const server *v)
 {
     const service *s = &v->s;
     if (s->config.rate > 0) return s->monotonic_ns >= v->next_tick_ns;
-    return world_changed(s->world) || calm_due(v) || standby_wants_tick(s) ||
-           commands_wait(s) || s->now_ns >= world_next_due_ns(s->world) || steps_due(s);
+    return world_changed(s->world) || calm_due(v) || standby_wants_tick(s) || commands_wait(s) ||
+           s->now_ns >= world_next_due_ns(s->world) || steps_due(s);
 }
 
 static int64_t earlier(int64_t a, int64_t b)

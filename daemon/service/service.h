@@ -228,8 +228,8 @@ typedef struct geometry {
 /* What a client means by a hash. */
 typedef struct geometry_claim {
     int64_t client, hash;
-    int64_t geometry; /* id; 0: taken back. The entry stays, so that a late copy does not bring it back */
-    int64_t sequence; /* of its newest word on it */
+    int64_t geometry;   /* id; 0: taken back. The entry stays, so that a late copy does not bring it back */
+    int64_t sequence;   /* of its newest word on it */
     int64_t unanswered; /* the sequence of the piece that came last of all, while it is being built: acknowledged, or
                            refused, when that is over; 0: there is none */
     int32_t last_piece; /* that piece */
@@ -281,8 +281,8 @@ typedef struct pending_body {
     struct link *link;
     int32_t body;
     uint32_t shapes;
-    bool is_new;   /* the client has no such body in the world */
-    bool builds;   /* what it lacks is being built */
+    bool is_new; /* the client has no such body in the world */
+    bool builds; /* what it lacks is being built */
     kept_pose pose;
     char *name;
     ARRAY(int64_t) hashes; /* of all its geometries */
@@ -411,8 +411,8 @@ typedef struct service {
         int64_t lacks;   /* the first geometry that it lacks */
         bool has_waited; /* for a build */
         kept_pose pose;  /* of a body that has */
-    } carried; /* with the command that is carried out */
-    bool poses_only; /* a link's thread stands in: nothing but poses is carried out */
+    } carried;           /* with the command that is carried out */
+    bool poses_only;     /* a link's thread stands in: nothing but poses is carried out */
     inbox inbox;
     posing posing;
     bool stepped;              /* since the last tick: its streams are told of the step */
@@ -495,7 +495,7 @@ void geometry_restore_builds(service *s); /* when all are there: what was being 
 typedef enum geometry_state { GEOMETRY_MISSING, GEOMETRY_BUILDING, GEOMETRY_READY } geometry_state;
 /* Of what the client means by that hash. */
 geometry_state geometry_state_of(const service *s, int64_t client, int64_t hash);
-void geometry_builds_end(service *s);      /* the first thing in a tick: what is ready from then on */
+void geometry_builds_end(service *s); /* the first thing in a tick: what is ready from then on */
 void geometry_tell(service *s, int64_t client, int64_t hash, bool ready); /* what another daemon did in this tick */
 void geometry_let_go(service *s); /* what was taken back, and no body waits for any more */
 
@@ -519,8 +519,8 @@ int64_t pending_next_ns(const service *s); /* when one of them has waited too lo
 bool pending_needs(const service *s, int64_t client, int64_t hash, int64_t before); /* a body announced before that */
 bool pending_keeps_pose(service *s, session *c, const wire_pose_batch *m, uint32_t i); /* of a body that waits */
 bool pending_before(const service *s, int64_t client, int64_t sequence); /* a body that was announced before that */
-void pending_forget(service *s, int64_t client, int64_t before); /* of that client, announced before */
-void pending_restore(service *s, pending_body *p);               /* becomes the service's */
+void pending_forget(service *s, int64_t client, int64_t before);         /* of that client, announced before */
+void pending_restore(service *s, pending_body *p);                       /* becomes the service's */
 void pending_free_all(service *s);
 
 /* poses.c */
@@ -529,7 +529,7 @@ void apply_poses(service *s, struct link *from, const wire_pose_batch *m, bool m
 void apply_forget_refused(session *c, int64_t tick, int64_t step); /* before the poses of that step */
 void apply_count_refused(session *c, uint32_t more, wire_reason reason);
 void apply_poses_now(service *s, session *c, struct link *from, const wire_pose_batch *m); /* c: NULL if unknown */
-void poses_give(service *s, session *c, const owned_body *b, const kept_pose *p); /* if none is newer */
+void poses_give(service *s, session *c, const owned_body *b, const kept_pose *p);          /* if none is newer */
 void poses_free(service *s);
 
 /* apply.c */

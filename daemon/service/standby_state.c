@@ -27,8 +27,8 @@ typedef struct state_head {
 
 static uint64_t layout_here(void)
 {
-    const uint64_t all[7] = {sizeof(session), sizeof(stream), sizeof(geometry), sizeof(geometry_claim), sizeof(pending_body),
-        sizeof(owned_body), world_saved_layout()};
+    const uint64_t all[7] = {sizeof(session), sizeof(stream), sizeof(geometry), sizeof(geometry_claim),
+        sizeof(pending_body), sizeof(owned_body), world_saved_layout()};
     return hash_bytes(HASH_START, all, sizeof all);
 }
 

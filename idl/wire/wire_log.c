@@ -19,7 +19,14 @@
 #define STATE_CHANNEL CHANNEL_PREFIX "state"
 #define SETTINGS_CHANNEL CHANNEL_PREFIX "settings"
 
-enum { HEADER_BYTES = 28, TICK_BYTES = 32, BUDGETED_TICK_BYTES = 40, NUMBER_BYTES = 8, BUILD_BYTES = 16, STATE_HEAD_BYTES = 24 };
+enum {
+    HEADER_BYTES = 28,
+    TICK_BYTES = 32,
+    BUDGETED_TICK_BYTES = 40,
+    NUMBER_BYTES = 8,
+    BUILD_BYTES = 16,
+    STATE_HEAD_BYTES = 24
+};
 
 static void store_be(uint8_t *at, uint64_t v, int bytes)
 {

@@ -51,8 +51,8 @@ static collided_shape sheet_of(collided *c, size_t rows, size_t seed)
             memcpy(to, both, sizeof both);
             to += 6;
         }
-    collided_shape s = collided_mesh(
-        collided_create_mesh(c, points, rows * rows, triangles, (size_t)(to - triangles) / 3));
+    collided_shape s =
+        collided_mesh(collided_create_mesh(c, points, rows * rows, triangles, (size_t)(to - triangles) / 3));
     free(points);
     free(triangles);
     return s;
@@ -62,7 +62,8 @@ static collided_shape crowd_of(collided *c, size_t count)
 {
     double *points = calloc(3 * count, sizeof *points);
     for (size_t i = 0; i < count; i++) { /* most of them in one corner of a ball */
-        double turn = 2.39996 * (double)i, share = (double)i / (double)count, z = i % 8 ? 1 - 1e-4 * share : 1 - 2 * share;
+        double turn = 2.39996 * (double)i, share = (double)i / (double)count,
+               z = i % 8 ? 1 - 1e-4 * share : 1 - 2 * share;
         double r = sqrt(1 - z * z);
         points[3 * i] = r * cos(turn);
         points[3 * i + 1] = r * sin(turn);
@@ -124,8 +125,7 @@ static void ask(neighbour *n)
         while (n->heard.step != n->step && rig_now_s() < began_s + 0.5) collided_poll(n->c, 0.001);
     }
     double moved_s = rig_now_s();
-    assert_int_equal(
-        collided_query_distance(n->c, "part", "table", 1e-6, RIG_PATIENCE_S, &result), COLLIDED_OK);
+    assert_int_equal(collided_query_distance(n->c, "part", "table", 1e-6, RIG_PATIENCE_S, &result), COLLIDED_OK);
     if (n->count + 2 > n->room) n->times_s = realloc(n->times_s, (n->room = 2 * n->room + 64) * sizeof *n->times_s);
     n->times_s[n->count++] = moved_s - began_s;
     n->times_s[n->count++] = rig_now_s() - moved_s;
@@ -160,9 +160,11 @@ static void a_neighbour_is_answered_while_large_geometry_is_built(void **state)
     UNTIL(n.c, RIG_PATIENCE_S, rig_counter(n.c, "bodies") == 6);
     look(&n);
     qsort(n.times_s, n.count, sizeof *n.times_s, compare_times);
-    printf("built after %.1f s; longest tick %.1f ms; %zu answers: p50 %.2f, p99 %.2f, longest %.2f ms; again %d; %ld MB\n", took_s,
-        1e-6 * (double)n.longest_tick_ns, n.count, 1e3 * n.times_s[n.count / 2], 1e3 * n.times_s[n.count * 99 / 100],
-        1e3 * n.times_s[n.count - 1], (int)n.again, rig_resident_kb(daemon) / 1024);
+    printf("built after %.1f s; longest tick %.1f ms; %zu answers: p50 %.2f, p99 %.2f, longest %.2f ms; again %d; %ld "
+           "MB\n",
+        took_s, 1e-6 * (double)n.longest_tick_ns, n.count, 1e3 * n.times_s[n.count / 2],
+        1e3 * n.times_s[n.count * 99 / 100], 1e3 * n.times_s[n.count - 1], (int)n.again,
+        rig_resident_kb(daemon) / 1024);
     assert_true(n.most_pending > 0);
     if (strcmp(uri, RIG_DDS) == 0) assert_int_equal(n.again, 0);
     assert_true(n.longest_tick_ns < 250000000); /* 50 ms, on a machine that has nothing else to do */

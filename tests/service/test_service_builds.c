@@ -457,8 +457,8 @@ static void what_cannot_be_built_is_refused_when_that_is_known(void **state)
     for (int32_t piece = 0; piece < 2; piece++) {
         m.geometry.piece = piece;
         m.geometry.sequence = ++r->sequence;
-        m.geometry.vertices = (wire_f64s){piece ? 3 * POINTS_MANY - WIRE_PIECE_MAX : WIRE_PIECE_MAX,
-            points + (size_t)piece * WIRE_PIECE_MAX};
+        m.geometry.vertices = (wire_f64s){
+            piece ? 3 * POINTS_MANY - WIRE_PIECE_MAX : WIRE_PIECE_MAX, points + (size_t)piece * WIRE_PIECE_MAX};
         memory_send(r->slow, &m);
     }
     int64_t false_hash = r->sequence;
