@@ -94,7 +94,7 @@ static void add_world(const service *s, sheet *t)
     sheet_add(t, "pairs", (int64_t)f.pairs);
     sheet_add(t, "pairs_left_out", (int64_t)f.pairs_left_out);
     sheet_add(t, "pending_pairs", (int64_t)f.pending_pairs);
-    sheet_add(t, "pending_bodies", (int64_t)f.pending_bodies);
+    sheet_add(t, "bodies_with_pending_pairs", (int64_t)f.pending_bodies);
     sheet_add(t, "sliced_ticks", (int64_t)f.sliced_ticks);
     sheet_add(t, "contacts", (int64_t)f.contacts);
     sheet_add(t, "geometries", (int64_t)s->geometry_of.count);

@@ -59,7 +59,7 @@ static const single SINGLES[] = {
     {"pairs", "pairs of shapes whose fat boxes meet", true},
     {"pending_pairs",
         "pairs, at least, whose bodies have changed since they were decided, or that were not looked for yet", true},
-    {"pending_bodies", "bodies of which some pairs are pending", true},
+    {"bodies_with_pending_pairs", "bodies of which some pairs are pending", true},
     {"sliced_ticks", "ticks that left something pending, or went on with it", false},
     {"pairs_left_out", "pairs that are not looked at: there are max_pairs of them already", true},
     {"contacts", "contacts that stand", true},

@@ -7,7 +7,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-enum { RAW_GUIDS_MAX = 64 };
+enum { RAW_GUIDS_MAX = 1024 };
 
 typedef struct raw_guid {
     uint8_t bytes[16]; /* as it travels: name of the participant, and of the entity */

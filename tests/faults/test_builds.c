@@ -102,7 +102,7 @@ typedef struct neighbour {
     heard heard;
     double *times_s; /* of a pose, or a query, until its answer */
     size_t count, room;
-    int64_t longest_tick_ns, most_pending;
+    int64_t longest_tick_ns, most_pending, step, again; /* again: poses that were lost, or answered after 0.5 s */
 } neighbour;
 
 static void look(neighbour *n)
@@ -115,11 +115,15 @@ static void look(neighbour *n)
 static void ask(neighbour *n)
 {
     collided_result result;
-    int64_t step = n->heard.step + 1;
-    double began_s = rig_now_s();
-    rig_move(n->c, n->part, step % 2 ? 0.6 : 0.5, step);
-    while (n->heard.step != step && rig_now_s() < began_s + RIG_PATIENCE_S) collided_poll(n->c, 0.001);
-    assert_int_equal(n->heard.step, step);
+    double began_s = 0;
+    for (int tries = 0; n->heard.step != n->step || !tries; tries++) { /* over LCM poses may be lost */
+        assert_in_range(tries, 0, 60);
+        began_s = rig_now_s();
+        n->step++;
+        n->again += tries > 0;
+        rig_move(n->c, n->part, n->step % 2 ? 0.6 : 0.5, n->step);
+        while (n->heard.step != n->step && rig_now_s() < began_s + 0.5) collided_poll(n->c, 0.001);
+    }
     double moved_s = rig_now_s();
     assert_int_equal(collided_query_distance(n->c, "part", "table", 1e-6, RIG_PATIENCE_S, &result), COLLIDED_OK);
     if (n->count + 2 > n->room) n->times_s = realloc(n->times_s, (n->room = 2 * n->room + 64) * sizeof *n->times_s);
@@ -156,10 +160,13 @@ static void a_neighbour_is_answered_while_large_geometry_is_built(void **state)
     UNTIL(n.c, RIG_PATIENCE_S, rig_counter(n.c, "bodies") == 6);
     look(&n);
     qsort(n.times_s, n.count, sizeof *n.times_s, compare_times);
-    printf("built after %.1f s; longest tick %.1f ms; %zu answers: p50 %.2f, p99 %.2f, longest %.2f ms; %ld MB\n",
+    printf("built after %.1f s; longest tick %.1f ms; %zu answers: p50 %.2f, p99 %.2f, longest %.2f ms; again %d; %ld "
+           "MB\n",
         took_s, 1e-6 * (double)n.longest_tick_ns, n.count, 1e3 * n.times_s[n.count / 2],
-        1e3 * n.times_s[n.count * 99 / 100], 1e3 * n.times_s[n.count - 1], rig_resident_kb(daemon) / 1024);
+        1e3 * n.times_s[n.count * 99 / 100], 1e3 * n.times_s[n.count - 1], (int)n.again,
+        rig_resident_kb(daemon) / 1024);
     assert_true(n.most_pending > 0);
+    if (strcmp(uri, RIG_DDS) == 0) assert_int_equal(n.again, 0);
     assert_true(n.longest_tick_ns < 250000000); /* 50 ms, on a machine that has nothing else to do */
     assert_int_equal(n.heard.lost, 0);
     assert_int_equal(n.heard.touching, 1);

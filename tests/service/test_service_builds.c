@@ -376,7 +376,34 @@ static void the_newest_pose_is_kept(void **state)
     assert_true(x_of(r, "ground") == 50 && x_of(r, "second") == 200 && x_of(r, "third") == 60);
 }
 
-/* With `*keeps`, what the lost client leaves is what waits. */
+/* The step is done without that body, and says so; its pose stands when it is there. */
+static void a_step_is_done_without_a_body_that_waits(void **state)
+{
+    room *r = *state;
+    const int32_t body = 0;
+    const double position[3] = {60, 0, 0}, orientation[4] = {1, 0, 0, 0};
+    int64_t hash = send_ground(r, SLOW, 1);
+    send_body(r, SLOW, 0, "ground", hash, 0);
+    cell_touches(r->slow, SLOW, ++r->sequence, 0);
+    settle(r, SLOW);
+    wire_message m = {.kind = WIRE_POSE_BATCH,
+        .pose_batch = {.version = WIRE_VERSION,
+            .client = SLOW,
+            .sequence = ++r->sequence,
+            .step = 4,
+            .bodies = {1, &body},
+            .positions = {3, position},
+            .orientations = {4, orientation}}};
+    memory_send(r->slow, &m);
+    wire_event_batch b = {.step = 0};
+    while (b.step != 4) b = cell_await(r->slow, r->memory, WIRE_EVENT_BATCH).event_batch;
+    assert_int_equal(b.refused, 1);
+    assert_int_equal(b.refusal, WIRE_UNKNOWN_BODY);
+    open_gate_and_wait(r);
+    assert_true(x_of(r, "ground") == 60);
+}
+
+/* What the lost client leaves is a body that waits. */
 static void lose(room *r, uint8_t on_loss)
 {
     cell_hello(r->slow, SLOW, ++r->sequence, 0.2, on_loss);
@@ -635,6 +662,7 @@ int main(void)
         TEST(the_newest_word_on_a_body_stands),
         TEST(a_body_that_is_there_keeps_its_shape_until_then),
         TEST(the_newest_pose_is_kept),
+        TEST(a_step_is_done_without_a_body_that_waits),
         TEST(what_a_lost_client_waited_for_is_nobodys),
         TEST(what_a_lost_client_keeps_comes_all_the_same),
         TEST(what_is_taken_back_stays_for_a_body_that_waits),
