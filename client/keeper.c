@@ -5,6 +5,7 @@
 
 #include <poll.h>
 #include <stdlib.h>
+#include <string.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -57,12 +58,19 @@ static void take_reject(collided *c, const wire_message *m)
     session_wake_caller(c);
 }
 
+/* Of a pair, the daemon that we hear tells of the other one there: a standby has to hear us, too. */
+static void seek_another(collided *c, const wire_status *s)
+{
+    if (c->status && strcmp(c->status->status.links, s->links) != 0 && c->link->ops->seek) c->link->ops->seek(c->link);
+}
+
 static void keeper_message(void *context, const wire_message *m)
 {
     collided *c = context;
     if (m->kind == WIRE_ACK) take_ack(c, &m->ack);
     if (m->kind == WIRE_REJECT) take_reject(c, m);
     if (m->kind != WIRE_STATUS || !session_hear_status(c, &m->status)) return;
+    seek_another(c, &m->status);
     free(c->status);
     c->status = message_copy(m);
     session_wake_caller(c);
