@@ -74,7 +74,7 @@ static bool has_room(service *s, const session *c, const pending_body *p, wire_r
     int64_t mib = INT64_C(1) << 20, bytes = c->geometry_bytes + c->pending_bytes + (int64_t)p->bytes.count;
     bool more = p->is_new && !find_building(s, c, p->body);
     size_t bodies = c->body_count + c->pending_of.count;
-    return !(more && apply_limit(s, bodies, f->max_client_bodies, "max_client_bodies", why)) &&
+    return !(more && f->max_client_bodies && apply_limit(s, bodies, f->max_client_bodies, "max_client_bodies", why)) &&
            !(more && apply_limit(s, now.bodies + s->pending_new, f->max_bodies, "max_bodies", why)) &&
            !apply_limit(s, now.shapes + s->pending_shapes + p->shapes - 1, f->max_shapes, "max_shapes", why) &&
            !apply_limit(s, (size_t)((bytes - 1) / mib), f->max_client_geometry, "max_client_geometry", why);

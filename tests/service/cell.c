@@ -60,6 +60,11 @@ const struct measures *cell_measures(const cell *c)
     return &server_service(c->server)->measures;
 }
 
+void cell_end_recording(cell *c)
+{
+    server_end_recording(c->server);
+}
+
 struct builds *cell_builds(const cell *c)
 {
     return server_service(c->server)->builds;
