@@ -148,6 +148,13 @@ static const config_option OPTIONS[] = {
         "Of all kinds; what exceeds is refused, and told at most 100 times a second."},
     {"max_client_poses", CONFIG_WHOLE, FIELD(max_client_poses), 1, 1000000000, NULL, "100000000", "poses/s",
         "poses of one client in a second", "A batch that exceeds is refused as a whole."},
+    {"memory_limit", CONFIG_WHOLE, FIELD(memory_limit), 0, 1 << 30, NULL, "0", "MiB",
+        "memory that the daemon may have resident; 0: half of what the machine, or its cgroup, has",
+        "What would need more is refused, answered with this name, counted (memory_refused) and told as degraded "
+        "health, before the kernel would end the daemon; poses of bodies that are there go on. New pairs for which "
+        "there is no memory are left out as beyond max_pairs; queues of slow readers are cut short. It is the resident "
+        "size that counts, so that libraries and what is being built are in it. A cgroup's limit (MemoryMax= of the "
+        "systemd unit) should be twice as large."},
     {"record", CONFIG_TEXT, FIELD(record), 0, 0, NULL, "", "",
         "record all commands and events to this file (LCM's log format)",
         "Must not exist yet. Written from the start on; collided --replay runs it again and compares every "

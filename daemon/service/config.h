@@ -30,7 +30,7 @@ typedef struct config {
     double margin, rate, budget_us, settle, replay_speed, status_period, lease, heartbeat, step_timeout, standby_lease;
     long max_clients, max_bodies, max_shapes, max_pairs, max_interests, max_geometries, max_step_poses;
     long max_client_bodies, max_client_shapes, max_client_interests, max_client_geometry;
-    long max_client_messages, max_client_poses;
+    long max_client_messages, max_client_poses, memory_limit;
 } config;
 
 typedef enum config_type { CONFIG_TEXT, CONFIG_CHOICE, CONFIG_WHOLE, CONFIG_NUMBER, CONFIG_YES } config_type;

@@ -47,6 +47,7 @@ void health_register(service *s)
     s->count.tick_ns = metrics_add(m, "last_tick_ns", "nanoseconds of the last tick");
     s->count.ticks_on_arrival =
         metrics_add(m, "ticks_on_arrival", "ticks that ran on the thread that poses arrived on, without a hand-over");
+    s->count.memory_refused = metrics_add(m, "memory_refused", "messages refused because memory_limit was near");
 }
 
 const char *health_release(void)
@@ -87,6 +88,8 @@ static void add_world(const service *s, sheet *t)
     sheet_add(t, "pairs", (int64_t)f.pairs);
     sheet_add(t, "pairs_left_out", (int64_t)f.pairs_left_out);
     sheet_add(t, "contacts", (int64_t)f.contacts);
+    sheet_add(t, "memory_resident_bytes", s->memory.resident);
+    sheet_add(t, "memory_limit_bytes", s->memory.statm < 0 ? 0 : s->memory.limit);
     sheet_add(t, "geometries", (int64_t)s->geometry_of.count);
     sheet_add(t, "lock_step_clients", (int64_t)s->lock_step.members);
     sheet_add(t, "waiting_commands", (int64_t)s->inbox.waiting);

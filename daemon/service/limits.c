@@ -1,6 +1,6 @@
 /* limits: what one client may have in the world, how fast it may talk, and by which link. A limit that is reached is
- * named in the Reject and in Status. Rates are looked at before a message is recorded, and not in a replay: what was
- * refused live is not in the recording. Tick thread. */
+ * named in the Reject and in Status. Rates and memory are looked at before a message is recorded, and not in a replay:
+ * what was refused live is not in the recording. Tick thread. */
 #include "service.h"
 
 #include <inttypes.h>
@@ -34,8 +34,10 @@ bool limits_admit(service *s, struct link *from, const wire_message *m, wire_ref
     int32_t object;
     wire_origin(m, &client, &sequence, &object);
     session *c = session_find(s, client);
-    if (!c || s->replaying) return true;
-    if (!is_by_its_link(c, from, why)) return false;
+    if (s->replaying) return true;
+    if (c && !is_by_its_link(c, from, why)) return false;
+    if (!memory_admit(s, m, why)) return false;
+    if (!c) return true;
     int64_t messages = flow_add(&c->messages, s->monotonic_ns, 1);
     if (apply_limit(s, (size_t)messages - 1, s->config.max_client_messages, "max_client_messages", why)) return false;
     if (m->kind != WIRE_POSE_BATCH || !m->pose_batch.bodies.count) return true;

@@ -89,7 +89,7 @@ void record_tick(service *s)
 {
     wire_log_tick t = {s->tick, s->now_ns, s->monotonic_ns, (int64_t)s->events_hash,
         .budgeted = s->replaying ? s->recorded_budget : s->config.budget_us > 0,
-        .work = (int64_t)world_get_figures(s->world).work};
+        .work = (int64_t)world_get_figures(s->world).work, .pairs_most = service_pairs_limited(s)};
     if (s->state_due) record_whole_state(s);
     if (s->recording) check(s, wire_log_tick_end(s->recording, s->now_ns / 1000, &t));
 }

@@ -1,6 +1,6 @@
 /* service: the parts that stand between the links and the world, and what they share. Tick thread only.
  *
- *   limits   what a client may have and send
+ *   limits   what a client may have and send            memory   how much all of it may take
  *   inbox    commands of a tick, in canonical order          session  clients, and what is theirs
  *   poses    batches of poses to the world
  *   apply    commands to the world, refusals                 geometry hulls, meshes, height fields by content hash
@@ -20,6 +20,7 @@
 #include "config.h"
 #include "exporter.h"
 #include "link/link.h"
+#include "memory.h"
 #include "page.h"
 #include "wire/wire_lcm.h"
 #include "wire/wire_log.h"
@@ -265,6 +266,7 @@ typedef struct counters { /* metrics that the service itself counts */
     metric *rejects_untold, *clients_lost, *duplicates, *batches_out, *events_out, *late_poses, *clock_steps;
     metric *budget_over, *record_failures, *heartbeats, *steps, *steps_missed, *answers, *acks, *tick_ns, *busy_ns;
     metric *ticks_on_arrival;
+    metric *memory_refused;
     metric *batches_skipped;
     metric *takeovers, *steps_down, *out_of_step, *journalled;
 } counters;
@@ -328,6 +330,8 @@ typedef struct service {
     pace pace;              /* of a budget */
     uint64_t recorded_work; /* of this tick, in a replay ... */
     bool recorded_budget;   /* ... of one with a budget */
+    memory_gauge memory;
+    int64_t pairs_most; /* in this tick, of max_pairs, for want of memory, or as recorded; 0: all */
     taken_state taken;
     int64_t status_tick; /* of the last Status */
     bool replaying, stopping;
@@ -509,7 +513,9 @@ void answer_query(service *s, struct link *from, const wire_query *q);
 void service_set_budget(service *s);                                  /* of the configuration */
 void service_replay_budget(service *s, bool budgeted, uint64_t work); /* of the tick that is replayed next */
 void service_tick(service *s);                                        /* of number s->tick, at s->now_ns */
-void service_follow_clock(service *s);                                /* what the world knows goes back with it */
+/* How many pairs the tick that has just been run could have, for want of memory; 0: that has left out none. */
+int64_t service_pairs_limited(const service *s);
+void service_follow_clock(service *s);     /* what the world knows goes back with it */
 bool service_clock_back(const service *s); /* the wall clock was set back since the last tick: one is due */
 void service_take(service *s, struct link *from, const wire_message *m); /* a command that is admitted */
 void service_tell_broad(service *s); /* logs the broad phase that stands, if the log says another one */

@@ -163,7 +163,8 @@ void standby_journal_tick(service *s)
     struct standby *p = s->standby;
     if (!is_followed(s)) return;
     wire_log_tick t = {s->tick, s->now_ns, s->monotonic_ns, (int64_t)s->events_hash,
-        .budgeted = s->config.budget_us > 0, .work = (int64_t)world_get_figures(s->world).work};
+        .budgeted = s->config.budget_us > 0, .work = (int64_t)world_get_figures(s->world).work,
+        .pairs_most = service_pairs_limited(s)};
     if (!p->journal.count) bytes_put(&p->journal, &s->tick, sizeof s->tick); /* nothing came */
     journal_put_tick(&p->journal, s->epoch, &t);
     p->link->ops->peers->send(p->link, p->card.sender, JOURNAL_TICK, p->journal.at, p->journal.count);

@@ -4,6 +4,7 @@
 #include "service.h"
 #include "standby.h"
 
+#include <inttypes.h>
 #include <string.h>
 
 /* Rare: where auto changes its mind, it does so with hysteresis. */
@@ -87,14 +88,21 @@ void service_take(service *s, struct link *from, const wire_message *m)
         inbox_put(s, from, m);
 }
 
+int64_t service_pairs_limited(const service *s)
+{
+    return world_get_figures(s->world).pairs_left_out ? s->pairs_most : 0;
+}
+
 /* Of a limit that no command is refused for. */
 static void tell_pairs_left_out(service *s)
 {
     world_figures f = world_get_figures(s->world);
     if (!f.pairs_left_out) return;
-    if (!strstr(s->limits, "max_pairs"))
-        log_warning("max_pairs = %ld is reached: %zu pairs are not looked at", s->config.max_pairs, f.pairs_left_out);
-    apply_name_limit(s, "max_pairs");
+    const char *option = s->pairs_most ? "memory_limit" : "max_pairs";
+    if (!strstr(s->limits, option))
+        log_warning("%s = %" PRId64 " is reached: %zu pairs are not looked at", option,
+            s->pairs_most ? s->memory.limit >> 20 : (int64_t)s->config.max_pairs, f.pairs_left_out);
+    apply_name_limit(s, option);
 }
 
 /* Queries wait in the inbox like commands, and are answered from the world as the tick leaves it. */
@@ -105,6 +113,7 @@ void service_tick(service *s)
     inbox_apply(s);
     s->stepped = false;
     stream_ask_all(s);
+    world_set_pairs_most(s->world, (size_t)s->pairs_most);
     world_tick(s->world, s->now_ns, &batches);
     service_tell_broad(s);
     tell_pairs_left_out(s);

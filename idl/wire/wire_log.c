@@ -17,7 +17,14 @@
 #define STATE_CHANNEL CHANNEL_PREFIX "state"
 #define SETTINGS_CHANNEL CHANNEL_PREFIX "settings"
 
-enum { HEADER_BYTES = 28, TICK_BYTES = 32, BUDGETED_TICK_BYTES = 40, NUMBER_BYTES = 8, STATE_HEAD_BYTES = 24 };
+enum {
+    HEADER_BYTES = 28,
+    TICK_BYTES = 32,
+    BUDGETED_TICK_BYTES = 40,
+    LIMITED_TICK_BYTES = 48,
+    NUMBER_BYTES = 8,
+    STATE_HEAD_BYTES = 24
+};
 
 static void store_be(uint8_t *at, uint64_t v, int bytes)
 {
@@ -108,13 +115,15 @@ int wire_log_message(wire_log_writer *w, int64_t timestamp_us, const wire_messag
 
 int wire_log_tick_end(wire_log_writer *w, int64_t timestamp_us, const wire_log_tick *tick)
 {
-    uint8_t data[BUDGETED_TICK_BYTES];
+    uint8_t data[LIMITED_TICK_BYTES];
+    size_t size = tick->pairs_most ? LIMITED_TICK_BYTES : tick->budgeted ? BUDGETED_TICK_BYTES : TICK_BYTES;
     store_be(data, (uint64_t)tick->tick, 8);
     store_be(data + 8, (uint64_t)tick->now_ns, 8);
     store_be(data + 16, (uint64_t)tick->monotonic_ns, 8);
     store_be(data + 24, (uint64_t)tick->events_hash, 8);
-    store_be(data + 32, (uint64_t)tick->work, 8);
-    return write_record(w, timestamp_us, TICK_CHANNEL, data, tick->budgeted ? BUDGETED_TICK_BYTES : TICK_BYTES);
+    store_be(data + 32, tick->budgeted ? (uint64_t)tick->work : UINT64_MAX, 8);
+    store_be(data + 40, (uint64_t)tick->pairs_most, 8);
+    return write_record(w, timestamp_us, TICK_CHANNEL, data, size);
 }
 
 static int write_number(wire_log_writer *w, int64_t timestamp_us, const char *channel, int64_t number)
@@ -255,8 +264,9 @@ static bool is_ours(const record *in)
 
 static const char *decode_tick(const record *in, wire_log_entry *out)
 {
-    bool budgeted = in->data_size == BUDGETED_TICK_BYTES;
-    if (in->data_size != TICK_BYTES && !budgeted) return "a tick has 32 bytes, or 40 with a budget";
+    bool limited = in->data_size == LIMITED_TICK_BYTES, more = limited || in->data_size == BUDGETED_TICK_BYTES;
+    if (in->data_size != TICK_BYTES && !more) return "a tick has 32 bytes, 40 with a budget, 48 with a limit of pairs";
+    bool budgeted = more && !(limited && load_be(in->data + 32, 8) == UINT64_MAX);
     out->kind = WIRE_LOG_TICK;
     out->tick.tick = (int64_t)load_be(in->data, 8);
     out->tick.now_ns = (int64_t)load_be(in->data + 8, 8);
@@ -264,6 +274,8 @@ static const char *decode_tick(const record *in, wire_log_entry *out)
     out->tick.events_hash = (int64_t)load_be(in->data + 24, 8);
     out->tick.budgeted = budgeted;
     out->tick.work = budgeted ? (int64_t)load_be(in->data + 32, 8) : 0;
+    out->tick.pairs_most = limited ? (int64_t)load_be(in->data + 40, 8) : 0;
+    if (limited && out->tick.pairs_most < 1) return "a limit of pairs is above 0";
     /* Clocks up to the year 2116, so that differences of their differences are numbers of 64 bits, too. */
     if ((uint64_t)out->tick.tick >> 62) return "a tick's number is absurd";
     if ((uint64_t)out->tick.now_ns >> 62 || (uint64_t)out->tick.monotonic_ns >> 62) return "a tick's clock is absurd";
