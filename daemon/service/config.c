@@ -155,6 +155,12 @@ static const config_option OPTIONS[] = {
         "there is no memory are left out as beyond max_pairs; queues of slow readers are cut short. It is the resident "
         "size that counts, so that libraries and what is being built are in it. A cgroup's limit (MemoryMax= of the "
         "systemd unit) should be twice as large."},
+    {"runtime_dir", CONFIG_TEXT, FIELD(runtime_dir), 0, 0, NULL, "", "",
+        "folder for a file that tells, after a crash, what was carried out; empty: what RUNTIME_DIRECTORY says",
+        "A daemon that finds that the one before was killed over a client's command refuses that command, and nothing "
+        "else of that client, for a minute, and for twice as long each time, up to an hour; the log, Status and "
+        "collidectl doctor name it. systemd sets RUNTIME_DIRECTORY; without either, nothing is kept. Each daemon needs "
+        "a folder of its own, which outlives it."},
     {"record", CONFIG_TEXT, FIELD(record), 0, 0, NULL, "", "",
         "record all commands and events to this file (LCM's log format)",
         "Must not exist yet. Written from the start on; collided --replay runs it again and compares every "

@@ -19,6 +19,7 @@ typedef struct config {
     char gateway[CONFIG_TEXT_MAX];
     char record[CONFIG_TEXT_MAX];
     char record_dir[CONFIG_TEXT_MAX];
+    char runtime_dir[CONFIG_TEXT_MAX];
     char replay[CONFIG_TEXT_MAX];
     char log[16];
     char cpus[128];

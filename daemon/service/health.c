@@ -47,6 +47,8 @@ void health_register(service *s)
     s->count.tick_ns = metrics_add(m, "last_tick_ns", "nanoseconds of the last tick");
     s->count.ticks_on_arrival =
         metrics_add(m, "ticks_on_arrival", "ticks that ran on the thread that poses arrived on, without a hand-over");
+    s->count.suspects_refused =
+        metrics_add(m, "suspects_refused", "commands refused because a daemon was killed over them");
     s->count.memory_refused = metrics_add(m, "memory_refused", "messages refused because memory_limit was near");
 }
 
@@ -88,6 +90,7 @@ static void add_world(const service *s, sheet *t)
     sheet_add(t, "pairs", (int64_t)f.pairs);
     sheet_add(t, "pairs_left_out", (int64_t)f.pairs_left_out);
     sheet_add(t, "contacts", (int64_t)f.contacts);
+    sheet_add(t, "suspects", (int64_t)suspect_count(s));
     sheet_add(t, "memory_resident_bytes", s->memory.resident);
     sheet_add(t, "memory_limit_bytes", s->memory.statm < 0 ? 0 : s->memory.limit);
     sheet_add(t, "geometries", (int64_t)s->geometry_of.count);
@@ -202,13 +205,19 @@ static void show(service *s, const sheet *t, size_t registered)
 
 void health_limits(const service *s, char *text, size_t size)
 {
-    snprintf(text, size, "%s%s%s", s->limits, *s->limits && *s->starving ? "; " : "", s->starving);
+    char suspect[480];
+    suspect_describe(s, suspect, sizeof suspect);
+    const char *parts[] = {s->limits, s->starving, suspect};
+    size_t used = 0;
+    text[0] = '\0';
+    for (int i = 0; i < 3 && used < size; i++)
+        if (*parts[i]) used += (size_t)snprintf(text + used, size - used, "%s%s", used ? "; " : "", parts[i]);
 }
 
 void health_publish(service *s)
 {
     static sheet t; /* the tick thread's */
-    char links[WIRE_TEXT_MAX], limits[sizeof s->limits + sizeof s->starving];
+    char links[WIRE_TEXT_MAX], limits[HEALTH_LIMITS_MAX];
     describe_links(s, links, sizeof links);
     if (s->monotonic_ns - s->limit_ns > LIMITS_TOLD_NS) s->limits[0] = '\0';
     health_limits(s, limits, sizeof limits);

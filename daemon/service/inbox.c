@@ -65,7 +65,10 @@ static bool apply_letter(service *s, letter *l)
     if (l->since_ns && !s->hull_came && !time_is_up) return false; /* nothing has changed for it */
     if (!open_letter(s, l, &m)) return true;
     if (!l->since_ns) l->since_ns = s->monotonic_ns;
-    return apply_command(s, l->link, &m, !time_is_up);
+    suspect_begin(s, &m);
+    bool done = apply_command(s, l->link, &m, !time_is_up);
+    suspect_end(s);
+    return done;
 }
 
 /* What a client takes back stays for those of its bodies that it has announced before. */
@@ -131,7 +134,11 @@ void inbox_answer(service *s)
     for (size_t i = 0; i < in->letters.count; i++) {
         letter *l = &in->letters.at[i];
         if (l->kind == WIRE_QUERY) {
-            if (open_letter(s, l, &m)) answer_query(s, l->link, &m.query);
+            if (open_letter(s, l, &m)) {
+                suspect_begin(s, &m);
+                answer_query(s, l->link, &m.query);
+                suspect_end(s);
+            }
             l->kind = WIRE_NOTHING;
         }
         some_wait |= l->kind != WIRE_NOTHING;

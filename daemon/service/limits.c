@@ -36,6 +36,7 @@ bool limits_admit(service *s, struct link *from, const wire_message *m, wire_ref
     session *c = session_find(s, client);
     if (s->replaying) return true;
     if (c && !is_by_its_link(c, from, why)) return false;
+    if (suspect_refuses(s, m, why)) return false;
     if (!memory_admit(s, m, why)) return false;
     if (!c) return true;
     int64_t messages = flow_add(&c->messages, s->monotonic_ns, 1);

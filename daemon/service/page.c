@@ -54,6 +54,7 @@ static const single SINGLES[] = {
     {"pairs", "pairs of shapes whose fat boxes meet", true},
     {"pairs_left_out", "pairs that are not looked at: there are max_pairs of them already, or no memory for more",
         true},
+    {"suspects", "commands that are refused for a while: a daemon was killed while it carried them out", true},
     {"memory_resident_bytes", "memory of the daemon that is resident", true},
     {"memory_limit_bytes", "memory that it may have resident (memory_limit); 0: none is kept", true},
     {"contacts", "contacts that stand", true},

@@ -304,6 +304,7 @@ server *server_create(const config *given, char *why, size_t why_size)
     if (c->metrics_port && !s->replaying) s->exporter = exporter_start((uint16_t)c->metrics_port, why, why_size);
     bool exports = s->exporter || !c->metrics_port || s->replaying;
     bool dropped = exports && privileges_drop(c->user, why, why_size) == 0; /* the port above may have needed them */
+    if (dropped) suspect_open(s);
     /* The recording comes last: what fails before leaves no file. Nothing is taken from the links yet. */
     if (!dropped || open_links(v, why, why_size) != 0 || standby_start(s, why, why_size) != 0 ||
         (*c->record && !s->standby && record_start(s, c->record, why, why_size) != 0)) {
@@ -334,6 +335,7 @@ void server_destroy(server *v)
     array_free(&s->page);
     metrics_destroy(s->metrics);
     memory_close(s);
+    suspect_close(s);
     close(s->wake_fd);
     pthread_mutex_destroy(&v->lock);
     free(v);
@@ -471,7 +473,7 @@ static void publish_status(server *v, uint8_t health)
 /* To the service manager, when it changes. */
 static void tell_health(const service *s)
 {
-    char state[sizeof s->limits + sizeof s->starving + 48], limits[sizeof s->limits + sizeof s->starving];
+    char state[HEALTH_LIMITS_MAX + 48], limits[HEALTH_LIMITS_MAX];
     health_limits(s, limits, sizeof limits);
     snprintf(state, sizeof state, *limits ? "degraded: %s" : "ready", limits);
     notify_state(state);
@@ -480,7 +482,7 @@ static void tell_health(const service *s)
 static uint8_t health_now(const service *s)
 {
     if (!s->whole || standby_waits(s)) return WIRE_HEALTH_STARTING;
-    return *s->limits || *s->starving ? WIRE_HEALTH_DEGRADED : WIRE_HEALTH_READY;
+    return *s->limits || *s->starving || suspect_count(s) ? WIRE_HEALTH_DEGRADED : WIRE_HEALTH_READY;
 }
 
 /* A long round is remembered for some time: those that follow are likely to be long, or some of them. */

@@ -1,6 +1,7 @@
 /* service: the parts that stand between the links and the world, and what they share. Tick thread only.
  *
  *   limits   what a client may have and send            memory   how much all of it may take
+ *   suspect  what a daemon died over
  *   inbox    commands of a tick, in canonical order          session  clients, and what is theirs
  *   poses    batches of poses to the world
  *   apply    commands to the world, refusals                 geometry hulls, meshes, height fields by content hash
@@ -22,6 +23,7 @@
 #include "link/link.h"
 #include "memory.h"
 #include "page.h"
+#include "suspect.h"
 #include "wire/wire_lcm.h"
 #include "wire/wire_log.h"
 #include "world/world.h"
@@ -266,7 +268,7 @@ typedef struct counters { /* metrics that the service itself counts */
     metric *rejects_untold, *clients_lost, *duplicates, *batches_out, *events_out, *late_poses, *clock_steps;
     metric *budget_over, *record_failures, *heartbeats, *steps, *steps_missed, *answers, *acks, *tick_ns, *busy_ns;
     metric *ticks_on_arrival;
-    metric *memory_refused;
+    metric *memory_refused, *suspects_refused;
     metric *batches_skipped;
     metric *takeovers, *steps_down, *out_of_step, *journalled;
 } counters;
@@ -331,6 +333,7 @@ typedef struct service {
     uint64_t recorded_work; /* of this tick, in a replay ... */
     bool recorded_budget;   /* ... of one with a budget */
     memory_gauge memory;
+    suspect_watch suspects;
     int64_t pairs_most; /* in this tick, of max_pairs, for want of memory, or as recorded; 0: all */
     taken_state taken;
     int64_t status_tick; /* of the last Status */
@@ -376,6 +379,9 @@ typedef struct service {
     /* Who hears of each tick before it is published; NULL: nobody. */
     void (*on_batches)(void *context, const world_batches *batches);
     void *on_batches_context;
+    /* Who hears of each command and query before it is carried out; NULL: nobody. */
+    void (*on_command)(void *context, const wire_message *m);
+    void *on_command_context;
 } service;
 
 /* session.c */
@@ -533,7 +539,8 @@ void service_reset(service *s); /* clients and world are gone as if they had nev
 void health_define(measures *m);
 void health_register(service *s);
 void health_publish(service *s);
-void health_limits(const service *s, char *text, size_t size); /* and starving streams; "" = none, all is well */
+enum { HEALTH_LIMITS_MAX = 1400 };
+void health_limits(const service *s, char *text, size_t size); /* starving streams, suspects; "" = none, all is well */
 const char *health_release(void);
 
 /* standby_state.c: the whole state between two ticks, for a standby, and for a recording that begins in the middle */

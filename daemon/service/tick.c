@@ -114,7 +114,9 @@ void service_tick(service *s)
     s->stepped = false;
     stream_ask_all(s);
     world_set_pairs_most(s->world, (size_t)s->pairs_most);
+    suspect_begin_tick(s);
     world_tick(s->world, s->now_ns, &batches);
+    suspect_end(s);
     service_tell_broad(s);
     tell_pairs_left_out(s);
     s->events_hash = batches.hash;
