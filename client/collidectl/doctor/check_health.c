@@ -17,6 +17,9 @@ doctor_finding check_health(doctor *d)
 {
     const ear_daemon *e = d->daemon;
     char command[COMMAND_MAX];
+    if (ear_value(e, "suspects") > 0)
+        return finding_mend(finding_problem("%s", e->limits),
+            "journalctl -u collided -g 'was killed'   # mend what that client sends, or end it");
     if (e->health == WIRE_HEALTH_READY) return finding_ok("ready, no limit was reached lately");
     if (e->health != WIRE_HEALTH_DEGRADED) {
         command_ctl(d, "status --wait 30", command);
@@ -28,9 +31,6 @@ doctor_finding check_health(doctor *d)
             "%s   # that client polls too rarely: let it poll more often, or ask for less (facts, select, rate_hz)",
             command);
     }
-    if (ear_value(e, "suspects") > 0)
-        return finding_mend(finding_problem("degraded: %s", e->limits),
-            "journalctl -u collided -g 'was killed'   # mend what that client sends, or end it");
     doctor_finding f = finding_problem("degraded, limits were reached: %s", e->limits);
     if (strstr(e->limits, "memory_limit")) {
         command_restart(d, e, "memory_limit", 2 * (long)(ear_value(e, "memory_limit_bytes") / (1 << 20)), command);
