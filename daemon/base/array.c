@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
+#include <unistd.h>
 
 enum { FIRST_CAPACITY = 8 }; /* values; the first growth, so that small arrays do not grow eight times */
 
@@ -124,4 +125,19 @@ void *array_grow_in_place(void *at, size_t *capacity, size_t need, size_t size)
 void array_release_in_place(void *at)
 {
     if (at) munmap(at, SET_ASIDE);
+}
+
+void *array_shrink(void *at, size_t *capacity, size_t count, size_t size)
+{
+    size_t spare = (*capacity - count) * size;
+    if (spare < ARRAY_SPARE_BYTES || spare < count * size) return at;
+    *capacity = count < FIRST_CAPACITY ? FIRST_CAPACITY : count;
+    return base_realloc(at, *capacity, size);
+}
+
+void base_give_pages_back(void *at, size_t bytes)
+{
+    uintptr_t page = (uintptr_t)sysconf(_SC_PAGESIZE), first = ((uintptr_t)at + page - 1) / page * page;
+    uintptr_t end = ((uintptr_t)at + bytes) / page * page;
+    if (end > first) (void)madvise((void *)first, end - first, MADV_DONTNEED);
 }

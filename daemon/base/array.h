@@ -1,7 +1,7 @@
 /* array: growing arrays of plain values, as a struct of the caller's own: struct { T *at; size_t count, capacity; }.
  *
- * Capacity doubles and never shrinks, so that a steady tick allocates nothing. Running out of memory ends the process
- * with a message: the limits at the boundary (config) keep outside input from getting there. */
+ * Capacity doubles and shrinks only when it is asked to, so that a steady tick allocates nothing. Running out of memory
+ * ends the process with a message: the limits at the boundary (config) keep outside input from getting there. */
 #ifndef COLLIDED_BASE_ARRAY_H
 #define COLLIDED_BASE_ARRAY_H
 
@@ -17,6 +17,13 @@ char *base_strdup(const char *text);
 
 /* The grown buffer with room for at least `need` values; *capacity follows. */
 void *array_grow(void *at, size_t *capacity, size_t need, size_t size);
+/* The buffer without most of what is beyond `count` values, if that is ARRAY_SPARE_BYTES or more, and more than they
+ * are: for who is short of memory. */
+enum { ARRAY_SPARE_BYTES = 1 << 20 };
+void *array_shrink(void *at, size_t *capacity, size_t count, size_t size);
+
+/* Gives the whole pages in there back to the system; they read as zeros from then on, as those beside them may not. */
+void base_give_pages_back(void *at, size_t bytes);
 
 #define ARRAY(type)                                                                                                    \
     struct {                                                                                                           \
@@ -35,6 +42,7 @@ void array_release_in_place(void *at);
 #define array_free_in_place(a) (array_release_in_place((a)->at), (a)->at = NULL, (a)->count = (a)->capacity = 0)
 
 #define array_push(a, value) (array_reserve((a), (a)->count + 1), (a)->at[(a)->count++] = (value))
+#define array_trim(a) ((a)->at = array_shrink((a)->at, &(a)->capacity, (a)->count, sizeof *(a)->at))
 #define array_free(a) (free((a)->at), (a)->at = NULL, (a)->count = (a)->capacity = 0)
 
 #endif

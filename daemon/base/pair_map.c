@@ -103,3 +103,11 @@ uint32_t pair_map_remove(pair_map *m, uint64_t key)
     m->count--;
     return value;
 }
+
+void pair_map_trim(pair_map *m)
+{
+    size_t enough = FIRST_CAPACITY;
+    while (enough / 4 < m->count) enough *= 2;
+    if (m->capacity / 4 < enough || m->capacity * (sizeof *m->keys + sizeof *m->values) < ARRAY_SPARE_BYTES) return;
+    rehash(m, enough);
+}

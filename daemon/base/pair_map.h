@@ -27,5 +27,6 @@ void pair_map_free(pair_map *m);
 uint32_t pair_map_get(const pair_map *m, uint64_t key);       /* PAIR_MAP_NONE if absent */
 bool pair_map_put(pair_map *m, uint64_t key, uint32_t value); /* true if the key is new; replaces otherwise */
 uint32_t pair_map_remove(pair_map *m, uint64_t key);          /* the value it had, or PAIR_MAP_NONE */
+void pair_map_trim(pair_map *m);                              /* gives memory back, if it is large and nearly empty */
 
 #endif

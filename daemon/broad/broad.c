@@ -352,6 +352,15 @@ void broad_update(broad *b, broad_changes *changes)
     if (b->proxy_count > 2 * count_before) give_buffers_back(b);
 }
 
+void broad_trim(broad *b)
+{
+    if (b->pending.count) return;
+    give_buffers_back(b);
+    array_free(&b->began);
+    array_free(&b->ended);
+    pairs_trim(&b->pairs);
+}
+
 size_t broad_proxy_count(const broad *b)
 {
     return b->proxy_count;

@@ -111,6 +111,8 @@ void broad_take_searched(broad *b, uint32_t proxy, bool searched, bool refiltere
 broad_kind broad_index_kind(const broad *b);
 void broad_tell_index(const broad *b, char text[96]);
 size_t broad_proxy_count(const broad *b);
+/* Gives memory back that only a larger world needs, unless something is queued; what the last update told is gone. */
+void broad_trim(broad *b);
 size_t broad_pair_count(const broad *b);
 /* The order is nobody's business, but the same after the same changes. */
 void broad_each_pair_of(const broad *b, uint32_t proxy, void (*visit)(void *context, uint32_t other), void *context);

@@ -79,6 +79,20 @@ void pairs_end(pairs *p, uint32_t link)
     p->count--;
 }
 
+/* They are begun again, in another order, on which nothing depends. */
+void pairs_trim(pairs *p)
+{
+    if (p->records.count * sizeof *p->records.at < ARRAY_SPARE_BYTES || p->count > p->records.count / 4) return;
+    pairs kept;
+    pairs_init(&kept);
+    array_reserve_in_place(&kept.records, p->count);
+    for (uint32_t proxy = 0; proxy < p->lists.count; proxy++)
+        for (uint32_t link = pairs_first(p, proxy); link != PAIRS_NO_LINK; link = pairs_next(p, link))
+            if (!(link & 1)) pairs_begin(&kept, proxy, pairs_other(p, link));
+    pairs_free(p);
+    *p = kept;
+}
+
 /* The links of a proxy, counted; SIZE_MAX if the list is broken. `met_by` tells the last proxy whose list each one was
  * seen in. */
 static size_t count_links(const pairs *p, uint32_t proxy, uint32_t *met_by)

@@ -34,6 +34,7 @@ void pairs_free(pairs *p);
 
 void pairs_begin(pairs *p, uint32_t a, uint32_t b); /* which must not be a pair already */
 void pairs_end(pairs *p, uint32_t link);
+void pairs_trim(pairs *p); /* gives the memory of freed records back, if they are most of them */
 
 /* The links of a proxy, newest first. Take the next one before ending a pair. */
 static inline uint32_t pairs_first(const pairs *p, uint32_t proxy)

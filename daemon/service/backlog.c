@@ -104,6 +104,7 @@ static void replace_by_snapshot(service *s, backlog *b)
 static bool keeps_too_much(const service *s, const backlog *b)
 {
     bool idle = s->monotonic_ns - b->moved_ns > IDLE_NS;
+    if (b->bytes && memory_is_short(s)) return true;
     return b->bytes > (idle ? BACKLOG_IDLE_BYTES : BACKLOG_BYTES);
 }
 

@@ -176,6 +176,19 @@ static const config_option OPTIONS[] = {
     {"max_client_poses", CONFIG_WHOLE, FIELD(max_client_poses), 1, 1000000000, NULL, "100000000", "poses/s",
         "poses of one participant in a second, all its clients together",
         "A batch that exceeds is refused as a whole."},
+    {"memory_limit", CONFIG_WHOLE, FIELD(memory_limit), 0, 1 << 30, NULL, "0", "MiB",
+        "memory that the daemon may have resident; 0: half of what the machine, or its cgroup, has",
+        "What would need more is refused, answered with this name, counted (memory_refused) and told as degraded "
+        "health, before the kernel would end the daemon; poses of bodies that are there go on. New pairs for which "
+        "there is no memory are left out as beyond max_pairs; queues of slow readers are cut short. It is the resident "
+        "size that counts, so that libraries and what is being built are in it. A cgroup's limit (MemoryMax= of the "
+        "systemd unit) should be twice as large."},
+    {"runtime_dir", CONFIG_TEXT, FIELD(runtime_dir), 0, 0, NULL, "", "",
+        "folder for a file that tells, after a crash, what was carried out; empty: what RUNTIME_DIRECTORY says",
+        "A daemon that finds that the one before was killed over a client's command refuses that command, and nothing "
+        "else of that client, for a minute, and for twice as long each time, up to an hour; the log, Status and "
+        "collidectl doctor name it. systemd sets RUNTIME_DIRECTORY; without either, nothing is kept. Each daemon needs "
+        "a folder of its own, which outlives it."},
     {"record", CONFIG_TEXT, FIELD(record), 0, 0, NULL, "", "",
         "record all commands and events to this file (LCM's log format)",
         "Must not exist yet. Written from the start on; collided --replay runs it again and compares every "

@@ -19,6 +19,7 @@ typedef struct config {
     char gateway[CONFIG_TEXT_MAX];
     char record[CONFIG_TEXT_MAX];
     char record_dir[CONFIG_TEXT_MAX];
+    char runtime_dir[CONFIG_TEXT_MAX];
     char replay[CONFIG_TEXT_MAX];
     char log[16];
     char metrics_address[64];
@@ -35,7 +36,7 @@ typedef struct config {
         standby_lease;
     long max_clients, max_bodies, max_shapes, max_pairs, max_interests, max_geometries, max_step_poses;
     long max_client_bodies, max_client_shapes, max_client_interests, max_client_geometry;
-    long max_client_messages, max_client_poses;
+    long max_client_messages, max_client_poses, memory_limit;
     long share, max_client_work, max_query_work, max_waiting;
 } config;
 

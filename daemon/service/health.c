@@ -53,6 +53,9 @@ void health_register(service *s)
         "nanoseconds of the longest round of the loop since the start: receiving, ticks, answers");
     s->count.ticks_on_arrival =
         metrics_add(m, "ticks_on_arrival", "ticks that ran on the thread that poses arrived on, without a hand-over");
+    s->count.suspects_refused =
+        metrics_add(m, "suspects_refused", "commands refused because a daemon was killed over them");
+    s->count.memory_refused = metrics_add(m, "memory_refused", "messages refused because memory_limit was near");
 }
 
 const char *health_release(void)
@@ -97,6 +100,9 @@ static void add_world(const service *s, sheet *t)
     sheet_add(t, "bodies_with_pending_pairs", (int64_t)f.pending_bodies);
     sheet_add(t, "sliced_ticks", (int64_t)f.sliced_ticks);
     sheet_add(t, "contacts", (int64_t)f.contacts);
+    sheet_add(t, "suspects", (int64_t)suspect_count(s));
+    sheet_add(t, "memory_resident_bytes", s->memory.resident);
+    sheet_add(t, "memory_limit_bytes", s->memory.statm < 0 ? 0 : s->memory.limit);
     sheet_add(t, "geometries", (int64_t)s->geometry_of.count);
     sheet_add(t, "lock_step_clients", (int64_t)s->lock_step.members);
     sheet_add(t, "waiting_commands", (int64_t)s->pending.count);
@@ -209,7 +215,10 @@ static void show(service *s, const sheet *t, size_t registered)
 
 void health_limits(const service *s, char *text, size_t size)
 {
-    const char *const all[] = {s->limits, service_is_behind(s) ? "pending_pairs" : "", s->starving, s->unheard};
+    char suspect[480];
+    suspect_describe(s, suspect, sizeof suspect);
+    const char *const all[] = {
+        s->limits, service_is_behind(s) ? "pending_pairs" : "", s->starving, s->unheard, suspect};
     size_t used = 0;
     text[0] = '\0';
     for (size_t i = 0; i < sizeof all / sizeof *all && used < size; i++)

@@ -71,7 +71,10 @@ static void apply_letter(service *s, letter *l)
     if (!l->since_ns) l->since_ns = s->monotonic_ns;
     s->carried.has_waited = l->has_waited;
     s->carried.pose = l->pose ? s->inbox.poses.at[l->pose - 1] : (kept_pose){.sequence = 0};
-    if (!apply_command(s, l->link, &m, !time_is_up)) pending_put(s, l, &m.body);
+    suspect_begin(s, &m);
+    bool done = apply_command(s, l->link, &m, !time_is_up);
+    suspect_end(s);
+    if (!done) pending_put(s, l, &m.body);
 }
 
 /* What a client takes back stays for those of its bodies that it has announced before. */
@@ -138,7 +141,9 @@ static size_t answer_some(service *s, const letter *queries, size_t count)
         const letter *l = &queries[i];
         int64_t before_ns = now_ns;
         if (!open_letter(s, l, &m)) continue;
+        suspect_begin(s, &m);
         answer_query(s, l->link, &m.query);
+        suspect_end(s);
         now_ns = clock_monotonic_ns();
         shares_answered(s, l, &m, now_ns - before_ns);
     }

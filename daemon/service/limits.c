@@ -1,6 +1,6 @@
 /* limits: what one client may have in the world, how fast it may talk, and by which link. A limit that is reached is
- * named in the Reject and in Status. Rates are looked at before a message is recorded, and not in a replay: what was
- * refused live is not in the recording. Tick thread. */
+ * named in the Reject and in Status. Rates and memory are looked at before a message is recorded, and not in a replay:
+ * what was refused live is not in the recording. Tick thread. */
 #include "shares.h"
 
 #include <inttypes.h>
@@ -47,8 +47,9 @@ bool limits_admit(service *s, struct link *from, const wire_message *m, wire_ref
     session *c = session_find(s, client);
     if (s->replaying) return true;
     if (m->kind == WIRE_CLIENT && !is_lease(&m->client, why)) return false;
+    if (c && !is_by_its_link(c, from, why)) return false;
+    if (suspect_refuses(s, m, why) || !memory_admit(s, m, why)) return false;
     if (!c) return true;
-    if (!is_by_its_link(c, from, why)) return false;
     int64_t messages = flow_add(shares_flow(s, from, client, SHARES_MESSAGES), s->monotonic_ns, 1);
     if (apply_limit(s, (size_t)messages - 1, s->config.max_client_messages, "max_client_messages", why)) return false;
     if (m->kind != WIRE_POSE_BATCH || !m->pose_batch.bodies.count) return true;

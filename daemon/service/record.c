@@ -181,7 +181,8 @@ void record_tick(service *s)
 {
     wire_log_tick t = {s->tick, s->now_ns, s->monotonic_ns, (int64_t)s->events_hash,
         .budgeted = s->replaying ? s->recorded_budget : s->config.budget_us > 0,
-        .work = (int64_t)world_get_figures(s->world).work, .slice = (int64_t)service_slice_told(s)};
+        .work = (int64_t)world_get_figures(s->world).work, .slice = (int64_t)service_slice_told(s),
+        .pairs_most = service_pairs_limited(s)};
     if (s->record_next && record_file_take_room(s->recording_to, &s->record_room)) {
         announce(s); /* what is announced is one tick's work, and the state the next one's */
         return;

@@ -28,6 +28,7 @@ bool replay_take(service *s, const link_sink *sink, wire_log_tick *t, char *why,
     if (ended || *s->taken.wrong) return false;
     s->taken.stands = s->taken.is_there && s->tick == t->tick;
     s->taken.is_there = false;
+    s->pairs_most = t->pairs_most;
     s->tick = t->tick;
     s->now_ns = t->now_ns;
     s->monotonic_ns = t->monotonic_ns;

@@ -330,10 +330,12 @@ server *server_create(const config *given, char *why, size_t why_size)
     s->next_heartbeat_ns = s->next_watch_ns = INT64_MAX;
     s->world = make_world(c);
     service_set_budget(s);
+    memory_open(s);
     if (c->metrics_port && !s->replaying)
         s->exporter = exporter_start((uint16_t)c->metrics_port, c->metrics_address, c->metrics_hosts, why, why_size);
     bool exports = s->exporter || !c->metrics_port || s->replaying;
     bool dropped = exports && privileges_drop(c->user, why, why_size) == 0; /* the port above may have needed them */
+    if (dropped) suspect_open(s);
     /* The recording comes last: what fails before leaves no file. Nothing is taken from the links yet. */
     if (!dropped || open_links(v, why, why_size) != 0 || standby_start(s, why, why_size) != 0 ||
         (*c->record && !s->standby && record_start(s, c->record, NULL, why, why_size) != 0)) {
@@ -366,6 +368,8 @@ void server_destroy(server *v)
     exporter_stop(s->exporter);
     array_free(&s->page);
     metrics_destroy(s->metrics);
+    memory_close(s);
+    suspect_close(s);
     close(s->wake_fd);
     pthread_mutex_destroy(&v->lock);
     free(v);
@@ -380,9 +384,11 @@ static void tick(service *s)
     int64_t began = clock_monotonic_ns();
     uint64_t told = metric_get(s->count.events_out);
     s->tick++;
+    s->pairs_most = memory_pairs_most(s);
     pace_begin(&s->pace, began);
     service_choose_slice(s);
     service_tick(s);
+    memory_after_tick(s);
     int64_t newest = s->latest_pose_ns; /* now: commands of the tick, and steps, have poses, too */
     int64_t ended = clock_monotonic_ns(), took = ended - began;
     pace_end(&s->pace, ended, world_get_figures(s->world).work);
@@ -510,7 +516,7 @@ static uint8_t health_now(service *s)
 {
     unheard_watch(s);
     if (!s->whole || standby_waits(s)) return WIRE_HEALTH_STARTING;
-    bool degraded = *s->limits || *s->starving || *s->unheard || service_is_behind(s);
+    bool degraded = *s->limits || *s->starving || *s->unheard || service_is_behind(s) || suspect_count(s);
     return degraded ? WIRE_HEALTH_DEGRADED : WIRE_HEALTH_READY;
 }
 
@@ -540,6 +546,7 @@ static void work(server *v, int64_t began_ns)
     tick_if_due(v, began_ns);
     stream_heartbeats(s);
     backlog_watch(s);
+    memory_trim(s);
     s->status_due |= !s->whole && ready_check(s);
 }
 

@@ -1,6 +1,7 @@
 /* service: the parts that stand between the links and the world, and what they share. Tick thread only.
  *
- *   limits   what a client may have and send
+ *   limits   what a client may have and send            memory   how much all of it may take
+ *   suspect  what a daemon died over
  *   inbox    commands of a tick, in canonical order          session  clients, and what is theirs
  *   poses    batches of poses to the world
  *   apply    commands to the world, refusals                 geometry hulls, meshes, height fields by content hash
@@ -22,7 +23,9 @@
 #include "config.h"
 #include "exporter.h"
 #include "link/link.h"
+#include "memory.h"
 #include "page.h"
+#include "suspect.h"
 #include "wire/wire_lcm.h"
 #include "wire/wire_log.h"
 #include "world/world.h"
@@ -332,6 +335,7 @@ typedef struct counters { /* metrics that the service itself counts */
         *round_longest_ns;
     metric *ticks_on_arrival, *unheard;
     metric *records_refused;
+    metric *memory_refused, *suspects_refused;
     metric *batches_skipped;
     metric *queries_cut;
     metric *takeovers, *steps_down, *out_of_step, *journalled;
@@ -415,6 +419,9 @@ typedef struct service {
     int64_t pending_ns, pending_last_ns; /* since when something has been pending, and at which tick last, monotonic */
     uint64_t recorded_work;              /* of this tick, in a replay ... */
     bool recorded_budget;                /* ... of one with a budget */
+    memory_gauge memory;
+    suspect_watch suspects;
+    int64_t pairs_most; /* in this tick, of max_pairs, for want of memory, or as recorded; 0: all */
     taken_state taken;
     int64_t status_tick; /* of the last Status */
     bool replaying, stopping;
@@ -484,6 +491,9 @@ typedef struct service {
     /* Called ten times a second while a standby waits for a build that the active daemon has had; NULL: nobody. */
     void (*on_waiting)(void *context);
     void *on_waiting_context;
+    /* Who hears of each command and query before it is carried out; NULL: nobody. */
+    void (*on_command)(void *context, const wire_message *m);
+    void *on_command_context;
 } service;
 
 /* session.c */
@@ -666,9 +676,11 @@ void service_choose_slice(service *s);
 void service_learn_slice(service *s, int64_t took_ns);
 bool service_is_behind(const service *s);      /* something is pending for long, or was so a moment ago */
 uint64_t service_slice_told(const service *s); /* for the recording; 0: it made none */
-void service_tick(service *s);                 /* of number s->tick, at s->now_ns */
-void service_follow_clock(service *s);         /* what the world knows goes back with it */
-bool service_clock_back(const service *s);     /* the wall clock was set back since the last tick: one is due */
+/* How many pairs the tick that has just been run could have, for want of memory; 0: that has left out none. */
+int64_t service_pairs_limited(const service *s);
+void service_tick(service *s);             /* of number s->tick, at s->now_ns */
+void service_follow_clock(service *s);     /* what the world knows goes back with it */
+bool service_clock_back(const service *s); /* the wall clock was set back since the last tick: one is due */
 void service_take(service *s, struct link *from, const wire_message *m); /* a command that is admitted */
 void service_tell_broad(service *s); /* logs the broad phase that stands, if the log says another one */
 
@@ -685,8 +697,9 @@ void service_reset(service *s); /* clients and world are gone as if they had nev
 void health_define(measures *m);
 void health_register(service *s);
 void health_publish(service *s);
-enum { HEALTH_LIMITS_MAX = 1200 };
-void health_limits(const service *s, char *text, size_t size); /* starving streams, unheard clients; "" = all is well */
+enum { HEALTH_LIMITS_MAX = 1700 };
+void health_limits(
+    const service *s, char *text, size_t size); /* starving streams, unheard clients, suspects; "" = all is well */
 const char *health_release(void);
 
 /* standby_state.c: the whole state between two ticks, for a standby, and for a recording that begins in the middle */

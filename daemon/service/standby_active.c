@@ -169,7 +169,7 @@ void standby_journal_tick(service *s)
     if (!is_followed(s)) return;
     wire_log_tick t = {s->tick, s->now_ns, s->monotonic_ns, (int64_t)s->events_hash,
         .budgeted = s->config.budget_us > 0, .work = (int64_t)world_get_figures(s->world).work,
-        .slice = (int64_t)service_slice_told(s)};
+        .slice = (int64_t)service_slice_told(s), .pairs_most = service_pairs_limited(s)};
     if (!p->journal.count) bytes_put(&p->journal, &s->tick, sizeof s->tick); /* nothing came */
     journal_put_tick(&p->journal, s->epoch, &t);
     p->link->ops->peers->send(p->link, p->card.sender, JOURNAL_TICK, p->journal.at, p->journal.count);

@@ -31,6 +31,7 @@ static bool carry_out(service *s, const journal_entry *e)
         if (e->epoch != s->epoch || e->tick.tick != s->tick + 1) return false;
         service_replay_budget(s, e->tick.budgeted, (uint64_t)e->tick.work);
         s->slice = (uint64_t)e->tick.slice;
+        s->pairs_most = e->tick.pairs_most;
         s->tick = e->tick.tick;
         s->now_ns = e->tick.now_ns;
         s->monotonic_ns = e->tick.monotonic_ns;

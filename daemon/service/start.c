@@ -137,6 +137,8 @@ int start_check(const config *c, char *why, size_t why_size)
     int status = check_limits(why, why_size);
     if (status == EX_OK) status = privileges_check(c->user, why, why_size);
     if (status == EX_OK && *c->record) status = check_record(c->record, why, why_size);
+    if (status == EX_OK && *c->runtime_dir)
+        status = check_folder("runtime_dir", c->runtime_dir, c->runtime_dir, why, why_size);
     if (status == EX_OK && *c->record_dir)
         status = check_folder("record_dir", c->record_dir, c->record_dir, why, why_size);
     if (status != EX_OK) return status;

@@ -5,6 +5,7 @@
 #include "shares.h"
 #include "standby.h"
 
+#include <inttypes.h>
 #include <string.h>
 
 /* Rare: where auto changes its mind, it does so with hysteresis. */
@@ -118,15 +119,22 @@ void service_take(service *s, struct link *from, const wire_message *m)
         inbox_put(s, from, m);
 }
 
+int64_t service_pairs_limited(const service *s)
+{
+    return world_get_figures(s->world).pairs_left_out ? s->pairs_most : 0;
+}
+
 /* Of a limit that no command is refused for. */
 static void tell_pairs_left_out(service *s)
 {
     world_figures f = world_get_figures(s->world);
     if (!f.pairs_left_out && !f.parked_bodies) return;
-    if (!strstr(s->limits, "max_pairs"))
-        log_warning("max_pairs = %ld is reached: %zu pairs are not looked at%s", s->config.max_pairs, f.pairs_left_out,
+    const char *option = s->pairs_most ? "memory_limit" : "max_pairs";
+    if (!strstr(s->limits, option))
+        log_warning("%s = %" PRId64 " is reached: %zu pairs are not looked at%s", option,
+            s->pairs_most ? s->memory.limit >> 20 : (int64_t)s->config.max_pairs, f.pairs_left_out,
             f.parked_bodies ? ", nor those that have not been counted" : "");
-    apply_name_limit(s, "max_pairs");
+    apply_name_limit(s, option);
 }
 
 /* What a large step or many new bodies leave for a few ticks is no reason to be degraded; nor is it, once it is, over
@@ -162,7 +170,10 @@ void service_tick(service *s)
     s->stepped = false;
     stream_ask_all(s);
     world_set_slice(s->world, s->slice ? s->slice : UINT64_MAX);
+    world_set_pairs_most(s->world, (size_t)s->pairs_most);
+    suspect_begin_tick(s);
     world_tick(s->world, s->now_ns, &batches);
+    suspect_end(s);
     steps_settle(s);
     service_tell_broad(s);
     tell_pairs_left_out(s);

@@ -261,6 +261,7 @@ size_t pair_left_out(const world *w)
 static size_t room_for_pairs(const world *w)
 {
     size_t most = w->options.max_pairs ? w->options.max_pairs : SIZE_MAX;
+    if (w->pairs_most && w->pairs_most < most) most = w->pairs_most;
     return meeting(w) < most ? most - meeting(w) : 0;
 }
 

@@ -163,8 +163,9 @@ static void explain_shapes(const world *w, const body *x, const body *y, world_h
             bool in_order;
             narrow_result r = between(w, x->shapes[i], y->shapes[k], 1e-9, &in_order);
             bool paired = pair_find(w, x->shapes[i], y->shapes[k]) != PAIR_MAP_NONE;
-            const char *unpaired = w->figures.pairs_left_out ? "are apart, or the pair is not looked at (max_pairs)"
-                                                             : "are apart, or the pair is not looked at";
+            const char *unpaired = w->figures.pairs_left_out
+                                       ? "are apart, or the pair is not looked at (max_pairs, memory_limit)"
+                                       : "are apart, or the pair is not looked at";
             line(l, "shape %zu (%s) and shape %zu (%s): signed distance in [%.9g, %.9g] m by %s; fat boxes %s\n", i,
                 kind_of(&a->shape).text, k, kind_of(&b->shape).text, r.lo, r.hi, narrow_method_name(r.method),
                 paired ? "meet" : unpaired);

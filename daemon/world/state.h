@@ -242,6 +242,7 @@ struct world {
     world_options options;
     workers *workers;
     void *scratch[WORKERS_MAX];
+    size_t pairs_most; /* of options.max_pairs, so many may be now; 0: all */
     broad *broad;
 
     ARRAY(body) bodies; /* each begins a cache line: body_reserve */

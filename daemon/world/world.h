@@ -34,6 +34,13 @@ world_options world_options_default(void);
 world *world_create(const world_options *options);
 void world_destroy(world *w);
 
+/* Of max_pairs, so many may be now; 0: all. It ends no pair, and lets none begin beyond it: what is left out is told as
+ * what max_pairs leaves out. For who is short of memory; a replay has to say the same before each tick. */
+void world_set_pairs_most(world *w, size_t most);
+/* Gives memory back that only more pairs, or more events, would need. Between two ticks; the batches of the last one
+ * are gone. It changes no event. */
+void world_trim(world *w);
+
 /* Which way of finding them stands since the last tick, never BROAD_AUTO; and in words, with the reason. */
 broad_kind world_broad_kind(const world *w);
 void world_tell_broad(const world *w, char text[96]);

@@ -25,7 +25,7 @@ enum {
     HEADER_BYTES = 28,
     TICK_BYTES = 32,
     BUDGETED_TICK_BYTES = 40,
-    SLICED_TICK_BYTES = 56,
+    CUT_TICK_BYTES = 64,
     NUMBER_BYTES = 8,
     BUILD_BYTES = 16,
     STATE_HEAD_BYTES = 24
@@ -136,8 +136,9 @@ int wire_log_message(wire_log_writer *w, int64_t timestamp_us, const wire_messag
 
 int wire_log_tick_end(wire_log_writer *w, int64_t timestamp_us, const wire_log_tick *tick)
 {
-    uint8_t data[SLICED_TICK_BYTES];
-    size_t size = tick->slice > 0 ? SLICED_TICK_BYTES : tick->budgeted ? BUDGETED_TICK_BYTES : TICK_BYTES;
+    uint8_t data[CUT_TICK_BYTES];
+    bool cut = tick->slice > 0 || tick->pairs_most > 0;
+    size_t size = cut ? CUT_TICK_BYTES : tick->budgeted ? BUDGETED_TICK_BYTES : TICK_BYTES;
     store_be(data, (uint64_t)tick->tick, 8);
     store_be(data + 8, (uint64_t)tick->now_ns, 8);
     store_be(data + 16, (uint64_t)tick->monotonic_ns, 8);
@@ -145,6 +146,7 @@ int wire_log_tick_end(wire_log_writer *w, int64_t timestamp_us, const wire_log_t
     store_be(data + 32, (uint64_t)tick->work, 8);
     store_be(data + 40, (uint64_t)tick->slice, 8);
     store_be(data + 48, (uint64_t)(tick->budgeted != 0), 8);
+    store_be(data + 56, (uint64_t)tick->pairs_most, 8);
     return write_record(w, timestamp_us, TICK_CHANNEL, data, size);
 }
 
@@ -302,10 +304,10 @@ static bool is_ours(const record *in)
 
 static const char *decode_tick(const record *in, wire_log_entry *out)
 {
-    bool sliced = in->data_size == SLICED_TICK_BYTES;
-    bool budgeted = in->data_size == BUDGETED_TICK_BYTES || (sliced && load_be(in->data + 48, 8));
-    if (in->data_size != TICK_BYTES && in->data_size != BUDGETED_TICK_BYTES && !sliced)
-        return "a tick has 32 bytes, or 40 with a budget, or 56 in slices";
+    bool cut = in->data_size == CUT_TICK_BYTES;
+    bool budgeted = in->data_size == BUDGETED_TICK_BYTES || (cut && load_be(in->data + 48, 8));
+    if (in->data_size != TICK_BYTES && in->data_size != BUDGETED_TICK_BYTES && !cut)
+        return "a tick has 32 bytes, or 40 with a budget, or 64 where pairs were cut";
     out->kind = WIRE_LOG_TICK;
     out->tick.tick = (int64_t)load_be(in->data, 8);
     out->tick.now_ns = (int64_t)load_be(in->data + 8, 8);
@@ -313,11 +315,12 @@ static const char *decode_tick(const record *in, wire_log_entry *out)
     out->tick.events_hash = (int64_t)load_be(in->data + 24, 8);
     out->tick.budgeted = budgeted;
     out->tick.work = budgeted ? (int64_t)load_be(in->data + 32, 8) : 0;
-    out->tick.slice = sliced ? (int64_t)load_be(in->data + 40, 8) : 0;
+    out->tick.slice = cut ? (int64_t)load_be(in->data + 40, 8) : 0;
+    out->tick.pairs_most = cut ? (int64_t)load_be(in->data + 56, 8) : 0;
+    if (out->tick.slice < 0 || out->tick.pairs_most < 0) return "a tick's slice or limit of pairs is absurd";
     /* Clocks up to the year 2116, so that differences of their differences are numbers of 64 bits, too. */
     if ((uint64_t)out->tick.tick >> 62) return "a tick's number is absurd";
     if ((uint64_t)out->tick.now_ns >> 62 || (uint64_t)out->tick.monotonic_ns >> 62) return "a tick's clock is absurd";
-    if (out->tick.slice < 0) return "a tick's slice is absurd";
     return NULL;
 }
 

@@ -35,6 +35,7 @@ typedef struct wire_log_tick {
     int64_t budgeted;    /* 1: the tick had a budget, ... */
     int64_t work;        /* ... and did so many units of work */
     int64_t slice;       /* > 0: finding and deciding pairs was cut off after so many units, or had been before */
+    int64_t pairs_most;  /* of max_pairs, so many could be, for want of memory; 0: all */
 } wire_log_tick;
 
 typedef struct wire_log_state { /* of so many bytes in all, those from `offset` on */

@@ -213,7 +213,8 @@ static void make_environment(manager *m)
     if (m->watchdog_s > 0)
         snprintf(m->own[own++], sizeof m->own[0], "WATCHDOG_USEC=%lld", (long long)(1e6 * m->watchdog_s));
     for (char **e = environ; *e && count < ENVIRONMENT_MAX; e++)
-        if (strncmp(*e, "NOTIFY_SOCKET=", 14) && strncmp(*e, "WATCHDOG_", 9)) m->environment[count++] = *e;
+        if (strncmp(*e, "NOTIFY_SOCKET=", 14) && strncmp(*e, "RUNTIME_DIRECTORY=", 18) && strncmp(*e, "WATCHDOG_", 9))
+            m->environment[count++] = *e;
     for (size_t i = 0; i < own; i++) m->environment[count++] = m->own[i];
 }
 

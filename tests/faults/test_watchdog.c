@@ -3,6 +3,8 @@
 #include "rig.h"
 
 #include <signal.h>
+#include <stdio.h>
+#include <string.h>
 #include <unistd.h>
 
 #define ORDINARY "--links", RIG_DDS, "--status-period", "0.1", "--workers", "1"
@@ -43,12 +45,138 @@ static void a_wrong_option_is_not_tried_again(void **state)
     assert_int_equal(manager_stop(m), 64);
 }
 
+/* ---- what it died over ---- */
+
+static manager *start_hanging(double watchdog_s)
+{
+    rig_need_network();
+    manager *m = manager_start_program(HANGING_DAEMON, PLAIN, watchdog_s, MANAGER_PAUSE_S);
+    manager_await(m, 0, RIG_PATIENCE_S);
+    return m;
+}
+
+static bool has_limit(collided *c, const char *text)
+{
+    collided_daemon_status s;
+    return collided_get_status(c, 0, &s) == COLLIDED_OK && strstr(s.limits, text);
+}
+
+/* -1 where no Status has come. */
+static int64_t counter(collided *c, const char *name)
+{
+    collided_daemon_status s;
+    if (collided_get_status(c, 0, &s) != COLLIDED_OK) return -1;
+    for (size_t i = 0; i < s.counter_count; i++)
+        if (strcmp(s.counters[i].name, name) == 0) return s.counters[i].value;
+    return -1;
+}
+
+static void expect_doctor_says(const char *text)
+{
+    char line[2048];
+    bool said = false;
+    FILE *f = popen(COLLIDECTL " --connect " RIG_DDS " doctor 2>&1", "r"); /* NOLINT(cert-env33-c): a fixed line */
+    assert_non_null(f);
+    while (fgets(line, sizeof line, f)) said |= strstr(line, text) != NULL;
+    pclose(f);
+    if (!said) fail_msg("doctor does not say \"%s\"", text);
+}
+
+/* The one command is refused, and told; all else that its client announces anew is let in, and nobody is killed again.
+ */
+static void refused_is_what_it_died_over(const char *body, double watchdog_s, const char *how)
+{
+    char what[128];
+    manager *m = start_hanging(watchdog_s);
+    collided *c = rig_connect(RIG_DDS, 60, COLLIDED_KEEP);
+    rig_box(c, "table", 0);
+    rig_box(c, "part", 0.5);
+    collided_flush(c);
+    UNTIL(c, RIG_PATIENCE_S, counter(c, "bodies") == 2);
+    rig_box(c, body, 9);
+    collided_flush(c);
+    UNTIL(c, RIG_PATIENCE_S, manager_restarts(m) == 1 && manager_is_ready(m));
+    UNTIL(c, RIG_PATIENCE_S, counter(c, "suspects_refused") >= 1 && counter(c, "bodies") == 2);
+    assert_int_equal(counter(c, "suspects"), 1);
+    snprintf(what, sizeof what, "(\"%s\") of client", body);
+    UNTIL(c, RIG_PATIENCE_S, has_limit(c, "suspect: a daemon was killed over Body") && has_limit(c, what));
+    assert_true(manager_said(m, how));
+    assert_true(manager_said(m, what));
+    assert_true(manager_said(m, "refused for 60 s"));
+    rig_box(c, "late", 20); /* of the same client */
+    collided_flush(c);
+    UNTIL(c, RIG_PATIENCE_S, counter(c, "bodies") == 3);
+    expect_doctor_says(what);
+    THROUGHOUT(c, 2.5, manager_restarts(m) == 1);
+    rig_close(c);
+    assert_int_equal(manager_stop(m), 0);
+}
+
+static void a_command_that_the_watchdog_killed_it_over_is_refused(void **state)
+{
+    (void)state;
+    refused_is_what_it_died_over("hang", 1, "killed (signal 6, ");
+}
+
+static void so_is_one_that_ended_it_by_a_fault(void **state)
+{
+    (void)state;
+    refused_is_what_it_died_over("fault", 0, "killed (signal 11, ");
+}
+
+/* SIGKILL may come from anybody, at any time: only what it came upon twice is refused, and then for twice as long. */
+static void what_may_be_chance_is_refused_the_second_time(void **state)
+{
+    (void)state;
+    char hangs[128];
+    manager *m = start_hanging(0);
+    snprintf(hangs, sizeof hangs, "%s/hangs", manager_folder(m));
+    collided *c = rig_connect(RIG_DDS, 60, COLLIDED_KEEP);
+    rig_box(c, "table", 0);
+    rig_box(c, "hang", 9);
+    collided_flush(c);
+    for (unsigned death = 0; death < 2; death++) {
+        UNTIL(c, RIG_PATIENCE_S, access(hangs, F_OK) == 0);
+        unlink(hangs);
+        assert_int_equal(kill(manager_pid(m), SIGKILL), 0);
+        UNTIL(c, RIG_PATIENCE_S, manager_restarts(m) == death + 1 && manager_is_ready(m));
+        if (death == 0) assert_true(manager_said(m, "held against nobody unless it happens again"));
+        if (death == 0) assert_false(manager_said(m, "refused for"));
+    }
+    UNTIL(c, RIG_PATIENCE_S, counter(c, "suspects_refused") >= 1 && counter(c, "bodies") == 1);
+    assert_true(manager_said(m, "2 time(s) so far: it is refused for 120 s"));
+    rig_close(c);
+    assert_int_equal(manager_stop(m), 0);
+}
+
+/* In order, or while nothing was carried out. */
+static void an_end_between_commands_is_nobodys_fault(void **state)
+{
+    (void)state;
+    manager *m = start_hanging(0);
+    collided *c = rig_connect(RIG_DDS, 60, COLLIDED_KEEP);
+    rig_box(c, "table", 0);
+    collided_flush(c);
+    UNTIL(c, RIG_PATIENCE_S, counter(c, "bodies") == 1);
+    kill(manager_pid(m), SIGABRT);
+    UNTIL(c, RIG_PATIENCE_S, manager_restarts(m) == 1 && manager_is_ready(m));
+    UNTIL(c, RIG_PATIENCE_S, counter(c, "bodies") == 1);
+    assert_true(manager_said(m, "not while it carried out a command"));
+    assert_int_equal(counter(c, "suspects"), 0);
+    rig_close(c);
+    assert_int_equal(manager_stop(m), 0);
+}
+
 int main(void)
 {
     rig_isolate();
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_teardown(a_daemon_that_hangs_is_killed_and_started_again, manager_end_all),
         cmocka_unit_test_teardown(a_wrong_option_is_not_tried_again, manager_end_all),
+        cmocka_unit_test_teardown(a_command_that_the_watchdog_killed_it_over_is_refused, manager_end_all),
+        cmocka_unit_test_teardown(so_is_one_that_ended_it_by_a_fault, manager_end_all),
+        cmocka_unit_test_teardown(what_may_be_chance_is_refused_the_second_time, manager_end_all),
+        cmocka_unit_test_teardown(an_end_between_commands_is_nobodys_fault, manager_end_all),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -86,6 +86,7 @@ def files():
     refused("no folder for recordings", ["--record-dir", "/nowhere"], EX_CANTCREAT, "record_dir", "/nowhere", "mount")
     refused("file as folder", ["--record-dir", there], EX_CANTCREAT, "record_dir", "irectory")
     refused("folder not permitted", ["--record-dir", folder], EX_NOPERM, "record_dir", folder, before=WITHOUT_RIGHTS)
+    refused("no folder for what is carried out", ["--runtime-dir", "/nowhere"], EX_CANTCREAT, "runtime_dir", "/nowhere")
     fixed = os.path.join(work, "fixed")
     os.mkdir(fixed)
     subprocess.run(["mount", "-t", "tmpfs", "-o", "ro", "none", fixed], check=True)

@@ -19,6 +19,9 @@ doctor_finding check_health(doctor *d)
 {
     const ear_daemon *e = d->daemon;
     char command[COMMAND_MAX];
+    if (ear_value(e, "suspects") > 0)
+        return finding_mend(finding_problem("%s", e->limits),
+            "journalctl -u collided -g 'was killed'   # mend what that client sends, or end it");
     const ear_counter *days = ear_counter_of(e, "certificate_days");
     if (e->health == WIRE_HEALTH_READY && days && days->last < CERTIFICATE_DAYS_WARNED)
         return finding_mend(finding_problem("a certificate of the daemon expires in %lld days", (long long)days->last),
@@ -42,6 +45,10 @@ doctor_finding check_health(doctor *d)
             command);
     }
     doctor_finding f = finding_problem("degraded, limits were reached: %s", e->limits);
+    if (strstr(e->limits, "memory_limit")) {
+        command_restart(d, e, "memory_limit", 2 * (long)(ear_value(e, "memory_limit_bytes") / (1 << 20)), command);
+        return finding_mend(f, "%s   # if this machine has so much; collidectl top tells who has what", command);
+    }
     for (size_t i = 0; i < sizeof limits / sizeof *limits; i++) {
         if (!strstr(e->limits, limits[i].option)) continue;
         command_restart(d, e, limits[i].option, 2 * (long)ear_value(e, limits[i].counter) + 1, command);
