@@ -9,6 +9,8 @@
 typedef struct attack {
     const char *name, *what; /* what: one line for people */
     void (*run)(const char *uri, bool full);
+    double
+        most_ms; /* that a neighbour may have to wait, but for one time in a hundred: 50; more is not good enough yet */
 } attack;
 
 /* full: at the documented maximum; otherwise as much as a test of a few seconds can do. */

@@ -1,6 +1,7 @@
 /* Each attack of attacks.c against a daemon under a watchdog of ten seconds, while a neighbour asks and publishes. The
- * daemon is never restarted, the neighbour is never told anything wrong, and he waits no longer than 50 ms but in one
- * of a hundred cases: on top of what the machine itself makes him wait, which has other tests to run. */
+ * daemon is never restarted, the neighbour is never told anything wrong, and he waits no longer than the attack's
+ * most_ms but in one of a hundred cases: on top of what the machine itself makes him wait, which has other tests to
+ * run. */
 #include "neighbour.h"
 #include "stage.h"
 
@@ -10,7 +11,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double MOST_MS = 50;
 static const long MEMORY_MB = 6000; /* the default is half of the machine's */
 
 static void carry_out(void **state)
@@ -29,8 +29,11 @@ static void carry_out(void **state)
     assert_int_equal(r.wrong, 0);
     assert_int_equal(r.unanswered, 0);
     assert_true(r.rss_mb < MEMORY_MB);
-    if (r.answer_ms_p99 > MOST_MS + 3 * r.machine_ms_p99) fail_msg("answers came after %.1f ms", r.answer_ms_p99);
-    if (r.event_ms_p99 > MOST_MS + 3 * r.machine_ms_p99) fail_msg("events came after %.1f ms", r.event_ms_p99);
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) /* which are some ten times as slow */
+    double most_ms = a->most_ms + 3 * r.machine_ms_p99;
+    if (r.answer_ms_p99 > most_ms) fail_msg("answers came after %.1f ms", r.answer_ms_p99);
+    if (r.event_ms_p99 > most_ms) fail_msg("events came after %.1f ms", r.event_ms_p99);
+#endif
 }
 
 int main(int argc, char **argv)
