@@ -13,7 +13,7 @@
 #include <time.h>
 #include <unistd.h>
 
-static const double WATCHDOG_S = 10, PATIENCE_S = 60, AFTER_S = 3;
+static const double WATCHDOG_S = 10, PATIENCE_S = 60, AFTER_S = 1.5;
 
 static double now_s(void)
 {
