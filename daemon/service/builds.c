@@ -17,7 +17,7 @@
 #include <unistd.h>
 
 enum { THREADS = 2 }; /* the second one for what is short */
-enum { NICE = 10 };
+enum { NICE = 5 };
 static const uint64_t SHORT_UNITS = 20000; /* 0.2 s, or a few seconds of the worst */
 
 typedef enum build_state { BUILD_WAITS, BUILD_UNDER_WAY, BUILD_READY } build_state;
