@@ -78,7 +78,7 @@ typedef struct collided_def {
     const char *name;         /* for people; default: the program's name */
     int64_t id;               /* 0 = random. A fixed id lets a later process go on with the same bodies: sequence
                                  numbers start from the wall clock in microseconds, so that they keep growing */
-    double lease_s;           /* lost after so long without a sign of life; default 2 */
+    double lease_s;           /* lost after so long without a sign of life, at most 3600; default 2 */
     collided_on_loss on_loss; /* default COLLIDED_REMOVE */
     double connect_timeout_s; /* how long collided_connect waits for a daemon; default 5; 0 = do not wait */
     int32_t lock_step;        /* in lock-step with other simulators: how many there are together, with this one; the
@@ -130,7 +130,8 @@ collided_status collided_sync(collided *c, double timeout_s);
 typedef struct collided_rejection {
     const char *message; /* "Body", ... */
     int32_t object;      /* body or interest, COLLIDED_NONE */
-    const char *reason;  /* "name_taken", ... */
+    const char *reason;  /* "name_taken", ...; "unheard" refuses nothing: what is published does not come to the daemon,
+                            since packets are lost or forged. The newest poses are sent again, by new writers */
     const char *text;
 } collided_rejection;
 /* Called for each refusal, inside collided_poll and functions that wait. */
@@ -547,7 +548,7 @@ collided_status collided_query_explain(
 collided_status collided_query_bodies(collided *c, const char *pattern, double timeout_s, collided_result *out);
 
 /* Starts or ends a recording on the daemon. It is in its record_dir, under a plain name without '/'; NULL or "" ends
- * it. The answer's text tells the path. */
+ * it, which only who began it may. The answer's text tells the path, or why not (COLLIDED_UNSUPPORTED). */
 collided_status collided_record(collided *c, const char *name, double timeout_s, collided_result *out);
 
 /* ---- the daemon's state ---- */

@@ -34,14 +34,14 @@ static void tell_schemes(const char *uri)
 
 static bool is_def(const collided_def *def)
 {
-    const double longest_s = 86400.0;
-    bool lease = def->lease_s >= 0.01 && def->lease_s <= longest_s;
+    const double longest_s = 86400.0, longest_lease_s = 3600.0;
+    bool lease = def->lease_s >= 0.01 && def->lease_s <= longest_lease_s;
     bool timeout = def->connect_timeout_s >= 0.0 && def->connect_timeout_s <= longest_s;
     bool loss = (unsigned)def->on_loss <= COLLIDED_KEEP;
     bool lock_step = def->lock_step >= 0 && def->lock_step <= WIRE_LOCK_STEP_MAX;
     if (lease && timeout && loss && lock_step) return true;
     (void)snprintf(connect_error, sizeof connect_error, "%s",
-        !lease     ? "lease_s is not from 0.01 to 86400"
+        !lease     ? "lease_s is not from 0.01 to 3600"
         : !timeout ? "connect_timeout_s is not from 0 to 86400"
         : !loss    ? "on_loss is not a collided_on_loss"
                    : "lock_step is not from 0 to 65536");

@@ -5,6 +5,7 @@
 
 #include <poll.h>
 #include <stdlib.h>
+#include <string.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -43,6 +44,10 @@ static void take_reject(collided *c, const wire_message *m)
 {
     const wire_reject *why = &m->reject;
     if (why->client != c->id || !session_hear(c, why->epoch)) return;
+    if (why->reason == WIRE_UNHEARD) {
+        unheard_told(c, why);
+        return;
+    }
     if (why->kind != WIRE_QUERY) {
         announce_rejected(c, why);
         return;
@@ -53,12 +58,19 @@ static void take_reject(collided *c, const wire_message *m)
     session_wake_caller(c);
 }
 
+/* Of a pair, the daemon that we hear tells of the other one there: a standby has to hear us, too. */
+static void seek_another(collided *c, const wire_status *s)
+{
+    if (c->status && strcmp(c->status->status.links, s->links) != 0 && c->link->ops->seek) c->link->ops->seek(c->link);
+}
+
 static void keeper_message(void *context, const wire_message *m)
 {
     collided *c = context;
     if (m->kind == WIRE_ACK) take_ack(c, &m->ack);
     if (m->kind == WIRE_REJECT) take_reject(c, m);
     if (m->kind != WIRE_STATUS || !session_hear_status(c, &m->status)) return;
+    seek_another(c, &m->status);
     free(c->status);
     c->status = message_copy(m);
     session_wake_caller(c);
@@ -84,6 +96,25 @@ static int64_t heartbeat(collided *c, int64_t now_ns)
     return c->heartbeat_ns;
 }
 
+/* A daemon tells its status once a second. Each search costs a datagram a well-known port, and a thousand clients that
+ * search often leave the daemon no time to hear them: so they do it less and less often. */
+static const int64_t QUIET_NS = 1200 * NS_PER_MS, SEEK_FIRST_NS = 300 * NS_PER_MS, SEEK_LAST_NS = 4 * NS_PER_S;
+
+static int64_t seek(collided *c, int64_t now_ns)
+{
+    if (!c->link->ops->seek) return INT64_MAX;
+    if (c->heard_ns && now_ns - c->heard_ns < QUIET_NS) {
+        c->seek_ns = 0;
+        c->seek_wait_ns = SEEK_FIRST_NS;
+        return c->heard_ns + QUIET_NS;
+    }
+    if (c->seek_ns && now_ns < c->seek_ns) return c->seek_ns;
+    if (c->seek_ns) c->link->ops->seek(c->link);
+    c->seek_wait_ns = c->seek_ns ? 2 * c->seek_wait_ns : SEEK_FIRST_NS;
+    if (c->seek_wait_ns > SEEK_LAST_NS) c->seek_wait_ns = SEEK_LAST_NS;
+    return c->seek_ns = now_ns + c->seek_wait_ns;
+}
+
 /* Sleeps at most a third of the lease, so that a longer absence shows that the process stood still (SIGSTOP, swap):
  * the daemon has lost us meanwhile, and wants to be told everything again. */
 static void sleep_until(collided *c, int64_t now_ns, int64_t when_ns)
@@ -106,10 +137,14 @@ void *keeper_run(void *client)
     while (!c->stopping) {
         c->link->ops->receive(c->link, TRANSPORT_CONTROL, &sink);
         int64_t now = session_monotonic_ns();
-        int64_t repeat = announce_tend(c, now), beat = heartbeat(c, now);
+        int64_t repeat = announce_tend(c, now), beat = heartbeat(c, now), word = unheard_tend(c, now);
+        int64_t look = seek(c, now);
+        if (beat < repeat) repeat = beat;
+        if (look < repeat) repeat = look;
         c->link->ops->flush(c->link);
         pthread_mutex_unlock(&c->lock);
-        sleep_until(c, now, repeat < beat ? repeat : beat);
+        if (c->link->ops->retire) c->link->ops->retire(c->link);
+        sleep_until(c, now, repeat < word ? repeat : word);
         pthread_mutex_lock(&c->lock);
         if (session_monotonic_ns() - now > c->lease_ns) {
             c->counters.stalls++;

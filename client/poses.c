@@ -195,6 +195,35 @@ void body_acked(collided *c, body_record *body)
     (void)send_run(c, &p, 0, 1); /* a failure is counted there */
 }
 
+/* In runs that have stamp and velocities in common. Of lock-step none: a step that lacks them is told to its client. */
+void poses_send_again(collided *c)
+{
+    enum { RUN = 256 };
+    static const double NONE[6];
+    collided_body bodies[RUN];
+    double positions[3 * RUN], orientations[4 * RUN], linear[3 * RUN], angular[3 * RUN];
+    poses p = {0, bodies, positions, orientations, NULL, NULL, 0, 0, 0, false};
+    for (size_t i = 0; i < c->bodies.capacity && !c->lock_step; i++) {
+        const body_record *b = c->bodies.slots[i].value;
+        if (!b || b->removed || b->announced.state != ANNOUNCE_ACKED || !body_has_newer_pose(b)) continue;
+        bool fits = p.count < RUN && p.count < c->link->ops->poses_max && p.stamp_ns == b->stamp_ns &&
+                    p.step == b->step && p.simulation_ns == b->simulation_ns && !p.linear == !b->has_linear &&
+                    !p.angular == !b->has_angular;
+        if (!fits) {
+            (void)send_run(c, &p, 0, p.count);
+            p = (poses){0, bodies, positions, orientations, b->has_linear ? linear : NULL,
+                b->has_angular ? angular : NULL, b->stamp_ns, b->step, b->simulation_ns, false};
+        }
+        bodies[p.count] = (collided_body){b->id};
+        memcpy(positions + 3 * p.count, b->pose, 3 * sizeof(double));
+        memcpy(orientations + 4 * p.count, b->pose + 3, 4 * sizeof(double));
+        memcpy(linear + 3 * p.count, b->has_linear ? b->velocity : NONE, 3 * sizeof(double));
+        memcpy(angular + 3 * p.count, b->has_angular ? b->velocity + 3 : NONE, 3 * sizeof(double));
+        p.count++;
+    }
+    (void)send_run(c, &p, 0, p.count);
+}
+
 collided_status collided_set_simulation_time(collided *c, int64_t simulation_ns)
 {
     if (simulation_ns < 0)

@@ -74,6 +74,8 @@ void session_wake_caller(collided *c)
 int session_send(collided *c, const wire_message *m)
 {
     int sent = c->link->ops->send(c->link, m);
+    if (m->kind == WIRE_POSE_BATCH && m->pose_batch.sequence > c->newest_poses)
+        c->newest_poses = m->pose_batch.sequence;
     if (sent) c->counters.send_failures++;
     return sent;
 }

@@ -71,6 +71,7 @@ typedef struct interest_record {
     int64_t lost;
     int64_t resync_ns; /* waiting: when the snapshot is asked for again */
     int64_t resync_wait_ns;
+    unsigned silences;             /* so often in a row the silence was looked into, and nothing came */
     int64_t heard_ns, patience_ns; /* not waiting: the last batch or heartbeat; after how long a silence it is asked */
     wire_message **parts;          /* copies, of the batch that is being put together */
     size_t part_count, part_capacity;
@@ -79,6 +80,7 @@ typedef struct interest_record {
 
 typedef struct session_counters { /* under lock; shown beside the daemon's own in collided_get_status */
     int64_t repeats, announced_again, foreign, malformed, rejections_dropped, batches_lost, stalls, send_failures;
+    int64_t unheard, renewals, silent_streams; /* see unheard.c; streams: stream.c */
 } session_counters;
 
 struct collided {
@@ -116,11 +118,19 @@ struct collided {
     int64_t wall_ahead_ns;   /* of the monotonic clock, when poses were published last; 0 = none were */
     int64_t epoch, heard_ns; /* the daemon's; 0 = never heard */
     int64_t over;            /* the epoch that was told last to end: nobody who comes to it follows it any more */
+    int64_t seek_ns;         /* when a daemon is sought next, while none is heard; 0 = one was */
+    int64_t seek_wait_ns;    /* before that */
     int64_t heartbeat_ns;    /* when the next one is due */
     int64_t heartbeat;       /* sequence of the last one */
     int64_t heard_us_ns;     /* when one, or our announcement, was acknowledged last; 0 = never */
     int64_t all_again_ns;    /* when everything was last announced again */
     bool all_again_wanted;   /* the daemon has lost us: when a second has passed since */
+    int64_t newest_poses;    /* sequence of the newest PoseBatch; 0 = none */
+    int64_t word_ns;         /* when that is said next */
+    int64_t unheard_ns;      /* when the daemon last told that it does not hear us; 0 = never */
+    int64_t renew_ns;        /* not before, new writers */
+    int64_t renew_wait_s;
+    bool poses_again; /* as soon as the transport is ready */
     wire_message *status;
     wire_message *rejections[SESSION_REJECTIONS_MAX]; /* for the callback */
     size_t rejection_count;
@@ -198,6 +208,11 @@ bool body_has_newer_pose(const body_record *body); /* than the one that is annou
 void body_refresh(body_record *body);              /* the announcement takes the newest pose */
 void body_acked(collided *c, body_record *body);   /* sends the pose that was kept until now */
 void bodies_remove_all(collided *c);
+void poses_send_again(collided *c); /* the newest of each body that the daemon knows */
+
+/* unheard.c: the keeper, with the lock held. */
+int64_t unheard_tend(collided *c, int64_t now_ns); /* when it is due again */
+void unheard_told(collided *c, const wire_reject *why);
 
 /* poses.c: a batch that tells of a step is about to be delivered; the caller's thread. */
 void step_answered(collided *c, interest_record *interest, const wire_event_batch *b);

@@ -32,6 +32,9 @@ static size_t fill_counters(collided *c, const wire_status *s)
         {"client_batches_lost", own->batches_lost},
         {"client_stalls", own->stalls},
         {"client_send_failures", own->send_failures},
+        {"client_unheard", own->unheard},
+        {"client_renewals", own->renewals},
+        {"client_silent_streams", own->silent_streams},
     };
     size_t theirs = s->counter_names.count, count = sizeof ours / sizeof ours[0];
     c->status_counters = reallocate(c->status_counters, theirs + count, sizeof *c->status_counters);

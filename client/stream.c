@@ -249,12 +249,21 @@ static void take_in_order(collided *c, interest_record *i, const wire_event_batc
     if (++i->owed >= (i->eager ? RECEIPT_EACH_BEHIND : RECEIPT_EACH)) (void)send_receipt(c, i, false);
 }
 
-/* A daemon that is not heard at all is silent on all streams, and need not be asked. */
-static void look_into_silence(collided *c, interest_record *i, int64_t now_ns)
+static void notify_starved(collided *c, interest_record *i)
 {
-    i->heard_ns = now_ns;
-    if (session_unheard(c) || !announce_interest_again(c, i)) return;
-    if (i->patience_ns < LONGEST_PATIENCE_S * NS_PER_S) i->patience_ns *= 2;
+    i->starved = true;
+    const collided_batch notice = {.interest = {i->id},
+        .stream = i->stream,
+        .epoch = i->epoch,
+        .batch = i->next_batch - 1,
+        .tick = i->tick,
+        .behind = i->behind > 0 ? i->behind : 1,
+        .starved = true,
+        .events = c->events};
+    c->in_callback = true;
+    i->callback(i->context, &notice);
+    c->in_callback = false;
+    c->delivered++;
 }
 
 static int64_t starves_ns(const interest_record *i)
@@ -272,21 +281,37 @@ static void tell_starving(collided *c, interest_record *i, int64_t now_ns)
         i->lacks_ns = now_ns;
         return;
     }
-    i->starved = true;
     (void)session_fail(
         c, COLLIDED_TIMEOUT, "stream '%s' starves: nothing whole has come for %d s", i->stream, STARVED_S);
-    const collided_batch notice = {.interest = {i->id},
-        .stream = i->stream,
-        .epoch = i->epoch,
-        .batch = i->next_batch - 1,
-        .tick = i->tick,
-        .behind = i->behind > 0 ? i->behind : 1,
-        .starved = true,
-        .events = c->events};
-    c->in_callback = true;
-    i->callback(i->context, &notice);
-    c->in_callback = false;
-    c->delivered++;
+    notify_starved(c, i);
+}
+
+/* It was asked for, and acknowledged, and not even a snapshot has come: our reader takes all that comes for old, as it
+ * does when packets were forged. It is opened anew, and the callback hears that it has heard nothing for long. */
+static void read_anew(collided *c, interest_record *i)
+{
+    c->link->ops->stream_close(c->link, i->stream);
+    bool closed = c->link->ops->stream_open(c->link, i->stream) != 0;
+    pthread_mutex_lock(&c->lock);
+    c->counters.silent_streams++;
+    pthread_mutex_unlock(&c->lock);
+    (void)session_fail(c, closed ? COLLIDED_TRANSPORT : COLLIDED_TIMEOUT,
+        "stream '%s' is silent, though the daemon is heard: it %s", i->stream,
+        closed ? "cannot be read any more" : "is read anew");
+    notify_starved(c, i);
+}
+
+/* A daemon that is not heard at all is silent on all streams, and need not be asked. One that is answers within
+ * moments: the second look comes soon. */
+static void look_into_silence(collided *c, interest_record *i, int64_t now_ns)
+{
+    i->heard_ns = now_ns;
+    if (session_unheard(c) || !announce_interest_again(c, i)) return;
+    if (i->patience_ns < LONGEST_PATIENCE_S * NS_PER_S) i->patience_ns *= 2;
+    if (!i->silences++)
+        i->heard_ns -= i->patience_ns - SESSION_SILENCE_NS;
+    else
+        read_anew(c, i);
 }
 
 static int64_t due_ns(const interest_record *i)
@@ -325,6 +350,7 @@ static interest_record *addressee(collided *c, const wire_event_batch *b)
     interest_record *i = ours ? c->interests : NULL;
     while (i && (i->id != b->interest || i->removed)) i = i->next;
     if (i) i->heard_ns = session_monotonic_ns();
+    if (i) i->silences = 0;
     return i;
 }
 

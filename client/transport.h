@@ -45,11 +45,18 @@ typedef struct transport_ops {
     void (*drain)(transport *t, int64_t timeout_ns);
     /* The daemon is matched in both directions: a query will be heard, and so will its answer. */
     bool (*ready)(transport *t);
+    /* No daemon is heard: tells those of us that may have begun since we told them last. NULL: it need not be asked. */
+    void (*seek)(transport *t);
     int (*fd)(transport *t, transport_role role); /* readable when there is something to receive */
     void (*receive)(transport *t, transport_role role, const transport_sink *sink); /* all that has come; no waiting */
     /* Begins and ends to read a stream; by the thread of the role TRANSPORT_STREAMS, outside of receive. */
     int (*stream_open)(transport *t, const char *stream);
     void (*stream_close)(transport *t, const char *stream);
+    /* The daemon does not hear us: new writers in the place of the old ones, of what is announced as well if `all`, all
+     * of which has to be said again then. With the lock held; NULL: there are no writers. */
+    void (*renew)(transport *t, bool all);
+    /* Deletes the old ones, which may take a second: the library's thread, without the lock. NULL as above. */
+    void (*retire)(transport *t);
     void (*forget)(transport *t, const wire_message *removed); /* a removal that was acknowledged */
     void (*close)(transport *t);
 } transport_ops;

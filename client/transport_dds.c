@@ -24,7 +24,10 @@ enum {
     DDS_DOMAIN_LAST = 230,
     DDS_TAKE = 64 /* always the same: Cyclone writes as many loans as the most ever asked */
 };
-enum { DDS_PEERS = 16 /* daemons that are matched at one time */ };
+enum {
+    DDS_PEERS = 32, /* writers or readers of daemons that are matched at one time */
+    DDS_RETIRED = 8 /* writers that were replaced, and are not deleted yet */
+};
 
 typedef struct dds_inbox {
     dds_entity_t reader;
@@ -37,9 +40,13 @@ typedef struct dds_inbox {
 typedef struct transport_dds {
     transport head;
     dds_domainid_t domain;
-    dds_entity_t participant;
+    dds_entity_t participant, group; /* group: the subscriber of what answers us (WIRE_DDS_REPLIES) */
+    char replies[WIRE_DDS_PARTITION_MAX];
+    uint8_t sought; /* so often, modulo 256 */
     dds_entity_t topics[WIRE_KIND_COUNT];
     dds_entity_t writers[WIRE_KIND_COUNT];
+    dds_entity_t retired[DDS_RETIRED];
+    size_t retired_count; /* the library's thread's */
     dds_inbox control[3]; /* Ack, Reject, Status */
     dds_inbox *streams;   /* Answer, then one a stream */
     size_t stream_count, stream_capacity;
@@ -67,17 +74,27 @@ static struct dds_shared_domain {
     bool left_behind; /* Cyclone could not end it: whoever opened it again would wait for ever */
 } domains[DDS_DOMAIN_LAST + 1];
 
+/* To standard error: connecting works all the same, and nobody else would say it. */
+static void warn_of_key(const char *security)
+{
+    static atomic_bool warned;
+    char text[1024];
+    if (wire_dds_security_key_is_private(security, text, sizeof text) || atomic_exchange(&warned, true)) return;
+    (void)fprintf(stderr, "collided: warning: %s\n", text);
+}
+
 /* When the program has made this domain itself, its configuration stands, and it is not ours to delete. */
 static bool domain_use(dds_domainid_t id, const transport_options *options, char *why, size_t why_size)
 {
     char config[4096];
     const char *interface = options->interface, *security = options->security;
-    if (!wire_dds_config(config, sizeof config, interface, false)) {
+    if (!wire_dds_config(config, sizeof config, interface, WIRE_DDS_CLIENT_LIBRARY)) {
         (void)snprintf(why, why_size,
             "dds: '%s' is not the name or address of an interface, or CYCLONEDDS_URI is too long", interface);
         return false;
     }
     if (*security && !wire_dds_security_check(security, why, why_size)) return false;
+    if (*security) warn_of_key(security);
     dds_return_t result = DDS_RETCODE_OK;
     pthread_mutex_lock(&domains_lock);
     bool left_behind = domains[id].left_behind,
@@ -216,6 +233,18 @@ static bool dds_ready(transport *base)
     return matched;
 }
 
+/* Where there is no multicast, a daemon does not know where clients are, which have any port: they tell it, when they
+ * begin, and then every 8 s. To change the participant's user data tells it at once. */
+static void dds_seek(transport *base)
+{
+    transport_dds *t = (transport_dds *)base;
+    dds_qos_t *qos = dds_create_qos();
+    t->sought++;
+    dds_qset_userdata(qos, &t->sought, sizeof t->sought);
+    (void)dds_set_qos(t->participant, qos); /* if it is refused, those 8 s remain */
+    dds_delete_qos(qos);
+}
+
 /* ---- opening and closing ---- */
 
 static bool open_topic(transport_dds *t, wire_kind kind)
@@ -228,18 +257,50 @@ static bool open_topic(transport_dds *t, wire_kind kind)
 
 /* What our permissions do not let us write has no writer: see dds_permits. Poses wait for the flush; all else goes out
  * with its write. The switch is Cyclone's and applies to the writers that are created while it is on. */
-static bool open_writer(transport_dds *t, wire_kind kind, int64_t lease_ns)
+static dds_entity_t create_writer(transport_dds *t, wire_kind kind, int64_t lease_ns)
 {
-    if (!open_topic(t, kind)) return t->topics[kind] == DDS_RETCODE_NOT_ALLOWED_BY_SECURITY;
     dds_qos_t *qos = wire_dds_qos(kind, WIRE_DDS_WRITER, NULL, kind == WIRE_CLIENT ? lease_ns : 0);
+    if (kind == WIRE_CLIENT) dds_qset_userdata(qos, t->replies, strlen(t->replies));
     dds_listener_t *listener = dds_create_listener(t);
     dds_lset_publication_matched(listener, on_writer_matched);
     if (kind == WIRE_POSE_BATCH) dds_write_set_batch(true);
-    t->writers[kind] = dds_create_writer(t->participant, t->topics[kind], qos, listener);
+    dds_entity_t writer = dds_create_writer(t->participant, t->topics[kind], qos, listener);
     if (kind == WIRE_POSE_BATCH) dds_write_set_batch(false);
     dds_delete_listener(listener);
     dds_delete_qos(qos);
+    return writer;
+}
+
+static bool open_writer(transport_dds *t, wire_kind kind, int64_t lease_ns)
+{
+    if (!open_topic(t, kind)) return t->topics[kind] == DDS_RETCODE_NOT_ALLOWED_BY_SECURITY;
+    t->writers[kind] = create_writer(t, kind, lease_ns);
     return t->writers[kind] > 0 || t->writers[kind] == DDS_RETCODE_NOT_ALLOWED_BY_SECURITY;
+}
+
+/* That of Client stays: its liveliness is our lease. */
+static void dds_renew(transport *base, bool all)
+{
+    static const wire_kind flows[] = {
+        WIRE_POSE_BATCH, WIRE_QUERY, WIRE_RECEIPT, WIRE_GEOMETRY, WIRE_BODY, WIRE_INTEREST};
+    enum { ALL = sizeof flows / sizeof flows[0], FLOWS = 3 };
+    transport_dds *t = (transport_dds *)base;
+    for (size_t i = 0; i < (all ? ALL : FLOWS); i++) {
+        if (t->retired_count == DDS_RETIRED || t->writers[flows[i]] <= 0) continue;
+        dds_entity_t fresh = create_writer(t, flows[i], 0), old = t->writers[flows[i]];
+        if (fresh <= 0) continue;
+        t->writers[flows[i]] = fresh;
+        t->retired[t->retired_count++] = old;
+    }
+    atomic_store(&t->matched, false);
+    atomic_store(&t->rematched, true);
+}
+
+/* A writer waits for acknowledgements that will not come, for a second at most. */
+static void dds_retire(transport *base)
+{
+    transport_dds *t = (transport_dds *)base;
+    while (t->retired_count) (void)dds_delete(t->retired[--t->retired_count]);
 }
 
 static bool open_inbox(transport_dds *t, dds_inbox *inbox, wire_kind kind, transport_role role, const char *stream)
@@ -251,7 +312,8 @@ static bool open_inbox(transport_dds *t, dds_inbox *inbox, wire_kind kind, trans
     dds_lset_data_available(listener, role == TRANSPORT_CONTROL ? on_control : on_stream);
     dds_lset_subscription_matched(listener, on_reader_matched);
     if (stream) inbox->subscriber = dds_create_subscriber(t->participant, qos, NULL);
-    inbox->reader = dds_create_reader(stream ? inbox->subscriber : t->participant, t->topics[kind], qos, listener);
+    dds_entity_t parent = stream ? inbox->subscriber : kind == WIRE_STATUS ? t->participant : t->group;
+    inbox->reader = dds_create_reader(parent, t->topics[kind], qos, listener);
     dds_delete_listener(listener);
     dds_delete_qos(qos);
     if (inbox->reader <= 0) return false;
@@ -271,6 +333,18 @@ static bool add_stream(transport_dds *t, wire_kind kind, const char *stream)
     return true;
 }
 
+/* A daemon of before the groups answers in the partition without a name. */
+static bool open_group(transport_dds *t, int64_t client)
+{
+    wire_dds_replies(wire_dds_replies_of(client), t->replies);
+    const char *partitions[] = {"", t->replies};
+    dds_qos_t *qos = dds_create_qos();
+    dds_qset_partition(qos, 2, partitions);
+    t->group = dds_create_subscriber(t->participant, qos, NULL);
+    dds_delete_qos(qos);
+    return t->group > 0;
+}
+
 /* Discovery tells of readers in the order of their creation. That of acks comes last: by the time that an ack reaches
  * us, its sender also knows who reads its answers and refusals, which are volatile as well. */
 static bool open_entities(transport_dds *t, const transport_options *options)
@@ -278,7 +352,7 @@ static bool open_entities(transport_dds *t, const transport_options *options)
     dds_qos_t *secured = wire_dds_security_qos(options->security);
     t->participant = dds_create_participant(t->domain, secured, NULL);
     dds_delete_qos(secured);
-    if (t->participant <= 0) return false;
+    if (t->participant <= 0 || !open_group(t, options->client)) return false;
     bool opened = add_stream(t, WIRE_ANSWER, NULL) &&
                   open_inbox(t, &t->control[1], WIRE_REJECT, TRANSPORT_CONTROL, NULL) &&
                   open_inbox(t, &t->control[2], WIRE_STATUS, TRANSPORT_CONTROL, NULL) &&
@@ -467,10 +541,13 @@ const transport_ops transport_dds_ops = {
     .flush = dds_flush,
     .drain = dds_drain,
     .ready = dds_ready,
+    .seek = dds_seek,
     .fd = dds_fd,
     .receive = dds_receive,
     .stream_open = dds_stream_open,
     .stream_close = dds_stream_close,
+    .renew = dds_renew,
+    .retire = dds_retire,
     .forget = dds_forget,
     .close = dds_close_transport,
 };

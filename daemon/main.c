@@ -25,6 +25,11 @@ static void stop(void *context)
     server_stop(context);
 }
 
+static void end_recording(void *context)
+{
+    server_end_recording(context);
+}
+
 static int fail(int status, const char *why)
 {
     fprintf(stderr, "collided: %s\n", why);
@@ -62,7 +67,7 @@ int main(int argc, char **argv)
     signals_block();
     server *s = server_create(&c, why, sizeof why);
     if (!s) return fail(EX_UNAVAILABLE, why);
-    signals_watch(stop, s);
+    signals_watch(stop, end_recording, s);
     status = server_run(s);
     server_destroy(s);
     return status;

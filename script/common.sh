@@ -9,13 +9,13 @@ die() { say "$*"; exit 1; }
 
 # What the daemon, its client library and the tools are built from.
 packages_build=(cmake ninja-build gcc g++ libc6-dev pkg-config cyclonedds-dev cyclonedds-tools liblcm-dev liblcm-bin
-    libglib2.0-dev libsystemd-dev libccd-dev libqhull-dev libwebsockets-dev libssl-dev openssl
+    libglib2.0-dev libsystemd-dev libccd-dev libqhull-dev libssl-dev openssl
     libassimp-dev libxml2-dev libcyaml-dev libpng-dev
     iproute2 util-linux python3)
 # What the tests and benchmarks need beside it.
 packages_test=(libcmocka-dev libjson-c-dev libgmp-dev libmpfr-dev clang-14 libclang-rt-14-dev clang-tidy-14
     clang-format-14 procps man-db groff bsdextrautils bash-completion systemd lintian debootstrap dpkg-dev binutils file
-    iptables librsvg2-bin buildah podman runc python3-yaml gnuplot-nox gcc-aarch64-linux-gnu libc6-dev-arm64-cross
+    iptables librsvg2-bin buildah podman runc python3-yaml gnuplot-nox libfastrtps-dev gcc-aarch64-linux-gnu libc6-dev-arm64-cross
     qemu-user-static)
 
 # quietly WHAT COMMAND...: the command's output is shown only if it fails.

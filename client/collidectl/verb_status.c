@@ -30,7 +30,7 @@ static void print_json(const collided_daemon_status *s)
 }
 
 /* The counters that stand under a title of their own: the prefix of their names. */
-static const char *const prefixes[] = {"pairs_by_", "work_of_"};
+static const char *const prefixes[] = {"pairs_by_", "work_of_", "pending_body_ns_"};
 
 static bool has_prefix(const char *name, const char *prefix)
 {
@@ -70,6 +70,7 @@ static void print_table(const collided_daemon_status *s)
     printf("%-10s %.1f s\n", "up", 1e-9 * (double)(s->stamp_ns - s->started_ns));
     print_group(s, "counters", NULL);
     print_group(s, "pairs by rung, since the start", "pairs_by_");
+    print_group(s, "bodies that wait for their geometry, for so long (ns)", "pending_body_ns_");
     print_group(s, "work of subscribers, units a tick (about ns)", "work_of_");
 }
 

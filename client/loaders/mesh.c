@@ -2,6 +2,7 @@
  * thread; the points of a hull do not depend on the order in which the file names its vertices. */
 #include "mesh.h"
 
+#include "mesh_import.h"
 #include "text.h"
 
 #include <assimp/cimport.h>
@@ -129,19 +130,12 @@ static bool thin_out(gathering *g, mesh_points *out)
         out->count, MESH_POINTS_MAX);
 }
 
-/* What is behind the last dot of the file's name tells assimp the format. */
-static const char *format_of(const char *path)
-{
-    const char *slash = strrchr(path, '/'), *dot = strrchr(slash ? slash : path, '.');
-    return dot ? dot + 1 : "";
-}
-
 static bool decode(pool *p, const char *path, const char *data, size_t size, gathering *g)
 {
     if (size == 0) return load_fail(g->report, "%s: cannot be read as a mesh: the file is empty", path);
     unsigned steps = g->wants_triangles ? aiProcess_Triangulate : 0;
-    g->scene = aiImportFileFromMemory(data, (unsigned)size, steps, format_of(path));
-    if (!g->scene) return load_fail(g->report, "%s: cannot be read as a mesh: %s", path, aiGetErrorString());
+    g->scene = mesh_import(path, data, size, steps, g->report);
+    if (!g->scene) return false;
     bool ok = g->scene->mRootNode ? gather(p, g) : load_fail(g->report, "%s: has no meshes", path);
     aiReleaseImport(g->scene);
     return ok;

@@ -1,6 +1,8 @@
 /* text: files and numbers as text. Numbers go through strtod in the "C" locale, whatever the program's own is. */
 #include "text.h"
 
+#include "wire/wire_file.h"
+
 #include <errno.h>
 #include <locale.h>
 #include <math.h>
@@ -8,7 +10,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 
 enum { NAME_MAX_BYTES = 127 /* WIRE_NAME_MAX */, NUMBER_MAX_BYTES = 63 };
 
@@ -18,19 +19,10 @@ static void make_c_locale(void)
     c_locale = newlocale(LC_ALL_MASK, "C", (locale_t)0);
 }
 
-static char *read_all(pool *p, FILE *file, const char *path, size_t most, size_t *size, load_report *r)
+static char *read_all(pool *p, FILE *file, const char *path, size_t *size, load_report *r)
 {
-    struct stat info;
-    if (fstat(fileno(file), &info) != 0 || !S_ISREG(info.st_mode)) {
-        load_fail(r, "%s: is not a file", path);
-        return NULL;
-    }
-    if ((unsigned long long)info.st_size > most) {
-        load_fail(r, "%s: has %lld bytes, more than the %zu allowed", path, (long long)info.st_size, most);
-        return NULL;
-    }
-    char *data = pool_alloc(p, 1, (size_t)info.st_size + 1);
-    *size = fread(data, 1, (size_t)info.st_size, file);
+    char *data = pool_alloc(p, 1, *size + 1);
+    *size = fread(data, 1, *size, file);
     if (ferror(file)) {
         load_fail(r, "%s: %s", path, strerror(errno));
         return NULL;
@@ -40,12 +32,15 @@ static char *read_all(pool *p, FILE *file, const char *path, size_t most, size_t
 
 char *text_read_file(pool *p, const char *path, size_t most, size_t *size, load_report *r)
 {
-    FILE *file = fopen(path, "rbe");
+    char fault[256];
+    uint64_t bytes;
+    FILE *file = wire_file_open(path, most, &bytes, fault, sizeof fault);
     if (!file) {
-        load_fail(r, "%s: %s", path, strerror(errno));
+        load_fail(r, "%s: %s", path, fault);
         return NULL;
     }
-    char *data = read_all(p, file, path, most, size, r);
+    *size = (size_t)bytes;
+    char *data = read_all(p, file, path, size, r);
     fclose(file);
     return data;
 }

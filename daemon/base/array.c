@@ -95,6 +95,38 @@ void *array_grow(void *at, size_t *capacity, size_t need, size_t size)
     return at;
 }
 
+/* ---- in place ---- */
+
+static const size_t SET_ASIDE = (size_t)1 << 37; /* bytes of address space; machines have 2^47 or more */
+
+/* Memory that may not be touched is none: neither counted nor locked. */
+static void *set_aside(void)
+{
+    void *at = mmap(NULL, SET_ASIDE, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+    if (at == MAP_FAILED) out_of_memory(SET_ASIDE, 1);
+    return at;
+}
+
+void *array_grow_in_place(void *at, size_t *capacity, size_t need, size_t size)
+{
+    if (need <= *capacity) return at;
+    size_t grown = *capacity + *capacity / 2;
+    if (grown < need) grown = need;
+    if (grown * size < WIDE) grown = WIDE / size;
+    if (grown > SET_ASIDE / size) out_of_memory(need, size);
+    if (!at) at = set_aside();
+    size_t bytes = (grown * size + WIDE - 1) / WIDE * WIDE;
+    if (mprotect(at, bytes, PROT_READ | PROT_WRITE) != 0) out_of_memory(bytes, 1);
+    ask_for_wide_pages(at, bytes);
+    *capacity = bytes / size;
+    return at;
+}
+
+void array_release_in_place(void *at)
+{
+    if (at) munmap(at, SET_ASIDE);
+}
+
 void *array_shrink(void *at, size_t *capacity, size_t count, size_t size)
 {
     size_t spare = (*capacity - count) * size;

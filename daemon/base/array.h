@@ -33,6 +33,14 @@ void base_give_pages_back(void *at, size_t bytes);
 
 #define array_reserve(a, need)                                                                                         \
     ((a)->at = (need) > (a)->capacity ? array_grow((a)->at, &(a)->capacity, (need), sizeof *(a)->at) : (a)->at)
+/* The same for the largest arrays: they grow where they are, so that no tick copies gigabytes. Address space is set
+ * aside for each one, of which only what is used is memory. Such an array is freed by array_free_in_place alone. */
+void *array_grow_in_place(void *at, size_t *capacity, size_t need, size_t size);
+void array_release_in_place(void *at);
+#define array_reserve_in_place(a, need)                                                                                \
+    ((a)->at = (need) > (a)->capacity ? array_grow_in_place((a)->at, &(a)->capacity, (need), sizeof *(a)->at) : (a)->at)
+#define array_free_in_place(a) (array_release_in_place((a)->at), (a)->at = NULL, (a)->count = (a)->capacity = 0)
+
 #define array_push(a, value) (array_reserve((a), (a)->count + 1), (a)->at[(a)->count++] = (value))
 #define array_trim(a) ((a)->at = array_shrink((a)->at, &(a)->capacity, (a)->count, sizeof *(a)->at))
 #define array_free(a) (free((a)->at), (a)->at = NULL, (a)->count = (a)->capacity = 0)

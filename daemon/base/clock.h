@@ -6,5 +6,6 @@
 
 int64_t clock_wall_ns(void);      /* CLOCK_REALTIME */
 int64_t clock_monotonic_ns(void); /* CLOCK_MONOTONIC */
+int64_t clock_thread_ns(void);    /* what this thread has had of a processor; slower to read than the others */
 
 #endif

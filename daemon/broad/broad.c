@@ -29,6 +29,8 @@ broad *broad_create(broad_kind kind, broad_filter *filter, void *context)
     b->filter = filter;
     b->filter_context = context;
     b->kind = kind;
+    b->limit = UINT64_MAX;
+    b->most_pairs = SIZE_MAX;
     b->index = broad_first_index(kind);
     tree_init(&b->moving);
     tree_init(&b->fixed);
@@ -45,6 +47,7 @@ void broad_destroy(broad *b)
     array_free(&b->unbounded);
     array_free(&b->listed);
     array_free(&b->marks);
+    array_free(&b->asked);
     array_free(&b->pending);
     array_free(&b->order);
     array_free(&b->unsettled);
@@ -144,10 +147,12 @@ bool broad_put(broad *b, const broad_move *move)
     assert(move->box.lo.x <= move->box.hi.x && move->box.lo.y <= move->box.hi.y && move->box.lo.z <= move->box.hi.z);
     assert(move->margin >= 0);
     if (move->proxy < b->proxies.count) {
-        const proxy *p = &b->proxies.at[move->proxy];
+        proxy *p = &b->proxies.at[move->proxy];
+        p->passive = move->passive;
         if (may_stay(p, move) && p->pending == NOTHING_PENDING) return true;
     }
     queue_put(b, move);
+    b->proxies.at[move->proxy].passive = move->passive;
     return false;
 }
 
@@ -182,7 +187,7 @@ bool broad_room_of(const broad *b, uint32_t id, aabb tight, double margin, broad
 broad_move broad_fat_box(const broad *b, uint32_t id)
 {
     const proxy *p = &b->proxies.at[id];
-    return (broad_move){.proxy = id, .fixed = p->fixed, .box = fbox_aabb(&p->fat)};
+    return (broad_move){.proxy = id, .fixed = p->fixed, .passive = p->passive, .box = fbox_aabb(&p->fat)};
 }
 
 void broad_remove(broad *b, uint32_t id)
@@ -293,6 +298,7 @@ static void apply_box(broad *b, uint32_t index)
     proxy *p = &b->proxies.at[c->proxy];
     if (c->removed) {
         broad_end_all_pairs(b, c->proxy);
+        broad_forget_put_off(b, c->proxy);
         take_proxy_out(b, c->proxy);
     }
     c->asks = true;
@@ -300,10 +306,11 @@ static void apply_box(broad *b, uint32_t index)
     c->was_fixed = p->fixed;
     c->old = p->fat;
     if (c->put) replace(b, c);
+    c->asks |= b->all_ask;
     if (p->place != NOWHERE && (c->put || c->refilter)) array_push(&b->unsettled, index);
 }
 
-static const broad_pair *hand_out(broad *b, key_array *keys)
+const broad_pair *broad_hand_out(broad *b, key_array *keys)
 {
     sort_in_scratch(b, keys);
     broad_pair *pairs = (broad_pair *)keys->at; /* in place: both are 8 bytes */
@@ -330,6 +337,7 @@ void broad_update(broad *b, broad_changes *changes)
     size_t count_before = b->proxy_count;
     b->began.count = b->ended.count = b->unsettled.count = b->met.count = 0;
     broad_choose_index(b);
+    b->all_ask = broad_must_ask(b);
     order_pending(b);
     for (size_t i = 0; i < b->order.count; i++) apply_box(b, (uint32_t)b->order.at[i]);
     b->index->settle(b);
@@ -337,8 +345,8 @@ void broad_update(broad *b, broad_changes *changes)
     broad_settle(b);
     for (size_t i = 0; i < b->pending.count; i++) b->proxies.at[b->pending.at[i].proxy].pending = NOTHING_PENDING;
     b->pending.count = 0;
-    *changes = (broad_changes){.began = hand_out(b, &b->began),
-        .ended = hand_out(b, &b->ended),
+    *changes = (broad_changes){.began = broad_hand_out(b, &b->began),
+        .ended = broad_hand_out(b, &b->ended),
         .began_count = b->began.count,
         .ended_count = b->ended.count};
     if (b->proxy_count > 2 * count_before) give_buffers_back(b);
@@ -385,7 +393,8 @@ static const char *validate_proxy(const broad *b, uint32_t id)
     for (uint32_t link = pairs_first(&b->pairs, id); !broken && link != PAIRS_NO_LINK;
          link = pairs_next(&b->pairs, link)) {
         const proxy *q = &b->proxies.at[pairs_other(&b->pairs, link)];
-        if (!may_pair(&p->fat, p->fixed, &q->fat, q->fixed)) broken = "a pair has parted";
+        if (!may_pair(&p->fat, p->fixed, &q->fat, q->fixed) && !p->unsearched && !q->unsearched)
+            broken = "a pair has parted";
     }
     return broken;
 }

@@ -16,6 +16,8 @@ typedef struct broad broad;
 typedef struct broad_move {
     uint32_t proxy; /* the caller's id, dense and small */
     bool fixed;     /* does not pair with what is fixed, too */
+    bool passive;   /* the filter refuses all its pairs: nobody searches around it. From the put on in which that is so
+                       no more, which needs a refilter */
     aabb box;       /* tight, world frame, widened already by whatever range interests need */
     double margin;  /* m, by which to fatten on all sides when it is given a new fat box; >= 0 */
     vec3 motion;    /* m, how far it is expected to move until the next put: the new fat box reaches ahead */
@@ -70,6 +72,39 @@ typedef struct broad_room {
 bool broad_room_of(const broad *b, uint32_t proxy, aabb tight, double margin, broad_room *out);
 /* As of the last update: put elsewhere, it has the same fat box, and so the same pairs. */
 broad_move broad_fat_box(const broad *b, uint32_t proxy);
+
+/* ---- in slices ----
+ *
+ * 20,000 boxes in one place are 200 million pairs. With a limit an update whose pairs would take more work (counted, so
+ * that it is the same everywhere and for each kind of index) finds none: it only puts the boxes where they are, and its
+ * proxies are unsearched. From then on all that is put is, until each one has been searched by broad_search. Of two
+ * proxies that are not unsearched it is known whether they are a pair; a pair of one that is may be missing, or one
+ * whose boxes have parted. */
+
+/* `units` of about a nanosecond, UINT64_MAX: no limit; no search begins a pair when there are `most_pairs`. */
+void broad_set_limit(broad *b, uint64_t units, size_t most_pairs);
+bool broad_is_unsearched(const broad *b, uint32_t proxy);
+size_t broad_unsearched_count(const broad *b);
+bool broad_was_put_off(const broad *b); /* by the last update */
+uint32_t broad_pairs_of(const broad *b, uint32_t proxy);
+/* Between updates: ends the pairs of an unsearched proxy that have parted, and begins those that are missing, by rising
+ * ids, as far as `units` go (some of them at least); *spent: what it took. Those with an unsearched proxy that
+ * `is_left` are left to its search. True: it is searched. `changes` as of broad_update, until the next call. */
+typedef bool broad_leave(void *context, uint32_t other);
+bool broad_search(broad *b, uint32_t proxy, uint64_t units, broad_leave *is_left, void *context, broad_changes *changes,
+    uint64_t *spent);
+bool broad_was_refiltered(const broad *b, uint32_t proxy); /* of one that is unsearched */
+/* Units that it takes to ask the filter about two, where that is more than usual; NULL: nowhere, to begin with. Sums of
+ * it count for the limits above, and a search may stop behind each that was asked. */
+typedef uint64_t broad_price(void *context, uint32_t a, uint32_t b);
+void broad_set_price(broad *b, broad_price *price);
+/* How far the search of an unsearched proxy has come with those that have a price, and that it goes on from there. */
+uint64_t broad_asked_until(const broad *b, uint32_t proxy);
+void broad_take_asked(broad *b, uint32_t proxy, uint64_t until);
+/* For a state that was saved in the middle: an update with a limit of 0 puts all off; then these two are a pair (each
+ * of the two is there, which is checked: false; and they are none yet, which is not), and this one is searched. */
+bool broad_take_pair(broad *b, uint32_t x, uint32_t y);
+void broad_take_searched(broad *b, uint32_t proxy, bool searched, bool refiltered);
 
 /* As of the last update. The index that stands: never BROAD_AUTO. And in words, with the reason, at most 95 characters:
  * "tree (auto: 700 proxies; sweep3 for 128 and fewer)". */

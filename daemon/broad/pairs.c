@@ -14,8 +14,8 @@ void pairs_init(pairs *p)
 
 void pairs_free(pairs *p)
 {
-    array_free(&p->records);
-    array_free(&p->first);
+    array_free_in_place(&p->records);
+    array_free(&p->lists);
     pairs_init(p);
 }
 
@@ -23,7 +23,8 @@ static uint32_t take_record(pairs *p)
 {
     if (p->free_record == PAIRS_NO_LINK) {
         assert(p->records.count < MOST_RECORDS);
-        array_push(&p->records, (pair_record){0});
+        array_reserve_in_place(&p->records, p->records.count + 1);
+        p->records.at[p->records.count++] = (pair_record){0};
         return (uint32_t)p->records.count - 1;
     }
     uint32_t index = p->free_record;
@@ -35,13 +36,14 @@ static void hang_in(pairs *p, uint32_t index, unsigned side)
 {
     pair_record *r = &p->records.at[index];
     uint32_t proxy = r->proxy[side], link = index << 1 | side;
-    array_reserve(&p->first, (size_t)proxy + 1);
-    while (p->first.count <= proxy) p->first.at[p->first.count++] = PAIRS_NO_LINK;
-    uint32_t next = p->first.at[proxy];
+    array_reserve(&p->lists, (size_t)proxy + 1);
+    while (p->lists.count <= proxy) p->lists.at[p->lists.count++] = (pair_list){.first = PAIRS_NO_LINK};
+    uint32_t next = p->lists.at[proxy].first;
     r->next[side] = next;
     r->prev[side] = PAIRS_NO_LINK;
     if (next != PAIRS_NO_LINK) p->records.at[next >> 1].prev[next & 1] = link;
-    p->first.at[proxy] = link;
+    p->lists.at[proxy].first = link;
+    p->lists.at[proxy].count++;
 }
 
 static void take_out(pairs *p, uint32_t index, unsigned side)
@@ -52,7 +54,8 @@ static void take_out(pairs *p, uint32_t index, unsigned side)
     if (prev != PAIRS_NO_LINK)
         p->records.at[prev >> 1].next[prev & 1] = next;
     else
-        p->first.at[r->proxy[side]] = next;
+        p->lists.at[r->proxy[side]].first = next;
+    p->lists.at[r->proxy[side]].count--;
 }
 
 void pairs_begin(pairs *p, uint32_t a, uint32_t b)
@@ -76,17 +79,35 @@ void pairs_end(pairs *p, uint32_t link)
     p->count--;
 }
 
-/* They are begun again, in another order, on which nothing depends. */
+static uint32_t relink(const uint32_t *moved, uint32_t link)
+{
+    return link == PAIRS_NO_LINK ? link : moved[link >> 1] << 1 | (link & 1);
+}
+
+/* The records move together; each list stays in its order. */
 void pairs_trim(pairs *p)
 {
     if (p->records.count * sizeof *p->records.at < ARRAY_SPARE_BYTES || p->count > p->records.count / 4) return;
-    pairs kept;
-    pairs_init(&kept);
-    array_reserve(&kept.records, p->count);
-    for (uint32_t proxy = 0; proxy < p->first.count; proxy++)
-        for (uint32_t link = pairs_first(p, proxy); link != PAIRS_NO_LINK; link = pairs_next(p, link))
-            if (!(link & 1)) pairs_begin(&kept, proxy, pairs_other(p, link));
-    pairs_free(p);
+    uint32_t *moved = base_alloc(p->records.count, sizeof *moved);
+    pairs kept = {.lists = p->lists, .free_record = PAIRS_NO_LINK, .count = p->count};
+    array_reserve_in_place(&kept.records, p->count);
+    for (uint32_t proxy = 0; proxy < p->lists.count; proxy++) {
+        for (uint32_t link = pairs_first(p, proxy); link != PAIRS_NO_LINK; link = pairs_next(p, link)) {
+            if (link & 1) continue;
+            moved[link >> 1] = (uint32_t)kept.records.count;
+            kept.records.at[kept.records.count++] = p->records.at[link >> 1];
+        }
+    }
+    for (size_t i = 0; i < kept.records.count; i++) {
+        pair_record *r = &kept.records.at[i];
+        for (int side = 0; side < 2; side++) {
+            r->next[side] = relink(moved, r->next[side]);
+            r->prev[side] = relink(moved, r->prev[side]);
+        }
+    }
+    for (size_t i = 0; i < kept.lists.count; i++) kept.lists.at[i].first = relink(moved, kept.lists.at[i].first);
+    array_free_in_place(&p->records);
+    free(moved);
     *p = kept;
 }
 
@@ -100,20 +121,20 @@ static size_t count_links(const pairs *p, uint32_t proxy, uint32_t *met_by)
         const pair_record *r = &p->records.at[link >> 1];
         uint32_t other = pairs_other(p, link);
         if (r->proxy[link & 1] != proxy || r->prev[link & 1] != prev) return SIZE_MAX;
-        if (other >= p->first.count || met_by[other] == proxy) return SIZE_MAX;
+        if (other >= p->lists.count || met_by[other] == proxy) return SIZE_MAX;
         met_by[other] = proxy;
         count++;
         prev = link;
     }
-    return count;
+    return count == pairs_of(p, proxy) ? count : SIZE_MAX;
 }
 
 const char *pairs_validate(const pairs *p)
 {
     size_t links = 0;
-    uint32_t *met_by = base_alloc(p->first.count, sizeof *met_by);
-    for (size_t i = 0; i < p->first.count; i++) met_by[i] = UINT32_MAX;
-    for (uint32_t proxy = 0; proxy < p->first.count && links != SIZE_MAX; proxy++) {
+    uint32_t *met_by = base_alloc(p->lists.count, sizeof *met_by);
+    for (size_t i = 0; i < p->lists.count; i++) met_by[i] = UINT32_MAX;
+    for (uint32_t proxy = 0; proxy < p->lists.count && links != SIZE_MAX; proxy++) {
         size_t count = count_links(p, proxy, met_by);
         links = count == SIZE_MAX ? count : links + count;
     }

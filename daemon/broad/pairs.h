@@ -17,9 +17,14 @@ typedef struct pair_record {
     uint32_t next[2], prev[2]; /* links; next[0] chains the freed records */
 } pair_record;
 
+typedef struct pair_list { /* of one proxy */
+    uint32_t first;        /* link */
+    uint32_t count;
+} pair_list;
+
 typedef struct pairs {
     ARRAY(pair_record) records;
-    ARRAY(uint32_t) first; /* by proxy: its first link */
+    ARRAY(pair_list) lists; /* by proxy */
     uint32_t free_record;
     size_t count;
 } pairs;
@@ -34,7 +39,11 @@ void pairs_trim(pairs *p); /* gives the memory of freed records back, if they ar
 /* The links of a proxy, newest first. Take the next one before ending a pair. */
 static inline uint32_t pairs_first(const pairs *p, uint32_t proxy)
 {
-    return proxy < p->first.count ? p->first.at[proxy] : PAIRS_NO_LINK;
+    return proxy < p->lists.count ? p->lists.at[proxy].first : PAIRS_NO_LINK;
+}
+static inline uint32_t pairs_of(const pairs *p, uint32_t proxy)
+{
+    return proxy < p->lists.count ? p->lists.at[proxy].count : 0;
 }
 static inline uint32_t pairs_next(const pairs *p, uint32_t link)
 {

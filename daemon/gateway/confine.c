@@ -1,6 +1,7 @@
 /* confine: limits that the kernel holds the gateway to. One thread; called while the process starts. */
 #include "confine.h"
 
+#include "datagram_filter.h"
 #include "pipe/route.h"
 
 #include <errno.h>
@@ -62,8 +63,20 @@ bool confine_sockets(const char *interface)
             fprintf(stderr, "collided-lcm: cannot bind to interface %s: %m\n", name);
             return false;
         }
+        if (!datagram_filter_attach(fd)) {
+            fprintf(stderr, "collided-lcm: the kernel takes no filter for datagrams: %m\n");
+            return false;
+        }
     }
     return true;
+}
+
+uint32_t confine_drops(void)
+{
+    uint32_t drops = 0;
+    for (int fd = 0; fd < DESCRIPTORS_MAX; fd++)
+        if (is_datagram_socket(fd)) drops += datagram_drops(fd);
+    return drops;
 }
 
 static void limit(int resource, rlim_t value)

@@ -3,6 +3,7 @@
 #define COLLIDED_GATEWAY_CONFINE_H
 
 #include <stdbool.h>
+#include <stdint.h>
 
 /* Does the multicast group of "udpm://ADDRESS:PORT..." lead to this interface (name or address; "" = loopback)? If not,
  * standard error says what to do. */
@@ -11,9 +12,12 @@ bool confine_route_is(const char *url, const char *interface);
 /* False, with a line, if another program holds the port of the group and does not share it. */
 bool confine_port_is_free(const char *url);
 
-/* Binds all of this process's datagram sockets to the interface, so that what comes in by another one is not seen.
- * liblcm has no such option, and listens on all addresses. */
+/* Binds all of this process's datagram sockets to the interface, so that what comes in by another one is not seen, and
+ * has the kernel drop what is no datagram of LCM. liblcm has no such options, and listens on all addresses. */
 bool confine_sockets(const char *interface);
+
+/* Datagrams that came for these sockets and that they never got: see datagram_drops. */
+uint32_t confine_drops(void);
 
 /* Early: dies with the parent, no new privileges, no core files, few descriptors. */
 void confine_process(void);

@@ -14,6 +14,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 #include <unistd.h>
 
 enum {
@@ -26,6 +27,8 @@ typedef struct gateway {
     wire_memory *memory;
     pipe_buffer to_daemon;
     pipe_buffer from_daemon;
+    time_t drops_told_s;
+    uint32_t drops; /* datagrams that the daemon was told of */
 } gateway;
 
 static void refuse(gateway *g, const wire_message *m, wire_kind kind, const wire_refusal *why)
@@ -37,6 +40,17 @@ static void refuse(gateway *g, const wire_message *m, wire_kind kind, const wire
     pipe_put_refusal(&g->to_daemon, &r);
 }
 
+/* liblcm takes the length of a message from what a stranger wrote (datagram_filter.c): a negative one comes as 4 GB, of
+ * which nothing is read here. */
+static bool length_can_be(const lcm_recv_buf_t *received, const char *channel, wire_refusal *why)
+{
+    bool possible = received->data && received->data_size <= PIPE_DATA_MAX && strlen(channel) <= PIPE_CHANNEL_MAX;
+    if (possible) return true;
+    why->reason = WIRE_MALFORMED;
+    snprintf(why->text, sizeof why->text, "a datagram whose message would have %u bytes", received->data_size);
+    return false;
+}
+
 /* liblcm calls this from lcm_handle. What follows decodes is not trusted: see the daemon, which decodes again. */
 static void on_message(const lcm_recv_buf_t *received, const char *channel, void *context)
 {
@@ -44,7 +58,9 @@ static void on_message(const lcm_recv_buf_t *received, const char *channel, void
     wire_message m = {0};
     wire_refusal why = {0};
     wire_memory_reset(g->memory);
-    if (wire_lcm_decode(received->data, received->data_size, g->memory, &m, &why) == WIRE_OK)
+    if (!length_can_be(received, channel, &why))
+        refuse(g, &m, WIRE_NOTHING, &why);
+    else if (wire_lcm_decode(received->data, received->data_size, g->memory, &m, &why) == WIRE_OK)
         memcpy(
             pipe_put(&g->to_daemon, PIPE_MESSAGE, channel, received->data_size), received->data, received->data_size);
     else
@@ -66,6 +82,18 @@ static bool publish_what_came(gateway *g)
     return got == 0;
 }
 
+/* Once a second, as far as anything wakes us: the daemon's Status does. */
+static void tell_of_drops(gateway *g)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC_COARSE, &now);
+    if (now.tv_sec == g->drops_told_s) return;
+    g->drops_told_s = now.tv_sec;
+    uint32_t drops = confine_drops(), more = drops - g->drops;
+    g->drops = drops;
+    if (more) memcpy(pipe_put(&g->to_daemon, PIPE_DROPPED, "", sizeof more), &more, sizeof more);
+}
+
 /* Until the pipe ends. */
 static void serve(gateway *g)
 {
@@ -77,6 +105,7 @@ static void serve(gateway *g)
         if (p[0].revents && pipe_read(&g->from_daemon, PIPE_FD) < 0) return;
         if (!publish_what_came(g)) return;
         if (!full && (p[1].revents & POLLIN)) lcm_handle(g->lcm);
+        tell_of_drops(g);
         if (!pipe_send(&g->to_daemon, PIPE_FD)) return;
     }
 }

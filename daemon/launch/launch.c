@@ -19,7 +19,6 @@ static const struct {
     {"libccd.so", "libccd2"},
     {"libqhull_r.so", "libqhull-r8.0"},
     {"libsystemd.so", "libsystemd0"},
-    {"libwebsockets.so", "libwebsockets17"},
     {"libcrypto.so", "libssl3"},
     {"libassimp.so", "libassimp5"},
     {"libcyaml.so", "libcyaml1"},

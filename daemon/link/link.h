@@ -38,6 +38,9 @@ typedef struct link_sink {
     /* A recording began in the middle with this state, which holds all that came before it. Replay alone calls it;
      * NULL: what was announced until then is enough. */
     void (*state)(void *context, const uint8_t *bytes, size_t size);
+    /* In this tick the build of a geometry was put off, or was over. Replay alone calls it; NULL: all is built when it
+     * has come. */
+    void (*build)(void *context, int64_t client, int64_t hash, bool ready);
 } link_sink;
 
 typedef struct link_options {
@@ -47,7 +50,8 @@ typedef struct link_options {
     const char *interface; /* network interface or address; "" = loopback only */
     const char *security;  /* DDS: folder of certificates and permissions; "" = no security */
     const char *program;   /* LCM: path of collided-lcm; "" = beside this executable */
-    size_t max_clients;    /* DDS: clients whose speakers it remembers; 0: any number */
+    size_t max_clients;    /* DDS: clients whose speakers it remembers; 0: any number ... */
+    size_t client_share;   /* ... and of these one participant's; 0: all */
     bool must_start;       /* LCM: a gateway that does not start at all is an error; otherwise it is tried again */
     /* Poses have come and nothing else waits: the link offers the service to run a round on the thread that they came
      * on, which saves handing them to the tick thread. The service never waits for a lock there. False: not now, the
@@ -90,6 +94,10 @@ typedef struct link_ops {
 struct link { /* the head of each link's own struct */
     const link_ops *ops;
     link_options options;
+    /* Of the message that is being handed over: who sent it, as far as the link can tell, whatever client it names (a
+     * participant of DDS, an end of memory): the same number for the same one as long as it lives; 0 = it cannot. */
+    int64_t origin;
+    bool unclaimed; /* the link could not note who speaks for its client: it must not begin a session */
 };
 
 /* EX_OK and the link's key, or another status of sysexits.h with one line in `why`. Nothing is opened; `wake_fd` and

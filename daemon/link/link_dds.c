@@ -14,6 +14,7 @@
 #include "wake.h"
 #include "wire/dds/wire_dds.h"
 #include "wire/dds/wire_dds_qos.h"
+#include "wire/dds/wire_dds_security.h"
 
 #include <assert.h>
 #include <stdio.h>
@@ -25,9 +26,11 @@ enum { LAST_WORDS_MS = 500 /* closing: for acknowledgements still to come */ };
 
 static const wire_kind kinds_in[] = {
     WIRE_CLIENT, WIRE_GEOMETRY, WIRE_BODY, WIRE_INTEREST, WIRE_POSE_BATCH, WIRE_VERTEX_BATCH, WIRE_QUERY, WIRE_RECEIPT};
-static const wire_kind kinds_out[] = {WIRE_ANSWER, WIRE_STATUS, WIRE_REJECT, WIRE_ACK};
+static const wire_kind kinds_out[] = {WIRE_ANSWER, WIRE_STATUS, WIRE_REJECT, WIRE_ACK, WIRE_ANSWER};
+static const wire_kind kinds_reply[] = {WIRE_ANSWER, WIRE_REJECT, WIRE_ACK, WIRE_ANSWER};
 static_assert(sizeof kinds_in / sizeof kinds_in[0] == LINK_DDS_IN, "a reader each");
 static_assert(sizeof kinds_out / sizeof kinds_out[0] == LINK_DDS_OUT, "a writer each");
+static_assert(sizeof kinds_reply / sizeof kinds_reply[0] == LINK_DDS_REPLIES, "a writer each, in each group");
 
 /* ---- Cyclone's threads ---- */
 
@@ -72,6 +75,17 @@ static void on_poses(dds_entity_t entity, void *context)
     if (!alone || !o->poses(o->poses_context, &r->owner->head)) link_dds_notice(r->owner, &r->arrived);
 }
 
+/* What Cyclone itself notices: samples that were to come and are gone. What was forged it does not: see unheard.c. */
+static void on_sample_lost(dds_entity_t entity, const dds_sample_lost_status_t status, void *context)
+{
+    (void)entity;
+    const reader *r = context;
+    if (status.total_count_change <= 0) return;
+    metric_count(r->owner->samples_lost, (uint64_t)status.total_count_change);
+    log_warning(
+        "DDS: %d messages of kind %s were lost on their way", status.total_count_change, wire_kind_name(r->kind));
+}
+
 /* A client's liveliness is that of its writer of Client. */
 static void on_liveliness(dds_entity_t entity, const dds_liveliness_changed_status_t status, void *context)
 {
@@ -104,6 +118,7 @@ static bool open_reader(link_dds *l, reader *r, wire_kind kind)
     r->kind = kind;
     dds_listener_t *listener = dds_create_listener(NULL);
     dds_lset_data_available_arg(listener, kind == WIRE_POSE_BATCH ? on_poses : on_data, r, true);
+    dds_lset_sample_lost_arg(listener, on_sample_lost, r, true);
     if (kind == WIRE_CLIENT) dds_lset_liveliness_changed_arg(listener, on_liveliness, r, true);
     dds_qos_t *qos = wire_dds_qos(kind, WIRE_DDS_READER, NULL, 0);
     r->entity = dds_create_reader(l->participant, link_dds_topic(l, kind), qos, listener);
@@ -121,17 +136,49 @@ static bool open_speakers(link_dds *l)
     return opened;
 }
 
+/* A reader that does not acknowledge makes a writer keep as many answers as its history holds, of up to 1.6 MB each. So
+ * the large ones, which are few, have a writer with a short one: 16 MB and 51 MB at most. */
+enum {
+    ANSWERS_LARGE = LINK_DDS_OUT - 1,
+    REPLIES_LARGE = LINK_DDS_REPLIES - 1,
+    ANSWER_SMALL_HITS = 40,
+    ANSWERS_LARGE_DEPTH = 32,
+    REPLIES_LARGE_DEPTH = 4 /* of one group */
+};
+
+static bool is_large(const wire_message *m)
+{
+    return m->kind == WIRE_ANSWER && m->answer.lo.count > ANSWER_SMALL_HITS;
+}
+
 static bool open_writer(link_dds *l, writer *w, wire_kind kind)
 {
     dds_qos_t *qos = wire_dds_qos(kind, WIRE_DDS_WRITER, NULL, 0);
+    if (w == &l->writers[ANSWERS_LARGE]) dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, ANSWERS_LARGE_DEPTH);
     w->entity = dds_create_writer(l->participant, link_dds_topic(l, kind), qos, NULL);
     dds_delete_qos(qos);
     return w->entity > 0;
 }
 
+static bool open_replies(link_dds *l, writer *w, wire_kind kind, unsigned group)
+{
+    char partition[WIRE_DDS_PARTITION_MAX];
+    wire_dds_replies(group, partition);
+    dds_qos_t *qos = wire_dds_qos(kind, WIRE_DDS_WRITER, NULL, 0);
+    dds_qset_partition1(qos, partition);
+    if (w == &l->replies[group][REPLIES_LARGE]) dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, REPLIES_LARGE_DEPTH);
+    w->entity = dds_create_writer(l->participant, link_dds_topic(l, kind), qos, NULL);
+    dds_delete_qos(qos);
+    return w->entity > 0;
+}
+
+/* Writers are discovered in the order of their creation: by the time that a client knows the last, that of acks in the
+ * partition without a name, it knows those of its group. */
 static bool open_topics(link_dds *l)
 {
     bool ok = open_speakers(l) && link_dds_topic(l, WIRE_EVENT_BATCH) > 0;
+    for (unsigned g = 0; g < WIRE_DDS_REPLIES; g++)
+        for (size_t i = 0; i < LINK_DDS_REPLIES && ok; i++) ok = open_replies(l, &l->replies[g][i], kinds_reply[i], g);
     for (size_t i = 0; i < LINK_DDS_IN && ok; i++) ok = open_reader(l, &l->readers[i], kinds_in[i]);
     for (size_t i = 0; i < LINK_DDS_OUT && ok; i++) ok = open_writer(l, &l->writers[i], kinds_out[i]);
     return ok;
@@ -153,6 +200,7 @@ static void register_counters(link_dds *l, metrics *m)
     l->history_full = metrics_add(m, "dds_history_full", "takes that found a reader's history full: older were lost");
     l->messages_out = metrics_add(m, "dds_messages_out", "messages written to DDS");
     l->write_failed = metrics_add(m, "dds_write_failed", "messages that DDS refused to write");
+    l->samples_lost = metrics_add(m, "dds_samples_lost", "messages that DDS found to be lost on their way to us");
     l->no_stream = metrics_add(m, "dds_no_stream", "event batches for a stream that is not open");
 }
 
@@ -171,9 +219,14 @@ static int dds_link_open(struct link *head, const link_options *options, char *w
     if (link_dds_check(options, key, why, why_size) != EX_OK) return -1;
     register_counters(l, options->counters);
     l->sample = base_zalloc(1, largest_sample());
-    speakers_init(&l->speakers, options->max_clients ? options->max_clients : SIZE_MAX);
+    speakers_init(&l->speakers, options->max_clients, options->client_share);
     dds_peers_init(&l->peers, on_peers, l);
     dds_return_t joined = link_dds_join(l, &first);
+    if (*options->security) {
+        l->certificate_days = metrics_add(
+            options->counters, "certificate_days", "days until the first certificate of the security folder expires");
+        l->certificate_end_s = wire_dds_security_ends_s(options->security);
+    }
     if (joined == DDS_RETCODE_OK && open_topics(l)) return 0;
     link_dds_leave(l);
     link_dds_say_why(options, &first, joined, why, why_size);
@@ -183,13 +236,32 @@ static int dds_link_open(struct link *head, const link_options *options, char *w
 
 /* ---- publishing ---- */
 
+/* In the group of the client that it is for; NULL: it is for all, or for one in no group. Who speaks under the name of
+ * another may read elsewhere than that one does: what he is told, all are told. */
+static writer *reply_writer_for(link_dds *l, const wire_message *m)
+{
+    int64_t client, sequence;
+    int32_t object;
+    if (m->kind == WIRE_REJECT && m->reject.reason == WIRE_NOT_YOURS) return NULL;
+    for (size_t i = 0; i < LINK_DDS_REPLIES; i++) {
+        if (kinds_reply[i] != m->kind) continue;
+        wire_origin(m, &client, &sequence, &object);
+        int group = speakers_group(&l->speakers, client);
+        return group ? &l->replies[group - 1][is_large(m) ? REPLIES_LARGE : i] : NULL;
+    }
+    return NULL;
+}
+
 static writer *writer_for(link_dds *l, const wire_message *m)
 {
+    writer *reply = reply_writer_for(l, m);
+    if (reply) return reply;
     if (m->kind == WIRE_EVENT_BATCH) {
         stream *s = link_dds_stream_find(l, m->event_batch.stream);
         if (!s) metric_count(l->no_stream, 1);
         return s ? &s->out : NULL;
     }
+    if (is_large(m)) return &l->writers[ANSWERS_LARGE];
     for (size_t i = 0; i < LINK_DDS_OUT; i++)
         if (kinds_out[i] == m->kind) return &l->writers[i];
     return NULL;
@@ -217,6 +289,8 @@ static void dds_link_flush(struct link *head)
 {
     link_dds *l = link_dds_of(head);
     for (size_t i = 0; i < LINK_DDS_OUT; i++) link_dds_flush_writer(&l->writers[i]);
+    for (size_t i = 0; i < (size_t)WIRE_DDS_REPLIES * LINK_DDS_REPLIES; i++)
+        link_dds_flush_writer(&l->replies[0][0] + i);
     for (size_t i = 0; i < l->streams.count; i++) link_dds_flush_writer(&l->streams.at[i]->out);
 }
 
@@ -257,23 +331,30 @@ static void dds_link_describe(struct link *head, char *text, size_t size)
 {
     const link_options *o = &head->options;
     const char *user = getenv("CYCLONEDDS_URI");
-    snprintf(text, size, "DDS domain %s on %s: %s%s%s", o->address[0] ? o->address : "0",
+    link_dds *l = link_dds_of(head);
+    char expiry[64] = "";
+    if (l->certificate_days) snprintf(expiry, sizeof expiry, ", for %lld days more", (long long)link_dds_days_left(l));
+    snprintf(text, size, "DDS domain %s on %s: %s%s%s%s", o->address[0] ? o->address : "0",
         o->interface[0] ? o->interface : "lo",
         o->security[0]    ? "whoever has a certificate of this site"
         : o->interface[0] ? "anyone on that network: no security is set up"
                           : "programs on this machine, of any user",
-        user && user[0] ? ", and as CYCLONEDDS_URI says: " : "", user && user[0] ? user : "");
+        expiry, user && user[0] ? ", and as CYCLONEDDS_URI says: " : "", user && user[0] ? user : "");
+}
+
+static void wait_for(const writer *w, int64_t until)
+{
+    int64_t left = until - clock_monotonic_ns();
+    if (w->entity > 0) dds_wait_for_acks(w->entity, left > 0 ? left : 0);
 }
 
 /* The last words of the daemon (ends of streams, status) may still be under way. */
 static void wait_for_acknowledgements(link_dds *l)
 {
     int64_t until = clock_monotonic_ns() + DDS_MSECS(LAST_WORDS_MS);
-    for (size_t i = 0; i < LINK_DDS_OUT + l->streams.count; i++) {
-        const writer *w = i < LINK_DDS_OUT ? &l->writers[i] : &l->streams.at[i - LINK_DDS_OUT]->out;
-        int64_t left = until - clock_monotonic_ns();
-        if (w->entity > 0) dds_wait_for_acks(w->entity, left > 0 ? left : 0);
-    }
+    for (size_t i = 0; i < LINK_DDS_OUT; i++) wait_for(&l->writers[i], until);
+    for (size_t i = 0; i < (size_t)WIRE_DDS_REPLIES * LINK_DDS_REPLIES; i++) wait_for(&l->replies[0][0] + i, until);
+    for (size_t i = 0; i < l->streams.count; i++) wait_for(&l->streams.at[i]->out, until);
 }
 
 static void dds_link_close(struct link *head)

@@ -1,5 +1,6 @@
 /* link_dds_join: joining a DDS domain: what is asked for, is it possible, and why it was not; and DDS's log, which goes
  * into ours. The tick thread; the log also Cyclone's. */
+#include "base/clock.h"
 #include "base/log.h"
 #include "interface.h"
 #include "link_dds_own.h"
@@ -45,7 +46,7 @@ dds_return_t link_dds_join(link_dds *l, link_dds_complaint *first)
     dds_domainid_t domain = 0;
     char config[CONFIG_BYTES];
     parse_domain(l->head.options.address, &domain);
-    wire_dds_config(config, sizeof config, l->head.options.interface, true);
+    wire_dds_config(config, sizeof config, l->head.options.interface, WIRE_DDS_DAEMON);
     dds_set_log_sink(on_log, first);
     dds_set_trace_sink(on_log, first);
     dds_entity_t made = dds_create_domain(domain, config);
@@ -58,6 +59,19 @@ dds_return_t link_dds_join(link_dds *l, link_dds_complaint *first)
     dds_set_log_sink(on_log, NULL);
     dds_set_trace_sink(on_log, NULL);
     return DDS_RETCODE_OK;
+}
+
+int64_t link_dds_days_left(link_dds *l)
+{
+    enum { DAY_S = 86400, WARNED_DAYS = 30 };
+    int64_t now_s = clock_wall_ns() / INT64_C(1000000000), days = (l->certificate_end_s - now_s) / DAY_S;
+    if (l->certificate_end_s <= now_s) days = 0;
+    metric_set(l->certificate_days, (uint64_t)days);
+    if (days >= WARNED_DAYS || now_s / DAY_S == l->certificate_day) return days;
+    l->certificate_day = now_s / DAY_S;
+    log_warning("security = \"%s\": a certificate expires in %lld days: renew it: make_site --renew",
+        l->head.options.security, (long long)days);
+    return days;
 }
 
 void link_dds_leave(link_dds *l)
@@ -75,14 +89,16 @@ int link_dds_check(const link_options *options, char key[LINK_KEY_MAX], char *wh
     if (!parse_domain(options->address, &domain))
         snprintf(
             why, why_size, "dds://%.60s: expected a domain from 0 to %d, as in dds://0", options->address, DOMAIN_MAX);
-    else if (!wire_dds_config(config, sizeof config, options->interface, true))
+    else if (!wire_dds_config(config, sizeof config, options->interface, WIRE_DDS_DAEMON))
         snprintf(why, why_size,
             "interface = \"%.60s\" is no name or address, or CYCLONEDDS_URI is too long: let it name a file: "
             "file:///path",
             options->interface);
     else if (!interface_is_there(options->interface, why, why_size))
         return EX_NOHOST;
-    else if (options->security && *options->security && !wire_dds_security_check(options->security, why, why_size))
+    else if (options->security && *options->security &&
+             !(wire_dds_security_check(options->security, why, why_size) &&
+                 wire_dds_security_key_is_private(options->security, why, why_size)))
         return EX_NOINPUT;
     else
         return snprintf(key, LINK_KEY_MAX, "dds %u", domain) > 0 ? EX_OK : EX_SOFTWARE;

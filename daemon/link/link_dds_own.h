@@ -8,13 +8,15 @@
 #include "link_dds.h"
 #include "link_dds_peers.h"
 #include "link_dds_speakers.h"
+#include "wire/dds/wire_dds_qos.h"
 
 #include <dds/dds.h>
 #include <stdatomic.h>
 
 enum {
-    LINK_DDS_IN = 8, /* kinds that clients send, */
-    LINK_DDS_OUT = 4 /* that the daemon sends, but for events */
+    LINK_DDS_IN = 8,     /* kinds that clients send, */
+    LINK_DDS_OUT = 5,    /* that the daemon sends, but for events; large answers have a writer of their own, the last */
+    LINK_DDS_REPLIES = 4 /* of these, those that are for one client; likewise */
 };
 
 typedef struct link_dds link_dds;
@@ -45,15 +47,20 @@ struct link_dds {
     dds_entity_t topics[WIRE_KIND_COUNT];
     reader readers[LINK_DDS_IN];
     writer writers[LINK_DDS_OUT];
-    ARRAY(stream *) streams; /* sorted by name */
+    writer replies[WIRE_DDS_REPLIES][LINK_DDS_REPLIES]; /* by group and kind: see wire_dds_qos.h */
+    ARRAY(stream *) streams;                            /* sorted by name */
     speakers speakers;
     atomic_bool has_discovered, has_news; /* for speakers */
     dds_peers peers;
     atomic_bool peers_arrived;
     void *sample; /* room for a sample of any kind, to be written */
     atomic_bool woken;
+    size_t poses;    /* taken by the receive that runs */
     bool on_arrival; /* a thread of Cyclone's stands in for the tick thread */
-    metric *messages_in, *refused, *foreign, *history_full, *messages_out, *write_failed, *no_stream;
+    metric *messages_in, *refused, *foreign, *history_full, *messages_out, *write_failed, *no_stream, *samples_lost;
+    metric *certificate_days;  /* NULL: no security */
+    int64_t certificate_end_s; /* of the first that expires, seconds since the Unix epoch */
+    int64_t certificate_day;   /* of the last warning, days since then */
 };
 
 static inline link_dds *link_dds_of(struct link *l)
@@ -75,6 +82,9 @@ void link_dds_flush_writer(writer *w);
 typedef struct link_dds_complaint {
     char text[256];
 } link_dds_complaint;
+
+/* Days until the first certificate expires; warns of it once a day, from 30 days on. */
+int64_t link_dds_days_left(link_dds *l);
 
 /* As link_ops says. */
 int link_dds_check(const link_options *options, char key[LINK_KEY_MAX], char *why, size_t why_size);

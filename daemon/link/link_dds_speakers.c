@@ -2,6 +2,8 @@
  * wait until the messages have been read. */
 #include "link_dds_speakers.h"
 
+#include "wire/dds/wire_dds_qos.h"
+
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -9,9 +11,10 @@
 
 enum { TAKE_MAX = 64 /* one constant: a loan writes as many pointers as the largest ever asked for */ };
 
-void speakers_init(speakers *s, size_t max_clients)
+void speakers_init(speakers *s, size_t max_clients, size_t each)
 {
-    owners_init(&s->owners, max_clients);
+    owners_init(&s->owners, max_clients ? max_clients : SIZE_MAX);
+    s->owners.each = each;
     pthread_mutex_init(&s->lock, NULL);
 }
 
@@ -29,11 +32,28 @@ void speakers_free(speakers *s)
     pthread_mutex_destroy(&s->lock);
 }
 
+/* Which partition of replies its user data names, from 1; 0: none. */
+static int group_of(const dds_builtintopic_endpoint_t *writer)
+{
+    void *data = NULL;
+    size_t size = 0;
+    char partition[WIRE_DDS_PARTITION_MAX];
+    int group = WIRE_DDS_REPLIES;
+    bool is_there = writer->qos && dds_qget_userdata(writer->qos, &data, &size) && data;
+    for (bool found = false; is_there && group > 0 && !found; group -= !found) {
+        wire_dds_replies((unsigned)group - 1, partition);
+        found = size == strlen(partition) && memcmp(data, partition, size) == 0;
+    }
+    dds_free(data);
+    return is_there ? group : 0;
+}
+
 static void hear_of(speakers *s, const dds_builtintopic_endpoint_t *writer, const dds_sample_info_t *info)
 {
     bool ours = info->valid_data && strncmp(writer->topic_name, "collided_", 9) == 0;
     bool announces = ours && strcmp(writer->topic_name, "collided_Client") == 0;
     if (ours) owners_come(&s->owners, info->instance_handle, writer->participant_instance_handle, announces);
+    if (announces) owners_put_in_group(&s->owners, info->instance_handle, group_of(writer));
     if (info->instance_state != DDS_IST_ALIVE) array_push(&s->gone, info->instance_handle);
 }
 
@@ -57,22 +77,39 @@ void speakers_heartbeat(speakers *s, const dds_liveliness_changed_status_t *news
     pthread_mutex_unlock(&s->lock);
 }
 
-bool speakers_admit(speakers *s, const wire_message *m, dds_instance_handle_t writer, wire_refusal *why)
+int64_t speakers_origin(const speakers *s, dds_instance_handle_t writer)
+{
+    return (int64_t)owners_participant_of(&s->owners, writer);
+}
+
+bool speakers_admit(
+    speakers *s, const wire_message *m, dds_instance_handle_t writer, bool *unclaimed, wire_refusal *why)
 {
     int64_t client, sequence;
     int32_t object;
     wire_origin(m, &client, &sequence, &object);
     if (!owners_knows(&s->owners, writer)) speakers_discover(s);
     owners_verdict verdict = owners_admit(&s->owners, writer, client, m->kind == WIRE_CLIENT);
-    if (verdict == OWNERS_FULL && m->kind == WIRE_QUERY) return true; /* it needs no claim */
-    why->reason = verdict == OWNERS_FULL ? WIRE_LIMIT : WIRE_NOT_YOURS;
-    if (verdict == OWNERS_FULL)
+    bool full = verdict == OWNERS_FULL || verdict == OWNERS_SHARE;
+    *unclaimed = full && (m->kind == WIRE_QUERY || (m->kind == WIRE_CLIENT && !m->client.removed));
+    if (*unclaimed) return true;
+    why->reason = full ? WIRE_LIMIT : WIRE_NOT_YOURS;
+    if (verdict == OWNERS_SHARE)
+        snprintf(why->text, sizeof why->text,
+            "max_clients: %zu of %zu are the share of one participant; the rest stays free for others", s->owners.each,
+            s->owners.most);
+    else if (full)
         snprintf(
             why->text, sizeof why->text, "max_clients = %zu is reached by those who speak over DDS", s->owners.most);
     else
         snprintf(why->text, sizeof why->text, "another participant speaks for client %016" PRIx64 ", and is alive",
             (uint64_t)client);
     return verdict == OWNERS_YES;
+}
+
+int speakers_group(const speakers *s, int64_t client)
+{
+    return owners_group(&s->owners, client);
 }
 
 void speakers_release(speakers *s, int64_t client)

@@ -23,7 +23,7 @@ typedef struct speakers {
     ARRAY(heartbeat) news; /* under lock */
 } speakers;
 
-void speakers_init(speakers *s, size_t max_clients);
+void speakers_init(speakers *s, size_t max_clients, size_t each); /* 0: any number; all of them */
 /* To be opened before any reader of messages: whoever these match has been discovered. False: DDS refuses. */
 bool speakers_open(speakers *s, dds_entity_t participant, const dds_listener_t *listener);
 void speakers_free(speakers *s);
@@ -32,7 +32,12 @@ void speakers_discover(speakers *s);                                            
 void speakers_heartbeat(speakers *s, const dds_liveliness_changed_status_t *news); /* of a writer of Client */
 
 /* May what this writer says under its client's name be taken? False with the reason in `why`. */
-bool speakers_admit(speakers *s, const wire_message *m, dds_instance_handle_t writer, wire_refusal *why);
+/* *unclaimed: it may, and nobody has noted for whom: it may greet and ask, and begin nothing. */
+bool speakers_admit(
+    speakers *s, const wire_message *m, dds_instance_handle_t writer, bool *unclaimed, wire_refusal *why);
+int64_t speakers_origin(const speakers *s, dds_instance_handle_t writer); /* its participant; 0: not known */
+/* Whose replies go where: the partition of replies, from 1, in which this client reads; 0: the one without a name. */
+int speakers_group(const speakers *s, int64_t client);
 void speakers_release(speakers *s, int64_t client); /* it has left in order */
 
 /* When all messages have been read. The next client whose participant is lost; false: no more. */

@@ -10,8 +10,11 @@
 #include <string.h>
 
 enum {
-    TAKE_MAX = 64,     /* samples a take. One constant: a loan writes as many pointers as the largest ever asked for */
-    RECEIVE_MAX = 8192 /* samples a reader and receive: a flood on one topic must not keep the tick from running */
+    TAKE_MAX = 64, /* samples a take. One constant: a loan writes as many pointers as the largest ever asked for */
+    RECEIVE_MAX =
+        8192, /* samples a reader and receive: a flood on one topic must not keep the tick from running, ... */
+    POSES_MAX = 200000, /* ... nor one of poses: some 10 ms */
+    POSES_TAKE = 4      /* batches a take, of at most WIRE_POSES_MAX poses each */
 };
 
 static void refuse(link_dds *l, const link_sink *sink, wire_kind kind, const wire_message *m, const wire_refusal *why)
@@ -48,13 +51,15 @@ static void mark_removed(wire_message *m, int64_t sequence)
 
 static bool is_admitted(link_dds *l, const wire_message *m, const dds_sample_info_t *info, wire_refusal *why)
 {
-    bool admitted = speakers_admit(&l->speakers, m, info->publication_handle, why);
+    bool admitted = speakers_admit(&l->speakers, m, info->publication_handle, &l->head.unclaimed, why);
+    l->head.origin = speakers_origin(&l->speakers, info->publication_handle);
     if (!admitted && why->reason == WIRE_NOT_YOURS) metric_count(l->foreign, 1);
     return admitted;
 }
 
 static void hand_over(link_dds *l, const link_sink *sink, const wire_message *m)
 {
+    if (m->kind == WIRE_POSE_BATCH) l->poses += m->pose_batch.bodies.count;
     sink->message(sink->context, &l->head, m);
     if (m->kind == WIRE_CLIENT && m->client.removed) speakers_release(&l->speakers, m->client.client);
 }
@@ -125,14 +130,20 @@ static bool receive_bytes(
  * so there is no news of them but samples. */
 static int take_poses(link_dds *l, const link_sink *sink, const reader *r, size_t *messages)
 {
-    struct ddsi_serdata *data[TAKE_MAX];
-    dds_sample_info_t infos[TAKE_MAX];
-    int n = dds_takecdr(r->entity, data, TAKE_MAX, infos, DDS_ANY_STATE);
+    struct ddsi_serdata *data[POSES_TAKE];
+    dds_sample_info_t infos[POSES_TAKE];
+    int n = dds_takecdr(r->entity, data, POSES_TAKE, infos, DDS_ANY_STATE);
     for (int i = 0; i < n; i++) {
         if (infos[i].valid_data) *messages += receive_bytes(l, sink, r->kind, data[i], &infos[i]);
         ddsi_serdata_unref(data[i]);
     }
     return n > 0 ? n : 0;
+}
+
+/* As many as one take may have. */
+static int take_max(const reader *r)
+{
+    return r->kind == WIRE_POSE_BATCH ? POSES_TAKE : TAKE_MAX;
 }
 
 /* Samples taken from one reader; *messages of them were messages. */
@@ -152,25 +163,31 @@ static size_t take_all(link_dds *l, const link_sink *sink, reader *r)
 {
     size_t messages = 0;
     int total = 0, n;
+    l->poses = 0;
     do {
         n = take(l, sink, r, &messages);
         total += n;
-    } while (n == TAKE_MAX && total < RECEIVE_MAX);
-    if (n == TAKE_MAX) link_dds_notice(l, &r->arrived); /* there is more: for the next tick */
+    } while (n == take_max(r) && total < RECEIVE_MAX && l->poses < POSES_MAX);
+    if (n == take_max(r)) link_dds_notice(l, &r->arrived); /* there is more: for the next tick */
     const wire_dds_profile *p = wire_dds_profile_of(r->kind);
     if (!p->late_joiners && total >= p->reader_depth) metric_count(l->history_full, 1);
     return messages;
 }
 
-/* One take: a flood is the tick thread's. */
+/* At most as much as TAKE_MAX batches: a flood is the tick thread's. */
 size_t link_dds_receive_poses(struct link *head, const link_sink *sink)
 {
     link_dds *l = link_dds_of(head);
     reader *r = l->readers;
     size_t messages = 0;
+    int total = 0, n = 0;
     while (r->kind != WIRE_POSE_BATCH) r++;
     l->on_arrival = true;
-    if (atomic_exchange(&r->arrived, false) && take(l, sink, r, &messages) == TAKE_MAX) link_dds_notice(l, &r->arrived);
+    l->poses = 0;
+    if (atomic_exchange(&r->arrived, false)) do
+            total += n = take(l, sink, r, &messages);
+        while (n == POSES_TAKE && total < TAKE_MAX && l->poses < POSES_MAX);
+    if (n == POSES_TAKE) link_dds_notice(l, &r->arrived);
     metric_count(l->messages_in, messages);
     return messages;
 }

@@ -72,6 +72,7 @@ typedef struct link_lcm {
     bool starting; /* the watcher's: this is the first gateway, and it must start */
 
     metric *messages_in, *refused, *queue_full, *queue_full_poses, *messages_out, *out_dropped, *restarts, *bad_frames;
+    metric *datagrams_dropped;
 } link_lcm;
 
 static link_lcm *self_of(struct link *l)
@@ -92,6 +93,16 @@ static bool is_pose(const pipe_frame *f)
     return kind == WIRE_POSE_BATCH || kind == WIRE_VERTEX_BATCH;
 }
 
+static void note_drops(link_lcm *l, const pipe_frame *f)
+{
+    uint32_t more = 0;
+    if (f->size == sizeof more) memcpy(&more, f->data, sizeof more);
+    metric_count(l->datagrams_dropped, more);
+    log_warning("LCM: %u datagrams were dropped: forged or damaged, or more than the kernel's buffer holds "
+                "(net.core.rmem_max, recv_buf_size)",
+        more);
+}
+
 /* Queues a frame for the tick, or counts it as dropped. */
 static void enqueue(link_lcm *l, const pipe_frame *f)
 {
@@ -99,6 +110,10 @@ static void enqueue(link_lcm *l, const pipe_frame *f)
         l->ready = true;
         gateway_words_tell(&l->words);
         pthread_cond_signal(&l->settled);
+        return;
+    }
+    if (f->kind == PIPE_DROPPED) {
+        note_drops(l, f);
         return;
     }
     size_t used = pipe_used(&l->incoming) + pipe_frame_size(f->channel_length, f->size);
@@ -367,6 +382,8 @@ static void register_counters(link_lcm *l, metrics *m)
     l->messages_out = metrics_add(m, "lcm_messages_out", "messages handed to the LCM gateway");
     l->out_dropped = metrics_add(m, "lcm_out_dropped", "messages dropped because the LCM gateway did not take them");
     l->restarts = metrics_add(m, "lcm_gateway_restarts", "times that collided-lcm was started again");
+    l->datagrams_dropped = metrics_add(
+        m, "lcm_datagrams_dropped", "datagrams to LCM's port that the kernel dropped: no LCM, or its buffer was full");
     l->bad_frames = metrics_add(m, "lcm_bad_frames", "gateways ended because they did not speak in frames");
 }
 

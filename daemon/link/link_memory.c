@@ -32,12 +32,14 @@ typedef struct link_memory {
 
 struct memory_end {
     link_memory *hub; /* NULL: closed meanwhile */
+    int64_t number;   /* of this end, never used again: whose messages they are */
     pipe_buffer queue;
 };
 
 static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
 static pthread_cond_t offered = PTHREAD_COND_INITIALIZER;
 static ARRAY(link_memory *) hubs;
+static int64_t last_number; /* of an end; under the lock */
 
 static link_memory *self_of(struct link *l)
 {
@@ -61,6 +63,7 @@ memory_end *memory_connect(const char *name)
     if (hub) {
         e = base_zalloc(1, sizeof *e);
         e->hub = hub;
+        e->number = ++last_number;
         array_push(&hub->ends, e);
     }
     pthread_mutex_unlock(&lock);
@@ -99,12 +102,16 @@ void memory_send_bytes(memory_end *e, const void *data, size_t size)
     link_memory *hub = e->hub;
     bool first = false;
     if (hub) {
-        bool fits = size <= PIPE_DATA_MAX && pipe_used(&hub->incoming) + pipe_frame_size(0, size) <= QUEUE_BYTES;
+        bool fits =
+            size <= PIPE_DATA_MAX && pipe_used(&hub->incoming) + pipe_frame_size(sizeof e->number, size) <= QUEUE_BYTES;
         first = fits && pipe_used(&hub->incoming) == 0;
         if (!fits) metric_count(hub->queue_full, 1);
         if (fits)
-            pipe_put_frame(
-                &hub->incoming, &(pipe_frame){.kind = PIPE_MESSAGE, .channel = "", .data = data, .size = size});
+            pipe_put_frame(&hub->incoming, &(pipe_frame){.kind = PIPE_MESSAGE,
+                                               .channel = (const char *)&e->number,
+                                               .channel_length = sizeof e->number,
+                                               .data = data,
+                                               .size = size});
         hub->offers += first;
     }
     pthread_mutex_unlock(&lock);
@@ -179,6 +186,7 @@ static size_t memory_take_all(struct link *head, const link_sink *sink)
     size_t messages = 0, refused = 0;
     pipe_frame f;
     while (pipe_take(&l->taken, &f) == 1) {
+        memcpy(&head->origin, f.channel, sizeof head->origin);
         if (incoming_bytes(head, sink, l->memory, f.data, f.size))
             messages++;
         else

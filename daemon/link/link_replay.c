@@ -72,6 +72,8 @@ static void hand_over(link_replay *l, const link_sink *sink, const wire_log_entr
         sink->message(sink->context, &l->head, &e->message);
     else if (e->kind == WIRE_LOG_STEPS && sink->steps_done)
         sink->steps_done(sink->context, e->steps_done);
+    else if (e->kind == WIRE_LOG_BUILD && sink->build)
+        sink->build(sink->context, e->build.client, e->build.hash, e->build.ready);
     else if (e->kind == WIRE_LOG_LOST)
         sink->client_lost(sink->context, &l->head, e->lost_client);
 }

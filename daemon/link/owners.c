@@ -52,6 +52,12 @@ bool owners_knows(const owners *o, uint64_t writer)
     return writer_at(o, writer) != NULL;
 }
 
+uint64_t owners_participant_of(const owners *o, uint64_t writer)
+{
+    const owners_writer *w = writer_at(o, writer);
+    return w ? w->participant : 0;
+}
+
 void owners_come(owners *o, uint64_t writer, uint64_t participant, bool announces)
 {
     if (!writer || !participant || owners_knows(o, writer)) return;
@@ -66,6 +72,19 @@ void owners_come(owners *o, uint64_t writer, uint64_t participant, bool announce
     p->writers++;
     p->announcing += announces;
     p->has_announced |= announces;
+}
+
+void owners_put_in_group(owners *o, uint64_t writer, int group)
+{
+    const owners_writer *w = writer_at(o, writer);
+    if (w) participant_at(o, w->participant)->group = group;
+}
+
+int owners_group(const owners *o, int64_t client)
+{
+    const owners_claim *c = claim_at(o, (uint64_t)client);
+    const owners_participant *p = c ? participant_at(o, c->participant) : NULL;
+    return p ? p->group : 0;
 }
 
 static void drop_participant(owners *o, const owners_participant *p)
@@ -104,6 +123,12 @@ void owners_go(owners *o, uint64_t writer)
 
 /* ---- clients ---- */
 
+static void count_claim(owners *o, uint64_t participant, int more)
+{
+    owners_participant *p = participant_at(o, participant); /* NULL: gone */
+    if (p) p->claims += (size_t)more;
+}
+
 owners_verdict owners_admit(owners *o, uint64_t writer, int64_t client, bool announces)
 {
     uint64_t key = (uint64_t)client;
@@ -112,7 +137,9 @@ owners_verdict owners_admit(owners *o, uint64_t writer, int64_t client, bool ann
     if (!key) return OWNERS_YES; /* nobody's name: refused elsewhere */
     if (!w) return !c || !is_alive(o, c->participant) ? OWNERS_YES : OWNERS_NOT_YOURS;
     if (!c && o->claims.count >= o->most) return OWNERS_FULL;
+    if (!c && o->each && participant_at(o, w->participant)->claims >= o->each) return OWNERS_SHARE;
     if (!c) {
+        participant_at(o, w->participant)->claims++;
         pair_map_put(&o->claim_of, key, (uint32_t)o->claims.count);
         array_push(&o->claims, ((owners_claim){key, w->participant, announces}));
         o->changed |= !is_alive(o, w->participant);
@@ -120,6 +147,8 @@ owners_verdict owners_admit(owners *o, uint64_t writer, int64_t client, bool ann
     }
     if (c->participant != w->participant) {
         if (is_alive(o, c->participant)) return OWNERS_NOT_YOURS;
+        count_claim(o, c->participant, -1);
+        count_claim(o, w->participant, 1);
         *c = (owners_claim){key, w->participant, false};
     }
     c->announced |= announces;
@@ -129,6 +158,7 @@ owners_verdict owners_admit(owners *o, uint64_t writer, int64_t client, bool ann
 void owners_release(owners *o, int64_t client)
 {
     if (!claim_at(o, (uint64_t)client)) return;
+    count_claim(o, claim_at(o, (uint64_t)client)->participant, -1);
     uint32_t place = pair_map_remove(&o->claim_of, (uint64_t)client);
     owners_claim last = o->claims.at[--o->claims.count];
     if (o->left > o->claims.count) o->left = o->claims.count;

@@ -5,7 +5,7 @@
 #define COLLIDED_NARROW_BOX_VIEW_H
 
 #include "lanes.h"
-#include "narrow.h"
+#include "placed_road.h"
 
 #include <string.h>
 

@@ -204,7 +204,8 @@ static void query(const shape *a, const shape *b, const pose *b_in_a, const narr
     narrow_cache *cache, narrow_scratch *scratch, effort *effort, narrow_result *result)
 {
     bool recalled = cache && short_road_recall(a, b, b_in_a, request, cache, result);
-    if (!recalled && !short_road_answer(a, b, b_in_a, request, cache, &scratch->epa, result)) {
+    bool formula = !recalled && b->type <= SHAPE_ELLIPSOID && placed_road_applies(request);
+    if (!recalled && !(formula && placed_road_answer(a, b, b_in_a, request, cache, scratch, result))) {
         unit_pair p;
         search(a, b, b_in_a, request, cache, scratch, effort, &p, result);
         if (wants_refining(&p, request, result)) {
@@ -287,9 +288,9 @@ static void swap_roles(narrow_result *r)
 static bool answer_placed(
     const shape *a, pose at_a, const shape *b, pose at_b, const narrow_request *request, narrow_result *result)
 {
-    if (b->type > SHAPE_BOX || a->type == SHAPE_BOX) return false;
+    if (b->type > SHAPE_BOX || a->type == SHAPE_BOX || !placed_road_applies(request)) return false;
     narrow_placed placed_a = narrow_placed_at(a, at_a), placed_b = narrow_placed_at(b, at_b);
-    return placed_road_for(&placed_a, &placed_b, request)(&placed_a, &placed_b, request, NULL, NULL, result);
+    return placed_a.row->with[placed_b.kind](&placed_a, &placed_b, request, NULL, NULL, result);
 }
 
 void narrow_query_world(const shape *a, pose pose_a, const shape *b, pose pose_b, const narrow_request *request,
@@ -318,26 +319,10 @@ void narrow_query_world(const shape *a, pose pose_a, const shape *b, pose pose_b
     if (swapped) swap_roles(result);
 }
 
-bool placed_by_relative_pose(const narrow_placed *a, const narrow_placed *b, const narrow_request *request,
-    narrow_cache *cache, narrow_scratch *scratch, narrow_result *result)
-{
-    if (!scratch) return false;
-    pose b_in_a = narrow_relative(a, b);
-    narrow_query(a->shape, b->shape, &b_in_a, request, cache, scratch, result);
-    turn_by(result, &a->turn);
-    return true;
-}
-
 bool placed_boxes_apart(const box_pair *x, double most, int face, const narrow_request *request,
     narrow_scratch *scratch, narrow_features *nearest, narrow_result *result)
 {
     return short_road_boxes_apart(x, most, face, request, &scratch->epa, nearest, result);
-}
-
-void narrow_query_placed(const narrow_placed *a, const narrow_placed *b, const narrow_request *request,
-    narrow_cache *cache, narrow_scratch *scratch, narrow_result *result)
-{
-    placed_road_for(a, b, request)(a, b, request, cache, scratch, result);
 }
 
 const char *narrow_method_name(narrow_method method)

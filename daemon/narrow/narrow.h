@@ -68,9 +68,8 @@ typedef struct narrow_result {
                               by its norm; of hulls, of all the points they were made of. By doubles: 16 ulp (u = 2^-53)
                               of the reaches plus the distance on both sides; where that is too wide for the request,
                               `refined`; beside a mesh or a half-space 32 ulp, of hulls that overlap, or a hull and a
-                              box, up to 48. Where
-                              shapes stand (narrow_query_placed, narrow_query_world): of a ball and a box 24 of the
-                              reaches and 28 of the gap; of two capsules 20 of the reaches; of a capsule whose core is
+                              box, up to 48. By formulas: of a ball and a box 24 of the reaches and 28 of the gap; of
+                              two capsules 20 of the reaches; of a capsule whose core is
                               in a box 20, else 2 more of the gap; by the first of two boxes 24, that overlap 48, of
                               verdicts of ellipsoids 32. Beside a compound 64 and what its parts have.
                               Touching shapes give lo <= 0 <= hi. Two half-spaces that no
@@ -142,40 +141,6 @@ bool narrow_ordered(const shape *a, uint64_t tie_a, const shape *b, uint64_t tie
  * (A, B) and (B, A) agree bit for bit. The answer is in the frame of world axes with its origin at pose_a.p. */
 void narrow_query_world(const shape *a, pose pose_a, const shape *b, pose pose_b, const narrow_request *request,
     narrow_scratch *scratch, narrow_result *result);
-
-/* A shape where it stands, with all that is the same for each pair that it is in. What balls are asked for comes first:
- * at an address divisible by 64 one cache line has it. A vector is read as four doubles: another follows each. */
-struct placed_row;
-typedef struct narrow_placed {
-    const struct placed_row *row; /* the formulas that know it, and its column among them: placed_road.h */
-    uint32_t kind;
-    bool unit;     /* the columns of `turn` may be told as axes: their squares are 1 but for 8 u */
-    double radius; /* the shape's, as is half */
-    pose at;
-    vec3 half;
-    mat3 turn;    /* of at.q */
-    double reach; /* shape_reach */
-    const shape *shape;
-} narrow_placed;
-
-narrow_placed narrow_placed_at(const shape *s, pose at);
-
-/* B's pose in A's frame: that of pose_relative, to the bit. */
-static inline pose narrow_relative(const narrow_placed *a, const narrow_placed *b)
-{
-    return (pose){mat_tmul(a->turn, vec_sub(b->at.p, a->at.p)), quat_mul(quat_conj(a->at.q), b->at.q)};
-}
-
-/* As narrow_query for shapes (in canonical order) where they stand: the answer is in the frame of world axes with its
- * origin at A's. Balls, capsules and boxes are measured there, without a relative pose, and most verdicts of two
- * ellipsoids are found there: the quickest way to ask about them. `cache`, or NULL, is kept up for all others; of these
- * it is left as it is, but for the features of two boxes.
- *
- * A tick of the daemon does not come this way: it asks narrow_query, by relative poses. Of all others the answer, where
- * it is refined, is that of the relative pose as it is rounded, not of the two poses: narrow_query_world refines from
- * those. */
-void narrow_query_placed(const narrow_placed *a, const narrow_placed *b, const narrow_request *request,
-    narrow_cache *cache, narrow_scratch *scratch, narrow_result *result);
 
 /* The certified separation along one axis (unit, in A's frame, from A towards B): one support query a shape. A lower
  * bound of the signed distance for any axis. With a half-space the axis is its normal, whatever is passed. */

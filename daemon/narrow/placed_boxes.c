@@ -431,8 +431,7 @@ APART bool two_boxes_otherwise(const narrow_placed *a, const narrow_placed *b, c
     begin(&q, &p);
     bool tried = is_in_range(&q, &p);
     q.everyday = false;
-    if (!tried && two_boxes(&q, cache, scratch, result)) return true;
-    return placed_by_relative_pose(a, b, request, cache, scratch, result);
+    return !tried && two_boxes(&q, cache, scratch, result);
 }
 
 /* A road by `formula`, and on by `otherwise` where that does not answer: for wide processors, and for all. */

@@ -91,14 +91,21 @@ INLINE bool two_capsules(const placed *q, narrow_result *out)
 ROAD(ball_and_capsule)
 ROAD(two_capsules)
 
-#define GENERAL placed_by_relative_pose
+/* Where there is none, or they are not in canonical order. */
+static bool no_formula(const narrow_placed *a, const narrow_placed *b, const narrow_request *request,
+    narrow_cache *cache, narrow_scratch *scratch, narrow_result *result)
+{
+    (void)a, (void)b, (void)request, (void)cache, (void)scratch, (void)result;
+    return false;
+}
+#define GENERAL no_formula
 
 /* Of ellipsoids the verdict alone has a formula. */
 static bool ellipsoids_placed(const narrow_placed *a, const narrow_placed *b, const narrow_request *request,
     narrow_cache *cache, narrow_scratch *scratch, narrow_result *result)
 {
     bool measure = request->facts & NARROW_DISTANCE;
-    return (measure ? placed_by_relative_pose : two_ellipsoids_placed)(a, b, request, cache, scratch, result);
+    return !measure && two_ellipsoids_placed(a, b, request, cache, scratch, result);
 }
 
 #define ALL_ROWS(two_balls, ball_and_box, two_capsules)                                                                \
@@ -113,7 +120,7 @@ static const placed_row ROWS[PLACED_KINDS] = ALL_ROWS(two_balls_placed, ball_and
 static const placed_row ROWS_WIDE[PLACED_KINDS] =
     ALL_ROWS(two_balls_placed_wide, ball_and_box_placed_wide, two_capsules_placed_wide);
 
-narrow_placed narrow_placed_at(const shape *s, pose at)
+static uint32_t kind_of(const shape *s)
 {
     static const uint32_t KINDS[SHAPE_ELLIPSOID + 1] = {[SHAPE_SPHERE] = PLACED_BALL,
         [SHAPE_CAPSULE] = PLACED_CAPSULE,
@@ -121,10 +128,34 @@ narrow_placed narrow_placed_at(const shape *s, pose at)
         [SHAPE_CYLINDER] = PLACED_OTHER,
         [SHAPE_CONE] = PLACED_OTHER,
         [SHAPE_ELLIPSOID] = PLACED_ELLIPSOID};
-    bool known = s->type <= SHAPE_ELLIPSOID && !(s->deviation > 0);
-    uint32_t kind = known ? KINDS[s->type] : PLACED_OTHER;
+    return s->type <= SHAPE_ELLIPSOID && !(s->deviation > 0) ? KINDS[s->type] : PLACED_OTHER;
+}
+
+narrow_placed narrow_placed_at(const shape *s, pose at)
+{
+    uint32_t kind = kind_of(s);
     const placed_row *row = &(lanes_wide() ? ROWS_WIDE : ROWS)[kind];
     mat3 turn = quat_matrix(at.q);
     bool unit = is_direction(turn.x) && is_direction(turn.y) && is_direction(turn.z);
     return (narrow_placed){row, kind, unit, s->radius, at, s->half, turn, shape_reach(s), s};
+}
+
+/* Of balls what the formulas read, and no more; A is not turned. */
+bool placed_road_answer(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
+    narrow_cache *cache, narrow_scratch *scratch, narrow_result *result)
+{
+    uint32_t kind_a = kind_of(a), kind_b = kind_of(b);
+    placed_road *formula = (lanes_wide() ? ROWS_WIDE : ROWS)[kind_a].with[kind_b];
+    if (formula == GENERAL) return false;
+    narrow_placed on_a, on_b;
+    on_a.unit = true, on_a.radius = a->radius, on_a.half = a->half, on_a.shape = a;
+    on_a.at = POSE_IDENTITY, on_a.turn = (mat3){{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    on_a.reach = kind_a == PLACED_BALL ? a->radius : shape_reach(a);
+    on_b.radius = b->radius, on_b.half = b->half, on_b.shape = b, on_b.at = *b_in_a;
+    on_b.reach = kind_b == PLACED_BALL ? b->radius : shape_reach(b);
+    if (kind_b != PLACED_BALL) {
+        on_b.turn = quat_matrix(b_in_a->q);
+        on_b.unit = is_direction(on_b.turn.x) && is_direction(on_b.turn.y) && is_direction(on_b.turn.z);
+    }
+    return formula(&on_a, &on_b, request, cache, scratch, result);
 }

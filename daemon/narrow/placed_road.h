@@ -6,14 +6,27 @@
 
 #include "narrow.h"
 
-/* The answer in world axes with the origin at A's, where it is as narrow as asked. Where not, narrow_query answers, if
- * there is a scratch; if there is none (NULL), false, and nothing is written that counts. Of balls the matrices are not
- * read. With the arguments of narrow_query_placed, so that a jump is all that leads here. */
-typedef bool placed_road(const narrow_placed *a, const narrow_placed *b, const narrow_request *request,
-    narrow_cache *cache, narrow_scratch *scratch, narrow_result *result);
+struct placed_row;
+/* A shape where it stands, with all that is the same for each pair that it is in. What balls are asked for comes first:
+ * at an address divisible by 64 one cache line has it. A vector is read as four doubles: another follows each. */
+typedef struct narrow_placed {
+    const struct placed_row *row; /* the formulas that know it, and its column among them: below */
+    uint32_t kind;
+    bool unit;     /* the columns of `turn` may be told as axes: their squares are 1 but for 8 u */
+    double radius; /* the shape's, as is half */
+    pose at;
+    vec3 half;
+    mat3 turn;    /* of at.q */
+    double reach; /* shape_reach */
+    const shape *shape;
+} narrow_placed;
 
-/* narrow_query by the relative pose, turned to world axes. */
-bool placed_by_relative_pose(const narrow_placed *a, const narrow_placed *b, const narrow_request *request,
+narrow_placed narrow_placed_at(const shape *s, pose at);
+
+/* The answer in world axes with the origin at A's, where it is as narrow as asked. Where not, false, and nothing is
+ * written that counts. Of balls the matrices are not read. All have the same arguments, so that a jump is all that
+ * leads here; without a scratch (NULL) nothing is searched. */
+typedef bool placed_road(const narrow_placed *a, const narrow_placed *b, const narrow_request *request,
     narrow_cache *cache, narrow_scratch *scratch, narrow_result *result);
 
 /* short_road_boxes_apart, with the caller's scratch. */
@@ -24,8 +37,7 @@ bool placed_boxes_apart(const struct box_pair *x, double most, int face, const n
 /* What a shape is to the formulas. Other is all that none knows: shapes that stand for something else, too. */
 enum { PLACED_BALL, PLACED_CAPSULE, PLACED_BOX, PLACED_ELLIPSOID, PLACED_OTHER, PLACED_KINDS };
 
-/* With a shape of this kind as A, by the kind of B: the formula, or placed_by_relative_pose where there is none or they
- * are not in canonical order. */
+/* With a shape of this kind as A, by the kind of B: the formula, or one that answers nothing. */
 typedef struct placed_row {
     placed_road *with[PLACED_KINDS];
 } placed_row;
@@ -34,11 +46,14 @@ typedef struct placed_row {
 placed_road two_balls_placed, two_balls_placed_wide, ball_and_box_placed, ball_and_box_placed_wide;
 placed_road two_capsules_placed, two_capsules_placed_wide; /* placed_road.c, placed_balls_wide.c */
 
-/* What answers for this pair: a formula, unless a manifold is asked for. */
-static inline placed_road *placed_road_for(const narrow_placed *a, const narrow_placed *b, const narrow_request *r)
+/* Can a formula answer this request? */
+static inline bool placed_road_applies(const narrow_request *r)
 {
-    bool plain = ((unsigned)r->engine | (r->facts & NARROW_MANIFOLD)) == 0;
-    return plain ? a->row->with[b->kind] : placed_by_relative_pose;
+    return ((unsigned)r->engine | (r->facts & NARROW_MANIFOLD)) == 0;
 }
+
+/* The answer of a formula in A's frame, with the origin at A's, as narrow_query gives it. */
+bool placed_road_answer(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
+    narrow_cache *cache, narrow_scratch *scratch, narrow_result *result);
 
 #endif

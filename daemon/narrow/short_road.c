@@ -1,6 +1,5 @@
-/* short_road: one function a pair of types, into which everything is inlined, so that only what its formula reads is
- * computed. What holds: unit_pair's scale and error, closed.c's formulas and narrow.c's finish, the very same inline
- * functions, so that both roads give the same bits. Pure; any thread. */
+/* short_road: only what its formula reads is computed. What holds: unit_pair's scale and error and narrow.c's finish,
+ * the very same inline functions, so that the bits are those of the general method. Pure; any thread. */
 #include "short_road.h"
 
 #include "box_pair.h"
@@ -53,50 +52,6 @@ static inline bool settle(const unit_pair *p, const narrow_request *r, const spa
     return suffices(p, r, s, out);
 }
 
-/* Axis, line of the witnesses and distance are one: a single root. Centres that (nearly) coincide have no line. */
-static bool two_balls(const shape *a, const shape *b, const pose *at, const narrow_request *r, narrow_result *out)
-{
-    unit_pair p;
-    pair_of(a, a->radius, b, b->radius, at, &p);
-    vec3 t = p.b_in_a.t;
-    double norm2 = vec_norm2(t), distance = sqrt(norm2);
-    span s = {.lo = distance, .hi = distance, .method = NARROW_BY_CLOSED_FORM, .iterations = 1};
-    if (!(norm2 > 0x1p-900)) return false;
-    vec3 axis = vec_scale(t, 1 / distance);
-    set_bounds(&p, &s, out);
-    out->axis = axis;
-    out->point_a = vec_scale(axis, p.a.radius * p.unit);
-    out->point_b = vec_scale(vec_madd(t, -p.b.radius, axis), p.unit);
-    out->status = NARROW_CERTAIN;
-    return suffices(&p, r, &s, out);
-}
-
-static bool ball_and_capsule(
-    const shape *a, const shape *b, const pose *at, const narrow_request *r, narrow_result *out)
-{
-    unit_pair p;
-    pair_of(a, a->radius, b, add_up(b->half.z, b->radius), at, &p);
-    span s;
-    return formula_sphere_capsule(&p, &s) && settle(&p, r, &s, out);
-}
-
-static bool ball_and_box(const shape *a, const shape *b, const pose *at, const narrow_request *r, narrow_result *out)
-{
-    unit_pair p;
-    pair_of(a, a->radius, b, add_up(length_up(b->half), b->radius), at, &p);
-    span s;
-    return formula_sphere_box(&p, &s) && settle(&p, r, &s, out);
-}
-
-static bool two_capsules(const shape *a, const shape *b, const pose *at, const narrow_request *r, narrow_result *out)
-{
-    unit_pair p;
-    pair_of(a, add_up(a->half.z, a->radius), b, add_up(b->half.z, b->radius), at, &p);
-    span s;
-    segments g = segments_of(&p);
-    return formula_capsule_capsule(&p, &g, &s) && settle(&p, r, &s, out);
-}
-
 static bool settle_boxes(
     const unit_pair *p, const narrow_goal *g, const narrow_request *r, const span *s, narrow_result *out)
 {
@@ -118,42 +73,6 @@ bool short_road_boxes_apart(const box_pair *x, double most, int face, const narr
     return nearest->count_a || settle_boxes(p, &g, r, &s, out);
 }
 
-/* recall, measure and status_of of narrow.c, for two boxes. */
-static bool two_boxes(const shape *a, const shape *b, const pose *at, const narrow_request *r, narrow_cache *cache,
-    epa_scratch *scratch, narrow_result *out)
-{
-    unit_pair p;
-    if (a->deviation + b->deviation > 0) return false;
-    pair_of(a, add_up(length_up(a->half), a->radius), b, add_up(length_up(b->half), b->radius), at, &p);
-    narrow_goal g = goal_of(&p, r);
-    span s = {.nearest = {.count_a = 0}};
-    bool named = near_features_apply(&p, &g), known = named && cache && cache->nearest.count_a;
-    if (!known || !near_features_recall(&p, &g, &cache->nearest, &s)) {
-        if (!closed_box_box(&p, &g, &s)) dispatch_general(&p, &g, false, s.axis, scratch, &s);
-        if (named) near_features_settle(&p, &g, &s);
-    }
-    if (named && cache) cache->nearest = s.nearest;
-    return settle_boxes(&p, &g, r, &s, out);
-}
-
-/* A capsule without length is a ball: unit_pair.c knows. */
-static bool is_capsule(const shape *s)
-{
-    return s->type == SHAPE_CAPSULE && s->half.z > 0;
-}
-
-bool short_road_answer(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
-    narrow_cache *cache, epa_scratch *scratch, narrow_result *out)
-{
-    if (b->type > SHAPE_BOX || request->engine != NARROW_ENGINE_AUTO || (request->facts & NARROW_MANIFOLD))
-        return false;
-    if (a->type == SHAPE_SPHERE && b->type == SHAPE_SPHERE) return two_balls(a, b, b_in_a, request, out);
-    if (a->type == SHAPE_SPHERE && b->type == SHAPE_BOX) return ball_and_box(a, b, b_in_a, request, out);
-    if (a->type == SHAPE_BOX && b->type == SHAPE_BOX) return two_boxes(a, b, b_in_a, request, cache, scratch, out);
-    if (a->type == SHAPE_SPHERE && is_capsule(b)) return ball_and_capsule(a, b, b_in_a, request, out);
-    return is_capsule(a) && is_capsule(b) && two_capsules(a, b, b_in_a, request, out);
-}
-
 static double reach_of(const shape *s)
 {
     return add_up(s->type == SHAPE_HULL ? s->hull->reach : length_up(s->half), s->radius);
@@ -172,7 +91,7 @@ bool short_road_recall(const shape *a, const shape *b, const pose *b_in_a, const
     narrow_cache *cache, narrow_result *out)
 {
     narrow_features *nearest = &cache->nearest;
-    bool like = a->type == b->type ? a->type == SHAPE_BOX || near_features_scans(a, b)
+    bool like = a->type == b->type ? near_features_scans(a, b)
                                    : nearest->deep && a->type == SHAPE_BOX && near_features_name_depths(a, b);
     bool plain =
         request->facts == NARROW_DISTANCE && request->range == INFINITY && request->engine == NARROW_ENGINE_AUTO;

@@ -35,7 +35,7 @@ typedef struct unit_pair {
 
 /* Two boxes in the world. */
 typedef struct box_stand {
-    const narrow_placed *a, *b;
+    const struct narrow_placed *a, *b;
 } box_stand;
 
 /* What ends a search. Lengths between cores. */

@@ -2,6 +2,10 @@
  * twice. Tick thread. */
 #include "service.h"
 
+#include "base/clock.h"
+#include "base/log.h"
+
+#include <inttypes.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -98,13 +102,52 @@ static void send_hits(reply *r, const world_hits *hits, uint32_t n, const wire_q
     free(stale);
 }
 
+/* ---- patience ---- */
+
+/* How long a search may hold the tick, of this thread's own time; names are gone through without long steps. */
+static const int64_t SEARCH_NS = 20000000, NAMES_NS = 40000000;
+
+typedef struct patience {
+    int64_t monotonic_ns; /* before then it cannot have had that much */
+    int64_t thread_ns;
+} patience;
+
+static patience patience_for(const wire_query *q)
+{
+    int64_t ns = q->kind == WIRE_QUERY_BODIES ? NAMES_NS : SEARCH_NS;
+    return (patience){clock_monotonic_ns() + ns, clock_thread_ns() + ns};
+}
+
+static bool goes_on(void *context)
+{
+    const patience *p = context;
+    return clock_monotonic_ns() < p->monotonic_ns || clock_thread_ns() < p->thread_ns;
+}
+
+/* All in a box, or by name: what was found is true. Else it is no answer: nobody knows what else is nearer. */
+static bool is_told_in_part(const wire_query *q)
+{
+    return q->kind == WIRE_QUERY_BOX || q->kind == WIRE_QUERY_BODIES;
+}
+
 static void answer_hits(reply *r, world_hits *hits, const wire_query *q)
 {
     uint32_t most = q->most > 0 && q->most < WIRE_ANSWERS_MAX ? (uint32_t)q->most : WIRE_ANSWERS_MAX;
     uint32_t n = hits->count < most ? (uint32_t)hits->count : most;
-    if (n < hits->count) {
+    size_t all = hits->count + hits->left_out;
+    if (hits->gave_up) metric_count(r->s->count.queries_cut, 1);
+    if (hits->gave_up && !is_told_in_part(q)) {
+        array_free(hits);
+        fail(r, WIRE_ANSWER_UNSUPPORTED,
+            "the search was given up after %.0f ms, so that nobody waits for it: ask for less (a shorter length, a "
+            "smaller box, fewer bodies, a coarser tolerance)",
+            1e-6 * (double)SEARCH_NS);
+        return;
+    }
+    if (n < all || hits->gave_up) {
         r->answer.status = WIRE_ANSWER_TRUNCATED;
-        snprintf(r->text, sizeof r->text, "%zu hits, %u of them told", hits->count, n);
+        snprintf(r->text, sizeof r->text, "%zu hits, %u of them told%s", all, n,
+            hits->gave_up ? "; the search took too long, and there may be more" : "");
     }
     send_hits(r, hits, n, q);
     array_free(hits);
@@ -170,6 +213,7 @@ static bool was_carried_out(reply *r, const wire_query *q)
 {
     const record_wish *last = &r->s->record_wish;
     if (last->client != q->client || q->sequence > last->sequence) return false;
+    if (q->sequence == last->sequence && r->s->record_reply.to) return true; /* it comes */
     if (q->sequence == last->sequence)
         fail(r, last->status, "%s", last->text);
     else
@@ -180,30 +224,52 @@ static bool was_carried_out(reply *r, const wire_query *q)
 static void record(reply *r, const wire_query *q)
 {
     service *s = r->s;
-    char path[2 * CONFIG_TEXT_MAX], why[256];
-    if (!*q->name_a && !s->recording) {
+    char path[2 * CONFIG_TEXT_MAX], why[CONFIG_TEXT_MAX + 256];
+    if (!*q->name_a && !s->recording_to) {
         fail(r, WIRE_ANSWER_UNSUPPORTED, "nothing is being recorded: it was not begun, or the disk refused it");
+    } else if (!*q->name_a && !record_may_end(s, q->client, why, sizeof why)) {
+        log_notice("client %016" PRIx64 " may not end the recording: %s", (uint64_t)q->client, why);
+        metric_count(s->count.records_refused, 1);
+        fail(r, WIRE_ANSWER_UNSUPPORTED, "%s", why);
     } else if (!*q->name_a) {
         record_stop(s);
+        answer_owed(s); /* an earlier one */
         snprintf(r->text, sizeof r->text, "recording ended");
-        send(r);
+        s->record_reply = (record_reply){.to = r->to, .answer = r->answer};
     } else if (!*s->config.record_dir) {
         fail(r, WIRE_ANSWER_UNSUPPORTED, "the daemon was started without record_dir: it does not let clients record");
     } else if (strchr(q->name_a, '/') || q->name_a[0] == '.') {
         fail(r, WIRE_ANSWER_UNSUPPORTED, "a recording needs a plain name, without '/' and not starting with '.'");
     } else {
         snprintf(path, sizeof path, "%s/%s.lcmlog", s->config.record_dir, q->name_a);
-        if (record_start(s, path, why, sizeof why) != 0)
+        if (record_start(s, path, &q->client, why, sizeof why) != 0) {
+            log_notice("client %016" PRIx64 " may not record: %s", (uint64_t)q->client, why);
+            metric_count(s->count.records_refused, 1);
             fail(r, WIRE_ANSWER_UNSUPPORTED, "%s", why);
-        else
-            fail(r, WIRE_ANSWER_OK, "%s", path);
+        } else {
+            answer_owed(s); /* an earlier one */
+            snprintf(r->text, sizeof r->text, "%s", path);
+            s->record_reply = (record_reply){.to = r->to, .answer = r->answer};
+        }
     }
+}
+
+void answer_owed(service *s)
+{
+    record_reply *owed = &s->record_reply;
+    if (!owed->to) return;
+    owed->answer.text = s->record_wish.text;
+    metric_count(s->count.answers, 1);
+    owed->to->ops->publish(owed->to, &(wire_message){.kind = WIRE_ANSWER, .answer = owed->answer});
+    owed->to->ops->flush(owed->to);
+    owed->to = NULL;
 }
 
 void answer_query(service *s, struct link *from, const wire_query *q)
 {
     static reply r; /* the tick thread's: 4 kB of text */
-    world_hits hits = {0};
+    patience p = patience_for(q);
+    world_hits hits = {.go_on = goes_on, .go_on_context = &p, .most = WIRE_ANSWERS_MAX};
     uint32_t a, b;
     r = (reply){.s = s,
         .to = from,
@@ -241,7 +307,7 @@ void answer_query(service *s, struct link *from, const wire_query *q)
         break;
     case WIRE_QUERY_EXPLAIN:
         if (!two_bodies(&r, q, &a, &b)) return;
-        world_explain(s->world, a, b, s->now_ns, r.text, sizeof r.text);
+        world_explain_within(s->world, a, b, s->now_ns, &hits, r.text, sizeof r.text);
         send(&r);
         return;
     case WIRE_QUERY_RECORD:
@@ -249,6 +315,7 @@ void answer_query(service *s, struct link *from, const wire_query *q)
         record(&r, q);
         s->record_wish = (record_wish){.client = q->client, .sequence = q->sequence, .status = r.answer.status};
         memcpy(s->record_wish.text, r.text, sizeof r.text);
+        if (!s->record_ends.count && !s->record_next) answer_owed(s);
         return;
     default:
         fail(&r, WIRE_ANSWER_UNSUPPORTED, "this kind of query is not supported by this release");

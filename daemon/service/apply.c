@@ -73,6 +73,7 @@ static bool shape_at(service *s, const wire_body *m, uint32_t i, world_shape *ou
         .local = {vec(at[0], at[1], at[2]), quat_unit((quat){at[3], at[4], at[5], at[6]})}};
     int64_t hash = m->shape_geometries.at[i];
     if (hash == 0 || geometry_lend(s, geometry_claimed(s, m->client, hash), type, &out->shape)) return true;
+    s->carried.lacks = hash;
     refuse(why, WIRE_UNKNOWN_GEOMETRY, "shape_geometries[%u]: %s %016" PRIx64 " has not come", i,
         type == WIRE_SHAPE_HEIGHT_FIELD ? "height field" : shape_type_name(out->shape.type), (uint64_t)hash);
     return false;
@@ -175,6 +176,7 @@ static wire_reason put_gathered(service *s, session *c, const wire_body *m, wire
         .category = (uint64_t)m->category,
         .mask = (uint64_t)m->mask,
         .one_way = m->one_way,
+        .owner = (uint64_t)c->client,
         .ccd = (world_ccd)m->ccd,
         .acceleration = m->acceleration_m_s2,
         .angular_acceleration = m->angular_acceleration_rad_s2,
@@ -195,6 +197,7 @@ static wire_reason put_gathered(service *s, session *c, const wire_body *m, wire
     b->sequence = m->sequence;
     if (!newer_pose) *session_pose_sequence(c, b) = m->sequence;
     hold_geometries(s, b, m);
+    if (c->lost && !c->left && c->on_loss == WIRE_LOST_HOLD) world_hold_body(s->world, id);
     return WIRE_OK;
 }
 
@@ -218,14 +221,21 @@ static wire_reason remove_body(service *s, session *c, const wire_body *m)
     return WIRE_OK;
 }
 
-static wire_reason apply_body(service *s, session *c, const wire_body *m, wire_refusal *why)
+/* A copy of one that waits for a build is answered when that is over. */
+static wire_reason apply_body(service *s, session *c, const wire_body *m, wire_refusal *why, bool *later)
 {
     const owned_body *b = session_body(c, m->body);
-    if (b && m->sequence <= b->sequence) {
+    pending_copy copy = pending_is_copy(s, c, m);
+    if ((b && m->sequence <= b->sequence) || copy != PENDING_NEWER) {
         metric_count(s->count.duplicates, 1);
+        *later = copy == PENDING_SAME;
         return WIRE_OK;
     }
-    return m->removed ? remove_body(s, c, m) : put_body(s, c, m, why);
+    wire_reason reason = m->removed ? remove_body(s, c, m) : put_body(s, c, m, why);
+    if (reason != WIRE_OK) return reason;
+    pending_supersede(s, c, m, &s->carried.pose);
+    if (!m->removed) poses_give(s, c, session_body(c, m->body), &s->carried.pose);
+    return reason;
 }
 
 /* ---- interests ---- */
@@ -348,13 +358,14 @@ bool apply_command(service *s, struct link *from, const wire_message *m, bool ma
 {
     int64_t client, sequence;
     int32_t object;
+    bool later = false;
     wire_refusal why = {WIRE_OK, ""};
     wire_origin(m, &client, &sequence, &object);
     if (m->kind == WIRE_CLIENT && m->client.removed) {
         apply_leave(s, from, &m->client);
         return true;
     }
-    if (is_of_one_who_left(s, from, m)) return true;
+    if (!s->carried.has_waited && is_of_one_who_left(s, from, m)) return true;
     session *c = session_get(s, client, from);
     if (!c) {
         apply_limit(s, s->sessions.count, s->config.max_clients, "max_clients", &why);
@@ -368,11 +379,11 @@ bool apply_command(service *s, struct link *from, const wire_message *m, bool ma
         break;
     case WIRE_GEOMETRY:
         ready_announced(s);
-        geometry_put(s, c, &m->geometry, &why);
+        geometry_put(s, c, &m->geometry, &why, &later);
         break;
     case WIRE_BODY:
         ready_announced(s);
-        apply_body(s, c, &m->body, &why);
+        apply_body(s, c, &m->body, &why, &later);
         break;
     case WIRE_INTEREST:
         ready_announced(s);
@@ -386,6 +397,7 @@ bool apply_command(service *s, struct link *from, const wire_message *m, bool ma
         break;
     }
     if (why.reason == WIRE_UNKNOWN_GEOMETRY && may_wait) return false;
+    if (later) return true;
     if (why.reason == WIRE_OK)
         session_ack(c, sequence);
     else /* which may be lost, or not told, and is told again when the message comes again */

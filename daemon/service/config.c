@@ -1,6 +1,8 @@
 /* config: the table of options, and what is made from it. Main thread, at start. */
 #include "config.h"
 
+#include "wire/wire_file.h"
+
 #include <errno.h>
 #include <math.h>
 #include <stdio.h>
@@ -65,6 +67,12 @@ static const config_option OPTIONS[] = {
         "All pairs are bounded first; then those that matter most are refined, until the time is used. What is left "
         "keeps an interval that is wider than asked but holds, is told as stopped by the budget, counted (undone), and "
         "goes first in the next tick, which follows at once. Searches for impacts are not cut short."},
+    {"slice_us", CONFIG_NUMBER, FIELD(slice_us), 0, 10000000, NULL, "20000", "us",
+        "time that finding and deciding pairs may hold a tick; 0: as long as it needs",
+        "What is left after it is pending: unknown, counted (pending_pairs, undone), and goes on in the next tick, "
+        "which "
+        "follows at once, so that queries and other clients wait no longer than that. Clients take turns. A step is "
+        "answered when nothing of it is pending."},
     {"lock_memory", CONFIG_YES, FIELD(lock_memory), 0, 0, NULL, "no", "",
         "keep all memory resident: nothing is paged out",
         "For steady answers on a machine that is short of memory. Needs LimitMEMLOCK=infinity (ulimit -l unlimited); "
@@ -113,7 +121,7 @@ static const config_option OPTIONS[] = {
         "DDS gives the signs by itself. Short leases fail over fast, and may do so where a busy machine lets the "
         "active "
         "one wait: nothing is lost by that, since it then becomes the standby."},
-    {"max_clients", CONFIG_WHOLE, FIELD(max_clients), 1, 100000, NULL, "1000", "clients", "clients at once",
+    {"max_clients", CONFIG_WHOLE, FIELD(max_clients), 1, 100000, NULL, "1200", "clients", "clients at once",
         "What exceeds a limit is refused, answered with the reason, counted, and shown in Status, whose "
         "health is then degraded."},
     {"max_bodies", CONFIG_WHOLE, FIELD(max_bodies), 1, 10000000, NULL, "1000000", "bodies", "bodies in the world",
@@ -125,29 +133,49 @@ static const config_option OPTIONS[] = {
         "Many shapes at one place make pairs by the square, of up to 3 KB each. What exceeds is left out, and said: "
         "counted (pairs_left_out), in the undone of each batch, and as degraded health. It comes in as soon as others "
         "have parted. A standby needs the same limit."},
-    {"max_interests", CONFIG_WHOLE, FIELD(max_interests), 1, 4096, NULL, "512", "interests", "interests at once",
-        "Counts all clients together. Who matches an interest is kept as a bit a body, so each costs memory."},
+    {"max_interests", CONFIG_WHOLE, FIELD(max_interests), 1, 100000, NULL, "4096", "interests", "interests at once",
+        "Counts all clients together. An interest takes about 1 kB, and time for what it is told. Over DDS its stream "
+        "is a "
+        "writer, too, of 7 kB here and 2.3 kB in each participant that discovers it: more than 10000 are for LCM."},
     {"max_geometries", CONFIG_WHOLE, FIELD(max_geometries), 1, 1000000, NULL, "10000", "geometries",
         "hulls, meshes and height fields in the store",
         "One is stored once however many bodies use it, and is forgotten when nobody does."},
     {"max_step_poses", CONFIG_WHOLE, FIELD(max_step_poses), 1, 100000000, NULL, "1000000", "poses",
         "poses of one client that wait for a step of lock-step to be complete",
         "A step is kept until all have published it."},
-    {"max_client_bodies", CONFIG_WHOLE, FIELD(max_client_bodies), 1, 10000000, NULL, "1000000", "bodies",
-        "bodies of one client", "The limits of one client let nobody use up what is there for all."},
-    {"max_client_shapes", CONFIG_WHOLE, FIELD(max_client_shapes), 1, 40000000, NULL, "2000000", "shapes",
-        "shapes of one client", "Counted like max_shapes."},
-    {"max_client_interests", CONFIG_WHOLE, FIELD(max_client_interests), 1, 4096, NULL, "512", "interests",
-        "interests of one client", "Each has a stream."},
+    {"share", CONFIG_WHOLE, FIELD(share), 1, 100, NULL, "75", "%",
+        "what one participant may have of each limit, under all its names; the rest stays free for others",
+        "Of max_clients, max_bodies, max_shapes, max_interests, max_geometries and max_waiting. Who comes over DDS is "
+        "a participant, whatever clients it names; over LCM nobody can be told apart: there each client has its share, "
+        "and all of LCM together, if there are other links. 100: nothing is kept free."},
+    {"max_client_bodies", CONFIG_WHOLE, FIELD(max_client_bodies), 0, 10000000, NULL, "0", "bodies",
+        "bodies of one participant, all its clients together; 0: its share of max_bodies",
+        "The limits of one client let nobody use up what is there for all."},
+    {"max_client_shapes", CONFIG_WHOLE, FIELD(max_client_shapes), 0, 40000000, NULL, "0", "shapes",
+        "shapes of one participant, all its clients together; 0: its share of max_shapes", "Counted like max_shapes."},
+    {"max_client_interests", CONFIG_WHOLE, FIELD(max_client_interests), 0, 100000, NULL, "0", "interests",
+        "interests of one participant, all its clients together; 0: its share of max_interests", "Each has a stream."},
     {"max_client_geometry", CONFIG_WHOLE, FIELD(max_client_geometry), 1, 1048576, NULL, "4096", "MiB",
-        "geometry of one client: hulls, meshes and height fields",
+        "geometry of one participant, all its clients together: hulls, meshes and height fields",
         "Counts the numbers of what the client announces, shared with others or not, from the first piece on, until it "
         "takes them back."},
+    {"max_client_work", CONFIG_WHOLE, FIELD(max_client_work), 1, 1000000, NULL, "750", "ms/s",
+        "expected work of the commands and queries of one participant in a second",
+        "Each has a price in microseconds, by its triangles, points, shapes, rules and the bodies in the world; four "
+        "seconds' worth may be saved up, enough for 100,000 bodies or 100 meshes at once. What exceeds waits, in its "
+        "order, while others go on; so does what would make a tick long. Poses have a limit of their own."},
+    {"max_query_work", CONFIG_WHOLE, FIELD(max_query_work), 1, 1000000, NULL, "250", "ms/s",
+        "expected work of the queries of all who are no clients, in a second",
+        "Of which each participant has its share. A query that takes longer than expected is charged what it took."},
+    {"max_waiting", CONFIG_WHOLE, FIELD(max_waiting), 1, 65536, NULL, "128", "MiB",
+        "commands and queries that wait for max_client_work, of all participants",
+        "Of which each has its share. What exceeds is refused, and its sender told."},
     {"max_client_messages", CONFIG_WHOLE, FIELD(max_client_messages), 1, 100000000, NULL, "1000000", "messages/s",
-        "messages of one client in a second",
+        "messages of one participant in a second, all its clients together",
         "Of all kinds; what exceeds is refused, and told at most 100 times a second."},
     {"max_client_poses", CONFIG_WHOLE, FIELD(max_client_poses), 1, 1000000000, NULL, "100000000", "poses/s",
-        "poses of one client in a second", "A batch that exceeds is refused as a whole."},
+        "poses of one participant in a second, all its clients together",
+        "A batch that exceeds is refused as a whole."},
     {"memory_limit", CONFIG_WHOLE, FIELD(memory_limit), 0, 1 << 30, NULL, "0", "MiB",
         "memory that the daemon may have resident; 0: half of what the machine, or its cgroup, has",
         "What would need more is refused, answered with this name, counted (memory_refused) and told as degraded "
@@ -174,6 +202,20 @@ static const config_option OPTIONS[] = {
         "record also what is told, so that a replay that differs says what differs",
         "Without, a recording has the commands and a hash of the events: it is replayed alike, and is smaller. In the "
         "demo's robot cell an event takes 220 bytes, and the recording is 3.5 times as large with them."},
+    {"record_max_size", CONFIG_WHOLE, FIELD(record_max_size), 1, 1000000000, NULL, "16384", "MiB",
+        "size of a recording",
+        "One that would be larger ends behind its last whole tick. That is logged, counted (record_failures) and told "
+        "as degraded health, as with the limits below and with a disk that refuses or does not keep up."},
+    {"record_keep_free", CONFIG_NUMBER, FIELD(record_keep_free), 0, 100, NULL, "2", "%",
+        "of the disk that is recorded to: what stays free",
+        "A recording that would leave less ends, or does not begin."},
+    {"record_max_files", CONFIG_WHOLE, FIELD(record_max_files), 1, 1000000, NULL, "100", "files",
+        "recordings in record_dir",
+        "Counts what ends in .lcmlog there. With as many, clients may begin no further one."},
+    {"record_max_time", CONFIG_NUMBER, FIELD(record_max_time), 0.1, 31536000, NULL, "86400", "s",
+        "how long a recording takes that a client has begun",
+        "Who has begun a recording may end it, and nobody else: the operator ends any by SIGUSR1. If its client is "
+        "gone it ends by this limit, or by one of the others."},
     {"replay", CONFIG_TEXT, FIELD(replay), 0, 0, NULL, "", "",
         "run a recording instead of live links, compare its hashes, and end",
         "No link is opened. The exit status is 0 if every tick is equal to the recording, wherever in a session that "
@@ -191,8 +233,17 @@ static const config_option OPTIONS[] = {
     {"json", CONFIG_YES, FIELD(json), 0, 0, NULL, "no", "", "print the result of a replay as a JSON object",
         "Only of use with replay."},
     {"metrics_port", CONFIG_WHOLE, FIELD(metrics_port), 0, 65535, NULL, "0", "TCP port",
-        "port on loopback with figures for Prometheus (/metrics) and for probes (/ready); 0: none",
-        "Only this machine can reach it. Figures are renewed with each Status; collidectl status shows the same ones."},
+        "port with figures for Prometheus (/metrics) and for probes (/ready); 0: none",
+        "Only this machine can reach it, unless metrics_address says otherwise. Figures are renewed with each Status; "
+        "collidectl status shows the same ones."},
+    {"metrics_address", CONFIG_TEXT, FIELD(metrics_address), 0, 0, NULL, "127.0.0.1", "",
+        "address of this machine, as a number, that metrics_port is on; 0.0.0.0: all of them",
+        "Whoever reaches it can read the figures: there is no password and no encryption."},
+    {"metrics_hosts", CONFIG_TEXT, FIELD(metrics_hosts), 0, 0, NULL, "", "",
+        "names that requests for figures may give as their Host, divided by spaces; *: any",
+        "On loopback localhost and its addresses are taken without this, on another metrics_address all addresses and "
+        "names without a dot (http://collided:9464). So no page of a stranger's in a browser gets to the figures under "
+        "a name of the stranger's. Requests with a foreign Origin are refused in any case."},
     {"log", CONFIG_CHOICE, FIELD(log), 0, 0, "error|warning|notice|info|debug", "notice", "", "least level to log",
         "Lines go to standard error. A flood of like lines is cut to ten a second, and counted."},
     {"journal", CONFIG_YES, FIELD(journal), 0, 0, NULL, "no", "", "mark log lines with their level for the journal",
@@ -337,12 +388,15 @@ int config_parse(config *c, const char *text, size_t size, const char *path, cha
 int config_read(config *c, const char *path, char *why, size_t why_size)
 {
     enum { FILE_MAX = 1 << 20 };
-    FILE *file = fopen(path, "rb");
+    char fault[256];
+    FILE *file = wire_file_open(path, UINT64_MAX, NULL, fault, sizeof fault);
     char *text = file ? malloc(FILE_MAX + 1) : NULL;
     size_t size = text ? fread(text, 1, FILE_MAX + 1, file) : 0;
-    int error = text && !ferror(file) ? 0 : errno, status = EX_OK;
-    if (error) {
-        snprintf(why, why_size, "%s: %s: name a readable file with --config, or leave it out", path, strerror(error));
+    bool unread = !text || ferror(file);
+    int status = EX_OK;
+    if (unread) {
+        snprintf(why, why_size, "%s: %s: name a readable file with --config, or leave it out", path,
+            file ? strerror(errno) : fault);
         status = EX_NOINPUT;
     } else if (size > FILE_MAX) {
         snprintf(why, why_size, "%s: larger than %d bytes: it cannot be a configuration", path, FILE_MAX);
@@ -436,7 +490,9 @@ static const config_exit EXITS[] = {
 /* Rates are looked at before a message is recorded. */
 static bool is_deciding(const config_option *o)
 {
-    bool is_rate = !strcmp(o->key, "max_client_messages") || !strcmp(o->key, "max_client_poses");
+    bool is_rate = !strcmp(o->key, "max_client_messages") || !strcmp(o->key, "max_client_poses") ||
+                   !strcmp(o->key, "max_client_work") || !strcmp(o->key, "max_query_work") ||
+                   !strcmp(o->key, "max_waiting");
     return !strcmp(o->key, "engine") || (!strncmp(o->key, "max_", 4) && !is_rate);
 }
 

@@ -22,16 +22,22 @@ typedef struct config {
     char runtime_dir[CONFIG_TEXT_MAX];
     char replay[CONFIG_TEXT_MAX];
     char log[16];
+    char metrics_address[64];
+    char metrics_hosts[CONFIG_TEXT_MAX];
     char cpus[128];
     char engine[16];
     char broad[16];
     char step_policy[16];
     long workers, metrics_port, fifo_priority;
     bool caches, json, journal, trade, lock_memory, record_events, standby;
-    double margin, rate, budget_us, settle, replay_speed, status_period, lease, heartbeat, step_timeout, standby_lease;
+    double record_keep_free, record_max_time;
+    long record_max_size, record_max_files;
+    double margin, rate, budget_us, slice_us, settle, replay_speed, status_period, lease, heartbeat, step_timeout,
+        standby_lease;
     long max_clients, max_bodies, max_shapes, max_pairs, max_interests, max_geometries, max_step_poses;
     long max_client_bodies, max_client_shapes, max_client_interests, max_client_geometry;
     long max_client_messages, max_client_poses, memory_limit;
+    long share, max_client_work, max_query_work, max_waiting;
 } config;
 
 typedef enum config_type { CONFIG_TEXT, CONFIG_CHOICE, CONFIG_WHOLE, CONFIG_NUMBER, CONFIG_YES } config_type;

@@ -1,11 +1,13 @@
 /* geometry: hulls, meshes and height fields. Content is known by the numbers themselves: a hash is what a client calls
  * it by, and what one client sends under a hash neither changes nor hinders what another sends under the same. While it
  * comes it belongs to its client; when its last piece has come it is compared with what is there, and shared if it is
- * the same number by number, or else built. It goes when no body holds it and nobody claims it. Tick thread. */
+ * the same number by number, or else built: at once what is small, the rest by the threads of builds.c, compared and
+ * hashed there. When a build is put off, and when it is over, is a command that is recorded. It goes when no body holds
+ * it and nobody claims it. Tick thread. */
 #include "service.h"
+#include "standby.h"
 
 #include "base/log.h"
-#include "geom/height_field.h"
 
 #include <inttypes.h>
 #include <stdio.h>
@@ -25,7 +27,7 @@ const geometry *geometry_at(const service *s, int64_t id)
     return find(s, id);
 }
 
-static bool is_whole(const geometry *g)
+static bool is_ready(const geometry *g)
 {
     return g->hull || g->mesh;
 }
@@ -111,6 +113,7 @@ static void claim(service *s, session *c, geometry *g)
     claim_of(s, c, g->hash)->geometry = g->id;
     c->geometries_taken_back--;
     g->claims++;
+    c->geometry_count++;
     c->geometry_bytes += bytes_of(g);
 }
 
@@ -119,6 +122,7 @@ static void disclaim(service *s, session *c, geometry_claim *at)
 {
     geometry *g = find(s, at->geometry);
     if (!g) return;
+    c->geometry_count--;
     c->geometry_bytes -= bytes_of(g);
     c->geometries_taken_back++;
     g->claims--;
@@ -128,29 +132,39 @@ static void disclaim(service *s, session *c, geometry_claim *at)
 
 /* ---- the store ---- */
 
+static void own_numbers(geometry *g, geometry_numbers *n)
+{
+    g->numbers = n;
+    g->vertices = n->vertices;
+    g->indices = n->indices;
+}
+
 static geometry *add(service *s, session *c, const wire_geometry *m)
 {
-    size_t place = 0;
+    size_t place = s->geometry_hint;
     while (place < s->geometries.count && s->geometries.at[place].id) place++;
     if (place == s->geometries.count) array_push(&s->geometries, (geometry){.id = 0});
+    s->geometry_hint = place + 1;
     geometry *g = &s->geometries.at[place];
     *g = (geometry){.id = ++s->geometry_last,
         .hash = m->hash,
         .same = PAIR_MAP_NONE,
         .kind = m->kind,
         .pieces = m->pieces,
+        .client = c->client,
         .vertex_numbers = (size_t)m->vertex_numbers,
         .index_numbers = (size_t)m->index_numbers};
-    g->vertices = base_zalloc(g->vertex_numbers ? g->vertex_numbers : 1, sizeof *g->vertices);
-    g->indices = base_zalloc(g->index_numbers ? g->index_numbers : 1, sizeof *g->indices);
+    own_numbers(g, geometry_numbers_create(m->kind, m->hash, g->vertex_numbers, g->index_numbers));
     g->has = base_zalloc((size_t)m->pieces, 1);
     pair_map_put(&s->geometry_of, (uint64_t)g->id, (uint32_t)place);
     claim(s, c, g);
     return g;
 }
 
+/* All of it has come. */
 static void enter_whole(service *s, geometry *g)
 {
+    if (!g->completed) g->completed = ++s->geometries_completed;
     g->same = pair_map_get(&s->geometry_whole, (uint64_t)g->hash);
     pair_map_put(&s->geometry_whole, (uint64_t)g->hash, (uint32_t)(g - s->geometries.at));
 }
@@ -167,26 +181,24 @@ static void leave_whole(service *s, const geometry *g)
             if (s->geometries.at[at].same == place) s->geometries.at[at].same = g->same;
 }
 
-static void drop(service *s, geometry *g)
+static void end_building(service *s, geometry *g)
 {
-    if (is_whole(g)) leave_whole(s, g);
-    pair_map_remove(&s->geometry_of, (uint64_t)g->id);
-    free(g->vertices);
-    free(g->indices);
-    free(g->has);
-    hull_destroy(g->hull);
-    mesh_destroy(g->mesh);
-    *g = (geometry){.id = 0};
+    s->geometries_building -= g->is_building;
+    g->is_building = false;
+    g->build = NULL;
 }
 
-static wire_reason build_hull(geometry *g, wire_refusal *why)
+static void drop(service *s, geometry *g)
 {
-    hull_status status = hull_build(g->vertices, g->vertex_numbers / 3, 0, &g->hull);
-    if (status == HULL_OK) return WIRE_OK;
-    snprintf(why->text, sizeof why->text, "vertices: %s", hull_status_text(status));
-    return why->reason = status == HULL_FLAT       ? WIRE_FLAT_HULL
-                         : status == HULL_TOO_MANY ? WIRE_TOO_LARGE
-                                                   : WIRE_BAD_SIZE;
+    size_t place = (size_t)(g - s->geometries.at);
+    if (g->completed) leave_whole(s, g);
+    builds_abandon(s->builds, g->build);
+    end_building(s, g);
+    pair_map_remove(&s->geometry_of, (uint64_t)g->id);
+    free(g->has);
+    builds_free(s->builds, g->numbers, g->hull, g->mesh);
+    *g = (geometry){.id = 0};
+    if (place < s->geometry_hint) s->geometry_hint = place;
 }
 
 /* What was mended is worth a warning, and so is a surface where a solid may have been meant. */
@@ -202,93 +214,272 @@ static void tell_findings(const geometry *g)
         log_info("mesh %016" PRIx64 " is %s", (uint64_t)g->hash, text);
 }
 
-static wire_reason build_mesh(geometry *g, wire_refusal *why)
+static void tell_ready(const geometry *g)
 {
-    mesh_status status = mesh_build(g->vertices, g->vertex_numbers / 3, g->indices, g->index_numbers / 3, &g->mesh);
-    if (status == MESH_OK) {
-        tell_findings(g);
-        return WIRE_OK;
-    }
-    bool large = status == MESH_TOO_MANY || status == MESH_WIDE_HULL;
-    snprintf(why->text, sizeof why->text, "vertices, indices: %s", mesh_status_text(status));
-    return why->reason = large ? WIRE_TOO_LARGE : WIRE_BAD_SIZE;
+    if (g->kind == WIRE_GEOMETRY_MESH) tell_findings(g);
+    if (g->kind == WIRE_GEOMETRY_HEIGHT_FIELD)
+        log_info("height field %016" PRIx64 " has %u rows and %u columns", (uint64_t)g->hash, g->mesh->rows,
+            g->mesh->columns);
 }
 
-static wire_reason build_height_field(geometry *g, wire_refusal *why)
+/* The one that was completed first, whose numbers are the same. */
+static geometry *find_equal(const service *s, const geometry *like)
 {
-    const double *head = g->vertices;
-    int32_t columns = g->indices[0], rows = g->indices[1];
-    int64_t heights = (int64_t)g->vertex_numbers - WIRE_FIELD_HEAD;
-    if (columns < 2 || rows < 2 || (int64_t)columns * rows != heights) { /* they came in pieces of their own */
-        snprintf(why->text, sizeof why->text, "indices: %d columns and %d rows are not %" PRId64 " heights", columns,
-            rows, heights);
-        return why->reason = WIRE_MALFORMED;
-    }
-    const height_field field = {.rows = (uint32_t)rows,
-        .columns = (uint32_t)columns,
-        .dx = head[0],
-        .dy = head[1],
-        .base = head[2],
-        .heights = head + WIRE_FIELD_HEAD};
-    height_field_status status = height_field_build(&field, &g->mesh);
-    if (status == HEIGHT_FIELD_OK) {
-        log_info("height field %016" PRIx64 " has %d rows and %d columns", (uint64_t)g->hash, rows, columns);
-        return WIRE_OK;
-    }
-    bool large = status == HEIGHT_FIELD_TOO_MANY || status == HEIGHT_FIELD_NO_MESH;
-    snprintf(why->text, sizeof why->text, "vertices, indices: %s", height_field_status_text(status));
-    return why->reason = large ? WIRE_TOO_LARGE : WIRE_BAD_SIZE;
-}
-
-static wire_reason build_kind(geometry *g, wire_refusal *why)
-{
-    switch (g->kind) {
-    case WIRE_GEOMETRY_MESH:
-        return build_mesh(g, why);
-    case WIRE_GEOMETRY_HEIGHT_FIELD:
-        return build_height_field(g, why);
-    default:
-        return build_hull(g, why);
-    }
-}
-
-static bool has_content(const geometry *g, const geometry *of)
-{
-    return g->hash == of->hash && g->kind == of->kind && g->vertex_numbers == of->vertex_numbers &&
-           g->index_numbers == of->index_numbers &&
-           memcmp(g->vertices, of->vertices, of->vertex_numbers * sizeof *of->vertices) == 0 &&
-           memcmp(g->indices, of->indices, of->index_numbers * sizeof *of->indices) == 0;
-}
-
-static geometry *find_whole(const service *s, const geometry *like)
-{
+    geometry *first = NULL;
     uint32_t at = pair_map_get(&s->geometry_whole, (uint64_t)like->hash);
-    while (at != PAIR_MAP_NONE && !has_content(&s->geometries.at[at], like)) at = s->geometries.at[at].same;
-    return at == PAIR_MAP_NONE ? NULL : &s->geometries.at[at];
+    for (; at != PAIR_MAP_NONE; at = s->geometries.at[at].same) {
+        geometry *g = &s->geometries.at[at];
+        if ((!first || g->completed < first->completed) && geometry_numbers_equal(g->numbers, like->numbers)) first = g;
+    }
+    return first;
 }
 
-/* All pieces have come: it is shared with who sent the same before, or built. Refused, it is gone with its claim. */
+/* ---- building beside the tick ---- */
+
+/* What takes a millisecond or so is built at once, and so much of it in a tick. */
+static const uint64_t AT_ONCE_UNITS = 96, AT_ONCE_IN_A_TICK = 768;
+
+/* Those of the same hash make it longer: it is compared with each. */
+static uint64_t units_of(const service *s, const geometry *g)
+{
+    uint64_t units = build_cost_of(g->kind, g->vertex_numbers, g->index_numbers).units;
+    uint32_t at = pair_map_get(&s->geometry_whole, (uint64_t)g->hash);
+    for (; at != PAIR_MAP_NONE && units <= AT_ONCE_UNITS; at = s->geometries.at[at].same) units++;
+    return units;
+}
+
+/* Another daemon has decided: the one that is followed, or the one that made the recording. */
+static bool is_told(const service *s)
+{
+    return s->replaying || standby_waits(s);
+}
+
+static bool is_told_later(const service *s, int64_t client, int64_t hash)
+{
+    for (size_t i = 0; i < s->told_builds.count; i++) {
+        const told_build *t = &s->told_builds.at[i];
+        if (!t->ready && t->client == client && t->hash == hash) return true;
+    }
+    return false;
+}
+
+static void tell_build(service *s, int64_t client, int64_t hash, bool ready)
+{
+    record_build(s, client, hash, ready);
+    standby_journal_build(s, client, hash, ready);
+}
+
+static bool comes_later(service *s, const session *c, const geometry *g)
+{
+    if (is_told(s)) {
+        bool later = is_told_later(s, c->client, g->hash);
+        if (later) tell_build(s, c->client, g->hash, false);
+        return later;
+    }
+    uint64_t units = units_of(s, g);
+    bool now = units <= AT_ONCE_UNITS && s->built_units + units <= AT_ONCE_IN_A_TICK;
+    if (now)
+        s->built_units += units;
+    else
+        tell_build(s, c->client, g->hash, false);
+    return !now;
+}
+
+static int compare_older(const void *a, const void *b)
+{
+    const geometry *const *x = a, *const *y = b;
+    return ((*x)->completed > (*y)->completed) - ((*x)->completed < (*y)->completed);
+}
+
+/* With those of the same hash that were completed before it, in that order. */
+static build *begin_build(service *s, geometry *g)
+{
+    ARRAY(const geometry *) found = {0};
+    uint32_t at = pair_map_get(&s->geometry_whole, (uint64_t)g->hash);
+    for (; at != PAIR_MAP_NONE; at = s->geometries.at[at].same) {
+        const geometry *other = &s->geometries.at[at];
+        if (other->completed < g->completed) array_push(&found, other);
+    }
+    if (found.count) qsort(found.at, found.count, sizeof *found.at, compare_older);
+    older_geometry *older = base_alloc(found.count + 1, sizeof *older);
+    for (size_t i = 0; i < found.count; i++) older[i] = (older_geometry){found.at[i]->id, found.at[i]->numbers};
+    size_t count = found.count;
+    array_free(&found);
+    return g->build = builds_add(s->builds, g->client, g->id, g->numbers, older, count);
+}
+
+static void build_later(service *s, geometry *g)
+{
+    enter_whole(s, g);
+    g->is_building = true;
+    s->geometries_building++;
+    begin_build(s, g);
+}
+
+geometry_state geometry_state_of(const service *s, int64_t client, int64_t hash)
+{
+    const geometry *g = find(s, geometry_claimed(s, client, hash));
+    if (!g) return GEOMETRY_MISSING;
+    return is_ready(g) ? GEOMETRY_READY : g->is_building ? GEOMETRY_BUILDING : GEOMETRY_MISSING;
+}
+
+/* What one of its claimants sent last has its answer. */
+static void answer_claim(service *s, geometry_claim *at, const wire_refusal *why)
+{
+    session *c = session_find(s, at->client);
+    int64_t sequence = at->unanswered;
+    at->unanswered = 0;
+    if (!c || !sequence) return;
+    if (why->reason == WIRE_OK)
+        session_ack(c, sequence);
+    else
+        apply_reject(s, c->link, WIRE_GEOMETRY, c->client, sequence, -1, why);
+}
+
+static void refuse_claim(service *s, geometry_claim *at, const wire_refusal *why)
+{
+    session *c = session_find(s, at->client);
+    answer_claim(s, at, why);
+    if (c) disclaim(s, c, at);
+    at->sequence = 0; /* a copy is refused, too */
+    at->leaves = false;
+}
+
+/* Those who mean it mean the other one from now on, or nothing. */
+static void move_claims(service *s, geometry *from, geometry *to)
+{
+    static const wire_refusal fine = {WIRE_OK, ""};
+    for (size_t i = 0; i < s->claims.count; i++) {
+        geometry_claim *at = &s->claims.at[i];
+        if (at->geometry != from->id) continue;
+        at->geometry = to->id;
+        to->claims++;
+        from->claims--;
+        if (is_ready(to)) answer_claim(s, at, &fine);
+    }
+}
+
+static void answer_claims(service *s, geometry *g, const wire_refusal *why)
+{
+    for (size_t i = 0; i < s->claims.count; i++) {
+        geometry_claim *at = &s->claims.at[i];
+        if (at->geometry != g->id) continue;
+        if (why->reason == WIRE_OK)
+            answer_claim(s, at, why);
+        else
+            refuse_claim(s, at, why);
+    }
+}
+
+/* Its build is over. */
+static void take_build(service *s, geometry *g)
+{
+    built b;
+    builds_end(s->builds, g->build, &b);
+    g->build = NULL;
+    geometry *same = b.same ? find(s, b.same) : NULL;
+    if (b.same && !same) { /* nobody wants that one any more: this one has to be built all the same */
+        begin_build(s, g);
+        return;
+    }
+    end_building(s, g);
+    s->hull_came = true;
+    if (same) {
+        move_claims(s, g, same);
+        drop(s, g);
+        return;
+    }
+    g->hull = b.hull;
+    g->mesh = b.mesh;
+    answer_claims(s, g, &b.why);
+    if (is_ready(g))
+        tell_ready(g);
+    else
+        drop(s, g);
+}
+
+/* Who means it, of several the first: so it is called in recordings. NULL: nobody. */
+static const geometry_claim *claimant_of(const service *s, const geometry *g)
+{
+    const geometry_claim *own = find_claim(s, g->client, g->hash);
+    if (own && own->geometry == g->id) return own;
+    for (size_t i = 0; i < s->claims.count; i++)
+        if (s->claims.at[i].geometry == g->id) return &s->claims.at[i];
+    return NULL;
+}
+
+static void take_ready(service *s)
+{
+    build *ready;
+    while (builds_ready(s->builds) && (ready = builds_take(s->builds)) != NULL) {
+        geometry *g = find(s, build_of(ready));
+        const geometry_claim *by = claimant_of(s, g); /* it has some: who wants nothing has no build */
+        tell_build(s, by->client, by->hash, true);
+        take_build(s, g);
+    }
+}
+
+static void take_told(service *s)
+{
+    for (size_t i = 0; i < s->told_builds.count; i++) {
+        const told_build t = s->told_builds.at[i];
+        geometry *g = t.ready ? find(s, geometry_claimed(s, t.client, t.hash)) : NULL;
+        if (!g || !g->build) continue; /* of a recording that was begun without its state */
+        tell_build(s, t.client, t.hash, true);
+        builds_wait(s->builds, g->build, s->on_waiting, s->on_waiting_context);
+        take_build(s, g);
+    }
+}
+
+void geometry_builds_end(service *s)
+{
+    s->built_units = 0;
+    if (is_told(s))
+        take_told(s);
+    else if (!s->poses_only)
+        take_ready(s);
+}
+
+void geometry_tell(service *s, int64_t client, int64_t hash, bool ready)
+{
+    array_push(&s->told_builds, ((told_build){client, hash, ready}));
+}
+
+/* ---- pieces ---- */
+
+/* All pieces have come: it is shared with who sent the same before, or built, now or later. Refused, it is gone with
+ * its claim. */
 static wire_reason complete(service *s, geometry *g, session *c, wire_refusal *why)
 {
-    wire_f64s vertices = {(uint32_t)g->vertex_numbers, g->vertices};
-    bool right = wire_geometry_hash(g->kind, vertices, (wire_i32s){(uint32_t)g->index_numbers, g->indices}) == g->hash;
-    geometry *there = right ? find_whole(s, g) : NULL;
+    free(g->has);
+    g->has = NULL;
+    if (comes_later(s, c, g)) {
+        build_later(s, g);
+        return WIRE_OK;
+    }
+    geometry *there = find_equal(s, g);
+    s->hull_came = true;
     if (there) {
         find_claim(s, c->client, g->hash)->geometry = there->id;
         there->claims++;
+        g->claims--;
         drop(s, g);
-    } else if (!right || build_kind(g, why) != WIRE_OK) {
+        return WIRE_OK;
+    }
+    built b;
+    build_now(g->numbers, &b);
+    if (b.why.reason != WIRE_OK) {
+        *why = b.why;
         geometry_claim *refused = find_claim(s, c->client, g->hash);
         disclaim(s, c, refused);
         refused->sequence = 0; /* a copy is refused, too */
         drop(s, g);
-        return right ? why->reason : refuse(why, WIRE_BAD_HASH, "hash: the content has another one");
-    } else {
-        free(g->has);
-        g->has = NULL;
-        enter_whole(s, g);
+        return why->reason;
     }
-    s->hull_came = true;
+    g->hull = b.hull;
+    g->mesh = b.mesh;
+    enter_whole(s, g);
+    tell_ready(g);
     return WIRE_OK;
 }
 
@@ -312,7 +503,7 @@ static wire_reason put_piece(service *s, session *c, geometry *g, const wire_geo
     if (m->vertices.count != share.vertices || m->indices.count != share.indices)
         return refuse(why, WIRE_MALFORMED, "pieces: one does not hold its share of the whole");
     size_t v = share.vertices * sizeof *g->vertices, i = share.indices * sizeof *g->indices;
-    bool has = is_whole(g) || g->has[m->piece];
+    bool has = !g->has || g->has[m->piece];
     bool other = has && ((v && memcmp(g->vertices + share.first_vertex, m->vertices.at, v) != 0) ||
                             (i && memcmp(g->indices + share.first_index, m->indices.at, i) != 0));
     if (other) return refuse(why, WIRE_BAD_HASH, "hash: you have sent other content under it");
@@ -362,14 +553,41 @@ static void take_back(service *s, session *c, const wire_geometry *m)
     static const int64_t FAR = 1 << 20;
     int64_t newest = c->sequence > c->geometry_sequence ? c->sequence : c->geometry_sequence;
     geometry_claim *at = claim_of(s, c, m->hash);
-    disclaim(s, c, at);
+    at->leaves = c->pending_of.count && pending_needs(s, c->client, m->hash, m->sequence);
+    s->claims_leave |= at->leaves;
+    if (!at->leaves) disclaim(s, c, at);
     if (m->sequence - newest >= FAR) return;
     at->sequence = m->sequence;
     if (m->sequence > c->geometry_sequence) c->geometry_sequence = m->sequence;
 }
 
+void geometry_let_go(service *s)
+{
+    bool some = false;
+    for (size_t i = 0; s->claims_leave && i < s->claims.count; i++) {
+        geometry_claim *at = &s->claims.at[i];
+        session *c = at->leaves ? session_find(s, at->client) : NULL;
+        bool needed = c && pending_needs(s, at->client, at->hash, at->sequence);
+        some |= needed;
+        if (!c || needed) continue;
+        at->leaves = false;
+        disclaim(s, c, at);
+    }
+    s->claims_leave = some;
+}
+
+/* The piece by which it became whole is acknowledged when it is built, and not its copies before. */
+static bool is_answered_later(const service *s, geometry_claim *at, const wire_geometry *m, bool was_whole)
+{
+    const geometry *g = find(s, at->geometry);
+    if (!g || !g->is_building || (was_whole && m->piece != at->last_piece)) return false;
+    at->last_piece = m->piece;
+    at->unanswered = m->sequence > at->unanswered ? m->sequence : at->unanswered;
+    return true;
+}
+
 /* Of two words on one hash the higher sequence stands. */
-wire_reason geometry_put(service *s, session *c, const wire_geometry *m, wire_refusal *why)
+wire_reason geometry_put(service *s, session *c, const wire_geometry *m, wire_refusal *why, bool *later)
 {
     geometry_claim *at = find_claim(s, m->client, m->hash);
     geometry *g = at ? find(s, at->geometry) : NULL;
@@ -385,9 +603,11 @@ wire_reason geometry_put(service *s, session *c, const wire_geometry *m, wire_re
     if (!g && apply_limit(s, count_wanted(s), s->config.max_geometries, "max_geometries", why)) return why->reason;
     if (!g && !limits_geometry(s, c, m, why)) return why->reason;
     if (!g) g = add(s, c, m);
+    bool was_whole = !g->has;
     if (put_piece(s, c, g, m, why) != WIRE_OK) return why->reason;
     at = find_claim(s, m->client, m->hash);
-    if (m->sequence > at->sequence) at->sequence = m->sequence;
+    if (m->sequence > at->sequence) at->sequence = m->sequence, at->leaves = false;
+    *later = is_answered_later(s, at, m, was_whole);
     if (m->sequence > c->geometry_sequence) c->geometry_sequence = m->sequence;
     return WIRE_OK;
 }
@@ -402,7 +622,7 @@ static uint8_t kind_for(uint8_t wire_type)
 bool geometry_lend(const service *s, int64_t id, uint8_t wire_type, shape *to)
 {
     const geometry *g = find(s, id);
-    if (!g || !is_whole(g) || g->kind != kind_for(wire_type)) return false;
+    if (!g || !is_ready(g) || g->kind != kind_for(wire_type)) return false;
     to->mesh = g->mesh;
     to->hull = g->mesh ? g->mesh->hull : g->hull;
     return true;
@@ -431,12 +651,29 @@ void geometry_forget(service *s, session *c)
 wire_reason geometry_restore(service *s, const geometry *bare, wire_refusal *why)
 {
     geometry g = *bare;
-    bool whole = !g.has;
-    if (whole && build_kind(&g, why) != WIRE_OK) return why->reason;
+    if (!g.has && !g.is_building) {
+        built b;
+        g.build = builds_add(s->builds, g.client, g.id, g.numbers, NULL, 0);
+        builds_wait(s->builds, g.build, s->on_waiting, s->on_waiting_context);
+        builds_end(s->builds, g.build, &b);
+        g.build = NULL;
+        g.hull = b.hull;
+        g.mesh = b.mesh;
+        *why = b.why;
+        if (b.why.reason != WIRE_OK) return why->reason;
+    }
     pair_map_put(&s->geometry_of, (uint64_t)g.id, (uint32_t)s->geometries.count);
     array_push(&s->geometries, g);
-    if (whole) enter_whole(s, &s->geometries.at[s->geometries.count - 1]);
+    s->geometries_building += g.is_building;
+    if (g.completed) enter_whole(s, &s->geometries.at[s->geometries.count - 1]);
     return WIRE_OK;
+}
+
+void geometry_restore_builds(service *s)
+{
+    s->claims_leave = true; /* perhaps */
+    for (size_t i = 0; i < s->geometries.count; i++)
+        if (s->geometries.at[i].is_building) begin_build(s, &s->geometries.at[i]);
 }
 
 /* The world may look at a removed body's hull until the tick after its removal is over: so this runs after a tick, in
@@ -457,6 +694,9 @@ void geometry_free_all(service *s)
         if (s->geometries.at[i].id) drop(s, &s->geometries.at[i]);
     array_free(&s->geometries);
     array_free(&s->claims);
+    array_free(&s->told_builds);
+    s->geometry_hint = 0;
+    s->geometries_completed = 0;
     pair_map_free(&s->geometry_of);
     pair_map_free(&s->geometry_whole);
 }

@@ -25,6 +25,8 @@ void health_register(service *s)
     }
     s->count.rejects_untold = metrics_add(m, "rejects_untold", "refusals not told to their client: too many a second");
     s->count.clients_lost = metrics_add(m, "clients_lost", "clients whose lease ran out");
+    s->count.unheard =
+        metrics_add(m, "unheard", "times that a client was found to be alive while what it publishes did not come");
     s->count.duplicates = metrics_add(m, "duplicates", "copies of messages that had been applied");
     s->count.late_poses = metrics_add(m, "late_poses", "poses older than one already applied");
     s->count.batches_out = metrics_add(m, "batches_out", "event batches published");
@@ -35,16 +37,20 @@ void health_register(service *s)
     s->count.steps_missed = metrics_add(m, "steps_missed", "steps that a lock-step client did not publish in time");
     s->count.events_out = metrics_add(m, "events_out", "events published");
     s->count.answers = metrics_add(m, "answers", "queries answered");
+    s->count.queries_cut = metrics_add(m, "queries_cut", "queries given up, since they held the tick for too long");
     s->count.acks = metrics_add(m, "acks", "messages acknowledged");
     s->count.budget_over = metrics_add(m, "budget_over", "ticks that took more than 1.2 times budget_us");
     s->count.clock_steps = metrics_add(m, "clock_steps", "times that the wall clock was set back");
-    s->count.record_failures = metrics_add(m, "record_failures", "records that the disk refused");
+    s->count.record_failures = metrics_add(m, "record_failures", "recordings that the disk, or a limit, ended");
+    s->count.records_refused = metrics_add(m, "records_refused", "wishes to end or begin a recording, refused");
     s->count.takeovers = metrics_add(m, "takeovers", "times that this standby went on for an active daemon");
     s->count.steps_down = metrics_add(m, "steps_down", "times that this daemon found that another one had taken over");
     s->count.out_of_step = metrics_add(m, "out_of_step", "times that this standby had to ask for the state anew");
     s->count.journalled = metrics_add(m, "journalled_ticks", "ticks handed to a standby");
     s->count.busy_ns = metrics_add(m, "busy_ns", "nanoseconds spent in ticks");
     s->count.tick_ns = metrics_add(m, "last_tick_ns", "nanoseconds of the last tick");
+    s->count.round_longest_ns = metrics_add(m, "round_longest_ns",
+        "nanoseconds of the longest round of the loop since the start: receiving, ticks, answers");
     s->count.ticks_on_arrival =
         metrics_add(m, "ticks_on_arrival", "ticks that ran on the thread that poses arrived on, without a hand-over");
     s->count.suspects_refused =
@@ -83,19 +89,23 @@ static void add_world(const service *s, sheet *t)
     sheet_add(t, "ready", s->whole && s->health != WIRE_HEALTH_STOPPING);
     sheet_add(t, "limits_reached", *s->limits != '\0');
     sheet_add(t, "clients", (int64_t)s->sessions.count);
+    sheet_add(t, "clients_unheard", (int64_t)s->clients_unheard);
     sheet_add(t, "bodies", (int64_t)f.bodies);
     sheet_add(t, "shapes", (int64_t)f.shapes);
     sheet_add(t, "stale_bodies", (int64_t)f.stale_bodies);
     sheet_add(t, "interests", (int64_t)f.interests);
     sheet_add(t, "pairs", (int64_t)f.pairs);
     sheet_add(t, "pairs_left_out", (int64_t)f.pairs_left_out);
+    sheet_add(t, "pending_pairs", (int64_t)f.pending_pairs);
+    sheet_add(t, "bodies_with_pending_pairs", (int64_t)f.pending_bodies);
+    sheet_add(t, "sliced_ticks", (int64_t)f.sliced_ticks);
     sheet_add(t, "contacts", (int64_t)f.contacts);
     sheet_add(t, "suspects", (int64_t)suspect_count(s));
     sheet_add(t, "memory_resident_bytes", s->memory.resident);
     sheet_add(t, "memory_limit_bytes", s->memory.statm < 0 ? 0 : s->memory.limit);
     sheet_add(t, "geometries", (int64_t)s->geometry_of.count);
     sheet_add(t, "lock_step_clients", (int64_t)s->lock_step.members);
-    sheet_add(t, "waiting_commands", (int64_t)s->inbox.waiting);
+    sheet_add(t, "waiting_commands", (int64_t)s->pending.count);
     sheet_add(t, "budget_ns", (int64_t)(1e3 * s->config.budget_us));
     sheet_add(t, "ticks", (int64_t)f.ticks);
     sheet_add(t, "moves", (int64_t)f.moves);
@@ -207,11 +217,12 @@ void health_limits(const service *s, char *text, size_t size)
 {
     char suspect[480];
     suspect_describe(s, suspect, sizeof suspect);
-    const char *parts[] = {s->limits, s->starving, suspect};
+    const char *const all[] = {
+        s->limits, service_is_behind(s) ? "pending_pairs" : "", s->starving, s->unheard, suspect};
     size_t used = 0;
     text[0] = '\0';
-    for (int i = 0; i < 3 && used < size; i++)
-        if (*parts[i]) used += (size_t)snprintf(text + used, size - used, "%s%s", used ? "; " : "", parts[i]);
+    for (size_t i = 0; i < sizeof all / sizeof *all && used < size; i++)
+        if (*all[i]) used += (size_t)snprintf(text + used, size - used, "%s%s", used ? "; " : "", all[i]);
 }
 
 void health_publish(service *s)

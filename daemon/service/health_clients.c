@@ -75,6 +75,13 @@ static bool work_of(const service *s, const session *c, int64_t *out)
     return !c->left;
 }
 
+static bool spent_of(const service *s, const session *c, int64_t *out)
+{
+    (void)s;
+    *out = (int64_t)(c->spent_us / 1e3);
+    return !c->left;
+}
+
 static void add_names(sheet *t, const named_clients *clients, figure_name names[SHEET_NAMED_MAX])
 {
     for (size_t i = 0; i < clients->count; i++) {
@@ -84,9 +91,34 @@ static void add_names(sheet *t, const named_clients *clients, figure_name names[
     }
 }
 
+static bool pending_bodies_of(const service *s, const session *c, int64_t *out)
+{
+    (void)s;
+    *out = (int64_t)c->pending_count;
+    return c->pending_count != 0;
+}
+
+/* What waits for its geometry, and since when; of the first few by name. */
+static void add_pending(const service *s, sheet *t)
+{
+    enum { NAMED = 32 };
+    static figure_name names[NAMED];
+    const builds_figures f = builds_get_figures(s->builds);
+    sheet_add(t, "pending_bodies", (int64_t)s->pending.count);
+    sheet_add(t, "pending_geometries", (int64_t)s->geometries_building);
+    sheet_add(t, "pending_build_work", (int64_t)f.units);
+    sheet_add(t, "pending_build_bytes", (int64_t)f.bytes);
+    for (size_t i = 0; i < s->pending.count && i < NAMED; i++) {
+        const pending_body *p = &s->pending.at[i];
+        int64_t waited_ns = s->monotonic_ns - p->since_ns;
+        snprintf(names[i], sizeof names[i], "pending_body_ns_%s", p->name);
+        sheet_add(t, names[i], waited_ns > 0 ? waited_ns : 0);
+    }
+}
+
 void health_add_clients(service *s, sheet *t)
 {
-    static figure_name names[7][SHEET_NAMED_MAX];
+    static figure_name names[9][SHEET_NAMED_MAX];
     const named_clients clients = name_clients(s);
     add_names(t, &clients, names[0]);
     add_each(s, t, &clients, names[1], "client_bodies_", bodies_of);
@@ -95,6 +127,9 @@ void health_add_clients(service *s, sheet *t)
     add_each(s, t, &clients, names[4], "client_poses_", poses_of);
     add_each(s, t, &clients, names[5], "client_work_", work_of);
     add_each(s, t, &clients, names[6], "client_left_", left_of);
+    add_each(s, t, &clients, names[7], "client_spent_ms_", spent_of);
+    add_each(s, t, &clients, names[8], "client_pending_", pending_bodies_of);
+    add_pending(s, t);
     for (size_t i = 0; i < s->sessions.count; i++) s->sessions.at[i]->work = 0;
 }
 

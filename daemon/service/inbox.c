@@ -1,7 +1,10 @@
 /* inbox: the commands of one tick. A network has no call order, so one is made: by (client, sequence). Poses of known
  * bodies do not wait here: the newest sequence wins, whatever order they come in. Tick thread. */
 #include "service.h"
+#include "shares.h"
 #include "standby.h"
+
+#include "base/clock.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -11,6 +14,7 @@ void inbox_put(service *s, struct link *from, const wire_message *m)
     int32_t object;
     letter l = {.link = from, .kind = m->kind, .offset = s->inbox.bytes.count, .size = wire_lcm_size(m), .since_ns = 0};
     wire_origin(m, &l.client, &l.sequence, &object);
+    l.origin = from->origin;
     l.takes_back = m->kind == WIRE_GEOMETRY && m->geometry.removed;
     array_reserve(&s->inbox.bytes, l.offset + l.size);
     s->inbox.bytes.count += wire_lcm_encode(m, s->inbox.bytes.at + l.offset, l.size);
@@ -22,6 +26,7 @@ void inbox_put(service *s, struct link *from, const wire_message *m)
 /* The loss of a client comes behind what it said before, live as in a replay. */
 void inbox_put_lost(service *s, struct link *from, int64_t client)
 {
+    shares_forget(s, client);
     record_lost(s, client);
     standby_journal_lost(s, from, client);
     letter l = {.link = from, .kind = WIRE_CLIENT, .client = client, .offset = s->inbox.bytes.count};
@@ -51,24 +56,25 @@ static bool open_letter(service *s, const letter *l, wire_message *m)
     return false;
 }
 
-/* One command: true if it is done with. A letter without a time came in this tick. */
-static bool apply_letter(service *s, letter *l)
+/* One command. A letter without a time came in this tick. */
+static void apply_letter(service *s, letter *l)
 {
     wire_message m;
     if (!l->size) {
         session *c = session_find(s, l->client);
         if (c && c->link == l->link)
             session_lost(s, c, c->link->ops->has_liveliness ? "its liveliness ended" : "its lease ran out");
-        return true;
+        return;
     }
     bool time_is_up = l->since_ns && s->monotonic_ns - l->since_ns >= HULL_WAIT_NS;
-    if (l->since_ns && !s->hull_came && !time_is_up) return false; /* nothing has changed for it */
-    if (!open_letter(s, l, &m)) return true;
+    if (!open_letter(s, l, &m)) return;
     if (!l->since_ns) l->since_ns = s->monotonic_ns;
+    s->carried.has_waited = l->has_waited;
+    s->carried.pose = l->pose ? s->inbox.poses.at[l->pose - 1] : (kept_pose){.sequence = 0};
     suspect_begin(s, &m);
     bool done = apply_command(s, l->link, &m, !time_is_up);
     suspect_end(s);
-    return done;
+    if (!done) pending_put(s, l, &m.body);
 }
 
 /* What a client takes back stays for those of its bodies that it has announced before. */
@@ -76,26 +82,39 @@ static void apply_geometries(service *s)
 {
     inbox *in = &s->inbox;
     int64_t has_bodies = 0; /* a client, before the letter that is looked at */
+    const session *c;
     for (size_t i = 0; i < in->letters.count; i++) {
         letter *l = &in->letters.at[i];
         if (l->kind == WIRE_BODY) has_bodies = l->client;
         if (l->kind != WIRE_GEOMETRY || (l->takes_back && l->client == has_bodies)) continue;
-        if (apply_letter(s, l)) l->kind = WIRE_NOTHING;
+        if (l->takes_back && (c = session_find(s, l->client)) != NULL && c->pending_count &&
+            pending_before(s, l->client, l->sequence))
+            continue;
+        apply_letter(s, l);
+        l->kind = WIRE_NOTHING;
     }
 }
 
-/* Hulls first, then the other commands, then poses that came with them or before their bodies. Queries stay until the
- * tick is over, commands that wait for a hull until it comes or their time is up. */
+static void sort_letters(inbox *in)
+{
+    if (in->letters.count) qsort(in->letters.at, in->letters.count, sizeof *in->letters.at, compare);
+}
+
+/* Hulls first, then the other commands, with those that have waited for a hull (pending.c) in their order, then poses
+ * that came with them or before their bodies. Queries stay until the tick is over. */
 void inbox_apply(service *s)
 {
     inbox *in = &s->inbox;
     wire_message m;
-    if (in->letters.count) qsort(in->letters.at, in->letters.count, sizeof *in->letters.at, compare);
+    geometry_builds_end(s);
+    sort_letters(in);
     apply_geometries(s);
+    if (pending_wake(s)) sort_letters(in);
     for (size_t i = 0; i < in->letters.count; i++) {
         letter *l = &in->letters.at[i];
-        if (l->kind != WIRE_NOTHING && l->kind != WIRE_POSE_BATCH && l->kind != WIRE_QUERY && apply_letter(s, l))
-            l->kind = WIRE_NOTHING;
+        if (l->kind == WIRE_NOTHING || l->kind == WIRE_POSE_BATCH || l->kind == WIRE_QUERY) continue;
+        apply_letter(s, l);
+        l->kind = WIRE_NOTHING;
     }
     for (size_t i = 0; i < in->letters.count; i++) {
         letter *l = &in->letters.at[i];
@@ -104,47 +123,50 @@ void inbox_apply(service *s)
         l->kind = WIRE_NOTHING;
     }
     s->hull_came = false;
+    s->told_builds.count = 0;
+    geometry_let_go(s);
     steps_complete(s);
 }
 
-static void keep_waiting(inbox *in)
+static const int64_t ANSWERS_NS = 10000000; /* of a tick; what is not answered then comes first in the next */
+
+/* In the order in which they came, so that it is their turn who were late in the last tick. The first that is not
+ * answered. */
+static size_t answer_some(service *s, const letter *queries, size_t count)
 {
-    ARRAY(uint8_t) bytes = {0};
-    size_t kept = 0;
-    for (size_t i = 0; i < in->letters.count; i++) {
-        letter l = in->letters.at[i];
-        if (l.kind == WIRE_NOTHING) continue;
-        array_reserve(&bytes, bytes.count + l.size);
-        memcpy(bytes.at + bytes.count, in->bytes.at + l.offset, l.size);
-        l.offset = bytes.count;
-        bytes.count += l.size;
-        in->letters.at[kept++] = l;
+    int64_t began_ns = clock_monotonic_ns(), now_ns = began_ns;
+    size_t i = 0;
+    for (; i < count && (now_ns - began_ns < ANSWERS_NS || s->replaying); i++) {
+        wire_message m;
+        const letter *l = &queries[i];
+        int64_t before_ns = now_ns;
+        if (!open_letter(s, l, &m)) continue;
+        suspect_begin(s, &m);
+        answer_query(s, l->link, &m.query);
+        suspect_end(s);
+        now_ns = clock_monotonic_ns();
+        shares_answered(s, l, &m, now_ns - before_ns);
     }
-    in->letters.count = in->waiting = kept;
-    if (bytes.count) memcpy(in->bytes.at, bytes.at, bytes.count);
-    in->bytes.count = bytes.count;
-    array_free(&bytes);
+    return i;
+}
+
+static int compare_offsets(const void *a, const void *b)
+{
+    const letter *x = a, *y = b;
+    return (x->offset > y->offset) - (x->offset < y->offset);
 }
 
 void inbox_answer(service *s)
 {
     inbox *in = &s->inbox;
     wire_message m;
-    bool some_wait = false;
-    for (size_t i = 0; i < in->letters.count; i++) {
-        letter *l = &in->letters.at[i];
-        if (l->kind == WIRE_QUERY) {
-            if (open_letter(s, l, &m)) {
-                suspect_begin(s, &m);
-                answer_query(s, l->link, &m.query);
-                suspect_end(s);
-            }
-            l->kind = WIRE_NOTHING;
-        }
-        some_wait |= l->kind != WIRE_NOTHING;
-    }
-    if (some_wait)
-        keep_waiting(in);
-    else
-        in->letters.count = in->bytes.count = in->waiting = 0;
+    ARRAY(letter) queries = {0};
+    for (size_t i = 0; i < in->letters.count; i++)
+        if (in->letters.at[i].kind == WIRE_QUERY) array_push(&queries, in->letters.at[i]);
+    if (queries.count > 1) qsort(queries.at, queries.count, sizeof *queries.at, compare_offsets);
+    size_t answered = answer_some(s, queries.at, queries.count);
+    for (size_t i = queries.count; i-- > answered;)
+        if (open_letter(s, &queries.at[i], &m)) shares_defer(s, &queries.at[i], &m);
+    array_free(&queries);
+    in->letters.count = in->bytes.count = in->poses.count = 0;
 }

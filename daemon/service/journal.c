@@ -32,6 +32,13 @@ void journal_put_reader(bytes_out *to, uint8_t link, const char *stream)
     bytes_put_text(to, stream);
 }
 
+void journal_put_build(bytes_out *to, int64_t client, int64_t hash, bool ready)
+{
+    const int64_t numbers[3] = {client, hash, ready};
+    put_head(to, ENTRY_BUILD, 0, sizeof numbers);
+    bytes_put(to, numbers, sizeof numbers);
+}
+
 void journal_put_tick(bytes_out *to, int64_t epoch, const wire_log_tick *t)
 {
     put_head(to, ENTRY_TICK, 0, sizeof epoch + sizeof *t);
@@ -48,6 +55,9 @@ static bool read_body(bytes_in *body, wire_memory *memory, journal_entry *out)
         return wire_lcm_decode(body->at, body->left, memory, &out->message, &why) == WIRE_OK;
     case ENTRY_LOST:
         return bytes_get(body, &out->client, sizeof out->client);
+    case ENTRY_BUILD:
+        return bytes_get(body, &out->client, sizeof out->client) && bytes_get(body, &out->hash, sizeof out->hash) &&
+               bytes_get(body, &out->ready, sizeof out->ready);
     case ENTRY_READER:
         out->stream = bytes_get_text(body);
         return !body->broken;

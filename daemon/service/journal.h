@@ -22,13 +22,14 @@ typedef struct journal_have {
     int64_t to, epoch, tick; /* whose journal; the last tick that has come */
 } journal_have;
 
-typedef enum journal_entry_kind { ENTRY_MESSAGE, ENTRY_LOST, ENTRY_READER, ENTRY_TICK } journal_entry_kind;
+typedef enum journal_entry_kind { ENTRY_MESSAGE, ENTRY_LOST, ENTRY_READER, ENTRY_TICK, ENTRY_BUILD } journal_entry_kind;
 
 typedef struct journal_entry {
     journal_entry_kind kind;
     uint8_t link;         /* by which it came: its place among the links of the configuration */
     wire_message message; /* ENTRY_MESSAGE; borrows from the memory given */
-    int64_t client;       /* ENTRY_LOST */
+    int64_t client;       /* ENTRY_LOST, ENTRY_BUILD */
+    int64_t hash, ready;  /* ENTRY_BUILD: of a geometry of that client: put off, or (1) ready */
     const char *stream;   /* ENTRY_READER; borrows from the record */
     int64_t epoch;        /* ENTRY_TICK */
     wire_log_tick tick;
@@ -37,6 +38,7 @@ typedef struct journal_entry {
 void journal_put_message(bytes_out *to, uint8_t link, const wire_message *m);
 void journal_put_lost(bytes_out *to, uint8_t link, int64_t client);
 void journal_put_reader(bytes_out *to, uint8_t link, const char *stream);
+void journal_put_build(bytes_out *to, int64_t client, int64_t hash, bool ready);
 void journal_put_tick(bytes_out *to, int64_t epoch, const wire_log_tick *t);
 
 /* The next entry; false: there is none, or the record is broken. */

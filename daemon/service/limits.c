@@ -1,14 +1,14 @@
 /* limits: what one client may have in the world, how fast it may talk, and by which link. A limit that is reached is
  * named in the Reject and in Status. Rates and memory are looked at before a message is recorded, and not in a replay:
  * what was refused live is not in the recording. Tick thread. */
-#include "service.h"
+#include "shares.h"
 
 #include <inttypes.h>
 #include <stdio.h>
 
 enum { REJECTS_TOLD = 100 /* a second and client: a flood is not answered by a flood */ };
 
-static const int64_t SECOND_NS = 1000000000;
+static const int64_t SECOND_NS = 1000000000, LEASE_MOST_NS = 3600000000000;
 
 /* Adds to what came in this second. */
 static int64_t flow_add(flow *f, int64_t now_ns, int64_t count)
@@ -28,6 +28,17 @@ static bool is_by_its_link(const session *c, const struct link *from, wire_refus
     return false;
 }
 
+/* For so long a client that is gone keeps what it has. Told in the words of who says too large a number, and not as a
+ * limit that is reached. */
+static bool is_lease(const wire_client *m, wire_refusal *why)
+{
+    if (m->removed || m->lease_ns <= LEASE_MOST_NS) return true;
+    why->reason = WIRE_TOO_LARGE;
+    snprintf(why->text, sizeof why->text, "lease_ns: %.0f s is longer than the longest lease of an hour (3600 s)",
+        1e-9 * (double)m->lease_ns);
+    return false;
+}
+
 bool limits_admit(service *s, struct link *from, const wire_message *m, wire_refusal *why)
 {
     int64_t client, sequence;
@@ -35,30 +46,36 @@ bool limits_admit(service *s, struct link *from, const wire_message *m, wire_ref
     wire_origin(m, &client, &sequence, &object);
     session *c = session_find(s, client);
     if (s->replaying) return true;
+    if (m->kind == WIRE_CLIENT && !is_lease(&m->client, why)) return false;
     if (c && !is_by_its_link(c, from, why)) return false;
-    if (suspect_refuses(s, m, why)) return false;
-    if (!memory_admit(s, m, why)) return false;
+    if (suspect_refuses(s, m, why) || !memory_admit(s, m, why)) return false;
     if (!c) return true;
-    int64_t messages = flow_add(&c->messages, s->monotonic_ns, 1);
+    int64_t messages = flow_add(shares_flow(s, from, client, SHARES_MESSAGES), s->monotonic_ns, 1);
     if (apply_limit(s, (size_t)messages - 1, s->config.max_client_messages, "max_client_messages", why)) return false;
     if (m->kind != WIRE_POSE_BATCH || !m->pose_batch.bodies.count) return true;
-    int64_t poses = flow_add(&c->poses, s->monotonic_ns, m->pose_batch.bodies.count);
+    flow *all = shares_flow(s, from, client, SHARES_POSES);
+    int64_t poses = flow_add(all, s->monotonic_ns, m->pose_batch.bodies.count);
     return !apply_limit(s, (size_t)poses - 1, s->config.max_client_poses, "max_client_poses", why);
 }
 
+/* The limits of one client that follow hold what the configuration names; 0: its participant's share, before it comes
+ * here (shares.c). Those of a participant hold more clients than one, but are no part of a recording. */
 bool limits_bodies(service *s, const session *c, bool is_new, wire_refusal *why)
 {
+    if (!s->config.max_client_bodies) return true;
     return !is_new || !apply_limit(s, c->body_count, s->config.max_client_bodies, "max_client_bodies", why);
 }
 
 bool limits_shapes(service *s, const session *c, size_t instead_of, size_t more, wire_refusal *why)
 {
     size_t after = c->shape_count - instead_of + more;
+    if (!s->config.max_client_shapes) return true;
     return !more || !apply_limit(s, after - 1, s->config.max_client_shapes, "max_client_shapes", why);
 }
 
 bool limits_interests(service *s, const session *c, wire_refusal *why)
 {
+    if (!s->config.max_client_interests) return true;
     return !apply_limit(s, c->interest_count, s->config.max_client_interests, "max_client_interests", why);
 }
 

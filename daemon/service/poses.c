@@ -76,6 +76,7 @@ static size_t find_bodies(service *s, session *c, const wire_pose_batch *m)
 
 typedef struct tally { /* of what is not carried out; first: the body's number */
     uint32_t unknown, older, late;
+    uint32_t waiting; /* for a build: kept */
     int32_t first_unknown, first_older;
     int64_t newest; /* sequence that those are late for; 0: none is */
 } tally;
@@ -103,7 +104,9 @@ static size_t choose_newer(service *s, session *c, const wire_pose_batch *m, tal
     for (uint32_t i = 0; i < m->bodies.count; i++) {
         uint32_t at = p->owned.at[i], id = at == UNKNOWN ? WORLD_NONE : c->rows.world_ids.at[at];
         int64_t *last = id == WORLD_NONE ? NULL : &c->rows.sequences.at[at];
-        if (!last) {
+        if (!last && c && pending_keeps_pose(s, c, m, i)) {
+            t->waiting++;
+        } else if (!last) {
             if (!t->unknown++) t->first_unknown = m->bodies.at[i];
         } else if (m->sequence <= *last) {
             t->late++;
@@ -138,6 +141,25 @@ static void move(service *s, session *c, const wire_pose_batch *m, size_t chosen
         c->rows.sequences.at[row] = p->sequences.at[i];
         if (k == 0) t->first_older = m->bodies.at[place];
     }
+}
+
+/* Of a body that has waited and is there now: it has gone no way. */
+void poses_give(service *s, session *c, const owned_body *b, const kept_pose *p)
+{
+    static const uint8_t teleports[1] = {1};
+    int64_t *last = session_pose_sequence(c, b);
+    const world_poses poses = {.ids = &b->world_id,
+        .count = 1,
+        .positions = p->position,
+        .orientations = p->orientation,
+        .linear = p->has_linear ? p->linear : NULL,
+        .angular = p->has_angular ? p->angular : NULL,
+        .teleports = teleports,
+        .stamp_ns = p->stamp_ns};
+    if (p->sequence <= *last) return;
+    make_room(&s->posing, 1);
+    world_move_bodies(s->world, &poses, s->posing.left_out.at);
+    *last = p->sequence;
 }
 
 void apply_forget_refused(session *c, int64_t tick, int64_t step)
@@ -212,7 +234,7 @@ static void carry_out(service *s, session *c, struct link *from, const wire_pose
     if (c) c->pose_count += m->bodies.count;
     move(s, c, m, choose_newer(s, c, m, &t), &t);
     tell_newest(s, from, m->client, t.newest);
-    if (c && m->step) apply_count_refused(c, t.unknown, WIRE_UNKNOWN_BODY);
+    if (c && m->step) apply_count_refused(c, t.unknown + t.waiting, WIRE_UNKNOWN_BODY);
     if (c && m->step) apply_count_refused(c, t.older, WIRE_OLD_POSE);
     tell(s, from, m, &t);
 }

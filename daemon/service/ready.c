@@ -1,8 +1,8 @@
 /* ready: is the world whole? A daemon that was started again knows nothing: its clients hear of a new epoch, or its
  * readers are discovered, and what it had comes anew, in any order and from clients that it has never heard of. Nobody
  * knows how many there are; so the world counts as whole when nothing that it did not have has come for `settle`, no
- * command waits for a geometry, and none of them is there in part. Where announcements never end (a simulation that
- * makes bodies all the time) it counts as whole after ten times as long. Tick thread. */
+ * command waits for a geometry, and none of them is there in part, or being built. Where announcements never end (a
+ * simulation that makes bodies all the time) it counts as whole after ten times as long. Tick thread. */
 #include "service.h"
 
 #include "base/log.h"
@@ -22,7 +22,7 @@ static size_t parts_of_geometries(const service *s)
     size_t count = 0;
     for (size_t i = 0; i < s->geometries.count; i++)
         count += s->geometries.at[i].id && s->geometries.at[i].come < s->geometries.at[i].pieces;
-    return count;
+    return count + s->geometries_building;
 }
 
 void ready_begin(service *s)
@@ -54,11 +54,11 @@ bool ready_check(service *s)
     if (s->whole || s->replaying) return s->whole;
     int64_t silent_ns = s->monotonic_ns - s->announced_ns;
     size_t parts = parts_of_geometries(s);
-    bool waits = s->inbox.waiting || parts;
+    bool waits = s->pending.count || parts;
     bool gives_up = s->monotonic_ns - s->began_ns >= AT_MOST * settle_ns(s);
     snprintf(s->settling, sizeof s->settling,
         "starting: %zu clients are here; last announcement %.1f s ago, %zu commands wait, %zu geometries in part",
-        s->sessions.count, 1e-9 * (double)silent_ns, s->inbox.waiting, parts);
+        s->sessions.count, 1e-9 * (double)silent_ns, s->pending.count, parts);
     s->whole = (silent_ns >= settle_ns(s) && !waits) || gives_up;
     if (s->whole) tell(s, gives_up && (waits || silent_ns < settle_ns(s)));
     return s->whole;

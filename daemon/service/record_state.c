@@ -221,17 +221,35 @@ static void tell_interest(service *s, const session *c, const owned_interest *i)
     record_message(s, &m);
 }
 
+static void tell_kept_pose(service *s, const pending_body *p)
+{
+    const uint8_t teleport = 1;
+    const kept_pose *k = &p->pose;
+    const wire_message m = {.kind = WIRE_POSE_BATCH,
+        .pose_batch = {.version = WIRE_VERSION,
+            .client = p->client,
+            .sequence = k->sequence,
+            .stamp_ns = k->stamp_ns,
+            .bodies = {1, &p->body},
+            .positions = {3, k->position},
+            .orientations = {4, k->orientation},
+            .linear = {k->has_linear ? 3 : 0, k->linear},
+            .angular = {k->has_angular ? 3 : 0, k->angular},
+            .teleports = {1, &teleport}}};
+    if (k->sequence) record_message(s, &m);
+}
+
 /* Bodies that wait for their hulls. */
 static void tell_waiting(service *s)
 {
     wire_memory *memory = wire_memory_create();
-    for (size_t i = 0; i < s->inbox.letters.count; i++) {
-        const letter *l = &s->inbox.letters.at[i];
+    for (size_t i = 0; i < s->pending.count; i++) {
+        const pending_body *p = &s->pending.at[i];
         wire_message m;
         wire_refusal why;
-        if (l->kind != WIRE_BODY) continue;
         wire_memory_reset(memory);
-        if (wire_lcm_decode(s->inbox.bytes.at + l->offset, l->size, memory, &m, &why) == WIRE_OK) record_message(s, &m);
+        if (wire_lcm_decode(p->bytes.at, p->bytes.count, memory, &m, &why) == WIRE_OK) record_message(s, &m);
+        tell_kept_pose(s, p);
     }
     wire_memory_destroy(memory);
 }
@@ -271,11 +289,27 @@ static void tell_held(service *s, const session *c)
 static void tell_geometries(service *s)
 {
     for (size_t i = 0; i < s->claims.count; i++)
-        if (s->claims.at[i].geometry)
-            tell_geometry(s, geometry_at(s, s->claims.at[i].geometry), s->claims.at[i].client);
+        if (s->claims.at[i].geometry) {
+            const geometry_claim *c = &s->claims.at[i];
+            const geometry *g = geometry_at(s, c->geometry);
+            tell_geometry(s, g, c->client);
+            if (g->is_building) record_build(s, c->client, c->hash, false);
+        }
     for (size_t i = 0; i < s->sessions.count; i++) tell_held(s, s->sessions.at[i]);
     for (size_t i = 0; i < s->claims.count; i++)
         if (!s->claims.at[i].geometry && s->claims.at[i].sequence) tell_taken_back(s, &s->claims.at[i]);
+}
+
+size_t record_state_size(const service *s)
+{
+    enum { A_MESSAGE = 512, A_BODY = 640, A_SHAPE = 128 };
+    size_t size = A_MESSAGE * s->streams.count + s->inbox.bytes.count;
+    for (size_t i = 0; i < s->sessions.count; i++) {
+        const session *c = s->sessions.at[i];
+        size += A_MESSAGE + A_BODY * c->bodies.count + A_SHAPE * c->shape_count + c->held.bytes.count +
+                (size_t)c->geometry_bytes + c->geometry_bytes / 16;
+    }
+    return size;
 }
 
 void record_state(service *s)

@@ -169,6 +169,7 @@ int replay_run(service *s, const link_sink *sink, const _Atomic bool *stop)
     while (!*stop && replay_take(s, sink, &p.tick, why, sizeof why)) {
         wait_for(&p, stop);
         service_replay_budget(s, p.tick.budgeted, (uint64_t)p.tick.work);
+        s->slice = (uint64_t)p.tick.slice;
         if (s->taken.stands)
             record_tick(s);
         else

@@ -10,6 +10,7 @@
 #include "privileges.h"
 #include "replay.h"
 #include "service.h"
+#include "shares.h"
 #include "standby.h"
 
 #include <errno.h>
@@ -29,6 +30,7 @@ struct server {
     service s;
     pthread_mutex_t lock; /* guards all but what is atomic */
     _Atomic bool stop;
+    _Atomic bool record_end; /* the operator asks for the end of the recording */
     _Atomic bool waiting; /* the tick thread, until wakes_ns: set under the lock, reset before it is asked for again */
     _Atomic bool missed;  /* poses came while a round was on */
     int64_t next_status_ns, next_tick_ns; /* monotonic */
@@ -57,7 +59,10 @@ static void take_receipt(service *s, struct link *from, const wire_message *m)
     wire_refusal why;
     if (!session_find(s, m->receipt.client) || !limits_admit(s, from, m, &why)) return;
     session_heard(s, m);
-    stream_receipt(s, &m->receipt);
+    if (m->receipt.epoch)
+        stream_receipt(s, &m->receipt);
+    else
+        unheard_word(s, &m->receipt);
 }
 
 static void on_message(void *context, struct link *from, const wire_message *m)
@@ -69,6 +74,7 @@ static void on_message(void *context, struct link *from, const wire_message *m)
         if (!standby_waits(s)) take_receipt(s, from, m);
         return;
     }
+    if (m->kind == WIRE_POSE_BATCH) unheard_poses(s, &m->pose_batch);
     if (standby_takes(s, from, m)) return;
     if (!steps_admit(s, m, &why)) {
         refuse(s, from, m, &why);
@@ -79,7 +85,9 @@ static void on_message(void *context, struct link *from, const wire_message *m)
         if (why.reason == WIRE_LIMIT) steps_refused(s, from, m); /* it was the client's own */
         return;
     }
-    service_take(s, from, m);
+    shares_verdict verdict = shares_admit(s, from, m, &why);
+    if (verdict == SHARES_GO) service_take(s, from, m);
+    if (verdict == SHARES_REFUSED) refuse(s, from, m, &why);
 }
 
 static void on_refused(
@@ -126,9 +134,14 @@ static void on_state(void *context, const uint8_t *bytes, size_t size)
     s->state_due = s->recording != NULL;
 }
 
+static void on_build(void *context, int64_t client, int64_t hash, bool ready)
+{
+    geometry_tell(context, client, hash, ready);
+}
+
 static link_sink sink_of(service *s)
 {
-    return (link_sink){s, on_message, on_refused, on_client_lost, on_stream_reader, on_steps_done, on_state};
+    return (link_sink){s, on_message, on_refused, on_client_lost, on_stream_reader, on_steps_done, on_state, on_build};
 }
 
 /* ---- set-up ---- */
@@ -169,6 +182,7 @@ static int open_link(server *v, const char *uri, char *why, size_t why_size)
         .security = s->config.security,
         .program = s->config.gateway,
         .max_clients = (size_t)s->config.max_clients,
+        .client_share = (size_t)(s->config.max_clients * s->config.share / 100 + (s->config.max_clients == 1)),
         .must_start = true};
     if (s->link_count == LINKS_MAX) {
         snprintf(why, why_size, "links: more than %d", LINKS_MAX);
@@ -239,14 +253,17 @@ static void free_clients(service *s)
     stream_free_all(s);
     session_free_all(s);
     world_destroy(s->world);
+    pending_free_all(s);
     geometry_free_all(s);
-    s->inbox.letters.count = s->inbox.bytes.count = s->inbox.waiting = 0;
+    s->inbox.letters.count = s->inbox.bytes.count = s->inbox.poses.count = 0;
 }
 
 void service_reset(service *s)
 {
     free_clients(s);
     pair_map_init(&s->session_of);
+    pair_map_init(&s->open_streams);
+    pair_map_init(&s->ending_streams);
     pair_map_init(&s->geometry_of);
     pair_map_init(&s->geometry_whole);
     s->geometry_last = 0;
@@ -278,6 +295,12 @@ static int take_settings(config *c, char *why, size_t why_size)
     return status;
 }
 
+static void stay_alive(void *context)
+{
+    server *v = context;
+    if (v->manager.period_ns) notify_alive(&v->manager, clock_monotonic_ns());
+}
+
 server *server_create(const config *given, char *why, size_t why_size)
 {
     config whole = *given, *c = &whole;
@@ -289,25 +312,33 @@ server *server_create(const config *given, char *why, size_t why_size)
     s->config = *c;
     s->replaying = *c->replay != '\0';
     s->wake_fd = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
+    s->builds = builds_create(s->wake_fd, !s->replaying);
+    s->on_waiting = stay_alive;
+    s->on_waiting_context = v;
     s->metrics = metrics_create();
     s->inbox.memory = wire_memory_create();
     pair_map_init(&s->session_of);
+    pair_map_init(&s->open_streams);
+    pair_map_init(&s->ending_streams);
     pair_map_init(&s->geometry_of);
     pair_map_init(&s->geometry_whole);
     health_register(s);
+    s->shares = shares_create();
+    shares_register(s->shares, s->metrics);
     health_define(&s->measures);
     set_names(s);
     s->next_heartbeat_ns = s->next_watch_ns = INT64_MAX;
     s->world = make_world(c);
     service_set_budget(s);
     memory_open(s);
-    if (c->metrics_port && !s->replaying) s->exporter = exporter_start((uint16_t)c->metrics_port, why, why_size);
+    if (c->metrics_port && !s->replaying)
+        s->exporter = exporter_start((uint16_t)c->metrics_port, c->metrics_address, c->metrics_hosts, why, why_size);
     bool exports = s->exporter || !c->metrics_port || s->replaying;
     bool dropped = exports && privileges_drop(c->user, why, why_size) == 0; /* the port above may have needed them */
     if (dropped) suspect_open(s);
     /* The recording comes last: what fails before leaves no file. Nothing is taken from the links yet. */
     if (!dropped || open_links(v, why, why_size) != 0 || standby_start(s, why, why_size) != 0 ||
-        (*c->record && !s->standby && record_start(s, c->record, why, why_size) != 0)) {
+        (*c->record && !s->standby && record_start(s, c->record, NULL, why, why_size) != 0)) {
         server_destroy(v);
         return NULL;
     }
@@ -321,12 +352,15 @@ void server_destroy(server *v)
     standby_free(s);
     stream_free_all(s);
     for (size_t i = 0; i < s->link_count; i++) link_close(s->links[i]);
-    record_stop(s);
+    record_stop_now(s);
     free_clients(s);
+    shares_destroy(s->shares);
+    builds_destroy(s->builds);
     wire_memory_destroy(s->inbox.memory);
     if (s->backlog_memory) wire_memory_destroy(s->backlog_memory);
     array_free(&s->inbox.letters);
     array_free(&s->inbox.bytes);
+    array_free(&s->inbox.poses);
     array_free(&s->shapes);
     array_free(&s->compounds);
     array_free(&s->rules);
@@ -352,11 +386,13 @@ static void tick(service *s)
     s->tick++;
     s->pairs_most = memory_pairs_most(s);
     pace_begin(&s->pace, began);
+    service_choose_slice(s);
     service_tick(s);
     memory_after_tick(s);
     int64_t newest = s->latest_pose_ns; /* now: commands of the tick, and steps, have poses, too */
     int64_t ended = clock_monotonic_ns(), took = ended - began;
     pace_end(&s->pace, ended, world_get_figures(s->world).work);
+    service_learn_slice(s, took);
     if (s->config.budget_us > 0 && (double)took > OVER * 1e3 * s->config.budget_us)
         metric_count(s->count.budget_over, 1);
     if (newest != s->measured_pose_ns && metric_get(s->count.events_out) != told) {
@@ -371,13 +407,10 @@ static void tick(service *s)
     metric_set(s->count.tick_ns, (uint64_t)took);
 }
 
-/* A command that waits for a hull is refused in a tick of its own, if there is no other. */
-static bool waited_long(const service *s)
+/* Whatever comes, and on whichever thread: a tick is due for what waits. */
+static bool commands_wait(const service *s)
 {
-    if (s->inbox.waiting && s->hull_came) return true;
-    for (size_t i = 0; i < s->inbox.waiting; i++)
-        if (s->monotonic_ns - s->inbox.letters.at[i].since_ns >= HULL_WAIT_NS) return true;
-    return false;
+    return s->inbox.letters.count || pending_due(s) || builds_ready(s->builds);
 }
 
 /* Poses that change nothing need no tick of their own: the first that come so long after the last tick have one, and
@@ -396,9 +429,8 @@ static bool due(const server *v)
 {
     const service *s = &v->s;
     if (s->config.rate > 0) return s->monotonic_ns >= v->next_tick_ns;
-    return world_changed(s->world) || calm_due(v) || standby_wants_tick(s) ||
-           s->inbox.letters.count > s->inbox.waiting || waited_long(s) || s->now_ns >= world_next_due_ns(s->world) ||
-           steps_due(s);
+    return world_changed(s->world) || calm_due(v) || standby_wants_tick(s) || record_wants_tick(s) ||
+           commands_wait(s) || s->now_ns >= world_next_due_ns(s->world) || steps_due(s) || shares_want_tick(s);
 }
 
 static int64_t earlier(int64_t a, int64_t b)
@@ -413,14 +445,15 @@ static int64_t next_wake_ns(const server *v)
     int64_t now = clock_monotonic_ns(), next = earlier(v->next_status_ns, session_next_lease_ns(s));
     next = earlier(next, earlier(s->next_heartbeat_ns, steps_next_ns(s)));
     next = earlier(next, s->next_watch_ns);
-    next = earlier(next, ready_next_ns(s));
+    next = earlier(next, earlier(ready_next_ns(s), earlier(shares_next_ns(s), record_next_ns(s))));
+    next = earlier(next, pending_next_ns(s));
     if (s->standby) next = earlier(next, standby_next_ns(s));
     if (standby_waits(s))
         next = earlier(v->next_status_ns, standby_next_ns(s));
     else if (s->config.rate > 0)
         next = earlier(next, v->next_tick_ns);
     else if (world_changed(s->world)) /* a budget has left something, or all of it */
-        return now + (world_get_figures(s->world).work ? 0 : 1000000);
+        return now + (world_get_figures(s->world).work || world_get_figures(s->world).pending_bodies ? 0 : 1000000);
     else if (world_next_due_ns(s->world) != INT64_MAX)
         next = earlier(next, now + world_next_due_ns(s->world) - clock_wall_ns());
     if (world_glided(s->world) && !(s->config.rate > 0) && !standby_waits(s))
@@ -479,10 +512,12 @@ static void tell_health(const service *s)
     notify_state(state);
 }
 
-static uint8_t health_now(const service *s)
+static uint8_t health_now(service *s)
 {
+    unheard_watch(s);
     if (!s->whole || standby_waits(s)) return WIRE_HEALTH_STARTING;
-    return *s->limits || *s->starving || suspect_count(s) ? WIRE_HEALTH_DEGRADED : WIRE_HEALTH_READY;
+    bool degraded = *s->limits || *s->starving || *s->unheard || service_is_behind(s) || suspect_count(s);
+    return degraded ? WIRE_HEALTH_DEGRADED : WIRE_HEALTH_READY;
 }
 
 /* A long round is remembered for some time: those that follow are likely to be long, or some of them. */
@@ -515,6 +550,13 @@ static void work(server *v, int64_t began_ns)
     s->status_due |= !s->whole && ready_check(s);
 }
 
+/* Whatever makes everybody wait is in here. */
+static void note_round(service *s, int64_t began_ns)
+{
+    uint64_t took = (uint64_t)(clock_monotonic_ns() - began_ns);
+    if (took > metric_get(s->count.round_longest_ns)) metric_set(s->count.round_longest_ns, took);
+}
+
 static void one_round(server *v, const link_sink *sink)
 {
     service *s = &v->s;
@@ -523,8 +565,14 @@ static void one_round(server *v, const link_sink *sink)
     /* Before poses by the new time are held against those by the old. */
     if (service_clock_back(s) && !standby_waits(s)) tick(s);
     for (size_t i = 0; i < s->link_count; i++) s->links[i]->ops->receive(s->links[i], sink);
+    shares_release(s);
     notify_alive(&v->manager, s->monotonic_ns);
     if (!standby_round(s, sink)) work(v, began_ns);
+    if (atomic_exchange(&v->record_end, false)) {
+        log_notice("signal: the recording ends, if there is one");
+        record_stop(s);
+    }
+    record_watch(s);
     if (s->monotonic_ns < v->next_status_ns && !s->status_due) return;
     s->status_due = false;
     uint8_t before = s->health;
@@ -558,8 +606,8 @@ static bool suits(server *v, const struct link *from)
     bool is_close = pause_ns < PAUSE_NS || pause_ns < v->round_ns;
     v->close_offers = atomic_exchange(&v->missed, false) ? CLOSE_OFFERS_MAX : is_close ? v->close_offers + 1 : 0;
     bool short_enough = v->close_offers < CLOSE_OFFERS_MAX && v->round_ns < LONG_ROUND_NS;
-    return !s->standby && v->waiting && (v->calm || short_enough) && !(s->config.rate > 0) && !s->recording &&
-           !s->inbox.letters.count && is_only_dds(s, from);
+    return !s->standby && !s->record_next && v->waiting && (v->calm || short_enough) && !(s->config.rate > 0) &&
+           !s->recording && !s->inbox.letters.count && is_only_dds(s, from);
 }
 
 /* A round of poses alone: it takes no command, so it opens and closes nothing, and ends no client. Poses that have to
@@ -575,7 +623,7 @@ static bool poses_arrived(void *context, struct link *from)
     bool here = suits(v, from);
     if (here) {
         set_clock(v);
-        here = !service_clock_back(s); /* a tick comes before these poses */
+        here = !service_clock_back(s) && !commands_wait(s); /* a tick comes before these poses */
     }
     if (here) {
         link_sink sink = sink_of(s);
@@ -583,7 +631,9 @@ static bool poses_arrived(void *context, struct link *from)
         bool small = !s->inbox.letters.count && clock_monotonic_ns() - s->monotonic_ns < LONG_RECEIVE_NS &&
                      (v->round_ns < LONG_ROUND_NS || !world_changed(s->world));
         int64_t ticks = s->tick;
+        s->poses_only = true;
         if (small) tick_if_due(v, s->monotonic_ns);
+        s->poses_only = false;
         metric_count(s->count.ticks_on_arrival, (uint64_t)(s->tick - ticks));
         if (!small || next_wake_ns(v) < v->wakes_ns) wake(s->wake_fd);
     }
@@ -631,7 +681,9 @@ int server_run(server *v)
     pthread_mutex_lock(&v->lock);
     begin(v);
     while (!v->stop) {
+        int64_t began_ns = clock_monotonic_ns();
         one_round(v, &sink);
+        note_round(&v->s, began_ns);
         wait_for_work(v);
     }
     end_in_order(v);
@@ -653,5 +705,12 @@ void server_stop(server *v)
 {
     uint64_t one = 1;
     v->stop = true;
+    if (write(v->s.wake_fd, &one, sizeof one) < 0) log_error("wake-up: %s", strerror(errno));
+}
+
+void server_end_recording(server *v)
+{
+    uint64_t one = 1;
+    v->record_end = true;
     if (write(v->s.wake_fd, &one, sizeof one) < 0) log_error("wake-up: %s", strerror(errno));
 }

@@ -16,6 +16,9 @@ int server_run(server *s);
 /* From any thread: end in order. */
 void server_stop(server *s);
 
+/* From any thread: an operator ends the recording, whoever began it. */
+void server_end_recording(server *s);
+
 void server_destroy(server *s);
 
 /* For who runs a replay's ticks one by one (replay.h) instead of server_run. */

@@ -5,6 +5,7 @@
  *   inbox    commands of a tick, in canonical order          session  clients, and what is theirs
  *   poses    batches of poses to the world
  *   apply    commands to the world, refusals                 geometry hulls, meshes, height fields by content hash
+ *   pending  bodies that wait for their geometry             builds   threads that build geometry
  *   stream   the world's events to the links                 answer   queries
  *   backlog  what waits for a slow reader                    record   recordings
  *   health   status and counters
@@ -18,6 +19,7 @@
 #include "base/pace.h"
 #include "base/pair_map.h"
 #include "base/quantiles.h"
+#include "builds.h"
 #include "config.h"
 #include "exporter.h"
 #include "link/link.h"
@@ -108,6 +110,15 @@ typedef struct left_client {  /* in order */
     int64_t since_ns;         /* monotonic */
 } left_client;
 
+/* What a client says that it has published, and what of it has come: unheard.c. Sequences; times are monotonic. */
+typedef struct hearing {
+    int64_t newest;         /* PoseBatch that has come, whatever became of it */
+    int64_t said, waits_ns; /* the PoseBatch that is waited for, if it is beyond `newest`: since then */
+    int64_t said_ns;        /* its last word; 0: it has said none */
+    int64_t tell_ns;        /* when it may be told again */
+    int64_t tell_wait_s;    /* 0: it is heard */
+} hearing;
+
 typedef struct session {
     int64_t client;
     char *name;
@@ -119,12 +130,21 @@ typedef struct session {
     step_mark step;                                 /* of its poses; step 0: it counts none */
     refused_poses refused;                          /* of that step */
     simulation_mark simulation;                     /* of its poses */
-    bool stepped;                                   /* one has come since the last tick ended */
+    bool stepped;                                   /* one has come since the last tick that it was answered in */
+    bool withheld;                                  /* its answer is: something that the step brought is pending */
+    int64_t answered_step;                          /* the last one of which nothing is */
     size_t body_count, shape_count, interest_count; /* in the world */
     int64_t geometry_bytes;                         /* of the geometries that it claims */
+    size_t geometry_count;                          /* of those */
+    int64_t origin;                                 /* who speaks for it, as its link knows it; 0: nobody knows */
+    double spent_us;                                /* of expected work (shares.h), since it is here */
     int64_t geometry_sequence;                      /* of its newest word on one */
     size_t geometries_taken_back;                   /* entries that stay */
-    flow messages, poses, rejects;                  /* of the second that runs */
+    pair_map pending_of;                            /* number of a body that waits for a build + 1 -> its place */
+    int64_t pending_bytes;                          /* of those */
+    size_t pending_count;                           /* of its bodies, all that wait */
+    flow rejects;                                   /* told in the second that runs */
+    hearing hearing;
     int32_t lock_step; /* in lock-step with others: how many of them there are to be; 0: it is not */
     int64_t published; /* the newest step that it has published whole */
     int64_t ended;     /* the sequence by which it ended one last; 0: it has ended none */
@@ -145,7 +165,8 @@ typedef struct session {
     bool left;         /* in order: what it keeps is meant to stay */
     pair_map body_of;  /* number + 1 -> index */
     ARRAY(owned_body) bodies;
-    pose_rows rows; /* of the same bodies */
+    pose_rows rows;       /* of the same bodies */
+    pair_map interest_of; /* number + 1 -> index */
     ARRAY(owned_interest) interests;
     ARRAY(int64_t) acks; /* to be sent after this tick */
 } session;
@@ -210,30 +231,54 @@ typedef struct geometry {
     uint8_t kind;
     int32_t pieces, come; /* come: pieces that have arrived */
     size_t vertex_numbers, index_numbers;
-    double *vertices; /* as they came, with the indices: a recording tells them again */
-    int32_t *indices;
-    uint8_t *has;   /* a flag a piece, while it is coming */
-    hull *hull;     /* when whole: this one ... */
-    mesh *mesh;     /* ... or this one, by its kind */
-    uint32_t users; /* bodies that hold it */
+    geometry_numbers *numbers; /* as they came: a recording tells them again; ... */
+    double *vertices;          /* ... they own these ... */
+    int32_t *indices;          /* ... and these */
+    uint8_t *has;              /* a flag a piece, while it is coming */
+    int64_t client;            /* who sent it first: in its name it is built */
+    int64_t completed;         /* the how-manieth of all whose last piece has come; 0: it has not */
+    bool is_building;          /* all has come; bodies wait for it */
+    build *build;              /* while it is */
+    hull *hull;                /* when ready: this one ... */
+    mesh *mesh;                /* ... or this one, by its kind */
+    uint32_t users;            /* bodies that hold it */
 } geometry;
 
 /* What a client means by a hash. */
 typedef struct geometry_claim {
     int64_t client, hash;
-    int64_t geometry; /* id; 0: taken back. The entry stays, so that a late copy does not bring it back */
-    int64_t sequence; /* of its newest word on it */
+    int64_t geometry;   /* id; 0: taken back. The entry stays, so that a late copy does not bring it back */
+    int64_t sequence;   /* of its newest word on it */
+    int64_t unanswered; /* the sequence of the piece that came last of all, while it is being built: acknowledged, or
+                           refused, when that is over; 0: there is none */
+    int32_t last_piece; /* that piece */
+    bool leaves;        /* taken back, but a body that waits, and was announced before, is to have it */
 } geometry_claim;
 
+typedef struct told_build { /* to a replay, or a standby: what the daemon that decides did in this tick */
+    int64_t client, hash;
+    bool ready; /* or put off */
+} told_build;
+
 /* ---- inbox ---- */
+
+typedef struct kept_pose { /* the newest one of a body that waits */
+    int64_t sequence;      /* 0: none */
+    int64_t stamp_ns;
+    double position[3], orientation[4], linear[3], angular[3];
+    bool has_linear, has_angular;
+} kept_pose;
 
 typedef struct letter {
     int64_t client, sequence;
     int64_t since_ns; /* monotonic: the tick in which it came; a Body waits for its hulls for HULL_WAIT_NS */
+    int64_t origin;   /* whose it is, as its link knows it (link.h) */
     struct link *link;
     wire_kind kind;
     bool takes_back;     /* a Geometry */
     size_t offset, size; /* of its bytes in inbox.bytes; 0 bytes: the client is lost */
+    bool has_waited;     /* a Body, for a build: it may be tried whatever came since */
+    uint32_t pose;       /* the place of its pose in inbox.poses + 1; 0: it has none */
 } letter;
 
 /* Topics have no order among each other: a Body may come before the Geometry that it names. */
@@ -242,9 +287,29 @@ typedef struct letter {
 typedef struct inbox {
     ARRAY(letter) letters;
     ARRAY(uint8_t) bytes;
-    size_t waiting; /* letters, the first ones, that have been looked at and wait */
+    ARRAY(kept_pose) poses; /* of bodies that have waited */
     wire_memory *memory;
 } inbox;
+
+/* ---- bodies that wait for their geometry ---- */
+
+/* A Body that names a geometry that has not come, or is being built: the latter is waited for without end. */
+typedef struct pending_body {
+    int64_t client, sequence;
+    int64_t since_ns; /* monotonic: since then it waits for what has not come */
+    int64_t hash;     /* of the first geometry that it lacks */
+    struct link *link;
+    int32_t body;
+    uint32_t shapes;
+    bool is_new; /* the client has no such body in the world */
+    bool builds; /* what it lacks is being built */
+    kept_pose pose;
+    char *name;
+    ARRAY(int64_t) hashes; /* of all its geometries */
+    ARRAY(uint8_t) bytes;  /* the message */
+} pending_body;
+
+typedef ARRAY(pending_body) pending_bodies;
 
 /* A limit that was reached is told in Status for so long. */
 #define LIMITS_TOLD_NS ((int64_t)60000000000)
@@ -266,10 +331,13 @@ typedef struct counters { /* metrics that the service itself counts */
     metric *messages_in[WIRE_KIND_COUNT];
     metric *rejects[WIRE_REASON_COUNT];
     metric *rejects_untold, *clients_lost, *duplicates, *batches_out, *events_out, *late_poses, *clock_steps;
-    metric *budget_over, *record_failures, *heartbeats, *steps, *steps_missed, *answers, *acks, *tick_ns, *busy_ns;
-    metric *ticks_on_arrival;
+    metric *budget_over, *record_failures, *heartbeats, *steps, *steps_missed, *answers, *acks, *tick_ns, *busy_ns,
+        *round_longest_ns;
+    metric *ticks_on_arrival, *unheard;
+    metric *records_refused;
     metric *memory_refused, *suspects_refused;
     metric *batches_skipped;
+    metric *queries_cut;
     metric *takeovers, *steps_down, *out_of_step, *journalled;
 } counters;
 
@@ -279,6 +347,7 @@ typedef struct lock_step {
     int64_t done;     /* the last step that was */
     int32_t missing;  /* members that it was done without */
     bool asked_again; /* a member has not heard of that one */
+    bool pending;     /* something of that one is, so that the next one waits */
     int64_t waited;   /* the step that somebody waits for, ... */
     int64_t since_ns; /* ... since then, monotonic; 0: nobody does */
     bool told;        /* that it takes long */
@@ -289,6 +358,17 @@ typedef struct record_wish { /* the last one on recordings, and what was answere
     uint8_t status;
     char text[WIRE_TEXT_MAX + 1];
 } record_wish;
+
+typedef struct record_beginner { /* who may end it */
+    bool by_query;               /* not: the configuration */
+    bool watched, gone;          /* its link tells when it goes; it is gone: nobody may, but the operator */
+    int64_t client, since_ns;    /* monotonic */
+} record_beginner;
+
+typedef struct record_reply { /* the answer to who ended a recording: when all of it is on the disk */
+    struct link *to;          /* NULL: none is owed */
+    wire_answer answer;
+} record_reply;
 
 typedef struct measures { /* for the page that Prometheus reads */
     histogram latency, tick, age, width;
@@ -301,6 +381,8 @@ typedef struct taken_state {    /* of the recording that is replayed */
     uint64_t events;            /* that the daemon had told until then */
     char wrong[128], left[192]; /* it is damaged; or it is of another build, and was left out: "" = not */
 } taken_state;
+
+typedef struct shares shares; /* shares.h */
 
 typedef struct service {
     config config;
@@ -327,11 +409,16 @@ typedef struct service {
     int64_t next_watch_ns;     /* of what waits on streams, monotonic; INT64_MAX: nothing does */
     size_t streams_behind, streams_starving;
     char starving[384]; /* the first stream that starves, for people; "" = none does */
+    size_t clients_unheard;
+    char unheard[256]; /* the first of them, for people; "" = all are heard */
     wire_memory *backlog_memory;
     uint64_t events_hash;
-    pace pace;              /* of a budget */
-    uint64_t recorded_work; /* of this tick, in a replay ... */
-    bool recorded_budget;   /* ... of one with a budget */
+    pace pace;                           /* of a budget */
+    uint64_t slice;                      /* units of this tick's slice; 0: it is not cut */
+    double slice_unit_ns;                /* what a unit of it takes, as learnt */
+    int64_t pending_ns, pending_last_ns; /* since when something has been pending, and at which tick last, monotonic */
+    uint64_t recorded_work;              /* of this tick, in a replay ... */
+    bool recorded_budget;                /* ... of one with a budget */
     memory_gauge memory;
     suspect_watch suspects;
     int64_t pairs_most; /* in this tick, of max_pairs, for want of memory, or as recorded; 0: all */
@@ -351,27 +438,49 @@ typedef struct service {
     size_t lost_count;
     left_client left_clients[LOST_KEPT]; /* a ring of the newest */
     size_t left_count;
-    ARRAY(stream) streams; /* by the world's interest id */
+    ARRAY(stream) streams;                 /* by the world's interest id */
+    pair_map open_streams, ending_streams; /* by name: see stream_names.c */
     ARRAY(geometry) geometries;
     pair_map geometry_of;         /* id -> place */
     pair_map geometry_whole;      /* hash -> place of one that is whole; `same` leads to the others */
     int64_t geometry_last;        /* the newest id */
     ARRAY(geometry_claim) claims; /* by client, then hash */
+    bool claims_leave;            /* some may be taken back once no body waits */
+    size_t geometry_hint;         /* no place before it is free */
+    int64_t geometries_completed;
+    size_t geometries_building;
+    builds *builds;
+    uint64_t built_units;          /* in this tick, at once */
+    ARRAY(told_build) told_builds; /* for this tick */
+    pending_bodies pending;
+    size_t pending_new, pending_shapes; /* of those that wait for a build: bodies that are new, and shapes */
+    struct {
+        int64_t lacks;   /* the first geometry that it lacks */
+        bool has_waited; /* for a build */
+        kept_pose pose;  /* of a body that has */
+    } carried;           /* with the command that is carried out */
+    bool poses_only;     /* a link's thread stands in: nothing but poses is carried out */
     inbox inbox;
     posing posing;
     bool stepped;              /* since the last tick: its streams are told of the step */
     ARRAY(world_shape) shapes; /* scratch of apply */
     ARRAY(compound *) compounds;
     ARRAY(filter_rule) rules;
-    wire_log_writer *recording;
-    char recording_path[CONFIG_TEXT_MAX];
+    wire_log_writer *recording;   /* NULL: nothing is recorded, ... */
+    wire_log_writer *record_next; /* ... but this is about to, when there is room for its beginning */
+    bytes_out record_room;        /* for the state that it begins with */
+    struct record_file *recording_to;
+    record_beginner recording_of;
+    ARRAY(struct record_file *) record_ends; /* recordings that have ended, and are not on the disk yet */
     bool state_due; /* the recording began in the middle: its state is written when the tick ends */
     record_wish record_wish;
+    record_reply record_reply;
     char limits[512];        /* named limits that were reached in the last LIMITS_TOLD_NS */
     int64_t limit_ns;        /* when the last of them was, monotonic */
     bool hull_came;          /* since waiting commands were last tried */
     bool geometries_loose;   /* some may have nobody who wants them any more */
     struct standby *standby; /* NULL: not one of a pair */
+    shares *shares;          /* of each participant */
     bool status_due;         /* before its time */
     /* What a measurement asks instead of what the clients ask; NULL: nothing. */
     void (*amend_interest)(const void *context, world_interest *def);
@@ -379,6 +488,9 @@ typedef struct service {
     /* Who hears of each tick before it is published; NULL: nobody. */
     void (*on_batches)(void *context, const world_batches *batches);
     void *on_batches_context;
+    /* Called ten times a second while a standby waits for a build that the active daemon has had; NULL: nobody. */
+    void (*on_waiting)(void *context);
+    void *on_waiting_context;
     /* Who hears of each command and query before it is carried out; NULL: nobody. */
     void (*on_command)(void *context, const wire_message *m);
     void *on_command_context;
@@ -397,6 +509,7 @@ static inline int64_t *session_pose_sequence(session *c, const owned_body *b)
 void session_count_body(session *c, owned_body *b, uint32_t world_id, size_t shapes);
 owned_interest *session_interest(session *c, int32_t number);
 owned_interest *session_add_interest(session *c, int32_t number);
+void session_find_interests(session *c);               /* by their numbers, where all have come at once */
 int64_t session_newest_sequence(const session *c);     /* of all that it said and was applied */
 void session_heard(service *s, const wire_message *m); /* a sign of life, before it is applied */
 void session_lost(service *s, session *c, const char *how);
@@ -422,7 +535,8 @@ typedef struct geometry_share { /* what one piece holds of the whole: vertices f
 } geometry_share;
 int64_t geometry_bytes(int64_t vertex_numbers, int64_t index_numbers); /* of its numbers in memory */
 geometry_share geometry_share_of(const geometry *g, int32_t piece);
-wire_reason geometry_put(service *s, session *c, const wire_geometry *m, wire_refusal *why);
+/* *later: it is not acknowledged now, but when it has been built. */
+wire_reason geometry_put(service *s, session *c, const wire_geometry *m, wire_refusal *why, bool *later);
 int64_t geometry_claimed(const service *s, int64_t client, int64_t hash); /* its id; 0: the client has sent none */
 const geometry *geometry_at(const service *s, int64_t id);                /* NULL: there is none */
 /* The hull or mesh of a shape of that type, WIRE_SHAPE_*; false: it is not whole, or of another kind. */
@@ -432,8 +546,15 @@ void geometry_release(service *s, int64_t id);
 void geometry_forget(service *s, session *c); /* what it alone announced and no body holds may go */
 void geometry_sweep(service *s);              /* frees what nobody wants; after a tick */
 void geometry_free_all(service *s);
-/* Behind the others, as it was elsewhere: vertices and indices become its own; `has` NULL: it is whole. */
+/* Behind the others, as it was elsewhere: numbers and `has` become its own. It is built, if it was. */
 wire_reason geometry_restore(service *s, const geometry *bare, wire_refusal *why);
+void geometry_restore_builds(service *s); /* when all are there: what was being built is being built again */
+typedef enum geometry_state { GEOMETRY_MISSING, GEOMETRY_BUILDING, GEOMETRY_READY } geometry_state;
+/* Of what the client means by that hash. */
+geometry_state geometry_state_of(const service *s, int64_t client, int64_t hash);
+void geometry_builds_end(service *s); /* the first thing in a tick: what is ready from then on */
+void geometry_tell(service *s, int64_t client, int64_t hash, bool ready); /* what another daemon did in this tick */
+void geometry_let_go(service *s); /* what was taken back, and no body waits for any more */
 
 /* inbox.c */
 void inbox_put(service *s, struct link *from, const wire_message *m);
@@ -441,12 +562,31 @@ void inbox_put_lost(service *s, struct link *from, int64_t client);
 void inbox_apply(service *s);
 void inbox_answer(service *s); /* the queries among them; after the tick */
 
+/* pending.c */
+/* That letter, a Body, was tried in vain: s->carried.lacks says why. Answered, if a limit refuses it. */
+void pending_put(service *s, const letter *l, const wire_body *m);
+/* Is it newer than what waits of the same body for a build, or the same, or older? */
+typedef enum pending_copy { PENDING_NEWER, PENDING_SAME, PENDING_OLDER } pending_copy;
+pending_copy pending_is_copy(const service *s, const session *c, const wire_body *m);
+/* It has been carried out, or waits: what waited for a build before it is gone, but its pose, if that is newer. */
+void pending_supersede(service *s, session *c, const wire_body *m, kept_pose *pose);
+bool pending_wake(service *s); /* those that may be tried become letters again, behind the others: were there any? */
+bool pending_due(const service *s);
+int64_t pending_next_ns(const service *s); /* when one of them has waited too long, monotonic; INT64_MAX: never */
+bool pending_needs(const service *s, int64_t client, int64_t hash, int64_t before); /* a body announced before that */
+bool pending_keeps_pose(service *s, session *c, const wire_pose_batch *m, uint32_t i); /* of a body that waits */
+bool pending_before(const service *s, int64_t client, int64_t sequence); /* a body that was announced before that */
+void pending_forget(service *s, int64_t client, int64_t before);         /* of that client, announced before */
+void pending_restore(service *s, pending_body *p);                       /* becomes the service's */
+void pending_free_all(service *s);
+
 /* poses.c */
 void apply_note_simulation(simulation_mark *last, int64_t tick, int64_t simulation_ns);
 void apply_poses(service *s, struct link *from, const wire_pose_batch *m, bool may_wait);
 void apply_forget_refused(session *c, int64_t tick, int64_t step); /* before the poses of that step */
 void apply_count_refused(session *c, uint32_t more, wire_reason reason);
 void apply_poses_now(service *s, session *c, struct link *from, const wire_pose_batch *m); /* c: NULL if unknown */
+void poses_give(service *s, session *c, const owned_body *b, const kept_pose *p);          /* if none is newer */
 void poses_free(service *s);
 
 /* apply.c */
@@ -456,6 +596,11 @@ void apply_reject(service *s, struct link *to, wire_kind kind, int64_t client, i
     const wire_refusal *why);
 void apply_name_limit(service *s, const char *option); /* it is reached */
 bool apply_limit(service *s, size_t now, long most, const char *option, wire_refusal *why);
+
+/* unheard.c: clients that publish, and of whom nothing comes */
+void unheard_poses(service *s, const wire_pose_batch *m); /* one has come, whatever becomes of it */
+void unheard_word(service *s, const wire_receipt *m);     /* a Receipt of no stream: epoch 0 */
+void unheard_watch(service *s);                           /* before each Status */
 
 /* limits.c: what a client may have, and how fast it may talk */
 bool limits_admit(service *s, struct link *from, const wire_message *m, wire_refusal *why);
@@ -470,6 +615,11 @@ bool stream_taken(service *s, const session *c, const wire_interest *m, uint32_t
 void stream_open(service *s, session *c, const wire_interest *m, uint32_t world_id);
 void stream_end(service *s, uint32_t world_id, uint8_t cause); /* and the interest with it, in the next tick */
 void stream_close(service *s, uint32_t world_id);
+/* stream_names.c: to be found by its name, which has to be there, and by whether it ends. */
+void stream_names_add(service *s, uint32_t world_id);
+void stream_names_drop(service *s, uint32_t world_id);
+stream *stream_named(service *s, const char *name);        /* the open one, or NULL */
+const stream *stream_ending(service *s, const char *name); /* the one of them that ended last, or NULL */
 void stream_reader(service *s, struct link *from, const char *name);
 bool stream_lacks_reader(service *s, const char *name); /* it is open, and none has come */
 /* What the tick tells, snapshots apart, on every stream, whether it has a reader or not: as it is recorded. The message
@@ -508,19 +658,27 @@ bool steps_due(const service *s);           /* a step is complete, or asked for 
 void steps_complete(service *s);            /* applies a step that is */
 void steps_watch(service *s);               /* who misses a step; before each round, not in a replay */
 int64_t steps_next_ns(const service *s);    /* when somebody may miss one, monotonic; INT64_MAX: nobody */
+void steps_settle(service *s);              /* after the world's tick: who may be answered */
 void steps_began(service *s, int64_t done); /* a replay begins in the middle, before its first tick */
 void steps_record(service *s, session *c);
 void steps_free(session *c);
 
 /* answer.c */
 void answer_query(service *s, struct link *from, const wire_query *q);
+void answer_owed(service *s); /* to who ended a recording */
 
 /* tick.c */
 void service_set_budget(service *s);                                  /* of the configuration */
 void service_replay_budget(service *s, bool budgeted, uint64_t work); /* of the tick that is replayed next */
-void service_tick(service *s);                                        /* of number s->tick, at s->now_ns */
+/* tick.c. A slice is chosen by what earlier ones took, before the tick, and is recorded where it made a difference: so
+ * a replay, which is told it, does the same. */
+void service_choose_slice(service *s);
+void service_learn_slice(service *s, int64_t took_ns);
+bool service_is_behind(const service *s);      /* something is pending for long, or was so a moment ago */
+uint64_t service_slice_told(const service *s); /* for the recording; 0: it made none */
 /* How many pairs the tick that has just been run could have, for want of memory; 0: that has left out none. */
 int64_t service_pairs_limited(const service *s);
+void service_tick(service *s);             /* of number s->tick, at s->now_ns */
 void service_follow_clock(service *s);     /* what the world knows goes back with it */
 bool service_clock_back(const service *s); /* the wall clock was set back since the last tick: one is due */
 void service_take(service *s, struct link *from, const wire_message *m); /* a command that is admitted */
@@ -539,25 +697,36 @@ void service_reset(service *s); /* clients and world are gone as if they had nev
 void health_define(measures *m);
 void health_register(service *s);
 void health_publish(service *s);
-enum { HEALTH_LIMITS_MAX = 1400 };
-void health_limits(const service *s, char *text, size_t size); /* starving streams, suspects; "" = none, all is well */
+enum { HEALTH_LIMITS_MAX = 1700 };
+void health_limits(
+    const service *s, char *text, size_t size); /* starving streams, unheard clients, suspects; "" = all is well */
 const char *health_release(void);
 
 /* standby_state.c: the whole state between two ticks, for a standby, and for a recording that begins in the middle */
 void state_put(service *s, bytes_out *to);
+size_t state_size(const service *s); /* about as many bytes as that will be */
 /* Of this release and build? If not, it says of which. */
 bool state_fits(const uint8_t *bytes, size_t size, char *why, size_t why_size);
 bool state_take(service *s, bytes_in *from, char *why, size_t why_size); /* into an empty service */
 
 /* record.c, record_state.c */
-void record_state(service *s); /* all that is announced now, as if it came anew */
-int record_start(service *s, const char *path, char *why, size_t why_size); /* the state follows with the tick's end */
+size_t record_state_size(const service *s); /* about as many bytes as record_state takes */
+void record_state(service *s);              /* all that is announced now, as if it came anew */
+/* The state follows with the tick's end. `client`: who asked for it, or NULL: the configuration. */
+int record_start(service *s, const char *path, const int64_t *client, char *why, size_t why_size);
+/* May a query of that client end it? If not, it says who may. */
+bool record_may_end(const service *s, int64_t client, char *why, size_t why_size);
+void record_watch(service *s); /* notices recordings that end of themselves, and that are on the disk; each round */
+bool record_wants_tick(const service *s); /* it is about to begin */
+int64_t record_next_ns(const service *s); /* when to do so again, monotonic; INT64_MAX: with anything else */
+void record_stop_now(service *s);         /* of a daemon that ends: waits for the disk */
 /* As configured, of a daemon of a pair that becomes active: FILE, or FILE.1, FILE.2, ... if it is there. */
 void record_begin(service *s);
 void record_message(service *s, const wire_message *m);
 void record_events(service *s, const world_batches *batches); /* before they are published */
 void record_tick(service *s);
 void record_lost(service *s, int64_t client);
+void record_build(service *s, int64_t client, int64_t hash, bool ready);
 void record_steps(service *s); /* how far lock-step is, if it has begun */
 void record_stop(service *s);
 

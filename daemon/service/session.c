@@ -63,6 +63,8 @@ session *session_get(service *s, int64_t client, struct link *from)
         c->had = had_when_lost(s, client);
         c->reminders = REMINDERS;
         pair_map_init(&c->body_of);
+        pair_map_init(&c->interest_of);
+        pair_map_init(&c->pending_of);
         pair_map_put(&s->session_of, (uint64_t)client, (uint32_t)s->sessions.count);
         array_push(&s->sessions, c);
     }
@@ -134,6 +136,14 @@ void session_count_body(session *c, owned_body *b, uint32_t world_id, size_t sha
     b->shapes = (uint32_t)shapes;
 }
 
+void session_find_interests(session *c)
+{
+    pair_map_free(&c->interest_of);
+    pair_map_init(&c->interest_of);
+    for (size_t i = 0; i < c->interests.count; i++)
+        pair_map_put(&c->interest_of, (uint64_t)(uint32_t)c->interests.at[i].number + 1, (uint32_t)i);
+}
+
 /* As with bodies: removed ones are remembered for a while only. */
 owned_interest *session_add_interest(session *c, int32_t number)
 {
@@ -142,16 +152,17 @@ owned_interest *session_add_interest(session *c, int32_t number)
         for (size_t i = 0; i < c->interests.count; i++)
             if (c->interests.at[i].live) c->interests.at[kept++] = c->interests.at[i];
         c->interests.count = kept;
+        session_find_interests(c);
     }
+    pair_map_put(&c->interest_of, (uint64_t)(uint32_t)number + 1, (uint32_t)c->interests.count);
     array_push(&c->interests, (owned_interest){.number = number});
     return &c->interests.at[c->interests.count - 1];
 }
 
 owned_interest *session_interest(session *c, int32_t number)
 {
-    for (size_t i = 0; i < c->interests.count; i++)
-        if (c->interests.at[i].number == number) return &c->interests.at[i];
-    return NULL;
+    uint32_t index = pair_map_get(&c->interest_of, (uint64_t)(uint32_t)number + 1);
+    return index == PAIR_MAP_NONE ? NULL : &c->interests.at[index];
 }
 
 int64_t session_newest_sequence(const session *c)
@@ -208,12 +219,15 @@ static void free_session(session *c)
     array_free(&c->acks);
     steps_free(c);
     pair_map_free(&c->body_of);
+    pair_map_free(&c->interest_of);
+    pair_map_free(&c->pending_of);
     free(c->name);
     free(c);
 }
 
 static void forget(service *s, session *c)
 {
+    pending_forget(s, c->client, INT64_MAX);
     uint32_t index = pair_map_remove(&s->session_of, (uint64_t)c->client);
     session *last = s->sessions.at[--s->sessions.count];
     if (last != c) {
@@ -282,7 +296,7 @@ void session_lost(service *s, session *c, const char *how)
     s->lost_clients[s->lost_count++ % LOST_KEPT] = (lost_client){c->client, c->had};
     steps_join(s, c, 0);
     end_interests(s, c, CAUSE_OWNER_LOST);
-    if (c->on_loss == WIRE_LOST_REMOVE || !session_bodies(c)) {
+    if (c->on_loss == WIRE_LOST_REMOVE || !(session_bodies(c) || c->pending_of.count)) {
         end_bodies(s, c, CAUSE_OWNER_LOST);
         forget(s, c);
         return;
@@ -301,7 +315,7 @@ void session_leave(service *s, session *c)
     log_info("client %016" PRIx64 " \"%s\" left", (uint64_t)c->client, c->name);
     steps_join(s, c, 0);
     end_interests(s, c, CAUSE_INTEREST);
-    if (c->on_loss == WIRE_LOST_KEEP && session_bodies(c)) {
+    if (c->on_loss == WIRE_LOST_KEEP && (session_bodies(c) || c->pending_of.count)) {
         c->lost = c->left = true;
         return;
     }
@@ -323,6 +337,7 @@ void session_leave_before(service *s, session *c, int64_t sequence)
         bool before = b->sequence < sequence && *session_pose_sequence(c, b) < sequence;
         if (before) end_body(s, c, b, CAUSE_REMOVED);
     }
+    if (c->on_loss != WIRE_LOST_KEEP) pending_forget(s, c->client, sequence);
 }
 
 /* ---- leases ---- */

@@ -55,12 +55,12 @@ static void rebase_clocks(service *s)
     for (size_t i = 0; i < s->sessions.count; i++) {
         session *c = s->sessions.at[i];
         c->heard_ns = s->monotonic_ns;
-        c->messages = c->poses = c->rejects = (flow){0};
+        c->rejects = (flow){0};
         if (!standby_hears(s, c->client)) c->announced = false;
     }
     for (size_t i = 0; i < LOST_KEPT; i++) s->left_clients[i].since_ns = s->monotonic_ns;
     for (size_t i = 0; i < s->streams.count; i++) s->streams.at[i].told_ns = 0;
-    for (size_t i = 0; i < s->inbox.letters.count; i++) s->inbox.letters.at[i].since_ns = s->monotonic_ns;
+    for (size_t i = 0; i < s->pending.count; i++) s->pending.at[i].since_ns = s->monotonic_ns;
     s->next_heartbeat_ns = 0;
     s->lock_step.since_ns = 0;
     s->wall_ahead_ns = s->standby->in_step ? s->standby->ahead_ns : 0;
@@ -151,6 +151,8 @@ static void on_card(void *context, const peer_card *card)
         *known = *card;
     else
         array_push(&p->peers, *card);
+    s->status_due |=
+        is_new && p->card.role == PEER_ACTIVE; /* clients hear that it is there, and tell it of themselves */
     if (p->card.role == PEER_ACTIVE && has_taken_over(s, card))
         step_down(s, card);
     else if (p->card.role == PEER_ACTIVE)
@@ -386,6 +388,10 @@ void standby_describe(const service *s, char *text, size_t size)
     text[0] = '\0';
     if (!s->standby) return;
     const peer_card *other = standby_waits(s) || !s->standby->sure ? NULL : follower_card(s);
-    snprintf(text, size, "; %s, %s%s", ROLES[s->standby->card.role], other ? "hot standby: " : "without a standby",
+    bool joins = !other && card_is_there(s->standby, PEER_JOINING);
+    snprintf(text, size, "; %s, %s%s", ROLES[s->standby->card.role],
+        other   ? "hot standby: "
+        : joins ? "without a standby: one joins"
+                : "without a standby",
         other ? other->name : "");
 }

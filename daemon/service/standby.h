@@ -43,6 +43,7 @@ bool standby_hears(const service *s, int64_t client);
 void standby_journal_message(service *s, const struct link *from, const wire_message *m);
 void standby_journal_lost(service *s, const struct link *from, int64_t client);
 void standby_journal_reader(service *s, const struct link *from, const char *stream);
+void standby_journal_build(service *s, int64_t client, int64_t hash, bool ready);
 void standby_journal_tick(service *s);
 
 /* The daemon is to end: true if a standby that is in step takes over, and nobody need be told of an end. */

@@ -153,6 +153,11 @@ void standby_journal_lost(service *s, const struct link *from, int64_t client)
     if (is_followed(s)) journal_put_lost(journal_of(s), standby_place_of(s, from), client);
 }
 
+void standby_journal_build(service *s, int64_t client, int64_t hash, bool ready)
+{
+    if (is_followed(s)) journal_put_build(journal_of(s), client, hash, ready);
+}
+
 void standby_journal_reader(service *s, const struct link *from, const char *stream)
 {
     if (is_followed(s)) journal_put_reader(journal_of(s), standby_place_of(s, from), stream);
@@ -164,7 +169,7 @@ void standby_journal_tick(service *s)
     if (!is_followed(s)) return;
     wire_log_tick t = {s->tick, s->now_ns, s->monotonic_ns, (int64_t)s->events_hash,
         .budgeted = s->config.budget_us > 0, .work = (int64_t)world_get_figures(s->world).work,
-        .pairs_most = service_pairs_limited(s)};
+        .slice = (int64_t)service_slice_told(s), .pairs_most = service_pairs_limited(s)};
     if (!p->journal.count) bytes_put(&p->journal, &s->tick, sizeof s->tick); /* nothing came */
     journal_put_tick(&p->journal, s->epoch, &t);
     p->link->ops->peers->send(p->link, p->card.sender, JOURNAL_TICK, p->journal.at, p->journal.count);

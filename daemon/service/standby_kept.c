@@ -98,6 +98,7 @@ void kept_message_came(service *s, struct link *from, const wire_message *m)
     kept *k = &s->standby->kept;
     kept_message e = {.link = from, .kind = m->kind, .came_ns = s->monotonic_ns, .offset = k->bytes.count};
     int32_t object;
+    e.origin = from->origin;
     wire_origin(m, &e.client, &e.sequence, &object);
     if (!e.client) return; /* nobody's: refused by the active one */
     if (e.sequence <= client_of(k, e.client)->confirmed[m->kind]) return;
@@ -200,6 +201,8 @@ void kept_apply(service *s, const link_sink *sink, int64_t recent_ns)
             continue;
         }
         wire_memory_reset(s->standby->memory);
+        e->link->origin = e->origin;
+        e->link->unclaimed = false;
         if (wire_lcm_decode(k->bytes.at + e->offset, e->size, s->standby->memory, &m, &why) == WIRE_OK)
             sink->message(sink->context, e->link, &m);
     }

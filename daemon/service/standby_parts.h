@@ -44,6 +44,7 @@ typedef struct kept_message {
     struct link *link;
     wire_kind kind; /* WIRE_NOTHING: the client is lost */
     int64_t client, sequence, came_ns;
+    int64_t origin; /* whose it is, as its link knew it */
     size_t offset, size;
 } kept_message;
 

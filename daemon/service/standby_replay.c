@@ -24,9 +24,13 @@ static bool carry_out(service *s, const journal_entry *e)
         kept_confirm_reader(&p->kept, e->stream);
         stream_reader(s, from, e->stream);
         return true;
+    case ENTRY_BUILD:
+        geometry_tell(s, e->client, e->hash, e->ready != 0);
+        return true;
     case ENTRY_TICK:
         if (e->epoch != s->epoch || e->tick.tick != s->tick + 1) return false;
         service_replay_budget(s, e->tick.budgeted, (uint64_t)e->tick.work);
+        s->slice = (uint64_t)e->tick.slice;
         s->pairs_most = e->tick.pairs_most;
         s->tick = e->tick.tick;
         s->now_ns = e->tick.now_ns;

@@ -27,8 +27,8 @@ typedef struct state_head {
 
 static uint64_t layout_here(void)
 {
-    const uint64_t all[7] = {sizeof(session), sizeof(stream), sizeof(geometry), sizeof(geometry_claim), sizeof(letter),
-        sizeof(owned_body), world_saved_layout()};
+    const uint64_t all[7] = {sizeof(session), sizeof(stream), sizeof(geometry), sizeof(geometry_claim),
+        sizeof(pending_body), sizeof(owned_body), world_saved_layout()};
     return hash_bytes(HASH_START, all, sizeof all);
 }
 
@@ -64,7 +64,9 @@ static void put_session(const service *s, const session *c, bytes_out *to)
     NO_ARRAY(&bare.interests);
     NO_ARRAY(&bare.acks);
     bare.rows = (pose_rows){.next = 0};
-    bare.body_of = (pair_map){0};
+    bare.body_of = bare.pending_of = (pair_map){0};
+    bare.pending_bytes = 0;
+    bare.pending_count = 0;
     bytes_put(to, &bare, sizeof bare);
     bytes_put_text(to, c->name);
     bytes_put_count(to, standby_place_of(s, c->link));
@@ -118,6 +120,8 @@ static const char *get_session(service *s, bytes_in *from)
     NO_ARRAY(&c->held.digests.list);
     NO_ARRAY(&c->done.list);
     pair_map_init(&c->body_of);
+    pair_map_init(&c->interest_of);
+    pair_map_init(&c->pending_of);
     array_push(&s->sessions, c); /* from here on it is freed with the others */
     uint64_t link;
     bytes_get(from, &link, sizeof link);
@@ -140,6 +144,7 @@ static const char *get_session(service *s, bytes_in *from)
         session_add_row(c, b.number, b.world_id, pose_sequence);
     }
     GET_ARRAY(from, &c->interests);
+    session_find_interests(c);
     confirm(s, c);
     return from->broken ? "a client is cut off" : NULL;
 }
@@ -175,6 +180,7 @@ static const char *get_stream(service *s, bytes_in *from)
         at.link->ops->stream_open(at.link, at.name);
     }
     array_push(&s->streams, at);
+    if (at.live) stream_names_add(s, (uint32_t)(s->streams.count - 1));
     return from->broken ? "a stream is cut off" : NULL;
 }
 
@@ -183,6 +189,8 @@ static const char *get_stream(service *s, bytes_in *from)
 static void put_geometry(const geometry *g, bytes_out *to)
 {
     geometry bare = *g;
+    bare.numbers = NULL;
+    bare.build = NULL;
     bare.vertices = NULL;
     bare.indices = NULL;
     bare.hull = NULL;
@@ -208,46 +216,48 @@ static const char *get_geometry(service *s, bytes_in *from)
     if (!fits) return "a geometry is cut off";
     g.hull = NULL;
     g.mesh = NULL;
+    g.build = NULL;
     g.has = comes ? base_zalloc((size_t)g.pieces, 1) : NULL;
-    g.vertices = base_zalloc(g.vertex_numbers + 1, sizeof *g.vertices);
-    g.indices = base_zalloc(g.index_numbers + 1, sizeof *g.indices);
+    g.numbers = geometry_numbers_create(g.kind, g.hash, g.vertex_numbers, g.index_numbers);
+    g.vertices = g.numbers->vertices;
+    g.indices = g.numbers->indices;
+    if (g.completed > s->geometries_completed) s->geometries_completed = g.completed;
     if (comes) bytes_get(from, g.has, (size_t)g.pieces);
     bytes_get(from, g.vertices, g.vertex_numbers * sizeof *g.vertices);
     bytes_get(from, g.indices, g.index_numbers * sizeof *g.indices);
     if (!from->broken && geometry_restore(s, &g, &why) == WIRE_OK) return NULL;
     free(g.has);
-    free(g.vertices);
-    free(g.indices);
+    geometry_numbers_release(g.numbers);
     return "a geometry cannot be built";
 }
 
 /* ---- what waits for a hull ---- */
 
-static void put_letter(const service *s, const letter *l, bytes_out *to)
+static void put_pending(const service *s, const pending_body *p, bytes_out *to)
 {
-    letter bare = *l;
+    pending_body bare = *p;
     bare.link = NULL;
-    bare.offset = 0;
+    bare.name = NULL;
+    NO_ARRAY(&bare.hashes);
+    NO_ARRAY(&bare.bytes);
     bytes_put(to, &bare, sizeof bare);
-    bytes_put_count(to, standby_place_of(s, l->link));
-    bytes_put(to, s->inbox.bytes.at + l->offset, l->size);
+    bytes_put_count(to, standby_place_of(s, p->link));
+    bytes_put_text(to, p->name);
+    PUT_ARRAY(to, &p->hashes);
+    PUT_ARRAY(to, &p->bytes);
 }
 
-static const char *get_letter(service *s, bytes_in *from)
+static const char *get_pending(service *s, bytes_in *from)
 {
-    letter l;
+    pending_body p;
     uint64_t link;
-    inbox *in = &s->inbox;
-    bytes_get(from, &l, sizeof l);
-    bytes_get(from, &link, sizeof link);
-    l.link = link_at(s, link);
-    if (from->broken || !l.link || l.size > from->left) return "a message is cut off";
-    l.offset = in->bytes.count;
-    array_reserve(&in->bytes, l.offset + l.size + 1);
-    bytes_get(from, in->bytes.at + l.offset, l.size);
-    in->bytes.count += l.size;
-    array_push(&in->letters, l);
-    return NULL;
+    if (!bytes_get(from, &p, sizeof p) || !bytes_get(from, &link, sizeof link)) return "a message is cut off";
+    p.link = link_at(s, link);
+    p.name = base_strdup(bytes_get_text(from));
+    GET_ARRAY(from, &p.hashes);
+    GET_ARRAY(from, &p.bytes);
+    pending_restore(s, &p);
+    return from->broken || !p.link ? "a message is cut off" : NULL;
 }
 
 /* ---- the world's hulls and meshes, by their ids ---- */
@@ -310,9 +320,22 @@ void state_put(service *s, bytes_out *to)
     for (size_t i = 0; i < s->sessions.count; i++) put_session(s, s->sessions.at[i], to);
     bytes_put_count(to, s->streams.count);
     for (size_t i = 0; i < s->streams.count; i++) put_stream(s, &s->streams.at[i], to);
-    bytes_put_count(to, s->inbox.letters.count);
-    for (size_t i = 0; i < s->inbox.letters.count; i++) put_letter(s, &s->inbox.letters.at[i], to);
+    bytes_put_count(to, s->pending.count);
+    for (size_t i = 0; i < s->pending.count; i++) put_pending(s, &s->pending.at[i], to);
     world_save(s->world, &lender, to);
+}
+
+size_t state_size(const service *s)
+{
+    size_t size = sizeof(state_head) + world_saved_size(s->world) + s->inbox.bytes.count +
+                  s->claims.count * sizeof(geometry_claim) + s->streams.count * (sizeof(stream) + WIRE_NAME_MAX);
+    for (size_t i = 0; i < s->geometries.count; i++)
+        size += sizeof(geometry) + s->geometries.at[i].vertex_numbers * sizeof(double) +
+                s->geometries.at[i].index_numbers * sizeof(int32_t);
+    for (size_t i = 0; i < s->sessions.count; i++)
+        size += sizeof(session) + s->sessions.at[i]->held.bytes.count +
+                s->sessions.at[i]->bodies.count * (sizeof(owned_body) + 2 * sizeof(int64_t));
+    return size;
 }
 
 bool state_fits(const uint8_t *bytes, size_t size, char *why, size_t why_size)
@@ -353,14 +376,14 @@ static const char *take_all(service *s, bytes_in *from)
     memcpy(s->left_clients, h.left_clients, sizeof s->left_clients);
     s->left_count = (size_t)h.left_count;
     s->whole = h.whole;
-    const char *(*const parts[])(service *, bytes_in *) = {get_geometry, get_session, get_stream, get_letter};
+    const char *(*const parts[])(service *, bytes_in *) = {get_geometry, get_session, get_stream, get_pending};
     for (int i = 0; i < 4; i++) {
         size_t count = bytes_get_count(from, 1);
         for (size_t k = 0; k < count; k++)
             if ((wrong = parts[i](s, from)) != NULL) return wrong;
         if (i == 0) GET_ARRAY(from, &s->claims);
     }
-    s->inbox.waiting = s->inbox.letters.count;
+    geometry_restore_builds(s);
     s->hull_came = h.hull_came;
     s->geometries_loose = h.geometries_loose;
     s->geometry_last = h.geometry_last;

@@ -112,7 +112,7 @@ static bool all_are_there(const service *s, const roll *r)
 
 static bool is_complete(const service *s, const roll *r)
 {
-    return s->lock_step.members && r->ready == s->lock_step.members && all_are_there(s, r);
+    return s->lock_step.members && r->ready == s->lock_step.members && all_are_there(s, r) && !s->lock_step.pending;
 }
 
 /* Whoever comes has what is left of the others' time: else comings and goings would postpone it for ever. Only the
@@ -420,6 +420,26 @@ void steps_complete(service *s)
     s->lock_step.begun = true;
     s->lock_step.since_ns = 0;
     metric_count(s->count.steps, 1);
+}
+
+/* ---- when all of it is told ---- */
+
+static bool has_pending(const service *s, const session *c)
+{
+    return world_pending_of(s->world, (uint64_t)c->client) > 0;
+}
+
+/* Of those that are in lock-step with each other all are answered in one tick. */
+void steps_settle(service *s)
+{
+    s->lock_step.pending = false;
+    for (size_t i = 0; i < s->sessions.count; i++)
+        s->lock_step.pending |= is_member(s->sessions.at[i]) && has_pending(s, s->sessions.at[i]);
+    for (size_t i = 0; i < s->sessions.count; i++) {
+        session *c = s->sessions.at[i];
+        c->withheld = c->stepped && (is_member(c) ? s->lock_step.pending : has_pending(s, c));
+        if (!c->withheld) c->answered_step = c->step.step;
+    }
 }
 
 /* ---- who misses it ---- */

@@ -9,22 +9,10 @@
 
 enum { EVENTS_A_PART = 128 }; /* a part stays below 64 kB, but for the longest names */
 
-/* Of those that do not end with this tick. */
-static stream *find_name(service *s, const char *name)
-{
-    for (size_t i = 0; i < s->streams.count; i++)
-        if (s->streams.at[i].live && !s->streams.at[i].ending && strcmp(s->streams.at[i].name, name) == 0)
-            return &s->streams.at[i];
-    return NULL;
-}
-
 static void open_at(service *s, session *c, const wire_interest *m, uint32_t world_id, const char *name)
 {
-    bool read = false; /* the readers of one that ends with this tick are its readers: a link tells of a reader once */
-    for (size_t i = 0; i < s->streams.count; i++) {
-        const stream *old = &s->streams.at[i];
-        read |= old->live && old->ending && old->read && old->link == c->link && strcmp(old->name, name) == 0;
-    }
+    const stream *old = stream_ending(s, name); /* its readers are this one's: a link tells of a reader once */
+    bool read = old && old->read && old->link == c->link;
     array_reserve(&s->streams, (size_t)world_id + 1);
     while (s->streams.count <= world_id) s->streams.at[s->streams.count++] = (stream){.live = false};
     s->streams.at[world_id] = (stream){.live = true,
@@ -34,6 +22,7 @@ static void open_at(service *s, session *c, const wire_interest *m, uint32_t wor
         .interest = m->interest,
         .link = c->link,
         .each_tick = m->rate_hz == 0};
+    stream_names_add(s, world_id);
     c->link->ops->stream_open(c->link, name);
 }
 
@@ -49,7 +38,7 @@ bool stream_taken(service *s, const session *c, const wire_interest *m, uint32_t
 {
     char name[WIRE_NAME_MAX + 1];
     name_of(c, m, name);
-    const stream *taken = find_name(s, name);
+    const stream *taken = stream_named(s, name);
     if (!taken || (size_t)(taken - s->streams.at) == world_id) return false;
     why->reason = WIRE_NAME_TAKEN;
     snprintf(why->text, sizeof why->text, "stream: \"%.100s\" is the stream of another interest", name);
@@ -73,7 +62,9 @@ void stream_open(service *s, session *c, const wire_interest *m, uint32_t world_
 void stream_end(service *s, uint32_t world_id, uint8_t cause)
 {
     world_remove_interest(s->world, world_id, cause);
+    stream_names_drop(s, world_id);
     s->streams.at[world_id].ending = true;
+    stream_names_add(s, world_id);
 }
 
 /* The link's stream ends with the last that has its name. */
@@ -81,17 +72,18 @@ void stream_close(service *s, uint32_t world_id)
 {
     stream at = s->streams.at[world_id];
     if (!at.live) return;
+    stream_names_drop(s, world_id);
     s->streams.at[world_id] = (stream){.live = false};
     backlog_free(&at.backlog);
     if (at.batch > s->last_batch) s->last_batch = at.batch;
-    const stream *heir = find_name(s, at.name);
+    const stream *heir = stream_named(s, at.name);
     if (!heir || heir->link != at.link) at.link->ops->stream_close(at.link, at.name);
     free(at.name);
 }
 
 void stream_reader(service *s, struct link *from, const char *name)
 {
-    stream *at = find_name(s, name);
+    stream *at = stream_named(s, name);
     if (!at || at->link != from) return;
     at->read = true;
     world_want_snapshot(s->world, (uint32_t)(at - s->streams.at));
@@ -99,7 +91,7 @@ void stream_reader(service *s, struct link *from, const char *name)
 
 bool stream_lacks_reader(service *s, const char *name)
 {
-    const stream *at = find_name(s, name);
+    const stream *at = stream_named(s, name);
     return at && !at->read;
 }
 
@@ -233,7 +225,7 @@ static void measure(service *s, const world_batch *b)
 static int64_t step_for(service *s, const stream *to)
 {
     const session *c = session_find(s, to->client);
-    return c && c->step.step ? c->step.step : s->latest_step.step;
+    return c && c->step.step ? c->answered_step : s->latest_step.step;
 }
 
 /* Likewise. */
@@ -254,7 +246,7 @@ static int32_t missing_for(service *s, const stream *to)
 static refused_poses refused_for(service *s, const stream *to)
 {
     const session *c = session_find(s, to->client);
-    return c && c->step.step ? c->refused : (refused_poses){0};
+    return c && c->step.step && c->answered_step == c->step.step ? c->refused : (refused_poses){0};
 }
 
 static wire_message message_for(service *s, const stream *to)
@@ -370,24 +362,33 @@ static void publish(service *s, stream *to, const world_batch *b)
 /* What a simulator is answered is whole: it need not keep what it was told before. */
 void stream_ask_all(service *s)
 {
-    for (uint32_t i = 0; i < s->streams.count; i++) {
-        const stream *to = &s->streams.at[i];
-        const session *c = to->live && to->each_tick ? session_find(s, to->client) : NULL;
-        if (c && c->stepped) world_want_all(s->world, i);
+    for (size_t i = 0; i < s->sessions.count; i++) {
+        const session *c = s->sessions.at[i];
+        for (size_t k = 0; c->stepped && k < c->interests.count; k++) {
+            const owned_interest *own = &c->interests.at[k];
+            if (own->live && s->streams.at[own->world_id].each_tick) world_want_all(s->world, own->world_id);
+        }
     }
+}
+
+static void answer_step(service *s, uint32_t id)
+{
+    stream *to = &s->streams.at[id];
+    if (!to->live || !to->read || !to->told || !to->each_tick || to->batch_tick == s->tick) return;
+    publish(s, to, &(world_batch){.interest = id});
 }
 
 /* Lock-step: a client whose poses carry a step hears of each tick that had one, on each of its streams, also when there
  * is nothing to tell: by then all that the step brings about has been told. */
 static void answer_steps(service *s)
 {
-    for (uint32_t i = 0; i < s->streams.count; i++) {
-        stream *to = &s->streams.at[i];
-        if (!to->live || !to->read || !to->told || !to->each_tick || to->batch_tick == s->tick) continue;
-        const session *c = session_find(s, to->client);
-        if (c && c->stepped) publish(s, to, &(world_batch){.interest = i});
+    for (size_t i = 0; i < s->sessions.count; i++) {
+        session *c = s->sessions.at[i];
+        if (!c->stepped || c->withheld) continue;
+        for (size_t k = 0; k < c->interests.count; k++)
+            if (c->interests.at[k].live) answer_step(s, c->interests.at[k].world_id);
+        c->stepped = false;
     }
-    for (size_t i = 0; i < s->sessions.count; i++) s->sessions.at[i]->stepped = false;
 }
 
 /* Before its first reader has come, a stream says nothing: its first batch is the whole state, for that reader. */
@@ -441,4 +442,6 @@ void stream_free_all(service *s)
 {
     for (uint32_t i = 0; i < s->streams.count; i++) stream_close(s, i);
     array_free(&s->streams);
+    pair_map_free(&s->open_streams);
+    pair_map_free(&s->ending_streams);
 }

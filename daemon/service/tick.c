@@ -2,6 +2,7 @@
 #include "base/clock.h"
 #include "base/log.h"
 #include "service.h"
+#include "shares.h"
 #include "standby.h"
 
 #include <inttypes.h>
@@ -44,6 +45,36 @@ void service_replay_budget(service *s, bool budgeted, uint64_t work)
     if (budgeted != s->recorded_budget) world_set_budget(s->world, budgeted ? grant_as_recorded : NULL, s);
     s->recorded_budget = budgeted;
     s->recorded_work = work;
+}
+
+/* ---- slices ---- */
+
+/* Units: below the least one even a small world would be cut, above the most one a mistake would take seconds. */
+static const double SLICE_LEAST = 2e6, SLICE_MOST = 4e8;
+static const double LEARN_SLOWER = 0.5, LEARN_FASTER = 0.1; /* of what the last tick has shown */
+static const uint64_t SLICE_TO_LEARN_FROM = 1000000;        /* units */
+
+void service_choose_slice(service *s)
+{
+    double units = 1e3 * s->config.slice_us / (s->slice_unit_ns > 0 ? s->slice_unit_ns : 1);
+    units = units < SLICE_LEAST ? SLICE_LEAST : units > SLICE_MOST ? SLICE_MOST : units;
+    s->slice = s->config.slice_us > 0 ? (uint64_t)units : 0;
+}
+
+/* All that the tick took counts, with what it told. A tick that was held up by others on its core counts for twice as
+ * much at most. */
+void service_learn_slice(service *s, int64_t took_ns)
+{
+    uint64_t units = world_get_figures(s->world).slice_units;
+    if (!world_was_sliced(s->world) || units < SLICE_TO_LEARN_FROM) return;
+    double was = s->slice_unit_ns > 0 ? s->slice_unit_ns : 1, is = (double)took_ns / (double)units;
+    if (is > 2 * was) is = 2 * was;
+    s->slice_unit_ns = was + (is > was ? LEARN_SLOWER : LEARN_FASTER) * (is - was);
+}
+
+uint64_t service_slice_told(const service *s)
+{
+    return world_was_sliced(s->world) ? s->slice : 0;
 }
 
 /* ---- the wall clock ---- */
@@ -90,19 +121,45 @@ void service_take(service *s, struct link *from, const wire_message *m)
 
 int64_t service_pairs_limited(const service *s)
 {
-    return world_get_figures(s->world).pairs_left_out ? s->pairs_most : 0;
+    world_figures f = world_get_figures(s->world);
+    return f.pairs_left_out || f.parked_bodies ? s->pairs_most : 0;
 }
 
 /* Of a limit that no command is refused for. */
 static void tell_pairs_left_out(service *s)
 {
     world_figures f = world_get_figures(s->world);
-    if (!f.pairs_left_out) return;
+    if (!f.pairs_left_out && !f.parked_bodies) return;
     const char *option = s->pairs_most ? "memory_limit" : "max_pairs";
     if (!strstr(s->limits, option))
-        log_warning("%s = %" PRId64 " is reached: %zu pairs are not looked at", option,
-            s->pairs_most ? s->memory.limit >> 20 : (int64_t)s->config.max_pairs, f.pairs_left_out);
+        log_warning("%s = %" PRId64 " is reached: %zu pairs are not looked at%s", option,
+            s->pairs_most ? s->memory.limit >> 20 : (int64_t)s->config.max_pairs, f.pairs_left_out,
+            f.parked_bodies ? ", nor those that have not been counted" : "");
     apply_name_limit(s, option);
+}
+
+/* What a large step or many new bodies leave for a few ticks is no reason to be degraded; nor is it, once it is, over
+ * between two surges. */
+static const int64_t PENDING_LONG_NS = 100000000, PENDING_OVER_NS = 1000000000;
+
+static void note_pending(service *s)
+{
+    bool was = service_is_behind(s);
+    world_figures f = world_get_figures(s->world);
+    if (f.pending_bodies) {
+        if (!s->pending_ns || s->monotonic_ns - s->pending_last_ns > PENDING_OVER_NS) s->pending_ns = s->monotonic_ns;
+        s->pending_last_ns = s->monotonic_ns;
+    }
+    if (!was && service_is_behind(s))
+        log_warning("more has changed than can be decided at once: %zu pairs or more of %zu bodies are pending, and "
+                    "unknown until then",
+            f.pending_pairs, f.pending_bodies);
+}
+
+bool service_is_behind(const service *s)
+{
+    return s->pending_last_ns - s->pending_ns > PENDING_LONG_NS &&
+           s->monotonic_ns - s->pending_last_ns < PENDING_OVER_NS;
 }
 
 /* Queries wait in the inbox like commands, and are answered from the world as the tick leaves it. */
@@ -113,12 +170,15 @@ void service_tick(service *s)
     inbox_apply(s);
     s->stepped = false;
     stream_ask_all(s);
+    world_set_slice(s->world, s->slice ? s->slice : UINT64_MAX);
     world_set_pairs_most(s->world, (size_t)s->pairs_most);
     suspect_begin_tick(s);
     world_tick(s->world, s->now_ns, &batches);
     suspect_end(s);
+    steps_settle(s);
     service_tell_broad(s);
     tell_pairs_left_out(s);
+    note_pending(s);
     s->events_hash = batches.hash;
     record_events(s, &batches);
     standby_journal_tick(s); /* before anybody is told: what readers have been told, the standby knows */
@@ -127,6 +187,7 @@ void service_tick(service *s)
     session_send_acks(s);
     inbox_answer(s);
     geometry_sweep(s);
+    shares_ticked(s);
     record_tick(s); /* perhaps with the state as the next tick finds it */
     for (size_t i = 0; i < s->link_count; i++) s->links[i]->ops->flush(s->links[i]);
 }

@@ -1,5 +1,4 @@
 /* body: the life of a body: put, held, removed, and gone. Tick thread. */
-#include "filter.h"
 #include "state.h"
 
 #include <stdlib.h>
@@ -42,7 +41,7 @@ static void measure_rules(body *b)
     }
 }
 
-static void copy_rules(body *b, const world_body *def)
+static void copy_rules(world *w, body *b, const world_body *def)
 {
     free_rules(b);
     b->rules = base_alloc(def->rule_count ? def->rule_count : 1, sizeof *b->rules);
@@ -53,6 +52,7 @@ static void copy_rules(body *b, const world_body *def)
             .padding = def->rules[i].padding,
             .margin = def->rules[i].margin};
     b->rule_count = def->rule_count;
+    rules_choose(&w->rules, &b->rule_set, b->rules, b->rule_count);
     measure_rules(b);
 }
 
@@ -87,8 +87,6 @@ static uint32_t new_body(world *w)
     body_reserve(w, id + 1);
     if (id >= w->bodies.count) w->bodies.count = id + 1;
     w->bodies.at[id] = (body){.used = true, .serial = ++w->body_serial, .expiry_ns = INT64_MAX};
-    w->bodies.at[id].match_a = base_zalloc(w->words, sizeof(uint64_t));
-    w->bodies.at[id].match_b = base_zalloc(w->words, sizeof(uint64_t));
     w->figures.bodies++;
     return id;
 }
@@ -121,12 +119,16 @@ world_status world_put_body(world *w, uint32_t *id, const world_body *def)
         b->ruled_tick = w->ruled_tick = w->figures.ticks + 1;
     }
     if (is_new || !same_filter(b, def) || b->fixed != def->fixed) b->ruling = ++w->ruling;
+    bool same_name = !is_new && strcmp(b->group, def->group ? def->group : "") == 0;
+    b->matched &= same_name;
+    if (!same_name) b->label = b->ruling;
     free(b->group);
     b->group = base_strdup(def->group ? def->group : "");
     b->fixed = def->fixed;
     b->category = def->category;
     b->mask = def->mask;
     b->one_way = def->one_way;
+    b->owner = def->owner;
     b->ccd = def->ccd;
     b->acceleration = def->acceleration;
     b->angular_acceleration = def->angular_acceleration;
@@ -143,12 +145,12 @@ world_status world_put_body(world *w, uint32_t *id, const world_body *def)
         b->before = b->pose;
         b->before_ns = b->stamp_ns;
     }
-    copy_rules(b, def);
+    copy_rules(w, b, def);
     if (is_new || !body_same_shapes(w, b, def)) {
         body_drop_shapes(w, b);
         body_add_shapes(w, *id, def);
     }
-    interest_match_body(w, *id);
+    match_put_body(w, *id);
     body_mark_dirty(w, *id, true);
     return WORLD_OK;
 }
@@ -191,6 +193,7 @@ world_status world_remove_body(world *w, uint32_t id, uint8_t cause)
     if (!body_is(w, id)) return WORLD_UNKNOWN_ID;
     body *b = &w->bodies.at[id];
     body_drop_name(w, b->name);
+    slices_forget(w, id);
     w->figures.bodies--;
     body_drop_shapes(w, b);
     b->ghost = true;
@@ -208,11 +211,11 @@ static void free_body(world *w, uint32_t id)
     body *b = &w->bodies.at[id];
     free(b->name);
     free(b->group);
-    free(b->match_a);
-    free(b->match_b);
+    match_change_class(&w->match, &b->match, 0);
     free(b->shapes);
     array_free(&b->passed);
     free_rules(b);
+    rules_choose(&w->rules, &b->rule_set, NULL, 0);
     *b = (body){.used = false};
 }
 
@@ -259,6 +262,7 @@ world_status world_get_body(const world *w, uint32_t id, world_body *out, world_
         .mask = b->mask,
         .one_way = b->one_way,
         .ccd = b->ccd,
+        .owner = b->owner,
         .acceleration = b->acceleration,
         .angular_acceleration = b->angular_acceleration,
         .deadline_ns = b->deadline_ns,

@@ -83,6 +83,7 @@ void body_add_shapes(world *w, uint32_t id, const world_body *def)
             .used = true};
         w->solids.at[s].world = solid_at(b->pose, &w->solids.at[s]);
         w->solids.at[s].shape.compound = own;
+        work_price(&w->solids.at[s]);
         w->figures.shapes += shapes_in(&w->solids.at[s].shape);
         b->shapes[i] = s;
     }

@@ -54,8 +54,7 @@ bool bounds_stand(const world *w, const pair *p)
     if (s->epoch != w->epoch) return false;
     const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
     const body *x = &w->bodies.at[a->body], *y = &w->bodies.at[b->body];
-    if (x->teleported || y->teleported) return false;
-    if (bodies_ruled_now(w, x, y)) return false;
+    if (p->jumped || p->ruled) return false;
     for (uint32_t id = p->first_watch; id != WORLD_NONE; id = w->watches.at[id].pair_next)
         if (w->watches.at[id].unknown) return false;
     if (travelled_since(travelled(x, y), s->travelled) <= s->slack) return true;

@@ -75,9 +75,9 @@ typedef struct terms { /* under which a pair is judged in this tick */
     uint8_t cause; /* of what begins or ends */
 } terms;
 
-static terms terms_of(const world *w, const pair *p, const body *a, const body *b)
+static terms terms_of(const pair *p)
 {
-    return (terms){pair_kept_terms(p), bodies_ruled_now(w, a, b) ? CAUSE_FILTER : CAUSE_MOTION};
+    return (terms){pair_kept_terms(p), p->ruled ? CAUSE_FILTER : CAUSE_MOTION};
 }
 
 uint8_t events_achieved(const narrow_result *r, const outcome *o, double limit)
@@ -117,10 +117,8 @@ void events_of_active(world *w)
         if (w->outcomes.at[k].result == WORLD_NONE) continue;
         uint32_t id = w->active_pairs.at[k];
         const pair *p = &w->pairs.at[id];
-        const body *a = &w->bodies.at[w->solids.at[p->a].body], *b = &w->bodies.at[w->solids.at[p->b].body];
-        terms t = terms_of(w, p, a, b);
-        for (size_t word = 0; word < w->words; word++)
-            for (uint64_t bits = interest_word(a, b, word); bits; bits &= bits - 1)
-                tell(w, id, &w->outcomes.at[k], (uint32_t)(word * 64) + (uint32_t)__builtin_ctzll(bits), &t);
+        terms t = terms_of(p);
+        match_list wanted = interest_list(w, p);
+        for (uint32_t i = 0; i < wanted.count; i++) tell(w, id, &w->outcomes.at[k], wanted.at[i], &t);
     }
 }

@@ -17,7 +17,7 @@ void events_fill(const world *w, const pair *p, const narrow_result *r, uint32_t
 uint8_t events_achieved(const narrow_result *r, const outcome *o, double limit);
 
 /* Is this pair A and B to the interest the other way round? Where it may be both, A is the one that looks. */
-bool events_is_turned(const body *a, const body *b, uint32_t interest, int looks);
+bool events_is_turned(const world *w, const body *a, const body *b, uint32_t interest, int looks);
 void events_turn_round(world_event *e);
 
 /* Does the interest's rate allow an update in this tick? */

@@ -39,7 +39,9 @@ static void release_held(world *w, uint32_t interest_id)
 
 void events_held_back(world *w)
 {
-    for (uint32_t id = 0; id < w->interests.count; id++) {
+    interest_sort_lively(w);
+    for (size_t k = 0; k < w->lively.count; k++) {
+        uint32_t id = (uint32_t)w->lively.at[k];
         interest *i = &w->interests.at[id];
         if (!i->used || !i->period_ns || !events_may_update(w, i)) continue;
         release_held(w, id);
@@ -79,18 +81,25 @@ static void snapshot(world *w, uint32_t id)
         if (at->unknown) events_emit(w, id, watch_last(at), EVENT_UNKNOWN, CAUSE_SNAPSHOT, watch_id(at));
     }
     if (!w->figures.stale_bodies) return;
-    uint64_t mask = (uint64_t)1 << (id & 63);
     for (uint32_t b = 0; b < w->bodies.count; b++) {
         const body *at = &w->bodies.at[b];
-        if (at->used && !at->ghost && at->stale && (at->match_a[id >> 6] | at->match_b[id >> 6]) & mask)
+        if (at->used && !at->ghost && at->stale && interest_has(w, id, at))
             events_emit_body(w, b, id, EVENT_UNKNOWN, CAUSE_SNAPSHOT);
     }
 }
 
+/* The whole state is not known before all bodies have been looked at for it. */
+static bool gets_snapshot(const interest *i)
+{
+    return i->used && i->snapshot && !i->closing && i->settling == SETTLED;
+}
+
 void events_snapshots(world *w)
 {
-    for (uint32_t id = 0; id < w->interests.count; id++)
-        if (w->interests.at[id].used && w->interests.at[id].snapshot && !w->interests.at[id].closing) snapshot(w, id);
+    for (size_t k = 0; k < w->lively.count; k++) {
+        uint32_t id = (uint32_t)w->lively.at[k];
+        if (gets_snapshot(&w->interests.at[id])) snapshot(w, id);
+    }
 }
 
 typedef struct told {
@@ -118,15 +127,26 @@ void events_close(world *w, uint32_t id, uint8_t cause)
     array_free(&order);
 }
 
+/* Nobody can say yet whose pairs these are. */
+static size_t undone_in_common(const world *w)
+{
+    return w->figures.pairs_left_out + (w->match.unmatched.count > 0);
+}
+
 void events_collect(world *w, world_batches *out)
 {
+    size_t common = undone_in_common(w);
     w->batches.count = 0;
-    for (uint32_t id = 0; id < w->interests.count; id++) {
+    for (uint32_t id = 0; common != w->told_in_common && id < w->interests.count; id++) interest_wake(w, id);
+    w->told_in_common = common;
+    interest_sort_lively(w);
+    for (size_t k = 0; k < w->lively.count; k++) {
+        uint32_t id = (uint32_t)w->lively.at[k];
         interest *i = &w->interests.at[id];
-        i->undone += w->figures.pairs_left_out;
+        i->undone += common + interest_unseen(w, i) + (slices_concern(w, id) ? w->figures.pending_pairs : 0);
         bool more_or_less = i->undone != i->told; /* left undone than was told last */
         if (!i->used || !(i->events.count || i->snapshot || i->closing || more_or_less)) continue;
-        bool told = i->snapshot && !i->closing;
+        bool told = gets_snapshot(i);
         size_t news = told ? i->snapshot_first : i->events.count;
         i->told = i->undone;
         if (news || i->closing || more_or_less)
@@ -141,7 +161,7 @@ void events_collect(world *w, world_batches *out)
                                         .undone = i->undone,
                                         .events = i->events.at ? i->events.at + news : NULL,
                                         .count = i->events.count - news}));
-        i->snapshot = false;
+        if (told || i->closing) i->snapshot = false;
     }
     *out = (world_batches){.at = w->batches.at, .count = w->batches.count, .hash = w->hash};
 }

@@ -37,6 +37,7 @@ void events_emit(world *w, uint32_t id, const world_event *e, uint8_t kind, uint
 {
     interest *i = &w->interests.at[id];
     array_push(&i->events, *e);
+    interest_wake(w, id);
     world_event *mine = &i->events.at[i->events.count - 1];
     mine->kind = kind;
     mine->cause = cause;
@@ -74,13 +75,10 @@ void events_turn_round(world_event *e)
         e->manifold.points[i].feature = feature_turned(was.manifold.points[i].feature);
 }
 
-bool events_is_turned(const body *a, const body *b, uint32_t id, int looks)
+bool events_is_turned(const world *w, const body *a, const body *b, uint32_t id, int looks)
 {
-    uint64_t mask = (uint64_t)1 << (id & 63);
-    size_t word = id >> 6;
-    bool straight = a->match_a[word] & mask && b->match_b[word] & mask;
-    bool turned = b->match_a[word] & mask && a->match_b[word] & mask;
-    return straight && turned ? looks < 0 : turned;
+    interest_sides sides = interest_sides_of(w, id, a, b);
+    return sides.straight && sides.turned ? looks < 0 : sides.turned;
 }
 
 static vec3 velocity_at(const body *b, vec3 point)
@@ -110,5 +108,5 @@ void events_fill(const world *w, const pair *p, const narrow_result *r, uint32_t
     for (uint32_t i = 0; i < e->manifold.count; i++)
         e->manifold.points[i].point = to_world(a, e->manifold.points[i].point);
     e->closing = vec_dot(e->axis, vec_sub(velocity_at(x, e->point_a), velocity_at(y, e->point_b)));
-    if (events_is_turned(x, y, interest, looks)) events_turn_round(e);
+    if (events_is_turned(w, x, y, interest, looks)) events_turn_round(e);
 }

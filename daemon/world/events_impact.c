@@ -24,7 +24,7 @@ static void fill_sweep(const world *w, const sweep *s, world_event *e)
                                             : WORLD_WIDE,
         .impact = {r->lo, r->hi, s->start_ns, r->body_a, r->body_b, s->estimated},
         .closing = r->closing};
-    if (events_is_turned(x, y, s->interest, pair_kept_terms(p).looks)) events_turn_round(e);
+    if (events_is_turned(w, x, y, s->interest, pair_kept_terms(p).looks)) events_turn_round(e);
 }
 
 static void tell_impact(world *w, const sweep *s)

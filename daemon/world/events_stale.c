@@ -18,12 +18,14 @@ void events_emit_body(world *w, uint32_t body_id, uint32_t interest, uint8_t kin
     events_emit(w, interest, &e, kind, cause, 0);
 }
 
+/* Who changed in this tick has not heard of a body that is gone. */
 static void tell_whole_body(world *w, uint32_t body_id, uint8_t kind, uint8_t cause)
 {
     const body *b = &w->bodies.at[body_id];
-    for (size_t word = 0; word < w->words; word++)
-        for (uint64_t bits = b->match_a[word] | b->match_b[word]; bits; bits &= bits - 1)
-            events_emit_body(w, body_id, (uint32_t)(word * 64) + (uint32_t)__builtin_ctzll(bits), kind, cause);
+    match_list all = match_of_class(&w->match, b->match);
+    for (uint32_t k = 0; k < all.count; k++)
+        if (!b->ghost || w->interests.at[all.at[k]].changed_tick != w->figures.ticks)
+            events_emit_body(w, body_id, all.at[k], kind, cause);
 }
 
 typedef struct watched { /* pairs of a solid that somebody was told of, by their keys: ids of pairs follow from boxes */
@@ -72,14 +74,13 @@ static void tell_watches_unknown(world *w, uint32_t solid_id)
     array_free(&list.keys);
 }
 
-/* What they were to each other ends where they were. All pairs of what was moved are active. */
+/* What they were to each other ends where they were. All pairs of what was moved are active, or will be. */
 void events_teleported(world *w)
 {
     if (!w->some_teleported) return;
     for (size_t k = 0; k < w->active_pairs.count; k++) {
         const pair *p = &w->pairs.at[w->active_pairs.at[k]];
-        const body *a = &w->bodies.at[w->solids.at[p->a].body], *b = &w->bodies.at[w->solids.at[p->b].body];
-        if (a->teleported || b->teleported) events_pair_ended(w, w->active_pairs.at[k], CAUSE_TELEPORT);
+        if (p->jumped) events_pair_ended(w, w->active_pairs.at[k], CAUSE_TELEPORT);
     }
     w->some_teleported = false;
 }

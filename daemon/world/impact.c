@@ -36,12 +36,9 @@ static void add(world *w, uint32_t active, uint32_t id, bool foretells)
 static void add_of_pair(world *w, uint32_t active, unsigned fact)
 {
     const pair *p = &w->pairs.at[w->active_pairs.at[active]];
-    const body *a = &w->bodies.at[w->solids.at[p->a].body], *b = &w->bodies.at[w->solids.at[p->b].body];
-    for (size_t word = 0; word < w->words; word++)
-        for (uint64_t bits = interest_word(a, b, word); bits; bits &= bits - 1) {
-            uint32_t id = (uint32_t)(word * 64) + (uint32_t)__builtin_ctzll(bits);
-            if (w->interests.at[id].facts & fact) add(w, active, id, fact == WORLD_FORETELL);
-        }
+    match_list wanted = interest_list(w, p);
+    for (uint32_t k = 0; k < wanted.count; k++)
+        if (w->interests.at[wanted.at[k]].facts & fact) add(w, active, wanted.at[k], fact == WORLD_FORETELL);
 }
 
 static void collect(world *w)

@@ -1,114 +1,74 @@
-/* interest: who wants to know what of which pairs, as bits on the bodies. Tick thread. */
-#include "filter.h"
+/* interest: who wants to know what, from the command that puts it to the batch that closes it. Which bodies and pairs
+ * it is about is found by match.c. Tick thread.
+ *
+ * A tick costs nothing for an interest that has nothing to be told: what concerns one puts it on the list of the
+ * lively, and only that is walked. */
+#include "base/sort.h"
 #include "state.h"
 
 #include <stdlib.h>
 #include <string.h>
-
-static void set_bit(uint64_t *words, uint32_t bit, bool on)
-{
-    uint64_t mask = (uint64_t)1 << (bit & 63);
-    words[bit >> 6] = on ? words[bit >> 6] | mask : words[bit >> 6] & ~mask;
-}
-
-static bool get_bit(const uint64_t *words, uint32_t bit)
-{
-    return words[bit >> 6] >> (bit & 63) & 1;
-}
-
-/* The boxes of both bodies of a pair are widened by half of what is asked of it, so that together they never miss it;
- * what a rule adds is carried by the body whose rule it is, alone. */
-static double half_range(const interest *i, double reach)
-{
-    double most = 0, share = i->tolerance > 0 ? 0 : i->relative_tolerance * reach;
-    if (i->facts & WORLD_DISTANCE) most = fmax(most, i->range);
-    if (i->facts & (WORLD_TOUCH | WORLD_MANIFOLD | WORLD_IMPACT | WORLD_FORETELL)) most = fmax(most, i->threshold);
-    return 0.5 * (most + i->hysteresis + i->tolerance) + share;
-}
 
 double interest_tolerance(const interest *i, double size)
 {
     return i->tolerance > 0 ? i->tolerance : i->relative_tolerance * size;
 }
 
-static double most_reach(const world *w, const body *b)
+/* ---- the lively ---- */
+
+void interest_wake(world *w, uint32_t id)
 {
-    double most = 0;
-    for (size_t i = 0; i < b->shape_count; i++) {
-        double reach = w->solids.at[b->shapes[i]].reach;
-        if (isfinite(reach)) most = fmax(most, reach);
+    interest *i = &w->interests.at[id];
+    if (!i->lively) array_push(&w->lively, id);
+    i->lively = true;
+}
+
+void interest_sort_lively(world *w)
+{
+    array_reserve(&w->sort_scratch, w->lively.count);
+    sort_keys(w->lively.at, w->sort_scratch.at, w->lively.count);
+}
+
+/* The last tick has been told; those of which nothing is due any more are lively no longer. */
+static void rest_lively(world *w)
+{
+    size_t kept = 0;
+    for (size_t k = 0; k < w->lively.count; k++) {
+        interest *i = &w->interests.at[w->lively.at[k]];
+        bool owes = i->snapshot || i->closing || i->settling || i->all || i->held.count;
+        i->events.count = i->undone = 0;
+        i->lively = i->used && (owes || i->told != w->told_in_common);
+        if (i->lively) w->lively.at[kept++] = w->lively.at[k];
     }
-    return most;
+    w->lively.count = kept;
 }
 
-static void widen_body(world *w, body *b)
+/* ---- how many ask for what ---- */
+
+static bool asks_now(const interest *i)
 {
-    double reach = most_reach(w, b);
-    b->widen = b->horizon = 0;
-    b->impacts = false;
-    for (size_t word = 0; word < w->words; word++)
-        for (uint64_t bits = b->match_a[word] | b->match_b[word]; bits; bits &= bits - 1) {
-            const interest *x = &w->interests.at[word * 64 + (size_t)__builtin_ctzll(bits)];
-            if (!x->used) continue;
-            b->widen = fmax(b->widen, half_range(x, reach) + b->rule_reach);
-            b->impacts |= (x->facts & WORLD_IMPACT) != 0;
-            if (x->facts & WORLD_FORETELL) b->horizon = fmax(b->horizon, x->horizon);
-        }
+    return i->used && !i->closing && i->facts & (WORLD_TOUCH | WORLD_DISTANCE | WORLD_MANIFOLD);
 }
 
-static bool match_one(world *w, body *b, uint32_t id)
+static void count_one(interest_counts *c, const interest *i, size_t by)
 {
-    const interest *i = &w->interests.at[id];
-    bool on = i->used && !i->closing;
-    bool a = on && filter_matches(i->select_a, b->name, b->group);
-    bool c = on && filter_matches(i->select_b, b->name, b->group);
-    bool was_a = get_bit(b->match_a, id), was_c = get_bit(b->match_b, id), concerned = a || c || was_a || was_c;
-    w->rematched |= a != was_a || c != was_c;
-    set_bit(b->match_a, id, a);
-    set_bit(b->match_b, id, c);
-    return concerned;
+    bool asks = asks_now(i);
+    c->now += asks ? by : 0;
+    c->bounds += asks && i->accuracy == WORLD_BY_BOXES ? by : 0;
+    c->sweeps += i->used && !i->closing && i->facts & (WORLD_IMPACT | WORLD_FORETELL) ? by : 0;
 }
 
-void interest_match_body(world *w, uint32_t id)
+/* From here on ticks, and poses, go by it. Who asks matters where it is one alone. */
+static void publish_counts(world *w)
 {
-    body *b = &w->bodies.at[id];
-    for (uint32_t i = 0; i < w->interests.count; i++) match_one(w, b, i);
-    widen_body(w, b);
+    w->sweepers = w->asking.sweeps;
+    w->askers = w->asking.now;
+    w->bounds_asked = w->asking.bounds;
+    w->first_asker = 0;
+    while (w->askers == 1 && !asks_now(&w->interests.at[w->first_asker])) w->first_asker++;
 }
 
-/* Interests of this word in which the two bodies are a pair, one as A and the other as B. */
-uint64_t interest_word(const body *a, const body *b, size_t word)
-{
-    return (a->match_a[word] & b->match_b[word]) | (a->match_b[word] & b->match_a[word]);
-}
-
-bool interest_wants(const world *w, const body *a, const body *b)
-{
-    for (size_t word = 0; word < w->words; word++)
-        if (interest_word(a, b, word)) return true;
-    return false;
-}
-
-static uint64_t *wider(uint64_t *words, size_t old, size_t count)
-{
-    uint64_t *bits = base_zalloc(count, sizeof *bits);
-    memcpy(bits, words, old * sizeof *bits);
-    free(words);
-    return bits;
-}
-
-static void grow(world *w, size_t interests)
-{
-    size_t need = (interests + 63) / 64;
-    if (need <= w->words) return;
-    for (size_t i = 0; i < w->bodies.count; i++) {
-        body *b = &w->bodies.at[i];
-        if (!b->used) continue;
-        b->match_a = wider(b->match_a, w->words, need);
-        b->match_b = wider(b->match_b, w->words, need);
-    }
-    w->words = need;
-}
+/* ---- put, asked, removed ---- */
 
 static bool same_interest(const interest *i, const world_interest *def)
 {
@@ -124,13 +84,33 @@ static uint32_t new_interest(world *w)
     uint32_t id = id_pool_take(&w->interest_ids);
     array_reserve(&w->interests, id + 1);
     while (w->interests.count <= id) w->interests.at[w->interests.count++] = (interest){.used = false};
-    grow(w, w->interests.count);
     interest *i = &w->interests.at[id];
-    *i = (interest){.used = true, .first_watch = WORLD_NONE};
-    i->select_a = base_strdup("");
-    i->select_b = base_strdup("");
+    *i = (interest){.used = true,
+        .lively = i->lively,
+        .listed = i->listed,
+        .first_watch = WORLD_NONE,
+        .selection = WORLD_NONE,
+        .select_a = base_strdup(""),
+        .select_b = base_strdup("")};
     w->figures.interests++;
     return id;
+}
+
+static void mark_changed(world *w, uint32_t id)
+{
+    interest *i = &w->interests.at[id];
+    if (!i->changed) array_push(&w->changed_interests, id);
+    i->changed = true;
+    w->changed = true;
+    interest_wake(w, id);
+}
+
+static void mark_unsettled(world *w, uint32_t id)
+{
+    interest *i = &w->interests.at[id];
+    if (!i->listed) array_push(&w->unsettled, id);
+    i->listed = true;
+    i->settling = SETTLES_NEXT;
 }
 
 world_status world_put_interest(world *w, uint32_t *id, const world_interest *def)
@@ -141,9 +121,10 @@ world_status world_put_interest(world *w, uint32_t *id, const world_interest *de
     else if (*id >= w->interests.count || !w->interests.at[*id].used || w->interests.at[*id].closing)
         return WORLD_UNKNOWN_ID;
     interest *i = &w->interests.at[*id];
-    i->snapshot = true;
-    w->changed = true;
+    world_want_snapshot(w, *id);
     if (!is_new && same_interest(i, def)) return WORLD_OK;
+    count_one(&w->asking, i, (size_t)-1);
+    match_detach(w, *id);
     free(i->select_a);
     free(i->select_b);
     i->select_a = base_strdup(def->select_a);
@@ -157,7 +138,10 @@ world_status world_put_interest(world *w, uint32_t *id, const world_interest *de
     i->accuracy = def->accuracy;
     i->horizon = def->horizon;
     i->period_ns = def->period_ns;
-    i->changed = true;
+    count_one(&w->asking, i, 1);
+    match_attach(w, *id);
+    mark_unsettled(w, *id);
+    mark_changed(w, *id);
     return WORLD_OK;
 }
 
@@ -182,9 +166,13 @@ world_status world_get_interest(const world *w, uint32_t id, world_interest *out
 world_status world_remove_interest(world *w, uint32_t id, uint8_t cause)
 {
     if (id >= w->interests.count || !w->interests.at[id].used || w->interests.at[id].closing) return WORLD_UNKNOWN_ID;
-    w->interests.at[id].closing = w->interests.at[id].changed = true;
-    w->interests.at[id].closing_cause = cause;
-    w->changed = true;
+    interest *i = &w->interests.at[id];
+    count_one(&w->asking, i, (size_t)-1);
+    match_detach(w, id);
+    i->closing = true;
+    i->closing_cause = cause;
+    i->settling = SETTLED;
+    mark_changed(w, id);
     return WORLD_OK;
 }
 
@@ -198,75 +186,141 @@ void world_want_snapshot(world *w, uint32_t id)
     if (id >= w->interests.count || !w->interests.at[id].used) return;
     w->interests.at[id].snapshot = true;
     w->changed = true;
+    interest_wake(w, id);
 }
 
 void world_want_all(world *w, uint32_t id)
 {
-    if (id < w->interests.count && w->interests.at[id].used) w->interests.at[id].all = true;
+    if (id >= w->interests.count || !w->interests.at[id].used) return;
+    w->interests.at[id].all = true;
+    interest_wake(w, id);
+}
+
+/* ---- who is asked about ---- */
+
+bool interest_has(const world *w, uint32_t id, const body *b)
+{
+    const interest *i = &w->interests.at[id];
+    if (i->selection == WORLD_NONE) return false;
+    const uint32_t *selectors = w->match.selections.at[i->selection].selectors;
+    return match_class_has(&w->match, b->match, selectors[0]) || match_class_has(&w->match, b->match, selectors[1]);
+}
+
+interest_sides interest_sides_of(const world *w, uint32_t id, const body *a, const body *b)
+{
+    const match *m = &w->match;
+    const interest *i = &w->interests.at[id];
+    if (i->selection == WORLD_NONE) return (interest_sides){false, false};
+    const uint32_t *s = m->selections.at[i->selection].selectors;
+    return (interest_sides){
+        .straight = match_class_has(m, a->match, s[0]) && match_class_has(m, b->match, s[1]),
+        .turned = match_class_has(m, b->match, s[0]) && match_class_has(m, a->match, s[1]),
+    };
+}
+
+size_t interest_unseen(const world *w, const interest *i)
+{
+    size_t left = w->bodies.count - (i->settling == SETTLES_NOW ? w->match.cursor : 0);
+    return i->settling == SETTLED ? 0 : left ? left : 1;
+}
+
+/* ---- in the tick ---- */
+
+static int compare_ids(const void *a, const void *b)
+{
+    uint32_t x = *(const uint32_t *)a, y = *(const uint32_t *)b;
+    return (x > y) - (x < y);
 }
 
 /* What was told under the old terms of those that changed ends. */
 static void close_changed(world *w)
 {
-    w->changed_interests.count = 0;
-    for (uint32_t id = 0; id < w->interests.count; id++) {
+    size_t count = w->changed_interests.count;
+    if (count > 1) qsort(w->changed_interests.at, count, sizeof *w->changed_interests.at, compare_ids);
+    for (size_t k = 0; k < count; k++) {
+        uint32_t id = w->changed_interests.at[k];
         interest *i = &w->interests.at[id];
-        if (!i->used || !i->changed) continue;
         i->changed = false;
+        i->changed_tick = w->figures.ticks;
         w->epoch++;
         events_close(w, id, i->closing ? i->closing_cause : (uint8_t)CAUSE_INTEREST);
-        array_push(&w->changed_interests, id);
-    }
-}
-
-/* Every body that the old or the new terms concern is looked at again. */
-static void match_changed(world *w)
-{
-    if (!w->changed_interests.count) return;
-    for (uint32_t k = 0; k < w->bodies.count; k++) {
-        body *b = &w->bodies.at[k];
-        bool concerned = false;
-        if (!b->used || b->ghost) continue;
-        for (size_t i = 0; i < w->changed_interests.count; i++)
-            concerned |= match_one(w, b, w->changed_interests.at[i]);
-        if (!concerned) continue;
-        widen_body(w, b);
-        body_mark_dirty(w, k, true);
-    }
-}
-
-void interest_count(world *w)
-{
-    w->sweepers = w->askers = 0;
-    w->bounds_asked = false;
-    for (size_t id = 0; id < w->interests.count; id++) {
-        const interest *i = &w->interests.at[id];
-        bool asks = i->used && !i->closing && (i->facts & (WORLD_TOUCH | WORLD_DISTANCE | WORLD_MANIFOLD));
-        if (asks && !w->askers++) w->first_asker = (uint32_t)id;
-        w->bounds_asked |= asks && i->accuracy == WORLD_BY_BOXES;
-        w->sweepers += i->used && !i->closing && (i->facts & (WORLD_IMPACT | WORLD_FORETELL));
     }
 }
 
 void interest_settle_changes(world *w)
 {
-    interest_count(w);
+    if (w->changed_interests.count) publish_counts(w);
     close_changed(w);
-    match_changed(w);
+    match_refresh(w);
+    match_run(w);
 }
 
-/* Those whose closing batch the last tick has told. */
-void interest_finish(world *w)
+void interest_pass_began(world *w)
 {
+    for (size_t k = 0; k < w->unsettled.count; k++) {
+        interest *i = &w->interests.at[w->unsettled.at[k]];
+        if (i->settling == SETTLES_NEXT) i->settling = SETTLES_NOW;
+    }
+}
+
+void interest_pass_ended(world *w)
+{
+    size_t kept = 0;
+    for (size_t k = 0; k < w->unsettled.count; k++) {
+        interest *i = &w->interests.at[w->unsettled.at[k]];
+        if (i->settling == SETTLES_NOW) i->settling = SETTLED;
+        i->listed = i->settling != SETTLED;
+        if (i->listed) w->unsettled.at[kept++] = w->unsettled.at[k];
+    }
+    w->unsettled.count = kept;
+}
+
+static void forget_interest(world *w, uint32_t id)
+{
+    interest *i = &w->interests.at[id];
+    free(i->select_a);
+    free(i->select_b);
+    array_free(&i->held);
+    array_free(&i->events);
+    *i = (interest){.used = false, .lively = i->lively, .listed = i->listed, .selection = WORLD_NONE};
+    id_pool_give(&w->interest_ids, id);
+    w->figures.interests--;
+}
+
+/* Those whose closing batch the last tick has told are gone. */
+void interest_begin_tick(world *w)
+{
+    size_t kept = 0;
+    for (size_t k = 0; k < w->changed_interests.count; k++) {
+        const interest *i = &w->interests.at[w->changed_interests.at[k]];
+        if (i->changed)
+            w->changed_interests.at[kept++] = w->changed_interests.at[k];
+        else if (i->used && i->closing)
+            forget_interest(w, w->changed_interests.at[k]);
+    }
+    w->changed_interests.count = kept;
+    rest_lively(w);
+}
+
+void interest_end_tick(world *w)
+{
+    for (size_t k = 0; k < w->lively.count; k++) w->interests.at[w->lively.at[k]].all = false;
+}
+
+/* What is not saved follows from what is. */
+void interest_restored(world *w)
+{
+    w->asking = (interest_counts){0};
+    w->told_in_common = SIZE_MAX;
     for (uint32_t id = 0; id < w->interests.count; id++) {
         interest *i = &w->interests.at[id];
-        if (!i->used || !i->closing || i->changed) continue;
-        free(i->select_a);
-        free(i->select_b);
-        array_free(&i->held);
-        array_free(&i->events);
-        *i = (interest){.used = false};
-        id_pool_give(&w->interest_ids, id);
-        w->figures.interests--;
+        i->lively = i->listed = false;
+        if (!i->used) continue;
+        count_one(&w->asking, i, 1);
+        interest_wake(w, id);
+        if (i->changed || i->closing) array_push(&w->changed_interests, id);
+        i->listed = i->settling != SETTLED;
+        if (i->listed) array_push(&w->unsettled, id);
     }
+    publish_counts(w); /* poses may come before the first tick */
 }

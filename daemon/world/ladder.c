@@ -67,7 +67,6 @@ demand ladder_demand(const world *w, const pair *p)
 {
     const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
     bool told = pair_is_told(w, p);
-    const body *x = &w->bodies.at[a->body], *y = &w->bodies.at[b->body];
     pair_terms terms = pair_kept_terms(p);
     double size = pair_size(a, b);
     demand d = {.request = {.tolerance = INFINITY,
@@ -78,11 +77,10 @@ demand ladder_demand(const world *w, const pair *p)
         .limit = -INFINITY,
         .coarse = true,
         .verdict_only = true};
-    for (size_t word = 0; word < w->words; word++) {
-        for (uint64_t bits = interest_word(x, y, word); bits; bits &= bits - 1) {
-            const interest *i = &w->interests.at[word * 64 + (size_t)__builtin_ctzll(bits)];
-            if (i->facts & NOW) add_demand(&d, i, &terms, size, told);
-        }
+    match_list wanted = interest_list(w, p);
+    for (uint32_t k = 0; k < wanted.count; k++) {
+        const interest *i = &w->interests.at[wanted.at[k]];
+        if (i->facts & NOW) add_demand(&d, i, &terms, size, told);
     }
     if (!isfinite(d.request.threshold)) d.request.threshold = 0;
     d.request.range = fmax(d.request.range, d.request.threshold);

@@ -84,8 +84,8 @@ static void teleport(world *w, uint32_t id, const pose *to, int64_t stamp_ns, co
     b->glided = 0;
     b->passed.count = 0;
     if (b->speed == SPEED_ESTIMATED) b->speed = SPEED_NONE;
-    w->some_teleported = true;
     b->teleported = b->detours = true;
+    b->teleport_tick = w->teleport_tick = w->figures.ticks + 1;
 }
 
 world_status world_teleport_body(

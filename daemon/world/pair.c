@@ -1,6 +1,5 @@
 /* pair: which pairs exist, and which ones a tick has to decide again: only those of bodies that changed. Tick thread.
  */
-#include "filter.h"
 #include "state.h"
 
 #include "base/sort.h"
@@ -33,10 +32,26 @@ static bool masks_meet(const body *a, const body *b, int *looks)
     return a_looks || b_looks;
 }
 
-pair_terms pair_get_terms(const body *a, const body *b)
+/* The first rule of A that matches B, or NULL. */
+static const filter_rule *first_rule(const world *w, const body *a, const body *b)
 {
-    const filter_rule *ra = filter_first(a->rules, a->rule_count, b->name, b->group);
-    const filter_rule *rb = filter_first(b->rules, b->rule_count, a->name, a->group);
+    rule_sets *answered = (rule_sets *)&w->rules; /* what it remembers changes no answer */
+    uint32_t first = rules_first(answered, a->rule_set, b->label, b->name, b->group);
+    return first == WORLD_NONE ? NULL : &a->rules[first];
+}
+
+uint64_t pair_price(void *context, uint32_t a, uint32_t b)
+{
+    enum { A_TRY = 200 }; /* of one name against one pattern, with pieces that are found late */
+    const world *w = context;
+    const body *x = &w->bodies.at[w->solids.at[a].body], *y = &w->bodies.at[w->solids.at[b].body];
+    size_t tries = rules_price(&w->rules, x->rule_set) + rules_price(&w->rules, y->rule_set);
+    return tries > 2 * RULES_CHEAP ? A_TRY * (uint64_t)tries : 0;
+}
+
+pair_terms pair_get_terms(const world *w, const body *a, const body *b)
+{
+    const filter_rule *ra = first_rule(w, a, b), *rb = first_rule(w, b, a);
     bool insists = checks(ra) || checks(rb);
     pair_terms t = {.rule = ra && (!rb || ra->allow == !insists) ? ra : rb};
     bool meet = masks_meet(a, b, &t.looks);
@@ -68,7 +83,7 @@ static ruling rule_on(world *w, uint32_t a, uint32_t b)
     if (ruled && !w->rulings) w->rulings = base_zalloc((size_t)1 << RULINGS_LOG2, sizeof *w->rulings);
     ruling *kept = ruled ? &w->rulings[pair_key(a, b) * 0x9e3779b97f4a7c15u >> (64 - RULINGS_LOG2)] : NULL;
     if (kept && kept->filter_a == x->ruling && kept->filter_b == y->ruling) return *kept;
-    pair_terms t = pair_get_terms(x, y);
+    pair_terms t = pair_get_terms(w, x, y);
     ruling r = {x->ruling, y->ruling, t.padding, t.margin, t.checked, (int8_t)t.looks};
     w->figures.rulings += ruled;
     if (kept) *kept = r;
@@ -128,18 +143,23 @@ static void enter_pair(world *w, uint32_t solid)
     b->pair_count++;
 }
 
-static void begin(world *w, uint32_t a, uint32_t b)
+static uint32_t begin(world *w, uint32_t a, uint32_t b)
 {
     uint32_t id = id_pool_take(&w->pair_ids);
-    array_reserve(&w->pairs, id + 1);
+    array_reserve_in_place(&w->pairs, (size_t)id + 1);
     if (id >= w->pairs.count) w->pairs.count = id + 1;
     bool in_order = solids_in_order(w, &w->solids.at[a], &w->solids.at[b]);
     enter_pair(w, a);
     enter_pair(w, b);
-    w->pairs.at[id] = (pair){.a = in_order ? a : b, .b = in_order ? b : a, .first_watch = WORLD_NONE, .used = true};
+    w->pairs.at[id] = (pair){.a = in_order ? a : b,
+        .b = in_order ? b : a,
+        .first_watch = WORLD_NONE,
+        .active_tick = w->figures.ticks - 1,
+        .used = true};
     keep_terms(w, &w->pairs.at[id]);
     pair_map_put(&w->pair_of, pair_key(a, b), id);
     w->figures.pairs++;
+    return id;
 }
 
 static uint8_t cause_of_end(world *w, const pair *p)
@@ -151,7 +171,8 @@ static uint8_t cause_of_end(world *w, const pair *p)
     if (sa->ghost || sb->ghost) return CAUSE_SHAPE;
     if (!decide(w, sa->body, sb->body).checked) return CAUSE_FILTER;
     if (!interest_wants(w, a, b)) return CAUSE_INTEREST;
-    return a->teleported || b->teleported ? CAUSE_TELEPORT : CAUSE_MOTION;
+    bool jumped = a->teleport_tick > p->active_tick || b->teleport_tick > p->active_tick || p->jumped;
+    return jumped ? CAUSE_TELEPORT : CAUSE_MOTION;
 }
 
 static void end(world *w, uint32_t id)
@@ -180,17 +201,19 @@ static bool may_linger(world *w, const pair *p)
     return p->first_watch != WORLD_NONE && (cause == CAUSE_MOTION || cause == CAUSE_TELEPORT);
 }
 
-static void part(world *w, uint32_t a, uint32_t b)
+/* One that is on the active list stays until the tick is over. */
+uint32_t pair_part(world *w, uint32_t a, uint32_t b)
 {
     uint32_t id = pair_find(w, a, b);
-    if (id == PAIR_MAP_NONE) return; /* it was left out */
-    if (may_linger(w, &w->pairs.at[id])) {
-        w->pairs.at[id].lingers = true;
-        w->lingers++;
-        array_push(&w->lingering, id);
-    } else {
+    if (id == PAIR_MAP_NONE) return id; /* it was left out */
+    if (w->pairs.at[id].active_tick != w->figures.ticks && !may_linger(w, &w->pairs.at[id])) {
         end(w, id);
+        return PAIR_MAP_NONE;
     }
+    w->pairs.at[id].lingers = true;
+    w->lingers++;
+    array_push(&w->lingering, id);
+    return id;
 }
 
 /* Ends those that may not linger any more, and forgets those whose boxes have met again. */
@@ -213,6 +236,7 @@ void pair_end_unwatched(world *w)
     size_t kept = 0;
     for (size_t i = 0; i < w->lingering.count; i++) {
         uint32_t id = w->lingering.at[i];
+        if (!w->pairs.at[id].lingers) continue; /* a search has found that they meet again */
         if (w->pairs.at[id].first_watch != WORLD_NONE)
             w->lingering.at[kept++] = id;
         else
@@ -229,28 +253,31 @@ static size_t meeting(const world *w)
     return w->figures.pairs - w->lingers;
 }
 
-static size_t left_out(const world *w)
+size_t pair_left_out(const world *w)
 {
     return broad_pair_count(w->broad) - meeting(w);
 }
 
-static size_t room_for_pairs(const world *w)
+size_t pair_most(const world *w)
 {
     size_t most = w->options.max_pairs ? w->options.max_pairs : SIZE_MAX;
-    if (w->pairs_most && w->pairs_most < most) most = w->pairs_most;
+    return w->pairs_most && w->pairs_most < most ? w->pairs_most : most;
+}
+
+static size_t room_for_pairs(const world *w)
+{
+    size_t most = pair_most(w);
     return meeting(w) < most ? most - meeting(w) : 0;
 }
 
-static void meet(world *w, uint32_t a, uint32_t b)
+uint32_t pair_meet(world *w, uint32_t a, uint32_t b)
 {
-    if (!room_for_pairs(w)) return;
+    if (!room_for_pairs(w)) return PAIR_MAP_NONE;
     uint32_t id = pair_find(w, a, b);
-    if (id == PAIR_MAP_NONE) {
-        begin(w, a, b);
-    } else {
-        w->lingers -= w->pairs.at[id].lingers;
-        w->pairs.at[id].lingers = false;
-    }
+    if (id == PAIR_MAP_NONE) return begin(w, a, b);
+    w->lingers -= w->pairs.at[id].lingers;
+    w->pairs.at[id].lingers = false;
+    return id;
 }
 
 typedef struct latecomers {
@@ -271,7 +298,7 @@ static void find_latecomer(void *context, uint32_t other)
  * takes a walk over all pairs: only once there is room for all of them, or for a good share of what may be. */
 static void let_in(world *w)
 {
-    size_t out = left_out(w), room = room_for_pairs(w);
+    size_t out = pair_left_out(w), room = room_for_pairs(w);
     if (room < out && room <= w->options.max_pairs / 16) return;
     latecomers l = {.w = w};
     for (uint32_t id = 0; id < w->solids.count && l.keys.count < room; id++) {
@@ -284,7 +311,7 @@ static void let_in(world *w)
     }
     for (size_t i = 0; i < l.keys.count && i < room; i++) {
         uint32_t a = (uint32_t)(l.keys.at[i] >> 32), b = (uint32_t)l.keys.at[i];
-        meet(w, a, b);
+        pair_meet(w, a, b);
         array_push(&w->unfinished, pair_find(w, a, b));
     }
     array_free(&l.keys);
@@ -292,55 +319,59 @@ static void let_in(world *w)
 
 void pair_apply_changes(world *w, const broad_changes *changes)
 {
-    for (size_t i = 0; i < changes->ended_count; i++) part(w, changes->ended[i].a, changes->ended[i].b);
-    for (size_t i = 0; i < changes->began_count; i++) meet(w, changes->began[i].a, changes->began[i].b);
+    for (size_t i = 0; i < changes->ended_count; i++) pair_part(w, changes->ended[i].a, changes->ended[i].b);
+    for (size_t i = 0; i < changes->began_count; i++) pair_meet(w, changes->began[i].a, changes->began[i].b);
     if (w->figures.pairs_left_out) let_in(w);
     end_lingering(w);
-    w->figures.pairs_left_out = left_out(w);
+    w->figures.pairs_left_out = pair_left_out(w);
 }
 
 /* ---- the active list ---- */
 
-typedef struct collector {
-    world *w;
-    uint32_t proxy;
-} collector;
-
-/* One that the budget left may have ended since, and its id may be another's. */
-static void activate(world *w, uint32_t id)
+/* Units, as work.c has them, from what is known before it is decided: one of which somebody was told is told again. */
+uint64_t pair_units(const world *w, const pair *p)
 {
+    enum { A_LOOK = 150, A_WATCH = 1500, A_SEARCH = 4000 };
+    if (w->slice == UINT64_MAX) return A_LOOK; /* nobody counts */
+    bool told = p->first_watch != WORLD_NONE, is_new = p->asked_epoch == 0;
+    if (!told && !is_new && p->cache.lower > 0 && !w->sweepers) return A_LOOK;
+    const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
+    double units = A_LOOK;
+    if (told)
+        units += (double)a->overlapping + b->overlapping;
+    else if (is_new || !(p->cache.lower > 0))
+        units += (double)a->apart + b->apart;
+    for (uint32_t id = p->first_watch; id != WORLD_NONE; id = w->watches.at[id].pair_next) units += A_WATCH;
+    if (is_new && !told) units += A_WATCH; /* one, at least, may begin */
+    const body *x = &w->bodies.at[a->body], *y = &w->bodies.at[b->body];
+    if (w->sweepers && ((x->impacts && y->impacts) || (x->horizon > 0 && y->horizon > 0))) units += A_SEARCH;
+    return (uint64_t)units;
+}
+
+/* One that the budget left may have ended since, and its id may be another's. One that a filter refuses by now, whose
+ * search has been put off, is left to that. */
+uint64_t pair_activate(world *w, uint32_t id)
+{
+    enum { A_WISH = 20 }; /* to list an interest that wants it, and to hold what is found against its terms */
     pair *p = &w->pairs.at[id];
-    uint32_t tick = (uint32_t)w->figures.ticks;
-    if (!p->used || p->active_tick == tick) return;
-    p->active_tick = tick;
+    uint64_t tick = w->figures.ticks, since = p->active_tick;
+    if (!p->used || since == tick) return 0;
     const body *a = &w->bodies.at[w->solids.at[p->a].body], *b = &w->bodies.at[w->solids.at[p->b].body];
-    if (bodies_ruled_now(w, a, b)) keep_terms(w, p);
+    bool ruled = w->ruled_tick > since && (a->ruled_tick > since || b->ruled_tick > since);
+    if (ruled && w->sliced && !decide(w, w->solids.at[p->a].body, w->solids.at[p->b].body).checked) return 0;
+    p->active_tick = tick;
+    p->ruled = ruled;
+    p->jumped = w->teleport_tick > since && (a->teleport_tick > since || b->teleport_tick > since);
+    w->some_teleported |= p->jumped;
+    if (ruled) keep_terms(w, p);
+    p->wanted = match_wanted(&w->match, a->match, b->match);
     array_push(&w->active_pairs, id);
-}
-
-/* Two that both moved have their pair in both lists: the second is passed over. */
-static void activate_with(void *context, uint32_t other)
-{
-    collector *c = context;
-    if (c->w->bodies.at[c->w->solids.at[other].body].gathered_tick == c->w->figures.ticks) return;
-    uint32_t id = pair_find(c->w, c->proxy, other);
-    if (id != PAIR_MAP_NONE) activate(c->w, id);
-}
-
-static void activate_body(world *w, body *b)
-{
-    for (size_t i = 0; i < b->shape_count; i++) {
-        collector c = {w, b->shapes[i]};
-        broad_each_pair_of(w->broad, b->shapes[i], activate_with, &c);
-    }
-    b->gathered_tick = w->figures.ticks;
+    return pair_units(w, p) + A_WISH * (uint64_t)interest_list(w, p).count;
 }
 
 static void activate_lingering(world *w, uint32_t id)
 {
-    const pair *p = &w->pairs.at[id];
-    const body *a = &w->bodies.at[w->solids.at[p->a].body], *b = &w->bodies.at[w->solids.at[p->b].body];
-    if (a->gathered_tick == w->figures.ticks || b->gathered_tick == w->figures.ticks) activate(w, id);
+    if (pair_is_pending(w, &w->pairs.at[id])) pair_activate(w, id);
 }
 
 static unsigned bits_of(size_t count)
@@ -375,17 +406,14 @@ void pair_sort_active(world *w, unsigned of_solids, unsigned of_pairs)
     }
 }
 
-/* The pairs of what moved or was refiltered, in the order of their solids' ids. New pairs are among them: a pair begins
- * only when one of its bodies was put again, or it was left out until now, and is unfinished. */
+/* The pairs of what moved or was refiltered, in the order of their solids' ids; as many as a slice has room for. New
+ * pairs are among them: a pair begins only when one of its bodies was put again, or it was left out until now, and is
+ * unfinished, or when its search was put off, and puts it on the list. */
 void pair_collect_active(world *w)
 {
     w->active_pairs.count = 0;
-    for (size_t i = 0; i < w->awake.count; i++) {
-        body *b = &w->bodies.at[w->awake.at[i]];
-        if (b->used && !b->ghost) activate_body(w, b);
-    }
-    for (size_t i = 0; i < w->fresh_now.count; i++) activate_body(w, &w->bodies.at[w->fresh_now.at[i]]);
-    for (size_t i = 0; i < w->unfinished.count; i++) activate(w, w->unfinished.at[i]);
+    slices_take(w);
+    for (size_t i = 0; i < w->unfinished.count; i++) pair_activate(w, w->unfinished.at[i]);
     for (size_t i = 0; i < w->lingering.count; i++) activate_lingering(w, w->lingering.at[i]);
     pair_sort_active(w, bits_of(w->solids.count), bits_of(w->pairs.count));
 }

@@ -1,6 +1,5 @@
 /* query: answers about bodies by name: distance, poses, why a pair is looked at. As the last tick left the world.
  * Nothing is changed and no cache is used; called by the tick thread between ticks. */
-#include "filter.h"
 #include "geom/compound.h"
 #include "geom/mesh.h"
 #include "state.h"
@@ -56,7 +55,7 @@ void world_query_distance(const world *w, uint32_t a, uint32_t b, double toleran
     world_hit best = {.body_a = a, .body_b = b, .name_a = x->name, .shape_a = -1, .lo = INFINITY, .hi = INFINITY};
     double least_lo = INFINITY;
     for (size_t i = 0; i < x->shape_count; i++) {
-        for (size_t k = 0; k < y->shape_count; k++) {
+        for (size_t k = 0; k < y->shape_count && world_may_go_on(out); k++) {
             bool in_order;
             narrow_result r = between(w, x->shapes[i], y->shapes[k], tolerance, &in_order);
             least_lo = fmin(least_lo, r.lo);
@@ -72,11 +71,18 @@ void world_query_distance(const world *w, uint32_t a, uint32_t b, double toleran
 
 /* ---- bodies ---- */
 
-void world_query_bodies(const world *w, const char *pattern, int64_t now_ns, world_hits *out)
+void world_query_bodies(const world *w, const char *pattern_text, int64_t now_ns, world_hits *out)
 {
+    pattern ready;
+    pattern_init(&ready, pattern_text);
     for (uint32_t id = 0; id < w->bodies.count; id++) {
         const body *b = &w->bodies.at[id];
-        if (!alive(w, id) || !filter_matches(pattern, b->name, b->group)) continue;
+        if (id % 256 == 0 && !world_may_go_on(out)) break;
+        if (!alive(w, id) || !pattern_matches(&ready, b->name, b->group)) continue;
+        if (out->most && out->count == out->most) {
+            out->left_out++;
+            continue;
+        }
         array_push(out, ((world_hit){.body_a = id,
                             .body_b = WORLD_NONE,
                             .name_a = b->name,
@@ -85,6 +91,7 @@ void world_query_bodies(const world *w, const char *pattern, int64_t now_ns, wor
                             .stale = b->stale,
                             .age_ns = body_age_at(b, now_ns)}));
     }
+    pattern_free(&ready);
 }
 
 /* ---- explain ---- */
@@ -107,9 +114,12 @@ static void line(lines *l, const char *format, ...)
 
 static void explain_interests(const world *w, const body *x, const body *y, lines *l)
 {
+    bool any = false;
     for (uint32_t id = 0; id < w->interests.count; id++) {
         const interest *i = &w->interests.at[id];
-        if (!i->used || !(interest_word(x, y, id >> 6) >> (id & 63) & 1)) continue;
+        interest_sides sides = interest_sides_of(w, id, x, y);
+        if (!i->used || !(sides.straight || sides.turned)) continue;
+        any = true;
         line(l, "wanted by interest %u: \"%s\" against \"%s\",%s%s%s tolerance %g %s%s\n", id, i->select_a, i->select_b,
             i->facts & WORLD_TOUCH ? " touch," : "", i->facts & WORLD_MANIFOLD ? " manifold," : "",
             i->facts & WORLD_DISTANCE ? " distance," : "", i->tolerance > 0 ? i->tolerance : i->relative_tolerance,
@@ -118,7 +128,7 @@ static void explain_interests(const world *w, const body *x, const body *y, line
             : i->accuracy == WORLD_BY_VERDICT ? ", by verdict"
                                               : "");
     }
-    if (!interest_wants(w, x, y)) line(l, "nobody is interested in it: it is not looked at\n");
+    if (!any) line(l, "nobody is interested in it: it is not looked at\n");
 }
 
 typedef struct kind_text {
@@ -140,10 +150,15 @@ static kind_text kind_of(const shape *s)
     return kind;
 }
 
-static void explain_shapes(const world *w, const body *x, const body *y, lines *l)
+static void explain_shapes(const world *w, const body *x, const body *y, world_hits *patience, lines *l)
 {
     for (size_t i = 0; i < x->shape_count; i++) {
         for (size_t k = 0; k < y->shape_count; k++) {
+            if (!world_may_go_on(patience)) {
+                line(l, "%zu more pairs of shapes are not looked into: it took too long\n",
+                    (x->shape_count - i) * y->shape_count - k);
+                return;
+            }
             const solid *a = &w->solids.at[x->shapes[i]], *b = &w->solids.at[y->shapes[k]];
             bool in_order;
             narrow_result r = between(w, x->shapes[i], y->shapes[k], 1e-9, &in_order);
@@ -160,10 +175,17 @@ static void explain_shapes(const world *w, const body *x, const body *y, lines *
 
 int world_explain(const world *w, uint32_t a, uint32_t b, int64_t now_ns, char *text, size_t size)
 {
+    world_hits all = {.at = NULL};
+    return world_explain_within(w, a, b, now_ns, &all, text, size);
+}
+
+int world_explain_within(
+    const world *w, uint32_t a, uint32_t b, int64_t now_ns, world_hits *patience, char *text, size_t size)
+{
     lines l = {text, size, 0};
     if (!alive(w, a) || !alive(w, b)) return 0;
     const body *x = &w->bodies.at[a], *y = &w->bodies.at[b];
-    pair_terms terms = pair_get_terms(x, y);
+    pair_terms terms = pair_get_terms(w, x, y);
     line(&l, "%s and %s: %s, %s\n", x->name, y->name, terms.checked ? "checked" : "not checked", terms.why);
     if (terms.rule)
         line(&l, "decided by the rule \"%s\": %s%s%s\n", terms.rule->pattern, terms.rule->allow ? "allow" : "check",
@@ -182,6 +204,8 @@ int world_explain(const world *w, uint32_t a, uint32_t b, int64_t now_ns, char *
         else if (!one->fixed && one->stamp_ns)
             line(&l, "%s: pose is %.3f s old\n", one->name, (double)(now_ns - one->stamp_ns) * 1e-9);
     }
-    explain_shapes(w, x, y, &l);
+    if (x->is_due || y->is_due || x->is_parked || y->is_parked)
+        line(&l, "pending: more pairs have changed than a tick decides; what was told stands until it is their turn\n");
+    explain_shapes(w, x, y, patience, &l);
     return l.length;
 }

@@ -135,7 +135,7 @@ static bool cast_shape(const search *q, const solid *s, world_hit *hit)
     fine.tolerance = 0.25 * q->tolerance;
     double t = 0;
     int steps = is_convex(s) ? CAST_STEPS_MAX : CAST_STEPS_MESH_MAX;
-    for (int step = 0; step < steps; step++) {
+    for (int step = 0; step < steps && world_may_go_on(q->out); step++) {
         narrow_result n = ask(&fine, t, s, INFINITY);
         double towards = vec_dot(n.axis, q->direction);
         *hit = hit_of(q, s, &n, t);
@@ -158,6 +158,7 @@ static bool cast_visit(void *context, uint32_t proxy)
     search *q = context;
     const solid *s = &q->w->solids.at[proxy];
     world_hit hit;
+    if (!world_may_go_on(q->out)) return false;
     if (!concerns(q, s) || !cast_shape(q, s, &hit)) return true;
     world_hit *best = q->out->count ? &q->out->at[0] : NULL;
     if (best && !comes_before(&hit, best)) return true;
@@ -212,7 +213,8 @@ static bool sweep_visit(void *context, uint32_t proxy)
     const world *w = m->q.w;
     const solid *s = &w->solids.at[proxy], *x = m->of;
     const body *a = &w->bodies.at[x->body], *b = &w->bodies.at[s->body];
-    if (!concerns(&m->q, s) || !pair_get_terms(a, b).checked) return true;
+    if (!world_may_go_on(m->q.out)) return false;
+    if (!concerns(&m->q, s) || !pair_get_terms(w, a, b).checked) return true;
     toi_mover mover = {&x->shape, x->local, m->motion}, still = {&s->shape, s->local, {.start = b->pose}};
     toi_request request = {.span = m->q.length, .tolerance = m->q.tolerance};
     toi_result t;
@@ -285,6 +287,7 @@ static bool overlap_visit(void *context, uint32_t proxy)
 {
     search *q = context;
     const solid *s = &q->w->solids.at[proxy];
+    if (!world_may_go_on(q->out)) return false;
     if (!concerns(q, s)) return true;
     narrow_result r = ask(q, 0, s, 0);
     if (r.lo <= 0) array_push(q->out, hit_of(q, s, &r, 0));
@@ -338,6 +341,7 @@ static double near_visit(void *context, uint32_t proxy, double distance)
     search *q = &n->search;
     const solid *s = &q->w->solids.at[proxy];
     (void)distance;
+    if (!world_may_go_on(q->out)) return -1; /* nothing is so near: it ends */
     if (!concerns(q, s)) return reach_of(n);
     narrow_result r = ask(q, 0, s, reach_of(n));
     world_hit hit = hit_of(q, s, &r, 0);

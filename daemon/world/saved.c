@@ -99,6 +99,14 @@ static compound *get_compound(bytes_in *from, const world_lender *l)
     return c;
 }
 
+/* Solids whose search has been put off, in the order of their ids. */
+typedef struct put_off {
+    uint32_t solid;
+    bool refiltered;
+    uint64_t asked;
+} put_off_solid;
+typedef ARRAY(put_off_solid) unsearched;
+
 static void put_solid(bytes_out *to, const world *w, uint32_t id, const world_lender *l)
 {
     const solid *s = &w->solids.at[id];
@@ -114,13 +122,17 @@ static void put_solid(bytes_out *to, const world *w, uint32_t id, const world_le
     if (s->own) put_compound(to, l, s->own);
     broad_move fat = broad_fat_box(w->broad, id);
     bytes_put(to, &fat, sizeof fat);
+    uint8_t search = broad_is_unsearched(w->broad, id) ? 1 + broad_was_refiltered(w->broad, id) : 0;
+    uint64_t asked = broad_asked_until(w->broad, id);
+    bytes_put(to, &search, 1);
+    if (search) bytes_put(to, &asked, sizeof asked);
 }
 
-static const char *get_solid(bytes_in *from, world *w, const world_lender *l)
+static const char *get_solid(bytes_in *from, world *w, const world_lender *l, unsearched *put_off)
 {
     uint32_t id;
     solid s;
-    uint8_t is_compound = 0;
+    uint8_t is_compound = 0, search;
     broad_move fat;
     bytes_get(from, &id, sizeof id);
     if (!bytes_get(from, &s, sizeof s) || id >= w->solids.count) return "a shape is cut off";
@@ -137,8 +149,11 @@ static const char *get_solid(bytes_in *from, world *w, const world_lender *l)
             compound_destroy(s.own);
             return "a shape has no box";
         }
-        fat = (broad_move){.proxy = id, .fixed = fat.fixed, .box = *box};
+        fat = (broad_move){.proxy = id, .fixed = fat.fixed, .passive = fat.passive, .box = *box};
         broad_put(w->broad, &fat);
+        uint64_t asked;
+        if (bytes_get(from, &search, 1) && search && bytes_get(from, &asked, sizeof asked))
+            array_push(put_off, ((put_off_solid){id, search > 1, asked}));
     }
     w->solids.at[id] = s;
     return NULL;
@@ -169,7 +184,6 @@ static void put_body(bytes_out *to, const world *w, uint32_t id)
     bare.name = bare.group = NULL;
     bare.shapes = NULL;
     bare.rules = NULL;
-    bare.match_a = bare.match_b = NULL;
     bare.passed.at = NULL;
     bare.passed.count = bare.passed.capacity = 0;
     bytes_put(to, &id, sizeof id);
@@ -178,8 +192,7 @@ static void put_body(bytes_out *to, const world *w, uint32_t id)
     bytes_put_text(to, b->group);
     bytes_put(to, b->shapes, b->shape_count * sizeof *b->shapes);
     for (size_t i = 0; i < b->rule_count; i++) put_rule(to, &b->rules[i]);
-    bytes_put(to, b->match_a, w->words * sizeof *b->match_a);
-    bytes_put(to, b->match_b, w->words * sizeof *b->match_b);
+    match_save_class(&w->match, b->match, to);
 }
 
 static const char *get_body(bytes_in *from, world *w)
@@ -188,7 +201,7 @@ static const char *get_body(bytes_in *from, world *w)
     body b;
     bytes_get(from, &id, sizeof id);
     if (!bytes_get(from, &b, sizeof b) || id >= w->bodies.count || b.shape_count > from->left ||
-        b.rule_count > from->left || w->words > from->left)
+        b.rule_count > from->left)
         return "a body is cut off";
     b.name = base_strdup(bytes_get_text(from));
     b.group = base_strdup(bytes_get_text(from));
@@ -197,14 +210,14 @@ static const char *get_body(bytes_in *from, world *w)
     bytes_get(from, b.shapes, b.shape_count * sizeof *b.shapes);
     b.rules = base_zalloc(b.rule_count + 1, sizeof *b.rules);
     for (size_t i = 0; i < b.rule_count; i++) get_rule(from, &b.rules[i]);
-    b.match_a = base_zalloc(w->words, sizeof *b.match_a);
-    b.match_b = base_zalloc(w->words, sizeof *b.match_b);
-    bytes_get(from, b.match_a, w->words * sizeof *b.match_a);
-    bytes_get(from, b.match_b, w->words * sizeof *b.match_b);
+    b.match = b.rule_set = 0;
+    rules_choose(&w->rules, &b.rule_set, b.rules, b.rule_count);
+    match_restore_class(&w->match, &b.match, from);
     b.passed.at = NULL;
     b.passed.count = b.passed.capacity = 0;
     w->bodies.at[id] = b;
     if (b.ruled_tick > w->ruled_tick) w->ruled_tick = b.ruled_tick;
+    if (b.teleport_tick > w->teleport_tick) w->teleport_tick = b.teleport_tick;
     if (!b.ghost) body_add_name(w, id);
     return from->broken ? "a body is cut off" : NULL;
 }
@@ -346,7 +359,8 @@ static const char *get_watch(bytes_in *from, world *w)
 
 typedef struct head {
     int64_t last_tick_ns, now_ns, serial;
-    uint64_t hash, capacity, next_bound, words, round, ruling;
+    uint64_t hash, capacity, next_bound, round, ruling, due, parked, pending;
+    uint32_t turn;
     uint32_t body_serial, epoch;
     world_figures figures;
 } head;
@@ -354,8 +368,8 @@ typedef struct head {
 uint64_t world_saved_layout(void)
 {
     const uint64_t all[] = {sizeof(head), sizeof(body), sizeof(solid), sizeof(interest), sizeof(pair), sizeof(watch),
-        sizeof(shape), sizeof(compound_child), sizeof(compound_node), sizeof(broad_move), offsetof(body, passed),
-        offsetof(interest, events), offsetof(pair, standing), offsetof(watch, last)};
+        sizeof(shape), sizeof(compound_child), sizeof(compound_node), sizeof(broad_move), sizeof(purse),
+        offsetof(body, passed), offsetof(interest, events), offsetof(pair, standing), offsetof(watch, last)};
     return hash_bytes(HASH_START, all, sizeof all);
 }
 
@@ -378,6 +392,46 @@ uint64_t world_saved_layout(void)
             if ((list)->at[id].used) call;                                                                             \
     } while (0)
 
+static bool is_whole(const world *w, uint32_t a, uint32_t b)
+{
+    uint32_t id = pair_find(w, a, b);
+    return id != PAIR_MAP_NONE && !w->pairs.at[id].lingers;
+}
+
+/* Where searches have been put off, or not all bodies have been looked at for an interest, the boxes do not say what
+ * the pairs are: all of them are told. */
+typedef struct left_out {
+    const world *w;
+    uint32_t solid;
+    ARRAY(uint64_t) keys;
+} left_out;
+
+static void list_left_out(void *context, uint32_t other)
+{
+    left_out *l = context;
+    if (l->solid < other && !is_whole(l->w, l->solid, other)) array_push(&l->keys, pair_key(l->solid, other));
+}
+
+static void put_left_out(bytes_out *to, const world *w)
+{
+    left_out l = {.w = w};
+    for (l.solid = 0; l.solid < w->solids.count && w->figures.pairs_left_out; l.solid++)
+        if (w->solids.at[l.solid].used) broad_each_pair_of(w->broad, l.solid, list_left_out, &l);
+    PUT_LIST(to, &l.keys);
+    array_free(&l.keys);
+}
+
+size_t world_saved_size(const world *w)
+{
+    enum { TEXTS = 64, BESIDE = 32 };
+    size_t a_body = sizeof(body) + TEXTS + BESIDE;
+    size_t a_solid = sizeof(solid) + sizeof(shape) + sizeof(broad_move) + BESIDE;
+    size_t a_watch = WATCH_HEAD + sizeof(world_event) + BESIDE;
+    return sizeof(head) + w->bodies.count * a_body + w->solids.count * a_solid +
+           w->pairs.count * (sizeof(pair) + BESIDE) + w->watches.count * a_watch +
+           w->interests.count * (sizeof(interest) + TEXTS + BESIDE) + w->expiries.count * sizeof *w->expiries.at;
+}
+
 void world_save(const world *w, const world_lender *l, bytes_out *to)
 {
     head h = {.last_tick_ns = w->last_tick_ns,
@@ -386,9 +440,12 @@ void world_save(const world *w, const world_lender *l, bytes_out *to)
         .hash = w->hash,
         .capacity = w->capacity,
         .next_bound = w->next_bound,
-        .words = w->words,
         .round = w->round,
         .ruling = w->ruling,
+        .due = w->due,
+        .parked = w->parked,
+        .pending = w->pending,
+        .turn = w->turn,
         .body_serial = w->body_serial,
         .epoch = w->epoch,
         .figures = w->figures};
@@ -396,14 +453,18 @@ void world_save(const world *w, const world_lender *l, bytes_out *to)
     const id_pool *pools[] = {&w->body_ids, &w->solid_ids, &w->interest_ids, &w->pair_ids, &w->watch_ids};
     for (int i = 0; i < 5; i++) put_pool(to, pools[i]);
     EACH_USED(&w->interests, put_interest(to, w, id));
+    match_save(w, to);
     EACH_USED(&w->bodies, put_body(to, w, id));
     EACH_USED(&w->solids, put_solid(to, w, id, l));
     EACH_USED(&w->pairs, put_pair(to, w, id));
+    if (broad_unsearched_count(w->broad) || match_is_unsettled(&w->match)) put_left_out(to, w);
     EACH_USED(&w->watches, put_watch(to, w, id));
     PUT_LIST(to, &w->reap);
     PUT_LIST(to, &w->reap_solids);
     PUT_LIST(to, &w->expiries);
     PUT_LIST(to, &w->unfinished);
+    PUT_LIST(to, &w->purses);
+    PUT_LIST(to, &w->concerned);
 }
 
 /* There is room for them. */
@@ -424,12 +485,6 @@ static const char *check_ids(const world *w)
     return NULL;
 }
 
-static bool is_whole(const world *w, uint32_t a, uint32_t b)
-{
-    uint32_t id = pair_find(w, a, b);
-    return id != PAIR_MAP_NONE && !w->pairs.at[id].lingers;
-}
-
 /* The boxes are those of the other world, and so must the pairs be, but for those that were left out; `pairs`: those
  * that do not linger. */
 static const char *settle_pairs(world *w, size_t pairs, size_t left_out)
@@ -442,6 +497,29 @@ static const char *settle_pairs(world *w, size_t pairs, size_t left_out)
     return missing == left_out ? NULL : "a pair is not among its pairs";
 }
 
+static const char *take_pairs(bytes_in *from, world *w, const unsearched *put_off)
+{
+    broad_changes none;
+    ARRAY(uint64_t) keys = {0};
+    bool good = true;
+    GET_LIST(from, &keys);
+    broad_set_limit(w->broad, 0, SIZE_MAX);
+    broad_update(w->broad, &none);
+    for (uint32_t id = 0; id < w->pairs.count; id++)
+        if (w->pairs.at[id].used && !w->pairs.at[id].lingers)
+            good &= broad_take_pair(w->broad, w->pairs.at[id].a, w->pairs.at[id].b);
+    for (size_t i = 0; i < keys.count; i++)
+        good &= broad_take_pair(w->broad, (uint32_t)(keys.at[i] >> 32), (uint32_t)keys.at[i]);
+    for (size_t i = 0, k = 0; i < w->solids.count; i++) {
+        const put_off_solid *p = k < put_off->count && put_off->at[k].solid == i ? &put_off->at[k++] : NULL;
+        if (!w->solids.at[i].used || w->solids.at[i].ghost) continue;
+        broad_take_searched(w->broad, (uint32_t)i, !p, p && p->refiltered);
+        if (p) broad_take_asked(w->broad, (uint32_t)i, p->asked);
+    }
+    array_free(&keys);
+    return good && !from->broken ? NULL : "a pair has no boxes";
+}
+
 #define GET_EACH(call)                                                                                                 \
     do {                                                                                                               \
         size_t some = bytes_get_count(from, 1);                                                                        \
@@ -449,38 +527,62 @@ static const char *settle_pairs(world *w, size_t pairs, size_t left_out)
             if ((wrong = (call)) != NULL) return wrong;                                                                \
     } while (0)
 
+static const char *restore_solids(bytes_in *from, world *w, const world_lender *l, unsearched *put_off)
+{
+    const char *wrong;
+    GET_EACH(get_solid(from, w, l, put_off));
+    return NULL;
+}
+
+static const char *restore_pairs(bytes_in *from, world *w, size_t left_out, const unsearched *put_off)
+{
+    const char *wrong;
+    size_t pairs = bytes_get_count(from, sizeof(pair));
+    for (size_t i = 0; i < pairs; i++)
+        if ((wrong = get_pair(from, w)) != NULL) return wrong;
+    bool told = put_off->count || match_is_unsettled(&w->match);
+    return told ? take_pairs(from, w, put_off) : settle_pairs(w, pairs - w->lingers, left_out);
+}
+
 const char *world_restore(world *w, const world_lender *l, bytes_in *from)
 {
     head h;
     const char *wrong;
     if (!bytes_get(from, &h, sizeof h)) return "it is cut off";
-    w->words = (size_t)h.words;
     id_pool *pools[] = {&w->body_ids, &w->solid_ids, &w->interest_ids, &w->pair_ids, &w->watch_ids};
     for (int i = 0; i < 5; i++) get_pool(from, pools[i]);
-    if (from->broken || w->interest_ids.end > 64 * h.words || h.words > from->left) return "it is cut off";
+    if (from->broken) return "it is cut off";
     body_reserve(w, (size_t)w->body_ids.end + 1);
     array_reserve(&w->solids, (size_t)w->solid_ids.end + 1);
     array_reserve(&w->interests, (size_t)w->interest_ids.end + 1);
-    array_reserve(&w->pairs, (size_t)w->pair_ids.end + 1);
-    array_reserve(&w->watches, (size_t)w->watch_ids.end + 1);
+    array_reserve_in_place(&w->pairs, (size_t)w->pair_ids.end + 1);
+    array_reserve_in_place(&w->watches, (size_t)w->watch_ids.end + 1);
     MAKE_PLACES(&w->bodies, &w->body_ids);
     MAKE_PLACES(&w->solids, &w->solid_ids);
     MAKE_PLACES(&w->interests, &w->interest_ids);
     MAKE_PLACES(&w->pairs, &w->pair_ids);
     MAKE_PLACES(&w->watches, &w->watch_ids);
     GET_EACH(get_interest(from, w));
+    interest_restored(w);
+    if ((wrong = match_restore(w, from)) != NULL) return wrong;
     GET_EACH(get_body(from, w));
-    GET_EACH(get_solid(from, w, l));
-    if ((wrong = check_ids(w)) != NULL) return wrong;
-    size_t pairs = bytes_get_count(from, sizeof(pair));
-    for (size_t i = 0; i < pairs; i++)
-        if ((wrong = get_pair(from, w)) != NULL) return wrong;
-    if ((wrong = settle_pairs(w, pairs - w->lingers, h.figures.pairs_left_out)) != NULL) return wrong;
+    unsearched put_off = {0};
+    wrong = restore_solids(from, w, l, &put_off);
+    if (!wrong) wrong = check_ids(w);
+    if (!wrong) wrong = restore_pairs(from, w, h.figures.pairs_left_out, &put_off);
+    array_free(&put_off);
+    if (wrong) return wrong;
     GET_EACH(get_watch(from, w));
     GET_LIST(from, &w->reap);
     GET_LIST(from, &w->reap_solids);
     GET_LIST(from, &w->expiries);
     GET_LIST(from, &w->unfinished);
+    GET_LIST(from, &w->purses);
+    GET_LIST(from, &w->concerned);
+    w->due = (size_t)h.due;
+    w->parked = (size_t)h.parked;
+    w->pending = h.pending;
+    w->turn = h.turn;
     w->last_tick_ns = h.last_tick_ns;
     w->now_ns = h.now_ns;
     w->serial = h.serial;
@@ -493,6 +595,5 @@ const char *world_restore(world *w, const world_lender *l, bytes_in *from)
     w->epoch = h.epoch;
     w->figures = h.figures;
     w->changed = false;
-    interest_count(w); /* poses may come before the first tick */
     return from->broken ? "it is cut off" : NULL;
 }

@@ -17,6 +17,8 @@ typedef struct world_lender {
 
 /* Of the structs that are written as they lie: another number is another build's. */
 uint64_t world_saved_layout(void);
+/* About as many bytes as it takes, compounds and rules apart. */
+size_t world_saved_size(const world *w);
 void world_save(const world *w, const world_lender *lender, bytes_out *to);
 /* Into a world that was just created. NULL, or what is wrong; the world is then of no use but to be destroyed. */
 const char *world_restore(world *w, const world_lender *lender, bytes_in *from);

@@ -92,7 +92,7 @@ static inline void fetch_ahead(const world *w, size_t i)
 
 static void put_shapes(world *w, body *b)
 {
-    bool sweeps = b->impacts || b->horizon > 0;
+    bool sweeps = b->impacts || b->horizon > 0, passive = !b->match; /* nobody asks for it */
     for (size_t k = 0; k < b->shape_count; k++) {
         solid *s = &w->solids.at[b->shapes[k]];
         s->world = solid_at(b->pose, s);
@@ -100,6 +100,7 @@ static void put_shapes(world *w, body *b)
         aabb box = sweeps ? body_swept_bounds(w, b, s, s->box) : s->box;
         broad_put(w->broad, &(broad_move){.proxy = b->shapes[k],
                                 .fixed = b->fixed,
+                                .passive = passive,
                                 .box = aabb_grow(box, b->widen),
                                 .margin = body_margin(w, s),
                                 .motion = body_step(b)});
@@ -114,6 +115,7 @@ static void settle_body(world *w, uint32_t id)
     body *b = &w->bodies.at[id];
     array_push(&w->awake, id);
     b->dirty = false;
+    b->changed_tick = w->figures.ticks;
     b->moved |= b->glided == w->round - 1;
     if (b->ghost || !b->used) return;
     if (b->posed) expiry_set(w, id);

@@ -11,6 +11,8 @@
 #include "base/pair_map.h"
 #include "base/workers.h"
 #include "broad/broad.h"
+#include "match.h"
+#include "rules.h"
 #include "world.h"
 
 #include <string.h>
@@ -68,9 +70,17 @@ typedef struct body {
     uint8_t ghost_cause;
     uint64_t category, mask;
     bool one_way;
-    double rule_reach;              /* m: its rules add at most so much to the thresholds or ranges of its pairs */
-    uint64_t ruled_tick;            /* the tick that its filter last changed for */
-    uint64_t gathered_tick;         /* the tick whose active list its pairs were last put on */
+    double rule_reach;      /* m: its rules add at most so much to the thresholds or ranges of its pairs */
+    uint64_t ruled_tick;    /* the tick that its filter last changed for */
+    uint64_t gathered_tick; /* the tick whose active list its pairs were last put on, all of them */
+    uint64_t changed_tick;  /* the tick that it was last put again for: what is decided before it is out of
+                               date; see slices.c */
+    uint64_t teleport_tick; /* likewise, that it teleported for */
+    uint64_t owner;         /* as it was put */
+    uint32_t weight;        /* in world.pending */
+    uint32_t purse, due_next, due_before; /* while it is due: whose turn it waits for, and behind and before whom */
+    bool is_due, is_parked;
+    uint64_t label;                 /* of world.ruling, of its name and group: what rules say of another is void */
     uint64_t ruling;                /* of world.ruling, of the filter that it has: decisions of another are void */
     int64_t deadline_ns, expiry_ns; /* INT64_MAX: never stale */
     uint32_t serial;                /* of its entry among the expiries: an older one is void */
@@ -93,7 +103,10 @@ typedef struct body {
     size_t shape_count;
     filter_rule *rules;
     size_t rule_count;
-    uint64_t *match_a, *match_b; /* interests whose select_a, select_b it matches: world.words words each */
+    uint32_t rule_set; /* of world.rules: the patterns of these */
+    uint32_t match;    /* its class: see match.h */
+    bool matched;      /* it is that of its name and group; ... */
+    bool queued;       /* ... or it waits among match.unmatched */
 } body;
 
 typedef struct solid { /* a shape of a body: the broad phase's proxy under the same id */
@@ -104,8 +117,9 @@ typedef struct solid { /* a shape of a body: the broad phase's proxy under the s
     compound *own; /* what shape.compound is, or NULL */
     double reach;  /* of the shape about its own origin */
     uint32_t body;
-    int32_t index;  /* in the body */
-    bool at_origin; /* of the body, and not turned: `local` is the identity */
+    int32_t index;            /* in the body */
+    bool at_origin;           /* of the body, and not turned: `local` is the identity */
+    float apart, overlapping; /* units that it adds to a refinement (work.c) */
     bool used, ghost;
 } solid;
 
@@ -142,8 +156,10 @@ typedef struct pair {
     double padding, margin; /* m: of its pair_terms, as is ... */
     int8_t looks;           /* ... this */
     uint32_t first_watch;
-    uint32_t active_tick; /* low bits of the tick in which it was last put on the active list */
+    uint32_t wanted;      /* index of match.lists, while it is active */
+    uint64_t active_tick; /* in which it was last put on the active list; of one that has just begun, the one before */
     bool used;
+    bool ruled, jumped;   /* active: since it was so last, a filter of the two has changed; one has teleported */
     bool lingers;         /* its boxes have parted, but somebody was told of it: no event follows from boxes */
     uint32_t asked_epoch; /* of world.epoch, for which ... */
     double beyond;        /* ... m: proven to be farther apart than this, nobody is told of it; see ladder.c */
@@ -156,6 +172,8 @@ typedef struct pair {
     uint8_t barren;      /* searches for one in a row that were in vain: the next one comes so much later */
 } pair;
 
+enum { SETTLED, SETTLES_NEXT, SETTLES_NOW };
+
 typedef struct interest {
     char *select_a, *select_b;
     unsigned facts;
@@ -164,6 +182,10 @@ typedef struct interest {
     uint64_t work;       /* units of the ladder, since it was put */
     size_t undone, told; /* pairs that the budget left in this tick, and in the last one that was told of */
     int64_t period_ns, next_update_ns;
+    uint32_t selection;    /* of match.selections; WORLD_NONE: none */
+    uint64_t changed_tick; /* the tick that its terms last changed for */
+    uint8_t settling;      /* the pass that looks at all bodies for it is the next one, or under way */
+    bool lively, listed;   /* among world.lively, among world.unsettled */
     bool used, closing, snapshot, changed;
     bool all; /* in this tick, updates without news are told, too */
     uint8_t closing_cause;
@@ -173,6 +195,10 @@ typedef struct interest {
     ARRAY(uint32_t) held; /* watches with an update held back by the rate, and some that have ended since */
     ARRAY(world_event) events;
 } interest;
+
+typedef struct interest_counts { /* that ask how pairs stand now, of these for bounds, and for ways */
+    size_t now, bounds, sweeps;
+} interest_counts;
 
 typedef struct expiry { /* when a body may become stale, unless a pose comes */
     int64_t time_ns;
@@ -205,6 +231,13 @@ typedef struct sweep { /* a search for a time of impact: one pair, one interest 
     toi_result result;
 } sweep;
 
+typedef struct purse { /* of one owner: his bodies that are due, in the order in which they go on */
+    uint64_t owner;
+    uint32_t first, last;
+    uint32_t count; /* 0: it may become another's */
+    int64_t credit; /* units that he may still take in this turn; negative: took too much */
+} purse;
+
 struct world {
     world_options options;
     workers *workers;
@@ -220,7 +253,8 @@ struct world {
     id_pool body_ids, solid_ids, interest_ids, pair_ids, watch_ids;
     pair_map pair_of; /* key of two solids -> pair */
     pair_map names;   /* hash of a name -> body; colliding hashes are probed on with the next key */
-    size_t words;     /* of 64 interests */
+    match match;      /* which interests want which bodies */
+    rule_sets rules;  /* what the patterns of rules say of names */
     ruling *rulings;  /* by a hash of two bodies, see pair.c; NULL: no body has had rules */
     uint64_t ruling;  /* counts filters, from 1 */
 
@@ -228,17 +262,20 @@ struct world {
     ARRAY(uint32_t) awake;  /* of these, those that were not calm, in their order: made by body_settle_dirty */
     ARRAY(uint32_t) glided; /* those that were, until they came into a pair in this tick */
     ARRAY(uint64_t) sort_scratch;
-    ARRAY(uint32_t) changed_interests; /* in this tick */
+    ARRAY(uint32_t) changed_interests; /* since the last tick, or closed by it */
+    ARRAY(uint32_t) unsettled;         /* interests for which not all bodies have been looked at */
+    ARRAY(uint64_t) lively;            /* interests that may have something to be told; sort_keys sorts them */
+    size_t told_in_common;             /* what all interests were last told to be undone; see events_collect */
     ARRAY(uint32_t) ghosts;            /* removed since the last tick */
     ARRAY(uint32_t) reap;              /* removed before it: ids free at the next */
     ARRAY(uint32_t) ghost_solids, reap_solids;
-    ARRAY(expiry) expiries;       /* a heap, see expiry.c */
-    uint64_t ruled_tick;          /* the greatest of the bodies' */
-    ARRAY(uint32_t) held_now;     /* bodies held since the last tick */
-    ARRAY(uint32_t) stale_now;    /* bodies that became stale in this tick */
-    ARRAY(uint32_t) fresh_now;    /* and those that are known again */
-    ARRAY(uint64_t) active;       /* keys of the pairs to be decided, sorted ... */
-    ARRAY(uint32_t) active_pairs; /* ... and their pairs, in that order */
+    ARRAY(expiry) expiries;             /* a heap, see expiry.c */
+    uint64_t ruled_tick, teleport_tick; /* the greatest of the bodies' */
+    ARRAY(uint32_t) held_now;           /* bodies held since the last tick */
+    ARRAY(uint32_t) stale_now;          /* bodies that became stale in this tick */
+    ARRAY(uint32_t) fresh_now;          /* and those that are known again */
+    ARRAY(uint64_t) active;             /* keys of the pairs to be decided, sorted ... */
+    ARRAY(uint32_t) active_pairs;       /* ... and their pairs, in that order */
     ARRAY(outcome) outcomes;
     ARRAY(uint32_t) open;       /* active pairs that have a result, in its place */
     size_t bounds, bounded;     /* of open: the first ones get bounds; of them those that the budget allows */
@@ -246,12 +283,20 @@ struct world {
     ARRAY(uint32_t) unfinished; /* pairs that the last tick left */
     ARRAY(uint32_t) lingering;  /* pairs that linger, and some that do no more */
     size_t lingers;             /* so many do */
-    world_grant *grant;         /* NULL: no budget */
+    uint64_t slice;             /* units that finding and deciding pairs may take in a tick; UINT64_MAX: all of them */
+    ARRAY(purse) purses;
+    uint32_t turn;             /* the purse that goes first */
+    size_t due, parked;        /* bodies; those that wait for max_pairs */
+    uint64_t pending;          /* pairs, at least, that wait */
+    bool sliced;               /* in this tick something was put off, or had been */
+    ARRAY(uint64_t) concerned; /* selectors that have a body which is due or parked: bits; made where some are */
+    world_grant *grant;        /* NULL: no budget */
     void *grant_context;
-    uint64_t capacity;   /* units: what takes more is set aside; see work.c */
-    uint64_t next_bound; /* key of the pair that is bounded first, if not all can be */
-    uint32_t epoch;      /* of the interests: counts their changes, from 1 */
-    size_t askers;       /* interests in how pairs stand now; the first one */
+    uint64_t capacity;      /* units: what takes more is set aside; see work.c */
+    uint64_t next_bound;    /* key of the pair that is bounded first, if not all can be */
+    uint32_t epoch;         /* of the interests: counts their changes, from 1 */
+    interest_counts asking; /* by the commands; the tick goes by ... */
+    size_t askers;          /* ... these: interests in how pairs stand now; the first one */
     uint32_t first_asker;
     bool bounds_asked; /* by an interest */
     ARRAY(narrow_result) results;
@@ -338,13 +383,6 @@ static inline void body_set_pose(body *b, pose to, int64_t stamp_ns)
     b->stamp_ns = stamp_ns;
     b->posed = true;
 }
-/* Has the filter of one of the two changed for this tick? */
-static inline bool bodies_ruled_now(const world *w, const body *a, const body *b)
-{
-    uint64_t now = w->figures.ticks;
-    return w->ruled_tick == now && (a->ruled_tick == now || b->ruled_tick == now);
-}
-
 static inline bool body_is(const world *w, uint32_t id)
 {
     return id < w->bodies.count && w->bodies.at[id].used && !w->bodies.at[id].ghost;
@@ -386,12 +424,29 @@ void expiry_find(world *w);               /* fills stale_now and fresh_now, in t
 int64_t expiry_next_ns(const world *w);   /* not later than the next one; INT64_MAX: none */
 
 /* interest.c */
-void interest_match_body(world *w, uint32_t body);
-bool interest_wants(const world *w, const body *a, const body *b);
-uint64_t interest_word(const body *a, const body *b, size_t word);
-void interest_count(world *w); /* how many ask for what: poses go by it */
 void interest_settle_changes(world *w);
-void interest_finish(world *w);                            /* closed ones are gone */
+void interest_begin_tick(world *w);
+void interest_end_tick(world *w);
+void interest_restored(world *w);
+void interest_wake(world *w, uint32_t id); /* it may have something to be told in this tick, or the next */
+void interest_sort_lively(world *w);       /* so that what they are told comes in their order */
+void interest_pass_began(world *w);
+void interest_pass_ended(world *w);
+size_t interest_unseen(const world *w, const interest *i);     /* bodies that have not been looked at for it */
+bool interest_has(const world *w, uint32_t id, const body *b); /* as A or B */
+typedef struct interest_sides {
+    bool straight, turned; /* the first is A, or B, and the other the other */
+} interest_sides;
+interest_sides interest_sides_of(const world *w, uint32_t id, const body *a, const body *b);
+static inline bool interest_wants(world *w, const body *a, const body *b)
+{
+    return match_wanted(&w->match, a->match, b->match);
+}
+/* Who wants an active pair, by rising id. */
+static inline match_list interest_list(const world *w, const pair *p)
+{
+    return w->match.lists.at[p->wanted];
+}
 double interest_tolerance(const interest *i, double size); /* m, of a pair of that size */
 
 /* pair.c */
@@ -403,7 +458,10 @@ typedef struct pair_terms { /* what the filters say of two bodies */
     const filter_rule *rule; /* that decided, or NULL */
     const char *why;
 } pair_terms;
-pair_terms pair_get_terms(const body *a, const body *b);
+pair_terms pair_get_terms(const world *w, const body *a, const body *b);
+/* Units that it may take to hold the rules of two solids' bodies against each other, where that is more than usual: the
+ * same whatever has been found before. A broad_price. */
+uint64_t pair_price(void *context, uint32_t a, uint32_t b);
 /* The same of a pair, without `rule` and `why`: they are kept with it. */
 static inline pair_terms pair_kept_terms(const pair *p)
 {
@@ -411,7 +469,28 @@ static inline pair_terms pair_kept_terms(const pair *p)
 }
 void pair_apply_changes(world *w, const broad_changes *changes);
 void pair_collect_active(world *w);
-void pair_end_unwatched(world *w); /* of those that linger, what nobody is told of any more */
+/* For slices.c. The boxes of two shapes have met: their pair, PAIR_MAP_NONE if there is no room for it; have parted:
+ * theirs, if it lingers. Puts one on the active list: the units that it takes, 0 if it is there. */
+uint32_t pair_meet(world *w, uint32_t a, uint32_t b);
+uint32_t pair_part(world *w, uint32_t a, uint32_t b);
+uint64_t pair_activate(world *w, uint32_t id);
+uint64_t pair_units(const world *w, const pair *p);
+size_t pair_left_out(const world *w);
+size_t pair_most(const world *w); /* that may be looked at in this tick; SIZE_MAX: all */
+/* Have its bodies changed since it was decided? */
+static inline bool pair_is_pending(const world *w, const pair *p)
+{
+    const body *a = &w->bodies.at[w->solids.at[p->a].body], *b = &w->bodies.at[w->solids.at[p->b].body];
+    return p->active_tick < a->changed_tick || p->active_tick < b->changed_tick;
+}
+
+/* slices.c */
+void slices_begin(world *w);                            /* a tick: how far the broad phase may go */
+void slices_take(world *w);                             /* puts the pairs of this tick on the active list */
+void slices_forget(world *w, uint32_t body);            /* it is gone */
+bool slices_concern(const world *w, uint32_t interest); /* is one of its bodies due? */
+void slices_tell(world *w);                             /* after the tick: what is pending */
+void pair_end_unwatched(world *w);                      /* of those that linger, what nobody is told of any more */
 /* Brings active_pairs into the order of their keys, which stand in w->active then. Where the ids of two solids and of
  * the pair, of so many bits each, fit into one number, none has to be looked up again: the same lists. */
 void pair_sort_active(world *w, unsigned of_solids, unsigned of_pairs);
@@ -449,6 +528,7 @@ void bounds_floor(const world *w, pair *p, const pose *b_in_a, narrow_result *r)
 /* work.c */
 enum { WORK_A_MOTION_BOUND = 30, WORK_AN_AXIS = 120 }; /* units */
 uint32_t work_of_bounds(const solid *a, const solid *b);
+void work_price(solid *s);                                                    /* fills apart, overlapping */
 uint32_t work_of(const solid *a, const solid *b, const demand *d, double lo); /* units of a refinement */
 /* Fills world.needs; returns how many of the first ones are to be refined, the others are set aside. */
 size_t work_order(world *w);

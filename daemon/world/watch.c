@@ -24,7 +24,7 @@ uint32_t watch_find(const world *w, const pair *p, uint32_t interest)
 uint32_t watch_add(world *w, uint32_t pair_id, uint32_t interest_id)
 {
     uint32_t id = id_pool_take(&w->watch_ids);
-    array_reserve(&w->watches, id + 1);
+    array_reserve_in_place(&w->watches, (size_t)id + 1);
     if (id >= w->watches.count) w->watches.count = id + 1;
     watch *v = &w->watches.at[id];
     interest *i = &w->interests.at[interest_id];
@@ -88,6 +88,7 @@ void watch_hold_back(world *w, uint32_t id)
     interest *i = &w->interests.at[interest_id];
     if (i->held.count >= 2 * i->watches + SPARE_HELD) drop_void_held(w, interest_id);
     array_push(&i->held, id);
+    interest_wake(w, interest_id);
 }
 
 void watch_end(world *w, uint32_t id, uint8_t cause)
@@ -110,15 +111,17 @@ void events_pair_ended(world *w, uint32_t pair_id, uint8_t cause)
 /* Pairs that stay for others, but are none to an interest any more: a body is in another group. */
 void events_unmatched(world *w)
 {
-    if (!w->rematched) return;
+    if (!w->rematched && !w->sliced) return;
     for (size_t k = 0; k < w->active_pairs.count; k++) {
         const pair *p = &w->pairs.at[w->active_pairs.at[k]];
         if (p->first_watch == WORLD_NONE) continue;
-        const body *a = &w->bodies.at[w->solids.at[p->a].body], *b = &w->bodies.at[w->solids.at[p->b].body];
+        match_list wanted = interest_list(w, p);
+        uint32_t at = 0; /* both are in the order of interests */
         for (uint32_t id = p->first_watch, after; id != WORLD_NONE; id = after) {
             uint32_t interest = w->watches.at[id].interest;
             after = w->watches.at[id].pair_next;
-            if (!(interest_word(a, b, interest >> 6) >> (interest & 63) & 1)) watch_end(w, id, CAUSE_INTEREST);
+            while (at < wanted.count && wanted.at[at] < interest) at++;
+            if (at == wanted.count || wanted.at[at] != interest) watch_end(w, id, CAUSE_INTEREST);
         }
     }
 }

@@ -40,6 +40,13 @@ static price price_of(const shape *s)
     return p;
 }
 
+void work_price(solid *s)
+{
+    price p = price_of(&s->shape);
+    s->apart = (float)fmin(p.apart, 1e9);
+    s->overlapping = (float)fmin(p.overlapping, 1e9);
+}
+
 static uint32_t whole(double work)
 {
     return (uint32_t)fmin(work, 1e9);
@@ -144,45 +151,40 @@ void work_learn(world *w, size_t todo, size_t refined, uint64_t done)
 
 /* ---- who pays ---- */
 
-static uint32_t count_payers(const world *w, const body *a, const body *b, uint64_t *first)
+static bool pays(const interest *i)
 {
-    uint32_t payers = 0;
-    for (size_t word = 0; word < w->words; word++)
-        for (uint64_t bits = interest_word(a, b, word); bits; bits &= bits - 1) {
-            uint32_t id = (uint32_t)(word * 64) + (uint32_t)__builtin_ctzll(bits);
-            if (!(w->interests.at[id].facts & (WORLD_TOUCH | WORLD_DISTANCE | WORLD_MANIFOLD))) continue;
-            if (!payers++) *first = id;
-        }
-    return payers;
+    return i->facts & (WORLD_TOUCH | WORLD_DISTANCE | WORLD_MANIFOLD);
 }
 
-static void charge(world *w, const body *a, const body *b, const outcome *o)
+static void leave(world *w, uint32_t id)
 {
-    uint64_t first = 0;
-    uint32_t payers = count_payers(w, a, b, &first), share = payers ? o->cost / payers : 0;
-    for (uint32_t id = (uint32_t)first; payers; id++) {
-        if (!(interest_word(a, b, id >> 6) >> (id & 63) & 1)) continue;
-        interest *i = &w->interests.at[id];
-        if (!(i->facts & (WORLD_TOUCH | WORLD_DISTANCE | WORLD_MANIFOLD))) continue;
-        i->work += share;
-        i->undone += o->left && (o->coarse || i->accuracy != WORLD_BY_BOXES);
-        payers--;
+    w->interests.at[id].undone++;
+    interest_wake(w, id);
+}
+
+static void charge(world *w, match_list wanted, const outcome *o)
+{
+    uint32_t payers = 0;
+    for (uint32_t k = 0; k < wanted.count; k++) payers += pays(&w->interests.at[wanted.at[k]]);
+    for (uint32_t k = 0; k < wanted.count; k++) {
+        interest *i = &w->interests.at[wanted.at[k]];
+        if (!pays(i)) continue;
+        i->work += o->cost / payers;
+        if (o->left && (o->coarse || i->accuracy != WORLD_BY_BOXES)) leave(w, wanted.at[k]);
     }
 }
 
 void work_charge(world *w)
 {
-    for (size_t i = 0; i < w->interests.count; i++) w->interests.at[i].undone = 0;
     bool alone = w->askers == 1;
     for (size_t k = 0; k < w->active_pairs.count; k++) {
         const outcome *o = &w->outcomes.at[k];
         if (!o->cost) continue;
         if (alone) {
             w->interests.at[w->first_asker].work += o->cost;
-            w->interests.at[w->first_asker].undone += o->left;
+            if (o->left) leave(w, w->first_asker);
             continue;
         }
-        const pair *p = &w->pairs.at[w->active_pairs.at[k]];
-        charge(w, &w->bodies.at[w->solids.at[p->a].body], &w->bodies.at[w->solids.at[p->b].body], o);
+        charge(w, interest_list(w, &w->pairs.at[w->active_pairs.at[k]]), o);
     }
 }

@@ -29,7 +29,9 @@ world *world_create(const world_options *options)
     id_pool_init(&w->watch_ids);
     pair_map_init(&w->pair_of);
     pair_map_init(&w->names);
-    w->words = 1;
+    match_init(&w->match);
+    rules_init(&w->rules);
+    w->slice = UINT64_MAX;
     w->epoch = 1;
     w->round = 1;
     w->hash = HASH_START;
@@ -58,8 +60,6 @@ static void free_bodies(world *w)
         free(b->name);
         free(b->group);
         free(b->shapes);
-        free(b->match_a);
-        free(b->match_b);
         array_free(&b->passed);
     }
     array_free(&w->bodies);
@@ -85,6 +85,10 @@ void world_destroy(world *w)
     broad_destroy(w->broad);
     free_bodies(w);
     free_interests(w);
+    match_free(&w->match);
+    rules_free(&w->rules);
+    array_free(&w->unsettled);
+    array_free(&w->lively);
     id_pool_free(&w->body_ids);
     id_pool_free(&w->solid_ids);
     id_pool_free(&w->interest_ids);
@@ -95,9 +99,9 @@ void world_destroy(world *w)
     for (size_t i = 0; i < w->solids.count; i++) solid_free(&w->solids.at[i]);
     array_free(&w->solids);
     for (size_t i = 0; i < w->pairs.count; i++) free(w->pairs.at[i].cache.shell);
-    array_free(&w->pairs);
+    array_free_in_place(&w->pairs);
     free(w->rulings);
-    array_free(&w->watches);
+    array_free_in_place(&w->watches);
     array_free(&w->dirty);
     array_free(&w->awake);
     array_free(&w->glided);
@@ -118,6 +122,8 @@ void world_destroy(world *w)
     array_free(&w->needs);
     array_free(&w->unfinished);
     array_free(&w->lingering);
+    array_free(&w->purses);
+    array_free(&w->concerned);
     array_free(&w->results);
     array_free(&w->sweeps);
     array_free(&w->batches);
@@ -129,9 +135,9 @@ static void begin_tick(world *w, int64_t now_ns)
     w->now_ns = now_ns;
     w->figures.ticks++;
     w->round++;
-    interest_finish(w);
-    for (size_t i = 0; i < w->interests.count; i++) w->interests.at[i].events.count = 0;
+    interest_begin_tick(w);
     body_reap(w);
+    slices_begin(w);
 }
 
 /* What was put or moved stands where it is from here on. */
@@ -140,7 +146,7 @@ static void end_tick(world *w)
     pair_end_unwatched(w);
     for (size_t i = 0; i < w->dirty.count; i++) body_arrive(w, (uint32_t)w->dirty.at[i]);
     for (size_t i = 0; i < w->glided.count; i++) body_arrive(w, w->glided.at[i]);
-    for (size_t i = 0; i < w->interests.count; i++) w->interests.at[i].all = false;
+    interest_end_tick(w);
     w->last_tick_ns = w->now_ns;
     w->dirty.count = w->glided.count = 0;
     w->changed = w->some_glided = w->rematched = false;
@@ -158,6 +164,7 @@ void world_tick(world *w, int64_t now_ns, world_batches *out)
 
     /* which pairs it concerns */
     broad_update(w->broad, &changes);
+    w->sliced |= broad_was_put_off(w->broad);
     pair_apply_changes(w, &changes);
     pair_collect_active(w);
 
@@ -174,6 +181,7 @@ void world_tick(world *w, int64_t now_ns, world_batches *out)
     events_of_active(w);
     events_held_back(w);
     events_snapshots(w);
+    slices_tell(w);
     events_collect(w, out);
     end_tick(w);
 }
@@ -190,8 +198,8 @@ void world_set_budget(world *w, world_grant *grant, void *context)
 int64_t world_next_due_ns(const world *w)
 {
     int64_t due = expiry_next_ns(w);
-    for (size_t i = 0; i < w->interests.count; i++) {
-        const interest *x = &w->interests.at[i];
+    for (size_t i = 0; i < w->lively.count; i++) {
+        const interest *x = &w->interests.at[w->lively.at[i]];
         if (x->used && x->held.count && x->next_update_ns < due) due = x->next_update_ns;
     }
     return due;
@@ -204,7 +212,7 @@ bool world_glided(const world *w)
 
 bool world_changed(const world *w)
 {
-    return w->changed || w->unfinished.count;
+    return w->changed || w->unfinished.count || w->due || match_is_unsettled(&w->match);
 }
 
 world_figures world_get_figures(const world *w)

@@ -75,7 +75,8 @@ typedef struct world_body { /* copied, but for hulls */
     const char *group;      /* "" = none */
     bool fixed;             /* not checked against other fixed bodies */
     uint64_t category, mask;
-    bool one_way; /* its mask alone decides, whatever the masks of those that it meets say (a hit box) */
+    uint64_t owner; /* whose work its pairs are, see world_set_slice */
+    bool one_way;   /* its mask alone decides, whatever the masks of those that it meets say (a hit box) */
     world_ccd ccd;
     double acceleration;         /* m/s^2, >= 0: what is foretold of it holds for all motions that accelerate by at most
                                     so much, ... */
@@ -234,7 +235,8 @@ typedef struct world_batch { /* the events of one interest in one tick; a snapsh
     const world_event *events;
     size_t count;
     size_t undone; /* pairs of this interest that the budget left with a wider interval than it asks, and all that are
-                      left out: whose they would be is not looked at */
+                      left out: whose they would be is not looked at; and while some of its bodies are pending, all
+                      that are */
 } world_batch;
 
 typedef struct world_batches { /* in the order of interest ids; valid until the next call that changes the world */
@@ -253,6 +255,20 @@ typedef struct world_batches { /* in the order of interest ids; valid until the 
  * (default): no budget. */
 typedef uint64_t world_grant(void *context, uint64_t done);
 void world_set_budget(world *w, world_grant *grant, void *context);
+
+/* A slice. Finding and deciding pairs takes at most about so many units in a tick (UINT64_MAX, the default: whatever it
+ * takes): what is left is pending and goes on in the next tick, which is due at once. Bodies are taken one after the
+ * other: their owners in turns, with equal shares in units, an owner's bodies in the order in which they changed. A
+ * pair of two bodies that are both pending is the work of the one who has far more of them.
+ *
+ * What is pending is unknown: what was told of such a pair before stands, and world_batch.undone counts it for each
+ * interest that it may concern. A way of one tick (WORLD_IMPACT) is not searched later: it is among what is undone in
+ * that tick. The same commands and slices give the same events; where no tick is cut, those of a world without. */
+void world_set_slice(world *w, uint64_t units);
+/* Did the slice make a difference in the last tick? If not, any larger one gives the same events. */
+bool world_was_sliced(const world *w);
+/* Bodies of this owner of whose pairs some are pending. */
+size_t world_pending_of(const world *w, uint64_t owner);
 
 void world_tick(world *w, int64_t now_ns, world_batches *out);
 
@@ -285,7 +301,21 @@ typedef struct world_hit {
 typedef struct world_hits { /* the caller's, empty; freed with free(at) */
     world_hit *at;
     size_t count, capacity;
+    size_t most;     /* of bodies by name: so many are kept, others are counted; 0: any number */
+    size_t left_out; /* those that are counted */
+    /* Asked again and again during a search: may it go on? NULL: always. If not, the search ends where it is, and says
+     * so in `gave_up`: then what was found of all bodies in a box, or by name, is true and not all, and what was found
+     * of the nearest, or the first, is no answer. */
+    bool (*go_on)(void *context);
+    void *go_on_context;
+    bool gave_up;
 } world_hits;
+
+static inline bool world_may_go_on(world_hits *hits)
+{
+    if (hits->go_on && !hits->gave_up) hits->gave_up = !hits->go_on(hits->go_on_context);
+    return !hits->gave_up;
+}
 
 /* The least signed distance of the shapes of two bodies, within `tolerance`. */
 void world_query_distance(const world *w, uint32_t a, uint32_t b, double tolerance, int64_t now_ns, world_hits *out);
@@ -315,6 +345,10 @@ void world_query_box(const world *w, pose at, vec3 half, int64_t now_ns, world_h
 void world_query_bodies(const world *w, const char *pattern, int64_t now_ns, world_hits *out);
 /* Why is this pair looked at, or not, and what is known of it: lines for people. Returns what snprintf would. */
 int world_explain(const world *w, uint32_t a, uint32_t b, int64_t now_ns, char *text, size_t size);
+/* The same, as long as `patience`, which gets no hits, lets it go on; then it says how many pairs of shapes are left.
+ */
+int world_explain_within(
+    const world *w, uint32_t a, uint32_t b, int64_t now_ns, world_hits *patience, char *text, size_t size);
 
 /* ---- figures ---- */
 
@@ -354,6 +388,11 @@ typedef struct world_figures {
      * is told of those is what balls about them prove). */
     uint64_t work, undone, unbounded;
     uint64_t undone_ticks; /* cumulative: ticks that left something */
+    /* The slices. Now: bodies that are pending, and how many pairs that concerns, at least (what has not been found is
+     * not counted); units that the last tick took; cumulative: ticks in which the slice made a difference. */
+    size_t pending_bodies, pending_pairs;
+    size_t parked_bodies; /* that wait for max_pairs */
+    uint64_t slice_units, sliced_ticks;
 } world_figures;
 world_figures world_get_figures(const world *w);
 

@@ -92,7 +92,7 @@ typedef struct wire_client {
     uint8_t removed;  /* 1: I leave, in order */
     uint8_t on_loss;  /* what becomes of my bodies when I am lost: WIRE_LOST_REMOVE; _HOLD (they stay, and count as
                          stale at once, until I am back); _KEEP (they stay as they are) */
-    int64_t lease_ns; /* without a sign of life for this long, I am lost */
+    int64_t lease_ns; /* without a sign of life for this long, I am lost; the daemon takes an hour at most */
     int32_t
         lock_step;    /* in lock-step with others, so many with me: a step is done when each has published it. 0 = no */
     const char *name; /* for people */
@@ -289,7 +289,8 @@ typedef struct wire_query {
 } wire_query;
 
 /* Receipt: how far a subscriber has got with the stream of one of its interests. It paces what is sent, and is no
- * command. */
+ * command. With epoch 0 it is of no stream, and says what its sender has published: `batch` is the sequence of the
+ * newest PoseBatch, 0 = none. */
 typedef struct wire_receipt {
     int32_t version;
     int64_t client;
@@ -449,6 +450,7 @@ typedef enum wire_reason {
     WIRE_OLD_POSE,    /* its stamp is older than that of the pose before */
     WIRE_BAD_STEP,    /* of lock-step: done already, or the step before is not done yet */
     WIRE_STEP_MISSED, /* no refusal: a lock-step client has not published a step in time, and what comes of it */
+    WIRE_UNHEARD,     /* no refusal: what the client says that it has published does not come */
     WIRE_REASON_COUNT
 } wire_reason;
 

@@ -2,6 +2,8 @@
  * from a file is held against what is left of the file before memory is taken for it. */
 #include "wire_log.h"
 
+#include "wire_file.h"
+
 #include <errno.h>
 #include <inttypes.h>
 #include <stdarg.h>
@@ -14,6 +16,8 @@
 #define TICK_CHANNEL CHANNEL_PREFIX "tick"
 #define LOST_CHANNEL CHANNEL_PREFIX "lost"
 #define STEPS_CHANNEL CHANNEL_PREFIX "steps"
+#define LATER_CHANNEL CHANNEL_PREFIX "later"
+#define BUILT_CHANNEL CHANNEL_PREFIX "built"
 #define STATE_CHANNEL CHANNEL_PREFIX "state"
 #define SETTINGS_CHANNEL CHANNEL_PREFIX "settings"
 
@@ -21,8 +25,9 @@ enum {
     HEADER_BYTES = 28,
     TICK_BYTES = 32,
     BUDGETED_TICK_BYTES = 40,
-    LIMITED_TICK_BYTES = 48,
+    CUT_TICK_BYTES = 64,
     NUMBER_BYTES = 8,
+    BUILD_BYTES = 16,
     STATE_HEAD_BYTES = 24
 };
 
@@ -60,21 +65,36 @@ static bool reserve(uint8_t **buffer, size_t *capacity, size_t size)
 /* ---- writing ---- */
 
 struct wire_log_writer {
-    FILE *file;
+    wire_log_put *put;
+    void *context;
+    FILE *file; /* its own, or NULL */
     int64_t events;
     int error; /* errno of the first failure; all that follows is refused */
     uint8_t *buffer;
     size_t capacity;
 };
 
+static int put_to_file(void *context, const uint8_t *bytes, size_t size)
+{
+    return size == 0 || fwrite(bytes, size, 1, context) == 1 ? 0 : -1;
+}
+
 wire_log_writer *wire_log_create(const char *path, char *why, size_t why_size)
 {
     wire_log_writer *w = calloc(1, sizeof *w);
-    if (w) w->file = fopen(path, "wbx");
+    if (w) w->context = w->file = fopen(path, "wbx");
+    if (w) w->put = put_to_file;
     if (w && w->file) return w;
     say(why, why_size, "%s: %s", path, w ? strerror(errno) : "out of memory");
     free(w);
     return NULL;
+}
+
+wire_log_writer *wire_log_to(wire_log_put *put, void *context, int64_t first_record)
+{
+    wire_log_writer *w = calloc(1, sizeof *w);
+    if (w) *w = (wire_log_writer){.put = put, .context = context, .events = first_record};
+    return w;
 }
 
 static int fail(wire_log_writer *w, int error)
@@ -95,8 +115,9 @@ static int write_record(wire_log_writer *w, int64_t timestamp_us, const char *ch
     store_be(header + 12, (uint64_t)timestamp_us, 8);
     store_be(header + 20, channel_size, 4);
     store_be(header + 24, size, 4);
-    bool written = fwrite(header, sizeof header, 1, w->file) == 1 && fwrite(channel, channel_size, 1, w->file) == 1 &&
-                   (size == 0 || fwrite(data, size, 1, w->file) == 1);
+    bool written = w->put(w->context, header, sizeof header) == 0 &&
+                   w->put(w->context, (const uint8_t *)channel, channel_size) == 0 &&
+                   w->put(w->context, data, size) == 0;
     if (!written) return fail(w, errno);
     w->events++;
     return 0;
@@ -115,14 +136,17 @@ int wire_log_message(wire_log_writer *w, int64_t timestamp_us, const wire_messag
 
 int wire_log_tick_end(wire_log_writer *w, int64_t timestamp_us, const wire_log_tick *tick)
 {
-    uint8_t data[LIMITED_TICK_BYTES];
-    size_t size = tick->pairs_most ? LIMITED_TICK_BYTES : tick->budgeted ? BUDGETED_TICK_BYTES : TICK_BYTES;
+    uint8_t data[CUT_TICK_BYTES];
+    bool cut = tick->slice > 0 || tick->pairs_most > 0;
+    size_t size = cut ? CUT_TICK_BYTES : tick->budgeted ? BUDGETED_TICK_BYTES : TICK_BYTES;
     store_be(data, (uint64_t)tick->tick, 8);
     store_be(data + 8, (uint64_t)tick->now_ns, 8);
     store_be(data + 16, (uint64_t)tick->monotonic_ns, 8);
     store_be(data + 24, (uint64_t)tick->events_hash, 8);
-    store_be(data + 32, tick->budgeted ? (uint64_t)tick->work : UINT64_MAX, 8);
-    store_be(data + 40, (uint64_t)tick->pairs_most, 8);
+    store_be(data + 32, (uint64_t)tick->work, 8);
+    store_be(data + 40, (uint64_t)tick->slice, 8);
+    store_be(data + 48, (uint64_t)(tick->budgeted != 0), 8);
+    store_be(data + 56, (uint64_t)tick->pairs_most, 8);
     return write_record(w, timestamp_us, TICK_CHANNEL, data, size);
 }
 
@@ -141,6 +165,14 @@ int wire_log_lost(wire_log_writer *w, int64_t timestamp_us, int64_t client)
 int wire_log_steps(wire_log_writer *w, int64_t timestamp_us, int64_t done)
 {
     return write_number(w, timestamp_us, STEPS_CHANNEL, done);
+}
+
+int wire_log_build(wire_log_writer *w, int64_t timestamp_us, int64_t client, int64_t hash, bool ready)
+{
+    uint8_t data[BUILD_BYTES];
+    store_be(data, (uint64_t)client, 8);
+    store_be(data + 8, (uint64_t)hash, 8);
+    return write_record(w, timestamp_us, ready ? BUILT_CHANNEL : LATER_CHANNEL, data, sizeof data);
 }
 
 int wire_log_settings(wire_log_writer *w, int64_t timestamp_us, const char *text)
@@ -163,10 +195,17 @@ int wire_log_whole_state(wire_log_writer *w, int64_t timestamp_us, const uint8_t
     return 0;
 }
 
+int64_t wire_log_leave_state(wire_log_writer *w, size_t size)
+{
+    int64_t first = w->events;
+    w->events += (int64_t)((size + WIRE_LOG_PIECE_BYTES - 1) / WIRE_LOG_PIECE_BYTES);
+    return first;
+}
+
 int wire_log_close(wire_log_writer *w)
 {
     if (!w) return 0;
-    if (fclose(w->file) != 0) fail(w, errno);
+    if (w->file && fclose(w->file) != 0) fail(w, errno);
     int error = w->error;
     free(w->buffer);
     free(w);
@@ -208,9 +247,10 @@ wire_log_reader *wire_log_open(const char *path, char *why, size_t why_size)
         free(r);
         return NULL;
     }
-    r->file = fopen(path, "rb");
+    char fault[256];
+    r->file = wire_file_open(path, UINT64_MAX, NULL, fault, sizeof fault);
     if (r->file && find_size(r)) return r;
-    say(why, why_size, "%s: %s", path, strerror(errno));
+    say(why, why_size, "%s: %s", path, r->file ? strerror(errno) : fault);
     wire_log_end(r);
     return NULL;
 }
@@ -264,9 +304,10 @@ static bool is_ours(const record *in)
 
 static const char *decode_tick(const record *in, wire_log_entry *out)
 {
-    bool limited = in->data_size == LIMITED_TICK_BYTES, more = limited || in->data_size == BUDGETED_TICK_BYTES;
-    if (in->data_size != TICK_BYTES && !more) return "a tick has 32 bytes, 40 with a budget, 48 with a limit of pairs";
-    bool budgeted = more && !(limited && load_be(in->data + 32, 8) == UINT64_MAX);
+    bool cut = in->data_size == CUT_TICK_BYTES;
+    bool budgeted = in->data_size == BUDGETED_TICK_BYTES || (cut && load_be(in->data + 48, 8));
+    if (in->data_size != TICK_BYTES && in->data_size != BUDGETED_TICK_BYTES && !cut)
+        return "a tick has 32 bytes, or 40 with a budget, or 64 where pairs were cut";
     out->kind = WIRE_LOG_TICK;
     out->tick.tick = (int64_t)load_be(in->data, 8);
     out->tick.now_ns = (int64_t)load_be(in->data + 8, 8);
@@ -274,8 +315,9 @@ static const char *decode_tick(const record *in, wire_log_entry *out)
     out->tick.events_hash = (int64_t)load_be(in->data + 24, 8);
     out->tick.budgeted = budgeted;
     out->tick.work = budgeted ? (int64_t)load_be(in->data + 32, 8) : 0;
-    out->tick.pairs_most = limited ? (int64_t)load_be(in->data + 40, 8) : 0;
-    if (limited && out->tick.pairs_most < 1) return "a limit of pairs is above 0";
+    out->tick.slice = cut ? (int64_t)load_be(in->data + 40, 8) : 0;
+    out->tick.pairs_most = cut ? (int64_t)load_be(in->data + 56, 8) : 0;
+    if (out->tick.slice < 0 || out->tick.pairs_most < 0) return "a tick's slice or limit of pairs is absurd";
     /* Clocks up to the year 2116, so that differences of their differences are numbers of 64 bits, too. */
     if ((uint64_t)out->tick.tick >> 62) return "a tick's number is absurd";
     if ((uint64_t)out->tick.now_ns >> 62 || (uint64_t)out->tick.monotonic_ns >> 62) return "a tick's clock is absurd";
@@ -298,6 +340,14 @@ static const char *decode_steps(const record *in, wire_log_entry *out)
     return out->steps_done < 1 ? "a step that is done is above 0" : NULL;
 }
 
+static const char *decode_build(const record *in, wire_log_entry *out, bool ready)
+{
+    if (in->data_size != BUILD_BYTES) return "a build has 16 bytes";
+    out->kind = WIRE_LOG_BUILD;
+    out->build = (wire_log_built){(int64_t)load_be(in->data, 8), (int64_t)load_be(in->data + 8, 8), ready};
+    return NULL;
+}
+
 /* It is nowhere said to be longer than the file. */
 static const char *decode_state(const wire_log_reader *r, const record *in, wire_log_entry *out)
 {
@@ -317,6 +367,8 @@ static const char *decode_record(wire_log_reader *r, const record *in, wire_log_
     if (on_channel(in, TICK_CHANNEL)) return decode_tick(in, out);
     if (on_channel(in, LOST_CHANNEL)) return decode_lost(in, out);
     if (on_channel(in, STEPS_CHANNEL)) return decode_steps(in, out);
+    if (on_channel(in, LATER_CHANNEL)) return decode_build(in, out, false);
+    if (on_channel(in, BUILT_CHANNEL)) return decode_build(in, out, true);
     if (on_channel(in, STATE_CHANNEL)) return decode_state(r, in, out);
     if (on_channel(in, SETTINGS_CHANNEL)) {
         out->kind = WIRE_LOG_SETTINGS;

@@ -4,8 +4,9 @@
  * data length (i32), all big-endian, then channel and data. Messages are stored under their LCM channels in their LCM
  * encoding: commands as they came, and what each tick told, before its end. Beside them stand records of our own:
  * "collided.tick" ends the commands of a tick, "collided.lost" is a client whose lease ran out, "collided.steps" how
- * far lock-step was when the recording began, "collided.state" a piece of the daemon's whole state then, and
- * "collided.settings" what of its configuration is not the default and decides what is told. Reading is
+ * far lock-step was when the recording began, "collided.later" and "collided.built" that a geometry, whole, was not
+ * built within the tick, and the tick from which on it was there, "collided.state" a piece of the daemon's whole state
+ * then, and "collided.settings" what of its configuration is not the default and decides what is told. Reading is
  * bounds-checked: a damaged file gives an error with its offset, never a crash.
  */
 #ifndef COLLIDED_WIRE_LOG_H
@@ -22,7 +23,8 @@ typedef enum wire_log_entry_kind {
     WIRE_LOG_LOST,
     WIRE_LOG_STEPS,
     WIRE_LOG_STATE,
-    WIRE_LOG_SETTINGS
+    WIRE_LOG_SETTINGS,
+    WIRE_LOG_BUILD
 } wire_log_entry_kind;
 
 typedef struct wire_log_tick {
@@ -32,6 +34,7 @@ typedef struct wire_log_tick {
     int64_t events_hash; /* running hash of all events so far */
     int64_t budgeted;    /* 1: the tick had a budget, ... */
     int64_t work;        /* ... and did so many units of work */
+    int64_t slice;       /* > 0: finding and deciding pairs was cut off after so many units, or had been before */
     int64_t pairs_most;  /* of max_pairs, so many could be, for want of memory; 0: all */
 } wire_log_tick;
 
@@ -39,6 +42,11 @@ typedef struct wire_log_state { /* of so many bytes in all, those from `offset` 
     uint64_t offset, total;
     uint64_t hash; /* of all of them, as their writer says */
 } wire_log_state;
+
+typedef struct wire_log_built { /* of a geometry that has come */
+    int64_t client, hash;
+    bool ready; /* from this tick on; otherwise it is built later than this tick. Without either: in this tick */
+} wire_log_built;
 
 enum { WIRE_LOG_PIECE_BYTES = 60000 }; /* of a state, at most: a datagram for who plays the file */
 
@@ -53,18 +61,26 @@ typedef struct wire_log_entry {
     wire_log_tick tick;
     int64_t lost_client;
     int64_t steps_done;
+    wire_log_built build;
 } wire_log_entry;
 
 typedef struct wire_log_writer wire_log_writer;
 wire_log_writer *wire_log_create(const char *path, char *why, size_t why_size); /* refuses to overwrite */
+/* To somewhere else than a file: `put` takes the bytes as they follow each other, and returns 0, or -1 with errno. The
+ * first record has that number. NULL: no memory. */
+typedef int wire_log_put(void *context, const uint8_t *bytes, size_t size);
+wire_log_writer *wire_log_to(wire_log_put *put, void *context, int64_t first_record);
 /* Each: 0, or -1 when the disk refused (errno kept): the writer stays valid and refuses all that follows. */
 int wire_log_message(wire_log_writer *w, int64_t timestamp_us, const wire_message *m);
 int wire_log_tick_end(wire_log_writer *w, int64_t timestamp_us, const wire_log_tick *tick);
 int wire_log_lost(wire_log_writer *w, int64_t timestamp_us, int64_t client);
 int wire_log_steps(wire_log_writer *w, int64_t timestamp_us, int64_t done);
+int wire_log_build(wire_log_writer *w, int64_t timestamp_us, int64_t client, int64_t hash, bool ready);
 int wire_log_settings(wire_log_writer *w, int64_t timestamp_us, const char *text); /* lines of key = value */
 /* In pieces. */
 int wire_log_whole_state(wire_log_writer *w, int64_t timestamp_us, const uint8_t *bytes, size_t size, uint64_t hash);
+/* Another writer puts a state of that size here: the number of its first record. */
+int64_t wire_log_leave_state(wire_log_writer *w, size_t size);
 int wire_log_close(wire_log_writer *w); /* -1 if not all could be written */
 
 typedef struct wire_log_reader wire_log_reader;

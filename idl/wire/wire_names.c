@@ -32,6 +32,7 @@ const char *wire_reason_name(wire_reason reason)
         [WIRE_OLD_POSE] = "old_pose",
         [WIRE_BAD_STEP] = "bad_step",
         [WIRE_STEP_MISSED] = "step_missed",
+        [WIRE_UNHEARD] = "unheard",
     };
     return reason < WIRE_REASON_COUNT ? NAMES[reason] : "?";
 }

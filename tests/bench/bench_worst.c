@@ -47,9 +47,7 @@ static record time_query(const worst_scene *s, narrow_scratch *scratch)
     record longest = {0};
     bool ordered = narrow_ordered(&s->a, 0, &s->b, 1);
     const shape *a = ordered ? &s->a : &s->b, *b = ordered ? &s->b : &s->a;
-    narrow_placed at_a = narrow_placed_at(a, ordered ? POSE_IDENTITY : s->b_in_a);
-    narrow_placed at_b = narrow_placed_at(b, ordered ? s->b_in_a : POSE_IDENTITY);
-    pose b_in_a = narrow_relative(&at_a, &at_b);
+    pose b_in_a = pose_relative(ordered ? POSE_IDENTITY : s->b_in_a, ordered ? s->b_in_a : POSE_IDENTITY);
     for (int i = 0; i < ASKED_COUNT; i++) {
         narrow_request r = {.facts = ASKED[i].facts, .range = INFINITY};
         r.tolerance = 1e-6 * (shape_reach(a) + shape_reach(b));

@@ -10,6 +10,8 @@ KEYS = {
     "throughput": ["world", "poses_s", "poses_core_s", "raw_poses_s", "raw_poses_core_s", "ratio", "core_ratio",
                    "sent", "lost"],
     "crowd": ["clients", "us_p50", "us_p99", "ratio_p99", "rounds", "missed"],
+    "hostile": ["neighbour_ms_p99", "longest_tick_ms", "rss_mb", "restarts", "wrong", "unanswered"],
+    "clients": ["clients", "joined", "seconds", "client_mb", "client_core_s", "daemon_core_s", "daemon_mb"],
     "soak": ["events", "resident_kib"],
     "world": ["us_per_tick", "us_p99"],
     "dial": ["us_per_tick", "us_p99"],
@@ -48,6 +50,8 @@ def broken(name, row):
         return "each tick was handed over"
     if name == "crowd" and not (row.get("link") and row.get("contender") and row["us_p99"] and row["rounds"]):
         return "no link, contender or time"
+    if name == "clients" and not (row.get("link") and row["joined"] == row["clients"] and row["client_mb"]):
+        return "not all came in, or no memory"
     if name == "throughput" and not (row.get("link") and row["poses_s"] and row["sent"]):
         return "no link, or no poses"
     if name == "world" and (not row.get("scene") or row.get("same_events") is False):

@@ -33,7 +33,7 @@ static int64_t now_ns(void)
 static dds_entity_t join(uint32_t domain, dds_entity_t *made)
 {
     char config[4096];
-    if (!wire_dds_config(config, sizeof config, "", false)) return -1;
+    if (!wire_dds_config(config, sizeof config, "", WIRE_DDS_ANYBODY)) return -1;
     *made = dds_create_domain(domain, config);
     return dds_create_participant(domain, NULL, NULL);
 }

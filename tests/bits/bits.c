@@ -7,6 +7,7 @@
 #include "narrow/elementary.h"
 #include "narrow/toi.h"
 #include "solids.h"
+#include "where_they_stand.h"
 #include "world_bits.h"
 
 #include <inttypes.h>
@@ -78,10 +79,9 @@ static void mix_pair(hash *h, const shape *a, pose pa, const shape *b, pose pb)
     mix_vec(h, narrow_guess_axis(a, b, &b_in_a));
     cache = (narrow_cache){.lower = 0};
     for (int i = 0; i < 3; i++) { /* where they stand, and a little farther on */
-        narrow_placed x = narrow_placed_at(a, pa), y = narrow_placed_at(b, pb);
-        narrow_query_placed(&x, &y, &REQUESTS[i % 2 + 1], NULL, case_scratch(), &r);
+        query_where_they_stand(a, pa, b, pb, &REQUESTS[i % 2 + 1], NULL, &r);
         mix_result(h, &r);
-        narrow_query_placed(&x, &y, &REQUESTS[1], &cache, case_scratch(), &r);
+        query_where_they_stand(a, pa, b, pb, &REQUESTS[1], &cache, &r);
         mix_result(h, &r);
         pb.p = vec_madd(pb.p, 0.01, pa.p);
     }

@@ -269,7 +269,8 @@ static void the_order_of_the_calls_does_not_matter(void **state)
     for (uint32_t i = 0; i < CROWD; i++) order[i] = i;
     for (int tick = 0; tick < 50; tick++) {
         for (uint32_t i = 0; i < CROWD; i++)
-            moves[i] = (broad_move){i, i % 5 == 0, box_at(random_vec(&r, 5), vec(0.5, 0.5, 0.5)), 0.1, VEC_ZERO};
+            moves[i] = (broad_move){
+                .proxy = i, .fixed = i % 5 == 0, .box = box_at(random_vec(&r, 5), vec(0.5, 0.5, 0.5)), .margin = 0.1};
         put_crowd(one, moves, order);
         broad_changes c1 = update(one);
         shuffle(order, &r);

@@ -82,7 +82,7 @@ void *daemon_dds(void *state)
 {
     dds_side side = {.state = state};
     char config[4096];
-    (void)wire_dds_config(config, sizeof config, "", false);
+    (void)wire_dds_config(config, sizeof config, "", WIRE_DDS_ANYBODY);
     dds_entity_t domain = dds_create_domain(7, config);
     side.participant = dds_create_participant(7, NULL, NULL);
     for (size_t i = 0; i < OUTGOING; i++) open_end(&side, outgoing[i], WIRE_DDS_WRITER);

@@ -48,6 +48,7 @@ static bool is_announcement(wire_kind kind)
 static int fake_send(transport *t, const wire_message *m)
 {
     (void)t;
+    if (m->kind == WIRE_RECEIPT && !m->receipt.epoch) return 0; /* a word of what was published, once a second */
     pthread_mutex_lock(&fake.lock);
     assert_true(fake.sent_count < FAKE_MAX);
     fake.sent[fake.sent_count++] = message_copy(m);

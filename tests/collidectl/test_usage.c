@@ -2,8 +2,11 @@
 #include "run.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <sysexits.h>
+#include <unistd.h>
 
 static void wrong_usage_is_told_in_one_line(void **state)
 {
@@ -142,6 +145,34 @@ static void missing_and_bad_files_are_told(void **state)
     expect_failure(COLLIDECTL, "joints nobody a=1", EX_DATAERR, "load its URDF first");
 }
 
+/* Each would wait for a writer, without end: the alarm ends this program then. */
+static void a_fifo_is_no_file(void **state)
+{
+    (void)state;
+    char folder[] = "/tmp/collided-usage-XXXXXX", fifo[64], arguments[256];
+    static const char *const verbs[] = {"load %s/fifo.urdf", "load %s/fifo.yaml",
+        "load " DATA "/arm.urdf --srdf %s/fifo.urdf", "trade %s/fifo.urdf", "replay %s/fifo.urdf"};
+    assert_non_null(mkdtemp(folder));
+    alarm(30);
+    for (int i = 0; i < 2; i++) {
+        snprintf(fifo, sizeof fifo, "%s/fifo.%s", folder, i ? "yaml" : "urdf");
+        assert_int_equal(mkfifo(fifo, 0600), 0);
+    }
+    for (size_t i = 0; i < sizeof verbs / sizeof *verbs; i++) {
+        snprintf(arguments, sizeof arguments, verbs[i], folder); /* NOLINT(clang-diagnostic-format-nonliteral) */
+        expect_failure(COLLIDECTL, arguments, i < 3 ? EX_DATAERR : EX_NOINPUT, "not a file");
+    }
+    snprintf(arguments, sizeof arguments, "--config %s/fifo.urdf", folder);
+    expect_failure(COLLIDED, arguments, EX_NOINPUT, "is not a file, but a FIFO: name a readable file with --config");
+    snprintf(arguments, sizeof arguments, "--replay %s/fifo.urdf", folder);
+    expect_failure(COLLIDED, arguments, EX_NOINPUT, "not a file: name a recording");
+    alarm(0);
+    unlink(fifo);
+    snprintf(fifo, sizeof fifo, "%s/fifo.urdf", folder);
+    unlink(fifo);
+    assert_int_equal(rmdir(folder), 0);
+}
+
 static void no_daemon_is_told_with_what_to_do(void **state)
 {
     (void)state;
@@ -159,6 +190,7 @@ int main(void)
         cmocka_unit_test(wrong_usage_is_told_in_one_line),
         cmocka_unit_test(help_lists_the_options_of_each_verb),
         cmocka_unit_test(missing_and_bad_files_are_told),
+        cmocka_unit_test(a_fifo_is_no_file),
         cmocka_unit_test(no_daemon_is_told_with_what_to_do),
     };
     return cmocka_run_group_tests(tests, run_make_state, run_remove_state);

@@ -117,7 +117,7 @@ static void dds_answer(const costume *c, dds_entity_t queries, dds_entity_t answ
 static _Noreturn void serve_dds(const costume *c, unsigned domain)
 {
     char config[4096];
-    wire_dds_config(config, sizeof config, NULL, false);
+    wire_dds_config(config, sizeof config, NULL, WIRE_DDS_ANYBODY);
     dds_create_domain(domain, config);
     dds_entity_t p = dds_create_participant(domain, NULL, NULL);
     dds_entity_t statuses = endpoint(p, WIRE_STATUS, c->type ? WIRE_REJECT : WIRE_STATUS, WIRE_DDS_WRITER);

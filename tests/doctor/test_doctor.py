@@ -107,15 +107,15 @@ time.sleep(600)"""
 
 
 def participants_without_room(host):
-    host.start(f"{sys.executable} -c \"{HOLD_PORTS}\" 0 121 0.0.0.0", "here")
-    triggered_and_mended(host, "participants", "120 of the 120", mend=r"kill \d+   # python3.* 120", others=["daemon"],
+    host.start(f"{sys.executable} -c \"{HOLD_PORTS}\" 0 64 0.0.0.0", "here")
+    triggered_and_mended(host, "participants", "64 of the 64", mend=r"kill \d+   # python3.* 64", others=["daemon"],
                          settle=0.1)
 
 
 def participants_run_out(host):
     host.daemon()
-    host.start(f"{sys.executable} -c \"{HOLD_PORTS}\" 5 110 127.0.0.1", "here")
-    triggered_and_mended(host, "participants", "111 of the 120", mend=r"kill \d+   # python3.* 110", settle=0.1)
+    host.start(f"{sys.executable} -c \"{HOLD_PORTS}\" 5 58 127.0.0.1", "here")
+    triggered_and_mended(host, "participants", "59 of the 64", mend=r"kill \d+   # python3.* 58", settle=0.1)
 
 
 def help_tells_of_every_check(host):

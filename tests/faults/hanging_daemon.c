@@ -45,7 +45,7 @@ int main(int argc, char **argv)
         return 69;
     }
     server_service(s)->on_command = hang;
-    signals_watch(stop, s);
+    signals_watch(stop, stop, s); /* nobody asks for the end of a recording */
     int status = server_run(s);
     server_destroy(s);
     return status;

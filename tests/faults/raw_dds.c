@@ -58,7 +58,12 @@ void raw_close(raw_dds *r)
 /* client and sequence follow the version in every message of a client, so any of them names them all. */
 int64_t raw_send(raw_dds *r, wire_message *m)
 {
-    m->client.client = RAW_CLIENT;
+    return raw_send_as(r, RAW_CLIENT, m);
+}
+
+int64_t raw_send_as(raw_dds *r, int64_t client, wire_message *m)
+{
+    m->client.client = client;
     m->client.sequence = ++r->sequence;
     void *sample = calloc(1, wire_dds_sample_size(m->kind));
     wire_dds_encode(m, sample);

@@ -17,7 +17,8 @@ enum { RAW_CLIENT = 7 };
 
 void raw_open(raw_dds *r); /* all has matched */
 void raw_close(raw_dds *r);
-int64_t raw_send(raw_dds *r, wire_message *m); /* under a new sequence, which it returns */
+int64_t raw_send(raw_dds *r, wire_message *m);                    /* under a new sequence, which it returns */
+int64_t raw_send_as(raw_dds *r, int64_t client, wire_message *m); /* the same, under another name than RAW_CLIENT */
 /* Waits for the Reject of that message; fails the test if none comes within 3 s. */
 wire_reason raw_rejected(raw_dds *r, int64_t sequence);
 

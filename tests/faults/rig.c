@@ -8,12 +8,13 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mount.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <time.h>
 #include <unistd.h>
 
-enum { PROCESSES_MAX = 16, CLIENTS_MAX = 16 };
+enum { PROCESSES_MAX = 256, CLIENTS_MAX = 16 };
 static pid_t running[PROCESSES_MAX];   /* 0 = free */
 static collided *clients[CLIENTS_MAX]; /* NULL = free */
 static bool isolated;
@@ -38,17 +39,32 @@ static bool write_line(const char *path, const char *line)
 
 bool rig_isolate(void)
 {
-    char map[64];
+    char map[64], group_map[64];
     snprintf(map, sizeof map, "0 %u 1", (unsigned)getuid());
+    snprintf(group_map, sizeof group_map, "0 %u 1", (unsigned)getgid());
     if (unshare(CLONE_NEWUSER | CLONE_NEWNET) != 0) {
         printf("skipped: this system does not permit a network namespace: %s\n", strerror(errno));
         return false;
     }
-    isolated = write_line("/proc/self/uid_map", map) &&
+    isolated = write_line("/proc/self/uid_map", map) && write_line("/proc/self/setgroups", "deny") &&
+               write_line("/proc/self/gid_map", group_map) &&
                system("PATH=/usr/sbin:/sbin:/usr/bin:/bin; ip link set lo up && ip link set lo multicast on && "
                       "ip route add 224.0.0.0/4 dev lo") == 0; /* NOLINT(cert-env33-c): a fixed line */
     if (!isolated) printf("skipped: loopback of the new network namespace cannot be set up\n");
     return isolated;
+}
+
+bool rig_small_disk(char folder[64], int kib)
+{
+    char options[32];
+    snprintf(options, sizeof options, "size=%dk", kib);
+    strcpy(folder, "/tmp/collided-disk-XXXXXX");
+    if (mkdtemp(folder) && unshare(CLONE_NEWNS) == 0 && mount("none", "/", NULL, MS_REC | MS_PRIVATE, NULL) == 0 &&
+        mount("tmpfs", folder, "tmpfs", 0, options) == 0)
+        return true;
+    printf("no small file system can be mounted here: %s\n", strerror(errno));
+    *folder = '\0';
+    return false;
 }
 
 void rig_need_network(void)

@@ -25,6 +25,9 @@
 bool rig_isolate(void);
 void rig_need_network(void); /* skips the test if there is none; rig_daemon does so, too */
 int rig_end_all(void **state);
+/* After rig_isolate: a file system of that size, which only we, and whom we start, can see, in a new folder. False
+ * after saying why not; `folder` is then "". Whoever ends without umount leaves an empty folder behind. */
+bool rig_small_disk(char folder[64], int kib);
 
 double rig_now_s(void); /* monotonic */
 

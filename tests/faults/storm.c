@@ -4,9 +4,11 @@
  * comparison of all bodies with all others. Their wall clock is set back and forth by up to an hour at a time.
  *
  * "storm pair": there are two daemons, each of which may be struck at any time, and who was killed comes back as the
- * standby of the other. "storm network": nobody is struck but the network between two hosts.
+ * standby of the other. "storm network": nobody is struck but the network between two hosts. "storm all": everybody and
+ * the network at once, and the daemon is made to record onto a disk that is full at times.
  *
- * 40 s each; 120 s with COLLIDED_NIGHTLY=1, 7 s with COLLIDED_BRIEF=1, or COLLIDED_STORM_SECONDS. The seed is random
+ * 40 s each, but all at once 120 s; 120 s and an hour with COLLIDED_NIGHTLY=1, 7 s with COLLIDED_BRIEF=1, or
+ * COLLIDED_STORM_SECONDS. The seed is random
  * and printed; COLLIDED_STORM_SEED sets it. (It sets what is done, and in which order; processes have their own time.)
  */
 #include "rig.h"
@@ -19,6 +21,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
+#include <sys/mount.h>
 #include <sys/wait.h>
 #include <time.h>
 #include <unistd.h>
@@ -147,7 +150,11 @@ static void listen_only(storm_shared *s, int number)
 
 enum { DAEMON = STORM_OWNERS + STORM_LISTENERS, STANDBY, VICTIMS };
 
-static bool paired;
+static bool paired, combined;
+/* What the daemon records onto in a combined storm: a file system of DISK_KIB, with a file in it that takes the room.
+ * "": there is none. */
+static char disk[64];
+enum { DISK_KIB = 1024 };
 
 typedef struct storm {
     storm_shared *shared;
@@ -161,7 +168,7 @@ typedef struct storm {
     storm_model *models[2];
     char host[16];             /* of the others: the process that has it, or "" */
     _Atomic int64_t *clock_ns; /* the wall clock of all but us is set by so much */
-    size_t clock_steps, kills, stops, daemon_kills, gateway_kills;
+    size_t clock_steps, kills, stops, daemon_kills, gateway_kills, recordings, full_disks;
 } storm;
 
 static uint64_t roll(storm *s, uint64_t sides)
@@ -174,7 +181,7 @@ static pid_t far_daemon(void)
     char links[128];
     snprintf(links, sizeof links, "%s %s", link_of(0), link_of(1));
     const char *const arguments[] = {"collided", "--links", links, "--interface", interface, "--status-period", "0.1",
-        "--workers", "1", "--log", "warning", "--heartbeat", "0.2", NULL};
+        "--workers", "1", "--log", "warning", "--heartbeat", "0.2", *disk ? "--record_dir" : NULL, disk, NULL};
     rig_need_network();
     return rig_start(COLLIDED, arguments);
 }
@@ -215,6 +222,26 @@ static void strike_gateway(storm *s)
     s->gateway_s = rig_now_s() + 1e-3 * (double)roll(s, 1500);
 }
 
+/* Begins or ends a recording, which may come to nothing: a daemon that cannot record goes on without. */
+static void strike_recording(storm *s)
+{
+    collided_result answer = {0};
+    char name[32];
+    snprintf(name, sizeof name, "storm %zu", s->recordings++);
+    (void)collided_record(s->c[0], roll(s, 3) ? name : NULL, 0.2, &answer);
+    collided_result_free(&answer);
+}
+
+/* Full to the last byte, or free of all that is in it, recordings that are being written among it. */
+static void strike_disk(storm *s)
+{
+    char command[256];
+    bool fills = roll(s, 2);
+    snprintf(command, sizeof command, fills ? "cat /dev/zero > %s/ballast 2>/dev/null" : "rm -f %s/*", disk);
+    s->full_disks += fills;
+    if (system(command) < 0) abort(); /* NOLINT(cert-env33-c): our own line */
+}
+
 /* Up to an hour forward or back; what is stamped by it, numbered by it, or an epoch, goes with it. */
 static void strike_clock(storm *s)
 {
@@ -226,7 +253,9 @@ static void strike(storm *s)
 {
     int k = (int)roll(s, VICTIMS + 1);
     if (paired && roll(s, 4) == 0) k = DAEMON + (int)roll(s, 2);
-    if (roll(s, 12) == 0) strike_clock(s);
+    if (s->clock_ns && roll(s, 12) == 0) strike_clock(s);
+    if (*disk && roll(s, 4) == 0) strike_disk(s);
+    if (*disk && roll(s, 4) == 0) strike_recording(s);
     if (k == VICTIMS) {
         strike_gateway(s);
         return;
@@ -346,7 +375,8 @@ static void all_know_the_truth(storm *s)
 static double seconds_of_storm(void)
 {
     const char *told = getenv("COLLIDED_STORM_SECONDS");
-    return told ? strtod(told, NULL) : getenv("COLLIDED_NIGHTLY") ? 120 : getenv("COLLIDED_BRIEF") ? 7 : 40;
+    double usual = combined ? 120 : 40, nightly = combined ? 3600 : 120;
+    return told ? strtod(told, NULL) : getenv("COLLIDED_NIGHTLY") ? nightly : getenv("COLLIDED_BRIEF") ? 7 : usual;
 }
 
 static storm_shared *map(int fd)
@@ -403,6 +433,7 @@ static void tell(const storm *s)
 {
     printf("%zu killed (daemons %zu times), %zu stopped, %zu gateways killed, %zu clock steps\n", s->kills,
         s->daemon_kills, s->stops, s->gateway_kills, s->clock_steps);
+    if (*disk) printf("the disk was full %zu times, %zu recordings asked for\n", s->full_disks, s->recordings);
     if (network) printf("%lld packets carried, %lld lost\n", (long long)network->carried, (long long)network->lost);
     for (int k = 0; k < STORM_LISTENERS + 2; k++) {
         const storm_model *m = k < 2 ? s->models[k] : &s->shared->listeners[k - 2];
@@ -421,15 +452,19 @@ static void each_begin_has_its_end_whoever_is_struck(void **state)
     s.random = s.seed = seed ? strtoull(seed, NULL, 10) : (uint64_t)time(NULL) ^ (uint64_t)getpid() << 32;
     double seconds = seconds_of_storm();
     rig_need_network();
-    printf("a storm%s of %g s, COLLIDED_STORM_SEED=%llu\n", paired ? " over a pair" : "", seconds,
-        (unsigned long long)s.seed);
+    printf("a storm%s of %g s, COLLIDED_STORM_SEED=%llu\n",
+        paired     ? " over a pair"
+        : combined ? " of all kinds at once"
+                   : "",
+        seconds, (unsigned long long)s.seed);
     fflush(stdout);
     set_up(&s);
     for (double end = rig_now_s() + seconds; rig_now_s() < end;) {
         poll_ours(&s, 1e-3 * (double)(20 + roll(&s, 300)));
         let_go_on(&s, false);
         assert_well(&s);
-        network ? strike_network(&s) : strike(&s);
+        if (network) strike_network(&s);
+        if (!network || combined) strike(&s);
     }
     let_go_on(&s, true);
     if (network) network->loss_percent = network->delay_most_ms = network->cut = 0;
@@ -455,7 +490,8 @@ int main(int argc, char **argv)
         strcmp(argv[1], "own") == 0 ? own(s, number) : listen_only(s, number);
     }
     char host[16] = "";
-    bool far = argc == 2 && strcmp(argv[1], "network") == 0;
+    combined = argc == 2 && strcmp(argv[1], "all") == 0;
+    bool far = combined || (argc == 2 && strcmp(argv[1], "network") == 0);
     paired = argc == 2 && strcmp(argv[1], "pair") == 0;
     pid_t other = rig_isolate() && far ? storm_network_start(&network) : 0;
     if (other < 0) return 0; /* it has said why */
@@ -463,7 +499,11 @@ int main(int argc, char **argv)
         interface = STORM_NET_INTERFACE;
         snprintf(host, sizeof host, "%d", (int)other);
     }
+    if (combined && !rig_small_disk(disk, DISK_KIB)) printf("so the disk is never full\n");
     const struct CMUnitTest tests[] = {{"each_begin_has_its_end_whoever_is_struck",
         each_begin_has_its_end_whoever_is_struck, NULL, rig_end_all, host}};
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    int failed = cmocka_run_group_tests(tests, NULL, NULL);
+    if (*disk) umount(disk);
+    if (*disk) rmdir(disk);
+    return failed;
 }

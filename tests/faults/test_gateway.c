@@ -1,4 +1,5 @@
-/* The LCM gateway is killed, and ended by a crafted datagram: it comes back, and nobody loses more than the moment. */
+/* The LCM gateway is killed: it comes back, and nobody loses more than the moment. A crafted datagram does not reach
+ * it. */
 #include "rig.h"
 
 #include <arpa/inet.h>
@@ -103,7 +104,7 @@ static void a_killed_gateway_costs_no_body_and_no_pose_over_dds(void **state)
     assert_nothing_was_lost(&l);
 }
 
-static void a_crafted_datagram_ends_the_gateway_and_nothing_else(void **state)
+static void a_crafted_datagram_does_not_end_the_gateway(void **state)
 {
     (void)state;
     cell l = {0};
@@ -111,13 +112,12 @@ static void a_crafted_datagram_ends_the_gateway_and_nothing_else(void **state)
     pid_t gateway = rig_child(l.daemon);
     rig_kill(l.owner, SIGKILL); /* liblcm receives there, too; a moment later its lease still holds the body */
     send_crafted_datagram();
-    double died = rig_now_s();
-    publish_steps(&l, 1, 50);
-    assert_back_soon(&l, gateway, died);
-    publish_steps(&l, 51, 100);
+    publish_steps(&l, 1, 100);
+    UNTIL(l.c, RIG_PATIENCE_S, rig_counter(l.c, "lcm_datagrams_dropped") == 1);
     assert_int_equal(l.parts.touching, 1);
     assert_int_equal(l.moves.lost, 0);
-    UNTIL(l.c, RIG_PATIENCE_S, rig_counter(l.c, "lcm_gateway_restarts") == 1);
+    assert_int_equal(rig_child(l.daemon), gateway);
+    assert_int_equal(rig_counter(l.c, "lcm_gateway_restarts"), 0);
     assert_true(rig_alive(l.daemon));
     rig_close(l.c);
 }
@@ -126,7 +126,7 @@ int main(int argc, char **argv)
 {
     if (argc == 4) return stay(argv[2], argv[3]);
     const struct CMUnitTest tests[] = {OVER(a_killed_gateway_costs_no_body_and_no_pose_over_dds, RIG_LCM),
-        OVER(a_crafted_datagram_ends_the_gateway_and_nothing_else, RIG_LCM)};
+        OVER(a_crafted_datagram_does_not_end_the_gateway, RIG_LCM)};
     rig_isolate();
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -55,7 +55,7 @@ static void write_log(const char *folder, sampler *s)
         wire_message m = sample_message(s, (wire_kind)kind, MOST);
         wire_log_message(w, 1000, &m);
     }
-    wire_log_tick tick = {1, 2, 3, 4, 1, 5, 0};
+    wire_log_tick tick = {1, 2, 3, 4, 1, 5, 6, 0};
     if (!w || wire_log_tick_end(w, 2000, &tick) || wire_log_lost(w, 3000, 5) || wire_log_close(w)) {
         fprintf(stderr, "%s: not written\n", path);
         exit(1);

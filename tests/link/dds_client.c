@@ -173,7 +173,7 @@ int dds_client(int argc, char **argv)
     char config[4096];
     const char *role = argv[2];
     prctl(PR_SET_PDEATHSIG, SIGKILL); /* a test that fails leaves nobody behind */
-    must(wire_dds_config(config, sizeof config, "", false), "configuration");
+    must(wire_dds_config(config, sizeof config, "", WIRE_DDS_ANYBODY), "configuration");
     must(dds_create_domain(CLIENT_DOMAIN, config) > 0, "domain");
     participant = dds_create_participant(CLIENT_DOMAIN, NULL, NULL);
     must(participant > 0, "participant");

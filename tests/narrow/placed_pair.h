@@ -4,7 +4,7 @@
 #define COLLIDED_TESTS_NARROW_PLACED_PAIR_H
 
 #include "cases.h"
-#include "narrow/placed_road.h"
+#include "where_they_stand.h"
 
 #include <stdlib.h>
 
@@ -24,7 +24,7 @@ static inline double pick(random_state *r, const double *from, size_t count)
     return from[random_bits(r) % count];
 }
 
-/* The shapes, as narrow_query_placed brings them before a formula. */
+/* The shapes, as they are brought before a formula. */
 static inline void put_in_order(pair *x)
 {
     if (narrow_ordered(&x->a, 0, &x->b, 1)) return;
@@ -37,13 +37,15 @@ static inline double size_of(const pair *x)
     return shape_reach(&x->a) + shape_reach(&x->b) + vec_norm(vec_sub(x->at_b.p, x->at_a.p));
 }
 
-/* By the road of the two types: false where it leaves the pair to others. Without scratch memory it is a formula alone.
+/* By the formula of the two types: false where it leaves the pair to others. Without scratch memory it is a formula
+ * alone.
  */
 static inline bool ask_with(
     const pair *x, const narrow_request *request, narrow_cache *cache, narrow_scratch *scratch, narrow_result *r)
 {
+    if (scratch) query_where_they_stand(&x->a, x->at_a, &x->b, x->at_b, request, cache, r);
     narrow_placed a = narrow_placed_at(&x->a, x->at_a), b = narrow_placed_at(&x->b, x->at_b);
-    return placed_road_for(&a, &b, request)(&a, &b, request, cache, scratch, r);
+    return scratch || (placed_road_applies(request) && a.row->with[b.kind](&a, &b, request, cache, NULL, r));
 }
 
 static inline pair scaled(pair x, double by)

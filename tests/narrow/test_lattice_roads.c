@@ -11,6 +11,7 @@
 
 #include "findings.h"
 #include "placed_pair.h"
+#include "where_they_stand.h"
 
 enum { EXACTLY_EVERY = 8 };
 
@@ -98,9 +99,8 @@ static void check_proof(const lattice_case *c, const narrow_result *r, bool exac
 
 static narrow_result ask_placed(const pair *x, const narrow_request *request, narrow_cache *cache)
 {
-    narrow_placed a = narrow_placed_at(&x->a, x->at_a), b = narrow_placed_at(&x->b, x->at_b);
     narrow_result r;
-    narrow_query_placed(&a, &b, request, cache, case_scratch(), &r);
+    query_where_they_stand(&x->a, x->at_a, &x->b, x->at_b, request, cache, &r);
     return r;
 }
 

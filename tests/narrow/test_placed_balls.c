@@ -179,11 +179,10 @@ static void centres_that_coincide_are_answered(void **state)
     (void)state;
     pair x = {.a = {.type = SHAPE_SPHERE, .radius = 1}, .b = {.type = SHAPE_SPHERE, .radius = 2}};
     x.at_a = x.at_b = (pose){{1, 2, 3}, {1, 0, 0, 0}};
-    narrow_placed a = narrow_placed_at(&x.a, x.at_a), b = narrow_placed_at(&x.b, x.at_b);
     const narrow_request request = {.facts = NARROW_DISTANCE, .tolerance = 1e-9, .range = INFINITY};
     narrow_result r;
     assert_false(ask(&x, &r));
-    narrow_query_placed(&a, &b, &request, NULL, case_scratch(), &r);
+    query_where_they_stand(&x.a, x.at_a, &x.b, x.at_b, &request, NULL, &r);
     assert_true(r.lo <= -3 && -3 <= r.hi && r.hi - r.lo <= 2e-14 && fabs(vec_norm(r.axis) - 1) <= 1e-15);
 }
 
@@ -201,8 +200,7 @@ static void a_core_that_ends_on_the_other_has_an_axis(void **state)
     for (int k = 0; k < 16; k++) {
         x.at_a.p.x = -0.875 + (k % 4) * 0.125, x.at_b.p.x = x.at_a.p.x;
         x.at_a.p.y = -1 + (k / 4) * 0.125, x.at_b.p.y = x.at_a.p.y - 0.375;
-        narrow_placed a = narrow_placed_at(&x.a, x.at_a), b = narrow_placed_at(&x.b, x.at_b);
-        narrow_query_placed(&a, &b, &request, NULL, case_scratch(), &r);
+        query_where_they_stand(&x.a, x.at_a, &x.b, x.at_b, &request, NULL, &r);
         assert_true(r.lo <= -0.875 && -0.875 <= r.hi && fabs(vec_norm(r.axis) - 1) <= 1e-15);
     }
 }

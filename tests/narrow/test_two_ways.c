@@ -10,6 +10,7 @@
 #include "cases.h"
 #include "narrow/feature_code.h"
 #include "oracle.h"
+#include "where_they_stand.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
@@ -487,11 +488,10 @@ static void check_world(const hostile *c, uint64_t i, narrow_result general)
     narrow_query_world(&c->b, c->at_b, &c->a, c->at_a, &request, case_scratch(), &swapped);
     if (!same_place(c)) check_swapped(&x, &r, &swapped);
 
-    narrow_placed a = narrow_placed_at(&c->a, c->at_a), b = narrow_placed_at(&c->b, c->at_b);
     x.asked = "placed";
     for (uint64_t k = 0; k < 2; k++) {
         if (k == 1) request.facts = NARROW_VERDICT, request.threshold = threshold_of(i / 3, &general);
-        narrow_query_placed(&a, &b, &request, NULL, case_scratch(), &r);
+        query_where_they_stand(&c->a, c->at_a, &c->b, c->at_b, &request, NULL, &r);
         double rounded = r.refined && !is_identity(c->at_a) ? 0x1p-50 * x.size : 0;
         check_answer(&x, &request, &r, &general, rounded);
     }

@@ -16,10 +16,18 @@ bool site_make(void)
     snprintf(sites, sizeof sites, "/tmp/collided-sites-XXXXXX");
     if (!mkdtemp(sites)) return false;
     setenv("SITES", sites, 1);
-    return run(
-        "for site in ours theirs; do " MAKE_SITE " $SITES/$site robot watcher:subscribe || exit 1; done; " MAKE_SITE
-        " --protect sign $SITES/signed && " MAKE_SITE " $SITES/signed robot && ! " MAKE_SITE
-        " --protect origin $SITES/signed 2>/dev/null && " MAKE_SITE " --protect origin $SITES/origin robot");
+    return run("for site in ours theirs; do " MAKE_SITE
+               " $SITES/$site robot watcher:subscribe || exit 1; done; " MAKE_SITE
+               " --protect sign $SITES/signed && " MAKE_SITE " $SITES/signed robot && ! " MAKE_SITE
+               " --protect origin $SITES/signed 2>/dev/null && " MAKE_SITE " --protect origin $SITES/origin robot") &&
+           run(MAKE_SITE " --days 10 $SITES/short robot >/dev/null") &&
+           run("cd $SITES && " MAKE_SITE
+               " revoking robot second watcher:subscribe >/dev/null && cp -r revoking/robot first && " MAKE_SITE
+               " --renew revoking >/dev/null && cp -r revoking revoking_before && cd revoking && "
+               "mv ../first was_robot_first && cp -r robot was_robot && cp -r watcher was_watcher && "
+               "mv was_robot was_robot_first was_watcher .. && " MAKE_SITE " --revoke robot . >/dev/null && " MAKE_SITE
+               " --revoke watcher . >/dev/null && " MAKE_SITE " . robot watcher:subscribe >/dev/null && "
+               "mv ../was_robot ../was_robot_first ../was_watcher .");
 }
 
 void site_remove(void)

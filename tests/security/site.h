@@ -5,7 +5,9 @@
 #include <stdbool.h>
 
 /* Sites "ours" and "theirs": daemon, robot, watcher:subscribe; "signed" and "origin", protected so: daemon, robot.
- * False if they cannot be made. */
+ * "short": its certificates last ten days.
+ * "revoking": robot and watcher were revoked and made anew, was_robot, was_robot_first (before a renewal) and
+ * was_watcher are what they had; "revoking_before" is the site before that. False if they cannot be made. */
 bool site_make(void);
 void site_remove(void);
 const char *site_folder(const char *name); /* "ours/robot"; valid until the fourth call after it */

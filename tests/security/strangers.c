@@ -75,7 +75,7 @@ static void make_lawless(dds_qos_t *qos)
 static dds_entity_t join(const char *security, bool lawless)
 {
     char config[4096];
-    wire_dds_config(config, sizeof config, "", false);
+    wire_dds_config(config, sizeof config, "", WIRE_DDS_ANYBODY);
     if (dds_create_domain(DOMAIN, config) < 0) return -1;
     dds_qos_t *qos = wire_dds_security_qos(security);
     if (lawless) make_lawless(qos);

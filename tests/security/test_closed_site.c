@@ -333,6 +333,13 @@ static void a_folder_that_will_not_do_is_told_in_one_line(void **state)
         {"ours/daemon", "echo nonsense > cert.pem", "cert.pem is no certificate", 66},
         {"ours/daemon", "cp $EXPIRED/daemon/cert.pem .", "cert.pem has expired", 66},
         {"ours/daemon", "cp $EXPIRED/daemon/permissions.p7s .", "permissions.p7s have expired", 69},
+        {"ours/daemon", "chmod 644 key.pem", "key.pem can be read or written by others (mode 644): do: chmod 600", 66},
+        {"ours/daemon", "chmod 660 key.pem", "key.pem can be read or written by others (mode 660): do: chmod 600", 66},
+        {"ours/daemon", "cp $SITES/theirs/daemon/crl.pem .", "crl.pem is not of the authority", 66},
+        {"ours/daemon", "echo nonsense > crl.pem", "crl.pem is no list of certificates", 66},
+        {"ours/daemon", "rm key.pem && mkfifo key.pem", "key.pem: empty, or not a file", 66},
+        {"revoking/watcher", "cp $SITES/revoking/was_watcher/cert.pem $SITES/revoking/was_watcher/key.pem .",
+            "cert.pem was revoked", 66},
         {"ours/daemon", "cp ../ours/robot/permissions.p7s .", "not those of cert.pem", 69},
         {"ours/daemon", "cp $SITES/theirs/ca/governance.p7s .", "of another site", 69},
         {"ours/daemon", "sed -i s/collided_Body/collided_Bodx/ permissions.p7s", "were changed", 69},
@@ -359,6 +366,42 @@ static void a_folder_that_will_not_do_is_told_in_one_line(void **state)
     }
 }
 
+static int writes_as(const char *folder)
+{
+    return rig_wait(rig_self("write", site_folder(folder), SECONDS_ROUND), 3 * RIG_PATIENCE_S);
+}
+
+/* Its folder is what it always was; the daemon has the new list. Two of its certificates were made, and neither is good
+ * any more; others come in, and one of the same name that was made anew. */
+static void who_was_revoked_is_shut_out(void **state)
+{
+    (void)state;
+    rig_need_network();
+    pid_t daemon = rig_daemon("--security", site_folder("revoking_before/daemon"));
+    assert_int_equal(writes_as("revoking/was_robot"), STRANGER_MATCHED);
+    assert_int_equal(writes_as("revoking/was_robot_first"), STRANGER_MATCHED);
+    rig_kill(daemon, SIGTERM);
+    assert_int_equal(rig_wait(daemon, RIG_PATIENCE_S), 0);
+    rig_daemon("--security", site_folder("revoking/daemon"));
+    assert_int_equal(writes_as("revoking/was_robot"), 0);
+    assert_int_equal(writes_as("revoking/was_robot_first"), 0);
+    assert_int_equal(writes_as("revoking/second"), STRANGER_MATCHED);
+    assert_int_equal(writes_as("revoking/robot"), STRANGER_MATCHED);
+}
+
+static void a_certificate_that_expires_soon_is_told(void **state)
+{
+    (void)state;
+    cell cell;
+    char text[2048];
+    cell_open(&cell, "short");
+    int64_t days = rig_counter(cell.c, "certificate_days");
+    assert_in_range(days, 9, 10);
+    noise_read(text, sizeof text);
+    if (!strstr(text, "a certificate expires in")) fail_msg("%s", text);
+    rig_close(cell.c);
+}
+
 static int remove_sites(void **state)
 {
     (void)state;
@@ -383,6 +426,8 @@ int main(int argc, char **argv)
         OVER(large_messages_arrive, "origin"),
         TEST(without_security_the_forger_does_harm),
         TEST(strangers_are_refused),
+        TEST(who_was_revoked_is_shut_out),
+        TEST(a_certificate_that_expires_soon_is_told),
         TEST(a_subscriber_that_writes_in_spite_of_its_permissions_is_refused),
         TEST(a_subscriber_hears_and_is_told_that_it_may_not_write),
         TEST(a_programs_own_log_stays),

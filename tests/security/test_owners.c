@@ -159,6 +159,22 @@ static void claims_are_bounded(void **state)
     assert_int_equal(owners_admit(&o, Q_CLIENT, CLAIMS_MAX + 2, true), OWNERS_YES);
 }
 
+/* One participant has its share of the claims, whatever names it thinks of, and the rest stays free for others. */
+static void one_participant_has_its_share(void **state)
+{
+    (void)state;
+    o.each = CLAIMS_MAX - 2;
+    for (int i = 1; i <= CLAIMS_MAX - 2; i++) assert_int_equal(owners_admit(&o, P_BODY, i, false), OWNERS_YES);
+    assert_int_equal(owners_admit(&o, P_CLIENT, CLAIMS_MAX + 1, true), OWNERS_SHARE);
+    assert_int_equal(owners_admit(&o, P_CLIENT, 1, true), OWNERS_YES);
+    assert_int_equal(owners_admit(&o, Q_CLIENT, CLAIMS_MAX + 2, true), OWNERS_YES);
+    owners_release(&o, 1);
+    assert_int_equal(owners_admit(&o, P_CLIENT, CLAIMS_MAX + 1, true), OWNERS_YES);
+    assert_int_equal(owners_admit(&o, P_CLIENT, CLAIMS_MAX + 3, true), OWNERS_SHARE);
+    assert_int_equal(owners_participant_of(&o, P_BODY), owners_participant_of(&o, P_CLIENT));
+    assert_int_equal(owners_participant_of(&o, 999), 0);
+}
+
 /* Half of them are lost at once, the first ones, and one that is left leaves while they are told. */
 static void many_losses_are_told_once_each(void **state)
 {
@@ -194,6 +210,7 @@ int main(void)
         TEST(an_unknown_writer_claims_nothing),
         TEST(many_come_and_go_and_leave_nothing),
         TEST(claims_are_bounded),
+        TEST(one_participant_has_its_share),
         TEST(many_losses_are_told_once_each),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

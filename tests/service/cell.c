@@ -60,6 +60,16 @@ const struct measures *cell_measures(const cell *c)
     return &server_service(c->server)->measures;
 }
 
+void cell_end_recording(cell *c)
+{
+    server_end_recording(c->server);
+}
+
+struct builds *cell_builds(const cell *c)
+{
+    return server_service(c->server)->builds;
+}
+
 int cell_replay(const char *path, long workers, bool caches)
 {
     config c = cell_config();

@@ -2,6 +2,7 @@
 #include "peers.h"
 
 #include "base/clock.h"
+#include "service/shares.h"
 #include "service/standby.h"
 
 #include <setjmp.h>
@@ -133,6 +134,7 @@ void peers_pair_up(service *s, link_ops *ops)
 
 void peers_work(service *s)
 {
+    shares_release(s);
     session_check_leases(s);
     s->tick++;
     pace_begin(&s->pace, clock_monotonic_ns());

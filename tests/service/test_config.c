@@ -26,7 +26,7 @@ static void defaults_are_within_their_ranges(void **state)
     config_default(&c);
     assert_string_equal(c.links, "auto");
     assert_true(c.caches);
-    assert_int_equal(c.max_clients, 1000);
+    assert_int_equal(c.max_clients, 1200);
 }
 
 static void every_number_is_taken_at_its_limits_and_refused_beyond(void **state)

@@ -69,7 +69,7 @@ static void a_connection_that_is_kept_keeps_no_memory(void **state)
     uint16_t port = 0;
     exporter *e = NULL;
     for (int tries = 0; tries < 10 && !e; tries++) /* somebody else may take it */
-        e = exporter_start(port = free_port(), why, sizeof why);
+        e = exporter_start(port = free_port(), "127.0.0.1", "", why, sizeof why);
     if (!e) fail_msg("%s", why);
     exporter_show(e, page, PAGE, NULL);
     int s = connect_to(port);

@@ -530,6 +530,7 @@ static void limits_are_named(void **state)
     (void)state;
     config c = cell_config();
     c.max_bodies = 2;
+    c.share = 100; /* the world's own limit is meant */
     c.max_interests = 1;
     room r = {.cell = cell_start(&c), .memory = wire_memory_create()};
     r.alice = cell_client(r.cell);

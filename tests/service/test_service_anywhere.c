@@ -345,7 +345,7 @@ static void audit(play *p)
             taken_back += s->claims.at[k].client == s->sessions.at[i]->client && !s->claims.at[k].geometry;
         assert_int_equal(taken_back, s->sessions.at[i]->geometries_taken_back);
     }
-    p->waiting += s->inbox.waiting > 0;
+    p->waiting += s->pending.count > 0;
 }
 
 /* ---- a session, recorded from some tick on ---- */
@@ -398,10 +398,10 @@ static void run(uint64_t seed, int ticks, const char *path, play *sum)
     subscribe(&p, 0, false);
     for (int i = 0; i < ticks; i++) {
         for (uint32_t n = below(&p, 8); n; n--) say_something(&p);
-        if (i == begins && record_start(p.service, path, why, sizeof why) != 0) fail_msg("%s", why);
+        if (i == begins && record_start(p.service, path, NULL, why, sizeof why) != 0) fail_msg("%s", why);
         tick(&p);
     }
-    record_stop(p.service);
+    record_stop_now(p.service);
     for (int i = 0; i < WIRE_REASON_COUNT; i++) sum->refused[i] += p.refused[i];
     sum->shared += p.shared, sum->held += p.held, sum->waiting += p.waiting, sum->missing += p.missing;
     memory_disconnect(p.end);

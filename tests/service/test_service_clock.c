@@ -137,7 +137,7 @@ static void rig_open(rig *r, double rate_hz, const char *record)
 
 static void rig_close(rig *r)
 {
-    record_stop(r->service);
+    record_stop_now(r->service);
     memory_disconnect(r->end);
     server_destroy(r->server);
     wire_memory_destroy(r->memory);

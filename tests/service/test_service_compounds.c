@@ -30,6 +30,7 @@ static int open_room(void **state)
     static room r;
     config c = cell_config();
     c.max_shapes = ROOM;
+    c.share = 100; /* the world's own limit is meant */
     r = open_with(c);
     *state = &r;
     return 0;

@@ -8,6 +8,7 @@
 #include "base/log.h"
 #include "cell.h"
 #include "peers.h"
+#include "service/record_file.h"
 #include "service/server.h"
 #include "service/service.h"
 #include "service/standby.h"
@@ -519,8 +520,8 @@ static void end_recording(model *m)
 {
     char path[CONFIG_TEXT_MAX];
     if (!m->recording_now) return;
-    snprintf(path, sizeof path, "%s", m->service->recording_path);
-    record_stop(m->service);
+    snprintf(path, sizeof path, "%s", record_file_path(m->service->recording_to));
+    record_stop_now(m->service);
     m->recording_now = false;
     m->replayed++;
     int status = cell_replay(path, 1 + (long)(next(m) % 2), next(m) % 2);

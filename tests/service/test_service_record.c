@@ -309,7 +309,8 @@ static void a_replay_may_take_its_time(void **state)
     wire_log_writer *w = wire_log_create(path, why, sizeof why);
     assert_non_null(w);
     for (int tick = 1; tick <= 4; tick++) {
-        const wire_log_tick t = {tick, 1000000000LL * tick, 200000000LL * tick, INT64_C(-3750763034362895579), 0, 0, 0};
+        const wire_log_tick t = {
+            tick, 1000000000LL * tick, 200000000LL * tick, INT64_C(-3750763034362895579), 0, 0, 0, 0};
         assert_int_equal(wire_log_tick_end(w, 1, &t), 0);
     }
     assert_int_equal(wire_log_close(w), 0);

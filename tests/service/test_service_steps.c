@@ -338,7 +338,10 @@ static void nor_from_one_refused_for_its_rate(void **state)
     for (int i = 0; i < 24; i++)
         publish(&h, 0, 1, 1, 10); /* where the other one is; the fifth in a second is too many */
     publish(&h, 0, 1, 0, 0);
+    memory_end *first = h.end, *second = cell_client(h.cell); /* another participant, with a rate of its own */
+    h.end = second;
     step(&h, 1, 1, 10);
+    h.end = first;
     wire_reject r = cell_await(h.end, h.memory, WIRE_REJECT).reject;
     assert_int_equal(r.reason, WIRE_LIMIT);
     while (r.reason == WIRE_LIMIT) r = cell_await(h.end, h.memory, WIRE_REJECT).reject;
@@ -347,6 +350,7 @@ static void nor_from_one_refused_for_its_rate(void **state)
     assert_int_equal(await_answers(&h, 2, 1, 0), 0);
     for (int k = 0; k < 2; k++) publish(&h, k, 2, 0, 0);
     await_answers(&h, 2, 2, 0);
+    memory_disconnect(second);
     leave(&h);
     assert_int_equal(cell_replay(path, 1, true), EX_OK);
     assert_int_equal(unlink(path) | rmdir(folder), 0);

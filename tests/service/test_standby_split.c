@@ -11,7 +11,10 @@
 #include "service/service.h"
 #include "service/standby.h"
 
+#include <pthread.h>
+#include <stdatomic.h>
 #include <stdio.h>
+#include <time.h>
 
 enum { CLIENT = 7 };
 static const int64_t TICK_NS = 10000000, S_NS = 1000000000;
@@ -339,6 +342,152 @@ static void the_standby_tells_a_client_that_it_was_lost(void **state)
     assert_int_equal(sides[1].told_lost, 1);
 }
 
+/* ---- geometry that is being built ---- */
+
+enum { SIDE = 12, NUMBERS = WIRE_FIELD_HEAD + SIDE * SIDE };
+
+static _Atomic bool gates[2]; /* of each daemon: its builds go on */
+
+static void at_gate(void *context, int64_t id)
+{
+    (void)id;
+    while (!*(_Atomic bool *)context) nanosleep(&(struct timespec){0, 1000000}, NULL);
+}
+
+static void *open_soon(void *context)
+{
+    nanosleep(&(struct timespec){0, 300000000}, NULL);
+    *(_Atomic bool *)context = true;
+    return NULL;
+}
+
+/* Ground that reaches both balls, and is too large to be built within a tick. */
+static void announce_ground(memory_end *to)
+{
+    static const uint8_t types[1] = {WIRE_SHAPE_HEIGHT_FIELD};
+    static const double size[3] = {0, 0, 0}, radius[1] = {0}, local[7] = {0, 0, 0, 1, 0, 0, 0};
+    static const int32_t sides_of[2] = {SIDE, SIDE};
+    double numbers[NUMBERS] = {4, 4, 1};
+    for (int i = WIRE_FIELD_HEAD; i < NUMBERS; i++) numbers[i] = 0.01 * (i % 7);
+    wire_message g = {.kind = WIRE_GEOMETRY,
+        .geometry = {.version = WIRE_VERSION,
+            .client = CLIENT,
+            .sequence = 10,
+            .kind = WIRE_GEOMETRY_HEIGHT_FIELD,
+            .vertex_numbers = NUMBERS,
+            .index_numbers = 2,
+            .pieces = 1,
+            .vertices = {NUMBERS, numbers},
+            .indices = {2, sides_of}}};
+    g.geometry.hash = wire_geometry_hash(g.geometry.kind, g.geometry.vertices, g.geometry.indices);
+    wire_message b = {.kind = WIRE_BODY,
+        .body = {.version = WIRE_VERSION,
+            .client = CLIENT,
+            .sequence = 11,
+            .body = 9,
+            .name = "ground",
+            .group = "",
+            .category = 1,
+            .mask = -1,
+            .pose = {7, local},
+            .shape_types = {1, types},
+            .shape_sizes = {3, size},
+            .shape_radii = {1, radius},
+            .shape_poses = {7, local},
+            .shape_geometries = {1, &g.geometry.hash}}};
+    memory_send(to, &g);
+    memory_send(to, &b);
+}
+
+static void announce_ground_to_both(void)
+{
+    for (int k = 0; k < 2; k++) {
+        gates[k] = false;
+        builds_hold(sides[k].service->builds, at_gate, &gates[k]);
+        announce_ground(sides[k].end);
+    }
+    pass(S_NS / 10);
+    for (int k = 0; k < 2; k++) {
+        assert_int_equal(sides[k].service->pending.count, 1);
+        assert_int_equal(sides[k].service->geometries_building, 1);
+    }
+}
+
+/* Its tick waits for its own build, which is slower; then both know the same. */
+static void a_standby_has_a_build_in_the_tick_of_the_active_one(void **state)
+{
+    (void)state;
+    pthread_t opener;
+    pair_up();
+    announce_ground_to_both();
+    gates[0] = true;
+    assert_int_equal(pthread_create(&opener, NULL, open_soon, &gates[1]), 0);
+    for (int i = 0; i < 500 && sides[0].service->pending.count; i++) {
+        nanosleep(&(struct timespec){0, 10000000}, NULL);
+        pass(TICK_NS);
+    }
+    pass(S_NS / 10);
+    pthread_join(opener, NULL);
+    assert_true(is_active(0) && has_standby(0) && !is_active(1));
+    for (int k = 0; k < 2; k++) assert_int_equal(sides[k].service->pending.count, 0);
+    assert_true(sides[0].service->events_hash == sides[1].service->events_hash);
+    assert_int_equal(sides[0].begun, 2);
+    assert_int_equal(metric_get(sides[1].service->count.out_of_step), 0);
+}
+
+/* The active one dies before its build is over: whoever goes on has its own. */
+static void a_standby_that_takes_over_ends_the_build(void **state)
+{
+    (void)state;
+    pair_up();
+    announce_ground_to_both();
+    gates[1] = true;
+    pass(S_NS);
+    assert_int_equal(sides[1].service->pending.count, 1); /* nobody has said that it is over */
+    gates[0] = true;
+    sides[0].stands_still = true;
+    end(0);
+    for (int i = 0; i < 500 && sides[1].service->pending.count; i++) {
+        nanosleep(&(struct timespec){0, 10000000}, NULL);
+        pass(S_NS / 10);
+    }
+    assert_true(is_active(1));
+    assert_int_equal(sides[1].service->pending.count, 0);
+    pass(S_NS / 10);
+    assert_int_equal(sides[1].begun, 2);
+}
+
+/* It gets the state while the active one builds, and builds it, too. */
+static void a_standby_that_joins_meanwhile_builds_it_too(void **state)
+{
+    (void)state;
+    start(0);
+    pass(2 * S_NS);
+    announce(&sides[0]);
+    gates[0] = false;
+    builds_hold(sides[0].service->builds, at_gate, &gates[0]);
+    announce_ground(sides[0].end);
+    pass(S_NS / 10);
+    cell_pose(sides[0].end, CLIENT, 20, 9, 1000); /* it waits with its body */
+    pass(S_NS / 10);
+    assert_int_equal(sides[0].service->pending.count, 1);
+    start(1);
+    pass(S_NS);
+    assert_true(has_standby(0));
+    assert_int_equal(sides[1].service->pending.count, 1);
+    gates[0] = true;
+    for (int i = 0; i < 500 && sides[1].service->pending.count; i++) {
+        nanosleep(&(struct timespec){0, 10000000}, NULL);
+        pass(TICK_NS);
+    }
+    pass(S_NS / 10);
+    assert_true(has_standby(0) && !is_active(1));
+    assert_int_equal(world_get_figures(sides[1].service->world).bodies, 3);
+    assert_true(sides[0].service->events_hash == sides[1].service->events_hash);
+    assert_int_equal(sides[0].begun, 0); /* it is far away by its pose */
+    assert_int_equal(metric_get(sides[1].service->count.out_of_step), 0);
+}
+
 int main(void)
 {
     static int ahead = 1, joins = 1;
@@ -347,6 +496,9 @@ int main(void)
             of_two_active_ones_the_one_with_the_higher_epoch_stays, set_up, tear_down, NULL),
         {"the_same_with_the_other_clock_ahead", of_two_active_ones_the_one_with_the_higher_epoch_stays, set_up,
             tear_down, &ahead},
+        cmocka_unit_test_setup_teardown(a_standby_has_a_build_in_the_tick_of_the_active_one, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(a_standby_that_takes_over_ends_the_build, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(a_standby_that_joins_meanwhile_builds_it_too, set_up, tear_down),
         cmocka_unit_test_setup_teardown(who_begins_anew_is_above_all_that_it_has_heard_of, set_up, tear_down),
         cmocka_unit_test_setup_teardown(what_one_told_alone_is_not_continued_by_the_other, set_up, tear_down),
         cmocka_unit_test_setup_teardown(who_stood_still_disturbs_nobody, set_up, tear_down),

@@ -20,7 +20,8 @@ FAMILIES = {"in_": "messages_in_total", "reject_": "messages_rejected_total", "p
             "work_of_": "stream_work_units", "events_of_": "stream_events_total", "behind_of_": "stream_messages_behind", "client_name_": "client_info",
             "lost_client_": "lost_client_bodies", "client_bodies_": "client_bodies",
             "client_silent_ns_": "client_silent_seconds", "client_pose_age_ns_": "client_pose_age_seconds",
-            "client_poses_": "client_poses_total", "client_work_": "client_work_units"}
+            "client_poses_": "client_poses_total", "client_work_": "client_work_units",
+            "client_spent_ms_": "client_spent_milliseconds_total"}
 PROMTOOL = os.path.join(WORK, "prometheus", "usr", "bin", "promtool")
 
 
@@ -126,7 +127,8 @@ def compare_with_status():
                             capture_output=True, text=True, timeout=60, check=False)
     check(status.returncode == 0, f"collidectl status: {status.stderr}")
     own = {"client_" + name for name in ("repeats", "announced_again", "foreign_messages", "malformed_messages",
-                                         "rejections_dropped", "batches_lost", "stalls", "send_failures")}
+                                         "rejections_dropped", "batches_lost", "stalls", "send_failures", "unheard",
+                                         "renewals", "silent_streams")}
     for name in json.loads(status.stdout)["counters"].keys() - own:
         family = next((f for prefix, f in FAMILIES.items() if name.startswith(prefix)), None)
         alone = [name.replace("_ns", "_seconds") + end for end in ("", "_total")]

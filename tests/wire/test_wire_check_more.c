@@ -241,7 +241,7 @@ static void rules_of_the_daemon_s_other_messages(void **state)
     REFUSED(WIRE_REJECT, m.reject.kind = WIRE_KIND_COUNT, WIRE_MALFORMED, "kind is 14");
     REFUSED(WIRE_REJECT, m.reject.object = -2, WIRE_MALFORMED, "object is -2");
     REFUSED(WIRE_REJECT, m.reject.reason = WIRE_OK, WIRE_MALFORMED, "reason is 0");
-    REFUSED(WIRE_REJECT, m.reject.reason = WIRE_REASON_COUNT, WIRE_MALFORMED, "reason is 20");
+    REFUSED(WIRE_REJECT, m.reject.reason = WIRE_REASON_COUNT, WIRE_MALFORMED, "reason is 21");
     REFUSED(WIRE_ACK, m.ack.client = 0, WIRE_UNKNOWN_CLIENT, "client is 0");
     ACCEPTED(WIRE_ACK, m.ack.sequences.count = 0);
 }

@@ -25,7 +25,7 @@ static int start(void **state)
 {
     (void)state;
     char config[4096];
-    if (!wire_dds_config(config, sizeof config, "", false)) return -1;
+    if (!wire_dds_config(config, sizeof config, "", WIRE_DDS_ANYBODY)) return -1;
     if (dds_create_domain(DOMAIN, config) < 0) return -1;
     participant = dds_create_participant(DOMAIN, NULL, NULL);
     return participant > 0 ? 0 : -1;
@@ -197,15 +197,18 @@ static void an_interface_is_put_into_the_configuration_or_refused(void **state)
 {
     (void)state;
     char config[4096];
-    assert_true(wire_dds_config(config, sizeof config, "eth0", true));
+    assert_true(wire_dds_config(config, sizeof config, "eth0", WIRE_DDS_DAEMON));
     assert_non_null(strstr(config, "<NetworkInterface name=\"eth0\"/>"));
     assert_non_null(strstr(config, "<WriteBatch>true</WriteBatch>"));
-    assert_true(wire_dds_config(config, sizeof config, "10.0.0.1", false));
+    assert_true(wire_dds_config(config, sizeof config, "10.0.0.1", WIRE_DDS_ANYBODY));
     assert_non_null(strstr(config, "<NetworkInterface address=\"10.0.0.1\"/>"));
-    assert_true(wire_dds_config(config, sizeof config, NULL, false));
+    assert_true(wire_dds_config(config, sizeof config, NULL, WIRE_DDS_ANYBODY));
     assert_non_null(strstr(config, "<AllowMulticast>false</AllowMulticast>"));
-    assert_false(wire_dds_config(config, sizeof config, "\"/><x a=\"", false));
-    assert_false(wire_dds_config(config, 100, "", false));
+    assert_non_null(strstr(config, "<ParticipantIndex>auto</ParticipantIndex>"));
+    assert_true(wire_dds_config(config, sizeof config, NULL, WIRE_DDS_CLIENT_LIBRARY));
+    assert_non_null(strstr(config, "<ParticipantIndex>none</ParticipantIndex>"));
+    assert_false(wire_dds_config(config, sizeof config, "\"/><x a=\"", WIRE_DDS_ANYBODY));
+    assert_false(wire_dds_config(config, 100, "", WIRE_DDS_ANYBODY));
 }
 
 int main(void)

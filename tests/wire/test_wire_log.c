@@ -74,11 +74,11 @@ static void write_bytes(const uint8_t *bytes, size_t size)
 
 /* ---- what is written is read back ---- */
 
-/* With and without a budget, and a limit of pairs. */
+/* With and without a budget, a slice, and a limit of pairs. */
 static wire_log_tick tick_of(int round)
 {
-    return (wire_log_tick){
-        round, 2, 3, INT64_MIN, round % 2, round % 2 * INT64_C(77), round % 4 / 2 * (INT64_MAX - round)};
+    return (wire_log_tick){round, 2, 3, INT64_MIN, round % 2, round % 2 * INT64_C(77), round % 3 * INT64_C(20000000),
+        round % 4 / 2 * (INT64_MAX - round)};
 }
 
 static void write_all_kinds(sampler *s)
@@ -312,7 +312,7 @@ static void an_absurd_tick_is_told(void **state)
     static const int64_t WRONG[] = {-1, INT64_MIN, INT64_C(1) << 62, INT64_MAX};
     for (size_t i = 0; i < sizeof WRONG / sizeof *WRONG; i++) {
         for (int field = 0; field < 3; field++) {
-            wire_log_tick tick = {1, 2, 3, 4, 0, 0, 0};
+            wire_log_tick tick = {1, 2, 3, 4, 0, 0, 0, 0};
             *(field == 0 ? &tick.tick : field == 1 ? &tick.now_ns : &tick.monotonic_ns) = WRONG[i];
             wire_log_writer *w = create();
             assert_int_equal(wire_log_tick_end(w, 0, &tick), 0);

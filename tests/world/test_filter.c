@@ -1,6 +1,15 @@
 /* Name patterns and the first rule that matches. */
 #include "scene.h"
-#include "world/filter.h"
+#include "world/rules.h"
+
+static bool filter_matches(const char *text, const char *name, const char *group)
+{
+    pattern p;
+    pattern_init(&p, text);
+    bool does = pattern_matches(&p, name, group);
+    pattern_free(&p);
+    return does;
+}
 
 static void patterns_match_as_people_expect(void **state)
 {
@@ -39,9 +48,16 @@ static void the_first_rule_that_matches_decides(void **state)
     (void)state;
     const filter_rule rules[] = {
         {.pattern = "panda_link5", .reason = "watch it"}, {.pattern = "panda_*", .allow = true}};
-    assert_ptr_equal(filter_first(rules, 2, "panda_link5", ""), &rules[0]);
-    assert_ptr_equal(filter_first(rules, 2, "panda_link6", ""), &rules[1]);
-    assert_null(filter_first(rules, 2, "table", ""));
+    rule_sets sets;
+    uint32_t set = 0;
+    rules_init(&sets);
+    rules_choose(&sets, &set, rules, 2);
+    assert_int_equal(rules_first(&sets, set, 1, "panda_link5", ""), 0);
+    assert_int_equal(rules_first(&sets, set, 2, "panda_link6", ""), 1);
+    assert_int_equal(rules_first(&sets, set, 3, "table", ""), WORLD_NONE);
+    rules_choose(&sets, &set, NULL, 0);
+    assert_int_equal(rules_first(&sets, set, 1, "panda_link5", ""), WORLD_NONE);
+    rules_free(&sets);
 }
 
 int main(void)

@@ -13,6 +13,8 @@ static const struct {
 } limits[] = {{"max_clients", "clients"}, {"max_bodies", "bodies"}, {"max_shapes", "shapes"}, {"max_pairs", "pairs"},
     {"max_interests", "interests"}, {"max_geometries", "geometries"}};
 
+enum { CERTIFICATE_DAYS_WARNED = 30 };
+
 doctor_finding check_health(doctor *d)
 {
     const ear_daemon *e = d->daemon;
@@ -20,6 +22,10 @@ doctor_finding check_health(doctor *d)
     if (ear_value(e, "suspects") > 0)
         return finding_mend(finding_problem("%s", e->limits),
             "journalctl -u collided -g 'was killed'   # mend what that client sends, or end it");
+    const ear_counter *days = ear_counter_of(e, "certificate_days");
+    if (e->health == WIRE_HEALTH_READY && days && days->last < CERTIFICATE_DAYS_WARNED)
+        return finding_mend(finding_problem("a certificate of the daemon expires in %lld days", (long long)days->last),
+            "make_site --renew SITE   # then copy SITE/daemon to the daemon's machine, and restart it");
     if (e->health == WIRE_HEALTH_READY) return finding_ok("ready, no limit was reached lately");
     if (e->health != WIRE_HEALTH_DEGRADED) {
         command_ctl(d, "status --wait 30", command);
@@ -29,6 +35,13 @@ doctor_finding check_health(doctor *d)
         command_ctl(d, "top", command);
         return finding_mend(finding_problem("degraded: %s", e->limits),
             "%s   # that client polls too rarely: let it poll more often, or ask for less (facts, select, rate_hz)",
+            command);
+    }
+    if (ear_value(e, "clients_unheard") > 0) {
+        command_ctl(d, "status", command);
+        return finding_mend(finding_problem("degraded: %s", e->limits),
+            "%s   # in an open domain anybody can forge packets in its name: close the site (make_site), or find who "
+            "sends",
             command);
     }
     doctor_finding f = finding_problem("degraded, limits were reached: %s", e->limits);
@@ -80,7 +93,7 @@ static const struct {
     {"lcm_refused", "journalctl -u collided -n 50   # names the client and the field: mend that program"},
     {"lcm_queue_full", "collidectl status   # ticks take too long for this flow: see last_tick_ns, raise workers"},
     {"lcm_out_dropped", "sysctl -w net.core.wmem_max=4194304"},
-    {"record_failures", "df -h   # the disk refuses the recording"},
+    {"record_failures", "df -h   # the disk, or a limit (record_max_size, record_keep_free), ended the recording"},
 };
 enum { LOSSES = sizeof losses / sizeof *losses };
 

@@ -8,7 +8,7 @@
 #include "facts.h"
 #include "finding.h"
 
-enum { DDS_DOMAINS = 231, DDS_PARTICIPANTS = 120 /* a domain and host, on loopback */ };
+enum { DDS_DOMAINS = 231, DDS_PARTICIPANTS = 64 /* a domain and host, on loopback: WIRE_DDS_INDICES */ };
 
 typedef struct doctor {
     doctor_options options; /* with "" for what was NULL */

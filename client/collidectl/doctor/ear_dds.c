@@ -190,6 +190,8 @@ static dds_entity_t endpoint(ear_dds *e, wire_kind kind, wire_dds_side side)
     dds_entity_t topic = dds_create_topic(e->participant, wire_dds_descriptor(kind), name, NULL, NULL);
     if (topic < 0) return topic;
     dds_qos_t *qos = wire_dds_qos(kind, side, NULL, 0);
+    static const char *all_groups[] = {"", "*"}; /* refusals are overheard: see WIRE_DDS_REPLIES */
+    if (kind == WIRE_REJECT) dds_qset_partition(qos, 2, all_groups);
     dds_entity_t made = side == WIRE_DDS_WRITER ? dds_create_writer(e->participant, topic, qos, NULL)
                                                 : dds_create_reader(e->participant, topic, qos, NULL);
     dds_delete_qos(qos);
@@ -205,7 +207,7 @@ static void on_log(void *context, const dds_log_data_t *line)
 static bool join(ear_dds *e, const ear_options *o, char *why, size_t why_size)
 {
     char config[8192];
-    if (!wire_dds_config(config, sizeof config, o->interface, false)) {
+    if (!wire_dds_config(config, sizeof config, o->interface, WIRE_DDS_ANYBODY)) {
         snprintf(why, why_size, "'%s' is no interface, or CYCLONEDDS_URI is too long", o->interface);
         return false;
     }

@@ -82,7 +82,7 @@ int pipe_take(pipe_buffer *b, pipe_frame *out)
     if (pipe_used(b) < whole) return 0;
     const uint8_t *at = b->at + b->begin;
     size_t channel_length = at[5];
-    if (at[4] < PIPE_MESSAGE || at[4] > PIPE_READY || channel_length > PIPE_CHANNEL_MAX ||
+    if (at[4] < PIPE_MESSAGE || at[4] > PIPE_DROPPED || channel_length > PIPE_CHANNEL_MAX ||
         HEAD_BYTES + channel_length > whole)
         return -1;
     *out = (pipe_frame){

@@ -1,5 +1,5 @@
 /* pipe: what the daemon and collided-lcm say to each other over a pair of stream sockets: frames of a message's channel
- * and bytes, in both directions; refusals, and the word that it is ready, towards the daemon.
+ * and bytes, in both directions; refusals, the word that it is ready, and what was dropped, towards the daemon.
  *
  * A frame: size of the rest (u32, host order: both ends are on this machine), kind (u8), length of the channel (u8),
  * channel, data. The peer may be compromised (that is why it is a process of its own): every length is checked. No
@@ -24,8 +24,9 @@ enum {
 typedef enum pipe_kind {
     PIPE_MESSAGE = 1,
     PIPE_REFUSAL = 2,
-    PIPE_READY =
-        3 /* LCM runs. The daemon sends nothing before: what a gateway that cannot start would swallow is lost */
+    /* LCM runs. The daemon sends nothing before: what a gateway that cannot start would swallow is lost */
+    PIPE_READY = 3,
+    PIPE_DROPPED = 4 /* u32, host order: so many datagrams more were dropped by the kernel */
 } pipe_kind;
 
 typedef struct pipe_frame { /* borrows from the buffer */

@@ -70,19 +70,46 @@ dds_qos_t *wire_dds_qos(wire_kind kind, wire_dds_side side, const char *stream, 
     return q;
 }
 
-/* MaxMessageSize 65500B halves the time of large batches, but only loopback carries such datagrams unfragmented. 120
- * participants find each other by unicast on fixed ports. */
-static const char loopback[] = "<General><Interfaces><NetworkInterface name=\"lo\" multicast=\"false\"/></Interfaces>"
-                               "<AllowMulticast>false</AllowMulticast><MaxMessageSize>65500B</MaxMessageSize></General>"
-                               "<Discovery><ParticipantIndex>auto</ParticipantIndex>"
-                               "<MaxAutoParticipantIndex>120</MaxAutoParticipantIndex>"
-                               "<Peers><Peer address=\"127.0.0.1\"/></Peers></Discovery>";
+void wire_dds_replies(unsigned group, char partition[WIRE_DDS_PARTITION_MAX])
+{
+    snprintf(partition, WIRE_DDS_PARTITION_MAX, "replies:%u", group % WIRE_DDS_REPLIES);
+}
 
-/* The intervals keep the 99th percentile at 20 ms when 5 % of the packets are lost (300 ms by default). A sample beyond
- * MaxSampleSize is not assembled: the largest legal message, a full PoseBatch, has 7 MB. */
-static const char tuning[] = "<Internal><HeartbeatInterval>5ms</HeartbeatInterval><NackDelay>1ms</NackDelay>"
+/* Fibonacci hashing: ids that count up are spread as evenly as those that are drawn. */
+unsigned wire_dds_replies_of(int64_t client)
+{
+    return (unsigned)(((uint64_t)client * UINT64_C(0x9E3779B97F4A7C15)) >> 32) % WIRE_DDS_REPLIES;
+}
+
+/* MaxMessageSize 65500B halves the time of large batches, but only loopback carries such datagrams unfragmented.
+ *
+ * Without multicast, who is to be found must have one of the well-known ports (WIRE_DDS_INDICES of them a domain), and
+ * announces itself to them. Clients have any port: they tell those ports of themselves, and only who sits there, the
+ * daemons, answers them. So clients neither use up the well-known ports nor hear of each other, and a crowd costs what
+ * its number does. Others (Fast DDS) announce themselves by multicast only, which loopback mostly lacks, and listen at
+ * their well-known port: the daemon speaks there four times a second, so that they find it at once. */
+#define LOOPBACK(index, more)                                                                                          \
+    "<General><Interfaces><NetworkInterface name=\"lo\" multicast=\"false\"/></Interfaces>"                            \
+    "<AllowMulticast>false</AllowMulticast><MaxMessageSize>65500B</MaxMessageSize></General>"                          \
+    "<Discovery><ParticipantIndex>" index "</ParticipantIndex><MaxAutoParticipantIndex>63</MaxAutoParticipantIndex>"   \
+    "<Peers><Peer address=\"127.0.0.1\"/></Peers>" more "</Discovery>"
+_Static_assert(WIRE_DDS_INDICES == 64, "as LOOPBACK says");
+static const char *const loopback[] = {
+    [WIRE_DDS_ANYBODY] = LOOPBACK("auto", ""),
+    [WIRE_DDS_DAEMON] = LOOPBACK("auto", "<SPDPInterval>250ms</SPDPInterval>"),
+    [WIRE_DDS_CLIENT_LIBRARY] = LOOPBACK("none", ""),
+};
+
+/* The intervals keep the 99th percentile at 20 ms when 5 % of the packets are lost (300 ms by default). On loopback,
+ * where packets are lost only when a process does not get to reading them, the daemon and its clients are more patient:
+ * a heartbeat goes to all readers of a writer as long as one of them has not acknowledged, and of hundreds that start
+ * at once some never have; every 5 ms, heartbeats and the answers to them would take all the time that there is. A
+ * sample beyond MaxSampleSize is not assembled: the largest legal message, a full PoseBatch, has 7 MB. */
+static const char tuning[] = "<Internal>%s<NackDelay>1ms</NackDelay>"
                              "<AckDelay>1ms</AckDelay><MaxSampleSize>16MB</MaxSampleSize>"
                              "<WriteBatch>%s</WriteBatch></Internal>";
+static const char soon[] = "<HeartbeatInterval>5ms</HeartbeatInterval>";
+static const char late[] = "<HeartbeatInterval min=\"20ms\">100ms</HeartbeatInterval>";
 
 /* Names and addresses of interfaces have none of XML's special characters; anything else is no interface. */
 static bool is_interface(const char *text)
@@ -90,7 +117,7 @@ static bool is_interface(const char *text)
     return text[strspn(text, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789.:_-@%")] == '\0';
 }
 
-bool wire_dds_config(char *out, size_t size, const char *interface, bool batch)
+bool wire_dds_config(char *out, size_t size, const char *interface, wire_dds_role role)
 {
     char general[256];
     bool open = interface && interface[0];
@@ -101,11 +128,12 @@ bool wire_dds_config(char *out, size_t size, const char *interface, bool batch)
             interface);
         if (n < 0 || (size_t)n >= sizeof general || !is_interface(interface)) return false;
     }
-    char internal[sizeof tuning + 8];
-    snprintf(internal, sizeof internal, tuning, batch ? "true" : "false");
+    char internal[sizeof tuning + sizeof late + 8];
+    snprintf(internal, sizeof internal, tuning, open || role == WIRE_DDS_ANYBODY ? soon : late,
+        role == WIRE_DDS_DAEMON ? "true" : "false");
     const char *user = getenv("CYCLONEDDS_URI");
     bool appended = user && user[0];
     int n = snprintf(out, size, "<CycloneDDS><Domain Id=\"any\">%s%s</Domain></CycloneDDS>%s%s",
-        open ? general : loopback, internal, appended ? "," : "", appended ? user : "");
+        open ? general : loopback[role], internal, appended ? "," : "", appended ? user : "");
     return n >= 0 && (size_t)n < size;
 }

@@ -40,13 +40,30 @@ struct dds_qos *wire_dds_qos(wire_kind kind, wire_dds_side side, const char *str
 enum { WIRE_DDS_PARTITION_MAX = 3 * WIRE_NAME_MAX + 16 };
 void wire_dds_partition(const char *stream, char partition[WIRE_DDS_PARTITION_MAX]);
 
+/* Ack, Reject and Answer are for one client each, and would go to all: with each client that comes, everybody would
+ * hear more. So clients are spread over groups by their ids: besides the partition without a name, a client of this
+ * library reads these topics in the partition of its group, and says so in the user data of its writer of Client: the
+ * name of that partition. The daemon answers it there and nowhere else, and all others in the partition without a name.
+ * (A writer for each client would cost more: each writer of the daemon is announced to each client.) */
+enum { WIRE_DDS_REPLIES = 16 };
+void wire_dds_replies(unsigned group, char partition[WIRE_DDS_PARTITION_MAX]); /* "replies:7" */
+unsigned wire_dds_replies_of(int64_t client);
+
+/* On loopback without multicast: who is to be found there has one of so many well-known ports of a domain. */
+enum { WIRE_DDS_INDICES = 64 };
+
+typedef enum wire_dds_role {
+    WIRE_DDS_ANYBODY,       /* takes a well-known port, as tools and tests do */
+    WIRE_DDS_DAEMON,        /* the same; is found by others at once; small samples wait for dds_write_flush */
+    WIRE_DDS_CLIENT_LIBRARY /* takes any port, finds daemons, and is found by nobody else */
+} wire_dds_role;
+
 /* The configuration for dds_create_domain. `interface`: name or address of a network interface; NULL or "" = loopback
- * only, without multicast: unicast discovery on 127.0.0.1, for up to 120 processes a domain. `batch`: small samples
- * wait for dds_write_flush (for a process whose only writers are the daemon's). What the user's CYCLONEDDS_URI says is
- * appended, and wins. False if it does not fit into `size`; 4096 bytes hold all but an outlandish CYCLONEDDS_URI.
+ * only, without multicast: unicast discovery on 127.0.0.1. What the user's CYCLONEDDS_URI says is appended, and wins.
+ * False if it does not fit into `size`; 4096 bytes hold all but an outlandish CYCLONEDDS_URI.
  *
  * When the process has this domain already, dds_create_domain fails with DDS_RETCODE_PRECONDITION_NOT_MET: its
  * configuration then stands, and the participant can be created all the same. */
-bool wire_dds_config(char *out, size_t size, const char *interface, bool batch);
+bool wire_dds_config(char *out, size_t size, const char *interface, wire_dds_role role);
 
 #endif

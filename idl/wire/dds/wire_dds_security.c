@@ -1,6 +1,8 @@
 /* The properties of DDS Security 1.1, and what is wrong with a folder. Nothing is kept between calls. */
 #include "wire_dds_security.h"
 
+#include "wire/wire_file.h"
+
 #include <dds/dds.h>
 #include <dlfcn.h>
 #include <errno.h>
@@ -25,7 +27,10 @@ static const struct {
     {"dds.sec.access.governance", "governance.p7s"},
     {"dds.sec.access.permissions", "permissions.p7s"},
 };
-enum { FILE_COUNT = sizeof files / sizeof files[0] };
+/* Of the certificates that are refused; a site of an earlier release has none. */
+static const char CRL_PROPERTY[] = "org.eclipse.cyclonedds.sec.auth.crl", CRL_FILE[] = "crl.pem";
+
+enum { FILE_COUNT = sizeof files / sizeof files[0], FILE_BYTES_MAX = 1 << 20 };
 
 static const struct {
     const char *property, *library, *name;
@@ -67,7 +72,8 @@ static FILE *open_file(const char *folder, const char *file)
 {
     char path[PATH_MAX];
     snprintf(path, sizeof path, "%s/%s", folder, file);
-    return fopen(path, "re");
+    char fault[256];
+    return wire_file_open(path, FILE_BYTES_MAX, NULL, fault, sizeof fault);
 }
 
 static X509 *read_certificate(const char *folder, const char *file)
@@ -115,6 +121,82 @@ static bool check_identity(const char *folder, char *why, size_t why_size)
     return !fault;
 }
 
+static bool has_crl(const char *folder)
+{
+    char path[PATH_MAX];
+    snprintf(path, sizeof path, "%s/%s", folder, CRL_FILE);
+    return access(path, F_OK) == 0;
+}
+
+/* One that cannot be read, or is of another authority, or over, would refuse everybody, or nobody. */
+static bool check_crl(const char *folder, char *why, size_t why_size)
+{
+    if (!has_crl(folder)) return true;
+    FILE *f = open_file(folder, CRL_FILE);
+    X509_CRL *crl = f ? PEM_read_X509_CRL(f, NULL, NULL, NULL) : NULL;
+    X509 *authority = read_certificate(folder, "identity_ca.cert.pem"), *own = read_certificate(folder, "cert.pem");
+    X509_REVOKED *entry = NULL;
+    if (f) fclose(f);
+    const char *fault = NULL;
+    if (!crl || !authority || !own)
+        fault = "crl.pem is no list of certificates";
+    else if (X509_CRL_verify(crl, X509_get0_pubkey(authority)) != 1)
+        fault = "crl.pem is not of the authority of identity_ca.cert.pem: of which site is it?";
+    else if (X509_CRL_get0_nextUpdate(crl) && X509_cmp_current_time(X509_CRL_get0_nextUpdate(crl)) <= 0)
+        fault = "crl.pem is out of date: renew it: make_site --renew";
+    else if (X509_CRL_get0_by_cert(crl, &entry, own) == 1)
+        fault = "cert.pem was revoked (crl.pem): make_site makes another one";
+    if (fault) snprintf(why, why_size, "security = \"%.200s\": %s", folder, fault);
+    X509_CRL_free(crl);
+    X509_free(authority);
+    X509_free(own);
+    ERR_clear_error();
+    return !fault;
+}
+
+/* Others, and groups but root's and our own, may not read it. systemd hands credentials over with its own marks on
+ * root's group. */
+bool wire_dds_security_key_is_private(const char *folder, char *why, size_t why_size)
+{
+    char path[PATH_MAX];
+    struct stat is;
+    snprintf(path, sizeof path, "%s/key.pem", folder);
+    if (stat(path, &is) != 0) return true; /* wire_dds_security_check says so */
+    bool group_may = !(is.st_mode & 070) || (!(is.st_mode & 020) && (is.st_gid == 0 || is.st_gid == getegid()));
+    if (is.st_uid != geteuid() && is.st_uid != 0)
+        snprintf(why, why_size, "security = \"%.200s\": key.pem belongs to another user (%u): do: chown %u '%.200s'",
+            folder, (unsigned)is.st_uid, (unsigned)geteuid(), path);
+    else if ((is.st_mode & 07) || !group_may)
+        snprintf(why, why_size,
+            "security = \"%.200s\": key.pem can be read or written by others (mode %03o): do: chmod 600 '%.200s'; and "
+            "make "
+            "another one, for they may have read it",
+            folder, (unsigned)is.st_mode & 0777, path);
+    else
+        return true;
+    return false;
+}
+
+/* The end of a certificate, seconds since the Unix epoch; INT64_MAX: there is none. */
+static int64_t end_of(const X509 *certificate)
+{
+    struct tm t;
+    return certificate && ASN1_TIME_to_tm(X509_get0_notAfter(certificate), &t) == 1 ? (int64_t)timegm(&t) : INT64_MAX;
+}
+
+int64_t wire_dds_security_ends_s(const char *folder)
+{
+    X509 *all[] = {read_certificate(folder, "cert.pem"), read_certificate(folder, "identity_ca.cert.pem"),
+        read_certificate(folder, "permissions_ca.cert.pem")};
+    int64_t first = INT64_MAX;
+    for (size_t i = 0; i < sizeof all / sizeof *all; i++) {
+        if (end_of(all[i]) < first) first = end_of(all[i]);
+        X509_free(all[i]);
+    }
+    ERR_clear_error();
+    return first;
+}
+
 bool wire_dds_security_check(const char *folder, char *why, size_t why_size)
 {
     if (strlen(folder) > PATH_MAX - 64) {
@@ -123,7 +205,7 @@ bool wire_dds_security_check(const char *folder, char *why, size_t why_size)
     }
     for (size_t i = 0; i < FILE_COUNT; i++)
         if (!check_file(folder, files[i].file, why, why_size)) return false;
-    return check_identity(folder, why, why_size);
+    return check_identity(folder, why, why_size) && check_crl(folder, why, why_size);
 }
 
 dds_qos_t *wire_dds_security_qos(const char *folder)
@@ -134,6 +216,10 @@ dds_qos_t *wire_dds_security_qos(const char *folder)
     for (size_t i = 0; i < FILE_COUNT; i++) {
         snprintf(value, sizeof value, "file:%s/%s", folder, files[i].file);
         dds_qset_prop(q, files[i].property, value);
+    }
+    if (has_crl(folder)) {
+        snprintf(value, sizeof value, "file:%s/%s", folder, CRL_FILE);
+        dds_qset_prop(q, CRL_PROPERTY, value);
     }
     for (size_t i = 0; i < PLUGIN_COUNT; i++) {
         plugin_path(plugins[i].library, path);

@@ -1,8 +1,11 @@
-/* filter: which bodies are looked at against each other. Pure. */
-#ifndef COLLIDED_WORLD_FILTER_H
-#define COLLIDED_WORLD_FILTER_H
+/* plain_filter: patterns and rules one by one; see plain_filter.c. */
+#ifndef COLLIDED_TESTS_WORLD_PLAIN_FILTER_H
+#define COLLIDED_TESTS_WORLD_PLAIN_FILTER_H
 
-#include "world.h"
+#include "world/world.h"
+
+#include <stdbool.h>
+#include <stddef.h>
 
 /* '*' = any run of characters, '?' = any one. "group:PATTERN" is held against the group instead of the name. */
 bool filter_matches(const char *pattern, const char *name, const char *group);

@@ -1,5 +1,6 @@
-/* filter: name patterns and the first rule that matches. Pure; any thread. */
-#include "filter.h"
+/* plain_filter: the grammar of patterns and the first rule that matches, in a few lines: what world/pattern.h and
+ * world/rules.h are held against. */
+#include "plain_filter.h"
 
 #include <string.h>
 

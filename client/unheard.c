@@ -1,0 +1,61 @@
+/* unheard: the daemon lives, we live, and what we publish does not come to it: over LCM the last poses were lost, over
+ * DDS somebody has forged packets in our name, after which a reader takes all that our writer says for old. We say once
+ * a second what was published last; the daemon, when it lacks that, refuses it as `unheard`. Then new writers, which
+ * nothing was forged of yet, say the newest poses again. The keeper's thread, with the lock held. */
+#include "message.h"
+#include "session.h"
+
+enum { WORD_EACH_S = 1, RENEW_FIRST_S = 1, RENEW_LAST_S = 16, FORGOTTEN_S = 60 };
+
+/* A Receipt of no stream. */
+static void say_what_was_published(collided *c)
+{
+    wire_message m = {
+        .kind = WIRE_RECEIPT, .receipt = {.version = WIRE_VERSION, .client = c->id, .batch = c->newest_poses}};
+    message_set_sequence(&m, ++c->sequence);
+    (void)session_send(c, &m);
+}
+
+static bool has_a_say(const collided *c)
+{
+    bool may = !c->link->ops->permits || c->link->ops->permits(c->link, WIRE_RECEIPT);
+    return may && c->client.state == ANNOUNCE_ACKED && !c->client.message->client.removed;
+}
+
+int64_t unheard_tend(collided *c, int64_t now_ns)
+{
+    if (c->poses_again && c->link->ops->ready(c->link)) {
+        c->poses_again = false;
+        poses_send_again(c);
+    }
+    if (!has_a_say(c)) return INT64_MAX;
+    if (now_ns >= c->word_ns) {
+        c->word_ns = now_ns + WORD_EACH_S * NS_PER_S;
+        say_what_was_published(c);
+    }
+    return c->word_ns;
+}
+
+/* Who has one lost packet mended need not hear of it; who is not heard again and again does, and so does everybody over
+ * a transport that loses nothing by itself. */
+void unheard_told(collided *c, const wire_reject *why)
+{
+    int64_t now = session_monotonic_ns();
+    if (!c->unheard_ns || now - c->unheard_ns > FORGOTTEN_S * NS_PER_S) {
+        c->renew_wait_s = 0;
+        c->renew_ns = now;
+    }
+    c->counters.unheard++;
+    if (c->renew_wait_s || !c->link->ops->repeats) session_keep_rejection(c, why);
+    c->unheard_ns = now;
+    if (now < c->renew_ns) return;
+    c->renew_wait_s = !c->renew_wait_s                     ? RENEW_FIRST_S
+                      : 2 * c->renew_wait_s < RENEW_LAST_S ? 2 * c->renew_wait_s
+                                                           : RENEW_LAST_S;
+    c->renew_ns = now + c->renew_wait_s * NS_PER_S;
+    bool all = why->kind == WIRE_RECEIPT; /* nothing of ours comes: announcements do not, either */
+    if (c->link->ops->renew) c->link->ops->renew(c->link, all);
+    if (all) c->all_again_wanted = true;
+    c->poses_again = true;
+    c->counters.renewals++;
+}

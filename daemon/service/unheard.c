@@ -1,0 +1,92 @@
+/* unheard: clients that are alive and publish, and of whom nothing arrives. In an open domain one forged packet (a
+ * HEARTBEAT or GAP of RTPS) makes a reader believe that it has had what a writer is yet to send; over LCM whatever is
+ * lost is lost. So each client says once a second, by a Receipt of no stream, which PoseBatch was its newest: if that
+ * has not come a second later, or if a client that lives (DDS) has stopped saying so, it is unheard. That is counted,
+ * logged and named in the health, and the client is told, again and again: the C library then writes anew.
+ *
+ * Tick thread. Nothing here enters the world: no event depends on it. */
+#include "service.h"
+#include "standby.h"
+
+#include "base/log.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+
+#define SECOND_NS INT64_C(1000000000)
+
+enum { UNDER_WAY_S = 1, SILENCE_LEAST_S = 3, SILENCE_MOST_S = 10, TELL_FIRST_S = 1, TELL_LAST_S = 16 };
+
+void unheard_poses(service *s, const wire_pose_batch *m)
+{
+    session *c = session_find(s, m->client);
+    if (c && m->sequence > c->hearing.newest) c->hearing.newest = m->sequence;
+}
+
+/* The first word of a client that we know tells what it published before we did; that is in its bodies. */
+void unheard_word(service *s, const wire_receipt *m)
+{
+    session *c = session_find(s, m->client);
+    if (!c) return;
+    hearing *h = &c->hearing;
+    if (!h->said_ns && m->batch > h->newest) h->newest = m->batch;
+    h->said_ns = s->monotonic_ns;
+    if (m->batch <= h->newest || h->said > h->newest) return; /* it has come, or an earlier one waits */
+    h->said = m->batch;
+    h->waits_ns = s->monotonic_ns;
+}
+
+static bool lacks_poses(const service *s, const hearing *h)
+{
+    return h->said > h->newest && s->monotonic_ns - h->waits_ns > UNDER_WAY_S * SECOND_NS;
+}
+
+/* A process that stands still is lost when its lease is over; where that is long it is missed before, as it should. */
+static bool is_silent(const service *s, const session *c)
+{
+    int64_t least = SILENCE_LEAST_S * SECOND_NS, most = SILENCE_MOST_S * SECOND_NS;
+    int64_t patience = c->lease_ns < least ? least : c->lease_ns > most ? most : c->lease_ns;
+    return c->link->ops->has_liveliness && c->hearing.said_ns && s->monotonic_ns - c->hearing.said_ns > patience;
+}
+
+static void tell(service *s, session *c, bool poses)
+{
+    hearing *h = &c->hearing;
+    if (s->monotonic_ns < h->tell_ns) return;
+    if (!h->tell_wait_s) metric_count(s->count.unheard, 1);
+    h->tell_wait_s = !h->tell_wait_s                    ? TELL_FIRST_S
+                     : 2 * h->tell_wait_s < TELL_LAST_S ? 2 * h->tell_wait_s
+                                                        : TELL_LAST_S;
+    h->tell_ns = s->monotonic_ns + h->tell_wait_s * SECOND_NS;
+    wire_refusal why = {.reason = WIRE_UNHEARD};
+    snprintf(why.text, sizeof why.text, "%s",
+        poses ? "its poses do not come: the network loses them, or somebody forges packets"
+              : "it is alive, and nothing comes: somebody forges packets, or the network carries one way only");
+    apply_reject(s, c->link, poses ? WIRE_POSE_BATCH : WIRE_RECEIPT, c->client, h->said, -1, &why);
+}
+
+static void describe(service *s, const session *c)
+{
+    if (*s->unheard) return;
+    snprintf(s->unheard, sizeof s->unheard,
+        "client %016" PRIx64 " '%.100s' is alive, and what it publishes does not come", (uint64_t)c->client, c->name);
+}
+
+void unheard_watch(service *s)
+{
+    s->clients_unheard = 0;
+    s->unheard[0] = '\0';
+    if (s->replaying || standby_waits(s)) return;
+    for (size_t i = 0; i < s->sessions.count; i++) {
+        session *c = s->sessions.at[i];
+        bool here = !c->lost && !c->left, poses = here && lacks_poses(s, &c->hearing);
+        if (poses || (here && is_silent(s, c))) {
+            s->clients_unheard++;
+            describe(s, c);
+            tell(s, c, poses);
+        } else if (c->hearing.tell_wait_s) {
+            c->hearing.tell_wait_s = 0;
+            if (here) log_notice("client %016" PRIx64 " '%s' is heard again", (uint64_t)c->client, c->name);
+        }
+    }
+}

@@ -1,0 +1,431 @@
+/* slices: how many pairs a tick finds and decides, and whose are next. Tick thread.
+ *
+ * All that a tick has to do with pairs follows from bodies that were put again. With a slice (world_set_slice) a tick
+ * takes them, one after the other, as far as its units go; bodies that are left are due, and go first from then on. Of
+ * a body that is taken what the broad phase has put off is searched (new pairs, and those that have parted), and each
+ * of its pairs is decided that was decided last before one of its bodies changed: so none is decided twice, and a pair
+ * says itself whether it is out of date (pair_is_pending). A body of so many pairs that they do not fit goes back
+ * behind its owner's others; what it has waited for longest is decided first, new pairs among it.
+ *
+ * Who is next: each owner has a purse; the purses take turns, and get an equal share of the slice in each (deficit
+ * round robin), so that whose bodies are few are not kept waiting by who has millions of pairs. Whose body is taken
+ * pays. But a pair of two bodies that are both due is left to the one whose owner has more than FAR_MORE times as many
+ * that are due: nobody's work is done at the cost of those that he has surrounded with his bodies.
+ *
+ * Units are counts, so that all of it follows from the commands and the slices. */
+#include "state.h"
+
+#include <stdlib.h>
+
+enum {
+    A_BODY = 100,         /* units */
+    A_PAIR_SEEN = 25,     /* one that is looked at, and perhaps not pending */
+    MANY_PAIRS = 256,     /* a body with fewer is never taken in parts */
+    SHARES = 8,           /* of a slice: so many turns in it at least, ... */
+    LEAST_SHARE = 200000, /* ... but none of fewer units */
+    FAR_MORE = 4
+};
+
+/* What may begin beyond max_pairs is only kept in order to say how many it is. */
+static const size_t LEFT_OUT_MOST = (size_t)1 << 20;
+
+void world_set_slice(world *w, uint64_t units)
+{
+    w->slice = units;
+}
+
+/* Of pairs in the broad phase. Where it is memory that is short, no more of it goes there than that is worth. */
+static size_t broad_most(const world *w)
+{
+    size_t most = pair_most(w), spare = w->pairs_most && most < LEFT_OUT_MOST ? most : LEFT_OUT_MOST;
+    return most == SIZE_MAX ? most : most + spare;
+}
+
+void slices_begin(world *w)
+{
+    w->sliced = w->due || w->parked;
+    w->figures.slice_units = 0;
+    broad_set_price(w->broad, w->rules.dear ? pair_price : NULL);
+    broad_set_limit(w->broad, w->slice, w->slice != UINT64_MAX ? broad_most(w) : SIZE_MAX);
+}
+
+/* ---- purses ---- */
+
+static uint32_t purse_of(world *w, uint64_t owner)
+{
+    uint32_t empty = WORLD_NONE;
+    for (uint32_t i = 0; i < w->purses.count; i++) {
+        if (!w->purses.at[i].count && empty == WORLD_NONE) empty = i;
+        if (w->purses.at[i].count && w->purses.at[i].owner == owner) return i;
+    }
+    if (empty == WORLD_NONE) {
+        empty = (uint32_t)w->purses.count;
+        array_push(&w->purses, (purse){.count = 0});
+    }
+    w->purses.at[empty] = (purse){.owner = owner, .first = WORLD_NONE, .last = WORLD_NONE};
+    return empty;
+}
+
+static void put_last(world *w, uint32_t id, uint32_t to)
+{
+    purse *p = &w->purses.at[to];
+    body *b = &w->bodies.at[id];
+    b->purse = to;
+    b->due_before = p->last;
+    b->due_next = WORLD_NONE;
+    if (p->last != WORLD_NONE)
+        w->bodies.at[p->last].due_next = id;
+    else
+        p->first = id;
+    p->last = id;
+    p->count++;
+    b->is_due = true;
+    w->due++;
+}
+
+static void take_out(world *w, uint32_t id)
+{
+    body *b = &w->bodies.at[id];
+    purse *p = &w->purses.at[b->purse];
+    if (b->due_before != WORLD_NONE)
+        w->bodies.at[b->due_before].due_next = b->due_next;
+    else
+        p->first = b->due_next;
+    if (b->due_next != WORLD_NONE)
+        w->bodies.at[b->due_next].due_before = b->due_before;
+    else
+        p->last = b->due_before;
+    p->count--;
+    b->is_due = false;
+    w->due--;
+}
+
+static void note_concerned(world *w, const body *b);
+
+/* At least so many pairs are not decided as long as it waits. */
+static uint32_t weight_of(const world *w, const body *b)
+{
+    uint32_t weight = 1;
+    for (size_t i = 0; i < b->shape_count; i++) weight += broad_pairs_of(w->broad, b->shapes[i]);
+    return weight;
+}
+
+static void weigh(world *w, body *b, uint32_t weight)
+{
+    w->pending = w->pending - b->weight + weight;
+    b->weight = weight;
+}
+
+/* `recent`: the purse of the one before it, most often of the same owner. */
+static void make_due(world *w, uint32_t id, uint32_t *recent)
+{
+    body *b = &w->bodies.at[id];
+    w->parked -= b->is_parked;
+    b->is_parked = false;
+    note_concerned(w, b);
+    weigh(w, b, weight_of(w, b));
+    if (b->is_due) return;
+    bool same = *recent < w->purses.count && w->purses.at[*recent].count && w->purses.at[*recent].owner == b->owner;
+    if (!same) *recent = purse_of(w, b->owner);
+    put_last(w, id, *recent);
+}
+
+void slices_forget(world *w, uint32_t id)
+{
+    body *b = &w->bodies.at[id];
+    if (b->is_due) take_out(w, id);
+    w->parked -= b->is_parked;
+    b->is_parked = false;
+    weigh(w, b, 0);
+}
+
+/* ---- a body's turn ---- */
+
+typedef struct turn {
+    world *w;
+    const body *body;
+    uint32_t solid;
+    uint64_t spent;
+    bool left; /* something was, to another body's turn */
+} turn;
+
+static bool is_left_to(const turn *t, const body *other)
+{
+    const purse *all = t->w->purses.at;
+    if (!t->body->is_due || !other->is_due || other->purse == t->body->purse) return false;
+    return all[other->purse].count > (uint64_t)FAR_MORE * all[t->body->purse].count;
+}
+
+static bool leave_to_other(void *context, uint32_t other)
+{
+    const turn *t = context;
+    return is_left_to(t, &t->w->bodies.at[t->w->solids.at[other].body]);
+}
+
+typedef enum searched { ALL_FOUND, CUT_OFF, NO_ROOM } searched;
+
+static searched search(turn *t, uint32_t solid, uint64_t units)
+{
+    world *w = t->w;
+    broad_changes changes;
+    uint64_t spent, left = t->spent < units ? units - t->spent : 0;
+    if (!broad_is_unsearched(w->broad, solid)) return ALL_FOUND;
+    bool whole = broad_search(w->broad, solid, left, leave_to_other, t, &changes, &spent);
+    t->spent += spent;
+    for (size_t i = 0; i < changes.ended_count; i++) {
+        uint32_t id = pair_part(w, changes.ended[i].a, changes.ended[i].b);
+        if (id != PAIR_MAP_NONE) t->spent += pair_activate(w, id);
+    }
+    for (size_t i = 0; i < changes.began_count; i++) {
+        uint32_t id = pair_meet(w, changes.began[i].a, changes.began[i].b);
+        if (id != PAIR_MAP_NONE) t->spent += pair_activate(w, id);
+    }
+    bool full = broad_pair_count(w->broad) >= broad_most(w);
+    return whole ? ALL_FOUND : full ? NO_ROOM : CUT_OFF;
+}
+
+/* Two that both changed have their pair in both lists: the second is passed over, where the first has had its turn, and
+ * none of its pairs was left. */
+static bool is_done(const turn *t, const body *other)
+{
+    return other->gathered_tick >= t->body->changed_tick && other->gathered_tick >= other->changed_tick;
+}
+
+static bool is_waiting(turn *t, uint32_t other, uint32_t *id)
+{
+    world *w = t->w;
+    const body *o = &w->bodies.at[w->solids.at[other].body];
+    if (is_done(t, o)) return false;
+    *id = pair_find(w, t->solid, other);
+    if (*id == PAIR_MAP_NONE) return false;
+    bool changed_now = t->body->changed_tick == w->figures.ticks; /* then it has not been decided since, but here */
+    if (!changed_now && !pair_is_pending(w, &w->pairs.at[*id])) return false;
+    bool left = is_left_to(t, o);
+    t->left |= left;
+    return !left;
+}
+
+static void activate_with(void *context, uint32_t other)
+{
+    turn *t = context;
+    uint32_t id;
+    t->spent += A_PAIR_SEEN;
+    if (is_waiting(t, other, &id)) t->spent += pair_activate(t->w, id);
+}
+
+typedef struct waiting {
+    uint64_t since, key;
+    uint32_t pair;
+} waiting;
+
+typedef struct queue {
+    turn *turn;
+    uint64_t units; /* of all */
+    ARRAY(waiting) list;
+} queue;
+
+static void list_with(void *context, uint32_t other)
+{
+    queue *q = context;
+    uint32_t id;
+    q->turn->spent += A_PAIR_SEEN;
+    if (!is_waiting(q->turn, other, &id)) return;
+    const pair *p = &q->turn->w->pairs.at[id];
+    q->units += pair_units(q->turn->w, p);
+    array_push(&q->list, ((waiting){p->active_tick, pair_key(p->a, p->b), id}));
+}
+
+static int compare_waiting(const void *a, const void *b)
+{
+    const waiting *x = a, *y = b;
+    if (x->since != y->since) return x->since < y->since ? -1 : 1;
+    return (x->key > y->key) - (x->key < y->key);
+}
+
+/* Of many pairs those that have waited longest; false: not all. */
+static bool activate_oldest(turn *t, const body *b, uint64_t units)
+{
+    enum { SOME_AT_LEAST = 64 };
+    queue q = {.turn = t};
+    for (size_t i = 0; i < b->shape_count; i++) {
+        t->solid = b->shapes[i];
+        broad_each_pair_of(t->w->broad, b->shapes[i], list_with, &q);
+    }
+    bool fits = t->spent + q.units <= units; /* one that is on the list takes nothing */
+    if (!fits) qsort(q.list.at, q.list.count, sizeof *q.list.at, compare_waiting);
+    size_t done = 0;
+    for (; done < q.list.count && (fits || done < SOME_AT_LEAST || t->spent < units); done++)
+        t->spent += pair_activate(t->w, q.list.at[done].pair);
+    bool whole = done == q.list.count;
+    array_free(&q.list);
+    return whole;
+}
+
+static bool activate_pairs(turn *t, const body *b, uint64_t units)
+{
+    size_t pairs = 0;
+    for (size_t i = 0; i < b->shape_count; i++) pairs += broad_pairs_of(t->w->broad, b->shapes[i]);
+    if (pairs > MANY_PAIRS && units != UINT64_MAX) return activate_oldest(t, b, units);
+    for (size_t i = 0; i < b->shape_count; i++) {
+        t->solid = b->shapes[i];
+        broad_each_pair_of(t->w->broad, b->shapes[i], activate_with, t);
+    }
+    return true;
+}
+
+typedef enum taken { WHOLE, IN_PART, FULL } taken;
+
+static taken take_body(world *w, uint32_t id, uint64_t units, uint64_t *spent)
+{
+    body *b = &w->bodies.at[id];
+    turn t = {.w = w, .body = b, .spent = A_BODY};
+    taken how = WHOLE;
+    for (size_t i = 0; i < b->shape_count; i++) {
+        searched s = search(&t, b->shapes[i], units);
+        if (s == CUT_OFF) how = IN_PART;
+        if (s == NO_ROOM && how == WHOLE) how = FULL;
+    }
+    if (!activate_pairs(&t, b, units)) how = IN_PART;
+    b->gathered_tick = how == WHOLE && !t.left ? w->figures.ticks : 0;
+    *spent += t.spent;
+    return how;
+}
+
+/* ---- the slice ---- */
+
+/* Those of a tick before which nothing was due, in the order of their ids, as long as there is room; the others are due
+ * from here on. */
+static void take_or_put_off(world *w, uint32_t id, bool direct, uint64_t *spent, uint32_t *recent)
+{
+    const body *b = &w->bodies.at[id];
+    if (!b->used || b->ghost) return;
+    if (direct && *spent < w->slice && take_body(w, id, w->slice - *spent, spent) == WHOLE) return;
+    w->sliced = true;
+    make_due(w, id, recent);
+}
+
+/* A turn of one purse. */
+static void take_turn(world *w, uint32_t at, uint64_t *spent)
+{
+    for (uint32_t some = w->purses.at[at].count; some; some--) {
+        purse *p = &w->purses.at[at];
+        if (!p->count || p->credit <= 0 || *spent >= w->slice) return;
+        uint32_t id = p->first;
+        uint64_t before = *spent, left = w->slice - before, mine = (uint64_t)p->credit;
+        taken how = take_body(w, id, left < mine ? left : mine, spent);
+        w->purses.at[at].credit -= (int64_t)(*spent - before);
+        take_out(w, id);
+        if (how == IN_PART) put_last(w, id, at);
+        w->bodies.at[id].is_parked = how == FULL;
+        w->parked += how == FULL;
+        weigh(w, &w->bodies.at[id], how == WHOLE ? 0 : how == FULL ? 1 : weight_of(w, &w->bodies.at[id]));
+    }
+}
+
+static void take_turns(world *w, uint64_t *spent)
+{
+    uint64_t share = w->slice / SHARES > LEAST_SHARE ? w->slice / SHARES : LEAST_SHARE;
+    if (share > INT64_MAX / 4) share = INT64_MAX / 4;
+    while (w->due && *spent < w->slice) {
+        if (w->turn >= w->purses.count) w->turn = 0;
+        purse *p = &w->purses.at[w->turn];
+        if (p->count) {
+            if (p->credit < (int64_t)share) p->credit += (int64_t)share;
+            take_turn(w, w->turn, spent);
+        }
+        if (!w->purses.at[w->turn].count) w->purses.at[w->turn].credit = 0;
+        w->turn++;
+    }
+}
+
+/* There is room again for those that found none. */
+static void unpark(world *w)
+{
+    uint32_t recent = WORLD_NONE;
+    size_t most = pair_most(w);
+    if (!w->parked || broad_pair_count(w->broad) >= most - most / 16) return;
+    for (uint32_t id = 0; id < w->bodies.count; id++)
+        if (w->bodies.at[id].used && w->bodies.at[id].is_parked) make_due(w, id, &recent);
+}
+
+void slices_take(world *w)
+{
+    uint64_t spent = 0;
+    uint32_t recent = WORLD_NONE;
+    unpark(w);
+    bool direct = !w->due && !broad_unsearched_count(w->broad);
+    for (size_t i = 0; i < w->fresh_now.count; i++) w->bodies.at[w->fresh_now.at[i]].changed_tick = w->figures.ticks;
+    for (size_t i = 0; i < w->awake.count; i++) take_or_put_off(w, w->awake.at[i], direct, &spent, &recent);
+    for (size_t i = 0; i < w->fresh_now.count; i++) take_or_put_off(w, w->fresh_now.at[i], direct, &spent, &recent);
+    if (!direct) take_turns(w, &spent);
+    w->figures.slice_units = spent;
+    if (w->sliced) w->figures.pairs_left_out = pair_left_out(w);
+}
+
+/* ---- what is told of it ---- */
+
+/* Selectors of which a body is due or was so since some tick: all of them are looked at anew now and then. */
+static void note_concerned(world *w, const body *b)
+{
+    const match_class *c = &w->match.classes.at[b->match];
+    for (uint32_t i = 0; i < c->count; i++) {
+        size_t word = c->selectors[i] >> 6;
+        array_reserve(&w->concerned, word + 1);
+        while (w->concerned.count <= word) w->concerned.at[w->concerned.count++] = 0;
+        w->concerned.at[word] |= (uint64_t)1 << (c->selectors[i] & 63);
+    }
+}
+
+/* What is undone for them changes with each tick. */
+static void wake_concerned(world *w)
+{
+    for (size_t word = 0; word < w->concerned.count; word++)
+        for (uint64_t bits = w->concerned.at[word]; bits; bits &= bits - 1)
+            match_wake(w, (uint32_t)(word * 64) + (uint32_t)__builtin_ctzll(bits));
+}
+
+static void find_concerned(world *w)
+{
+    w->concerned.count = 0;
+    for (size_t i = 0; i < w->bodies.count && (w->due || w->parked); i++) {
+        const body *b = &w->bodies.at[i];
+        if (b->used && !b->ghost && (b->is_due || b->is_parked)) note_concerned(w, b);
+    }
+}
+
+void slices_tell(world *w)
+{
+    enum { NOW_AND_THEN = 32 }; /* ticks */
+    bool some = w->due || w->parked;
+    if (!some || w->figures.ticks % NOW_AND_THEN == 0) find_concerned(w);
+    wake_concerned(w);
+    w->figures.pending_bodies = w->due;
+    w->figures.parked_bodies = w->parked;
+    w->figures.pending_pairs = (size_t)w->pending;
+    w->figures.sliced_ticks += w->sliced;
+}
+
+static bool is_concerned(const world *w, uint32_t selector)
+{
+    return selector >> 6 < w->concerned.count && w->concerned.at[selector >> 6] >> (selector & 63) & 1;
+}
+
+bool slices_concern(const world *w, uint32_t interest)
+{
+    uint32_t of = w->interests.at[interest].selection;
+    if (of == WORLD_NONE || !w->concerned.count) return false;
+    const uint32_t *s = w->match.selections.at[of].selectors;
+    return is_concerned(w, s[0]) || is_concerned(w, s[1]);
+}
+
+bool world_was_sliced(const world *w)
+{
+    return w->sliced;
+}
+
+size_t world_pending_of(const world *w, uint64_t owner)
+{
+    for (size_t i = 0; i < w->purses.count; i++)
+        if (w->purses.at[i].count && w->purses.at[i].owner == owner) return w->purses.at[i].count;
+    return 0;
+}
