@@ -252,7 +252,7 @@ static bool activate_oldest(turn *t, const body *b, uint64_t units)
         broad_each_pair_of(t->w->broad, b->shapes[i], list_with, &q);
     }
     bool fits = t->spent + q.units <= units; /* one that is on the list takes nothing */
-    if (!fits) qsort(q.list.at, q.list.count, sizeof *q.list.at, compare_waiting);
+    if (!fits && q.list.count) qsort(q.list.at, q.list.count, sizeof *q.list.at, compare_waiting);
     size_t done = 0;
     for (; done < q.list.count && (fits || done < SOME_AT_LEAST || t->spent < units); done++)
         t->spent += pair_activate(t->w, q.list.at[done].pair);
