@@ -57,3 +57,10 @@ bool id_pool_has(const id_pool *p, uint32_t id)
     size_t w = id / WORD_BITS;
     return w < p->word_count && p->words[w] >> id % WORD_BITS & 1;
 }
+
+uint32_t id_pool_end(const id_pool *p)
+{
+    size_t w = (p->end + WORD_BITS - 1) / WORD_BITS;
+    while (w && !p->words[w - 1]) w--;
+    return w ? (uint32_t)(w * WORD_BITS) - (uint32_t)__builtin_clzll(p->words[w - 1]) : 0;
+}

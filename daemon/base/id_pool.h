@@ -19,5 +19,6 @@ void id_pool_free(id_pool *p);
 uint32_t id_pool_take(id_pool *p);
 void id_pool_give(id_pool *p, uint32_t id); /* programmer's error if it was not taken */
 bool id_pool_has(const id_pool *p, uint32_t id);
+uint32_t id_pool_end(const id_pool *p); /* one past the greatest that is taken now */
 
 #endif

@@ -79,17 +79,35 @@ void pairs_end(pairs *p, uint32_t link)
     p->count--;
 }
 
-/* They are begun again, in another order, on which nothing depends. */
+static uint32_t relink(const uint32_t *moved, uint32_t link)
+{
+    return link == PAIRS_NO_LINK ? link : moved[link >> 1] << 1 | (link & 1);
+}
+
+/* The records move together; each list stays in its order. */
 void pairs_trim(pairs *p)
 {
     if (p->records.count * sizeof *p->records.at < ARRAY_SPARE_BYTES || p->count > p->records.count / 4) return;
-    pairs kept;
-    pairs_init(&kept);
+    uint32_t *moved = base_alloc(p->records.count, sizeof *moved);
+    pairs kept = {.lists = p->lists, .free_record = PAIRS_NO_LINK, .count = p->count};
     array_reserve_in_place(&kept.records, p->count);
-    for (uint32_t proxy = 0; proxy < p->lists.count; proxy++)
-        for (uint32_t link = pairs_first(p, proxy); link != PAIRS_NO_LINK; link = pairs_next(p, link))
-            if (!(link & 1)) pairs_begin(&kept, proxy, pairs_other(p, link));
-    pairs_free(p);
+    for (uint32_t proxy = 0; proxy < p->lists.count; proxy++) {
+        for (uint32_t link = pairs_first(p, proxy); link != PAIRS_NO_LINK; link = pairs_next(p, link)) {
+            if (link & 1) continue;
+            moved[link >> 1] = (uint32_t)kept.records.count;
+            kept.records.at[kept.records.count++] = p->records.at[link >> 1];
+        }
+    }
+    for (size_t i = 0; i < kept.records.count; i++) {
+        pair_record *r = &kept.records.at[i];
+        for (int side = 0; side < 2; side++) {
+            r->next[side] = relink(moved, r->next[side]);
+            r->prev[side] = relink(moved, r->prev[side]);
+        }
+    }
+    for (size_t i = 0; i < kept.lists.count; i++) kept.lists.at[i].first = relink(moved, kept.lists.at[i].first);
+    array_free_in_place(&p->records);
+    free(moved);
     *p = kept;
 }
 

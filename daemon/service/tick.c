@@ -121,7 +121,8 @@ void service_take(service *s, struct link *from, const wire_message *m)
 
 int64_t service_pairs_limited(const service *s)
 {
-    return world_get_figures(s->world).pairs_left_out ? s->pairs_most : 0;
+    world_figures f = world_get_figures(s->world);
+    return f.pairs_left_out || f.parked_bodies ? s->pairs_most : 0;
 }
 
 /* Of a limit that no command is refused for. */

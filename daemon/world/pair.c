@@ -258,10 +258,15 @@ size_t pair_left_out(const world *w)
     return broad_pair_count(w->broad) - meeting(w);
 }
 
-static size_t room_for_pairs(const world *w)
+size_t pair_most(const world *w)
 {
     size_t most = w->options.max_pairs ? w->options.max_pairs : SIZE_MAX;
-    if (w->pairs_most && w->pairs_most < most) most = w->pairs_most;
+    return w->pairs_most && w->pairs_most < most ? w->pairs_most : most;
+}
+
+static size_t room_for_pairs(const world *w)
+{
+    size_t most = pair_most(w);
     return meeting(w) < most ? most - meeting(w) : 0;
 }
 

@@ -34,13 +34,19 @@ void world_set_slice(world *w, uint64_t units)
     w->slice = units;
 }
 
+/* Of pairs in the broad phase. Where it is memory that is short, no more of it goes there than that is worth. */
+static size_t broad_most(const world *w)
+{
+    size_t most = pair_most(w), spare = w->pairs_most && most < LEFT_OUT_MOST ? most : LEFT_OUT_MOST;
+    return most == SIZE_MAX ? most : most + spare;
+}
+
 void slices_begin(world *w)
 {
-    size_t most = w->options.max_pairs;
     w->sliced = w->due || w->parked;
     w->figures.slice_units = 0;
     broad_set_price(w->broad, w->rules.dear ? pair_price : NULL);
-    broad_set_limit(w->broad, w->slice, most && w->slice != UINT64_MAX ? most + LEFT_OUT_MOST : SIZE_MAX);
+    broad_set_limit(w->broad, w->slice, w->slice != UINT64_MAX ? broad_most(w) : SIZE_MAX);
 }
 
 /* ---- purses ---- */
@@ -174,7 +180,7 @@ static searched search(turn *t, uint32_t solid, uint64_t units)
         uint32_t id = pair_meet(w, changes.began[i].a, changes.began[i].b);
         if (id != PAIR_MAP_NONE) t->spent += pair_activate(w, id);
     }
-    bool full = w->options.max_pairs && broad_pair_count(w->broad) >= w->options.max_pairs + LEFT_OUT_MOST;
+    bool full = broad_pair_count(w->broad) >= broad_most(w);
     return whole ? ALL_FOUND : full ? NO_ROOM : CUT_OFF;
 }
 
@@ -336,7 +342,7 @@ static void take_turns(world *w, uint64_t *spent)
 static void unpark(world *w)
 {
     uint32_t recent = WORLD_NONE;
-    size_t most = w->options.max_pairs;
+    size_t most = pair_most(w);
     if (!w->parked || broad_pair_count(w->broad) >= most - most / 16) return;
     for (uint32_t id = 0; id < w->bodies.count; id++)
         if (w->bodies.at[id].used && w->bodies.at[id].is_parked) make_due(w, id, &recent);

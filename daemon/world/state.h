@@ -476,6 +476,7 @@ uint32_t pair_part(world *w, uint32_t a, uint32_t b);
 uint64_t pair_activate(world *w, uint32_t id);
 uint64_t pair_units(const world *w, const pair *p);
 size_t pair_left_out(const world *w);
+size_t pair_most(const world *w); /* that may be looked at in this tick; SIZE_MAX: all */
 /* Have its bodies changed since it was decided? */
 static inline bool pair_is_pending(const world *w, const pair *p)
 {

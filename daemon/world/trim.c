@@ -9,10 +9,9 @@ void world_set_pairs_most(world *w, size_t most)
 }
 
 /* Lists may hold ids of pairs and watches that have ended: the places stay, as zeros, which is one that is not used. */
-#define GIVE_UNUSED_BACK(list)                                                                                         \
+#define GIVE_UNUSED_BACK(list, pool)                                                                                   \
     do {                                                                                                               \
-        size_t used = (list)->count;                                                                                   \
-        while (used && !(list)->at[used - 1].used) used--;                                                             \
+        size_t used = id_pool_end(pool);                                                                               \
         if ((list)->at) base_give_pages_back((list)->at + used, ((list)->capacity - used) * sizeof *(list)->at);       \
     } while (0)
 
@@ -25,8 +24,8 @@ static void trim_interest(interest *i)
 
 void world_trim(world *w)
 {
-    GIVE_UNUSED_BACK(&w->pairs);
-    GIVE_UNUSED_BACK(&w->watches);
+    GIVE_UNUSED_BACK(&w->pairs, &w->pair_ids);
+    GIVE_UNUSED_BACK(&w->watches, &w->watch_ids);
     for (size_t i = 0; i < w->interests.count; i++) trim_interest(&w->interests.at[i]);
     w->active.count = w->active_pairs.count = w->outcomes.count = w->open.count = w->needs.count = 0;
     w->results.count = w->sweeps.count = w->sort_scratch.count = 0;
