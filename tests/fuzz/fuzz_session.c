@@ -11,6 +11,7 @@
 #include "service/config.h"
 #include "service/server.h"
 #include "service/service.h"
+#include "service/shares.h"
 
 #include <stdlib.h>
 #include <time.h>
@@ -354,6 +355,7 @@ static void tick(session_of *s, int64_t by_ns)
     s->now_ns += by_ns;
     s->service->now_ns = s->service->monotonic_ns = s->now_ns;
     s->service->links[0]->ops->receive(s->service->links[0], &s->sink); /* who reads which stream */
+    shares_release(s->service);
     session_check_leases(s->service);
     s->service->tick++;
     service_tick(s->service);
@@ -427,15 +429,22 @@ static void compare_all_with_all(const session_of *s, pairs *p)
     sort_pairs(p);
 }
 
+/* Bodies wait for a geometry, commands for their share of work, or pairs for their turn. */
+static bool is_busy(const session_of *s)
+{
+    return s->service->pending.count || s->service->geometries_building || shares_next_ns(s->service) != INT64_MAX ||
+           world_get_figures(s->service->world).pending_pairs;
+}
+
 /* Everybody is heard, nobody says anything more, and what waits for a hull is refused. */
 static void fall_still(session_of *s)
 {
     while (s->held_count) let_go(s, 0);
-    for (int i = 0; i < 30 || (i < 2000 && s->service->inbox.waiting); i++) {
+    for (int i = 0; i < 30 || (i < 2000 && is_busy(s)); i++) {
         tick(s, INT64_C(100000000));
-        if (s->service->inbox.waiting) nanosleep(&(struct timespec){0, 100000}, NULL);
+        if (is_busy(s)) nanosleep(&(struct timespec){0, 100000}, NULL);
     }
-    PROMISE(s->service->inbox.waiting == 0);
+    PROMISE(!is_busy(s));
 }
 
 static void hold_against_all(session_of *s)
