@@ -173,10 +173,10 @@ static void a_height_field_is_touched_explained_and_recorded(void **state)
     int32_t sizes[INDICES];
     char path[sizeof folder + 32];
     wire_geometry floor = floor_of(numbers, sizes);
-    send_body(r, WIRE_SHAPE_HEIGHT_FIELD, floor.hash); /* it waits for its heights */
     cell_sphere(r->alice, ALICE, ++r->sequence, 0, "ball", 0.3);
     send_piece(r, &floor, 1);
     send_piece(r, &floor, 0);
+    send_body(r, WIRE_SHAPE_HEIGHT_FIELD, floor.hash); /* it waits until they are built */
     cell_touches(r->alice, ALICE, ++r->sequence, 0);
     await_begin(r);
     wire_answer gap = ask(r, WIRE_QUERY_DISTANCE, "floor", "ball");
