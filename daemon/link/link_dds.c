@@ -227,7 +227,10 @@ static int dds_link_open(struct link *head, const link_options *options, char *w
             options->counters, "certificate_days", "days until the first certificate of the security folder expires");
         l->certificate_end_s = wire_dds_security_ends_s(options->security);
     }
-    if (joined == DDS_RETCODE_OK && open_topics(l)) return 0;
+    if (joined == DDS_RETCODE_OK && open_topics(l)) {
+        link_dds_closer_start(&l->closer);
+        return 0;
+    }
     link_dds_leave(l);
     link_dds_say_why(options, &first, joined, why, why_size);
     free_own(l);

@@ -11,6 +11,7 @@
 #include "wire/dds/wire_dds_qos.h"
 
 #include <dds/dds.h>
+#include <pthread.h>
 #include <stdatomic.h>
 
 enum {
@@ -40,6 +41,15 @@ typedef struct stream {
     atomic_bool matched; /* a reader has come, and the sink has not been told */
 } stream;
 
+/* Deletes the writers of streams that have been closed. */
+typedef struct stream_closer {
+    pthread_t thread;
+    pthread_mutex_t lock; /* guards what follows */
+    pthread_cond_t wake;
+    ARRAY(stream *) closed; /* in the order of their closing */
+    bool runs, ends;        /* ends: when all are deleted */
+} stream_closer;
+
 struct link_dds {
     struct link head;
     dds_entity_t domain; /* 0 = the process had it already */
@@ -49,6 +59,7 @@ struct link_dds {
     writer writers[LINK_DDS_OUT];
     writer replies[WIRE_DDS_REPLIES][LINK_DDS_REPLIES]; /* by group and kind: see wire_dds_qos.h */
     ARRAY(stream *) streams;                            /* sorted by name */
+    stream_closer closer;
     speakers speakers;
     atomic_bool has_discovered, has_news; /* for speakers */
     dds_peers peers;
@@ -114,6 +125,7 @@ stream *link_dds_stream_find(const link_dds *l, const char *name);
 /* Tells the sink of readers that have come since the last call. */
 void link_dds_streams_report(link_dds *l, const link_sink *sink);
 
-void link_dds_streams_close(link_dds *l);
+void link_dds_closer_start(stream_closer *c);
+void link_dds_streams_close(link_dds *l); /* all, and waits until their writers are deleted */
 
 #endif

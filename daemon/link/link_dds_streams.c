@@ -1,5 +1,5 @@
 /* link_dds_streams: each stream has a writer of its own, in a partition of its name. The tick thread, but for the
- * listener that sees its readers come. */
+ * listener that sees its readers come, and the thread that deletes writers. */
 #include "base/log.h"
 #include "link_dds_own.h"
 #include "wire/dds/wire_dds_qos.h"
@@ -63,13 +63,66 @@ static stream *stream_create(link_dds *l, const char *name)
     return s;
 }
 
-/* Cyclone keeps a writer until its readers have acknowledged what was flushed, for a second at most. */
+/* Cyclone waits until the readers of a writer have acknowledged what was flushed, for a second at most: a reader that
+ * was killed never does. */
 static void stream_destroy(stream *s)
 {
-    link_dds_flush_writer(&s->out);
     if (s->out.entity > 0) dds_delete(s->out.entity);
     free(s->name);
     free(s);
+}
+
+/* ---- the thread that waits for that ---- */
+
+static void *delete_closed(void *context)
+{
+    stream_closer *c = context;
+    pthread_mutex_lock(&c->lock);
+    for (;;) {
+        while (!c->closed.count && !c->ends) pthread_cond_wait(&c->wake, &c->lock);
+        if (!c->closed.count) break;
+        stream *s = c->closed.at[0];
+        memmove(c->closed.at, c->closed.at + 1, --c->closed.count * sizeof c->closed.at[0]);
+        pthread_mutex_unlock(&c->lock);
+        stream_destroy(s);
+        pthread_mutex_lock(&c->lock);
+    }
+    pthread_mutex_unlock(&c->lock);
+    return NULL;
+}
+
+void link_dds_closer_start(stream_closer *c)
+{
+    pthread_mutex_init(&c->lock, NULL);
+    pthread_cond_init(&c->wake, NULL);
+    c->runs = pthread_create(&c->thread, NULL, delete_closed, c) == 0;
+    if (!c->runs) log_error("no thread to close streams with: ticks wait for their readers");
+}
+
+/* Its last words are on their way; its writer goes when they have arrived. */
+static void close_stream(link_dds *l, stream *s)
+{
+    link_dds_flush_writer(&s->out);
+    if (!l->closer.runs) {
+        stream_destroy(s);
+        return;
+    }
+    pthread_mutex_lock(&l->closer.lock);
+    array_push(&l->closer.closed, s);
+    pthread_cond_signal(&l->closer.wake);
+    pthread_mutex_unlock(&l->closer.lock);
+}
+
+static void closer_end(stream_closer *c)
+{
+    pthread_mutex_lock(&c->lock);
+    c->ends = true;
+    pthread_cond_signal(&c->wake);
+    pthread_mutex_unlock(&c->lock);
+    if (c->runs) pthread_join(c->thread, NULL);
+    array_free(&c->closed);
+    pthread_cond_destroy(&c->wake);
+    pthread_mutex_destroy(&c->lock);
 }
 
 /* The sink may have been told when it had no such stream. */
@@ -103,13 +156,14 @@ void link_dds_stream_close(struct link *head, const char *name)
     assert(!l->on_arrival);
     size_t i = stream_place(l, name, &found);
     if (!found) return;
-    stream_destroy(l->streams.at[i]);
+    close_stream(l, l->streams.at[i]);
     l->streams.count--;
     memmove(l->streams.at + i, l->streams.at + i + 1, (l->streams.count - i) * sizeof l->streams.at[0]);
 }
 
 void link_dds_streams_close(link_dds *l)
 {
-    for (size_t i = 0; i < l->streams.count; i++) stream_destroy(l->streams.at[i]);
+    for (size_t i = 0; i < l->streams.count; i++) close_stream(l, l->streams.at[i]);
     array_free(&l->streams);
+    closer_end(&l->closer);
 }
