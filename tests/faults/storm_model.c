@@ -158,10 +158,11 @@ static void follow_epoch(storm_model *m, const collided_batch *b)
 static void on_batch(void *context, const collided_batch *b)
 {
     storm_model *m = context;
+    if ((b->heartbeat || b->starved) && b->event_count) fault(m, b, "a heartbeat, or a notice, with events");
+    if (b->starved) return; /* said by the client itself, and maybe before the first batch of an epoch */
     follow_epoch(m, b);
     m->lost += b->lost;
-    if ((b->heartbeat || b->starved) && b->event_count) fault(m, b, "a heartbeat, or a notice, with events");
-    if (b->heartbeat || b->starved) return;
+    if (b->heartbeat) return;
     if (!b->snapshot && b->batch <= m->batch) fault(m, b, "an old batch");
     if (!b->snapshot && b->lost) fault(m, b, "no snapshot after a loss");
     size_t before = m->open_count;
