@@ -5,15 +5,18 @@
 #include "pair_map.h"
 
 #include "array.h"
+#include "secret.h"
 
 #include <assert.h>
 #include <stdlib.h>
 
 enum { FIRST_CAPACITY = 64 };
 
-/* The finaliser of MurmurHash3: ids are dense and neighbours, slots must not be. */
+/* The finaliser of MurmurHash3: ids are dense and neighbours, slots must not be. It can be turned round, so what goes
+ * in is not the key alone: else who chooses keys could have all of them in one slot. */
 static size_t home_of(const pair_map *m, uint64_t key)
 {
+    key ^= m->secret;
     key ^= key >> 33;
     key *= UINT64_C(0xff51afd7ed558ccd);
     key ^= key >> 33;
@@ -46,6 +49,7 @@ static void rehash(pair_map *m, size_t capacity)
 {
     pair_map old = *m;
     m->capacity = capacity;
+    m->secret = secret();
     m->keys = base_zalloc(capacity, sizeof *m->keys);
     m->values = base_alloc(capacity, sizeof *m->values);
     for (size_t i = 0; i < old.capacity; i++) {

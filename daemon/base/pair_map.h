@@ -1,5 +1,6 @@
 /* pair_map: from a 64-bit key (not 0) to a 32-bit value, by open addressing with backward-shift deletion: no
- * tombstones, so that it does not slow down over a long life. Iteration order is nobody's business: none is offered. */
+ * tombstones, so that it does not slow down over a long life. Iteration order is nobody's business: none is offered.
+ * Nobody who does not see into this process can choose keys that clash. */
 #ifndef COLLIDED_BASE_PAIR_MAP_H
 #define COLLIDED_BASE_PAIR_MAP_H
 
@@ -14,6 +15,7 @@ typedef struct pair_map {
     uint32_t *values;
     size_t capacity; /* a power of two, at most 3/4 full */
     size_t count;
+    uint64_t secret; /* which slot is whose: keys are chosen by clients, too */
 } pair_map;
 
 /* The key of an unordered pair of ids; never 0 for different ids. */

@@ -2,6 +2,7 @@
 #include "shares.h"
 
 #include "base/hash.h"
+#include "base/secret.h"
 #include "standby.h"
 
 #include <limits.h>
@@ -119,7 +120,7 @@ enum { KEY_ORIGIN = 1, KEY_CLIENT, KEY_LINK, KEY_VISITORS };
 static uint64_t key_of(uint64_t what, uint64_t of)
 {
     const uint64_t words[2] = {what, of};
-    uint64_t key = hash_words(HASH_START, words, sizeof words);
+    uint64_t key = hash_words(secret(), words, sizeof words);
     return key ? key : 1;
 }
 
@@ -186,7 +187,7 @@ typedef struct there {
 static uint64_t key_of_object(const wire_message *m, int64_t client, int64_t number)
 {
     const int64_t words[3] = {m->kind, client, number};
-    uint64_t key = hash_words(HASH_START, words, sizeof words);
+    uint64_t key = hash_words(secret(), words, sizeof words);
     return key ? key : 1;
 }
 

@@ -2,6 +2,7 @@
 #include "service.h"
 
 #include "base/hash.h"
+#include "base/secret.h"
 
 #include <string.h>
 
@@ -13,7 +14,7 @@ static uint64_t next_key(uint64_t key)
 /* Where the stream of that name is, or would be: keys that clash are probed on. */
 static uint64_t key_of(const service *s, const pair_map *names, const char *name, uint32_t *id)
 {
-    uint64_t key = hash_words(HASH_START, name, strlen(name));
+    uint64_t key = hash_words(secret(), name, strlen(name));
     for (key = key ? key : 1;; key = next_key(key)) {
         *id = pair_map_get(names, key);
         if (*id == PAIR_MAP_NONE || strcmp(s->streams.at[*id].name, name) == 0) return key;

@@ -2,10 +2,11 @@
 #include "state.h"
 
 #include "base/hash.h"
+#include "base/secret.h"
 
 static uint64_t name_hash(const char *name)
 {
-    uint64_t h = hash_bytes(HASH_START, name, strlen(name));
+    uint64_t h = hash_bytes(secret(), name, strlen(name));
     return h ? h : 1;
 }
 

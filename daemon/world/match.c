@@ -2,6 +2,7 @@
 #include "match.h"
 
 #include "base/hash.h"
+#include "base/secret.h"
 #include "base/sort.h"
 #include "state.h"
 
@@ -130,7 +131,7 @@ const match_reach *match_class_reach(match *m, uint32_t id)
 
 static uint64_t hash_of_pattern(const pattern *p)
 {
-    uint64_t h = hash_bytes(HASH_START + p->of_group, p->text, p->length);
+    uint64_t h = hash_bytes(secret() + p->of_group, p->text, p->length);
     return h ? h : 1;
 }
 
@@ -424,7 +425,7 @@ uint32_t match_class_of_found(match *m)
     uint32_t kept = 1;
     for (uint32_t i = 1; i < count; i++)
         if (ids[i] != ids[kept - 1]) ids[kept++] = ids[i];
-    uint64_t hash = hash_words(HASH_START, ids, kept * sizeof *ids);
+    uint64_t hash = hash_words(secret(), ids, kept * sizeof *ids);
     if (!hash) hash = 1;
     for (uint32_t id = pair_map_get(&m->class_of, hash); id != PAIR_MAP_NONE; id = m->classes.at[id].next) {
         const match_class *c = &m->classes.at[id];

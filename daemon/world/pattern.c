@@ -4,6 +4,7 @@
 #include "pattern.h"
 
 #include "base/hash.h"
+#include "base/secret.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -152,7 +153,7 @@ static uint64_t key_step(uint64_t key, char c)
 
 static uint64_t key_start(bool of_group, bool by_tail)
 {
-    return HASH_START + 2 * (uint64_t)of_group + by_tail;
+    return secret() + 2 * (uint64_t)of_group + by_tail;
 }
 
 /* 0 is no key. */

@@ -3,6 +3,7 @@
 #include "rules.h"
 
 #include "base/hash.h"
+#include "base/secret.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -30,7 +31,7 @@ void rules_free(rule_sets *r)
 
 static uint64_t hash_of(const filter_rule *rules, size_t count)
 {
-    uint64_t h = HASH_START;
+    uint64_t h = secret();
     for (size_t i = 0; i < count; i++) h = hash_bytes(h, rules[i].pattern, strlen(rules[i].pattern) + 1);
     return h ? h : 1;
 }
