@@ -553,7 +553,7 @@ static void take_back(service *s, session *c, const wire_geometry *m)
     static const int64_t FAR = 1 << 20;
     int64_t newest = c->sequence > c->geometry_sequence ? c->sequence : c->geometry_sequence;
     geometry_claim *at = claim_of(s, c, m->hash);
-    at->leaves = c->pending_of.count && pending_needs(s, c->client, m->hash, m->sequence);
+    at->leaves = at->geometry && pending_needs(c, m->hash);
     s->claims_leave |= at->leaves;
     if (!at->leaves) disclaim(s, c, at);
     if (m->sequence - newest >= FAR) return;
@@ -567,7 +567,7 @@ void geometry_let_go(service *s)
     for (size_t i = 0; s->claims_leave && i < s->claims.count; i++) {
         geometry_claim *at = &s->claims.at[i];
         session *c = at->leaves ? session_find(s, at->client) : NULL;
-        bool needed = c && pending_needs(s, at->client, at->hash, at->sequence);
+        bool needed = c && pending_needs(c, at->hash);
         some |= needed;
         if (!c || needed) continue;
         at->leaves = false;

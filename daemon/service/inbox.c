@@ -87,9 +87,7 @@ static void apply_geometries(service *s)
         letter *l = &in->letters.at[i];
         if (l->kind == WIRE_BODY) has_bodies = l->client;
         if (l->kind != WIRE_GEOMETRY || (l->takes_back && l->client == has_bodies)) continue;
-        if (l->takes_back && (c = session_find(s, l->client)) != NULL && c->pending_count &&
-            pending_before(s, l->client, l->sequence))
-            continue;
+        if (l->takes_back && (c = session_find(s, l->client)) != NULL && c->pending_count) continue;
         apply_letter(s, l);
         l->kind = WIRE_NOTHING;
     }
@@ -122,7 +120,8 @@ void inbox_apply(service *s)
         if (open_letter(s, l, &m)) apply_poses(s, l->link, &m.pose_batch, false);
         l->kind = WIRE_NOTHING;
     }
-    s->hull_came = false;
+    s->hull_came = s->pending_left;
+    pending_tidy(s);
     s->told_builds.count = 0;
     geometry_let_go(s);
     steps_complete(s);

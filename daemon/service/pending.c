@@ -1,12 +1,17 @@
 /* pending: bodies that wait for their geometry, apart from the inbox, so that they cost nothing while they wait. What
  * has not come is waited for for HULL_WAIT_NS, since topics have no order among each other; what is being built without
  * end. Of the latter each body has one at most, its newest, and the newest of its poses. All that decides is counts,
- * commands and the recorded clock. Tick thread. */
+ * commands and the recorded clock. Places of those that are gone are closed up when they are many, and after the
+ * commands of each tick. Tick thread. */
 #include "service.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+
+static const size_t GAPS_FEW = 64; /* are left until the tick is over */
+/* Of the messages that a tick takes up again: what takes as long as a price of 20 ms, at the least. */
+static const size_t WOKEN_BYTES = 400000;
 
 static void free_body(pending_body *p)
 {
@@ -21,14 +26,30 @@ static pending_body *find_building(const service *s, const session *c, int32_t b
     return place == PAIR_MAP_NONE ? NULL : &s->pending.at[place];
 }
 
+static void count_needs(session *c, const pending_body *p, int sign)
+{
+    for (size_t i = 0; i < p->hashes.count; i++) {
+        uint64_t hash = (uint64_t)p->hashes.at[i];
+        uint32_t before = pair_map_get(&c->pending_needs, hash);
+        uint32_t times = (before == PAIR_MAP_NONE ? 0 : before) + (uint32_t)sign;
+        if (times)
+            pair_map_put(&c->pending_needs, hash, times);
+        else
+            pair_map_remove(&c->pending_needs, hash);
+    }
+}
+
 static void count_one(service *s, const pending_body *p, int sign)
 {
     session *c = session_find(s, p->client);
     if (c) c->pending_count += (size_t)sign;
+    if (!p->builds) s->pending_missing += (size_t)sign;
     if (!p->builds) return;
     s->pending_new += (size_t)(sign * p->is_new);
     s->pending_shapes += (size_t)(sign * (int)p->shapes);
-    if (c) c->pending_bytes += sign * (int64_t)p->bytes.count;
+    if (!c) return;
+    c->pending_bytes += sign * (int64_t)p->bytes.count;
+    count_needs(c, p, sign);
 }
 
 /* Of its client's map, by its place. */
@@ -39,12 +60,20 @@ static void enter(service *s, uint32_t place)
     if (p->builds && c) pair_map_put(&c->pending_of, (uint64_t)p->body + 1, place);
 }
 
+static void note_wait(service *s, const pending_body *p)
+{
+    if (!p->builds && p->since_ns < s->pending_since_ns) s->pending_since_ns = p->since_ns;
+}
+
 /* Those whose name is NULL are gone. */
 static void close_gaps(service *s)
 {
     size_t kept = 0;
+    if (!s->pending_gaps) return;
+    s->pending_since_ns = INT64_MAX;
     for (uint32_t i = 0; i < s->pending.count; i++) {
         if (!s->pending.at[i].name) continue;
+        note_wait(s, &s->pending.at[i]);
         if (kept != i) {
             s->pending.at[kept] = s->pending.at[i];
             enter(s, (uint32_t)kept);
@@ -52,6 +81,12 @@ static void close_gaps(service *s)
         kept++;
     }
     s->pending.count = kept;
+    s->pending_gaps = 0;
+}
+
+void pending_tidy(service *s)
+{
+    close_gaps(s);
 }
 
 /* It is closed up later. */
@@ -61,7 +96,8 @@ static void remove_one(service *s, pending_body *p)
     count_one(s, p, -1);
     if (p->builds && c) pair_map_remove(&c->pending_of, (uint64_t)p->body + 1);
     free_body(p);
-    p->name = NULL;
+    *p = (pending_body){.name = NULL};
+    s->pending_gaps++;
 }
 
 /* ---- coming ---- */
@@ -100,6 +136,15 @@ static pending_body make(const service *s, const letter *l, const wire_body *m)
     return p;
 }
 
+static void add(service *s, const pending_body *p)
+{
+    if (!s->pending_missing) s->pending_since_ns = INT64_MAX;
+    array_push(&s->pending, *p);
+    enter(s, (uint32_t)(s->pending.count - 1));
+    count_one(s, p, 1);
+    note_wait(s, p);
+}
+
 void pending_put(service *s, const letter *l, const wire_body *m)
 {
     wire_refusal why;
@@ -113,9 +158,7 @@ void pending_put(service *s, const letter *l, const wire_body *m)
         return;
     }
     if (p.builds) pending_supersede(s, c, m, &p.pose);
-    array_push(&s->pending, p);
-    enter(s, (uint32_t)(s->pending.count - 1));
-    count_one(s, &p, 1);
+    add(s, &p);
 }
 
 pending_copy pending_is_copy(const service *s, const session *c, const wire_body *m)
@@ -132,7 +175,7 @@ void pending_supersede(service *s, session *c, const wire_body *m, kept_pose *po
     if (p->pose.sequence > pose->sequence) *pose = p->pose;
     session_ack(c, p->sequence);
     remove_one(s, p);
-    close_gaps(s);
+    if (s->pending_gaps > GAPS_FEW + s->pending.count / 2) close_gaps(s);
 }
 
 /* ---- waiting ---- */
@@ -154,22 +197,9 @@ bool pending_keeps_pose(service *s, session *c, const wire_pose_batch *m, uint32
     return true;
 }
 
-bool pending_needs(const service *s, int64_t client, int64_t hash, int64_t before)
+bool pending_needs(const session *c, int64_t hash)
 {
-    for (size_t i = 0; i < s->pending.count; i++) {
-        const pending_body *p = &s->pending.at[i];
-        if (!p->builds || p->client != client || p->sequence >= before) continue;
-        for (size_t k = 0; k < p->hashes.count; k++)
-            if (p->hashes.at[k] == hash) return true;
-    }
-    return false;
-}
-
-bool pending_before(const service *s, int64_t client, int64_t sequence)
-{
-    for (size_t i = 0; i < s->pending.count; i++)
-        if (s->pending.at[i].client == client && s->pending.at[i].sequence < sequence) return true;
-    return false;
+    return hash && pair_map_get(&c->pending_needs, (uint64_t)hash) != PAIR_MAP_NONE;
 }
 
 /* ---- ending ---- */
@@ -203,28 +233,36 @@ static letter letter_of(service *s, const pending_body *p)
     return l;
 }
 
+/* Not more than a tick can take; the others come in the next ones. */
 bool pending_wake(service *s)
 {
-    bool some = false;
+    size_t woken = 0;
+    s->pending_left = false;
+    if (!pending_due(s)) return false;
     for (size_t i = 0; i < s->pending.count; i++) {
         pending_body *p = &s->pending.at[i];
-        if (!may_be_tried(s, p)) continue;
+        if (!p->name || !may_be_tried(s, p)) continue;
+        if (woken >= WOKEN_BYTES) {
+            s->pending_left = true;
+            break;
+        }
+        woken += p->bytes.count;
         array_push(&s->inbox.letters, letter_of(s, p));
         remove_one(s, p);
-        some = true;
     }
-    if (some) close_gaps(s);
-    return some;
+    close_gaps(s);
+    return woken > 0;
 }
 
 int64_t pending_next_ns(const service *s)
 {
-    int64_t first = INT64_MAX;
-    for (size_t i = 0; i < s->pending.count; i++) {
-        const pending_body *p = &s->pending.at[i];
-        if (!p->builds && p->since_ns < first) first = p->since_ns;
-    }
-    return first == INT64_MAX ? first : first + HULL_WAIT_NS;
+    return s->pending_missing ? s->pending_since_ns + HULL_WAIT_NS : INT64_MAX;
+}
+
+void pending_wait_anew(service *s)
+{
+    for (size_t i = 0; i < s->pending.count; i++) s->pending.at[i].since_ns = s->monotonic_ns;
+    s->pending_since_ns = s->monotonic_ns;
 }
 
 /* One that waits for what has not come is refused in a tick of its own, if there is no other. */
@@ -237,21 +275,19 @@ void pending_forget(service *s, int64_t client, int64_t before)
 {
     for (size_t i = 0; i < s->pending.count; i++) {
         pending_body *p = &s->pending.at[i];
-        if (p->client == client && p->sequence < before) remove_one(s, p);
+        if (p->name && p->client == client && p->sequence < before) remove_one(s, p);
     }
     close_gaps(s);
 }
 
 void pending_restore(service *s, pending_body *p)
 {
-    array_push(&s->pending, *p);
-    enter(s, (uint32_t)(s->pending.count - 1));
-    count_one(s, p, 1);
+    add(s, p);
 }
 
 void pending_free_all(service *s)
 {
     for (size_t i = 0; i < s->pending.count; i++) free_body(&s->pending.at[i]);
     array_free(&s->pending);
-    s->pending_new = s->pending_shapes = 0;
+    s->pending_new = s->pending_shapes = s->pending_missing = s->pending_gaps = 0;
 }

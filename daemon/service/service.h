@@ -141,6 +141,7 @@ typedef struct session {
     int64_t geometry_sequence;                      /* of its newest word on one */
     size_t geometries_taken_back;                   /* entries that stay */
     pair_map pending_of;                            /* number of a body that waits for a build + 1 -> its place */
+    pair_map pending_needs;                         /* a hash -> how often these bodies name it */
     int64_t pending_bytes;                          /* of those */
     size_t pending_count;                           /* of its bodies, all that wait */
     flow rejects;                                   /* told in the second that runs */
@@ -454,6 +455,10 @@ typedef struct service {
     ARRAY(told_build) told_builds; /* for this tick */
     pending_bodies pending;
     size_t pending_new, pending_shapes; /* of those that wait for a build: bodies that are new, and shapes */
+    size_t pending_missing;             /* those that wait for what has not come, ... */
+    int64_t pending_since_ns;           /* ... and since when the first of them */
+    size_t pending_gaps;                /* places of those that are gone */
+    bool pending_left;                  /* there are more that may be tried than this tick has taken up */
     struct {
         int64_t lacks;   /* the first geometry that it lacks */
         bool has_waited; /* for a build */
@@ -572,10 +577,11 @@ pending_copy pending_is_copy(const service *s, const session *c, const wire_body
 void pending_supersede(service *s, session *c, const wire_body *m, kept_pose *pose);
 bool pending_wake(service *s); /* those that may be tried become letters again, behind the others: were there any? */
 bool pending_due(const service *s);
+void pending_tidy(service *s);             /* after the commands of a tick: until then some places are of nobody */
+void pending_wait_anew(service *s);        /* they have waited for nothing yet */
 int64_t pending_next_ns(const service *s); /* when one of them has waited too long, monotonic; INT64_MAX: never */
-bool pending_needs(const service *s, int64_t client, int64_t hash, int64_t before); /* a body announced before that */
+bool pending_needs(const session *c, int64_t hash); /* one of its bodies that wait for a build */
 bool pending_keeps_pose(service *s, session *c, const wire_pose_batch *m, uint32_t i); /* of a body that waits */
-bool pending_before(const service *s, int64_t client, int64_t sequence); /* a body that was announced before that */
 void pending_forget(service *s, int64_t client, int64_t before);         /* of that client, announced before */
 void pending_restore(service *s, pending_body *p);                       /* becomes the service's */
 void pending_free_all(service *s);

@@ -65,6 +65,7 @@ session *session_get(service *s, int64_t client, struct link *from)
         pair_map_init(&c->body_of);
         pair_map_init(&c->interest_of);
         pair_map_init(&c->pending_of);
+        pair_map_init(&c->pending_needs);
         pair_map_put(&s->session_of, (uint64_t)client, (uint32_t)s->sessions.count);
         array_push(&s->sessions, c);
     }
@@ -221,6 +222,7 @@ static void free_session(session *c)
     pair_map_free(&c->body_of);
     pair_map_free(&c->interest_of);
     pair_map_free(&c->pending_of);
+    pair_map_free(&c->pending_needs);
     free(c->name);
     free(c);
 }

@@ -60,7 +60,7 @@ static void rebase_clocks(service *s)
     }
     for (size_t i = 0; i < LOST_KEPT; i++) s->left_clients[i].since_ns = s->monotonic_ns;
     for (size_t i = 0; i < s->streams.count; i++) s->streams.at[i].told_ns = 0;
-    for (size_t i = 0; i < s->pending.count; i++) s->pending.at[i].since_ns = s->monotonic_ns;
+    pending_wait_anew(s);
     s->next_heartbeat_ns = 0;
     s->lock_step.since_ns = 0;
     s->wall_ahead_ns = s->standby->in_step ? s->standby->ahead_ns : 0;

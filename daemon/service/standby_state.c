@@ -64,7 +64,7 @@ static void put_session(const service *s, const session *c, bytes_out *to)
     NO_ARRAY(&bare.interests);
     NO_ARRAY(&bare.acks);
     bare.rows = (pose_rows){.next = 0};
-    bare.body_of = bare.pending_of = (pair_map){0};
+    bare.body_of = bare.pending_of = bare.pending_needs = (pair_map){0};
     bare.pending_bytes = 0;
     bare.pending_count = 0;
     bytes_put(to, &bare, sizeof bare);
@@ -122,6 +122,7 @@ static const char *get_session(service *s, bytes_in *from)
     pair_map_init(&c->body_of);
     pair_map_init(&c->interest_of);
     pair_map_init(&c->pending_of);
+    pair_map_init(&c->pending_needs);
     array_push(&s->sessions, c); /* from here on it is freed with the others */
     uint64_t link;
     bytes_get(from, &link, sizeof link);
