@@ -46,34 +46,19 @@ int64_t geometry_bytes(int64_t vertex_numbers, int64_t index_numbers)
 
 /* ---- who means what by a hash ---- */
 
-static int compare_claims(const geometry_claim *x, int64_t client, int64_t hash)
+static geometry_claim *own_claim(const session *c, int64_t hash)
 {
-    if (x->client != client) return x->client < client ? -1 : 1;
-    return (x->hash > hash) - (x->hash < hash);
+    uint32_t place = hash ? pair_map_get(&c->claim_of, (uint64_t)hash) : PAIR_MAP_NONE;
+    return place == PAIR_MAP_NONE ? NULL : &c->claims.at[place];
 }
 
-/* The first that is not less. */
-static size_t place_of_claim(const service *s, int64_t client, int64_t hash)
+static geometry_claim *find_claim(service *s, int64_t client, int64_t hash)
 {
-    size_t low = 0, high = s->claims.count;
-    while (low < high) {
-        size_t middle = low + (high - low) / 2;
-        if (compare_claims(&s->claims.at[middle], client, hash) < 0)
-            low = middle + 1;
-        else
-            high = middle;
-    }
-    return low;
+    const session *c = session_find(s, client);
+    return c ? own_claim(c, hash) : NULL;
 }
 
-static geometry_claim *find_claim(const service *s, int64_t client, int64_t hash)
-{
-    size_t at = place_of_claim(s, client, hash);
-    bool found = at < s->claims.count && compare_claims(&s->claims.at[at], client, hash) == 0;
-    return found ? &s->claims.at[at] : NULL;
-}
-
-int64_t geometry_claimed(const service *s, int64_t client, int64_t hash)
+int64_t geometry_claimed(service *s, int64_t client, int64_t hash)
 {
     const geometry_claim *c = find_claim(s, client, hash);
     return c ? c->geometry : 0;
@@ -85,32 +70,37 @@ static int64_t bytes_of(const geometry *g)
 }
 
 /* Its entries go that claim nothing. */
-static void forget_taken_back(service *s, session *c)
+static void forget_taken_back(session *c)
 {
-    size_t at = place_of_claim(s, c->client, INT64_MIN), kept = at;
-    for (; at < s->claims.count; at++)
-        if (s->claims.at[at].client != c->client || s->claims.at[at].geometry) s->claims.at[kept++] = s->claims.at[at];
-    s->claims.count = kept;
+    size_t kept = 0;
+    for (size_t i = 0; i < c->claims.count; i++) {
+        const geometry_claim at = c->claims.at[i];
+        if (at.geometry) {
+            pair_map_put(&c->claim_of, (uint64_t)at.hash, (uint32_t)kept);
+            c->claims.at[kept++] = at;
+        } else {
+            pair_map_remove(&c->claim_of, (uint64_t)at.hash);
+        }
+    }
+    c->claims.count = kept;
     c->geometries_taken_back = 0;
 }
 
 /* The client's entry under that hash; a new one claims nothing. */
-static geometry_claim *claim_of(service *s, session *c, int64_t hash)
+static geometry_claim *claim_of(session *c, int64_t hash)
 {
-    geometry_claim *there = find_claim(s, c->client, hash);
+    geometry_claim *there = own_claim(c, hash);
     if (there) return there;
-    if (c->geometries_taken_back >= TAKEN_BACK_KEPT) forget_taken_back(s, c);
-    size_t at = place_of_claim(s, c->client, hash);
-    array_push(&s->claims, (geometry_claim){.client = 0});
-    memmove(&s->claims.at[at + 1], &s->claims.at[at], (s->claims.count - 1 - at) * sizeof *s->claims.at);
-    s->claims.at[at] = (geometry_claim){.client = c->client, .hash = hash};
+    if (c->geometries_taken_back >= TAKEN_BACK_KEPT) forget_taken_back(c);
+    pair_map_put(&c->claim_of, (uint64_t)hash, (uint32_t)c->claims.count);
+    array_push(&c->claims, ((geometry_claim){.client = c->client, .hash = hash}));
     c->geometries_taken_back++;
-    return &s->claims.at[at];
+    return &c->claims.at[c->claims.count - 1];
 }
 
-static void claim(service *s, session *c, geometry *g)
+static void claim(session *c, geometry *g)
 {
-    claim_of(s, c, g->hash)->geometry = g->id;
+    claim_of(c, g->hash)->geometry = g->id;
     c->geometries_taken_back--;
     g->claims++;
     c->geometry_count++;
@@ -157,7 +147,7 @@ static geometry *add(service *s, session *c, const wire_geometry *m)
     own_numbers(g, geometry_numbers_create(m->kind, m->hash, g->vertex_numbers, g->index_numbers));
     g->has = base_zalloc((size_t)m->pieces, 1);
     pair_map_put(&s->geometry_of, (uint64_t)g->id, (uint32_t)place);
-    claim(s, c, g);
+    claim(c, g);
     return g;
 }
 
@@ -316,7 +306,7 @@ static void build_later(service *s, geometry *g)
     begin_build(s, g);
 }
 
-geometry_state geometry_state_of(const service *s, int64_t client, int64_t hash)
+geometry_state geometry_state_of(service *s, int64_t client, int64_t hash)
 {
     const geometry *g = find(s, geometry_claimed(s, client, hash));
     if (!g) return GEOMETRY_MISSING;
@@ -345,13 +335,20 @@ static void refuse_claim(service *s, geometry_claim *at, const wire_refusal *why
     at->leaves = false;
 }
 
+/* What that client means by its hash, if it is this one. */
+static geometry_claim *claim_on(const session *c, const geometry *g)
+{
+    geometry_claim *at = own_claim(c, g->hash);
+    return at && at->geometry == g->id ? at : NULL;
+}
+
 /* Those who mean it mean the other one from now on, or nothing. */
 static void move_claims(service *s, geometry *from, geometry *to)
 {
     static const wire_refusal fine = {WIRE_OK, ""};
-    for (size_t i = 0; i < s->claims.count; i++) {
-        geometry_claim *at = &s->claims.at[i];
-        if (at->geometry != from->id) continue;
+    for (size_t i = 0; i < s->sessions.count; i++) {
+        geometry_claim *at = claim_on(s->sessions.at[i], from);
+        if (!at) continue;
         at->geometry = to->id;
         to->claims++;
         from->claims--;
@@ -361,9 +358,9 @@ static void move_claims(service *s, geometry *from, geometry *to)
 
 static void answer_claims(service *s, geometry *g, const wire_refusal *why)
 {
-    for (size_t i = 0; i < s->claims.count; i++) {
-        geometry_claim *at = &s->claims.at[i];
-        if (at->geometry != g->id) continue;
+    for (size_t i = 0; i < s->sessions.count; i++) {
+        geometry_claim *at = claim_on(s->sessions.at[i], g);
+        if (!at) continue;
         if (why->reason == WIRE_OK)
             answer_claim(s, at, why);
         else
@@ -399,12 +396,12 @@ static void take_build(service *s, geometry *g)
 }
 
 /* Who means it, of several the first: so it is called in recordings. NULL: nobody. */
-static const geometry_claim *claimant_of(const service *s, const geometry *g)
+static const geometry_claim *claimant_of(service *s, const geometry *g)
 {
     const geometry_claim *own = find_claim(s, g->client, g->hash);
     if (own && own->geometry == g->id) return own;
-    for (size_t i = 0; i < s->claims.count; i++)
-        if (s->claims.at[i].geometry == g->id) return &s->claims.at[i];
+    for (size_t i = 0; i < s->sessions.count; i++)
+        if ((own = claim_on(s->sessions.at[i], g)) != NULL) return own;
     return NULL;
 }
 
@@ -552,8 +549,9 @@ static void take_back(service *s, session *c, const wire_geometry *m)
 {
     static const int64_t FAR = 1 << 20;
     int64_t newest = c->sequence > c->geometry_sequence ? c->sequence : c->geometry_sequence;
-    geometry_claim *at = claim_of(s, c, m->hash);
+    geometry_claim *at = claim_of(c, m->hash);
     at->leaves = at->geometry && pending_needs(c, m->hash);
+    c->claims_leave |= at->leaves;
     s->claims_leave |= at->leaves;
     if (!at->leaves) disclaim(s, c, at);
     if (m->sequence - newest >= FAR) return;
@@ -561,17 +559,26 @@ static void take_back(service *s, session *c, const wire_geometry *m)
     if (m->sequence > c->geometry_sequence) c->geometry_sequence = m->sequence;
 }
 
+static void let_go(service *s, session *c)
+{
+    c->claims_leave = false;
+    for (size_t k = 0; k < c->claims.count; k++) {
+        geometry_claim *at = &c->claims.at[k];
+        bool needed = at->leaves && pending_needs(c, at->hash);
+        c->claims_leave |= needed;
+        if (!at->leaves || needed) continue;
+        at->leaves = false;
+        disclaim(s, c, at);
+    }
+}
+
 void geometry_let_go(service *s)
 {
     bool some = false;
-    for (size_t i = 0; s->claims_leave && i < s->claims.count; i++) {
-        geometry_claim *at = &s->claims.at[i];
-        session *c = at->leaves ? session_find(s, at->client) : NULL;
-        bool needed = c && pending_needs(c, at->hash);
-        some |= needed;
-        if (!c || needed) continue;
-        at->leaves = false;
-        disclaim(s, c, at);
+    for (size_t i = 0; s->claims_leave && i < s->sessions.count; i++) {
+        session *c = s->sessions.at[i];
+        if (c->claims_leave) let_go(s, c);
+        some |= c->claims_leave;
     }
     s->claims_leave = some;
 }
@@ -643,9 +650,8 @@ void geometry_release(service *s, int64_t id)
 
 void geometry_forget(service *s, session *c)
 {
-    size_t at = place_of_claim(s, c->client, INT64_MIN);
-    for (; at < s->claims.count && s->claims.at[at].client == c->client; at++) disclaim(s, c, &s->claims.at[at]);
-    forget_taken_back(s, c);
+    for (size_t i = 0; i < c->claims.count; i++) disclaim(s, c, &c->claims.at[i]);
+    forget_taken_back(c);
 }
 
 wire_reason geometry_restore(service *s, const geometry *bare, wire_refusal *why)
@@ -672,6 +678,7 @@ wire_reason geometry_restore(service *s, const geometry *bare, wire_refusal *why
 void geometry_restore_builds(service *s)
 {
     s->claims_leave = true; /* perhaps */
+    for (size_t i = 0; i < s->sessions.count; i++) s->sessions.at[i]->claims_leave = true;
     for (size_t i = 0; i < s->geometries.count; i++)
         if (s->geometries.at[i].is_building) begin_build(s, &s->geometries.at[i]);
 }
@@ -693,7 +700,6 @@ void geometry_free_all(service *s)
     for (size_t i = 0; i < s->geometries.count; i++)
         if (s->geometries.at[i].id) drop(s, &s->geometries.at[i]);
     array_free(&s->geometries);
-    array_free(&s->claims);
     array_free(&s->told_builds);
     s->geometry_hint = 0;
     s->geometries_completed = 0;

@@ -116,7 +116,7 @@ static bool has_room(service *s, const session *c, const pending_body *p, wire_r
            !apply_limit(s, (size_t)((bytes - 1) / mib), f->max_client_geometry, "max_client_geometry", why);
 }
 
-static pending_body make(const service *s, const letter *l, const wire_body *m)
+static pending_body make(service *s, const letter *l, const wire_body *m)
 {
     pending_body p = {.client = l->client,
         .sequence = l->sequence,
@@ -205,7 +205,7 @@ bool pending_needs(const session *c, int64_t hash)
 /* ---- ending ---- */
 
 /* What it lacked is ready; or is refused or gone, and it is refused at once; or has not come for long. */
-static bool may_be_tried(const service *s, const pending_body *p)
+static bool may_be_tried(service *s, const pending_body *p)
 {
     geometry_state state = s->hull_came ? geometry_state_of(s, p->client, p->hash) : GEOMETRY_MISSING;
     if (p->builds) return s->hull_came && state != GEOMETRY_BUILDING;

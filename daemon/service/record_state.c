@@ -286,18 +286,25 @@ static void tell_held(service *s, const session *c)
     pair_map_free(&told);
 }
 
+static void tell_claimed(service *s, const session *c)
+{
+    for (size_t k = 0; k < c->claims.count; k++) {
+        const geometry *g = geometry_at(s, c->claims.at[k].geometry);
+        if (!g) continue;
+        tell_geometry(s, g, c->client);
+        if (g->is_building) record_build(s, c->client, g->hash, false);
+    }
+}
+
 static void tell_geometries(service *s)
 {
-    for (size_t i = 0; i < s->claims.count; i++)
-        if (s->claims.at[i].geometry) {
-            const geometry_claim *c = &s->claims.at[i];
-            const geometry *g = geometry_at(s, c->geometry);
-            tell_geometry(s, g, c->client);
-            if (g->is_building) record_build(s, c->client, c->hash, false);
-        }
+    for (size_t i = 0; i < s->sessions.count; i++) tell_claimed(s, s->sessions.at[i]);
     for (size_t i = 0; i < s->sessions.count; i++) tell_held(s, s->sessions.at[i]);
-    for (size_t i = 0; i < s->claims.count; i++)
-        if (!s->claims.at[i].geometry && s->claims.at[i].sequence) tell_taken_back(s, &s->claims.at[i]);
+    for (size_t i = 0; i < s->sessions.count; i++) {
+        const session *c = s->sessions.at[i];
+        for (size_t k = 0; k < c->claims.count; k++)
+            if (!c->claims.at[k].geometry && c->claims.at[k].sequence) tell_taken_back(s, &c->claims.at[k]);
+    }
 }
 
 size_t record_state_size(const service *s)

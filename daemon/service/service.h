@@ -119,6 +119,17 @@ typedef struct hearing {
     int64_t tell_wait_s;    /* 0: it is heard */
 } hearing;
 
+/* What a client means by a hash. */
+typedef struct geometry_claim {
+    int64_t client, hash;
+    int64_t geometry;   /* id; 0: taken back. The entry stays, so that a late copy does not bring it back */
+    int64_t sequence;   /* of its newest word on it */
+    int64_t unanswered; /* the sequence of the piece that came last of all, while it is being built: acknowledged, or
+                           refused, when that is over; 0: there is none */
+    int32_t last_piece; /* that piece */
+    bool leaves;        /* taken back, but a body that waits, and was announced before, is to have it */
+} geometry_claim;
+
 typedef struct session {
     int64_t client;
     char *name;
@@ -140,6 +151,7 @@ typedef struct session {
     double spent_us;                                /* of expected work (shares.h), since it is here */
     int64_t geometry_sequence;                      /* of its newest word on one */
     size_t geometries_taken_back;                   /* entries that stay */
+    bool claims_leave;                              /* some of its claims may be taken back once no body waits */
     pair_map pending_of;                            /* number of a body that waits for a build + 1 -> its place */
     pair_map pending_needs;                         /* a hash -> how often these bodies name it */
     int64_t pending_bytes;                          /* of those */
@@ -164,7 +176,9 @@ typedef struct session {
     uint32_t had;      /* ... until it has announced so many bodies and interests again, ... */
     int64_t lost_at;   /* ... beyond this sequence */
     bool left;         /* in order: what it keeps is meant to stay */
-    pair_map body_of;  /* number + 1 -> index */
+    pair_map claim_of; /* hash -> index */
+    ARRAY(geometry_claim) claims;
+    pair_map body_of; /* number + 1 -> index */
     ARRAY(owned_body) bodies;
     pose_rows rows;       /* of the same bodies */
     pair_map interest_of; /* number + 1 -> index */
@@ -244,17 +258,6 @@ typedef struct geometry {
     mesh *mesh;                /* ... or this one, by its kind */
     uint32_t users;            /* bodies that hold it */
 } geometry;
-
-/* What a client means by a hash. */
-typedef struct geometry_claim {
-    int64_t client, hash;
-    int64_t geometry;   /* id; 0: taken back. The entry stays, so that a late copy does not bring it back */
-    int64_t sequence;   /* of its newest word on it */
-    int64_t unanswered; /* the sequence of the piece that came last of all, while it is being built: acknowledged, or
-                           refused, when that is over; 0: there is none */
-    int32_t last_piece; /* that piece */
-    bool leaves;        /* taken back, but a body that waits, and was announced before, is to have it */
-} geometry_claim;
 
 typedef struct told_build { /* to a replay, or a standby: what the daemon that decides did in this tick */
     int64_t client, hash;
@@ -445,8 +448,7 @@ typedef struct service {
     pair_map geometry_of;         /* id -> place */
     pair_map geometry_whole;      /* hash -> place of one that is whole; `same` leads to the others */
     int64_t geometry_last;        /* the newest id */
-    ARRAY(geometry_claim) claims; /* by client, then hash */
-    bool claims_leave;            /* some may be taken back once no body waits */
+    bool claims_leave;            /* some session's do */
     size_t geometry_hint;         /* no place before it is free */
     int64_t geometries_completed;
     size_t geometries_building;
@@ -542,7 +544,7 @@ int64_t geometry_bytes(int64_t vertex_numbers, int64_t index_numbers); /* of its
 geometry_share geometry_share_of(const geometry *g, int32_t piece);
 /* *later: it is not acknowledged now, but when it has been built. */
 wire_reason geometry_put(service *s, session *c, const wire_geometry *m, wire_refusal *why, bool *later);
-int64_t geometry_claimed(const service *s, int64_t client, int64_t hash); /* its id; 0: the client has sent none */
+int64_t geometry_claimed(service *s, int64_t client, int64_t hash); /* its id; 0: the client has sent none */
 const geometry *geometry_at(const service *s, int64_t id);                /* NULL: there is none */
 /* The hull or mesh of a shape of that type, WIRE_SHAPE_*; false: it is not whole, or of another kind. */
 bool geometry_lend(const service *s, int64_t id, uint8_t wire_type, shape *to);
@@ -556,7 +558,7 @@ wire_reason geometry_restore(service *s, const geometry *bare, wire_refusal *why
 void geometry_restore_builds(service *s); /* when all are there: what was being built is being built again */
 typedef enum geometry_state { GEOMETRY_MISSING, GEOMETRY_BUILDING, GEOMETRY_READY } geometry_state;
 /* Of what the client means by that hash. */
-geometry_state geometry_state_of(const service *s, int64_t client, int64_t hash);
+geometry_state geometry_state_of(service *s, int64_t client, int64_t hash);
 void geometry_builds_end(service *s); /* the first thing in a tick: what is ready from then on */
 void geometry_tell(service *s, int64_t client, int64_t hash, bool ready); /* what another daemon did in this tick */
 void geometry_let_go(service *s); /* what was taken back, and no body waits for any more */

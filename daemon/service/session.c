@@ -95,6 +95,8 @@ static void forget_removed(session *c)
     size_t kept = 0, removed = 0;
     for (size_t i = 0; i < c->bodies.count; i++) removed += c->bodies.at[i].world_id == WORLD_NONE;
     if (removed < REMOVED_KEPT) return;
+    array_free(&c->claims);
+    pair_map_free(&c->claim_of);
     pair_map_free(&c->body_of);
     pair_map_init(&c->body_of);
     for (size_t i = 0; i < c->bodies.count; i++) {

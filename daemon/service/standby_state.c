@@ -63,8 +63,9 @@ static void put_session(const service *s, const session *c, bytes_out *to)
     NO_ARRAY(&bare.bodies);
     NO_ARRAY(&bare.interests);
     NO_ARRAY(&bare.acks);
+    NO_ARRAY(&bare.claims);
     bare.rows = (pose_rows){.next = 0};
-    bare.body_of = bare.pending_of = bare.pending_needs = (pair_map){0};
+    bare.claim_of = bare.body_of = bare.pending_of = bare.pending_needs = (pair_map){0};
     bare.pending_bytes = 0;
     bare.pending_count = 0;
     bytes_put(to, &bare, sizeof bare);
@@ -83,6 +84,7 @@ static void put_session(const service *s, const session *c, bytes_out *to)
         PUT_ARRAY(to, &c->bodies.at[i].geometries);
     }
     PUT_ARRAY(to, &c->interests);
+    PUT_ARRAY(to, &c->claims);
 }
 
 static void confirm(service *s, const session *c)
@@ -115,10 +117,12 @@ static const char *get_session(service *s, bytes_in *from)
     c->rows = (pose_rows){.next = 0};
     NO_ARRAY(&c->interests);
     NO_ARRAY(&c->acks);
+    NO_ARRAY(&c->claims);
     NO_ARRAY(&c->held.bytes);
     NO_ARRAY(&c->owed);
     NO_ARRAY(&c->held.digests.list);
     NO_ARRAY(&c->done.list);
+    pair_map_init(&c->claim_of);
     pair_map_init(&c->body_of);
     pair_map_init(&c->interest_of);
     pair_map_init(&c->pending_of);
@@ -146,6 +150,9 @@ static const char *get_session(service *s, bytes_in *from)
     }
     GET_ARRAY(from, &c->interests);
     session_find_interests(c);
+    GET_ARRAY(from, &c->claims);
+    for (size_t i = 0; i < c->claims.count; i++)
+        if (c->claims.at[i].hash) pair_map_put(&c->claim_of, (uint64_t)c->claims.at[i].hash, (uint32_t)i);
     confirm(s, c);
     return from->broken ? "a client is cut off" : NULL;
 }
@@ -316,7 +323,6 @@ void state_put(service *s, bytes_out *to)
     bytes_put_count(to, used);
     for (size_t i = 0; i < s->geometries.count; i++)
         if (s->geometries.at[i].id) put_geometry(&s->geometries.at[i], to);
-    PUT_ARRAY(to, &s->claims);
     bytes_put_count(to, s->sessions.count);
     for (size_t i = 0; i < s->sessions.count; i++) put_session(s, s->sessions.at[i], to);
     bytes_put_count(to, s->streams.count);
@@ -329,13 +335,14 @@ void state_put(service *s, bytes_out *to)
 size_t state_size(const service *s)
 {
     size_t size = sizeof(state_head) + world_saved_size(s->world) + s->inbox.bytes.count +
-                  s->claims.count * sizeof(geometry_claim) + s->streams.count * (sizeof(stream) + WIRE_NAME_MAX);
+                  s->streams.count * (sizeof(stream) + WIRE_NAME_MAX);
     for (size_t i = 0; i < s->geometries.count; i++)
         size += sizeof(geometry) + s->geometries.at[i].vertex_numbers * sizeof(double) +
                 s->geometries.at[i].index_numbers * sizeof(int32_t);
     for (size_t i = 0; i < s->sessions.count; i++)
         size += sizeof(session) + s->sessions.at[i]->held.bytes.count +
-                s->sessions.at[i]->bodies.count * (sizeof(owned_body) + 2 * sizeof(int64_t));
+                s->sessions.at[i]->bodies.count * (sizeof(owned_body) + 2 * sizeof(int64_t)) +
+                s->sessions.at[i]->claims.count * sizeof(geometry_claim);
     return size;
 }
 
@@ -382,7 +389,6 @@ static const char *take_all(service *s, bytes_in *from)
         size_t count = bytes_get_count(from, 1);
         for (size_t k = 0; k < count; k++)
             if ((wrong = parts[i](s, from)) != NULL) return wrong;
-        if (i == 0) GET_ARRAY(from, &s->claims);
     }
     geometry_restore_builds(s);
     s->hull_came = h.hull_came;
