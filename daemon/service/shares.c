@@ -13,6 +13,7 @@
 
 static const double TICK_US = 20000;  /* of expected work that a tick takes, of all together */
 static const double DIRECT_US = 2000; /* of that a purse may have before others have had their turn */
+static const double DEAR_US = 10;     /* what a Client costs that waits while its purse is empty */
 static const double TURN_US = 1000;   /* of what waits, before the next one's turn */
 static const double BURST_S = 4;      /* what may be saved up, seconds of what may be spent in one */
 enum {
@@ -243,11 +244,20 @@ static void pay(purse *p, double us)
     for (purse *at = p; at; at = at->parent) at->left_us -= us;
 }
 
-static price price_for(const service *s, const purse *p, const wire_message *m)
+/* A goodbye, or an older word than the newest: all that the client has is looked through. */
+static double looked_through_us(service *s, const wire_message *m)
+{
+    static const double AN_OBJECT = 0.01;
+    const session *c = m->kind == WIRE_CLIENT ? session_find(s, m->client.client) : NULL;
+    bool looks = c && (m->client.removed || m->client.sequence < c->sequence);
+    return looks ? AN_OBJECT * (double)(c->bodies.count + c->interests.count) : 0;
+}
+
+static price price_for(service *s, const purse *p, const wire_message *m)
 {
     price cost = price_of(m, s->shares->bodies);
-    double factor = m->kind == WIRE_QUERY ? p->factor : 1;
-    return (price){factor * cost.in_tick, factor * cost.in_all};
+    double factor = m->kind == WIRE_QUERY ? p->factor : 1, more = looked_through_us(s, m);
+    return (price){factor * cost.in_tick + more, factor * cost.in_all + more};
 }
 
 /* ---- what a purse has ---- */
@@ -690,7 +700,7 @@ static bool must_wait(service *s, purse *p, const wire_message *m)
 {
     shares *h = s->shares;
     bool some_wait = p->first < p->queue.count;
-    if (m->kind == WIRE_CLIENT) return false;
+    if (m->kind == WIRE_CLIENT) return looked_through_us(s, m) > DEAR_US && (!can_pay(s, p) || h->left_us <= 0);
     if (m->kind == WIRE_POSE_BATCH) return some_wait && !is_known(s, m);
     if (some_wait || !can_pay(s, p) || h->left_us <= 0 || p->direct_us >= DIRECT_US) return true;
     p->direct_us += price_for(s, p, m).in_tick;

@@ -60,6 +60,15 @@ const struct measures *cell_measures(const cell *c)
     return &server_service(c->server)->measures;
 }
 
+double cell_processor_s(const cell *c)
+{
+    clockid_t clock;
+    struct timespec t = {0};
+    assert_int_equal(pthread_getcpuclockid(c->thread, &clock), 0);
+    clock_gettime(clock, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
 void cell_end_recording(cell *c)
 {
     server_end_recording(c->server);

@@ -23,6 +23,7 @@ int cell_replay(const char *path, long workers, bool caches); /* of a recording;
 int cell_replay_as(const char *path, config c);               /* under another configuration */
 /* What its loop measured; to be looked at after the answer of a tick that came later. */
 const struct measures *cell_measures(const cell *c);
+double cell_processor_s(const cell *c);    /* that its loop has had, whatever else the machine does */
 void cell_end_recording(cell *c);          /* as its operator: soon */
 struct builds *cell_builds(const cell *c); /* to hold them back */
 /* Looks at each entry of a recording; fails the test if it is damaged. How many ticks are in it. */
