@@ -445,11 +445,11 @@ typedef struct service {
     ARRAY(stream) streams;                 /* by the world's interest id */
     pair_map open_streams, ending_streams; /* by name: see stream_names.c */
     ARRAY(geometry) geometries;
-    pair_map geometry_of;         /* id -> place */
-    pair_map geometry_whole;      /* hash -> place of one that is whole; `same` leads to the others */
-    int64_t geometry_last;        /* the newest id */
-    bool claims_leave;            /* some session's do */
-    size_t geometry_hint;         /* no place before it is free */
+    pair_map geometry_of;    /* id -> place */
+    pair_map geometry_whole; /* hash -> place of one that is whole; `same` leads to the others */
+    int64_t geometry_last;   /* the newest id */
+    bool claims_leave;       /* some session's do */
+    size_t geometry_hint;    /* no place before it is free */
     int64_t geometries_completed;
     size_t geometries_building;
     builds *builds;
@@ -545,7 +545,7 @@ geometry_share geometry_share_of(const geometry *g, int32_t piece);
 /* *later: it is not acknowledged now, but when it has been built. */
 wire_reason geometry_put(service *s, session *c, const wire_geometry *m, wire_refusal *why, bool *later);
 int64_t geometry_claimed(service *s, int64_t client, int64_t hash); /* its id; 0: the client has sent none */
-const geometry *geometry_at(const service *s, int64_t id);                /* NULL: there is none */
+const geometry *geometry_at(const service *s, int64_t id);          /* NULL: there is none */
 /* The hull or mesh of a shape of that type, WIRE_SHAPE_*; false: it is not whole, or of another kind. */
 bool geometry_lend(const service *s, int64_t id, uint8_t wire_type, shape *to);
 void geometry_hold(service *s, int64_t id);
@@ -584,8 +584,8 @@ void pending_wait_anew(service *s);        /* they have waited for nothing yet *
 int64_t pending_next_ns(const service *s); /* when one of them has waited too long, monotonic; INT64_MAX: never */
 bool pending_needs(const session *c, int64_t hash); /* one of its bodies that wait for a build */
 bool pending_keeps_pose(service *s, session *c, const wire_pose_batch *m, uint32_t i); /* of a body that waits */
-void pending_forget(service *s, int64_t client, int64_t before);         /* of that client, announced before */
-void pending_restore(service *s, pending_body *p);                       /* becomes the service's */
+void pending_forget(service *s, int64_t client, int64_t before); /* of that client, announced before */
+void pending_restore(service *s, pending_body *p);               /* becomes the service's */
 void pending_free_all(service *s);
 
 /* poses.c */
