@@ -762,6 +762,20 @@ void shares_answered(service *s, const letter *l, const wire_message *m, int64_t
     if (c) c->spent_us += more;
 }
 
+/* What is put back often, one after the other, is not to move the whole queue each time: room for more is made. */
+static void put_first(purse *p, held first)
+{
+    enum { ROOM = 1024 };
+    if (p->first == p->queue.count) p->first = p->queue.count = 0;
+    if (p->first == 0) {
+        array_reserve(&p->queue, p->queue.count + ROOM);
+        memmove(p->queue.at + ROOM, p->queue.at, p->queue.count * sizeof *p->queue.at);
+        p->queue.count += ROOM;
+        p->first = ROOM;
+    }
+    p->queue.at[--p->first] = first;
+}
+
 void shares_defer(service *s, const letter *l, const wire_message *m)
 {
     shares *h = s->shares;
@@ -769,9 +783,7 @@ void shares_defer(service *s, const letter *l, const wire_message *m)
     l->link->origin = l->origin;
     held first = hold(h, l->link, l->client, m);
     pay(p, -price_for(s, p, m).in_all);
-    array_push(&p->queue, first);
-    memmove(p->queue.at + p->first + 1, p->queue.at + p->first, (p->queue.count - 1 - p->first) * sizeof *p->queue.at);
-    p->queue.at[p->first] = first;
+    put_first(p, first);
     p->bytes += first.size;
     h->bytes += first.size;
     h->waiting++;

@@ -157,7 +157,8 @@ static int64_t counter(room *r, const char *name)
 
 static void until(room *r, const char *name, int64_t value)
 {
-    for (int i = 0; i < 600 && counter(r, name) != value; i++) {}
+    for (int i = 0; i < 600 && counter(r, name) != value; i++) {
+    }
     assert_int_equal(counter(r, name), value);
 }
 
@@ -245,12 +246,55 @@ static void old_words_of_a_client_with_many_bodies(void **state)
     room_close(&r);
 }
 
+/* ---- queries ---- */
+
+static void ask(room *r, uint8_t kind, const char *name)
+{
+    const double linear[3] = {10, 1, 0.5}, angular[3] = {1, 20, 3};
+    bool sweeps = kind == WIRE_QUERY_SWEEP;
+    wire_message q = {.kind = WIRE_QUERY,
+        .query = {.version = WIRE_VERSION,
+            .client = ALICE,
+            .sequence = ++r->sequence,
+            .kind = kind,
+            .name_a = name,
+            .name_b = sweeps ? "" : name,
+            .linear = {sweeps ? 3 : 0, linear},
+            .angular = {sweeps ? 3 : 0, angular},
+            .span_s = sweeps ? 3600 : 0,
+            .tolerance_m = 1e-9}};
+    memory_send(r->end, &q);
+}
+
+/* Now and then one takes all the time that answers have in a tick: those that come behind it are put back. */
+static void queries_are_put_back_before_many_that_wait(void **state)
+{
+    (void)state;
+    enum { QUERIES = 400000, ONE_IS_LONG = 2500 };
+    room r;
+    room_open(&r);
+    for (int32_t i = 0; i < 1000; i++) {
+        char name[32];
+        snprintf(name, sizeof name, "sphere %d", (int)i);
+        cell_sphere(r.end, ALICE, ++r.sequence, i, name, 1.5 * (i % 40));
+    }
+    settle(&r);
+    double began_s = cell_processor_s(r.cell);
+    for (int i = 1; i <= QUERIES; i++)
+        ask(&r, i % ONE_IS_LONG ? WIRE_QUERY_DISTANCE : WIRE_QUERY_SWEEP, i % ONE_IS_LONG ? "nobody" : "sphere 0");
+    until(&r, "waiting_messages", 0);
+    assert_true(counter(&r, "queries_deferred") > 1000);
+    assert_cheap(&r, began_s, 4.5);
+    room_close(&r);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(what_was_taken_back_by_many_costs_nobody),
         cmocka_unit_test(bodies_that_wait_are_announced_again),
         cmocka_unit_test(many_bodies_of_one_geometry_come_in_slices),
+        cmocka_unit_test(queries_are_put_back_before_many_that_wait),
         cmocka_unit_test(old_words_of_a_client_with_many_bodies),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
