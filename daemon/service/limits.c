@@ -48,7 +48,7 @@ bool limits_admit(service *s, struct link *from, const wire_message *m, wire_ref
     if (s->replaying) return true;
     if (m->kind == WIRE_CLIENT && !is_lease(&m->client, why)) return false;
     if (c && !is_by_its_link(c, from, why)) return false;
-    if (suspect_refuses(s, m, why) || !memory_admit(s, m, why)) return false;
+    if (suspect_refuses(s, m, why) || !memory_admit(s, from, m, why)) return false;
     if (!c) return true;
     int64_t messages = flow_add(shares_flow(s, from, client, SHARES_MESSAGES), s->monotonic_ns, 1);
     if (apply_limit(s, (size_t)messages - 1, s->config.max_client_messages, "max_client_messages", why)) return false;

@@ -5,6 +5,7 @@
 #include "geom/hull.h"
 #include "geom/mesh.h"
 #include "service.h"
+#include "shares.h"
 
 #include <fcntl.h>
 #include <inttypes.h>
@@ -128,6 +129,13 @@ static int64_t reserve(const memory_gauge *g)
     return g->limit / 16;
 }
 
+/* So much stays free for those who have little: the same share as of other limits. */
+static int64_t others_share(const service *s)
+{
+    int64_t part = s->memory.limit / 100 * (100 - s->config.share);
+    return part > reserve(&s->memory) ? part : reserve(&s->memory);
+}
+
 static int64_t room(const memory_gauge *g)
 {
     return g->left - g->promised;
@@ -232,7 +240,14 @@ static bool is_sign_of_life(service *s, const wire_message *m)
     return m->kind == WIRE_CLIENT && session_find(s, m->client.client);
 }
 
-bool memory_admit(service *s, const wire_message *m, wire_refusal *why)
+/* What it is not to take of what there is. Who has more than stays free for others is not one of those others. */
+static int64_t kept_from(service *s, const struct link *from, const wire_message *m, int64_t need)
+{
+    bool has_much = shares_bytes(s, from, m) + need > others_share(s);
+    return has_much ? others_share(s) : reserve(&s->memory);
+}
+
+bool memory_admit(service *s, const struct link *from, const wire_message *m, wire_refusal *why)
 {
     memory_gauge *g = &s->memory;
     bool may_use_reserve;
@@ -240,7 +255,7 @@ bool memory_admit(service *s, const wire_message *m, wire_refusal *why)
     int64_t need = need_of(s, m, &may_use_reserve);
     if (!need) return true;
     look_again(s);
-    if (room(g) - (may_use_reserve ? 0 : reserve(g)) >= need) {
+    if (room(g) - (may_use_reserve ? 0 : kept_from(s, from, m, need)) >= need) {
         g->promised += m->kind == WIRE_QUERY ? 0 : promise_of(m, need);
         return true;
     }
@@ -260,7 +275,7 @@ int64_t memory_pairs_most(service *s)
     memory_gauge *g = &s->memory;
     if (g->statm < 0) return 0;
     look_again(s);
-    int64_t spare = g->left - reserve(g), most = g->pairs + (spare > 0 ? spare / PAIR_BYTES : 0);
+    int64_t spare = g->left - others_share(s), most = g->pairs + (spare > 0 ? spare / PAIR_BYTES : 0);
     return most >= s->config.max_pairs ? 0 : most > 0 ? most : 1;
 }
 

@@ -13,6 +13,7 @@
 #include <stdint.h>
 
 struct service;
+struct link;
 
 typedef struct memory_gauge {
     int statm;         /* of this process; -1: nothing is looked at */
@@ -34,7 +35,7 @@ int64_t memory_granted(const char *root);
 void memory_open(struct service *s);
 void memory_close(struct service *s);
 /* False: it would grow beyond the limit; named, counted. Not of a replay. */
-bool memory_admit(struct service *s, const wire_message *m, wire_refusal *why);
+bool memory_admit(struct service *s, const struct link *from, const wire_message *m, wire_refusal *why);
 /* So many pairs may there be in the tick that comes, of max_pairs; 0: all. */
 int64_t memory_pairs_most(struct service *s);
 void memory_after_tick(struct service *s); /* what waited for it has been applied */

@@ -217,6 +217,27 @@ static purse *payer_of(service *s, const struct link *from, int64_t origin, cons
     return visits ? visitor(s, origin) : purse_of(s, from, origin, client);
 }
 
+/* What things take when they are there, about: as in memory.c; of a mesh ten times what is sent. */
+static int64_t bytes_of(const purse *p)
+{
+    enum { A_BODY = 2048, A_SHAPE = 2048, AN_INTEREST = 16384, A_BYTE_OF_GEOMETRY = 10 };
+    return (int64_t)(p->has[BODIES] * A_BODY + p->has[SHAPES] * A_SHAPE + p->has[INTERESTS] * AN_INTEREST +
+                     p->has[GEOMETRY_BYTES] * A_BYTE_OF_GEOMETRY);
+}
+
+int64_t shares_bytes(const service *s, const struct link *from, const wire_message *m)
+{
+    const shares *h = s->shares;
+    int64_t client, sequence, most = 0;
+    int32_t object;
+    wire_origin(m, &client, &sequence, &object);
+    uint64_t key = from->origin ? key_of(KEY_ORIGIN, (uint64_t)from->origin) : key_of(KEY_CLIENT, (uint64_t)client);
+    uint32_t place = pair_map_get(&h->purse_of, key);
+    for (const purse *p = place == PAIR_MAP_NONE ? NULL : h->purses.at[place]; p; p = p->parent)
+        if (bytes_of(p) > most) most = bytes_of(p);
+    return most;
+}
+
 flow *shares_flow(service *s, const struct link *from, int64_t client, shares_flow_kind kind)
 {
     return &purse_of(s, from, from->origin, client)->flows[kind];

@@ -49,6 +49,9 @@ flow *shares_flow(service *s, const struct link *from, int64_t client, shares_fl
 /* A client is lost: what it said and was not taken is dropped. */
 void shares_forget(service *s, int64_t client);
 
+/* What the participant that sends this has in the world, about, in bytes. */
+int64_t shares_bytes(const service *s, const struct link *from, const wire_message *m);
+
 /* A query took so long, which its purse pays beyond what was expected. */
 void shares_answered(service *s, const letter *l, const wire_message *m, int64_t took_ns);
 /* It is too late in this tick for that one: it is the first that its purse takes in the next. */

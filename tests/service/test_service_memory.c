@@ -247,6 +247,44 @@ static void what_would_grow_is_refused_by_name_and_poses_go_on(void **state)
     room_close(&r);
 }
 
+/* ---- shares ---- */
+
+static bool is_refused(room *r, int64_t client)
+{
+    wire_message m;
+    bool refused = false;
+    for (wire_memory_reset(r->memory); memory_receive(r->end, r->memory, &m); wire_memory_reset(r->memory))
+        refused |= m.kind == WIRE_REJECT && m.reject.client == client;
+    return refused;
+}
+
+/* One participant may take what there is, but for a share: another one comes in, and announces a body. */
+static void who_has_much_leaves_a_share_to_others(void **state)
+{
+    enum { ROOM = 160, MOST = 300000, AT_ONCE = 256, CAROL = 77 };
+    (void)state;
+    room r;
+    config c = with_room(ROOM);
+    room_open(&r, &c);
+    int32_t body = 0;
+    while (body < MOST && !is_refused(&r, ALICE)) {
+        for (int i = 0; i < AT_ONCE; i++, body++) put(&r, body, 5.0 * body);
+        usleep(2000);
+    }
+    assert_true(body < MOST);
+    cell_settle(r.end, r.memory, BOB, ++r.sequence);
+    memory_end *other = cell_client(r.cell);
+    cell_hello(other, CAROL, 1, 60, WIRE_LOST_REMOVE);
+    cell_sphere(other, CAROL, 2, 0, "carol", -50);
+    cell_settle(other, r.memory, CAROL, 3);
+    cell_await(r.end, r.memory, WIRE_STATUS);
+    wire_message m = cell_await(r.end, r.memory, WIRE_STATUS);
+    assert_int_equal(cell_counter(&m.status, "clients"), 3);
+    assert_true(cell_counter(&m.status, "memory_resident_bytes") < (int64_t)c.memory_limit * MIB / 100 * 85);
+    memory_disconnect(other);
+    room_close(&r);
+}
+
 /* ---- in a tick ---- */
 
 enum { BALLS = 800, ALL = BALLS * (BALLS - 1) / 2 };
@@ -358,6 +396,7 @@ int main(void)
         cmocka_unit_test(a_tick_does_not_grow_beyond_it), /* before others: the most that was ever resident counts */
         cmocka_unit_test(what_would_grow_is_refused_by_name_and_poses_go_on),
         cmocka_unit_test(memory_comes_back),
+        cmocka_unit_test(who_has_much_leaves_a_share_to_others),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
