@@ -64,6 +64,7 @@ struct shares {
     pair_map waits;            /* keys of what waits, and how often it does */
     size_t waiting, bytes;     /* in all queues */
     size_t bodies;             /* in the world */
+    size_t crowded_at;         /* so many purses: time to drop those that nobody needs */
     double left_us;            /* of this tick */
     bool dirty;                /* what purses have is to be counted anew */
     wire_memory *memory;
@@ -466,6 +467,17 @@ static void drop_idle(service *s)
     }
 }
 
+/* Who is refused may have got one, each time under another name, and with nothing taken there is no tick. */
+static void drop_some_idle(service *s)
+{
+    enum { MANY_IDLE = 4096 };
+    shares *h = s->shares;
+    if (h->purses.count < h->crowded_at) return;
+    drop_idle(s);
+    h->crowded_at = 2 * h->purses.count + MANY_IDLE;
+    metric_set(h->purses_now, h->purses.count);
+}
+
 static void count_anew(service *s)
 {
     shares *h = s->shares;
@@ -755,6 +767,7 @@ shares_verdict shares_admit(service *s, struct link *from, const wire_message *m
     if (s->replaying) return SHARES_GO;
     wire_origin(m, &client, &sequence, &object);
     if (!client) return SHARES_GO; /* refused where it is carried out */
+    drop_some_idle(s);
     bool is_new = begins_session(m) && !session_find(s, client);
     bool no_place = is_new && (s->sessions.count >= (size_t)s->config.max_clients || from->unclaimed);
     if (no_place && greet(s, from, m)) return SHARES_DONE;
