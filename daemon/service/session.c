@@ -66,6 +66,7 @@ session *session_get(service *s, int64_t client, struct link *from)
         pair_map_init(&c->interest_of);
         pair_map_init(&c->pending_of);
         pair_map_init(&c->pending_needs);
+        pair_map_init(&c->claim_of);
         pair_map_put(&s->session_of, (uint64_t)client, (uint32_t)s->sessions.count);
         array_push(&s->sessions, c);
     }
@@ -95,8 +96,6 @@ static void forget_removed(session *c)
     size_t kept = 0, removed = 0;
     for (size_t i = 0; i < c->bodies.count; i++) removed += c->bodies.at[i].world_id == WORLD_NONE;
     if (removed < REMOVED_KEPT) return;
-    array_free(&c->claims);
-    pair_map_free(&c->claim_of);
     pair_map_free(&c->body_of);
     pair_map_init(&c->body_of);
     for (size_t i = 0; i < c->bodies.count; i++) {
@@ -221,6 +220,8 @@ static void free_session(session *c)
     array_free(&c->interests);
     array_free(&c->acks);
     steps_free(c);
+    array_free(&c->claims);
+    pair_map_free(&c->claim_of);
     pair_map_free(&c->body_of);
     pair_map_free(&c->interest_of);
     pair_map_free(&c->pending_of);
