@@ -297,16 +297,18 @@ static void say_something(play *p)
 static size_t claims_of(const service *s, int64_t id, int64_t client, int64_t *bytes)
 {
     size_t count = 0;
-    for (size_t i = 0; i < s->claims.count; i++) {
-        const geometry_claim *c = &s->claims.at[i];
-        if (c->client == client && c->geometry) {
-            const geometry *g = geometry_at(s, c->geometry);
-            assert_non_null(g);
-            assert_true(g->hash == c->hash);
-            *bytes += geometry_bytes((int64_t)g->vertex_numbers, (int64_t)g->index_numbers);
+    for (size_t i = 0; i < s->sessions.count; i++)
+        for (size_t k = 0; k < s->sessions.at[i]->claims.count; k++) {
+            const geometry_claim *c = &s->sessions.at[i]->claims.at[k];
+            assert_true(c->client == s->sessions.at[i]->client);
+            if (c->client == client && c->geometry) {
+                const geometry *g = geometry_at(s, c->geometry);
+                assert_non_null(g);
+                assert_true(g->hash == c->hash);
+                *bytes += geometry_bytes((int64_t)g->vertex_numbers, (int64_t)g->index_numbers);
+            }
+            count += c->geometry == id;
         }
-        count += c->geometry == id;
-    }
     return count;
 }
 
@@ -341,8 +343,8 @@ static void audit(play *p)
         size_t taken_back = 0;
         claims_of(s, 0, s->sessions.at[i]->client, &bytes);
         assert_int_equal(bytes, s->sessions.at[i]->geometry_bytes);
-        for (size_t k = 0; k < s->claims.count; k++)
-            taken_back += s->claims.at[k].client == s->sessions.at[i]->client && !s->claims.at[k].geometry;
+        for (size_t k = 0; k < s->sessions.at[i]->claims.count; k++)
+            taken_back += !s->sessions.at[i]->claims.at[k].geometry;
         assert_int_equal(taken_back, s->sessions.at[i]->geometries_taken_back);
     }
     p->waiting += s->pending.count > 0;
