@@ -286,6 +286,7 @@ static const char *get_pair(bytes_in *from, world *w)
     if (!bytes_get(from, &p, sizeof p) || id >= w->pairs.count || p.a >= w->solids.count || p.b >= w->solids.count)
         return "a pair is cut off";
     p.cache = bare_cache(&p.cache);
+    p.edition = 0;
     w->pairs.at[id] = p;
     if (p.lingers) array_push(&w->lingering, id);
     w->lingers += p.lingers;

@@ -264,8 +264,9 @@ static bool activate_oldest(turn *t, const body *b, uint64_t units)
 static bool activate_pairs(turn *t, const body *b, uint64_t units)
 {
     size_t pairs = 0;
-    for (size_t i = 0; i < b->shape_count; i++) pairs += broad_pairs_of(t->w->broad, b->shapes[i]);
-    if (pairs > MANY_PAIRS && units != UINT64_MAX) return activate_oldest(t, b, units);
+    for (size_t i = 0; i < b->shape_count && units != UINT64_MAX; i++)
+        pairs += broad_pairs_of(t->w->broad, b->shapes[i]);
+    if (pairs > MANY_PAIRS) return activate_oldest(t, b, units);
     for (size_t i = 0; i < b->shape_count; i++) {
         t->solid = b->shapes[i];
         broad_each_pair_of(t->w->broad, b->shapes[i], activate_with, t);
@@ -280,7 +281,8 @@ static taken take_body(world *w, uint32_t id, uint64_t units, uint64_t *spent)
     body *b = &w->bodies.at[id];
     turn t = {.w = w, .body = b, .spent = A_BODY};
     taken how = WHOLE;
-    for (size_t i = 0; i < b->shape_count; i++) {
+    bool some_unsearched = broad_unsearched_count(w->broad) > 0;
+    for (size_t i = 0; some_unsearched && i < b->shape_count; i++) {
         searched s = search(&t, b->shapes[i], units);
         if (s == CUT_OFF) how = IN_PART;
         if (s == NO_ROOM && how == WHOLE) how = FULL;

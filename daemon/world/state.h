@@ -156,7 +156,8 @@ typedef struct pair {
     double padding, margin; /* m: of its pair_terms, as is ... */
     int8_t looks;           /* ... this */
     uint32_t first_watch;
-    uint32_t wanted;      /* index of match.lists, while it is active */
+    uint32_t wanted;      /* index of match.lists, as of ... */
+    uint32_t edition;     /* ... match.edition; 0: of none */
     uint64_t active_tick; /* in which it was last put on the active list; of one that has just begun, the one before */
     bool used;
     bool ruled, jumped;   /* active: since it was so last, a filter of the two has changed; one has teleported */
@@ -438,6 +439,13 @@ typedef struct interest_sides {
     bool straight, turned; /* the first is A, or B, and the other the other */
 } interest_sides;
 interest_sides interest_sides_of(const world *w, uint32_t id, const body *a, const body *b);
+/* A and B are selected by the same pattern: of two bodies that it wants each is A, and B. */
+static inline bool interest_is_mutual(const world *w, uint32_t id)
+{
+    uint32_t selection = w->interests.at[id].selection;
+    const uint32_t *selectors = selection == WORLD_NONE ? NULL : w->match.selections.at[selection].selectors;
+    return selectors && selectors[0] == selectors[1];
+}
 static inline bool interest_wants(world *w, const body *a, const body *b)
 {
     return match_wanted(&w->match, a->match, b->match);
