@@ -370,7 +370,8 @@ uint64_t world_saved_layout(void)
 {
     const uint64_t all[] = {sizeof(head), sizeof(body), sizeof(solid), sizeof(interest), sizeof(pair), sizeof(watch),
         sizeof(shape), sizeof(compound_child), sizeof(compound_node), sizeof(broad_move), sizeof(purse),
-        offsetof(body, passed), offsetof(interest, events), offsetof(pair, standing), offsetof(watch, last)};
+        offsetof(body, passed), offsetof(body, name), offsetof(interest, events), offsetof(pair, standing),
+        offsetof(watch, last)};
     return hash_bytes(HASH_START, all, sizeof all);
 }
 

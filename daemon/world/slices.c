@@ -282,12 +282,13 @@ static taken take_body(world *w, uint32_t id, uint64_t units, uint64_t *spent)
     turn t = {.w = w, .body = b, .spent = A_BODY};
     taken how = WHOLE;
     bool some_unsearched = broad_unsearched_count(w->broad) > 0;
+    bool alone = !some_unsearched && !b->pair_count && !w->figures.pairs_left_out;
     for (size_t i = 0; some_unsearched && i < b->shape_count; i++) {
         searched s = search(&t, b->shapes[i], units);
         if (s == CUT_OFF) how = IN_PART;
         if (s == NO_ROOM && how == WHOLE) how = FULL;
     }
-    if (!activate_pairs(&t, b, units)) how = IN_PART;
+    if (!alone && !activate_pairs(&t, b, units)) how = IN_PART;
     b->gathered_tick = how == WHOLE && !t.left ? w->figures.ticks : 0;
     *spent += t.spent;
     return how;
