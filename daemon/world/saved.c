@@ -211,6 +211,7 @@ static const char *get_body(bytes_in *from, world *w)
     b.rules = base_zalloc(b.rule_count + 1, sizeof *b.rules);
     for (size_t i = 0; i < b.rule_count; i++) get_rule(from, &b.rules[i]);
     b.match = b.rule_set = 0;
+    b.first_pair = WORLD_NONE;
     rules_choose(&w->rules, &b.rule_set, b.rules, b.rule_count);
     match_restore_class(&w->match, &b.match, from);
     b.passed.at = NULL;
@@ -291,6 +292,7 @@ static const char *get_pair(bytes_in *from, world *w)
     if (p.lingers) array_push(&w->lingering, id);
     w->lingers += p.lingers;
     pair_map_put(&w->pair_of, pair_key(p.a, p.b), id);
+    pair_enlist(w, id);
     return NULL;
 }
 
@@ -371,7 +373,7 @@ uint64_t world_saved_layout(void)
     const uint64_t all[] = {sizeof(head), sizeof(body), sizeof(solid), sizeof(interest), sizeof(pair), sizeof(watch),
         sizeof(shape), sizeof(compound_child), sizeof(compound_node), sizeof(broad_move), sizeof(purse),
         offsetof(body, passed), offsetof(body, name), offsetof(interest, events), offsetof(pair, standing),
-        offsetof(watch, last)};
+        offsetof(pair, cache), offsetof(watch, last)};
     return hash_bytes(HASH_START, all, sizeof all);
 }
 

@@ -264,9 +264,8 @@ static bool activate_oldest(turn *t, const body *b, uint64_t units)
 static bool activate_pairs(turn *t, const body *b, uint64_t units)
 {
     size_t pairs = 0;
-    for (size_t i = 0; i < b->shape_count && units != UINT64_MAX; i++)
-        pairs += broad_pairs_of(t->w->broad, b->shapes[i]);
-    if (pairs > MANY_PAIRS) return activate_oldest(t, b, units);
+    for (size_t i = 0; i < b->shape_count; i++) pairs += broad_pairs_of(t->w->broad, b->shapes[i]);
+    if (pairs > MANY_PAIRS && units != UINT64_MAX) return activate_oldest(t, b, units);
     for (size_t i = 0; i < b->shape_count; i++) {
         t->solid = b->shapes[i];
         broad_each_pair_of(t->w->broad, b->shapes[i], activate_with, t);
@@ -281,17 +280,31 @@ static taken take_body(world *w, uint32_t id, uint64_t units, uint64_t *spent)
     body *b = &w->bodies.at[id];
     turn t = {.w = w, .body = b, .spent = A_BODY};
     taken how = WHOLE;
-    bool some_unsearched = broad_unsearched_count(w->broad) > 0;
-    bool alone = !some_unsearched && !b->pair_count && !w->figures.pairs_left_out;
-    for (size_t i = 0; some_unsearched && i < b->shape_count; i++) {
+    for (size_t i = 0; i < b->shape_count; i++) {
         searched s = search(&t, b->shapes[i], units);
         if (s == CUT_OFF) how = IN_PART;
         if (s == NO_ROOM && how == WHOLE) how = FULL;
     }
-    if (!alone && !activate_pairs(&t, b, units)) how = IN_PART;
+    if (!activate_pairs(&t, b, units)) how = IN_PART;
     b->gathered_tick = how == WHOLE && !t.left ? w->figures.ticks : 0;
     *spent += t.spent;
     return how;
+}
+
+/* The same, and as many units, of a body that has changed for this tick, where nothing is due or left out, all is
+ * searched, and its pairs are not too many: all of them are out of date but those that have had their turn. */
+static bool take_at_once(world *w, uint32_t id, uint64_t *spent)
+{
+    body *b = &w->bodies.at[id];
+    uint64_t units = A_BODY;
+    if (b->pair_count > MANY_PAIRS || b->is_due) return false;
+    for (uint32_t link = b->first_pair; link != WORLD_NONE; link = pair_next_link(w, link)) {
+        if (w->pairs.at[pair_of_link(link)].lingers) continue;
+        units += A_PAIR_SEEN + pair_activate(w, pair_of_link(link));
+    }
+    b->gathered_tick = w->figures.ticks;
+    *spent += units;
+    return true;
 }
 
 /* ---- the slice ---- */
@@ -302,7 +315,8 @@ static void take_or_put_off(world *w, uint32_t id, bool direct, uint64_t *spent,
 {
     const body *b = &w->bodies.at[id];
     if (!b->used || b->ghost) return;
-    if (direct && *spent < w->slice && take_body(w, id, w->slice - *spent, spent) == WHOLE) return;
+    bool whole = direct && *spent < w->slice && !w->figures.pairs_left_out && take_at_once(w, id, spent);
+    if (whole || (direct && *spent < w->slice && take_body(w, id, w->slice - *spent, spent) == WHOLE)) return;
     w->sliced = true;
     make_due(w, id, recent);
 }
