@@ -86,8 +86,7 @@ static uint32_t new_body(world *w)
     uint32_t id = id_pool_take(&w->body_ids);
     body_reserve(w, id + 1);
     if (id >= w->bodies.count) w->bodies.count = id + 1;
-    w->bodies.at[id] =
-        (body){.used = true, .first_pair = WORLD_NONE, .serial = ++w->body_serial, .expiry_ns = INT64_MAX};
+    w->bodies.at[id] = (body){.used = true, .serial = ++w->body_serial, .expiry_ns = INT64_MAX};
     w->figures.bodies++;
     return id;
 }

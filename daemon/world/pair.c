@@ -133,37 +133,6 @@ uint32_t pair_find(const world *w, uint32_t a, uint32_t b)
     return pair_map_get(&w->pair_of, pair_key(a, b));
 }
 
-/* ---- the lists of bodies ---- */
-
-static void enlist(world *w, uint32_t id, unsigned side, uint32_t solid)
-{
-    pair *p = &w->pairs.at[id];
-    body *b = &w->bodies.at[w->solids.at[solid].body];
-    uint32_t link = id << 1 | side, next = b->first_pair;
-    p->next[side] = next;
-    p->prev[side] = WORLD_NONE;
-    if (next != WORLD_NONE) w->pairs.at[next >> 1].prev[next & 1] = link;
-    b->first_pair = link;
-}
-
-static void delist(world *w, const pair *p, unsigned side, uint32_t solid)
-{
-    uint32_t next = p->next[side], prev = p->prev[side];
-    if (next != WORLD_NONE) w->pairs.at[next >> 1].prev[next & 1] = prev;
-    if (prev != WORLD_NONE)
-        w->pairs.at[prev >> 1].next[prev & 1] = next;
-    else
-        w->bodies.at[w->solids.at[solid].body].first_pair = next;
-}
-
-void pair_enlist(world *w, uint32_t id)
-{
-    enlist(w, id, 0, w->pairs.at[id].a);
-    enlist(w, id, 1, w->pairs.at[id].b);
-}
-
-/* ---- the life of a pair ---- */
-
 /* From here on its shapes are looked at. */
 static void enter_pair(world *w, uint32_t solid)
 {
@@ -187,7 +156,6 @@ static uint32_t begin(world *w, uint32_t a, uint32_t b)
         .first_watch = WORLD_NONE,
         .active_tick = w->figures.ticks - 1,
         .used = true};
-    pair_enlist(w, id);
     keep_terms(w, &w->pairs.at[id]);
     pair_map_put(&w->pair_of, pair_key(a, b), id);
     w->figures.pairs++;
@@ -218,8 +186,6 @@ static void end(world *w, uint32_t id)
     p->used = p->lingers = false;
     w->bodies.at[w->solids.at[p->a].body].pair_count--;
     w->bodies.at[w->solids.at[p->b].body].pair_count--;
-    delist(w, p, 0, p->a);
-    delist(w, p, 1, p->b);
     id_pool_give(&w->pair_ids, id);
     w->figures.pairs--;
 }

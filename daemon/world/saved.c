@@ -211,7 +211,6 @@ static const char *get_body(bytes_in *from, world *w)
     b.rules = base_zalloc(b.rule_count + 1, sizeof *b.rules);
     for (size_t i = 0; i < b.rule_count; i++) get_rule(from, &b.rules[i]);
     b.match = b.rule_set = 0;
-    b.first_pair = WORLD_NONE;
     rules_choose(&w->rules, &b.rule_set, b.rules, b.rule_count);
     match_restore_class(&w->match, &b.match, from);
     b.passed.at = NULL;
@@ -292,7 +291,6 @@ static const char *get_pair(bytes_in *from, world *w)
     if (p.lingers) array_push(&w->lingering, id);
     w->lingers += p.lingers;
     pair_map_put(&w->pair_of, pair_key(p.a, p.b), id);
-    pair_enlist(w, id);
     return NULL;
 }
 

@@ -291,19 +291,28 @@ static taken take_body(world *w, uint32_t id, uint64_t units, uint64_t *spent)
     return how;
 }
 
+/* A pair of the broad phase has the same pair here as long as it is one, unless it was left out: it keeps its id. */
+static void activate_at_once(void *context, uint32_t other, uint32_t *number)
+{
+    turn *t = context;
+    if (*number == BROAD_NO_NUMBER) *number = pair_find(t->w, t->solid, other);
+    t->spent += A_PAIR_SEEN;
+    if (*number != PAIR_MAP_NONE) t->spent += pair_activate(t->w, *number);
+}
+
 /* The same, and as many units, of a body that has changed for this tick, where nothing is due or left out, all is
  * searched, and its pairs are not too many: all of them are out of date but those that have had their turn. */
 static bool take_at_once(world *w, uint32_t id, uint64_t *spent)
 {
     body *b = &w->bodies.at[id];
-    uint64_t units = A_BODY;
+    turn t = {.w = w, .spent = A_BODY};
     if (b->pair_count > MANY_PAIRS || b->is_due) return false;
-    for (uint32_t link = b->first_pair; link != WORLD_NONE; link = pair_next_link(w, link)) {
-        if (w->pairs.at[pair_of_link(link)].lingers) continue;
-        units += A_PAIR_SEEN + pair_activate(w, pair_of_link(link));
+    for (size_t i = 0; i < b->shape_count && b->pair_count; i++) {
+        t.solid = b->shapes[i];
+        broad_each_number_of(w->broad, t.solid, activate_at_once, &t);
     }
     b->gathered_tick = w->figures.ticks;
-    *spent += units;
+    *spent += t.spent;
     return true;
 }
 

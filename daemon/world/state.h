@@ -66,10 +66,9 @@ typedef struct body {
 
     /* What a tick looks at of each body that it takes, and of each beside it: one cache line. */
     _Alignas(64) uint32_t *shapes;
-    uint32_t shape_count;
-    uint32_t first_pair; /* link of the list of its pairs, or WORLD_NONE */
-    double widen;        /* m, half of the farthest range that an interest wants of it, and all of its rules' reach */
-    double horizon;      /* s: the farthest that an interest wants foretold of it: its box holds all that it may do */
+    size_t shape_count;
+    double widen;   /* m, half of the farthest range that an interest wants of it, and all of its rules' reach */
+    double horizon; /* s: the farthest that an interest wants foretold of it: its box holds all that it may do */
     uint64_t gathered_tick; /* the tick whose active list its pairs were last put on, all of them */
     uint64_t changed_tick;  /* the tick that it was last put again for: what is decided before it is out of
                                date; see slices.c */
@@ -163,24 +162,23 @@ typedef struct standing { /* bounds that were told, widened by a slack: they hol
 } standing;
 
 typedef struct pair {
-    _Alignas(64) uint32_t a;   /* solids, in canonical order: this, ... */
-    uint32_t b;                /* ... and this */
-    uint32_t next[2], prev[2]; /* links of the lists of A's body and B's: see pair.c */
+    _Alignas(64) uint32_t a; /* solids, in canonical order: this, ... */
+    uint32_t b;              /* ... and this */
     uint32_t first_watch;
     uint32_t wanted;      /* index of match.lists, as of ... */
     uint32_t edition;     /* ... match.edition; 0: of none */
     uint32_t asked_epoch; /* of world.epoch, for which ... */
     double beyond;        /* ... m: proven to be farther apart than this, nobody is told of it; see ladder.c */
     uint64_t active_tick; /* in which it was last put on the active list; of one that has just begun, the one before */
-    int8_t looks;         /* of its pair_terms */
+    double padding, margin; /* m: of its pair_terms, as is ... */
+    int8_t looks;           /* ... this */
     bool used;
     bool ruled, jumped; /* active: since it was so last, a filter of the two has changed; one has teleported */
     bool lingers;       /* its boxes have parted, but somebody was told of it: no event follows from boxes */
 
-    narrow_cache cache; /* two lines more; what follows is of pairs that are told, bounded or swept */
+    narrow_cache cache; /* two lines more; what follows is of pairs that are bounded or swept */
 
-    double padding, margin; /* m: of its pair_terms */
-    vec3 free_axis;         /* a world direction that kept it free on its course; zero: none is known */
+    vec3 free_axis; /* a world direction that kept it free on its course; zero: none is known */
     standing standing;
     vec3 near_a, near_b; /* points of the surfaces, each in its own shape's frame, of the last refinement; ... */
     bool refined;        /* ... if there was one */
@@ -519,17 +517,6 @@ void pair_end_unwatched(world *w);                      /* of those that linger,
  * the pair, of so many bits each, fit into one number, none has to be looked up again: the same lists. */
 void pair_sort_active(world *w, unsigned of_solids, unsigned of_pairs);
 uint32_t pair_find(const world *w, uint32_t solid_a, uint32_t solid_b);
-/* The pairs of a body, those that linger among them, in an order that nothing depends on: from its first_pair on, each
- * is the pair of a link's upper bits, as whose A or B (0 or 1) the lowest bit says. */
-static inline uint32_t pair_of_link(uint32_t link)
-{
-    return link >> 1;
-}
-static inline uint32_t pair_next_link(const world *w, uint32_t link)
-{
-    return w->pairs.at[link >> 1].next[link & 1];
-}
-void pair_enlist(world *w, uint32_t id); /* in the lists of its two bodies */
 
 /* ladder.c */
 typedef struct demand { /* what all interests in a pair ask together */

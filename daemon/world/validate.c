@@ -39,27 +39,24 @@ static const char *check_pairs(const world *w, size_t *watches, size_t *contacts
     return NULL;
 }
 
-/* Its pairs are in its list, and no others. */
-static const char *check_list(const world *w, uint32_t id)
+typedef struct numbering {
+    const world *w;
+    uint32_t solid;
+    bool wrong;
+} numbering;
+
+static void check_number(void *context, uint32_t other, uint32_t *number)
 {
-    size_t count = 0;
-    uint32_t prev = WORLD_NONE;
-    for (uint32_t link = w->bodies.at[id].first_pair; link != WORLD_NONE; link = pair_next_link(w, link)) {
-        const pair *p = &w->pairs.at[pair_of_link(link)];
-        if (!p->used || w->solids.at[link & 1 ? p->b : p->a].body != id) return "a pair in another body's list";
-        if (p->prev[link & 1] != prev) return "a broken list of pairs";
-        prev = link;
-        count++;
-    }
-    return count == w->bodies.at[id].pair_count ? NULL : "pairs of a body miscounted";
+    numbering *n = context;
+    n->wrong |= *number != BROAD_NO_NUMBER && *number != pair_find(n->w, n->solid, other);
 }
 
-static const char *check_lists(const world *w)
+static const char *check_numbers(const world *w)
 {
-    const char *fault = NULL;
-    for (uint32_t id = 0; !fault && id < w->bodies.count; id++)
-        if (w->bodies.at[id].used) fault = check_list(w, id);
-    return fault;
+    numbering n = {.w = w};
+    for (n.solid = 0; n.solid < w->solids.count; n.solid++)
+        if (w->solids.at[n.solid].used) broad_each_number_of(w->broad, n.solid, check_number, &n);
+    return n.wrong ? "the broad phase keeps the id of another pair" : NULL;
 }
 
 static bool fits(const world *w, const body *b)
@@ -102,6 +99,6 @@ const char *world_validate(const world *w)
     if (contacts != w->figures.contacts) return "contacts miscounted";
     if (w->expiries.count > 2 * w->bodies.count + SPARE_EXPIRIES) return "deadlines of bodies that are gone pile up";
     fault = check_calm(w);
-    if (!fault) fault = check_lists(w);
+    if (!fault) fault = check_numbers(w);
     return fault ? fault : broad_validate(w->broad);
 }
