@@ -297,7 +297,8 @@ static void activate_at_once(void *context, uint32_t other, uint32_t *number)
     turn *t = context;
     if (*number == BROAD_NO_NUMBER) *number = pair_find(t->w, t->solid, other);
     t->spent += A_PAIR_SEEN;
-    if (*number != PAIR_MAP_NONE) t->spent += pair_activate(t->w, *number);
+    bool on_list = *number == PAIR_MAP_NONE || t->w->pairs.at[*number].active_tick == t->w->figures.ticks;
+    if (!on_list) t->spent += pair_activate(t->w, *number);
 }
 
 /* The same, and as many units, of a body that has changed for this tick, where nothing is due or left out, all is
