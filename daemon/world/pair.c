@@ -346,7 +346,7 @@ static __attribute__((noinline)) uint64_t units_of_work(const world *w, const pa
     return (uint64_t)units;
 }
 
-static inline uint64_t units_of(const world *w, const pair *p)
+static inline uint64_t cheap_units(const world *w, const pair *p)
 {
     if (w->slice == UINT64_MAX) return A_LOOK; /* nobody counts */
     bool told = p->first_watch != WORLD_NONE, is_new = p->asked_epoch == 0;
@@ -356,7 +356,7 @@ static inline uint64_t units_of(const world *w, const pair *p)
 
 uint64_t pair_units(const world *w, const pair *p)
 {
-    return units_of(w, p);
+    return cheap_units(w, p);
 }
 
 /* Has a filter been put, a body teleported, or become one of another class, since the pair was active last? Not for
@@ -396,7 +396,7 @@ uint64_t pair_activate(world *w, uint32_t id)
         return 0;
     p->active_tick = w->figures.ticks;
     array_push(&w->active_pairs, id);
-    return units_of(w, p) + A_WISH * (uint64_t)interest_list(w, p).count;
+    return cheap_units(w, p) + A_WISH * (uint64_t)interest_list(w, p).count;
 }
 
 static void activate_lingering(world *w, uint32_t id)
