@@ -116,6 +116,10 @@ void broad_trim(broad *b);
 size_t broad_pair_count(const broad *b);
 /* The order is nobody's business, but the same after the same changes. */
 void broad_each_pair_of(const broad *b, uint32_t proxy, void (*visit)(void *context, uint32_t other), void *context);
+/* The same with a number of the caller's, which the pair keeps as long as it is one: BROAD_NO_NUMBER to begin with. */
+#define BROAD_NO_NUMBER UINT32_MAX
+void broad_each_number_of(
+    broad *b, uint32_t proxy, void (*visit)(void *context, uint32_t other, uint32_t *number), void *context);
 
 /* Each proxy whose fat box meets `box` / whose fat box the segment from..from+length*direction meets; in an
  * order that is nobody's business, but the same after the same changes. Returning false stops. */

@@ -2,6 +2,8 @@
  * not free hangs in the lists of both of its proxies, and no two records have the same proxies. */
 #include "pairs.h"
 
+#include "broad.h"
+
 #include <assert.h>
 #include <stdlib.h>
 
@@ -64,6 +66,7 @@ void pairs_begin(pairs *p, uint32_t a, uint32_t b)
     p->count++;
     p->records.at[index].proxy[0] = a;
     p->records.at[index].proxy[1] = b;
+    p->records.at[index].number = BROAD_NO_NUMBER;
     hang_in(p, index, 0);
     hang_in(p, index, 1);
 }

@@ -15,6 +15,7 @@
 typedef struct pair_record {
     uint32_t proxy[2];
     uint32_t next[2], prev[2]; /* links; next[0] chains the freed records */
+    uint32_t number;           /* the caller's: see broad_each_number_of */
 } pair_record;
 
 typedef struct pair_list { /* of one proxy */

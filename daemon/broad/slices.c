@@ -40,6 +40,13 @@ uint32_t broad_pairs_of(const broad *b, uint32_t id)
     return pairs_of(&b->pairs, id);
 }
 
+void broad_each_number_of(
+    broad *b, uint32_t id, void (*visit)(void *context, uint32_t other, uint32_t *number), void *context)
+{
+    for (uint32_t link = pairs_first(&b->pairs, id); link != PAIRS_NO_LINK; link = pairs_next(&b->pairs, link))
+        visit(context, pairs_other(&b->pairs, link), &b->pairs.records.at[link >> 1].number);
+}
+
 /* ---- where asking has a price ----
  *
  * Then those that are refused take a share of the units, too, and a search goes on behind the last that it has asked:

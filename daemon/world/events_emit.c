@@ -77,6 +77,7 @@ void events_turn_round(world_event *e)
 
 bool events_is_turned(const world *w, const body *a, const body *b, uint32_t id, int looks)
 {
+    if (interest_is_mutual(w, id)) return looks < 0;
     interest_sides sides = interest_sides_of(w, id, a, b);
     return sides.straight && sides.turned ? looks < 0 : sides.turned;
 }

@@ -175,12 +175,35 @@ static void look_at_bounds(const world *w, pair *p, outcome *out)
     if (out->stands) out->rung = RUNG_STANDING, out->cost = WORK_A_MOTION_BOUND;
 }
 
+/* What lies beyond the caches in a large world is asked for while other pairs are worked on: the pair, its two solids,
+ * and where their bodies are. */
+static inline void fetch_pairs_ahead(const world *w, size_t k)
+{
+    enum { PAIRS_AHEAD = 12, SOLIDS_AHEAD = 8, THEIR_BODIES_AHEAD = 4, A_LINE = 64 };
+    if (k + PAIRS_AHEAD >= w->active_pairs.count) return;
+    const char *next = (const char *)&w->pairs.at[w->active_pairs.at[k + PAIRS_AHEAD]];
+    for (size_t at = 0; at < offsetof(pair, free_axis); at += A_LINE) __builtin_prefetch(next + at);
+    const pair *p = &w->pairs.at[w->active_pairs.at[k + SOLIDS_AHEAD]];
+    const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
+    __builtin_prefetch(&a->shape);
+    __builtin_prefetch(&a->reach);
+    __builtin_prefetch(&b->shape);
+    __builtin_prefetch(&b->reach);
+    p = &w->pairs.at[w->active_pairs.at[k + THEIR_BODIES_AHEAD]];
+    const body *x = &w->bodies.at[w->solids.at[p->a].body], *y = &w->bodies.at[w->solids.at[p->b].body];
+    __builtin_prefetch(&x->pose);
+    __builtin_prefetch(&x->shapes);
+    __builtin_prefetch(&y->pose);
+    __builtin_prefetch(&y->shapes);
+}
+
 static void decide_cheaply(void *context, size_t begin, size_t end, unsigned worker)
 {
     (void)worker;
     world *w = context;
     bool bounds = w->bounds_asked || w->grant;
     for (size_t k = begin; k < end; k++) {
+        fetch_pairs_ahead(w, k);
         pair *p = &w->pairs.at[w->active_pairs.at[k]];
         bool stale = w->bodies.at[w->solids.at[p->a].body].stale || w->bodies.at[w->solids.at[p->b].body].stale;
         w->outcomes.at[k] = (outcome){.rung = RUNG_UNKNOWN, .settled = stale, .result = WORLD_NONE};

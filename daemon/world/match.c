@@ -10,7 +10,7 @@
 
 void match_init(match *m)
 {
-    *m = (match){.generation = 1, .pass = 1, .steps_a_tick = MATCH_STEPS_A_TICK};
+    *m = (match){.generation = 1, .edition = 1, .pass = 1, .steps_a_tick = MATCH_STEPS_A_TICK};
     pattern_set_init(&m->settled, false);
     pattern_set_init(&m->pending, false);
     pair_map_init(&m->selector_of);
@@ -358,6 +358,11 @@ static void drop_idle_classes(match *m)
     m->idle_classes = 0;
 }
 
+static void new_edition(match *m)
+{
+    if (++m->edition == 0) m->edition = 1;
+}
+
 enum { IDLE_CLASSES = 1024 };             /* are kept, beside as many as there are in use */
 enum { OWN_IDS_MOST = 16 * 1024 * 1024 }; /* 64 MB of lists: with more, those that are needed are made anew */
 
@@ -378,6 +383,7 @@ void match_refresh(world *w)
     if (crowded) drop_idle_classes(m);
     free_lists(m);
     m->generation++;
+    new_edition(m);
 }
 
 /* ---- classes ---- */
@@ -463,6 +469,7 @@ static void count_bodies(match *m, uint32_t id, size_t by)
 void match_change_class(match *m, uint32_t *of_body, uint32_t to)
 {
     if (*of_body == to) return;
+    new_edition(m);
     count_bodies(m, to, 1);
     count_bodies(m, *of_body, (size_t)-1);
     m->idle_classes -= to && !m->classes.at[to].bodies;

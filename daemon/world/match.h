@@ -95,6 +95,7 @@ typedef struct match {
     size_t own_ids;          /* in the lists of their own */
     match_near near[MATCH_NEAR];
     uint64_t generation; /* counts changes of selections, from 1: lists and reaches of another are void */
+    uint32_t edition;    /* likewise, and bodies' changes of class: what pairs are wanted by in another is void */
 
     /* A pass looks at each body for all selectors that are concerned: see match_pass.c. */
     ARRAY(uint32_t) concerned, next; /* in the pass that is under way, and in the next one */

@@ -329,12 +329,10 @@ void pair_apply_changes(world *w, const broad_changes *changes)
 /* ---- the active list ---- */
 
 /* Units, as work.c has them, from what is known before it is decided: one of which somebody was told is told again. */
-uint64_t pair_units(const world *w, const pair *p)
+enum { A_LOOK = 150, A_WATCH = 1500, A_SEARCH = 4000 };
+
+static __attribute__((noinline)) uint64_t units_of_work(const world *w, const pair *p, bool told, bool is_new)
 {
-    enum { A_LOOK = 150, A_WATCH = 1500, A_SEARCH = 4000 };
-    if (w->slice == UINT64_MAX) return A_LOOK; /* nobody counts */
-    bool told = p->first_watch != WORLD_NONE, is_new = p->asked_epoch == 0;
-    if (!told && !is_new && p->cache.lower > 0 && !w->sweepers) return A_LOOK;
     const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
     double units = A_LOOK;
     if (told)
@@ -348,25 +346,57 @@ uint64_t pair_units(const world *w, const pair *p)
     return (uint64_t)units;
 }
 
-/* One that the budget left may have ended since, and its id may be another's. One that a filter refuses by now, whose
- * search has been put off, is left to that. */
-uint64_t pair_activate(world *w, uint32_t id)
+static inline uint64_t cheap_units(const world *w, const pair *p)
 {
-    enum { A_WISH = 20 }; /* to list an interest that wants it, and to hold what is found against its terms */
-    pair *p = &w->pairs.at[id];
-    uint64_t tick = w->figures.ticks, since = p->active_tick;
-    if (!p->used || since == tick) return 0;
+    if (w->slice == UINT64_MAX) return A_LOOK; /* nobody counts */
+    bool told = p->first_watch != WORLD_NONE, is_new = p->asked_epoch == 0;
+    if (!told && !is_new && p->cache.lower > 0 && !w->sweepers) return A_LOOK;
+    return units_of_work(w, p, told, is_new);
+}
+
+uint64_t pair_units(const world *w, const pair *p)
+{
+    return cheap_units(w, p);
+}
+
+/* Has a filter been put, a body teleported, or become one of another class, since the pair was active last? Not for
+ * this pair, perhaps, but somewhere. */
+static inline bool may_be_outdated(const world *w, const pair *p)
+{
+    uint64_t since = p->active_tick;
+    return w->ruled_tick > since || w->teleport_tick > since || p->edition != w->match.edition;
+}
+
+/* Brings up to date what it keeps of its bodies. One that a filter refuses by now, whose search has been put off, is
+ * left to that: false. */
+static __attribute__((noinline)) bool renew(world *w, pair *p)
+{
+    uint64_t since = p->active_tick;
     const body *a = &w->bodies.at[w->solids.at[p->a].body], *b = &w->bodies.at[w->solids.at[p->b].body];
     bool ruled = w->ruled_tick > since && (a->ruled_tick > since || b->ruled_tick > since);
-    if (ruled && w->sliced && !decide(w, w->solids.at[p->a].body, w->solids.at[p->b].body).checked) return 0;
-    p->active_tick = tick;
+    if (ruled && w->sliced && !decide(w, w->solids.at[p->a].body, w->solids.at[p->b].body).checked) return false;
     p->ruled = ruled;
     p->jumped = w->teleport_tick > since && (a->teleport_tick > since || b->teleport_tick > since);
     w->some_teleported |= p->jumped;
     if (ruled) keep_terms(w, p);
     p->wanted = match_wanted(&w->match, a->match, b->match);
+    p->edition = w->match.edition;
+    return true;
+}
+
+/* One that the budget left may have ended since, and its id may be another's. */
+uint64_t pair_activate(world *w, uint32_t id)
+{
+    enum { A_WISH = 20 }; /* to list an interest that wants it, and to hold what is found against its terms */
+    pair *p = &w->pairs.at[id];
+    if (!p->used || p->active_tick == w->figures.ticks) return 0;
+    if (!may_be_outdated(w, p))
+        p->ruled = p->jumped = false;
+    else if (!renew(w, p))
+        return 0;
+    p->active_tick = w->figures.ticks;
     array_push(&w->active_pairs, id);
-    return pair_units(w, p) + A_WISH * (uint64_t)interest_list(w, p).count;
+    return cheap_units(w, p) + A_WISH * (uint64_t)interest_list(w, p).count;
 }
 
 static void activate_lingering(world *w, uint32_t id)

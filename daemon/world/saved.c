@@ -286,6 +286,7 @@ static const char *get_pair(bytes_in *from, world *w)
     if (!bytes_get(from, &p, sizeof p) || id >= w->pairs.count || p.a >= w->solids.count || p.b >= w->solids.count)
         return "a pair is cut off";
     p.cache = bare_cache(&p.cache);
+    p.edition = 0;
     w->pairs.at[id] = p;
     if (p.lingers) array_push(&w->lingering, id);
     w->lingers += p.lingers;
@@ -369,7 +370,8 @@ uint64_t world_saved_layout(void)
 {
     const uint64_t all[] = {sizeof(head), sizeof(body), sizeof(solid), sizeof(interest), sizeof(pair), sizeof(watch),
         sizeof(shape), sizeof(compound_child), sizeof(compound_node), sizeof(broad_move), sizeof(purse),
-        offsetof(body, passed), offsetof(interest, events), offsetof(pair, standing), offsetof(watch, last)};
+        offsetof(body, passed), offsetof(body, name), offsetof(interest, events), offsetof(pair, standing),
+        offsetof(pair, cache), offsetof(watch, last)};
     return hash_bytes(HASH_START, all, sizeof all);
 }
 

@@ -291,6 +291,32 @@ static taken take_body(world *w, uint32_t id, uint64_t units, uint64_t *spent)
     return how;
 }
 
+/* A pair of the broad phase has the same pair here as long as it is one, unless it was left out: it keeps its id. */
+static void activate_at_once(void *context, uint32_t other, uint32_t *number)
+{
+    turn *t = context;
+    if (*number == BROAD_NO_NUMBER) *number = pair_find(t->w, t->solid, other);
+    t->spent += A_PAIR_SEEN;
+    bool on_list = *number == PAIR_MAP_NONE || t->w->pairs.at[*number].active_tick == t->w->figures.ticks;
+    if (!on_list) t->spent += pair_activate(t->w, *number);
+}
+
+/* The same, and as many units, of a body that has changed for this tick, where nothing is due or left out, all is
+ * searched, and its pairs are not too many: all of them are out of date but those that have had their turn. */
+static bool take_at_once(world *w, uint32_t id, uint64_t *spent)
+{
+    body *b = &w->bodies.at[id];
+    turn t = {.w = w, .spent = A_BODY};
+    if (b->pair_count > MANY_PAIRS || b->is_due) return false;
+    for (size_t i = 0; i < b->shape_count && b->pair_count; i++) {
+        t.solid = b->shapes[i];
+        broad_each_number_of(w->broad, t.solid, activate_at_once, &t);
+    }
+    b->gathered_tick = w->figures.ticks;
+    *spent += t.spent;
+    return true;
+}
+
 /* ---- the slice ---- */
 
 /* Those of a tick before which nothing was due, in the order of their ids, as long as there is room; the others are due
@@ -299,7 +325,8 @@ static void take_or_put_off(world *w, uint32_t id, bool direct, uint64_t *spent,
 {
     const body *b = &w->bodies.at[id];
     if (!b->used || b->ghost) return;
-    if (direct && *spent < w->slice && take_body(w, id, w->slice - *spent, spent) == WHOLE) return;
+    bool whole = direct && *spent < w->slice && !w->figures.pairs_left_out && take_at_once(w, id, spent);
+    if (whole || (direct && *spent < w->slice && take_body(w, id, w->slice - *spent, spent) == WHOLE)) return;
     w->sliced = true;
     make_due(w, id, recent);
 }

@@ -80,7 +80,7 @@ static inline void fetch_ahead(const world *w, size_t i)
     __builtin_prefetch(&b->room, 1);
     b = &w->bodies.at[w->dirty.at[i + BODIES_AHEAD]];
     if (!is_spared(w, b))
-        for (size_t at = offsetof(body, before); at < sizeof(body); at += LINE)
+        for (size_t at = offsetof(body, before); at < offsetof(body, name); at += LINE)
             __builtin_prefetch((const char *)b + at);
     b = &w->bodies.at[w->dirty.at[i + LISTS_AHEAD]];
     if (!is_spared(w, b)) __builtin_prefetch(b->shapes);

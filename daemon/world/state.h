@@ -15,6 +15,7 @@
 #include "rules.h"
 #include "world.h"
 
+#include <stddef.h>
 #include <string.h>
 
 typedef struct waypoint { /* where a body was between two ticks */
@@ -63,51 +64,60 @@ typedef struct body {
     float fit_least[3]; /* ... turned, this is half as wide, at least, while the fat box is not too fat for it */
     float fit_slack;    /* m: what rounding may do, and by how much the box is widened. INFINITY: it has no such box */
 
-    char *name, *group;
-    bool fixed;
-    bool refilter; /* its filters are put again, too */
-    bool held, stale;
-    uint8_t ghost_cause;
-    uint64_t category, mask;
-    bool one_way;
-    double rule_reach;      /* m: its rules add at most so much to the thresholds or ranges of its pairs */
-    uint64_t ruled_tick;    /* the tick that its filter last changed for */
+    /* What a tick looks at of each body that it takes, and of each beside it: one cache line. */
+    _Alignas(64) uint32_t *shapes;
+    size_t shape_count;
+    double widen;   /* m, half of the farthest range that an interest wants of it, and all of its rules' reach */
+    double horizon; /* s: the farthest that an interest wants foretold of it: its box holds all that it may do */
     uint64_t gathered_tick; /* the tick whose active list its pairs were last put on, all of them */
     uint64_t changed_tick;  /* the tick that it was last put again for: what is decided before it is out of
                                date; see slices.c */
-    uint64_t teleport_tick; /* likewise, that it teleported for */
-    uint64_t owner;         /* as it was put */
-    uint32_t weight;        /* in world.pending */
-    uint32_t purse, due_next, due_before; /* while it is due: whose turn it waits for, and behind and before whom */
-    bool is_due, is_parked;
-    uint64_t label;                 /* of world.ruling, of its name and group: what rules say of another is void */
-    uint64_t ruling;                /* of world.ruling, of the filter that it has: decisions of another are void */
-    int64_t deadline_ns, expiry_ns; /* INT64_MAX: never stale */
-    uint32_t serial;                /* of its entry among the expiries: an older one is void */
+    uint32_t match;         /* its class: see match.h */
     uint32_t pair_count;
-    bool expiry_queued;     /* it has one, ... */
-    int64_t queued_ns;      /* ... of this time */
-    bool teleported;        /* since the last tick */
-    ARRAY(waypoint) passed; /* between `before` and `pose`, while an interest in impacts is there */
+    bool fixed;
+    bool refilter; /* its filters are put again, too */
+    bool held, stale;
+    bool impacts; /* an interest wants its impacts: its box holds its way */
+    bool is_due, is_parked;
+    bool teleported; /* since the last tick */
+
+    /* And of each that has moved, or whose filter is asked: another. */
+    _Alignas(64) int64_t deadline_ns;
+    int64_t expiry_ns; /* INT64_MAX: never stale */
+    int64_t queued_ns; /* of its entry among the expiries, if it has one; ... */
+    uint32_t serial;   /* ... an older one is void */
+    bool expiry_queued;
+    uint64_t ruled_tick;    /* the tick that its filter last changed for */
+    uint64_t teleport_tick; /* likewise, that it teleported for */
+    uint64_t label;         /* of world.ruling, of its name and group: what rules say of another is void */
+    uint64_t ruling;        /* of world.ruling, of the filter that it has: decisions of another are void */
+
+    char *name, *group;
+    uint64_t category, mask;
+    filter_rule *rules;
+    size_t rule_count;
+    double rule_reach; /* m: its rules add at most so much to the thresholds or ranges of its pairs */
+    uint32_t rule_set; /* of world.rules: the patterns of these */
+    bool one_way;
+    uint8_t ghost_cause;
+    bool matched; /* `match` is that of its name and group; ... */
+    bool queued;  /* ... or it waits among match.unmatched */
+
+    uint64_t owner;                       /* as it was put */
+    uint32_t weight;                      /* in world.pending */
+    uint32_t purse, due_next, due_before; /* while it is due: whose turn it waits for, and behind and before whom */
+    ARRAY(waypoint) passed;               /* between `before` and `pose`, while an interest in impacts is there */
     world_ccd ccd;
     vec3 linear, angular; /* m/s, rad/s: with SPEED_GIVEN; otherwise see body_velocity */
     double acceleration, angular_acceleration;
-    bool impacts;   /* an interest wants its impacts: its box holds its way */
-    double horizon; /* s: the farthest that an interest wants foretold of it: its box holds all that it may do */
     double reach, travelled; /* m, of its shapes about its origin; by how much its points have moved, at most, added up
                                 over all ticks: kept while somebody asks for bounds, or there is a budget; ... */
     int64_t announced_ns;    /* stamp of the announcement, where that is not the pose's; 0: it is */
     pose travelled_to;       /* ... up to here; set anew when a budget is */
-    double widen; /* m, half of the farthest range that an interest wants of it, and all of its rules' reach */
-    uint32_t *shapes;
-    size_t shape_count;
-    filter_rule *rules;
-    size_t rule_count;
-    uint32_t rule_set; /* of world.rules: the patterns of these */
-    uint32_t match;    /* its class: see match.h */
-    bool matched;      /* it is that of its name and group; ... */
-    bool queued;       /* ... or it waits among match.unmatched */
 } body;
+_Static_assert(offsetof(body, shapes) % 64 == 0 && offsetof(body, deadline_ns) == offsetof(body, shapes) + 64 &&
+                   offsetof(body, name) == offsetof(body, deadline_ns) + 64,
+    "a line each");
 
 typedef struct solid { /* a shape of a body: the broad phase's proxy under the same id */
     shape shape;
@@ -152,18 +162,22 @@ typedef struct standing { /* bounds that were told, widened by a slack: they hol
 } standing;
 
 typedef struct pair {
-    uint32_t a, b;          /* solids, in canonical order */
-    double padding, margin; /* m: of its pair_terms, as is ... */
-    int8_t looks;           /* ... this */
+    _Alignas(64) uint32_t a; /* solids, in canonical order: this, ... */
+    uint32_t b;              /* ... and this */
     uint32_t first_watch;
-    uint32_t wanted;      /* index of match.lists, while it is active */
-    uint64_t active_tick; /* in which it was last put on the active list; of one that has just begun, the one before */
-    bool used;
-    bool ruled, jumped;   /* active: since it was so last, a filter of the two has changed; one has teleported */
-    bool lingers;         /* its boxes have parted, but somebody was told of it: no event follows from boxes */
+    uint32_t wanted;      /* index of match.lists, as of ... */
+    uint32_t edition;     /* ... match.edition; 0: of none */
     uint32_t asked_epoch; /* of world.epoch, for which ... */
     double beyond;        /* ... m: proven to be farther apart than this, nobody is told of it; see ladder.c */
-    narrow_cache cache;
+    uint64_t active_tick; /* in which it was last put on the active list; of one that has just begun, the one before */
+    double padding, margin; /* m: of its pair_terms, as is ... */
+    int8_t looks;           /* ... this */
+    bool used;
+    bool ruled, jumped; /* active: since it was so last, a filter of the two has changed; one has teleported */
+    bool lingers;       /* its boxes have parted, but somebody was told of it: no event follows from boxes */
+
+    narrow_cache cache; /* two lines more; what follows is of pairs that are bounded or swept */
+
     vec3 free_axis; /* a world direction that kept it free on its course; zero: none is known */
     standing standing;
     vec3 near_a, near_b; /* points of the surfaces, each in its own shape's frame, of the last refinement; ... */
@@ -171,6 +185,7 @@ typedef struct pair {
     uint8_t waited;      /* ticks in a row in which the budget left it */
     uint8_t barren;      /* searches for one in a row that were in vain: the next one comes so much later */
 } pair;
+_Static_assert(offsetof(pair, cache) == 64, "a line for what each tick looks at");
 
 enum { SETTLED, SETTLES_NEXT, SETTLES_NOW };
 
@@ -438,6 +453,13 @@ typedef struct interest_sides {
     bool straight, turned; /* the first is A, or B, and the other the other */
 } interest_sides;
 interest_sides interest_sides_of(const world *w, uint32_t id, const body *a, const body *b);
+/* A and B are selected by the same pattern: of two bodies that it wants each is A, and B. */
+static inline bool interest_is_mutual(const world *w, uint32_t id)
+{
+    uint32_t selection = w->interests.at[id].selection;
+    const uint32_t *selectors = selection == WORLD_NONE ? NULL : w->match.selections.at[selection].selectors;
+    return selectors && selectors[0] == selectors[1];
+}
 static inline bool interest_wants(world *w, const body *a, const body *b)
 {
     return match_wanted(&w->match, a->match, b->match);

@@ -39,6 +39,26 @@ static const char *check_pairs(const world *w, size_t *watches, size_t *contacts
     return NULL;
 }
 
+typedef struct kept_ids {
+    const world *w;
+    uint32_t solid;
+    bool wrong;
+} kept_ids;
+
+static void check_kept_id(void *context, uint32_t other, uint32_t *number)
+{
+    kept_ids *n = context;
+    n->wrong |= *number != BROAD_NO_NUMBER && *number != pair_find(n->w, n->solid, other);
+}
+
+static const char *check_kept_ids(const world *w)
+{
+    kept_ids n = {.w = w};
+    for (n.solid = 0; n.solid < w->solids.count; n.solid++)
+        if (w->solids.at[n.solid].used) broad_each_number_of(w->broad, n.solid, check_kept_id, &n);
+    return n.wrong ? "the broad phase keeps the id of another pair" : NULL;
+}
+
 static bool fits(const world *w, const body *b)
 {
     broad_room room;
@@ -79,5 +99,6 @@ const char *world_validate(const world *w)
     if (contacts != w->figures.contacts) return "contacts miscounted";
     if (w->expiries.count > 2 * w->bodies.count + SPARE_EXPIRIES) return "deadlines of bodies that are gone pile up";
     fault = check_calm(w);
+    if (!fault) fault = check_kept_ids(w);
     return fault ? fault : broad_validate(w->broad);
 }

@@ -286,6 +286,60 @@ static void the_order_of_the_calls_does_not_matter(void **state)
     broad_destroy(two);
 }
 
+enum { NUMBERED = 320 };
+
+typedef struct numbers {
+    uint32_t of;
+    size_t seen, given, wrong;
+} numbers;
+
+static void look_at_number(void *context, uint32_t other, uint32_t *number)
+{
+    numbers *n = context;
+    uint32_t lo = n->of < other ? n->of : other, hi = n->of + other - lo;
+    n->seen++;
+    n->given += *number != BROAD_NO_NUMBER;
+    n->wrong += *number != BROAD_NO_NUMBER && *number != NUMBERED * lo + hi;
+    *number = NUMBERED * lo + hi;
+}
+
+static numbers look_at_numbers(broad *b)
+{
+    numbers n = {.seen = 0};
+    for (n.of = 0; n.of < NUMBERED; n.of++) broad_each_number_of(b, n.of, look_at_number, &n);
+    return n;
+}
+
+/* Both of its proxies find it, whatever else ends, and when memory is given back; one that meets again has none. */
+static void a_pair_keeps_its_number_as_long_as_it_is_one(void **state)
+{
+    (void)state;
+    enum { PAIRS = NUMBERED * (NUMBERED - 1) / 2, LEFT = 40, PAIRS_LEFT = LEFT * (LEFT - 1) / 2 };
+    broad *b = make_broad(accept_all, NULL);
+    for (uint32_t i = 0; i < NUMBERED; i++) put_box(b, i, false, cube_at(0, 0, 0, 0.5), 0.05);
+    assert_changes(update(b), PAIRS, 0);
+    numbers n = look_at_numbers(b);
+    assert_int_equal(n.seen, 2 * PAIRS);
+    assert_int_equal(n.given, PAIRS); /* at the first of the two looks none was there */
+    assert_int_equal(n.wrong, 0);
+    for (uint32_t i = 0; i < NUMBERED; i++)
+        if (i % (NUMBERED / LEFT)) broad_remove(b, i);
+    update(b);
+    broad_trim(b);
+    n = look_at_numbers(b);
+    assert_int_equal(n.seen, 2 * PAIRS_LEFT);
+    assert_int_equal(n.given, n.seen);
+    assert_int_equal(n.wrong, 0);
+    put_box(b, 0, false, cube_at(9, 0, 0, 0.5), 0.05);
+    assert_changes(update(b), 0, LEFT - 1);
+    put_box(b, 0, false, cube_at(0, 0, 0, 0.5), 0.05);
+    assert_changes(update(b), LEFT - 1, 0);
+    n = look_at_numbers(b);
+    assert_int_equal(n.seen - n.given, LEFT - 1);
+    assert_int_equal(n.wrong, 0);
+    broad_destroy(b);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -301,6 +355,7 @@ int main(void)
         cmocka_unit_test(what_never_came_to_an_update_never_was),
         cmocka_unit_test(a_refilter_begins_and_ends_pairs_of_resting_boxes),
         cmocka_unit_test(the_order_of_the_calls_does_not_matter),
+        cmocka_unit_test(a_pair_keeps_its_number_as_long_as_it_is_one),
     };
     return run_with_each_index(tests);
 }
