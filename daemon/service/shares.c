@@ -12,8 +12,10 @@
 
 static const double TICK_US = 20000;  /* of expected work that a tick takes, of all together */
 static const double DIRECT_US = 2000; /* of that a purse may have before others have had their turn */
-static const double TURN_US = 1000;   /* of what waits, before the next one's turn */
-static const double BURST_S = 4;      /* what may be saved up, seconds of what may be spent in one */
+static const double BESIDE_POSES_US =
+    5000;                           /* of a tick, whatever poses take of it: who floods with them stops no other */
+static const double TURN_US = 1000; /* of what waits, before the next one's turn */
+static const double BURST_S = 4;    /* what may be saved up, seconds of what may be spent in one */
 enum {
     GREETED_BY = 10 /* characters of the operator's tool's name */,
     WAITING_MAX = 1 << 20 /* messages */,
@@ -387,6 +389,12 @@ static bool admit_client(service *s, purse *p, int64_t client, int64_t origin, c
     return true;
 }
 
+static void spend(shares *h, const wire_message *m, double us)
+{
+    double least = m->kind == WIRE_POSE_BATCH ? fmin(h->left_us, BESIDE_POSES_US) : -INFINITY;
+    h->left_us = fmax(h->left_us - us, least);
+}
+
 /* It goes to the world now, and counts, if its purse has room. */
 static bool admit(service *s, purse *p, const struct link *from, const wire_message *m, wire_refusal *why)
 {
@@ -400,7 +408,7 @@ static bool admit(service *s, purse *p, const struct link *from, const wire_mess
     if (m->kind == WIRE_GEOMETRY && !admit_geometry(s, p, m, why)) return false;
     price cost = price_for(s, p, m);
     pay(p, cost.in_all);
-    s->shares->left_us -= cost.in_tick;
+    spend(s->shares, m, cost.in_tick);
     if (c) c->spent_us += cost.in_all;
     if (c && m->kind != WIRE_QUERY) c->origin = from->origin; /* anybody may ask in any name */
     return true;

@@ -557,7 +557,7 @@ const attack attacks[] = {
         700},
     {"rules", "as many rules as a body may have, with many stars", rules, 50},
     {"interests", "as many subscriptions as there may be, with many stars", interests, 50},
-    {"poses", "poses as fast as one process can send them", poses, 500},
+    {"poses", "poses as fast as one process can send them", poses, 50},
     {"queries", "queries whose answers name every body, without waiting for them", queries, 50},
     {"names", "one process that is many clients", names, 50},
     {"recordings", "recordings begun and ended without a pause", recordings, 50},
