@@ -155,6 +155,19 @@ static void flood(void)
         wire_message m = sample_poses(1000, i);
         put(w, &m, false);
     }
+    (void)dds_wait_for_acks(w, DDS_SECS(30));
+    say("sent");
+    for (;;) pause();
+}
+
+/* Beside such a one, as another client. */
+static void aside(void)
+{
+    dds_entity_t w = matched_writer(WIRE_POSE_BATCH, 0);
+    wire_message m = sample_poses(3, ASIDE_SEQUENCE);
+    m.pose_batch.client = CLIENT_ID + 1;
+    put(w, &m, false);
+    (void)dds_wait_for_acks(w, DDS_SECS(30));
     say("sent");
     for (;;) pause();
 }
@@ -182,6 +195,7 @@ int dds_client(int argc, char **argv)
     if (strcmp(role, "remove") == 0) live(true, false);
     if (strcmp(role, "dispose") == 0) live(false, true);
     if (strcmp(role, "flood") == 0) flood();
+    if (strcmp(role, "aside") == 0) aside();
     if (strcmp(role, "bad") == 0) bad();
     if (strcmp(role, "listen") == 0 && argc > 3) listen_to(argv[3]);
     return EXIT_FAILURE;

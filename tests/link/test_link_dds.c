@@ -233,6 +233,40 @@ static void large_batches_arrive_in_order(void **state)
     rig_close(&r);
 }
 
+/* The client's next line, while what it sends waits in the link. */
+static void assert_says_unheard(client *c, const char *expected)
+{
+    char line[NAME_BYTES];
+    size_t n = 0;
+    struct pollfd p = {.fd = c->out, .events = POLLIN};
+    while (n < NAME_BYTES - 1 && (n == 0 || line[n - 1] != '\n')) {
+        if (poll(&p, 1, (int)(1000 * RIG_PATIENCE_S)) != 1) fail_msg("the client says nothing");
+        n += (size_t)read(c->out, line + n, 1);
+    }
+    line[n - 1] = '\0';
+    assert_string_equal(line, expected);
+}
+
+/* One round takes some of what waits, and of that something of everybody's. */
+static void a_flood_of_poses_does_not_stand_before_those_of_others(void **state)
+{
+    (void)state;
+    rig r;
+    dds_open(&r);
+    client flood = client_start("flood", NULL);
+    assert_says_unheard(&flood, "sent");
+    client aside = client_start("aside", NULL);
+    assert_says_unheard(&aside, "sent");
+    RIG_UNTIL(&r, RIG_PATIENCE_S, r.heard.disordered || r.heard.last_sequence == ASIDE_SEQUENCE);
+    assert_in_range(r.heard.messages[WIRE_POSE_BATCH], 2, FLOOD_BATCHES * 4 / 5); /* it has overtaken */
+    RIG_UNTIL(&r, RIG_PATIENCE_S, r.heard.last_sequence == FLOOD_BATCHES);
+    assert_int_equal(r.heard.disordered, 1);
+    assert_int_equal(r.heard.refused, 0);
+    client_kill(&flood);
+    client_kill(&aside);
+    rig_close(&r);
+}
+
 /* ---- rounds on the thread that poses arrive on ---- */
 
 enum { EVENTS_A_ROUND = 16 };
@@ -416,6 +450,7 @@ int main(int argc, char **argv)
         cmocka_unit_test(streams_do_not_hear_each_other),
         cmocka_unit_test(the_end_of_a_stream_arrives_though_it_is_closed_at_once),
         cmocka_unit_test(large_batches_arrive_in_order),
+        cmocka_unit_test(a_flood_of_poses_does_not_stand_before_those_of_others),
         cmocka_unit_test(no_round_on_arrival_waits_for_a_reader),
         cmocka_unit_test(a_killed_client_is_lost_within_its_lease_and_its_bodies_are_not_removed),
         cmocka_unit_test(a_body_taken_back_is_removed_once),
