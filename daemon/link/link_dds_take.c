@@ -13,7 +13,7 @@
 enum {
     TAKE_MAX = 64, /* samples a take. One constant: a loan writes as many pointers as the largest ever asked for */
     RECEIVE_MAX =
-        8192, /* samples a reader and receive: a flood on one topic must not keep the tick from running, ... */
+        2048, /* samples a reader and receive: a flood on one topic must not keep the tick from running, ... */
     POSES_MAX = 200000, /* ... nor one of poses: some 10 ms */
     POSES_TAKE = 4,     /* batches a take, of at most WIRE_POSES_MAX poses each */
     /* Bytes of poses. Where more come than a round takes, they wait here, by participant: in the reader's own history

@@ -672,7 +672,7 @@ void service_set_budget(service *s);                                  /* of the 
 void service_replay_budget(service *s, bool budgeted, uint64_t work); /* of the tick that is replayed next */
 /* tick.c. A slice is chosen by what earlier ones took, before the tick, and is recorded where it made a difference: so
  * a replay, which is told it, does the same. */
-void service_choose_slice(service *s);
+void service_choose_slice(service *s, int64_t spent_ns); /* by this round, before the tick */
 void service_learn_slice(service *s, int64_t took_ns);
 bool service_is_behind(const service *s);      /* something is pending for long, or was so a moment ago */
 uint64_t service_slice_told(const service *s); /* for the recording; 0: it made none */

@@ -10,7 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double TICK_US = 20000;  /* of expected work that a tick takes, of all together */
+static const double TICK_US = 10000;  /* of expected work that a tick takes, of all together */
 static const double DIRECT_US = 2000; /* of that a purse may have before others have had their turn */
 static const double BESIDE_POSES_US =
     5000;                           /* of a tick, whatever poses take of it: who floods with them stops no other */
@@ -65,6 +65,7 @@ struct shares {
     size_t waiting, bytes;     /* in all queues */
     size_t bodies;             /* in the world */
     double left_us;            /* of this tick */
+    double commands_us;        /* of it, what was admitted and is neither poses nor queries, which are elsewhere */
     bool dirty;                /* what purses have is to be counted anew */
     wire_memory *memory;
     metric *waited, *refused, *deferrals, *greeted;
@@ -391,6 +392,7 @@ static bool admit_client(service *s, purse *p, int64_t client, int64_t origin, c
 
 static void spend(shares *h, const wire_message *m, double us)
 {
+    if (m->kind != WIRE_POSE_BATCH && m->kind != WIRE_QUERY) h->commands_us += us;
     double least = m->kind == WIRE_POSE_BATCH ? fmin(h->left_us, BESIDE_POSES_US) : -INFINITY;
     h->left_us = fmax(h->left_us - us, least);
 }
@@ -471,6 +473,7 @@ void shares_ticked(service *s)
     h->bodies = world_get_figures(s->world).bodies;
     metric_set(h->purses_now, h->purses.count);
     h->left_us = TICK_US;
+    h->commands_us = 0;
     for (size_t i = 0; i < h->purses.count; i++) h->purses.at[i]->direct_us = 0;
 }
 
@@ -639,6 +642,11 @@ void shares_release(service *s)
         idle = take_turn(s, p) ? 0 : idle + 1;
     }
     tell_waiting(h);
+}
+
+double shares_expected_us(const service *s)
+{
+    return s->shares->commands_us;
 }
 
 bool shares_want_tick(const service *s)
