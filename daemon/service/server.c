@@ -256,6 +256,7 @@ static void free_clients(service *s)
     pending_free_all(s);
     geometry_free_all(s);
     s->inbox.letters.count = s->inbox.bytes.count = s->inbox.poses.count = 0;
+    s->told_builds.count = 0;
 }
 
 void service_reset(service *s)
