@@ -19,10 +19,12 @@ enum {
     /* Bytes of poses. Where more come than a round takes, they wait here, by participant: in the reader's own history
      * one who floods would stand before all others. */
     ROUND_BYTES = 6 << 20,      /* that a receive hands over: 100,000 poses, 5 to 10 ms ... */
+    DIRECT_BYTES = 1 << 20,     /* without waiting, if there are no more */
     READ_BYTES = 24 << 20,      /* ... and reads, which costs a tenth of that */
     ONE_WAITS_BYTES = 32 << 20, /* of one participant; then its oldest are lost, as in a history that is full */
     ALL_WAIT_BYTES = 128 << 20,
-    ONE_WAITS = 1024 /* batches */
+    ONE_WAITS = 1024, /* batches, whole or in parts ... */
+    PART = 4096       /* ... of so many poses: of a larger one, if it is no step, which is one thing */
 };
 
 typedef struct batch_waiting { /* poses, decoded where they lie, and admitted */
@@ -158,6 +160,39 @@ static void lose_oldest(link_dds *l, uint64_t source)
     metric_count(l->history_full, 1);
 }
 
+static void wait_in_line(link_dds *l, batch_waiting *b, uint64_t source, size_t bytes)
+{
+    turns_put(&l->waiting, source, b, bytes);
+    bool full =
+        turns_count_of(&l->waiting, source) > ONE_WAITS || turns_bytes_of(&l->waiting, source) > ONE_WAITS_BYTES;
+    if (full) lose_oldest(l, source);
+    while (l->waiting.bytes > ALL_WAIT_BYTES) lose_oldest(l, turns_longest(&l->waiting));
+}
+
+static void cut_out(wire_pose_batch *p, uint32_t from, uint32_t count)
+{
+    p->bodies = (wire_i32s){count, p->bodies.at + from};
+    p->positions = (wire_f64s){3 * count, p->positions.at + 3 * (size_t)from};
+    p->orientations = (wire_f64s){4 * count, p->orientations.at + 4 * (size_t)from};
+    if (p->linear.count) p->linear = (wire_f64s){3 * count, p->linear.at + 3 * (size_t)from};
+    if (p->angular.count) p->angular = (wire_f64s){3 * count, p->angular.at + 3 * (size_t)from};
+    if (p->teleports.count) p->teleports = (wire_u8s){count, p->teleports.at + from};
+}
+
+/* Its first poses, as a batch of their own under the same sequence; the rest stays in `b`. */
+static void wait_in_part(link_dds *l, batch_waiting *b, uint64_t source, size_t bytes)
+{
+    wire_pose_batch *rest = &b->m.pose_batch;
+    uint32_t count = rest->bodies.count;
+    batch_waiting *part = base_zalloc(1, sizeof *part);
+    *part = *b;
+    part->data = ddsi_serdata_ref(b->data);
+    part->held = ddsi_serdata_to_ser_ref(part->data, 0, ddsi_serdata_size(part->data), &part->bytes);
+    cut_out(&part->m.pose_batch, 0, PART);
+    cut_out(rest, PART, count - PART);
+    wait_in_line(l, part, source, bytes);
+}
+
 /* What is refused, or is in an encoding that has to be copied, does not wait. The number of messages handed over. */
 static size_t put_off(
     link_dds *l, const link_sink *sink, wire_kind kind, struct ddsi_serdata *data, const dds_sample_info_t *info)
@@ -176,12 +211,15 @@ static size_t put_off(
     uint64_t source = l->head.origin ? (uint64_t)l->head.origin : info->publication_handle;
     b->origin = l->head.origin;
     b->unclaimed = l->head.unclaimed;
-    turns_put(&l->waiting, source, b, b->bytes.iov_len);
-    bool full =
-        turns_count_of(&l->waiting, source) > ONE_WAITS || turns_bytes_of(&l->waiting, source) > ONE_WAITS_BYTES;
-    if (full) lose_oldest(l, source);
-    while (l->waiting.bytes > ALL_WAIT_BYTES) lose_oldest(l, turns_longest(&l->waiting));
+    size_t bytes = b->bytes.iov_len, poses = b->m.pose_batch.bodies.count, a_pose = poses ? bytes / poses : bytes;
+    while (!b->m.pose_batch.step && b->m.pose_batch.bodies.count > PART) wait_in_part(l, b, source, a_pose * PART);
+    wait_in_line(l, b, source, poses ? a_pose * b->m.pose_batch.bodies.count : bytes);
     return 0;
+}
+
+static bool is_enough(const link_sink *sink)
+{
+    return sink->enough && sink->enough(sink->context);
 }
 
 /* By turns of those who sent them, as many as a round may have. */
@@ -189,7 +227,8 @@ static size_t hand_over_waiting(link_dds *l, const link_sink *sink)
 {
     size_t before = l->waiting.bytes, messages = 0;
     batch_waiting *b;
-    while (before - l->waiting.bytes < ROUND_BYTES && (b = turns_next(&l->waiting)) != NULL) {
+    while (before - l->waiting.bytes < ROUND_BYTES && !(messages && is_enough(sink)) &&
+           (b = turns_next(&l->waiting)) != NULL) {
         l->head.origin = b->origin;
         l->head.unclaimed = b->unclaimed;
         if (!b->lost) hand_over(l, sink, &b->m);
@@ -227,9 +266,9 @@ static int take_poses(link_dds *l, const link_sink *sink, const reader *r, size_
     struct ddsi_serdata *data[POSES_TAKE];
     dds_sample_info_t infos[POSES_TAKE];
     int n = dds_takecdr(r->entity, data, POSES_TAKE, infos, DDS_ANY_STATE);
-    bool many = n == POSES_TAKE || l->waiting.count;
+    for (int i = 0; i < n; i++) l->read_bytes += ddsi_serdata_size(data[i]);
+    bool many = n == POSES_TAKE || l->waiting.count || l->read_bytes > DIRECT_BYTES || is_enough(sink);
     for (int i = 0; i < n; i++) {
-        l->read_bytes += ddsi_serdata_size(data[i]);
         if (infos[i].valid_data) *messages += (many ? put_off : receive_bytes)(l, sink, r->kind, data[i], &infos[i]);
         ddsi_serdata_unref(data[i]);
     }

@@ -38,7 +38,8 @@ enum {
     URL_MAX = 512,
     QUEUE_BYTES = 32 << 20,      /* waiting for the tick: half a second of the fastest loopback */
     QUEUE_POSE_BYTES = 24 << 20, /* of those, open to poses and vertices: the newest of them are worth the least */
-    ROUND_BYTES = 6 << 20,       /* that a round takes: 100,000 poses. What is more waits, by client, ... */
+    DIRECT_BYTES = 1 << 20,      /* that a round takes as they come. Of more all wait, by client, ... */
+    ROUND_BYTES = 6 << 20,       /* ... who have their turns: 100,000 poses a round, ... */
     ONE_POSE_BYTES = 12 << 20,   /* ... of whose poses so many may */
     OUT_BYTES = 8 << 20,         /* waiting for the gateway */
     OFFER_BYTES = 64 << 10,      /* poses: more are the tick thread's */
@@ -533,7 +534,8 @@ static size_t receive_by_turns(link_lcm *l, const link_sink *sink)
     pipe_frame f;
     frame_waiting *w;
     while (pipe_take(&l->taken, &f) == 1) put_off(l, &f);
-    while (bytes < ROUND_BYTES && (w = turns_next(&l->waiting)) != NULL) {
+    while (bytes < ROUND_BYTES && !(messages && sink->enough && sink->enough(sink->context)) &&
+           (w = turns_next(&l->waiting)) != NULL) {
         const pipe_frame whole = {.kind = w->kind, .data = w->data, .size = w->size};
         bytes += w->size;
         messages += count_one(l, hand_over(l, sink, &whole));
@@ -555,7 +557,7 @@ static size_t lcm_receive(struct link *head, const link_sink *sink)
     pthread_mutex_unlock(&l->lock);
     size_t messages = 0;
     pipe_frame f;
-    if (l->waiting.count || pipe_used(&l->taken) > ROUND_BYTES) messages = receive_by_turns(l, sink);
+    if (l->waiting.count || pipe_used(&l->taken) > DIRECT_BYTES) messages = receive_by_turns(l, sink);
     while (pipe_take(&l->taken, &f) == 1) messages += count_one(l, hand_over(l, sink, &f));
     pthread_mutex_lock(&l->lock);
     l->waiting_bytes = l->waiting.bytes;

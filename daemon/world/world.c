@@ -210,6 +210,11 @@ bool world_glided(const world *w)
     return w->some_glided;
 }
 
+size_t world_moved(const world *w)
+{
+    return w->dirty.count;
+}
+
 bool world_changed(const world *w)
 {
     return w->changed || w->unfinished.count || w->due || match_is_unsettled(&w->match);
