@@ -5,6 +5,7 @@
 #include "base/log.h"
 
 #include <inttypes.h>
+#include <stdlib.h>
 
 static const int64_t FOLLOWED_NS = 10000000000; /* a peer that was alive may be back: it is still written for */
 
