@@ -41,6 +41,9 @@ typedef struct link_sink {
     /* In this tick the build of a geometry was put off, or was over. Replay alone calls it; NULL: all is built when it
      * has come. */
     void (*build)(void *context, int64_t client, int64_t hash, bool ready);
+    /* So much has changed by poses that a tick is due before there are more: what waits in the link, but for a first
+     * batch, waits for the next round. NULL: never. */
+    bool (*enough)(void *context);
 } link_sink;
 
 typedef struct link_options {

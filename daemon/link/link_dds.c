@@ -208,6 +208,7 @@ static void free_own(link_dds *l)
 {
     speakers_free(&l->speakers);
     dds_peers_free(&l->peers);
+    turns_free(&l->waiting);
     free(l->sample);
 }
 
@@ -219,6 +220,7 @@ static int dds_link_open(struct link *head, const link_options *options, char *w
     if (link_dds_check(options, key, why, why_size) != EX_OK) return -1;
     register_counters(l, options->counters);
     l->sample = base_zalloc(1, largest_sample());
+    turns_init(&l->waiting);
     speakers_init(&l->speakers, options->max_clients, options->client_share);
     dds_peers_init(&l->peers, on_peers, l);
     dds_return_t joined = link_dds_join(l, &first);
@@ -365,6 +367,7 @@ static void dds_link_close(struct link *head)
     link_dds *l = link_dds_of(head);
     wait_for_acknowledgements(l);
     link_dds_streams_close(l);
+    link_dds_drop_waiting(l);
     link_dds_leave(l);
     free_own(l);
 }

@@ -8,6 +8,7 @@
 #include "link_dds.h"
 #include "link_dds_peers.h"
 #include "link_dds_speakers.h"
+#include "turns.h"
 #include "wire/dds/wire_dds_qos.h"
 
 #include <dds/dds.h>
@@ -66,8 +67,10 @@ struct link_dds {
     atomic_bool peers_arrived;
     void *sample; /* room for a sample of any kind, to be written */
     atomic_bool woken;
-    size_t poses;    /* taken by the receive that runs */
-    bool on_arrival; /* a thread of Cyclone's stands in for the tick thread */
+    turns waiting;     /* batches of poses, beyond what a round takes */
+    size_t poses;      /* taken by the receive that runs ... */
+    size_t read_bytes; /* ... and read, of poses */
+    bool on_arrival;   /* a thread of Cyclone's stands in for the tick thread */
     metric *messages_in, *refused, *foreign, *history_full, *messages_out, *write_failed, *no_stream, *samples_lost;
     metric *certificate_days;  /* NULL: no security */
     int64_t certificate_end_s; /* of the first that expires, seconds since the Unix epoch */
@@ -113,6 +116,7 @@ void link_dds_say_why(
 
 size_t link_dds_receive(struct link *head, const link_sink *sink);
 size_t link_dds_receive_poses(struct link *head, const link_sink *sink);
+void link_dds_drop_waiting(link_dds *l); /* before the domain is left */
 
 /* ---- streams: the first two as link_ops says ---- */
 

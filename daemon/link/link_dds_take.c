@@ -7,15 +7,33 @@
 #define asm __asm__ /* the next header is in GNU C */
 #include <dds/ddsi/ddsi_serdata.h>
 #undef asm
+#include <stdlib.h>
 #include <string.h>
 
 enum {
     TAKE_MAX = 64, /* samples a take. One constant: a loan writes as many pointers as the largest ever asked for */
     RECEIVE_MAX =
-        8192, /* samples a reader and receive: a flood on one topic must not keep the tick from running, ... */
+        2048, /* samples a reader and receive: a flood on one topic must not keep the tick from running, ... */
     POSES_MAX = 200000, /* ... nor one of poses: some 10 ms */
-    POSES_TAKE = 4      /* batches a take, of at most WIRE_POSES_MAX poses each */
+    POSES_TAKE = 4,     /* batches a take, of at most WIRE_POSES_MAX poses each */
+    /* Bytes of poses. Where more come than a round takes, they wait here, by participant: in the reader's own history
+     * one who floods would stand before all others. */
+    ROUND_BYTES = 6 << 20,      /* that a receive hands over: 100,000 poses, 5 to 10 ms ... */
+    DIRECT_BYTES = 1 << 20,     /* without waiting, if there are no more */
+    READ_BYTES = 24 << 20,      /* ... and reads, which costs a tenth of that */
+    ONE_WAITS_BYTES = 32 << 20, /* of one participant; then its oldest are lost, as in a history that is full */
+    ALL_WAIT_BYTES = 128 << 20,
+    ONE_WAITS = 1024, /* batches, whole or in parts ... */
+    PART = 4096       /* ... of so many poses: of a larger one, if it is no step, which is one thing */
 };
+
+typedef struct batch_waiting { /* poses, decoded where they lie, and admitted */
+    struct ddsi_serdata *data, *held;
+    ddsrt_iovec_t bytes;
+    wire_message m;
+    int64_t origin;
+    bool unclaimed, lost; /* lost: its client is */
+} batch_waiting;
 
 static void refuse(link_dds *l, const link_sink *sink, wire_kind kind, const wire_message *m, const wire_refusal *why)
 {
@@ -112,8 +130,8 @@ static bool receive_copy(
     return taken;
 }
 
-static bool receive_bytes(
-    link_dds *l, const link_sink *sink, wire_kind kind, const struct ddsi_serdata *data, const dds_sample_info_t *info)
+static size_t receive_bytes(
+    link_dds *l, const link_sink *sink, wire_kind kind, struct ddsi_serdata *data, const dds_sample_info_t *info)
 {
     ddsrt_iovec_t bytes;
     wire_message m;
@@ -126,15 +144,132 @@ static bool receive_bytes(
     return taken;
 }
 
+/* ---- poses that wait ---- */
+
+static void free_waiting(batch_waiting *b)
+{
+    ddsi_serdata_to_ser_unref(b->held, &b->bytes);
+    ddsi_serdata_unref(b->data);
+    free(b);
+}
+
+static void lose_oldest(link_dds *l, uint64_t source)
+{
+    batch_waiting *b = turns_oldest_of(&l->waiting, source);
+    if (b) free_waiting(b);
+    metric_count(l->history_full, 1);
+}
+
+static void wait_in_line(link_dds *l, batch_waiting *b, uint64_t source, size_t bytes)
+{
+    turns_put(&l->waiting, source, b, bytes);
+    bool full =
+        turns_count_of(&l->waiting, source) > ONE_WAITS || turns_bytes_of(&l->waiting, source) > ONE_WAITS_BYTES;
+    if (full) lose_oldest(l, source);
+    while (l->waiting.bytes > ALL_WAIT_BYTES) lose_oldest(l, turns_longest(&l->waiting));
+}
+
+static void cut_out(wire_pose_batch *p, uint32_t from, uint32_t count)
+{
+    p->bodies = (wire_i32s){count, p->bodies.at + from};
+    p->positions = (wire_f64s){3 * count, p->positions.at + 3 * (size_t)from};
+    p->orientations = (wire_f64s){4 * count, p->orientations.at + 4 * (size_t)from};
+    if (p->linear.count) p->linear = (wire_f64s){3 * count, p->linear.at + 3 * (size_t)from};
+    if (p->angular.count) p->angular = (wire_f64s){3 * count, p->angular.at + 3 * (size_t)from};
+    if (p->teleports.count) p->teleports = (wire_u8s){count, p->teleports.at + from};
+}
+
+/* Its first poses, as a batch of their own under the same sequence; the rest stays in `b`. */
+static void wait_in_part(link_dds *l, batch_waiting *b, uint64_t source, size_t bytes)
+{
+    wire_pose_batch *rest = &b->m.pose_batch;
+    uint32_t count = rest->bodies.count;
+    batch_waiting *part = base_zalloc(1, sizeof *part);
+    *part = *b;
+    part->data = ddsi_serdata_ref(b->data);
+    part->held = ddsi_serdata_to_ser_ref(part->data, 0, ddsi_serdata_size(part->data), &part->bytes);
+    cut_out(&part->m.pose_batch, 0, PART);
+    cut_out(rest, PART, count - PART);
+    wait_in_line(l, part, source, bytes);
+}
+
+/* What is refused, or is in an encoding that has to be copied, does not wait. The number of messages handed over. */
+static size_t put_off(
+    link_dds *l, const link_sink *sink, wire_kind kind, struct ddsi_serdata *data, const dds_sample_info_t *info)
+{
+    batch_waiting *b = base_zalloc(1, sizeof *b);
+    wire_reason reason;
+    wire_refusal why = {0};
+    b->data = ddsi_serdata_ref(data);
+    b->held = ddsi_serdata_to_ser_ref(data, 0, ddsi_serdata_size(data), &b->bytes);
+    bool plain = wire_dds_decode_bytes(kind, b->bytes.iov_base, b->bytes.iov_len, &b->m, &reason, &why);
+    if (!plain || reason != WIRE_OK || !is_admitted(l, &b->m, info, &why)) {
+        if (plain) refuse(l, sink, kind, &b->m, &why);
+        free_waiting(b);
+        return plain ? 0 : receive_copy(l, sink, kind, data, info);
+    }
+    uint64_t source = l->head.origin ? (uint64_t)l->head.origin : info->publication_handle;
+    b->origin = l->head.origin;
+    b->unclaimed = l->head.unclaimed;
+    size_t bytes = b->bytes.iov_len, poses = b->m.pose_batch.bodies.count, a_pose = poses ? bytes / poses : bytes;
+    while (!b->m.pose_batch.step && b->m.pose_batch.bodies.count > PART) wait_in_part(l, b, source, a_pose * PART);
+    wait_in_line(l, b, source, poses ? a_pose * b->m.pose_batch.bodies.count : bytes);
+    return 0;
+}
+
+static bool is_enough(const link_sink *sink)
+{
+    return sink->enough && sink->enough(sink->context);
+}
+
+/* By turns of those who sent them, as many as a round may have. */
+static size_t hand_over_waiting(link_dds *l, const link_sink *sink)
+{
+    size_t before = l->waiting.bytes, messages = 0;
+    batch_waiting *b;
+    while (before - l->waiting.bytes < ROUND_BYTES && !(messages && is_enough(sink)) &&
+           (b = turns_next(&l->waiting)) != NULL) {
+        l->head.origin = b->origin;
+        l->head.unclaimed = b->unclaimed;
+        if (!b->lost) hand_over(l, sink, &b->m);
+        messages += !b->lost;
+        free_waiting(b);
+    }
+    return messages;
+}
+
+static void forget_batch(void *context, void *message)
+{
+    batch_waiting *b = message;
+    b->lost |= b->m.pose_batch.client == *(const int64_t *)context;
+}
+
+/* Nothing of a lost client comes after the news of its loss. */
+static void tell_lost(link_dds *l, const link_sink *sink, int64_t client)
+{
+    turns_each(&l->waiting, forget_batch, &client);
+    sink->client_lost(sink->context, &l->head, client);
+}
+
+void link_dds_drop_waiting(link_dds *l)
+{
+    batch_waiting *b;
+    while ((b = turns_next(&l->waiting)) != NULL) free_waiting(b);
+}
+
+/* ---- taking ---- */
+
 /* Poses are read where Cyclone has put them: a copy would cost a third of what receiving them does. They have no key,
- * so there is no news of them but samples. */
+ * so there is no news of them but samples. Those of a take that is full may not be the last. */
 static int take_poses(link_dds *l, const link_sink *sink, const reader *r, size_t *messages)
 {
     struct ddsi_serdata *data[POSES_TAKE];
     dds_sample_info_t infos[POSES_TAKE];
     int n = dds_takecdr(r->entity, data, POSES_TAKE, infos, DDS_ANY_STATE);
+    for (int i = 0; i < n; i++) l->read_bytes += ddsi_serdata_size(data[i]);
+    bool many = n == POSES_TAKE || l->waiting.count || l->read_bytes > DIRECT_BYTES || is_enough(sink);
     for (int i = 0; i < n; i++) {
-        if (infos[i].valid_data) *messages += receive_bytes(l, sink, r->kind, data[i], &infos[i]);
+        if (infos[i].valid_data) *messages += (many ? put_off : receive_bytes)(l, sink, r->kind, data[i], &infos[i]);
         ddsi_serdata_unref(data[i]);
     }
     return n > 0 ? n : 0;
@@ -163,12 +298,14 @@ static size_t take_all(link_dds *l, const link_sink *sink, reader *r)
 {
     size_t messages = 0;
     int total = 0, n;
-    l->poses = 0;
+    l->poses = l->read_bytes = 0;
     do {
         n = take(l, sink, r, &messages);
         total += n;
-    } while (n == take_max(r) && total < RECEIVE_MAX && l->poses < POSES_MAX);
-    if (n == take_max(r)) link_dds_notice(l, &r->arrived); /* there is more: for the next tick */
+    } while (n == take_max(r) && total < RECEIVE_MAX && l->poses < POSES_MAX && l->read_bytes < READ_BYTES);
+    bool poses = r->kind == WIRE_POSE_BATCH;
+    if (poses) messages += hand_over_waiting(l, sink);
+    if (n == take_max(r) || (poses && l->waiting.count)) link_dds_notice(l, &r->arrived); /* more, for the next tick */
     const wire_dds_profile *p = wire_dds_profile_of(r->kind);
     if (!p->late_joiners && total >= p->reader_depth) metric_count(l->history_full, 1);
     return messages;
@@ -183,11 +320,12 @@ size_t link_dds_receive_poses(struct link *head, const link_sink *sink)
     int total = 0, n = 0;
     while (r->kind != WIRE_POSE_BATCH) r++;
     l->on_arrival = true;
-    l->poses = 0;
+    l->poses = l->read_bytes = 0;
     if (atomic_exchange(&r->arrived, false)) do
             total += n = take(l, sink, r, &messages);
-        while (n == POSES_TAKE && total < TAKE_MAX && l->poses < POSES_MAX);
-    if (n == POSES_TAKE) link_dds_notice(l, &r->arrived);
+        while (n == POSES_TAKE && total < TAKE_MAX && l->poses < POSES_MAX && l->read_bytes < READ_BYTES);
+    messages += hand_over_waiting(l, sink);
+    if (n == POSES_TAKE || l->waiting.count) link_dds_notice(l, &r->arrived);
     metric_count(l->messages_in, messages);
     return messages;
 }
@@ -205,7 +343,7 @@ size_t link_dds_receive(struct link *head, const link_sink *sink)
         if (atomic_exchange(&l->readers[i].arrived, false)) messages += take_all(l, sink, &l->readers[i]);
     link_dds_streams_report(l, sink);
     /* Last, so that nothing of a lost client comes after the news of its loss. */
-    while (speakers_lost(&l->speakers, &client)) sink->client_lost(sink->context, head, client);
+    while (speakers_lost(&l->speakers, &client)) tell_lost(l, sink, client);
     metric_count(l->messages_in, messages);
     return messages;
 }

@@ -16,6 +16,7 @@
 #include "opened.h"
 #include "pipe/pipe.h"
 #include "pipe/route.h"
+#include "turns.h"
 #include "wake.h"
 
 #include <arpa/inet.h>
@@ -37,6 +38,9 @@ enum {
     URL_MAX = 512,
     QUEUE_BYTES = 32 << 20,      /* waiting for the tick: half a second of the fastest loopback */
     QUEUE_POSE_BYTES = 24 << 20, /* of those, open to poses and vertices: the newest of them are worth the least */
+    DIRECT_BYTES = 1 << 20,      /* that a round takes as they come. Of more all wait, by client, ... */
+    ROUND_BYTES = 6 << 20,       /* ... who have their turns: 100,000 poses a round, ... */
+    ONE_POSE_BYTES = 12 << 20,   /* ... of whose poses so many may */
     OUT_BYTES = 8 << 20,         /* waiting for the gateway */
     OFFER_BYTES = 64 << 10,      /* poses: more are the tick thread's */
     RETRY_FIRST_MS = 50,         /* the first restart is immediate; the pause doubles ... */
@@ -55,6 +59,7 @@ typedef struct link_lcm {
     wire_memory *memory;
     opened streams;
     pipe_buffer taken; /* the tick thread's: frames swapped out of `incoming` */
+    turns waiting;     /* and those that came when a round had enough */
 
     pthread_t watcher;
     int poke_fd; /* wakes the watcher: there is something to send, or it is to end */
@@ -67,9 +72,10 @@ typedef struct link_lcm {
     pthread_cond_t settled; /* the first gateway is ready, or `failure` says why it is not */
     char failure[512];
     pipe_buffer incoming, outgoing;
-    int pipe;      /* -1 = no gateway */
-    bool ready;    /* it has said that LCM runs */
-    bool starting; /* the watcher's: this is the first gateway, and it must start */
+    size_t waiting_bytes; /* of `waiting` */
+    int pipe;             /* -1 = no gateway */
+    bool ready;           /* it has said that LCM runs */
+    bool starting;        /* the watcher's: this is the first gateway, and it must start */
 
     metric *messages_in, *refused, *queue_full, *queue_full_poses, *messages_out, *out_dropped, *restarts, *bad_frames;
     metric *datagrams_dropped;
@@ -116,7 +122,7 @@ static void enqueue(link_lcm *l, const pipe_frame *f)
         note_drops(l, f);
         return;
     }
-    size_t used = pipe_used(&l->incoming) + pipe_frame_size(f->channel_length, f->size);
+    size_t used = pipe_used(&l->incoming) + pipe_frame_size(f->channel_length, f->size) + l->waiting_bytes;
     if (is_pose(f) && used > QUEUE_POSE_BYTES)
         metric_count(l->queue_full_poses, 1);
     else if (used > QUEUE_BYTES)
@@ -387,6 +393,13 @@ static void register_counters(link_lcm *l, metrics *m)
     l->bad_frames = metrics_add(m, "lcm_bad_frames", "gateways ended because they did not speak in frames");
 }
 
+static void drop_waiting(link_lcm *l)
+{
+    void *f;
+    while ((f = turns_next(&l->waiting)) != NULL) free(f);
+    turns_free(&l->waiting);
+}
+
 static void release(link_lcm *l)
 {
     close(l->poke_fd);
@@ -394,6 +407,7 @@ static void release(link_lcm *l)
     pthread_mutex_destroy(&l->lock);
     wire_memory_destroy(l->memory);
     opened_free(&l->streams);
+    drop_waiting(l);
     pipe_free(&l->taken);
     pipe_free(&l->incoming);
     pipe_free(&l->outgoing);
@@ -449,6 +463,7 @@ static int lcm_open(struct link *head, const link_options *options, char *why, s
     l->words.fd = -1;
     l->starting = options->must_start;
     l->memory = wire_memory_create();
+    turns_init(&l->waiting);
     pthread_mutex_init(&l->lock, NULL);
     pthread_cond_init(&l->settled, NULL);
     l->poke_fd = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
@@ -475,6 +490,61 @@ static bool hand_over(link_lcm *l, const link_sink *sink, const pipe_frame *f)
     return false;
 }
 
+/* Who says to have sent it, which anybody may: nobody is told apart. All kinds begin alike: fingerprint, version,
+ * client, big-endian. */
+static uint64_t source_of(const pipe_frame *f)
+{
+    enum { CLIENT_AT = 12 };
+    uint64_t client = 0;
+    for (size_t i = CLIENT_AT; i < CLIENT_AT + 8 && f->size >= CLIENT_AT + 8; i++) client = client << 8 | f->data[i];
+    return f->kind == PIPE_MESSAGE && client ? client : UINT64_MAX; /* refusals: whosever they are */
+}
+
+/* A copy of what comes behind the head of a frame. */
+typedef struct frame_waiting {
+    pipe_kind kind;
+    size_t size;
+    uint8_t data[];
+} frame_waiting;
+
+static void put_off(link_lcm *l, const pipe_frame *f)
+{
+    uint64_t source = source_of(f);
+    if (is_pose(f) && turns_bytes_of(&l->waiting, source) + f->size > ONE_POSE_BYTES) {
+        metric_count(l->queue_full_poses, 1);
+        return;
+    }
+    frame_waiting *w = base_alloc(sizeof *w + f->size, 1);
+    w->kind = f->kind;
+    w->size = f->size;
+    memcpy(w->data, f->data, f->size);
+    turns_put(&l->waiting, source, w, f->size);
+}
+
+static size_t count_one(link_lcm *l, bool was_message)
+{
+    metric_count(was_message ? l->messages_in : l->refused, 1);
+    return was_message;
+}
+
+/* More than a round takes has come: each client has its turns, and the rest waits. */
+static size_t receive_by_turns(link_lcm *l, const link_sink *sink)
+{
+    size_t messages = 0, bytes = 0;
+    pipe_frame f;
+    frame_waiting *w;
+    while (pipe_take(&l->taken, &f) == 1) put_off(l, &f);
+    while (bytes < ROUND_BYTES && !(messages && sink->enough && sink->enough(sink->context)) &&
+           (w = turns_next(&l->waiting)) != NULL) {
+        const pipe_frame whole = {.kind = w->kind, .data = w->data, .size = w->size};
+        bytes += w->size;
+        messages += count_one(l, hand_over(l, sink, &whole));
+        free(w);
+    }
+    if (l->waiting.count) wake(l->head.options.wake_fd);
+    return messages;
+}
+
 static size_t lcm_receive(struct link *head, const link_sink *sink)
 {
     link_lcm *l = self_of(head);
@@ -483,18 +553,24 @@ static size_t lcm_receive(struct link *head, const link_sink *sink)
     pipe_buffer swapped = l->incoming;
     l->incoming = l->taken;
     l->taken = swapped;
+    l->waiting_bytes += pipe_used(&l->taken);
     pthread_mutex_unlock(&l->lock);
-    size_t messages = 0, refused = 0;
+    size_t messages = 0;
     pipe_frame f;
-    while (pipe_take(&l->taken, &f) == 1) {
-        if (hand_over(l, sink, &f))
-            messages++;
-        else
-            refused++;
-    }
-    metric_count(l->messages_in, messages);
-    metric_count(l->refused, refused);
+    if (l->waiting.count || pipe_used(&l->taken) > DIRECT_BYTES) messages = receive_by_turns(l, sink);
+    while (pipe_take(&l->taken, &f) == 1) messages += count_one(l, hand_over(l, sink, &f));
+    pthread_mutex_lock(&l->lock);
+    l->waiting_bytes = l->waiting.bytes;
+    pthread_mutex_unlock(&l->lock);
     return messages;
+}
+
+/* Among what waits are commands: they are the tick thread's, and come first. */
+static size_t lcm_receive_poses(struct link *head, const link_sink *sink)
+{
+    if (!self_of(head)->waiting.count) return lcm_receive(head, sink);
+    wake(head->options.wake_fd);
+    return 0;
 }
 
 static void lcm_publish(struct link *head, const wire_message *m)
@@ -553,7 +629,7 @@ const link_ops link_lcm_ops = {
     .check = lcm_check,
     .open = lcm_open,
     .receive = lcm_receive,
-    .receive_poses = lcm_receive,
+    .receive_poses = lcm_receive_poses,
     .publish = lcm_publish,
     .flush = lcm_flush,
     .stream_open = lcm_stream_open,

@@ -17,6 +17,7 @@ enum {
     HERE_MS = 10,        /* a tick waits for a disk so long: most are quicker */
     AT_ONCE = 4 << 20,   /* bytes that a recording begins with within the tick it was asked for in */
     ENDS_MAX = 4,        /* recordings that a slow disk has yet to finish */
+    TELL_NS = 8000000,   /* of a tick goes to what a large world's recording begins with */
     AGAIN_NS = 5000000,  /* they are looked after so often */
     LAST_WAIT_MS = 60000 /* for those, when the daemon ends */
 };
@@ -27,6 +28,7 @@ static void let_go(service *s)
     wire_log_close(s->recording ? s->recording : s->record_next);
     s->recording = s->record_next = NULL;
     array_free(&s->record_room);
+    record_state_end(s);
     s->state_due = false;
     array_push(&s->record_ends, s->recording_to);
     s->recording_to = NULL;
@@ -99,8 +101,8 @@ static void announce(service *s)
     char settings[CONFIG_DECIDING_MAX];
     config_tell_deciding(&s->config, settings);
     if (*settings) check(s, wire_log_settings(s->recording, s->now_ns / 1000, settings));
-    record_state(s);
     s->state_due = s->tick > 0;
+    if (s->recording) record_state_begin(s);
 }
 
 static int start(service *s, const record_terms *terms, const int64_t *client, int wait_ms, char *why, size_t why_size)
@@ -119,6 +121,7 @@ static int start(service *s, const record_terms *terms, const int64_t *client, i
         return 0;
     }
     announce(s);
+    (void)record_state_more(s, INT64_MAX);
     if (s->recording) return 0;
     snprintf(why, why_size, "%s: it cannot be written", terms->path);
     return -1;
@@ -184,7 +187,11 @@ void record_tick(service *s)
         .work = (int64_t)world_get_figures(s->world).work, .slice = (int64_t)service_slice_told(s),
         .pairs_most = service_pairs_limited(s)};
     if (s->record_next && record_file_take_room(s->recording_to, &s->record_room)) {
-        announce(s); /* what is announced is one tick's work, and the state the next one's */
+        announce(s);
+        return;
+    }
+    if (s->record_telling.runs) { /* over some ticks, whose ends are not told; the state is one tick's work */
+        (void)record_state_more(s, TELL_NS);
         return;
     }
     if (s->state_due) record_whole_state(s);

@@ -2,6 +2,7 @@
  * recording that begins in the middle begins with it. Tick thread. */
 #include "service.h"
 
+#include "base/clock.h"
 #include "geom/compound.h"
 #include "geom/mesh.h"
 
@@ -286,25 +287,45 @@ static void tell_held(service *s, const session *c)
     pair_map_free(&told);
 }
 
-static void tell_claimed(service *s, const session *c)
+static bool time_is_up(int64_t until_ns)
 {
-    for (size_t k = 0; k < c->claims.count; k++) {
-        const geometry *g = geometry_at(s, c->claims.at[k].geometry);
-        if (!g) continue;
-        tell_geometry(s, g, c->client);
-        if (g->is_building) record_build(s, c->client, g->hash, false);
-    }
+    return until_ns != INT64_MAX && clock_monotonic_ns() >= until_ns;
 }
 
-static void tell_geometries(service *s)
+/* From the one on that follows what was told last: claims come and go meanwhile, but keep their order. True: all of
+ * them were told. */
+static bool tell_claimed(service *s, const session *c, int64_t until_ns)
 {
-    for (size_t i = 0; i < s->sessions.count; i++) tell_claimed(s, s->sessions.at[i]);
+    record_telling *t = &s->record_telling;
+    uint32_t last = t->hash ? pair_map_get(&c->claim_of, (uint64_t)t->hash) : PAIR_MAP_NONE;
+    for (size_t k = last == PAIR_MAP_NONE ? 0 : last + 1; k < c->claims.count; k++) {
+        const geometry_claim *claim = &c->claims.at[k];
+        const geometry *g = claim->geometry ? geometry_at(s, claim->geometry) : NULL;
+        if (!g) continue;
+        t->hash = claim->hash;
+        tell_geometry(s, g, c->client);
+        if (g->is_building) record_build(s, c->client, g->hash, false);
+        if (time_is_up(until_ns)) return false;
+    }
+    return true;
+}
+
+/* What is claimed meanwhile is recorded already. */
+static void tell_geometries(service *s, int64_t until_ns)
+{
+    record_telling *t = &s->record_telling;
+    for (; t->next < t->clients.count; t->next++, t->hash = 0) {
+        const session *c = session_find(s, t->clients.at[t->next]); /* NULL: gone since */
+        if (c && !tell_claimed(s, c, until_ns)) return;
+    }
     for (size_t i = 0; i < s->sessions.count; i++) tell_held(s, s->sessions.at[i]);
     for (size_t i = 0; i < s->sessions.count; i++) {
         const session *c = s->sessions.at[i];
         for (size_t k = 0; k < c->claims.count; k++)
             if (!c->claims.at[k].geometry && c->claims.at[k].sequence) tell_taken_back(s, &c->claims.at[k]);
     }
+    t->next = 0;
+    t->geometries_told = true;
 }
 
 size_t record_state_size(const service *s)
@@ -319,32 +340,87 @@ size_t record_state_size(const service *s)
     return size;
 }
 
-void record_state(service *s)
+static wire_message greeting_of(const session *c)
 {
+    return (wire_message){.kind = WIRE_CLIENT,
+        .client = {.version = WIRE_VERSION,
+            .client = c->client,
+            .sequence = c->sequence ? c->sequence : 1,
+            .on_loss = c->on_loss,
+            .lease_ns = c->lease_ns,
+            .lock_step = c->lock_step,
+            .name = c->name}};
+}
+
+/* Its bodies have been told. */
+static void tell_rest(service *s, session *c)
+{
+    wire_message m = greeting_of(c);
+    m.client.removed = 1;
+    for (size_t k = 0; k < c->interests.count; k++) tell_interest(s, c, &c->interests.at[k]);
+    steps_record(s, c);
+    if (c->left)
+        record_message(s, &m);
+    else if (c->lost)
+        record_lost(s, c->client);
+}
+
+/* Bodies stay in their places, those that have come meanwhile are recorded already. True: all of it was told. */
+static bool tell_client(service *s, session *c, columns *scratch, int64_t until_ns)
+{
+    enum { AT_ONCE = 64 };
+    record_telling *t = &s->record_telling;
+    if (t->next_body == 0) {
+        const wire_message m = greeting_of(c);
+        record_message(s, &m);
+    }
+    while (t->next_body < c->bodies.count) {
+        tell_body(s, c, &c->bodies.at[t->next_body++], scratch);
+        if (t->next_body % AT_ONCE == 0 && time_is_up(until_ns)) return false;
+    }
+    tell_rest(s, c);
+    return true;
+}
+
+static void tell_clients(service *s, int64_t until_ns)
+{
+    record_telling *t = &s->record_telling;
     columns *scratch = base_alloc(1, sizeof *scratch);
+    while (s->recording && t->next < t->clients.count) {
+        session *c = session_find(s, t->clients.at[t->next]); /* NULL: gone since */
+        if (c && !tell_client(s, c, scratch, until_ns)) break;
+        t->next++;
+        t->next_body = 0;
+        if (time_is_up(until_ns)) break;
+    }
+    free(scratch);
+}
+
+void record_state_begin(service *s)
+{
+    record_telling *t = &s->record_telling;
+    record_state_end(s);
+    *t = (record_telling){.runs = true};
+    for (size_t i = 0; i < s->sessions.count; i++) array_push(&t->clients, s->sessions.at[i]->client);
     record_steps(s);
     tell_left(s);
-    tell_geometries(s);
-    for (size_t i = 0; i < s->sessions.count; i++) {
-        session *c = s->sessions.at[i];
-        wire_message m = {.kind = WIRE_CLIENT,
-            .client = {.version = WIRE_VERSION,
-                .client = c->client,
-                .sequence = c->sequence ? c->sequence : 1,
-                .on_loss = c->on_loss,
-                .lease_ns = c->lease_ns,
-                .lock_step = c->lock_step,
-                .name = c->name}};
-        record_message(s, &m);
-        m.client.removed = 1;
-        for (size_t k = 0; k < c->bodies.count; k++) tell_body(s, c, &c->bodies.at[k], scratch);
-        for (size_t k = 0; k < c->interests.count; k++) tell_interest(s, c, &c->interests.at[k]);
-        steps_record(s, c);
-        if (c->left)
-            record_message(s, &m);
-        else if (c->lost)
-            record_lost(s, c->client);
-    }
+}
+
+bool record_state_more(service *s, int64_t most_ns)
+{
+    record_telling *t = &s->record_telling;
+    int64_t until_ns = most_ns == INT64_MAX ? most_ns : clock_monotonic_ns() + most_ns;
+    if (!t->runs) return true;
+    if (!t->geometries_told) tell_geometries(s, until_ns);
+    if (t->geometries_told && !time_is_up(until_ns)) tell_clients(s, until_ns);
+    if (t->next < t->clients.count || !t->geometries_told) return false;
     tell_waiting(s);
-    free(scratch);
+    record_state_end(s);
+    return true;
+}
+
+void record_state_end(service *s)
+{
+    array_free(&s->record_telling.clients);
+    s->record_telling = (record_telling){.runs = false};
 }

@@ -139,9 +139,18 @@ static void on_build(void *context, int64_t client, int64_t hash, bool ready)
     geometry_tell(context, client, hash, ready);
 }
 
+/* A tick takes about a microsecond for each body that has moved. At a fixed rate it takes all that has come. */
+static bool on_enough(void *context)
+{
+    static const size_t MOVED_ENOUGH = 12000;
+    const service *s = context;
+    return !(s->config.rate > 0) && world_moved(s->world) >= MOVED_ENOUGH;
+}
+
 static link_sink sink_of(service *s)
 {
-    return (link_sink){s, on_message, on_refused, on_client_lost, on_stream_reader, on_steps_done, on_state, on_build};
+    return (link_sink){
+        s, on_message, on_refused, on_client_lost, on_stream_reader, on_steps_done, on_state, on_build, on_enough};
 }
 
 /* ---- set-up ---- */
@@ -256,6 +265,7 @@ static void free_clients(service *s)
     pending_free_all(s);
     geometry_free_all(s);
     s->inbox.letters.count = s->inbox.bytes.count = s->inbox.poses.count = 0;
+    s->told_builds.count = 0;
 }
 
 void service_reset(service *s)
@@ -379,14 +389,14 @@ void server_destroy(server *v)
 
 static const double OVER = 1.2; /* times its budget: a tick that takes longer is counted */
 
-static void tick(service *s)
+static void tick(service *s, int64_t round_began)
 {
     int64_t began = clock_monotonic_ns();
     uint64_t told = metric_get(s->count.events_out);
     s->tick++;
     s->pairs_most = memory_pairs_most(s);
     pace_begin(&s->pace, began);
-    service_choose_slice(s);
+    service_choose_slice(s, began - round_began);
     service_tick(s);
     memory_after_tick(s);
     int64_t newest = s->latest_pose_ns; /* now: commands of the tick, and steps, have poses, too */
@@ -532,7 +542,7 @@ static void tick_if_due(server *v, int64_t began_ns)
     }
     if (s->config.rate > 0) v->next_tick_ns = s->monotonic_ns + (int64_t)(1e9 / s->config.rate);
     v->ticked_ns = s->monotonic_ns;
-    tick(s);
+    tick(s, began_ns);
     standby_after_tick(s);
     int64_t took = clock_monotonic_ns() - began_ns, left = v->round_ns - v->round_ns / 16;
     v->round_ns = took > left ? took : left;
@@ -563,7 +573,7 @@ static void one_round(server *v, const link_sink *sink)
     set_clock(v);
     int64_t began_ns = s->monotonic_ns;
     /* Before poses by the new time are held against those by the old. */
-    if (service_clock_back(s) && !standby_waits(s)) tick(s);
+    if (service_clock_back(s) && !standby_waits(s)) tick(s, s->monotonic_ns);
     for (size_t i = 0; i < s->link_count; i++) s->links[i]->ops->receive(s->links[i], sink);
     shares_release(s);
     notify_alive(&v->manager, s->monotonic_ns);
@@ -649,13 +659,13 @@ static void end_in_order(server *v)
     service *s = &v->s;
     set_clock(v);
     notify_stopping();
-    if (s->inbox.letters.count && !standby_waits(s)) tick(s); /* what came with the signal */
+    if (s->inbox.letters.count && !standby_waits(s)) tick(s, s->monotonic_ns); /* what came with the signal */
     record_stop(s);
     if (standby_hands_over(s)) return;
     publish_status(v, WIRE_HEALTH_STOPPING);
     for (uint32_t i = 0; i < s->streams.count; i++)
         if (s->streams.at[i].live) stream_end(s, i, CAUSE_SHUTDOWN);
-    tick(s);
+    tick(s, s->monotonic_ns);
 }
 
 static void begin(server *v)

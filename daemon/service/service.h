@@ -363,6 +363,14 @@ typedef struct record_wish { /* the last one on recordings, and what was answere
     char text[WIRE_TEXT_MAX + 1];
 } record_wish;
 
+typedef struct record_telling { /* of what a recording that begins in the middle is told: how far that has come */
+    bool runs;
+    bool geometries_told;
+    int64_t hash;           /* of the last claim of the next client on a geometry that was told; 0: none */
+    ARRAY(int64_t) clients; /* that are to be told, ... */
+    size_t next, next_body; /* ... and who, and what of its bodies, is next */
+} record_telling;
+
 typedef struct record_beginner { /* who may end it */
     bool by_query;               /* not: the configuration */
     bool watched, gone;          /* its link tells when it goes; it is gone: nobody may, but the operator */
@@ -478,6 +486,7 @@ typedef struct service {
     bytes_out record_room;        /* for the state that it begins with */
     struct record_file *recording_to;
     record_beginner recording_of;
+    record_telling record_telling;
     ARRAY(struct record_file *) record_ends; /* recordings that have ended, and are not on the disk yet */
     bool state_due; /* the recording began in the middle: its state is written when the tick ends */
     record_wish record_wish;
@@ -680,7 +689,7 @@ void service_set_budget(service *s);                                  /* of the 
 void service_replay_budget(service *s, bool budgeted, uint64_t work); /* of the tick that is replayed next */
 /* tick.c. A slice is chosen by what earlier ones took, before the tick, and is recorded where it made a difference: so
  * a replay, which is told it, does the same. */
-void service_choose_slice(service *s);
+void service_choose_slice(service *s, int64_t spent_ns); /* by this round, before the tick */
 void service_learn_slice(service *s, int64_t took_ns);
 bool service_is_behind(const service *s);      /* something is pending for long, or was so a moment ago */
 uint64_t service_slice_told(const service *s); /* for the recording; 0: it made none */
@@ -719,7 +728,11 @@ bool state_take(service *s, bytes_in *from, char *why, size_t why_size); /* into
 
 /* record.c, record_state.c */
 size_t record_state_size(const service *s); /* about as many bytes as record_state takes */
-void record_state(service *s);              /* all that is announced now, as if it came anew */
+/* All that is announced now, as if it came anew: begins with it, and goes on for so long (ns), but tells something at
+ * least. True when all has been told; what clients say meanwhile is recorded beside it. */
+void record_state_begin(service *s);
+bool record_state_more(service *s, int64_t most_ns);
+void record_state_end(service *s); /* whatever is left */
 /* The state follows with the tick's end. `client`: who asked for it, or NULL: the configuration. */
 int record_start(service *s, const char *path, const int64_t *client, char *why, size_t why_size);
 /* May a query of that client end it? If not, it says who may. */

@@ -11,11 +11,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double TICK_US = 20000;  /* of expected work that a tick takes, of all together */
+static const double TICK_US = 10000;  /* of expected work that a tick takes, of all together */
 static const double DIRECT_US = 2000; /* of that a purse may have before others have had their turn */
 static const double DEAR_US = 10;     /* what a Client costs that waits while its purse is empty */
 static const double TURN_US = 1000;   /* of what waits, before the next one's turn */
 static const double BURST_S = 4;      /* what may be saved up, seconds of what may be spent in one */
+static const double BESIDE_POSES_US =
+    5000; /* of a tick, whatever poses take of it: who floods with them stops no other */
 enum {
     GREETED_BY = 10 /* characters of the operator's tool's name */,
     WAITING_MAX = 1 << 20 /* messages */,
@@ -66,6 +68,7 @@ struct shares {
     size_t bodies;             /* in the world */
     size_t crowded_at;         /* so many purses: time to drop those that nobody needs */
     double left_us;            /* of this tick */
+    double commands_us;        /* of it, what was admitted and is neither poses nor queries, which are elsewhere */
     bool dirty;                /* what purses have is to be counted anew */
     wire_memory *memory;
     metric *waited, *refused, *deferrals, *greeted;
@@ -420,6 +423,13 @@ static bool admit_client(service *s, purse *p, int64_t client, int64_t origin, c
     return true;
 }
 
+static void spend(shares *h, const wire_message *m, double us)
+{
+    if (m->kind != WIRE_POSE_BATCH && m->kind != WIRE_QUERY) h->commands_us += us;
+    double least = m->kind == WIRE_POSE_BATCH ? fmin(h->left_us, BESIDE_POSES_US) : -INFINITY;
+    h->left_us = fmax(h->left_us - us, least);
+}
+
 /* It goes to the world now, and counts, if its purse has room. */
 static bool admit(service *s, purse *p, const struct link *from, const wire_message *m, wire_refusal *why)
 {
@@ -433,7 +443,7 @@ static bool admit(service *s, purse *p, const struct link *from, const wire_mess
     if (m->kind == WIRE_GEOMETRY && !admit_geometry(s, p, m, why)) return false;
     price cost = price_for(s, p, m);
     pay(p, cost.in_all);
-    s->shares->left_us -= cost.in_tick;
+    spend(s->shares, m, cost.in_tick);
     if (c) c->spent_us += cost.in_all;
     if (c && m->kind != WIRE_QUERY) c->origin = from->origin; /* anybody may ask in any name */
     return true;
@@ -507,6 +517,7 @@ void shares_ticked(service *s)
     h->bodies = world_get_figures(s->world).bodies;
     metric_set(h->purses_now, h->purses.count);
     h->left_us = TICK_US;
+    h->commands_us = 0;
     for (size_t i = 0; i < h->purses.count; i++) h->purses.at[i]->direct_us = 0;
 }
 
@@ -675,6 +686,11 @@ void shares_release(service *s)
         idle = take_turn(s, p) ? 0 : idle + 1;
     }
     tell_waiting(h);
+}
+
+double shares_expected_us(const service *s)
+{
+    return s->shares->commands_us;
 }
 
 bool shares_want_tick(const service *s)

@@ -35,6 +35,8 @@ shares_verdict shares_admit(service *s, struct link *from, const wire_message *m
 
 /* Each round, after the links have been taken from: what may go now is taken. */
 void shares_release(service *s);
+/* Of what was admitted since the last tick, commands that the next one is to carry out, by their prices. */
+double shares_expected_us(const service *s);
 /* After the commands of a tick have been carried out. */
 void shares_ticked(service *s);
 /* Monotonic: when something that waits may go on; INT64_MAX: nothing does. */

@@ -5,6 +5,7 @@
 #include "base/log.h"
 
 #include <inttypes.h>
+#include <stdlib.h>
 
 static const int64_t FOLLOWED_NS = 10000000000; /* a peer that was alive may be back: it is still written for */
 
@@ -184,14 +185,29 @@ bool standby_wants_tick(const service *s)
     return p && p->state_wanted && p->card.role == PEER_ACTIVE;
 }
 
+/* Pages that are written for the first time take longer than what is written there: of a large state, ten times as
+ * long. They are touched before, some in each tick. True: there is room for all of it. */
+static bool make_room(const service *s, struct standby *p)
+{
+    enum { A_TICK = 16 << 20, PAGE = 4096 };
+    size_t size = state_size(s), need = size + size / 16;
+    if (p->journal.capacity < need) p->touched = 0;
+    array_reserve(&p->journal, need);
+    size_t until = p->touched + A_TICK < need ? p->touched + A_TICK : need;
+    for (size_t at = p->touched; at < until; at += PAGE) p->journal.at[at] = 0;
+    p->touched = until;
+    return until == need;
+}
+
 /* The journal is empty here: what comes from now on is of the next tick. */
 void standby_after_tick(service *s)
 {
     struct standby *p = s->standby;
-    if (!p || !p->state_wanted || p->card.role != PEER_ACTIVE) return;
+    if (!p || !p->state_wanted || p->card.role != PEER_ACTIVE || !make_room(s, p)) return;
     p->state_wanted = false;
+    p->touched = 0;
     state_put(s, &p->journal);
     log_info("the state of tick %" PRId64 " goes to a standby: %zu bytes", s->tick, p->journal.count);
     p->link->ops->peers->send(p->link, p->card.sender, JOURNAL_STATE, p->journal.at, p->journal.count);
-    p->journal.count = 0;
+    array_free(&p->journal);
 }

@@ -14,7 +14,7 @@ enum { KEPT_BYTES = 64 << 20, KEPT_CLIENTS = 1 << 16 };
 
 void kept_init(kept *k)
 {
-    *k = (kept){.place_of = {0}};
+    *k = (kept){.place_of = {.count = 0}};
     pair_map_init(&k->place_of);
 }
 

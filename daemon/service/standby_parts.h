@@ -99,6 +99,7 @@ struct standby {
                       told since; 0: none */
     bool state_wanted; /* the active one: somebody asks for its state */
     bytes_out journal; /* of the tick that is being made */
+    size_t touched;    /* bytes of that, while a state is about to be put there */
     wire_memory *memory;
 
     muted_link muted[LINKS_MAX];

@@ -72,13 +72,7 @@ void body_mark_dirty(world *w, uint32_t id, bool refilter)
 /* As array_reserve does, but each body begins a cache line. */
 void body_reserve(world *w, size_t need)
 {
-    if (need <= w->bodies.capacity) return;
-    size_t capacity = need < 2 * w->bodies.capacity ? 2 * w->bodies.capacity : need;
-    body *grown = base_alloc_lines(capacity, sizeof *grown);
-    if (w->bodies.count) memcpy(grown, w->bodies.at, w->bodies.count * sizeof *grown);
-    free(w->bodies.at);
-    w->bodies.at = grown;
-    w->bodies.capacity = capacity;
+    array_reserve_in_place(&w->bodies, need);
 }
 
 static uint32_t new_body(world *w)

@@ -69,7 +69,7 @@ void body_add_shapes(world *w, uint32_t id, const world_body *def)
     b->shape_count = def->shape_count;
     for (size_t i = 0; i < def->shape_count; i++) {
         uint32_t s = id_pool_take(&w->solid_ids);
-        array_reserve(&w->solids, s + 1);
+        array_reserve_in_place(&w->solids, (size_t)s + 1);
         if (s >= w->solids.count) w->solids.count = s + 1;
         const shape *given = &def->shapes[i].shape;
         compound *own = given->type == SHAPE_COMPOUND ? compound_copy(given->compound) : NULL;

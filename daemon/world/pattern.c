@@ -290,20 +290,29 @@ uint32_t pattern_set_first(const pattern_set *s, const char *name, const char *g
     return f.least;
 }
 
+typedef struct longest_lists {
+    const pattern_set *of;
+    uint32_t most[2][2][PATTERN_KEY_MAX + 1]; /* of group, by tail, length */
+} longest_lists;
+
+static void measure_list(void *context, uint64_t key, uint32_t first_id)
+{
+    (void)key;
+    longest_lists *l = context;
+    const pattern_entry *entries = l->of->entries.at, *first = &entries[first_id];
+    uint32_t in_list = 0, *most = &l->most[first->pattern.of_group][first->by_tail][first->length];
+    for (uint32_t id = first_id; id != PAIR_MAP_NONE; id = entries[id].next) in_list++;
+    if (in_list > *most) *most = in_list;
+}
+
 /* A name is held against the loose ones, and of each length against one list. */
 size_t pattern_set_price(const pattern_set *s)
 {
     size_t price = s->loose.count + 1;
-    uint32_t most[2][2][PATTERN_KEY_MAX + 1] = {{{0}}};
-    for (size_t i = 0; i < s->lists.capacity; i++) {
-        if (!s->lists.keys[i]) continue;
-        const pattern_entry *first = &s->entries.at[s->lists.values[i]];
-        uint32_t in_list = 0, *of = &most[first->pattern.of_group][first->by_tail][first->length];
-        for (uint32_t id = s->lists.values[i]; id != PAIR_MAP_NONE; id = s->entries.at[id].next) in_list++;
-        if (in_list > *of) *of = in_list;
-    }
+    longest_lists l = {.of = s};
+    pair_map_each(&s->lists, measure_list, &l);
     for (int of_group = 0; of_group < 2; of_group++)
         for (int tail = 0; tail < 2; tail++)
-            for (int length = 0; length <= PATTERN_KEY_MAX; length++) price += most[of_group][tail][length];
+            for (int length = 0; length <= PATTERN_KEY_MAX; length++) price += l.most[of_group][tail][length];
     return price;
 }

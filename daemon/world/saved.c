@@ -555,7 +555,7 @@ const char *world_restore(world *w, const world_lender *l, bytes_in *from)
     for (int i = 0; i < 5; i++) get_pool(from, pools[i]);
     if (from->broken) return "it is cut off";
     body_reserve(w, (size_t)w->body_ids.end + 1);
-    array_reserve(&w->solids, (size_t)w->solid_ids.end + 1);
+    array_reserve_in_place(&w->solids, (size_t)w->solid_ids.end + 1);
     array_reserve(&w->interests, (size_t)w->interest_ids.end + 1);
     array_reserve_in_place(&w->pairs, (size_t)w->pair_ids.end + 1);
     array_reserve_in_place(&w->watches, (size_t)w->watch_ids.end + 1);

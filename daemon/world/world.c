@@ -62,7 +62,7 @@ static void free_bodies(world *w)
         free(b->shapes);
         array_free(&b->passed);
     }
-    array_free(&w->bodies);
+    array_free_in_place(&w->bodies);
 }
 
 static void free_interests(world *w)
@@ -97,7 +97,7 @@ void world_destroy(world *w)
     pair_map_free(&w->pair_of);
     pair_map_free(&w->names);
     for (size_t i = 0; i < w->solids.count; i++) solid_free(&w->solids.at[i]);
-    array_free(&w->solids);
+    array_free_in_place(&w->solids);
     for (size_t i = 0; i < w->pairs.count; i++) free(w->pairs.at[i].cache.shell);
     array_free_in_place(&w->pairs);
     free(w->rulings);
@@ -208,6 +208,11 @@ int64_t world_next_due_ns(const world *w)
 bool world_glided(const world *w)
 {
     return w->some_glided;
+}
+
+size_t world_moved(const world *w)
+{
+    return w->dirty.count;
 }
 
 bool world_changed(const world *w)

@@ -280,6 +280,7 @@ void world_clock_back(world *w, int64_t by_ns);
 /* When the next tick is due although nothing came: a deadline, or an update that the rate held back. INT64_MAX: never.
  */
 int64_t world_next_due_ns(const world *w);
+size_t world_moved(const world *w); /* bodies that the next tick puts anew */
 bool world_changed(
     const world *w); /* since the last tick, something that it has to do with was put, moved or removed */
 /* Poses have come since then that change nothing but where their bodies are: a tick has nothing to do with them, but is

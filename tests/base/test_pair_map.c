@@ -66,7 +66,7 @@ static void every_answer_equals_a_plain_table(void **state)
 static size_t occupied_slots(const pair_map *m)
 {
     size_t n = 0;
-    for (size_t i = 0; i < m->capacity; i++) n += m->keys[i] != 0;
+    for (size_t i = 0; i < m->table.capacity; i++) n += m->table.keys[i] != 0;
     return n;
 }
 
@@ -75,11 +75,11 @@ static double cost_of_a_miss(const pair_map *m)
 {
     double sum = 0;
     size_t run = 0;
-    for (size_t i = 0; i < m->capacity; i++) {
-        run = m->keys[i] ? run + 1 : 0;
+    for (size_t i = 0; i < m->table.capacity; i++) {
+        run = m->table.keys[i] ? run + 1 : 0;
         sum += (double)run;
     }
-    return sum / (double)m->capacity;
+    return sum / (double)m->table.capacity;
 }
 
 /* With tombstones, occupied slots would grow beyond the count, and the runs with them. */
@@ -92,14 +92,14 @@ static void a_long_life_leaves_nothing_behind(void **state)
     pair_map_init(&m);
     prng random = {4};
     for (uint32_t i = 0; i < LIVE; i++) pair_map_put(&m, live[i] = pair_key(i, i + 1), i);
-    size_t capacity = m.capacity;
+    size_t capacity = m.table.capacity;
     for (uint32_t i = 0; i < CHURN; i++) {
         uint32_t which = prng_below(&random, LIVE);
         assert_int_equal(pair_map_remove(&m, live[which]), which);
         live[which] = pair_key(LIVE + i, LIVE + i + 1 + prng_below(&random, 10)); /* new ids: never seen before */
         assert_true(pair_map_put(&m, live[which], which));
     }
-    assert_int_equal(m.capacity, capacity);
+    assert_int_equal(m.table.capacity, capacity);
     assert_int_equal(m.count, LIVE);
     assert_int_equal(occupied_slots(&m), LIVE);
     /* Linear probing at load 3/4 expects (1 + 1 / (1 - 3/4)^2) / 2 = 8.5 probes a miss (Knuth, vol. 3, 6.4). */
@@ -118,7 +118,7 @@ static void neighbours_on_a_grid_spread_evenly(void **state)
         pair_map_put(&m, pair_key(i, i + 1), i);
         if (i % 2 == 0) pair_map_put(&m, pair_key(i, i + SIDE), i);
     }
-    assert_true(4 * m.count <= 3 * m.capacity);
+    assert_true(4 * m.count <= 3 * m.table.capacity);
     assert_true(cost_of_a_miss(&m) < 10);
     pair_map_free(&m);
 }
@@ -159,6 +159,44 @@ static void chosen_keys_do_not_clash(void **state)
     assert_true(time_of(chosen, KEYS) < 50 * least_ns);
 }
 
+/* A map that grows has its keys in two tables for a while: all are found, put anew and removed, and each once. */
+static void a_large_map_grows_little_by_little(void **state)
+{
+    (void)state;
+    enum { KEYS = 200000, CHANGES = 1000000 };
+    static uint32_t value[KEYS];
+    pair_map m;
+    prng random = {5};
+    size_t count = 0, growths = 0;
+    bool was_growing = false;
+    pair_map_init(&m);
+    for (uint32_t i = 0; i < KEYS; i++) value[i] = PAIR_MAP_NONE;
+    for (uint32_t i = 0; i < CHANGES; i++) {
+        uint32_t key = prng_below(&random, KEYS), to = prng_below(&random, 1000), had = value[key];
+        bool removes = prng_below(&random, 4) == 0;
+        assert_int_equal(pair_map_get(&m, key + 1), had);
+        if (removes)
+            assert_int_equal(pair_map_remove(&m, key + 1), had);
+        else
+            assert_int_equal(pair_map_put(&m, key + 1, to), had == PAIR_MAP_NONE);
+        value[key] = removes ? (uint32_t)PAIR_MAP_NONE : to;
+        count += (value[key] != PAIR_MAP_NONE) - (size_t)(had != PAIR_MAP_NONE);
+        assert_int_equal(m.count, count);
+        bool grows = m.before.keys != NULL;
+        if (grows && !was_growing) { /* nothing has been moved yet, or as good as nothing */
+            size_t moved = occupied_slots(&m);
+            assert_true(moved <= 16);
+            growths++;
+        }
+        was_growing = grows;
+    }
+    assert_true(growths >= 3);
+    for (uint32_t key = 0; key < KEYS; key++) assert_int_equal(pair_map_get(&m, key + 1), value[key]);
+    pair_map_trim(&m);
+    for (uint32_t key = 0; key < KEYS; key++) assert_int_equal(pair_map_get(&m, key + 1), value[key]);
+    pair_map_free(&m);
+}
+
 static void a_key_does_not_depend_on_the_order(void **state)
 {
     (void)state;
@@ -185,6 +223,7 @@ int main(void)
         cmocka_unit_test(a_long_life_leaves_nothing_behind),
         cmocka_unit_test(neighbours_on_a_grid_spread_evenly),
         cmocka_unit_test(chosen_keys_do_not_clash),
+        cmocka_unit_test(a_large_map_grows_little_by_little),
         cmocka_unit_test(a_key_does_not_depend_on_the_order),
         cmocka_unit_test(an_empty_map_has_nothing),
     };

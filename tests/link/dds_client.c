@@ -155,6 +155,49 @@ static void flood(void)
         wire_message m = sample_poses(1000, i);
         put(w, &m, false);
     }
+    (void)dds_wait_for_acks(w, DDS_SECS(30));
+    say("sent");
+    for (;;) pause();
+}
+
+/* Too many for one part; each number tells of which body it is. */
+static void large(void)
+{
+    static int32_t bodies[LARGE_POSES];
+    static double positions[3 * LARGE_POSES], turns[4 * LARGE_POSES], linear[3 * LARGE_POSES], angular[3 * LARGE_POSES];
+    static uint8_t teleports[LARGE_POSES];
+    wire_message m = sample_poses(1, 1);
+    for (int32_t i = 0; i < LARGE_POSES; i++) {
+        bodies[i] = i;
+        for (int k = 0; k < 3; k++) positions[3 * i + k] = 3.0 * i + k;
+        for (int k = 0; k < 3; k++) linear[3 * i + k] = -3.0 * i - k;
+        for (int k = 0; k < 3; k++) angular[3 * i + k] = 0.5 * i + k;
+        turns[4 * i + i % 4] = 1;
+        teleports[i] = i % 3 == 0;
+    }
+    m.pose_batch.bodies = (wire_i32s){LARGE_POSES, bodies};
+    m.pose_batch.positions = (wire_f64s){3 * LARGE_POSES, positions};
+    m.pose_batch.orientations = (wire_f64s){4 * LARGE_POSES, turns};
+    m.pose_batch.linear = (wire_f64s){3 * LARGE_POSES, linear};
+    m.pose_batch.angular = (wire_f64s){3 * LARGE_POSES, angular};
+    m.pose_batch.teleports = (wire_u8s){LARGE_POSES, teleports};
+    m.pose_batch.step = 0;
+    dds_entity_t w = matched_writer(WIRE_POSE_BATCH, 0);
+    put(w, &m, false);
+    m.pose_batch.step = m.pose_batch.sequence = LARGE_STEP;
+    put(w, &m, false);
+    say("sent");
+    for (;;) pause();
+}
+
+/* Beside such a one, as another client. */
+static void aside(void)
+{
+    dds_entity_t w = matched_writer(WIRE_POSE_BATCH, 0);
+    wire_message m = sample_poses(3, ASIDE_SEQUENCE);
+    m.pose_batch.client = CLIENT_ID + 1;
+    put(w, &m, false);
+    (void)dds_wait_for_acks(w, DDS_SECS(30));
     say("sent");
     for (;;) pause();
 }
@@ -182,6 +225,8 @@ int dds_client(int argc, char **argv)
     if (strcmp(role, "remove") == 0) live(true, false);
     if (strcmp(role, "dispose") == 0) live(false, true);
     if (strcmp(role, "flood") == 0) flood();
+    if (strcmp(role, "aside") == 0) aside();
+    if (strcmp(role, "large") == 0) large();
     if (strcmp(role, "bad") == 0) bad();
     if (strcmp(role, "listen") == 0 && argc > 3) listen_to(argv[3]);
     return EXIT_FAILURE;

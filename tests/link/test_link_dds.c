@@ -233,6 +233,110 @@ static void large_batches_arrive_in_order(void **state)
     rig_close(&r);
 }
 
+/* The client's next line, while what it sends waits in the link. */
+static void assert_says_unheard(client *c, const char *expected)
+{
+    char line[NAME_BYTES];
+    size_t n = 0;
+    struct pollfd p = {.fd = c->out, .events = POLLIN};
+    while (n < NAME_BYTES - 1 && (n == 0 || line[n - 1] != '\n')) {
+        if (poll(&p, 1, (int)(1000 * RIG_PATIENCE_S)) != 1) fail_msg("the client says nothing");
+        n += (size_t)read(c->out, line + n, 1);
+    }
+    line[n - 1] = '\0';
+    assert_string_equal(line, expected);
+}
+
+/* One round takes some of what waits, and of that something of everybody's. */
+static void a_flood_of_poses_does_not_stand_before_those_of_others(void **state)
+{
+    (void)state;
+    rig r;
+    dds_open(&r);
+    client flood = client_start("flood", NULL);
+    assert_says_unheard(&flood, "sent");
+    client aside = client_start("aside", NULL);
+    assert_says_unheard(&aside, "sent");
+    RIG_UNTIL(&r, RIG_PATIENCE_S, r.heard.disordered || r.heard.last_sequence == ASIDE_SEQUENCE);
+    assert_in_range(r.heard.messages[WIRE_POSE_BATCH], 2, FLOOD_BATCHES * 4 / 5); /* it has overtaken */
+    RIG_UNTIL(&r, RIG_PATIENCE_S, r.heard.last_sequence == FLOOD_BATCHES);
+    assert_int_equal(r.heard.disordered, 1);
+    assert_int_equal(r.heard.refused, 0);
+    client_kill(&flood);
+    client_kill(&aside);
+    rig_close(&r);
+}
+
+typedef struct large_batch {
+    rig *rig;
+    size_t parts, longest, wrong, next; /* next: the body that comes next */
+    size_t steps;                       /* that came as one thing */
+} large_batch;
+
+static size_t wrong_numbers(const wire_pose_batch *p)
+{
+    size_t wrong = 0;
+    for (size_t k = 0; k < p->bodies.count; k++) {
+        int32_t i = p->bodies.at[k];
+        for (size_t c = 0; c < 3; c++) wrong += p->positions.at[3 * k + c] != 3.0 * i + (double)c;
+        for (size_t c = 0; c < 3; c++) wrong += p->linear.at[3 * k + c] != -3.0 * i - (double)c;
+        for (size_t c = 0; c < 3; c++) wrong += p->angular.at[3 * k + c] != 0.5 * i + (double)c;
+        for (size_t c = 0; c < 4; c++) wrong += p->orientations.at[4 * k + c] != ((size_t)i % 4 == c);
+        wrong += p->teleports.at[k] != (i % 3 == 0);
+    }
+    return wrong;
+}
+
+static void look_at_part(void *context, struct link *from, const wire_message *m)
+{
+    large_batch *l = context;
+    (void)from;
+    if (m->kind != WIRE_POSE_BATCH) return;
+    const wire_pose_batch *p = &m->pose_batch;
+    l->wrong += wrong_numbers(p);
+    if (p->step) {
+        l->steps += p->bodies.count == LARGE_POSES && p->sequence == LARGE_STEP;
+        return;
+    }
+    for (size_t k = 0; k < p->bodies.count; k++) l->wrong += (size_t)p->bodies.at[k] != l->next++;
+    if (p->bodies.count > l->longest) l->longest = p->bodies.count;
+    l->parts++;
+}
+
+static bool is_enough(void *context)
+{
+    (void)context;
+    return true;
+}
+
+/* A batch that would take a whole tick comes in parts, one of them in each round while the service has enough; a step
+ * is one thing. */
+static void a_large_batch_comes_in_parts_and_a_step_does_not(void **state)
+{
+    (void)state;
+    rig r;
+    dds_open(&r);
+    large_batch l = {.rig = &r};
+    link_sink sink = r.sink;
+    sink.context = &l;
+    sink.message = look_at_part;
+    sink.enough = is_enough;
+    client c = client_start("large", NULL);
+    int64_t end = clock_monotonic_ns() + (int64_t)(RIG_PATIENCE_S * 1e9);
+    while (!l.steps && clock_monotonic_ns() < end) {
+        size_t before = l.parts;
+        r.link->ops->receive(r.link, &sink);
+        assert_true(l.parts <= before + 1);
+        rig_is_woken(&r, 1);
+    }
+    assert_int_equal(l.steps, 1);
+    assert_int_equal(l.next, LARGE_POSES);
+    assert_int_equal(l.wrong, 0);
+    assert_in_range(l.longest, 1, 5000);
+    client_kill(&c);
+    rig_close(&r);
+}
+
 /* ---- rounds on the thread that poses arrive on ---- */
 
 enum { EVENTS_A_ROUND = 16 };
@@ -416,6 +520,8 @@ int main(int argc, char **argv)
         cmocka_unit_test(streams_do_not_hear_each_other),
         cmocka_unit_test(the_end_of_a_stream_arrives_though_it_is_closed_at_once),
         cmocka_unit_test(large_batches_arrive_in_order),
+        cmocka_unit_test(a_flood_of_poses_does_not_stand_before_those_of_others),
+        cmocka_unit_test(a_large_batch_comes_in_parts_and_a_step_does_not),
         cmocka_unit_test(no_round_on_arrival_waits_for_a_reader),
         cmocka_unit_test(a_killed_client_is_lost_within_its_lease_and_its_bodies_are_not_removed),
         cmocka_unit_test(a_body_taken_back_is_removed_once),

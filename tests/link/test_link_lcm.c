@@ -326,6 +326,33 @@ static void a_tick_that_does_not_come_drops_poses_first_and_counts(void **state)
     cell_close(&c);
 }
 
+/* What waits is more than a round takes: that takes some of it, and of that something of everybody's. */
+static void a_flood_of_poses_does_not_stand_before_what_others_say(void **state)
+{
+    (void)state;
+    cell c;
+    cell_open(&c);
+    wire_message poses = sample_poses(1000, 1), body = sample_message(WIRE_BODY);
+    poses.pose_batch.client = CLIENT_ID + 1;
+    int64_t end = clock_monotonic_ns() + INT64_C(60000000000);
+    while (rig_counter(&c.rig, "lcm_queue_full_poses") == 0 && clock_monotonic_ns() < end) {
+        for (int i = 0; i < 4; i++) lcm_send(c.out, &poses);
+        usleep(1000);
+    }
+    assert_true(rig_counter(&c.rig, "lcm_queue_full_poses") > 0);
+    for (int tries = 0; c.rig.heard.messages[WIRE_BODY] == 0; tries++) {
+        if (tries > 600) fail_msg("no body comes through");
+        for (int i = 0; i < 20; i++, usleep(5000)) lcm_send(c.out, &body); /* repeated as clients do */
+        size_t before = c.rig.heard.messages[WIRE_POSE_BATCH];
+        rig_receive(&c.rig);
+        assert_true(c.rig.heard.messages[WIRE_POSE_BATCH] - before < 150); /* of 400 */
+    }
+    size_t before = c.rig.heard.messages[WIRE_POSE_BATCH];
+    RIG_UNTIL(&c.rig, RIG_PATIENCE_S, c.rig.heard.messages[WIRE_POSE_BATCH] > before); /* and the rest comes */
+    assert_int_equal(rig_counter(&c.rig, "lcm_queue_full"), 0);
+    cell_close(&c);
+}
+
 static void the_gateway_inherits_nothing_and_may_do_little(void **state)
 {
     (void)state;
@@ -416,6 +443,7 @@ int main(void)
         cmocka_unit_test(a_crafted_datagram_is_dropped_and_counted),
         cmocka_unit_test(a_gateway_that_does_not_read_blocks_nobody),
         cmocka_unit_test(a_tick_that_does_not_come_drops_poses_first_and_counts),
+        cmocka_unit_test(a_flood_of_poses_does_not_stand_before_what_others_say),
         cmocka_unit_test(the_gateway_inherits_nothing_and_may_do_little),
         cmocka_unit_test(closing_publishes_the_last_words_and_ends_the_gateway),
         cmocka_unit_test(without_a_route_the_daemon_keeps_running_and_says_so),

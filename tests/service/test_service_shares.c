@@ -442,6 +442,42 @@ static void what_waits_has_a_limit(void **state)
     room_close(&r);
 }
 
+/* A tick takes so much work of all together; poses, which are never refused for that, do not use up what others are to
+ * have of it. */
+static void poses_leave_room_for_queries(void **state)
+{
+    enum { POSES = 65536, BATCHES = 8 }; /* by their price, twice what a tick takes */
+    static int32_t bodies[POSES];
+    static double positions[3 * POSES], orientations[4 * POSES];
+    (void)state;
+    room r;
+    config c = cell_config();
+    c.rate = 2; /* all of them, and the query, between two ticks */
+    room_open(&r, &c);
+    cell_hello(r.crowd, CROWD, ++r.sequence, 60, WIRE_LOST_REMOVE);
+    cell_hello(r.bob, BOB, ++r.sequence, 60, WIRE_LOST_REMOVE);
+    wire_message flood = {.kind = WIRE_POSE_BATCH,
+        .pose_batch = {.version = WIRE_VERSION,
+            .client = CROWD,
+            .bodies = {POSES, bodies},
+            .positions = {3 * POSES, positions},
+            .orientations = {4 * POSES, orientations}}};
+    for (int32_t i = 0; i < POSES; i++) {
+        bodies[i] = i;
+        orientations[4 * i] = 1;
+    }
+    settle_bob(&r);
+    for (int i = 0; i < BATCHES; i++) {
+        flood.pose_batch.sequence = ++r.sequence;
+        memory_send(r.crowd, &flood);
+    }
+    settle_bob(&r);
+    forget(&r, r.bob);
+    wire_message m = cell_await(r.bob, r.memory, WIRE_STATUS);
+    assert_int_equal(cell_counter(&m.status, "commands_waited"), 0);
+    room_close(&r);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -457,6 +493,7 @@ int main(void)
         cmocka_unit_test(strangers_leave_no_purse),
         cmocka_unit_test(what_waits_keeps_its_order),
         cmocka_unit_test(what_waits_has_a_limit),
+        cmocka_unit_test(poses_leave_room_for_queries),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

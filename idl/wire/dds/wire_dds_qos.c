@@ -101,14 +101,17 @@ static const char *const loopback[] = {
 };
 
 /* The intervals keep the 99th percentile at 20 ms when 5 % of the packets are lost (300 ms by default). On loopback,
- * where packets are lost only when a process does not get to reading them, the daemon and its clients are more patient:
- * a heartbeat goes to all readers of a writer as long as one of them has not acknowledged, and of hundreds that start
- * at once some never have; every 5 ms, heartbeats and the answers to them would take all the time that there is. A
- * sample beyond MaxSampleSize is not assembled: the largest legal message, a full PoseBatch, has 7 MB. */
+ * where packets are lost only when a process does not get to reading them, the daemon is more patient: a heartbeat goes
+ * to all readers of a writer as long as one of them has not acknowledged, and of hundreds that start at once some never
+ * have; every 5 ms, heartbeats and the answers to them would take all the time that there is. What a client says goes
+ * to daemons alone: it asks again after 10 ms (the fifth time and later, up to 160 ms), for where another client floods
+ * the daemon's socket, one packet of ten is lost, whosever it is. A sample beyond MaxSampleSize is not assembled: the
+ * largest legal message, a full PoseBatch, has 7 MB. */
 static const char tuning[] = "<Internal>%s<NackDelay>1ms</NackDelay>"
                              "<AckDelay>1ms</AckDelay><MaxSampleSize>16MB</MaxSampleSize>"
                              "<WriteBatch>%s</WriteBatch></Internal>";
 static const char soon[] = "<HeartbeatInterval>5ms</HeartbeatInterval>";
+static const char prompt[] = "<HeartbeatInterval min=\"5ms\" minsched=\"10ms\" max=\"160ms\">10ms</HeartbeatInterval>";
 static const char late[] = "<HeartbeatInterval min=\"20ms\">100ms</HeartbeatInterval>";
 
 /* Names and addresses of interfaces have none of XML's special characters; anything else is no interface. */
@@ -128,9 +131,9 @@ bool wire_dds_config(char *out, size_t size, const char *interface, wire_dds_rol
             interface);
         if (n < 0 || (size_t)n >= sizeof general || !is_interface(interface)) return false;
     }
-    char internal[sizeof tuning + sizeof late + 8];
-    snprintf(internal, sizeof internal, tuning, open || role == WIRE_DDS_ANYBODY ? soon : late,
-        role == WIRE_DDS_DAEMON ? "true" : "false");
+    char internal[sizeof tuning + sizeof prompt];
+    const char *intervals = open || role == WIRE_DDS_ANYBODY ? soon : role == WIRE_DDS_CLIENT_LIBRARY ? prompt : late;
+    snprintf(internal, sizeof internal, tuning, intervals, role == WIRE_DDS_DAEMON ? "true" : "false");
     const char *user = getenv("CYCLONEDDS_URI");
     bool appended = user && user[0];
     int n = snprintf(out, size, "<CycloneDDS><Domain Id=\"any\">%s%s</Domain></CycloneDDS>%s%s",
