@@ -391,11 +391,20 @@ static void answer_steps(service *s)
     }
 }
 
+/* Its first batch waits for the last one of the stream that had its name, and has not ended in this tick. */
+static bool waits_for_name(service *s, const stream *to, const world_batch *b)
+{
+    if (to->told || to->ending || !b->snapshot || !stream_ending(s, to->name)) return false;
+    world_want_snapshot(s->world, b->interest);
+    return true;
+}
+
 /* Before its first reader has come, a stream says nothing: its first batch is the whole state, for that reader. */
 static void publish_one(service *s, const world_batch *b)
 {
     if (b->interest >= s->streams.count || !s->streams.at[b->interest].live) return;
     stream *to = &s->streams.at[b->interest];
+    if (waits_for_name(s, to, b)) return;
     if (to->read && (to->told || b->snapshot)) publish(s, to, b);
     if (b->closing) stream_close(s, b->interest);
 }

@@ -26,7 +26,8 @@ bool events_may_update(const world *w, const interest *i);
 /* Watches: what one interest was told of one pair. */
 int64_t watch_id(const watch *v); /* of what was told first; 0: nothing stands */
 const world_event *watch_last(const watch *v);
-uint32_t watch_find(const world *w, const pair *p, uint32_t interest); /* WORLD_NONE: there is none */
+/* WORLD_NONE: there is none. An old one ends here. */
+uint32_t watch_find(world *w, const pair *p, uint32_t interest);
 uint32_t watch_add(world *w, uint32_t pair, uint32_t interest);
 void watch_drop(world *w, uint32_t id);
 /* With the ends of what stands. */

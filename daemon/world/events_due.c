@@ -1,5 +1,5 @@
-/* events_due: what is told without being news of this tick: updates that a rate held back, snapshots, the ends of an
- * interest that closes; and the batches of a tick. Tick thread. */
+/* events_due: what is told without being news of this tick: updates that a rate held back, snapshots; and the
+ * batches of a tick. Tick thread. */
 #include "events.h"
 
 #include <stdlib.h>
@@ -88,10 +88,11 @@ static void snapshot(world *w, uint32_t id)
     }
 }
 
-/* The whole state is not known before all bodies have been looked at for it. */
+/* The whole state is not known before all bodies have been looked at for it, and what is told of it stands beside
+ * nothing that was told under other terms. */
 static bool gets_snapshot(const interest *i)
 {
-    return i->used && i->snapshot && !i->closing && i->settling == SETTLED;
+    return i->used && i->snapshot && !i->closing && i->settling == SETTLED && !i->olds;
 }
 
 void events_snapshots(world *w)
@@ -102,35 +103,10 @@ void events_snapshots(world *w)
     }
 }
 
-typedef struct told {
-    int64_t id;
-    uint32_t watch;
-} told;
-
-static int compare_told(const void *a, const void *b)
-{
-    int64_t x = ((const told *)a)->id, y = ((const told *)b)->id;
-    return (x > y) - (x < y);
-}
-
-/* Ends all that the interest was told, in the order of contact ids. */
-void events_close(world *w, uint32_t id, uint8_t cause)
-{
-    ARRAY(told) order = {0};
-    for (uint32_t v = w->interests.at[id].first_watch; v != WORLD_NONE; v = w->watches.at[v].interest_next) {
-        const watch *at = &w->watches.at[v];
-        array_push(&order, ((told){watch_id(at), v}));
-    }
-    if (order.count) qsort(order.at, order.count, sizeof *order.at, compare_told);
-    for (size_t i = 0; i < order.count; i++) watch_end(w, order.at[i].watch, cause);
-    w->interests.at[id].held.count = 0; /* of watches that are gone: nothing is due for them */
-    array_free(&order);
-}
-
-/* Nobody can say yet whose pairs these are. */
+/* Nobody can say yet whose pairs these are; or bodies are held back by what had their names. */
 static size_t undone_in_common(const world *w)
 {
-    return w->figures.pairs_left_out + (w->match.unmatched.count > 0);
+    return w->figures.pairs_left_out + (w->match.unmatched.count > 0 || w->leaving.count > 0);
 }
 
 void events_collect(world *w, world_batches *out)
@@ -144,14 +120,15 @@ void events_collect(world *w, world_batches *out)
         uint32_t id = (uint32_t)w->lively.at[k];
         interest *i = &w->interests.at[id];
         i->undone += common + interest_unseen(w, i) + (slices_concern(w, id) ? w->figures.pending_pairs : 0);
-        bool more_or_less = i->undone != i->told; /* left undone than was told last */
-        if (!i->used || !(i->events.count || i->snapshot || i->closing || more_or_less)) continue;
+        i->undone += i->olds && !i->closing;
+        bool more_or_less = i->undone != i->told, closes = i->closing && !i->olds; /* left undone than was told last */
+        if (!i->used || !(i->events.count || i->snapshot || closes || more_or_less)) continue;
         bool told = gets_snapshot(i);
         size_t news = told ? i->snapshot_first : i->events.count;
         i->told = i->undone;
-        if (news || i->closing || more_or_less)
+        if (news || closes || more_or_less)
             array_push(&w->batches, ((world_batch){.interest = id,
-                                        .closing = i->closing,
+                                        .closing = closes,
                                         .undone = i->undone,
                                         .events = i->events.at,
                                         .count = news}));
@@ -161,7 +138,7 @@ void events_collect(world *w, world_batches *out)
                                         .undone = i->undone,
                                         .events = i->events.at ? i->events.at + news : NULL,
                                         .count = i->events.count - news}));
-        if (told || i->closing) i->snapshot = false;
+        if (told || closes) i->snapshot = false;
     }
     *out = (world_batches){.at = w->batches.at, .count = w->batches.count, .hash = w->hash};
 }

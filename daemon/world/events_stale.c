@@ -99,7 +99,8 @@ void events_known(world *w)
 {
     for (size_t i = 0; i < w->fresh_now.count; i++) tell_whole_body(w, w->fresh_now.at[i], EVENT_KNOWN, CAUSE_MOTION);
     for (size_t i = 0; i < w->reap.count; i++) {
-        const body *b = &w->bodies.at[w->reap.at[i]];
+        body *b = &w->bodies.at[w->reap.at[i]];
         if (b->stale) tell_whole_body(w, w->reap.at[i], EVENT_KNOWN, b->ghost_cause);
+        b->stale = false;
     }
 }

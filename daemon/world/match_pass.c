@@ -50,11 +50,29 @@ static void classify(world *w, body *b, size_t *tried)
     b->matched = true;
 }
 
+void match_hold_body(world *w, uint32_t id)
+{
+    body *b = &w->bodies.at[id];
+    w->rematched |= b->match != 0;
+    match_change_class(&w->match, &b->match, 0);
+    b->matched = false;
+}
+
+void match_free_body(world *w, uint32_t id)
+{
+    body *b = &w->bodies.at[id];
+    if (b->matched || b->queued) return;
+    array_push(&w->match.unmatched, id);
+    b->queued = true;
+}
+
 void match_put_body(world *w, uint32_t id)
 {
     match *m = &w->match;
     body *b = &w->bodies.at[id];
-    if (!b->matched && (m->tried <= TRIES_OF_PUTS || m->settled.count + m->pending.count <= FEW_TRIES)) {
+    if (!b->matched && leaving_holds(w, b)) {
+        match_hold_body(w, id);
+    } else if (!b->matched && (m->tried <= TRIES_OF_PUTS || m->settled.count + m->pending.count <= FEW_TRIES)) {
         classify(w, b, &m->tried);
     } else if (!b->matched) {
         w->rematched |= b->match != 0;
@@ -74,7 +92,7 @@ static size_t match_queued(world *w, size_t steps)
         size_t tried = 0;
         if (!b->queued) continue; /* it is gone, and another has its place */
         b->queued = false;
-        if (!b->used || b->ghost || b->matched) continue;
+        if (!b->used || b->ghost || b->matched || leaving_holds(w, b)) continue;
         classify(w, b, &tried);
         widen(w, b);
         body_mark_dirty(w, id, true);

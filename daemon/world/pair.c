@@ -290,7 +290,7 @@ static void find_latecomer(void *context, uint32_t other)
 {
     latecomers *l = context;
     uint32_t id = pair_find(l->w, l->proxy, other);
-    if (l->proxy < other && (id == PAIR_MAP_NONE || l->w->pairs.at[id].lingers))
+    if (l->proxy < other && !l->w->solids.at[other].ghost && (id == PAIR_MAP_NONE || l->w->pairs.at[id].lingers))
         array_push(&l->keys, pair_key(l->proxy, other));
 }
 
@@ -340,7 +340,8 @@ uint64_t pair_units(const world *w, const pair *p)
     if (told)
         units += (double)a->overlapping + b->overlapping;
     else if (is_new || !(p->cache.lower > 0))
-        units += (double)a->apart + b->apart;
+        units += slices_is_dear(a) || slices_is_dear(b) ? (double)a->overlapping + b->overlapping
+                                                        : (double)a->apart + b->apart;
     for (uint32_t id = p->first_watch; id != WORLD_NONE; id = w->watches.at[id].pair_next) units += A_WATCH;
     if (is_new && !told) units += A_WATCH; /* one, at least, may begin */
     const body *x = &w->bodies.at[a->body], *y = &w->bodies.at[b->body];
@@ -356,6 +357,7 @@ uint64_t pair_activate(world *w, uint32_t id)
     pair *p = &w->pairs.at[id];
     uint64_t tick = w->figures.ticks, since = p->active_tick;
     if (!p->used || since == tick) return 0;
+    if (w->solids.at[p->a].ghost || w->solids.at[p->b].ghost) return 0; /* it is about to end */
     const body *a = &w->bodies.at[w->solids.at[p->a].body], *b = &w->bodies.at[w->solids.at[p->b].body];
     bool ruled = w->ruled_tick > since && (a->ruled_tick > since || b->ruled_tick > since);
     if (ruled && w->sliced && !decide(w, w->solids.at[p->a].body, w->solids.at[p->b].body).checked) return 0;
@@ -412,6 +414,7 @@ void pair_sort_active(world *w, unsigned of_solids, unsigned of_pairs)
 void pair_collect_active(world *w)
 {
     w->active_pairs.count = 0;
+    leaving_go_on(w);
     slices_take(w);
     for (size_t i = 0; i < w->unfinished.count; i++) pair_activate(w, w->unfinished.at[i]);
     for (size_t i = 0; i < w->lingering.count; i++) activate_lingering(w, w->lingering.at[i]);

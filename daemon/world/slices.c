@@ -18,9 +18,10 @@
 #include <stdlib.h>
 
 enum {
+    A_MILLISECOND = 1000000,
     A_BODY = 100,         /* units */
     A_PAIR_SEEN = 25,     /* one that is looked at, and perhaps not pending */
-    MANY_PAIRS = 256,     /* a body with fewer is never taken in parts */
+    MANY_PAIRS = 256,     /* a body with fewer cheap ones is never taken in parts */
     SHARES = 8,           /* of a slice: so many turns in it at least, ... */
     LEAST_SHARE = 200000, /* ... but none of fewer units */
     FAR_MORE = 4
@@ -43,7 +44,7 @@ static size_t broad_most(const world *w)
 
 void slices_begin(world *w)
 {
-    w->sliced = w->due || w->parked;
+    w->sliced = w->due || w->parked || w->olds || w->leaving.count;
     w->figures.slice_units = 0;
     broad_set_price(w->broad, w->rules.dear ? pair_price : NULL);
     broad_set_limit(w->broad, w->slice, w->slice != UINT64_MAX ? broad_most(w) : SIZE_MAX);
@@ -254,18 +255,46 @@ static bool activate_oldest(turn *t, const body *b, uint64_t units)
     bool fits = t->spent + q.units <= units; /* one that is on the list takes nothing */
     if (!fits && q.list.count) qsort(q.list.at, q.list.count, sizeof *q.list.at, compare_waiting);
     size_t done = 0;
-    for (; done < q.list.count && (fits || done < SOME_AT_LEAST || t->spent < units); done++)
+    uint64_t before = t->spent;
+    for (; done < q.list.count; done++) {
+        bool some = done < SOME_AT_LEAST && t->spent - before < A_MILLISECOND;
+        if (!fits && done && !some && t->spent >= units) break;
         t->spent += pair_activate(t->w, q.list.at[done].pair);
+    }
     bool whole = done == q.list.count;
     array_free(&q.list);
     return whole;
+}
+
+typedef struct prices {
+    const world *w;
+    double sum;
+} prices;
+
+static void add_price(void *context, uint32_t other)
+{
+    prices *p = context;
+    p->sum += p->w->solids.at[other].overlapping;
+}
+
+/* May its pairs take more than that, though they are few? What is cheap is not added up. */
+static bool may_take_more(const world *w, const body *b, uint64_t units)
+{
+    prices p = {.w = w};
+    if (!w->dear) return false;
+    for (size_t i = 0; i < b->shape_count; i++) {
+        broad_each_pair_of(w->broad, b->shapes[i], add_price, &p);
+        p.sum += (double)broad_pairs_of(w->broad, b->shapes[i]) * w->solids.at[b->shapes[i]].overlapping;
+    }
+    return p.sum > (double)units;
 }
 
 static bool activate_pairs(turn *t, const body *b, uint64_t units)
 {
     size_t pairs = 0;
     for (size_t i = 0; i < b->shape_count; i++) pairs += broad_pairs_of(t->w->broad, b->shapes[i]);
-    if (pairs > MANY_PAIRS && units != UINT64_MAX) return activate_oldest(t, b, units);
+    bool many = pairs > MANY_PAIRS || (units != UINT64_MAX && may_take_more(t->w, b, units));
+    if (many && units != UINT64_MAX) return activate_oldest(t, b, units);
     for (size_t i = 0; i < b->shape_count; i++) {
         t->solid = b->shapes[i];
         broad_each_pair_of(t->w->broad, b->shapes[i], activate_with, t);
@@ -399,7 +428,7 @@ void slices_tell(world *w)
     bool some = w->due || w->parked;
     if (!some || w->figures.ticks % NOW_AND_THEN == 0) find_concerned(w);
     wake_concerned(w);
-    w->figures.pending_bodies = w->due;
+    w->figures.pending_bodies = w->due + w->leaving.count;
     w->figures.parked_bodies = w->parked;
     w->figures.pending_pairs = (size_t)w->pending;
     w->figures.sliced_ticks += w->sliced;
@@ -425,7 +454,8 @@ bool world_was_sliced(const world *w)
 
 size_t world_pending_of(const world *w, uint64_t owner)
 {
+    size_t leave = leaving_of(w, owner);
     for (size_t i = 0; i < w->purses.count; i++)
-        if (w->purses.at[i].count && w->purses.at[i].owner == owner) return w->purses.at[i].count;
-    return 0;
+        if (w->purses.at[i].count && w->purses.at[i].owner == owner) return w->purses.at[i].count + leave;
+    return leave;
 }

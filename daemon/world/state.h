@@ -80,6 +80,8 @@ typedef struct body {
     uint32_t weight;        /* in world.pending */
     uint32_t purse, due_next, due_before; /* while it is due: whose turn it waits for, and behind and before whom */
     bool is_due, is_parked;
+    bool kept;        /* a ghost that may not be reaped yet: it leaves; see leaving.c */
+    uint32_t leaving; /* solids that were its, and leave */
     uint64_t label;                 /* of world.ruling, of its name and group: what rules say of another is void */
     uint64_t ruling;                /* of world.ruling, of the filter that it has: decisions of another are void */
     int64_t deadline_ns, expiry_ns; /* INT64_MAX: never stale */
@@ -121,6 +123,7 @@ typedef struct solid { /* a shape of a body: the broad phase's proxy under the s
     bool at_origin;           /* of the body, and not turned: `local` is the identity */
     float apart, overlapping; /* units that it adds to a refinement (work.c) */
     bool used, ghost;
+    bool kept; /* as a body's */
 } solid;
 
 typedef struct ruling {          /* what the filters of two bodies say, as long as both have these */
@@ -190,8 +193,10 @@ typedef struct interest {
     bool all; /* in this tick, updates without news are told, too */
     uint8_t closing_cause;
     size_t snapshot_first; /* of events: where this tick's snapshot begins */
-    uint32_t first_watch;
-    size_t watches;
+    uint32_t first_watch, last_watch; /* of what it was told under its terms as they are; newest first */
+    uint32_t first_old, last_old;     /* of what it was told before they changed, or it closed: see closing.c; ... */
+    size_t watches, olds;             /* ... so many are, among all */
+    int64_t old_serial;               /* w->serial then */
     ARRAY(uint32_t) held; /* watches with an update held back by the rate, and some that have ended since */
     ARRAY(world_event) events;
 } interest;
@@ -238,6 +243,11 @@ typedef struct purse { /* of one owner: his bodies that are due, in the order in
     int64_t credit; /* units that he may still take in this turn; negative: took too much */
 } purse;
 
+typedef struct leaver { /* so many solids of this owner leave */
+    uint64_t owner;
+    size_t count;
+} leaver;
+
 struct world {
     world_options options;
     workers *workers;
@@ -283,10 +293,15 @@ struct world {
     ARRAY(uint32_t) unfinished; /* pairs that the last tick left */
     ARRAY(uint32_t) lingering;  /* pairs that linger, and some that do no more */
     size_t lingers;             /* so many do */
+    size_t olds;                /* of all interests */
     uint64_t slice;             /* units that finding and deciding pairs may take in a tick; UINT64_MAX: all of them */
     ARRAY(purse) purses;
     uint32_t turn;             /* the purse that goes first */
     size_t due, parked;        /* bodies; those that wait for max_pairs */
+    ARRAY(uint32_t) leaving;   /* solids that are gone but for their pairs, in the order in which they go on */
+    pair_map leaving_names;    /* hash of a name -> ghosts that leave, and had a name of that hash */
+    ARRAY(leaver) leavers;     /* whose they are */
+    size_t dear;               /* solids of which a few pairs may be more than a slice: see slices_is_dear */
     uint64_t pending;          /* pairs, at least, that wait */
     bool sliced;               /* in this tick something was put off, or had been */
     ARRAY(uint64_t) concerned; /* selectors that have a body which is due or parked: bits; made where some are */
@@ -341,6 +356,16 @@ void body_velocity(const body *b, vec3 *linear, vec3 *angular); /* given, or est
 /* body_names.c */
 void body_add_name(world *w, uint32_t body); /* to be found by it */
 void body_drop_name(world *w, const char *name);
+
+uint64_t body_name_hash(const char *name);
+
+/* leaving.c */
+void leaving_begin(world *w);                     /* a tick: may all that was removed end in it? */
+void leaving_go_on(world *w);                     /* ends what has been put off, as far as a slice goes */
+void leaving_ghost(world *w, uint32_t body);      /* it is one now */
+void leaving_restored(world *w);                  /* what follows from the list */
+bool leaving_holds(const world *w, const body *b); /* it is in no interest yet: what was called so has yet to end */
+size_t leaving_of(const world *w, uint64_t owner);
 
 /* body_shapes.c */
 static inline bool pose_same(pose a, pose b)
@@ -489,6 +514,10 @@ void slices_begin(world *w);                            /* a tick: how far the b
 void slices_take(world *w);                             /* puts the pairs of this tick on the active list */
 void slices_forget(world *w, uint32_t body);            /* it is gone */
 bool slices_concern(const world *w, uint32_t interest); /* is one of its bodies due? */
+static inline bool slices_is_dear(const solid *s)
+{
+    return s->overlapping >= 10000; /* units: a hundredth of a millisecond */
+}
 void slices_tell(world *w);                             /* after the tick: what is pending */
 void pair_end_unwatched(world *w);                      /* of those that linger, what nobody is told of any more */
 /* Brings active_pairs into the order of their keys, which stand in w->active then. Where the ids of two solids and of
@@ -569,6 +598,17 @@ void impact_decide(world *w);
 /* A world direction that may keep them apart from 0 to the span; zero: none was found. */
 vec3 impact_axis(const toi_mover *a, const toi_mover *b, const toi_request *request, void *scratch, uint32_t *queries);
 
+/* closing.c: what was told under terms that are no more */
+void closing_begin(world *w, uint32_t interest); /* from here on it is old */
+void closing_go_on(world *w);                    /* ends it, as far as a slice goes */
+uint8_t closing_cause(const world *w, uint32_t interest); /* of ends that are nobody's doing but its subscriber's */
+static inline bool watch_is_old(const world *w, const watch *v)
+{
+    const interest *i = &w->interests.at[v->interest];
+    int64_t id = v->touch_id ? v->touch_id : v->near_id ? v->near_id : v->foretold_id;
+    return i->olds && id && id <= i->old_serial;
+}
+
 /* news.c: of two events of one watch. */
 /* The same bits in all but the ages: told again, it would say nothing. The names are equal but for which is A. */
 bool news_same_facts(const world_event *a, const world_event *b);
@@ -593,7 +633,6 @@ void events_known(world *w);
 /* events_due.c */
 void events_held_back(world *w);
 void events_snapshots(world *w);
-void events_close(world *w, uint32_t interest, uint8_t cause);
 void events_collect(world *w, world_batches *out);
 
 #endif

@@ -280,6 +280,8 @@ void world_clock_back(world *w, int64_t by_ns);
 /* When the next tick is due although nothing came: a deadline, or an update that the rate held back. INT64_MAX: never.
  */
 int64_t world_next_due_ns(const world *w);
+/* Are there interests left of which not all has ended that they were told, since a slice did not suffice? */
+bool world_is_closing(const world *w);
 bool world_changed(
     const world *w); /* since the last tick, something that it has to do with was put, moved or removed */
 /* Poses have come since then that change nothing but where their bodies are: a tick has nothing to do with them, but is
