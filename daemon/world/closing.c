@@ -17,6 +17,7 @@ void closing_begin(world *w, uint32_t id)
     i->olds = i->watches;
     i->old_serial = w->serial;
     i->held.count = 0; /* nothing is due any more */
+    i->snapping = false;
     if (i->first_watch == WORLD_NONE) return;
     if (i->first_old == WORLD_NONE) {
         i->first_old = i->first_watch;

@@ -35,8 +35,9 @@ static void rest_lively(world *w)
     size_t kept = 0;
     for (size_t k = 0; k < w->lively.count; k++) {
         interest *i = &w->interests.at[w->lively.at[k]];
-        bool owes = i->snapshot || i->closing || i->settling || i->all || i->held.count;
-        i->events.count = i->undone = 0;
+        bool owes = i->snapshot || i->snapping || i->closing || i->settling || i->all || i->held.count;
+        i->events.count = i->images.count = i->undone = 0;
+        i->images_begin = i->images_told = false;
         i->lively = i->used && (owes || i->told != w->told_in_common);
         if (i->lively) w->lively.at[kept++] = w->lively.at[k];
     }
@@ -92,6 +93,7 @@ static uint32_t new_interest(world *w)
         .last_watch = WORLD_NONE,
         .first_old = WORLD_NONE,
         .last_old = WORLD_NONE,
+        .snap_next = WORLD_NONE,
         .selection = WORLD_NONE,
         .select_a = base_strdup(""),
         .select_b = base_strdup("")};
@@ -287,6 +289,7 @@ static void forget_interest(world *w, uint32_t id)
     free(i->select_b);
     array_free(&i->held);
     array_free(&i->events);
+    array_free(&i->images);
     *i = (interest){.used = false, .lively = i->lively, .listed = i->listed, .selection = WORLD_NONE};
     id_pool_give(&w->interest_ids, id);
     w->figures.interests--;
@@ -322,6 +325,8 @@ void interest_restored(world *w)
         i->lively = i->listed = false;
         if (!i->used) continue;
         count_one(&w->asking, i, 1);
+        i->snapshot |= i->snapping; /* whoever waits for it is told from the beginning */
+        i->snapping = false;
         interest_wake(w, id);
         w->olds += i->olds;
         if (i->changed || i->closing || i->olds) array_push(&w->changed_interests, id);

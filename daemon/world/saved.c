@@ -253,8 +253,9 @@ static void put_interest(bytes_out *to, const world *w, uint32_t id)
     bare.select_a = bare.select_b = NULL;
     bare.held.at = NULL;
     bare.held.count = bare.held.capacity = 0;
-    bare.events.at = NULL;
+    bare.events.at = bare.images.at = NULL;
     bare.events.count = bare.events.capacity = 0;
+    bare.images.count = bare.images.capacity = 0;
     bytes_put(to, &id, sizeof id);
     bytes_put(to, &bare, sizeof bare);
     bytes_put_text(to, i->select_a);
@@ -273,8 +274,9 @@ static const char *get_interest(bytes_in *from, world *w)
     i.select_b = base_strdup(bytes_get_text(from));
     i.held.at = NULL;
     i.held.count = i.held.capacity = 0;
-    i.events.at = NULL;
+    i.events.at = i.images.at = NULL;
     i.events.count = i.events.capacity = 0;
+    i.images.count = i.images.capacity = 0;
     size_t held = bytes_get_count(from, sizeof *i.held.at);
     array_reserve(&i.held, held);
     bytes_get(from, i.held.at, held * sizeof *i.held.at);

@@ -137,6 +137,7 @@ typedef struct watch {
     uint32_t pair, interest;
     uint32_t pair_next; /* of the same pair, by rising interest */
     uint32_t interest_next, interest_prev;
+    uint32_t snap; /* the interest's snapshot that it is in, or of which it is too late to be one */
     int64_t touch_id, near_id, foretold_id;    /* 0 = not */
     bool used, unknown, dirty, foretold_dirty; /* dirty: an update that the rate held back */
     bool listed;                               /* for drop_void_held */
@@ -192,13 +193,16 @@ typedef struct interest {
     bool used, closing, snapshot, changed;
     bool all; /* in this tick, updates without news are told, too */
     uint8_t closing_cause;
-    size_t snapshot_first; /* of events: where this tick's snapshot begins */
+    bool images_begin, images_told; /* in this tick: a snapshot begins; a portion of one, or all of it, is told */
+    bool snapping;                  /* one is under way: see snapshot.c; ... */
+    uint32_t snap, snap_next;       /* ... the number of it, or of the last one; and the watch that is next */
     uint32_t first_watch, last_watch; /* of what it was told under its terms as they are; newest first */
     uint32_t first_old, last_old;     /* of what it was told before they changed, or it closed: see closing.c; ... */
     size_t watches, olds;             /* ... so many are, among all */
     int64_t old_serial;               /* w->serial then */
     ARRAY(uint32_t) held; /* watches with an update held back by the rate, and some that have ended since */
     ARRAY(world_event) events;
+    ARRAY(world_event) images; /* of this tick's portion of a snapshot */
 } interest;
 
 typedef struct interest_counts { /* that ask how pairs stand now, of these for bounds, and for ways */
@@ -294,6 +298,7 @@ struct world {
     ARRAY(uint32_t) lingering;  /* pairs that linger, and some that do no more */
     size_t lingers;             /* so many do */
     size_t olds;                /* of all interests */
+    size_t snapping;            /* interests, after the last tick */
     uint64_t slice;             /* units that finding and deciding pairs may take in a tick; UINT64_MAX: all of them */
     ARRAY(purse) purses;
     uint32_t turn;             /* the purse that goes first */
@@ -617,6 +622,15 @@ bool news_same_impact(const world_impact *a, const world_impact *b);
 /* events_impact.c */
 void events_of_sweeps(world *w);
 
+/* snapshot.c */
+void snapshot_take(world *w, uint32_t watch); /* as it stands, before it changes */
+static inline void snapshot_before(world *w, uint32_t watch)
+{
+    const interest *i = &w->interests.at[w->watches.at[watch].interest];
+    if (i->snapping && w->watches.at[watch].snap != i->snap) snapshot_take(w, watch);
+}
+void events_snapshots(world *w);
+
 /* What the files of events share is in events.h. watch.c */
 enum { SPARE_HELD = 64 }; /* updates held back beside two a watch of an interest: what is more is void, and dropped */
 void events_pair_ended(world *w, uint32_t pair, uint8_t cause);
@@ -632,7 +646,6 @@ void events_known(world *w);
 
 /* events_due.c */
 void events_held_back(world *w);
-void events_snapshots(world *w);
 void events_collect(world *w, world_batches *out);
 
 #endif

@@ -19,6 +19,7 @@ uint32_t watch_find(world *w, const pair *p, uint32_t interest)
     uint32_t id = p->first_watch;
     while (id != WORLD_NONE && w->watches.at[id].interest < interest) id = w->watches.at[id].pair_next;
     if (id == WORLD_NONE || w->watches.at[id].interest != interest) return WORLD_NONE;
+    snapshot_before(w, id);
     if (!watch_is_old(w, &w->watches.at[id])) return id;
     watch_end(w, id, CAUSE_INTEREST);
     return WORLD_NONE;
@@ -33,6 +34,7 @@ uint32_t watch_add(world *w, uint32_t pair_id, uint32_t interest_id)
     interest *i = &w->interests.at[interest_id];
     *v = (watch){.used = true,
         .pair = pair_id,
+        .snap = i->snap,
         .interest = interest_id,
         .interest_next = i->first_watch,
         .interest_prev = WORLD_NONE};
@@ -55,6 +57,7 @@ static void leave_list(world *w, uint32_t id)
 {
     const watch *v = &w->watches.at[id];
     interest *i = &w->interests.at[v->interest];
+    if (i->snap_next == id) i->snap_next = v->interest_next;
     if (v->interest_prev != WORLD_NONE)
         w->watches.at[v->interest_prev].interest_next = v->interest_next;
     else
@@ -114,6 +117,7 @@ void watch_hold_back(world *w, uint32_t id)
 void watch_end(world *w, uint32_t id, uint8_t cause)
 {
     watch *v = &w->watches.at[id];
+    snapshot_before(w, id);
     if (v->touch_id) {
         events_emit(w, v->interest, &v->last, EVENT_END, cause, v->touch_id);
         w->figures.contacts--;

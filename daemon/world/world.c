@@ -74,6 +74,7 @@ static void free_interests(world *w)
         free(x->select_b);
         array_free(&x->held);
         array_free(&x->events);
+        array_free(&x->images);
     }
     array_free(&w->interests);
 }
@@ -217,6 +218,7 @@ bool world_glided(const world *w)
 
 bool world_changed(const world *w)
 {
+    if (w->snapping) return true;
     return w->changed || w->unfinished.count || w->due || w->olds || w->leaving.count || match_is_unsettled(&w->match);
 }
 

@@ -253,6 +253,98 @@ static void what_comes_again_waits_for_what_leaves(void **state)
     tear_down(c);
 }
 
+/* ---- snapshots ---- */
+
+/* What stands by the events of ticks, when the snapshot begins, is what its portions tell, though all goes on. */
+typedef struct image {
+    uint8_t ids[IDS]; /* 1: stood when it began */
+    size_t told, most, portions;
+} image;
+
+static void hear_image(image *m, const world_batch *b)
+{
+    assert_int_equal(b->goes_on, m->portions > 0);
+    m->portions++;
+    if (b->count > m->most) m->most = b->count;
+    for (size_t k = 0; k < b->count; k++) {
+        const world_event *e = &b->events[k];
+        assert_int_equal(e->kind, EVENT_BEGIN);
+        assert_int_equal(e->cause, CAUSE_SNAPSHOT);
+        assert_int_equal(m->ids[e->contact], 1); /* each once, and none that began later */
+        m->ids[e->contact] = 2;
+        m->told++;
+    }
+}
+
+/* Until it is whole. Balls go away, and come again, all the while; nothing of that is in it. */
+static int64_t take_snapshot(crowd *c, uint32_t id, int64_t now, bool stirs, image *m)
+{
+    bool over = false;
+    *m = (image){.told = 0};
+    world_want_snapshot(c->w, id);
+    for (int n = 0; !over; n++) {
+        world_batches batches;
+        assert_true(n < 1000);
+        for (int i = n % 5; stirs && n && i < BALLS; i += 5) put_ball(c, i, vec(n % 2 ? 9 : 0.001 * i, 0, 0), 1);
+        world_tick(c->w, ++now, &batches);
+        const char *fault = world_validate(c->w);
+        if (fault) fail_msg("%s", fault);
+        for (size_t i = 0; i < batches.count; i++) {
+            const world_batch *b = &batches.at[i];
+            for (size_t k = 0; !b->snapshot && k < b->count; k++) hear(c, b->interest, &b->events[k]);
+            if (b->snapshot && !b->goes_on) memcpy(m->ids, c->ids, sizeof m->ids);
+            if (b->snapshot) hear_image(m, b);
+            over |= b->snapshot && !b->more;
+        }
+    }
+    return now;
+}
+
+static void a_snapshot_is_told_in_portions(void **state)
+{
+    (void)state;
+    crowd *c = set_up(SLICE, 1, BROAD_AUTO);
+    image *m = calloc(1, sizeof *m);
+    world_interest all = scene_all(WORLD_TOUCH, 0);
+    uint32_t id = scene_interest(c->w, &all);
+    int64_t now = begin_in_one_place(c);
+    for (int stirs = 0; stirs < 2; stirs++) {
+        now = take_snapshot(c, id, now, stirs, m);
+        assert_true(m->portions > 10);
+        assert_true(m->most <= A_TICK_AT_MOST);
+        assert_int_equal(m->told, PAIRS);
+        for (int k = 0; k < IDS; k++) assert_int_not_equal(m->ids[k], 1); /* all that stood then */
+        now = settle(c, now);
+        is_told_what_is_so(c, id);
+        for (int i = 0; i < BALLS; i++) put_ball(c, i, vec(0.001 * i, 0, 0), 1);
+        now = settle(c, now);
+    }
+    free(m);
+    tear_down(c);
+}
+
+/* Nobody's asking for one changes an event. */
+static void who_asks_for_snapshots_changes_nothing(void **state)
+{
+    (void)state;
+    crowd *c[2];
+    uint32_t id[2];
+    for (int k = 0; k < 2; k++) {
+        world_interest all = scene_all(WORLD_TOUCH, 0);
+        c[k] = set_up(SLICE, 1, BROAD_AUTO);
+        id[k] = scene_interest(c[k]->w, &all);
+        begin_in_one_place(c[k]);
+    }
+    for (int64_t now = 6000; now < 6100; now++) {
+        for (int k = 0; k < 2; k++)
+            for (int i = (int)now % 7; i < BALLS; i += 7) put_ball(c[k], i, vec(now % 3 ? 9 : 0, 0, 0), 1);
+        if (now % 10 == 0) world_want_snapshot(c[1]->w, id[1]);
+        assert_true(tick(c[0], now) == tick(c[1], now));
+    }
+    tear_down(c[0]);
+    tear_down(c[1]);
+}
+
 /* ---- the same for all ---- */
 
 static double draw(uint64_t *seed)
@@ -354,6 +446,8 @@ int main(void)
         cmocka_unit_test(terms_change_in_slices),
         cmocka_unit_test(bodies_leave_in_slices),
         cmocka_unit_test(what_comes_again_waits_for_what_leaves),
+        cmocka_unit_test(a_snapshot_is_told_in_portions),
+        cmocka_unit_test(who_asks_for_snapshots_changes_nothing),
         cmocka_unit_test(all_kinds_and_workers_tell_the_same),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
