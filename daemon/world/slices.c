@@ -163,6 +163,18 @@ static bool leave_to_other(void *context, uint32_t other)
     return is_left_to(t, &t->w->bodies.at[t->w->solids.at[other].body]);
 }
 
+/* One that is dear waits like those that were there, to be decided with them as far as there are units. */
+static uint64_t activate_found(world *w, uint32_t id)
+{
+    pair *p = &w->pairs.at[id];
+    const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
+    bool is_new = p->asked_epoch == 0 && p->first_watch == WORLD_NONE;
+    if (!is_new || !(slices_is_dear(a) || slices_is_dear(b))) return pair_activate(w, id);
+    uint64_t x = w->bodies.at[a->body].changed_tick, y = w->bodies.at[b->body].changed_tick;
+    p->active_tick = (x < y ? x : y) - 1;
+    return 0;
+}
+
 typedef enum searched { ALL_FOUND, CUT_OFF, NO_ROOM } searched;
 
 static searched search(turn *t, uint32_t solid, uint64_t units)
@@ -179,7 +191,7 @@ static searched search(turn *t, uint32_t solid, uint64_t units)
     }
     for (size_t i = 0; i < changes.began_count; i++) {
         uint32_t id = pair_meet(w, changes.began[i].a, changes.began[i].b);
-        if (id != PAIR_MAP_NONE) t->spent += pair_activate(w, id);
+        if (id != PAIR_MAP_NONE) t->spent += activate_found(w, id);
     }
     bool full = broad_pair_count(w->broad) >= broad_most(w);
     return whole ? ALL_FOUND : full ? NO_ROOM : CUT_OFF;
