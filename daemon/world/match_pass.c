@@ -16,7 +16,8 @@
 
 enum {                    /* a step is some nanoseconds */
     STEPS_A_TRY = 20,     /* of one name against one pattern */
-    STEPS_A_BODY = 50,    /* whose boxes are put again, with the look at its neighbours */
+    STEPS_A_BODY = 50,    /* whose boxes are put again, with the look at its neighbours; ... */
+    STEPS_A_SHAPE = 20,   /* ... for each of its shapes, and of their children */
     TRIES_OF_PUTS = 20000 /* of bodies that are put between two ticks, at most, but for bodies with few */
 };
 enum { FEW_TRIES = 64 };
@@ -83,6 +84,14 @@ void match_put_body(world *w, uint32_t id)
     widen(w, b);
 }
 
+/* Few shapes are part of what a body takes. */
+static size_t steps_of_put(const world *w, uint32_t id)
+{
+    enum { FEW = 8 };
+    size_t shapes = world_body_shapes(w, id);
+    return STEPS_A_BODY + (shapes > FEW ? STEPS_A_SHAPE * shapes : 0);
+}
+
 static size_t match_queued(world *w, size_t steps)
 {
     match *m = &w->match;
@@ -96,7 +105,7 @@ static size_t match_queued(world *w, size_t steps)
         classify(w, b, &tried);
         widen(w, b);
         body_mark_dirty(w, id, true);
-        steps += STEPS_A_TRY * tried + STEPS_A_BODY;
+        steps += STEPS_A_TRY * tried + steps_of_put(w, id);
     }
     if (m->first_unmatched < m->unmatched.count) return steps;
     m->unmatched.count = m->first_unmatched = 0;
@@ -185,7 +194,7 @@ static size_t look_at(world *w, uint32_t id)
     if (is_new || c->concerned) put |= widen(w, b);
     if (!put || (b->dirty && b->refilter)) return 1 + STEPS_A_TRY * tried;
     body_mark_dirty(w, id, true);
-    return STEPS_A_BODY + STEPS_A_TRY * tried;
+    return steps_of_put(w, id) + STEPS_A_TRY * tried;
 }
 
 void match_run(world *w)

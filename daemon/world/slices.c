@@ -21,6 +21,7 @@ enum {
     A_MILLISECOND = 1000000,
     A_BODY = 100,         /* units */
     A_PAIR_SEEN = 25,     /* one that is looked at, and perhaps not pending */
+    A_PAIR_LISTED = 250,  /* and sorted by how long it has waited */
     MANY_PAIRS = 256,     /* a body with fewer cheap ones is never taken in parts */
     SHARES = 8,           /* of a slice: so many turns in it at least, ... */
     LEAST_SHARE = 200000, /* ... but none of fewer units */
@@ -243,6 +244,7 @@ static void list_with(void *context, uint32_t other)
     uint32_t id;
     q->turn->spent += A_PAIR_SEEN;
     if (!is_waiting(q->turn, other, &id)) return;
+    q->turn->spent += A_PAIR_LISTED;
     const pair *p = &q->turn->w->pairs.at[id];
     q->units += pair_units(q->turn->w, p);
     array_push(&q->list, ((waiting){p->active_tick, pair_key(p->a, p->b), id}));
