@@ -183,11 +183,11 @@ typedef struct backlog_entry { /* a message that is not acknowledged yet, encode
 
 typedef struct backlog {
     ARRAY(backlog_entry) entries;
-    size_t first, next;         /* the first that is not acknowledged, and the first that is not sent */
-    size_t bytes;               /* of those, and of these: */
-    bool building;              /* a snapshot comes in portions: until it is whole it is kept here, and goes first */
+    size_t first, next; /* the first that is not acknowledged, and the first that is not sent */
+    size_t bytes;       /* of those, and of these: */
+    bool building;      /* a snapshot comes in portions: until it is whole it is kept here, and goes first */
     ARRAY(backlog_entry) built;
-    wire_event_batch head; /* of each of its parts */
+    wire_event_batch head;      /* of each of its parts */
     bool anew;                  /* more came than is kept: a snapshot follows when the rest has been read */
     bool wants;                 /* that snapshot, in a moment */
     bool receipts;              /* its subscriber sends them */

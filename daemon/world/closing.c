@@ -70,7 +70,8 @@ void closing_go_on(world *w)
 {
     size_t most = most_of(w), count = 0;
     if (!w->olds) return;
-    for (size_t k = 0; k < w->changed_interests.count; k++) count += w->interests.at[w->changed_interests.at[k]].olds > 0;
+    for (size_t k = 0; k < w->changed_interests.count; k++)
+        count += w->interests.at[w->changed_interests.at[k]].olds > 0;
     bool cut = w->olds > most;
     w->sliced |= cut;
     for (size_t k = 0; k < w->changed_interests.count; k++) {

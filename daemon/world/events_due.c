@@ -72,11 +72,9 @@ void events_collect(world *w, world_batches *out)
         if (!i->used || !(news || i->snapshot || i->images_told || closes || more_or_less)) continue;
         i->told = i->undone;
         if (news || closes || more_or_less)
-            array_push(&w->batches, ((world_batch){.interest = id,
-                                        .closing = closes,
-                                        .undone = i->undone,
-                                        .events = i->events.at,
-                                        .count = news}));
+            array_push(&w->batches,
+                ((world_batch){
+                    .interest = id, .closing = closes, .undone = i->undone, .events = i->events.at, .count = news}));
         if (i->images_told && !closes)
             array_push(&w->batches, ((world_batch){.interest = id,
                                         .snapshot = true,

@@ -80,8 +80,8 @@ typedef struct body {
     uint32_t weight;        /* in world.pending */
     uint32_t purse, due_next, due_before; /* while it is due: whose turn it waits for, and behind and before whom */
     bool is_due, is_parked;
-    bool kept;        /* a ghost that may not be reaped yet: it leaves; see leaving.c */
-    uint32_t leaving; /* solids that were its, and leave */
+    bool kept;                      /* a ghost that may not be reaped yet: it leaves; see leaving.c */
+    uint32_t leaving;               /* solids that were its, and leave */
     uint64_t label;                 /* of world.ruling, of its name and group: what rules say of another is void */
     uint64_t ruling;                /* of world.ruling, of the filter that it has: decisions of another are void */
     int64_t deadline_ns, expiry_ns; /* INT64_MAX: never stale */
@@ -193,14 +193,14 @@ typedef struct interest {
     bool used, closing, snapshot, changed;
     bool all; /* in this tick, updates without news are told, too */
     uint8_t closing_cause;
-    bool images_begin, images_told; /* in this tick: a snapshot begins; a portion of one, or all of it, is told */
-    bool snapping;                  /* one is under way: see snapshot.c; ... */
-    uint32_t snap, snap_next;       /* ... the number of it, or of the last one; and the watch that is next */
+    bool images_begin, images_told;   /* in this tick: a snapshot begins; a portion of one, or all of it, is told */
+    bool snapping;                    /* one is under way: see snapshot.c; ... */
+    uint32_t snap, snap_next;         /* ... the number of it, or of the last one; and the watch that is next */
     uint32_t first_watch, last_watch; /* of what it was told under its terms as they are; newest first */
     uint32_t first_old, last_old;     /* of what it was told before they changed, or it closed: see closing.c; ... */
     size_t watches, olds;             /* ... so many are, among all */
     int64_t old_serial;               /* w->serial then */
-    ARRAY(uint32_t) held; /* watches with an update held back by the rate, and some that have ended since */
+    ARRAY(uint32_t) held;             /* watches with an update held back by the rate, and some that have ended since */
     ARRAY(world_event) events;
     ARRAY(world_event) images; /* of this tick's portion of a snapshot */
 } interest;
@@ -365,10 +365,10 @@ void body_drop_name(world *w, const char *name);
 uint64_t body_name_hash(const char *name);
 
 /* leaving.c */
-void leaving_begin(world *w);                     /* a tick: may all that was removed end in it? */
-void leaving_go_on(world *w);                     /* ends what has been put off, as far as a slice goes */
-void leaving_ghost(world *w, uint32_t body);      /* it is one now */
-void leaving_restored(world *w);                  /* what follows from the list */
+void leaving_begin(world *w);                      /* a tick: may all that was removed end in it? */
+void leaving_go_on(world *w);                      /* ends what has been put off, as far as a slice goes */
+void leaving_ghost(world *w, uint32_t body);       /* it is one now */
+void leaving_restored(world *w);                   /* what follows from the list */
 bool leaving_holds(const world *w, const body *b); /* it is in no interest yet: what was called so has yet to end */
 size_t leaving_of(const world *w, uint64_t owner);
 
@@ -523,8 +523,8 @@ static inline bool slices_is_dear(const solid *s)
 {
     return s->overlapping >= 10000; /* units: a hundredth of a millisecond */
 }
-void slices_tell(world *w);                             /* after the tick: what is pending */
-void pair_end_unwatched(world *w);                      /* of those that linger, what nobody is told of any more */
+void slices_tell(world *w);        /* after the tick: what is pending */
+void pair_end_unwatched(world *w); /* of those that linger, what nobody is told of any more */
 /* Brings active_pairs into the order of their keys, which stand in w->active then. Where the ids of two solids and of
  * the pair, of so many bits each, fit into one number, none has to be looked up again: the same lists. */
 void pair_sort_active(world *w, unsigned of_solids, unsigned of_pairs);
@@ -604,8 +604,8 @@ void impact_decide(world *w);
 vec3 impact_axis(const toi_mover *a, const toi_mover *b, const toi_request *request, void *scratch, uint32_t *queries);
 
 /* closing.c: what was told under terms that are no more */
-void closing_begin(world *w, uint32_t interest); /* from here on it is old */
-void closing_go_on(world *w);                    /* ends it, as far as a slice goes */
+void closing_begin(world *w, uint32_t interest);          /* from here on it is old */
+void closing_go_on(world *w);                             /* ends it, as far as a slice goes */
 uint8_t closing_cause(const world *w, uint32_t interest); /* of ends that are nobody's doing but its subscriber's */
 static inline bool watch_is_old(const world *w, const watch *v)
 {

@@ -230,7 +230,8 @@ typedef struct world_event {
 
 typedef struct world_batch { /* the events of one interest in one tick; a snapshot is a batch of its own, behind them */
     uint32_t interest;
-    bool snapshot; /* the whole state as of the tick in which it begins; a large one comes in portions, tick by tick, ... */
+    bool snapshot; /* the whole state as of the tick in which it begins; a large one comes in portions, tick by tick,
+                      ... */
     bool goes_on;  /* ... of which this is not the first ... */
     bool more;     /* ... nor the last. It is over, too, if another begins, or the interest closes */
     bool closing;  /* the interest is gone */

@@ -21,7 +21,7 @@ typedef struct subscriber {
     size_t events;
 } subscriber;
 
-static char recording[64]; /* "" = none is made */
+static char recording[64];   /* "" = none is made */
 static double slice_us = -1; /* 0 and more: this in place of the default */
 
 static subscriber enter(void)

@@ -18,9 +18,9 @@ typedef struct crowd {
     bool there[BALLS];
     vec3 at[BALLS];
     double radius[BALLS];
-    uint8_t ids[IDS];                     /* 0: never begun, 1: begun, 2: ended */
+    uint8_t ids[IDS];                    /* 0: never begun, 1: begun, 2: ended */
     bool touch[INTERESTS][BALLS][BALLS]; /* as told; a < b */
-    size_t ends_most;                     /* of a tick */
+    size_t ends_most;                    /* of a tick */
     size_t begins, ends, closed, lost;
     size_t undone[INTERESTS];
 } crowd;
