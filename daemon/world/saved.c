@@ -491,6 +491,7 @@ void world_save(const world *w, const world_lender *l, bytes_out *to)
     PUT_LIST(to, &w->purses);
     PUT_LIST(to, &w->concerned);
     PUT_LIST(to, &w->leaving);
+    PUT_LIST(to, &w->held_now);
 }
 
 /* There is room for them. */
@@ -607,6 +608,9 @@ const char *world_restore(world *w, const world_lender *l, bytes_in *from)
     GET_LIST(from, &w->purses);
     GET_LIST(from, &w->concerned);
     GET_LIST(from, &w->leaving);
+    GET_LIST(from, &w->held_now);
+    for (size_t i = 0; i < w->held_now.count; i++)
+        if (w->held_now.at[i] >= w->bodies.count) return "a body that is held is not there";
     for (size_t i = 0; i < w->leaving.count; i++)
         if (w->leaving.at[i] >= w->solids.count) return "a shape that leaves is not there";
     leaving_restored(w);

@@ -287,6 +287,7 @@ struct world {
     uint64_t ruled_tick, teleport_tick; /* the greatest of the bodies' */
     ARRAY(uint32_t) held_now;           /* bodies held since the last tick */
     ARRAY(uint32_t) stale_now;          /* bodies that became stale in this tick */
+    uint64_t stale_units;               /* that it takes to tell so */
     ARRAY(uint32_t) fresh_now;          /* and those that are known again */
     ARRAY(uint64_t) active;             /* keys of the pairs to be decided, sorted ... */
     ARRAY(uint32_t) active_pairs;       /* ... and their pairs, in that order */

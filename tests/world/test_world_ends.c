@@ -253,6 +253,30 @@ static void what_comes_again_waits_for_what_leaves(void **state)
     tear_down(c);
 }
 
+/* Whose poses stop all at once are unknown within some ticks, each of which is due. */
+static void many_become_stale_in_slices(void **state)
+{
+    (void)state;
+    crowd *c = set_up(SLICE, 1, BROAD_AUTO);
+    world_interest all = scene_all(WORLD_TOUCH, 0);
+    scene_interest(c->w, &all);
+    begin_in_one_place(c);
+    for (int i = 0; i < BALLS; i++) assert_int_equal(world_hold_body(c->w, c->balls[i]), WORLD_OK);
+    size_t most = 0, before = 0;
+    int64_t now = 6000;
+    for (; before < BALLS; now++) {
+        assert_true(now < 6200);
+        assert_true(world_next_due_ns(c->w) <= now);
+        tick(c, now);
+        size_t stale = world_get_figures(c->w).stale_bodies;
+        most = stale - before > most ? stale - before : most;
+        before = stale;
+    }
+    assert_true(most <= 2);
+    assert_true(world_next_due_ns(c->w) > now);
+    tear_down(c);
+}
+
 /* ---- snapshots ---- */
 
 /* What stands by the events of ticks, when the snapshot begins, is what its portions tell, though all goes on. */
@@ -446,6 +470,7 @@ int main(void)
         cmocka_unit_test(terms_change_in_slices),
         cmocka_unit_test(bodies_leave_in_slices),
         cmocka_unit_test(what_comes_again_waits_for_what_leaves),
+        cmocka_unit_test(many_become_stale_in_slices),
         cmocka_unit_test(a_snapshot_is_told_in_portions),
         cmocka_unit_test(who_asks_for_snapshots_changes_nothing),
         cmocka_unit_test(all_kinds_and_workers_tell_the_same),
