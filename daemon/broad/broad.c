@@ -194,7 +194,12 @@ void broad_remove(broad *b, uint32_t id)
 {
     change *c = pending_of(b, id);
     c->removed = true;
-    c->put = c->refilter = false;
+    c->put = c->refilter = c->late = false;
+}
+
+void broad_let_leave(broad *b, uint32_t id)
+{
+    pending_of(b, id)->late = true;
 }
 
 void broad_refilter(broad *b, uint32_t id)
@@ -226,6 +231,13 @@ static void take_proxy_out(broad *b, uint32_t id)
     if (p->place == UNBOUNDED) take_from_list(b, id);
     b->proxy_count -= p->place != NOWHERE;
     p->place = NOWHERE;
+}
+
+void broad_take_leaving(broad *b, uint32_t id)
+{
+    broad_forget_put_off(b, id);
+    take_proxy_out(b, id);
+    broad_set_leaving(b, id, true);
 }
 
 static void put_proxy_in(broad *b, const change *c)
@@ -297,9 +309,11 @@ static void apply_box(broad *b, uint32_t index)
     change *c = &b->pending.at[index];
     proxy *p = &b->proxies.at[c->proxy];
     if (c->removed) {
-        broad_end_all_pairs(b, c->proxy);
+        bool leaves = c->late && !c->put && pairs_of(&b->pairs, c->proxy);
+        if (!leaves) broad_end_all_pairs(b, c->proxy);
         broad_forget_put_off(b, c->proxy);
         take_proxy_out(b, c->proxy);
+        broad_set_leaving(b, c->proxy, leaves);
     }
     c->asks = true;
     c->was = p->place != NOWHERE;
@@ -377,7 +391,7 @@ static const char *validate_place(const broad *b, uint32_t id)
     const proxy *p = &b->proxies.at[id];
     switch ((place)p->place) {
     case NOWHERE:
-        return pairs_first(&b->pairs, id) == PAIRS_NO_LINK ? NULL : "a proxy that is gone has pairs";
+        return p->leaving || pairs_first(&b->pairs, id) == PAIRS_NO_LINK ? NULL : "a proxy that is gone has pairs";
     case UNBOUNDED:
         return b->unbounded.at[b->listed.at[id]] == id ? NULL : "a listed proxy is lost";
     case INDEXED:
@@ -393,7 +407,8 @@ static const char *validate_proxy(const broad *b, uint32_t id)
     for (uint32_t link = pairs_first(&b->pairs, id); !broken && link != PAIRS_NO_LINK;
          link = pairs_next(&b->pairs, link)) {
         const proxy *q = &b->proxies.at[pairs_other(&b->pairs, link)];
-        if (!may_pair(&p->fat, p->fixed, &q->fat, q->fixed) && !p->unsearched && !q->unsearched)
+        if (!may_pair(&p->fat, p->fixed, &q->fat, q->fixed) && !p->unsearched && !q->unsearched && !p->leaving &&
+            !q->leaving)
             broken = "a pair has parted";
     }
     return broken;

@@ -94,6 +94,12 @@ typedef bool broad_leave(void *context, uint32_t other);
 bool broad_search(broad *b, uint32_t proxy, uint64_t units, broad_leave *is_left, void *context, broad_changes *changes,
     uint64_t *spent);
 bool broad_was_refiltered(const broad *b, uint32_t proxy); /* of one that is unsearched */
+/* Of a proxy whose removal is queued: its pairs do not end with the next update, but by broad_end_leaving; nothing else
+ * is left of it then, and its id is not free before. */
+void broad_let_leave(broad *b, uint32_t proxy);
+bool broad_is_leaving(const broad *b, uint32_t proxy);
+/* Between updates: ends its pairs, by rising ids, as far as `units` go (some of them at least). True: it is gone. */
+bool broad_end_leaving(broad *b, uint32_t proxy, uint64_t units, broad_changes *changes, uint64_t *spent);
 /* Units that it takes to ask the filter about two, where that is more than usual; NULL: nowhere, to begin with. Sums of
  * it count for the limits above, and a search may stop behind each that was asked. */
 typedef uint64_t broad_price(void *context, uint32_t a, uint32_t b);
@@ -105,6 +111,7 @@ void broad_take_asked(broad *b, uint32_t proxy, uint64_t until);
  * of the two is there, which is checked: false; and they are none yet, which is not), and this one is searched. */
 bool broad_take_pair(broad *b, uint32_t x, uint32_t y);
 void broad_take_searched(broad *b, uint32_t proxy, bool searched, bool refiltered);
+void broad_take_leaving(broad *b, uint32_t proxy); /* it is there, and leaves */
 
 /* As of the last update. The index that stands: never BROAD_AUTO. And in words, with the reason, at most 95 characters:
  * "tree (auto: 700 proxies; sweep3 for 128 and fewer)". */

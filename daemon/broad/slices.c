@@ -230,6 +230,39 @@ bool broad_search(
     return whole;
 }
 
+/* ---- what leaves ---- */
+
+void broad_set_leaving(broad *b, uint32_t id, bool leaving)
+{
+    b->leaving = b->leaving - b->proxies.at[id].leaving + leaving;
+    b->proxies.at[id].leaving = leaving;
+}
+
+bool broad_is_leaving(const broad *b, uint32_t id)
+{
+    return id < b->proxies.count && b->proxies.at[id].leaving;
+}
+
+bool broad_end_leaving(broad *b, uint32_t id, uint64_t units, broad_changes *changes, uint64_t *spent)
+{
+    b->spent = b->began.count = b->ended.count = b->met.count = 0;
+    for (uint32_t link = pairs_first(&b->pairs, id); link != PAIRS_NO_LINK; link = pairs_next(&b->pairs, link))
+        array_push(&b->met, (uint64_t)pairs_other(&b->pairs, link) << 32 | link);
+    b->spent = UNITS_A_PAIR_KEPT * b->met.count;
+    sort_found(b, &b->met);
+    size_t done = 0;
+    for (; done < b->met.count && goes_on(b, units, done); done++) {
+        array_push(&b->ended, pair_key(id, (uint32_t)(b->met.at[done] >> 32)));
+        pairs_end(&b->pairs, (uint32_t)b->met.at[done]);
+        b->spent += UNITS_ENDED;
+    }
+    bool whole = done == b->met.count;
+    if (whole) broad_set_leaving(b, id, false);
+    *spent = b->spent;
+    *changes = (broad_changes){.ended = broad_hand_out(b, &b->ended), .ended_count = b->ended.count};
+    return whole;
+}
+
 /* ---- a saved state ---- */
 
 bool broad_take_pair(broad *b, uint32_t x, uint32_t y)

@@ -23,6 +23,7 @@ typedef struct proxy {
     bool passive : 1;    /* no pair with it is wanted: it is not searched around */
     bool unsearched : 1; /* put off: its pairs are not those of its box, or of its filter, ... */
     bool refiltered : 1; /* ... which has changed since */
+    bool leaving : 1;    /* it is gone, but for its pairs: see broad_let_leave */
     uint8_t moves;       /* of its leaf, in place, since it was put where it is best (trees.c) */
 } proxy;
 _Static_assert(sizeof(proxy) == 32, "two proxies fill a cache line");
@@ -31,6 +32,7 @@ _Static_assert(sizeof(proxy) == 32, "two proxies fill a cache line");
 typedef struct change {
     uint32_t proxy;
     bool removed, put, refilter;
+    bool late;  /* removed: its pairs stay for a while */
     bool asks;  /* its meetings are searched around it; else the index finds them by itself */
     bool fixed; /* of what was put */
     bool was;   /* the proxy stood before, with... */
@@ -61,6 +63,7 @@ struct broad {
     size_t unsearched;     /* proxies */
     broad_price *price;    /* see broad_set_price */
     ARRAY(uint64_t) asked; /* by proxy: see slices.c; only where there was a price */
+    size_t leaving;        /* proxies */
     bool all_ask;          /* in this batch: each proxy is searched around, and what is found there counts */
     bool put_off;          /* in the last update something was */
     uint64_t spent;        /* units of this batch, or of this search */
@@ -92,6 +95,7 @@ void broad_forget_put_off(broad *b, uint32_t id);
 /* Sorted, in place: until the keys change. */
 const broad_pair *broad_hand_out(broad *b, key_array *keys);
 void broad_end_all_pairs(broad *b, uint32_t id);
+void broad_set_leaving(broad *b, uint32_t id, bool leaving);
 
 static inline bool may_pair(const fbox *p, bool p_fixed, const fbox *q, bool q_fixed)
 {

@@ -41,12 +41,12 @@ static size_t waiting(const backlog *b)
 
 bool backlog_is_behind(const backlog *b)
 {
-    return waiting(b) || b->anew;
+    return waiting(b) || b->anew || b->building;
 }
 
 int64_t backlog_count(const backlog *b)
 {
-    return (int64_t)waiting(b) + b->anew;
+    return (int64_t)(waiting(b) + b->built.count) + b->anew;
 }
 
 static void drop_from(backlog *b, size_t from)
@@ -58,9 +58,20 @@ static void drop_from(backlog *b, size_t from)
     }
 }
 
+static void drop_built(backlog *b)
+{
+    while (b->built.count) {
+        backlog_entry *e = &b->built.at[--b->built.count];
+        b->bytes -= e->size;
+        free(e->data);
+    }
+    b->building = false;
+}
+
 void backlog_clear(backlog *b)
 {
     drop_from(b, b->first);
+    drop_built(b);
     b->entries.count = b->first = b->next = 0;
 }
 
@@ -78,6 +89,7 @@ void backlog_free(backlog *b)
 {
     backlog_clear(b);
     array_free(&b->entries);
+    array_free(&b->built);
 }
 
 bool backlog_is_passed(const service *s, const stream *to, const world_batch *batch, int32_t parts)
@@ -121,14 +133,19 @@ static void keep_no_more(service *s, stream *to)
     b->anew = true;
 }
 
-bool backlog_begin(service *s, stream *to, const world_batch *batch)
+static void begin_to_wait(service *s, backlog *b)
 {
-    backlog *b = &to->backlog;
     if (!backlog_is_behind(b)) {
         b->moved_ns = s->monotonic_ns;
         if (!b->window) b->window = b->threshold = WINDOW_FIRST;
     }
     s->next_watch_ns = s->next_watch_ns < s->monotonic_ns + WATCH_NS ? s->next_watch_ns : s->monotonic_ns + WATCH_NS;
+}
+
+bool backlog_begin(service *s, stream *to, const world_batch *batch)
+{
+    backlog *b = &to->backlog;
+    begin_to_wait(s, b);
     if (batch->snapshot)
         replace_by_snapshot(s, b);
     else if (!b->anew && keeps_too_much(s, b))
@@ -142,21 +159,65 @@ void backlog_skip(service *s, stream *to, int32_t parts)
     metric_count(s->count.batches_skipped, (uint64_t)parts);
 }
 
-void backlog_put(stream *to, const wire_message *m)
+static backlog_entry entry_of(backlog *b, const wire_message *m)
 {
-    backlog *b = &to->backlog;
     const wire_event_batch *e = &m->event_batch;
     size_t size = wire_lcm_size(m);
     uint8_t *data = base_alloc(size, 1);
     wire_lcm_encode(m, data, size);
     b->bytes += size;
-    array_push(&b->entries, ((backlog_entry){.data = data,
-                                .size = size,
-                                .batch = e->batch,
-                                .tick = e->tick,
-                                .part = e->part,
-                                .parts = e->parts,
-                                .snapshot = e->snapshot}));
+    return (backlog_entry){.data = data,
+        .size = size,
+        .batch = e->batch,
+        .tick = e->tick,
+        .part = e->part,
+        .parts = e->parts,
+        .snapshot = e->snapshot};
+}
+
+void backlog_put(stream *to, const wire_message *m)
+{
+    backlog *b = &to->backlog;
+    backlog_entry e = entry_of(b, m);
+    array_push(&b->entries, e);
+}
+
+/* ---- a snapshot in portions ---- */
+
+void backlog_build(service *s, stream *to, const wire_event_batch *head)
+{
+    backlog *b = &to->backlog;
+    begin_to_wait(s, b);
+    replace_by_snapshot(s, b);
+    b->building = true;
+    b->head = *head;
+}
+
+/* How many there will be is filled in when they are sent. */
+void backlog_add_built(service *s, stream *to, wire_message *m)
+{
+    backlog *b = &to->backlog;
+    m->event_batch.part = (int32_t)b->built.count;
+    m->event_batch.parts = INT32_MAX;
+    backlog_entry e = entry_of(b, m);
+    array_push(&b->built, e);
+    b->moved_ns = s->monotonic_ns;
+}
+
+void backlog_built(service *s, stream *to)
+{
+    backlog *b = &to->backlog;
+    size_t parts = b->built.count, later = waiting(b);
+    array_reserve(&b->built, parts + later);
+    for (size_t i = 0; i < parts; i++) b->built.at[i].parts = (int32_t)parts;
+    if (later) memcpy(b->built.at + parts, b->entries.at + b->first, later * sizeof *b->entries.at);
+    b->entries.count = b->first = b->next = 0;
+    array_reserve(&b->entries, parts + later);
+    memcpy(b->entries.at, b->built.at, (parts + later) * sizeof *b->entries.at);
+    b->entries.count = parts + later;
+    b->built.count = 0;
+    b->building = false;
+    backlog_send(s, to);
 }
 
 /* ---- what goes out ---- */
@@ -176,6 +237,7 @@ static void send_next(service *s, stream *to)
     }
     m.event_batch.epoch = s->epoch; /* a standby that has gone may have changed it */
     m.event_batch.behind = behind;
+    m.event_batch.parts = e->parts;
     to->link->ops->publish(to->link, &m);
     to->told_ns = s->monotonic_ns;
     metric_count(s->count.batches_out, 1);
@@ -221,7 +283,7 @@ static void send_blindly(service *s, stream *to)
 void backlog_send(service *s, stream *to)
 {
     backlog *b = &to->backlog;
-    if (standby_waits(s) || !waiting(b)) return;
+    if (standby_waits(s) || b->building || !waiting(b)) return;
     if (!b->receipts)
         send_blindly(s, to);
     else
@@ -293,6 +355,7 @@ void backlog_receipt(service *s, stream *to, const wire_receipt *m)
     b->receipts = true;
     if (m->batch > b->received) b->received = m->batch < to->batch ? m->batch : to->batch;
     bool was = backlog_is_behind(b);
+    if (b->building) return; /* what is missing is in it, or comes behind it */
     take_what_came(s, to, m);
     if (m->missing)
         send_again(s, to, m);

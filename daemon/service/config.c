@@ -71,7 +71,9 @@ static const config_option OPTIONS[] = {
         "time that finding and deciding pairs may hold a tick; 0: as long as it needs",
         "What is left after it is pending: unknown, counted (pending_pairs, undone), and goes on in the next tick, "
         "which "
-        "follows at once, so that queries and other clients wait no longer than that. Clients take turns. A step is "
+        "follows at once, so that queries and other clients wait no longer than that. Clients take turns. What ends "
+        "because a subscription closes, or bodies are removed, and snapshots take a quarter of it each at most. A "
+        "step is "
         "answered when nothing of it is pending."},
     {"lock_memory", CONFIG_YES, FIELD(lock_memory), 0, 0, NULL, "no", "",
         "keep all memory resident: nothing is paged out",

@@ -664,8 +664,12 @@ static void end_in_order(server *v)
     if (standby_hands_over(s)) return;
     publish_status(v, WIRE_HEALTH_STOPPING);
     for (uint32_t i = 0; i < s->streams.count; i++)
-        if (s->streams.at[i].live) stream_end(s, i, CAUSE_SHUTDOWN);
-    tick(s, s->monotonic_ns);
+        if (s->streams.at[i].live && !s->streams.at[i].ending) stream_end(s, i, CAUSE_SHUTDOWN);
+    do {
+        set_clock(v);
+        tick(s, s->monotonic_ns);
+        notify_alive(&v->manager, s->monotonic_ns);
+    } while (world_is_closing(s->world));
 }
 
 static void begin(server *v)

@@ -198,8 +198,11 @@ typedef struct backlog_entry { /* a message that is not acknowledged yet, encode
 
 typedef struct backlog {
     ARRAY(backlog_entry) entries;
-    size_t first, next;         /* the first that is not acknowledged, and the first that is not sent */
-    size_t bytes;               /* of those */
+    size_t first, next; /* the first that is not acknowledged, and the first that is not sent */
+    size_t bytes;       /* of those, and of these: */
+    bool building;      /* a snapshot comes in portions: until it is whole it is kept here, and goes first */
+    ARRAY(backlog_entry) built;
+    wire_event_batch head;      /* of each of its parts */
     bool anew;                  /* more came than is kept: a snapshot follows when the rest has been read */
     bool wants;                 /* that snapshot, in a moment */
     bool receipts;              /* its subscriber sends them */
@@ -657,6 +660,11 @@ bool backlog_is_passed(const service *s, const stream *to, const world_batch *ba
 bool backlog_begin(service *s, stream *to, const world_batch *batch); /* false: it is not kept, but skipped */
 void backlog_skip(service *s, stream *to, int32_t parts);
 void backlog_put(stream *to, const wire_message *m);
+/* A snapshot that comes in portions: with the head of its parts; a part, whose number it fills in; and all of them, in
+ * front of what has come to wait since. */
+void backlog_build(service *s, stream *to, const wire_event_batch *head);
+void backlog_add_built(service *s, stream *to, wire_message *m);
+void backlog_built(service *s, stream *to);
 void backlog_send(service *s, stream *to); /* as much as may be under way */
 void backlog_receipt(service *s, stream *to, const wire_receipt *m);
 void backlog_watch(service *s); /* sends what is due, and finds out who starves; each round */

@@ -1,5 +1,6 @@
 /* stream: the world's batches as numbered EventBatch messages, each on the stream of its interest. Tick thread. */
 #include "service.h"
+#include "standby.h"
 
 #include <inttypes.h>
 #include <math.h>
@@ -321,6 +322,25 @@ void stream_each(service *s, const world_batches *batches, stream_visit *visit, 
     }
 }
 
+/* A portion of a snapshot: all its parts have the head of the first, since it is the state of that tick. Nobody hears
+ * of it here while it is another daemon that tells it, nor in a replay. */
+static void build_snapshot(service *s, stream *to, const world_batch *b)
+{
+    static part scratch; /* the tick thread's */
+    if (s->replaying || standby_waits(s) || (b->goes_on && !to->backlog.building)) return;
+    if (!b->goes_on) {
+        wire_message head = part_of(s, to, b, 0);
+        backlog_build(s, to, &head.event_batch);
+    }
+    for (size_t first = 0; first < b->count; first += EVENTS_A_PART) {
+        size_t n = b->count - first < EVENTS_A_PART ? b->count - first : EVENTS_A_PART;
+        wire_message m = {.kind = WIRE_EVENT_BATCH, .event_batch = to->backlog.head};
+        fill(&scratch, b->events + first, (uint32_t)n, &m.event_batch);
+        backlog_add_built(s, to, &m);
+    }
+    if (!b->more) backlog_built(s, to);
+}
+
 /* At once, or when its subscriber has read what waits. */
 static void send_or_keep(service *s, stream *to, const world_batch *b)
 {
@@ -350,7 +370,10 @@ static void send_or_keep(service *s, stream *to, const world_batch *b)
 static void publish(service *s, stream *to, const world_batch *b)
 {
     if (!to->told) to->batch = s->last_batch + 1; /* what ends in this tick has been published */
-    send_or_keep(s, to, b);
+    if (b->more || b->goes_on)
+        build_snapshot(s, to, b);
+    else
+        send_or_keep(s, to, b);
     measure(s, b);
     to->told = true;
     if (!b->snapshot) to->batch_tick = s->tick;
@@ -391,12 +414,21 @@ static void answer_steps(service *s)
     }
 }
 
+/* Its first batch waits for the last one of the stream that had its name, and has not ended in this tick. */
+static bool waits_for_name(service *s, const stream *to, const world_batch *b)
+{
+    if (to->told || to->ending || !b->snapshot || b->goes_on || !stream_ending(s, to->name)) return false;
+    world_want_snapshot(s->world, b->interest);
+    return true;
+}
+
 /* Before its first reader has come, a stream says nothing: its first batch is the whole state, for that reader. */
 static void publish_one(service *s, const world_batch *b)
 {
     if (b->interest >= s->streams.count || !s->streams.at[b->interest].live) return;
     stream *to = &s->streams.at[b->interest];
-    if (to->read && (to->told || b->snapshot)) publish(s, to, b);
+    if (waits_for_name(s, to, b)) return;
+    if (to->read && (to->told || (b->snapshot && !b->goes_on))) publish(s, to, b);
     if (b->closing) stream_close(s, b->interest);
 }
 

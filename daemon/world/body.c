@@ -192,6 +192,7 @@ world_status world_remove_body(world *w, uint32_t id, uint8_t cause)
     body_drop_shapes(w, b);
     b->ghost = true;
     b->ghost_cause = cause;
+    leaving_ghost(w, id);
     w->figures.stale_bodies -= b->stale;
     w->changed = true;
     array_push(&w->ghosts, id);
@@ -217,10 +218,14 @@ static void free_body(world *w, uint32_t id)
 void body_reap(world *w)
 {
     for (size_t i = 0; i < w->reap.count; i++) {
+        body *b = &w->bodies.at[w->reap.at[i]];
+        if ((b->kept = b->leaving > 0)) continue;
         free_body(w, w->reap.at[i]);
         id_pool_give(&w->body_ids, w->reap.at[i]);
     }
     for (size_t i = 0; i < w->reap_solids.count; i++) {
+        solid *s = &w->solids.at[w->reap_solids.at[i]];
+        if ((s->kept = broad_is_leaving(w->broad, w->reap_solids.at[i]))) continue;
         solid_free(&w->solids.at[w->reap_solids.at[i]]);
         id_pool_give(&w->solid_ids, w->reap_solids.at[i]);
     }

@@ -4,7 +4,7 @@
 #include "base/hash.h"
 #include "base/secret.h"
 
-static uint64_t name_hash(const char *name)
+uint64_t body_name_hash(const char *name)
 {
     uint64_t h = hash_bytes(secret(), name, strlen(name));
     return h ? h : 1;
@@ -13,7 +13,7 @@ static uint64_t name_hash(const char *name)
 /* The key under which a name is stored, or the first free one after it. */
 static uint64_t name_key(const world *w, const char *name, uint32_t *id)
 {
-    uint64_t key = name_hash(name);
+    uint64_t key = body_name_hash(name);
     for (;; key = key + 1 ? key + 1 : 1) {
         *id = pair_map_get(&w->names, key);
         if (*id == PAIR_MAP_NONE || strcmp(w->bodies.at[*id].name, name) == 0) return key;

@@ -53,6 +53,7 @@ void body_drop_shapes(world *w, body *b)
     for (size_t i = 0; i < b->shape_count; i++) {
         solid *s = &w->solids.at[b->shapes[i]];
         s->ghost = true;
+        w->dear -= slices_is_dear(s);
         w->figures.shapes -= shapes_in(&s->shape);
         array_push(&w->ghost_solids, b->shapes[i]);
         broad_remove(w->broad, b->shapes[i]);
@@ -84,6 +85,7 @@ void body_add_shapes(world *w, uint32_t id, const world_body *def)
         w->solids.at[s].world = solid_at(b->pose, &w->solids.at[s]);
         w->solids.at[s].shape.compound = own;
         work_price(&w->solids.at[s]);
+        w->dear += slices_is_dear(&w->solids.at[s]);
         w->figures.shapes += shapes_in(&w->solids.at[s].shape);
         b->shapes[i] = s;
     }

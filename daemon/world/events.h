@@ -10,6 +10,11 @@ void events_emit(world *w, uint32_t interest, const world_event *e, uint8_t kind
 /* A body as a whole is unknown, or known again. */
 void events_emit_body(world *w, uint32_t body, uint32_t interest, uint8_t kind, uint8_t cause);
 
+/* The same as told to nobody yet. */
+world_event events_of_body(const world *w, uint32_t body);
+/* What it says is as old as the poses are now. */
+void events_refresh_ages(const world *w, const watch *v, world_event *e);
+
 /* What the narrow phase found out about a pair, as the interest is told it: in its order of A and B. */
 void events_fill(const world *w, const pair *p, const narrow_result *r, uint32_t interest, int looks, world_event *e);
 
@@ -26,7 +31,8 @@ bool events_may_update(const world *w, const interest *i);
 /* Watches: what one interest was told of one pair. */
 int64_t watch_id(const watch *v); /* of what was told first; 0: nothing stands */
 const world_event *watch_last(const watch *v);
-uint32_t watch_find(const world *w, const pair *p, uint32_t interest); /* WORLD_NONE: there is none */
+/* WORLD_NONE: there is none. An old one ends here. */
+uint32_t watch_find(world *w, const pair *p, uint32_t interest);
 uint32_t watch_add(world *w, uint32_t pair, uint32_t interest);
 void watch_drop(world *w, uint32_t id);
 /* With the ends of what stands. */

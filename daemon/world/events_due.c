@@ -1,11 +1,11 @@
-/* events_due: what is told without being news of this tick: updates that a rate held back, snapshots, the ends of an
- * interest that closes; and the batches of a tick. Tick thread. */
+/* events_due: what is told without being news of this tick: updates that a rate held back; and the batches of a
+ * tick. Tick thread. */
 #include "events.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-static void refresh_ages(const world *w, const watch *v, world_event *e)
+void events_refresh_ages(const world *w, const watch *v, world_event *e)
 {
     const pair *p = &w->pairs.at[v->pair];
     const body *a = &w->bodies.at[w->solids.at[p->a].body], *b = &w->bodies.at[w->solids.at[p->b].body];
@@ -24,11 +24,11 @@ static void release_held(world *w, uint32_t interest_id)
         v->dirty = v->foretold_dirty = false;
         if (v->unknown) continue;
         if (foretold) {
-            refresh_ages(w, v, &v->foretold);
+            events_refresh_ages(w, v, &v->foretold);
             events_emit(w, interest_id, &v->foretold, EVENT_FORETOLD, CAUSE_MOTION, v->foretold_id);
         }
         if (!dirty || !(v->touch_id || v->near_id)) continue; /* what was held back has ended */
-        refresh_ages(w, v, &v->last);
+        events_refresh_ages(w, v, &v->last);
         if (v->touch_id)
             events_emit(w, interest_id, &v->last, EVENT_UPDATE, CAUSE_MOTION, v->touch_id);
         else
@@ -49,88 +49,10 @@ void events_held_back(world *w)
     }
 }
 
-static int compare_events(const void *a, const void *b)
-{
-    const world_event *x = a, *y = b;
-    return (x->contact > y->contact) - (x->contact < y->contact);
-}
-
-/* Everything that is, as if it began now, in a batch of its own behind the events of this tick: who was in step needs
- * those, who was not needs only this. */
-static void snapshot(world *w, uint32_t id)
-{
-    interest *i = &w->interests.at[id];
-    size_t kept = i->snapshot_first = i->events.count;
-    for (uint32_t v = i->first_watch; v != WORLD_NONE; v = w->watches.at[v].interest_next) {
-        const watch *at = &w->watches.at[v];
-        world_event now =
-            *watch_last(at); /* a copy: what later events tell may not depend on who asked for a snapshot */
-        refresh_ages(w, at, &now);
-        if (at->touch_id) events_emit(w, id, &now, EVENT_BEGIN, CAUSE_SNAPSHOT, at->touch_id);
-        if (at->near_id) events_emit(w, id, &now, EVENT_NEAR, CAUSE_SNAPSHOT, at->near_id);
-        if (!at->foretold_id) continue;
-        now = at->foretold;
-        refresh_ages(w, at, &now);
-        events_emit(w, id, &now, EVENT_FORETOLD, CAUSE_SNAPSHOT, at->foretold_id);
-    }
-    i = &w->interests.at[id];
-    if (i->events.count > kept)
-        qsort(i->events.at + kept, i->events.count - kept, sizeof *i->events.at, compare_events);
-    for (uint32_t v = i->first_watch; v != WORLD_NONE; v = w->watches.at[v].interest_next) {
-        const watch *at = &w->watches.at[v];
-        if (at->unknown) events_emit(w, id, watch_last(at), EVENT_UNKNOWN, CAUSE_SNAPSHOT, watch_id(at));
-    }
-    if (!w->figures.stale_bodies) return;
-    for (uint32_t b = 0; b < w->bodies.count; b++) {
-        const body *at = &w->bodies.at[b];
-        if (at->used && !at->ghost && at->stale && interest_has(w, id, at))
-            events_emit_body(w, b, id, EVENT_UNKNOWN, CAUSE_SNAPSHOT);
-    }
-}
-
-/* The whole state is not known before all bodies have been looked at for it. */
-static bool gets_snapshot(const interest *i)
-{
-    return i->used && i->snapshot && !i->closing && i->settling == SETTLED;
-}
-
-void events_snapshots(world *w)
-{
-    for (size_t k = 0; k < w->lively.count; k++) {
-        uint32_t id = (uint32_t)w->lively.at[k];
-        if (gets_snapshot(&w->interests.at[id])) snapshot(w, id);
-    }
-}
-
-typedef struct told {
-    int64_t id;
-    uint32_t watch;
-} told;
-
-static int compare_told(const void *a, const void *b)
-{
-    int64_t x = ((const told *)a)->id, y = ((const told *)b)->id;
-    return (x > y) - (x < y);
-}
-
-/* Ends all that the interest was told, in the order of contact ids. */
-void events_close(world *w, uint32_t id, uint8_t cause)
-{
-    ARRAY(told) order = {0};
-    for (uint32_t v = w->interests.at[id].first_watch; v != WORLD_NONE; v = w->watches.at[v].interest_next) {
-        const watch *at = &w->watches.at[v];
-        array_push(&order, ((told){watch_id(at), v}));
-    }
-    if (order.count) qsort(order.at, order.count, sizeof *order.at, compare_told);
-    for (size_t i = 0; i < order.count; i++) watch_end(w, order.at[i].watch, cause);
-    w->interests.at[id].held.count = 0; /* of watches that are gone: nothing is due for them */
-    array_free(&order);
-}
-
-/* Nobody can say yet whose pairs these are. */
+/* Nobody can say yet whose pairs these are; or bodies are held back by what had their names. */
 static size_t undone_in_common(const world *w)
 {
-    return w->figures.pairs_left_out + (w->match.unmatched.count > 0);
+    return w->figures.pairs_left_out + (w->match.unmatched.count > 0 || w->leaving.count > 0);
 }
 
 void events_collect(world *w, world_batches *out)
@@ -144,24 +66,24 @@ void events_collect(world *w, world_batches *out)
         uint32_t id = (uint32_t)w->lively.at[k];
         interest *i = &w->interests.at[id];
         i->undone += common + interest_unseen(w, i) + (slices_concern(w, id) ? w->figures.pending_pairs : 0);
-        bool more_or_less = i->undone != i->told; /* left undone than was told last */
-        if (!i->used || !(i->events.count || i->snapshot || i->closing || more_or_less)) continue;
-        bool told = gets_snapshot(i);
-        size_t news = told ? i->snapshot_first : i->events.count;
+        i->undone += i->olds && !i->closing;
+        bool more_or_less = i->undone != i->told, closes = i->closing && !i->olds; /* left undone than was told last */
+        size_t news = i->events.count;
+        if (!i->used || !(news || i->snapshot || i->images_told || closes || more_or_less)) continue;
         i->told = i->undone;
-        if (news || i->closing || more_or_less)
-            array_push(&w->batches, ((world_batch){.interest = id,
-                                        .closing = i->closing,
-                                        .undone = i->undone,
-                                        .events = i->events.at,
-                                        .count = news}));
-        if (told)
+        if (news || closes || more_or_less)
+            array_push(&w->batches,
+                ((world_batch){
+                    .interest = id, .closing = closes, .undone = i->undone, .events = i->events.at, .count = news}));
+        if (i->images_told && !closes)
             array_push(&w->batches, ((world_batch){.interest = id,
                                         .snapshot = true,
+                                        .goes_on = !i->images_begin,
+                                        .more = i->snapping,
                                         .undone = i->undone,
-                                        .events = i->events.at ? i->events.at + news : NULL,
-                                        .count = i->events.count - news}));
-        if (told || i->closing) i->snapshot = false;
+                                        .events = i->images.at,
+                                        .count = i->images.count}));
+        if (closes) i->snapshot = false;
     }
     *out = (world_batches){.at = w->batches.at, .count = w->batches.count, .hash = w->hash};
 }

@@ -32,7 +32,6 @@ static uint64_t hash_event(uint64_t h, uint32_t interest, const world_event *e)
     return h;
 }
 
-/* What is told again in a snapshot does not count for the hash: who asks for one, and when, is no command. */
 void events_emit(world *w, uint32_t id, const world_event *e, uint8_t kind, uint8_t cause, int64_t contact)
 {
     interest *i = &w->interests.at[id];
@@ -47,7 +46,6 @@ void events_emit(world *w, uint32_t id, const world_event *e, uint8_t kind, uint
         mine->hi = INFINITY;
         mine->achieved = WORLD_WIDE;
     }
-    if (cause == CAUSE_SNAPSHOT) return;
     w->hash = hash_event(w->hash, id, mine);
     w->figures.events++;
 }

@@ -3,10 +3,10 @@
 
 #include <stdlib.h>
 
-void events_emit_body(world *w, uint32_t body_id, uint32_t interest, uint8_t kind, uint8_t cause)
+world_event events_of_body(const world *w, uint32_t body_id)
 {
     const body *b = &w->bodies.at[body_id];
-    world_event e = {.name_a = b->name,
+    return (world_event){.name_a = b->name,
         .name_b = "*",
         .shape_a = -1,
         .shape_b = -1,
@@ -15,6 +15,11 @@ void events_emit_body(world *w, uint32_t body_id, uint32_t interest, uint8_t kin
         .hi = INFINITY,
         .age_a_ns = body_age_ns(w, b),
         .age_b_ns = -1};
+}
+
+void events_emit_body(world *w, uint32_t body_id, uint32_t interest, uint8_t kind, uint8_t cause)
+{
+    world_event e = events_of_body(w, body_id);
     events_emit(w, interest, &e, kind, cause, 0);
 }
 
@@ -67,6 +72,7 @@ static void tell_watches_unknown(world *w, uint32_t solid_id)
         for (uint32_t id = p->first_watch; id != WORLD_NONE; id = w->watches.at[id].pair_next) {
             watch *v = &w->watches.at[id];
             if (v->unknown) continue;
+            snapshot_before(w, id);
             v->unknown = true;
             events_emit(w, v->interest, watch_last(v), EVENT_UNKNOWN, CAUSE_STALE, watch_id(v));
         }
@@ -99,7 +105,8 @@ void events_known(world *w)
 {
     for (size_t i = 0; i < w->fresh_now.count; i++) tell_whole_body(w, w->fresh_now.at[i], EVENT_KNOWN, CAUSE_MOTION);
     for (size_t i = 0; i < w->reap.count; i++) {
-        const body *b = &w->bodies.at[w->reap.at[i]];
+        body *b = &w->bodies.at[w->reap.at[i]];
         if (b->stale) tell_whole_body(w, w->reap.at[i], EVENT_KNOWN, b->ghost_cause);
+        b->stale = false;
     }
 }

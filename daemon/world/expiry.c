@@ -76,8 +76,19 @@ void expiry_set(world *w, uint32_t id)
     queue(w, id);
 }
 
+/* Of many that become stale at once those that are left become so in the next tick, which is due. */
+static bool is_enough(world *w)
+{
+    enum { PART = 4 /* of a slice, at most */ };
+    bool enough = w->slice != UINT64_MAX && w->stale_units > w->slice / PART;
+    w->sliced |= enough;
+    return enough;
+}
+
 static void make_stale(world *w, uint32_t id)
 {
+    enum { A_BODY = 1000, A_PAIR = 1000 }; /* units, with what is told of it */
+    w->stale_units += A_BODY + A_PAIR * (uint64_t)w->bodies.at[id].pair_count;
     w->bodies.at[id].stale = true;
     w->figures.stale_bodies++;
     array_push(&w->stale_now, id);
@@ -96,16 +107,18 @@ static void make_fresh_what_moved(world *w)
 
 static void make_stale_what_is_held(world *w)
 {
-    for (size_t i = 0; i < w->held_now.count; i++) {
+    size_t i = 0;
+    for (; i < w->held_now.count && !is_enough(w); i++) {
         const body *b = &w->bodies.at[w->held_now.at[i]];
         if (b->used && !b->ghost && b->held && !b->stale) make_stale(w, w->held_now.at[i]);
     }
-    w->held_now.count = 0;
+    w->held_now.count -= i;
+    if (w->held_now.count) memmove(w->held_now.at, w->held_now.at + i, w->held_now.count * sizeof *w->held_now.at);
 }
 
 static void make_stale_what_is_due(world *w)
 {
-    while (w->expiries.count && w->expiries.at[0].time_ns <= w->now_ns) {
+    while (w->expiries.count && w->expiries.at[0].time_ns <= w->now_ns && !is_enough(w)) {
         expiry e = take_entry(w);
         body *b = &w->bodies.at[e.body];
         if (is_void(w, &e)) continue;
@@ -126,7 +139,7 @@ static int compare_ids(const void *a, const void *b)
 
 void expiry_find(world *w)
 {
-    w->stale_now.count = w->fresh_now.count = 0;
+    w->stale_now.count = w->fresh_now.count = w->stale_units = 0;
     make_fresh_what_moved(w);
     make_stale_what_is_held(w);
     make_stale_what_is_due(w);

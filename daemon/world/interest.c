@@ -35,8 +35,9 @@ static void rest_lively(world *w)
     size_t kept = 0;
     for (size_t k = 0; k < w->lively.count; k++) {
         interest *i = &w->interests.at[w->lively.at[k]];
-        bool owes = i->snapshot || i->closing || i->settling || i->all || i->held.count;
-        i->events.count = i->undone = 0;
+        bool owes = i->snapshot || i->snapping || i->closing || i->settling || i->all || i->held.count;
+        i->events.count = i->images.count = i->undone = 0;
+        i->images_begin = i->images_told = false;
         i->lively = i->used && (owes || i->told != w->told_in_common);
         if (i->lively) w->lively.at[kept++] = w->lively.at[k];
     }
@@ -89,6 +90,10 @@ static uint32_t new_interest(world *w)
         .lively = i->lively,
         .listed = i->listed,
         .first_watch = WORLD_NONE,
+        .last_watch = WORLD_NONE,
+        .first_old = WORLD_NONE,
+        .last_old = WORLD_NONE,
+        .snap_next = WORLD_NONE,
         .selection = WORLD_NONE,
         .select_a = base_strdup(""),
         .select_b = base_strdup("")};
@@ -99,7 +104,7 @@ static uint32_t new_interest(world *w)
 static void mark_changed(world *w, uint32_t id)
 {
     interest *i = &w->interests.at[id];
-    if (!i->changed) array_push(&w->changed_interests, id);
+    if (!i->changed && !i->olds) array_push(&w->changed_interests, id);
     i->changed = true;
     w->changed = true;
     interest_wake(w, id);
@@ -232,7 +237,7 @@ static int compare_ids(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* What was told under the old terms of those that changed ends. */
+/* What was told under the old terms of those that changed ends; they stay on the list until all of it has. */
 static void close_changed(world *w)
 {
     size_t count = w->changed_interests.count;
@@ -240,11 +245,13 @@ static void close_changed(world *w)
     for (size_t k = 0; k < count; k++) {
         uint32_t id = w->changed_interests.at[k];
         interest *i = &w->interests.at[id];
+        if (!i->changed) continue;
         i->changed = false;
         i->changed_tick = w->figures.ticks;
         w->epoch++;
-        events_close(w, id, i->closing ? i->closing_cause : (uint8_t)CAUSE_INTEREST);
+        closing_begin(w, id);
     }
+    closing_go_on(w);
 }
 
 void interest_settle_changes(world *w)
@@ -282,6 +289,7 @@ static void forget_interest(world *w, uint32_t id)
     free(i->select_b);
     array_free(&i->held);
     array_free(&i->events);
+    array_free(&i->images);
     *i = (interest){.used = false, .lively = i->lively, .listed = i->listed, .selection = WORLD_NONE};
     id_pool_give(&w->interest_ids, id);
     w->figures.interests--;
@@ -293,7 +301,7 @@ void interest_begin_tick(world *w)
     size_t kept = 0;
     for (size_t k = 0; k < w->changed_interests.count; k++) {
         const interest *i = &w->interests.at[w->changed_interests.at[k]];
-        if (i->changed)
+        if (i->changed || i->olds)
             w->changed_interests.at[kept++] = w->changed_interests.at[k];
         else if (i->used && i->closing)
             forget_interest(w, w->changed_interests.at[k]);
@@ -317,8 +325,11 @@ void interest_restored(world *w)
         i->lively = i->listed = false;
         if (!i->used) continue;
         count_one(&w->asking, i, 1);
+        i->snapshot |= i->snapping; /* whoever waits for it is told from the beginning */
+        i->snapping = false;
         interest_wake(w, id);
-        if (i->changed || i->closing) array_push(&w->changed_interests, id);
+        w->olds += i->olds;
+        if (i->changed || i->closing || i->olds) array_push(&w->changed_interests, id);
         i->listed = i->settling != SETTLED;
         if (i->listed) array_push(&w->unsettled, id);
     }

@@ -147,6 +147,8 @@ void match_wake(struct world *w, uint32_t selector); /* the interests that selec
 /* match_pass.c */
 /* The name is held against all patterns, now or, where many have been tried in this tick, in one of the next. */
 void match_put_body(struct world *w, uint32_t body);
+void match_hold_body(struct world *w, uint32_t body);           /* it is in no interest, until ... */
+void match_free_body(struct world *w, uint32_t body);           /* ... it waits for its turn like what was put */
 void match_next_pass(match *m, uint32_t selector, bool marked); /* the next one is about it */
 void match_run(struct world *w);                                /* as far as this tick's steps go */
 bool match_is_unsettled(const match *m);

@@ -16,7 +16,8 @@
 
 enum {                    /* a step is some nanoseconds */
     STEPS_A_TRY = 20,     /* of one name against one pattern */
-    STEPS_A_BODY = 50,    /* whose boxes are put again, with the look at its neighbours */
+    STEPS_A_BODY = 50,    /* whose boxes are put again, with the look at its neighbours; ... */
+    STEPS_A_SHAPE = 20,   /* ... for each of its shapes, and of their children */
     TRIES_OF_PUTS = 20000 /* of bodies that are put between two ticks, at most, but for bodies with few */
 };
 enum { FEW_TRIES = 64 };
@@ -50,11 +51,29 @@ static void classify(world *w, body *b, size_t *tried)
     b->matched = true;
 }
 
+void match_hold_body(world *w, uint32_t id)
+{
+    body *b = &w->bodies.at[id];
+    w->rematched |= b->match != 0;
+    match_change_class(&w->match, &b->match, 0);
+    b->matched = false;
+}
+
+void match_free_body(world *w, uint32_t id)
+{
+    body *b = &w->bodies.at[id];
+    if (b->matched || b->queued) return;
+    array_push(&w->match.unmatched, id);
+    b->queued = true;
+}
+
 void match_put_body(world *w, uint32_t id)
 {
     match *m = &w->match;
     body *b = &w->bodies.at[id];
-    if (!b->matched && (m->tried <= TRIES_OF_PUTS || m->settled.count + m->pending.count <= FEW_TRIES)) {
+    if (!b->matched && leaving_holds(w, b)) {
+        match_hold_body(w, id);
+    } else if (!b->matched && (m->tried <= TRIES_OF_PUTS || m->settled.count + m->pending.count <= FEW_TRIES)) {
         classify(w, b, &m->tried);
     } else if (!b->matched) {
         w->rematched |= b->match != 0;
@@ -63,6 +82,14 @@ void match_put_body(world *w, uint32_t id)
         b->queued = true;
     }
     widen(w, b);
+}
+
+/* Few shapes are part of what a body takes. */
+static size_t steps_of_put(const world *w, uint32_t id)
+{
+    enum { FEW = 8 };
+    size_t shapes = world_body_shapes(w, id);
+    return STEPS_A_BODY + (shapes > FEW ? STEPS_A_SHAPE * shapes : 0);
 }
 
 static size_t match_queued(world *w, size_t steps)
@@ -74,11 +101,11 @@ static size_t match_queued(world *w, size_t steps)
         size_t tried = 0;
         if (!b->queued) continue; /* it is gone, and another has its place */
         b->queued = false;
-        if (!b->used || b->ghost || b->matched) continue;
+        if (!b->used || b->ghost || b->matched || leaving_holds(w, b)) continue;
         classify(w, b, &tried);
         widen(w, b);
         body_mark_dirty(w, id, true);
-        steps += STEPS_A_TRY * tried + STEPS_A_BODY;
+        steps += STEPS_A_TRY * tried + steps_of_put(w, id);
     }
     if (m->first_unmatched < m->unmatched.count) return steps;
     m->unmatched.count = m->first_unmatched = 0;
@@ -167,7 +194,7 @@ static size_t look_at(world *w, uint32_t id)
     if (is_new || c->concerned) put |= widen(w, b);
     if (!put || (b->dirty && b->refilter)) return 1 + STEPS_A_TRY * tried;
     body_mark_dirty(w, id, true);
-    return STEPS_A_BODY + STEPS_A_TRY * tried;
+    return steps_of_put(w, id) + STEPS_A_TRY * tried;
 }
 
 void match_run(world *w)

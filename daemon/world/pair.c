@@ -290,7 +290,7 @@ static void find_latecomer(void *context, uint32_t other)
 {
     latecomers *l = context;
     uint32_t id = pair_find(l->w, l->proxy, other);
-    if (l->proxy < other && (id == PAIR_MAP_NONE || l->w->pairs.at[id].lingers))
+    if (l->proxy < other && !l->w->solids.at[other].ghost && (id == PAIR_MAP_NONE || l->w->pairs.at[id].lingers))
         array_push(&l->keys, pair_key(l->proxy, other));
 }
 
@@ -338,7 +338,8 @@ static __attribute__((noinline)) uint64_t units_of_work(const world *w, const pa
     if (told)
         units += (double)a->overlapping + b->overlapping;
     else if (is_new || !(p->cache.lower > 0))
-        units += (double)a->apart + b->apart;
+        units += slices_is_dear(a) || slices_is_dear(b) ? (double)a->overlapping + b->overlapping
+                                                        : (double)a->apart + b->apart;
     for (uint32_t id = p->first_watch; id != WORLD_NONE; id = w->watches.at[id].pair_next) units += A_WATCH;
     if (is_new && !told) units += A_WATCH; /* one, at least, may begin */
     const body *x = &w->bodies.at[a->body], *y = &w->bodies.at[b->body];
@@ -390,6 +391,8 @@ uint64_t pair_activate(world *w, uint32_t id)
     enum { A_WISH = 20 }; /* to list an interest that wants it, and to hold what is found against its terms */
     pair *p = &w->pairs.at[id];
     if (!p->used || p->active_tick == w->figures.ticks) return 0;
+    bool leaves = w->leaving.count && (w->solids.at[p->a].ghost || w->solids.at[p->b].ghost);
+    if (leaves) return 0; /* it is about to end */
     if (!may_be_outdated(w, p))
         p->ruled = p->jumped = false;
     else if (!renew(w, p))
@@ -442,6 +445,7 @@ void pair_sort_active(world *w, unsigned of_solids, unsigned of_pairs)
 void pair_collect_active(world *w)
 {
     w->active_pairs.count = 0;
+    leaving_go_on(w);
     slices_take(w);
     for (size_t i = 0; i < w->unfinished.count; i++) pair_activate(w, w->unfinished.at[i]);
     for (size_t i = 0; i < w->lingering.count; i++) activate_lingering(w, w->lingering.at[i]);

@@ -99,10 +99,10 @@ static compound *get_compound(bytes_in *from, const world_lender *l)
     return c;
 }
 
-/* Solids whose search has been put off, in the order of their ids. */
+/* Solids whose search has been put off, and ghosts that leave, in the order of their ids. */
 typedef struct put_off {
     uint32_t solid;
-    bool refiltered;
+    bool refiltered, leaves;
     uint64_t asked;
 } put_off_solid;
 typedef ARRAY(put_off_solid) unsearched;
@@ -115,7 +115,13 @@ static void put_solid(bytes_out *to, const world *w, uint32_t id, const world_le
     bare.own = NULL;
     bytes_put(to, &id, sizeof id);
     bytes_put(to, &bare, sizeof bare);
-    if (s->ghost) return; /* only waits for its id to be free */
+    if (s->ghost) { /* only waits for its id to be free, or for the end of its pairs */
+        uint8_t leaves = broad_is_leaving(w->broad, id);
+        broad_move last = broad_fat_box(w->broad, id);
+        bytes_put(to, &leaves, 1);
+        if (leaves) bytes_put(to, &last, sizeof last);
+        return;
+    }
     put_shape(to, l, &s->shape);
     uint8_t is_compound = s->own != NULL;
     bytes_put(to, &is_compound, 1);
@@ -126,6 +132,16 @@ static void put_solid(bytes_out *to, const world *w, uint32_t id, const world_le
     uint64_t asked = broad_asked_until(w->broad, id);
     bytes_put(to, &search, 1);
     if (search) bytes_put(to, &asked, sizeof asked);
+}
+
+static bool is_box(const aabb *box)
+{
+    return box->lo.x <= box->hi.x && box->lo.y <= box->hi.y && box->lo.z <= box->hi.z;
+}
+
+static void put_box(world *w, uint32_t id, const broad_move *fat)
+{
+    broad_put(w->broad, &(broad_move){.proxy = id, .fixed = fat->fixed, .passive = fat->passive, .box = fat->box});
 }
 
 static const char *get_solid(bytes_in *from, world *w, const world_lender *l, unsearched *put_off)
@@ -139,23 +155,29 @@ static const char *get_solid(bytes_in *from, world *w, const world_lender *l, un
     s.shape = (shape){0};
     s.own = NULL;
     s.shape.type = SHAPE_SPHERE;
-    if (!s.ghost) {
+    if (s.ghost) {
+        uint8_t leaves = 0;
+        bytes_get(from, &leaves, 1);
+        if (leaves) bytes_get(from, &fat, sizeof fat);
+        if (from->broken || (leaves && !is_box(&fat.box))) return "a shape that leaves has no box";
+        if (leaves) put_box(w, id, &fat);
+        if (leaves) array_push(put_off, ((put_off_solid){.solid = id, .leaves = true}));
+    } else {
         if (!get_shape(from, l, &s.shape)) return "a shape's hull or mesh is not there";
         bytes_get(from, &is_compound, 1);
         if (is_compound && !(s.shape.compound = s.own = get_compound(from, l))) return "a compound cannot be built";
         bytes_get(from, &fat, sizeof fat);
-        const aabb *box = &fat.box;
-        if (from->broken || !(box->lo.x <= box->hi.x && box->lo.y <= box->hi.y && box->lo.z <= box->hi.z)) {
+        if (from->broken || !is_box(&fat.box)) {
             compound_destroy(s.own);
             return "a shape has no box";
         }
-        fat = (broad_move){.proxy = id, .fixed = fat.fixed, .passive = fat.passive, .box = *box};
-        broad_put(w->broad, &fat);
+        put_box(w, id, &fat);
         uint64_t asked;
         if (bytes_get(from, &search, 1) && search && bytes_get(from, &asked, sizeof asked))
-            array_push(put_off, ((put_off_solid){id, search > 1, asked}));
+            array_push(put_off, ((put_off_solid){.solid = id, .refiltered = search > 1, .asked = asked}));
     }
     w->solids.at[id] = s;
+    w->dear += !s.ghost && slices_is_dear(&s);
     return NULL;
 }
 
@@ -231,8 +253,9 @@ static void put_interest(bytes_out *to, const world *w, uint32_t id)
     bare.select_a = bare.select_b = NULL;
     bare.held.at = NULL;
     bare.held.count = bare.held.capacity = 0;
-    bare.events.at = NULL;
+    bare.events.at = bare.images.at = NULL;
     bare.events.count = bare.events.capacity = 0;
+    bare.images.count = bare.images.capacity = 0;
     bytes_put(to, &id, sizeof id);
     bytes_put(to, &bare, sizeof bare);
     bytes_put_text(to, i->select_a);
@@ -251,8 +274,9 @@ static const char *get_interest(bytes_in *from, world *w)
     i.select_b = base_strdup(bytes_get_text(from));
     i.held.at = NULL;
     i.held.count = i.held.capacity = 0;
-    i.events.at = NULL;
+    i.events.at = i.images.at = NULL;
     i.events.count = i.events.capacity = 0;
+    i.images.count = i.images.capacity = 0;
     size_t held = bytes_get_count(from, sizeof *i.held.at);
     array_reserve(&i.held, held);
     bytes_get(from, i.held.at, held * sizeof *i.held.at);
@@ -459,7 +483,8 @@ void world_save(const world *w, const world_lender *l, bytes_out *to)
     EACH_USED(&w->bodies, put_body(to, w, id));
     EACH_USED(&w->solids, put_solid(to, w, id, l));
     EACH_USED(&w->pairs, put_pair(to, w, id));
-    if (broad_unsearched_count(w->broad) || match_is_unsettled(&w->match)) put_left_out(to, w);
+    bool put_off = broad_unsearched_count(w->broad) || w->leaving.count;
+    if (put_off || match_is_unsettled(&w->match)) put_left_out(to, w);
     EACH_USED(&w->watches, put_watch(to, w, id));
     PUT_LIST(to, &w->reap);
     PUT_LIST(to, &w->reap_solids);
@@ -467,6 +492,8 @@ void world_save(const world *w, const world_lender *l, bytes_out *to)
     PUT_LIST(to, &w->unfinished);
     PUT_LIST(to, &w->purses);
     PUT_LIST(to, &w->concerned);
+    PUT_LIST(to, &w->leaving);
+    PUT_LIST(to, &w->held_now);
 }
 
 /* There is room for them. */
@@ -514,6 +541,7 @@ static const char *take_pairs(bytes_in *from, world *w, const unsearched *put_of
         good &= broad_take_pair(w->broad, (uint32_t)(keys.at[i] >> 32), (uint32_t)keys.at[i]);
     for (size_t i = 0, k = 0; i < w->solids.count; i++) {
         const put_off_solid *p = k < put_off->count && put_off->at[k].solid == i ? &put_off->at[k++] : NULL;
+        if (p && p->leaves) broad_take_leaving(w->broad, (uint32_t)i);
         if (!w->solids.at[i].used || w->solids.at[i].ghost) continue;
         broad_take_searched(w->broad, (uint32_t)i, !p, p && p->refiltered);
         if (p) broad_take_asked(w->broad, (uint32_t)i, p->asked);
@@ -581,6 +609,13 @@ const char *world_restore(world *w, const world_lender *l, bytes_in *from)
     GET_LIST(from, &w->unfinished);
     GET_LIST(from, &w->purses);
     GET_LIST(from, &w->concerned);
+    GET_LIST(from, &w->leaving);
+    GET_LIST(from, &w->held_now);
+    for (size_t i = 0; i < w->held_now.count; i++)
+        if (w->held_now.at[i] >= w->bodies.count) return "a body that is held is not there";
+    for (size_t i = 0; i < w->leaving.count; i++)
+        if (w->leaving.at[i] >= w->solids.count) return "a shape that leaves is not there";
+    leaving_restored(w);
     w->due = (size_t)h.due;
     w->parked = (size_t)h.parked;
     w->pending = h.pending;

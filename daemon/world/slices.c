@@ -18,9 +18,11 @@
 #include <stdlib.h>
 
 enum {
+    A_MILLISECOND = 1000000,
     A_BODY = 100,         /* units */
     A_PAIR_SEEN = 25,     /* one that is looked at, and perhaps not pending */
-    MANY_PAIRS = 256,     /* a body with fewer is never taken in parts */
+    A_PAIR_LISTED = 250,  /* and sorted by how long it has waited */
+    MANY_PAIRS = 256,     /* a body with fewer cheap ones is never taken in parts */
     SHARES = 8,           /* of a slice: so many turns in it at least, ... */
     LEAST_SHARE = 200000, /* ... but none of fewer units */
     FAR_MORE = 4
@@ -43,7 +45,7 @@ static size_t broad_most(const world *w)
 
 void slices_begin(world *w)
 {
-    w->sliced = w->due || w->parked;
+    w->sliced = w->due || w->parked || w->olds || w->leaving.count;
     w->figures.slice_units = 0;
     broad_set_price(w->broad, w->rules.dear ? pair_price : NULL);
     broad_set_limit(w->broad, w->slice, w->slice != UINT64_MAX ? broad_most(w) : SIZE_MAX);
@@ -162,6 +164,18 @@ static bool leave_to_other(void *context, uint32_t other)
     return is_left_to(t, &t->w->bodies.at[t->w->solids.at[other].body]);
 }
 
+/* One that is dear waits like those that were there, to be decided with them as far as there are units. */
+static uint64_t activate_found(world *w, uint32_t id)
+{
+    pair *p = &w->pairs.at[id];
+    const solid *a = &w->solids.at[p->a], *b = &w->solids.at[p->b];
+    bool is_new = p->asked_epoch == 0 && p->first_watch == WORLD_NONE;
+    if (!is_new || !(slices_is_dear(a) || slices_is_dear(b))) return pair_activate(w, id);
+    uint64_t x = w->bodies.at[a->body].changed_tick, y = w->bodies.at[b->body].changed_tick;
+    p->active_tick = (x < y ? x : y) - 1;
+    return 0;
+}
+
 typedef enum searched { ALL_FOUND, CUT_OFF, NO_ROOM } searched;
 
 static searched search(turn *t, uint32_t solid, uint64_t units)
@@ -178,7 +192,7 @@ static searched search(turn *t, uint32_t solid, uint64_t units)
     }
     for (size_t i = 0; i < changes.began_count; i++) {
         uint32_t id = pair_meet(w, changes.began[i].a, changes.began[i].b);
-        if (id != PAIR_MAP_NONE) t->spent += pair_activate(w, id);
+        if (id != PAIR_MAP_NONE) t->spent += activate_found(w, id);
     }
     bool full = broad_pair_count(w->broad) >= broad_most(w);
     return whole ? ALL_FOUND : full ? NO_ROOM : CUT_OFF;
@@ -230,6 +244,7 @@ static void list_with(void *context, uint32_t other)
     uint32_t id;
     q->turn->spent += A_PAIR_SEEN;
     if (!is_waiting(q->turn, other, &id)) return;
+    q->turn->spent += A_PAIR_LISTED;
     const pair *p = &q->turn->w->pairs.at[id];
     q->units += pair_units(q->turn->w, p);
     array_push(&q->list, ((waiting){p->active_tick, pair_key(p->a, p->b), id}));
@@ -254,18 +269,46 @@ static bool activate_oldest(turn *t, const body *b, uint64_t units)
     bool fits = t->spent + q.units <= units; /* one that is on the list takes nothing */
     if (!fits && q.list.count) qsort(q.list.at, q.list.count, sizeof *q.list.at, compare_waiting);
     size_t done = 0;
-    for (; done < q.list.count && (fits || done < SOME_AT_LEAST || t->spent < units); done++)
+    uint64_t before = t->spent;
+    for (; done < q.list.count; done++) {
+        bool some = done < SOME_AT_LEAST && t->spent - before < A_MILLISECOND;
+        if (!fits && done && !some && t->spent >= units) break;
         t->spent += pair_activate(t->w, q.list.at[done].pair);
+    }
     bool whole = done == q.list.count;
     array_free(&q.list);
     return whole;
+}
+
+typedef struct prices {
+    const world *w;
+    double sum;
+} prices;
+
+static void add_price(void *context, uint32_t other)
+{
+    prices *p = context;
+    p->sum += p->w->solids.at[other].overlapping;
+}
+
+/* May its pairs take more than that, though they are few? What is cheap is not added up. */
+static bool may_take_more(const world *w, const body *b, uint64_t units)
+{
+    prices p = {.w = w};
+    if (!w->dear) return false;
+    for (size_t i = 0; i < b->shape_count; i++) {
+        broad_each_pair_of(w->broad, b->shapes[i], add_price, &p);
+        p.sum += (double)broad_pairs_of(w->broad, b->shapes[i]) * w->solids.at[b->shapes[i]].overlapping;
+    }
+    return p.sum > (double)units;
 }
 
 static bool activate_pairs(turn *t, const body *b, uint64_t units)
 {
     size_t pairs = 0;
     for (size_t i = 0; i < b->shape_count; i++) pairs += broad_pairs_of(t->w->broad, b->shapes[i]);
-    if (pairs > MANY_PAIRS && units != UINT64_MAX) return activate_oldest(t, b, units);
+    bool many = pairs > MANY_PAIRS || (units != UINT64_MAX && may_take_more(t->w, b, units));
+    if (many && units != UINT64_MAX) return activate_oldest(t, b, units);
     for (size_t i = 0; i < b->shape_count; i++) {
         t->solid = b->shapes[i];
         broad_each_pair_of(t->w->broad, b->shapes[i], activate_with, t);
@@ -426,7 +469,7 @@ void slices_tell(world *w)
     bool some = w->due || w->parked;
     if (!some || w->figures.ticks % NOW_AND_THEN == 0) find_concerned(w);
     wake_concerned(w);
-    w->figures.pending_bodies = w->due;
+    w->figures.pending_bodies = w->due + w->leaving.count;
     w->figures.parked_bodies = w->parked;
     w->figures.pending_pairs = (size_t)w->pending;
     w->figures.sliced_ticks += w->sliced;
@@ -452,7 +495,8 @@ bool world_was_sliced(const world *w)
 
 size_t world_pending_of(const world *w, uint64_t owner)
 {
+    size_t leave = leaving_of(w, owner);
     for (size_t i = 0; i < w->purses.count; i++)
-        if (w->purses.at[i].count && w->purses.at[i].owner == owner) return w->purses.at[i].count;
-    return 0;
+        if (w->purses.at[i].count && w->purses.at[i].owner == owner) return w->purses.at[i].count + leave;
+    return leave;
 }

@@ -104,6 +104,8 @@ typedef struct body {
     bool queued;  /* ... or it waits among match.unmatched */
 
     uint64_t owner;                       /* as it was put */
+    uint32_t leaving;                     /* solids that were its, and leave */
+    bool kept;                            /* a ghost that may not be reaped yet: it leaves; see leaving.c */
     uint32_t weight;                      /* in world.pending */
     uint32_t purse, due_next, due_before; /* while it is due: whose turn it waits for, and behind and before whom */
     ARRAY(waypoint) passed;               /* between `before` and `pose`, while an interest in impacts is there */
@@ -131,6 +133,7 @@ typedef struct solid { /* a shape of a body: the broad phase's proxy under the s
     bool at_origin;           /* of the body, and not turned: `local` is the identity */
     float apart, overlapping; /* units that it adds to a refinement (work.c) */
     bool used, ghost;
+    bool kept; /* as a body's */
 } solid;
 
 typedef struct ruling {          /* what the filters of two bodies say, as long as both have these */
@@ -144,6 +147,7 @@ typedef struct watch {
     uint32_t pair, interest;
     uint32_t pair_next; /* of the same pair, by rising interest */
     uint32_t interest_next, interest_prev;
+    uint32_t snap; /* the interest's snapshot that it is in, or of which it is too late to be one */
     int64_t touch_id, near_id, foretold_id;    /* 0 = not */
     bool used, unknown, dirty, foretold_dirty; /* dirty: an update that the rate held back */
     bool listed;                               /* for drop_void_held */
@@ -204,11 +208,16 @@ typedef struct interest {
     bool used, closing, snapshot, changed;
     bool all; /* in this tick, updates without news are told, too */
     uint8_t closing_cause;
-    size_t snapshot_first; /* of events: where this tick's snapshot begins */
-    uint32_t first_watch;
-    size_t watches;
-    ARRAY(uint32_t) held; /* watches with an update held back by the rate, and some that have ended since */
+    bool images_begin, images_told;   /* in this tick: a snapshot begins; a portion of one, or all of it, is told */
+    bool snapping;                    /* one is under way: see snapshot.c; ... */
+    uint32_t snap, snap_next;         /* ... the number of it, or of the last one; and the watch that is next */
+    uint32_t first_watch, last_watch; /* of what it was told under its terms as they are; newest first */
+    uint32_t first_old, last_old;     /* of what it was told before they changed, or it closed: see closing.c; ... */
+    size_t watches, olds;             /* ... so many are, among all */
+    int64_t old_serial;               /* w->serial then */
+    ARRAY(uint32_t) held;             /* watches with an update held back by the rate, and some that have ended since */
     ARRAY(world_event) events;
+    ARRAY(world_event) images; /* of this tick's portion of a snapshot */
 } interest;
 
 typedef struct interest_counts { /* that ask how pairs stand now, of these for bounds, and for ways */
@@ -253,6 +262,11 @@ typedef struct purse { /* of one owner: his bodies that are due, in the order in
     int64_t credit; /* units that he may still take in this turn; negative: took too much */
 } purse;
 
+typedef struct leaver { /* so many solids of this owner leave */
+    uint64_t owner;
+    size_t count;
+} leaver;
+
 struct world {
     world_options options;
     workers *workers;
@@ -288,6 +302,7 @@ struct world {
     uint64_t ruled_tick, teleport_tick; /* the greatest of the bodies' */
     ARRAY(uint32_t) held_now;           /* bodies held since the last tick */
     ARRAY(uint32_t) stale_now;          /* bodies that became stale in this tick */
+    uint64_t stale_units;               /* that it takes to tell so */
     ARRAY(uint32_t) fresh_now;          /* and those that are known again */
     ARRAY(uint64_t) active;             /* keys of the pairs to be decided, sorted ... */
     ARRAY(uint32_t) active_pairs;       /* ... and their pairs, in that order */
@@ -298,10 +313,16 @@ struct world {
     ARRAY(uint32_t) unfinished; /* pairs that the last tick left */
     ARRAY(uint32_t) lingering;  /* pairs that linger, and some that do no more */
     size_t lingers;             /* so many do */
+    size_t olds;                /* of all interests */
+    size_t snapping;            /* interests, after the last tick */
     uint64_t slice;             /* units that finding and deciding pairs may take in a tick; UINT64_MAX: all of them */
     ARRAY(purse) purses;
     uint32_t turn;             /* the purse that goes first */
     size_t due, parked;        /* bodies; those that wait for max_pairs */
+    ARRAY(uint32_t) leaving;   /* solids that are gone but for their pairs, in the order in which they go on */
+    pair_map leaving_names;    /* hash of a name -> ghosts that leave, and had a name of that hash */
+    ARRAY(leaver) leavers;     /* whose they are */
+    size_t dear;               /* solids of which a few pairs may be more than a slice: see slices_is_dear */
     uint64_t pending;          /* pairs, at least, that wait */
     bool sliced;               /* in this tick something was put off, or had been */
     ARRAY(uint64_t) concerned; /* selectors that have a body which is due or parked: bits; made where some are */
@@ -356,6 +377,16 @@ void body_velocity(const body *b, vec3 *linear, vec3 *angular); /* given, or est
 /* body_names.c */
 void body_add_name(world *w, uint32_t body); /* to be found by it */
 void body_drop_name(world *w, const char *name);
+
+uint64_t body_name_hash(const char *name);
+
+/* leaving.c */
+void leaving_begin(world *w);                      /* a tick: may all that was removed end in it? */
+void leaving_go_on(world *w);                      /* ends what has been put off, as far as a slice goes */
+void leaving_ghost(world *w, uint32_t body);       /* it is one now */
+void leaving_restored(world *w);                   /* what follows from the list */
+bool leaving_holds(const world *w, const body *b); /* it is in no interest yet: what was called so has yet to end */
+size_t leaving_of(const world *w, uint64_t owner);
 
 /* body_shapes.c */
 static inline bool pose_same(pose a, pose b)
@@ -511,8 +542,12 @@ void slices_begin(world *w);                            /* a tick: how far the b
 void slices_take(world *w);                             /* puts the pairs of this tick on the active list */
 void slices_forget(world *w, uint32_t body);            /* it is gone */
 bool slices_concern(const world *w, uint32_t interest); /* is one of its bodies due? */
-void slices_tell(world *w);                             /* after the tick: what is pending */
-void pair_end_unwatched(world *w);                      /* of those that linger, what nobody is told of any more */
+static inline bool slices_is_dear(const solid *s)
+{
+    return s->overlapping >= 10000; /* units: a hundredth of a millisecond */
+}
+void slices_tell(world *w);        /* after the tick: what is pending */
+void pair_end_unwatched(world *w); /* of those that linger, what nobody is told of any more */
 /* Brings active_pairs into the order of their keys, which stand in w->active then. Where the ids of two solids and of
  * the pair, of so many bits each, fit into one number, none has to be looked up again: the same lists. */
 void pair_sort_active(world *w, unsigned of_solids, unsigned of_pairs);
@@ -591,6 +626,17 @@ void impact_decide(world *w);
 /* A world direction that may keep them apart from 0 to the span; zero: none was found. */
 vec3 impact_axis(const toi_mover *a, const toi_mover *b, const toi_request *request, void *scratch, uint32_t *queries);
 
+/* closing.c: what was told under terms that are no more */
+void closing_begin(world *w, uint32_t interest);          /* from here on it is old */
+void closing_go_on(world *w);                             /* ends it, as far as a slice goes */
+uint8_t closing_cause(const world *w, uint32_t interest); /* of ends that are nobody's doing but its subscriber's */
+static inline bool watch_is_old(const world *w, const watch *v)
+{
+    const interest *i = &w->interests.at[v->interest];
+    int64_t id = v->touch_id ? v->touch_id : v->near_id ? v->near_id : v->foretold_id;
+    return i->olds && id && id <= i->old_serial;
+}
+
 /* news.c: of two events of one watch. */
 /* The same bits in all but the ages: told again, it would say nothing. The names are equal but for which is A. */
 bool news_same_facts(const world_event *a, const world_event *b);
@@ -598,6 +644,15 @@ bool news_same_impact(const world_impact *a, const world_impact *b);
 
 /* events_impact.c */
 void events_of_sweeps(world *w);
+
+/* snapshot.c */
+void snapshot_take(world *w, uint32_t watch); /* as it stands, before it changes */
+static inline void snapshot_before(world *w, uint32_t watch)
+{
+    const interest *i = &w->interests.at[w->watches.at[watch].interest];
+    if (i->snapping && w->watches.at[watch].snap != i->snap) snapshot_take(w, watch);
+}
+void events_snapshots(world *w);
 
 /* What the files of events share is in events.h. watch.c */
 enum { SPARE_HELD = 64 }; /* updates held back beside two a watch of an interest: what is more is void, and dropped */
@@ -614,8 +669,6 @@ void events_known(world *w);
 
 /* events_due.c */
 void events_held_back(world *w);
-void events_snapshots(world *w);
-void events_close(world *w, uint32_t interest, uint8_t cause);
 void events_collect(world *w, world_batches *out);
 
 #endif

@@ -19,6 +19,8 @@ static void trim_interest(interest *i)
 {
     i->events.count = 0; /* as the next tick begins with */
     array_trim(&i->events);
+    i->images.count = 0;
+    array_trim(&i->images);
     array_trim(&i->held);
 }
 

@@ -81,20 +81,40 @@ static const char *check_calm(const world *w)
     return NULL;
 }
 
+static const char *check_lists(const world *w, uint32_t id, size_t *watches)
+{
+    const interest *i = &w->interests.at[id];
+    size_t count = 0, olds = 0;
+    for (int old = 0; old < 2; old++) {
+        uint32_t last = WORLD_NONE;
+        for (uint32_t v = old ? i->first_old : i->first_watch; v != WORLD_NONE; v = w->watches.at[v].interest_next) {
+            const watch *at = &w->watches.at[v];
+            if (at->interest != id) return "a watch in another interest's list";
+            if (at->interest_prev != last || watch_is_old(w, at) != old) return "a watch in the wrong list";
+            last = v;
+            count++;
+            olds += (size_t)old;
+        }
+        if ((old ? i->last_old : i->last_watch) != last) return "a list of watches ends elsewhere";
+    }
+    *watches += count;
+    return count == i->watches && olds == i->olds ? NULL : "watches of an interest miscounted";
+}
+
 const char *world_validate(const world *w)
 {
-    size_t of_pairs = 0, of_interests = 0, contacts = 0;
+    size_t of_pairs = 0, of_interests = 0, contacts = 0, olds = 0;
     const char *fault = check_pairs(w, &of_pairs, &contacts);
     if (fault) return fault;
     for (uint32_t i = 0; i < w->interests.count; i++) {
         if (!w->interests.at[i].used) continue;
         if (w->interests.at[i].held.count > 2 * w->watches.count + SPARE_HELD)
             return "updates of what has ended pile up";
-        for (uint32_t v = w->interests.at[i].first_watch; v != WORLD_NONE; v = w->watches.at[v].interest_next) {
-            if (w->watches.at[v].interest != i) return "a watch in another interest's list";
-            of_interests++;
-        }
+        const char *wrong = check_lists(w, i, &of_interests);
+        if (wrong) return wrong;
+        olds += w->interests.at[i].olds;
     }
+    if (olds != w->olds) return "old watches miscounted";
     if (of_pairs != of_interests) return "watches of pairs and of interests differ";
     if (contacts != w->figures.contacts) return "contacts miscounted";
     if (w->expiries.count > 2 * w->bodies.count + SPARE_EXPIRIES) return "deadlines of bodies that are gone pile up";

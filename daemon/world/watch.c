@@ -14,11 +14,15 @@ const world_event *watch_last(const watch *v)
     return v->touch_id || v->near_id ? &v->last : &v->foretold;
 }
 
-uint32_t watch_find(const world *w, const pair *p, uint32_t interest)
+uint32_t watch_find(world *w, const pair *p, uint32_t interest)
 {
     uint32_t id = p->first_watch;
     while (id != WORLD_NONE && w->watches.at[id].interest < interest) id = w->watches.at[id].pair_next;
-    return id != WORLD_NONE && w->watches.at[id].interest == interest ? id : WORLD_NONE;
+    if (id == WORLD_NONE || w->watches.at[id].interest != interest) return WORLD_NONE;
+    snapshot_before(w, id);
+    if (!watch_is_old(w, &w->watches.at[id])) return id;
+    watch_end(w, id, CAUSE_INTEREST);
+    return WORLD_NONE;
 }
 
 uint32_t watch_add(world *w, uint32_t pair_id, uint32_t interest_id)
@@ -30,10 +34,14 @@ uint32_t watch_add(world *w, uint32_t pair_id, uint32_t interest_id)
     interest *i = &w->interests.at[interest_id];
     *v = (watch){.used = true,
         .pair = pair_id,
+        .snap = i->snap,
         .interest = interest_id,
         .interest_next = i->first_watch,
         .interest_prev = WORLD_NONE};
-    if (i->first_watch != WORLD_NONE) w->watches.at[i->first_watch].interest_prev = id;
+    if (i->first_watch != WORLD_NONE)
+        w->watches.at[i->first_watch].interest_prev = id;
+    else
+        i->last_watch = id;
     i->first_watch = id;
     i->watches++;
 
@@ -44,19 +52,34 @@ uint32_t watch_add(world *w, uint32_t pair_id, uint32_t interest_id)
     return id;
 }
 
+/* It is in one of the interest's two lists. */
+static void leave_list(world *w, uint32_t id)
+{
+    const watch *v = &w->watches.at[id];
+    interest *i = &w->interests.at[v->interest];
+    if (i->snap_next == id) i->snap_next = v->interest_next;
+    if (v->interest_prev != WORLD_NONE)
+        w->watches.at[v->interest_prev].interest_next = v->interest_next;
+    else
+        *(i->first_old == id ? &i->first_old : &i->first_watch) = v->interest_next;
+    if (v->interest_next != WORLD_NONE)
+        w->watches.at[v->interest_next].interest_prev = v->interest_prev;
+    else
+        *(i->last_old == id ? &i->last_old : &i->last_watch) = v->interest_prev;
+}
+
 void watch_drop(world *w, uint32_t id)
 {
     watch *v = &w->watches.at[id];
     uint32_t *link = &w->pairs.at[v->pair].first_watch;
     while (*link != id) link = &w->watches.at[*link].pair_next;
     *link = v->pair_next;
-    if (v->interest_prev != WORLD_NONE)
-        w->watches.at[v->interest_prev].interest_next = v->interest_next;
-    else
-        w->interests.at[v->interest].first_watch = v->interest_next;
-    if (v->interest_next != WORLD_NONE) w->watches.at[v->interest_next].interest_prev = v->interest_prev;
+    bool old = watch_is_old(w, v);
+    leave_list(w, id);
     v->used = false;
     w->interests.at[v->interest].watches--;
+    w->interests.at[v->interest].olds -= old;
+    w->olds -= old;
     id_pool_give(&w->watch_ids, id);
 }
 
@@ -94,6 +117,7 @@ void watch_hold_back(world *w, uint32_t id)
 void watch_end(world *w, uint32_t id, uint8_t cause)
 {
     watch *v = &w->watches.at[id];
+    snapshot_before(w, id);
     if (v->touch_id) {
         events_emit(w, v->interest, &v->last, EVENT_END, cause, v->touch_id);
         w->figures.contacts--;
@@ -105,7 +129,8 @@ void watch_end(world *w, uint32_t id, uint8_t cause)
 
 void events_pair_ended(world *w, uint32_t pair_id, uint8_t cause)
 {
-    while (w->pairs.at[pair_id].first_watch != WORLD_NONE) watch_end(w, w->pairs.at[pair_id].first_watch, cause);
+    for (uint32_t id; (id = w->pairs.at[pair_id].first_watch) != WORLD_NONE;)
+        watch_end(w, id, cause == CAUSE_INTEREST ? closing_cause(w, w->watches.at[id].interest) : cause);
 }
 
 /* Pairs that stay for others, but are none to an interest any more: a body is in another group. */
@@ -121,7 +146,7 @@ void events_unmatched(world *w)
             uint32_t interest = w->watches.at[id].interest;
             after = w->watches.at[id].pair_next;
             while (at < wanted.count && wanted.at[at] < interest) at++;
-            if (at == wanted.count || wanted.at[at] != interest) watch_end(w, id, CAUSE_INTEREST);
+            if (at == wanted.count || wanted.at[at] != interest) watch_end(w, id, closing_cause(w, interest));
         }
     }
 }

@@ -36,7 +36,7 @@ static price price_of(const shape *s)
     double triangles = s->type == SHAPE_MESH ? s->mesh->triangle_count : 0;
     double children = s->type == SHAPE_COMPOUND ? s->compound->child_count : 0;
     p.apart += 2.5 * vertices + 50 * triangles + 250 * children;
-    p.overlapping += 7 * vertices + 500 * triangles + 700 * children;
+    p.overlapping += 7 * vertices + 500 * triangles + 2200 * children;
     return p;
 }
 

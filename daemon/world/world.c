@@ -29,6 +29,7 @@ world *world_create(const world_options *options)
     id_pool_init(&w->watch_ids);
     pair_map_init(&w->pair_of);
     pair_map_init(&w->names);
+    pair_map_init(&w->leaving_names);
     match_init(&w->match);
     rules_init(&w->rules);
     w->slice = UINT64_MAX;
@@ -73,6 +74,7 @@ static void free_interests(world *w)
         free(x->select_b);
         array_free(&x->held);
         array_free(&x->events);
+        array_free(&x->images);
     }
     array_free(&w->interests);
 }
@@ -123,6 +125,9 @@ void world_destroy(world *w)
     array_free(&w->unfinished);
     array_free(&w->lingering);
     array_free(&w->purses);
+    array_free(&w->leaving);
+    array_free(&w->leavers);
+    pair_map_free(&w->leaving_names);
     array_free(&w->concerned);
     array_free(&w->results);
     array_free(&w->sweeps);
@@ -138,6 +143,7 @@ static void begin_tick(world *w, int64_t now_ns)
     interest_begin_tick(w);
     body_reap(w);
     slices_begin(w);
+    leaving_begin(w);
 }
 
 /* What was put or moved stands where it is from here on. */
@@ -217,7 +223,13 @@ size_t world_moved(const world *w)
 
 bool world_changed(const world *w)
 {
-    return w->changed || w->unfinished.count || w->due || match_is_unsettled(&w->match);
+    if (w->snapping) return true;
+    return w->changed || w->unfinished.count || w->due || w->olds || w->leaving.count || match_is_unsettled(&w->match);
+}
+
+bool world_is_closing(const world *w)
+{
+    return w->olds > 0;
 }
 
 world_figures world_get_figures(const world *w)

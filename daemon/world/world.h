@@ -230,7 +230,10 @@ typedef struct world_event {
 
 typedef struct world_batch { /* the events of one interest in one tick; a snapshot is a batch of its own, behind them */
     uint32_t interest;
-    bool snapshot; /* the whole current state */
+    bool snapshot; /* the whole state as of the tick in which it begins; a large one comes in portions, tick by tick,
+                      ... */
+    bool goes_on;  /* ... of which this is not the first ... */
+    bool more;     /* ... nor the last. It is over, too, if another begins, or the interest closes */
     bool closing;  /* the interest is gone */
     const world_event *events;
     size_t count;
@@ -281,6 +284,8 @@ void world_clock_back(world *w, int64_t by_ns);
  */
 int64_t world_next_due_ns(const world *w);
 size_t world_moved(const world *w); /* bodies that the next tick puts anew */
+/* Are there interests left of which not all has ended that they were told, since a slice did not suffice? */
+bool world_is_closing(const world *w);
 bool world_changed(
     const world *w); /* since the last tick, something that it has to do with was put, moved or removed */
 /* Poses have come since then that change nothing but where their bodies are: a tick has nothing to do with them, but is

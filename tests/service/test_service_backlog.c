@@ -21,12 +21,14 @@ typedef struct subscriber {
     size_t events;
 } subscriber;
 
-static char recording[64]; /* "" = none is made */
+static char recording[64];   /* "" = none is made */
+static double slice_us = -1; /* 0 and more: this in place of the default */
 
 static subscriber enter(void)
 {
     config c = cell_config();
     snprintf(c.record, sizeof c.record, "%s", recording);
+    if (slice_us >= 0) c.slice_us = slice_us;
     subscriber r = {.cell = cell_start(&c), .memory = wire_memory_create()};
     r.alice = cell_client(r.cell);
     cell_hello(r.alice, ALICE, ++r.sequence, 60, WIRE_LOST_REMOVE);
@@ -254,6 +256,103 @@ static void who_asks_again_and_again_is_named(void **state)
     leave(&r);
 }
 
+/* ---- what takes several ticks ---- */
+
+enum { IDS = 100000 };
+
+/* What stands by what was told: the snapshot's, and what came behind it. */
+typedef struct known {
+    bool stands[IDS];
+    size_t count;
+} known;
+
+static void learn(known *k, const wire_event_batch *b)
+{
+    for (uint32_t i = 0; i < b->kinds.count; i++) {
+        int64_t id = b->contacts.at[i];
+        if (b->kinds.at[i] != WIRE_EVENT_BEGIN && b->kinds.at[i] != WIRE_EVENT_END) continue;
+        assert_in_range(id, 1, IDS - 1);
+        bool begins = b->kinds.at[i] == WIRE_EVENT_BEGIN;
+        assert_int_equal(k->stands[id], !begins);
+        k->stands[id] = begins;
+        k->count += begins ? 1 : (size_t)-1;
+    }
+}
+
+/* All its parts are of one tick and one batch, and what happened meanwhile comes behind them, without a gap. */
+static void a_snapshot_in_portions_is_one_state(void **state)
+{
+    (void)state;
+    slice_us = 1; /* as few as may be: some hundred events of a snapshot a tick */
+    subscriber r = enter_and_ask();
+    known *k = calloc(1, sizeof *k);
+    int64_t tick = 0, batch = 0;
+    int32_t parts = 0, next = 0;
+    for (int i = 0; i < BALLS / 2; i++) cell_pose(r.alice, ALICE, ++r.sequence, i, 1e4 + 100 * i);
+    do {
+        wire_event_batch b = await(&r);
+        if (!b.snapshot) { /* of before it */
+            assert_int_equal(next, 0);
+            continue;
+        }
+        if (b.part == 0) *k = (known){.count = 0};
+        if (b.part == 0) tick = b.tick, batch = b.batch, parts = b.parts, next = 0;
+        assert_int_equal(b.part, next++);
+        assert_true(b.tick == tick && b.batch == batch && b.parts == parts);
+        learn(k, &b);
+        receipt(&r, b.batch, b.tick, b.part, false);
+    } while (!next || next < parts);
+    size_t stay = BALLS - BALLS / 2;
+    while (k->count != stay * (stay - 1) / 2) {
+        wire_event_batch b = await(&r);
+        if (b.heartbeat) continue;
+        assert_false(b.snapshot);
+        assert_int_equal(b.batch, ++batch);
+        learn(k, &b);
+        receipt(&r, b.batch, 0, 0, false);
+    }
+    slice_us = -1;
+    free(k);
+    leave(&r);
+}
+
+/* An interest that closes, bodies that leave, and a client that is lost, over many ticks: a replay does the same. */
+static void a_recording_of_what_ends_in_slices_is_replayed(void **state)
+{
+    (void)state;
+    char folder[] = "/tmp/collided-backlog-XXXXXX";
+    assert_non_null(mkdtemp(folder));
+    snprintf(recording, sizeof recording, "%s/session.lcmlog", folder);
+    slice_us = 1;
+    subscriber r = enter_and_ask();
+    cell_touches(r.alice, ALICE, ++r.sequence, 1);
+    wire_message end = {.kind = WIRE_INTEREST,
+        .interest = {.version = WIRE_VERSION,
+            .client = ALICE,
+            .sequence = ++r.sequence,
+            .interest = 0,
+            .removed = 1,
+            .stream = "",
+            .select_a = "",
+            .select_b = ""}};
+    memory_send(r.alice, &end);
+    bool closes = false;
+    while (!closes) closes = await(&r).closing;
+    for (int i = 0; i < BALLS; i++) {
+        wire_message gone = {.kind = WIRE_BODY,
+            .body = {.version = WIRE_VERSION, .client = ALICE, .sequence = ++r.sequence, .body = i, .removed = 1}};
+        gone.body.name = gone.body.group = "";
+        memory_send(r.alice, &gone);
+    }
+    cell_settle(r.alice, r.memory, ALICE, ++r.sequence);
+    leave(&r);
+    slice_us = -1;
+    for (long workers = 1; workers <= 2; workers++) assert_int_equal(cell_replay(recording, workers, true), EX_OK);
+    assert_int_equal(unlink(recording), 0);
+    assert_int_equal(rmdir(folder), 0);
+    recording[0] = '\0';
+}
+
 /* Receipts, and what they bring about, are no commands: a replay without them comes to the same events. */
 static void a_recording_does_not_depend_on_who_reads(void **state)
 {
@@ -276,6 +375,8 @@ int main(void)
         cmocka_unit_test(a_loss_goes_on_from_where_it_was),
         cmocka_unit_test(a_receipt_of_another_epoch_or_an_older_one_is_none),
         cmocka_unit_test(a_recording_does_not_depend_on_who_reads),
+        cmocka_unit_test(a_snapshot_in_portions_is_one_state),
+        cmocka_unit_test(a_recording_of_what_ends_in_slices_is_replayed),
         cmocka_unit_test(who_does_not_read_is_named),
         cmocka_unit_test(who_asks_again_and_again_is_named),
     };
