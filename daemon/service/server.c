@@ -11,6 +11,7 @@
 #include "replay.h"
 #include "service.h"
 #include "shares.h"
+#include "sheet.h"
 #include "standby.h"
 
 #include <errno.h>
@@ -322,6 +323,7 @@ server *server_create(const config *given, char *why, size_t why_size)
     pair_map_init(&s->ending_streams);
     pair_map_init(&s->geometry_of);
     pair_map_init(&s->geometry_whole);
+    s->sheet = sheet_create();
     health_register(s);
     s->shares = shares_create();
     shares_register(s->shares, s->metrics);
@@ -365,8 +367,10 @@ void server_destroy(server *v)
     array_free(&s->compounds);
     array_free(&s->rules);
     poses_free(s);
+    free(s->part);
     exporter_stop(s->exporter);
     array_free(&s->page);
+    sheet_destroy(s->sheet);
     metrics_destroy(s->metrics);
     memory_close(s);
     suspect_close(s);

@@ -390,8 +390,9 @@ typedef struct service {
     metrics *metrics;
     counters count;
     measures measures;
-    exporter *exporter; /* NULL: none */
-    page_text page;     /* its next page */
+    struct sheet *sheet; /* the figures of a Status */
+    exporter *exporter;  /* NULL: none */
+    page_text page;      /* its next page */
     world *world;
     struct link *links[LINKS_MAX];
     size_t link_count;
@@ -482,6 +483,7 @@ typedef struct service {
     struct standby *standby; /* NULL: not one of a pair */
     shares *shares;          /* of each participant */
     bool status_due;         /* before its time */
+    struct part *part;       /* scratch of stream.c: of a batch that is being told */
     /* What a measurement asks instead of what the clients ask; NULL: nothing. */
     void (*amend_interest)(const void *context, world_interest *def);
     const void *amend_context;
