@@ -518,7 +518,7 @@ static void tick_once(model *m)
 static void build_slowly(void *context, int64_t id)
 {
     (void)context;
-    nanosleep(&(struct timespec){0, id % 7 * 1000000}, NULL);
+    nanosleep(&(struct timespec){0, id % 7 * 300000}, NULL);
 }
 
 /* Of each daemon; what the others of its kind have decides nothing. */
@@ -856,23 +856,28 @@ static void a_recording_that_begins_anywhere_replays_equal(void **state)
     play((model){.recorded = true}, getenv("COLLIDED_NIGHTLY") ? 1000000 : getenv("COLLIDED_BRIEF") ? 30000 : 100000);
 }
 
+static long operations_cut(void)
+{
+    return getenv("COLLIDED_NIGHTLY") ? 1000000 : getenv("COLLIDED_BRIEF") ? 50000 : 100000;
+}
+
 /* Bodies are removed, interests closed, recordings begun and standbys joined in ticks that are cut, too. */
 static void so_it_is_where_slices_cut_the_ticks_of_a_pair(void **state)
 {
     (void)state;
-    play((model){.paired = true, .cut = true}, getenv("COLLIDED_NIGHTLY") ? 1000000 : 100000);
+    play((model){.paired = true, .cut = true}, operations_cut());
 }
 
 static void so_it_is_where_slices_cut_what_is_recorded(void **state)
 {
     (void)state;
-    play((model){.recorded = true, .cut = true}, getenv("COLLIDED_NIGHTLY") ? 1000000 : 100000);
+    play((model){.recorded = true, .cut = true}, operations_cut());
 }
 
 static void so_it_is_where_a_pair_is_cut_and_recorded(void **state)
 {
     (void)state;
-    play((model){.paired = true, .recorded = true, .cut = true}, getenv("COLLIDED_NIGHTLY") ? 1000000 : 60000);
+    play((model){.paired = true, .recorded = true, .cut = true}, operations_cut());
 }
 
 static bool round_at(model *m, int64_t later_ns)
