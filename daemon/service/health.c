@@ -1,7 +1,9 @@
 /* health: the counters of this process, the Status that carries them, and the page that Prometheus reads. Tick thread.
  */
 #include "health.h"
+#include "memory.h"
 #include "standby.h"
+#include "suspect.h"
 
 #include <inttypes.h>
 #include <stdio.h>
@@ -100,8 +102,8 @@ static void add_world(const service *s, sheet *t)
     sheet_add(t, "sliced_ticks", (int64_t)f.sliced_ticks);
     sheet_add(t, "contacts", (int64_t)f.contacts);
     sheet_add(t, "suspects", (int64_t)suspect_count(s));
-    sheet_add(t, "memory_resident_bytes", s->memory.resident);
-    sheet_add(t, "memory_limit_bytes", s->memory.statm < 0 ? 0 : s->memory.limit);
+    sheet_add(t, "memory_resident_bytes", s->memory->resident);
+    sheet_add(t, "memory_limit_bytes", s->memory->statm < 0 ? 0 : s->memory->limit);
     sheet_add(t, "geometries", (int64_t)s->geometry_of.count);
     sheet_add(t, "lock_step_clients", (int64_t)s->lock_step.members);
     sheet_add(t, "waiting_commands", (int64_t)s->pending.count);

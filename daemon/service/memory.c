@@ -106,7 +106,7 @@ int64_t memory_granted(const char *root)
 /* The first two numbers of statm: pages of addresses, pages that are resident. */
 static void look(service *s)
 {
-    memory_gauge *g = &s->memory;
+    memory_gauge *g = s->memory;
     char text[128] = "", *at = text;
     g->looked_ns = s->monotonic_ns;
     g->pairs = (int64_t)world_get_figures(s->world).pairs;
@@ -118,7 +118,7 @@ static void look(service *s)
 
 static void look_again(service *s)
 {
-    const memory_gauge *g = &s->memory;
+    const memory_gauge *g = s->memory;
     if (s->monotonic_ns - g->looked_ns >= LOOK_NS || g->promised >= LOOK_BYTES) look(s);
 }
 
@@ -135,7 +135,7 @@ static int64_t room(const memory_gauge *g)
 
 void memory_open(service *s)
 {
-    memory_gauge *g = &s->memory;
+    memory_gauge *g = s->memory = base_alloc(1, sizeof *g);
     struct rlimit space;
     *g = (memory_gauge){.statm = -1, .limit = INT64_MAX, .space = INT64_MAX, .left = INT64_MAX};
     if (s->replaying) return;
@@ -154,13 +154,15 @@ void memory_open(service *s)
 
 void memory_close(service *s)
 {
-    if (s->memory.statm >= 0) close(s->memory.statm);
-    s->memory.statm = -1;
+    if (!s->memory) return;
+    if (s->memory->statm >= 0) close(s->memory->statm);
+    free(s->memory);
+    s->memory = NULL;
 }
 
 bool memory_is_short(const service *s)
 {
-    return s->memory.statm >= 0 && room(&s->memory) < reserve(&s->memory);
+    return s->memory->statm >= 0 && room(s->memory) < reserve(s->memory);
 }
 
 /* ---- what a command will need ---- */
@@ -217,7 +219,7 @@ static int64_t promise_of(const wire_message *m, int64_t need)
 
 static void tell_short(service *s)
 {
-    memory_gauge *g = &s->memory;
+    memory_gauge *g = s->memory;
     if (!g->told)
         log_warning("memory_limit = %" PRId64 " MiB is nearly reached: %" PRId64
                     " MiB are in use, and nothing that would need more is let in",
@@ -234,7 +236,7 @@ static bool is_sign_of_life(service *s, const wire_message *m)
 
 bool memory_admit(service *s, const wire_message *m, wire_refusal *why)
 {
-    memory_gauge *g = &s->memory;
+    memory_gauge *g = s->memory;
     bool may_use_reserve;
     if (g->statm < 0 || is_sign_of_life(s, m)) return true;
     int64_t need = need_of(s, m, &may_use_reserve);
@@ -257,7 +259,7 @@ bool memory_admit(service *s, const wire_message *m, wire_refusal *why)
 
 int64_t memory_pairs_most(service *s)
 {
-    memory_gauge *g = &s->memory;
+    memory_gauge *g = s->memory;
     if (g->statm < 0) return 0;
     look_again(s);
     int64_t spare = g->left - reserve(g), most = g->pairs + (spare > 0 ? spare / PAIR_BYTES : 0);
@@ -266,13 +268,13 @@ int64_t memory_pairs_most(service *s)
 
 void memory_after_tick(service *s)
 {
-    s->memory.promised = 0;
+    s->memory->promised = 0;
 }
 
 /* Arrays keep what they have grown to: where that is what makes memory short, it is given back. */
 void memory_trim(service *s)
 {
-    memory_gauge *g = &s->memory;
+    memory_gauge *g = s->memory;
     if (g->statm < 0 || s->monotonic_ns < g->next_trim_ns) return;
     look_again(s);
     bool is_short = g->left < 2 * reserve(g);

@@ -6,6 +6,7 @@
 #include "base/clock.h"
 #include "base/log.h"
 #include "link/wake.h"
+#include "memory.h"
 #include "notify.h"
 #include "privileges.h"
 #include "replay.h"
@@ -13,6 +14,7 @@
 #include "shares.h"
 #include "sheet.h"
 #include "standby.h"
+#include "suspect.h"
 
 #include <errno.h>
 #include <inttypes.h>

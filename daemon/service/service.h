@@ -23,9 +23,7 @@
 #include "config.h"
 #include "exporter.h"
 #include "link/link.h"
-#include "memory.h"
 #include "page.h"
-#include "suspect.h"
 #include "wire/wire_lcm.h"
 #include "wire/wire_log.h"
 #include "world/world.h"
@@ -420,9 +418,9 @@ typedef struct service {
     int64_t pending_ns, pending_last_ns; /* since when something has been pending, and at which tick last, monotonic */
     uint64_t recorded_work;              /* of this tick, in a replay ... */
     bool recorded_budget;                /* ... of one with a budget */
-    memory_gauge memory;
-    suspect_watch suspects;
-    int64_t pairs_most; /* in this tick, of max_pairs, for want of memory, or as recorded; 0: all */
+    struct memory_gauge *memory;         /* memory.h */
+    struct suspect_watch *suspects;      /* suspect.c's; NULL: nothing is kept */
+    int64_t pairs_most;                  /* in this tick, of max_pairs, for want of memory, or as recorded; 0: all */
     taken_state taken;
     int64_t status_tick; /* of the last Status */
     bool replaying, stopping;

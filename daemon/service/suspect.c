@@ -57,6 +57,15 @@ typedef struct suspect_file {
     culprit kept[SUSPECTS_MAX];
 } suspect_file;
 
+typedef struct suspect_watch {
+    suspect_file *file;
+    int fd;
+    bool some;                          /* are refused, or were lately */
+    int64_t counted, counted_now, most; /* commands of one client in this tick: whose, how many; the most of one ... */
+    int64_t busiest;                    /* ... and whose; 0: nobody's */
+    bytes_out scratch;                  /* a command, encoded */
+} suspect_watch;
+
 /* ---- fatal signals ---- */
 
 static suspect_file *of_process; /* for the handler: there is one daemon in a process that keeps a file */
@@ -150,7 +159,7 @@ static void count_client(suspect_watch *w, int64_t client)
 
 static void note_command(service *s, const wire_message *m)
 {
-    suspect_watch *w = &s->suspects;
+    suspect_watch *w = s->suspects;
     culprit *now = &w->file->now;
     wire_origin(m, &now->client, &now->sequence, &now->object);
     now->kind = (uint8_t)m->kind;
@@ -167,14 +176,14 @@ static void note_command(service *s, const wire_message *m)
 
 void suspect_begin(service *s, const wire_message *m)
 {
-    if (s->suspects.file) note_command(s, m);
+    if (s->suspects) note_command(s, m);
     if (s->on_command) s->on_command(s->on_command_context, m);
 }
 
 void suspect_begin_tick(service *s)
 {
-    suspect_watch *w = &s->suspects;
-    if (!w->file) return;
+    suspect_watch *w = s->suspects;
+    if (!w) return;
     culprit *now = &w->file->now;
     now->client = w->busiest;
     now->sequence = now->object = 0;
@@ -189,7 +198,7 @@ void suspect_begin_tick(service *s)
 
 void suspect_end(service *s)
 {
-    if (s->suspects.file) atomic_store_explicit(&s->suspects.file->doing, DOING_NOTHING, memory_order_release);
+    if (s->suspects) atomic_store_explicit(&s->suspects->file->doing, DOING_NOTHING, memory_order_release);
 }
 
 static void build_begins(
@@ -372,7 +381,7 @@ static bool folder_of(const service *s, char *folder, size_t size)
 
 void suspect_open(service *s)
 {
-    suspect_watch *w = &s->suspects;
+    suspect_watch opened = {.some = false}, *w = &opened;
     char folder[CONFIG_TEXT_MAX], path[CONFIG_TEXT_MAX + 32];
     if (!folder_of(s, folder, sizeof folder)) return;
     snprintf(path, sizeof path, "%s/carried_out", folder);
@@ -393,20 +402,23 @@ void suspect_open(service *s)
     atomic_store(&f->end_in_build, 0);
     atomic_store(&f->end_of_memory, 0);
     atomic_store(&f->running, 1);
+    s->suspects = base_alloc(1, sizeof *w);
+    *s->suspects = opened;
     watch_signals(f);
     builds_tell(s->builds, &(build_watch){build_begins, build_ends, f});
 }
 
 void suspect_close(service *s)
 {
-    suspect_watch *w = &s->suspects;
-    array_free(&w->scratch);
-    if (!w->file) return;
+    suspect_watch *w = s->suspects;
+    if (!w) return;
     atomic_store(&w->file->running, 0);
     of_process = NULL;
     munmap(w->file, sizeof *w->file);
     close(w->fd);
-    w->file = NULL;
+    array_free(&w->scratch);
+    free(w);
+    s->suspects = NULL;
 }
 
 /* ---- who is refused ---- */
@@ -427,11 +439,11 @@ static bool takes_back(const wire_message *m)
 
 bool suspect_refuses(service *s, const wire_message *m, wire_refusal *why)
 {
-    suspect_watch *w = &s->suspects;
+    suspect_watch *w = s->suspects;
     int64_t client, sequence;
     int32_t object;
     uint64_t content = 0;
-    if (!w->some || takes_back(m)) return false;
+    if (!w || !w->some || takes_back(m)) return false;
     wire_origin(m, &client, &sequence, &object);
     const char *name = client_name(s, client);
     w->some = false;
@@ -452,9 +464,10 @@ bool suspect_refuses(service *s, const wire_message *m, wire_refusal *why)
 
 size_t suspect_count(const service *s)
 {
+    const suspect_watch *w = s->suspects;
     size_t count = 0;
-    for (int i = 0; s->suspects.some && i < SUSPECTS_MAX; i++) {
-        const culprit *k = &s->suspects.file->kept[i];
+    for (int i = 0; w && w->some && i < SUSPECTS_MAX; i++) {
+        const culprit *k = &w->file->kept[i];
         count += k->times && k->until_ns > s->monotonic_ns;
     }
     return count;
@@ -462,10 +475,11 @@ size_t suspect_count(const service *s)
 
 void suspect_describe(const service *s, char *text, size_t size)
 {
+    const suspect_watch *w = s->suspects;
     char what[512];
     text[0] = '\0';
-    for (int i = 0; s->suspects.some && i < SUSPECTS_MAX; i++) {
-        const culprit *k = &s->suspects.file->kept[i];
+    for (int i = 0; w && w->some && i < SUSPECTS_MAX; i++) {
+        const culprit *k = &w->file->kept[i];
         if (!k->times || k->until_ns <= s->monotonic_ns) continue;
         tell(k, what, sizeof what);
         snprintf(text, size, "suspect: a daemon was killed over %.300s; refused for %" PRId64 " s", what,

@@ -17,7 +17,6 @@
 #ifndef COLLIDED_SERVICE_SUSPECT_H
 #define COLLIDED_SERVICE_SUSPECT_H
 
-#include "base/bytes.h"
 #include "wire/wire.h"
 
 #include <stdbool.h>
@@ -25,16 +24,6 @@
 #include <stdint.h>
 
 struct service;
-struct suspect_file; /* as it lies on the disk */
-
-typedef struct suspect_watch {
-    struct suspect_file *file; /* NULL: nothing is kept */
-    int fd;
-    bool some;                          /* are refused, or were lately */
-    int64_t counted, counted_now, most; /* commands of one client in this tick: whose, how many; the most of one ... */
-    int64_t busiest;                    /* ... and whose; 0: nobody's */
-    bytes_out scratch;                  /* a command, encoded */
-} suspect_watch;
 
 /* In the folder of the option runtime_dir, or of RUNTIME_DIRECTORY; without either nothing is kept. Tells in the log
  * what the daemon before died over. Before anything is heard. */
