@@ -1,6 +1,6 @@
 /* builds: the threads that build, and their queue. What holds always: a build belongs to the queue until it is ended or
- * abandoned; what it looks at is kept by itself, so nothing that the tick thread does takes it away; the queue belongs
- * to the tick thread and its threads together, and goes with the last of them. */
+ * abandoned; it holds a reference to all that it reads, so that nothing the tick thread does takes it away; the queue
+ * belongs to the tick thread and its threads together, and is freed by the last of them. */
 #include "builds.h"
 
 #include "base/log.h"

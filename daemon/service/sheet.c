@@ -1,4 +1,4 @@
-/* sheet: names that are made up, and its memory. */
+/* sheet: the names that are made up for it, and their memory. */
 #include "sheet.h"
 
 #include "base/array.h"

@@ -1,5 +1,5 @@
-/* suspect: a file with room for what is carried out now, and for what daemons have died over. What it says is believed
- * only as far as its numbers make sense: a damaged one is begun anew. */
+/* suspect: the file has room for what is carried out and built now, and for what daemons have died over. It is believed
+ * only as far as its numbers make sense: a damaged file is begun anew. */
 #include "suspect.h"
 
 #include "base/array.h"

@@ -12,7 +12,7 @@
  * client that most of that tick came from, only when it happens again. So is all that was under way, builds too, when
  * memory ended elsewhere: who took it is not known.
  *
- * Refused is before anything is recorded, so that a replay needs to know of none of this. Tick thread, but for the
+ * A command is refused before it is recorded, so that a replay needs to know of none of this. Tick thread, but for the
  * handler of fatal signals and for what builds.c calls. */
 #ifndef COLLIDED_SERVICE_SUSPECT_H
 #define COLLIDED_SERVICE_SUSPECT_H
