@@ -411,7 +411,7 @@ static void compare_all_with_all(const session_of *s, pairs *p)
 static bool is_busy(const session_of *s)
 {
     return s->daemon.service->pending.count || s->daemon.service->geometries_building ||
-           shares_next_ns(s->service) != INT64_MAX || world_get_figures(s->daemon.service->world).pending_pairs;
+           shares_next_ns(s->daemon.service) != INT64_MAX || world_get_figures(s->daemon.service->world).pending_pairs;
 }
 
 /* Everybody is heard, nobody says anything more, and what waits for a hull is refused. */
