@@ -506,7 +506,7 @@ typedef struct collided_hit {
     collided_achieved achieved; /* of the tolerance that was asked for; of bodies and boxes: 0 */
 } collided_hit;
 
-typedef struct collided_result { /* freed by collided_result_free */
+typedef struct collided_result { /* freed by collided_result_free; NULL may stand for it: the status alone is told */
     collided_hit *hits;
     size_t count;
     char *text; /* explain: lines for people */

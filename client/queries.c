@@ -132,7 +132,7 @@ static collided_status unmet(collided *c, double timeout_s)
     return session_fail(c, COLLIDED_TIMEOUT, "the daemon does not know this client after %g s", timeout_s);
 }
 
-static collided_status ask(collided *c, wire_query query, double timeout_s, collided_result *out)
+static collided_status ask_into(collided *c, wire_query query, double timeout_s, collided_result *out)
 {
     *out = (collided_result){0};
     if (session_from_callback(c)) return COLLIDED_BAD_ARGUMENT;
@@ -152,6 +152,15 @@ static collided_status ask(collided *c, wire_query query, double timeout_s, coll
     collided_status status = outcome(c, out, timeout_s);
     pthread_mutex_unlock(&c->lock);
     forget_query(c);
+    return status;
+}
+
+/* Who wants to know only whether it went well hands over NULL. */
+static collided_status ask(collided *c, wire_query query, double timeout_s, collided_result *out)
+{
+    collided_result unwanted;
+    collided_status status = ask_into(c, query, timeout_s, out ? out : &unwanted);
+    if (!out) collided_result_free(&unwanted);
     return status;
 }
 

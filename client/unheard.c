@@ -1,7 +1,8 @@
-/* unheard: the daemon lives, we live, and what we publish does not come to it: over LCM the last poses were lost, over
- * DDS somebody has forged packets in our name, after which a reader takes all that our writer says for old. We say once
- * a second what was published last; the daemon, when it lacks that, refuses it as `unheard`. Then new writers, which
- * nothing was forged of yet, say the newest poses again. The keeper's thread, with the lock held. */
+/* unheard: what we publish does not arrive, although the daemon and we are alive: over LCM the last poses were lost, or
+ * over DDS somebody has forged packets in our name, after which a reader takes all that our writer sends for old. We
+ * tell the daemon once a second what we published last; if it lacks that, it answers with a Reject, `unheard`. Then we
+ * publish the newest poses again, by new writers, in whose name nothing has been forged yet. The keeper's thread, with
+ * the lock held. */
 #include "message.h"
 #include "session.h"
 

@@ -11,7 +11,6 @@
 #include <stdint.h>
 
 enum {
-    MESH_FILE_MAX = 64 << 20, /* bytes */
     MESH_VERTICES_MAX = 1 << 22,
     MESH_POINTS_MAX = 65535,   /* different points: as many as the daemon takes in a hull */
     MESH_NUMBERS_MAX = 1 << 24 /* of points and indices, in a mesh that is not made a hull: WIRE_GEOMETRY_MAX */

@@ -2,7 +2,6 @@
  * FIFO or a device in its place is an error, and no wait. */
 #include "mesh_import.h"
 
-#include "mesh.h"
 #include "text.h"
 
 #include <assimp/cfileio.h>

@@ -7,6 +7,8 @@
 #include <assimp/scene.h>
 #include <stddef.h>
 
+enum { MESH_FILE_MAX = 64 << 20 }; /* bytes */
+
 /* The bytes of the file `path`, decoded; `steps` are assimp's aiProcess_ flags. Other files that it names (the buffers
  * of a glTF, materials) are read, too, if they are regular ones of at most MESH_FILE_MAX bytes; the others are as if
  * they were not there. NULL, and the report; otherwise aiReleaseImport frees it. */

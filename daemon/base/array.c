@@ -11,9 +11,17 @@
 
 enum { FIRST_CAPACITY = 8 }; /* values; the first growth, so that small arrays do not grow eight times */
 
+static _Atomic bool memory_has_ended;
+
+bool base_is_out_of_memory(void)
+{
+    return memory_has_ended;
+}
+
 /* Not through the log, which could itself be out of memory and may be muted. */
 static _Noreturn void out_of_memory(size_t count, size_t size)
 {
+    memory_has_ended = true;
     fprintf(stderr, "out of memory: no room for %zu values of %zu bytes\n", count, size);
     abort();
 }

@@ -5,6 +5,7 @@
 #ifndef COLLIDED_BASE_ARRAY_H
 #define COLLIDED_BASE_ARRAY_H
 
+#include <stdbool.h>
 #include <stddef.h>
 
 /* malloc, calloc and realloc that never return NULL; overflow of count * size is checked. */
@@ -14,6 +15,8 @@ void *base_realloc(void *old, size_t count, size_t size);
 void *base_alloc_aligned(size_t alignment, size_t count, size_t size); /* alignment: a power of two; free() it */
 void *base_alloc_lines(size_t count, size_t size);                     /* begins a cache line; free() it */
 char *base_strdup(const char *text);
+/* The process ends for want of memory: for handlers of SIGABRT. Any thread. */
+bool base_is_out_of_memory(void);
 
 /* The grown buffer with room for at least `need` values; *capacity follows. */
 void *array_grow(void *at, size_t *capacity, size_t need, size_t size);

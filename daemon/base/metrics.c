@@ -19,7 +19,10 @@ metrics *metrics_create(void)
 void metrics_destroy(metrics *m)
 {
     if (!m) return;
-    for (size_t i = 0; i < m->list.count; i++) free(m->list.at[i]);
+    for (size_t i = 0; i < m->list.count; i++) {
+        free((char *)m->list.at[i]->name);
+        free(m->list.at[i]);
+    }
     array_free(&m->list);
     free(m);
 }
@@ -29,7 +32,7 @@ metric *metrics_add(metrics *m, const char *name, const char *help)
     for (size_t i = 0; i < m->list.count; i++)
         if (strcmp(m->list.at[i]->name, name) == 0) return m->list.at[i];
     metric *added = base_zalloc(1, sizeof *added);
-    added->name = name;
+    added->name = base_strdup(name);
     added->help = help;
     array_push(&m->list, added); /* NOLINT(bugprone-sizeof-expression): pointers are what it keeps */
     return added;

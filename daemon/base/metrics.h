@@ -6,7 +6,7 @@
 #include <stdint.h>
 
 typedef struct metric {
-    const char *name; /* lower_case, e.g. "reject_bad_number"; a static string */
+    const char *name; /* lower_case, e.g. "reject_bad_number" */
     const char *help; /* one line, with the unit */
     _Atomic uint64_t value;
 } metric;
@@ -15,7 +15,8 @@ typedef struct metrics metrics;
 
 metrics *metrics_create(void);
 void metrics_destroy(metrics *m);
-metric *metrics_add(metrics *m, const char *name, const char *help); /* pointer stays valid; same name, same metric */
+/* The pointer stays valid; the same name is the same metric. The name is copied, the help is a static string. */
+metric *metrics_add(metrics *m, const char *name, const char *help);
 size_t metrics_count(const metrics *m);
 const metric *metrics_at(const metrics *m, size_t index);
 

@@ -118,7 +118,9 @@ static void begin_new_pairs(broad *b, const change *c)
 
 bool broad_must_ask(const broad *b)
 {
-    return b->unsearched || b->pending.count * b->proxies.count > b->limit / UNITS_A_CANDIDATE;
+    /* Not b->proxies.count: how many there have ever been is not known to a world that was restored. */
+    size_t candidates = b->proxy_count + b->pending.count;
+    return b->unsearched || b->pending.count * candidates > b->limit / UNITS_A_CANDIDATE;
 }
 
 static uint64_t count_parted(const broad *b, uint64_t most)

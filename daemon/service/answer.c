@@ -267,7 +267,7 @@ void answer_owed(service *s)
 
 void answer_query(service *s, struct link *from, const wire_query *q)
 {
-    static reply r; /* the tick thread's: 4 kB of text */
+    reply r;
     patience p = patience_for(q);
     world_hits hits = {.go_on = goes_on, .go_on_context = &p, .most = WIRE_ANSWERS_MAX};
     uint32_t a, b;

@@ -7,6 +7,7 @@
  * None of this is a command: numbers of batches, events and their hash are the same, whoever reads how fast. Tick
  * thread. */
 #include "base/log.h"
+#include "memory.h"
 #include "service.h"
 #include "standby.h"
 

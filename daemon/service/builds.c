@@ -1,6 +1,6 @@
 /* builds: the threads that build, and their queue. What holds always: a build belongs to the queue until it is ended or
- * abandoned; what it looks at is kept by itself, so nothing that the tick thread does takes it away; the queue belongs
- * to the tick thread and its threads together, and goes with the last of them. */
+ * abandoned; it holds a reference to all that it reads, so that nothing the tick thread does takes it away; the queue
+ * belongs to the tick thread and its threads together, and is freed by the last of them. */
 #include "builds.h"
 
 #include "base/log.h"
@@ -16,7 +16,6 @@
 #include <time.h>
 #include <unistd.h>
 
-enum { THREADS = 2 }; /* the second one for what is short */
 enum { NICE = 5 };
 static const uint64_t SHORT_UNITS = 20000; /* 0.2 s, or a few seconds of the worst */
 
@@ -26,6 +25,7 @@ struct build {
     build_state state;
     bool abandoned, awaited; /* somebody waits for it: it comes first, and builds_take does not give it */
     int64_t client, id;
+    char *client_name;
     build_cost cost;
     geometry_numbers *numbers;
     older_geometry *older;
@@ -50,8 +50,9 @@ struct builds {
     size_t owners;              /* threads that still look at this, the tick thread among them */
     bool stop, threaded;
     size_t thread_count;
-    pthread_t threads[THREADS];
+    pthread_t threads[BUILD_THREADS];
     int wake_fd;
+    build_watch watch;
     void (*before)(void *context, int64_t id);
     void *before_context;
 };
@@ -61,6 +62,7 @@ static void free_build(build *of)
     geometry_numbers_release(of->numbers);
     for (size_t i = 0; i < of->older_count; i++) geometry_numbers_release(of->older[i].numbers);
     free(of->older);
+    free(of->client_name);
     hull_destroy(of->result.hull);
     mesh_destroy(of->result.mesh);
     free(of);
@@ -117,17 +119,30 @@ static void make_ready(builds *b, build *of)
     wake_tick_thread(b);
 }
 
-/* With the lock, which is given up meanwhile. */
-static void work_on(builds *b, build *of)
+static void tell_begin(builds *b, const build *of, unsigned thread)
+{
+    const build_watch *w = &b->watch;
+    if (thread < BUILD_THREADS && w->begins) w->begins(w->context, thread, of->client, of->client_name, of->numbers);
+}
+
+static void tell_end(builds *b, unsigned thread)
+{
+    if (thread < BUILD_THREADS && b->watch.ends && !b->stop) b->watch.ends(b->watch.context, thread);
+}
+
+/* With the lock, which is given up meanwhile. `thread`: which of them; BUILD_THREADS: the tick thread. */
+static void work_on(builds *b, build *of, unsigned thread)
 {
     void (*before)(void *, int64_t) = b->before;
     void *context = b->before_context;
     of->state = BUILD_UNDER_WAY;
     b->last_client = of->client;
+    tell_begin(b, of, thread);
     pthread_mutex_unlock(&b->lock);
     if (before) before(context, of->id);
     carry_out(of);
     pthread_mutex_lock(&b->lock);
+    tell_end(b, thread);
     if (of->abandoned || b->stop) {
         forget(b, of);
         pthread_mutex_unlock(&b->lock);
@@ -172,8 +187,9 @@ static void leave(builds *b)
     free(b);
 }
 
-static void run(builds *b, bool short_only)
+static void run(builds *b, unsigned thread)
 {
+    bool short_only = thread == 1;
     setpriority(PRIO_PROCESS, (id_t)syscall(SYS_gettid), NICE);
     pthread_mutex_lock(&b->lock);
     while (!b->stop) {
@@ -181,7 +197,7 @@ static void run(builds *b, bool short_only)
         if (b->garbage.count)
             burn_one(b);
         else if (of)
-            work_on(b, of);
+            work_on(b, of, thread);
         else
             pthread_cond_wait(&b->work, &b->lock);
     }
@@ -190,13 +206,13 @@ static void run(builds *b, bool short_only)
 
 static void *run_all(void *context)
 {
-    run(context, false);
+    run(context, 0);
     return NULL;
 }
 
 static void *run_short(void *context)
 {
-    run(context, true);
+    run(context, 1);
     return NULL;
 }
 
@@ -208,7 +224,7 @@ static void start_threads(builds *b)
     pthread_attr_init(&how);
     pthread_attr_setinheritsched(&how, PTHREAD_EXPLICIT_SCHED);
     pthread_attr_setschedpolicy(&how, SCHED_OTHER);
-    while (b->thread_count < THREADS &&
+    while (b->thread_count < BUILD_THREADS &&
            pthread_create(&b->threads[b->thread_count], &how, b->thread_count ? run_short : run_all, b) == 0) {
         b->thread_count++;
         b->owners++;
@@ -236,7 +252,7 @@ builds *builds_create(int wake_fd, bool threads)
 void builds_destroy(builds *b)
 {
     struct timespec until;
-    pthread_t threads[THREADS];
+    pthread_t threads[BUILD_THREADS];
     if (!b) return;
     pthread_mutex_lock(&b->lock);
     b->stop = true;
@@ -252,10 +268,19 @@ void builds_destroy(builds *b)
 
 /* ---- what the tick thread asks ---- */
 
-build *builds_add(builds *b, int64_t client, int64_t id, geometry_numbers *n, older_geometry *older, size_t count)
+void builds_tell(builds *b, const build_watch *watch)
+{
+    pthread_mutex_lock(&b->lock);
+    b->watch = *watch;
+    pthread_mutex_unlock(&b->lock);
+}
+
+build *builds_add(builds *b, int64_t client, const char *client_name, int64_t id, geometry_numbers *n,
+    older_geometry *older, size_t count)
 {
     build *of = base_zalloc(1, sizeof *of);
     of->client = client;
+    of->client_name = base_strdup(client_name);
     of->id = id;
     of->cost = build_cost_of(n->kind, n->vertex_numbers, n->index_numbers);
     of->numbers = geometry_numbers_keep(n);
@@ -265,7 +290,7 @@ build *builds_add(builds *b, int64_t client, int64_t id, geometry_numbers *n, ol
     pthread_mutex_lock(&b->lock);
     array_push(&b->all, of);
     start_threads(b);
-    if (b->threaded && !b->thread_count) work_on(b, of);
+    if (b->threaded && !b->thread_count) work_on(b, of, BUILD_THREADS);
     pthread_cond_broadcast(&b->work);
     pthread_mutex_unlock(&b->lock);
     return of;
@@ -324,7 +349,7 @@ void builds_wait(builds *b, build *of, void (*alive)(void *context), void *conte
     pthread_mutex_lock(&b->lock);
     if (of->state == BUILD_READY && !of->awaited) b->ready_count--;
     of->awaited = true;
-    if (!b->thread_count && of->state == BUILD_WAITS) work_on(b, of);
+    if (!b->thread_count && of->state == BUILD_WAITS) work_on(b, of, BUILD_THREADS);
     while (of->state != BUILD_READY) {
         const struct timespec until = in_a_tenth();
         pthread_cond_broadcast(&b->work);

@@ -57,14 +57,29 @@ typedef struct older_geometry { /* of the same hash: compared with before anythi
 typedef struct build build; /* one that is waited for */
 typedef struct builds builds;
 
+enum { BUILD_THREADS = 2 }; /* the second one for what is short */
+
+/* Who is told of the builds that begin and end, by the thread of that number that carries them out, with the queue's
+ * lock: after builds_destroy has been called nobody is told any more. What the tick thread builds itself is not told.
+ */
+typedef struct build_watch {
+    void (*begins)(void *context, unsigned thread, int64_t client, const char *client_name, const geometry_numbers *n);
+    void (*ends)(void *context, unsigned thread);
+    void *context;
+} build_watch;
+
 /* Wakes the tick thread by the eventfd when something is ready. `threads` false: there are none. */
 builds *builds_create(int wake_fd, bool threads);
 /* Nothing is begun any more. A build that is under way is waited for for at most a second; then its thread is left to
  * itself, with all that it looks at, and throws away what comes of it. */
 void builds_destroy(builds *b);
 
-/* In the name of `client`, for geometry `id`. Keeps `n` and those of `older`, of which it takes the array. */
-build *builds_add(builds *b, int64_t client, int64_t id, geometry_numbers *n, older_geometry *older, size_t count);
+void builds_tell(builds *b, const build_watch *watch); /* from now on */
+
+/* In the name of `client`, which calls itself `client_name` (copied), for geometry `id`. Keeps `n` and those of
+ * `older`, of which it takes the array. */
+build *builds_add(builds *b, int64_t client, const char *client_name, int64_t id, geometry_numbers *n,
+    older_geometry *older, size_t count);
 /* Nobody wants it any more: it ends, or is thrown away when it is over. */
 void builds_abandon(builds *b, build *of);
 bool builds_ready(const builds *b); /* any thread: something is to be taken */

@@ -11,6 +11,10 @@
 #include <sysexits.h>
 
 #define FIELD(name) offsetof(config, name), sizeof(((config *)0)->name)
+/* Of what one participant may have, and send. */
+#define OF_ONE(things) things " of one participant, all its clients together"
+#define OF_ONE_A_SECOND(things) things " of one participant in a second, all its clients together"
+#define OR_SHARE(things) "; 0: its share of max_" things
 
 static const config_option OPTIONS[] = {
     {"links", CONFIG_TEXT, FIELD(links), 0, 0, NULL, "auto", "",
@@ -151,14 +155,13 @@ static const config_option OPTIONS[] = {
         "a participant, whatever clients it names; over LCM nobody can be told apart: there each client has its share, "
         "and all of LCM together, if there are other links. 100: nothing is kept free."},
     {"max_client_bodies", CONFIG_WHOLE, FIELD(max_client_bodies), 0, 10000000, NULL, "0", "bodies",
-        "bodies of one participant, all its clients together; 0: its share of max_bodies",
-        "The limits of one client let nobody use up what is there for all."},
+        OF_ONE("bodies") OR_SHARE("bodies"), "The limits of one client let nobody use up what is there for all."},
     {"max_client_shapes", CONFIG_WHOLE, FIELD(max_client_shapes), 0, 40000000, NULL, "0", "shapes",
-        "shapes of one participant, all its clients together; 0: its share of max_shapes", "Counted like max_shapes."},
+        OF_ONE("shapes") OR_SHARE("shapes"), "Counted like max_shapes."},
     {"max_client_interests", CONFIG_WHOLE, FIELD(max_client_interests), 0, 100000, NULL, "0", "interests",
-        "interests of one participant, all its clients together; 0: its share of max_interests", "Each has a stream."},
+        OF_ONE("interests") OR_SHARE("interests"), "Each has a stream."},
     {"max_client_geometry", CONFIG_WHOLE, FIELD(max_client_geometry), 1, 1048576, NULL, "4096", "MiB",
-        "geometry of one participant, all its clients together: hulls, meshes and height fields",
+        OF_ONE("geometry") ": hulls, meshes and height fields",
         "Counts the numbers of what the client announces, shared with others or not, from the first piece on, until it "
         "takes them back."},
     {"max_client_work", CONFIG_WHOLE, FIELD(max_client_work), 1, 1000000, NULL, "750", "ms/s",
@@ -173,11 +176,9 @@ static const config_option OPTIONS[] = {
         "commands and queries that wait for max_client_work, of all participants",
         "Of which each has its share. What exceeds is refused, and its sender told."},
     {"max_client_messages", CONFIG_WHOLE, FIELD(max_client_messages), 1, 100000000, NULL, "1000000", "messages/s",
-        "messages of one participant in a second, all its clients together",
-        "Of all kinds; what exceeds is refused, and told at most 100 times a second."},
+        OF_ONE_A_SECOND("messages"), "Of all kinds; what exceeds is refused, and told at most 100 times a second."},
     {"max_client_poses", CONFIG_WHOLE, FIELD(max_client_poses), 1, 1000000000, NULL, "100000000", "poses/s",
-        "poses of one participant in a second, all its clients together",
-        "A batch that exceeds is refused as a whole."},
+        OF_ONE_A_SECOND("poses"), "A batch that exceeds is refused as a whole."},
     {"memory_limit", CONFIG_WHOLE, FIELD(memory_limit), 0, 1 << 30, NULL, "0", "MiB",
         "memory that the daemon may have resident; 0: half of what the machine, or its cgroup, has",
         "What would need more is refused, answered with this name, counted (memory_refused) and told as degraded "

@@ -281,6 +281,12 @@ static int compare_older(const void *a, const void *b)
     return ((*x)->completed > (*y)->completed) - ((*x)->completed < (*y)->completed);
 }
 
+static const char *name_of_sender(service *s, const geometry *g)
+{
+    const session *c = session_find(s, g->client);
+    return c ? c->name : "";
+}
+
 /* With those of the same hash that were completed before it, in that order. */
 static build *begin_build(service *s, geometry *g)
 {
@@ -295,7 +301,7 @@ static build *begin_build(service *s, geometry *g)
     for (size_t i = 0; i < found.count; i++) older[i] = (older_geometry){found.at[i]->id, found.at[i]->numbers};
     size_t count = found.count;
     array_free(&found);
-    return g->build = builds_add(s->builds, g->client, g->id, g->numbers, older, count);
+    return g->build = builds_add(s->builds, g->client, name_of_sender(s, g), g->id, g->numbers, older, count);
 }
 
 static void build_later(service *s, geometry *g)
@@ -659,7 +665,7 @@ wire_reason geometry_restore(service *s, const geometry *bare, wire_refusal *why
     geometry g = *bare;
     if (!g.has && !g.is_building) {
         built b;
-        g.build = builds_add(s->builds, g.client, g.id, g.numbers, NULL, 0);
+        g.build = builds_add(s->builds, g.client, name_of_sender(s, &g), g.id, g.numbers, NULL, 0);
         builds_wait(s->builds, g.build, s->on_waiting, s->on_waiting_context);
         builds_end(s->builds, g.build, &b);
         g.build = NULL;

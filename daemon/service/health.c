@@ -1,7 +1,9 @@
 /* health: the counters of this process, the Status that carries them, and the page that Prometheus reads. Tick thread.
  */
 #include "health.h"
+#include "memory.h"
 #include "standby.h"
+#include "suspect.h"
 
 #include <inttypes.h>
 #include <stdio.h>
@@ -13,15 +15,15 @@
 
 void health_register(service *s)
 {
-    static char in[WIRE_KIND_COUNT][48], refused[WIRE_REASON_COUNT][48];
+    char name[48];
     metrics *m = s->metrics;
     for (int k = WIRE_NOTHING + 1; k < WIRE_KIND_COUNT; k++) {
-        snprintf(in[k], sizeof in[k], "in_%s", wire_kind_name((wire_kind)k));
-        s->count.messages_in[k] = metrics_add(m, in[k], "messages of this kind that came and were well-formed");
+        snprintf(name, sizeof name, "in_%s", wire_kind_name((wire_kind)k));
+        s->count.messages_in[k] = metrics_add(m, name, "messages of this kind that came and were well-formed");
     }
     for (int r = WIRE_OK; r < WIRE_REASON_COUNT; r++) {
-        snprintf(refused[r], sizeof refused[r], "reject_%s", wire_reason_name((wire_reason)r));
-        s->count.rejects[r] = metrics_add(m, refused[r], "messages refused for this reason");
+        snprintf(name, sizeof name, "reject_%s", wire_reason_name((wire_reason)r));
+        s->count.rejects[r] = metrics_add(m, name, "messages refused for this reason");
     }
     s->count.rejects_untold = metrics_add(m, "rejects_untold", "refusals not told to their client: too many a second");
     s->count.clients_lost = metrics_add(m, "clients_lost", "clients whose lease ran out");
@@ -84,7 +86,6 @@ void health_define(measures *m)
 
 static void add_world(const service *s, sheet *t)
 {
-    static char rungs[RUNG_COUNT][48];
     world_figures f = world_get_figures(s->world);
     sheet_add(t, "ready", s->whole && s->health != WIRE_HEALTH_STOPPING);
     sheet_add(t, "limits_reached", *s->limits != '\0');
@@ -101,8 +102,8 @@ static void add_world(const service *s, sheet *t)
     sheet_add(t, "sliced_ticks", (int64_t)f.sliced_ticks);
     sheet_add(t, "contacts", (int64_t)f.contacts);
     sheet_add(t, "suspects", (int64_t)suspect_count(s));
-    sheet_add(t, "memory_resident_bytes", s->memory.resident);
-    sheet_add(t, "memory_limit_bytes", s->memory.statm < 0 ? 0 : s->memory.limit);
+    sheet_add(t, "memory_resident_bytes", s->memory->resident);
+    sheet_add(t, "memory_limit_bytes", s->memory->statm < 0 ? 0 : s->memory->limit);
     sheet_add(t, "geometries", (int64_t)s->geometry_of.count);
     sheet_add(t, "lock_step_clients", (int64_t)s->lock_step.members);
     sheet_add(t, "waiting_commands", (int64_t)s->pending.count);
@@ -126,16 +127,13 @@ static void add_world(const service *s, sheet *t)
     sheet_add(t, "undone", (int64_t)f.undone);
     sheet_add(t, "unbounded", (int64_t)f.unbounded);
     sheet_add(t, "undone_ticks", (int64_t)f.undone_ticks);
-    for (int r = 0; r < RUNG_COUNT; r++) {
-        snprintf(rungs[r], sizeof rungs[r], "pairs_by_%s", world_rung_name((world_rung)r));
-        sheet_add(t, rungs[r], f.rungs[r]);
-    }
+    for (int r = 0; r < RUNG_COUNT; r++) sheet_add_named(t, f.rungs[r], "pairs_by_%s", world_rung_name((world_rung)r));
 }
 
 /* What each stream tells, and costs: units of work a tick, since the last Status; those beyond the named together. */
 static void add_streams(service *s, sheet *t)
 {
-    static char names[3][SHEET_NAMED_MAX][WIRE_NAME_MAX + 16];
+    const char *names[SHEET_NAMED_MAX]; /* until they are told, nothing closes a stream */
     uint64_t works[SHEET_NAMED_MAX], rest = 0, events[SHEET_NAMED_MAX];
     int64_t behind[SHEET_NAMED_MAX];
     size_t named = 0, live = 0;
@@ -152,9 +150,7 @@ static void add_streams(service *s, sheet *t)
             rest += since;
             continue;
         }
-        snprintf(names[0][named], sizeof names[0][0], "work_of_%s", to->name);
-        snprintf(names[1][named], sizeof names[1][0], "events_of_%s", to->name);
-        snprintf(names[2][named], sizeof names[2][0], "behind_of_%s", to->name);
+        names[named] = to->name;
         behind[named] = backlog_count(&to->backlog);
         events[named] = to->events;
         works[named++] = since;
@@ -162,11 +158,11 @@ static void add_streams(service *s, sheet *t)
     sheet_add(t, "streams", (int64_t)live);
     sheet_add(t, "streams_behind", (int64_t)s->streams_behind);
     sheet_add(t, "streams_starving", (int64_t)s->streams_starving);
-    for (size_t i = 0; i < named; i++) sheet_add(t, names[0][i], (int64_t)works[i]);
+    for (size_t i = 0; i < named; i++) sheet_add_named(t, (int64_t)works[i], "work_of_%s", names[i]);
     if (live > named) sheet_add(t, "other_streams_work", (int64_t)rest);
-    for (size_t i = 0; i < named; i++) sheet_add(t, names[1][i], (int64_t)events[i]);
+    for (size_t i = 0; i < named; i++) sheet_add_named(t, (int64_t)events[i], "events_of_%s", names[i]);
     for (size_t i = 0; i < named; i++)
-        if (behind[i]) sheet_add(t, names[2][i], behind[i]);
+        if (behind[i]) sheet_add_named(t, behind[i], "behind_of_%s", names[i]);
     s->status_tick = s->tick;
 }
 
@@ -227,21 +223,21 @@ void health_limits(const service *s, char *text, size_t size)
 
 void health_publish(service *s)
 {
-    static sheet t; /* the tick thread's */
+    sheet *t = s->sheet;
     char links[WIRE_TEXT_MAX], limits[HEALTH_LIMITS_MAX];
     describe_links(s, links, sizeof links);
     if (s->monotonic_ns - s->limit_ns > LIMITS_TOLD_NS) s->limits[0] = '\0';
     health_limits(s, limits, sizeof limits);
-    t.count = 0;
-    add_world(s, &t);
-    health_add_lost(s, &t);
-    size_t registered = t.count; /* from here on */
+    sheet_begin(t);
+    add_world(s, t);
+    health_add_lost(s, t);
+    size_t registered = t->count; /* from here on */
     for (size_t i = 0; i < metrics_count(s->metrics); i++)
-        sheet_add(&t, metrics_at(s->metrics, i)->name, (int64_t)metric_get(metrics_at(s->metrics, i)));
-    add_times(s, &t);
-    add_streams(s, &t);
-    health_add_clients(s, &t);
-    if (s->exporter) show(s, &t, registered);
+        sheet_add(t, metrics_at(s->metrics, i)->name, (int64_t)metric_get(metrics_at(s->metrics, i)));
+    add_times(s, t);
+    add_streams(s, t);
+    health_add_clients(s, t);
+    if (s->exporter) show(s, t, registered);
     wire_message m = {.kind = WIRE_STATUS,
         .status = {.version = WIRE_VERSION,
             .epoch = s->epoch,
@@ -253,7 +249,7 @@ void health_publish(service *s)
             .stamp_ns = s->now_ns,
             .started_ns = s->started_ns,
             .tick = s->tick,
-            .counter_names = {t.count, t.names},
-            .counter_values = {t.count, t.values}}};
+            .counter_names = {t->count, t->names},
+            .counter_values = {t->count, t->values}}};
     for (size_t i = 0; i < s->link_count; i++) s->links[i]->ops->publish(s->links[i], &m);
 }

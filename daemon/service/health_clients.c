@@ -3,9 +3,6 @@
 #include "health.h"
 
 #include <inttypes.h>
-#include <stdio.h>
-
-typedef char figure_name[WIRE_NAME_MAX + 48];
 
 /* Those that have figures of their own: who is here comes before who left in order and whose bodies stay. */
 typedef struct named_clients {
@@ -23,15 +20,13 @@ static named_clients name_clients(const service *s)
 }
 
 /* One figure of each; `value` says false where a client has none. */
-static void add_each(const service *s, sheet *t, const named_clients *clients, figure_name names[SHEET_NAMED_MAX],
-    const char *prefix, bool (*value)(const service *s, const session *c, int64_t *out))
+static void add_each(const service *s, sheet *t, const named_clients *clients, const char *prefix,
+    bool (*value)(const service *s, const session *c, int64_t *out))
 {
     for (size_t i = 0; i < clients->count; i++) {
         const session *c = clients->at[i];
         int64_t number;
-        if (!value(s, c, &number)) continue;
-        snprintf(names[i], sizeof names[i], "%s%016" PRIx64, prefix, (uint64_t)c->client);
-        sheet_add(t, names[i], number);
+        if (value(s, c, &number)) sheet_add_named(t, number, "%s%016" PRIx64, prefix, (uint64_t)c->client);
     }
 }
 
@@ -82,12 +77,11 @@ static bool spent_of(const service *s, const session *c, int64_t *out)
     return !c->left;
 }
 
-static void add_names(sheet *t, const named_clients *clients, figure_name names[SHEET_NAMED_MAX])
+static void add_names(sheet *t, const named_clients *clients)
 {
     for (size_t i = 0; i < clients->count; i++) {
         const session *c = clients->at[i];
-        snprintf(names[i], sizeof names[i], "client_name_%016" PRIx64 "_%s", (uint64_t)c->client, c->name);
-        sheet_add(t, names[i], 1);
+        sheet_add_named(t, 1, "client_name_%016" PRIx64 "_%s", (uint64_t)c->client, c->name);
     }
 }
 
@@ -102,7 +96,6 @@ static bool pending_bodies_of(const service *s, const session *c, int64_t *out)
 static void add_pending(const service *s, sheet *t)
 {
     enum { NAMED = 32 };
-    static figure_name names[NAMED];
     const builds_figures f = builds_get_figures(s->builds);
     sheet_add(t, "pending_bodies", (int64_t)s->pending.count);
     sheet_add(t, "pending_geometries", (int64_t)s->geometries_building);
@@ -111,24 +104,22 @@ static void add_pending(const service *s, sheet *t)
     for (size_t i = 0; i < s->pending.count && i < NAMED; i++) {
         const pending_body *p = &s->pending.at[i];
         int64_t waited_ns = s->monotonic_ns - p->since_ns;
-        snprintf(names[i], sizeof names[i], "pending_body_ns_%s", p->name);
-        sheet_add(t, names[i], waited_ns > 0 ? waited_ns : 0);
+        sheet_add_named(t, waited_ns > 0 ? waited_ns : 0, "pending_body_ns_%s", p->name);
     }
 }
 
 void health_add_clients(service *s, sheet *t)
 {
-    static figure_name names[9][SHEET_NAMED_MAX];
     const named_clients clients = name_clients(s);
-    add_names(t, &clients, names[0]);
-    add_each(s, t, &clients, names[1], "client_bodies_", bodies_of);
-    add_each(s, t, &clients, names[2], "client_silent_ns_", silence_of);
-    add_each(s, t, &clients, names[3], "client_pose_age_ns_", pose_age_of);
-    add_each(s, t, &clients, names[4], "client_poses_", poses_of);
-    add_each(s, t, &clients, names[5], "client_work_", work_of);
-    add_each(s, t, &clients, names[6], "client_left_", left_of);
-    add_each(s, t, &clients, names[7], "client_spent_ms_", spent_of);
-    add_each(s, t, &clients, names[8], "client_pending_", pending_bodies_of);
+    add_names(t, &clients);
+    add_each(s, t, &clients, "client_bodies_", bodies_of);
+    add_each(s, t, &clients, "client_silent_ns_", silence_of);
+    add_each(s, t, &clients, "client_pose_age_ns_", pose_age_of);
+    add_each(s, t, &clients, "client_poses_", poses_of);
+    add_each(s, t, &clients, "client_work_", work_of);
+    add_each(s, t, &clients, "client_left_", left_of);
+    add_each(s, t, &clients, "client_spent_ms_", spent_of);
+    add_each(s, t, &clients, "client_pending_", pending_bodies_of);
     add_pending(s, t);
     for (size_t i = 0; i < s->sessions.count; i++) s->sessions.at[i]->work = 0;
 }
@@ -136,7 +127,6 @@ void health_add_clients(service *s, sheet *t)
 /* Whose lease ran out and whose bodies stay. Those who left in order are not missed. */
 void health_add_lost(const service *s, sheet *t)
 {
-    static char names[SHEET_NAMED_MAX][32];
     size_t clients = 0, bodies = 0;
     for (size_t i = 0; i < s->sessions.count; i++) {
         const session *c = s->sessions.at[i];
@@ -144,8 +134,7 @@ void health_add_lost(const service *s, sheet *t)
         if (!left) continue;
         bodies += left;
         if (clients++ >= SHEET_NAMED_MAX) continue; /* counted, and told in the log */
-        snprintf(names[clients - 1], sizeof names[0], "lost_client_%016" PRIx64, (uint64_t)c->client);
-        sheet_add(t, names[clients - 1], (int64_t)left);
+        sheet_add_named(t, (int64_t)left, "lost_client_%016" PRIx64, (uint64_t)c->client);
     }
     sheet_add(t, "lost_clients", (int64_t)clients);
     sheet_add(t, "lost_bodies", (int64_t)bodies);

@@ -1,4 +1,4 @@
-/* http: RFC 9112, strictly: what is not plainly a request is none. */
+/* http: requests are read by RFC 9112, strictly: whatever is not plainly well-formed is refused. */
 #include "http.h"
 
 #include <arpa/inet.h>

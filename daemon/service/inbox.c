@@ -3,6 +3,7 @@
 #include "service.h"
 #include "shares.h"
 #include "standby.h"
+#include "suspect.h"
 
 #include "base/clock.h"
 

@@ -107,7 +107,7 @@ int64_t memory_granted(const char *root)
 /* The first two numbers of statm: pages of addresses, pages that are resident. */
 static void look(service *s)
 {
-    memory_gauge *g = &s->memory;
+    memory_gauge *g = s->memory;
     char text[128] = "", *at = text;
     g->looked_ns = s->monotonic_ns;
     g->pairs = (int64_t)world_get_figures(s->world).pairs;
@@ -119,7 +119,7 @@ static void look(service *s)
 
 static void look_again(service *s)
 {
-    const memory_gauge *g = &s->memory;
+    const memory_gauge *g = s->memory;
     if (s->monotonic_ns - g->looked_ns >= LOOK_NS || g->promised >= LOOK_BYTES) look(s);
 }
 
@@ -132,8 +132,8 @@ static int64_t reserve(const memory_gauge *g)
 /* So much stays free for those who have little: the same share as of other limits. */
 static int64_t others_share(const service *s)
 {
-    int64_t part = s->memory.limit / 100 * (100 - s->config.share);
-    return part > reserve(&s->memory) ? part : reserve(&s->memory);
+    int64_t part = s->memory->limit / 100 * (100 - s->config.share);
+    return part > reserve(s->memory) ? part : reserve(s->memory);
 }
 
 static int64_t room(const memory_gauge *g)
@@ -143,7 +143,7 @@ static int64_t room(const memory_gauge *g)
 
 void memory_open(service *s)
 {
-    memory_gauge *g = &s->memory;
+    memory_gauge *g = s->memory = base_alloc(1, sizeof *g);
     struct rlimit space;
     *g = (memory_gauge){.statm = -1, .limit = INT64_MAX, .space = INT64_MAX, .left = INT64_MAX};
     if (s->replaying) return;
@@ -162,13 +162,15 @@ void memory_open(service *s)
 
 void memory_close(service *s)
 {
-    if (s->memory.statm >= 0) close(s->memory.statm);
-    s->memory.statm = -1;
+    if (!s->memory) return;
+    if (s->memory->statm >= 0) close(s->memory->statm);
+    free(s->memory);
+    s->memory = NULL;
 }
 
 bool memory_is_short(const service *s)
 {
-    return s->memory.statm >= 0 && room(&s->memory) < reserve(&s->memory);
+    return s->memory->statm >= 0 && room(s->memory) < reserve(s->memory);
 }
 
 /* ---- what a command will need ---- */
@@ -225,7 +227,7 @@ static int64_t promise_of(const wire_message *m, int64_t need)
 
 static void tell_short(service *s)
 {
-    memory_gauge *g = &s->memory;
+    memory_gauge *g = s->memory;
     if (!g->told)
         log_warning("memory_limit = %" PRId64 " MiB is nearly reached: %" PRId64
                     " MiB are in use, and nothing that would need more is let in",
@@ -244,12 +246,12 @@ static bool is_sign_of_life(service *s, const wire_message *m)
 static int64_t kept_from(service *s, const struct link *from, const wire_message *m, int64_t need)
 {
     bool has_much = shares_bytes(s, from, m) + need > others_share(s);
-    return has_much ? others_share(s) : reserve(&s->memory);
+    return has_much ? others_share(s) : reserve(s->memory);
 }
 
 bool memory_admit(service *s, const struct link *from, const wire_message *m, wire_refusal *why)
 {
-    memory_gauge *g = &s->memory;
+    memory_gauge *g = s->memory;
     bool may_use_reserve;
     if (g->statm < 0 || is_sign_of_life(s, m)) return true;
     int64_t need = need_of(s, m, &may_use_reserve);
@@ -272,7 +274,7 @@ bool memory_admit(service *s, const struct link *from, const wire_message *m, wi
 
 int64_t memory_pairs_most(service *s)
 {
-    memory_gauge *g = &s->memory;
+    memory_gauge *g = s->memory;
     if (g->statm < 0) return 0;
     look_again(s);
     int64_t spare = g->left - others_share(s), most = g->pairs + (spare > 0 ? spare / PAIR_BYTES : 0);
@@ -281,13 +283,13 @@ int64_t memory_pairs_most(service *s)
 
 void memory_after_tick(service *s)
 {
-    s->memory.promised = 0;
+    s->memory->promised = 0;
 }
 
 /* Arrays keep what they have grown to: where that is what makes memory short, it is given back. */
 void memory_trim(service *s)
 {
-    memory_gauge *g = &s->memory;
+    memory_gauge *g = s->memory;
     if (g->statm < 0 || s->monotonic_ns < g->next_trim_ns) return;
     look_again(s);
     bool is_short = g->left < 2 * reserve(g);

@@ -1,9 +1,9 @@
 /* memory: memory_limit, held against what this process has resident: that is what the kernel's own limits count, and
  * what libraries (DDS, qhull) and builds under way take is in it, which no counter of our own allocations would see. It
  * is read (one read of /proc/self/statm, about a microsecond) before each tick, and before a command if that was 10 ms
- * ago; what commands that wait for a tick will need is estimated on top. Who may not grow is refused before anything is
- * recorded, and how many pairs may begin in a tick is recorded with it, so that a replay needs to know of none of this.
- * Tick thread. */
+ * ago; what commands that wait for a tick will need is estimated on top. Whatever would make the daemon grow beyond it
+ * is refused before it is recorded, and how many pairs may begin in a tick is recorded with it, so that a replay needs
+ * to know of none of this. Tick thread. */
 #ifndef COLLIDED_SERVICE_MEMORY_H
 #define COLLIDED_SERVICE_MEMORY_H
 

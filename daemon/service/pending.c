@@ -1,8 +1,9 @@
-/* pending: bodies that wait for their geometry, apart from the inbox, so that they cost nothing while they wait. What
- * has not come is waited for for HULL_WAIT_NS, since topics have no order among each other; what is being built without
- * end. Of the latter each body has one at most, its newest, and the newest of its poses. All that decides is counts,
- * commands and the recorded clock. Places of those that are gone are closed up when they are many, and after the
- * commands of each tick. Tick thread. */
+/* pending: bodies that wait for their geometry, apart from the inbox, so that they cost nothing while they wait. A body
+ * waits for HULL_WAIT_NS for a geometry that has not come, since topics have no order among each other, and without end
+ * for one that is being built. Of those that wait for a build, only the newest announcement of each body is kept, with
+ * the newest of its poses. The places of those that are
+ * gone are closed up when they are many, and after the commands of each tick. Everything here is decided by counts,
+ * commands and the recorded clock. Tick thread. */
 #include "service.h"
 
 #include <stdio.h>

@@ -6,12 +6,15 @@
 #include "base/clock.h"
 #include "base/log.h"
 #include "link/wake.h"
+#include "memory.h"
 #include "notify.h"
 #include "privileges.h"
 #include "replay.h"
 #include "service.h"
 #include "shares.h"
+#include "sheet.h"
 #include "standby.h"
+#include "suspect.h"
 
 #include <errno.h>
 #include <inttypes.h>
@@ -332,6 +335,7 @@ server *server_create(const config *given, char *why, size_t why_size)
     pair_map_init(&s->ending_streams);
     pair_map_init(&s->geometry_of);
     pair_map_init(&s->geometry_whole);
+    s->sheet = sheet_create();
     health_register(s);
     s->shares = shares_create();
     shares_register(s->shares, s->metrics);
@@ -375,8 +379,10 @@ void server_destroy(server *v)
     array_free(&s->compounds);
     array_free(&s->rules);
     poses_free(s);
+    free(s->part);
     exporter_stop(s->exporter);
     array_free(&s->page);
+    sheet_destroy(s->sheet);
     metrics_destroy(s->metrics);
     memory_close(s);
     suspect_close(s);

@@ -23,9 +23,7 @@
 #include "config.h"
 #include "exporter.h"
 #include "link/link.h"
-#include "memory.h"
 #include "page.h"
-#include "suspect.h"
 #include "wire/wire_lcm.h"
 #include "wire/wire_log.h"
 #include "world/world.h"
@@ -405,8 +403,9 @@ typedef struct service {
     metrics *metrics;
     counters count;
     measures measures;
-    exporter *exporter; /* NULL: none */
-    page_text page;     /* its next page */
+    struct sheet *sheet; /* the figures of a Status */
+    exporter *exporter;  /* NULL: none */
+    page_text page;      /* its next page */
     world *world;
     struct link *links[LINKS_MAX];
     size_t link_count;
@@ -434,9 +433,9 @@ typedef struct service {
     int64_t pending_ns, pending_last_ns; /* since when something has been pending, and at which tick last, monotonic */
     uint64_t recorded_work;              /* of this tick, in a replay ... */
     bool recorded_budget;                /* ... of one with a budget */
-    memory_gauge memory;
-    suspect_watch suspects;
-    int64_t pairs_most; /* in this tick, of max_pairs, for want of memory, or as recorded; 0: all */
+    struct memory_gauge *memory;         /* memory.h */
+    struct suspect_watch *suspects;      /* suspect.c's; NULL: nothing is kept */
+    int64_t pairs_most;                  /* in this tick, of max_pairs, for want of memory, or as recorded; 0: all */
     taken_state taken;
     int64_t status_tick; /* of the last Status */
     bool replaying, stopping;
@@ -501,6 +500,7 @@ typedef struct service {
     struct standby *standby; /* NULL: not one of a pair */
     shares *shares;          /* of each participant */
     bool status_due;         /* before its time */
+    struct part *part;       /* scratch of stream.c: of a batch that is being told */
     /* What a measurement asks instead of what the clients ask; NULL: nothing. */
     void (*amend_interest)(const void *context, world_interest *def);
     const void *amend_context;

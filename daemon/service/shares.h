@@ -1,5 +1,5 @@
-/* shares: what one participant (DDS), one end (memory) or one client (LCM, where nobody is told apart) may take of what
- * is there for all, whatever names it goes by: one purse each.
+/* shares: how much one participant (DDS), one end (memory) or one client (LCM, where participants cannot be told apart)
+ * may take of what is there for all, however many client ids it uses. Each of them has an account here, its purse.
  *
  * Of each limit of the world (clients, bodies, shapes, interests, geometries) `share` percent, so that the rest stays
  * free for others. And of time: each command and query has a price in microseconds of expected work (prices.c), and a

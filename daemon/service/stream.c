@@ -290,7 +290,7 @@ static int32_t parts_of(const world_batch *b)
 /* One part of a batch; valid until the next one. */
 static wire_message part_of(service *s, const stream *to, const world_batch *b, int32_t i)
 {
-    static part scratch; /* the tick thread's */
+    if (!s->part) s->part = base_alloc(1, sizeof *s->part);
     size_t first = (size_t)i * EVENTS_A_PART;
     size_t n = b->count - first < EVENTS_A_PART ? b->count - first : EVENTS_A_PART;
     wire_message m = message_for(s, to);
@@ -299,7 +299,7 @@ static wire_message part_of(service *s, const stream *to, const world_batch *b, 
     m.event_batch.closing = b->closing;
     m.event_batch.part = i;
     m.event_batch.parts = parts_of(b);
-    fill(&scratch, n ? b->events + first : NULL, (uint32_t)n, &m.event_batch);
+    fill(s->part, n ? b->events + first : NULL, (uint32_t)n, &m.event_batch);
     return m;
 }
 

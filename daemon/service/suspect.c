@@ -1,7 +1,8 @@
-/* suspect: a file with room for what is carried out now, and for what daemons have died over. What it says is believed
- * only as far as its numbers make sense: a damaged one is begun anew. */
+/* suspect: the file has room for what is carried out and built now, and for what daemons have died over. It is believed
+ * only as far as its numbers make sense: a damaged file is begun anew. */
 #include "suspect.h"
 
+#include "base/array.h"
 #include "base/clock.h"
 #include "base/hash.h"
 #include "base/log.h"
@@ -21,7 +22,7 @@
 #include <unistd.h>
 
 enum { SUSPECTS_MAX = 32, NAME_KEPT = 96 };
-static const uint64_t MAGIC = UINT64_C(0x3174636570737573); /* "suspect1" */
+static const uint64_t MAGIC = UINT64_C(0x3274636570737573); /* "suspect2" */
 static const int64_t SECOND_NS = 1000000000;
 static const int64_t FIRST_NS = 60 * 1000000000LL, MOST_NS = 3600 * 1000000000LL;
 static const int64_t FORGIVEN_NS = 86400 * 1000000000LL; /* after so long without another death */
@@ -39,14 +40,31 @@ typedef struct culprit { /* a command; of a tick (kind WIRE_NOTHING) whoever mos
     char client_name[NAME_KEPT], name[NAME_KEPT];
 } culprit;
 
+typedef struct under_way { /* of a thread that builds */
+    _Atomic uint32_t is_on;
+    culprit what; /* while it is: a Geometry, its sequence 0 */
+} under_way;
+
 typedef struct suspect_file {
     uint64_t magic, size;
-    _Atomic uint32_t running;   /* 0: it ended in order */
-    _Atomic int32_t end_signal; /* that ended it; 0: none that can be seen */
+    _Atomic uint32_t running;       /* 0: it ended in order */
+    _Atomic int32_t end_signal;     /* that ended it; 0: none that can be seen ... */
+    _Atomic uint32_t end_in_build;  /* ... in a build of thread so much - 1; 0: in none ... */
+    _Atomic uint32_t end_of_memory; /* ... for want of memory */
     _Atomic uint32_t doing;
     culprit now; /* while it does something */
+    under_way builds[BUILD_THREADS];
     culprit kept[SUSPECTS_MAX];
 } suspect_file;
+
+typedef struct suspect_watch {
+    suspect_file *file;
+    int fd;
+    bool some;                          /* are refused, or were lately */
+    int64_t counted, counted_now, most; /* commands of one client in this tick: whose, how many; the most of one ... */
+    int64_t busiest;                    /* ... and whose; 0: nobody's */
+    bytes_out scratch;                  /* a command, encoded */
+} suspect_watch;
 
 /* ---- fatal signals ---- */
 
@@ -54,10 +72,16 @@ static suspect_file *of_process; /* for the handler: there is one daemon in a pr
 static const int FATAL[] = {SIGABRT, SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGSYS};
 enum { FATAL_COUNT = sizeof FATAL / sizeof *FATAL };
 
+static _Thread_local uint32_t in_build; /* this thread's number + 1; 0: it builds nothing */
+
 /* SA_RESETHAND: the second time, as soon as this one returns, it ends the process as if there were no handler. */
 static void note_signal(int number)
 {
-    if (of_process) atomic_store(&of_process->end_signal, number);
+    if (of_process) {
+        atomic_store(&of_process->end_in_build, in_build);
+        atomic_store(&of_process->end_of_memory, base_is_out_of_memory());
+        atomic_store(&of_process->end_signal, number);
+    }
     raise(number);
 }
 
@@ -89,12 +113,17 @@ static const char *name_of(const wire_message *m)
                                       : "";
 }
 
+static uint64_t content_of_geometry(uint8_t kind, int64_t hash)
+{
+    return hash_words(HASH_START ^ kind, &hash, sizeof hash);
+}
+
 /* Poses change from one announcement to the next. */
 static uint64_t content_of(suspect_watch *w, const wire_message *m)
 {
     static const double nowhere[7] = {0, 0, 0, 1, 0, 0, 0};
     wire_message bare = *m;
-    if (m->kind == WIRE_GEOMETRY) return hash_words(HASH_START ^ m->geometry.kind, &m->geometry.hash, sizeof(int64_t));
+    if (m->kind == WIRE_GEOMETRY) return content_of_geometry(m->geometry.kind, m->geometry.hash);
     if (m->kind == WIRE_BODY) {
         bare.body.client = bare.body.sequence = bare.body.stamp_ns = 0;
         bare.body.stamp_is_now = 0;
@@ -130,7 +159,7 @@ static void count_client(suspect_watch *w, int64_t client)
 
 static void note_command(service *s, const wire_message *m)
 {
-    suspect_watch *w = &s->suspects;
+    suspect_watch *w = s->suspects;
     culprit *now = &w->file->now;
     wire_origin(m, &now->client, &now->sequence, &now->object);
     now->kind = (uint8_t)m->kind;
@@ -147,14 +176,14 @@ static void note_command(service *s, const wire_message *m)
 
 void suspect_begin(service *s, const wire_message *m)
 {
-    if (s->suspects.file) note_command(s, m);
+    if (s->suspects) note_command(s, m);
     if (s->on_command) s->on_command(s->on_command_context, m);
 }
 
 void suspect_begin_tick(service *s)
 {
-    suspect_watch *w = &s->suspects;
-    if (!w->file) return;
+    suspect_watch *w = s->suspects;
+    if (!w) return;
     culprit *now = &w->file->now;
     now->client = w->busiest;
     now->sequence = now->object = 0;
@@ -169,7 +198,27 @@ void suspect_begin_tick(service *s)
 
 void suspect_end(service *s)
 {
-    if (s->suspects.file) atomic_store_explicit(&s->suspects.file->doing, DOING_NOTHING, memory_order_release);
+    if (s->suspects) atomic_store_explicit(&s->suspects->file->doing, DOING_NOTHING, memory_order_release);
+}
+
+static void build_begins(
+    void *context, unsigned thread, int64_t client, const char *client_name, const geometry_numbers *n)
+{
+    under_way *u = &((suspect_file *)context)->builds[thread];
+    u->what = (culprit){.client = client,
+        .content = content_of_geometry(n->kind, n->hash),
+        .since_ns = clock_monotonic_ns(),
+        .kind = WIRE_GEOMETRY};
+    keep_name(u->what.client_name, client_name);
+    snprintf(u->what.name, sizeof u->what.name, "%016" PRIx64, (uint64_t)n->hash);
+    atomic_store_explicit(&u->is_on, 1, memory_order_release);
+    in_build = thread + 1;
+}
+
+static void build_ends(void *context, unsigned thread)
+{
+    in_build = 0;
+    atomic_store_explicit(&((suspect_file *)context)->builds[thread].is_on, 0, memory_order_release);
 }
 
 /* ---- what daemons have died over ---- */
@@ -180,6 +229,9 @@ static void tell(const culprit *c, char *text, size_t size)
         snprintf(text, size, "a tick in which no client had announced anything");
     else if (c->kind == WIRE_NOTHING)
         snprintf(text, size, "a tick, most of whose commands came from client %016" PRIx64 " \"%s\"",
+            (uint64_t)c->client, c->client_name);
+    else if (c->kind == WIRE_GEOMETRY && !c->sequence)
+        snprintf(text, size, "the building of Geometry \"%s\" of client %016" PRIx64 " \"%s\"", c->name,
             (uint64_t)c->client, c->client_name);
     else
         snprintf(text, size, "%s %" PRId64 " (\"%s\") of client %016" PRIx64 " \"%s\"",
@@ -213,8 +265,11 @@ static int64_t penalty_ns(uint32_t times)
     return ns < MOST_NS ? ns : MOST_NS;
 }
 
-static void hold_against(suspect_file *f, const culprit *c, bool sure, const char *what, const char *how)
+static void hold_against(suspect_file *f, culprit *c, bool sure, const char *how)
 {
+    char what[512];
+    c->client_name[NAME_KEPT - 1] = c->name[NAME_KEPT - 1] = '\0';
+    tell(c, what, sizeof what);
     culprit *k = place_for(f, c);
     k->client = c->client;
     k->sequence = c->sequence;
@@ -235,20 +290,40 @@ static void hold_against(suspect_file *f, const culprit *c, bool sure, const cha
             how, what);
 }
 
+static bool some_is_built(suspect_file *f)
+{
+    bool some = false;
+    for (int i = 0; i < BUILD_THREADS; i++) some |= atomic_load(&f->builds[i].is_on) != 0;
+    return some;
+}
+
+/* Where it is not known who did it: false if nothing was under way. */
+static bool judge_all(suspect_file *f, bool sure, bool with_builds, const char *how)
+{
+    uint32_t doing = atomic_load(&f->doing);
+    bool some = doing == DOING_COMMAND || doing == DOING_TICK;
+    if (some) hold_against(f, &f->now, sure && doing == DOING_COMMAND, how);
+    for (int i = 0; i < BUILD_THREADS && with_builds; i++) {
+        if (!atomic_load(&f->builds[i].is_on)) continue;
+        hold_against(f, &f->builds[i].what, false, how);
+        some = true;
+    }
+    return some;
+}
+
 static void judge(suspect_file *f)
 {
-    char what[512], how[64];
+    char how[80];
     int number = atomic_load(&f->end_signal);
-    uint32_t doing = atomic_load(&f->doing);
-    if (number > 0 && number < NSIG)
-        snprintf(how, sizeof how, "signal %d, %s", number, strsignal(number));
+    uint32_t in_build_of = atomic_load(&f->end_in_build);
+    bool seen = number > 0 && number < NSIG, memory_ended = seen && atomic_load(&f->end_of_memory);
+    if (seen)
+        snprintf(how, sizeof how, "signal %d, %s%s", number, strsignal(number), memory_ended ? ": out of memory" : "");
     else
         snprintf(how, sizeof how, "by SIGKILL, or with its machine");
-    f->now.client_name[NAME_KEPT - 1] = f->now.name[NAME_KEPT - 1] = '\0';
-    tell(&f->now, what, sizeof what);
-    if (doing == DOING_COMMAND || doing == DOING_TICK)
-        hold_against(f, &f->now, number && doing == DOING_COMMAND, what, how);
-    else
+    if (seen && in_build_of >= 1 && in_build_of <= BUILD_THREADS)
+        hold_against(f, &f->builds[in_build_of - 1].what, true, how);
+    else if (!judge_all(f, seen && !(memory_ended && some_is_built(f)), !seen || memory_ended, how))
         log_warning("the daemon before this one was killed (%s), not while it carried out a command", how);
 }
 
@@ -306,7 +381,7 @@ static bool folder_of(const service *s, char *folder, size_t size)
 
 void suspect_open(service *s)
 {
-    suspect_watch *w = &s->suspects;
+    suspect_watch opened = {.some = false}, *w = &opened;
     char folder[CONFIG_TEXT_MAX], path[CONFIG_TEXT_MAX + 32];
     if (!folder_of(s, folder, sizeof folder)) return;
     snprintf(path, sizeof path, "%s/carried_out", folder);
@@ -322,21 +397,28 @@ void suspect_open(service *s)
     }
     mend_kept(w);
     atomic_store(&f->doing, DOING_NOTHING);
+    for (int i = 0; i < BUILD_THREADS; i++) atomic_store(&f->builds[i].is_on, 0);
     atomic_store(&f->end_signal, 0);
+    atomic_store(&f->end_in_build, 0);
+    atomic_store(&f->end_of_memory, 0);
     atomic_store(&f->running, 1);
+    s->suspects = base_alloc(1, sizeof *w);
+    *s->suspects = opened;
     watch_signals(f);
+    builds_tell(s->builds, &(build_watch){build_begins, build_ends, f});
 }
 
 void suspect_close(service *s)
 {
-    suspect_watch *w = &s->suspects;
-    array_free(&w->scratch);
-    if (!w->file) return;
+    suspect_watch *w = s->suspects;
+    if (!w) return;
     atomic_store(&w->file->running, 0);
     of_process = NULL;
     munmap(w->file, sizeof *w->file);
     close(w->fd);
-    w->file = NULL;
+    array_free(&w->scratch);
+    free(w);
+    s->suspects = NULL;
 }
 
 /* ---- who is refused ---- */
@@ -357,11 +439,11 @@ static bool takes_back(const wire_message *m)
 
 bool suspect_refuses(service *s, const wire_message *m, wire_refusal *why)
 {
-    suspect_watch *w = &s->suspects;
+    suspect_watch *w = s->suspects;
     int64_t client, sequence;
     int32_t object;
     uint64_t content = 0;
-    if (!w->some || takes_back(m)) return false;
+    if (!w || !w->some || takes_back(m)) return false;
     wire_origin(m, &client, &sequence, &object);
     const char *name = client_name(s, client);
     w->some = false;
@@ -382,9 +464,10 @@ bool suspect_refuses(service *s, const wire_message *m, wire_refusal *why)
 
 size_t suspect_count(const service *s)
 {
+    const suspect_watch *w = s->suspects;
     size_t count = 0;
-    for (int i = 0; s->suspects.some && i < SUSPECTS_MAX; i++) {
-        const culprit *k = &s->suspects.file->kept[i];
+    for (int i = 0; w && w->some && i < SUSPECTS_MAX; i++) {
+        const culprit *k = &w->file->kept[i];
         count += k->times && k->until_ns > s->monotonic_ns;
     }
     return count;
@@ -392,10 +475,11 @@ size_t suspect_count(const service *s)
 
 void suspect_describe(const service *s, char *text, size_t size)
 {
+    const suspect_watch *w = s->suspects;
     char what[512];
     text[0] = '\0';
-    for (int i = 0; s->suspects.some && i < SUSPECTS_MAX; i++) {
-        const culprit *k = &s->suspects.file->kept[i];
+    for (int i = 0; w && w->some && i < SUSPECTS_MAX; i++) {
+        const culprit *k = &w->file->kept[i];
         if (!k->times || k->until_ns <= s->monotonic_ns) continue;
         tell(k, what, sizeof what);
         snprintf(text, size, "suspect: a daemon was killed over %.300s; refused for %" PRId64 " s", what,

@@ -1,9 +1,11 @@
 /* tick: one tick of the service: the same for live links and for a replay. Tick thread. */
 #include "base/clock.h"
 #include "base/log.h"
+#include "memory.h"
 #include "service.h"
 #include "shares.h"
 #include "standby.h"
+#include "suspect.h"
 
 #include <inttypes.h>
 #include <math.h>
@@ -139,7 +141,7 @@ static void tell_pairs_left_out(service *s)
     const char *option = s->pairs_most ? "memory_limit" : "max_pairs";
     if (!strstr(s->limits, option))
         log_warning("%s = %" PRId64 " is reached: %zu pairs are not looked at%s", option,
-            s->pairs_most ? s->memory.limit >> 20 : (int64_t)s->config.max_pairs, f.pairs_left_out,
+            s->pairs_most ? s->memory->limit >> 20 : (int64_t)s->config.max_pairs, f.pairs_left_out,
             f.parked_bodies ? ", nor those that have not been counted" : "");
     apply_name_limit(s, option);
 }

@@ -37,7 +37,7 @@ static const filter_rule *first_rule(const world *w, const body *a, const body *
 {
     rule_sets *answered = (rule_sets *)&w->rules; /* what it remembers changes no answer */
     uint32_t first = rules_first(answered, a->rule_set, b->label, b->name, b->group);
-    return first == WORLD_NONE ? NULL : &a->rules[first];
+    return first == PAIR_MAP_NONE ? NULL : &a->rules[first];
 }
 
 uint64_t pair_price(void *context, uint32_t a, uint32_t b)

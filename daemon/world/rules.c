@@ -121,7 +121,7 @@ static rule_answer *place_of(const rule_sets *r, uint64_t set, uint64_t other)
 uint32_t rules_first(rule_sets *r, uint32_t set, uint64_t label, const char *name, const char *group)
 {
     const rule_set *s = &r->sets.at[set];
-    if (!set) return WORLD_NONE;
+    if (!set) return PAIR_MAP_NONE;
     grow_answers(r);
     rule_answer *a = place_of(r, s->number, label);
     if (a->set == s->number && a->other == label) return a->first;

@@ -3,9 +3,11 @@
 #ifndef COLLIDED_WORLD_RULES_H
 #define COLLIDED_WORLD_RULES_H
 
+#include "base/array.h"
 #include "base/id_pool.h"
+#include "base/pair_map.h"
+#include "filter_rule.h"
 #include "pattern.h"
-#include "world.h"
 
 typedef struct rule_set {
     pattern_set patterns; /* under their places in the list */
@@ -36,7 +38,7 @@ void rules_init(rule_sets *r);
 void rules_free(rule_sets *r);
 /* Instead of the set that it has. */
 void rules_choose(rule_sets *r, uint32_t *set, const filter_rule *rules, size_t count);
-/* The place of the first rule that matches, or WORLD_NONE; `label` is another number for another name or group. */
+/* The place of the first rule that matches, or PAIR_MAP_NONE; `label` is another number for another name or group. */
 uint32_t rules_first(rule_sets *r, uint32_t set, uint64_t label, const char *name, const char *group);
 /* Patterns that a name may have to be tried against, at most; 0 for no rules. A try takes some 10 to 100 ns. It follows
  * from the rules alone, whatever is remembered: what is counted by it is the same in a replay. */

@@ -11,6 +11,7 @@
 #define COLLIDED_WORLD_WORLD_H
 
 #include "broad/broad.h"
+#include "filter_rule.h"
 #include "narrow/toi.h"
 
 #include <stdbool.h>
@@ -53,15 +54,6 @@ typedef struct world_shape {
     shape shape; /* checked by shape_check; its hulls outlive the body by one tick; a compound is copied */
     pose local;  /* in the body's frame */
 } world_shape;
-
-typedef struct filter_rule {
-    const char *pattern; /* the other body's name ('*', '?'), or "group:" and its group */
-    bool allow;          /* true: touching is allowed, the pair is not looked at */
-    const char *reason;
-    /* For the pairs that it checks; where rules of both bodies say something, the larger number counts. */
-    double padding; /* m, added to an interest's threshold; may be negative */
-    double margin;  /* m, >= 0, added to an interest's range */
-} filter_rule;
 
 /* Is the way between two poses looked at, for interests in impacts? Of a pair one that is not OFF is enough. */
 typedef enum world_ccd { /* numbers as on the wire */

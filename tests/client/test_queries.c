@@ -87,6 +87,17 @@ static void answers_are_handed_over_whole(void **state)
     collided_close(c);
 }
 
+static void who_wants_the_status_alone_gets_it(void **state)
+{
+    (void)state;
+    fake_begin((fake_options){.epoch = epoch});
+    collided *c = fake_connect();
+    helper h = {.text = "recording ended"};
+    assert_int_equal(ask(c, &h, NULL), COLLIDED_OK);
+    assert_int_equal(collided_record(c, "", 0, NULL), COLLIDED_TIMEOUT);
+    collided_close(c);
+}
+
 /* Legal on the wire: an answer that has names alone. */
 static void *answer_with_names_alone(void *context)
 {
@@ -213,6 +224,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(answers_are_handed_over_whole),
+        cmocka_unit_test(who_wants_the_status_alone_gets_it),
         cmocka_unit_test(what_an_answer_lacks_is_not_read),
         cmocka_unit_test(failures_have_their_own_status),
         cmocka_unit_test(unanswered_queries_are_repeated_under_their_sequence),

@@ -113,9 +113,14 @@ double rig_pair_lease_s(void)
 
 pid_t rig_one_of_a_pair(const char *option)
 {
+    return rig_one_of_a_pair_of(rig_pair_lease_s(), option);
+}
+
+pid_t rig_one_of_a_pair_of(double lease_s, const char *option)
+{
     char lease[32];
     rig_need_network();
-    snprintf(lease, sizeof lease, "%g", rig_pair_lease_s());
+    snprintf(lease, sizeof lease, "%g", lease_s);
     const char *const arguments[] = {ORDINARY, "--standby=yes", "--standby_lease", lease, option, NULL};
     return rig_start(COLLIDED, arguments);
 }

@@ -39,6 +39,7 @@ pid_t rig_daemon(const char *option, const char *value); /* one option more, or 
  * tried with COLLIDED_NIGHTLY=1. */
 double rig_pair_lease_s(void);
 pid_t rig_one_of_a_pair(const char *option);
+pid_t rig_one_of_a_pair_of(double lease_s, const char *option);          /* of that lease */
 pid_t rig_start(const char *program, const char *const *arguments);      /* ended by NULL */
 pid_t rig_self(const char *role, const char *uri, const char *argument); /* this program again, as another client */
 void rig_kill(pid_t pid, int number);                                    /* a signal; SIGKILL also waits */

@@ -151,6 +151,99 @@ static void what_may_be_chance_is_refused_the_second_time(void **state)
     assert_int_equal(manager_stop(m), 0);
 }
 
+/* ---- what it was building ---- */
+
+static void ground(collided *c, const char *name, double height)
+{
+    enum { ROWS = 12 }; /* too many to be built within the tick */
+    double heights[ROWS * ROWS];
+    for (int i = 0; i < ROWS * ROWS; i++) heights[i] = height + 0.01 * (i % 5);
+    collided_shape s = collided_height_field(collided_create_height_field(c, heights, ROWS, ROWS, 0.1, 0.1, 1));
+    collided_body_def b = collided_body_def_default();
+    b.name = name;
+    b.shapes = &s;
+    b.shape_count = 1;
+    b.motion = COLLIDED_FIXED;
+    collided_create_body(c, &b);
+    collided_flush(c);
+}
+
+static void make_file(manager *m, const char *name)
+{
+    char path[256];
+    snprintf(path, sizeof path, "%s/%s", manager_folder(m), name);
+    fclose(fopen(path, "we"));
+}
+
+static bool drop_file(manager *m, const char *name)
+{
+    char path[256];
+    snprintf(path, sizeof path, "%s/%s", manager_folder(m), name);
+    return unlink(path) == 0;
+}
+
+/* All the rest of that client is there again, and another geometry of it is built. */
+static void refused_is_what_was_built(manager *m, collided *c, unsigned restarts)
+{
+    UNTIL(c, RIG_PATIENCE_S, counter(c, "suspects_refused") >= 1 && counter(c, "bodies") == 1);
+    assert_int_equal(counter(c, "suspects"), 1);
+    UNTIL(c, RIG_PATIENCE_S, has_limit(c, "suspect: a daemon was killed over the building of Geometry"));
+    ground(c, "hills", 0.5);
+    UNTIL(c, RIG_PATIENCE_S, counter(c, "bodies") == 2);
+    THROUGHOUT(c, 1, manager_restarts(m) == restarts && counter(c, "bodies") == 2);
+    rig_close(c);
+    assert_int_equal(manager_stop(m), 0);
+}
+
+static void ended_in_a_build(const char *file, const char *how)
+{
+    manager *m = start_hanging(0);
+    collided *c = rig_connect(RIG_DDS, 60, COLLIDED_KEEP);
+    rig_box(c, "table", 0);
+    collided_flush(c);
+    UNTIL(c, RIG_PATIENCE_S, counter(c, "bodies") == 1);
+    make_file(m, file);
+    ground(c, "ground", 0);
+    UNTIL(c, RIG_PATIENCE_S, manager_restarts(m) == 1 && manager_is_ready(m));
+    drop_file(m, file);
+    assert_true(manager_said(m, how));
+    assert_true(manager_said(m, "while it carried out the building of Geometry"));
+    refused_is_what_was_built(m, c, 1);
+}
+
+static void a_geometry_that_faults_while_it_is_built_is_refused(void **state)
+{
+    (void)state;
+    ended_in_a_build("build_faults", "killed (signal 31, ");
+}
+
+static void so_is_one_that_takes_all_memory(void **state)
+{
+    (void)state;
+    ended_in_a_build("build_fills", ": out of memory) while it carried out the building");
+}
+
+/* The kernel, when it has no memory, sends SIGKILL, too. */
+static void a_build_that_was_killed_over_twice_is_refused(void **state)
+{
+    (void)state;
+    manager *m = start_hanging(0);
+    collided *c = rig_connect(RIG_DDS, 60, COLLIDED_KEEP);
+    rig_box(c, "table", 0);
+    make_file(m, "build_hangs");
+    ground(c, "ground", 0);
+    for (unsigned death = 0; death < 2; death++) {
+        UNTIL(c, RIG_PATIENCE_S, drop_file(m, "hangs"));
+        UNTIL(c, RIG_PATIENCE_S, counter(c, "bodies") == 1); /* it does something else */
+        assert_int_equal(kill(manager_pid(m), SIGKILL), 0);
+        UNTIL(c, RIG_PATIENCE_S, manager_restarts(m) == death + 1 && manager_is_ready(m));
+        if (death == 0) assert_false(manager_said(m, "refused for"));
+    }
+    drop_file(m, "build_hangs");
+    assert_true(manager_said(m, "2 time(s) so far: it is refused for 120 s"));
+    refused_is_what_was_built(m, c, 2);
+}
+
 /* In order, or while nothing was carried out. */
 static void an_end_between_commands_is_nobodys_fault(void **state)
 {
@@ -178,6 +271,9 @@ int main(void)
         cmocka_unit_test_teardown(a_command_that_the_watchdog_killed_it_over_is_refused, manager_end_all),
         cmocka_unit_test_teardown(so_is_one_that_ended_it_by_a_fault, manager_end_all),
         cmocka_unit_test_teardown(what_may_be_chance_is_refused_the_second_time, manager_end_all),
+        cmocka_unit_test_teardown(a_geometry_that_faults_while_it_is_built_is_refused, manager_end_all),
+        cmocka_unit_test_teardown(so_is_one_that_takes_all_memory, manager_end_all),
+        cmocka_unit_test_teardown(a_build_that_was_killed_over_twice_is_refused, manager_end_all),
         cmocka_unit_test_teardown(an_end_between_commands_is_nobodys_fault, manager_end_all),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

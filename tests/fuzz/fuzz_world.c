@@ -1,13 +1,8 @@
 /* Messages whose fields are any bytes, as DDS samples: each is refused by the decoder of samples for the reason that
  * wire_check has, or goes to the service and its world, as from a client; what these tell is in order. */
-#include "fuzz.h"
+#include "one_daemon.h"
 #include "take.h"
 
-#include "base/log.h"
-#include "link/link_memory.h"
-#include "service/config.h"
-#include "service/server.h"
-#include "service/service.h"
 #include "wire_dds/wire_dds.h"
 
 #include <stdlib.h>
@@ -23,15 +18,11 @@ typedef struct room { /* what a message borrows */
 } room;
 
 typedef struct world_of {
-    server *server;
-    service *service;
-    link_sink sink;
-    memory_end *end;
-    wire_memory *memory;
+    one_daemon daemon;
     taking bytes;
     room room;
     size_t used; /* of room.numbers */
-    int64_t now_ns, sequence;
+    int64_t sequence;
 } world_of;
 
 static const char *take_text(taking *t)
@@ -67,19 +58,6 @@ static wire_strings texts(world_of *w, size_t first, uint32_t count)
     return (wire_strings){count, w->room.texts + first};
 }
 
-static int64_t hash_of(const wire_geometry *g)
-{
-    uint64_t h = 0xcbf29ce484222325;
-    uint64_t words[3] = {g->kind, (uint64_t)g->vertex_numbers, (uint64_t)g->index_numbers};
-    for (uint32_t i = 0; i < 3 + g->vertices.count + g->indices.count; i++) {
-        uint64_t word = i < 3 ? words[i] : 0;
-        if (i >= 3 && i < 3 + g->vertices.count) memcpy(&word, g->vertices.at + i - 3, sizeof word);
-        if (i >= 3 + g->vertices.count) word = (uint64_t)(int64_t)g->indices.at[i - 3 - g->vertices.count];
-        for (int k = 0; k < 8; k++) h = (h ^ (word >> 8 * k & 255)) * 0x100000001b3;
-    }
-    return h ? (int64_t)h : 1;
-}
-
 static wire_message take_body(world_of *w)
 {
     taking *t = &w->bytes;
@@ -102,7 +80,7 @@ static wire_message take_body(world_of *w)
             .mask = take_byte(t) < 200 ? -1 : take_byte(t),
             .one_way = take_byte(t) > 200,
             .deadline_ns = take_byte(t) < 200 ? 0 : take_byte(t) * INT64_C(1000000),
-            .stamp_ns = take_byte(t) < 100 ? 0 : w->now_ns - take_byte(t) * INT64_C(1000000)}};
+            .stamp_ns = take_byte(t) < 100 ? 0 : w->daemon.now_ns - take_byte(t) * INT64_C(1000000)}};
     m.body.pose = poses(w, 1);
     m.body.shape_types = (wire_u8s){shapes, w->room.bytes};
     m.body.shape_sizes = numbers(w, 3 * shapes);
@@ -123,7 +101,7 @@ static wire_message take_poses(world_of *w)
     taking *t = &w->bytes;
     uint32_t count = take_byte(t) % (THINGS + 1);
     wire_message m = {.kind = WIRE_POSE_BATCH,
-        .pose_batch = {.stamp_ns = take_byte(t) < 100 ? 0 : w->now_ns - take_byte(t) * INT64_C(1000000),
+        .pose_batch = {.stamp_ns = take_byte(t) < 100 ? 0 : w->daemon.now_ns - take_byte(t) * INT64_C(1000000),
             .step = take_byte(t) < 200 ? 0 : take_byte(t)}};
     for (uint32_t i = 0; i < THINGS; i++) w->room.ints[i] = take_byte(t) % 5;
     m.pose_batch.bodies = (wire_i32s){count, w->room.ints};
@@ -189,7 +167,7 @@ static wire_message take_geometry(world_of *w)
     m.geometry.indices = (wire_i32s){m.geometry.kind == WIRE_GEOMETRY_HULL ? 0 : 3 * THINGS, w->room.ints};
     m.geometry.vertex_numbers = (int32_t)m.geometry.vertices.count;
     m.geometry.index_numbers = (int32_t)m.geometry.indices.count;
-    m.geometry.hash = hash_of(&m.geometry);
+    m.geometry.hash = wire_geometry_hash(m.geometry.kind, m.geometry.vertices, m.geometry.indices);
     w->room.longs[THINGS - 1] = m.geometry.hash;
     return m;
 }
@@ -232,53 +210,22 @@ static void send(world_of *w, wire_message *m)
     wire_dds_encode(m, sample);
     wire_reason reason = wire_check(m, &why), got = wire_dds_decode(m->kind, sample, &decoded, &why_decoded);
     PROMISE(got == reason);
-    struct link *from_link = w->service->links[0];
-    if (got == WIRE_OK) w->sink.message(w->sink.context, from_link, &decoded);
+    if (got == WIRE_OK) one_daemon_give(&w->daemon, &decoded);
     free(sample);
-}
-
-static void check_batch(const wire_event_batch *b)
-{
-    for (uint32_t i = 0; i < b->kinds.count; i++) PROMISE(b->lo.at[i] <= b->hi.at[i]);
 }
 
 static void tick(world_of *w)
 {
     wire_message m;
-    wire_refusal why;
-    w->now_ns += (1 + take_byte(&w->bytes)) * INT64_C(1000000);
-    w->service->now_ns = w->service->monotonic_ns = w->now_ns;
-    session_check_leases(w->service);
-    w->service->tick++;
-    service_tick(w->service);
-    stream_heartbeats(w->service);
-    for (wire_memory_reset(w->memory); memory_receive(w->end, w->memory, &m); wire_memory_reset(w->memory)) {
-        PROMISE(wire_check(&m, &why) == WIRE_OK); /* we say nothing that we would refuse */
-        if (m.kind == WIRE_EVENT_BATCH) check_batch(&m.event_batch);
-    }
-}
-
-static void open_world(world_of *w)
-{
-    char why[512];
-    config c;
-    config_default(&c);
-    c.workers = 1;
-    strcpy(c.links, "memory://fuzz");
-    log_setup(LOG_ERROR, 0);
-    w->server = server_create(&c, why, sizeof why);
-    PROMISE(w->server);
-    w->service = server_service(w->server);
-    w->sink = server_sink(w->server);
-    w->end = memory_connect("fuzz");
-    w->memory = wire_memory_create();
+    one_daemon_tick(&w->daemon, (1 + take_byte(&w->bytes)) * INT64_C(1000000));
+    while (one_daemon_hear(&w->daemon, &m)) continue;
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     static world_of w;
-    w = (world_of){.bytes = {data, size, 1}, .now_ns = INT64_C(1000000000000)};
-    open_world(&w);
+    w = (world_of){.bytes = {data, size, 1}};
+    one_daemon_begin(&w.daemon);
     for (int i = 0; i < MESSAGES_MAX && w.bytes.left; i++) {
         uint8_t what = take_byte(&w.bytes) % 12;
         w.used = 0;
@@ -291,8 +238,6 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     }
     tick(&w);
     tick(&w);
-    memory_disconnect(w.end);
-    server_destroy(w.server);
-    wire_memory_destroy(w.memory);
+    one_daemon_end(&w.daemon);
     return 0;
 }

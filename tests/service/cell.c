@@ -201,6 +201,28 @@ void cell_sphere(memory_end *e, int64_t client, int64_t sequence, int32_t body, 
     memory_send(e, &m);
 }
 
+void cell_body_of(memory_end *e, int64_t client, int64_t sequence, int32_t body, const char *name, uint8_t type,
+    int64_t hash, double x)
+{
+    const double pose[7] = {x, 0, 0, 1, 0, 0, 0}, local[7] = {0, 0, 0, 1, 0, 0, 0}, size[3] = {0}, radius[1] = {0};
+    wire_message m = {.kind = WIRE_BODY,
+        .body = {.version = WIRE_VERSION,
+            .client = client,
+            .sequence = sequence,
+            .body = body,
+            .name = name,
+            .group = "",
+            .category = 1,
+            .mask = -1,
+            .pose = {7, pose},
+            .shape_types = {1, &type},
+            .shape_sizes = {3, size},
+            .shape_radii = {1, radius},
+            .shape_poses = {7, local},
+            .shape_geometries = {1, &hash}}};
+    memory_send(e, &m);
+}
+
 void cell_pose(memory_end *e, int64_t client, int64_t sequence, int32_t body, double x)
 {
     const double position[3] = {x, 0, 0}, orientation[4] = {1, 0, 0, 0};

@@ -41,6 +41,9 @@ void cell_settle(memory_end *e, wire_memory *memory, int64_t client, int64_t seq
 
 void cell_hello(memory_end *e, int64_t client, int64_t sequence, double lease_s, uint8_t on_loss);
 void cell_sphere(memory_end *e, int64_t client, int64_t sequence, int32_t body, const char *name, double x);
+/* Of one shape that names a geometry: WIRE_SHAPE_HULL, ... */
+void cell_body_of(memory_end *e, int64_t client, int64_t sequence, int32_t body, const char *name, uint8_t type,
+    int64_t hash, double x);
 void cell_pose(memory_end *e, int64_t client, int64_t sequence, int32_t body, double x);
 void cell_touches(memory_end *e, int64_t client, int64_t sequence, int32_t interest);
 int64_t cell_counter(const wire_status *s, const char *name); /* fails the test if there is none */

@@ -146,27 +146,12 @@ static void take_back(room *r, int64_t client, int64_t hash)
 /* Its sequence; hash 0: its removal. */
 static int64_t send_shape(room *r, int64_t client, int32_t body, const char *name, uint8_t type, int64_t hash, double x)
 {
-    const uint8_t types[1] = {type};
-    static const double sizes[3] = {0, 0, 0}, radii[1] = {0}, local[7] = {0, 0, 0, 1, 0, 0, 0};
-    const double pose[7] = {x, 0, 0, 1, 0, 0, 0};
-    wire_message m = {.kind = WIRE_BODY,
-        .body = {.version = WIRE_VERSION,
-            .client = client,
-            .sequence = ++r->sequence,
-            .body = body,
-            .removed = hash == 0,
-            .name = name,
-            .group = "",
-            .category = 1,
-            .mask = -1,
-            .pose = {7, pose},
-            .shape_types = {1, types},
-            .shape_sizes = {3, sizes},
-            .shape_radii = {1, radii},
-            .shape_poses = {7, local},
-            .shape_geometries = {1, &hash}}};
-    if (!hash) m.body = (wire_body){WIRE_VERSION, client, r->sequence, body, .removed = 1, .name = "", .group = ""};
-    memory_send(end_of(r, client), &m);
+    const wire_message gone = {
+        .kind = WIRE_BODY, .body = {WIRE_VERSION, client, ++r->sequence, body, .removed = 1, .name = "", .group = ""}};
+    if (hash)
+        cell_body_of(end_of(r, client), client, r->sequence, body, name, type, hash, x);
+    else
+        memory_send(end_of(r, client), &gone);
     return r->sequence;
 }
 

@@ -72,28 +72,9 @@ static void send_hull(room *r, int64_t client, const double hull[12])
     cell_settle(end_of(r, client), r->memory, client, ++r->sequence);
 }
 
-/* A body of that hull, fixed at x. */
 static void send_body(room *r, int64_t client, int32_t body, const char *name, int64_t hash, double x)
 {
-    static const uint8_t types[1] = {WIRE_SHAPE_HULL};
-    static const double sizes[3] = {0, 0, 0}, radii[1] = {0}, local[7] = {0, 0, 0, 1, 0, 0, 0};
-    const double pose[7] = {x, 0, 0, 1, 0, 0, 0};
-    wire_message m = {.kind = WIRE_BODY,
-        .body = {.version = WIRE_VERSION,
-            .client = client,
-            .sequence = ++r->sequence,
-            .body = body,
-            .name = name,
-            .group = "",
-            .category = 1,
-            .mask = -1,
-            .pose = {7, pose},
-            .shape_types = {1, types},
-            .shape_sizes = {3, sizes},
-            .shape_radii = {1, radii},
-            .shape_poses = {7, local},
-            .shape_geometries = {1, &hash}}};
-    memory_send(end_of(r, client), &m);
+    cell_body_of(end_of(r, client), client, ++r->sequence, body, name, WIRE_SHAPE_HULL, hash, x);
 }
 
 /* How high the body's highest point stands, found by a ray from above through its top. */

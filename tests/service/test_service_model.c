@@ -4,10 +4,12 @@
  * Messages go through the memory link, encoded and decoded, and the service is driven tick by tick with a clock of the
  * test's own: motion, teleports, bodies put, removed, resized and filtered anew, interests changed, closed and asked
  * again, clients that leave, fall silent and come back, daemons that end in order or are gone. And a recording of it,
- * begun at any tick, replays equal. One thread. */
+ * begun at any tick, replays equal. So it is, too, where slices cut the ticks, and geometry is built beside them. One
+ * thread, but for those that build, and the workers. */
 #include "base/log.h"
 #include "cell.h"
 #include "peers.h"
+#include "service/builds.h"
 #include "service/record_file.h"
 #include "service/server.h"
 #include "service/service.h"
@@ -17,6 +19,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <sysexits.h>
+#include <time.h>
 #include <unistd.h>
 
 enum { CLERK = 99 }; /* the client that wants recordings */
@@ -38,9 +41,20 @@ typedef struct told { /* of one stream */
 typedef struct thing { /* a body as its owner would announce it now */
     double place[3], half;
     bool box, odd;
-    enum { PLAIN, HULL, MESH, COMPOUND, MAKES } make; /* of a pair's bodies: what travels to a standby, too */
+    enum {
+        PLAIN,
+        HULL,
+        MESH,
+        COMPOUND,
+        MAKES,
+        BUILT = MAKES
+    } make; /* of a pair's bodies: what travels to a standby,
+               too. BUILT: a hull, by a thread */
     uint64_t filter;
 } thing;
+
+/* What the clients did since the last tick, or the model, in it. */
+typedef enum deed { DEED_REMOVED, DEED_CLOSED, DEED_RECORDED, DEED_JOINED, DEED_TAKEN_OVER, DEEDS } deed;
 
 typedef struct another { /* the standby of a pair */
     server *server;
@@ -69,6 +83,10 @@ typedef struct model {
     int64_t ended_step[OWNERS]; /* what a simulator sends of it now would stand for all of it */
     size_t takeovers, told_again, recordings;
     char recording[64]; /* of the next one that takes over; "": none */
+    bool cut; /* slices cut the ticks, some bodies wait for threads, and each daemon has workers of another number */
+    bool done[DEEDS];
+    size_t cuts, cuts_with[DEEDS]; /* ticks that a slice has cut; those in which something was done */
+    int64_t balls;                 /* contents that threads were to build */
     wire_memory *memory;
     uint64_t random;
     int64_t step, now_ns, epoch, sequences[OWNERS + 1];
@@ -247,6 +265,31 @@ static int64_t announce_octahedron(model *m, int client, bool mesh)
     return g.geometry.hash;
 }
 
+/* Other content than any before, of more points than are built within a tick. */
+static int64_t announce_ball(model *m, int client)
+{
+    enum { POINTS = 100 };
+    static double points[3 * POINTS];
+    double size = 0.2 + 1e-5 * (double)++m->balls;
+    for (int i = 0; i < POINTS; i++) { /* a spiral */
+        double z = (2 * i + 1.0) / POINTS - 1, around = 2.4 * i, r = sqrt(1 - z * z);
+        memcpy(points + 3 * (size_t)i, (double[3]){size * r * cos(around), size * r * sin(around), size * z},
+            3 * sizeof(double));
+    }
+    const wire_f64s vertices = {3 * POINTS, points};
+    wire_message g = {.kind = WIRE_GEOMETRY,
+        .geometry = {.version = WIRE_VERSION,
+            .client = client + 1,
+            .sequence = ++m->sequences[client],
+            .kind = WIRE_GEOMETRY_HULL,
+            .hash = wire_geometry_hash(WIRE_GEOMETRY_HULL, vertices, (wire_i32s){0, NULL}),
+            .vertex_numbers = 3 * POINTS,
+            .pieces = 1,
+            .vertices = vertices}};
+    if (speaks(m, client)) send(m, &g);
+    return g.geometry.hash;
+}
+
 /* In place of a sphere or a box. */
 static void make_of(model *m, int client, int make, wire_body *b)
 {
@@ -263,7 +306,7 @@ static void make_of(model *m, int client, int make, wire_body *b)
         memcpy(poses + 7 * i, (double[7]){0, 0.2 * i, 0, 0.9, 0.1, 0.3, 0}, 7 * sizeof(double));
     }
     types[first] = make == MESH ? WIRE_SHAPE_MESH : WIRE_SHAPE_HULL;
-    geometries[first] = announce_octahedron(m, client, make == MESH);
+    geometries[first] = make == BUILT ? announce_ball(m, client) : announce_octahedron(m, client, make == MESH);
     for (int k = 0; k < 3; k++) sizes[3 * first + (uint32_t)k] = 0;
     if (compound) types[0] = WIRE_SHAPE_COMPOUND;
     if (compound) memcpy(sizes, (double[3]){2, 0, 0}, 3 * sizeof(double));
@@ -322,6 +365,7 @@ static void resize(model *m, int client, int32_t body)
     t->box = next(m) % 2;
     t->half = uniform(m, 0.1, 0.4);
     if (m->paired || m->recorded) t->make = next(m) % (2 * MAKES) < MAKES ? PLAIN : next(m) % MAKES;
+    if (m->cut && next(m) % 4 == 0) t->make = BUILT;
     put_body(m, client, body);
 }
 
@@ -343,7 +387,9 @@ static void remove_body(model *m, int client, int32_t body)
             .removed = 1,
             .name = "",
             .group = ""}};
-    if (speaks(m, client)) send(m, &b);
+    if (!speaks(m, client)) return;
+    send(m, &b);
+    m->done[DEED_REMOVED] = true;
 }
 
 /* Three in four go a little way about a place of their own; some rest; some jump. */
@@ -421,6 +467,7 @@ static void subscribe(model *m, int k, bool removed)
     if (!speaks(m, client)) return;
     send(m, &i);
     m->wanted[k] = !removed;
+    m->done[DEED_CLOSED] |= removed;
 }
 
 /* ---- the daemon ---- */
@@ -438,14 +485,46 @@ static void round_of_standby(model *m)
     assert_false(memory_receive(m->standby.end, m->memory, &none)); /* it says nothing */
 }
 
+/* In units; most ticks need more. */
+static uint64_t draw_slice(model *m)
+{
+    static const uint64_t SLICES[] = {0, 1, 1000, 10000, 50000, 200000};
+    return m->cut ? SLICES[next(m) % (sizeof SLICES / sizeof *SLICES)] : 0;
+}
+
+static void count_cuts(model *m)
+{
+    bool was_cut = world_was_sliced(m->service->world);
+    m->cuts += was_cut;
+    for (int i = 0; i < DEEDS; i++) m->cuts_with[i] += was_cut && m->done[i];
+    memset(m->done, 0, sizeof m->done);
+}
+
 static void tick_once(model *m)
 {
     service *s = m->service;
+    bool records = s->recording != NULL;
     m->now_ns += TICK_NS;
     s->now_ns = s->monotonic_ns = m->now_ns;
     s->links[0]->ops->receive(s->links[0], &m->sink);
     assert_false(standby_round(s, &m->sink));
+    s->slice = draw_slice(m);
     peers_work(s);
+    m->done[DEED_RECORDED] |= !records && s->recording;
+    count_cuts(m);
+}
+
+/* Some builds are slower than many ticks. */
+static void build_slowly(void *context, int64_t id)
+{
+    (void)context;
+    nanosleep(&(struct timespec){0, id % 7 * 300000}, NULL);
+}
+
+/* Of each daemon; what the others of its kind have decides nothing. */
+static void differ(model *m, config *c)
+{
+    if (m->cut) c->workers = 1 + (long)(next(m) % 8);
 }
 
 static void start_standby(model *m)
@@ -456,6 +535,8 @@ static void start_standby(model *m)
     c.heartbeat = 0.05;
     c.budget_us = m->service->config.budget_us;
     snprintf(c.links, sizeof c.links, "memory://%s", strstr(m->service->config.links, "cell") ? "other" : "cell");
+    if (m->recorded) snprintf(c.record_dir, sizeof c.record_dir, "/tmp");
+    differ(m, &c);
     b->server = server_create(&c, why, sizeof why);
     if (!b->server) fail_msg("%s", why);
     b->service = server_service(b->server);
@@ -463,8 +544,12 @@ static void start_standby(model *m)
     b->sink = server_sink(b->server);
     b->end = memory_connect(c.links + strlen("memory://"));
     b->service->monotonic_ns = m->now_ns;
+    if (m->cut) builds_hold(b->service->builds, build_slowly, NULL);
     peers_pair_up(b->service, &b->ops);
+    m->done[DEED_JOINED] = true;
 }
+
+static void end_recording(model *m);
 
 /* The active one is gone in the middle of what clients say: between its last tick and the next. */
 static void fail_over(model *m)
@@ -476,6 +561,7 @@ static void fail_over(model *m)
         for (wire_memory_reset(m->memory); memory_receive(m->end, m->memory, &lost);) wire_memory_reset(m->memory);
         assert_true(true);
     }
+    end_recording(m);
     peers_die(m->service->links[0]);
     memory_disconnect(m->end);
     server_destroy(m->server);
@@ -496,6 +582,7 @@ static void fail_over(model *m)
     *m->recording = '\0';
     m->epoch++;
     m->takeovers++;
+    m->done[DEED_TAKEN_OVER] = true;
     for (int k = 0; k < STREAMS; k++) m->unsure[k] = true;
     learn(m);
     m->joins_ns = m->now_ns + (int64_t)(next(m) % 200) * TICK_NS;
@@ -524,7 +611,7 @@ static void end_recording(model *m)
     record_stop_now(m->service);
     m->recording_now = false;
     m->replayed++;
-    int status = cell_replay(path, 1 + (long)(next(m) % 2), next(m) % 2);
+    int status = cell_replay(path, 1 + (long)(next(m) % (m->cut ? 8 : 2)), next(m) % 2);
     if (status != EX_OK) fail_msg("%s: %d", path, status);
     unlink(path);
 }
@@ -593,11 +680,13 @@ static void start(model *m)
     c.heartbeat = 0.05;
     if ((m->paired || m->recorded) && m->lives % 3 == 2) c.budget_us = 20; /* too little for all */
     if (m->recorded) snprintf(c.record_dir, sizeof c.record_dir, "/tmp");
+    differ(m, &c);
     m->server = server_create(&c, why, sizeof why);
     if (!m->server) fail_msg("%s", why);
     m->service = server_service(m->server);
     m->sink = server_sink(m->server);
     m->end = memory_connect("cell");
+    if (m->cut) builds_hold(m->service->builds, build_slowly, NULL);
     if (m->paired) { /* alone for long enough, it is active */
         m->service->monotonic_ns = m->now_ns;
         peers_pair_up(m->service, &m->ops);
@@ -689,11 +778,13 @@ static void operate(model *m)
 }
 
 /* 10^6 operations; with COLLIDED_NIGHTLY=1 in the environment 10^7, with COLLIDED_BRIEF=1 5 x 10^4. */
-static void play(bool paired, bool recorded, long operations)
+static void play(model kind, long operations)
 {
+    bool paired = kind.paired, recorded = kind.recorded;
     model m = {.memory = wire_memory_create(),
         .paired = paired,
         .recorded = recorded,
+        .cut = kind.cut,
         .random = 7,
         .now_ns = 1000000000000,
         .state = calloc(IDS_MAX, 1),
@@ -705,7 +796,7 @@ static void play(bool paired, bool recorded, long operations)
     snprintf(path, sizeof path, "/tmp/collided-model-%d.lcmlog", (int)getpid());
     start(&m);
     for (long n = 1; n <= operations; n++) {
-        if (paired && n == OPERATIONS_A_LIFE / 4) snprintf(m.recording, sizeof m.recording, "%s", path);
+        if (paired && !recorded && n == OPERATIONS_A_LIFE / 4) snprintf(m.recording, sizeof m.recording, "%s", path);
         operate(&m);
         if (n % OPERATIONS_A_TICK == 0) tick(&m);
         if (n % OPERATIONS_A_LIFE || n == operations) continue;
@@ -722,6 +813,9 @@ static void play(bool paired, bool recorded, long operations)
     stop(&m, true);
     if (recorded) print_message("%zu recordings replayed, %zu steps; ", m.replayed, (size_t)m.steps);
     assert_true(!recorded || (m.replayed > 10 && m.steps > 10));
+    if (m.cut) print_message("%zu ticks were cut, %zd contents built; ", m.cuts, (ssize_t)m.balls);
+    for (int i = 0; i < DEEDS && m.cut; i++)
+        if ((i != DEED_RECORDED || recorded) && (i < DEED_JOINED || paired)) assert_true(m.cuts_with[i] > 0);
     if (paired) print_message("%zu take-overs, %zu batches told again; ", m.takeovers, m.told_again);
     print_message("%ld operations, %zu daemons: %zu begun, %zu ended, %zu snapshots, %zu heartbeats; ended by",
         operations, m.lives, m.begun, m.over, m.snapshots, m.heartbeats);
@@ -731,8 +825,8 @@ static void play(bool paired, bool recorded, long operations)
         print_message(" %s %zu", CAUSES[c], m.causes[c]);
         if (c == WIRE_CAUSE_SNAPSHOT || c == WIRE_CAUSE_STALE)
             assert_int_equal(m.causes[c], 0); /* what is unknown stays so, until it is known again or is no more */
-        else
-            assert_true(m.causes[c] > 0);
+        else /* of cut ticks little may be left to a daemon that ends, and nobody need be there to be told */
+            assert_true(m.causes[c] > 0 || (m.cut && c == WIRE_CAUSE_SHUTDOWN));
     }
     print_message("\n");
     assert_true(m.begun >= m.over && (m.begun == m.over || m.crashes));
@@ -744,7 +838,7 @@ static void play(bool paired, bool recorded, long operations)
 static void each_contact_begins_once_and_ends_once_whatever_ends_it(void **state)
 {
     (void)state;
-    play(false, false, getenv("COLLIDED_NIGHTLY") ? 10000000 : getenv("COLLIDED_BRIEF") ? 50000 : 1000000);
+    play((model){.paired = false}, getenv("COLLIDED_NIGHTLY") ? 10000000 : getenv("COLLIDED_BRIEF") ? 50000 : 1000000);
 }
 
 /* The same of a pair: at random moments the active one is gone, and before or after another one takes over the state.
@@ -752,14 +846,38 @@ static void each_contact_begins_once_and_ends_once_whatever_ends_it(void **state
 static void so_it_does_when_a_standby_takes_over(void **state)
 {
     (void)state;
-    play(true, false, getenv("COLLIDED_NIGHTLY") ? 3000000 : getenv("COLLIDED_BRIEF") ? 50000 : 300000);
+    play((model){.paired = true}, getenv("COLLIDED_NIGHTLY") ? 3000000 : getenv("COLLIDED_BRIEF") ? 50000 : 300000);
 }
 
 /* With contacts under way, of stale bodies, in the middle of a step, of a rate, of what a budget has left. */
 static void a_recording_that_begins_anywhere_replays_equal(void **state)
 {
     (void)state;
-    play(false, true, getenv("COLLIDED_NIGHTLY") ? 1000000 : getenv("COLLIDED_BRIEF") ? 30000 : 100000);
+    play((model){.recorded = true}, getenv("COLLIDED_NIGHTLY") ? 1000000 : getenv("COLLIDED_BRIEF") ? 30000 : 100000);
+}
+
+static long operations_cut(void)
+{
+    return getenv("COLLIDED_NIGHTLY") ? 1000000 : getenv("COLLIDED_BRIEF") ? 50000 : 100000;
+}
+
+/* Bodies are removed, interests closed, recordings begun and standbys joined in ticks that are cut, too. */
+static void so_it_is_where_slices_cut_the_ticks_of_a_pair(void **state)
+{
+    (void)state;
+    play((model){.paired = true, .cut = true}, operations_cut());
+}
+
+static void so_it_is_where_slices_cut_what_is_recorded(void **state)
+{
+    (void)state;
+    play((model){.recorded = true, .cut = true}, operations_cut());
+}
+
+static void so_it_is_where_a_pair_is_cut_and_recorded(void **state)
+{
+    (void)state;
+    play((model){.paired = true, .recorded = true, .cut = true}, operations_cut());
 }
 
 static bool round_at(model *m, int64_t later_ns)
@@ -811,6 +929,9 @@ int main(void)
         cmocka_unit_test(each_contact_begins_once_and_ends_once_whatever_ends_it),
         cmocka_unit_test(so_it_does_when_a_standby_takes_over),
         cmocka_unit_test(a_recording_that_begins_anywhere_replays_equal),
+        cmocka_unit_test(so_it_is_where_slices_cut_the_ticks_of_a_pair),
+        cmocka_unit_test(so_it_is_where_slices_cut_what_is_recorded),
+        cmocka_unit_test(so_it_is_where_a_pair_is_cut_and_recorded),
         cmocka_unit_test(one_that_stood_still_and_finds_no_standby_begins_anew),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -73,25 +73,42 @@ static void await_limit(memory_end *e, wire_memory *memory, const char *option, 
     fail_msg("Status names no %s", option);
 }
 
+typedef struct scene { /* bodies of ALICE's, and a recording of hers */
+    cell *daemon;
+    memory_end *end;
+    wire_memory *memory;
+    const char *name;
+} scene;
+
+static scene begin_scene(const config *c, int bodies, const char *name)
+{
+    scene h = {.daemon = cell_start(c), .memory = wire_memory_create(), .name = name};
+    h.end = cell_client(h.daemon);
+    announce(h.end, bodies);
+    assert_int_equal(wish(h.end, h.memory, ALICE, name).status, WIRE_ANSWER_OK);
+    return h;
+}
+
+static void end_scene(scene *h)
+{
+    memory_disconnect(h->end);
+    wire_memory_destroy(h->memory);
+    assert_int_equal(cell_stop(h->daemon), 0);
+    assert_int_equal(replay_and_remove(h->name), EX_OK);
+}
+
 static void a_recording_that_is_too_large_ends_behind_a_tick(void **state)
 {
     (void)state;
     config c = recording_config();
     c.record_max_size = 1;
-    cell *daemon = cell_start(&c);
-    memory_end *e = cell_client(daemon);
-    wire_memory *memory = wire_memory_create();
-    announce(e, 50);
-    assert_int_equal(wish(e, memory, ALICE, "large").status, WIRE_ANSWER_OK);
+    scene h = begin_scene(&c, 50, "large");
     for (int i = 0; i < 8000; i++) {
-        cell_pose(e, ALICE, ++sequence, i % 50, 1.5 * (i % 50) + 0.6 * sin(i));
-        if (i % 20 == 0) cell_settle(e, memory, ALICE, ++sequence);
+        cell_pose(h.end, ALICE, ++sequence, i % 50, 1.5 * (i % 50) + 0.6 * sin(i));
+        if (i % 20 == 0) cell_settle(h.end, h.memory, ALICE, ++sequence);
     }
-    await_limit(e, memory, "record_max_size", 1);
-    memory_disconnect(e);
-    wire_memory_destroy(memory);
-    assert_int_equal(cell_stop(daemon), 0);
-    assert_int_equal(replay_and_remove("large"), EX_OK);
+    await_limit(h.end, h.memory, "record_max_size", 1);
+    end_scene(&h);
 }
 
 static void a_recording_that_a_client_began_ends_in_time(void **state)
@@ -99,18 +116,11 @@ static void a_recording_that_a_client_began_ends_in_time(void **state)
     (void)state;
     config c = recording_config();
     c.record_max_time = 0.3;
-    cell *daemon = cell_start(&c);
-    memory_end *e = cell_client(daemon);
-    wire_memory *memory = wire_memory_create();
-    announce(e, 3);
-    assert_int_equal(wish(e, memory, ALICE, "long").status, WIRE_ANSWER_OK);
-    assert_int_equal(wish(e, memory, BOB, "").status, WIRE_ANSWER_UNSUPPORTED);
-    await_limit(e, memory, "record_max_time", 0);
-    assert_int_equal(wish(e, memory, BOB, "").status, WIRE_ANSWER_UNSUPPORTED); /* there is none any more */
-    memory_disconnect(e);
-    wire_memory_destroy(memory);
-    assert_int_equal(cell_stop(daemon), 0);
-    assert_int_equal(replay_and_remove("long"), EX_OK);
+    scene h = begin_scene(&c, 3, "long");
+    assert_int_equal(wish(h.end, h.memory, BOB, "").status, WIRE_ANSWER_UNSUPPORTED);
+    await_limit(h.end, h.memory, "record_max_time", 0);
+    assert_int_equal(wish(h.end, h.memory, BOB, "").status, WIRE_ANSWER_UNSUPPORTED); /* there is none any more */
+    end_scene(&h);
 }
 
 static void only_so_many_are_begun_and_only_where_there_is_room(void **state)

@@ -298,6 +298,37 @@ static void what_changes_meanwhile_is_kept(void **state)
     world_destroy(c.w);
 }
 
+/* A state says what there is, not what there was: how much of its slice a tick needs must not follow from the latter.
+ * What is left of many bodies goes somewhere else together, and one more comes to them: near the end of the slice. */
+static void what_was_there_once_changes_nothing(void **state)
+{
+    (void)state;
+    enum { LEFT = 18, ENOUGH = 28000 };
+    static crowd c[2];
+    world_batches told;
+    for (int k = 0; k < 2; k++) {
+        set_up(&c[k], UINT64_MAX, 1, BROAD_AUTO);
+        begin_in_one_place(&c[k]);
+        move_ball(&c[k], LEFT, (vec3){100, 0, 0});
+        world_tick(c[k].w, 1, &told);
+        for (int i = LEFT + 1; i < BALLS; i++) world_remove_body(c[k].w, c[k].balls[i], CAUSE_REMOVED);
+        world_tick(c[k].w, 2, &told);
+        c[k].slice = ENOUGH;
+        world_set_slice(c[k].w, ENOUGH);
+    }
+    be_reborn(&c[1]);
+    uint64_t hashes[2];
+    for (int k = 0; k < 2; k++) {
+        for (int i = 0; i <= LEFT; i++) move_ball(&c[k], i, (vec3){50 + 0.01 * i, 0, 0});
+        world_tick(c[k].w, 3, &told);
+        hashes[k] = told.hash;
+    }
+    assert_int_equal(world_was_sliced(c[0].w), world_was_sliced(c[1].w));
+    assert_int_equal(world_get_figures(c[0].w).slice_units, world_get_figures(c[1].w).slice_units);
+    assert_true(hashes[0] == hashes[1]);
+    for (int k = 0; k < 2; k++) world_destroy(c[k].w);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -307,6 +338,7 @@ int main(void)
         cmocka_unit_test(who_has_few_is_not_kept_waiting),
         cmocka_unit_test(nobody_asked_nothing_is_searched),
         cmocka_unit_test(what_changes_meanwhile_is_kept),
+        cmocka_unit_test(what_was_there_once_changes_nothing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
