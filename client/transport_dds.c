@@ -5,6 +5,7 @@
  * written keeps the last and so never waits for an acknowledgement, which the very thread would have to process. */
 #include "allocate.h"
 #include "transport.h"
+#include "turn.h"
 #include "wire_dds/wire_dds.h"
 #include "wire_dds/wire_dds_leave.h"
 #include "wire_dds/wire_dds_qos.h"
@@ -51,6 +52,7 @@ typedef struct transport_dds {
     dds_inbox *streams;   /* Answer, then one a stream */
     size_t stream_count, stream_capacity;
     int fds[TRANSPORT_ROLES];
+    int turn; /* see wire_dds_turn.h; below 0: none */
     bool (*arrived)(void *context); /* see transport_options */
     void *arrived_context;
     atomic_bool rematched; /* a listener saw a match: `matched` must be found anew */
@@ -245,6 +247,13 @@ static void dds_seek(transport *base)
     dds_delete_qos(qos);
 }
 
+static void dds_joined(transport *base)
+{
+    transport_dds *t = (transport_dds *)base;
+    if (t->turn >= 0) (void)close(t->turn);
+    t->turn = -1;
+}
+
 /* ---- opening and closing ---- */
 
 static bool open_topic(transport_dds *t, wire_kind kind)
@@ -372,6 +381,7 @@ static void *room_for_any_sample(void)
 static void dds_close_transport(transport *base)
 {
     transport_dds *t = (transport_dds *)base;
+    dds_joined(base);
     if (t->participant > 0) (void)dds_delete(t->participant);
     domain_leave(t->domain);
     for (size_t i = 0; i < t->stream_count; i++) free(t->streams[i].stream);
@@ -391,8 +401,15 @@ static transport *dds_open_transport(const transport_options *options, char *why
         (void)snprintf(why, why_size, "dds: '%s' is not a domain from 0 to %d", options->address, DDS_DOMAIN_LAST);
         return NULL;
     }
-    if (!domain_use((dds_domainid_t)domain, options, why, why_size)) return NULL;
+    int turn = -1;
+    if (options->until_ns && !*options->interface) turn = turn_wait((uint32_t)domain, options->until_ns, why, why_size);
+    if (turn < -1) return NULL;
+    if (!domain_use((dds_domainid_t)domain, options, why, why_size)) {
+        if (turn >= 0) (void)close(turn);
+        return NULL;
+    }
     transport_dds *t = allocate(1, sizeof *t);
+    t->turn = turn;
     t->head.ops = &transport_dds_ops;
     t->domain = (dds_domainid_t)domain;
     t->arrived = options->arrived;
@@ -542,6 +559,7 @@ const transport_ops transport_dds_ops = {
     .drain = dds_drain,
     .ready = dds_ready,
     .seek = dds_seek,
+    .joined = dds_joined,
     .fd = dds_fd,
     .receive = dds_receive,
     .stream_open = dds_stream_open,

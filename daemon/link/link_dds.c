@@ -229,6 +229,7 @@ static int dds_link_open(struct link *head, const link_options *options, char *w
     }
     if (joined == DDS_RETCODE_OK && open_topics(l)) {
         link_dds_closer_start(&l->closer);
+        if (!options->interface || !*options->interface) turns_start(&l->turns, link_dds_domain(l), options->counters);
         return 0;
     }
     link_dds_leave(l);
@@ -363,6 +364,7 @@ static void wait_for_acknowledgements(link_dds *l)
 static void dds_link_close(struct link *head)
 {
     link_dds *l = link_dds_of(head);
+    turns_end(&l->turns);
     wait_for_acknowledgements(l);
     link_dds_streams_close(l);
     link_dds_leave(l);

@@ -8,6 +8,7 @@
 #include "link_dds.h"
 #include "link_dds_peers.h"
 #include "link_dds_speakers.h"
+#include "link_dds_turns.h"
 #include "wire/dds/wire_dds_qos.h"
 
 #include <dds/dds.h>
@@ -60,6 +61,7 @@ struct link_dds {
     writer replies[WIRE_DDS_REPLIES][LINK_DDS_REPLIES]; /* by group and kind: see wire_dds_qos.h */
     ARRAY(stream *) streams;                            /* sorted by name */
     stream_closer closer;
+    turns turns;
     speakers speakers;
     atomic_bool has_discovered, has_news; /* for speakers */
     dds_peers peers;
@@ -99,6 +101,8 @@ int64_t link_dds_days_left(link_dds *l);
 
 /* As link_ops says. */
 int link_dds_check(const link_options *options, char key[LINK_KEY_MAX], char *why, size_t why_size);
+
+uint32_t link_dds_domain(const link_dds *l); /* its number */
 
 /* Domain and participant, of options that were checked: 0, or DDS's error. */
 dds_return_t link_dds_join(link_dds *l, link_dds_complaint *first);
