@@ -42,15 +42,16 @@ typedef struct transport_dds {
     transport head;
     dds_domainid_t domain;
     dds_entity_t participant, group; /* group: the subscriber of what answers us (WIRE_DDS_REPLIES) */
-    char replies[WIRE_DDS_PARTITION_MAX];
+    char user_data[WIRE_DDS_USER_DATA_MAX];
     uint8_t sought; /* so often, modulo 256 */
     dds_entity_t topics[WIRE_KIND_COUNT];
     dds_entity_t writers[WIRE_KIND_COUNT];
     dds_entity_t retired[DDS_RETIRED];
     size_t retired_count; /* the library's thread's */
     dds_inbox control[3]; /* Ack, Reject, Status */
-    dds_inbox *streams;   /* Answer, then one a stream */
+    dds_inbox *streams;   /* Answer, shared events, then one a stream */
     size_t stream_count, stream_capacity;
+    bool reads_shared; /* one of the streams is that of shared events */
     int fds[TRANSPORT_ROLES];
     int turn; /* see wire_dds_turn.h; below 0: none */
     bool (*arrived)(void *context); /* see transport_options */
@@ -269,7 +270,7 @@ static bool open_topic(transport_dds *t, wire_kind kind)
 static dds_entity_t create_writer(transport_dds *t, wire_kind kind, int64_t lease_ns)
 {
     dds_qos_t *qos = wire_dds_qos(kind, WIRE_DDS_WRITER, NULL, kind == WIRE_CLIENT ? lease_ns : 0);
-    if (kind == WIRE_CLIENT) dds_qset_userdata(qos, t->replies, strlen(t->replies));
+    if (kind == WIRE_CLIENT) dds_qset_userdata(qos, t->user_data, strlen(t->user_data));
     dds_listener_t *listener = dds_create_listener(t);
     dds_lset_publication_matched(listener, on_writer_matched);
     if (kind == WIRE_POSE_BATCH) dds_write_set_batch(true);
@@ -312,6 +313,7 @@ static void dds_retire(transport *base)
     while (t->retired_count) (void)dds_delete(t->retired[--t->retired_count]);
 }
 
+/* `stream`: whose partition is read; NULL: those of the group, or, of Status, the one without a name. */
 static bool open_inbox(transport_dds *t, dds_inbox *inbox, wire_kind kind, transport_role role, const char *stream)
 {
     *inbox = (dds_inbox){.kind = kind, .role = role};
@@ -345,10 +347,14 @@ static bool add_stream(transport_dds *t, wire_kind kind, const char *stream)
 /* A daemon of before the groups answers in the partition without a name. */
 static bool open_group(transport_dds *t, int64_t client)
 {
-    wire_dds_replies(wire_dds_replies_of(client), t->replies);
-    const char *partitions[] = {"", t->replies};
+    char replies[WIRE_DDS_PARTITION_MAX];
+    wire_dds_replies(wire_dds_replies_of(client), replies);
+    char events[WIRE_DDS_PARTITION_MAX];
+    wire_dds_events(wire_dds_events_of(client), events);
+    wire_dds_user_data(client, t->user_data);
+    const char *partitions[] = {"", replies, events};
     dds_qos_t *qos = dds_create_qos();
-    dds_qset_partition(qos, 2, partitions);
+    dds_qset_partition(qos, 3, partitions);
     t->group = dds_create_subscriber(t->participant, qos, NULL);
     dds_delete_qos(qos);
     return t->group > 0;
@@ -532,7 +538,10 @@ static void dds_receive(transport *base, transport_role role, const transport_si
 
 static int dds_stream_open(transport *base, const char *stream)
 {
-    return add_stream((transport_dds *)base, WIRE_EVENT_BATCH, stream) ? 0 : -1;
+    transport_dds *t = (transport_dds *)base;
+    if (!t->reads_shared && !add_stream(t, WIRE_EVENT_BATCH, NULL)) return -1;
+    t->reads_shared = true;
+    return add_stream(t, WIRE_EVENT_BATCH, stream) ? 0 : -1;
 }
 
 static void dds_stream_close(transport *base, const char *stream)

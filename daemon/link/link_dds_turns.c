@@ -30,10 +30,10 @@ static void say(int fd, char word)
     (void)sent; /* it has hung up: poll tells */
 }
 
-static unsigned count_of(const turns *t, uint32_t user, bool joins)
+static unsigned waiting_of(const turns *t, uint32_t user)
 {
     unsigned n = 0;
-    for (unsigned i = 0; i < t->count; i++) n += t->at[i].user == user && (t->at[i].until_ns != 0) == joins;
+    for (unsigned i = 0; i < t->count; i++) n += t->at[i].user == user && !t->at[i].until_ns;
     return n;
 }
 
@@ -42,7 +42,7 @@ static void accept_one(turns *t, int fd)
     struct ucred who = {.uid = UINT32_MAX};
     socklen_t size = sizeof who;
     (void)getsockopt(fd, SOL_SOCKET, SO_PEERCRED, &who, &size);
-    bool full = t->count == sizeof t->at / sizeof t->at[0] || count_of(t, who.uid, false) >= TURNS_WAITING_USER;
+    bool full = t->count == sizeof t->at / sizeof t->at[0] || waiting_of(t, who.uid) >= TURNS_WAITING_USER;
     say(fd, full ? WIRE_DDS_TURN_FULL : WIRE_DDS_TURN_WAIT);
     if (full) {
         metric_count(t->refused, 1);
@@ -84,17 +84,27 @@ static void drop_those_over(turns *t, const struct pollfd *polled, unsigned poll
     t->count = kept;
 }
 
+/* Who has waited longest, of another user than the last if there is one. */
+static turn *next_of(turns *t)
+{
+    turn *first = NULL;
+    for (unsigned i = 0; i < t->count; i++) {
+        if (t->at[i].until_ns) continue;
+        if (t->at[i].user != t->last_user) return &t->at[i];
+        if (!first) first = &t->at[i];
+    }
+    return first;
+}
+
 static void give(turns *t)
 {
     unsigned joining = 0;
     for (unsigned i = 0; i < t->count; i++) joining += t->at[i].until_ns != 0;
-    for (unsigned i = 0; i < t->count && joining < TURNS_AT_ONCE; i++) {
-        turn *one = &t->at[i];
-        if (one->until_ns || count_of(t, one->user, true) >= TURNS_OF_A_USER) continue;
+    for (turn *one; joining < TURNS_AT_ONCE && (one = next_of(t)); joining++) {
         one->until_ns = clock_monotonic_ns() + TURNS_MS * INT64_C(1000000);
+        t->last_user = one->user;
         say(one->fd, WIRE_DDS_TURN_COME);
         metric_count(t->given, 1);
-        joining++;
     }
     metric_set(t->waiting, t->count - joining);
 }
@@ -132,7 +142,7 @@ void turns_start(turns *t, uint32_t domain, metrics *m)
     *t = (turns){.domain = domain, .stop_fd = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC), .listen_fd = open_socket(domain)};
     t->waiting = metrics_add(m, "dds_turns_waiting", "clients that wait for their turn to join over DDS");
     t->given = metrics_add(m, "dds_turns", "turns to join that were given to clients");
-    t->overdue = metrics_add(m, "dds_turns_overdue", "turns to join that took longer than 2 s");
+    t->overdue = metrics_add(m, "dds_turns_overdue", "turns to join that took longer than 1 s");
     t->refused = metrics_add(m, "dds_turns_refused", "clients told to ask for a turn again: too many wait");
     t->runs = t->stop_fd >= 0 && pthread_create(&t->thread, NULL, run, t) == 0;
     if (!t->runs) log_warning("no thread that lets clients join in turns: a crowd that comes at once comes in slowly");

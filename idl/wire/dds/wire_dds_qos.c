@@ -81,6 +81,39 @@ unsigned wire_dds_replies_of(int64_t client)
     return (unsigned)(((uint64_t)client * UINT64_C(0x9E3779B97F4A7C15)) >> 32) % WIRE_DDS_REPLIES;
 }
 
+void wire_dds_events(unsigned group, char partition[WIRE_DDS_PARTITION_MAX])
+{
+    snprintf(partition, WIRE_DDS_PARTITION_MAX, "events:%u", group % WIRE_DDS_EVENTS);
+}
+
+unsigned wire_dds_events_of(int64_t client)
+{
+    return (unsigned)(((uint64_t)client * UINT64_C(0x9E3779B97F4A7C15)) >> 40) % WIRE_DDS_EVENTS;
+}
+
+void wire_dds_user_data(int64_t client, char text[WIRE_DDS_USER_DATA_MAX])
+{
+    snprintf(
+        text, WIRE_DDS_USER_DATA_MAX, "replies:%u events:%u", wire_dds_replies_of(client), wire_dds_events_of(client));
+}
+
+static int group_in(const char *text, const char *prefix, unsigned most)
+{
+    const char *at = strstr(text, prefix);
+    char *end;
+    if (!at || (at != text && at[-1] != ' ') || !isdigit((unsigned char)at[strlen(prefix)])) return 0;
+    unsigned long group = strtoul(at + strlen(prefix), &end, 10);
+    return (*end == ' ' || !*end) && group < most ? (int)group + 1 : 0;
+}
+
+void wire_dds_user_data_read(const void *data, size_t size, int *replies, int *events)
+{
+    char text[WIRE_DDS_USER_DATA_MAX] = "";
+    if (data && size < sizeof text) memcpy(text, data, size);
+    *replies = group_in(text, "replies:", WIRE_DDS_REPLIES);
+    *events = group_in(text, "events:", WIRE_DDS_EVENTS);
+}
+
 /* MaxMessageSize 65500B halves the time of large batches, but only loopback carries such datagrams unfragmented.
  *
  * Without multicast, who is to be found must have one of the well-known ports (WIRE_DDS_INDICES of them a domain), and
