@@ -12,8 +12,8 @@
 /* Few at once: what two of them ask for at the same time, of what is known to all, Cyclone sends to everybody who is there
  * (it merges what is sent again for several), so that a crowd's way in would cost its square. */
 enum {
-    TURNS_AT_ONCE = 2,
-    TURNS_MS = 1000,         /* who has not come in by then does not hinder the next any more */
+    TURNS_AT_ONCE = 1,
+    TURNS_MS = 200,         /* who has not come in by then does not hinder the next any more */
     TURNS_WAITING = 400,     /* that wait; the rest is told to ask again, ... */
     TURNS_WAITING_USER = 300 /* ... and of one user's processes */
 };
