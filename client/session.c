@@ -392,7 +392,8 @@ collided *session_open(
         free_client(c);
         return NULL;
     }
-    int64_t until_ns = def->connect_timeout_s > 0 ? session_monotonic_ns() + session_seconds(def->connect_timeout_s) : 0;
+    int64_t until_ns =
+        def->connect_timeout_s > 0 ? session_monotonic_ns() + session_seconds(def->connect_timeout_s) : 0;
     const transport_options options = {.address = address,
         .interface = def->interface ? def->interface : "",
         .security = security_of(def),

@@ -53,7 +53,7 @@ typedef struct transport_dds {
     size_t stream_count, stream_capacity;
     bool reads_shared; /* one of the streams is that of shared events */
     int fds[TRANSPORT_ROLES];
-    int turn; /* see wire_dds_turn.h; below 0: none */
+    int turn;                       /* see wire_dds_turn.h; below 0: none */
     bool (*arrived)(void *context); /* see transport_options */
     void *arrived_context;
     atomic_bool rematched; /* a listener saw a match: `matched` must be found anew */

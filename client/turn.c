@@ -48,8 +48,7 @@ static int hear(int fd, int64_t until_ns)
     char word;
     struct pollfd p = {.fd = fd, .events = POLLIN};
     int ready;
-    do
-        ready = poll(&p, 1, left_ms(until_ns, INT32_MAX - 1));
+    do ready = poll(&p, 1, left_ms(until_ns, INT32_MAX - 1));
     while (ready < 0 && errno == EINTR);
     if (ready <= 0) return -1;
     return read(fd, &word, 1) == 1 ? word : 0;
@@ -68,7 +67,8 @@ int turn_wait(uint32_t domain, int64_t until_ns, char *why, size_t why_size)
         if (word == 0) return -1; /* the daemon ended */
         if (word == WIRE_DDS_TURN_FULL) (void)poll(NULL, 0, left_ms(until_ns, AGAIN_MS));
     }
-    (void)snprintf(why, why_size, "too many clients join at once: the daemon lets them in by turns, and ours did not come "
-                                  "in time (connect_timeout_s)");
+    (void)snprintf(why, why_size,
+        "too many clients join at once: the daemon lets them in by turns, and ours did not come "
+        "in time (connect_timeout_s)");
     return -2;
 }

@@ -41,7 +41,7 @@ int speakers_group(const speakers *s, int64_t client);
 /* The partition of shared events, from 1, in which this client reads; 0: none. */
 int speakers_events_group(const speakers *s, int64_t client);
 uint64_t speakers_participant(const speakers *s, int64_t client); /* that speaks for it; 0: nobody */
-void speakers_release(speakers *s, int64_t client); /* it has left in order */
+void speakers_release(speakers *s, int64_t client);               /* it has left in order */
 
 /* When all messages have been read. The next client whose participant is lost; false: no more. */
 bool speakers_lost(speakers *s, int64_t *client);

@@ -1,5 +1,5 @@
-/* link_dds_streams: each stream has a writer of its own, in a partition of its name, or, of many, a share in one. The tick thread, but for the
- * listener that sees its readers come, and the thread that deletes writers. */
+/* link_dds_streams: each stream has a writer of its own, in a partition of its name, or, of many, a share in one. The
+ * tick thread, but for the listener that sees its readers come, and the thread that deletes writers. */
 #include "base/log.h"
 #include "link_dds_own.h"
 #include "wire/dds/wire_dds_qos.h"

@@ -9,11 +9,11 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/* Few at once: what two of them ask for at the same time, of what is known to all, Cyclone sends to everybody who is there
- * (it merges what is sent again for several), so that a crowd's way in would cost its square. */
+/* Few at once: what two of them ask for at the same time, of what is known to all, Cyclone sends to everybody who is
+ * there (it merges what is sent again for several), so that a crowd's way in would cost its square. */
 enum {
     TURNS_AT_ONCE = 1,
-    TURNS_MS = 200,         /* who has not come in by then does not hinder the next any more */
+    TURNS_MS = 500,          /* who has not come in by then does not hinder the next any more */
     TURNS_WAITING = 400,     /* that wait; the rest is told to ask again, ... */
     TURNS_WAITING_USER = 300 /* ... and of one user's processes */
 };
@@ -28,7 +28,7 @@ typedef struct turns {
     uint32_t domain;
     bool runs;
     pthread_t thread;
-    int stop_fd, listen_fd; /* below 0: not open; another daemon of this domain listens */
+    int stop_fd, listen_fd;                 /* below 0: not open; another daemon of this domain listens */
     turn at[TURNS_WAITING + TURNS_AT_ONCE]; /* in the order of their coming */
     unsigned count;
     uint32_t last_user; /* who had the last turn: of several users each has his */

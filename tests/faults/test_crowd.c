@@ -1,6 +1,6 @@
 /* Crowds over DDS on loopback: many processes that start at once all come in; they find the daemon and not each other;
- * a limit that they reach is named at both ends; and a participant of another vendor finds the daemon. On a network, too,
- * clients do not hear each other; and who gives turns to join cannot be made to give none. */
+ * a limit that they reach is named at both ends; and a participant of another vendor finds the daemon. On a network,
+ * too, clients do not hear each other; and who gives turns to join cannot be made to give none. */
 #include "rig.h"
 
 #include <dds/dds.h>

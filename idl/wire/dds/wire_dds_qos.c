@@ -145,12 +145,13 @@ static const char group[] = "<Discovery><Peers><Peer address=\"239.255.0.1\"/></
  * heartbeat goes to all readers of a writer as long as two of them have not acknowledged, and is answered by all; of
  * hundreds that start at once most have not, for want of a processor. Every 100 ms, of each writer, that took all the
  * time that there was, and what was late came again instead of soon: of 400 clients at once 23 came in within a minute.
- * For the same reason what is missing is asked for again after 100 ms at the earliest, and all that is asked for is sent
- * (200 messages by default: three newcomers ask for more, of discovery). A sample beyond MaxSampleSize is
- * not assembled: the largest legal message, a full PoseBatch, has 7 MB. */
+ * For the same reason what is missing is asked for again after 100 ms at the earliest, and all that is asked for is
+ * sent (200 messages by default: three newcomers ask for more, of discovery). A sample beyond MaxSampleSize is not
+ * assembled: the largest legal message, a full PoseBatch, has 7 MB. */
 static const char tuning[] = "<Internal>%s<MaxSampleSize>16MB</MaxSampleSize><WriteBatch>%s</WriteBatch></Internal>";
-static const char soon[] = "<HeartbeatInterval>5ms</HeartbeatInterval><NackDelay>1ms</NackDelay><AckDelay>1ms</AckDelay>";
-static const char late[] = "<HeartbeatInterval min=\"100ms\" minsched=\"100ms\">1s</HeartbeatInterval>"
+static const char soon[] =
+    "<HeartbeatInterval>5ms</HeartbeatInterval><NackDelay>1ms</NackDelay><AckDelay>1ms</AckDelay>";
+static const char late[] = "<HeartbeatInterval min=\"100ms\" minsched=\"100ms\">500ms</HeartbeatInterval>"
                            "<NackDelay>100ms</NackDelay><AckDelay>10ms</AckDelay>"
                            "<MaxQueuedRexmitMessages>100000</MaxQueuedRexmitMessages>"
                            "<MaxQueuedRexmitBytes>64MB</MaxQueuedRexmitBytes>";
@@ -167,8 +168,8 @@ bool wire_dds_config(char *out, size_t size, const char *interface, wire_dds_rol
     bool open = interface && interface[0], client = role == WIRE_DDS_CLIENT_LIBRARY && open && !strchr(interface, ':');
     if (open) {
         bool address = strspn(interface, "0123456789.") == strlen(interface) || strchr(interface, ':') != NULL;
-        int n = snprintf(general, sizeof general, network, address ? "address" : "name", interface,
-            client ? apart : "", client ? group : "");
+        int n = snprintf(general, sizeof general, network, address ? "address" : "name", interface, client ? apart : "",
+            client ? group : "");
         if (n < 0 || (size_t)n >= sizeof general || !is_interface(interface)) return false;
     }
     char internal[sizeof tuning + sizeof late + 8];

@@ -1,7 +1,7 @@
 /* wire_dds_turn: where a daemon on loopback gives out turns. Whoever comes makes the daemon and itself exchange some
  * hundred packets; when hundreds come at once, none of them gets a processor for long enough to finish. So the clients
- * of the library ask for a turn before they join the domain, on a Unix socket of the abstract namespace (as loopback, it
- * belongs to the network namespace): they connect, wait for one byte, join, and hang up when the daemon knows them.
+ * of the library ask for a turn before they join the domain, on a Unix socket of the abstract namespace (as loopback,
+ * it belongs to the network namespace): they connect, wait for one byte, join, and hang up when the daemon knows them.
  * Where nobody listens, or who listens is not to be believed, they join at once; so does whoever is not of the library.
  * Any thread. */
 #ifndef COLLIDED_WIRE_DDS_TURN_H
