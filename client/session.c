@@ -357,10 +357,10 @@ static const char *security_of(const collided_def *def)
 }
 
 /* True if the daemon knows us, or need not be waited for. */
-static bool meet_daemon(collided *c, const collided_def *def, char *why, size_t why_size)
+static bool meet_daemon(collided *c, const collided_def *def, int64_t until_ns, char *why, size_t why_size)
 {
     if (!(def->connect_timeout_s > 0.0)) return true;
-    if (!session_wait(c, session_monotonic_ns() + session_seconds(def->connect_timeout_s), session_known)) {
+    if (!session_wait(c, until_ns, session_known)) {
         pthread_mutex_lock(&c->lock);
         if (c->refused)
             (void)snprintf(why, why_size, "the daemon refused this client: %s", c->first_refusal);
@@ -392,11 +392,14 @@ collided *session_open(
         free_client(c);
         return NULL;
     }
+    int64_t until_ns =
+        def->connect_timeout_s > 0 ? session_monotonic_ns() + session_seconds(def->connect_timeout_s) : 0;
     const transport_options options = {.address = address,
         .interface = def->interface ? def->interface : "",
         .security = security_of(def),
         .client = c->id,
         .lease_ns = c->lease_ns,
+        .until_ns = until_ns,
         .arrived = c->on_arrival ? stand_in : NULL,
         .arrived_context = c};
     c->link = ops->open(&options, why, why_size);
@@ -415,7 +418,9 @@ collided *session_open(
         free_client(c);
         return NULL;
     }
-    if (meet_daemon(c, def, why, why_size)) return c;
+    bool met = meet_daemon(c, def, until_ns, why, why_size);
+    if (c->link->ops->joined) c->link->ops->joined(c->link);
+    if (met) return c;
     collided_close(c);
     return NULL;
 }

@@ -20,6 +20,7 @@ typedef struct transport_options {
     const char *security;  /* folder of certificates and permissions; "" = none */
     int64_t client;
     int64_t lease_ns;
+    int64_t until_ns; /* of the monotonic clock: how long opening may wait for its turn; 0 = it may not */
     /* Something has come for TRANSPORT_STREAMS: may a thread of the transport's receive it itself, now? It has done so
      * if this is true; otherwise the role's descriptor has to become readable. NULL: never. */
     bool (*arrived)(void *context);
@@ -47,6 +48,7 @@ typedef struct transport_ops {
     bool (*ready)(transport *t);
     /* No daemon is heard: tells those of us that may have begun since we told them last. NULL: it need not be asked. */
     void (*seek)(transport *t);
+    void (*joined)(transport *t); /* the daemon knows us, or we gave up: others may have their turn. NULL: no turns */
     int (*fd)(transport *t, transport_role role); /* readable when there is something to receive */
     void (*receive)(transport *t, transport_role role, const transport_sink *sink); /* all that has come; no waiting */
     /* Begins and ends to read a stream; by the thread of the role TRANSPORT_STREAMS, outside of receive. */

@@ -5,6 +5,7 @@
  * written keeps the last and so never waits for an acknowledgement, which the very thread would have to process. */
 #include "allocate.h"
 #include "transport.h"
+#include "turn.h"
 #include "wire_dds/wire_dds.h"
 #include "wire_dds/wire_dds_leave.h"
 #include "wire_dds/wire_dds_qos.h"
@@ -41,16 +42,18 @@ typedef struct transport_dds {
     transport head;
     dds_domainid_t domain;
     dds_entity_t participant, group; /* group: the subscriber of what answers us (WIRE_DDS_REPLIES) */
-    char replies[WIRE_DDS_PARTITION_MAX];
+    char user_data[WIRE_DDS_USER_DATA_MAX];
     uint8_t sought; /* so often, modulo 256 */
     dds_entity_t topics[WIRE_KIND_COUNT];
     dds_entity_t writers[WIRE_KIND_COUNT];
     dds_entity_t retired[DDS_RETIRED];
     size_t retired_count; /* the library's thread's */
     dds_inbox control[3]; /* Ack, Reject, Status */
-    dds_inbox *streams;   /* Answer, then one a stream */
+    dds_inbox *streams;   /* Answer, shared events, then one a stream */
     size_t stream_count, stream_capacity;
+    bool reads_shared; /* one of the streams is that of shared events */
     int fds[TRANSPORT_ROLES];
+    int turn;                       /* see wire_dds_turn.h; below 0: none */
     bool (*arrived)(void *context); /* see transport_options */
     void *arrived_context;
     atomic_bool rematched; /* a listener saw a match: `matched` must be found anew */
@@ -245,6 +248,13 @@ static void dds_seek(transport *base)
     dds_delete_qos(qos);
 }
 
+static void dds_joined(transport *base)
+{
+    transport_dds *t = (transport_dds *)base;
+    if (t->turn >= 0) (void)close(t->turn);
+    t->turn = -1;
+}
+
 /* ---- opening and closing ---- */
 
 static bool open_topic(transport_dds *t, wire_kind kind)
@@ -260,7 +270,7 @@ static bool open_topic(transport_dds *t, wire_kind kind)
 static dds_entity_t create_writer(transport_dds *t, wire_kind kind, int64_t lease_ns)
 {
     dds_qos_t *qos = wire_dds_qos(kind, WIRE_DDS_WRITER, NULL, kind == WIRE_CLIENT ? lease_ns : 0);
-    if (kind == WIRE_CLIENT) dds_qset_userdata(qos, t->replies, strlen(t->replies));
+    if (kind == WIRE_CLIENT) dds_qset_userdata(qos, t->user_data, strlen(t->user_data));
     dds_listener_t *listener = dds_create_listener(t);
     dds_lset_publication_matched(listener, on_writer_matched);
     if (kind == WIRE_POSE_BATCH) dds_write_set_batch(true);
@@ -303,6 +313,7 @@ static void dds_retire(transport *base)
     while (t->retired_count) (void)dds_delete(t->retired[--t->retired_count]);
 }
 
+/* `stream`: whose partition is read; NULL: those of the group, or, of Status, the one without a name. */
 static bool open_inbox(transport_dds *t, dds_inbox *inbox, wire_kind kind, transport_role role, const char *stream)
 {
     *inbox = (dds_inbox){.kind = kind, .role = role};
@@ -336,10 +347,14 @@ static bool add_stream(transport_dds *t, wire_kind kind, const char *stream)
 /* A daemon of before the groups answers in the partition without a name. */
 static bool open_group(transport_dds *t, int64_t client)
 {
-    wire_dds_replies(wire_dds_replies_of(client), t->replies);
-    const char *partitions[] = {"", t->replies};
+    char replies[WIRE_DDS_PARTITION_MAX];
+    wire_dds_replies(wire_dds_replies_of(client), replies);
+    char events[WIRE_DDS_PARTITION_MAX];
+    wire_dds_events(wire_dds_events_of(client), events);
+    wire_dds_user_data(client, t->user_data);
+    const char *partitions[] = {"", replies, events};
     dds_qos_t *qos = dds_create_qos();
-    dds_qset_partition(qos, 2, partitions);
+    dds_qset_partition(qos, 3, partitions);
     t->group = dds_create_subscriber(t->participant, qos, NULL);
     dds_delete_qos(qos);
     return t->group > 0;
@@ -372,6 +387,7 @@ static void *room_for_any_sample(void)
 static void dds_close_transport(transport *base)
 {
     transport_dds *t = (transport_dds *)base;
+    dds_joined(base);
     if (t->participant > 0) (void)dds_delete(t->participant);
     domain_leave(t->domain);
     for (size_t i = 0; i < t->stream_count; i++) free(t->streams[i].stream);
@@ -391,8 +407,15 @@ static transport *dds_open_transport(const transport_options *options, char *why
         (void)snprintf(why, why_size, "dds: '%s' is not a domain from 0 to %d", options->address, DDS_DOMAIN_LAST);
         return NULL;
     }
-    if (!domain_use((dds_domainid_t)domain, options, why, why_size)) return NULL;
+    int turn = -1;
+    if (options->until_ns && !*options->interface) turn = turn_wait((uint32_t)domain, options->until_ns, why, why_size);
+    if (turn < -1) return NULL;
+    if (!domain_use((dds_domainid_t)domain, options, why, why_size)) {
+        if (turn >= 0) (void)close(turn);
+        return NULL;
+    }
     transport_dds *t = allocate(1, sizeof *t);
+    t->turn = turn;
     t->head.ops = &transport_dds_ops;
     t->domain = (dds_domainid_t)domain;
     t->arrived = options->arrived;
@@ -515,7 +538,10 @@ static void dds_receive(transport *base, transport_role role, const transport_si
 
 static int dds_stream_open(transport *base, const char *stream)
 {
-    return add_stream((transport_dds *)base, WIRE_EVENT_BATCH, stream) ? 0 : -1;
+    transport_dds *t = (transport_dds *)base;
+    if (!t->reads_shared && !add_stream(t, WIRE_EVENT_BATCH, NULL)) return -1;
+    t->reads_shared = true;
+    return add_stream(t, WIRE_EVENT_BATCH, stream) ? 0 : -1;
 }
 
 static void dds_stream_close(transport *base, const char *stream)
@@ -542,6 +568,7 @@ const transport_ops transport_dds_ops = {
     .drain = dds_drain,
     .ready = dds_ready,
     .seek = dds_seek,
+    .joined = dds_joined,
     .fd = dds_fd,
     .receive = dds_receive,
     .stream_open = dds_stream_open,

@@ -231,6 +231,7 @@ static int dds_link_open(struct link *head, const link_options *options, char *w
     }
     if (joined == DDS_RETCODE_OK && open_topics(l)) {
         link_dds_closer_start(&l->closer);
+        if (!options->interface || !*options->interface) joiners_start(&l->joiners, link_dds_domain(l), options->counters);
         return 0;
     }
     link_dds_leave(l);
@@ -264,7 +265,7 @@ static writer *writer_for(link_dds *l, const wire_message *m)
     if (m->kind == WIRE_EVENT_BATCH) {
         stream *s = link_dds_stream_find(l, m->event_batch.stream);
         if (!s) metric_count(l->no_stream, 1);
-        return s ? &s->out : NULL;
+        return s ? s->out : NULL;
     }
     if (is_large(m)) return &l->writers[ANSWERS_LARGE];
     for (size_t i = 0; i < LINK_DDS_OUT; i++)
@@ -296,7 +297,7 @@ static void dds_link_flush(struct link *head)
     for (size_t i = 0; i < LINK_DDS_OUT; i++) link_dds_flush_writer(&l->writers[i]);
     for (size_t i = 0; i < (size_t)WIRE_DDS_REPLIES * LINK_DDS_REPLIES; i++)
         link_dds_flush_writer(&l->replies[0][0] + i);
-    for (size_t i = 0; i < l->streams.count; i++) link_dds_flush_writer(&l->streams.at[i]->out);
+    for (size_t i = 0; i < l->streams.count; i++) link_dds_flush_writer(l->streams.at[i]->out);
 }
 
 /* ---- the other daemon of a pair ---- */
@@ -359,12 +360,13 @@ static void wait_for_acknowledgements(link_dds *l)
     int64_t until = clock_monotonic_ns() + DDS_MSECS(LAST_WORDS_MS);
     for (size_t i = 0; i < LINK_DDS_OUT; i++) wait_for(&l->writers[i], until);
     for (size_t i = 0; i < (size_t)WIRE_DDS_REPLIES * LINK_DDS_REPLIES; i++) wait_for(&l->replies[0][0] + i, until);
-    for (size_t i = 0; i < l->streams.count; i++) wait_for(&l->streams.at[i]->out, until);
+    for (size_t i = 0; i < l->streams.count; i++) wait_for(l->streams.at[i]->out, until);
 }
 
 static void dds_link_close(struct link *head)
 {
     link_dds *l = link_dds_of(head);
+    joiners_end(&l->joiners);
     wait_for_acknowledgements(l);
     link_dds_streams_close(l);
     link_dds_drop_waiting(l);

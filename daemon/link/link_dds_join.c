@@ -41,6 +41,13 @@ static bool parse_domain(const char *text, dds_domainid_t *domain)
     return strspn(text, "0123456789") == strlen(text) && *end == '\0' && number <= DOMAIN_MAX;
 }
 
+uint32_t link_dds_domain(const link_dds *l)
+{
+    dds_domainid_t domain = 0;
+    parse_domain(l->head.options.address, &domain);
+    return domain;
+}
+
 dds_return_t link_dds_join(link_dds *l, link_dds_complaint *first)
 {
     dds_domainid_t domain = 0;

@@ -8,6 +8,7 @@
 #include "link_dds.h"
 #include "link_dds_peers.h"
 #include "link_dds_speakers.h"
+#include "link_dds_joiners.h"
 #include "turns.h"
 #include "wire/dds/wire_dds_qos.h"
 
@@ -35,11 +36,22 @@ typedef struct writer {
     bool dirty; /* written to since the last flush */
 } writer;
 
+/* Streams of many clients that go out by one writer, in a partition that these clients read in. */
+typedef struct shared_events {
+    link_dds *owner;
+    writer out;          /* created when it is first needed */
+    atomic_bool matched; /* a reader has come, or a stream that may have one */
+} shared_events;
+
 typedef struct stream {
     link_dds *owner;
     char *name;
-    writer out;
+    writer own;
     atomic_bool matched; /* a reader has come, and the sink has not been told */
+    writer *out;         /* its own, or the shared one: */
+    shared_events *shared;
+    int64_t client; /* whose stream a shared one is, */
+    bool told;      /* and the sink has been told that he reads */
 } stream;
 
 /* Deletes the writers of streams that have been closed. */
@@ -60,7 +72,10 @@ struct link_dds {
     writer writers[LINK_DDS_OUT];
     writer replies[WIRE_DDS_REPLIES][LINK_DDS_REPLIES]; /* by group and kind: see wire_dds_qos.h */
     ARRAY(stream *) streams;                            /* sorted by name */
+    shared_events shared[WIRE_DDS_EVENTS];
+    size_t own_streams; /* with a writer of their own */
     stream_closer closer;
+    joiners joiners;
     speakers speakers;
     atomic_bool has_discovered, has_news; /* for speakers */
     dds_peers peers;
@@ -102,6 +117,8 @@ int64_t link_dds_days_left(link_dds *l);
 
 /* As link_ops says. */
 int link_dds_check(const link_options *options, char key[LINK_KEY_MAX], char *why, size_t why_size);
+
+uint32_t link_dds_domain(const link_dds *l); /* its number */
 
 /* Domain and participant, of options that were checked: 0, or DDS's error. */
 dds_return_t link_dds_join(link_dds *l, link_dds_complaint *first);

@@ -32,20 +32,18 @@ void speakers_free(speakers *s)
     pthread_mutex_destroy(&s->lock);
 }
 
-/* Which partition of replies its user data names, from 1; 0: none. */
-static int group_of(const dds_builtintopic_endpoint_t *writer)
+enum { EVENTS_FACTOR = 256 /* both groups of a participant in one number: replies + 256 events */ };
+
+/* The groups that its user data names. */
+static int groups_of(const dds_builtintopic_endpoint_t *writer)
 {
     void *data = NULL;
     size_t size = 0;
-    char partition[WIRE_DDS_PARTITION_MAX];
-    int group = WIRE_DDS_REPLIES;
-    bool is_there = writer->qos && dds_qget_userdata(writer->qos, &data, &size) && data;
-    for (bool found = false; is_there && group > 0 && !found; group -= !found) {
-        wire_dds_replies((unsigned)group - 1, partition);
-        found = size == strlen(partition) && memcmp(data, partition, size) == 0;
-    }
+    int replies = 0, events = 0;
+    if (writer->qos && dds_qget_userdata(writer->qos, &data, &size))
+        wire_dds_user_data_read(data, size, &replies, &events);
     dds_free(data);
-    return is_there ? group : 0;
+    return replies + EVENTS_FACTOR * events;
 }
 
 static void hear_of(speakers *s, const dds_builtintopic_endpoint_t *writer, const dds_sample_info_t *info)
@@ -53,7 +51,7 @@ static void hear_of(speakers *s, const dds_builtintopic_endpoint_t *writer, cons
     bool ours = info->valid_data && strncmp(writer->topic_name, "collided_", 9) == 0;
     bool announces = ours && strcmp(writer->topic_name, "collided_Client") == 0;
     if (ours) owners_come(&s->owners, info->instance_handle, writer->participant_instance_handle, announces);
-    if (announces) owners_put_in_group(&s->owners, info->instance_handle, group_of(writer));
+    if (announces) owners_put_in_group(&s->owners, info->instance_handle, groups_of(writer));
     if (info->instance_state != DDS_IST_ALIVE) array_push(&s->gone, info->instance_handle);
 }
 
@@ -109,7 +107,17 @@ bool speakers_admit(
 
 int speakers_group(const speakers *s, int64_t client)
 {
-    return owners_group(&s->owners, client);
+    return owners_group(&s->owners, client) % EVENTS_FACTOR;
+}
+
+int speakers_events_group(const speakers *s, int64_t client)
+{
+    return owners_group(&s->owners, client) / EVENTS_FACTOR;
+}
+
+uint64_t speakers_participant(const speakers *s, int64_t client)
+{
+    return owners_participant_for(&s->owners, client);
 }
 
 void speakers_release(speakers *s, int64_t client)

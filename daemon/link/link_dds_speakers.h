@@ -38,7 +38,10 @@ bool speakers_admit(
 int64_t speakers_origin(const speakers *s, dds_instance_handle_t writer); /* its participant; 0: not known */
 /* Whose replies go where: the partition of replies, from 1, in which this client reads; 0: the one without a name. */
 int speakers_group(const speakers *s, int64_t client);
-void speakers_release(speakers *s, int64_t client); /* it has left in order */
+/* The partition of shared events, from 1, in which this client reads; 0: none. */
+int speakers_events_group(const speakers *s, int64_t client);
+uint64_t speakers_participant(const speakers *s, int64_t client); /* that speaks for it; 0: nobody */
+void speakers_release(speakers *s, int64_t client);               /* it has left in order */
 
 /* When all messages have been read. The next client whose participant is lost; false: no more. */
 bool speakers_lost(speakers *s, int64_t *client);

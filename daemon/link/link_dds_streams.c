@@ -1,5 +1,5 @@
-/* link_dds_streams: each stream has a writer of its own, in a partition of its name. The tick thread, but for the
- * listener that sees its readers come, and the thread that deletes writers. */
+/* link_dds_streams: each stream has a writer of its own, in a partition of its name, or, of many, a share in one. The
+ * tick thread, but for the listener that sees its readers come, and the thread that deletes writers. */
 #include "base/log.h"
 #include "link_dds_own.h"
 #include "wire/dds/wire_dds_qos.h"
@@ -32,13 +32,96 @@ stream *link_dds_stream_find(const link_dds *l, const char *name)
     return found ? l->streams.at[i] : NULL;
 }
 
+/* ---- shared writers ---- */
+
+enum { OWN_STREAMS = 16 /* so many have a writer of their own, whoever reads them */, SHARED_DEPTH = 1024 };
+
+/* The first readers' participants, at most so many as `most`. */
+static size_t participants_of(dds_entity_t writer, dds_instance_handle_t *participants, size_t most)
+{
+    dds_return_t count = dds_get_matched_subscriptions(writer, participants, most);
+    size_t found = 0;
+    for (size_t i = 0; count > 0 && i < (size_t)count && i < most; i++) {
+        dds_builtintopic_endpoint_t *reader = dds_get_matched_subscription_data(writer, participants[i]);
+        if (!reader) continue;
+        participants[found++] = reader->participant_instance_handle;
+        dds_builtintopic_free_endpoint(reader);
+    }
+    return found;
+}
+
+static bool is_among(uint64_t participant, const dds_instance_handle_t *participants, size_t count)
+{
+    for (size_t i = 0; i < count; i++)
+        if (participants[i] == participant) return true;
+    return false;
+}
+
+/* Those of its streams whose client reads there. */
+static void report_shared(link_dds *l, shared_events *shared, const link_sink *sink)
+{
+    enum { MOST = 4096 };
+    dds_instance_handle_t *participants = base_alloc(MOST, sizeof *participants);
+    size_t count = participants_of(shared->out.entity, participants, MOST);
+    for (size_t i = 0; i < l->streams.count; i++) {
+        stream *s = l->streams.at[i];
+        if (s->shared != shared || s->told) continue;
+        s->told = is_among(speakers_participant(&l->speakers, s->client), participants, count);
+        if (s->told) sink->stream_reader(sink->context, &l->head, s->name);
+    }
+    free(participants);
+}
+
 void link_dds_streams_report(link_dds *l, const link_sink *sink)
 {
     for (size_t i = 0; i < l->streams.count; i++) {
         stream *s = l->streams.at[i];
         if (atomic_exchange(&s->matched, false)) sink->stream_reader(sink->context, &l->head, s->name);
     }
+    for (size_t i = 0; i < WIRE_DDS_EVENTS; i++)
+        if (atomic_exchange(&l->shared[i].matched, false)) report_shared(l, &l->shared[i], sink);
 }
+
+/* One of Cyclone's threads. */
+static void on_shared_matched(dds_entity_t entity, const dds_publication_matched_status_t status, void *context)
+{
+    (void)entity;
+    shared_events *shared = context;
+    if (status.current_count_change > 0) link_dds_notice(shared->owner, &shared->matched);
+}
+
+/* A stream has its client's id and a number as its name, unless that named it. */
+static bool is_unnamed(const char *name, int64_t *client)
+{
+    char *end;
+    if (strspn(name, "0123456789abcdef") != 16 || name[16] != '.') return false;
+    *client = (int64_t)strtoull(name, &end, 16);
+    return name[17] && strspn(name + 17, "0123456789") == strlen(name + 17);
+}
+
+/* NULL: this stream has a writer of its own. */
+static shared_events *shared_for(link_dds *l, const char *name, int64_t *client)
+{
+    if (l->own_streams < OWN_STREAMS || !is_unnamed(name, client)) return NULL;
+    int group = speakers_events_group(&l->speakers, *client);
+    if (!group) return NULL;
+    shared_events *shared = &l->shared[group - 1];
+    if (shared->out.entity > 0) return shared;
+    char partition[WIRE_DDS_PARTITION_MAX];
+    wire_dds_events((unsigned)group - 1, partition);
+    shared->owner = l;
+    dds_listener_t *listener = dds_create_listener(NULL);
+    dds_lset_publication_matched_arg(listener, on_shared_matched, shared, true);
+    dds_qos_t *qos = wire_dds_qos(WIRE_EVENT_BATCH, WIRE_DDS_WRITER, NULL, 0);
+    dds_qset_partition1(qos, partition);
+    dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, SHARED_DEPTH);
+    shared->out.entity = dds_create_writer(l->participant, link_dds_topic(l, WIRE_EVENT_BATCH), qos, listener);
+    dds_delete_qos(qos);
+    dds_delete_listener(listener);
+    return shared->out.entity > 0 ? shared : NULL;
+}
+
+/* ---- streams ---- */
 
 /* One of Cyclone's threads. */
 static void on_matched(dds_entity_t entity, const dds_publication_matched_status_t status, void *context)
@@ -53,13 +136,21 @@ static stream *stream_create(link_dds *l, const char *name)
     stream *s = base_zalloc(1, sizeof *s);
     s->owner = l;
     s->name = base_strdup(name);
+    s->out = &s->own;
+    s->shared = shared_for(l, name, &s->client);
+    if (s->shared) {
+        s->out = &s->shared->out;
+        link_dds_notice(l, &s->shared->matched);
+        return s;
+    }
+    l->own_streams++;
     dds_listener_t *listener = dds_create_listener(NULL);
     dds_lset_publication_matched_arg(listener, on_matched, s, true);
     dds_qos_t *qos = wire_dds_qos(WIRE_EVENT_BATCH, WIRE_DDS_WRITER, name, 0);
-    s->out.entity = dds_create_writer(l->participant, link_dds_topic(l, WIRE_EVENT_BATCH), qos, listener);
+    s->own.entity = dds_create_writer(l->participant, link_dds_topic(l, WIRE_EVENT_BATCH), qos, listener);
     dds_delete_qos(qos);
     dds_delete_listener(listener);
-    if (s->out.entity <= 0) log_error("DDS: stream %s: %s", name, dds_strretcode(s->out.entity));
+    if (s->own.entity <= 0) log_error("DDS: stream %s: %s", name, dds_strretcode(s->own.entity));
     return s;
 }
 
@@ -67,7 +158,7 @@ static stream *stream_create(link_dds *l, const char *name)
  * was killed never does. */
 static void stream_destroy(stream *s)
 {
-    if (s->out.entity > 0) dds_delete(s->out.entity);
+    if (s->own.entity > 0) dds_delete(s->own.entity);
     free(s->name);
     free(s);
 }
@@ -102,8 +193,9 @@ void link_dds_closer_start(stream_closer *c)
 /* Its last words are on their way; its writer goes when they have arrived. */
 static void close_stream(link_dds *l, stream *s)
 {
-    link_dds_flush_writer(&s->out);
-    if (!l->closer.runs) {
+    link_dds_flush_writer(s->out);
+    l->own_streams -= !s->shared;
+    if (!l->closer.runs || s->shared) {
         stream_destroy(s);
         return;
     }
@@ -129,7 +221,10 @@ static void closer_end(stream_closer *c)
 static void tell_readers_again(link_dds *l, stream *s)
 {
     dds_publication_matched_status_t status;
-    if (dds_get_publication_matched_status(s->out.entity, &status) == DDS_RETCODE_OK && status.current_count)
+    s->told = false;
+    if (s->shared)
+        link_dds_notice(l, &s->shared->matched);
+    else if (dds_get_publication_matched_status(s->own.entity, &status) == DDS_RETCODE_OK && status.current_count)
         link_dds_notice(l, &s->matched);
 }
 

@@ -87,6 +87,12 @@ int owners_group(const owners *o, int64_t client)
     return p ? p->group : 0;
 }
 
+uint64_t owners_participant_for(const owners *o, int64_t client)
+{
+    const owners_claim *c = claim_at(o, (uint64_t)client);
+    return c ? c->participant : 0;
+}
+
 static void drop_participant(owners *o, const owners_participant *p)
 {
     uint32_t place = pair_map_remove(&o->participant_of, p->handle);

@@ -53,7 +53,8 @@ bool owners_knows(const owners *o, uint64_t writer);
 uint64_t owners_participant_of(const owners *o, uint64_t writer); /* 0: it is not known */
 /* Where this writer's participant wants answers to its clients to go, a number above 0; and that of the client's. */
 void owners_put_in_group(owners *o, uint64_t writer, int group);
-int owners_group(const owners *o, int64_t client); /* 0: none, or nobody speaks for the client */
+int owners_group(const owners *o, int64_t client);                /* 0: none, or nobody speaks for the client */
+uint64_t owners_participant_for(const owners *o, int64_t client); /* that speaks for it; 0: nobody */
 
 /* May what this writer says under that client's name be taken? The first one claims the name, if there are not as many
  * claims as there may be (OWNERS_FULL), or of one participant (OWNERS_SHARE). A writer that is not known, since it is

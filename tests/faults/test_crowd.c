@@ -1,12 +1,17 @@
 /* Crowds over DDS on loopback: many processes that start at once all come in; they find the daemon and not each other;
- * a limit that they reach is named at both ends; and a participant of another vendor finds the daemon. */
+ * a limit that they reach is named at both ends; and a participant of another vendor finds the daemon. On a network,
+ * too, clients do not hear each other; and who gives turns to join cannot be made to give none. */
 #include "rig.h"
 
 #include <dds/dds.h>
+#include <errno.h>
 #include <signal.h>
+#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/socket.h>
+#include <sys/un.h>
 #include <unistd.h>
 
 enum { DOMAIN = 61 /* of RIG_DDS */, CROWD = 60, CROWD_NIGHTLY = 200, FOREIGN = 20 };
@@ -35,12 +40,13 @@ static bool create_cube(collided *c, const char *name)
 }
 
 /* A second body says that the first is acknowledged and that the stream has begun. */
-static int be_one(const char *uri, const char *number)
+static int be_one(const char *uri, const char *number, const char *interface)
 {
     char name[64];
     collided_def def = collided_def_default();
     collided_interest_def watch = collided_interest_def_default();
     def.connect_timeout_s = 4 * RIG_PATIENCE_S;
+    def.interface = interface;
     collided *c = collided_connect(uri, &def);
     if (!c) return fprintf(stderr, "%s: %s\n", number, collided_connect_error()), 1;
     snprintf(name, sizeof name, "first of %s", number);
@@ -91,6 +97,130 @@ static void a_crowd_comes_in_and_knows_nobody_but_the_daemon(void **state)
     for (int i = 0; i < size; i++) assert_true(rig_alive(crowd[i]));
     assert_int_equal(participants(), 2); /* the daemon's, and our own */
     rig_close(watcher);
+}
+
+/* Loopback stands in for a network, by name: there it has multicast. */
+static void clients_on_a_network_do_not_hear_each_other(void **state)
+{
+    (void)state;
+    enum { SIZE = 5 };
+    char number[16];
+    collided_def def = collided_def_default();
+    rig_daemon("--interface", "lo");
+    def.interface = "lo";
+    def.connect_timeout_s = RIG_PATIENCE_S;
+    collided *watcher = collided_connect(RIG_DDS, &def);
+    if (!watcher) fail_msg("%s", collided_connect_error());
+    for (int i = 0; i < SIZE; i++) {
+        snprintf(number, sizeof number, "%d", i);
+        rig_self("wide", RIG_DDS, number);
+    }
+    UNTIL(watcher, 4 * RIG_PATIENCE_S, rig_counter(watcher, "bodies") == 2 * SIZE);
+    assert_int_equal(participants(), 2);
+    rig_close(watcher);
+}
+
+/* ---- streams of many ---- */
+
+/* Of that topic, all that this process's participant has heard of. */
+static int writers_of(const char *topic)
+{
+    enum { MOST = 1024 };
+    static void *samples[MOST];
+    static dds_sample_info_t infos[MOST];
+    dds_entity_t own[8];
+    int count = 0;
+    assert_true(dds_lookup_participant(DOMAIN, own, 8) > 0);
+    dds_entity_t reader = dds_create_reader(own[0], DDS_BUILTIN_TOPIC_DCPSPUBLICATION, NULL, NULL);
+    assert_true(reader > 0);
+    int n = dds_read(reader, samples, infos, MOST, MOST);
+    for (int i = 0; i < n; i++) {
+        const dds_builtintopic_endpoint_t *writer = samples[i];
+        count += infos[i].valid_data && infos[i].instance_state == DDS_IST_ALIVE && !strcmp(writer->topic_name, topic);
+    }
+    if (n > 0) dds_return_loan(reader, samples, n);
+    dds_delete(reader);
+    return count;
+}
+
+typedef struct tally {
+    int begins, ends;
+} tally;
+
+static void count_events(void *context, const collided_batch *b)
+{
+    tally *t = context;
+    for (size_t i = 0; i < b->event_count; i++) {
+        t->begins += b->events[i].kind == COLLIDED_BEGIN;
+        t->ends += b->events[i].kind == COLLIDED_END;
+    }
+}
+
+static void subscribe(collided *c, const char *name, tally *t)
+{
+    collided_interest_def watch = collided_interest_def_default();
+    watch.select_a = name;
+    watch.callback = count_events;
+    watch.context = t;
+    assert_true(collided_subscribe(c, &watch).id != COLLIDED_NONE);
+}
+
+static void streams_of_many_share_writers_and_each_is_told_his(void **state)
+{
+    (void)state;
+    enum { MANY = 60, FEW = 20 };
+    tally others[MANY] = {{0}}, mine[FEW] = {{0}};
+    char name[32];
+    rig_daemon(NULL, NULL);
+    collided *a = rig_connect(RIG_DDS, 10, COLLIDED_REMOVE), *b = rig_connect(RIG_DDS, 10, COLLIDED_REMOVE);
+    for (int i = 0; i < MANY; i++) {
+        snprintf(name, sizeof name, "other %d", i);
+        subscribe(a, name, &others[i]);
+    }
+    assert_int_equal(collided_sync(a, RIG_PATIENCE_S), COLLIDED_OK);
+    for (int i = 0; i < FEW; i++) {
+        snprintf(name, sizeof name, "mine %d", i);
+        subscribe(b, name, &mine[i]);
+    }
+    assert_int_equal(collided_sync(b, RIG_PATIENCE_S), COLLIDED_OK);
+    assert_in_range(writers_of("collided_EventBatch"), 1, MANY / 2);
+    collided_body there = rig_box(b, "mine 19", 0), here = rig_box(b, "wall", 0.5);
+    UNTIL(b, RIG_PATIENCE_S, mine[19].begins == 1);
+    rig_move(b, there, 5, 0);
+    UNTIL(b, RIG_PATIENCE_S, mine[19].ends == 1);
+    for (int i = 0; i < FEW - 1; i++) assert_int_equal(mine[i].begins + mine[i].ends, 0);
+    collided_remove_body(b, here);
+    rig_box(a, "other 59", 5);
+    UNTIL(a, RIG_PATIENCE_S, others[59].begins == 1);
+    for (int i = 0; i < MANY - 1; i++) assert_int_equal(others[i].begins, 0);
+    UNTIL(b, RIG_PATIENCE_S, mine[19].begins == 2); /* of both, seen from the other side */
+    rig_close(a);
+    rig_close(b);
+}
+
+/* ---- turns ---- */
+
+/* Who asks for turns and never comes holds up the others for as long as a turn may take, and no longer. */
+static void turns_go_on_though_some_never_come(void **state)
+{
+    (void)state;
+    enum { IDLE = 5 };
+    int idle[IDLE];
+    const char name[] = "\0collided/dds/61"; /* DOMAIN; of the abstract namespace */
+    struct sockaddr_un address = {.sun_family = AF_UNIX};
+    socklen_t length = offsetof(struct sockaddr_un, sun_path) + sizeof name - 1;
+    memcpy(address.sun_path, name, sizeof name - 1);
+    rig_daemon(NULL, NULL);
+    rig_close(rig_connect(RIG_DDS, 10, COLLIDED_REMOVE)); /* it is ready */
+    for (int i = 0; i < IDLE; i++) {
+        idle[i] = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+        if (connect(idle[i], (struct sockaddr *)&address, length) != 0) fail_msg("%s", strerror(errno));
+    }
+    collided *c = rig_connect(RIG_DDS, 10, COLLIDED_REMOVE);
+    UNTIL(c, RIG_PATIENCE_S, rig_counter(c, "dds_turns_overdue") >= IDLE);
+    assert_true(rig_counter(c, "dds_turns") > IDLE);
+    for (int i = 0; i < IDLE; i++) close(idle[i]);
+    rig_close(c);
 }
 
 static void a_limit_is_named_at_both_ends(void **state)
@@ -151,9 +281,12 @@ static void another_vendor_finds_the_daemon(void **state)
 
 int main(int argc, char **argv)
 {
-    if (argc == 4) return be_one(argv[2], argv[3]);
+    if (argc == 4) return be_one(argv[2], argv[3], strcmp(argv[1], "wide") == 0 ? "lo" : NULL);
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_teardown(a_crowd_comes_in_and_knows_nobody_but_the_daemon, rig_end_all),
+        cmocka_unit_test_teardown(clients_on_a_network_do_not_hear_each_other, rig_end_all),
+        cmocka_unit_test_teardown(streams_of_many_share_writers_and_each_is_told_his, rig_end_all),
+        cmocka_unit_test_teardown(turns_go_on_though_some_never_come, rig_end_all),
         cmocka_unit_test_teardown(a_limit_is_named_at_both_ends, rig_end_all),
         cmocka_unit_test_teardown(a_daemon_that_comes_later_is_found, rig_end_all),
 #ifdef FAST_DDS

@@ -49,6 +49,16 @@ enum { WIRE_DDS_REPLIES = 16 };
 void wire_dds_replies(unsigned group, char partition[WIRE_DDS_PARTITION_MAX]); /* "replies:7" */
 unsigned wire_dds_replies_of(int64_t client);
 
+/* A writer for each stream is announced to all clients, so that a crowd's announcements grow with its square. So beyond
+ * the first streams, those that are not named by their client go out in partitions that are shared, and a client of
+ * this library reads in one of them, by its id. All that it does is told in its user data: "replies:7 events:41". */
+enum { WIRE_DDS_EVENTS = 64, WIRE_DDS_USER_DATA_MAX = 64 };
+void wire_dds_events(unsigned group, char partition[WIRE_DDS_PARTITION_MAX]); /* "events:41" */
+unsigned wire_dds_events_of(int64_t client);
+void wire_dds_user_data(int64_t client, char text[WIRE_DDS_USER_DATA_MAX]);
+/* What it says: the groups, from 1; 0: none, of what is not said or not understood. */
+void wire_dds_user_data_read(const void *data, size_t size, int *replies, int *events);
+
 /* On loopback without multicast: who is to be found there has one of so many well-known ports of a domain. */
 enum { WIRE_DDS_INDICES = 64 };
 

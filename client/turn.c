@@ -1,0 +1,74 @@
+/* Only he is believed who could as well run the daemon for us: root, this user, or an account of the system. Anybody
+ * else who listens there could let us wait for ever. */
+#include "turn.h"
+
+#include "session.h"
+#include "wire_dds/wire_dds_turn.h"
+
+#include <errno.h>
+#include <poll.h>
+#include <stdio.h>
+#include <unistd.h>
+
+enum { SYSTEM_USER_LAST = 999, AGAIN_MS = 100 };
+
+static bool is_believed(int fd)
+{
+    struct ucred who;
+    socklen_t size = sizeof who;
+    if (getsockopt(fd, SOL_SOCKET, SO_PEERCRED, &who, &size) != 0) return false;
+    return who.uid <= SYSTEM_USER_LAST || who.uid == geteuid();
+}
+
+/* -1: nobody is there; -2: too many are. */
+static int ask(uint32_t domain)
+{
+    struct sockaddr_un address;
+    socklen_t length = wire_dds_turn_address(domain, &address);
+    int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+    if (fd < 0) return -1;
+    if (connect(fd, (struct sockaddr *)&address, length) == 0) {
+        if (is_believed(fd)) return fd;
+        errno = ECONNREFUSED;
+    }
+    int error = errno;
+    (void)close(fd);
+    return error == EAGAIN ? -2 : -1;
+}
+
+static int left_ms(int64_t until_ns, int most)
+{
+    int64_t left = (until_ns - session_monotonic_ns()) / NS_PER_MS;
+    return left < 0 ? 0 : left < most ? (int)left + 1 : most;
+}
+
+/* The next word; 0: none any more; -1: the time is over. */
+static int hear(int fd, int64_t until_ns)
+{
+    char word;
+    struct pollfd p = {.fd = fd, .events = POLLIN};
+    int ready;
+    do ready = poll(&p, 1, left_ms(until_ns, INT32_MAX - 1));
+    while (ready < 0 && errno == EINTR);
+    if (ready <= 0) return -1;
+    return read(fd, &word, 1) == 1 ? word : 0;
+}
+
+int turn_wait(uint32_t domain, int64_t until_ns, char *why, size_t why_size)
+{
+    while (session_monotonic_ns() < until_ns) {
+        int fd = ask(domain), word = WIRE_DDS_TURN_FULL;
+        if (fd == -1) return -1;
+        if (fd >= 0) do
+                word = hear(fd, until_ns);
+            while (word == WIRE_DDS_TURN_WAIT);
+        if (word == WIRE_DDS_TURN_COME) return fd;
+        if (fd >= 0) (void)close(fd);
+        if (word == 0) return -1; /* the daemon ended */
+        if (word == WIRE_DDS_TURN_FULL) (void)poll(NULL, 0, left_ms(until_ns, AGAIN_MS));
+    }
+    (void)snprintf(why, why_size,
+        "too many clients join at once: the daemon lets them in by turns, and ours did not come "
+        "in time (connect_timeout_s)");
+    return -2;
+}

@@ -1,0 +1,163 @@
+/* Who waits costs a descriptor and nothing else. Whoever hangs up, at any time, is forgotten. */
+#include "link_dds_joiners.h"
+
+#include "base/clock.h"
+#include "base/log.h"
+#include "wire/dds/wire_dds_turn.h"
+
+#include <errno.h>
+#include <poll.h>
+#include <string.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+enum { LISTEN_AGAIN_MS = 500 /* the other daemon of a pair may have ended */, BACKLOG = 4096 };
+
+static int open_socket(uint32_t domain)
+{
+    struct sockaddr_un address;
+    socklen_t length = wire_dds_turn_address(domain, &address);
+    int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+    if (fd < 0) return -1;
+    if (bind(fd, (struct sockaddr *)&address, length) == 0 && listen(fd, BACKLOG) == 0) return fd;
+    close(fd);
+    return -1;
+}
+
+static void say(int fd, char word)
+{
+    ssize_t sent = send(fd, &word, 1, MSG_NOSIGNAL | MSG_DONTWAIT);
+    (void)sent; /* it has hung up: poll tells */
+}
+
+static unsigned waiting_of(const joiners *t, uint32_t user)
+{
+    unsigned n = 0;
+    for (unsigned i = 0; i < t->count; i++) n += t->at[i].user == user && !t->at[i].until_ns;
+    return n;
+}
+
+static void accept_one(joiners *t, int fd)
+{
+    struct ucred who = {.uid = UINT32_MAX};
+    socklen_t size = sizeof who;
+    (void)getsockopt(fd, SOL_SOCKET, SO_PEERCRED, &who, &size);
+    bool full = t->count == sizeof t->at / sizeof t->at[0] || waiting_of(t, who.uid) >= JOINERS_WAITING_USER;
+    say(fd, full ? WIRE_DDS_TURN_FULL : WIRE_DDS_TURN_WAIT);
+    if (full) {
+        metric_count(t->refused, 1);
+        close(fd);
+        return;
+    }
+    t->at[t->count++] = (joiner){.fd = fd, .user = who.uid};
+}
+
+/* At most so many a round, so that turns are given meanwhile. */
+static void accept_all(joiners *t)
+{
+    for (unsigned i = 0; i < JOINERS_WAITING; i++) {
+        int fd = accept4(t->listen_fd, NULL, NULL, SOCK_NONBLOCK | SOCK_CLOEXEC);
+        if (fd < 0) return;
+        accept_one(t, fd);
+    }
+}
+
+static bool is_over(joiners *t, const joiner *one, short events, int64_t now)
+{
+    if (events) return true; /* a client has nothing to say: it hung up */
+    if (!one->until_ns || now < one->until_ns) return false;
+    metric_count(t->overdue, 1);
+    return true;
+}
+
+/* `polled` holds the places that there were when it was made; those behind have come since. */
+static void drop_those_over(joiners *t, const struct pollfd *polled, unsigned polled_count)
+{
+    int64_t now = clock_monotonic_ns();
+    unsigned kept = 0;
+    for (unsigned i = 0; i < t->count; i++) {
+        if (is_over(t, &t->at[i], i < polled_count ? polled[i].revents : 0, now))
+            close(t->at[i].fd);
+        else
+            t->at[kept++] = t->at[i];
+    }
+    t->count = kept;
+}
+
+/* Who has waited longest, of another user than the last if there is one. */
+static joiner *next_of(joiners *t)
+{
+    joiner *first = NULL;
+    for (unsigned i = 0; i < t->count; i++) {
+        if (t->at[i].until_ns) continue;
+        if (t->at[i].user != t->last_user) return &t->at[i];
+        if (!first) first = &t->at[i];
+    }
+    return first;
+}
+
+static void give(joiners *t)
+{
+    unsigned joining = 0;
+    for (unsigned i = 0; i < t->count; i++) joining += t->at[i].until_ns != 0;
+    for (joiner *one; joining < JOINERS_AT_ONCE && (one = next_of(t)); joining++) {
+        one->until_ns = clock_monotonic_ns() + JOINERS_MS * INT64_C(1000000);
+        t->last_user = one->user;
+        say(one->fd, WIRE_DDS_TURN_COME);
+        metric_count(t->given, 1);
+    }
+    metric_set(t->waiting, t->count - joining);
+}
+
+/* Until the next turn is over, ms. */
+static int wait_ms(const joiners *t)
+{
+    int64_t first = INT64_MAX, now = clock_monotonic_ns();
+    for (unsigned i = 0; i < t->count; i++)
+        if (t->at[i].until_ns && t->at[i].until_ns < first) first = t->at[i].until_ns;
+    int64_t ms = first == INT64_MAX ? -1 : first > now ? (first - now) / 1000000 + 1 : 0;
+    return t->listen_fd < 0 ? LISTEN_AGAIN_MS : (int)ms;
+}
+
+static void *run(void *context)
+{
+    joiners *t = context;
+    struct pollfd fds[2 + sizeof t->at / sizeof t->at[0]];
+    do {
+        if (t->listen_fd < 0) t->listen_fd = open_socket(t->domain);
+        unsigned count = t->count;
+        fds[0] = (struct pollfd){.fd = t->stop_fd, .events = POLLIN};
+        fds[1] = (struct pollfd){.fd = t->listen_fd, .events = POLLIN};
+        for (unsigned i = 0; i < count; i++) fds[2 + i] = (struct pollfd){.fd = t->at[i].fd, .events = POLLIN};
+        if (poll(fds, 2 + count, wait_ms(t)) < 0 && errno != EINTR) break;
+        if (fds[1].revents) accept_all(t);
+        drop_those_over(t, fds + 2, count);
+        give(t);
+    } while (!fds[0].revents);
+    return NULL;
+}
+
+void joiners_start(joiners *t, uint32_t domain, metrics *m)
+{
+    *t = (joiners){.domain = domain, .stop_fd = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC), .listen_fd = open_socket(domain)};
+    t->waiting = metrics_add(m, "dds_turns_waiting", "clients that wait for their turn to join over DDS");
+    t->given = metrics_add(m, "dds_turns", "turns to join that were given to clients");
+    t->overdue = metrics_add(m, "dds_turns_overdue", "turns to join that took longer than 0.5 s");
+    t->refused = metrics_add(m, "dds_turns_refused", "clients told to ask for a turn again: too many wait");
+    t->runs = t->stop_fd >= 0 && pthread_create(&t->thread, NULL, run, t) == 0;
+    if (!t->runs) log_warning("no thread that lets clients join in turns: a crowd that comes at once comes in slowly");
+    if (!t->runs && t->listen_fd >= 0) close(t->listen_fd);
+    if (!t->runs && t->stop_fd >= 0) close(t->stop_fd);
+}
+
+void joiners_end(joiners *t)
+{
+    const uint64_t one = 1;
+    if (!t->runs) return;
+    if (write(t->stop_fd, &one, sizeof one) == sizeof one) pthread_join(t->thread, NULL);
+    for (unsigned i = 0; i < t->count; i++) close(t->at[i].fd);
+    if (t->listen_fd >= 0) close(t->listen_fd);
+    close(t->stop_fd);
+    t->runs = false;
+    t->count = 0;
+}

@@ -1,0 +1,41 @@
+/* link_dds_joiners: the daemon's end of wire_dds_turn.h: clients of the library join a few at a time, so that a crowd
+ * comes in as fast as the machine can, and does not hinder itself. A thread of its own; nothing here is waited for. */
+#ifndef COLLIDED_LINK_LINK_DDS_JOINERS_H
+#define COLLIDED_LINK_LINK_DDS_JOINERS_H
+
+#include "base/metrics.h"
+
+#include <pthread.h>
+#include <stdbool.h>
+#include <stdint.h>
+
+/* Few at once: what two of them ask for at the same time, of what is known to all, Cyclone sends to everybody who is
+ * there (it merges what is sent again for several), so that a crowd's way in would cost its square. */
+enum {
+    JOINERS_AT_ONCE = 1,
+    JOINERS_MS = 500,          /* who has not come in by then does not hinder the next any more */
+    JOINERS_WAITING = 400,     /* that wait; the rest is told to ask again, ... */
+    JOINERS_WAITING_USER = 300 /* ... and of one user's processes */
+};
+
+typedef struct joiner {
+    int fd;
+    uint32_t user;
+    int64_t until_ns; /* of a turn; 0: it waits */
+} joiner;
+
+typedef struct joiners {
+    uint32_t domain;
+    bool runs;
+    pthread_t thread;
+    int stop_fd, listen_fd;                 /* below 0: not open; another daemon of this domain listens */
+    joiner at[JOINERS_WAITING + JOINERS_AT_ONCE]; /* in the order of their coming */
+    unsigned count;
+    uint32_t last_user; /* who had the last turn: of several users each has his */
+    metric *waiting, *given, *overdue, *refused;
+} joiners;
+
+void joiners_start(joiners *t, uint32_t domain, metrics *m);
+void joiners_end(joiners *t);
+
+#endif

@@ -1,0 +1,30 @@
+/* wire_dds_turn: where a daemon on loopback gives out turns. Whoever comes makes the daemon and itself exchange some
+ * hundred packets; when hundreds come at once, none of them gets a processor for long enough to finish. So the clients
+ * of the library ask for a turn before they join the domain, on a Unix socket of the abstract namespace (as loopback,
+ * it belongs to the network namespace): they connect, wait for one byte, join, and hang up when the daemon knows them.
+ * Where nobody listens, or who listens is not to be believed, they join at once; so does whoever is not of the library.
+ * Any thread. */
+#ifndef COLLIDED_WIRE_DDS_TURN_H
+#define COLLIDED_WIRE_DDS_TURN_H
+
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+
+enum {
+    WIRE_DDS_TURN_WAIT = 'w', /* once, at the beginning: it is heard, and will have its turn */
+    WIRE_DDS_TURN_COME = 'c', /* it may join */
+    WIRE_DDS_TURN_FULL = 'f'  /* too many wait: it may ask again */
+};
+
+static inline socklen_t wire_dds_turn_address(uint32_t domain, struct sockaddr_un *out)
+{
+    *out = (struct sockaddr_un){.sun_family = AF_UNIX};
+    int n = snprintf(out->sun_path + 1, sizeof out->sun_path - 1, "collided/dds/%u", (unsigned)domain);
+    return (socklen_t)(offsetof(struct sockaddr_un, sun_path) + 1 + (size_t)n);
+}
+
+#endif
