@@ -128,7 +128,7 @@ static void add_world(const service *s, sheet *t)
     sheet_add(t, "undone_ticks", (int64_t)f.undone_ticks);
     for (int r = 0; r < RUNG_COUNT; r++) {
         snprintf(rungs[r], sizeof rungs[r], "pairs_by_%s", world_rung_name((world_rung)r));
-        sheet_add(t, rungs[r], f.rungs[r]);
+        sheet_add(t, rungs[r], (int64_t)f.rungs[r]);
     }
 }
 
