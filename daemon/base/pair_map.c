@@ -25,6 +25,7 @@ static size_t home_of(const pair_map *m, uint64_t key)
 /* The slot that holds the key, or the empty one where it belongs. There is always an empty one. */
 static size_t find_slot(const pair_map *m, uint64_t key)
 {
+    assert(m->count < m->capacity);
     size_t slot = home_of(m, key);
     while (m->keys[slot] != 0 && m->keys[slot] != key) slot = (slot + 1) & (m->capacity - 1);
     return slot;
