@@ -275,9 +275,9 @@ static bool start_bipyramid(expansion *x)
         add_facet(e, next, i, 4);
     }
     for (uint16_t i = 0; i < 3; i++) {
-        uint16_t next = (uint16_t)(2 * ((i + 1) % 3)), last = (uint16_t)(2 * ((i + 2) % 3));
-        set_neighbours(e, 2 * i, 2 * i + 1, next, last);
-        set_neighbours(e, 2 * i + 1, 2 * i, last + 1U, next + 1U);
+        int next = 2 * ((i + 1) % 3), last = 2 * ((i + 2) % 3);
+        set_neighbours(e, (uint16_t)(2 * i), 2 * i + 1, next, last);
+        set_neighbours(e, (uint16_t)(2 * i + 1), 2 * i, last + 1, next + 1);
     }
     return true;
 }
