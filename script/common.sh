@@ -16,7 +16,7 @@ packages_build=(cmake ninja-build gcc g++ libc6-dev pkg-config cyclonedds-dev cy
 packages_test=(libcmocka-dev libjson-c-dev libgmp-dev libmpfr-dev clang-14 libclang-rt-14-dev clang-tidy-14
     clang-format-14 procps man-db groff bsdextrautils bash-completion systemd lintian debootstrap dpkg-dev binutils file
     iptables librsvg2-bin buildah podman runc python3-yaml gnuplot-nox libfastrtps-dev gcc-aarch64-linux-gnu libc6-dev-arm64-cross
-    qemu-user-static)
+    qemu-user-static docker-compose locales abigail-tools)
 
 # quietly WHAT COMMAND...: the command's output is shown only if it fails.
 quietly() {

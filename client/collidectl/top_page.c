@@ -120,7 +120,8 @@ static void end_list(list *l, const char *if_empty)
     size_t used = strlen(l->text), columns = l->page->view->columns;
     if (used == TITLE && l->lines == 0) snprintf(l->text + used, sizeof l->text - used, "%s", if_empty);
     if (l->left_out && columns > 4 && used + 4 > columns) l->text[columns - 4] = '\0';
-    if (l->left_out) strcat(l->text, " ...");
+    used = strlen(l->text);
+    if (l->left_out) snprintf(l->text + used, sizeof l->text - used, " ...");
     put_line(l->page, PLAIN, l->text);
 }
 

@@ -20,8 +20,8 @@ static void show_counts(const trade *t)
 /* "-" where nothing was measured. */
 static void show_times(double mean_s, double p99_s, double count, char mean[32], char p99[32])
 {
-    strcpy(mean, "-");
-    strcpy(p99, "-");
+    snprintf(mean, 32, "-");
+    snprintf(p99, 32, "-");
     if (!(count > 0)) return;
     show_span(mean_s, mean, 32);
     show_span(p99_s, p99, 32);
@@ -29,8 +29,8 @@ static void show_times(double mean_s, double p99_s, double count, char mean[32],
 
 static void show_errors(const trade_row *r, char worst[32], char mean[32])
 {
-    strcpy(worst, "-");
-    strcpy(mean, "-");
+    snprintf(worst, 32, "-");
+    snprintf(mean, 32, "-");
     if (!(r->errors > 0)) return;
     show_length(r->error_max_m, worst, 32);
     show_length(r->error_mean_m, mean, 32);

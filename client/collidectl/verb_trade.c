@@ -34,7 +34,8 @@ static int record(ctl *c, const char **file)
     double seconds = c->options.seconds > 0 ? c->options.seconds : DEFAULT_S;
     time_t now = time(NULL);
     struct tm t;
-    if (!localtime_r(&now, &t) || !strftime(name, sizeof name, "trade-%Y%m%d-%H%M%S", &t)) strcpy(name, "trade");
+    if (!localtime_r(&now, &t) || !strftime(name, sizeof name, "trade-%Y%m%d-%H%M%S", &t))
+        snprintf(name, sizeof name, "trade");
     int status = ctl_connect_guest(c);
     if (status) return status;
     collided_result result = {0};

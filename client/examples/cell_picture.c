@@ -298,7 +298,7 @@ static bool load_links(pool *memory, load_bodies *links, load_report *r)
     const robot_source source = {.urdf = beside(memory, "arm.urdf"), .srdf = beside(memory, "arm.srdf")};
     robot arm;
     if (!robot_load(&arm, memory, &source, r)) return false;
-    double *values = pool_alloc(memory, arm.model.joint_count, sizeof *values);
+    double *values = pool_alloc(memory, (size_t)arm.model.joint_count, sizeof *values);
     robot_default_values(&arm, values);
     return robot_bodies(&arm, collided_pose_identity(), values, COLLIDED_MOVING, memory, links, r);
 }

@@ -5,6 +5,7 @@
 #include "broad.h"
 
 #include "base/sort.h"
+#include "base/whole.h"
 #include "state.h"
 
 #include <assert.h>
@@ -349,6 +350,7 @@ static void give_buffers_back(broad *b)
 void broad_update(broad *b, broad_changes *changes)
 {
     size_t count_before = b->proxy_count;
+    b->updates++;
     b->began.count = b->ended.count = b->unsettled.count = b->met.count = 0;
     broad_choose_index(b);
     b->all_ask = broad_must_ask(b);
@@ -364,6 +366,7 @@ void broad_update(broad *b, broad_changes *changes)
         .began_count = b->began.count,
         .ended_count = b->ended.count};
     if (b->proxy_count > 2 * count_before) give_buffers_back(b);
+    ASSERT_WHOLE(whole_is_due(b->updates, b->proxy_count + b->pairs.count), broad_validate(b));
 }
 
 void broad_trim(broad *b)

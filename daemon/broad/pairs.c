@@ -51,7 +51,9 @@ static void hang_in(pairs *p, uint32_t index, unsigned side)
 static void take_out(pairs *p, uint32_t index, unsigned side)
 {
     const pair_record *r = &p->records.at[index];
+    assert(r->proxy[side] < p->lists.count && p->lists.at[r->proxy[side]].count > 0);
     uint32_t next = r->next[side], prev = r->prev[side];
+    assert(prev == PAIRS_NO_LINK || p->records.at[prev >> 1].next[prev & 1] == (index << 1 | side));
     if (next != PAIRS_NO_LINK) p->records.at[next >> 1].prev[next & 1] = prev;
     if (prev != PAIRS_NO_LINK)
         p->records.at[prev >> 1].next[prev & 1] = next;
@@ -62,6 +64,7 @@ static void take_out(pairs *p, uint32_t index, unsigned side)
 
 void pairs_begin(pairs *p, uint32_t a, uint32_t b)
 {
+    assert(a != b);
     uint32_t index = take_record(p);
     p->count++;
     p->records.at[index].proxy[0] = a;
@@ -74,6 +77,7 @@ void pairs_begin(pairs *p, uint32_t a, uint32_t b)
 void pairs_end(pairs *p, uint32_t link)
 {
     uint32_t index = link >> 1;
+    assert(index < p->records.count && p->count > 0);
     take_out(p, index, 0);
     take_out(p, index, 1);
     pair_record *r = &p->records.at[index];

@@ -143,7 +143,7 @@ static bool end_parted(broad *b, uint32_t id, uint64_t units)
     for (uint32_t link = pairs_first(&b->pairs, id); link != PAIRS_NO_LINK; link = pairs_next(&b->pairs, link)) {
         uint32_t other = pairs_other(&b->pairs, link);
         const proxy *q = &b->proxies.at[other];
-        b->spent += UNITS_A_PAIR_KEPT + (ask ? UNITS_ASKED : 0);
+        b->spent += (uint64_t)(UNITS_A_PAIR_KEPT + (ask ? UNITS_ASKED : 0));
         bool stays = may_pair(&p->fat, p->fixed, &q->fat, q->fixed) && (!ask || broad_accepts(b, id, other));
         if (!stays) array_push(&b->met, (uint64_t)other << 32 | link);
     }

@@ -58,6 +58,7 @@ struct broad {
     uint32_t mark;
     pairs pairs;
 
+    uint64_t updates;      /* so far */
     uint64_t limit;        /* units that an update may take; what takes more is put off, see broad_search */
     size_t most_pairs;     /* beyond which no search begins any */
     size_t unsearched;     /* proxies */

@@ -63,6 +63,7 @@ static uint32_t take_pair(tree *t)
 
 static void give_pair(tree *t, uint32_t pair)
 {
+    assert(pair >= 2 && pair % 2 == 0 && pair < t->end);
     t->nodes[pair].down = t->free_pair;
     t->free_pair = pair;
 }
@@ -79,6 +80,7 @@ static void relink_below(tree *t, uint32_t i)
 
 static void set_content(tree *t, uint32_t i, const fbox *box, uint32_t down)
 {
+    assert(i < t->end && (down & TREE_LEAF || (down % 2 == 0 && down + 1 < t->end)));
     t->nodes[i].box = *box;
     t->nodes[i].down = down;
     relink_below(t, i);
@@ -203,6 +205,7 @@ static void fit_upward(tree *t, uint32_t i)
 {
     for (; i != TREE_NONE; i = t->nodes[i].parent) {
         uint32_t down = t->nodes[i].down;
+        assert(!(down & TREE_LEAF) && t->nodes[down].parent == i && t->nodes[down + 1].parent == i);
         fbox box = fbox_union(&t->nodes[down].box, &t->nodes[down + 1].box);
         if (fbox_equal(&box, &t->nodes[i].box)) return;
         t->nodes[i].box = box;
@@ -233,8 +236,9 @@ void tree_insert(tree *t, uint32_t proxy, const fbox *box)
 
 void tree_remove(tree *t, uint32_t proxy)
 {
+    assert(proxy < t->leaf_of.count && t->leaf_of.at[proxy] != TREE_NONE);
     uint32_t leaf = t->leaf_of.at[proxy];
-    assert(leaf != TREE_NONE);
+    assert(t->nodes[leaf].down == (TREE_LEAF | proxy));
     t->leaf_of.at[proxy] = TREE_NONE;
     t->leaf_count--;
     if (leaf == TREE_ROOT) return;
@@ -277,7 +281,9 @@ void tree_settle(tree *t)
 
 void tree_move(tree *t, uint32_t proxy, const fbox *box)
 {
+    assert(proxy < t->leaf_of.count && t->leaf_of.at[proxy] != TREE_NONE);
     uint32_t leaf = t->leaf_of.at[proxy];
+    assert(t->nodes[leaf].down == (TREE_LEAF | proxy));
     t->nodes[leaf].box = *box;
     fit_upward(t, t->nodes[leaf].parent);
 }

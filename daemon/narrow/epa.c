@@ -270,14 +270,14 @@ static bool start_bipyramid(expansion *x)
     e->vertex[4] = below;
     e->vertex_count = 5;
     for (uint16_t i = 0; i < 3; i++) {
-        uint16_t next = (i + 1) % 3;
+        uint16_t next = (uint16_t)((i + 1) % 3);
         add_facet(e, i, next, 3);
         add_facet(e, next, i, 4);
     }
     for (uint16_t i = 0; i < 3; i++) {
         int next = 2 * ((i + 1) % 3), last = 2 * ((i + 2) % 3);
-        set_neighbours(e, 2 * i, 2 * i + 1, next, last);
-        set_neighbours(e, 2 * i + 1, 2 * i, last + 1, next + 1);
+        set_neighbours(e, (uint16_t)(2 * i), 2 * i + 1, next, last);
+        set_neighbours(e, (uint16_t)(2 * i + 1), 2 * i, last + 1, next + 1);
     }
     return true;
 }
@@ -335,7 +335,7 @@ static nearest_two least_distances(const epa_scratch *e)
     double least[EPA_LANES] = {INFINITY, INFINITY, INFINITY, INFINITY};
     double second[EPA_LANES] = {INFINITY, INFINITY, INFINITY, INFINITY};
     for (uint32_t i = 0; i < e->facet_count; i += EPA_LANES)
-        for (int k = 0; k < EPA_LANES; k++) {
+        for (uint32_t k = 0; k < EPA_LANES; k++) {
             double distance = e->distance[i + k];
             second[k] = min_of(max_of(distance, least[k]), second[k]);
             least[k] = min_of(distance, least[k]);

@@ -320,7 +320,7 @@ LANES_INLINE bool find(search *x)
     float depth = look(&x->of_a, p->scale);
     if (!(depth >= least)) return false; /* apart along the face, or too shallow for F to be strict */
     place_a(x);
-    depth = min_of(depth, look(&x->of_b, p->scale));
+    depth = (float)min_of(depth, look(&x->of_b, p->scale));
     if (!(depth >= least)) return false;
     prune(&x->of_a, depth + slack);
     prune(&x->of_b, depth + slack);

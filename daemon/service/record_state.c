@@ -335,7 +335,7 @@ size_t record_state_size(const service *s)
     for (size_t i = 0; i < s->sessions.count; i++) {
         const session *c = s->sessions.at[i];
         size += A_MESSAGE + A_BODY * c->bodies.count + A_SHAPE * c->shape_count + c->held.bytes.count +
-                (size_t)c->geometry_bytes + c->geometry_bytes / 16;
+                (size_t)(c->geometry_bytes + c->geometry_bytes / 16);
     }
     return size;
 }

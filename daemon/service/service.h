@@ -704,6 +704,7 @@ uint64_t service_slice_told(const service *s); /* for the recording; 0: it made 
 /* How many pairs the tick that has just been run could have, for want of memory; 0: that has left out none. */
 int64_t service_pairs_limited(const service *s);
 void service_tick(service *s);             /* of number s->tick, at s->now_ns */
+const char *service_validate(service *s);  /* between ticks: what is broken of what is kept twice, or NULL */
 void service_follow_clock(service *s);     /* what the world knows goes back with it */
 bool service_clock_back(const service *s); /* the wall clock was set back since the last tick: one is due */
 void service_take(service *s, struct link *from, const wire_message *m); /* a command that is admitted */

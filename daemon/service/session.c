@@ -132,7 +132,7 @@ owned_body *session_add_body(session *c, int32_t number)
 /* Its place in the world (WORLD_NONE: it has none any more), and how many shapes it has there. */
 void session_count_body(session *c, owned_body *b, uint32_t world_id, size_t shapes)
 {
-    c->body_count += (world_id != WORLD_NONE) - (b->world_id != WORLD_NONE);
+    c->body_count += (size_t)(world_id != WORLD_NONE) - (size_t)(b->world_id != WORLD_NONE);
     c->shape_count += shapes - b->shapes;
     b->world_id = c->rows.world_ids.at[b - c->bodies.at] = world_id;
     b->shapes = (uint32_t)shapes;

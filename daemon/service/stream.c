@@ -2,6 +2,7 @@
 #include "service.h"
 #include "standby.h"
 
+#include <assert.h>
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
@@ -62,6 +63,7 @@ void stream_open(service *s, session *c, const wire_interest *m, uint32_t world_
 
 void stream_end(service *s, uint32_t world_id, uint8_t cause)
 {
+    assert(world_id < s->streams.count && s->streams.at[world_id].live);
     world_remove_interest(s->world, world_id, cause);
     stream_names_drop(s, world_id);
     s->streams.at[world_id].ending = true;
@@ -71,6 +73,7 @@ void stream_end(service *s, uint32_t world_id, uint8_t cause)
 /* The link's stream ends with the last that has its name. */
 void stream_close(service *s, uint32_t world_id)
 {
+    assert(world_id < s->streams.count);
     stream at = s->streams.at[world_id];
     if (!at.live) return;
     stream_names_drop(s, world_id);
@@ -131,6 +134,7 @@ static void put_vec(double *at, vec3 v)
 
 static uint32_t put_manifold(part *p, uint32_t points, const manifold *m)
 {
+    assert(m->count <= MANIFOLD_POINTS_MAX);
     for (uint32_t i = 0; i < m->count; i++, points++) {
         put_vec(p->manifold_points + 3 * (size_t)points, m->points[i].point);
         p->manifold_distances[points] = m->points[i].distance;
@@ -160,6 +164,7 @@ static uint32_t put_impact(part *p, uint32_t impacts, const world_event *e)
 static void fill(part *p, const world_event *events, uint32_t n, wire_event_batch *m)
 {
     uint32_t points = 0, impacts = 0;
+    assert(n <= EVENTS_A_PART);
     for (uint32_t i = 0; i < n; i++) {
         const world_event *e = &events[i];
         p->kinds[i] = e->kind;
@@ -292,6 +297,7 @@ static wire_message part_of(service *s, const stream *to, const world_batch *b, 
 {
     if (!s->part) s->part = base_alloc(1, sizeof *s->part);
     size_t first = (size_t)i * EVENTS_A_PART;
+    assert(i >= 0 && first <= b->count);
     size_t n = b->count - first < EVENTS_A_PART ? b->count - first : EVENTS_A_PART;
     wire_message m = message_for(s, to);
     m.event_batch.undone = (int64_t)b->undone;
@@ -369,6 +375,7 @@ static void send_or_keep(service *s, stream *to, const world_batch *b)
  * snapshot is no batch, and has the number of the one that it follows: numbers do not depend on who asks for one. */
 static void publish(service *s, stream *to, const world_batch *b)
 {
+    assert(to->live && to->read);
     if (!to->told) to->batch = s->last_batch + 1; /* what ends in this tick has been published */
     if (b->more || b->goes_on)
         build_snapshot(s, to, b);

@@ -1,6 +1,7 @@
 /* tick: one tick of the service: the same for live links and for a replay. Tick thread. */
 #include "base/clock.h"
 #include "base/log.h"
+#include "base/whole.h"
 #include "memory.h"
 #include "service.h"
 #include "shares.h"
@@ -198,4 +199,6 @@ void service_tick(service *s)
     shares_ticked(s);
     record_tick(s); /* perhaps with the state as the next tick finds it */
     for (size_t i = 0; i < s->link_count; i++) s->links[i]->ops->flush(s->links[i]);
+    ASSERT_WHOLE(
+        whole_is_due((uint64_t)s->tick, world_get_figures(s->world).bodies + s->streams.count), service_validate(s));
 }

@@ -4,6 +4,7 @@
 
 #include "base/sort.h"
 
+#include <assert.h>
 #include <stdlib.h>
 
 static bool checks(const filter_rule *rule)
@@ -145,6 +146,7 @@ static void enter_pair(world *w, uint32_t solid)
 
 static uint32_t begin(world *w, uint32_t a, uint32_t b)
 {
+    assert(a != b && w->solids.at[a].used && w->solids.at[b].used);
     uint32_t id = id_pool_take(&w->pair_ids);
     array_reserve_in_place(&w->pairs, (size_t)id + 1);
     if (id >= w->pairs.count) w->pairs.count = id + 1;
@@ -178,10 +180,12 @@ static uint8_t cause_of_end(world *w, const pair *p)
 static void end(world *w, uint32_t id)
 {
     pair *p = &w->pairs.at[id];
+    assert(id < w->pairs.count && p->used && pair_find(w, p->a, p->b) == id);
     pair_map_remove(&w->pair_of, pair_key(p->a, p->b));
     events_pair_ended(w, id, cause_of_end(w, p));
     free(p->cache.shell);
     p->cache.shell = NULL;
+    assert(p->first_watch == WORLD_NONE && w->lingers >= p->lingers);
     w->lingers -= p->lingers;
     p->used = p->lingers = false;
     w->bodies.at[w->solids.at[p->a].body].pair_count--;

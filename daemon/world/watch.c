@@ -2,6 +2,7 @@
  * has its end: here, or where the outcome of a tick says so (events.c, events_impact.c). Tick thread. */
 #include "events.h"
 
+#include <assert.h>
 #include <stdlib.h>
 
 int64_t watch_id(const watch *v)
@@ -27,6 +28,7 @@ uint32_t watch_find(world *w, const pair *p, uint32_t interest)
 
 uint32_t watch_add(world *w, uint32_t pair_id, uint32_t interest_id)
 {
+    assert(w->pairs.at[pair_id].used && w->interests.at[interest_id].used);
     uint32_t id = id_pool_take(&w->watch_ids);
     array_reserve_in_place(&w->watches, (size_t)id + 1);
     if (id >= w->watches.count) w->watches.count = id + 1;
@@ -47,6 +49,7 @@ uint32_t watch_add(world *w, uint32_t pair_id, uint32_t interest_id)
 
     uint32_t *link = &w->pairs.at[pair_id].first_watch;
     while (*link != WORLD_NONE && w->watches.at[*link].interest < interest_id) link = &w->watches.at[*link].pair_next;
+    assert(*link == WORLD_NONE || w->watches.at[*link].interest > interest_id); /* one a pair and interest */
     v->pair_next = *link;
     *link = id;
     return id;
@@ -71,6 +74,7 @@ static void leave_list(world *w, uint32_t id)
 void watch_drop(world *w, uint32_t id)
 {
     watch *v = &w->watches.at[id];
+    assert(id < w->watches.count && v->used && w->interests.at[v->interest].watches > 0);
     uint32_t *link = &w->pairs.at[v->pair].first_watch;
     while (*link != id) link = &w->watches.at[*link].pair_next;
     *link = v->pair_next;

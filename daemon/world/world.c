@@ -2,6 +2,7 @@
 #include "state.h"
 
 #include "base/hash.h"
+#include "base/whole.h"
 
 #include <stdlib.h>
 
@@ -156,6 +157,7 @@ static void end_tick(world *w)
     w->last_tick_ns = w->now_ns;
     w->dirty.count = w->glided.count = 0;
     w->changed = w->some_glided = w->rematched = false;
+    ASSERT_WHOLE(whole_is_due(w->figures.ticks, w->bodies.count + w->pairs.count), world_validate(w));
 }
 
 void world_tick(world *w, int64_t now_ns, world_batches *out)

@@ -6,6 +6,7 @@
 #include "wire_schema.h"
 #include "wire_text.h"
 
+#include <assert.h>
 #include <inttypes.h>
 #include <stdatomic.h>
 #include <stdbool.h>
@@ -201,6 +202,7 @@ size_t wire_lcm_encode(const wire_message *m, void *out, size_t capacity)
     uint8_t *at = put_u64(out, (uint64_t)wire_lcm_fingerprint(m->kind));
     for (uint32_t i = 0; i < s->field_count; i++)
         at = put_field(at, s->fields[i].type, (const char *)&m->version + s->fields[i].offset);
+    assert((size_t)(at - (uint8_t *)out) == wire_lcm_size(m));
     return (size_t)(at - (uint8_t *)out);
 }
 
@@ -227,6 +229,7 @@ static size_t left(const reader *r)
 static uint32_t get_u32(reader *r)
 {
     uint32_t v;
+    assert(left(r) >= 4); /* whoever calls has looked */
     memcpy(&v, r->at, 4);
     r->at += 4;
     return __builtin_bswap32(v);
@@ -235,6 +238,7 @@ static uint32_t get_u32(reader *r)
 static uint64_t get_u64(reader *r)
 {
     uint64_t v;
+    assert(left(r) >= 8);
     memcpy(&v, r->at, 8);
     r->at += 8;
     return __builtin_bswap64(v);

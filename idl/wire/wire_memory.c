@@ -1,6 +1,7 @@
 /* wire_memory: blocks that are kept over a reset, so that a steady stream of messages allocates nothing. One thread. */
 #include "wire_lcm.h"
 
+#include <assert.h>
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -61,5 +62,6 @@ void *wire_memory_take(wire_memory *m, size_t bytes)
     }
     void *at = m->current->bytes + m->current->used;
     m->current->used += need;
+    assert(need >= bytes && m->current->used <= m->current->size);
     return at;
 }

@@ -57,7 +57,7 @@ static void stay_on(int nth)
     if (!CPU_COUNT(&allowed) && sched_getaffinity(0, sizeof allowed, &allowed) != 0) return;
     if (CPU_COUNT(&allowed) < 2) return;
     CPU_ZERO(&one);
-    for (int i = 0; i < CPU_SETSIZE && !CPU_COUNT(&one); i++)
+    for (size_t i = 0; i < CPU_SETSIZE && !CPU_COUNT(&one); i++)
         if (CPU_ISSET(i, &allowed) && nth-- == 0) CPU_SET(i, &one);
     (void)sched_setaffinity(0, sizeof one, &one); /* as before, then */
 }
@@ -219,7 +219,7 @@ static bool run_row(uint32_t domain, const way *w, const char *sites, const benc
     char links[64], server[256] = "", robot[256] = "";
     uint32_t domain_of_raw = domain + 1;
     if (w->protect) {
-        domain += 2 + (w->protect[0] == 's');
+        domain += w->protect[0] == 's' ? 3 : 2;
         snprintf(server, sizeof server, "%s/%s/daemon", sites, w->protect);
         snprintf(robot, sizeof robot, "%s/%s/robot", sites, w->protect);
     }

@@ -8,7 +8,7 @@
 static bool has_edge(const double *triangles, size_t count, double from, double to)
 {
     for (size_t t = 0; t < count; t++)
-        for (int e = 0; e < 3; e++)
+        for (size_t e = 0; e < 3; e++)
             if (triangles[3 * t + e] == from && triangles[3 * t + (e + 1) % 3] == to) return true;
     return false;
 }
@@ -16,7 +16,7 @@ static bool has_edge(const double *triangles, size_t count, double from, double 
 static bool closed(const double *triangles, size_t count)
 {
     for (size_t t = 0; t < count; t++)
-        for (int e = 0; e < 3; e++)
+        for (size_t e = 0; e < 3; e++)
             if (!has_edge(triangles, count, triangles[3 * t + (e + 1) % 3], triangles[3 * t + e])) return false;
     return count > 0;
 }

@@ -111,7 +111,7 @@ static bool cell_open(cell *c, const char *robots, json_object *joints, const ch
     double *values = NULL;
     bool good = robot_load(&c->robot, &c->pool, &source, &report);
     if (good) {
-        values = pool_alloc(&c->pool, c->robot.model.joint_count + 1, sizeof *values);
+        values = pool_alloc(&c->pool, (size_t)c->robot.model.joint_count + 1, sizeof *values);
         robot_default_values(&c->robot, values);
         good = joints ? set_joints(c, joints, values, &report) : robot_state(&c->robot, state, values, &report);
     }

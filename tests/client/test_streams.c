@@ -177,7 +177,7 @@ static void after_a_gap_nothing_is_told_until_a_snapshot_comes(void **state)
     assert_true(h.batches == 2 && h.batch == 2);
     const wire_receipt *lacks = last_receipt();
     assert_true(lacks->missing && lacks->interest == 0 && lacks->epoch == 1 && lacks->batch == 2 && lacks->tick == 0);
-    int sent = fake_sent(WIRE_RECEIPT);
+    size_t sent = fake_sent(WIRE_RECEIPT);
     give(c, (batch_options){.batch = 5});
     (void)collided_poll(c, 0.0);
     assert_int_equal(h.batches, 2);

@@ -98,8 +98,8 @@ static void core_point(const solid *s, const double d[3], double p[3])
         for (int i = 0; i < 3; i++) p[i] = h[i] * h[i] * d[i] / norm;
     if (s->shape.type != COLLIDED_HULL) return;
     double best = -INFINITY;
-    for (int i = 0; i < HULL_POINTS; i++) {
-        const double *v = s->hull + (size_t)3 * i;
+    for (size_t i = 0; i < HULL_POINTS; i++) {
+        const double *v = s->hull + 3 * i;
         double along = d[0] * v[0] + d[1] * v[1] + d[2] * v[2];
         if (along > best) memcpy(p, v, 3 * sizeof *p);
         best = fmax(best, along);

@@ -562,7 +562,7 @@ static void rings_of_points_that_crowd_together_are_hulls(void **state)
     for (size_t i = 0; i < 10000; i++) {
         x ^= x << 13, x ^= x >> 7, x ^= x << 17;
         double angle = 0x1p-53 * (double)(x >> 11) * 6.283185307179586;
-        points[3 * i] = cos(angle), points[3 * i + 1] = sin(angle), points[3 * i + 2] = i % 2;
+        points[3 * i] = cos(angle), points[3 * i + 1] = sin(angle), points[3 * i + 2] = (double)(i % 2);
     }
     hull *h;
     assert_int_equal(hull_build(points, 10000, 0, &h), HULL_OK);

@@ -42,7 +42,7 @@ static void add_face(model *m, const int c[3], int axis, int way)
         p[v] = EDGE * (c[v] + (i >= 2));
     }
     const int32_t order[] = {0, 1, 2, 0, 2, 3};
-    for (int i = 0; i < 6; i++) m->corners[3 * m->mesh.count + i] = first + order[way > 0 ? i : 5 - i];
+    for (size_t i = 0; i < 6; i++) m->corners[3 * m->mesh.count + i] = first + order[way > 0 ? i : 5 - i];
     m->mesh.count += 2;
 }
 

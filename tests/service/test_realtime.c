@@ -132,7 +132,8 @@ static void test_pinned(void **state)
 {
     (void)state;
     cpu_set_t set;
-    int first = 0, status;
+    int status;
+    size_t first = 0;
     assert_int_equal(sched_getaffinity(0, sizeof set, &set), 0);
     while (first < CPU_SETSIZE && !CPU_ISSET(first, &set)) first++;
     if (first == CPU_SETSIZE) skip();
@@ -141,7 +142,7 @@ static void test_pinned(void **state)
         config c;
         char why[256];
         config_default(&c);
-        snprintf(c.cpus, sizeof c.cpus, "%d", first);
+        snprintf(c.cpus, sizeof c.cpus, "%zu", first);
         bool done = realtime_apply(&c, why, sizeof why) == EX_OK && sched_getaffinity(0, sizeof set, &set) == 0;
         _exit(done && CPU_COUNT(&set) == 1 && CPU_ISSET(first, &set) ? 0 : 1);
     }

@@ -190,8 +190,8 @@ static void move(play *p, int who, int64_t step, bool end)
     uint32_t count = end ? 0 : 1 + below(p, BODIES - 1), first = below(p, BODIES - count + 1);
     for (uint32_t i = 0; i < count; i++) {
         bodies[i] = (int32_t)(first + i);
-        for (int k = 0; k < 3; k++) positions[3 * i + k] = 0.01 * below(p, k ? 20 : 300);
-        for (int k = 0; k < 3; k++) linear[3 * i + k] = 0.1 * below(p, 5);
+        for (uint32_t k = 0; k < 3; k++) positions[3 * i + k] = 0.01 * below(p, k ? 20 : 300);
+        for (uint32_t k = 0; k < 3; k++) linear[3 * i + k] = 0.1 * below(p, 5);
         double angle = 0.1 * below(p, 30);
         const double q[4] = {cos(angle), 0, 0.6 * sin(angle), 0.8 * sin(angle)};
         memcpy(orientations + 4 * i, q, sizeof q);

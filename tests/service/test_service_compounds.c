@@ -61,7 +61,7 @@ static void send_row(const room *r, int64_t sequence, int32_t body, uint32_t cou
     memcpy(poses, pose, sizeof pose);
     for (uint32_t i = 1; i <= count; i++) {
         types[i] = WIRE_SHAPE_BOX;
-        for (int k = 0; k < 3; k++) sizes[3 * i + k] = 0.5;
+        for (uint32_t k = 0; k < 3; k++) sizes[3 * i + k] = 0.5;
         memcpy(poses + 7 * i, (double[7]){i - 0.5, 0, 0, 1, 0, 0, 0}, sizeof pose);
     }
     wire_message m = {.kind = WIRE_BODY,

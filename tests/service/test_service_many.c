@@ -64,7 +64,7 @@ static void hear(room *r, int batches)
         assert_in_range(b.client, FIRST, FIRST + r->clients - 1);
         assert_in_range(b.interest, 0, EACH - 1);
         uint8_t *told = &r->told[(b.client - FIRST) * EACH + b.interest];
-        *told += *told < 255;
+        if (*told < 255) ++*told;
         batches--;
     }
 }

@@ -133,7 +133,7 @@ static void a_step_is_done_when_all_have_published_it(void **state)
     for (int k = 0; k < MEMBERS; k++) join(&h, k, MEMBERS, 60);
     for (int64_t n = 1; n <= 20; n++) {
         for (int i = 0; i < MEMBERS; i++)
-            step(&h, (int)((n + i) % MEMBERS), n, 10 * ((n + i) % MEMBERS) + 0.1 * (double)n);
+            step(&h, (int)((n + i) % MEMBERS), n, 10 * (double)((n + i) % MEMBERS) + 0.1 * (double)n);
         await_answers(&h, MEMBERS, n, 0);
     }
     leave(&h);

@@ -3,6 +3,7 @@
 #include "allocations.h"
 #include "cell.h"
 
+#include "base/whole.h"
 #include "world/coherence.h"
 
 enum { ALICE = 11, WARM_UP = 300, COUNTED = 300, ROUND_TICKS = 200, ROUNDS = 6 };
@@ -111,6 +112,7 @@ static void test_service(void **state)
 
 int main(void)
 {
+    whole_rest(true);
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_counts),
         cmocka_unit_test(test_world),

@@ -396,7 +396,7 @@ static void stir(crowd *c, int64_t now, uint64_t *seed, uint32_t interests[3])
         else if (what < 0.5)
             remove_ball(c, i);
         else
-            put_ball(c, i, at, what < 0.75 ? c->radius[i] : 0.5 + 0.5 * (now % 2));
+            put_ball(c, i, at, what < 0.75 ? c->radius[i] : 0.5 + 0.5 * (double)(now % 2));
     }
     int k = (int)(3 * draw(seed));
     world_interest terms = scene_all(WORLD_TOUCH, 0);

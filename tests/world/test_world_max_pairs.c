@@ -135,7 +135,7 @@ static void what_is_told_is_true(void **state)
             scene_move(same.w, same.balls[i], x, now);
             scene_move(many.w, many.balls[i], x, now);
         }
-        size_t most = now / 70 % 3 * 12; /* for want of memory: 0 is all of MOST */
+        size_t most = (size_t)(now / 70 % 3 * 12); /* for want of memory: 0 is all of MOST */
         world_set_pairs_most(few.w, most);
         uint64_t hash = tick(&few, now);
         /* As a recording has it: only where some were left out. */

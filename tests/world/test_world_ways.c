@@ -368,14 +368,14 @@ static void what_turns_too_far_until_the_newest_pose_is_open(void **state)
     for (size_t k = 0; k < sizeof SPINS / sizeof *SPINS; k++) {
         world *w = scene_world(1, true);
         uint32_t a = ball(w, "a", VEC_ZERO, 0.5, WORLD_CCD_OFF);
-        uint32_t b = ball(w, "b", vec(lag + 2, 0.3, 0), 0.5, WORLD_CCD_OFF);
+        uint32_t b = ball(w, "b", vec((double)lag + 2, 0.3, 0), 0.5, WORLD_CCD_OFF);
         world_interest all = all_of(WORLD_FORETELL, 0);
-        all.horizon = lag + 5;
+        all.horizon = (double)lag + 5;
         scene_interest(w, &all);
         scene_tick(w, SECOND);
         vec3 ahead = {1, 0, 0}, spin = {0, 0, SPINS[k]}, none = VEC_ZERO;
         move(w, a, VEC_ZERO, UPRIGHT, SECOND + 1, &ahead, &spin);
-        move(w, b, vec(lag + 2, 0.3, 0), UPRIGHT, SECOND + 1 + lag * SECOND, &none, &none);
+        move(w, b, vec((double)lag + 2, 0.3, 0), UPRIGHT, SECOND + 1 + lag * SECOND, &none, &none);
         const world_batch *batch = scene_tick(w, SECOND + 2 + lag * SECOND);
         assert_int_equal(count(batch, EVENT_FORETOLD), 1);
         const world_impact *i = &batch->events[0].impact;

@@ -17,7 +17,7 @@ static void into_link(const collided_pose *pose, double *points, size_t count)
     for (size_t i = 0; i < count; i++) {
         double turned[3];
         rigid_rotate(pose->orientation, points + 3 * i, turned);
-        for (int k = 0; k < 3; k++) points[3 * i + k] = turned[k] + pose->position[k];
+        for (size_t k = 0; k < 3; k++) points[3 * i + k] = turned[k] + pose->position[k];
     }
 }
 
@@ -99,7 +99,7 @@ static size_t round_points(const collided_shape *s, double outward, double *out)
     double r = outward * (s->type == COLLIDED_CYLINDER ? s->half[0] : s->radius);
     for (int side = -1; side <= 1; side += 2)
         for (size_t i = 0; i < count; i++, n++) {
-            for (int k = 0; k < 3; k++) out[3 * n + k] = r * unit[3 * i + k];
+            for (size_t k = 0; k < 3; k++) out[3 * n + k] = r * unit[3 * i + k];
             out[3 * n + 2] += side * half;
         }
     return n;
