@@ -18,11 +18,6 @@ typedef struct nearest_search {
     uint32_t iterations, peer_failures;
 } nearest_search;
 
-bool compound_pair_applies(const shape *b)
-{
-    return b->type == SHAPE_COMPOUND;
-}
-
 static bool nearer(compound_walk *w, uint32_t part_a, uint32_t part_b, void *context)
 {
     nearest_search *q = context;

@@ -5,11 +5,6 @@
 #include "mesh_depth.h"
 #include "scalar.h"
 
-bool mesh_pair_applies(const shape *a, const shape *b)
-{
-    return b->type == SHAPE_MESH && a->type != SHAPE_HALFSPACE;
-}
-
 /* Triangles and boxes are brought into the other frame and back: twice the error of one pose. The hull of a mesh is no
  * part of its surface. */
 void mesh_pair_prepare(unit_pair *p, const shape *a)

@@ -6,7 +6,10 @@
 #include "union_depth.h"
 
 /* Is one a mesh, and the other no half-space? A half-space meets a mesh as it meets its convex hull. */
-bool mesh_pair_applies(const shape *a, const shape *b);
+static inline bool mesh_pair_applies(const shape *a, const shape *b)
+{
+    return b->type == SHAPE_MESH && a->type != SHAPE_HALFSPACE;
+}
 
 /* The allowance for rounding and for hulls that fits pairs with a mesh. Before the goal is made of it. */
 void mesh_pair_prepare(unit_pair *p, const shape *a);

@@ -1,7 +1,7 @@
-/* placed_pair: two shapes and where they stand, for the tests of the formulas that take them so
- * (narrow/placed_road.h); and that such a formula answers the same at every size. After cmocka.h. */
-#ifndef COLLIDED_TESTS_NARROW_PLACED_PAIR_H
-#define COLLIDED_TESTS_NARROW_PLACED_PAIR_H
+/* primitive_cases: two shapes and where they are, for the tests of the formulas (narrow/primitives.h); and that a
+ * formula answers the same at every size. After cmocka.h. */
+#ifndef COLLIDED_TESTS_NARROW_PRIMITIVE_CASES_H
+#define COLLIDED_TESTS_NARROW_PRIMITIVE_CASES_H
 
 #include "cases.h"
 #include "where_they_stand.h"
@@ -37,15 +37,22 @@ static inline double size_of(const pair *x)
     return shape_reach(&x->a) + shape_reach(&x->b) + vec_norm(vec_sub(x->at_b.p, x->at_a.p));
 }
 
-/* By the formula of the two types: false where it leaves the pair to others. Without scratch memory it is a formula
- * alone.
- */
+/* A's frame becomes the world's: most formulas answer in it. */
+static inline void put_in_frame_of_a(pair *x)
+{
+    x->at_b = pose_relative(x->at_a, x->at_b);
+    x->at_a = POSE_IDENTITY;
+}
+
+/* By the formula of the two types, A being in its frame: false where it leaves the pair to others. Without scratch
+ * memory it is a formula alone. */
 static inline bool ask_with(
     const pair *x, const narrow_request *request, narrow_cache *cache, narrow_scratch *scratch, narrow_result *r)
 {
-    if (scratch) query_where_they_stand(&x->a, x->at_a, &x->b, x->at_b, request, cache, r);
-    narrow_placed a = narrow_placed_at(&x->a, x->at_a), b = narrow_placed_at(&x->b, x->at_b);
-    return scratch || (placed_road_applies(request) && a.row->with[b.kind](&a, &b, request, cache, NULL, r));
+    assert_memory_equal(&x->at_a, &POSE_IDENTITY, sizeof x->at_a);
+    if (scratch) narrow_query(&x->a, &x->b, &x->at_b, request, cache, scratch, r);
+    bool applies = primitives_apply(&x->b, request);
+    return scratch || (applies && primitives_answer(&x->a, &x->b, &x->at_b, request, cache, NULL, r));
 }
 
 static inline pair scaled(pair x, double by)

@@ -1,4 +1,4 @@
-/* A capsule and a box, and two boxes, where they stand (narrow/placed_capsule_box.c, placed_boxes.c), against brute
+/* A capsule and a box, and two boxes, by their formulas (narrow/capsule_box.c, box_box.c), against brute
  * force over all features in 113 bits (polytope_oracle.c): gaps, depths and verdicts of any kind, down to a few
  * roundings, thin and long ones, straight and turned by next to nothing; at every size the same, and the same with a
  * cache as without. And how far a matrix of a quaternion is off, which the bounds rest on. */
@@ -10,7 +10,7 @@
 
 #include <cmocka.h>
 
-#include "placed_pair.h"
+#include "primitive_cases.h"
 
 static const shape_type TYPES[][2] = {{SHAPE_CAPSULE, SHAPE_BOX}, {SHAPE_BOX, SHAPE_BOX}};
 enum { KINDS = sizeof TYPES / sizeof *TYPES };
@@ -43,6 +43,7 @@ static pair random_pair(random_state *r, const shape_type types[2], enum regime 
     put_in_order(&x);
     random_poses(r, &x.a, &x.b, regime, &x.at_a, &x.at_b);
     x.at_b.q = some_turn(r, x.at_a.q);
+    put_in_frame_of_a(&x);
     return x;
 }
 

@@ -1,18 +1,40 @@
-/* placed_box_features: the formulas of box_features.c for two boxes where they stand, in lanes: no relative pose is
- * computed. What holds there of strict features and margins holds here, too (near_features.h). Inlined; the same bits
- * however wide the processor is. Pure; any thread.
+/* box_facing: the formulas of box_features.c for two boxes, in lanes. What holds there of strict features and margins
+ * holds here, too (near_features.h). All in A's frame. Inlined; the same bits however wide the processor is. Pure; any
+ * thread.
  *
- * Rounding, as in placed_boxes.c, in u of both half diagonals g and |t|: points by 6.5 (the matrix) and 5.2 (the
- * product), so hi by 11.7 g, and by 2 |t| and what a norm takes. The axis: the frame in which it was found sees it as
- * it is, the world by 11.7, and so that box's heights by 11.7 and 4 g; the other's by 6.5 and 8.2; t by 4, and lo by
- * the 12 that the axis is off unit. Less than 24 of them all. */
-#ifndef COLLIDED_NARROW_PLACED_BOX_FEATURES_H
-#define COLLIDED_NARROW_PLACED_BOX_FEATURES_H
+ * Rounding, as in box_box.c, in u of both half diagonals g and |t|: points by 6.5 (the matrix) and 5.2 (the product),
+ * so hi by 11.7 g, and by 2 |t| and what a norm takes. The axis: of a corner of A's, by 11.7, and so A's heights by
+ * 11.7 and 4 g; B's by 6.5 and 8.2; t by 4, and lo by the 12 that the axis is off unit. Less than 24 of them all. */
+#ifndef COLLIDED_NARROW_BOX_FACING_H
+#define COLLIDED_NARROW_BOX_FACING_H
 
-#include "box_view.h"
+#include "lanes.h"
 #include "near_features.h"
 
-/* What the answer is made of: in the world, from A's centre; lengths times `scale`. */
+/* Two boxes by their half sides, from A's centre to B's, and B's axes and, by them, A's. */
+typedef struct box_lanes {
+    lanes half_a, half_b, t;
+    lanes3 axes_b, rows_b;
+} box_lanes;
+
+/* Each vector is followed by a number; lengths are brought to unit size by `scale`. A zero has no sign. */
+LANES_INLINE box_lanes box_lanes_of(
+    const vec3 *half_a, const vec3 *half_b, const vec3 *between, const mat3 *turn_b, double scale)
+{
+    const lanes none = {0, 0, 0, 0};
+    const lanes3 axes = {
+        lanes_load(&turn_b->x.x) + none, lanes_load(&turn_b->y.x) + none, lanes_load(&turn_b->z.x) + none};
+    return (box_lanes){lanes_load(&half_a->x) * scale, lanes_load(&half_b->x) * scale, lanes_load(&between->x) * scale,
+        axes, lanes3_transposed(axes)};
+}
+
+/* Sides of a box, as features are named: BETWEEN, HIGH, LOW by bits. */
+LANES_INLINE void box_sides_write(unsigned high, unsigned low, uint16_t side[3])
+{
+    for (int k = 0; k < 3; k++) side[k] = (uint16_t)((high >> k & 1) | (low >> k & 1) << 1);
+}
+
+/* What the answer is made of. */
 typedef struct box_facing {
     lanes axis, point_a, point_b;
     double lo, hi;
@@ -68,78 +90,64 @@ LANES_INLINE void box_feature_write(const box_feature *x, uint16_t side[3])
     box_sides_write(lanes_bits(x->side > none), lanes_bits(x->side < none), side);
 }
 
-LANES_INLINE double lanes_sum3(lanes v)
-{
-    return v[0] + v[1] + v[2];
-}
-
-LANES_INLINE lanes lanes_cross(lanes a, lanes b)
-{
-    lanes a1 = __builtin_shufflevector(a, a, 1, 2, 0, 3), a2 = __builtin_shufflevector(a, a, 2, 0, 1, 3);
-    lanes b1 = __builtin_shufflevector(b, b, 1, 2, 0, 3), b2 = __builtin_shufflevector(b, b, 2, 0, 1, 3);
-    return a1 * b2 - a2 * b1;
-}
-
 /* Two boxes, and of each the feature that is looked at. */
 typedef struct box_meeting {
-    lanes3 axes_a, axes_b, rows_a, rows_b;
-    lanes between;
+    const box_lanes *of;
     box_feature a, b;
-    lanes at_a, at_b, axis, seen_a, seen_b; /* the axis in the world, in A's frame, and its opposite in B's */
-    lanes point_a, point_b;
+    lanes at_a, at_b, axis, seen_b; /* at_b in B's frame, as seen_b: the axis' opposite */
+    lanes point_b;
 } box_meeting;
+
+LANES_INLINE void box_meeting_place_b(box_meeting *m)
+{
+    m->point_b = m->of->t + lanes3_mul(m->of->axes_b, m->at_b);
+}
 
 /* B's corner, and the nearest point of A's feature. */
 LANES_INLINE void box_meeting_corner_of_b(box_meeting *m)
 {
     m->at_b = m->b.at;
-    m->point_b = m->between + lanes3_mul(m->axes_b, m->at_b);
-    lanes corner = lanes3_mul(m->rows_a, m->point_b);
-    m->at_a = lanes_choose(m->a.between, corner, m->a.at);
-    lanes line = corner - m->at_a;
-    m->seen_a = line * (1 / sqrt(lanes_norm2(line)));
-    m->axis = lanes3_mul(m->axes_a, m->seen_a);
-    m->seen_b = -lanes3_mul(m->rows_b, m->axis);
-    m->point_a = lanes3_mul(m->axes_a, m->at_a);
+    box_meeting_place_b(m);
+    m->at_a = lanes_choose(m->a.between, m->point_b, m->a.at);
+    lanes line = m->point_b - m->at_a;
+    m->axis = line * (1 / sqrt(lanes_norm2(line)));
+    m->seen_b = -lanes3_mul(m->of->rows_b, m->axis);
 }
 
 LANES_INLINE void box_meeting_corner_of_a(box_meeting *m)
 {
     m->at_a = m->a.at;
-    m->point_a = lanes3_mul(m->axes_a, m->at_a);
-    lanes corner = lanes3_mul(m->rows_b, m->point_a - m->between);
+    lanes corner = lanes3_mul(m->of->rows_b, m->at_a - m->of->t);
     m->at_b = lanes_choose(m->b.between, corner, m->b.at);
     lanes line = corner - m->at_b;
     m->seen_b = line * (1 / sqrt(lanes_norm2(line)));
-    m->axis = -lanes3_mul(m->axes_b, m->seen_b);
-    m->seen_a = lanes3_mul(m->rows_a, m->axis);
-    m->point_b = m->between + lanes3_mul(m->axes_b, m->at_b);
+    m->axis = -lanes3_mul(m->of->axes_b, m->seen_b);
+    box_meeting_place_b(m);
 }
 
-/* Two edges, in A's frame: a + s e, b + t f with b - a = r. The axis e x f has no part along e, and is orthogonal to f
- * to the last bit. False when they are almost parallel. */
-LANES_INLINE bool box_meeting_of_edges(const narrow_placed *b, box_meeting *m)
+/* Two edges: a + s e, b + t f with b - a = r. The axis e x f has no part along e, and is orthogonal to f to the last
+ * bit. False when they are almost parallel. */
+LANES_INLINE bool box_meeting_of_edges(box_meeting *m)
 {
     const lanes one = {1, 1, 1, 1};
+    const lanes3 *b = &m->of->axes_b;
     unsigned j = (unsigned)__builtin_ctz(lanes_bits(m->b.between));
-    lanes f = lanes3_mul(m->rows_a, lanes_load(&b->turn.x.x + 3 * j));
+    lanes f = j == 0 ? b->x : j == 1 ? b->y : b->z;
     lanes e = (lanes)(m->a.between & (lane_mask)one), g = f - f * e;
-    lanes r = lanes3_mul(m->rows_a, m->between + lanes3_mul(m->axes_b, m->b.at)) - m->a.at;
+    lanes r = m->of->t + lanes3_mul(*b, m->b.at) - m->a.at;
     double sine2 = lanes_norm2(g), along = lanes_sum3(r * f), cosine = lanes_sum3(f * e);
     if (!(sine2 > NEAR_SLIVER2)) return false;
     double s = (lanes_sum3(r * e) - cosine * along) / sine2, t = s * cosine - along;
     m->at_a = lanes_choose(m->a.between, lanes_of(s), m->a.at);
     m->at_b = lanes_choose(m->b.between, lanes_of(t), m->b.at);
     lanes across = lanes_cross(e, g);
-    m->seen_a = across * ((lanes_sum3(across * r) < 0 ? -1 : 1) / sqrt(sine2));
-    m->axis = lanes3_mul(m->axes_a, m->seen_a);
-    m->seen_b = -lanes3_mul(m->rows_b, m->axis);
-    m->point_a = lanes3_mul(m->axes_a, m->at_a);
-    m->point_b = m->between + lanes3_mul(m->axes_b, m->at_b);
+    m->axis = across * ((lanes_sum3(across * r) < 0 ? -1 : 1) / sqrt(sine2));
+    m->seen_b = -lanes3_mul(m->of->rows_b, m->axis);
+    box_meeting_place_b(m);
     return true;
 }
 
-LANES_INLINE bool box_meeting_settle(const narrow_placed *b, box_meeting *m)
+LANES_INLINE bool box_meeting_settle(box_meeting *m)
 {
     if (m->b.free == 0) {
         box_meeting_corner_of_b(m);
@@ -149,7 +157,7 @@ LANES_INLINE bool box_meeting_settle(const narrow_placed *b, box_meeting *m)
         box_meeting_corner_of_a(m);
         return m->b.free <= 2;
     }
-    return m->a.free == 1 && m->b.free == 1 && box_meeting_of_edges(b, m);
+    return m->a.free == 1 && m->b.free == 1 && box_meeting_of_edges(m);
 }
 
 LANES_INLINE bool is_of_all_axes(lane_mask m)
@@ -160,15 +168,15 @@ LANES_INLINE bool is_of_all_axes(lane_mask m)
 LANES_INLINE bool box_meeting_holds(const box_meeting *m, double size, lane_mask *a, lane_mask *b)
 {
     double margin = NEAR_HEIGHT_MARGIN * size;
-    *a = box_feature_holds(&m->a, m->at_a, m->seen_a, margin);
+    *a = box_feature_holds(&m->a, m->at_a, m->axis, margin);
     *b = box_feature_holds(&m->b, m->at_b, m->seen_b, margin);
     return is_of_all_axes(*a & *b & m->a.named & m->b.named);
 }
 
 /* The features on from these, until they are strict. Returns after how many steps, or -1. */
-LANES_INLINE int box_meeting_descend(const narrow_placed *b, double size, int steps, box_meeting *m)
+LANES_INLINE int box_meeting_descend(double size, int steps, box_meeting *m)
 {
-    for (int i = 0; box_meeting_settle(b, m); i++) {
+    for (int i = 0; box_meeting_settle(m); i++) {
         lane_mask holds_a, holds_b;
         if (box_meeting_holds(m, size, &holds_a, &holds_b)) return i;
         if (i == steps || !is_of_all_axes(m->a.named & m->b.named)) return -1;
@@ -179,26 +187,23 @@ LANES_INLINE int box_meeting_descend(const narrow_placed *b, double size, int st
 }
 
 /* The answer by these features, or by those that a descent of a few steps from them ends at, if they are strict: then
- * these are written. `size` is the pair's, times `scale`. */
+ * these are written. `size` is the pair's, in the unit of *of. */
 enum { BOX_STEPS = 3 };
-LANES_INLINE bool placed_box_facing(const narrow_placed *a, const narrow_placed *b, double scale, double size,
-    int steps, narrow_features *f, box_facing *out)
+LANES_INLINE bool box_facing_of(const box_lanes *of, double size, int steps, narrow_features *f, box_facing *out)
 {
-    box_meeting m = {.axes_a = box_view_axes(a), .axes_b = box_view_axes(b)};
+    box_meeting m = {.of = of};
     if (f->count_a != 3 || f->count_b != 3) return false;
-    m.rows_a = lanes3_transposed(m.axes_a), m.rows_b = lanes3_transposed(m.axes_b);
-    m.between = (lanes_load(&b->at.p.x) - lanes_load(&a->at.p.x)) * scale;
-    box_feature_read(lanes_load(&a->half.x) * scale, f->a, &m.a);
-    box_feature_read(lanes_load(&b->half.x) * scale, f->b, &m.b);
-    int taken = box_meeting_descend(b, size, steps, &m);
+    box_feature_read(of->half_a, f->a, &m.a);
+    box_feature_read(of->half_b, f->b, &m.b);
+    int taken = box_meeting_descend(size, steps, &m);
     if (taken < 0) return false;
-    out->lo = lanes_sum3(m.axis * m.between - lanes_abs(m.seen_a) * m.a.half - lanes_abs(m.seen_b) * m.b.half);
-    out->hi = sqrt(lanes_norm2(m.point_b - m.point_a));
+    out->lo = lanes_sum3(m.axis * of->t - lanes_abs(m.axis) * m.a.half - lanes_abs(m.seen_b) * m.b.half);
+    out->hi = sqrt(lanes_norm2(m.point_b - m.at_a));
     if (!(out->lo >= NEAR_LEAST_DISTANCE * size)) return false;
     if (!(out->hi > out->lo)) out->hi = out->lo;
     double norm2 = lanes_norm2(m.axis);
     out->axis = fabs(norm2 - 1) <= 0x1p-50 ? m.axis : m.axis * (1 / sqrt(norm2));
-    out->point_a = m.point_a, out->point_b = m.point_b;
+    out->point_a = m.at_a, out->point_b = m.point_b;
     if (taken > 0) box_feature_write(&m.a, f->a), box_feature_write(&m.b, f->b);
     return true;
 }

@@ -1,4 +1,4 @@
-/* placed_capsule_box: a capsule and a box where they stand. Pure; any thread.
+/* capsule_box: the formula of a capsule and a box. Pure; any thread.
  *
  * The capsule's core is a segment x(s) = c + s d, |s| <= h, seen from the box. The square of its distance from the box
  * is convex in s; its slope, d.beyond with beyond = x - (the box's point nearest to x), is linear between the places
@@ -9,8 +9,8 @@
  * A segment in the box: B - A has the faces of B, and those that an edge of B and the segment span; the greatest
  * separation along these six is minus the depth.
  *
- * Rounding, in u = 2^-53. A matrix is off by less than 6.5 u (the most seen in 2 10^7 is 6.15 u; test_placed_boxes), t
- * by 1 u, its product with a matrix by 3.7 u (1 u of each product, of which a row has 5/3 at most, and 1 u of each
+ * Rounding, in u = 2^-53. A matrix is off by less than 6.5 u (the most seen in 2 10^7 is 6.15 u; test_primitive_boxes),
+ * t by 1 u, its product with a matrix by 3.7 u (1 u of each product, of which a row has 5/3 at most, and 1 u of each
  * sum). With h the half length, g the half diagonal of the box, e <= |t| the gap: hi: c by 6.5 + 4.7 of |t|; d by 13
  * + 3.7, times s, of which |s| <= h, |s| <= |t| + g and, but for g, s^2 + e^2 <= |t|^2; x by |s| + e + g, |beyond|
  * by 3.5 e and set_bounds by 2 e: 11.2 |t| + 17.7 |s| + 6.5 e + g, less than 16 (|t| + h + g) + 2 e. lo, along the
@@ -18,7 +18,7 @@
  *     + g, |beyond| by 3.5 e and set_bounds by 2 e, the length of the axis by 6.5 e, |n.d| by 3, times h -+ s: 4.7 |t|
  * + 13 e + 7.5 g + 13.2 h + 4 |s|, less than 16 (|t| + h + g) + 2 e. An overlap: c and d as for hi, times 1 and h, and
  * 3 of each along an axis: 14.2 |t| + 19.7 h + 3 g. The error is 20 of them all there. */
-#include "placed_formula.h"
+#include "primitive_pair.h"
 
 enum { NEWTON_MAX = 6 };
 
@@ -106,7 +106,7 @@ INLINE gap gap_at(const beam *g, const beam_place *at)
 
 /* Near the box the slope is lost in the rounding of x: the line is made orthogonal to the segment instead, in the
  * coordinates in which x is outside. False where that would turn it to another side of the box. */
-APART bool squared_gap(const beam *g, const beam_place *at, gap *out)
+__attribute__((noinline, cold)) static bool squared_gap(const beam *g, const beam_place *at, gap *out)
 {
     vec3 outer = outer_part(g, at->beyond), v = at->beyond;
     double bend = vec_norm2(outer);
@@ -172,7 +172,7 @@ INLINE bool meet_edge(const beam_arrays *g, int j, double slack, double n[3], do
     return fabs(*s) <= g->half + slack && fabs(g->c[j] + *s * g->d[j]) <= g->box[j] + slack;
 }
 
-APART bool depth_of(const beam *of, double slack, gap *out)
+__attribute__((noinline, cold)) static bool depth_of(const beam *of, double slack, gap *out)
 {
     const beam_arrays g = {
         {of->c.x, of->c.y, of->c.z}, {of->d.x, of->d.y, of->d.z}, {of->box.x, of->box.y, of->box.z}, of->half};
@@ -186,15 +186,13 @@ APART bool depth_of(const beam *of, double slack, gap *out)
     return met;
 }
 
-INLINE bool capsule_and_box(const placed *q, narrow_result *out)
+bool capsule_beside_box(primitive_pair *q, narrow_result *out)
 {
     unit_pair p;
     begin(q, &p);
     if (!is_in_range(q, &p)) return false;
-    const mat3 *turn = &q->at_b->turn;
-    vec3 along = q->at_a->turn.z;
-    const beam g = {vec_neg(mat_tmul(*turn, p.b_in_a.t)), mat_tmul(*turn, along), vec_scale(q->at_b->half, p.scale),
-        q->at_a->half.z * p.scale, TOUCHING * TOUCHING * p.size * p.size};
+    const beam g = {vec_neg(mat_tmul(q->turn_b, p.b_in_a.t)), mat_tmul(q->turn_b, q->along_a),
+        vec_scale(q->b->half, p.scale), q->a->half.z * p.scale, TOUCHING * TOUCHING * p.size * p.size};
     beam_place at;
     gap found;
     double close = 0.25 * p.error;
@@ -208,12 +206,10 @@ INLINE bool capsule_and_box(const placed *q, narrow_result *out)
         if (!(found.hi - found.lo <= close)) return false;
         p.error += 2 * UNIT_ROUNDOFF * found.hi;
     }
-    vec3 n = mat_mul(*turn, found.n), towards = n;
+    vec3 n = mat_mul(q->turn_b, found.n), towards = n;
     span s = {.lo = found.lo, .hi = found.hi, .method = NARROW_BY_CLOSED_FORM, .iterations = 1};
     s.axis = direction_again(n);
-    s.point_a = vec_scale(along, found.s);
+    s.point_a = vec_scale(q->along_a, found.s);
     s.point_b = vec_madd(s.point_a, found.hi, n);
     return end(q, &p, &s, towards, out);
 }
-
-ROAD_AT_ONCE(capsule_and_box)

@@ -1,7 +1,6 @@
-/* A ball beside a ball or a box where they stand (narrow/placed_balls.h), and two capsules (placed_road.c): bounds,
- * axis and points hold by 113-bit arithmetic, from afar to a few roundings from the surface and beyond it to the
- * centre, for plates and needles, too; and registers of 32 bytes leave the bits that those of 16 leave. */
-#include "narrow/lanes.h"
+/* A sphere beside a sphere or a box, and two capsules, in the world (narrow/primitives.c): bounds, axis and points hold
+ * by 113-bit arithmetic, from afar to a few roundings from the surface and beyond it to the centre, for plates and
+ * needles, too. */
 #include "oracle.h"
 #include "polytope_oracle.h"
 
@@ -12,7 +11,7 @@
 
 #include <cmocka.h>
 
-#include "placed_pair.h"
+#include "primitive_cases.h"
 
 static const double U = 0x1p-53;
 
@@ -100,28 +99,10 @@ static void check(const pair *x, const narrow_result *r, real truth, uint64_t se
     assert_true(fabs(vec_dot(line, r->axis) - r->lo) <= 100 * U * size);
 }
 
-/* The two differ in nothing, and one is told. */
-static bool ask_both(const pair *x, placed_road *plain, placed_road *wide, narrow_result *r)
-{
-    narrow_placed a = narrow_placed_at(&x->a, x->at_a), b = narrow_placed_at(&x->b, x->at_b);
-    const narrow_request request = {.facts = NARROW_DISTANCE, .tolerance = 1e-9, .range = INFINITY};
-    narrow_result other;
-    memset(r, 0x55, sizeof *r);
-    memset(&other, 0x55, sizeof other);
-    bool told = plain(&a, &b, &request, NULL, NULL, r);
-    if (!lanes_wide()) return told;
-    assert_int_equal(told, wide(&a, &b, &request, NULL, NULL, &other));
-    if (told) assert_int_equal(r->manifold.count, other.manifold.count);
-    memcpy(&other.manifold, &r->manifold, sizeof other.manifold); /* what is beyond the count may be written over */
-    if (told) assert_memory_equal(r, &other, sizeof other);
-    return told;
-}
-
 static bool ask(const pair *x, narrow_result *r)
 {
-    if (x->a.type == SHAPE_CAPSULE) return ask_both(x, two_capsules_placed, two_capsules_placed_wide, r);
-    if (x->b.type == SHAPE_BOX) return ask_both(x, ball_and_box_placed, ball_and_box_placed_wide, r);
-    return ask_both(x, two_balls_placed, two_balls_placed_wide, r);
+    const narrow_request request = {.facts = NARROW_DISTANCE, .tolerance = 1e-9, .range = INFINITY};
+    return primitives_answer_in_world(&x->a, &x->at_a, &x->b, &x->at_b, &request, r);
 }
 
 static void what_is_told_holds(void **state)

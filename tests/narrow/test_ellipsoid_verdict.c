@@ -1,4 +1,4 @@
-/* Verdicts of two ellipsoids where they stand (narrow/placed_ellipsoids.c): what is told holds by 113-bit support
+/* Verdicts of two ellipsoids (narrow/ellipsoid_verdict.c): what is told holds by 113-bit support
  * functions, down to gaps and overlaps of a few roundings, at every size the same; most pairs are answered
  * without being measured. */
 #include "oracle.h"
@@ -9,7 +9,7 @@
 
 #include <cmocka.h>
 
-#include "placed_pair.h"
+#include "primitive_cases.h"
 
 static pair random_pair(random_state *r, enum regime regime)
 {
@@ -17,6 +17,7 @@ static pair random_pair(random_state *r, enum regime regime)
     if (random_bits(r) % 2) x.a.radius = x.b.radius = 0;
     put_in_order(&x);
     random_poses(r, &x.a, &x.b, regime, &x.at_a, &x.at_b);
+    put_in_frame_of_a(&x);
     return x;
 }
 
@@ -82,9 +83,8 @@ static pair tip_to_tip(random_state *r, double gap)
 {
     pair x = random_pair(r, REGIME_NEAR);
     double angle = random_in(r, 0, 3), reach = x.a.half.x + x.a.radius + x.b.half.x + x.b.radius;
-    x.at_a.q = random_rotation(r);
-    x.at_b.q = quat_unit(quat_mul(x.at_a.q, (quat){cos(angle), sin(angle), 0, 0}));
-    x.at_b.p = vec_madd(x.at_a.p, reach + gap, quat_rotate(x.at_a.q, vec(1, 0, 0)));
+    x.at_b.q = quat_unit((quat){cos(angle), sin(angle), 0, 0});
+    x.at_b.p = vec(reach + gap, 0, 0);
     return x;
 }
 
