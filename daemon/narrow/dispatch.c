@@ -55,6 +55,24 @@ closed_form *dispatch_closed_form(shape_type a, shape_type b)
     return TABLE[a][b];
 }
 
+/* Pairs of which GJK decides a verdict sooner, be they separated, in shallow or in deep contact, than their own form
+ * has measured them; of two ellipsoids it gets what ellipsoid_verdict.c has left. */
+#define SOONER true
+/* clang-format off */
+static const bool GJK_DECIDES[SHAPE_CONVEX_COUNT][SHAPE_CONVEX_COUNT] = {
+    [SHAPE_SPHERE]    = {[SHAPE_ELLIPSOID] = SOONER},
+    [SHAPE_CAPSULE]   = {[SHAPE_CYLINDER] = SOONER, [SHAPE_CONE] = SOONER},
+    [SHAPE_CYLINDER]  = {[SHAPE_CYLINDER] = SOONER, [SHAPE_CONE] = SOONER},
+    [SHAPE_CONE]      = {[SHAPE_CONE] = SOONER},
+    [SHAPE_ELLIPSOID] = {[SHAPE_ELLIPSOID] = SOONER},
+};
+/* clang-format on */
+
+bool dispatch_gjk_decides(const unit_pair *p, const narrow_goal *goal)
+{
+    return goal->near != -INFINITY && GJK_DECIDES[p->a.type][p->b.type];
+}
+
 static void depth_by_axes(const unit_pair *p, const gjk_result *start, span *out)
 {
     out->iterations = start->span.iterations;

@@ -41,7 +41,8 @@ static void measure(const unit_pair *p, const narrow_goal *g, narrow_engine engi
     bool plane = p->a.type == SHAPE_HALFSPACE || p->b.type == SHAPE_HALFSPACE;
     bool only_general = engine == NARROW_ENGINE_GJK && !plane;
     if (!only_general && near_features_at_once(p, g, s)) return;
-    closed_form *formula = only_general ? NULL : dispatch_closed_form(p->a.type, p->b.type);
+    bool by_search = only_general || dispatch_gjk_decides(p, g);
+    closed_form *formula = by_search ? NULL : dispatch_closed_form(p->a.type, p->b.type);
     if (!formula || !formula(p, g, s))
         dispatch_general(p, g, only_general, formula ? s->axis : VEC_ZERO, &scratch->epa, s);
     if (only_general) return;
