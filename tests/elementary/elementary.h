@@ -10,8 +10,8 @@
  *
  * Method: the vertex meets the face, or the edges meet, when the origin lies in the polygon of their differences: three
  * or four corners, each moving along a line. See elementary.c. */
-#ifndef COLLIDED_NARROW_ELEMENTARY_H
-#define COLLIDED_NARROW_ELEMENTARY_H
+#ifndef COLLIDED_TESTS_ELEMENTARY_ELEMENTARY_H
+#define COLLIDED_TESTS_ELEMENTARY_ELEMENTARY_H
 
 #include "geom/vec.h"
 
