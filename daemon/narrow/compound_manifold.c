@@ -1,12 +1,11 @@
 /* compound_manifold: up to four contact points over all pairs of parts. Pure; any thread.
  *
  * The parts that may touch are clipped against each other along the one axis of the answer, so that no pair brings a
- * normal of its own; the best four of all points are kept (manifold_choice.h). Parts that overlap from another side, as
+ * normal of its own; the best four of all points are kept (manifold.h). Parts that overlap from another side, as
  * the wall beside a floor, would show as points far deeper than the whole: those are left out. */
 #include "compound_pair.h"
 #include "feature_code.h"
 #include "manifold.h"
-#include "manifold_choice.h"
 #include "mesh_pair.h"
 #include "order.h"
 #include "scalar.h"

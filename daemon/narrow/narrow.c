@@ -3,7 +3,7 @@
  * own scratch; what is read of the cache is proven anew, and answers what a query without it answers. */
 #include "narrow.h"
 
-#include "ccd_peer.h"
+#include "ccd_bridge.h"
 #include "compound_pair.h"
 #include "dispatch.h"
 #include "exact.h"

@@ -6,7 +6,6 @@
 #include "hull_axes.h"
 #include "hull_seek.h"
 #include "polytope_depth.h"
-#include "rough_depth.h"
 #include "sat.h"
 #include "scalar.h"
 #include "witness.h"
