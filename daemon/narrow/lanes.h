@@ -1,38 +1,15 @@
-/* lanes: four doubles side by side, each rounded like a scalar: the same bits whatever the processor makes of them.
- *
- * In a function of LANES_WIDE the compiler may use 32-byte registers (AVX2), elsewhere it takes two of 16 (SSE2, NEON).
- * Whoever has such a function asks lanes_wide() which to call. No fused multiply-add. Pure. */
+/* lanes: what is done with four doubles side by side (geom/simd.h). Pure. */
 #ifndef COLLIDED_NARROW_LANES_H
 #define COLLIDED_NARROW_LANES_H
 
+#include "geom/simd.h"
 #include "geom/vec.h"
 
 #include <math.h>
-#include <stdbool.h>
-#include <stdint.h>
-
-enum { LANES = 4 };
-
-typedef double lanes __attribute__((vector_size(32)));
-typedef int64_t lane_mask __attribute__((vector_size(32))); /* -1 or 0 in each lane */
-typedef double lanes_anywhere __attribute__((vector_size(32), aligned(8), may_alias));
-
-/* The same with all that it calls inlined: gcc calls functions without AVX2 and leaves the upper halves of registers in
- * use, which costs 100 ns there. */
-#define LANES_WHOLE __attribute__((flatten)) LANES_WIDE
-
-#define LANES_INLINE __attribute__((always_inline)) static inline
 
 #if defined(__x86_64__)
 
 #include <emmintrin.h>
-
-#define LANES_WIDE __attribute__((target("avx2")))
-
-static inline bool lanes_wide(void)
-{
-    return __builtin_cpu_supports("avx2");
-}
 
 /* Bit k: lane k of the mask. */
 LANES_INLINE unsigned lanes_bits(lane_mask m)
@@ -49,13 +26,6 @@ LANES_INLINE lanes lanes_sqrt(lanes x)
 }
 
 #else
-
-#define LANES_WIDE
-
-static inline bool lanes_wide(void)
-{
-    return false;
-}
 
 LANES_INLINE unsigned lanes_bits(lane_mask m)
 {
