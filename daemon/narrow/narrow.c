@@ -53,12 +53,11 @@ static void measure(const unit_pair *p, const narrow_goal *g, narrow_engine engi
 }
 
 /* The answer from the features that the pair remembers, if they or others close by are still the nearest. */
-static bool recall(const unit_pair *p, const narrow_request *request, const narrow_goal *g, const narrow_cache *cache,
-    span *s, narrow_result *result)
+static bool recall(const unit_pair *p, const narrow_request *request, const narrow_goal *g, bool near, bool rims,
+    const narrow_cache *cache, span *s, narrow_result *result)
 {
     if (!cache || !cache->nearest.count_a || request->engine != NARROW_ENGINE_AUTO) return false;
-    bool rims = rim_features_apply(p, g);
-    if (!rims && !near_features_apply(p, g) && !cache->nearest.deep) return false;
+    if (!rims && !near && !cache->nearest.deep) return false;
     if (rims ? !rim_features_recall(p, g, &cache->nearest, cache->axis, s)
              : !near_features_recall(p, g, &cache->nearest, s))
         return false;
@@ -126,10 +125,10 @@ static void search(const shape *a, const shape *b, const pose *b_in_a, const nar
     }
     if (mesh_pair_applies(a, b)) mesh_pair_prepare(p, a);
     narrow_goal g = goal_of(p, request);
-    bool gaps = near_features_apply(p, &g) || rim_features_apply(p, &g);
-    bool depths = near_features_reach_depths(p, &g), by_features = gaps || depths;
+    bool near = near_features_apply(p, &g), rims = !near && rim_features_apply(p, &g), gaps = near || rims;
+    bool by_features = gaps || near_features_reach_depths(p, &g);
     if (cache && by_features) remember(p, cache);
-    if (!by_features || !recall(p, request, &g, cache, &s, result))
+    if (!by_features || !recall(p, request, &g, near, rims, cache, &s, result))
         answer(a, b, b_in_a, request, cache, scratch, p, &g, &s, result);
     if (!gaps && !s.nearest.deep) s.nearest.count_a = 0; /* a proposal that nobody has tested */
     if (cache && by_features) cache->nearest = s.nearest;

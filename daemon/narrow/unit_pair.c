@@ -6,16 +6,23 @@
 #include "core.h"
 #include "geom/compound.h"
 #include "geom/hull.h"
+#include "geom/round.h"
 
 static bool is_plane(const shape *s)
 {
     return s->type == SHAPE_HALFSPACE;
 }
 
-/* A plane has no end, and nothing of its own but its rounding. */
-static double own_reach(const shape *s)
+/* A plane has no end, and nothing of its own but its rounding. Hulls without a call: they are asked about most. */
+static inline double own_reach(const shape *s)
 {
+    if (s->type == SHAPE_HULL) return add_up(s->hull->reach, s->radius);
     return is_plane(s) ? s->radius : shape_reach(s);
+}
+
+static inline double own_excess(const shape *s)
+{
+    return s->type == SHAPE_HULL ? s->hull->excess : shape_excess(s);
 }
 
 static inline void scale_shape(const shape *s, double scale, shape *out)
@@ -85,7 +92,7 @@ void unit_pair_init(unit_pair *p, const shape *a, const shape *b, const pose *b_
     if (is_plane(a) || is_plane(b)) p->size *= 2; /* a plane turns about its origin, as far as to where the other is */
     p->error = error_share(a, b) * unit_error(p->size);
     if (p->unit < LEAST_EXACT_UNIT) p->error += LEAST_ERROR * p->scale;
-    p->excess = (shape_excess(a) + shape_excess(b)) * p->scale;
+    p->excess = (own_excess(a) + own_excess(b)) * p->scale;
     p->deviation = (a->deviation + b->deviation) * p->scale;
 }
 
