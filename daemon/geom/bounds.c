@@ -3,6 +3,7 @@
 #include "bounds.h"
 
 #include "round.h"
+#include "simd.h"
 #include "support.h"
 
 /* The computed matrix differs from the rotation meant by the quaternion: by rounding (each element by at most 4 u, so a
@@ -33,9 +34,6 @@ static aabb halfspace_bounds(const shape *s, pose at)
 }
 
 /* add_up of two numbers at a time. A sum of zero is exact: it is not stepped. */
-typedef double two __attribute__((vector_size(16)));
-typedef int64_t two_masks __attribute__((vector_size(16)));
-
 static inline two add_up_two(two a, two b)
 {
     two sum = a + b, b_part = sum - a, error = (a - (sum - b_part)) + (b - b_part);

@@ -126,53 +126,22 @@ __attribute__((target("avx2"))) static uint32_t scan_avx2(const hull *h, vec3 d)
 {
     double height[HULL_SCAN_MAX];
     __m256d dx = _mm256_set1_pd(d.x), dy = _mm256_set1_pd(d.y), dz = _mm256_set1_pd(d.z);
-    __m256d m0 = _mm256_set1_pd(-INFINITY), m1 = m0;
+    __m256d m0 = _mm256_set1_pd(-INFINITY), m1 = m0, m2 = m0, m3 = m0;
     uint32_t count = h->padded_count;
     if (count <= 2 * LANES) return scan_few(h, dx, dy, dz);
     uint32_t pairs = count / (2 * LANES) * (2 * LANES);
     for (uint32_t i = 0; i < pairs; i += 2 * LANES) {
         put_heights(h, height, i, dx, dy, dz, &m0, &m1);
-        put_heights(h, height, i + LANES, dx, dy, dz, &m0, &m1);
+        put_heights(h, height, i + LANES, dx, dy, dz, &m2, &m3);
     }
     if (pairs < count) put_heights(h, height, pairs, dx, dy, dz, &m0, &m1);
-    m0 = greatest4(_mm256_max_pd(m0, m1));
+    m0 = greatest4(_mm256_max_pd(_mm256_max_pd(m0, m1), _mm256_max_pd(m2, m3)));
     for (uint32_t first = 0; first < count; first += CHUNK) {
         uint64_t found = 0;
         uint32_t end = count - first < CHUNK ? count : first + CHUNK;
         for (uint32_t i = first; i < end; i += LANES) {
             uint32_t low = at_top(_mm256_loadu_pd(height + i), m0);
             found |= (uint64_t)(low | at_top(_mm256_loadu_pd(height + i + 4), m0) << 4) << (i - first);
-        }
-        if (found) return first + (uint32_t)__builtin_ctzll(found);
-    }
-    return 0;
-}
-
-__attribute__((target("avx512f"))) static inline __m512d heights8(
-    const hull *h, uint32_t i, __m512d dx, __m512d dy, __m512d dz)
-{
-    __m512d x = _mm512_mul_pd(_mm512_loadu_pd(h->x + i), dx), y = _mm512_mul_pd(_mm512_loadu_pd(h->y + i), dy);
-    return _mm512_add_pd(_mm512_add_pd(x, y), _mm512_mul_pd(_mm512_loadu_pd(h->z + i), dz));
-}
-
-__attribute__((target("avx512f"))) static uint32_t scan_avx512(const hull *h, vec3 d)
-{
-    double height[HULL_SCAN_MAX];
-    __m512d dx = _mm512_set1_pd(d.x), dy = _mm512_set1_pd(d.y), dz = _mm512_set1_pd(d.z);
-    __m512d most = _mm512_set1_pd(-INFINITY);
-    uint32_t count = h->padded_count;
-    for (uint32_t i = 0; i < count; i += LANES) {
-        __m512d h8 = heights8(h, i, dx, dy, dz);
-        _mm512_storeu_pd(height + i, h8);
-        most = _mm512_max_pd(h8, most);
-    }
-    most = _mm512_set1_pd(_mm512_reduce_max_pd(most));
-    for (uint32_t first = 0; first < count; first += CHUNK) {
-        uint64_t found = 0;
-        uint32_t end = count - first < CHUNK ? count : first + CHUNK;
-        for (uint32_t i = first; i < end; i += LANES) {
-            __mmask8 top = _mm512_cmp_pd_mask(_mm512_loadu_pd(height + i), most, _CMP_GE_OQ);
-            found |= (uint64_t)top << (i - first);
         }
         if (found) return first + (uint32_t)__builtin_ctzll(found);
     }
@@ -187,18 +156,6 @@ __attribute__((target("avx2"))) static uint32_t above_avx2(
     for (uint32_t i = 0; i < h->padded_count; i += LANES) {
         uint32_t low = at_top(heights4(h, i, dx, dy, dz), least), high = at_top(heights4(h, i + 4, dx, dy, dz), least);
         if ((low | high) && !note(h, i, low | high << 4, found, most, &count)) break;
-    }
-    return count;
-}
-
-__attribute__((target("avx512f"))) static uint32_t above_avx512(
-    const hull *h, vec3 d, double cut, uint16_t *found, uint32_t most)
-{
-    __m512d dx = _mm512_set1_pd(d.x), dy = _mm512_set1_pd(d.y), dz = _mm512_set1_pd(d.z), least = _mm512_set1_pd(cut);
-    uint32_t count = 0;
-    for (uint32_t i = 0; i < h->padded_count; i += LANES) {
-        __mmask8 above = _mm512_cmp_pd_mask(heights8(h, i, dx, dy, dz), least, _CMP_GE_OQ);
-        if (above && !note(h, i, above, found, most, &count)) break;
     }
     return count;
 }
@@ -235,33 +192,6 @@ __attribute__((target("avx2"))) static void spans_avx2(const hull *h, const vec3
     }
 }
 
-__attribute__((target("avx512f"), always_inline)) static inline void span8(
-    __m512d x, __m512d y, __m512d z, const __m512d d[3], __m512d *top, __m512d *bottom)
-{
-    __m512d height =
-        _mm512_add_pd(_mm512_add_pd(_mm512_mul_pd(x, d[0]), _mm512_mul_pd(y, d[1])), _mm512_mul_pd(z, d[2]));
-    *top = _mm512_max_pd(height, *top);
-    *bottom = _mm512_min_pd(height, *bottom);
-}
-
-__attribute__((target("avx512f"))) static void spans_avx512(
-    const hull *h, const vec3 d[3], double top[3], double bottom[3])
-{
-    __m512d way[3][3], most[3], least[3];
-    for (int k = 0; k < 3; k++) {
-        way[k][0] = _mm512_set1_pd(d[k].x), way[k][1] = _mm512_set1_pd(d[k].y), way[k][2] = _mm512_set1_pd(d[k].z);
-        most[k] = _mm512_set1_pd(-INFINITY), least[k] = _mm512_set1_pd(INFINITY);
-    }
-    for (uint32_t i = 0; i < h->padded_count; i += LANES) {
-        __m512d x = _mm512_loadu_pd(h->x + i), y = _mm512_loadu_pd(h->y + i), z = _mm512_loadu_pd(h->z + i);
-        for (int k = 0; k < 3; k++) span8(x, y, z, way[k], &most[k], &least[k]);
-    }
-    for (int k = 0; k < 3; k++) {
-        top[k] = _mm512_reduce_max_pd(most[k]);
-        bottom[k] = _mm512_reduce_min_pd(least[k]);
-    }
-}
-
 __attribute__((target("avx2"))) static double top_avx2(const hull *h, vec3 d)
 {
     __m256d dx = _mm256_set1_pd(d.x), dy = _mm256_set1_pd(d.y), dz = _mm256_set1_pd(d.z);
@@ -273,76 +203,35 @@ __attribute__((target("avx2"))) static double top_avx2(const hull *h, vec3 d)
     return _mm256_cvtsd_f64(greatest4(_mm256_max_pd(m0, m1)));
 }
 
-__attribute__((target("avx512f"))) static double top_avx512(const hull *h, vec3 d)
-{
-    __m512d dx = _mm512_set1_pd(d.x), dy = _mm512_set1_pd(d.y), dz = _mm512_set1_pd(d.z);
-    __m512d most = _mm512_set1_pd(-INFINITY);
-    for (uint32_t i = 0; i < h->padded_count; i += LANES) most = _mm512_max_pd(heights8(h, i, dx, dy, dz), most);
-    return _mm512_reduce_max_pd(most);
-}
-
 bool hull_scan_has(hull_scan_width width)
 {
-    if (width == HULL_SCAN_AVX512) return __builtin_cpu_supports("avx512f");
     return width == HULL_SCAN_PLAIN || __builtin_cpu_supports("avx2");
 }
 
 uint32_t hull_scan_by(hull_scan_width width, const hull *h, vec3 direction)
 {
-    if (width == HULL_SCAN_AVX512) return scan_avx512(h, direction);
-    return width == HULL_SCAN_AVX2 ? scan_avx2(h, direction) : scan_plain(h, direction);
+    return (width == HULL_SCAN_AVX2 ? scan_avx2 : scan_plain)(h, direction);
 }
 
 uint32_t hull_scan_above_by(
     hull_scan_width width, const hull *h, vec3 direction, double cut, uint16_t *found, uint32_t most)
 {
-    if (width == HULL_SCAN_AVX512) return above_avx512(h, direction, cut, found, most);
     return (width == HULL_SCAN_AVX2 ? above_avx2 : above_plain)(h, direction, cut, found, most);
-}
-
-void hull_scan_spans_by(hull_scan_width width, const hull *h, const vec3 d[3], double top[3], double bottom[3])
-{
-    if (width == HULL_SCAN_AVX512)
-        spans_avx512(h, d, top, bottom);
-    else
-        (width == HULL_SCAN_PLAIN ? spans_plain : spans_avx2)(h, d, top, bottom);
-}
-
-/* Three directions at once keep eight lanes busy, where there is more than one load of them. */
-void hull_scan_spans(const hull *h, const vec3 d[3], double top[3], double bottom[3])
-{
-    if (h->padded_count > LANES && __builtin_cpu_supports("avx512f"))
-        spans_avx512(h, d, top, bottom);
-    else
-        (__builtin_cpu_supports("avx2") ? spans_avx2 : spans_plain)(h, d, top, bottom);
 }
 
 double hull_scan_top_by(hull_scan_width width, const hull *h, vec3 direction)
 {
-    if (width == HULL_SCAN_AVX512) return top_avx512(h, direction);
-    return width == HULL_SCAN_AVX2 ? top_avx2(h, direction) : top_plain(h, direction);
+    return (width == HULL_SCAN_AVX2 ? top_avx2 : top_plain)(h, direction);
 }
 
-double hull_scan_top(const hull *h, vec3 direction)
+void hull_scan_spans_by(hull_scan_width width, const hull *h, const vec3 d[3], double top[3], double bottom[3])
 {
-    if (h->padded_count > 2 * LANES && __builtin_cpu_supports("avx512f")) return top_avx512(h, direction);
-    return __builtin_cpu_supports("avx2") ? top_avx2(h, direction) : top_plain(h, direction);
+    (width == HULL_SCAN_AVX2 ? spans_avx2 : spans_plain)(h, d, top, bottom);
 }
 
-/* Measured: a hull of few vertices gains nothing from eight lanes but a longer reduction. */
-enum { AVX512_MIN = 64 };
-
-uint32_t hull_scan_above(const hull *h, vec3 direction, double cut, uint16_t *found, uint32_t most)
+static hull_scan_width widest(void)
 {
-    if (h->padded_count > AVX512_MIN && __builtin_cpu_supports("avx512f"))
-        return above_avx512(h, direction, cut, found, most);
-    return (__builtin_cpu_supports("avx2") ? above_avx2 : above_plain)(h, direction, cut, found, most);
-}
-
-uint32_t hull_scan(const hull *h, vec3 direction)
-{
-    if (h->padded_count > AVX512_MIN && __builtin_cpu_supports("avx512f")) return scan_avx512(h, direction);
-    return __builtin_cpu_supports("avx2") ? scan_avx2(h, direction) : scan_plain(h, direction);
+    return __builtin_cpu_supports("avx2") ? HULL_SCAN_AVX2 : HULL_SCAN_PLAIN;
 }
 
 #else
@@ -358,20 +247,10 @@ uint32_t hull_scan_by(hull_scan_width width, const hull *h, vec3 direction)
     return scan_plain(h, direction);
 }
 
-uint32_t hull_scan(const hull *h, vec3 direction)
-{
-    return scan_plain(h, direction);
-}
-
 uint32_t hull_scan_above_by(
     hull_scan_width width, const hull *h, vec3 direction, double cut, uint16_t *found, uint32_t most)
 {
     (void)width;
-    return above_plain(h, direction, cut, found, most);
-}
-
-uint32_t hull_scan_above(const hull *h, vec3 direction, double cut, uint16_t *found, uint32_t most)
-{
     return above_plain(h, direction, cut, found, most);
 }
 
@@ -381,20 +260,35 @@ double hull_scan_top_by(hull_scan_width width, const hull *h, vec3 direction)
     return top_plain(h, direction);
 }
 
-double hull_scan_top(const hull *h, vec3 direction)
-{
-    return top_plain(h, direction);
-}
-
 void hull_scan_spans_by(hull_scan_width width, const hull *h, const vec3 d[3], double top[3], double bottom[3])
 {
     (void)width;
     spans_plain(h, d, top, bottom);
 }
 
-void hull_scan_spans(const hull *h, const vec3 d[3], double top[3], double bottom[3])
+static hull_scan_width widest(void)
 {
-    spans_plain(h, d, top, bottom);
+    return HULL_SCAN_PLAIN;
 }
 
 #endif
+
+uint32_t hull_scan(const hull *h, vec3 direction)
+{
+    return hull_scan_by(widest(), h, direction);
+}
+
+uint32_t hull_scan_above(const hull *h, vec3 direction, double cut, uint16_t *found, uint32_t most)
+{
+    return hull_scan_above_by(widest(), h, direction, cut, found, most);
+}
+
+double hull_scan_top(const hull *h, vec3 direction)
+{
+    return hull_scan_top_by(widest(), h, direction);
+}
+
+void hull_scan_spans(const hull *h, const vec3 d[3], double top[3], double bottom[3])
+{
+    hull_scan_spans_by(widest(), h, d, top, bottom);
+}

@@ -10,7 +10,7 @@
 
 enum { HULL_SCAN_MAX = 512 }; /* padded vertices: the heights of all stand on the stack */
 
-typedef enum hull_scan_width { HULL_SCAN_PLAIN, HULL_SCAN_AVX2, HULL_SCAN_AVX512, HULL_SCAN_WIDTHS } hull_scan_width;
+typedef enum hull_scan_width { HULL_SCAN_PLAIN, HULL_SCAN_AVX2, HULL_SCAN_WIDTHS } hull_scan_width;
 
 /* The least index among the vertices with the greatest computed dot(direction, v), by the widest kernel that this
  * processor has. For hulls of up to HULL_SCAN_MAX padded vertices. */

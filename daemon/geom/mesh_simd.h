@@ -6,77 +6,60 @@
 #define COLLIDED_GEOM_MESH_SIMD_H
 
 #include "mesh.h"
+#include "simd.h"
 
 #include <string.h>
 
-typedef float mesh_lanes __attribute__((vector_size(MESH_WIDTH * sizeof(float)))); /* + - * / lane by lane */
-
-#define MESH_INLINE __attribute__((always_inline)) static inline
-
-/* In a function of MESH_WIDE the compiler may use the instructions of AVX2, which need fewer moves: the bits are the
- * same. Whoever has such a function asks mesh_wide() which to call. */
-#if defined(__x86_64__)
-#define MESH_WIDE __attribute__((target("avx2")))
-MESH_INLINE bool mesh_wide(void)
-{
-    return __builtin_cpu_supports("avx2");
-}
-#else
-#define MESH_WIDE
-MESH_INLINE bool mesh_wide(void)
-{
-    return false;
-}
-#endif
+typedef four_singles mesh_lanes; /* + - * / lane by lane */
 
 #if defined(__SSE2__)
 
 #include <emmintrin.h>
 
-MESH_INLINE mesh_lanes lanes_max(mesh_lanes a, mesh_lanes b) /* a > b ? a : b */
+LANES_INLINE mesh_lanes lanes_max(mesh_lanes a, mesh_lanes b) /* a > b ? a : b */
 {
     return _mm_max_ps(a, b);
 }
-MESH_INLINE mesh_lanes lanes_min(mesh_lanes a, mesh_lanes b) /* a < b ? a : b */
+LANES_INLINE mesh_lanes lanes_min(mesh_lanes a, mesh_lanes b) /* a < b ? a : b */
 {
     return _mm_min_ps(a, b);
 }
-MESH_INLINE mesh_lanes lanes_abs(mesh_lanes a)
+LANES_INLINE mesh_lanes lanes_abs(mesh_lanes a)
 {
     return _mm_andnot_ps(_mm_set1_ps(-0.0f), a);
 }
-MESH_INLINE mesh_lanes lanes_sqrt(mesh_lanes a)
+LANES_INLINE mesh_lanes lanes_sqrt(mesh_lanes a)
 {
     return _mm_sqrt_ps(a);
 }
-MESH_INLINE unsigned lanes_not_above(mesh_lanes a, mesh_lanes b) /* bit k: not a > b in lane k */
+LANES_INLINE unsigned lanes_not_above(mesh_lanes a, mesh_lanes b) /* bit k: not a > b in lane k */
 {
     return (unsigned)_mm_movemask_ps(_mm_cmpngt_ps(a, b));
 }
 
 #else
 
-MESH_INLINE mesh_lanes lanes_max(mesh_lanes a, mesh_lanes b)
+LANES_INLINE mesh_lanes lanes_max(mesh_lanes a, mesh_lanes b)
 {
     for (int i = 0; i < MESH_WIDTH; i++) a[i] = a[i] > b[i] ? a[i] : b[i];
     return a;
 }
-MESH_INLINE mesh_lanes lanes_min(mesh_lanes a, mesh_lanes b)
+LANES_INLINE mesh_lanes lanes_min(mesh_lanes a, mesh_lanes b)
 {
     for (int i = 0; i < MESH_WIDTH; i++) a[i] = a[i] < b[i] ? a[i] : b[i];
     return a;
 }
-MESH_INLINE mesh_lanes lanes_abs(mesh_lanes a)
+LANES_INLINE mesh_lanes lanes_abs(mesh_lanes a)
 {
     for (int i = 0; i < MESH_WIDTH; i++) a[i] = fabsf(a[i]);
     return a;
 }
-MESH_INLINE mesh_lanes lanes_sqrt(mesh_lanes a)
+LANES_INLINE mesh_lanes lanes_sqrt(mesh_lanes a)
 {
     for (int i = 0; i < MESH_WIDTH; i++) a[i] = sqrtf(a[i]);
     return a;
 }
-MESH_INLINE unsigned lanes_not_above(mesh_lanes a, mesh_lanes b)
+LANES_INLINE unsigned lanes_not_above(mesh_lanes a, mesh_lanes b)
 {
     unsigned bits = 0;
     for (int i = 0; i < MESH_WIDTH; i++) bits |= (unsigned)!(a[i] > b[i]) << i;
@@ -85,18 +68,18 @@ MESH_INLINE unsigned lanes_not_above(mesh_lanes a, mesh_lanes b)
 
 #endif
 
-MESH_INLINE mesh_lanes lanes_of(float x)
+LANES_INLINE mesh_lanes lanes_of(float x)
 {
     return (mesh_lanes){x, x, x, x};
 }
-MESH_INLINE mesh_lanes lanes_load(const float *p)
+LANES_INLINE mesh_lanes lanes_load(const float *p)
 {
     mesh_lanes v;
     memcpy(&v, p, sizeof v);
     return v;
 }
 /* Rows to columns. */
-MESH_INLINE void lanes_turn(mesh_lanes v[MESH_WIDTH])
+LANES_INLINE void lanes_turn(mesh_lanes v[MESH_WIDTH])
 {
     mesh_lanes a = __builtin_shufflevector(v[0], v[1], 0, 4, 1, 5), b = __builtin_shufflevector(v[2], v[3], 0, 4, 1, 5);
     mesh_lanes c = __builtin_shufflevector(v[0], v[1], 2, 6, 3, 7), d = __builtin_shufflevector(v[2], v[3], 2, 6, 3, 7);
@@ -105,11 +88,11 @@ MESH_INLINE void lanes_turn(mesh_lanes v[MESH_WIDTH])
     v[2] = __builtin_shufflevector(c, d, 0, 1, 4, 5);
     v[3] = __builtin_shufflevector(c, d, 2, 3, 6, 7);
 }
-MESH_INLINE mesh_lanes lanes_dot(const mesh_lanes u[3], const float v[3])
+LANES_INLINE mesh_lanes lanes_dot(const mesh_lanes u[3], const float v[3])
 {
     return u[0] * lanes_of(v[0]) + u[1] * lanes_of(v[1]) + u[2] * lanes_of(v[2]);
 }
-MESH_INLINE mesh_lanes lanes_dots(const mesh_lanes u[3], const mesh_lanes v[3])
+LANES_INLINE mesh_lanes lanes_dots(const mesh_lanes u[3], const mesh_lanes v[3])
 {
     return u[0] * v[0] + u[1] * v[1] + u[2] * v[2];
 }
@@ -129,7 +112,7 @@ typedef struct mesh_other {
 } mesh_other;
 
 /* Half of what each box measures along u. */
-MESH_INLINE mesh_lanes mesh_halves(const mesh_node *n, const mesh_lanes u[3])
+LANES_INLINE mesh_lanes mesh_halves(const mesh_node *n, const mesh_lanes u[3])
 {
     mesh_lanes along[3] = {lanes_of(0), lanes_of(0), lanes_of(0)};
     for (int k = 0; k < 3; k++) {
@@ -140,19 +123,19 @@ MESH_INLINE mesh_lanes mesh_halves(const mesh_node *n, const mesh_lanes u[3])
     return lanes_abs(along[0]) + lanes_abs(along[1]) + lanes_abs(along[2]) * lanes_load(n->half);
 }
 
-MESH_INLINE mesh_lanes other_halves(const mesh_other *o, const mesh_lanes u[3])
+LANES_INLINE mesh_lanes other_halves(const mesh_other *o, const mesh_lanes u[3])
 {
     return lanes_abs(lanes_dot(u, o->side[0])) + lanes_abs(lanes_dot(u, o->side[1])) +
            lanes_abs(lanes_dot(u, o->side[2]));
 }
 
-MESH_INLINE void lanes_spread(const float v[3], mesh_lanes out[3])
+LANES_INLINE void lanes_spread(const float v[3], mesh_lanes out[3])
 {
     for (int k = 0; k < 3; k++) out[k] = lanes_of(v[k]);
 }
 
 /* The least heights of the patches along a direction (about unit). */
-MESH_INLINE mesh_lanes mesh_lows(const mesh *m, const mesh_node *n, const float direction[3])
+LANES_INLINE mesh_lanes mesh_lows(const mesh *m, const mesh_node *n, const float direction[3])
 {
     const mesh_patch_point *p = &m->patch_points[n->first_point];
     mesh_lanes axis[3], low = lanes_of(INFINITY), next = low;
@@ -174,7 +157,7 @@ MESH_INLINE mesh_lanes mesh_lows(const mesh *m, const mesh_node *n, const float 
 
 /* From a box that is no patch to the boxes around the others along its sides: what is beyond it along each of three
  * orthogonal directions is so far away together. */
-MESH_INLINE mesh_lanes mesh_beyond(const mesh_node *n, const mesh_other *o, const mesh_lanes away[3])
+LANES_INLINE mesh_lanes mesh_beyond(const mesh_node *n, const mesh_other *o, const mesh_lanes away[3])
 {
     mesh_lanes sum = lanes_of(0);
     for (int k = 0; k < 3; k++) {
@@ -195,7 +178,7 @@ typedef struct mesh_patch_box {
 } mesh_patch_box;
 
 /* As mesh_bounds_from. */
-MESH_INLINE unsigned mesh_patch_bounds(
+LANES_INLINE unsigned mesh_patch_bounds(
     const mesh_node *n, const mesh_patch_box *o, mesh_lanes bound, unsigned near, float limit, float out[MESH_WIDTH])
 {
     mesh_lanes own[3], away[3], normal[3], slack = lanes_of(o->slack), half = lanes_of(o->half);
@@ -224,7 +207,7 @@ MESH_INLINE unsigned mesh_patch_bounds(
 /* Bounds that are known already (without slack), and which boxes are near by them, or by further ones along these
  * directions: the lines between the centres, the boxes' normals, and the other's normal or its sides (a box's own sides
  * are orthogonal to its normal but for 2^-21 of them, which the slack has room for). As mesh_bounds. */
-MESH_INLINE unsigned mesh_bounds_from(
+LANES_INLINE unsigned mesh_bounds_from(
     const mesh_node *n, const mesh_other *o, mesh_lanes bound, unsigned near, float limit, float out[MESH_WIDTH])
 {
     mesh_lanes own[3], away[3], slack = lanes_of(o->slack);
@@ -255,7 +238,7 @@ MESH_INLINE unsigned mesh_bounds_from(
 
 /* Lower bounds of the distances between the boxes and the other, along the given axis and those directions. Bit k of
  * what is returned: that of box k is not above `limit`; when no bit is left, no further direction is tried. */
-MESH_INLINE unsigned mesh_bounds(
+LANES_INLINE unsigned mesh_bounds(
     const mesh *m, const mesh_node *n, const mesh_other *o, float limit, float out[MESH_WIDTH])
 {
     mesh_lanes bound = lanes_of(-INFINITY);

@@ -11,7 +11,10 @@
 #include "union_depth.h"
 
 /* A compound is always the second, or both are. */
-bool compound_pair_applies(const shape *b);
+static inline bool compound_pair_applies(const shape *b)
+{
+    return b->type == SHAPE_COMPOUND;
+}
 
 /* `epa` and `parts` are part of `scratch`. */
 void compound_pair_query(const unit_pair *p, const shape *a, const shape *b, const pose *b_in_a,

@@ -9,13 +9,10 @@
 #include "descent.h"
 #include "ellipsoid_pair.h"
 #include "gjk.h"
-#include "inscribed.h"
-#include "moved_apart.h"
 #include "near_features.h"
 #include "pieces.h"
 #include "polytope_depth.h"
 #include "revolved_pair.h"
-#include "rough_depth.h"
 #include "sat.h"
 #include "scalar.h"
 #include "witness.h"
@@ -53,6 +50,24 @@ static closed_form *const TABLE[SHAPE_CONVEX_COUNT][SHAPE_CONVEX_COUNT] = {
 closed_form *dispatch_closed_form(shape_type a, shape_type b)
 {
     return TABLE[a][b];
+}
+
+/* Pairs of which GJK decides a verdict sooner, be they separated, in shallow or in deep contact, than their own form
+ * has measured them; of two ellipsoids it gets what ellipsoid_verdict.c has left. */
+#define SOONER true
+/* clang-format off */
+static const bool GJK_DECIDES[SHAPE_CONVEX_COUNT][SHAPE_CONVEX_COUNT] = {
+    [SHAPE_SPHERE]    = {[SHAPE_ELLIPSOID] = SOONER},
+    [SHAPE_CAPSULE]   = {[SHAPE_CYLINDER] = SOONER, [SHAPE_CONE] = SOONER},
+    [SHAPE_CYLINDER]  = {[SHAPE_CYLINDER] = SOONER, [SHAPE_CONE] = SOONER},
+    [SHAPE_CONE]      = {[SHAPE_CONE] = SOONER},
+    [SHAPE_ELLIPSOID] = {[SHAPE_ELLIPSOID] = SOONER},
+};
+/* clang-format on */
+
+bool dispatch_gjk_decides(const unit_pair *p, const narrow_goal *goal)
+{
+    return goal->near != -INFINITY && GJK_DECIDES[p->a.type][p->b.type];
 }
 
 static void depth_by_axes(const unit_pair *p, const gjk_result *start, span *out)

@@ -5,7 +5,7 @@
  * ends the search with the bracket that it has. */
 #include "epa.h"
 
-#include "dome.h"
+#include "curved_depth.h"
 #include "scalar.h"
 
 enum { NONE = UINT16_MAX, DOMES_MAX = 8, RAISES_MAX = 16 };
@@ -379,7 +379,7 @@ static bool same(vec3 a, vec3 b)
     return a.x == b.x && a.y == b.y && a.z == b.z;
 }
 
-/* ---- domes (dome.h): where B - A is curved ---- */
+/* ---- domes (curved_depth.h): where B - A is curved ---- */
 
 /* Within so much of the truth a dome ends the search. */
 static double close_enough(const expansion *x, const narrow_goal *goal)

@@ -4,7 +4,7 @@
  * gives an upper bound on the depth (the overlap of the support intervals: the proof of `lo`). The surface built so far
  * lies inside B - A and encloses the origin, so the least distance to its triangles is a lower bound (`hi`): that holds
  * for slivers too, because a distance to a triangle, unlike its plane, is well conditioned. Where rims of cylinders and
- * cones would take thousands of triangles, domes (dome.h) prove that nothing behind a triangle is nearer. */
+ * cones would take thousands of triangles, domes (curved_depth.h) prove that nothing behind a triangle is nearer. */
 #ifndef COLLIDED_NARROW_EPA_H
 #define COLLIDED_NARROW_EPA_H
 

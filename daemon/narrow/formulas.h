@@ -1,6 +1,6 @@
-/* formulas: the closed forms of balls, segments and boxes, inlined: for closed.c, which the general road asks, and for
- * short_road.c, which does without that road. Both so give the same bits. Lengths between cores, in a unit_pair's
- * units and A's frame. Pure; any thread. */
+/* formulas: the closed forms of balls, segments and boxes, inlined: for closed.c, which the general method asks, and
+ * for primitives.c, which does without that. Lengths between cores, in a unit_pair's units and A's frame. Pure; any
+ * thread. */
 #ifndef COLLIDED_NARROW_FORMULAS_H
 #define COLLIDED_NARROW_FORMULAS_H
 

@@ -6,6 +6,7 @@
 #define COLLIDED_NARROW_GJK_H
 
 #include "simplex.h"
+#include "unit_pair.h"
 
 typedef enum gjk_state {
     GJK_APART, /* the span is the distance (or enough for the goal) */
@@ -21,5 +22,26 @@ typedef struct gjk_result {
 
 /* `seed`: the first axis to try, unit, or zero for the line of the centres. */
 void gjk_distance(const unit_pair *p, const narrow_goal *goal, vec3 seed, gjk_result *out);
+
+/* ---- rough depth ---- */
+
+/* That two cores overlap, and about how deep, from where GJK ended: for who asks for no more. */
+
+/* Of the pair's size: a tolerance that is looser than this is tried for roughly before a search begins. */
+#define ROUGH_TOLERANCE 0x1p-2
+
+/* True when the bounds are enough for the goal: GJK's tetrahedron holds the origin, so that the ball up to its nearest
+ * face is in B - A; and each face's normal is an axis along which the overlap ends. The points are the deepest along
+ * the axis. False: *out is as it was. */
+bool rough_depth(const unit_pair *p, const narrow_goal *goal, const gjk_result *start, span *out);
+
+/* ---- moved apart ---- */
+
+/* A better axis for two cores that overlap by almost nothing, where a search for their depth ended early: the origin
+ * lies on the surface of B - A, and a polytope grown there is all slivers. */
+
+/* Raises the lower bound of a pair whose interval is wide, and replaces its axis, if an axis is found that proves more.
+ */
+void moved_apart_raise(const unit_pair *p, span *s);
 
 #endif

@@ -18,11 +18,6 @@ enum { INDEX_BITS = VERTICES_MAX - 1, FACE = FACES_MAX - 1 };
 #define LEAST_CROSS2 0x1p-32          /* of two edges' squares: see try_edges */
 static const float MOST_ARC = -1.74F; /* twice the cosine of the longest arc that has a bound */
 
-typedef float singles __attribute__((vector_size(32)));
-typedef int32_t words __attribute__((vector_size(32)));
-typedef singles singles_anywhere __attribute__((aligned(4), may_alias));
-typedef words words_anywhere __attribute__((aligned(4), may_alias));
-
 typedef struct columns {
     double x[VERTICES_MAX], y[VERTICES_MAX], z[VERTICES_MAX];
 } columns;

@@ -1,36 +1,15 @@
-/* lanes: four doubles side by side, each rounded like a scalar: the same bits whatever the processor makes of them.
- *
- * In a function of LANES_WIDE the compiler may use 32-byte registers (AVX2), elsewhere it takes two of 16 (SSE2, NEON).
- * Whoever has such a function asks lanes_wide() which to call. No fused multiply-add. Pure. */
+/* lanes: what is done with four doubles side by side (geom/simd.h). Pure. */
 #ifndef COLLIDED_NARROW_LANES_H
 #define COLLIDED_NARROW_LANES_H
 
+#include "geom/simd.h"
+#include "geom/vec.h"
+
 #include <math.h>
-#include <stdbool.h>
-#include <stdint.h>
-
-enum { LANES = 4 };
-
-typedef double lanes __attribute__((vector_size(32)));
-typedef int64_t lane_mask __attribute__((vector_size(32))); /* -1 or 0 in each lane */
-typedef double lanes_anywhere __attribute__((vector_size(32), aligned(8), may_alias));
-
-/* The same with all that it calls inlined: gcc calls functions without AVX2 and leaves the upper halves of registers in
- * use, which costs 100 ns there. */
-#define LANES_WHOLE __attribute__((flatten)) LANES_WIDE
-
-#define LANES_INLINE __attribute__((always_inline)) static inline
 
 #if defined(__x86_64__)
 
 #include <emmintrin.h>
-
-#define LANES_WIDE __attribute__((target("avx2")))
-
-static inline bool lanes_wide(void)
-{
-    return __builtin_cpu_supports("avx2");
-}
 
 /* Bit k: lane k of the mask. */
 LANES_INLINE unsigned lanes_bits(lane_mask m)
@@ -47,13 +26,6 @@ LANES_INLINE lanes lanes_sqrt(lanes x)
 }
 
 #else
-
-#define LANES_WIDE
-
-static inline bool lanes_wide(void)
-{
-    return false;
-}
 
 LANES_INLINE unsigned lanes_bits(lane_mask m)
 {
@@ -124,6 +96,70 @@ LANES_INLINE lanes3 lanes3_cross(lanes3 a, lanes3 b)
 LANES_INLINE lanes3 lanes3_choose(lane_mask m, lanes3 yes, lanes3 no)
 {
     return (lanes3){lanes_choose(m, yes.x, no.x), lanes_choose(m, yes.y, no.y), lanes_choose(m, yes.z, no.z)};
+}
+
+/* ---- a vector in the first three lanes ---- */
+
+LANES_INLINE lanes lanes_each(lanes v, int k) /* k constant */
+{
+    return k == 0   ? __builtin_shufflevector(v, v, 0, 0, 0, 0)
+           : k == 1 ? __builtin_shufflevector(v, v, 1, 1, 1, 1)
+                    : __builtin_shufflevector(v, v, 2, 2, 2, 2);
+}
+
+LANES_INLINE lane_mask lanes_sign(lanes v)
+{
+    return (lane_mask)v & (lane_mask)lanes_of(-0.0);
+}
+
+LANES_INLINE lanes lanes_abs(lanes v)
+{
+    return (lanes)((lane_mask)v & ~(lane_mask)lanes_of(-0.0));
+}
+
+LANES_INLINE lanes lanes_clamp(lanes v, lanes most) /* -most <= v <= most */
+{
+    lanes least = 0 - most;
+    for (int k = 0; k < LANES; k++) v[k] = v[k] < most[k] ? v[k] : most[k];
+    for (int k = 0; k < LANES; k++) v[k] = v[k] > least[k] ? v[k] : least[k];
+    return v;
+}
+
+LANES_INLINE lanes3 lanes3_transposed(lanes3 m)
+{
+    lanes even = __builtin_shufflevector(m.x, m.y, 0, 4, 2, 6), odd = __builtin_shufflevector(m.x, m.y, 1, 5, 3, 7);
+    return (lanes3){__builtin_shufflevector(even, m.z, 0, 1, 4, 5), __builtin_shufflevector(odd, m.z, 0, 1, 5, 6),
+        __builtin_shufflevector(even, m.z, 2, 3, 6, 7)};
+}
+
+/* m v, for a matrix of these columns: of a vector in lanes, and of one in memory. */
+LANES_INLINE lanes lanes3_mul(lanes3 m, lanes v)
+{
+    return m.x * lanes_each(v, 0) + m.y * lanes_each(v, 1) + m.z * lanes_each(v, 2);
+}
+
+LANES_INLINE lanes lanes3_mul_vec(lanes3 m, const vec3 *v)
+{
+    return m.x * v->x + m.y * v->y + m.z * v->z;
+}
+
+/* Of three lanes. */
+LANES_INLINE double lanes_norm2(lanes v)
+{
+    lanes squares = v * v;
+    return squares[0] + squares[1] + squares[2];
+}
+
+LANES_INLINE double lanes_sum3(lanes v)
+{
+    return v[0] + v[1] + v[2];
+}
+
+LANES_INLINE lanes lanes_cross(lanes a, lanes b)
+{
+    lanes a1 = __builtin_shufflevector(a, a, 1, 2, 0, 3), a2 = __builtin_shufflevector(a, a, 2, 0, 1, 3);
+    lanes b1 = __builtin_shufflevector(b, b, 1, 2, 0, 3), b2 = __builtin_shufflevector(b, b, 2, 0, 1, 3);
+    return a1 * b2 - a2 * b1;
 }
 
 #endif

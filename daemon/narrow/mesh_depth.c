@@ -3,7 +3,7 @@
 
 #include "dispatch.h"
 #include "gjk.h"
-#include "mesh_held.h"
+#include "mesh_pair.h"
 #include "scalar.h"
 
 /* Work for one pair: counted, so that an answer depends on the poses alone. */

@@ -1,9 +1,8 @@
 /* The distance of surfaces by branch and bound, and containment by winding numbers. Pure; any thread. */
 #include "mesh_gap.h"
 
-#include "mesh_held.h"
 #include "mesh_leaf.h"
-#include "mesh_part.h"
+#include "mesh_pair.h"
 #include "scalar.h"
 
 /* Shares of the size: by which even a search that stalls may be wrong; the widest bracket of two parts. */

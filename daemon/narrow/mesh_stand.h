@@ -14,12 +14,12 @@
 /* Boxes of meshes lie within 1 of the origin; floats are of no use for what reaches beyond this. */
 #define FLOAT_FAR 0x1p40
 
-MESH_INLINE double sum_abs(vec3 v)
+LANES_INLINE double sum_abs(vec3 v)
 {
     return fabs(v.x) + fabs(v.y) + fabs(v.z);
 }
 
-MESH_INLINE void put3(float to[MESH_WIDTH], vec3 v)
+LANES_INLINE void put3(float to[MESH_WIDTH], vec3 v)
 {
     to[0] = (float)v.x;
     to[1] = (float)v.y;
@@ -27,12 +27,12 @@ MESH_INLINE void put3(float to[MESH_WIDTH], vec3 v)
     to[3] = 0;
 }
 
-MESH_INLINE void stand_keep(float to[MESH_WIDTH], mesh_lanes v)
+LANES_INLINE void stand_keep(float to[MESH_WIDTH], mesh_lanes v)
 {
     memcpy(to, &v, sizeof v);
 }
 
-MESH_INLINE const mesh_stand *stand_of_b(mesh_walk *w, uint32_t node)
+LANES_INLINE const mesh_stand *stand_of_b(mesh_walk *w, uint32_t node)
 {
     mesh_stand *s = &w->stands_b[node % MESH_STANDS];
     if (s->node == node && s->aims == w->aims) return s;
@@ -42,7 +42,7 @@ MESH_INLINE const mesh_stand *stand_of_b(mesh_walk *w, uint32_t node)
     return s;
 }
 
-MESH_INLINE const mesh_stand *stand_of_a(mesh_walk *w, uint32_t node)
+LANES_INLINE const mesh_stand *stand_of_a(mesh_walk *w, uint32_t node)
 {
     mesh_stand *s = &w->stands_a[node % MESH_STANDS];
     if (s->node == node && s->aims == w->aims) return s;
@@ -53,19 +53,17 @@ MESH_INLINE const mesh_stand *stand_of_a(mesh_walk *w, uint32_t node)
     return s;
 }
 
-typedef double face_lanes __attribute__((vector_size(MESH_WIDTH * sizeof(double))));
-
 /* A coordinate of four centres, in doubles: there terms may cancel. */
-MESH_INLINE mesh_lanes faces_centre(const mesh_node *n, double x, double y, double z, double t)
+LANES_INLINE mesh_lanes faces_centre(const mesh_node *n, double x, double y, double z, double t)
 {
-    face_lanes cx = __builtin_convertvector(lanes_load(n->centre[0]), face_lanes);
-    face_lanes cy = __builtin_convertvector(lanes_load(n->centre[1]), face_lanes);
-    face_lanes cz = __builtin_convertvector(lanes_load(n->centre[2]), face_lanes);
+    lanes cx = __builtin_convertvector(lanes_load(n->centre[0]), lanes);
+    lanes cy = __builtin_convertvector(lanes_load(n->centre[1]), lanes);
+    lanes cz = __builtin_convertvector(lanes_load(n->centre[2]), lanes);
     return __builtin_convertvector(cx * x + cy * y + cz * z + t, mesh_lanes);
 }
 
 /* Four vectors turned, to[k] the k-th, as a row. Returns the sums of their coordinates' absolute values. */
-MESH_INLINE mesh_lanes faces_turned(const mesh_turn *t, float ratio, const float v[3][MESH_WIDTH], mesh_lanes to[4])
+LANES_INLINE mesh_lanes faces_turned(const mesh_turn *t, float ratio, const float v[3][MESH_WIDTH], mesh_lanes to[4])
 {
     const mesh_lanes in[3] = {lanes_load(v[0]), lanes_load(v[1]), lanes_load(v[2])};
     for (int i = 0; i < 3; i++) {
@@ -79,7 +77,7 @@ MESH_INLINE mesh_lanes faces_turned(const mesh_turn *t, float ratio, const float
 }
 
 /* As `face` of mesh_walk.c, four at once. */
-MESH_INLINE void faces_set(const mesh_turn *t, const mesh_node *n, mesh_faces *f)
+LANES_INLINE void faces_set(const mesh_turn *t, const mesh_node *n, mesh_faces *f)
 {
     mesh_lanes centre[4] = {faces_centre(n, t->r.x.x, t->r.y.x, t->r.z.x, t->t.x),
         faces_centre(n, t->r.x.y, t->r.y.y, t->r.z.y, t->t.y), faces_centre(n, t->r.x.z, t->r.y.z, t->r.z.z, t->t.z)};
@@ -102,7 +100,7 @@ MESH_INLINE void faces_set(const mesh_turn *t, const mesh_node *n, mesh_faces *f
     }
 }
 
-MESH_INLINE const mesh_patch_box *faces_of_a(mesh_walk *w, uint32_t node)
+LANES_INLINE const mesh_patch_box *faces_of_a(mesh_walk *w, uint32_t node)
 {
     uint32_t room = node % MESH_FACES;
     if (w->faced[room] != node) faces_set(&w->into_b, &w->ma->nodes[node], &w->faces_a[room]);

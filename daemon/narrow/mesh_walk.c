@@ -24,31 +24,31 @@ typedef mesh_boxes entry;
 
 /* ---- bounds ---- */
 
-MESH_INLINE mesh_lanes turned(const mesh_turn *t, float x, float y, float z)
+LANES_INLINE mesh_lanes turned(const mesh_turn *t, float x, float y, float z)
 {
     return lanes_of(x) * lanes_load(t->column[0]) + lanes_of(y) * lanes_load(t->column[1]) +
            lanes_of(z) * lanes_load(t->column[2]);
 }
 
-MESH_INLINE float lanes_sum3(mesh_lanes v)
+LANES_INLINE float lanes_sum3(mesh_lanes v)
 {
     return v[0] + v[1] + v[2];
 }
 
-MESH_INLINE float top_along(const mesh_other *o)
+LANES_INLINE float top_along(const mesh_other *o)
 {
     mesh_lanes axis = lanes_load(o->axis);
     return lanes_sum3(axis * lanes_load(o->centre)) + fabsf(lanes_sum3(axis * lanes_load(o->side[0]))) +
            fabsf(lanes_sum3(axis * lanes_load(o->side[1]))) + fabsf(lanes_sum3(axis * lanes_load(o->side[2])));
 }
 
-MESH_INLINE void keep_side(mesh_other *o, int k, mesh_lanes side)
+LANES_INLINE void keep_side(mesh_other *o, int k, mesh_lanes side)
 {
     memcpy(o->side[k], &side, sizeof side);
 }
 
 /* A box as the other mesh's nodes see it. The centre in doubles: there terms may cancel. */
-MESH_INLINE void face(
+LANES_INLINE void face(
     const mesh_turn *t, const mesh_node *n, uint32_t c, const float axis[MESH_WIDTH], bool aimed, mesh_other *o)
 {
     vec3 centre = vec_add(t->t, mat_mul(t->r, vec(n->centre[0][c], n->centre[1][c], n->centre[2][c])));
@@ -118,18 +118,18 @@ static double bound_in_doubles(const mesh_walk *w, mesh_box a, mesh_box b)
 
 static const mesh_box ALL_OF_A = {MESH_WHOLE, 0, true};
 
-MESH_INLINE mesh_box child_of(const mesh *m, uint32_t node, uint32_t child)
+LANES_INLINE mesh_box child_of(const mesh *m, uint32_t node, uint32_t child)
 {
     return (mesh_box){node, (uint16_t)child, m->nodes[node].count[child] > 0};
 }
 
-MESH_INLINE unsigned all_of(const mesh_node *n)
+LANES_INLINE unsigned all_of(const mesh_node *n)
 {
     return (1u << n->used) - 1;
 }
 
 /* Pairs of boxes, the nearest last. */
-MESH_INLINE void put_sorted(entry *more, uint32_t *count, entry e)
+LANES_INLINE void put_sorted(entry *more, uint32_t *count, entry e)
 {
     uint32_t k = (*count)++;
     for (; k > 0 && e.bound > more[k - 1].bound; k--) more[k] = more[k - 1];
@@ -137,13 +137,13 @@ MESH_INLINE void put_sorted(entry *more, uint32_t *count, entry e)
 }
 
 /* Bit k: box k of a node is near enough to the other. `size`, `bounds`: the node's unit, and in it. */
-MESH_INLINE unsigned near_boxes(
+LANES_INLINE unsigned near_boxes(
     const mesh_walk *w, const mesh *m, const mesh_node *n, const mesh_other *o, double size, float bounds[])
 {
     return mesh_bounds(m, n, o, (float)((w->within + w->part.error) / size * FLOAT_MORE), bounds);
 }
 
-MESH_INLINE uint32_t expand_b(const mesh_walk *w, mesh_box a, uint32_t node, entry more[MESH_WIDTH])
+LANES_INLINE uint32_t expand_b(const mesh_walk *w, mesh_box a, uint32_t node, entry more[MESH_WIDTH])
 {
     const mesh_node *n = &w->mb->nodes[node];
     mesh_other other;
@@ -164,7 +164,7 @@ MESH_INLINE uint32_t expand_b(const mesh_walk *w, mesh_box a, uint32_t node, ent
     return count;
 }
 
-MESH_INLINE uint32_t expand_a(const mesh_walk *w, uint32_t node, mesh_box b, entry more[MESH_WIDTH])
+LANES_INLINE uint32_t expand_a(const mesh_walk *w, uint32_t node, mesh_box b, entry more[MESH_WIDTH])
 {
     const mesh_node *n = &w->ma->nodes[node];
     mesh_other o;
@@ -182,7 +182,7 @@ MESH_INLINE uint32_t expand_a(const mesh_walk *w, uint32_t node, mesh_box b, ent
 }
 
 /* Both are opened, and there is no axis yet. */
-MESH_INLINE uint32_t expand_both(const mesh_walk *w, uint32_t node_a, uint32_t node_b, entry more[CHILDREN])
+LANES_INLINE uint32_t expand_both(const mesh_walk *w, uint32_t node_a, uint32_t node_b, entry more[CHILDREN])
 {
     const mesh_node *na = &w->ma->nodes[node_a], *nb = &w->mb->nodes[node_b];
     float bounds[MESH_WIDTH], limit = (float)((w->within + w->part.error) / w->size_b * FLOAT_MORE);
@@ -201,7 +201,7 @@ MESH_INLINE uint32_t expand_both(const mesh_walk *w, uint32_t node_a, uint32_t n
 }
 
 /* Boxes `rows` of a node of A and `columns` of one of B. */
-MESH_INLINE uint32_t expand_known(
+LANES_INLINE uint32_t expand_known(
     mesh_walk *w, uint32_t node_a, unsigned rows, uint32_t node_b, unsigned columns, entry more[CHILDREN])
 {
     const mesh_stand *a = stand_of_a(w, node_a), *b = stand_of_b(w, node_b);
@@ -226,18 +226,18 @@ MESH_INLINE uint32_t expand_known(
     return count;
 }
 
-MESH_INLINE double size_of(const mesh *m, mesh_box r, double size)
+LANES_INLINE double size_of(const mesh *m, mesh_box r, double size)
 {
     return (double)m->nodes[r.node].size[r.child] * size;
 }
 
-MESH_INLINE uint32_t node_below(const mesh *m, mesh_box r)
+LANES_INLINE uint32_t node_below(const mesh *m, mesh_box r)
 {
     return m->nodes[r.node].first[r.child];
 }
 
 /* Either box, or both, are opened. */
-MESH_INLINE uint32_t expand_aimed(mesh_walk *w, const entry *e, bool open_a, bool open_b, entry more[CHILDREN])
+LANES_INLINE uint32_t expand_aimed(mesh_walk *w, const entry *e, bool open_a, bool open_b, entry more[CHILDREN])
 {
     uint32_t a = open_a ? node_below(w->ma, e->a) : e->a.node, b = open_b ? node_below(w->mb, e->b) : e->b.node;
     unsigned rows = open_a ? all_of(&w->ma->nodes[a]) : 1u << e->a.child;
@@ -245,7 +245,7 @@ MESH_INLINE uint32_t expand_aimed(mesh_walk *w, const entry *e, bool open_a, boo
 }
 
 /* Both boxes are opened where they are of about one size, otherwise the larger. */
-MESH_INLINE uint32_t expand(mesh_walk *w, const entry *e, entry more[CHILDREN])
+LANES_INLINE uint32_t expand(mesh_walk *w, const entry *e, entry more[CHILDREN])
 {
     bool keep_a = e->a.leaf, keep_b = e->b.leaf, open_both = false;
     if (!keep_a && !keep_b) {
@@ -263,7 +263,7 @@ MESH_INLINE uint32_t expand(mesh_walk *w, const entry *e, entry more[CHILDREN])
 /* ---- the end of the effort ---- */
 
 /* False: there is none left. */
-MESH_INLINE bool go_on(mesh_walk *w, bool leaves)
+LANES_INLINE bool go_on(mesh_walk *w, bool leaves)
 {
     return !w->effort || effort_spend(w->effort, leaves ? EFFORT_LEAVES : EFFORT_NODES);
 }
@@ -300,7 +300,7 @@ static bool run_below(mesh_walk *w, const entry *top, mesh_visit *visit, void *c
 }
 
 /* The pairs of boxes to begin with. */
-MESH_INLINE uint32_t start(mesh_walk *w, entry first[CHILDREN])
+LANES_INLINE uint32_t start(mesh_walk *w, entry first[CHILDREN])
 {
     uint32_t count = 0;
     if (w->ma && w->opens_both && w->aimed)
@@ -348,7 +348,7 @@ typedef struct queue {
     double per_bucket;
 } queue;
 
-MESH_INLINE void queue_init(queue *q, double greatest_bound)
+LANES_INLINE void queue_init(queue *q, double greatest_bound)
 {
     for (uint32_t i = 0; i < QUEUE; i++) q->next[i] = (uint16_t)(i + 1);
     q->unused = 0;
@@ -357,7 +357,7 @@ MESH_INLINE void queue_init(queue *q, double greatest_bound)
     q->per_bucket = greatest_bound > 0 ? (BUCKETS - 1) / greatest_bound : 0;
 }
 
-MESH_INLINE void queue_push(queue *q, const entry *e)
+LANES_INLINE void queue_push(queue *q, const entry *e)
 {
     double place = e->bound * q->per_bucket;
     int bucket = !(place > 0) ? 0 : place < BUCKETS - 1 ? (int)place : BUCKETS - 1;
@@ -370,7 +370,7 @@ MESH_INLINE void queue_push(queue *q, const entry *e)
     q->count++;
 }
 
-MESH_INLINE entry queue_pop(queue *q)
+LANES_INLINE entry queue_pop(queue *q)
 {
     int bucket = __builtin_ctzll(q->filled);
     uint16_t at = q->head[bucket];
@@ -437,7 +437,7 @@ bool mesh_walk_plunge(mesh_walk *w, mesh_visit *visit, void *context)
     return mesh_leaves_visit(w, e.a, e.b, visit, context);
 }
 
-MESH_INLINE void walk_nearest(mesh_walk *w, const mesh_front *from, mesh_visit *visit, void *context)
+LANES_INLINE void walk_nearest(mesh_walk *w, const mesh_front *from, mesh_visit *visit, void *context)
 {
     queue q;
     entry more[CHILDREN];
@@ -460,7 +460,7 @@ MESH_INLINE void walk_nearest(mesh_walk *w, const mesh_front *from, mesh_visit *
     }
 }
 
-MESH_WIDE static void walk_nearest_wide(mesh_walk *w, const mesh_front *from, mesh_visit *visit, void *context)
+LANES_WIDE static void walk_nearest_wide(mesh_walk *w, const mesh_front *from, mesh_visit *visit, void *context)
 {
     walk_nearest(w, from, visit, context);
 }
@@ -468,7 +468,7 @@ MESH_WIDE static void walk_nearest_wide(mesh_walk *w, const mesh_front *from, me
 void mesh_walk_nearest(mesh_walk *w, const mesh_front *from, mesh_visit *visit, void *context)
 {
     w->unseen = INFINITY;
-    if (mesh_wide())
+    if (lanes_wide())
         walk_nearest_wide(w, from, visit, context);
     else
         walk_nearest(w, from, visit, context);

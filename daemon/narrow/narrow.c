@@ -3,7 +3,7 @@
  * own scratch; what is read of the cache is proven anew, and answers what a query without it answers. */
 #include "narrow.h"
 
-#include "ccd_peer.h"
+#include "ccd_bridge.h"
 #include "compound_pair.h"
 #include "dispatch.h"
 #include "exact.h"
@@ -14,10 +14,9 @@
 #include "mesh_pair.h"
 #include "near_features.h"
 #include "order.h"
-#include "placed_road.h"
+#include "primitives.h"
 #include "rim_features.h"
 #include "scalar.h"
-#include "short_road.h"
 
 struct narrow_scratch {
     epa_scratch epa;
@@ -42,7 +41,8 @@ static void measure(const unit_pair *p, const narrow_goal *g, narrow_engine engi
     bool plane = p->a.type == SHAPE_HALFSPACE || p->b.type == SHAPE_HALFSPACE;
     bool only_general = engine == NARROW_ENGINE_GJK && !plane;
     if (!only_general && near_features_at_once(p, g, s)) return;
-    closed_form *formula = only_general ? NULL : dispatch_closed_form(p->a.type, p->b.type);
+    bool by_search = only_general || dispatch_gjk_decides(p, g);
+    closed_form *formula = by_search ? NULL : dispatch_closed_form(p->a.type, p->b.type);
     if (!formula || !formula(p, g, s))
         dispatch_general(p, g, only_general, formula ? s->axis : VEC_ZERO, &scratch->epa, s);
     if (only_general) return;
@@ -53,12 +53,11 @@ static void measure(const unit_pair *p, const narrow_goal *g, narrow_engine engi
 }
 
 /* The answer from the features that the pair remembers, if they or others close by are still the nearest. */
-static bool recall(const unit_pair *p, const narrow_request *request, const narrow_goal *g, const narrow_cache *cache,
-    span *s, narrow_result *result)
+static bool recall(const unit_pair *p, const narrow_request *request, const narrow_goal *g, bool near, bool rims,
+    const narrow_cache *cache, span *s, narrow_result *result)
 {
     if (!cache || !cache->nearest.count_a || request->engine != NARROW_ENGINE_AUTO) return false;
-    bool rims = rim_features_apply(p, g);
-    if (!rims && !near_features_apply(p, g) && !cache->nearest.deep) return false;
+    if (!rims && !near && !cache->nearest.deep) return false;
     if (rims ? !rim_features_recall(p, g, &cache->nearest, cache->axis, s)
              : !near_features_recall(p, g, &cache->nearest, s))
         return false;
@@ -71,6 +70,7 @@ static void answer(const shape *a, const shape *b, const pose *b_in_a, const nar
     narrow_cache *cache, narrow_scratch *scratch, const unit_pair *p, const narrow_goal *g, span *s,
     narrow_result *result)
 {
+    if (a->type == SHAPE_HULL && b->type == SHAPE_HULL) hull_fetch(a->hull), hull_fetch(b->hull);
     if (mesh_pair_applies(a, b)) {
         mesh_pair_measure(p, a, b, g, cache, &scratch->epa, &scratch->pieces, s);
         finish(p, s, result);
@@ -113,10 +113,10 @@ static void remember(unit_pair *p, const narrow_cache *cache)
 static void search(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
     narrow_cache *cache, narrow_scratch *scratch, effort *effort, unit_pair *p, narrow_result *result)
 {
-    if (a->type == SHAPE_HULL && b->type == SHAPE_HULL) hull_fetch(a->hull), hull_fetch(b->hull);
-    span s = {.nearest = {.count_a = 0}};
-    shape hull = *b; /* what a half-space sees of a mesh */
-    if (b->type == SHAPE_MESH && !mesh_pair_applies(a, b)) hull.type = SHAPE_HULL, b = &hull;
+    span s;
+    shape hull; /* what a half-space sees of a mesh */
+    s.nearest = (narrow_features){.count_a = 0};
+    if (b->type == SHAPE_MESH && !mesh_pair_applies(a, b)) hull = *b, hull.type = SHAPE_HULL, b = &hull;
     unit_pair_init(p, a, b, b_in_a);
     p->effort = effort;
     if (compound_pair_applies(b)) {
@@ -125,10 +125,10 @@ static void search(const shape *a, const shape *b, const pose *b_in_a, const nar
     }
     if (mesh_pair_applies(a, b)) mesh_pair_prepare(p, a);
     narrow_goal g = goal_of(p, request);
-    bool gaps = near_features_apply(p, &g) || rim_features_apply(p, &g);
-    bool depths = near_features_reach_depths(p, &g), by_features = gaps || depths;
+    bool near = near_features_apply(p, &g), rims = !near && rim_features_apply(p, &g), gaps = near || rims;
+    bool by_features = gaps || near_features_reach_depths(p, &g);
     if (cache && by_features) remember(p, cache);
-    if (!by_features || !recall(p, request, &g, cache, &s, result))
+    if (!by_features || !recall(p, request, &g, near, rims, cache, &s, result))
         answer(a, b, b_in_a, request, cache, scratch, p, &g, &s, result);
     if (!gaps && !s.nearest.deep) s.nearest.count_a = 0; /* a proposal that nobody has tested */
     if (cache && by_features) cache->nearest = s.nearest;
@@ -203,9 +203,8 @@ static void keep_to_points(const shape *a, const shape *b, const narrow_request 
 static void query(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
     narrow_cache *cache, narrow_scratch *scratch, effort *effort, narrow_result *result)
 {
-    bool recalled = cache && short_road_recall(a, b, b_in_a, request, cache, result);
-    bool formula = !recalled && b->type <= SHAPE_ELLIPSOID && placed_road_applies(request);
-    if (!recalled && !(formula && placed_road_answer(a, b, b_in_a, request, cache, scratch, result))) {
+    bool formula = primitives_apply(b, request);
+    if (!formula || !primitives_answer(a, b, b_in_a, request, cache, &scratch->epa, result)) {
         unit_pair p;
         search(a, b, b_in_a, request, cache, scratch, effort, &p, result);
         if (wants_refining(&p, request, result)) {
@@ -285,14 +284,6 @@ static void swap_roles(narrow_result *r)
     }
 }
 
-static bool answer_placed(
-    const shape *a, pose at_a, const shape *b, pose at_b, const narrow_request *request, narrow_result *result)
-{
-    if (b->type > SHAPE_BOX || a->type == SHAPE_BOX || !placed_road_applies(request)) return false;
-    narrow_placed placed_a = narrow_placed_at(a, at_a), placed_b = narrow_placed_at(b, at_b);
-    return placed_a.row->with[placed_b.kind](&placed_a, &placed_b, request, NULL, NULL, result);
-}
-
 void narrow_query_world(const shape *a, pose pose_a, const shape *b, pose pose_b, const narrow_request *request,
     narrow_scratch *scratch, narrow_result *result)
 {
@@ -301,7 +292,8 @@ void narrow_query_world(const shape *a, pose pose_a, const shape *b, pose pose_b
     pose first = swapped ? pose_b : pose_a, second = swapped ? pose_a : pose_b;
     const shape *shape_1 = swapped ? b : a, *shape_2 = swapped ? a : b;
     unit_pair p;
-    if (!answer_placed(shape_1, first, shape_2, second, request, result)) {
+    bool formula = primitives_apply(shape_2, request);
+    if (!formula || !primitives_answer_in_world(shape_1, &first, shape_2, &second, request, result)) {
         pose relative = pose_relative(first, second);
         effort *effort = begin_effort(shape_1, shape_2, scratch);
         search(shape_1, shape_2, &relative, request, NULL, scratch, effort, &p, result);
@@ -317,12 +309,6 @@ void narrow_query_world(const shape *a, pose pose_a, const shape *b, pose pose_b
     if (refine) settle(&p, request, result);
     deviate(shape_1, shape_2, request, result);
     if (swapped) swap_roles(result);
-}
-
-bool placed_boxes_apart(const box_pair *x, double most, int face, const narrow_request *request,
-    narrow_scratch *scratch, narrow_features *nearest, narrow_result *result)
-{
-    return short_road_boxes_apart(x, most, face, request, &scratch->epa, nearest, result);
 }
 
 const char *narrow_method_name(narrow_method method)

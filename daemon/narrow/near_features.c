@@ -6,7 +6,6 @@
 #include "hull_axes.h"
 #include "hull_seek.h"
 #include "polytope_depth.h"
-#include "rough_depth.h"
 #include "sat.h"
 #include "scalar.h"
 #include "witness.h"
@@ -62,7 +61,7 @@ static bool is_shallow(const unit_pair *p, const narrow_goal *goal, const span *
 bool near_features_span(const unit_pair *p, const narrow_goal *goal, const narrow_features *f, span *out)
 {
     bool (*const of_boxes)(const unit_pair *, const narrow_features *, span *) =
-        p->stand ? placed_box_features_span : box_features_span;
+        p->features_in_lanes ? box_facing_span : box_features_span;
     if (!(are_boxes(p) ? of_boxes : hull_features_span)(p, f, out)) return false;
     if (f->deep && is_shallow(p, goal, out)) return false;
     out->nearest = *f;

@@ -65,7 +65,7 @@ bool near_features_span(const unit_pair *p, const narrow_goal *goal, const narro
 bool near_features_at_once(const unit_pair *p, const narrow_goal *goal, span *out);
 
 /* The answer from what the pair remembers: its features, those that a descent from them ends at (hulls here; boxes
- * where they stand, placed_box_features.h), or where it overlapped the surface in p->shell (polytope_depth.h). For
+ *, box_facing.h), or where it overlapped the surface in p->shell (polytope_depth.h). For
  * pairs and goals that apply. */
 bool near_features_recall(const unit_pair *p, const narrow_goal *goal, const narrow_features *nearest, span *out);
 
@@ -93,7 +93,7 @@ bool near_features_try_all(const unit_pair *p, const narrow_goal *goal, span *ou
 enum { NEAR_BETWEEN, NEAR_HIGH, NEAR_LOW, NEAR_SIDES };
 
 bool hull_features_span(const unit_pair *p, const narrow_features *f, span *out);
-bool placed_box_features_span(const unit_pair *p, const narrow_features *f, span *out); /* p->stand; in world axes */
+bool box_facing_span(const unit_pair *p, const narrow_features *f, span *out);     /* box_facing.h */
 void hull_features_of(const minkowski *const *m, int count, narrow_features *out); /* the vertices they are made of */
 
 /* The same of a facet's corners, where the two overlap: A may be a box. */

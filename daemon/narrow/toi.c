@@ -3,10 +3,9 @@
 
 #include "course.h"
 #include "scalar.h"
-#include "toi_ball_box.h"
 #include "toi_boxes.h"
 #include "toi_parts.h"
-#include "toi_spheres.h"
+#include "toi_primitives.h"
 #include "toi_walk.h"
 #include "unit_pair.h"
 

@@ -8,8 +8,8 @@
  * and reports none late, for whatever the steps are. (Conservative advancement: Mirtich, 1996; Zhang, Lee and Kim,
  * 2006; the chord in place of the speed bound is METHODS.md's.)
  *
- * Two balls, and a ball and a box that do not turn, have closed forms, proven at both ends (toi_spheres.h,
- * toi_ball_box.h). Balls, capsules and boxes march by separating axes in place of distances (toi_boxes.h).
+ * Two balls, and a ball and a box that do not turn, have closed forms, proven at both ends (toi_primitives.h,
+ * toi_primitives.h). Balls, capsules and boxes march by separating axes in place of distances (toi_boxes.h).
  *
  * Meshes and compounds are walked: boxes of their hierarchy, then parts, each a convex shape that moves with the body;
  * what that may take is bounded, by a count and not by a clock (TOI_WORK_MAX). */

@@ -6,24 +6,32 @@
 #include "core.h"
 #include "geom/compound.h"
 #include "geom/hull.h"
+#include "geom/round.h"
 
 static bool is_plane(const shape *s)
 {
     return s->type == SHAPE_HALFSPACE;
 }
 
-/* A plane has no end, and nothing of its own but its rounding. */
-static double own_reach(const shape *s)
+/* A plane has no end, and nothing of its own but its rounding. Hulls without a call: they are asked about most. */
+static inline double own_reach(const shape *s)
 {
+    if (s->type == SHAPE_HULL) return add_up(s->hull->reach, s->radius);
     return is_plane(s) ? s->radius : shape_reach(s);
 }
 
-static shape shape_scaled(const shape *s, double scale)
+static inline double own_excess(const shape *s)
 {
-    shape out = *s;
-    out.radius = s->radius * scale;
-    out.half = vec_scale(s->half, scale);
-    return out;
+    return s->type == SHAPE_HULL ? s->hull->excess : shape_excess(s);
+}
+
+static inline void scale_shape(const shape *s, double scale, shape *out)
+{
+    out->type = s->type;
+    out->radius = s->radius * scale;
+    out->deviation = s->deviation;
+    out->half = vec_scale(s->half, scale);
+    out->hull = s->hull, out->mesh = s->mesh, out->compound = s->compound;
 }
 
 /* A core that is a smaller kind in disguise becomes that kind: fewer cases later, and closed forms for more of them. */
@@ -63,16 +71,19 @@ void unit_pair_init(unit_pair *p, const shape *a, const shape *b, const pose *b_
 {
     double reach_a = own_reach(a), reach_b = own_reach(b);
     unit_of(max_of(max_of(reach_a, reach_b), vec_greatest(b_in_a->p)), &p->unit, &p->scale);
-    p->a = shape_scaled(a, p->scale);
-    p->b = shape_scaled(b, p->scale);
-    reduce(&p->a);
-    reduce(&p->b);
-    p->shaved_a = shave(&p->a, &p->b);
-    p->shaved_b = shave(&p->b, &p->a);
+    scale_shape(a, p->scale, &p->a);
+    scale_shape(b, p->scale, &p->b);
+    p->shaved_a = p->shaved_b = 0;
+    if (a->type < SHAPE_HULL || b->type < SHAPE_HULL) {
+        reduce(&p->a);
+        reduce(&p->b);
+        p->shaved_a = shave(&p->a, &p->b);
+        p->shaved_b = shave(&p->b, &p->a);
+    }
     p->b_in_a.r = quat_matrix(b_in_a->q);
     p->b_in_a.t = vec_scale(b_in_a->p, p->scale);
     p->radius = p->a.radius + p->b.radius;
-    p->stand = NULL;
+    p->features_in_lanes = false;
     p->shell = NULL;
     p->effort = NULL;
     p->apart_along = VEC_ZERO;
@@ -81,7 +92,7 @@ void unit_pair_init(unit_pair *p, const shape *a, const shape *b, const pose *b_
     if (is_plane(a) || is_plane(b)) p->size *= 2; /* a plane turns about its origin, as far as to where the other is */
     p->error = error_share(a, b) * unit_error(p->size);
     if (p->unit < LEAST_EXACT_UNIT) p->error += LEAST_ERROR * p->scale;
-    p->excess = (shape_excess(a) + shape_excess(b)) * p->scale;
+    p->excess = (own_excess(a) + own_excess(b)) * p->scale;
     p->deviation = (a->deviation + b->deviation) * p->scale;
 }
 

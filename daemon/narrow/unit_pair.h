@@ -25,18 +25,13 @@ typedef struct unit_pair {
                          half-space is as far as the other shape is from its origin */
     double error;     /* of any separation along a unit axis: pose, support point, product and sum */
     double deviation; /* of a plus of b: only upper bounds need it */
-    const struct box_stand *stand; /* two boxes of which features are tried where they stand, or NULL */
-    narrow_shell *shell;           /* where a search for the depth of hulls leaves its surface; may be NULL */
-    vec3 apart_along;              /* of a pair that remembers: it was apart along that axis; else zero */
-    bool remembers;                /* it was asked about before: strict features are not to be sought, but remembered */
-    effort *effort;                /* of the query; NULL: searches end by themselves, or are not counted */
+    bool features_in_lanes; /* of two boxes: they are tried by box_facing.h */
+    narrow_shell *shell;    /* where a search for the depth of hulls leaves its surface; may be NULL */
+    vec3 apart_along;       /* of a pair that remembers: it was apart along that axis; else zero */
+    bool remembers;         /* it was asked about before: strict features are not to be sought, but remembered */
+    effort *effort;         /* of the query; NULL: searches end by themselves, or are not counted */
     double excess; /* by which points that hulls were made of may be outside of them: only lower bounds need it */
 } unit_pair;
-
-/* Two boxes in the world. */
-typedef struct box_stand {
-    const struct narrow_placed *a, *b;
-} box_stand;
 
 /* What ends a search. Lengths between cores. */
 typedef struct narrow_goal {

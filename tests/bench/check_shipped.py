@@ -3,17 +3,12 @@
 SHIPPED are the libraries that the daemon is made of, the caller of the others (world) first. OBJECTS are those of the
 benchmarks. Each function of the other libraries that an object calls must be called by world, too: a benchmark that
 times an entry of its own is refused. So is a line of the benchmark (run with --json) whose "entry" world does not call.
-What is excepted says why, and is printed."""
+What is excepted says why."""
 import json
 import re
 import subprocess
 import sys
 
-# Timed, though nothing that ships calls it.
-NOT_YET = {
-    "elementary_vertex_face": "for deformable bodies, which this release refuses",
-    "elementary_edge_edge": "the same",
-}
 NOT_TIMED = {"broad_proxy_count"}  # asked when the clock has stopped, to hold the pairs against each other
 # Of the client's library, which ships by itself.
 OF_CLIENTS = {"collided_verify", "collided_verify_prepared"}
@@ -38,9 +33,7 @@ def split(arguments):
 shipped = symbols(nm, [caller], "U")
 offered = symbols(nm, others, "T")
 called = symbols(nm, objects, "U") & offered
-private = called - shipped - NOT_YET.keys() - NOT_TIMED
-for name in sorted(called & NOT_YET.keys()):
-    print(f"{name}: {NOT_YET[name]}")
+private = called - shipped - NOT_TIMED
 if private:
     sys.exit(f"timed, but the world does not call it: {', '.join(sorted(private))}")
 if not called & shipped:

@@ -2,8 +2,8 @@
 #ifndef COLLIDED_TESTS_ELEMENTARY_JUDGE_H
 #define COLLIDED_TESTS_ELEMENTARY_JUDGE_H
 
+#include "elementary.h"
 #include "elementary_oracle.h"
-#include "narrow/elementary.h"
 
 #include <stddef.h>
 

@@ -12,7 +12,7 @@
 #include <cmocka.h>
 
 #include "findings.h"
-#include "placed_pair.h"
+#include "primitive_cases.h"
 
 typedef struct contact {
     pair x;

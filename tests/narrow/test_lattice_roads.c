@@ -10,7 +10,7 @@
 #include <cmocka.h>
 
 #include "findings.h"
-#include "placed_pair.h"
+#include "primitive_cases.h"
 #include "where_they_stand.h"
 
 enum { EXACTLY_EVERY = 8 };
@@ -124,7 +124,9 @@ static void check_placed(const lattice_case *c, const lattice_case *before, int 
     if (!same_bits(&cold, &kept)) report(c, "what it remembers of another place changes it", &kept, kept.lo - cold.lo);
     kept = ask_placed(&c->x, &request, &cache);
     if (!same_bits(&cold, &kept)) report(c, "what it remembers changes it", &kept, kept.lo - cold.lo);
-    if (ask_with(&c->x, &request, NULL, NULL, &kept)) check_proof(c, &kept, false);
+    lattice_case in_a = *c;
+    put_in_frame_of_a(&in_a.x);
+    if (ask_with(&in_a.x, &request, NULL, NULL, &kept)) check_proof(&in_a, &kept, false);
 }
 
 static void check_verdict(const lattice_case *c, const narrow_result *r, double threshold)

@@ -36,12 +36,15 @@ static quat some_rotation(random_state *r)
 
 /* Does the formula answer; and is what it says as narrow as asked, proven by its axis, and not contradicted by the
  * general method? The latter is taken for a manifold, which no formula makes; the threshold leaves its list empty. */
+static epa_scratch scratch;
+
 static bool agrees_with_the_general_method(
     const shape *a, const shape *b, const pose *b_in_a, const narrow_request *asked)
 {
     narrow_request request = *asked;
     narrow_result quick, general;
-    if (!placed_road_answer(a, b, b_in_a, &request, NULL, case_scratch(), &quick)) return false;
+    if (!primitives_apply(b, &request) || !primitives_answer(a, b, b_in_a, &request, NULL, &scratch, &quick))
+        return false;
     request.facts |= NARROW_MANIFOLD;
     narrow_query(a, b, b_in_a, &request, NULL, case_scratch(), &general);
     placed oa = oracle_place(a, POSE_IDENTITY, VEC_ZERO), ob = oracle_place(b, *b_in_a, VEC_ZERO);
