@@ -18,7 +18,7 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
-enum { CLIENTS_MAX = 4000, DOMAIN_FIRST = 150, DOMAINS = 79, SHARED_FD = 40, PATIENCE_S = 60, FULL_PATIENCE_S = 120 };
+enum { CLIENTS_MAX = 4000, DOMAIN_FIRST = 0, DOMAINS = 79, SHARED_FD = 40, PATIENCE_S = 60, FULL_PATIENCE_S = 120 };
 
 typedef struct shared {
     double patience_s;
