@@ -142,7 +142,7 @@ void joiners_start(joiners *t, uint32_t domain, metrics *m)
     *t = (joiners){.domain = domain, .stop_fd = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC), .listen_fd = open_socket(domain)};
     t->waiting = metrics_add(m, "dds_turns_waiting", "clients that wait for their turn to join over DDS");
     t->given = metrics_add(m, "dds_turns", "turns to join that were given to clients");
-    t->overdue = metrics_add(m, "dds_turns_overdue", "turns to join that took longer than 0.5 s");
+    t->overdue = metrics_add(m, "dds_turns_overdue", "turns to join that took longer than 2 s");
     t->refused = metrics_add(m, "dds_turns_refused", "clients told to ask for a turn again: too many wait");
     t->runs = t->stop_fd >= 0 && pthread_create(&t->thread, NULL, run, t) == 0;
     if (!t->runs) log_warning("no thread that lets clients join in turns: a crowd that comes at once comes in slowly");

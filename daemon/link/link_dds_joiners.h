@@ -9,11 +9,11 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/* Few at once: what two of them ask for at the same time, of what is known to all, Cyclone sends to everybody who is
- * there (it merges what is sent again for several), so that a crowd's way in would cost its square. */
+/* Not all at once: what several ask for at the same time, of what is known to all, Cyclone sends to everybody who is
+ * there (it merges what is sent again for several). Not one by one: most of a turn is waiting. */
 enum {
     JOINERS_AT_ONCE = 24,
-    JOINERS_MS = 500,          /* who has not come in by then does not hinder the next any more */
+    JOINERS_MS = 2000,          /* who has not come in by then does not hinder the next any more */
     JOINERS_WAITING = 400,     /* that wait; the rest is told to ask again, ... */
     JOINERS_WAITING_USER = 300 /* ... and of one user's processes */
 };

@@ -147,19 +147,19 @@ static const char soon[] =
     "<HeartbeatInterval>5ms</HeartbeatInterval><NackDelay>1ms</NackDelay><AckDelay>1ms</AckDelay>";
 
 /* On loopback packets are lost only when a process does not get to reading them, and the daemon is patient: a heartbeat
- * goes to all readers of a writer as long as two of them have not acknowledged, and is answered by all; of hundreds that
- * start at once most have not, for want of a processor. Every 100 ms, of each writer, that took all the time that there
- * was, and what was late came again instead of soon: of 400 clients at once 23 came in within a minute. For the same
- * reason clients ask again for what is missing after 100 ms at the earliest, and all that is asked for is sent (200
- * messages by default: three newcomers ask for more, of discovery). */
+ * goes to all readers of a writer as long as two of them have not acknowledged, and is answered by all; of hundreds
+ * that start at once most have not, for want of a processor. Every 100 ms, of each writer, that took all the time that
+ * there was, and what was late came again instead of soon: of 400 clients at once 23 came in within a minute. For the
+ * same reason clients ask again for what is missing after 100 ms at the earliest, and all that is asked for is sent
+ * (200 messages by default: three newcomers ask for more, of discovery). */
 static const char patient[] = "<HeartbeatInterval min=\"100ms\" minsched=\"100ms\">500ms</HeartbeatInterval>"
                               "<NackDelay>1ms</NackDelay><AckDelay>10ms</AckDelay>"
                               "<MaxQueuedRexmitMessages>100000</MaxQueuedRexmitMessages>"
                               "<MaxQueuedRexmitBytes>64MB</MaxQueuedRexmitBytes>";
 
-/* What a client says goes to daemons alone: it asks again after 10 ms (the fifth time and later, up to 160 ms), for where
- * another client floods the daemon's socket, one packet of ten is lost, whosever it is. */
-static const char prompt[] = "<HeartbeatInterval min=\"5ms\" minsched=\"10ms\" max=\"160ms\">10ms</HeartbeatInterval>"
+/* What a client says goes to daemons alone: it asks again after 10 ms (from the sixth time on less and less often), for
+ * where another client floods the daemon's socket, one packet of ten is lost, whosever it is. */
+static const char prompt[] = "<HeartbeatInterval min=\"5ms\" minsched=\"10ms\" max=\"4s\">10ms</HeartbeatInterval>"
                              "<NackDelay>100ms</NackDelay><AckDelay>10ms</AckDelay>";
 
 /* Names and addresses of interfaces have none of XML's special characters; anything else is no interface. */
@@ -179,7 +179,9 @@ bool wire_dds_config(char *out, size_t size, const char *interface, wire_dds_rol
         if (n < 0 || (size_t)n >= sizeof general || !is_interface(interface)) return false;
     }
     char internal[sizeof tuning + sizeof patient + sizeof prompt];
-    const char *intervals = open || role == WIRE_DDS_ANYBODY ? soon : role == WIRE_DDS_CLIENT_LIBRARY ? prompt : patient;
+    const char *intervals = open || role == WIRE_DDS_ANYBODY  ? soon
+                            : role == WIRE_DDS_CLIENT_LIBRARY ? prompt
+                                                              : patient;
     snprintf(internal, sizeof internal, tuning, intervals, role == WIRE_DDS_DAEMON ? "true" : "false");
     const char *user = getenv("CYCLONEDDS_URI");
     bool appended = user && user[0];
