@@ -231,7 +231,8 @@ static int dds_link_open(struct link *head, const link_options *options, char *w
     }
     if (joined == DDS_RETCODE_OK && open_topics(l)) {
         link_dds_closer_start(&l->closer);
-        if (!options->interface || !*options->interface) joiners_start(&l->joiners, link_dds_domain(l), options->counters);
+        if (!options->interface || !*options->interface)
+            joiners_start(&l->joiners, link_dds_domain(l), options->counters);
         return 0;
     }
     link_dds_leave(l);

@@ -139,7 +139,8 @@ static void *run(void *context)
 
 void joiners_start(joiners *t, uint32_t domain, metrics *m)
 {
-    *t = (joiners){.domain = domain, .stop_fd = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC), .listen_fd = open_socket(domain)};
+    *t = (joiners){
+        .domain = domain, .stop_fd = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC), .listen_fd = open_socket(domain)};
     t->waiting = metrics_add(m, "dds_turns_waiting", "clients that wait for their turn to join over DDS");
     t->given = metrics_add(m, "dds_turns", "turns to join that were given to clients");
     t->overdue = metrics_add(m, "dds_turns_overdue", "turns to join that took longer than 2 s");

@@ -13,7 +13,7 @@
  * there (it merges what is sent again for several). Not one by one: most of a turn is waiting. */
 enum {
     JOINERS_AT_ONCE = 24,
-    JOINERS_MS = 2000,          /* who has not come in by then does not hinder the next any more */
+    JOINERS_MS = 2000,         /* who has not come in by then does not hinder the next any more */
     JOINERS_WAITING = 400,     /* that wait; the rest is told to ask again, ... */
     JOINERS_WAITING_USER = 300 /* ... and of one user's processes */
 };
@@ -28,7 +28,7 @@ typedef struct joiners {
     uint32_t domain;
     bool runs;
     pthread_t thread;
-    int stop_fd, listen_fd;                 /* below 0: not open; another daemon of this domain listens */
+    int stop_fd, listen_fd;                       /* below 0: not open; another daemon of this domain listens */
     joiner at[JOINERS_WAITING + JOINERS_AT_ONCE]; /* in the order of their coming */
     unsigned count;
     uint32_t last_user; /* who had the last turn: of several users each has his */

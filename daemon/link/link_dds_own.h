@@ -6,9 +6,9 @@
 
 #include "base/array.h"
 #include "link_dds.h"
+#include "link_dds_joiners.h"
 #include "link_dds_peers.h"
 #include "link_dds_speakers.h"
-#include "link_dds_joiners.h"
 #include "turns.h"
 #include "wire/dds/wire_dds_qos.h"
 

@@ -127,7 +127,8 @@ static void add_world(const service *s, sheet *t)
     sheet_add(t, "undone", (int64_t)f.undone);
     sheet_add(t, "unbounded", (int64_t)f.unbounded);
     sheet_add(t, "undone_ticks", (int64_t)f.undone_ticks);
-    for (int r = 0; r < RUNG_COUNT; r++) sheet_add_named(t, (int64_t)f.rungs[r], "pairs_by_%s", world_rung_name((world_rung)r));
+    for (int r = 0; r < RUNG_COUNT; r++)
+        sheet_add_named(t, (int64_t)f.rungs[r], "pairs_by_%s", world_rung_name((world_rung)r));
 }
 
 /* What each stream tells, and costs: units of work a tick, since the last Status; those beyond the named together. */
