@@ -241,6 +241,7 @@ static const char *get_body(bytes_in *from, world *w)
     if (b.ruled_tick > w->ruled_tick) w->ruled_tick = b.ruled_tick;
     if (b.teleport_tick > w->teleport_tick) w->teleport_tick = b.teleport_tick;
     if (!b.ghost) body_add_name(w, id);
+    effort_restored(w, &w->bodies.at[id]);
     return from->broken ? "a body is cut off" : NULL;
 }
 
@@ -394,8 +395,8 @@ uint64_t world_saved_layout(void)
 {
     const uint64_t all[] = {sizeof(head), sizeof(body), sizeof(solid), sizeof(interest), sizeof(pair), sizeof(watch),
         sizeof(shape), sizeof(compound_child), sizeof(compound_node), sizeof(broad_move), sizeof(purse),
-        offsetof(body, passed), offsetof(body, name), offsetof(interest, events), offsetof(pair, standing),
-        offsetof(pair, cache), offsetof(watch, last)};
+        offsetof(body, effort), offsetof(body, passed), offsetof(body, name), offsetof(interest, events),
+        offsetof(pair, standing), offsetof(pair, cache), offsetof(watch, last)};
     return hash_bytes(HASH_START, all, sizeof all);
 }
 

@@ -54,6 +54,7 @@ typedef struct body {
     bool is_calm : 1; /* as long as it stays in that room, nothing depends on its poses: see calm.c */
     bool behind : 1;  /* it was calm when it moved: its shapes stand where they were, see solid_pose */
     uint8_t speed;    /* SPEED_...; follows these bits: see move.c */
+    uint32_t effort;  /* units that it takes to put its boxes anew: see effort.c */
 
     _Alignas(64) pose before; /* at the tick before its last move, so if it has `moved`: at the last tick; ... */
     int64_t before_ns;        /* ... its stamp */
@@ -288,6 +289,8 @@ struct world {
     uint64_t ruling;  /* counts filters, from 1 */
 
     ARRAY(uint64_t) dirty;  /* ids of bodies to be put into the broad phase; u64 because sort_keys sorts these */
+    uint64_t effort;        /* of these, units: see effort.c */
+    size_t wide;            /* bodies that take much more of it than most, see effort.c */
     ARRAY(uint32_t) awake;  /* of these, those that were not calm, in their order: made by body_settle_dirty */
     ARRAY(uint32_t) glided; /* those that were, until they came into a pair in this tick */
     ARRAY(uint64_t) sort_scratch;
@@ -398,6 +401,10 @@ bool body_same_shapes(const world *w, const body *b, const world_body *def);
 void body_add_shapes(world *w, uint32_t id, const world_body *def); /* to one that has none */
 void body_drop_shapes(world *w, body *b);
 void solid_free(solid *s); /* what it owns */
+
+/* effort.c */
+void effort_measure(world *w, body *b);        /* its shapes are others */
+void effort_restored(world *w, const body *b); /* it has them */
 
 /* solid.c */
 /* Where it is when its body is there. */

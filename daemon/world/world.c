@@ -156,6 +156,7 @@ static void end_tick(world *w)
     interest_end_tick(w);
     w->last_tick_ns = w->now_ns;
     w->dirty.count = w->glided.count = 0;
+    w->effort = 0;
     w->changed = w->some_glided = w->rematched = false;
     ASSERT_WHOLE(whole_is_due(w->figures.ticks, w->bodies.count + w->pairs.count), world_validate(w));
 }
@@ -216,11 +217,6 @@ int64_t world_next_due_ns(const world *w)
 bool world_glided(const world *w)
 {
     return w->some_glided;
-}
-
-size_t world_moved(const world *w)
-{
-    return w->dirty.count;
 }
 
 bool world_changed(const world *w)
