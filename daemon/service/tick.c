@@ -130,7 +130,7 @@ void service_take(service *s, struct link *from, const wire_message *m)
 int64_t service_pairs_limited(const service *s)
 {
     world_figures f = world_get_figures(s->world);
-    return f.pairs_left_out || f.parked_bodies ? s->pairs_most : 0;
+    return f.pairs_left_out || f.parked_bodies || world_was_sliced(s->world) ? s->pairs_most : 0;
 }
 
 /* Of a limit that no command is refused for. */
