@@ -63,6 +63,7 @@ uint64_t world_effort_of(const world *w, uint32_t id, const pose *to)
 {
     if (!body_is(w, id)) return 0;
     const body *b = &w->bodies.at[id];
+    if (!to) return b->effort;
     bool glides = may_glide(w) && b->is_calm && !b->dirty && calm_holds(b, to);
     return b->dirty || glides ? 0 : b->effort;
 }

@@ -114,8 +114,40 @@ static void a_tick_takes_no_more_than_it_can(void **state)
     wire_memory_destroy(memory);
 }
 
+/* A step is one thing, and carried out at once: what may be in it is limited by the same measure. */
+static void a_step_of_many_shapes_is_limited(void **state)
+{
+    (void)state;
+    config c = cell_config();
+    cell *cell = cell_start(&c);
+    memory_end *e = cell_client(cell);
+    wire_memory *memory = wire_memory_create();
+    const wire_message hello = {.kind = WIRE_CLIENT,
+        .client = {.version = WIRE_VERSION,
+            .client = CLIENT,
+            .sequence = 1,
+            .name = "wide",
+            .lease_ns = 100000000000,
+            .lock_step = 1}};
+    memory_send(e, &hello);
+    for (int32_t i = 0; i < BODIES; i++) put_wide(e, i);
+    cell_settle(e, memory, CLIENT, 1000);
+    move_all(e, 2000, 1);
+    move_all(e, 2001, 1); /* 2 x 300 x 120, of 50,000 */
+    wire_reject r = cell_await(e, memory, WIRE_REJECT).reject;
+    assert_int_equal(r.reason, WIRE_LIMIT);
+    assert_int_equal(r.sequence, 2001);
+    assert_non_null(strstr(r.text, "max_step_poses"));
+    assert_int_equal(cell_stop(cell), 0);
+    memory_disconnect(e);
+    wire_memory_destroy(memory);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(a_tick_takes_no_more_than_it_can)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_tick_takes_no_more_than_it_can),
+        cmocka_unit_test(a_step_of_many_shapes_is_limited),
+    };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
