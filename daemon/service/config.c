@@ -136,7 +136,8 @@ static const config_option OPTIONS[] = {
         "Counts all bodies together; of a compound, it and each of its children."},
     {"max_pairs", CONFIG_WHOLE, FIELD(max_pairs), 1, 1000000000, NULL, "2000000", "pairs",
         "pairs of shapes that are looked at",
-        "Many shapes at one place make pairs by the square, of up to 3 KB each. What exceeds is left out, and said: "
+        "Many shapes at one place make pairs by the square, of up to 3 KB each. A quarter is kept for owners who have "
+        "few. What exceeds is left out, and said: "
         "counted (pairs_left_out), in the undone of each batch, and as degraded health. It comes in as soon as others "
         "have parted. A standby needs the same limit."},
     {"max_interests", CONFIG_WHOLE, FIELD(max_interests), 1, 100000, NULL, "4096", "interests", "interests at once",
