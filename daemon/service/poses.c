@@ -164,12 +164,18 @@ void poses_give(service *s, session *c, const owned_body *b, const kept_pose *p)
 
 /* ---- as many as a tick takes ---- */
 
-static const uint64_t ENOUGH = 12000000; /* units of putting bodies anew, see world_effort */
-static const uint32_t MANY = 16384;      /* poses of a batch: a tick's worth of any bodies */
+static const uint64_t ENOUGH = 12000000, ENOUGH_WIDE = 8000000; /* units of putting bodies anew, see world_effort */
+static const uint32_t MANY = 16384;                             /* poses of a batch: a tick's worth of any bodies */
+
+/* Of bodies of many shapes more is to be done than to put them. */
+static uint64_t enough(const service *s)
+{
+    return world_has_wide(s->world) ? ENOUGH_WIDE : ENOUGH;
+}
 
 bool poses_are_enough(const service *s)
 {
-    return world_effort(s->world) + s->inbox.effort >= ENOUGH;
+    return world_effort(s->world) + s->inbox.effort >= enough(s);
 }
 
 /* Clients publish their bodies in the order of making, as a rule: `next` is looked at first. */
@@ -197,7 +203,7 @@ size_t poses_room(service *s, const wire_pose_batch *m, uint64_t *work)
     if (!c || is_kept || !counts) return count;
     for (size_t next = 0; i < count; i++) {
         uint64_t effort = effort_of(s, c, m, i, &next);
-        if (i && effort && before + sum + effort > ENOUGH) break;
+        if (i && effort && before + sum + effort > enough(s)) break;
         sum += effort;
     }
     *work = sum;
