@@ -197,5 +197,6 @@ void broad_settle(broad *b)
         uint32_t x = (uint32_t)(b->met.at[i] >> 32), y = (uint32_t)b->met.at[i];
         if (!b->proxies.at[x].passive && !b->proxies.at[y].passive) begin_pair(b, x, y);
     }
-    if (b->spent > b->limit) put_off(b);
+    bool many = b->began.count && b->pairs.count > b->most_pairs;
+    if (b->spent > b->limit || many) put_off(b);
 }

@@ -11,20 +11,46 @@ wire_reason incoming_check_kind(wire_kind kind, wire_refusal *refusal)
     return WIRE_MALFORMED;
 }
 
-bool incoming_bytes(struct link *from, const link_sink *sink, wire_memory *memory, const void *data, size_t size)
+/* What is done of it is done. */
+static void hand_over(struct link *from, const link_sink *sink, wire_message *m, incoming_part *part)
+{
+    wire_message some = *m;
+    bool poses = m->kind == WIRE_POSE_BATCH;
+    if (poses && part->done) link_cut_poses(&m->pose_batch, part->done, &some.pose_batch);
+    size_t room = poses ? link_room_for(sink, m, &part->work) : SIZE_MAX;
+    part->whole = room == SIZE_MAX;
+    if (!part->whole) {
+        link_cut_poses(&m->pose_batch, (uint32_t)room, &some.pose_batch);
+        part->done += (uint32_t)room;
+    }
+    sink->message(sink->context, from, part->whole ? m : &some);
+}
+
+bool incoming_some(
+    struct link *from, const link_sink *sink, wire_memory *memory, const void *data, size_t size, incoming_part *part)
 {
     wire_message m = {0};
     wire_refusal refusal = {0};
     wire_memory_reset(memory);
     wire_reason reason = wire_lcm_decode(data, size, memory, &m, &refusal);
     if (reason == WIRE_OK) reason = incoming_check_kind(m.kind, &refusal);
+    part->work = 0;
     if (reason == WIRE_OK) {
-        sink->message(sink->context, from, &m);
+        hand_over(from, sink, &m, part);
         return true;
     }
     int64_t client, sequence;
     int32_t object;
     wire_origin(&m, &client, &sequence, &object);
+    part->whole = true;
     sink->refused(sink->context, from, wire_lcm_kind(data, size), client, sequence, &refusal);
     return false;
+}
+
+bool incoming_bytes(struct link *from, const link_sink *sink, wire_memory *memory, const void *data, size_t size)
+{
+    link_sink all = *sink;
+    incoming_part part = {.done = 0};
+    all.room = NULL;
+    return incoming_some(from, &all, memory, data, size, &part);
 }

@@ -44,7 +44,22 @@ typedef struct link_sink {
     /* So much has changed by poses that a tick is due before there are more: what waits in the link, but for a first
      * batch, waits for the next round. NULL: never. */
     bool (*enough)(void *context);
+    /* How many poses of a batch, from its first, may be handed over before a tick is due, at least one: of bodies of
+     * many shapes a batch may be more than a tick takes. *work: what these take then, in nanoseconds, if that is more
+     * than is usual; otherwise 0. What is left of a batch is handed over in parts, of which only the last has the step.
+     * NULL: all. */
+    size_t (*room)(void *context, const wire_pose_batch *m, uint64_t *work);
 } link_sink;
+
+/* Of a batch: its first poses go into *part, the rest stays; the step is that of the rest. */
+void link_cut_poses(wire_pose_batch *rest, uint32_t count, wire_pose_batch *part);
+/* How many poses of it may be handed over now, and the work that they are. */
+size_t link_room_for(const link_sink *sink, const wire_message *m, uint64_t *work); /* SIZE_MAX: all */
+/* As many bytes as are charged for it in turns: as of poses of which each takes a microsecond. */
+static inline size_t link_bytes_of_work(uint64_t ns)
+{
+    return (size_t)(ns * 64 / 1000);
+}
 
 typedef struct link_options {
     int wake_fd;           /* eventfd of the tick thread */

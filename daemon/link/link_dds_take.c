@@ -32,6 +32,7 @@ typedef struct batch_waiting { /* poses, decoded where they lie, and admitted */
     ddsrt_iovec_t bytes;
     wire_message m;
     int64_t origin;
+    size_t poses;         /* in all of the bytes */
     bool unclaimed, lost; /* lost: its client is */
 } batch_waiting;
 
@@ -130,20 +131,6 @@ static bool receive_copy(
     return taken;
 }
 
-static size_t receive_bytes(
-    link_dds *l, const link_sink *sink, wire_kind kind, struct ddsi_serdata *data, const dds_sample_info_t *info)
-{
-    ddsrt_iovec_t bytes;
-    wire_message m;
-    wire_reason reason;
-    wire_refusal why = {0};
-    struct ddsi_serdata *held = ddsi_serdata_to_ser_ref(data, 0, ddsi_serdata_size(data), &bytes);
-    bool plain = wire_dds_decode_bytes(kind, bytes.iov_base, bytes.iov_len, &m, &reason, &why);
-    bool taken = plain ? hand_over_or_refuse(l, sink, &m, info, reason, &why) : receive_copy(l, sink, kind, data, info);
-    ddsi_serdata_to_ser_unref(held, &bytes);
-    return taken;
-}
-
 /* ---- poses that wait ---- */
 
 static void free_waiting(batch_waiting *b)
@@ -169,27 +156,15 @@ static void wait_in_line(link_dds *l, batch_waiting *b, uint64_t source, size_t 
     while (l->waiting.bytes > ALL_WAIT_BYTES) lose_oldest(l, turns_longest(&l->waiting));
 }
 
-static void cut_out(wire_pose_batch *p, uint32_t from, uint32_t count)
-{
-    p->bodies = (wire_i32s){count, p->bodies.at + from};
-    p->positions = (wire_f64s){3 * count, p->positions.at + 3 * (size_t)from};
-    p->orientations = (wire_f64s){4 * count, p->orientations.at + 4 * (size_t)from};
-    if (p->linear.count) p->linear = (wire_f64s){3 * count, p->linear.at + 3 * (size_t)from};
-    if (p->angular.count) p->angular = (wire_f64s){3 * count, p->angular.at + 3 * (size_t)from};
-    if (p->teleports.count) p->teleports = (wire_u8s){count, p->teleports.at + from};
-}
-
 /* Its first poses, as a batch of their own under the same sequence; the rest stays in `b`. */
 static void wait_in_part(link_dds *l, batch_waiting *b, uint64_t source, size_t bytes)
 {
     wire_pose_batch *rest = &b->m.pose_batch;
-    uint32_t count = rest->bodies.count;
     batch_waiting *part = base_zalloc(1, sizeof *part);
     *part = *b;
     part->data = ddsi_serdata_ref(b->data);
     part->held = ddsi_serdata_to_ser_ref(part->data, 0, ddsi_serdata_size(part->data), &part->bytes);
-    cut_out(&part->m.pose_batch, 0, PART);
-    cut_out(rest, PART, count - PART);
+    link_cut_poses(rest, PART, &part->m.pose_batch);
     wait_in_line(l, part, source, bytes);
 }
 
@@ -212,14 +187,55 @@ static size_t put_off(
     b->origin = l->head.origin;
     b->unclaimed = l->head.unclaimed;
     size_t bytes = b->bytes.iov_len, poses = b->m.pose_batch.bodies.count, a_pose = poses ? bytes / poses : bytes;
+    b->poses = poses;
     while (!b->m.pose_batch.step && b->m.pose_batch.bodies.count > PART) wait_in_part(l, b, source, a_pose * PART);
     wait_in_line(l, b, source, poses ? a_pose * b->m.pose_batch.bodies.count : bytes);
     return 0;
 }
 
+/* Of poses that are more than this round takes the rest waits. */
+static size_t receive_bytes(
+    link_dds *l, const link_sink *sink, wire_kind kind, struct ddsi_serdata *data, const dds_sample_info_t *info)
+{
+    ddsrt_iovec_t bytes;
+    wire_message m;
+    wire_reason reason;
+    wire_refusal why = {0};
+    struct ddsi_serdata *held = ddsi_serdata_to_ser_ref(data, 0, ddsi_serdata_size(data), &bytes);
+    bool plain = wire_dds_decode_bytes(kind, bytes.iov_base, bytes.iov_len, &m, &reason, &why);
+    uint64_t work;
+    bool waits = plain && reason == WIRE_OK && link_room_for(sink, &m, &work) != SIZE_MAX;
+    bool taken = waits   ? put_off(l, sink, kind, data, info)
+                 : plain ? hand_over_or_refuse(l, sink, &m, info, reason, &why)
+                         : receive_copy(l, sink, kind, data, info);
+    ddsi_serdata_to_ser_unref(held, &bytes);
+    return taken;
+}
+
 static bool is_enough(const link_sink *sink)
 {
     return sink->enough && sink->enough(sink->context);
+}
+
+/* The first one that waits, or as many of its poses as there is room for. */
+static void hand_over_first(link_dds *l, const link_sink *sink, batch_waiting *b)
+{
+    uint64_t work = 0;
+    l->head.origin = b->origin;
+    l->head.unclaimed = b->unclaimed;
+    size_t room = b->lost ? SIZE_MAX : link_room_for(sink, &b->m, &work);
+    size_t more = link_bytes_of_work(work);
+    if (room != SIZE_MAX) {
+        wire_message part = b->m;
+        size_t a_pose = b->bytes.iov_len / b->poses;
+        link_cut_poses(&b->m.pose_batch, (uint32_t)room, &part.pose_batch);
+        turns_part(&l->waiting, room * a_pose, more);
+        hand_over(l, sink, &part);
+        return;
+    }
+    turns_take(&l->waiting, more);
+    if (!b->lost) hand_over(l, sink, &b->m);
+    free_waiting(b);
 }
 
 /* By turns of those who sent them, as many as a round may have. */
@@ -228,12 +244,9 @@ static size_t hand_over_waiting(link_dds *l, const link_sink *sink)
     size_t before = l->waiting.bytes, messages = 0;
     batch_waiting *b;
     while (before - l->waiting.bytes < ROUND_BYTES && !(messages && is_enough(sink)) &&
-           (b = turns_next(&l->waiting)) != NULL) {
-        l->head.origin = b->origin;
-        l->head.unclaimed = b->unclaimed;
-        if (!b->lost) hand_over(l, sink, &b->m);
+           (b = turns_first(&l->waiting)) != NULL) {
         messages += !b->lost;
-        free_waiting(b);
+        hand_over_first(l, sink, b);
     }
     return messages;
 }

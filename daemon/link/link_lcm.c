@@ -479,9 +479,11 @@ static int lcm_open(struct link *head, const link_options *options, char *why, s
 }
 
 /* One frame of the gateway, to the sink. True if it was a message. */
-static bool hand_over(link_lcm *l, const link_sink *sink, const pipe_frame *f)
+static bool hand_over(link_lcm *l, const link_sink *sink, const pipe_frame *f, incoming_part *part)
 {
-    if (f->kind == PIPE_MESSAGE) return incoming_bytes(&l->head, sink, l->memory, f->data, f->size);
+    part->whole = true;
+    part->work = 0;
+    if (f->kind == PIPE_MESSAGE) return incoming_some(&l->head, sink, l->memory, f->data, f->size, part);
     pipe_refusal r = {.reason = WIRE_MALFORMED, .text = "a refusal of the gateway that cannot be read"};
     if (!pipe_get_refusal(f, &r)) metric_count(l->bad_frames, 1);
     wire_refusal why = {.reason = (wire_reason)r.reason};
@@ -503,11 +505,12 @@ static uint64_t source_of(const pipe_frame *f)
 /* A copy of what comes behind the head of a frame. */
 typedef struct frame_waiting {
     pipe_kind kind;
+    uint32_t done; /* of its poses, if it has some */
     size_t size;
     uint8_t data[];
 } frame_waiting;
 
-static void put_off(link_lcm *l, const pipe_frame *f)
+static void put_off(link_lcm *l, const pipe_frame *f, uint32_t done)
 {
     uint64_t source = source_of(f);
     if (is_pose(f) && turns_bytes_of(&l->waiting, source) + f->size > ONE_POSE_BYTES) {
@@ -516,6 +519,7 @@ static void put_off(link_lcm *l, const pipe_frame *f)
     }
     frame_waiting *w = base_alloc(sizeof *w + f->size, 1);
     w->kind = f->kind;
+    w->done = done;
     w->size = f->size;
     memcpy(w->data, f->data, f->size);
     turns_put(&l->waiting, source, w, f->size);
@@ -533,16 +537,35 @@ static size_t receive_by_turns(link_lcm *l, const link_sink *sink)
     size_t messages = 0, bytes = 0;
     pipe_frame f;
     frame_waiting *w;
-    while (pipe_take(&l->taken, &f) == 1) put_off(l, &f);
+    while (pipe_take(&l->taken, &f) == 1) put_off(l, &f, 0);
     while (bytes < ROUND_BYTES && !(messages && sink->enough && sink->enough(sink->context)) &&
-           (w = turns_next(&l->waiting)) != NULL) {
+           (w = turns_first(&l->waiting)) != NULL) {
         const pipe_frame whole = {.kind = w->kind, .data = w->data, .size = w->size};
+        incoming_part part = {.done = w->done};
+        bool was = hand_over(l, sink, &whole, &part);
         bytes += w->size;
-        messages += count_one(l, hand_over(l, sink, &whole));
-        free(w);
+        if (part.whole) {
+            turns_take(&l->waiting, link_bytes_of_work(part.work));
+            messages += count_one(l, was);
+            free(w);
+        } else {
+            turns_part(&l->waiting, 0, link_bytes_of_work(part.work));
+            w->done = part.done;
+            messages++;
+        }
     }
     if (l->waiting.count) wake(l->head.options.wake_fd);
     return messages;
+}
+
+/* As it comes; where it is more than this round takes, the rest waits, and all that follows. */
+static size_t receive_one(link_lcm *l, const link_sink *sink, const pipe_frame *f)
+{
+    incoming_part part = {.done = 0};
+    bool was = hand_over(l, sink, f, &part);
+    if (part.whole) return count_one(l, was);
+    put_off(l, f, part.done);
+    return 1 + receive_by_turns(l, sink);
 }
 
 static size_t lcm_receive(struct link *head, const link_sink *sink)
@@ -558,7 +581,7 @@ static size_t lcm_receive(struct link *head, const link_sink *sink)
     size_t messages = 0;
     pipe_frame f;
     if (l->waiting.count || pipe_used(&l->taken) > DIRECT_BYTES) messages = receive_by_turns(l, sink);
-    while (pipe_take(&l->taken, &f) == 1) messages += count_one(l, hand_over(l, sink, &f));
+    while (pipe_take(&l->taken, &f) == 1) messages += receive_one(l, sink, &f);
     pthread_mutex_lock(&l->lock);
     l->waiting_bytes = l->waiting.bytes;
     pthread_mutex_unlock(&l->lock);

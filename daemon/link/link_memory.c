@@ -23,6 +23,9 @@ typedef struct link_memory {
     struct link head;
     pipe_buffer incoming; /* under the lock */
     pipe_buffer taken;
+    ARRAY(uint8_t) rest;      /* the message of which only a part was taken; ... */
+    incoming_part part;       /* ... which part; ... */
+    int64_t rest_of;          /* ... of whom */
     ARRAY(memory_end *) ends; /* under the lock */
     unsigned offers;          /* under the lock: threads in link_options.poses */
     opened streams;
@@ -174,27 +177,56 @@ static int memory_open(struct link *head, const link_options *options, char *why
     return 0;
 }
 
+static void take_one(link_memory *l, const link_sink *sink, int64_t origin, const void *data, size_t size)
+{
+    l->head.origin = origin;
+    bool was = incoming_some(&l->head, sink, l->memory, data, size, &l->part);
+    metric_count(was ? l->messages_in : l->refused, 1);
+}
+
+/* One message, or as much of it as there is room for. False: none is left. */
+static bool take_next(link_memory *l, const link_sink *sink)
+{
+    pipe_frame f;
+    if (l->rest.count) {
+        take_one(l, sink, l->rest_of, l->rest.at, l->rest.count);
+        if (l->part.whole) l->rest.count = 0;
+        return true;
+    }
+    if (pipe_take(&l->taken, &f) != 1) return false;
+    int64_t origin;
+    memcpy(&origin, f.channel, sizeof origin);
+    l->part.done = 0;
+    take_one(l, sink, origin, f.data, f.size);
+    if (l->part.whole) return true;
+    array_reserve(&l->rest, f.size);
+    memcpy(l->rest.at, f.data, f.size);
+    l->rest.count = f.size;
+    l->rest_of = origin;
+    return true;
+}
+
+/* What has come; where it is more than this round takes, the rest waits. */
 static size_t memory_take_all(struct link *head, const link_sink *sink)
 {
     link_memory *l = self_of(head);
+    uint64_t before = metric_get(l->messages_in);
     opened_report(&l->streams, head, sink);
-    pthread_mutex_lock(&lock);
-    pipe_buffer swapped = l->incoming;
-    l->incoming = l->taken;
-    l->taken = swapped;
-    pthread_mutex_unlock(&lock);
-    size_t messages = 0, refused = 0;
-    pipe_frame f;
-    while (pipe_take(&l->taken, &f) == 1) {
-        memcpy(&head->origin, f.channel, sizeof head->origin);
-        if (incoming_bytes(head, sink, l->memory, f.data, f.size))
-            messages++;
-        else
-            refused++;
+    for (bool swapped = false, more = true; more;) {
+        if (take_next(l, sink)) {
+            more = !l->rest.count;
+            continue;
+        }
+        more = !swapped;
+        swapped = true;
+        pthread_mutex_lock(&lock);
+        pipe_buffer taken = l->incoming;
+        l->incoming = l->taken;
+        l->taken = taken;
+        pthread_mutex_unlock(&lock);
     }
-    metric_count(l->messages_in, messages);
-    metric_count(l->refused, refused);
-    return messages;
+    if (l->rest.count) wake(head->options.wake_fd);
+    return (size_t)(metric_get(l->messages_in) - before);
 }
 
 static void memory_publish(struct link *head, const wire_message *m)
@@ -247,6 +279,7 @@ static void memory_close(struct link *head)
     array_free(&l->ends);
     pipe_free(&l->incoming);
     pipe_free(&l->taken);
+    array_free(&l->rest);
     opened_free(&l->streams);
     wire_memory_destroy(l->memory);
 }

@@ -99,16 +99,49 @@ static void *take_first(turns *t, turns_queue *q)
     return message;
 }
 
-void *turns_next(turns *t)
+/* Whose turn it is; NULL: nobody waits. */
+static turns_queue *next_queue(turns *t)
 {
     while (t->count) {
         if (t->turn >= t->queues.count) t->turn = 0;
         turns_queue *q = &t->queues.at[t->turn];
-        if (q->credit > 0) return take_first(t, q);
+        if (q->credit > 0) return q;
         q->credit += A_TURN;
         t->turn++;
     }
     return NULL;
+}
+
+void *turns_next(turns *t)
+{
+    turns_queue *q = next_queue(t);
+    return q ? take_first(t, q) : NULL;
+}
+
+void *turns_first(turns *t)
+{
+    const turns_queue *q = next_queue(t);
+    return q ? q->waits.at[q->first] : NULL;
+}
+
+void turns_take(turns *t, size_t more)
+{
+    turns_queue *q = next_queue(t);
+    if (!q) return;
+    q->credit -= (int64_t)more;
+    take_first(t, q);
+}
+
+void turns_part(turns *t, size_t bytes, size_t more)
+{
+    turns_queue *q = next_queue(t);
+    if (!q) return;
+    size_t *size = &q->sizes.at[q->first];
+    if (bytes >= *size) bytes = *size ? *size - 1 : 0;
+    *size -= bytes;
+    q->bytes -= bytes;
+    t->bytes -= bytes;
+    q->credit -= (int64_t)(bytes + more);
 }
 
 void *turns_oldest_of(turns *t, uint64_t source)

@@ -36,6 +36,11 @@ size_t turns_count_of(const turns *t, uint64_t source);
 
 /* The next one, by turns; NULL: none waits. */
 void *turns_next(turns *t);
+/* The same one, which stays, for who looks at it before: then it is taken by turns_take, or a part of it by turns_part.
+ * Both charge `more` bytes to its source, for what takes longer than its bytes say. */
+void *turns_first(turns *t);
+void turns_take(turns *t, size_t more);
+void turns_part(turns *t, size_t bytes, size_t more); /* so many bytes of it are done with; one, at least, is left */
 /* The oldest of that source, out of turn; NULL: none waits. */
 void *turns_oldest_of(turns *t, uint64_t source);
 /* Each that waits. */

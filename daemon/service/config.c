@@ -136,7 +136,8 @@ static const config_option OPTIONS[] = {
         "Counts all bodies together; of a compound, it and each of its children."},
     {"max_pairs", CONFIG_WHOLE, FIELD(max_pairs), 1, 1000000000, NULL, "2000000", "pairs",
         "pairs of shapes that are looked at",
-        "Many shapes at one place make pairs by the square, of up to 3 KB each. What exceeds is left out, and said: "
+        "Many shapes at one place make pairs by the square, of up to 3 KB each. A quarter is kept for owners who have "
+        "few. What exceeds is left out, and said: "
         "counted (pairs_left_out), in the undone of each batch, and as degraded health. It comes in as soon as others "
         "have parted. A standby needs the same limit."},
     {"max_interests", CONFIG_WHOLE, FIELD(max_interests), 1, 100000, NULL, "4096", "interests", "interests at once",
@@ -146,9 +147,11 @@ static const config_option OPTIONS[] = {
     {"max_geometries", CONFIG_WHOLE, FIELD(max_geometries), 1, 1000000, NULL, "10000", "geometries",
         "hulls, meshes and height fields in the store",
         "One is stored once however many bodies use it, and is forgotten when nobody does."},
-    {"max_step_poses", CONFIG_WHOLE, FIELD(max_step_poses), 1, 100000000, NULL, "1000000", "poses",
-        "poses of one client that wait for a step of lock-step to be complete",
-        "A step is kept until all have published it."},
+    {"max_step_poses", CONFIG_WHOLE, FIELD(max_step_poses), 1, 100000000, NULL, "50000", "poses",
+        "poses of a step of lock-step, of all members together",
+        "A step is kept until all have published it, and then carried out in one tick, which takes about a "
+        "microsecond for each; a pose of a body of many shapes counts for several. Each member may have an equal "
+        "share of them, whatever others have."},
     {"share", CONFIG_WHOLE, FIELD(share), 1, 100, NULL, "75", "%",
         "what one participant may have of each limit, under all its names; the rest stays free for others",
         "Of max_clients, max_bodies, max_shapes, max_interests, max_geometries and max_waiting. Who comes over DDS is "

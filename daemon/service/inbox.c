@@ -105,6 +105,7 @@ void inbox_apply(service *s)
 {
     inbox *in = &s->inbox;
     wire_message m;
+    in->effort = 0;
     geometry_builds_end(s);
     sort_letters(in);
     apply_geometries(s);

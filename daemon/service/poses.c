@@ -162,6 +162,62 @@ void poses_give(service *s, session *c, const owned_body *b, const kept_pose *p)
     *last = p->sequence;
 }
 
+/* ---- as many as a tick takes ---- */
+
+static const uint64_t ENOUGH = 12000000, ENOUGH_WIDE = 8000000; /* units of putting bodies anew, see world_effort */
+static const uint32_t MANY = 16384;                             /* poses of a batch: a tick's worth of any bodies */
+
+/* Of bodies of many shapes more is to be done than to put them. */
+static uint64_t enough(const service *s)
+{
+    return world_has_wide(s->world) ? ENOUGH_WIDE : ENOUGH;
+}
+
+bool poses_are_enough(const service *s)
+{
+    return world_effort(s->world) + s->inbox.effort >= enough(s);
+}
+
+/* Clients publish their bodies in the order of making, as a rule: `next` is looked at first. */
+static uint64_t effort_of(const service *s, session *c, const wire_pose_batch *m, uint32_t i, size_t *next)
+{
+    size_t at = *next;
+    if (at >= c->bodies.count || c->bodies.at[at].number != m->bodies.at[i]) {
+        const owned_body *b = session_body(c, m->bodies.at[i]);
+        if (!b) return 0;
+        at = (size_t)(b - c->bodies.at);
+    }
+    *next = at + 1;
+    const double *p = m->positions.at + 3 * (size_t)i, *q = m->orientations.at + 4 * (size_t)i;
+    const pose to = {{p[0], p[1], p[2]}, {q[0], q[1], q[2], q[3]}};
+    return world_effort_of(s->world, c->rows.world_ids.at[at], &to);
+}
+
+/* Of members in lock-step poses are only kept. */
+size_t poses_room(service *s, const wire_pose_batch *m, uint64_t *work)
+{
+    uint32_t count = m->bodies.count, i = 0;
+    session *c = session_find(s, m->client);
+    bool is_kept = c && c->lock_step > 0 && m->step, counts = world_has_wide(s->world) || count > MANY;
+    uint64_t before = world_effort(s->world) + s->inbox.effort, sum = 0;
+    if (!c || is_kept || !counts) return count;
+    for (size_t next = 0; i < count; i++) {
+        uint64_t effort = effort_of(s, c, m, i, &next);
+        if (i && effort && before + sum + effort > enough(s)) break;
+        sum += effort;
+    }
+    *work = sum;
+    return i;
+}
+
+/* One that waits for the commands of this tick. */
+static void put_into_inbox(service *s, session *c, struct link *from, const wire_pose_batch *m)
+{
+    size_t next = 0;
+    for (uint32_t i = 0; c && i < m->bodies.count; i++) s->inbox.effort += effort_of(s, c, m, i, &next);
+    inbox_put(s, from, &(wire_message){.kind = WIRE_POSE_BATCH, .pose_batch = *m});
+}
+
 void apply_forget_refused(session *c, int64_t tick, int64_t step)
 {
     if (step != c->step.step && tick != c->step.tick) c->refused = (refused_poses){0};
@@ -253,7 +309,7 @@ void apply_poses(service *s, struct link *from, const wire_pose_batch *m, bool m
     bool is_mark = m->sequence == STEP_IN_ITS_NAME && m->bodies.count; /* it comes before what waits */
     bool may = may_wait && !(c && is_mark), waits = may && (!c || c->letters_tick == s->tick);
     if (waits || (find_bodies(s, c, m) && may)) {
-        inbox_put(s, from, &(wire_message){.kind = WIRE_POSE_BATCH, .pose_batch = *m});
+        put_into_inbox(s, c, from, m);
         return;
     }
     if (c && m->sequence != STEP_IN_ITS_NAME) c->heard_ns = s->monotonic_ns;

@@ -142,18 +142,23 @@ static void on_build(void *context, int64_t client, int64_t hash, bool ready)
     geometry_tell(context, client, hash, ready);
 }
 
-/* A tick takes about a microsecond for each body that has moved. At a fixed rate it takes all that has come. */
+/* At a fixed rate a tick takes all that has come. */
 static bool on_enough(void *context)
 {
-    static const size_t MOVED_ENOUGH = 12000;
     const service *s = context;
-    return !(s->config.rate > 0) && world_moved(s->world) >= MOVED_ENOUGH;
+    return !(s->config.rate > 0) && poses_are_enough(s);
+}
+
+static size_t on_room(void *context, const wire_pose_batch *m, uint64_t *work)
+{
+    service *s = context;
+    return s->config.rate > 0 ? m->bodies.count : poses_room(s, m, work);
 }
 
 static link_sink sink_of(service *s)
 {
-    return (link_sink){
-        s, on_message, on_refused, on_client_lost, on_stream_reader, on_steps_done, on_state, on_build, on_enough};
+    return (link_sink){s, on_message, on_refused, on_client_lost, on_stream_reader, on_steps_done, on_state, on_build,
+        on_enough, on_room};
 }
 
 /* ---- set-up ---- */

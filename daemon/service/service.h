@@ -294,6 +294,7 @@ typedef struct inbox {
     ARRAY(uint8_t) bytes;
     ARRAY(kept_pose) poses; /* of bodies that have waited */
     wire_memory *memory;
+    uint64_t effort; /* of the poses among them, see poses_room */
 } inbox;
 
 /* ---- bodies that wait for their geometry ---- */
@@ -605,6 +606,9 @@ void apply_note_simulation(simulation_mark *last, int64_t tick, int64_t simulati
 void apply_poses(service *s, struct link *from, const wire_pose_batch *m, bool may_wait);
 void apply_forget_refused(session *c, int64_t tick, int64_t step); /* before the poses of that step */
 void apply_count_refused(session *c, uint32_t more, wire_reason reason);
+bool poses_are_enough(const service *s); /* for a tick: what they move is worth one */
+/* See link_sink.room. */
+size_t poses_room(service *s, const wire_pose_batch *m, uint64_t *work);
 void apply_poses_now(service *s, session *c, struct link *from, const wire_pose_batch *m); /* c: NULL if unknown */
 void poses_give(service *s, session *c, const owned_body *b, const kept_pose *p);          /* if none is newer */
 void poses_free(service *s);

@@ -270,14 +270,33 @@ static const char *get_pending(service *s, bytes_in *from)
 
 /* ---- the world's hulls and meshes, by their ids ---- */
 
+typedef struct naming {
+    const service *s;
+    pair_map place_of; /* where a hull or a mesh lies -> its place among the geometries */
+} naming;
+
+static uint64_t key_of(const void *built)
+{
+    return (uint64_t)(uintptr_t)built;
+}
+
+static void begin_naming(naming *n, const service *s)
+{
+    *n = (naming){.s = s};
+    pair_map_init(&n->place_of);
+    for (size_t i = s->geometries.count; i-- > 0;) { /* the first of several has the last word */
+        const geometry *g = &s->geometries.at[i];
+        if (g->id && g->mesh) pair_map_put(&n->place_of, key_of(g->mesh), (uint32_t)i);
+        if (g->id && g->hull) pair_map_put(&n->place_of, key_of(g->hull), (uint32_t)i);
+    }
+}
+
 static int64_t name_of(const void *context, const shape *of)
 {
-    const service *s = context;
-    for (size_t i = 0; i < s->geometries.count; i++) {
-        const geometry *g = &s->geometries.at[i];
-        if (g->id && (of->mesh ? g->mesh == of->mesh : of->hull && g->hull == of->hull)) return g->id;
-    }
-    return 0;
+    const naming *n = context;
+    const void *built = of->mesh ? (const void *)of->mesh : of->hull;
+    uint32_t place = built ? pair_map_get(&n->place_of, key_of(built)) : PAIR_MAP_NONE;
+    return place == PAIR_MAP_NONE ? 0 : n->s->geometries.at[place].id;
 }
 
 static bool lend(const void *context, int64_t id, shape *to)
@@ -313,7 +332,6 @@ void state_put(service *s, bytes_out *to)
         .hull_came = s->hull_came,
         .geometries_loose = s->geometries_loose,
         .geometry_last = s->geometry_last};
-    const world_lender lender = {.context = s, .name_of = name_of};
     size_t used = 0;
     snprintf(h.release, sizeof h.release, "%s", health_release());
     memcpy(h.lost_clients, s->lost_clients, sizeof h.lost_clients);
@@ -329,7 +347,10 @@ void state_put(service *s, bytes_out *to)
     for (size_t i = 0; i < s->streams.count; i++) put_stream(s, &s->streams.at[i], to);
     bytes_put_count(to, s->pending.count);
     for (size_t i = 0; i < s->pending.count; i++) put_pending(s, &s->pending.at[i], to);
-    world_save(s->world, &lender, to);
+    naming names;
+    begin_naming(&names, s);
+    world_save(s->world, &(world_lender){.context = &names, .name_of = name_of}, to);
+    pair_map_free(&names.place_of);
 }
 
 size_t state_size(const service *s)

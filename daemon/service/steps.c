@@ -164,7 +164,30 @@ static void each_message(
     wire_memory_destroy(memory);
 }
 
-static void hold(session *c, const wire_pose_batch *poses)
+/* Poses of bodies of many shapes count as so many as would take as long. */
+static size_t weight_of(const service *s, session *c, const wire_pose_batch *m)
+{
+    enum { A_POSE = 1000 }; /* units, see world_effort */
+    size_t weight = m->bodies.count;
+    for (uint32_t i = 0; i < m->bodies.count && world_has_wide(s->world); i++) {
+        const owned_body *b = session_body(c, m->bodies.at[i]);
+        weight += b ? (size_t)(world_effort_of(s->world, b->world_id, NULL) / (A_POSE + 1)) : 0;
+    }
+    return weight;
+}
+
+/* A step is carried out at once: all members together have so many poses in it. But each may have an equal share of
+ * them, whatever others have. */
+static bool is_too_much(service *s, const session *c, size_t more, wire_refusal *why)
+{
+    size_t all = more, most = (size_t)s->config.max_step_poses;
+    for (size_t i = 0; i < s->sessions.count; i++)
+        if (is_member(s->sessions.at[i])) all += s->sessions.at[i]->held.poses;
+    if (c->held.poses + more <= most / s->lock_step.members) return false;
+    return apply_limit(s, all - 1, s->config.max_step_poses, "max_step_poses", why);
+}
+
+static void hold(session *c, const wire_pose_batch *poses, size_t weight)
 {
     const wire_message m = {.kind = WIRE_POSE_BATCH, .pose_batch = *poses};
     size_t size = wire_lcm_size(&m), at = c->held.bytes.count;
@@ -173,7 +196,7 @@ static void hold(session *c, const wire_pose_batch *poses)
     wire_lcm_encode(&m, c->held.bytes.at + at + sizeof size, size);
     c->held.bytes.count += sizeof size + size;
     if (poses->sequence > c->held.newest) c->held.newest = poses->sequence;
-    c->held.poses += poses->bodies.count;
+    c->held.poses += weight;
     array_push(&c->held.digests.list, digest_of(poses));
 }
 
@@ -327,12 +350,13 @@ bool steps_take(service *s, session *c, struct link *from, const wire_pose_batch
     wire_refusal why;
     c->held.broken |= is_mark(m);
     if (is_mark(m)) return true;
-    if (apply_limit(s, c->held.poses + m->bodies.count - 1, s->config.max_step_poses, "max_step_poses", &why)) {
+    size_t weight = weight_of(s, c, m);
+    if (is_too_much(s, c, weight, &why)) {
         c->held.broken = true;
         c->published = c->published < done ? c->published : done; /* if it was ended */
         apply_reject(s, from, WIRE_POSE_BATCH, m->client, m->sequence, -1, &why);
     } else {
-        hold(c, m);
+        hold(c, m, weight);
     }
     return true;
 }

@@ -55,7 +55,6 @@ void service_replay_budget(service *s, bool budgeted, uint64_t work)
 
 /* Units: below the least one even a small world would be cut, above the most one a mistake would take seconds. */
 static const double SLICE_LEAST = 2e6, SLICE_MOST = 4e8;
-static const double A_MOVED_US = 1;                         /* a body that is put anew */
 static const double SLICE_LEFT = 0.5;                       /* of it, whatever else a round does */
 static const double LEARN_SLOWER = 0.5, LEARN_FASTER = 0.1; /* of what the last tick has shown */
 static const uint64_t SLICE_TO_LEARN_FROM = 1000000;        /* units */
@@ -63,7 +62,7 @@ static const uint64_t SLICE_TO_LEARN_FROM = 1000000;        /* units */
 /* What has been received in this round, and is to be carried out, is a part of what the slice is to bound. */
 void service_choose_slice(service *s, int64_t spent_ns)
 {
-    double before_us = 1e-3 * (double)spent_ns + shares_expected_us(s) + A_MOVED_US * (double)world_moved(s->world);
+    double before_us = 1e-3 * (double)spent_ns + shares_expected_us(s) + 1e-3 * (double)world_effort(s->world);
     double us = fmax(s->config.slice_us - before_us, SLICE_LEFT * s->config.slice_us);
     double units = 1e3 * us / (s->slice_unit_ns > 0 ? s->slice_unit_ns : 1);
     units = units < SLICE_LEAST ? SLICE_LEAST : units > SLICE_MOST ? SLICE_MOST : units;
@@ -131,7 +130,7 @@ void service_take(service *s, struct link *from, const wire_message *m)
 int64_t service_pairs_limited(const service *s)
 {
     world_figures f = world_get_figures(s->world);
-    return f.pairs_left_out || f.parked_bodies ? s->pairs_most : 0;
+    return f.pairs_left_out || f.parked_bodies || world_was_sliced(s->world) ? s->pairs_most : 0;
 }
 
 /* Of a limit that no command is refused for. */

@@ -67,6 +67,7 @@ void body_mark_dirty(world *w, uint32_t id, bool refilter)
     if (b->dirty) return;
     b->dirty = true;
     array_push(&w->dirty, id);
+    w->effort += b->effort;
 }
 
 /* As array_reserve does, but each body begins a cache line. */

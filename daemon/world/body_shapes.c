@@ -61,6 +61,7 @@ void body_drop_shapes(world *w, body *b)
     free(b->shapes);
     b->shapes = NULL;
     b->shape_count = 0;
+    effort_measure(w, b);
 }
 
 void body_add_shapes(world *w, uint32_t id, const world_body *def)
@@ -89,6 +90,7 @@ void body_add_shapes(world *w, uint32_t id, const world_body *def)
         w->figures.shapes += shapes_in(&w->solids.at[s].shape);
         b->shapes[i] = s;
     }
+    effort_measure(w, b);
 }
 
 void solid_free(solid *s)

@@ -58,7 +58,10 @@ static void move(world *w, uint32_t id, const pose *to, int64_t stamp_ns, const 
         b->stamp_ns = stamp_ns;
         b->posed = true;
         b->moved = true;
-        if (!b->dirty) array_push(&w->dirty, id);
+        if (!b->dirty) {
+            array_push(&w->dirty, id);
+            w->effort += b->effort;
+        }
         b->dirty = true;
     }
     set_speed(b, linear, angular);

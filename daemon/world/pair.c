@@ -158,6 +158,7 @@ static uint32_t begin(world *w, uint32_t a, uint32_t b)
         .first_watch = WORLD_NONE,
         .active_tick = w->figures.ticks - 1,
         .used = true};
+    payers_charge(w, &w->pairs.at[id]);
     keep_terms(w, &w->pairs.at[id]);
     pair_map_put(&w->pair_of, pair_key(a, b), id);
     w->figures.pairs++;
@@ -187,6 +188,7 @@ static void end(world *w, uint32_t id)
     p->cache.shell = NULL;
     assert(p->first_watch == WORLD_NONE && w->lingers >= p->lingers);
     w->lingers -= p->lingers;
+    if (!p->lingers) payers_release(w, p);
     p->used = p->lingers = false;
     w->bodies.at[w->solids.at[p->a].body].pair_count--;
     w->bodies.at[w->solids.at[p->b].body].pair_count--;
@@ -214,6 +216,7 @@ uint32_t pair_part(world *w, uint32_t a, uint32_t b)
         end(w, id);
         return PAIR_MAP_NONE;
     }
+    payers_release(w, &w->pairs.at[id]);
     w->pairs.at[id].lingers = true;
     w->lingers++;
     array_push(&w->lingering, id);
@@ -268,17 +271,19 @@ size_t pair_most(const world *w)
     return w->pairs_most && w->pairs_most < most ? w->pairs_most : most;
 }
 
+/* For anybody's. */
 static size_t room_for_pairs(const world *w)
 {
-    size_t most = pair_most(w);
+    size_t most = payers_open(pair_most(w));
     return meeting(w) < most ? most - meeting(w) : 0;
 }
 
 uint32_t pair_meet(world *w, uint32_t a, uint32_t b)
 {
-    if (!room_for_pairs(w)) return PAIR_MAP_NONE;
+    if (!payers_allow(w, a, b)) return PAIR_MAP_NONE;
     uint32_t id = pair_find(w, a, b);
     if (id == PAIR_MAP_NONE) return begin(w, a, b);
+    if (w->pairs.at[id].lingers) payers_charge(w, &w->pairs.at[id]);
     w->lingers -= w->pairs.at[id].lingers;
     w->pairs.at[id].lingers = false;
     return id;

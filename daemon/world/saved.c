@@ -241,6 +241,7 @@ static const char *get_body(bytes_in *from, world *w)
     if (b.ruled_tick > w->ruled_tick) w->ruled_tick = b.ruled_tick;
     if (b.teleport_tick > w->teleport_tick) w->teleport_tick = b.teleport_tick;
     if (!b.ghost) body_add_name(w, id);
+    effort_restored(w, &w->bodies.at[id]);
     return from->broken ? "a body is cut off" : NULL;
 }
 
@@ -393,9 +394,10 @@ typedef struct head {
 uint64_t world_saved_layout(void)
 {
     const uint64_t all[] = {sizeof(head), sizeof(body), sizeof(solid), sizeof(interest), sizeof(pair), sizeof(watch),
-        sizeof(shape), sizeof(compound_child), sizeof(compound_node), sizeof(broad_move), sizeof(purse),
-        offsetof(body, passed), offsetof(body, name), offsetof(interest, events), offsetof(pair, standing),
-        offsetof(pair, cache), offsetof(watch, last)};
+        sizeof(shape), sizeof(compound_child), sizeof(compound_node), sizeof(broad_move), sizeof(purse), sizeof(payer),
+
+        offsetof(body, effort), offsetof(body, passed), offsetof(body, name), offsetof(interest, events),
+        offsetof(pair, standing), offsetof(pair, cache), offsetof(pair, payer), offsetof(watch, last)};
     return hash_bytes(HASH_START, all, sizeof all);
 }
 
@@ -491,6 +493,7 @@ void world_save(const world *w, const world_lender *l, bytes_out *to)
     PUT_LIST(to, &w->expiries);
     PUT_LIST(to, &w->unfinished);
     PUT_LIST(to, &w->purses);
+    PUT_LIST(to, &w->payers);
     PUT_LIST(to, &w->concerned);
     PUT_LIST(to, &w->leaving);
     PUT_LIST(to, &w->held_now);
@@ -608,6 +611,11 @@ const char *world_restore(world *w, const world_lender *l, bytes_in *from)
     GET_LIST(from, &w->expiries);
     GET_LIST(from, &w->unfinished);
     GET_LIST(from, &w->purses);
+    GET_LIST(from, &w->payers);
+    payers_restored(w);
+    for (size_t i = 0; i < w->pairs.count; i++)
+        if (w->pairs.at[i].used && !w->pairs.at[i].lingers && w->pairs.at[i].payer >= w->payers.count)
+            return "nobody is charged for a pair";
     GET_LIST(from, &w->concerned);
     GET_LIST(from, &w->leaving);
     GET_LIST(from, &w->held_now);

@@ -184,6 +184,9 @@ static searched search(turn *t, uint32_t solid, uint64_t units)
     broad_changes changes;
     uint64_t spent, left = t->spent < units ? units - t->spent : 0;
     if (!broad_is_unsearched(w->broad, solid)) return ALL_FOUND;
+    size_t most = broad_most(w), kept = payers_kept_for(w, t->body);
+    if (most != SIZE_MAX) most += kept;
+    broad_set_limit(w->broad, w->slice, most);
     bool whole = broad_search(w->broad, solid, left, leave_to_other, t, &changes, &spent);
     t->spent += spent;
     for (size_t i = 0; i < changes.ended_count; i++) {
@@ -194,7 +197,7 @@ static searched search(turn *t, uint32_t solid, uint64_t units)
         uint32_t id = pair_meet(w, changes.began[i].a, changes.began[i].b);
         if (id != PAIR_MAP_NONE) t->spent += activate_found(w, id);
     }
-    bool full = broad_pair_count(w->broad) >= broad_most(w);
+    bool full = broad_pair_count(w->broad) >= most;
     return whole ? ALL_FOUND : full ? NO_ROOM : CUT_OFF;
 }
 

@@ -54,6 +54,7 @@ typedef struct body {
     bool is_calm : 1; /* as long as it stays in that room, nothing depends on its poses: see calm.c */
     bool behind : 1;  /* it was calm when it moved: its shapes stand where they were, see solid_pose */
     uint8_t speed;    /* SPEED_...; follows these bits: see move.c */
+    uint32_t effort;  /* units that it takes to put its boxes anew: see effort.c */
 
     _Alignas(64) pose before; /* at the tick before its last move, so if it has `moved`: at the last tick; ... */
     int64_t before_ns;        /* ... its stamp */
@@ -188,6 +189,7 @@ typedef struct pair {
     bool refined;        /* ... if there was one */
     uint8_t waited;      /* ticks in a row in which the budget left it */
     uint8_t barren;      /* searches for one in a row that were in vain: the next one comes so much later */
+    uint32_t payer;      /* of world.payers: whom it is charged to, unless it lingers */
 } pair;
 _Static_assert(offsetof(pair, cache) == 64, "a line for what each tick looks at");
 
@@ -262,6 +264,11 @@ typedef struct purse { /* of one owner: his bodies that are due, in the order in
     int64_t credit; /* units that he may still take in this turn; negative: took too much */
 } purse;
 
+typedef struct payer { /* an owner, and how many pairs are charged to him; 0: the place is free */
+    uint64_t owner;
+    uint32_t pairs;
+} payer;
+
 typedef struct leaver { /* so many solids of this owner leave */
     uint64_t owner;
     size_t count;
@@ -288,6 +295,8 @@ struct world {
     uint64_t ruling;  /* counts filters, from 1 */
 
     ARRAY(uint64_t) dirty;  /* ids of bodies to be put into the broad phase; u64 because sort_keys sorts these */
+    uint64_t effort;        /* of these, units: see effort.c */
+    size_t wide;            /* bodies that take much more of it than most, see effort.c */
     ARRAY(uint32_t) awake;  /* of these, those that were not calm, in their order: made by body_settle_dirty */
     ARRAY(uint32_t) glided; /* those that were, until they came into a pair in this tick */
     ARRAY(uint64_t) sort_scratch;
@@ -317,7 +326,11 @@ struct world {
     size_t snapping;            /* interests, after the last tick */
     uint64_t slice;             /* units that finding and deciding pairs may take in a tick; UINT64_MAX: all of them */
     ARRAY(purse) purses;
-    uint32_t turn;             /* the purse that goes first */
+    uint32_t turn;       /* the purse that goes first */
+    ARRAY(payer) payers; /* see payers.c */
+    id_pool payer_ids;
+    pair_map payer_of;         /* owner -> place */
+    uint32_t last_payer;       /* place of the last that was charged */
     size_t due, parked;        /* bodies; those that wait for max_pairs */
     ARRAY(uint32_t) leaving;   /* solids that are gone but for their pairs, in the order in which they go on */
     pair_map leaving_names;    /* hash of a name -> ghosts that leave, and had a name of that hash */
@@ -398,6 +411,19 @@ bool body_same_shapes(const world *w, const body *b, const world_body *def);
 void body_add_shapes(world *w, uint32_t id, const world_body *def); /* to one that has none */
 void body_drop_shapes(world *w, body *b);
 void solid_free(solid *s); /* what it owns */
+
+/* payers.c */
+bool payers_allow(const world *w, uint32_t a, uint32_t b); /* may a pair of these solids begin? */
+size_t payers_open(size_t most);                           /* of so many pairs, those that may be anybody's */
+size_t payers_kept_for(const world *w, const body *b);     /* pairs beyond the most that are looked for around it */
+void payers_charge(world *w, pair *p);
+void payers_release(world *w, const pair *p);
+void payers_restored(world *w);
+const char *payers_validate(const world *w);
+
+/* effort.c */
+void effort_measure(world *w, body *b);        /* its shapes are others */
+void effort_restored(world *w, const body *b); /* it has them */
 
 /* solid.c */
 /* Where it is when its body is there. */

@@ -35,6 +35,8 @@ static const char *check_pairs(const world *w, size_t *watches, size_t *contacts
     if (lingering != w->lingers || lingering != w->lingering.count) return "lingering pairs miscounted";
     if (pairs - lingering + w->figures.pairs_left_out != broad_pair_count(w->broad))
         return "pairs differ from the broad phase's";
+    const char *charged = payers_validate(w);
+    if (charged) return charged;
     if (w->options.max_pairs && pairs - lingering > w->options.max_pairs) return "more pairs than may be";
     return NULL;
 }

@@ -28,6 +28,8 @@ world *world_create(const world_options *options)
     id_pool_init(&w->interest_ids);
     id_pool_init(&w->pair_ids);
     id_pool_init(&w->watch_ids);
+    id_pool_init(&w->payer_ids);
+    pair_map_init(&w->payer_of);
     pair_map_init(&w->pair_of);
     pair_map_init(&w->names);
     pair_map_init(&w->leaving_names);
@@ -97,6 +99,9 @@ void world_destroy(world *w)
     id_pool_free(&w->interest_ids);
     id_pool_free(&w->pair_ids);
     id_pool_free(&w->watch_ids);
+    id_pool_free(&w->payer_ids);
+    pair_map_free(&w->payer_of);
+    array_free(&w->payers);
     pair_map_free(&w->pair_of);
     pair_map_free(&w->names);
     for (size_t i = 0; i < w->solids.count; i++) solid_free(&w->solids.at[i]);
@@ -156,6 +161,7 @@ static void end_tick(world *w)
     interest_end_tick(w);
     w->last_tick_ns = w->now_ns;
     w->dirty.count = w->glided.count = 0;
+    w->effort = 0;
     w->changed = w->some_glided = w->rematched = false;
     ASSERT_WHOLE(whole_is_due(w->figures.ticks, w->bodies.count + w->pairs.count), world_validate(w));
 }
@@ -216,11 +222,6 @@ int64_t world_next_due_ns(const world *w)
 bool world_glided(const world *w)
 {
     return w->some_glided;
-}
-
-size_t world_moved(const world *w)
-{
-    return w->dirty.count;
 }
 
 bool world_changed(const world *w)

@@ -275,7 +275,13 @@ void world_clock_back(world *w, int64_t by_ns);
 /* When the next tick is due although nothing came: a deadline, or an update that the rate held back. INT64_MAX: never.
  */
 int64_t world_next_due_ns(const world *w);
-size_t world_moved(const world *w); /* bodies that the next tick puts anew */
+/* Units, of about a nanosecond, that it takes the next tick to put anew the boxes of what has changed: by the shapes of
+ * these bodies, and by what hulls they have. */
+uint64_t world_effort(const world *w);
+/* What a pose adds to it: nothing if the body is among them already, or if that changes nothing for it. NULL: what it
+ * takes to put the body anew, whatever else is so. */
+uint64_t world_effort_of(const world *w, uint32_t body, const pose *to);
+bool world_has_wide(const world *w); /* bodies of which each takes several times as much as most do */
 /* Are there interests left of which not all has ended that they were told, since a slice did not suffice? */
 bool world_is_closing(const world *w);
 bool world_changed(

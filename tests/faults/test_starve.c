@@ -118,7 +118,7 @@ static void begin(bool all)
 {
     char most[32];
     balls = getenv("COLLIDED_NIGHTLY") || (all && !getenv("COLLIDED_BRIEF")) ? BALLS_MOST : 300;
-    snprintf(most, sizeof most, "%zu", pairs());
+    snprintf(most, sizeof most, "%zu", pairs() + pairs() / 3 + 2); /* a quarter is kept for other owners */
     rig_daemon("--max-pairs", most);
 }
 

@@ -545,6 +545,75 @@ static void lock_step_alone(const char *uri, bool full)
     free(turn);
 }
 
+/* ---- many shapes ---- */
+
+enum { SHAPES_MOST = 256 };
+
+/* Bodies of as many shapes as there may be, moved and turned all at once, again and again. */
+static void move_wide(collided *c, const collided_shape *shapes, size_t count, double seconds)
+{
+    collided_body *bodies = room(count, sizeof *bodies);
+    double *at = room(3 * count, sizeof *at), *turn = room(4 * count, sizeof *turn);
+    for (size_t i = 0; i < count; i++) {
+        char name[32];
+        collided_body_def def = collided_body_def_default();
+        snprintf(name, sizeof name, "wide %zu", i);
+        def.name = name;
+        def.shapes = shapes;
+        def.shape_count = SHAPES_MOST;
+        def.pose.position[0] = 20.0 * (double)i;
+        bodies[i] = collided_create_body(c, &def);
+    }
+    wait_for_all(c, true);
+    double end = now_s() + seconds;
+    for (int round = 1; now_s() < end; round++) {
+        for (size_t i = 0; i < count; i++) {
+            at[3 * i] = 20.0 * (double)i;
+            at[3 * i + 1] = 0.7 * round;
+            turn[4 * i] = 1;
+            turn[4 * i + 1] = 0.1 * (round % 9);
+        }
+        collided_publish(c, count, bodies, at, turn, NULL, NULL, 0, 0);
+        stay(c, 0.1);
+    }
+    collided_close(c);
+    free(bodies);
+    free(at);
+    free(turn);
+}
+
+static void wide_bodies(const char *uri, bool full)
+{
+    collided_shape shapes[SHAPES_MOST];
+    for (int i = 0; i < SHAPES_MOST; i++) {
+        shapes[i] = collided_box(0.01, 0.02, 0.03);
+        shapes[i].pose.position[0] = 0.05 * i;
+    }
+    move_wide(enter(uri, "wide"), shapes, full ? 5000 : 400, full ? 20 : 3);
+}
+
+/* The same of one hull of as many corners as there may be. */
+static void wide_hulls(const char *uri, bool full)
+{
+    size_t corners = full ? 65535 : 20000;
+    double *at = room(3 * corners, sizeof *at);
+    collided_shape shapes[SHAPES_MOST];
+    collided *c = enter(uri, "wide");
+    for (size_t i = 0; i < corners; i++) { /* a spiral on a ball */
+        double z = 2 * ((double)i + 0.5) / (double)corners - 1, r = sqrt(1 - z * z), angle = 2.399963 * (double)i;
+        at[3 * i] = r * cos(angle);
+        at[3 * i + 1] = r * sin(angle);
+        at[3 * i + 2] = z;
+    }
+    collided_geometry hull = collided_create_hull(c, at, corners);
+    for (int i = 0; i < SHAPES_MOST; i++) {
+        shapes[i] = collided_hull(hull);
+        shapes[i].pose.position[0] = 0.05 * i;
+    }
+    move_wide(c, shapes, full ? 2000 : 60, full ? 20 : 3);
+    free(at);
+}
+
 const attack attacks[] = {
     {"height_field", "the largest height field", height_field, 50},
     {"meshes", "two large meshes, one through the other, moving", meshes, 50},
@@ -565,6 +634,8 @@ const attack attacks[] = {
     {"fast_and_foretold", "bodies that fly and spin, and are foretold for a day", fast_and_foretold, 150},
     {"churn", "bodies put and removed without a pause", churn, 50},
     {"sweeps", "what a body would meet within an hour, asked without a pause", sweeps, 50},
+    {"wide_bodies", "bodies of 256 shapes, all moved at once", wide_bodies, 50},
+    {"wide_hulls", "bodies of 256 hulls of very many corners, all moved at once", wide_hulls, 50},
     {"lost_with_all", "a client with many bodies that is killed", lost_with_all, 50},
     {"lock_step_alone", "steps that are never ended, in step with one who never comes", lock_step_alone, 50},
 };

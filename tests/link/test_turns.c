@@ -116,10 +116,48 @@ static void any_sequence_keeps_the_order_of_each_source(void **state)
     turns_free(&t);
 }
 
+/* Who is charged more than his bytes has fewer of them, and a message of which a part is taken stays the first. */
+static void work_is_charged_and_parts_stay_first(void **state)
+{
+    enum { DEAR = 50, EACH = 1000, BYTES = 10000, MORE = 90000 };
+    (void)state;
+    turns t;
+    size_t taken[3] = {0}, parts = 0;
+    turns_init(&t);
+    assert_null(turns_first(&t));
+    for (uint64_t s = 1; s <= 2; s++)
+        for (size_t i = 0; i < EACH; i++) put(&t, s, i, BYTES);
+    for (int i = 0; i < 500; i++) {
+        message *m = turns_first(&t);
+        assert_non_null(m);
+        assert_int_equal(m->number, taken[m->source]);
+        if (m->source == 1 && m->bytes == BYTES) { /* first a half of it, at as much */
+            size_t before = t.bytes, of = turns_bytes_of(&t, 1);
+            turns_part(&t, BYTES / 2, MORE / 2);
+            m->bytes -= BYTES / 2;
+            assert_int_equal(before - t.bytes, BYTES / 2);
+            assert_int_equal(of - turns_bytes_of(&t, 1), BYTES / 2);
+            parts++;
+            continue;
+        }
+        size_t before = t.bytes;
+        turns_take(&t, m->source == 1 ? MORE / 2 : 0);
+        assert_int_equal(before - t.bytes, m->bytes);
+        taken[m->source]++;
+        free(m);
+    }
+    assert_true(parts >= taken[1] && taken[1] > 20);
+    assert_in_range(taken[2], 8 * taken[1], 12 * taken[1] + DEAR);
+    for (message *m; (m = turns_next(&t)) != NULL;) free(m);
+    assert_int_equal(t.bytes, 0);
+    turns_free(&t);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(who_says_little_does_not_wait_for_who_floods),
+        cmocka_unit_test(work_is_charged_and_parts_stay_first),
         cmocka_unit_test(any_sequence_keeps_the_order_of_each_source),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -297,6 +297,25 @@ static void a_limit_bounds_what_waits(void **state)
     leave(&h);
 }
 
+/* Of all members together; but each may have its part. */
+static void it_is_one_limit_for_all_members(void **state)
+{
+    (void)state;
+    config c = cell_config();
+    c.max_step_poses = 4;
+    c.step_timeout = 0;
+    hall h = {.cell = cell_start(&c), .memory = wire_memory_create()};
+    h.end = cell_client(h.cell);
+    for (int k = 0; k < 2; k++) join(&h, k, 2, 60);
+    for (int i = 0; i < 3; i++) publish(&h, 0, 1, 1, i);
+    for (int i = 0; i < 2; i++) publish(&h, 1, 1, 1, i);
+    publish(&h, 0, 1, 1, 3);
+    wire_reject r = cell_await(h.end, h.memory, WIRE_REJECT).reject;
+    assert_int_equal(r.reason, WIRE_LIMIT);
+    assert_true(r.client == id_of(0) && r.sequence == h.sequences[0]);
+    leave(&h);
+}
+
 /* What came of it can be told to nobody, but what is there is not taken for the whole. */
 static void a_step_is_not_done_from_a_refused_batch(void **state)
 {
@@ -841,6 +860,7 @@ int main(void)
         cmocka_unit_test(steps_that_are_done_or_too_far_are_refused),
         cmocka_unit_test(what_is_sent_again_stands_for_what_was_sent),
         cmocka_unit_test(a_limit_bounds_what_waits),
+        cmocka_unit_test(it_is_one_limit_for_all_members),
         cmocka_unit_test(a_step_is_not_done_from_a_refused_batch),
         cmocka_unit_test(nor_from_one_refused_for_its_rate),
         cmocka_unit_test(a_stranger_cannot_break_a_step),

@@ -5,7 +5,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-enum { BALLS = 24, ALL_PAIRS = BALLS * (BALLS - 1) / 2, MOST = 40 };
+/* Of MOST pairs a quarter is kept for owners who have few. */
+enum { BALLS = 24, ALL_PAIRS = BALLS * (BALLS - 1) / 2, MOST = 52, ONE_HAS = MOST - MOST / 4 };
 
 typedef struct crowd {
     world *w;
@@ -67,10 +68,10 @@ static void what_exceeds_is_left_out_and_said(void **state)
     assert_int_equal(c.undone, 0);
     gather(&c, 0, BALLS, 0, 0.01, 2);
     tick(&c, 2);
-    assert_int_equal(world_get_figures(c.w).pairs, MOST);
-    assert_int_equal(world_get_figures(c.w).pairs_left_out, ALL_PAIRS - MOST);
-    assert_int_equal(c.undone, ALL_PAIRS - MOST);
-    assert_int_equal(c.touching, MOST);
+    assert_int_equal(world_get_figures(c.w).pairs, ONE_HAS);
+    assert_int_equal(world_get_figures(c.w).pairs_left_out, ALL_PAIRS - ONE_HAS);
+    assert_int_equal(c.undone, ALL_PAIRS - ONE_HAS);
+    assert_int_equal(c.touching, ONE_HAS);
     world_destroy(c.w);
 }
 
@@ -158,6 +159,108 @@ static void what_is_told_is_true(void **state)
     world_destroy(many.w);
 }
 
+static uint32_t put_ball(world *w, uint64_t owner, int number, double x, double y)
+{
+    char name[32];
+    uint32_t id = WORLD_NONE;
+    snprintf(name, sizeof name, "o%d b%d", (int)owner, number);
+    world_shape ball = {.shape = {.type = SHAPE_SPHERE, .radius = 1}, .local = POSE_IDENTITY};
+    world_body def = {.name = name,
+        .group = "",
+        .owner = owner,
+        .category = 1,
+        .mask = UINT64_MAX,
+        .pose = {vec(x, y, 0), {1, 0, 0, 0}},
+        .shapes = &ball,
+        .shape_count = 1};
+    assert_int_equal(world_put_body(w, &id, &def), WORLD_OK);
+    return id;
+}
+
+typedef struct told { /* begins without ends */
+    int flooder, own, mixed;
+    uint64_t hash;
+} told;
+
+static void hear_of_all(world *w, int64_t now, told *t)
+{
+    world_batches batches;
+    world_tick(w, now, &batches);
+    const char *fault = world_validate(w);
+    if (fault) fail_msg("%s", fault);
+    t->hash = batches.hash;
+    for (size_t i = 0; i < batches.count; i++) {
+        for (size_t k = 0; !batches.at[i].snapshot && k < batches.at[i].count; k++) {
+            const world_event *e = &batches.at[i].events[k];
+            int change = e->kind == EVENT_BEGIN ? 1 : e->kind == EVENT_END ? -1 : 0;
+            int others = (e->name_a[1] == '2') + (e->name_b[1] == '2');
+            *(others == 2 ? &t->own : others ? &t->mixed : &t->flooder) += change;
+        }
+    }
+}
+
+/* Of 200 pairs one owner has 150; the others' own begin all the same, three of each (a 16th of what is kept), and not
+ * those that he has with them: he pays for these. */
+static void who_floods_leaves_room(uint64_t slice, unsigned workers, bool memory)
+{
+    enum { CROWD = 60, LIMIT = 200, OPEN = 150, SHARE = 3 };
+    world_options o = world_options_default();
+    world_interest all = scene_all(WORLD_TOUCH, 0);
+    told t = {0}, again = {0};
+    int64_t now = 1;
+    o.max_pairs = memory ? 0 : LIMIT;
+    o.workers = workers;
+    world *w = world_create(&o);
+    if (memory) world_set_pairs_most(w, LIMIT); /* then the boxes' pairs are few, too */
+    scene_interest(w, &all);
+    hear_of_all(w, now++, &t);
+    world_set_slice(w, slice);
+    for (int i = 0; i < CROWD; i++) put_ball(w, 1, i, 0.001 * i, 0);
+    while (now < 100 || world_get_figures(w).pending_bodies) hear_of_all(w, now++, &t);
+    assert_int_equal(t.flooder, OPEN);
+    uint32_t mine[SHARE];
+    for (int i = 0; i < SHARE; i++) mine[i] = put_ball(w, 2, i, 100 + 0.001 * i, 0);
+    put_ball(w, 2, SHARE, 0.5, 0); /* in the crowd */
+    while (now < 200 || world_get_figures(w).pending_bodies) hear_of_all(w, now++, &t);
+    assert_int_equal(t.own, SHARE);
+    assert_int_equal(t.mixed, 0);
+    assert_int_equal(t.flooder, OPEN);
+    if (!memory) assert_int_equal(world_get_figures(w).pairs_left_out, CROWD * (CROWD - 1) / 2 - OPEN + CROWD);
+    assert_int_equal(world_get_figures(w).parked_bodies > 0, memory);
+    put_ball(w, 2, SHARE + 1, 100.5, 0); /* three more of his, which are more than his share */
+    while (now < 300 || world_get_figures(w).pending_bodies) hear_of_all(w, now++, &t);
+    assert_int_equal(t.own, SHARE);
+
+    bytes_out bytes = {0}; /* and a standby goes on from here in the same way */
+    world_lender none = {0};
+    world_save(w, &none, &bytes);
+    world *same = world_create(&o);
+    bytes_in from = {.at = bytes.at, .left = bytes.count};
+    assert_null(world_restore(same, &none, &from));
+    array_free(&bytes);
+    world_set_slice(same, slice);
+    if (memory) world_set_pairs_most(same, LIMIT);
+    for (int i = 0; i < 40; i++, now++) {
+        for (int k = 0; k < 2; k++) {
+            scene_move(k ? same : w, mine[0], i % 8 < 4 ? 1000 : 100, now); /* a place is free, and taken again */
+            hear_of_all(k ? same : w, now, k ? &again : &t);
+        }
+        assert_true(t.hash == again.hash);
+        assert_true(t.own >= 1 && t.own <= SHARE);
+    }
+    world_destroy(w);
+    world_destroy(same);
+}
+
+static void who_floods_leaves_room_for_others(void **state)
+{
+    (void)state;
+    who_floods_leaves_room(UINT64_MAX, 1, false);
+    who_floods_leaves_room(2000, 2, false);
+    who_floods_leaves_room(20000000, 1, false);
+    who_floods_leaves_room(20000000, 3, true);
+}
+
 /* What is given back is had again: as much as it was, with the same events; in slices, too, where pairs come and are
  * decided in the order in which the broad phase has them. */
 static void give_back(uint64_t slice, int moves, size_t limit)
@@ -216,6 +319,7 @@ int main(void)
         cmocka_unit_test(what_exceeds_is_left_out_and_said),
         cmocka_unit_test(they_come_in_when_others_part),
         cmocka_unit_test(what_is_told_is_true),
+        cmocka_unit_test(who_floods_leaves_room_for_others),
         cmocka_unit_test(memory_given_back_changes_no_event),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
