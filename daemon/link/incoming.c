@@ -46,11 +46,3 @@ bool incoming_some(
     sink->refused(sink->context, from, wire_lcm_kind(data, size), client, sequence, &refusal);
     return false;
 }
-
-bool incoming_bytes(struct link *from, const link_sink *sink, wire_memory *memory, const void *data, size_t size)
-{
-    link_sink all = *sink;
-    incoming_part part = {.done = 0};
-    all.room = NULL;
-    return incoming_some(from, &all, memory, data, size, &part);
-}

@@ -392,13 +392,13 @@ void builds_free(builds *b, geometry_numbers *n, hull *h, mesh *m)
     pthread_mutex_unlock(&b->lock);
 }
 
-static builds_figures count(builds *b, bool all, int64_t client)
+builds_figures builds_get_figures(builds *b)
 {
     builds_figures f = {0};
     pthread_mutex_lock(&b->lock);
     for (size_t i = 0; i < b->all.count; i++) {
         const build *of = b->all.at[i];
-        if (of->state == BUILD_READY || (!all && of->client != client)) continue;
+        if (of->state == BUILD_READY) continue;
         f.waiting += of->state == BUILD_WAITS;
         f.under_way += of->state == BUILD_UNDER_WAY;
         f.units += of->cost.units;
@@ -406,16 +406,6 @@ static builds_figures count(builds *b, bool all, int64_t client)
     }
     pthread_mutex_unlock(&b->lock);
     return f;
-}
-
-builds_figures builds_get_figures(builds *b)
-{
-    return count(b, true, 0);
-}
-
-builds_figures builds_of_client(builds *b, int64_t client)
-{
-    return count(b, false, client);
 }
 
 void builds_hold(builds *b, void (*before)(void *context, int64_t id), void *context)

@@ -97,7 +97,6 @@ typedef struct builds_figures {
     uint64_t units, bytes; /* of both */
 } builds_figures;
 builds_figures builds_get_figures(builds *b);
-builds_figures builds_of_client(builds *b, int64_t client);
 
 /* For tests: called by the building thread before each build, from now on. NULL: nothing. */
 void builds_hold(builds *b, void (*before)(void *context, int64_t id), void *context);
