@@ -122,6 +122,7 @@ static void add_world(const service *s, sheet *t)
     sheet_add(t, "impacts", (int64_t)f.impacts);
     sheet_add(t, "foretold", (int64_t)f.foretold);
     sheet_add(t, "undecided_sweeps", (int64_t)f.undecided);
+    sheet_add(t, "dropped_ways", (int64_t)f.dropped_ways);
     sheet_add(t, "coarse_ways", (int64_t)f.coarse_ways);
     sheet_add(t, "work", (int64_t)f.work);
     sheet_add(t, "undone", (int64_t)f.undone);

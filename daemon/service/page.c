@@ -114,6 +114,8 @@ static const single SINGLES[] = {
     {"impacts", "impacts found", false},
     {"foretold", "contacts foretold", false},
     {"undecided_sweeps", "searches for a time of impact whose steps ended", false},
+    {"dropped_ways", "bodies that waited for so long that ways of theirs were dropped, not searched for impacts",
+        false},
     {"coarse_ways", "ways of bodies with more poses in a tick than are searched one by one", false},
 };
 

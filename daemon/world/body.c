@@ -119,6 +119,7 @@ world_status world_put_body(world *w, uint32_t *id, const world_body *def)
     if (!same_name) b->label = b->ruling;
     free(b->group);
     b->group = base_strdup(def->group ? def->group : "");
+    w->ccds += (size_t)(def->ccd != WORLD_CCD_OFF) - (size_t)(b->ccd != WORLD_CCD_OFF);
     b->fixed = def->fixed;
     b->category = def->category;
     b->mask = def->mask;
@@ -129,6 +130,7 @@ world_status world_put_body(world *w, uint32_t *id, const world_body *def)
     b->angular_acceleration = def->angular_acceleration;
     b->deadline_ns = def->deadline_ns;
     bool stays = !is_new && pose_same(b->pose, def->pose) && b->stamp_ns == def->stamp_ns;
+    if (!stays && !is_new) past_stands(w, *id);
     body_set_pose(b, def->pose, def->stamp_ns);
     b->announced_ns = def->stamp_is_now ? def->stamp_ns : 0;
     b->held = false;
@@ -142,6 +144,7 @@ world_status world_put_body(world *w, uint32_t *id, const world_body *def)
     }
     copy_rules(w, b, def);
     if (is_new || !body_same_shapes(w, b, def)) {
+        past_reshape(w, *id);
         body_drop_shapes(w, b);
         body_add_shapes(w, *id, def);
     }
@@ -191,6 +194,8 @@ world_status world_remove_body(world *w, uint32_t id, uint8_t cause)
     slices_forget(w, id);
     w->figures.bodies--;
     body_drop_shapes(w, b);
+    w->ccds -= b->ccd != WORLD_CCD_OFF;
+    past_reshape(w, id);
     b->ghost = true;
     b->ghost_cause = cause;
     leaving_ghost(w, id);
@@ -210,6 +215,7 @@ static void free_body(world *w, uint32_t id)
     match_change_class(&w->match, &b->match, 0);
     free(b->shapes);
     array_free(&b->passed);
+    array_free(&b->past);
     free_rules(b);
     rules_choose(&w->rules, &b->rule_set, NULL, 0);
     *b = (body){.used = false};

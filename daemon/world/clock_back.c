@@ -11,12 +11,21 @@ static void shift_stamp(int64_t *stamp_ns, int64_t old_ns, int64_t by_ns)
     if (*stamp_ns > by_ns && *stamp_ns > old_ns - NEAR_NS && *stamp_ns < old_ns + NEAR_NS) *stamp_ns -= by_ns;
 }
 
+static void shift_past(past_way *p, int64_t old_ns, int64_t by_ns)
+{
+    shift_stamp(&p->from_ns, old_ns, by_ns);
+    shift_stamp(&p->to_ns, old_ns, by_ns);
+    p->now_ns -= by_ns;
+    for (size_t i = 0; i < p->passed_count; i++) shift_stamp(&p->passed[i].stamp_ns, old_ns, by_ns);
+}
+
 static void shift_body(body *b, int64_t old_ns, int64_t by_ns)
 {
     shift_stamp(&b->stamp_ns, old_ns, by_ns);
     shift_stamp(&b->before_ns, old_ns, by_ns);
     shift_stamp(&b->announced_ns, old_ns, by_ns);
     for (size_t i = 0; i < b->passed.count; i++) shift_stamp(&b->passed.at[i].stamp_ns, old_ns, by_ns);
+    for (size_t i = 0; i < b->past.count; i++) shift_past(&b->past.at[i], old_ns, by_ns);
     if (b->expiry_ns != INT64_MAX) b->expiry_ns -= by_ns;
     if (b->expiry_queued) b->queued_ns -= by_ns;
 }

@@ -11,9 +11,14 @@ static const double FINEST_SEARCH = 1e-10;
 
 /* ---- which searches ---- */
 
+static bool has_ways(const body *b)
+{
+    return b->moved || b->past.count;
+}
+
 static bool wants_way(const body *a, const body *b)
 {
-    return (a->moved || b->moved) && (a->ccd != WORLD_CCD_OFF || b->ccd != WORLD_CCD_OFF);
+    return (has_ways(a) || has_ways(b)) && (a->ccd != WORLD_CCD_OFF || b->ccd != WORLD_CCD_OFF);
 }
 
 static bool may_do_something(const body *b)
@@ -21,11 +26,11 @@ static bool may_do_something(const body *b)
     return body_has_course(b) || (!b->fixed && (b->acceleration > 0 || b->angular_acceleration > 0));
 }
 
-static void add(world *w, uint32_t active, uint32_t id, bool foretells)
+static void add(world *w, uint32_t active, uint32_t id, bool foretells, uint64_t tick)
 {
-    sweep s = {.active = active, .interest = id, .foretells = foretells};
+    sweep s = {.active = active, .interest = id, .foretells = foretells, .tick = tick};
     const sweep *last = w->sweeps.count ? &w->sweeps.at[w->sweeps.count - 1] : NULL;
-    if (last && last->active == active && last->foretells == foretells) {
+    if (last && last->active == active && last->foretells == foretells && last->tick == tick) {
         const interest *i = &w->interests.at[id], *j = &w->interests.at[last->interest];
         s.again = i->threshold == j->threshold && i->tolerance == j->tolerance &&
                   i->relative_tolerance == j->relative_tolerance && (!foretells || i->horizon == j->horizon);
@@ -33,12 +38,22 @@ static void add(world *w, uint32_t active, uint32_t id, bool foretells)
     array_push(&w->sweeps, s);
 }
 
-static void add_of_pair(world *w, uint32_t active, unsigned fact)
+static void add_of_pair(world *w, uint32_t active, unsigned fact, uint64_t tick)
 {
     const pair *p = &w->pairs.at[w->active_pairs.at[active]];
     match_list wanted = interest_list(w, p);
     for (uint32_t k = 0; k < wanted.count; k++)
-        if (w->interests.at[wanted.at[k]].facts & fact) add(w, active, wanted.at[k], fact == WORLD_FORETELL);
+        if (w->interests.at[wanted.at[k]].facts & fact) add(w, active, wanted.at[k], fact == WORLD_FORETELL, tick);
+}
+
+/* What both keep since it was decided last, tick by tick, and then how they came in this one. */
+static void add_ways(world *w, uint32_t active, pair *p, const body *a, const body *b)
+{
+    uint64_t now = w->figures.ticks;
+    if (w->past_bodies.count)
+        for (uint64_t t = past_next(a, b, past_decided(w, p, a, b)); t < now; t = past_next(a, b, t))
+            add_of_pair(w, active, WORLD_IMPACT, t);
+    if (a->moved || b->moved) add_of_pair(w, active, WORLD_IMPACT, now);
 }
 
 static void collect(world *w)
@@ -46,13 +61,15 @@ static void collect(world *w)
     w->sweeps.count = 0;
     if (!w->sweepers) return;
     for (size_t k = 0; k < w->active_pairs.count; k++) {
-        const pair *p = &w->pairs.at[w->active_pairs.at[k]];
+        pair *p = &w->pairs.at[w->active_pairs.at[k]];
         const body *a = &w->bodies.at[w->solids.at[p->a].body], *b = &w->bodies.at[w->solids.at[p->b].body];
-        if ((a->stale && !a->moved) || (b->stale && !b->moved)) continue; /* too late is not too late for what was */
-        if (a->impacts && b->impacts && wants_way(a, b)) add_of_pair(w, (uint32_t)k, WORLD_IMPACT);
+        if ((a->stale && !has_ways(a)) || (b->stale && !has_ways(b)))
+            continue; /* too late is not too late for what was */
+        if (a->impacts && b->impacts && wants_way(a, b)) add_ways(w, (uint32_t)k, p, a, b);
+        if (w->due) p->swept_tick = w->figures.ticks;
         if (a->stale || b->stale) continue;
         if (a->horizon > 0 && b->horizon > 0 && (may_do_something(a) || may_do_something(b) || pair_is_foretold(w, p)))
-            add_of_pair(w, (uint32_t)k, WORLD_FORETELL);
+            add_of_pair(w, (uint32_t)k, WORLD_FORETELL, w->figures.ticks);
     }
 }
 
@@ -93,7 +110,9 @@ static double set_way(const world *w, sweep *s, const body *a, const body *b)
 {
     int64_t span_a = body_span_ns(w, a), span_b = body_span_ns(w, b), span = span_a > span_b ? span_a : span_b;
     const body *longer = span_a >= span_b ? a : b;
-    s->start_ns = stamps_between(span, longer->stamp_ns ? longer->stamp_ns : w->now_ns);
+    s->start_ns = stamps_between(span, longer->stamp_ns ? longer->stamp_ns
+                                       : longer->as_of  ? longer->as_of->now_ns
+                                                        : w->now_ns);
     return seconds(span);
 }
 
@@ -231,7 +250,9 @@ static void search(const world *w, sweep *s, void *scratch)
 {
     const pair *p = &w->pairs.at[w->active_pairs.at[s->active]];
     const solid *x = &w->solids.at[p->a], *y = &w->solids.at[p->b];
-    const body *a = &w->bodies.at[x->body], *b = &w->bodies.at[y->body];
+    body then_a, then_b;
+    const body *a = past_body(w, &w->bodies.at[x->body], s->tick, &then_a);
+    const body *b = past_body(w, &w->bodies.at[y->body], s->tick, &then_b);
     const interest *i = &w->interests.at[s->interest];
     toi_mover ma = {&x->shape, x->local, {.start = a->pose}}, mb = {&y->shape, y->local, {.start = b->pose}};
     bool known = true;
@@ -246,6 +267,7 @@ static void search(const world *w, sweep *s, void *scratch)
         .threshold = i->threshold + pair_kept_terms(p).padding + drift,
         .tolerance = fmax(fmax(interest_tolerance(i, size), FINEST_SEARCH * size), 1e-300),
         .wander = wander_a + wander_b};
+    if (past_apart(a, b, fmax(request.threshold + request.tolerance, 0))) return;
     if (s->foretells)
         find(w, s, p, &ma, &mb, known, &request, scratch);
     else

@@ -79,6 +79,7 @@ static void teleport(world *w, uint32_t id, const pose *to, int64_t stamp_ns, co
 {
     body *b = &w->bodies.at[id];
     body_settle_shapes(w, b);
+    past_stands(w, id);
     b->is_calm = false; /* it is a tick's business */
     move(w, id, to, stamp_ns, linear, angular);
     b->before = b->pose;

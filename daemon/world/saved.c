@@ -208,6 +208,8 @@ static void put_body(bytes_out *to, const world *w, uint32_t id)
     bare.rules = NULL;
     bare.passed.at = NULL;
     bare.passed.count = bare.passed.capacity = 0;
+    bare.past.at = NULL;
+    bare.past.count = bare.past.capacity = 0;
     bytes_put(to, &id, sizeof id);
     bytes_put(to, &bare, sizeof bare);
     bytes_put_text(to, b->name);
@@ -215,6 +217,7 @@ static void put_body(bytes_out *to, const world *w, uint32_t id)
     bytes_put(to, b->shapes, b->shape_count * sizeof *b->shapes);
     for (size_t i = 0; i < b->rule_count; i++) put_rule(to, &b->rules[i]);
     match_save_class(&w->match, b->match, to);
+    past_save(b, to);
 }
 
 static const char *get_body(bytes_in *from, world *w)
@@ -237,7 +240,12 @@ static const char *get_body(bytes_in *from, world *w)
     match_restore_class(&w->match, &b.match, from);
     b.passed.at = NULL;
     b.passed.count = b.passed.capacity = 0;
+    b.past.at = NULL;
+    b.past.count = b.past.capacity = 0;
+    b.as_of = NULL;
     w->bodies.at[id] = b;
+    w->ccds += !b.ghost && b.ccd != WORLD_CCD_OFF;
+    if (!past_restore(w, id, from)) return "a body's ways are cut off";
     if (b.ruled_tick > w->ruled_tick) w->ruled_tick = b.ruled_tick;
     if (b.teleport_tick > w->teleport_tick) w->teleport_tick = b.teleport_tick;
     if (!b.ghost) body_add_name(w, id);
@@ -385,7 +393,7 @@ static const char *get_watch(bytes_in *from, world *w)
 
 typedef struct head {
     int64_t last_tick_ns, now_ns, serial;
-    uint64_t hash, capacity, next_bound, round, ruling, due, parked, pending;
+    uint64_t hash, capacity, next_bound, round, ruling, due, parked, pending, past_clear;
     uint32_t turn;
     uint32_t body_serial, epoch;
     world_figures figures;
@@ -395,9 +403,9 @@ uint64_t world_saved_layout(void)
 {
     const uint64_t all[] = {sizeof(head), sizeof(body), sizeof(solid), sizeof(interest), sizeof(pair), sizeof(watch),
         sizeof(shape), sizeof(compound_child), sizeof(compound_node), sizeof(broad_move), sizeof(purse), sizeof(payer),
-
-        offsetof(body, effort), offsetof(body, passed), offsetof(body, name), offsetof(interest, events),
-        offsetof(pair, standing), offsetof(pair, cache), offsetof(pair, payer), offsetof(watch, last)};
+        sizeof(past_way), offsetof(body, past), offsetof(body, effort), offsetof(body, passed), offsetof(body, name),
+        offsetof(interest, events), offsetof(pair, swept_tick), offsetof(pair, standing), offsetof(pair, cache),
+        offsetof(pair, payer), offsetof(watch, last)};
     return hash_bytes(HASH_START, all, sizeof all);
 }
 
@@ -473,6 +481,7 @@ void world_save(const world *w, const world_lender *l, bytes_out *to)
         .due = w->due,
         .parked = w->parked,
         .pending = w->pending,
+        .past_clear = w->past_clear,
         .turn = w->turn,
         .body_serial = w->body_serial,
         .epoch = w->epoch,
@@ -627,6 +636,7 @@ const char *world_restore(world *w, const world_lender *l, bytes_in *from)
     w->due = (size_t)h.due;
     w->parked = (size_t)h.parked;
     w->pending = h.pending;
+    w->past_clear = h.past_clear;
     w->turn = h.turn;
     w->last_tick_ns = h.last_tick_ns;
     w->now_ns = h.now_ns;

@@ -148,7 +148,9 @@ typedef struct turn {
     const body *body;
     uint32_t solid;
     uint64_t spent;
-    bool left; /* something was, to another body's turn */
+    bool left;       /* something was, to another body's turn; ... */
+    bool left_new;   /* ... and a search found it */
+    size_t searched; /* shapes */
 } turn;
 
 static bool is_left_to(const turn *t, const body *other)
@@ -160,8 +162,10 @@ static bool is_left_to(const turn *t, const body *other)
 
 static bool leave_to_other(void *context, uint32_t other)
 {
-    const turn *t = context;
-    return is_left_to(t, &t->w->bodies.at[t->w->solids.at[other].body]);
+    turn *t = context;
+    bool left = is_left_to(t, &t->w->bodies.at[t->w->solids.at[other].body]);
+    t->left_new |= left;
+    return left;
 }
 
 /* One that is dear waits like those that were there, to be decided with them as far as there are units. */
@@ -187,6 +191,7 @@ static searched search(turn *t, uint32_t solid, uint64_t units)
     size_t most = broad_most(w), kept = payers_kept_for(w, t->body);
     if (most != SIZE_MAX) most += kept;
     broad_set_limit(w->broad, w->slice, most);
+    t->searched++;
     bool whole = broad_search(w->broad, solid, left, leave_to_other, t, &changes, &spent);
     t->spent += spent;
     for (size_t i = 0; i < changes.ended_count; i++) {
@@ -319,6 +324,14 @@ static bool activate_pairs(turn *t, const body *b, uint64_t units)
     return true;
 }
 
+/* What a search has left is not looked for again until the next one: until then somebody else owes it. */
+static void note_left(const turn *t, body *b)
+{
+    bool owed = b->left_new && b->left_tick > t->w->past_clear && t->searched < b->shape_count;
+    b->left_new = t->left_new || owed;
+    b->left_tick = b->gathered_tick && !b->left_new ? 0 : t->w->figures.ticks;
+}
+
 typedef enum taken { WHOLE, IN_PART, FULL } taken;
 
 static taken take_body(world *w, uint32_t id, uint64_t units, uint64_t *spent)
@@ -333,6 +346,7 @@ static taken take_body(world *w, uint32_t id, uint64_t units, uint64_t *spent)
     }
     if (!activate_pairs(&t, b, units)) how = IN_PART;
     b->gathered_tick = how == WHOLE && !t.left ? w->figures.ticks : 0;
+    if (w->ccds) note_left(&t, b);
     *spent += t.spent;
     return how;
 }

@@ -23,6 +23,19 @@ typedef struct waypoint { /* where a body was between two ticks */
     int64_t stamp_ns;
 } waypoint;
 
+typedef struct past_way { /* of a body in a tick that is over; see past.c */
+    uint64_t tick;
+    pose from, to;
+    int64_t from_ns, to_ns;  /* stamps */
+    int64_t span_ns, now_ns; /* as body_span_ns; of the tick */
+    vec3 angular;            /* as the body's, as is `speed` */
+    aabb box;                /* of all shapes on it */
+    waypoint *passed;
+    size_t passed_count;
+    bool moved; /* otherwise it stood there, put or teleported */
+    uint8_t speed;
+} past_way;
+
 /* Poses come by the million. What they touch in a world where they change nothing stands in the first three cache
  * lines: where it is, what it may do there, and where it was. */
 enum { SPEED_NONE, SPEED_ESTIMATED, SPEED_GIVEN };
@@ -106,12 +119,19 @@ typedef struct body {
 
     uint64_t owner;                       /* as it was put */
     uint32_t leaving;                     /* solids that were its, and leave */
+    bool past_listed;                     /* among world.past_bodies */
+    bool left_new;                        /* in left_tick: by a search */
+    bool past_lost;                       /* its shapes have changed, or it is gone, before all was decided */
     bool kept;                            /* a ghost that may not be reaped yet: it leaves; see leaving.c */
     uint32_t weight;                      /* in world.pending */
     uint32_t purse, due_next, due_before; /* while it is due: whose turn it waits for, and behind and before whom */
     ARRAY(waypoint) passed;               /* between `before` and `pose`, while an interest in impacts is there */
     world_ccd ccd;
-    vec3 linear, angular; /* m/s, rad/s: with SPEED_GIVEN; otherwise see body_velocity */
+    ARRAY(past_way) past;           /* of ticks that are over, while pairs wait for it: see past.c */
+    const past_way *as_of;          /* of a copy that past_body made; NULL: as it is now */
+    uint64_t past_told;             /* the tick up to which it was told that some may have been dropped */
+    uint64_t past_since, left_tick; /* the tick up to which nothing is kept any more; in which a pair was left, or 0 */
+    vec3 linear, angular;           /* m/s, rad/s: with SPEED_GIVEN; otherwise see body_velocity */
     double acceleration, angular_acceleration;
     double reach, travelled; /* m, of its shapes about its origin; by how much its points have moved, at most, added up
                                 over all ticks: kept while somebody asks for bounds, or there is a budget; ... */
@@ -188,6 +208,7 @@ typedef struct pair {
     vec3 near_a, near_b; /* points of the surfaces, each in its own shape's frame, of the last refinement; ... */
     bool refined;        /* ... if there was one */
     uint8_t waited;      /* ticks in a row in which the budget left it */
+    uint64_t swept_tick; /* in which its ways were searched last, while some are kept */
     uint8_t barren;      /* searches for one in a row that were in vain: the next one comes so much later */
     uint32_t payer;      /* of world.payers: whom it is charged to, unless it lingers */
 } pair;
@@ -247,6 +268,7 @@ typedef struct outcome { /* of one active pair in one tick */
 typedef struct sweep { /* a search for a time of impact: one pair, one interest */
     uint32_t active;   /* index into active_pairs */
     uint32_t interest;
+    uint64_t tick; /* whose way is searched */
     bool foretells;
     bool again; /* asks what the one before it asks */
     bool estimated;
@@ -349,9 +371,13 @@ struct world {
     uint32_t first_asker;
     bool bounds_asked; /* by an interest */
     ARRAY(narrow_result) results;
-    ARRAY(sweep) sweeps;  /* in the order of active_pairs, then of interests */
-    size_t sweepers;      /* interests that want impacts, or something foretold */
-    bool some_teleported; /* since the last tick */
+    ARRAY(sweep) sweeps;         /* in the order of active_pairs, then of interests */
+    size_t ccds;                 /* bodies with a mode of their own */
+    ARRAY(uint32_t) past_bodies; /* that keep ways of ticks that are over; ... */
+    size_t past_ways;            /* ... so many, all of them */
+    uint64_t past_clear;         /* the last tick at whose end nothing was kept */
+    size_t sweepers;             /* interests that want impacts, or something foretold */
+    bool some_teleported;        /* since the last tick */
     int64_t last_tick_ns;
     ARRAY(world_batch) batches;
 
@@ -644,6 +670,25 @@ bool body_way_turns(const body *b);
 bool body_has_course(const body *b);
 motion body_course(const body *b); /* from its pose on */
 aabb body_swept_bounds(const world *w, const body *b, const solid *s, aabb box);
+
+aabb body_way_bounds(const world *w, const body *b, const solid *s, aabb box); /* the same without what is foretold */
+
+/* past.c */
+static inline int64_t past_start_ns(const past_way *p)
+{
+    return stamps_between(p->span_ns, p->to_ns ? p->to_ns : p->now_ns);
+}
+void past_keep(world *w);                   /* at the end of a tick: what moved in it and is waited for */
+void past_stands(world *w, uint32_t body);  /* it is about to be elsewhere, without a way */
+void past_reshape(world *w, uint32_t body); /* its shapes are about to be others, or gone */
+aabb past_bounds(const body *b, aabb box);  /* that, and all that it keeps */
+uint64_t past_decided(const world *w, const pair *p, const body *a, const body *b); /* the tick up to which it is */
+uint64_t past_next(const body *a, const body *b, uint64_t after); /* tick of which one keeps a way; UINT64_MAX: none */
+/* As it was in that tick: itself, or *out. Any thread. */
+const body *past_body(const world *w, const body *b, uint64_t tick, body *out);
+bool past_apart(const body *a, const body *b, double by); /* proven by the boxes of what past_body gave */
+void past_save(const body *b, bytes_out *to);
+bool past_restore(world *w, uint32_t body, bytes_in *from);
 
 /* impact.c */
 void impact_decide(world *w);

@@ -44,6 +44,7 @@ void world_trim(world *w)
     array_trim(&w->dirty);
     array_trim(&w->awake);
     array_trim(&w->glided);
+    array_trim(&w->past_bodies);
     pair_map_trim(&w->pair_of);
     broad_trim(w->broad);
 }

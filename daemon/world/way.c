@@ -11,6 +11,7 @@ static double seconds(int64_t ns)
 int64_t body_span_ns(const world *w, const body *b)
 {
     if (!b->moved) return 0;
+    if (b->as_of) return b->as_of->span_ns;
     int64_t by_stamps = stamps_between(b->before_ns, b->stamp_ns),
             by_ticks = stamps_between(w->last_tick_ns, w->now_ns);
     bool stamped = b->stamp_ns && b->before_ns && by_stamps > 0;
@@ -132,7 +133,7 @@ bool body_way_turns(const body *b)
     return b->ccd != WORLD_CCD_LINEAR;
 }
 
-aabb body_swept_bounds(const world *w, const body *b, const solid *s, aabb box)
+aabb body_way_bounds(const world *w, const body *b, const solid *s, aabb box)
 {
     double span = body_span(w, b);
     if (b->impacts && span > 0) {
@@ -142,6 +143,12 @@ aabb body_swept_bounds(const world *w, const body *b, const solid *s, aabb box)
             box = aabb_union(box, motion_bounds(&way, &s->shape, s->local, span * share));
         }
     }
+    return box;
+}
+
+aabb body_swept_bounds(const world *w, const body *b, const solid *s, aabb box)
+{
+    box = past_bounds(b, body_way_bounds(w, b, s, box));
     if (b->horizon > 0 && !b->fixed) {
         motion course = body_course(b);
         double reach = s->reach + vec_norm(s->local.p), h = b->horizon;

@@ -65,6 +65,8 @@ static void free_bodies(world *w)
         free(b->group);
         free(b->shapes);
         array_free(&b->passed);
+        for (size_t k = 0; k < b->past.count; k++) free(b->past.at[k].passed);
+        array_free(&b->past);
     }
     array_free_in_place(&w->bodies);
 }
@@ -113,6 +115,7 @@ void world_destroy(world *w)
     array_free(&w->dirty);
     array_free(&w->awake);
     array_free(&w->glided);
+    array_free(&w->past_bodies);
     array_free(&w->sort_scratch);
     array_free(&w->changed_interests);
     array_free(&w->ghosts);
@@ -193,6 +196,7 @@ void world_tick(world *w, int64_t now_ns, world_batches *out)
     events_unmatched(w);
     events_of_sweeps(w);
     events_of_active(w);
+    past_keep(w);
     events_held_back(w);
     events_snapshots(w);
     slices_tell(w);

@@ -386,7 +386,8 @@ typedef struct world_figures {
     uint64_t sweeps_by_axis;               /* of them, those that an axis proved free, without any distance */
     uint64_t impacts, foretold, undecided; /* found; of all searches, those whose steps ended */
     uint64_t rulings;                      /* pairs of bodies whose rules were held against each other */
-    uint64_t coarse_ways;                  /* ways of more poses than are kept: every other one was left out */
+    uint64_t dropped_ways; /* bodies of which ways were dropped before they were searched: told as "*" */
+    uint64_t coarse_ways;  /* ways of more poses than are kept: every other one was left out */
     uint64_t events;
     /* The budget. Of the last tick: units done, pairs left for the next one, of them without bounds of their own (what
      * is told of those is what balls about them prove). */

@@ -329,6 +329,52 @@ static void what_was_there_once_changes_nothing(void **state)
     for (int k = 0; k < 2; k++) world_destroy(c[k].w);
 }
 
+static size_t count_of(const world_batches *batches, uint8_t kind)
+{
+    size_t count = 0;
+    for (size_t i = 0; i < batches->count; i++)
+        for (size_t k = 0; k < batches->at[i].count; k++) count += batches->at[i].events[k].kind == kind;
+    return count;
+}
+
+/* A ball flies through another one in a tick that has no time for it: it is told when it is looked at, and once. */
+static void no_impact_is_missed_for_a_cut(void **state)
+{
+    (void)state;
+    enum { WALL = BALLS - 2, BULLET = BALLS - 1 };
+    crowd c;
+    size_t impacts = 0;
+    world_batches batches;
+    set_up(&c, SLICE, 1, BROAD_AUTO);
+    world_interest meet = {.facts = WORLD_IMPACT, .select_a = "b89", .select_b = "b88"};
+    scene_interest(c.w, &meet);
+    for (int i = 0; i < WALL; i++) put_ball(&c, i, 1, vec(3.0 * i, 0, 0));
+    put_ball(&c, WALL, 1, vec(0, 1000, 0));
+    world_shape ball = {.shape = {.type = SHAPE_SPHERE, .radius = 1}, .local = POSE_IDENTITY};
+    world_body def = {.name = "b89",
+        .group = "",
+        .owner = 1,
+        .category = 1,
+        .mask = UINT64_MAX,
+        .ccd = WORLD_CCD_FULL,
+        .pose = {vec(-20, 1000, 0), {1, 0, 0, 0}},
+        .shapes = &ball,
+        .shape_count = 1};
+    c.balls[BULLET] = WORLD_NONE;
+    assert_int_equal(world_put_body(c.w, &c.balls[BULLET], &def), WORLD_OK);
+    int64_t now = 1;
+    do world_tick(c.w, now++, &batches);
+    while (world_get_figures(c.w).pending_bodies);
+    for (int i = 0; i < WALL; i++) move_ball(&c, i, vec(0.001 * i, 0, 0)); /* the others, to one place */
+    move_ball(&c, BULLET, vec(20, 1000, 0));
+    do {
+        world_tick(c.w, now++, &batches);
+        impacts += count_of(&batches, EVENT_IMPACT);
+    } while (world_get_figures(c.w).pending_bodies);
+    assert_int_equal(impacts, 1);
+    world_destroy(c.w);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -339,6 +385,7 @@ int main(void)
         cmocka_unit_test(nobody_asked_nothing_is_searched),
         cmocka_unit_test(what_changes_meanwhile_is_kept),
         cmocka_unit_test(what_was_there_once_changes_nothing),
+        cmocka_unit_test(no_impact_is_missed_for_a_cut),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

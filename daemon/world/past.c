@@ -1,0 +1,307 @@
+/* past: ways of ticks that are over, kept as long as a slice keeps pairs waiting that may have met on them.
+ *
+ * A body that is due, or has left a pair to another that is, keeps how it went in each tick until all of its pairs have
+ * been decided; its box holds all of that, so that whoever crossed one of these ways is found, however late. A pair is
+ * then searched tick by tick, from the one in which it was decided last on, each as it would have been then: what is
+ * told is what a world that is not cut tells, only later. Where one of the two has kept nothing it stood, or all that
+ * it met before has been decided.
+ *
+ * Of a body that waits for very long the oldest ways are dropped; each interest in its impacts is told so: it may have
+ * met anything. All of it follows from counts. Tick thread, but for past_body. */
+#include "events.h"
+
+#include <stdlib.h>
+
+enum {
+    WAYS_MOST = 16,          /* of a body; as a tick brings one, so many ticks */
+    ALL_WAYS_MOST = 1 << 18, /* of all bodies: some 80 MB */
+};
+
+/* ---- what is kept ---- */
+
+static void free_ways(world *w, body *b)
+{
+    for (size_t i = 0; i < b->past.count; i++) free(b->past.at[i].passed);
+    w->past_ways -= b->past.count;
+    array_free(&b->past);
+}
+
+/* Of all its ways up to this tick: it may have met anything since the first of them. */
+static void tell_dropped(world *w, uint32_t id)
+{
+    body *b = &w->bodies.at[id];
+    match_list all = match_of_class(&w->match, b->match);
+    const past_way *first = b->past.count ? &b->past.at[0] : NULL;
+    world_event e = events_of_body(w, id);
+    b->past_told = w->figures.ticks;
+    w->figures.dropped_ways++;
+    e.impact = (world_impact){.lo = 0,
+        .hi = INFINITY,
+        .start_ns = first ? past_start_ns(first) : w->last_tick_ns,
+        .pose_a = first ? first->from : b->pose,
+        .pose_b = POSE_IDENTITY};
+    for (uint32_t k = 0; k < all.count; k++)
+        if (w->interests.at[all.at[k]].facts & WORLD_IMPACT)
+            events_emit(w, all.at[k], &e, EVENT_IMPACT, CAUSE_MOTION, 0);
+}
+
+static void drop_oldest(world *w, uint32_t id)
+{
+    body *b = &w->bodies.at[id];
+    if (b->past.at[0].tick > b->past_told) tell_dropped(w, id);
+    free(b->past.at[0].passed);
+    b->past_since = b->past.at[0].tick;
+    memmove(b->past.at, b->past.at + 1, --b->past.count * sizeof *b->past.at);
+    w->past_ways--;
+}
+
+static void list(world *w, uint32_t id)
+{
+    body *b = &w->bodies.at[id];
+    if (!b->past_listed) array_push(&w->past_bodies, id);
+    b->past_listed = true;
+}
+
+static void add_way(world *w, uint32_t id, const past_way *way)
+{
+    body *b = &w->bodies.at[id];
+    list(w, id);
+    if (b->past.count && (b->past.count == WAYS_MOST || w->past_ways >= ALL_WAYS_MOST)) drop_oldest(w, id);
+    array_push(&b->past, *way);
+    w->past_ways++;
+}
+
+static aabb box_of_way(const world *w, const body *b)
+{
+    aabb box = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
+    for (size_t k = 0; k < b->shape_count; k++) {
+        const solid *s = &w->solids.at[b->shapes[k]];
+        box = aabb_union(box, body_way_bounds(w, b, s, s->box));
+    }
+    return box;
+}
+
+static void keep_way(world *w, uint32_t id)
+{
+    const body *b = &w->bodies.at[id];
+    pose from = body_before(b);
+    past_way way = {.tick = w->figures.ticks,
+        .from = from,
+        .to = b->pose,
+        .from_ns = b->moved ? b->before_ns : b->stamp_ns,
+        .to_ns = b->stamp_ns,
+        .span_ns = body_span_ns(w, b),
+        .now_ns = w->now_ns,
+        .angular = b->angular,
+        .box = box_of_way(w, b),
+        .moved = b->moved,
+        .speed = b->speed};
+    if (b->moved && b->passed.count) {
+        way.passed_count = b->passed.count;
+        way.passed = base_alloc(b->passed.count, sizeof *way.passed);
+        memcpy(way.passed, b->passed.at, b->passed.count * sizeof *way.passed);
+    }
+    add_way(w, id, &way);
+}
+
+/* All of its pairs have been decided as they are in this tick, or are wanted no more. */
+static bool is_waited_for(const world *w, const body *b)
+{
+    return b->used && !b->ghost && b->impacts && (b->is_due || b->left_tick > w->past_clear);
+}
+
+static void keep_or_not(world *w, uint32_t id)
+{
+    body *b = &w->bodies.at[id];
+    if (is_waited_for(w, b))
+        keep_way(w, id);
+    else
+        b->past_since = w->figures.ticks;
+}
+
+/* Nobody can say yet who wants it. */
+static bool is_unknown(const body *b)
+{
+    return b->used && !b->ghost && !b->matched;
+}
+
+static void lose_unknown(world *w, uint32_t id)
+{
+    body *b = &w->bodies.at[id];
+    if (!is_unknown(b) || !(b->moved || b->leaving)) return;
+    b->past_lost = true;
+    list(w, id);
+}
+
+/* What is removed, or has got other shapes, before it was looked at may have met anything, too. */
+static void tell_lost(world *w, uint32_t id)
+{
+    body *b = &w->bodies.at[id];
+    if (b->used && b->past_lost) tell_dropped(w, id);
+    b->past_lost = false;
+}
+
+/* False: it stays on the list until somebody can be told. */
+static bool forget(world *w, uint32_t id)
+{
+    body *b = &w->bodies.at[id];
+    bool stays = is_unknown(b) && b->past_lost;
+    if (!stays) tell_lost(w, id);
+    free_ways(w, b);
+    b->past_listed = stays;
+    b->past_since = w->figures.ticks;
+    return !stays;
+}
+
+/* But for those that are `waited` for. */
+static void forget_others(world *w, bool waited)
+{
+    size_t kept = 0;
+    for (size_t i = 0; i < w->past_bodies.count; i++) {
+        uint32_t id = w->past_bodies.at[i];
+        bool stays = waited && is_waited_for(w, &w->bodies.at[id]);
+        if (stays && w->bodies.at[id].matched) tell_lost(w, id);
+        if (stays || !forget(w, id)) w->past_bodies.at[kept++] = id;
+    }
+    w->past_bodies.count = kept;
+}
+
+void past_keep(world *w)
+{
+    bool wanted = w->sweepers && w->ccds;
+    for (size_t i = 0; i < w->dirty.count && wanted && (w->match.unmatched.count || w->leaving.count); i++)
+        lose_unknown(w, (uint32_t)w->dirty.at[i]);
+    if (!w->due || !wanted) {
+        forget_others(w, false);
+        w->past_clear = w->figures.ticks;
+        return;
+    }
+    for (size_t i = 0; i < w->dirty.count; i++) keep_or_not(w, (uint32_t)w->dirty.at[i]);
+    for (size_t i = 0; i < w->glided.count; i++) keep_or_not(w, w->glided.at[i]);
+    forget_others(w, true);
+}
+
+void past_stands(world *w, uint32_t id)
+{
+    const body *b = &w->bodies.at[id];
+    if (!w->past_bodies.count || b->past.count || !b->impacts || b->past_since >= w->figures.ticks) return;
+    body stood = *b;
+    stood.pose = body_before(b);
+    stood.moved = false;
+    past_way way = {.tick = w->figures.ticks,
+        .from = stood.pose,
+        .to = stood.pose,
+        .from_ns = b->stamp_ns,
+        .to_ns = b->stamp_ns,
+        .now_ns = w->now_ns,
+        .box = box_of_way(w, &stood)};
+    add_way(w, id, &way);
+}
+
+void past_reshape(world *w, uint32_t id)
+{
+    body *b = &w->bodies.at[id];
+    if (!w->past_bodies.count || !b->impacts) return;
+    b->past_lost = true; /* which the next tick tells */
+    list(w, id);
+    free_ways(w, b);
+    b->past_since = w->figures.ticks;
+}
+
+aabb past_bounds(const body *b, aabb box)
+{
+    for (size_t i = 0; i < b->past.count; i++) box = aabb_union(box, b->past.at[i].box);
+    return box;
+}
+
+/* ---- what a pair is searched for ---- */
+
+static uint64_t later(uint64_t a, uint64_t b)
+{
+    return a > b ? a : b;
+}
+
+uint64_t past_decided(const world *w, const pair *p, const body *a, const body *b)
+{
+    return later(later(w->past_clear, p->swept_tick), later(a->past_since, b->past_since));
+}
+
+static uint64_t next_of(const body *b, uint64_t after)
+{
+    for (size_t i = 0; i < b->past.count; i++)
+        if (b->past.at[i].tick > after) return b->past.at[i].tick;
+    return UINT64_MAX;
+}
+
+uint64_t past_next(const body *a, const body *b, uint64_t after)
+{
+    uint64_t x = next_of(a, after), y = next_of(b, after);
+    return x < y ? x : y;
+}
+
+const body *past_body(const world *w, const body *b, uint64_t tick, body *out)
+{
+    if (tick == w->figures.ticks) return b;
+    size_t i = b->past.count;
+    while (i && b->past.at[i - 1].tick > tick) i--;
+    *out = *b;
+    out->passed.at = NULL;
+    out->passed.count = out->passed.capacity = 0;
+    out->moved = false;
+    out->as_of = i ? &b->past.at[i - 1] : NULL;
+    if (!i) { /* it stood, where its first way begins */
+        out->pose = b->past.count ? b->past.at[0].from : body_before(b);
+        out->stamp_ns = b->past.count ? b->past.at[0].from_ns : b->moved ? b->before_ns : b->stamp_ns;
+        return out;
+    }
+    const past_way *p = out->as_of;
+    out->pose = p->to;
+    out->stamp_ns = p->to_ns;
+    if (p->tick != tick || !p->moved) return out;
+    out->moved = true;
+    out->before = p->from;
+    out->before_ns = p->from_ns;
+    out->angular = p->angular;
+    out->speed = p->speed;
+    out->passed.at = p->passed;
+    out->passed.count = out->passed.capacity = p->passed_count;
+    return out;
+}
+
+bool past_apart(const body *a, const body *b, double by)
+{
+    if (!a->as_of || !b->as_of) return false;
+    aabb x = aabb_grow(a->as_of->box, by * (1 + 0x1p-40));
+    const aabb *y = &b->as_of->box;
+    bool meet = x.lo.x <= y->hi.x && y->lo.x <= x.hi.x && x.lo.y <= y->hi.y && y->lo.y <= x.hi.y && x.lo.z <= y->hi.z &&
+                y->lo.z <= x.hi.z;
+    return !meet;
+}
+
+/* ---- saved ---- */
+
+void past_save(const body *b, bytes_out *to)
+{
+    bytes_put_count(to, b->past.count);
+    for (size_t i = 0; i < b->past.count; i++) {
+        past_way bare = b->past.at[i];
+        bare.passed = NULL;
+        bytes_put(to, &bare, sizeof bare);
+        bytes_put(to, b->past.at[i].passed, bare.passed_count * sizeof *bare.passed);
+    }
+}
+
+bool past_restore(world *w, uint32_t id, bytes_in *from)
+{
+    body *b = &w->bodies.at[id];
+    size_t count = bytes_get_count(from, sizeof(past_way));
+    if (b->past_listed) array_push(&w->past_bodies, id);
+    for (size_t i = 0; i < count; i++) {
+        past_way way;
+        if (!bytes_get(from, &way, sizeof way) || way.passed_count > WAYPOINTS_MAX) return false;
+        way.passed = way.passed_count ? base_alloc(way.passed_count, sizeof *way.passed) : NULL;
+        bytes_get(from, way.passed, way.passed_count * sizeof *way.passed);
+        add_way(w, id, &way);
+    }
+    return !from->broken;
+}
