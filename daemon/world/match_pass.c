@@ -38,6 +38,7 @@ static bool widen(world *w, body *b)
     }
     for (uint32_t i = 0; i < r->range_count; i++)
         b->widen = fmax(b->widen, r->ranges[i].fixed + r->ranges[i].relative * reach + b->rule_reach);
+    if (r->impacts && !impacts) b->past_since = w->figures.ticks; /* nobody asked where it was until now */
     b->impacts = r->impacts;
     b->horizon = r->horizon;
     return b->widen != was || b->horizon != horizon || b->impacts != impacts;

@@ -8,6 +8,7 @@
  *
  * Of a body that waits for very long the oldest ways are dropped; each interest in its impacts is told so: it may have
  * met anything. All of it follows from counts. Tick thread, but for past_body. */
+#include "base/sort.h"
 #include "events.h"
 
 #include <stdlib.h>
@@ -119,6 +120,20 @@ static void keep_or_not(world *w, uint32_t id)
         b->past_since = w->figures.ticks;
 }
 
+/* Of all that moved, in the order of their ids: which of them had been calm is not the same everywhere. */
+static void keep_ways(world *w)
+{
+    size_t count = w->dirty.count + w->glided.count;
+    array_reserve(&w->active, count);
+    array_reserve(&w->sort_scratch, count);
+    uint64_t *ids = w->active.at;
+    for (size_t i = 0; i < w->dirty.count; i++) ids[i] = w->dirty.at[i];
+    for (size_t i = 0; i < w->glided.count; i++) ids[w->dirty.count + i] = w->glided.at[i];
+    sort_keys(ids, w->sort_scratch.at, count);
+    for (size_t i = 0; i < count; i++)
+        if (!i || ids[i] != ids[i - 1]) keep_or_not(w, (uint32_t)ids[i]);
+}
+
 /* Nobody can say yet who wants it. */
 static bool is_unknown(const body *b)
 {
@@ -153,10 +168,18 @@ static bool forget(world *w, uint32_t id)
     return !stays;
 }
 
-/* But for those that are `waited` for. */
+static int compare_ids(const void *x, const void *y)
+{
+    uint32_t a = *(const uint32_t *)x, b = *(const uint32_t *)y;
+    return (a > b) - (a < b);
+}
+
+/* But for those that are `waited` for. In the order of their ids, whichever way they came onto the list: some of them
+ * are told. */
 static void forget_others(world *w, bool waited)
 {
     size_t kept = 0;
+    if (w->past_bodies.count) qsort(w->past_bodies.at, w->past_bodies.count, sizeof *w->past_bodies.at, compare_ids);
     for (size_t i = 0; i < w->past_bodies.count; i++) {
         uint32_t id = w->past_bodies.at[i];
         bool stays = waited && is_waited_for(w, &w->bodies.at[id]);
@@ -176,8 +199,7 @@ void past_keep(world *w)
         w->past_clear = w->figures.ticks;
         return;
     }
-    for (size_t i = 0; i < w->dirty.count; i++) keep_or_not(w, (uint32_t)w->dirty.at[i]);
-    for (size_t i = 0; i < w->glided.count; i++) keep_or_not(w, w->glided.at[i]);
+    keep_ways(w);
     forget_others(w, true);
 }
 
