@@ -406,7 +406,7 @@ typedef struct collided_event {
     const char *cause; /* "motion", "removed", "owner_lost", "filter", "shape", "interest", "shutdown", "stale",
                           "snapshot", "teleport" */
     int64_t contact;   /* stable id from begin to end */
-    const char *name_a, *name_b;
+    const char *name_a, *name_b; /* name_b of an impact "*": it may have met anything, see client/README.md */
     int32_t shape_a, shape_b;
     double lo, hi;                 /* m: lo <= signed distance <= hi, certified; negative = depth */
     double axis[3];                /* unit, from A to B: proves lo */
