@@ -23,7 +23,9 @@ static void hand_over(struct link *from, const link_sink *sink, wire_message *m,
         link_cut_poses(&m->pose_batch, (uint32_t)room, &some.pose_batch);
         part->done += (uint32_t)room;
     }
+    from->in_parts = !part->whole;
     sink->message(sink->context, from, part->whole ? m : &some);
+    from->in_parts = false;
 }
 
 bool incoming_some(

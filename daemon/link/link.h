@@ -115,6 +115,7 @@ struct link { /* the head of each link's own struct */
     /* Of the message that is being handed over: who sent it, as far as the link can tell, whatever client it names (a
      * participant of DDS, an end of memory): the same number for the same one as long as it lives; 0 = it cannot. */
     int64_t origin;
+    bool in_parts;  /* what is handed over now is a part of a batch of poses, and not the last one */
     bool unclaimed; /* the link could not note who speaks for its client: it must not begin a session */
 };
 

@@ -230,7 +230,9 @@ static void hand_over_first(link_dds *l, const link_sink *sink, batch_waiting *b
         size_t a_pose = b->bytes.iov_len / b->poses;
         link_cut_poses(&b->m.pose_batch, (uint32_t)room, &part.pose_batch);
         turns_part(&l->waiting, room * a_pose, more);
+        l->head.in_parts = true;
         hand_over(l, sink, &part);
+        l->head.in_parts = false;
         return;
     }
     turns_take(&l->waiting, more);

@@ -72,7 +72,7 @@ static void on_message(void *context, struct link *from, const wire_message *m)
 {
     service *s = context;
     wire_refusal why;
-    metric_count(s->count.messages_in[m->kind], 1);
+    metric_count(s->count.messages_in[m->kind], !from->in_parts);
     if (m->kind == WIRE_RECEIPT) {
         if (!standby_waits(s)) take_receipt(s, from, m);
         return;
