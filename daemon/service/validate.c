@@ -45,6 +45,7 @@ static const char *check_backlog(const backlog *b)
     size_t bytes = 0;
     if (b->first > b->next || b->next > b->entries.count) return "what waits on a stream is out of order";
     for (size_t i = b->first; i < b->entries.count; i++) bytes += b->entries.at[i].size;
+    for (size_t i = 0; i < b->built.count; i++) bytes += b->built.at[i].size;
     return bytes == b->bytes ? NULL : "bytes that wait on a stream miscounted";
 }
 
