@@ -53,6 +53,8 @@ void health_register(service *s)
     s->count.tick_ns = metrics_add(m, "last_tick_ns", "nanoseconds of the last tick");
     s->count.round_longest_ns = metrics_add(m, "round_longest_ns",
         "nanoseconds of the longest round of the loop since the start: receiving, ticks, answers");
+    s->count.round_most_cpu_ns = metrics_add(m, "round_most_cpu_ns",
+        "nanoseconds of a processor that the most laborious round of the loop took on its own thread");
     s->count.ticks_on_arrival =
         metrics_add(m, "ticks_on_arrival", "ticks that ran on the thread that poses arrived on, without a hand-over");
     s->count.suspects_refused =

@@ -80,6 +80,7 @@ static const single SINGLES[] = {
     {"other_streams_work", "units of the ladder's work a tick, of subscribers beyond those that are named", true},
     {"last_tick_ns", "duration of the last tick", true},
     {"round_longest_ns", "the longest round of the loop since the start: receiving, ticks, answers", true},
+    {"round_most_cpu_ns", "processor time of the loop's own thread in its most laborious round since the start", true},
     {"streams", "streams that stand", true},
     {"streams_behind", "streams whose subscriber has not read what waits for it", true},
     {"certificate_days", "days until the first certificate of the security folder expires", true},

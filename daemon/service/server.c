@@ -571,11 +571,16 @@ static void work(server *v, int64_t began_ns)
     s->status_due |= !s->whole && ready_check(s);
 }
 
-/* Whatever makes everybody wait is in here. */
-static void note_round(service *s, int64_t began_ns)
+static void raise_to(metric *m, int64_t ns)
 {
-    uint64_t took = (uint64_t)(clock_monotonic_ns() - began_ns);
-    if (took > metric_get(s->count.round_longest_ns)) metric_set(s->count.round_longest_ns, took);
+    if ((uint64_t)ns > metric_get(m)) metric_set(m, (uint64_t)ns);
+}
+
+/* Whatever makes everybody wait is in here: the time, and the part of it that this thread worked. */
+static void note_round(service *s, int64_t began_ns, int64_t thread_began_ns)
+{
+    raise_to(s->count.round_longest_ns, clock_monotonic_ns() - began_ns);
+    raise_to(s->count.round_most_cpu_ns, clock_thread_ns() - thread_began_ns);
 }
 
 static void one_round(server *v, const link_sink *sink)
@@ -706,9 +711,9 @@ int server_run(server *v)
     pthread_mutex_lock(&v->lock);
     begin(v);
     while (!v->stop) {
-        int64_t began_ns = clock_monotonic_ns();
+        int64_t began_ns = clock_monotonic_ns(), thread_began_ns = clock_thread_ns();
         one_round(v, &sink);
-        note_round(&v->s, began_ns);
+        note_round(&v->s, began_ns, thread_began_ns);
         wait_for_work(v);
     }
     end_in_order(v);

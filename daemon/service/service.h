@@ -338,7 +338,7 @@ typedef struct counters { /* metrics that the service itself counts */
     metric *rejects[WIRE_REASON_COUNT];
     metric *rejects_untold, *clients_lost, *duplicates, *batches_out, *events_out, *late_poses, *clock_steps;
     metric *budget_over, *record_failures, *heartbeats, *steps, *steps_missed, *answers, *acks, *tick_ns, *busy_ns,
-        *round_longest_ns;
+        *round_longest_ns, *round_most_cpu_ns;
     metric *ticks_on_arrival, *unheard;
     metric *records_refused;
     metric *memory_refused, *suspects_refused;

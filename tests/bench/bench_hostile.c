@@ -1,5 +1,6 @@
 /* bench_hostile: what one client can do to another. Each attack of tests/hostile against a daemon under a watchdog of
- * ten seconds: how long a neighbour's answers and events take meanwhile, the longest tick, the daemon's memory, and
+ * ten seconds: how long a neighbour's answers and events take meanwhile, the longest tick (and what one took
+ * of a processor at most), the daemon's memory, and
  * whether it had to be started anew. Default: sizes that take a few seconds each; --full: the documented maxima. --case
  * NAME: only this one. */
 #include "bench.h"
@@ -16,13 +17,13 @@ static void tell(const bench_options *o, const attack *a, const stage_result *r)
     if (o->json)
         printf("{\"bench\": \"hostile\", \"case\": \"%s\", \"entry\": \"collided\", \"neighbour_ms_p99\": %.3f, "
                "\"answer_ms_p99\": %.3f, \"event_ms_p99\": %.3f, \"machine_ms_p99\": %.3f, \"longest_tick_ms\": %.3f, "
-               "\"rss_mb\": %ld, \"restarts\": %d, \"wrong\": %llu, \"unanswered\": %llu}\n",
-            a->name, worst, r->answer_ms_p99, r->event_ms_p99, r->machine_ms_p99, r->longest_tick_ms, r->rss_mb,
-            r->restarts, (unsigned long long)r->wrong, (unsigned long long)r->unanswered);
+               "\"most_cpu_ms\": %.3f, \"rss_mb\": %ld, \"restarts\": %d, \"wrong\": %llu, \"unanswered\": %llu}\n",
+            a->name, worst, r->answer_ms_p99, r->event_ms_p99, r->machine_ms_p99, r->longest_tick_ms, r->most_cpu_ms,
+            r->rss_mb, r->restarts, (unsigned long long)r->wrong, (unsigned long long)r->unanswered);
     else
-        printf("%-18s %9.1f %9.1f %9.1f %9.1f %7ld %5d %5llu %5llu  %s\n", a->name, r->answer_ms_p99, r->event_ms_p99,
-            r->machine_ms_p99, r->longest_tick_ms, r->rss_mb, r->restarts, (unsigned long long)r->wrong,
-            (unsigned long long)r->unanswered, *r->error ? r->error : a->what);
+        printf("%-18s %9.1f %9.1f %9.1f %9.1f %8.1f %7ld %5d %5llu %5llu  %s\n", a->name, r->answer_ms_p99,
+            r->event_ms_p99, r->machine_ms_p99, r->longest_tick_ms, r->most_cpu_ms, r->rss_mb, r->restarts,
+            (unsigned long long)r->wrong, (unsigned long long)r->unanswered, *r->error ? r->error : a->what);
     fflush(stdout);
 }
 
@@ -48,8 +49,8 @@ int main(int argc, char **argv)
     bool full = o.seconds > 1;
     if (!bench_isolate()) return 77;
     if (!o.json)
-        printf("                   answer ms  event ms  sleep ms   tick ms     MiB  anew wrong  none\n"
-               "case                     p99       p99       p99   longest    most\n");
+        printf("                   answer ms  event ms  sleep ms   tick ms   cpu ms     MiB  anew wrong  none\n"
+               "case                     p99       p99       p99   longest     most    most\n");
     for (size_t i = 0; i < attack_count; i++) {
         stage_result r;
         if (only && strcmp(only, attacks[i].name) != 0) continue;

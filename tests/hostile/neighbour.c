@@ -59,6 +59,7 @@ void neighbour_clear(neighbour_report *r)
     clear_waits(&r->machine);
     atomic_store(&r->rounds, 0);
     atomic_store(&r->longest_tick_ns, 0);
+    atomic_store(&r->most_cpu_ns, 0);
 }
 
 /* ---- what he has in the world ---- */
@@ -195,9 +196,11 @@ static void read_status(neighbour *n)
     if (atomic_load(&n->report->epoch) && epoch != atomic_load(&n->report->epoch))
         atomic_fetch_add(&n->report->restarts, 1);
     atomic_store(&n->report->epoch, epoch);
-    for (size_t i = 0; i < s.counter_count; i++)
-        if (strcmp(s.counters[i].name, "round_longest_ns") == 0)
-            atomic_store(&n->report->longest_tick_ns, (uint64_t)s.counters[i].value);
+    for (size_t i = 0; i < s.counter_count; i++) {
+        uint64_t value = (uint64_t)s.counters[i].value;
+        if (strcmp(s.counters[i].name, "round_longest_ns") == 0) atomic_store(&n->report->longest_tick_ns, value);
+        if (strcmp(s.counters[i].name, "round_most_cpu_ns") == 0) atomic_store(&n->report->most_cpu_ns, value);
+    }
 }
 
 static void rest_a_while(neighbour *n)

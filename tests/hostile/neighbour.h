@@ -19,6 +19,7 @@ typedef struct neighbour_report {
     neighbour_waits answers, events, machine;       /* machine: how much longer than asked a sleep of his took */
     atomic_uint_fast64_t rounds, wrong, unanswered; /* wrong: an interval without the truth, or without a proof of it */
     atomic_uint_fast64_t longest_tick_ns;           /* of the daemon's rounds: receiving, tick, answers */
+    atomic_uint_fast64_t most_cpu_ns;               /* ... what one of them took of a processor at most */
     atomic_uint_fast64_t epoch, restarts;           /* restarts: how often the daemon's epoch has changed */
     atomic_bool ready, end;                         /* end: set by the parent */
     char error[256];                                /* why he gave up; "" = he did not */

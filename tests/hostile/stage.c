@@ -115,6 +115,7 @@ static void sum_up(const neighbour_report *r, manager *m, stage_result *out)
     out->event_ms_p99 = neighbour_percentile_ms(&r->events, 0.99);
     out->machine_ms_p99 = neighbour_percentile_ms(&r->machine, 0.99);
     out->longest_tick_ms = 1e-6 * (double)atomic_load(&r->longest_tick_ns);
+    out->most_cpu_ms = 1e-6 * (double)atomic_load(&r->most_cpu_ns);
     out->rounds = atomic_load(&r->rounds);
     out->wrong = atomic_load(&r->wrong);
     out->unanswered = atomic_load(&r->unanswered);
