@@ -348,7 +348,13 @@ static void a_flood_of_poses_does_not_stand_before_what_others_say(void **state)
         assert_true(c.rig.heard.messages[WIRE_POSE_BATCH] - before < 150); /* of 400 */
     }
     size_t before = c.rig.heard.messages[WIRE_POSE_BATCH];
-    RIG_UNTIL(&c.rig, RIG_PATIENCE_S, c.rig.heard.messages[WIRE_POSE_BATCH] > before); /* and the rest comes */
+    /* And the rest comes, if any waits. */
+    for (int tries = 0; c.rig.heard.messages[WIRE_POSE_BATCH] == before; tries++) {
+        if (tries > 600) fail_msg("no poses come through any more");
+        lcm_send(c.out, &poses);
+        usleep(50000);
+        rig_receive(&c.rig);
+    }
     assert_int_equal(rig_counter(&c.rig, "lcm_queue_full"), 0);
     cell_close(&c);
 }

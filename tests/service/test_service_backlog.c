@@ -21,14 +21,14 @@ typedef struct subscriber {
     size_t events;
 } subscriber;
 
-static char recording[64];   /* "" = none is made */
-static double slice_us = -1; /* 0 and more: this in place of the default */
+static char recording[64]; /* "" = none is made */
+static double slice_us;    /* 0: no slices, whose number of parts would be the clock's business */
 
 static subscriber enter(void)
 {
     config c = cell_config();
     snprintf(c.record, sizeof c.record, "%s", recording);
-    if (slice_us >= 0) c.slice_us = slice_us;
+    c.slice_us = slice_us;
     subscriber r = {.cell = cell_start(&c), .memory = wire_memory_create()};
     r.alice = cell_client(r.cell);
     cell_hello(r.alice, ALICE, ++r.sequence, 60, WIRE_LOST_REMOVE);
@@ -311,7 +311,7 @@ static void a_snapshot_in_portions_is_one_state(void **state)
         learn(k, &b);
         receipt(&r, b.batch, 0, 0, false);
     }
-    slice_us = -1;
+    slice_us = 0;
     free(k);
     leave(&r);
 }
@@ -346,7 +346,7 @@ static void a_recording_of_what_ends_in_slices_is_replayed(void **state)
     }
     cell_settle(r.alice, r.memory, ALICE, ++r.sequence);
     leave(&r);
-    slice_us = -1;
+    slice_us = 0;
     for (long workers = 1; workers <= 2; workers++) assert_int_equal(cell_replay(recording, workers, true), EX_OK);
     assert_int_equal(unlink(recording), 0);
     assert_int_equal(rmdir(folder), 0);
