@@ -1,6 +1,7 @@
 /* bodies: creating, changing, adopting and removing them. What the wire's own check would refuse is refused here,
  * before anything is sent. The caller's thread, except what the keeper calls under the lock. */
 #include "allocate.h"
+#include "announce.h"
 #include "message.h"
 #include "session.h"
 

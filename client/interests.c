@@ -1,6 +1,7 @@
 /* interests: subscribing and unsubscribing. The stream's reader is there before the interest is announced, so that its
  * first batch finds it. The caller's thread. */
 #include "allocate.h"
+#include "announce.h"
 #include "message.h"
 #include "session.h"
 

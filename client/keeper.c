@@ -1,7 +1,9 @@
 /* keeper: the library's own thread. It receives acks, rejects and status, repeats what is due and sends heartbeats. It
  * holds the client's mutex except while it sleeps, and runs no callback. */
+#include "announce.h"
 #include "message.h"
 #include "session.h"
+#include "session_run.h"
 
 #include <poll.h>
 #include <stdlib.h>

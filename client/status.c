@@ -2,6 +2,7 @@
 #include "allocate.h"
 #include "message.h"
 #include "session.h"
+#include "session_run.h"
 
 #include <stdlib.h>
 

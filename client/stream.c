@@ -7,8 +7,10 @@
  * the lock.
  */
 #include "allocate.h"
+#include "announce.h"
 #include "message.h"
 #include "session.h"
+#include "session_run.h"
 
 #include <stdlib.h>
 #include <string.h>

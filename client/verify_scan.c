@@ -1,6 +1,8 @@
 /* verify_scan: four or eight points at a time: twelve or 24 numbers in three registers, sorted by coordinate without
  * changing their place more than once. Which point is in which lane does not matter for a greatest value. Pure; any
  * thread. */
+#include "verify_scan.h"
+
 #include "verify_lanes.h"
 
 #include <float.h>
