@@ -110,15 +110,6 @@ static bool read_id(const char *text, int32_t *out)
     return true;
 }
 
-void *store_grow(pool *p, void *items, size_t count, size_t *room, size_t size)
-{
-    if (count < *room) return items;
-    *room = *room ? 2 * *room : 16;
-    void *more = pool_alloc(p, *room, size);
-    if (count) memcpy(more, items, count * size);
-    return more;
-}
-
 static bool read_robot(store *s, char **f)
 {
     store_robot r = {.name = pool_copy(s->pool, f[1]),

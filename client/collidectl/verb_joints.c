@@ -2,6 +2,7 @@
 #include "loaders/robot.h"
 #include "loaders/text.h"
 #include "store.h"
+#include "store_file.h"
 #include "verbs.h"
 
 #include <string.h>

@@ -5,6 +5,7 @@
 #include "loaders/scene.h"
 #include "loaders/text.h"
 #include "store.h"
+#include "store_file.h"
 #include "verbs.h"
 
 #include <errno.h>

@@ -2,6 +2,7 @@
 #include "loaders/text.h"
 #include "options.h"
 #include "store.h"
+#include "store_file.h"
 #include "verbs.h"
 
 #include <stdio.h>
