@@ -4,6 +4,7 @@
 
 #include "cut.h"
 #include "deviate.h"
+#include "solid_make.h"
 #include "vec3.h"
 
 #include <stdio.h>

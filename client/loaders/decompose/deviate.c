@@ -15,6 +15,7 @@
 #include "deviate.h"
 
 #include "overhang.h"
+#include "solid_tree.h"
 #include "vec3.h"
 
 enum { NEAR_MOST = 48, STEP_WORK = 2000 /* a place and a plane of overhang.h, of which a step takes as long */ };

@@ -2,6 +2,7 @@
 #include "piece.h"
 
 #include "quickhull.h"
+#include "solid_tree.h"
 #include "vec3.h"
 
 #include <libqhull_r/qhull_ra.h>

@@ -1,6 +1,6 @@
-/* solid: from a mesh as it was read to a solid: which corners are one point, whether the surface is closed, at which
+/* solid_make: which corners are one point, whether the surface is closed, at which
  * edges it is not convex. */
-#include "solid.h"
+#include "solid_make.h"
 
 #include "overhang.h"
 #include "solid_tree.h"
