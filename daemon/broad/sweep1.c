@@ -1,6 +1,6 @@
 /* sweep1: sweep and prune on one axis, that of the largest variance: the lower ends of all boxes in one list. What
  * moved is brought to its new place, and meets those whose boxes it finds beside it. Tick thread. */
-#include "state.h"
+#include "sweep.h"
 
 #include <stdlib.h>
 

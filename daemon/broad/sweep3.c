@@ -5,7 +5,7 @@
  * Ends move one proxy after the other, so two may pass each other forth and back in one batch. It does not matter: for
  * each order of two ends that was wrong at first and is right at the end, exactly one passing is in the right
  * direction; and a pair is told by that of the first order that was wrong. */
-#include "state.h"
+#include "sweep.h"
 
 static void move(broad *b, change *c)
 {
