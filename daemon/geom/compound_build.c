@@ -1,5 +1,5 @@
-/* The hierarchy of a compound (halved at the median of the boxes' centres along the longest side of their box), and its
- * support points, which are those of its convex hull. Any thread. */
+/* The hierarchy of a compound (halved at the median of the boxes' centres along the longest side of their box). Any
+ * thread. */
 #include "compound.h"
 
 #include "base/array.h"
@@ -164,41 +164,6 @@ bool compound_equal(const compound *a, const compound *b)
     for (uint32_t i = 0; i < a->child_count; i++)
         if (!same_child(&a->children[i], &b->children[i])) return false;
     return true;
-}
-
-/* ---- support ---- */
-
-static vec3 child_support(const compound_child *c, vec3 direction, vec3 unit)
-{
-    vec3 core = support_core(&c->shape, mat_tmul(c->place.r, direction), NULL);
-    return vec_madd(transform_point(&c->place, core), c->shape.radius, unit);
-}
-
-vec3 compound_support(const compound *c, vec3 direction)
-{
-    vec3 unit = vec_unit(direction), best = child_support(&c->children[0], direction, unit);
-    double top = vec_dot(direction, best);
-    for (uint32_t i = 1; i < c->child_count; i++) {
-        vec3 point = child_support(&c->children[i], direction, unit);
-        double height = vec_dot(direction, point);
-        if (height > top) top = height, best = point;
-    }
-    return best;
-}
-
-/* The rotation of a child errs by less than 16 u of what it turns (bounds.c), twice; products and sums by less than as
- * much again. */
-#define TURN_ULPS 64
-
-double compound_height_up(const compound *c, vec3 direction)
-{
-    double top = -INFINITY, length = length_up(direction);
-    for (uint32_t i = 0; i < c->child_count; i++) {
-        const compound_child *child = &c->children[i];
-        double core = support_height_up(&child->shape, mat_tmul(child->place.r, direction), NULL);
-        top = fmax(top, vec_dot(direction, child->place.t) + core + child->shape.radius * length);
-    }
-    return top + (TURN_ULPS * ROUND_U * c->reach * length + DBL_TRUE_MIN);
 }
 
 /* ---- the check ---- */
