@@ -8,6 +8,8 @@
  * acknowledgement or for another thread of Cyclone's: all writers keep the last (wire_dds_qos.c), whose cache has no
  * high-water mark, so that a write never waits (q_entity.c, writer_new; tests/link/test_link_dds.c holds it to that),
  * and entities are created and deleted by the tick thread alone. */
+#include "link_dds.h"
+
 #include "base/clock.h"
 #include "base/log.h"
 #include "link_dds_own.h"

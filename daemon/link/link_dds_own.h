@@ -5,7 +5,7 @@
 #define COLLIDED_LINK_DDS_OWN_H
 
 #include "base/array.h"
-#include "link_dds.h"
+#include "link.h"
 #include "link_dds_joiners.h"
 #include "link_dds_peers.h"
 #include "link_dds_speakers.h"

@@ -5,6 +5,7 @@
 
 #include "base/clock.h"
 #include "base/log.h"
+#include "link/link_open.h"
 #include "link/wake.h"
 #include "memory.h"
 #include "notify.h"
