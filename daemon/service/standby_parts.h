@@ -3,7 +3,7 @@
 #define COLLIDED_SERVICE_STANDBY_PARTS_H
 
 #include "journal.h"
-#include "standby.h"
+#include "service.h"
 
 /* ---- standby_mute.c: links that hear and do not speak ---- */
 
