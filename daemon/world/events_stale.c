@@ -1,5 +1,6 @@
 /* events_stale: bodies that become unknown, or known again, and those that teleport. Tick thread. */
 #include "events.h"
+#include "match.h"
 
 #include <stdlib.h>
 

@@ -4,6 +4,7 @@
  * A tick costs nothing for an interest that has nothing to be told: what concerns one puts it on the list of the
  * lively, and only that is walked. */
 #include "base/sort.h"
+#include "match.h"
 #include "state.h"
 
 #include <stdlib.h>

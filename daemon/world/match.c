@@ -4,7 +4,6 @@
 #include "base/hash.h"
 #include "base/secret.h"
 #include "base/sort.h"
-#include "state.h"
 
 #include <stdlib.h>
 

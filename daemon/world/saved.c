@@ -4,6 +4,7 @@
 
 #include "base/hash.h"
 #include "geom/compound.h"
+#include "match.h"
 #include "state.h"
 
 #include <stdlib.h>

@@ -13,6 +13,7 @@
  * that are due: nobody's work is done at the cost of those that he has surrounded with his bodies.
  *
  * Units are counts, so that all of it follows from the commands and the slices. */
+#include "match.h"
 #include "state.h"
 
 #include <stdlib.h>

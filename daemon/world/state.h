@@ -7,11 +7,12 @@
 #define COLLIDED_WORLD_STATE_H
 
 #include "base/array.h"
+#include "base/bytes.h"
 #include "base/id_pool.h"
 #include "base/pair_map.h"
 #include "base/workers.h"
 #include "broad/broad.h"
-#include "match.h"
+#include "match_table.h"
 #include "rules.h"
 #include "world.h"
 

@@ -1,4 +1,5 @@
 /* world: its life, and the tick as the sequence of its phases. Tick thread. */
+#include "match.h"
 #include "state.h"
 
 #include "base/hash.h"
