@@ -119,7 +119,7 @@ static int64_t seek(collided *c, int64_t now_ns)
 
 /* Sleeps at most a third of the lease, so that a longer absence shows that the process stood still (SIGSTOP, swap):
  * the daemon has lost us meanwhile, and wants to be told everything again. */
-static void sleep_until(collided *c, int64_t now_ns, int64_t when_ns)
+static void keeper_sleep_until(collided *c, int64_t now_ns, int64_t when_ns)
 {
     int64_t longest = c->lease_ns / 3;
     int64_t left = when_ns - now_ns < longest ? when_ns - now_ns : longest;
@@ -146,7 +146,7 @@ void *keeper_run(void *client)
         c->link->ops->flush(c->link);
         pthread_mutex_unlock(&c->lock);
         if (c->link->ops->retire) c->link->ops->retire(c->link);
-        sleep_until(c, now, repeat < word ? repeat : word);
+        keeper_sleep_until(c, now, repeat < word ? repeat : word);
         pthread_mutex_lock(&c->lock);
         if (session_monotonic_ns() - now > c->lease_ns) {
             c->counters.stalls++;

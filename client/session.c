@@ -48,7 +48,7 @@ collided_status session_from_callback(collided *c)
     return session_fail(c, COLLIDED_BAD_ARGUMENT, "a function that waits was called from a callback");
 }
 
-static void wake(int fd)
+static void wake_reader_of(int fd)
 {
     uint64_t one = 1;
     ssize_t written = write(fd, &one, sizeof one);
@@ -57,11 +57,11 @@ static void wake(int fd)
 
 void session_wake_keeper(collided *c)
 {
-    wake(c->keeper_wake);
+    wake_reader_of(c->keeper_wake);
 }
 void session_wake_caller(collided *c)
 {
-    wake(c->caller_wake);
+    wake_reader_of(c->caller_wake);
 }
 
 int session_send(collided *c, const wire_message *m)

@@ -134,7 +134,7 @@ static bool stand_in(void *context)
     return sleeps;
 }
 
-static void sleep_until(collided *c, int64_t when_ns)
+static void caller_sleep_until(collided *c, int64_t when_ns)
 {
     int64_t left = when_ns - session_monotonic_ns();
     struct timespec timeout = {.tv_sec = left > 0 ? left / NS_PER_S : 0, .tv_nsec = left > 0 ? left % NS_PER_S : 0};
@@ -151,7 +151,7 @@ static void sleep_until(collided *c, int64_t when_ns)
 void session_sleep(collided *c, int64_t deadline_ns)
 {
     int64_t next = stream_next_ns(c);
-    if (session_monotonic_ns() < deadline_ns) sleep_until(c, next < deadline_ns ? next : deadline_ns);
+    if (session_monotonic_ns() < deadline_ns) caller_sleep_until(c, next < deadline_ns ? next : deadline_ns);
 }
 
 bool session_wait(collided *c, int64_t deadline_ns, bool (*done)(const collided *c))

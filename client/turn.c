@@ -21,7 +21,7 @@ static bool is_believed(int fd)
 }
 
 /* -1: nobody is there; -2: too many are. */
-static int ask(uint32_t domain)
+static int ask_for_turn(uint32_t domain)
 {
     struct sockaddr_un address;
     socklen_t length = wire_dds_turn_address(domain, &address);
@@ -57,7 +57,7 @@ static int hear(int fd, int64_t until_ns)
 int turn_wait(uint32_t domain, int64_t until_ns, char *why, size_t why_size)
 {
     while (session_monotonic_ns() < until_ns) {
-        int fd = ask(domain), word = WIRE_DDS_TURN_FULL;
+        int fd = ask_for_turn(domain), word = WIRE_DDS_TURN_FULL;
         if (fd == -1) return -1;
         if (fd >= 0) do
                 word = hear(fd, until_ns);

@@ -57,14 +57,14 @@ __attribute__((target("avx2"))) static bool check_avx2(const wire_pose_batch *m)
     return numbers_are_plain(m);
 }
 
-static bool check_numbers(const wire_pose_batch *m)
+static bool check_pose_numbers(const wire_pose_batch *m)
 {
     return __builtin_cpu_supports("avx2") ? check_avx2(m) : numbers_are_plain(m);
 }
 
 #else
 
-static bool check_numbers(const wire_pose_batch *m)
+static bool check_pose_numbers(const wire_pose_batch *m)
 {
     return numbers_are_plain(m);
 }
@@ -79,5 +79,5 @@ bool poses_are_plain(const wire_pose_batch *m)
     if (m->version != WIRE_VERSION || !m->client || m->sequence < 1 || m->stamp_ns < 0 || m->simulation_ns < 0 ||
         !whole || m->teleports.count)
         return false;
-    return none_negative(m->bodies) && check_numbers(m);
+    return none_negative(m->bodies) && check_pose_numbers(m);
 }
