@@ -46,7 +46,7 @@ static int lock(store *s, const char *as)
     return ctl_fail(EX_TEMPFAIL, "another collidectl is at work as '%s': wait for it, or give another --as", as);
 }
 
-static int read_file(store *s, ctl *c)
+static int read_store(store *s, ctl *c)
 {
     size_t size;
     if (access(s->path, F_OK) != 0) return 0; /* the first run */
@@ -69,7 +69,7 @@ int store_open(store *s, ctl *c)
     if (!s->path) return ctl_fail(EX_CONFIG, "neither XDG_STATE_HOME nor HOME is set to a whole path");
     int status = make_folders(s->path);
     if (!status) status = lock(s, c->options.as);
-    if (!status) status = read_file(s, c);
+    if (!status) status = read_store(s, c);
     if (status) store_close(s);
     return status;
 }

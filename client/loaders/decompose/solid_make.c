@@ -22,7 +22,7 @@ typedef struct making {
     solid *out;
 } making;
 
-static int by_place(const void *left, const void *right, void *points)
+static int compare_solid_points(const void *left, const void *right, void *points)
 {
     const double *a = (const double *)points + 3 * *(const int32_t *)left;
     const double *b = (const double *)points + 3 * *(const int32_t *)right;
@@ -32,13 +32,13 @@ static int by_place(const void *left, const void *right, void *points)
 }
 
 /* For each point the first one at the same place. */
-static int32_t *unite(making *m)
+static int32_t *unite_points(making *m)
 {
     size_t n = m->mesh->point_count;
     const double *at = m->mesh->points;
     int32_t *order = pool_alloc(m->work, n, sizeof *order), *same = pool_alloc(m->work, n, sizeof *same);
     for (size_t i = 0; i < n; i++) order[i] = (int32_t)i;
-    qsort_r(order, n, sizeof *order, by_place, (void *)at);
+    qsort_r(order, n, sizeof *order, compare_solid_points, (void *)at);
     for (size_t i = 0; i < n; i++) {
         const double *here = at + 3 * order[i], *before = i ? at + 3 * order[i - 1] : NULL;
         bool repeats = before && here[0] == before[0] && here[1] == before[1] && here[2] == before[2];
@@ -48,7 +48,7 @@ static int32_t *unite(making *m)
     return same;
 }
 
-static int by_ends(const void *left, const void *right)
+static int compare_edge_ends(const void *left, const void *right)
 {
     const int32_t *a = left, *b = right;
     return a[0] != b[0] ? (a[0] > b[0]) - (a[0] < b[0]) : (a[1] > b[1]) - (a[1] < b[1]);
@@ -71,14 +71,15 @@ static void keep_folded(making *m, int32_t (*folded)[2], size_t count)
         known[i][0] = a < b ? a : b, known[i][1] = a < b ? b : a;
         corner[a] = true;
     }
-    qsort(known, sides, sizeof *known, by_ends);
-    qsort(folded, count, sizeof *folded, by_ends);
+    qsort(known, sides, sizeof *known, compare_edge_ends);
+    qsort(folded, count, sizeof *folded, compare_edge_ends);
     for (int points = 0; points < 2; points++) /* what is a point of a segment is covered by it */
         for (size_t i = 0; i < count; i++) {
             int32_t a = folded[i][0], b = folded[i][1];
             if ((a == b) != (points == 1)) continue;
-            bool again = i > 0 && by_ends(folded[i], folded[i - 1]) == 0;
-            bool covered = points ? corner[a] : bsearch(folded[i], known, sides, sizeof *known, by_ends) != NULL;
+            bool again = i > 0 && compare_edge_ends(folded[i], folded[i - 1]) == 0;
+            bool covered =
+                points ? corner[a] : bsearch(folded[i], known, sides, sizeof *known, compare_edge_ends) != NULL;
             if (again || covered) continue;
             keep_triangle(m, a, b, b);
             corner[a] = corner[b] = true;
@@ -88,7 +89,7 @@ static void keep_folded(making *m, int32_t (*folded)[2], size_t count)
 
 static void keep_triangles(making *m)
 {
-    const int32_t *same = unite(m);
+    const int32_t *same = unite_points(m);
     size_t count = 0;
     int32_t(*folded)[2] = pool_alloc(m->work, m->mesh->count, sizeof *folded);
     m->corners = pool_alloc(m->work, m->mesh->count, sizeof *m->corners);
