@@ -274,7 +274,7 @@ static void sort_in_scratch(broad *b, key_array *keys)
 }
 
 /* Where a proxy is in memory, unique. */
-static uint64_t position(const broad *b, uint32_t id)
+static uint64_t position_in_order(const broad *b, uint32_t id)
 {
     const proxy *p = &b->proxies.at[id];
     if (p->place != INDEXED) return UINT64_C(1) << 31 | id;
@@ -288,7 +288,7 @@ static void order_pending(broad *b)
     b->order.count = 0;
     array_reserve(&b->order, b->pending.count);
     for (size_t i = 0; i < b->pending.count; i++)
-        b->order.at[b->order.count++] = position(b, b->pending.at[i].proxy) << 32 | i;
+        b->order.at[b->order.count++] = position_in_order(b, b->pending.at[i].proxy) << 32 | i;
     sort_in_scratch(b, &b->order);
 }
 
@@ -299,7 +299,7 @@ static void order_unsettled(broad *b)
     array_reserve(&b->order, b->unsettled.count);
     for (size_t i = 0; i < b->unsettled.count; i++) {
         uint32_t index = b->unsettled.at[i];
-        b->order.at[b->order.count++] = position(b, b->pending.at[index].proxy) << 32 | index;
+        b->order.at[b->order.count++] = position_in_order(b, b->pending.at[index].proxy) << 32 | index;
     }
     sort_in_scratch(b, &b->order);
     for (size_t i = 0; i < b->unsettled.count; i++) b->unsettled.at[i] = (uint32_t)b->order.at[i];
@@ -337,7 +337,7 @@ const broad_pair *broad_hand_out(broad *b, key_array *keys)
 }
 
 /* What a fill has grown no later update needs at that size: without this it would be a third of all memory. */
-static void give_buffers_back(broad *b)
+static void give_all_buffers_back(broad *b)
 {
     array_free(&b->pending);
     array_free(&b->order);
@@ -365,14 +365,14 @@ void broad_update(broad *b, broad_changes *changes)
         .ended = broad_hand_out(b, &b->ended),
         .began_count = b->began.count,
         .ended_count = b->ended.count};
-    if (b->proxy_count > 2 * count_before) give_buffers_back(b);
+    if (b->proxy_count > 2 * count_before) give_all_buffers_back(b);
     ASSERT_WHOLE(whole_is_due(b->updates, b->proxy_count + b->pairs.count), broad_validate(b));
 }
 
 void broad_trim(broad *b)
 {
     if (b->pending.count) return;
-    give_buffers_back(b);
+    give_all_buffers_back(b);
     array_free(&b->began);
     array_free(&b->ended);
     pairs_trim(&b->pairs);

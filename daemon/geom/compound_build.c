@@ -35,7 +35,7 @@ const char *compound_status_text(compound_status status)
 
 /* ---- the hierarchy ---- */
 
-static int compare_items(const void *left, const void *right, void *axis)
+static int compare_children(const void *left, const void *right, void *axis)
 {
     const item *a = left, *b = right;
     int k = *(int *)axis;
@@ -43,7 +43,7 @@ static int compare_items(const void *left, const void *right, void *axis)
     return (a->child > b->child) - (a->child < b->child);
 }
 
-static int longest_side(const item *items, uint32_t count)
+static int longest_axis_of_children(const item *items, uint32_t count)
 {
     int longest = 0;
     double length = -1;
@@ -58,18 +58,18 @@ static int longest_side(const item *items, uint32_t count)
     return longest;
 }
 
-static uint32_t build_node(compound *c, item *items, item_range r)
+static uint32_t build_compound_node(compound *c, item *items, item_range r)
 {
     uint32_t index = c->node_count++;
     aabb box = items[r.first].box;
     for (uint32_t i = 1; i < r.count; i++) box = aabb_union(box, items[r.first + i].box);
     c->nodes[index] = (compound_node){box.lo, box.hi, 0, items[r.first].child};
     if (r.count == 1) return index;
-    int axis = longest_side(items + r.first, r.count);
-    qsort_r(items + r.first, r.count, sizeof *items, compare_items, &axis);
+    int axis = longest_axis_of_children(items + r.first, r.count);
+    qsort_r(items + r.first, r.count, sizeof *items, compare_children, &axis);
     uint32_t half = (r.count + 1) / 2;
-    build_node(c, items, (item_range){r.first, half});
-    c->nodes[index].right = build_node(c, items, (item_range){r.first + half, r.count - half});
+    build_compound_node(c, items, (item_range){r.first, half});
+    c->nodes[index].right = build_compound_node(c, items, (item_range){r.first + half, r.count - half});
     return index;
 }
 
@@ -81,7 +81,7 @@ static void build_tree(compound *c)
         aabb b = shape_bounds(&c->children[i].shape, c->children[i].local);
         items[i] = (item){b, {b.lo.x + b.hi.x, b.lo.y + b.hi.y, b.lo.z + b.hi.z}, i};
     }
-    build_node(c, items, (item_range){0, c->child_count});
+    build_compound_node(c, items, (item_range){0, c->child_count});
     free(items);
 }
 
@@ -144,17 +144,12 @@ void compound_destroy(compound *c)
     free(c);
 }
 
-static bool same_vec(vec3 a, vec3 b)
-{
-    return a.x == b.x && a.y == b.y && a.z == b.z;
-}
-
 static bool same_child(const compound_child *a, const compound_child *b)
 {
     quat p = a->local.q, q = b->local.q;
     return a->shape.type == b->shape.type && a->shape.radius == b->shape.radius &&
-           a->shape.deviation == b->shape.deviation && same_vec(a->shape.half, b->shape.half) &&
-           a->shape.hull == b->shape.hull && same_vec(a->local.p, b->local.p) && p.w == q.w && p.x == q.x &&
+           a->shape.deviation == b->shape.deviation && vec_equal(a->shape.half, b->shape.half) &&
+           a->shape.hull == b->shape.hull && vec_equal(a->local.p, b->local.p) && p.w == q.w && p.x == q.x &&
            p.y == q.y && p.z == q.z;
 }
 
@@ -168,7 +163,7 @@ bool compound_equal(const compound *a, const compound *b)
 
 /* ---- the check ---- */
 
-static const char *check_node(const compound *c, uint32_t index, uint32_t depth, bool *seen)
+static const char *check_compound_node(const compound *c, uint32_t index, uint32_t depth, bool *seen)
 {
     const compound_node *n = &c->nodes[index];
     aabb box = {n->lo, n->hi};
@@ -182,7 +177,7 @@ static const char *check_node(const compound *c, uint32_t index, uint32_t depth,
     if (n->right <= index + 1 || n->right >= c->node_count) return "a node is out of place";
     const uint32_t parts[2] = {index + 1, n->right};
     for (int i = 0; i < 2; i++) {
-        const char *fault = check_node(c, parts[i], depth + 1, seen);
+        const char *fault = check_compound_node(c, parts[i], depth + 1, seen);
         if (fault) return fault;
         if (!aabb_contains(box, (aabb){c->nodes[parts[i]].lo, c->nodes[parts[i]].hi})) return "a box sticks out";
     }
@@ -192,7 +187,7 @@ static const char *check_node(const compound *c, uint32_t index, uint32_t depth,
 const char *compound_validate(const compound *c)
 {
     bool seen[COMPOUND_CHILDREN_MAX] = {false};
-    const char *fault = check_node(c, 0, 1, seen);
+    const char *fault = check_compound_node(c, 0, 1, seen);
     for (uint32_t i = 0; i < c->child_count && !fault; i++)
         if (!seen[i]) fault = "a child is in no leaf";
     return fault;

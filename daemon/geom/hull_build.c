@@ -66,7 +66,7 @@ static hull_status check_points(const double *points, size_t count)
     return HULL_OK;
 }
 
-static vec3 input_point(const double *points, uint32_t i)
+static vec3 hull_input_point(const double *points, uint32_t i)
 {
     return vec(points[3 * i], points[3 * i + 1], points[3 * i + 2]);
 }
@@ -77,40 +77,35 @@ static int compare_numbers(double a, double b)
 }
 
 /* By coordinates, then by index: of equal points the first one given stays. */
-static int compare_points(const void *left, const void *right, void *points)
+static int compare_input_points(const void *left, const void *right, void *points)
 {
     uint32_t i = *(const uint32_t *)left, j = *(const uint32_t *)right;
-    vec3 a = input_point(points, i), b = input_point(points, j);
+    vec3 a = hull_input_point(points, i), b = hull_input_point(points, j);
     int order = compare_numbers(a.x, b.x);
     if (order == 0) order = compare_numbers(a.y, b.y);
     if (order == 0) order = compare_numbers(a.z, b.z);
     return order ? order : (i > j) - (i < j);
 }
 
-static bool same_point(vec3 a, vec3 b)
-{
-    return a.x == b.x && a.y == b.y && a.z == b.z;
-}
-
 static void keep_distinct(cloud *c, const double *points, uint32_t count)
 {
     c->source = base_alloc(count, sizeof *c->source);
     for (uint32_t i = 0; i < count; i++) c->source[i] = i;
-    qsort_r(c->source, count, sizeof *c->source, compare_points, (void *)points);
+    qsort_r(c->source, count, sizeof *c->source, compare_input_points, (void *)points);
     for (uint32_t i = 0; i < count; i++) {
-        vec3 p = input_point(points, c->source[i]);
-        bool seen = c->count && same_point(p, input_point(points, c->source[c->count - 1]));
+        vec3 p = hull_input_point(points, c->source[i]);
+        bool seen = c->count && vec_equal(p, hull_input_point(points, c->source[c->count - 1]));
         if (!seen) c->source[c->count++] = c->source[i];
     }
 }
 
 static void normalise(cloud *c, const double *points)
 {
-    vec3 origin = input_point(points, c->source[0]);
+    vec3 origin = hull_input_point(points, c->source[0]);
     double most = 0;
     c->at = base_alloc(c->count, sizeof *c->at);
     for (uint32_t i = 0; i < c->count; i++) {
-        c->at[i] = vec_sub(input_point(points, c->source[i]), origin);
+        c->at[i] = vec_sub(hull_input_point(points, c->source[i]), origin);
         most = fmax(most, vec_max_abs(c->at[i]));
     }
     int exponent;
@@ -227,7 +222,7 @@ static void write_loop(uint32_t *to, const uint32_t *corners, uint32_t count, co
     for (uint32_t i = 0; i < count; i++) to[i] = place[corners[(start + i) % count]];
 }
 
-static int compare_faces(const void *left, const void *right, void *vertices)
+static int compare_face_corners(const void *left, const void *right, void *vertices)
 {
     const hull_face *a = left, *b = right;
     const uint32_t *la = (const uint32_t *)vertices + a->first, *lb = (const uint32_t *)vertices + b->first;
@@ -271,7 +266,7 @@ static void add_faces(hull *h, const hull_loops *loops, const uint32_t *place)
         h->faces[f].count = count;
         write_loop(unsorted + first, loops->corners + first, count, place);
     }
-    qsort_r(h->faces, h->face_count, sizeof *h->faces, compare_faces, unsorted);
+    qsort_r(h->faces, h->face_count, sizeof *h->faces, compare_face_corners, unsorted);
     h->face_vertices = base_alloc(loops->corner_count, sizeof *h->face_vertices);
     uint32_t next = 0;
     for (uint32_t f = 0; f < h->face_count; f++) {
@@ -379,7 +374,7 @@ static hull *build_solid(const double *points, uint32_t count, const cloud *c, c
     h->dimension = 3;
     for (uint32_t i = 0; i < loops->corner_count; i++) {
         uint32_t corner = loops->corners[i];
-        set_vertex(h, place[corner], input_point(points, c->source[corner]));
+        set_vertex(h, place[corner], hull_input_point(points, c->source[corner]));
     }
     finish_vertices(h);
     add_faces(h, loops, place);
@@ -400,7 +395,7 @@ static void find_excess(hull *h, const double *points, const cloud *c, const hul
     vec3 *left = base_alloc(c->count, sizeof *left);
     uint32_t count = 0;
     for (uint32_t i = 0; i < c->count; i++)
-        if (!kept[i]) left[count++] = input_point(points, c->source[i]);
+        if (!kept[i]) left[count++] = hull_input_point(points, c->source[i]);
     h->excess = hull_excess_of(h, left, count);
     h->reach = add_up(h->reach, h->excess);
     free(left);
@@ -535,7 +530,7 @@ static hull *build_flat(const double *points, uint32_t count, const cloud *c)
     h->dimension = c->dimension;
     uint32_t next = 0;
     for (uint32_t i = 0; i < count; i++)
-        if (keep[i]) set_vertex(h, next++, input_point(points, i));
+        if (keep[i]) set_vertex(h, next++, hull_input_point(points, i));
     free(keep);
     finish_vertices(h);
     add_neighbours(h);

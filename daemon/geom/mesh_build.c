@@ -43,24 +43,19 @@ static mesh_status check_input(const double *points, size_t count, const int32_t
 
 /* ---- vertices ---- */
 
-static vec3 input_point(const double *points, size_t i)
+static vec3 mesh_input_point(const double *points, size_t i)
 {
     return vec(points[3 * i] + 0.0, points[3 * i + 1] + 0.0, points[3 * i + 2] + 0.0); /* -0 becomes 0 */
 }
 
-static int compare_points(const void *left, const void *right, void *points)
+static int compare_mesh_points(const void *left, const void *right, void *points)
 {
     uint32_t i = *(const uint32_t *)left, j = *(const uint32_t *)right;
-    vec3 a = input_point(points, i), b = input_point(points, j);
+    vec3 a = mesh_input_point(points, i), b = mesh_input_point(points, j);
     if (a.x != b.x) return a.x < b.x ? -1 : 1;
     if (a.y != b.y) return a.y < b.y ? -1 : 1;
     if (a.z != b.z) return a.z < b.z ? -1 : 1;
     return (i > j) - (i < j);
-}
-
-static bool same_point(vec3 a, vec3 b)
-{
-    return a.x == b.x && a.y == b.y && a.z == b.z;
 }
 
 /* first[i]: the first input point that equals point i. */
@@ -68,9 +63,9 @@ static uint32_t *first_of_equals(const double *points, uint32_t count)
 {
     uint32_t *order = base_alloc(count, sizeof *order), *first = base_alloc(count, sizeof *first);
     for (uint32_t i = 0; i < count; i++) order[i] = i;
-    qsort_r(order, count, sizeof *order, compare_points, (void *)points);
+    qsort_r(order, count, sizeof *order, compare_mesh_points, (void *)points);
     for (uint32_t i = 0; i < count; i++) {
-        bool again = i && same_point(input_point(points, order[i]), input_point(points, order[i - 1]));
+        bool again = i && vec_equal(mesh_input_point(points, order[i]), mesh_input_point(points, order[i - 1]));
         first[order[i]] = again ? first[order[i - 1]] : order[i];
     }
     free(order);
@@ -169,7 +164,7 @@ static void take_vertices(mesh *m, const double *points, uint32_t count)
         if (place[i] == 0) place[i] = used++;
     m->vertices = base_alloc(used + 1, sizeof *m->vertices);
     for (uint32_t i = 0; i < count; i++)
-        if (place[i] != UINT32_MAX) m->vertices[place[i]] = input_point(points, i);
+        if (place[i] != UINT32_MAX) m->vertices[place[i]] = mesh_input_point(points, i);
     for (uint32_t i = 0; i < m->triangle_count; i++)
         for (int k = 0; k < 3; k++) m->triangles[i].v[k] = place[m->triangles[i].v[k]];
     m->vertex_count = used;
@@ -204,7 +199,7 @@ static void cover(const covered *c, const mesh_triangle *t, int side)
     for (int k = 0; k < 3; k++) c->vertices[t->v[k]] = true;
 }
 
-static int longest_side(const mesh *m, uint32_t triangle)
+static int longest_side_of(const mesh *m, uint32_t triangle)
 {
     int longest = 0;
     double length = -1;
@@ -243,7 +238,7 @@ static void leave_out_covered(mesh *m)
             mesh_triangle *t = &m->triangles[i];
             bool point = t->v[0] == t->v[1] && t->v[1] == t->v[2], stays = true;
             if (t->form != MESH_AREA && point == (points == 1)) {
-                int longest = longest_side(m, i);
+                int longest = longest_side_of(m, i);
                 stays = closes_solid(m, i) || !is_covered(&c, t, longest);
                 m->found.needles += stays;
                 m->found.zero_area += !stays;
