@@ -66,7 +66,7 @@ static bool same(const wire_message *a, const wire_message *b, const wire_field 
     return memcmp(number_at(a, f, i), number_at(b, f, k), size_of(f)) == 0;
 }
 
-static void show(const wire_message *m, const wire_field *f, uint32_t i, char out[COMPARE_VALUE_MAX])
+static void show_value(const wire_message *m, const wire_field *f, uint32_t i, char out[COMPARE_VALUE_MAX])
 {
     const void *at = is_text(f) ? NULL : number_at(m, f, i);
     int32_t i32;
@@ -156,8 +156,8 @@ static void tell_field(difference *d, const wire_message *a, const wire_message 
         snprintf(to->name, sizeof to->name, most > 1 ? "%.40s[%u]" : "%.40s", f->name, i);
         snprintf(to->recorded, sizeof to->recorded, "none");
         snprintf(to->replayed, sizeof to->replayed, "none");
-        if (i < x.count) show(a, f, x.first + i, to->recorded);
-        if (i < y.count) show(b, f, y.first + i, to->replayed);
+        if (i < x.count) show_value(a, f, x.first + i, to->recorded);
+        if (i < y.count) show_value(b, f, y.first + i, to->replayed);
     }
 }
 
@@ -193,8 +193,8 @@ static bool differ_in_head(const wire_message *a, const wire_message *b, differe
         compared_field *to = next_field(d);
         if (!to) continue;
         snprintf(to->name, sizeof to->name, "%s", f->name);
-        show(a, f, 0, to->recorded);
-        show(b, f, 0, to->replayed);
+        show_value(a, f, 0, to->recorded);
+        show_value(b, f, 0, to->replayed);
     }
     if (!d->field_count) return false;
     d->event = -1;

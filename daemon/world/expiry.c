@@ -5,6 +5,7 @@
  * that came up, never at all bodies, and an entry comes up at most once a deadline. Entries that are void
  * (their body is gone, or has an earlier one) stay until they come up, or until there are more of them than of bodies.
  */
+#include "base/sort.h"
 #include "state.h"
 
 #include <stdlib.h>
@@ -131,19 +132,13 @@ static void make_stale_what_is_due(world *w)
     }
 }
 
-static int compare_ids(const void *a, const void *b)
-{
-    uint32_t x = *(const uint32_t *)a, y = *(const uint32_t *)b;
-    return (x > y) - (x < y);
-}
-
 void expiry_find(world *w)
 {
     w->stale_now.count = w->fresh_now.count = w->stale_units = 0;
     make_fresh_what_moved(w);
     make_stale_what_is_held(w);
     make_stale_what_is_due(w);
-    if (w->stale_now.count) qsort(w->stale_now.at, w->stale_now.count, sizeof *w->stale_now.at, compare_ids);
+    if (w->stale_now.count) qsort(w->stale_now.at, w->stale_now.count, sizeof *w->stale_now.at, sort_compare_u32);
 }
 
 int64_t expiry_next_ns(const world *w)

@@ -232,17 +232,11 @@ size_t interest_unseen(const world *w, const interest *i)
 
 /* ---- in the tick ---- */
 
-static int compare_ids(const void *a, const void *b)
-{
-    uint32_t x = *(const uint32_t *)a, y = *(const uint32_t *)b;
-    return (x > y) - (x < y);
-}
-
 /* What was told under the old terms of those that changed ends; they stay on the list until all of it has. */
 static void close_changed(world *w)
 {
     size_t count = w->changed_interests.count;
-    if (count > 1) qsort(w->changed_interests.at, count, sizeof *w->changed_interests.at, compare_ids);
+    if (count > 1) qsort(w->changed_interests.at, count, sizeof *w->changed_interests.at, sort_compare_u32);
     for (size_t k = 0; k < count; k++) {
         uint32_t id = w->changed_interests.at[k];
         interest *i = &w->interests.at[id];

@@ -145,7 +145,7 @@ static void enter_pair(world *w, uint32_t solid)
     b->pair_count++;
 }
 
-static uint32_t begin(world *w, uint32_t a, uint32_t b)
+static uint32_t begin_pair(world *w, uint32_t a, uint32_t b)
 {
     assert(a != b && w->solids.at[a].used && w->solids.at[b].used);
     uint32_t id = id_pool_take(&w->pair_ids);
@@ -283,7 +283,7 @@ uint32_t pair_meet(world *w, uint32_t a, uint32_t b)
 {
     if (!payers_allow(w, a, b)) return PAIR_MAP_NONE;
     uint32_t id = pair_find(w, a, b);
-    if (id == PAIR_MAP_NONE) return begin(w, a, b);
+    if (id == PAIR_MAP_NONE) return begin_pair(w, a, b);
     if (w->pairs.at[id].lingers) payers_charge(w, &w->pairs.at[id]);
     w->lingers -= w->pairs.at[id].lingers;
     w->pairs.at[id].lingers = false;

@@ -15,7 +15,7 @@ static uint64_t key_of(uint64_t owner)
     return owner ? owner : UINT64_MAX;
 }
 
-static uint32_t place_of(const world *w, uint64_t owner)
+static uint32_t place_of_payer(const world *w, uint64_t owner)
 {
     if (w->last_payer < w->payers.count && w->payers.at[w->last_payer].pairs &&
         key_of(w->payers.at[w->last_payer].owner) == key_of(owner))
@@ -25,7 +25,7 @@ static uint32_t place_of(const world *w, uint64_t owner)
 
 static uint32_t charged_to(const world *w, uint64_t owner)
 {
-    uint32_t place = place_of(w, owner);
+    uint32_t place = place_of_payer(w, owner);
     return place == PAIR_MAP_NONE ? 0 : w->payers.at[place].pairs;
 }
 
@@ -75,7 +75,7 @@ void payers_charge(world *w, pair *p)
 {
     uint32_t has;
     uint64_t owner = payer_of(w, p->a, p->b, &has);
-    uint32_t place = place_of(w, owner);
+    uint32_t place = place_of_payer(w, owner);
     if (place == PAIR_MAP_NONE) {
         place = id_pool_take(&w->payer_ids);
         array_reserve(&w->payers, (size_t)place + 1);

@@ -183,7 +183,7 @@ static uint64_t activate_found(world *w, uint32_t id)
 
 typedef enum searched { ALL_FOUND, CUT_OFF, NO_ROOM } searched;
 
-static searched search(turn *t, uint32_t solid, uint64_t units)
+static searched search_solid(turn *t, uint32_t solid, uint64_t units)
 {
     world *w = t->w;
     broad_changes changes;
@@ -341,7 +341,7 @@ static taken take_body(world *w, uint32_t id, uint64_t units, uint64_t *spent)
     turn t = {.w = w, .body = b, .spent = A_BODY};
     taken how = WHOLE;
     for (size_t i = 0; i < b->shape_count; i++) {
-        searched s = search(&t, b->shapes[i], units);
+        searched s = search_solid(&t, b->shapes[i], units);
         if (s == CUT_OFF) how = IN_PART;
         if (s == NO_ROOM && how == WHOLE) how = FULL;
     }
