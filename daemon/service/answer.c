@@ -1,5 +1,7 @@
 /* answer: queries of clients, answered from the world as the last tick left it. A query that comes twice is answered
  * twice. Tick thread. */
+#include "commands.h"
+#include "recordings.h"
 #include "service.h"
 
 #include "base/clock.h"

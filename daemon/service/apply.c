@@ -1,7 +1,11 @@
 /* apply: commands of clients to the world; what cannot be done is refused with its reason, counted, and changes nothing
  * else. Messages have been checked by the link (wire_check): here is only what needs the world. Tick thread. */
+#include "clients.h"
+#include "commands.h"
+#include "geometries.h"
 #include "service.h"
 #include "standby.h"
+#include "streams.h"
 
 #include "base/log.h"
 #include "geom/compound.h"

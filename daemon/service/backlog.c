@@ -7,9 +7,11 @@
  * None of this is a command: numbers of batches, events and their hash are the same, whoever reads how fast. Tick
  * thread. */
 #include "base/log.h"
+#include "clients.h"
 #include "memory.h"
 #include "service.h"
 #include "standby.h"
+#include "streams.h"
 
 #include <inttypes.h>
 #include <stdio.h>

@@ -1,5 +1,6 @@
 /* build_kinds: the building of one geometry out of its numbers. Pure: any thread. */
 #include "builds.h"
+#include "geometries.h"
 
 #include "geom/height_field.h"
 #include "service.h"

@@ -2,6 +2,7 @@
  * walked in step, field by field, by the table of fields. */
 #include "compare.h"
 
+#include "streams.h"
 #include "wire/wire_schema.h"
 
 #include <inttypes.h>

@@ -4,6 +4,10 @@
  * the same number by number, or else built: at once what is small, the rest by the threads of builds.c, compared and
  * hashed there. When a build is put off, and when it is over, is a command that is recorded. It goes when no body holds
  * it and nobody claims it. Tick thread. */
+#include "clients.h"
+#include "commands.h"
+#include "geometries.h"
+#include "recordings.h"
 #include "service.h"
 #include "standby.h"
 

@@ -1,8 +1,10 @@
 /* health: the counters of this process, the Status that carries them, and the page that Prometheus reads. Tick thread.
  */
 #include "health.h"
+#include "clients.h"
 #include "memory.h"
 #include "standby.h"
+#include "streams.h"
 #include "suspect.h"
 
 #include <inttypes.h>

@@ -1,5 +1,9 @@
 /* inbox: the commands of one tick. A network has no call order, so one is made: by (client, sequence). Poses of known
  * bodies do not wait here: the newest sequence wins, whatever order they come in. Tick thread. */
+#include "clients.h"
+#include "commands.h"
+#include "geometries.h"
+#include "recordings.h"
 #include "service.h"
 #include "shares.h"
 #include "standby.h"

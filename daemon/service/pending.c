@@ -4,6 +4,9 @@
  * the newest of its poses. The places of those that are
  * gone are closed up when they are many, and after the commands of each tick. Everything here is decided by counts,
  * commands and the recorded clock. Tick thread. */
+#include "clients.h"
+#include "commands.h"
+#include "geometries.h"
 #include "service.h"
 
 #include <stdio.h>

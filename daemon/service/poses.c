@@ -1,5 +1,7 @@
 /* poses: batches of poses to the world, by arrays: first who is meant, then which of them are newer than what is known,
  * then all of these at once. Messages have been checked by the link (wire_check). Tick thread. */
+#include "clients.h"
+#include "commands.h"
 #include "service.h"
 
 #include <inttypes.h>

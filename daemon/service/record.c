@@ -2,8 +2,12 @@
  * that begins in the middle starts with what is announced now as if it came anew, for who reads it, and with the whole
  * state, from which a replay goes on. A thread of its own writes it (record_file.h). When the disk refuses, or a limit
  * is reached, the recording ends, is counted, and the world goes on. Tick thread. */
+#include "clients.h"
+#include "commands.h"
 #include "record_file.h"
+#include "recordings.h"
 #include "service.h"
+#include "streams.h"
 
 #include "base/log.h"
 

@@ -1,5 +1,9 @@
 /* record_state: the world as messages: what clients have announced and not taken back, with the newest poses. A
  * recording that begins in the middle begins with it. Tick thread. */
+#include "clients.h"
+#include "commands.h"
+#include "geometries.h"
+#include "recordings.h"
 #include "service.h"
 
 #include "base/clock.h"

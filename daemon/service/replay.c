@@ -3,6 +3,7 @@
 
 #include "base/clock.h"
 #include "compare.h"
+#include "recordings.h"
 
 #include <inttypes.h>
 #include <stdio.h>

@@ -5,16 +5,21 @@
 
 #include "base/clock.h"
 #include "base/log.h"
+#include "clients.h"
+#include "commands.h"
+#include "geometries.h"
 #include "link/link_open.h"
 #include "link/wake.h"
 #include "memory.h"
 #include "notify.h"
 #include "privileges.h"
+#include "recordings.h"
 #include "replay.h"
 #include "service.h"
 #include "shares.h"
 #include "sheet.h"
 #include "standby.h"
+#include "streams.h"
 #include "suspect.h"
 
 #include <errno.h>

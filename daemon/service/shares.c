@@ -3,6 +3,9 @@
 
 #include "base/hash.h"
 #include "base/secret.h"
+#include "clients.h"
+#include "commands.h"
+#include "geometries.h"
 #include "standby.h"
 
 #include <limits.h>

@@ -1,13 +1,16 @@
 /* standby: who of a pair is active, and what becomes of it. A daemon is joining until it has heard of an active one and
  * taken over its state (then it is the standby), or of nobody (then it is active). Two that join at once: the one that
  * began first is active; of two that are active, which happens when one of them only stood still or the network was
- * parted, the one of the lower epoch steps down, as clients follow the higher one (client/session_run.c). So a daemon that
- * goes on from nothing takes an epoch above all that it has heard of. Tick thread. */
+ * parted, the one of the lower epoch steps down, as clients follow the higher one (client/session_run.c). So a daemon
+ * that goes on from nothing takes an epoch above all that it has heard of. Tick thread. */
 #include "standby.h"
 
 #include "base/clock.h"
 #include "base/log.h"
+#include "commands.h"
+#include "recordings.h"
 #include "standby_parts.h"
+#include "streams.h"
 
 #include <inttypes.h>
 #include <stdio.h>

@@ -1,5 +1,6 @@
 /* standby_active: the active daemon of a pair: whom it waits for, which is one standby that is in step, what that one
  * has of its journal, and the writing of it. Tick thread. */
+#include "recordings.h"
 #include "standby.h"
 #include "standby_parts.h"
 

@@ -1,6 +1,10 @@
 /* standby_replay: the standby's end of the journal: the state that it begins from, and each tick, carried out as the
  * active daemon did. Tick thread. */
+#include "commands.h"
+#include "geometries.h"
+#include "recordings.h"
 #include "standby_parts.h"
+#include "streams.h"
 
 #include "base/log.h"
 

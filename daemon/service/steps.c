@@ -5,6 +5,9 @@
  * What is applied when follows from the messages and from where the ticks end alone, so that a replay does the same: a
  * member that misses a step by the clock is let miss it by a message in its name, which is recorded like those that
  * come. */
+#include "clients.h"
+#include "commands.h"
+#include "recordings.h"
 #include "service.h"
 #include "standby.h"
 

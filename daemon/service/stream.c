@@ -1,6 +1,8 @@
 /* stream: the world's batches as numbered EventBatch messages, each on the stream of its interest. Tick thread. */
+#include "clients.h"
 #include "service.h"
 #include "standby.h"
+#include "streams.h"
 
 #include <assert.h>
 #include <inttypes.h>

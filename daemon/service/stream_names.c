@@ -1,5 +1,6 @@
 /* stream_names: streams by their names: those that are open, and those that end with this tick. Tick thread. */
 #include "service.h"
+#include "streams.h"
 
 #include "base/hash.h"
 #include "base/secret.h"

@@ -6,6 +6,7 @@
 #include "base/clock.h"
 #include "base/hash.h"
 #include "base/log.h"
+#include "clients.h"
 #include "service.h"
 
 #include <errno.h>

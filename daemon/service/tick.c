@@ -2,10 +2,15 @@
 #include "base/clock.h"
 #include "base/log.h"
 #include "base/whole.h"
+#include "clients.h"
+#include "commands.h"
+#include "geometries.h"
 #include "memory.h"
+#include "recordings.h"
 #include "service.h"
 #include "shares.h"
 #include "standby.h"
+#include "streams.h"
 #include "suspect.h"
 
 #include <inttypes.h>

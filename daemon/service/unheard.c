@@ -5,6 +5,8 @@
  * logged and named in the health, and the client is told, again and again: the C library then writes anew.
  *
  * Tick thread. Nothing here enters the world: no event depends on it. */
+#include "clients.h"
+#include "commands.h"
 #include "service.h"
 #include "standby.h"
 

@@ -2,8 +2,10 @@
 #include "peers.h"
 
 #include "base/clock.h"
+#include "service/clients.h"
 #include "service/shares.h"
 #include "service/standby.h"
+#include "service/streams.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

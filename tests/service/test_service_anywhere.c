@@ -5,6 +5,9 @@
  */
 #include "base/log.h"
 #include "cell.h"
+#include "service/commands.h"
+#include "service/geometries.h"
+#include "service/recordings.h"
 #include "service/replay.h"
 #include "service/server.h"
 #include "service/service.h"

@@ -11,6 +11,7 @@
 #include "peers.h"
 #include "service/builds.h"
 #include "service/record_file.h"
+#include "service/recordings.h"
 #include "service/server.h"
 #include "service/service.h"
 #include "service/standby.h"

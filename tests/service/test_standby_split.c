@@ -7,6 +7,7 @@
 #include "base/log.h"
 #include "cell.h"
 #include "peers.h"
+#include "service/clients.h"
 #include "service/server.h"
 #include "service/service.h"
 #include "service/standby.h"
