@@ -1,4 +1,5 @@
 /* answers: what the narrow phase was asked in the last tick, told and asked again, for measurements. Tick thread. */
+#include "ladder.h"
 #include "state.h"
 
 size_t world_answers(const world *w)

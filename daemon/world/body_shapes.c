@@ -1,5 +1,6 @@
 /* body_shapes: the shapes of a body, which are solids: they are made when a definition brings others, and stay as
  * ghosts as a removed body does. Tick thread. */
+#include "ladder.h"
 #include "state.h"
 
 #include "geom/bounds.h"

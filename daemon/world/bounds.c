@@ -1,6 +1,7 @@
 /* bounds: what can be said of a pair without a search: an interval by its boxes, one axis or two, and a support point a
  * shape. What is told of it is wider by a slack, and then stands until one has moved by that relative to the other: so
  * long the pair costs a motion bound a tick, and nobody needs to be told anew. Pure but for the pair's own record. */
+#include "ladder.h"
 #include "state.h"
 
 /* Of the pair's size: how far one may move before what was told by bounds is looked at again. */

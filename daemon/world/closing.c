@@ -5,6 +5,7 @@
  * watch ends before anything is told of its pair under new terms (watch_find). An interest is closed, and gets its
  * snapshot, when nothing of it is old. Counted, so that it follows from the commands and the slices. */
 #include "events.h"
+#include "interest.h"
 
 #include <stdlib.h>
 

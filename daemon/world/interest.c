@@ -3,6 +3,7 @@
  *
  * A tick costs nothing for an interest that has nothing to be told: what concerns one puts it on the list of the
  * lively, and only that is walked. */
+#include "interest.h"
 #include "base/sort.h"
 #include "match.h"
 #include "state.h"
@@ -22,6 +23,17 @@ void interest_wake(world *w, uint32_t id)
     interest *i = &w->interests.at[id];
     if (!i->lively) array_push(&w->lively, id);
     i->lively = true;
+}
+
+void interest_wake_selecting(world *w, uint32_t id)
+{
+    const match *m = &w->match;
+    if (id >= m->selectors.count) return;
+    for (int side = 0; side < 2; side++)
+        for (size_t i = 0; i < m->selectors.at[id].sides[side].count; i++) {
+            const match_selection *s = &m->selections.at[m->selectors.at[id].sides[side].at[i]];
+            for (size_t k = 0; k < s->ids.count; k++) interest_wake(w, s->ids.at[k]);
+        }
 }
 
 void interest_sort_lively(world *w)

@@ -8,6 +8,8 @@
  * Where bounds are all that is asked (bounds.c), bounds are all that is found. With a budget every pair that the cheap
  * rungs leave open gets bounds that hold first, and is refined then in the order of need, as far as units of work are
  * granted (work.c). */
+#include "ladder.h"
+#include "interest.h"
 #include "state.h"
 
 #include "base/array.h"

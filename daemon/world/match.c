@@ -485,17 +485,6 @@ const match_class *match_concern(match *m, uint32_t id)
     return c;
 }
 
-void match_wake(world *w, uint32_t id)
-{
-    const match *m = &w->match;
-    if (id >= m->selectors.count) return;
-    for (int side = 0; side < 2; side++)
-        for (size_t i = 0; i < m->selectors.at[id].sides[side].count; i++) {
-            const match_selection *s = &m->selections.at[m->selectors.at[id].sides[side].at[i]];
-            for (size_t k = 0; k < s->ids.count; k++) interest_wake(w, s->ids.at[k]);
-        }
-}
-
 /* ---- who wants ---- */
 
 /* Those of the selections in m->found, each once. */

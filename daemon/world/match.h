@@ -27,8 +27,6 @@ const match_class *match_concern(match *m, uint32_t id); /* with `concerned` and
 /* Interests in bodies of this class, by rising id: valid until the next call. */
 match_list match_of_class(match *m, uint32_t id);
 
-void match_wake(world *w, uint32_t selector); /* the interests that select by it */
-
 /* match_pass.c */
 /* The name is held against all patterns, now or, where many have been tried in this tick, in one of the next. */
 void match_put_body(world *w, uint32_t body);

@@ -1,5 +1,6 @@
 /* pair: which pairs exist, and which ones a tick has to decide again: only those of bodies that changed. Tick thread.
  */
+#include "interest.h"
 #include "match.h"
 #include "state.h"
 

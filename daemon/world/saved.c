@@ -4,6 +4,7 @@
 
 #include "base/hash.h"
 #include "geom/compound.h"
+#include "interest.h"
 #include "match.h"
 #include "state.h"
 

@@ -13,6 +13,7 @@
  * that are due: nobody's work is done at the cost of those that he has surrounded with his bodies.
  *
  * Units are counts, so that all of it follows from the commands and the slices. */
+#include "interest.h"
 #include "match.h"
 #include "state.h"
 
@@ -469,7 +470,7 @@ static void wake_concerned(world *w)
 {
     for (size_t word = 0; word < w->concerned.count; word++)
         for (uint64_t bits = w->concerned.at[word]; bits; bits &= bits - 1)
-            match_wake(w, (uint32_t)(word * 64) + (uint32_t)__builtin_ctzll(bits));
+            interest_wake_selecting(w, (uint32_t)(word * 64) + (uint32_t)__builtin_ctzll(bits));
 }
 
 static void find_concerned(world *w)

@@ -10,6 +10,7 @@
  * None of it counts for the hash: who asks for a snapshot, and when, is no command. So it takes nothing of the slice
  * that pairs are decided in. */
 #include "events.h"
+#include "interest.h"
 
 #include <stdlib.h>
 

@@ -492,68 +492,11 @@ static inline bool may_glide(const world *w)
     return !w->sweepers && !w->grant && !w->bounds_asked;
 }
 
-/* calm.c */
-/* Finds the room of a body whose shapes have just been put into the broad phase. */
-void calm_find(const world *w, body *b);
-/* Where calm_holds has become false: is the body still within its fat box at that pose? Then its room is there. */
-bool calm_find_again(body *b, const pose *at);
-/* Is it within, at that position (what the fourth number is does not matter) and quaternion? Then its boxes stay where
- * they are. A NAN is not. In floats, whose rounding the room allows for. */
-static inline __attribute__((always_inline)) bool calm_holds_at(
-    const calm_room *r, const calm_wide *p, const calm_wide *q)
-{
-    static const calm_bits magnitude = {INT32_MAX, INT32_MAX, INT32_MAX, INT32_MAX};
-    static const int64_t fourth = INT64_MIN >> 31;
-    calm_four half = r->half, turn = __builtin_convertvector(*q, calm_four) - r->q, squares = turn * turn;
-    calm_four off = __builtin_convertvector(*p - __builtin_convertvector(r->middle, calm_wide), calm_four);
-    float turned = sqrtf(squares[0] + squares[1] + (squares[2] + squares[3])) * half[3];
-    calm_masks within = (calm_masks)((calm_four)((calm_bits)off & magnitude) + turned <= half);
-    return (within[0] & (within[1] | fourth)) == -1;
-}
-static inline bool calm_holds(const body *b, const pose *at)
-{
-    const calm_wide p = {at->p.x, at->p.y, at->p.z, 0}, q = {at->q.w, at->q.x, at->q.y, at->q.z};
-    return calm_holds_at(&b->room, &p, &q);
-}
-
 /* expiry.c */
 enum { SPARE_EXPIRIES = 64 };             /* entries beside two a body: what is more is void, and dropped */
 void expiry_set(world *w, uint32_t body); /* a pose has come: its deadline counts anew */
 void expiry_find(world *w);               /* fills stale_now and fresh_now, in the order of ids */
 int64_t expiry_next_ns(const world *w);   /* not later than the next one; INT64_MAX: none */
-
-/* interest.c */
-void interest_settle_changes(world *w);
-void interest_begin_tick(world *w);
-void interest_end_tick(world *w);
-void interest_restored(world *w);
-void interest_wake(world *w, uint32_t id); /* it may have something to be told in this tick, or the next */
-void interest_sort_lively(world *w);       /* so that what they are told comes in their order */
-void interest_pass_began(world *w);
-void interest_pass_ended(world *w);
-size_t interest_unseen(const world *w, const interest *i);     /* bodies that have not been looked at for it */
-bool interest_has(const world *w, uint32_t id, const body *b); /* as A or B */
-typedef struct interest_sides {
-    bool straight, turned; /* the first is A, or B, and the other the other */
-} interest_sides;
-interest_sides interest_sides_of(const world *w, uint32_t id, const body *a, const body *b);
-/* A and B are selected by the same pattern: of two bodies that it wants each is A, and B. */
-static inline bool interest_is_mutual(const world *w, uint32_t id)
-{
-    uint32_t selection = w->interests.at[id].selection;
-    const uint32_t *selectors = selection == WORLD_NONE ? NULL : w->match.selections.at[selection].selectors;
-    return selectors && selectors[0] == selectors[1];
-}
-static inline bool interest_wants(world *w, const body *a, const body *b)
-{
-    return match_wanted(&w->match, a->match, b->match);
-}
-/* Who wants an active pair, by rising id. */
-static inline match_list interest_list(const world *w, const pair *p)
-{
-    return w->match.lists.at[p->wanted];
-}
-double interest_tolerance(const interest *i, double size); /* m, of a pair of that size */
 
 /* pair.c */
 bool pair_accept(void *context, uint32_t a, uint32_t b);
@@ -605,45 +548,6 @@ void pair_end_unwatched(world *w); /* of those that linger, what nobody is told 
  * the pair, of so many bits each, fit into one number, none has to be looked up again: the same lists. */
 void pair_sort_active(world *w, unsigned of_solids, unsigned of_pairs);
 uint32_t pair_find(const world *w, uint32_t solid_a, uint32_t solid_b);
-
-/* ladder.c */
-typedef struct demand { /* what all interests in a pair ask together */
-    narrow_request request;
-    double limit;      /* m: beyond it nobody is told anything */
-    bool coarse;       /* bounds will do for all */
-    bool touch;        /* somebody asks whether they touch ... */
-    bool hysteresis;   /* ... and somebody of these with hysteresis */
-    bool verdict_only; /* a verdict will, of one threshold */
-} demand;
-/* Of a pair of which somebody was told something, hysteresis is part of what is asked. */
-demand ladder_demand(const world *w, const pair *p);
-/* Rungs 4 and on, from nothing: the number of narrow queries. */
-uint32_t ladder_ask(
-    const world *w, const pair *p, const demand *d, narrow_cache *cache, void *scratch, narrow_result *r);
-/* Widens an answer by the rounding of the relative pose; one that is no longer within the tolerance says so. */
-void ladder_allow_for_pose(
-    const world *w, const solid *a, const solid *b, const pose *b_in_a, double tolerance, narrow_result *r);
-void ladder_decide(world *w);
-double pair_size(const solid *a, const solid *b); /* m: the finite reaches */
-
-/* bounds.c */
-bool bounds_stand(const world *w, const pair *p); /* does what was told by bounds still hold? */
-void bounds_travel(const world *w, body *b);      /* a body has moved, or its shapes are others */
-/* Bounds that hold for a while: they are written to p->standing, too. `remembers`: what earlier ticks found may help.
- */
-void bounds_find(
-    const world *w, pair *p, const pose *b_in_a, double limit, bool remembers, void *scratch, narrow_result *r);
-void bounds_floor(const world *w, pair *p, const pose *b_in_a, narrow_result *r); /* the same by balls and boxes */
-
-/* work.c */
-enum { WORK_A_MOTION_BOUND = 30, WORK_AN_AXIS = 120 }; /* units */
-uint32_t work_of_bounds(const solid *a, const solid *b);
-void work_price(solid *s);                                                    /* fills apart, overlapping */
-uint32_t work_of(const solid *a, const solid *b, const demand *d, double lo); /* units of a refinement */
-/* Fills world.needs; returns how many of the first ones are to be refined, the others are set aside. */
-size_t work_order(world *w);
-void work_learn(world *w, size_t todo, size_t refined, uint64_t done); /* what came of it */
-void work_charge(world *w); /* what interests cost, and what of theirs is left undone */
 
 /* Has anybody been told how it stands? Then it is decided in full. */
 bool pair_is_told(const world *w, const pair *p);
@@ -697,17 +601,6 @@ void impact_decide(world *w);
 /* impact_axis.c */
 /* A world direction that may keep them apart from 0 to the span; zero: none was found. */
 vec3 impact_axis(const toi_mover *a, const toi_mover *b, const toi_request *request, void *scratch, uint32_t *queries);
-
-/* closing.c: what was told under terms that are no more */
-void closing_begin(world *w, uint32_t interest);          /* from here on it is old */
-void closing_go_on(world *w);                             /* ends it, as far as a slice goes */
-uint8_t closing_cause(const world *w, uint32_t interest); /* of ends that are nobody's doing but its subscriber's */
-static inline bool watch_is_old(const world *w, const watch *v)
-{
-    const interest *i = &w->interests.at[v->interest];
-    int64_t id = v->touch_id ? v->touch_id : v->near_id ? v->near_id : v->foretold_id;
-    return i->olds && id && id <= i->old_serial;
-}
 
 /* news.c: of two events of one watch. */
 /* The same bits in all but the ages: told again, it would say nothing. The names are equal but for which is A. */

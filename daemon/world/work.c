@@ -5,6 +5,8 @@
 #include "geom/compound.h"
 #include "geom/hull.h"
 #include "geom/mesh.h"
+#include "interest.h"
+#include "ladder.h"
 #include "state.h"
 
 #include "base/sort.h"

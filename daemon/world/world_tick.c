@@ -1,4 +1,6 @@
 /* world: its life, and the tick as the sequence of its phases. Tick thread. */
+#include "interest.h"
+#include "ladder.h"
 #include "match.h"
 #include "state.h"
 
