@@ -1,9 +1,9 @@
 """names.py ROOT LIBRARY... -- ALLOWED...: does each name of a function stand for one function in its library?
 
-A library is a list of folders of ROOT, divided by commas: their own C files, not those of folders below them. Static
-functions count too: a profile or a backtrace shows no more of them than the name. Formatting is the house's (script/lint),
-so a definition begins at the beginning of a line, and a `{` on a line of its own follows its head. ALLOWED are folders
-whose files are passed over; one that has no such names any more must leave that list."""
+A library is a folder of ROOT; its name ends in "/" where the folders below it are part of it. Static functions count too:
+a profile or a backtrace shows no more of them than the name. Formatting is the house's (script/lint), so a definition
+begins at the beginning of a line, and a `{` on a line of its own follows its head. ALLOWED are folders whose files are
+passed over; one that has no such names any more must leave that list."""
 import collections
 import pathlib
 import re
@@ -13,13 +13,12 @@ DEFINITION = re.compile(r"^(?![#/} ]|typedef\b|else\b)[^\n;={}]*?\b(\w+)\((?:[^;
 PASSED_OVER = re.compile(r"/\*.*?\*/|__attribute__\(\((?:[^()]|\([^()]*\))*\)\)\s*", re.S)
 
 
-def read_functions(root, folders):
+def read_functions(root, folder):
     """By name: the files that define a function of it."""
     found = collections.defaultdict(set)
-    for folder in folders:
-        for path in sorted((root / folder).glob("*.[ch]")):
-            for name in DEFINITION.findall(PASSED_OVER.sub("", path.read_text(encoding="utf-8"))):
-                found[name].add(path.relative_to(root))
+    for path in sorted((root / folder).glob("**/*.[ch]" if folder.endswith("/") else "*.[ch]")):
+        for name in DEFINITION.findall(PASSED_OVER.sub("", path.read_text(encoding="utf-8"))):
+            found[name].add(path.relative_to(root))
     return found
 
 
@@ -28,7 +27,7 @@ def main():
     split = rest.index("--")
     allowed, count, faults = dict.fromkeys(rest[split + 1:], 0), 0, 0
     for library in rest[:split]:
-        functions = read_functions(root, library.split(","))
+        functions = read_functions(root, library)
         if len(functions) < 10:
             sys.exit(f"{library}: only {len(functions)} functions are found in it: this guards nothing")
         count += len(functions)
