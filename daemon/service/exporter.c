@@ -218,7 +218,7 @@ static bool read_some(exporter *e, connection *c)
     return n > 0;
 }
 
-static bool send_some(exporter *e, connection *c)
+static bool send_response(exporter *e, connection *c)
 {
     size_t total = c->header_size + c->body_size;
     while (c->sent < total) {
@@ -260,7 +260,7 @@ static void go_on(exporter *e, connection *c)
 {
     bool more = true;
     for (int i = 0; i < HANDLED_MAX && more && c->state != FREE; i++)
-        more = c->state == READING ? read_some(e, c) : c->state == ANSWERING ? send_some(e, c) : leave_some(e, c);
+        more = c->state == READING ? read_some(e, c) : c->state == ANSWERING ? send_response(e, c) : leave_some(e, c);
 }
 
 static int64_t end_of(const connection *c)

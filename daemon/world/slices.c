@@ -70,7 +70,7 @@ static uint32_t purse_of(world *w, uint64_t owner)
     return empty;
 }
 
-static void put_last(world *w, uint32_t id, uint32_t to)
+static void put_due_last(world *w, uint32_t id, uint32_t to)
 {
     purse *p = &w->purses.at[to];
     body *b = &w->bodies.at[id];
@@ -87,7 +87,7 @@ static void put_last(world *w, uint32_t id, uint32_t to)
     w->due++;
 }
 
-static void take_out(world *w, uint32_t id)
+static void take_from_due(world *w, uint32_t id)
 {
     body *b = &w->bodies.at[id];
     purse *p = &w->purses.at[b->purse];
@@ -131,13 +131,13 @@ static void make_due(world *w, uint32_t id, uint32_t *recent)
     if (b->is_due) return;
     bool same = *recent < w->purses.count && w->purses.at[*recent].count && w->purses.at[*recent].owner == b->owner;
     if (!same) *recent = purse_of(w, b->owner);
-    put_last(w, id, *recent);
+    put_due_last(w, id, *recent);
 }
 
 void slices_forget(world *w, uint32_t id)
 {
     body *b = &w->bodies.at[id];
-    if (b->is_due) take_out(w, id);
+    if (b->is_due) take_from_due(w, id);
     w->parked -= b->is_parked;
     b->is_parked = false;
     weigh(w, b, 0);
@@ -403,8 +403,8 @@ static void take_turn(world *w, uint32_t at, uint64_t *spent)
         uint64_t before = *spent, left = w->slice - before, mine = (uint64_t)p->credit;
         taken how = take_body(w, id, left < mine ? left : mine, spent);
         w->purses.at[at].credit -= (int64_t)(*spent - before);
-        take_out(w, id);
-        if (how == IN_PART) put_last(w, id, at);
+        take_from_due(w, id);
+        if (how == IN_PART) put_due_last(w, id, at);
         w->bodies.at[id].is_parked = how == FULL;
         w->parked += how == FULL;
         weigh(w, &w->bodies.at[id], how == WHOLE ? 0 : how == FULL ? 1 : weight_of(w, &w->bodies.at[id]));
