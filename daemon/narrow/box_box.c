@@ -21,6 +21,7 @@
 #include "box_facing.h"
 #include "box_pair.h"
 #include "dispatch.h"
+#include "near_features.h"
 #include "primitive_pair.h"
 
 #include <string.h>

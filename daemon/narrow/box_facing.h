@@ -8,8 +8,8 @@
 #ifndef COLLIDED_NARROW_BOX_FACING_H
 #define COLLIDED_NARROW_BOX_FACING_H
 
+#include "features.h"
 #include "lanes.h"
-#include "near_features.h"
 
 /* Two boxes by their half sides, from A's centre to B's, and B's axes and, by them, A's. */
 typedef struct box_lanes {

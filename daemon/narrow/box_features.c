@@ -5,7 +5,7 @@
  * Across an axis along which the box has no extent the side is HIGH. */
 #include "box_facing.h"
 #include "box_pair.h"
-#include "near_features.h"
+#include "features.h"
 #include "scalar.h"
 
 /* ---- box facing ---- */

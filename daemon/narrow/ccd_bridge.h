@@ -5,7 +5,7 @@
 #ifndef COLLIDED_NARROW_CCD_BRIDGE_H
 #define COLLIDED_NARROW_CCD_BRIDGE_H
 
-#include "narrow.h"
+#include "request.h"
 #include "unit_pair.h"
 
 /* ---- ccd peer ---- */

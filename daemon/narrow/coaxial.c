@@ -2,7 +2,8 @@
  * plane: the least overlap along the normals of either outline. Pure; any thread. */
 #include "coaxial.h"
 
-#include "dispatch.h"
+#include "closed.h"
+#include "ellipsoid_pair.h"
 #include "scalar.h"
 
 /* ---- inscribed ---- */
@@ -39,9 +40,16 @@ static ball ball_towards(const shape *s, double shaved, vec3 c)
     }
 }
 
-static bool has_formula(const shape *s)
+/* The formula for a point beside a core; NULL: there is none. */
+static closed_form *beside_point(shape_type type)
 {
-    return dispatch_closed_form(SHAPE_SPHERE, s->type) != NULL && s->type != SHAPE_HALFSPACE;
+    static closed_form *const FORMS[SHAPE_CONVEX_COUNT] = {[SHAPE_SPHERE] = closed_sphere_sphere,
+        [SHAPE_CAPSULE] = closed_sphere_capsule,
+        [SHAPE_BOX] = closed_sphere_box,
+        [SHAPE_CYLINDER] = closed_sphere_revolved,
+        [SHAPE_CONE] = closed_sphere_revolved,
+        [SHAPE_ELLIPSOID] = ellipsoid_pair_measure};
+    return FORMS[type];
 }
 
 /* Where they may be apart, hi is told by points. */
@@ -64,7 +72,7 @@ static bool measure_point(
     x.b_in_a = *core_at;
     x.shaved_a = 0;
     x.shaved_b = core == &p->a ? p->shaved_a : p->shaved_b;
-    return dispatch_closed_form(SHAPE_SPHERE, core->type)(&x, goal, s);
+    return beside_point(core->type)(&x, goal, s);
 }
 
 bool inscribed_promises(const unit_pair *p)
@@ -79,12 +87,12 @@ void inscribed_depth(const unit_pair *p, const narrow_goal *goal, span *s)
     const transform *at = &p->b_in_a;
     span of;
     if (p->a.type == SHAPE_SPHERE) return; /* the formula has been asked */
-    if (has_formula(&p->b) && p->a.type != SHAPE_HULL) {
+    if (beside_point(p->b.type) && p->a.type != SHAPE_HULL) {
         ball in_a = ball_towards(&p->a, p->shaved_a, at->t);
         transform b_from_ball = {at->r, vec_sub(at->t, in_a.centre)};
         if (measure_point(p, goal, &p->b, &b_from_ball, &of)) narrow_by(p, of.axis, of.hi - in_a.radius + p->error, s);
     }
-    if (has_formula(&p->a) && p->b.type != SHAPE_HULL) {
+    if (beside_point(p->a.type) && p->b.type != SHAPE_HULL) {
         static const mat3 STRAIGHT = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
         ball in_b = ball_towards(&p->b, p->shaved_b, vec_neg(mat_tmul(at->r, at->t)));
         transform a_from_ball = {STRAIGHT, vec_neg(vec_add(mat_mul(at->r, in_b.centre), at->t))};

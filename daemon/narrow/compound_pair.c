@@ -274,10 +274,11 @@ static void settle(const unit_pair *p, const nearest_search *q, const narrow_req
 }
 
 void compound_pair_query(const unit_pair *p, const shape *a, const shape *b, const pose *b_in_a,
-    const narrow_request *request, narrow_scratch *scratch, epa_scratch *epa, union_scratch *parts, narrow_result *out)
+    const narrow_request *request, narrow_ask *ask, narrow_scratch *scratch, epa_scratch *epa, union_scratch *parts,
+    narrow_result *out)
 {
     compound_walk w;
-    compound_walk_init(&w, p, a, b, *b_in_a);
+    compound_walk_init(&w, p, a, b, *b_in_a, ask);
     if (compound_part_count(&w.a) == 1 && compound_part_count(&w.b) == 1) {
         compound_parts_query(&w, 0, 0, request, scratch, out);
         return;

@@ -16,9 +16,10 @@ static inline bool compound_pair_applies(const shape *b)
     return b->type == SHAPE_COMPOUND;
 }
 
-/* `epa` and `parts` are part of `scratch`. */
+/* `ask` answers about two parts; `epa` and `parts` are part of `scratch`. */
 void compound_pair_query(const unit_pair *p, const shape *a, const shape *b, const pose *b_in_a,
-    const narrow_request *request, narrow_scratch *scratch, epa_scratch *epa, union_scratch *parts, narrow_result *out);
+    const narrow_request *request, narrow_ask *ask, narrow_scratch *scratch, epa_scratch *epa, union_scratch *parts,
+    narrow_result *out);
 
 /* How far B must go to be apart for certain, in units of the pair: a translation, or one of infinite length where none
  * was found. `deepest`: what is known of the deepest pair of parts, of those numbers, in metres. */

@@ -43,7 +43,8 @@ static vec3 absolute(vec3 v)
     return vec(fabs(v.x), fabs(v.y), fabs(v.z));
 }
 
-void compound_walk_init(compound_walk *w, const unit_pair *p, const shape *a, const shape *b, pose b_in_a)
+void compound_walk_init(
+    compound_walk *w, const unit_pair *p, const shape *a, const shape *b, pose b_in_a, narrow_ask *ask)
 {
     *w = (compound_walk){.a = side_of(a, p->scale),
         .b = side_of(b, p->scale),
@@ -55,7 +56,8 @@ void compound_walk_init(compound_walk *w, const unit_pair *p, const shape *a, co
         .error = p->error,
         .size = p->size,
         .within = INFINITY,
-        .effort = p->effort};
+        .effort = p->effort,
+        .ask = ask};
     const mat3 *r = &p->b_in_a.r;
     w->spread = (mat3){absolute(r->x), absolute(r->y), absolute(r->z)};
 }
@@ -248,10 +250,10 @@ void compound_parts_query(const compound_walk *w, uint32_t part_a, uint32_t part
     shape a = compound_part(&w->a, part_a, &local_a), b = compound_part(&w->b, part_b, &local_b);
     if (order_shapes(&a, &b) > 0) {
         pose back = inverse(relative);
-        narrow_query_part(&b, &a, &back, request, scratch, out);
+        w->ask(&b, &a, &back, request, scratch, out);
         bring_to_a(out, pose_mul(local_a, relative), true);
     } else {
-        narrow_query_part(&a, &b, &relative, request, scratch, out);
+        w->ask(&a, &b, &relative, request, scratch, out);
         if (is_placed(&w->a, part_a)) bring_to_a(out, local_a, false);
     }
     int64_t vertices = compound_vertices(&a, &b);

@@ -30,12 +30,14 @@ typedef struct compound_walk {
     double within;   /* signed, in units of the pair; a visitor may lower it */
     double left_out; /* the least bound of what was left out */
     uint32_t visits;
-    effort *effort; /* of the query */
-    bool cut;       /* it ended before all that is near had been visited; left_out has the bound of the rest */
+    effort *effort;  /* of the query */
+    narrow_ask *ask; /* who answers about two parts */
+    bool cut;        /* it ended before all that is near had been visited; left_out has the bound of the rest */
 } compound_walk;
 
 /* `p`: the whole pair; `a`, `b`: the shapes that it was made of. */
-void compound_walk_init(compound_walk *w, const unit_pair *p, const shape *a, const shape *b, pose b_in_a);
+void compound_walk_init(
+    compound_walk *w, const unit_pair *p, const shape *a, const shape *b, pose b_in_a, narrow_ask *ask);
 
 /* As if B were elsewhere: the position is in units of the pair. */
 void compound_walk_move(compound_walk *w, vec3 position);
@@ -50,7 +52,7 @@ uint32_t compound_part_count(const compound_side *s);
  * frame of the whole. */
 shape compound_part(const compound_side *s, uint32_t part, pose *local);
 
-/* What narrow_query says of two parts, in A's frame, and as sure as the poses of the whole pair and of the parts are.
+/* What w->ask says of two parts, in A's frame, and as sure as the poses of the whole pair and of the parts are.
  * The types of the parts may be in any order. */
 void compound_parts_query(const compound_walk *w, uint32_t part_a, uint32_t part_b, const narrow_request *request,
     narrow_scratch *scratch, narrow_result *out);

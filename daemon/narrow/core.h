@@ -8,7 +8,6 @@
 #include "geom/hull_scan.h"
 #include "geom/hull_support.h"
 #include "scalar.h"
-#include "unit_pair.h"
 
 static inline vec3 core_disc(double r, double z, vec3 d)
 {

@@ -1,6 +1,7 @@
 /* course: relative poses along a motion, and the bounds that belong to them. Pure; any thread. */
 #include "course.h"
 
+#include "narrow.h"
 #include "scalar.h"
 #include "unit_pair.h"
 

@@ -6,7 +6,7 @@
 #ifndef COLLIDED_NARROW_COURSE_H
 #define COLLIDED_NARROW_COURSE_H
 
-#include "toi.h"
+#include "toi_request.h"
 
 typedef struct course_place { /* where the two are at a time */
     pose b_in_a;              /* the shapes */

@@ -1,6 +1,7 @@
 /* descent: an active set of at most three pieces, that grows by support points. Pure; any thread. */
 #include "descent.h"
 
+#include "features.h"
 #include "pieces.h"
 #include "rim_features.h"
 #include "scalar.h"
@@ -98,4 +99,39 @@ void descent_distance(const unit_pair *p, const narrow_goal *goal, vec3 seed, gj
     lower_upper(&out->span, best.point_a, best.point_b);
     out->span.iterations += best.iterations;
     if (out->span.lo > 0) out->state = GJK_APART;
+}
+
+/* ---- the features of rims, from nothing ---- */
+
+/* An axis that is so near to n* names the features. */
+static const double NAMING_ANGLE = 0x1p-14;
+
+/* The bracket of a search that goes on for as long as doubles let it. */
+static void narrow_down(const unit_pair *p, const narrow_goal *goal, span *s)
+{
+    narrow_goal exactly = {goal->finest, goal->finest, INFINITY, -INFINITY, INFINITY, INFINITY, false};
+    gjk_result r;
+    descent_distance(p, &exactly, s->axis, &r);
+    if (!(r.span.hi - r.span.lo < s->hi - s->lo)) return;
+    r.span.method = s->method;
+    r.span.iterations += s->iterations;
+    *s = r.span;
+}
+
+static bool find_rims(const unit_pair *p, const narrow_goal *goal, span *s, span *out)
+{
+    if (rim_features_find_at(p, goal, s, out)) return true;
+    if (rim_features_angle(s) > NAMING_ANGLE) {
+        narrow_down(p, goal, s);
+        if (rim_features_find_at(p, goal, s, out)) return true;
+    }
+    return rim_features_find_along(p, goal, s, out);
+}
+
+void descent_settle_rims(const unit_pair *p, const narrow_goal *goal, span *s)
+{
+    span out;
+    if (s->nearest.count_a) return;
+    if (!(s->hi >= 0.5 * NEAR_LEAST_DISTANCE * p->size) || s->lo > goal->far) return;
+    if (find_rims(p, goal, s, &out)) *s = out;
 }

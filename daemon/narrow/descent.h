@@ -13,4 +13,8 @@
  * goal, GJK from the best axis. For pairs of which pieces_apply. `seed`: see gjk_distance. */
 void descent_distance(const unit_pair *p, const narrow_goal *goal, vec3 seed, gjk_result *out);
 
+/* The end of a search from nothing of bodies with rims (rim_features.h): *s is its bracket, unless it is the answer of
+ * strict features already; it becomes that if there are any: then it holds them. */
+void descent_settle_rims(const unit_pair *p, const narrow_goal *goal, span *s);
+
 #endif

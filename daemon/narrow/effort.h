@@ -6,7 +6,7 @@
 #ifndef COLLIDED_NARROW_EFFORT_H
 #define COLLIDED_NARROW_EFFORT_H
 
-#include "narrow.h"
+#include "request.h"
 
 /* Of one query. A query of a pair of meshes or compounds then takes at most 20 ms, with a factor of two to spare for
  * prices that are too low on some input, and for slower machines. */
@@ -75,9 +75,5 @@ static inline uint32_t effort_grant(const effort *e, uint32_t most, int64_t pric
     int64_t left = e && e->left > 0 ? e->left / price : 0;
     return !e || left > most ? most : (uint32_t)left;
 }
-
-/* As narrow_query of a part of a shape, within a query: it has what is left of the query's effort. */
-void narrow_query_part(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
-    narrow_scratch *scratch, narrow_result *result);
 
 #endif

@@ -4,7 +4,7 @@
  * points of B - A is an upper bound. The bracket of the best of both is kept apart from the search, which may stall. */
 #include "gjk.h"
 
-#include "near_features.h"
+#include "features.h"
 #include "scalar.h"
 
 enum { ITERATIONS_MAX = 128 };

@@ -27,9 +27,6 @@ void gjk_distance(const unit_pair *p, const narrow_goal *goal, vec3 seed, gjk_re
 
 /* That two cores overlap, and about how deep, from where GJK ended: for who asks for no more. */
 
-/* Of the pair's size: a tolerance that is looser than this is tried for roughly before a search begins. */
-#define ROUGH_TOLERANCE 0x1p-2
-
 /* True when the bounds are enough for the goal: GJK's tetrahedron holds the origin, so that the ball up to its nearest
  * face is in B - A; and each face's normal is an axis along which the overlap ends. The points are the deepest along
  * the axis. False: *out is as it was. */

@@ -1,10 +1,10 @@
 /* hull_axes: heights of faces, arcs that are left, pairs of these. Pure; any thread. */
 #include "hull_axes.h"
 
+#include "features.h"
 #include "geom/hull_map.h"
 #include "geom/hull_scan.h"
 #include "lanes.h"
-#include "near_features.h"
 #include "scalar.h"
 
 enum { VERTICES_MAX = HULL_MAP_VERTICES_MAX, FACES_MAX = HULL_MAP_FACES_MAX, SINGLES = HULL_MAP_LANES };

@@ -1,7 +1,7 @@
 /* hull_features: the formulas for vertices, edges and triangles of two hulls, and the proof that nothing else is as
  * near (near_features.h); where they overlap, A may also be a box. Pure; any thread. */
+#include "features.h"
 #include "geom/hull_scan.h"
-#include "near_features.h"
 #include "scalar.h"
 #include "simplex.h"
 

@@ -7,7 +7,7 @@
 #ifndef COLLIDED_NARROW_MANIFOLD_H
 #define COLLIDED_NARROW_MANIFOLD_H
 
-#include "narrow.h"
+#include "request.h"
 
 /* ---- manifold choice ---- */
 

@@ -3,7 +3,6 @@
 
 #include "dispatch.h"
 #include "gjk.h"
-#include "mesh_pair.h"
 #include "scalar.h"
 
 /* Work for one pair: counted, so that an answer depends on the poses alone. */

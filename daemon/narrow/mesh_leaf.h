@@ -2,7 +2,7 @@
 #ifndef COLLIDED_NARROW_MESH_LEAF_H
 #define COLLIDED_NARROW_MESH_LEAF_H
 
-#include "mesh_walk.h"
+#include "mesh_place.h"
 
 /* Visits the pairs of parts that are not proven to be farther apart than w->within; `box_a` is of no meaning when all
  * of a convex A is the only part. False: the visitor has had enough. */

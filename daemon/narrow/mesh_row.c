@@ -3,7 +3,6 @@
 #include "mesh_row.h"
 
 #include "lanes.h"
-#include "mesh_row_wide.h"
 
 #define ROW_INLINE LANES_INLINE
 

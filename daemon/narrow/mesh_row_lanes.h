@@ -1,14 +1,11 @@
 /* mesh_row_lanes: what mesh_row.c and mesh_row_wide.c are made of: four triangles in the four lanes of lanes.h. What is
  * not a number separates nothing.
  *
- * Whoever includes it says before what ROW_INLINE is, and has greater_of and lesser_of (the second where one is not a
- * number), choose, pick (lane k: that of which[k]), and bits_of (bit k: lane k of a mask). All that uses them is here,
- * so that both give the same bits. Pure; any thread. */
+ * Whoever includes it includes lanes.h and mesh_row.h before, and says what ROW_INLINE is, and has greater_of and
+ * lesser_of (the second where one is not a number), choose, pick (lane k: that of which[k]), and bits_of (bit k: lane k
+ * of a mask). All that uses them is here, so that both give the same bits. Pure; any thread. */
 #ifndef COLLIDED_NARROW_MESH_ROW_LANES_H
 #define COLLIDED_NARROW_MESH_ROW_LANES_H
-
-#include "lanes.h"
-#include "mesh_row.h"
 
 /* What must be of one width is so here. */
 _Static_assert((int)LANES == (int)MESH_LEAF_MAX, "a leaf fills the lanes");

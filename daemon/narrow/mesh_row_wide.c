@@ -1,5 +1,5 @@
 /* Four triangles side by side in registers of 32 bytes. Pure; any thread. */
-#include "mesh_row_wide.h"
+#include "mesh_row.h"
 
 #if defined(__x86_64__)
 

@@ -1,31 +1,10 @@
 /* mesh_stand: how far the patches of nodes of two meshes reach along the axis of a walk, and where those of A are as
- * B's nodes see them; what floats hold of that. For mesh_walk.c and mesh_walk_place.c. What is known of a node serves
+ * B's nodes see them; what floats hold of that. For mesh_walk.c. What is known of a node serves
  * each pair that it is in. Pure; any thread. */
 #ifndef COLLIDED_NARROW_MESH_STAND_H
 #define COLLIDED_NARROW_MESH_STAND_H
 
-#include "mesh_walk.h"
-
-/* u_float = 2^-24. A bound of mesh_bounds is made of less than 60 terms, none greater than the mesh's unit and the
- * other's reach together, and each is off by less than 4 u_float of that; that the sides of the other's box are turned
- * in floats makes 60 more of them: 480 u_float, 15/16 of this, so that the reach may be summed in floats. */
-#define FLOAT_SLACK 0x1p-15f
-
-/* Boxes of meshes lie within 1 of the origin; floats are of no use for what reaches beyond this. */
-#define FLOAT_FAR 0x1p40
-
-LANES_INLINE double sum_abs(vec3 v)
-{
-    return fabs(v.x) + fabs(v.y) + fabs(v.z);
-}
-
-LANES_INLINE void put3(float to[MESH_WIDTH], vec3 v)
-{
-    to[0] = (float)v.x;
-    to[1] = (float)v.y;
-    to[2] = (float)v.z;
-    to[3] = 0;
-}
+#include "mesh_place.h"
 
 LANES_INLINE void stand_keep(float to[MESH_WIDTH], mesh_lanes v)
 {

@@ -5,6 +5,7 @@
 
 #include "ccd_bridge.h"
 #include "compound_pair.h"
+#include "descent.h"
 #include "dispatch.h"
 #include "exact.h"
 #include "feature_code.h"
@@ -36,6 +37,12 @@ size_t narrow_scratch_size(void)
 /* Of the sizes: shapes that overlap by less, or are that near, touch but for a little. */
 #define LITTLE 0x1p-20
 
+bool narrow_ordered(const shape *a, uint64_t tie_a, const shape *b, uint64_t tie_b)
+{
+    int c = order_shapes(a, b);
+    return c ? c < 0 : tie_a <= tie_b;
+}
+
 static void measure(const unit_pair *p, const narrow_goal *g, narrow_engine engine, narrow_scratch *scratch, span *s)
 {
     bool plane = p->a.type == SHAPE_HALFSPACE || p->b.type == SHAPE_HALFSPACE;
@@ -47,7 +54,7 @@ static void measure(const unit_pair *p, const narrow_goal *g, narrow_engine engi
         dispatch_general(p, g, only_general, formula ? s->axis : VEC_ZERO, &scratch->epa, s);
     if (only_general) return;
     if (rim_features_apply(p, g))
-        rim_features_settle(p, g, s);
+        descent_settle_rims(p, g, s);
     else if (!s->nearest.deep && near_features_apply(p, g))
         near_features_settle(p, g, s);
 }
@@ -109,6 +116,8 @@ static void remember(unit_pair *p, const narrow_cache *cache)
     if (cache->lower > 0) p->apart_along = cache->axis;
 }
 
+static narrow_ask query_part;
+
 /* The answer of the search in doubles, in A's frame. */
 static void search(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
     narrow_cache *cache, narrow_scratch *scratch, effort *effort, unit_pair *p, narrow_result *result)
@@ -120,7 +129,7 @@ static void search(const shape *a, const shape *b, const pose *b_in_a, const nar
     unit_pair_init(p, a, b, b_in_a);
     p->effort = effort;
     if (compound_pair_applies(b)) {
-        compound_pair_query(p, a, b, b_in_a, request, scratch, &scratch->epa, &scratch->pieces, result);
+        compound_pair_query(p, a, b, b_in_a, request, query_part, scratch, &scratch->epa, &scratch->pieces, result);
         return;
     }
     if (mesh_pair_applies(a, b)) mesh_pair_prepare(p, a);
@@ -242,7 +251,7 @@ void narrow_query(const shape *a, const shape *b, const pose *b_in_a, const narr
     query(a, b, b_in_a, request, cache, scratch, begin_effort(a, b, scratch), result);
 }
 
-void narrow_query_part(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
+static void query_part(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
     narrow_scratch *scratch, narrow_result *result)
 {
     query(a, b, b_in_a, request, NULL, scratch, &scratch->effort, result);

@@ -13,62 +13,6 @@
 /* Of hi: a bracket so narrow names the features. */
 #define NAMING_WIDTH 0x1p-36
 
-/* Of hulls a search stops so little sooner that features, which the next frame begins with, are worth more. */
-#define CLOSE_TOLERANCE_OF_HULLS 0x1p-9
-
-static bool is_scanned(const shape *s)
-{
-    return s->type == SHAPE_HULL && s->hull->face_count > 0 && s->hull->padded_count <= HULL_SCAN_MAX;
-}
-
-bool near_features_scans(const shape *a, const shape *b)
-{
-    return is_scanned(a) && is_scanned(b);
-}
-
-bool near_features_name_depths(const shape *a, const shape *b)
-{
-    if (a->type == SHAPE_BOX) return is_scanned(b);
-    return near_features_scans(a, b) && sat_affords(a->hull, b->hull);
-}
-
-static bool are_boxes(const unit_pair *p)
-{
-    return (p->a.type == SHAPE_BOX || p->a.type == SHAPE_CAPSULE) && p->b.type == SHAPE_BOX;
-}
-
-bool near_features_apply(const unit_pair *p, const narrow_goal *goal)
-{
-    if (goal->near != -INFINITY) return false;
-    if (are_boxes(p)) return near_features_apply_to_boxes(goal, p->size);
-    return goal->tolerance <= CLOSE_TOLERANCE_OF_HULLS * p->size && near_features_scans(&p->a, &p->b);
-}
-
-bool near_features_reach_depths(const unit_pair *p, const narrow_goal *goal)
-{
-    bool close = goal->near == -INFINITY && goal->tolerance <= ROUGH_TOLERANCE * p->size &&
-                 goal->tolerance >= 4 * NEAR_DEPTH_WIDTHS * p->error;
-    return close && near_features_name_depths(&p->a, &p->b);
-}
-
-/* May GJK end, its bounds closed to the tolerance, before it knows that the two overlap? */
-static bool is_shallow(const unit_pair *p, const narrow_goal *goal, const span *of)
-{
-    double depth = -0.5 * (of->lo + of->hi);
-    return !(depth > goal->tolerance + 2 * p->error);
-}
-
-bool near_features_span(const unit_pair *p, const narrow_goal *goal, const narrow_features *f, span *out)
-{
-    bool (*const of_boxes)(const unit_pair *, const narrow_features *, span *) =
-        p->features_in_lanes ? box_facing_span : box_features_span;
-    if (!(are_boxes(p) ? of_boxes : hull_features_span)(p, f, out)) return false;
-    if (f->deep && is_shallow(p, goal, out)) return false;
-    out->nearest = *f;
-    out->iterations = 1;
-    return out->hi + 2 * p->error <= goal->far; /* or else a search may have ended beyond it */
-}
-
 /* Features by number: vertices, edges and triangles of a hull, or the 27 of a box. */
 enum { BOX_FEATURES = 27 };
 
@@ -119,7 +63,7 @@ static void narrow_down(const unit_pair *p, const narrow_goal *goal, span *s)
 static bool find_along(const unit_pair *p, const narrow_goal *goal, const span *s, span *out)
 {
     narrow_features f = {.count_a = 0};
-    if (are_boxes(p))
+    if (features_are_of_boxes(p))
         box_features_along(p, s->axis, &f);
     else if (!hull_features_along(p, s->axis, &f))
         return false;
@@ -217,7 +161,7 @@ bool near_features_at_once(const unit_pair *p, const narrow_goal *goal, span *ou
 static bool seek(const unit_pair *p, const narrow_goal *goal, const narrow_features *from, span *out)
 {
     narrow_features f = {.count_a = 0};
-    return !are_boxes(p) && hull_features_descend(p, from, &f) && near_features_span(p, goal, &f, out);
+    return !features_are_of_boxes(p) && hull_features_descend(p, from, &f) && near_features_span(p, goal, &f, out);
 }
 
 bool near_features_recall(const unit_pair *p, const narrow_goal *goal, const narrow_features *nearest, span *out)

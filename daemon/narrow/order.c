@@ -73,9 +73,3 @@ int order_poses(pose a, pose b)
     if (c == 0) c = compare(a.q.w, b.q.w);
     return c ? c : compare_vec(vec(a.q.x, a.q.y, a.q.z), vec(b.q.x, b.q.y, b.q.z));
 }
-
-bool narrow_ordered(const shape *a, uint64_t tie_a, const shape *b, uint64_t tie_b)
-{
-    int c = order_shapes(a, b);
-    return c ? c < 0 : tie_a <= tie_b;
-}

@@ -2,7 +2,7 @@
 #ifndef COLLIDED_NARROW_ORDER_H
 #define COLLIDED_NARROW_ORDER_H
 
-#include "narrow.h"
+#include "request.h"
 
 /* By type, sizes, radius, and the vertices of hulls or the children of compounds; 0 when equal. */
 int order_shapes(const shape *a, const shape *b);

@@ -1,7 +1,7 @@
 /* polytope_depth: the search over a surface (surface.h). Pure; any thread. About 20 kB on the stack. */
 #include "polytope_depth.h"
 
-#include "near_features.h"
+#include "features.h"
 #include "surface.h"
 
 #include <string.h>

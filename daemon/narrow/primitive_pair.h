@@ -8,10 +8,10 @@
 #ifndef COLLIDED_NARROW_PRIMITIVE_PAIR_H
 #define COLLIDED_NARROW_PRIMITIVE_PAIR_H
 
+#include "epa.h"
 #include "finish.h"
 #include "formulas.h"
 #include "geom/round.h"
-#include "primitives.h"
 
 #define INLINE __attribute__((always_inline)) static inline
 

@@ -1,8 +1,7 @@
 /* rim_features: the features that two bodies are nearest at, and the proof that it is these. Pure; any thread. */
 #include "rim_features.h"
 
-#include "descent.h"
-#include "near_features.h"
+#include "features.h"
 #include "scalar.h"
 
 /* ---- rim parts ---- */
@@ -443,11 +442,10 @@ bool rim_stand_on_face(const rim_part *face, const rim_part *other, double sign,
 /* ---- rim features ---- */
 
 /* Of the size, unless said otherwise. */
-static const double SHARE = 0x1p-13;        /* of an edge: how far inside of it a point is */
-static const double INSIDE = 0x1p-13;       /* of a face */
-static const double CLOSED = 0x1p-48;       /* of bounds */
-static const double NAMING_ANGLE = 0x1p-14; /* an axis that is so near to n* names the features */
-static const double ON = 0x1p-30;           /* points are on a side to within this */
+static const double SHARE = 0x1p-13;  /* of an edge: how far inside of it a point is */
+static const double INSIDE = 0x1p-13; /* of a face */
+static const double CLOSED = 0x1p-48; /* of bounds */
+static const double ON = 0x1p-30;     /* points are on a side to within this */
 
 /* ---- the proof ---- */
 
@@ -503,8 +501,7 @@ bool rim_features_recall(
 
 /* ---- which features? ---- */
 
-/* Of a rough bracket, whose points on a rim are between others, an end may be taken to be flat that is not. */
-static bool find_at(const unit_pair *p, const narrow_goal *goal, const span *s, span *out)
+bool rim_features_find_at(const unit_pair *p, const narrow_goal *goal, const span *s, span *out)
 {
     narrow_features f = {.count_a = 3, .count_b = 3};
     double near = ON * p->size;
@@ -515,18 +512,16 @@ static bool find_at(const unit_pair *p, const narrow_goal *goal, const span *s, 
     return (a || b) && features_span(p, goal, &f, s->axis, out);
 }
 
-/* The square of the angle between the bracket's axis and n* is at most 2 (hi - lo) / hi. */
-static double angle_of(const span *s)
+double rim_features_angle(const span *s)
 {
     return sqrt(2 * max_of(s->hi - s->lo, 0) / s->hi) + 0x1p-30;
 }
 
-/* All that the bracket leaves. Below half of the least margin of directions that is one feature of each at most. */
-static bool find_along(const unit_pair *p, const narrow_goal *goal, const span *s, span *out)
+bool rim_features_find_along(const unit_pair *p, const narrow_goal *goal, const span *s, span *out)
 {
     narrow_features f = {.count_a = 3, .count_b = 3};
     vec3 back = mat_tmul(p->b_in_a.r, vec_neg(s->axis));
-    double off = angle_of(s);
+    double off = rim_features_angle(s);
     for (uint32_t i = 0; i < rim_part_count(&p->a); i++) {
         rim_part_numbered(&p->a, i, f.a);
         if (!rim_part_may_be(&p->a, f.a, s->axis, off)) continue;
@@ -538,42 +533,13 @@ static bool find_along(const unit_pair *p, const narrow_goal *goal, const span *
     return false;
 }
 
-/* The bracket of a search that goes on for as long as doubles let it. */
-static void narrow_down(const unit_pair *p, const narrow_goal *goal, span *s)
-{
-    narrow_goal exactly = {goal->finest, goal->finest, INFINITY, -INFINITY, INFINITY, INFINITY, false};
-    gjk_result r;
-    descent_distance(p, &exactly, s->axis, &r);
-    if (!(r.span.hi - r.span.lo < s->hi - s->lo)) return;
-    r.span.method = s->method;
-    r.span.iterations += s->iterations;
-    *s = r.span;
-}
-
-static bool find(const unit_pair *p, const narrow_goal *goal, span *s, span *out)
-{
-    if (find_at(p, goal, s, out)) return true;
-    if (angle_of(s) > NAMING_ANGLE) {
-        narrow_down(p, goal, s);
-        if (find_at(p, goal, s, out)) return true;
-    }
-    return find_along(p, goal, s, out);
-}
-
 bool rim_features_at(const unit_pair *p, const narrow_goal *goal, span *s)
 {
     span out;
-    if (!rim_features_apply(p, goal) || !(s->hi >= NEAR_LEAST_DISTANCE * p->size) || !find_at(p, goal, s, &out))
+    if (!rim_features_apply(p, goal) || !(s->hi >= NEAR_LEAST_DISTANCE * p->size) ||
+        !rim_features_find_at(p, goal, s, &out))
         return false;
     out.iterations = 1;
     *s = out;
     return true;
-}
-
-void rim_features_settle(const unit_pair *p, const narrow_goal *goal, span *s)
-{
-    span out;
-    if (s->nearest.count_a) return;
-    if (!(s->hi >= 0.5 * NEAR_LEAST_DISTANCE * p->size) || s->lo > goal->far) return;
-    if (find(p, goal, s, &out)) *s = out;
 }

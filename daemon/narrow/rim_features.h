@@ -131,8 +131,15 @@ bool rim_features_recall(
  * strict. */
 bool rim_features_at(const unit_pair *p, const narrow_goal *goal, span *s);
 
-/* The end of a search from nothing: *s is its bracket, unless it is the answer of strict features already; it
- * becomes that if there are any: then it holds them. */
-void rim_features_settle(const unit_pair *p, const narrow_goal *goal, span *s);
+/* For the end of a search (descent_settle_rims): the answer of the features that the bracket's points are on. Of a
+ * rough bracket, whose points on a rim are between others, an end may be taken to be flat that is not. */
+bool rim_features_find_at(const unit_pair *p, const narrow_goal *goal, const span *s, span *out);
+
+/* The greatest angle between the bracket's axis and n*: its square is at most 2 (hi - lo) / hi. */
+double rim_features_angle(const span *s);
+
+/* The answer of any features that the bracket leaves. Below half of the least margin of directions that is one feature
+ * of each at most. */
+bool rim_features_find_along(const unit_pair *p, const narrow_goal *goal, const span *s, span *out);
 
 #endif

@@ -2,6 +2,7 @@
 #include "closed.h"
 #include "core.h"
 #include "finish.h"
+#include "narrow.h"
 #include "scalar.h"
 #include "simplex.h"
 

@@ -3,7 +3,7 @@
 #ifndef COLLIDED_NARROW_TOI_PRIMITIVES_H
 #define COLLIDED_NARROW_TOI_PRIMITIVES_H
 
-#include "toi.h"
+#include "toi_request.h"
 
 /* ---- two balls, whose centres move along straight lines: a quadratic equation, proven at both ends ---- */
 

@@ -3,6 +3,7 @@
 
 #include "core.h"
 #include "scalar.h"
+#include "unit_pair.h"
 
 enum { ROUNDS_MAX = 8, ALTERNATIONS = 1 }; /* directions are looked for so often in a piece */
 static const double FINE = 0.001;          /* of the pair's size: so much may a gap dip in a whole piece, ... */

@@ -11,6 +11,7 @@
  * touch, and from there on the whole shapes are looked at. */
 #include "toi_walk.h"
 
+#include "narrow.h"
 #include "scalar.h"
 #include "toi_leaves.h"
 #include "unit_pair.h"

@@ -2,7 +2,8 @@
 #ifndef COLLIDED_NARROW_TOI_WALK_H
 #define COLLIDED_NARROW_TOI_WALK_H
 
-#include "toi.h"
+#include "narrow.h"
+#include "toi_request.h"
 
 /* As toi_find, for shapes to which toi_parts_apply; the poses at lo are not filled in. */
 void toi_walk(

@@ -50,6 +50,9 @@ static inline bool narrow_goal_reached(const narrow_goal *g, double lo, double h
     return hi - lo <= (decided ? g->tolerance : g->finest) || lo > g->far || hi <= g->near;
 }
 
+/* Of the pair's size: a tolerance that is looser than this is tried for roughly before a search for a depth begins. */
+#define ROUGH_TOLERANCE 0x1p-2
+
 /* The answer about two cores. `lo` and `hi` are as computed: `unit_pair.error` is not yet in them. */
 typedef struct span {
     double lo, hi;

@@ -3,6 +3,7 @@
 #include "geom/support.h"
 #include "narrow/feature_code.h"
 #include "narrow/manifold.h"
+#include "narrow/narrow.h"
 #include "random_shapes.h"
 
 #include <setjmp.h>

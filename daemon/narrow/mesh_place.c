@@ -1,8 +1,8 @@
 /* Where the two shapes of a walk are, as each other's boxes see them; the axis, and the parts that are visited. Pure;
  * any thread. */
+#include "mesh_place.h"
+
 #include "core.h"
-#include "mesh_stand.h"
-#include "mesh_walk.h"
 
 /* Two boxes are opened together where neither mesh is more than this times as large as the other, nor farther away than
  * ALONE_FAR times its size: elsewhere floats are better of one box at a time. */
