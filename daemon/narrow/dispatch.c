@@ -1,21 +1,16 @@
 /* dispatch: the table of closed forms, and the general method behind it. Pure; any thread. */
 #include "dispatch.h"
 
-#include "box_pair.h"
-#include "box_revolved.h"
-#include "coaxial.h"
-#include "curved_depth.h"
-#include "cylinder_pair.h"
-#include "descent.h"
-#include "ellipsoid_pair.h"
-#include "gjk.h"
-#include "near_features.h"
-#include "pieces.h"
-#include "polytope_depth.h"
-#include "revolved_pair.h"
-#include "sat.h"
-#include "scalar.h"
-#include "witness.h"
+#include "narrow/closed/closed.h"
+#include "narrow/convex/gjk.h"
+#include "narrow/convex/near_features.h"
+#include "narrow/convex/polytope_depth.h"
+#include "narrow/convex/polytopes.h"
+#include "narrow/convex/witness.h"
+#include "narrow/curved/curved.h"
+#include "narrow/curved/pieces.h"
+#include "narrow/curved/revolved.h"
+#include "narrow/math/scalar.h"
 
 #define GENERAL NULL
 #define SPH_SPH closed_sphere_sphere

@@ -6,7 +6,7 @@
 #ifndef COLLIDED_NARROW_NARROW_H
 #define COLLIDED_NARROW_NARROW_H
 
-#include "request.h"
+#include "narrow/pair/request.h"
 
 /* The caller's memory, one a thread; opaque, of narrow_scratch_size() bytes, to be aligned to 64. */
 size_t narrow_scratch_size(void);

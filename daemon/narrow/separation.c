@@ -1,10 +1,10 @@
 /* separation: proofs that two shapes are apart, along one axis or a few, without a search. Pure; any thread. */
-#include "closed.h"
-#include "core.h"
-#include "finish.h"
 #include "narrow.h"
-#include "scalar.h"
-#include "simplex.h"
+#include "narrow/closed/closed.h"
+#include "narrow/convex/simplex.h"
+#include "narrow/math/scalar.h"
+#include "narrow/pair/core.h"
+#include "narrow/pair/finish.h"
 
 /* ---- along one axis ---- */
 

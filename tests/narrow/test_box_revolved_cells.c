@@ -1,9 +1,9 @@
-/* The bounds of arcs in narrow/great_arc.c and narrow/box_revolved.c, which are compiled in here: along no direction of
- * an arc of a great circle do the cores overlap by less, by 113-bit support functions; random arcs of all sizes and of
- * both pieces. And what the whole search rests on: no direction at all is below what it proves. */
+/* The bounds of arcs in narrow/curved/great_arc.c and narrow/curved/box_revolved.c, which are compiled in here: along
+ * no direction of an arc of a great circle do the cores overlap by less, by 113-bit support functions; random arcs of
+ * all sizes and of both pieces. And what the whole search rests on: no direction at all is below what it proves. */
 #define box_revolved_measure the_copy_under_test
-#include "narrow/box_revolved.c" /* NOLINT(bugprone-suspicious-include): its inside is what is tested */
-#include "narrow/great_arc.c"    /* NOLINT(bugprone-suspicious-include): its inside is what is tested */
+#include "narrow/curved/box_revolved.c" /* NOLINT(bugprone-suspicious-include): its inside is what is tested */
+#include "narrow/curved/great_arc.c"    /* NOLINT(bugprone-suspicious-include): its inside is what is tested */
 
 #include "cases.h"
 #include "oracle.h"

@@ -1,8 +1,8 @@
-/* The bounds of the cells in narrow/revolved_pair.c, which is compiled in here: along no direction whose cosines are in
- * a cell do the cores overlap by less, by 113-bit support functions; random cells of all sizes, and directions on their
- * rims as often as inside. What flat ends are said to hold, they hold. */
+/* The bounds of the cells in narrow/curved/revolved_pair.c, which is compiled in here: along no direction whose cosines
+ * are in a cell do the cores overlap by less, by 113-bit support functions; random cells of all sizes, and directions
+ * on their rims as often as inside. What flat ends are said to hold, they hold. */
 #define revolved_pair_measure the_copy_under_test
-#include "narrow/revolved_pair.c" /* NOLINT(bugprone-suspicious-include): its inside is what is tested */
+#include "narrow/curved/revolved_pair.c" /* NOLINT(bugprone-suspicious-include): its inside is what is tested */
 
 #include "cases.h"
 #include "oracle.h"

@@ -1,0 +1,167 @@
+/* hull_seek: the search for the nearest features. Nearest points of simplices: Ericson, "Real-Time Collision
+ * Detection", 2005, 5.1. Pure; any thread. */
+#include "geom/hull_scan.h"
+#include "narrow/math/scalar.h"
+#include "polytopes.h"
+
+enum { STEPS_MOST = 24 };
+
+/* Of its square: a point that is no more than that below the nearest is on its plane. */
+#define NO_NEARER 0x1p-40
+
+typedef struct corner {
+    vec3 w; /* of B - A */
+    uint16_t a, b;
+} corner;
+
+typedef struct seeker {
+    corner at[4];
+    int count;
+    vec3 nearest; /* of the simplex to the origin; points from A to B */
+    double norm2;
+} seeker;
+
+static inline corner corner_along(const unit_pair *p, vec3 axis)
+{
+    uint32_t a, b = hull_scan(p->b.hull, mat_tmul(p->b_in_a.r, vec_neg(axis)));
+    vec3 on_a, on_b = vec_madd(p->b_in_a.t, p->scale, mat_mul(p->b_in_a.r, hull_vertex(p->b.hull, b)));
+    if (p->a.type == SHAPE_BOX) {
+        a = (axis.x < 0 ? 0 : 1U) | (axis.y < 0 ? 0 : 2U) | (axis.z < 0 ? 0 : 4U);
+        on_a = box_corner(p->a.half, a);
+    } else {
+        a = hull_scan(p->a.hull, axis);
+        on_a = vec_scale(hull_vertex(p->a.hull, a), p->scale);
+    }
+    return (corner){vec_sub(on_b, on_a), (uint16_t)a, (uint16_t)b};
+}
+
+static inline bool known(const seeker *s, const corner *c)
+{
+    for (int i = 0; i < s->count; i++)
+        if (s->at[i].a == c->a && s->at[i].b == c->b) return true;
+    return false;
+}
+
+/* What a simplex has come down to. */
+typedef struct part {
+    int count;
+    uint8_t index[3];
+    vec3 nearest;
+    double norm2;
+} part;
+
+static inline void take_vertex(const corner *at, uint8_t i, part *best)
+{
+    double norm2 = vec_norm2(at[i].w);
+    if (norm2 < best->norm2) *best = (part){1, {i}, at[i].w, norm2};
+}
+
+/* The edge from i to j: its inner points, if the nearest is one. */
+static inline void take_edge(const corner *at, uint8_t i, uint8_t j, part *best)
+{
+    vec3 e = vec_sub(at[j].w, at[i].w);
+    double t = -vec_dot(at[i].w, e), length2 = vec_norm2(e);
+    if (!(t > 0 && t < length2)) return;
+    vec3 point = vec_madd(at[i].w, t / length2, e);
+    double norm2 = vec_norm2(point);
+    if (norm2 < best->norm2) *best = (part){2, {i, j}, point, norm2};
+}
+
+/* The inner points of a triangle. False if the nearest is none of them. */
+static inline bool take_triangle(const corner *at, uint8_t i, uint8_t j, uint8_t k, vec3 n, part *best)
+{
+    vec3 p = at[i].w, q = at[j].w, r = at[k].w;
+    double u = vec_dot(n, vec_cross(q, r)), v = vec_dot(n, vec_cross(r, p)), w = vec_dot(n, vec_cross(p, q));
+    if (!(u > 0 && v > 0 && w > 0)) return false;
+    double height = vec_dot(n, p), area2 = vec_norm2(n), norm2 = height * height / area2;
+    if (norm2 < best->norm2) *best = (part){3, {i, j, k}, vec_scale(n, height / area2), norm2};
+    return true;
+}
+
+static inline vec3 normal_of(const corner *at, uint8_t i, uint8_t j, uint8_t k)
+{
+    return vec_cross(vec_sub(at[j].w, at[i].w), vec_sub(at[k].w, at[i].w));
+}
+
+/* The newest point is the last: the nearest of the simplex is on a part that has it, for it was nearer than all others
+ * along the axis. False when the origin is inside: of a tetrahedron, which is left as it is; or on a lesser part. */
+static bool reduce(seeker *s)
+{
+    part best = {.norm2 = INFINITY};
+    const corner *at = s->at;
+    uint8_t last = (uint8_t)(s->count - 1);
+    if (last == 3) {
+        bool outside = false;
+        for (uint8_t k = 0; k < 3; k++) {
+            uint8_t i = k == 0 ? 1 : 0, j = k == 2 ? 1 : 2;
+            vec3 n = normal_of(at, last, i, j);
+            bool beyond = vec_dot(n, at[last].w) * vec_dot(n, vec_sub(at[k].w, at[last].w)) > 0;
+            outside |= beyond;
+            if (beyond) take_triangle(at, last, i, j, n, &best);
+        }
+        if (!outside) return false;
+    } else if (last == 2) {
+        take_triangle(at, 0, 1, 2, normal_of(at, 0, 1, 2), &best);
+    }
+    if (best.count != 3) {
+        for (uint8_t i = 0; i < last; i++) take_edge(at, i, last, &best);
+        take_vertex(at, last, &best);
+    }
+    for (int i = 0; i < best.count - 1; i++) /* in ascending order, in place */
+        for (int k = i + 1; k < best.count; k++)
+            if (best.index[k] < best.index[i]) {
+                uint8_t swap = best.index[i];
+                best.index[i] = best.index[k], best.index[k] = swap;
+            }
+    for (int i = 0; i < best.count; i++) s->at[i] = at[best.index[i]];
+    s->count = best.count;
+    s->nearest = best.nearest;
+    s->norm2 = best.norm2;
+    return best.norm2 > 0;
+}
+
+static void include(uint16_t vertex, uint16_t set[3], uint8_t *count)
+{
+    uint8_t at = *count;
+    for (uint8_t i = 0; i < *count; i++)
+        if (set[i] == vertex) return;
+    for (; at > 0 && set[at - 1] > vertex; at--) set[at] = set[at - 1];
+    set[at] = vertex;
+    ++*count;
+}
+
+static hull_seek_end propose(const seeker *s, narrow_features *out)
+{
+    *out = (narrow_features){.count_a = 0};
+    for (int i = 0; i < s->count; i++) {
+        include(s->at[i].a, out->a, &out->count_a);
+        include(s->at[i].b, out->b, &out->count_b);
+    }
+    return HULL_SEEK_PROPOSES;
+}
+
+static hull_seek_end tell_inside(const seeker *s, hull_corners *holds)
+{
+    if (s->count < 4) return HULL_SEEK_UNKNOWN;
+    for (int i = 0; i < 4; i++) holds->a[i] = s->at[i].a, holds->b[i] = s->at[i].b;
+    return HULL_SEEK_INSIDE;
+}
+
+hull_seek_end hull_seek(const unit_pair *p, int patience, bool proposes, narrow_features *out, hull_corners *holds)
+{
+    seeker s;
+    bool apart = false;
+    s.count = 0;
+    s.nearest = p->b_in_a.t;
+    for (int i = 0; i < STEPS_MOST; i++) {
+        corner c = corner_along(p, s.nearest);
+        double along = vec_dot(c.w, s.nearest);
+        apart |= along > 0;
+        if (apart && !proposes) return HULL_SEEK_APART;
+        if (!apart && i + 1 >= patience) return HULL_SEEK_UNKNOWN;
+        if (s.count && (known(&s, &c) || !(along < s.norm2 * (1 - NO_NEARER)))) return propose(&s, out);
+        s.at[s.count++] = c;
+        if (!reduce(&s)) return apart ? HULL_SEEK_APART : tell_inside(&s, holds);
+    }
+    return apart ? HULL_SEEK_APART : HULL_SEEK_UNKNOWN;
+}

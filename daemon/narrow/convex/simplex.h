@@ -1,0 +1,50 @@
+/* simplex: the point of the hull of up to four points that is nearest to the origin.
+ *
+ * A search of the sub-simplices that hold the newest point (the others were searched before it came); the least of the
+ * valid candidates wins. Faces that surely cannot hold it are passed over, and one that surely does ends the search;
+ * what rounding could blur (flat tetrahedra, slivers) is compared in full. Directions come from the
+ * features (normal by a cross product, orthogonal to the edge), not from the nearest point, so that they stay accurate
+ * when that point is close to the origin. Pure; any thread. */
+#ifndef COLLIDED_NARROW_CONVEX_SIMPLEX_H
+#define COLLIDED_NARROW_CONVEX_SIMPLEX_H
+
+#include "narrow/pair/unit_pair.h"
+
+typedef struct simplex {
+    minkowski v[4];
+    double weight[4]; /* of the nearest point: >= 0, sum 1 */
+    int count;
+} simplex;
+
+typedef struct nearest_feature {
+    vec3 point;  /* nearest to the origin: the weighted sum */
+    double norm; /* |point| */
+    vec3 axis;   /* unit, from the origin towards the feature that it lies on */
+    bool inside; /* the origin is inside four points: point and axis are zero */
+} nearest_feature;
+
+/* Reduces *s to the feature on which the nearest point lies. s->v[count - 1] is the newest. */
+nearest_feature simplex_reduce(simplex *s);
+
+/* Not unit; counter-clockwise. The cross product of the two shortest edges: the longest carries the most rounding. */
+static inline vec3 triangle_normal(vec3 a, vec3 b, vec3 c)
+{
+    vec3 ab = vec_sub(b, a), bc = vec_sub(c, b), ca = vec_sub(a, c);
+    double l_ab = vec_norm2(ab), l_bc = vec_norm2(bc), l_ca = vec_norm2(ca);
+    if (l_ab >= l_bc && l_ab >= l_ca) return vec_cross(bc, ca);
+    return l_bc >= l_ca ? vec_cross(ca, ab) : vec_cross(ab, bc);
+}
+
+/* The nearest point of a triangle alone; weight[3] gets its coordinates, *normal the triangle's own (unit; p0, p1, p2
+ * counter-clockwise), *axis the unit direction of the feature it lies on (the normal when inside it). Its distance. */
+double triangle_nearest(vec3 p0, vec3 p1, vec3 p2, double weight[3], vec3 *normal, vec3 *axis);
+
+/* Six times the volume of the tetrahedron of the origin and three points; positive when p0, p1, p2 are
+ * counter-clockwise seen from the side on which the origin is not. In double-double: there is no doubt about its sign.
+ */
+double origin_volume(vec3 p0, vec3 p1, vec3 p2);
+
+/* The two witness points that belong to the weights. */
+void simplex_witness(const simplex *s, vec3 *point_a, vec3 *point_b);
+
+#endif

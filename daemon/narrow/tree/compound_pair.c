@@ -1,0 +1,312 @@
+/* The nearest or deepest pair of parts, and what follows from it for the unions. Pure; any thread. */
+#include "compound_pair.h"
+
+#include "mesh_pair.h"
+#include "narrow/contact/feature_code.h"
+#include "narrow/contact/manifold.h"
+#include "narrow/dispatch.h"
+#include "narrow/math/scalar.h"
+#include "narrow/pair/unit_pair.h"
+
+/* ---- compound manifold ---- */
+
+/* Up to four contact points over all pairs of parts.
+ *
+ * The parts that may touch are clipped against each other along the one axis of the answer, so that no pair brings a
+ * normal of its own; the best four of all points are kept (manifold.h). Parts that overlap from another side, as
+ * the wall beside a floor, would show as points far deeper than the whole: those are left out. */
+
+/* Points nearer to each other than this share of the pair's size are one: neighbours meet at a seam. */
+static const double SAME_POINT = 1e-9;
+
+/* The witness of two parts counts while their own axis is this near to that of the answer (cosine). */
+static const double SAME_SIDE = 0.9;
+
+/* Puts manifold_build's own witness so far off that it comes only where there is no other point. */
+static const double NO_WITNESS = 0x1p500;
+
+enum { INDEX_BITS = 30 }; /* of feature_code.h */
+
+typedef struct point_search {
+    const narrow_result *answer;
+    narrow_scratch *scratch;
+    double threshold;
+    effort *effort;
+    manifold_choice choice;
+} point_search;
+
+/* Two parts in canonical order, and their contact in the frame of the first. */
+typedef struct part_pair {
+    shape first, second;
+    pose second_in_first, frame; /* frame: of the first in A */
+    bool turned;                 /* the first is B's */
+} part_pair;
+
+static part_pair pair_of(const compound_walk *w, uint32_t part_a, uint32_t part_b)
+{
+    bool composed;
+    pose local_a, local_b, relative = compound_parts_pose(w, part_a, part_b, &composed);
+    part_pair out = {.first = compound_part(&w->a, part_a, &local_a),
+        .second = compound_part(&w->b, part_b, &local_b),
+        .second_in_first = relative,
+        .frame = local_a};
+    if (order_shapes(&out.first, &out.second) <= 0) return out;
+    shape swap = out.first;
+    out.first = out.second;
+    out.second = swap;
+    quat back = quat_conj(relative.q);
+    out.second_in_first = (pose){vec_neg(quat_rotate(back, relative.p)), back};
+    out.frame = pose_mul(local_a, relative);
+    out.turned = true;
+    return out;
+}
+
+static vec3 into(const transform *t, vec3 point)
+{
+    return mat_tmul(t->r, vec_sub(point, t->t));
+}
+
+static bool is_curved(const shape *s)
+{
+    return s->type != SHAPE_BOX && s->type != SHAPE_HULL && s->type != SHAPE_HALFSPACE;
+}
+
+/* Where clipping polygons does not find the deepest point: the parts' own witnesses, in A's frame. */
+static bool own_witness(
+    const compound_walk *w, const point_search *q, uint32_t part_a, uint32_t part_b, narrow_result *r)
+{
+    const narrow_request request = {
+        .facts = NARROW_DISTANCE, .range = max_of(q->threshold, 0), .tolerance = 1e-9 * w->size * w->unit};
+    compound_parts_query(w, part_a, part_b, &request, q->scratch, r);
+    return vec_dot(r->axis, q->answer->axis) >= SAME_SIDE;
+}
+
+static void clip_parts(
+    const part_pair *pair, const point_search *q, const narrow_result *witness, const transform *frame, manifold *out)
+{
+    transform t = pose_transform(pair->second_in_first);
+    const narrow_result *from = witness ? witness : q->answer;
+    narrow_result here = {.axis = direction_again(mat_tmul(frame->r, q->answer->axis))};
+    here.point_a = into(frame, pair->turned ? from->point_b : from->point_a);
+    here.point_b = into(frame, pair->turned ? from->point_a : from->point_b);
+    if (pair->turned) here.axis = vec_neg(here.axis);
+    if (!witness) here.point_b = vec_madd(here.point_a, NO_WITNESS, here.axis);
+    if (pair->second.type == SHAPE_MESH) {
+        unit_pair p;
+        unit_pair_init(&p, &pair->first, &pair->second, &pair->second_in_first);
+        mesh_pair_prepare(&p, &pair->first);
+        p.effort = q->effort;
+        mesh_pair_manifold(&p, &pair->first, &pair->second, &pair->second_in_first, &here, q->threshold, out);
+    } else {
+        manifold_build(&pair->first, &pair->second, &t, here.axis, here.point_a, here.point_b, q->threshold, out);
+    }
+}
+
+/* The child in as many of the high bits of the index as number the children, and its own index, which is of a hull at
+ * most and fits below. */
+static uint32_t code_in_compound(const compound_side *s, uint32_t part, uint32_t code)
+{
+    uint32_t bits = 0, count = compound_part_count(s);
+    while (count > 1u << bits) bits++;
+    uint32_t own = feature_index(code) & ((1u << (INDEX_BITS - bits)) - 1);
+    return feature_code(feature_kind(code), bits ? part << (INDEX_BITS - bits) | own : own);
+}
+
+static bool clip(compound_walk *w, uint32_t part_a, uint32_t part_b, void *context)
+{
+    point_search *q = context;
+    part_pair pair = pair_of(w, part_a, part_b);
+    effort_spend(w->effort, EFFORT_CLIP + compound_vertices(&pair.first, &pair.second) * EFFORT_PARTS_VERTICES);
+    transform frame = pose_transform(pair.frame);
+    manifold points;
+    narrow_result own;
+    bool curved = is_curved(&pair.first) || is_curved(&pair.second);
+    bool witness = curved && own_witness(w, q, part_a, part_b, &own);
+    double deepest = q->answer->lo - w->error * w->unit;
+    clip_parts(&pair, q, witness ? &own : NULL, &frame, &points);
+    for (uint32_t i = 0; i < points.count; i++) {
+        manifold_point *p = &points.points[i];
+        uint32_t first = feature_code_a(p->feature), second = feature_code_b(p->feature);
+        if ((p->feature == feature_witness() && !witness) || p->distance > q->threshold || p->distance < deepest)
+            continue;
+        p->point = transform_point(&frame, p->point);
+        p->feature = feature_id(code_in_compound(&w->a, part_a, pair.turned ? second : first),
+            code_in_compound(&w->b, part_b, pair.turned ? first : second));
+        manifold_choice_offer(&q->choice, p);
+    }
+    return true;
+}
+
+void compound_manifold(
+    compound_walk *w, const narrow_result *answer, double threshold, narrow_scratch *scratch, manifold *out)
+{
+    point_search q = {.answer = answer, .scratch = scratch, .threshold = threshold, .effort = w->effort};
+    double within = max_of(threshold * w->scale, 0) + 2 * w->error;
+    manifold_choice_begin(&q.choice, answer->axis, SAME_POINT * w->size * w->unit);
+    int64_t share = w->effort->left / MANIFOLD_POINTS_MAX, left = w->effort->left;
+    bool cut = false;
+    do { /* each walk sees as much as the others, where the effort does not suffice for all */
+        w->effort->left = share;
+        compound_walk_run(w, within, clip, &q);
+        left -= share - w->effort->left;
+        cut |= w->cut || w->effort->left < 0;
+    } while (manifold_choice_next(&q.choice));
+    w->effort->left = cut ? -1 : left;
+    if (q.choice.chosen.count == 0) q.choice.chosen.points[q.choice.chosen.count++] = manifold_witness(answer);
+    manifold_choice_write(&q.choice, out);
+}
+
+/* ---- compound pair ---- */
+
+/* With tolerance 0 an interval this narrow (relative to the pair's size) counts as narrow, as in narrow.c. */
+#define FINEST 1e-12
+
+typedef struct nearest_search {
+    narrow_request request; /* of a pair of parts */
+    double far, near;       /* m; a lower bound above, an upper bound at or below them is enough */
+    narrow_scratch *scratch;
+    narrow_result best; /* of the pair with the least upper bound so far */
+    uint32_t parts[2];
+    double least; /* m, a lower bound of all parts that were looked at */
+    bool found;
+    uint32_t iterations, peer_failures;
+} nearest_search;
+
+static bool nearer(compound_walk *w, uint32_t part_a, uint32_t part_b, void *context)
+{
+    nearest_search *q = context;
+    narrow_result r;
+    compound_parts_query(w, part_a, part_b, &q->request, q->scratch, &r);
+    q->least = min_of(q->least, r.lo);
+    q->iterations += r.iterations;
+    q->peer_failures += r.peer_failures;
+    if (!q->found || r.hi < q->best.hi) {
+        q->best = r;
+        q->parts[0] = part_a;
+        q->parts[1] = part_b;
+        q->found = true;
+        w->within = min_of(r.hi, max_of(q->far, 0)) * w->scale;
+        q->request.range = min_of(q->far, max_of(r.hi, 0));
+    }
+    return q->best.hi > q->near;
+}
+
+static bool decides(const narrow_request *r)
+{
+    return r->facts == 0 || (r->facts & (NARROW_VERDICT | NARROW_MANIFOLD));
+}
+
+static nearest_search search_for(const narrow_request *r, narrow_scratch *scratch)
+{
+    bool measures = r->facts & (NARROW_DISTANCE | NARROW_MANIFOLD);
+    nearest_search q = {.request = *r, .scratch = scratch, .least = INFINITY};
+    q.far = max_of(decides(r) ? r->threshold : -INFINITY, r->facts & NARROW_DISTANCE ? r->range : -INFINITY);
+    q.near = measures ? -INFINITY : r->threshold;
+    q.request.facts = measures ? NARROW_DISTANCE : NARROW_VERDICT;
+    if (measures && decides(r)) q.request.facts |= NARROW_VERDICT;
+    q.request.range = q.far;
+    return q;
+}
+
+/* ---- overlap ---- */
+
+/* Their convex hulls, along the axis: a lower bound whatever the axis. */
+static double hulls_along(const unit_pair *p, vec3 axis)
+{
+    if (p->a.type == SHAPE_HALFSPACE) return -INFINITY;
+    double gap = vec_dot(axis, unit_pair_nearest_along(p, axis).w);
+    return gap - p->radius - p->error - p->excess;
+}
+
+static void by_hulls(const unit_pair *p, double tolerance, epa_scratch *epa, narrow_result *out)
+{
+    const narrow_goal measure = {.tolerance = tolerance,
+        .finest = FINEST * p->size,
+        .far = INFINITY,
+        .near = -INFINITY,
+        .above = -INFINITY,
+        .below = INFINITY};
+    span s;
+    dispatch_general(p, &measure, true, VEC_ZERO, epa, &s);
+    double lo = (s.lo - p->radius - p->error - p->excess) * p->unit;
+    if (lo <= out->lo) return;
+    out->lo = lo;
+    out->axis = direction_again(s.axis);
+}
+
+/* The bound by the hulls is worth knowing to this part of the bracket that there is without it. */
+static const double HULL_SHARE = 0.01;
+
+static void lower_bound(const unit_pair *p, compound_walk *w, const nearest_search *q, double asked,
+    narrow_scratch *scratch, epa_scratch *epa, narrow_result *out)
+{
+    int64_t kept = effort_keep_back(w->effort, EFFORT_OF_HULLS);
+    compound_way way = compound_way_out(w, &q->best, q->parts, scratch);
+    out->lo = -way.length * p->unit;
+    if (way.length < INFINITY) out->axis = way.axis;
+    effort_give_back(w->effort, kept);
+    if (out->hi - out->lo <= asked) return;
+    double open = min_of((out->hi - out->lo) * p->scale, p->size);
+    by_hulls(p, max_of(asked * p->scale, HULL_SHARE * open), epa, out);
+}
+
+/* The hull of a mesh stands for it beyond its faces; that of a compound is its own. */
+static unit_pair hulls_of(const unit_pair *p)
+{
+    unit_pair hulls = *p;
+    if (hulls.a.type == SHAPE_MESH) hulls.a.type = SHAPE_HULL;
+    return hulls;
+}
+
+static double asked_width(const unit_pair *p, const narrow_request *r)
+{
+    return r->tolerance > 0 ? r->tolerance : FINEST * p->size * p->unit;
+}
+
+static void settle(const unit_pair *p, const nearest_search *q, const narrow_request *r, narrow_result *out)
+{
+    bool equal = out->lo == out->hi && (r->tolerance == 0 || isinf(out->hi));
+    bool narrow = equal || out->hi - out->lo <= asked_width(p, r);
+    bool decided = !(r->facts & NARROW_DISTANCE) && decides(r) && (out->lo > r->threshold || out->hi <= r->threshold);
+    bool manifold = r->facts & NARROW_MANIFOLD;
+    bool enough = narrow || out->lo > q->far || (decided && !manifold);
+    out->status = enough ? NARROW_CERTAIN : NARROW_WIDE;
+}
+
+void compound_pair_query(const unit_pair *p, const shape *a, const shape *b, const pose *b_in_a,
+    const narrow_request *request, narrow_ask *ask, narrow_scratch *scratch, epa_scratch *epa, union_scratch *parts,
+    narrow_result *out)
+{
+    compound_walk w;
+    compound_walk_init(&w, p, a, b, *b_in_a, ask);
+    if (compound_part_count(&w.a) == 1 && compound_part_count(&w.b) == 1) {
+        compound_parts_query(&w, 0, 0, request, scratch, out);
+        return;
+    }
+    nearest_search q = search_for(request, scratch);
+    w.effort->counts = true; /* nothing is remembered */
+    int64_t kept = effort_keep_back(w.effort, EFFORT_OF_WAYS_OUT);
+    compound_walk_run(&w, INFINITY, nearer, &q);
+    effort_give_back(w.effort, kept);
+    *out = q.best;
+    out->manifold.count = 0;
+    bool ended = q.best.hi <= q.near;
+    double least = min_of(q.least, w.left_out * p->unit);
+    unit_pair hulls = hulls_of(p);
+    if (ended)
+        out->lo = min_of(hulls_along(&hulls, out->axis) * p->unit, out->hi);
+    else if (least > 0 || w.plane)
+        out->lo = min_of(least, out->hi);
+    else
+        lower_bound(&hulls, &w, &q, asked_width(p, request), scratch, epa, out);
+    if (!ended && out->hi < 0 && out->hi - out->lo > asked_width(p, request))
+        compound_search_depth(p, &w, a, b, asked_width(p, request), scratch, parts, out);
+    out->lo = min_of(out->lo, out->hi);
+    out->iterations = q.iterations + w.visits;
+    out->peer_failures = q.peer_failures;
+    settle(p, &q, request, out);
+    if (!(request->facts & NARROW_MANIFOLD) || !(out->lo <= request->threshold)) return;
+    w.effort->left = EFFORT_OF_POINTS;
+    compound_manifold(&w, out, request->threshold, scratch, &out->manifold);
+    if (w.effort->left < 0) out->status = NARROW_WIDE;
+}

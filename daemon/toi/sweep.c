@@ -1,0 +1,265 @@
+/* The gaps of parts along directions, at the ends of the pieces of a motion. Pure; any thread. */
+#include "sweep.h"
+
+#include "narrow/math/scalar.h"
+#include "narrow/pair/core.h"
+#include "narrow/pair/unit_pair.h"
+
+enum { ROUNDS_MAX = 8, ALTERNATIONS = 1 }; /* directions are looked for so often in a piece */
+static const double FINE = 0.001;          /* of the pair's size: so much may a gap dip in a whole piece, ... */
+static const double STRETCH = 0.25;        /* ... and in all of a stretch: about 1.5 rad of a turn */
+static const double LEAST_GAIN = 0.02;     /* of a piece: below it no further direction is looked for */
+
+static const uint32_t NOWHERE = UINT32_MAX;
+
+bool sweep_init(sweep *s, const toi_mover *a, const toi_mover *b, const toi_request *request)
+{
+    if (!course_init(&s->course, a, b, request->span)) return false;
+    s->request = request;
+    s->size = s->course.reach_a + s->course.reach_b;
+    s->work = 0;
+    s->begun = false;
+    return true;
+}
+
+/* In which directions stand still, so that gaps dip the least. */
+static void choose_frame(sweep *s)
+{
+    s->bend = INFINITY;
+    const course *c = &s->course;
+    double a = c->spin_a.speed * c->spin_a.speed * c->radius_a, b = c->spin_b.speed * c->spin_b.speed * c->radius_b;
+    s->bend_a = a + b > 0 ? a / (a + b) * (1 + 0x1p-45) : 0;
+    s->bend_b = a + b > 0 ? b / (a + b) * (1 + 0x1p-45) : 0;
+    for (int frame = COURSE_STILL; frame < COURSE_FRAMES; frame++) {
+        double bend = course_bend(&s->course, (course_frame)frame, s->start, s->end);
+        if (bend >= s->bend) continue;
+        s->frame = (course_frame)frame;
+        s->bend = bend;
+    }
+}
+
+void sweep_begin(sweep *s, double start, double end)
+{
+    if (s->begun && s->start == start && s->asked == end) return;
+    s->begun = true;
+    s->start = start;
+    s->end = s->asked = end;
+    choose_frame(s);
+    double length = end - start, most = sqrt(8 * STRETCH * s->size / s->bend);
+    if (length > most) s->end = min_of(start + most, end);
+    length = s->end - start;
+    double pieces = 1 + sqrt(s->bend * length * length / 8 / (FINE * s->size));
+    bool cut = s->bend > 0;
+    uint32_t whole = pieces < SWEEP_PIECES_MAX ? (uint32_t)pieces : SWEEP_PIECES_MAX; /* 16, but for rounding */
+    whole = (whole + SWEEP_CUT - 1) / SWEEP_CUT * SWEEP_CUT;
+    s->longest = cut ? SWEEP_LONGEST : 1;
+    s->ends = cut ? whole * s->longest : 1;
+    for (s->whole = 1; s->whole * SWEEP_CUT <= s->ends;) s->whole *= SWEEP_CUT;
+    s->least = length / s->ends;
+    for (int k = 0; k < SWEEP_PLACES; k++) s->at[k].index = NOWHERE;
+}
+
+/* Of both shapes, in the frame of the course, or of one of the two. */
+static void set_frames(const sweep *s, const course_place *at, sweep_place *p)
+{
+    mat3 turned = quat_matrix(at->b_in_a.q), own = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    transform b_in_a = {turned, at->b_in_a.p}, still = {own, VEC_ZERO};
+    mat3 w = at->world_of_a;
+    switch (s->frame) {
+    case COURSE_WITH_A:
+        p->a = still, p->b = b_in_a;
+        break;
+    case COURSE_WITH_B:
+        p->a.r = (mat3){mat_tmul(turned, own.x), mat_tmul(turned, own.y), mat_tmul(turned, own.z)};
+        p->a.t = vec_neg(mat_tmul(turned, b_in_a.t)), p->b = still;
+        break;
+    default:
+        p->a = (transform){w, at->arm};
+        p->b.r = (mat3){mat_mul(w, turned.x), mat_mul(w, turned.y), mat_mul(w, turned.z)};
+        p->b.t = vec_add(at->arm, mat_mul(w, b_in_a.t));
+    }
+}
+
+static void make_place(const sweep *s, uint32_t index, sweep_place *p)
+{
+    double time = sweep_time(s, index);
+    course_place at = course_at(&s->course, time);
+    p->index = index;
+    set_frames(s, &at, p);
+    p->floor = s->request->threshold + s->course.slack +
+               0.5 * s->request->wander * time * time * (1 + 4 * UNIT_ROUNDOFF) +
+               UNIT_ROUNDOFF *
+                   (128 * (vec_norm(p->a.t) + vec_norm(p->b.t) + s->size) + 32 * s->course.speed * s->request->span);
+}
+
+const sweep_place *sweep_place_at(sweep *s, uint32_t index)
+{
+    sweep_place *p = &s->at[(index ^ index / SWEEP_LONGEST) % SWEEP_PLACES]; /* most are multiples of it */
+    if (p->index != index) {
+        make_place(s, index, p);
+        s->work += SWEEP_WORK_PLACE;
+    }
+    return p;
+}
+
+#define SWEEP_INLINE __attribute__((always_inline)) static inline
+
+SWEEP_INLINE double top_of_shape(const toi_part *p, vec3 d)
+{
+    vec3 own = quat_rotate(quat_conj(p->local.q), d);
+    return vec_dot(own, core_support(&p->shape, 1, own, NULL)) + vec_dot(d, p->local.p);
+}
+
+/* The greatest height of a part along a direction of its shape's frame. */
+SWEEP_INLINE double top_of(const toi_part *p, vec3 d)
+{
+    if (p->form == TOI_PART_BOX)
+        return vec_dot(d, p->centre) + fabs(vec_dot(d, p->side[0])) + fabs(vec_dot(d, p->side[1])) +
+               fabs(vec_dot(d, p->side[2]));
+    if (p->form == TOI_PART_SHAPE) return top_of_shape(p, d);
+    double x = d.x * p->x[0] + d.y * p->y[0] + d.z * p->z[0], y = d.x * p->x[1] + d.y * p->y[1] + d.z * p->z[1],
+           z = d.x * p->x[2] + d.y * p->y[2] + d.z * p->z[2];
+    return max_of(max_of(x, y), z);
+}
+
+/* How far apart they are at a place along a unit direction of the course's frame, beyond the floor. */
+SWEEP_INLINE double gap_at(const sweep_place *at, const toi_part *a, const toi_part *b, vec3 d)
+{
+    double top = top_of(a, mat_tmul(at->a.r, d)) + vec_dot(d, at->a.t);
+    double foot = vec_dot(d, at->b.t) - top_of(b, vec_neg(mat_tmul(at->b.r, d)));
+    return foot - top - a->margin - b->margin - at->floor;
+}
+
+typedef struct way { /* through one piece */
+    const sweep *s;
+    const toi_part *a, *b;
+    const sweep_place *from, *to;
+    vec3 *hint; /* the direction that went farthest */
+    double dip;
+    double share; /* of the piece that is free */
+    uint32_t tried;
+} way;
+
+/* How far into the piece the gap along a direction lets the way go on. */
+static void try_direction(way *w, vec3 towards)
+{
+    if (!(vec_norm2(towards) > 0)) return;
+    w->tried++;
+    vec3 d = direction_of(towards);
+    double dip = w->dip, first = gap_at(w->from, w->a, w->b, d);
+    if (!(first > 0) && w->share == 0) return;
+    double last = gap_at(w->to, w->a, w->b, d), share = 1;
+    bool is_open = sweep_keeps_open(first, last, dip);
+    if (!is_open) {
+        dip *= sweep_share(w->s, d);
+        is_open = sweep_keeps_open(first, last, dip);
+    }
+    if (!is_open) {
+        first -= dip, last -= dip;
+        if (!(first + (last - first) * w->share > 0)) return;
+        share = last > 0 ? 1 : first / (first - last);
+    }
+    if (share > w->share) *w->hint = d;
+    w->share = max_of(w->share, share);
+}
+
+SWEEP_INLINE vec3 between(const transform *from, const transform *to, double share, vec3 point)
+{
+    vec3 p = transform_point(from, point), q = transform_point(to, point);
+    return vec_madd(p, share, vec_sub(q, p));
+}
+
+/* The extents of a part, turned as it is at the beginning of a piece. */
+typedef struct extents {
+    vec3 side[3];
+    double per_norm2[3]; /* 0 where there is no side */
+} extents;
+
+static void turn_extents(const toi_part *p, const mat3 *r, extents *out)
+{
+    for (int k = 0; k < 3; k++) {
+        double norm2 = vec_norm2(p->side[k]);
+        out->side[k] = mat_mul(*r, p->side[k]);
+        out->per_norm2[k] = norm2 > 0 ? 1 / norm2 : 0;
+    }
+}
+
+/* The point of extents about a centre that is nearest to another point. */
+SWEEP_INLINE vec3 nearest_in(const extents *e, vec3 centre, vec3 point)
+{
+    vec3 nearest = centre, away = vec_sub(point, centre);
+    for (int k = 0; k < 3; k++)
+        nearest = vec_madd(nearest, clamp_to(vec_dot(away, e->side[k]) * e->per_norm2[k], 1), e->side[k]);
+    return nearest;
+}
+
+static vec3 facing(vec3 n, vec3 towards)
+{
+    return vec_dot(n, towards) < 0 ? vec_neg(n) : n;
+}
+
+/* Directions that may have a gap at that share of the piece: between what is nearest of their extents (by going to and
+ * fro between them), and across flat parts. */
+static void try_directions(way *w, const extents *ea, const extents *eb)
+{
+    const sweep_place *from = w->from, *to = w->to;
+    vec3 a = between(&from->a, &to->a, w->share, w->a->centre), b = between(&from->b, &to->b, w->share, w->b->centre);
+    vec3 line = vec_sub(b, a), on_b = b, on_a = nearest_in(ea, a, b), first = on_a;
+    double before = w->share;
+    for (int k = 0; k < ALTERNATIONS; k++) {
+        on_b = nearest_in(eb, b, on_a);
+        on_a = nearest_in(ea, a, on_b);
+    }
+    try_direction(w, vec_sub(on_b, on_a));
+    if (w->share > before) return;
+    try_direction(w, vec_sub(b, first));
+    if (w->share > before) return;
+    try_direction(w, facing(mat_mul(from->b.r, w->b->normal), line));
+    if (w->share > before) return;
+    try_direction(w, facing(mat_mul(from->a.r, w->a->normal), line));
+}
+
+/* The share of a piece that is free, given that so much is; not to be found out beyond `enough`. */
+static double free_share(sweep *s, const toi_part *a, const toi_part *b, uint32_t first, uint32_t length, double share,
+    double enough, vec3 *hint)
+{
+    sweep_place from = *sweep_place_at(s, first);
+    way w = {
+        .s = s, .a = a, .b = b, .from = &from, .to = sweep_place_at(s, first + length), .share = share, .hint = hint};
+    w.dip = sweep_dip(s, length);
+    try_direction(&w, *hint);
+    if (w.share < enough) {
+        extents ea, eb;
+        turn_extents(a, &from.a.r, &ea);
+        turn_extents(b, &from.b.r, &eb);
+        for (int round = 0; round < ROUNDS_MAX && w.share < enough; round++) {
+            double before = w.share;
+            try_directions(&w, &ea, &eb);
+            if (w.share - before < LEAST_GAIN) break;
+        }
+    }
+    s->work += SWEEP_WORK_TRY * w.tried;
+    return w.share;
+}
+
+double sweep_entry(sweep *s, const toi_part *a, const toi_part *b, double from, double until, vec3 *hint)
+{
+    uint32_t shortest = a->is_leaf && b->is_leaf ? 1 : s->longest, length = s->longest;
+    double time = sweep_index(s, from), last = sweep_index(s, until); /* in least pieces */
+    while (time < s->ends && sweep_time(s, time) <= until) {
+        uint32_t first = (uint32_t)time / length * length;
+        double share = min_of(max_of((time - first) / length, 0), 1);
+        double enough = min_of((last - first) / length * (1 + 0x1p-40), 1);
+        share = free_share(s, a, b, first, length, share, enough, hint);
+        if (share >= 1) {
+            time = first + length;
+            if (length < s->longest && (first + length) % (SWEEP_CUT * length) == 0) length *= SWEEP_CUT;
+            continue;
+        }
+        time = max_of(time, first + share * length);
+        double entry = sweep_time(s, time);
+        if (length == shortest) return entry > until ? INFINITY : max_of(entry, from);
+        length /= SWEEP_CUT;
+    }
+    return INFINITY;
+}
