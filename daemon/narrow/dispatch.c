@@ -84,7 +84,7 @@ static void find_witnesses(const unit_pair *p, span *out)
     if (out->lo <= p->error) witness_deepest(p, out);
 }
 
-static void finish_depth(const unit_pair *p, const narrow_goal *asked, bool named, span *out)
+static void general_finish_depth(const unit_pair *p, const narrow_goal *asked, bool named, span *out)
 {
     if (named) near_features_settle(p, asked, out);
     if (!out->nearest.deep) find_witnesses(p, out);
@@ -125,7 +125,7 @@ void dispatch_general(
     bool few = !roughly && !only_general && is_small(&p->a) && is_small(&p->b) && polytope_depth_applies(p);
     if (named || few) closely.tolerance = goal->finest;
     if (!roughly && !only_general && are_hulls(p) && polytope_depth_at_once(p, &closely, out)) {
-        finish_depth(p, asked, named, out);
+        general_finish_depth(p, asked, named, out);
         return;
     }
     gjk_result start;
@@ -143,7 +143,7 @@ void dispatch_general(
         return;
     }
     if (!only_general && !polytope_depth_applies(p) && about_one_axis(p, goal, out)) {
-        finish_depth(p, asked, named, out);
+        general_finish_depth(p, asked, named, out);
         return;
     }
     bool curved = !only_general && pieces_apply(p) && curved_depth(p, goal, &start, out);
@@ -154,5 +154,5 @@ void dispatch_general(
     if (!closed) coaxial_depth(p, out);
     if (!closed && out->lo < 0 && !only_general && !polytope_depth_applies(p)) inscribed_depth(p, goal, out);
     if (!closed) moved_apart_raise(p, out);
-    finish_depth(p, asked, named, out);
+    general_finish_depth(p, asked, named, out);
 }

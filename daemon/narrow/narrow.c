@@ -43,7 +43,8 @@ bool narrow_ordered(const shape *a, uint64_t tie_a, const shape *b, uint64_t tie
     return c ? c < 0 : tie_a <= tie_b;
 }
 
-static void measure(const unit_pair *p, const narrow_goal *g, narrow_engine engine, narrow_scratch *scratch, span *s)
+static void query_measure(
+    const unit_pair *p, const narrow_goal *g, narrow_engine engine, narrow_scratch *scratch, span *s)
 {
     bool plane = p->a.type == SHAPE_HALFSPACE || p->b.type == SHAPE_HALFSPACE;
     bool only_general = engine == NARROW_ENGINE_GJK && !plane;
@@ -84,12 +85,12 @@ static void answer(const shape *a, const shape *b, const pose *b_in_a, const nar
         return;
     }
     if (request->engine < NARROW_ENGINE_CCD) {
-        measure(p, g, request->engine, scratch, s);
+        query_measure(p, g, request->engine, scratch, s);
         finish(p, s, result);
         return;
     }
     ccd_peer_opinion peer = ccd_peer_ask(p, a, b, b_in_a, request->engine, g, s);
-    if (!peer.settled) measure(p, g, request->engine, scratch, s);
+    if (!peer.settled) query_measure(p, g, request->engine, scratch, s);
     finish(p, s, result);
     result->peer_failures = ccd_peer_failures(&peer, p, s);
     if (ccd_peer_agreed(&peer, request, result)) result->method = peer.method;
@@ -109,7 +110,7 @@ static void build_manifold(
 }
 
 /* What changes the time of an answer and no bit of it. */
-static void remember(unit_pair *p, const narrow_cache *cache)
+static void query_remember(unit_pair *p, const narrow_cache *cache)
 {
     p->shell = cache->shell;
     p->remembers = vec_norm2(cache->axis) > 0;
@@ -119,7 +120,7 @@ static void remember(unit_pair *p, const narrow_cache *cache)
 static narrow_ask query_part;
 
 /* The answer of the search in doubles, in A's frame. */
-static void search(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
+static void query_search(const shape *a, const shape *b, const pose *b_in_a, const narrow_request *request,
     narrow_cache *cache, narrow_scratch *scratch, effort *effort, unit_pair *p, narrow_result *result)
 {
     span s;
@@ -136,7 +137,7 @@ static void search(const shape *a, const shape *b, const pose *b_in_a, const nar
     narrow_goal g = goal_of(p, request);
     bool near = near_features_apply(p, &g), rims = !near && rim_features_apply(p, &g), gaps = near || rims;
     bool by_features = gaps || near_features_reach_depths(p, &g);
-    if (cache && by_features) remember(p, cache);
+    if (cache && by_features) query_remember(p, cache);
     if (!by_features || !recall(p, request, &g, near, rims, cache, &s, result))
         answer(a, b, b_in_a, request, cache, scratch, p, &g, &s, result);
     if (!gaps && !s.nearest.deep) s.nearest.count_a = 0; /* a proposal that nobody has tested */
@@ -144,11 +145,6 @@ static void search(const shape *a, const shape *b, const pose *b_in_a, const nar
     result->status = status_of(p, &g, request, &s);
     if (!(request->facts & NARROW_MANIFOLD) || !(result->lo <= request->threshold)) return;
     build_manifold(p, a, b, b_in_a, request->threshold, result);
-}
-
-static double asked_width(const unit_pair *p, const narrow_request *r)
-{
-    return r->tolerance > 0 ? r->tolerance : FINEST * p->size * p->unit;
 }
 
 static bool decided(const narrow_request *r, const narrow_result *result)
@@ -168,7 +164,7 @@ static bool wants_refining(const unit_pair *p, const narrow_request *r, const na
 }
 
 /* After the bounds have been narrowed. */
-static void settle(const unit_pair *p, const narrow_request *r, narrow_result *result)
+static void query_settle(const unit_pair *p, const narrow_request *r, narrow_result *result)
 {
     bool narrow = result->hi - result->lo <= asked_width(p, r);
     bool verdict_only = !(r->facts & NARROW_DISTANCE);
@@ -215,11 +211,11 @@ static void query(const shape *a, const shape *b, const pose *b_in_a, const narr
     bool formula = primitives_apply(b, request);
     if (!formula || !primitives_answer(a, b, b_in_a, request, cache, &scratch->epa, result)) {
         unit_pair p;
-        search(a, b, b_in_a, request, cache, scratch, effort, &p, result);
+        query_search(a, b, b_in_a, request, cache, scratch, effort, &p, result);
         if (wants_refining(&p, request, result)) {
             exact_pair e = exact_pair_of(&p, a, POSE_IDENTITY, b, *b_in_a);
             exact_narrow(&e, result);
-            settle(&p, request, result);
+            query_settle(&p, request, result);
         }
     }
     keep_to_points(a, b, request, result);
@@ -267,7 +263,7 @@ static void turn_by(narrow_result *r, const mat3 *m)
         r->manifold.points[i].point = mat_mul(*m, r->manifold.points[i].point);
 }
 
-static void turn(narrow_result *r, quat q)
+static void query_turn(narrow_result *r, quat q)
 {
     mat3 m = quat_matrix(q);
     turn_by(r, &m);
@@ -305,8 +301,8 @@ void narrow_query_world(const shape *a, pose pose_a, const shape *b, pose pose_b
     if (!formula || !primitives_answer_in_world(shape_1, &first, shape_2, &second, request, result)) {
         pose relative = pose_relative(first, second);
         effort *effort = begin_effort(shape_1, shape_2, scratch);
-        search(shape_1, shape_2, &relative, request, NULL, scratch, effort, &p, result);
-        turn(result, first.q);
+        query_search(shape_1, shape_2, &relative, request, NULL, scratch, effort, &p, result);
+        query_turn(result, first.q);
         refine = wants_refining(&p, request, result);
     }
     if (refine) {
@@ -315,7 +311,7 @@ void narrow_query_world(const shape *a, pose pose_a, const shape *b, pose pose_b
     }
     keep_to_points(shape_1, shape_2, request, result);
     move_origin(result, vec_sub(first.p, pose_a.p));
-    if (refine) settle(&p, request, result);
+    if (refine) query_settle(&p, request, result);
     deviate(shape_1, shape_2, request, result);
     if (swapped) swap_roles(result);
 }

@@ -19,16 +19,6 @@
 /* Below it the two are taken for parallel where an overlap is to be proven. */
 #define EDGES_ALIKE 0x1p-48
 
-static void put(double out[3], vec3 v)
-{
-    out[0] = v.x, out[1] = v.y, out[2] = v.z;
-}
-
-static vec3 take(const double v[3])
-{
-    return vec(v[0], v[1], v[2]);
-}
-
 /* ---- places ---- */
 
 static mat3 mat_mat(mat3 a, mat3 b)
@@ -36,7 +26,7 @@ static mat3 mat_mat(mat3 a, mat3 b)
     return (mat3){mat_mul(a, b.x), mat_mul(a, b.y), mat_mul(a, b.z)};
 }
 
-static void turn(motion_spin spin, double time, mat3 *axes, vec3 *arm)
+static void moving_boxes_turn(motion_spin spin, double time, mat3 *axes, vec3 *arm)
 {
     if (spin.speed == 0 || time == 0) return;
     mat3 turned = motion_turn(spin, time);
@@ -50,13 +40,13 @@ void moving_boxes_place(const moving_boxes *m, double time, box_place *out)
     out->time = time;
     out->a = m->first_a, out->b = m->first_b;
     out->origin_a = m->arm_a;
-    turn(m->c->spin_a, time, &out->a, &out->origin_a);
-    turn(m->c->spin_b, time, &out->b, &arm_b);
+    moving_boxes_turn(m->c->spin_a, time, &out->a, &out->origin_a);
+    moving_boxes_turn(m->c->spin_b, time, &out->b, &arm_b);
     out->body_b = vec_madd(m->c->body_b.start.p, time, m->c->body_b.linear);
     out->origin_b = vec_add(out->body_b, arm_b);
 }
 
-static double reach_along(const mat3 *axes, vec3 half, vec3 axis)
+static double moving_boxes_reach_along(const mat3 *axes, vec3 half, vec3 axis)
 {
     return half.x * fabs(vec_dot(axes->x, axis)) + half.y * fabs(vec_dot(axes->y, axis)) +
            half.z * fabs(vec_dot(axes->z, axis));
@@ -64,8 +54,8 @@ static double reach_along(const mat3 *axes, vec3 half, vec3 axis)
 
 double moving_boxes_gap(const moving_boxes *m, const box_place *at, vec3 axis)
 {
-    return vec_dot(axis, vec_sub(at->origin_b, at->origin_a)) - reach_along(&at->a, m->half_a, axis) -
-           reach_along(&at->b, m->half_b, axis);
+    return vec_dot(axis, vec_sub(at->origin_b, at->origin_a)) - moving_boxes_reach_along(&at->a, m->half_a, axis) -
+           moving_boxes_reach_along(&at->b, m->half_b, axis);
 }
 
 /* ---- axes ---- */
@@ -89,7 +79,7 @@ typedef struct choice {
     double gap, rate, until; /* until: s; when what is left of the gap is used up */
 } choice;
 
-static inline void offer(choice *best, double left, double gap, double rate, int index)
+static inline void moving_boxes_offer(choice *best, double left, double gap, double rate, int index)
 {
     double until = rate < 0 ? left / -rate : INFINITY;
     if (until > best->until) *best = (choice){index, gap, rate, until};
@@ -127,7 +117,7 @@ static inline void offer_faces_of_a(const box_pair *x, const field *f, double ap
 {
     for (int i = 0; i < 3; i++) {
         double gap = box_face_of_a(x, i);
-        if (gap > apart) offer(best, gap - apart, gap, rate_of_face_a(x, f, i), i);
+        if (gap > apart) moving_boxes_offer(best, gap - apart, gap, rate_of_face_a(x, f, i), i);
     }
 }
 
@@ -135,7 +125,7 @@ static inline void offer_faces_of_b(const box_pair *x, const field *f, double ap
 {
     for (int j = 0; j < 3; j++) {
         double gap = box_face_of_b(x, j);
-        if (gap > apart) offer(best, gap - apart, gap, rate_of_face_b(x, f, j), FACES_B + j);
+        if (gap > apart) moving_boxes_offer(best, gap - apart, gap, rate_of_face_b(x, f, j), FACES_B + j);
     }
 }
 
@@ -170,12 +160,13 @@ static inline void offer_edges(const box_pair *x, const field *f, double apart, 
             if (!(e.separation > 0) || !(e.norm2 > EDGES_PARALLEL)) continue;
             double length = sqrt(e.norm2), gap = e.separation - error, left = gap - apart * length;
             if (!(left > 0)) continue;
-            offer(best, left, gap / length, rate_of_edge(x, f, i, across_of(x, i, j), 0), EDGES + 3 * i + j);
+            moving_boxes_offer(
+                best, left, gap / length, rate_of_edge(x, f, i, across_of(x, i, j), 0), EDGES + 3 * i + j);
         }
 }
 
 /* The point of A's edge i that is nearest to the line of B's edge j, from the edge's middle. */
-static double nearest_on_edge(const box_pair *x, int i, int j, across n)
+static double moving_boxes_nearest_on_edge(const box_pair *x, int i, int j, across n)
 {
     int h = (i + 1) % 3, k = (i + 2) % 3;
     double w[3] = {x->t[0], x->t[1], x->t[2]}, column[3] = {x->r[0][j], x->r[1][j], x->r[2][j]};
@@ -206,11 +197,11 @@ static box_axis taken(const box_pair *x, const field *f, const box_place *at, ch
 {
     box_axis n = {.gap = c.gap, .rate = c.rate, .length = 1, .index = c.index};
     if (c.index < FACES_B) {
-        n.axis = moving_boxes_column(&at->a, c.index);
+        n.axis = mat_column(&at->a, c.index);
         n.turned = x->t[c.index] < 0;
         if (n.turned) n.axis = vec_neg(n.axis);
     } else if (c.index < EDGES) {
-        n.axis = moving_boxes_column(&at->b, c.index - FACES_B);
+        n.axis = mat_column(&at->b, c.index - FACES_B);
         n.turned = x->u[c.index - FACES_B] < 0;
         if (n.turned) n.axis = vec_neg(n.axis);
     } else {
@@ -218,10 +209,10 @@ static box_axis taken(const box_pair *x, const field *f, const box_place *at, ch
         across e = across_of(x, i, j);
         n.length = sqrt(e.h * e.h + e.k * e.k);
         n.turned = e.h * -x->r[(i + 2) % 3][j] + e.k * x->r[(i + 1) % 3][j] < 0;
-        vec3 along = vec_add(vec_scale(moving_boxes_column(&at->a, (i + 1) % 3), e.h),
-            vec_scale(moving_boxes_column(&at->a, (i + 2) % 3), e.k));
+        vec3 along =
+            vec_add(vec_scale(mat_column(&at->a, (i + 1) % 3), e.h), vec_scale(mat_column(&at->a, (i + 2) % 3), e.k));
         n.axis = vec_scale(along, 1 / n.length);
-        n.rate = rate_of_edge(x, f, i, e, nearest_on_edge(x, i, j, e)) / n.length;
+        n.rate = rate_of_edge(x, f, i, e, moving_boxes_nearest_on_edge(x, i, j, e)) / n.length;
     }
     return n;
 }
@@ -270,7 +261,7 @@ bool moving_boxes_follow(moving_boxes *m, const box_place *at, box_axis *n)
 
 /* By all axes, with room for rounding: an axis across nearly parallel edges is lost in it, but does without where a
  * turn that makes them parallel moves no point by more than the others leave. */
-static bool overlap(const box_pair *x, double error)
+static bool moving_boxes_overlap(const box_pair *x, double error)
 {
     double size = 0, room = error;
     for (int i = 0; i < 3; i++) size += x->a[i] + x->b[i] + fabs(x->t[i]);
@@ -288,12 +279,12 @@ static bool overlap(const box_pair *x, double error)
     return most < -blur - room;
 }
 
-static vec3 clamped(const double p[3], const double half[3])
+static vec3 moving_boxes_clamped(const double p[3], const double half[3])
 {
     return vec(clamp_to(p[0], half[0]), clamp_to(p[1], half[1]), clamp_to(p[2], half[2]));
 }
 
-static vec3 out_of(const mat3 *axes, vec3 origin, vec3 point)
+static vec3 moving_boxes_out_of(const mat3 *axes, vec3 origin, vec3 point)
 {
     return vec_add(origin, mat_mul(*axes, point));
 }
@@ -316,13 +307,13 @@ static facing facing_face(const box_pair *x, const box_place *at, const box_axis
     for (int k = 0; k < 2; k++) {
         if (of_a == (k == 0)) {
             for (int i = 0; i < 3; i++) p[i] = x->t[i] + x->r[i][0] * q[0] + x->r[i][1] * q[1] + x->r[i][2] * q[2];
-            put(p, on_a = clamped(p, x->a));
+            vec_to(on_a = moving_boxes_clamped(p, x->a), p);
         } else {
             for (int j = 0; j < 3; j++) q[j] = dot_column(x, p, j) - x->u[j];
-            put(q, on_b = clamped(q, x->b));
+            vec_to(on_b = moving_boxes_clamped(q, x->b), q);
         }
     }
-    return (facing){out_of(&at->a, at->origin_a, on_a), out_of(&at->b, at->origin_b, on_b)};
+    return (facing){moving_boxes_out_of(&at->a, at->origin_a, on_a), moving_boxes_out_of(&at->b, at->origin_b, on_b)};
 }
 
 static facing facing_edges(const box_pair *x, const box_place *at, const box_axis *n)
@@ -330,13 +321,14 @@ static facing facing_edges(const box_pair *x, const box_place *at, const box_axi
     int i = (n->index - EDGES) / 3, j = (n->index - EDGES) % 3, h = (i + 1) % 3, k = (i + 2) % 3;
     across e = across_of(x, i, j);
     double a[3], b[3], w[3];
-    a[i] = nearest_on_edge(x, i, j, e), a[h] = copysign(x->a[h], e.h), a[k] = copysign(x->a[k], e.k);
+    a[i] = moving_boxes_nearest_on_edge(x, i, j, e), a[h] = copysign(x->a[h], e.h), a[k] = copysign(x->a[k], e.k);
     for (int l = 0; l < 3; l++) {
         w[l] = a[l] - x->t[l];
         b[l] = -copysign(x->b[l], e.h * x->r[h][l] + e.k * x->r[k][l]);
     }
     b[j] = clamp_to(dot_column(x, w, j), x->b[j]);
-    return (facing){out_of(&at->a, at->origin_a, take(a)), out_of(&at->b, at->origin_b, take(b))};
+    return (facing){
+        moving_boxes_out_of(&at->a, at->origin_a, vec_from(a)), moving_boxes_out_of(&at->b, at->origin_b, vec_from(b))};
 }
 
 facing moving_boxes_facing(const moving_boxes *m, const box_place *at, const box_axis *n)
@@ -348,13 +340,13 @@ facing moving_boxes_facing(const moving_boxes *m, const box_place *at, const box
 bool moving_boxes_touch(moving_boxes *m, const box_place *at, const box_axis *n)
 {
     axes_at(at, &m->axes);
-    if (m->reach == 0) return overlap(&m->axes, m->error);
+    if (m->reach == 0) return moving_boxes_overlap(&m->axes, m->error);
     facing f = moving_boxes_facing(m, at, n);
     return vec_norm(vec_sub(f.b, f.a)) <= m->reach - m->error;
 }
 
 /* Most shapes lie at their bodies' origins. */
-static void start(const motion *body, const pose *local, mat3 *axes, vec3 *arm)
+static void moving_boxes_start(const motion *body, const pose *local, mat3 *axes, vec3 *arm)
 {
     bool off = vec_greatest(local->p) > 0;
     *axes = quat_matrix(quat_unit(quat_mul(body->start.q, local->q)));
@@ -367,10 +359,10 @@ void moving_boxes_init(const course *c, const toi_request *request, moving_boxes
     m->c = c;
     m->wander = request->wander;
     m->half_a = box_sides(a), m->half_b = box_sides(b);
-    put(m->axes.a, m->half_a);
-    put(m->axes.b, m->half_b);
-    start(&c->body_a, &c->local_a, &m->first_a, &m->arm_a);
-    start(&c->body_b, &c->local_b, &m->first_b, &m->arm_b);
+    vec_to(m->half_a, m->axes.a);
+    vec_to(m->half_b, m->axes.b);
+    moving_boxes_start(&c->body_a, &c->local_a, &m->first_a, &m->arm_a);
+    moving_boxes_start(&c->body_b, &c->local_b, &m->first_b, &m->arm_b);
     double far = vec_norm(c->body_b.start.p) + c->span * vec_norm(c->body_b.linear);
     m->reach = request->threshold + a->radius + b->radius;
     m->error = 2 * c->slack + 64 * UNIT_ROUNDOFF * (c->reach_a + c->reach_b + far);
@@ -409,12 +401,10 @@ static double own_spare(const moving_boxes *m, const box_axis *n, const box_plac
     vec3 axis;
     double length = 1;
     if (n->index >= EDGES) {
-        axis = vec_cross(
-            moving_boxes_column(&to->a, (n->index - EDGES) / 3), moving_boxes_column(&to->b, (n->index - EDGES) % 3));
+        axis = vec_cross(mat_column(&to->a, (n->index - EDGES) / 3), mat_column(&to->b, (n->index - EDGES) % 3));
         length = vec_norm(axis);
     } else {
-        axis = n->index < FACES_B ? moving_boxes_column(&to->a, n->index)
-                                  : moving_boxes_column(&to->b, n->index - FACES_B);
+        axis = n->index < FACES_B ? mat_column(&to->a, n->index) : mat_column(&to->b, n->index - FACES_B);
     }
     double gap = moving_boxes_gap(m, to, n->turned ? vec_neg(axis) : axis) - (n->index >= EDGES ? m->error : 0);
     return (gap - moving_boxes_apart(m, to->time) * length) / n->length;
@@ -427,7 +417,7 @@ static double dip_of(double bend, double step)
 
 /* What is certainly kept of the gap over a step, and at its end: along the axis that turns with its feature, or along
  * the one that stands still. */
-static double spare_after(const moving_boxes *m, const box_place *from, box_axis *n, const box_place *to)
+static double moving_boxes_spare_after(const moving_boxes *m, const box_place *from, box_axis *n, const box_place *to)
 {
     double step = to->time - from->time, spare = n->gap - moving_boxes_apart(m, to->time), own = own_spare(m, n, to);
     double kept = min_of(own, spare) - dip_of(own_bend(m, n, from->time, to->time), step);
@@ -438,7 +428,7 @@ static double spare_after(const moving_boxes *m, const box_place *from, box_axis
     return max_of(kept, still);
 }
 
-static double proposed_step(
+static double moving_boxes_proposed_step(
     const moving_boxes *m, const box_place *at, const box_axis *n, double spare, double aim, double left)
 {
     double rate = n->rate - m->wander * at->time;
@@ -451,16 +441,16 @@ static double proposed_step(
 }
 
 /* The next place up to which they are apart. */
-static bool advance(
+static bool moving_boxes_advance(
     const moving_boxes *m, const box_place *at, box_axis *n, double tolerance, box_place *to, uint32_t *steps)
 {
     double spare = n->gap - moving_boxes_apart(m, at->time), left = m->c->span - at->time;
     double aim = spare > tolerance ? 0.5 * tolerance : 0.25 * spare;
-    double step = proposed_step(m, at, n, spare, aim, left);
+    double step = moving_boxes_proposed_step(m, at, n, spare, aim, left);
     for (int k = 0; k < TRIES; k++) {
         moving_boxes_place(m, min_of(at->time + step, m->c->span), to);
         ++*steps;
-        double after = spare_after(m, at, n, to);
+        double after = moving_boxes_spare_after(m, at, n, to);
         if (after > 0) return true;
         step *= min_of(max_of((spare - aim) / (spare - after), 0.125), 0.99);
     }
@@ -478,7 +468,7 @@ bool toi_boxes_apply(const course *c)
 
 /* ---- the end ---- */
 
-static void tell(const moving_boxes *m, const box_place *at, const box_axis *n, facing f, toi_result *out)
+static void moving_boxes_tell(const moving_boxes *m, const box_place *at, const box_axis *n, facing f, toi_result *out)
 {
     double radius_a = m->c->a->radius, radius_b = m->c->b->radius, radius = radius_a + radius_b;
     out->lo = at->time;
@@ -505,7 +495,7 @@ static double time_of_touch(moving_boxes *m, const box_place *at, const box_axis
 
 /* Within the tolerance of contact at `at`, which m->axes say, and the points that face each other along the axis are
  * the nearest: near, if that is all that is asked, or a hit, if it is proven that they touch a little later. */
-static bool settle(
+static bool moving_boxes_settle(
     moving_boxes *m, const box_place *at, const box_axis *n, const toi_request *request, bool rough, toi_result *out)
 {
     double tolerance = request->tolerance, left = n->gap - moving_boxes_apart(m, at->time), hi = INFINITY;
@@ -515,7 +505,7 @@ static bool settle(
     if (!(wide <= 0.25 * tolerance) || (rough && !(left + wide <= tolerance))) return false;
     if (!rough) hi = time_of_touch(m, at, n, max_of(n->gap - m->reach, 0) + 0.25 * tolerance);
     if (!rough && (hi == INFINITY || m->wander > 0)) return false;
-    tell(m, at, n, f, out);
+    moving_boxes_tell(m, at, n, f, out);
     out->status = rough ? TOI_NEAR : TOI_HIT;
     out->hi = hi;
     return true;
@@ -539,15 +529,15 @@ double toi_boxes_march(const course *c, const toi_request *request, double from,
     for (int k = 0; k < STEPS_MAX; k++) {
         const box_place *at = &places[now];
         follows = follows && moving_boxes_follow(&m, at, &n);
-        if (follows && settle(&m, at, &n, request, rough, out)) return INFINITY;
+        if (follows && moving_boxes_settle(&m, at, &n, request, rough, out)) return INFINITY;
         double spare = n.gap - moving_boxes_apart(&m, at->time);
         if (!follows || !(spare > request->tolerance) || c->straight) {
             if (!moving_boxes_best(&m, at, &n)) break;
-            if (settle(&m, at, &n, request, rough, out)) return INFINITY;
+            if (moving_boxes_settle(&m, at, &n, request, rough, out)) return INFINITY;
             if (n.gap - moving_boxes_apart(&m, at->time) <= request->tolerance) break;
         }
         follows = is_worth_following(&m, &n, at);
-        if (!advance(&m, at, &n, request->tolerance, &places[!now], &out->steps)) break;
+        if (!moving_boxes_advance(&m, at, &n, request->tolerance, &places[!now], &out->steps)) break;
         now = !now;
         if (places[now].time >= c->span) return INFINITY;
     }

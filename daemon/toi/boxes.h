@@ -4,6 +4,7 @@
 
 #include "course.h"
 #include "narrow/closed/closed.h"
+#include "narrow/math/scalar.h"
 
 /* ---- moving boxes ---- */
 
@@ -43,11 +44,6 @@ typedef struct box_axis { /* one that separates at a place */
 typedef struct facing { /* the points of the two that face each other, the frame's */
     vec3 a, b;
 } facing;
-
-static inline vec3 moving_boxes_column(const mat3 *axes, int i)
-{
-    return i == 0 ? axes->x : i == 1 ? axes->y : axes->z;
-}
 
 /* The axes are numbered as in box_pair.c: A's faces, B's faces, then edge i of A with edge j of B at EDGES + 3 i + j.
  */

@@ -13,7 +13,7 @@ static double turning(const motion *m)
     return vec_norm(m->angular) * (1 + 8 * UNIT_ROUNDOFF);
 }
 
-static double reach_of(const shape *s, pose local)
+static double course_reach_of(const shape *s, pose local)
 {
     if (s->type == SHAPE_HALFSPACE) return vec_norm(local.p);
     return (vec_norm(local.p) + shape_reach(s) + shape_excess(s)) * (1 + 8 * UNIT_ROUNDOFF);
@@ -23,11 +23,11 @@ static double core_reach_of(const shape *s, pose local)
 {
     shape core = *s;
     core.radius = 0;
-    return reach_of(&core, local);
+    return course_reach_of(&core, local);
 }
 
 /* Of the core about the axis through its body's origin. */
-static double radius_of(const shape *s, pose local, const motion *m)
+static double course_radius_of(const shape *s, pose local, const motion *m)
 {
     vec3 axis = quat_rotate(quat_conj(m->start.q), direction_of(m->angular));
     return motion_radius(s, local, axis) + shape_excess(s);
@@ -40,9 +40,9 @@ static void bound_plane(course *c, pose plane_local, const motion *plane_body, c
 {
     double w = turning(plane_body), v = turning(other_body),
            line = vec_norm(vec_sub(other_body->linear, plane_body->linear));
-    double arm = vec_norm(plane_local.p), reach = reach_of(other, other_local);
+    double arm = vec_norm(plane_local.p), reach = course_reach_of(other, other_local);
     double apart = vec_norm(vec_sub(other_body->start.p, plane_body->start.p)) + line * span + arm + reach;
-    double other_radius = v > 0 ? radius_of(other, other_local, other_body) : 0;
+    double other_radius = v > 0 ? course_radius_of(other, other_local, other_body) : 0;
     double approach = line + w * arm + v * other_radius;
     c->plane_turn2 = w * w;
     c->plane_extent = arm + reach;
@@ -60,8 +60,8 @@ static void bound(course *c, double span)
         bound_plane(c, c->local_b, &c->body_b, a, c->local_a, &c->body_a, span);
     else {
         double wa = turning(&c->body_a), wb = turning(&c->body_b);
-        c->radius_a = wa > 0 ? radius_of(a, c->local_a, &c->body_a) : 0;
-        c->radius_b = wb > 0 ? radius_of(b, c->local_b, &c->body_b) : 0;
+        c->radius_a = wa > 0 ? course_radius_of(a, c->local_a, &c->body_a) : 0;
+        c->radius_b = wb > 0 ? course_radius_of(b, c->local_b, &c->body_b) : 0;
         c->bend = wa * wa * c->radius_a + wb * wb * c->radius_b;
         c->speed = vec_norm(c->body_b.linear) + wa * c->radius_a + wb * c->radius_b;
     }
@@ -69,7 +69,7 @@ static void bound(course *c, double span)
     c->speed *= 1 + 64 * UNIT_ROUNDOFF;
 }
 
-static double slack_of(const course *c, const motion *a, const motion *b, double span)
+static double course_slack_of(const course *c, const motion *a, const motion *b, double span)
 {
     double ra = c->reach_a, rb = c->reach_b;
     double far = vec_norm(c->body_b.start.p) + span * (vec_norm(a->linear) + vec_norm(b->linear));
@@ -87,7 +87,7 @@ static pose shape_pose(const pose *body, const pose *local)
     return own ? *body : pose_mul(*body, *local);
 }
 
-static course_place place(const course *c, const pose *body_a, const pose *body_b)
+static course_place course_place_of(const course *c, const pose *body_a, const pose *body_b)
 {
     pose shape_a = shape_pose(body_a, &c->local_a);
     mat3 world_of_a = quat_matrix(quat_unit(shape_a.q));
@@ -107,18 +107,18 @@ bool course_bounds(course *c, const toi_mover *a, const toi_mover *b, double spa
     c->straight = c->spin_a.speed == 0 && c->spin_b.speed == 0;
     bool planes = a->shape->type == SHAPE_HALFSPACE && b->shape->type == SHAPE_HALFSPACE;
     if (planes && !c->straight) return false;
-    c->reach_a = reach_of(a->shape, a->local);
-    c->reach_b = reach_of(b->shape, b->local);
+    c->reach_a = course_reach_of(a->shape, a->local);
+    c->reach_b = course_reach_of(b->shape, b->local);
     c->core_a = core_reach_of(a->shape, a->local);
     c->core_b = core_reach_of(b->shape, b->local);
     bound(c, span);
-    c->slack = slack_of(c, &a->motion, &b->motion, span);
+    c->slack = course_slack_of(c, &a->motion, &b->motion, span);
     return true;
 }
 
 void course_make_places(course *c)
 {
-    c->first = place(c, &c->body_a.start, &c->body_b.start);
+    c->first = course_place_of(c, &c->body_a.start, &c->body_b.start);
     if (c->straight) c->rate = mat_tmul(c->first.world_of_a, c->body_b.linear);
 }
 
@@ -140,7 +140,7 @@ course_place course_at(const course *c, double time)
     pose body_a = {VEC_ZERO, motion_spun(c->spin_a, c->body_a.start.q, time)};
     pose body_b = {
         vec_madd(c->body_b.start.p, time, c->body_b.linear), motion_spun(c->spin_b, c->body_b.start.q, time)};
-    return place(c, &body_a, &body_b);
+    return course_place_of(c, &body_a, &body_b);
 }
 
 /* The balls' centres go along a line, which passes each other's at |from x velocity| / speed: good to some ulp of the
@@ -148,7 +148,7 @@ course_place course_at(const course *c, double time)
 #define BALL_SLACK 0x1p-30
 
 /* Of doubles, for fourth powers. */
-static bool in_range(double x)
+static bool course_in_range(double x)
 {
     return x > 0x1p-200 && x < 0x1p200;
 }
@@ -158,7 +158,7 @@ double course_balls_meet(const course *c, double target, double wander)
     if (c->a->type == SHAPE_HALFSPACE || c->b->type == SHAPE_HALFSPACE) return 0;
     vec3 from = c->body_b.start.p, velocity = c->body_b.linear;
     bool moves = vec_greatest(velocity) > 0;
-    if (!in_range(vec_greatest(from)) || (moves && !in_range(vec_greatest(velocity)))) return 0;
+    if (!course_in_range(vec_greatest(from)) || (moves && !course_in_range(vec_greatest(velocity)))) return 0;
     double far = vec_norm(from), speed = vec_norm(velocity), reach = c->reach_a + c->reach_b + max_of(target, 0);
     reach += 0.5 * wander * c->span * c->span;
     reach += BALL_SLACK * (reach + far + speed * c->span);
@@ -262,7 +262,7 @@ bool course_spin(const toi_mover *m, shape *spun, toi_mover *out)
     bool sized = s->type <= SHAPE_ELLIPSOID;
     double along = sized ? fabs(in_shape.x) * h.x + fabs(in_shape.y) * h.y + fabs(in_shape.z) * h.z : shape_reach(s);
     double off = fabs(vec_dot(m->local.p, axis_in_body));
-    double slack = 64 * UNIT_ROUNDOFF * reach_of(s, m->local);
+    double slack = 64 * UNIT_ROUNDOFF * course_reach_of(s, m->local);
     double radius = motion_radius(s, m->local, axis_in_body), length = along + off;
     if (s->hull) spin_vertices(s->hull, m->local, axis_in_body, &radius, &length);
     radius += shape_excess(s) + slack;

@@ -15,7 +15,7 @@ bool toi_leaves_apply(const toi_part *p)
     return !p->is_leaf && p->whole->type == SHAPE_MESH && p->form == TOI_PART_BOX && p->child != TOI_WHOLE_NODE;
 }
 
-static void load(const toi_part *p, leaf *out)
+static void leaves_load(const toi_part *p, leaf *out)
 {
     const mesh *m = p->whole->mesh;
     const mesh_node *n = &m->nodes[p->node];
@@ -33,11 +33,11 @@ typedef struct heights {
     lanes least, most;
 } heights;
 
-LANES_INLINE lanes least_of(lanes a, lanes b)
+LANES_INLINE lanes leaves_least_of(lanes a, lanes b)
 {
     return lanes_choose(a < b, a, b);
 }
-LANES_INLINE lanes most_of(lanes a, lanes b)
+LANES_INLINE lanes leaves_most_of(lanes a, lanes b)
 {
     return lanes_choose(a > b, a, b);
 }
@@ -49,7 +49,8 @@ LANES_INLINE heights heights_of(const leaf *l, const transform *at, vec3 d)
     lanes3 to = {lanes_of(own.x), lanes_of(own.y), lanes_of(own.z)};
     lanes u = lanes3_dot(to, l->corner[0]), v = lanes3_dot(to, l->corner[1]), w = lanes3_dot(to, l->corner[2]);
     lanes origin = lanes_of(vec_dot(d, at->t));
-    return (heights){least_of(u, least_of(v, w)) + origin, most_of(u, most_of(v, w)) + origin};
+    return (heights){
+        leaves_least_of(u, leaves_least_of(v, w)) + origin, leaves_most_of(u, leaves_most_of(v, w)) + origin};
 }
 
 enum {
@@ -86,7 +87,7 @@ LANES_INLINE void look_across(const sweep *s, leaves *l, const leaf *of, const t
         x->b = heights_of(&l->b, &p->b, x->d);
         for (int i = 0; i < MESH_LEAF_MAX; i++) {
             lanes above = x->b.least - lanes_of(x->a.most[i]), below = lanes_of(x->a.least[i]) - x->b.most;
-            l->best[i] = most_of(l->best[i], (most_of(above, below) - floor) * weight);
+            l->best[i] = leaves_most_of(l->best[i], (leaves_most_of(above, below) - floor) * weight);
         }
     }
 }
@@ -109,9 +110,9 @@ typedef struct piece {
 /* sweep_keeps_open, lane by lane; or, up to the share that matters, above the chord less the dip. */
 LANES_INLINE lane_mask stay_open(lanes first, lanes last, lanes dip, lanes share)
 {
-    lanes bow = 4 * dip, change = last - first, slow = bow - most_of(change, -change);
+    lanes bow = 4 * dip, change = last - first, slow = bow - leaves_most_of(change, -change);
     lanes sag = lanes_choose(slow > 0, slow * slow / (4 * bow) * (1 + 0x1p-40), lanes_of(0));
-    lanes less = least_of(first, first + share * change);
+    lanes less = leaves_least_of(first, first + share * change);
     return ((first > sag) & (last > sag)) | (less > dip);
 }
 
@@ -184,14 +185,14 @@ static two_triangles pair_at(const leaves *l, int pair, const sweep_place *p)
     return t;
 }
 
-static double gap_along(const two_triangles *t, vec3 d)
+static double leaves_gap_along(const two_triangles *t, vec3 d)
 {
     double top = max_of(vec_dot(d, t->a[0]), max_of(vec_dot(d, t->a[1]), vec_dot(d, t->a[2])));
     return min_of(vec_dot(d, t->b[0]), min_of(vec_dot(d, t->b[1]), vec_dot(d, t->b[2]))) - top - t->apart;
 }
 
 /* The same of a pair at a place. */
-static double gap_of(const leaves *l, int pair, const sweep_place *at, vec3 d)
+static double leaves_gap_of(const leaves *l, int pair, const sweep_place *at, vec3 d)
 {
     vec3 in_a = mat_tmul(at->a.r, d), in_b = mat_tmul(at->b.r, d);
     int i = pair / MESH_LEAF_MAX, k = pair % MESH_LEAF_MAX;
@@ -210,13 +211,13 @@ typedef struct chosen { /* the direction of a pair that keeps the widest gap at 
     double kept; /* m */
 } chosen;
 
-static void offer(chosen *c, vec3 towards, vec3 against)
+static void leaves_offer(chosen *c, vec3 towards, vec3 against)
 {
     double norm2 = vec_norm2(towards);
     if (!(norm2 > 0)) return;
     vec3 d = direction_of(vec_dot(towards, against) > 0 ? vec_neg(towards) : towards);
-    double gap = gap_along(&c->first, d);
-    if (gap > c->kept) gap = min_of(gap, gap_along(&c->last, d));
+    double gap = leaves_gap_along(&c->first, d);
+    if (gap > c->kept) gap = min_of(gap, leaves_gap_along(&c->last, d));
     if (gap > c->kept) c->kept = gap, c->d = d;
 }
 
@@ -234,9 +235,9 @@ static chosen best_of_sides(const leaves *l, int pair, const piece *p)
     vec3 normal_a = vec_cross(side_a[0], side_a[1]), normal_b = vec_cross(side_b[0], side_b[1]);
     for (int i = 0; i < 3; i++) {
         vec3 in_a = vec_neg(side_a[(i + 2) % 3]), out_b = side_b[(i + 2) % 3];
-        for (int k = 0; k < 3; k++) offer(&c, vec_cross(side_a[i], side_b[k]), in_a);
-        offer(&c, vec_cross(side_a[i], normal_a), in_a);
-        offer(&c, vec_cross(side_b[i], normal_b), out_b);
+        for (int k = 0; k < 3; k++) leaves_offer(&c, vec_cross(side_a[i], side_b[k]), in_a);
+        leaves_offer(&c, vec_cross(side_a[i], normal_a), in_a);
+        leaves_offer(&c, vec_cross(side_b[i], normal_b), out_b);
     }
     return c;
 }
@@ -244,9 +245,9 @@ static chosen best_of_sides(const leaves *l, int pair, const piece *p)
 /* Does a direction keep a pair apart all along a piece? */
 static bool keeps(const leaves *l, int pair, const piece *p, vec3 d)
 {
-    double dip = p->dip * sweep_share(p->s, d), first = gap_of(l, pair, p->from, d);
+    double dip = p->dip * sweep_share(p->s, d), first = leaves_gap_of(l, pair, p->from, d);
     if (!(first > 0)) return false;
-    double last = gap_of(l, pair, p->to, d), less = min_of(first, first + p->share * (last - first));
+    double last = leaves_gap_of(l, pair, p->to, d), less = min_of(first, first + p->share * (last - first));
     return sweep_keeps_open(first, last, dip) || less > dip;
 }
 
@@ -292,7 +293,7 @@ static double typical_gap(const sweep *s, leaves *l, const sweep_place *at, unsi
         if (!(open >> i & 1)) continue;
         gaps[i] = l->best[i / MESH_LEAF_MAX][i % MESH_LEAF_MAX];
         if (l->sided >> i & 1) {
-            double own = gap_of(l, i, at, l->own[i]) / sweep_share(s, l->own[i]);
+            double own = leaves_gap_of(l, i, at, l->own[i]) / sweep_share(s, l->own[i]);
             if (!(own > gaps[i])) l->sided &= ~(1u << i);
             gaps[i] = max_of(own, gaps[i]);
         }
@@ -362,8 +363,8 @@ void toi_leaves_entries(
 {
     leaves l;
     l.sided = 0;
-    load(a, &l.a);
-    load(b, &l.b);
+    leaves_load(a, &l.a);
+    leaves_load(b, &l.b);
     s->work += SWEEP_WORK_LEAVES;
     find_entries(s, &l, from, until, entry);
 }

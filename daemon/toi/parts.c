@@ -59,7 +59,7 @@ static void be_turned(toi_part *p, const mesh_node *n, uint32_t c, double unit)
 
 /* ---- meshes ---- */
 
-static vec3 corner_of(const float side[3][MESH_WIDTH], int child, double unit)
+static vec3 toi_part_corner_of(const float side[3][MESH_WIDTH], int child, double unit)
 {
     return vec(side[0][child] * unit, side[1][child] * unit, side[2][child] * unit);
 }
@@ -69,10 +69,10 @@ static void be_mesh_node(toi_part *p, const shape *whole, uint32_t node)
     const mesh_node *n = &whole->mesh->nodes[node];
     double unit = whole->mesh->unit;
     *p = (toi_part){.whole = whole, .node = node, .child = TOI_WHOLE_NODE};
-    vec3 lo = corner_of(n->lo, 0, unit), hi = corner_of(n->hi, 0, unit);
+    vec3 lo = toi_part_corner_of(n->lo, 0, unit), hi = toi_part_corner_of(n->hi, 0, unit);
     for (int k = 1; k < n->used; k++) {
-        lo = vec_min(lo, corner_of(n->lo, k, unit));
-        hi = vec_max(hi, corner_of(n->hi, k, unit));
+        lo = vec_min(lo, toi_part_corner_of(n->lo, k, unit));
+        hi = vec_max(hi, toi_part_corner_of(n->hi, k, unit));
     }
     be_box(p, lo, hi);
 }
@@ -119,7 +119,7 @@ static int mesh_children(const toi_part *p, toi_part *out)
         bool inner = n->count[k] == 0;
         out[k] =
             (toi_part){.whole = p->whole, .node = inner ? n->first[k] : p->node, .child = inner ? TOI_WHOLE_NODE : k};
-        be_box(&out[k], corner_of(n->lo, (int)k, unit), corner_of(n->hi, (int)k, unit));
+        be_box(&out[k], toi_part_corner_of(n->lo, (int)k, unit), toi_part_corner_of(n->hi, (int)k, unit));
         be_turned(&out[k], n, k, unit);
     }
     return n->used;

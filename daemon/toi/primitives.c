@@ -17,11 +17,6 @@ typedef struct balls {
     vec3 arm_a, arm_b;   /* from the bodies' origins to the centres, world axes */
 } balls;
 
-static double size_of(vec3 v)
-{
-    return fabs(v.x) + fabs(v.y) + fabs(v.z);
-}
-
 /* A centre moves straight if its body does not turn, or turns about it. */
 static bool goes_straight(const toi_mover *m)
 {
@@ -29,7 +24,7 @@ static bool goes_straight(const toi_mover *m)
            (vec_greatest(m->motion.angular) == 0 || vec_greatest(m->local.p) == 0);
 }
 
-static bool in_range(double x)
+static bool moving_balls_in_range(double x)
 {
     return x > 0x1p-300 && x < 0x1p300;
 }
@@ -43,21 +38,21 @@ static bool balls_of(const toi_mover *a, const toi_mover *b, const toi_request *
     s->from = vec_add(between, vec_sub(s->arm_b, s->arm_a));
     s->velocity = vec_sub(b->motion.linear, a->motion.linear);
     s->reach = a->shape->radius + b->shape->radius + r->threshold;
-    double size = size_of(between) + 2 * (size_of(a->local.p) + size_of(b->local.p)) + a->shape->radius +
-                  b->shape->radius + fabs(r->threshold) +
-                  r->span * (size_of(a->motion.linear) + size_of(b->motion.linear));
+    double size = vec_sum_magnitudes(between) + 2 * (vec_sum_magnitudes(a->local.p) + vec_sum_magnitudes(b->local.p)) +
+                  a->shape->radius + b->shape->radius + fabs(r->threshold) +
+                  r->span * (vec_sum_magnitudes(a->motion.linear) + vec_sum_magnitudes(b->motion.linear));
     s->error = 32 * UNIT_ROUNDOFF * size;
-    return s->reach > 0 && in_range(size) && in_range(vec_norm2(s->velocity));
+    return s->reach > 0 && moving_balls_in_range(size) && moving_balls_in_range(vec_norm2(s->velocity));
 }
 
-static vec3 place(const balls *s, double time)
+static vec3 moving_balls_place(const balls *s, double time)
 {
     return vec_madd(s->from, time, s->velocity);
 }
 
 static void tell_balls(const balls *s, const toi_mover *a, const toi_mover *b, double lo, double hi, toi_result *out)
 {
-    vec3 there = place(s, lo);
+    vec3 there = moving_balls_place(s, lo);
     double apart = vec_norm(there), gap = apart - a->shape->radius - b->shape->radius;
     vec3 centre_a = vec_add(vec_madd(a->motion.start.p, lo, a->motion.linear), s->arm_a);
     vec3 centre_b = vec_add(vec_madd(b->motion.start.p, lo, b->motion.linear), s->arm_b);
@@ -76,7 +71,7 @@ static void tell_balls(const balls *s, const toi_mover *a, const toi_mover *b, d
  * the distance then by their square. */
 static bool passes(const balls *s, double approach, double speed2, double span)
 {
-    double nearest = vec_norm(place(s, min_of(-approach / speed2, span)));
+    double nearest = vec_norm(moving_balls_place(s, min_of(-approach / speed2, span)));
     return nearest > s->reach + 4 * s->error;
 }
 
@@ -96,7 +91,7 @@ bool toi_spheres(const toi_mover *a, const toi_mover *b, const toi_request *requ
     double root = sqrt(square), time = spare / (root - approach), aside = 0.25 * request->tolerance * s.reach / root;
     double lo = time - aside, hi = time + aside;
     if (!(lo > 0 && hi <= request->span)) return false;
-    vec3 first = place(&s, lo), last = place(&s, hi);
+    vec3 first = moving_balls_place(&s, lo), last = moving_balls_place(&s, hi);
     bool proven = vec_norm(first) > s.reach + s.error && vec_dot(first, s.velocity) < -rounding &&
                   vec_norm(last) <= s.reach - s.error;
     if (!proven) return false;
@@ -156,14 +151,15 @@ static bool flight_of(const toi_mover *a, const toi_mover *b, const toi_request 
     f->half = b->shape->half;
     f->span = r->span;
     f->reach = a->shape->radius + b->shape->radius + r->threshold;
-    f->speed = size_of(f->velocity);
-    double size = size_of(between) + 2 * (size_of(a->local.p) + size_of(b->local.p)) + a->shape->radius +
-                  b->shape->radius + size_of(f->half) + fabs(r->threshold) +
-                  2 * r->span * (size_of(a->motion.linear) + size_of(b->motion.linear));
+    f->speed = vec_sum_magnitudes(f->velocity);
+    double size = vec_sum_magnitudes(between) + 2 * (vec_sum_magnitudes(a->local.p) + vec_sum_magnitudes(b->local.p)) +
+                  a->shape->radius + b->shape->radius + vec_sum_magnitudes(f->half) + fabs(r->threshold) +
+                  2 * r->span * (vec_sum_magnitudes(a->motion.linear) + vec_sum_magnitudes(b->motion.linear));
     f->error = 64 * UNIT_ROUNDOFF * size;
     f->velocity =
         vec(speed_or_zero(f->velocity.x, f), speed_or_zero(f->velocity.y, f), speed_or_zero(f->velocity.z, f));
-    return f->reach > 0 && in_range(size) && in_range(f->speed * f->speed) && in_range(f->reach);
+    return f->reach > 0 && moving_balls_in_range(size) && moving_balls_in_range(f->speed * f->speed) &&
+           moving_balls_in_range(f->reach);
 }
 
 /* ---- what holds at a time ---- */
@@ -228,7 +224,7 @@ static double next_crossing(const flight *f, double now)
 }
 
 /* A time of contact, or of the least distance where there is none: the pieces, one after the other, from `time` on. */
-static double propose(const flight *f, double time, bool *touches)
+static double moving_balls_propose(const flight *f, double time, bool *touches)
 {
     for (int k = 0; k < PIECES_MAX; k++) {
         double next = next_crossing(f, time), inside = next < INFINITY ? 0.5 * (time + next) : time + 1;
@@ -284,7 +280,7 @@ bool toi_ball_box(const toi_mover *a, const toi_mover *b, const toi_request *req
     slab near =
         slabs_of(&f, f.reach + 4 * f.error); /* farther than that along a face's normal, but within these times */
     bool touches = false, miss = near.enter > near.leave || near.leave < 0 || near.enter > f.span;
-    double time = miss ? 0 : propose(&f, max_of(near.enter, 0), &touches);
+    double time = miss ? 0 : moving_balls_propose(&f, max_of(near.enter, 0), &touches);
     if (!touches || time > f.span) {
         if (!miss && !apart_all_along(&f, min_of(time, f.span))) return false;
         out->steps = 1;

@@ -111,7 +111,7 @@ SWEEP_INLINE double top_of_shape(const toi_part *p, vec3 d)
 }
 
 /* The greatest height of a part along a direction of its shape's frame. */
-SWEEP_INLINE double top_of(const toi_part *p, vec3 d)
+SWEEP_INLINE double sweep_top_of(const toi_part *p, vec3 d)
 {
     if (p->form == TOI_PART_BOX)
         return vec_dot(d, p->centre) + fabs(vec_dot(d, p->side[0])) + fabs(vec_dot(d, p->side[1])) +
@@ -123,10 +123,10 @@ SWEEP_INLINE double top_of(const toi_part *p, vec3 d)
 }
 
 /* How far apart they are at a place along a unit direction of the course's frame, beyond the floor. */
-SWEEP_INLINE double gap_at(const sweep_place *at, const toi_part *a, const toi_part *b, vec3 d)
+SWEEP_INLINE double sweep_gap_at(const sweep_place *at, const toi_part *a, const toi_part *b, vec3 d)
 {
-    double top = top_of(a, mat_tmul(at->a.r, d)) + vec_dot(d, at->a.t);
-    double foot = vec_dot(d, at->b.t) - top_of(b, vec_neg(mat_tmul(at->b.r, d)));
+    double top = sweep_top_of(a, mat_tmul(at->a.r, d)) + vec_dot(d, at->a.t);
+    double foot = vec_dot(d, at->b.t) - sweep_top_of(b, vec_neg(mat_tmul(at->b.r, d)));
     return foot - top - a->margin - b->margin - at->floor;
 }
 
@@ -146,9 +146,9 @@ static void try_direction(way *w, vec3 towards)
     if (!(vec_norm2(towards) > 0)) return;
     w->tried++;
     vec3 d = direction_of(towards);
-    double dip = w->dip, first = gap_at(w->from, w->a, w->b, d);
+    double dip = w->dip, first = sweep_gap_at(w->from, w->a, w->b, d);
     if (!(first > 0) && w->share == 0) return;
-    double last = gap_at(w->to, w->a, w->b, d), share = 1;
+    double last = sweep_gap_at(w->to, w->a, w->b, d), share = 1;
     bool is_open = sweep_keeps_open(first, last, dip);
     if (!is_open) {
         dip *= sweep_share(w->s, d);
@@ -163,7 +163,7 @@ static void try_direction(way *w, vec3 towards)
     w->share = max_of(w->share, share);
 }
 
-SWEEP_INLINE vec3 between(const transform *from, const transform *to, double share, vec3 point)
+SWEEP_INLINE vec3 sweep_between(const transform *from, const transform *to, double share, vec3 point)
 {
     vec3 p = transform_point(from, point), q = transform_point(to, point);
     return vec_madd(p, share, vec_sub(q, p));
@@ -185,7 +185,7 @@ static void turn_extents(const toi_part *p, const mat3 *r, extents *out)
 }
 
 /* The point of extents about a centre that is nearest to another point. */
-SWEEP_INLINE vec3 nearest_in(const extents *e, vec3 centre, vec3 point)
+SWEEP_INLINE vec3 sweep_nearest_in(const extents *e, vec3 centre, vec3 point)
 {
     vec3 nearest = centre, away = vec_sub(point, centre);
     for (int k = 0; k < 3; k++)
@@ -193,30 +193,26 @@ SWEEP_INLINE vec3 nearest_in(const extents *e, vec3 centre, vec3 point)
     return nearest;
 }
 
-static vec3 facing(vec3 n, vec3 towards)
-{
-    return vec_dot(n, towards) < 0 ? vec_neg(n) : n;
-}
-
 /* Directions that may have a gap at that share of the piece: between what is nearest of their extents (by going to and
  * fro between them), and across flat parts. */
 static void try_directions(way *w, const extents *ea, const extents *eb)
 {
     const sweep_place *from = w->from, *to = w->to;
-    vec3 a = between(&from->a, &to->a, w->share, w->a->centre), b = between(&from->b, &to->b, w->share, w->b->centre);
-    vec3 line = vec_sub(b, a), on_b = b, on_a = nearest_in(ea, a, b), first = on_a;
+    vec3 a = sweep_between(&from->a, &to->a, w->share, w->a->centre),
+         b = sweep_between(&from->b, &to->b, w->share, w->b->centre);
+    vec3 line = vec_sub(b, a), on_b = b, on_a = sweep_nearest_in(ea, a, b), first = on_a;
     double before = w->share;
     for (int k = 0; k < ALTERNATIONS; k++) {
-        on_b = nearest_in(eb, b, on_a);
-        on_a = nearest_in(ea, a, on_b);
+        on_b = sweep_nearest_in(eb, b, on_a);
+        on_a = sweep_nearest_in(ea, a, on_b);
     }
     try_direction(w, vec_sub(on_b, on_a));
     if (w->share > before) return;
     try_direction(w, vec_sub(b, first));
     if (w->share > before) return;
-    try_direction(w, facing(mat_mul(from->b.r, w->b->normal), line));
+    try_direction(w, vec_turned_to(mat_mul(from->b.r, w->b->normal), line));
     if (w->share > before) return;
-    try_direction(w, facing(mat_mul(from->a.r, w->a->normal), line));
+    try_direction(w, vec_turned_to(mat_mul(from->a.r, w->a->normal), line));
 }
 
 /* The share of a piece that is free, given that so much is; not to be found out beyond `enough`. */

@@ -41,7 +41,7 @@ static vec3 in_frame(const march *m, vec3 point_in_a)
     return vec_add(m->at.arm, mat_mul(m->at.world_of_a, point_in_a));
 }
 
-static void look(march *m, double time, double tolerance)
+static void march_look(march *m, double time, double tolerance)
 {
     narrow_request r = {
         .facts = NARROW_DISTANCE, .tolerance = tolerance, .range = INFINITY, .threshold = m->request->threshold};
@@ -57,7 +57,7 @@ static void look(march *m, double time, double tolerance)
 }
 
 /* m: the least gap that counts as apart at a time. */
-static double floor_at(const march *m, double time)
+static double march_floor_at(const march *m, double time)
 {
     return m->target + 0.5 * m->request->wander * time * time * (1 + 4 * UNIT_ROUNDOFF);
 }
@@ -65,7 +65,7 @@ static double floor_at(const march *m, double time)
 /* What is left of the gap beyond that, proven. */
 static double spare(const march *m)
 {
-    return m->near.lo - floor_at(m, m->time);
+    return m->near.lo - march_floor_at(m, m->time);
 }
 
 /* m/s: how fast it grows. */
@@ -93,9 +93,9 @@ static double kept_along(const march *m, vec3 axis)
 {
     double end = m->c->span;
     course_place at = course_at(m->c, 0);
-    double first = course_separation(m->c, &at, axis) - floor_at(m, 0);
+    double first = course_separation(m->c, &at, axis) - march_floor_at(m, 0);
     at = course_at(m->c, end);
-    double last = course_separation(m->c, &at, axis) - floor_at(m, end);
+    double last = course_separation(m->c, &at, axis) - march_floor_at(m, end);
     return min_of(first, last) - course_dip(m->c, end);
 }
 
@@ -135,7 +135,7 @@ static int frames_of(const course *c)
 }
 
 /* What the gap certainly keeps at the end of a step and on the way there, in the best of the frames. */
-static double spare_after(march *m, double step)
+static double march_spare_after(march *m, double step)
 {
     double best = -INFINITY, end = m->time + step;
     const course_place *to = &m->ahead;
@@ -147,7 +147,7 @@ static double spare_after(march *m, double step)
         double dip = course_bend(m->c, (course_frame)frame, m->time, end) * step * step / 8 * (1 + 0x1p-48);
         if (spare(m) - dip <= best) continue;
         vec3 axis = course_carry((course_frame)frame, &m->at, m->near.axis, to);
-        double gap = unit_pair_separation(&p, axis, NULL, NULL) - floor_at(m, end);
+        double gap = unit_pair_separation(&p, axis, NULL, NULL) - march_floor_at(m, end);
         best = max_of(best, min_of(gap, spare(m)) - dip);
         if (best > 0) break;
     }
@@ -155,7 +155,7 @@ static double spare_after(march *m, double step)
 }
 
 /* The least bend up to the end of a step, of all frames. */
-static double least_bend(const march *m, double step)
+static double march_least_bend(const march *m, double step)
 {
     double bend = INFINITY;
     for (int frame = COURSE_STILL; frame < frames_of(m->c); frame++)
@@ -165,10 +165,10 @@ static double least_bend(const march *m, double step)
 
 /* By Newton's method, to where the gap is used up but for `aim` when the dip is taken off it; and no step is proven
  * over which the chord may dip by more than the gap that there is. */
-static double proposed_step(const march *m, double gap, double aim, double left)
+static double march_proposed_step(const march *m, double gap, double aim, double left)
 {
     double rate = spare_rate(m), wander = m->request->wander;
-    double step = min_of(course_step_until_used(gap - aim, rate, wander), left), bend = least_bend(m, step);
+    double step = min_of(course_step_until_used(gap - aim, rate, wander), left), bend = march_least_bend(m, step);
     if (!(bend > 0)) return step;
     step = min_of(step, course_step_until_used(gap - aim, rate, wander + 0.25 * bend));
     return min_of(step, sqrt(DIP_SHARE * 8 * gap / bend));
@@ -179,9 +179,9 @@ static double proposed_step(const march *m, double gap, double aim, double left)
 static double turning_step(march *m, double left)
 {
     double gap = spare(m), aim = gap > m->request->tolerance ? 0.5 * m->request->tolerance : 0.25 * gap;
-    double step = proposed_step(m, gap, aim, left), sure = sure_step(m);
+    double step = march_proposed_step(m, gap, aim, left), sure = sure_step(m);
     for (int k = 0; k < SHRINKS_MAX && step > sure; k++) {
-        double after = spare_after(m, step);
+        double after = march_spare_after(m, step);
         m->out->steps++;
         if (after > 0) return step;
         step *= min_of(max_of((gap - aim) / (gap - after), 0.125), 0.99);
@@ -197,7 +197,7 @@ static double next_step(march *m)
 
 /* ---- the end ---- */
 
-static void tell(const march *m, toi_status status, double hi)
+static void march_tell(const march *m, toi_status status, double hi)
 {
     toi_result *out = m->out;
     out->status = status;
@@ -212,11 +212,11 @@ static void tell(const march *m, toi_status status, double hi)
 }
 
 /* Within the tolerance at m->time: goes on, ever farther, until contact is proven. False: it goes away again. */
-static bool prove_contact(march *m)
+static bool march_prove_contact(march *m)
 {
     double span = m->request->span, threshold = m->request->threshold - m->c->slack;
     if (m->near.hi <= threshold || (m->near.lo <= threshold && touches(m, m->time))) {
-        tell(m, TOI_HIT, m->time);
+        march_tell(m, TOI_HIT, m->time);
         return true;
     }
     double gap = max_of(m->near.hi - threshold, 0) + 0.25 * m->request->tolerance; /* where it just touches, doubles
@@ -225,7 +225,7 @@ static bool prove_contact(march *m)
     for (int k = 0; k < PROOFS_MAX; k++) {
         double time = min_of(m->time + step, span);
         if (touches(m, time)) {
-            tell(m, TOI_HIT, time);
+            march_tell(m, TOI_HIT, time);
             return true;
         }
         if (time >= span || m->rate * step > m->request->tolerance) return false;
@@ -241,15 +241,15 @@ static void march_convex(march *m, double from)
     int grazes = 0;
     for (int k = 0; k < STEPS_MAX; k++) {
         m->out->steps++;
-        look(m, time, max_of(0.25 * tolerance, 0.05 * coarse));
-        if (spare(m) <= tolerance && m->near.hi - m->near.lo > 0.25 * tolerance) look(m, time, 0.25 * tolerance);
+        march_look(m, time, max_of(0.25 * tolerance, 0.05 * coarse));
+        if (spare(m) <= tolerance && m->near.hi - m->near.lo > 0.25 * tolerance) march_look(m, time, 0.25 * tolerance);
         if (spare(m) <= tolerance) {
-            if (!m->rough && prove_contact(m)) return;
-            if (spare(m) <= 0.5 * tolerance) look(m, time, 0);
+            if (!m->rough && march_prove_contact(m)) return;
+            if (spare(m) <= 0.5 * tolerance) march_look(m, time, 0);
             bool stuck = spare(m) <= 0; /* what goes away for good is free, however near it was */
             if (!stuck && (m->rough || ++grazes > GRAZES_MAX)) stuck = next_step(m) < span - time;
             if (stuck) {
-                tell(m, TOI_NEAR, INFINITY);
+                march_tell(m, TOI_NEAR, INFINITY);
                 return;
             }
         }
@@ -259,7 +259,7 @@ static void march_convex(march *m, double from)
         coarse = spare(m);
         time += step;
     }
-    tell(m, spare(m) <= tolerance ? TOI_NEAR : TOI_UNDECIDED, INFINITY);
+    march_tell(m, spare(m) <= tolerance ? TOI_NEAR : TOI_UNDECIDED, INFINITY);
 }
 
 /* ---- two shapes ---- */
@@ -269,7 +269,7 @@ static const double ROUGHLY = 0.01;  /* ... to within so much of its reach */
 static const double MANY_TURNS = 40; /* rad: the same for boxes, whose march is quick */
 
 /* A time up to which what they sweep is apart; INFINITY: always. */
-static double free_while_spun(const march *m, double from)
+static double march_free_while_spun(const march *m, double from)
 {
     shape spun[2];
     course spinning;
@@ -327,7 +327,7 @@ void toi_convex(const toi_mover *a, const toi_mover *b, const toi_request *reque
         if (vec_greatest(guess) > 0 && proves_free(&m, guess)) return;
     }
     double turned = (c.spin_a.speed + c.spin_b.speed) * (request->span - from);
-    if (turned > (boxes ? MANY_TURNS : WHOLE_TURNS)) from = max_of(free_while_spun(&m, from), from);
+    if (turned > (boxes ? MANY_TURNS : WHOLE_TURNS)) from = max_of(march_free_while_spun(&m, from), from);
     if (boxes && from < request->span) {
         from = toi_boxes_march(&c, request, from, rough, out);
         if (from < request->span) course_make_places(&c);

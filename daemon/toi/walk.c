@@ -75,7 +75,7 @@ static void ask(
     r->point_a = point_a;
 }
 
-static void keep(walk *w, const toi_result *r)
+static void walk_keep(walk *w, const toi_result *r)
 {
     toi_result *out = w->out;
     double hi = min_of(out->hi, r->hi);
@@ -91,7 +91,7 @@ static void keep(walk *w, const toi_result *r)
 }
 
 /* Two parts that do not meet before `from`, by the search for convex shapes. */
-static void search(walk *w, const toi_part *a, const toi_part *b, double from)
+static void walk_search(walk *w, const toi_part *a, const toi_part *b, double from)
 {
     toi_result r;
     if (w->until <= 0) return; /* nothing comes before the beginning */
@@ -99,11 +99,11 @@ static void search(walk *w, const toi_part *a, const toi_part *b, double from)
     w->out->queries += r.queries;
     w->out->steps += r.steps;
     w->sweep.work += WORK_QUERY * (uint64_t)r.queries + r.steps;
-    if (r.status != TOI_FREE) keep(w, &r);
+    if (r.status != TOI_FREE) walk_keep(w, &r);
 }
 
 /* Until when they are certainly apart. */
-static double look(walk *w, const toi_part *a, const toi_part *b, double from, vec3 *hint)
+static double walk_look(walk *w, const toi_part *a, const toi_part *b, double from, vec3 *hint)
 {
     if (w->until <= 0) return INFINITY;
     w->out->steps++;
@@ -147,12 +147,12 @@ static void meet_leaves(walk *w, const toi_part *a, const toi_part *b, double si
         }
         vec3 own = hint;
         const toi_part *x = &of_a[k / MESH_LEAF_MAX], *y = &of_b[k % MESH_LEAF_MAX];
-        double entry = look(w, x, y, at, &own);
-        if (entry != INFINITY) search(w, x, y, entry);
+        double entry = walk_look(w, x, y, at, &own);
+        if (entry != INFINITY) walk_search(w, x, y, entry);
     }
 }
 
-static void descend(walk *w, const toi_part *a, const toi_part *b, double since, vec3 hint)
+static void walk_descend(walk *w, const toi_part *a, const toi_part *b, double since, vec3 hint)
 {
     toi_part children[PART_CHILDREN_MAX];
     double from[PART_CHILDREN_MAX], at;
@@ -167,15 +167,15 @@ static void descend(walk *w, const toi_part *a, const toi_part *b, double since,
     vec3 hints[PART_CHILDREN_MAX];
     for (int k = 0; k < count; k++) {
         hints[k] = hint;
-        from[k] = look(w, of_a ? &children[k] : a, of_a ? b : &children[k], since, &hints[k]);
+        from[k] = walk_look(w, of_a ? &children[k] : a, of_a ? b : &children[k], since, &hints[k]);
     }
     for (int k; (k = take_earliest(from, count, w->until, &at)) >= 0;) {
         const toi_part *part_a = of_a ? &children[k] : a, *part_b = of_a ? b : &children[k];
         if (skips(w, at)) return;
         if (part_a->is_leaf && part_b->is_leaf)
-            search(w, part_a, part_b, at);
+            walk_search(w, part_a, part_b, at);
         else
-            descend(w, part_a, part_b, at, hints[k]);
+            walk_descend(w, part_a, part_b, at, hints[k]);
     }
 }
 
@@ -189,12 +189,12 @@ static void walk_stretch(walk *w, double from)
     w->until = w->sweep.end;
     w->skipped = INFINITY;
     w->nears = 0;
-    double at = look(w, &a, &b, from, &hint);
+    double at = walk_look(w, &a, &b, from, &hint);
     if (at == INFINITY) return;
     if (a.is_leaf && b.is_leaf)
-        search(w, &a, &b, at);
+        walk_search(w, &a, &b, at);
     else
-        descend(w, &a, &b, at, hint);
+        walk_descend(w, &a, &b, at, hint);
 }
 
 /* Nothing was kept, but what it took. */
@@ -239,7 +239,7 @@ static void walk_stretches(walk *w, double from)
 }
 
 /* A time up to which what they sweep, when those that turn much turn for ever, is apart. */
-static double free_while_spun(walk *w)
+static double walk_free_while_spun(walk *w)
 {
     const toi_mover *a = w->a, *b = w->b;
     double span = w->request->span;
@@ -326,7 +326,7 @@ static void tell_contact(walk *w, double time)
 enum { PROOFS_MAX = 24, DEEPER_MAX = 64 };
 
 /* Solids whose faces meet flat overlap without any two triangles that do: the whole shapes prove the contact. */
-static void prove_contact(walk *w)
+static void walk_prove_contact(walk *w)
 {
     toi_result *out = w->out;
     double gap = max_of(out->gap_hi - w->threshold, 0) + w->request->tolerance, time = out->lo;
@@ -341,7 +341,7 @@ static void prove_contact(walk *w)
 }
 
 /* m: the least gap of the whole that counts as apart at a time. */
-static double floor_at(const walk *w, double time)
+static double walk_floor_at(const walk *w, double time)
 {
     return w->threshold + 0.5 * w->request->wander * time * time * (1 + 4 * UNIT_ROUNDOFF);
 }
@@ -351,14 +351,14 @@ static double spare_along(const walk *w, double time, vec3 direction)
 {
     const course *c = &w->sweep.course;
     course_place at = course_at(c, time);
-    return course_separation(c, &at, direction) - c->slack - floor_at(w, time);
+    return course_separation(c, &at, direction) - c->slack - walk_floor_at(w, time);
 }
 
 /* m: what is left of the gap at a time, when two points that approach each other at the course's speed use it up. The
  * gap along a direction does; so does what is left between two that are apart, and of those that do not turn any. */
 static double spare_at(const walk *w, double time, const narrow_result *n)
 {
-    double all = n->lo - floor_at(w, time), hulls = spare_along(w, time, n->axis);
+    double all = n->lo - walk_floor_at(w, time), hulls = spare_along(w, time, n->axis);
     double whole = w->sweep.course.straight ? all : min_of(all, n->lo);
     return max_of(hulls, whole) * (1 - 64 * UNIT_ROUNDOFF);
 }
@@ -387,12 +387,12 @@ static void deepen(walk *w, double time)
     }
     describe(w, time, &n);
     out->hi = INFINITY;
-    out->status = near_or_undecided(w, floor_at(w, time), &n);
+    out->status = near_or_undecided(w, walk_floor_at(w, time), &n);
     if (wander > 0) return;
     if (n.hi <= w->threshold)
         tell_contact(w, time);
     else
-        prove_contact(w);
+        walk_prove_contact(w);
 }
 
 /* What was kept is of the two parts that meet first; at that time others may be nearer. The whole is no farther apart
@@ -416,7 +416,7 @@ static bool touch_at_first(walk *w)
     toi_part_root(w->b->shape, &b);
     sweep_begin(&w->sweep, 0, w->request->span);
     w->until = w->sweep.end;
-    return look(w, &a, &b, 0, &hint) == 0;
+    return walk_look(w, &a, &b, 0, &hint) == 0;
 }
 
 enum { HELD_ASKED = 1000 }; /* components of a mesh: of more it is not asked whether one is held */
@@ -467,7 +467,7 @@ static bool begins_in_contact(walk *w)
     if (n.hi <= w->threshold)
         tell_contact(w, 0);
     else if (w->request->wander == 0 && n.hi <= w->threshold + w->request->tolerance)
-        prove_contact(w);
+        walk_prove_contact(w);
     return true;
 }
 
@@ -481,18 +481,18 @@ static void tell_skipped(walk *w)
     w->out->status = w->out->hi == INFINITY ? TOI_UNDECIDED : TOI_HIT;
 }
 
-static void find(walk *w)
+static void walk_find(walk *w)
 {
     const toi_request *request = w->request;
     toi_result *out = w->out;
     if (touch_at_first(w) && begins_in_contact(w)) return;
-    walk_stretches(w, free_while_spun(w));
+    walk_stretches(w, walk_free_while_spun(w));
     double parts_touch = min_of(out->lo, w->skipped);
     if (w->threshold < 0) {
         if (parts_touch < INFINITY) deepen(w, parts_touch);
         return;
     }
-    if (out->status == TOI_NEAR && out->hi == INFINITY && request->wander == 0) prove_contact(w);
+    if (out->status == TOI_NEAR && out->hi == INFINITY && request->wander == 0) walk_prove_contact(w);
     if (w->skipped <= out->lo && w->skipped != INFINITY) {
         tell_skipped(w);
         return;
@@ -516,7 +516,7 @@ void toi_walk(
     w.rough = request->wander > 0;
     w.out = out;
     if (sweep_init(&w.sweep, a, b, &of_parts)) {
-        find(&w);
+        walk_find(&w);
         out->work = (uint32_t)min_of((double)w.sweep.work, UINT32_MAX);
         return;
     }

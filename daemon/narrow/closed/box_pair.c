@@ -12,16 +12,6 @@ typedef struct box_axis {
     int index;
 } box_axis;
 
-static void put(double out[3], vec3 v)
-{
-    out[0] = v.x, out[1] = v.y, out[2] = v.z;
-}
-
-static vec3 take(const double v[3])
-{
-    return vec(v[0], v[1], v[2]);
-}
-
 vec3 box_sides(const shape *s)
 {
     if (s->type == SHAPE_BOX) return s->half;
@@ -33,9 +23,9 @@ static void box_pair_of(const unit_pair *p, box_pair *x)
     const mat3 *r = &p->b_in_a.r;
     const vec3 column[3] = {r->x, r->y, r->z};
     x->p = p;
-    put(x->a, box_sides(&p->a));
-    put(x->b, box_sides(&p->b));
-    put(x->t, p->b_in_a.t);
+    vec_to(box_sides(&p->a), x->a);
+    vec_to(box_sides(&p->b), x->b);
+    vec_to(p->b_in_a.t, x->t);
     for (int j = 0; j < 3; j++) {
         x->u[j] = vec_dot(column[j], p->b_in_a.t);
         x->r[0][j] = column[j].x, x->r[1][j] = column[j].y, x->r[2][j] = column[j].z;
@@ -50,7 +40,7 @@ static void keep_greater(box_axis *best, double separation, int index)
     best->index = index;
 }
 
-static box_axis faces(const box_pair *x)
+static box_axis box_pair_faces(const box_pair *x)
 {
     box_axis best = {-INFINITY, 0};
     for (int i = 0; i < 3; i++) keep_greater(&best, box_face_of_a(x, i), i);
@@ -80,7 +70,7 @@ static vec3 direction(const box_pair *x, int index)
     double n[3] = {0, 0, 0};
     if (index < FACES_B) {
         n[index] = x->t[index] < 0 ? -1 : 1;
-        return take(n);
+        return vec_from(n);
     }
     if (index < EDGES) {
         int j = index - FACES_B;
@@ -89,11 +79,11 @@ static vec3 direction(const box_pair *x, int index)
     }
     int i = (index - EDGES) / 3, j = (index - EDGES) % 3, h = (i + 1) % 3, k = (i + 2) % 3;
     n[h] = -x->r[k][j], n[k] = x->r[h][j];
-    vec3 across = direction_of(take(n));
-    return vec_dot(across, take(x->t)) < 0 ? vec_neg(across) : across;
+    vec3 across = direction_of(vec_from(n));
+    return vec_dot(across, vec_from(x->t)) < 0 ? vec_neg(across) : across;
 }
 
-static vec3 corner(const double half[3], vec3 d)
+static vec3 box_pair_corner(const double half[3], vec3 d)
 {
     return vec(copysign(half[0], d.x), copysign(half[1], d.y), copysign(half[2], d.z));
 }
@@ -102,8 +92,8 @@ static vec3 corner(const double half[3], vec3 d)
 static minkowski corners_along(const box_pair *x, vec3 axis)
 {
     minkowski m;
-    m.a = corner(x->a, axis);
-    m.b_local = corner(x->b, mat_tmul(x->p->b_in_a.r, vec_neg(axis)));
+    m.a = box_pair_corner(x->a, axis);
+    m.b_local = box_pair_corner(x->b, mat_tmul(x->p->b_in_a.r, vec_neg(axis)));
     m.b = transform_point(&x->p->b_in_a, m.b_local);
     m.w = vec_sub(m.b, m.a);
     return m;
@@ -129,20 +119,20 @@ static void edge_points(const box_pair *x, const minkowski *top, int index, span
     const unit_pair *p = x->p;
     int i = (index - EDGES) / 3, j = (index - EDGES) % 3, h = (i + 1) % 3, k = (i + 2) % 3;
     double a[3], b[3], w[3], rj[3] = {x->r[0][j], x->r[1][j], x->r[2][j]};
-    put(a, top->a);
-    put(b, top->b_local);
+    vec_to(top->a, a);
+    vec_to(top->b_local, b);
     a[i] = b[j] = 0;
-    put(w, vec_sub(transform_point(&p->b_in_a, take(b)), take(a)));
-    double cosine = rj[i], sine2 = rj[h] * rj[h] + rj[k] * rj[k], along_b = vec_dot(take(w), take(rj));
+    vec_to(vec_sub(transform_point(&p->b_in_a, vec_from(b)), vec_from(a)), w);
+    double cosine = rj[i], sine2 = rj[h] * rj[h] + rj[k] * rj[k], along_b = vec_dot(vec_from(w), vec_from(rj));
     double across = w[i] - cosine * along_b; /* w less its part along r_j, along e_i */
     a[i] = clamp_to(across / sine2, x->a[i]);
     b[j] = clamp_to(a[i] * cosine - along_b, x->b[j]);
-    out->point_a = take(a);
-    out->point_b = transform_point(&p->b_in_a, take(b));
+    out->point_a = vec_from(a);
+    out->point_b = transform_point(&p->b_in_a, vec_from(b));
 }
 
 /* Certifies the axis by support points, and finds the points that face each other along it. */
-static void measure(const box_pair *x, box_axis best, span *out)
+static void box_pair_measure(const box_pair *x, box_axis best, span *out)
 {
     out->axis = direction(x, best.index);
     minkowski top = corners_along(x, out->axis);
@@ -154,21 +144,14 @@ static void measure(const box_pair *x, box_axis best, span *out)
         edge_points(x, &top, best.index, out);
 }
 
-/* How far the two points are from facing each other: the part of the line between them that is across the axis. */
-static double aside(const span *s)
-{
-    vec3 line = vec_sub(s->point_b, s->point_a);
-    return vec_norm(vec_madd(line, -vec_dot(line, s->axis), s->axis));
-}
-
 /* The depth: the greatest of all fifteen, none of which separates. */
 static void measure_depth(const box_pair *x, box_axis best, span *out)
 {
-    measure(x, best, out);
-    if (aside(out) > x->p->error) witness_apart(x->p, out);
+    box_pair_measure(x, best, out);
+    if (span_aside(out) > x->p->error) witness_apart(x->p, out);
 }
 
-static vec3 clamped(vec3 v, const double half[3])
+static vec3 box_pair_clamped(vec3 v, const double half[3])
 {
     return vec(clamp_to(v.x, half[0]), clamp_to(v.y, half[1]), clamp_to(v.z, half[2]));
 }
@@ -191,8 +174,8 @@ static bool corners_meet(const box_pair *x, const narrow_goal *goal, span *out)
         minkowski top = corners_along(x, axis);
         double separation = vec_dot(axis, top.w);
         if (separation > out->lo) out->lo = separation, out->axis = axis;
-        vec3 on_a = clamped(top.b, x->a), local = mat_tmul(p->b_in_a.r, vec_sub(top.a, p->b_in_a.t));
-        vec3 on_b = transform_point(&p->b_in_a, clamped(local, x->b));
+        vec3 on_a = box_pair_clamped(top.b, x->a), local = mat_tmul(p->b_in_a.r, vec_sub(top.a, p->b_in_a.t));
+        vec3 on_b = transform_point(&p->b_in_a, box_pair_clamped(local, x->b));
         bool corner_of_b = vec_norm2(vec_sub(top.b, on_a)) <= vec_norm2(vec_sub(on_b, top.a));
         vec3 point_a = corner_of_b ? on_a : top.a, point_b = corner_of_b ? top.b : on_b;
         vec3 line = vec_sub(point_b, point_a);
@@ -215,7 +198,7 @@ static bool measure_distance(const box_pair *x, box_axis best, const narrow_goal
     edges(x, &best);
     out->iterations += AXES - EDGES;
     if (!(best.separation > by_corners) || best.index < EDGES) return false;
-    measure(x, best, out);
+    box_pair_measure(x, best, out);
     out->hi = max_of(out->lo, vec_norm(vec_sub(out->point_b, out->point_a)));
     return met(x->p, goal, out);
 }
@@ -224,7 +207,7 @@ void box_pair_axes(const unit_pair *p, span *out)
 {
     box_pair x;
     box_pair_of(p, &x);
-    box_axis best = faces(&x);
+    box_axis best = box_pair_faces(&x);
     edges(&x, &best);
     out->method = NARROW_BY_SAT;
     out->iterations += AXES;
@@ -247,7 +230,7 @@ bool closed_box_box(const unit_pair *p, const narrow_goal *goal, span *out)
 {
     box_pair x;
     box_pair_of(p, &x);
-    return closed(&x, faces(&x), goal, out);
+    return closed(&x, box_pair_faces(&x), goal, out);
 }
 
 bool box_pair_apart(const box_pair *x, double most, int face, const narrow_goal *goal, span *out)
@@ -261,7 +244,7 @@ unsigned box_pair_near_best(const unit_pair *p)
 {
     box_pair x;
     box_pair_of(p, &x);
-    box_axis best = faces(&x);
+    box_axis best = box_pair_faces(&x);
     edges(&x, &best);
     double slack = 4 * p->error, least = best.separation - p->error;
     unsigned near = 0;

@@ -27,13 +27,8 @@ typedef struct place {
     double xx, xy, yy; /* second derivative + h */
 } place;
 
-static vec3 times(vec3 half, vec3 d)
-{
-    return vec(half.x * d.x, half.y * d.y, half.z * d.z);
-}
-
 /* The half axes of a core; a ball's are zero. */
-static vec3 half_of(const shape *s)
+static vec3 ellipsoids_half_of(const shape *s)
 {
     return s->type == SHAPE_ELLIPSOID ? s->half : VEC_ZERO;
 }
@@ -49,7 +44,7 @@ static void plane_of(vec3 n, vec3 *x, vec3 *y)
 /* What one ellipsoid adds: h += |A n|; its unit vector. */
 static vec3 add_height(vec3 half, vec3 n, double *length, place *at)
 {
-    vec3 w = times(half, n);
+    vec3 w = vec_times(half, n);
     *length = sqrt(vec_norm2(w));
     at->h += *length;
     return *length > 0 ? vec_scale(w, 1 / *length) : VEC_ZERO;
@@ -59,7 +54,7 @@ static vec3 add_height(vec3 half, vec3 n, double *length, place *at)
 static void add_slopes(vec3 half, vec3 u, double length, vec3 x, vec3 y, place *at)
 {
     if (!(length > 0)) return;
-    vec3 ax = times(half, x), ay = times(half, y);
+    vec3 ax = vec_times(half, x), ay = vec_times(half, y);
     double ux = vec_dot(u, ax), uy = vec_dot(u, ay), per = 1 / length;
     at->gx += ux, at->gy += uy;
     at->xx += (vec_norm2(ax) - ux * ux) * per;
@@ -67,11 +62,11 @@ static void add_slopes(vec3 half, vec3 u, double length, vec3 x, vec3 y, place *
     at->yy += (vec_norm2(ay) - uy * uy) * per;
 }
 
-static place look(const unit_pair *p, vec3 n)
+static place ellipsoids_look(const unit_pair *p, vec3 n)
 {
     place at = {.n = n, .h = vec_dot(p->b_in_a.t, n)};
-    at.u = add_height(half_of(&p->a), n, &at.na, &at);
-    at.v = add_height(half_of(&p->b), mat_tmul(p->b_in_a.r, n), &at.nb, &at);
+    at.u = add_height(ellipsoids_half_of(&p->a), n, &at.na, &at);
+    at.v = add_height(ellipsoids_half_of(&p->b), mat_tmul(p->b_in_a.r, n), &at.nb, &at);
     return at;
 }
 
@@ -83,8 +78,8 @@ static void look_closer(const unit_pair *p, place *at)
     at->gx = vec_dot(p->b_in_a.t, at->x);
     at->gy = vec_dot(p->b_in_a.t, at->y);
     at->xx = at->xy = at->yy = 0;
-    add_slopes(half_of(&p->a), at->u, at->na, at->x, at->y, at);
-    add_slopes(half_of(&p->b), at->v, at->nb, at->xb, at->yb, at);
+    add_slopes(ellipsoids_half_of(&p->a), at->u, at->na, at->x, at->y, at);
+    add_slopes(ellipsoids_half_of(&p->b), at->v, at->nb, at->xb, at->yb, at);
 }
 
 /* ---- proof ---- */
@@ -115,15 +110,15 @@ static vec3 seen_from(vec3 u, vec3 u1, vec3 u2, vec3 w)
 static turn turn_of(const unit_pair *p, const place *at)
 {
     turn t = {.gain = {{0, 0}, {0, 0}}};
-    vec3 half_a = half_of(&p->a), half_b = half_of(&p->b), u1, u2, v1, v2;
+    vec3 half_a = ellipsoids_half_of(&p->a), half_b = ellipsoids_half_of(&p->b), u1, u2, v1, v2;
     plane_of(at->u, &u1, &u2);
     plane_of(at->v, &v1, &v2);
     t.a[0] = vec(at->na, 0, 0);
     t.b[0] = vec(at->nb, 0, 0);
-    t.a[1] = seen_from(at->u, u1, u2, times(half_a, at->x));
-    t.a[2] = seen_from(at->u, u1, u2, times(half_a, at->y));
-    t.b[1] = seen_from(at->v, v1, v2, times(half_b, at->xb));
-    t.b[2] = seen_from(at->v, v1, v2, times(half_b, at->yb));
+    t.a[1] = seen_from(at->u, u1, u2, vec_times(half_a, at->x));
+    t.a[2] = seen_from(at->u, u1, u2, vec_times(half_a, at->y));
+    t.b[1] = seen_from(at->v, v1, v2, vec_times(half_b, at->xb));
+    t.b[2] = seen_from(at->v, v1, v2, vec_times(half_b, at->yb));
     for (int i = 1; i < 3; i++) gain_along(&t, 1, t.a[i], t.b[i]);
     return t;
 }
@@ -259,12 +254,12 @@ static void step_of(const place *at, double *dx, double *dy)
 }
 
 /* A step that does not lower h is halved. */
-static bool advance(const unit_pair *p, place *at)
+static bool ellipsoids_advance(const unit_pair *p, place *at)
 {
     double dx, dy;
     step_of(at, &dx, &dy);
     for (int i = 0; i < HALVINGS_MAX; i++, dx *= 0.5, dy *= 0.5) {
-        place next = look(p, direction_of(vec_madd(vec_madd(at->n, dx, at->x), dy, at->y)));
+        place next = ellipsoids_look(p, direction_of(vec_madd(vec_madd(at->n, dx, at->x), dy, at->y)));
         if (!(next.h <= at->h + 4 * UNIT_ROUNDOFF * p->size)) continue;
         *at = next;
         look_closer(p, at);
@@ -274,30 +269,30 @@ static bool advance(const unit_pair *p, place *at)
 }
 
 /* The centres' line; of the axes of both the lowest when there is none. */
-static vec3 first_direction(const unit_pair *p)
+static vec3 ellipsoids_first_direction(const unit_pair *p)
 {
     const mat3 *r = &p->b_in_a.r;
     const vec3 axes[6] = {vec(1, 0, 0), vec(0, 1, 0), vec(0, 0, 1), r->x, r->y, r->z};
     vec3 best = vec_neg(direction_of(p->b_in_a.t));
     double least = vec_norm2(best) > 0 ? -INFINITY : INFINITY;
     for (int i = 0; i < 6 && least > -INFINITY; i++) {
-        double h = look(p, axes[i]).h;
+        double h = ellipsoids_look(p, axes[i]).h;
         if (h < least) least = h, best = axes[i];
     }
     return best;
 }
 
 /* Down to where the slope is lost in rounding, or `close` is enough, or to a height below `enough`. */
-static void descend(const unit_pair *p, place *at, double close, double enough, uint32_t *steps)
+static void ellipsoids_descend(const unit_pair *p, place *at, double close, double enough, uint32_t *steps)
 {
     if (at->h < enough) return;
     look_closer(p, at);
     for (int i = 0; i < NEWTON_MAX; i++, ++*steps)
-        if (at->h < enough || at->gx * at->gx + at->gy * at->gy <= close || !advance(p, at)) return;
+        if (at->h < enough || at->gx * at->gx + at->gy * at->gy <= close || !ellipsoids_advance(p, at)) return;
 }
 
 /* What the place that was found says. False: it is not proven to be the least. */
-static bool tell(const unit_pair *p, const place *at, double short_by, vec3 *beyond, span *out)
+static bool ellipsoids_tell(const unit_pair *p, const place *at, double short_by, vec3 *beyond, span *out)
 {
     minkowski m = unit_pair_nearest_along(p, vec_neg(at->n));
     double lo = -vec_dot(at->n, m.w), shaved = p->shaved_a + p->shaved_b;
@@ -317,19 +312,19 @@ bool ellipsoid_pair_measure(const unit_pair *p, const narrow_goal *goal, span *o
     double rounding = NOISE * UNIT_ROUNDOFF * p->size, short_by = max_of(min_of(0.5 * goal->tolerance, MOST), rounding);
     double close = 0.01 * short_by, enough = p->shaved_a + p->shaved_b - max_of(goal->far, 0) - rounding;
     double highest = -INFINITY;
-    vec3 beyond = first_direction(p);
+    vec3 beyond = ellipsoids_first_direction(p);
     out->iterations = 1;
     for (int i = 0; i < STARTS_MAX; i++) {
-        place at = look(p, beyond);
-        descend(p, &at, close, enough, &out->iterations);
-        bool told = tell(p, &at, short_by, &beyond, out);
+        place at = ellipsoids_look(p, beyond);
+        ellipsoids_descend(p, &at, close, enough, &out->iterations);
+        bool told = ellipsoids_tell(p, &at, short_by, &beyond, out);
         if (out->lo <= highest) return false; /* the same place again, or a higher one */
         if (!told) {                          /* where h is bent by little, a slope of little is far from the least */
-            descend(p, &at, 0, enough, &out->iterations);
-            told = tell(p, &at, short_by, &beyond, out);
+            ellipsoids_descend(p, &at, 0, enough, &out->iterations);
+            told = ellipsoids_tell(p, &at, short_by, &beyond, out);
         }
         highest = out->lo;
-        for (double s = 2 * short_by; !told && s < ROUGH; s *= 2) told = tell(p, &at, s, &beyond, out);
+        for (double s = 2 * short_by; !told && s < ROUGH; s *= 2) told = ellipsoids_tell(p, &at, s, &beyond, out);
         if (told && out->lo < 0 && out->hi - out->lo < 2 * ROUGH) return true; /* no other method comes closer */
         if (told) return narrow_goal_reached(goal, out->lo, out->hi) || out->hi - out->lo <= 2 * rounding;
     }

@@ -46,7 +46,7 @@ static double left_of_line(const manifold_choice *c, vec3 point)
 }
 
 /* How much of what is looked for a point has; it must be positive but for the deepest. */
-static double score_of(const manifold_choice *c, const manifold_point *p)
+static double manifold_score_of(const manifold_choice *c, const manifold_point *p)
 {
     const manifold_point *at = c->chosen.points;
     switch (c->pass) {
@@ -67,7 +67,7 @@ static double score_of(const manifold_choice *c, const manifold_point *p)
 void manifold_choice_offer(manifold_choice *c, const manifold_point *p)
 {
     if (is_chosen(c, p)) return;
-    double score = score_of(c, p);
+    double score = manifold_score_of(c, p);
     if (c->pass != PASS_DEEPEST && !(score > 0)) return;
     if (c->found && (score < c->best || (score == c->best && p->feature >= c->point.feature))) return;
     c->found = true;
@@ -182,7 +182,7 @@ static vec3 from_spot(const contact_frame *f, spot s)
 }
 
 /* Twice the signed area of the triangle a, b, p; positive when p is to the left of the line from a to b. */
-static double turn(spot a, spot b, spot p)
+static double manifold_turn(spot a, spot b, spot p)
 {
     return (b.x - a.x) * (p.y - a.y) - (b.y - a.y) * (p.x - a.x);
 }
@@ -197,13 +197,13 @@ static double flat_length(spot a, spot b)
     return sqrt(flat_length2(a, b));
 }
 
-static spot between(spot a, spot b, double t)
+static spot manifold_between(spot a, spot b, double t)
 {
     return (spot){a.x + t * (b.x - a.x), a.y + t * (b.y - a.y), a.h + t * (b.h - a.h)};
 }
 
 /* `to_a`: NULL for A's own. */
-static void outline_of(const feature *f, const transform *to_a, const contact_frame *frame, outline *out)
+static void manifold_outline_of(const feature *f, const transform *to_a, const contact_frame *frame, outline *out)
 {
     vec3 normal = to_a ? mat_mul(to_a->r, f->normal) : f->normal;
     double nh = vec_dot(normal, frame->axis);
@@ -219,7 +219,7 @@ static void outline_of(const feature *f, const transform *to_a, const contact_fr
         out->at[i] = to_spot(frame, to_a ? transform_point(to_a, f->corner[i]) : f->corner[i]);
         double rise = f->count == 2 ? out->at[i].h - out->at[0].h : 0;
         span2 = max_of(span2, flat_length2(out->at[0], out->at[i]) + rise * rise);
-        if (i > 1) out->area += turn(out->at[0], out->at[i - 1], out->at[i]);
+        if (i > 1) out->area += manifold_turn(out->at[0], out->at[i - 1], out->at[i]);
         out->low = min_of(out->low, out->at[i].h), out->high = max_of(out->high, out->at[i].h);
     }
     out->span = sqrt(span2);
@@ -257,7 +257,7 @@ static bool is_reference(const outline *o)
 static corner crossing(
     const outline *ref, const outline *inc, uint32_t j, const corner *from, const corner *to, double t)
 {
-    corner c = {.at = between(from->at, to->at, t)};
+    corner c = {.at = manifold_between(from->at, to->at, t)};
     if (from->side_is_ref) {
         uint32_t i = from->side;
         c.ref = feature_code(FEATURE_VERTEX, ref->corner_id[j == (i + 1) % ref->count ? j : i]);
@@ -278,7 +278,7 @@ static bool measure_side(
     bool cuts = false;
     if (length <= SHORT_RATIO * slack) return false;
     for (uint32_t i = 0; i < count; i++) {
-        height[i] = sign * turn(a, b, in[i].at) / length;
+        height[i] = sign * manifold_turn(a, b, in[i].at) / length;
         cuts |= height[i] < -slack;
     }
     return cuts;
@@ -346,7 +346,8 @@ static uint32_t clip_segment(const outline *ref, const outline *inc, double slac
         spot a = ref->at[j], b = ref->at[(j + 1) % ref->count];
         double length = flat_length(a, b);
         if (length <= SHORT_RATIO * slack) continue;
-        double first = sign * turn(a, b, inc->at[0]) / length, second = sign * turn(a, b, inc->at[1]) / length;
+        double first = sign * manifold_turn(a, b, inc->at[0]) / length,
+               second = sign * manifold_turn(a, b, inc->at[1]) / length;
         if (first >= -slack && second >= -slack) continue;
         if (first < -slack && second < -slack) return 0;
         double t = min_of(max_of(first / (first - second), 0), 1);
@@ -357,8 +358,8 @@ static uint32_t clip_segment(const outline *ref, const outline *inc, double slac
         out[at_begin ? 0 : 1].inc = feature_code(FEATURE_FACE, inc->face_id);
     }
     if (begin > end) return 0;
-    out[0].at = between(inc->at[0], inc->at[1], begin);
-    out[1].at = between(inc->at[0], inc->at[1], end);
+    out[0].at = manifold_between(inc->at[0], inc->at[1], begin);
+    out[1].at = manifold_between(inc->at[0], inc->at[1], end);
     return 2;
 }
 
@@ -442,7 +443,7 @@ static bool end_aside(const contact *c, double slack, double most, stretch *s)
 }
 
 /* From A's edge over to B's, in the ratio of the radii: there two round edges that are beside each other touch. */
-static spot between_edges(const contact *c, spot on_a, spot on_b)
+static spot manifold_between_edges(const contact *c, spot on_a, spot on_b)
 {
     double radius = c->radius_a + c->radius_b, share = radius > 0 ? c->radius_a / radius : 0;
     return (spot){on_a.x + share * (on_b.x - on_a.x), on_a.y + share * (on_b.y - on_a.y), on_a.h};
@@ -466,17 +467,19 @@ static void add_stretch(const contact *c, const outline *a, const outline *b, ca
     for (uint32_t k = 0; k < 2; k++) {
         double at = k ? s.end : s.begin;
         s.aside[k] = aside + (at - start) * per;
-        s.above[k] = between(b->at[0], b->at[1], (at - start) / along).h - between(a->at[0], a->at[1], at / length).h;
+        s.above[k] = manifold_between(b->at[0], b->at[1], (at - start) / along).h -
+                     manifold_between(a->at[0], a->at[1], at / length).h;
     }
     if (!end_aside(c, out->slack, FACE_SINE * min_of(length, length_b), &s)) return;
     for (uint32_t k = 0; k < 2; k++) {
         double at = k ? s.end : s.begin;
         bool by_a = k ? length <= b_high : b_low <= 0;
-        spot on_a = between(a->at[0], a->at[1], at / length), on_b = between(b->at[0], b->at[1], (at - start) / along);
+        spot on_a = manifold_between(a->at[0], a->at[1], at / length),
+             on_b = manifold_between(b->at[0], b->at[1], (at - start) / along);
         uint32_t code_a = by_a ? feature_code(FEATURE_VERTEX, a->corner_id[k]) : feature_code(FEATURE_FACE, a->face_id);
         uint32_t code_b = by_a ? feature_code(FEATURE_FACE, b->face_id)
                                : feature_code(FEATURE_VERTEX, b->corner_id[k ? 1 - low : low]);
-        add_candidate(c, between_edges(c, on_a, on_b), on_b.h, code_a, code_b, out);
+        add_candidate(c, manifold_between_edges(c, on_a, on_b), on_b.h, code_a, code_b, out);
     }
 }
 
@@ -506,7 +509,7 @@ static double score_right(const candidate *chosen, const candidate *c)
 /* Moves the candidate with the best positive score (any score for the first) behind the chosen ones. Of those that are
  * as good but for the tie's width it is the one with the least id: what lies flush has many equally deep points, and
  * noise in the pose must not choose among them. */
-static uint32_t choose(candidates *all, uint32_t chosen, score_function *score)
+static uint32_t manifold_choose(candidates *all, uint32_t chosen, score_function *score)
 {
     double least = chosen ? 0 : -INFINITY, most = least;
     for (uint32_t i = chosen; i < all->count; i++) most = max_of(most, score(all->at, &all->at[i]));
@@ -525,13 +528,13 @@ static uint32_t choose(candidates *all, uint32_t chosen, score_function *score)
 }
 
 /* The deepest, the one farthest from it, and the farthest from their line on either side. */
-static void reduce(candidates *all)
+static void manifold_reduce(candidates *all)
 {
     if (all->count <= MANIFOLD_POINTS_MAX) return;
-    uint32_t chosen = choose(all, 0, score_deepest);
-    chosen = choose(all, chosen, score_farthest);
-    if (chosen == 2) chosen = choose(all, chosen, score_left);
-    if (chosen >= 2) chosen = choose(all, chosen, score_right);
+    uint32_t chosen = manifold_choose(all, 0, score_deepest);
+    chosen = manifold_choose(all, chosen, score_farthest);
+    if (chosen == 2) chosen = manifold_choose(all, chosen, score_left);
+    if (chosen >= 2) chosen = manifold_choose(all, chosen, score_right);
     all->count = chosen;
 }
 
@@ -568,8 +571,8 @@ static bool find_overlap(
     double facing_b = feature_b->count == 2 ? 0 : vec_dot(mat_mul(b_in_a->r, feature_b->normal), c->frame.axis);
     if (!lies_across(facing_a) && !lies_across(facing_b)) return false;
     outline on_a, on_b;
-    outline_of(feature_a, NULL, &c->frame, &on_a);
-    outline_of(feature_b, b_in_a, &c->frame, &on_b);
+    manifold_outline_of(feature_a, NULL, &c->frame, &on_a);
+    manifold_outline_of(feature_b, b_in_a, &c->frame, &on_b);
     bool a_can = is_reference(&on_a) && feature_b->count > 0, b_can = is_reference(&on_b) && feature_a->count > 0;
     bool by_a = a_can && (!b_can || on_a.facing >= on_b.facing);
     if (by_a)
@@ -589,8 +592,8 @@ static void find_candidates(const shape *a, const shape *b, const transform *b_i
     if (!feature_edge(a, c->frame.axis, FACE_SINE, &feature_a) || !feature_edge(b, down_in_b, FACE_SINE, &feature_b))
         return;
     outline on_a, on_b;
-    outline_of(&feature_a, NULL, &c->frame, &on_a);
-    outline_of(&feature_b, b_in_a, &c->frame, &on_b);
+    manifold_outline_of(&feature_a, NULL, &c->frame, &on_a);
+    manifold_outline_of(&feature_b, b_in_a, &c->frame, &on_b);
     add_stretch(c, &on_a, &on_b, all);
 }
 
@@ -603,7 +606,7 @@ void manifold_build(const shape *a, const shape *b, const transform *b_in_a, vec
     all.slack = 0;
     find_candidates(a, b, b_in_a, &c, &all);
     add_witness(&c, point_a, point_b, &all);
-    reduce(&all);
+    manifold_reduce(&all);
     memset(out, 0, sizeof *out);
     write_points(&all, out);
 }

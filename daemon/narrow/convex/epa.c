@@ -40,7 +40,7 @@ static vec3 vertex_at(const epa_scratch *e, uint16_t i)
 
 /* The support point along the unit direction `n` (from the origin outward); its height is an upper bound of the depth.
  * `facet`, if any, gives the witnesses. */
-static minkowski probe(expansion *x, vec3 n, const epa_facet *facet)
+static minkowski epa_probe(expansion *x, vec3 n, const epa_facet *facet)
 {
     minkowski m = unit_pair_nearest_from(x->p, vec_neg(n), &x->hints);
     double height = vec_dot(n, m.w);
@@ -55,7 +55,7 @@ static minkowski probe(expansion *x, vec3 n, const epa_facet *facet)
     return m;
 }
 
-static void write_witnesses(const expansion *x)
+static void epa_write_witnesses(const expansion *x)
 {
     simplex s = {.count = 3};
     if (!x->won || x->domed) return;
@@ -66,7 +66,7 @@ static void write_witnesses(const expansion *x)
     simplex_witness(&s, &x->best->point_a, &x->best->point_b);
 }
 
-static void measure(epa_scratch *e, epa_facet *f)
+static void epa_measure(epa_scratch *e, epa_facet *f)
 {
     vec3 p0 = vertex_at(e, f->vertex[0]), p1 = vertex_at(e, f->vertex[1]), p2 = vertex_at(e, f->vertex[2]);
     f->measured = true;
@@ -80,7 +80,7 @@ static void estimate(epa_scratch *e, epa_facet *f)
     vec3 n = triangle_normal(p0, p1, p2);
     double norm2 = vec_norm2(n), edges2 = vec_norm2(vec_sub(p1, p0)) * vec_norm2(vec_sub(p2, p1));
     if (!(norm2 > SURE_SINE2 * edges2)) {
-        measure(e, f);
+        epa_measure(e, f);
         return;
     }
     f->measured = false;
@@ -106,7 +106,7 @@ static uint16_t add_facet(epa_scratch *e, uint16_t v0, uint16_t v1, uint16_t v2)
     return index;
 }
 
-static int edge_of(const epa_facet *f, uint16_t v0, uint16_t v1)
+static int epa_edge_of(const epa_facet *f, uint16_t v0, uint16_t v1)
 {
     for (int i = 0; i < 3; i++)
         if (f->vertex[i] == v0 && f->vertex[(i + 1) % 3] == v1) return i;
@@ -189,7 +189,7 @@ static uint32_t horizon_length(epa_scratch *e, uint32_t visible_count)
 }
 
 /* Replaces what `m` sees by the cone from it over the horizon. False: out of memory, or the horizon is not a loop. */
-static bool expand(expansion *x, uint16_t seed, const minkowski *m)
+static bool epa_expand(expansion *x, uint16_t seed, const minkowski *m)
 {
     epa_scratch *e = x->e;
     uint32_t visible_count = flood(x, seed, m->w), length = horizon_length(e, visible_count);
@@ -205,7 +205,7 @@ static bool expand(expansion *x, uint16_t seed, const minkowski *m)
             uint16_t v0 = f->vertex[k], v1 = f->vertex[(k + 1) % 3], outer = f->neighbour[k];
             uint16_t added = add_facet(e, v0, v1, apex);
             e->facet[added].neighbour[0] = outer;
-            e->facet[outer].neighbour[edge_of(&e->facet[outer], v1, v0)] = added;
+            e->facet[outer].neighbour[epa_edge_of(&e->facet[outer], v1, v0)] = added;
             e->horizon[v0] = added;
             first = v0;
         }
@@ -233,7 +233,7 @@ static bool add_farthest(expansion *x, const vec3 *directions, int count, vec3 o
     minkowski far = {.w = VEC_ZERO};
     double most = 0;
     for (int i = 0; i < count; i++) {
-        minkowski m = probe(x, directions[i], NULL);
+        minkowski m = epa_probe(x, directions[i], NULL);
         vec3 r = vec_sub(m.w, origin);
         double away = vec_norm(vec_madd(r, -vec_dot(r, along), along));
         if (away > most) most = away, far = m;
@@ -264,7 +264,7 @@ static bool start_bipyramid(expansion *x)
     epa_scratch *e = x->e;
     vec3 p0 = vertex_at(e, 0), n = direction_of(triangle_normal(p0, vertex_at(e, 1), vertex_at(e, 2)));
     if (!(vec_norm2(n) > 0)) return false;
-    minkowski above = probe(x, n, NULL), below = probe(x, vec_neg(n), NULL);
+    minkowski above = epa_probe(x, n, NULL), below = epa_probe(x, vec_neg(n), NULL);
     if (vec_dot(n, vec_sub(above.w, p0)) <= x->eps || vec_dot(n, vec_sub(p0, below.w)) <= x->eps) return false;
     e->vertex[3] = above;
     e->vertex[4] = below;
@@ -282,7 +282,7 @@ static bool start_bipyramid(expansion *x)
     return true;
 }
 
-static void start_tetrahedron(epa_scratch *e)
+static void epa_start_tetrahedron(epa_scratch *e)
 {
     vec3 p0 = vertex_at(e, 0), n = vec_cross(vec_sub(vertex_at(e, 1), p0), vec_sub(vertex_at(e, 2), p0));
     uint16_t a = 0, b = 1; /* so that 2 and 3 see the facet a, b, . counter-clockwise from outside */
@@ -304,7 +304,7 @@ static bool start_surface(expansion *x, const simplex *s)
     e->vertex_count = e->facet_count = e->free_count = e->round = 0;
     for (int i = 0; i < s->count; i++) e->vertex[e->vertex_count++] = s->v[i];
     if (s->count == 4)
-        start_tetrahedron(e);
+        epa_start_tetrahedron(e);
     else if (!grow_to_triangle(x) || !start_bipyramid(x))
         return false;
     for (uint32_t i = 0; i < e->vertex_count; i++) e->horizon_round[i] = 0;
@@ -367,29 +367,24 @@ static uint16_t nearest_facet(epa_scratch *e, double *least)
         *least = all.least;
         if (nearest == NONE || e->facet[nearest].measured) return nearest;
         bool alone = e->distance[nearest] == all.least;
-        measure(e, &e->facet[nearest]);
+        epa_measure(e, &e->facet[nearest]);
         if (!alone || e->distance[nearest] > all.second) continue;
         *least = e->distance[nearest];
         return nearest;
     }
 }
 
-static bool same(vec3 a, vec3 b)
-{
-    return a.x == b.x && a.y == b.y && a.z == b.z;
-}
-
 /* ---- domes (curved.h): where B - A is curved ---- */
 
 /* Within so much of the truth a dome ends the search. */
-static double close_enough(const expansion *x, const narrow_goal *goal)
+static double epa_close_enough(const expansion *x, const narrow_goal *goal)
 {
     double lo = x->best->lo, width = 0.5 * goal->tolerance;
     return max_of(narrow_goal_reached(goal, lo, lo + width) ? width : 0, x->p->error);
 }
 
 /* What a dome covers is not nearer than the depth that it proves, or the one found so far. */
-static bool settle_by(expansion *x, uint16_t index, const dome *d)
+static bool epa_settle_by(expansion *x, uint16_t index, const dome *d)
 {
     epa_scratch *e = x->e;
     epa_facet *f = &e->facet[index];
@@ -402,10 +397,10 @@ static bool settle_by(expansion *x, uint16_t index, const dome *d)
     return true;
 }
 
-static bool settle(expansion *x, uint16_t index)
+static bool epa_settle(expansion *x, uint16_t index)
 {
     for (int i = 0; i < x->dome_count; i++)
-        if (settle_by(x, index, &x->dome[i])) return true;
+        if (epa_settle_by(x, index, &x->dome[i])) return true;
     return false;
 }
 
@@ -418,7 +413,7 @@ static bool within_domes(const expansion *x, vec3 n)
 
 /* A dome is worth its while when the farthest point along the facet's normal, `m`, lies on pieces that it knows. True:
  * it was raised, and covers the facet. */
-static bool raise_over(expansion *x, uint16_t index, const minkowski *m, const narrow_goal *goal)
+static bool epa_raise_over(expansion *x, uint16_t index, const minkowski *m, const narrow_goal *goal)
 {
     const epa_facet *f = &x->e->facet[index];
     if (x->dome_count == DOMES_MAX || x->raises == RAISES_MAX || within_domes(x, f->normal)) return false;
@@ -429,29 +424,29 @@ static bool raise_over(expansion *x, uint16_t index, const minkowski *m, const n
     if (!pieces_know(x->p, &pieces, m)) return false;
     dome *d = &x->dome[x->dome_count];
     x->raises++;
-    if (!dome_raise(x->p, &pieces, f->normal, close_enough(x, goal), d)) return false;
+    if (!dome_raise(x->p, &pieces, f->normal, epa_close_enough(x, goal), d)) return false;
     double before = x->best->lo;
-    probe(x, d->direction, f);
-    if (d->depth < -x->best->lo - close_enough(x, goal)) return false;
+    epa_probe(x, d->direction, f);
+    if (d->depth < -x->best->lo - epa_close_enough(x, goal)) return false;
     if (x->best->lo > before) {
         x->best->point_a = d->point_a;
         x->best->point_b = d->point_b;
         x->domed = true;
     }
     x->dome_count++;
-    return settle_by(x, index, d);
+    return epa_settle_by(x, index, d);
 }
 
 /* Tries the facet's normal, then the direction of its nearest point (the better one for a sliver). */
-static void refine(expansion *x, uint16_t index, const narrow_goal *goal)
+static void epa_refine(expansion *x, uint16_t index, const narrow_goal *goal)
 {
     const epa_facet f = x->e->facet[index];
     const vec3 directions[2] = {f.normal, f.axis};
     for (int i = 0; i < 2; i++) {
-        if (!(vec_norm2(directions[i]) > 0) || (i == 1 && same(directions[0], directions[1]))) continue;
-        minkowski m = probe(x, directions[i], &f);
-        if (i == 0 && x->curved && raise_over(x, index, &m, goal)) return;
-        if (sees(x, &f, m.w) && expand(x, index, &m)) return;
+        if (!(vec_norm2(directions[i]) > 0) || (i == 1 && vec_equal(directions[0], directions[1]))) continue;
+        minkowski m = epa_probe(x, directions[i], &f);
+        if (i == 0 && x->curved && epa_raise_over(x, index, &m, goal)) return;
+        if (sees(x, &f, m.w) && epa_expand(x, index, &m)) return;
     }
     x->e->facet[index].final = true;
 }
@@ -480,8 +475,8 @@ void epa_depth(const unit_pair *p, const narrow_goal *goal, const gjk_result *st
         proved = max_of(proved, least);
         if (-out->lo - proved <= p->error || narrow_goal_reached(goal, out->lo, -proved) || f == NONE) break;
         if (p->effort && !effort_spend(p->effort, price)) break;
-        if (!settle(&x, f)) refine(&x, f, goal);
+        if (!epa_settle(&x, f)) epa_refine(&x, f, goal);
     }
     out->hi = max_of(out->lo, min_of(out->hi, -proved));
-    write_witnesses(&x);
+    epa_write_witnesses(&x);
 }

@@ -9,20 +9,6 @@
 
 enum { ITERATIONS_MAX = 128 };
 
-static bool known(const simplex *s, vec3 w)
-{
-    for (int i = 0; i < s->count; i++)
-        if (s->v[i].w.x == w.x && s->v[i].w.y == w.y && s->v[i].w.z == w.z) return true;
-    return false;
-}
-
-static void raise_lower(span *best, double separation, vec3 axis)
-{
-    if (!(separation > best->lo)) return;
-    best->lo = separation;
-    best->axis = axis;
-}
-
 static vec3 first_axis(const unit_pair *p, vec3 seed)
 {
     vec3 axis = vec_norm2(seed) > 0 ? seed : direction_of(p->b_in_a.t);
@@ -37,15 +23,9 @@ static void first_upper(span *best, const minkowski *m)
     best->point_b = m->b;
 }
 
-static void lower_upper(span *best, double norm, const simplex *s)
-{
-    best->hi = norm;
-    simplex_witness(s, &best->point_a, &best->point_b);
-}
-
 /* One step: the newest point, at s->v[s->count], joins; the simplex shrinks to its nearest feature. False when the
  * search is over. */
-static bool advance(const unit_pair *p, gjk_result *out, support_hints *hints, vec3 *axis)
+static bool gjk_advance(const unit_pair *p, gjk_result *out, support_hints *hints, vec3 *axis)
 {
     simplex *s = &out->simplex;
     span *best = &out->span;
@@ -54,18 +34,18 @@ static bool advance(const unit_pair *p, gjk_result *out, support_hints *hints, v
     nearest_feature n = simplex_reduce(s);
     if (n.inside) {
         out->state = GJK_INSIDE;
-        lower_upper(best, 0, s);
+        simplex_lower_upper(s, 0, best);
         return false;
     }
     bool decreased = n.norm < best->hi || best->iterations == 1;
-    if (n.norm < best->hi) lower_upper(best, n.norm, s);
+    if (n.norm < best->hi) simplex_lower_upper(s, n.norm, best);
     *axis = n.axis;
     if (best->hi > touch && decreased) return true;
-    raise_lower(best, vec_dot(n.axis, unit_pair_nearest_from(p, n.axis, hints).w), n.axis);
+    span_raise_lower(best, vec_dot(n.axis, unit_pair_nearest_from(p, n.axis, hints).w), n.axis);
     return false;
 }
 
-static void start(gjk_result *out)
+static void gjk_start(gjk_result *out)
 {
     out->state = GJK_TOUCH;
     out->span.lo = -INFINITY;
@@ -80,14 +60,14 @@ void gjk_distance(const unit_pair *p, const narrow_goal *goal, vec3 seed, gjk_re
     span *best = &out->span;
     support_hints hints = NO_HINTS;
     vec3 axis = first_axis(p, seed);
-    start(out);
+    gjk_start(out);
     for (best->iterations = 1; best->iterations <= ITERATIONS_MAX; best->iterations++) {
         minkowski *m = &out->simplex.v[out->simplex.count];
         unit_pair_nearest_to(p, axis, &hints, m);
-        raise_lower(best, vec_dot(axis, m->w), axis);
+        span_raise_lower(best, vec_dot(axis, m->w), axis);
         if (best->iterations == 1) first_upper(best, m);
-        if (narrow_goal_reached(goal, best->lo, best->hi) || known(&out->simplex, m->w) ||
-            !advance(p, out, &hints, &axis))
+        if (narrow_goal_reached(goal, best->lo, best->hi) || simplex_has(&out->simplex, m->w) ||
+            !gjk_advance(p, out, &hints, &axis))
             break;
     }
     if (out->state == GJK_TOUCH && (best->lo > 0 || narrow_goal_reached(goal, best->lo, best->hi)))

@@ -49,7 +49,7 @@ bool hull_axes_apply(const unit_pair *p)
 /* ---- heights ---- */
 
 /* B's vertices in A's frame. */
-LANES_INLINE void place_b(search *x)
+LANES_INLINE void hull_axes_place_b(search *x)
 {
     const hull *b = x->p->b.hull;
     const mat3 *r = &x->p->b_in_a.r;
@@ -66,7 +66,7 @@ LANES_INLINE void place_b(search *x)
 }
 
 /* A's vertices, and where B sees them. */
-LANES_INLINE void place_a(search *x)
+LANES_INLINE void hull_axes_place_a(search *x)
 {
     const hull *a = x->p->a.hull;
     const mat3 *r = &x->p->b_in_a.r;
@@ -95,7 +95,7 @@ LANES_INLINE words lesser(words a, words b)
     return (m & a) | (~m & b);
 }
 
-LANES_INLINE singles load(const float *from)
+LANES_INLINE singles hull_axes_load(const float *from)
 {
     return *(const singles_anywhere *)from;
 }
@@ -119,7 +119,7 @@ LANES_INLINE bool any(words w)
     return (w[0] | w[1] | w[2] | w[3] | w[4] | w[5] | w[6] | w[7]) != 0;
 }
 
-LANES_INLINE int32_t least_of(words w)
+LANES_INLINE int32_t hull_axes_least_of(words w)
 {
     int32_t least = w[0];
     for (int k = 1; k < SINGLES; k++) least = w[k] < least ? w[k] : least;
@@ -127,15 +127,16 @@ LANES_INLINE int32_t least_of(words w)
 }
 
 /* How deep each vertex of the other is below each face, and the deepest. Returns the least of these. */
-LANES_INLINE float look(side *s, double scale)
+LANES_INLINE float hull_axes_look(side *s, double scale)
 {
     const hull_map *m = s->h->map;
     const float unit = (float)(m->unit * scale);
     const int vertices = s->vertex_count, stride = m->padded_faces;
     words least = (words){0} + INT32_MAX;
     for (int i = 0; i < stride; i += SINGLES) {
-        singles nx = load(m->normal_x + i), ny = load(m->normal_y + i), nz = load(m->normal_z + i);
-        singles offset = load(m->offset + i) * unit;
+        singles nx = hull_axes_load(m->normal_x + i), ny = hull_axes_load(m->normal_y + i),
+                nz = hull_axes_load(m->normal_z + i);
+        singles offset = hull_axes_load(m->offset + i) * unit;
         words index = {0}, top = (words){0} + INT32_MIN;
         int32_t *to = s->height + i;
         for (int v = 0; v < vertices; v++, to += stride) {
@@ -148,10 +149,10 @@ LANES_INLINE float look(side *s, double scale)
         *(words_anywhere *)(s->top + i) = top;
         least = lesser(top, least);
     }
-    return float_of(least_of(least));
+    return float_of(hull_axes_least_of(least));
 }
 
-LANES_INLINE words gather(const int32_t *from, words at)
+LANES_INLINE words hull_axes_gather(const int32_t *from, words at)
 {
     return (words){
         from[at[0]], from[at[1]], from[at[2]], from[at[3]], from[at[4]], from[at[5]], from[at[6]], from[at[7]]};
@@ -162,9 +163,9 @@ LANES_INLINE words are_left(const side *s, int i, singles limit)
 {
     const hull_map *m = s->h->map;
     words arc = *(const words_anywhere *)(m->arc + i), f0 = arc & FACE, f1 = arc >> HULL_ARC_F1 & FACE;
-    words top0 = gather(s->top, f0), top1 = gather(s->top, f1);
-    words below0 = gather(s->height, (top1 & INDEX_BITS) * m->padded_faces + f0);
-    words below1 = gather(s->height, (top0 & INDEX_BITS) * m->padded_faces + f1);
+    words top0 = hull_axes_gather(s->top, f0), top1 = hull_axes_gather(s->top, f1);
+    words below0 = hull_axes_gather(s->height, (top1 & INDEX_BITS) * m->padded_faces + f0);
+    words below1 = hull_axes_gather(s->height, (top0 & INDEX_BITS) * m->padded_faces + f1);
     singles h0 = (singles)top0, h1 = (singles)top1;
     singles twice_cosine = __builtin_convertvector(arc >> HULL_ARC_COSINE, singles) * (1.0F / HULL_ARC_ONE);
     singles p = h0 - (singles)below0, q = h1 - (singles)below1; /* equal where n is along q n0 + p n1 */
@@ -209,12 +210,12 @@ typedef struct edge {
     uint16_t v0, v1;
 } edge;
 
-static vec3 normal_of(const hull_map *m, int face)
+static vec3 hull_axes_normal_of(const hull_map *m, int face)
 {
     return vec(m->normal_x[face], m->normal_y[face], m->normal_z[face]);
 }
 
-static edge edge_of(const unit_pair *p, const side *s, int i, const columns *at)
+static edge hull_axes_edge_of(const unit_pair *p, const side *s, int i, const columns *at)
 {
     const hull_map *m = s->h->map;
     int32_t arc = m->arc[i];
@@ -223,8 +224,8 @@ static edge edge_of(const unit_pair *p, const side *s, int i, const columns *at)
     vec3 along = vec_sub(to, from);
     return (edge){.point = from,
         .direction = along,
-        .n0 = normal_of(m, arc & FACE),
-        .n1 = normal_of(m, arc >> HULL_ARC_F1 & FACE),
+        .n0 = hull_axes_normal_of(m, arc & FACE),
+        .n1 = hull_axes_normal_of(m, arc >> HULL_ARC_F1 & FACE),
         .slack = SIDE_SLACK * vec_greatest(along) + p->error,
         .v0 = (uint16_t)v0,
         .v1 = (uint16_t)v1};
@@ -238,7 +239,7 @@ static inline bool beside(double x, double y, double slack)
 
 /* With edges a and b whose ends err by p->error, the axis errs by p->error (1 / |a| + 1 / |b|) / sine, that is by
  * p->error (|a| + |b|) / |a x b|, and the height along it by as much of the size. False where that is too much. */
-static bool try_edges(search *x, const edge *a, const edge *b)
+static bool hull_axes_try_edges(search *x, const edge *a, const edge *b)
 {
     vec3 n = vec_cross(a->direction, b->direction);
     double n2 = vec_norm2(n), edges2 = vec_norm2(a->direction) + vec_norm2(b->direction), size = x->p->size;
@@ -254,15 +255,15 @@ static bool try_edges(search *x, const edge *a, const edge *b)
 static bool try_pairs(search *x)
 {
     edge a[HULL_MAP_ARCS_MAX];
-    for (int i = 0; i < x->of_a.left_count; i++) a[i] = edge_of(x->p, &x->of_a, x->of_a.left[i], &x->a);
+    for (int i = 0; i < x->of_a.left_count; i++) a[i] = hull_axes_edge_of(x->p, &x->of_a, x->of_a.left[i], &x->a);
     for (int k = 0; k < x->of_b.left_count; k++) {
-        edge b = edge_of(x->p, &x->of_b, x->of_b.left[k], &x->b);
+        edge b = hull_axes_edge_of(x->p, &x->of_b, x->of_b.left[k], &x->b);
         b.n0 = vec_neg(mat_mul(x->p->b_in_a.r, b.n0));
         b.n1 = vec_neg(mat_mul(x->p->b_in_a.r, b.n1));
         for (int i = 0; i < x->of_a.left_count; i++) {
             if (beside(vec_dot(b.n0, a[i].direction), vec_dot(b.n1, a[i].direction), a[i].slack)) continue;
             if (beside(vec_dot(a[i].n0, b.direction), vec_dot(a[i].n1, b.direction), b.slack)) continue;
-            if (!try_edges(x, &a[i], &b)) return false;
+            if (!hull_axes_try_edges(x, &a[i], &b)) return false;
         }
     }
     return true;
@@ -295,7 +296,7 @@ static void try_face_of_b(search *x, uint32_t i)
 }
 
 /* Those that may be the nearest facet, or close to it. */
-LANES_INLINE void try_faces(search *x, const side *s, void (*try)(search *x, uint32_t i), float slack)
+LANES_INLINE void hull_axes_try_faces(search *x, const side *s, void (*try)(search *x, uint32_t i), float slack)
 {
     int count = (int)s->h->face_count;
     for (int i = 0; i < count; i += SINGLES) {
@@ -306,33 +307,33 @@ LANES_INLINE void try_faces(search *x, const side *s, void (*try)(search *x, uin
     }
 }
 
-LANES_INLINE bool find(search *x)
+LANES_INLINE bool hull_axes_find(search *x)
 {
     const unit_pair *p = x->p;
     float slack = (float)(SLACK * p->size), least = (float)(NEAR_LEAST_DEPTH * p->size);
-    place_b(x);
-    float depth = look(&x->of_a, p->scale);
+    hull_axes_place_b(x);
+    float depth = hull_axes_look(&x->of_a, p->scale);
     if (!(depth >= least)) return false; /* apart along the face, or too shallow for F to be strict */
-    place_a(x);
-    depth = (float)min_of(depth, look(&x->of_b, p->scale));
+    hull_axes_place_a(x);
+    depth = (float)min_of(depth, hull_axes_look(&x->of_b, p->scale));
     if (!(depth >= least)) return false;
     prune(&x->of_a, depth + slack);
     prune(&x->of_b, depth + slack);
     x->depth = depth + slack, x->second = INFINITY;
     if (!try_pairs(x)) return false;
-    try_faces(x, &x->of_a, try_face_of_a, slack);
-    try_faces(x, &x->of_b, try_face_of_b, slack);
+    hull_axes_try_faces(x, &x->of_a, try_face_of_a, slack);
+    hull_axes_try_faces(x, &x->of_b, try_face_of_b, slack);
     return true;
 }
 
 LANES_WIDE static bool find_wide(search *x)
 {
-    return find(x);
+    return hull_axes_find(x);
 }
 
 static bool find_narrow(search *x)
 {
-    return find(x);
+    return hull_axes_find(x);
 }
 
 /* Most pairs that are apart are so along the line of their origins. */

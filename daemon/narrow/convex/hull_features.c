@@ -27,11 +27,6 @@ static bool are_vertices(const hull *h, const uint16_t *vertex, uint8_t count)
 
 static const double SIGN[NEAR_SIDES] = {0, 1, -1};
 
-static inline double along(vec3 v, int axis)
-{
-    return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
-}
-
 static inline void put_along(vec3 *v, int axis, double x)
 {
     *(axis == 0 ? &v->x : axis == 1 ? &v->y : &v->z) = x;
@@ -56,7 +51,7 @@ static int place_box(const shape *box, const uint16_t side[3], vec3 at[2])
     at[0] = vec(SIGN[side[0]] * box->half.x, SIGN[side[1]] * box->half.y, SIGN[side[2]] * box->half.z);
     if (free_axes(side) != 1) return 1;
     int axis = side[0] == NEAR_BETWEEN ? 0 : side[1] == NEAR_BETWEEN ? 1 : 2;
-    double half = along(box->half, axis);
+    double half = vec_at(box->half, axis);
     at[1] = at[0];
     put_along(&at[0], axis, -half);
     put_along(&at[1], axis, half);
@@ -69,12 +64,12 @@ static bool nearest_on_side(const shape *box, const uint16_t side[3], meeting *m
     int axis = side[0] != NEAR_BETWEEN ? 0 : side[1] != NEAR_BETWEEN ? 1 : 2;
     vec3 face = m->a[0];
     m->a[0] = m->b[0];
-    put_along(&m->a[0], axis, along(face, axis));
+    put_along(&m->a[0], axis, vec_at(face, axis));
     m->n = VEC_ZERO;
     put_along(&m->n, axis, SIGN[side[axis]]);
     m->inside = INFINITY;
     for (int k = 0; k < 3; k++)
-        if (k != axis) m->inside = min_of(m->inside, along(box->half, k) - fabs(along(m->b[0], k)));
+        if (k != axis) m->inside = min_of(m->inside, vec_at(box->half, k) - fabs(vec_at(m->b[0], k)));
     return m->inside > 0;
 }
 
@@ -82,14 +77,15 @@ static bool nearest_on_side(const shape *box, const uint16_t side[3], meeting *m
 static bool are_top_sides(const shape *box, vec3 n, double margin, const uint16_t side[3])
 {
     for (int k = 0; k < 3; k++)
-        if (side[k] != NEAR_BETWEEN && !(2 * SIGN[side[k]] * along(n, k) * along(box->half, k) > margin)) return false;
+        if (side[k] != NEAR_BETWEEN && !(2 * SIGN[side[k]] * vec_at(n, k) * vec_at(box->half, k) > margin))
+            return false;
     return true;
 }
 
-static void sides_along(const shape *box, vec3 n, double slab, uint16_t side[3])
+static void hull_features_sides_along(const shape *box, vec3 n, double slab, uint16_t side[3])
 {
     for (int k = 0; k < 3; k++) {
-        double higher = 2 * along(n, k) * along(box->half, k);
+        double higher = 2 * vec_at(n, k) * vec_at(box->half, k);
         side[k] = higher > slab ? NEAR_HIGH : higher < -slab ? NEAR_LOW : NEAR_BETWEEN;
     }
 }
@@ -104,7 +100,7 @@ static bool are_features(const unit_pair *p, const narrow_features *f)
            are_vertices(p->b.hull, f->b, f->count_b);
 }
 
-static void place(const unit_pair *p, const narrow_features *f, meeting *m)
+static void hull_features_place(const unit_pair *p, const narrow_features *f, meeting *m)
 {
     m->count_a = f->count_a, m->count_b = f->count_b;
     if (p->a.type == SHAPE_BOX)
@@ -115,7 +111,7 @@ static void place(const unit_pair *p, const narrow_features *f, meeting *m)
         m->b[i] = transform_point(&p->b_in_a, vec_scale(hull_vertex(p->b.hull, f->b[i]), p->scale));
 }
 
-static double least_of(const double *weight, int count)
+static double hull_features_least_of(const double *weight, int count)
 {
     double least = weight[0];
     for (int i = 1; i < count; i++) least = min_of(least, weight[i]);
@@ -124,7 +120,7 @@ static double least_of(const double *weight, int count)
 
 static bool are_inside(const double *weight, int count)
 {
-    return least_of(weight, count) > NEAR_WEIGHT_MARGIN;
+    return hull_features_least_of(weight, count) > NEAR_WEIGHT_MARGIN;
 }
 
 /* From A towards B: towards w when they are apart, away from it when they overlap. */
@@ -134,7 +130,7 @@ static vec3 outward(vec3 n, vec3 w, bool deep)
 }
 
 /* An edge and a vertex: `w` are the edge's ends in B - A. Made orthogonal to the edge twice, as in simplex.c. */
-static bool nearest_on_edge(const vec3 w[2], double least2, double weight[2], vec3 *n)
+static bool hull_features_nearest_on_edge(const vec3 w[2], double least2, double weight[2], vec3 *n)
 {
     vec3 e = vec_sub(w[1], w[0]);
     double to_1 = -vec_dot(w[0], e), to_0 = vec_dot(w[1], e), length2 = vec_norm2(e);
@@ -159,7 +155,7 @@ static bool nearest_on_triangle(const vec3 w[3], double least2, bool deep, doubl
     double whole = 1 / (weight[0] + weight[1] + weight[2]);
     for (int i = 0; i < 3; i++) weight[i] *= whole;
     double area2 = vec_norm2(across);
-    m->inside = least_of(weight, 3) * sqrt(area2 / longest2);
+    m->inside = hull_features_least_of(weight, 3) * sqrt(area2 / longest2);
     m->n = outward(direction_of(across), w[0], deep);
     return are_inside(weight, 3);
 }
@@ -175,12 +171,13 @@ static bool nearest_edges(meeting *m, double least2, bool deep)
     double t = vec_dot(vec_cross(r, ea), across) * per2;
     m->weight_a[0] = 1 - s, m->weight_a[1] = s;
     m->weight_b[0] = 1 - t, m->weight_b[1] = t;
-    m->inside = min_of(least_of(m->weight_a, 2), least_of(m->weight_b, 2)) * sqrt(across2 / max_of(a2, b2));
+    m->inside = min_of(hull_features_least_of(m->weight_a, 2), hull_features_least_of(m->weight_b, 2)) *
+                sqrt(across2 / max_of(a2, b2));
     m->n = outward(direction_of(across), r, deep);
     return are_inside(m->weight_a, 2) && are_inside(m->weight_b, 2);
 }
 
-static bool meet(const unit_pair *p, const narrow_features *f, meeting *m)
+static bool hull_features_meet(const unit_pair *p, const narrow_features *f, meeting *m)
 {
     double least2 = NEAR_SLIVER2 * p->size * p->size;
     vec3 w[SIDE_MOST];
@@ -193,7 +190,7 @@ static bool meet(const unit_pair *p, const narrow_features *f, meeting *m)
     for (int i = 0; i < count; i++) w[i] = vec_sub(m->b[on_a ? 0 : i], m->a[on_a ? i : 0]);
     if (count == 3) return nearest_on_triangle(w, least2, f->deep, weight, m);
     if (f->deep) return false;
-    if (count == 2) return nearest_on_edge(w, least2, weight, &m->n);
+    if (count == 2) return hull_features_nearest_on_edge(w, least2, weight, &m->n);
     m->n = direction_of(w[0]);
     return true;
 }
@@ -228,8 +225,8 @@ bool hull_features_span(const unit_pair *p, const narrow_features *f, span *out)
 {
     meeting m;
     if (!are_features(p, f)) return false;
-    place(p, f, &m);
-    if (!meet(p, f, &m)) return false;
+    hull_features_place(p, f, &m);
+    if (!hull_features_meet(p, f, &m)) return false;
     double top_a = -INFINITY, bottom_b = INFINITY, margin = NEAR_HEIGHT_MARGIN * p->size * p->unit;
     for (int i = 0; i < m.count_a; i++) top_a = max_of(top_a, vec_dot(m.n, m.a[i]));
     for (int j = 0; j < m.count_b; j++) bottom_b = min_of(bottom_b, vec_dot(m.n, m.b[j]));
@@ -248,7 +245,7 @@ bool hull_features_span(const unit_pair *p, const narrow_features *f, span *out)
     return true;
 }
 
-static bool top_of(const hull *h, vec3 d, double slab, uint16_t vertex[SIDE_MOST], uint8_t *count)
+static bool hull_features_top_of(const hull *h, vec3 d, double slab, uint16_t vertex[SIDE_MOST], uint8_t *count)
 {
     double top = vec_dot(hull_vertex(h, hull_scan(h, d)), d);
     uint32_t found = hull_scan_above(h, d, top - slab, vertex, SIDE_MOST);
@@ -260,14 +257,14 @@ bool hull_features_along(const unit_pair *p, vec3 axis, narrow_features *out)
 {
     double slab = 0.5 * NEAR_HEIGHT_MARGIN * p->size, unscaled = slab * p->unit;
     if (p->a.type == SHAPE_BOX)
-        out->count_a = 3, sides_along(&p->a, axis, slab, out->a);
-    else if (!top_of(p->a.hull, axis, unscaled, out->a, &out->count_a))
+        out->count_a = 3, hull_features_sides_along(&p->a, axis, slab, out->a);
+    else if (!hull_features_top_of(p->a.hull, axis, unscaled, out->a, &out->count_a))
         return false;
-    return top_of(p->b.hull, mat_tmul(p->b_in_a.r, vec_neg(axis)), unscaled, out->b, &out->count_b);
+    return hull_features_top_of(p->b.hull, mat_tmul(p->b_in_a.r, vec_neg(axis)), unscaled, out->b, &out->count_b);
 }
 
 /* Into an ascending set of up to four. */
-static void include(uint32_t vertex, uint16_t *set, uint8_t *count)
+static void hull_features_include(uint32_t vertex, uint16_t *set, uint8_t *count)
 {
     uint8_t at = *count;
     for (uint8_t i = 0; i < *count; i++)
@@ -281,13 +278,13 @@ void hull_features_of(const minkowski *const *m, int count, narrow_features *out
 {
     *out = (narrow_features){.count_a = 0};
     for (int i = 0; i < count; i++) {
-        include(m[i]->vertex_a, out->a, &out->count_a);
-        include(m[i]->vertex_b, out->b, &out->count_b);
+        hull_features_include(m[i]->vertex_a, out->a, &out->count_a);
+        hull_features_include(m[i]->vertex_b, out->b, &out->count_b);
     }
 }
 
 /* The sides that all of these corners are on. */
-static void sides_of(const minkowski *const *m, int count, uint16_t side[3])
+static void hull_features_sides_of(const minkowski *const *m, int count, uint16_t side[3])
 {
     uint32_t all = UINT32_MAX, any = 0;
     for (int i = 0; i < count; i++) all &= m[i]->vertex_a, any |= m[i]->vertex_a;
@@ -297,7 +294,7 @@ static void sides_of(const minkowski *const *m, int count, uint16_t side[3])
 void hull_features_of_facet(const unit_pair *p, const minkowski *const *m, narrow_features *out)
 {
     hull_features_of(m, 3, out);
-    if (p->a.type == SHAPE_BOX) out->count_a = 3, sides_of(m, 3, out->a);
+    if (p->a.type == SHAPE_BOX) out->count_a = 3, hull_features_sides_of(m, 3, out->a);
 }
 
 /* ---- from where the pair was, to where it is ---- */

@@ -21,7 +21,7 @@ typedef struct seeker {
     double norm2;
 } seeker;
 
-static inline corner corner_along(const unit_pair *p, vec3 axis)
+static inline corner hull_seek_corner_along(const unit_pair *p, vec3 axis)
 {
     uint32_t a, b = hull_scan(p->b.hull, mat_tmul(p->b_in_a.r, vec_neg(axis)));
     vec3 on_a, on_b = vec_madd(p->b_in_a.t, p->scale, mat_mul(p->b_in_a.r, hull_vertex(p->b.hull, b)));
@@ -78,14 +78,14 @@ static inline bool take_triangle(const corner *at, uint8_t i, uint8_t j, uint8_t
     return true;
 }
 
-static inline vec3 normal_of(const corner *at, uint8_t i, uint8_t j, uint8_t k)
+static inline vec3 hull_seek_normal_of(const corner *at, uint8_t i, uint8_t j, uint8_t k)
 {
     return vec_cross(vec_sub(at[j].w, at[i].w), vec_sub(at[k].w, at[i].w));
 }
 
 /* The newest point is the last: the nearest of the simplex is on a part that has it, for it was nearer than all others
  * along the axis. False when the origin is inside: of a tetrahedron, which is left as it is; or on a lesser part. */
-static bool reduce(seeker *s)
+static bool hull_seek_reduce(seeker *s)
 {
     part best = {.norm2 = INFINITY};
     const corner *at = s->at;
@@ -94,14 +94,14 @@ static bool reduce(seeker *s)
         bool outside = false;
         for (uint8_t k = 0; k < 3; k++) {
             uint8_t i = k == 0 ? 1 : 0, j = k == 2 ? 1 : 2;
-            vec3 n = normal_of(at, last, i, j);
+            vec3 n = hull_seek_normal_of(at, last, i, j);
             bool beyond = vec_dot(n, at[last].w) * vec_dot(n, vec_sub(at[k].w, at[last].w)) > 0;
             outside |= beyond;
             if (beyond) take_triangle(at, last, i, j, n, &best);
         }
         if (!outside) return false;
     } else if (last == 2) {
-        take_triangle(at, 0, 1, 2, normal_of(at, 0, 1, 2), &best);
+        take_triangle(at, 0, 1, 2, hull_seek_normal_of(at, 0, 1, 2), &best);
     }
     if (best.count != 3) {
         for (uint8_t i = 0; i < last; i++) take_edge(at, i, last, &best);
@@ -120,7 +120,7 @@ static bool reduce(seeker *s)
     return best.norm2 > 0;
 }
 
-static void include(uint16_t vertex, uint16_t set[3], uint8_t *count)
+static void hull_seek_include(uint16_t vertex, uint16_t set[3], uint8_t *count)
 {
     uint8_t at = *count;
     for (uint8_t i = 0; i < *count; i++)
@@ -130,12 +130,12 @@ static void include(uint16_t vertex, uint16_t set[3], uint8_t *count)
     ++*count;
 }
 
-static hull_seek_end propose(const seeker *s, narrow_features *out)
+static hull_seek_end hull_seek_propose(const seeker *s, narrow_features *out)
 {
     *out = (narrow_features){.count_a = 0};
     for (int i = 0; i < s->count; i++) {
-        include(s->at[i].a, out->a, &out->count_a);
-        include(s->at[i].b, out->b, &out->count_b);
+        hull_seek_include(s->at[i].a, out->a, &out->count_a);
+        hull_seek_include(s->at[i].b, out->b, &out->count_b);
     }
     return HULL_SEEK_PROPOSES;
 }
@@ -154,14 +154,14 @@ hull_seek_end hull_seek(const unit_pair *p, int patience, bool proposes, narrow_
     s.count = 0;
     s.nearest = p->b_in_a.t;
     for (int i = 0; i < STEPS_MOST; i++) {
-        corner c = corner_along(p, s.nearest);
+        corner c = hull_seek_corner_along(p, s.nearest);
         double along = vec_dot(c.w, s.nearest);
         apart |= along > 0;
         if (apart && !proposes) return HULL_SEEK_APART;
         if (!apart && i + 1 >= patience) return HULL_SEEK_UNKNOWN;
-        if (s.count && (known(&s, &c) || !(along < s.norm2 * (1 - NO_NEARER)))) return propose(&s, out);
+        if (s.count && (known(&s, &c) || !(along < s.norm2 * (1 - NO_NEARER)))) return hull_seek_propose(&s, out);
         s.at[s.count++] = c;
-        if (!reduce(&s)) return apart ? HULL_SEEK_APART : tell_inside(&s, holds);
+        if (!hull_seek_reduce(&s)) return apart ? HULL_SEEK_APART : tell_inside(&s, holds);
     }
     return apart ? HULL_SEEK_APART : HULL_SEEK_UNKNOWN;
 }

@@ -46,7 +46,7 @@ static bool names_features(const span *s)
 }
 
 /* The bracket of a search that goes on for as long as doubles let it. */
-static void narrow_down(const unit_pair *p, const narrow_goal *goal, span *s)
+static void near_features_narrow_down(const unit_pair *p, const narrow_goal *goal, span *s)
 {
     narrow_goal exactly = {goal->finest, goal->finest, INFINITY, -INFINITY, INFINITY, INFINITY, false};
     gjk_result r;
@@ -68,10 +68,11 @@ static bool find_along(const unit_pair *p, const narrow_goal *goal, const span *
     return near_features_span(p, goal, &f, out);
 }
 
-static bool find(const unit_pair *p, const narrow_goal *goal, const narrow_features *proposed, span *s, span *out)
+static bool near_features_find(
+    const unit_pair *p, const narrow_goal *goal, const narrow_features *proposed, span *s, span *out)
 {
     if (proposed->count_a ? near_features_span(p, goal, proposed, out) : find_along(p, goal, s, out)) return true;
-    if (!names_features(s)) narrow_down(p, goal, s);
+    if (!names_features(s)) near_features_narrow_down(p, goal, s);
     s->nearest = (narrow_features){.count_a = 0};
     return names_features(s) ? find_along(p, goal, s, out) : near_features_try_all(p, goal, out);
 }
@@ -80,7 +81,7 @@ static void settle_distance(const unit_pair *p, const narrow_goal *goal, const n
 {
     span out;
     if (!(s->hi >= 0.5 * NEAR_LEAST_DISTANCE * p->size) || s->lo > goal->far) return;
-    if (find(p, goal, proposed, s, &out)) *s = out;
+    if (near_features_find(p, goal, proposed, s, &out)) *s = out;
 }
 
 /* The depth has been found by a search that ended with its bounds closed: what is on top along the axis is the facet.
@@ -111,7 +112,7 @@ void near_features_settle(const unit_pair *p, const narrow_goal *goal, span *s)
 enum { FIRST_LOOK = 1 };
 
 /* The facet, if the search has ended on one that is strict; else its bounds. */
-static bool finish_depth(const unit_pair *p, const narrow_goal *goal, span *out)
+static bool near_features_finish_depth(const unit_pair *p, const narrow_goal *goal, span *out)
 {
     near_features_settle(p, goal, out);
     if (out->lo < 0 && !out->nearest.deep) witness_deepest(p, out);
@@ -125,11 +126,11 @@ static bool settle_at_once(const unit_pair *p, const narrow_goal *goal, bool pro
     narrow_goal closely = *goal;
     hull_corners holds;
     closely.tolerance = goal->finest;
-    if (polytope_depth_at_once(p, &closely, out)) return finish_depth(p, goal, out);
+    if (polytope_depth_at_once(p, &closely, out)) return near_features_finish_depth(p, goal, out);
     hull_seek_end end = hull_seek(p, HULL_SEEK_ON, proposes, &f, &holds);
     if (end == HULL_SEEK_PROPOSES) return near_features_span(p, goal, &f, out);
     if (end != HULL_SEEK_INSIDE) return false;
-    return polytope_depth_from(p, &closely, &holds, out) && finish_depth(p, goal, out);
+    return polytope_depth_from(p, &closely, &holds, out) && near_features_finish_depth(p, goal, out);
 }
 
 /* And still are, surely. */

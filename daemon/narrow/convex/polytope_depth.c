@@ -40,7 +40,7 @@ static void note_closed(search *x, int f, double distance)
     if (x->closed_count <= CLOSED_MAX) x->closed_count++;
 }
 
-static void close_facet(search *x, int f)
+static void polytope_close_facet(search *x, int f)
 {
     double weight[3], distance = measure(x->s, f, weight);
     x->s->bound[f] = INFINITY;
@@ -53,7 +53,7 @@ static void close_facet(search *x, int f)
 
 /* The support point along the facet's normal: its height is an upper bound of the depth, and it is a new point of the
  * surface, unless the facet is one of the polytopes' difference. */
-LANES_INLINE bool refine(search *x, int f)
+LANES_INLINE bool polytope_refine(search *x, int f)
 {
     surface *s = x->s;
     vec3 n = vec(s->nx[f], s->ny[f], s->nz[f]), axis = vec_neg(n);
@@ -63,11 +63,11 @@ LANES_INLINE bool refine(search *x, int f)
     x->best->iterations++;
     if (-height > x->best->lo) x->best->lo = -height, x->best->axis = axis;
     if (height - s->offset[f] > x->eps) return expand(s, x->eps);
-    close_facet(x, f);
+    polytope_close_facet(x, f);
     return true;
 }
 
-static void write_witnesses(const search *x)
+static void polytope_write_witnesses(const search *x)
 {
     const minkowski *m[3];
     vec3 a = VEC_ZERO, b = VEC_ZERO;
@@ -185,7 +185,7 @@ static bool point_is_in(const unit_pair *p, const minkowski *m, const narrow_fea
     return in && is_one_of(m->vertex_b, f->b, f->count_b);
 }
 
-static bool is_in(const unit_pair *p, const surface *s, const uint8_t corner[3], const narrow_features *f)
+static bool polytope_is_in(const unit_pair *p, const surface *s, const uint8_t corner[3], const narrow_features *f)
 {
     for (int k = 0; k < 3; k++)
         if (!point_is_in(p, &s->point[corner[k]], f)) return false;
@@ -207,7 +207,7 @@ static bool facets_are_in(const search *x, const narrow_features *f, double with
 {
     if (x->closed_count > CLOSED_MAX) return false;
     for (int i = 0; i < x->closed_count; i++)
-        if (!(x->closed_at[i] >= within) && !is_in(x->p, x->s, x->closed[i], f)) return false;
+        if (!(x->closed_at[i] >= within) && !polytope_is_in(x->p, x->s, x->closed[i], f)) return false;
     return true;
 }
 
@@ -219,13 +219,13 @@ LANES_INLINE bool grow(search *x, double margin, bool *grown)
         if (x->winner != NONE && bound >= x->proved + margin) return true;
         if (bound == INFINITY) return x->winner != NONE;
         if (!linked) link_facets(x->p->shell, x->s);
-        if (!refine(x, nearest_of(x->s, bound))) return false;
+        if (!polytope_refine(x, nearest_of(x->s, bound))) return false;
         *grown = true;
     }
 }
 
 /* The facet's distance from the origin, which its formula puts in the middle. */
-static double depth_of(const span *s)
+static double polytope_depth_of(const span *s)
 {
     return -0.5 * (s->lo + s->hi);
 }
@@ -241,16 +241,16 @@ LANES_INLINE bool search_again(search *x, const narrow_goal *goal, const narrow_
     bool same = near_features_span(p, goal, &f, out);
     if (same) {
         set_aside(p, x->s, &f);
-        x->winner = 0, x->proved = depth_of(out);
+        x->winner = 0, x->proved = polytope_depth_of(out);
     }
     if (!grow(x, margin, &grown)) return false;
     if (!same) {
-        write_witnesses(x);
+        polytope_write_witnesses(x);
         f = x->best->nearest;
         f.deep = true;
-        if (!near_features_span(p, goal, &f, out) || !(x->proved >= depth_of(out) - p->error)) return false;
+        if (!near_features_span(p, goal, &f, out) || !(x->proved >= polytope_depth_of(out) - p->error)) return false;
     }
-    if (!facets_are_in(x, &f, margin + depth_of(out))) return false;
+    if (!facets_are_in(x, &f, margin + polytope_depth_of(out))) return false;
     if (grown) save(x->s, p->shell);
     return true;
 }
@@ -291,34 +291,34 @@ LANES_INLINE bool run(search *x, const narrow_goal *goal, double *least)
         if (estimated && s->offset[f] > height - PLANE_SLACK && x->winner != NONE) {
             double weight[3];
             s->bound[f] = measure(s, f, weight);
-        } else if (!refine(x, f)) {
+        } else if (!polytope_refine(x, f)) {
             return false;
         }
     }
 }
 
-LANES_INLINE bool search_from(search *x, const narrow_goal *goal, const simplex *from, double *least)
+LANES_INLINE bool polytope_search_from(search *x, const narrow_goal *goal, const simplex *from, double *least)
 {
     return start_tetrahedron(x->s, from) && run(x, goal, least);
 }
 
-LANES_WIDE static bool search_wide(search *x, const narrow_goal *goal, const simplex *from, double *least)
+LANES_WIDE static bool polytope_search_wide(search *x, const narrow_goal *goal, const simplex *from, double *least)
 {
-    return search_from(x, goal, from, least);
+    return polytope_search_from(x, goal, from, least);
 }
 
-static bool search_narrow(search *x, const narrow_goal *goal, const simplex *from, double *least)
+static bool polytope_search_narrow(search *x, const narrow_goal *goal, const simplex *from, double *least)
 {
-    return search_from(x, goal, from, least);
+    return polytope_search_from(x, goal, from, least);
 }
 
 /* The answer of a search that has ended well. */
-static void tell(search *x, double least)
+static void polytope_tell(search *x, double least)
 {
     span *out = x->best;
     out->method = NARROW_BY_EPA;
     out->hi = max_of(out->lo, min_of(out->hi, -least));
-    write_witnesses(x);
+    polytope_write_witnesses(x);
     if (x->p->shell) save(x->s, x->p->shell);
 }
 
@@ -329,14 +329,14 @@ bool polytope_depth_by(bool wide, const unit_pair *p, const narrow_goal *goal, c
     const span before = *out;
     double least;
     if (start->simplex.count < 4 || start->state != GJK_INSIDE) return false;
-    bool found = (wide ? search_wide : search_narrow)(&x, goal, &start->simplex, &least);
+    bool found = (wide ? polytope_search_wide : polytope_search_narrow)(&x, goal, &start->simplex, &least);
     if (!found || x.winner == NONE) {
         uint32_t iterations = out->iterations;
         *out = before;
         out->iterations = iterations;
         return false;
     }
-    tell(&x, least);
+    polytope_tell(&x, least);
     return true;
 }
 
@@ -406,7 +406,7 @@ bool polytope_depth_at_once(const unit_pair *p, const narrow_goal *goal, span *o
     put_support(&x, w, 5);
     s.point_count = OCTAHEDRON.point_count;
     if (!(lanes_wide() ? search_at_once_wide : search_at_once_narrow)(&x, &OCTAHEDRON, goal, &least)) return false;
-    tell(&x, least);
+    polytope_tell(&x, least);
     return true;
 }
 
@@ -423,6 +423,6 @@ bool polytope_depth_from(const unit_pair *p, const narrow_goal *goal, const hull
     *out = (span){.lo = -INFINITY, .hi = INFINITY};
     if (!(lanes_wide() ? search_at_once_wide : search_at_once_narrow)(&x, &TETRAHEDRON, goal, &least)) return false;
     if (!(out->lo <= -NEAR_LEAST_DEPTH * p->size)) return false;
-    tell(&x, least);
+    polytope_tell(&x, least);
     return true;
 }

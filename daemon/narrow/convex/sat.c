@@ -24,7 +24,7 @@ bool sat_is_quick(const unit_pair *p)
     return is_box_like(&p->a) && is_box_like(&p->b);
 }
 
-static void try_axis(const unit_pair *p, vec3 axis, span *best)
+static void sat_try_axis(const unit_pair *p, vec3 axis, span *best)
 {
     double separation = vec_dot(axis, unit_pair_nearest_along(p, axis).w);
     best->iterations++;
@@ -37,27 +37,22 @@ static void try_both_ways(const unit_pair *p, vec3 direction, span *best)
 {
     vec3 axis = direction_of(direction);
     if (!(vec_norm2(axis) > 0)) return;
-    try_axis(p, axis, best);
-    try_axis(p, vec_neg(axis), best);
-}
-
-static vec3 column(const mat3 *m, int i)
-{
-    return i == 0 ? m->x : i == 1 ? m->y : m->z;
+    sat_try_axis(p, axis, best);
+    sat_try_axis(p, vec_neg(axis), best);
 }
 
 static const mat3 IDENTITY = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
 static const transform SAME = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 0, 0}};
 
 /* The faces of one shape, whose frame has the given axes in A's; `outward` = +1 for A, -1 for B. */
-static void faces(const unit_pair *p, const shape *s, const mat3 *frame, double outward, span *best)
+static void sat_faces(const unit_pair *p, const shape *s, const mat3 *frame, double outward, span *best)
 {
     if (is_box_like(s)) {
-        for (int i = 0; i < 3; i++) try_both_ways(p, column(frame, i), best);
+        for (int i = 0; i < 3; i++) try_both_ways(p, mat_column(frame, i), best);
         return;
     }
     for (uint32_t i = 0; i < s->hull->face_count; i++)
-        try_axis(p, direction_of(mat_mul(*frame, vec_scale(s->hull->faces[i].normal, outward))), best);
+        sat_try_axis(p, direction_of(mat_mul(*frame, vec_scale(s->hull->faces[i].normal, outward))), best);
 }
 
 /* An edge of a hull in A's frame: a point on it, its direction, the outward normals of its two faces. */
@@ -93,7 +88,7 @@ static void try_outward(const unit_pair *p, vec3 axis, vec3 middle, double outwa
     if (fabs(along) < ARC_SLACK)
         try_both_ways(p, axis, best);
     else
-        try_axis(p, vec_scale(axis, along < 0 ? -outward : outward), best);
+        sat_try_axis(p, vec_scale(axis, along < 0 ? -outward : outward), best);
 }
 
 /* Every edge of a hull that is a silhouette seen along an axis of the box. `outward` = +1 when the hull is A. */
@@ -104,7 +99,7 @@ static void box_hull_edges(
         arc e = hull_arc(h, i, p->scale, hull_to_a);
         vec3 middle = vec_add(e.n0, e.n1);
         for (int k = 0; k < 3; k++) {
-            vec3 u = column(box, k);
+            vec3 u = mat_column(box, k);
             if (!opposite(vec_dot(e.n0, u), vec_dot(e.n1, u))) continue;
             try_outward(p, direction_of(vec_cross(e.direction, u)), middle, outward, best);
         }
@@ -121,7 +116,7 @@ static bool circles_cross(const arc *a, const arc *b)
 }
 
 /* The cross product of two edges is a facet's normal when it lies on A's arc and, turned round, on B's. */
-static void try_edges(const unit_pair *p, const arc *a, const arc *b, span *best)
+static void sat_try_edges(const unit_pair *p, const arc *a, const arc *b, span *best)
 {
     vec3 axis = direction_of(vec_cross(a->direction, b->direction));
     vec3 middle_a = vec_add(a->n0, a->n1), middle_b = vec_add(b->n0, b->n1);
@@ -142,7 +137,7 @@ static void hull_hull_edges(const unit_pair *p, span *best)
         arc eb = hull_arc(b, j, p->scale, &p->b_in_a);
         for (uint32_t i = 0; i < a->edge_count; i++) {
             arc ea = hull_arc(a, i, p->scale, &SAME);
-            if (circles_cross(&ea, &eb)) try_edges(p, &ea, &eb, best);
+            if (circles_cross(&ea, &eb)) sat_try_edges(p, &ea, &eb, best);
         }
     }
 }
@@ -152,8 +147,8 @@ void sat_depth(const unit_pair *p, span *out)
     bool box_a = is_box_like(&p->a), box_b = is_box_like(&p->b);
     out->lo = -INFINITY;
     out->method = NARROW_BY_SAT;
-    faces(p, &p->a, &IDENTITY, 1, out);
-    faces(p, &p->b, &p->b_in_a.r, -1, out);
+    sat_faces(p, &p->a, &IDENTITY, 1, out);
+    sat_faces(p, &p->b, &p->b_in_a.r, -1, out);
     if (box_a)
         box_hull_edges(p, p->b.hull, &p->b_in_a, &IDENTITY, -1, out);
     else if (box_b)

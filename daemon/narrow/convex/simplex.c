@@ -23,7 +23,7 @@ static inline void start_at_vertex(nearest *best, const vec3 *p, int i)
 }
 
 /* Nothing when the projection of the origin is not between the two points. */
-static inline void try_edge(nearest *best, const vec3 *p, int i, int j)
+static inline void simplex_try_edge(nearest *best, const vec3 *p, int i, int j)
 {
     vec3 e = vec_sub(p[j], p[i]);
     double to_j = -vec_dot(p[i], e), to_i = vec_dot(p[j], e);
@@ -40,7 +40,7 @@ static inline void try_edge(nearest *best, const vec3 *p, int i, int j)
 }
 
 /* `n`: the triangle's normal. False when the projection of the origin is outside, or the triangle is a line. */
-static inline bool try_face(nearest *best, const vec3 *p, vec3 n, int i, int j, int k)
+static inline bool simplex_try_face(nearest *best, const vec3 *p, vec3 n, int i, int j, int k)
 {
     double w0 = vec_dot(n, vec_cross(p[j], p[k])), w1 = vec_dot(n, vec_cross(p[k], p[i]));
     double w2 = vec_dot(n, vec_cross(p[i], p[j]));
@@ -161,21 +161,21 @@ static void search_tetrahedron(nearest *best, const vec3 *p, const tetrahedron *
         int i = k == 0 ? 1 : 0, j = k == 2 ? 1 : 2;
         if (!seen[k]) continue;
         vec3 n = triangle_normal(p[i], p[j], p[3]);
-        if (try_face(best, p, n, i, j, 3) && surely_seen(t, k) && is_fat(p, n, i, j, 3)) return;
+        if (simplex_try_face(best, p, n, i, j, 3) && surely_seen(t, k) && is_fat(p, n, i, j, 3)) return;
     }
     for (int k = 0; k < 3; k++)
-        if (seen[(k + 1) % 3] || seen[(k + 2) % 3]) try_edge(best, p, k, 3);
+        if (seen[(k + 1) % 3] || seen[(k + 2) % 3]) simplex_try_edge(best, p, k, 3);
 }
 
 static void search_triangle(nearest *best, const vec3 *p)
 {
     vec3 n = triangle_normal(p[0], p[1], p[2]);
-    if (try_face(best, p, n, 0, 1, 2) && is_fat(p, n, 0, 1, 2)) return;
-    try_edge(best, p, 0, 2);
-    try_edge(best, p, 1, 2);
+    if (simplex_try_face(best, p, n, 0, 1, 2) && is_fat(p, n, 0, 1, 2)) return;
+    simplex_try_edge(best, p, 0, 2);
+    simplex_try_edge(best, p, 1, 2);
 }
 
-static void keep(simplex *s, const nearest *best)
+static void simplex_keep(simplex *s, const nearest *best)
 {
     for (int i = 0; i < best->count; i++) {
         if (best->index[i] != i) s->v[i] = s->v[best->index[i]];
@@ -196,20 +196,20 @@ nearest_feature simplex_reduce(simplex *s)
     } else if (s->count == 3) {
         search_triangle(&best, p);
     } else if (s->count == 2) {
-        try_edge(&best, p, 0, 1);
+        simplex_try_edge(&best, p, 0, 1);
     }
     vec3 axis = outward_axis(&best, p);
-    keep(s, &best);
+    simplex_keep(s, &best);
     return (nearest_feature){.point = best.point, .norm = sqrt(best.norm2), .axis = axis};
 }
 
-static void try_edges(nearest *best, const vec3 *p)
+static void simplex_try_edges(nearest *best, const vec3 *p)
 {
     for (int i = 0; i < 3; i++)
         if (vec_norm2(p[i]) < best->norm2) start_at_vertex(best, p, i);
-    try_edge(best, p, 0, 1);
-    try_edge(best, p, 1, 2);
-    try_edge(best, p, 0, 2);
+    simplex_try_edge(best, p, 0, 1);
+    simplex_try_edge(best, p, 1, 2);
+    simplex_try_edge(best, p, 0, 2);
 }
 
 /* Of a thin triangle rounding may have missed that the origin's foot is on the face: then the edge that was found is
@@ -231,7 +231,7 @@ double triangle_nearest(vec3 p0, vec3 p1, vec3 p2, double weight[3], vec3 *norma
     const vec3 p[3] = {p0, p1, p2};
     nearest best = {.norm2 = INFINITY};
     vec3 n = triangle_normal(p0, p1, p2);
-    if (!try_face(&best, p, n, 0, 1, 2) || !is_fat(p, n, 0, 1, 2)) try_edges(&best, p);
+    if (!simplex_try_face(&best, p, n, 0, 1, 2) || !is_fat(p, n, 0, 1, 2)) simplex_try_edges(&best, p);
     weight[0] = weight[1] = weight[2] = 0;
     for (int i = 0; i < best.count; i++) weight[best.index[i]] = best.weight[i];
     *normal = direction_of(n);

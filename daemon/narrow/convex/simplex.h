@@ -47,4 +47,19 @@ double origin_volume(vec3 p0, vec3 p1, vec3 p2);
 /* The two witness points that belong to the weights. */
 void simplex_witness(const simplex *s, vec3 *point_a, vec3 *point_b);
 
+/* Is that point of B - A one of its corners? */
+static inline bool simplex_has(const simplex *s, vec3 w)
+{
+    for (int i = 0; i < s->count; i++)
+        if (s->v[i].w.x == w.x && s->v[i].w.y == w.y && s->v[i].w.z == w.z) return true;
+    return false;
+}
+
+/* Its nearest point, at that distance, becomes the upper bound. */
+static inline void simplex_lower_upper(const simplex *s, double distance, span *best)
+{
+    best->hi = distance;
+    simplex_witness(s, &best->point_a, &best->point_b);
+}
+
 #endif

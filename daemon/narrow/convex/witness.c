@@ -19,7 +19,7 @@ typedef struct part {
     vec3 normal;     /* of a disc, unit */
 } part;
 
-static part part_at(vec3 at)
+static part facing_part_at(vec3 at)
 {
     return (part){.at = at};
 }
@@ -37,7 +37,7 @@ static part part_segment(vec3 at, vec3 along)
 /* ---- parts of cores, in their frames ---- */
 
 /* Whichever side the box is highest on stays, however wide the slack. */
-static part part_of_box(vec3 half, vec3 d, double slack)
+static part facing_part_of_box(vec3 half, vec3 d, double slack)
 {
     const double h[3] = {half.x, half.y, half.z}, n[3] = {d.x, d.y, d.z};
     int top = fabs(d.x) >= fabs(d.y) ? 0 : 1, count = 0;
@@ -62,7 +62,7 @@ static part part_of_cylinder(vec3 half, vec3 d, double slack)
     double r = half.x, h = half.z, sine = sqrt(d.x * d.x + d.y * d.y), per = sine > 0 ? r / sine : 0;
     vec3 rim = vec(per * d.x, per * d.y, copysign(h, d.z));
     if (2 * h * fabs(d.z) <= slack) return part_segment(vec(rim.x, rim.y, 0), vec(0, 0, h));
-    return 2 * r * sine <= slack ? part_disc(rim.z, r) : part_at(rim);
+    return 2 * r * sine <= slack ? part_disc(rim.z, r) : facing_part_at(rim);
 }
 
 static part part_of_cone(vec3 half, vec3 d, double slack)
@@ -71,8 +71,8 @@ static part part_of_cone(vec3 half, vec3 d, double slack)
     double lead = 2 * h * d.z - r * sine; /* of the apex */
     vec3 rim = vec(per * d.x, per * d.y, -h);
     if (fabs(lead) <= slack) return part_segment(vec(0.5 * rim.x, 0.5 * rim.y, 0), vec(-0.5 * rim.x, -0.5 * rim.y, h));
-    if (lead > 0) return part_at(vec(0, 0, h));
-    return d.z < 0 && 2 * r * sine <= slack ? part_disc(-h, r) : part_at(rim);
+    if (lead > 0) return facing_part_at(vec(0, 0, h));
+    return d.z < 0 && 2 * r * sine <= slack ? part_disc(-h, r) : facing_part_at(rim);
 }
 
 static bool has_part(const shape *s)
@@ -82,7 +82,7 @@ static bool has_part(const shape *s)
 
 static part part_of(const shape *s, vec3 d, double slack)
 {
-    if (s->type == SHAPE_BOX) return part_of_box(s->half, d, slack);
+    if (s->type == SHAPE_BOX) return facing_part_of_box(s->half, d, slack);
     if (s->type == SHAPE_CONE) return part_of_cone(s->half, d, slack);
     return part_of_cylinder(vec(s->type == SHAPE_CAPSULE ? 0 : s->half.x, 0, s->half.z), d, slack);
 }
@@ -98,7 +98,7 @@ static part part_turned(part q, const transform *t)
 
 /* ---- where two of them cross ---- */
 
-static double inside(double v)
+static double facing_inside(double v)
 {
     return min_of(max_of(v, -1), 1);
 }
@@ -111,12 +111,12 @@ static vec3 nearest_of_disc(const part *q, vec3 to)
     return length > q->radius ? vec_madd(q->at, q->radius / length, d) : vec_add(q->at, d);
 }
 
-static vec3 nearest_of(const part *q, vec3 to)
+static vec3 facing_nearest_of(const part *q, vec3 to)
 {
     if (q->radius > 0) return nearest_of_disc(q, to);
     vec3 d = vec_sub(to, q->at), at = q->at;
     for (int i = 0; i < 2; i++)
-        if (q->norm2[i] > 0) at = vec_madd(at, inside(vec_dot(d, q->along[i]) / q->norm2[i]), q->along[i]);
+        if (q->norm2[i] > 0) at = vec_madd(at, facing_inside(vec_dot(d, q->along[i]) / q->norm2[i]), q->along[i]);
     return at;
 }
 
@@ -133,7 +133,7 @@ static vec3 middle_within(const part *segment, const part *q)
         from = max_of(from, min_of(one, other));
         to = min_of(to, max_of(one, other));
     }
-    return vec_madd(segment->at, inside(0.5 * (from + to)), segment->along[0]);
+    return vec_madd(segment->at, facing_inside(0.5 * (from + to)), segment->along[0]);
 }
 
 static const double PARALLEL = 0x1p-40; /* square of the sine between two segments that do not cross */
@@ -145,7 +145,7 @@ static vec3 cross_at(const part *a, const part *b)
     if (!(whole > PARALLEL * a->norm2[0] * b->norm2[0])) return middle_within(a, b);
     vec3 d = vec_sub(b->at, a->at);
     double along_a = vec_dot(d, a->along[0]), along_b = vec_dot(d, b->along[0]);
-    double x = inside((along_a * b->norm2[0] - along_b * both) / whole);
+    double x = facing_inside((along_a * b->norm2[0] - along_b * both) / whole);
     return vec_madd(a->at, x, a->along[0]);
 }
 
@@ -158,11 +158,11 @@ static int extents(const part *q)
 static vec3 meeting(const part *a, const part *b)
 {
     int of_a = extents(a), of_b = extents(b);
-    if (a->radius > 0) return nearest_of(b, a->at);
-    if (b->radius > 0 || of_b == 0) return nearest_of(a, b->at);
+    if (a->radius > 0) return facing_nearest_of(b, a->at);
+    if (b->radius > 0 || of_b == 0) return facing_nearest_of(a, b->at);
     if (of_a == 0) return a->at;
     if (of_a == 1) return of_b == 1 ? cross_at(a, b) : middle_within(a, b);
-    return of_b == 1 ? middle_within(b, a) : nearest_of(a, b->at);
+    return of_b == 1 ? middle_within(b, a) : facing_nearest_of(a, b->at);
 }
 
 bool facing_points(const unit_pair *p, double slack, span *s)
@@ -172,8 +172,8 @@ bool facing_points(const unit_pair *p, double slack, span *s)
     part b = part_of(&p->b, mat_tmul(p->b_in_a.r, vec_neg(s->axis)), slack);
     b = part_turned(b, &p->b_in_a);
     b.at = vec_madd(b.at, -s->lo, s->axis);
-    vec3 at = meeting(&a, &b), on_b = nearest_of(&b, at);
-    s->point_a = nearest_of(&a, on_b);
+    vec3 at = meeting(&a, &b), on_b = facing_nearest_of(&b, at);
+    s->point_a = facing_nearest_of(&a, on_b);
     s->point_b = vec_madd(on_b, s->lo, s->axis);
     return true;
 }
@@ -211,26 +211,20 @@ static double shortfall(const span *s, const minkowski *top)
 /* Of the size: between two curved cores that a search can tell where they are nearest. */
 #define ROOM 0x1p-32
 
-static double aside(const span *s)
-{
-    vec3 line = vec_sub(s->point_b, s->point_a);
-    return vec_norm(vec_madd(line, -vec_dot(line, s->axis), s->axis));
-}
-
 /* The slack of the points: support planes are known to no better. */
-static double slack_of(const unit_pair *p, const span *s)
+static double facing_slack_of(const unit_pair *p, const span *s)
 {
     return (s->hi - s->lo) + p->error;
 }
 
 static bool are_deepest(const unit_pair *p, const span *s, const minkowski *top)
 {
-    return shortfall(s, top) <= slack_of(p, s) && aside(s) <= ASIDE * p->size;
+    return shortfall(s, top) <= facing_slack_of(p, s) && span_aside(s) <= ASIDE * p->size;
 }
 
 static void search_deepest(const unit_pair *p, const minkowski *top, span *s)
 {
-    double slack = slack_of(p, s);
+    double slack = facing_slack_of(p, s);
     witness_apart(p, s);
     if (shortfall(s, top) <= slack) return;
     const double rooms[] = {2 * slack, ROOM * p->size}; /* rounding has them overlap still, or hides where they touch */
@@ -246,13 +240,13 @@ void witness_deepest(const unit_pair *p, span *s)
 {
     minkowski top = unit_pair_nearest_along(p, s->axis);
     if (are_deepest(p, s, &top)) return;
-    if (facing_points(p, slack_of(p, s), s) && are_deepest(p, s, &top)) return;
+    if (facing_points(p, facing_slack_of(p, s), s) && are_deepest(p, s, &top)) return;
     search_deepest(p, &top, s);
 }
 
 bool witness_facing(const unit_pair *p, const minkowski *top, span *s)
 {
-    if (facing_points(p, slack_of(p, s), s) && are_deepest(p, s, top)) return true;
+    if (facing_points(p, facing_slack_of(p, s), s) && are_deepest(p, s, top)) return true;
     s->point_a = top->a;
     s->point_b = top->b;
     return false;

@@ -39,23 +39,18 @@ typedef struct search {
     arc_search found;
 } search;
 
-static vec3 magnitudes(vec3 v)
-{
-    return vec(fabs(v.x), fabs(v.y), fabs(v.z));
-}
-
 /* ---- what has been found ---- */
 
 static void take_along(search *x, vec3 m)
 {
     const scene *c = x->scene;
     double y = min_of(max_of(vec_dot(m, c->u), -1), 1);
-    arc_take(&x->found, vec_dot(c->half, magnitudes(m)) + mark_at(&c->b, y).f - vec_dot(c->t, m), m);
+    arc_take(&x->found, vec_dot(c->half, vec_magnitudes(m)) + mark_at(&c->b, y).f - vec_dot(c->t, m), m);
 }
 
 /* ---- single directions ---- */
 
-static void try_face(search *x, vec3 axis, double half, double t, double u, double sine)
+static void box_revolved_try_face(search *x, vec3 axis, double half, double t, double u, double sine)
 {
     const outline *b = &x->scene->b;
     arc_take(&x->found, half - t + height(b, u, sine), axis);
@@ -63,16 +58,16 @@ static void try_face(search *x, vec3 axis, double half, double t, double u, doub
 }
 
 /* The faces of the box and the ends of B. False: apart, or nearly so. */
-static bool try_faces(search *x)
+static bool box_revolved_try_faces(search *x)
 {
     const scene *c = x->scene;
     vec3 t = c->t, u = c->u;
     if (vec_norm2(t) > 0) take_along(x, direction_of(t));
     if (!arc_is_deep(&x->found)) return false;
-    try_face(x, vec(1, 0, 0), c->half.x, t.x, u.x, c->sine[0]);
-    try_face(x, vec(0, 1, 0), c->half.y, t.y, u.y, c->sine[1]);
-    try_face(x, vec(0, 0, 1), c->half.z, t.z, u.z, c->sine[2]);
-    double both = vec_dot(c->half, magnitudes(u)) + c->b.h, away = vec_dot(t, u);
+    box_revolved_try_face(x, vec(1, 0, 0), c->half.x, t.x, u.x, c->sine[0]);
+    box_revolved_try_face(x, vec(0, 1, 0), c->half.y, t.y, u.y, c->sine[1]);
+    box_revolved_try_face(x, vec(0, 0, 1), c->half.z, t.z, u.z, c->sine[2]);
+    double both = vec_dot(c->half, vec_magnitudes(u)) + c->b.h, away = vec_dot(t, u);
     arc_take(&x->found, both - away, u);
     arc_take(&x->found, both + away, vec_neg(u));
     return arc_is_deep(&x->found);
@@ -120,14 +115,14 @@ static void try_circle_narrow(search *x)
 /* ---- great circles ---- */
 
 /* The directions of the kink in the plane: with a u of length s, the two with n.u = kink. */
-static plane kink_at(const scene *c, const quadrant *q, int side)
+static plane2 kink_at(const scene *c, const quadrant *q, int side)
 {
     double along = c->kink / q->s, beside = side * sqrt(max_of(1 - along * along, 0));
-    return unit2((plane){along * q->c.x + beside * q->d.x, along * q->c.y + beside * q->d.y});
+    return unit2((plane2){along * q->c.x + beside * q->d.x, along * q->c.y + beside * q->d.y});
 }
 
 /* Both pieces count where they meet, as rounding may have put that a little beside. */
-static tip meet(search *x, const quadrant *q, plane n, double slope)
+static tip box_revolved_meet(search *x, const quadrant *q, plane2 n, double slope)
 {
     const scene *c = x->scene;
     tip t = arc_tip(q, slope, n);
@@ -137,74 +132,65 @@ static tip meet(search *x, const quadrant *q, plane n, double slope)
     return t;
 }
 
-static bool in_quadrant(plane n)
+static bool in_quadrant(plane2 n)
 {
     return n.x > 0 && n.y > 0;
 }
 
 /* One end sees the apex (or B's other end), the other does not: which kink lies between? */
-static plane kink_between(const scene *c, const quadrant *q)
+static plane2 kink_between(const scene *c, const quadrant *q)
 {
-    plane n = kink_at(c, q, 1), other = kink_at(c, q, -1);
+    plane2 n = kink_at(c, q, 1), other = kink_at(c, q, -1);
     return min_of(n.x, n.y) >= min_of(other.x, other.y) ? n : other;
 }
 
-static bool close_cone(search *x, const quadrant *q, plane e1, plane e2)
+static bool close_cone(search *x, const quadrant *q, plane2 e1, plane2 e2)
 {
     const scene *c = x->scene;
     double rim = -c->b.h, steep = c->kink;
     bool apex_1 = q->u.x >= steep, apex_2 = q->u.y >= steep;
     if (apex_1 && apex_2) return true;
     if (apex_1 || apex_2) {
-        tip k = meet(x, q, kink_between(c, q), rim), e = arc_tip(q, rim, apex_1 ? e2 : e1);
+        tip k = box_revolved_meet(x, q, kink_between(c, q), rim), e = arc_tip(q, rim, apex_1 ? e2 : e1);
         return apex_1 ? arc_close(&x->found, q, rim, &k, &e) : arc_close(&x->found, q, rim, &e, &k);
     }
     tip from = arc_tip(q, rim, e1), to = arc_tip(q, rim, e2);
     if (!(q->s > steep && in_quadrant(q->c))) return arc_close(&x->found, q, rim, &from, &to);
-    tip first = meet(x, q, kink_at(c, q, -1), rim), second = meet(x, q, kink_at(c, q, 1), rim);
+    tip first = box_revolved_meet(x, q, kink_at(c, q, -1), rim),
+        second = box_revolved_meet(x, q, kink_at(c, q, 1), rim);
     return arc_close(&x->found, q, rim, &from, &first) && arc_close(&x->found, q, rim, &second, &to);
 }
 
-static bool close_cylinder(search *x, const quadrant *q, plane e1, plane e2)
+static bool close_cylinder(search *x, const quadrant *q, plane2 e1, plane2 e2)
 {
     const scene *c = x->scene;
     double slope_1 = copysign(c->b.h, q->u.x), slope_2 = copysign(c->b.h, q->u.y);
     tip from = arc_tip(q, slope_1, e1), to = arc_tip(q, slope_2, e2);
     bool level = !(q->s > 0); /* all of the arc is across u: either end will do, and there is no kink */
     if (slope_1 == slope_2 || level) return arc_close(&x->found, q, slope_1, &from, &to);
-    plane n = kink_between(c, q);
-    tip first = meet(x, q, n, slope_1), second = meet(x, q, n, slope_2);
+    plane2 n = kink_between(c, q);
+    tip first = box_revolved_meet(x, q, n, slope_1), second = box_revolved_meet(x, q, n, slope_2);
     return arc_close(&x->found, q, slope_1, &from, &first) && arc_close(&x->found, q, slope_2, &second, &to);
-}
-
-static double part(vec3 v, int i)
-{
-    return i == 0 ? v.x : i == 1 ? v.y : v.z;
-}
-
-static vec3 unit_along(int i, double sign)
-{
-    return vec(i == 0 ? sign : 0, i == 1 ? sign : 0, i == 2 ? sign : 0);
 }
 
 /* A quadrant of m_i = 0, between the signed axes j and k. */
 static quadrant quadrant_of(const scene *c, int i, double sign_j, double sign_k)
 {
     int j = (i + 1) % 3, k = (i + 2) % 3;
-    quadrant q = {.along = {unit_along(j, sign_j), unit_along(k, sign_k)}, .r = c->b.r};
-    q.u = (plane){sign_j * part(c->u, j), sign_k * part(c->u, k)};
-    q.v = (plane){part(c->half, j) - sign_j * part(c->t, j), part(c->half, k) - sign_k * part(c->t, k)};
+    quadrant q = {.along = {vec_on_axis(j, sign_j), vec_on_axis(k, sign_k)}, .r = c->b.r};
+    q.u = (plane2){sign_j * vec_at(c->u, j), sign_k * vec_at(c->u, k)};
+    q.v = (plane2){vec_at(c->half, j) - sign_j * vec_at(c->t, j), vec_at(c->half, k) - sign_k * vec_at(c->t, k)};
     q.s = c->sine[i];
-    q.c = q.s > 0 ? (plane){q.u.x / q.s, q.u.y / q.s} : (plane){1, 0};
-    q.d = (plane){-q.c.y, q.c.x};
-    q.ui2 = part(c->u, i) * part(c->u, i);
+    q.c = q.s > 0 ? (plane2){q.u.x / q.s, q.u.y / q.s} : (plane2){1, 0};
+    q.d = (plane2){-q.c.y, q.c.x};
+    q.ui2 = vec_at(c->u, i) * vec_at(c->u, i);
     return q;
 }
 
 static bool close_quadrant(search *x, int i, double sign_j, double sign_k)
 {
     quadrant q = quadrant_of(x->scene, i, sign_j, sign_k);
-    const plane e1 = {1, 0}, e2 = {0, 1};
+    const plane2 e1 = {1, 0}, e2 = {0, 1};
     return x->scene->b.cone ? close_cone(x, &q, e1, e2) : close_cylinder(x, &q, e1, e2);
 }
 
@@ -229,8 +215,8 @@ LANES_INLINE unsigned open_quadrants(search *x, int i)
     const scene *c = x->scene;
     const lanes sign_j = {1, -1, 1, -1}, sign_k = {1, 1, -1, -1}, zero = lanes_of(0);
     int j = (i + 1) % 3, k = (i + 2) % 3;
-    lanes uj = sign_j * part(c->u, j), uk = sign_k * part(c->u, k), level = lanes_of(arc_level(&x->found));
-    lanes vj = part(c->half, j) - sign_j * part(c->t, j), vk = part(c->half, k) - sign_k * part(c->t, k);
+    lanes uj = sign_j * vec_at(c->u, j), uk = sign_k * vec_at(c->u, k), level = lanes_of(arc_level(&x->found));
+    lanes vj = vec_at(c->half, j) - sign_j * vec_at(c->t, j), vk = vec_at(c->half, k) - sign_k * vec_at(c->t, k);
     lanes x1, y1, x2, y2;
     end_of_quadrants(c, uj, uk, c->sine[j], &x1, &y1);
     end_of_quadrants(c, uk, uj, c->sine[k], &y2, &x2);
@@ -264,9 +250,9 @@ static bool close_circle(search *x, bool wide, int i)
 
 /* ---- all of it ---- */
 
-static bool find_depth(search *x, bool wide)
+static bool box_revolved_find_depth(search *x, bool wide)
 {
-    if (!try_faces(x)) return false;
+    if (!box_revolved_try_faces(x)) return false;
     if (wide)
         try_circle_wide(x);
     else
@@ -277,7 +263,7 @@ static bool find_depth(search *x, bool wide)
     return arc_is_deep(&x->found);
 }
 
-static scene scene_of(const unit_pair *p)
+static scene box_revolved_scene_of(const unit_pair *p)
 {
     scene c = {.p = p, .b = outline_of(&p->b), .half = p->a.half, .u = vec_neg(p->b_in_a.r.z), .t = p->b_in_a.t};
     double r = c.b.r, h = c.b.h, slant = sqrt(r * r + 4 * h * h);
@@ -292,11 +278,12 @@ static scene scene_of(const unit_pair *p)
 
 bool box_revolved_measure(const unit_pair *p, const narrow_goal *goal, span *out)
 {
-    scene c = scene_of(p);
+    scene c = box_revolved_scene_of(p);
     search x = {&c, arc_search_of(p, goal)};
     minkowski top;
     out->axis = VEC_ZERO;
-    if (!(c.kink >= 0) || !find_depth(&x, lanes_wide()) || !arc_search_tell(&x.found, p, goal, &top, out)) return false;
+    if (!(c.kink >= 0) || !box_revolved_find_depth(&x, lanes_wide()) || !arc_search_tell(&x.found, p, goal, &top, out))
+        return false;
     if (!witness_facing(p, &top, out) && goal->near == -INFINITY) witness_deepest(p, out);
     return true;
 }

@@ -135,7 +135,7 @@ bool dome_raise(const unit_pair *p, const bundle *pieces, vec3 near, double clos
  * w.x < depth^2: what is left of the triangle is a convex polygon, and the dome is convex. */
 enum { CORNERS_MAX = 9 }; /* six, and what rounding may add to them */
 
-static int clip(const vec3 *from, int count, vec3 w, double limit, vec3 *to)
+static int curved_clip(const vec3 *from, int count, vec3 w, double limit, vec3 *to)
 {
     int kept = 0;
     for (int i = 0; i < count; i++) {
@@ -148,7 +148,7 @@ static int clip(const vec3 *from, int count, vec3 w, double limit, vec3 *to)
     return kept;
 }
 
-static bool holds(const dome *d, vec3 x, double noise)
+static bool curved_holds(const dome *d, vec3 x, double noise)
 {
     return vec_dot(x, d->direction) >= d->cosine * vec_norm(x) + noise;
 }
@@ -159,10 +159,10 @@ bool dome_covers(const dome *d, const vec3 w[3], vec3 nearest, double depth, dou
     double noise = 8 * UNIT_ROUNDOFF * size, limit = depth * depth + noise * size;
     int count = 3;
     bool left = vec_dot(nearest, w[0]) <= limit && vec_dot(nearest, w[1]) <= limit && vec_dot(nearest, w[2]) <= limit;
-    if (left && !holds(d, nearest, noise)) return false;
-    for (int k = 0; k < 3; k++) count = clip(polygon[k & 1], count, w[k], limit, polygon[~k & 1]);
+    if (left && !curved_holds(d, nearest, noise)) return false;
+    for (int k = 0; k < 3; k++) count = curved_clip(polygon[k & 1], count, w[k], limit, polygon[~k & 1]);
     for (int i = 0; i < count; i++)
-        if (!holds(d, polygon[1][i], noise)) return false;
+        if (!curved_holds(d, polygon[1][i], noise)) return false;
     return true;
 }
 
@@ -197,20 +197,20 @@ typedef struct foot {
     vec3 nearest;
 } foot;
 
-static vec3 corner_of(const surface *s, int f, int i)
+static vec3 curved_corner_of(const surface *s, int f, int i)
 {
     return s->point[s->corner[f][i]].w;
 }
 
-static foot foot_of(const surface *s, int f)
+static foot curved_foot_of(const surface *s, int f)
 {
     double weight[3], distance = measure(s, f, weight);
-    vec3 at = vec_scale(corner_of(s, f, 0), weight[0]);
-    at = vec_madd(at, weight[1], corner_of(s, f, 1));
-    return (foot){distance, vec_madd(at, weight[2], corner_of(s, f, 2))};
+    vec3 at = vec_scale(curved_corner_of(s, f, 0), weight[0]);
+    at = vec_madd(at, weight[1], curved_corner_of(s, f, 1));
+    return (foot){distance, vec_madd(at, weight[2], curved_corner_of(s, f, 2))};
 }
 
-static void close_facet(search *x, int f, double distance)
+static void curved_close_facet(search *x, int f, double distance)
 {
     x->s->bound[f] = INFINITY;
     x->proved = min_of(x->proved, distance);
@@ -218,7 +218,7 @@ static void close_facet(search *x, int f, double distance)
 
 /* The support point along the unit direction `n` (from the origin outward); its height is an upper bound of the depth.
  * True: the least so far. */
-static bool probe(search *x, vec3 n, minkowski *m)
+static bool curved_probe(search *x, vec3 n, minkowski *m)
 {
     vec3 axis = vec_neg(n);
     *m = unit_pair_nearest_from(x->p, axis, &x->hints);
@@ -233,7 +233,7 @@ static bool probe(search *x, vec3 n, minkowski *m)
 /* ---- domes ---- */
 
 /* Within so much of the truth a dome ends the search. */
-static double close_enough(const search *x)
+static double curved_close_enough(const search *x)
 {
     double lo = x->best->lo, width = 0.5 * x->goal->tolerance;
     return max_of(narrow_goal_reached(x->goal, lo, lo + width) ? width : 0, x->p->error);
@@ -245,25 +245,25 @@ static bool within(const dome *d, vec3 n)
 }
 
 /* What a dome covers is not nearer than the depth that it proves, or the one found so far. */
-static bool settle_by(search *x, int f, const foot *at, const dome *d)
+static bool curved_settle_by(search *x, int f, const foot *at, const dome *d)
 {
     double depth = min_of(d->depth, -x->best->lo);
-    const vec3 w[3] = {corner_of(x->s, f, 0), corner_of(x->s, f, 1), corner_of(x->s, f, 2)};
+    const vec3 w[3] = {curved_corner_of(x->s, f, 0), curved_corner_of(x->s, f, 1), curved_corner_of(x->s, f, 2)};
     if (!(depth > at->distance) || !dome_covers(d, w, at->nearest, depth, x->p->size)) return false;
-    close_facet(x, f, depth);
+    curved_close_facet(x, f, depth);
     return true;
 }
 
 /* A facet is looked at by the domes that its normal is in. *inside: there are such domes. */
-static bool settle(search *x, int f, vec3 n, bool *inside)
+static bool curved_settle(search *x, int f, vec3 n, bool *inside)
 {
     foot at;
     *inside = false;
     for (int i = 0; i < x->dome_count; i++) {
         if (!within(&x->dome[i], n)) continue;
-        if (!*inside) at = foot_of(x->s, f);
+        if (!*inside) at = curved_foot_of(x->s, f);
         *inside = true;
-        if (settle_by(x, f, &at, &x->dome[i])) return true;
+        if (curved_settle_by(x, f, &at, &x->dome[i])) return true;
     }
     return false;
 }
@@ -271,7 +271,7 @@ static bool settle(search *x, int f, vec3 n, bool *inside)
 static void probe_dome(search *x, const dome *d)
 {
     minkowski m;
-    if (!probe(x, d->direction, &m)) return;
+    if (!curved_probe(x, d->direction, &m)) return;
     x->best->point_a = d->point_a;
     x->best->point_b = d->point_b;
     x->won = x->domed = true;
@@ -279,7 +279,7 @@ static void probe_dome(search *x, const dome *d)
 
 /* A dome is worth its while when the farthest point along the facet's normal, `m`, lies on pieces that it knows. True:
  * it was raised, and covers the facet. */
-static bool raise_over(search *x, int f, vec3 n, const minkowski *m)
+static bool curved_raise_over(search *x, int f, vec3 n, const minkowski *m)
 {
     if (x->dome_count == DOMES_MAX || x->raises == RAISES_MAX) return false;
     double height = vec_dot(n, m->w);
@@ -290,50 +290,50 @@ static bool raise_over(search *x, int f, vec3 n, const minkowski *m)
     if (!pieces_know(x->p, &pieces, m)) return false;
     dome *d = &x->dome[x->dome_count];
     x->raises++;
-    if (!dome_raise(x->p, &pieces, n, close_enough(x), d)) return false;
+    if (!dome_raise(x->p, &pieces, n, curved_close_enough(x), d)) return false;
     probe_dome(x, d);
-    if (d->depth < -x->best->lo - close_enough(x)) return false;
+    if (d->depth < -x->best->lo - curved_close_enough(x)) return false;
     x->dome_count++;
-    foot at = foot_of(x->s, f);
-    return settle_by(x, f, &at, d);
+    foot at = curved_foot_of(x->s, f);
+    return curved_settle_by(x, f, &at, d);
 }
 
 /* ---- search ---- */
 
 /* Tries the facet's normal: a dome, a new point of the surface, or the facet is on that of B - A. */
-LANES_INLINE bool refine(search *x, int f, vec3 n, bool in_dome)
+LANES_INLINE bool curved_refine(search *x, int f, vec3 n, bool in_dome)
 {
     surface *s = x->s;
     minkowski *m = &s->point[s->point_count];
-    if (probe(x, n, m)) {
+    if (curved_probe(x, n, m)) {
         for (int i = 0; i < 3; i++) x->corner[i] = s->corner[f][i];
         x->won = true;
         x->domed = false;
     }
-    if (!in_dome && raise_over(x, f, n, m)) return true;
+    if (!in_dome && curved_raise_over(x, f, n, m)) return true;
     if (vec_dot(n, m->w) - s->offset[f] > x->eps) return expand(s, x->eps);
     double weight[3];
-    close_facet(x, f, measure(s, f, weight));
+    curved_close_facet(x, f, measure(s, f, weight));
     return true;
 }
 
 /* False when the surface cannot be grown any more. */
-LANES_INLINE bool advance(search *x, int f)
+LANES_INLINE bool curved_advance(search *x, int f)
 {
     surface *s = x->s;
     vec3 n = vec(s->nx[f], s->ny[f], s->nz[f]);
     bool estimated = s->bound[f] == s->offset[f] - PLANE_SLACK, in_dome;
-    if (settle(x, f, n, &in_dome)) return true;
+    if (curved_settle(x, f, n, &in_dome)) return true;
     if (estimated && s->offset[f] > -x->best->lo - PLANE_SLACK) {
         double weight[3];
         s->bound[f] = measure(s, f, weight);
         return true;
     }
-    return refine(x, f, n, in_dome);
+    return curved_refine(x, f, n, in_dome);
 }
 
 /* False: no answer. *least: what all facets are away from the origin, and what domes say. */
-LANES_INLINE bool search_from(search *x, const simplex *from, double *least)
+LANES_INLINE bool curved_search_from(search *x, const simplex *from, double *least)
 {
     if (!start_tetrahedron(x->s, from)) return false;
     for (;;) {
@@ -341,21 +341,21 @@ LANES_INLINE bool search_from(search *x, const simplex *from, double *least)
         *least = min_of(bound, x->proved);
         if (-x->best->lo - *least <= x->p->error || narrow_goal_reached(x->goal, x->best->lo, -*least)) return true;
         if (bound == INFINITY) return true;
-        if (!advance(x, nearest_of(x->s, bound))) return false;
+        if (!curved_advance(x, nearest_of(x->s, bound))) return false;
     }
 }
 
-LANES_WIDE static bool search_wide(search *x, const simplex *from, double *least)
+LANES_WIDE static bool curved_search_wide(search *x, const simplex *from, double *least)
 {
-    return search_from(x, from, least);
+    return curved_search_from(x, from, least);
 }
 
-static bool search_narrow(search *x, const simplex *from, double *least)
+static bool curved_search_narrow(search *x, const simplex *from, double *least)
 {
-    return search_from(x, from, least);
+    return curved_search_from(x, from, least);
 }
 
-static void write_witnesses(const search *x)
+static void curved_write_witnesses(const search *x)
 {
     simplex s = {.count = 3};
     vec3 normal, axis;
@@ -381,7 +381,7 @@ bool curved_depth_by(bool wide, const unit_pair *p, const narrow_goal *goal, con
     x.raises = x.dome_count = 0;
     const span before = *out;
     double least;
-    if (!(wide ? search_wide : search_narrow)(&x, &start->simplex, &least)) {
+    if (!(wide ? curved_search_wide : curved_search_narrow)(&x, &start->simplex, &least)) {
         uint32_t iterations = out->iterations;
         *out = before;
         out->iterations = iterations;
@@ -389,7 +389,7 @@ bool curved_depth_by(bool wide, const unit_pair *p, const narrow_goal *goal, con
     }
     out->method = NARROW_BY_EPA;
     out->hi = max_of(out->lo, min_of(out->hi, -least));
-    write_witnesses(&x);
+    curved_write_witnesses(&x);
     return true;
 }
 

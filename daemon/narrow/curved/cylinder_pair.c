@@ -39,7 +39,7 @@ typedef struct scene {
     double tz, tu, ta, tb, tk; /* t along them */
 } scene;
 
-static scene scene_of(const unit_pair *p)
+static scene cylinders_scene_of(const unit_pair *p)
 {
     vec3 u = vec_neg(p->b_in_a.r.z), t = p->b_in_a.t;
     scene c = {
@@ -76,7 +76,7 @@ static void take_ends(arc_search *x, const scene *c)
     arc_take(x, a + c->tu, vec_neg(c->u));
 }
 
-static double overlap_along(const scene *c, vec3 m)
+static double cylinders_overlap_along(const scene *c, vec3 m)
 {
     double x = min_of(fabs(m.z), 1), y = min_of(fabs(vec_dot(m, c->u)), 1);
     double sines = c->r_a * sine_of(x) + c->r_b * sine_of(y);
@@ -92,12 +92,12 @@ static bool close_side(arc_search *x, const scene *c, vec3 across, double t, dou
     for (int i = 0; i < 2; i++) {
         double sign = 1 - 2 * i;
         quadrant q = {.along = {c->k, vec_scale(across, sign)}, .u = {0, sign * c->s}, .v = {-c->tk, -sign * t}};
-        q.c = (plane){0, sign};
-        q.d = (plane){-sign, 0};
+        q.c = (plane2){0, sign};
+        q.d = (plane2){-sign, 0};
         q.ui2 = c->g * c->g;
         q.s = c->s;
         q.r = r, q.round = round;
-        tip middle = arc_tip(&q, sign * half, (plane){1, 0}), end = arc_tip(&q, sign * half, (plane){0, 1});
+        tip middle = arc_tip(&q, sign * half, (plane2){1, 0}), end = arc_tip(&q, sign * half, (plane2){0, 1});
         arc_take_at(x, &q, end.n, dot2(end.p, end.n));
         if (!arc_close(x, &q, sign * half, &middle, &end)) return false;
     }
@@ -118,7 +118,7 @@ typedef struct place {   /* of a point of B's rim */
     double z, along, beside, rho;
 } place;
 
-static place place_at(const rims *r, double cosine, double sine)
+static place cylinders_place_at(const rims *r, double cosine, double sine)
 {
     const scene *c = r->scene;
     place p = {cosine, sine, r->z + r->up * cosine, r->along + r->ahead * cosine, c->tk - c->r_b * sine, 0};
@@ -146,11 +146,11 @@ static double slope_at(const rims *r, const place *p, double *bend)
 }
 
 /* The next place: by a turn of the angle, as nearly as it need be. */
-static place turned(const rims *r, const place *p, double angle)
+static place cylinders_turned(const rims *r, const place *p, double angle)
 {
     double half = 0.5 * angle, per = 1 / (1 + half * half), cosine = (1 - half * half) * per, sine = 2 * half * per;
     double next = p->cosine * cosine + p->sine * sine, beside = p->sine * cosine - p->cosine * sine;
-    return place_at(r, next, beside);
+    return cylinders_place_at(r, next, beside);
 }
 
 typedef struct bounds {
@@ -182,7 +182,7 @@ static bool is_beside(const rims *r, const bounds *b, double level, double noise
 }
 
 /* A bound of E'' from below; `mid`: a place of the arc. */
-static double least_bend(const rims *r, const bounds *b, const place *mid)
+static double cylinders_least_bend(const rims *r, const bounds *b, const place *mid)
 {
     const scene *c = r->scene;
     double r_b = c->r_b, arc = ARC * b->chord;
@@ -213,17 +213,17 @@ static bool is_no_normal(const rims *r, const place *p, vec3 m, double noise)
 }
 
 /* The least of E on an arc on which it is convex, nearly: how near its slope there says. */
-static place lowest_of(
+static place cylinders_lowest_of(
     const rims *r, const place *p, double first, const place *q, double last, double *slope, double *bend)
 {
     double share = last > first ? min_of(max_of(-first / (last - first), 0), 1) : 0.5;
     double cosine = p->cosine + share * (q->cosine - p->cosine), sine = p->sine + share * (q->sine - p->sine);
     double per = 1 / sqrt(cosine * cosine + sine * sine);
-    place at = place_at(r, per * cosine, per * sine);
+    place at = cylinders_place_at(r, per * cosine, per * sine);
     *slope = slope_at(r, &at, bend);
     for (int i = 0; i<NEWTON_MAX && * bend> 0; i++) {
         double next_bend;
-        place next = turned(r, &at, min_of(max_of(-*slope / *bend, -0.5), 0.5));
+        place next = cylinders_turned(r, &at, min_of(max_of(-*slope / *bend, -0.5), 0.5));
         double next_slope = slope_at(r, &next, &next_bend);
         if (!(fabs(next_slope) < fabs(*slope))) break;
         at = next;
@@ -239,12 +239,12 @@ static void close_bowl(arc_search *x, const rims *r, const place *p, const place
     double slope, bend, flat = ROUNDING * x->size * x->size, rounding = 16 * UNIT_ROUNDOFF * x->size * x->size;
     double first = slope_at(r, p, &bend), last = slope_at(r, q, &bend);
     if (first > flat || last < -flat) return; /* it rises or falls all along */
-    place at = lowest_of(r, p, first, q, last, &slope, &bend);
+    place at = cylinders_lowest_of(r, p, first, q, last, &slope, &bend);
     double d2 = square(at.rho - c->r_a) + square(at.z);
     vec3 m = axis_at(r, &at);
     x->steps++;
     bool known = vec_norm2(m) > 0, sure = fabs(slope) <= flat && bend > STEEP * c->r_b * c->r_b;
-    if (known) arc_take(x, overlap_along(c, m), m);
+    if (known) arc_take(x, cylinders_overlap_along(c, m), m);
     if (known && sure && d2 > square(FAR * x->size) && is_no_normal(r, &at, m, 1e-6 * x->size)) return;
     x->proved = min_of(x->proved, sqrt(max_of(d2 - 2 * (fabs(slope) + rounding) * arc, 0)));
 }
@@ -255,16 +255,16 @@ static bool close_arc(arc_search *x, const rims *r, double from, double to)
     place open[PIECES_MAX][2];
     int count = 1;
     double noise = ROUNDING * x->size;
-    open[0][0] = place_at(r, from, sine_of(from));
-    open[0][1] = place_at(r, to, sine_of(to));
+    open[0][0] = cylinders_place_at(r, from, sine_of(from));
+    open[0][1] = cylinders_place_at(r, to, sine_of(to));
     for (int tried = 0; count > 0; tried++) {
         place p = open[count - 1][0], q = open[count - 1][1];
         bounds b = bounds_of(r, &p, &q);
         count--;
         if (!is_beside(r, &b, x->least, noise)) continue;
         double cosine = p.cosine + q.cosine, sine = p.sine + q.sine, norm = sqrt(cosine * cosine + sine * sine);
-        place mid = norm > 0 ? place_at(r, cosine / norm, sine / norm) : place_at(r, 0, 1);
-        if (b.chord < WIDE && least_bend(r, &b, &mid) > 0) {
+        place mid = norm > 0 ? cylinders_place_at(r, cosine / norm, sine / norm) : cylinders_place_at(r, 0, 1);
+        if (b.chord < WIDE && cylinders_least_bend(r, &b, &mid) > 0) {
             close_bowl(x, r, &p, &q, ARC * b.chord);
             continue;
         }
@@ -296,11 +296,11 @@ static bool close_rims(arc_search *x, const scene *c, double side_a, double side
 /* ---- all of it ---- */
 
 /* False: apart, or nearly so. */
-static bool begin(arc_search *x, const scene *c)
+static bool cylinders_begin(arc_search *x, const scene *c)
 {
     if (vec_norm2(c->t) > 0) {
         vec3 m = direction_of(c->t);
-        arc_take(x, overlap_along(c, m), m);
+        arc_take(x, cylinders_overlap_along(c, m), m);
     }
     arc_take(x, c->r_a + c->r_b - c->tk, c->k);
     if (!arc_is_deep(x)) return false;
@@ -308,7 +308,7 @@ static bool begin(arc_search *x, const scene *c)
     return arc_is_deep(x);
 }
 
-static bool find_depth(arc_search *x, const scene *c)
+static bool cylinders_find_depth(arc_search *x, const scene *c)
 {
     if (!close_side(x, c, c->a, c->ta, c->half_b, c->r_b, c->r_a)) return false;
     if (!close_side(x, c, c->b, c->tb, c->half_a, c->r_a, c->r_b)) return false;
@@ -318,7 +318,7 @@ static bool find_depth(arc_search *x, const scene *c)
 }
 
 /* Is the point inside of the core by as much as rounding can never be? */
-static bool is_inside(const shape *s, vec3 at, double margin)
+static bool cylinders_is_inside(const shape *s, vec3 at, double margin)
 {
     double r = s->type == SHAPE_CAPSULE ? 0 : s->half.x - margin;
     return fabs(at.z) <= s->half.z - margin && r > 0 && at.x * at.x + at.y * at.y <= r * r;
@@ -328,19 +328,19 @@ static bool do_overlap(const unit_pair *p, const span *s)
 {
     double margin = INSIDE * p->size;
     vec3 a_in_b = mat_tmul(p->b_in_a.r, vec_sub(s->point_a, p->b_in_a.t));
-    return is_inside(&p->a, s->point_b, margin) || is_inside(&p->b, a_in_b, margin);
+    return cylinders_is_inside(&p->a, s->point_b, margin) || cylinders_is_inside(&p->b, a_in_b, margin);
 }
 
 bool cylinder_pair_measure(const unit_pair *p, const narrow_goal *goal, span *out)
 {
-    scene c = scene_of(p);
+    scene c = cylinders_scene_of(p);
     arc_search x = arc_search_of(p, goal);
     minkowski top;
     out->axis = VEC_ZERO;
-    if (!(c.s > PARALLEL) || !begin(&x, &c)) return false;
+    if (!(c.s > PARALLEL) || !cylinders_begin(&x, &c)) return false;
     bool shallow = x.least < DEEP * p->size && goal->near == -INFINITY;
-    if (shallow && find_depth(&x, &c) && arc_search_tell(&x, p, goal, &top, out) && witness_facing(p, &top, out) &&
-        do_overlap(p, out))
+    if (shallow && cylinders_find_depth(&x, &c) && arc_search_tell(&x, p, goal, &top, out) &&
+        witness_facing(p, &top, out) && do_overlap(p, out))
         return true;
     out->axis = VEC_ZERO;
     return arc_is_deep(&x) && revolved_pair_measure(p, goal, out);

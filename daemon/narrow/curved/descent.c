@@ -15,18 +15,6 @@ static const double ROUGH = 0.006, ROUGH_BETWEEN_RIMS = 0.02;
  * the distance is off by its square; and, where that was too bold, per what is close. */
 static const double LAST_STEP2 = 0.03, LAST_STEP2_MOST = 1e-3, FINE_STEP2 = 1e-3;
 
-static bool has_rim(const shape *s)
-{
-    return s->type == SHAPE_CYLINDER || s->type == SHAPE_CONE;
-}
-
-static void raise_lower(span *s, double separation, vec3 axis)
-{
-    if (!(separation > s->lo)) return;
-    s->lo = separation;
-    s->axis = axis;
-}
-
 static void lower_upper(span *s, vec3 point_a, vec3 point_b)
 {
     double distance = vec_norm(vec_sub(point_b, point_a));
@@ -37,7 +25,7 @@ static void lower_upper(span *s, vec3 point_a, vec3 point_b)
 }
 
 /* Where the highest of the pieces is lowest, from `n`: that direction, and the points there. */
-static bool settle(const unit_pair *p, bundle *b, vec3 *n, double near2, span *s)
+static bool descent_settle(const unit_pair *p, bundle *b, vec3 *n, double near2, span *s)
 {
     pieces_face face;
     if (pieces_find_face(p, b, *n, &face)) {
@@ -55,7 +43,7 @@ static bool settle(const unit_pair *p, bundle *b, vec3 *n, double near2, span *s
 }
 
 /* False: no more to be had from pieces. */
-static bool descend(const unit_pair *p, const narrow_goal *goal, const simplex *from, span *s)
+static bool descent_descend(const unit_pair *p, const narrow_goal *goal, const simplex *from, span *s)
 {
     bundle b;
     support_hints hints = NO_HINTS;
@@ -65,10 +53,10 @@ static bool descend(const unit_pair *p, const narrow_goal *goal, const simplex *
     pieces_add(p, &b, &from->v[0]); /* is there even when GJK ended before it counted its first point */
     for (int i = 1; i < from->count; i++) pieces_add(p, &b, &from->v[i]);
     for (int i = 0; i < ROUNDS_MAX; i++) {
-        if (!settle(p, &b, &n, near2, s)) return false;
+        if (!descent_settle(p, &b, &n, near2, s)) return false;
         vec3 axis = vec_neg(n);
         minkowski m = unit_pair_nearest_from(p, axis, &hints);
-        raise_lower(s, vec_dot(axis, m.w), axis);
+        span_raise_lower(s, vec_dot(axis, m.w), axis);
         s->iterations++;
         if (narrow_goal_reached(goal, s->lo, s->hi)) return true;
         bool known = pieces_know(p, &b, &m);
@@ -84,17 +72,17 @@ static bool descend(const unit_pair *p, const narrow_goal *goal, const simplex *
 void descent_distance(const unit_pair *p, const narrow_goal *goal, vec3 seed, gjk_result *out)
 {
     narrow_goal rough = *goal;
-    bool between_rims = has_rim(&p->a) && has_rim(&p->b);
+    bool between_rims = shape_has_rim(&p->a) && shape_has_rim(&p->b);
     rough.tolerance = max_of(goal->tolerance, (between_rims ? ROUGH_BETWEEN_RIMS : ROUGH) * p->size);
     rough.above = max_of(goal->above, 0);
     rough.below = -INFINITY;
     gjk_distance(p, &rough, seed, out);
     bool reached = narrow_goal_reached(goal, out->span.lo, out->span.hi);
     if (reached || out->state != GJK_APART || rim_features_at(p, goal, &out->span)) return;
-    if (descend(p, goal, &out->simplex, &out->span)) return;
+    if (descent_descend(p, goal, &out->simplex, &out->span)) return;
     span best = out->span;
     gjk_distance(p, goal, best.axis, out);
-    raise_lower(&out->span, best.lo, best.axis);
+    span_raise_lower(&out->span, best.lo, best.axis);
     lower_upper(&out->span, best.point_a, best.point_b);
     out->span.iterations += best.iterations;
     if (out->span.lo > 0) out->state = GJK_APART;
@@ -106,7 +94,7 @@ void descent_distance(const unit_pair *p, const narrow_goal *goal, vec3 seed, gj
 static const double NAMING_ANGLE = 0x1p-14;
 
 /* The bracket of a search that goes on for as long as doubles let it. */
-static void narrow_down(const unit_pair *p, const narrow_goal *goal, span *s)
+static void descent_narrow_down(const unit_pair *p, const narrow_goal *goal, span *s)
 {
     narrow_goal exactly = {goal->finest, goal->finest, INFINITY, -INFINITY, INFINITY, INFINITY, false};
     gjk_result r;
@@ -121,7 +109,7 @@ static bool find_rims(const unit_pair *p, const narrow_goal *goal, span *s, span
 {
     if (rim_features_find_at(p, goal, s, out)) return true;
     if (rim_features_angle(s) > NAMING_ANGLE) {
-        narrow_down(p, goal, s);
+        descent_narrow_down(p, goal, s);
         if (rim_features_find_at(p, goal, s, out)) return true;
     }
     return rim_features_find_along(p, goal, s, out);

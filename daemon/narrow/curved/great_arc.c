@@ -15,7 +15,7 @@ static const double CLOSE = 0x1p-20; /* of the size: the search goes on to here,
 typedef struct arc { /* counter-clockwise */
     tip a, b;
     double bound; /* no h on the arc is less */
-    plane at;     /* where the bound is */
+    plane2 at;    /* where the bound is */
 } arc;
 
 arc_search arc_search_of(const unit_pair *p, const narrow_goal *goal)
@@ -47,11 +47,11 @@ static bool is_closed(arc_search *x, double bound)
 }
 
 /* The least p.n from n1 to n2. */
-static double least_between(plane p, plane n1, plane n2, plane *at)
+static double least_between(plane2 p, plane2 n1, plane2 n2, plane2 *at)
 {
     if (cross2(n1, p) < 0 && cross2(n2, p) > 0) {
         double length = sqrt(dot2(p, p));
-        *at = (plane){-p.x / length, -p.y / length};
+        *at = (plane2){-p.x / length, -p.y / length};
         return -length;
     }
     double at_1 = dot2(p, n1), at_2 = dot2(p, n2);
@@ -60,9 +60,9 @@ static double least_between(plane p, plane n1, plane n2, plane *at)
 }
 
 /* Where one point takes over from the other, if that is in the arc; any direction of it would do. */
-static plane change_at(const arc *a, plane from, plane to)
+static plane2 change_at(const arc *a, plane2 from, plane2 to)
 {
-    plane n = {to.y - from.y, from.x - to.x};
+    plane2 n = {to.y - from.y, from.x - to.x};
     if (!(cross2(a->a.n, n) > 0 && cross2(n, a->b.n) > 0)) n = madd2(a->a.n, 1, a->b.n);
     return unit2(n);
 }
@@ -72,7 +72,7 @@ static void bound_arc(arc_search *x, const quadrant *q, arc *a)
     bool turns = (a->a.y < 0) != (a->b.y < 0);
     double sine = turns ? 1 : max_of(a->a.sine, a->b.sine), cube = sine * sine * sine;
     double rho = cube > 0 ? min_of(LESS * (q->round + q->r * q->ui2 / cube), FLATTEST * x->size) : 0;
-    plane from = madd2(a->a.p, -rho, a->a.n), to = madd2(a->b.p, -rho, a->b.n), n = change_at(a, from, to), at;
+    plane2 from = madd2(a->a.p, -rho, a->a.n), to = madd2(a->b.p, -rho, a->b.n), n = change_at(a, from, to), at;
     a->bound = least_between(from, a->a.n, n, &a->at);
     double other = least_between(to, n, a->b.n, &at);
     if (other < a->bound) a->bound = other, a->at = at;
@@ -80,7 +80,7 @@ static void bound_arc(arc_search *x, const quadrant *q, arc *a)
     x->steps++;
 }
 
-static plane cut_at(const arc *a)
+static plane2 cut_at(const arc *a)
 {
     double before = cross2(a->a.n, a->at), behind = cross2(a->at, a->b.n);
     return before > EDGE && behind > EDGE ? a->at : unit2(madd2(a->a.n, 1, a->b.n));

@@ -17,26 +17,14 @@
 #include "narrow/math/scalar.h"
 #include "narrow/pair/unit_pair.h"
 
-typedef struct plane {
-    double x, y;
-} plane;
-
-static inline double dot2(plane a, plane b)
+static inline plane2 madd2(plane2 a, double s, plane2 b)
 {
-    return a.x * b.x + a.y * b.y;
+    return (plane2){a.x + s * b.x, a.y + s * b.y};
 }
-static inline double cross2(plane a, plane b)
-{
-    return a.x * b.y - a.y * b.x;
-}
-static inline plane madd2(plane a, double s, plane b)
-{
-    return (plane){a.x + s * b.x, a.y + s * b.y};
-}
-static inline plane unit2(plane a)
+static inline plane2 unit2(plane2 a)
 {
     double per = 1 / sqrt(dot2(a, a));
-    return (plane){per * a.x, per * a.y};
+    return (plane2){per * a.x, per * a.y};
 }
 
 /* What a search for the least h knows. */
@@ -77,20 +65,20 @@ bool arc_search_tell(const arc_search *x, const unit_pair *p, const narrow_goal 
 /* A quarter of a great circle: its directions are n.x along[0] + n.y along[1], n.x, n.y >= 0. */
 typedef struct quadrant {
     vec3 along[2];
-    plane u, v, c, d; /* v: A's corner or the centre of its disc, less B's centre; c: unit, along u; d: a quarter turn
+    plane2 u, v, c, d; /* v: A's corner or the centre of its disc, less B's centre; c: unit, along u; d: a quarter turn
                          from there */
-    double ui2;       /* u_i^2 */
-    double s;         /* |u| in the plane */
-    double r, round;  /* of B's rim, and of A's disc */
+    double ui2;        /* u_i^2 */
+    double s;          /* |u| in the plane */
+    double r, round;   /* of B's rim, and of A's disc */
 } quadrant;
 
 typedef struct tip { /* a direction, the support point there of the piece that the arc is of, and the cosine and sine */
-    plane n, p;
+    plane2 n, p;
     double y, sine;
 } tip;
 
 /* `slope`: f is r sine + slope y on the piece. */
-static inline tip arc_tip(const quadrant *q, double slope, plane n)
+static inline tip arc_tip(const quadrant *q, double slope, plane2 n)
 {
     tip t = {.n = n, .y = dot2(q->u, n)};
     double along = dot2(q->c, n), beside = dot2(q->d, n);
@@ -101,7 +89,7 @@ static inline tip arc_tip(const quadrant *q, double slope, plane n)
     return t;
 }
 
-static inline void arc_take_at(arc_search *x, const quadrant *q, plane n, double h)
+static inline void arc_take_at(arc_search *x, const quadrant *q, plane2 n, double h)
 {
     if (h < x->least) arc_take(x, h, vec_madd(vec_scale(q->along[0], n.x), n.y, q->along[1]));
 }

@@ -16,23 +16,18 @@ static const double HOPELESS = -0.2;   /* a piece of three with less weight will
 
 /* ---- pieces ---- */
 
-static bool has_pieces(const shape *s)
+static bool pieces_has_pieces(const shape *s)
 {
     return s->type <= SHAPE_CONE || s->type == SHAPE_HULL;
 }
 
-static bool has_rim(const shape *s)
-{
-    return s->type == SHAPE_CYLINDER || s->type == SHAPE_CONE;
-}
-
 bool pieces_apply(const unit_pair *p)
 {
-    return has_pieces(&p->a) && has_pieces(&p->b) && (has_rim(&p->a) || has_rim(&p->b));
+    return pieces_has_pieces(&p->a) && pieces_has_pieces(&p->b) && (shape_has_rim(&p->a) || shape_has_rim(&p->b));
 }
 
 /* The disc, or the point, that the support point `at` belongs to: its centre and radius. */
-static vec3 centre_of(const shape *s, vec3 at, double *radius)
+static vec3 pieces_centre_of(const shape *s, vec3 at, double *radius)
 {
     bool rim = s->type == SHAPE_CYLINDER || (s->type == SHAPE_CONE && at.z < 0);
     *radius = rim ? s->half.x : 0;
@@ -42,20 +37,15 @@ static vec3 centre_of(const shape *s, vec3 at, double *radius)
 static piece piece_of(const unit_pair *p, const minkowski *m)
 {
     piece s;
-    s.a = centre_of(&p->a, m->a, &s.ra);
-    s.b = transform_point(&p->b_in_a, centre_of(&p->b, m->b_local, &s.rb));
+    s.a = pieces_centre_of(&p->a, m->a, &s.ra);
+    s.b = transform_point(&p->b_in_a, pieces_centre_of(&p->b, m->b_local, &s.rb));
     return s;
-}
-
-static bool same_point(vec3 a, vec3 b)
-{
-    return a.x == b.x && a.y == b.y && a.z == b.z;
 }
 
 static bool knows(const bundle *b, const piece *s)
 {
     for (int i = 0; i < b->count; i++)
-        if (same_point(b->piece[i].a, s->a) && same_point(b->piece[i].b, s->b)) return true;
+        if (vec_equal(b->piece[i].a, s->a) && vec_equal(b->piece[i].b, s->b)) return true;
     return false;
 }
 
@@ -65,7 +55,7 @@ bool pieces_know(const unit_pair *p, const bundle *b, const minkowski *m)
     return knows(b, &s);
 }
 
-static int lowest_of(const bundle *b)
+static int pieces_lowest_of(const bundle *b)
 {
     int lowest = 0;
     for (int i = 1; i < b->count; i++)
@@ -94,7 +84,7 @@ void pieces_add(const unit_pair *p, bundle *b, const minkowski *m)
 {
     piece s = piece_of(p, m);
     if (knows(b, &s)) return;
-    if (b->count == PIECES_MAX) drop(b, lowest_of(b));
+    if (b->count == PIECES_MAX) drop(b, pieces_lowest_of(b));
     b->piece[b->count++] = s;
 }
 
@@ -116,8 +106,8 @@ view pieces_view(const unit_pair *p, vec3 n)
 {
     double sign = copysign(1, n.z), a = -1 / (sign + n.z), b = n.x * n.y * a;
     view v = {.n = n, .x = {1 + sign * n.x * n.x * a, sign * b, -sign * n.x}, .y = {b, sign + n.y * n.y * a, -n.y}};
-    if (has_rim(&p->a)) see_disc(&v, 0, vec(1, 0, 0), vec(0, 1, 0));
-    if (has_rim(&p->b)) see_disc(&v, 1, p->b_in_a.r.x, p->b_in_a.r.y);
+    if (shape_has_rim(&p->a)) see_disc(&v, 0, vec(1, 0, 0), vec(0, 1, 0));
+    if (shape_has_rim(&p->b)) see_disc(&v, 1, p->b_in_a.r.x, p->b_in_a.r.y);
     return v;
 }
 
@@ -229,11 +219,11 @@ static bool step(bundle *b, const view *v, plane2 *d)
 
 static bool edge_on(const unit_pair *p, const view *v)
 {
-    return (has_rim(&p->a) && v->sine[0] < SLIM) || (has_rim(&p->b) && v->sine[1] < SLIM);
+    return (shape_has_rim(&p->a) && v->sine[0] < SLIM) || (shape_has_rim(&p->b) && v->sine[1] < SLIM);
 }
 
 /* All pieces of the bundle as if all of them held the least; the weights tell whether they do. */
-static bool descend(const unit_pair *p, bundle *b, view *v, double near2)
+static bool pieces_newton(const unit_pair *p, bundle *b, view *v, double near2)
 {
     plane2 d;
     for (int i = 0; i < NEWTON_MAX; i++) {
@@ -258,8 +248,8 @@ bool pieces_descend(const unit_pair *p, bundle *b, view *v, double near2)
     for (pieces_look(&rest, &start); rest.count > 0;) {
         *b = rest;
         *v = start;
-        bool found = descend(p, b, v, near2);
-        int least = found ? lightest_of(b) : lowest_of(&rest); /* where none is found, none has a weight */
+        bool found = pieces_newton(p, b, v, near2);
+        int least = found ? lightest_of(b) : pieces_lowest_of(&rest); /* where none is found, none has a weight */
         if (found && b->weight[least] > SLIM) return true;
         drop(&rest, least);
     }
@@ -289,7 +279,7 @@ static bool find_on(const unit_pair *p, const bundle *b, int disc, vec3 normal, 
 bool pieces_find_face(const unit_pair *p, const bundle *b, vec3 near, pieces_face *out)
 {
     const vec3 axes[2] = {vec(0, 0, 1), p->b_in_a.r.z};
-    const bool rims[2] = {has_rim(&p->a), has_rim(&p->b)};
+    const bool rims[2] = {shape_has_rim(&p->a), shape_has_rim(&p->b)};
     for (int i = 0; i < 2; i++) {
         double cosine = vec_dot(near, axes[i]);
         if (!rims[i] || fabs(cosine) < KINK_COSINE) continue;

@@ -13,13 +13,10 @@
 #ifndef COLLIDED_NARROW_CURVED_PIECES_H
 #define COLLIDED_NARROW_CURVED_PIECES_H
 
+#include "narrow/math/scalar.h"
 #include "narrow/pair/unit_pair.h"
 
 enum { PIECES_MAX = 3 }; /* as many hold a minimum in general */
-
-typedef struct plane2 {
-    double x, y;
-} plane2;
 
 typedef struct piece {
     vec3 a, b;     /* the discs' centres (or the points) of A and of B, in A's frame */
@@ -44,19 +41,6 @@ typedef struct bundle { /* pieces, seen along one direction */
 typedef struct curvature { /* symmetric */
     double xx, xy, yy;
 } curvature;
-
-static inline double dot2(plane2 a, plane2 b)
-{
-    return a.x * b.x + a.y * b.y;
-}
-static inline double cross2(plane2 a, plane2 b)
-{
-    return a.x * b.y - a.y * b.x;
-}
-static inline plane2 sub2(plane2 a, plane2 b)
-{
-    return (plane2){a.x - b.x, a.y - b.y};
-}
 
 /* Has the pair rims, and nothing of which there are no pieces? */
 bool pieces_apply(const unit_pair *p);

@@ -63,7 +63,7 @@ static inline end end_of(const outline *o, double side, vec3 normal, vec3 lowest
 
 /* Up to which cosine from the end nothing is below `level`: H + room T >= level sqrt(1 + T^2) from T = 0 to the root of
  * level^2 (1 + T^2) = (H + room T)^2; 1 = nowhere, 0 = as far as the axis sees. */
-static inline double reach_of(const end *e, double level)
+static inline double outline_reach_of(const end *e, double level)
 {
     double a = level * level - e->room * e->room, h2 = e->h * e->h - level * level, slope = e->h * e->room;
     if (!(h2 >= 0) || (!(e->room > 0) && !(h2 > 0))) return 1;
@@ -79,7 +79,7 @@ typedef struct range {
 
 static inline range range_of(const outline *o, const end ends[2], double level)
 {
-    double from = -reach_of(&ends[0], level), to = reach_of(&ends[1], level);
+    double from = -outline_reach_of(&ends[0], level), to = outline_reach_of(&ends[1], level);
     double kink = min_of(max_of(o->kink, from), to);
     return (range){{mark_at(o, from), mark_at(o, kink), mark_at(o, to)}};
 }

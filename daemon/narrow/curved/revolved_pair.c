@@ -55,7 +55,7 @@ typedef struct search {
     cell open[CELLS_MAX];
 } search;
 
-static scene scene_of(const unit_pair *p)
+static scene revolved_scene_of(const unit_pair *p)
 {
     vec3 u = vec_neg(p->b_in_a.r.z), t = p->b_in_a.t;
     double s = sqrt(u.x * u.x + u.y * u.y);
@@ -81,7 +81,7 @@ static vec3 direction_at(const scene *c, double x, double y)
 
 /* ---- the bound of a cell ---- */
 
-static inline bool between(double v, const mark *from, const mark *to)
+static inline bool revolved_between(double v, const mark *from, const mark *to)
 {
     return v >= from->v - SLACK && v <= to->v + SLACK;
 }
@@ -105,7 +105,7 @@ static inline void try_circle(
 {
     double rest = sqrt(beside * beside + c->tk * c->tk), value = at->v * along - rest * at->sine;
     double other = rest > 0 ? at->v * c->g - c->s * at->sine * beside / rest : from->v;
-    if (rest > SLACK && !between(other, from, to)) return;
+    if (rest > SLACK && !revolved_between(other, from, to)) return;
     lower(l, value, of_x ? at->v : other, of_x ? other : at->v);
 }
 
@@ -140,7 +140,7 @@ static double gap_above(const outline *o, const mark *from, double slope, double
     return max_of(at.f - from->f - slope * (v - from->v), 0);
 }
 
-static double inside(double v, const mark *from, const mark *to)
+static double revolved_inside(double v, const mark *from, const mark *to)
 {
     return min_of(max_of(v, from->v), to->v);
 }
@@ -153,12 +153,12 @@ static void bound_cell(const scene *c, cell *q)
     w.other = w.z * c->s - w.across * c->g;
     double length = sqrt(w.z * w.z + w.across * w.across + c->tk * c->tk);
     lowest l = {-length, -w.z / length, -w.u / length};
-    if (!(length > SLACK) || !between(l.x, &q->x1, &q->x2) || !between(l.y, &q->y1, &q->y2))
+    if (!(length > SLACK) || !revolved_between(l.x, &q->x1, &q->x2) || !revolved_between(l.y, &q->y1, &q->y2))
         l = lowest_on_rim(c, &w, q);
     double chords = q->x1.f - slope_a * q->x1.v + q->y1.f - slope_b * q->y1.v;
     q->bound = chords + l.value - NOISE * UNIT_ROUNDOFF * (c->p->size + fabs(slope_a) + fabs(slope_b));
-    q->x = inside(l.x, &q->x1, &q->x2);
-    q->y = inside(l.y, &q->y1, &q->y2);
+    q->x = revolved_inside(l.x, &q->x1, &q->x2);
+    q->y = revolved_inside(l.y, &q->y1, &q->y2);
     q->gap_x = gap_above(&c->a, &q->x1, slope_a, q->x);
     q->gap_y = gap_above(&c->b, &q->y1, slope_b, q->y);
 }
@@ -205,7 +205,7 @@ static bool split(search *x, const cell *q)
     return add(x, q->x1, q->x2, q->y1, mid) && add(x, q->x1, q->x2, mid, q->y2);
 }
 
-static int least_of(const search *x)
+static int revolved_least_of(const search *x)
 {
     int least = 0;
     for (int i = 1; i < x->count; i++)
@@ -222,7 +222,7 @@ static bool is_deep(const search *x)
 static bool close_cells(search *x)
 {
     for (int i = 0; i < SPLITS_MAX && x->count > 0 && is_deep(x); i++) {
-        int least = least_of(x);
+        int least = revolved_least_of(x);
         cell q = x->open[least];
         if (q.bound >= min_of(x->least - x->short_by, x->enough)) {
             x->proved = min_of(x->proved, q.bound);
@@ -270,7 +270,7 @@ static bool open_cells(search *x)
 
 bool revolved_pair_measure(const unit_pair *p, const narrow_goal *goal, span *out)
 {
-    scene c = scene_of(p);
+    scene c = revolved_scene_of(p);
     search x;
     out->axis = VEC_ZERO;
     if (!(c.s > PARALLEL)) return false;

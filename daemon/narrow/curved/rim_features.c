@@ -22,25 +22,15 @@ typedef struct sides { /* of a box: of what lies between, at is 0 */
     int free;
 } sides;
 
-static inline void put(vec3 v, double out[3])
-{
-    out[0] = v.x, out[1] = v.y, out[2] = v.z;
-}
-
-static inline vec3 unit_along(int i, double sign)
-{
-    return vec(i == 0 ? sign : 0, i == 1 ? sign : 0, i == 2 ? sign : 0);
-}
-
-static vec3 half_of(const shape *s)
+static vec3 rim_half_of(const shape *s)
 {
     return s->type == SHAPE_CAPSULE ? vec(0, 0, s->half.z) : s->half;
 }
 
-static bool sides_of(const shape *s, const uint16_t side[3], sides *x)
+static bool rim_sides_of(const shape *s, const uint16_t side[3], sides *x)
 {
     bool right = true;
-    put(half_of(s), x->half);
+    vec_to(rim_half_of(s), x->half);
     x->free = 0;
     for (int i = 0; i < 3; i++) {
         right &= side[i] < SIDES && (side[i] == HIGH || x->half[i] > 0);
@@ -51,17 +41,17 @@ static bool sides_of(const shape *s, const uint16_t side[3], sides *x)
 }
 
 /* A corner, an edge or a face of A. */
-static bool part_of_box(const shape *s, const uint16_t side[3], rim_part *out)
+static bool rim_part_of_box(const shape *s, const uint16_t side[3], rim_part *out)
 {
     sides x;
-    if (!sides_of(s, side, &x) || x.free > 2) return false;
+    if (!rim_sides_of(s, side, &x) || x.free > 2) return false;
     vec3 middle = vec(x.side[0] * x.half[0], x.side[1] * x.half[1], x.side[2] * x.half[2]);
     *out = (rim_part){.discs = 1, .centre = {middle}};
     if (x.free == 1) {
         int i = x.side[0] == 0 ? 0 : x.side[1] == 0 ? 1 : 2;
         out->discs = 2;
-        out->centre[0] = vec_add(middle, unit_along(i, -x.half[i]));
-        out->centre[1] = vec_add(middle, unit_along(i, x.half[i]));
+        out->centre[0] = vec_add(middle, vec_on_axis(i, -x.half[i]));
+        out->centre[1] = vec_add(middle, vec_on_axis(i, x.half[i]));
     }
     if (x.free == 2) {
         out->is_face = true;
@@ -97,7 +87,7 @@ static bool part_of_revolved(const shape *s, const uint16_t side[3], rim_part *o
 bool rim_part_of(const shape *s, const uint16_t side[3], uint8_t count, rim_part *out)
 {
     if (count != 3) return false;
-    return rim_is_revolved(s) ? part_of_revolved(s, side, out) : part_of_box(s, side, out);
+    return shape_has_rim(s) ? part_of_revolved(s, side, out) : rim_part_of_box(s, side, out);
 }
 
 /* ---- does a direction point out of a body as its feature wants? ---- */
@@ -106,8 +96,8 @@ static bool box_holds(const shape *s, const uint16_t side[3], vec3 out)
 {
     double half[3], d[3];
     bool right = true;
-    put(half_of(s), half);
-    put(out, d);
+    vec_to(rim_half_of(s), half);
+    vec_to(out, d);
     for (int i = 0; i < 3; i++) right &= side[i] == BETWEEN || SIGN[side[i]] * d[i] > LEAN || half[i] == 0;
     return right;
 }
@@ -130,15 +120,15 @@ static bool revolved_holds(const shape *s, const uint16_t side[3], vec3 out)
 
 bool rim_part_holds(const shape *s, const uint16_t side[3], vec3 out)
 {
-    return rim_is_revolved(s) ? revolved_holds(s, side, out) : box_holds(s, side, out);
+    return shape_has_rim(s) ? revolved_holds(s, side, out) : box_holds(s, side, out);
 }
 
 static bool box_may_be(const shape *s, const uint16_t side[3], vec3 out, double off)
 {
     double half[3], d[3];
     bool may = true;
-    put(half_of(s), half);
-    put(out, d);
+    vec_to(rim_half_of(s), half);
+    vec_to(out, d);
     for (int i = 0; i < 3; i++) {
         bool between = half[i] > 0 && fabs(d[i]) <= off;
         may &= half[i] == 0 ? side[i] == HIGH : side[i] == BETWEEN ? between : SIGN[side[i]] * d[i] > LEAN - off;
@@ -156,7 +146,7 @@ static bool revolved_may_be(const shape *s, const uint16_t side[3], vec3 out, do
 
 bool rim_part_may_be(const shape *s, const uint16_t side[3], vec3 out, double off)
 {
-    return rim_is_revolved(s) ? revolved_may_be(s, side, out, off) : box_may_be(s, side, out, off);
+    return shape_has_rim(s) ? revolved_may_be(s, side, out, off) : box_may_be(s, side, out, off);
 }
 
 /* ---- which one is at a point? ---- */
@@ -164,13 +154,13 @@ bool rim_part_may_be(const shape *s, const uint16_t side[3], vec3 out, double of
 bool rim_part_contains(const shape *s, const uint16_t side[3], vec3 at, double margin)
 {
     double half[3], x[3];
-    if (rim_is_revolved(s)) {
+    if (shape_has_rim(s)) {
         double r = s->half.x - margin;
         return r > 0 && at.x * at.x + at.y * at.y < r * r;
     }
     bool inside = true;
-    put(half_of(s), half);
-    put(at, x);
+    vec_to(rim_half_of(s), half);
+    vec_to(at, x);
     for (int i = 0; i < 3; i++) inside &= side[i] != BETWEEN || fabs(x[i]) < half[i] - margin;
     return inside;
 }
@@ -178,9 +168,9 @@ bool rim_part_contains(const shape *s, const uint16_t side[3], vec3 at, double m
 void rim_part_at(const shape *s, vec3 at, vec3 out, double near, uint16_t side[3])
 {
     double half[3], x[3];
-    put(half_of(s), half);
-    put(at, x);
-    if (rim_is_revolved(s)) {
+    vec_to(rim_half_of(s), half);
+    vec_to(at, x);
+    if (shape_has_rim(s)) {
         bool cone = s->type == SHAPE_CONE, end = s->half.z - fabs(at.z) <= near;
         double r = s->half.x - near, across2 = at.x * at.x + at.y * at.y;
         side[0] = !end ? BETWEEN : at.z > 0 ? HIGH : LOW;
@@ -195,7 +185,7 @@ void rim_part_at(const shape *s, vec3 at, vec3 out, double near, uint16_t side[3
 
 bool rim_part_make_round(const shape *s, uint16_t side[3])
 {
-    bool flat = rim_is_revolved(s) && side[1] == FLAT;
+    bool flat = shape_has_rim(s) && side[1] == FLAT;
     if (flat) side[1] = ROUND;
     return flat;
 }
@@ -205,15 +195,15 @@ bool rim_part_make_round(const shape *s, uint16_t side[3])
 /* 27 of a box; of a body of revolution three, and its two flat ends. */
 uint32_t rim_part_count(const shape *s)
 {
-    return rim_is_revolved(s) ? 6 : 27;
+    return shape_has_rim(s) ? 6 : 27;
 }
 
 void rim_part_numbered(const shape *s, uint32_t i, uint16_t side[3])
 {
-    uint32_t base = rim_is_revolved(s) ? 2 : 3;
-    side[0] = (uint16_t)(rim_is_revolved(s) ? i / base : i % base);
-    side[1] = (uint16_t)(rim_is_revolved(s) ? i % base : i / 3 % 3);
-    side[2] = (uint16_t)(rim_is_revolved(s) ? 0 : i / 9);
+    uint32_t base = shape_has_rim(s) ? 2 : 3;
+    side[0] = (uint16_t)(shape_has_rim(s) ? i / base : i % base);
+    side[1] = (uint16_t)(shape_has_rim(s) ? i % base : i / 3 % 3);
+    side[2] = (uint16_t)(shape_has_rim(s) ? 0 : i / 9);
 }
 
 /* ---- rim newton ---- */
@@ -340,7 +330,7 @@ static bool step_to_crossing(const look *of_a, const look *of_b, double size, ri
     return true;
 }
 
-static vec3 between(const rim_part *x, const look *l, double share)
+static vec3 rim_between(const rim_part *x, const look *l, double share)
 {
     return x->discs == 1 ? l->top[0] : vec_madd(l->top[0], share, vec_sub(l->top[1], l->top[0]));
 }
@@ -357,8 +347,8 @@ static bool stand_at(const rim_part *a, const rim_part *b, double size, rim_stan
     } else {
         step_free(a, b, &of_a, &of_b, s);
     }
-    s->point_a = between(a, &of_a, s->share_a);
-    s->point_b = between(b, &of_b, s->share_b);
+    s->point_a = rim_between(a, &of_a, s->share_a);
+    s->point_b = rim_between(b, &of_b, s->share_b);
     return s->lo > 0;
 }
 
@@ -449,7 +439,7 @@ static const double ON = 0x1p-30;     /* points are on a side to within this */
 
 /* ---- the proof ---- */
 
-static bool is_inside(const rim_part *x, double share)
+static bool rim_is_inside(const rim_part *x, double share)
 {
     return x->discs == 1 || (share > SHARE && share < 1 - SHARE);
 }
@@ -469,7 +459,7 @@ static bool find_stand(const unit_pair *p, const narrow_features *f, rim_stand *
     if (a.is_face) return rim_stand_on_face(&a, &b, 1, s) && rim_part_contains(&p->a, f->a, s->point_a, margin);
     if (b.is_face)
         return rim_stand_on_face(&b, &a, -1, s) && rim_part_contains(&p->b, f->b, in_frame_of_b(p, s->point_b), margin);
-    return rim_stand_between(&a, &b, p->size, s) && is_inside(&a, s->share_a) && is_inside(&b, s->share_b);
+    return rim_stand_between(&a, &b, p->size, s) && rim_is_inside(&a, s->share_a) && rim_is_inside(&b, s->share_b);
 }
 
 /* The answer, if `f` (of which nothing is believed) is strict, and Newton's method finds it from there. */

@@ -56,11 +56,6 @@ typedef struct rim_part {
     bool is_face;
 } rim_part;
 
-static inline bool rim_is_revolved(const shape *s)
-{
-    return s->type == SHAPE_CYLINDER || s->type == SHAPE_CONE;
-}
-
 /* In the body's own frame. False: it has no such feature, or `side` names what is none. */
 bool rim_part_of(const shape *s, const uint16_t side[3], uint8_t count, rim_part *out);
 
@@ -119,7 +114,7 @@ bool rim_stand_on_face(const rim_part *face, const rim_part *other, double sign,
 /* B has a rim, A is no hull; and a gap is asked for, closely. */
 static inline bool rim_features_apply(const unit_pair *p, const narrow_goal *goal)
 {
-    bool kinds = rim_is_revolved(&p->b) && p->a.type >= SHAPE_CAPSULE && p->a.type <= SHAPE_CONE;
+    bool kinds = shape_has_rim(&p->b) && p->a.type >= SHAPE_CAPSULE && p->a.type <= SHAPE_CONE;
     return kinds && goal->near == -INFINITY && goal->tolerance <= RIM_CLOSE_TOLERANCE * p->size;
 }
 

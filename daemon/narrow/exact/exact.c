@@ -15,7 +15,7 @@
 /* Relative to the largest coordinate: vertices this close to the highest in doubles may be the highest. */
 #define VERTEX_SLACK 0x1p-48
 
-static vec3 half_of(const shape *s)
+static vec3 exact_half_of(const shape *s)
 {
     if (s->type == SHAPE_SPHERE) return VEC_ZERO;
     return s->type == SHAPE_CAPSULE ? vec(0, 0, s->half.z) : s->half;
@@ -52,7 +52,7 @@ static dd ellipsoid_height(vec3 half, dd3 n)
 
 dd exact_height(const shape *s, double scale, dd3 n)
 {
-    vec3 h = half_of(s);
+    vec3 h = exact_half_of(s);
     dd along = times(h.z, dd_abs(n.z));
     switch (s->type) {
     case SHAPE_CYLINDER:
@@ -75,7 +75,7 @@ static dd clamp(dd x, double h)
 
 dd3 exact_clamp(const shape *s, dd3 point)
 {
-    vec3 h = half_of(s);
+    vec3 h = exact_half_of(s);
     return (dd3){clamp(point.x, h.x), clamp(point.y, h.y), clamp(point.z, h.z)};
 }
 
@@ -108,7 +108,7 @@ bool exact_has_distance(const shape *s)
 
 dd exact_distance(const shape *s, dd3 point)
 {
-    vec3 h = half_of(s);
+    vec3 h = exact_half_of(s);
     dd z = dd_sub(dd_abs(point.z), dd_of(h.z));
     if (s->type == SHAPE_CONE) return cone_distance(h.x, h.z, length2(point.x, point.y), point.z);
     if (s->type == SHAPE_CYLINDER) return passed(dd_sub(length2(point.x, point.y), dd_of(h.x)), dd_of(-INFINITY), z);
@@ -173,7 +173,7 @@ static dd_mat core_rotation(const shape *core, quat q, bool only_z)
 }
 
 /* What unit_pair counted as radius, without its rounding. */
-static dd radius_of(const shape *given, shape_type reduced)
+static dd exact_radius_of(const shape *given, shape_type reduced)
 {
     bool ball = given->type == SHAPE_ELLIPSOID && reduced == SHAPE_SPHERE;
     return dd_two_sum(given->radius, ball ? given->half.x : 0);
@@ -191,12 +191,12 @@ exact_pair exact_pair_of(const unit_pair *p, const shape *a, pose pose_a, const 
         .ra = core_rotation(&p->a, pose_a.q, rods),
         .rb = core_rotation(&p->b, pose_b.q, rods),
         .t = {dd_scale(t.x, p->scale), dd_scale(t.y, p->scale), dd_scale(t.z, p->scale)},
-        .radius = dd_scale(dd_add(radius_of(a, p->a.type), radius_of(b, p->b.type)), p->scale),
+        .radius = dd_scale(dd_add(exact_radius_of(a, p->a.type), exact_radius_of(b, p->b.type)), p->scale),
     };
 }
 
 /* How high a core reaches along n, seen from its origin: only as much of n in its frame as its kind asks for. */
-static dd height(const shape *core, double scale, const dd_mat *r, vec3 n)
+static dd exact_height_along(const shape *core, double scale, const dd_mat *r, vec3 n)
 {
     vec3 h = core->half;
     switch (core->type) {
@@ -210,11 +210,12 @@ static dd height(const shape *core, double scale, const dd_mat *r, vec3 n)
 }
 
 /* The cores' separation along n, of any length. */
-static dd separation(const exact_pair *e, vec3 n)
+static dd exact_separation(const exact_pair *e, vec3 n)
 {
     const unit_pair *p = e->p;
     dd norm2 = dd_add(dd_add(dd_two_product(n.x, n.x), dd_two_product(n.y, n.y)), dd_two_product(n.z, n.z));
-    dd top_a = height(&p->a, p->scale, &e->ra, n), top_b = height(&p->b, p->scale, &e->rb, vec_neg(n));
+    dd top_a = exact_height_along(&p->a, p->scale, &e->ra, n),
+       top_b = exact_height_along(&p->b, p->scale, &e->rb, vec_neg(n));
     dd gap = dd_sub(dd_sub(dd3_dot_vec(e->t, n), top_a), top_b);
     near_one one = near_one_of(norm2);
     return one.is ? dd_less_part(gap, one.root_part) : dd_div(gap, dd_sqrt(norm2));
@@ -252,12 +253,7 @@ static dd3 column(const dd_mat *m, int i)
     return i == 0 ? m->x : i == 1 ? m->y : m->z;
 }
 
-static double side(vec3 half, int i)
-{
-    return i == 0 ? half.x : i == 1 ? half.y : half.z;
-}
-
-static dd reach_along(dd cosine, double half)
+static dd exact_reach_along(dd cosine, double half)
 {
     return dd_mul_double(dd_abs(cosine), half);
 }
@@ -266,9 +262,10 @@ static dd reach_along(dd cosine, double half)
 static dd face_separation(const dd_mat *r, vec3 half, const dd_mat *other, vec3 other_half, dd3 t, int i)
 {
     dd3 n = column(r, i);
-    dd gap = dd_sub(dd_abs(dd3_dot(n, t)), dd_of(side(half, i)));
+    dd gap = dd_sub(dd_abs(dd3_dot(n, t)), dd_of(vec_at(half, i)));
     for (int j = 0; j < 3; j++)
-        if (side(other_half, j) > 0) gap = dd_sub(gap, reach_along(dd3_dot(n, column(other, j)), side(other_half, j)));
+        if (vec_at(other_half, j) > 0)
+            gap = dd_sub(gap, exact_reach_along(dd3_dot(n, column(other, j)), vec_at(other_half, j)));
     return gap;
 }
 
@@ -281,8 +278,8 @@ static dd edge_separation(const exact_pair *e, vec3 half_a, vec3 half_b, int i, 
     if (!(sine.hi > 0)) return dd_of(-INFINITY);
     dd il = dd3_dot(ai, column(&e->rb, l)), im = dd3_dot(ai, column(&e->rb, m));
     dd gap = dd_abs(dd_sub(dd_mul(hj, dd3_dot(ak, e->t)), dd_mul(kj, dd3_dot(ah, e->t))));
-    gap = dd_sub(dd_sub(gap, reach_along(kj, side(half_a, h))), reach_along(hj, side(half_a, k)));
-    gap = dd_sub(dd_sub(gap, reach_along(im, side(half_b, l))), reach_along(il, side(half_b, m)));
+    gap = dd_sub(dd_sub(gap, exact_reach_along(kj, vec_at(half_a, h))), exact_reach_along(hj, vec_at(half_a, k)));
+    gap = dd_sub(dd_sub(gap, exact_reach_along(im, vec_at(half_b, l))), exact_reach_along(il, vec_at(half_b, m)));
     return dd_add(dd_div(gap, sine), dd_of(lack_of_edges(sine.hi) * e->p->size));
 }
 
@@ -310,21 +307,21 @@ static dd box_separation(const exact_pair *pair)
     return best;
 }
 
-static dd3 into(const dd_mat *r, dd3 origin, dd3 point)
+static dd3 exact_into(const dd_mat *r, dd3 origin, dd3 point)
 {
     return dd_mat_tmul(r, dd3_sub(point, origin));
 }
 
-static dd3 out_of(const dd_mat *r, dd3 origin, dd3 local)
+static dd3 exact_out_of(const dd_mat *r, dd3 origin, dd3 local)
 {
     return dd3_add(dd_mat_mul(r, local), origin);
 }
 
 /* The point of a core (of a sphere, capsule or box) that is nearest to another. */
-static dd3 nearest_in(const shape *core, const dd_mat *r, dd3 origin, dd3 point)
+static dd3 exact_nearest_in(const shape *core, const dd_mat *r, dd3 origin, dd3 point)
 {
     if (core->type == SHAPE_SPHERE) return origin;
-    if (core->type == SHAPE_BOX) return out_of(r, origin, exact_clamp(core, into(r, origin, point)));
+    if (core->type == SHAPE_BOX) return exact_out_of(r, origin, exact_clamp(core, exact_into(r, origin, point)));
     dd3 along = {dd_of(0), dd_of(0), dd3_dot(r->z, dd3_sub(point, origin))};
     return dd3_add(origin, dd3_scale(r->z, exact_clamp(core, along).z));
 }
@@ -346,15 +343,15 @@ static proof box_distance(const exact_pair *e, const narrow_result *r)
     const dd3 origin = dd3_of(VEC_ZERO);
     dd3 on_b = dd3_of(vec_madd(vec_scale(r->point_a, p->scale), -p->a.radius, r->axis)), on_a = origin;
     for (int i = 0; i < PROJECTIONS; i++) {
-        on_a = nearest_in(&p->a, &e->ra, origin, on_b);
-        on_b = nearest_in(&p->b, &e->rb, e->t, on_a);
+        on_a = exact_nearest_in(&p->a, &e->ra, origin, on_b);
+        on_b = exact_nearest_in(&p->b, &e->rb, e->t, on_a);
     }
     return (proof){dd3_norm(dd3_sub(on_b, on_a)), true, dd3_round(on_a), dd3_round(on_b)};
 }
 
-static dd3 corner(const exact_pair *e, const minkowski *m)
+static dd3 exact_corner(const exact_pair *e, const minkowski *m)
 {
-    return dd3_sub(out_of(&e->rb, e->t, dd3_of(m->b_local)), dd_mat_mul(&e->ra, dd3_of(m->a)));
+    return dd3_sub(exact_out_of(&e->rb, e->t, dd3_of(m->b_local)), dd_mat_mul(&e->ra, dd3_of(m->a)));
 }
 
 /* Of the point with the weights that the search found. */
@@ -405,7 +402,7 @@ static proof corner_distance(const exact_pair *e, vec3 axis_in_a)
     simplex *s = &g.simplex;
     if (s->count == 0) *s = (simplex){{unit_pair_nearest_along(e->p, axis_in_a)}, {1}, 1}; /* the first was nearest */
     dd3 w[4];
-    for (int i = 0; i < s->count; i++) w[i] = corner(e, &s->v[i]);
+    for (int i = 0; i < s->count; i++) w[i] = exact_corner(e, &s->v[i]);
     proof found = {.high = weighted_distance(w, s->weight, s->count), .by_points = true};
     double weight[3];
     dd again = dd_of(INFINITY);
@@ -443,7 +440,7 @@ static proof upper_bound(const exact_pair *e, const narrow_result *r)
     bool apart = r->lo * p->scale + e->radius.hi > p->error;
     if (p->b.type == SHAPE_SPHERE) return (proof){.high = dd3_norm(e->t)};
     if (p->a.type == SHAPE_SPHERE && exact_has_distance(&p->b))
-        return (proof){.high = exact_distance(&p->b, into(&e->rb, e->t, dd3_of(VEC_ZERO)))};
+        return (proof){.high = exact_distance(&p->b, exact_into(&e->rb, e->t, dd3_of(VEC_ZERO)))};
     if (p->a.type <= SHAPE_BOX && p->b.type <= SHAPE_BOX) {
         dd s = apart ? dd_of(INFINITY) : box_separation(e);
         return s.hi <= 0 ? (proof){.high = s} : box_distance(e, r);
@@ -470,7 +467,7 @@ void exact_draw_together(const unit_pair *p, narrow_result *r)
 
 /* The points that the search in doubles found may be others, and farther apart than they are; of shapes that overlap by
  * their radii less deep. */
-static void take_points(const unit_pair *p, const proof *found, narrow_result *r)
+static void exact_take_points(const unit_pair *p, const proof *found, narrow_result *r)
 {
     vec3 between = vec_sub(r->point_b, r->point_a), line = direction_of(vec_sub(found->b, found->a));
     bool farther =
@@ -490,7 +487,7 @@ void exact_narrow(const exact_pair *e, narrow_result *r)
     if (plane_a || plane_b) {
         plane_bounds(e, r->axis, &low, &high);
     } else {
-        low = separation(e, r->axis);
+        low = exact_separation(e, r->axis);
         found = upper_bound(e, r);
         high = found.high;
     }
@@ -498,6 +495,6 @@ void exact_narrow(const exact_pair *e, narrow_result *r)
     r->lo = max_of(r->lo, real_below(p, lo));
     if (isfinite(high.hi)) r->hi = min_of(r->hi, real_above(p, dd_up(dd_add(dd_sub(high, e->radius), error))));
     r->hi = max_of(r->lo, r->hi);
-    take_points(p, &found, r);
+    exact_take_points(p, &found, r);
     r->refined = true;
 }

@@ -64,4 +64,66 @@ static inline vec3 direction_again(vec3 v)
     return is_direction(v) ? v : direction_of(v);
 }
 
+/* ---- vectors by their coordinates ---- */
+
+static inline void vec_to(vec3 v, double out[3])
+{
+    out[0] = v.x, out[1] = v.y, out[2] = v.z;
+}
+static inline vec3 vec_from(const double v[3])
+{
+    return vec(v[0], v[1], v[2]);
+}
+static inline double vec_at(vec3 v, int axis)
+{
+    return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
+}
+static inline vec3 vec_on_axis(int axis, double length)
+{
+    return vec(axis == 0 ? length : 0, axis == 1 ? length : 0, axis == 2 ? length : 0);
+}
+static inline vec3 vec_magnitudes(vec3 v)
+{
+    return vec(fabs(v.x), fabs(v.y), fabs(v.z));
+}
+static inline double vec_sum_magnitudes(vec3 v)
+{
+    return fabs(v.x) + fabs(v.y) + fabs(v.z);
+}
+static inline vec3 vec_times(vec3 a, vec3 b) /* coordinate by coordinate */
+{
+    return vec(a.x * b.x, a.y * b.y, a.z * b.z);
+}
+static inline bool vec_equal(vec3 a, vec3 b)
+{
+    return a.x == b.x && a.y == b.y && a.z == b.z;
+}
+static inline vec3 vec_turned_to(vec3 v, vec3 to) /* or its opposite, whichever points there */
+{
+    return vec_dot(v, to) < 0 ? vec_neg(v) : v;
+}
+static inline vec3 mat_column(const mat3 *m, int i)
+{
+    return i == 0 ? m->x : i == 1 ? m->y : m->z;
+}
+
+/* ---- a plane's own vectors ---- */
+
+typedef struct plane2 {
+    double x, y;
+} plane2;
+
+static inline double dot2(plane2 a, plane2 b)
+{
+    return a.x * b.x + a.y * b.y;
+}
+static inline double cross2(plane2 a, plane2 b)
+{
+    return a.x * b.y - a.y * b.x;
+}
+static inline plane2 sub2(plane2 a, plane2 b)
+{
+    return (plane2){a.x - b.x, a.y - b.y};
+}
+
 #endif

@@ -59,6 +59,12 @@ static inline bool is_narrow(const unit_pair *p, const narrow_request *r, const 
     return (r->tolerance == 0 || isinf(s->hi)) && s->lo == s->hi; /* last: nobody can guess whether they are equal */
 }
 
+/* m: how wide the interval may be. */
+static inline double asked_width(const unit_pair *p, const narrow_request *r)
+{
+    return r->tolerance > 0 ? r->tolerance : FINEST * p->size * p->unit;
+}
+
 /* What is asked of the shapes, as lengths between cores. */
 static inline narrow_goal goal_of(const unit_pair *p, const narrow_request *r)
 {

@@ -8,16 +8,11 @@
 #include "geom/hull.h"
 #include "geom/round.h"
 
-static bool is_plane(const shape *s)
-{
-    return s->type == SHAPE_HALFSPACE;
-}
-
 /* A plane has no end, and nothing of its own but its rounding. Hulls without a call: they are asked about most. */
 static inline double own_reach(const shape *s)
 {
     if (s->type == SHAPE_HULL) return add_up(s->hull->reach, s->radius);
-    return is_plane(s) ? s->radius : shape_reach(s);
+    return shape_is_plane(s) ? s->radius : shape_reach(s);
 }
 
 static inline double own_excess(const shape *s)
@@ -35,7 +30,7 @@ static inline void scale_shape(const shape *s, double scale, shape *out)
 }
 
 /* A core that is a smaller kind in disguise becomes that kind: fewer cases later, and closed forms for more of them. */
-static void reduce(shape *s)
+static void unit_pair_reduce(shape *s)
 {
     if (s->type == SHAPE_ELLIPSOID && s->half.x == s->half.y && s->half.y == s->half.z) {
         s->radius += s->half.x;
@@ -75,8 +70,8 @@ void unit_pair_init(unit_pair *p, const shape *a, const shape *b, const pose *b_
     scale_shape(b, p->scale, &p->b);
     p->shaved_a = p->shaved_b = 0;
     if (a->type < SHAPE_HULL || b->type < SHAPE_HULL) {
-        reduce(&p->a);
-        reduce(&p->b);
+        unit_pair_reduce(&p->a);
+        unit_pair_reduce(&p->b);
         p->shaved_a = shave(&p->a, &p->b);
         p->shaved_b = shave(&p->b, &p->a);
     }
@@ -89,7 +84,8 @@ void unit_pair_init(unit_pair *p, const shape *a, const shape *b, const pose *b_
     p->apart_along = VEC_ZERO;
     p->remembers = false;
     p->size = reach_a * p->scale + reach_b * p->scale + vec_norm(p->b_in_a.t);
-    if (is_plane(a) || is_plane(b)) p->size *= 2; /* a plane turns about its origin, as far as to where the other is */
+    if (shape_is_plane(a) || shape_is_plane(b))
+        p->size *= 2; /* a plane turns about its origin, as far as to where the other is */
     p->error = error_share(a, b) * unit_error(p->size);
     if (p->unit < LEAST_EXACT_UNIT) p->error += LEAST_ERROR * p->scale;
     p->excess = (own_excess(a) + own_excess(b)) * p->scale;

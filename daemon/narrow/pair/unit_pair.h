@@ -63,6 +63,31 @@ typedef struct span {
     narrow_features nearest; /* counts of 0, unless GJK proposes or features.h answered */
 } span;
 
+/* A separation along a unit axis that was seen raises the lower bound. */
+static inline void span_raise_lower(span *s, double separation, vec3 axis)
+{
+    if (!(separation > s->lo)) return;
+    s->lo = separation;
+    s->axis = axis;
+}
+
+/* How far the points miss to face each other along the axis. */
+static inline double span_aside(const span *s)
+{
+    vec3 line = vec_sub(s->point_b, s->point_a);
+    return vec_norm(vec_madd(line, -vec_dot(line, s->axis), s->axis));
+}
+
+static inline bool shape_is_plane(const shape *s)
+{
+    return s->type == SHAPE_HALFSPACE;
+}
+
+static inline bool shape_has_rim(const shape *s)
+{
+    return s->type == SHAPE_CYLINDER || s->type == SHAPE_CONE;
+}
+
 /* A point of the Minkowski difference B - A, and the two points it is made of. */
 typedef struct minkowski {
     vec3 w, a, b;

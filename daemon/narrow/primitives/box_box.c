@@ -241,7 +241,7 @@ INLINE unsigned edges_in_question(const box_pair *x, double best, double slack)
            may_exceed(x, 2, 2, best2, slack) << 8;
 }
 
-INLINE void try_edge(const box_pair *x, int i, int j, unsigned in_question, double *best, int *index)
+INLINE void box_box_try_edge(const box_pair *x, int i, int j, unsigned in_question, double *best, int *index)
 {
     if (!(in_question >> (3 * i + j) & 1)) return;
     box_edge_axis e = box_edge_axis_of(x, i, j);
@@ -252,11 +252,14 @@ INLINE void try_edge(const box_pair *x, int i, int j, unsigned in_question, doub
 }
 
 /* Written out, so that each has its indices for constants. */
-INLINE void try_edges(const box_pair *x, unsigned asked, double *best, int *index)
+INLINE void box_box_try_edges(const box_pair *x, unsigned asked, double *best, int *index)
 {
-    try_edge(x, 0, 0, asked, best, index), try_edge(x, 0, 1, asked, best, index), try_edge(x, 0, 2, asked, best, index);
-    try_edge(x, 1, 0, asked, best, index), try_edge(x, 1, 1, asked, best, index), try_edge(x, 1, 2, asked, best, index);
-    try_edge(x, 2, 0, asked, best, index), try_edge(x, 2, 1, asked, best, index), try_edge(x, 2, 2, asked, best, index);
+    box_box_try_edge(x, 0, 0, asked, best, index), box_box_try_edge(x, 0, 1, asked, best, index),
+        box_box_try_edge(x, 0, 2, asked, best, index);
+    box_box_try_edge(x, 1, 0, asked, best, index), box_box_try_edge(x, 1, 1, asked, best, index),
+        box_box_try_edge(x, 1, 2, asked, best, index);
+    box_box_try_edge(x, 2, 0, asked, best, index), box_box_try_edge(x, 2, 1, asked, best, index),
+        box_box_try_edge(x, 2, 2, asked, best, index);
 }
 
 /* As a search wants them: of unit size, `by` of what they were. */
@@ -336,7 +339,7 @@ INLINE bool apart_by_edges(
 INLINE void try_all(const unit_pair *p, const box_pair *x, double *best, int *index)
 {
     unsigned in_question = edges_in_question(x, *best, 4 * p->error);
-    if (in_question) try_edges(x, in_question, best, index);
+    if (in_question) box_box_try_edges(x, in_question, best, index);
 }
 
 /* False where edges separate, or where the points that face each other are not where they are looked for. */

@@ -42,7 +42,7 @@ INLINE double beyond_of(double x, double half)
     return x - clamp_to(x, half);
 }
 
-INLINE beam_place place_at(const beam *g, double s)
+INLINE beam_place capsule_box_place_at(const beam *g, double s)
 {
     vec3 x = vec_madd(g->c, s, g->d);
     vec3 beyond = {beyond_of(x.x, g->box.x), beyond_of(x.y, g->box.y), beyond_of(x.z, g->box.z)};
@@ -69,7 +69,7 @@ INLINE bool is_nearest(const beam *g, const beam_place *at, double close)
 }
 
 /* Where the slope is zero on the piece that is outside as both ends are; in the middle where it is nowhere zero. */
-INLINE double between(const beam *g, vec3 beyond)
+INLINE double capsule_box_between(const beam *g, vec3 beyond)
 {
     vec3 outer = outer_part(g, beyond),
          from = vec(g->c.x - copysign(g->box.x, beyond.x), g->c.y - copysign(g->box.y, beyond.y),
@@ -81,13 +81,13 @@ INLINE double between(const beam *g, vec3 beyond)
 /* The nearest place: an end; or from between both on. False when not found soon. */
 INLINE bool find_place(const beam *g, double close, beam_place *at)
 {
-    const beam_place low = place_at(g, -g->half), high = place_at(g, g->half);
+    const beam_place low = capsule_box_place_at(g, -g->half), high = capsule_box_place_at(g, g->half);
     *at = low.slope >= 0 ? low : high;
     if ((low.slope >= 0) | (high.slope <= 0)) return true;
-    *at = place_at(g, clamp_to(between(g, vec_add(low.beyond, high.beyond)), g->half));
+    *at = capsule_box_place_at(g, clamp_to(capsule_box_between(g, vec_add(low.beyond, high.beyond)), g->half));
     for (int i = 0; i < NEWTON_MAX; i++) {
         if (is_nearest(g, at, close)) return true;
-        *at = place_at(g, clamp_to(at->s - at->slope / vec_norm2(outer_part(g, at->beyond)), g->half));
+        *at = capsule_box_place_at(g, clamp_to(at->s - at->slope / vec_norm2(outer_part(g, at->beyond)), g->half));
     }
     return is_nearest(g, at, close);
 }
@@ -98,7 +98,7 @@ typedef struct gap {
     vec3 n;
 } gap;
 
-INLINE gap gap_at(const beam *g, const beam_place *at)
+INLINE gap capsule_box_gap_at(const beam *g, const beam_place *at)
 {
     double norm2 = vec_norm2(at->beyond), length = sqrt(norm2), per = length * (1 / norm2);
     return (gap){length - missed_by(g, at) * per, length, at->s, vec_scale(at->beyond, -per)};
@@ -132,14 +132,14 @@ typedef struct beam_arrays {
     double c[3], d[3], box[3], half;
 } beam_arrays;
 
-INLINE void try_face(const beam_arrays *g, int j, parting *best)
+INLINE void capsule_box_try_face(const beam_arrays *g, int j, parting *best)
 {
     double by = fabs(g->c[j]) - g->box[j] - fabs(g->d[j]) * g->half;
     if (by > best->by) *best = (parting){by, j};
 }
 
 /* Along (0, -d_l, d_k), of which the product with d is zero to the last bit. */
-INLINE void try_edge(const beam_arrays *g, int j, parting *best)
+INLINE void capsule_box_try_edge(const beam_arrays *g, int j, parting *best)
 {
     int k = (j + 1) % 3, l = (j + 2) % 3;
     double dk = g->d[k], dl = g->d[l], norm2 = dk * dk + dl * dl;
@@ -172,13 +172,13 @@ INLINE bool meet_edge(const beam_arrays *g, int j, double slack, double n[3], do
     return fabs(*s) <= g->half + slack && fabs(g->c[j] + *s * g->d[j]) <= g->box[j] + slack;
 }
 
-__attribute__((noinline, cold)) static bool depth_of(const beam *of, double slack, gap *out)
+__attribute__((noinline, cold)) static bool capsule_box_depth_of(const beam *of, double slack, gap *out)
 {
     const beam_arrays g = {
         {of->c.x, of->c.y, of->c.z}, {of->d.x, of->d.y, of->d.z}, {of->box.x, of->box.y, of->box.z}, of->half};
     parting best = {-INFINITY, 0};
-    for (int j = 0; j < 3; j++) try_face(&g, j, &best);
-    for (int j = 0; j < 3; j++) try_edge(&g, j, &best);
+    for (int j = 0; j < 3; j++) capsule_box_try_face(&g, j, &best);
+    for (int j = 0; j < 3; j++) capsule_box_try_edge(&g, j, &best);
     double n[3] = {0, 0, 0}, s;
     if (!(best.by < -0x1p-8 * slack)) return false; /* touching */
     bool met = best.index < 3 ? meet_face(&g, best.index, slack, n, &s) : meet_edge(&g, best.index - 3, slack, n, &s);
@@ -199,9 +199,9 @@ bool capsule_beside_box(primitive_pair *q, narrow_result *out)
     bool there = find_place(&g, close, &at);
     if (!(vec_norm2(at.beyond) > g.touching2)) {
         p.error *= 1.25;
-        if (!depth_of(&g, p.error, &found)) return false;
+        if (!capsule_box_depth_of(&g, p.error, &found)) return false;
     } else {
-        found = gap_at(&g, &at);
+        found = capsule_box_gap_at(&g, &at);
         if (!there && !squared_gap(&g, &at, &found)) return false;
         if (!(found.hi - found.lo <= close)) return false;
         p.error += 2 * UNIT_ROUNDOFF * found.hi;

@@ -15,6 +15,7 @@
  * size; from B's it is off by 2 u of the size; R'x by 23 u more. So |x| by half axes is off by less than e = error /
  * least half axis, and by 3 u of itself: if its square is computed as at most 1 - 4 e, with e >= 32 u, it is at most 1
  * - 2 e + 3 u + e < 1. */
+#include "narrow/math/scalar.h"
 #include "primitive_pair.h"
 
 enum { TRIES = 3 };
@@ -34,14 +35,9 @@ typedef struct bulge {
     double height;
 } bulge;
 
-INLINE vec3 times(vec3 half, vec3 d)
-{
-    return vec(half.x * d.x, half.y * d.y, half.z * d.z);
-}
-
 INLINE bulge bulge_of(vec3 half, vec3 n)
 {
-    vec3 w = times(half, n);
+    vec3 w = vec_times(half, n);
     double height = sqrt(vec_norm2(w));
     return (bulge){vec_scale(w, 1 / height), height};
 }
@@ -49,7 +45,7 @@ INLINE bulge bulge_of(vec3 half, vec3 n)
 /* The second derivative of |A n| along x, orthogonal to n, and |A n| itself. */
 INLINE double bend_of(vec3 half, const bulge *b, vec3 x)
 {
-    vec3 ax = times(half, x);
+    vec3 ax = vec_times(half, x);
     double side = vec_dot(ax, b->along);
     return (vec_norm2(ax) - side * side) / b->height;
 }
@@ -66,15 +62,16 @@ INLINE vec3 next_axis(const ellipsoids *g, vec3 n, const bulge *a, const bulge *
 }
 
 /* Is the point, as seen from its centre, in the ellipsoid, by more than rounding? */
-INLINE bool is_in(vec3 half, vec3 at, double error)
+INLINE bool ellipsoid_is_in(vec3 half, vec3 at, double error)
 {
     double least = min_of(half.x, min_of(half.y, half.z));
     return vec_norm2(vec(at.x / half.x, at.y / half.y, at.z / half.z)) <= 1 - 4 * error / least;
 }
 
-INLINE bool overlap(const ellipsoids *g, vec3 point, double error)
+INLINE bool ellipsoid_overlap(const ellipsoids *g, vec3 point, double error)
 {
-    return is_in(g->half_a, point, error) && is_in(g->half_b, mat_tmul(*g->turn_b, vec_sub(point, g->t)), error);
+    return ellipsoid_is_in(g->half_a, point, error) &&
+           ellipsoid_is_in(g->half_b, mat_tmul(*g->turn_b, vec_sub(point, g->t)), error);
 }
 
 bool ellipsoids_by_verdict(primitive_pair *q, narrow_result *out)
@@ -92,13 +89,14 @@ bool ellipsoids_by_verdict(primitive_pair *q, narrow_result *out)
         bulge a = bulge_of(g.half_a, n), b = bulge_of(g.half_b, mat_tmul(*g.turn_b, n));
         if (!(min_of(a.height, b.height) > FLAT * p.size)) return false;
         double apart = vec_dot(n, g.t) - a.height - b.height;
-        vec3 top_a = times(g.half_a, a.along), top_b = vec_sub(g.t, mat_mul(*g.turn_b, times(g.half_b, b.along)));
+        vec3 top_a = vec_times(g.half_a, a.along),
+             top_b = vec_sub(g.t, mat_mul(*g.turn_b, vec_times(g.half_b, b.along)));
         vec3 line = vec_sub(top_b, top_a);
         span s = {.lo = apart, .axis = direction_again(n), .point_a = top_a, .point_b = top_b, .iterations = i};
         s.hi = max_of(apart, vec_norm(line));
         s.method = NARROW_BY_CLOSED_FORM;
         if (apart > enough) return end(q, &p, &s, s.hi > p.radius ? direction_of(line) : s.axis, out);
-        if (apart < 0 && threshold >= 0 && overlap(&g, vec_scale(vec_add(top_a, top_b), 0.5), p.error)) {
+        if (apart < 0 && threshold >= 0 && ellipsoid_overlap(&g, vec_scale(vec_add(top_a, top_b), 0.5), p.error)) {
             (void)end(q, &p, &s, s.axis, out);
             out->hi = 0;
             return true;

@@ -6,6 +6,7 @@
 #include "narrow/contact/manifold.h"
 #include "narrow/dispatch.h"
 #include "narrow/math/scalar.h"
+#include "narrow/pair/finish.h"
 #include "narrow/pair/unit_pair.h"
 
 /* ---- compound manifold ---- */
@@ -61,7 +62,7 @@ static part_pair pair_of(const compound_walk *w, uint32_t part_a, uint32_t part_
     return out;
 }
 
-static vec3 into(const transform *t, vec3 point)
+static vec3 compound_pair_into(const transform *t, vec3 point)
 {
     return mat_tmul(t->r, vec_sub(point, t->t));
 }
@@ -87,8 +88,8 @@ static void clip_parts(
     transform t = pose_transform(pair->second_in_first);
     const narrow_result *from = witness ? witness : q->answer;
     narrow_result here = {.axis = direction_again(mat_tmul(frame->r, q->answer->axis))};
-    here.point_a = into(frame, pair->turned ? from->point_b : from->point_a);
-    here.point_b = into(frame, pair->turned ? from->point_a : from->point_b);
+    here.point_a = compound_pair_into(frame, pair->turned ? from->point_b : from->point_a);
+    here.point_b = compound_pair_into(frame, pair->turned ? from->point_a : from->point_b);
     if (pair->turned) here.axis = vec_neg(here.axis);
     if (!witness) here.point_b = vec_madd(here.point_a, NO_WITNESS, here.axis);
     if (pair->second.type == SHAPE_MESH) {
@@ -112,7 +113,7 @@ static uint32_t code_in_compound(const compound_side *s, uint32_t part, uint32_t
     return feature_code(feature_kind(code), bits ? part << (INDEX_BITS - bits) | own : own);
 }
 
-static bool clip(compound_walk *w, uint32_t part_a, uint32_t part_b, void *context)
+static bool compound_pair_clip(compound_walk *w, uint32_t part_a, uint32_t part_b, void *context)
 {
     point_search *q = context;
     part_pair pair = pair_of(w, part_a, part_b);
@@ -147,7 +148,7 @@ void compound_manifold(
     bool cut = false;
     do { /* each walk sees as much as the others, where the effort does not suffice for all */
         w->effort->left = share;
-        compound_walk_run(w, within, clip, &q);
+        compound_walk_run(w, within, compound_pair_clip, &q);
         left -= share - w->effort->left;
         cut |= w->cut || w->effort->left < 0;
     } while (manifold_choice_next(&q.choice));
@@ -172,7 +173,7 @@ typedef struct nearest_search {
     uint32_t iterations, peer_failures;
 } nearest_search;
 
-static bool nearer(compound_walk *w, uint32_t part_a, uint32_t part_b, void *context)
+static bool compound_pair_nearer(compound_walk *w, uint32_t part_a, uint32_t part_b, void *context)
 {
     nearest_search *q = context;
     narrow_result r;
@@ -237,7 +238,7 @@ static void by_hulls(const unit_pair *p, double tolerance, epa_scratch *epa, nar
 /* The bound by the hulls is worth knowing to this part of the bracket that there is without it. */
 static const double HULL_SHARE = 0.01;
 
-static void lower_bound(const unit_pair *p, compound_walk *w, const nearest_search *q, double asked,
+static void compound_pair_lower_bound(const unit_pair *p, compound_walk *w, const nearest_search *q, double asked,
     narrow_scratch *scratch, epa_scratch *epa, narrow_result *out)
 {
     int64_t kept = effort_keep_back(w->effort, EFFORT_OF_HULLS);
@@ -258,12 +259,8 @@ static unit_pair hulls_of(const unit_pair *p)
     return hulls;
 }
 
-static double asked_width(const unit_pair *p, const narrow_request *r)
-{
-    return r->tolerance > 0 ? r->tolerance : FINEST * p->size * p->unit;
-}
-
-static void settle(const unit_pair *p, const nearest_search *q, const narrow_request *r, narrow_result *out)
+static void compound_pair_settle(
+    const unit_pair *p, const nearest_search *q, const narrow_request *r, narrow_result *out)
 {
     bool equal = out->lo == out->hi && (r->tolerance == 0 || isinf(out->hi));
     bool narrow = equal || out->hi - out->lo <= asked_width(p, r);
@@ -286,7 +283,7 @@ void compound_pair_query(const unit_pair *p, const shape *a, const shape *b, con
     nearest_search q = search_for(request, scratch);
     w.effort->counts = true; /* nothing is remembered */
     int64_t kept = effort_keep_back(w.effort, EFFORT_OF_WAYS_OUT);
-    compound_walk_run(&w, INFINITY, nearer, &q);
+    compound_walk_run(&w, INFINITY, compound_pair_nearer, &q);
     effort_give_back(w.effort, kept);
     *out = q.best;
     out->manifold.count = 0;
@@ -298,13 +295,13 @@ void compound_pair_query(const unit_pair *p, const shape *a, const shape *b, con
     else if (least > 0 || w.plane)
         out->lo = min_of(least, out->hi);
     else
-        lower_bound(&hulls, &w, &q, asked_width(p, request), scratch, epa, out);
+        compound_pair_lower_bound(&hulls, &w, &q, asked_width(p, request), scratch, epa, out);
     if (!ended && out->hi < 0 && out->hi - out->lo > asked_width(p, request))
         compound_search_depth(p, &w, a, b, asked_width(p, request), scratch, parts, out);
     out->lo = min_of(out->lo, out->hi);
     out->iterations = q.iterations + w.visits;
     out->peer_failures = q.peer_failures;
-    settle(p, &q, request, out);
+    compound_pair_settle(p, &q, request, out);
     if (!(request->facts & NARROW_MANIFOLD) || !(out->lo <= request->threshold)) return;
     w.effort->left = EFFORT_OF_POINTS;
     compound_manifold(&w, out, request->threshold, scratch, &out->manifold);

@@ -15,7 +15,7 @@ typedef struct entry {
     double bound;
 } entry;
 
-static compound_box box_of(const compound_side *s, uint32_t node, double scale)
+static compound_box compound_box_of(const compound_side *s, uint32_t node, double scale)
 {
     if (!s->compound) return s->only;
     const compound_node *n = &s->compound->nodes[node];
@@ -23,7 +23,7 @@ static compound_box box_of(const compound_side *s, uint32_t node, double scale)
     return (compound_box){vec_add(lo, hi), {half.x + s->rounding, half.y + s->rounding, half.z + s->rounding}};
 }
 
-static compound_side side_of(const shape *s, double scale)
+static compound_side compound_side_of(const shape *s, double scale)
 {
     compound_side out = {.whole = s};
     if (s->type == SHAPE_COMPOUND) {
@@ -37,16 +37,11 @@ static compound_side side_of(const shape *s, double scale)
     return out;
 }
 
-static vec3 absolute(vec3 v)
-{
-    return vec(fabs(v.x), fabs(v.y), fabs(v.z));
-}
-
 void compound_walk_init(
     compound_walk *w, const unit_pair *p, const shape *a, const shape *b, pose b_in_a, narrow_ask *ask)
 {
-    *w = (compound_walk){.a = side_of(a, p->scale),
-        .b = side_of(b, p->scale),
+    *w = (compound_walk){.a = compound_side_of(a, p->scale),
+        .b = compound_side_of(b, p->scale),
         .plane = a->type == SHAPE_HALFSPACE,
         .b_in_a = b_in_a,
         .placed = p->b_in_a,
@@ -58,7 +53,7 @@ void compound_walk_init(
         .effort = p->effort,
         .ask = ask};
     const mat3 *r = &p->b_in_a.r;
-    w->spread = (mat3){absolute(r->x), absolute(r->y), absolute(r->z)};
+    w->spread = (mat3){vec_magnitudes(r->x), vec_magnitudes(r->y), vec_magnitudes(r->z)};
 }
 
 void compound_walk_move(compound_walk *w, vec3 position)
@@ -102,7 +97,7 @@ static bool is_leaf(const compound_side *s, uint32_t node)
     return !s->compound || !s->compound->nodes[node].right;
 }
 
-static double span_of(const compound_box *b)
+static double compound_span_of(const compound_box *b)
 {
     return b->half.x + b->half.y + b->half.z;
 }
@@ -111,13 +106,13 @@ static bool opens_a(const compound_walk *w, const entry *e)
 {
     if (is_leaf(&w->a, e->a)) return false;
     if (is_leaf(&w->b, e->b)) return true;
-    compound_box a = box_of(&w->a, e->a, w->scale), b = box_of(&w->b, e->b, w->scale);
-    return span_of(&a) > span_of(&b);
+    compound_box a = compound_box_of(&w->a, e->a, w->scale), b = compound_box_of(&w->b, e->b, w->scale);
+    return compound_span_of(&a) > compound_span_of(&b);
 }
 
 static entry entry_of(const compound_walk *w, uint32_t a, uint32_t b)
 {
-    compound_box box_a = box_of(&w->a, a, w->scale), box_b = box_of(&w->b, b, w->scale);
+    compound_box box_a = compound_box_of(&w->a, a, w->scale), box_b = compound_box_of(&w->b, b, w->scale);
     return (entry){a, b, bound_of(w, &box_a, &box_b)};
 }
 
@@ -146,13 +141,13 @@ static uint32_t open_entry(compound_walk *w, const entry *e, entry *stack, uint3
 }
 
 /* The effort has ended. */
-static void leave_all(compound_walk *w, const entry *e, uint32_t count)
+static void compound_leave_all(compound_walk *w, const entry *e, uint32_t count)
 {
     w->cut = true;
     for (uint32_t i = 0; i < count; i++) w->left_out = min_of(w->left_out, e[i].bound);
 }
 
-static uint32_t part_at(const compound_side *s, uint32_t node)
+static uint32_t compound_part_at(const compound_side *s, uint32_t node)
 {
     return s->compound ? s->compound->nodes[node].child : 0;
 }
@@ -170,7 +165,7 @@ void compound_walk_run(compound_walk *w, double within, compound_visit *visit, v
         entry e = stack[--open];
         if (is_left_out(w, &e)) continue;
         if (!effort_spend(w->effort, EFFORT_BOXES)) {
-            leave_all(w, stack, open + 1);
+            compound_leave_all(w, stack, open + 1);
             return;
         }
         if (!is_leaf(&w->a, e.a) || !is_leaf(&w->b, e.b)) {
@@ -178,7 +173,7 @@ void compound_walk_run(compound_walk *w, double within, compound_visit *visit, v
             continue;
         }
         w->visits++;
-        if (!visit(w, part_at(&w->a, e.a), part_at(&w->b, e.b), context)) return;
+        if (!visit(w, compound_part_at(&w->a, e.a), compound_part_at(&w->b, e.b), context)) return;
     }
 }
 

@@ -42,7 +42,7 @@ typedef struct deepest_search {
 } deepest_search;
 
 /* Of a triangle; of one without area some direction across its longest side. */
-static vec3 normal_of(const mesh_spot *s)
+static vec3 mesh_depth_normal_of(const mesh_spot *s)
 {
     vec3 normal = direction_of(s->normal), longest = VEC_ZERO;
     if (vec_norm2(normal) > 0) return normal;
@@ -55,16 +55,11 @@ static vec3 normal_of(const mesh_spot *s)
 
 static vec3 normal_b(const mesh_walk *w)
 {
-    return normal_of(w->spot_b);
-}
-
-static vec3 facing(vec3 n, vec3 towards)
-{
-    return vec_dot(n, towards) < 0 ? vec_neg(n) : n;
+    return mesh_depth_normal_of(w->spot_b);
 }
 
 /* How far the part of B must go along `axis` to leave that of A. */
-static double overlap_along(const mesh_walk *w, vec3 axis)
+static double mesh_depth_overlap_along(const mesh_walk *w, vec3 axis)
 {
     return mesh_walk_top_a(w, axis) - mesh_walk_foot_b(w, axis);
 }
@@ -74,7 +69,7 @@ static double deepest_possible(const mesh_walk *w, vec3 n)
 {
     vec3 up = vec_sub(w->spot_a->hi, w->spot_b->lo), down = vec_sub(w->spot_b->hi, w->spot_a->lo);
     double along = min_of(min_of(min_of(up.x, up.y), up.z), min_of(min_of(down.x, down.y), down.z));
-    return min_of(along, min_of(overlap_along(w, n), overlap_along(w, vec_neg(n))));
+    return min_of(along, min_of(mesh_depth_overlap_along(w, n), mesh_depth_overlap_along(w, vec_neg(n))));
 }
 
 /* Only parts that may be deeper than the deepest so far are measured. */
@@ -100,8 +95,8 @@ static bool deeper(mesh_walk *w, void *context)
         q->depth = max_of(q->depth, -s.hi);
         q->part = s;
         if (!(vec_norm2(s.axis) > 0)) q->part.axis = n;
-        q->normals[0] = facing(n, q->part.axis);
-        q->normals[1] = w->ma ? facing(normal_of(w->spot_a), q->part.axis) : VEC_ZERO;
+        q->normals[0] = vec_turned_to(n, q->part.axis);
+        q->normals[1] = w->ma ? vec_turned_to(mesh_depth_normal_of(w->spot_a), q->part.axis) : VEC_ZERO;
         q->found = true;
     }
     return -q->depth > q->goal->near;
@@ -204,11 +199,11 @@ static bool count_need(mesh_walk *w, void *context)
 {
     travel *t = context;
     if (w->effort) effort_spend(w->effort, EFFORT_NEED);
-    double straight = overlap_along(w, t->direction) + t->clear;
+    double straight = mesh_depth_overlap_along(w, t->direction) + t->clear;
     vec3 n = normal_b(w);
     double slope = vec_dot(n, t->direction);
     if (slope < 0) n = vec_neg(n), slope = -slope;
-    if (slope > LEAST_SLOPE) straight = min_of(straight, (overlap_along(w, n) + t->clear) / slope);
+    if (slope > LEAST_SLOPE) straight = min_of(straight, (mesh_depth_overlap_along(w, n) + t->clear) / slope);
     t->need = max_of(t->need, straight);
     return --t->left > 0;
 }
@@ -293,7 +288,7 @@ void mesh_depth_rough(const unit_pair *whole, span *out)
 }
 
 /* Farther than that is no better than what is known. */
-static double most_of(const unit_pair *whole, const span *out)
+static double mesh_depth_most_of(const unit_pair *whole, const span *out)
 {
     return whole->radius + whole->excess - out->lo;
 }
@@ -305,7 +300,7 @@ static void try_way(
     travel t = {.whole = whole,
         .w = w,
         .direction = direction,
-        .most = most_of(whole, out),
+        .most = mesh_depth_most_of(whole, out),
         .rounds = most_rounds,
         .clear = clear_of(whole)};
     double lo = whole->radius + whole->excess - go(&t, held ? way_out(&t, held) : 0);
@@ -332,7 +327,7 @@ static void try_hulls(const unit_pair *whole, const narrow_goal *goal, epa_scrat
 
 /* Out through the nearest point of the surface, or apart along the axis of the deepest parts; the axis of a curved part
  * is known less well than its depth, so along the normals of the deepest triangles, too. */
-static void lower_bound(const unit_pair *whole, mesh_walk *w, const narrow_goal *goal, const mesh_gap *gap,
+static void mesh_depth_lower_bound(const unit_pair *whole, mesh_walk *w, const narrow_goal *goal, const mesh_gap *gap,
     const vec3 normals[2], int rounds, epa_scratch *scratch, span *out)
 {
     bool held = gap->relation == MESH_HOLDS_A || gap->relation == MESH_HOLDS_B;
@@ -351,7 +346,7 @@ static void lower_bound(const unit_pair *whole, mesh_walk *w, const narrow_goal 
 static void both_bounds(const unit_pair *whole, mesh_walk *w, const narrow_goal *goal, const mesh_gap *gap,
     const vec3 normals[2], int rounds, epa_scratch *scratch, span *out)
 {
-    lower_bound(whole, w, goal, gap, normals, rounds, scratch, out);
+    mesh_depth_lower_bound(whole, w, goal, gap, normals, rounds, scratch, out);
     if (!narrow_goal_reached(goal, out->lo, out->hi)) try_deepest_point(whole, goal, out);
 }
 
@@ -362,7 +357,7 @@ static bool is_convex(const shape *s)
     return s->type != SHAPE_MESH || s->mesh->convex;
 }
 
-static double slack_of(const shape *s)
+static double mesh_depth_slack_of(const shape *s)
 {
     return s->type == SHAPE_MESH ? s->mesh->pieces[0].slack : 0;
 }
@@ -373,7 +368,7 @@ static bool depth_of_hulls(const unit_pair *whole, const narrow_goal *goal, epa_
     if (!is_convex(&whole->a) || !is_convex(&whole->b)) return false;
     unit_pair hulls = mesh_depth_hulls(whole);
     span s = *out;
-    double slack = (slack_of(&whole->a) + slack_of(&whole->b)) * whole->scale + whole->error;
+    double slack = (mesh_depth_slack_of(&whole->a) + mesh_depth_slack_of(&whole->b)) * whole->scale + whole->error;
     dispatch_general(&hulls, goal, false, VEC_ZERO, scratch, &s);
     if (!(s.hi + slack < 0)) return false;
     s.lo -= hull_excess_of(whole);
@@ -390,14 +385,14 @@ typedef struct piece_search {
 } piece_search;
 
 /* Where the search has come to: on from there, until all triangles are proven to be apart. */
-static double go_on(void *context, vec3 way)
+static double mesh_depth_go_on(void *context, vec3 way)
 {
     piece_search *q = context;
     const unit_pair *whole = q->t.whole;
     double length = vec_norm(way), reserve = q->t.clear + 2 * whole->error;
     if (!(length > 0)) return INFINITY;
     q->t.direction = vec_scale(way, 1 / length);
-    q->t.most = most_of(whole, q->out);
+    q->t.most = mesh_depth_most_of(whole, q->out);
     double gone = go(&q->t, length + reserve), lo = whole->radius + whole->excess - gone;
     if (!(lo > q->out->lo)) return INFINITY;
     q->out->lo = lo;
@@ -417,7 +412,7 @@ static void depth_of_pieces(const unit_pair *whole, mesh_walk *w, const narrow_g
     if (!union_side_init(&u->b, &whole->b, whole->scale, &whole->b_in_a)) return;
     if (out->lo == -INFINITY) try_hulls(whole, goal, scratch, out);
     piece_search q = {.t = {.whole = whole, .w = w, .rounds = ROUNDS_MAX, .clear = clear_of(whole)}, .out = out};
-    union_bounds bounds = union_depth(u, -out->lo, goal, 2 * whole->error, work, go_on, &q);
+    union_bounds bounds = union_depth(u, -out->lo, goal, 2 * whole->error, work, mesh_depth_go_on, &q);
     out->iterations += bounds.work / 64;
     if (w->part.effort) effort_spend(w->part.effort, bounds.work * (int64_t)EFFORT_UNION);
     out->hi = min_of(out->hi, -bounds.least);
@@ -428,7 +423,7 @@ static bool is_filled(const shape *s)
     return s->type != SHAPE_MESH || s->mesh->filled;
 }
 
-static bool has_pieces(const shape *s)
+static bool mesh_depth_has_pieces(const shape *s)
 {
     return s->type == SHAPE_MESH ? s->mesh->piece_count > 0 : union_side_takes(s->type);
 }
@@ -500,7 +495,8 @@ void mesh_depth_find(const unit_pair *whole, mesh_walk *w, const narrow_goal *go
 {
     uint32_t visits = w->visits; /* how many that were depends on where the search for the gap began */
     bool measured = goal->near == -INFINITY, filled = is_filled(&whole->a) && is_filled(&whole->b);
-    bool in_pieces = gap->relation != MESH_APART && has_pieces(&whole->a) && has_pieces(&whole->b);
+    bool in_pieces =
+        gap->relation != MESH_APART && mesh_depth_has_pieces(&whole->a) && mesh_depth_has_pieces(&whole->b);
     uint32_t work = filled ? PIECES_WORK : SOME_PIECES_WORK;
     *out = gap->nearest;
     out->method = NARROW_BY_EPA;

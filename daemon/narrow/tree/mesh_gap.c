@@ -17,7 +17,7 @@ enum { ITERATIONS_MAX = 128, STALLS_MAX = 16 };
  * that is off by x costs lo x, and the points by which it is found x^2. */
 static const double STALLED = 0x1p-38;
 
-static vec3 corner_along(const vec3 p[3], vec3 d)
+static vec3 mesh_gap_corner_along(const vec3 p[3], vec3 d)
 {
     double h0 = vec_dot(d, p[0]), h1 = vec_dot(d, p[1]), h2 = vec_dot(d, p[2]);
     return h0 >= h1 ? (h0 >= h2 ? p[0] : p[2]) : (h1 >= h2 ? p[1] : p[2]);
@@ -26,30 +26,10 @@ static vec3 corner_along(const vec3 p[3], vec3 d)
 static minkowski nearest_along(const mesh_walk *w, vec3 axis)
 {
     minkowski m = {.b_local = VEC_ZERO};
-    m.a = w->ma ? corner_along(w->spot_a->corner, axis) : core_support(&w->whole_a, w->part.scale, axis, NULL);
-    m.b = corner_along(w->spot_b->corner, vec_neg(axis));
+    m.a = w->ma ? mesh_gap_corner_along(w->spot_a->corner, axis) : core_support(&w->whole_a, w->part.scale, axis, NULL);
+    m.b = mesh_gap_corner_along(w->spot_b->corner, vec_neg(axis));
     m.w = vec_sub(m.b, m.a);
     return m;
-}
-
-static bool known(const simplex *s, vec3 w)
-{
-    for (int i = 0; i < s->count; i++)
-        if (s->v[i].w.x == w.x && s->v[i].w.y == w.y && s->v[i].w.z == w.z) return true;
-    return false;
-}
-
-static void raise_lower(span *best, double separation, vec3 axis)
-{
-    if (!(separation > best->lo)) return;
-    best->lo = separation;
-    best->axis = axis;
-}
-
-static void lower_upper(span *best, double norm, const simplex *s)
-{
-    best->hi = norm;
-    simplex_witness(s, &best->point_a, &best->point_b);
 }
 
 /* ---- two triangles, where the nearest points are known ---- */
@@ -105,20 +85,20 @@ static bool face_answers(const mesh_walk *w, const narrow_goal *goal, span *best
 /* ---- the search ---- */
 
 /* As in gjk.c, but for stalls. */
-static bool advance(const mesh_walk *w, simplex *s, span *best, vec3 *axis, int *stalls)
+static bool mesh_gap_advance(const mesh_walk *w, simplex *s, span *best, vec3 *axis, int *stalls)
 {
     s->count++;
     nearest_feature n = simplex_reduce(s);
     if (n.inside) {
-        lower_upper(best, 0, s);
+        simplex_lower_upper(s, 0, best);
         return false;
     }
     bool decreased = n.norm < best->hi || best->iterations == 1;
-    if (n.norm < best->hi) lower_upper(best, n.norm, s);
+    if (n.norm < best->hi) simplex_lower_upper(s, n.norm, best);
     *axis = n.axis;
     bool goes_on = decreased || (best->hi - best->lo > STALLED * w->part.size && ++*stalls <= STALLS_MAX);
     if (best->hi > 8 * UNIT_ROUNDOFF * w->part.size && goes_on) return true;
-    raise_lower(best, vec_dot(n.axis, nearest_along(w, n.axis).w), n.axis);
+    span_raise_lower(best, vec_dot(n.axis, nearest_along(w, n.axis).w), n.axis);
     return false;
 }
 
@@ -135,13 +115,14 @@ void mesh_part_distance(const mesh_walk *w, const narrow_goal *goal, span *best)
     for (best->iterations = 1; best->iterations <= ITERATIONS_MAX; best->iterations++) {
         minkowski *m = &s.v[s.count];
         *m = nearest_along(w, axis);
-        raise_lower(best, vec_dot(axis, m->w), axis);
+        span_raise_lower(best, vec_dot(axis, m->w), axis);
         if (best->iterations == 1) {
             best->hi = vec_norm(m->w);
             best->point_a = m->a;
             best->point_b = m->b;
         }
-        if (narrow_goal_reached(goal, best->lo, best->hi) || known(&s, m->w) || !advance(w, &s, best, &axis, &stalls))
+        if (narrow_goal_reached(goal, best->lo, best->hi) || simplex_has(&s, m->w) ||
+            !mesh_gap_advance(w, &s, best, &axis, &stalls))
             break;
     }
 }
@@ -179,7 +160,7 @@ double mesh_component_width(const mesh_walk *w, bool of_a, uint32_t component, v
     return (fabs(d.x) * extent.x + fabs(d.y) * extent.y + fabs(d.z) * extent.z) * m->unit * w->part.scale;
 }
 
-static bool is_inside(const held_search *q, uint32_t component)
+static bool mesh_gap_is_inside(const held_search *q, uint32_t component)
 {
     vec3 own = vec_scale(q->m->corners[3 * (size_t)q->m->components[component].triangle], q->w->part.scale);
     vec3 there = transform_point(q->of_a ? &q->w->a_in_b : &q->w->part.b_in_a, own);
@@ -209,7 +190,7 @@ static uint32_t ask_each(const held_search *q, uint32_t first, uint32_t end)
 {
     for (uint32_t i = first; i < end; i++) {
         if (q->w->effort && !effort_spend(q->w->effort, EFFORT_INSIDE)) return MESH_HELD_UNKNOWN;
-        if (is_inside(q, i)) return i;
+        if (mesh_gap_is_inside(q, i)) return i;
     }
     return MESH_NOT_HELD;
 }
@@ -264,7 +245,7 @@ static bool is_nearer(const mesh_walk *w, const mesh_gap *best, double hi)
     return w->triangle_b < best->triangle_b;
 }
 
-static bool nearer(mesh_walk *w, void *context)
+static bool mesh_gap_nearer(mesh_walk *w, void *context)
 {
     nearest_search *q = context;
     span s, *best = &q->best->nearest;
@@ -326,7 +307,8 @@ static double leaves_uncounted(const mesh_walk *w)
 }
 
 /* True: it began with the seed. */
-static bool search(mesh_walk *w, const narrow_goal *goal, const mesh_seed *seed, nearest_search *q, mesh_gap *out)
+static bool mesh_gap_search(
+    mesh_walk *w, const narrow_goal *goal, const mesh_seed *seed, nearest_search *q, mesh_gap *out)
 {
     mesh_front front;
     effort *counted = w->part.effort;
@@ -340,11 +322,11 @@ static bool search(mesh_walk *w, const narrow_goal *goal, const mesh_seed *seed,
     w->unseen = INFINITY;
     double leaves = leaves_uncounted(w);
     bool few = mesh_walk_leaves(w) <= leaves, seeded = few && seed && begin_with(w, seed, q);
-    if (!seeded && !mesh_walk_plunge(w, nearer, q)) return false;
+    if (!seeded && !mesh_walk_plunge(w, mesh_gap_nearer, q)) return false;
     bool is_short = !few && mesh_walk_is_short(w, leaves, &front);
     if (is_short) seeded = seed && begin_with(w, seed, q);
     if (!few && !is_short) w->effort = counted;
-    mesh_walk_nearest(w, is_short ? &front : NULL, nearer, q);
+    mesh_walk_nearest(w, is_short ? &front : NULL, mesh_gap_nearer, q);
     return seeded;
 }
 
@@ -396,7 +378,7 @@ static void measure_held(const mesh_walk *w, const narrow_goal *goal, mesh_gap *
     if (!of_a) p.b_in_a = pose_transform(POSE_IDENTITY);
     p.b_in_a.t = vec_sub(p.b_in_a.t, point);
     mesh_walk_init(&inner, &p, &spot, &p.b);
-    search(&inner, &measure, NULL, &q, &found);
+    mesh_gap_search(&inner, &measure, NULL, &q, &found);
     span *s = &found.nearest;
     s->lo = q.ended ? -INFINITY : min_of(min_of(q.least, inner.unseen), s->hi);
     if (!(s->lo > w->part.error)) return;
@@ -415,8 +397,8 @@ static void measure_held(const mesh_walk *w, const narrow_goal *goal, mesh_gap *
 void mesh_gap_find(mesh_walk *w, const narrow_goal *goal, const mesh_seed *seed, mesh_gap *out)
 {
     nearest_search q;
-    bool seeded = search(w, goal, seed, &q, out);
-    if (q.ended && seeded) search(w, goal, NULL, &q, out); /* where it ended depends on the way */
+    bool seeded = mesh_gap_search(w, goal, seed, &q, out);
+    if (q.ended && seeded) mesh_gap_search(w, goal, NULL, &q, out); /* where it ended depends on the way */
     span *s = &out->nearest;
     s->lo = q.ended ? -INFINITY : min_of(min_of(q.least, w->unseen), s->hi);
     out->cut = w->unseen < INFINITY;

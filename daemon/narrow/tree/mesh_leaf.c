@@ -29,28 +29,23 @@ static bool is_far_along(mesh_walk *w, vec3 u, double *best)
     return *best > within * within;
 }
 
-static vec3 towards(vec3 u, vec3 to)
-{
-    return vec_dot(u, to) < 0 ? vec_neg(u) : u;
-}
-
 /* A convex A, along the line between the boxes and the normal. */
 static bool is_core_far(mesh_walk *w)
 {
     const mesh_spot *a = w->spot_a, *b = w->spot_b;
     double best = 0;
     w->lead = between_boxes(a, b);
-    return is_far_along(w, w->lead, &best) || is_far_along(w, towards(b->normal, w->lead), &best);
+    return is_far_along(w, w->lead, &best) || is_far_along(w, vec_turned_to(b->normal, w->lead), &best);
 }
 
-static const mesh_four *place_a(const mesh_walk *w, mesh_leaf *l)
+static const mesh_four *mesh_leaf_place_a(const mesh_walk *w, mesh_leaf *l)
 {
     if (!l->placed) mesh_four_set(&l->four, w->ma->corners + 3 * (size_t)l->first, l->count, w->part.scale, NULL);
     l->placed = true;
     return &l->four;
 }
 
-static const mesh_four *place_b(const mesh_walk *w, mesh_leaf *l)
+static const mesh_four *mesh_leaf_place_b(const mesh_walk *w, mesh_leaf *l)
 {
     const vec3 *corners = w->mb->corners + 3 * (size_t)l->first;
     if (!l->placed) mesh_four_set(&l->four, corners, l->count, w->part.scale, &w->part.b_in_a);
@@ -61,7 +56,7 @@ static const mesh_four *place_b(const mesh_walk *w, mesh_leaf *l)
 /* Beside a convex A all of a leaf is put in place at once. */
 static void set_levels_in_place(const mesh_walk *w, mesh_leaf *l)
 {
-    mesh_four_levels(place_b(w, l), w->axis, l->levels);
+    mesh_four_levels(mesh_leaf_place_b(w, l), w->axis, l->levels);
     l->level = min_of(min_of(l->levels[0], l->levels[1]), min_of(l->levels[2], l->levels[3]));
 }
 
@@ -121,7 +116,7 @@ static bool visit_beside_core(mesh_walk *w, mesh_leaf *b, mesh_visit *visit, voi
     unsigned near = near_levels(w, b);
     w->spot_a = &w->whole;
     if (!near) return true;
-    const mesh_four *four = place_b(w, b);
+    const mesh_four *four = mesh_leaf_place_b(w, b);
     bool box = w->whole_a.type == SHAPE_BOX;
     near = (box ? mesh_row_near_box : mesh_row_near_core)(four, w->spot_a, near, farthest2(w), &row);
     for (uint32_t i = 0; near >> i; i++) {
@@ -224,7 +219,9 @@ bool mesh_leaves_visit(mesh_walk *w, mesh_box box_a, mesh_box box_b, mesh_visit 
     if (!w->ma) return b->level - w->whole_level > farthest(w) || visit_beside_core(w, b, visit, context);
     mesh_leaf *a = leaf_of(w, true, box_a);
     if (b->level - a->level > farthest(w)) return true;
-    unsigned pairs = mesh_fours_near(place_a(w, a), place_b(w, b), a->levels, b->levels, farthest(w)) & all_pairs(a, b);
+    unsigned pairs =
+        mesh_fours_near(mesh_leaf_place_a(w, a), mesh_leaf_place_b(w, b), a->levels, b->levels, farthest(w)) &
+        all_pairs(a, b);
     while (pairs) {
         mesh_picks picks;
         next_picks(&pairs, &picks);

@@ -130,7 +130,7 @@ static bool same_point(const point_search *q, const manifold_point *p)
 }
 
 /* As in manifold.c. */
-static double score_of(const point_search *q, const manifold_point *p)
+static double mesh_points_score_of(const point_search *q, const manifold_point *p)
 {
     const manifold_point *c = q->chosen.points;
     if (q->walk == 0) return -p->distance;
@@ -144,7 +144,7 @@ static double score_of(const point_search *q, const manifold_point *p)
 static void consider(point_search *q, const manifold_point *p)
 {
     if (same_point(q, p)) return;
-    double score = score_of(q, p);
+    double score = mesh_points_score_of(q, p);
     if (q->walk > 0 && !(score > 0)) return;
     if (q->found && (score < q->best || (score == q->best && p->feature >= q->point.feature))) return;
     q->found = true;
@@ -158,7 +158,7 @@ static bool is_far_side(const mesh *m, const thin_hull *t, vec3 towards_other)
     return m->solid && t->side == NO_SIDE && vec_dot(t->faces[0].normal, towards_other) < -FAR_SIDE;
 }
 
-static bool clip(mesh_walk *w, void *context)
+static bool mesh_points_clip(mesh_walk *w, void *context)
 {
     point_search *q = context;
     thin_hull thin_a, thin_b;
@@ -214,7 +214,7 @@ void mesh_pair_manifold(const unit_pair *p, const shape *a, const shape *b, cons
         mesh_walk_move(&w, p->b_in_a.t);
         w.within = max_of(threshold * p->scale + p->radius, 0) + 2 * p->error;
         w.effort->left = share;
-        mesh_walk_run(&w, clip, &q);
+        mesh_walk_run(&w, mesh_points_clip, &q);
         left -= share - w.effort->left;
         cut |= w.unseen < INFINITY;
         if (q.found) q.chosen.points[q.chosen.count++] = q.point;

@@ -18,7 +18,7 @@ static const mesh_seed *seed_of(const narrow_cache *cache, mesh_seed *seed)
     return seed;
 }
 
-static void remember(narrow_cache *cache, const mesh_gap *gap)
+static void mesh_pair_remember(narrow_cache *cache, const mesh_gap *gap)
 {
     if (!cache || gap->triangle_b == MESH_NO_TRIANGLE) return;
     cache->triangle_a = gap->triangle_a + 1;
@@ -50,7 +50,7 @@ void mesh_pair_measure(const unit_pair *p, const shape *a, const shape *b, const
     mesh_seed seed;
     mesh_walk_init(&w, p, a, b);
     mesh_gap_find(&w, goal, seed_of(cache, &seed), &gap);
-    remember(cache, &gap);
+    mesh_pair_remember(cache, &gap);
     bool apart = gap.relation == MESH_APART && gap.nearest.lo > p->radius + p->error + p->excess;
     *out = gap.nearest;
     if (apart) return;

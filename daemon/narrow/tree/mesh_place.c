@@ -56,13 +56,13 @@ static void box_whole(mesh_walk *w)
     vec3 centre = vec_scale(transform_point(&w->a_in_b, middle), 1 / w->size_b);
     const double halves[3] = {half.x / w->size_b, half.y / w->size_b, half.z / w->size_b};
     const vec3 axes[3] = {w->a_in_b.r.x, w->a_in_b.r.y, w->a_in_b.r.z};
-    double reach = sum_abs(centre);
+    double reach = vec_sum_magnitudes(centre);
     for (int k = 0; k < 3; k++) {
         vec3 side = vec_scale(axes[k], halves[k]);
         put3(o->side[k], side);
         put3(o->square[k], axes[k]);
         o->halves[k] = (float)halves[k];
-        reach += sum_abs(side);
+        reach += vec_sum_magnitudes(side);
     }
     put3(o->centre, centre);
     o->far = !(reach < FLOAT_FAR);
@@ -132,7 +132,7 @@ void mesh_walk_move(mesh_walk *w, vec3 position)
     if (w->ma) {
         set_turn(&w->into_a, &w->part.b_in_a, w->size_b, w->size_a);
         set_turn(&w->into_b, &w->a_in_b, w->size_a, w->size_b);
-        double ratio = w->size_a / w->size_b, reach = sum_abs(w->into_b.t) + 8 * ratio;
+        double ratio = w->size_a / w->size_b, reach = vec_sum_magnitudes(w->into_b.t) + 8 * ratio;
         w->opens_both = ratio <= ALONE_RATIO && ratio * ALONE_RATIO >= 1 && reach < ALONE_FAR;
         forget_faces(w);
         w->open_slack = (float)(FLOAT_SLACK * (4 + reach));

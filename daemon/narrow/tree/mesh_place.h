@@ -6,6 +6,7 @@
 
 #include "geom/mesh_simd.h"
 #include "mesh_row.h"
+#include "narrow/math/scalar.h"
 #include "narrow/pair/unit_pair.h"
 
 enum {
@@ -127,11 +128,6 @@ double mesh_walk_foot_b(const mesh_walk *w, vec3 direction);
 
 /* Boxes of meshes lie within 1 of the origin; floats are of no use for what reaches beyond this. */
 #define FLOAT_FAR 0x1p40
-
-LANES_INLINE double sum_abs(vec3 v)
-{
-    return fabs(v.x) + fabs(v.y) + fabs(v.z);
-}
 
 LANES_INLINE void put3(float to[MESH_WIDTH], vec3 v)
 {

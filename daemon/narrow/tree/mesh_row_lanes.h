@@ -23,7 +23,7 @@ ROW_INLINE lanes3 spread(vec3 v)
 {
     return (lanes3){lanes_of(v.x), lanes_of(v.y), lanes_of(v.z)};
 }
-ROW_INLINE lanes3 load(const double v[3][LANES])
+ROW_INLINE lanes3 row_load(const double v[3][LANES])
 {
     return (lanes3){lanes_load(v[0]), lanes_load(v[1]), lanes_load(v[2])};
 }
@@ -81,29 +81,29 @@ ROW_INLINE void four_set(mesh_four *f, const vec3 *corners, uint32_t count, doub
 
 /* ---- a row ---- */
 
-ROW_INLINE lanes outside(double lo_a, double hi_a, lanes lo_b, lanes hi_b)
+ROW_INLINE lanes row_outside(double lo_a, double hi_a, lanes lo_b, lanes hi_b)
 {
     return greater_of(greater_of(lo_b - lanes_of(hi_a), lanes_of(lo_a) - hi_b), lanes_of(0));
 }
 
 ROW_INLINE lanes boxes_away2(const mesh_four *b, const mesh_spot *a)
 {
-    lanes x = outside(a->lo.x, a->hi.x, lanes_load(b->lo[0]), lanes_load(b->hi[0]));
-    lanes y = outside(a->lo.y, a->hi.y, lanes_load(b->lo[1]), lanes_load(b->hi[1]));
-    lanes z = outside(a->lo.z, a->hi.z, lanes_load(b->lo[2]), lanes_load(b->hi[2]));
+    lanes x = row_outside(a->lo.x, a->hi.x, lanes_load(b->lo[0]), lanes_load(b->hi[0]));
+    lanes y = row_outside(a->lo.y, a->hi.y, lanes_load(b->lo[1]), lanes_load(b->hi[1]));
+    lanes z = row_outside(a->lo.z, a->hi.z, lanes_load(b->lo[2]), lanes_load(b->hi[2]));
     return x * x + y * y + z * z;
 }
 
-ROW_INLINE lanes foot_of(const lanes3 p[3], lanes3 u)
+ROW_INLINE lanes row_foot_of(const lanes3 p[3], lanes3 u)
 {
     return lesser_of(lesser_of(lanes3_dot(u, p[0]), lanes3_dot(u, p[1])), lanes3_dot(u, p[2]));
 }
-ROW_INLINE lanes top_of(const lanes3 p[3], lanes3 u)
+ROW_INLINE lanes row_top_of(const lanes3 p[3], lanes3 u)
 {
     return greater_of(greater_of(lanes3_dot(u, p[0]), lanes3_dot(u, p[1])), lanes3_dot(u, p[2]));
 }
 
-ROW_INLINE lanes3 towards(lanes3 u, lanes3 to)
+ROW_INLINE lanes3 row_towards(lanes3 u, lanes3 to)
 {
     lanes3 back = {-u.x, -u.y, -u.z};
     return choose3(lanes3_dot(u, to) < 0, back, u);
@@ -160,7 +160,7 @@ ROW_INLINE void set_pairing(pairing *p, lanes3 a[3], lanes3 b[3])
 }
 
 /* What parts them, not below 0: of products with the lead and with the edges. */
-ROW_INLINE lanes gap_of(lanes lead, const lanes u[2], const lanes v[2])
+ROW_INLINE lanes row_gap_of(lanes lead, const lanes u[2], const lanes v[2])
 {
     const lanes none = lanes_of(0);
     lanes top = greater_of(greater_of(u[0], u[1]), none), foot = lesser_of(lesser_of(v[0], v[1]), none);
@@ -168,11 +168,11 @@ ROW_INLINE lanes gap_of(lanes lead, const lanes u[2], const lanes v[2])
 }
 
 /* Along a direction of any length. */
-ROW_INLINE lanes gap_along(const pairing *p, lanes3 d)
+ROW_INLINE lanes row_gap_along(const pairing *p, lanes3 d)
 {
     const lanes u[2] = {lanes3_dot(d, p->u[0]), lanes3_dot(d, p->u[1])};
     const lanes v[2] = {lanes3_dot(d, p->v[0]), lanes3_dot(d, p->v[1])};
-    return gap_of(lanes3_dot(d, p->lead), u, v);
+    return row_gap_of(lanes3_dot(d, p->lead), u, v);
 }
 
 /* Of two by one division. */
@@ -187,7 +187,7 @@ ROW_INLINE void inverses(const lanes x[2], lanes per_x[2])
  * at the nearest corners, of those that are nearest: `norm2` is the square of the line between these points, `along`
  * goes from A's nearest corner to the point on its edge. It need not be exact: whatever direction comes out is tried
  * for what it proves. */
-ROW_INLINE lanes3 between_edges(const pairing *p, lanes *least, lanes3 *along)
+ROW_INLINE lanes3 row_between_edges(const pairing *p, lanes *least, lanes3 *along)
 {
     lanes uu[2], vv[2], uv[2][2], per_uu[2], per_vv[2], per_both[2][2];
     lanes3 best = p->lead;
@@ -240,8 +240,8 @@ ROW_INLINE void part_along(parting *best, lanes3 u, lanes gap, lanes norm2)
 
 ROW_INLINE void part_along_normal(parting *best, const pairing *p, lanes3 normal)
 {
-    lanes3 u = towards(normal, p->lead);
-    part_along(best, u, gap_along(p, u), lanes3_dot(u, u));
+    lanes3 u = row_towards(normal, p->lead);
+    part_along(best, u, row_gap_along(p, u), lanes3_dot(u, u));
 }
 
 #define LEAST_NORM2 0x1p-1000 /* of a lead, where two corners are one */
@@ -253,11 +253,11 @@ ROW_INLINE unsigned row_near(const mesh_four *a, const mesh_four *b, const mesh_
     pairing q;
     for (int k = 0; k < 3; k++) of_a[k] = pick3(a->corner[k], p->a), of_b[k] = pick3(b->corner[k], p->b);
     set_pairing(&q, of_a, of_b);
-    lanes by_corners = gap_of(q.norm2, q.along_u, q.along_v);
+    lanes by_corners = row_gap_of(q.norm2, q.along_u, q.along_v);
     unsigned near = ((1u << p->count) - 1) & ~bits_of(by_corners * by_corners > most2 * q.norm2);
     if (!near) return 0;
-    lanes3 edges = between_edges(&q, &norm2, &along);
-    lanes by_edges = gap_along(&q, edges);
+    lanes3 edges = row_between_edges(&q, &norm2, &along);
+    lanes by_edges = row_gap_along(&q, edges);
     near &= ~bits_of(by_edges * by_edges > most2 * norm2);
     if (!near) return 0;
     parting best = {q.lead, by_corners * by_corners, greater_of(q.norm2, lanes_of(LEAST_NORM2))};
@@ -308,13 +308,13 @@ ROW_INLINE unsigned not_above(lanes foot, lanes top)
 ROW_INLINE unsigned fours_near(
     const mesh_four *a, const mesh_four *b, const double levels_a[LANES], const double levels_b[LANES], double within)
 {
-    const lanes3 of_a[3] = {load(a->corner[0]), load(a->corner[1]), load(a->corner[2])};
-    const lanes3 of_b[3] = {load(b->corner[0]), load(b->corner[1]), load(b->corner[2])};
+    const lanes3 of_a[3] = {row_load(a->corner[0]), row_load(a->corner[1]), row_load(a->corner[2])};
+    const lanes3 of_b[3] = {row_load(b->corner[0]), row_load(b->corner[1]), row_load(b->corner[2])};
     vec3 between = between_fours(a, b);
     lanes3 u = spread(between);
     lanes limit = lanes_of(within * vec_norm(between));
     return not_above(lanes_load(levels_b), lanes_load(levels_a) + lanes_of(within)) &
-           not_above(foot_of(of_b, u), top_of(of_a, u) + limit);
+           not_above(row_foot_of(of_b, u), row_top_of(of_a, u) + limit);
 }
 
 /* ---- a box ---- */
@@ -331,7 +331,7 @@ typedef struct row {
  * did. */
 ROW_INLINE void try_above(row *r, lanes3 u, lanes top)
 {
-    lanes gap = foot_of(r->b, u) - top, norm2 = lanes3_dot(u, u), gap2 = gap * gap;
+    lanes gap = row_foot_of(r->b, u) - top, norm2 = lanes3_dot(u, u), gap2 = gap * gap;
     lane_mask more = (gap > 0) & (gap2 * r->norm2 > r->gap2 * norm2);
     r->gap2 = choose(more, gap2, r->gap2);
     r->norm2 = choose(more, norm2, r->norm2);
@@ -364,15 +364,16 @@ ROW_INLINE lanes3 from_box_to_corner(const mesh_spot *a, const lanes3 b[3])
     return lead;
 }
 
-ROW_INLINE lanes reach_of(double lo, double hi, lanes u)
+ROW_INLINE lanes row_reach_of(double lo, double hi, lanes u)
 {
     return greater_of(u * lanes_of(lo), u * lanes_of(hi));
 }
 
 ROW_INLINE void try_from_box(row *r, const mesh_spot *a, lanes3 u)
 {
-    try_above(
-        r, u, reach_of(a->lo.x, a->hi.x, u.x) + reach_of(a->lo.y, a->hi.y, u.y) + reach_of(a->lo.z, a->hi.z, u.z));
+    try_above(r, u,
+        row_reach_of(a->lo.x, a->hi.x, u.x) + row_reach_of(a->lo.y, a->hi.y, u.y) +
+            row_reach_of(a->lo.z, a->hi.z, u.z));
 }
 
 /* Across the box's edges and those of the triangles. */
@@ -381,9 +382,9 @@ ROW_INLINE void try_across(row *r, const mesh_spot *a, lanes3 lead)
     const lanes none = lanes_of(0);
     for (int k = 0; k < 3 && r->near; k++) {
         lanes3 e = lanes3_sub(r->b[(k + 1) % 3], r->b[k]);
-        try_from_box(r, a, towards((lanes3){none, -e.z, e.y}, lead));
-        try_from_box(r, a, towards((lanes3){e.z, none, -e.x}, lead));
-        try_from_box(r, a, towards((lanes3){-e.y, e.x, none}, lead));
+        try_from_box(r, a, row_towards((lanes3){none, -e.z, e.y}, lead));
+        try_from_box(r, a, row_towards((lanes3){e.z, none, -e.x}, lead));
+        try_from_box(r, a, row_towards((lanes3){-e.y, e.x, none}, lead));
     }
 }
 
@@ -394,11 +395,11 @@ ROW_INLINE unsigned box_near(const mesh_four *b, const mesh_spot *a, unsigned ne
     r.within2 = lanes_of(within2);
     r.near = near & ~bits_of(boxes2 > r.within2);
     if (!r.near) return 0;
-    for (int k = 0; k < 3; k++) r.b[k] = load(b->corner[k]);
+    for (int k = 0; k < 3; k++) r.b[k] = row_load(b->corner[k]);
     lanes3 lead = r.lead = from_box_to_corner(a, r.b);
     r.gap2 = lanes_of(0), r.norm2 = lanes_of(1);
     try_from_box(&r, a, lead);
-    try_from_box(&r, a, towards(load(b->normal), lead));
+    try_from_box(&r, a, row_towards(row_load(b->normal), lead));
     if (!r.near) return 0;
     try_across(&r, a, lead);
     lanes_store(out->away2, greater_of(r.gap2 / r.norm2, boxes2));
@@ -410,8 +411,8 @@ ROW_INLINE unsigned box_near(const mesh_four *b, const mesh_spot *a, unsigned ne
 
 ROW_INLINE void four_levels(const mesh_four *f, vec3 axis, double levels[LANES])
 {
-    const lanes3 p[3] = {load(f->corner[0]), load(f->corner[1]), load(f->corner[2])};
-    lanes_store(levels, foot_of(p, spread(axis)));
+    const lanes3 p[3] = {row_load(f->corner[0]), row_load(f->corner[1]), row_load(f->corner[2])};
+    lanes_store(levels, row_foot_of(p, spread(axis)));
 }
 
 #endif

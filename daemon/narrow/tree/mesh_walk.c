@@ -24,13 +24,13 @@ typedef mesh_boxes entry;
 
 /* ---- bounds ---- */
 
-LANES_INLINE mesh_lanes turned(const mesh_turn *t, float x, float y, float z)
+LANES_INLINE mesh_lanes mesh_walk_turned(const mesh_turn *t, float x, float y, float z)
 {
     return lanes_of(x) * lanes_load(t->column[0]) + lanes_of(y) * lanes_load(t->column[1]) +
            lanes_of(z) * lanes_load(t->column[2]);
 }
 
-LANES_INLINE float lanes_sum3(mesh_lanes v)
+LANES_INLINE float floats_sum3(mesh_lanes v)
 {
     return v[0] + v[1] + v[2];
 }
@@ -38,8 +38,8 @@ LANES_INLINE float lanes_sum3(mesh_lanes v)
 LANES_INLINE float top_along(const mesh_other *o)
 {
     mesh_lanes axis = lanes_load(o->axis);
-    return lanes_sum3(axis * lanes_load(o->centre)) + fabsf(lanes_sum3(axis * lanes_load(o->side[0]))) +
-           fabsf(lanes_sum3(axis * lanes_load(o->side[1]))) + fabsf(lanes_sum3(axis * lanes_load(o->side[2])));
+    return floats_sum3(axis * lanes_load(o->centre)) + fabsf(floats_sum3(axis * lanes_load(o->side[0]))) +
+           fabsf(floats_sum3(axis * lanes_load(o->side[1]))) + fabsf(floats_sum3(axis * lanes_load(o->side[2])));
 }
 
 LANES_INLINE void keep_side(mesh_other *o, int k, mesh_lanes side)
@@ -52,9 +52,10 @@ LANES_INLINE void face(
     const mesh_turn *t, const mesh_node *n, uint32_t c, const float axis[MESH_WIDTH], bool aimed, mesh_other *o)
 {
     vec3 centre = vec_add(t->t, mat_mul(t->r, vec(n->centre[0][c], n->centre[1][c], n->centre[2][c])));
-    mesh_lanes ratio = lanes_of(t->ratio), normal = turned(t, n->normal[0][c], n->normal[1][c], n->normal[2][c]);
-    mesh_lanes side_0 = ratio * turned(t, n->side[0][0][c], n->side[0][1][c], n->side[0][2][c]);
-    mesh_lanes side_1 = ratio * turned(t, n->side[1][0][c], n->side[1][1][c], n->side[1][2][c]);
+    mesh_lanes ratio = lanes_of(t->ratio),
+               normal = mesh_walk_turned(t, n->normal[0][c], n->normal[1][c], n->normal[2][c]);
+    mesh_lanes side_0 = ratio * mesh_walk_turned(t, n->side[0][0][c], n->side[0][1][c], n->side[0][2][c]);
+    mesh_lanes side_1 = ratio * mesh_walk_turned(t, n->side[1][0][c], n->side[1][1][c], n->side[1][2][c]);
     o->half = t->ratio * n->half[c];
     mesh_lanes side_2 = normal * lanes_of(o->half);
     put3(o->centre, centre);
@@ -62,7 +63,8 @@ LANES_INLINE void face(
     keep_side(o, 1, side_1);
     keep_side(o, 2, side_2);
     memcpy(o->normal, &normal, sizeof normal);
-    double reach = sum_abs(centre) + (double)lanes_sum3(lanes_abs(side_0) + lanes_abs(side_1) + lanes_abs(side_2));
+    double reach =
+        vec_sum_magnitudes(centre) + (double)floats_sum3(lanes_abs(side_0) + lanes_abs(side_1) + lanes_abs(side_2));
     o->flat = true;
     o->far = !(reach < FLOAT_FAR);
     o->slack = (float)(FLOAT_SLACK * (4 + reach));
@@ -77,7 +79,7 @@ typedef struct turned_box {
     vec3 centre, side[3];
 } turned_box;
 
-static turned_box box_of(const mesh *m, mesh_box r, double size)
+static turned_box mesh_walk_box_of(const mesh *m, mesh_box r, double size)
 {
     const mesh_node *n = &m->nodes[r.node];
     turned_box b;
@@ -89,7 +91,7 @@ static turned_box box_of(const mesh *m, mesh_box r, double size)
 }
 
 /* The greatest height of a box along `d`, in its frame. */
-static double top_of(const turned_box *b, vec3 d)
+static double mesh_walk_top_of(const turned_box *b, vec3 d)
 {
     return vec_dot(d, b->centre) + fabs(vec_dot(d, b->side[0])) + fabs(vec_dot(d, b->side[1])) +
            fabs(vec_dot(d, b->side[2]));
@@ -98,14 +100,14 @@ static double top_of(const turned_box *b, vec3 d)
 static double top_in_a(const mesh_walk *w, mesh_box a)
 {
     if (a.node == MESH_WHOLE) return w->whole_level;
-    turned_box box = box_of(w->ma, a, w->size_a);
-    return top_of(&box, w->axis);
+    turned_box box = mesh_walk_box_of(w->ma, a, w->size_a);
+    return mesh_walk_top_of(&box, w->axis);
 }
 
 static double foot_in_a(const mesh_walk *w, mesh_box b)
 {
-    turned_box box = box_of(w->mb, b, w->size_b);
-    return vec_dot(w->axis, w->part.b_in_a.t) - top_of(&box, vec_neg(mat_tmul(w->part.b_in_a.r, w->axis)));
+    turned_box box = mesh_walk_box_of(w->mb, b, w->size_b);
+    return vec_dot(w->axis, w->part.b_in_a.t) - mesh_walk_top_of(&box, vec_neg(mat_tmul(w->part.b_in_a.r, w->axis)));
 }
 
 /* What floats cannot hold is told apart along the axis, in doubles. */
@@ -245,7 +247,7 @@ LANES_INLINE uint32_t expand_aimed(mesh_walk *w, const entry *e, bool open_a, bo
 }
 
 /* Both boxes are opened where they are of about one size, otherwise the larger. */
-LANES_INLINE uint32_t expand(mesh_walk *w, const entry *e, entry more[CHILDREN])
+LANES_INLINE uint32_t mesh_walk_expand(mesh_walk *w, const entry *e, entry more[CHILDREN])
 {
     bool keep_a = e->a.leaf, keep_b = e->b.leaf, open_both = false;
     if (!keep_a && !keep_b) {
@@ -263,7 +265,7 @@ LANES_INLINE uint32_t expand(mesh_walk *w, const entry *e, entry more[CHILDREN])
 /* ---- the end of the effort ---- */
 
 /* False: there is none left. */
-LANES_INLINE bool go_on(mesh_walk *w, bool leaves)
+LANES_INLINE bool mesh_walk_go_on(mesh_walk *w, bool leaves)
 {
     return !w->effort || effort_spend(w->effort, leaves ? EFFORT_LEAVES : EFFORT_NODES);
 }
@@ -273,7 +275,7 @@ static void leave(mesh_walk *w, const entry *e)
     if (e->bound < w->unseen) w->unseen = e->bound;
 }
 
-static void leave_all(mesh_walk *w, const entry *e, uint32_t count)
+static void mesh_walk_leave_all(mesh_walk *w, const entry *e, uint32_t count)
 {
     for (uint32_t i = 0; i < count; i++) leave(w, &e[i]);
 }
@@ -287,12 +289,12 @@ static bool run_below(mesh_walk *w, const entry *top, mesh_visit *visit, void *c
     while (open) {
         entry e = stack[--open];
         if (e.bound > w->within) continue;
-        if (!go_on(w, e.a.leaf && e.b.leaf)) {
-            leave_all(w, stack, open + 1);
+        if (!mesh_walk_go_on(w, e.a.leaf && e.b.leaf)) {
+            mesh_walk_leave_all(w, stack, open + 1);
             return false;
         }
         if (!(e.a.leaf && e.b.leaf))
-            open += expand(w, &e, stack + open);
+            open += mesh_walk_expand(w, &e, stack + open);
         else if (!mesh_leaves_visit(w, e.a, e.b, visit, context))
             return false;
     }
@@ -300,7 +302,7 @@ static bool run_below(mesh_walk *w, const entry *top, mesh_visit *visit, void *c
 }
 
 /* The pairs of boxes to begin with. */
-LANES_INLINE uint32_t start(mesh_walk *w, entry first[CHILDREN])
+LANES_INLINE uint32_t mesh_walk_start(mesh_walk *w, entry first[CHILDREN])
 {
     uint32_t count = 0;
     if (w->ma && w->opens_both && w->aimed)
@@ -313,11 +315,11 @@ LANES_INLINE uint32_t start(mesh_walk *w, entry first[CHILDREN])
 void mesh_walk_run(mesh_walk *w, mesh_visit *visit, void *context)
 {
     entry first[CHILDREN];
-    uint32_t count = start(w, first);
+    uint32_t count = mesh_walk_start(w, first);
     w->unseen = INFINITY;
     while (count)
         if (!run_below(w, &first[--count], visit, context)) break;
-    if (w->unseen < INFINITY) leave_all(w, first, count);
+    if (w->unseen < INFINITY) mesh_walk_leave_all(w, first, count);
 }
 
 bool mesh_walk_is_clear(const mesh_walk *w, bool of_a, uint32_t node, uint32_t child)
@@ -390,7 +392,7 @@ static void leave_queue(mesh_walk *w, queue *q)
     }
 }
 
-static vec3 centre_of(const mesh_walk *w, mesh_box a)
+static vec3 mesh_walk_centre_of(const mesh_walk *w, mesh_box a)
 {
     if (a.node == MESH_WHOLE) return vec_scale(vec_add(w->whole.lo, w->whole.hi), 0.5);
     const mesh_node *n = &w->ma->nodes[a.node];
@@ -424,13 +426,13 @@ bool mesh_walk_plunge(mesh_walk *w, mesh_visit *visit, void *context)
     vec3 from = VEC_ZERO;
     if (w->ma) {
         a = nearest_child(w->ma, 0, vec_scale(w->part.b_in_a.t, 1 / w->size_a));
-        from = centre_of(w, a);
+        from = mesh_walk_centre_of(w, a);
     }
     b = nearest_child(w->mb, 0, vec_scale(transform_point(&w->a_in_b, from), 1 / w->size_b));
     while (!a.leaf || !b.leaf) {
         if (!a.leaf) a = nearest_child(w->ma, node_below(w->ma, a), vec_scale(in_a(w, b), 1 / w->size_a));
         if (b.leaf) continue;
-        from = transform_point(&w->a_in_b, centre_of(w, a));
+        from = transform_point(&w->a_in_b, mesh_walk_centre_of(w, a));
         b = nearest_child(w->mb, node_below(w->mb, b), vec_scale(from, 1 / w->size_b));
     }
     entry e = {a, b, 0};
@@ -441,13 +443,13 @@ LANES_INLINE void walk_nearest(mesh_walk *w, const mesh_front *from, mesh_visit 
 {
     queue q;
     entry more[CHILDREN];
-    uint32_t count = from ? from->count : start(w, more);
+    uint32_t count = from ? from->count : mesh_walk_start(w, more);
     queue_init(&q, w->within < w->part.size ? w->within : w->part.size);
     for (uint32_t i = 0; i < count; i++) queue_push(&q, from ? &from->at[i] : &more[i]);
     while (q.count) {
         entry e = queue_pop(&q);
         if (e.bound > w->within) continue;
-        bool full = q.count + CHILDREN > QUEUE, leaves = e.a.leaf && e.b.leaf, ended = !go_on(w, leaves);
+        bool full = q.count + CHILDREN > QUEUE, leaves = e.a.leaf && e.b.leaf, ended = !mesh_walk_go_on(w, leaves);
         if (ended) leave(w, &e);
         if (ended ||
             (leaves ? !mesh_leaves_visit(w, e.a, e.b, visit, context) : full && !run_below(w, &e, visit, context))) {
@@ -455,7 +457,7 @@ LANES_INLINE void walk_nearest(mesh_walk *w, const mesh_front *from, mesh_visit 
             return;
         }
         if (leaves || full) continue;
-        count = expand(w, &e, more);
+        count = mesh_walk_expand(w, &e, more);
         for (uint32_t i = 0; i < count; i++) queue_push(&q, &more[i]);
     }
 }
@@ -512,7 +514,7 @@ static uint32_t open_level(mesh_walk *w, const counted *from, uint32_t count, co
     for (uint32_t i = 0; i < count; i++) {
         entry more[CHILDREN] = {from[i].e};
         bool leaves = from[i].e.a.leaf && from[i].e.b.leaf;
-        uint32_t found = leaves ? 1 : expand(w, &from[i].e, more);
+        uint32_t found = leaves ? 1 : mesh_walk_expand(w, &from[i].e, more);
         if (n + found > MESH_FRONT) return 0;
         for (uint32_t k = 0; k < found; k++) {
             bool same_a = is_same(more[k].a, from[i].e.a), same_b = is_same(more[k].b, from[i].e.b);
@@ -532,7 +534,7 @@ bool mesh_walk_is_short(mesh_walk *w, double leaves, mesh_front *front)
 {
     counted now[MESH_FRONT], next[MESH_FRONT];
     entry first[CHILDREN];
-    uint32_t a = leaves_of(w->ma), b = leaves_of(w->mb), count = start(w, first);
+    uint32_t a = leaves_of(w->ma), b = leaves_of(w->mb), count = mesh_walk_start(w, first);
     for (uint32_t i = 0; i < count; i++) now[i] = (counted){first[i], w->ma ? below(a) : 1, below(b)};
     while (pairs_below(now, count) > leaves) {
         count = open_level(w, now, count, next);

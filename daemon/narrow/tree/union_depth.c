@@ -48,7 +48,7 @@ static void put_point(union_side *s, union_part *p, vec3 at)
     p->hi = vec_max(p->hi, at);
 }
 
-static double top_of(const union_side *s, const union_part *p, vec3 n)
+static double union_top_of(const union_side *s, const union_part *p, vec3 n)
 {
     const vec3 *at = s->points + p->first_point;
     double top = -INFINITY;
@@ -59,7 +59,7 @@ static double top_of(const union_side *s, const union_part *p, vec3 n)
 static void put_face(union_side *s, union_part *p, vec3 normal)
 {
     s->normals[s->face_count] = normal;
-    s->tops[s->face_count++] = top_of(s, p, normal);
+    s->tops[s->face_count++] = union_top_of(s, p, normal);
     p->face_count++;
 }
 
@@ -108,17 +108,12 @@ static bool put_hull(union_side *s, const hull *h, double scale, const transform
     return true;
 }
 
-static vec3 unit_along(int axis, double length)
-{
-    return vec(axis == 0 ? length : 0, axis == 1 ? length : 0, axis == 2 ? length : 0);
-}
-
 static bool put_box(union_side *s, vec3 half, const transform *t)
 {
     if (!has_space(s, 8, 6, 12) || !(min_of(half.x, min_of(half.y, half.z)) > 0)) return false;
     union_part *p = begin_part(s);
     for (uint32_t i = 0; i < 8; i++) put_point(s, p, placed(t, box_corner(half, i)));
-    for (int k = 0; k < 6; k++) put_face(s, p, turned_by(t, unit_along(k / 2, k & 1 ? 1 : -1)));
+    for (int k = 0; k < 6; k++) put_face(s, p, turned_by(t, vec_on_axis(k / 2, k & 1 ? 1 : -1)));
     for (uint32_t axis = 0; axis < 3; axis++)
         for (uint32_t k = 0; k < 4; k++) {
             uint32_t u = (axis + 1) % 3, v = (axis + 2) % 3, low = (k & 1) << u | (k >> 1) << v;
@@ -229,9 +224,9 @@ static void faces_of_difference(facets *f)
 {
     const union_side *a = &f->u->a, *b = &f->u->b;
     for (uint32_t i = f->a->first_face; i < f->a->first_face + f->a->face_count && !f->apart; i++)
-        put_plane(f, a->normals[i], a->tops[i] + top_of(b, f->b, vec_neg(a->normals[i])));
+        put_plane(f, a->normals[i], a->tops[i] + union_top_of(b, f->b, vec_neg(a->normals[i])));
     for (uint32_t i = f->b->first_face; i < f->b->first_face + f->b->face_count && !f->apart; i++)
-        put_plane(f, vec_neg(b->normals[i]), b->tops[i] + top_of(a, f->a, vec_neg(b->normals[i])));
+        put_plane(f, vec_neg(b->normals[i]), b->tops[i] + union_top_of(a, f->a, vec_neg(b->normals[i])));
     f->work += f->a->face_count * f->b->point_count / 4 + f->b->face_count * f->a->point_count / 4;
 }
 
@@ -256,7 +251,7 @@ static void put_edges(facets *f, const union_edge *e, const union_edge *g, vec3 
     if (sure && norm2 > SLIVER * area2) {
         put_plane(f, n, vec_dot(n, vec_sub(a->points[e->from], b->points[g->from])));
     } else if (!is_known_normal(f, n)) {
-        put_plane(f, n, top_of(a, f->a, n) + top_of(b, f->b, vec_neg(n)));
+        put_plane(f, n, union_top_of(a, f->a, n) + union_top_of(b, f->b, vec_neg(n)));
         f->work += (f->a->point_count + f->b->point_count) / 4;
     }
 }
@@ -484,8 +479,8 @@ static bool is_outside_by_faces(union_search *s, union_pair *pair, vec3 way, dou
         uint32_t face = (pair->last + i) % count, of_b = face - a->face_count;
         bool first = face < a->face_count;
         vec3 n = first ? u->a.normals[a->first_face + face] : vec_neg(u->b.normals[b->first_face + of_b]);
-        double top = first ? u->a.tops[a->first_face + face] + top_of(&u->b, b, vec_neg(n))
-                           : u->b.tops[b->first_face + of_b] + top_of(&u->a, a, n);
+        double top = first ? u->a.tops[a->first_face + face] + union_top_of(&u->b, b, vec_neg(n))
+                           : u->b.tops[b->first_face + of_b] + union_top_of(&u->a, a, n);
         s->work += 1 + (first ? b : a)->point_count / 8;
         if (vec_dot(n, way) - (top - s->shrink) < by) continue;
         pair->last = face;
