@@ -6,7 +6,6 @@
 #include "narrow/convex/near_features.h"
 #include "narrow/convex/polytope_depth.h"
 #include "narrow/convex/polytopes.h"
-#include "narrow/convex/witness.h"
 #include "narrow/curved/curved.h"
 #include "narrow/curved/pieces.h"
 #include "narrow/curved/revolved.h"
@@ -48,7 +47,7 @@ closed_form *dispatch_closed_form(shape_type a, shape_type b)
 }
 
 /* Pairs of which GJK decides a verdict sooner, be they separated, in shallow or in deep contact, than their own form
- * has measured them; of two ellipsoids it gets what ellipsoid_verdict.c has left. */
+ * has measured them; of two ellipsoids it gets what primitives.c has left. */
 #define SOONER true
 /* clang-format off */
 static const bool GJK_DECIDES[SHAPE_CONVEX_COUNT][SHAPE_CONVEX_COUNT] = {

@@ -1,7 +1,7 @@
 /* separation: proofs that two shapes are apart, along one axis or a few, without a search. Pure; any thread. */
 #include "narrow.h"
 #include "narrow/closed/closed.h"
-#include "narrow/convex/simplex.h"
+#include "narrow/convex/gjk.h"
 #include "narrow/math/scalar.h"
 #include "narrow/pair/core.h"
 #include "narrow/pair/finish.h"

@@ -3,7 +3,7 @@
  * balls and capsules are boxes, too. Pure; any thread.
  *
  * All is in the course's frame: world axes, the origin of A's body. */
-#include "boxes.h"
+#include "course.h"
 
 #include "narrow/closed/closed.h"
 #include "narrow/math/scalar.h"

@@ -48,4 +48,7 @@ typedef struct toi_result {
  * 70, which leaves 30 for the distances of the whole shapes when it begins and where it ends. */
 enum { TOI_WORK_MAX = 4000000 };
 
+/* Are these walked, part by part? A half-space sees nothing but convex hulls. */
+bool toi_parts_apply(const shape *a, const shape *b);
+
 #endif

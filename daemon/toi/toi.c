@@ -1,11 +1,9 @@
 /* toi: marches along the motion of two convex shapes from one proof to the next. Pure; any thread. */
 #include "toi.h"
 
-#include "boxes.h"
 #include "course.h"
 #include "narrow/math/scalar.h"
 #include "narrow/pair/unit_pair.h"
-#include "parts.h"
 #include "sweep.h"
 
 enum {

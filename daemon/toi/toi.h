@@ -9,7 +9,7 @@
  * 2006; the chord in place of the speed bound is METHODS.md's.)
  *
  * Two balls, and a ball and a box that do not turn, have closed forms, proven at both ends (primitives.c).
- * Balls, capsules and boxes march by separating axes in place of distances (boxes.h).
+ * Balls, capsules and boxes march by separating axes in place of distances (course.h).
  *
  * Meshes and compounds are walked: boxes of their hierarchy, then parts, each a convex shape that moves with the body;
  * what that may take is bounded, by a count and not by a clock (TOI_WORK_MAX). */

@@ -3,7 +3,7 @@
 #include "events.h"
 
 #include "base/hash.h"
-#include "narrow/contact/feature_code.h"
+#include "narrow/contact/manifold.h"
 
 #include <string.h>
 

@@ -6,7 +6,6 @@
  * What is proposed is tested before it is believed (toi_find), so that nothing rests on it, and for shapes that turn it
  * may do as well. Pure; any thread, each with its own scratch. */
 #include "state.h"
-#include "toi/parts.h"
 
 enum { LOOKS_MAX = 4 };
 

@@ -5,7 +5,7 @@
 #include "cases.h"
 #include "oracle.h"
 
-#include "narrow/convex/simplex.h"
+#include "narrow/convex/gjk.h"
 #include "narrow/curved/curved.h"
 
 #include <setjmp.h>

@@ -6,7 +6,7 @@
 #include "cases.h"
 #include "oracle.h"
 
-#include "narrow/convex/simplex.h"
+#include "narrow/convex/gjk.h"
 #include "narrow/dispatch.h"
 
 #include <setjmp.h>

@@ -2,7 +2,7 @@
  * frame before answers, to the bit, what a query from nothing answers; with any forged cache, too. */
 #include "cases.h"
 #include "narrow/convex/near_features.h"
-#include "narrow/curved/rim_features.h"
+#include "narrow/curved/curved.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

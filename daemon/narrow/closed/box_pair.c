@@ -1,7 +1,7 @@
 /* box_pair: the separating-axis test of two boxes in A's frame, and the points that face each other. Pure; any thread.
  */
 #include "closed.h"
-#include "narrow/convex/witness.h"
+#include "narrow/convex/gjk.h"
 #include "narrow/math/scalar.h"
 
 enum { FACES_B = 3, EDGES = BOX_FACES, AXES = 15, ROUNDS = 4 };

@@ -5,7 +5,6 @@
  * corner of the overlap the distance is the difference of the two heights, minus the radii. */
 #include "manifold.h"
 
-#include "feature_code.h"
 #include "geom/feature.h"
 #include "narrow/math/scalar.h"
 #include "narrow/pair/unit_pair.h"
@@ -145,7 +144,7 @@ typedef struct outline {
 /* A corner of the overlap, on its way through the clipping. */
 typedef struct corner {
     spot at;           /* h: of the incident feature */
-    uint32_t ref, inc; /* what it is made of on either feature: feature_code.h */
+    uint32_t ref, inc; /* what it is made of on either feature: manifold.h */
     bool side_is_ref;  /* the side that leaves this corner: along the reference, or along the incident feature? */
     uint32_t side;
 } corner;

@@ -1,5 +1,5 @@
 /* features: the distance of two hulls, or of two boxes, by a formula of the features that they are nearest at
- * (bodies with rims: rim_features.h).
+ * (bodies with rims: curved.h).
  *
  * A search may start anywhere and stop anywhere within its tolerance; so its last bits depend on its start. Here the
  * answer is made anew from the features alone, and it does not matter who named them: a search from nothing, or the
@@ -35,7 +35,7 @@
 #ifndef COLLIDED_NARROW_CONVEX_FEATURES_H
 #define COLLIDED_NARROW_CONVEX_FEATURES_H
 
-#include "simplex.h"
+#include "narrow/pair/unit_pair.h"
 
 /* Two hulls of up to HULL_SCAN_MAX vertices, two boxes, or a capsule and a box; and the distance is asked for, closely.
  */

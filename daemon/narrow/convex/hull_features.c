@@ -2,8 +2,8 @@
  * near (features.h); where they overlap, A may also be a box. Pure; any thread. */
 #include "features.h"
 #include "geom/hull_scan.h"
+#include "gjk.h"
 #include "narrow/math/scalar.h"
-#include "simplex.h"
 
 enum { SIDE_MOST = 3, BOTH_MOST = 4 };
 
@@ -129,7 +129,7 @@ static vec3 outward(vec3 n, vec3 w, bool deep)
     return (vec_dot(n, w) < 0) != deep ? vec_neg(n) : n;
 }
 
-/* An edge and a vertex: `w` are the edge's ends in B - A. Made orthogonal to the edge twice, as in simplex.c. */
+/* An edge and a vertex: `w` are the edge's ends in B - A. Made orthogonal to the edge twice, as in gjk.c. */
 static bool hull_features_nearest_on_edge(const vec3 w[2], double least2, double weight[2], vec3 *n)
 {
     vec3 e = vec_sub(w[1], w[0]);

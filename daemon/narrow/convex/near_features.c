@@ -6,7 +6,6 @@
 #include "narrow/math/scalar.h"
 #include "polytope_depth.h"
 #include "polytopes.h"
-#include "witness.h"
 
 /* Of hi: a bracket so narrow names the features. */
 #define NAMING_WIDTH 0x1p-36

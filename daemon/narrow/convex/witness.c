@@ -1,8 +1,7 @@
 /* witness: deepest points of overlapping cores. A depth search proves an axis by support points, but the points that
  * it interpolates may belong to an older facet, or to another of several equally deep ones. Pure; any thread. */
-#include "witness.h"
-
 #include "gjk.h"
+
 #include "narrow/math/scalar.h"
 
 /* ---- facing ---- */

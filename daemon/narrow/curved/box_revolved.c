@@ -18,9 +18,8 @@
  * octant, which is on a great circle.
  *
  * A great circle, quadrant by quadrant: of B's apex h is a cosine about a fixed point, which is positive and so least
- * at an end; of a rim, see great_arc.h. */
-#include "great_arc.h"
-#include "narrow/convex/witness.h"
+ * at an end; of a rim, see revolved.h. */
+#include "narrow/convex/gjk.h"
 #include "narrow/math/simd.h"
 #include "revolved.h"
 

@@ -4,7 +4,7 @@
  * unit axis m from A towards B, with x = m.z and y = m.u, the cores overlap by
  *     h(m) = h_A |x| + r_A sqrt(1 - x^2) + h_B |y| + r_B sqrt(1 - y^2) - t.m,
  * which is smooth but along z and u and where x = 0 or y = 0. So it is least along one of the axes, on one of these two
- * great circles (great_arc.h), or where it is stationary: there a point of a rim of A, less one of a rim of B, is h m.
+ * great circles (revolved.h), or where it is stationary: there a point of a rim of A, less one of a rim of B, is h m.
  * Directions come in pairs that mirror each other in the plane of z and u; of a pair only that with the greater t.m
  * matters: that on the side of k, the unit vector across that plane with t.k >= 0. That halves both circles.
  *
@@ -16,8 +16,7 @@
  * convex if the rims cross at an angle: E'' = r_B^2 - way^2 + (rho - r_A) rho'' + (z - h_A) z'',   way = the part of b'
  * along A's rim, so there is one place at most, which Newton's method finds, and E >= E(at) - |E'(at)| times the length
  * of the arc. */
-#include "great_arc.h"
-#include "narrow/convex/witness.h"
+#include "narrow/convex/gjk.h"
 #include "revolved.h"
 
 enum { PIECES_MAX = 24, NEWTON_MAX = 6 };

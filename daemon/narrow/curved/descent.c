@@ -3,7 +3,6 @@
 #include "narrow/convex/features.h"
 #include "narrow/math/scalar.h"
 #include "pieces.h"
-#include "rim_features.h"
 
 enum { ROUNDS_MAX = 6 };
 

@@ -1,7 +1,7 @@
 /* great_arc: arcs are cut until nothing on them is below what is allowed. Pure; any thread. */
-#include "great_arc.h"
+#include "revolved.h"
 
-#include "narrow/convex/witness.h"
+#include "narrow/convex/gjk.h"
 
 enum { ARCS_MAX = 32 /* open at a time */, STEPS_MAX = 200 };
 

@@ -16,7 +16,7 @@
  *
  * Directions come in pairs that mirror each other in the plane of the axes, e the part along that plane across z; of a
  * pair only that with the greater t.m matters. */
-#include "narrow/convex/witness.h"
+#include "narrow/convex/gjk.h"
 #include "revolved.h"
 
 enum { CELLS_MAX = 48 /* open at a time */, SPLITS_MAX = 200 };

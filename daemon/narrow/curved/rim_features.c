@@ -1,5 +1,5 @@
 /* rim_features: the features that two bodies are nearest at, and the proof that it is these. Pure; any thread. */
-#include "rim_features.h"
+#include "curved.h"
 
 #include "narrow/convex/features.h"
 #include "narrow/math/scalar.h"

@@ -35,7 +35,7 @@ enum { MANIFOLD_POINTS_MAX = 4 };
 typedef struct manifold_point {
     vec3 point;       /* midway between the surfaces, in A's frame */
     double distance;  /* m, signed, along the axis; negative = depth there */
-    uint64_t feature; /* stable id: of A in the high half, of B in the low half (feature_code.h) */
+    uint64_t feature; /* stable id: of A in the high half, of B in the low half (manifold.h) */
 } manifold_point;
 
 typedef struct manifold {
@@ -112,7 +112,7 @@ typedef struct narrow_shell {
  * hints of the first two; narrow_query writes these, and of them reads the axis, beside features of cylinders and
  * cones. And for narrow_query the triangles, features and surfaces with which it begins: triangles and the axis only
  * say where, the others it proves from nothing, and answers from as a search without them would have (features.h,
- * rim_features.h): no cache enters an answer. Zeroed = empty. */
+ * curved.h): no cache enters an answer. Zeroed = empty. */
 typedef struct narrow_cache {
     vec3 axis;                       /* in A's frame, unit; zero = none */
     pose b_in_a;                     /* where `lower` was certified */

@@ -37,8 +37,8 @@ typedef struct primitive_pair {
 
 /* False where the pair has to be left to a search, or is `outside`; then *out counts for nothing. */
 typedef bool primitive_formula(primitive_pair *q, narrow_result *out);
-primitive_formula capsule_beside_box;    /* capsule_box.c */
-primitive_formula ellipsoids_by_verdict; /* ellipsoid_verdict.c */
+primitive_formula capsule_beside_box;    /* primitives.c */
+primitive_formula ellipsoids_by_verdict; /* primitives.c */
 
 /* box_box.c: with what the pair remembers, and with scratch for a search; both may be NULL. */
 bool box_beside_box(primitive_pair *q, narrow_cache *cache, epa_scratch *scratch, narrow_result *out);

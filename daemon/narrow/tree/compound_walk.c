@@ -4,7 +4,7 @@
  * frame. Whatever is in them is no nearer and no deeper: a translation that separates the boxes separates the parts. */
 #include "compound_pair.h"
 #include "geom/bounds.h"
-#include "narrow/contact/feature_code.h"
+#include "narrow/contact/manifold.h"
 #include "narrow/math/scalar.h"
 #include "narrow/pair/unit_pair.h"
 

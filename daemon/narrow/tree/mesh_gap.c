@@ -1,6 +1,6 @@
 /* The distance of surfaces by branch and bound, and containment by winding numbers. Pure; any thread. */
 #include "mesh_pair.h"
-#include "mesh_place.h"
+#include "mesh_walk.h"
 #include "narrow/convex/gjk.h"
 #include "narrow/math/scalar.h"
 #include "narrow/pair/core.h"

@@ -1,5 +1,5 @@
 /* mesh_row: one triangle, or all of a convex core, beside the four triangles of a leaf, which are looked at side by
- * side. For mesh_leaf.c. All in A's frame and units of the pair. Pure; any thread; the same bits on any processor. */
+ * side. For mesh_place.c. All in A's frame and units of the pair. Pure; any thread; the same bits on any processor. */
 #ifndef COLLIDED_NARROW_TREE_MESH_ROW_H
 #define COLLIDED_NARROW_TREE_MESH_ROW_H
 
