@@ -29,7 +29,7 @@ size_t narrow_scratch_size(void)
 }
 
 /* Bounds that are apart by more than this many errors of doubles are kept apart by the search, not by rounding (the
- * depth of hulls is told with NEAR_DEPTH_WIDTHS more on either side). */
+ * depth of hulls is reported with NEAR_DEPTH_WIDTHS more on either side). */
 #define ROUNDING_WIDTHS (2 + 2 * NEAR_DEPTH_WIDTHS)
 
 /* Of the sizes: shapes that overlap by less, or are that near, touch but for a little. */
@@ -190,7 +190,7 @@ static void deviate(const shape *a, const shape *b, const narrow_request *r, nar
     result->status = settled ? NARROW_CERTAIN : NARROW_WIDE;
 }
 
-/* Shapes that touch but for a little are told to be no nearer than the points that prove it. That others overlap is
+/* Shapes that almost touch are reported to be no nearer than the points that prove it. That others overlap is
  * known without points, and of a common point hi is 0. An interval that is not wider than its place is of a gap that
  * points have proved. */
 static void keep_to_points(const shape *a, const shape *b, const narrow_request *r, narrow_result *result)

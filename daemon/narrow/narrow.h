@@ -34,7 +34,7 @@ double narrow_separation(
 bool narrow_apart(const shape *a, const shape *b, const pose *b_in_a, double limit, narrow_cache *cache);
 
 /* Bounds without a search: `lo` as narrow_separation along that axis, `hi` from the support points there, which are the
- * points told. The status is NARROW_WIDE, the method NARROW_BY_CLOSED_FORM. Never with a half-space. */
+ * points reported. The status is NARROW_WIDE, the method NARROW_BY_CLOSED_FORM. Never with a half-space. */
 void narrow_bounds(const shape *a, const shape *b, const pose *b_in_a, vec3 axis, narrow_result *result);
 
 /* An axis along which they are likely to be apart, from their frames and half extents alone: the line from the point of

@@ -259,8 +259,8 @@ bool moving_boxes_follow(moving_boxes *m, const box_place *at, box_axis *n)
     return n->gap > moving_boxes_apart(m, at->time);
 }
 
-/* By all axes, with room for rounding: an axis across nearly parallel edges is lost in it, but does without where a
- * turn that makes them parallel moves no point by more than the others leave. */
+/* Do the boxes overlap along all fifteen axes by more than rounding? The cross axis of nearly parallel edges is skipped
+ * if turning one edge until both are parallel moves no point by more than the slack of the other axes. */
 static bool moving_boxes_overlap(const box_pair *x, double error)
 {
     double size = 0, room = error;

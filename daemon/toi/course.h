@@ -22,15 +22,15 @@ typedef struct course {
     motion body_a, body_b; /* in the frame: A's body turns in place */
     double span;           /* s */
     motion_spin spin_a, spin_b;
-    bool straight;       /* neither turns */
-    course_place first;  /* at time 0 */
-    vec3 rate;           /* straight: how fast B's position changes in A's frame, m/s */
-    double bend;         /* m/s^2: over a time h no gap along a direction dips below its chord by more than
-                            bend h^2 / 8 */
-    double plane_turn2;  /* of a plane that turns, otherwise 0: its bend is this times how far the other is from */
-    double plane_extent; /* its body's origin, for which this is added to the origins' distance, ... */
-    double plane_bend;   /* ... and this */
-    double speed;        /* m/s: no two points approach each other faster */
+    bool straight;      /* neither turns */
+    course_place first; /* at time 0 */
+    vec3 rate;          /* straight: how fast B's position changes in A's frame, m/s */
+    double bend;        /* m/s^2: over a time h no gap along a direction dips below its chord by more than
+                           bend h^2 / 8 */
+    /* Of a plane that turns its bend is plane_turn2 * (how far the bodies' origins are apart + plane_extent) +
+     * plane_bend; otherwise plane_turn2 is 0. */
+    double plane_turn2, plane_extent, plane_bend;
+    double speed;              /* m/s: no two points approach each other faster */
     double radius_a, radius_b; /* m: of the cores about the axes that they turn about */
     double reach_a, reach_b;   /* m: of the shapes from the origins of their bodies; of half-spaces: their frames */
     double core_a, core_b;     /* m: the same of the cores: a radius is the same all round, however a direction turns */

@@ -191,7 +191,7 @@ static double leaves_gap_along(const two_triangles *t, vec3 d)
     return min_of(vec_dot(d, t->b[0]), min_of(vec_dot(d, t->b[1]), vec_dot(d, t->b[2]))) - top - t->apart;
 }
 
-/* The same of a pair at a place. */
+/* The gap of one pair of triangles along a direction, with both shapes at a given place. */
 static double leaves_gap_of(const leaves *l, int pair, const sweep_place *at, vec3 d)
 {
     vec3 in_a = mat_tmul(at->a.r, d), in_b = mat_tmul(at->b.r, d);

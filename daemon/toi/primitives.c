@@ -7,8 +7,8 @@
 /* ---- two balls ---- */
 
 /* The squared distance of two points that move along lines is a parabola in time, so that apart and still
- * approaching at `lo` proves that they were farther apart at all times before. The root only proposes lo and hi; what
- * is told is what the distances at these times prove, their rounding counted. */
+ * approaching at `lo` proves that they were farther apart at all times before. The root only proposes lo and hi; the
+ * answer is what the distances at these times prove, with their rounding. */
 
 typedef struct balls {
     vec3 from, velocity; /* of B's centre, seen from A's */
@@ -104,8 +104,8 @@ bool toi_spheres(const toi_mover *a, const toi_mover *b, const toi_request *requ
 
 /* In the box's frame the ball's centre goes along a line, and contact is a distance of the centre from
  * the box. The square of that distance is a parabola between the times at which the centre crosses a plane of a face,
- * and convex all along. The roots only propose lo and hi; what is told is what the distances at these times prove,
- * their rounding counted: of a convex function, positive and still falling at lo, is positive before. */
+ * and convex all along. The roots only propose lo and hi; the answer is what the distances at these times prove,
+ * with their rounding: a convex function that is positive and still falling at lo is positive at all times before. */
 
 enum { PIECES_MAX = 7 }; /* a line crosses the planes of three pairs of faces */
 

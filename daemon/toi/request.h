@@ -15,8 +15,8 @@ typedef struct toi_mover { /* a shape of a body that moves */
 typedef struct toi_request {
     double span;      /* s, > 0: from 0 to here */
     double threshold; /* m: contact is a signed distance at or below it */
-    double tolerance; /* m, > 0: nearer than threshold + tolerance is told as a near miss, where neither contact nor its
-                         absence is proven with fewer steps than are worth it */
+    double tolerance; /* m, > 0: nearer than threshold + tolerance is reported as a near miss, where neither contact nor
+                         its absence is proven with fewer steps than are worth it */
     double wander;    /* m/s^2, >= 0: by how much all points may accelerate besides: what is free then is free for every
                          motion that leaves this one by no more than wander t^2 / 2; contact is then never proven */
     uint32_t spent;   /* of TOI_WORK_MAX: by searches for the legs of the same way that come before */

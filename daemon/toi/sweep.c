@@ -8,8 +8,8 @@
 #include "narrow/pair/unit_pair.h"
 
 enum { ROUNDS_MAX = 8, ALTERNATIONS = 1 }; /* directions are looked for so often in a piece */
-static const double FINE = 0.001;          /* of the pair's size: so much may a gap dip in a whole piece, ... */
-static const double STRETCH = 0.25;        /* ... and in all of a stretch: about 1.5 rad of a turn */
+static const double FINE = 0.001;          /* of the pair's size: how far a gap may dip in a whole piece */
+static const double STRETCH = 0.25;        /* the same in all of a stretch: about 1.5 rad of a turn */
 static const double LEAST_GAIN = 0.02;     /* of a piece: below it no further direction is looked for */
 
 static const uint32_t NOWHERE = UINT32_MAX;
@@ -336,7 +336,7 @@ static void be_mesh_node(toi_part *p, const shape *whole, uint32_t node)
     be_box(p, lo, hi);
 }
 
-/* A triangle in the clothes of a flat hull. */
+/* Makes the part a triangle, represented as a flat hull. */
 static void be_triangle(toi_part *p, const shape *whole, uint32_t triangle)
 {
     *p = (toi_part){.whole = whole, .local = POSE_IDENTITY, .is_leaf = true};

@@ -33,8 +33,8 @@ typedef struct toi_part {
     bool is_leaf;
     uint32_t node, child; /* where its children are; of a mesh: one child of a node, or TOI_WHOLE_NODE */
     double size;          /* m: its reach */
-    toi_part_form form;   /* what sweep.c sees, in the frame of the whole: `shape`, or ... */
-    vec3 centre, side[3]; /* ... a box, which may be turned; of others their extents, but of triangles no sides */
+    toi_part_form form;   /* what sweep.c sees, in the frame of the whole */
+    vec3 centre, side[3]; /* of a box, which may be turned; of others their extents, but of triangles no sides */
     vec3 normal;          /* of a flat one: of any length */
     double margin;        /* m: of the rounding, and of what hulls were made of */
     hull flat;            /* of a triangle, which shape.hull points to */
@@ -51,8 +51,8 @@ int toi_part_children(const toi_part *p, toi_part *out);
 
 enum {
     SWEEP_PIECES_MAX = 32,
-    SWEEP_CUT = 4,      /* a piece into so many, ... */
-    SWEEP_LONGEST = 16, /* ... twice */
+    SWEEP_CUT = 4,      /* a piece is cut into so many */
+    SWEEP_LONGEST = 16, /* after two cuts */
     SWEEP_PLACES = 128  /* that are kept; a power of two */
 };
 
@@ -76,8 +76,8 @@ typedef struct sweep {
     uint32_t ends, longest; /* the least pieces, and how many make up a whole one */
     uint32_t whole;         /* a power of SWEEP_CUT of them, up to all */
     double least;           /* s */
-    bool begun;             /* the places are of the stretch from `start`, ... */
-    double asked;           /* ... which was asked for up to then */
+    bool begun;             /* the places are of the stretch from `start` */
+    double asked;           /* s: the end of that stretch, as it was asked for */
     uint64_t work;          /* that was done, in the units above */
     sweep_place at[SWEEP_PLACES];
 } sweep;

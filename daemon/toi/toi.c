@@ -25,8 +25,8 @@ typedef struct march {
     double time;
     bool rough;         /* within the tolerance is near enough: no proof of contact is looked for */
     course_place at;    /* that time */
-    course_place ahead; /* where the last step that was tried ends, ... */
-    double ahead_time;  /* ... and when; 0: none was tried */
+    course_place ahead; /* where the last step that was tried ends */
+    double ahead_time;  /* when it ends; 0: none was tried */
     narrow_result near; /* then, in A's frame */
     vec3 axis;          /* near.axis in the world's axes */
     double rate;        /* m/s: how fast the gap at the nearest points grows along the axis */
@@ -262,8 +262,8 @@ static void march_convex(march *m, double from)
 
 /* ---- two shapes ---- */
 
-static const double WHOLE_TURNS = 6; /* rad: from here on what it sweeps is looked at first, ... */
-static const double ROUGHLY = 0.01;  /* ... to within so much of its reach */
+static const double WHOLE_TURNS = 6; /* rad: a shape that turns by more is first tried as what it sweeps */
+static const double ROUGHLY = 0.01;  /* of its reach: how closely that is looked at */
 static const double MANY_TURNS = 40; /* rad: the same for boxes, whose march is quick */
 
 /* A time up to which what they sweep is apart; INFINITY: always. */

@@ -16,11 +16,11 @@
 
 /* What the steps of a search count for, besides those of sweep.h, in the units of TOI_WORK_MAX. */
 enum {
-    WORK_VISIT = 5,  /* a pair of boxes or parts, made ready */
-    WORK_QUERY = 60, /* a distance or verdict of two parts */
-    WORK_WHOLE = 50, /* a distance or verdict of the whole shapes, and ... */
-    WORK_WHOLE_TRIANGLE = 1,
-    WORK_DEPTH_TRIANGLE = 64 /* ... for each triangle that they have; more where a depth is asked for */
+    WORK_VISIT = 5,          /* a pair of boxes or parts, made ready */
+    WORK_QUERY = 60,         /* a distance or verdict of two parts */
+    WORK_WHOLE = 50,         /* a distance or verdict of the whole shapes */
+    WORK_WHOLE_TRIANGLE = 1, /* more for each triangle that they have */
+    WORK_DEPTH_TRIANGLE = 64 /* the same where a depth is asked for */
 };
 
 /* A stretch of time that takes more than this share of what is left is given up, and a shorter one begun: most of it at
@@ -33,8 +33,8 @@ enum {
     NEARS_MAX = 16
 }; /* parts that come near at about one time: whether that is contact is then asked of the whole */
 
-static const double WHOLE_TURNS = 6; /* rad: from here on what it sweeps is looked at first, ... */
-static const double ROUGHLY = 0.002; /* ... to within so much of its size */
+static const double WHOLE_TURNS = 6; /* rad: a shape that turns by more is first tried as what it sweeps */
+static const double ROUGHLY = 0.002; /* of its size: how closely that is looked at */
 
 typedef struct walk {
     const toi_mover *a, *b;
@@ -45,7 +45,7 @@ typedef struct walk {
     double skipped;   /* from here on may be contacts that were not looked for any more */
     uint64_t most;    /* work, for all */
     uint64_t allowed; /* work, up to which it goes on */
-    double blur;      /* s: so much earlier than contact all others are told apart in, well above rounding */
+    double blur;      /* s: contacts closer in time than this are taken as simultaneous; well above rounding */
     uint32_t nears;   /* parts that came within the tolerance */
     bool rough;       /* within the tolerance is as good as contact */
     sweep sweep;
@@ -303,7 +303,7 @@ static toi_status near_or_undecided(const walk *w, double floor, const narrow_re
     return is_near ? TOI_NEAR : TOI_UNDECIDED;
 }
 
-/* What is told of the time lo. */
+/* Fills in the answer's fields that describe the time lo. */
 static void describe(walk *w, double time, const narrow_result *n)
 {
     toi_result *out = w->out;

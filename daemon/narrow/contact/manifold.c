@@ -113,7 +113,8 @@ static const double FACE_SINE = 0.01;
  * the deepest point by more. */
 static const double FLUSH_RATIO = 1e-6;
 
-/* Of the reference's width: the same of a sliver, whose corners a wider margin would leave behind by its length. */
+/* The same margin for a sliver, as a fraction of the width of the reference face: a wider one would leave out its
+ * corners. */
 static const double FLUSH_WIDTH = 1e-3;
 
 /* Of that: a side of the reference that is no longer is not clipped by, for its direction is rounding. A longer one is,

@@ -27,8 +27,8 @@ typedef struct expansion {
     support_hints hints;
     bool won;        /* false: they are those that the search began with */
     bool domed;      /* the witnesses are those of the last dome that lowered the depth, already in *best */
-    bool curved;     /* domes may be raised ... */
-    uint32_t raises; /* ... so often was it tried */
+    bool curved;     /* domes may be raised */
+    uint32_t raises; /* how often that was tried */
     int dome_count;
     dome dome[DOMES_MAX];
 } expansion;

@@ -84,7 +84,7 @@ bool hull_features_span(const unit_pair *p, const narrow_features *f, span *out)
 bool box_facing_span(const unit_pair *p, const narrow_features *f, span *out);     /* box_facing.h */
 void hull_features_of(const minkowski *const *m, int count, narrow_features *out); /* the vertices they are made of */
 
-/* The same of a facet's corners, where the two overlap: A may be a box. */
+/* The features of a facet of B - A by its corners, where the two shapes overlap. A may be a box. */
 void hull_features_of_facet(const unit_pair *p, const minkowski *const *m, narrow_features *out);
 
 static inline minkowski hull_pair_of(const unit_pair *p, uint32_t a, uint32_t b) /* of two vertices */

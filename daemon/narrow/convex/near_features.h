@@ -6,7 +6,7 @@
 #include "features.h"
 
 /* Two hulls, or where they overlap a box and a hull, from nothing, for goals of which one of the two above is true: the
- * answer, by the quickest means. False: it cannot be told by these, and *out counts for nothing. */
+ * answer, by the quickest means. False: these cannot decide it, and *out counts for nothing. */
 bool near_features_at_once(const unit_pair *p, const narrow_goal *goal, span *out);
 
 /* The answer from what the pair remembers: its features, those that a descent from them ends at (hulls here; boxes

@@ -55,7 +55,7 @@ bool polytope_depth_at_once(const unit_pair *p, const narrow_goal *goal, span *o
 bool polytope_depth_from(const unit_pair *p, const narrow_goal *goal, const hull_corners *holds, span *out);
 
 /* The answer of a search from nothing, to the bit, by the surface in p->shell; it is kept up. False: that cannot be
- * told, and *out counts for nothing. `nearest`: the facet that won before; nothing is believed of it. */
+ * decided, and *out counts for nothing. `nearest`: the facet that won before; nothing is believed of it. */
 bool polytope_depth_again(const unit_pair *p, const narrow_goal *goal, const narrow_features *nearest, span *out);
 
 /* The same in registers of 32 or of 16 bytes, for tests: `wide` only where lanes_wide() (simd.h). */

@@ -71,8 +71,8 @@ hull_seek_end hull_seek(const unit_pair *p, int patience, bool proposes, narrow_
  *
  * What is answered: F (features.h) is strict, and all other facets of B - A are more than NEAR_DEPTH_MARGIN
  * farther away than F, so that a search from nothing finds F (polytope_depth.h), and the formula of F gives its bits.
- * Where that cannot be told, nothing is answered, and the search follows. So neither single precision, nor its width,
- * nor what a pair remembers changes any bit of an answer.
+ * Where that cannot be decided, nothing is answered, and the search follows. So neither single precision, nor its
+ * width, nor what a pair remembers changes any bit of an answer.
  *
  * Rounding: a height in single precision errs by 8 * 2^-24 of the size, and by 2^-18 of itself, for the vertex it is of
  * stands in its last bits. With heights that err by e, the bound of an arc errs by e / c, c the cosine of half the
@@ -85,7 +85,7 @@ bool hull_axes_apply(const unit_pair *p);
 /* Are they apart along the line of their origins? Most that are apart are, and need not be looked at here. */
 bool hull_axes_parted(const unit_pair *p);
 
-/* For goals that near_features_reach_depths takes. False: it cannot be told by these means, and *out counts for
+/* For goals that near_features_reach_depths takes. False: these means cannot decide it, and *out counts for
  * nothing. */
 bool hull_axes_depth(const unit_pair *p, const narrow_goal *goal, span *out);
 

@@ -50,7 +50,7 @@ static closed_form *beside_point(shape_type type)
     return FORMS[type];
 }
 
-/* Where they may be apart, hi is told by points. */
+/* Narrows both bounds by one axis. Where the shapes may be apart nothing is done: there hi belongs to points. */
 static void narrow_by(const unit_pair *p, vec3 axis, double hi, span *s)
 {
     if (!(hi < -2 * p->error)) return;

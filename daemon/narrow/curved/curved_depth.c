@@ -170,9 +170,9 @@ bool dome_covers(const dome *d, const vec3 w[3], vec3 nearest, double depth, dou
 
 enum { DOMES_MAX = 8, RAISES_MAX = 16 };
 
-/* A direction this much deeper than the best so far is not worth a dome, ... */
+/* A dome is raised only for a direction whose depth is less than this times the best depth so far, */
 static const double PROMISING = 1.1;
-/* ... nor is one along which the surface may still rise by this part of the size. */
+/* and only where its support point lies above the facet by less than this fraction of the size. */
 static const double RIPE = 0.01;
 
 typedef struct search {
@@ -183,9 +183,9 @@ typedef struct search {
     double eps;    /* a point that is no farther out than this is on the facet */
     double proved; /* the least distance that is known of all facets that are final */
     support_hints hints;
-    bool won;          /* best->lo is that of a direction that was tried: its facet's corners, ... */
-    uint8_t corner[3]; /* ... the nearest point between which is the witness, ... */
-    bool domed;        /* ... or the points are those of the last dome that lowered the depth, already in *best */
+    bool won;          /* best->lo is that of a direction that was tried */
+    uint8_t corner[3]; /* its facet: the nearest point of it is the witness, unless `domed` */
+    bool domed;        /* the points are those of the last dome that lowered the depth, already in *best */
     int raises;
     int dome_count;
     dome dome[DOMES_MAX];

@@ -26,10 +26,10 @@ static const double DEEP = 0.15;      /* of the size: revolved.h answers such de
 static const double INSIDE = 0x1p-30; /* of the size: rounding never reaches that far */
 static const double ROUNDING = 1e-13; /* of the size: by which positions along a rim may be off */
 static const double SURE = 1 + 1e-9;  /* room for the rounding of derivatives */
-static const double STEEP = 1e-3;     /* of r_B^2: a least of E with less E'' is not known well, ... */
-static const double FAR = 1e-3;       /* ... nor is the axis between points that are nearer than this, of the size */
-static const double WIDE = 1;         /* chord of the unit circle: longer arcs are halved ... */
-static const double ARC = 1.0472;     /* ... and of shorter ones the arc is at most this, per chord */
+static const double STEEP = 1e-3;     /* of r_B^2: a least of E with less E'' is not known well */
+static const double FAR = 1e-3;   /* of the size: the axis between points that are nearer than this is not known well */
+static const double WIDE = 1;     /* chord of the unit circle: longer arcs are halved */
+static const double ARC = 1.0472; /* of shorter ones the arc is at most this, per chord */
 
 typedef struct scene {
     double g, s; /* cosine and sine between z and u */

@@ -41,8 +41,8 @@ typedef struct scene {
 typedef struct cell {
     mark x1, x2, y1, y2;
     double bound;        /* no h in the cell is less */
-    double x, y;         /* where the bound is ... */
-    double gap_x, gap_y; /* ... and by how much the outlines are above their chords there */
+    double x, y;         /* where the bound is */
+    double gap_x, gap_y; /* by how much the outlines are above their chords there */
 } cell;
 
 typedef struct search {

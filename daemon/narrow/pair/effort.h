@@ -1,6 +1,6 @@
 /* effort: how much one query may do. It is counted by a table of prices, not by the clock, so that where a search ends
  * is a matter of the shapes and their poses alone: the same on any machine, for any number of workers, live or
- * replayed. A search that ends early tells an interval that holds and is wider than asked (NARROW_WIDE).
+ * replayed. A search that ends early reports an interval that holds and is wider than asked (NARROW_WIDE).
  *
  * A unit is a nanosecond of the machine that the prices were measured on, or less. Pure; any thread. */
 #ifndef COLLIDED_NARROW_PAIR_EFFORT_H
@@ -25,20 +25,20 @@ enum {
     EFFORT_NODES = 250,       /* two nodes of hierarchies are opened */
     EFFORT_LEAVES = 60,       /* the triangles of two leaves, as far as boxes and levels part them */
     EFFORT_ROW = 80,          /* up to four pairs of triangles, side by side */
-    EFFORT_PART_STEP = 40,    /* an iteration for the distance of two triangles, ... */
-    EFFORT_CORE_STEP = 120,   /* ... and of a convex core and a triangle, ... */
-    EFFORT_CORE = 600,        /* ... all of them together */
+    EFFORT_PART_STEP = 40,    /* an iteration for the distance of two triangles */
+    EFFORT_CORE_STEP = 120,   /* an iteration for the distance of a convex core and a triangle */
+    EFFORT_CORE = 600,        /* all iterations for a core and a triangle together */
     EFFORT_DEEP_PARTS = 3000, /* the depth of two parts */
     EFFORT_NEED = 40,         /* how far two parts overlap along a direction */
     EFFORT_CLIP = 1500,       /* the contact points of two parts */
     EFFORT_INSIDE = 600,     /* a ray from a point through a solid mesh, and a box around components on the way to it */
     EFFORT_BOXES = 60,       /* two boxes of hierarchies of compounds are held against each other */
-    EFFORT_PARTS = 400,      /* two convex parts of compounds are asked about, at least, ... */
-    EFFORT_PARTS_STEP = 120, /* ... for each iteration of the search, ... */
-    EFFORT_PARTS_VERTICES = 2, /* ... and for each vertex of a hull (and one in each iteration) */
-    EFFORT_FACET = 300,        /* the expanding polytope grows by a point: beside two support points, ... */
-    EFFORT_SUPPORT = 20,       /* ... each that of a convex part, ... */
-    EFFORT_VERTICES = 4,       /* ... and of a hull, for each so many vertices one more */
+    EFFORT_PARTS = 400,      /* a query about two convex parts of compounds, at least */
+    EFFORT_PARTS_STEP = 120, /* more for each iteration of its search */
+    EFFORT_PARTS_VERTICES = 2, /* more for each vertex of a hull (and one in each iteration) */
+    EFFORT_FACET = 300,        /* the expanding polytope grows by a point, beside two support points */
+    EFFORT_SUPPORT = 20,       /* a support point of a convex part */
+    EFFORT_VERTICES = 4,       /* of a hull it costs one more for each so many vertices */
     EFFORT_UNION = 20,         /* a unit of work of union_depth.h */
     EFFORT_LARGE_HULL = 4096   /* vertices: two hulls of fewer in all need not be counted */
 };

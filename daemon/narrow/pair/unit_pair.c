@@ -32,7 +32,8 @@ static inline void scale_shape(const shape *s, double scale, shape *out)
     out->hull = s->hull, out->mesh = s->mesh, out->compound = s->compound;
 }
 
-/* A core that is a smaller kind in disguise becomes that kind: fewer cases later, and closed forms for more of them. */
+/* A degenerate shape becomes the simpler shape that it is (a capsule of length zero is a sphere): fewer cases later,
+ * and closed forms for more of them. */
 static void unit_pair_reduce(shape *s)
 {
     if (s->type == SHAPE_ELLIPSOID && s->half.x == s->half.y && s->half.y == s->half.z) {

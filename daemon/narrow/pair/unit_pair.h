@@ -40,9 +40,9 @@ typedef struct narrow_goal {
     double finest;    /* width below which rounding decides: always enough */
     double far;       /* a lower bound above it is enough */
     double near;      /* an upper bound at or below it is enough; -INFINITY when a measure is asked for */
-    double above;     /* the verdict: an interval that is narrow enough must also be above `above`, ... */
-    double below;     /* ... or at or below `below`; INFINITY when no verdict is asked for */
-    bool brief;       /* narrow_request.brief */
+    double above; /* the verdict: an interval that is narrow enough must also be above this, or at or below `below` */
+    double below; /* INFINITY when no verdict is asked for */
+    bool brief;   /* narrow_request.brief */
 } narrow_goal;
 
 static inline bool narrow_goal_reached(const narrow_goal *g, double lo, double hi)

@@ -280,8 +280,8 @@ INLINE double as_unit_pair(const primitive_pair *q, const unit_pair *from, unit_
     return by;
 }
 
-/* The same of two edges: the nearest points of the lines on which they lie, which are in the edges where the two lines
- * are not all but parallel. */
+/* The points of two edges: the nearest points of the two lines. They lie within the edges unless the lines are nearly
+ * parallel. */
 INLINE bool points_of_edges(const unit_pair *p, const box_pair *x, int index, span *s)
 {
     int i = (index - BOX_FACES) / 3, j = (index - BOX_FACES) % 3, l = j == 2 ? 0 : j + 1, m = j == 0 ? 2 : j - 1;
@@ -313,8 +313,8 @@ INLINE double box_reach_along(vec3 half, vec3 seen, vec3 *corner)
     return half.x * fabs(seen.x) + half.y * fabs(seen.y) + half.z * fabs(seen.z);
 }
 
-/* Apart along the axis of two edges, and by more than `enough`: what the axis proves as it is told, not by the products
- * that named it. */
+/* Are the boxes apart along the axis of two edges by more than `enough`? The bound is computed from the axis as it is
+ * reported, not from the products that selected it. */
 INLINE bool apart_by_edges(
     const primitive_pair *q, const unit_pair *p, const box_pair *x, int index, double enough, narrow_result *out)
 {
@@ -356,7 +356,7 @@ INLINE bool depth_of_boxes(
     return end(q, p, &s, s.axis, out);
 }
 
-/* What is apart, and to be measured: by the features that are named, if they are strict (features.h), ... */
+/* Measures boxes that are apart by the features that are named, if these are strict (features.h). */
 INLINE bool gap_by_features(
     const primitive_pair *q, const unit_pair *p, const box_lanes *of, narrow_features *f, narrow_result *out)
 {
@@ -370,7 +370,8 @@ INLINE bool gap_by_features(
     return status_of(p, &g, q->request, &s) == NARROW_CERTAIN && suffices(q->request, out);
 }
 
-/* ... which are found by a search, given the face that separates most. Where there are none, the search's answer. */
+/* Measures boxes that are apart by strict features that a search finds, given the face that separates most. Where there
+ * are none, the search's answer stands. */
 __attribute__((noinline)) static bool gap_by_search(const primitive_pair *q, const unit_pair *from, box_pair *x,
     double most, int index, epa_scratch *scratch, narrow_features *nearest, narrow_result *out)
 {

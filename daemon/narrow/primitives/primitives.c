@@ -419,7 +419,7 @@ INLINE bool meet_face(const beam_arrays *g, int j, double slack, double n[3], do
     return fabs(g->c[k] + *s * g->d[k]) <= g->box[k] + slack && fabs(g->c[l] + *s * g->d[l]) <= g->box[l] + slack;
 }
 
-/* The same of an edge: the nearest points of the two lines. */
+/* Meets an edge of the box: the nearest points of the two lines. */
 INLINE bool meet_edge(const beam_arrays *g, int j, double slack, double n[3], double *s)
 {
     int k = (j + 1) % 3, l = (j + 2) % 3;

@@ -6,15 +6,15 @@
 
 /* Work for one pair: counted, so that an answer depends on the poses alone. */
 enum {
-    PARTS_CROSSING_MAX = 2000, /* pairs of triangles that are measured where there is nothing else to go by; and ... */
-    PARTS_SHALLOW_MAX = 200,   /* ... where there are pieces: more cross where the overlap is deep */
-    PARTS_COUNTED_MAX = 150,   /* that say how much farther to go */
-    SHALLOW_ROUNDS = 3,        /* of going on, where there are pieces */
-    PARTS_IN_BRIEF = 64,       /* as the first, for who asked for no more than a bracket; and ... */
-    BRIEF_ROUNDS = 2,          /* ... of going on, where these are all */
-    BRIEF_WORK = 6000,         /* of union_depth.h, for them */
-    PIECES_WORK = 200000,      /* of union_depth.h, where the pieces are the meshes ... */
-    SOME_PIECES_WORK = 60000   /* ... and where they are some of it */
+    PARTS_CROSSING_MAX = 2000, /* pairs of triangles that are measured where there is nothing else to go by */
+    PARTS_SHALLOW_MAX = 200, /* pairs that are measured where there are pieces: more cross where the overlap is deep */
+    PARTS_COUNTED_MAX = 150, /* that say how much farther to go */
+    SHALLOW_ROUNDS = 3,      /* of going on, where there are pieces */
+    PARTS_IN_BRIEF = 64,     /* pairs that are measured for a brief request */
+    BRIEF_ROUNDS = 2,        /* further rounds for a brief request, where these are all pairs */
+    BRIEF_WORK = 6000,       /* of union_depth.h, for them */
+    PIECES_WORK = 200000,    /* units of union_depth.h, where the pieces fill the meshes */
+    SOME_PIECES_WORK = 60000 /* the same where the pieces fill part of them */
 };
 enum { ROUNDS_MAX = 12, BACK_ROUNDS = 3, EXTRA_GROWTH = 4 };
 

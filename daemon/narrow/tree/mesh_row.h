@@ -45,7 +45,7 @@ unsigned mesh_fours_near(const mesh_four *a, const mesh_four *b, const double le
     const double levels_b[MESH_LEAF_MAX], double within);
 
 /* Bit k: pair k is not proven to be farther apart than the root of `within2`: along the lines between the nearest
- * corners and between the nearest points of two edges, and both normals. What is told of a pair is a matter of its two
+ * corners and between the nearest points of two edges, and both normals. What is said of a pair depends on its two
  * triangles alone. Those bits have their places in `row`. */
 unsigned mesh_row_near(const mesh_four *a, const mesh_four *b, const mesh_picks *picks, double within2, mesh_row *row);
 
@@ -64,7 +64,7 @@ void mesh_four_levels(const mesh_four *f, vec3 axis, double levels[MESH_LEAF_MAX
 void mesh_four_spot(const mesh_four *f, uint32_t i, mesh_spot *s);
 
 /* The same with registers of 32 bytes, where the processor has them (lanes_wide): a least or greatest takes one
- * instruction there, and gcc finds it only when told. The same bits. Only mesh_row.c asks them. */
+ * instruction there, which gcc emits only for intrinsics. The same bits. Only mesh_row.c asks them. */
 void mesh_four_set_wide(mesh_four *f, const vec3 *corners, uint32_t count, double scale, const transform *b_in_a);
 unsigned mesh_fours_near_wide(const mesh_four *a, const mesh_four *b, const double levels_a[MESH_LEAF_MAX],
     const double levels_b[MESH_LEAF_MAX], double within);

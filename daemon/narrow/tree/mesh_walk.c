@@ -195,7 +195,7 @@ static double foot_in_a(const mesh_walk *w, mesh_box b)
     return vec_dot(w->axis, w->part.b_in_a.t) - mesh_walk_top_of(&box, vec_neg(mat_tmul(w->part.b_in_a.r, w->axis)));
 }
 
-/* What floats cannot hold is told apart along the axis, in doubles. */
+/* The bound of boxes that reach beyond the range of floats: along the axis, in doubles. */
 static double bound_in_doubles(const mesh_walk *w, mesh_box a, mesh_box b)
 {
     return w->aimed ? foot_in_a(w, b) - top_in_a(w, a) - w->part.error : -INFINITY;

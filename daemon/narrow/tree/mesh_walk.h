@@ -28,7 +28,7 @@ enum {
     MESH_FRONT = 192  /* pairs of boxes of a mesh_front, at most */
 };
 
-/* A triangle in the clothes of a flat hull, for all that takes support points. */
+/* A triangle represented as a flat hull, so that everything that takes support points takes it, too. */
 typedef struct triangle_part {
     hull hull;
     double x[TRIANGLE_PADDED], y[TRIANGLE_PADDED], z[TRIANGLE_PADDED];
