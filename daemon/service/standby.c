@@ -42,8 +42,8 @@ static void begin_anew(service *s)
     kept_clear(&p->kept);
     for (int i = 0; i < 2; i++) p->batches[i].list.count = p->batches[i].bytes.count = 0;
     p->journal.count = 0;
-    p->active = p->asked_ns = p->waiting_ns = p->follower = p->dropped = p->doubted = 0;
-    p->in_step = p->out_of_step = p->state_wanted = p->left = p->followed = p->sure = p->missed = false;
+    p->active = p->asked_ns = p->waiting_ns = p->follower = p->lost_ns = p->dropped = p->doubted = p->missed = 0;
+    p->in_step = p->out_of_step = p->state_wanted = p->left = p->followed = p->sure = false;
     p->journalled_tick = p->had_tick = 0;
     p->began_ns = s->monotonic_ns;
     card_say(s, PEER_JOINING);
@@ -180,11 +180,14 @@ static void on_record(void *context, int64_t sender, uint8_t kind, const uint8_t
         log_warning("the active daemon waits for this one no more: its state is asked for anew");
         p->out_of_step = true;
     }
-    if (kind == JOURNAL_FOLLOWED && p->in_step && bytes_get(&r, &whom, sizeof whom) && whom == p->card.sender)
+    journal_followed word;
+    if (kind == JOURNAL_FOLLOWED && p->in_step && bytes_get(&r, &word, sizeof word) && word.whom == p->card.sender) {
         p->followed = true;
+        if (word.asked == p->missed) p->missed = 0;
+    }
     if (kind == JOURNAL_LEAVE) {
         p->left = true;
-        p->missed = false; /* all before it has come */
+        p->missed = 0; /* all before it has come */
     }
 }
 
@@ -233,7 +236,6 @@ static void stand_by(service *s, const link_sink *sink)
 {
     struct standby *p = s->standby;
     const peer_card *active = card_of(p, p->active), *another = card_of_active(p);
-    if (active && active->alive && s->monotonic_ns >= p->quiet_ns) p->missed = false; /* whatever it wrote has come */
     if (active && active->alive && active->role == PEER_ACTIVE && active->epoch == s->epoch && !p->left) {
         p->waiting_ns = 0;
         return;
@@ -264,8 +266,10 @@ static void notice_standstill(service *s)
     bool active = p->card.role == PEER_ACTIVE, is_long = gap_ns > p->lease_ns;
     if (active && !is_long && s->monotonic_ns < p->quiet_ns) return; /* it looks around already, and not for ever */
     p->quiet_ns = s->monotonic_ns + p->lease_ns;
-    if (is_long) p->had_ns = s->monotonic_ns; /* nobody was slow but we */
-    p->missed |= p->card.role == PEER_STANDBY && gap_ns > (SLOW_LEASES - 1) * p->lease_ns;
+    if (p->card.role == PEER_STANDBY && gap_ns > (SLOW_LEASES - 1) * p->lease_ns) {
+        p->missed = s->monotonic_ns;
+        p->said_ns = 0; /* it is asked at once */
+    }
     if (!is_long || !active) return;
     log_warning(
         "this daemon stood still for %.3f s: it looks whether another one has taken over", 1e-9 * (double)gap_ns);

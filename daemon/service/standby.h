@@ -10,6 +10,10 @@
  *     tells by a heartbeat the number of the last one: who was told more, or lost some, asks for a snapshot;
  *   - what clients had sent and the journal had not told yet is kept from its own links, and is applied now.
  *
+ * The active one that hears nothing of its standby goes on alone only after a time in which that one would have taken
+ * over if it could; and a standby that stood still for so long asks first whether it is waited for at all. Otherwise
+ * both would tell different things under the same numbers.
+ *
  * Functions take the service; without a pair (standby = no) they do nothing, and say that this daemon is active. Tick
  * thread. */
 #ifndef COLLIDED_SERVICE_STANDBY_H

@@ -32,32 +32,51 @@ static void follower_lose(service *s, const char *why)
     p->dropped = p->follower;
     p->link->ops->peers->send(
         p->link, p->card.sender, JOURNAL_DROPPED, (const uint8_t *)&p->dropped, sizeof p->dropped);
-    p->follower = 0;
+    p->follower = p->lost_ns = 0;
     p->sure = false;
     open_links_again(s);
     s->status_due = true;
+}
+
+/* It may be we who do not hear it, and it may be about to take over: what it does not have is told when it would have
+ * done so long ago. */
+static bool is_given_up(service *s)
+{
+    struct standby *p = s->standby;
+    const peer_card *f = follower_card(s);
+    bool alive = f && f->alive;
+    if (alive) p->lost_ns = 0;
+    if (alive) return !may_follow(s, f);
+    if (!p->lost_ns) p->lost_ns = s->monotonic_ns;
+    if (p->lost_ns < p->quiet_ns) p->lost_ns = p->quiet_ns; /* we stood still ourselves */
+    return s->monotonic_ns - p->lost_ns >= (SLOW_LEASES - 1) * p->lease_ns;
 }
 
 /* Of several the one that began first: it has precedence among themselves, too. */
 void follower_find(service *s)
 {
     struct standby *p = s->standby;
-    const peer_card *first = follower_card(s);
+    const peer_card *first = NULL;
     if (s->monotonic_ns < p->quiet_ns) return; /* what was held would go out, and it may have taken over */
-    if (p->follower && !(first && may_follow(s, first)))
-        follower_lose(s, "is no standby any more: lost, or out of step");
+    if (p->follower && is_given_up(s)) follower_lose(s, "is no standby any more: lost, or out of step");
     if (p->follower) return;
-    first = NULL;
     for (size_t i = 0; i < p->peers.count; i++) {
         const peer_card *c = &p->peers.at[i];
         if (may_follow(s, c) && (!first || c->sender < first->sender)) first = c;
     }
     if (!first) return;
     p->follower = first->sender;
+    p->lost_ns = 0;
     p->sure_tick = p->journalled_tick;
     p->had_tick = 0; /* it will say */
     p->sure = false;
     hold_links(s);
+}
+
+static void say_followed(struct standby *p, int64_t asked)
+{
+    const journal_followed word = {.whom = p->follower, .asked = asked};
+    p->link->ops->peers->send(p->link, p->card.sender, JOURNAL_FOLLOWED, (const uint8_t *)&word, sizeof word);
 }
 
 void follower_has(service *s, int64_t sender, bytes_in *r)
@@ -65,12 +84,14 @@ void follower_has(service *s, int64_t sender, bytes_in *r)
     struct standby *p = s->standby;
     journal_have have;
     if (!bytes_get(r, &have, sizeof have) || have.to != p->card.sender || have.epoch != s->epoch) return;
-    if (sender != p->follower || have.tick <= p->had_tick) return;
+    if (sender != p->follower) return;
+    if (have.asks && p->sure) say_followed(p, have.asks);
+    if (have.tick <= p->had_tick) return;
     p->had_tick = have.tick;
     if (!p->sure && p->had_tick >= p->sure_tick) {
         p->sure = s->status_due = true;
-        p->link->ops->peers->send(
-            p->link, p->card.sender, JOURNAL_FOLLOWED, (const uint8_t *)&p->follower, sizeof p->follower);
+        p->alone = 0; /* it knows that, too */
+        say_followed(p, have.asks);
         const peer_card *f = follower_card(s); /* NULL: it is dead already */
         log_notice("%s is in step: it takes over when this one is gone", f ? f->name : "the standby");
     }
@@ -82,7 +103,8 @@ void follower_drop_slow(service *s)
 {
     struct standby *p = s->standby;
     bool holds = p->mouth == MOUTH_HELD && p->held.first < p->held.list.count;
-    if (!holds || p->held_tick != p->had_tick) p->had_ns = s->monotonic_ns;
+    bool stood_still = s->monotonic_ns < p->quiet_ns; /* nobody was slow but we */
+    if (!holds || stood_still || p->held_tick != p->had_tick) p->had_ns = s->monotonic_ns;
     p->held_tick = p->had_tick;
     if (s->monotonic_ns - p->had_ns < SLOW_LEASES * p->lease_ns) return;
     follower_lose(s, "does not keep up: it is waited for no more, and has to join anew");
@@ -119,9 +141,15 @@ bool standby_hands_over(service *s)
 {
     struct standby *p = s->standby;
     if (!p) return false;
-    if (standby_waits(s)) return true; /* nobody knows of it */
+    if (standby_waits(s)) { /* nobody knows of it but the active one, which need not wait for it */
+        card_say(s, PEER_LEAVING);
+        return true;
+    }
     const peer_card *to = follower_card(s);
-    if (!to || !p->sure) return false;
+    if (!to || !to->alive || !p->sure) {
+        if (p->follower) follower_lose(s, "is not there to take over");
+        return false;
+    }
     log_notice("%s takes over", to->name);
     p->link->ops->peers->send(p->link, p->card.sender, JOURNAL_LEAVE, NULL, 0);
     return true;

@@ -85,12 +85,14 @@ struct standby {
     int64_t waiting_ns; /* the active one is lost, and another standby has precedence: since then; 0: not */
     bool out_of_step;   /* to be reset as soon as the record is done */
     bool followed;      /* the active one waits for us: only then are we sure to know all that was told */
-    bool missed;        /* we stood still for so long that it may wait for us no more, and its word of that is lost */
+    int64_t missed;     /* we stood still for so long that it may wait for us no more: our question whether it does, a
+                           number; 0: it does */
     bool left;          /* the active one has left in order */
     int64_t alive_ns;   /* a peer was alive then, the last time */
     int64_t ahead_ns;   /* of the active one's wall clock before our monotonic one, at its last tick */
 
     int64_t follower;  /* the active one: the standby that is in step, by its sender; 0: none */
+    int64_t lost_ns;   /* it gives no sign of life: since then; 0: it does */
     int64_t sure_tick; /* it is sure to know all that was told when it has this one; ... */
     bool sure;         /* ... it has */
     int64_t doubted;   /* the active one stood still: its standby then, which may have taken over since; 0: none */
@@ -152,7 +154,9 @@ int64_t card_new_line(const service *s);   /* the epoch of who goes on from noth
 void cards_forget_dead(struct standby *p); /* one that is back is told of anew */
 
 /* standby_active.c */
-enum { SLOW_LEASES = 3 };                         /* who does not keep up for so long is waited for no more */
+/* Who gives no sign of life, or does not keep up, for so long, is waited for no more. Longer than it takes that one to
+ * take over: if both lose each other at the same time, we tell nothing before it is heard of that. */
+enum { SLOW_LEASES = 3 };
 const peer_card *follower_card(const service *s); /* in step with us: what we tell is held until it has it; or NULL */
 void follower_find(service *s);                   /* and lose it, if it is none any more */
 void follower_drop_slow(service *s);

@@ -45,7 +45,7 @@ static bool carry_out(service *s, const journal_entry *e)
 void standby_say_have(service *s, int64_t tick)
 {
     struct standby *p = s->standby;
-    const journal_have have = {.to = p->active, .epoch = s->epoch, .tick = tick};
+    const journal_have have = {.to = p->active, .epoch = s->epoch, .tick = tick, .asks = p->missed};
     p->link->ops->peers->send(p->link, p->card.sender, JOURNAL_HAVE, (const uint8_t *)&have, sizeof have);
 }
 
