@@ -10,13 +10,17 @@
 
 typedef enum journal_kind { /* of a record */
     JOURNAL_TICK,           /* its number, and entries */
-    JOURNAL_STATE,          /* standby_state.c */
+    JOURNAL_STATE,          /* a portion of it (journal_portion); of the tick that was told before the first one */
     JOURNAL_WANT_STATE,     /* from one that joins: the epoch in which it has told what nobody else knows, or 0 */
     JOURNAL_HAVE,           /* from the standby: journal_have */
     JOURNAL_FOLLOWED,       /* to the standby, journal_followed: from here on nobody is told what it does not have */
     JOURNAL_DROPPED,        /* to the standby: it was too slow, and is waited for no more */
     JOURNAL_LEAVE           /* to the standby: go on */
 } journal_kind;
+
+typedef struct journal_portion {
+    uint64_t whole, offset; /* bytes: of the state (standby_state.c), and where those that follow begin in it */
+} journal_portion;
 
 typedef struct journal_have {
     int64_t to, epoch, tick; /* whose journal; the last tick that has come */

@@ -17,6 +17,7 @@
 static const int64_t ALONE_NS = 1000000000;    /* who has not heard of another for so long is alone; at least ... */
 static const int64_t ALONE_LEASES = 5;         /* ... so many leases */
 static const int64_t ASK_AGAIN_NS = 500000000; /* for a state */
+static const int64_t PORTION_NS = 1000000;     /* between two portions of one, at the latest */
 
 uint8_t standby_place_of(const service *s, const struct link *l)
 {
@@ -42,6 +43,9 @@ static void begin_anew(service *s)
     kept_clear(&p->kept);
     for (int i = 0; i < 2; i++) p->batches[i].list.count = p->batches[i].bytes.count = 0;
     p->journal.count = 0;
+    array_free(&p->state);
+    p->touched = p->state_sent = 0;
+    standby_forget_state(p);
     p->active = p->asked_ns = p->waiting_ns = p->follower = p->lost_ns = p->dropped = p->doubted = p->missed = 0;
     p->in_step = p->out_of_step = p->state_wanted = p->left = p->followed = p->sure = false;
     p->journalled_tick = p->had_tick = 0;
@@ -174,7 +178,7 @@ static void on_record(void *context, int64_t sender, uint8_t kind, const uint8_t
     }
     if (sender != p->active || p->out_of_step) return;
     if (kind == JOURNAL_STATE && !p->in_step) standby_take_state(s, &r);
-    if (kind == JOURNAL_TICK && p->in_step) standby_replay_tick(s, &r);
+    if (kind == JOURNAL_TICK) p->in_step ? standby_replay_tick(s, &r) : standby_keep_tick(s, &r);
     int64_t whom = 0;
     if (kind == JOURNAL_DROPPED && p->in_step && bytes_get(&r, &whom, sizeof whom) && whom == p->card.sender) {
         log_warning("the active daemon waits for this one no more: its state is asked for anew");
@@ -195,7 +199,9 @@ static void on_gap(void *context, int64_t sender)
 {
     service *s = context;
     struct standby *p = s->standby;
-    if (p->card.role == PEER_ACTIVE || sender != p->active || !p->in_step) return;
+    if (p->card.role == PEER_ACTIVE || sender != p->active) return;
+    standby_forget_state(p); /* it is asked for again */
+    if (!p->in_step) return;
     log_warning("ticks of the active daemon were lost: its state is asked for anew");
     metric_count(s->count.out_of_step, 1);
     p->out_of_step = true;
@@ -206,7 +212,10 @@ static void on_gap(void *context, int64_t sender)
 static void follow(service *s, const peer_card *active)
 {
     struct standby *p = s->standby;
-    if (p->active != active->sender) p->asked_ns = 0;
+    if (p->active != active->sender) {
+        p->asked_ns = 0;
+        standby_forget_state(p);
+    }
     p->active = active->sender;
     if (p->asked_ns && s->monotonic_ns - p->asked_ns < ASK_AGAIN_NS) return;
     p->asked_ns = s->monotonic_ns;
@@ -295,6 +304,7 @@ bool standby_round(service *s, const link_sink *sink)
     if (p->card.role == PEER_ACTIVE) resolve_doubt(s);
     if (p->card.role == PEER_ACTIVE) follower_drop_slow(s);
     if (p->card.role == PEER_ACTIVE) follower_find(s);
+    if (p->card.role == PEER_ACTIVE) follower_state_more(s);
     if (p->card.role == PEER_JOINING)
         join(s, sink);
     else if (p->card.role == PEER_STANDBY)
@@ -306,8 +316,8 @@ int64_t standby_next_ns(const service *s)
 {
     const struct standby *p = s->standby;
     if (!p) return INT64_MAX;
-    int64_t next = p->round_ns + p->lease_ns / 4;
-    return standby_wants_tick(s) ? p->round_ns : next;
+    if (standby_wants_tick(s)) return p->round_ns;
+    return p->round_ns + (p->state.count ? PORTION_NS : p->lease_ns / 4);
 }
 
 /* ---- what comes by the links ---- */
@@ -381,6 +391,8 @@ void standby_free(service *s)
     kept_free(&p->kept);
     array_free(&p->peers);
     array_free(&p->journal);
+    array_free(&p->state);
+    standby_forget_state(p);
     wire_memory_destroy(p->memory);
     free(p);
     s->standby = NULL;

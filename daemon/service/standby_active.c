@@ -6,6 +6,7 @@
 
 #include <inttypes.h>
 #include <stdlib.h>
+#include <string.h>
 
 static const int64_t FOLLOWED_NS = 10000000000; /* a peer that was alive may be back: it is still written for */
 
@@ -110,6 +111,14 @@ void follower_drop_slow(service *s)
     follower_lose(s, "does not keep up: it is waited for no more, and has to join anew");
 }
 
+/* What is on its way is of the line that ends. */
+static void begin_state_anew(struct standby *p)
+{
+    p->state_wanted |= p->state.count > 0;
+    array_free(&p->state);
+    p->touched = p->state_sent = 0;
+}
+
 /* Another one has told in this line what is not known here: whoever heard it would take our batches for those that come
  * next. Under a line of their own they begin with a snapshot. */
 static void begin_line(service *s, int64_t sender)
@@ -117,6 +126,7 @@ static void begin_line(service *s, int64_t sender)
     const peer_card *other = card_of(s->standby, sender);
     int64_t before = s->epoch;
     s->epoch = card_new_line(s);
+    begin_state_anew(s->standby);
     s->standby->sure = false; /* who follows has to join anew */
     card_say(s, PEER_ACTIVE);
     for (uint32_t i = 0; i < s->streams.count; i++)
@@ -207,10 +217,12 @@ void standby_journal_tick(service *s)
     p->journalled_tick = s->tick;
 }
 
+/* ---- the state ---- */
+
 bool standby_wants_tick(const service *s)
 {
     const struct standby *p = s->standby;
-    return p && p->state_wanted && p->card.role == PEER_ACTIVE;
+    return p && p->state_wanted && !p->state.count && p->card.role == PEER_ACTIVE;
 }
 
 /* Pages that are written for the first time take longer than what is written there: of a large state, ten times as
@@ -219,23 +231,39 @@ static bool make_room(const service *s, struct standby *p)
 {
     enum { A_TICK = 16 << 20, PAGE = 4096 };
     size_t size = state_size(s), need = size + size / 16;
-    if (p->journal.capacity < need) p->touched = 0;
-    array_reserve(&p->journal, need);
+    if (p->state.capacity < need) p->touched = 0;
+    array_reserve(&p->state, need);
     size_t until = p->touched + A_TICK < need ? p->touched + A_TICK : need;
-    for (size_t at = p->touched; at < until; at += PAGE) p->journal.at[at] = 0;
+    for (size_t at = p->touched; at < until; at += PAGE) p->state.at[at] = 0;
     p->touched = until;
     return until == need;
+}
+
+/* To send all of it takes far longer than to put it together, so it goes round by round, and ticks go on between. */
+void follower_state_more(service *s)
+{
+    enum { A_ROUND = 2 << 20 };
+    struct standby *p = s->standby;
+    if (!p->state.count) return;
+    size_t left = p->state.count - sizeof(journal_portion) - p->state_sent, size = left < A_ROUND ? left : A_ROUND;
+    const journal_portion head = {.whole = p->state.count - sizeof head, .offset = p->state_sent};
+    uint8_t *at = p->state.at + p->state_sent; /* its head goes where what was sent before was */
+    memcpy(at, &head, sizeof head);
+    p->link->ops->peers->send(p->link, p->card.sender, JOURNAL_STATE, at, sizeof head + size);
+    p->state_sent += size;
+    if (size == left) array_free(&p->state);
 }
 
 /* The journal is empty here: what comes from now on is of the next tick. */
 void standby_after_tick(service *s)
 {
     struct standby *p = s->standby;
-    if (!p || !p->state_wanted || p->card.role != PEER_ACTIVE || !make_room(s, p)) return;
+    if (!standby_wants_tick(s) || !make_room(s, p)) return;
+    const journal_portion head = {.offset = 0};
     p->state_wanted = false;
-    p->touched = 0;
-    state_put(s, &p->journal);
-    log_info("the state of tick %" PRId64 " goes to a standby: %zu bytes", s->tick, p->journal.count);
-    p->link->ops->peers->send(p->link, p->card.sender, JOURNAL_STATE, p->journal.at, p->journal.count);
-    array_free(&p->journal);
+    p->touched = p->state_sent = 0;
+    bytes_put(&p->state, &head, sizeof head);
+    state_put(s, &p->state);
+    log_info("the state of tick %" PRId64 " goes to a standby: %zu bytes", s->tick, p->state.count);
+    follower_state_more(s);
 }

@@ -101,7 +101,11 @@ struct standby {
                       told since; 0: none */
     bool state_wanted; /* the active one: somebody asks for its state */
     bytes_out journal; /* of the tick that is being made */
-    size_t touched;    /* bytes of that, while a state is about to be put there */
+    bytes_out state;   /* that goes to a standby, in portions */
+    size_t touched;    /* bytes of that, while it is about to be put there */
+    size_t state_sent; /* ... and while it goes */
+    bytes_out coming;  /* the standby: the portions that have come */
+    bytes_out later;   /* ... and the ticks that have come meanwhile, each behind its size */
     wire_memory *memory;
 
     muted_link muted[LINKS_MAX];
@@ -162,11 +166,14 @@ void follower_find(service *s);                   /* and lose it, if it is none 
 void follower_drop_slow(service *s);
 void follower_has(service *s, int64_t sender, bytes_in *r);    /* JOURNAL_HAVE */
 void follower_wishes(service *s, int64_t sender, bytes_in *r); /* JOURNAL_WANT_STATE */
+void follower_state_more(service *s);                          /* each round: the next portion, if any is left */
 
 /* standby_replay.c */
 void standby_say_have(service *s, int64_t tick);
 void standby_replay_tick(service *s, bytes_in *r); /* JOURNAL_TICK */
+void standby_keep_tick(service *s, bytes_in *r);   /* the same, before the state has come */
 void standby_take_state(service *s, bytes_in *r);  /* JOURNAL_STATE */
+void standby_forget_state(struct standby *p);      /* what of it has come */
 
 uint8_t standby_place_of(const service *s, const struct link *l); /* among the links of the configuration */
 

@@ -31,6 +31,7 @@ static struct {
     peer_card last[PAIR]; /* their own cards */
     said to[PAIR];
     bool parted;
+    size_t most;
 } between;
 
 static int member(const struct link *l)
@@ -80,10 +81,25 @@ static bool peer_send(struct link *l, int64_t sender, uint8_t kind, const uint8_
     return true;
 }
 
+static void count_bytes(const said *from)
+{
+    size_t bytes = 0;
+    for (size_t i = 0; i < from->record_count; i++) bytes += from->records[i].size;
+    if (bytes > between.most) between.most = bytes;
+}
+
+size_t peers_most(void)
+{
+    size_t most = between.most;
+    between.most = 0;
+    return most;
+}
+
 static void peer_receive(struct link *l, const peer_sink *sink)
 {
     int mine = member(l);
     said from = between.to[mine];
+    count_bytes(&from);
     between.to[mine] = (said){.gap = from.gap && !from.record_count, .deaf = from.deaf};
     for (size_t i = 0; i < from.card_count; i++) sink->card(sink->context, &from.cards[i]);
     if (from.gap && from.record_count) sink->gap(sink->context, from.records[0].sender);

@@ -13,6 +13,8 @@ void peers_pair_up(service *s, link_ops *ops);
 void peers_work(service *s);               /* where standby_round leaves a round to it: all that follows, with a tick */
 bool peers_have_standby(const service *s); /* the active one says so */
 
+size_t peers_most(void); /* bytes that one has said between two rounds of the other; from here on it is counted anew */
+
 void peers_forget(void);              /* all of them */
 void peers_die(const struct link *l); /* the other one hears that it is gone, and of what it said before */
 /* The other one hears that it is lost, or back; it hears nothing of that itself. */

@@ -508,6 +508,108 @@ static void the_standby_tells_a_client_that_it_was_lost(void **state)
     assert_int_equal(sides[1].told_lost, 1);
 }
 
+/* ---- a large state ---- */
+
+enum { MANY = 10000, A_ROUND = 4 << 20 };
+
+/* Apart from each other, but for two of them, that a pose brings together and apart. */
+static void announce_many(side *a)
+{
+    char name[16];
+    cell_hello(a->end, CLIENT, 1, 1000, WIRE_LOST_REMOVE);
+    for (int i = 0; i < MANY; i++) {
+        snprintf(name, sizeof name, "%d", i);
+        cell_sphere(a->end, CLIENT, 2 + i, i, name, 5.0 * i);
+    }
+    cell_touches(a->end, CLIENT, MANY + 2, 0);
+    pass(20 * TICK_NS);
+    assert_int_equal(world_get_figures(a->service->world).bodies, MANY);
+}
+
+/* A tick, with something to tell. */
+static void swing(int times)
+{
+    static int64_t sequence;
+    for (int i = 0; i < times; i++) {
+        sequence++;
+        cell_pose(sides[0].end, CLIENT, MANY + 10 + sequence, 1, sequence % 2 ? 1.0 : 5.0);
+        pass(TICK_NS);
+    }
+}
+
+static bool is_told(int k)
+{
+    return sides[k].service->standby && !is_active(k) && sides[k].service->tick;
+}
+
+/* No round has to say all of it, ticks go on meanwhile, and what they told is known when it is whole. */
+static void a_large_state_goes_in_portions_while_ticks_go_on(void **state)
+{
+    (void)state;
+    start(0);
+    pass(2 * S_NS);
+    announce_many(&sides[0]);
+    start(1);
+    size_t begun = sides[0].begun, rounds = 0;
+    peers_most();
+    for (; !is_told(1); rounds++) {
+        assert_true(rounds < 1000);
+        swing(1);
+    }
+    assert_true(rounds > 4 && sides[0].begun > begun);
+    assert_in_range(peers_most(), 1, A_ROUND);
+    swing(20);
+    assert_true(is_active(0) && has_standby(0));
+    assert_int_equal(sides[1].service->tick, sides[0].service->tick);
+    assert_true(sides[0].service->events_hash == sides[1].service->events_hash);
+    assert_int_equal(metric_get(sides[1].service->count.out_of_step), 0);
+    int64_t epoch = sides[0].service->epoch;
+    end(0);
+    pass(S_NS);
+    assert_true(is_active(1) && sides[1].service->epoch == epoch + 1);
+}
+
+/* Portions that were lost are no state: it is asked for anew. */
+static void a_state_that_lost_a_portion_is_asked_for_anew(void **state)
+{
+    (void)state;
+    start(0);
+    pass(2 * S_NS);
+    announce_many(&sides[0]);
+    start(1);
+    for (int i = 0; peers_most() < A_ROUND / 4; i++) {
+        assert_true(i < 1000);
+        swing(1);
+    }
+    peers_deafen(link_of(1), true);
+    swing(2);
+    peers_deafen(link_of(1), false);
+    pass(S_NS);
+    swing(20);
+    assert_true(is_active(0) && has_standby(0));
+    assert_true(sides[0].service->events_hash == sides[1].service->events_hash);
+    assert_int_equal(metric_get(sides[1].service->count.out_of_step), 0);
+}
+
+/* The active one is gone before all of it has come: whoever joins goes on from nothing, or waits for another. */
+static void a_state_that_is_cut_off_is_none(void **state)
+{
+    (void)state;
+    start(0);
+    pass(2 * S_NS);
+    announce_many(&sides[0]);
+    int64_t epoch = sides[0].service->epoch;
+    start(1);
+    for (int i = 0; peers_most() < A_ROUND / 4; i++) {
+        assert_true(i < 1000);
+        swing(1);
+    }
+    end(0);
+    pass(3 * S_NS);
+    assert_true(is_active(1) && !wire_same_line(sides[1].service->epoch, epoch));
+    assert_int_equal(world_get_figures(sides[1].service->world).bodies, 0);
+}
+
 /* ---- geometry that is being built ---- */
 
 enum { SIDE = 12, NUMBERS = WIRE_FIELD_HEAD + SIDE * SIDE };
@@ -676,6 +778,9 @@ int main(void)
         cmocka_unit_test_setup_teardown(who_was_alone_once_does_not_begin_a_new_line_later, set_up, tear_down),
         cmocka_unit_test_setup_teardown(a_standby_that_leaves_is_not_waited_for, set_up, tear_down),
         cmocka_unit_test_setup_teardown(who_ends_while_it_waits_tells_of_it, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(a_large_state_goes_in_portions_while_ticks_go_on, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(a_state_that_lost_a_portion_is_asked_for_anew, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(a_state_that_is_cut_off_is_none, set_up, tear_down),
         cmocka_unit_test_setup_teardown(a_reader_that_came_long_before_the_take_over_is_told, set_up, tear_down),
         cmocka_unit_test_setup_teardown(a_silent_client_outlives_two_take_overs, set_up, tear_down),
         cmocka_unit_test_setup_teardown(a_client_that_is_gone_does_not_come_back_with_a_state, set_up, tear_down),
