@@ -64,7 +64,10 @@ typedef struct interest_record {
     int32_t behind;                        /* messages that it said to wait */
     bool starved;                          /* and its callback has had the notice */
     int64_t lacks_ns;                      /* waiting or gathering: since then */
-    bool unsure;                           /* a standby has taken over, and has not told where it goes on */
+    bool unsure;                           /* a standby has taken over, and has not told where it goes on ... */
+    int64_t unsure_epoch;                  /* ... from what we were told under this one */
+    int64_t told_more; /* the last batch of that, which the standby did not know: none of its own is believed before a
+                          snapshot; 0: it knew all */
     bool each_tick;
     int64_t step;       /* of the last batch since a step was ended; 0 = none */
     int64_t told_epoch; /* of the last batch that was delivered; 0 = none was */

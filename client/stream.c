@@ -189,14 +189,16 @@ static bool lacks(const interest_record *i)
 /* False: nothing has come yet that it could name, or we may not write it. */
 static bool send_receipt(collided *c, interest_record *i, bool missing)
 {
-    bool names = i->next_batch > 0 || i->gathering;
+    bool names = i->next_batch > 0 || i->gathering, before = i->unsure || i->told_more;
     if (!names || (c->link->ops->permits && !c->link->ops->permits(c->link, WIRE_RECEIPT))) return false;
     wire_message m = {.kind = WIRE_RECEIPT,
         .receipt = {.version = WIRE_VERSION,
             .client = c->id,
             .interest = i->id,
-            .epoch = i->epoch,
-            .batch = i->snapshot_tick ? i->snapshot_batch : i->next_batch - 1,
+            .epoch = before ? i->unsure_epoch : i->epoch,
+            .batch = i->told_more       ? i->told_more
+                     : i->snapshot_tick ? i->snapshot_batch
+                                        : i->next_batch - 1,
             .tick = i->snapshot_tick,
             .part = i->snapshot_part,
             .missing = missing}};
@@ -358,12 +360,14 @@ static void follow_epoch(interest_record *i, const wire_event_batch *b)
 {
     if (b->epoch == i->epoch) return;
     if (wire_same_line(b->epoch, i->epoch)) { /* a standby has taken over, and goes on with the same numbers */
+        if (!i->unsure && !i->told_more) i->unsure_epoch = i->epoch;
         i->epoch = b->epoch;
         i->unsure = !lacks(i);
         return;
     }
     give_up_parts(i);
     i->unsure = i->asked = false;
+    i->told_more = 0;
     if (!i->waiting) i->lacks_ns = session_monotonic_ns();
     i->waiting = true;
     i->receipts = 0;
@@ -387,6 +391,7 @@ static void begin_gathering(interest_record *i, const wire_event_batch *b)
     give_up_parts(i);
     i->gathering = true;
     i->unsure = false;
+    i->told_more = 0;
     i->snapshot_batch = b->batch;
     i->snapshot_tick = b->tick;
     i->snapshot_part = 0;
@@ -431,7 +436,7 @@ static bool in_order(collided *c, interest_record *i, const wire_event_batch *b)
     follow_epoch(i, b);
     if (i->unsure && was_told(i, b)) return false;
     if (b->snapshot) return takes_part(c, i, b);
-    if (!i->gathering && i->next_batch && b->batch == i->next_batch) {
+    if (!i->gathering && !i->told_more && i->next_batch && b->batch == i->next_batch) {
         i->next_batch++;
         i->snapshot_tick = i->snapshot_batch = i->snapshot_part = 0;
         return true;
@@ -456,8 +461,9 @@ static void receive_heartbeat(collided *c, interest_record *i, const wire_messag
     } else if (b->batch == i->next_batch - 1) {
         i->unsure = false;
         if (!i->waiting) deliver(c, i, &m, 1);
-    } else if (i->unsure) { /* we were told more than the standby knew of when it took over */
+    } else if (i->unsure) { /* we were told more than the standby knew of when it took over: it is told so */
         i->unsure = false;
+        i->told_more = i->next_batch - 1;
         i->next_batch = b->batch + 1;
         i->snapshot_tick = 0;
         note_missing(c, i);

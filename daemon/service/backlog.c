@@ -350,7 +350,9 @@ static void send_again(service *s, stream *to, const wire_receipt *m)
 void backlog_receipt(service *s, stream *to, const wire_receipt *m)
 {
     backlog *b = &to->backlog;
-    if (m->epoch != s->epoch || m->sequence <= b->receipt) return;
+    bool goes_on = m->epoch != s->epoch && m->epoch < s->epoch && wire_same_line(m->epoch, s->epoch);
+    if ((m->epoch != s->epoch && !goes_on) || m->sequence <= b->receipt) return;
+    if (goes_on && standby_was_outrun(s, to, m->epoch, m->batch)) return;
     b->receipt = m->sequence;
     if (!b->receipts) b->window = b->threshold = WINDOW_FIRST;
     b->receipts = true;

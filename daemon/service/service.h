@@ -229,6 +229,7 @@ typedef struct stream {
     bool told;          /* a batch has been sent */
     int64_t batch;      /* of the last batch made ... */
     int64_t batch_tick; /* ... and the tick of that; a snapshot is none */
+    int64_t inherited;  /* the last one of the daemon that this one took over from, as far as it knows */
     int64_t told_ns;    /* when it last said something, monotonic */
     uint64_t work;      /* units of the world's, told in Status so far */
     uint64_t events;    /* told on it */

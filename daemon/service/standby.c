@@ -47,7 +47,7 @@ static void begin_anew(service *s)
     p->touched = p->state_sent = 0;
     standby_forget_state(p);
     p->active = p->asked_ns = p->waiting_ns = p->follower = p->lost_ns = p->dropped = p->doubted = p->missed = 0;
-    p->in_step = p->out_of_step = p->state_wanted = p->left = p->followed = p->sure = false;
+    p->in_step = p->out_of_step = p->state_wanted = p->left = p->followed = p->sure = p->heir = false;
     p->journalled_tick = p->had_tick = 0;
     p->began_ns = s->monotonic_ns;
     card_say(s, PEER_JOINING);
@@ -87,6 +87,8 @@ static void become_active(service *s, const link_sink *sink, const char *why)
     open_links_again(s);
     rebase_clocks(s);
     record_begin(s); /* of the world as it is; what was kept comes behind it */
+    for (size_t i = 0; i < s->streams.count; i++) s->streams.at[i].inherited = s->streams.at[i].batch;
+    p->heir = goes_on;
     if (goes_on) mute_publish_again(s);
     stream_heartbeats(s);
     s->status_due = true;

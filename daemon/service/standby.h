@@ -43,6 +43,10 @@ bool standby_takes_reader(service *s, struct link *from, const char *stream);
 /* The active one: will the links tell when that client is lost? If not, it has to be heard within its lease. */
 bool standby_hears(const service *s, int64_t client);
 
+/* A reader was told that batch of the stream under that epoch. True: by one that we took over from, which told it after
+ * we had lost it. All streams begin anew, under a new line: ours goes on from something else. */
+bool standby_was_outrun(service *s, const stream *to, int64_t epoch, int64_t batch);
+
 /* The active one's journal; the tick before its events are published. */
 void standby_journal_message(service *s, const struct link *from, const wire_message *m);
 void standby_journal_lost(service *s, const struct link *from, int64_t client);

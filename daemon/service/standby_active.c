@@ -121,13 +121,13 @@ static void begin_state_anew(struct standby *p)
 
 /* Another one has told in this line what is not known here: whoever heard it would take our batches for those that come
  * next. Under a line of their own they begin with a snapshot. */
-static void begin_line(service *s, int64_t sender)
+static void begin_line(service *s, const peer_card *other)
 {
-    const peer_card *other = card_of(s->standby, sender);
+    if (s->standby->follower) follower_lose(s, "is of the line that ends: it has to join anew");
     int64_t before = s->epoch;
     s->epoch = card_new_line(s);
+    s->standby->heir = false;
     begin_state_anew(s->standby);
-    s->standby->sure = false; /* who follows has to join anew */
     card_say(s, PEER_ACTIVE);
     for (uint32_t i = 0; i < s->streams.count; i++)
         if (s->streams.at[i].live) world_want_snapshot(s->world, i);
@@ -141,10 +141,19 @@ void follower_wishes(service *s, int64_t sender, bytes_in *r)
 {
     struct standby *p = s->standby;
     int64_t alone = 0;
+    p->alive_ns = s->monotonic_ns; /* its card may come later: topics have no order */
+    if (bytes_get(r, &alone, sizeof alone) && wire_same_line(alone, s->epoch)) begin_line(s, card_of(p, sender));
     p->state_wanted = true;
     if (p->dropped == sender) p->dropped = 0;
-    p->alive_ns = s->monotonic_ns; /* its card may come later: topics have no order */
-    if (bytes_get(r, &alone, sizeof alone) && wire_same_line(alone, s->epoch)) begin_line(s, sender);
+}
+
+/* Once for each time that we took over, whoever says so. */
+bool standby_was_outrun(service *s, const stream *to, int64_t epoch, int64_t batch)
+{
+    struct standby *p = s->standby;
+    if (!p || !p->heir || standby_waits(s) || epoch >= s->epoch || batch <= to->inherited) return false;
+    begin_line(s, NULL);
+    return true;
 }
 
 bool standby_hands_over(service *s)

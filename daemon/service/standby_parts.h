@@ -99,6 +99,7 @@ struct standby {
     int64_t dropped;   /* one that is not waited for until it joins anew */
     int64_t alone; /* the epoch in which one that was sure was lost: it may have gone on from there, without what was
                       told since; 0: none */
+    bool heir;     /* the active one: it goes on from what another one told, and nobody has said otherwise */
     bool state_wanted; /* the active one: somebody asks for its state */
     bytes_out journal; /* of the tick that is being made */
     bytes_out state;   /* that goes to a standby, in portions */

@@ -376,7 +376,7 @@ static void send_or_keep(service *s, stream *to, const world_batch *b)
 static void publish(service *s, stream *to, const world_batch *b)
 {
     assert(to->live && to->read);
-    if (!to->told) to->batch = s->last_batch + 1; /* what ends in this tick has been published */
+    if (!to->told) to->batch = to->inherited = s->last_batch + 1; /* what ends in this tick has been published */
     if (b->more || b->goes_on)
         build_snapshot(s, to, b);
     else

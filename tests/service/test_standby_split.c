@@ -508,6 +508,49 @@ static void the_standby_tells_a_client_that_it_was_lost(void **state)
     assert_int_equal(sides[1].told_lost, 1);
 }
 
+static void say_receipt(int k, int64_t sequence, int64_t epoch, int64_t batch)
+{
+    wire_message m = {.kind = WIRE_RECEIPT,
+        .receipt = {.version = WIRE_VERSION,
+            .client = CLIENT,
+            .sequence = sequence,
+            .epoch = epoch,
+            .batch = batch,
+            .missing = true}};
+    memory_send(sides[k].end, &m);
+    pass(S_NS / 10);
+}
+
+/* A reader has heard more of the one before than this one knows: whatever it said next would be something else under
+ * the same numbers. Nobody can bring it to that a second time. */
+static void a_reader_who_was_told_more_brings_about_a_new_line(void **state)
+{
+    (void)state;
+    pair_up();
+    int64_t epoch = sides[0].service->epoch, batch = sides[0].service->streams.at[0].batch;
+    end(0);
+    pass(S_NS);
+    assert_true(is_active(1) && sides[1].service->epoch == epoch + 1);
+    say_receipt(1, 50, epoch, batch); /* it knows that */
+    assert_int_equal(sides[1].service->epoch, epoch + 1);
+    say_receipt(1, 51, epoch + 1, batch + 1); /* of its own? It has told none */
+    assert_int_equal(sides[1].service->epoch, epoch + 1);
+    start(0);
+    pass(S_NS);
+    assert_true(has_standby(1));
+    sides[1].snapshot = false;
+    say_receipt(1, 52, epoch, batch + 1);
+    int64_t anew = sides[1].service->epoch;
+    assert_true(anew > epoch && !wire_same_line(anew, epoch));
+    assert_true(sides[1].snapshot && sides[1].epoch == anew);
+    say_receipt(1, 53, anew - 1, batch + 100);
+    say_receipt(1, 54, epoch, batch + 100);
+    assert_int_equal(sides[1].service->epoch, anew);
+    pass(S_NS);
+    assert_true(is_active(1) && has_standby(1)); /* which has joined anew */
+    assert_int_equal(metric_get(sides[0].service->count.out_of_step), 0);
+}
+
 /* ---- a large state ---- */
 
 enum { MANY = 10000, A_ROUND = 4 << 20 };
@@ -778,6 +821,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(who_was_alone_once_does_not_begin_a_new_line_later, set_up, tear_down),
         cmocka_unit_test_setup_teardown(a_standby_that_leaves_is_not_waited_for, set_up, tear_down),
         cmocka_unit_test_setup_teardown(who_ends_while_it_waits_tells_of_it, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(a_reader_who_was_told_more_brings_about_a_new_line, set_up, tear_down),
         cmocka_unit_test_setup_teardown(a_large_state_goes_in_portions_while_ticks_go_on, set_up, tear_down),
         cmocka_unit_test_setup_teardown(a_state_that_lost_a_portion_is_asked_for_anew, set_up, tear_down),
         cmocka_unit_test_setup_teardown(a_state_that_is_cut_off_is_none, set_up, tear_down),
