@@ -87,8 +87,7 @@ static bool is_enough(world *w)
 
 static void make_stale(world *w, uint32_t id)
 {
-    enum { A_BODY = 1000, A_PAIR = 1000 }; /* units, with what is told of it */
-    w->stale_units += A_BODY + A_PAIR * (uint64_t)w->bodies.at[id].pair_count;
+    w->stale_units += TELL_UNKNOWN * (uint64_t)(1 + w->bodies.at[id].pair_count);
     w->bodies.at[id].stale = true;
     w->figures.stale_bodies++;
     array_push(&w->stale_now, id);
@@ -139,7 +138,8 @@ static int compare_ids(const void *a, const void *b)
 
 void expiry_find(world *w)
 {
-    w->stale_now.count = w->fresh_now.count = w->stale_units = 0;
+    w->stale_now.count = w->fresh_now.count = 0;
+    w->stale_units = TELL_UNKNOWN * (uint64_t)w->unknown_due.count;
     make_fresh_what_moved(w);
     make_stale_what_is_held(w);
     make_stale_what_is_due(w);
@@ -148,6 +148,6 @@ void expiry_find(world *w)
 
 int64_t expiry_next_ns(const world *w)
 {
-    if (w->held_now.count) return INT64_MIN;
+    if (w->held_now.count || w->unknown_due.count) return INT64_MIN;
     return w->expiries.count ? w->expiries.at[0].time_ns : INT64_MAX;
 }

@@ -334,6 +334,7 @@ struct world {
     ARRAY(uint32_t) held_now;           /* bodies held since the last tick */
     ARRAY(uint32_t) stale_now;          /* bodies that became stale in this tick */
     uint64_t stale_units;               /* that it takes to tell so */
+    ARRAY(uint64_t) unknown_due;        /* keys of the pairs of which that is still to be told */
     ARRAY(uint32_t) fresh_now;          /* and those that are known again */
     ARRAY(uint64_t) active;             /* keys of the pairs to be decided, sorted ... */
     ARRAY(uint32_t) active_pairs;       /* ... and their pairs, in that order */
@@ -342,6 +343,8 @@ struct world {
     size_t bounds, bounded;     /* of open: the first ones get bounds; of them those that the budget allows */
     ARRAY(uint64_t) needs;      /* active pairs to be refined, the neediest first: see work.c */
     ARRAY(uint32_t) unfinished; /* pairs that the last tick left */
+    bool lets_in;               /* pairs that were left out, ... */
+    uint32_t lets_in_next;      /* ... on from this solid's */
     ARRAY(uint32_t) lingering;  /* pairs that linger, and some that do no more */
     size_t lingers;             /* so many do */
     size_t olds;                /* of all interests */
@@ -518,6 +521,8 @@ static inline bool calm_holds(const body *b, const pose *at)
 /* expiry.c */
 enum { SPARE_EXPIRIES = 64 };             /* entries beside two a body: what is more is void, and dropped */
 void expiry_set(world *w, uint32_t body); /* a pose has come: its deadline counts anew */
+/* Units to tell of a pair that is unknown. */
+enum { TELL_UNKNOWN = 1000 };
 void expiry_find(world *w);               /* fills stale_now and fresh_now, in the order of ids */
 int64_t expiry_next_ns(const world *w);   /* not later than the next one; INT64_MAX: none */
 

@@ -124,6 +124,7 @@ void world_destroy(world *w)
     array_free(&w->reap_solids);
     array_free(&w->expiries);
     array_free(&w->held_now);
+    array_free(&w->unknown_due);
     array_free(&w->stale_now);
     array_free(&w->fresh_now);
     array_free(&w->active);
@@ -230,7 +231,7 @@ bool world_glided(const world *w)
 
 bool world_changed(const world *w)
 {
-    if (w->snapping) return true;
+    if (w->snapping || w->lets_in) return true;
     return w->changed || w->unfinished.count || w->due || w->olds || w->leaving.count || match_is_unsettled(&w->match);
 }
 
