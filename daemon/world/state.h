@@ -523,8 +523,8 @@ enum { SPARE_EXPIRIES = 64 };             /* entries beside two a body: what is 
 void expiry_set(world *w, uint32_t body); /* a pose has come: its deadline counts anew */
 /* Units to tell of a pair that is unknown. */
 enum { TELL_UNKNOWN = 1000 };
-void expiry_find(world *w);               /* fills stale_now and fresh_now, in the order of ids */
-int64_t expiry_next_ns(const world *w);   /* not later than the next one; INT64_MAX: none */
+void expiry_find(world *w);             /* fills stale_now and fresh_now, in the order of ids */
+int64_t expiry_next_ns(const world *w); /* not later than the next one; INT64_MAX: none */
 
 /* interest.c */
 void interest_settle_changes(world *w);
