@@ -428,6 +428,10 @@ typedef struct service {
     size_t clients_unheard;
     char unheard[256]; /* the first of them, for people; "" = all are heard */
     wire_memory *backlog_memory;
+    int64_t backlog_round_ns; /* the round, ... */
+    size_t backlog_sent;      /* ... and the bytes of what waited that were sent in it */
+    size_t backlog_turn;      /* the stream that goes first in the next */
+    bool backlog_crowded;     /* more waits than a round takes */
     uint64_t events_hash;
     pace pace;                           /* of a budget */
     uint64_t slice;                      /* units of this tick's slice; 0: it is not cut */
