@@ -5,7 +5,8 @@
  * a body that is taken what the broad phase has put off is searched (new pairs, and those that have parted), and each
  * of its pairs is decided that was decided last before one of its bodies changed: so none is decided twice, and a pair
  * says itself whether it is out of date (pair_is_pending). A body of so many pairs that they do not fit goes back
- * behind its owner's others; what it has waited for longest is decided first, new pairs among it.
+ * behind its owner's others; what it has waited for longest is decided first, new pairs among it. One of so many that
+ * to find out which these are takes longer than a tick has goes through them by ids, a part of them in each turn.
  *
  * Who is next: each owner has a purse; the purses take turns, and get an equal share of the slice in each (deficit
  * round robin), so that whose bodies are few are not kept waiting by who has millions of pairs. Whose body is taken
@@ -19,10 +20,13 @@
 
 enum {
     A_MILLISECOND = 1000000,
-    A_BODY = 100,         /* units */
-    A_PAIR_SEEN = 25,     /* one that is looked at, and perhaps not pending */
-    A_PAIR_LISTED = 250,  /* and sorted by how long it has waited */
-    MANY_PAIRS = 256,     /* a body with fewer cheap ones is never taken in parts */
+    A_BODY = 100,        /* units */
+    A_PAIR_SEEN = 25,    /* one that is looked at, and perhaps not pending */
+    A_PAIR_LISTED = 250, /* and sorted by how long it has waited */
+    MANY_PAIRS = 256,    /* a body with fewer cheap ones is never taken in parts */
+    HUB_PAIRS = 32768,   /* one with more is gone through in parts, ... */
+    HUGE_PAIRS = 131072, /* ... certainly one with so many */
+    A_LOOK_UP = 100,
     SHARES = 8,           /* of a slice: so many turns in it at least, ... */
     LEAST_SHARE = 200000, /* ... but none of fewer units */
     FAR_MORE = 4
@@ -150,6 +154,7 @@ typedef struct turn {
     uint64_t spent;
     bool left;       /* something was, to another body's turn; ... */
     bool left_new;   /* ... and a search found it */
+    uint64_t since;  /* the tick in which the look at its pairs began */
     size_t searched; /* shapes */
 } turn;
 
@@ -288,6 +293,44 @@ static bool activate_oldest(turn *t, const body *b, uint64_t units)
     return whole;
 }
 
+/* ---- a body of so many pairs that to look at each of them takes longer than a tick has ---- */
+
+/* Not if it has them among far more that it has none with. */
+static bool is_hub(const world *w, size_t pairs)
+{
+    return pairs > HUGE_PAIRS || (pairs > HUB_PAIRS && pairs * 4 >= w->solids.count);
+}
+
+/* By the ids of the others, from where the last turn ended: a pass over all of them may take many ticks. What it has
+ * gone by before the body changed again is for the next pass. False: something is left. */
+static bool activate_by_ids(turn *t, body *b, uint64_t units)
+{
+    enum { SOME_AT_LEAST = 64 };
+    world *w = t->w;
+    uint64_t before = t->spent, seen = 0;
+    if (!b->pass_tick) {
+        b->pass_tick = w->figures.ticks;
+        b->pass_shape = b->pass_next = b->pass_left = 0;
+    }
+    for (; b->pass_shape < b->shape_count; b->pass_shape++, b->pass_next = 0) {
+        t->solid = b->shapes[b->pass_shape];
+        for (; b->pass_next < w->solids.count; b->pass_next++, seen++) {
+            bool some = seen < SOME_AT_LEAST && t->spent - before < A_MILLISECOND;
+            if (!some && t->spent >= units) {
+                b->pass_left |= t->left;
+                return false;
+            }
+            uint32_t id;
+            t->spent += A_LOOK_UP;
+            if (w->solids.at[b->pass_next].used && is_waiting(t, b->pass_next, &id)) t->spent += pair_activate(w, id);
+        }
+    }
+    t->left |= b->pass_left;
+    t->since = b->pass_tick;
+    b->pass_tick = 0;
+    return b->changed_tick <= t->since;
+}
+
 typedef struct prices {
     const world *w;
     double sum;
@@ -311,10 +354,12 @@ static bool may_take_more(const world *w, const body *b, uint64_t units)
     return p.sum > (double)units;
 }
 
-static bool activate_pairs(turn *t, const body *b, uint64_t units)
+static bool activate_pairs(turn *t, body *b, uint64_t units)
 {
     size_t pairs = 0;
     for (size_t i = 0; i < b->shape_count; i++) pairs += broad_pairs_of(t->w->broad, b->shapes[i]);
+    if (units != UINT64_MAX && is_hub(t->w, pairs)) return activate_by_ids(t, b, units);
+    b->pass_tick = 0;
     bool many = pairs > MANY_PAIRS || (units != UINT64_MAX && may_take_more(t->w, b, units));
     if (many && units != UINT64_MAX) return activate_oldest(t, b, units);
     for (size_t i = 0; i < b->shape_count; i++) {
@@ -337,7 +382,7 @@ typedef enum taken { WHOLE, IN_PART, FULL } taken;
 static taken take_body(world *w, uint32_t id, uint64_t units, uint64_t *spent)
 {
     body *b = &w->bodies.at[id];
-    turn t = {.w = w, .body = b, .spent = A_BODY};
+    turn t = {.w = w, .body = b, .spent = A_BODY, .since = w->figures.ticks};
     taken how = WHOLE;
     for (size_t i = 0; i < b->shape_count; i++) {
         searched s = search(&t, b->shapes[i], units);
@@ -345,7 +390,7 @@ static taken take_body(world *w, uint32_t id, uint64_t units, uint64_t *spent)
         if (s == NO_ROOM && how == WHOLE) how = FULL;
     }
     if (!activate_pairs(&t, b, units)) how = IN_PART;
-    b->gathered_tick = how == WHOLE && !t.left ? w->figures.ticks : 0;
+    b->gathered_tick = how == WHOLE && !t.left ? t.since : 0;
     if (w->ccds) note_left(&t, b);
     *spent += t.spent;
     return how;

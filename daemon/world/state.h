@@ -130,6 +130,9 @@ typedef struct body {
     ARRAY(past_way) past;           /* of ticks that are over, while pairs wait for it: see past.c */
     const past_way *as_of;          /* of a copy that past_body made; NULL: as it is now */
     uint64_t past_told;             /* the tick up to which it was told that some may have been dropped */
+    uint64_t pass_tick;             /* a pass over its pairs began in it and is not over; 0: none; see slices.c */
+    uint32_t pass_shape, pass_next; /* it goes on with the pair of this shape and that solid */
+    bool pass_left;                 /* it has left a pair to another body */
     uint64_t past_since, left_tick; /* the tick up to which nothing is kept any more; in which a pair was left, or 0 */
     vec3 linear, angular;           /* m/s, rad/s: with SPEED_GIVEN; otherwise see body_velocity */
     double acceleration, angular_acceleration;

@@ -140,6 +140,101 @@ static void what_ends_meanwhile_is_not_told_to_be_unknown(void **state)
     world_destroy(h.w);
 }
 
+/* ---- a body of so many pairs that no tick can look at all of them ---- */
+
+enum { MANY = 40000, MANY_SIDE = 35, MANY_SLICE = 2000000, BESIDE = 1500000 /* units */ };
+
+typedef struct plenty {
+    world *w;
+    uint32_t hub;
+    int64_t now_ns;
+    uint64_t most_units, hash;
+    size_t begun, ended;
+} plenty;
+
+static void tick_plenty(plenty *h)
+{
+    world_batches batches;
+    world_tick(h->w, ++h->now_ns, &batches);
+    uint64_t units = world_get_figures(h->w).slice_units;
+    if (units > h->most_units) h->most_units = units;
+    h->hash = batches.hash;
+    for (size_t i = 0; i < batches.count; i++)
+        for (size_t k = 0; !batches.at[i].snapshot && k < batches.at[i].count; k++) {
+            h->begun += batches.at[i].events[k].kind == EVENT_BEGIN;
+            h->ended += batches.at[i].events[k].kind == EVENT_END;
+        }
+}
+
+static void set_up_plenty(plenty *h, unsigned workers)
+{
+    char name[16];
+    world_interest all = scene_all(WORLD_TOUCH, 0);
+    *h = (plenty){.w = scene_world(workers, true)};
+    scene_interest(h->w, &all);
+    world_shape ball = {.shape = {.type = SHAPE_SPHERE, .radius = 1}, .local = POSE_IDENTITY};
+    for (int i = 0; i < MANY; i++) {
+        snprintf(name, sizeof name, "b%d", i);
+        scene_body(h->w, name, ball,
+            (vec3){i % MANY_SIDE * 3.0, i / MANY_SIDE % MANY_SIDE * 3.0, i / MANY_SIDE / MANY_SIDE * 3.0});
+    }
+    ball.shape.radius = 10 * MANY_SIDE;
+    h->hub = scene_body(h->w, "hub", ball, (vec3){0, 0, 0});
+    tick_plenty(h);
+    assert_int_equal(h->begun, MANY);
+    world_set_slice(h->w, MANY_SLICE);
+    h->most_units = 0;
+}
+
+static void restore_plenty(plenty *h)
+{
+    bytes_out bytes = {0};
+    world_lender none = {0};
+    world_save(h->w, &none, &bytes);
+    world_destroy(h->w);
+    h->w = scene_world(1, true);
+    world_set_slice(h->w, MANY_SLICE);
+    bytes_in from = {.at = bytes.at, .left = bytes.count};
+    const char *wrong = world_restore(h->w, &none, &from);
+    if (wrong) fail_msg("%s", wrong);
+    array_free(&bytes);
+}
+
+/* Half of them part from it; it moves again before all have had their turn, and so do some of the others. */
+static void a_tick_looks_at_some_of_very_many_partners(void **state)
+{
+    (void)state;
+    enum { WORLDS = 3, MOST_TICKS = 2000 };
+    plenty h[WORLDS];
+    size_t rounds = 0;
+    for (int k = 0; k < WORLDS; k++) set_up_plenty(&h[k], k == 1 ? 3 : 1);
+    for (bool due = true; due; rounds++) {
+        assert_true(rounds < MOST_TICKS);
+        for (int k = 0; k < WORLDS; k++) {
+            if (rounds == 0) scene_move(h[k].w, h[k].hub, -10.0 * MANY_SIDE + 50, h[k].now_ns);
+            if (rounds == 10) scene_move(h[k].w, h[k].hub, -10.0 * MANY_SIDE + 51, h[k].now_ns);
+            if (k == 2 && rounds % 16 == 5) restore_plenty(&h[k]);
+            tick_plenty(&h[k]);
+            if (h[k].hash != h[0].hash) fail_msg("tick %zu: world %d tells something else", rounds, k);
+        }
+        due = rounds < 12 || world_changed(h[0].w);
+    }
+    plenty whole;
+    set_up_plenty(&whole, 1);
+    world_set_slice(whole.w, UINT64_MAX);
+    scene_move(whole.w, whole.hub, -10.0 * MANY_SIDE + 51, whole.now_ns);
+    for (int i = 0; i < 3; i++) tick_plenty(&whole);
+    assert_in_range(whole.ended, MANY / 8, MANY - 1);
+    for (int k = 0; k < WORLDS; k++) {
+        assert_int_equal(h[k].ended - (h[k].begun - MANY), whole.ended);
+        assert_in_range(h[k].most_units, 1, MANY_SLICE + BESIDE);
+        assert_null(world_validate(h[k].w));
+        world_destroy(h[k].w);
+    }
+    print_message("%zu ticks, at most %zu units in one\n", rounds, (size_t)h[0].most_units);
+    world_destroy(whole.w);
+}
+
 /* ---- pairs that there was no room for ---- */
 
 enum { CROWD = 200, MOST = 8000, LET_IN = 64 /* a tick */ };
@@ -209,6 +304,7 @@ int main(void)
         cmocka_unit_test_prestate(that_a_body_is_unknown_is_told_of_its_pairs_in_slices, &whole),
         cmocka_unit_test(what_is_known_again_meanwhile_was_never_unknown),
         cmocka_unit_test(what_ends_meanwhile_is_not_told_to_be_unknown),
+        cmocka_unit_test(a_tick_looks_at_some_of_very_many_partners),
         cmocka_unit_test(what_was_left_out_is_let_in_in_slices),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
