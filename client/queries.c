@@ -105,6 +105,8 @@ static collided_status outcome(collided *c, collided_result *out, double timeout
         const wire_answer *a = &c->answer->answer;
         if (a->status == WIRE_ANSWER_UNKNOWN_NAME) return session_fail(c, COLLIDED_UNKNOWN_ID, "%s", a->text);
         if (a->status == WIRE_ANSWER_UNSUPPORTED) return session_fail(c, COLLIDED_UNSUPPORTED, "%s", a->text);
+        if (a->status > WIRE_ANSWER_TRUNCATED) /* of a later daemon */
+            return session_fail(c, COLLIDED_UNSUPPORTED, "unknown status %u: %s", a->status, a->text);
         fill_result(out, a);
         return COLLIDED_OK;
     }

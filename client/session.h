@@ -79,7 +79,8 @@ typedef struct interest_record {
 } interest_record;
 
 typedef struct session_counters { /* under lock; shown beside the daemon's own in collided_get_status */
-    int64_t repeats, announced_again, foreign, malformed, rejections_dropped, batches_lost, stalls, send_failures;
+    int64_t repeats, announced_again, foreign, malformed, rejections_dropped, batches_lost, unknown_events, stalls,
+        send_failures;
     int64_t unheard, renewals, silent_streams; /* see unheard.c; streams: stream.c */
 } session_counters;
 

@@ -56,6 +56,13 @@ static double age_s(int64_t age_ns)
     return age_ns < 0 ? -1.0 : (double)age_ns * 1e-9;
 }
 
+/* Said by a later daemon: the callback gets it as it came. */
+static bool is_unknown(const wire_event_batch *b, uint32_t i)
+{
+    return b->kinds.at[i] > WIRE_EVENT_AVERTED || b->causes.at[i] > WIRE_CAUSE_TELEPORT ||
+           b->achieved.at[i] > WIRE_STOPPED;
+}
+
 static void fill_event(collided_event *e, const wire_event_batch *b, uint32_t i)
 {
     *e = (collided_event){.kind = (collided_event_kind)b->kinds.at[i],
@@ -105,10 +112,18 @@ static void fill_impact(collided_impact *x, const wire_event_batch *b, uint32_t 
     fill_pose(&x->pose_b, b->impact_poses.at + 14 * (size_t)i + 7);
 }
 
+static void count_unknown(collided *c, int64_t events)
+{
+    pthread_mutex_lock(&c->lock);
+    c->counters.unknown_events += events;
+    pthread_mutex_unlock(&c->lock);
+}
+
 /* The parts' events, one after the other, into the client's arrays; what they name stays in the parts. */
 static size_t gather(collided *c, const wire_message *const *parts, size_t part_count)
 {
     size_t events = 0, points = 0, impacts = 0;
+    int64_t unknown = 0;
     for (size_t k = 0; k < part_count; k++) {
         events += parts[k]->event_batch.kinds.count;
         points += parts[k]->event_batch.manifold_distances.count;
@@ -125,6 +140,7 @@ static size_t gather(collided *c, const wire_message *const *parts, size_t part_
         uint32_t used = 0, met = 0;
         for (uint32_t i = 0; i < b->kinds.count; i++, e++) {
             fill_event(e, b, i);
+            unknown += is_unknown(b, i);
             e->points = p;
             for (size_t n = 0; n < e->point_count; n++) fill_point(p++, b, used++);
             if (!has_impact(e)) continue;
@@ -132,6 +148,7 @@ static size_t gather(collided *c, const wire_message *const *parts, size_t part_
             fill_impact(x++, b, met++);
         }
     }
+    if (unknown) count_unknown(c, unknown);
     return events;
 }
 

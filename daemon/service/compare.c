@@ -17,6 +17,12 @@ static bool is_of_the_run(const char *field)
 
 /* ---- one number of one field ---- */
 
+/* What a later release has told beside. */
+static bool is_compared(const wire_field *f)
+{
+    return strcmp(f->name, "extensions") != 0;
+}
+
 static bool is_array(const wire_field *f)
 {
     return f->type >= WIRE_U8S;
@@ -178,7 +184,11 @@ static void name_event(const wire_message *m, uint32_t event, char *out, size_t 
         snprintf(out, size, "nothing");
         return;
     }
-    snprintf(out, size, "%s of contact %" PRId64 ", \"%s\" and \"%s\"", KINDS[b->kinds.at[event]],
+    uint8_t kind = b->kinds.at[event];
+    char words[24];
+    snprintf(words, sizeof words, "unknown kind %u", kind);
+    bool is_known = kind < sizeof KINDS / sizeof *KINDS && KINDS[kind];
+    snprintf(out, size, "%s of contact %" PRId64 ", \"%s\" and \"%s\"", is_known ? KINDS[kind] : words,
         b->contacts.at[event], b->names_a.at[event], b->names_b.at[event]);
 }
 
@@ -208,7 +218,7 @@ static bool differ_in_event(const wire_message *a, const wire_message *b, uint32
     const wire_schema *s = wire_schema_of(WIRE_EVENT_BATCH);
     bool both = event < a->event_batch.kinds.count && event < b->event_batch.kinds.count;
     for (uint32_t i = 0; both && i < s->field_count; i++)
-        if (is_array(&s->fields[i]) && !same_event(a, b, &s->fields[i], event))
+        if (is_array(&s->fields[i]) && is_compared(&s->fields[i]) && !same_event(a, b, &s->fields[i], event))
             tell_field(d, a, b, &s->fields[i], event);
     if (both && !d->field_count) return false;
     d->event = event;
@@ -246,7 +256,7 @@ static bool next_recorded(walk *w, wire_message *out)
     if (w->told.size < sizeof size) return false;
     memcpy(&size, w->told.bytes, sizeof size);
     wire_memory_reset(w->memory);
-    bool good = wire_lcm_decode(w->told.bytes + sizeof size, size, w->memory, out, &why) == WIRE_OK;
+    bool good = wire_lcm_decode_recorded(w->told.bytes + sizeof size, size, w->memory, out, &why) == WIRE_OK;
     w->told.bytes += sizeof size + size;
     w->told.size -= sizeof size + size;
     return good;

@@ -5,6 +5,7 @@
 
 #include "base/clock.h"
 #include "base/log.h"
+#include "extensions.h"
 #include "link/wake.h"
 #include "memory.h"
 #include "notify.h"
@@ -68,9 +69,8 @@ static void take_receipt(service *s, struct link *from, const wire_message *m)
         unheard_word(s, &m->receipt);
 }
 
-static void on_message(void *context, struct link *from, const wire_message *m)
+static void take_message(service *s, struct link *from, const wire_message *m)
 {
-    service *s = context;
     wire_refusal why;
     metric_count(s->count.messages_in[m->kind], !from->in_parts);
     if (m->kind == WIRE_RECEIPT) {
@@ -91,6 +91,14 @@ static void on_message(void *context, struct link *from, const wire_message *m)
     shares_verdict verdict = shares_admit(s, from, m, &why);
     if (verdict == SHARES_GO) service_take(s, from, m);
     if (verdict == SHARES_REFUSED) refuse(s, from, m, &why);
+}
+
+static void on_message(void *context, struct link *from, const wire_message *m)
+{
+    service *s = context;
+    wire_message *less = extensions_leave_out(s, from, m);
+    take_message(s, from, less ? less : m);
+    free(less);
 }
 
 static void on_refused(

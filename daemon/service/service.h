@@ -344,6 +344,7 @@ typedef struct counters { /* metrics that the service itself counts */
     metric *memory_refused, *suspects_refused;
     metric *batches_skipped;
     metric *queries_cut;
+    metric *unknown_extensions;
     metric *takeovers, *steps_down, *out_of_step, *journalled;
 } counters;
 

@@ -379,7 +379,7 @@ static const char *decode_record(wire_log_reader *r, const record *in, wire_log_
     wire_memory_reset(r->memory);
     out->data = in->data;
     out->data_size = in->data_size;
-    if (wire_lcm_decode(in->data, in->data_size, r->memory, &out->message, refusal) == WIRE_OK) return NULL;
+    if (wire_lcm_decode_recorded(in->data, in->data_size, r->memory, &out->message, refusal) == WIRE_OK) return NULL;
     return refusal->text;
 }
 

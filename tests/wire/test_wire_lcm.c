@@ -45,7 +45,7 @@ typedef struct place {
 #define PLACE_I64S ARRAY
 #define PLACE_F64S ARRAY
 #define PLACE_STRINGS ARRAY
-#define PLACE(S, field, type, most, rule) PLACE_##type(S, field)
+#define PLACE(S, member, name, type, most, rule) PLACE_##type(S, name)
 #define PLACES_OF(kind, member, name)                                                                                  \
     static const place member##_places[] = {WIRE_FIELDS_##member(PLACE, collided_##name)};
 WIRE_MESSAGES(PLACES_OF)
