@@ -292,6 +292,38 @@ static void a_message_of_a_new_kind_is_refused(void **state)
     lcm_destroy(lcm);
 }
 
+/* ---- a peer of another vendor ---- */
+
+/* It takes a Status of that many bytes of extensions, and its poses come, extension and all. */
+static void expect_fast_dds(const char *program, const char *extensions)
+{
+#ifdef FAST_PEER
+    char line[64] = "";
+    pid_t daemon = start_daemon(program, NULL, NULL);
+    collided *c = rig_connect(RIG_DDS, 30, COLLIDED_REMOVE);
+    FILE *f = popen("exec timeout 60 " FAST_PEER " " DOMAIN, "r"); /* NOLINT(cert-env33-c): a fixed line */
+    assert_non_null(f);
+    assert_non_null(fgets(line, sizeof line, f));
+    assert_string_equal(line, extensions);
+    UNTIL(c, RIG_PATIENCE_S, rig_counter(c, "in_PoseBatch") > 0 && rig_counter(c, "unknown_extensions") > 0);
+    assert_true(rig_alive(daemon));
+    while (fgets(line, sizeof line, f) && strcmp(line, extensions) == 0 && rig_alive(daemon)) rig_kill(daemon, SIGTERM);
+    pclose(f);
+#else
+    (void)program, (void)extensions;
+    printf("skipped: no Fast DDS here\n");
+    skip();
+#endif
+}
+
+static void fast_dds_reads_and_writes_extensions(void **state)
+{
+    (void)state;
+    expect_fast_dds(COLLIDED, "extensions 0\n");
+    rig_end_all(state);
+    expect_fast_dds(LATER, "extensions 13\n");
+}
+
 /* ---- recordings ---- */
 
 static void recordings_without_extensions_are_replayed(void **state)
@@ -320,6 +352,7 @@ int main(int argc, char **argv)
         HERE(a_later_client_is_served),
         HERE(a_later_client_is_served_by_a_later_daemon),
         HERE(a_message_of_a_new_kind_is_refused),
+        HERE(fast_dds_reads_and_writes_extensions),
         HERE(recordings_without_extensions_are_replayed),
     };
     setenv("LATER_DOMAIN", DOMAIN, 1);
