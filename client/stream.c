@@ -30,7 +30,7 @@ static const char *cause_name(uint8_t cause)
         [WIRE_CAUSE_OWNER_LOST] = "owner_lost",
         [WIRE_CAUSE_FILTER] = "filter",
         [WIRE_CAUSE_SHAPE] = "shape",
-        [WIRE_CAUSE_INTEREST] = "interest",
+        [WIRE_CAUSE_SUBSCRIPTION] = "interest",
         [WIRE_CAUSE_SHUTDOWN] = "shutdown",
         [WIRE_CAUSE_STALE] = "stale",
         [WIRE_CAUSE_SNAPSHOT] = "snapshot",

@@ -120,7 +120,7 @@ typedef struct reach {
 
 static bool has_impact(const wire_event_batch *b, uint32_t event)
 {
-    return b->kinds.at[event] == WIRE_EVENT_IMPACT || b->kinds.at[event] == WIRE_EVENT_FORETOLD;
+    return b->kinds.at[event] == WIRE_EVENT_IMPACT || b->kinds.at[event] == WIRE_EVENT_PREDICTED;
 }
 
 static reach reach_of(const wire_message *m, const wire_field *f, uint32_t event)
@@ -177,7 +177,7 @@ static void name_event(const wire_message *m, uint32_t event, char *out, size_t 
         [WIRE_EVENT_UNKNOWN] = "unknown",
         [WIRE_EVENT_KNOWN] = "known",
         [WIRE_EVENT_IMPACT] = "impact",
-        [WIRE_EVENT_FORETOLD] = "foretold",
+        [WIRE_EVENT_PREDICTED] = "foretold",
         [WIRE_EVENT_AVERTED] = "averted"};
     const wire_event_batch *b = &m->event_batch;
     if (event >= b->kinds.count) {

@@ -5,9 +5,10 @@
  * been decoded by wire_lcm.h or wire_dds.h borrows from the arena or the sample that it was decoded from.
  *
  * The same fields, in the same order and under the same names, stand in collided.idl and collided.lcm, but for
- * `client`, `body`, `interest` and `object`, which are `client_id` and so on there, and the `status` of an Answer,
- * which is its `outcome`; wire_schema.h describes them as a table, from which checking, coding and recording are made.
- * The last field of each message is `extensions` (wire_extensions.h): it carries what is added later. */
+ * `client`, `body`, `interest` and `object`, which are `client_id`, `body_id`, `subscription_id` and `object_id` there,
+ * and the `status` of an Answer, which is its `outcome`; wire_schema.h describes them as a table, from which checking,
+ * coding and recording are made. The last field of each message is `extensions` (wire_extensions.h): it carries what is
+ * added later. */
 #ifndef COLLIDED_WIRE_WIRE_H
 #define COLLIDED_WIRE_WIRE_H
 
@@ -222,7 +223,7 @@ enum {
     WIRE_FACT_DISTANCE = 2,
     WIRE_FACT_MANIFOLD = 4,
     WIRE_FACT_IMPACT = 8,
-    WIRE_FACT_FORETELL = 16
+    WIRE_FACT_PREDICT = 16
 };
 
 /* How far a pair is looked into for its touch, distance and manifold. A pair that several interests share gets what the
@@ -343,16 +344,16 @@ typedef struct wire_answer {
 } wire_answer;
 
 enum {
-    WIRE_EVENT_BEGIN = 1,    /* a contact began */
-    WIRE_EVENT_UPDATE = 2,   /* it persists */
-    WIRE_EVENT_END = 3,      /* it ended; `causes` says by what */
-    WIRE_EVENT_NEAR = 4,     /* not in contact, nearer than the interest's range: distance */
-    WIRE_EVENT_FAR = 5,      /* no longer within range */
-    WIRE_EVENT_UNKNOWN = 6,  /* a pose is past its deadline: nothing can be said of this pair, it is not free */
-    WIRE_EVENT_KNOWN = 7,    /* and can be said again; its state follows */
-    WIRE_EVENT_IMPACT = 8,   /* they met on their way from one tick to the next */
-    WIRE_EVENT_FORETOLD = 9, /* they will meet within the horizon; told again as long as they will */
-    WIRE_EVENT_AVERTED = 10  /* no more */
+    WIRE_EVENT_BEGIN = 1,     /* a contact began */
+    WIRE_EVENT_UPDATE = 2,    /* it persists */
+    WIRE_EVENT_END = 3,       /* it ended; `causes` says by what */
+    WIRE_EVENT_NEAR = 4,      /* not in contact, nearer than the interest's range: distance */
+    WIRE_EVENT_FAR = 5,       /* no longer within range */
+    WIRE_EVENT_UNKNOWN = 6,   /* a pose is past its deadline: nothing can be said of this pair, it is not free */
+    WIRE_EVENT_KNOWN = 7,     /* and can be said again; its state follows */
+    WIRE_EVENT_IMPACT = 8,    /* they met on their way from one tick to the next */
+    WIRE_EVENT_PREDICTED = 9, /* they will meet within the horizon; told again as long as they will */
+    WIRE_EVENT_AVERTED = 10   /* no more */
 };
 
 enum { /* why an event: what ended a contact, or made a pair unknown */
@@ -360,8 +361,8 @@ enum { /* why an event: what ended a contact, or made a pair unknown */
     WIRE_CAUSE_REMOVED = 1, /* the body was removed */
     WIRE_CAUSE_OWNER_LOST = 2,
     WIRE_CAUSE_FILTER = 3,
-    WIRE_CAUSE_SHAPE = 4,    /* the body's shapes changed */
-    WIRE_CAUSE_INTEREST = 5, /* the interest was changed or removed */
+    WIRE_CAUSE_SHAPE = 4,        /* the body's shapes changed */
+    WIRE_CAUSE_SUBSCRIPTION = 5, /* the interest was changed or removed */
     WIRE_CAUSE_SHUTDOWN = 6,
     WIRE_CAUSE_STALE = 7,
     WIRE_CAUSE_SNAPSHOT = 8, /* it began before; told again as part of the current state */

@@ -113,7 +113,7 @@ static wire_reason check_vertex_batch(const wire_vertex_batch *m, wire_refusal *
 
 static wire_reason check_horizon(const wire_interest *m, wire_refusal *why)
 {
-    bool foretells = m->facts & WIRE_FACT_FORETELL;
+    bool foretells = m->facts & WIRE_FACT_PREDICT;
     TRY(check_at_least("horizon_s", m->horizon_s, 0, why));
     if (m->horizon_s > WIRE_SPAN_MAX || (foretells && m->horizon_s == 0))
         FAIL(WIRE_BAD_SIZE, "horizon_s is %g s: %s 0 and at most %g is allowed", m->horizon_s,
@@ -138,9 +138,9 @@ static wire_reason check_accuracy(const wire_interest *m, wire_refusal *why)
 
 static wire_reason check_interest(const wire_interest *m, wire_refusal *why)
 {
-    int32_t known = WIRE_FACT_TOUCH | WIRE_FACT_DISTANCE | WIRE_FACT_MANIFOLD | WIRE_FACT_IMPACT | WIRE_FACT_FORETELL;
+    int32_t known = WIRE_FACT_TOUCH | WIRE_FACT_DISTANCE | WIRE_FACT_MANIFOLD | WIRE_FACT_IMPACT | WIRE_FACT_PREDICT;
     TRY(check_sender(m->client, m->sequence, why));
-    TRY(check_between("interest_id", m->interest, 0, INT32_MAX, why));
+    TRY(check_between("subscription_id", m->interest, 0, INT32_MAX, why));
     TRY(check_between("removed", m->removed, 0, 1, why));
     if (m->removed) return WIRE_OK;
     TRY(check_between("facts", m->facts, 1, known, why));
@@ -220,7 +220,7 @@ static wire_reason check_query(const wire_query *m, wire_refusal *why)
 static wire_reason check_receipt(const wire_receipt *m, wire_refusal *why)
 {
     TRY(check_sender(m->client, m->sequence, why));
-    TRY(check_between("interest_id", m->interest, 0, INT32_MAX, why));
+    TRY(check_between("subscription_id", m->interest, 0, INT32_MAX, why));
     TRY(check_between("batch", m->batch, 0, INT64_MAX, why));
     TRY(check_between("tick", m->tick, 0, INT64_MAX, why));
     TRY(check_between("part", m->part, 0, INT32_MAX, why));

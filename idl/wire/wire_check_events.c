@@ -63,7 +63,7 @@ static wire_reason check_impacts(const wire_event_batch *m, wire_refusal *why)
 {
     uint32_t n = 0;
     for (uint32_t i = 0; i < m->kinds.count; i++)
-        n += m->kinds.at[i] == WIRE_EVENT_IMPACT || m->kinds.at[i] == WIRE_EVENT_FORETOLD;
+        n += m->kinds.at[i] == WIRE_EVENT_IMPACT || m->kinds.at[i] == WIRE_EVENT_PREDICTED;
     TRY(check_count("impact_times", m->impact_times.count, 2, n, why));
     TRY(check_count("impact_starts_ns", m->impact_starts_ns.count, 1, n, why));
     TRY(check_count("impact_poses", m->impact_poses.count, 14, n, why));

@@ -217,7 +217,7 @@ static void subscribe(play *p, int who, bool removed)
             .sequence = ++p->sequences[who],
             .interest = (int32_t)below(p, 3),
             .removed = removed,
-            .facts = WIRE_FACT_TOUCH + WIRE_FACT_DISTANCE + WIRE_FACT_MANIFOLD + WIRE_FACT_IMPACT + WIRE_FACT_FORETELL,
+            .facts = WIRE_FACT_TOUCH + WIRE_FACT_DISTANCE + WIRE_FACT_MANIFOLD + WIRE_FACT_IMPACT + WIRE_FACT_PREDICT,
             .stream = "",
             .select_a = removed ? "" : "*",
             .select_b = removed ? "" : "*",

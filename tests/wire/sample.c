@@ -296,7 +296,7 @@ static void impacts(sampler *s, wire_event_batch *m)
 {
     uint32_t n = 0;
     for (uint32_t i = 0; i < m->kinds.count; i++)
-        n += m->kinds.at[i] == WIRE_EVENT_IMPACT || m->kinds.at[i] == WIRE_EVENT_FORETOLD;
+        n += m->kinds.at[i] == WIRE_EVENT_IMPACT || m->kinds.at[i] == WIRE_EVENT_PREDICTED;
     m->impact_times = f64s(s, 2 * n, 1e3);
     for (uint32_t i = 1; i < 2 * n; i += 2)
         if (coin(s)) ((double *)m->impact_times.at)[i] = INFINITY;

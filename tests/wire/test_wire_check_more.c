@@ -52,7 +52,7 @@ static void vertex_batch_rules(void **state)
 static void interest_rules(void **state)
 {
     (void)state;
-    REFUSED(WIRE_INTEREST, m.interest.interest = -1, WIRE_MALFORMED, "interest_id is -1");
+    REFUSED(WIRE_INTEREST, m.interest.interest = -1, WIRE_MALFORMED, "subscription_id is -1");
     ACCEPTED(WIRE_INTEREST, m.interest.facts = 15);
     ACCEPTED(WIRE_INTEREST, (m.interest.facts = 31, m.interest.horizon_s = 2));
     REFUSED(WIRE_INTEREST, m.interest.facts = 16, WIRE_BAD_SIZE, "horizon_s is 0 s: above 0");
@@ -130,7 +130,7 @@ static void receipt_rules(void **state)
 {
     (void)state;
     ACCEPTED(WIRE_RECEIPT, (m.receipt.batch = INT64_MAX, m.receipt.tick = INT64_MAX, m.receipt.part = INT32_MAX));
-    REFUSED(WIRE_RECEIPT, m.receipt.interest = -1, WIRE_MALFORMED, "interest_id is -1: 0 to");
+    REFUSED(WIRE_RECEIPT, m.receipt.interest = -1, WIRE_MALFORMED, "subscription_id is -1: 0 to");
     REFUSED(WIRE_RECEIPT, m.receipt.batch = -1, WIRE_MALFORMED, "batch is -1: 0 to");
     REFUSED(WIRE_RECEIPT, m.receipt.tick = -1, WIRE_MALFORMED, "tick is -1: 0 to");
     REFUSED(WIRE_RECEIPT, m.receipt.part = -1, WIRE_MALFORMED, "part is -1: 0 to");

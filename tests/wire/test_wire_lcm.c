@@ -18,12 +18,12 @@
 #include "collided_Client.h"
 #include "collided_EventBatch.h"
 #include "collided_Geometry.h"
-#include "collided_Interest.h"
 #include "collided_PoseBatch.h"
 #include "collided_Query.h"
 #include "collided_Receipt.h"
 #include "collided_Reject.h"
 #include "collided_Status.h"
+#include "collided_Subscription.h"
 #include "collided_VertexBatch.h"
 
 enum { ROUNDS = 300, MOST = 20 };

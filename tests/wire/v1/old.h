@@ -13,8 +13,8 @@
 
 #define OLD_CLIENT INT64_C(0x01dc11e47)
 #define OLD_STREAM "old"
-enum { OLD_BODY_A = 1, OLD_BODY_B = 2, OLD_INTEREST = 3, OLD_BAD_BODY = 4 };
-enum { SAY_CLIENT = 1, SAY_BODY_A, SAY_BODY_B, SAY_INTEREST, SAY_BAD_BODY, SAY_QUERY, SAY_NEXT }; /* sequences */
+enum { OLD_BODY_A = 1, OLD_BODY_B = 2, OLD_SUBSCRIPTION = 3, OLD_BAD_BODY = 4 };
+enum { SAY_CLIENT = 1, SAY_BODY_A, SAY_BODY_B, SAY_SUBSCRIPTION, SAY_BAD_BODY, SAY_QUERY, SAY_NEXT }; /* sequences */
 
 static struct heard {
     bool acks[SAY_NEXT];

@@ -13,8 +13,8 @@
     "</MaxAutoParticipantIndex><Peers><Peer address=\"127.0.0.1\"/></Peers></Discovery>"
 
 static dds_entity_t participant;
-static dds_entity_t clients, geometries, bodies, poses, vertices, interests, queries, receipts; /* writers */
-static dds_entity_t answers, events, statuses, rejects, acks;                                   /* readers */
+static dds_entity_t clients, geometries, bodies, poses, vertices, subscriptions, queries, receipts; /* writers */
+static dds_entity_t answers, events, statuses, rejects, acks;                                       /* readers */
 
 typedef enum keeping { IS_KEPT, IS_NOT } keeping;
 
@@ -55,7 +55,7 @@ static void open_all(uint32_t domain)
     bodies = WRITER(Body, IS_KEPT);
     poses = WRITER(PoseBatch, IS_NOT);
     vertices = WRITER(VertexBatch, IS_NOT);
-    interests = WRITER(Interest, IS_KEPT);
+    subscriptions = WRITER(Subscription, IS_KEPT);
     queries = WRITER(Query, IS_NOT);
     receipts = WRITER(Receipt, IS_NOT);
     answers = READER(Answer, IS_NOT);
@@ -151,11 +151,11 @@ static void say_body(int32_t id, int64_t sequence, const char *name, double x, d
     say(bodies, &m);
 }
 
-static void say_interest(void)
+static void say_subscription(void)
 {
-    collided_Interest m = {collided_WIRE_VERSION, OLD_CLIENT, SAY_INTEREST, OLD_INTEREST, .facts = collided_FACT_TOUCH,
-        .stream = OLD_STREAM, .select_a = "old_a", .select_b = "old_b"};
-    say(interests, &m);
+    collided_Subscription m = {collided_WIRE_VERSION, OLD_CLIENT, SAY_SUBSCRIPTION, OLD_SUBSCRIPTION,
+        .facts = collided_FACT_TOUCH, .stream = OLD_STREAM, .select_a = "old_a", .select_b = "old_b"};
+    say(subscriptions, &m);
 }
 
 static void say_pose(double x)
@@ -185,7 +185,7 @@ static uint32_t readers_of(dds_entity_t writer)
 static bool all_match(void)
 {
     return readers_of(clients) && readers_of(geometries) && readers_of(bodies) && readers_of(poses) &&
-           readers_of(vertices) && readers_of(interests) && readers_of(queries) && readers_of(receipts);
+           readers_of(vertices) && readers_of(subscriptions) && readers_of(queries) && readers_of(receipts);
 }
 
 int main(int argc, char **argv)
@@ -197,7 +197,7 @@ int main(int argc, char **argv)
     UNTIL(say_client(false), heard.acks[SAY_CLIENT]);
     UNTIL(say_body(OLD_BODY_A, SAY_BODY_A, "old_a", 0, 0.5), heard.acks[SAY_BODY_A]);
     UNTIL(say_body(OLD_BODY_B, SAY_BODY_B, "old_b", 3, 0.5), heard.acks[SAY_BODY_B]);
-    UNTIL(say_interest(), heard.acks[SAY_INTEREST]);
+    UNTIL(say_subscription(), heard.acks[SAY_SUBSCRIPTION]);
     UNTIL(say_pose(0.9), heard.begins);
     UNTIL(say_query(), heard.answers);
     UNTIL(say_body(OLD_BAD_BODY, SAY_BAD_BODY, "old_bad", 9, -1), heard.rejects);

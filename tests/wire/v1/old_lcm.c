@@ -6,11 +6,11 @@
 #include "collided_Body.h"
 #include "collided_Client.h"
 #include "collided_EventBatch.h"
-#include "collided_Interest.h"
 #include "collided_PoseBatch.h"
 #include "collided_Query.h"
 #include "collided_Reject.h"
 #include "collided_Status.h"
+#include "collided_Subscription.h"
 
 #include <inttypes.h>
 #include <lcm/lcm.h>
@@ -104,17 +104,17 @@ static void say_body(int32_t id, int64_t sequence, const char *name, double x, d
     collided_Body_publish(lcm, "collided.in.Body", &m);
 }
 
-static void say_interest(void)
+static void say_subscription(void)
 {
-    collided_Interest m = {.version = COLLIDED_CLIENT_WIRE_VERSION,
+    collided_Subscription m = {.version = COLLIDED_CLIENT_WIRE_VERSION,
         .client_id = OLD_CLIENT,
-        .sequence = SAY_INTEREST,
-        .interest_id = OLD_INTEREST,
-        .facts = COLLIDED_INTEREST_FACT_TOUCH,
+        .sequence = SAY_SUBSCRIPTION,
+        .subscription_id = OLD_SUBSCRIPTION,
+        .facts = COLLIDED_SUBSCRIPTION_FACT_TOUCH,
         .stream = OLD_STREAM,
         .select_a = "old_a",
         .select_b = "old_b"};
-    collided_Interest_publish(lcm, "collided.in.Interest", &m);
+    collided_Subscription_publish(lcm, "collided.in.Subscription", &m);
 }
 
 static void say_pose(double x)
@@ -163,7 +163,7 @@ int main(void)
     UNTIL(say_client(false), heard.acks[SAY_CLIENT]);
     UNTIL(say_body(OLD_BODY_A, SAY_BODY_A, "old_a", 0, 0.5), heard.acks[SAY_BODY_A]);
     UNTIL(say_body(OLD_BODY_B, SAY_BODY_B, "old_b", 3, 0.5), heard.acks[SAY_BODY_B]);
-    UNTIL(say_interest(), heard.acks[SAY_INTEREST]);
+    UNTIL(say_subscription(), heard.acks[SAY_SUBSCRIPTION]);
     UNTIL(say_pose(0.9), heard.begins);
     UNTIL(say_query(), heard.answers);
     UNTIL(say_body(OLD_BAD_BODY, SAY_BAD_BODY, "old_bad", 9, -1), heard.rejects);
