@@ -30,9 +30,10 @@ enum {
     WIRE_EVENTS_MAX = 65536,     /* events a batch */
     WIRE_ANSWERS_MAX = 4096,     /* hits in one answer */
     WIRE_COUNTERS_MAX = 1024,
-    WIRE_LOCK_STEP_MAX = 65536,         /* clients in lock-step together */
-    WIRE_EXTENSIONS_MAX = 65536,        /* bytes of the extensions of a message ... */
-    WIRE_BATCH_EXTENSIONS_MAX = 1 << 20 /* ... of PoseBatch, VertexBatch, Answer and EventBatch */
+    WIRE_LOCK_STEP_MAX = 65536,          /* clients in lock-step together */
+    WIRE_EXTENSIONS_MAX = 65536,         /* bytes of the extensions of a message ... */
+    WIRE_BATCH_EXTENSIONS_MAX = 1 << 20, /* ... of PoseBatch, VertexBatch, Answer and EventBatch */
+    WIRE_RECORDS_MAX = 256               /* extensions a message */
 };
 #define WIRE_POSITION_MAX 1e12 /* m, each coordinate */
 #define WIRE_SPEED_MAX 1e9     /* m/s, each component; m/s^2, rad/s^2 */

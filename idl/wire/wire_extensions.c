@@ -58,9 +58,11 @@ wire_reason check_extensions(const wire_message *m, wire_refusal *why)
 {
     wire_u8s rest = wire_extensions_of(m);
     const uint32_t all = rest.count;
-    uint32_t before = 0;
+    uint32_t before = 0, records = 0;
     wire_extension e;
     while (wire_extension_next(&rest, &e)) {
+        if (++records > WIRE_RECORDS_MAX)
+            FAIL(WIRE_TOO_LARGE, "extensions: more than the allowed %d records", WIRE_RECORDS_MAX);
         if (e.id <= before) FAIL(WIRE_MALFORMED, "extensions: id %u stands behind %u: ids rise from 1", e.id, before);
         if (e.id & WIRE_EXTENSION_REQUIRED && !wire_extension_is_known(m->kind, e.id))
             FAIL(WIRE_UNSUPPORTED, "extensions: %u must not be passed over, and this release does not know it",

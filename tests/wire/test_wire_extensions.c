@@ -95,6 +95,21 @@ static void ids_rise_from_1(void **state)
     expect_refused(&m, "back", WIRE_MALFORMED, "id 2 stands behind 3");
 }
 
+static void there_are_256_at_most(void **state)
+{
+    (void)state;
+    static uint8_t bytes[(WIRE_RECORDS_MAX + 1) * WIRE_EXTENSION_HEAD];
+    wire_message m = plain_message(WIRE_BODY);
+    for (uint32_t i = 0; i <= WIRE_RECORDS_MAX; i++) {
+        bytes[i * WIRE_EXTENSION_HEAD] = (uint8_t)(i + 1);
+        bytes[i * WIRE_EXTENSION_HEAD + 1] = (uint8_t)((i + 1) >> 8);
+    }
+    wire_extensions_set(&m, (wire_u8s){WIRE_RECORDS_MAX * WIRE_EXTENSION_HEAD, bytes});
+    expect_accepted(&m, "256 records");
+    wire_extensions_set(&m, (wire_u8s){sizeof bytes, bytes});
+    expect_refused(&m, "257 records", WIRE_TOO_LARGE, "more than the allowed 256 records");
+}
+
 static void what_must_not_be_passed_over_is_refused(void **state)
 {
     (void)state;
@@ -152,6 +167,7 @@ int main(void)
         cmocka_unit_test(every_message_may_have_some),
         cmocka_unit_test(a_record_that_is_not_whole_is_refused),
         cmocka_unit_test(ids_rise_from_1),
+        cmocka_unit_test(there_are_256_at_most),
         cmocka_unit_test(what_must_not_be_passed_over_is_refused),
         cmocka_unit_test(what_is_not_known_is_counted_and_left_out),
         cmocka_unit_test(extensions_of_poses_are_checked),
