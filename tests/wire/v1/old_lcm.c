@@ -151,14 +151,15 @@ int main(void)
     setvbuf(stdout, NULL, _IOLBF, 0);
     lcm = lcm_create("udpm://239.255.76.67:7667?ttl=0");
     if (!lcm) return 2;
-    collided_Status_subscribe(lcm, "collided.out.Status", on_status, NULL);
-    collided_EventBatch_subscribe(lcm, "collided.out.EventBatch." OLD_STREAM, on_events, NULL);
+    collided_Status_subscription_t *statuses = collided_Status_subscribe(lcm, "collided.out.Status", on_status, NULL);
+    collided_EventBatch_subscription_t *events =
+        collided_EventBatch_subscribe(lcm, "collided.out.EventBatch." OLD_STREAM, on_events, NULL);
     snprintf(channel, sizeof channel, "collided.out.Answer.%016" PRIx64, OLD_CLIENT);
-    collided_Answer_subscribe(lcm, channel, on_answer, NULL);
+    collided_Answer_subscription_t *answers = collided_Answer_subscribe(lcm, channel, on_answer, NULL);
     snprintf(channel, sizeof channel, "collided.out.Reject.%016" PRIx64, OLD_CLIENT);
-    collided_Reject_subscribe(lcm, channel, on_reject, NULL);
+    collided_Reject_subscription_t *rejects = collided_Reject_subscribe(lcm, channel, on_reject, NULL);
     snprintf(channel, sizeof channel, "collided.out.Ack.%016" PRIx64, OLD_CLIENT);
-    collided_Ack_subscribe(lcm, channel, on_ack, NULL);
+    collided_Ack_subscription_t *acks = collided_Ack_subscribe(lcm, channel, on_ack, NULL);
     UNTIL((void)0, heard.statuses);
     UNTIL(say_client(false), heard.acks[SAY_CLIENT]);
     UNTIL(say_body(OLD_BODY_A, SAY_BODY_A, "old_a", 0, 0.5), heard.acks[SAY_BODY_A]);
@@ -169,6 +170,11 @@ int main(void)
     UNTIL(say_body(OLD_BAD_BODY, SAY_BAD_BODY, "old_bad", 9, -1), heard.rejects);
     UNTIL(say_pose(3), heard.ends);
     say_client(true);
+    collided_Status_unsubscribe(lcm, statuses);
+    collided_EventBatch_unsubscribe(lcm, events);
+    collided_Answer_unsubscribe(lcm, answers);
+    collided_Reject_unsubscribe(lcm, rejects);
+    collided_Ack_unsubscribe(lcm, acks);
     lcm_destroy(lcm);
     return summary();
 }
