@@ -114,19 +114,6 @@ void service_follow_clock(service *s)
 
 /* ---- the tick ---- */
 
-void service_take(service *s, struct link *from, const wire_message *m)
-{
-    session_heard(s, m);
-    if (m->kind != WIRE_QUERY) {
-        record_message(s, m);
-        standby_journal_message(s, from, m);
-    }
-    if (m->kind == WIRE_POSE_BATCH)
-        apply_poses(s, from, &m->pose_batch, true);
-    else
-        inbox_put(s, from, m);
-}
-
 int64_t service_pairs_limited(const service *s)
 {
     world_figures f = world_get_figures(s->world);
