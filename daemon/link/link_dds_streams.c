@@ -125,7 +125,7 @@ static shared_events *shared_for(link_dds *l, const char *name, int64_t *client)
 }
 
 /* In a crowd there is a heartbeat of another stream every few milliseconds: then what waits is not forgotten. */
-enum { CROWD = 256 /* streams */, HEARTBEATS_WAIT_MS = 250 };
+enum { CROWD = 256 /* streams */, HEARTBEATS_WAIT_MS = 500 };
 
 static bool may_wait(const link_dds *l, const shared_events *shared)
 {
